@@ -1,0 +1,74 @@
+# The front door: `make demo` and `make test` do everything from a bare Debian 12 on. The work is done by
+# tools/ and Meson; `make help` lists the targets.
+
+BUILD ?= build
+# Where Debian's GStreamer looks for plug-ins: with it, installing is all there is to do.
+PREFIX ?= /usr
+JOBS ?= $(shell nproc)
+FUZZ_SECONDS ?= 60
+# For example --no-engines, or --yes.
+SETUP_FLAGS ?=
+# Further options of Meson, for example -Donnxruntime=disabled.
+MESON_FLAGS ?=
+
+export DESTDIR
+
+.PHONY: help setup configure build test demo bench install uninstall clean distclean fuzz docs format lint
+.NOTPARALLEL:
+
+help:
+	@sed -n 's/^#: //p' $(firstword $(MAKEFILE_LIST))
+
+#: make demo        set up, build, and read a clock from a picture; INPUT=photo-or-video MODEL=model: classify that
+demo: build
+	@tools/demo --input "$(INPUT)" --model "$(MODEL)"
+
+#: make test        set up, build, and run every test
+test: build
+	@tools/run-tests $(BUILD)
+
+#: make bench       set up, build, and measure: a table of ratios
+bench: build
+	@meson test -C $(BUILD) --benchmark --verbose --no-rebuild
+
+#: make setup       install what is missing: packages and engines (SETUP_FLAGS=--check looks only)
+setup:
+	@tools/setup $(SETUP_FLAGS)
+
+configure: setup
+	@tools/configure $(BUILD) -Dprefix=$(PREFIX) $(MESON_FLAGS)
+
+#: make build       set up and build
+build: configure
+	@ninja -C $(BUILD) -j $(JOBS)
+
+#: make install     build and install (PREFIX=/usr, DESTDIR=)
+install: build
+	@tools/install $(BUILD) "$(PREFIX)"
+
+#: make uninstall   remove what make install put there, and nothing else (same PREFIX and DESTDIR)
+uninstall:
+	@tools/uninstall "$(PREFIX)"
+
+#: make fuzz        run each fuzz target for FUZZ_SECONDS=60, starting from the corpus
+fuzz: setup
+	@tools/fuzz build-fuzz $(FUZZ_SECONDS) $(JOBS)
+
+#: make docs        write docs/elements/ anew from the built plug-in
+docs: build
+	@tools/gen-docs
+
+#: make format      lay the sources out as .clang-format says
+format: setup
+	@tools/sources cxx | xargs -0 -r clang-format -i
+
+#: make lint        clang-tidy over all sources, as .clang-tidy says
+lint: build
+	@run-clang-tidy -quiet -p $(BUILD) -j $(JOBS) "$(CURDIR)/(src|apps|tests|benchmarks)/"
+
+#: make clean       remove what was built; distclean: the engines too
+clean:
+	rm -rf $(BUILD) build-asan build-tsan build-fuzz
+
+distclean: clean
+	rm -rf .engines

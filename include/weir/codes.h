@@ -1,0 +1,43 @@
+/* The stable error codes of Weir. Each has a page docs/errors/WEIR-<number>.md. */
+#ifndef WEIR_CODES_H
+#define WEIR_CODES_H
+
+/* X(NAME, NUMBER, TITLE): one line per code; numbers are never used again for something else. */
+#define WEIR_ERROR_CODES(X)                                                             \
+  X(OPTION_SYNTAX, 1001, "An option or property text cannot be read")                   \
+  X(DIMENSION_SYNTAX, 1002, "A dimension text cannot be read")                          \
+  X(TYPE_SYNTAX, 1003, "An element type is not known")                                  \
+  X(OPTION_VALUE, 1004, "An option or property has a value that cannot be used")        \
+  X(MODE_UNKNOWN, 1005, "A mode is not known")                                          \
+  X(SPEC_MISMATCH, 2001, "The stream does not fit what the element or model needs")     \
+  X(FORMAT_UNSUPPORTED, 2002, "The stream has a format that the element does not take") \
+  X(NOT_NEGOTIATED, 2003, "Data came before the format was agreed")                     \
+  X(FRAME_SIZE, 2004, "A frame has another size than its format says")                  \
+  X(HEADER_INVALID, 2005, "A tensor header is damaged or lies")                         \
+  X(LIMIT_EXCEEDED, 2006, "A size or count is beyond the limits of the stream type")    \
+  X(MAP_FAILED, 2007, "Memory cannot be mapped")                                        \
+  X(ENGINE_UNKNOWN, 3001, "No engine of this name is known")                            \
+  X(ENGINE_NOT_INSTALLED, 3002, "The engine is known but not installed")                \
+  X(MODEL_NOT_FOUND, 3003, "The model file is not there")                               \
+  X(MODEL_INVALID, 3004, "The file is truncated, damaged or not a model")               \
+  X(MODEL_UNSUPPORTED, 3005, "The model needs something that the engine lacks")         \
+  X(INVOKE_FAILED, 3006, "The engine failed while it ran the model")                    \
+  X(MODULE_REFUSED, 3007, "A module file cannot be used")                               \
+  X(CARD_MISSING, 3008, "No model card says how to prepare the input")                  \
+  X(CARD_INVALID, 3009, "A model card cannot be used")                                  \
+  X(DECODER_UNKNOWN, 3010, "No decoder of this name is known")                          \
+  X(FILE_NOT_FOUND, 4001, "A file is not there or cannot be read")                      \
+  X(LABELS_INVALID, 4002, "A label file is empty or does not fit the model")            \
+  X(CANCELLED, 8001, "The work was cancelled")                                          \
+  X(OUT_OF_MEMORY, 9001, "Memory ran out")                                              \
+  X(INTERNAL, 9002, "A fault inside Weir")
+
+/* What ABI functions return: 0 = success, a code below = failure (negated: -WEIR_MODEL_INVALID). */
+enum weir_code {
+  WEIR_OK = 0,
+#define WEIR_CODE_ENUM(name, number, title) WEIR_##name = number,
+  WEIR_ERROR_CODES(WEIR_CODE_ENUM)
+#undef WEIR_CODE_ENUM
+};
+
+#endif /* WEIR_CODES_H */

@@ -1,0 +1,95 @@
+// Whether streams fit models, and what the messages say when they do not.
+#include "core/filter/model_shape.hpp"
+
+#include <gtest/gtest.h>
+
+namespace weir {
+namespace {
+
+const ModelShape kMobilenet{ElementType::UInt8, true, {1, 224, 224, 3}, "input"};
+const ModelShape kDynamic{ElementType::Float32, true, {-1, 3, -1, -1}, "images"};
+
+TensorSpec spec(ElementType type, std::initializer_list<uint32_t> dims) {
+  return {type, Shape(dims), ""};
+}
+
+TEST(ModelShape, IsWrittenInnermostFirstWithOpenPartsMarked) {
+  EXPECT_EQ(kMobilenet.to_string(), "uint8 3:224:224:1");
+  EXPECT_EQ(kDynamic.to_string(), "float32 ?:?:3:?");
+  EXPECT_EQ((ModelShape{ElementType::Int32, true, {}, ""}).to_string(), "int32 1");
+}
+
+TEST(Fit, TakesTheStreamThatFits) {
+  const auto r = fit({kMobilenet}, {spec(ElementType::UInt8, {3, 224, 224})});
+  ASSERT_TRUE(r);
+  EXPECT_EQ((*r)[0].shape, (std::vector<int64_t>{1, 224, 224, 3}));
+}
+
+TEST(Fit, FillsOpenDimensionsAndKeepsTheRank) {
+  const auto r = fit({kDynamic}, {spec(ElementType::Float32, {640, 480, 3})});
+  ASSERT_TRUE(r);
+  EXPECT_EQ((*r)[0].shape, (std::vector<int64_t>{1, 3, 480, 640}));
+}
+
+TEST(Fit, GivesAScalarItsRankZero) {
+  const auto r =
+      fit({ModelShape{ElementType::Float32, true, {}, "t"}}, {spec(ElementType::Float32, {1})});
+  ASSERT_TRUE(r);
+  EXPECT_TRUE((*r)[0].shape.empty());
+  EXPECT_EQ(to_spec((*r)[0]).shape.to_string(), "1");
+}
+
+TEST(Fit, NamesTheFirstDifferenceOfAWrongSizeAndALineToPaste) {
+  const auto r = fit({kMobilenet}, {spec(ElementType::UInt8, {3, 100, 224, 1})});
+  ASSERT_FALSE(r);
+  EXPECT_EQ(r.error().code, Code::SPEC_MISMATCH);
+  EXPECT_EQ(r.error().difference, "tensor 0 (input): dimension 1 is 100, needed is 224");
+  EXPECT_EQ(r.error().fix,
+            "videoconvert ! videoscale ! video/x-raw,format=RGB,width=224,height=224 ! "
+            "tensor_converter ! tensor_filter");
+}
+
+TEST(Fit, NamesAWrongType) {
+  const auto r = fit({kMobilenet}, {spec(ElementType::Float32, {3, 224, 224, 1})});
+  ASSERT_FALSE(r);
+  EXPECT_EQ(r.error().difference, "tensor 0 (input): type is float32, needed is uint8");
+  EXPECT_EQ(r.error().fix, "tensor_transform mode=typecast option=uint8 ! tensor_filter");
+}
+
+TEST(Fit, RefusesAnotherNumberOfTensors) {
+  const auto few = fit({kMobilenet, kMobilenet}, {spec(ElementType::UInt8, {3, 224, 224})});
+  ASSERT_FALSE(few);
+  EXPECT_NE(few.error().fix.find("tensor_mux"), std::string::npos);
+  const auto many = fit({}, {spec(ElementType::UInt8, {3})});
+  ASSERT_FALSE(many);
+  EXPECT_NE(many.error().fix.find("input-combination"), std::string::npos);
+}
+
+TEST(Fit, RefusesARankThatIsNotOnes) {
+  EXPECT_TRUE(fit({kMobilenet}, {spec(ElementType::UInt8, {3, 224, 224, 1, 1})}));
+  EXPECT_FALSE(fit({kMobilenet}, {spec(ElementType::UInt8, {3, 224, 224, 1, 2})}));
+}
+
+TEST(UserSettings, FillWhatTheModelLeavesOpen) {
+  const auto r = with_user_settings({kDynamic}, "64:48:3:1", "", "input");
+  ASSERT_TRUE(r);
+  EXPECT_EQ((*r)[0].shape, (std::vector<int64_t>{1, 3, 48, 64}));
+}
+
+TEST(UserSettings, MakeTheTensorsOfAModelThatSaysNothing) {
+  const auto r = with_user_settings({}, "10:1,4", "float32,int8", "input");
+  ASSERT_TRUE(r);
+  ASSERT_EQ(r->size(), 2u);
+  EXPECT_EQ((*r)[1].to_string(), "int8 4");
+}
+
+TEST(UserSettings, RefuseToContradictTheModel) {
+  const auto r = with_user_settings({kMobilenet}, "3:192:192:1", "", "input");
+  ASSERT_FALSE(r);
+  EXPECT_EQ(r.error().what, "input contradicts the model");
+  EXPECT_FALSE(with_user_settings({kMobilenet}, "", "float32", "input"));
+  EXPECT_FALSE(with_user_settings({kMobilenet}, "3:224:224:1,4", "", "input"));
+}
+
+}  // namespace
+}  // namespace weir

@@ -1,0 +1,37 @@
+// The host's side of the plug-in ABI: the table given to modules, errors that come back, sinks.
+#pragma once
+#include <cstdint>
+#include <string>
+
+#include "weir/abi.h"
+#include "weir/result.hpp"
+
+// What a weir_error* points to.
+struct weir_error {
+  weir::Error error;
+  bool set = false;
+};
+
+// What a weir_sink* points to; an element implements it over its output buffer.
+struct weir_sink {
+  virtual weir::Status set_caps(const std::string& caps) = 0;
+  virtual void* reserve(uint64_t bytes) = 0;
+  virtual weir::Status share_input(uint32_t index) = 0;
+
+ protected:
+  ~weir_sink() = default;
+};
+
+namespace weir::infer {
+
+// The table that every module gets; lives until the process ends.
+const weir_host& host() noexcept;
+
+// Where modules' log lines go; standard error until set. Called from any thread.
+using LogFunction = void (*)(int level, const char* module, const char* text);
+void set_log_function(LogFunction function) noexcept;
+
+// The Error behind a negative return; a module that filled none gets `fallback`.
+Error take_error(weir_error* error, int result, const std::string& fallback);
+
+}  // namespace weir::infer

@@ -1,0 +1,126 @@
+// Owning what an engine's table gives.
+#include "core/infer/model.hpp"
+
+#include <filesystem>
+
+#include "core/infer/host.hpp"
+#include "core/text/text.hpp"
+
+namespace weir::infer {
+namespace {
+
+namespace fs = std::filesystem;
+
+Status check_file(const std::string& path) {
+  std::error_code ignored;
+  if (fs::is_regular_file(path, ignored)) return ok();
+  if (fs::is_directory(path, ignored))
+    return Error{Code::MODEL_NOT_FOUND, "the model is a folder", path, "a file", "", ""};
+  const fs::path folder = fs::path(path).has_parent_path() ? fs::path(path).parent_path() : ".";
+  std::vector<std::string> names;
+  for (const auto& entry : fs::directory_iterator(folder, ignored))
+    names.push_back(entry.path().filename().string());
+  const std::string close = nearest(fs::path(path).filename().string(), names);
+  return Error{Code::MODEL_NOT_FOUND,
+               "the model file is not there",
+               path,
+               "a file that can be read",
+               close.empty() ? "" : "did you mean " + close + "?",
+               close.empty() ? "model=/path/to/the/model"
+                             : "model=" + (fs::path(path).parent_path() / close).string()};
+}
+
+}  // namespace
+
+Result<std::shared_ptr<Model>> Model::open(const weir_engine& engine, const OpenOptions& options) {
+  std::vector<const char*> paths;
+  for (const auto& path : options.paths) {
+    if (auto status = check_file(path); !status) return status.error();
+    paths.push_back(path.c_str());
+  }
+  std::vector<weir_option> pairs;
+  for (const auto& [key, value] : options.options) pairs.push_back({key.c_str(), value.c_str()});
+  weir_open request{};
+  request.struct_size = sizeof request;
+  request.n_models = static_cast<uint32_t>(paths.size());
+  request.paths = paths.data();
+  request.options = pairs.data();
+  request.n_options = static_cast<uint32_t>(pairs.size());
+  request.accelerator = options.accelerator.c_str();
+  request.threads = options.threads;
+  weir_error error;
+  weir_model* handle = nullptr;
+  const int result = engine.open(&request, &handle, &error);
+  if (result < 0 || !handle)
+    return take_error(&error, result < 0 ? result : -WEIR_MODEL_INVALID,
+                      "the model cannot be opened");
+  std::shared_ptr<Model> model(new Model(engine, handle));
+  if (auto status = model->read_info(); !status) return status.error();
+  return model;
+}
+
+Status Model::read_info() {
+  weir_error error;
+  info_.struct_size = sizeof info_;
+  const int result = engine_.info(handle_, &info_, &error);
+  if (result < 0) return take_error(&error, result, "the engine cannot describe the model");
+  if (info_.n_inputs > WEIR_TENSOR_LIMIT || info_.n_outputs > WEIR_TENSOR_LIMIT)
+    return Error{
+        Code::MODEL_UNSUPPORTED,
+        "the model has too many tensors",
+        std::to_string(info_.n_inputs) + " inputs, " + std::to_string(info_.n_outputs) + " outputs",
+        "at most 256 each",
+        "",
+        ""};
+  inputs_.assign(info_.inputs, info_.inputs + info_.n_inputs);
+  outputs_.assign(info_.outputs, info_.outputs + info_.n_outputs);
+  for (const auto* list : {&inputs_, &outputs_})
+    for (const auto& info : *list)
+      if (info.type > WEIR_TYPE_END ||
+          (info.rank > WEIR_RANK_LIMIT && info.rank != WEIR_RANK_UNKNOWN))
+        return Error{Code::MODEL_UNSUPPORTED,
+                     "a tensor of the model has a rank or type beyond limits",
+                     info.name ? info.name : "",
+                     "rank at most 16",
+                     "",
+                     ""};
+  return ok();
+}
+
+Model::~Model() {
+  engine_.close(handle_);
+}
+
+Result<std::unique_ptr<Session>> Session::create(std::shared_ptr<Model> model) {
+  weir_error error;
+  weir_session* handle = nullptr;
+  const int result = model->engine().session_new(model->handle(), nullptr, 0, &handle, &error);
+  if (result < 0 || !handle)
+    return take_error(&error, result < 0 ? result : -WEIR_INTERNAL, "no session could be made");
+  return std::unique_ptr<Session>(new Session(std::move(model), handle));
+}
+
+Session::~Session() {
+  model_->engine().session_free(handle_);
+}
+
+Result<std::vector<weir_tensor_info>> Session::resolve(
+    const std::vector<weir_tensor_info>& inputs) {
+  std::vector<weir_tensor_info> outputs = model_->outputs();
+  if (!model_->engine().resolve) return outputs;
+  weir_error error;
+  const int result =
+      model_->engine().resolve(handle_, inputs.data(), static_cast<uint32_t>(inputs.size()),
+                               outputs.data(), static_cast<uint32_t>(outputs.size()), &error);
+  if (result < 0) return take_error(&error, result, "the engine refuses these input shapes");
+  return outputs;
+}
+
+Result<bool> Session::invoke(const weir_frame& in, weir_frame& out) {
+  weir_error error;
+  const int result = model_->engine().invoke(handle_, &in, &out, &error);
+  if (result < 0) return take_error(&error, result, "the engine failed on a frame");
+  return result == 0;
+}
+
+}  // namespace weir::infer

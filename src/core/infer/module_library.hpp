@@ -1,0 +1,49 @@
+// ModuleLibrary: finds engines, decoders and converters in module files, opened on demand.
+#pragma once
+#include <map>
+#include <mutex>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "weir/abi.h"
+#include "weir/result.hpp"
+
+namespace weir::infer {
+
+// Process-wide and thread-safe. Files libweir-{engine,decoder,converter}-NAME.so are looked for in
+// the folders of WEIR_MODULE_PATH (colon list), then in the folder chosen when Weir was built. A
+// module stays open until the process ends.
+class ModuleLibrary {
+ public:
+  static ModuleLibrary& instance();
+  ModuleLibrary() = default;  // a separate one, for tests
+
+  // By name or alias: ENGINE_UNKNOWN with the list, ENGINE_NOT_INSTALLED with the command that
+  // brings it, MODULE_REFUSED when the file is there and cannot be used.
+  Result<const weir_engine*> engine(std::string_view name);
+  // By the model's files (specification 4.2).
+  Result<const weir_engine*> engine_for_model(std::span<const std::string> paths);
+  Result<const weir_decoder_type*> decoder(std::string_view name);
+
+  // Names for which there is a file or a built-in, sorted; nothing is opened.
+  std::vector<std::string> engine_names() const { return names("engine"); }
+  std::vector<std::string> decoder_names() const { return names("decoder"); }
+  std::vector<std::string> converter_names() const { return names("converter"); }
+  // The folders in the order they are searched.
+  static std::vector<std::string> search_path();
+
+  // Adds tables of the process itself; `module` must outlive the library.
+  void add_builtin(const weir_module* module);
+
+ private:
+  Result<const weir_module*> open(const std::string& kind, const std::string& name);
+  std::vector<std::string> names(const std::string& kind) const;
+
+  mutable std::mutex mutex_;  // guards the rest; never held while a module is called
+  std::map<std::string, const weir_module*> opened_;  // by path
+  std::vector<const weir_module*> builtins_;
+};
+
+}  // namespace weir::infer

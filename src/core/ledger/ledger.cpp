@@ -1,0 +1,28 @@
+// Names and sums of the ledger.
+#include "core/ledger/ledger.hpp"
+
+#include <numeric>
+
+namespace weir {
+
+std::string_view name_of(DropReason reason) noexcept {
+  switch (reason) {
+    case DropReason::Policy:
+      return "policy";
+    case DropReason::Qos:
+      return "qos";
+    case DropReason::Flush:
+      return "flush";
+    case DropReason::Eos:
+      return "eos";
+    case DropReason::Error:
+      return "error";
+  }
+  return "";
+}
+
+uint64_t LedgerSnapshot::dropped_total() const noexcept {
+  return std::accumulate(dropped.begin(), dropped.end(), uint64_t{0});
+}
+
+}  // namespace weir

@@ -1,0 +1,72 @@
+// Ledger: where every frame of an element went.
+//
+// Law: received = consumed + dropped (all reasons) + held. Checked at EOS and after FLUSH.
+#pragma once
+#include <array>
+#include <cstdint>
+#include <mutex>
+#include <string_view>
+
+namespace weir {
+
+enum class DropReason { Policy, Qos, Flush, Eos, Error };
+inline constexpr size_t kDropReasons = 5;
+std::string_view name_of(DropReason reason) noexcept;
+
+struct LedgerSnapshot {
+  uint64_t received = 0;      // frames that came on the sink pad
+  uint64_t consumed = 0;      // frames that were worked on to the end
+  uint64_t pushed = 0;        // frames that left on the source pad
+  uint64_t bytes_copied = 0;  // payload moved that could have been shared
+  uint64_t integer_divisions_by_zero = 0;
+  std::array<uint64_t, kDropReasons> dropped{};
+  uint64_t dropped_total() const noexcept;
+  uint64_t held() const noexcept { return received - consumed - dropped_total(); }
+};
+
+// Thread-safe; one short lock per call.
+class Ledger {
+ public:
+  void received() noexcept {
+    change([](auto& s) { ++s.received; });
+  }
+  void consumed() noexcept {
+    change([](auto& s) { ++s.consumed; });
+  }
+  void pushed() noexcept {
+    change([](auto& s) { ++s.pushed; });
+  }
+  void consumed_and_pushed() noexcept {
+    change([](auto& s) {
+      ++s.consumed;
+      ++s.pushed;
+    });
+  }
+  void dropped(DropReason reason, uint64_t frames = 1) noexcept {
+    change([&](auto& s) { s.dropped[static_cast<size_t>(reason)] += frames; });
+  }
+  void copied(uint64_t bytes) noexcept {
+    change([&](auto& s) { s.bytes_copied += bytes; });
+  }
+  void divided_by_zero(uint64_t times) noexcept {
+    change([&](auto& s) { s.integer_divisions_by_zero += times; });
+  }
+  void reset() noexcept {
+    change([](auto& s) { s = {}; });
+  }
+  LedgerSnapshot snapshot() const noexcept {
+    std::lock_guard lock(mutex_);
+    return state_;
+  }
+
+ private:
+  template <class F>
+  void change(F&& f) noexcept {
+    std::lock_guard lock(mutex_);
+    f(state_);
+  }
+  mutable std::mutex mutex_;  // guards state_
+  LedgerSnapshot state_;
+};
+
+}  // namespace weir

@@ -1,0 +1,53 @@
+// The ledger's law: what came in went somewhere.
+#include "core/ledger/ledger.hpp"
+
+#include <gtest/gtest.h>
+
+#include <thread>
+#include <vector>
+
+namespace weir {
+namespace {
+
+TEST(Ledger, StartsEmpty) {
+  const LedgerSnapshot s = Ledger().snapshot();
+  EXPECT_EQ(s.received, 0u);
+  EXPECT_EQ(s.held(), 0u);
+}
+
+TEST(Ledger, HeldIsWhatIsNeitherConsumedNorDropped) {
+  Ledger ledger;
+  for (int i = 0; i < 10; ++i) ledger.received();
+  for (int i = 0; i < 4; ++i) ledger.consumed_and_pushed();
+  ledger.dropped(DropReason::Qos, 3);
+  ledger.dropped(DropReason::Flush);
+  const LedgerSnapshot s = ledger.snapshot();
+  EXPECT_EQ(s.held(), 2u);
+  EXPECT_EQ(s.dropped_total(), 4u);
+  EXPECT_EQ(s.pushed, 4u);
+}
+
+TEST(Ledger, LosesNothingUnderThreads) {
+  Ledger ledger;
+  std::vector<std::thread> threads;
+  for (int t = 0; t < 4; ++t) {
+    threads.emplace_back([&ledger] {
+      for (int i = 0; i < 1000; ++i) {
+        ledger.received();
+        ledger.consumed();
+      }
+    });
+  }
+  for (auto& thread : threads) thread.join();
+  EXPECT_EQ(ledger.snapshot().received, 4000u);
+  EXPECT_EQ(ledger.snapshot().held(), 0u);
+}
+
+TEST(Ledger, EveryReasonHasItsOwnName) {
+  EXPECT_EQ(name_of(DropReason::Policy), "policy");
+  EXPECT_EQ(name_of(DropReason::Error), "error");
+  EXPECT_NE(name_of(DropReason::Eos), name_of(DropReason::Flush));
+}
+
+}  // namespace
+}  // namespace weir

@@ -1,0 +1,118 @@
+// The 128-byte header (specification 1.7).
+#include "core/tensor/tensor_header.hpp"
+
+#include <algorithm>
+#include <cstring>
+#include <string>
+
+namespace weir {
+namespace {
+
+constexpr uint32_t kMagic = 0xFEEDCCED;
+constexpr uint32_t kVersion = 0xDE001000;  // 1.0
+constexpr uint32_t kVersionTag = 0xDE;
+enum Word {
+  kMagicWord,
+  kVersionWord,
+  kTypeWord,
+  kDimsWord,
+  kFormatWord = 19,
+  kMediaWord,
+  kNnzWord
+};
+
+uint32_t word(std::span<const std::byte> bytes, size_t index) noexcept {
+  uint32_t value;
+  std::memcpy(&value, bytes.data() + 4 * index, 4);
+  return value;
+}
+void put(std::span<std::byte, kTensorHeaderBytes> out, size_t index, uint32_t value) noexcept {
+  std::memcpy(out.data() + 4 * index, &value, 4);
+}
+
+Error invalid(std::string what, std::string offered, std::string needed) {
+  return Error{Code::HEADER_INVALID,
+               std::move(what),
+               std::move(offered),
+               std::move(needed),
+               "",
+               "check the element or program that wrote the stream"};
+}
+
+Status check_sizes(const TensorHeader& header) {
+  const auto count = header.spec.shape.count();
+  if (!count || !header.spec.bytes() || !header.payload_bytes())
+    return invalid("the dimensions of a tensor header overflow", header.spec.to_string(),
+                   "a size below 2^63 bytes");
+  if (header.format == Format::Sparse && header.nonzero_count > *count)
+    return invalid("a sparse header has more values than the tensor has elements",
+                   std::to_string(header.nonzero_count) + " values",
+                   "at most " + std::to_string(*count));
+  return ok();
+}
+
+}  // namespace
+
+std::optional<uint64_t> TensorHeader::payload_bytes() const noexcept {
+  if (!spec.valid()) return std::nullopt;
+  if (format != Format::Sparse) return spec.bytes();
+  return uint64_t{nonzero_count} * (size_of(spec.type) + 4);
+}
+
+Result<TensorHeader> read_tensor_header(std::span<const std::byte> bytes) {
+  if (bytes.size() < kTensorHeaderBytes)
+    return invalid("a memory is too short for a tensor header",
+                   std::to_string(bytes.size()) + " bytes", "at least 128 bytes");
+  if (word(bytes, kMagicWord) != kMagic)
+    return invalid("a memory does not begin with a tensor header",
+                   "magic " + std::to_string(word(bytes, kMagicWord)), "magic 0xFEEDCCED");
+  if (((word(bytes, kVersionWord) >> 24) & kVersionTag) != kVersionTag)
+    return invalid("a tensor header has an unknown version",
+                   std::to_string(word(bytes, kVersionWord)), "0xDE001000");
+  const uint32_t type = word(bytes, kTypeWord);
+  const uint32_t format = word(bytes, kFormatWord);
+  const auto media = static_cast<int32_t>(word(bytes, kMediaWord));
+  if (type >= static_cast<uint32_t>(ElementType::End))
+    return invalid("a tensor header has an unknown element type", std::to_string(type), "0 to 10");
+  if (format >= static_cast<uint32_t>(Format::End))
+    return invalid("a tensor header has an unknown format", std::to_string(format), "0 to 2");
+  if (media < static_cast<int32_t>(MediaType::Invalid) ||
+      media > static_cast<int32_t>(MediaType::Tensor))
+    return invalid("a tensor header has an unknown media type", std::to_string(media), "0 to 4");
+  TensorHeader header;
+  header.spec.type = static_cast<ElementType>(type);
+  for (size_t i = 0; i < kRankLimit; ++i) header.spec.shape[i] = word(bytes, kDimsWord + i);
+  if (!header.spec.shape.valid())
+    return invalid("a tensor header has bad dimensions",
+                   "\"" + header.spec.shape.to_string() + "\"", "numbers above 0, then zeros only");
+  header.format = static_cast<Format>(format);
+  header.media = static_cast<MediaType>(media);
+  if (header.format == Format::Sparse) header.nonzero_count = word(bytes, kNnzWord);
+  if (auto status = check_sizes(header); !status) return status.error();
+  return header;
+}
+
+Result<TensorHeader> read_tensor_chunk(std::span<const std::byte> bytes) {
+  auto header = read_tensor_header(bytes);
+  if (!header) return header;
+  const uint64_t needed = *header->payload_bytes();
+  if (needed > bytes.size() - kTensorHeaderBytes)
+    return invalid("a tensor header promises more than its memory holds",
+                   std::to_string(bytes.size() - kTensorHeaderBytes) + " bytes behind the header",
+                   std::to_string(needed) + " bytes for " + header->spec.to_string());
+  return header;
+}
+
+void write_tensor_header(const TensorHeader& header,
+                         std::span<std::byte, kTensorHeaderBytes> out) noexcept {
+  std::fill(out.begin(), out.end(), std::byte{0});
+  put(out, kMagicWord, kMagic);
+  put(out, kVersionWord, kVersion);
+  put(out, kTypeWord, static_cast<uint32_t>(header.spec.type));
+  for (size_t i = 0; i < kRankLimit; ++i) put(out, kDimsWord + i, header.spec.shape[i]);
+  put(out, kFormatWord, static_cast<uint32_t>(header.format));
+  put(out, kMediaWord, static_cast<uint32_t>(header.media));
+  if (header.format == Format::Sparse) put(out, kNnzWord, header.nonzero_count);
+}
+
+}  // namespace weir

@@ -1,0 +1,32 @@
+// The 128-byte header in front of each flexible or sparse tensor, read by one bounded parser.
+#pragma once
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+#include "core/tensor/frame_spec.hpp"
+
+namespace weir {
+
+inline constexpr size_t kTensorHeaderBytes = 128;
+
+struct TensorHeader {
+  TensorSpec spec;
+  Format format = Format::Static;
+  MediaType media = MediaType::Tensor;
+  uint32_t nonzero_count = 0;  // sparse only
+
+  // Bytes behind the header: dense size, or nnz * (element size + 4) for sparse.
+  // nullopt beyond 63 bits or when the spec is invalid.
+  std::optional<uint64_t> payload_bytes() const noexcept;
+};
+
+// Reads the first 128 bytes; refuses short input, wrong magic or version, unknown type, format or
+// media, bad dimensions, product overflow, nnz beyond the element count.
+Result<TensorHeader> read_tensor_header(std::span<const std::byte> bytes);
+// The same, and the payload must be wholly inside `bytes`. Exact: bytes may be longer.
+Result<TensorHeader> read_tensor_chunk(std::span<const std::byte> bytes);
+void write_tensor_header(const TensorHeader& header,
+                         std::span<std::byte, kTensorHeaderBytes> out) noexcept;
+
+}  // namespace weir

@@ -1,0 +1,109 @@
+// Text helpers.
+#include "core/text/text.hpp"
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <numeric>
+
+namespace weir {
+namespace {
+
+constexpr std::string_view kBlanks = " \t\r\n\f\v";
+
+char lower_char(char c) noexcept {
+  return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
+}
+
+// Levenshtein distance of lower-cased words.
+size_t edit_distance(std::string_view a, std::string_view b) {
+  std::vector<size_t> row(b.size() + 1);
+  std::iota(row.begin(), row.end(), size_t{0});
+  for (size_t i = 0; i < a.size(); ++i) {
+    size_t diagonal = row[0];
+    row[0] = i + 1;
+    for (size_t j = 0; j < b.size(); ++j) {
+      const size_t replaced = diagonal + (lower_char(a[i]) == lower_char(b[j]) ? 0 : 1);
+      diagonal = row[j + 1];
+      row[j + 1] = std::min({replaced, row[j] + 1, diagonal + 1});
+    }
+  }
+  return row.back();
+}
+
+template <class T>
+std::optional<T> parse_whole(std::string_view text) noexcept {
+  T value{};
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (text.empty() || error != std::errc{} || end != text.data() + text.size()) return std::nullopt;
+  return value;
+}
+
+// from_chars knows no leading plus.
+std::string_view without_plus(std::string_view text) noexcept {
+  const bool plus = text.size() > 1 && text[0] == '+' && text[1] != '-' && text[1] != '+';
+  return plus ? text.substr(1) : text;
+}
+
+}  // namespace
+
+std::string_view strip(std::string_view text) noexcept {
+  const size_t begin = text.find_first_not_of(kBlanks);
+  if (begin == std::string_view::npos) return {};
+  return text.substr(begin, text.find_last_not_of(kBlanks) - begin + 1);
+}
+
+std::vector<std::string_view> split(std::string_view text, std::string_view separators,
+                                    size_t limit) {
+  std::vector<std::string_view> out;
+  while (out.size() + 1 < limit) {
+    const size_t at = text.find_first_of(separators);
+    if (at == std::string_view::npos) break;
+    out.push_back(text.substr(0, at));
+    text.remove_prefix(at + 1);
+  }
+  out.push_back(text);
+  return out;
+}
+
+bool equal_ignoring_case(std::string_view a, std::string_view b) noexcept {
+  return std::equal(a.begin(), a.end(), b.begin(), b.end(),
+                    [](char x, char y) { return lower_char(x) == lower_char(y); });
+}
+
+std::string lower(std::string_view text) {
+  std::string out(text);
+  std::transform(out.begin(), out.end(), out.begin(), lower_char);
+  return out;
+}
+
+std::optional<uint64_t> parse_unsigned(std::string_view text) noexcept {
+  return parse_whole<uint64_t>(text);
+}
+
+std::optional<int64_t> parse_signed(std::string_view text) noexcept {
+  return parse_whole<int64_t>(without_plus(text));
+}
+
+std::optional<double> parse_double(std::string_view text) noexcept {
+  const auto value = parse_whole<double>(without_plus(text));
+  return value && std::isfinite(*value) ? value : std::nullopt;
+}
+
+std::string nearest(std::string_view word, std::span<const std::string> candidates) {
+  std::string best;
+  size_t best_distance = std::max<size_t>(1, word.size() / 3) + 1;
+  for (const auto& candidate : candidates) {
+    const size_t distance = edit_distance(word, candidate);
+    if (distance >= best_distance) continue;
+    best_distance = distance;
+    best = candidate;
+  }
+  return best;
+}
+
+std::string caret_line(std::string_view text, size_t position) {
+  return std::string(text) + "\n" + std::string(std::min(position, text.size()), ' ') + "^";
+}
+
+}  // namespace weir

@@ -1,0 +1,52 @@
+// Text helpers: what is read, what is refused.
+#include "core/text/text.hpp"
+
+#include <gtest/gtest.h>
+
+namespace weir {
+namespace {
+
+TEST(Text, StripsBlanksAtBothEndsOnly) {
+  EXPECT_EQ(strip("  a b\t\n"), "a b");
+  EXPECT_EQ(strip(" \t "), "");
+}
+
+TEST(Text, SplitsKeepingEmptyParts) {
+  using Parts = std::vector<std::string_view>;
+  EXPECT_EQ(split("a,,b.c", ",."), (Parts{"a", "", "b", "c"}));
+  EXPECT_EQ(split("", ","), (Parts{""}));
+  EXPECT_EQ(split("a:b:c", ":", 2), (Parts{"a", "b:c"}));
+}
+
+TEST(Text, ReadsWholeNumbersOnly) {
+  EXPECT_EQ(parse_unsigned("18446744073709551615"), UINT64_MAX);
+  EXPECT_EQ(parse_signed("+7"), 7);
+  EXPECT_EQ(parse_signed("-9223372036854775808"), INT64_MIN);
+  EXPECT_EQ(parse_double("+.5e1"), 5.0);
+  for (const char* text : {"", "-1", "+1", "1 ", "0x1", "18446744073709551616", "1.0"})
+    EXPECT_FALSE(parse_unsigned(text)) << text;
+  for (const char* text : {"", "+-1", "++1", "1e3", "9223372036854775808"})
+    EXPECT_FALSE(parse_signed(text)) << text;
+  for (const char* text : {"", "inf", "nan", "1e999", "1,5", "+-1", "x"})
+    EXPECT_FALSE(parse_double(text)) << text;
+}
+
+TEST(Text, FindsTheNearestWord) {
+  const std::vector<std::string> words{"tensorflow-lite", "onnxruntime"};
+  EXPECT_EQ(nearest("tensorfow-lite", words), "tensorflow-lite");
+  EXPECT_EQ(nearest("OnnxRuntme", words), "onnxruntime");
+  EXPECT_EQ(nearest("caffe", words), "");
+}
+
+TEST(Text, ComparesWithoutCase) {
+  EXPECT_TRUE(equal_ignoring_case("AuTo", "auto"));
+  EXPECT_FALSE(equal_ignoring_case("auto", "aut"));
+  EXPECT_EQ(lower("ABC-1"), "abc-1");
+}
+
+TEST(Text, MarksAPlace) {
+  EXPECT_EQ(caret_line("abc", 1), "abc\n ^");
+}
+
+}  // namespace
+}  // namespace weir

@@ -1,0 +1,239 @@
+// tensor_filter with the C engine of tests/support: y = x + 1 on float32 [-1, 4].
+#include <gst/check/gstharness.h>
+#include <gtest/gtest.h>
+
+#include <cstring>
+#include <fstream>
+#include <string>
+#include <vector>
+
+#include "gstcpp/ref.hpp"
+
+namespace {
+
+using weir::gst::Mapped;
+using weir::gst::Ref;
+using weir::gst::Unique;
+using Harness = Unique<GstHarness, gst_harness_teardown>;
+
+constexpr char kCaps[] =
+    "other/tensors,format=static,num_tensors=1,dimensions=(string)4:2,types=float32,framerate=30/1";
+
+std::string model_path() {
+  const std::string path = testing::TempDir() + "weir_fake_model.bin";
+  std::ofstream(path) << "x";
+  return path;
+}
+
+std::string line(const std::string& properties = "") {
+  return "tensor_filter framework=fake model=" + model_path() + " " + properties;
+}
+
+Harness harness(const std::string& launch, const char* caps = kCaps) {
+  Harness h{gst_harness_new_parse(launch.c_str())};
+  if (caps) gst_harness_set_src_caps_str(h.get(), caps);
+  return h;
+}
+
+GstBuffer* frame(const std::vector<float>& values) {
+  GstBuffer* b = gst_buffer_new_allocate(nullptr, values.size() * sizeof(float), nullptr);
+  gst_buffer_fill(b, 0, values.data(), values.size() * sizeof(float));
+  return b;
+}
+std::vector<float> values(GstBuffer* b) {
+  const Mapped map(b, GST_MAP_READ);
+  const auto span = map.as<const float>();
+  return {span.begin(), span.end()};
+}
+const std::vector<float> kEight{0, 1, 2, 3, 4, 5, 6, 7};
+
+uint64_t stat(GstElement* element, const char* name) {
+  GstStructure* raw = nullptr;
+  g_object_get(element, "stats", &raw, nullptr);
+  const Unique<GstStructure, gst_structure_free> stats(raw);
+  guint64 value = UINT64_MAX;
+  gst_structure_get_uint64(stats.get(), name, &value);
+  return value;
+}
+Ref<GstElement> filter_of(const Harness& h) {
+  return Ref<GstElement>::adopt(gst_harness_find_element(h.get(), "tensor_filter"));
+}
+
+// Brings the line to PAUSED and gives the text of the error, "" when there is none.
+std::string error_of(const std::string& launch, const char* caps = nullptr) {
+  auto element = Ref<GstElement>::adopt(
+      GST_ELEMENT(gst_object_ref_sink(gst_parse_launch(launch.c_str(), nullptr))));
+  auto bus = Ref<GstBus>::adopt(gst_bus_new());
+  gst_element_set_bus(element.get(), bus.get());
+  gst_element_set_state(element.get(), GST_STATE_PAUSED);
+  if (caps) {
+    auto pad = Ref<GstPad>::adopt(gst_element_get_static_pad(element.get(), "sink"));
+    gst_pad_send_event(pad.get(), gst_event_new_stream_start("test"));
+    auto text = Ref<GstCaps>::adopt(gst_caps_from_string(caps));
+    gst_pad_send_event(pad.get(), gst_event_new_caps(text.get()));
+  }
+  auto message = Ref<GstMessage>::adopt(gst_bus_pop_filtered(bus.get(), GST_MESSAGE_ERROR));
+  gst_element_set_state(element.get(), GST_STATE_NULL);
+  gst_element_set_bus(element.get(), nullptr);
+  if (!message) return "";
+  GError* error = nullptr;
+  gst_message_parse_error(message.get(), &error, nullptr);
+  std::string out = error->message;
+  g_error_free(error);
+  return out;
+}
+
+TEST(TensorFilter, RunsTheModelOnEachFrame) {
+  auto h = harness(line());
+  auto out = Ref<GstBuffer>::adopt(gst_harness_push_and_pull(h.get(), frame(kEight)));
+  ASSERT_TRUE(out);
+  EXPECT_EQ(values(out.get()), (std::vector<float>{1, 2, 3, 4, 5, 6, 7, 8}));
+}
+
+TEST(TensorFilter, KeepsTimeStamps) {
+  auto h = harness(line());
+  GstBuffer* in = frame(kEight);
+  GST_BUFFER_PTS(in) = 40 * GST_MSECOND;
+  GST_BUFFER_DURATION(in) = 20 * GST_MSECOND;
+  auto out = Ref<GstBuffer>::adopt(gst_harness_push_and_pull(h.get(), in));
+  EXPECT_EQ(GST_BUFFER_PTS(out.get()), 40 * GST_MSECOND);
+  EXPECT_EQ(GST_BUFFER_DURATION(out.get()), 20 * GST_MSECOND);
+}
+
+TEST(TensorFilter, SaysOtherTensorForASingleOutputToAnyPeer) {
+  auto h = harness(line());
+  auto out = Ref<GstBuffer>::adopt(gst_harness_push_and_pull(h.get(), frame(kEight)));
+  auto caps = Ref<GstCaps>::adopt(gst_pad_get_current_caps(h->sinkpad));
+  const auto expected = Ref<GstCaps>::adopt(gst_caps_from_string(
+      "other/tensor,dimension=(string)4:2,type=(string)float32,framerate=(fraction)30/1"));
+  EXPECT_TRUE(gst_caps_is_equal(caps.get(), expected.get()));
+}
+
+TEST(TensorFilter, CountsWhatHappensToFrames) {
+  auto h = harness(line("custom=drop-at:1"));
+  for (int i = 0; i < 5; ++i) EXPECT_EQ(gst_harness_push(h.get(), frame(kEight)), GST_FLOW_OK);
+  const auto filter = filter_of(h);
+  EXPECT_EQ(stat(filter.get(), "received"), 5u);
+  EXPECT_EQ(stat(filter.get(), "consumed"), 4u);
+  EXPECT_EQ(stat(filter.get(), "pushed"), 4u);
+  EXPECT_EQ(stat(filter.get(), "dropped-policy"), 1u);
+  EXPECT_EQ(stat(filter.get(), "held"), 0u);
+  EXPECT_EQ(stat(filter.get(), "invokes"), 5u);
+  EXPECT_EQ(stat(filter.get(), "bytes-copied"), 0u);
+}
+
+TEST(TensorFilter, AllocatesNoBufferAfterWarmUp) {
+  auto h = harness(line());
+  for (int i = 0; i < 1000; ++i)
+    Ref<GstBuffer>::adopt(gst_harness_push_and_pull(h.get(), frame(kEight)));
+  EXPECT_EQ(stat(filter_of(h).get(), "pool-allocated"), 1u);
+}
+
+TEST(TensorFilter, PushesInputsInFrontOfOutputsWhenCombined) {
+  auto h = harness(line("output-combination=o0,i0"));
+  auto out = Ref<GstBuffer>::adopt(gst_harness_push_and_pull(h.get(), frame(kEight)));
+  ASSERT_EQ(gst_buffer_n_memory(out.get()), 2u);
+  EXPECT_EQ(values(out.get()),
+            (std::vector<float>{0, 1, 2, 3, 4, 5, 6, 7, 1, 2, 3, 4, 5, 6, 7, 8}));
+  EXPECT_EQ(stat(filter_of(h).get(), "bytes-copied"), 0u);
+}
+
+TEST(TensorFilter, GivesTheModelTheChosenInputs) {
+  auto h = harness(line("input-combination=1"),
+                   "other/tensors,format=static,num_tensors=2,dimensions=(string)\"3,4:1\","
+                   "types=(string)\"uint8,float32\",framerate=30/1");
+  GstBuffer* in = gst_buffer_new_allocate(nullptr, 3, nullptr);
+  gst_buffer_append(in, frame({9, 8, 7, 6}));
+  auto out = Ref<GstBuffer>::adopt(gst_harness_push_and_pull(h.get(), in));
+  ASSERT_TRUE(out);
+  EXPECT_EQ(values(out.get()), (std::vector<float>{10, 9, 8, 7}));
+}
+
+TEST(TensorFilter, FollowsTheShapesOfAFlexibleStream) {
+  auto h = harness(line(), "other/tensors,format=flexible,framerate=30/1");
+  for (const uint32_t rows : {2u, 1u, 3u}) {
+    std::vector<float> in(32 + 4 * rows, 5.f);
+    const uint32_t head[] = {0xFEEDCCED, 0xDE001000, 7, 4, rows};
+    std::memset(in.data(), 0, 128);
+    std::memcpy(in.data(), head, sizeof head);
+    const uint32_t format_and_media[] = {1, 4};
+    std::memcpy(in.data() + 19, format_and_media, 8);
+    auto out = Ref<GstBuffer>::adopt(gst_harness_push_and_pull(h.get(), frame(in)));
+    ASSERT_TRUE(out);
+    const auto result = values(out.get());
+    ASSERT_EQ(result.size(), 32 + 4 * rows);
+    EXPECT_EQ(result.back(), 6.f);
+  }
+}
+
+TEST(TensorFilter, TakesNewCapsMidStream) {
+  auto h = harness(line());
+  Ref<GstBuffer>::adopt(gst_harness_push_and_pull(h.get(), frame(kEight)));
+  gst_harness_set_src_caps_str(
+      h.get(),
+      "other/tensors,format=static,num_tensors=1,dimensions=(string)4:1,types=float32,framerate=30/"
+      "1");
+  auto out = Ref<GstBuffer>::adopt(gst_harness_push_and_pull(h.get(), frame({1, 1, 1, 1})));
+  EXPECT_EQ(values(out.get()), (std::vector<float>{2, 2, 2, 2}));
+}
+
+TEST(TensorFilter, FailsTheStreamWhenTheEngineFails) {
+  auto h = harness(line("custom=fail-at:1"));
+  EXPECT_EQ(gst_harness_push(h.get(), frame(kEight)), GST_FLOW_OK);
+  EXPECT_EQ(gst_harness_push(h.get(), frame(kEight)), GST_FLOW_ERROR);
+  EXPECT_EQ(stat(filter_of(h).get(), "dropped-error"), 1u);
+}
+
+TEST(TensorFilter, RefusesABufferOfTheWrongSize) {
+  auto h = harness(line());
+  EXPECT_EQ(gst_harness_push(h.get(), frame({1, 2, 3})), GST_FLOW_ERROR);
+}
+
+TEST(TensorFilter, RefusesAHeaderThatLies) {
+  auto h = harness(line(), "other/tensors,format=flexible,framerate=30/1");
+  EXPECT_EQ(gst_harness_push(h.get(), frame(kEight)), GST_FLOW_ERROR);
+}
+
+TEST(TensorFilter, NamesBothSidesWhenTheStreamDoesNotFit) {
+  const std::string text = error_of(line(),
+                                    "other/tensors,format=static,num_tensors=1,"
+                                    "dimensions=(string)5:2,types=float32,framerate=30/1");
+  EXPECT_NE(text.find("WEIR-2001"), std::string::npos) << text;
+  EXPECT_NE(text.find("offered: 1 tensor: float32 5:2"), std::string::npos) << text;
+  EXPECT_NE(text.find("needed: 1 tensor: float32 4:?"), std::string::npos) << text;
+  EXPECT_NE(text.find("dimension 0 is 5, needed is 4"), std::string::npos) << text;
+}
+
+TEST(TensorFilter, GivesTheLineThatMendsAWrongType) {
+  const std::string text =
+      error_of(line(), "other/tensor,dimension=(string)4:2,type=uint8,framerate=30/1");
+  EXPECT_NE(text.find("fix: tensor_transform mode=typecast option=float32"), std::string::npos)
+      << text;
+}
+
+TEST(TensorFilter, KnowsAnEngineByAlmostItsName) {
+  const std::string text = error_of("tensor_filter framework=tensorfow-lite model=" + model_path());
+  EXPECT_NE(text.find("WEIR-3001"), std::string::npos) << text;
+  EXPECT_NE(text.find("did you mean tensorflow-lite?"), std::string::npos) << text;
+}
+
+TEST(TensorFilter, SaysHowToGetAnEngineThatIsMissing) {
+  const std::string text = error_of("tensor_filter framework=pytorch model=" + model_path());
+  EXPECT_NE(text.find("WEIR-3002"), std::string::npos) << text;
+  EXPECT_NE(text.find("pytorch"), std::string::npos) << text;
+}
+
+TEST(TensorFilter, NamesAModelFileThatIsNotThere) {
+  const std::string text = error_of("tensor_filter framework=fake model=/nowhere/m.bin");
+  EXPECT_NE(text.find("WEIR-3003"), std::string::npos) << text;
+  EXPECT_NE(text.find("/nowhere/m.bin"), std::string::npos) << text;
+}
+
+TEST(TensorFilter, RefusesPropertiesWithATypo) {
+  EXPECT_NE(error_of(line("input-combination=x")).find("at \"x\""), std::string::npos);
+  EXPECT_NE(error_of(line("input=5:2")).find("input contradicts the model"), std::string::npos);
+  EXPECT_NE(error_of(line("output-combination=o3")).find("o3"), std::string::npos);
+  EXPECT_NE(error_of("tensor_filter framework=fake").find("no model is set"), std::string::npos);
+}
+
+}  // namespace

@@ -1,0 +1,39 @@
+// Runs the element tests: gst_init first; at the end the leaks tracer must have nothing to report.
+#include <gst/gst.h>
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <cstring>
+
+namespace {
+
+int leaks = 0;
+
+void count_leak(GstDebugCategory*, GstDebugLevel, const gchar*, const gchar*, gint, GObject*,
+                GstDebugMessage* message, gpointer) {
+  const char* text = gst_debug_message_get(message);
+  if (text && std::strstr(text, "object-alive")) {
+    ++leaks;
+    std::fprintf(stderr, "leaked: %s\n", text);
+  }
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  testing::InitGoogleTest(&argc, argv);
+  gst_init(&argc, &argv);
+  int result = RUN_ALL_TESTS();
+  const char* tracers = std::getenv("GST_TRACERS");
+  if (tracers && std::strstr(tracers, "leaks")) {
+    (gst_debug_remove_log_function)(gst_debug_log_default);
+    (gst_debug_add_log_function)(count_leak, nullptr, nullptr);
+    gst_debug_set_threshold_for_name("GST_TRACER", GST_LEVEL_TRACE);
+    gst_deinit();
+    if (leaks > 0) {
+      std::fprintf(stderr, "%d GStreamer objects leaked\n", leaks);
+      result = 1;
+    }
+  }
+  return result;
+}

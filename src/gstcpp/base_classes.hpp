@@ -1,0 +1,70 @@
+// The GStreamer base classes an element may stand on: which slots it may fill, by method name.
+#pragma once
+#include <gst/base/gstbasesink.h>
+#include <gst/base/gstbasetransform.h>
+
+#include "gstcpp/element.hpp"
+
+namespace weir::gst {
+
+#define WEIR_BIND_SLOT(name) \
+  if constexpr (requires { &Impl::name; }) E::template bind<&Impl::name>(k->name)
+
+struct BaseTransform {
+  using Instance = GstBaseTransform;
+  using Class = GstBaseTransformClass;
+  static GType type() { return GST_TYPE_BASE_TRANSFORM; }
+
+  template <class Impl>
+  static void bind_all(Class* k) {
+    using E = Element<Impl, BaseTransform>;
+    WEIR_BIND_SLOT(start);
+    WEIR_BIND_SLOT(stop);
+    WEIR_BIND_SLOT(set_caps);
+    WEIR_BIND_SLOT(transform_caps);
+    WEIR_BIND_SLOT(fixate_caps);
+    WEIR_BIND_SLOT(transform_size);
+    WEIR_BIND_SLOT(get_unit_size);
+    WEIR_BIND_SLOT(decide_allocation);
+    WEIR_BIND_SLOT(propose_allocation);
+    WEIR_BIND_SLOT(prepare_output_buffer);
+    WEIR_BIND_SLOT(before_transform);
+    WEIR_BIND_SLOT(submit_input_buffer);
+    WEIR_BIND_SLOT(transform);
+    WEIR_BIND_SLOT(transform_ip);
+    WEIR_BIND_SLOT(sink_event);
+    WEIR_BIND_SLOT(src_event);
+    WEIR_BIND_SLOT(query);
+  }
+};
+
+struct BaseSink {
+  using Instance = GstBaseSink;
+  using Class = GstBaseSinkClass;
+  static GType type() { return GST_TYPE_BASE_SINK; }
+
+  template <class Impl>
+  static void bind_all(Class* k) {
+    using E = Element<Impl, BaseSink>;
+    WEIR_BIND_SLOT(start);
+    WEIR_BIND_SLOT(stop);
+    WEIR_BIND_SLOT(set_caps);
+    WEIR_BIND_SLOT(event);
+    WEIR_BIND_SLOT(query);
+    WEIR_BIND_SLOT(render);
+  }
+};
+
+// A bare GstElement: Impl makes its pads in constructed().
+struct PlainElement {
+  using Instance = GstElement;
+  using Class = GstElementClass;
+  static GType type() { return GST_TYPE_ELEMENT; }
+
+  template <class Impl>
+  static void bind_all(Class*) {}
+};
+
+#undef WEIR_BIND_SLOT
+
+}  // namespace weir::gst

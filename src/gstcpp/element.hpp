@@ -1,0 +1,244 @@
+// Element<Impl, Base>: turns a C++ class into a GStreamer element.
+//
+// Impl declares kInfo, kPads, Settings, kProperties and any virtual function of its Base by name.
+// Each callback is a barrier: an Error or exception becomes an element message and the callback's
+// failure value, and never crosses into C. Impl may also have
+//   void property_changed(const char* name)   after a write, without the settings lock
+//   Ledger ledger_                            shown as the read-only property "stats"
+//   void add_stats(GstStructure*) const       its own fields of "stats"
+#pragma once
+#include <exception>
+#include <memory>
+#include <mutex>
+#include <new>
+#include <tuple>
+
+#include "gstcpp/error.hpp"
+#include "gstcpp/ledger_stats.hpp"
+#include "gstcpp/property.hpp"
+#include "weir/result.hpp"
+
+namespace weir::gst {
+
+struct ElementInfo {
+  const char* type_name;
+  const char* factory_name;
+  const char* long_name;
+  const char* klass;
+  const char* description;
+};
+
+template <class R>
+constexpr R failure() {
+  if constexpr (std::is_same_v<R, GstFlowReturn>)
+    return GST_FLOW_ERROR;
+  else if constexpr (std::is_same_v<R, GstStateChangeReturn>)
+    return GST_STATE_CHANGE_FAILURE;
+  else
+    return R();
+}
+template <class R>
+constexpr R success() {
+  if constexpr (std::is_same_v<R, GstFlowReturn>)
+    return GST_FLOW_OK;
+  else
+    return R(TRUE);
+}
+
+// Runs f; Status errors and exceptions are posted on `element` and become failure<R>().
+template <class R, class F>
+R guarded(GstElement* element, F&& f) noexcept {
+  try {
+    if constexpr (std::is_void_v<R>) {
+      f();
+    } else if constexpr (std::is_same_v<decltype(f()), Status>) {
+      const Status status = f();
+      if (status) return success<R>();
+      post_error(element, status.error());
+    } else {
+      return f();
+    }
+  } catch (const std::bad_alloc&) {
+    post_error(element, Error{Code::OUT_OF_MEMORY, "memory ran out", "", "", "", ""});
+  } catch (const std::exception& e) {
+    post_error(element, Error{Code::INTERNAL, e.what(), "", "", "", ""});
+  } catch (...) {
+    post_error(element, Error{Code::INTERNAL, "unknown exception", "", "", "", ""});
+  }
+  if constexpr (!std::is_void_v<R>) return failure<R>();
+}
+
+template <class Impl, class Base>
+class Element {
+ public:
+  using Parent = typename Base::Instance;
+  using ParentClass = typename Base::Class;
+  struct Instance {
+    Parent parent;
+    Impl* impl;  // null only when its constructor failed: every callback then fails
+  };
+  struct Class {
+    ParentClass parent;
+  };
+
+  static GType type() {
+    static const GType t = g_type_register_static_simple(
+        Base::type(), Impl::kInfo.type_name, sizeof(Class), GClassInitFunc(class_init),
+        sizeof(Instance), GInstanceInitFunc(init), GTypeFlags(0));
+    return t;
+  }
+  static bool register_in(GstPlugin* plugin) {
+    return gst_element_register(plugin, Impl::kInfo.factory_name, GST_RANK_NONE, type());
+  }
+
+  // Points one virtual-function slot at one method of Impl.
+  template <auto Method, class R, class Self, class... A>
+  static void bind(R (*&slot)(Self*, A...)) {
+    slot = [](Self* self, A... args) -> R {
+      Impl* impl = of(self);
+      return guarded<R>(GST_ELEMENT_CAST(self), [&] { return call<Method>(impl, args...); });
+    };
+  }
+  // Pad functions: the pad's parent is the element.
+  template <auto Method>
+  static GstFlowReturn chain(GstPad*, GstObject* parent, GstBuffer* buffer) {
+    return guarded<GstFlowReturn>(GST_ELEMENT_CAST(parent),
+                                  [&] { return call<Method>(of(parent), buffer); });
+  }
+  template <auto Method>
+  static gboolean pad_event(GstPad* pad, GstObject* parent, GstEvent* event) {
+    return guarded<gboolean>(GST_ELEMENT_CAST(parent),
+                             [&]() -> gboolean { return call<Method>(of(parent), pad, event); });
+  }
+  template <auto Method>
+  static gboolean pad_query(GstPad* pad, GstObject* parent, GstQuery* query) {
+    return guarded<gboolean>(GST_ELEMENT_CAST(parent),
+                             [&]() -> gboolean { return call<Method>(of(parent), pad, query); });
+  }
+
+ protected:
+  Parent* self() const { return self_; }
+  GstElement* element() const { return GST_ELEMENT_CAST(self_); }
+  static ParentClass* parent_class() { return static_cast<ParentClass*>(parent_class_); }
+  // A snapshot, so that streaming code never holds the lock.
+  auto settings() const {
+    std::lock_guard lock(settings_mutex_);
+    return static_cast<const Impl*>(this)->settings_;
+  }
+  template <class F>
+  void change_settings(F&& f) {
+    std::lock_guard lock(settings_mutex_);
+    f(static_cast<Impl*>(this)->settings_);
+  }
+
+ private:
+  static Impl* of(gpointer o) { return static_cast<Instance*>(o)->impl; }
+
+  template <auto Method, class... A>
+  static decltype(auto) call(Impl* impl, A... args) {
+    if (!impl) throw std::bad_alloc();
+    return (impl->*Method)(args...);
+  }
+
+  static void init(Instance* o, gpointer) {
+    guarded<void>(GST_ELEMENT_CAST(o), [o] {
+      auto impl = std::make_unique<Impl>();
+      impl->self_ = &o->parent;
+      o->impl = impl.get();
+      if constexpr (requires { impl->constructed(); }) impl->constructed();
+      impl.release();
+    });
+  }
+  static void finalize(GObject* o) {
+    const std::unique_ptr<Impl> impl(std::exchange(reinterpret_cast<Instance*>(o)->impl, nullptr));
+    G_OBJECT_CLASS(parent_class_)->finalize(o);
+  }
+
+  template <class F>
+  static void with_property(guint id, F&& f) {
+    std::apply(
+        [&](const auto&... p) {
+          guint i = 0;
+          ((++i == id ? f(p) : void()), ...);
+        },
+        Impl::kProperties);
+  }
+  static void set_property(GObject* o, guint id, const GValue* v, GParamSpec* spec) {
+    Impl* impl = of(o);
+    if (!impl) return;
+    guarded<void>(GST_ELEMENT_CAST(o), [&] {
+      with_property(id, [&](const auto& p) {
+        if constexpr (requires { p.field; }) {
+          std::lock_guard lock(impl->settings_mutex_);
+          auto& field = impl->settings_.*p.field;
+          field = from_gvalue<std::decay_t<decltype(field)>>(v);
+        }
+      });
+      if constexpr (requires { impl->property_changed(""); }) impl->property_changed(spec->name);
+    });
+  }
+  static void get_property(GObject* o, guint id, GValue* v, GParamSpec*) {
+    Impl* impl = of(o);
+    if (!impl) return;
+    guarded<void>(GST_ELEMENT_CAST(o), [&] {
+      if (id == stats_id()) {
+        g_value_take_boxed(v, stats(*impl));
+        return;
+      }
+      with_property(id, [&](const auto& p) {
+        if constexpr (requires { p.get; }) {
+          to_gvalue((impl->*p.get)(), v);
+        } else {
+          std::lock_guard lock(impl->settings_mutex_);
+          to_gvalue(impl->settings_.*p.field, v);
+        }
+      });
+    });
+  }
+  static constexpr guint stats_id() {
+    return static_cast<guint>(std::tuple_size_v<std::decay_t<decltype(Impl::kProperties)>> + 1);
+  }
+  static GstStructure* stats(const Impl& impl) {
+    GstStructure* structure = to_structure(impl.ledger_.snapshot());
+    if constexpr (requires { impl.add_stats(structure); }) impl.add_stats(structure);
+    return structure;
+  }
+
+  static void class_init(Class* k, gpointer) {
+    parent_class_ = g_type_class_peek_parent(k);
+    auto* object = G_OBJECT_CLASS(k);
+    object->finalize = finalize;
+    object->set_property = set_property;
+    object->get_property = get_property;
+    std::apply(
+        [&](const auto&... p) {
+          guint id = 0;
+          (g_object_class_install_property(object, ++id, param_spec(p)), ...);
+        },
+        Impl::kProperties);
+    g_object_class_install_property(
+        object, stats_id(),
+        g_param_spec_boxed(
+            "stats", "stats", "Frames received, consumed, dropped by reason, held and pushed",
+            GST_TYPE_STRUCTURE, GParamFlags(G_PARAM_READABLE | G_PARAM_STATIC_STRINGS)));
+
+    auto* element = GST_ELEMENT_CLASS(k);
+    gst_element_class_set_static_metadata(element, Impl::kInfo.long_name, Impl::kInfo.klass,
+                                          Impl::kInfo.description, "The Weir developers");
+    if constexpr (requires { Impl::add_pad_templates(element); })
+      Impl::add_pad_templates(element);
+    else
+      for (auto& pad : Impl::kPads) gst_element_class_add_static_pad_template(element, &pad);
+    if constexpr (requires { Impl::install_signals(G_TYPE_FROM_CLASS(k)); })
+      Impl::install_signals(G_TYPE_FROM_CLASS(k));
+    if constexpr (requires { &Impl::change_state; })
+      bind<&Impl::change_state>(element->change_state);
+    Base::template bind_all<Impl>(reinterpret_cast<ParentClass*>(k));
+  }
+
+  static inline gpointer parent_class_ = nullptr;
+  mutable std::mutex settings_mutex_;  // guards Impl::settings_
+  Parent* self_ = nullptr;
+};
+
+}  // namespace weir::gst

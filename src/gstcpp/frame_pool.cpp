@@ -1,0 +1,258 @@
+// A GstBufferPool of multi-memory buffers with a free list of its own: GStreamer's default list
+// costs two system calls a buffer and knows no bound on what it retains.
+#include "gstcpp/frame_pool.hpp"
+
+#include <algorithm>
+#include <mutex>
+#include <new>
+#include <string>
+
+#include "core/tensor/packed_tensors.hpp"
+#include "core/tensor/tensor_header.hpp"
+
+namespace weir::gst {
+namespace {
+
+struct PoolState {
+  std::vector<TensorSpec> tensors;
+  Format format = Format::Static;
+  MediaType media = MediaType::Tensor;
+  size_t padding = 0;
+  size_t retain = 0;
+  size_t total_bytes = 0;
+  mutable std::mutex mutex;  // guards the rest
+  std::vector<GstBuffer*> free_buffers;
+  uint64_t allocated = 0;
+};
+
+struct Pool {
+  GstBufferPool parent;
+  PoolState* state;
+};
+struct PoolClass {
+  GstBufferPoolClass parent;
+};
+gpointer parent_class = nullptr;
+
+PoolState& state_of(gpointer pool) {
+  return *static_cast<Pool*>(pool)->state;
+}
+
+GstMemory* allocate(size_t bytes, size_t padding) {
+  GstAllocationParams params;
+  gst_allocation_params_init(&params);
+  params.align = 63;
+  params.padding = padding;
+  return gst_allocator_alloc(nullptr, bytes, &params);
+}
+
+void write_header(const PoolState& s, const TensorSpec& spec, std::span<std::byte> at) {
+  TensorHeader header;
+  header.spec = spec;
+  header.media = s.media;
+  write_tensor_header(header, at.first<kTensorHeaderBytes>());
+}
+
+size_t header_bytes_of(Format format) {
+  return format == Format::Static ? 0 : kTensorHeaderBytes;
+}
+
+GstMemory* single_memory(const PoolState& s, const TensorSpec& spec) {
+  const size_t header = header_bytes_of(s.format);
+  GstMemory* memory = allocate(header + *spec.bytes(), s.padding);
+  if (!memory || header == 0) return memory;
+  const MappedMemory map(memory, GST_MAP_WRITE);
+  if (map) write_header(s, spec, map.bytes());
+  return memory;
+}
+
+GstMemory* packed_memory(const PoolState& s) {
+  const std::span<const TensorSpec> tensors = std::span(s.tensors).subspan(kMemoryLimit - 1);
+  const size_t header = header_bytes_of(s.format);
+  std::vector<uint64_t> sizes;
+  size_t total = kPackedHeaderBytes;
+  for (const auto& spec : tensors) {
+    sizes.push_back(header + *spec.bytes());
+    total += sizes.back();
+  }
+  GstMemory* memory = allocate(total, s.padding);
+  if (!memory) return nullptr;
+  const MappedMemory map(memory, GST_MAP_WRITE);
+  if (!map) return memory;
+  write_packed_header(tensors, sizes, map.bytes().first<kPackedHeaderBytes>());
+  size_t offset = kPackedHeaderBytes;
+  for (size_t i = 0; i < tensors.size(); ++i) {
+    if (header) write_header(s, tensors[i], map.bytes().subspan(offset, header));
+    offset += sizes[i];
+  }
+  return memory;
+}
+
+GstFlowReturn alloc_buffer(GstBufferPool* pool, GstBuffer** out, GstBufferPoolAcquireParams*) {
+  PoolState& s = state_of(pool);
+  auto buffer = Ref<GstBuffer>::adopt(gst_buffer_new());
+  const bool packed = s.tensors.size() > kMemoryLimit;
+  const size_t alone = packed ? kMemoryLimit - 1 : s.tensors.size();
+  for (size_t i = 0; i < alone + (packed ? 1 : 0); ++i) {
+    GstMemory* memory = i < alone ? single_memory(s, s.tensors[i]) : packed_memory(s);
+    if (!memory) return GST_FLOW_ERROR;
+    gst_buffer_append_memory(buffer.get(), memory);
+  }
+  {
+    std::lock_guard lock(s.mutex);
+    ++s.allocated;
+  }
+  GST_BUFFER_FLAG_UNSET(buffer.get(), GST_BUFFER_FLAG_TAG_MEMORY);  // set by appending
+  *out = buffer.release();
+  return GST_FLOW_OK;
+}
+
+GstFlowReturn acquire_buffer(GstBufferPool* pool, GstBuffer** out, GstBufferPoolAcquireParams* p) {
+  PoolState& s = state_of(pool);
+  {
+    std::lock_guard lock(s.mutex);
+    if (!s.free_buffers.empty()) {
+      *out = s.free_buffers.back();
+      s.free_buffers.pop_back();
+      return GST_FLOW_OK;
+    }
+  }
+  return alloc_buffer(pool, out, p);
+}
+
+void release_buffer(GstBufferPool* pool, GstBuffer* buffer) {
+  PoolState& s = state_of(pool);
+  const bool intact = !GST_BUFFER_FLAG_IS_SET(buffer, GST_BUFFER_FLAG_TAG_MEMORY) &&
+                      gst_buffer_get_size(buffer) == s.total_bytes &&
+                      gst_buffer_is_all_memory_writable(buffer);
+  {
+    std::lock_guard lock(s.mutex);
+    if (intact && s.free_buffers.size() < s.retain) {
+      s.free_buffers.push_back(buffer);
+      return;
+    }
+  }
+  gst_buffer_unref(buffer);
+}
+
+gboolean start(GstBufferPool*) {
+  return TRUE;
+}
+
+gboolean stop(GstBufferPool* pool) {
+  std::vector<GstBuffer*> buffers;
+  {
+    PoolState& s = state_of(pool);
+    std::lock_guard lock(s.mutex);
+    buffers.swap(s.free_buffers);
+  }
+  for (GstBuffer* buffer : buffers) gst_buffer_unref(buffer);
+  return TRUE;
+}
+
+void finalize(GObject* object) {
+  stop(GST_BUFFER_POOL_CAST(object));
+  delete reinterpret_cast<Pool*>(object)->state;
+  G_OBJECT_CLASS(parent_class)->finalize(object);
+}
+
+void class_init(gpointer k, gpointer) {
+  parent_class = g_type_class_peek_parent(k);
+  G_OBJECT_CLASS(k)->finalize = finalize;
+  auto* pool_class = static_cast<GstBufferPoolClass*>(k);
+  pool_class->alloc_buffer = alloc_buffer;
+  pool_class->acquire_buffer = acquire_buffer;
+  pool_class->release_buffer = release_buffer;
+  pool_class->start = start;
+  pool_class->stop = stop;
+}
+
+void init(GTypeInstance* instance, gpointer) {
+  reinterpret_cast<Pool*>(instance)->state = new PoolState;
+}
+
+GType pool_type() {
+  static const GType type =
+      g_type_register_static_simple(GST_TYPE_BUFFER_POOL, "WeirFramePool", sizeof(PoolClass),
+                                    class_init, sizeof(Pool), init, GTypeFlags(0));
+  return type;
+}
+
+}  // namespace
+
+Result<FramePool> FramePool::make(std::vector<TensorSpec> tensors, Format format, MediaType media,
+                                  size_t padding, size_t retain) {
+  if (tensors.empty() || tensors.size() > kTensorLimit)
+    return Error{Code::LIMIT_EXCEEDED,
+                 "a frame has too few or too many tensors",
+                 std::to_string(tensors.size()),
+                 "1 to 256",
+                 "",
+                 ""};
+  size_t total = tensors.size() > kMemoryLimit ? kPackedHeaderBytes : 0;
+  for (const auto& spec : tensors) {
+    const auto bytes = spec.bytes();
+    if (!bytes || *bytes > (uint64_t{1} << 40))
+      return Error{
+          Code::LIMIT_EXCEEDED, "a tensor is too big", spec.to_string(), "at most 1 TiB", "", ""};
+    total += *bytes + header_bytes_of(format);
+  }
+  FramePool out;
+  out.tensors_ = tensors;
+  out.header_bytes_ = header_bytes_of(format);
+  auto* object = static_cast<GstBufferPool*>(g_object_new(pool_type(), nullptr));
+  out.pool_ = Ref<GstBufferPool>::adopt(static_cast<GstBufferPool*>(gst_object_ref_sink(object)));
+  PoolState& s = state_of(object);
+  s.tensors = std::move(tensors);
+  s.format = format;
+  s.media = media;
+  s.padding = padding;
+  s.retain = retain;
+  s.total_bytes = total;
+  s.free_buffers.reserve(retain);
+  GstStructure* config = gst_buffer_pool_get_config(object);
+  gst_buffer_pool_config_set_params(config, nullptr,
+                                    static_cast<guint>(std::min<size_t>(total, G_MAXUINT)), 0, 0);
+  if (!gst_buffer_pool_set_config(object, config) || !gst_buffer_pool_set_active(object, TRUE))
+    return Error{Code::INTERNAL, "a buffer pool cannot be started", "", "", "", ""};
+  return out;
+}
+
+Ref<GstBuffer> FramePool::acquire() {
+  GstBuffer* buffer = nullptr;
+  if (gst_buffer_pool_acquire_buffer(pool_.get(), &buffer, nullptr) != GST_FLOW_OK) return {};
+  return Ref<GstBuffer>::adopt(buffer);
+}
+
+Status FramePool::Writer::map(const FramePool& pool, GstBuffer* buffer) {
+  unmap();
+  const auto failed = [] {
+    return Error{Code::MAP_FAILED, "an output buffer cannot be mapped for writing", "", "", "", ""};
+  };
+  const guint memories = gst_buffer_n_memory(buffer);
+  for (guint i = 0; i < memories; ++i) {
+    maps_.emplace_back(gst_buffer_peek_memory(buffer, i), GST_MAP_WRITE);
+    if (!maps_.back()) return failed();
+  }
+  const auto& tensors = pool.tensors_;
+  const size_t alone = tensors.size() > kMemoryLimit ? kMemoryLimit - 1 : tensors.size();
+  if (memories < std::min(tensors.size(), kMemoryLimit)) return failed();
+  for (size_t i = 0; i < alone; ++i)
+    payloads_.push_back(maps_[i].bytes().subspan(pool.header_bytes_));
+  size_t offset = kPackedHeaderBytes;
+  for (size_t i = alone; i < tensors.size(); ++i) {
+    const size_t size = *tensors[i].bytes();
+    payloads_.push_back(maps_.back().bytes().subspan(offset + pool.header_bytes_, size));
+    offset += pool.header_bytes_ + size;
+  }
+  return ok();
+}
+
+FramePoolStats FramePool::stats() const {
+  if (!pool_) return {};
+  const PoolState& s = state_of(pool_.get());
+  std::lock_guard lock(s.mutex);
+  return {s.allocated, s.free_buffers.size()};
+}
+
+}  // namespace weir::gst

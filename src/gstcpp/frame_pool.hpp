@@ -1,0 +1,53 @@
+// FramePool: output buffers of one stream. Bounds what it retains, never blocks, counts what it
+// had to allocate.
+#pragma once
+#include <gst/gst.h>
+
+#include <span>
+#include <vector>
+
+#include "core/tensor/frame_spec.hpp"
+#include "gstcpp/ref.hpp"
+
+namespace weir::gst {
+
+struct FramePoolStats {
+  uint64_t allocated = 0;  // buffers made since the pool began
+  uint64_t retained = 0;   // buffers waiting for use
+};
+
+// A dense buffer: one memory per tensor; from the 17th tensor on, the last memory is packed with
+// its header already written; in a flexible stream each tensor's header is already written.
+class FramePool {
+ public:
+  // padding: readable bytes behind each tensor. Sizes must be known (specs valid).
+  static Result<FramePool> make(std::vector<TensorSpec> tensors, Format format,
+                                MediaType media = MediaType::Tensor, size_t padding = 0,
+                                size_t retain = 8);
+  FramePool() = default;
+
+  // A buffer to write into; null when memory ran out.
+  Ref<GstBuffer> acquire();
+  // Maps a buffer of this pool for writing: one span per tensor, valid until unmap().
+  class Writer {
+   public:
+    Status map(const FramePool& pool, GstBuffer* buffer);
+    void unmap() noexcept { maps_.clear(), payloads_.clear(); }
+    const std::vector<std::span<std::byte>>& payloads() const noexcept { return payloads_; }
+
+   private:
+    std::vector<MappedMemory> maps_;
+    std::vector<std::span<std::byte>> payloads_;
+  };
+
+  FramePoolStats stats() const;
+  const std::vector<TensorSpec>& tensors() const noexcept { return tensors_; }
+  explicit operator bool() const noexcept { return static_cast<bool>(pool_); }
+
+ private:
+  std::vector<TensorSpec> tensors_;
+  size_t header_bytes_ = 0;
+  Ref<GstBufferPool> pool_;
+};
+
+}  // namespace weir::gst

@@ -1,0 +1,153 @@
+// Bounded reading of tensor buffers.
+#include "gstcpp/frame_reader.hpp"
+
+#include <string>
+
+namespace weir::gst {
+namespace {
+
+Error wrong_size(const FrameSpec& spec, const std::string& offered, const std::string& difference) {
+  return Error{
+      Code::FRAME_SIZE,
+      "a buffer has another size than its caps say",
+      offered,
+      spec.to_string() + (spec.bytes() ? " = " + std::to_string(*spec.bytes()) + " bytes" : ""),
+      difference,
+      "check the element before this one: its caps and its buffers must agree"};
+}
+
+Error map_failed() {
+  return Error{
+      Code::MAP_FAILED,
+      "the memory of a buffer cannot be mapped",
+      "",
+      "system memory",
+      "",
+      "put the element that downloads from the device in between (gldownload, for example)"};
+}
+
+}  // namespace
+
+void FrameReader::clear() noexcept {
+  views_.clear();
+  maps_.clear();
+  if (whole_buffer_) gst_buffer_unmap(whole_buffer_, &whole_);
+  whole_buffer_ = nullptr;
+}
+
+Status FrameReader::read(GstBuffer* buffer, const FrameSpec& spec, GstMapFlags flags) {
+  clear();
+  copied_ = 0;
+  if (spec.format == Format::Static) return read_static(buffer, spec, flags);
+  return read_headers(buffer, spec, flags);
+}
+
+Status FrameReader::map(GstBuffer* buffer, GstMapFlags flags) {
+  const guint n = gst_buffer_n_memory(buffer);
+  for (guint i = 0; i < n; ++i) {
+    maps_.emplace_back(gst_buffer_peek_memory(buffer, i), flags);
+    if (!maps_.back()) return map_failed();
+  }
+  return ok();
+}
+
+void FrameReader::add_static(size_t index, const FrameSpec& spec, std::span<std::byte> bytes,
+                             size_t capacity, int memory) {
+  views_.push_back({spec.tensors[index], bytes, capacity, memory, 0, 0});
+}
+
+Status FrameReader::read_static(GstBuffer* buffer, const FrameSpec& spec, GstMapFlags flags) {
+  const size_t count = spec.tensors.size();
+  const size_t memories = gst_buffer_n_memory(buffer);
+  const size_t expected = std::min(count, kMemoryLimit);
+  if (memories != expected) return split_by_size(buffer, spec, flags);
+  if (auto status = map(buffer, flags); !status) return status;
+  const size_t alone = count > kMemoryLimit ? kMemoryLimit - 1 : count;
+  for (size_t i = 0; i < alone; ++i) {
+    const auto bytes = maps_[i].bytes();
+    if (bytes.size() != spec.tensors[i].bytes())
+      return wrong_size(
+          spec, std::to_string(bytes.size()) + " bytes in memory " + std::to_string(i),
+          "tensor " + std::to_string(i) + " (" + spec.tensors[i].to_string() + ") needs " +
+              std::to_string(spec.tensors[i].bytes().value_or(0)) + " bytes");
+    add_static(i, spec, bytes, maps_[i].capacity(), static_cast<int>(i));
+  }
+  if (count <= kMemoryLimit) return ok();
+  const auto last = maps_.back().bytes();
+  auto ranges = read_packed_tensors(last, Format::Static);
+  if (!ranges) return ranges.error();
+  if (ranges->size() != count - alone)
+    return wrong_size(spec, std::to_string(alone + ranges->size()) + " tensors",
+                      "number of tensors");
+  for (size_t i = 0; i < ranges->size(); ++i) {
+    const auto [offset, size] = (*ranges)[i];
+    if (size != spec.tensors[alone + i].bytes())
+      return wrong_size(
+          spec, std::to_string(size) + " bytes in packed tensor " + std::to_string(alone + i),
+          "tensor " + std::to_string(alone + i));
+    add_static(alone + i, spec, last.subspan(offset, size), maps_.back().capacity() - offset, -1);
+  }
+  return ok();
+}
+
+Status FrameReader::split_by_size(GstBuffer* buffer, const FrameSpec& spec, GstMapFlags flags) {
+  const size_t total = gst_buffer_get_size(buffer);
+  const auto needed = spec.bytes();
+  if (!needed || total < *needed)
+    return wrong_size(spec,
+                      std::to_string(total) + " bytes in " +
+                          std::to_string(gst_buffer_n_memory(buffer)) + " memories",
+                      "the buffer is too small");
+  if (!gst_buffer_map(buffer, &whole_, flags)) return map_failed();
+  whole_buffer_ = buffer;
+  if (gst_buffer_n_memory(buffer) > 1) copied_ = total;
+  const std::span bytes(reinterpret_cast<std::byte*>(whole_.data), whole_.size);
+  size_t offset = 0;
+  for (size_t i = 0; i < spec.tensors.size(); ++i) {
+    const auto size = static_cast<size_t>(*spec.tensors[i].bytes());
+    add_static(i, spec, bytes.subspan(offset, size), whole_.maxsize - offset, -1);
+    offset += size;
+  }
+  return ok();
+}
+
+Status FrameReader::add_chunk(std::span<std::byte> chunk, size_t capacity, int memory) {
+  auto header = read_tensor_chunk(chunk);
+  if (!header) return header.error();
+  const auto size = static_cast<size_t>(*header->payload_bytes());
+  views_.push_back({header->spec, chunk.subspan(kTensorHeaderBytes, size),
+                    capacity - kTensorHeaderBytes, memory, kTensorHeaderBytes,
+                    header->nonzero_count});
+  return ok();
+}
+
+Status FrameReader::read_headers(GstBuffer* buffer, const FrameSpec& spec, GstMapFlags flags) {
+  if (auto status = map(buffer, flags); !status) return status;
+  if (maps_.empty())
+    return Error{Code::FRAME_SIZE, "a buffer is empty", "0 bytes", "at least one tensor", "", ""};
+  const auto add_ranges = [&](const std::vector<ByteRange>& ranges, const MappedMemory& memory) {
+    Status status = ok();
+    for (const auto& [offset, size] : ranges)
+      if (status)
+        status = add_chunk(memory.bytes().subspan(offset, size), memory.capacity() - offset, -1);
+    return status;
+  };
+  if (maps_.size() == 1) {
+    auto ranges = walk_chunks(maps_[0].bytes());
+    if (!ranges) return ranges.error();
+    if (ranges->size() > 1) return add_ranges(*ranges, maps_[0]);
+    return add_chunk(maps_[0].bytes(), maps_[0].capacity(), 0);
+  }
+  for (size_t i = 0; i < maps_.size(); ++i) {
+    if (i + 1 == kMemoryLimit && is_packed(maps_[i].bytes())) {
+      auto ranges = read_packed_tensors(maps_[i].bytes(), spec.format);
+      if (!ranges) return ranges.error();
+      return add_ranges(*ranges, maps_[i]);
+    }
+    if (auto s = add_chunk(maps_[i].bytes(), maps_[i].capacity(), static_cast<int>(i)); !s)
+      return s;
+  }
+  return ok();
+}
+
+}  // namespace weir::gst

@@ -1,0 +1,14 @@
+// The plug-in: registers the elements, nothing else.
+#include <gst/gst.h>
+
+namespace weir {
+bool register_tensor_filter(GstPlugin*);
+}  // namespace weir
+
+static gboolean plugin_init(GstPlugin* plugin) {
+  return weir::register_tensor_filter(plugin);
+}
+
+GST_PLUGIN_DEFINE(GST_VERSION_MAJOR, GST_VERSION_MINOR, weir,
+                  "Neural networks as filters of streams", plugin_init, VERSION, "LGPL", PACKAGE,
+                  "https://gstreamer.freedesktop.org")

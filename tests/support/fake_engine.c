@@ -1,0 +1,110 @@
+/* An engine in C11 for tests, as a user would write one: y = x + 1 on float32 [-1, 4].
+ * Options: fail-at:N (that invoke fails), drop-at:N (that invoke drops its frame). */
+#include <stdlib.h>
+#include <string.h>
+
+#include "weir/abi.h"
+
+static const weir_host* host;
+
+struct weir_model {
+  weir_tensor_info input, output;
+  long fail_at, drop_at;
+};
+struct weir_session {
+  struct weir_model* model;
+  long invokes;
+};
+
+static int open_model(const weir_open* request, weir_model** out, weir_error* error) {
+  weir_model* model = calloc(1, sizeof *model);
+  if (!model) return host->fail(error, WEIR_OUT_OF_MEMORY, "no memory", NULL, NULL, NULL);
+  model->fail_at = model->drop_at = -1;
+  for (uint32_t i = 0; i < request->n_options; ++i) {
+    if (strcmp(request->options[i].key, "fail-at") == 0)
+      model->fail_at = strtol(request->options[i].value, NULL, 10);
+    if (strcmp(request->options[i].key, "drop-at") == 0)
+      model->drop_at = strtol(request->options[i].value, NULL, 10);
+  }
+  model->input.type = WEIR_FLOAT32;
+  model->input.rank = 2;
+  model->input.shape[0] = -1;
+  model->input.shape[1] = 4;
+  model->input.name = "x";
+  model->input.batch_axis = WEIR_NO_BATCH_AXIS;
+  model->output = model->input;
+  model->output.name = "y";
+  *out = model;
+  return WEIR_OK;
+}
+
+static void close_model(weir_model* model) {
+  free(model);
+}
+
+static int info(weir_model* model, weir_model_info* out, weir_error* error) {
+  (void)error;
+  out->n_inputs = out->n_outputs = 1;
+  out->inputs = &model->input;
+  out->outputs = &model->output;
+  return WEIR_OK;
+}
+
+static int session_new(weir_model* model, const weir_option* options, uint32_t n,
+                       weir_session** out, weir_error* error) {
+  (void)options, (void)n;
+  *out = calloc(1, sizeof **out);
+  if (!*out) return host->fail(error, WEIR_OUT_OF_MEMORY, "no memory", NULL, NULL, NULL);
+  (*out)->model = model;
+  return WEIR_OK;
+}
+
+static void session_free(weir_session* session) {
+  free(session);
+}
+
+static int resolve(weir_session* session, const weir_tensor_info* in, uint32_t n_in,
+                   weir_tensor_info* out, uint32_t n_out, weir_error* error) {
+  (void)session;
+  if (n_in != 1 || n_out != 1)
+    return host->fail(error, WEIR_SPEC_MISMATCH, "one tensor in, one out", NULL, NULL, NULL);
+  out->shape[0] = in->shape[0];
+  return WEIR_OK;
+}
+
+static int invoke(weir_session* session, const weir_frame* in, weir_frame* out, weir_error* error) {
+  const long number = session->invokes++;
+  const float* x = in->tensors[0].data;
+  float* y = out->tensors[0].data;
+  if (number == session->model->fail_at)
+    return host->fail(error, WEIR_INVOKE_FAILED, "ordered to fail", NULL, NULL, "drop the option");
+  if (number == session->model->drop_at) return 1;
+  for (uint64_t i = 0; i < in->tensors[0].bytes / sizeof *x; ++i) y[i] = x[i] + 1;
+  return WEIR_OK;
+}
+
+static const weir_engine engine = {
+    .struct_size = sizeof engine,
+    .abi_major = WEIR_ABI_MAJOR,
+    .abi_minor = WEIR_ABI_MINOR,
+    .name = "fake",
+    .version = "1",
+    .open = open_model,
+    .close = close_model,
+    .info = info,
+    .session_new = session_new,
+    .session_free = session_free,
+    .resolve = resolve,
+    .invoke = invoke,
+};
+static const weir_engine* const engines[] = {&engine, NULL};
+static const weir_module module = {.struct_size = sizeof module,
+                                   .abi_major = WEIR_ABI_MAJOR,
+                                   .abi_minor = WEIR_ABI_MINOR,
+                                   .engines = engines};
+
+__attribute__((visibility("default"))) const weir_module* weir_module_entry(
+    const weir_host* given) {
+  host = given;
+  return &module;
+}

@@ -1,0 +1,74 @@
+#!/usr/bin/python3
+"""Counts the test cases of Meson's last test run and prints `N passed, N failed`.
+
+tools/count-tests.py BUILD STATUS, where STATUS is what `meson test` returned. GoogleTest programs count by
+their cases, others as one. A program that failed though no case of it did (it crashed, it leaked, it ran
+out of time) counts as one failure more.
+"""
+
+import json
+import pathlib
+import sys
+import xml.etree.ElementTree as ElementTree
+
+GOOD = {"OK", "EXPECTEDFAIL"}
+
+
+def read_programs(log):
+    """The test programs that ran, as Meson judged them."""
+    if not log.exists():
+        return []
+    return [json.loads(line) for line in log.read_text(errors="replace").splitlines() if line.strip()]
+
+
+def read_suites(log):
+    """The suites of GoogleTest cases; Meson names them PROJECT.PROGRAM.SUITE."""
+    if not log.exists():
+        return []
+    return [s for s in ElementTree.parse(log).getroot().iter("testsuite") if "." in s.get("name")]
+
+
+def result_of(case):
+    if case.find("failure") is not None or case.find("error") is not None:
+        return "failed"
+    if case.find("skipped") is not None or case.get("status") == "notrun":
+        return "skipped"
+    return "passed"
+
+
+def count_program(program, suites, counts):
+    name, result = program["name"], program["result"]
+    cases = [(s, c) for s in suites if f".{name}." in s.get("name") for c in s.iter("testcase")]
+    before = len(counts["failed"])
+    for suite, case in cases:
+        suite_name = suite.get("name").rsplit(".", 1)[1]
+        counts[result_of(case)].append(f"{name}: {suite_name}.{case.get('name')}")
+    if result not in GOOD | {"SKIP"}:
+        if len(counts["failed"]) == before:
+            why = ", though none of its cases did" if cases else ""
+            counts["failed"].append(f"{name}: {result}{why}")
+    elif not cases:
+        counts["skipped" if result == "SKIP" else "passed"].append(name)
+
+
+def main():
+    logs = pathlib.Path(sys.argv[1]) / "meson-logs"
+    suites = read_suites(logs / "testlog.junit.xml")
+    counts = {"passed": [], "skipped": [], "failed": []}
+    for program in read_programs(logs / "testlog.json"):
+        count_program(program, suites, counts)
+    failed = counts["failed"]
+    if sys.argv[2] != "0" and not failed:
+        failed.append("meson test failed before it ran a test")
+    if not counts["passed"] and not failed:
+        failed.append("no test ran")
+    for name in failed:
+        print(f"FAILED {name}")
+    if counts["skipped"]:
+        print(f"{len(counts['skipped'])} skipped")
+    print(f"{len(counts['passed'])} passed, {len(failed)} failed")
+    return 1 if failed else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,63 @@
+# The Debian packages of tools/setup, which sources this file: which are missing, and installing them.
+# shellcheck shell=bash
+
+is_installed() {
+  [[ $(dpkg-query -W -f='${db:Status-Status}' "$1" 2> /dev/null) == installed ]]
+}
+
+# packages_find_missing GROUP...: sets missing_packages from packages.txt. A package marked `?` counts
+# as missing only where the machine's sources offer it.
+packages_find_missing() {
+  local line group='' name wanted=" $* "
+  while read -r line; do
+    line=${line%%#*}
+    read -r name _ <<< "$line"
+    case $name in
+      '') continue ;;
+      \[*) group=${name//[\[\]]/} && continue ;;
+    esac
+    [[ $wanted == *" $group "* ]] || continue
+    is_installed "${name%\?}" && continue
+    if [[ $name == *\? ]]; then
+      name=${name%\?}
+      apt-cache show "$name" > /dev/null 2>&1 || continue
+    fi
+    missing_packages+=("$name")
+  done < "$here/packages.txt"
+}
+
+as_root() {
+  if ((EUID == 0)); then
+    "$@"
+  else
+    sudo "$@"
+  fi
+}
+
+apt_get() {
+  as_root env DEBIAN_FRONTEND=noninteractive apt-get -q -o DPkg::Lock::Timeout=300 -o Acquire::Retries=3 "$@"
+}
+
+packages_install() {
+  if ((EUID != 0)) && ! command -v sudo > /dev/null; then
+    fail 'installing packages takes root, and there is no sudo here; as root run:' \
+      "apt-get update && apt-get install --no-install-recommends $*"
+  fi
+  # What an interrupted call left half installed is finished first.
+  if [[ -n $(dpkg --audit) ]]; then
+    as_root env DEBIAN_FRONTEND=noninteractive dpkg --configure -a ||
+      fail 'dpkg was interrupted earlier and cannot go on by itself; what it says is above'
+  fi
+  local network='Is there a network? Do the addresses in /etc/apt/sources.list* answer? Then call tools/setup again.'
+  say 'apt-get update'
+  apt_get update --error-on=any > "$log" 2>&1 || {
+    tail -n 6 "$log" >&2
+    # Old lists may still do: a source of the user's own that fails is no reason to stop.
+    say 'the package lists could not all be brought up to date; going on with those that are there'
+  }
+  say "apt-get install $*"
+  apt_get install --no-install-recommends --yes "$@" > "$log" 2>&1 || {
+    tail -n 6 "$log" >&2
+    fail 'the packages could not be installed; what apt said last is above' "$network"
+  }
+}

@@ -1,0 +1,287 @@
+#!/usr/bin/python3
+"""Tests of tools/setup, tools/install, tools/uninstall and tools/count-tests.py, in folders of their own and with
+stand-ins for npm, apt and dpkg: nothing is fetched and nothing installed. The last line is `N passed, N failed`.
+"""
+
+import base64
+import hashlib
+import os
+import pathlib
+import shutil
+import subprocess
+import sys
+import tarfile
+import tempfile
+import unittest
+
+TOOLS = pathlib.Path(__file__).resolve().parent
+
+NPM = """#!/bin/bash
+echo "npm $*" >> "$FAKE/calls"
+[[ ! -e $FAKE/offline ]] || { echo "npm ERR! network" >&2; exit 1; }
+[[ ! -e $FAKE/interrupted ]] || { head -c 20 "$FAKE/toy.tgz" > toy-1.0.tgz; kill -KILL 0; }
+cp "$FAKE/toy.tgz" toy-1.0.tgz
+"""
+APT_GET = """#!/bin/bash
+echo "apt-get $*" >> "$FAKE/calls"
+[[ ! -e $FAKE/offline ]] || { echo "E: Could not resolve" >&2; exit 100; }
+for word; do case $word in install) on=yes ;; -*) ;; *) [[ -z ${on:-} ]] || echo "$word" >> "$FAKE/installed" ;; esac; done
+"""
+DPKG_QUERY = """#!/bin/bash
+grep -qxF -e "${@: -1}" "$FAKE/installed" && echo -n installed
+"""
+DPKG = """#!/bin/bash
+[[ $1 != --print-architecture ]] || cat "$FAKE/architecture"
+"""
+FAKES = {"npm": NPM, "apt-get": APT_GET, "dpkg-query": DPKG_QUERY, "dpkg": DPKG, "apt-cache": "#!/bin/bash\nexit 1\n"}
+ENGINES = """suite trixie
+arch  amd64 x64
+toy  npm  toy  1.0  {pin}
+  take  package/{{node-arch}}/libtoy.so*  lib
+  link  lib/libtoy.so  libtoy.so.1
+"""
+PACKAGES = """[build]  to build
+first     # one
+wanted?   # not in these sources
+[test]
+second
+[engines]
+authority
+"""
+
+
+def write_program(path, text):
+    path.write_text(text)
+    path.chmod(0o755)
+
+
+class Setup(unittest.TestCase):
+    def setUp(self):
+        self.root = pathlib.Path(self.enterContext(tempfile.TemporaryDirectory(prefix="weir setup ")))
+        self.fake = self.root / "fake"
+        self.tools = self.root / "checkout" / "tools"
+        self.engine = self.root / "checkout" / ".engines" / "toy"
+        self.fake.mkdir()
+        self.tools.mkdir(parents=True)
+        for name in ("setup", "setup-packages.sh", "setup-engines.sh"):
+            shutil.copy(TOOLS / name, self.tools)
+        for name, text in FAKES.items():
+            write_program(self.fake / name, text)
+        (self.fake / "installed").write_text("")
+        (self.fake / "architecture").write_text("amd64\n")
+        (self.tools / "packages.txt").write_text(PACKAGES)
+        self.make_archive("the library")
+        self.pin_archive()
+
+    def make_archive(self, content):
+        library = self.root / "libtoy.so.1"
+        library.write_text(content)
+        with tarfile.open(self.fake / "toy.tgz", "w:gz") as archive:
+            archive.add(library, "package/x64/libtoy.so.1")
+
+    def pin_archive(self):
+        digest = hashlib.sha512((self.fake / "toy.tgz").read_bytes()).digest()
+        (self.tools / "engines.txt").write_text(ENGINES.format(pin="sha512-" + base64.b64encode(digest).decode()))
+
+    def setup(self, *options, **variables):
+        environment = {"PATH": f"{self.fake}:/usr/bin:/bin", "FAKE": str(self.fake), "CI": "true", **variables}
+        if os.geteuid():  # sudo of the stand-ins: none
+            write_program(self.fake / "sudo", '#!/bin/bash\nexec "$@"\n')
+        result = subprocess.run([self.tools / "setup", *options], env=environment, stdin=subprocess.DEVNULL, text=True,
+                                stdout=subprocess.PIPE, stderr=subprocess.STDOUT, check=False,
+                                start_new_session=True)  # so that a kill meant for all of it spares us
+        return result.returncode, result.stdout
+
+    def calls(self):
+        calls = self.fake / "calls"
+        text = calls.read_text() if calls.exists() else ""
+        calls.unlink(missing_ok=True)
+        return text
+
+    def assert_engine_is_whole(self):
+        self.assertEqual((self.engine / "lib" / "libtoy.so").read_text(), "the library")
+        self.assertTrue((self.engine / ".stamp").exists())
+        left = {p.name for p in self.engine.parent.iterdir()}
+        self.assertEqual(left, {"toy", ".lock"})
+
+    def test_installs_packages_and_engines_once(self):
+        status, said = self.setup()
+        self.assertEqual(status, 0, said)
+        self.assertIn("install: first second authority", said.replace("to install, with what they depend on", "install"))
+        self.assert_engine_is_whole()
+        self.assertIn("apt-get", self.calls())
+        self.assertEqual(self.setup(), (0, ""))
+        self.assertEqual(self.calls(), "")
+
+    def test_check_only_looks(self):
+        status, said = self.setup("--check")
+        self.assertEqual(status, 1)
+        for words in ("first second", "toy", "to install: tools/setup"):
+            self.assertIn(words, said)
+        self.assertEqual(self.calls(), "")
+        self.assertFalse(self.engine.parent.exists())
+        self.setup()
+        self.assertEqual(self.setup("--check"), (0, "setup: nothing is missing\n"))
+
+    def test_parts_can_be_asked_for(self):
+        self.assertEqual(self.setup("--no-engines")[0], 0)
+        self.assertFalse(self.engine.exists())
+        self.assertEqual(self.setup("--no-engines", "--check")[0], 0)
+        self.assertEqual(self.setup("--engine", "toy")[0], 0)
+        self.assert_engine_is_whole()
+
+    def test_engines_only_installs_no_compiler(self):
+        self.assertEqual(self.setup("--engines-only")[0], 0)
+        self.assertEqual((self.fake / "installed").read_text(), "authority\n")
+
+    def test_engines_dir_can_be_elsewhere(self):
+        elsewhere = self.root / "else where"
+        self.assertEqual(self.setup("--engines-only", WEIR_ENGINES_DIR=str(elsewhere))[0], 0)
+        self.assertTrue((elsewhere / "toy" / "lib" / "libtoy.so.1").exists())
+        self.assertFalse(self.engine.parent.exists())
+
+    def test_an_archive_that_differs_from_its_pin_is_not_unpacked(self):
+        self.make_archive("another library")
+        status, said = self.setup()
+        self.assertEqual(status, 1)
+        self.assertIn("toy 1.0 is not what tools/engines.txt pins", said)
+        self.assertFalse(self.engine.exists())
+        self.make_archive("the library")
+        self.pin_archive()
+        self.assertEqual(self.setup()[0], 0)
+        self.assert_engine_is_whole()
+
+    def test_works_again_after_an_interruption(self):
+        (self.fake / "interrupted").touch()
+        self.assertEqual(self.setup()[0], -9)
+        self.assertFalse(self.engine.exists())
+        (self.fake / "interrupted").unlink()
+        status, said = self.setup()
+        self.assertEqual(status, 0, said)
+        self.assert_engine_is_whole()
+
+    def test_a_new_pin_brings_the_engine_anew(self):
+        self.setup()
+        self.make_archive("a newer library")
+        self.pin_archive()
+        self.assertEqual(self.setup()[0], 0)
+        self.assertEqual((self.engine / "lib" / "libtoy.so.1").read_text(), "a newer library")
+
+    def test_no_network_is_said_plainly(self):
+        (self.fake / "offline").touch()
+        status, said = self.setup()
+        self.assertEqual(status, 1)
+        self.assertIn("the packages could not be installed", said)
+        self.assertIn("Is there a network?", said)
+        (self.fake / "installed").write_text("first\nsecond\nauthority\n")
+        status, said = self.setup()
+        self.assertEqual(status, 1)
+        self.assertIn("cannot fetch toy 1.0", said)
+        self.assertIn("npm ERR! network", said)
+        self.assertIn("--no-engines", said)
+        self.assertFalse(self.engine.exists())
+
+    def test_a_machine_without_engines_is_no_failure(self):
+        (self.fake / "architecture").write_text("riscv64\n")
+        status, said = self.setup()
+        self.assertEqual(status, 0)
+        self.assertIn("no engine is published for riscv64", said)
+
+    def test_wrong_options_are_refused(self):
+        self.assertIn("unknown option '--al'", self.setup("--al")[1])
+        self.assertIn("there is no engine 'tox' to fetch; known are: toy", self.setup("--engine", "tox")[1])
+        self.assertEqual(self.setup("--no-engines", "--engines-only")[0], 1)
+        self.assertEqual(self.calls(), "")
+
+    @unittest.skipUnless(os.geteuid() == 0 and shutil.which("setpriv"), "needs root, to be someone else")
+    def test_a_user_is_asked(self):
+        for path in (self.root, *self.root.rglob("*")):
+            os.chown(path, 65534, 65534)
+        command = ["setpriv", "--reuid=65534", "--regid=65534", "--clear-groups", self.tools / "setup"]
+        environment = {"PATH": f"{self.fake}:/usr/bin:/bin", "FAKE": str(self.fake)}
+        result = subprocess.run(command, env=environment, stdin=subprocess.DEVNULL, text=True, capture_output=True, check=False)
+        self.assertEqual(result.returncode, 1)
+        self.assertIn("tools/setup --yes", result.stderr)
+        self.assertEqual(self.calls(), "")
+
+
+class Install(unittest.TestCase):
+    """With a stand-in for meson that installs two files and logs them as Meson does."""
+
+    MESON = """#!/bin/bash
+d=$DESTDIR/usr/lib/weir
+echo "# List of files installed by Meson" > build/meson-logs/install-log.txt
+mkdir -p "$d" && echo "$d" > "$FAKE/folder"
+for f in a b; do echo x > "$d/$f"; echo "$d/$f" >> build/meson-logs/install-log.txt; done
+cat "$FAKE/folder" >> build/meson-logs/install-log.txt
+"""
+
+    def setUp(self):
+        self.root = pathlib.Path(self.enterContext(tempfile.TemporaryDirectory(prefix="weir install ")))
+        write_program(self.root / "meson", self.MESON)
+        (self.root / "build" / "meson-logs").mkdir(parents=True)
+        self.place = self.root / "dest dir"
+        self.environment = dict(os.environ, PATH=f"{self.root}:/usr/bin:/bin", FAKE=str(self.root), DESTDIR=str(self.place))
+
+    def call(self, *command):
+        return subprocess.run([TOOLS / command[0], *command[1:]], cwd=self.root, env=self.environment, text=True,
+                              capture_output=True, check=True).stdout
+
+    def test_uninstall_takes_away_what_was_installed_and_nothing_else(self):
+        self.call("install", "build", "/usr")
+        self.call("install", "build", "/usr")
+        foreign = self.place / "usr" / "lib" / "other"
+        foreign.write_text("not ours")
+        shutil.rmtree(self.root / "build")
+        self.assertIn("3 files removed", self.call("uninstall", "/usr"))
+        files = [p for p in self.place.rglob("*") if p.is_file()]
+        self.assertEqual(files, [foreign])
+        self.assertFalse((self.place / "usr" / "lib" / "weir").exists())
+        self.assertFalse((self.place / "usr" / "share").exists())
+
+    def test_uninstall_of_nothing_says_so(self):
+        self.assertIn("nothing to do", self.call("uninstall", "/usr"))
+
+
+class CountTests(unittest.TestCase):
+    def count(self, log, junit, status):
+        with tempfile.TemporaryDirectory() as build:
+            logs = pathlib.Path(build) / "meson-logs"
+            logs.mkdir()
+            if log:
+                (logs / "testlog.json").write_text("\n".join(log))
+                (logs / "testlog.junit.xml").write_text(f"<testsuites>{junit}</testsuites>")
+            result = subprocess.run([TOOLS / "count-tests.py", build, status], text=True, capture_output=True, check=False)
+        return result.returncode, result.stdout.splitlines()
+
+    CASES = '<testsuite name="weir.weir:core / core.A"><testcase name="b"/><testcase name="c"><skipped/></testcase></testsuite>'
+
+    def test_counts_cases(self):
+        log = ['{"name": "weir:core / core", "result": "OK"}', '{"name": "weir / plain", "result": "OK"}']
+        self.assertEqual(self.count(log, self.CASES, "0"), (0, ["1 skipped", "2 passed, 0 failed"]))
+
+    def test_a_program_that_fails_after_its_cases_passed_is_a_failure(self):
+        log = ['{"name": "weir:core / core", "result": "FAIL"}']
+        status, lines = self.count(log, self.CASES, "1")
+        self.assertEqual((status, lines[-1]), (1, "1 passed, 1 failed"))
+        self.assertIn("FAILED weir:core / core: FAIL, though none of its cases did", lines)
+
+    def test_a_program_that_ran_out_of_time_is_a_failure(self):
+        log = ['{"name": "weir / slow", "result": "TIMEOUT"}']
+        self.assertEqual(self.count(log, "", "1")[1][-1], "0 passed, 1 failed")
+
+    def test_nothing_run_is_a_failure(self):
+        self.assertEqual(self.count([], "", "1"), (1, ["FAILED meson test failed before it ran a test", "0 passed, 1 failed"]))
+        self.assertEqual(self.count([], "", "0")[0], 1)
+
+
+def main():
+    result = unittest.TextTestRunner(verbosity=2).run(unittest.defaultTestLoader.loadTestsFromModule(sys.modules[__name__]))
+    failed = len(result.failures) + len(result.errors)
+    sys.stderr.flush()
+    print(f"{result.testsRun - failed - len(result.skipped)} passed, {failed} failed", flush=True)
+    return 1 if failed else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
