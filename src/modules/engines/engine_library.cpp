@@ -1,0 +1,83 @@
+// Finding an engine's library: environment, installation, build folder.
+#include "engine_library.hpp"
+
+#include <dlfcn.h>
+
+#include <cstdlib>
+#include <filesystem>
+
+namespace weir::engine {
+namespace {
+
+namespace fs = std::filesystem;
+
+// The file that holds this very function: the module.
+fs::path module_path() {
+  Dl_info info{};
+  if (dladdr(reinterpret_cast<const void*>(&module_path), &info) == 0 || !info.dli_fname) return {};
+  std::error_code ignored;
+  return fs::canonical(info.dli_fname, ignored);
+}
+
+bool is_within(const fs::path& path, const fs::path& folder) {
+  if (folder.empty()) return false;
+  const auto relative = path.lexically_relative(folder);
+  return !relative.empty() && *relative.begin() != "..";
+}
+
+std::string joined(const std::vector<std::string>& parts) {
+  std::string out;
+  for (const auto& part : parts) out += (out.empty() ? "" : ", ") + part;
+  return out;
+}
+
+Error not_installed(const std::string& name, const std::string& title, std::string offered,
+                    std::string needed) {
+  return Error{Code::ENGINE_NOT_INSTALLED,
+               title + " is not installed",
+               std::move(offered),
+               std::move(needed),
+               "",
+               "tools/setup --engine " + name};
+}
+
+}  // namespace
+
+std::vector<std::string> library_folders(const std::string& name) {
+  const auto under = [&name](const fs::path& root) { return (root / name / "lib").string(); };
+  const char* chosen = std::getenv("WEIR_ENGINES_DIR");
+  if (chosen && *chosen) return {under(chosen)};
+  const fs::path module = module_path();
+  std::vector<std::string> out{under(module.parent_path().parent_path() / "engines")};
+  std::error_code ignored;
+  if (is_within(module, fs::weakly_canonical(WEIR_BUILD_DIR, ignored)))
+    out.push_back(under(WEIR_BUILD_ENGINES_DIR));
+  return out;
+}
+
+Result<EngineLibrary> EngineLibrary::open(const std::string& name, const std::string& title,
+                                          const std::vector<std::string>& files) {
+  const auto folders = library_folders(name);
+  for (const auto& folder : folders) {
+    for (const auto& file : files) {
+      const fs::path path = fs::path(folder) / file;
+      std::error_code ignored;
+      if (!fs::exists(path, ignored)) continue;
+      if (void* handle = dlopen(path.c_str(), RTLD_NOW | RTLD_LOCAL))
+        return EngineLibrary(path.string(), handle);
+      const char* reason = dlerror();
+      Error error = not_installed(name, title, reason ? reason : path.string(),
+                                  "a library that this machine can load");
+      error.what = "the library of " + title + " is there and cannot be loaded";
+      return error;
+    }
+  }
+  return not_installed(name, title, "no " + files.front() + " in " + joined(folders),
+                       "that library; WEIR_ENGINES_DIR may name another folder of engines");
+}
+
+void* EngineLibrary::address(const char* name) const noexcept {
+  return dlsym(handle_, name);
+}
+
+}  // namespace weir::engine

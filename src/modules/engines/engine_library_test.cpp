@@ -1,0 +1,72 @@
+// Where an engine's library is looked for.
+#include "engine_library.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+
+#include "engine_test_host.hpp"
+
+namespace weir::engine {
+namespace {
+
+class EngineLibraryPlaces : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    if (const char* value = std::getenv("WEIR_ENGINES_DIR")) kept_ = value;
+  }
+  void TearDown() override { set(kept_); }
+  static void set(const std::string& value) {
+    value.empty() ? unsetenv("WEIR_ENGINES_DIR") : setenv("WEIR_ENGINES_DIR", value.c_str(), 1);
+  }
+  std::string kept_;
+  engine_test::TemporaryFolder folder_;
+};
+
+TEST_F(EngineLibraryPlaces, TheEnvironmentAloneDecidesWhereItIsSet) {
+  set("/some/where");
+  EXPECT_EQ(library_folders("frob"), (std::vector<std::string>{"/some/where/frob/lib"}));
+}
+
+TEST_F(EngineLibraryPlaces, ElseBesideTheModuleAndInTheBuildsFolder) {
+  set("");
+  const auto folders = library_folders("frob");
+  ASSERT_EQ(folders.size(), 2u);  // this test lies in the build folder
+  EXPECT_TRUE(folders[0].ends_with("/engines/frob/lib")) << folders[0];
+  EXPECT_TRUE(folders[1].ends_with("/frob/lib")) << folders[1];
+}
+
+TEST_F(EngineLibraryPlaces, AMissingLibraryIsNamedWithTheCommandThatBringsIt) {
+  set(folder_.path(""));
+  const auto library = EngineLibrary::open("frob", "Frob", {"libfrob.so.1", "libfrob.so"});
+  ASSERT_FALSE(library);
+  EXPECT_EQ(library.error().code, Code::ENGINE_NOT_INSTALLED);
+  EXPECT_EQ(library.error().what, "Frob is not installed");
+  EXPECT_NE(library.error().offered.find("libfrob.so.1"), std::string::npos);
+  EXPECT_NE(library.error().offered.find(folder_.path("")), std::string::npos);
+  EXPECT_EQ(library.error().fix, "tools/setup --engine frob");
+}
+
+TEST_F(EngineLibraryPlaces, AFileThatIsNoLibraryIsSaidToBeThere) {
+  set(folder_.path(""));
+  ASSERT_EQ(std::system(("mkdir -p " + folder_.path("frob/lib")).c_str()), 0);
+  folder_.write("frob/lib/libfrob.so", std::vector<std::byte>(100));
+  const auto library = EngineLibrary::open("frob", "Frob", {"libfrob.so.1", "libfrob.so"});
+  ASSERT_FALSE(library);
+  EXPECT_EQ(library.error().code, Code::ENGINE_NOT_INSTALLED);
+  EXPECT_NE(library.error().what.find("is there and cannot be loaded"), std::string::npos);
+}
+
+TEST_F(EngineLibraryPlaces, ASymbolThatIsNotThereIsNull) {
+  for (const auto* name : {"libonnxruntime.so.1", "libtensorflowlite_c.so"}) {
+    set("");
+    const std::string engine = name[3] == 'o' ? "onnxruntime" : "tensorflow-lite";
+    const auto library = EngineLibrary::open(engine, engine, {name});
+    if (!library) continue;
+    EXPECT_TRUE(library->path().ends_with(name));
+    EXPECT_EQ(library->symbol<void (*)()>("no_such_symbol"), nullptr);
+  }
+}
+
+}  // namespace
+}  // namespace weir::engine

@@ -1,0 +1,122 @@
+// A small host for tests of engine modules: opens the module file, drives the C table, owns memory.
+#pragma once
+#include <cstddef>
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "weir/abi.h"
+#include "weir/result.hpp"
+
+struct weir_error {
+  weir::Error error;
+};
+
+namespace weir::engine_test {
+
+// The table of the module file, which stays open. Null and a reason on standard error otherwise.
+const weir_engine* load_module(const char* path);
+// What the module logged since the last call, one line each.
+std::vector<std::string> take_log();
+
+// ../shared of the checkout, or WEIR_DATA; "" when a file is not there.
+std::string shared_file(const std::string& relative);
+// Paths, sorted, of all files under `relative` that end in `extension`.
+std::vector<std::string> shared_files(const std::string& relative, const std::string& extension);
+std::vector<std::byte> read_bytes(const std::string& path);
+// The first channel of a PNG, read by Python; empty when that fails.
+std::vector<float> read_png(const std::string& path);
+// Rows of numbers.
+std::vector<std::vector<float>> read_csv(const std::string& path);
+
+// A tensor of a model as ../shared/MANIFEST.md lists it; names instead of sizes for open
+// dimensions.
+struct ListedTensor {
+  std::string name, type;
+  std::vector<std::string> shape;
+  // "float32[1, 224]", with these sizes for the names; -1 for other names.
+  std::string text(const std::map<std::string, int64_t>& sizes = {}) const;
+};
+struct ListedModel {
+  std::vector<ListedTensor> inputs, outputs;
+};
+// Of the file `relative` under ../shared; both empty when it is not listed.
+ListedModel listed_model(const std::string& relative);
+
+// A folder of its own that goes with the object.
+class TemporaryFolder {
+ public:
+  TemporaryFolder();
+  ~TemporaryFolder();
+  TemporaryFolder(const TemporaryFolder&) = delete;
+  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
+  std::string path(const std::string& name) const { return path_ + "/" + name; }
+  std::string write(const std::string& name, const std::vector<std::byte>& bytes) const;
+
+ private:
+  std::string path_;
+};
+
+// One tensor with memory of its own.
+struct TestTensor {
+  weir_tensor_info info{};
+  std::vector<std::byte> bytes;
+
+  template <class T>
+  std::vector<T> values() const {
+    const auto* begin = reinterpret_cast<const T*>(bytes.data());
+    return std::vector<T>(begin, begin + bytes.size() / sizeof(T));
+  }
+};
+TestTensor make_tensor(uint32_t type, const std::vector<int64_t>& shape, const void* data = nullptr,
+                       size_t bytes = 0);
+template <class T>
+TestTensor make_tensor(uint32_t type, const std::vector<int64_t>& shape,
+                       const std::vector<T>& values) {
+  return make_tensor(type, shape, values.data(), values.size() * sizeof(T));
+}
+std::vector<int64_t> shape_of(const weir_tensor_info& info);
+std::string text_of(const weir_tensor_info& info);  // "float32[1, 224, 224, 3]", -1 as it is
+
+// A model and one session of it, by the C table only.
+class OpenEngine {
+ public:
+  using Options = std::vector<std::pair<std::string, std::string>>;
+  static Result<std::unique_ptr<OpenEngine>> open(const weir_engine& engine,
+                                                  const std::string& path,
+                                                  const Options& options = {}, int threads = 0);
+  ~OpenEngine();
+  OpenEngine(const OpenEngine&) = delete;
+  OpenEngine& operator=(const OpenEngine&) = delete;
+
+  const weir_model_info& info() const { return info_; }
+  std::vector<weir_tensor_info> inputs() const {
+    return {info_.inputs, info_.inputs + info_.n_inputs};
+  }
+  std::vector<weir_tensor_info> outputs() const {
+    return {info_.outputs, info_.outputs + info_.n_outputs};
+  }
+  Result<std::vector<weir_tensor_info>> resolve(const std::vector<weir_tensor_info>& inputs);
+  // Outputs are resolved first; what stays open is left to the engine to allocate.
+  Result<std::vector<TestTensor>> invoke(const std::vector<TestTensor>& inputs);
+  // As it is: frames made by the test.
+  Status invoke(const weir_frame& in, weir_frame& out);
+  Status control(int op);
+  // Of the last invoke: how many outputs the engine allocated.
+  size_t engine_allocated() const { return engine_allocated_; }
+
+ private:
+  explicit OpenEngine(const weir_engine& engine) : engine_(engine) {}
+  const weir_engine& engine_;
+  weir_model* model_ = nullptr;
+  weir_session* session_ = nullptr;
+  weir_model_info info_{};
+  size_t engine_allocated_ = 0;
+};
+
+// Zeros in the model's own shapes, 1 for what is open.
+std::vector<TestTensor> zero_inputs(const OpenEngine& model);
+size_t argmax(const std::vector<float>& values);
+
+}  // namespace weir::engine_test

@@ -1,0 +1,53 @@
+// OnnxBuilder: small ONNX models for tests, written field by field (onnx.proto3 of the ONNX
+// project).
+#pragma once
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace weir::engine_test {
+
+// The numbers of TensorProto.DataType.
+enum OnnxType {
+  kFloat = 1,
+  kUint8 = 2,
+  kInt8 = 3,
+  kUint16 = 4,
+  kInt16 = 5,
+  kInt32 = 6,
+  kInt64 = 7,
+  kString = 8,
+  kBool = 9,
+  kFloat16 = 10,
+  kDouble = 11,
+  kUint32 = 12,
+  kUint64 = 13,
+  kBfloat16 = 16
+};
+
+class OnnxBuilder {
+ public:
+  // Dimensions: a number, or the name of an open one. `shapeless` leaves the shape out.
+  OnnxBuilder& input(const std::string& name, int type, const std::vector<std::string>& shape);
+  OnnxBuilder& output(const std::string& name, int type, const std::vector<std::string>& shape);
+  OnnxBuilder& shapeless_output(const std::string& name, int type);
+  OnnxBuilder& sequence_output(const std::string& name, int type);
+  OnnxBuilder& node(const std::string& op, const std::vector<std::string>& inputs,
+                    const std::vector<std::string>& outputs, const std::string& domain = "");
+  // An integer attribute of the last node.
+  OnnxBuilder& attribute(const std::string& name, int64_t value);
+  OnnxBuilder& constant(const std::string& name, const std::vector<int64_t>& values);
+  OnnxBuilder& metadata(const std::string& key, const std::string& value);
+  OnnxBuilder& opset(int64_t version) { return opset_ = version, *this; }
+  OnnxBuilder& also_uses(const std::string& domain) { return domains_.push_back(domain), *this; }
+  std::vector<std::byte> bytes() const;
+
+ private:
+  std::vector<std::string> nodes_;
+  std::string values_, constants_, metadata_;
+  std::vector<std::string> domains_;
+  int64_t opset_ = 13;
+};
+
+}  // namespace weir::engine_test

@@ -1,0 +1,168 @@
+// Walking an ONNX file.
+#include "onnxruntime/onnx_file.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cstring>
+
+#include "onnxruntime/protobuf_reader.hpp"
+
+namespace weir::engine {
+namespace {
+
+constexpr int kDepthLimit = 32;  // of graphs within graphs
+
+Error invalid(const std::string& offered) {
+  return Error{Code::MODEL_INVALID,
+               "the file is truncated, damaged or not an ONNX model",
+               offered,
+               "a complete ONNX model",
+               "",
+               "fetch or export the model again; weir inspect MODEL"};
+}
+
+Error damage(const ProtobufReader& reader, const char* part) {
+  if (reader.missing() > 0)
+    return invalid("the " + std::string(part) + " ends at least " +
+                   std::to_string(reader.missing()) + " bytes too early");
+  return invalid("the " + std::string(part) + " is no sequence of ONNX fields");
+}
+
+class Walker {
+ public:
+  explicit Walker(OnnxSummary* out) : out_(out) {}
+
+  Status model(std::span<const std::byte> bytes) {
+    ProtobufReader reader(bytes);
+    bool has_graph = false;
+    for (ProtobufReader::Field field; reader.next(&field);) {
+      Status status = ok();
+      if (field.number == 1 && !field.delimited)
+        out_->ir_version = static_cast<int64_t>(field.value);
+      else if (field.number == 2)
+        out_->producer = field.text();
+      else if (field.number == 3)
+        out_->producer_version = field.text();
+      else if (field.number == 7)
+        has_graph = true, status = graph(field.bytes, 0);
+      else if (field.number == 8)
+        status = opset(field.bytes);
+      else if (field.number == 25)
+        status = function(field.bytes);
+      if (!status) return status;
+    }
+    if (!reader.good()) return damage(reader, "file");
+    return has_graph ? ok() : invalid("no graph in the file");
+  }
+
+ private:
+  Status opset(std::span<const std::byte> bytes) {
+    ProtobufReader reader(bytes);
+    std::string domain = "ai.onnx";
+    int64_t version = 0;
+    for (ProtobufReader::Field field; reader.next(&field);) {
+      if (field.number == 1 && !field.bytes.empty()) domain = field.text();
+      if (field.number == 2) version = static_cast<int64_t>(field.value);
+    }
+    out_->opsets[domain] = version;
+    return reader.good() ? ok() : damage(reader, "operator set");
+  }
+
+  Status graph(std::span<const std::byte> bytes, int depth) {
+    if (depth > kDepthLimit) return invalid("graphs within graphs without end");
+    ProtobufReader reader(bytes);
+    for (ProtobufReader::Field field; reader.next(&field);) {
+      Status status = ok();
+      if (field.number == 1)
+        status = node(field.bytes, depth);
+      else if (field.number == 5)
+        out_->weight_bytes += field.bytes.size();
+      else if ((field.number == 11 || field.number == 12) && depth == 0)
+        status = value(field.bytes);
+      if (!status) return status;
+    }
+    return reader.good() ? ok() : damage(reader, "graph");
+  }
+
+  Status function(std::span<const std::byte> bytes) {
+    ProtobufReader reader(bytes);
+    for (ProtobufReader::Field field; reader.next(&field);)
+      if (field.number == 7)
+        if (auto status = node(field.bytes, 1); !status) return status;
+    return reader.good() ? ok() : damage(reader, "function");
+  }
+
+  Status node(std::span<const std::byte> bytes, int depth) {
+    ProtobufReader reader(bytes);
+    for (ProtobufReader::Field field; reader.next(&field);) {
+      if (field.number == 4) out_->operators.emplace(field.text());
+      if (field.number == 5)
+        if (auto status = attribute(field.bytes, depth); !status) return status;
+    }
+    return reader.good() ? ok() : damage(reader, "node");
+  }
+
+  Status attribute(std::span<const std::byte> bytes, int depth) {
+    ProtobufReader reader(bytes);
+    for (ProtobufReader::Field field; reader.next(&field);)
+      if ((field.number == 6 || field.number == 11) && field.delimited)
+        if (auto status = graph(field.bytes, depth + 1); !status) return status;
+    return reader.good() ? ok() : damage(reader, "attribute");
+  }
+
+  // ValueInfoProto: name 1, type 2; TypeProto: tensor_type 1; its shape is field 2.
+  Status value(std::span<const std::byte> bytes) {
+    ProtobufReader reader(bytes);
+    std::string name;
+    bool has_shape = false;
+    for (ProtobufReader::Field field; reader.next(&field);) {
+      if (field.number == 1) name = field.text();
+      if (field.number == 2) has_shape = contains(inner(field.bytes, 1), 2);
+    }
+    if (!has_shape) out_->shapeless.insert(name);
+    return reader.good() ? ok() : damage(reader, "description of an input or output");
+  }
+
+  static std::span<const std::byte> inner(std::span<const std::byte> bytes, uint32_t number) {
+    ProtobufReader reader(bytes);
+    for (ProtobufReader::Field field; reader.next(&field);)
+      if (field.number == number && field.delimited) return field.bytes;
+    return {};
+  }
+  static bool contains(std::span<const std::byte> bytes, uint32_t number) {
+    ProtobufReader reader(bytes);
+    for (ProtobufReader::Field field; reader.next(&field);)
+      if (field.number == number) return true;
+    return false;
+  }
+
+  OnnxSummary* out_;
+};
+
+}  // namespace
+
+bool OnnxSummary::shapes_depend_on_data() const {
+  static constexpr std::array kOperators{"NonZero", "NonMaxSuppression", "Unique", "Compress",
+                                         "StringSplit"};
+  return std::any_of(kOperators.begin(), kOperators.end(),
+                     [this](const char* name) { return operators.contains(name); });
+}
+
+int onnx_score(std::span<const unsigned char> head) noexcept {
+  if (head.size() >= 8 && std::memcmp(head.data() + 4, "ORTM", 4) == 0) return 100;
+  // Field 1, ir_version: 1 to 127 so far; then as a rule field 2 (producer) to 8 (opset).
+  if (head.size() < 3 || head[0] != 0x08 || head[1] == 0 || head[1] > 0x7F) return 0;
+  const unsigned number = head[2] >> 3, kind = head[2] & 7;
+  const bool plausible = (number == 5 && kind == 0) || (number >= 2 && number <= 8 && kind == 2);
+  return plausible ? 90 : 20;
+}
+
+Result<OnnxSummary> read_onnx(std::span<const std::byte> file) {
+  OnnxSummary out;
+  const auto* head = reinterpret_cast<const unsigned char*>(file.data());
+  if (file.size() >= 8 && std::memcmp(head + 4, "ORTM", 4) == 0) return out;  // ORT's own format
+  if (auto status = Walker(&out).model(file); !status) return status.error();
+  return out;
+}
+
+}  // namespace weir::engine

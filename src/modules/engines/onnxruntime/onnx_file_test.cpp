@@ -1,0 +1,101 @@
+// Reading ONNX files without ONNX Runtime.
+#include "onnxruntime/onnx_file.hpp"
+
+#include <gtest/gtest.h>
+
+#include "onnxruntime/onnx_builder.hpp"
+
+namespace weir::engine {
+namespace {
+
+using engine_test::kFloat;
+using engine_test::OnnxBuilder;
+
+OnnxBuilder small_model() {
+  return OnnxBuilder()
+      .input("x", kFloat, {"n", "3"})
+      .shapeless_output("y", kFloat)
+      .node("Neg", {"x"}, {"a"})
+      .node("Compress", {"a"}, {"y"})
+      .constant("unused", {1, 2, 3});
+}
+
+int score(std::vector<unsigned char> head) {
+  return onnx_score(head);
+}
+
+TEST(OnnxFile, TellsProducerOperatorsAndShapes) {
+  const auto summary = read_onnx(small_model().bytes());
+  ASSERT_TRUE(summary) << summary.error().message();
+  EXPECT_EQ(summary->ir_version, 7);
+  EXPECT_EQ(summary->producer, "weir tests");
+  EXPECT_EQ(summary->opsets.at("ai.onnx"), 13);
+  EXPECT_EQ(summary->operators, (std::set<std::string>{"Neg", "Compress"}));
+  EXPECT_EQ(summary->shapeless, (std::set<std::string>{"y"}));
+  EXPECT_TRUE(summary->shapes_depend_on_data());
+  EXPECT_GT(summary->weight_bytes, 24u);
+}
+
+TEST(OnnxFile, ScalarsHaveAShape) {
+  const auto summary = read_onnx(OnnxBuilder().input("s", kFloat, {}).bytes());
+  ASSERT_TRUE(summary) << summary.error().message();
+  EXPECT_TRUE(summary->shapeless.empty());
+  EXPECT_FALSE(summary->shapes_depend_on_data());
+}
+
+TEST(OnnxFile, RefusesACutWithinTheGraphAndSaysHowMuchIsMissing) {
+  auto bytes = small_model().bytes();
+  bytes.resize(60);
+  const auto summary = read_onnx(bytes);
+  ASSERT_FALSE(summary);
+  EXPECT_EQ(summary.error().code, Code::MODEL_INVALID);
+  EXPECT_NE(summary.error().offered.find("bytes too early"), std::string::npos);
+}
+
+TEST(OnnxFile, EveryCutAndEveryFlippedBitEndsInAnAnswer) {
+  const auto whole = small_model().bytes();
+  for (size_t size = 0; size < whole.size(); ++size) (void)read_onnx({whole.data(), size});
+  for (size_t bit = 0; bit < whole.size() * 8; ++bit) {
+    auto bytes = whole;
+    bytes[bit / 8] ^= std::byte(1 << bit % 8);
+    (void)read_onnx(bytes);
+  }
+}
+
+TEST(OnnxFile, RefusesAFileWithoutAGraph) {
+  const std::vector<std::byte> only_version{std::byte{8}, std::byte{7}};
+  EXPECT_FALSE(read_onnx(only_version));
+  EXPECT_FALSE(read_onnx({}));
+}
+
+TEST(OnnxFile, RefusesGraphsWithinGraphsWithoutEnd) {
+  // Attribute 5 of node 1 of a graph holds a graph 6: wrapped far beyond the limit.
+  std::string graph;
+  const auto wrap = [](int field, const std::string& content) {
+    std::string size;
+    size_t rest = content.size();
+    for (; rest >= 0x80; rest >>= 7) size += static_cast<char>((rest & 0x7F) | 0x80);
+    return std::string(1, static_cast<char>(field << 3 | 2)) + size + static_cast<char>(rest) +
+           content;
+  };
+  for (int i = 0; i < 200; ++i) graph = wrap(1, wrap(5, wrap(6, graph)));
+  const std::string model = wrap(7, graph);
+  const auto* data = reinterpret_cast<const std::byte*>(model.data());
+  const auto summary = read_onnx({data, model.size()});
+  ASSERT_FALSE(summary);
+  EXPECT_NE(summary.error().offered.find("graphs within graphs"), std::string::npos);
+}
+
+TEST(OnnxFile, KnowsAnOnnxFileByItsFirstBytes) {
+  EXPECT_GE(score({0x08, 0x07, 0x12, 0x07, 'p', 'y', 't'}), 80);
+  EXPECT_GE(score({0x1C, 0, 0, 0, 'O', 'R', 'T', 'M'}), 80);
+  EXPECT_EQ(score({0x1C, 0, 0, 0, 'T', 'F', 'L', '3'}), 0);
+  EXPECT_EQ(score({0x89, 'P', 'N', 'G', 0x0D, 0x0A, 0x1A, 0x0A}), 0);
+  EXPECT_EQ(score({'P', 'K', 3, 4}), 0);
+  EXPECT_LT(score({0x08, 0x07, 'x', 'x'}), 50);
+  EXPECT_EQ(score({0x08}), 0);
+  EXPECT_EQ(score({}), 0);
+}
+
+}  // namespace
+}  // namespace weir::engine

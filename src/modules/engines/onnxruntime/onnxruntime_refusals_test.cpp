@@ -1,0 +1,231 @@
+// What the ONNX Runtime engine refuses, and in which words.
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+
+#include "engine_test_host.hpp"
+#include "onnxruntime/onnx_builder.hpp"
+
+namespace weir::engine_test {
+namespace {
+
+OnnxBuilder negation(const std::vector<std::string>& shape = {"2", "3"}) {
+  return OnnxBuilder()
+      .input("x", kFloat, shape)
+      .output("y", kFloat, shape)
+      .node("Neg", {"x"}, {"y"});
+}
+
+class OnnxRuntimeRefuses : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    ASSERT_NE(engine(), nullptr);
+    if (!engine()->extension("weir.library/1")) GTEST_SKIP() << "ONNX Runtime is not installed";
+  }
+  static const weir_engine* engine() {
+    static const weir_engine* const loaded = load_module(WEIR_MODULE_FILE);
+    return loaded;
+  }
+  Error error_of(const std::vector<std::byte>& bytes, const OpenEngine::Options& options = {}) {
+    const auto model = OpenEngine::open(*engine(), folder_.write("model.onnx", bytes), options);
+    return model ? Error{Code::INTERNAL, "it opened", "", "", "", ""} : model.error();
+  }
+  std::unique_ptr<OpenEngine> opened(const OnnxBuilder& model) {
+    auto out = OpenEngine::open(*engine(), folder_.write("model.onnx", model.bytes()));
+    return out ? *std::move(out) : nullptr;
+  }
+  TemporaryFolder folder_;
+};
+
+TEST_F(OnnxRuntimeRefuses, AModelThatIsNotThere) {
+  const auto model = OpenEngine::open(*engine(), folder_.path("none.onnx"));
+  ASSERT_FALSE(model);
+  EXPECT_EQ(model.error().code, Code::MODEL_NOT_FOUND);
+  EXPECT_NE(model.error().offered.find("none.onnx"), std::string::npos);
+}
+
+TEST_F(OnnxRuntimeRefuses, AFolder) {
+  const auto model = OpenEngine::open(*engine(), folder_.path(""));
+  ASSERT_FALSE(model);
+  EXPECT_EQ(model.error().code, Code::MODEL_NOT_FOUND);
+}
+
+TEST_F(OnnxRuntimeRefuses, AnEmptyFile) {
+  EXPECT_EQ(error_of({}).code, Code::MODEL_INVALID);
+}
+
+TEST_F(OnnxRuntimeRefuses, AModelCutAnywhere) {
+  const auto whole = negation().bytes();
+  for (size_t size = 1; size < whole.size(); ++size) {
+    const Error error = error_of({whole.begin(), whole.begin() + static_cast<ptrdiff_t>(size)});
+    // A cut between two fields leaves a file that is whole but lacks something.
+    EXPECT_TRUE(error.code == Code::MODEL_INVALID || error.code == Code::MODEL_UNSUPPORTED)
+        << size << ": " << error.message();
+  }
+}
+
+TEST_F(OnnxRuntimeRefuses, ARealModelCutAnywhere) {
+  const auto path = shared_file("models/classification/mnist.onnx");
+  if (path.empty()) GTEST_SKIP() << "../shared/models/classification/mnist.onnx is not there";
+  const auto whole = read_bytes(path);
+  for (const size_t size : {whole.size() - 1, whole.size() / 2, whole.size() / 10, size_t{100}}) {
+    const Error error = error_of({whole.begin(), whole.begin() + static_cast<ptrdiff_t>(size)});
+    EXPECT_EQ(error.code, Code::MODEL_INVALID) << size << ": " << error.message();
+  }
+}
+
+TEST_F(OnnxRuntimeRefuses, FilesThatAreNoModel) {
+  std::vector<std::byte> noise(4096);
+  uint32_t state = 1;
+  for (auto& byte : noise) byte = std::byte((state = state * 1664525 + 1013904223) >> 24);
+  EXPECT_EQ(error_of(noise).code, Code::MODEL_INVALID);
+  EXPECT_EQ(error_of(std::vector<std::byte>(4096)).code, Code::MODEL_INVALID);
+  const Error error = error_of({std::byte('P'), std::byte('N'), std::byte('G')});
+  EXPECT_EQ(error.code, Code::MODEL_INVALID);
+  EXPECT_NE(error.message().find("not an ONNX model"), std::string::npos) << error.message();
+}
+
+TEST_F(OnnxRuntimeRefuses, AnUnknownOperatorByItsName) {
+  const Error error = error_of(OnnxBuilder()
+                                   .input("x", kFloat, {"2"})
+                                   .output("y", kFloat, {"2"})
+                                   .node("Frobnicate", {"x"}, {"y"}, "com.example")
+                                   .also_uses("com.example")
+                                   .bytes());
+  EXPECT_EQ(error.code, Code::MODEL_UNSUPPORTED) << error.message();
+  EXPECT_NE(error.message().find("Frobnicate"), std::string::npos) << error.message();
+}
+
+TEST_F(OnnxRuntimeRefuses, AnOperatorWithoutAKernelForItsType) {
+  const Error error = error_of(OnnxBuilder()
+                                   .input("x", kUint64, {"2"})
+                                   .output("y", kUint64, {"2"})
+                                   .node("Relu", {"x"}, {"y"})
+                                   .bytes());
+  EXPECT_TRUE(error.code == Code::MODEL_UNSUPPORTED || error.code == Code::MODEL_INVALID);
+  EXPECT_NE(error.message().find("Relu"), std::string::npos) << error.message();
+}
+
+TEST_F(OnnxRuntimeRefuses, TensorsOfText) {
+  const Error error = error_of(OnnxBuilder()
+                                   .input("words", kString, {"2"})
+                                   .output("y", kString, {"2"})
+                                   .node("Identity", {"words"}, {"y"})
+                                   .bytes());
+  EXPECT_EQ(error.code, Code::MODEL_UNSUPPORTED);
+  EXPECT_NE(error.message().find("words"), std::string::npos) << error.message();
+  EXPECT_NE(error.message().find("string"), std::string::npos) << error.message();
+}
+
+TEST_F(OnnxRuntimeRefuses, Sequences) {
+  const Error error = error_of(OnnxBuilder()
+                                   .input("x", kFloat, {"2"})
+                                   .sequence_output("y", kFloat)
+                                   .node("SequenceConstruct", {"x"}, {"y"})
+                                   .bytes());
+  EXPECT_EQ(error.code, Code::MODEL_UNSUPPORTED) << error.message();
+}
+
+TEST_F(OnnxRuntimeRefuses, OptionsWithValuesThatCannotBe) {
+  for (const auto& [key, value] : OpenEngine::Options{{"NumThreads", "0"},
+                                                      {"NumThreads", "many"},
+                                                      {"NumThreads", "2x"},
+                                                      {"GraphOptimization", "most"},
+                                                      {"Spinning", "maybe"}}) {
+    const Error error = error_of(negation().bytes(), {{key, value}});
+    EXPECT_EQ(error.code, Code::OPTION_VALUE) << key << value;
+    EXPECT_NE(error.offered.find(value), std::string::npos);
+    EXPECT_FALSE(error.fix.empty());
+  }
+}
+
+TEST_F(OnnxRuntimeRefuses, InputsThatDoNotFit) {
+  const auto model = opened(negation());
+  ASSERT_NE(model, nullptr);
+  const auto code = [&](const std::vector<TestTensor>& inputs) {
+    const auto out = model->invoke(inputs);
+    return out ? Code::INTERNAL : out.error().code;
+  };
+  EXPECT_EQ(code({}), Code::SPEC_MISMATCH);
+  EXPECT_EQ(code({make_tensor(WEIR_FLOAT32, {2, 3}), make_tensor(WEIR_FLOAT32, {2, 3})}),
+            Code::SPEC_MISMATCH);
+  EXPECT_EQ(code({make_tensor(WEIR_FLOAT32, {2, 4})}), Code::SPEC_MISMATCH);
+  EXPECT_EQ(code({make_tensor(WEIR_FLOAT32, {6})}), Code::SPEC_MISMATCH);
+  EXPECT_EQ(code({make_tensor(WEIR_INT32, {2, 3})}), Code::SPEC_MISMATCH);
+  const auto out = model->resolve({make_tensor(WEIR_FLOAT32, {2, 4}).info});
+  ASSERT_FALSE(out);
+  EXPECT_NE(out.error().offered.find("float32 4:2"), std::string::npos) << out.error().message();
+  EXPECT_NE(out.error().offered.find("dimension 1 is 4 instead of 3"), std::string::npos)
+      << out.error().message();
+  EXPECT_NE(out.error().needed.find("float32 3:2 (x)"), std::string::npos);
+}
+
+TEST_F(OnnxRuntimeRefuses, FramesThatLie) {
+  const auto model = opened(negation());
+  ASSERT_NE(model, nullptr);
+  std::vector<float> x(6), y(6);
+  weir_tensor in{}, out{};
+  in.info = out.info = make_tensor(WEIR_FLOAT32, {2, 3}).info;
+  in.data = x.data();
+  out.data = y.data();
+  in.bytes = out.bytes = 24;
+  weir_frame in_frame{}, out_frame{};
+  in_frame.n_tensors = out_frame.n_tensors = 1;
+  in_frame.tensors = &in;
+  out_frame.tensors = &out;
+  ASSERT_TRUE(model->invoke(in_frame, out_frame));
+  const auto code = [&] {
+    const auto status = model->invoke(in_frame, out_frame);
+    return status ? Code::INTERNAL : status.error().code;
+  };
+  in.bytes = 20;
+  EXPECT_EQ(code(), Code::FRAME_SIZE);
+  in.bytes = 24;
+  out.bytes = 28;
+  EXPECT_EQ(code(), Code::FRAME_SIZE);
+  out.bytes = 24;
+  in.data = nullptr;
+  EXPECT_EQ(code(), Code::FRAME_SIZE);
+  in.data = x.data();
+  in.memory_kind = WEIR_MEMORY_DMABUF;
+  EXPECT_EQ(code(), Code::FORMAT_UNSUPPORTED);
+  in.memory_kind = WEIR_MEMORY_HOST;
+  in.stride[0] = 16;
+  in.stride[1] = 4;
+  EXPECT_EQ(code(), Code::FORMAT_UNSUPPORTED);
+  in.stride[0] = 12;
+  EXPECT_EQ(code(), Code::INTERNAL);  // dense strides are as good as none
+  in.info.shape[0] = -1;
+  EXPECT_EQ(code(), Code::FRAME_SIZE);
+  in.info.shape[0] = INT64_MAX;
+  EXPECT_EQ(code(), Code::SPEC_MISMATCH);
+  in.info.rank = 17;
+  EXPECT_EQ(code(), Code::SPEC_MISMATCH);
+}
+
+// The first frame shows that the shape was believed in vain: an error, not a write past the end.
+TEST_F(OnnxRuntimeRefuses, OutputMemoryOfAnotherShape) {
+  const auto model = opened(
+      OnnxBuilder().input("x", kFloat, {"n"}).output("y", kFloat, {"m"}).node("Neg", {"x"}, {"y"}));
+  ASSERT_NE(model, nullptr);
+  std::vector<float> x(6), y(2);
+  weir_tensor in{}, out{};
+  in.info = make_tensor(WEIR_FLOAT32, {6}).info;
+  out.info = make_tensor(WEIR_FLOAT32, {2}).info;
+  in.data = x.data();
+  out.data = y.data();
+  in.bytes = 24;
+  out.bytes = 8;
+  weir_frame in_frame{}, out_frame{};
+  in_frame.n_tensors = out_frame.n_tensors = 1;
+  in_frame.tensors = &in;
+  out_frame.tensors = &out;
+  const auto status = model->invoke(in_frame, out_frame);
+  ASSERT_FALSE(status);
+  EXPECT_TRUE(status.error().code == Code::INVOKE_FAILED ||
+              status.error().code == Code::SPEC_MISMATCH)
+      << status.error().message();
+}
+
+}  // namespace
+}  // namespace weir::engine_test

@@ -1,0 +1,328 @@
+// ONNX Runtime through the C table: types, shapes, memory, options.
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+#include <thread>
+
+#include "engine_library.hpp"
+#include "engine_test_host.hpp"
+#include "onnxruntime/onnx_builder.hpp"
+
+namespace weir::engine_test {
+namespace {
+
+class OnnxRuntime : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    ASSERT_NE(engine(), nullptr);
+    if (!engine()->extension("weir.library/1")) GTEST_SKIP() << "ONNX Runtime is not installed";
+    take_log();
+  }
+  static const weir_engine* engine() {
+    static const weir_engine* const loaded = load_module(WEIR_MODULE_FILE);
+    return loaded;
+  }
+  Result<std::unique_ptr<OpenEngine>> open(const OnnxBuilder& model,
+                                           const OpenEngine::Options& options = {}) {
+    return OpenEngine::open(*engine(), folder_.write("model.onnx", model.bytes()), options);
+  }
+  TemporaryFolder folder_;
+};
+
+struct TypeCase {
+  int onnx;
+  uint32_t weir;
+};
+class OnnxRuntimeTypes : public OnnxRuntime, public ::testing::WithParamInterface<TypeCase> {};
+
+TEST_P(OnnxRuntimeTypes, PassThroughUnchanged) {
+  auto model = open(OnnxBuilder()
+                        .input("x", GetParam().onnx, {"2", "3"})
+                        .output("y", GetParam().onnx, {"3", "2"})
+                        .node("Transpose", {"x"}, {"y"}));
+  ASSERT_TRUE(model) << model.error().message();
+  auto x = make_tensor(GetParam().weir, {2, 3});
+  for (size_t i = 0; i < x.bytes.size(); ++i) x.bytes[i] = std::byte(i % 2);  // also good as bool
+  const auto y = (*model)->invoke({x});
+  ASSERT_TRUE(y) << y.error().message();
+  EXPECT_EQ((*y)[0].info.type, GetParam().weir);
+  EXPECT_EQ(shape_of((*y)[0].info), (std::vector<int64_t>{3, 2}));
+  const size_t size = x.bytes.size() / 6;
+  for (size_t row = 0; row < 2; ++row)
+    for (size_t column = 0; column < 3; ++column)
+      for (size_t byte = 0; byte < size; ++byte)
+        EXPECT_EQ((*y)[0].bytes[(column * 2 + row) * size + byte],
+                  x.bytes[(row * 3 + column) * size + byte]);
+}
+INSTANTIATE_TEST_SUITE_P(
+    All, OnnxRuntimeTypes,
+    ::testing::Values(TypeCase{kFloat, WEIR_FLOAT32}, TypeCase{kUint8, WEIR_UINT8},
+                      TypeCase{kInt8, WEIR_INT8}, TypeCase{kUint16, WEIR_UINT16},
+                      TypeCase{kInt16, WEIR_INT16}, TypeCase{kInt32, WEIR_INT32},
+                      TypeCase{kInt64, WEIR_INT64}, TypeCase{kBool, WEIR_UINT8},
+                      TypeCase{kFloat16, WEIR_FLOAT16}, TypeCase{kDouble, WEIR_FLOAT64},
+                      TypeCase{kUint32, WEIR_UINT32}, TypeCase{kUint64, WEIR_UINT64}));
+
+TEST_F(OnnxRuntime, AnyByteButZeroIsTrue) {
+  auto model = open(
+      OnnxBuilder().input("x", kBool, {"4"}).output("y", kBool, {"4"}).node("Not", {"x"}, {"y"}));
+  ASSERT_TRUE(model) << model.error().message();
+  const auto y = (*model)->invoke({make_tensor<uint8_t>(WEIR_UINT8, {4}, {0, 1, 2, 255})});
+  ASSERT_TRUE(y) << y.error().message();
+  EXPECT_EQ((*y)[0].values<uint8_t>(), (std::vector<uint8_t>{1, 0, 0, 0}));
+}
+
+TEST_F(OnnxRuntime, HalfFloatsKeepTheirBits) {
+  auto model = open(OnnxBuilder()
+                        .input("x", kFloat16, {"3"})
+                        .output("y", kFloat, {"3"})
+                        .node("Cast", {"x"}, {"y"})
+                        .attribute("to", kFloat));
+  ASSERT_TRUE(model) << model.error().message();
+  const auto y =
+      (*model)->invoke({make_tensor<uint16_t>(WEIR_FLOAT16, {3}, {0x3C00, 0xC100, 0x7BFF})});
+  ASSERT_TRUE(y) << y.error().message();
+  EXPECT_EQ((*y)[0].values<float>(), (std::vector<float>{1.0f, -2.5f, 65504.0f}));
+}
+
+TEST_F(OnnxRuntime, ScalarsHaveRankZero) {
+  auto model = open(OnnxBuilder()
+                        .input("x", kInt64, {})
+                        .input("v", kInt64, {"2"})
+                        .output("y", kInt64, {"2"})
+                        .output("s", kInt64, {})
+                        .node("Add", {"x", "v"}, {"y"})
+                        .node("Add", {"x", "x"}, {"s"}));
+  ASSERT_TRUE(model) << model.error().message();
+  EXPECT_EQ((*model)->inputs()[0].rank, 0u);
+  EXPECT_EQ((*model)->outputs()[1].rank, 0u);
+  const auto out = (*model)->invoke(
+      {make_tensor<int64_t>(WEIR_INT64, {}, {40}), make_tensor<int64_t>(WEIR_INT64, {2}, {2, -2})});
+  ASSERT_TRUE(out) << out.error().message();
+  EXPECT_EQ((*out)[0].values<int64_t>(), (std::vector<int64_t>{42, 38}));
+  EXPECT_EQ((*out)[1].values<int64_t>(), (std::vector<int64_t>{80}));
+}
+
+TEST_F(OnnxRuntime, InputsAndOutputsKeepTheModelsOrderAndNames) {
+  auto model = open(OnnxBuilder()
+                        .input("b", kFloat, {"1"})
+                        .input("a", kFloat, {"1"})
+                        .output("difference", kFloat, {"1"})
+                        .output("a sum", kFloat, {"1"})
+                        .node("Sub", {"b", "a"}, {"difference"})
+                        .node("Add", {"b", "a"}, {"a sum"}));
+  ASSERT_TRUE(model) << model.error().message();
+  EXPECT_STREQ((*model)->inputs()[0].name, "b");
+  EXPECT_STREQ((*model)->inputs()[1].name, "a");
+  EXPECT_STREQ((*model)->outputs()[0].name, "difference");
+  EXPECT_STREQ((*model)->outputs()[1].name, "a sum");
+  const auto out = (*model)->invoke(
+      {make_tensor<float>(WEIR_FLOAT32, {1}, {5}), make_tensor<float>(WEIR_FLOAT32, {1}, {3})});
+  ASSERT_TRUE(out) << out.error().message();
+  EXPECT_EQ((*out)[0].values<float>()[0], 2);
+  EXPECT_EQ((*out)[1].values<float>()[0], 8);
+}
+
+TEST_F(OnnxRuntime, OpenDimensionsAreMinusOneAndFollowTheInputByName) {
+  auto model = open(OnnxBuilder()
+                        .input("x", kFloat, {"n", "3"})
+                        .output("y", kFloat, {"n", "3"})
+                        .node("Neg", {"x"}, {"y"}));
+  ASSERT_TRUE(model) << model.error().message();
+  EXPECT_EQ(text_of((*model)->inputs()[0]), "float32[-1, 3]");
+  EXPECT_EQ((*model)->inputs()[0].batch_axis, 0u);
+  const auto out = (*model)->resolve({make_tensor(WEIR_FLOAT32, {7, 3}).info});
+  ASSERT_TRUE(out) << out.error().message();
+  EXPECT_EQ(text_of((*out)[0]), "float32[7, 3]");
+  const auto open_still = (*model)->resolve((*model)->inputs());
+  ASSERT_TRUE(open_still) << open_still.error().message();
+  EXPECT_EQ(text_of((*open_still)[0]), "float32[-1, 3]");
+}
+
+TEST_F(OnnxRuntime, OpenDimensionsWithoutANameComeFromARunOnZeros) {
+  auto model = open(OnnxBuilder()
+                        .input("x", kFloat, {"n", "3"})
+                        .input("y", kFloat, {"m", "3"})
+                        .output("z", kFloat, {"k", "3"})
+                        .node("Concat", {"x", "y"}, {"z"})
+                        .attribute("axis", 0));
+  ASSERT_TRUE(model) << model.error().message();
+  const auto out = (*model)->resolve(
+      {make_tensor(WEIR_FLOAT32, {2, 3}).info, make_tensor(WEIR_FLOAT32, {5, 3}).info});
+  ASSERT_TRUE(out) << out.error().message();
+  EXPECT_EQ(text_of((*out)[0]), "float32[7, 3]");
+  EXPECT_EQ((*model)->inputs()[0].batch_axis, WEIR_NO_BATCH_AXIS);
+}
+
+TEST_F(OnnxRuntime, ShapesThatDependOnDataStayOpenAndAreAllocatedByTheEngine) {
+  auto model = open(OnnxBuilder()
+                        .input("x", kFloat, {"4"})
+                        .output("y", kInt64, {"1", "found"})
+                        .node("NonZero", {"x"}, {"y"}));
+  ASSERT_TRUE(model) << model.error().message();
+  EXPECT_NE((*model)->info().flags & WEIR_MODEL_DYNAMIC_OUTPUT, 0u);
+  for (const auto& [x, expected] : std::vector<std::pair<std::vector<float>, std::vector<int64_t>>>{
+           {{0, 1, 0, 2}, {1, 3}}, {{0, 0, 0, 0}, {}}, {{1, 1, 1, 1}, {0, 1, 2, 3}}}) {
+    const auto y = (*model)->invoke({make_tensor<float>(WEIR_FLOAT32, {4}, x)});
+    ASSERT_TRUE(y) << y.error().message();
+    EXPECT_EQ((*model)->engine_allocated(), 1u);
+    EXPECT_EQ((*y)[0].values<int64_t>(), expected);
+    EXPECT_EQ(shape_of((*y)[0].info), (std::vector<int64_t>{1, int64_t(expected.size())}));
+  }
+}
+
+TEST_F(OnnxRuntime, AnOutputWithoutAShapeHasUnknownRank) {
+  auto model = open(OnnxBuilder()
+                        .input("x", kFloat, {"a", "b"})
+                        .input("shape", kInt64, {"r"})
+                        .shapeless_output("y", kFloat)
+                        .node("Reshape", {"x", "shape"}, {"y"}));
+  ASSERT_TRUE(model) << model.error().message();
+  EXPECT_EQ((*model)->outputs()[0].rank, WEIR_RANK_UNKNOWN);
+  const auto y = (*model)->invoke({make_tensor<float>(WEIR_FLOAT32, {2, 3}, {1, 2, 3, 4, 5, 6}),
+                                   make_tensor<int64_t>(WEIR_INT64, {3}, {3, 1, 2})});
+  ASSERT_TRUE(y) << y.error().message();
+  EXPECT_EQ(shape_of((*y)[0].info), (std::vector<int64_t>{3, 1, 2}));
+}
+
+// The memory of an input that the model passes through must not leave as an output's.
+TEST_F(OnnxRuntime, AnInputThatIsAnOutputIsCopied) {
+  auto model = open(OnnxBuilder()
+                        .input("x", kFloat, {"2"})
+                        .output("y", kFloat, {"2"})
+                        .node("Identity", {"x"}, {"y"}));
+  ASSERT_TRUE(model) << model.error().message();
+  float x[] = {1, 2};
+  weir_tensor in{}, out{};
+  in.info = make_tensor(WEIR_FLOAT32, {2}).info;
+  in.data = x;
+  in.bytes = sizeof x;
+  weir_frame in_frame{}, out_frame{};
+  in_frame.n_tensors = out_frame.n_tensors = 1;
+  in_frame.tensors = &in;
+  out_frame.tensors = &out;
+  const auto status = (*model)->invoke(in_frame, out_frame);
+  ASSERT_TRUE(status) << status.error().message();
+  ASSERT_NE(out.release, nullptr);
+  EXPECT_NE(out.data, x);
+  EXPECT_EQ(static_cast<float*>(out.data)[1], 2);
+  out.release(out.owner);
+}
+
+TEST_F(OnnxRuntime, ReadsAndWritesTheCallersMemory) {
+  auto model = open(OnnxBuilder()
+                        .input("x", kFloat, {"1024"})
+                        .output("y", kFloat, {"1024"})
+                        .node("Neg", {"x"}, {"y"}));
+  ASSERT_TRUE(model) << model.error().message();
+  const auto x = make_tensor<float>(WEIR_FLOAT32, {1024}, std::vector<float>(1024, 3));
+  const auto y = (*model)->invoke({x});
+  ASSERT_TRUE(y) << y.error().message();
+  EXPECT_EQ((*model)->engine_allocated(), 0u);
+  EXPECT_EQ((*y)[0].values<float>(), std::vector<float>(1024, -3));
+}
+
+TEST_F(OnnxRuntime, MemoryOfAnOutputOutlivesModelAndSession) {
+  weir_tensor in{}, out{};
+  float x[] = {0, 7, 0, 0};
+  {
+    auto model = open(OnnxBuilder()
+                          .input("x", kFloat, {"4"})
+                          .output("y", kInt64, {"1", "found"})
+                          .node("NonZero", {"x"}, {"y"}));
+    ASSERT_TRUE(model) << model.error().message();
+    in.info = make_tensor(WEIR_FLOAT32, {4}).info;
+    in.data = x;
+    in.bytes = sizeof x;
+    weir_frame in_frame{}, out_frame{};
+    in_frame.n_tensors = out_frame.n_tensors = 1;
+    in_frame.tensors = &in;
+    out_frame.tensors = &out;
+    const auto status = (*model)->invoke(in_frame, out_frame);
+    ASSERT_TRUE(status) << status.error().message();
+  }
+  EXPECT_EQ(*static_cast<int64_t*>(out.data), 1);
+  out.release(out.owner);
+}
+
+TEST_F(OnnxRuntime, SessionsOfOneModelRunAtOnce) {
+  const auto bytes = OnnxBuilder()
+                         .input("x", kFloat, {"n"})
+                         .output("y", kFloat, {"n"})
+                         .node("Neg", {"x"}, {"y"})
+                         .bytes();
+  const auto path = folder_.write("model.onnx", bytes);
+  std::vector<std::thread> threads;
+  std::vector<int> good(4);
+  for (size_t t = 0; t < good.size(); ++t)
+    threads.emplace_back([&, t] {
+      auto model = OpenEngine::open(*engine(), path);
+      for (int i = 0; model && i < 50; ++i) {
+        const auto size = static_cast<int64_t>(t * 7 + 1);
+        const std::vector<float> x(static_cast<size_t>(size), static_cast<float>(i));
+        const auto y = (*model)->invoke({make_tensor<float>(WEIR_FLOAT32, {size}, x)});
+        good[t] += y && (*y)[0].values<float>().back() == -static_cast<float>(i);
+      }
+    });
+  for (auto& thread : threads) thread.join();
+  EXPECT_EQ(good, std::vector<int>(4, 50));
+}
+
+TEST_F(OnnxRuntime, WarmRunsWithoutAFrame) {
+  auto model = open(
+      OnnxBuilder().input("x", kFloat, {"2"}).output("y", kFloat, {"2"}).node("Neg", {"x"}, {"y"}));
+  ASSERT_TRUE(model) << model.error().message();
+  for (const int op : {WEIR_WARM, WEIR_SUSPEND, WEIR_RESUME, WEIR_RESET_STATE})
+    EXPECT_TRUE((*model)->control(op)) << op;
+  EXPECT_FALSE((*model)->control(WEIR_SET_OPTION));
+}
+
+TEST_F(OnnxRuntime, SaysWhereTheModelComesFrom) {
+  auto model = open(OnnxBuilder()
+                        .input("x", kFloat, {"2"})
+                        .output("y", kFloat, {"2"})
+                        .node("Neg", {"x"}, {"y"})
+                        .metadata("labels", "cat,dog")
+                        .metadata("odd", "\xFF\xFE"));
+  ASSERT_TRUE(model) << model.error().message();
+  const auto json = nlohmann::json::parse((*model)->info().metadata_json);
+  EXPECT_EQ(json["producer"], "weir tests");
+  EXPECT_EQ(json["producer_version"], "3.1");
+  EXPECT_EQ(json["opset"]["ai.onnx"], 13);
+  EXPECT_EQ(json["custom_metadata_map"]["labels"], "cat,dog");
+  EXPECT_TRUE(json["custom_metadata_map"].contains("odd"));
+}
+
+TEST_F(OnnxRuntime, TakesItsOptions) {
+  const auto model =
+      OnnxBuilder().input("x", kFloat, {"2"}).output("y", kFloat, {"2"}).node("Neg", {"x"}, {"y"});
+  EXPECT_TRUE(open(model, {{"numthreads", "2"},
+                           {"GraphOptimization", "Basic"},
+                           {"Spinning", "true"},
+                           {"session.set_denormal_as_zero", "1"}}));
+  // The engine itself may tell that denormals are off now.
+  for (const auto& line : take_log()) EXPECT_EQ(line.find("not known"), std::string::npos) << line;
+  EXPECT_TRUE(open(model, {{"NumThread", "2"}}));
+  const auto log = take_log();
+  ASSERT_EQ(log.size(), 1u);
+  EXPECT_NE(log[0].find("NumThread is not known"), std::string::npos) << log[0];
+}
+
+TEST_F(OnnxRuntime, OpensAModelGivenAsBytes) {
+  const auto bytes = OnnxBuilder()
+                         .input("x", kFloat, {"2"})
+                         .output("y", kFloat, {"2"})
+                         .node("Neg", {"x"}, {"y"})
+                         .bytes();
+  weir_open request{};
+  request.struct_size = sizeof request;
+  request.bytes = bytes.data();
+  request.n_bytes = bytes.size();
+  weir_model* model = nullptr;
+  weir_error error;
+  ASSERT_EQ(engine()->open(&request, &model, &error), 0) << error.error.message();
+  engine()->close(model);
+}
+
+}  // namespace
+}  // namespace weir::engine_test

@@ -1,0 +1,91 @@
+// Opening libonnxruntime.
+#include "onnxruntime/ort_api.hpp"
+
+#include <mutex>
+
+#include "module_host.hpp"
+
+namespace weir::engine {
+namespace {
+
+weir_log_level level_of(OrtLoggingLevel severity) {
+  switch (severity) {
+    case ORT_LOGGING_LEVEL_FATAL:
+    case ORT_LOGGING_LEVEL_ERROR:
+      return WEIR_LOG_ERROR;
+    case ORT_LOGGING_LEVEL_WARNING:
+      return WEIR_LOG_WARNING;
+    case ORT_LOGGING_LEVEL_INFO:
+      return WEIR_LOG_INFO;
+    default:
+      return WEIR_LOG_DEBUG;
+  }
+}
+
+// Errors come back as values too, with more words: here they are for those who debug.
+void ORT_API_CALL forward_log(void*, OrtLoggingLevel severity, const char*, const char*,
+                              const char*, const char* message) {
+  const auto level = level_of(severity);
+  log(level == WEIR_LOG_ERROR ? WEIR_LOG_INFO : level, message ? message : "");
+}
+
+}  // namespace
+
+OrtFailure take(const OrtApi& api, OrtStatus* status) {
+  if (!status) return {};
+  OrtFailure failure{api.GetErrorCode(status), api.GetErrorMessage(status)};
+  if (failure.code == ORT_OK) failure.code = ORT_FAIL;
+  api.ReleaseStatus(status);
+  return failure;
+}
+
+Result<std::shared_ptr<const OrtRuntime>> OrtRuntime::instance() {
+  static std::mutex mutex;  // guards `runtime`
+  static std::shared_ptr<const OrtRuntime> runtime;
+  const std::lock_guard lock(mutex);
+  if (runtime) return runtime;
+  auto loaded = load();  // a missing library is looked for again: it may be installed meanwhile
+  if (loaded) runtime = *loaded;
+  return loaded;
+}
+
+Result<std::shared_ptr<const OrtRuntime>> OrtRuntime::load() {
+  auto library = EngineLibrary::open("onnxruntime", "ONNX Runtime",
+                                     {"libonnxruntime.so.1", "libonnxruntime.so"});
+  if (!library) return library.error();
+  const auto unusable = [&](const std::string& offered) {
+    return Error{Code::ENGINE_NOT_INSTALLED,
+                 "the library of ONNX Runtime cannot be used",
+                 library->path() + ": " + offered,
+                 "ONNX Runtime with C API " + std::to_string(ORT_API_VERSION),
+                 "",
+                 "tools/setup --engine onnxruntime"};
+  };
+  using GetBase = const OrtApiBase*(ORT_API_CALL*)();
+  const auto get_base = library->symbol<GetBase>("OrtGetApiBase");
+  if (!get_base) return unusable("no symbol OrtGetApiBase");
+  const OrtApiBase* base = get_base();
+  std::shared_ptr<OrtRuntime> out(new OrtRuntime);
+  out->version_ = base->GetVersionString();
+  out->path_ = library->path();
+  const OrtApi* api = base->GetApi(ORT_API_VERSION);
+  if (!api) return unusable("version " + out->version_ + " is too old");
+  out->api_ = api;
+  if (auto bad =
+          take(*api, api->CreateEnvWithCustomLogger(forward_log, nullptr, ORT_LOGGING_LEVEL_WARNING,
+                                                    "weir", &out->environment_)))
+    return unusable(bad.text);
+  if (auto bad = take(
+          *api, api->CreateCpuMemoryInfo(OrtDeviceAllocator, OrtMemTypeDefault, &out->memory_)))
+    return unusable(bad.text);
+  if (auto bad = take(*api, api->GetAllocatorWithDefaultOptions(&out->allocator_)))
+    return unusable(bad.text);
+  return std::shared_ptr<const OrtRuntime>(std::move(out));
+}
+
+OrtRuntime::~OrtRuntime() {
+  if (memory_) api_->ReleaseMemoryInfo(memory_);
+  if (environment_) api_->ReleaseEnv(environment_);
+}
+
+}  // namespace weir::engine

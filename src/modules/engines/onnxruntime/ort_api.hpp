@@ -1,0 +1,51 @@
+// ONNX Runtime's C API: the library opened once, its objects owned, its errors turned into values.
+#pragma once
+#include <onnxruntime_c_api.h>
+
+#include <memory>
+#include <string>
+
+#include "engine_library.hpp"
+
+namespace weir::engine {
+
+// One for the process; ends after the last model.
+class OrtRuntime {
+ public:
+  // Opens the library on first use. ENGINE_NOT_INSTALLED as EngineLibrary says.
+  static Result<std::shared_ptr<const OrtRuntime>> instance();
+  ~OrtRuntime();
+  OrtRuntime(const OrtRuntime&) = delete;
+  OrtRuntime& operator=(const OrtRuntime&) = delete;
+
+  const OrtApi& api() const noexcept { return *api_; }
+  OrtEnv* environment() const noexcept { return environment_; }
+  const OrtMemoryInfo* host_memory() const noexcept { return memory_; }
+  OrtAllocator* allocator() const noexcept { return allocator_; }  // the library's default one
+  const std::string& version() const noexcept { return version_; }
+  const std::string& path() const noexcept { return path_; }
+
+ private:
+  OrtRuntime() = default;
+  static Result<std::shared_ptr<const OrtRuntime>> load();
+
+  const OrtApi* api_ = nullptr;
+  OrtEnv* environment_ = nullptr;    // released by the destructor
+  OrtMemoryInfo* memory_ = nullptr;  // released by the destructor
+  OrtAllocator* allocator_ = nullptr;
+  std::string version_, path_;
+};
+
+// The message of a status, which is released; "" = success.
+struct OrtFailure {
+  OrtErrorCode code = ORT_OK;
+  std::string text;
+  explicit operator bool() const noexcept { return code != ORT_OK; }
+};
+OrtFailure take(const OrtApi& api, OrtStatus* status);
+
+// unique_ptr of an ORT object; the deleter knows the API it came from.
+template <class T>
+using OrtOwner = std::unique_ptr<T, void(ORT_API_CALL*)(T*)>;
+
+}  // namespace weir::engine

@@ -1,0 +1,16 @@
+// What an ONNX model says of where it comes from, as JSON.
+#pragma once
+#include <string>
+
+#include "onnxruntime/onnx_file.hpp"
+#include "onnxruntime/ort_api.hpp"
+
+namespace weir::engine {
+
+// {"producer":..., "producer_version":..., "graph":..., "domain":..., "description":...,
+//  "model_version":N, "ir_version":N, "opset":{"ai.onnx":N}, "custom_metadata_map":{...}};
+// texts that are empty are left out.
+std::string ort_metadata_json(const OrtRuntime& runtime, const OrtSession* session,
+                              const OnnxSummary& summary);
+
+}  // namespace weir::engine

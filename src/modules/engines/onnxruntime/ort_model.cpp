@@ -1,0 +1,238 @@
+// Opening a model and reading its inputs and outputs.
+#include "onnxruntime/ort_model.hpp"
+
+#include <algorithm>
+
+#include "model_bytes.hpp"
+#include "module_host.hpp"
+#include "onnxruntime/ort_metadata.hpp"
+#include "onnxruntime/ort_types.hpp"
+
+namespace weir::engine {
+namespace {
+
+bool mentions(const std::string& text, std::initializer_list<const char*> words) {
+  return std::any_of(words.begin(), words.end(),
+                     [&](const char* word) { return text.find(word) != std::string::npos; });
+}
+
+// ONNX Runtime's codes tell little apart (an unknown operator is an INVALID_GRAPH or a FAIL): its
+// words, which name the operator, decide together with them.
+Error load_error(const OrtFailure& failure, const std::string& model) {
+  const bool unsupported =
+      failure.code == ORT_NOT_IMPLEMENTED ||
+      mentions(failure.text, {"is not a registered function/op", "Could not find an implementation",
+                              "Unsupported model IR version", "is under development",
+                              "No Op registered", "Opset"});
+  Error error{
+      Code::MODEL_INVALID, "ONNX Runtime cannot load the model", model, failure.text, "", ""};
+  if (unsupported) {
+    error.code = Code::MODEL_UNSUPPORTED;
+    error.what = "the model needs something that this ONNX Runtime lacks";
+    error.fix = "export the model with an older opset or with standard operators only";
+  } else {
+    error.fix = "fetch or export the model again; weir inspect MODEL";
+  }
+  return Error{error.code, error.what, model + ": " + failure.text, "", "", error.fix};
+}
+
+template <class T, class Create, class Release>
+Result<OrtOwner<T>> make(const OrtApi& api, Release release, Create create) {
+  T* raw = nullptr;
+  if (auto bad = take(api, create(&raw)))
+    return Error{Code::INTERNAL, "ONNX Runtime refused a call", bad.text, "", "", ""};
+  return OrtOwner<T>(raw, release);
+}
+
+weir_tensor_info blank_info() {
+  weir_tensor_info info{};
+  info.layout = WEIR_LAYOUT_ANY;
+  info.batch_axis = WEIR_NO_BATCH_AXIS;
+  return info;
+}
+
+Error unsupported_port(const std::string& name, const std::string& offered) {
+  return Error{Code::MODEL_UNSUPPORTED,
+               "the model's tensor " + name + " is of a kind that streams lack",
+               offered,
+               "numbers of 8 to 64 bits, or bool",
+               "",
+               "export the model without it, or convert it within the model (Cast)"};
+}
+
+}  // namespace
+
+OrtModel::OrtModel(std::shared_ptr<const OrtRuntime> runtime)
+    : runtime_(std::move(runtime)), session_(nullptr, runtime_->api().ReleaseSession) {}
+
+Result<std::unique_ptr<OrtModel>> OrtModel::open(const weir_open& request) {
+  auto runtime = OrtRuntime::instance();
+  if (!runtime) return runtime.error();
+  const auto options = OrtOptions::read(request);
+  if (!options) return options.error();
+  auto file = read_model(request);
+  if (!file) return file.error();
+  auto summary = read_onnx(file->bytes);
+  if (!summary) {
+    Error error = summary.error();
+    error.offered = file->name() + ": " + error.offered;
+    return error;
+  }
+  // ONNX Runtime reads a file itself, for weights may lie in other files beside it.
+  if (!file->path.empty()) file->owned = {};
+
+  std::unique_ptr<OrtModel> model(new OrtModel(*runtime));
+  if (auto status = model->create_session(*file, *options); !status) return status.error();
+  auto inputs = model->read_ports(true, *summary);
+  if (!inputs) return inputs.error();
+  model->inputs_ = *std::move(inputs);
+  auto outputs = model->read_ports(false, *summary);
+  if (!outputs) return outputs.error();
+  model->outputs_ = *std::move(outputs);
+  model->mark_batch_axis();
+  model->shapes_depend_on_data_ = summary->shapes_depend_on_data();
+  model->weight_bytes_ = summary->weight_bytes;
+  model->metadata_ = ort_metadata_json(**runtime, model->session(), *summary);
+  return model;
+}
+
+Status OrtModel::create_session(const ModelBytes& file, const OrtOptions& options) {
+  const OrtApi& api = runtime_->api();
+  auto settings = make<OrtSessionOptions>(api, api.ReleaseSessionOptions, api.CreateSessionOptions);
+  if (!settings) return settings.error();
+  const auto refused = [](const OrtFailure& bad, const std::string& option) {
+    return Error{Code::OPTION_VALUE, "ONNX Runtime refuses an option", option, bad.text, "", ""};
+  };
+  if (auto bad = take(api, api.SetIntraOpNumThreads(settings->get(), options.threads)))
+    return refused(bad, "NumThreads:" + std::to_string(options.threads));
+  if (auto bad =
+          take(api, api.SetSessionGraphOptimizationLevel(settings->get(), options.optimization)))
+    return refused(bad, "GraphOptimization");
+  for (const auto& [key, value] : options.config)
+    if (auto bad =
+            take(api, api.AddSessionConfigEntry(settings->get(), key.c_str(), value.c_str())))
+      return refused(bad, key + ":" + value);
+  OrtSession* session = nullptr;
+  OrtStatus* status = file.path.empty()
+                          ? api.CreateSessionFromArray(runtime_->environment(), file.bytes.data(),
+                                                       file.bytes.size(), settings->get(), &session)
+                          : api.CreateSession(runtime_->environment(), file.path.c_str(),
+                                              settings->get(), &session);
+  if (auto bad = take(api, status)) return load_error(bad, file.name());
+  session_.reset(session);
+  return ok();
+}
+
+Result<OrtPorts> OrtModel::read_ports(bool inputs, const OnnxSummary& summary) const {
+  const OrtApi& api = runtime_->api();
+  size_t count = 0;
+  take(api, inputs ? api.SessionGetInputCount(session(), &count)
+                   : api.SessionGetOutputCount(session(), &count));
+  OrtPorts ports;
+  ports.names.reserve(count);  // infos point into the strings
+  for (size_t i = 0; i < count; ++i) {
+    OrtAllocator* allocator = runtime_->allocator();
+    char* name = nullptr;
+    if (auto bad = take(api, inputs ? api.SessionGetInputName(session(), i, allocator, &name)
+                                    : api.SessionGetOutputName(session(), i, allocator, &name)))
+      return Error{Code::INTERNAL, "ONNX Runtime gives no name of a tensor", bad.text, "", "", ""};
+    ports.names.emplace_back(name);
+    take(api, api.AllocatorFree(allocator, name));
+    auto type = make<OrtTypeInfo>(api, api.ReleaseTypeInfo, [&](OrtTypeInfo** out) {
+      return inputs ? api.SessionGetInputTypeInfo(session(), i, out)
+                    : api.SessionGetOutputTypeInfo(session(), i, out);
+    });
+    if (!type) return type.error();
+    if (auto status = read_port(**type, summary, &ports); !status) return status.error();
+  }
+  for (size_t i = 0; i < count; ++i) {
+    ports.infos[i].name = ports.names[i].c_str();
+    ports.name_pointers.push_back(ports.names[i].c_str());
+  }
+  return ports;
+}
+
+Status OrtModel::read_port(const OrtTypeInfo& type, const OnnxSummary& summary,
+                           OrtPorts* ports) const {
+  const OrtApi& api = runtime_->api();
+  const std::string& name = ports->names.back();
+  ONNXType kind = ONNX_TYPE_UNKNOWN;
+  take(api, api.GetOnnxTypeFromTypeInfo(&type, &kind));
+  const OrtTensorTypeAndShapeInfo* tensor = nullptr;  // belongs to `type`
+  if (kind == ONNX_TYPE_TENSOR) take(api, api.CastTypeInfoToTensorInfo(&type, &tensor));
+  if (!tensor) return unsupported_port(name, "no tensor but a sequence, map or optional value");
+  ONNXTensorElementDataType element = ONNX_TENSOR_ELEMENT_DATA_TYPE_UNDEFINED;
+  take(api, api.GetTensorElementType(tensor, &element));
+  const auto known = from_ort(element);
+  if (!known)
+    return unsupported_port(name, std::string("elements of type ") + ort_type_name(element));
+  weir_tensor_info info = blank_info();
+  info.type = *known;
+  std::vector<std::string> symbols;
+  if (auto status = read_shape(*tensor, summary.shapeless.contains(name), &info, &symbols); !status)
+    return status;
+  ports->infos.push_back(info);
+  ports->types.push_back(element);
+  ports->symbols.push_back(std::move(symbols));
+  return ok();
+}
+
+Status OrtModel::read_shape(const OrtTensorTypeAndShapeInfo& tensor, bool shapeless,
+                            weir_tensor_info* info, std::vector<std::string>* symbols) const {
+  const OrtApi& api = runtime_->api();
+  size_t rank = 0;
+  take(api, api.GetDimensionsCount(&tensor, &rank));
+  if (rank > WEIR_RANK_LIMIT)
+    return Error{Code::MODEL_UNSUPPORTED,
+                 "the model has a tensor of too many dimensions",
+                 "rank " + std::to_string(rank),
+                 "rank 16 at most",
+                 "",
+                 ""};
+  // ONNX Runtime says rank 0 of a scalar and of a tensor without a shape alike.
+  info->rank = rank == 0 && shapeless ? WEIR_RANK_UNKNOWN : static_cast<uint32_t>(rank);
+  if (rank == 0) return ok();
+  std::vector<const char*> names(rank, "");
+  take(api, api.GetDimensions(&tensor, info->shape, rank));
+  take(api, api.GetSymbolicDimensions(&tensor, names.data(), rank));
+  for (size_t i = 0; i < rank; ++i) {
+    if (info->shape[i] < 0) info->shape[i] = -1;
+    symbols->emplace_back(names[i] ? names[i] : "");
+  }
+  return ok();
+}
+
+// The first axis is the batch when it is open, and by the same name, on every input and output.
+void OrtModel::mark_batch_axis() {
+  std::string name;
+  for (const auto* ports : {&inputs_, &outputs_})
+    for (size_t i = 0; i < ports->infos.size(); ++i) {
+      const auto& info = ports->infos[i];
+      if (info.rank == 0 || info.rank == WEIR_RANK_UNKNOWN || info.shape[0] != -1) return;
+      const std::string& symbol = ports->symbols[i][0];
+      if (symbol.empty() || (!name.empty() && symbol != name)) return;
+      name = symbol;
+    }
+  for (auto* ports : {&inputs_, &outputs_})
+    for (auto& info : ports->infos) info.batch_axis = 0;
+}
+
+void OrtModel::describe(weir_model_info* info) const {
+  info->flags = WEIR_MODEL_FORK_UNSAFE;  // its threads do not survive a fork
+  if (shapes_depend_on_data_)
+    info->flags |= WEIR_MODEL_DYNAMIC_OUTPUT | WEIR_MODEL_ALLOCATES_OUTPUT;
+  info->n_inputs = static_cast<uint32_t>(inputs_.infos.size());
+  info->n_outputs = static_cast<uint32_t>(outputs_.infos.size());
+  info->inputs = inputs_.infos.data();
+  info->outputs = outputs_.infos.data();
+  info->alignment = 64;
+  info->input_padding = 0;
+  info->memory_kinds = uint64_t{1} << WEIR_MEMORY_HOST;
+  info->max_sessions = 0;  // as many as wanted
+  info->max_in_flight = 1;
+  info->preferred_batch = 1;
+  info->weight_bytes = weight_bytes_;
+  info->metadata_json = metadata_.c_str();
+}
+
+}  // namespace weir::engine

@@ -1,0 +1,57 @@
+// OrtModel: an ONNX model opened by ONNX Runtime, with what it says of its inputs and outputs.
+#pragma once
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "model_bytes.hpp"
+#include "onnxruntime/onnx_file.hpp"
+#include "onnxruntime/ort_api.hpp"
+#include "onnxruntime/ort_options.hpp"
+#include "weir/abi.h"
+
+namespace weir::engine {
+
+// One side of a model: the inputs or the outputs, in the model's order.
+struct OrtPorts {
+  std::vector<std::string> names;
+  std::vector<weir_tensor_info> infos;  // their names point into `names`
+  std::vector<ONNXTensorElementDataType> types;
+  std::vector<std::vector<std::string>> symbols;  // per dimension, "" = none
+  std::vector<const char*> name_pointers;
+};
+
+class OrtModel {
+ public:
+  static Result<std::unique_ptr<OrtModel>> open(const weir_open& request);
+  OrtModel(const OrtModel&) = delete;
+  OrtModel& operator=(const OrtModel&) = delete;
+
+  void describe(weir_model_info* info) const;
+
+  const OrtRuntime& runtime() const noexcept { return *runtime_; }
+  const std::shared_ptr<const OrtRuntime>& shared_runtime() const noexcept { return runtime_; }
+  OrtSession* session() const noexcept { return session_.get(); }
+  const OrtPorts& inputs() const noexcept { return inputs_; }
+  const OrtPorts& outputs() const noexcept { return outputs_; }
+  bool shapes_depend_on_data() const noexcept { return shapes_depend_on_data_; }
+
+ private:
+  explicit OrtModel(std::shared_ptr<const OrtRuntime> runtime);
+  Status create_session(const ModelBytes& file, const OrtOptions& options);
+  Result<OrtPorts> read_ports(bool inputs, const OnnxSummary& summary) const;
+  Status read_port(const OrtTypeInfo& type, const OnnxSummary& summary, OrtPorts* ports) const;
+  Status read_shape(const OrtTensorTypeAndShapeInfo& tensor, bool shapeless, weir_tensor_info* info,
+                    std::vector<std::string>* symbols) const;
+  void mark_batch_axis();
+
+  std::shared_ptr<const OrtRuntime> runtime_;  // outlives the session
+  OrtOwner<OrtSession> session_;
+  OrtPorts inputs_, outputs_;
+  bool shapes_depend_on_data_ = false;
+  uint64_t weight_bytes_ = 0;
+  std::string metadata_;
+};
+
+}  // namespace weir::engine

@@ -1,0 +1,270 @@
+// Binding memory, running, handing over what ONNX Runtime allocated.
+#include "onnxruntime/ort_runner.hpp"
+
+#include <algorithm>
+#include <cstring>
+
+#include "module_host.hpp"
+#include "onnxruntime/symbolic_shapes.hpp"
+#include "tensor_check.hpp"
+
+namespace weir::engine {
+namespace {
+
+std::span<const weir_tensor> tensors_of(const weir_frame& frame) {
+  return {frame.tensors, frame.tensors ? frame.n_tensors : 0};
+}
+
+Status wrong_count(const char* role, size_t given, const std::vector<weir_tensor_info>& needed) {
+  return Error{Code::SPEC_MISMATCH,
+               std::string("the number of ") + role + "s does not fit the model",
+               std::to_string(given),
+               std::to_string(needed.size()) + ": " + describe(needed),
+               "",
+               ""};
+}
+
+Error invoke_error(const OrtFailure& failure) {
+  const bool shapes = failure.code == ORT_INVALID_ARGUMENT;
+  return Error{shapes ? Code::SPEC_MISMATCH : Code::INVOKE_FAILED,
+               shapes ? "ONNX Runtime refuses the shape or type of a tensor"
+                      : "ONNX Runtime failed on a frame",
+               failure.text,
+               "",
+               "",
+               ""};
+}
+
+bool lies_within(const void* data, const weir_tensor& tensor) {
+  const auto* at = static_cast<const std::byte*>(data);
+  const auto* begin = static_cast<const std::byte*>(tensor.data);
+  return begin && at >= begin && at < begin + tensor.bytes;
+}
+
+// Owner of memory that left with an output: freed by whoever consumes the output, any time later.
+struct LentValue {
+  std::shared_ptr<const OrtRuntime> runtime;  // keeps the environment; destroyed after the value
+  OrtOwner<OrtValue> value;
+};
+void release_value(void* owner) {
+  std::unique_ptr<LentValue> ended(static_cast<LentValue*>(owner));
+}
+
+}  // namespace
+
+OrtRunner::OrtRunner(const OrtModel& model) : model_(model), api_(model.runtime().api()) {
+  const size_t n_in = model.inputs().infos.size(), n_out = model.outputs().infos.size();
+  for (size_t i = 0; i < n_in; ++i) inputs_.emplace_back(nullptr, api_.ReleaseValue);
+  for (size_t i = 0; i < n_out; ++i) outputs_.emplace_back(nullptr, api_.ReleaseValue);
+  input_pointers_.resize(n_in);
+  output_pointers_.resize(n_out);
+  bools_.resize(n_in);
+}
+
+Result<std::unique_ptr<OrtRunner>> OrtRunner::create(const OrtModel& model,
+                                                     std::span<const weir_option>) {
+  return std::unique_ptr<OrtRunner>(new OrtRunner(model));
+}
+
+Result<OrtRunner::Value> OrtRunner::wrap(void* data, const weir_tensor_info& info, uint64_t bytes,
+                                         ONNXTensorElementDataType type) const {
+  OrtValue* value = nullptr;
+  if (auto bad = take(
+          api_, api_.CreateTensorWithDataAsOrtValue(model_.runtime().host_memory(), data, bytes,
+                                                    info.shape, info.rank, type, &value)))
+    return invoke_error(bad);
+  return Value(value, api_.ReleaseValue);
+}
+
+Status OrtRunner::bind_inputs(const weir_frame& in) {
+  const auto& ports = model_.inputs();
+  const auto given = tensors_of(in);
+  if (given.size() != ports.infos.size()) return wrong_count("input", given.size(), ports.infos);
+  for (size_t i = 0; i < given.size(); ++i) {
+    const weir_tensor& tensor = given[i];
+    if (auto status = check_infos({&ports.infos[i], 1}, {&tensor.info, 1}, "input"); !status)
+      return status;
+    if (auto status = check_memory(tensor, i, "input"); !status) return status;
+    void* data = tensor.data;
+    if (ports.types[i] == ONNX_TENSOR_ELEMENT_DATA_TYPE_BOOL) {
+      const auto* bytes = static_cast<const uint8_t*>(data);
+      bools_[i].resize(tensor.bytes);
+      std::transform(bytes, bytes + tensor.bytes, bools_[i].begin(),
+                     [](uint8_t byte) { return static_cast<uint8_t>(byte != 0); });
+      data = bools_[i].data();
+    }
+    auto value = wrap(data, tensor.info, tensor.bytes, ports.types[i]);
+    if (!value) return value.error();
+    inputs_[i] = *std::move(value);
+    input_pointers_[i] = inputs_[i].get();
+  }
+  return ok();
+}
+
+Status OrtRunner::bind_outputs(const weir_frame& out) {
+  const auto& ports = model_.outputs();
+  const auto given = tensors_of(out);
+  if (given.size() != ports.infos.size()) return wrong_count("output", given.size(), ports.infos);
+  for (size_t i = 0; i < given.size(); ++i) {
+    const weir_tensor& tensor = given[i];
+    output_pointers_[i] = nullptr;
+    if (!tensor.data) continue;  // ONNX Runtime allocates
+    if (auto status = check_infos({&ports.infos[i], 1}, {&tensor.info, 1}, "output"); !status)
+      return status;
+    if (auto status = check_memory(tensor, i, "output"); !status) return status;
+    auto value = wrap(tensor.data, tensor.info, tensor.bytes, ports.types[i]);
+    if (!value) return value.error();
+    outputs_[i] = *std::move(value);
+    output_pointers_[i] = outputs_[i].get();
+  }
+  return ok();
+}
+
+Status OrtRunner::run() {
+  OrtStatus* status = api_.Run(model_.session(), nullptr, model_.inputs().name_pointers.data(),
+                               input_pointers_.data(), input_pointers_.size(),
+                               model_.outputs().name_pointers.data(), output_pointers_.size(),
+                               output_pointers_.data());
+  const auto bad = take(api_, status);
+  // What Run allocated is ours, also after a failure.
+  for (size_t i = 0; i < outputs_.size(); ++i)
+    if (outputs_[i].get() != output_pointers_[i]) outputs_[i].reset(output_pointers_[i]);
+  return bad ? Status(invoke_error(bad)) : ok();
+}
+
+Status OrtRunner::shape_of(const OrtValue* value, weir_tensor_info* info) const {
+  OrtTensorTypeAndShapeInfo* raw = nullptr;
+  if (auto bad = take(api_, api_.GetTensorTypeAndShape(value, &raw))) return invoke_error(bad);
+  const OrtOwner<OrtTensorTypeAndShapeInfo> type(raw, api_.ReleaseTensorTypeAndShapeInfo);
+  size_t rank = 0;
+  take(api_, api_.GetDimensionsCount(type.get(), &rank));
+  if (rank > WEIR_RANK_LIMIT)
+    return Error{Code::MODEL_UNSUPPORTED,
+                 "an output has too many dimensions",
+                 "rank " + std::to_string(rank),
+                 "rank 16 at most",
+                 "",
+                 ""};
+  info->rank = static_cast<uint32_t>(rank);
+  std::fill(std::begin(info->shape), std::end(info->shape), 0);
+  if (rank > 0) take(api_, api_.GetDimensions(type.get(), info->shape, rank));
+  return ok();
+}
+
+Status OrtRunner::hand_over(const weir_frame& in, size_t index, weir_tensor* tensor) {
+  void* data = nullptr;
+  if (auto bad = take(api_, api_.GetTensorMutableData(outputs_[index].get(), &data)))
+    return invoke_error(bad);
+  if (tensor->data) {
+    // Written in place, but where the model passes an input or a constant through.
+    if (data != tensor->data) std::memcpy(tensor->data, data, tensor->bytes);
+    return ok();
+  }
+  tensor->info = model_.outputs().infos[index];
+  if (auto status = shape_of(outputs_[index].get(), &tensor->info); !status) return status;
+  tensor->bytes = tensor->capacity = tensor_bytes(tensor->info).value_or(0);
+  const auto given = tensors_of(in);
+  if (std::any_of(given.begin(), given.end(),
+                  [data](const weir_tensor& input) { return lies_within(data, input); })) {
+    const uint64_t bytes = tensor->bytes;
+    if (module_host->allocate(nullptr, WEIR_MEMORY_HOST, bytes, 64, tensor) != WEIR_OK)
+      return Error{Code::OUT_OF_MEMORY, "no memory for an output", "", "", "", ""};
+    std::memcpy(tensor->data, data, bytes);
+    return ok();
+  }
+  auto lent =
+      std::make_unique<LentValue>(LentValue{model_.shared_runtime(), std::move(outputs_[index])});
+  outputs_[index] = Value(nullptr, api_.ReleaseValue);
+  tensor->data = data;
+  tensor->release = release_value;
+  tensor->owner = lent.release();
+  return ok();
+}
+
+Status OrtRunner::hand_over(const weir_frame& in, weir_frame& out) {
+  for (size_t i = 0; i < outputs_.size(); ++i)
+    if (auto status = hand_over(in, i, &out.tensors[i]); !status) return status;
+  return ok();
+}
+
+void OrtRunner::unbind() noexcept {
+  for (auto& value : inputs_) value.reset();
+  for (auto& value : outputs_) value.reset();
+}
+
+Status OrtRunner::invoke(const weir_frame& in, weir_frame& out) {
+  struct Unbind {
+    OrtRunner* self;
+    ~Unbind() { self->unbind(); }
+  } const unbind{this};
+  if (auto status = bind_inputs(in); !status) return status;
+  if (auto status = bind_outputs(out); !status) return status;
+  if (auto status = run(); !status) return status;
+  return hand_over(in, out);
+}
+
+Status OrtRunner::rehearse(std::span<const weir_tensor_info> in, std::span<weir_tensor_info> out) {
+  std::vector<std::vector<std::byte>> memory;
+  std::vector<weir_tensor> inputs(in.size()), outputs(out.size());
+  for (size_t i = 0; i < in.size(); ++i) {
+    const auto bytes = tensor_bytes(in[i]);
+    if (!bytes)
+      return Error{Code::SPEC_MISMATCH, "an input is too large", describe(in[i]), "", "", ""};
+    memory.emplace_back(std::max<uint64_t>(*bytes, 1));
+    inputs[i].data = memory[i].data();
+    inputs[i].bytes = *bytes;
+    inputs[i].info = in[i];
+  }
+  weir_frame in_frame{}, out_frame{};
+  in_frame.n_tensors = static_cast<uint32_t>(inputs.size());
+  in_frame.tensors = inputs.data();
+  out_frame.n_tensors = static_cast<uint32_t>(outputs.size());
+  out_frame.tensors = outputs.data();
+  const Status status = invoke(in_frame, out_frame);
+  for (size_t i = 0; i < outputs.size(); ++i) {
+    if (status) {
+      out[i].rank = outputs[i].info.rank;
+      std::copy(std::begin(outputs[i].info.shape), std::end(outputs[i].info.shape), out[i].shape);
+    }
+    if (outputs[i].release) outputs[i].release(outputs[i].owner);
+  }
+  return status;
+}
+
+Status OrtRunner::resolve(std::span<const weir_tensor_info> in, std::span<weir_tensor_info> out) {
+  const auto &inputs = model_.inputs(), &outputs = model_.outputs();
+  if (auto status = check_infos(inputs.infos, in, "input"); !status) return status;
+  if (out.size() != outputs.infos.size()) return wrong_count("output", out.size(), outputs.infos);
+  std::copy(outputs.infos.begin(), outputs.infos.end(), out.begin());
+  last_inputs_.assign(in.begin(), in.end());
+  substitute_symbols(in, inputs.symbols, out, outputs.symbols);
+  const auto fixed = [](std::span<const weir_tensor_info> infos) {
+    return std::all_of(infos.begin(), infos.end(), is_fixed);
+  };
+  if (fixed(out) || !fixed(in) || model_.shapes_depend_on_data()) return ok();
+  std::vector<weir_tensor_info> found(out.begin(), out.end());
+  if (auto status = rehearse(in, found); !status) {
+    // Zeros may be values that this model refuses: the first frame will tell its shapes.
+    log(WEIR_LOG_INFO, "a run on zeros tells no output shapes: " + status.error().message());
+    return ok();
+  }
+  std::copy(found.begin(), found.end(), out.begin());
+  return ok();
+}
+
+Status OrtRunner::control(int op, const weir_option*) {
+  if (op == WEIR_SET_OPTION)
+    return Error{Code::OPTION_VALUE,
+                 "ONNX Runtime takes options only when a model is opened",
+                 "",
+                 "",
+                 "",
+                 ""};
+  if (op != WEIR_WARM) return ok();  // no state, nothing to suspend
+  const auto& inputs = last_inputs_.empty() ? model_.inputs().infos : last_inputs_;
+  if (!std::all_of(inputs.begin(), inputs.end(), is_fixed)) return ok();
+  std::vector<weir_tensor_info> out(model_.outputs().infos);
+  return rehearse(inputs, out);
+}
+
+}  // namespace weir::engine

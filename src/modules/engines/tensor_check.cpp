@@ -1,0 +1,150 @@
+// Checks of tensors that come through the ABI: nothing of them is believed.
+#include "tensor_check.hpp"
+
+#include <algorithm>
+#include <array>
+
+namespace weir::engine {
+namespace {
+
+struct TypeFacts {
+  const char* name;
+  uint64_t bytes;
+};
+// In the order of weir_type.
+constexpr std::array<TypeFacts, WEIR_TYPE_END> kTypes{{{"int32", 4},
+                                                       {"uint32", 4},
+                                                       {"int16", 2},
+                                                       {"uint16", 2},
+                                                       {"int8", 1},
+                                                       {"uint8", 1},
+                                                       {"float64", 8},
+                                                       {"float32", 4},
+                                                       {"int64", 8},
+                                                       {"uint64", 8},
+                                                       {"float16", 2}}};
+// No tensor of a stream is larger; keeps every product far from overflow.
+constexpr uint64_t kBytesLimit = uint64_t{1} << 48;
+
+const char* type_name(uint32_t type) {
+  return type < kTypes.size() ? kTypes[type].name : "?";
+}
+
+bool strides_are_dense(const weir_tensor& tensor) {
+  const auto& info = tensor.info;
+  int64_t step = static_cast<int64_t>(element_bytes(info.type));
+  bool all_zero = true, dense = true;
+  for (uint32_t i = info.rank; i-- > 0;) {
+    all_zero = all_zero && tensor.stride[i] == 0;
+    dense = dense && (tensor.stride[i] == step || info.shape[i] == 1);
+    step *= info.shape[i];
+  }
+  return all_zero || dense;
+}
+
+std::string first_difference(const weir_tensor_info& model, const weir_tensor_info& given) {
+  if (model.type != given.type)
+    return std::string("type ") + type_name(given.type) + " instead of " + type_name(model.type);
+  if (model.rank != given.rank)
+    return "rank " + std::to_string(given.rank) + " instead of " + std::to_string(model.rank);
+  for (uint32_t i = model.rank; i-- > 0;)
+    if (model.shape[i] >= 0 && given.shape[i] >= 0 && model.shape[i] != given.shape[i])
+      return "dimension " + std::to_string(model.rank - i) + " is " +
+             std::to_string(given.shape[i]) + " instead of " + std::to_string(model.shape[i]);
+  return {};
+}
+
+bool fits(const weir_tensor_info& model, const weir_tensor_info& given) {
+  if (model.type != given.type) return false;
+  if (model.rank == WEIR_RANK_UNKNOWN || given.rank == WEIR_RANK_UNKNOWN) return true;
+  return given.rank <= WEIR_RANK_LIMIT && first_difference(model, given).empty();
+}
+
+}  // namespace
+
+uint64_t element_bytes(uint32_t type) noexcept {
+  return type < kTypes.size() ? kTypes[type].bytes : 0;
+}
+
+bool is_fixed(const weir_tensor_info& info) noexcept {
+  return info.rank <= WEIR_RANK_LIMIT &&
+         std::all_of(info.shape, info.shape + info.rank, [](int64_t d) { return d >= 0; });
+}
+
+std::optional<uint64_t> tensor_bytes(const weir_tensor_info& info) noexcept {
+  uint64_t bytes = element_bytes(info.type);
+  if (bytes == 0 || !is_fixed(info)) return std::nullopt;
+  for (uint32_t i = 0; i < info.rank; ++i) {
+    const auto extent = static_cast<uint64_t>(info.shape[i]);
+    if (extent != 0 && bytes > kBytesLimit / extent) return std::nullopt;
+    bytes *= extent;
+  }
+  return bytes;
+}
+
+std::string describe(const weir_tensor_info& info) {
+  std::string out = std::string(type_name(info.type)) + " ";
+  if (info.rank == 0) out += "1";
+  if (info.rank > WEIR_RANK_LIMIT) out += "of any rank";
+  for (uint32_t i = std::min<uint32_t>(info.rank, info.rank > WEIR_RANK_LIMIT ? 0 : info.rank);
+       i-- > 0;)
+    out += (info.shape[i] < 0 ? "?" : std::to_string(info.shape[i])) + (i > 0 ? ":" : "");
+  if (info.name && *info.name) out += std::string(" (") + info.name + ")";
+  return out;
+}
+
+std::string describe(std::span<const weir_tensor_info> infos) {
+  std::string out;
+  for (const auto& info : infos) out += (out.empty() ? "" : ", ") + describe(info);
+  return out.empty() ? "no tensors" : out;
+}
+
+Status check_infos(std::span<const weir_tensor_info> model, std::span<const weir_tensor_info> given,
+                   const char* role) {
+  if (model.size() != given.size())
+    return Error{Code::SPEC_MISMATCH,
+                 std::string("the number of ") + role + "s does not fit the model",
+                 std::to_string(given.size()) + ": " + describe(given),
+                 std::to_string(model.size()) + ": " + describe(model),
+                 "",
+                 ""};
+  for (size_t i = 0; i < model.size(); ++i)
+    if (!fits(model[i], given[i]))
+      return Error{Code::SPEC_MISMATCH,
+                   std::string(role) + " " + std::to_string(i) + " does not fit the model",
+                   describe(given[i]),
+                   describe(model[i]),
+                   first_difference(model[i], given[i]),
+                   ""};
+  return ok();
+}
+
+Status check_memory(const weir_tensor& tensor, size_t index, const char* role) {
+  const std::string which = std::string(role) + " " + std::to_string(index);
+  if (tensor.memory_kind != WEIR_MEMORY_HOST)
+    return Error{Code::FORMAT_UNSUPPORTED,
+                 which + " is not in host memory",
+                 "memory kind " + std::to_string(tensor.memory_kind),
+                 "host memory",
+                 "",
+                 ""};
+  const auto bytes = tensor_bytes(tensor.info);
+  if (!bytes || *bytes != tensor.bytes || (!tensor.data && *bytes > 0))
+    return Error{Code::FRAME_SIZE,
+                 which + " has another size than its description",
+                 std::to_string(tensor.bytes) + " bytes" + (tensor.data ? "" : " of no memory"),
+                 bytes ? std::to_string(*bytes) + " bytes: " + describe(tensor.info)
+                       : "a complete description, not " + describe(tensor.info),
+                 "",
+                 ""};
+  if (!strides_are_dense(tensor))
+    return Error{Code::FORMAT_UNSUPPORTED,
+                 which + " has gaps between its rows",
+                 "a strided view",
+                 "dense memory",
+                 "",
+                 ""};
+  return ok();
+}
+
+}  // namespace weir::engine
