@@ -2,11 +2,12 @@
 #include <gst/gst.h>
 
 namespace weir {
+bool register_tensor_converter(GstPlugin*);
 bool register_tensor_filter(GstPlugin*);
 }  // namespace weir
 
 static gboolean plugin_init(GstPlugin* plugin) {
-  return weir::register_tensor_filter(plugin);
+  return weir::register_tensor_converter(plugin) && weir::register_tensor_filter(plugin);
 }
 
 GST_PLUGIN_DEFINE(GST_VERSION_MAJOR, GST_VERSION_MINOR, weir,

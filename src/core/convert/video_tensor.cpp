@@ -1,0 +1,62 @@
+// The fifteen video formats.
+#include "core/convert/video_tensor.hpp"
+
+#include <algorithm>
+#include <array>
+#include <string>
+
+namespace weir {
+namespace {
+
+struct Layout {
+  std::string_view format;
+  uint32_t channels;
+  ElementType type;
+  bool planar;
+};
+constexpr std::array kLayouts{Layout{"RGB", 3, ElementType::UInt8, false},
+                              Layout{"BGR", 3, ElementType::UInt8, false},
+                              Layout{"RGBx", 4, ElementType::UInt8, false},
+                              Layout{"BGRx", 4, ElementType::UInt8, false},
+                              Layout{"xRGB", 4, ElementType::UInt8, false},
+                              Layout{"xBGR", 4, ElementType::UInt8, false},
+                              Layout{"RGBA", 4, ElementType::UInt8, false},
+                              Layout{"BGRA", 4, ElementType::UInt8, false},
+                              Layout{"ARGB", 4, ElementType::UInt8, false},
+                              Layout{"ABGR", 4, ElementType::UInt8, false},
+                              Layout{"GRAY8", 1, ElementType::UInt8, false},
+                              Layout{"GRAY16_BE", 1, ElementType::UInt16, false},
+                              Layout{"GRAY16_LE", 1, ElementType::UInt16, false},
+                              Layout{"RGBP", 3, ElementType::UInt8, true},
+                              Layout{"BGRP", 3, ElementType::UInt8, true}};
+
+}  // namespace
+
+Result<VideoTensor> video_tensor(std::string_view format, uint32_t width, uint32_t height,
+                                 uint32_t frames_per_tensor) {
+  const auto layout = std::find_if(kLayouts.begin(), kLayouts.end(),
+                                   [&](const auto& l) { return l.format == format; });
+  if (layout == kLayouts.end())
+    return Error{Code::FORMAT_UNSUPPORTED,
+                 "this video format is no tensor",
+                 std::string(format),
+                 "RGB, BGR, a format of four bytes, GRAY8, GRAY16, RGBP or BGRP",
+                 "",
+                 "videoconvert ! video/x-raw,format=RGB ! tensor_converter"};
+  VideoTensor out;
+  out.spec.type = layout->type;
+  out.spec.shape = layout->planar ? Shape{width, height, layout->channels, frames_per_tensor}
+                                  : Shape{layout->channels, width, height, frames_per_tensor};
+  out.row_bytes = uint64_t{width} * (layout->planar ? 1 : layout->channels) * size_of(layout->type);
+  out.rows = layout->planar ? height * layout->channels : height;
+  if (!out.spec.valid() || !out.spec.bytes())
+    return Error{Code::LIMIT_EXCEEDED,
+                 "a video frame is too big or empty",
+                 out.spec.to_string(),
+                 "",
+                 "",
+                 ""};
+  return out;
+}
+
+}  // namespace weir

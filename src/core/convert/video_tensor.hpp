@@ -1,0 +1,20 @@
+// What a raw video frame is as a tensor (specification 2).
+#pragma once
+#include <cstdint>
+#include <string_view>
+
+#include "core/tensor/frame_spec.hpp"
+
+namespace weir {
+
+struct VideoTensor {
+  TensorSpec spec;         // C:W:H:N, planar formats W:H:3:N
+  uint64_t row_bytes = 0;  // of one row without padding (of one plane, for planar formats)
+  uint32_t rows = 0;       // rows of all planes of one frame
+};
+
+// `format` is GStreamer's name. FORMAT_UNSUPPORTED with the videoconvert line for others.
+Result<VideoTensor> video_tensor(std::string_view format, uint32_t width, uint32_t height,
+                                 uint32_t frames_per_tensor);
+
+}  // namespace weir

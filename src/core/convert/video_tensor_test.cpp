@@ -1,0 +1,45 @@
+// Video formats as tensors.
+#include "core/convert/video_tensor.hpp"
+
+#include <gtest/gtest.h>
+
+namespace weir {
+namespace {
+
+TEST(VideoTensor, HasChannelsInnermost) {
+  const auto rgb = video_tensor("RGB", 640, 480, 1);
+  ASSERT_TRUE(rgb);
+  EXPECT_EQ(rgb->spec.to_string(), "uint8 3:640:480:1");
+  EXPECT_EQ(rgb->row_bytes, 1920u);
+  EXPECT_EQ(rgb->rows, 480u);
+  EXPECT_EQ(video_tensor("ABGR", 5, 7, 2)->spec.to_string(), "uint8 4:5:7:2");
+  EXPECT_EQ(video_tensor("GRAY8", 5, 7, 1)->spec.to_string(), "uint8 1:5:7:1");
+}
+
+TEST(VideoTensor, OfSixteenBitsIsUint16) {
+  const auto gray = video_tensor("GRAY16_LE", 5, 7, 1);
+  EXPECT_EQ(gray->spec.to_string(), "uint16 1:5:7:1");
+  EXPECT_EQ(gray->row_bytes, 10u);
+}
+
+TEST(VideoTensor, OfAPlanarFormatHasChannelsOutside) {
+  const auto planar = video_tensor("BGRP", 8, 4, 1);
+  EXPECT_EQ(planar->spec.to_string(), "uint8 8:4:3:1");
+  EXPECT_EQ(planar->rows, 12u);
+}
+
+TEST(VideoTensor, RefusesOtherFormatsWithTheLineToPaste) {
+  const auto r = video_tensor("NV12", 8, 4, 1);
+  ASSERT_FALSE(r);
+  EXPECT_EQ(r.error().code, Code::FORMAT_UNSUPPORTED);
+  EXPECT_NE(r.error().fix.find("videoconvert"), std::string::npos);
+  EXPECT_FALSE(video_tensor("rgb", 8, 4, 1));
+}
+
+TEST(VideoTensor, RefusesNothingAndTooMuch) {
+  EXPECT_FALSE(video_tensor("RGB", 0, 4, 1));
+  EXPECT_FALSE(video_tensor("RGBA", 4294967295u, 4294967295u, 4294967295u));
+}
+
+}  // namespace
+}  // namespace weir
