@@ -1,0 +1,247 @@
+// The element-wise chain: the plain scalar kernel, and the choice of how channels are walked.
+#include "core/transform/chain.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cstring>
+#include <utility>
+
+#include "core/transform/chain_program.hpp"
+#include "core/transform/number_rules.hpp"
+
+namespace weir::transform {
+namespace {
+
+template <class T>
+T load(const std::byte* from) noexcept {
+  T value;
+  std::memcpy(&value, from, sizeof(T));
+  return value;
+}
+
+template <class T>
+T apply(Operator op, T x, T operand) noexcept {
+  switch (op) {
+    case Operator::Add:
+      return add<T>(x, operand);
+    case Operator::Mul:
+      return mul<T>(x, operand);
+    case Operator::Div:
+      break;
+  }
+  return div<T>(x, operand);
+}
+
+// The rules, element by element. Everything else must give these results.
+template <class From, class To>
+void run_plain(std::span<const TypedStep> steps, const Channels& channels, const std::byte* in,
+               std::byte* out, size_t count) noexcept {
+  for (size_t i = 0; i < count; ++i) {
+    To x = convert<To>(load<From>(in + i * sizeof(From)));
+    const size_t channel = channels.count == 1 ? 0 : i / channels.inner % channels.count;
+    for (const auto& step : steps)
+      if (step.touches(channel)) x = apply<To>(step.op, x, step.operand_as<To>());
+    std::memcpy(out + i * sizeof(To), &x, sizeof(To));
+  }
+}
+
+using PlainRunner = void (*)(std::span<const TypedStep>, const Channels&, const std::byte*,
+                             std::byte*, size_t) noexcept;
+
+PlainRunner plain_runner(ElementType from, ElementType to) noexcept {
+  return visit_type(from, [to](auto from_tag) {
+    return visit_type(to, [](auto to_tag) -> PlainRunner {
+      return run_plain<typename decltype(from_tag)::type, typename decltype(to_tag)::type>;
+    });
+  });
+}
+
+// What every chain has: sizes, steps, and the divisions that are not done.
+struct ChainParts {
+  ElementType from, to;
+  size_t count;  // elements of the tensor
+  Channels channels;
+  std::vector<TypedStep> steps;           // without integer divisions by zero
+  std::vector<TypedStep> zero_divisions;  // they leave each element as it is, and are counted
+};
+
+// How many of the first `count` elements have this channel.
+uint64_t elements_of_channel(const Channels& channels, uint32_t channel, size_t count) noexcept {
+  if (channel >= channels.count) return 0;
+  const size_t period = channels.inner * channels.count;
+  const size_t begin = channel * channels.inner;
+  const size_t rest = count % period;
+  const size_t partial = rest > begin ? std::min(rest - begin, channels.inner) : 0;
+  return uint64_t{count / period} * channels.inner + partial;
+}
+
+class ChainKernel : public Kernel {
+ public:
+  explicit ChainKernel(ChainParts parts) : parts_(std::move(parts)) {}
+
+  Counters run(std::span<const std::byte> in, std::span<std::byte> out) const noexcept final {
+    const size_t count =
+        std::min({parts_.count, in.size() / size_of(parts_.from), out.size() / size_of(parts_.to)});
+    if (count == 0) return {};
+    compute(in.data(), out.data(), count);
+    Counters counters;
+    for (const auto& step : parts_.zero_divisions)
+      counters.divisions_by_zero +=
+          step.channel ? elements_of_channel(parts_.channels, *step.channel, count) : count;
+    return counters;
+  }
+  bool in_place_possible() const noexcept final {
+    return size_of(parts_.from) == size_of(parts_.to);
+  }
+
+ protected:
+  const ChainParts& parts() const noexcept { return parts_; }
+
+ private:
+  virtual void compute(const std::byte* in, std::byte* out, size_t count) const noexcept = 0;
+  ChainParts parts_;
+};
+
+class PlainChain final : public ChainKernel {
+ public:
+  explicit PlainChain(ChainParts parts)
+      : ChainKernel(std::move(parts)),
+        runner_(plain_runner(this->parts().from, this->parts().to)) {}
+
+ private:
+  void compute(const std::byte* in, std::byte* out, size_t count) const noexcept override {
+    runner_(parts().steps, parts().channels, in, out, count);
+  }
+  PlainRunner runner_;
+};
+
+ChainRunner vector_runner(ElementType from, ElementType to) noexcept {
+  return fused_to_float(from, to) ? run_chain_float : run_chain_blocks;
+}
+
+// One program with the channels inside its period.
+class VectorChain final : public ChainKernel {
+ public:
+  explicit VectorChain(ChainParts parts)
+      : ChainKernel(std::move(parts)),
+        program_(make_chain_program(this->parts().from, this->parts().to, this->parts().steps,
+                                    this->parts().channels)),
+        runner_(vector_runner(this->parts().from, this->parts().to)) {}
+
+ private:
+  void compute(const std::byte* in, std::byte* out, size_t count) const noexcept override {
+    runner_(program_, in, out, count, parts().from, parts().to);
+  }
+  ChainProgram program_;
+  ChainRunner runner_;
+};
+
+// Channels that lie in long runs: one program for each channel that a step names, one for others.
+class RunwiseChain final : public ChainKernel {
+ public:
+  explicit RunwiseChain(ChainParts parts)
+      : ChainKernel(std::move(parts)),
+        runner_(vector_runner(this->parts().from, this->parts().to)) {
+    std::vector<uint32_t> named;
+    for (const auto& step : this->parts().steps)
+      if (step.channel && *step.channel < this->parts().channels.count)
+        named.push_back(*step.channel);
+    std::sort(named.begin(), named.end());
+    named.erase(std::unique(named.begin(), named.end()), named.end());
+    for (const uint32_t channel : named) programs_.push_back({channel, program_of(channel)});
+    other_ = program_of(std::nullopt);
+  }
+
+ private:
+  ChainProgram program_of(std::optional<uint32_t> channel) const {
+    std::vector<TypedStep> steps;
+    for (auto step : parts().steps) {
+      if (step.channel && step.channel != channel) continue;
+      step.channel.reset();
+      steps.push_back(step);
+    }
+    return make_chain_program(parts().from, parts().to, steps, Channels{});
+  }
+
+  const ChainProgram& program_for(uint32_t channel) const noexcept {
+    const auto found = std::lower_bound(
+        programs_.begin(), programs_.end(), channel,
+        [](const auto& program, uint32_t wanted) { return program.first < wanted; });
+    return found != programs_.end() && found->first == channel ? found->second : other_;
+  }
+
+  void compute(const std::byte* in, std::byte* out, size_t count) const noexcept override {
+    const auto [inner, channels] = parts().channels;
+    const size_t in_bytes = size_of(parts().from), out_bytes = size_of(parts().to);
+    uint32_t channel = 0;
+    for (size_t i = 0; i < count; i += inner) {
+      runner_(program_for(channel), in + i * in_bytes, out + i * out_bytes,
+              std::min(inner, count - i), parts().from, parts().to);
+      if (++channel == channels) channel = 0;
+    }
+  }
+
+  std::vector<std::pair<uint32_t, ChainProgram>> programs_;  // ascending channels
+  ChainProgram other_;
+  ChainRunner runner_;
+};
+
+TypedStep typed(const ArithmeticStep& step, ElementType to, bool by_channel) {
+  TypedStep out;
+  out.op = step.op;
+  if (by_channel) out.channel = step.channel;
+  visit_type(to, [&](auto tag) {
+    using T = typename decltype(tag)::type;
+    const T operand =
+        std::visit([](auto value) { return convert_operand<T>(value); }, step.operand);
+    std::memcpy(out.operand, &operand, sizeof(T));
+  });
+  return out;
+}
+
+bool is_integer(ElementType type) noexcept {
+  return visit_type(type, [](auto tag) { return std::integral<typename decltype(tag)::type>; });
+}
+
+Channels channels_of(const Shape& shape, size_t dimension) noexcept {
+  Channels channels;
+  for (size_t i = 0; i < std::min(dimension, shape.rank()); ++i) channels.inner *= shape[i];
+  if (dimension < shape.rank()) channels.count = shape[dimension];
+  return channels;
+}
+
+ChainParts parts_of(const TensorSpec& in, ElementType to, std::span<const ArithmeticStep> steps,
+                    std::optional<size_t> channel_dimension) {
+  ChainParts parts{in.type, to, static_cast<size_t>(in.shape.count().value_or(0)), {}, {}, {}};
+  const bool by_channel =
+      channel_dimension && std::any_of(steps.begin(), steps.end(),
+                                       [](const auto& step) { return step.channel.has_value(); });
+  if (by_channel) parts.channels = channels_of(in.shape, *channel_dimension);
+  constexpr std::byte kZero[8] = {};
+  for (const auto& step : steps) {
+    const auto typed_step = typed(step, to, by_channel);
+    const bool by_zero = step.op == Operator::Div && is_integer(to) &&
+                         std::memcmp(typed_step.operand, kZero, sizeof(kZero)) == 0;
+    (by_zero ? parts.zero_divisions : parts.steps).push_back(typed_step);
+  }
+  return parts;
+}
+
+}  // namespace
+
+std::shared_ptr<const Kernel> make_chain_kernel(const TensorSpec& in, ElementType to,
+                                                std::span<const ArithmeticStep> steps,
+                                                std::optional<size_t> channel_dimension,
+                                                bool accelerate) {
+  auto parts = parts_of(in, to, steps, channel_dimension);
+  if (in.type == to && steps.empty())
+    return std::make_shared<CopyKernel>(parts.count * size_of(to), size_of(to));
+  if (!accelerate) return std::make_shared<PlainChain>(std::move(parts));
+  constexpr size_t kTableLimit = 1 << 18;  // elements of a period that are worth a table
+  const auto [inner, channels] = parts.channels;
+  if (channels > 1 && inner >= kChainBlock) return std::make_shared<RunwiseChain>(std::move(parts));
+  if (inner > kTableLimit / channels) return std::make_shared<PlainChain>(std::move(parts));
+  return std::make_shared<VectorChain>(std::move(parts));
+}
+
+}  // namespace weir::transform

@@ -1,0 +1,42 @@
+// The element-wise chain: a conversion and any sequence of add, mul and div, in one pass.
+#pragma once
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "core/transform/kernel.hpp"
+
+namespace weir::transform {
+
+// in.type -> to, then the steps in order. `channel_dimension`: steps with a channel touch only the
+// elements with that index there; without it the channels of steps do not count.
+std::shared_ptr<const Kernel> make_chain_kernel(const TensorSpec& in, ElementType to,
+                                                std::span<const ArithmeticStep> steps,
+                                                std::optional<size_t> channel_dimension,
+                                                bool accelerate);
+
+// Where the channel of an element is: (index / inner) % count.
+struct Channels {
+  size_t inner = 1;
+  size_t count = 1;
+};
+
+// A step whose operand has the type of the tensor.
+struct TypedStep {
+  Operator op = Operator::Add;
+  std::optional<uint32_t> channel;
+  alignas(8) std::byte operand[8] = {};
+
+  template <class T>
+  T operand_as() const noexcept {
+    T value;
+    __builtin_memcpy(&value, operand, sizeof(T));
+    return value;
+  }
+  bool touches(size_t index) const noexcept { return !channel || *channel == index; }
+};
+
+}  // namespace weir::transform

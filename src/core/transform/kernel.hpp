@@ -1,0 +1,36 @@
+// Kernel: what a Plan runs. One subclass per kind of work.
+#pragma once
+#include <cstddef>
+#include <span>
+
+#include "core/transform/transform.hpp"
+
+namespace weir::transform {
+
+class Kernel {
+ public:
+  Kernel() = default;
+  Kernel(const Kernel&) = delete;
+  Kernel& operator=(const Kernel&) = delete;
+  virtual ~Kernel() = default;
+
+  // Never reads or writes beyond the spans. Called from several threads at once.
+  virtual Counters run(std::span<const std::byte> in, std::span<std::byte> out) const noexcept = 0;
+  virtual bool in_place_possible() const noexcept { return false; }
+  virtual bool is_copy() const noexcept { return false; }
+};
+
+// The same bytes again.
+class CopyKernel final : public Kernel {
+ public:
+  explicit CopyKernel(size_t bytes, size_t element_bytes) noexcept
+      : bytes_(bytes), element_bytes_(element_bytes) {}
+  Counters run(std::span<const std::byte> in, std::span<std::byte> out) const noexcept override;
+  bool in_place_possible() const noexcept override { return true; }
+  bool is_copy() const noexcept override { return true; }
+
+ private:
+  size_t bytes_, element_bytes_;
+};
+
+}  // namespace weir::transform

@@ -1,0 +1,127 @@
+// The front of the transform: each call goes to the operation's own file.
+#include "core/transform/transform.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cstring>
+
+#include "core/text/text.hpp"
+#include "core/transform/arithmetic.hpp"
+#include "core/transform/kernel.hpp"
+#include "core/transform/transpose.hpp"
+#include "core/transform/typecast.hpp"
+
+namespace weir::transform {
+namespace {
+
+constexpr std::array<std::string_view, 7> kModes{"dimchg", "typecast", "arithmetic", "transpose",
+                                                 "stand",  "clamp",    "padding"};
+
+Status check(const TensorSpec& in) {
+  if (!in.valid())
+    return Error{Code::SPEC_MISMATCH,
+                 "a tensor cannot be transformed",
+                 in.to_string(),
+                 "a tensor with a type and dimensions above 0",
+                 "",
+                 ""};
+  if (!in.bytes())
+    return Error{Code::LIMIT_EXCEEDED,
+                 "a tensor is too large",
+                 in.to_string(),
+                 "a size that fits into 63 bits",
+                 "",
+                 ""};
+  return ok();
+}
+
+}  // namespace
+
+std::string_view name_of(Mode mode) noexcept {
+  const auto i = static_cast<size_t>(mode);
+  return i < kModes.size() ? kModes[i] : "unknown";
+}
+
+Mode parse_mode(std::string_view nick) noexcept {
+  for (size_t i = 0; i < kModes.size(); ++i)
+    if (equal_ignoring_case(nick, kModes[i])) return static_cast<Mode>(i);
+  return Mode::Unknown;
+}
+
+Mode Operation::mode() const noexcept {
+  constexpr std::array<Mode, std::variant_size_v<decltype(what)>> kModeOf{
+      Mode::Typecast, Mode::Arithmetic, Mode::Transpose};
+  return kModeOf[what.index()];
+}
+
+Result<Operation> parse(Mode mode, std::string_view option) {
+  switch (mode) {
+    case Mode::Typecast:
+      return parse_typecast(option);
+    case Mode::Arithmetic:
+      return parse_arithmetic(option);
+    case Mode::Transpose:
+      return parse_transpose(option);
+    case Mode::Dimchg:
+    case Mode::Stand:
+    case Mode::Clamp:
+    case Mode::Padding:
+      return Error{Code::OPTION_VALUE,
+                   "mode " + std::string(name_of(mode)) + " is not available yet",
+                   "mode=" + std::string(name_of(mode)),
+                   "typecast, arithmetic or transpose",
+                   "",
+                   "mode=typecast option=float32"};
+    case Mode::Unknown:
+      break;
+  }
+  return Error{Code::MODE_UNKNOWN,
+               "no mode of the transform is set",
+               "mode=unknown",
+               "typecast, arithmetic or transpose",
+               "",
+               "mode=typecast option=float32"};
+}
+
+Result<TensorSpec> output_spec(const Operation& operation, const TensorSpec& in) {
+  if (auto status = check(in); !status) return std::move(status).error();
+  const auto out = output_candidates(operation, {in.type, in.shape});
+  TensorSpec spec{out.type, out.shape, in.name};
+  if (auto status = check(spec); !status) return std::move(status).error();
+  return spec;
+}
+
+TemplateSpec output_candidates(const Operation& operation, const TemplateSpec& in) {
+  return std::visit([&](const auto& op) { return output_of(op, in); }, operation.what);
+}
+
+std::optional<TemplateSpec> input_candidates(const Operation& operation, const TemplateSpec& out) {
+  return std::visit([&](const auto& op) { return input_of(op, out); }, operation.what);
+}
+
+Result<Plan> plan(const Operation& operation, const TensorSpec& in, bool accelerate) {
+  auto out = output_spec(operation, in);
+  if (!out) return std::move(out).error();
+  auto kernel =
+      std::visit([&](const auto& op) { return make_kernel(op, in, accelerate); }, operation.what);
+  return Plan(in, *std::move(out), std::move(kernel));
+}
+
+bool Plan::in_place_possible() const noexcept {
+  return kernel_->in_place_possible();
+}
+bool Plan::is_copy() const noexcept {
+  return kernel_->is_copy();
+}
+
+Counters Plan::apply(std::span<const std::byte> in, std::span<std::byte> out) const noexcept {
+  return kernel_->run(in, out);
+}
+
+Counters CopyKernel::run(std::span<const std::byte> in, std::span<std::byte> out) const noexcept {
+  const size_t bytes = std::min({bytes_, in.size(), out.size()}) / element_bytes_ * element_bytes_;
+  if (bytes > 0 && in.data() != out.data()) std::memmove(out.data(), in.data(), bytes);
+  return {};
+}
+
+}  // namespace weir::transform

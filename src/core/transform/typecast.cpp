@@ -1,0 +1,47 @@
+// mode=typecast.
+#include "core/transform/typecast.hpp"
+
+#include <array>
+
+#include "core/text/text.hpp"
+#include "core/transform/chain.hpp"
+#include "core/transform/option_reader.hpp"
+
+namespace weir::transform {
+namespace {
+
+std::vector<std::string> type_names() {
+  std::vector<std::string> names;
+  for (uint32_t i = 0; i < static_cast<uint32_t>(ElementType::End); ++i)
+    names.emplace_back(name_of(static_cast<ElementType>(i)));
+  return names;
+}
+
+}  // namespace
+
+Result<Operation> parse_typecast(std::string_view option) {
+  OptionReader reader("typecast", option);
+  const auto type = reader.take_type();
+  if (type != ElementType::End && reader.at_end()) return Operation{Typecast{type}, {}};
+  const auto names = type_names();
+  const auto near = nearest(option, names);
+  return reader.syntax_error(
+      "one of int8, uint8, int16, uint16, int32, uint32, int64, uint64, float16, float32, float64",
+      "option=" + (near.empty() ? "float32" : near));
+}
+
+TemplateSpec output_of(const Typecast& typecast, const TemplateSpec& in) {
+  return {typecast.to, in.shape};
+}
+
+std::optional<TemplateSpec> input_of(const Typecast& typecast, const TemplateSpec& out) {
+  if (!out.type_open() && out.type != typecast.to) return std::nullopt;
+  return TemplateSpec{ElementType::End, out.shape};
+}
+
+std::shared_ptr<const Kernel> make_kernel(const Typecast& typecast, const TensorSpec& in,
+                                          bool accelerate) {
+  return make_chain_kernel(in, typecast.to, {}, std::nullopt, accelerate);
+}
+
+}  // namespace weir::transform

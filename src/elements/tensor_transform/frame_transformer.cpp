@@ -1,0 +1,194 @@
+// Buffers in, buffers out: pooled for static streams, one memory at a time otherwise.
+#include "elements/tensor_transform/frame_transformer.hpp"
+
+#include <algorithm>
+#include <cstring>
+
+namespace weir {
+namespace {
+
+GstMemory* allocate(size_t bytes) {
+  GstAllocationParams params;
+  gst_allocation_params_init(&params);
+  params.align = 63;
+  return gst_allocator_alloc(nullptr, bytes, &params);
+}
+
+Error out_of_memory() {
+  return Error{Code::OUT_OF_MEMORY, "no memory for an output buffer", "", "", "", ""};
+}
+
+}  // namespace
+
+bool chosen(const TensorChoice& choice, size_t index) noexcept {
+  return choice.empty() || std::find(choice.begin(), choice.end(), index) != choice.end();
+}
+
+Result<std::vector<TensorSpec>> transformed(const transform::Operation& operation,
+                                            const TensorChoice& choice,
+                                            const std::vector<TensorSpec>& tensors) {
+  std::vector<TensorSpec> out = tensors;
+  for (size_t i = 0; i < tensors.size(); ++i) {
+    if (!chosen(choice, i) || !tensors[i].valid()) continue;
+    auto spec = transform::output_spec(operation, tensors[i]);
+    if (!spec) return spec.error();
+    out[i] = *std::move(spec);
+  }
+  return out;
+}
+
+Result<const FrameTransformer::Cached*> FrameTransformer::plan_for(size_t index,
+                                                                   const TensorSpec& spec) {
+  if (plans_.size() <= index) plans_.resize(index + 1);
+  auto& cached = plans_[index];
+  if (cached && cached->input.type == spec.type && cached->input.shape.dims() == spec.shape.dims())
+    return &*cached;
+  auto out = transform::output_spec(operation_, spec);
+  if (!out) return out.error();
+  auto plan = transform::plan(operation_, spec, accelerate_);
+  if (!plan) return plan.error();
+  cached.emplace(Cached{spec, *std::move(out), *std::move(plan)});
+  return &*cached;
+}
+
+Status FrameTransformer::configure(const FrameSpec& input, const FrameSpec& output) {
+  input_ = input;
+  output_ = output;
+  plans_.clear();
+  pooled_ = in_place_ = false;
+  pool_ = {};
+  if (input.format != Format::Static) return ok();
+  for (const size_t index : choice_)
+    if (index >= input.tensors.size())
+      return Error{Code::OPTION_VALUE,
+                   "apply names a tensor that the stream does not have",
+                   "apply=" + std::to_string(index),
+                   "0 to " + std::to_string(input.tensors.size() - 1),
+                   "",
+                   ""};
+  std::vector<TensorSpec> outputs;
+  bool in_place = true, all = true;
+  for (size_t i = 0; i < input.tensors.size(); ++i) {
+    if (!chosen(choice_, i)) {
+      all = false;
+      continue;
+    }
+    auto cached = plan_for(i, input.tensors[i]);
+    if (!cached) return cached.error();
+    outputs.push_back((*cached)->output);
+    in_place = in_place && (*cached)->plan.in_place_possible();
+  }
+  pooled_ = all && output.format == Format::Static;
+  in_place_ = pooled_ && in_place && input.tensors.size() <= kMemoryLimit;
+  if (!pooled_) return ok();
+  auto pool = gst::FramePool::make(std::move(outputs), Format::Static);
+  if (!pool) return pool.error();
+  pool_ = *std::move(pool);
+  return ok();
+}
+
+Result<gst::Ref<GstBuffer>> FrameTransformer::output_for(GstBuffer* in) {
+  if (in_place_ && gst_buffer_is_writable(in) && gst_buffer_is_all_memory_writable(in) &&
+      gst_buffer_n_memory(in) == input_.tensors.size())
+    return gst::Ref<GstBuffer>::share(in);
+  auto out = pooled_ ? pool_.acquire() : gst::Ref<GstBuffer>::adopt(gst_buffer_new());
+  if (!out) return out_of_memory();
+  return out;
+}
+
+Status FrameTransformer::run(GstBuffer* in, GstBuffer* out, Ledger* ledger) {
+  const bool same = in == out;
+  Status status = reader_.read(in, input_, same ? GST_MAP_READWRITE : GST_MAP_READ);
+  if (status) status = pooled_ ? run_pooled(in, out, ledger) : run_by_memory(in, out, ledger);
+  ledger->copied(reader_.bytes_copied());
+  writer_.unmap();
+  reader_.clear();
+  return status;
+}
+
+Status FrameTransformer::run_pooled(GstBuffer* in, GstBuffer* out, Ledger* ledger) {
+  if (in != out)
+    if (auto status = writer_.map(pool_, out); !status) return status;
+  const auto& views = reader_.tensors();
+  for (size_t i = 0; i < views.size(); ++i) {
+    auto cached = plan_for(i, views[i].spec);
+    if (!cached) return cached.error();
+    const auto target = in == out ? views[i].payload : writer_.payloads()[i];
+    const auto counters = (*cached)->plan.apply(views[i].payload, target);
+    if (counters.divisions_by_zero > 0) ledger->divided_by_zero(counters.divisions_by_zero);
+  }
+  return ok();
+}
+
+Status FrameTransformer::run_by_memory(GstBuffer* in, GstBuffer* out, Ledger* ledger) {
+  const auto& views = reader_.tensors();
+  if (views.size() > kMemoryLimit)
+    return Error{Code::LIMIT_EXCEEDED,
+                 "transforming some of more than 16 tensors is not possible",
+                 std::to_string(views.size()) + " tensors",
+                 "at most 16, or all tensors of a static "
+                 "stream",
+                 "",
+                 "tensor_demux before the transform, tensor_mux behind it"};
+  for (const size_t index : choice_)
+    if (index >= views.size())
+      return Error{Code::OPTION_VALUE,
+                   "apply names a tensor that this frame does not have",
+                   "apply=" + std::to_string(index),
+                   "0 to " + std::to_string(views.size() - 1),
+                   "",
+                   ""};
+  for (size_t i = 0; i < views.size(); ++i) {
+    if (!chosen(choice_, i)) {
+      append_untouched(views[i], in, out, ledger);
+    } else if (auto status = append_transformed(i, views[i], out, ledger); !status) {
+      return status;
+    }
+  }
+  return ok();
+}
+
+Status FrameTransformer::append_transformed(size_t index, const gst::TensorView& view,
+                                            GstBuffer* out, Ledger* ledger) {
+  auto cached = plan_for(index, view.spec);
+  if (!cached) return cached.error();
+  const size_t head = headers_wanted() ? kTensorHeaderBytes : 0;
+  GstMemory* memory = allocate(head + *(*cached)->output.bytes());
+  if (!memory) return out_of_memory();
+  gst_buffer_append_memory(out, memory);
+  const gst::MappedMemory map(memory, GST_MAP_WRITE);
+  if (!map) return out_of_memory();
+  if (head) {
+    TensorHeader header;
+    header.spec = (*cached)->output;
+    write_tensor_header(header, map.bytes().first<kTensorHeaderBytes>());
+  }
+  const auto counters = (*cached)->plan.apply(view.payload, map.bytes().subspan(head));
+  if (counters.divisions_by_zero > 0) ledger->divided_by_zero(counters.divisions_by_zero);
+  return ok();
+}
+
+void FrameTransformer::append_untouched(const gst::TensorView& view, GstBuffer* in, GstBuffer* out,
+                                        Ledger* ledger) {
+  const bool had_header = view.header_bytes > 0;
+  if (view.memory >= 0 && had_header == headers_wanted()) {
+    gst_buffer_append_memory(
+        out, gst_memory_ref(gst_buffer_peek_memory(in, static_cast<guint>(view.memory))));
+    return;
+  }
+  const size_t head = headers_wanted() ? kTensorHeaderBytes : 0;
+  GstMemory* memory = allocate(head + view.payload.size());
+  if (!memory) return;
+  gst_buffer_append_memory(out, memory);
+  const gst::MappedMemory map(memory, GST_MAP_WRITE);
+  if (!map) return;
+  if (head) {
+    TensorHeader header;
+    header.spec = view.spec;
+    write_tensor_header(header, map.bytes().first<kTensorHeaderBytes>());
+  }
+  std::memcpy(map.bytes().data() + head, view.payload.data(), view.payload.size());
+  ledger->copied(view.payload.size());
+}
+
+}  // namespace weir

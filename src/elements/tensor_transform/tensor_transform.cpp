@@ -1,0 +1,253 @@
+// tensor_transform: changes the numbers, the type or the order of the tensors of a stream.
+#include <memory>
+
+#include "core/text/text.hpp"
+#include "elements/tensor_transform/frame_transformer.hpp"
+#include "gstcpp/base_classes.hpp"
+#include "gstcpp/tensor_caps.hpp"
+
+namespace weir::gst {
+template <>
+struct EnumType<transform::Mode> {
+  static GType type() {
+    static const GEnumValue values[] = {{0, "Move one dimension to another place", "dimchg"},
+                                        {1, "Change the element type", "typecast"},
+                                        {2, "Add, multiply and divide", "arithmetic"},
+                                        {3, "Permute the dimensions", "transpose"},
+                                        {4, "Standardise by mean and deviation", "stand"},
+                                        {5, "Limit values to a range", "clamp"},
+                                        {6, "Add zeros around", "padding"},
+                                        {-1, "Not set", "unknown"},
+                                        {0, nullptr, nullptr}};
+    static const GType t = g_enum_register_static("WeirTransformMode", values);
+    return t;
+  }
+};
+}  // namespace weir::gst
+
+namespace weir {
+namespace {
+
+using gst::Ref;
+
+class TensorTransform : public gst::Element<TensorTransform, gst::BaseTransform> {
+ public:
+  static constexpr gst::ElementInfo kInfo{"WeirTensorTransform", "tensor_transform",
+                                          "TensorTransform", "Filter/Tensor",
+                                          "Transforms the tensors of a stream: type, arithmetic, "
+                                          "order of dimensions"};
+#define WEIR_TRANSFORM_CAPS WEIR_CAPS_TENSOR "; " WEIR_CAPS_TENSORS("{ static, flexible }")
+  static inline GstStaticPadTemplate kPads[] = {
+      GST_STATIC_PAD_TEMPLATE("sink", GST_PAD_SINK, GST_PAD_ALWAYS,
+                              GST_STATIC_CAPS(WEIR_TRANSFORM_CAPS)),
+      GST_STATIC_PAD_TEMPLATE("src", GST_PAD_SRC, GST_PAD_ALWAYS,
+                              GST_STATIC_CAPS(WEIR_TRANSFORM_CAPS)),
+  };
+
+  struct Settings {
+    bool silent = true;
+    transform::Mode mode = transform::Mode::Unknown;
+    std::optional<std::string> option;
+    bool acceleration = true;
+    std::string apply;
+  };
+  uint32_t transpose_rank_limit() const {
+    return kRankLimit;
+  }
+  static constexpr std::tuple kProperties{
+      gst::Property{"silent", &Settings::silent, "Accepted for compatibility; has no effect"},
+      gst::Property{"mode", &Settings::mode, "What to do with each tensor"},
+      gst::Property{"option", &Settings::option, "How to do it; its grammar depends on the mode"},
+      gst::Property{"acceleration", &Settings::acceleration,
+                    "Use SIMD; the numbers are the same without"},
+      gst::Property{"apply", &Settings::apply,
+                    "Comma list of the tensors to transform, by index; empty = all"},
+      gst::ReadOnly{"transpose-rank-limit", &TensorTransform::transpose_rank_limit,
+                    "Highest rank that transpose takes"},
+  };
+
+  Status start() {
+    ledger_.reset();
+    return load();
+  }
+
+  bool stop() {
+    transformer_.reset();
+    return true;
+  }
+
+  void property_changed(const char*) {
+    std::lock_guard lock(operation_mutex_);
+    operation_.reset();
+  }
+
+  GstCaps* transform_caps(GstPadDirection direction, GstCaps* caps, GstCaps* filter) {
+    GstPad* other = direction == GST_PAD_SINK ? GST_BASE_TRANSFORM_SRC_PAD(self())
+                                              : GST_BASE_TRANSFORM_SINK_PAD(self());
+    auto result = Ref<GstCaps>::adopt(gst_caps_new_empty());
+    const auto operation = current();
+    for (guint i = 0; i < gst_caps_get_size(caps); ++i) {
+      const auto one = Ref<GstCaps>::adopt(gst_caps_copy_nth(caps, i));
+      auto spec = gst::spec_from_caps(one.get());
+      if (!spec) continue;
+      if (operation && *operation)
+        convert(direction, **operation, &*spec);
+      else
+        for (auto& t : spec->tensors) t = TensorSpec{};
+      auto candidates = gst::possible_caps(other, *spec, filter);
+      result = Ref<GstCaps>::adopt(gst_caps_merge(result.release(), candidates.release()));
+    }
+    if (!filter) return result.release();
+    return gst_caps_intersect_full(result.get(), filter, GST_CAPS_INTERSECT_FIRST);
+  }
+
+  Status set_caps(GstCaps* in, GstCaps* out) {
+    if (!transformer_)
+      if (auto status = load(); !status) return status;
+    const auto input = gst::fixed_spec_from_caps(in);
+    if (!input) return input.error();
+    const auto output = gst::fixed_spec_from_caps(out);
+    if (!output) return output.error();
+    if (input->format == Format::Static) {
+      const auto operation = current();
+      if (!operation || !*operation) return missing_option();
+      auto computed = transformed(**operation, choice_, input->tensors);
+      if (!computed) return computed.error();
+      if (output->format == Format::Static)
+        if (auto status = check_output(*output, *computed); !status) return status;
+    }
+    return transformer_->configure(*input, *output);
+  }
+
+  GstFlowReturn submit_input_buffer(gboolean discont, GstBuffer* buffer) {
+    ledger_.received();
+    const auto flow = parent_class()->submit_input_buffer(self(), discont, buffer);
+    if (flow == GST_BASE_TRANSFORM_FLOW_DROPPED)
+      ledger_.dropped(DropReason::Qos);
+    else if (flow != GST_FLOW_OK)
+      ledger_.dropped(flow == GST_FLOW_EOS ? DropReason::Eos : DropReason::Error);
+    return flow;
+  }
+
+  GstFlowReturn prepare_output_buffer(GstBuffer* in, GstBuffer** out) {
+    if (!transformer_) return GST_FLOW_NOT_NEGOTIATED;
+    auto buffer = transformer_->output_for(in);
+    if (!buffer) {
+      gst::post_error(element(), buffer.error());
+      ledger_.dropped(DropReason::Error);
+      return GST_FLOW_ERROR;
+    }
+    if (buffer->get() != in && !parent_class()->copy_metadata(self(), in, buffer->get()))
+      GST_WARNING_OBJECT(self(), "metadata of a buffer could not be copied");
+    // GstBaseTransform compares the pointers only and takes no second reference on the input.
+    *out = buffer->get() == in ? in : buffer->release();
+    return GST_FLOW_OK;
+  }
+
+  GstFlowReturn transform(GstBuffer* in, GstBuffer* out) {
+    const Status status = transformer_->run(in, out, &ledger_);
+    if (!status) {
+      gst::post_error(element(), status.error());
+      ledger_.dropped(DropReason::Error);
+      return GST_FLOW_ERROR;
+    }
+    ledger_.consumed_and_pushed();
+    return GST_FLOW_OK;
+  }
+
+  void add_stats(GstStructure* stats) const {
+    if (!transformer_) return;
+    const auto pool = transformer_->pool_stats();
+    gst_structure_set(stats, "pool-allocated", G_TYPE_UINT64, pool.allocated, nullptr);
+  }
+
+  Settings settings_;
+  Ledger ledger_;
+
+ private:
+  static Error missing_option() {
+    return Error{Code::OPTION_SYNTAX,
+                 "mode and option are not set",
+                 "",
+                 "a mode and an option that fits it",
+                 "",
+                 "tensor_transform mode=arithmetic option=typecast:float32,add:-127.5,div:127.5"};
+  }
+
+  using OperationResult = Result<transform::Operation>;
+  // The parsed option; empty while mode or option are not set.
+  std::optional<OperationResult> current() const {
+    const Settings s = settings();
+    std::lock_guard lock(operation_mutex_);
+    if (!operation_ && s.mode != transform::Mode::Unknown && s.option)
+      operation_.emplace(transform::parse(s.mode, *s.option));
+    return operation_;
+  }
+
+  Status load() {
+    const Settings s = settings();
+    const auto operation = current();
+    if (!operation) return missing_option();
+    if (!*operation) return operation->error();
+    choice_.clear();
+    for (const auto part : split(s.apply, ",")) {
+      const auto text = strip(part);
+      if (text.empty()) continue;
+      const auto index = parse_unsigned(text);
+      if (!index || *index >= kTensorLimit)
+        return Error{Code::OPTION_SYNTAX,
+                     "apply cannot be read",
+                     s.apply,
+                     "a comma list of tensor indices",
+                     std::string(text),
+                     "apply=0,2"};
+      choice_.push_back(static_cast<size_t>(*index));
+    }
+    transformer_ = std::make_unique<FrameTransformer>(**operation, choice_, s.acceleration);
+    return ok();
+  }
+
+  void convert(GstPadDirection direction, const transform::Operation& operation,
+               FrameSpec* spec) const {
+    for (size_t i = 0; i < spec->tensors.size(); ++i) {
+      auto& t = spec->tensors[i];
+      if (!chosen(choice_, i)) continue;
+      const transform::TemplateSpec known{t.type, t.shape};
+      const std::optional<transform::TemplateSpec> other =
+          direction == GST_PAD_SRC ? transform::input_candidates(operation, known)
+                                   : transform::output_candidates(operation, known);
+      t = other ? TensorSpec{other->type, other->shape, ""} : TensorSpec{};
+    }
+    if (direction == GST_PAD_SRC && spec->format == Format::Flexible) {
+      spec->format = Format::End;  // static input with headers added is possible too
+      spec->tensors.clear();
+    }
+  }
+
+  Status check_output(const FrameSpec& output, const std::vector<TensorSpec>& computed) const {
+    const std::string difference = first_difference(output.tensors, computed);
+    if (difference.empty()) return ok();
+    FrameSpec needed = output;
+    needed.tensors = computed;
+    return Error{Code::SPEC_MISMATCH,
+                 "the caps behind tensor_transform do not fit its result",
+                 output.to_string(),
+                 needed.to_string(),
+                 difference,
+                 "other/tensors,format=static,dimensions=(string)" + join_shapes(computed) +
+                     ",types=" + join_types(computed)};
+  }
+
+  mutable std::mutex operation_mutex_;  // guards operation_; never held with the settings lock
+  mutable std::optional<OperationResult> operation_;
+  TensorChoice choice_;  // set in start, read while streaming
+  std::unique_ptr<FrameTransformer> transformer_;
+};
+
+}  // namespace
+
+bool register_tensor_transform(GstPlugin* plugin) {
+  return TensorTransform::register_in(plugin);
+}
+
+}  // namespace weir

@@ -1,0 +1,142 @@
+// tensor_transform in a harness: numbers, caps, errors.
+#include <gst/check/gstharness.h>
+#include <gtest/gtest.h>
+
+#include <string>
+#include <vector>
+
+#include "gstcpp/ref.hpp"
+
+namespace {
+
+using weir::gst::Mapped;
+using weir::gst::Ref;
+using weir::gst::Unique;
+using Harness = Unique<GstHarness, gst_harness_teardown>;
+
+Harness harness(const std::string& properties, const char* caps) {
+  Harness h{gst_harness_new_parse(("tensor_transform " + properties).c_str())};
+  gst_harness_set_src_caps_str(h.get(), caps);
+  return h;
+}
+constexpr char kBytes[] = "other/tensor,dimension=(string)3:2,type=uint8,framerate=30/1";
+
+template <class T>
+GstBuffer* frame(const std::vector<T>& values) {
+  GstBuffer* b = gst_buffer_new_allocate(nullptr, values.size() * sizeof(T), nullptr);
+  gst_buffer_fill(b, 0, values.data(), values.size() * sizeof(T));
+  return b;
+}
+template <class T>
+std::vector<T> pushed(const Harness& h, GstBuffer* in) {
+  auto out = Ref<GstBuffer>::adopt(gst_harness_push_and_pull(h.get(), in));
+  const Mapped map(out.get(), GST_MAP_READ);
+  const auto span = map.as<const T>();
+  return {span.begin(), span.end()};
+}
+const std::vector<uint8_t> kSix{0, 1, 2, 127, 200, 255};
+
+TEST(TensorTransform, NormalisesPixels) {
+  auto h = harness("mode=arithmetic option=typecast:float32,add:-127.5,div:127.5", kBytes);
+  const auto out = pushed<float>(h, frame(kSix));
+  ASSERT_EQ(out.size(), 6u);
+  for (size_t i = 0; i < 6; ++i) EXPECT_EQ(out[i], (static_cast<float>(kSix[i]) - 127.5f) / 127.5f);
+}
+
+TEST(TensorTransform, CastsTypes) {
+  auto h = harness("mode=typecast option=int16", kBytes);
+  EXPECT_EQ(pushed<int16_t>(h, frame(kSix)), (std::vector<int16_t>{0, 1, 2, 127, 200, 255}));
+}
+
+TEST(TensorTransform, ConvertsTheOperandFirstAndSaturates) {
+  EXPECT_EQ(pushed<uint8_t>(harness("mode=arithmetic option=mul:0.5", kBytes), frame(kSix)),
+            (std::vector<uint8_t>{0, 0, 0, 0, 0, 0}));
+  EXPECT_EQ(pushed<uint8_t>(harness("mode=arithmetic option=add:-1.5", kBytes), frame(kSix)),
+            (std::vector<uint8_t>{255, 255, 255, 255, 255, 255}));
+}
+
+TEST(TensorTransform, AppliesAStepToOneChannel) {
+  auto h = harness("mode=arithmetic option=per-channel:true@0,add:10@1,add:20@2", kBytes);
+  EXPECT_EQ(pushed<uint8_t>(h, frame(kSix)), (std::vector<uint8_t>{0, 11, 22, 127, 210, 255}));
+}
+
+TEST(TensorTransform, LeavesIntegersWhenDividingByZeroAndCounts) {
+  auto h = harness("mode=arithmetic option=div:0", kBytes);
+  EXPECT_EQ(pushed<uint8_t>(h, frame(kSix)), kSix);
+  const auto element =
+      Ref<GstElement>::adopt(gst_harness_find_element(h.get(), "tensor_transform"));
+  GstStructure* raw = nullptr;
+  g_object_get(element.get(), "stats", &raw, nullptr);
+  const Unique<GstStructure, gst_structure_free> stats(raw);
+  guint64 count = 0;
+  gst_structure_get_uint64(stats.get(), "integer-divisions-by-zero", &count);
+  EXPECT_EQ(count, 6u);
+}
+
+TEST(TensorTransform, TransposesAndSaysSoInCaps) {
+  auto h = harness("mode=transpose option=1:0:2:3", kBytes);
+  EXPECT_EQ(pushed<uint8_t>(h, frame(kSix)), (std::vector<uint8_t>{0, 127, 1, 200, 2, 255}));
+  auto caps = Ref<GstCaps>::adopt(gst_pad_get_current_caps(h->sinkpad));
+  EXPECT_STREQ(gst_structure_get_string(gst_caps_get_structure(caps.get(), 0), "dimension"), "2:3");
+}
+
+TEST(TensorTransform, TransposesMoreThanFourDimensions) {
+  auto h = harness("mode=transpose option=4:1:2:3:0",
+                   "other/tensor,dimension=(string)2:1:1:1:3,type=uint8,framerate=30/1");
+  EXPECT_EQ(pushed<uint8_t>(h, frame(kSix)), (std::vector<uint8_t>{0, 2, 200, 1, 127, 255}));
+}
+
+TEST(TensorTransform, TransformsOnlyTheChosenTensors) {
+  auto h = harness("mode=arithmetic option=add:1 apply=1",
+                   "other/tensors,format=static,num_tensors=2,dimensions=(string)\"2,3\","
+                   "types=(string)\"uint8,uint8\",framerate=30/1");
+  GstBuffer* in = frame(std::vector<uint8_t>{7, 8});
+  gst_buffer_append(in, frame(std::vector<uint8_t>{1, 2, 3}));
+  EXPECT_EQ(pushed<uint8_t>(h, in), (std::vector<uint8_t>{7, 8, 2, 3, 4}));
+}
+
+TEST(TensorTransform, RefusesABufferOfTheWrongSize) {
+  auto h = harness("mode=typecast option=float32", kBytes);
+  EXPECT_EQ(gst_harness_push(h.get(), frame(std::vector<uint8_t>{1, 2})), GST_FLOW_ERROR);
+}
+
+std::string start_error(const std::string& properties) {
+  auto element = Ref<GstElement>::adopt(GST_ELEMENT(
+      gst_object_ref_sink(gst_parse_launch(("tensor_transform " + properties).c_str(), nullptr))));
+  auto bus = Ref<GstBus>::adopt(gst_bus_new());
+  gst_element_set_bus(element.get(), bus.get());
+  EXPECT_EQ(gst_element_set_state(element.get(), GST_STATE_PAUSED), GST_STATE_CHANGE_FAILURE);
+  auto message = Ref<GstMessage>::adopt(gst_bus_pop_filtered(bus.get(), GST_MESSAGE_ERROR));
+  gst_element_set_state(element.get(), GST_STATE_NULL);
+  gst_element_set_bus(element.get(), nullptr);
+  if (!message) return "";
+  GError* error = nullptr;
+  gst_message_parse_error(message.get(), &error, nullptr);
+  const std::string text = error->message;
+  g_error_free(error);
+  return text;
+}
+
+TEST(TensorTransform, MarksThePlaceOfATypo) {
+  const std::string text = start_error("mode=arithmetic option=typecast:float32,ad:1");
+  EXPECT_NE(text.find("WEIR-1001"), std::string::npos) << text;
+  EXPECT_NE(text.find("at character 18"), std::string::npos) << text;
+}
+
+TEST(TensorTransform, RefusesOptionsThatCannotBeRead) {
+  for (const char* properties :
+       {"mode=typecast option=float23", "mode=arithmetic option=add",
+        "mode=arithmetic option=add:x", "mode=arithmetic option=add:1,,mul:2",
+        "mode=arithmetic option=per-channel:true@x,add:1", "mode=arithmetic option=add:1@-1",
+        "mode=transpose option=0:0:1:3", "mode=transpose option=1:2", "mode=transpose option=x",
+        "mode=typecast option=int8 apply=x"})
+    EXPECT_NE(start_error(properties).find("WEIR-1001"), std::string::npos) << properties;
+}
+
+TEST(TensorTransform, NeedsAModeAndAnOption) {
+  EXPECT_NE(start_error("").find("mode and option are not set"), std::string::npos);
+  EXPECT_NE(start_error("mode=stand option=default").find("mode stand is not available yet"),
+            std::string::npos);
+}
+
+}  // namespace
