@@ -1,0 +1,73 @@
+#!/usr/bin/python3
+"""Runs every gst-launch-1.0 line of every README, as it stands there."""
+
+import os
+import pathlib
+import subprocess
+import sys
+import unittest
+
+SOURCE = pathlib.Path(os.environ["WEIR_SOURCE"])
+SECONDS = 120
+ENGINES = {".onnx": "onnxruntime", ".tflite": "tensorflow-lite"}
+
+
+def documents():
+    """The READMEs of the project, and no others."""
+    yield SOURCE / "README.md"
+    for folder in ("src", "models", "apps", "docs"):
+        yield from sorted((SOURCE / folder).rglob("*.md"))
+
+
+def commands(text):
+    """The gst-launch-1.0 commands in ```sh blocks; a backslash at a line's end joins it to the next."""
+    inside, command = False, ""
+    for line in text.splitlines():
+        if line.startswith("```"):
+            inside, command = line.startswith("```sh"), ""
+        elif inside:
+            command += line.strip()
+            if command.endswith("\\"):
+                command = command[:-1]
+            else:
+                if command.startswith("gst-launch-1.0 "):
+                    yield command
+                command = ""
+
+
+def missing(command):
+    """What the command needs and this build or machine has not, or nothing."""
+    if "../shared/" in command and not (SOURCE / "../shared").exists():
+        return "../shared"
+    for ending, engine in ENGINES.items():
+        modules = [pathlib.Path(p) / f"libweir-engine-{engine}.so" for p in os.environ["WEIR_MODULE_PATH"].split(":")]
+        if ending in command and not any(m.exists() for m in modules):
+            return f"the engine {engine}"
+    return None
+
+
+class Documents(unittest.TestCase):
+    def test_blocks_are_read(self):
+        text = "gst-launch-1.0 no\n```sh\nls\ngst-launch-1.0 a ! \\\n  b\n```\n```\ngst-launch-1.0 no\n```\n"
+        self.assertEqual(list(commands(text)), ["gst-launch-1.0 a ! b"])
+
+    def test_each_command_runs(self):
+        count = 0
+        for document in documents():
+            for command in commands(document.read_text()):
+                count += 1
+                with self.subTest(document=str(document.relative_to(SOURCE)), command=command):
+                    if lacks := missing(command):
+                        print(f"skipped, for {lacks} is not here: {command}", file=sys.stderr)
+                        continue
+                    done = subprocess.run(["bash", "-c", command], cwd=SOURCE, timeout=SECONDS, text=True,
+                                          capture_output=True, stdin=subprocess.DEVNULL)
+                    said = done.stdout + done.stderr
+                    self.assertEqual(done.returncode, 0, said)
+                    for word in ("CRITICAL", "WARNING", "ERROR"):
+                        self.assertNotIn(word, said)
+        self.assertGreater(count, 5, "the READMEs have pipelines")
+
+
+if __name__ == "__main__":
+    unittest.main()
