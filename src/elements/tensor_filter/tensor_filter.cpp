@@ -7,6 +7,7 @@
 #include "elements/tensor_filter/filter_settings.hpp"
 #include "elements/tensor_filter/frame_invoker.hpp"
 #include "elements/tensor_filter/opened_model.hpp"
+#include "elements/tensor_filter/output_queue.hpp"
 #include "gstcpp/base_classes.hpp"
 #include "gstcpp/tensor_caps.hpp"
 
@@ -102,6 +103,7 @@ class TensorFilter : public gst::Element<TensorFilter, gst::PlainElement> {
   void constructed() {
     sink_ = add_pad("sink");
     source_ = add_pad("src");
+    queue_.set_pad(source_);
     gst_pad_set_chain_function(sink_, (chain<&TensorFilter::on_buffer>));
     gst_pad_set_event_function(sink_, (pad_event<&TensorFilter::on_sink_event>));
     gst_pad_set_query_function(sink_, (pad_query<&TensorFilter::on_sink_query>));
@@ -116,7 +118,9 @@ class TensorFilter : public gst::Element<TensorFilter, gst::PlainElement> {
         gst::post_error(element(), status.error());
         return GST_STATE_CHANGE_FAILURE;
       }
+      queue_.resume();
     }
+    if (change == GST_STATE_CHANGE_PAUSED_TO_READY) queue_.flush();
     const auto result = parent_class()->change_state(element(), change);
     if (change == GST_STATE_CHANGE_PAUSED_TO_READY) close();
     return result;
@@ -132,16 +136,21 @@ class TensorFilter : public gst::Element<TensorFilter, gst::PlainElement> {
     if (!invoker_)
       return fail({Code::NOT_NEGOTIATED, "a buffer came before caps", "", "caps", "",
                    "put a capsfilter behind the source"});
-    auto made = invoker_->run(buffer.get());
-    if (!made) return fail(made.error());
-    if (!*made) {
-      ledger_.dropped(DropReason::Policy);
-      return GST_FLOW_OK;
+    const auto ticket = queue_.submit();
+    if (!ticket) {
+      ledger_.dropped(DropReason::Flush);
+      return GST_FLOW_FLUSHING;
     }
-    gst_buffer_copy_into(made->get(), buffer.get(), GST_BUFFER_COPY_METADATA, 0,
-                         static_cast<gsize>(-1));
-    ledger_.consumed_and_pushed();
-    return gst_pad_push(source_, made->release());
+    auto made = invoker_->run(buffer.get());
+    if (made && *made) {
+      gst_buffer_copy_into(made->get(), buffer.get(), GST_BUFFER_COPY_METADATA, 0,
+                           static_cast<gsize>(-1));
+      return queue_.finish(*ticket, *std::move(made));
+    }
+    queue_.skip(*ticket);
+    if (!made) return fail(made.error());
+    ledger_.dropped(DropReason::Policy);
+    return GST_FLOW_OK;
   }
 
   gboolean on_sink_event(GstPad* pad, GstEvent* event) {
@@ -157,13 +166,19 @@ class TensorFilter : public gst::Element<TensorFilter, gst::PlainElement> {
       case GST_EVENT_SEGMENT:
         gst_event_copy_segment(event, &segment_);
         break;
+      case GST_EVENT_FLUSH_START:
+        queue_.flush();
+        return gst_pad_event_default(pad, GST_OBJECT_CAST(self()), event);
       case GST_EVENT_FLUSH_STOP:
+        queue_.resume();
         earliest_ = GST_CLOCK_TIME_NONE;
         gst_segment_init(&segment_, GST_FORMAT_UNDEFINED);
-        break;
+        return gst_pad_event_default(pad, GST_OBJECT_CAST(self()), event);
       default:
         break;
     }
+    if (gst_event_type_get_flags(GST_EVENT_TYPE(event)) & GST_EVENT_TYPE_SERIALIZED)
+      return queue_.send(Ref<GstEvent>::adopt(event));
     return gst_pad_event_default(pad, GST_OBJECT_CAST(self()), event);
   }
 
@@ -264,7 +279,7 @@ class TensorFilter : public gst::Element<TensorFilter, gst::PlainElement> {
     invoker_ = std::make_unique<FrameInvoker>(*std::move(plan), model_->session(), &statistics_,
                                               &ledger_, &pool_allocated_);
     if (auto status = invoker_->prepare(); !status) return status;
-    if (gst_pad_push_event(source_, gst_event_new_caps(out_caps->get()))) return ok();
+    if (queue_.send(Ref<GstEvent>::adopt(gst_event_new_caps(out_caps->get())))) return ok();
     return refused(*chosen, out_caps->get());
   }
 
@@ -304,9 +319,16 @@ class TensorFilter : public gst::Element<TensorFilter, gst::PlainElement> {
         spec.tensors = model_->known_outputs();
       if (!spec.tensors.empty()) caps = gst::possible_caps(pad, spec, filter);
     }
-    if (filter)
-      caps = Ref<GstCaps>::adopt(
-          gst_caps_intersect_full(filter, caps.get(), GST_CAPS_INTERSECT_FIRST));
+    if (filter) {
+      const auto narrowed = [filter](GstCaps* wide) {
+        return Ref<GstCaps>::adopt(gst_caps_intersect_full(filter, wide, GST_CAPS_INTERSECT_FIRST));
+      };
+      caps = narrowed(caps.get());
+      // What does not fit the model is refused in negotiate(), where the message can say what
+      // would.
+      if (pad == sink_ && gst_caps_is_empty(caps.get()))
+        caps = narrowed(Ref<GstCaps>::adopt(gst_pad_get_pad_template_caps(pad)).get());
+    }
     gst_query_set_caps_result(query, caps.get());
     return TRUE;
   }
@@ -316,6 +338,7 @@ class TensorFilter : public gst::Element<TensorFilter, gst::PlainElement> {
   mutable std::mutex model_mutex_;  // guards model_ against queries while it opens and closes
   std::unique_ptr<OpenedModel> model_;
   std::unique_ptr<FrameInvoker> invoker_;  // streaming thread only
+  OutputQueue queue_{&ledger_, 1};         // one frame in work, on the streaming thread
   infer::InvokeStatistics statistics_;
   std::atomic<uint64_t> pool_allocated_{0};
   std::atomic<GstClockTime> earliest_{GST_CLOCK_TIME_NONE};  // running time, from QOS events

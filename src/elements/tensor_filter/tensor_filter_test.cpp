@@ -236,4 +236,67 @@ TEST(TensorFilter, RefusesPropertiesWithATypo) {
   EXPECT_NE(error_of("tensor_filter framework=fake").find("no model is set"), std::string::npos);
 }
 
+TEST(TensorFilter, KeepsEventsBetweenTheFramesWhereTheyWere) {
+  auto h = harness(line());
+  const auto push_mark = [&](const char* name) {
+    gst_harness_push_event(
+        h.get(), gst_event_new_custom(GST_EVENT_CUSTOM_DOWNSTREAM, gst_structure_new_empty(name)));
+  };
+  std::vector<std::string> order;
+  const auto note = [](GstPad*, GstPadProbeInfo* info, gpointer data) {
+    auto* list = static_cast<std::vector<std::string>*>(data);
+    if (info->type & GST_PAD_PROBE_TYPE_BUFFER)
+      list->emplace_back("frame");
+    else if (const auto* s = gst_event_get_structure(GST_PAD_PROBE_INFO_EVENT(info));
+             s && GST_EVENT_TYPE(GST_PAD_PROBE_INFO_EVENT(info)) == GST_EVENT_CUSTOM_DOWNSTREAM)
+      list->emplace_back(gst_structure_get_name(s));
+    return GST_PAD_PROBE_OK;
+  };
+  gst_pad_add_probe(
+      h->sinkpad, GstPadProbeType(GST_PAD_PROBE_TYPE_BUFFER | GST_PAD_PROBE_TYPE_EVENT_DOWNSTREAM),
+      note, &order, nullptr);
+  gst_harness_push(h.get(), frame(kEight));
+  push_mark("a");
+  gst_harness_push(h.get(), frame(kEight));
+  push_mark("b");
+  EXPECT_EQ(order, (std::vector<std::string>{"frame", "a", "frame", "b"}));
+}
+
+TEST(TensorFilter, TakesNothingWhileFlushingAndGoesOnAfterwards) {
+  auto h = harness(line());
+  EXPECT_EQ(gst_harness_push(h.get(), frame(kEight)), GST_FLOW_OK);
+  gst_harness_push_event(h.get(), gst_event_new_flush_start());
+  EXPECT_EQ(gst_harness_push(h.get(), frame(kEight)), GST_FLOW_FLUSHING);
+  gst_harness_push_event(h.get(), gst_event_new_flush_stop(TRUE));
+  GstSegment segment;
+  gst_segment_init(&segment, GST_FORMAT_TIME);
+  gst_harness_push_event(h.get(), gst_event_new_segment(&segment));
+  EXPECT_EQ(gst_harness_push(h.get(), frame(kEight)), GST_FLOW_OK);
+  const auto element = filter_of(h);
+  EXPECT_EQ(stat(element.get(), "received"), stat(element.get(), "consumed"));
+  EXPECT_EQ(stat(element.get(), "held"), 0u);
+}
+
+// The message comes from tensor_filter, not a plain "not negotiated" from the elements before it.
+TEST(TensorFilter, SaysWhatItNeedsBehindACapsfilterThatDoesNotFit) {
+  const Unique<GstElement, gst_object_unref> pipeline(
+      gst_parse_launch(("videotestsrc num-buffers=1 ! video/x-raw,format=GRAY8,width=5,height=3 ! "
+                        "tensor_converter ! " +
+                        line() + " ! fakesink")
+                           .c_str(),
+                       nullptr));
+  gst_element_set_state(pipeline.get(), GST_STATE_PLAYING);
+  const auto bus = Ref<GstBus>::adopt(gst_element_get_bus(pipeline.get()));
+  const auto message = Ref<GstMessage>::adopt(gst_bus_timed_pop_filtered(
+      bus.get(), 10 * GST_SECOND, GstMessageType(GST_MESSAGE_ERROR | GST_MESSAGE_EOS)));
+  gst_element_set_state(pipeline.get(), GST_STATE_NULL);
+  ASSERT_TRUE(message && GST_MESSAGE_TYPE(message.get()) == GST_MESSAGE_ERROR);
+  GError* error = nullptr;
+  gst_message_parse_error(message.get(), &error, nullptr);
+  const std::string text = error->message;
+  g_error_free(error);
+  EXPECT_NE(text.find("WEIR-2001"), std::string::npos) << text;
+  EXPECT_NE(text.find("needed: "), std::string::npos) << text;
+}
+
 }  // namespace
