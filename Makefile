@@ -19,9 +19,9 @@ export DESTDIR
 help:
 	@sed -n 's/^#: //p' $(firstword $(MAKEFILE_LIST))
 
-#: make demo        set up, build, and read a clock from a picture; INPUT=photo-or-video MODEL=model: classify that
+#: make demo        set up, build, and read the clock in a live picture
 demo: build
-	@tools/demo --input "$(INPUT)" --model "$(MODEL)"
+	@tools/demo --build $(BUILD)
 
 #: make test        set up, build, and run every test
 test: build
