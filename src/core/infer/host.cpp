@@ -2,6 +2,7 @@
 #include "core/infer/host.hpp"
 
 #include <atomic>
+#include <climits>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
@@ -18,9 +19,14 @@ std::string text_of(const char* text) {
   return text ? text : "";
 }
 
+// The code in what a module returns: any int may come.
+int code_of(int result) {
+  return result == INT_MIN ? WEIR_INTERNAL : std::abs(result);
+}
+
 int fail(weir_error* error, int code, const char* what, const char* offered, const char* needed,
          const char* fix) {
-  code = std::abs(code);
+  code = code_of(code);
   if (error) {
     error->error = Error{static_cast<Code>(code),
                          text_of(what),
@@ -96,7 +102,7 @@ void set_log_function(LogFunction function) noexcept {
 
 Error take_error(weir_error* error, int result, const std::string& fallback) {
   if (error->set) return std::move(error->error);
-  return Error{static_cast<Code>(std::abs(result)), fallback, "", "", "", ""};
+  return Error{static_cast<Code>(code_of(result)), fallback, "", "", "", ""};
 }
 
 }  // namespace weir::infer

@@ -72,6 +72,13 @@ Status Model::read_info() {
         "at most 256 each",
         "",
         ""};
+  if ((info_.n_inputs > 0 && !info_.inputs) || (info_.n_outputs > 0 && !info_.outputs))
+    return Error{Code::MODEL_INVALID,
+                 "the engine names tensors and does not describe them",
+                 "a null list",
+                 "a description of each tensor",
+                 "",
+                 ""};
   inputs_.assign(info_.inputs, info_.inputs + info_.n_inputs);
   outputs_.assign(info_.outputs, info_.outputs + info_.n_outputs);
   for (const auto* list : {&inputs_, &outputs_})

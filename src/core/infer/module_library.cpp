@@ -10,6 +10,7 @@
 
 #include "core/infer/host.hpp"
 #include "core/infer/known_engines.hpp"
+#include "core/infer/module_check.hpp"
 #include "core/text/text.hpp"
 
 namespace weir::infer {
@@ -25,27 +26,6 @@ std::string list(const std::vector<std::string>& words) {
   std::string out;
   for (const auto& word : words) out += (out.empty() ? "" : ", ") + word;
   return out.empty() ? "none" : out;
-}
-
-Error refused(const std::string& path, std::string offered, std::string needed) {
-  return Error{Code::MODULE_REFUSED,
-               "the module " + path + " cannot be used",
-               std::move(offered),
-               std::move(needed),
-               "",
-               "build the module again with the headers of this Weir; weir doctor"};
-}
-
-Status check(const weir_module* module, const std::string& path) {
-  if (!module)
-    return refused(path, "weir_module_entry gave nothing", "its tables; the reason is in the log");
-  if (module->abi_major != WEIR_ABI_MAJOR)
-    return refused(path, "ABI version " + std::to_string(module->abi_major),
-                   "ABI version " + std::to_string(WEIR_ABI_MAJOR));
-  if (module->struct_size < offsetof(weir_module, trainers))
-    return refused(path, "a table of " + std::to_string(module->struct_size) + " bytes",
-                   "at least " + std::to_string(offsetof(weir_module, trainers)));
-  return ok();
 }
 
 template <class T>
@@ -97,13 +77,14 @@ Result<const weir_module*> ModuleLibrary::open(const std::string& kind, const st
     void* handle = dlopen(path.c_str(), RTLD_NOW | RTLD_LOCAL);
     if (!handle) {
       const char* reason = dlerror();
-      return refused(path, reason ? reason : "dlopen failed", "a shared object for this machine");
+      return module_refused(path, reason ? reason : "dlopen failed",
+                            "a shared object for this machine");
     }
     using Entry = const weir_module* (*)(const weir_host*);
     const auto entry = reinterpret_cast<Entry>(dlsym(handle, "weir_module_entry"));
-    if (!entry) return refused(path, "no symbol weir_module_entry", "that symbol, exported");
+    if (!entry) return module_refused(path, "no symbol weir_module_entry", "that symbol, exported");
     const weir_module* module = entry(&host());
-    if (auto status = check(module, path); !status) return status.error();
+    if (auto status = check_module(module, path); !status) return status.error();
     opened_.emplace(path, module);
     return module;
   }
@@ -147,7 +128,7 @@ Result<const weir_engine*> ModuleLibrary::engine(std::string_view word) {
   if (*module) {
     if (const auto* table = find_in((*module)->engines, word)) return table;
     if ((*module)->engines && (*module)->engines[0]) return (*module)->engines[0];
-    return refused(file_name("engine", name), "no engine in it", "one");
+    return module_refused(file_name("engine", name), "no engine in it", "one");
   }
   if (known)
     return Error{Code::ENGINE_NOT_INSTALLED,
