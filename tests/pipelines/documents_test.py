@@ -20,7 +20,7 @@ def documents():
 
 
 def commands(text):
-    """The gst-launch-1.0 commands in ```sh blocks; a backslash at a line's end joins it to the next."""
+    """The gst-launch-1.0 and printf commands in ```sh blocks; a backslash joins a line to the next."""
     inside, command = False, ""
     for line in text.splitlines():
         if line.startswith("```"):
@@ -30,7 +30,7 @@ def commands(text):
             if command.endswith("\\"):
                 command = command[:-1]
             else:
-                if command.startswith("gst-launch-1.0 "):
+                if command.startswith(("gst-launch-1.0 ", "printf ")):
                     yield command
                 command = ""
 

@@ -16,6 +16,7 @@
 namespace weir::transform::test {
 
 __extension__ using Int128 = __int128;
+__extension__ using UInt128 = unsigned __int128;
 
 // Calls f once per target that this CPU has; failures name the target.
 template <class F>
@@ -137,7 +138,9 @@ To reference_apply(Operator op, To x, To y, bool* by_zero) {
     if (divides && b == 0) *by_zero = true;
     if (divides && b == 0) return x;
     if (divides) return wrapped<To>(a / b);
-    const Int128 result = op == Operator::Add ? a + b : a * b;
+    // Unsigned, for two of 64 bits overflow even here; their low half is right all the same.
+    const Int128 product = static_cast<Int128>(static_cast<UInt128>(a) * static_cast<UInt128>(b));
+    const Int128 result = op == Operator::Add ? a + b : product;
     if (sizeof(To) == 8) return wrapped<To>(result);
     const Int128 low = std::numeric_limits<To>::min(), high = std::numeric_limits<To>::max();
     return static_cast<To>(result < low ? low : result > high ? high : result);

@@ -1,0 +1,117 @@
+// What modules in C++ share: the host, errors on their way back through the C ABI, options, and
+// words for tensors. Header-only: a module links nothing of Weir. See engine.hpp and decoder.hpp.
+#pragma once
+#include <exception>
+#include <new>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+
+#include "weir/abi.h"
+#include "weir/result.hpp"
+
+namespace weir {
+
+// Throw it anywhere in a module: the host shows the error. Fill `what`, and what else there is.
+class Failure : public std::exception {
+ public:
+  explicit Failure(Error error) : error_(std::move(error)), text_(error_.message()) {}
+  const Error& error() const noexcept { return error_; }
+  const char* what() const noexcept override { return text_.c_str(); }
+
+ private:
+  Error error_;
+  std::string text_;
+};
+
+// The value, or its error thrown.
+template <class T>
+T value_or_throw(Result<T> result) {
+  if (!result) throw Failure(result.error());
+  return *std::move(result);
+}
+
+// The host's table; set by weir_module_entry, before anything else of the module runs.
+inline const weir_host* module_host = nullptr;
+
+// Fills the caller's weir_error; returns what an ABI function returns. The ABI has no place of its
+// own for the first difference: it goes behind what was offered.
+inline int fail(weir_error* to, const Error& error) {
+  const auto text = [](const std::string& part) { return part.empty() ? nullptr : part.c_str(); };
+  std::string offered = error.offered;
+  if (!error.difference.empty()) offered += (offered.empty() ? "" : "; ") + error.difference;
+  return module_host->fail(to, static_cast<int>(error.code), error.what.c_str(), text(offered),
+                           text(error.needed), text(error.fix));
+}
+
+// Runs `body`, which returns what an ABI function returns, or a Status; what it throws becomes an
+// error: nothing of C++ leaves the module.
+template <class Body>
+int guarded(weir_error* to, Body&& body) noexcept {
+  try {
+    if constexpr (std::is_same_v<decltype(body()), Status>) {
+      const Status status = body();
+      return status ? WEIR_OK : fail(to, status.error());
+    } else {
+      return body();
+    }
+  } catch (const Failure& failure) {
+    return fail(to, failure.error());
+  } catch (const std::bad_alloc&) {
+    return module_host->fail(to, WEIR_OUT_OF_MEMORY, "memory ran out in a module", nullptr, nullptr,
+                             nullptr);
+  } catch (const std::exception& e) {
+    return module_host->fail(to, WEIR_INTERNAL, e.what(), nullptr, nullptr, nullptr);
+  } catch (...) {
+    return module_host->fail(to, WEIR_INTERNAL, "an unknown exception in a module", nullptr,
+                             nullptr, nullptr);
+  }
+}
+
+// The options given to a module: keys and values.
+class Options {
+ public:
+  Options(const weir_option* options, uint32_t count) : options_(options, options ? count : 0) {}
+  // The last value of `key`; nullopt when it was not given.
+  std::optional<std::string_view> get(std::string_view key) const {
+    std::optional<std::string_view> value;
+    for (const auto& option : options_)
+      if (option.key && key == option.key) value = option.value ? option.value : "";
+    return value;
+  }
+  std::span<const weir_option> all() const noexcept { return options_; }
+
+ private:
+  std::span<const weir_option> options_;
+};
+
+// ---- Words for tensors -----------------------------------------------------------------------
+
+// Dimension `index` counted from the innermost one, as caps count; 1 beyond the rank, -1 = unknown.
+inline int64_t dimension(const weir_tensor_info& info, uint32_t index) noexcept {
+  if (info.rank > WEIR_RANK_LIMIT) return -1;
+  return index < info.rank ? info.shape[info.rank - 1 - index] : 1;
+}
+
+// Bytes of one element; 0 when the type is not known.
+inline size_t element_bytes(uint32_t type) noexcept {
+  constexpr uint8_t kBytes[WEIR_TYPE_END] = {4, 4, 2, 2, 1, 1, 8, 4, 8, 8, 2};
+  return type < WEIR_TYPE_END ? kBytes[type] : 0;
+}
+
+// "uint8 3:224:224", as caps write it: innermost first; ? = unknown.
+inline std::string describe(const weir_tensor_info& info) {
+  constexpr const char* kNames[WEIR_TYPE_END] = {"int32", "uint32", "int16",   "uint16",
+                                                 "int8",  "uint8",  "float64", "float32",
+                                                 "int64", "uint64", "float16"};
+  std::string text = info.type < WEIR_TYPE_END ? kNames[info.type] : "?";
+  if (info.rank > WEIR_RANK_LIMIT) return text + " ?";
+  for (uint32_t i = 0; i < info.rank; ++i) {
+    const int64_t extent = dimension(info, i);
+    text += (i == 0 ? " " : ":") + (extent < 0 ? "?" : std::to_string(extent));
+  }
+  return info.rank == 0 ? text + " 1" : text;
+}
+
+}  // namespace weir

@@ -1,0 +1,44 @@
+// Memory for decoders.
+#include "elements/tensor_decoder/buffer_sink.hpp"
+
+#include <cstring>
+
+namespace weir {
+
+Status BufferSink::set_caps(const std::string& caps) {
+  caps_ = caps;
+  return ok();
+}
+
+void* BufferSink::reserve(uint64_t bytes) {
+  if (!out_ || bytes > G_MAXSSIZE) return nullptr;
+  GstMemory* memory = gst_allocator_alloc(nullptr, bytes, nullptr);
+  if (!memory) return nullptr;
+  gst_buffer_append_memory(out_, memory);
+  maps_.emplace_back(memory, GST_MAP_WRITE);
+  return maps_.back() ? static_cast<void*>(maps_.back().bytes().data()) : nullptr;
+}
+
+Status BufferSink::share_input(uint32_t index) {
+  if (!out_ || index >= reader_->tensors().size())
+    return Error{Code::INTERNAL,
+                 "a decoder shares a tensor that is not there",
+                 std::to_string(index),
+                 "",
+                 "",
+                 ""};
+  const auto& view = reader_->tensors()[index];
+  if (view.memory >= 0) {
+    GstMemory* memory = gst_buffer_peek_memory(in_, static_cast<guint>(view.memory));
+    gst_buffer_append_memory(out_, gst_memory_share(memory, static_cast<gssize>(view.header_bytes),
+                                                    static_cast<gssize>(view.payload.size())));
+    return ok();
+  }
+  void* copy = reserve(view.payload.size());
+  if (!copy) return Error{Code::OUT_OF_MEMORY, "no memory for an output buffer", "", "", "", ""};
+  std::memcpy(copy, view.payload.data(), view.payload.size());
+  ledger_->copied(view.payload.size());
+  return ok();
+}
+
+}  // namespace weir

@@ -1,0 +1,35 @@
+// BufferSink: where a decoder puts its caps and its output, over one GstBuffer.
+#pragma once
+#include <gst/gst.h>
+
+#include <string>
+#include <vector>
+
+#include "core/infer/host.hpp"
+#include "core/ledger/ledger.hpp"
+#include "gstcpp/frame_reader.hpp"
+
+namespace weir {
+
+class BufferSink final : public weir_sink {
+ public:
+  BufferSink() = default;  // for configure: takes caps only
+  BufferSink(GstBuffer* in, GstBuffer* out, const gst::FrameReader* reader, Ledger* ledger)
+      : in_(in), out_(out), reader_(reader), ledger_(ledger) {}
+  ~BufferSink() = default;
+
+  Status set_caps(const std::string& caps) override;
+  void* reserve(uint64_t bytes) override;
+  Status share_input(uint32_t index) override;
+  const std::string& caps() const noexcept { return caps_; }
+
+ private:
+  GstBuffer* in_ = nullptr;   // borrowed
+  GstBuffer* out_ = nullptr;  // borrowed; null while configuring
+  const gst::FrameReader* reader_ = nullptr;
+  Ledger* ledger_ = nullptr;
+  std::string caps_;
+  std::vector<gst::MappedMemory> maps_;  // of what was reserved, unmapped with the sink
+};
+
+}  // namespace weir

@@ -1,0 +1,255 @@
+// tensor_decoder in a harness, with the decoders that this build has made; what each decoder does
+// is tested beside it.
+#include <gst/check/gstharness.h>
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <string>
+#include <vector>
+
+#include "gstcpp/ref.hpp"
+
+namespace {
+
+using weir::gst::Mapped;
+using weir::gst::Ref;
+using weir::gst::Unique;
+using Harness = Unique<GstHarness, gst_harness_teardown>;
+using Bytes = std::vector<uint8_t>;
+
+Harness harness(const std::string& properties, const std::string& caps) {
+  Harness h{gst_harness_new_parse(("tensor_decoder " + properties).c_str())};
+  gst_harness_set_src_caps_str(h.get(), caps.c_str());
+  return h;
+}
+std::string tensor(const std::string& type, const std::string& dimensions) {
+  return "other/tensors,format=static,num_tensors=1,dimensions=(string)" + dimensions +
+         ",types=" + type + ",framerate=30/1";
+}
+template <class T>
+GstBuffer* frame(const std::vector<T>& values) {
+  GstBuffer* b = gst_buffer_new_allocate(nullptr, values.size() * sizeof(T), nullptr);
+  gst_buffer_fill(b, 0, values.data(), values.size() * sizeof(T));
+  GST_BUFFER_PTS(b) = 7;
+  GST_BUFFER_DURATION(b) = 3;
+  return b;
+}
+Bytes content(GstBuffer* b) {
+  const Mapped map(b, GST_MAP_READ);
+  const auto span = map.as<const uint8_t>();
+  return {span.begin(), span.end()};
+}
+Bytes decoded(const Harness& h, GstBuffer* in) {
+  auto out = Ref<GstBuffer>::adopt(gst_harness_push_and_pull(h.get(), in));
+  EXPECT_EQ(GST_BUFFER_PTS(out.get()), 7u);
+  EXPECT_EQ(GST_BUFFER_DURATION(out.get()), 3u);
+  return content(out.get());
+}
+std::string caps_text(const Harness& h) {
+  auto caps = Ref<GstCaps>::adopt(gst_pad_get_current_caps(h->sinkpad));
+  const weir::gst::UniqueText text{gst_caps_to_string(caps.get())};
+  return text.get();
+}
+uint64_t stat(const Harness& h, const char* name) {
+  const auto e = Ref<GstElement>::adopt(gst_harness_find_element(h.get(), "tensor_decoder"));
+  GstStructure* raw = nullptr;
+  g_object_get(e.get(), "stats", &raw, nullptr);
+  const Unique<GstStructure, gst_structure_free> stats(raw);
+  guint64 value = UINT64_MAX;
+  gst_structure_get_uint64(stats.get(), name, &value);
+  return value;
+}
+
+std::string text_of(GstMessage* message) {
+  if (!message) return "";
+  GError* error = nullptr;
+  gst_message_parse_error(message, &error, nullptr);
+  const std::string text = error->message;
+  g_error_free(error);
+  return text;
+}
+
+// The first error of the element, started, given caps and, if there are any, a frame.
+std::string error_of(const std::string& properties, const std::string& caps = "",
+                     const Bytes& bytes = {}) {
+  const Unique<GstElement, gst_object_unref> pipeline(gst_parse_launch(
+      ("appsrc name=in format=time ! tensor_decoder " + properties + " ! fakesink async=false")
+          .c_str(),
+      nullptr));
+  const auto bus = Ref<GstBus>::adopt(gst_element_get_bus(pipeline.get()));
+  const auto result = gst_element_set_state(pipeline.get(), GST_STATE_PLAYING);
+  if (result != GST_STATE_CHANGE_FAILURE && !caps.empty()) {
+    const auto in = Ref<GstElement>::adopt(gst_bin_get_by_name(GST_BIN(pipeline.get()), "in"));
+    const auto given = Ref<GstCaps>::adopt(gst_caps_from_string(caps.c_str()));
+    g_object_set(in.get(), "caps", given.get(), nullptr);
+    GstFlowReturn flow;
+    g_signal_emit_by_name(in.get(), "push-buffer", Ref<GstBuffer>::adopt(frame(bytes)).get(),
+                          &flow);
+    g_signal_emit_by_name(in.get(), "end-of-stream", &flow);
+  }
+  const auto message = Ref<GstMessage>::adopt(gst_bus_timed_pop_filtered(
+      bus.get(), 10 * GST_SECOND, GstMessageType(GST_MESSAGE_ERROR | GST_MESSAGE_EOS)));
+  gst_element_set_state(pipeline.get(), GST_STATE_NULL);
+  if (!message || GST_MESSAGE_TYPE(message.get()) != GST_MESSAGE_ERROR) return "";
+  return text_of(message.get());
+}
+
+std::string label_file(const std::string& text, const char* name = "weir-labels.txt") {
+  const std::string path = testing::TempDir() + name;
+  std::ofstream(path, std::ios::binary) << text;
+  return path;
+}
+std::string labeling(const std::string& labels) {
+  return "mode=image_labeling option1=" + label_file(labels);
+}
+Bytes text(const std::string& label) {
+  Bytes out(label.begin(), label.end());
+  out.push_back(0);
+  return out;
+}
+
+#define EXPECT_SAYS(text, words) EXPECT_NE((text).find(words), std::string::npos) << (text)
+
+TEST(TensorDecoder, GivesTheLabelOfTheHighestScore) {
+  auto h = harness(labeling("cat\ndog\nfish\n"), tensor("uint8", "3:1"));
+  EXPECT_EQ(decoded(h, frame(Bytes{1, 200, 3})), text("dog"));
+  EXPECT_EQ(decoded(h, frame(Bytes{7, 7, 3})), text("cat")) << "the first of equals";
+  EXPECT_SAYS(caps_text(h), "text/x-raw");
+  EXPECT_SAYS(caps_text(h), "framerate=(fraction)30/1");
+  EXPECT_EQ(stat(h, "consumed"), 2u);
+}
+
+TEST(TensorDecoder, NeedsALabelFile) {
+  EXPECT_SAYS(error_of("mode=image_labeling"), "mode=image_labeling has no label file");
+  EXPECT_SAYS(error_of("mode=image_labeling option1=/nowhere/labels.txt"), "WEIR-4001");
+  EXPECT_SAYS(error_of("mode=image_labeling option1=/nowhere/labels.txt"), "/nowhere/labels.txt");
+}
+
+TEST(TensorDecoder, RefusesOtherShapes) {
+  for (const char* shape : {"3:2", "1:3", "3:1:2"}) {
+    const std::string said = error_of(labeling("a\nb\nc"), tensor("uint8", shape), Bytes(6));
+    EXPECT_SAYS(said, "WEIR-2001");
+    EXPECT_SAYS(said, "one score for each class");
+    EXPECT_SAYS(said, std::string("uint8 ") + shape);
+  }
+}
+
+TEST(TensorDecoder, ChoosesTheFormatByTheChannels) {
+  const std::pair<const char*, const char*> defaults[] = {
+      {"1:4:2", "GRAY8"}, {"3:4:2", "RGB"}, {"4:4:2", "BGRx"}};
+  for (const auto& [shape, format] : defaults) {
+    auto h = harness("mode=direct_video", tensor("uint8", shape));
+    const Bytes pixels(static_cast<size_t>(shape[0] - '0') * 8, 5);
+    EXPECT_EQ(decoded(h, frame(pixels)), pixels);
+    EXPECT_SAYS(caps_text(h), std::string("format=(string)") + format);
+    EXPECT_SAYS(caps_text(h), "width=(int)4, height=(int)2");
+    EXPECT_EQ(stat(h, "bytes-copied"), 0u);
+  }
+}
+
+TEST(TensorDecoder, PadsRowsToFourBytes) {
+  auto h = harness("mode=direct_video", tensor("uint8", "3:3:2"));
+  Bytes pixels(18);
+  for (size_t i = 0; i < pixels.size(); ++i) pixels[i] = static_cast<uint8_t>(i);
+  const Bytes out = decoded(h, frame(pixels));
+  ASSERT_EQ(out.size(), 24u);
+  EXPECT_EQ(Bytes(out.begin(), out.begin() + 9), Bytes(pixels.begin(), pixels.begin() + 9));
+  EXPECT_EQ(Bytes(out.begin() + 12, out.begin() + 21), Bytes(pixels.begin() + 9, pixels.end()));
+}
+
+TEST(TensorDecoder, RefusesWhatIsNoPicture) {
+  for (const auto& caps : {tensor("uint8", "2:4:2"), tensor("float32", "3:4:2"),
+                           tensor("uint16", "3:4:2"), tensor("uint8", "3:4:2:2")}) {
+    const std::string said = error_of("mode=direct_video", caps, Bytes(96));
+    EXPECT_SAYS(said, "WEIR-2001");
+    EXPECT_SAYS(said, "takes one picture");
+  }
+}
+
+TEST(TensorDecoder, NeedsAStaticStream) {
+  const std::string said =
+      error_of("mode=direct_video", "other/tensors,format=flexible,framerate=30/1", Bytes(128));
+  EXPECT_SAYS(said, "WEIR-2002");
+  EXPECT_SAYS(said, "fix: other/tensors,format=static");
+}
+
+TEST(TensorDecoder, GivesTheBytesOfEachTensor) {
+  auto h = harness("mode=octet_stream",
+                   "other/"
+                   "tensors,format=static,num_tensors=2,dimensions=(string)\"2,3\",types=(string)"
+                   "\"uint8,uint8\",framerate=30/1");
+  GstBuffer* in = frame(Bytes{1, 2});
+  gst_buffer_append_memory(in, gst_memory_ref(gst_buffer_peek_memory(
+                                   Ref<GstBuffer>::adopt(frame(Bytes{3, 4, 5})).get(), 0)));
+  auto out = Ref<GstBuffer>::adopt(gst_harness_push_and_pull(h.get(), in));
+  EXPECT_EQ(gst_buffer_n_memory(out.get()), 2u);
+  EXPECT_EQ(content(out.get()), (Bytes{1, 2, 3, 4, 5}));
+  EXPECT_SAYS(caps_text(h), "application/octet-stream");
+  EXPECT_EQ(stat(h, "bytes-copied"), 0u);
+}
+
+TEST(TensorDecoder, TakesTheHeadersOffFlexibleTensors) {
+  const Unique<GstElement, gst_object_unref> pipeline(gst_parse_launch(
+      "videotestsrc num-buffers=1 pattern=white ! video/x-raw,format=GRAY8,width=4,height=2 ! "
+      "tensor_converter ! "
+      "other/tensors,format=flexible ! tensor_decoder mode=octet_stream ! appsink name=out",
+      nullptr));
+  gst_element_set_state(pipeline.get(), GST_STATE_PLAYING);
+  const auto sink = Ref<GstElement>::adopt(gst_bin_get_by_name(GST_BIN(pipeline.get()), "out"));
+  GstSample* raw = nullptr;
+  g_signal_emit_by_name(sink.get(), "pull-sample", &raw);
+  const Unique<GstSample, gst_sample_unref> sample(raw);
+  ASSERT_TRUE(sample);
+  EXPECT_EQ(content(gst_sample_get_buffer(sample.get())), Bytes(8, 235));
+  gst_element_set_state(pipeline.get(), GST_STATE_NULL);
+}
+
+TEST(TensorDecoder, NeedsAMode) {
+  const std::string said = error_of("");
+  EXPECT_SAYS(said, "no mode is set");
+  EXPECT_SAYS(said, "direct_video,image_labeling,octet_stream");
+}
+
+TEST(TensorDecoder, GuessesTheModeThatWasMeant) {
+  const std::string said = error_of("mode=image_labelling");
+  EXPECT_SAYS(said, "WEIR-3010");
+  EXPECT_SAYS(said, "did you mean image_labeling?");
+  EXPECT_SAYS(error_of("mode=../octet_stream"), "WEIR-3010");
+  EXPECT_SAYS(error_of("mode=Octet_Stream"), "WEIR-3010");
+}
+
+TEST(TensorDecoder, RefusesAFrameOfTheWrongSize) {
+  EXPECT_SAYS(error_of("mode=octet_stream", tensor("uint8", "4"), Bytes(3)), "WEIR-2004");
+}
+
+TEST(TensorDecoder, ListsItsDecoders) {
+  auto h = harness("mode=octet_stream", tensor("uint8", "4"));
+  const auto e = Ref<GstElement>::adopt(gst_harness_find_element(h.get(), "tensor_decoder"));
+  gchar* raw = nullptr;
+  g_object_get(e.get(), "sub-plugins", &raw, nullptr);
+  const weir::gst::UniqueText list{raw};
+  EXPECT_STREQ(list.get(), "direct_video,image_labeling,octet_stream");
+}
+
+TEST(TensorDecoder, FollowsNewCaps) {
+  auto h = harness("mode=direct_video", tensor("uint8", "3:4:2"));
+  EXPECT_EQ(decoded(h, frame(Bytes(24, 1))).size(), 24u);
+  gst_harness_set_src_caps_str(h.get(), tensor("uint8", "1:8:2").c_str());
+  EXPECT_EQ(decoded(h, frame(Bytes(16, 1))).size(), 16u);
+  EXPECT_SAYS(caps_text(h), "GRAY8");
+}
+
+TEST(TensorDecoder, GoesOnAfterAFlush) {
+  auto h = harness("mode=octet_stream", tensor("uint8", "2"));
+  EXPECT_EQ(gst_harness_push(h.get(), frame(Bytes{1, 2})), GST_FLOW_OK);
+  gst_harness_push_event(h.get(), gst_event_new_flush_start());
+  gst_harness_push_event(h.get(), gst_event_new_flush_stop(TRUE));
+  GstSegment segment;
+  gst_segment_init(&segment, GST_FORMAT_TIME);
+  gst_harness_push_event(h.get(), gst_event_new_segment(&segment));
+  EXPECT_EQ(gst_harness_push(h.get(), frame(Bytes{3, 4})), GST_FLOW_OK);
+  EXPECT_EQ(stat(h, "received"), 2u);
+  EXPECT_EQ(stat(h, "pushed"), 2u);
+}
+
+}  // namespace

@@ -1,0 +1,88 @@
+// Runs a decoder module as the host does, with a sink that remembers what it was given.
+#pragma once
+#include <gtest/gtest.h>
+
+#include <cstring>
+#include <string>
+#include <vector>
+
+#include "core/infer/decoder.hpp"
+#include "core/infer/module_library.hpp"
+#include "core/tensor/frame_spec.hpp"
+
+namespace weir::testing_decoders {
+
+using Bytes = std::vector<uint8_t>;
+
+struct MemorySink : weir_sink {
+  std::string caps;
+  std::vector<Bytes> memories;   // what was reserved
+  std::vector<uint32_t> shared;  // inputs that were shared
+
+  Status set_caps(const std::string& text) override {
+    caps = text;
+    return ok();
+  }
+  void* reserve(uint64_t bytes) override { return memories.emplace_back(bytes).data(); }
+  Status share_input(uint32_t index) override {
+    shared.push_back(index);
+    return ok();
+  }
+};
+
+// A tensor as caps describe it ("3:4:2", innermost first), and its bytes.
+template <class T>
+struct Tensor {
+  ElementType type;
+  std::string shape;
+  std::vector<T> values;
+
+  weir_tensor_info info() const {
+    weir_tensor_info out{};
+    const Shape parsed = Shape::parse(shape);
+    out.type = static_cast<uint32_t>(type);
+    out.rank = static_cast<uint32_t>(parsed.rank());
+    for (uint32_t i = 0; i < out.rank; ++i) out.shape[i] = parsed[out.rank - 1 - i];
+    return out;
+  }
+};
+
+struct Outcome {
+  MemorySink sink;
+  std::string error;  // empty when all went well
+};
+
+// Opens the decoder, configures it for the tensor and decodes it.
+template <class T>
+Outcome decode(const std::string& mode, const infer::Decoder::Options& options,
+               const Tensor<T>& tensor) {
+  Outcome out;
+  infer::ModuleLibrary library;
+  const auto type = library.decoder(mode);
+  auto decoder = type ? infer::Decoder::open(**type, options)
+                      : Result<std::unique_ptr<infer::Decoder>>(type.error());
+  if (!decoder) {
+    out.error = decoder.error().message();
+    return out;
+  }
+  if (const auto status = (*decoder)->configure({tensor.info()}, &out.sink); !status) {
+    out.error = status.error().message();
+    return out;
+  }
+  std::vector<T> values = tensor.values;
+  weir_tensor memory{};
+  memory.data = values.data();
+  memory.bytes = memory.capacity = values.size() * sizeof(T);
+  memory.info = tensor.info();
+  weir_frame frame{};
+  frame.struct_size = sizeof frame;
+  frame.n_tensors = 1;
+  frame.tensors = &memory;
+  if (const auto kept = (*decoder)->decode(frame, &out.sink); !kept)
+    out.error = kept.error().message();
+  return out;
+}
+
+#define EXPECT_SAYS(text, words) EXPECT_NE((text).find(words), std::string::npos) << (text)
+
+}  // namespace weir::testing_decoders

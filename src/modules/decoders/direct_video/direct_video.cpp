@@ -1,0 +1,125 @@
+// direct_video: a tensor of pixels becomes a video frame.
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <cstring>
+
+#include "weir/decoder.hpp"
+
+namespace {
+
+using weir::Code;
+using weir::Failure;
+
+constexpr char kOptions[] =
+    R"([{"name":"option1","type":"string","default":"","help":"Video format; by default GRAY8, RGB or BGRx"}])";
+
+struct Format {
+  const char* name;
+  int64_t channels;
+  size_t bytes;  // of one channel
+};
+// The first of a number of channels is its default.
+constexpr std::array kFormats{
+    Format{"GRAY8", 1, 1}, Format{"GRAY16_LE", 1, 2}, Format{"GRAY16_BE", 1, 2},
+    Format{"RGB", 3, 1},   Format{"BGR", 3, 1},       Format{"BGRx", 4, 1},
+    Format{"RGBx", 4, 1},  Format{"xRGB", 4, 1},      Format{"xBGR", 4, 1},
+    Format{"RGBA", 4, 1},  Format{"BGRA", 4, 1},      Format{"ARGB", 4, 1},
+    Format{"ABGR", 4, 1},
+};
+
+bool same(std::string_view a, std::string_view b) {
+  return std::equal(a.begin(), a.end(), b.begin(), b.end(), [](unsigned char x, unsigned char y) {
+    return std::tolower(x) == std::tolower(y);
+  });
+}
+
+const Format* find(std::string_view name) {
+  for (const auto& format : kFormats)
+    if (same(format.name, name)) return &format;
+  return nullptr;
+}
+
+class DirectVideo {
+ public:
+  explicit DirectVideo(const weir::Options& options) {
+    const auto name = options.get("option1");
+    if (!name || name->empty()) return;
+    chosen_ = find(*name);
+    if (chosen_) return;
+    std::string names;
+    for (const auto& format : kFormats)
+      names += (names.empty() ? "" : ", ") + std::string(format.name);
+    throw Failure({Code::OPTION_VALUE, "mode=direct_video does not make this format",
+                   "option1=" + std::string(*name), "one of: " + names, "", "option1=RGB"});
+  }
+
+  void configure(std::span<const weir_tensor_info> inputs, weir::DecoderOutput& output) {
+    if (inputs.empty())
+      throw Failure(
+          {Code::FORMAT_UNSUPPORTED, "mode=direct_video needs the size of the picture",
+           "a flexible stream, in which each frame says its own", "a static stream", "",
+           "other/tensors,format=static,num_tensors=1,dimensions=(string)3:640:480,types=uint8"});
+    const Layout layout = layout_of(inputs[0]);
+    output.set_caps("video/x-raw,format=(string)" + std::string(layout.format->name) +
+                    ",width=(int)" + std::to_string(layout.width) + ",height=(int)" +
+                    std::to_string(layout.height) +
+                    ",views=(int)1,interlace-mode=(string)progressive");
+  }
+
+  // GStreamer's rows are padded to four bytes.
+  bool decode(const weir_frame& frame, weir::DecoderOutput& output) {
+    const weir_tensor& tensor = frame.tensors[0];
+    const Layout layout = layout_of(tensor.info);
+    const size_t row =
+        static_cast<size_t>(layout.width * layout.format->channels) * layout.format->bytes;
+    const size_t stride = (row + 3) / 4 * 4, height = static_cast<size_t>(layout.height);
+    if (tensor.bytes != row * height)
+      throw Failure({Code::FRAME_SIZE, "the frame has another size than its shape says",
+                     std::to_string(tensor.bytes) + " bytes", std::to_string(row * height), "",
+                     ""});
+    if (row == stride) {
+      output.share_input(0);
+      return true;
+    }
+    std::byte* to = output.reserve(stride * height).data();
+    const auto* from = static_cast<const std::byte*>(tensor.data);
+    for (size_t y = 0; y < height; ++y, to += stride, from += row) {
+      std::memcpy(to, from, row);
+      std::memset(to + row, 0, stride - row);
+    }
+    return true;
+  }
+
+ private:
+  struct Layout {
+    const Format* format;
+    int64_t width, height;
+  };
+
+  Layout layout_of(const weir_tensor_info& info) const {
+    const int64_t channels = weir::dimension(info, 0);
+    const size_t bytes = weir::element_bytes(info.type);
+    const auto fits = [&](const Format& f) { return f.channels == channels && f.bytes == bytes; };
+    const Format* format = chosen_ && fits(*chosen_) ? chosen_ : nullptr;
+    if (!format) {
+      const auto found = std::find_if(kFormats.begin(), kFormats.end(), fits);
+      if (found != kFormats.end()) format = &*found;
+    }
+    const int64_t width = weir::dimension(info, 1), height = weir::dimension(info, 2);
+    bool one_picture = width > 0 && height > 0 && width <= INT32_MAX && height <= INT32_MAX;
+    for (uint32_t i = 3; i < WEIR_RANK_LIMIT; ++i) one_picture &= weir::dimension(info, i) == 1;
+    if (!format || !one_picture)
+      throw Failure(
+          {Code::SPEC_MISMATCH, "mode=direct_video takes one picture", weir::describe(info),
+           "1, 3 or 4 channels : width : height of uint8 or int8, or 1 channel of uint16 or int16",
+           "", "tensor_transform mode=typecast option=uint8"});
+    return {format, width, height};
+  }
+
+  const Format* chosen_ = nullptr;
+};
+
+}  // namespace
+
+WEIR_DECODER(DirectVideo, "direct_video", "", kOptions)

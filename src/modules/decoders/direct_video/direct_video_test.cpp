@@ -1,0 +1,72 @@
+// direct_video: formats by channels, rows padded to four bytes, what is no picture.
+#include "decoder_test_fixture.hpp"
+
+namespace weir::testing_decoders {
+namespace {
+
+template <class T = uint8_t>
+Outcome shown(const std::string& format, const std::string& shape, size_t values,
+              ElementType type = ElementType::UInt8) {
+  infer::Decoder::Options options;
+  if (!format.empty()) options.emplace_back("option1", format);
+  std::vector<T> pixels(values);
+  for (size_t i = 0; i < values; ++i) pixels[i] = static_cast<T>(i);
+  return decode("direct_video", options, Tensor<T>{type, shape, pixels});
+}
+
+TEST(DirectVideo, ChoosesTheFormatByTheChannels) {
+  EXPECT_EQ(shown("", "1:4:2", 8).sink.caps,
+            "video/x-raw,format=(string)GRAY8,width=(int)4,height=(int)2,views=(int)1,"
+            "interlace-mode=(string)progressive");
+  EXPECT_SAYS(shown("", "3:4:2", 24).sink.caps, "format=(string)RGB,");
+  EXPECT_SAYS(shown("", "4:4:2", 32).sink.caps, "format=(string)BGRx,");
+  EXPECT_SAYS(shown<uint16_t>("", "1:4:2", 8, ElementType::UInt16).sink.caps, "GRAY16_LE");
+}
+
+TEST(DirectVideo, TakesTheFormatOfOption1WhereItFits) {
+  for (const char* format : {"RGB", "BGR"})
+    EXPECT_SAYS(shown(format, "3:4:2", 24).sink.caps, std::string("(string)") + format + ",");
+  for (const char* format : {"RGBx", "BGRx", "xRGB", "xBGR", "RGBA", "BGRA", "ARGB", "ABGR"})
+    EXPECT_SAYS(shown(format, "4:4:2", 32).sink.caps, std::string("(string)") + format + ",");
+  for (const char* format : {"GRAY16_LE", "GRAY16_BE"})
+    EXPECT_SAYS(shown<uint16_t>(format, "1:4:2", 8, ElementType::UInt16).sink.caps, format);
+  EXPECT_SAYS(shown("bgr", "3:4:2", 24).sink.caps, "(string)BGR,") << "case does not count";
+  EXPECT_SAYS(shown("RGBA", "3:4:2", 24).sink.caps, "(string)RGB,") << "another number of channels";
+}
+
+TEST(DirectVideo, SharesRowsThatNeedNoPadding) {
+  const auto out = shown("", "3:4:2", 24);
+  EXPECT_EQ(out.sink.shared, std::vector<uint32_t>{0});
+  EXPECT_TRUE(out.sink.memories.empty());
+}
+
+TEST(DirectVideo, PadsRowsToFourBytes) {
+  const auto out = shown("", "3:3:2", 18);
+  ASSERT_EQ(out.sink.memories.size(), 1u) << out.error;
+  EXPECT_EQ(out.sink.memories[0], (Bytes{0, 1,  2,  3,  4,  5,  6,  7,  8,  0, 0, 0,
+                                         9, 10, 11, 12, 13, 14, 15, 16, 17, 0, 0, 0}));
+}
+
+TEST(DirectVideo, RefusesWhatIsNoPicture) {
+  for (const char* shape : {"2:4:2", "5:4:2", "3:4:2:2"}) {
+    const auto error = shown("", shape, 48).error;
+    EXPECT_SAYS(error, "WEIR-2001");
+    EXPECT_SAYS(error, std::string("uint8 ") + shape);
+  }
+  EXPECT_SAYS(shown<float>("", "3:4:2", 24, ElementType::Float32).error, "takes one picture");
+  EXPECT_SAYS(shown<uint16_t>("", "3:4:2", 24, ElementType::UInt16).error, "takes one picture");
+}
+
+TEST(DirectVideo, RefusesAFormatThatItDoesNotMake) {
+  const auto error = shown("YUY2", "3:4:2", 24).error;
+  EXPECT_SAYS(error, "WEIR-1004");
+  EXPECT_SAYS(error, "option1=YUY2");
+  EXPECT_SAYS(error, "GRAY16_BE");
+}
+
+TEST(DirectVideo, RefusesAFrameOfAnotherSize) {
+  EXPECT_SAYS(shown("", "3:4:2", 23).error, "WEIR-2004");
+}
+
+}  // namespace
+}  // namespace weir::testing_decoders

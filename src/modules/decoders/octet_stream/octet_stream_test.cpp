@@ -1,0 +1,22 @@
+// octet_stream: shares what it is given, and copies nothing.
+#include "decoder_test_fixture.hpp"
+
+namespace weir::testing_decoders {
+namespace {
+
+TEST(OctetStream, SharesTheTensors) {
+  const auto out = decode("octet_stream", {}, Tensor<float>{ElementType::Float32, "2", {1, 2}});
+  EXPECT_EQ(out.error, "");
+  EXPECT_EQ(out.sink.caps, "application/octet-stream");
+  EXPECT_EQ(out.sink.shared, std::vector<uint32_t>{0});
+  EXPECT_TRUE(out.sink.memories.empty());
+}
+
+TEST(OctetStream, PassesOverOptionsThatItDoesNotHave) {
+  const auto out =
+      decode("octet_stream", {{"option1", "x"}}, Tensor<uint8_t>{ElementType::UInt8, "1", {1}});
+  EXPECT_EQ(out.error, "");
+}
+
+}  // namespace
+}  // namespace weir::testing_decoders
