@@ -1,0 +1,63 @@
+// Opening libtensorflowlite_c.
+#include "tensorflow-lite/tflite_api.hpp"
+
+#include <mutex>
+
+namespace weir::engine {
+
+Result<const TfliteApi*> TfliteApi::instance() {
+  static std::mutex mutex;  // guards `api`
+  static std::unique_ptr<const TfliteApi> api;
+  const std::lock_guard lock(mutex);
+  if (api) return api.get();
+  auto loaded = load();  // a missing library is looked for again: it may be installed meanwhile
+  if (!loaded) return loaded.error();
+  api = *std::move(loaded);
+  return api.get();
+}
+
+Result<std::unique_ptr<const TfliteApi>> TfliteApi::load() {
+  const auto library =
+      EngineLibrary::open("tensorflow-lite", "TensorFlow Lite", {"libtensorflowlite_c.so"});
+  if (!library) return library.error();
+  auto api = std::make_unique<TfliteApi>();
+  std::string missing;
+  const auto want = [&](auto* function, const char* name) {
+    *function = library->symbol<std::remove_pointer_t<decltype(function)>>(name);
+    if (!*function && missing.empty()) missing = name;
+  };
+  want(&api->version, "TfLiteVersion");
+  want(&api->model_create, "TfLiteModelCreate");
+  want(&api->model_delete, "TfLiteModelDelete");
+  want(&api->options_create, "TfLiteInterpreterOptionsCreate");
+  want(&api->options_delete, "TfLiteInterpreterOptionsDelete");
+  want(&api->options_set_num_threads, "TfLiteInterpreterOptionsSetNumThreads");
+  want(&api->options_set_error_reporter, "TfLiteInterpreterOptionsSetErrorReporter");
+  want(&api->interpreter_create, "TfLiteInterpreterCreate");
+  want(&api->interpreter_delete, "TfLiteInterpreterDelete");
+  want(&api->input_count, "TfLiteInterpreterGetInputTensorCount");
+  want(&api->input, "TfLiteInterpreterGetInputTensor");
+  want(&api->output_count, "TfLiteInterpreterGetOutputTensorCount");
+  want(&api->output, "TfLiteInterpreterGetOutputTensor");
+  want(&api->resize_input, "TfLiteInterpreterResizeInputTensor");
+  want(&api->allocate_tensors, "TfLiteInterpreterAllocateTensors");
+  want(&api->invoke, "TfLiteInterpreterInvoke");
+  want(&api->copy_from, "TfLiteTensorCopyFromBuffer");
+  want(&api->quantization, "TfLiteTensorQuantizationParams");
+  if (!missing.empty())
+    return Error{Code::ENGINE_NOT_INSTALLED,
+                 "the library of TensorFlow Lite cannot be used",
+                 library->path() + ": no symbol " + missing,
+                 "the C library of TensorFlow Lite 2.9",
+                 "",
+                 "tools/setup --engine tensorflow-lite"};
+  want(&api->modify_graph, "TfLiteInterpreterModifyGraphWithDelegate");
+  want(&api->reset_variables, "TfLiteInterpreterResetVariableTensors");
+  want(&api->xnnpack_create, "TfLiteXNNPackDelegateCreate");
+  want(&api->xnnpack_delete, "TfLiteXNNPackDelegateDelete");
+  api->path = library->path();
+  api->version_text = api->version();
+  return std::unique_ptr<const TfliteApi>(std::move(api));
+}
+
+}  // namespace weir::engine

@@ -1,0 +1,136 @@
+// Making an interpreter, with the delegate and without.
+#include "tensorflow-lite/tflite_interpreter.hpp"
+
+#include <cstdarg>
+#include <cstdio>
+
+#include "module_host.hpp"
+#include "tensor_check.hpp"
+
+namespace weir::engine {
+namespace {
+
+bool mentions(const std::string& text, std::initializer_list<const char*> words) {
+  for (const char* word : words)
+    if (text.find(word) != std::string::npos) return true;
+  return false;
+}
+
+Error load_error(const std::string& complaints) {
+  if (mentions(complaints,
+               {"unresolved custom op", "Didn't find op", "Op builtin_code out of range",
+                "Registration failed", "unsupported data type", "Flex ops"}))
+    return Error{Code::MODEL_UNSUPPORTED,
+                 "the model needs something that TensorFlow Lite lacks",
+                 complaints,
+                 "builtin operators of TensorFlow Lite 2.9",
+                 "",
+                 "convert the model with builtin operators only"};
+  return Error{Code::MODEL_INVALID,
+               "TensorFlow Lite cannot load the model",
+               complaints.empty() ? "no reason given" : complaints,
+               "a model that it can run",
+               "",
+               "fetch or export the model again; weir inspect MODEL"};
+}
+
+}  // namespace
+
+TfliteInterpreter::TfliteInterpreter(const TfliteApi& api)
+    : api_(api),
+      delegate_(nullptr, api.xnnpack_delete),
+      interpreter_(nullptr, api.interpreter_delete) {}
+
+void TfliteInterpreter::report(void* self, const char* format, va_list arguments) {
+  char line[512];
+  if (std::vsnprintf(line, sizeof line, format, arguments) < 0) return;
+  auto& complaints = static_cast<TfliteInterpreter*>(self)->complaints_;
+  if (complaints.size() < 4096) complaints += (complaints.empty() ? "" : "; ") + std::string(line);
+}
+
+Result<std::unique_ptr<TfliteInterpreter>> TfliteInterpreter::create(
+    const TfliteApi& api, const TfLiteModel* model, const TfliteOptions& options,
+    std::span<const weir_tensor_info> shapes) {
+  const bool delegate =
+      options.xnnpack && api.modify_graph && api.xnnpack_create && api.xnnpack_delete;
+  std::unique_ptr<TfliteInterpreter> out(new TfliteInterpreter(api));
+  if (delegate) {
+    if (out->build(model, options, true, shapes)) return out;
+    log(WEIR_LOG_INFO, "XNNPACK does not take this model: " + out->complaints_);
+    out.reset(new TfliteInterpreter(api));
+  }
+  if (auto status = out->build(model, options, false, shapes); !status) return status.error();
+  return out;
+}
+
+Status TfliteInterpreter::build(const TfLiteModel* model, const TfliteOptions& options,
+                                bool delegate, std::span<const weir_tensor_info> shapes) {
+  const std::unique_ptr<TfLiteInterpreterOptions, void (*)(TfLiteInterpreterOptions*)> settings(
+      api_.options_create(), api_.options_delete);
+  if (!settings) return load_error("no memory");
+  api_.options_set_num_threads(settings.get(), options.threads);
+  api_.options_set_error_reporter(settings.get(), report, this);
+  interpreter_.reset(api_.interpreter_create(model, settings.get()));
+  if (!interpreter_) return load_error(complaints_);
+  if (auto status = resize(shapes); !status) return status;
+  if (delegate && !delegate_graph(options.threads)) return load_error(complaints_);
+  if (api_.allocate_tensors(interpreter_.get()) == kTfLiteOk) return ok();
+  Error error = load_error(complaints_);
+  if (!shapes.empty()) {
+    error.code = Code::SPEC_MISMATCH;
+    error.what = "the model does not work with inputs of these shapes";
+    error.offered = describe(shapes) + ": " + complaints_;
+    error.needed = "shapes that all its layers can take";
+    error.fix.clear();
+  }
+  return error;
+}
+
+Status TfliteInterpreter::resize(std::span<const weir_tensor_info> shapes) {
+  for (size_t i = 0; i < shapes.size(); ++i) {
+    const auto& info = shapes[i];
+    std::vector<int> extents(info.shape, info.shape + info.rank);
+    if (api_.resize_input(interpreter_.get(), static_cast<int32_t>(i), extents.data(),
+                          static_cast<int32_t>(extents.size())) != kTfLiteOk)
+      return Error{Code::SPEC_MISMATCH,
+                   "the model does not take an input of this shape",
+                   describe(info) + ": " + complaints_,
+                   "",
+                   "",
+                   ""};
+  }
+  return ok();
+}
+
+bool TfliteInterpreter::delegate_graph(int threads) {
+  XnnpackOptions options;
+  options.num_threads = threads;
+  options.flags = kXnnpackSignedInt8;
+  delegate_.reset(api_.xnnpack_create(&options));
+  return delegate_ && api_.modify_graph(interpreter_.get(), delegate_.get()) == kTfLiteOk;
+}
+
+size_t TfliteInterpreter::inputs() const {
+  return static_cast<size_t>(api_.input_count(interpreter_.get()));
+}
+size_t TfliteInterpreter::outputs() const {
+  return static_cast<size_t>(api_.output_count(interpreter_.get()));
+}
+TfLiteTensor* TfliteInterpreter::input(size_t index) const {
+  return api_.input(interpreter_.get(), static_cast<int32_t>(index));
+}
+const TfLiteTensor* TfliteInterpreter::output(size_t index) const {
+  return api_.output(interpreter_.get(), static_cast<int32_t>(index));
+}
+
+Status TfliteInterpreter::invoke() {
+  complaints_.clear();
+  if (api_.invoke(interpreter_.get()) == kTfLiteOk) return ok();
+  return Error{Code::INVOKE_FAILED, "TensorFlow Lite failed on a frame", complaints_, "", "", ""};
+}
+
+void TfliteInterpreter::reset_state() {
+  if (api_.reset_variables) api_.reset_variables(interpreter_.get());
+}
+
+}  // namespace weir::engine

@@ -1,0 +1,150 @@
+// Opening a TensorFlow Lite model.
+#include "tensorflow-lite/tflite_model.hpp"
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+
+#include "model_bytes.hpp"
+#include "module_host.hpp"
+#include "tensorflow-lite/tflite_types.hpp"
+
+namespace weir::engine {
+namespace {
+
+// The walk reads to the end of each table; an option of up to 8 bytes may lie at a table's end.
+constexpr size_t kReadableBehindFile = 64;
+
+// Where the model leaves a dimension to the stream.
+void open_dimensions(const TfLiteTensor& tensor, weir_tensor_info* info) {
+  const TfLiteIntArray* signature = tensor.dims_signature;
+  if (!signature || static_cast<uint32_t>(signature->size) != info->rank) return;
+  for (uint32_t i = 0; i < info->rank; ++i)
+    if (signature->data[i] < 0) info->shape[i] = -1;
+}
+
+// Colours last is TensorFlow's way; converters from elsewhere leave them in front of the rows.
+uint32_t layout_of(const weir_tensor_info& info) {
+  const auto colours = [](int64_t extent) { return extent == 1 || extent == 3 || extent == 4; };
+  if (info.rank != 4) return WEIR_LAYOUT_ANY;
+  if (colours(info.shape[3])) return WEIR_LAYOUT_NHWC;
+  return colours(info.shape[1]) ? WEIR_LAYOUT_NCHW : WEIR_LAYOUT_ANY;
+}
+
+}  // namespace
+
+bool is_unallocated(const TfLiteTensor& tensor) noexcept {
+  return tensor.allocation_type == kTfLiteDynamic || (!tensor.data.raw && tensor.bytes > 0);
+}
+
+Result<weir_tensor_info> tflite_tensor_info(const TfliteApi& api, const TfLiteTensor& tensor) {
+  weir_tensor_info info{};
+  info.batch_axis = WEIR_NO_BATCH_AXIS;
+  const std::string name = tensor.name ? tensor.name : "";
+  const auto type = from_tflite(tensor.type);
+  if (!type)
+    return Error{Code::MODEL_UNSUPPORTED,
+                 "the model's tensor " + name + " is of a kind that streams lack",
+                 std::string("elements of type ") + tflite_type_name(tensor.type),
+                 "numbers of 8 to 64 bits, or bool",
+                 "",
+                 "export the model without it"};
+  const int rank = tensor.dims ? tensor.dims->size : 0;
+  if (rank < 0 || rank > WEIR_RANK_LIMIT)
+    return Error{Code::MODEL_UNSUPPORTED,
+                 "the model's tensor " + name + " has too many dimensions",
+                 "rank " + std::to_string(rank),
+                 "rank 16 at most",
+                 "",
+                 ""};
+  info.type = *type;
+  info.rank = static_cast<uint32_t>(rank);
+  std::copy_n(tensor.dims ? tensor.dims->data : nullptr, rank, info.shape);
+  const auto quantization = api.quantization(&tensor);
+  info.scale = quantization.scale;
+  info.zero_point = quantization.zero_point;
+  return info;
+}
+
+TfliteModel::TfliteModel(const TfliteApi& api) : api_(api), model_(nullptr, api.model_delete) {}
+
+Result<std::unique_ptr<TfliteModel>> TfliteModel::open(const weir_open& request) {
+  const auto api = TfliteApi::instance();
+  if (!api) return api.error();
+  const auto options = TfliteOptions::read(request);
+  if (!options) return options.error();
+  auto file = read_model(request);
+  if (!file) return file.error();
+  const size_t size = file->bytes.size();
+  std::unique_ptr<TfliteModel> model(new TfliteModel(**api));
+  model->bytes_ = std::move(file->owned);
+  if (model->bytes_.empty()) model->bytes_.assign(file->bytes.begin(), file->bytes.end());
+  model->bytes_.resize(size + kReadableBehindFile);
+  const auto named = [&file](Error error) {
+    error.offered = file->name() + ": " + error.offered;
+    return error;
+  };
+  auto summary = read_tflite({model->bytes_.data(), size});
+  if (!summary) return named(summary.error());
+  model->summary_ = *std::move(summary);
+  model->options_ = *options;
+  // The delegate of 2.9 writes through a null pointer where no operator makes an output.
+  if (model->summary_.passes_through) model->options_.xnnpack = false;
+  model->model_.reset((*api)->model_create(model->bytes_.data(), size));
+  if (!model->model_)
+    return named({Code::MODEL_INVALID, "TensorFlow Lite cannot load the model", "", "", "", ""});
+  const auto interpreter = model->interpreter({});
+  if (!interpreter) return named(interpreter.error());
+  if (auto status = model->read_tensors(**interpreter); !status) return named(status.error());
+  const nlohmann::json metadata{{"description", model->summary_.description},
+                                {"operators", model->summary_.operators},
+                                {"xnnpack", (*interpreter)->delegated()}};
+  model->metadata_ = metadata.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
+  return model;
+}
+
+Result<std::unique_ptr<TfliteInterpreter>> TfliteModel::interpreter(
+    std::span<const weir_tensor_info> shapes) const {
+  return TfliteInterpreter::create(api_, model_.get(), options_, shapes);
+}
+
+Status TfliteModel::read_tensors(const TfliteInterpreter& interpreter) {
+  const size_t n_in = interpreter.inputs(), n_out = interpreter.outputs();
+  names_.reserve(n_in + n_out);
+  bool batched = true;
+  for (size_t i = 0; i < n_in + n_out; ++i) {
+    const TfLiteTensor* tensor = i < n_in ? interpreter.input(i) : interpreter.output(i - n_in);
+    auto info = tflite_tensor_info(api_, *tensor);
+    if (!info) return info.error();
+    open_dimensions(*tensor, &*info);
+    if (i >= n_in && is_unallocated(*tensor)) std::fill_n(info->shape, info->rank, -1);
+    if (i < n_in) info->layout = layout_of(*info);
+    names_.emplace_back(tensor->name ? tensor->name : "");
+    info->name = names_.back().c_str();
+    batched = batched && info->rank > 0 && info->shape[0] == -1;
+    (i < n_in ? inputs_ : outputs_).push_back(*info);
+  }
+  for (auto* list : {&inputs_, &outputs_})
+    for (auto& info : *list)
+      if (batched) info.batch_axis = 0;
+  return ok();
+}
+
+void TfliteModel::describe(weir_model_info* info) const {
+  info->flags = summary_.has_state ? WEIR_MODEL_STATEFUL : 0;
+  if (options_.threads > 1) info->flags |= WEIR_MODEL_FORK_UNSAFE;
+  if (summary_.shapes_depend_on_data) info->flags |= WEIR_MODEL_DYNAMIC_OUTPUT;
+  info->n_inputs = static_cast<uint32_t>(inputs_.size());
+  info->n_outputs = static_cast<uint32_t>(outputs_.size());
+  info->inputs = inputs_.data();
+  info->outputs = outputs_.data();
+  info->alignment = 64;
+  info->input_padding = 0;  // inputs are copied
+  info->memory_kinds = uint64_t{1} << WEIR_MEMORY_HOST;
+  info->max_sessions = 0;  // as many as wanted
+  info->max_in_flight = 1;
+  info->preferred_batch = 1;
+  info->weight_bytes = bytes_.size() - kReadableBehindFile;
+  info->metadata_json = metadata_.c_str();
+}
+
+}  // namespace weir::engine

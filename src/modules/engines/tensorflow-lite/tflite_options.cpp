@@ -1,0 +1,41 @@
+// Reading the options of the TensorFlow Lite engine.
+#include "tensorflow-lite/tflite_options.hpp"
+
+#include <algorithm>
+
+#include "engine_options.hpp"
+#include "processor.hpp"
+
+namespace weir::engine {
+namespace {
+
+void choose_delegate(std::string_view name, TfliteOptions* out) {
+  out->xnnpack = !same_word(name, "None");
+  if (out->xnnpack && !same_word(name, "XNNPACK"))
+    log(WEIR_LOG_WARNING, "the delegate " + std::string(name) +
+                              " is not available here, XNNPACK is used; known: XNNPACK, None");
+}
+
+}  // namespace
+
+Result<TfliteOptions> TfliteOptions::read(const weir_open& request) {
+  TfliteOptions out;
+  if (request.threads > 0) out.threads = request.threads;
+  for (uint32_t i = 0; request.options && i < request.n_options; ++i) {
+    const auto key = text_or_empty(request.options[i].key);
+    const auto value = text_or_empty(request.options[i].value);
+    if (same_word(key, "NumThreads")) {
+      const auto threads = number_option(key, value, 1);
+      if (!threads) return threads.error();
+      out.threads = *threads;
+    } else if (same_word(key, "Delegate")) {
+      choose_delegate(value, &out);
+    } else {
+      warn_unknown_option(key, "NumThreads, Delegate");
+    }
+  }
+  if (out.threads > 1) out.threads = std::min(out.threads, usable_cores());
+  return out;
+}
+
+}  // namespace weir::engine

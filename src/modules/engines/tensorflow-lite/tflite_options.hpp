@@ -1,0 +1,18 @@
+// The options of the TensorFlow Lite engine (specification 4.15).
+#pragma once
+#include "weir/abi.h"
+#include "weir/result.hpp"
+
+namespace weir::engine {
+
+struct TfliteOptions {
+  // One by default: with two on a busy machine the median time rose 30-fold (engines.md).
+  int threads = 1;
+  bool xnnpack = true;
+
+  // NumThreads:N (no more than there are cores), Delegate:{XNNPACK,None}. Other delegates and
+  // unknown keys are logged; a number that cannot be used is OPTION_VALUE.
+  static Result<TfliteOptions> read(const weir_open& request);
+};
+
+}  // namespace weir::engine

@@ -1,0 +1,212 @@
+// Shapes in, shapes out, frames through.
+#include "tensorflow-lite/tflite_runner.hpp"
+
+#include <algorithm>
+#include <cstring>
+
+#include "module_host.hpp"
+#include "tensor_check.hpp"
+
+namespace weir::engine {
+namespace {
+
+std::span<const weir_tensor> tensors_of(const weir_frame& frame) {
+  return {frame.tensors, frame.tensors ? frame.n_tensors : 0};
+}
+
+Status wrong_count(const char* role, size_t given, const std::vector<weir_tensor_info>& needed) {
+  return Error{Code::SPEC_MISMATCH,
+               std::string("the number of ") + role + "s does not fit the model",
+               std::to_string(given),
+               std::to_string(needed.size()) + ": " + describe(needed),
+               "",
+               ""};
+}
+
+}  // namespace
+
+TfliteRunner::TfliteRunner(const TfliteModel& model, const TfliteApi& api,
+                           std::unique_ptr<TfliteInterpreter> interpreter)
+    : model_(model), api_(api), interpreter_(std::move(interpreter)) {}
+
+Result<std::unique_ptr<TfliteRunner>> TfliteRunner::create(const TfliteModel& model,
+                                                           std::span<const weir_option>) {
+  const auto api = TfliteApi::instance();
+  if (!api) return api.error();
+  auto interpreter = model.interpreter({});
+  if (!interpreter) return interpreter.error();
+  return std::unique_ptr<TfliteRunner>(new TfliteRunner(model, **api, *std::move(interpreter)));
+}
+
+// Any extents of the right rank: models whose file says a fixed shape can often be resized too.
+Status TfliteRunner::check_inputs(std::span<const weir_tensor_info> in) const {
+  auto any = model_.inputs();
+  for (auto& info : any) std::fill_n(info.shape, info.rank, -1);
+  return check_infos(any, in, "input");
+}
+
+bool TfliteRunner::shaped_as(size_t index, const weir_tensor_info& info) const {
+  const TfLiteIntArray* extents = interpreter_->input(index)->dims;
+  return extents && static_cast<uint32_t>(extents->size) == info.rank &&
+         std::equal(info.shape, info.shape + info.rank, extents->data);
+}
+
+Status TfliteRunner::reshape(std::span<const weir_tensor_info> in) {
+  bool same = true;
+  for (size_t i = 0; i < in.size(); ++i) {
+    same = same && shaped_as(i, in[i]);
+    const auto bytes = tensor_bytes(in[i]);
+    if (!bytes || *bytes > INT32_MAX || *bytes == 0)
+      return Error{Code::SPEC_MISMATCH,
+                   "TensorFlow Lite takes no input of this size",
+                   describe(in[i]),
+                   "1 byte to 2 GiB",
+                   "",
+                   ""};
+  }
+  if (same) return ok();
+  auto interpreter = model_.interpreter(in);
+  if (!interpreter) {
+    Error error = interpreter.error();
+    if (error.needed.empty()) error.needed = describe(model_.inputs());
+    return error;
+  }
+  interpreter_ = *std::move(interpreter);
+  rehearsed_ = false;
+  return ok();
+}
+
+Status TfliteRunner::rehearse() {
+  for (size_t i = 0; i < model_.inputs().size(); ++i) {
+    const TfLiteTensor* tensor = interpreter_->input(i);
+    if (tensor->data.raw) std::memset(tensor->data.raw, 0, tensor->bytes);
+  }
+  const Status status = interpreter_->invoke();
+  if (model_.summary().has_state) interpreter_->reset_state();
+  return status;
+}
+
+Status TfliteRunner::resolve(std::span<const weir_tensor_info> in,
+                             std::span<weir_tensor_info> out) {
+  if (auto status = check_inputs(in); !status) return status;
+  if (out.size() != model_.outputs().size())
+    return wrong_count("output", out.size(), model_.outputs());
+  std::copy(model_.outputs().begin(), model_.outputs().end(), out.begin());
+  if (!std::all_of(in.begin(), in.end(), is_fixed)) return ok();
+  if (auto status = reshape(in); !status) return status;
+  const auto open = [this](size_t i) { return is_unallocated(*interpreter_->output(i)); };
+  bool any_open = false;
+  for (size_t i = 0; i < out.size(); ++i) any_open = any_open || open(i);
+  if (any_open && !rehearsed_ && !model_.summary().shapes_depend_on_data) {
+    // Zeros may be values that this model refuses: the first frame will tell its shapes.
+    const auto status = rehearse();
+    rehearsed_ = bool(status);
+    if (!status) log(WEIR_LOG_INFO, "a run on zeros tells no shapes: " + status.error().message());
+  }
+  for (size_t i = 0; i < out.size(); ++i) {
+    const auto now = tflite_tensor_info(api_, *interpreter_->output(i));
+    if (!now) return now.error();
+    out[i].rank = now->rank;
+    const bool known = rehearsed_ || !open(i);
+    for (uint32_t d = 0; d < now->rank; ++d) out[i].shape[d] = known ? now->shape[d] : -1;
+  }
+  return ok();
+}
+
+Status TfliteRunner::copy_in(const weir_tensor& tensor, size_t index) {
+  if (auto status = check_memory(tensor, index, "input"); !status) return status;
+  TfLiteTensor* to = interpreter_->input(index);
+  const void* from = tensor.data;
+  if (to->type == kTfLiteBool) {
+    const auto* bytes = static_cast<const uint8_t*>(from);
+    bools_.resize(tensor.bytes);
+    std::transform(bytes, bytes + tensor.bytes, bools_.begin(),
+                   [](uint8_t byte) { return static_cast<uint8_t>(byte != 0); });
+    from = bools_.data();
+  }
+  if (!to->data.raw || api_.copy_from(to, from, tensor.bytes) != kTfLiteOk)
+    return Error{Code::INVOKE_FAILED,
+                 "TensorFlow Lite does not take the data of an input",
+                 std::to_string(tensor.bytes) + " bytes",
+                 std::to_string(to->bytes) + " bytes",
+                 "",
+                 ""};
+  return ok();
+}
+
+Status TfliteRunner::copy_out(size_t index, weir_tensor* tensor) {
+  const TfLiteTensor* from = interpreter_->output(index);
+  if (!from->data.raw && from->bytes > 0)
+    return Error{Code::INVOKE_FAILED,
+                 "TensorFlow Lite gave no data for an output",
+                 "output " + std::to_string(index),
+                 "",
+                 "",
+                 ""};
+  if (!tensor->data) {
+    auto info = tflite_tensor_info(api_, *from);
+    if (!info) return info.error();
+    info->name = model_.outputs()[index].name;
+    tensor->info = *info;
+    if (module_host->allocate(nullptr, WEIR_MEMORY_HOST, from->bytes, 64, tensor) != WEIR_OK)
+      return Error{Code::OUT_OF_MEMORY, "no memory for an output", "", "", "", ""};
+  } else if (tensor->bytes != from->bytes) {
+    return Error{Code::INVOKE_FAILED,
+                 "an output has another size than it was said to have",
+                 std::to_string(from->bytes) + " bytes",
+                 std::to_string(tensor->bytes) + " bytes: " + describe(tensor->info),
+                 "output " + std::to_string(index),
+                 ""};
+  }
+  if (from->bytes > 0) std::memcpy(tensor->data, from->data.raw, from->bytes);
+  return ok();
+}
+
+Status TfliteRunner::invoke(const weir_frame& in, weir_frame& out) {
+  const auto inputs = tensors_of(in), outputs = tensors_of(out);
+  if (inputs.size() != model_.inputs().size())
+    return wrong_count("input", inputs.size(), model_.inputs());
+  if (outputs.size() != model_.outputs().size())
+    return wrong_count("output", outputs.size(), model_.outputs());
+  bool same = true;
+  for (size_t i = 0; i < inputs.size(); ++i)
+    same = same && inputs[i].info.type == model_.inputs()[i].type && shaped_as(i, inputs[i].info);
+  if (!same) {
+    std::vector<weir_tensor_info> infos;
+    for (const auto& tensor : inputs) infos.push_back(tensor.info);
+    if (auto status = check_inputs(infos); !status) return status;
+    if (auto status = reshape(infos); !status) return status;
+  }
+  for (size_t i = 0; i < inputs.size(); ++i)
+    if (auto status = copy_in(inputs[i], i); !status) return status;
+  for (size_t i = 0; i < outputs.size(); ++i)
+    if (outputs[i].data)
+      if (auto status = check_memory(outputs[i], i, "output"); !status) return status;
+  if (auto status = interpreter_->invoke(); !status) return status;
+  for (size_t i = 0; i < outputs.size(); ++i)
+    if (auto status = copy_out(i, &out.tensors[i]); !status) return status;
+  return ok();
+}
+
+Status TfliteRunner::control(int op, const weir_option*) {
+  switch (op) {
+    case WEIR_WARM: {
+      const Status ignored = rehearse();  // a model that refuses zeros is warm enough
+      return ignored ? ok() : ok();
+    }
+    case WEIR_RESET_STATE:
+      interpreter_->reset_state();
+      return ok();
+    case WEIR_SET_OPTION:
+      return Error{Code::OPTION_VALUE,
+                   "TensorFlow Lite takes options only when a model is opened",
+                   "",
+                   "",
+                   "",
+                   ""};
+    default:
+      return ok();  // nothing to suspend
+  }
+}
+
+}  // namespace weir::engine

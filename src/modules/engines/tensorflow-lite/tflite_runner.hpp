@@ -1,0 +1,42 @@
+// TfliteRunner: frames through a TensorFlow Lite model.
+#pragma once
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "tensorflow-lite/tflite_model.hpp"
+
+namespace weir::engine {
+
+// An interpreter of its own; used by one thread at a time.
+class TfliteRunner {
+ public:
+  static Result<std::unique_ptr<TfliteRunner>> create(const TfliteModel& model,
+                                                      std::span<const weir_option> options);
+
+  // Resizes the inputs; outputs whose size the graph computes are learned by a run on zeros, and
+  // stay open when they depend on values.
+  Status resolve(std::span<const weir_tensor_info> in, std::span<weir_tensor_info> out);
+  // Copies in and out: this library keeps its tensors in memory of its own. An output without data
+  // gets memory of the host.
+  Status invoke(const weir_frame& in, weir_frame& out);
+  Status control(int op, const weir_option* option);
+
+ private:
+  TfliteRunner(const TfliteModel& model, const TfliteApi& api,
+               std::unique_ptr<TfliteInterpreter> interpreter);
+  Status check_inputs(std::span<const weir_tensor_info> in) const;
+  bool shaped_as(size_t index, const weir_tensor_info& info) const;
+  Status reshape(std::span<const weir_tensor_info> in);
+  Status copy_in(const weir_tensor& tensor, size_t index);
+  Status copy_out(size_t index, weir_tensor* tensor);
+  Status rehearse();
+
+  const TfliteModel& model_;
+  const TfliteApi& api_;
+  std::unique_ptr<TfliteInterpreter> interpreter_;
+  bool rehearsed_ = false;  // outputs that the graph sizes are known for the present shapes
+  std::vector<uint8_t> bools_;
+};
+
+}  // namespace weir::engine
