@@ -1,0 +1,120 @@
+// `weir doctor`: what is installed and where, what is in the way, what is missing and what brings
+// it.
+#include <cstdio>
+
+#include "commands.hpp"
+#include "core/infer/module_library.hpp"
+#include "engine_facts.hpp"
+#include "plugin_facts.hpp"
+#include "report.hpp"
+
+namespace weir::app {
+namespace {
+
+Json to_json(const PluginFacts& facts) {
+  Json elements = Json::array();
+  for (const auto& element : facts.elements)
+    elements.push_back(
+        {{"name", element.name}, {"plugin", element.plugin}, {"file", element.file}});
+  Json conflicts = Json::array();
+  for (const auto& conflict : facts.conflicts)
+    conflicts.push_back({{"plugin", conflict.plugin},
+                         {"file", conflict.file},
+                         {"reason", conflict.reason},
+                         {"fix", conflict.fix}});
+  return {{"gstreamer", facts.gstreamer},
+          {"plugin",
+           {{"found", facts.found},
+            {"file", facts.file},
+            {"version", facts.version},
+            {"load_error", facts.load_error},
+            {"searched", facts.searched}}},
+          {"elements", elements},
+          {"conflicts", conflicts}};
+}
+
+Json to_json(const EngineFact& fact) {
+  return {{"name", fact.name},
+          {"state", name_of(fact.state)},
+          {"version", fact.version},
+          {"module", fact.file},
+          {"library", fact.library},
+          {"aliases", fact.aliases},
+          {"extensions", fact.extensions},
+          {"problem", fact.problem},
+          {"install", fact.install}};
+}
+
+void print_plugin(const PluginFacts& facts) {
+  std::printf("Weir %s, %s\n\nPlug-in\n", WEIR_VERSION, facts.gstreamer.c_str());
+  if (facts.found) {
+    std::printf("  found: %s (version %s)\n", facts.file.c_str(), facts.version.c_str());
+    if (facts.version != WEIR_VERSION)
+      std::printf("  warning: it is another version than this command\n");
+  } else if (!facts.load_error.empty()) {
+    std::printf("  cannot be loaded: %s\n  reason: %s\n  fix: make build, then make install\n",
+                facts.file.c_str(), facts.load_error.c_str());
+  } else {
+    std::printf("  not found; looked for libgstweir.so in\n");
+    for (const auto& folder : facts.searched) std::printf("    %s\n", folder.c_str());
+    std::printf("  fix: make install, or GST_PLUGIN_PATH=<the folder with libgstweir.so>\n");
+  }
+  if (facts.elements.empty()) return;
+  std::vector<std::vector<std::string>> rows{{"element", "plug-in", "file"}};
+  for (const auto& element : facts.elements)
+    rows.push_back({element.name, element.plugin, element.file});
+  std::printf("\nElements\n%s", table(rows, "  ").c_str());
+}
+
+void print_conflicts(const PluginFacts& facts) {
+  std::printf("\nConflicts\n");
+  if (facts.conflicts.empty()) std::printf("  none\n");
+  for (const auto& conflict : facts.conflicts)
+    std::printf("  plug-in %s: %s\n    %s\n    fix: %s\n", conflict.plugin.c_str(),
+                conflict.file.c_str(), conflict.reason.c_str(), conflict.fix.c_str());
+}
+
+void print_engines(const std::vector<EngineFact>& engines) {
+  std::vector<std::vector<std::string>> rows{{"engine", "state", "version", "files", "place"}};
+  std::string unavailable, details;
+  for (const auto& engine : engines) {
+    if (engine.state == EngineState::NotAvailable) {
+      unavailable += (unavailable.empty() ? "" : ", ") + engine.name;
+      continue;
+    }
+    const std::string& place = engine.library.empty() ? engine.file : engine.library;
+    rows.push_back({engine.name, name_of(engine.state), engine.version, engine.extensions, place});
+    if (engine.state == EngineState::Usable) continue;
+    details += "  " + engine.name + " is " + name_of(engine.state) + "\n";
+    if (!engine.problem.empty()) details += "    reason: " + engine.problem + "\n";
+    if (!engine.install.empty()) details += "    fix: " + engine.install + "\n";
+  }
+  std::printf("\nEngines\n%s", table(rows, "  ").c_str());
+  if (!unavailable.empty())
+    std::printf("  known by name, no module in this version: %s\n", unavailable.c_str());
+  std::printf("  modules are looked for in:");
+  for (const auto& folder : infer::ModuleLibrary::search_path()) std::printf(" %s", folder.c_str());
+  std::printf("\n\nMissing\n%s", details.empty() ? "  nothing\n" : details.c_str());
+}
+
+}  // namespace
+
+int doctor(bool json) {
+  const PluginFacts plugin = plugin_facts();
+  const auto engines = engine_facts();
+  if (json) {
+    Json document{{"version", WEIR_VERSION}, {"usable", plugin.found}};
+    document.update(to_json(plugin));
+    document["module_path"] = infer::ModuleLibrary::search_path();
+    document["engines"] = Json::array();
+    for (const auto& engine : engines) document["engines"].push_back(to_json(engine));
+    print(document);
+  } else {
+    print_plugin(plugin);
+    print_conflicts(plugin);
+    print_engines(engines);
+  }
+  return plugin.found ? kExitGood : kExitError;
+}
+
+}  // namespace weir::app

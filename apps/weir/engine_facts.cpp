@@ -1,0 +1,93 @@
+// Opens every engine module once.
+#include "engine_facts.hpp"
+
+#include <filesystem>
+
+#include "core/infer/known_engines.hpp"
+#include "core/infer/module_library.hpp"
+
+namespace weir::app {
+namespace {
+
+namespace fs = std::filesystem;
+
+// Path and version of the engine's library, where the module tells ("weir.library/1"); null when it
+// does not, or when the library is not there.
+const char* const* library_of(const weir_engine& engine) {
+  if (!engine.extension) return nullptr;
+  return static_cast<const char* const*>(engine.extension("weir.library/1"));
+}
+
+void look_at(EngineFact* fact) {
+  fact->file = module_file(fact->name);
+  const auto engine = infer::ModuleLibrary::instance().engine(fact->name);
+  if (engine) {
+    fact->version = engine_version(**engine);
+    const auto* library = library_of(**engine);
+    if (library) fact->library = library[0];
+    const bool found = library || !(*engine)->extension;
+    fact->state = found ? EngineState::Usable : EngineState::NotInstalled;
+    if (!found) fact->problem = "the module is there, the engine's library is not";
+    return;
+  }
+  if (fact->file.empty()) {
+    fact->state = fact->install.empty() ? EngineState::NotAvailable : EngineState::NotInstalled;
+    return;
+  }
+  fact->state = EngineState::Refused;
+  const Error& error = engine.error();
+  fact->problem = error.what + (error.offered.empty() ? "" : ": " + error.offered);
+  if (fact->install.empty()) fact->install = error.fix;
+}
+
+}  // namespace
+
+const char* name_of(EngineState state) noexcept {
+  switch (state) {
+    case EngineState::Usable:
+      return "usable";
+    case EngineState::Refused:
+      return "refused";
+    case EngineState::NotInstalled:
+      return "not installed";
+    case EngineState::NotAvailable:
+      return "not available";
+  }
+  return "";
+}
+
+std::string engine_version(const weir_engine& engine) {
+  if (const auto* library = library_of(engine)) return library[1];
+  return engine.version ? engine.version : "";
+}
+
+std::string module_file(const std::string& name) {
+  for (const auto& folder : infer::ModuleLibrary::search_path()) {
+    std::error_code ignored;
+    const fs::path path = fs::path(folder) / ("libweir-engine-" + name + ".so");
+    if (fs::is_regular_file(path, ignored)) return path.string();
+  }
+  return "";
+}
+
+std::vector<EngineFact> engine_facts() {
+  std::vector<EngineFact> out;
+  for (const auto& known : infer::known_engines()) {
+    EngineFact fact;
+    fact.name = known.name;
+    fact.aliases = known.aliases;
+    fact.extensions = known.extensions;
+    if (!known.install.empty()) fact.install = std::string(known.install) + " && make build";
+    out.push_back(std::move(fact));
+  }
+  for (const auto& name : infer::ModuleLibrary::instance().engine_names()) {
+    if (infer::known_engine(name)) continue;
+    EngineFact fact;
+    fact.name = name;
+    out.push_back(std::move(fact));
+  }
+  for (auto& fact : out) look_at(&fact);
+  return out;
+}
+
+}  // namespace weir::app

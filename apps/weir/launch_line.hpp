@@ -1,0 +1,24 @@
+// A gst-launch-1.0 command that feeds a model with made-up data of the right size.
+#pragma once
+#include <string>
+#include <vector>
+
+#include "weir/abi.h"
+
+namespace weir::app {
+
+struct LaunchLine {
+  std::string command;             // for a shell
+  std::vector<std::string> notes;  // what the line had to choose
+};
+
+// "3:224:224:1", as in caps and properties: innermost first, ? where the model leaves it open.
+std::string caps_order(const weir_tensor_info& info);
+// "float32", or "?" when the stream decides.
+std::string type_name(const weir_tensor_info& info);
+
+// `framework` is put into the line when it is not empty.
+LaunchLine launch_line(const std::string& model, const std::string& framework,
+                       const std::vector<weir_tensor_info>& inputs);
+
+}  // namespace weir::app

@@ -1,0 +1,97 @@
+// Errors, tables and JSON for people and programs.
+#include "report.hpp"
+
+#include <algorithm>
+#include <cstdio>
+
+#include "commands.hpp"
+
+namespace weir::app {
+namespace {
+
+bool is_number(const std::string& text) {
+  return !text.empty() && text.find_first_not_of("0123456789.-") == std::string::npos;
+}
+
+bool is_plain(std::string_view text) {
+  constexpr std::string_view kPlain =
+      "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789%+,-./:=@_";
+  return !text.empty() && text.find_first_not_of(kPlain) == std::string_view::npos;
+}
+
+// Characters, not bytes, so that names in any script keep the columns straight.
+size_t width_of(const std::string& text) {
+  return static_cast<size_t>(
+      std::count_if(text.begin(), text.end(), [](char c) { return (c & 0xC0) != 0x80; }));
+}
+
+}  // namespace
+
+Json to_json(const Error& error) {
+  Json out{{"code", static_cast<int>(error.code)},
+           {"id", "WEIR-" + std::to_string(static_cast<int>(error.code))},
+           {"what", error.what}};
+  const auto add = [&out](const char* name, const std::string& part) {
+    if (!part.empty()) out[name] = part;
+  };
+  add("offered", error.offered);
+  add("needed", error.needed);
+  add("difference", error.difference);
+  add("fix", error.fix);
+  return out;
+}
+
+void print(const Json& document) {
+  std::puts(document.dump(2, ' ', false, Json::error_handler_t::replace).c_str());
+}
+
+int report(const Error& error, bool json) {
+  if (json)
+    print(Json{{"error", to_json(error)}});
+  else
+    std::fprintf(stderr, "%s\n", error.message().c_str());
+  return kExitError;
+}
+
+std::string table(const std::vector<std::vector<std::string>>& rows, std::string_view indent) {
+  std::vector<size_t> widths;
+  std::vector<bool> numbers;
+  for (size_t r = 0; r < rows.size(); ++r) {
+    widths.resize(std::max(widths.size(), rows[r].size()), 0);
+    numbers.resize(widths.size(), true);
+    for (size_t c = 0; c < rows[r].size(); ++c) {
+      widths[c] = std::max(widths[c], width_of(rows[r][c]));
+      if (r > 0 && !is_number(rows[r][c])) numbers[c] = false;
+    }
+  }
+  std::string out;
+  for (const auto& row : rows) {
+    std::string line(indent);
+    for (size_t c = 0; c < row.size(); ++c) {
+      const std::string blanks(widths[c] - width_of(row[c]), ' ');
+      line += (c ? "  " : "") + (numbers[c] ? blanks + row[c] : row[c] + blanks);
+    }
+    line.erase(line.find_last_not_of(' ') + 1);
+    out += line + "\n";
+  }
+  return out;
+}
+
+std::string shell_word(std::string_view text) {
+  if (is_plain(text)) return std::string(text);
+  std::string out = "'";
+  for (const char c : text) out += c == '\'' ? std::string("'\\''") : std::string(1, c);
+  return out + "'";
+}
+
+std::string launch_value(std::string_view text) {
+  if (is_plain(text)) return std::string(text);
+  std::string quoted = "\"";
+  for (const char c : text) {
+    if (c == '"' || c == '\\') quoted += '\\';
+    quoted += c;
+  }
+  return shell_word(quoted + "\"");
+}
+
+}  // namespace weir::app

@@ -1,0 +1,30 @@
+// What the subcommands share for output: errors, tables, JSON.
+#pragma once
+#include <nlohmann/json.hpp>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "weir/result.hpp"
+
+namespace weir::app {
+
+using Json = nlohmann::ordered_json;
+
+// {"code": 3003, "id": "WEIR-3003", "what": ..., and the parts that are not empty}
+Json to_json(const Error& error);
+// On stdout, with a line end. Bytes that are not UTF-8 are replaced.
+void print(const Json& document);
+// Text on stderr, or {"error": ...} on stdout. Returns kExitError.
+int report(const Error& error, bool json);
+
+// Columns as wide as their longest cell; a column whose cells are all numbers goes to the right.
+// The first row is the heading.
+std::string table(const std::vector<std::vector<std::string>>& rows, std::string_view indent);
+
+// One word of a POSIX shell's command line, quoted only where needed.
+std::string shell_word(std::string_view text);
+// A property's value inside a pipeline description that a shell passes on: quoted for both.
+std::string launch_value(std::string_view text);
+
+}  // namespace weir::app

@@ -1,0 +1,145 @@
+// `weir run PIPELINE`: plays a pipeline, shows how it goes, and ends with the ledger.
+#include <unistd.h>
+
+#include <algorithm>
+#include <cstdio>
+
+#include "commands.hpp"
+#include "ledger_table.hpp"
+#include "pipeline_run.hpp"
+#include "report.hpp"
+
+namespace weir::app {
+namespace {
+
+// One line on stderr that is written over, where stderr is a terminal.
+class ProgressLine {
+ public:
+  void show(const PipelineRun& run) {
+    if (!terminal_) return;
+    std::fprintf(stderr, "\r\033[K%.1f s  %llu frames  %.1f frames/s", run.seconds(),
+                 static_cast<unsigned long long>(run.frames()), run.frame_rate());
+    std::fflush(stderr);
+    shown_ = true;
+  }
+  void clear() {
+    if (shown_) std::fputs("\r\033[K", stderr);
+    shown_ = false;
+  }
+  void say(const std::string& text) {
+    clear();
+    std::fprintf(stderr, "%s\n", text.c_str());
+  }
+
+ private:
+  const bool terminal_ = isatty(STDERR_FILENO) == 1;
+  bool shown_ = false;
+};
+
+const char* name_of(Ending ending) {
+  switch (ending) {
+    case Ending::Eos:
+      return "eos";
+    case Ending::Error:
+      return "error";
+    case Ending::Interrupted:
+      return "interrupted";
+  }
+  return "";
+}
+
+int status_of(Ending ending) {
+  if (ending == Ending::Eos) return kExitGood;
+  return ending == Ending::Error ? kExitError : kExitInterrupted;
+}
+
+Json to_json(const std::vector<Complaint>& complaints) {
+  Json out = Json::array();
+  for (const auto& complaint : complaints) {
+    Json item{{"element", complaint.element}, {"what", complaint.what}};
+    const auto add = [&item](const char* name, const std::string& text) {
+      if (!text.empty()) item[name] = text;
+    };
+    add("id", complaint.id);
+    add("offered", complaint.offered);
+    add("needed", complaint.needed);
+    add("difference", complaint.difference);
+    add("fix", complaint.fix);
+    add("debug", complaint.debug);
+    out.push_back(std::move(item));
+  }
+  return out;
+}
+
+void print_complaint(const char* kind, const Complaint& complaint) {
+  std::string text = kind;
+  if (!complaint.element.empty()) text += " from " + complaint.element;
+  text += ": " + (complaint.id.empty() ? "" : complaint.id + ": ") + complaint.what + "\n";
+  const auto add = [&text](const char* name, const std::string& part) {
+    if (!part.empty()) text += std::string("  ") + name + ": " + part + "\n";
+  };
+  add("offered", complaint.offered);
+  add("needed", complaint.needed);
+  add("first difference", complaint.difference);
+  add("fix", complaint.fix);
+  // Weir's parts say all there is; GStreamer's own elements say the useful half here.
+  if (complaint.id.empty()) add("details", complaint.debug);
+  std::fputs(text.c_str(), stderr);
+}
+
+// Where one of Weir's elements says what is wrong, those around it only say that something is.
+void print_errors(const std::vector<Complaint>& errors) {
+  const auto ours = [](const Complaint& complaint) { return !complaint.id.empty(); };
+  const bool any_ours = std::any_of(errors.begin(), errors.end(), ours);
+  for (const auto& error : errors)
+    if (!any_ours || ours(error)) print_complaint("error", error);
+}
+
+void print_text(const PipelineRun& run, Ending ending) {
+  for (const auto& warning : run.warnings()) print_complaint("warning", warning);
+  print_errors(run.errors());
+  std::printf("%s after %.3f s: %llu frames, %.1f frames/s\n",
+              ending == Ending::Eos     ? "Ended"
+              : ending == Ending::Error ? "Failed"
+                                        : "Interrupted",
+              run.seconds(), static_cast<unsigned long long>(run.frames()), run.frame_rate());
+  const auto sinks = run.sinks();
+  if (sinks.size() > 1)
+    for (const auto& [name, frames] : sinks)
+      std::printf("  %s: %llu frames\n", name.c_str(), static_cast<unsigned long long>(frames));
+  const std::string ledger = ledger_table(ledgers(run.pipeline()));
+  if (!ledger.empty()) std::printf("\nLedger\n%s", ledger.c_str());
+}
+
+void print_json(const PipelineRun& run, Ending ending) {
+  Json out{{"result", name_of(ending)},
+           {"frames", run.frames()},
+           {"seconds", run.seconds()},
+           {"frame_rate", run.frame_rate()}};
+  out["sinks"] = Json::array();
+  for (const auto& [name, frames] : run.sinks())
+    out["sinks"].push_back({{"name", name}, {"frames", frames}});
+  out["ledger"] = ledgers(run.pipeline());
+  out["errors"] = to_json(run.errors());
+  out["warnings"] = to_json(run.warnings());
+  print(out);
+}
+
+}  // namespace
+
+int run(const RunOptions& options) {
+  auto parsed = PipelineRun::parse(options.pipeline);
+  if (!parsed) return report(parsed.error(), options.json);
+  PipelineRun& pipeline = **parsed;
+  ProgressLine line;
+  const Ending ending = pipeline.play([&line](const PipelineRun& run) { line.show(run); },
+                                      [&line](const std::string& text) { line.say(text); });
+  line.clear();
+  if (options.json)
+    print_json(pipeline, ending);
+  else
+    print_text(pipeline, ending);
+  return status_of(ending);
+}
+
+}  // namespace weir::app
