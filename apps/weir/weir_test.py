@@ -195,7 +195,7 @@ class Run(Case):
                      "tensor_converter in place of tensor_convertr")
 
     def interrupted(self, pipeline, name, *, when_it_plays):
-        """The ended process: with `when_it_plays`, the signal came when frames had reached the sink's file."""
+        """The ended process: with `when_it_plays`, the signal came after 20 frames."""
         out = self.folder / "frames"
         running = subprocess.Popen([COMMAND, "run", pipeline.format(out=out)], stdout=subprocess.PIPE,
                                    stderr=subprocess.PIPE, text=True)
@@ -203,7 +203,7 @@ class Run(Case):
         caught = 1 << (name - 1)
         while running.poll() is None and not int(re.search(r"SigCgt:\s*(\w+)", status.read_text())[1], 16) & caught:
             pass
-        while when_it_plays and running.poll() is None and not (out.exists() and out.stat().st_size):
+        while when_it_plays and running.poll() is None and not (out.exists() and out.stat().st_size > 20 * 8 * 8 * 4):
             pass
         running.send_signal(name)
         said, errors = running.communicate(timeout=30)
