@@ -19,9 +19,9 @@ export DESTDIR
 help:
 	@sed -n 's/^#: //p' $(firstword $(MAKEFILE_LIST))
 
-#: make demo        set up, build, and read the clock in a live picture
+#: make demo        set up, build, and read the clock in a live picture; INPUT=photo-or-video MODEL=model: classify that
 demo: build
-	@tools/demo --build $(BUILD)
+	@tools/demo --build $(BUILD) --input "$(INPUT)" --model "$(MODEL)"
 
 #: make test        set up, build, and run every test
 test: build

@@ -10,6 +10,7 @@
 #include "core/text/text.hpp"
 #include "engine_facts.hpp"
 #include "launch_line.hpp"
+#include "model_card.hpp"
 #include "report.hpp"
 
 namespace weir::app {
@@ -117,7 +118,7 @@ Json to_json(const weir_tensor_info& info) {
   return out;
 }
 
-Json to_json(const Inspected& found, const LaunchLine& line) {
+Json to_json(const Inspected& found, const LaunchLine& line, const Result<card::Card>& card) {
   const auto& engine = found.opened->engine();
   Json out{{"model", found.model}};
   out["engine"] = {{"name", engine.name},
@@ -129,6 +130,8 @@ Json to_json(const Inspected& found, const LaunchLine& line) {
     for (const auto& info : *side == 'i' ? found.opened->inputs() : found.opened->outputs())
       out[side].push_back(to_json(info));
   }
+  out["card"] = card ? app::to_json(*card, found.model) : Json(nullptr);
+  if (!card) out["no_card"] = app::to_json(card.error());
   out["launch"] = line.command;
   out["notes"] = line.notes;
   return out;
@@ -148,12 +151,23 @@ void print_tensors(const char* title, const std::vector<weir_tensor_info>& tenso
   std::printf("\n%s\n%s", title, table(rows, "  ").c_str());
 }
 
-void print_text(const Inspected& found, const LaunchLine& line) {
+void print_card(const Result<card::Card>& card) {
+  if (!card) {
+    std::printf("\nCard\n  none: %s\n", card.error().what.c_str());
+    return;
+  }
+  const std::string place = card->path.empty() ? "the model's own metadata" : card->path;
+  std::printf("\nCard    %s: %s\n  to prepare video: %s\n", place.c_str(), card->task.c_str(),
+              card::preparation(card->inputs[0]).c_str());
+}
+
+void print_text(const Inspected& found, const LaunchLine& line, const Result<card::Card>& card) {
   const auto& engine = found.opened->engine();
   std::printf("Model   %s\nEngine  %s %s: %s\n", found.model.c_str(), engine.name,
               engine_version(engine).c_str(), found.reason.c_str());
   print_tensors("Inputs", found.opened->inputs());
   print_tensors("Outputs", found.opened->outputs());
+  print_card(card);
   std::printf("\nTo run it\n  %s\n", line.command.c_str());
   for (const auto& note : line.notes) std::printf("  note: %s\n", note.c_str());
 }
@@ -164,10 +178,11 @@ int inspect(const InspectOptions& options) {
   const auto found = open(options);
   if (!found) return report(found.error(), options.json);
   const auto line = launch_line(found->model, found->framework, found->opened->inputs());
+  const auto card = card_of(found->model, *found->opened);
   if (options.json)
-    print(to_json(*found, line));
+    print(to_json(*found, line, card));
   else
-    print_text(*found, line);
+    print_text(*found, line, card);
   return kExitGood;
 }
 

@@ -1,0 +1,244 @@
+// Cards from JSON, each field checked by name.
+#include "core/card/card.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <initializer_list>
+#include <iterator>
+#include <nlohmann/json.hpp>
+
+#include "core/text/text.hpp"
+
+namespace weir::card {
+namespace {
+
+using Json = nlohmann::json;
+namespace fs = std::filesystem;
+
+constexpr size_t kBytesLimit = size_t{1} << 20;
+constexpr int kDepthLimit = 16;
+constexpr int64_t kSideLimit = 1 << 15;
+
+// Reads fields of one object; the first fault is kept and everything after it is a default.
+class Fields {
+ public:
+  Fields(const Json& object, std::string where, std::optional<Error>* fault)
+      : object_(object), where_(std::move(where)), fault_(*fault) {
+    if (!object_.is_object()) fail("", "an object {...}");
+  }
+
+  void only(std::initializer_list<const char*> known) {
+    if (!object_.is_object()) return;
+    const std::vector<std::string> names(known.begin(), known.end());
+    for (const auto& [key, value] : object_.items()) {
+      if (std::find(names.begin(), names.end(), key) != names.end()) continue;
+      const std::string close = nearest(key, names);
+      fail(key, close.empty() ? "a field that cards have" : "did you mean " + close + "?");
+    }
+  }
+  std::string text(const char* key, bool needed) {
+    const Json* value = find(key, needed);
+    if (!value) return "";
+    if (value->is_string() && !(needed && value->get_ref<const std::string&>().empty()))
+      return value->get<std::string>();
+    fail(key, "a text");
+    return "";
+  }
+  template <class T>
+  T one_of(const char* key, std::initializer_list<std::pair<const char*, T>> choices, T otherwise,
+           bool needed) {
+    const std::string given = text(key, needed);
+    if (given.empty()) return otherwise;
+    std::string names;
+    for (const auto& [name, value] : choices) {
+      if (given == name) return value;
+      names += (names.empty() ? "" : ", ") + std::string(name);
+    }
+    fail(key, "one of " + names);
+    return otherwise;
+  }
+  std::vector<double> numbers(const char* key) {
+    std::vector<double> out;
+    const Json* value = find(key, false);
+    if (!value) return out;
+    const bool good = value->is_array() && std::all_of(value->begin(), value->end(), [](auto& n) {
+                        return n.is_number() && std::isfinite(n.template get<double>());
+                      });
+    if (!good) fail(key, "a list of numbers");
+    if (good) out = value->get<std::vector<double>>();
+    return out;
+  }
+  const Json* find(const char* key, bool needed) {
+    if (!object_.is_object()) return nullptr;
+    const auto at = object_.find(key);
+    if (at != object_.end() && !at->is_null()) return &*at;
+    if (needed) fail(key, "it must be there");
+    return nullptr;
+  }
+  void fail(const std::string& key, const std::string& needed) {
+    if (fault_) return;
+    const Json* value = object_.is_object() && object_.contains(key) ? &object_[key] : nullptr;
+    const std::string shown = value ? value->dump(-1, ' ', false, Json::error_handler_t::replace)
+                              : key.empty() ? object_.type_name()
+                                            : "nothing";
+    fault_ = Error{Code::CARD_INVALID,
+                   "the model card cannot be used",
+                   where_ + (key.empty() ? "" : "/" + key) + ": " + shown.substr(0, 80),
+                   needed,
+                   "",
+                   "docs/cards.md lists the fields of a card"};
+  }
+  std::string where(const std::string& key) const { return where_ + "/" + key; }
+
+ private:
+  const Json& object_;
+  std::string where_;
+  std::optional<Error>& fault_;
+};
+
+ImageInput input_from(const Json& json, const std::string& where, std::optional<Error>* fault) {
+  Fields fields(json, where, fault);
+  fields.only({"name", "type", "shape", "layout", "color", "mean", "scale", "resize"});
+  ImageInput input;
+  input.name = fields.text("name", false);
+  input.type = parse_element_type(fields.text("type", true));
+  if (input.type == ElementType::End) fields.fail("type", "an element type, such as float32");
+  for (const double extent : fields.numbers("shape"))
+    input.shape.push_back(extent >= 1 && extent <= kSideLimit ? static_cast<int64_t>(extent) : 0);
+  input.layout = fields.one_of<Layout>("layout", {{"NHWC", Layout::Nhwc}, {"NCHW", Layout::Nchw}},
+                                       Layout::Nhwc, true);
+  input.color = fields.one_of<Color>(
+      "color", {{"RGB", Color::Rgb}, {"BGR", Color::Bgr}, {"GRAY8", Color::Gray}}, Color::Rgb,
+      true);
+  input.resize = fields.one_of<Resize>(
+      "resize", {{"stretch", Resize::Stretch}, {"crop", Resize::Crop}}, Resize::Stretch, false);
+  input.mean = fields.numbers("mean");
+  input.scale = fields.numbers("scale");
+  const bool picture =
+      (input.shape.size() == 3 || (input.shape.size() == 4 && input.shape[0] == 1)) &&
+      !std::count(input.shape.begin(), input.shape.end(), 0);
+  if (!picture) {
+    fields.fail("shape",
+                "the extents of one picture in the order of `layout`, such as [1, 224, 224, 3]");
+    return input;
+  }
+  const int64_t channels = input.color == Color::Gray ? 1 : 3;
+  if (input.channels() != channels)
+    fields.fail("shape", std::to_string(channels) + " channels at the place that `layout` says");
+  for (const char* key : {"mean", "scale"}) {
+    const auto count = static_cast<int64_t>((*key == 'm' ? input.mean : input.scale).size());
+    if (count > 1 && count != channels) fields.fail(key, "one number, or one for each channel");
+  }
+  return input;
+}
+
+Labels labels_from(Fields* fields, std::optional<Error>* fault) {
+  Labels out;
+  const Json* value = fields->find("labels", false);
+  if (!value) return out;
+  if (value->is_object()) {
+    Fields file(*value, fields->where("labels"), fault);
+    file.only({"file", "skip"});
+    out.file = file.text("file", true);
+    if (out.file.find('/') != std::string::npos) file.fail("file", "a file's name without folders");
+    if (const Json* skip = file.find("skip", false)) {
+      if (skip->is_number_unsigned()) out.skip = skip->get<size_t>();
+      if (!skip->is_number_unsigned()) file.fail("skip", "a number of lines");
+    }
+    return out;
+  }
+  const bool texts =
+      value->is_array() &&
+      std::all_of(value->begin(), value->end(), [](auto& label) { return label.is_string(); });
+  if (texts) out.names = value->get<std::vector<std::string>>();
+  if (!texts) fields->fail("labels", "a list of texts, or {\"file\": ..., \"skip\": ...}");
+  return out;
+}
+
+Card card_from(const Json& json, const std::string& place, std::optional<Error>* fault) {
+  Fields fields(json, place, fault);
+  fields.only(
+      {"name", "model", "sha256", "task", "inputs", "outputs", "labels", "decoder", "provenance"});
+  Card card;
+  card.name = fields.text("name", true);
+  card.model = fields.text("model", true);
+  card.task = fields.text("task", false);
+  card.sha256 = lower(fields.text("sha256", true));
+  if (card.sha256.size() != 64 ||
+      card.sha256.find_first_not_of("0123456789abcdef") != std::string::npos)
+    fields.fail("sha256", "64 hexadecimal digits: sha256sum MODEL");
+  card.decoder = fields.text("decoder", false);
+  card.labels = labels_from(&fields, fault);
+  const Json* provenance = fields.find("provenance", true);
+  if (provenance && !provenance->is_object())
+    fields.fail("provenance", "an object: source, licence");
+  const Json* inputs = fields.find("inputs", true);
+  if (inputs && (!inputs->is_array() || inputs->empty()))
+    fields.fail("inputs", "a list of at least one input");
+  if (inputs && inputs->is_array())
+    for (size_t i = 0; i < inputs->size(); ++i)
+      card.inputs.push_back(
+          input_from((*inputs)[i], fields.where("inputs") + "/" + std::to_string(i), fault));
+  return card;
+}
+
+Error invalid(const std::string& offered, const std::string& needed) {
+  return Error{Code::CARD_INVALID,
+               "the model card cannot be used",
+               offered,
+               needed,
+               "",
+               "docs/cards.md lists the fields of a card"};
+}
+
+}  // namespace
+
+int64_t ImageInput::width() const noexcept {
+  return shape[shape.size() - (layout == Layout::Nhwc ? 2 : 1)];
+}
+int64_t ImageInput::height() const noexcept {
+  return shape[shape.size() - (layout == Layout::Nhwc ? 3 : 2)];
+}
+int64_t ImageInput::channels() const noexcept {
+  return shape[shape.size() - (layout == Layout::Nhwc ? 1 : 3)];
+}
+
+Result<Card> parse(std::string_view text, const std::string& place) {
+  if (text.size() > kBytesLimit)
+    return invalid(place + ": " + std::to_string(text.size()) + " bytes",
+                   "a card of at most 1 MiB");
+  // Deeper than any card: refused before it is built, so that nesting costs no memory.
+  bool too_deep = false;
+  const auto bounded = [&too_deep](int depth, Json::parse_event_t, Json&) {
+    too_deep |= depth > kDepthLimit;
+    return !too_deep;
+  };
+  Json json;
+  try {
+    json = Json::parse(text, bounded);
+  } catch (const Json::parse_error& error) {
+    return invalid(place + ": not JSON at byte " + std::to_string(error.byte), "JSON");
+  }
+  if (too_deep) return invalid(place + ": objects within objects without end", "a card");
+  std::optional<Error> fault;
+  Card card = card_from(json, place, &fault);
+  if (fault) return *fault;
+  return card;
+}
+
+Result<Card> read(const std::string& path) {
+  std::error_code ignored;
+  std::ifstream file(path, std::ios::binary);
+  if (!file.is_open() || !fs::is_regular_file(path, ignored))
+    return Error{Code::FILE_NOT_FOUND, "the model card cannot be read", path, "a file", "", ""};
+  std::string text(kBytesLimit + 1, '\0');
+  file.read(text.data(), static_cast<std::streamsize>(text.size()));
+  text.resize(static_cast<size_t>(file.gcount()));
+  auto card = parse(text, path);
+  if (card) card->path = path;
+  return card;
+}
+
+}  // namespace weir::card

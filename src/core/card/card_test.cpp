@@ -1,0 +1,177 @@
+// Cards from JSON, the pipelines they give, and what is refused.
+#include "core/card/card.hpp"
+
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+namespace weir::card {
+namespace {
+
+using Json = nlohmann::json;
+
+Json good() {
+  return Json::parse(R"({
+    "name": "net", "model": "net.onnx", "task": "test",
+    "sha256": "0123456789abcdef0123456789abcdef0123456789ABCDEF0123456789abcdef",
+    "inputs": [{"name": "x", "type": "float32", "shape": [1, 224, 192, 3], "layout": "NHWC",
+                "color": "RGB", "mean": [127.5], "scale": [0.5], "resize": "stretch"}],
+    "outputs": [], "labels": ["a", "b"], "decoder": "image_labeling",
+    "provenance": {"source": "here"}})");
+}
+Result<Card> parsed(const Json& json) {
+  return parse(json.dump(), "test.card.json");
+}
+std::string error_of(const Json& json) {
+  const auto card = parsed(json);
+  if (card) return "";
+  EXPECT_EQ(card.error().code, Code::CARD_INVALID);
+  return card.error().message();
+}
+std::string prepared(const Json& input) {
+  Json json = good();
+  json["inputs"][0].update(input);
+  const auto card = parsed(json);
+  return card ? preparation(card->inputs[0]) : card.error().message();
+}
+
+#define EXPECT_SAYS(text, words) EXPECT_NE((text).find(words), std::string::npos) << (text)
+
+TEST(Card, ReadsEachField) {
+  const auto card = parsed(good());
+  ASSERT_TRUE(card) << card.error().message();
+  EXPECT_EQ(card->name, "net");
+  EXPECT_EQ(card->sha256, "0123456789abcdef0123456789abcdef0123456789abcdef0123456789abcdef");
+  EXPECT_EQ(card->labels.names, (std::vector<std::string>{"a", "b"}));
+  EXPECT_EQ(card->decoder, "image_labeling");
+  ASSERT_EQ(card->inputs.size(), 1u);
+  const ImageInput& input = card->inputs[0];
+  EXPECT_EQ(input.type, ElementType::Float32);
+  EXPECT_EQ(input.height(), 224);
+  EXPECT_EQ(input.width(), 192);
+  EXPECT_EQ(input.channels(), 3);
+}
+
+TEST(Card, NeedsNeitherLabelsNorDecoder) {
+  Json json = good();
+  json["decoder"] = nullptr;
+  json.erase("labels");
+  const auto card = parsed(json);
+  ASSERT_TRUE(card) << card.error().message();
+  EXPECT_EQ(card->decoder, "");
+  EXPECT_TRUE(card->labels.names.empty());
+}
+
+TEST(Card, NamesTheFieldThatIsMissing) {
+  for (const char* key : {"name", "model", "sha256", "inputs", "provenance"}) {
+    Json json = good();
+    json.erase(key);
+    EXPECT_SAYS(error_of(json), std::string("test.card.json/") + key + ": nothing");
+  }
+  for (const char* key : {"type", "shape", "layout", "color"}) {
+    Json json = good();
+    json["inputs"][0].erase(key);
+    EXPECT_SAYS(error_of(json), std::string("test.card.json/inputs/0/") + key + ": nothing");
+  }
+}
+
+TEST(Card, GuessesTheFieldThatWasMeant) {
+  Json json = good();
+  json["inputs"][0]["meen"] = {1};
+  EXPECT_SAYS(error_of(json), "inputs/0/meen: [1]");
+  EXPECT_SAYS(error_of(json), "did you mean mean?");
+}
+
+TEST(Card, RefusesValuesOfTheWrongKind) {
+  const std::pair<const char*, Json> wrong[] = {
+      {"/name", 1},
+      {"/name", ""},
+      {"/sha256", "abc"},
+      {"/sha256", std::string(64, 'x')},
+      {"/inputs", Json::array()},
+      {"/inputs", "x"},
+      {"/inputs/0", 3},
+      {"/inputs/0/type", "float23"},
+      {"/inputs/0/layout", "HWCN"},
+      {"/inputs/0/color", "CMYK"},
+      {"/inputs/0/resize", "squeeze"},
+      {"/inputs/0/mean", 1},
+      {"/inputs/0/mean", {1, 2}},
+      {"/inputs/0/scale", {"x"}},
+      {"/inputs/0/shape", {224, 224}},
+      {"/inputs/0/shape", {2, 224, 224, 3}},
+      {"/inputs/0/shape", {1, 224, 224, 4}},
+      {"/inputs/0/shape", {1, -1, 224, 3}},
+      {"/inputs/0/shape", {1, 1e300, 224, 3}},
+      {"/labels", "x"},
+      {"/labels", {1, 2}},
+      {"/labels", {{"file", "../../etc/passwd"}}},
+      {"/labels", {{"file", "x"}, {"skip", -1}}},
+      {"/decoder", 3},
+      {"/provenance", "me"},
+  };
+  for (const auto& [place, value] : wrong) {
+    Json json = good();
+    json[Json::json_pointer(place)] = value;
+    EXPECT_SAYS(error_of(json), place) << value;
+  }
+}
+
+TEST(Card, RefusesWhatIsNoCard) {
+  for (const char* text : {"", "{", "[]", "3", "{\"name\": \"\xff\"}", "null", "{} {}"})
+    EXPECT_FALSE(parse(text, "x")) << text;
+  EXPECT_FALSE(parse(std::string(100000, '['), "x"));
+  EXPECT_FALSE(parse(std::string((1u << 20) + 1, ' '), "x"));
+  std::string deep;
+  for (int i = 0; i < 20000; ++i) deep += "{\"a\":";
+  const auto card = parse(deep, "x");
+  ASSERT_FALSE(card);
+  EXPECT_EQ(card.error().code, Code::CARD_INVALID);
+}
+
+TEST(Preparation, LeavesBytesAsTheyAre) {
+  Json input{{"type", "uint8"}, {"mean", nullptr}, {"scale", nullptr}};
+  EXPECT_EQ(
+      prepared(input),
+      "videoconvert ! videoscale add-borders=false ! "
+      "video/x-raw,format=RGB,width=192,height=224,pixel-aspect-ratio=1/1 ! tensor_converter");
+}
+
+TEST(Preparation, SubtractsTheMeanAndMultiplies) {
+  EXPECT_SAYS(prepared(Json::object()),
+              "! tensor_transform mode=arithmetic option=typecast:float32,add:-127.5,mul:0.5");
+}
+
+TEST(Preparation, WorksByChannelWhereTheyDiffer) {
+  EXPECT_SAYS(prepared({{"mean", {1, 2, 3}}, {"scale", {0.5}}}),
+              "option=typecast:float32,per-channel:true@0,add:-1.0@0,add:-2.0@1,add:-3.0@2,"
+              "mul:0.5@0,mul:0.5@1,mul:0.5@2");
+  EXPECT_SAYS(prepared({{"mean", {7, 7, 7}}}), "option=typecast:float32,add:-7.0,mul:0.5");
+}
+
+TEST(Preparation, TurnsThePictureForNchw) {
+  EXPECT_SAYS(prepared({{"layout", "NCHW"}, {"shape", {3, 10, 20}}}),
+              "width=20,height=10,pixel-aspect-ratio=1/1 ! tensor_converter");
+  EXPECT_TRUE(prepared({{"layout", "NCHW"}, {"shape", {3, 10, 20}}})
+                  .ends_with(" ! tensor_transform mode=transpose option=1:2:0:3"));
+}
+
+TEST(Preparation, CastsToOtherTypes) {
+  EXPECT_TRUE(prepared({{"type", "int8"}, {"mean", {128}}, {"scale", {1}}})
+                  .ends_with("mul:1.0 ! tensor_transform mode=typecast option=int8"));
+  EXPECT_TRUE(prepared({{"mean", nullptr}, {"scale", nullptr}})
+                  .ends_with("tensor_converter ! tensor_transform mode=typecast option=float32"));
+}
+
+TEST(Preparation, CutsTheMiddleOut) {
+  EXPECT_TRUE(prepared({{"resize", "crop"}})
+                  .starts_with("videoconvert ! aspectratiocrop aspect-ratio=192/224 ! videoscale"));
+}
+
+TEST(Preparation, MakesGrayAndBgr) {
+  EXPECT_SAYS(prepared({{"color", "BGR"}}), "format=BGR,");
+  EXPECT_SAYS(prepared({{"color", "GRAY8"}, {"shape", {1, 9, 9, 1}}}), "format=GRAY8,");
+}
+
+}  // namespace
+}  // namespace weir::card

@@ -1,0 +1,124 @@
+// Beside the model, by digest, from the model.
+#include "core/card/find.hpp"
+
+#include <algorithm>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "core/text/text.hpp"
+
+namespace weir::card {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::vector<std::string> cards_in(const std::string& folder) {
+  std::vector<std::string> out;
+  std::error_code ignored;
+  for (const auto& entry : fs::directory_iterator(folder, ignored))
+    if (entry.path().filename().string().ends_with(".card.json"))
+      out.push_back(entry.path().string());
+  std::sort(out.begin(), out.end());
+  return out;
+}
+
+std::string layout_name(Layout layout) {
+  return layout == Layout::Nhwc ? "NHWC" : "NCHW";
+}
+
+}  // namespace
+
+std::vector<std::string> card_folders() {
+  std::vector<std::string> out;
+  if (const char* text = std::getenv("WEIR_CARD_PATH"))
+    for (const auto part : split(text, ":"))
+      if (!part.empty()) out.emplace_back(part);
+  out.emplace_back(std::string(WEIR_DATA_DIR) + "/cards");
+  return out;
+}
+
+std::string card_to_fill_in(const Search& search) {
+  nlohmann::ordered_json card{{"name", fs::path(search.model).stem().string()},
+                              {"model", fs::path(search.model).filename().string()},
+                              {"sha256", search.sha256()},
+                              {"task", "?"}};
+  for (const auto& input : search.asked)
+    card["inputs"].push_back({{"name", input.name},
+                              {"type", name_of(input.type)},
+                              {"shape", input.shape},
+                              {"layout", layout_name(input.layout)},
+                              {"color", "RGB, BGR or GRAY8?"},
+                              {"mean", {"?"}},
+                              {"scale", {"?"}},
+                              {"resize", "stretch or crop?"}});
+  card["labels"] = {{"file", "labels.txt?"}};
+  card["decoder"] = "image_labeling?";
+  card["provenance"] = {{"source", "?"}, {"licence", "?"}};
+  return card.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
+}
+
+Result<Card> find(const Search& search) {
+  const fs::path beside = fs::path(search.model).replace_extension(".card.json");
+  std::error_code ignored;
+  if (fs::exists(beside, ignored)) {
+    auto card = read(beside.string());
+    if (!card || card->sha256 == search.sha256()) return card;
+    return Error{Code::CARD_INVALID,
+                 "the card beside the model is of another file",
+                 beside.string() + ": sha256 " + card->sha256,
+                 "sha256 " + search.sha256(),
+                 "",
+                 "fetch the model again, or correct the card after checking it"};
+  }
+  for (const auto& folder : search.folders)
+    for (const auto& path : cards_in(folder)) {
+      auto card = read(path);
+      if (!card) return card;
+      if (card->sha256 == search.sha256()) return card;
+    }
+  if (!search.from_model.empty()) {
+    Card card;
+    card.name = card.model = fs::path(search.model).filename().string();
+    card.sha256 = search.sha256();
+    card.inputs = search.from_model;
+    return card;
+  }
+  return Error{Code::CARD_MISSING,
+               "no model card says how the pixels must be prepared",
+               search.model,
+               beside.string() + ", or a card with the model's digest in " + search.folders.back(),
+               "",
+               "fill in this card:\n" + card_to_fill_in(search)};
+}
+
+Result<std::vector<std::string>> labels_of(const Card& card, const std::string& model_path,
+                                           const std::vector<std::string>& folders) {
+  if (card.labels.file.empty()) return card.labels.names;
+  std::vector<fs::path> places{fs::path(model_path).parent_path(),
+                               fs::path(card.path).parent_path()};
+  places.insert(places.end(), folders.begin(), folders.end());
+  for (const auto& place : places) {
+    std::error_code ignored;
+    const fs::path path = place / card.labels.file;
+    if (!fs::is_regular_file(path, ignored)) continue;
+    std::ifstream file(path);
+    std::vector<std::string> labels;
+    for (std::string line; std::getline(file, line);) {
+      if (line.ends_with('\r')) line.pop_back();
+      labels.push_back(line);
+    }
+    const auto skip = static_cast<std::ptrdiff_t>(std::min(card.labels.skip, labels.size()));
+    labels.erase(labels.begin(), labels.begin() + skip);
+    if (!labels.empty()) return labels;
+  }
+  return Error{Code::LABELS_INVALID,
+               "the label file that the card names is nowhere, or empty",
+               card.labels.file,
+               "a file with one label a line beside the model: " + places[0].string(),
+               "",
+               ""};
+}
+
+}  // namespace weir::card

@@ -1,0 +1,147 @@
+// Which card is found for a model, and what is said when there is none.
+#include "core/card/find.hpp"
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "core/card/metadata.hpp"
+
+namespace weir::card {
+namespace {
+
+namespace fs = std::filesystem;
+
+const std::string kDigest(64, 'a'), kOther(64, 'b');
+
+class FindCard : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    fs::remove_all(folder_);
+    fs::create_directories(folder_ / "cards");
+  }
+  void TearDown() override { fs::remove_all(folder_); }
+
+  void write(const std::string& file, const std::string& digest, const std::string& name) {
+    const nlohmann::json card{
+        {"name", name},
+        {"model", "net.onnx"},
+        {"sha256", digest},
+        {"inputs",
+         {{{"type", "uint8"}, {"shape", {1, 8, 8, 3}}, {"layout", "NHWC"}, {"color", "RGB"}}}},
+        {"labels", {{"file", "labels.txt"}, {"skip", 1}}},
+        {"provenance", nlohmann::json::object()}};
+    std::ofstream(folder_ / file) << card.dump();
+  }
+  Search search() {
+    Search out;
+    out.model = (folder_ / "net.onnx").string();
+    out.sha256 = [] { return kDigest; };
+    out.folders = {(folder_ / "cards").string()};
+    ImageInput asked;
+    asked.name = "x";
+    asked.type = ElementType::Float32;
+    asked.shape = {1, 3, 32, 32};
+    asked.layout = Layout::Nchw;
+    out.asked = {asked};
+    return out;
+  }
+
+  fs::path folder_ = fs::path(testing::TempDir()) / "weir-find-card-test";
+};
+
+#define EXPECT_SAYS(text, words) EXPECT_NE((text).find(words), std::string::npos) << (text)
+
+TEST_F(FindCard, TakesTheOneBesideTheModelFirst) {
+  write("net.card.json", kDigest, "beside");
+  write("cards/other.card.json", kDigest, "by digest");
+  const auto card = find(search());
+  ASSERT_TRUE(card) << card.error().message();
+  EXPECT_EQ(card->name, "beside");
+}
+
+TEST_F(FindCard, TakesTheOneWithTheModelsDigest) {
+  write("cards/a.card.json", kOther, "another");
+  write("cards/b.card.json", kDigest, "by digest");
+  const auto card = find(search());
+  ASSERT_TRUE(card) << card.error().message();
+  EXPECT_EQ(card->name, "by digest");
+}
+
+TEST_F(FindCard, TakesWhatTheModelSays) {
+  Search asked = search();
+  asked.from_model = asked.asked;
+  const auto card = find(asked);
+  ASSERT_TRUE(card);
+  EXPECT_EQ(card->inputs[0].width(), 32);
+}
+
+TEST_F(FindCard, RefusesACardOfAnotherFile) {
+  write("net.card.json", kOther, "beside");
+  const auto card = find(search());
+  ASSERT_FALSE(card);
+  EXPECT_EQ(card.error().code, Code::CARD_INVALID);
+  EXPECT_SAYS(card.error().message(), kOther);
+  EXPECT_SAYS(card.error().message(), kDigest);
+}
+
+TEST_F(FindCard, DoesNotPassOverADamagedCard) {
+  std::ofstream(folder_ / "cards/a.card.json") << "{";
+  write("cards/b.card.json", kDigest, "by digest");
+  const auto card = find(search());
+  ASSERT_FALSE(card);
+  EXPECT_SAYS(card.error().message(), "a.card.json");
+}
+
+TEST_F(FindCard, GivesACardToFillIn) {
+  const auto card = find(search());
+  ASSERT_FALSE(card);
+  EXPECT_EQ(card.error().code, Code::CARD_MISSING);
+  const std::string& fix = card.error().fix;
+  const auto given = nlohmann::json::parse(fix.substr(fix.find('{')));
+  EXPECT_EQ(given["sha256"], kDigest);
+  EXPECT_EQ(given["inputs"][0]["shape"], nlohmann::json({1, 3, 32, 32}));
+  EXPECT_EQ(given["inputs"][0]["layout"], "NCHW");
+  EXPECT_FALSE(parse(given.dump(), "as it is")) << "what is to be filled in is no card yet";
+}
+
+TEST_F(FindCard, ReadsLabelsBesideTheModel) {
+  write("net.card.json", kDigest, "beside");
+  const auto card = find(search());
+  ASSERT_TRUE(card);
+  const auto none = labels_of(*card, search().model, {});
+  ASSERT_FALSE(none);
+  EXPECT_EQ(none.error().code, Code::LABELS_INVALID);
+  EXPECT_SAYS(none.error().message(), "labels.txt");
+  std::ofstream(folder_ / "labels.txt") << "background\ncat\r\ndog\n";
+  const auto labels = labels_of(*card, search().model, {});
+  ASSERT_TRUE(labels);
+  EXPECT_EQ(*labels, (std::vector<std::string>{"cat", "dog"}));
+}
+
+// ONNX, docs/MetadataProps.md: the category Image.
+TEST_F(FindCard, ReadsTheMetadataOfOnnxModels) {
+  const ImageInput asked = search().asked[0];
+  using Properties = std::map<std::string, std::string>;
+  const auto normalized = input_from_metadata(
+      {{"Image.BitmapPixelFormat", "Bgr8"}, {"Image.NominalPixelRange", "Normalized_1_1"}}, asked);
+  ASSERT_TRUE(normalized);
+  EXPECT_EQ(normalized->color, Color::Bgr);
+  EXPECT_EQ(normalized->layout, Layout::Nchw);
+  EXPECT_NEAR((0 - normalized->mean[0]) * normalized->scale[0], -1, 1e-12);
+  EXPECT_NEAR((255 - normalized->mean[0]) * normalized->scale[0], 1, 1e-12);
+  const auto plain = input_from_metadata({{"Image.BitmapPixelFormat", "Rgb8"}}, asked);
+  ASSERT_TRUE(plain);
+  EXPECT_TRUE(plain->mean.empty() && plain->scale.empty());
+  for (const auto& nothing :
+       {Properties{}, Properties{{"Image.BitmapPixelFormat", "Rgb16"}},
+        Properties{{"Image.BitmapPixelFormat", "Gray8"}},  // the input has three channels
+        Properties{{"Image.BitmapPixelFormat", "Rgb8"},
+                   {"Image.NominalPixelRange", "NominalRange_16_235"}}})
+    EXPECT_FALSE(input_from_metadata(nothing, asked));
+}
+
+}  // namespace
+}  // namespace weir::card
