@@ -29,7 +29,7 @@ test: build
 
 #: make bench       set up, build, and measure: a table of ratios
 bench: build
-	@meson test -C $(BUILD) --benchmark --verbose --no-rebuild
+	@tools/bench $(BUILD)
 
 #: make setup       install what is missing: packages and engines (SETUP_FLAGS=--check looks only)
 setup:

@@ -2,6 +2,8 @@
 // and the fastest pass that reads and writes the same bytes.
 #include <benchmark/benchmark.h>
 
+#include <hwy/cache_control.h>
+
 #include <cstring>
 #include <string>
 #include <vector>
