@@ -89,13 +89,13 @@ class Options {
 // ---- Words for tensors -----------------------------------------------------------------------
 
 // Dimension `index` counted from the innermost one, as caps count; 1 beyond the rank, -1 = unknown.
-inline int64_t dimension(const weir_tensor_info& info, uint32_t index) noexcept {
+constexpr int64_t dimension(const weir_tensor_info& info, uint32_t index) noexcept {
   if (info.rank > WEIR_RANK_LIMIT) return -1;
   return index < info.rank ? info.shape[info.rank - 1 - index] : 1;
 }
 
 // Bytes of one element; 0 when the type is not known.
-inline size_t element_bytes(uint32_t type) noexcept {
+constexpr size_t element_bytes(uint32_t type) noexcept {
   constexpr uint8_t kBytes[WEIR_TYPE_END] = {4, 4, 2, 2, 1, 1, 8, 4, 8, 8, 2};
   return type < WEIR_TYPE_END ? kBytes[type] : 0;
 }

@@ -299,4 +299,35 @@ TEST(TensorFilter, SaysWhatItNeedsBehindACapsfilterThatDoesNotFit) {
   EXPECT_NE(text.find("needed: "), std::string::npos) << text;
 }
 
+// An engine that is a C++ class over weir/engine.hpp.
+std::string scaling(const std::string& options) {
+  return "tensor_filter framework=scaling model=" + model_path() + " custom=" + options;
+}
+constexpr char kFour[] = "other/tensor,dimension=(string)4,type=float32,framerate=30/1";
+
+TEST(TensorFilter, RunsAnEngineWrittenInCpp) {
+  auto h = harness(scaling("factor:-2.5"), kFour);
+  auto out = Ref<GstBuffer>::adopt(gst_harness_push_and_pull(h.get(), frame({1, 2, 0, -4})));
+  EXPECT_EQ(values(out.get()), (std::vector<float>{-2.5, -5, -0.0, 10}));
+}
+
+TEST(TensorFilter, TurnsWhatSuchAnEngineThrowsIntoErrors) {
+  EXPECT_NE(error_of(scaling("factor:much")).find("WEIR-1004: factor is no number"),
+            std::string::npos);
+  auto h = harness(scaling("throw-at:1"), kFour);
+  EXPECT_EQ(gst_harness_push(h.get(), frame({1, 2, 3, 4})), GST_FLOW_OK);
+  const auto element = filter_of(h);
+  const auto bus = Ref<GstBus>::adopt(gst_bus_new());
+  gst_element_set_bus(element.get(), bus.get());
+  EXPECT_EQ(gst_harness_push(h.get(), frame({1, 2, 3, 4})), GST_FLOW_ERROR);
+  const auto message = Ref<GstMessage>::adopt(gst_bus_pop_filtered(bus.get(), GST_MESSAGE_ERROR));
+  ASSERT_TRUE(message);
+  GError* error = nullptr;
+  gst_message_parse_error(message.get(), &error, nullptr);
+  EXPECT_NE(std::string(error->message).find("thrown in an engine"), std::string::npos);
+  g_error_free(error);
+  gst_element_set_bus(element.get(), nullptr);
+  EXPECT_EQ(gst_harness_push(h.get(), frame({1, 2, 3, 4})), GST_FLOW_OK) << "the next frame runs";
+}
+
 }  // namespace

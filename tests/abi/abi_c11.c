@@ -1,0 +1,56 @@
+/* abi.h compiles as C11, alone, and its frozen structs have their sizes and offsets on LP64. */
+#include "weir/abi.h"
+
+#define HAS(type, member, offset) \
+  _Static_assert(offsetof(type, member) == (offset), #type "." #member)
+
+_Static_assert(sizeof(weir_tensor_info) == 192, "weir_tensor_info is frozen");
+_Static_assert(sizeof(weir_tensor) == 424, "weir_tensor is frozen");
+_Static_assert(sizeof(weir_object) == 112, "weir_object is frozen");
+_Static_assert(sizeof(weir_option) == 16, "weir_option is frozen");
+HAS(weir_tensor_info, type, 0);
+HAS(weir_tensor_info, shape, 8);
+HAS(weir_tensor_info, name, 136);
+HAS(weir_tensor_info, scale, 144);
+HAS(weir_tensor_info, layout, 152);
+HAS(weir_tensor_info, reserved, 160);
+HAS(weir_tensor, data, 0);
+HAS(weir_tensor, bytes, 8);
+HAS(weir_tensor, stride, 32);
+HAS(weir_tensor, memory_kind, 160);
+HAS(weir_tensor, release, 184);
+HAS(weir_tensor, info, 200);
+HAS(weir_tensor, reserved, 392);
+HAS(weir_object, class_id, 24);
+HAS(weir_object, track_id, 32);
+HAS(weir_object, label, 48);
+HAS(weir_object, reserved, 80);
+
+/* Tables begin alike, so that a host can refuse a newer one before it reads further. */
+#define BEGINS(type)         \
+  HAS(type, struct_size, 0); \
+  HAS(type, abi_major, 4);   \
+  HAS(type, abi_minor, 6)
+BEGINS(weir_host);
+BEGINS(weir_engine);
+BEGINS(weir_decoder_type);
+BEGINS(weir_converter_type);
+BEGINS(weir_module);
+
+/* Members are only appended: these keep their places. */
+HAS(weir_host, fail, 8);
+HAS(weir_host, extension, 48);
+HAS(weir_engine, name, 8);
+HAS(weir_engine, probe, 40);
+HAS(weir_engine, invoke, 96);
+HAS(weir_engine, extension, 128);
+HAS(weir_decoder_type, open, 32);
+HAS(weir_decoder_type, decode, 56);
+HAS(weir_decoder_type, extension, 80);
+HAS(weir_converter_type, convert, 64);
+HAS(weir_module, engines, 8);
+HAS(weir_module, extension, 40);
+
+int main(void) {
+  return WEIR_ABI_MAJOR == 0 && WEIR_OK == 0 ? 0 : 1;
+}

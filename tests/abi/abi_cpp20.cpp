@@ -1,0 +1,27 @@
+// Each public header compiles as C++20 on its own include path, and the C structs stay what C has.
+#include "weir/abi.h"
+#include "weir/codes.h"
+#include "weir/decoder.hpp"
+#include "weir/engine.hpp"
+#include "weir/module.hpp"
+#include "weir/result.hpp"
+
+#include <type_traits>
+
+static_assert(std::is_standard_layout_v<weir_tensor> && std::is_trivially_copyable_v<weir_tensor>);
+static_assert(std::is_standard_layout_v<weir_engine> && std::is_trivially_copyable_v<weir_engine>);
+static_assert(sizeof(weir_tensor_info) == 192 && sizeof(weir_tensor) == 424);
+static_assert(sizeof(weir_object) == 112);
+static_assert(weir::element_bytes(WEIR_FLOAT16) == 2 && weir::element_bytes(WEIR_TYPE_END) == 0);
+
+int main() {
+  weir_tensor_info picture{};
+  picture.type = WEIR_UINT8;
+  picture.rank = 3;
+  picture.shape[0] = 224;
+  picture.shape[1] = -1;
+  picture.shape[2] = 3;
+  const bool good = weir::describe(picture) == "uint8 3:?:224" &&
+                    weir::dimension(picture, 2) == 224 && weir::dimension(picture, 3) == 1;
+  return good ? 0 : 1;
+}
