@@ -7,8 +7,9 @@
 #include "core/convert/video_tensor.hpp"
 #include "core/infer/module_library.hpp"
 #include "elements/tensor_converter/chunker.hpp"
+#include "elements/tensor_converter/dense_video.hpp"
+#include "elements/tensor_converter/tensor_memories.hpp"
 #include "gstcpp/base_classes.hpp"
-#include "gstcpp/frame_pool.hpp"
 #include "gstcpp/tensor_caps.hpp"
 
 namespace weir {
@@ -231,16 +232,17 @@ class TensorConverter : public gst::Element<TensorConverter, gst::PlainElement> 
   }
 
   Status negotiate_video(GstCaps* caps) {
-    if (!gst_video_info_from_caps(&video_, caps))
+    GstVideoInfo video;
+    if (!gst_video_info_from_caps(&video, caps))
       return Error{Code::FORMAT_UNSUPPORTED, "the video caps cannot be read", "", "", "", ""};
     frames_out_ = settings().frames_per_tensor;
     auto tensor = video_tensor(
-        GST_VIDEO_INFO_NAME(&video_), static_cast<uint32_t>(GST_VIDEO_INFO_WIDTH(&video_)),
-        static_cast<uint32_t>(GST_VIDEO_INFO_HEIGHT(&video_)), static_cast<uint32_t>(frames_out_));
+        GST_VIDEO_INFO_NAME(&video), static_cast<uint32_t>(GST_VIDEO_INFO_WIDTH(&video)),
+        static_cast<uint32_t>(GST_VIDEO_INFO_HEIGHT(&video)), static_cast<uint32_t>(frames_out_));
     if (!tensor) return tensor.error();
-    tensor_ = *std::move(tensor);
-    spec_.tensors = {tensor_.spec};
-    frame_bytes_ = tensor_.row_bytes * tensor_.rows;
+    spec_.tensors = {tensor->spec};
+    video_ = DenseVideo(video, *tensor);
+    frame_bytes_ = video_.frame_bytes();
     auto user = user_tensors();
     if (!user) return user.error();
     if (user->empty()) return ok();
@@ -330,7 +332,7 @@ class TensorConverter : public gst::Element<TensorConverter, gst::PlainElement> 
     const size_t size = gst_buffer_get_size(buffer.get());
     if (size == 0)
       return Error{Code::FRAME_SIZE, "a buffer is empty", "0 bytes", "at least one frame", "", ""};
-    if (is_video_) return dense_video(std::move(buffer));
+    if (is_video_) return video_.from(std::move(buffer), &ledger_);
     if (!flexible_bytes_ && size % frame_bytes_ != 0)
       return Error{
           Code::FRAME_SIZE,
@@ -342,119 +344,22 @@ class TensorConverter : public gst::Element<TensorConverter, gst::PlainElement> 
     return buffer;
   }
 
-  Result<Ref<GstBuffer>> dense_video(Ref<GstBuffer> buffer) {
-    const GstVideoMeta* meta = gst_buffer_get_video_meta(buffer.get());
-    const auto stride =
-        static_cast<uint64_t>(meta ? meta->stride[0] : GST_VIDEO_INFO_PLANE_STRIDE(&video_, 0));
-    const size_t size = gst_buffer_get_size(buffer.get());
-    const bool planar = GST_VIDEO_INFO_N_PLANES(&video_) > 1;
-    if (!planar && stride == tensor_.row_bytes && (!meta || meta->offset[0] == 0) &&
-        size == frame_bytes_)
-      return buffer;
-    return copy_rows(buffer.get());
-  }
-
-  Result<Ref<GstBuffer>> copy_rows(GstBuffer* buffer) {
-    GstVideoFrame frame;
-    if (gst_buffer_get_size(buffer) < needed_bytes(buffer) ||
-        !gst_video_frame_map(&frame, &video_, buffer, GST_MAP_READ))
-      return Error{Code::FRAME_SIZE,
-                   "a video buffer is shorter than its caps say",
-                   std::to_string(gst_buffer_get_size(buffer)) + " bytes",
-                   std::to_string(needed_bytes(buffer)) + " bytes",
-                   "",
-                   "check the element before"};
-    auto out = Ref<GstBuffer>::adopt(gst_buffer_new_allocate(nullptr, frame_bytes_, nullptr));
-    if (!out) {
-      gst_video_frame_unmap(&frame);
-      return Error{Code::OUT_OF_MEMORY, "no memory for an output buffer", "", "", "", ""};
-    }
-    {
-      const gst::Mapped map(out.get(), GST_MAP_WRITE);
-      std::byte* to = map.bytes().data();
-      const guint planes = GST_VIDEO_FRAME_N_PLANES(&frame);
-      for (guint plane = 0; plane < planes; ++plane) {
-        const auto* from = static_cast<const std::byte*>(GST_VIDEO_FRAME_PLANE_DATA(&frame, plane));
-        for (uint32_t row = 0; row < tensor_.rows / planes; ++row, to += tensor_.row_bytes)
-          std::memcpy(
-              to, from + static_cast<ptrdiff_t>(row) * GST_VIDEO_FRAME_PLANE_STRIDE(&frame, plane),
-              tensor_.row_bytes);
-      }
-    }
-    gst_video_frame_unmap(&frame);
-    gst_buffer_copy_into(out.get(), buffer, GST_BUFFER_COPY_TIMESTAMPS, 0, static_cast<gsize>(-1));
-    ledger_.copied(frame_bytes_);
-    return out;
-  }
-
-  // The last byte that the planes' offsets and strides reach.
-  size_t needed_bytes(GstBuffer* buffer) const {
-    const GstVideoMeta* meta = gst_buffer_get_video_meta(buffer);
-    const guint planes = GST_VIDEO_INFO_N_PLANES(&video_);
-    size_t needed = 0;
-    for (guint plane = 0; plane < planes; ++plane) {
-      const size_t offset =
-          meta ? meta->offset[plane] : GST_VIDEO_INFO_PLANE_OFFSET(&video_, plane);
-      const auto stride = static_cast<size_t>(meta ? meta->stride[plane]
-                                                   : GST_VIDEO_INFO_PLANE_STRIDE(&video_, plane));
-      const size_t rows = tensor_.rows / planes;
-      needed = std::max(needed, offset + stride * (rows - 1) + tensor_.row_bytes);
-    }
-    return needed;
+  std::vector<TensorSpec> flexible_tensors(GstBuffer* buffer) const {
+    if (!flexible_bytes_) return spec_.tensors;
+    const auto size = static_cast<uint32_t>(gst_buffer_get_size(buffer));
+    return {{ElementType::UInt8, Shape{size}, ""}};
   }
 
   GstFlowReturn push(Ref<GstBuffer> buffer) {
     if (output_format_ == Format::Flexible) {
-      buffer = with_headers(buffer.get());
+      buffer = with_headers(buffer.get(), flexible_tensors(buffer.get()),
+                            is_video_ ? MediaType::Video : MediaType::Octet, &ledger_);
     } else if (spec_.tensors.size() > 1 || gst_buffer_n_memory(buffer.get()) > 1) {
-      buffer = cut(buffer.get());
+      buffer = one_memory_each(buffer.get(), spec_.tensors, &ledger_);
     }
     if (!buffer) return GST_FLOW_ERROR;
     ledger_.pushed();
     return gst_pad_push(source_, buffer.release());
-  }
-
-  // One memory for each tensor, shared with the input.
-  Ref<GstBuffer> cut(GstBuffer* in) {
-    if (gst_buffer_n_memory(in) > 1) ledger_.copied(gst_buffer_get_size(in));
-    auto whole = Ref<GstBuffer>::adopt(gst_buffer_new());
-    gst_buffer_copy_into(whole.get(), in, GST_BUFFER_COPY_METADATA, 0, static_cast<gsize>(-1));
-    GstMemory* all = gst_buffer_get_all_memory(in);
-    if (spec_.tensors.size() == 1 || spec_.tensors.size() > kMemoryLimit) {
-      gst_buffer_append_memory(whole.get(), all);
-      return whole;
-    }
-    size_t offset = 0;
-    for (const auto& tensor : spec_.tensors) {
-      const auto size = static_cast<size_t>(*tensor.bytes());
-      gst_buffer_append_memory(whole.get(), gst_memory_share(all, static_cast<gssize>(offset),
-                                                             static_cast<gssize>(size)));
-      offset += size;
-    }
-    gst_memory_unref(all);
-    return whole;
-  }
-
-  Ref<GstBuffer> with_headers(GstBuffer* in) {
-    const gst::Mapped map(in, GST_MAP_READ);
-    std::vector<TensorSpec> tensors = spec_.tensors;
-    if (flexible_bytes_)
-      tensors = {{ElementType::UInt8, Shape{static_cast<uint32_t>(map.bytes().size())}, ""}};
-    auto pool = gst::FramePool::make(tensors, Format::Flexible,
-                                     is_video_ ? MediaType::Video : MediaType::Octet, 0, 0);
-    if (!map || !pool) return {};
-    auto out = pool->acquire();
-    gst::FramePool::Writer writer;
-    if (!out || !writer.map(*pool, out.get())) return {};
-    size_t offset = 0;
-    for (const auto& payload : writer.payloads()) {
-      std::memcpy(payload.data(), map.bytes().data() + offset, payload.size());
-      offset += payload.size();
-    }
-    ledger_.copied(offset);
-    writer.unmap();
-    gst_buffer_copy_into(out.get(), in, GST_BUFFER_COPY_METADATA, 0, static_cast<gsize>(-1));
-    return out;
   }
 
   GstPad* sink_ = nullptr;    // owned by the element
@@ -462,8 +367,7 @@ class TensorConverter : public gst::Element<TensorConverter, gst::PlainElement> 
   // Streaming thread only:
   FrameSpec spec_;  // what is made, before the peer's wish for headers
   Format output_format_ = Format::Static;
-  GstVideoInfo video_{};
-  VideoTensor tensor_;
+  DenseVideo video_;
   bool is_video_ = false, negotiated_ = false;
   bool flexible_bytes_ = false;  // each buffer is one tensor of its own size
   size_t frame_bytes_ = 1;

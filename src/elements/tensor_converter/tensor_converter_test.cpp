@@ -107,6 +107,31 @@ TEST(TensorConverter, HonoursStridesAndOffsetsOfTheBuffer) {
   EXPECT_EQ(content(out.get()), (Bytes{3, 4, 5, 6, 23, 24, 25, 26}));
 }
 
+// Rows from the last to the first, as pictures that stand on their head; and such that lead out.
+TEST(TensorConverter, ReadsRowsBackwards) {
+  auto h = harness("", video("GRAY8", 4, 2));
+  GstBuffer* in = frame({4, 5, 6, 7, 0, 1, 2, 3});
+  gsize offset[] = {4};
+  gint stride[] = {-4};
+  gst_buffer_add_video_meta_full(in, GST_VIDEO_FRAME_FLAG_NONE, GST_VIDEO_FORMAT_GRAY8, 4, 2, 1,
+                                 offset, stride);
+  auto out = Ref<GstBuffer>::adopt(gst_harness_push_and_pull(h.get(), in));
+  EXPECT_EQ(content(out.get()), (Bytes{0, 1, 2, 3, 4, 5, 6, 7}));
+}
+
+TEST(TensorConverter, RefusesOffsetsAndStridesThatLeadOutOfTheBuffer) {
+  for (const auto& [first, step] : std::vector<std::pair<gsize, gint>>{
+           {0, -4}, {8, 4}, {0, 8}, {G_MAXSIZE, 4}, {0, G_MAXINT}}) {
+    auto h = harness("", video("GRAY8", 4, 2));
+    GstBuffer* in = frame(ramp(8));
+    gsize offset[] = {first};
+    gint stride[] = {step};
+    gst_buffer_add_video_meta_full(in, GST_VIDEO_FRAME_FLAG_NONE, GST_VIDEO_FORMAT_GRAY8, 4, 2, 1,
+                                   offset, stride);
+    EXPECT_EQ(gst_harness_push(h.get(), in), GST_FLOW_ERROR) << first << " " << step;
+  }
+}
+
 TEST(TensorConverter, GathersFramesWithExactTime) {
   auto h = harness("frames-per-tensor=3", video("GRAY8", 4, 1));
   for (int i = 0; i < 7; ++i) {

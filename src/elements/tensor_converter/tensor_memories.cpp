@@ -1,0 +1,51 @@
+// Sharing and copying the payloads of tensors.
+#include "elements/tensor_converter/tensor_memories.hpp"
+
+#include <cstring>
+
+#include "gstcpp/frame_pool.hpp"
+#include "gstcpp/tensor_caps.hpp"
+
+namespace weir {
+
+gst::Ref<GstBuffer> one_memory_each(GstBuffer* in, const std::vector<TensorSpec>& tensors,
+                                    Ledger* ledger) {
+  if (gst_buffer_n_memory(in) > 1) ledger->copied(gst_buffer_get_size(in));
+  auto out = gst::Ref<GstBuffer>::adopt(gst_buffer_new());
+  gst_buffer_copy_into(out.get(), in, GST_BUFFER_COPY_METADATA, 0, static_cast<gsize>(-1));
+  GstMemory* all = gst_buffer_get_all_memory(in);
+  if (tensors.size() == 1 || tensors.size() > kMemoryLimit) {
+    gst_buffer_append_memory(out.get(), all);
+    return out;
+  }
+  size_t offset = 0;
+  for (const auto& tensor : tensors) {
+    const auto size = static_cast<size_t>(*tensor.bytes());
+    gst_buffer_append_memory(
+        out.get(), gst_memory_share(all, static_cast<gssize>(offset), static_cast<gssize>(size)));
+    offset += size;
+  }
+  gst_memory_unref(all);
+  return out;
+}
+
+gst::Ref<GstBuffer> with_headers(GstBuffer* in, const std::vector<TensorSpec>& tensors,
+                                 MediaType media, Ledger* ledger) {
+  const gst::Mapped map(in, GST_MAP_READ);
+  auto pool = gst::FramePool::make(tensors, Format::Flexible, media, 0, 0);
+  if (!map || !pool) return {};
+  auto out = pool->acquire();
+  gst::FramePool::Writer writer;
+  if (!out || !writer.map(*pool, out.get())) return {};
+  size_t offset = 0;
+  for (const auto& payload : writer.payloads()) {
+    std::memcpy(payload.data(), map.bytes().data() + offset, payload.size());
+    offset += payload.size();
+  }
+  ledger->copied(offset);
+  writer.unmap();
+  gst_buffer_copy_into(out.get(), in, GST_BUFFER_COPY_METADATA, 0, static_cast<gsize>(-1));
+  return out;
+}
+
+}  // namespace weir

@@ -1,0 +1,24 @@
+// The memories of an output buffer: one for each tensor, or one with headers.
+#pragma once
+#include <gst/gst.h>
+
+#include <vector>
+
+#include "core/ledger/ledger.hpp"
+#include "core/tensor/frame_spec.hpp"
+#include "core/tensor/tensor_header.hpp"
+#include "gstcpp/ref.hpp"
+
+namespace weir {
+
+// A buffer with one memory for each tensor, shared with `in`; a buffer of several memories is
+// gathered first, which counts as copied. More than 16 tensors stay in one memory. Metadata are
+// copied.
+gst::Ref<GstBuffer> one_memory_each(GstBuffer* in, const std::vector<TensorSpec>& tensors,
+                                    Ledger* ledger);
+
+// A buffer of flexible tensors: a copy with a header before each. Null when memory ran out.
+gst::Ref<GstBuffer> with_headers(GstBuffer* in, const std::vector<TensorSpec>& tensors,
+                                 MediaType media, Ledger* ledger);
+
+}  // namespace weir
