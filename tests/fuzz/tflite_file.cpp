@@ -3,8 +3,11 @@
 #include <span>
 
 #include "tensorflow-lite/tflite_file.hpp"
+#include "tensorflow-lite/tflite_metadata.hpp"
 
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
-  (void)weir::engine::read_tflite(std::as_bytes(std::span(data, size)));
+  const auto file = std::as_bytes(std::span(data, size));
+  const auto summary = weir::engine::read_tflite(file);
+  (void)weir::engine::tflite_properties(file, summary ? summary->metadata : file);
   return 0;
 }

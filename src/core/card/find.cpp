@@ -83,6 +83,8 @@ Result<Card> find(const Search& search) {
     card.name = card.model = fs::path(search.model).filename().string();
     card.sha256 = search.sha256();
     card.inputs = search.from_model;
+    card.labels.names = search.labels_from_model;
+    if (!card.labels.names.empty()) card.decoder = "image_labeling";
     return card;
   }
   return Error{Code::CARD_MISSING,

@@ -13,7 +13,8 @@ struct Search {
   std::function<std::string()> sha256;  // of the model file, lower case; called when it is needed
   std::vector<std::string> folders;     // of cards: every *.card.json in them is looked at
   std::vector<ImageInput> from_model;   // what the model's own metadata say; empty = nothing
-  std::vector<ImageInput> asked;        // the model's inputs, for the card to fill in
+  std::vector<std::string> labels_from_model;
+  std::vector<ImageInput> asked;  // the model's inputs, for the card to fill in
 };
 
 // NAME.card.json beside NAME.onnx, whose digest must be the model's; else the card with that digest

@@ -143,5 +143,43 @@ TEST_F(FindCard, ReadsTheMetadataOfOnnxModels) {
     EXPECT_FALSE(input_from_metadata(nothing, asked));
 }
 
+TEST_F(FindCard, ReadsTheMetadataOfTensorflowLiteModels) {
+  ImageInput asked = search().asked[0];
+  std::map<std::string, std::string> properties{
+      {"tflite.color_space", "RGB"}, {"tflite.mean", "127.5"}, {"tflite.std", "64"}};
+  const auto real = input_from_metadata(properties, asked);
+  ASSERT_TRUE(real);
+  EXPECT_EQ(real->mean, std::vector<double>{127.5});
+  EXPECT_EQ(real->scale, std::vector<double>{1.0 / 64});
+  asked.type = ElementType::UInt8;
+  const auto bytes = input_from_metadata(properties, asked);
+  ASSERT_TRUE(bytes);
+  EXPECT_TRUE(bytes->mean.empty()) << "quantised: the pixels as they are";
+  asked.type = ElementType::Int8;
+  EXPECT_EQ(input_from_metadata(properties, asked)->mean, std::vector<double>{128});
+  asked.type = ElementType::Float32;
+  for (const auto& [key, value] :
+       std::vector<std::pair<const char*, const char*>>{{"tflite.std", "0"},
+                                                        {"tflite.std", "x"},
+                                                        {"tflite.mean", "1,2"},
+                                                        {"tflite.color_space", "GRAYSCALE"}}) {
+    auto wrong = properties;
+    wrong[key] = value;
+    EXPECT_FALSE(input_from_metadata(wrong, asked)) << key << " " << value;
+  }
+}
+
+TEST_F(FindCard, ReadsTheLabelsOfTensorflowLiteModels) {
+  EXPECT_EQ(labels_from_metadata({{"tflite.labels", "cat\r\n\ndog\n"}}),
+            (std::vector<std::string>{"cat", "", "dog"}));
+  EXPECT_TRUE(labels_from_metadata({}).empty());
+  Search asked = search();
+  asked.from_model = asked.asked;
+  asked.labels_from_model = {"cat"};
+  const auto card = find(asked);
+  ASSERT_TRUE(card);
+  EXPECT_EQ(card->decoder, "image_labeling");
+}
+
 }  // namespace
 }  // namespace weir::card

@@ -1,5 +1,7 @@
-// ONNX metadata_props of the category Image.
+// ONNX metadata_props of the category Image, and TensorFlow Lite metadata.
 #include "core/card/metadata.hpp"
+
+#include "core/text/text.hpp"
 
 namespace weir::card {
 namespace {
@@ -26,19 +28,71 @@ bool set_range(const std::string& range, ImageInput* input) {
   return false;
 }
 
+using Properties = std::map<std::string, std::string>;
+
+std::string value_of(const Properties& properties, const char* key) {
+  const auto at = properties.find(key);
+  return at == properties.end() ? std::string() : at->second;
+}
+
+// Empty when one of them is no number that can be divided by.
+std::vector<double> divisors(const std::string& list) {
+  std::vector<double> out;
+  for (const auto part : split(list, ",")) {
+    const auto number = parse_double(part);
+    if (!number || *number == 0) return {};
+    out.push_back(*number);
+  }
+  return out;
+}
+
+// Normalisation is said in real numbers: quantised inputs take the pixels, int8 shifted by 128.
+std::optional<ImageInput> from_tflite(const Properties& properties, ImageInput asked) {
+  const std::string color = value_of(properties, "tflite.color_space");
+  if (color != "RGB" && color != "GRAYSCALE") return std::nullopt;
+  asked.color = color == "RGB" ? Color::Rgb : Color::Gray;
+  if (asked.channels() != (color == "RGB" ? 3 : 1)) return std::nullopt;
+  if (asked.type == ElementType::UInt8) return asked;
+  if (asked.type == ElementType::Int8) {
+    asked.mean = {128};
+    asked.scale = {1};
+    return asked;
+  }
+  for (const auto part : split(value_of(properties, "tflite.mean"), ","))
+    asked.mean.push_back(parse_double(part).value_or(0));
+  for (const double divisor : divisors(value_of(properties, "tflite.std")))
+    asked.scale.push_back(1 / divisor);
+  const auto fits = [&asked](const std::vector<double>& values) {
+    return values.size() == 1 || values.size() == static_cast<size_t>(asked.channels());
+  };
+  return fits(asked.mean) && fits(asked.scale) ? std::optional(asked) : std::nullopt;
+}
+
 }  // namespace
 
 std::optional<ImageInput> input_from_metadata(const std::map<std::string, std::string>& properties,
                                               ImageInput asked) {
-  const auto value = [&properties](const char* key) {
-    const auto at = properties.find(key);
-    return at == properties.end() ? std::string() : at->second;
-  };
+  if (properties.contains("tflite.color_space")) return from_tflite(properties, std::move(asked));
+  const auto value = [&properties](const char* key) { return value_of(properties, key); };
   const auto color = color_of(value("Image.BitmapPixelFormat"));
   if (!color || asked.channels() != (*color == Color::Gray ? 1 : 3)) return std::nullopt;
   asked.color = *color;
   if (!set_range(value("Image.NominalPixelRange"), &asked)) return std::nullopt;
   return asked;
+}
+
+std::vector<std::string> labels_from_metadata(
+    const std::map<std::string, std::string>& properties) {
+  std::vector<std::string> out;
+  std::string text = value_of(properties, "tflite.labels");
+  if (text.ends_with('\n')) text.pop_back();
+  for (size_t begin = 0; !text.empty() && begin <= text.size();) {
+    const size_t end = std::min(text.find('\n', begin), text.size());
+    out.push_back(text.substr(begin, end - begin));
+    if (out.back().ends_with('\r')) out.back().pop_back();
+    begin = end + 1;
+  }
+  return out;
 }
 
 }  // namespace weir::card

@@ -62,6 +62,9 @@ class FlatVector {
     return file_->read<T>(at_ + uint64_t{index} * sizeof(T));
   }
   FlatTable table(uint32_t index) const noexcept;
+  std::span<const std::byte> bytes() const noexcept {  // of a vector of bytes
+    return file_ ? std::span(file_->data() + at_, size_) : std::span<const std::byte>();
+  }
   std::string_view text() const noexcept {  // of a vector of bytes
     return file_ ? std::string_view(reinterpret_cast<const char*>(file_->data()) + at_, size_)
                  : std::string_view();

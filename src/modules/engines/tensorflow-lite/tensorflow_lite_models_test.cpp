@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <cstring>
+#include <nlohmann/json.hpp>
 
 #include "engine_test_host.hpp"
 
@@ -81,6 +82,21 @@ TEST_F(TensorflowLiteModels, AgreeWithLabelledGestures) {
     ASSERT_NE(model, nullptr);
     EXPECT_NEAR(share_right(model.get(), rows, 1), expected, 0.2) << path;
   }
+}
+
+// As the metadata of these files were read with Python's struct and unzip.
+TEST_F(TensorflowLiteModels, TellTheirPictureAndLabels) {
+  const auto path = shared_file("models/classification/mobilenet_v1_0.75_192_quant.tflite");
+  if (path.empty()) GTEST_SKIP() << "../shared/models/classification is not there";
+  const auto model = opened(path);
+  ASSERT_NE(model, nullptr);
+  const auto told = nlohmann::json::parse(model->info().metadata_json)["custom_metadata_map"];
+  EXPECT_EQ(told["tflite.color_space"], "RGB");
+  EXPECT_EQ(told["tflite.mean"], "127.5");
+  EXPECT_EQ(told["tflite.std"], "127.5");
+  const auto labels = told["tflite.labels"].get<std::string>();
+  EXPECT_EQ(labels.size(), 21686u);
+  EXPECT_EQ(labels.substr(0, 11), "background\n");
 }
 
 // MANIFEST, MTCNN facts: any size works; P-Net's map is ceil((H-2)/2) - 4 high.

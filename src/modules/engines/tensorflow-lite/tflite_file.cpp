@@ -253,6 +253,8 @@ class Walker {
       const FlatTable entry = entries.table(i);
       if (!entry.string(0) || entry.scalar<uint32_t>(1, 0) >= buffers_.size())
         return damage("metadata without a name or buffer");
+      if (entry.string(0).text() == "TFLITE_METADATA")
+        out_.metadata = buffers_[entry.scalar<uint32_t>(1, 0)].bytes();
     }
     return ok();
   }

@@ -10,6 +10,7 @@ namespace weir::engine {
 
 struct TfliteSummary {
   std::string description;
+  std::span<const std::byte> metadata;  // the buffer TFLITE_METADATA, within the file
   uint32_t subgraphs = 0, operators = 0, tensors = 0;
   bool has_state = false;  // variable tensors or resource variables: the past changes the result
   bool passes_through = false;         // an output of the graph is an input or a constant

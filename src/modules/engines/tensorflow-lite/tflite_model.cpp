@@ -6,6 +6,7 @@
 
 #include "model_bytes.hpp"
 #include "module_host.hpp"
+#include "tensorflow-lite/tflite_metadata.hpp"
 #include "tensorflow-lite/tflite_types.hpp"
 
 namespace weir::engine {
@@ -95,7 +96,9 @@ Result<std::unique_ptr<TfliteModel>> TfliteModel::open(const weir_open& request)
   const auto interpreter = model->interpreter({});
   if (!interpreter) return named(interpreter.error());
   if (auto status = model->read_tensors(**interpreter); !status) return named(status.error());
-  const nlohmann::json metadata{{"description", model->summary_.description},
+  const auto properties = tflite_properties({model->bytes_.data(), size}, model->summary_.metadata);
+  const nlohmann::json metadata{{"custom_metadata_map", properties},
+                                {"description", model->summary_.description},
                                 {"operators", model->summary_.operators},
                                 {"xnnpack", (*interpreter)->delegated()}};
   model->metadata_ = metadata.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
