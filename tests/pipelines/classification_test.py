@@ -53,6 +53,7 @@ class Classification(unittest.TestCase):
                         f'tensor_filter model="{model}" ! tee name=t ! queue ! filesink location={scores} '
                         f"t. ! queue ! tensor_decoder mode=image_labeling option1={labels} ! filesink location={text}")
             self.assertEqual(done.returncode, 0, done.stderr)
+            self.assertNotRegex(done.stderr, r"object-alive, type-name=\(string\)\w+")
             output = told["outputs"][0]
             values = [v for (v,) in struct.iter_unpack(FORMATS[output["type"]], scores.read_bytes())]
             label = text.read_bytes().rstrip(b"\0").decode()

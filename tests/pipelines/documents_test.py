@@ -1,14 +1,16 @@
 #!/usr/bin/python3
-"""Runs every gst-launch-1.0 line of every README, as it stands there."""
+"""Runs every gst-launch-1.0 line of every README, as it stands there; none may leak a GStreamer object."""
 
 import os
 import pathlib
+import re
 import subprocess
 import sys
 import unittest
 
 SOURCE = pathlib.Path(os.environ["WEIR_SOURCE"])
 SECONDS = 120
+LEAKED = r"object-alive, type-name=\(string\)\w+"  # the leaks tracer of the environment, at the end
 ENGINES = {".onnx": "onnxruntime", ".tflite": "tensorflow-lite"}
 
 
@@ -51,6 +53,12 @@ class Documents(unittest.TestCase):
         text = "gst-launch-1.0 no\n```sh\nls\ngst-launch-1.0 a ! \\\n  b\n```\n```\ngst-launch-1.0 no\n```\n"
         self.assertEqual(list(commands(text)), ["gst-launch-1.0 a ! b"])
 
+    def test_a_leak_would_be_seen(self):
+        leaking = ("import ctypes, ctypes.util; gst = ctypes.CDLL('libgstreamer-1.0.so.0'); gst.gst_init(None, None);"
+                   "gst.gst_bin_new.restype = ctypes.c_void_p; gst.gst_bin_new(b'kept'); gst.gst_deinit()")
+        done = subprocess.run(["/usr/bin/python3", "-c", leaking], capture_output=True, text=True, timeout=SECONDS)
+        self.assertIn("object-alive, type-name=(string)GstBin", re.findall(LEAKED, done.stderr))
+
     def test_each_command_runs(self):
         count = 0
         for document in documents():
@@ -64,6 +72,7 @@ class Documents(unittest.TestCase):
                                           capture_output=True, stdin=subprocess.DEVNULL)
                     said = done.stdout + done.stderr
                     self.assertEqual(done.returncode, 0, said)
+                    self.assertEqual(re.findall(LEAKED, said), [], command)
                     for word in ("CRITICAL", "WARNING", "ERROR"):
                         self.assertNotIn(word, said)
         self.assertGreater(count, 5, "the READMEs have pipelines")
