@@ -14,7 +14,9 @@ HWY_BEFORE_NAMESPACE();
 namespace weir::transform::HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
-using FloatTag = hn::ScalableTag<float>;
+// A group of these fits a block, however long the vectors of the CPU are.
+constexpr size_t kGroup = 8;
+using FloatTag = hn::CappedTag<float, kChainBlock / kGroup>;
 using FloatVec = hn::Vec<FloatTag>;
 
 // A vector of floats from as many elements of another type.
@@ -45,16 +47,20 @@ struct FloatColumn {
         low(reinterpret_cast<const float*>(column.reciprocal_low.data()) + phase) {}
 };
 
-// Four vectors at a time hide the latency of each operation.
+// Eight vectors at a time hide the latency of each operation, and what choosing it costs.
 struct FloatGroup {
-  FloatVec a, b, c, d;
+  FloatVec a, b, c, d, e, f, g, h;
 
   template <class F>
-  HWY_INLINE void each(size_t lanes, F&& f) noexcept {
-    a = f(a, 0);
-    b = f(b, lanes);
-    c = f(c, 2 * lanes);
-    d = f(d, 3 * lanes);
+  HWY_INLINE void each(size_t lanes, F&& change) noexcept {
+    a = change(a, 0);
+    b = change(b, lanes);
+    c = change(c, 2 * lanes);
+    d = change(d, 3 * lanes);
+    e = change(e, 4 * lanes);
+    f = change(f, 5 * lanes);
+    g = change(g, 6 * lanes);
+    h = change(h, 7 * lanes);
   }
 };
 
@@ -92,21 +98,27 @@ HWY_INLINE void run_column(const FloatColumn& column, size_t lanes, FloatGroup& 
   x.each(lanes, [&](auto v, size_t i) HWY_ATTR { return hn::Div(v, at(column.operands, i)); });
 }
 
-// `length` elements, a multiple of four vectors and at most kChainBlock.
+// `length` elements, a multiple of kGroup vectors and at most kChainBlock.
 template <class From, bool kUniform>
 HWY_INLINE void run_floats(const ChainProgram& program, size_t phase, const From* in, float* out,
                            size_t length) noexcept {
   const FloatTag df;
   const size_t lanes = hn::Lanes(df);
-  for (size_t i = 0; i < length; i += 4 * lanes) {
-    FloatGroup x{load_floats(in + i), load_floats(in + i + lanes), load_floats(in + i + 2 * lanes),
-                 load_floats(in + i + 3 * lanes)};
+  for (size_t i = 0; i < length; i += kGroup * lanes) {
+    FloatGroup x{load_floats(in + i),
+                 load_floats(in + i + lanes),
+                 load_floats(in + i + 2 * lanes),
+                 load_floats(in + i + 3 * lanes),
+                 load_floats(in + i + 4 * lanes),
+                 load_floats(in + i + 5 * lanes),
+                 load_floats(in + i + 6 * lanes),
+                 load_floats(in + i + 7 * lanes)};
     for (const auto& column : program.columns)
       run_column<kUniform>(FloatColumn(column, kUniform ? 0 : phase + i), lanes, x);
-    hn::StoreU(x.a, df, out + i);
-    hn::StoreU(x.b, df, out + i + lanes);
-    hn::StoreU(x.c, df, out + i + 2 * lanes);
-    hn::StoreU(x.d, df, out + i + 3 * lanes);
+    x.each(lanes, [&](auto v, size_t at) HWY_ATTR {
+      hn::StoreU(v, df, out + i + at);
+      return v;
+    });
   }
 }
 
@@ -126,7 +138,7 @@ void run_typed(const ChainProgram& program, const std::byte* in_bytes, std::byte
   if (rest == 0) return;
   alignas(64) From source[kChainBlock];
   alignas(64) float values[kChainBlock];
-  const size_t group = 4 * hn::Lanes(FloatTag());
+  const size_t group = kGroup * hn::Lanes(FloatTag());
   const size_t padded = (rest + group - 1) / group * group;
   std::fill(source + rest, source + padded, From{});
   std::memcpy(source, in_bytes + i * sizeof(From), rest * sizeof(From));
