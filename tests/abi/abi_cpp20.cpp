@@ -3,6 +3,7 @@
 #include "weir/codes.h"
 #include "weir/decoder.hpp"
 #include "weir/engine.hpp"
+#include "weir/label_file.hpp"
 #include "weir/module.hpp"
 #include "weir/result.hpp"
 

@@ -52,10 +52,9 @@ struct Outcome {
   std::string error;  // empty when all went well
 };
 
-// Opens the decoder, configures it for the tensor and decodes it.
-template <class T>
-Outcome decode(const std::string& mode, const infer::Decoder::Options& options,
-               const Tensor<T>& tensor) {
+// Opens the decoder, configures it for `input` and decodes a frame of these tensors.
+inline Outcome decode_frame(const std::string& mode, const infer::Decoder::Options& options,
+                            const weir_tensor_info& input, std::vector<weir_tensor> tensors) {
   Outcome out;
   infer::ModuleLibrary library;
   const auto type = library.decoder(mode);
@@ -65,22 +64,29 @@ Outcome decode(const std::string& mode, const infer::Decoder::Options& options,
     out.error = decoder.error().message();
     return out;
   }
-  if (const auto status = (*decoder)->configure({tensor.info()}, &out.sink); !status) {
+  if (const auto status = (*decoder)->configure({input}, &out.sink); !status) {
     out.error = status.error().message();
     return out;
   }
+  weir_frame frame{};
+  frame.struct_size = sizeof frame;
+  frame.n_tensors = static_cast<uint32_t>(tensors.size());
+  frame.tensors = tensors.empty() ? nullptr : tensors.data();
+  if (const auto kept = (*decoder)->decode(frame, &out.sink); !kept)
+    out.error = kept.error().message();
+  return out;
+}
+
+// The same with one tensor.
+template <class T>
+Outcome decode(const std::string& mode, const infer::Decoder::Options& options,
+               const Tensor<T>& tensor) {
   std::vector<T> values = tensor.values;
   weir_tensor memory{};
   memory.data = values.data();
   memory.bytes = memory.capacity = values.size() * sizeof(T);
   memory.info = tensor.info();
-  weir_frame frame{};
-  frame.struct_size = sizeof frame;
-  frame.n_tensors = 1;
-  frame.tensors = &memory;
-  if (const auto kept = (*decoder)->decode(frame, &out.sink); !kept)
-    out.error = kept.error().message();
-  return out;
+  return decode_frame(mode, options, tensor.info(), {memory});
 }
 
 #define EXPECT_SAYS(text, words) EXPECT_NE((text).find(words), std::string::npos) << (text)

@@ -69,6 +69,9 @@ class DirectVideo {
 
   // GStreamer's rows are padded to four bytes.
   bool decode(const weir_frame& frame, weir::DecoderOutput& output) {
+    if (frame.n_tensors == 0)
+      throw Failure({Code::FRAME_SIZE, "mode=direct_video got a frame without tensors", "",
+                     "one picture", "", ""});
     const weir_tensor& tensor = frame.tensors[0];
     const Layout layout = layout_of(tensor.info);
     const size_t row =

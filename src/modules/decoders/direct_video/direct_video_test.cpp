@@ -47,6 +47,12 @@ TEST(DirectVideo, PadsRowsToFourBytes) {
                                          9, 10, 11, 12, 13, 14, 15, 16, 17, 0, 0, 0}));
 }
 
+TEST(DirectVideo, PadsRowsOfSixteenBits) {
+  const auto out = shown<uint16_t>("", "1:3:2", 6, ElementType::UInt16);
+  ASSERT_EQ(out.sink.memories.size(), 1u) << out.error;
+  EXPECT_EQ(out.sink.memories[0], (Bytes{0, 0, 1, 0, 2, 0, 0, 0, 3, 0, 4, 0, 5, 0, 0, 0}));
+}
+
 TEST(DirectVideo, RefusesWhatIsNoPicture) {
   for (const char* shape : {"2:4:2", "5:4:2", "3:4:2:2"}) {
     const auto error = shown("", shape, 48).error;
@@ -66,6 +72,9 @@ TEST(DirectVideo, RefusesAFormatThatItDoesNotMake) {
 
 TEST(DirectVideo, RefusesAFrameOfAnotherSize) {
   EXPECT_SAYS(shown("", "3:4:2", 23).error, "WEIR-2004");
+  const Tensor<uint8_t> picture{ElementType::UInt8, "3:4:2", {}};
+  EXPECT_SAYS(decode_frame("direct_video", {}, picture.info(), {}).error,
+              "WEIR-2004: mode=direct_video got a frame without tensors");
 }
 
 }  // namespace

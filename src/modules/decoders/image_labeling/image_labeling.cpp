@@ -1,11 +1,8 @@
 // image_labeling: the label of the highest score, as text.
 #include <cstring>
-#include <filesystem>
-#include <fstream>
-#include <iterator>
-#include <vector>
 
 #include "weir/decoder.hpp"
+#include "weir/label_file.hpp"
 
 namespace {
 
@@ -14,28 +11,6 @@ using weir::Failure;
 
 constexpr char kOptions[] =
     R"([{"name":"option1","type":"file","default":"","help":"Label file: one label a line"}])";
-
-// Lines of the file; one line end at the end of the file does not begin another label.
-std::vector<std::string> read_labels(const std::string& path) {
-  std::error_code ignored;
-  std::ifstream file(path, std::ios::binary);
-  if (!file.is_open() || !std::filesystem::is_regular_file(path, ignored))
-    throw Failure({Code::FILE_NOT_FOUND, "the label file cannot be read", "option1=" + path,
-                   "a text file with one label a line", "", "option1=/path/to/labels.txt"});
-  std::string text{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
-  if (text.ends_with('\n')) text.pop_back();
-  if (text.empty())
-    throw Failure({Code::LABELS_INVALID, "the label file is empty", "option1=" + path,
-                   "one label a line", "", "option1=/path/to/labels.txt"});
-  std::vector<std::string> labels;
-  for (size_t begin = 0; begin <= text.size();) {
-    const size_t end = std::min(text.find('\n', begin), text.size());
-    labels.push_back(text.substr(begin, end - begin));
-    if (labels.back().ends_with('\r')) labels.back().pop_back();
-    begin = end + 1;
-  }
-  return labels;
-}
 
 // IEEE 754 binary16 keeps its order when read as a sign and a magnitude; NaN loses every
 // comparison.
@@ -108,24 +83,25 @@ class ImageLabeling {
                      "a text file with one label a line", "",
                      "tensor_decoder mode=image_labeling option1=/path/to/labels.txt"});
     path_ = *path;
-    labels_ = read_labels(path_);
+    labels_ = weir::read_label_file("option1", path_);
   }
 
   void configure(std::span<const weir_tensor_info> inputs, weir::DecoderOutput& output) {
-    if (!inputs.empty() && !one_score_a_class(inputs[0]))
-      throw Failure({Code::SPEC_MISMATCH, "mode=image_labeling takes one score for each class",
-                     weir::describe(inputs[0]), "a first tensor of N:1 or N:1:1:1", "",
-                     "tensor_filter input-combination, or another mode"});
+    if (!inputs.empty()) check(inputs[0]);
     output.set_caps("text/x-raw,format=(string)utf8");
   }
 
   bool decode(const weir_frame& frame, weir::DecoderOutput& output) {
+    if (frame.n_tensors == 0)
+      throw Failure({Code::FRAME_SIZE, "mode=image_labeling got a frame without tensors", "",
+                     "a first tensor of N:1 or N:1:1:1", "", ""});
     const weir_tensor& scores = frame.tensors[0];
+    check(scores.info);
     const size_t size = weir::element_bytes(scores.info.type);
-    const size_t count = size ? scores.bytes / size : 0;
-    if (frame.n_tensors == 0 || count == 0 || !one_score_a_class(scores.info))
-      throw Failure({Code::SPEC_MISMATCH, "mode=image_labeling takes one score for each class",
-                     weir::describe(scores.info), "a first tensor of N:1 or N:1:1:1", "", ""});
+    const size_t count = static_cast<size_t>(weir::dimension(scores.info, 0));
+    if (scores.bytes / size != count || scores.bytes % size != 0)
+      throw Failure({Code::FRAME_SIZE, "the frame has another size than its shape says",
+                     std::to_string(scores.bytes) + " bytes", weir::describe(scores.info), "", ""});
     const size_t index = first_maximum_of(scores.info.type, scores.data, count);
     if (index >= labels_.size() || labels_[index].empty())
       throw Failure(
@@ -139,10 +115,13 @@ class ImageLabeling {
   }
 
  private:
-  static bool one_score_a_class(const weir_tensor_info& info) {
-    for (uint32_t i = 1; i < WEIR_RANK_LIMIT; ++i)
-      if (weir::dimension(info, i) != 1) return false;
-    return weir::dimension(info, 0) > 0;
+  static void check(const weir_tensor_info& info) {
+    bool good = weir::element_bytes(info.type) > 0 && weir::dimension(info, 0) > 0;
+    for (uint32_t i = 1; i < WEIR_RANK_LIMIT; ++i) good &= weir::dimension(info, i) == 1;
+    if (good) return;
+    throw Failure({Code::SPEC_MISMATCH, "mode=image_labeling takes one score for each class",
+                   weir::describe(info), "a first tensor of N:1 or N:1:1:1", "",
+                   "tensor_filter output-combination=o0, or another mode"});
   }
 
   std::string path_;

@@ -89,6 +89,22 @@ TEST(ImageLabeling, ReadsFilesWithCarriageReturns) {
             zero_terminated("dog"));
 }
 
+TEST(ImageLabeling, TakesAByteOrderMarkAway) {
+  EXPECT_EQ(
+      label(labelled("\xEF\xBB\xBF\xC3\xA9t\xC3\xA9\nhiver", Tensor<uint8_t>{kUInt8, "2", {1, 0}})),
+      zero_terminated("\xC3\xA9t\xC3\xA9"));
+}
+
+TEST(ImageLabeling, RefusesLabelsThatAreNoUtf8) {
+  const Tensor<uint8_t> scores{kUInt8, "2", {1, 0}};
+  const auto error = labelled("hiver\n\xE9t\xE9\n", scores).error;  // ISO 8859-1
+  EXPECT_SAYS(error, "WEIR-4002: line 2 of the label file is no UTF-8 text");
+  EXPECT_SAYS(error, "needed: labels in UTF-8");
+  EXPECT_SAYS(error, "fix: iconv -f ISO-8859-1 -t UTF-8 ");
+  EXPECT_SAYS(labelled(std::string("a\0b\nc", 5), scores).error, "line 1 of the label file");
+  EXPECT_SAYS(labelled("\xFF\xFE", scores).error, "line 1 of the label file");
+}
+
 TEST(ImageLabeling, NeedsALabelFile) {
   const Tensor<uint8_t> scores{kUInt8, "2", {0, 1}};
   EXPECT_SAYS(decode("image_labeling", {}, scores).error, "has no label file");
@@ -110,6 +126,18 @@ TEST(ImageLabeling, RefusesOtherShapes) {
     EXPECT_SAYS(error, "one score for each class");
     EXPECT_SAYS(error, std::string("uint8 ") + shape);
   }
+}
+
+TEST(ImageLabeling, RefusesFramesThatAreNotWhatTheySay) {
+  const Tensor<uint8_t> good{kUInt8, "3", {1, 2, 3}};
+  const infer::Decoder::Options options{{"option1", label_file("a\nb\nc")}};
+  EXPECT_SAYS(decode_frame("image_labeling", options, good.info(), {}).error,
+              "WEIR-2004: mode=image_labeling got a frame without tensors");
+  const auto error = labelled("a\nb\nc", Tensor<uint8_t>{kUInt8, "3", {1, 2}}).error;
+  EXPECT_SAYS(error, "WEIR-2004");
+  EXPECT_SAYS(error, "offered: 2 bytes");
+  EXPECT_SAYS(error, "needed: uint8 3");
+  EXPECT_SAYS(labelled("a", Tensor<float>{ElementType::End, "1", {1}}).error, "WEIR-2001");
 }
 
 TEST(ImageLabeling, SaysWhichLabelIsMissing) {

@@ -12,6 +12,13 @@ TEST(OctetStream, SharesTheTensors) {
   EXPECT_TRUE(out.sink.memories.empty());
 }
 
+TEST(OctetStream, SharesEachTensorInOrder) {
+  const Tensor<uint8_t> one{ElementType::UInt8, "1", {1}};
+  const auto out = decode_frame("octet_stream", {}, one.info(), std::vector<weir_tensor>(3));
+  EXPECT_EQ(out.sink.shared, (std::vector<uint32_t>{0, 1, 2}));
+  EXPECT_TRUE(decode_frame("octet_stream", {}, one.info(), {}).sink.shared.empty());
+}
+
 TEST(OctetStream, PassesOverOptionsThatItDoesNotHave) {
   const auto out =
       decode("octet_stream", {{"option1", "x"}}, Tensor<uint8_t>{ElementType::UInt8, "1", {1}});

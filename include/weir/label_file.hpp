@@ -1,0 +1,81 @@
+// Label files: text in UTF-8, one label a line, the first for class 0.
+#pragma once
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "weir/module.hpp"
+
+namespace weir {
+
+// Length of the UTF-8 sequence that `text` begins with; 0 when it begins with none. RFC 3629: no
+// longer form than needed, no surrogates, nothing above U+10FFFF.
+constexpr size_t utf8_sequence(std::string_view text) noexcept {
+  const auto at = [&](size_t i) { return static_cast<unsigned char>(text[i]); };
+  if (text.empty()) return 0;
+  const unsigned lead = at(0);
+  if (lead < 0x80) return 1;
+  const size_t length = lead >= 0xC2 && lead < 0xE0   ? 2
+                        : lead >= 0xE0 && lead < 0xF0 ? 3
+                        : lead >= 0xF0 && lead < 0xF5 ? 4
+                                                      : 0;
+  if (length == 0 || text.size() < length) return 0;
+  for (size_t i = 1; i < length; ++i)
+    if ((at(i) & 0xC0) != 0x80) return 0;
+  const unsigned second = at(1);
+  const bool too_long = (lead == 0xE0 && second < 0xA0) || (lead == 0xF0 && second < 0x90);
+  const bool surrogate = lead == 0xED && second >= 0xA0;
+  const bool too_great = lead == 0xF4 && second >= 0x90;
+  return too_long || surrogate || too_great ? 0 : length;
+}
+
+// Text that can be shown: UTF-8 without zero bytes.
+constexpr bool is_text(std::string_view text) noexcept {
+  while (!text.empty()) {
+    const size_t length = utf8_sequence(text);
+    if (length == 0 || text[0] == '\0') return false;
+    text.remove_prefix(length);
+  }
+  return true;
+}
+
+// The labels of the file that `option` ("option1") names; empty lines stay, a carriage return at
+// the end of a line and a byte order mark at the beginning of the file do not. Throws Failure:
+// FILE_NOT_FOUND when it cannot be read, LABELS_INVALID when it is empty or no text.
+inline std::vector<std::string> read_label_file(const std::string& option,
+                                                const std::string& path) {
+  const auto failure = [&](Code code, std::string what, std::string needed, std::string fix) {
+    return Failure(
+        {code, std::move(what), option + "=" + path, std::move(needed), "", std::move(fix)});
+  };
+  std::error_code ignored;
+  std::ifstream file(path, std::ios::binary);
+  if (!file.is_open() || !std::filesystem::is_regular_file(path, ignored))
+    throw failure(Code::FILE_NOT_FOUND, "the label file cannot be read",
+                  "a text file with one label a line", option + "=/path/to/labels.txt");
+  std::string text{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
+  if (text.starts_with("\xEF\xBB\xBF")) text.erase(0, 3);
+  if (text.ends_with('\n')) text.pop_back();
+  if (text.empty())
+    throw failure(Code::LABELS_INVALID, "the label file is empty", "one label a line",
+                  option + "=/path/to/labels.txt");
+  std::vector<std::string> labels;
+  for (size_t begin = 0; begin <= text.size();) {
+    const size_t end = std::min(text.find('\n', begin), text.size());
+    labels.push_back(text.substr(begin, end - begin));
+    if (labels.back().ends_with('\r')) labels.back().pop_back();
+    if (!is_text(labels.back()))
+      throw failure(Code::LABELS_INVALID,
+                    "line " + std::to_string(labels.size()) + " of the label file is no UTF-8 text",
+                    "labels in UTF-8",
+                    "iconv -f ISO-8859-1 -t UTF-8 " + path + " > labels-utf8.txt");
+    begin = end + 1;
+  }
+  return labels;
+}
+
+}  // namespace weir

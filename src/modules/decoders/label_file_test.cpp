@@ -1,0 +1,59 @@
+// weir/label_file.hpp: what is UTF-8, held against the closed counts of Unicode.
+#include "weir/label_file.hpp"
+
+#include <gtest/gtest.h>
+
+namespace weir {
+namespace {
+
+// How many sequences of `length` bytes with a lead of 0x80 or more are one whole character.
+size_t accepted(size_t length) {
+  size_t count = 0;
+  std::string text(length, '\0');
+  const uint32_t combinations = 1u << (8 * length - 1);
+  for (uint32_t i = 0; i < combinations; ++i) {
+    text[0] = static_cast<char>(0x80 | (i >> (8 * (length - 1))));
+    for (size_t k = 1; k < length; ++k)
+      text[k] = static_cast<char>((i >> (8 * (length - 1 - k))) & 0xFF);
+    count += utf8_sequence(text) == length;
+  }
+  return count;
+}
+// The Unicode standard, table 3-6, written the other way round: encodes a code point.
+std::string encoded(uint32_t c) {
+  const auto tail = [c](int shift) { return static_cast<char>(0x80 | ((c >> shift) & 0x3F)); };
+  if (c < 0x80) return {static_cast<char>(c)};
+  if (c < 0x800) return {static_cast<char>(0xC0 | c >> 6), tail(0)};
+  if (c < 0x10000) return {static_cast<char>(0xE0 | c >> 12), tail(6), tail(0)};
+  return {static_cast<char>(0xF0 | c >> 18), tail(12), tail(6), tail(0)};
+}
+
+TEST(Utf8, HasAsManySequencesAsCharacters) {
+  EXPECT_EQ(accepted(2), 0x800u - 0x80u);
+  EXPECT_EQ(accepted(3), 0x10000u - 0x800u - 0x800u) << "all but 2048 surrogates";
+}
+
+TEST(Utf8, TakesEachCharacterAndNoSurrogate) {
+  for (uint32_t c = 0; c < 0x110000; ++c) {
+    const bool surrogate = c >= 0xD800 && c < 0xE000;
+    const std::string text = encoded(c);
+    ASSERT_EQ(utf8_sequence(text), surrogate ? 0 : text.size()) << std::hex << c;
+    ASSERT_EQ(utf8_sequence(text.substr(0, text.size() - 1)), 0u) << "cut, " << std::hex << c;
+  }
+  for (uint32_t c = 0x110000; c < 0x200000; ++c) ASSERT_EQ(utf8_sequence(encoded(c)), 0u);
+}
+
+TEST(Utf8, TakesNoLongerFormThanNeeded) {
+  for (const char* text : {"\xC0\x80", "\xC1\xBF", "\xE0\x9F\xBF", "\xF0\x8F\xBF\xBF"})
+    EXPECT_EQ(utf8_sequence(text), 0u);
+}
+
+TEST(Text, HasNoZeroBytes) {
+  EXPECT_TRUE(is_text("") && is_text("caf\xC3\xA9"));
+  EXPECT_FALSE(is_text(std::string_view("a\0b", 3)));
+  EXPECT_FALSE(is_text("caf\xE9"));
+  EXPECT_FALSE(is_text("caf\xC3"));
+}
+
+}  // namespace
+}  // namespace weir
