@@ -212,7 +212,7 @@ typedef struct {
                    const char* downstream_caps, weir_sink*, weir_error*);
   int (*decode)(weir_decoder*, const weir_frame* in, weir_sink*, weir_error*);
   int (*set_option)(weir_decoder*, const weir_option*, weir_error*);
-  void (*reset)(weir_decoder*);
+  void (*reset)(weir_decoder*); /* after a flush: what follows does not continue what was */
   const void* (*extension)(const char* id);
 } weir_decoder_type;
 

@@ -5,16 +5,19 @@
 //     explicit Brightness(const weir::Options& options);
 //     void configure(std::span<const weir_tensor_info> inputs, weir::DecoderOutput& output);
 //     bool decode(const weir_frame& frame, weir::DecoderOutput& output);
+//     void reset() noexcept;
 //   };
 //   WEIR_DECODER(Brightness, "brightness", "", "[]")
 //
 // configure comes before the first frame and when the stream's format changes. `inputs` is empty
 // when the stream is flexible: each frame says its own shapes then. decode returns false to drop a
-// frame. Each function may throw weir::Failure, or anything: it becomes an error on the bus. One
-// object is used by one thread at a time. Shapes in weir_tensor_info are outermost-first (abi.h,
-// rule C).
+// frame. reset may be left out: it forgets what was kept of earlier frames, for a flush or a seek
+// came. Each other function may throw weir::Failure, or anything: it becomes an error on the bus.
+// One object is used by one thread at a time. Shapes in weir_tensor_info are outermost-first
+// (abi.h, rule C).
 #pragma once
 #include <memory>
+#include <utility>
 
 #include "weir/module.hpp"
 
@@ -89,6 +92,10 @@ weir_decoder_type decoder_table(const char* name, const char* aliases, const cha
       return reinterpret_cast<Decoder*>(decoder)->decode(*frame, output) ? 0 : 1;
     });
   };
+  if constexpr (requires(Decoder & decoder) { decoder.reset(); }) {
+    static_assert(noexcept(std::declval<Decoder&>().reset()), "reset has no way to fail");
+    table.reset = [](weir_decoder* decoder) { reinterpret_cast<Decoder*>(decoder)->reset(); };
+  }
   return table;
 }
 
@@ -99,7 +106,7 @@ weir_decoder_type decoder_table(const char* name, const char* aliases, const cha
 #define WEIR_DECODER(Decoder, name, aliases, options_json)                                \
   extern "C" __attribute__((visibility("default"))) const weir_module* weir_module_entry( \
       const weir_host* host) {                                                            \
-    ::weir::module_host = host;                                                           \
+    if (!::weir::accept_host(host)) return nullptr;                                       \
     static const weir_decoder_type table =                                                \
         ::weir::decoder_table<Decoder>(name, aliases, options_json);                      \
     static const weir_decoder_type* const tables[] = {&table, nullptr};                   \

@@ -3,18 +3,20 @@
 //   class Doubler {
 //    public:
 //     explicit Doubler(const weir::OpenRequest& request);
-//     std::span<const weir_tensor_info> inputs() const;   // and outputs(): live as long as the
-//     object std::span<const weir_tensor_info> outputs() const; bool invoke(std::span<const
-//     weir_tensor> in, std::span<weir_tensor> out);  // false: drop it void resolve(std::span<const
-//     weir_tensor_info> in, std::span<weir_tensor_info> out);  // optional
+//     std::span<const weir_tensor_info> inputs() const;
+//     std::span<const weir_tensor_info> outputs() const;
+//     void resolve(std::span<const weir_tensor_info> in, std::span<weir_tensor_info> out);
+//     bool invoke(std::span<const weir_tensor> in, std::span<weir_tensor> out);
 //   };
 //   WEIR_ENGINE(Doubler, "doubler", "1.0", "", "dbl")
 //
-// Each function may throw weir::Failure, or anything: it becomes an error on the bus. An object is
-// one opened model; it is used by one thread at a time. Shapes are outermost-first, -1 = unknown.
-// Outputs whose size is known come with memory of that size to write into; for others `data` is
-// null and the engine fills data, bytes, info, release and owner (module_host->allocate gives such
-// memory).
+// What inputs and outputs point to lives as long as the object. resolve may be left out when every
+// output's shape is known; it fills in what the shapes of the inputs decide. invoke returns false
+// to drop the frame. Each function may throw weir::Failure, or anything: it becomes an error on the
+// bus. An object is one opened model; it is used by one thread at a time. Shapes are
+// outermost-first, -1 = unknown. Outputs whose size is known come with memory of that size to write
+// into; for others `data` is null and the engine fills data, bytes, info, release and owner
+// (module_host->allocate gives such memory).
 #pragma once
 #include <memory>
 
@@ -112,7 +114,7 @@ weir_engine engine_table(const char* name, const char* version, const char* alia
 #define WEIR_ENGINE(Engine, name, version, aliases, extensions)                           \
   extern "C" __attribute__((visibility("default"))) const weir_module* weir_module_entry( \
       const weir_host* host) {                                                            \
-    ::weir::module_host = host;                                                           \
+    if (!::weir::accept_host(host)) return nullptr;                                       \
     static const weir_engine table =                                                      \
         ::weir::engine_table<Engine>(name, version, aliases, extensions);                 \
     static const weir_engine* const tables[] = {&table, nullptr};                         \

@@ -1,6 +1,7 @@
 // What modules in C++ share: the host, errors on their way back through the C ABI, options, and
 // words for tensors. Header-only: a module links nothing of Weir. See engine.hpp and decoder.hpp.
 #pragma once
+#include <cstddef>
 #include <exception>
 #include <new>
 #include <optional>
@@ -34,6 +35,21 @@ T value_or_throw(Result<T> result) {
 
 // The host's table; set by weir_module_entry, before anything else of the module runs.
 inline const weir_host* module_host = nullptr;
+
+// For weir_module_entry: keeps the host's table. False when this module cannot work with that host,
+// with the reason in its log; the entry gives NULL then.
+inline bool accept_host(const weir_host* host) noexcept {
+  if (!host || host->struct_size < offsetof(weir_host, extension) + sizeof host->extension)
+    return false;
+  if (host->abi_major != WEIR_ABI_MAJOR) {
+    if (host->log)
+      host->log(WEIR_LOG_ERROR, "module",
+                "the module was built for another major version of Weir's ABI: build it again");
+    return false;
+  }
+  module_host = host;
+  return true;
+}
 
 // Fills the caller's weir_error; returns what an ABI function returns. The ABI has no place of its
 // own for the first difference: it goes behind what was offered.

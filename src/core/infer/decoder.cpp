@@ -35,4 +35,8 @@ Result<bool> Decoder::decode(const weir_frame& frame, weir_sink* sink) {
   return result == 0;
 }
 
+void Decoder::reset() noexcept {
+  if (type_.reset) type_.reset(handle_);
+}
+
 }  // namespace weir::infer

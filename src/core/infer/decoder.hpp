@@ -24,6 +24,8 @@ class Decoder {
   Status configure(const std::vector<weir_tensor_info>& inputs, weir_sink* sink);
   // true: the sink holds the output; false: the frame is dropped.
   Result<bool> decode(const weir_frame& frame, weir_sink* sink);
+  // The frames that follow do not continue those before.
+  void reset() noexcept;
 
  private:
   Decoder(const weir_decoder_type& type, weir_decoder* handle) : type_(type), handle_(handle) {}

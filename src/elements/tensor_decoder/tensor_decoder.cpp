@@ -113,6 +113,12 @@ class TensorDecoder : public gst::Element<TensorDecoder, gst::BaseTransform> {
     return GST_FLOW_OK;
   }
 
+  gboolean sink_event(GstEvent* event) {
+    const bool flushed = GST_EVENT_TYPE(event) == GST_EVENT_FLUSH_STOP;
+    if (flushed && decoder_) decoder_->reset();
+    return parent_class()->sink_event(self(), event);
+  }
+
   GstFlowReturn transform(GstBuffer* in, GstBuffer* out) {
     const auto kept = decode(in, out);
     reader_.clear();
@@ -159,9 +165,15 @@ class TensorDecoder : public gst::Element<TensorDecoder, gst::BaseTransform> {
       for (const auto& tensor : spec.tensors) infos.push_back(info_of(tensor));
     BufferSink sink;
     if (auto status = decoder->configure(infos, &sink); !status) return status.error();
-    auto caps = Ref<GstCaps>::adopt(gst_caps_from_string(sink.caps().c_str()));
-    if (!caps)
-      return Error{Code::INTERNAL, "the decoder's caps cannot be read", sink.caps(), "", "", ""};
+    auto caps = Ref<GstCaps>::adopt(
+        sink.caps().empty() ? nullptr : gst_caps_from_string(sink.caps().c_str()));
+    if (!caps || gst_caps_is_empty(caps.get()) || gst_caps_is_any(caps.get()))
+      return Error{Code::INTERNAL,
+                   "the decoder gives no caps that can be read",
+                   "\"" + sink.caps() + "\"",
+                   "caps as text, for example text/x-raw,format=(string)utf8",
+                   "",
+                   "mend the decoder's configure"};
     if (spec.rate.valid())
       gst_caps_set_simple(caps.get(), "framerate", GST_TYPE_FRACTION, spec.rate.numerator,
                           spec.rate.denominator, nullptr);

@@ -31,8 +31,7 @@ struct OnnxRuntimeEngine {
 extern "C" __attribute__((visibility("default"))) const weir_module* weir_module_entry(
     const weir_host* host) {
   using namespace weir::engine;
-  if (!host || host->abi_major != WEIR_ABI_MAJOR) return nullptr;
-  module_host = host;
+  if (!weir::accept_host(host)) return nullptr;
   module_name = "onnxruntime";
   static const weir_engine engine =
       EngineTable<OnnxRuntimeEngine>::make("onnxruntime", "1", "onnx", "onnx,ort");

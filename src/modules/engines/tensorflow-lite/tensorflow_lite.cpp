@@ -29,8 +29,7 @@ struct TensorflowLiteEngine {
 extern "C" __attribute__((visibility("default"))) const weir_module* weir_module_entry(
     const weir_host* host) {
   using namespace weir::engine;
-  if (!host || host->abi_major != WEIR_ABI_MAJOR) return nullptr;
-  module_host = host;
+  if (!weir::accept_host(host)) return nullptr;
   module_name = "tensorflow-lite";
   static const weir_engine engine = EngineTable<TensorflowLiteEngine>::make(
       "tensorflow-lite", "1", "tensorflow2-lite,tensorflow1-lite,tflite", "tflite");

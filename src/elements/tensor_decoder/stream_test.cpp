@@ -1,0 +1,112 @@
+// tensor_decoder as a part of a stream: what decoders may not do, metadata, flushes, the end, the
+// ledger. The decoder `erring` is tests/support/erring/erring_decoder.cpp.
+#include "elements/tensor_decoder/decoder_harness.hpp"
+
+namespace weir::testing_tensor_decoder {
+namespace {
+
+const std::string kOne = tensor("uint8", "1");
+
+std::string erring(const std::string& where, const std::string& what) {
+  return "mode=erring option1=" + where + " option2=" + what;
+}
+void expect_law(const Harness& h, uint64_t received, uint64_t pushed) {
+  EXPECT_EQ(stat(h, "received"), received);
+  EXPECT_EQ(stat(h, "pushed"), pushed);
+  EXPECT_EQ(stat(h, "consumed"), pushed);
+  EXPECT_EQ(stat(h, "held"), 0u);
+}
+
+TEST(TensorDecoderStream, TurnsWhatADecoderThrowsIntoErrors) {
+  for (const char* where : {"open", "configure", "decode"}) {
+    const auto said = [&](const char* what) { return error_of(erring(where, what), kOne, {1}); };
+    const std::string failure = said("failure");
+    EXPECT_SAYS(failure, "WEIR-1004: failed as ordered");
+    EXPECT_SAYS(failure, "offered: option2=failure; the first difference");
+    EXPECT_SAYS(failure, "needed: another option2");
+    EXPECT_SAYS(failure, "fix: option2=nothing");
+    EXPECT_SAYS(said("exception"), "WEIR-9002: thrown in a decoder");
+    EXPECT_SAYS(said("memory"), "WEIR-9001: memory ran out in a module");
+    EXPECT_SAYS(said("number"), "WEIR-9002: an unknown exception in a module");
+  }
+}
+
+TEST(TensorDecoderStream, NeedsCapsOfTheDecoder) {
+  for (const char* where : {"no-caps", "bad-caps"}) {
+    const std::string said = error_of(erring(where, "nothing"), kOne, {1});
+    EXPECT_SAYS(said, "WEIR-9002: the decoder gives no caps that can be read");
+    EXPECT_SAYS(said, "for example text/x-raw,format=(string)utf8");
+  }
+}
+
+TEST(TensorDecoderStream, GivesNoMemoryBeforeThereIsAFrame) {
+  EXPECT_SAYS(error_of(erring("early-memory", "nothing"), kOne, {1}), "WEIR-9001");
+}
+
+TEST(TensorDecoderStream, SharesNoTensorThatIsNotThere) {
+  EXPECT_SAYS(error_of(erring("no-such-input", "nothing"), kOne, {1}),
+              "the host cannot share an input\n  offered: 7");
+}
+
+TEST(TensorDecoderStream, CountsTheFramesThatADecoderDrops) {
+  auto h = harness("mode=erring option1=drop-odd", kOne);
+  for (int i = 0; i < 5; ++i) EXPECT_EQ(gst_harness_push(h.get(), frame(Bytes{1})), GST_FLOW_OK);
+  EXPECT_EQ(gst_harness_buffers_in_queue(h.get()), 3u);
+  EXPECT_EQ(stat(h, "dropped-policy"), 2u);
+  expect_law(h, 5, 3);
+}
+
+TEST(TensorDecoderStream, CountsTheFramesThatFail) {
+  auto h = harness("mode=erring option1=decode option2=failure", kOne);
+  EXPECT_EQ(gst_harness_push(h.get(), frame(Bytes{1})), GST_FLOW_ERROR);
+  EXPECT_EQ(stat(h, "dropped-error"), 1u);
+  expect_law(h, 1, 0);
+}
+
+TEST(TensorDecoderStream, TellsTheDecoderOfAFlush) {
+  auto h = harness("mode=erring option1=count", kOne);
+  EXPECT_EQ(decoded(h, frame(Bytes{9})), Bytes{1});
+  EXPECT_EQ(decoded(h, frame(Bytes{9})), Bytes{2});
+  gst_harness_push_event(h.get(), gst_event_new_flush_start());
+  gst_harness_push_event(h.get(), gst_event_new_flush_stop(TRUE));
+  GstSegment segment;
+  gst_segment_init(&segment, GST_FORMAT_TIME);
+  gst_harness_push_event(h.get(), gst_event_new_segment(&segment));
+  EXPECT_EQ(decoded(h, frame(Bytes{9})), Bytes{1});
+  expect_law(h, 3, 3);
+}
+
+TEST(TensorDecoderStream, EndsWithItsInput) {
+  auto h = harness("mode=octet_stream", tensor("uint8", "2"));
+  EXPECT_EQ(gst_harness_push(h.get(), frame(Bytes{1, 2})), GST_FLOW_OK);
+  EXPECT_TRUE(gst_harness_push_event(h.get(), gst_event_new_eos()));
+  EXPECT_EQ(gst_harness_push(h.get(), frame(Bytes{3, 4})), GST_FLOW_EOS);
+  bool ended = false;
+  while (const auto event = Ref<GstEvent>::adopt(gst_harness_try_pull_event(h.get())))
+    ended |= GST_EVENT_TYPE(event.get()) == GST_EVENT_EOS;
+  EXPECT_TRUE(ended);
+  expect_law(h, 1, 1);
+}
+
+TEST(TensorDecoderStream, RefusesNewCapsThatDoNotFit) {
+  auto h = harness("mode=direct_video", tensor("uint8", "3:4:2"));
+  EXPECT_EQ(gst_harness_push(h.get(), frame(Bytes(24))), GST_FLOW_OK);
+  gst_harness_set_src_caps_str(h.get(), tensor("uint8", "2:4:2").c_str());
+  EXPECT_EQ(gst_harness_push(h.get(), frame(Bytes(16))), GST_FLOW_NOT_NEGOTIATED);
+}
+
+TEST(TensorDecoderStream, StartsAgain) {
+  auto h = harness("mode=erring option1=count", kOne);
+  EXPECT_EQ(decoded(h, frame(Bytes{9})), Bytes{1});
+  EXPECT_EQ(decoded(h, frame(Bytes{9})), Bytes{2});
+  const auto e = Ref<GstElement>::adopt(gst_harness_find_element(h.get(), "tensor_decoder"));
+  gst_element_set_state(e.get(), GST_STATE_READY);
+  gst_element_set_state(e.get(), GST_STATE_PLAYING);
+  gst_harness_push_event(h.get(), gst_event_new_stream_start("again"));
+  gst_harness_set_src_caps_str(h.get(), kOne.c_str());
+  EXPECT_EQ(decoded(h, frame(Bytes{9})), Bytes{1});
+  expect_law(h, 1, 1);
+}
+
+}  // namespace
+}  // namespace weir::testing_tensor_decoder

@@ -1,0 +1,51 @@
+// A decoder in C++ for tests: it does what a decoder must not do, or what hosts see seldom.
+// option1 is where (open, configure, decode), option2 what is thrown there (failure, exception,
+// memory, number). Or option1 alone: no-caps, bad-caps, early-memory, no-such-input, drop-odd,
+// count (writes how many frames came since the last reset).
+#include <stdexcept>
+#include <string>
+
+#include "weir/decoder.hpp"
+
+namespace {
+
+class Erring {
+ public:
+  explicit Erring(const weir::Options& options)
+      : where_(options.get("option1").value_or("")), what_(options.get("option2").value_or("")) {
+    err_in("open");
+  }
+  void configure(std::span<const weir_tensor_info>, weir::DecoderOutput& output) {
+    err_in("configure");
+    if (where_ == "no-caps") return;
+    if (where_ == "early-memory") output.reserve(1);
+    output.set_caps(where_ == "bad-caps" ? "video/x-raw,width=(int" : "application/octet-stream");
+  }
+  bool decode(const weir_frame&, weir::DecoderOutput& output) {
+    err_in("decode");
+    if (where_ == "no-such-input") output.share_input(7);
+    const bool odd = frames_++ % 2 != 0;
+    if (where_ == "drop-odd" && odd) return false;
+    output.reserve(1)[0] = static_cast<std::byte>(frames_);
+    return true;
+  }
+  void reset() noexcept { frames_ = 0; }
+
+ private:
+  void err_in(std::string_view place) const {
+    if (where_ != place) return;
+    if (what_ == "failure")
+      throw weir::Failure({weir::Code::OPTION_VALUE, "failed as ordered", "option2=failure",
+                           "another option2", "the first difference", "option2=nothing"});
+    if (what_ == "exception") throw std::runtime_error("thrown in a decoder");
+    if (what_ == "memory") throw std::bad_alloc();
+    if (what_ == "number") throw 42;
+  }
+
+  std::string where_, what_;
+  int frames_ = 0;
+};
+
+}  // namespace
+
+WEIR_DECODER(Erring, "erring", "", "[]")
