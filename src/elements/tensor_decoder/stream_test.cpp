@@ -1,5 +1,7 @@
 // tensor_decoder as a part of a stream: what decoders may not do, metadata, flushes, the end, the
 // ledger. The decoder `erring` is tests/support/erring/erring_decoder.cpp.
+#include <gst/video/video.h>
+
 #include "elements/tensor_decoder/decoder_harness.hpp"
 
 namespace weir::testing_tensor_decoder {
@@ -106,6 +108,49 @@ TEST(TensorDecoderStream, StartsAgain) {
   gst_harness_set_src_caps_str(h.get(), kOne.c_str());
   EXPECT_EQ(decoded(h, frame(Bytes{9})), Bytes{1});
   expect_law(h, 1, 1);
+}
+
+// The strides of the camera are not those of the tensor: GStreamer leaves them behind.
+TEST(TensorDecoderStream, LeavesStridesOfOtherMemoryBehind) {
+  auto h = harness("mode=direct_video", tensor("uint8", "3:4:2"));
+  GstBuffer* in = frame(Bytes(24));
+  gsize offset[] = {0};
+  gint stride[] = {64};
+  gst_buffer_add_video_meta_full(in, GST_VIDEO_FRAME_FLAG_NONE, GST_VIDEO_FORMAT_RGB, 4, 2, 1,
+                                 offset, stride);
+  const auto clock = Ref<GstCaps>::adopt(gst_caps_new_empty_simple("timestamp/x-ntp"));
+  gst_buffer_add_reference_timestamp_meta(in, clock.get(), 5, GST_CLOCK_TIME_NONE);
+  const auto out = Ref<GstBuffer>::adopt(gst_harness_push_and_pull(h.get(), in));
+  ASSERT_TRUE(out);
+  EXPECT_EQ(gst_buffer_get_video_meta(out.get()), nullptr);
+  const auto* kept = gst_buffer_get_reference_timestamp_meta(out.get(), clock.get());
+  ASSERT_NE(kept, nullptr) << "what does not describe the memory stays";
+  EXPECT_EQ(kept->timestamp, 5u);
+}
+
+TEST(TensorDecoderStream, MakesTheCamerasPictureAgainWhateverItsStrides) {
+  const Harness h{gst_harness_new_parse("tensor_converter ! tensor_decoder mode=direct_video")};
+  gst_harness_set_src_caps_str(h.get(),
+                               "video/x-raw,format=RGB,width=4,height=2,framerate=30/1,"
+                               "interlace-mode=progressive");
+  Bytes camera(64 * 2, 0xEE);
+  for (size_t i = 0; i < 12; ++i) camera[i] = camera[64 + i] = static_cast<uint8_t>(i);
+  GstBuffer* in = frame(camera);
+  gsize offset[] = {0};
+  gint stride[] = {64};
+  gst_buffer_add_video_meta_full(in, GST_VIDEO_FRAME_FLAG_NONE, GST_VIDEO_FORMAT_RGB, 4, 2, 1,
+                                 offset, stride);
+  const auto out = Ref<GstBuffer>::adopt(gst_harness_push_and_pull(h.get(), in));
+  const auto caps = Ref<GstCaps>::adopt(gst_pad_get_current_caps(h->sinkpad));
+  GstVideoInfo info;
+  ASSERT_TRUE(gst_video_info_from_caps(&info, caps.get()));
+  GstVideoFrame picture;
+  ASSERT_TRUE(gst_video_frame_map(&picture, &info, out.get(), GST_MAP_READ));
+  const auto* second = static_cast<const uint8_t*>(GST_VIDEO_FRAME_PLANE_DATA(&picture, 0)) +
+                       GST_VIDEO_FRAME_PLANE_STRIDE(&picture, 0);
+  EXPECT_EQ(GST_VIDEO_FRAME_PLANE_STRIDE(&picture, 0), 12);
+  EXPECT_EQ(Bytes(second, second + 12), Bytes(camera.begin(), camera.begin() + 12));
+  gst_video_frame_unmap(&picture);
 }
 
 }  // namespace
