@@ -43,15 +43,8 @@ const Format* find(std::string_view name) {
 class DirectVideo {
  public:
   explicit DirectVideo(const weir::Options& options) {
-    const auto name = options.get("option1");
-    if (!name || name->empty()) return;
-    chosen_ = find(*name);
-    if (chosen_) return;
-    std::string names;
-    for (const auto& format : kFormats)
-      names += (names.empty() ? "" : ", ") + std::string(format.name);
-    throw Failure({Code::OPTION_VALUE, "mode=direct_video does not make this format",
-                   "option1=" + std::string(*name), "one of: " + names, "", "option1=RGB"});
+    wanted_ = options.get("option1").value_or("");
+    chosen_ = find(wanted_);
   }
 
   void configure(std::span<const weir_tensor_info> inputs, weir::DecoderOutput& output) {
@@ -74,6 +67,7 @@ class DirectVideo {
                      "one picture", "", ""});
     const weir_tensor& tensor = frame.tensors[0];
     const Layout layout = layout_of(tensor.info);
+    tell_if_not_as_wanted(*layout.format);
     const size_t row =
         static_cast<size_t>(layout.width * layout.format->channels) * layout.format->bytes;
     const size_t stride = (row + 3) / 4 * 4, height = static_cast<size_t>(layout.height);
@@ -120,7 +114,24 @@ class DirectVideo {
     return {format, width, height};
   }
 
+  // Pipelines with such an option run, as they always did: the log says what they get instead. Not
+  // before the first frame, for the host opens and configures decoders to answer questions too.
+  void tell_if_not_as_wanted(const Format& made) {
+    if (told_ || wanted_.empty() || chosen_ == &made) return;
+    told_ = true;
+    std::string names;
+    for (const auto& format : kFormats)
+      if (format.channels == made.channels && format.bytes == made.bytes)
+        names += (names.empty() ? "" : ", ") + std::string(format.name);
+    const std::string text = "mode=direct_video makes " + std::string(made.name) +
+                             " and not option1=" + wanted_ +
+                             ", for this tensor can be one of: " + names;
+    weir::module_host->log(WEIR_LOG_ERROR, "direct_video", text.c_str());
+  }
+
+  std::string wanted_;
   const Format* chosen_ = nullptr;
+  bool told_ = false;
 };
 
 }  // namespace

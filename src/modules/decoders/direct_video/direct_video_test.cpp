@@ -31,7 +31,6 @@ TEST(DirectVideo, TakesTheFormatOfOption1WhereItFits) {
   for (const char* format : {"GRAY16_LE", "GRAY16_BE"})
     EXPECT_SAYS(shown<uint16_t>(format, "1:4:2", 8, ElementType::UInt16).sink.caps, format);
   EXPECT_SAYS(shown("bgr", "3:4:2", 24).sink.caps, "(string)BGR,") << "case does not count";
-  EXPECT_SAYS(shown("RGBA", "3:4:2", 24).sink.caps, "(string)RGB,") << "another number of channels";
 }
 
 TEST(DirectVideo, SharesRowsThatNeedNoPadding) {
@@ -63,11 +62,52 @@ TEST(DirectVideo, RefusesWhatIsNoPicture) {
   EXPECT_SAYS(shown<uint16_t>("", "3:4:2", 24, ElementType::UInt16).error, "takes one picture");
 }
 
-TEST(DirectVideo, RefusesAFormatThatItDoesNotMake) {
-  const auto error = shown("YUY2", "3:4:2", 24).error;
-  EXPECT_SAYS(error, "WEIR-1004");
-  EXPECT_SAYS(error, "option1=YUY2");
-  EXPECT_SAYS(error, "GRAY16_BE");
+// Into `lines` until the scope ends.
+struct LogCapture {
+  LogCapture() {
+    lines.clear();
+    infer::set_log_function([](int level, const char* module, const char* text) {
+      lines.push_back(std::to_string(level) + " " + module + ": " + text);
+    });
+  }
+  ~LogCapture() { infer::set_log_function(nullptr); }
+  static inline std::vector<std::string> lines;
+};
+
+TEST(DirectVideo, SaysThatAFormatIsNotToBeHad) {
+  const LogCapture log;
+  EXPECT_SAYS(shown("YUY2", "3:4:2", 24).sink.caps, "(string)RGB,");
+  EXPECT_SAYS(shown("RGBA", "1:4:2", 8).sink.caps, "(string)GRAY8,");
+  EXPECT_EQ(shown("RGB", "3:4:2", 24).error, "");
+  ASSERT_EQ(log.lines.size(), 2u);
+  EXPECT_EQ(log.lines[0],
+            "1 direct_video: mode=direct_video makes RGB and not option1=YUY2, for this tensor can "
+            "be one of: RGB, BGR");
+  EXPECT_SAYS(log.lines[1],
+              "makes GRAY8 and not option1=RGBA, for this tensor can be one of: GRAY8");
+}
+
+TEST(DirectVideo, SaysSoOncePerStream) {
+  const LogCapture log;
+  infer::ModuleLibrary library;
+  const auto type = library.decoder("direct_video");
+  ASSERT_TRUE(type);
+  const auto decoder = infer::Decoder::open(**type, {{"option1", "YUY2"}});
+  ASSERT_TRUE(decoder);
+  Bytes pixels(24);
+  weir_tensor tensor{};
+  tensor.data = pixels.data();
+  tensor.bytes = tensor.capacity = pixels.size();
+  tensor.info = Tensor<uint8_t>{ElementType::UInt8, "3:4:2", {}}.info();
+  weir_frame frame{};
+  frame.struct_size = sizeof frame;
+  frame.n_tensors = 1;
+  frame.tensors = &tensor;
+  MemorySink sink;
+  ASSERT_TRUE((*decoder)->configure({tensor.info}, &sink));
+  EXPECT_TRUE(log.lines.empty()) << "hosts configure decoders to answer questions";
+  for (int i = 0; i < 3; ++i) ASSERT_TRUE((*decoder)->decode(frame, &sink));
+  EXPECT_EQ(log.lines.size(), 1u);
 }
 
 TEST(DirectVideo, RefusesAFrameOfAnotherSize) {
