@@ -1,11 +1,13 @@
 // tensor_decoder: the results of a network become labels, pictures or bytes.
 #include <array>
+#include <cstring>
 #include <memory>
 
 #include "core/infer/decoder.hpp"
 #include "core/infer/module_library.hpp"
 #include "elements/tensor_decoder/buffer_sink.hpp"
 #include "gstcpp/base_classes.hpp"
+#include "gstcpp/property_file.hpp"
 #include "gstcpp/tensor_caps.hpp"
 
 namespace weir {
@@ -41,6 +43,8 @@ class TensorDecoder : public gst::Element<TensorDecoder, gst::BaseTransform> {
     std::string mode;
     std::optional<std::string> option1, option2, option3, option4, option5, option6, option7,
         option8, option9;
+    std::string config_file;
+    Status config_status = ok();  // of reading it; told when the stream starts
   };
   std::string sub_plugins() const {
     std::string out;
@@ -61,11 +65,21 @@ class TensorDecoder : public gst::Element<TensorDecoder, gst::BaseTransform> {
       gst::Property{"option7", &Settings::option7, kOption},
       gst::Property{"option8", &Settings::option8, kOption},
       gst::Property{"option9", &Settings::option9, kOption},
+      gst::Property{"config-file", &Settings::config_file,
+                    "File with lines of property=value, read when this is set"},
       gst::ReadOnly{"sub-plugins", &TensorDecoder::sub_plugins, "Decoders that are installed"},
   };
 
+  void property_changed(const char* name) {
+    if (std::strcmp(name, "config-file") != 0) return;
+    const std::string path = settings().config_file;
+    Status status = path.empty() ? ok() : gst::set_properties_from_file(G_OBJECT(element()), path);
+    change_settings([&](Settings& s) { s.config_status = std::move(status); });
+  }
+
   Status start() {
     ledger_.reset();
+    if (const Status status = settings().config_status; !status) return status;
     auto decoder = open();
     if (!decoder) return decoder.error();
     auto probe = open();

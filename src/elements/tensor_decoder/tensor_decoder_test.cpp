@@ -3,6 +3,7 @@
 #include <fstream>
 
 #include "elements/tensor_decoder/decoder_harness.hpp"
+#include "gstcpp/property_file.hpp"
 
 namespace weir::testing_tensor_decoder {
 namespace {
@@ -131,6 +132,72 @@ TEST(TensorDecoder, GuessesTheModeThatWasMeant) {
 
 TEST(TensorDecoder, RefusesAFrameOfTheWrongSize) {
   EXPECT_SAYS(error_of("mode=octet_stream", tensor("uint8", "4"), Bytes(3)), "WEIR-2004");
+}
+
+std::string property_file(const std::string& text) {
+  return "config-file=" + label_file(text, "weir-tensor-decoder.conf");
+}
+std::string property(const Harness& h, const char* name) {
+  const auto e = Ref<GstElement>::adopt(gst_harness_find_element(h.get(), "tensor_decoder"));
+  GValue value = G_VALUE_INIT;
+  g_object_get_property(G_OBJECT(e.get()), name, &value);
+  const weir::gst::UniqueText text{gst_value_serialize(&value)};
+  g_value_unset(&value);
+  return text ? text.get() : "NULL";
+}
+
+TEST(TensorDecoder, ReadsItsPropertiesFromAFile) {
+  auto h = harness(property_file("mode = direct_video\n option1=BGR\nsilent=FALSE\nno-such=1\n"
+                                 "sub-plugins=none\nconfig-file=/nowhere\na remark\n"),
+                   tensor("uint8", "3:4:2"));
+  EXPECT_EQ(decoded(h, frame(Bytes(24, 1))).size(), 24u);
+  EXPECT_SAYS(caps_text(h), "format=(string)BGR");
+  EXPECT_EQ(property(h, "silent"), "false");
+  EXPECT_EQ(property(h, "option2"), "NULL");
+}
+
+TEST(TensorDecoder, LetsWhatIsSetLaterWin) {
+  auto later = harness(property_file("mode=direct_video\noption1=BGR\n") + " option1=RGB",
+                       tensor("uint8", "3:4:2"));
+  EXPECT_EQ(property(later, "option1"), "RGB");
+  auto earlier = harness("option1=RGB " + property_file("mode=direct_video\noption1=BGR\n"),
+                         tensor("uint8", "3:4:2"));
+  EXPECT_EQ(property(earlier, "option1"), "BGR");
+}
+
+TEST(PropertyFile, SetsEachTypeByItsOwnRule) {
+  const auto value_of = [](GstElement* element, const char* name) {
+    GValue value = G_VALUE_INIT;
+    g_object_get_property(G_OBJECT(element), name, &value);
+    const weir::gst::UniqueText text{gst_value_serialize(&value)};
+    g_value_unset(&value);
+    return std::string(text.get());
+  };
+  const std::string path = label_file(
+      "max-size-buffers=7 frames\nmax-size-time=5000000000\nsilent=True\nflush-on-eos=yes\n"
+      "leaky=downstream\nerror-after=-1x\ndrop-probability=0.25\n",
+      "weir-properties.conf");
+  const auto make = [](const char* name) {
+    return Ref<GstElement>::adopt(
+        GST_ELEMENT(gst_object_ref_sink(gst_element_factory_make(name, nullptr))));
+  };
+  const auto queue = make("queue"), identity = make("identity");
+  ASSERT_TRUE(weir::gst::set_properties_from_file(G_OBJECT(queue.get()), path));
+  ASSERT_TRUE(weir::gst::set_properties_from_file(G_OBJECT(identity.get()), path));
+  EXPECT_EQ(value_of(queue.get(), "max-size-buffers"), "7");
+  EXPECT_EQ(value_of(queue.get(), "max-size-time"), "5000000000");
+  EXPECT_EQ(value_of(queue.get(), "silent"), "true");
+  EXPECT_EQ(value_of(queue.get(), "flush-on-eos"), "false") << "only true is true";
+  EXPECT_EQ(value_of(queue.get(), "leaky"), "downstream");
+  EXPECT_EQ(value_of(identity.get(), "error-after"), "-1");
+  EXPECT_EQ(value_of(identity.get(), "drop-probability"), "0.25");
+}
+
+TEST(TensorDecoder, SaysWhichPropertyFileIsMissing) {
+  const std::string said = error_of("mode=octet_stream config-file=/nowhere/weir.conf");
+  EXPECT_SAYS(said, "WEIR-4001: the file of properties cannot be read");
+  EXPECT_SAYS(said, "config-file=/nowhere/weir.conf");
+  EXPECT_SAYS(said, "lines of property=value");
 }
 
 TEST(TensorDecoder, ListsItsDecoders) {

@@ -1,0 +1,61 @@
+// Setting properties by text, with the rules of the specification for each type.
+#include "gstcpp/property_file.hpp"
+
+#include <cstdlib>
+
+#include "core/text/property_file.hpp"
+#include "core/text/text.hpp"
+#include "gstcpp/ref.hpp"
+
+namespace weir::gst {
+namespace {
+
+void set_by_text(GObject* object, const GParamSpec* property, const std::string& text) {
+  const char* name = property->name;
+  switch (G_TYPE_FUNDAMENTAL(property->value_type)) {
+    case G_TYPE_BOOLEAN:
+      g_object_set(object, name, gboolean{equal_ignoring_case(text, "true")}, nullptr);
+      return;
+    case G_TYPE_INT:
+    case G_TYPE_UINT:
+      g_object_set(object, name, std::atoi(text.c_str()), nullptr);
+      return;
+    case G_TYPE_INT64:
+    case G_TYPE_UINT64:
+      g_object_set(object, name, gint64{g_ascii_strtoll(text.c_str(), nullptr, 10)}, nullptr);
+      return;
+    case G_TYPE_FLOAT:
+    case G_TYPE_DOUBLE:
+      g_object_set(object, name, g_ascii_strtod(text.c_str(), nullptr), nullptr);
+      return;
+    case G_TYPE_STRING:
+      g_object_set(object, name, text.c_str(), nullptr);
+      return;
+    default:
+      gst_util_set_object_arg(object, name, text.c_str());
+  }
+}
+
+}  // namespace
+
+Status set_properties_from_file(GObject* object, const std::string& path) {
+  gchar* raw = nullptr;
+  gsize size = 0;
+  if (!g_file_get_contents(path.c_str(), &raw, &size, nullptr))
+    return Error{Code::FILE_NOT_FOUND,
+                 "the file of properties cannot be read",
+                 "config-file=" + path,
+                 "a text file with lines of property=value",
+                 "",
+                 "config-file=/path/to/properties.conf"};
+  const UniqueText text{raw};
+  for (const auto& [key, value] : parse_property_file({text.get(), size})) {
+    const GParamSpec* property =
+        g_object_class_find_property(G_OBJECT_GET_CLASS(object), std::string(key).c_str());
+    const bool writable = property && (property->flags & G_PARAM_WRITABLE) != 0;
+    if (writable && key != "config-file") set_by_text(object, property, std::string(value));
+  }
+  return ok();
+}
+
+}  // namespace weir::gst
