@@ -1,8 +1,8 @@
 #!/usr/bin/python3
 """Counts the test cases of Meson's last test run and prints `N passed, N failed`.
 
-tools/count-tests.py BUILD STATUS, where STATUS is what `meson test` returned. GoogleTest programs count by
-their cases, others as one. A program that failed though no case of it did (it crashed, it leaked, it ran
+tools/count-tests.py BUILD STATUS, where STATUS is what `meson test` returned. GoogleTest and TAP programs
+count by their cases, others as one. A program that failed though no case of it did (it crashed, it leaked, it ran
 out of time) counts as one failure more.
 """
 
@@ -22,7 +22,7 @@ def read_programs(log):
 
 
 def read_suites(log):
-    """The suites of GoogleTest cases; Meson names them PROJECT.PROGRAM.SUITE."""
+    """The suites of cases; Meson names those of GoogleTest PROJECT.PROGRAM.SUITE, that of TAP PROJECT.PROGRAM."""
     if not log.exists():
         return []
     return [s for s in ElementTree.parse(log).getroot().iter("testsuite") if "." in s.get("name")]
@@ -38,11 +38,11 @@ def result_of(case):
 
 def count_program(program, suites, counts):
     name, result = program["name"], program["result"]
-    cases = [(s, c) for s in suites if f".{name}." in s.get("name") for c in s.iter("testcase")]
+    suites = [s for s in suites if f".{name}." in f"{s.get('name')}."]
+    cases = [(s.get("name").partition(f".{name}")[2].lstrip("."), c) for s in suites for c in s.iter("testcase")]
     before = len(counts["failed"])
     for suite, case in cases:
-        suite_name = suite.get("name").rsplit(".", 1)[1]
-        counts[result_of(case)].append(f"{name}: {suite_name}.{case.get('name')}")
+        counts[result_of(case)].append(f"{name}: {suite}{'.' if suite else ''}{case.get('name')}")
     if result not in GOOD | {"SKIP"}:
         if len(counts["failed"]) == before:
             why = ", though none of its cases did" if cases else ""

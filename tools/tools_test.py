@@ -260,6 +260,13 @@ class CountTests(unittest.TestCase):
         log = ['{"name": "weir:core / core", "result": "OK"}', '{"name": "weir / plain", "result": "OK"}']
         self.assertEqual(self.count(log, self.CASES, "0"), (0, ["1 skipped", "2 passed, 0 failed"]))
 
+    def test_counts_cases_of_tap_programs(self):
+        log = ['{"name": "weir:apps / weir", "result": "FAIL"}']
+        cases = ('<testsuite name="weir.weir:apps / weir"><testcase name="1 Run.a"/>'
+                 '<testcase name="2 Run.b"><failure/></testcase></testsuite>')
+        status, lines = self.count(log, cases, "1")
+        self.assertEqual((status, lines), (1, ["FAILED weir:apps / weir: 2 Run.b", "1 passed, 1 failed"]))
+
     def test_a_program_that_fails_after_its_cases_passed_is_a_failure(self):
         log = ['{"name": "weir:core / core", "result": "FAIL"}']
         status, lines = self.count(log, self.CASES, "1")

@@ -13,6 +13,8 @@ import subprocess
 import tempfile
 import unittest
 
+import tap_runner
+
 SOURCE = pathlib.Path(os.environ["WEIR_SOURCE"])
 SHARED = pathlib.Path(os.environ.get("WEIR_DATA") or SOURCE / ".." / "shared")
 WEIR = os.environ["WEIR_COMMAND"]
@@ -117,4 +119,4 @@ class Demo(unittest.TestCase):
 
 
 if __name__ == "__main__":
-    unittest.main()
+    tap_runner.main()

@@ -14,6 +14,7 @@ SOURCE = pathlib.Path(os.environ["WEIR_SOURCE"])
 sys.path.insert(0, str(SOURCE / "tools"))
 
 from demos.score import Score, clock_text  # noqa: E402
+import tap_runner  # noqa: E402
 
 
 class ScoreTest(unittest.TestCase):
@@ -66,4 +67,4 @@ class DemoTest(unittest.TestCase):
 
 
 if __name__ == "__main__":
-    unittest.main()
+    tap_runner.main()

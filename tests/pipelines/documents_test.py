@@ -8,6 +8,8 @@ import subprocess
 import sys
 import unittest
 
+import tap_runner
+
 SOURCE = pathlib.Path(os.environ["WEIR_SOURCE"])
 SECONDS = 120
 LEAKED = r"object-alive, type-name=\(string\)\w+"  # the leaks tracer of the environment, at the end
@@ -79,4 +81,4 @@ class Documents(unittest.TestCase):
 
 
 if __name__ == "__main__":
-    unittest.main()
+    tap_runner.main()
