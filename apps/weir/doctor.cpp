@@ -74,6 +74,15 @@ void print_conflicts(const PluginFacts& facts) {
                 conflict.file.c_str(), conflict.reason.c_str(), conflict.fix.c_str());
 }
 
+void print_modules() {
+  std::printf("\nDecoders\n ");
+  const auto decoders = infer::ModuleLibrary::instance().decoder_names();
+  for (const auto& decoder : decoders) std::printf(" %s", decoder.c_str());
+  std::printf("%s\n\nFolders of modules\n", decoders.empty() ? " none" : "");
+  for (const auto& folder : infer::ModuleLibrary::search_path())
+    std::printf("  %s\n", folder.c_str());
+}
+
 void print_engines(const std::vector<EngineFact>& engines) {
   std::vector<std::vector<std::string>> rows{{"engine", "state", "version", "files", "place"}};
   std::string unavailable, details;
@@ -92,9 +101,7 @@ void print_engines(const std::vector<EngineFact>& engines) {
   std::printf("\nEngines\n%s", table(rows, "  ").c_str());
   if (!unavailable.empty())
     std::printf("  known by name, no module in this version: %s\n", unavailable.c_str());
-  std::printf("  modules are looked for in:");
-  for (const auto& folder : infer::ModuleLibrary::search_path()) std::printf(" %s", folder.c_str());
-  std::printf("\n\nMissing\n%s", details.empty() ? "  nothing\n" : details.c_str());
+  std::printf("\nMissing\n%s", details.empty() ? "  nothing\n" : details.c_str());
 }
 
 }  // namespace
@@ -108,10 +115,12 @@ int doctor(bool json) {
     document["module_path"] = infer::ModuleLibrary::search_path();
     document["engines"] = Json::array();
     for (const auto& engine : engines) document["engines"].push_back(to_json(engine));
+    document["decoders"] = infer::ModuleLibrary::instance().decoder_names();
     print(document);
   } else {
     print_plugin(plugin);
     print_conflicts(plugin);
+    print_modules();
     print_engines(engines);
   }
   return plugin.found ? kExitGood : kExitError;

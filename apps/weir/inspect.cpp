@@ -11,6 +11,7 @@
 #include "engine_facts.hpp"
 #include "launch_line.hpp"
 #include "model_card.hpp"
+#include "model_description.hpp"
 #include "report.hpp"
 
 namespace weir::app {
@@ -132,6 +133,7 @@ Json to_json(const Inspected& found, const LaunchLine& line, const Result<card::
   }
   out["card"] = card ? app::to_json(*card, found.model) : Json(nullptr);
   if (!card) out["no_card"] = app::to_json(card.error());
+  out.update(model_description(*found.opened));
   out["launch"] = line.command;
   out["notes"] = line.notes;
   return out;
@@ -168,6 +170,7 @@ void print_text(const Inspected& found, const LaunchLine& line, const Result<car
   print_tensors("Inputs", found.opened->inputs());
   print_tensors("Outputs", found.opened->outputs());
   print_card(card);
+  std::fputs(description_text(model_description(*found.opened)).c_str(), stdout);
   std::printf("\nTo run it\n  %s\n", line.command.c_str());
   for (const auto& note : line.notes) std::printf("  note: %s\n", note.c_str());
 }
@@ -177,8 +180,10 @@ void print_text(const Inspected& found, const LaunchLine& line, const Result<car
 int inspect(const InspectOptions& options) {
   const auto found = open(options);
   if (!found) return report(found.error(), options.json);
-  const auto line = launch_line(found->model, found->framework, found->opened->inputs());
   const auto card = card_of(found->model, *found->opened);
+  const std::string preparation = card ? card::preparation(card->inputs[0]) : "";
+  const auto line =
+      launch_line(found->model, found->framework, found->opened->inputs(), preparation);
   if (options.json)
     print(to_json(*found, line, card));
   else

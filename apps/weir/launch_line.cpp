@@ -113,18 +113,22 @@ std::string type_name(const weir_tensor_info& info) {
 }
 
 LaunchLine launch_line(const std::string& model, const std::string& framework,
-                       const std::vector<weir_tensor_info>& inputs) {
+                       const std::vector<weir_tensor_info>& inputs,
+                       const std::string& preparation) {
   LaunchLine out;
   const auto picture = picture_of(inputs);
+  const bool prepared = picture && picture->batch == 1 && !preparation.empty();
   const std::string source =
-      picture ? picture_source(*picture, static_cast<ElementType>(inputs[0].type))
-              : bytes_source(inputs);
+      prepared  ? "videotestsrc num-buffers=" + std::to_string(kFrames) + " ! " + preparation
+      : picture ? picture_source(*picture, static_cast<ElementType>(inputs[0].type))
+                : bytes_source(inputs);
   out.command = "gst-launch-1.0 " + source + " ! tensor_filter";
   if (!framework.empty()) out.command += " framework=" + launch_value(framework);
   out.command += " model=" + launch_value(model) + " ! fakesink";
   if (std::any_of(inputs.begin(), inputs.end(), is_open))
     out.notes.push_back("the model leaves sizes open; the line chose some");
-  if (picture && inputs[0].type != WEIR_UINT8)
+  if (!picture) out.notes.push_back("the line feeds zeros; a model may need other values to run");
+  if (picture && !prepared && inputs[0].type != WEIR_UINT8)
     out.notes.push_back(
         "how pixels become numbers is the model's matter (its card); the line only makes the type"
         " fit");

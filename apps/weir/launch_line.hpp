@@ -17,8 +17,9 @@ std::string caps_order(const weir_tensor_info& info);
 // "float32", or "?" when the stream decides.
 std::string type_name(const weir_tensor_info& info);
 
-// `framework` is put into the line when it is not empty.
+// `framework` is put into the line when it is not empty. `preparation` is what a card says of
+// pictures, the elements between a video stream and tensor_filter; "" when there is no card.
 LaunchLine launch_line(const std::string& model, const std::string& framework,
-                       const std::vector<weir_tensor_info>& inputs);
+                       const std::vector<weir_tensor_info>& inputs, const std::string& preparation);
 
 }  // namespace weir::app

@@ -6,8 +6,6 @@
 #include <algorithm>
 #include <csignal>
 
-#include "core/text/text.hpp"
-
 namespace weir::app {
 namespace {
 
@@ -47,75 +45,11 @@ Complaint complaint_of(GstMessage* message) {
   return out;
 }
 
-std::string nearest_element(const std::string& word) {
-  std::vector<std::string> names;
-  GList* list = gst_registry_get_feature_list(gst_registry_get(), GST_TYPE_ELEMENT_FACTORY);
-  for (GList* item = list; item; item = item->next)
-    names.push_back(text_of(gst_plugin_feature_get_name(GST_PLUGIN_FEATURE(item->data))));
-  gst_plugin_feature_list_free(list);
-  return nearest(word, names);
-}
-
-Error parse_error(const std::string& text, const GError* error, GstParseContext* context) {
-  Error out{Code::OPTION_SYNTAX, "the pipeline cannot be read", text, "", "", ""};
-  out.difference = error ? text_of(error->message) : "GStreamer gives no reason";
-  char** missing = gst_parse_context_get_missing_elements(context);
-  if (missing && missing[0]) {
-    const std::string name = missing[0];
-    const std::string close = nearest_element(name);
-    out.what = "the pipeline has an element that is not installed";
-    out.needed = "an element that gst-inspect-1.0 lists";
-    out.difference = "no element \"" + name + "\"";
-    out.fix = close.empty() ? "weir doctor" : close + " in place of " + name + ", or weir doctor";
-  }
-  g_strfreev(missing);
-  return out;
-}
-
-GstElement* parse_words(const std::vector<std::string>& words, GstParseContext* context,
-                        GError** error) {
-  if (words.size() == 1)
-    return gst_parse_launch_full(words[0].c_str(), context, GST_PARSE_FLAG_FATAL_ERRORS, error);
-  std::vector<const char*> arguments;
-  for (const auto& word : words) arguments.push_back(word.c_str());
-  arguments.push_back(nullptr);
-  return gst_parse_launchv_full(arguments.data(), context, GST_PARSE_FLAG_FATAL_ERRORS, error);
-}
-
-// What the parser returned, floating, in a pipeline: a lone element comes without one.
-GstElement* in_pipeline(GstElement* parsed) {
-  if (GST_IS_PIPELINE(parsed)) return GST_ELEMENT(gst_object_ref_sink(parsed));
-  GstElement* pipeline = GST_ELEMENT(gst_object_ref_sink(gst_pipeline_new(nullptr)));
-  gst_bin_add(GST_BIN(pipeline), parsed);
-  return pipeline;
-}
-
 }  // namespace
 
-Result<std::unique_ptr<PipelineRun>> PipelineRun::parse(const std::vector<std::string>& words) {
-  std::string text;
-  for (const auto& word : words) text += (text.empty() ? "" : " ") + word;
-  if (strip(text).empty())
-    return Error{Code::OPTION_SYNTAX,
-                 "the pipeline is empty",
-                 "\"" + text + "\"",
-                 "elements with ! between them",
-                 "",
-                 "weir run 'videotestsrc num-buffers=30 ! fakesink'"};
-  gst::Unique<GstParseContext, gst_parse_context_free> context(gst_parse_context_new());
-  GError* error = nullptr;
-  GstElement* parsed = parse_words(words, context.get(), &error);
-  if (!parsed || error) {
-    if (parsed) gst_object_unref(gst_object_ref_sink(parsed));
-    auto failure = parse_error(text, error, context.get());
-    g_clear_error(&error);
-    return failure;
-  }
-  return std::unique_ptr<PipelineRun>(new PipelineRun(in_pipeline(parsed)));
-}
-
-PipelineRun::PipelineRun(GstElement* pipeline)
-    : pipeline_(gst::Ref<GstElement>::adopt(pipeline)), loop_(g_main_loop_new(nullptr, FALSE)) {
+PipelineRun::PipelineRun(gst::Ref<GstElement> read)
+    : pipeline_(std::move(read)), loop_(g_main_loop_new(nullptr, FALSE)) {
+  GstElement* pipeline = pipeline_.get();
   g_signal_connect(pipeline, "deep-element-added",
                    G_CALLBACK(+[](GstBin*, GstBin*, GstElement* element, gpointer self) {
                      static_cast<PipelineRun*>(self)->count_at(element);

@@ -11,7 +11,6 @@
 #include <vector>
 
 #include "gstcpp/ref.hpp"
-#include "weir/result.hpp"
 
 namespace weir::app {
 
@@ -33,8 +32,8 @@ struct SinkCount {
 
 class PipelineRun {
  public:
-  // The pipeline, or why its description cannot be read.
-  static Result<std::unique_ptr<PipelineRun>> parse(const std::vector<std::string>& words);
+  // Takes a GstPipeline in state NULL.
+  explicit PipelineRun(gst::Ref<GstElement> read);
   ~PipelineRun();
   PipelineRun(const PipelineRun&) = delete;
   PipelineRun& operator=(const PipelineRun&) = delete;
@@ -53,7 +52,6 @@ class PipelineRun {
   const std::vector<Complaint>& warnings() const noexcept { return warnings_; }
 
  private:
-  explicit PipelineRun(GstElement* pipeline);
   void count_at(GstElement* element);
   void on_message(GstMessage* message);
   void on_signal();

@@ -19,6 +19,10 @@ bool is_plain(std::string_view text) {
   return !text.empty() && text.find_first_not_of(kPlain) == std::string_view::npos;
 }
 
+bool is_control(char c) {
+  return static_cast<unsigned char>(c) < ' ' || c == '\x7f';
+}
+
 // Characters, not bytes, so that names in any script keep the columns straight.
 size_t width_of(const std::string& text) {
   return static_cast<size_t>(
@@ -53,7 +57,9 @@ int report(const Error& error, bool json) {
   return kExitError;
 }
 
-std::string table(const std::vector<std::vector<std::string>>& rows, std::string_view indent) {
+std::string table(std::vector<std::vector<std::string>> rows, std::string_view indent) {
+  for (auto& row : rows)
+    for (auto& cell : row) std::replace_if(cell.begin(), cell.end(), is_control, ' ');
   std::vector<size_t> widths;
   std::vector<bool> numbers;
   for (size_t r = 0; r < rows.size(); ++r) {

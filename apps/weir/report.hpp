@@ -19,8 +19,8 @@ void print(const Json& document);
 int report(const Error& error, bool json);
 
 // Columns as wide as their longest cell; a column whose cells are all numbers goes to the right.
-// The first row is the heading.
-std::string table(const std::vector<std::vector<std::string>>& rows, std::string_view indent);
+// The first row is the heading. Control characters, which names in files may have, become blanks.
+std::string table(std::vector<std::vector<std::string>> rows, std::string_view indent);
 
 // One word of a POSIX shell's command line, quoted only where needed.
 std::string shell_word(std::string_view text);

@@ -7,6 +7,7 @@
 #include "commands.hpp"
 #include "ledger_table.hpp"
 #include "pipeline_run.hpp"
+#include "pipeline_text.hpp"
 #include "report.hpp"
 
 namespace weir::app {
@@ -128,9 +129,9 @@ void print_json(const PipelineRun& run, Ending ending) {
 }  // namespace
 
 int run(const RunOptions& options) {
-  auto parsed = PipelineRun::parse(options.pipeline);
-  if (!parsed) return report(parsed.error(), options.json);
-  PipelineRun& pipeline = **parsed;
+  auto read = read_pipeline(options.pipeline);
+  if (!read) return report(read.error(), options.json);
+  PipelineRun pipeline(*std::move(read));
   ProgressLine line;
   const Ending ending = pipeline.play([&line](const PipelineRun& run) { line.show(run); },
                                       [&line](const std::string& text) { line.say(text); });

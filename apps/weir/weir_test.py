@@ -1,42 +1,16 @@
 #!/usr/bin/python3
-"""The command `weir` as people and programs use it."""
+"""The command `weir`, `weir doctor` and `weir inspect` as people and programs use them."""
 
 import json
 import os
 import pathlib
 import re
 import shutil
-import signal
 import subprocess
-import tempfile
 import unittest
 
-COMMAND = os.environ["WEIR_COMMAND"]
-PLUGIN = pathlib.Path(os.environ["WEIR_PLUGIN"])
-SOURCE = pathlib.Path(os.environ["WEIR_SOURCE"])
-DECOY = pathlib.Path(os.environ["WEIR_DECOY"])
-MODEL = SOURCE / "models" / "clock_digits.onnx"
-HAS_ONNX = "onnxruntime" in os.environ["WEIR_MODULE_PATH"]
-
-
-def weir(*words, **environment):
-    return subprocess.run([COMMAND, *map(str, words)], env={**os.environ, **environment}, cwd=SOURCE, timeout=60,
-                          text=True, capture_output=True, stdin=subprocess.DEVNULL)
-
-
-class Case(unittest.TestCase):
-    def setUp(self):
-        self.folder = pathlib.Path(tempfile.mkdtemp())
-        self.addCleanup(shutil.rmtree, self.folder)
-
-    def good(self, done):
-        self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
-        return done.stdout
-
-    def refused(self, done, code, *said):
-        self.assertEqual(done.returncode, code, done.stdout + done.stderr)
-        for words in said:
-            self.assertIn(words, done.stdout + done.stderr)
+import tap_runner
+from weir_case import DECOY, HAS_ONNX, MODEL, PLUGIN, SOURCE, Case, weir
 
 
 class Usage(Case):
@@ -63,6 +37,21 @@ class Doctor(Case):
         said = self.good(weir("doctor"))
         for words in ("GStreamer 1.", str(PLUGIN), "tensor_filter", "Conflicts\n  none", "Engines"):
             self.assertIn(words, said)
+        self.assertRegex(said, r"fake +usable +1 +\S*/libweir-engine-fake.so\n")
+        self.assertIn("Decoders\n  direct_video image_labeling octet_stream\n", said)
+        for folder in os.environ["WEIR_MODULE_PATH"].split(":"):
+            self.assertIn(f"\n  {folder}\n", said)
+
+    @unittest.skipUnless(HAS_ONNX, "the engine onnxruntime is not built")
+    def test_an_engine_comes_with_the_version_and_place_of_its_library(self):
+        engines = {e["name"]: e for e in json.loads(self.good(weir("doctor", "--json")))["engines"]}
+        onnx = engines["onnxruntime"]
+        self.assertEqual(onnx["state"], "usable")
+        self.assertRegex(onnx["version"], r"^1\.\d+\.\d+$")
+        self.assertTrue(pathlib.Path(onnx["library"]).is_file())
+        self.assertTrue(pathlib.Path(onnx["module"]).is_file())
+        self.assertRegex(self.good(weir("doctor")),
+                         rf"onnxruntime +usable +{onnx['version']} +onnx +{re.escape(onnx['library'])}\n")
 
     def test_json(self):
         told = json.loads(self.good(weir("doctor", "--json")))
@@ -91,6 +80,16 @@ class Doctor(Case):
                     GST_REGISTRY=str(self.folder / "registry"))
         self.refused(done, 1, "not found", str(self.folder), "make install")
 
+    def test_a_plugin_that_cannot_be_loaded_is_an_error_with_its_reason(self):
+        (self.folder / PLUGIN.name).write_text("no plug-in")
+        paths = {"GST_PLUGIN_PATH": str(self.folder), "GST_PLUGIN_SYSTEM_PATH_1_0": str(self.folder),
+                 "GST_REGISTRY": str(self.folder / "registry")}
+        self.refused(weir("doctor", **paths), 1, f"cannot be loaded: {self.folder / PLUGIN.name}", "reason: ")
+        done = weir("doctor", "--json", **paths)
+        told = json.loads(done.stdout)
+        self.assertEqual((done.returncode, told["usable"], told["plugin"]["found"]), (1, False, False))
+        self.assertIn("file too short", told["plugin"]["load_error"])
+
     def test_a_second_copy_is_a_conflict(self):
         copy = pathlib.Path(shutil.copy(PLUGIN, self.folder))
         said = self.good(weir("doctor", GST_PLUGIN_PATH=f"{PLUGIN.parent}:{self.folder}",
@@ -99,15 +98,22 @@ class Doctor(Case):
         self.assertIn(str(copy), said)
 
     def test_another_plugin_with_the_same_elements_is_a_conflict(self):
-        for folders in ((DECOY.parent, PLUGIN.parent), (PLUGIN.parent, DECOY.parent)):
-            done = weir("doctor", "--json", GST_PLUGIN_PATH=":".join(map(str, folders)),
-                        GST_REGISTRY=str(self.folder / f"registry-{folders[0].name}"))
-            conflicts = json.loads(done.stdout)["conflicts"]
-            if "decoy" in {e["plugin"] for e in json.loads(done.stdout)["elements"]}:
-                self.assertEqual([(c["plugin"], c["file"]) for c in conflicts], [("decoy", str(DECOY))])
-                self.assertIn("GStreamer takes tensor_filter from it, not from Weir", conflicts[0]["reason"])
-                return
-        self.fail("GStreamer took the decoy's element in no order: " + done.stdout)
+        def conflicts(*folders):
+            """By the plug-in that tensor_filter comes from: the one that GStreamer reads last."""
+            path = ":".join(str(folder) for folder in folders)
+            variables = {"GST_PLUGIN_PATH": path, "GST_REGISTRY": str(self.folder / f"registry-{folders[0].name}")}
+            told = json.loads(self.good(weir("doctor", "--json", **variables)))
+            owner = {e["name"]: e["plugin"] for e in told["elements"]}["tensor_filter"]
+            return owner, told["conflicts"], self.good(weir("doctor", **variables))
+
+        results = {r[0]: r for r in (conflicts(DECOY.parent, PLUGIN.parent), conflicts(PLUGIN.parent, DECOY.parent))}
+        self.assertEqual(set(results), {"weir", "decoy"})
+        self.assertEqual(results["weir"][1], [])
+        _, found, said = results["decoy"]
+        self.assertEqual([(c["plugin"], c["file"]) for c in found], [("decoy", str(DECOY))])
+        self.assertIn("GStreamer takes tensor_filter from it, not from Weir", found[0]["reason"])
+        for words in (f"plug-in decoy: {DECOY}", found[0]["reason"], "fix: remove the package"):
+            self.assertIn(words, said)
 
 
 class Inspect(Case):
@@ -125,6 +131,9 @@ class Inspect(Case):
         self.assertEqual(told["engine"]["name"], "onnxruntime")
         self.assertIn(".onnx", told["engine"]["reason"])
         self.assertTrue(told["launch"].startswith("gst-launch-1.0 "))
+        self.assertIn("option=typecast:float32,add:-127.5,mul:0.00784313725", told["launch"])  # as its card says
+        self.assertEqual((pathlib.Path(told["card"]["path"]).name, told["notes"]), ("clock_digits.card.json", []))
+        self.assertEqual((told["metadata"]["opset"], told["metadata"].get("model_version")), ({"ai.onnx": 11}, None))
         done = subprocess.run(["bash", "-c", told["launch"]], cwd=SOURCE, capture_output=True, text=True, timeout=60)
         self.assertEqual(done.returncode, 0, told["launch"] + done.stderr)
 
@@ -134,6 +143,71 @@ class Inspect(Case):
         said = self.good(weir("inspect", "-f", "fake", model))
         self.assertIn("--framework fake", said)
         self.assertIn("4:?", said)
+
+    def inspected(self, name):
+        """What is said and told of a model of the engine fake-models, whose line must run."""
+        model = self.folder / name
+        model.write_text("the engine looks at the name alone")
+        told = json.loads(self.good(weir("inspect", "--json", "-f", "fake-models", model)))
+        self.assertIn("framework=fake-models", told["launch"])
+        done = subprocess.run(["bash", "-c", told["launch"]], capture_output=True, text=True, timeout=60)
+        self.assertEqual(done.returncode, 0, told["launch"] + done.stderr)
+        return self.good(weir("inspect", "-f", "fake-models", model)), told
+
+    def test_a_quantised_picture_of_any_size(self):
+        said, told = self.inspected("quantised.bin")
+        self.assertRegex(said, r"0 +picture +uint8 +3:\?:\?:1 +\(1, \?, \?, 3\) +NHWC +0\.0078125 \* \(value - 128\)\n")
+        self.assertRegex(said, r"0 +classes +uint8 +5:1 +\(1, 5\) +none +the value\n")
+        self.assertIn("note: the model leaves sizes open", said)
+        self.assertEqual(told["inputs"][0], {
+            "name": "picture", "type": "uint8", "dimension": "3:?:?:1", "shape": [1, None, None, 3], "layout": "NHWC",
+            "quantisation": {"scale": 0.0078125, "zero_point": 128}})
+        self.assertIsNone(told["outputs"][0]["quantisation"])
+        self.assertEqual(told["engine"]["version"], "3.1")
+
+    def test_what_the_file_says_of_itself_is_shown(self):
+        said, told = self.inspected("quantised.bin")
+        block = said.partition("The file says\n")[2].partition("\n\n")[0]
+        self.assertRegex(block, r"description +made for tests \[31m\n")
+        self.assertRegex(block, r"classes +\[1,2\]\n")
+        self.assertRegex(block, r"licence +a{120} \.\.\.$")
+        self.assertNotIn("author", block)
+        self.assertTrue(told["metadata"]["licence"].endswith("a end"))
+        self.assertEqual(told["metadata"]["description"], "made for\ttests\033[31m")
+
+    def test_metadata_that_are_none_are_left_out(self):
+        said, told = self.inspected("planar.bin")
+        self.assertNotIn("The file says", said)
+        self.assertIsNone(told["metadata"])
+
+    def test_pictures_of_other_layouts_and_types_get_lines_that_run(self):
+        said, told = self.inspected("planar.bin")
+        self.assertRegex(said, r"picture +float32 +24:16:3:1 +\(1, 3, 16, 24\) +NCHW")
+        self.assertIn("option=1:2:0:3", told["launch"])
+        said, told = self.inspected("signed.bin")
+        self.assertRegex(said, r"0 +- +int8 +1:8:8:2 +\(2, 8, 8, 1\)")
+        self.assertIn("frames-per-tensor=2", told["launch"])
+        self.assertTrue(any("how pixels become numbers" in note for note in told["notes"]))
+
+    def test_several_inputs_get_a_line_that_runs(self):
+        said, told = self.inspected("several.bin")
+        self.assertRegex(said, r"1 +weights +float64 +4 +\(4,\)")
+        self.assertIn("input-dim=3:2,4 input-type=int16,float64", told["launch"])
+        self.assertTrue(any("zeros" in note for note in told["notes"]))
+
+    def test_a_name_that_a_shell_would_take_apart_is_quoted(self):
+        _, told = self.inspected("a quantised \"one\" isn't $HOME.bin")
+        self.assertIn("model='", told["launch"])
+
+    @unittest.skipUnless(HAS_ONNX, "the engine onnxruntime is not built")
+    def test_a_damaged_model_is_refused(self):
+        damaged = self.folder / "damaged.onnx"
+        damaged.write_bytes(MODEL.read_bytes()[:5000])
+        self.refused(weir("inspect", damaged), 1, "WEIR-3004", "damaged.onnx")
+        self.assertEqual(json.loads(weir("inspect", "--json", damaged).stdout)["error"]["id"], "WEIR-3004")
+
+    def test_an_engine_of_no_known_name_is_refused_with_a_guess(self):
+        self.refused(weir("inspect", "-f", "onnxruntme", MODEL), 1, "WEIR-3001", "did you mean onnxruntime?")
 
     def test_a_missing_model_is_refused_with_a_guess(self):
         self.refused(weir("inspect", "-f", "fake", SOURCE / "models" / "clock_digit.onnx"), 1, "WEIR-3003",
@@ -154,75 +228,5 @@ class Inspect(Case):
         self.assertIn("fix", error)
 
 
-class Run(Case):
-    PIPELINE = "videotestsrc num-buffers=7 ! tensor_converter ! tensor_sink name=out"
-
-    def test_it_ends_with_the_ledger(self):
-        done = weir("run", self.PIPELINE)
-        said = self.good(done)
-        self.assertRegex(said, r"Ended after [\d.]+ s: 7 frames")
-        self.assertRegex(said, r"out +7 +7 +0")
-        self.assertNotIn("\033", said + done.stderr)
-
-    def test_the_pipeline_may_come_as_many_words(self):
-        self.assertIn("7 frames", self.good(weir("run", *self.PIPELINE.split())))
-
-    def test_json(self):
-        told = json.loads(self.good(weir("run", "--json", self.PIPELINE)))
-        self.assertEqual((told["result"], told["frames"]), ("eos", 7))
-        stats = {entry["element"]: entry["stats"] for entry in told["ledger"]}
-        self.assertEqual(stats["tensor_sink"]["consumed"], 7)
-        self.assertEqual(stats["tensor_converter"]["pushed"], 7)
-
-    def test_a_terminal_sees_progress(self):
-        script = f"{COMMAND} run '{self.PIPELINE} sync=true'"
-        done = subprocess.run(["script", "-qec", script, "/dev/null"], capture_output=True, text=True, timeout=60,
-                              stdin=subprocess.DEVNULL)
-        self.assertEqual(done.returncode, 0, done.stdout)
-        self.assertIn("7 frames", done.stdout)
-
-    def test_errors_of_elements_come_with_their_fix(self):
-        done = weir("run", "videotestsrc num-buffers=1 ! tensor_converter ! tensor_transform mode=typecast option=flot32 ! fakesink")
-        self.refused(done, 1, "WEIR-1001", "flot32", "fix: ", "Failed after")
-
-    def test_a_pipeline_that_cannot_be_read_is_refused(self):
-        self.refused(weir("run", "videotestsrc ! ! fakesink"), 1, "the pipeline cannot be read")
-        self.refused(weir("run", " "), 1, "the pipeline is empty")
-        self.refused(weir("run", "videotestsrc nosuch=1 ! fakesink"), 1, "nosuch")
-
-    def test_an_unknown_element_is_refused_with_a_guess(self):
-        self.refused(weir("run", "videotestsrc ! tensor_convertr ! fakesink"), 1, 'no element "tensor_convertr"',
-                     "tensor_converter in place of tensor_convertr")
-
-    def interrupted(self, pipeline, name, *, when_it_plays):
-        """The ended process: with `when_it_plays`, the signal came after 20 frames."""
-        out = self.folder / "frames"
-        running = subprocess.Popen([COMMAND, "run", pipeline.format(out=out)], stdout=subprocess.PIPE,
-                                   stderr=subprocess.PIPE, text=True)
-        status = pathlib.Path(f"/proc/{running.pid}/status")
-        caught = 1 << (name - 1)
-        while running.poll() is None and not int(re.search(r"SigCgt:\s*(\w+)", status.read_text())[1], 16) & caught:
-            pass
-        while when_it_plays and running.poll() is None and not (out.exists() and out.stat().st_size > 20 * 8 * 8 * 4):
-            pass
-        running.send_signal(name)
-        said, errors = running.communicate(timeout=30)
-        self.assertEqual(running.returncode, 130, said + errors)
-        self.assertIn("Interrupted after", said)
-        self.assertIn("Ledger", said)
-        return errors
-
-    LIVE = ("videotestsrc is-live=true ! video/x-raw,width=8,height=8,framerate=100/1 ! tensor_converter"
-            " ! filesink location={out} buffer-mode=unbuffered")
-
-    def test_an_interrupt_waits_for_the_frames_under_way(self):
-        for name in (signal.SIGINT, signal.SIGTERM):
-            self.assertIn("stopping", self.interrupted(self.LIVE, name, when_it_plays=True))
-
-    def test_an_interrupt_at_the_start_ends_it_too(self):
-        for _ in range(5):
-            self.interrupted(self.LIVE, signal.SIGINT, when_it_plays=False)
-
-
 if __name__ == "__main__":
-    unittest.main()
+    tap_runner.main()

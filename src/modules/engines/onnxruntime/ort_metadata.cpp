@@ -1,6 +1,7 @@
 // Reading the metadata of an opened model.
 #include "onnxruntime/ort_metadata.hpp"
 
+#include <limits>
 #include <nlohmann/json.hpp>
 
 namespace weir::engine {
@@ -71,8 +72,9 @@ std::string ort_metadata_json(const OrtRuntime& runtime, const OrtSession* sessi
     put(&out, "graph", reader.text(api.ModelMetadataGetGraphName));
     put(&out, "domain", reader.text(api.ModelMetadataGetDomain));
     put(&out, "description", reader.text(api.ModelMetadataGetDescription));
-    int64_t version = 0;
-    if (!take(api, api.ModelMetadataGetVersion(metadata.get(), &version)))
+    constexpr int64_t kNone = std::numeric_limits<int64_t>::max();  // the library's word for it
+    int64_t version = kNone;
+    if (!take(api, api.ModelMetadataGetVersion(metadata.get(), &version)) && version != kNone)
       out["model_version"] = version;
     out["custom_metadata_map"] = reader.custom();
   }

@@ -1,0 +1,177 @@
+// GStreamer's parser reads; its log says which word it read last, its error does not.
+#include "pipeline_text.hpp"
+
+#include <algorithm>
+#include <optional>
+
+#include "core/text/text.hpp"
+
+namespace weir::app {
+namespace {
+
+constexpr char kParserCategory[] = "GST_PIPELINE";
+
+std::string text_of(const char* text) {
+  return text ? text : "";
+}
+
+std::string nearest_element(const std::string& word) {
+  std::vector<std::string> names;
+  GList* list = gst_registry_get_feature_list(gst_registry_get(), GST_TYPE_ELEMENT_FACTORY);
+  for (GList* item = list; item; item = item->next)
+    names.push_back(text_of(gst_plugin_feature_get_name(GST_PLUGIN_FEATURE(item->data))));
+  gst_plugin_feature_list_free(list);
+  return nearest(word, names);
+}
+
+// Null or floating. The parser goes on behind a syntax error and then trips over its own remains
+// (a critical of GStreamer); the error says what there is to say.
+GstElement* parse_words(const std::vector<std::string>& words, GstParseContext* context,
+                        GError** error) {
+  const guint quiet = g_log_set_handler(
+      "GStreamer", G_LOG_LEVEL_CRITICAL, +[](const char*, GLogLevelFlags, const char*, gpointer) {},
+      nullptr);
+  std::vector<const char*> arguments;
+  for (const auto& word : words) arguments.push_back(word.c_str());
+  arguments.push_back(nullptr);
+  GstElement* parsed =
+      words.size() == 1
+          ? gst_parse_launch_full(arguments[0], context, GST_PARSE_FLAG_FATAL_ERRORS, error)
+          : gst_parse_launchv_full(arguments.data(), context, GST_PARSE_FLAG_FATAL_ERRORS, error);
+  g_log_remove_handler("GStreamer", quiet);
+  return parsed;
+}
+
+struct Token {
+  size_t begin = 0, end = 0;
+};
+
+// Follows the parser through the text. Its lexer logs "flex: KIND: TEXT" for each token that has a
+// text of its own.
+struct Follower {
+  const std::string& text;
+  std::optional<Token> last = {};
+  bool failed = false;
+
+  void hear(const std::string& said) {
+    constexpr std::string_view kLexer = "flex: ";
+    failed = failed || said.find("syntax error") != std::string::npos;
+    const size_t colon = said.find(": ", kLexer.size());
+    if (failed || !said.starts_with(kLexer) || colon == std::string::npos) return;
+    const std::string token(strip(std::string_view(said).substr(colon + 2)));
+    const size_t begin = text.find(token, last ? last->end : 0);
+    if (begin != std::string::npos && !said.starts_with("flex: SPACE"))
+      last = Token{begin, begin + token.size()};
+  }
+};
+
+void on_log(GstDebugCategory* category, GstDebugLevel, const char*, const char*, gint, GObject*,
+            GstDebugMessage* message, gpointer follower) {
+  if (g_strcmp0(gst_debug_category_get_name(category), kParserCategory) == 0)
+    static_cast<Follower*>(follower)->hear(text_of(gst_debug_message_get(message)));
+}
+
+// The token at which the parser gave up; nothing where GStreamer was built without its log.
+std::optional<Token> last_token_read(const std::string& text) {
+  GstDebugCategory* category = nullptr;
+  GST_DEBUG_CATEGORY_GET(category, kParserCategory);
+  Follower follower{text};
+  const bool to_stderr = (gst_debug_remove_log_function)(gst_debug_log_default) > 0;
+  const GstDebugLevel level = gst_debug_category_get_threshold(category);
+  (gst_debug_add_log_function)(on_log, &follower, nullptr);
+  gst_debug_category_set_threshold(category, GST_LEVEL_DEBUG);
+  if (GstElement* parsed = parse_words({text}, nullptr, nullptr))
+    gst_object_unref(gst_object_ref_sink(parsed));
+  gst_debug_category_set_threshold(category, level);
+  gst_debug_remove_log_function_by_data(&follower);
+  if (to_stderr) (gst_debug_add_log_function)(gst_debug_log_default, nullptr, nullptr);
+  return follower.failed ? follower.last : std::nullopt;
+}
+
+// The first word in double quotes in `message`, where it stands in `text`.
+std::optional<Token> quoted_word(const std::string& message, const std::string& text) {
+  const auto parts = split(message, "\"", 3);
+  if (parts.size() < 3 || parts[1].empty()) return std::nullopt;
+  const size_t begin = text.find(parts[1]);
+  if (begin == std::string::npos) return std::nullopt;
+  return Token{begin, begin + parts[1].size()};
+}
+
+// With the text and a caret below the place, which then say what was offered.
+void show_place(const std::string& text, const std::optional<Token>& place, Error* error) {
+  if (!place) return;
+  std::string line = text;
+  std::replace_if(
+      line.begin(), line.end(), [](char c) { return c == '\n' || c == '\t'; }, ' ');
+  const auto column =
+      static_cast<size_t>(g_utf8_strlen(line.c_str(), static_cast<gssize>(place->begin)));
+  const std::string caret = caret_line(line, column);
+  const size_t end_of_line = caret.rfind('\n');
+  error->difference += " near character " + std::to_string(column + 1) + "\n    " +
+                       caret.substr(0, end_of_line) + "\n    " + caret.substr(end_of_line + 1);
+  error->offered.clear();
+}
+
+Error missing_element(const std::string& name) {
+  const std::string close = nearest_element(name);
+  return {Code::OPTION_SYNTAX,
+          "the pipeline has an element that is not installed",
+          "",
+          "an element that gst-inspect-1.0 lists",
+          "no element \"" + name + "\"",
+          close.empty() ? "weir doctor" : close + " in place of " + name + ", or weir doctor"};
+}
+
+Error parse_error(const std::string& text, const GError* error, GstParseContext* context) {
+  const auto is = [error](GstParseError kind) {
+    return g_error_matches(error, GST_PARSE_ERROR, static_cast<gint>(kind)) != FALSE;
+  };
+  Error out{Code::OPTION_SYNTAX, "the pipeline cannot be read", "", "", "", ""};
+  out.difference = error ? text_of(error->message) : "GStreamer gives no reason";
+  const auto quoted = split(out.difference, "\"");  // no property "x" in element "y"
+  const gst::Unique<char*, g_strfreev> missing(gst_parse_context_get_missing_elements(context));
+  if (is(GST_PARSE_ERROR_NO_SUCH_ELEMENT) && missing && *missing)
+    out = missing_element(*missing);
+  else if (is(GST_PARSE_ERROR_SYNTAX))
+    out.needed = "elements with ! between them, as for gst-launch-1.0";
+  else if ((is(GST_PARSE_ERROR_NO_SUCH_PROPERTY) || is(GST_PARSE_ERROR_COULD_NOT_SET_PROPERTY)) &&
+           quoted.size() > 3)
+    out.fix = "gst-inspect-1.0 " + std::string(quoted[3]);
+  out.offered = text;
+  if (is(GST_PARSE_ERROR_SYNTAX))
+    show_place(text, last_token_read(text), &out);
+  else
+    show_place(text, quoted_word(out.difference, text), &out);
+  return out;
+}
+
+}  // namespace
+
+Result<gst::Ref<GstElement>> read_pipeline(const std::vector<std::string>& words) {
+  std::string text;
+  for (const auto& word : words) text += (text.empty() ? "" : " ") + word;
+  if (strip(text).empty())
+    return Error{Code::OPTION_SYNTAX,
+                 "the pipeline is empty",
+                 "\"" + text + "\"",
+                 "elements with ! between them",
+                 "",
+                 "weir run 'videotestsrc num-buffers=30 ! fakesink'"};
+  gst::Unique<GstParseContext, gst_parse_context_free> context(gst_parse_context_new());
+  GError* error = nullptr;
+  GstElement* floating = parse_words(words, context.get(), &error);
+  if (floating) gst_object_ref_sink(floating);
+  auto parsed = gst::Ref<GstElement>::adopt(floating);
+  if (!parsed || error) {
+    auto failure = parse_error(text, error, context.get());
+    g_clear_error(&error);
+    return failure;
+  }
+  if (GST_IS_PIPELINE(parsed.get())) return parsed;
+  auto pipeline =
+      gst::Ref<GstElement>::adopt(GST_ELEMENT(gst_object_ref_sink(gst_pipeline_new(nullptr))));
+  gst_bin_add(GST_BIN(pipeline.get()), parsed.get());
+  return pipeline;
+}
+
+}  // namespace weir::app

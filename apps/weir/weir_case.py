@@ -1,0 +1,39 @@
+"""What the tests of the command `weir` share."""
+
+import os
+import pathlib
+import re
+import shutil
+import subprocess
+import tempfile
+import unittest
+
+COMMAND = os.environ["WEIR_COMMAND"]
+PLUGIN = pathlib.Path(os.environ["WEIR_PLUGIN"])
+SOURCE = pathlib.Path(os.environ["WEIR_SOURCE"])
+DECOY = pathlib.Path(os.environ["WEIR_DECOY"])
+MODEL = SOURCE / "models" / "clock_digits.onnx"
+HAS_ONNX = "onnxruntime" in os.environ["WEIR_MODULE_PATH"]
+
+
+def weir(*words, **environment):
+    """Runs the command with no terminal: whatever it does, nothing that only a terminal understands may come."""
+    done = subprocess.run([COMMAND, *map(str, words)], env={**os.environ, **environment}, cwd=SOURCE, timeout=60,
+                          text=True, capture_output=True, stdin=subprocess.DEVNULL)
+    assert not re.search(r"[\033\r\b]", done.stdout + done.stderr), repr(done)
+    return done
+
+
+class Case(unittest.TestCase):
+    def setUp(self):
+        self.folder = pathlib.Path(tempfile.mkdtemp())
+        self.addCleanup(shutil.rmtree, self.folder)
+
+    def good(self, done):
+        self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+        return done.stdout
+
+    def refused(self, done, code, *said):
+        self.assertEqual(done.returncode, code, done.stdout + done.stderr)
+        for words in said:
+            self.assertIn(words, done.stdout + done.stderr)
