@@ -220,6 +220,8 @@ Result<Card> parse(std::string_view text, const std::string& place) {
     json = Json::parse(text, bounded);
   } catch (const Json::parse_error& error) {
     return invalid(place + ": not JSON at byte " + std::to_string(error.byte), "JSON");
+  } catch (const Json::exception&) {  // a number beyond all bounds
+    return invalid(place + ": a number that is too large", "JSON with numbers of 64 bits");
   }
   if (too_deep) return invalid(place + ": objects within objects without end", "a card");
   std::optional<Error> fault;

@@ -118,7 +118,8 @@ TEST(Card, RefusesValuesOfTheWrongKind) {
 }
 
 TEST(Card, RefusesWhatIsNoCard) {
-  for (const char* text : {"", "{", "[]", "3", "{\"name\": \"\xff\"}", "null", "{} {}"})
+  for (const char* text :
+       {"", "{", "[]", "3", "{\"name\": \"\xff\"}", "null", "{} {}", "{\"name\": 1e999}"})
     EXPECT_FALSE(parse(text, "x")) << text;
   EXPECT_FALSE(parse(std::string(100000, '['), "x"));
   EXPECT_FALSE(parse(std::string((1u << 20) + 1, ' '), "x"));
