@@ -1,62 +1,116 @@
-// Makes small .tflite files for tests, field by field along schema.fbs (version 3) of TensorFlow.
+// TfliteBuilder: small TensorFlow Lite models for tests (schema.fbs, version 3, of TensorFlow).
 #pragma once
-#include <cstddef>
-#include <cstdint>
-#include <map>
-#include <memory>
 #include <string>
 #include <vector>
 
+#include "tensorflow-lite/flat_writer.hpp"
+
 namespace weir::engine_test {
 
-// A FlatBuffers object before it is written: a table, a vector of objects, or plain bytes.
-struct FlatObject {
-  std::map<uint32_t, std::vector<std::byte>> scalars;      // of a table, by field
-  std::map<uint32_t, std::shared_ptr<FlatObject>> fields;  // of a table, by field
-  std::vector<std::shared_ptr<FlatObject>> elements;       // of a vector of objects
-  std::vector<std::byte> bytes;                            // of a vector of scalars
-  uint32_t count = 0;                                      // of its elements
-  enum { Table, Objects, Scalars } kind = Table;
-};
-
-// Element types as the schema numbers them.
-enum TfliteElement : uint8_t {
-  kTfFloat32 = 0,
+// The numbers of TensorType.
+enum TfliteElement : int8_t {
+  kTfFloat = 0,
   kTfFloat16 = 1,
   kTfInt32 = 2,
-  kTfUInt8 = 3,
+  kTfUint8 = 3,
   kTfInt64 = 4,
   kTfString = 5,
   kTfBool = 6,
   kTfInt16 = 7,
+  kTfComplex = 8,
   kTfInt8 = 9,
-  kTfFloat64 = 10,
-  kTfUInt64 = 12,
-  kTfUInt32 = 15,
+  kTfDouble = 10,
+  kTfUint64 = 12,
+  kTfUint32 = 15,
+  kTfUint16 = 16
 };
-// Operators as the schema numbers them.
-enum TfliteOperator : int32_t { kTfAdd = 0, kTfReshape = 22, kTfCustom = 32, kTfNeg = 59 };
 
+// The numbers of BuiltinOperator.
+enum TfliteOperator : int32_t {
+  kOpAdd = 0,
+  kOpConcatenation = 2,
+  kOpDequantize = 6,
+  kOpFullyConnected = 9,
+  kOpRelu = 19,
+  kOpReshape = 22,
+  kOpSvdf = 27,
+  kOpCustom = 32,
+  kOpTranspose = 39,
+  kOpSub = 41,
+  kOpCast = 53,
+  kOpNeg = 59,
+  kOpLogicalNot = 87,
+  kOpWhere = 109,
+  kOpIf = 118
+};
+
+struct TfliteQuantization {
+  std::vector<float> scale;
+  std::vector<int64_t> zero_point;
+  int32_t axis = 0;
+};
+
+// Tensors are known by their names and numbered in the order they are added.
 class TfliteBuilder {
  public:
-  // Each returns the tensor's index. Extents of -1 are open and stand as 1 in the shape.
-  int32_t tensor(const std::string& name, TfliteElement type, const std::vector<int32_t>& shape,
-                 float scale = 0, int64_t zero_point = 0);
-  int32_t constant(const std::string& name, const std::vector<int32_t>& values);
-  TfliteBuilder& operation(TfliteOperator code, const std::vector<int32_t>& inputs,
-                           const std::vector<int32_t>& outputs, const std::string& custom = "");
-  TfliteBuilder& inputs(const std::vector<int32_t>& tensors);
-  TfliteBuilder& outputs(const std::vector<int32_t>& tensors);
+  // -1 leaves a dimension to the stream; the file's own shape has 1 there.
+  TfliteBuilder& input(const std::string& name, int8_t type, const std::vector<int32_t>& shape);
+  TfliteBuilder& output(const std::string& name, int8_t type, const std::vector<int32_t>& shape);
+  TfliteBuilder& tensor(const std::string& name, int8_t type, const std::vector<int32_t>& shape);
+  // Keeps its value from frame to frame.
+  TfliteBuilder& variable(const std::string& name, int8_t type, const std::vector<int32_t>& shape);
+  template <class T>
+  TfliteBuilder& constant(const std::string& name, int8_t type, const std::vector<int32_t>& shape,
+                          const std::vector<T>& values) {
+    return add_constant(name, type, shape, FlatValue::vector(bytes_of(values)));
+  }
+  // Of the tensor that was added last.
+  TfliteBuilder& quantized(const TfliteQuantization& quantization);
+  TfliteBuilder& sparse(const FlatValue& sparsity);
+  // "" as an input is one that is left out. A custom operator has a name.
+  TfliteBuilder& node(int32_t op, const std::vector<std::string>& inputs,
+                      const std::vector<std::string>& outputs, const std::string& custom = "");
+  // BuiltinOptions of the last node: the number of the union's member, and its table.
+  TfliteBuilder& options(uint8_t kind, const FlatValue& table);
+  TfliteBuilder& description(const std::string& text) { return description_ = text, *this; }
+  TfliteBuilder& version(uint32_t number) { return version_ = number, *this; }
+
   std::vector<std::byte> bytes() const;
 
  private:
-  std::vector<std::shared_ptr<FlatObject>> tensors_, operators_, codes_, buffers_;
-  std::vector<int32_t> inputs_, outputs_;
+  struct Tensor {
+    std::string name;
+    int8_t type;
+    std::vector<int32_t> shape;
+    FlatValue data, quantization, sparsity;
+    bool variable = false;
+  };
+  struct Node {
+    int32_t op;
+    std::string custom;
+    std::vector<std::string> inputs, outputs;
+    uint8_t options_kind = 0;
+    FlatValue options;
+  };
+  template <class T>
+  static std::vector<uint8_t> bytes_of(const std::vector<T>& values) {
+    const auto* first = reinterpret_cast<const uint8_t*>(values.data());
+    return {first, first + values.size() * sizeof(T)};
+  }
+  TfliteBuilder& add_constant(const std::string& name, int8_t type,
+                              const std::vector<int32_t>& shape, const FlatValue& data);
+  // -1 for "", far out for a name that no tensor has.
+  std::vector<int32_t> indices(const std::vector<std::string>& names) const;
+  FlatValue tensor_table(const Tensor& tensor, uint32_t buffer) const;
+
+  std::vector<Tensor> tensors_;
+  std::vector<Node> nodes_;
+  std::vector<std::string> inputs_, outputs_;
+  std::string description_ = "weir tests";
+  uint32_t version_ = 3;
 };
 
-// y = -x
-std::vector<std::byte> negation(const std::vector<int32_t>& shape = {2, 3});
-// y = x, in another shape
-std::vector<std::byte> reshaping(TfliteElement type);
+// y = -x of float32.
+TfliteBuilder tflite_negation(const std::vector<int32_t>& shape = {2, 3});
 
 }  // namespace weir::engine_test

@@ -2,23 +2,17 @@
 #include "tensorflow-lite/tflite_file.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cstring>
 #include <utility>
 #include <vector>
 
 #include "tensorflow-lite/flat_buffer.hpp"
+#include "tensorflow-lite/tflite_tensor.hpp"
 
 namespace weir::engine {
 namespace {
 
 constexpr uint32_t kSchemaVersion = 3;
-constexpr uint64_t kTensorBytesLimit = uint64_t{1} << 31;
-constexpr uint32_t kRankLimit = 16;
-
-// Bytes per element in the order of TensorType; 0: of no fixed size.
-constexpr std::array<uint8_t, 18> kElementBytes{4, 2, 4,  1, 8, 0, 1, 2, 8,
-                                                1, 8, 16, 8, 0, 0, 4, 2, 1};
 
 // Numbers of BuiltinOperator.
 enum Operator : int32_t {
@@ -43,21 +37,6 @@ enum Options : uint8_t {
   kCallOnceOptions = 103,
   kVarHandleOptions = 111,
   kBucketizeOptions = 115
-};
-
-Error invalid(const std::string& offered) {
-  return Error{Code::MODEL_INVALID,
-               "the file is truncated, damaged or not a TensorFlow Lite model",
-               offered,
-               "a complete .tflite model",
-               "",
-               "fetch or export the model again; weir inspect MODEL"};
-}
-
-struct TensorFacts {
-  uint64_t bytes = 0;
-  bool available = false;  // has a value when the walk reaches an operator
-  bool computed = false;   // by an operator
 };
 
 class Walker {
@@ -85,12 +64,7 @@ class Walker {
   }
 
  private:
-  // Damage of the file's structure says more than what follows from it.
-  Status damage(const std::string& text) const {
-    return invalid(file_.damaged()
-                       ? "an offset or length leads out of the file: it was cut or changed"
-                       : text);
-  }
+  Status damage(const std::string& text) const { return tflite_damage(file_, text); }
 
   Status operator_codes(const FlatVector& codes) {
     for (uint32_t i = 0; i < codes.size() && !file_.damaged(); ++i) {
@@ -118,13 +92,18 @@ class Walker {
     tensors_.clear();
     out_.tensors += tensors.size();
     out_.operators += operators.size();
-    for (uint32_t i = 0; i < tensors.size(); ++i)
-      if (auto status = tensor(tensors.table(i)); !status) return status;
+    for (uint32_t i = 0; i < tensors.size(); ++i) {
+      const auto tensor = check_tflite_tensor(&file_, tensors.table(i), buffers_);
+      if (!tensor) return tensor.error();
+      tensors_.push_back(*tensor);
+      out_.has_state |= tensor->variable;
+    }
     tensor_counts_.push_back(tensors.size());
     if (!indices_good(inputs, 0) || !indices_good(outputs, 0))
       return damage("an input or output of the graph names no tensor");
     if (index == 0 && outputs.size() == 0) return damage("the graph has no output");
-    make_available(inputs);
+    if (!make(inputs))
+      return damage("two inputs of the graph are one tensor, or one is a constant");
     for (uint32_t i = 0; i < operators.size(); ++i)
       if (auto status = operation(operators.table(i), index); !status) return status;
     for (uint32_t i = 0; i < outputs.size(); ++i) {
@@ -133,68 +112,6 @@ class Walker {
       out_.passes_through |= !tensors_[static_cast<size_t>(tensor)].computed;
     }
     return file_.damaged() ? damage("") : ok();
-  }
-
-  Status tensor(const FlatTable& tensor) {
-    const FlatVector shape = tensor.vector(0, 4), signature = tensor.vector(7, 4);
-    const auto type = tensor.scalar<uint8_t>(1, 0);
-    const auto buffer = tensor.scalar<uint32_t>(2, 0);
-    tensor.string(3);
-    if (file_.damaged()) return damage("");
-    if (type >= kElementBytes.size()) return damage("element type " + std::to_string(type));
-    if (buffer >= buffers_.size()) return damage("a tensor names a buffer that is not there");
-    if (shape.size() > kRankLimit || signature.size() > kRankLimit)
-      return damage("a tensor of rank " + std::to_string(std::max(shape.size(), signature.size())));
-    TensorFacts facts{std::max<uint64_t>(kElementBytes[type], 1)};
-    for (uint32_t i = 0; i < shape.size(); ++i) {
-      const auto extent = shape.scalar<int32_t>(i);
-      facts.bytes *= static_cast<uint64_t>(std::max(extent, 0));
-      if (extent < 0 || facts.bytes > kTensorBytesLimit)
-        return damage("a tensor of impossible shape");
-    }
-    if (signature.size() > 0 && signature.size() != shape.size())
-      return damage("a tensor with two ranks");
-    const bool variable = tensor.scalar<uint8_t>(5, 0) != 0;
-    out_.has_state |= variable;
-    const FlatVector data = buffers_[buffer];
-    facts.available = variable || data.size() > 0 || facts.bytes == 0;
-    if (!quantization(tensor.table(4), shape.size()) || !sparsity(tensor.table(6), shape.size()))
-      return damage("the quantisation or sparsity of a tensor does not fit its shape");
-    tensors_.push_back(facts);
-    return file_.damaged() ? damage("") : ok();
-  }
-
-  bool quantization(const FlatTable& table, uint32_t rank) {
-    if (!table) return true;
-    table.vector(0, 4);
-    table.vector(1, 4);
-    const FlatVector scale = table.vector(2, 4), zero_point = table.vector(3, 8);
-    if (table.scalar<uint8_t>(4, 0) == 1) table.table(5).vector(0, 1);
-    const auto axis = table.scalar<int32_t>(6, 0);
-    if (scale.size() <= 1) return true;
-    return axis >= 0 && static_cast<uint32_t>(axis) < rank &&
-           (zero_point.size() == 0 || zero_point.size() == scale.size());
-  }
-
-  bool sparsity(const FlatTable& table, uint32_t rank) {
-    if (!table) return true;
-    const FlatVector order = table.vector(0, 4), blocks = table.vector(1, 4);
-    const FlatVector dimensions = table.vector(2, 4);
-    if (order.size() != rank + blocks.size() || dimensions.size() != order.size()) return false;
-    if (order.size() > 2 * kRankLimit) return false;
-    for (uint32_t i = 0; i < order.size(); ++i)
-      if (order.scalar<uint32_t>(i) >= order.size()) return false;
-    for (uint32_t i = 0; i < blocks.size(); ++i)
-      if (blocks.scalar<uint32_t>(i) >= rank) return false;
-    for (uint32_t i = 0; i < dimensions.size(); ++i) {
-      const FlatTable dimension = dimensions.table(i);
-      for (const uint32_t field : {2u, 4u}) {
-        const auto kind = dimension.scalar<uint8_t>(field, 0);  // vectors of int32, uint16, uint8
-        if (kind > 3) return false;
-        if (kind > 0) dimension.table(field + 1).vector(0, kind == 1 ? 4 : kind == 2 ? 2 : 1);
-      }
-    }
-    return true;
   }
 
   Status operation(const FlatTable& op, uint32_t graph) {
@@ -208,7 +125,7 @@ class Walker {
     for (uint32_t i = 0; i < inputs.size(); ++i)
       if (!is_available(inputs.scalar<int32_t>(i)))
         return damage("an operator uses a tensor before it is made");
-    make_available(outputs);
+    if (!make(outputs)) return damage("an operator writes a tensor that has a value already");
     for (uint32_t i = 0; i < outputs.size(); ++i)
       if (const auto index = outputs.scalar<int32_t>(i); index >= 0)
         tensors_[static_cast<size_t>(index)].computed = true;
@@ -227,7 +144,7 @@ class Walker {
       case kReshapeOptions:
       case kSqueezeOptions:
       case kBucketizeOptions:
-        if (table.vector(0, 4).size() > kRankLimit && kind != kBucketizeOptions)
+        if (table.vector(0, 4).size() > kTfliteRankLimit && kind != kBucketizeOptions)
           return damage("an operator with a shape of too many dimensions");
         break;
       case kVarHandleOptions:
@@ -308,19 +225,25 @@ class Walker {
   }
   // Only after indices_good(); -1 stands for an input that is left out.
   bool is_available(int32_t index) const {
-    return index < 0 || tensors_[static_cast<size_t>(index)].available;
+    return index < 0 || tensors_[static_cast<size_t>(index)].is_available();
   }
-  void make_available(const FlatVector& list) {
-    for (uint32_t i = 0; i < list.size(); ++i)
-      if (const auto index = list.scalar<int32_t>(i); index >= 0)
-        tensors_[static_cast<size_t>(index)].available = true;
+  // Also only then; false when one has a value already.
+  bool make(const FlatVector& list) {
+    for (uint32_t i = 0; i < list.size(); ++i) {
+      const auto index = list.scalar<int32_t>(i);
+      if (index < 0) continue;
+      auto& tensor = tensors_[static_cast<size_t>(index)];
+      if (tensor.constant || tensor.made) return false;
+      tensor.made = true;
+    }
+    return true;
   }
 
   FlatFile& file_;
   TfliteSummary& out_;
   std::vector<int32_t> codes_;
   std::vector<FlatVector> buffers_;
-  std::vector<TensorFacts> tensors_;  // of the subgraph that is walked
+  std::vector<TfliteTensor> tensors_;  // of the subgraph that is walked
   std::vector<uint32_t> tensor_counts_;
   std::vector<std::pair<uint32_t, uint32_t>> calls_;  // from subgraph to subgraph
 };
@@ -333,7 +256,7 @@ int tflite_score(std::span<const unsigned char> head) noexcept {
 
 Result<TfliteSummary> read_tflite(std::span<const std::byte> file) {
   if (tflite_score({reinterpret_cast<const unsigned char*>(file.data()), file.size()}) == 0)
-    return invalid("no mark TFL3 behind the first 4 bytes");
+    return tflite_damage(FlatFile({}), "no mark TFL3 behind the first 4 bytes");
   FlatFile flat(file);
   TfliteSummary out;
   if (auto status = Walker(&flat, &out).model(); !status) return status.error();

@@ -1,0 +1,145 @@
+// What the TensorFlow Lite engine refuses, and in which words; that damage is never a crash.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "engine_test_host.hpp"
+#include "tensorflow-lite/tflite_builder.hpp"
+
+namespace weir::engine_test {
+namespace {
+
+const weir_engine* engine() {
+  static const weir_engine* const loaded = load_module(WEIR_MODULE_FILE);
+  return loaded;
+}
+
+// y = x, in another shape.
+std::vector<std::byte> reshaping(int8_t type) {
+  return TfliteBuilder()
+      .input("x", type, {2, 3})
+      .constant<int32_t>("shape", kTfInt32, {2}, {3, 2})
+      .output("y", type, {3, 2})
+      .node(kOpReshape, {"x", "shape"}, {"y"})
+      .bytes();
+}
+
+class TensorflowLiteRefuses : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    ASSERT_NE(engine(), nullptr);
+    if (!engine()->extension("weir.library/1")) GTEST_SKIP() << "TensorFlow Lite is not installed";
+    take_log();
+  }
+  std::unique_ptr<OpenEngine> opened(const std::vector<std::byte>& bytes,
+                                     const OpenEngine::Options& options = {}) {
+    auto model = OpenEngine::open(*engine(), folder_.write("model.tflite", bytes), options);
+    if (!model) ADD_FAILURE() << model.error().message();
+    return model ? *std::move(model) : nullptr;
+  }
+  Error error_of(const std::vector<std::byte>& bytes, const OpenEngine::Options& options = {}) {
+    const auto model = OpenEngine::open(*engine(), folder_.write("model.tflite", bytes), options);
+    return model ? Error{Code::INTERNAL, "it opened", "", "", "", ""} : model.error();
+  }
+  TemporaryFolder folder_;
+};
+
+#define EXPECT_SAYS(text, words) EXPECT_NE((text).find(words), std::string::npos) << (text)
+
+TEST_F(TensorflowLiteRefuses, AModelThatIsNotThere) {
+  const auto model = OpenEngine::open(*engine(), folder_.path("none.tflite"));
+  ASSERT_FALSE(model);
+  EXPECT_EQ(model.error().code, Code::MODEL_NOT_FOUND);
+  EXPECT_SAYS(model.error().message(), "none.tflite");
+}
+
+TEST_F(TensorflowLiteRefuses, WhatIsNoModel) {
+  for (const std::string text : {"", "x", "not a model at all", "12345678TFL3"}) {
+    const auto* bytes = reinterpret_cast<const std::byte*>(text.data());
+    const Error error = error_of({bytes, bytes + text.size()});
+    EXPECT_EQ(error.code, Code::MODEL_INVALID) << text;
+    EXPECT_SAYS(error.message(), "model.tflite");
+  }
+}
+
+TEST_F(TensorflowLiteRefuses, AModelCutAnywhere) {
+  const auto whole = reshaping(kTfFloat);
+  for (size_t size = 0; size + 4 < whole.size(); ++size)
+    EXPECT_EQ(error_of({whole.begin(), whole.begin() + static_cast<ptrdiff_t>(size)}).code,
+              Code::MODEL_INVALID)
+        << size;
+}
+
+// Whatever a changed byte makes of the model, nothing crashes: it is refused, or it runs.
+TEST_F(TensorflowLiteRefuses, SurvivesEachChangedByte) {
+  const auto whole = reshaping(kTfFloat);
+  size_t refused = 0;
+  for (size_t at = 0; at < whole.size(); ++at)
+    for (const uint8_t change : {0x01, 0x80, 0xFF}) {
+      auto bytes = whole;
+      bytes[at] ^= static_cast<std::byte>(change);
+      const auto model = OpenEngine::open(*engine(), folder_.write("model.tflite", bytes));
+      if (!model) {
+        ++refused;
+        EXPECT_FALSE(model.error().what.empty());
+        continue;
+      }
+      const auto inputs = zero_inputs(**model);
+      const auto ignored = (*model)->invoke(inputs);
+      (void)ignored;
+    }
+  EXPECT_GT(refused, whole.size() / 4);
+}
+
+TEST_F(TensorflowLiteRefuses, OperatorsThatItLacks) {
+  const Error error = error_of(TfliteBuilder()
+                                   .input("x", kTfFloat, {2})
+                                   .output("y", kTfFloat, {2})
+                                   .node(kOpCustom, {"x"}, {"y"}, "MyOperator")
+                                   .bytes());
+  EXPECT_EQ(error.code, Code::MODEL_UNSUPPORTED) << error.message();
+  EXPECT_SAYS(error.message(), "MyOperator");
+}
+
+TEST_F(TensorflowLiteRefuses, Strings) {
+  const Error error = error_of(reshaping(kTfString));
+  EXPECT_TRUE(error.code == Code::MODEL_UNSUPPORTED || error.code == Code::MODEL_INVALID)
+      << error.message();
+}
+
+TEST_F(TensorflowLiteRefuses, InputsThatDoNotFit) {
+  const auto model = opened(tflite_negation().bytes());
+  ASSERT_NE(model, nullptr);
+  const auto wrong_type = model->invoke({make_tensor(WEIR_UINT8, {2, 3})});
+  ASSERT_FALSE(wrong_type);
+  EXPECT_EQ(wrong_type.error().code, Code::SPEC_MISMATCH);
+  EXPECT_SAYS(wrong_type.error().message(), "uint8");
+  const auto wrong_rank = model->invoke({make_tensor(WEIR_FLOAT32, {2, 3, 1})});
+  ASSERT_FALSE(wrong_rank);
+  EXPECT_EQ(wrong_rank.error().code, Code::SPEC_MISMATCH);
+  const auto wrong_count = model->invoke({});
+  ASSERT_FALSE(wrong_count);
+  EXPECT_SAYS(wrong_count.error().message(), "input");
+}
+
+TEST_F(TensorflowLiteRefuses, ThreadsThatAreNoNumber) {
+  for (const char* value : {"0", "-1", "two", ""}) {
+    const Error error = error_of(tflite_negation().bytes(), {{"NumThreads", value}});
+    EXPECT_EQ(error.code, Code::OPTION_VALUE) << value;
+    EXPECT_SAYS(error.message(), "NumThreads");
+  }
+}
+
+TEST_F(TensorflowLiteRefuses, LogsOptionsThatItDoesNotKnow) {
+  ASSERT_NE(opened(tflite_negation().bytes(), {{"NumTreads", "1"}, {"Delegate", "GPU"}}), nullptr);
+  const auto lines = take_log();
+  const auto says = [&](const char* words) {
+    return std::any_of(lines.begin(), lines.end(),
+                       [&](const auto& line) { return line.find(words) != std::string::npos; });
+  };
+  EXPECT_TRUE(says("NumTreads"));
+  EXPECT_TRUE(says("GPU"));
+}
+
+}  // namespace
+}  // namespace weir::engine_test
