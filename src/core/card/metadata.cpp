@@ -58,8 +58,8 @@ std::optional<ImageInput> from_tflite(const Properties& properties, ImageInput a
     asked.scale = {1};
     return asked;
   }
-  for (const auto part : split(value_of(properties, "tflite.mean"), ","))
-    asked.mean.push_back(parse_double(part).value_or(0));
+  const std::string means = value_of(properties, "tflite.mean");  // The parts are views of it.
+  for (const auto part : split(means, ",")) asked.mean.push_back(parse_double(part).value_or(0));
   for (const double divisor : divisors(value_of(properties, "tflite.std")))
     asked.scale.push_back(1 / divisor);
   const auto fits = [&asked](const std::vector<double>& values) {
