@@ -33,6 +33,11 @@ class Usage(Case):
 
 
 class Doctor(Case):
+    def plugins_of(self, *folders):
+        """Variables for a GStreamer that finds the plug-ins of these folders alone, and looks anew."""
+        return {"GST_PLUGIN_PATH": ":".join(map(str, folders)), "GST_PLUGIN_SYSTEM_PATH_1_0": str(self.folder / "none"),
+                "GST_REGISTRY": str(self.folder / f"registry-{folders[0].name}")}
+
     def test_it_tells_what_is_there(self):
         said = self.good(weir("doctor"))
         for words in ("GStreamer 1.", str(PLUGIN), "tensor_filter", "Conflicts\n  none", "Engines"):
@@ -76,14 +81,11 @@ class Doctor(Case):
         self.assertIn(str(self.folder / "libweir-engine-onnxruntime.so"), said)
 
     def test_a_missing_plugin_is_an_error_with_its_fix(self):
-        done = weir("doctor", GST_PLUGIN_PATH=str(self.folder), GST_PLUGIN_SYSTEM_PATH_1_0=str(self.folder),
-                    GST_REGISTRY=str(self.folder / "registry"))
-        self.refused(done, 1, "not found", str(self.folder), "make install")
+        self.refused(weir("doctor", **self.plugins_of(self.folder)), 1, "not found", str(self.folder), "make install")
 
     def test_a_plugin_that_cannot_be_loaded_is_an_error_with_its_reason(self):
         (self.folder / PLUGIN.name).write_text("no plug-in")
-        paths = {"GST_PLUGIN_PATH": str(self.folder), "GST_PLUGIN_SYSTEM_PATH_1_0": str(self.folder),
-                 "GST_REGISTRY": str(self.folder / "registry")}
+        paths = self.plugins_of(self.folder)
         self.refused(weir("doctor", **paths), 1, f"cannot be loaded: {self.folder / PLUGIN.name}", "reason: ")
         done = weir("doctor", "--json", **paths)
         told = json.loads(done.stdout)
@@ -92,16 +94,14 @@ class Doctor(Case):
 
     def test_a_second_copy_is_a_conflict(self):
         copy = pathlib.Path(shutil.copy(PLUGIN, self.folder))
-        said = self.good(weir("doctor", GST_PLUGIN_PATH=f"{PLUGIN.parent}:{self.folder}",
-                              GST_REGISTRY=str(self.folder / "registry")))
+        said = self.good(weir("doctor", **self.plugins_of(PLUGIN.parent, self.folder)))
         self.assertIn("another copy of Weir's plug-in", said)
         self.assertIn(str(copy), said)
 
     def test_another_plugin_with_the_same_elements_is_a_conflict(self):
         def conflicts(*folders):
             """By the plug-in that tensor_filter comes from: the one that GStreamer reads last."""
-            path = ":".join(str(folder) for folder in folders)
-            variables = {"GST_PLUGIN_PATH": path, "GST_REGISTRY": str(self.folder / f"registry-{folders[0].name}")}
+            variables = self.plugins_of(*folders)
             told = json.loads(self.good(weir("doctor", "--json", **variables)))
             owner = {e["name"]: e["plugin"] for e in told["elements"]}["tensor_filter"]
             return owner, told["conflicts"], self.good(weir("doctor", **variables))
@@ -134,8 +134,7 @@ class Inspect(Case):
         self.assertIn("option=typecast:float32,add:-127.5,mul:0.00784313725", told["launch"])  # as its card says
         self.assertEqual((pathlib.Path(told["card"]["path"]).name, told["notes"]), ("clock_digits.card.json", []))
         self.assertEqual((told["metadata"]["opset"], told["metadata"].get("model_version")), ({"ai.onnx": 11}, None))
-        done = subprocess.run(["bash", "-c", told["launch"]], cwd=SOURCE, capture_output=True, text=True, timeout=60)
-        self.assertEqual(done.returncode, 0, told["launch"] + done.stderr)
+        self.runs(told["launch"])
 
     def test_an_engine_by_name(self):
         model = self.folder / "model.bin"
@@ -150,8 +149,7 @@ class Inspect(Case):
         model.write_text("the engine looks at the name alone")
         told = json.loads(self.good(weir("inspect", "--json", "-f", "fake-models", model)))
         self.assertIn("framework=fake-models", told["launch"])
-        done = subprocess.run(["bash", "-c", told["launch"]], capture_output=True, text=True, timeout=60)
-        self.assertEqual(done.returncode, 0, told["launch"] + done.stderr)
+        self.runs(told["launch"])
         return self.good(weir("inspect", "-f", "fake-models", model)), told
 
     def test_a_quantised_picture_of_any_size(self):
