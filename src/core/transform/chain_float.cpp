@@ -33,18 +33,20 @@ FloatVec load_floats(const From* from) noexcept {
   }
 }
 
-// The operands of a column as floats.
+// The operands of a column as floats, from element `phase` of the period on.
 struct FloatColumn {
   ColumnOp op;
   const float* operands;
   const float* high;
   const float* low;
+  size_t phase;
 
-  FloatColumn(const Column& column, size_t phase) noexcept
+  FloatColumn(const Column& column, size_t from) noexcept
       : op(column.op),
-        operands(reinterpret_cast<const float*>(column.operands.data()) + phase),
-        high(reinterpret_cast<const float*>(column.reciprocal_high.data()) + phase),
-        low(reinterpret_cast<const float*>(column.reciprocal_low.data()) + phase) {}
+        operands(reinterpret_cast<const float*>(column.operands.data())),
+        high(reinterpret_cast<const float*>(column.reciprocal_high.data())),
+        low(reinterpret_cast<const float*>(column.reciprocal_low.data())),
+        phase(from) {}
 };
 
 // Eight vectors at a time hide the latency of each operation, and what choosing it costs.
@@ -76,8 +78,8 @@ HWY_INLINE FloatVec operand_at(const float* operands, size_t i) noexcept {
 
 template <bool kUniform>
 HWY_INLINE void run_column(const FloatColumn& column, size_t lanes, FloatGroup& x) noexcept {
-  const auto at = [](const float* operands, size_t i)
-                      HWY_ATTR { return operand_at<kUniform>(operands, i); };
+  const auto at = [&column](const float* operands, size_t i)
+                      HWY_ATTR { return operand_at<kUniform>(operands, column.phase + i); };
   switch (column.op) {
     case ColumnOp::Add:
       x.each(lanes, [&](auto v, size_t i) HWY_ATTR { return hn::Add(v, at(column.operands, i)); });
