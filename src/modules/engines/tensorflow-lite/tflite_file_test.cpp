@@ -133,6 +133,18 @@ TEST(TfliteFile, RefusesATensorThatIsUsedBeforeItIsMade) {
                    "before it is made"));
 }
 
+TEST(TfliteFile, TakesATensorOfNoElementsThatNothingMakes) {
+  const auto summary = read_tflite(TfliteBuilder()
+                                       .input("x", kTfFloat, {1})
+                                       .tensor("nothing", kTfFloat, {0})
+                                       .output("y", kTfFloat, {1})
+                                       .output("none", kTfFloat, {0})
+                                       .node(kOpConcatenation, {"x", "nothing"}, {"y"})
+                                       .bytes());
+  ASSERT_TRUE(summary) << summary.error().message();
+  EXPECT_TRUE(summary->passes_through) << "no operator computes it";
+}
+
 TEST(TfliteFile, RefusesAnOutputThatNothingMakes) {
   EXPECT_TRUE(says(refusal(tflite_negation().output("z", kTfFloat, {1})), "made by no operator"));
 }

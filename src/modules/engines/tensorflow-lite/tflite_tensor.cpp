@@ -106,7 +106,8 @@ Result<TfliteTensor> check_tflite_tensor(FlatFile* file, const FlatTable& tensor
   if (!quantization_fits(tensor.table(4), shape) || !sparsity_fits(sparsity, shape))
     return damage("the quantisation or sparsity of a tensor does not fit its shape");
   if (file->damaged()) return damage("");
-  return TfliteTensor{tensor.scalar<uint8_t>(5, 0) != 0, stored > 0, false, *bytes == 0};
+  return TfliteTensor{
+      .variable = tensor.scalar<uint8_t>(5, 0) != 0, .constant = stored > 0, .empty = *bytes == 0};
 }
 
 }  // namespace weir::engine
