@@ -157,6 +157,18 @@ void turn_pixels(benchmark::State& state, ElementType type) {
   run_plan(state, Mode::Transpose, "0:2:1:3", picture(state, type));
 }
 
+void stand(benchmark::State& state, const std::string& option, ElementType type) {
+  run_plan(state, Mode::Stand, option, picture(state, type));
+}
+
+void clamp(benchmark::State& state, ElementType type) {
+  run_plan(state, Mode::Clamp, "10:200", picture(state, type));
+}
+
+void padding(benchmark::State& state, ElementType type) {
+  run_plan(state, Mode::Padding, "left:8,right:8,top:8,bottom:8", planes(state, type));
+}
+
 void floor_copy(benchmark::State& state, ElementType type) {
   const size_t bytes = elements(state) * size_of(type);
   Memory in(bytes), out(bytes);
@@ -200,6 +212,13 @@ BENCHMARK_CAPTURE(to_planes, f32, kF32)->Apply(sizes);
 BENCHMARK_CAPTURE(to_pixels, f32, kF32)->Apply(sizes);
 BENCHMARK_CAPTURE(turn_planes, f32, kF32)->Apply(sizes);
 BENCHMARK_CAPTURE(turn_pixels, f32, kF32)->Apply(sizes);
+BENCHMARK_CAPTURE(stand, u8, "default", kU8)->Apply(sizes);
+BENCHMARK_CAPTURE(stand, u8_to_f32, "default:float32", kU8)->Apply(sizes);
+BENCHMARK_CAPTURE(stand, f32, "default", kF32)->Apply(sizes);
+BENCHMARK_CAPTURE(stand, u8_channels_to_f32, "default:float32,per-channel:true", kU8)->Apply(sizes);
+BENCHMARK_CAPTURE(clamp, u8, kU8)->Apply(sizes);
+BENCHMARK_CAPTURE(clamp, f32, kF32)->Apply(sizes);
+BENCHMARK_CAPTURE(padding, u8, kU8)->Apply(sizes);
 
 }  // namespace
 }  // namespace weir

@@ -93,6 +93,7 @@ class ChainKernel : public Kernel {
   bool in_place_possible() const noexcept final {
     return size_of(parts_.from) == size_of(parts_.to);
   }
+  size_t period() const noexcept final { return parts_.channels.inner * parts_.channels.count; }
 
  protected:
   const ChainParts& parts() const noexcept { return parts_; }

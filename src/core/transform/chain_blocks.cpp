@@ -12,29 +12,13 @@
 #include <hwy/foreach_target.h>  // compiles this file once per CPU target
 #include <hwy/highway.h>
 
+#include "core/transform/cast_block-inl.hpp"
+
 HWY_BEFORE_NAMESPACE();
 namespace weir::transform::HWY_NAMESPACE {
 
-// Both take kChainBlock elements; the memories are apart from each other and aligned.
-using CastBlock = void (*)(const std::byte* in, std::byte* out) noexcept;
+// kChainBlock elements; the memories are apart from each other and aligned.
 using ColumnBlock = void (*)(std::byte* values, const std::byte* operands) noexcept;
-
-template <class From, class To>
-void cast_block(const std::byte* in, std::byte* out) noexcept {
-  const From* HWY_RESTRICT from = reinterpret_cast<const From*>(in);
-  To* HWY_RESTRICT to = reinterpret_cast<To*>(out);
-  for (size_t i = 0; i < kChainBlock; ++i) {
-    if constexpr (std::same_as<From, To>) {
-      to[i] = from[i];
-    } else if constexpr (std::same_as<From, float16>) {
-      to[i] = convert<To>(widen(from[i]));
-    } else if constexpr (std::same_as<To, float16>) {
-      to[i] = round_to_half(convert<float>(from[i]));
-    } else {
-      to[i] = convert<To>(from[i]);
-    }
-  }
-}
 
 template <class T>
 T apply_op(ColumnOp op, T x, T operand) noexcept {

@@ -18,6 +18,8 @@ class Kernel {
   virtual Counters run(std::span<const std::byte> in, std::span<std::byte> out) const noexcept = 0;
   virtual bool in_place_possible() const noexcept { return false; }
   virtual bool is_copy() const noexcept { return false; }
+  // Element by element, the same again every so many of them; 0: it needs more than that.
+  virtual size_t period() const noexcept { return 0; }
 };
 
 // The same bytes again.
@@ -28,6 +30,7 @@ class CopyKernel final : public Kernel {
   Counters run(std::span<const std::byte> in, std::span<std::byte> out) const noexcept override;
   bool in_place_possible() const noexcept override { return true; }
   bool is_copy() const noexcept override { return true; }
+  size_t period() const noexcept override { return 1; }
 
  private:
   size_t bytes_, element_bytes_;

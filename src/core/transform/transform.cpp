@@ -7,7 +7,12 @@
 
 #include "core/text/text.hpp"
 #include "core/transform/arithmetic.hpp"
+#include "core/transform/clamp.hpp"
+#include "core/transform/dimchg.hpp"
+#include "core/transform/fused.hpp"
 #include "core/transform/kernel.hpp"
+#include "core/transform/padding.hpp"
+#include "core/transform/stand.hpp"
 #include "core/transform/transpose.hpp"
 #include "core/transform/typecast.hpp"
 
@@ -50,35 +55,34 @@ Mode parse_mode(std::string_view nick) noexcept {
 
 Mode Operation::mode() const noexcept {
   constexpr std::array<Mode, std::variant_size_v<decltype(what)>> kModeOf{
-      Mode::Typecast, Mode::Arithmetic, Mode::Transpose};
+      Mode::Dimchg, Mode::Typecast, Mode::Arithmetic, Mode::Transpose,
+      Mode::Stand,  Mode::Clamp,    Mode::Padding};
   return kModeOf[what.index()];
 }
 
 Result<Operation> parse(Mode mode, std::string_view option) {
   switch (mode) {
+    case Mode::Dimchg:
+      return parse_dimchg(option);
     case Mode::Typecast:
       return parse_typecast(option);
     case Mode::Arithmetic:
       return parse_arithmetic(option);
     case Mode::Transpose:
       return parse_transpose(option);
-    case Mode::Dimchg:
     case Mode::Stand:
+      return parse_stand(option);
     case Mode::Clamp:
+      return parse_clamp(option);
     case Mode::Padding:
-      return Error{Code::OPTION_VALUE,
-                   "mode " + std::string(name_of(mode)) + " is not available yet",
-                   "mode=" + std::string(name_of(mode)),
-                   "typecast, arithmetic or transpose",
-                   "",
-                   "mode=typecast option=float32"};
+      return parse_padding(option);
     case Mode::Unknown:
       break;
   }
   return Error{Code::MODE_UNKNOWN,
                "no mode of the transform is set",
                "mode=unknown",
-               "typecast, arithmetic or transpose",
+               "dimchg, typecast, arithmetic, transpose, stand, clamp or padding",
                "",
                "mode=typecast option=float32"};
 }
@@ -105,6 +109,14 @@ Result<Plan> plan(const Operation& operation, const TensorSpec& in, bool acceler
   auto kernel =
       std::visit([&](const auto& op) { return make_kernel(op, in, accelerate); }, operation.what);
   return Plan(in, *std::move(out), std::move(kernel));
+}
+
+std::optional<Plan> fused(const Plan& first, const Plan& second) {
+  auto kernel = make_fused_kernel({first.kernel_, first.input_.type, first.output_.type},
+                                  {second.kernel_, second.input_.type, second.output_.type},
+                                  static_cast<size_t>(first.input_.shape.count().value_or(0)));
+  if (!kernel) return std::nullopt;
+  return Plan(first.input_, second.output_, std::move(kernel));
 }
 
 bool Plan::in_place_possible() const noexcept {

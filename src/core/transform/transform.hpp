@@ -6,6 +6,7 @@
 //
 // Grammars and number rules: docs/elements/tensor_transform.md. Dimensions are innermost-first.
 #pragma once
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
@@ -59,8 +60,26 @@ struct Transpose {
   std::vector<uint8_t> order;  // out dimension i is in dimension order[i]; a permutation
 };
 
+struct Dimchg {
+  uint8_t from = 0, to = 0;  // the dimensions between move up or down by one
+};
+
+struct Stand {
+  ElementType to = ElementType::End;  // End: the input's type stays
+  bool only_mean = false;             // dc-average: x - mean; else |x - mean| / deviation
+  bool per_channel = false;           // statistics for each index of dimension 0
+};
+
+struct Clamp {
+  double low = 0, high = 0;
+};
+
+struct Padding {
+  std::array<uint32_t, 3> before{}, after{};  // zeros at both ends of dimensions 0 to 2
+};
+
 struct Operation {
-  std::variant<Typecast, Arithmetic, Transpose> what;
+  std::variant<Dimchg, Typecast, Arithmetic, Transpose, Stand, Clamp, Padding> what;
   std::vector<std::string> warnings;  // things that work but that the user should know
 
   Mode mode() const noexcept;
@@ -115,9 +134,15 @@ class Plan {
   Counters apply(std::span<const std::byte> in, std::span<std::byte> out) const noexcept;
 
  private:
+  friend std::optional<Plan> fused(const Plan& first, const Plan& second);
   TensorSpec input_, output_;
   std::shared_ptr<const Kernel> kernel_;
 };
+
+// One plan that does `first` and then `second` in a single pass over memory; nullopt when one of
+// them needs more of the tensor at a time than a block in the cache. Precondition: second.input()
+// is first.output().
+std::optional<Plan> fused(const Plan& first, const Plan& second);
 
 // accelerate = false takes the plain scalar path; the results are the same bit for bit, but that a
 // signalling NaN of float16 in a channel that no step touches becomes quiet on the vector path.

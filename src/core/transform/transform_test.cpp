@@ -23,13 +23,15 @@ TEST(TransformMode, OtherNamesAreUnknown) {
     EXPECT_EQ(parse_mode(nick), Mode::Unknown) << nick;
 }
 
-TEST(TransformMode, LaterModesSayThatTheyAreNotThereYet) {
-  for (const Mode mode : {Mode::Dimchg, Mode::Stand, Mode::Clamp, Mode::Padding}) {
-    const auto operation = parse(mode, "0:2");
-    ASSERT_FALSE(operation);
-    EXPECT_EQ(operation.error().code, Code::OPTION_VALUE);
-    EXPECT_EQ(operation.error().what,
-              "mode " + std::string(name_of(mode)) + " is not available yet");
+TEST(TransformMode, EachOptionIsReadByItsOwnMode) {
+  const std::pair<Mode, const char*> options[] = {
+      {Mode::Dimchg, "0:2"},        {Mode::Typecast, "int8"}, {Mode::Arithmetic, "add:1"},
+      {Mode::Transpose, "1:0:2:3"}, {Mode::Stand, "default"}, {Mode::Clamp, "0:1"},
+      {Mode::Padding, "left:1"}};
+  for (const auto& [mode, option] : options) {
+    const auto operation = parse(mode, option);
+    ASSERT_TRUE(operation) << option;
+    EXPECT_EQ(operation->mode(), mode);
   }
 }
 

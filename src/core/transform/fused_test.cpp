@@ -1,0 +1,94 @@
+// Two plans in one pass: the same bits as one after the other, or no fusion.
+#include "core/transform/transform_test_support.hpp"
+
+namespace weir::transform {
+namespace {
+
+struct Stage {
+  Mode mode;
+  const char* option;
+};
+
+std::vector<std::byte> applied(const Plan& plan, const std::vector<std::byte>& in,
+                               Counters* counters) {
+  std::vector<std::byte> out(*plan.output().bytes());
+  const auto counted = plan.apply(in, out);
+  counters->divisions_by_zero += counted.divisions_by_zero;
+  return out;
+}
+
+// Whether the two were fused; the results are compared when they were.
+bool fuses(const Stage& one, const Stage& two, const TensorSpec& spec, bool accelerate = true) {
+  SCOPED_TRACE(std::string(one.option) + " then " + two.option + " of " + spec.to_string());
+  const auto first = test::plan_of(one.mode, one.option, spec, accelerate);
+  const auto second = test::plan_of(two.mode, two.option, first.output(), accelerate);
+  const auto both = fused(first, second);
+  if (!both) return false;
+  EXPECT_EQ(both->input().type, first.input().type);
+  EXPECT_EQ(both->output().type, second.output().type);
+  std::mt19937_64 random(11);
+  std::vector<std::byte> in(*spec.bytes());
+  for (auto& byte : in) byte = static_cast<std::byte>(random());
+  Counters apart, together;
+  const auto expected = applied(second, applied(first, in, &apart), &apart);
+  EXPECT_EQ(applied(*both, in, &together), expected);
+  EXPECT_EQ(together.divisions_by_zero, apart.divisions_by_zero);
+  if (both->in_place_possible()) {
+    std::vector<std::byte> place = in;
+    both->apply(place, place);
+    EXPECT_EQ(place, expected);
+  }
+  return true;
+}
+
+constexpr Stage kCast{Mode::Typecast, "float32"};
+constexpr Stage kScale{Mode::Arithmetic, "add:-127.5,mul:0.0078125"};
+constexpr Stage kLimit{Mode::Clamp, "-0.5:0.5"};
+constexpr Stage kBack{Mode::Typecast, "uint8"};
+constexpr Stage kZeroDivision{Mode::Arithmetic, "div:0,add:3"};
+constexpr Stage kChannels{Mode::Arithmetic, "per-channel:true@0,add:1@0,mul:3@2"};
+constexpr Stage kPlanes{Mode::Arithmetic, "per-channel:true@2,add:1@0,mul:3@2"};
+constexpr Stage kOrder{Mode::Transpose, "1:0:2:3"};
+constexpr Stage kStand{Mode::Stand, "default"};
+
+TEST(Fused, GivesWhatBothGiveOneAfterTheOther) {
+  for (const uint32_t width : {1u, 7u, 2048u / 3, 5000u}) {
+    const TensorSpec bytes{ElementType::UInt8, {3, width}, ""};
+    const TensorSpec reals{ElementType::Float32, {3, width}, ""};
+    for (const bool accelerate : {true, false}) {
+      EXPECT_TRUE(fuses(kCast, kScale, bytes, accelerate));
+      EXPECT_TRUE(fuses(kScale, kLimit, reals, accelerate));
+      EXPECT_TRUE(fuses(kLimit, kBack, reals, accelerate));
+      EXPECT_TRUE(fuses(kZeroDivision, kChannels, bytes, accelerate));
+      EXPECT_TRUE(fuses(kChannels, kZeroDivision, bytes, accelerate));
+    }
+  }
+}
+
+TEST(Fused, ThreeAreFusedTwoByTwo) {
+  const TensorSpec spec{ElementType::UInt8, {3, 1000}, ""};
+  const auto cast = test::plan_of(Mode::Typecast, "float32", spec, true);
+  const auto scale = test::plan_of(Mode::Arithmetic, kScale.option, cast.output(), true);
+  const auto limit = test::plan_of(Mode::Clamp, kLimit.option, scale.output(), true);
+  const auto both = fused(cast, scale);
+  ASSERT_TRUE(both);
+  const auto all = fused(*both, limit);
+  ASSERT_TRUE(all);
+  std::vector<std::byte> in(3000);
+  for (size_t i = 0; i < in.size(); ++i) in[i] = static_cast<std::byte>(i);
+  Counters counters;
+  EXPECT_EQ(applied(*all, in, &counters),
+            applied(limit, applied(scale, applied(cast, in, &counters), &counters), &counters));
+}
+
+TEST(Fused, NotWhereATensorIsNeededAsAWhole) {
+  const TensorSpec spec{ElementType::UInt8, {3, 100, 100}, ""};
+  EXPECT_FALSE(fuses(kCast, kOrder, spec));
+  EXPECT_FALSE(fuses(kOrder, kCast, spec));
+  EXPECT_FALSE(fuses(kStand, kCast, spec));
+  EXPECT_FALSE(fuses(kPlanes, kCast, {ElementType::UInt8, {100, 100, 3}, ""}))
+      << "its channels come again after more than a block";
+}
+
+}  // namespace
+}  // namespace weir::transform

@@ -1,0 +1,90 @@
+// mode=stand: its grammar, and how a tensor is cut into strips.
+#include "core/transform/stand.hpp"
+
+#include "core/transform/chain_program.hpp"
+#include "core/transform/option_reader.hpp"
+
+namespace weir::transform {
+namespace {
+
+constexpr const char* kExample = "option=default:float32";
+
+class StandKernel final : public Kernel {
+ public:
+  StandKernel(const Stand& stand, const TensorSpec& in, ElementType to, bool accelerate) noexcept
+      : types_{in.type, to, !stand.only_mean},
+        count_(static_cast<size_t>(in.shape.count().value_or(0))),
+        channels_(stand.per_channel ? in.shape[0] : 1),
+        accelerate_(accelerate) {}
+
+  Counters run(std::span<const std::byte> in, std::span<std::byte> out) const noexcept override {
+    if (in.size() < count_ * size_of(types_.from) || out.size() < count_ * size_of(types_.to))
+      return {};
+    if (channels_ <= kChainBlock) {
+      const size_t width = kChainBlock / channels_ * channels_;
+      const StandStrip all{0, width, width, count_ / width, count_ % width, channels_};
+      run_stand_strip(all, types_, accelerate_, in.data(), out.data());
+      return {};
+    }
+    for (size_t begin = 0; begin < channels_; begin += kChainBlock) {
+      const size_t width = channels_ - begin < kChainBlock ? channels_ - begin : kChainBlock;
+      const StandStrip some{begin, width, channels_, count_ / channels_, 0, width};
+      run_stand_strip(some, types_, accelerate_, in.data(), out.data());
+    }
+    return {};
+  }
+  // The last pass alone writes, each element where it was read.
+  bool in_place_possible() const noexcept override {
+    return size_of(types_.from) == size_of(types_.to);
+  }
+
+ private:
+  StandTypes types_;
+  size_t count_, channels_;
+  bool accelerate_;
+};
+
+ElementType type_after(const Stand& stand, ElementType in) noexcept {
+  return stand.to == ElementType::End ? in : stand.to;
+}
+
+}  // namespace
+
+Result<Operation> parse_stand(std::string_view option) {
+  OptionReader reader("stand", option);
+  Stand stand;
+  if (reader.take("dc-average"))
+    stand.only_mean = true;
+  else if (!reader.take("default"))
+    return reader.syntax_error("default or dc-average", kExample);
+  if (reader.take(":")) {
+    stand.to = reader.take_type();
+    if (stand.to == ElementType::End)
+      return reader.syntax_error("an element type such as float32", kExample);
+  }
+  if (reader.take(",per-channel:")) {
+    stand.per_channel = reader.take("true");
+    if (!stand.per_channel && !reader.take("false"))
+      return reader.syntax_error("true or false", "option=default:float32,per-channel:true");
+  }
+  if (!reader.at_end())
+    return reader.syntax_error("':' and a type, ',per-channel:true', or the end", kExample);
+  return Operation{stand, {}};
+}
+
+TemplateSpec output_of(const Stand& stand, const TemplateSpec& in) {
+  return {type_after(stand, in.type), in.shape};
+}
+
+std::optional<TemplateSpec> input_of(const Stand& stand, const TemplateSpec& out) {
+  if (stand.to == ElementType::End) return out;
+  if (!out.type_open() && out.type != stand.to) return std::nullopt;
+  return TemplateSpec{ElementType::End, out.shape};
+}
+
+std::shared_ptr<const Kernel> make_kernel(const Stand& stand, const TensorSpec& in,
+                                          bool accelerate) {
+  return std::make_shared<StandKernel>(stand, in, type_after(stand, in.type), accelerate);
+}
+
+}  // namespace weir::transform

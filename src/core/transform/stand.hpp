@@ -1,0 +1,31 @@
+// mode=stand: (default|dc-average)[:TYPE][,per-channel:(true|false)] standardises a tensor by its
+// own mean and deviation.
+#pragma once
+#include "core/transform/kernel.hpp"
+
+namespace weir::transform {
+
+Result<Operation> parse_stand(std::string_view option);
+TemplateSpec output_of(const Stand& stand, const TemplateSpec& in);
+std::optional<TemplateSpec> input_of(const Stand& stand, const TemplateSpec& out);
+std::shared_ptr<const Kernel> make_kernel(const Stand& stand, const TensorSpec& in,
+                                          bool accelerate);
+
+// Elements that share their channels position by position: `rows` of `width` elements, `stride`
+// elements apart, the first at `begin`, and `tail` elements more. Position j of a row is of channel
+// j % channels; channels <= width <= kChainBlock.
+struct StandStrip {
+  size_t begin = 0, width = 0, stride = 0, rows = 0, tail = 0, channels = 1;
+};
+
+struct StandTypes {
+  ElementType from, to;
+  bool divides;  // |x - mean| / deviation, else x - mean
+};
+
+// In double, and the same on every CPU. `in` and `out` are the start of the tensor.
+// (stand_strip.cpp)
+void run_stand_strip(const StandStrip& strip, const StandTypes& types, bool accelerate,
+                     const std::byte* in, std::byte* out) noexcept;
+
+}  // namespace weir::transform

@@ -1,0 +1,142 @@
+// mode=stand: grammar, and results against the specification's running average, element by element.
+#include "core/transform/transform_test_support.hpp"
+
+namespace weir::transform {
+namespace {
+
+using test::for_each_target;
+
+template <class T>
+double number(T x) {
+  if constexpr (std::is_same_v<T, float16>)
+    return static_cast<double>(static_cast<float>(x));
+  else
+    return static_cast<double>(x);
+}
+
+// In double, with the specification's formulas.
+template <class T>
+std::vector<double> reference(const std::vector<T>& in, size_t channels, bool divides) {
+  std::vector<double> out(in.size());
+  for (size_t channel = 0; channel < channels; ++channel) {
+    double average = 0, squares = 0, n = 0;
+    for (size_t i = channel; i < in.size(); i += channels)
+      average += (number(in[i]) - average) / ++n;
+    for (size_t i = channel; i < in.size(); i += channels)
+      squares += (number(in[i]) - average) * (number(in[i]) - average) / n;
+    const double deviation = squares == 0 ? 1e-10 : std::sqrt(squares);
+    for (size_t i = channel; i < in.size(); i += channels)
+      out[i] = divides ? std::abs(number(in[i]) - average) / deviation : number(in[i]) - average;
+  }
+  return out;
+}
+
+template <class T>
+class StandTypes : public testing::Test {};
+using AllTypes = testing::Types<int8_t, uint8_t, int16_t, uint16_t, int32_t, uint32_t, int64_t,
+                                uint64_t, float16, float, double>;
+TYPED_TEST_SUITE(StandTypes, AllTypes);
+
+template <class T>
+std::vector<T> moderate_values(size_t count, std::mt19937_64& random) {
+  std::vector<T> out;
+  for (size_t i = 0; i < count; ++i) {
+    if constexpr (std::is_integral_v<T>)
+      out.push_back(static_cast<T>(random() % 120));
+    else
+      out.push_back(T(static_cast<float>(random() % 2000) / 64.0f - 10.0f));
+  }
+  return out;
+}
+
+TYPED_TEST(StandTypes, AreStandardisedLikeTheReference) {
+  std::mt19937_64 random(5);
+  const Shape shapes[] = {{1}, {3, 1}, {3, 50}, {1, 999}, {255, 3}, {256, 4}, {300, 5}, {700, 2}};
+  for (const auto& shape : shapes) {
+    const auto in = moderate_values<TypeParam>(*shape.count(), random);
+    for (const bool per_channel : {false, true}) {
+      for (const bool divides : {false, true}) {
+        const std::string option = std::string(divides ? "default" : "dc-average") + ":float64" +
+                                   (per_channel ? ",per-channel:true" : "");
+        SCOPED_TRACE(option + " of " + shape.to_string());
+        const auto expected = reference(in, per_channel ? shape[0] : 1, divides);
+        std::vector<double> first;
+        for_each_target([&] {
+          const auto out = test::run<double>(Mode::Stand, option, shape, in);
+          for (size_t i = 0; i < in.size(); ++i)
+            ASSERT_NEAR(out[i], expected[i], 1e-9 * std::max(1.0, std::abs(expected[i]))) << i;
+          if (first.empty()) first = out;
+          ASSERT_EQ(out, first) << "every target gives the same bits";
+        });
+        EXPECT_EQ(test::run<double>(Mode::Stand, option, shape, in, false), first);
+      }
+    }
+  }
+}
+
+TEST(Stand, TakesTheMeanAway) {
+  const std::vector<int16_t> in{1, 2, 3, 6};
+  EXPECT_EQ(test::run<int16_t>(Mode::Stand, "dc-average", Shape{4}, in),
+            (std::vector<int16_t>{-2, -1, 0, 3}));
+  EXPECT_EQ(test::run<float>(Mode::Stand, "DC-Average:float32,per-channel:true", Shape{2, 2}, in),
+            (std::vector<float>{-1, -2, 1, 2}));
+}
+
+TEST(Stand, DividesDistancesByTheDeviation) {
+  const std::vector<float> in{2, 4, 4, 4, 5, 5, 7, 9};  // mean 5, deviation 2
+  EXPECT_EQ(test::run<float>(Mode::Stand, "default", Shape{8}, in),
+            (std::vector<float>{1.5, 0.5, 0.5, 0.5, 0, 0, 1, 2}));
+  EXPECT_EQ(test::run<uint8_t>(Mode::Stand, "default:uint8,per-channel:false", Shape{8}, in),
+            (std::vector<uint8_t>{1, 0, 0, 0, 0, 0, 1, 2}));
+}
+
+TEST(Stand, OfEqualElementsIsZero) {
+  EXPECT_EQ(test::run<float>(Mode::Stand, "default", Shape{5}, std::vector<float>(5, 3.5f)),
+            std::vector<float>(5, 0.0f));
+}
+
+TEST(Stand, PassesNotANumberOn) {
+  std::vector<float> in(10, 1.0f);
+  in[4] = NAN;
+  for (const float x : test::run<float>(Mode::Stand, "default", Shape{10}, in))
+    EXPECT_TRUE(std::isnan(x));
+}
+
+TEST(Stand, WorksInPlaceWhereTheSizeStays) {
+  const std::vector<float> expected{1.5, 0.5, 0.5, 0.5, 0, 0, 1, 2};
+  std::vector<float> in{2, 4, 4, 4, 5, 5, 7, 9};
+  const auto plan = test::plan_of(Mode::Stand, "default", {ElementType::Float32, {8}, ""}, true);
+  ASSERT_TRUE(plan.in_place_possible());
+  const auto bytes = std::as_writable_bytes(std::span(in));
+  plan.apply(bytes, bytes);
+  EXPECT_EQ(in, expected);
+  EXPECT_FALSE(test::plan_of(Mode::Stand, "default:float32", {ElementType::UInt8, {8}, ""}, true)
+                   .in_place_possible());
+}
+
+TEST(Stand, KnowsItsTypesForCaps) {
+  const auto kept = parse(Mode::Stand, "default"), made = parse(Mode::Stand, "default:float32");
+  EXPECT_EQ(input_candidates(*kept, {ElementType::Int8, {3}})->type, ElementType::Int8);
+  EXPECT_TRUE(input_candidates(*made, {ElementType::Float32, {3}})->type_open());
+  EXPECT_FALSE(input_candidates(*made, {ElementType::Int8, {3}}));
+  EXPECT_EQ(output_candidates(*made, {ElementType::Int8, {3}}).type, ElementType::Float32);
+}
+
+TEST(Stand, RefusesWhatItCannotRead) {
+  for (const auto& [option, needed] : std::initializer_list<std::pair<const char*, const char*>>{
+           {"", "default or dc-average"},
+           {"mean", "default or dc-average"},
+           {"default:", "an element type"},
+           {"default:flot32", "an element type"},
+           {"default,per-channel:yes", "true or false"},
+           {"default,per-channel:true@0", "or the end"},
+           {"dc-average:float32x", "or the end"}}) {
+    const auto operation = parse(Mode::Stand, option);
+    ASSERT_FALSE(operation) << option;
+    EXPECT_NE(operation.error().needed.find(needed), std::string::npos)
+        << option << ": " << operation.error().needed;
+  }
+}
+
+}  // namespace
+}  // namespace weir::transform
