@@ -1,60 +1,13 @@
 // tensor_converter in a harness: every video format, strides, chunks, bytes, errors.
-#include <gst/check/gstharness.h>
 #include <gst/video/video.h>
-#include <gtest/gtest.h>
 
-#include <numeric>
-#include <string>
-#include <vector>
-
-#include "gstcpp/ref.hpp"
+#include "core/tensor/tensor_header.hpp"
+#include "elements/tensor_converter/converter_harness.hpp"
 
 namespace {
 
-using weir::gst::Mapped;
-using weir::gst::Ref;
-using weir::gst::Unique;
-using Harness = Unique<GstHarness, gst_harness_teardown>;
-using Bytes = std::vector<uint8_t>;
-
-Harness harness(const std::string& properties, const std::string& caps) {
-  Harness h{gst_harness_new_parse(("tensor_converter " + properties).c_str())};
-  gst_harness_set_src_caps_str(h.get(), caps.c_str());
-  return h;
-}
-std::string video(const std::string& format, int width, int height) {
-  return "video/x-raw,format=" + format + ",width=" + std::to_string(width) +
-         ",height=" + std::to_string(height) + ",framerate=10/1,interlace-mode=progressive";
-}
-Bytes ramp(size_t size) {
-  Bytes out(size);
-  std::iota(out.begin(), out.end(), uint8_t{0});
-  return out;
-}
-GstBuffer* frame(const Bytes& bytes) {
-  GstBuffer* b = gst_buffer_new_allocate(nullptr, bytes.size(), nullptr);
-  gst_buffer_fill(b, 0, bytes.data(), bytes.size());
-  return b;
-}
-Bytes content(GstBuffer* b) {
-  const Mapped map(b, GST_MAP_READ);
-  const auto span = map.as<const uint8_t>();
-  return {span.begin(), span.end()};
-}
-std::string caps_text(const Harness& h) {
-  auto caps = Ref<GstCaps>::adopt(gst_pad_get_current_caps(h->sinkpad));
-  const weir::gst::UniqueText text{gst_caps_to_string(caps.get())};
-  return text.get();
-}
-uint64_t stat(const Harness& h, const char* name) {
-  const auto e = Ref<GstElement>::adopt(gst_harness_find_element(h.get(), "tensor_converter"));
-  GstStructure* raw = nullptr;
-  g_object_get(e.get(), "stats", &raw, nullptr);
-  const Unique<GstStructure, gst_structure_free> stats(raw);
-  guint64 value = UINT64_MAX;
-  gst_structure_get_uint64(stats.get(), name, &value);
-  return value;
-}
+using namespace weir;
+using namespace weir::testing_tensor_converter;
 
 class VideoFormat : public testing::TestWithParam<std::pair<const char*, const char*>> {};
 
@@ -185,6 +138,42 @@ TEST(TensorConverter, SplitsABufferOfSeveralFrames) {
   }
 }
 
+TEST(TensorConverter, MakesEachBufferOneFlexibleTensorOfItsOwnSize) {
+  Harness h{gst_harness_new_parse("tensor_converter")};
+  gst_harness_set_sink_caps_str(h.get(), "other/tensors,format=flexible");
+  gst_harness_set_src_caps_str(h.get(), "application/octet-stream,framerate=10/1");
+  for (const uint8_t size : {5, 9}) {
+    auto out = Ref<GstBuffer>::adopt(gst_harness_push_and_pull(h.get(), frame(ramp(size))));
+    const Bytes all = content(out.get());
+    const auto header = read_tensor_header(std::as_bytes(std::span(all)));
+    ASSERT_TRUE(header);
+    EXPECT_EQ(header->spec.to_string(), "uint8 " + std::to_string(size));
+    EXPECT_EQ(header->media, MediaType::Octet);
+    EXPECT_EQ(Bytes(all.begin() + kTensorHeaderBytes, all.end()), ramp(size));
+  }
+  EXPECT_EQ(gst_harness_buffers_in_queue(h.get()), 0u);
+}
+
+TEST(TensorConverter, GathersNeitherBuffersOfAnySizeNorSeveralTensors) {
+  const auto several = caps_error("frames-per-tensor=2 input-dim=2,3 input-type=uint8,uint8",
+                                  "application/octet-stream");
+  EXPECT_SAYS(several, "WEIR-1004: several tensors cannot be gathered");
+  EXPECT_SAYS(several, "fix: tensor_converter frames-per-tensor=1");
+  const auto huge =
+      caps_error("frames-per-tensor=4294967295 input-dim=4294967295:2147483647 input-type=uint8",
+                 "application/octet-stream");
+  EXPECT_SAYS(huge, "WEIR-2006: the tensors are too big");
+}
+
+TEST(TensorConverter, TakesOtherCapsInTheMiddleOfAStream) {
+  auto h = harness("", video("RGB", 8, 2));
+  gst_buffer_unref(gst_harness_push_and_pull(h.get(), frame(ramp(48))));
+  EXPECT_EQ(change_caps(h, video("GRAY8", 4, 3)), "");
+  gst_buffer_unref(gst_harness_push_and_pull(h.get(), frame(ramp(12))));
+  EXPECT_SAYS(caps_text(h), "1:4:3:1");
+  EXPECT_SAYS(change_caps(h, "application/octet-stream"), "the tensors in the byte stream");
+}
+
 TEST(TensorConverter, RefusesBuffersThatAreNoWholeFrames) {
   auto bytes = harness("input-dim=4 input-type=uint8", "application/octet-stream,framerate=10/1");
   EXPECT_EQ(gst_harness_push(bytes.get(), frame(ramp(7))), GST_FLOW_ERROR);
@@ -193,27 +182,6 @@ TEST(TensorConverter, RefusesBuffersThatAreNoWholeFrames) {
   EXPECT_EQ(stat(picture, "dropped-error"), 1u);
   auto empty = harness("", video("RGB", 8, 2));
   EXPECT_EQ(gst_harness_push(empty.get(), gst_buffer_new()), GST_FLOW_ERROR);
-}
-
-std::string caps_error(const std::string& properties, const std::string& text) {
-  auto element = Ref<GstElement>::adopt(GST_ELEMENT(
-      gst_object_ref_sink(gst_parse_launch(("tensor_converter " + properties).c_str(), nullptr))));
-  auto bus = Ref<GstBus>::adopt(gst_bus_new());
-  gst_element_set_bus(element.get(), bus.get());
-  gst_element_set_state(element.get(), GST_STATE_PAUSED);
-  auto pad = Ref<GstPad>::adopt(gst_element_get_static_pad(element.get(), "sink"));
-  gst_pad_send_event(pad.get(), gst_event_new_stream_start("test"));
-  auto caps = Ref<GstCaps>::adopt(gst_caps_from_string(text.c_str()));
-  EXPECT_FALSE(gst_pad_send_event(pad.get(), gst_event_new_caps(caps.get())));
-  auto message = Ref<GstMessage>::adopt(gst_bus_pop_filtered(bus.get(), GST_MESSAGE_ERROR));
-  gst_element_set_state(element.get(), GST_STATE_NULL);
-  gst_element_set_bus(element.get(), nullptr);
-  if (!message) return "";
-  GError* error = nullptr;
-  gst_message_parse_error(message.get(), &error, nullptr);
-  const std::string out = error->message;
-  g_error_free(error);
-  return out;
 }
 
 TEST(TensorConverter, SaysWhatABytesStreamNeeds) {

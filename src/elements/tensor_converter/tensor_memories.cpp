@@ -7,13 +7,28 @@
 #include "gstcpp/tensor_caps.hpp"
 
 namespace weir {
+namespace {
 
-gst::Ref<GstBuffer> one_memory_each(GstBuffer* in, const std::vector<TensorSpec>& tensors,
+bool lies_so(GstBuffer* buffer, const std::vector<TensorSpec>& tensors) {
+  const size_t count = tensors.size() > kMemoryLimit ? 1 : tensors.size();
+  if (gst_buffer_n_memory(buffer) != count) return false;
+  if (count == 1) return true;
+  for (guint i = 0; i < count; ++i)
+    if (gst_memory_get_sizes(gst_buffer_peek_memory(buffer, i), nullptr, nullptr) !=
+        tensors[i].bytes())
+      return false;
+  return true;
+}
+
+}  // namespace
+
+gst::Ref<GstBuffer> one_memory_each(gst::Ref<GstBuffer> in, const std::vector<TensorSpec>& tensors,
                                     Ledger* ledger) {
-  if (gst_buffer_n_memory(in) > 1) ledger->copied(gst_buffer_get_size(in));
+  if (lies_so(in.get(), tensors)) return in;
+  if (gst_buffer_n_memory(in.get()) > 1) ledger->copied(gst_buffer_get_size(in.get()));
   auto out = gst::Ref<GstBuffer>::adopt(gst_buffer_new());
-  gst_buffer_copy_into(out.get(), in, GST_BUFFER_COPY_METADATA, 0, static_cast<gsize>(-1));
-  GstMemory* all = gst_buffer_get_all_memory(in);
+  gst_buffer_copy_into(out.get(), in.get(), GST_BUFFER_COPY_METADATA, 0, static_cast<gsize>(-1));
+  GstMemory* all = gst_buffer_get_all_memory(in.get());
   if (tensors.size() == 1 || tensors.size() > kMemoryLimit) {
     gst_buffer_append_memory(out.get(), all);
     return out;

@@ -11,10 +11,10 @@
 
 namespace weir {
 
-// A buffer with one memory for each tensor, shared with `in`; a buffer of several memories is
-// gathered first, which counts as copied. More than 16 tensors stay in one memory. Metadata are
-// copied.
-gst::Ref<GstBuffer> one_memory_each(GstBuffer* in, const std::vector<TensorSpec>& tensors,
+// A buffer with one memory for each tensor: `in` itself where its memories lie so, else shared with
+// it; a buffer whose memories lie otherwise is gathered first, which counts as copied. More than 16
+// tensors stay in one memory. Metadata are copied.
+gst::Ref<GstBuffer> one_memory_each(gst::Ref<GstBuffer> in, const std::vector<TensorSpec>& tensors,
                                     Ledger* ledger);
 
 // A buffer of flexible tensors: a copy with a header before each. Null when memory ran out.

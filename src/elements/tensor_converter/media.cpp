@@ -1,0 +1,58 @@
+// The list of media.
+#include "elements/tensor_converter/media.hpp"
+
+#include <array>
+#include <cstring>
+
+#include "elements/tensor_converter/octet_medium.hpp"
+#include "elements/tensor_converter/video_medium.hpp"
+#include "gstcpp/tensor_caps.hpp"
+
+namespace weir {
+namespace {
+
+struct Entry {
+  const char* name;  // of the caps
+  const char* caps;
+  std::unique_ptr<Medium> (*make)();
+};
+
+template <class M>
+std::unique_ptr<Medium> make() {
+  return std::make_unique<M>();
+}
+
+constexpr std::array kMedia{
+    Entry{"video/x-raw",
+          "video/x-raw, format=(string){ RGB, BGR, RGBx, BGRx, xRGB, xBGR, RGBA, BGRA, ARGB, "
+          "ABGR, GRAY8, GRAY16_BE, GRAY16_LE, RGBP, BGRP }, width=(int)[ 1, 2147483647 ], "
+          "height=(int)[ 1, 2147483647 ], " WEIR_CAPS_RATE ", interlace-mode=(string)progressive",
+          make<VideoMedium>},
+    Entry{"application/octet-stream", "application/octet-stream", make<OctetMedium>},
+};
+
+}  // namespace
+
+Result<std::unique_ptr<Medium>> medium_for(const GstCaps* caps) {
+  const char* name = gst_structure_get_name(gst_caps_get_structure(caps, 0));
+  for (const auto& entry : kMedia)
+    if (std::strcmp(entry.name, name) == 0) return entry.make();
+  return Error{Code::FORMAT_UNSUPPORTED,
+               "this stream is no medium that becomes tensors",
+               name,
+               caps_of_media(),
+               "",
+               ""};
+}
+
+std::string caps_of_media() {
+  std::string text;
+  for (const auto& entry : kMedia) text += (text.empty() ? "" : "; ") + std::string(entry.caps);
+  return text;
+}
+
+std::string caps_of_media_for(const TensorSpec& peer, const Fraction& rate) {
+  return VideoMedium::caps_for(peer, rate) + "application/octet-stream";
+}
+
+}  // namespace weir

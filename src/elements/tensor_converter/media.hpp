@@ -1,0 +1,17 @@
+// Which media there are: by the name of their caps, and as caps of the sink pad.
+#pragma once
+#include <memory>
+
+#include "elements/tensor_converter/medium.hpp"
+
+namespace weir {
+
+// The medium for these caps; FORMAT_UNSUPPORTED when there is none.
+Result<std::unique_ptr<Medium>> medium_for(const GstCaps* caps);
+
+// Every stream that can be converted, as text.
+std::string caps_of_media();
+// What becomes the tensors `peer`, best first; "" when nothing is known to. Bytes always can.
+std::string caps_of_media_for(const TensorSpec& peer, const Fraction& rate);
+
+}  // namespace weir

@@ -1,0 +1,39 @@
+// What media share.
+#include "elements/tensor_converter/medium.hpp"
+
+namespace weir {
+
+Fraction rate_of(const GstCaps* caps) {
+  Fraction rate;
+  const GstStructure* s = gst_caps_get_structure(caps, 0);
+  const bool there = gst_structure_get_fraction(s, "framerate", &rate.numerator, &rate.denominator);
+  return there && rate.valid() ? rate : Fraction{0, 1};
+}
+
+Status agree(const FrameSpec& given, const std::vector<TensorSpec>& user, const char* medium) {
+  if (user.empty()) return ok();
+  const std::string difference = first_difference(given.tensors, user);
+  if (difference.empty()) return ok();
+  FrameSpec needed = given;
+  needed.tensors = user;
+  return Error{Code::SPEC_MISMATCH,
+               std::string("the ") + medium + " is not what input-dim and input-type say",
+               given.to_string(),
+               needed.to_string(),
+               difference,
+               "leave input-dim and input-type away: the caps say it"};
+}
+
+Status whole_frames(const GstBuffer* buffer, const StreamPlan& plan, const std::string& fix) {
+  const size_t size = gst_buffer_get_size(const_cast<GstBuffer*>(buffer));
+  if (size % plan.frame_bytes == 0) return ok();
+  return Error{
+      Code::FRAME_SIZE,
+      "a buffer does not hold whole frames",
+      std::to_string(size) + " bytes",
+      "a multiple of " + std::to_string(plan.frame_bytes) + " bytes for " + plan.spec.to_string(),
+      "",
+      fix};
+}
+
+}  // namespace weir

@@ -1,0 +1,55 @@
+// Medium: one kind of input stream, as tensors. Each has a class of its own; tensor_converter picks
+// it by the name of the caps and does what all share: time, chunks, headers, caps.
+#pragma once
+#include <gst/gst.h>
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/ledger/ledger.hpp"
+#include "core/tensor/frame_spec.hpp"
+#include "gstcpp/ref.hpp"
+
+namespace weir {
+
+// What the user and the next element say about the tensors.
+struct Wishes {
+  std::vector<TensorSpec> tensors;  // input-dim and input-type; empty unless both are given
+  std::vector<Shape> shapes;        // input-dim alone
+  uint32_t frames_per_tensor = 1;
+  std::vector<TensorSpec> peer;  // what the next element fixes; empty when it does not
+  bool peer_is_flexible = false;
+};
+
+// What a stream becomes, once its caps are known.
+struct StreamPlan {
+  FrameSpec spec;  // of each output, its rate that of the input; flexible: each frame says its own
+  uint64_t frame_bytes = 0;  // of one frame of input; 0: each buffer is one frame of any size
+  uint64_t frames_out = 1;   // frames in each output
+};
+
+struct MediumFrames {
+  gst::Ref<GstBuffer> buffer;       // whole frames, dense; null: the medium drops them
+  std::vector<TensorSpec> tensors;  // of this frame when it says its own; empty: the plan's
+};
+
+class Medium {
+ public:
+  virtual ~Medium() = default;
+  // `caps` are fixed and have a name that the medium takes.
+  virtual Result<StreamPlan> configure(const GstCaps* caps, const Wishes& wishes) = 0;
+  // A buffer that is not empty; after configure. What must be copied is counted in `ledger`.
+  virtual Result<MediumFrames> frames(gst::Ref<GstBuffer> buffer, Ledger* ledger) = 0;
+  virtual MediaType type() const noexcept = 0;  // as headers of flexible tensors say it
+  virtual void reset() noexcept {}              // after a flush
+};
+
+// The frame rate in the caps; 0/1 when they have none.
+Fraction rate_of(const GstCaps* caps);
+// SPEC_MISMATCH when the user said other tensors than the caps give.
+Status agree(const FrameSpec& given, const std::vector<TensorSpec>& user, const char* medium);
+// FRAME_SIZE unless the buffer holds whole frames; `fix` may be "".
+Status whole_frames(const GstBuffer* buffer, const StreamPlan& plan, const std::string& fix);
+
+}  // namespace weir

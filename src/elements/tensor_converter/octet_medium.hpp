@@ -1,0 +1,18 @@
+// OctetMedium: bytes that the user or the next element names as tensors; or, for flexible tensors,
+// one tensor of bytes for each buffer.
+#pragma once
+#include "elements/tensor_converter/medium.hpp"
+
+namespace weir {
+
+class OctetMedium final : public Medium {
+ public:
+  Result<StreamPlan> configure(const GstCaps* caps, const Wishes& wishes) override;
+  Result<MediumFrames> frames(gst::Ref<GstBuffer> buffer, Ledger* ledger) override;
+  MediaType type() const noexcept override { return MediaType::Octet; }
+
+ private:
+  StreamPlan plan_;
+};
+
+}  // namespace weir

@@ -1,0 +1,57 @@
+// Raw video as tensors (specification 2, "video").
+#include "elements/tensor_converter/video_medium.hpp"
+
+#include "gstcpp/tensor_caps.hpp"
+
+namespace weir {
+
+Result<StreamPlan> VideoMedium::configure(const GstCaps* caps, const Wishes& wishes) {
+  GstVideoInfo video;
+  if (!gst_video_info_from_caps(&video, caps))
+    return Error{Code::FORMAT_UNSUPPORTED, "the video caps cannot be read", "", "", "", ""};
+  auto tensor =
+      video_tensor(GST_VIDEO_INFO_NAME(&video), static_cast<uint32_t>(GST_VIDEO_INFO_WIDTH(&video)),
+                   static_cast<uint32_t>(GST_VIDEO_INFO_HEIGHT(&video)), wishes.frames_per_tensor);
+  if (!tensor) return tensor.error();
+  if (GST_VIDEO_INFO_VIEWS(&video) > 1)
+    GST_WARNING("the video has several views: each frame is taken as one picture");
+  video_ = DenseVideo(video, *tensor);
+  StreamPlan plan;
+  plan.spec.format = Format::Static;
+  plan.spec.tensors = {tensor->spec};
+  plan.spec.rate = rate_of(caps);
+  plan.frame_bytes = video_.frame_bytes();
+  plan.frames_out = wishes.frames_per_tensor;
+  if (auto status = agree(plan.spec, wishes.tensors, "video"); !status) return status.error();
+  return plan;
+}
+
+Result<MediumFrames> VideoMedium::frames(gst::Ref<GstBuffer> buffer, Ledger* ledger) {
+  auto dense = video_.from(std::move(buffer), ledger);
+  if (!dense) return dense.error();
+  return MediumFrames{*std::move(dense), {}};
+}
+
+std::string VideoMedium::caps_for(const TensorSpec& peer, const Fraction& rate) {
+  const Shape& d = peer.shape;
+  const char* formats = d[0] == 1   ? "{ GRAY8, GRAY16_BE, GRAY16_LE }"
+                        : d[0] == 3 ? "{ RGB, BGR }"
+                        : d[0] == 4 ? "{ RGBx, BGRx, xRGB, xBGR, RGBA, BGRA, ARGB, ABGR }"
+                                    : nullptr;
+  const std::string framerate = rate.valid()
+                                    ? "framerate=(fraction)" + std::to_string(rate.numerator) +
+                                          "/" + std::to_string(rate.denominator)
+                                    : WEIR_CAPS_RATE;
+  std::string text;
+  const auto add = [&](const char* list, uint32_t width, uint32_t height) {
+    if (width == 0 || height == 0 || width > G_MAXINT || height > G_MAXINT) return;
+    text += std::string("video/x-raw, format=(string)") + list + ", width=(int)" +
+            std::to_string(width) + ", height=(int)" + std::to_string(height) + ", " + framerate +
+            ", interlace-mode=(string)progressive; ";
+  };
+  if (formats) add(formats, d[1], d[2]);
+  if (d[2] == 3) add("{ RGBP, BGRP }", d[0], d[1]);
+  return text;
+}
+
+}  // namespace weir

@@ -1,0 +1,21 @@
+// VideoMedium: raw video; rows without padding are shared, others copied.
+#pragma once
+#include "elements/tensor_converter/dense_video.hpp"
+#include "elements/tensor_converter/medium.hpp"
+
+namespace weir {
+
+class VideoMedium final : public Medium {
+ public:
+  Result<StreamPlan> configure(const GstCaps* caps, const Wishes& wishes) override;
+  Result<MediumFrames> frames(gst::Ref<GstBuffer> buffer, Ledger* ledger) override;
+  MediaType type() const noexcept override { return MediaType::Video; }
+
+  // The video formats whose tensor is `peer`, as caps text; "" when there are none.
+  static std::string caps_for(const TensorSpec& peer, const Fraction& rate);
+
+ private:
+  DenseVideo video_;
+};
+
+}  // namespace weir
