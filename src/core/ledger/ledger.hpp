@@ -30,8 +30,8 @@ class Ledger {
   void received() noexcept {
     change([](auto& s) { ++s.received; });
   }
-  void consumed() noexcept {
-    change([](auto& s) { ++s.consumed; });
+  void consumed(uint64_t frames = 1) noexcept {
+    change([&](auto& s) { s.consumed += frames; });
   }
   void pushed() noexcept {
     change([](auto& s) { ++s.pushed; });

@@ -2,18 +2,14 @@
 #include "elements/tensor_converter/chunker.hpp"
 
 namespace weir {
-namespace {
-
-bool known(const Fraction& rate) {
+bool known(const Fraction& rate) noexcept {
   return rate.valid() && rate.numerator > 0;
 }
 
-GstClockTime time_of(uint64_t frames, const Fraction& rate) {
+GstClockTime time_of(uint64_t frames, const Fraction& rate) noexcept {
   return gst_util_uint64_scale(frames, static_cast<guint64>(rate.denominator) * GST_SECOND,
                                static_cast<guint64>(rate.numerator));
 }
-
-}  // namespace
 
 void Chunker::configure(size_t frame_bytes, uint64_t frames_out, Fraction rate) {
   frame_bytes_ = frame_bytes;
@@ -21,35 +17,59 @@ void Chunker::configure(size_t frame_bytes, uint64_t frames_out, Fraction rate) 
   rate_ = rate;
 }
 
-void Chunker::clear() {
+uint64_t Chunker::clear() {
+  const uint64_t lost = waiting_.size() + (whole_ ? 1 : 0);
   gst_adapter_clear(adapter_.get());
   whole_ = {};
-  next_pts_ = GST_CLOCK_TIME_NONE;
+  waiting_.clear();
+  anchor_ = GST_CLOCK_TIME_NONE;
+  return lost;
 }
 
 void Chunker::stamp(GstBuffer* buffer, uint64_t frames, GstClockTime fallback) {
-  if (!GST_BUFFER_DURATION_IS_VALID(buffer) && known(rate_))
-    GST_BUFFER_DURATION(buffer) = time_of(frames, rate_);
-  if (!GST_BUFFER_PTS_IS_VALID(buffer)) {
-    const bool follows = known(rate_) && GST_CLOCK_TIME_IS_VALID(next_pts_);
-    GST_BUFFER_PTS(buffer) = follows ? next_pts_ : fallback;
+  const bool duration_given = GST_BUFFER_DURATION_IS_VALID(buffer);
+  if (!duration_given && known(rate_)) GST_BUFFER_DURATION(buffer) = time_of(frames, rate_);
+  const bool follows = known(rate_) && GST_CLOCK_TIME_IS_VALID(anchor_);
+  if (GST_BUFFER_PTS_IS_VALID(buffer) || !follows) {
+    if (!GST_BUFFER_PTS_IS_VALID(buffer)) GST_BUFFER_PTS(buffer) = fallback;
+    anchor_ = GST_BUFFER_PTS(buffer);
+    frames_since_ = 0;
+  } else {
+    GST_BUFFER_PTS(buffer) = anchor_ + time_of(frames_since_, rate_);
   }
-  if (GST_BUFFER_PTS_IS_VALID(buffer) && GST_BUFFER_DURATION_IS_VALID(buffer))
-    next_pts_ = GST_BUFFER_PTS(buffer) + GST_BUFFER_DURATION(buffer);
+  frames_since_ += frames;
+  if (duration_given && GST_CLOCK_TIME_IS_VALID(anchor_)) {
+    anchor_ = GST_BUFFER_PTS(buffer) + GST_BUFFER_DURATION(buffer);
+    frames_since_ = 0;
+  }
 }
 
 void Chunker::push(gst::Ref<GstBuffer> buffer) {
   const size_t bytes = gst_buffer_get_size(buffer.get());
   duration_of_input_ = GST_BUFFER_DURATION(buffer.get());
   frames_of_input_ = bytes / frame_bytes_;
-  if (gst_adapter_available(adapter_.get()) == 0 && frames_of_input_ == frames_out_)
+  if (waiting_.empty() && frames_of_input_ == frames_out_) {
     whole_ = std::move(buffer);
-  else
+  } else {
     gst_adapter_push(adapter_.get(), buffer.release());
+    waiting_.push_back(bytes);
+  }
+}
+
+void Chunker::finish(size_t bytes) {
+  while (!waiting_.empty() && bytes >= waiting_.front()) {
+    bytes -= waiting_.front();
+    waiting_.pop_front();
+    ++finished_;
+  }
+  if (!waiting_.empty()) waiting_.front() -= bytes;
 }
 
 gst::Ref<GstBuffer> Chunker::next() {
-  if (whole_) return std::exchange(whole_, {});
+  if (whole_) {
+    ++finished_;
+    return std::exchange(whole_, {});
+  }
   const size_t wanted = frame_bytes_ * frames_out_;
   if (gst_adapter_available(adapter_.get()) < wanted) return {};
   guint64 pts_distance = 0, dts_distance = 0;
@@ -60,6 +80,7 @@ gst::Ref<GstBuffer> Chunker::next() {
     if (GST_CLOCK_TIME_IS_VALID(dts)) dts += time_of(dts_distance / frame_bytes_, rate_);
   }
   auto out = gst::Ref<GstBuffer>::adopt(gst_adapter_take_buffer(adapter_.get(), wanted));
+  finish(wanted);
   out = gst::Ref<GstBuffer>::adopt(gst_buffer_make_writable(out.release()));
   GST_BUFFER_PTS(out.get()) = pts;
   GST_BUFFER_DTS(out.get()) = dts;

@@ -2,10 +2,16 @@
 #pragma once
 #include <gst/base/gstadapter.h>
 
+#include <deque>
+
 #include "core/tensor/frame_spec.hpp"
 #include "gstcpp/ref.hpp"
 
 namespace weir {
+
+bool known(const Fraction& rate) noexcept;  // and not 0
+// The exact time of so many frames, rounded down once; `rate` must be known.
+GstClockTime time_of(uint64_t frames, const Fraction& rate) noexcept;
 
 class Chunker {
  public:
@@ -13,28 +19,35 @@ class Chunker {
 
   // Sizes in bytes of one frame; frames per output.
   void configure(size_t frame_bytes, uint64_t frames_out, Fraction rate);
-  void clear();  // frames and the time of the last one
+  uint64_t clear();  // frames and the time of the last one; how many buffers are lost by it
 
   // Fills in what is missing (specification 2, "Timestamps"). `frames` in this buffer; `fallback`
   // is the time for a first buffer without one: the segment's start, or the running time of the
-  // clock.
+  // clock. The time of a buffer is counted in frames from the last time-stamp that was given, so
+  // that no rounding adds up.
   void stamp(GstBuffer* buffer, uint64_t frames, GstClockTime fallback);
 
   // Takes the buffer. When it holds exactly one output's frames and none wait, next() gives it back
   // as it is.
   void push(gst::Ref<GstBuffer> buffer);
   gst::Ref<GstBuffer> next();  // null when there are not enough frames
-  uint64_t frames_waiting() const { return gst_adapter_available(adapter_.get()) / frame_bytes_; }
+  // Buffers whose last byte left since this was asked last.
+  uint64_t take_finished() noexcept { return std::exchange(finished_, 0); }
 
  private:
+  void finish(size_t bytes);
+
   gst::Ref<GstAdapter> adapter_;
   gst::Ref<GstBuffer> whole_;
   size_t frame_bytes_ = 1;
   uint64_t frames_out_ = 1;
   Fraction rate_;
-  GstClockTime next_pts_ = GST_CLOCK_TIME_NONE;
+  GstClockTime anchor_ = GST_CLOCK_TIME_NONE;  // the last time that was given
+  uint64_t frames_since_ = 0;                  // frames from the anchor to the next buffer
   GstClockTime duration_of_input_ = GST_CLOCK_TIME_NONE;
   uint64_t frames_of_input_ = 1;
+  std::deque<size_t> waiting_;  // bytes that wait, of each buffer in the adapter
+  uint64_t finished_ = 0;
 };
 
 }  // namespace weir

@@ -69,8 +69,8 @@ class TensorConverter : public gst::Element<TensorConverter, gst::PlainElement> 
 
   GstStateChangeReturn change_state(GstStateChange change) {
     if (change == GST_STATE_CHANGE_READY_TO_PAUSED) {
-      ledger_.reset();
       reset();
+      ledger_.reset();
     }
     const auto result = parent_class()->change_state(element(), change);
     if (change == GST_STATE_CHANGE_PAUSED_TO_READY) reset();
@@ -95,13 +95,13 @@ class TensorConverter : public gst::Element<TensorConverter, gst::PlainElement> 
     const uint64_t count = plan_.frame_bytes == 0 ? 1 : size / plan_.frame_bytes;
     if (set_timestamp_) chunker_.stamp(buffer.get(), count, fallback_time());
     chunker_.push(std::move(buffer));
-    ledger_.consumed();
     GstFlowReturn flow = GST_FLOW_OK;
     while (flow == GST_FLOW_OK) {
       auto out = chunker_.next();
       if (!out) break;
       flow = push(std::move(out));
     }
+    ledger_.consumed(chunker_.take_finished());
     return flow;
   }
 
@@ -117,8 +117,11 @@ class TensorConverter : public gst::Element<TensorConverter, gst::PlainElement> 
       }
       case GST_EVENT_SEGMENT:
         return on_segment(event);
+      case GST_EVENT_EOS:
+        drop_waiting(DropReason::Eos);
+        break;
       case GST_EVENT_FLUSH_STOP:
-        chunker_.clear();
+        drop_waiting(DropReason::Flush);
         if (medium_) medium_->reset();
         gst_segment_init(&segment_, GST_FORMAT_TIME);
         break;
@@ -145,8 +148,14 @@ class TensorConverter : public gst::Element<TensorConverter, gst::PlainElement> 
   Ledger ledger_;
 
  private:
+  // Frames that no output will have: the rest of a tensor that was not filled.
+  void drop_waiting(DropReason reason) {
+    const uint64_t lost = chunker_.clear();
+    if (lost > 0) ledger_.dropped(reason, lost);
+  }
+
   void reset() {
-    chunker_.clear();
+    drop_waiting(DropReason::Flush);
     medium_.reset();
     gst_segment_init(&segment_, GST_FORMAT_TIME);
   }
@@ -167,6 +176,7 @@ class TensorConverter : public gst::Element<TensorConverter, gst::PlainElement> 
       return gst_pad_event_default(sink_, GST_OBJECT_CAST(self()), event);
     }
     const bool bytes = segment->format == GST_FORMAT_BYTES;
+    const uint64_t start = segment->start;
     gst_event_unref(event);
     if (!bytes) {
       gst::post_error(element(), {Code::FORMAT_UNSUPPORTED, "the segment has no known unit", "",
@@ -174,7 +184,9 @@ class TensorConverter : public gst::Element<TensorConverter, gst::PlainElement> 
       return FALSE;
     }
     gst_segment_init(&segment_, GST_FORMAT_TIME);
-    segment_.start = 0;
+    const bool timed = medium_ && plan_.frame_bytes > 0 && known(plan_.spec.rate);
+    segment_.start = timed ? time_of(start / plan_.frame_bytes, plan_.spec.rate) : 0;
+    segment_.time = segment_.position = segment_.start;
     return gst_pad_push_event(source_, gst_event_new_segment(&segment_));
   }
 
@@ -217,6 +229,10 @@ class TensorConverter : public gst::Element<TensorConverter, gst::PlainElement> 
     if (!wanted) return wanted.error();
     auto plan = (*medium)->configure(caps, *wanted);
     if (!plan) return plan.error();
+    // Frames of another kind cannot stand in one tensor.
+    if (plan->frame_bytes != plan_.frame_bytes || plan->frames_out != plan_.frames_out ||
+        !first_difference(plan->spec.tensors, plan_.spec.tensors).empty())
+      drop_waiting(DropReason::Flush);
     plan_ = *std::move(plan);
     set_timestamp_ = settings().set_timestamp;
     if (auto status = announce(); !status) return status;

@@ -1,0 +1,140 @@
+// The time of tensors: nothing adds up over a long stream, nothing that waits is forgotten.
+#include "elements/tensor_converter/converter_harness.hpp"
+
+namespace {
+
+using namespace weir::testing_tensor_converter;
+
+GstBuffer* timed(const Bytes& bytes, GstClockTime pts, GstClockTime duration) {
+  GstBuffer* b = frame(bytes);
+  GST_BUFFER_PTS(b) = pts;
+  GST_BUFFER_DURATION(b) = duration;
+  return b;
+}
+// Frames of four bytes at 30000/1001 a second.
+Harness bytes_at_ntsc(const std::string& properties = "") {
+  return harness("input-dim=4 input-type=uint8 " + properties,
+                 "application/octet-stream,framerate=30000/1001");
+}
+// In integers of 128 bits: a second way beside gst_util_uint64_scale.
+uint64_t ntsc_time(uint64_t frames) {
+  __extension__ using Wide = unsigned __int128;
+  return static_cast<uint64_t>(Wide{frames} * 1001 * 1000000000 / 30000);
+}
+
+TEST(ConverterTime, IsExactAfterAMillionFramesWithoutTimeStamps) {
+  auto h = bytes_at_ntsc("frames-per-tensor=1001");
+  constexpr uint64_t kBuffers = 1000, kFrames = 1001;
+  const Bytes bytes(kFrames * 4);
+  for (uint64_t i = 0; i < kBuffers; ++i) {
+    auto out = Ref<GstBuffer>::adopt(gst_harness_push_and_pull(h.get(), frame(bytes)));
+    ASSERT_EQ(GST_BUFFER_PTS(out.get()), ntsc_time(i * kFrames)) << i;
+  }
+  EXPECT_EQ(stat(h, "consumed"), kBuffers);
+}
+
+// Frames of one buffer are counted from its time-stamp, which is rounded down once.
+TEST(ConverterTime, IsNeverMoreThanANanosecondOffWhenBuffersAreCut) {
+  auto h = bytes_at_ntsc();
+  constexpr uint64_t kBuffers = 20, kFrames = 1001;
+  const Bytes bytes(kFrames * 4);
+  for (uint64_t i = 0; i < kBuffers; ++i) {
+    ASSERT_EQ(gst_harness_push(h.get(), frame(bytes)), GST_FLOW_OK);
+    for (uint64_t j = 0; j < kFrames; ++j) {
+      auto out = Ref<GstBuffer>::adopt(gst_harness_pull(h.get()));
+      ASSERT_EQ(GST_BUFFER_PTS(out.get()), ntsc_time(i * kFrames) + ntsc_time(j)) << i << " " << j;
+      ASSERT_LE(ntsc_time(i * kFrames + j) - GST_BUFFER_PTS(out.get()), 1u);
+    }
+  }
+  EXPECT_EQ(stat(h, "pushed"), kBuffers * kFrames);
+  EXPECT_EQ(stat(h, "consumed"), kBuffers);
+}
+
+TEST(ConverterTime, IsExactAcrossGatheredFrames) {
+  auto h = bytes_at_ntsc("frames-per-tensor=7");
+  constexpr uint64_t kOutputs = 1000;
+  for (uint64_t i = 0; i < 7 * kOutputs; ++i)
+    ASSERT_EQ(gst_harness_push(h.get(), frame(Bytes(4))), GST_FLOW_OK);
+  for (uint64_t i = 0; i < kOutputs; ++i) {
+    auto out = Ref<GstBuffer>::adopt(gst_harness_pull(h.get()));
+    ASSERT_EQ(GST_BUFFER_PTS(out.get()), ntsc_time(7 * i));
+  }
+}
+
+TEST(ConverterTime, GoesOnFromTheLastTimeStampThatWasGiven) {
+  auto h = bytes_at_ntsc();
+  const auto next = [&h](GstBuffer* in) {
+    auto out = Ref<GstBuffer>::adopt(gst_harness_push_and_pull(h.get(), in));
+    return GST_BUFFER_PTS(out.get());
+  };
+  constexpr auto kNone = GST_CLOCK_TIME_NONE;
+  EXPECT_EQ(next(timed(Bytes(4), 5 * GST_SECOND, kNone)), 5 * GST_SECOND);
+  EXPECT_EQ(next(frame(Bytes(4))), 5 * GST_SECOND + ntsc_time(1));
+  EXPECT_EQ(next(frame(Bytes(4))), 5 * GST_SECOND + ntsc_time(2));
+  // Backwards: what is given is kept, and what is missing goes on from there.
+  EXPECT_EQ(next(timed(Bytes(4), 1 * GST_SECOND, kNone)), 1 * GST_SECOND);
+  EXPECT_EQ(next(frame(Bytes(4))), 1 * GST_SECOND + ntsc_time(1));
+  // A duration that is given counts more than the rate.
+  EXPECT_EQ(next(timed(Bytes(4), 2 * GST_SECOND, 7)), 2 * GST_SECOND);
+  EXPECT_EQ(next(frame(Bytes(4))), 2 * GST_SECOND + 7);
+}
+
+TEST(ConverterTime, OfAGatheredTensorIsThatOfItsFirstFrame) {
+  auto h = bytes_at_ntsc("frames-per-tensor=2");
+  const GstClockTime times[] = {9 * GST_SECOND, 3 * GST_SECOND, 1 * GST_SECOND, 2 * GST_SECOND};
+  for (const auto time : times)
+    ASSERT_EQ(gst_harness_push(h.get(), timed(Bytes(4), time, 10)), GST_FLOW_OK);
+  for (const auto time : {9 * GST_SECOND, 1 * GST_SECOND}) {
+    auto out = Ref<GstBuffer>::adopt(gst_harness_pull(h.get()));
+    EXPECT_EQ(GST_BUFFER_PTS(out.get()), time);
+    EXPECT_EQ(GST_BUFFER_DURATION(out.get()), 20u);
+  }
+}
+
+TEST(ConverterTime, CountsWhatWaitsAtTheEnd) {
+  auto h = bytes_at_ntsc("frames-per-tensor=3");
+  for (int i = 0; i < 5; ++i) ASSERT_EQ(gst_harness_push(h.get(), frame(Bytes(4))), GST_FLOW_OK);
+  EXPECT_EQ(stat(h, "consumed"), 3u);
+  EXPECT_EQ(stat(h, "held"), 2u);
+  gst_harness_push_event(h.get(), gst_event_new_eos());
+  EXPECT_EQ(stat(h, "dropped-eos"), 2u);
+  EXPECT_EQ(stat(h, "held"), 0u);
+}
+
+TEST(ConverterTime, CountsWhatAFlushAndOtherCapsThrowAway) {
+  auto h = harness("frames-per-tensor=3", video("GRAY8", 4, 1));
+  ASSERT_EQ(gst_harness_push(h.get(), frame(Bytes(4))), GST_FLOW_OK);
+  gst_harness_push_event(h.get(), gst_event_new_flush_start());
+  gst_harness_push_event(h.get(), gst_event_new_flush_stop(TRUE));
+  EXPECT_EQ(stat(h, "dropped-flush"), 1u);
+  GstSegment segment;
+  gst_segment_init(&segment, GST_FORMAT_TIME);
+  gst_harness_push_event(h.get(), gst_event_new_segment(&segment));
+  ASSERT_EQ(gst_harness_push(h.get(), frame(Bytes(4))), GST_FLOW_OK);
+  EXPECT_EQ(change_caps(h, video("GRAY8", 4, 1) + ",pixel-aspect-ratio=4/3"), "");
+  EXPECT_EQ(stat(h, "dropped-flush"), 1u) << "the tensors are the same";
+  EXPECT_EQ(change_caps(h, video("GRAY8", 5, 1)), "");
+  EXPECT_EQ(stat(h, "dropped-flush"), 2u);
+  EXPECT_EQ(gst_harness_buffers_in_queue(h.get()), 0u);
+}
+
+TEST(ConverterTime, BeginsWhereASegmentOfBytesBegins) {
+  auto h = bytes_at_ntsc();
+  GstSegment segment;
+  gst_segment_init(&segment, GST_FORMAT_BYTES);
+  segment.start = 120;
+  gst_harness_push_event(h.get(), gst_event_new_segment(&segment));
+  auto out = Ref<GstBuffer>::adopt(gst_harness_push_and_pull(h.get(), frame(Bytes(4))));
+  EXPECT_EQ(GST_BUFFER_PTS(out.get()), ntsc_time(30));
+}
+
+TEST(ConverterTime, HasNoUnitInOtherSegments) {
+  auto h = bytes_at_ntsc();
+  Errors errors(h);
+  GstSegment segment;
+  gst_segment_init(&segment, GST_FORMAT_DEFAULT);
+  gst_harness_push_event(h.get(), gst_event_new_segment(&segment));
+  EXPECT_SAYS(errors.next(), "WEIR-2002: the segment has no known unit");
+}
+
+}  // namespace
