@@ -56,6 +56,15 @@ inline uint64_t stat(const Harness& h, const char* name) {
   return value;
 }
 
+// What the sink pad answers to a caps query.
+inline std::string accepted(const Harness& h, const std::string& filter) {
+  auto pad = Ref<GstPad>::adopt(gst_pad_get_peer(h->srcpad));
+  auto given = Ref<GstCaps>::adopt(gst_caps_from_string(filter.c_str()));
+  auto caps = Ref<GstCaps>::adopt(gst_pad_query_caps(pad.get(), given.get()));
+  const weir::gst::UniqueText text{gst_caps_to_string(caps.get())};
+  return text.get();
+}
+
 inline std::string take_error(GstBus* bus) {
   auto message = Ref<GstMessage>::adopt(gst_bus_pop_filtered(bus, GST_MESSAGE_ERROR));
   if (!message) return "";

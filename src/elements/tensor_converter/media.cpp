@@ -4,6 +4,7 @@
 #include <array>
 #include <cstring>
 
+#include "elements/tensor_converter/audio_medium.hpp"
 #include "elements/tensor_converter/octet_medium.hpp"
 #include "elements/tensor_converter/video_medium.hpp"
 #include "gstcpp/tensor_caps.hpp"
@@ -28,6 +29,11 @@ constexpr std::array kMedia{
           "ABGR, GRAY8, GRAY16_BE, GRAY16_LE, RGBP, BGRP }, width=(int)[ 1, 2147483647 ], "
           "height=(int)[ 1, 2147483647 ], " WEIR_CAPS_RATE ", interlace-mode=(string)progressive",
           make<VideoMedium>},
+    Entry{"audio/x-raw",
+          "audio/x-raw, format=(string){ S8, U8, S16LE, S16BE, U16LE, U16BE, S32LE, S32BE, U32LE, "
+          "U32BE, F32LE, F32BE, F64LE, F64BE }, rate=(int)[ 1, 2147483647 ], "
+          "channels=(int)[ 1, 2147483647 ], layout=(string)interleaved",
+          make<AudioMedium>},
     Entry{"application/octet-stream", "application/octet-stream", make<OctetMedium>},
 };
 
@@ -52,7 +58,8 @@ std::string caps_of_media() {
 }
 
 std::string caps_of_media_for(const TensorSpec& peer, const Fraction& rate) {
-  return VideoMedium::caps_for(peer, rate) + "application/octet-stream";
+  return VideoMedium::caps_for(peer, rate) + AudioMedium::caps_for(peer, rate) +
+         "application/octet-stream";
 }
 
 }  // namespace weir

@@ -1,0 +1,73 @@
+// Raw audio as tensors (specification 2, "audio").
+#include "elements/tensor_converter/audio_medium.hpp"
+
+#include <cstring>
+
+#include "core/convert/audio_tensor.hpp"
+
+namespace weir {
+namespace {
+
+constexpr char kLine[] = "audioconvert ! audio/x-raw,layout=interleaved ! tensor_converter";
+
+Error caps_unreadable(const GstStructure* s) {
+  const gst::UniqueText text{gst_structure_to_string(s)};
+  return Error{Code::FORMAT_UNSUPPORTED,
+               "the audio caps cannot be read",
+               text.get(),
+               "a format, a rate, channels and the layout interleaved",
+               "",
+               kLine};
+}
+
+}  // namespace
+
+Result<StreamPlan> AudioMedium::configure(const GstCaps* caps, const Wishes& wishes) {
+  const GstStructure* s = gst_caps_get_structure(caps, 0);
+  const char* format = gst_structure_get_string(s, "format");
+  const char* layout = gst_structure_get_string(s, "layout");
+  int channels = 0, rate = 0;
+  const bool there = gst_structure_get_int(s, "channels", &channels) &&
+                     gst_structure_get_int(s, "rate", &rate) && channels > 0 && rate > 0;
+  if (!format || !layout || !there) return caps_unreadable(s);
+  if (std::strcmp(layout, "interleaved") != 0)
+    return Error{Code::FORMAT_UNSUPPORTED,
+                 "the channels of this audio do not lie together",
+                 std::string("layout=") + layout,
+                 "layout=interleaved",
+                 "",
+                 kLine};
+  const auto tensor =
+      audio_tensor(format, static_cast<uint32_t>(channels), wishes.frames_per_tensor);
+  if (!tensor) return tensor.error();
+  plan_ = {};
+  plan_.spec.format = Format::Static;
+  plan_.spec.tensors = {tensor->spec};
+  plan_.spec.rate = {rate, 1};
+  plan_.frame_bytes = tensor->frame_bytes;
+  plan_.frames_out = wishes.frames_per_tensor;
+  if (auto status = agree(plan_.spec, wishes.tensors, "audio"); !status) return status.error();
+  return plan_;
+}
+
+Result<MediumFrames> AudioMedium::frames(gst::Ref<GstBuffer> buffer, Ledger*) {
+  if (auto status = whole_frames(buffer.get(), plan_, "check the element before"); !status)
+    return status.error();
+  return MediumFrames{std::move(buffer), {}};
+}
+
+std::string AudioMedium::caps_for(const TensorSpec& peer, const Fraction& rate) {
+  const std::string format = audio_format_of(peer.type);
+  if (format.empty()) {
+    if (peer.type == ElementType::Float16)
+      GST_WARNING("the next element wants float16, and no audio has it");
+    return "";
+  }
+  if (peer.shape[0] > G_MAXINT || peer.shape.min_rank() > 2) return "";
+  const bool rate_known = rate.valid() && rate.numerator > 0 && rate.denominator == 1;
+  return "audio/x-raw, format=(string)" + format + ", layout=(string)interleaved, channels=(int)" +
+         std::to_string(peer.shape[0]) + ", rate=(int)" +
+         (rate_known ? std::to_string(rate.numerator) : "[ 1, 2147483647 ]") + "; ";
+}
+
+}  // namespace weir

@@ -1,0 +1,20 @@
+// AudioMedium: raw interleaved audio, shared.
+#pragma once
+#include "elements/tensor_converter/medium.hpp"
+
+namespace weir {
+
+class AudioMedium final : public Medium {
+ public:
+  Result<StreamPlan> configure(const GstCaps* caps, const Wishes& wishes) override;
+  Result<MediumFrames> frames(gst::Ref<GstBuffer> buffer, Ledger* ledger) override;
+  MediaType type() const noexcept override { return MediaType::Audio; }
+
+  // The audio whose tensor is `peer`, as caps text; "" when there is none.
+  static std::string caps_for(const TensorSpec& peer, const Fraction& rate);
+
+ private:
+  StreamPlan plan_;
+};
+
+}  // namespace weir
