@@ -53,7 +53,7 @@ Result<StreamPlan> AudioMedium::configure(const GstCaps* caps, const Wishes& wis
 Result<MediumFrames> AudioMedium::frames(gst::Ref<GstBuffer> buffer, Ledger*) {
   if (auto status = whole_frames(buffer.get(), plan_, "check the element before"); !status)
     return status.error();
-  return MediumFrames{std::move(buffer), {}};
+  return MediumFrames{std::move(buffer), {}, {}};
 }
 
 std::string AudioMedium::caps_for(const TensorSpec& peer, const Fraction& rate) {

@@ -65,11 +65,12 @@ inline std::string accepted(const Harness& h, const std::string& filter) {
   return text.get();
 }
 
-inline std::string take_error(GstBus* bus) {
-  auto message = Ref<GstMessage>::adopt(gst_bus_pop_filtered(bus, GST_MESSAGE_ERROR));
+inline std::string take_message(GstBus* bus, GstMessageType type) {
+  auto message = Ref<GstMessage>::adopt(gst_bus_pop_filtered(bus, type));
   if (!message) return "";
   GError* error = nullptr;
-  gst_message_parse_error(message.get(), &error, nullptr);
+  const bool warning = type == GST_MESSAGE_WARNING;
+  (warning ? gst_message_parse_warning : gst_message_parse_error)(message.get(), &error, nullptr);
   const std::string out = error->message;
   g_error_free(error);
   return out;
@@ -86,7 +87,9 @@ class Errors {
   Errors(const Errors&) = delete;
   Errors& operator=(const Errors&) = delete;
   ~Errors() { gst_element_set_bus(element_, nullptr); }
-  std::string next() { return take_error(bus_.get()); }  // "" when there is none
+  // "" when there is none
+  std::string next() { return take_message(bus_.get(), GST_MESSAGE_ERROR); }
+  std::string next_warning() { return take_message(bus_.get(), GST_MESSAGE_WARNING); }
 
  private:
   GstElement* element_;

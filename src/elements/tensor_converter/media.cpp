@@ -6,6 +6,7 @@
 
 #include "elements/tensor_converter/audio_medium.hpp"
 #include "elements/tensor_converter/octet_medium.hpp"
+#include "elements/tensor_converter/text_medium.hpp"
 #include "elements/tensor_converter/video_medium.hpp"
 #include "gstcpp/tensor_caps.hpp"
 
@@ -34,6 +35,7 @@ constexpr std::array kMedia{
           "U32BE, F32LE, F32BE, F64LE, F64BE }, rate=(int)[ 1, 2147483647 ], "
           "channels=(int)[ 1, 2147483647 ], layout=(string)interleaved",
           make<AudioMedium>},
+    Entry{"text/x-raw", "text/x-raw, format=(string)utf8", make<TextMedium>},
     Entry{"application/octet-stream", "application/octet-stream", make<OctetMedium>},
 };
 

@@ -41,7 +41,7 @@ Result<MediumFrames> OctetMedium::frames(gst::Ref<GstBuffer> buffer, Ledger*) {
   if (plan_.spec.format == Format::Static) {
     const std::string fix = "set blocksize=" + std::to_string(plan_.frame_bytes) + " on the source";
     if (auto status = whole_frames(buffer.get(), plan_, fix); !status) return status.error();
-    return MediumFrames{std::move(buffer), {}};
+    return MediumFrames{std::move(buffer), {}, {}};
   }
   if (size > UINT32_MAX)
     return Error{Code::LIMIT_EXCEEDED,
@@ -50,8 +50,8 @@ Result<MediumFrames> OctetMedium::frames(gst::Ref<GstBuffer> buffer, Ledger*) {
                  "at most " + std::to_string(UINT32_MAX) + " bytes",
                  "",
                  "set blocksize on the source"};
-  return MediumFrames{std::move(buffer),
-                      {{ElementType::UInt8, Shape{static_cast<uint32_t>(size)}, ""}}};
+  return MediumFrames{
+      std::move(buffer), {{ElementType::UInt8, Shape{static_cast<uint32_t>(size)}, ""}}, {}};
 }
 
 }  // namespace weir

@@ -85,6 +85,7 @@ class TensorConverter : public gst::Element<TensorConverter, gst::PlainElement> 
       ledger_.dropped(DropReason::Error);
       return frames.error().code == Code::NOT_NEGOTIATED ? GST_FLOW_NOT_NEGOTIATED : GST_FLOW_ERROR;
     }
+    if (frames->warning) gst::post_warning(element(), *frames->warning);
     if (!frames->buffer) {
       ledger_.dropped(DropReason::Policy);
       return GST_FLOW_OK;

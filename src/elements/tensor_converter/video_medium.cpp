@@ -29,7 +29,7 @@ Result<StreamPlan> VideoMedium::configure(const GstCaps* caps, const Wishes& wis
 Result<MediumFrames> VideoMedium::frames(gst::Ref<GstBuffer> buffer, Ledger* ledger) {
   auto dense = video_.from(std::move(buffer), ledger);
   if (!dense) return dense.error();
-  return MediumFrames{*std::move(dense), {}};
+  return MediumFrames{*std::move(dense), {}, {}};
 }
 
 std::string VideoMedium::caps_for(const TensorSpec& peer, const Fraction& rate) {

@@ -1,0 +1,22 @@
+// TextMedium: UTF-8 text; each buffer is one frame of a size that the user gives.
+#pragma once
+#include "elements/tensor_converter/medium.hpp"
+
+namespace weir {
+
+class TextMedium final : public Medium {
+ public:
+  Result<StreamPlan> configure(const GstCaps* caps, const Wishes& wishes) override;
+  // Shorter text is copied and padded with zeros; longer text is cut, with a warning for the first.
+  Result<MediumFrames> frames(gst::Ref<GstBuffer> buffer, Ledger* ledger) override;
+  MediaType type() const noexcept override { return MediaType::Text; }
+
+ private:
+  Result<MediumFrames> padded(GstBuffer* buffer, size_t size, Ledger* ledger) const;
+  MediumFrames cut(GstBuffer* buffer, size_t size);
+
+  size_t frame_bytes_ = 0;
+  bool cut_said_ = false;
+};
+
+}  // namespace weir
