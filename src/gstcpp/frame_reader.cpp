@@ -53,7 +53,7 @@ Status FrameReader::map(GstBuffer* buffer, GstMapFlags flags) {
 
 void FrameReader::add_static(size_t index, const FrameSpec& spec, std::span<std::byte> bytes,
                              size_t capacity, int memory) {
-  views_.push_back({spec.tensors[index], bytes, capacity, memory, 0, 0});
+  views_.push_back({spec.tensors[index], bytes, capacity, memory, 0, 0, Format::Static});
 }
 
 Status FrameReader::read_static(GstBuffer* buffer, const FrameSpec& spec, GstMapFlags flags) {
@@ -117,7 +117,7 @@ Status FrameReader::add_chunk(std::span<std::byte> chunk, size_t capacity, int m
   const auto size = static_cast<size_t>(*header->payload_bytes());
   views_.push_back({header->spec, chunk.subspan(kTensorHeaderBytes, size),
                     capacity - kTensorHeaderBytes, memory, kTensorHeaderBytes,
-                    header->nonzero_count});
+                    header->nonzero_count, header->format});
   return ok();
 }
 

@@ -18,6 +18,7 @@ struct TensorView {
   int memory = -1;               // index of the buffer's memory that it fills alone, or -1
   size_t header_bytes = 0;       // 128 in flexible and sparse streams
   uint32_t nonzero_count = 0;
+  Format format = Format::Static;  // as its header says; flexible headers may say either
 };
 
 // Reads one buffer at a time; keeps its vectors, so that after the first frame nothing is

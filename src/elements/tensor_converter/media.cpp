@@ -5,6 +5,7 @@
 #include <cstring>
 
 #include "elements/tensor_converter/audio_medium.hpp"
+#include "elements/tensor_converter/flexible_medium.hpp"
 #include "elements/tensor_converter/octet_medium.hpp"
 #include "elements/tensor_converter/text_medium.hpp"
 #include "elements/tensor_converter/video_medium.hpp"
@@ -37,6 +38,7 @@ constexpr std::array kMedia{
           make<AudioMedium>},
     Entry{"text/x-raw", "text/x-raw, format=(string)utf8", make<TextMedium>},
     Entry{"application/octet-stream", "application/octet-stream", make<OctetMedium>},
+    Entry{"other/tensors", WEIR_CAPS_TENSORS("flexible"), make<FlexibleMedium>},
 };
 
 }  // namespace

@@ -10,6 +10,12 @@ Fraction rate_of(const GstCaps* caps) {
   return there && rate.valid() ? rate : Fraction{0, 1};
 }
 
+std::vector<TensorSpec> before_the_first(const Wishes& wishes) {
+  if (!wishes.tensors.empty()) return wishes.tensors;
+  if (!wishes.peer.empty()) return wishes.peer;
+  return {{ElementType::UInt8, Shape{1}, ""}};
+}
+
 Status agree(const FrameSpec& given, const std::vector<TensorSpec>& user, const char* medium) {
   if (user.empty()) return ok();
   const std::string difference = first_difference(given.tensors, user);

@@ -1,0 +1,93 @@
+// Flexible tensors without their headers (specification 2, "flexible tensors").
+#include "elements/tensor_converter/flexible_medium.hpp"
+
+#include "gstcpp/tensor_caps.hpp"
+
+namespace weir {
+namespace {
+
+constexpr char kWhat[] = "a frame is not what input-dim and input-type say";
+
+}  // namespace
+
+Result<StreamPlan> FlexibleMedium::configure(const GstCaps* caps, const Wishes& wishes) {
+  const auto given = gst::spec_from_caps(caps);
+  if (!given) return given.error();
+  if (given->format != Format::Flexible)
+    return Error{Code::FORMAT_UNSUPPORTED,
+                 "these tensors need no tensor_converter, or it cannot read them",
+                 std::string("format=") + std::string(name_of(given->format)),
+                 "format=flexible",
+                 "",
+                 "take tensor_converter out of the pipeline"};
+  if (wishes.frames_per_tensor > 1)
+    return Error{Code::OPTION_VALUE,
+                 "flexible tensors cannot be gathered",
+                 "frames-per-tensor=" + std::to_string(wishes.frames_per_tensor),
+                 "frames-per-tensor=1",
+                 "",
+                 "tensor_converter frames-per-tensor=1"};
+  user_ = wishes.tensors;
+  StreamPlan plan;
+  plan.spec.format = Format::Static;
+  plan.spec.rate = rate_of(caps);
+  plan.spec.tensors = before_the_first(wishes);
+  return plan;
+}
+
+Result<MediumFrames> FlexibleMedium::frames(gst::Ref<GstBuffer> buffer, Ledger*) {
+  auto tensors = read(buffer.get());
+  reader_.clear();
+  if (!tensors) return tensors.error();
+  const std::string difference = user_.empty() ? "" : first_difference(*tensors, user_);
+  if (!difference.empty())
+    return Error{Code::SPEC_MISMATCH,
+                 kWhat,
+                 join_types(*tensors) + " " + join_shapes(*tensors),
+                 join_types(user_) + " " + join_shapes(user_),
+                 difference,
+                 "leave input-dim and input-type away: the headers say it"};
+  auto out = gst::Ref<GstBuffer>::adopt(gst_buffer_new());
+  gst_buffer_copy_into(out.get(), buffer.get(), GST_BUFFER_COPY_METADATA, 0,
+                       static_cast<gsize>(-1));
+  size_t at = 0;
+  for (size_t i = 0; i < tensors->size(); ++i) {
+    const bool packed = tensors->size() > kMemoryLimit && i + 1 == kMemoryLimit;
+    at += kTensorHeaderBytes + (packed ? kPackedHeaderBytes : 0);
+    const auto size = static_cast<size_t>(*(*tensors)[i].bytes());
+    gst_buffer_copy_into(out.get(), buffer.get(), GST_BUFFER_COPY_MEMORY, at, size);
+    at += size;
+  }
+  return MediumFrames{std::move(out), *std::move(tensors), {}};
+}
+
+// Every byte of the buffer belongs to a header or to what a header promises.
+Result<std::vector<TensorSpec>> FlexibleMedium::read(GstBuffer* buffer) {
+  FrameSpec flexible;
+  flexible.format = Format::Flexible;
+  if (auto status = reader_.read(buffer, flexible); !status) return status.error();
+  std::vector<TensorSpec> tensors;
+  uint64_t needed = reader_.tensors().size() > kMemoryLimit ? kPackedHeaderBytes : 0;
+  for (const auto& view : reader_.tensors()) {
+    if (view.format == Format::Sparse)
+      return Error{Code::FORMAT_UNSUPPORTED,
+                   "a tensor of a flexible stream is sparse",
+                   view.spec.to_string(),
+                   "dense tensors",
+                   "tensor " + std::to_string(tensors.size()),
+                   ""};
+    needed += kTensorHeaderBytes + view.payload.size();
+    tensors.push_back(view.spec);
+  }
+  const size_t size = gst_buffer_get_size(buffer);
+  if (size != needed)
+    return Error{Code::FRAME_SIZE,
+                 "a frame has bytes that no tensor header speaks of",
+                 std::to_string(size) + " bytes",
+                 std::to_string(needed) + " bytes",
+                 "",
+                 "check the element or program that wrote the stream"};
+  return tensors;
+}
+
+}  // namespace weir

@@ -1,0 +1,190 @@
+// tensor_converter with flexible tensors: headers come off, and nothing in them is believed.
+#include <cstring>
+
+#include "core/tensor/packed_tensors.hpp"
+#include "core/tensor/tensor_header.hpp"
+#include "elements/tensor_converter/converter_harness.hpp"
+
+namespace {
+
+using namespace weir;
+using namespace weir::testing_tensor_converter;
+
+constexpr char kFlexible[] = "other/tensors,format=flexible,framerate=10/1";
+
+Bytes tensor(const TensorSpec& spec, const Bytes& payload, Format format = Format::Static) {
+  TensorHeader header{spec, format, MediaType::Tensor, 0};
+  Bytes out(kTensorHeaderBytes + payload.size());
+  write_tensor_header(header, std::as_writable_bytes(std::span(out)).first<kTensorHeaderBytes>());
+  std::copy(payload.begin(), payload.end(), out.begin() + kTensorHeaderBytes);
+  return out;
+}
+TensorSpec bytes_of(uint32_t count) {
+  return {ElementType::UInt8, Shape{count}, ""};
+}
+Bytes joined(std::initializer_list<Bytes> parts) {
+  Bytes out;
+  for (const auto& part : parts) out.insert(out.end(), part.begin(), part.end());
+  return out;
+}
+
+TEST(ConverterFlexible, LosesItsHeaderWithoutACopy) {
+  auto h = harness("", kFlexible);
+  EXPECT_SAYS(caps_text(h), "dimensions=(string)1, types=(string)uint8");
+  const Bytes payload = ramp(12);
+  for (const auto format : {Format::Static, Format::Flexible}) {
+    const TensorSpec spec{ElementType::Float32, Shape{3, 1}, ""};
+    auto out = Ref<GstBuffer>::adopt(
+        gst_harness_push_and_pull(h.get(), frame(tensor(spec, payload, format))));
+    EXPECT_EQ(content(out.get()), payload);
+    EXPECT_SAYS(caps_text(h), "dimensions=(string)3:1, types=(string)float32");
+    EXPECT_SAYS(caps_text(h), "framerate=(fraction)10/1");
+  }
+  EXPECT_EQ(stat(h, "bytes-copied"), 0u);
+}
+
+TEST(ConverterFlexible, ChangesItsCapsWheneverTheTensorsChangeAndOnlyThen) {
+  auto h = harness("", kFlexible);
+  const auto sizes = {2u, 2u, 3u, 2u};
+  int changes = 0;
+  for (const auto size : sizes) {
+    auto out = Ref<GstBuffer>::adopt(
+        gst_harness_push_and_pull(h.get(), frame(tensor(bytes_of(size), ramp(size)))));
+    EXPECT_EQ(content(out.get()), ramp(size));
+    EXPECT_SAYS(caps_text(h), "dimensions=(string)" + std::to_string(size) + ",");
+  }
+  while (GstEvent* raw = gst_harness_try_pull_event(h.get())) {
+    const auto event = Ref<GstEvent>::adopt(raw);
+    changes += GST_EVENT_TYPE(raw) == GST_EVENT_CAPS;
+  }
+  EXPECT_EQ(changes, 4) << "the placeholder, 2, 3, 2";
+}
+
+TEST(ConverterFlexible, MayHaveSeveralTensorsInOneMemoryOrInTheirOwn) {
+  const Bytes a = tensor(bytes_of(2), {1, 2});
+  const Bytes b = tensor({ElementType::Int16, Shape{2}, ""}, {3, 4, 5, 6});
+  for (const bool together : {true, false}) {
+    auto h = harness("", kFlexible);
+    GstBuffer* in = together ? frame(joined({a, b})) : gst_buffer_append(frame(a), frame(b));
+    auto out = Ref<GstBuffer>::adopt(gst_harness_push_and_pull(h.get(), in));
+    ASSERT_TRUE(out);
+    EXPECT_EQ(gst_buffer_n_memory(out.get()), 2u);
+    EXPECT_EQ(content(out.get()), (Bytes{1, 2, 3, 4, 5, 6}));
+    EXPECT_SAYS(caps_text(h), "num_tensors=(int)2, dimensions=(string)\"2\\,2\"");
+    EXPECT_EQ(stat(h, "bytes-copied"), 0u);
+  }
+}
+
+// Tensors 0 to 14 in memories of their own, 15 to 17 behind the packed header.
+TEST(ConverterFlexible, MayHaveMoreTensorsThanMemories) {
+  auto h = harness("", kFlexible);
+  GstBuffer* in = gst_buffer_new();
+  Bytes expected;
+  for (uint8_t i = 0; i < 15; ++i) {
+    in = gst_buffer_append(in, frame(tensor(bytes_of(1), {i})));
+    expected.push_back(i);
+  }
+  Bytes packed(kPackedHeaderBytes);
+  std::vector<TensorSpec> specs;
+  for (uint8_t i = 15; i < 18; ++i) {
+    const Bytes chunk = tensor(bytes_of(2), {i, i});
+    packed.insert(packed.end(), chunk.begin(), chunk.end());
+    expected.insert(expected.end(), 2, i);
+    specs.push_back(bytes_of(2));
+  }
+  write_packed_header(specs, std::vector<uint64_t>(3, kTensorHeaderBytes + 2),
+                      std::as_writable_bytes(std::span(packed)).first<kPackedHeaderBytes>());
+  auto out = Ref<GstBuffer>::adopt(
+      gst_harness_push_and_pull(h.get(), gst_buffer_append(in, frame(packed))));
+  ASSERT_TRUE(out);
+  EXPECT_EQ(content(out.get()), expected);
+  EXPECT_SAYS(caps_text(h), "num_tensors=(int)18");
+}
+
+TEST(ConverterFlexible, MustHaveTheSizeThatItsHeaderSays) {
+  const Bytes good = tensor(bytes_of(8), ramp(8));
+  auto h = harness("", kFlexible);
+  for (size_t size = 0; size < good.size(); ++size)
+    EXPECT_NE(error_of(h, frame(Bytes(good.begin(), good.begin() + long(size)))), "") << size;
+  EXPECT_SAYS(error_of(h, frame(Bytes(good.begin(), good.end() - 1))),
+              "WEIR-2005: a tensor header promises more than its memory holds");
+  EXPECT_SAYS(error_of(h, frame(joined({good, {1}}))), "WEIR-2005");
+  // In memories of their own the parser allows room behind a tensor; the converter does not.
+  EXPECT_SAYS(error_of(h, gst_buffer_append(frame(joined({good, {1}})), frame(good))),
+              "WEIR-2004: a frame has bytes that no tensor header speaks of");
+  EXPECT_EQ(stat(h, "dropped-error"), good.size() + 3);
+  EXPECT_EQ(stat(h, "pushed"), 0u);
+}
+
+TEST(ConverterFlexible, WithADamagedHeaderIsRefused) {
+  const Bytes good = tensor(bytes_of(8), ramp(8));
+  auto h = harness("", kFlexible);
+  for (const size_t word : {0, 1, 2, 19, 20}) {
+    Bytes bad = good;
+    const uint32_t value = 0x7FFFFFFF;
+    std::memcpy(bad.data() + 4 * word, &value, 4);
+    EXPECT_SAYS(error_of(h, frame(bad)), "WEIR-2005") << word;
+  }
+  // A lie about the size: 2^31 x 2^31 x 2^31 elements.
+  EXPECT_SAYS(
+      error_of(h, frame(tensor({ElementType::Float64, Shape{1u << 31, 1u << 31, 1u << 31}, ""},
+                               ramp(8)))),
+      "WEIR-2005: the dimensions of a tensor header overflow");
+}
+
+TEST(ConverterFlexible, MustBeDense) {
+  auto h = harness("", kFlexible);
+  const auto text = error_of(h, frame(tensor(bytes_of(8), {}, Format::Sparse)));
+  EXPECT_SAYS(text, "WEIR-2002: a tensor of a flexible stream is sparse");
+}
+
+TEST(ConverterFlexible, MustBeWhatTheUserSaid) {
+  auto h = harness("input-dim=2:2 input-type=uint8", kFlexible);
+  EXPECT_SAYS(caps_text(h), "dimensions=(string)2:2, types=(string)uint8");
+  EXPECT_EQ(error_of(h, frame(tensor({ElementType::UInt8, Shape{2, 2}, ""}, ramp(4)))), "");
+  const auto text = error_of(h, frame(tensor(bytes_of(4), ramp(4))));
+  EXPECT_SAYS(text, "WEIR-2001: a frame is not what input-dim and input-type say");
+  EXPECT_SAYS(text, "dimension is 4, needed is 2:2");
+  EXPECT_SAYS(text, "fix: leave input-dim and input-type away");
+  EXPECT_EQ(stat(h, "dropped-error"), 1u);
+}
+
+TEST(ConverterFlexible, CannotBeGathered) {
+  const auto text = caps_error("frames-per-tensor=2", kFlexible);
+  EXPECT_SAYS(text, "WEIR-1004: flexible tensors cannot be gathered");
+  EXPECT_SAYS(text, "fix: tensor_converter frames-per-tensor=1");
+}
+
+TEST(ConverterFlexible, BeginsWithWhatTheNextElementWants) {
+  Harness h{gst_harness_new_parse("tensor_converter")};
+  gst_harness_set_sink_caps_str(
+      h.get(), "other/tensor,dimension=(string)4:1,type=(string)uint8,framerate=10/1");
+  gst_harness_set_src_caps_str(h.get(), kFlexible);
+  EXPECT_SAYS(caps_text(h), "dimension=(string)4:1, type=(string)uint8");
+  EXPECT_EQ(error_of(h, frame(tensor(bytes_of(4), ramp(4)))), "");
+  EXPECT_EQ(gst_harness_push(h.get(), frame(tensor(bytes_of(5), ramp(5)))),
+            GST_FLOW_NOT_NEGOTIATED);
+}
+
+TEST(ConverterFlexible, GetsHeadersAgainWhenTheNextElementWantsThem) {
+  Harness h{gst_harness_new_parse("tensor_converter")};
+  gst_harness_set_sink_caps_str(h.get(), "other/tensors,format=flexible");
+  gst_harness_set_src_caps_str(h.get(), kFlexible);
+  for (const uint32_t size : {4u, 5u}) {
+    const Bytes in = tensor(bytes_of(size), ramp(size));
+    auto out = Ref<GstBuffer>::adopt(gst_harness_push_and_pull(h.get(), frame(in)));
+    EXPECT_EQ(content(out.get()), in);
+  }
+}
+
+TEST(ConverterFlexible, GetsMissingTimeStampsForEachFrame) {
+  auto h = harness("", kFlexible);
+  for (const uint32_t i : {0u, 1u, 2u}) {
+    auto out = Ref<GstBuffer>::adopt(
+        gst_harness_push_and_pull(h.get(), frame(tensor(bytes_of(i + 1), ramp(i + 1)))));
+    EXPECT_EQ(GST_BUFFER_PTS(out.get()), i * 100 * GST_MSECOND);
+    EXPECT_EQ(GST_BUFFER_DURATION(out.get()), 100 * GST_MSECOND);
+  }
+}
+
+}  // namespace
