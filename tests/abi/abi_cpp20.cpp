@@ -5,6 +5,7 @@
 #include "weir/engine.hpp"
 #include "weir/label_file.hpp"
 #include "weir/module.hpp"
+#include "weir/picture_map.hpp"
 #include "weir/result.hpp"
 
 #include <type_traits>

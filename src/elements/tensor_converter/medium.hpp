@@ -10,6 +10,7 @@
 #include "core/ledger/ledger.hpp"
 #include "core/tensor/frame_spec.hpp"
 #include "gstcpp/ref.hpp"
+#include "weir/picture_map.hpp"
 
 namespace weir {
 
@@ -27,6 +28,7 @@ struct StreamPlan {
   FrameSpec spec;  // of each output, its rate that of the input; flexible: each frame says its own
   uint64_t frame_bytes = 0;  // of one frame of input; 0: each buffer is one frame of any size
   uint64_t frames_out = 1;   // frames in each output
+  std::optional<PictureMap> picture;  // the way back from each output, where there is a picture
 };
 
 struct MediumFrames {

@@ -8,6 +8,7 @@
 #include "elements/tensor_converter/tensor_memories.hpp"
 #include "gstcpp/base_classes.hpp"
 #include "gstcpp/tensor_caps.hpp"
+#include "gstcpp/tensor_meta.hpp"
 
 namespace weir {
 namespace {
@@ -302,6 +303,10 @@ class TensorConverter : public gst::Element<TensorConverter, gst::PlainElement> 
     else
       buffer = one_memory_each(std::move(buffer), plan_.spec.tensors, &ledger_);
     if (!buffer) return GST_FLOW_ERROR;
+    if (plan_.picture) {
+      buffer = Ref<GstBuffer>::adopt(gst_buffer_make_writable(buffer.release()));
+      gst::set_picture_maps(buffer.get(), {*plan_.picture});
+    }
     ledger_.pushed();
     return gst_pad_push(source_, buffer.release());
   }

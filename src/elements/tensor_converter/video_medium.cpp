@@ -22,6 +22,9 @@ Result<StreamPlan> VideoMedium::configure(const GstCaps* caps, const Wishes& wis
   plan.spec.rate = rate_of(caps);
   plan.frame_bytes = video_.frame_bytes();
   plan.frames_out = wishes.frames_per_tensor;
+  plan.picture = picture_as_it_is(static_cast<uint32_t>(GST_VIDEO_INFO_WIDTH(&video)),
+                                  static_cast<uint32_t>(GST_VIDEO_INFO_HEIGHT(&video)),
+                                  GST_VIDEO_INFO_N_PLANES(&video) > 1);
   if (auto status = agree(plan.spec, wishes.tensors, "video"); !status) return status.error();
   return plan;
 }

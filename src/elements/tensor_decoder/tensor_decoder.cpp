@@ -9,6 +9,7 @@
 #include "gstcpp/base_classes.hpp"
 #include "gstcpp/property_file.hpp"
 #include "gstcpp/tensor_caps.hpp"
+#include "gstcpp/tensor_meta.hpp"
 
 namespace weir {
 namespace {
@@ -227,6 +228,8 @@ class TensorDecoder : public gst::Element<TensorDecoder, gst::BaseTransform> {
     frame.duration =
         GST_BUFFER_DURATION_IS_VALID(in) ? static_cast<int64_t>(GST_BUFFER_DURATION(in)) : -1;
     frame.deadline = -1;
+    std::array<float, 6> to_source;
+    frame.to_source = gst::to_source(in, &to_source);
     BufferSink sink(in, out, &reader_, &ledger_);
     return decoder_->decode(frame, &sink);
   }

@@ -6,6 +6,7 @@
 #include <cstring>
 
 #include "elements/tensor_filter/model_info.hpp"
+#include "gstcpp/tensor_meta.hpp"
 
 namespace weir {
 namespace {
@@ -124,6 +125,15 @@ Status FrameInvoker::describe_inputs() {
   return ok();
 }
 
+void FrameInvoker::describe_frame(GstBuffer* in) noexcept {
+  const auto time = [](GstClockTime t) {
+    return GST_CLOCK_TIME_IS_VALID(t) ? static_cast<int64_t>(t) : -1;
+  };
+  in_frame_.pts = out_frame_.pts = time(GST_BUFFER_PTS(in));
+  in_frame_.duration = out_frame_.duration = time(GST_BUFFER_DURATION(in));
+  in_frame_.to_source = gst::to_source(in, &to_source_);
+}
+
 Result<bool> FrameInvoker::invoke() {
   const auto begin = std::chrono::steady_clock::now();
   auto kept = session_->invoke(in_frame_, out_frame_);
@@ -153,6 +163,7 @@ Result<gst::Ref<GstBuffer>> FrameInvoker::run(GstBuffer* in) {
   if (auto status = reader_.read(in, plan_.input); !status) return status.error();
   ledger_->copied(reader_.bytes_copied());
   if (auto status = describe_inputs(); !status) return status.error();
+  describe_frame(in);
   if (plan_.outputs_fixed) {
     pooled = pool_.acquire();
     if (!pooled) return out_of_memory();

@@ -2,6 +2,7 @@
 #pragma once
 #include <gst/gst.h>
 
+#include <array>
 #include <atomic>
 #include <vector>
 
@@ -33,6 +34,7 @@ class FrameInvoker {
  private:
   Status follow_headers();
   Status describe_inputs();
+  void describe_frame(GstBuffer* in) noexcept;
   Status adapt_to(const std::vector<ModelShape>& inputs);
   Result<bool> invoke();
   Result<gst::Ref<GstBuffer>> assemble(GstBuffer* in, gst::Ref<GstBuffer> pooled);
@@ -52,6 +54,7 @@ class FrameInvoker {
   gst::FramePool::Writer writer_;
   std::vector<weir_tensor> inputs_, outputs_;
   weir_frame in_frame_{}, out_frame_{};
+  std::array<float, 6> to_source_{};  // in_frame_ points to it
 };
 
 }  // namespace weir

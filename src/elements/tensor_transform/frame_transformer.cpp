@@ -4,6 +4,9 @@
 #include <algorithm>
 #include <cstring>
 
+#include "core/transform/picture.hpp"
+#include "gstcpp/tensor_meta.hpp"
+
 namespace weir {
 namespace {
 
@@ -94,6 +97,22 @@ Result<gst::Ref<GstBuffer>> FrameTransformer::output_for(GstBuffer* in) {
   auto out = pooled_ ? pool_.acquire() : gst::Ref<GstBuffer>::adopt(gst_buffer_new());
   if (!out) return out_of_memory();
   return out;
+}
+
+void FrameTransformer::move_pictures(GstBuffer* out) const {
+  const auto mode = operation_.mode();
+  if (mode != transform::Mode::Transpose && mode != transform::Mode::Dimchg &&
+      mode != transform::Mode::Padding)
+    return;
+  const auto maps = gst::picture_maps(out);
+  if (maps.empty()) return;
+  std::vector<PictureMap> moved(maps.begin(), maps.end());
+  // One map stands for all tensors: where only some are transformed, each needs its own.
+  if (moved.size() == 1 && !choice_.empty() && input_.tensors.size() > 1)
+    moved.resize(input_.tensors.size(), moved[0]);
+  for (size_t i = 0; i < moved.size(); ++i)
+    if (chosen(choice_, i)) moved[i] = transform::moved(operation_, moved[i]);
+  gst::set_picture_maps(out, std::move(moved));
 }
 
 Status FrameTransformer::run(GstBuffer* in, GstBuffer* out, Ledger* ledger) {

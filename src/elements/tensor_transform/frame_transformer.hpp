@@ -33,6 +33,8 @@ class FrameTransformer {
   // Metadata are not copied here.
   Result<gst::Ref<GstBuffer>> output_for(GstBuffer* in);
   Status run(GstBuffer* in, GstBuffer* out, Ledger* ledger);
+  // Corrects the ways back to the picture, which came with the input's metadata.
+  void move_pictures(GstBuffer* out) const;
   gst::FramePoolStats pool_stats() const { return pool_.stats(); }
 
  private:

@@ -145,6 +145,7 @@ class TensorTransform : public gst::Element<TensorTransform, gst::BaseTransform>
   }
 
   GstFlowReturn transform(GstBuffer* in, GstBuffer* out) {
+    transformer_->move_pictures(out);
     const Status status = transformer_->run(in, out, &ledger_);
     if (!status) {
       gst::post_error(element(), status.error());

@@ -1,7 +1,8 @@
 // A decoder in C++ for tests: it does what a decoder must not do, or what hosts see seldom.
 // option1 is where (open, configure, decode), option2 what is thrown there (failure, exception,
 // memory, number). Or option1 alone: no-caps, bad-caps, early-memory, no-such-input, drop-odd,
-// count (writes how many frames came since the last reset).
+// count (writes how many frames came since the last reset), to-source (writes the frame's map).
+#include <cstring>
 #include <stdexcept>
 #include <string>
 
@@ -21,8 +22,15 @@ class Erring {
     if (where_ == "early-memory") output.reserve(1);
     output.set_caps(where_ == "bad-caps" ? "video/x-raw,width=(int" : "application/octet-stream");
   }
-  bool decode(const weir_frame&, weir::DecoderOutput& output) {
+  bool decode(const weir_frame& frame, weir::DecoderOutput& output) {
     err_in("decode");
+    if (where_ == "to-source") {
+      const size_t bytes = frame.to_source ? 6 * sizeof(float) : 0;
+      const auto out = output.reserve(bytes + 1);
+      if (bytes > 0) std::memcpy(out.data(), frame.to_source, bytes);
+      out[bytes] = std::byte{1};
+      return true;
+    }
     if (where_ == "no-such-input") output.share_input(7);
     const bool odd = frames_++ % 2 != 0;
     if (where_ == "drop-odd" && odd) return false;

@@ -1,0 +1,57 @@
+// PictureMap: where the pixels of a tensor lie in the picture that it was made from.
+#pragma once
+#include <cstdint>
+
+namespace weir {
+
+// In pixels from the left upper corner. Whole numbers are the edges between pixels: the middle of
+// the first pixel is 0.5, a picture of width w reaches from 0 to w.
+struct Point {
+  double x = 0, y = 0;
+};
+
+// source x = xx * x + xy * y + x0 and source y = yx * x + yy * y + y0, for a point of the tensor.
+// Scales, crops, borders and turns are all of this form, and so is one after the other.
+struct PictureMap {
+  double xx = 1, xy = 0, x0 = 0;
+  double yx = 0, yy = 1, y0 = 0;
+  uint32_t source_width = 0, source_height = 0;  // of the picture, pixels
+  uint32_t width = 0, height = 0;                // of the tensor, pixels
+  uint8_t x_dimension = 1, y_dimension = 2;      // of the tensor, 0 is the innermost
+
+  Point to_source(Point tensor) const noexcept {
+    return {xx * tensor.x + xy * tensor.y + x0, yx * tensor.x + yy * tensor.y + y0};
+  }
+  // A map that flattens the picture to a line has no way back: the result is then not finite.
+  Point to_tensor(Point source) const noexcept {
+    const double area = xx * yy - xy * yx;
+    const double x = source.x - x0, y = source.y - y0;
+    return {(yy * x - xy * y) / area, (xx * y - yx * x) / area};
+  }
+
+  // For a tensor cut and scaled out of this one: its point p is scale * p + offset here.
+  PictureMap of_part(double scale_x, double offset_x, double scale_y, double offset_y,
+                     uint32_t part_width, uint32_t part_height) const noexcept {
+    PictureMap out = *this;
+    out.x0 += xx * offset_x + xy * offset_y;
+    out.y0 += yx * offset_x + yy * offset_y;
+    out.xx *= scale_x;
+    out.yx *= scale_x;
+    out.xy *= scale_y;
+    out.yy *= scale_y;
+    out.width = part_width;
+    out.height = part_height;
+    return out;
+  }
+};
+
+// The map of a picture that is a tensor pixel by pixel. Packed pixels are C:W:H, planes W:H:C.
+inline PictureMap picture_as_it_is(uint32_t width, uint32_t height, bool planar) noexcept {
+  PictureMap out;
+  out.source_width = out.width = width;
+  out.source_height = out.height = height;
+  if (planar) out.x_dimension = 0, out.y_dimension = 1;
+  return out;
+}
+
+}  // namespace weir

@@ -1,0 +1,12 @@
+// What a transform does to the way back into the picture.
+#pragma once
+#include "core/transform/transform.hpp"
+#include "weir/picture_map.hpp"
+
+namespace weir::transform {
+
+// The map of the output of `operation`: transpositions move the dimensions of x and y, a padding
+// moves the picture within the tensor. Other operations leave it.
+PictureMap moved(const Operation& operation, const PictureMap& in) noexcept;
+
+}  // namespace weir::transform

@@ -1,0 +1,128 @@
+// The way back into the source picture, through elements in a row.
+#include <gst/check/gstharness.h>
+#include <gtest/gtest.h>
+
+#include <cstring>
+#include <fstream>
+#include <string>
+#include <vector>
+
+#include "gstcpp/ref.hpp"
+#include "gstcpp/tensor_meta.hpp"
+
+namespace {
+
+using weir::PictureMap;
+using weir::gst::Mapped;
+using weir::gst::Ref;
+using weir::gst::Unique;
+using Harness = Unique<GstHarness, gst_harness_teardown>;
+
+// The buffer that comes out for one picture of zeros.
+Ref<GstBuffer> through(const std::string& elements, const std::string& format, int width,
+                       int height, size_t bytes) {
+  const Harness h{gst_harness_new_parse(elements.c_str())};
+  gst_harness_set_src_caps_str(
+      h.get(), ("video/x-raw,format=" + format + ",width=" + std::to_string(width) +
+                ",height=" + std::to_string(height) + ",framerate=10/1,interlace-mode=progressive")
+                   .c_str());
+  GstBuffer* in = gst_buffer_new_allocate(nullptr, bytes, nullptr);
+  gst_buffer_memset(in, 0, 0, bytes);
+  GST_BUFFER_PTS(in) = 0;
+  return Ref<GstBuffer>::adopt(gst_harness_push_and_pull(h.get(), in));
+}
+
+PictureMap only_map(GstBuffer* buffer) {
+  const auto maps = weir::gst::picture_maps(buffer);
+  EXPECT_EQ(maps.size(), 1u);
+  return maps.empty() ? PictureMap{} : maps[0];
+}
+
+TEST(WayBack, BeginsAtTheConverter) {
+  const auto packed = only_map(through("tensor_converter", "RGB", 8, 6, 8 * 6 * 3).get());
+  EXPECT_EQ(packed.source_width, 8u);
+  EXPECT_EQ(packed.source_height, 6u);
+  EXPECT_EQ(packed.x_dimension, 1);
+  EXPECT_EQ(packed.y_dimension, 2);
+  EXPECT_EQ(packed.to_source({3, 2}).x, 3);
+  const auto planar = only_map(through("tensor_converter", "RGBP", 8, 6, 8 * 6 * 3).get());
+  EXPECT_EQ(planar.x_dimension, 0);
+  EXPECT_EQ(planar.y_dimension, 1);
+}
+
+TEST(WayBack, FollowsTransformsWithAndWithoutCopies) {
+  const auto map = only_map(
+      through("tensor_converter ! tensor_transform mode=arithmetic option=add:1 ! "
+              "tensor_transform mode=dimchg option=0:2 ! tensor_transform mode=padding "
+              "option=left:4,top:2,bottom:1 ! tensor_transform mode=typecast option=float32",
+              "RGB", 8, 6, 8 * 6 * 3)
+          .get());
+  EXPECT_EQ(map.x_dimension, 0);
+  EXPECT_EQ(map.y_dimension, 1);
+  EXPECT_EQ(map.width, 12u);
+  EXPECT_EQ(map.height, 9u);
+  EXPECT_EQ(map.to_source({4, 2}).x, 0);
+  EXPECT_EQ(map.to_source({4, 2}).y, 0);
+  EXPECT_EQ(map.to_tensor({8, 6}).x, 12);
+}
+
+TEST(WayBack, GoesThroughAFilterAndToADecoder) {
+  const std::string model = testing::TempDir() + "weir-way-back.bin";
+  std::ofstream(model) << "the engine looks at nothing of it";
+  const auto out = through(
+      "tensor_converter ! tensor_transform mode=dimchg option=0:2 ! tensor_transform mode=padding "
+      "option=left:2,top:1 ! tensor_transform mode=typecast option=float32 ! tensor_filter "
+      "framework=fake model=" +
+          model + " ! tensor_decoder mode=erring option1=to-source",
+      "GRAY8", 2, 3, 4 * 3);
+  ASSERT_TRUE(out);
+  const Mapped map(out.get(), GST_MAP_READ);
+  const auto bytes = map.as<const uint8_t>();
+  ASSERT_EQ(bytes.size(), 6 * sizeof(float) + 1);
+  float values[6];
+  std::memcpy(values, bytes.data(), sizeof(values));
+  EXPECT_EQ(std::vector<float>(values, values + 6), (std::vector<float>{1, 0, -2, 0, 1, -1}));
+}
+
+TEST(WayBack, IsNoneWithoutAPicture) {
+  const Harness h{
+      gst_harness_new_parse("tensor_converter input-dim=4 input-type=uint8 ! "
+                            "tensor_decoder mode=erring option1=to-source")};
+  gst_harness_set_src_caps_str(h.get(), "application/octet-stream,framerate=10/1");
+  const auto out = Ref<GstBuffer>::adopt(
+      gst_harness_push_and_pull(h.get(), gst_buffer_new_allocate(nullptr, 4, nullptr)));
+  EXPECT_EQ(gst_buffer_get_size(out.get()), 1u);
+  EXPECT_TRUE(weir::gst::picture_maps(out.get()).empty());
+}
+
+TEST(WayBack, OfSomeTensorsIsTheirOwn) {
+  const Harness h{gst_harness_new_parse("tensor_transform mode=transpose option=1:0:2:3 apply=1")};
+  gst_harness_set_src_caps_str(h.get(),
+                               "other/tensors,format=static,num_tensors=2,"
+                               "dimensions=(string)\"1:2:3,1:2:3\",types=(string)\"uint8,uint8\","
+                               "framerate=30/1");
+  GstBuffer* in = gst_buffer_new_allocate(nullptr, 6, nullptr);
+  gst_buffer_append(in, gst_buffer_new_allocate(nullptr, 6, nullptr));
+  weir::gst::set_picture_maps(in, {weir::picture_as_it_is(2, 3, false)});
+  const auto out = Ref<GstBuffer>::adopt(gst_harness_push_and_pull(h.get(), in));
+  const auto maps = weir::gst::picture_maps(out.get());
+  ASSERT_EQ(maps.size(), 2u);
+  EXPECT_EQ(maps[0].x_dimension, 1);
+  EXPECT_EQ(maps[1].x_dimension, 0);
+}
+
+TEST(WayBack, MapsAreReplacedCopiedAndTakenAway) {
+  const auto buffer = Ref<GstBuffer>::adopt(gst_buffer_new());
+  weir::gst::set_picture_maps(buffer.get(), {});
+  EXPECT_TRUE(weir::gst::picture_maps(buffer.get()).empty());
+  weir::gst::set_picture_maps(buffer.get(), {weir::picture_as_it_is(2, 3, false)});
+  weir::gst::set_picture_maps(buffer.get(), {weir::picture_as_it_is(4, 5, true), PictureMap{}});
+  ASSERT_EQ(weir::gst::picture_maps(buffer.get()).size(), 2u);
+  const auto copy = Ref<GstBuffer>::adopt(gst_buffer_copy_deep(buffer.get()));
+  weir::gst::set_picture_maps(buffer.get(), {});
+  EXPECT_TRUE(weir::gst::picture_maps(buffer.get()).empty());
+  ASSERT_EQ(weir::gst::picture_maps(copy.get()).size(), 2u);
+  EXPECT_EQ(weir::gst::picture_maps(copy.get())[0].source_width, 4u);
+}
+
+}  // namespace
