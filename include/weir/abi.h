@@ -159,8 +159,11 @@ typedef struct {
   uint32_t struct_size, flags;
   uint32_t n_inputs, n_outputs;
   const weir_tensor_info *inputs, *outputs; /* and names: live until the model is closed */
-  uint32_t alignment, input_padding;        /* bytes; padding is readable behind each input */
-  uint64_t memory_kinds;                    /* bit per weir_memory_kind */
+  /* Bytes, 0 = none. Every input starts at a multiple of alignment (a power of two up to 4096) and
+   * has input_padding readable bytes behind it (up to 65536): where a stream's memory lacks them,
+   * the host copies, so ask for what is needed only. */
+  uint32_t alignment, input_padding;
+  uint64_t memory_kinds; /* bit per weir_memory_kind */
   uint32_t max_sessions, max_in_flight, preferred_batch;
   uint64_t weight_bytes;
   const char* metadata_json; /* or NULL */

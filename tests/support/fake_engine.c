@@ -1,5 +1,6 @@
 /* An engine in C11 for tests, as a user would write one: y = x + 1 on float32 [-1, 4].
- * Options: fail-at:N (that invoke fails), drop-at:N (that invoke drops its frame). */
+ * Options: fail-at:N (that invoke fails), drop-at:N (that invoke drops its frame), alignment:N and
+ * padding:N (asked for, and checked in each invoke). */
 #include <stdlib.h>
 #include <string.h>
 
@@ -10,6 +11,7 @@ static const weir_host* host;
 struct weir_model {
   weir_tensor_info input, output;
   long fail_at, drop_at;
+  uint32_t alignment, padding;
 };
 struct weir_session {
   struct weir_model* model;
@@ -25,6 +27,10 @@ static int open_model(const weir_open* request, weir_model** out, weir_error* er
       model->fail_at = strtol(request->options[i].value, NULL, 10);
     if (strcmp(request->options[i].key, "drop-at") == 0)
       model->drop_at = strtol(request->options[i].value, NULL, 10);
+    if (strcmp(request->options[i].key, "alignment") == 0)
+      model->alignment = (uint32_t)strtoul(request->options[i].value, NULL, 10);
+    if (strcmp(request->options[i].key, "padding") == 0)
+      model->padding = (uint32_t)strtoul(request->options[i].value, NULL, 10);
   }
   model->input.type = WEIR_FLOAT32;
   model->input.rank = 2;
@@ -47,6 +53,8 @@ static int info(weir_model* model, weir_model_info* out, weir_error* error) {
   out->n_inputs = out->n_outputs = 1;
   out->inputs = &model->input;
   out->outputs = &model->output;
+  out->alignment = model->alignment;
+  out->input_padding = model->padding;
   return WEIR_OK;
 }
 
@@ -79,6 +87,10 @@ static int invoke(weir_session* session, const weir_frame* in, weir_frame* out, 
   if (number == session->model->fail_at)
     return host->fail(error, WEIR_INVOKE_FAILED, "ordered to fail", NULL, NULL, "drop the option");
   if (number == session->model->drop_at) return 1;
+  const uint32_t alignment = session->model->alignment ? session->model->alignment : 1;
+  if ((uintptr_t)x % alignment != 0 ||
+      in->tensors[0].capacity < in->tensors[0].bytes + session->model->padding)
+    return host->fail(error, WEIR_INVOKE_FAILED, "memory that was not asked for", NULL, NULL, NULL);
   for (uint64_t i = 0; i < in->tensors[0].bytes / sizeof *x; ++i) y[i] = x[i] + 1;
   return WEIR_OK;
 }

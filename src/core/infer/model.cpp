@@ -1,6 +1,7 @@
 // Owning what an engine's table gives.
 #include "core/infer/model.hpp"
 
+#include <bit>
 #include <filesystem>
 
 #include "core/infer/host.hpp"
@@ -77,6 +78,17 @@ Status Model::read_info() {
                  "the engine names tensors and does not describe them",
                  "a null list",
                  "a description of each tensor",
+                 "",
+                 ""};
+  constexpr uint32_t kMostAlignment = 4096, kMostPadding = 65536;
+  if (info_.alignment == 0) info_.alignment = 1;
+  if (!std::has_single_bit(info_.alignment) || info_.alignment > kMostAlignment ||
+      info_.input_padding > kMostPadding)
+    return Error{Code::MODEL_UNSUPPORTED,
+                 "the engine asks for memory that cannot be given",
+                 "alignment " + std::to_string(info_.alignment) + ", padding " +
+                     std::to_string(info_.input_padding),
+                 "a power of two up to 4096, padding up to 65536",
                  "",
                  ""};
   inputs_.assign(info_.inputs, info_.inputs + info_.n_inputs);

@@ -16,6 +16,8 @@ struct FilterPlan {
   std::vector<ModelShape> model_inputs;     // exact shapes, fixed when input is static
   std::vector<ModelShape> model_outputs;    // exact shapes; parts may be open
   bool outputs_fixed = false;               // every output size is known before the invoke
+  size_t alignment = 1;                     // bytes, of each of the model's inputs
+  size_t padding = 0;                       // readable bytes behind each
 };
 
 }  // namespace weir

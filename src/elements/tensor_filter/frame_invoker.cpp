@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cstring>
+#include <memory>
 
 #include "elements/tensor_filter/model_info.hpp"
 #include "gstcpp/tensor_meta.hpp"
@@ -105,6 +106,25 @@ Status FrameInvoker::follow_headers() {
   return same ? ok() : adapt_to(*shapes);
 }
 
+// The payload, or a copy where its address or what is readable behind it does not suit the model.
+std::span<std::byte> FrameInvoker::suitable(size_t index, const gst::TensorView& view,
+                                            size_t* capacity) {
+  const size_t size = view.payload.size(), needed = size + plan_.padding;
+  if (reinterpret_cast<uintptr_t>(view.payload.data()) % plan_.alignment == 0 &&
+      view.capacity >= needed)
+    return view.payload;
+  if (copies_.size() <= index) copies_.resize(index + 1);
+  auto& copy = copies_[index];
+  copy.resize(needed + plan_.alignment - 1);
+  void* at = copy.data();
+  size_t room = copy.size();
+  std::align(plan_.alignment, needed, at, room);
+  if (size > 0) std::memcpy(at, view.payload.data(), size);
+  ledger_->copied(size);
+  *capacity = needed;
+  return {static_cast<std::byte*>(at), size};
+}
+
 Status FrameInvoker::describe_inputs() {
   const auto& views = reader_.tensors();
   const auto& choice = plan_.input_choice;
@@ -117,9 +137,11 @@ Status FrameInvoker::describe_inputs() {
                  "number of tensors",   ""};
   for (size_t i = 0; i < count; ++i) {
     const auto& view = views[choice.empty() ? i : choice[i]];
-    inputs_[i].data = view.payload.data();
-    inputs_[i].bytes = view.payload.size();
-    inputs_[i].capacity = view.capacity;
+    size_t capacity = view.capacity;
+    const auto bytes = suitable(i, view, &capacity);
+    inputs_[i].data = bytes.data();
+    inputs_[i].bytes = bytes.size();
+    inputs_[i].capacity = capacity;
     inputs_[i].flags = WEIR_TENSOR_READONLY;
   }
   return ok();

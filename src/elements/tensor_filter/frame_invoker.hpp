@@ -34,6 +34,7 @@ class FrameInvoker {
  private:
   Status follow_headers();
   Status describe_inputs();
+  std::span<std::byte> suitable(size_t index, const gst::TensorView& view, size_t* capacity);
   void describe_frame(GstBuffer* in) noexcept;
   Status adapt_to(const std::vector<ModelShape>& inputs);
   Result<bool> invoke();
@@ -53,6 +54,7 @@ class FrameInvoker {
   gst::FrameReader reader_;
   gst::FramePool::Writer writer_;
   std::vector<weir_tensor> inputs_, outputs_;
+  std::vector<std::vector<std::byte>> copies_;  // of inputs in memory that the model cannot take
   weir_frame in_frame_{}, out_frame_{};
   std::array<float, 6> to_source_{};  // in_frame_ points to it
 };

@@ -113,8 +113,18 @@ std::vector<TensorSpec> OpenedModel::known_outputs() const {
   return chosen;
 }
 
+GstAllocationParams OpenedModel::allocation() const noexcept {
+  GstAllocationParams params;
+  gst_allocation_params_init(&params);
+  params.align = std::max<size_t>(model_->info().alignment, 64) - 1;  // a mask; 64: a cache line
+  params.padding = model_->info().input_padding;
+  return params;
+}
+
 Result<FilterPlan> OpenedModel::plan_for(const FrameSpec& input) const {
   FilterPlan plan;
+  plan.alignment = model_->info().alignment;
+  plan.padding = model_->info().input_padding;
   plan.input = input;
   plan.input_choice = input_choice_;
   plan.output_choice = output_choice_;

@@ -1,5 +1,7 @@
 // OpenedModel: the engine, model and session behind one tensor_filter, and its negotiation.
 #pragma once
+#include <gst/gst.h>
+
 #include <memory>
 #include <string>
 #include <vector>
@@ -19,6 +21,8 @@ class OpenedModel {
   const std::vector<ModelShape>& outputs() const noexcept { return outputs_; }
   const std::string& engine() const noexcept { return engine_; }
   infer::Session* session() const noexcept { return session_.get(); }
+  // How memory for inputs is best allocated: the model takes it without a copy.
+  GstAllocationParams allocation() const noexcept;
 
   // The plan for a stream of these caps; the rate is passed on.
   Result<FilterPlan> plan_for(const FrameSpec& input) const;

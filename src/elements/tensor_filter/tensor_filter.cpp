@@ -205,7 +205,13 @@ class TensorFilter : public gst::Element<TensorFilter, gst::PlainElement> {
       gst_query_set_accept_caps_result(query, gst_caps_can_intersect(caps, ours.get()));
       return TRUE;
     }
-    if (GST_QUERY_TYPE(query) == GST_QUERY_ALLOCATION) return FALSE;
+    if (GST_QUERY_TYPE(query) == GST_QUERY_ALLOCATION) {
+      std::lock_guard lock(model_mutex_);
+      if (!model_) return FALSE;
+      const auto params = model_->allocation();
+      gst_query_add_allocation_param(query, nullptr, &params);
+      return TRUE;
+    }
     return gst_pad_query_default(pad, GST_OBJECT_CAST(self()), query);
   }
 

@@ -90,6 +90,64 @@ TEST(TensorFilter, RunsTheModelOnEachFrame) {
   EXPECT_EQ(values(out.get()), (std::vector<float>{1, 2, 3, 4, 5, 6, 7, 8}));
 }
 
+// A frame in memory that begins `shift` bytes behind a multiple of 4096.
+GstBuffer* shifted_frame(size_t shift) {
+  constexpr size_t kBytes = 8 * sizeof(float);
+  GstAllocationParams params;
+  gst_allocation_params_init(&params);
+  params.align = 4095;
+  GstMemory* memory = gst_allocator_alloc(nullptr, shift + kBytes, &params);
+  gst_memory_resize(memory, static_cast<gssize>(shift), kBytes);
+  GstBuffer* b = gst_buffer_new();
+  gst_buffer_append_memory(b, memory);
+  gst_buffer_fill(b, 0, kEight.data(), kBytes);
+  return b;
+}
+
+TEST(TensorFilter, GivesTheModelMemoryAsItAsks) {
+  struct Case {
+    const char* custom;
+    size_t shift;
+    guint64 copied;
+  };
+  const std::vector<float> expected{1, 2, 3, 4, 5, 6, 7, 8};
+  for (const auto& [custom, shift, copied] :
+       std::initializer_list<Case>{{"alignment:4096", 0, 0},
+                                   {"alignment:64", 4, 32},
+                                   {"alignment:0", 4, 0},
+                                   {"padding:65536", 0, 32},
+                                   {"alignment:256,padding:9000", 256, 32}}) {
+    auto h = harness(line(std::string("custom=") + custom));
+    for (int i = 1; i <= 3; ++i) {
+      auto out = Ref<GstBuffer>::adopt(gst_harness_push_and_pull(h.get(), shifted_frame(shift)));
+      ASSERT_TRUE(out) << custom;
+      EXPECT_EQ(values(out.get()), expected);
+      EXPECT_EQ(stat(filter_of(h).get(), "bytes-copied"), copied * static_cast<guint64>(i))
+          << custom;
+    }
+  }
+}
+
+TEST(TensorFilter, TellsTheElementBeforeHowToAllocate) {
+  auto h = harness(line("custom=alignment:512,padding:24"));
+  const auto caps = Ref<GstCaps>::adopt(gst_caps_from_string(kCaps));
+  const Unique<GstQuery, gst_query_unref> query(gst_query_new_allocation(caps.get(), TRUE));
+  ASSERT_TRUE(gst_pad_peer_query(h->srcpad, query.get()));
+  ASSERT_EQ(gst_query_get_n_allocation_params(query.get()), 1u);
+  GstAllocationParams params;
+  gst_query_parse_nth_allocation_param(query.get(), 0, nullptr, &params);
+  EXPECT_EQ(params.align, 511u);
+  EXPECT_EQ(params.padding, 24u);
+}
+
+TEST(TensorFilter, RefusesEnginesThatAskForTheImpossible) {
+  for (const char* custom : {"alignment:3", "alignment:8192", "padding:65537"})
+    EXPECT_NE(error_of(line(std::string("custom=") + custom))
+                  .find("the engine asks for memory that cannot be given"),
+              std::string::npos)
+        << custom;
+}
+
 TEST(TensorFilter, KeepsTimeStamps) {
   auto h = harness(line());
   GstBuffer* in = frame(kEight);

@@ -225,8 +225,7 @@ void OrtModel::describe(weir_model_info* info) const {
   info->n_outputs = static_cast<uint32_t>(outputs_.infos.size());
   info->inputs = inputs_.infos.data();
   info->outputs = outputs_.infos.data();
-  info->alignment = 64;
-  info->input_padding = 0;
+  info->alignment = info->input_padding = 0;  // its kernels load from any address
   info->memory_kinds = uint64_t{1} << WEIR_MEMORY_HOST;
   info->max_sessions = 0;  // as many as wanted
   info->max_in_flight = 1;

@@ -140,8 +140,7 @@ void TfliteModel::describe(weir_model_info* info) const {
   info->n_outputs = static_cast<uint32_t>(outputs_.size());
   info->inputs = inputs_.data();
   info->outputs = outputs_.data();
-  info->alignment = 64;
-  info->input_padding = 0;  // inputs are copied
+  info->alignment = info->input_padding = 0;  // inputs are copied
   info->memory_kinds = uint64_t{1} << WEIR_MEMORY_HOST;
   info->max_sessions = 0;  // as many as wanted
   info->max_in_flight = 1;
