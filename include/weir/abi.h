@@ -228,11 +228,14 @@ typedef struct {
   const char* options_json;
   int (*open)(const weir_option*, uint32_t n, void* host_ctx, weir_converter**, weir_error*);
   void (*close)(weir_converter*);
-  /* Input caps (text) -> tensors; n_out in: room, out: count. */
+  /* Input caps (text) -> tensors; n_out in: room, out: count; 0 or open parts: not known before
+   * the first frame. */
   int (*configure)(weir_converter*, const char* caps, weir_tensor_info* out, uint32_t* n_out,
                    weir_error*);
-  /* `in` holds one uint8 tensor per memory; out's tensors are allocated by the converter through
-   * host->allocate, their info filled: it may differ from configure's and renegotiates then. */
+  /* `in` holds one uint8 tensor per memory, readable until convert returns. out->n_tensors in:
+   * room, out: count; the tensors are allocated by the converter through host->allocate, their info
+   * filled: it may differ from configure's and renegotiates then. out's time is the input's until
+   * it is changed. What a failed call allocated is released by the host. */
   int (*convert)(weir_converter*, const weir_frame* in, weir_frame* out, weir_error*);
   void (*reset)(weir_converter*);
   const void* (*extension)(const char* id);

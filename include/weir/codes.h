@@ -26,6 +26,7 @@
   X(CARD_MISSING, 3008, "No model card says how to prepare the input")                  \
   X(CARD_INVALID, 3009, "A model card cannot be used")                                  \
   X(DECODER_UNKNOWN, 3010, "No decoder of this name is known")                          \
+  X(CONVERTER_UNKNOWN, 3011, "No converter of this name is known")                      \
   X(FILE_NOT_FOUND, 4001, "A file is not there or cannot be read")                      \
   X(LABELS_INVALID, 4002, "A label file is empty or does not fit the model")            \
   X(CANCELLED, 8001, "The work was cancelled")                                          \

@@ -1,6 +1,7 @@
 // Each public header compiles as C++20 on its own include path, and the C structs stay what C has.
 #include "weir/abi.h"
 #include "weir/codes.h"
+#include "weir/converter.hpp"
 #include "weir/decoder.hpp"
 #include "weir/engine.hpp"
 #include "weir/label_file.hpp"

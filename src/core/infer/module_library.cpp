@@ -195,4 +195,49 @@ Result<const weir_decoder_type*> ModuleLibrary::decoder(std::string_view name) {
                close.empty() ? "gst-inspect-1.0 tensor_decoder" : "mode=" + close};
 }
 
+Result<const weir_converter_type*> ModuleLibrary::converter(std::string_view name) {
+  {
+    std::lock_guard lock(mutex_);
+    for (const auto* module : builtins_)
+      if (const auto* table = find_in(module->converters, name)) return table;
+  }
+  const bool plain = !name.empty() && name.find('/') == std::string_view::npos;
+  auto module = plain ? open("converter", std::string(name)) : Result<const weir_module*>(nullptr);
+  if (!module) return module.error();
+  if (*module)
+    if (const auto* table = find_in((*module)->converters, name)) return table;
+  return Error{Code::CONVERTER_UNKNOWN,
+               "no converter has this name",
+               std::string(name),
+               "one of: " + list(converter_names()),
+               "",
+               "gst-inspect-1.0 tensor_converter"};
+}
+
+std::vector<const weir_converter_type*> ModuleLibrary::converters() {
+  std::vector<const weir_converter_type*> out;
+  const auto add_all = [&out](const weir_module* module) {
+    for (auto* table = module->converters; table && *table; ++table) out.push_back(*table);
+  };
+  std::vector<const weir_module*> builtins;
+  {
+    std::lock_guard lock(mutex_);
+    builtins = builtins_;
+  }
+  for (const auto* module : builtins) add_all(module);
+  const auto built_in = [&out](const std::string& name) {
+    return std::any_of(out.begin(), out.end(), [&](const auto* t) { return t->name == name; });
+  };
+  for (const auto& name : converter_names()) {
+    if (built_in(name)) continue;
+    const auto module = open("converter", name);
+    if (!module)
+      host().log(WEIR_LOG_WARNING, file_name("converter", name).c_str(),
+                 module.error().message().c_str());
+    else if (*module)
+      add_all(*module);
+  }
+  return out;
+}
+
 }  // namespace weir::infer

@@ -26,6 +26,11 @@ class ModuleLibrary {
   // By the model's files (specification 4.2).
   Result<const weir_engine*> engine_for_model(std::span<const std::string> paths);
   Result<const weir_decoder_type*> decoder(std::string_view name);
+  // CONVERTER_UNKNOWN with the list, MODULE_REFUSED when the file is there and cannot be used.
+  Result<const weir_converter_type*> converter(std::string_view name);
+  // Every converter, each module opened; those that cannot be used are left out, with a line in
+  // the log.
+  std::vector<const weir_converter_type*> converters();
 
   // Names for which there is a file or a built-in, sorted; nothing is opened.
   std::vector<std::string> engine_names() const { return names("engine"); }

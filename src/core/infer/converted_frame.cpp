@@ -1,0 +1,89 @@
+// Counts, types, shapes and sizes of a converter's tensors.
+#include "core/infer/converted_frame.hpp"
+
+#include <algorithm>
+#include <string>
+
+namespace weir::infer {
+namespace {
+
+Error fault(std::string what, std::string offered, std::string needed) {
+  return Error{Code::INTERNAL,      std::move(what), std::move(offered), std::move(needed), "",
+               "mend the converter"};
+}
+
+Status check_memory(const TensorSpec& spec, const weir_tensor& tensor) {
+  const bool dense = std::all_of(std::begin(tensor.stride), std::end(tensor.stride),
+                                 [](auto s) { return s == 0; });
+  if (!tensor.data || tensor.memory_kind != WEIR_MEMORY_HOST || tensor.offset != 0 || !dense)
+    return fault("a converter made a tensor that is not dense in host memory", spec.to_string(),
+                 "data, no offset, no strides");
+  if (tensor.bytes != spec.bytes())
+    return fault("a converter made a tensor of another size than it says",
+                 std::to_string(tensor.bytes) + " bytes",
+                 std::to_string(spec.bytes().value_or(0)) + " bytes for " + spec.to_string());
+  return ok();
+}
+
+}  // namespace
+
+Result<TensorSpec> spec_of(const weir_tensor_info& info) {
+  const auto refused = [](const std::string& offered) {
+    return fault(
+        "a converter describes a tensor that cannot be", offered,
+        "a type, a rank of at most 16, dimensions of 1 to 4294967295, less than 2^63 bytes");
+  };
+  if (info.type >= WEIR_TYPE_END || info.rank > WEIR_RANK_LIMIT)
+    return refused("type " + std::to_string(info.type) + ", rank " + std::to_string(info.rank));
+  TensorSpec spec{static_cast<ElementType>(info.type), Shape{1}, ""};
+  for (uint32_t i = 0; i < info.rank; ++i) {
+    const int64_t extent = info.shape[info.rank - 1 - i];
+    if (extent < 1 || extent > UINT32_MAX)
+      return refused("a dimension of " + std::to_string(extent));
+    spec.shape[i] = static_cast<uint32_t>(extent);
+  }
+  if (!spec.bytes()) return refused(spec.to_string());
+  return spec;
+}
+
+weir_frame* ConverterRoom::prepare(const weir_frame& in) {
+  frame_ = in;
+  frame_.struct_size = sizeof frame_;
+  frame_.tensors = tensors_.data();
+  frame_.n_tensors = WEIR_TENSOR_LIMIT;
+  return &frame_;
+}
+
+void ConverterRoom::release() noexcept {
+  for (auto& tensor : tensors_) {
+    if (tensor.release) tensor.release(tensor.owner);
+    tensor = {};
+  }
+}
+
+Result<ConvertedFrame> ConverterRoom::take(int result, weir_error* error) {
+  auto out = checked(result, error);
+  release();
+  return out;
+}
+
+Result<ConvertedFrame> ConverterRoom::checked(int result, weir_error* error) {
+  if (result < 0) return take_error(error, result, "the converter failed on a frame");
+  ConvertedFrame out;
+  out.pts = frame_.pts;
+  out.duration = frame_.duration;
+  if (result > 0) return out;
+  const size_t count = frame_.n_tensors;
+  if (count == 0 || count > WEIR_TENSOR_LIMIT || frame_.tensors != tensors_.data())
+    return fault("a converter made no tensors, or more than there is room for",
+                 std::to_string(count), "1 to 256, in the room that it was given");
+  for (size_t i = 0; i < count; ++i) {
+    const auto spec = spec_of(tensors_[i].info);
+    if (!spec) return spec.error();
+    if (auto status = check_memory(*spec, tensors_[i]); !status) return status.error();
+    out.tensors.emplace_back(*spec, std::exchange(tensors_[i], weir_tensor{}));
+  }
+  return out;
+}
+
+}  // namespace weir::infer

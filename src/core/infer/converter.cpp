@@ -1,0 +1,79 @@
+// Owning what a converter's table gives.
+#include "core/infer/converter.hpp"
+
+#include <algorithm>
+
+namespace weir::infer {
+namespace {
+
+class ModuleConverter final : public Converter {
+ public:
+  ModuleConverter(const weir_converter_type& type, weir_converter* handle)
+      : type_(type), handle_(handle) {}
+  ~ModuleConverter() override { type_.close(handle_); }
+  ModuleConverter(const ModuleConverter&) = delete;
+  ModuleConverter& operator=(const ModuleConverter&) = delete;
+
+  Result<std::vector<TensorSpec>> configure(const std::string& caps) override {
+    weir_error error;
+    std::vector<weir_tensor_info> infos(WEIR_TENSOR_LIMIT);
+    uint32_t count = WEIR_TENSOR_LIMIT;
+    const int result = type_.configure(handle_, caps.c_str(), infos.data(), &count, &error);
+    if (result < 0) return take_error(&error, result, "the converter refuses these caps");
+    if (count > WEIR_TENSOR_LIMIT)
+      return Error{Code::INTERNAL,
+                   "a converter says more tensors than there is room for",
+                   std::to_string(count),
+                   "at most 256",
+                   "",
+                   "mend the converter"};
+    std::vector<TensorSpec> specs;
+    for (uint32_t i = 0; i < count; ++i) {
+      if (open_parts(infos[i])) return std::vector<TensorSpec>{};
+      const auto spec = spec_of(infos[i]);
+      if (!spec) return spec.error();
+      specs.push_back(*spec);
+    }
+    return specs;
+  }
+
+  Result<ConvertedFrame> convert(const weir_frame& in) override {
+    weir_error error;
+    const int result = type_.convert(handle_, &in, room_.prepare(in), &error);
+    return room_.take(result, &error);
+  }
+
+  void reset() noexcept override {
+    if (type_.reset) type_.reset(handle_);
+  }
+
+ private:
+  // Rule C of abi.h: -1 = unknown, and so is WEIR_RANK_UNKNOWN.
+  static bool open_parts(const weir_tensor_info& info) {
+    if (info.rank == WEIR_RANK_UNKNOWN) return true;
+    const uint32_t rank = std::min<uint32_t>(info.rank, WEIR_RANK_LIMIT);
+    return std::any_of(info.shape, info.shape + rank, [](int64_t extent) { return extent == -1; });
+  }
+
+  const weir_converter_type& type_;
+  weir_converter* handle_;
+  ConverterRoom room_;
+};
+
+}  // namespace
+
+Result<std::unique_ptr<Converter>> Converter::open(const weir_converter_type& type,
+                                                   const Options& options) {
+  std::vector<weir_option> pairs;
+  for (const auto& [key, value] : options) pairs.push_back({key.c_str(), value.c_str()});
+  weir_error error;
+  weir_converter* handle = nullptr;
+  const int result =
+      type.open(pairs.data(), static_cast<uint32_t>(pairs.size()), nullptr, &handle, &error);
+  if (result < 0 || !handle)
+    return take_error(&error, result < 0 ? result : -WEIR_INTERNAL,
+                      "the converter cannot be opened");
+  return std::unique_ptr<Converter>(std::make_unique<ModuleConverter>(type, handle));
+}
+
+}  // namespace weir::infer
