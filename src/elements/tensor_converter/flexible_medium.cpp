@@ -20,13 +20,7 @@ Result<StreamPlan> FlexibleMedium::configure(const GstCaps* caps, const Wishes& 
                  "format=flexible",
                  "",
                  "take tensor_converter out of the pipeline"};
-  if (wishes.frames_per_tensor > 1)
-    return Error{Code::OPTION_VALUE,
-                 "flexible tensors cannot be gathered",
-                 "frames-per-tensor=" + std::to_string(wishes.frames_per_tensor),
-                 "frames-per-tensor=1",
-                 "",
-                 "tensor_converter frames-per-tensor=1"};
+  if (auto status = one_frame_each(wishes, "flexible tensors"); !status) return status.error();
   user_ = wishes.tensors;
   StreamPlan plan;
   plan.spec.format = Format::Static;

@@ -4,7 +4,9 @@
 #include <array>
 #include <cstring>
 
+#include "core/infer/module_library.hpp"
 #include "elements/tensor_converter/audio_medium.hpp"
+#include "elements/tensor_converter/converted_medium.hpp"
 #include "elements/tensor_converter/flexible_medium.hpp"
 #include "elements/tensor_converter/octet_medium.hpp"
 #include "elements/tensor_converter/text_medium.hpp"
@@ -41,24 +43,52 @@ constexpr std::array kMedia{
     Entry{"other/tensors", WEIR_CAPS_TENSORS("flexible"), make<FlexibleMedium>},
 };
 
+gst::Ref<GstCaps> caps_of(const weir_converter_type& type) {
+  return gst::Ref<GstCaps>::adopt(type.caps ? gst_caps_from_string(type.caps) : nullptr);
+}
+
+bool takes(const weir_converter_type& type, const char* name) {
+  if (std::strcmp(type.name, name) == 0) return true;
+  const auto caps = caps_of(type);
+  for (guint i = 0; caps && i < gst_caps_get_size(caps.get()); ++i)
+    if (gst_structure_has_name(gst_caps_get_structure(caps.get(), i), name)) return true;
+  return false;
+}
+
 }  // namespace
 
 Result<std::unique_ptr<Medium>> medium_for(const GstCaps* caps) {
   const char* name = gst_structure_get_name(gst_caps_get_structure(caps, 0));
   for (const auto& entry : kMedia)
     if (std::strcmp(entry.name, name) == 0) return entry.make();
+  for (const auto* type : infer::ModuleLibrary::instance().converters()) {
+    if (!takes(*type, name)) continue;
+    auto converter = infer::Converter::open(*type, {});
+    if (!converter) return converter.error();
+    return std::unique_ptr<Medium>(std::make_unique<ConvertedMedium>(*std::move(converter)));
+  }
+  const gst::UniqueText known{gst_caps_to_string(caps_of_media().get())};
   return Error{Code::FORMAT_UNSUPPORTED,
                "this stream is no medium that becomes tensors",
                name,
-               caps_of_media(),
+               known.get(),
                "",
-               ""};
+               "tensor_converter mode=custom-code:NAME, with a function of your own"};
 }
 
-std::string caps_of_media() {
+gst::Ref<GstCaps> caps_of_media() {
   std::string text;
   for (const auto& entry : kMedia) text += (text.empty() ? "" : "; ") + std::string(entry.caps);
-  return text;
+  auto all = gst::Ref<GstCaps>::adopt(gst_caps_from_string(text.c_str()));
+  for (const auto* type : infer::ModuleLibrary::instance().converters()) {
+    auto caps = caps_of(*type);
+    if (caps && !gst_caps_is_any(caps.get()))
+      all = gst::Ref<GstCaps>::adopt(gst_caps_merge(all.release(), caps.release()));
+    else
+      GST_WARNING("the converter %s has no caps that can be read: \"%s\"", type->name,
+                  type->caps ? type->caps : "");
+  }
+  return all;
 }
 
 std::string caps_of_media_for(const TensorSpec& peer, const Fraction& rate) {

@@ -6,11 +6,11 @@
 
 namespace weir {
 
-// The medium for these caps; FORMAT_UNSUPPORTED when there is none.
+// The medium for these caps, an external converter's last; FORMAT_UNSUPPORTED when there is none.
 Result<std::unique_ptr<Medium>> medium_for(const GstCaps* caps);
 
-// Every stream that can be converted, as text.
-std::string caps_of_media();
+// Every stream that can be converted; those of external converters are last.
+gst::Ref<GstCaps> caps_of_media();
 // What becomes the tensors `peer`, best first; "" when nothing is known to. Bytes always can.
 std::string caps_of_media_for(const TensorSpec& peer, const Fraction& rate);
 

@@ -16,6 +16,16 @@ std::vector<TensorSpec> before_the_first(const Wishes& wishes) {
   return {{ElementType::UInt8, Shape{1}, ""}};
 }
 
+Status one_frame_each(const Wishes& wishes, const char* what) {
+  if (wishes.frames_per_tensor == 1) return ok();
+  return Error{Code::OPTION_VALUE,
+               std::string(what) + " cannot be gathered",
+               "frames-per-tensor=" + std::to_string(wishes.frames_per_tensor),
+               "frames-per-tensor=1",
+               "",
+               "tensor_converter frames-per-tensor=1"};
+}
+
 Status agree(const FrameSpec& given, const std::vector<TensorSpec>& user, const char* medium) {
   if (user.empty()) return ok();
   const std::string difference = first_difference(given.tensors, user);

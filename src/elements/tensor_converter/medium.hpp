@@ -53,6 +53,8 @@ Fraction rate_of(const GstCaps* caps);
 // What caps say until a first frame tells its tensors: what the user said, else what the next
 // element fixes, else one uint8 of one element.
 std::vector<TensorSpec> before_the_first(const Wishes& wishes);
+// OPTION_VALUE when frames-per-tensor is more than 1; `what` cannot be gathered.
+Status one_frame_each(const Wishes& wishes, const char* what);
 // SPEC_MISMATCH when the user said other tensors than the caps give.
 Status agree(const FrameSpec& given, const std::vector<TensorSpec>& user, const char* medium);
 // FRAME_SIZE unless the buffer holds whole frames; `fix` may be "".

@@ -15,14 +15,10 @@ Result<StreamPlan> OctetMedium::configure(const GstCaps* caps, const Wishes& wis
                  "input-dim and input-type",
                  "",
                  "tensor_converter input-dim=3:224:224:1 input-type=uint8"};
-  if (count != 1 && wishes.frames_per_tensor > 1)
-    return Error{
-        Code::OPTION_VALUE,
-        count > 1 ? "several tensors cannot be gathered" : "buffers of any size cannot be gathered",
-        "frames-per-tensor=" + std::to_string(wishes.frames_per_tensor),
-        "frames-per-tensor=1",
-        "",
-        "tensor_converter frames-per-tensor=1"};
+  if (count != 1) {
+    const char* what = count > 1 ? "several tensors" : "buffers of any size";
+    if (auto status = one_frame_each(wishes, what); !status) return status.error();
+  }
   plan_.spec.format = count == 0 ? Format::Flexible : Format::Static;
   if (count == 0) return plan_;
   const auto bytes = plan_.spec.bytes();

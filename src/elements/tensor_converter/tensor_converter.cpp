@@ -21,13 +21,14 @@ class TensorConverter : public gst::Element<TensorConverter, gst::PlainElement> 
                                           "TensorConverter", "Converter/Tensor",
                                           "Turns media into tensors"};
   static void add_pad_templates(GstElementClass* element) {
-    const auto add = [element](const char* name, GstPadDirection direction, const char* text) {
-      const auto caps = Ref<GstCaps>::adopt(gst_caps_from_string(text));
+    const auto add = [element](const char* name, GstPadDirection direction, Ref<GstCaps> caps) {
       gst_element_class_add_pad_template(
           element, gst_pad_template_new(name, direction, GST_PAD_ALWAYS, caps.get()));
     };
-    add("sink", GST_PAD_SINK, caps_of_media().c_str());
-    add("src", GST_PAD_SRC, WEIR_CAPS_TENSOR "; " WEIR_CAPS_TENSORS("{ static, flexible }"));
+    add("sink", GST_PAD_SINK, caps_of_media());
+    add("src", GST_PAD_SRC,
+        Ref<GstCaps>::adopt(
+            gst_caps_from_string(WEIR_CAPS_TENSOR "; " WEIR_CAPS_TENSORS("{ static, flexible }"))));
   }
 
   struct Settings {

@@ -1,0 +1,97 @@
+// Buffers to frames of the ABI and back.
+#include "elements/tensor_converter/converted_medium.hpp"
+
+#include <algorithm>
+#include <cstring>
+
+namespace weir {
+namespace {
+
+int64_t abi_time(GstClockTime time) {
+  return GST_CLOCK_TIME_IS_VALID(time) && time <= G_MAXINT64 ? static_cast<int64_t>(time) : -1;
+}
+GstClockTime gst_time(int64_t time) {
+  return time < 0 ? GST_CLOCK_TIME_NONE : static_cast<GstClockTime>(time);
+}
+
+weir_tensor bytes_of(const gst::MappedMemory& memory) {
+  weir_tensor tensor{};
+  tensor.data = memory.bytes().data();
+  tensor.bytes = memory.bytes().size();
+  tensor.capacity = memory.capacity();
+  tensor.flags = WEIR_TENSOR_READONLY;
+  tensor.fence_fd = -1;
+  tensor.info.type = WEIR_UINT8;
+  tensor.info.rank = 1;
+  tensor.info.shape[0] = static_cast<int64_t>(tensor.bytes);
+  tensor.info.batch_axis = WEIR_NO_BATCH_AXIS;
+  return tensor;
+}
+
+// What has no release is the converter's own and is copied.
+GstMemory* memory_of(infer::ConvertedTensor& tensor, Ledger* ledger) {
+  const auto bytes = static_cast<size_t>(tensor.memory().bytes);
+  if (tensor.memory().release) {
+    const weir_tensor taken = tensor.take();
+    return gst_memory_new_wrapped(GstMemoryFlags(0), taken.data,
+                                  std::max<size_t>(bytes, taken.capacity), 0, bytes, taken.owner,
+                                  taken.release);
+  }
+  GstMemory* copy = gst_allocator_alloc(nullptr, bytes, nullptr);
+  const gst::MappedMemory map(copy, GST_MAP_WRITE);
+  if (map) std::memcpy(map.bytes().data(), tensor.memory().data, bytes);
+  ledger->copied(bytes);
+  return copy;
+}
+
+}  // namespace
+
+Result<StreamPlan> ConvertedMedium::configure(const GstCaps* caps, const Wishes& wishes) {
+  if (auto status = one_frame_each(wishes, "the frames of a converter"); !status)
+    return status.error();
+  const gst::UniqueText text{gst_caps_to_string(caps)};
+  auto tensors = converter_->configure(text.get());
+  if (!tensors) return tensors.error();
+  StreamPlan plan;
+  plan.spec.format = Format::Static;
+  plan.spec.rate = rate_of(caps);
+  plan.spec.tensors = wishes.peer.empty() ? *std::move(tensors) : wishes.peer;
+  if (plan.spec.tensors.empty()) plan.spec.tensors = {{ElementType::UInt8, Shape{1, 1, 1, 1}, ""}};
+  return plan;
+}
+
+Result<MediumFrames> ConvertedMedium::frames(gst::Ref<GstBuffer> buffer, Ledger* ledger) {
+  std::vector<gst::MappedMemory> maps;
+  std::vector<weir_tensor> inputs;
+  for (guint i = 0; i < gst_buffer_n_memory(buffer.get()); ++i) {
+    maps.emplace_back(gst_buffer_peek_memory(buffer.get(), i), GST_MAP_READ);
+    if (!maps.back())
+      return Error{
+          Code::MAP_FAILED, "the memory of a buffer cannot be mapped", "", "system memory", "", ""};
+    inputs.push_back(bytes_of(maps.back()));
+  }
+  weir_frame in{};
+  in.struct_size = sizeof in;
+  in.n_tensors = static_cast<uint32_t>(inputs.size());
+  in.tensors = inputs.data();
+  in.pts = abi_time(GST_BUFFER_PTS(buffer.get()));
+  in.duration = abi_time(GST_BUFFER_DURATION(buffer.get()));
+  in.deadline = -1;
+  if (GST_BUFFER_IS_DISCONT(buffer.get())) in.flags |= WEIR_FRAME_DISCONT;
+  auto frame = converter_->convert(in);
+  if (!frame) return frame.error();
+  MediumFrames out;
+  if (frame->tensors.empty()) return out;
+  out.buffer = gst::Ref<GstBuffer>::adopt(gst_buffer_new());
+  gst_buffer_copy_into(out.buffer.get(), buffer.get(), GST_BUFFER_COPY_METADATA, 0,
+                       static_cast<gsize>(-1));
+  GST_BUFFER_PTS(out.buffer.get()) = gst_time(frame->pts);
+  GST_BUFFER_DURATION(out.buffer.get()) = gst_time(frame->duration);
+  for (auto& tensor : frame->tensors) {
+    out.tensors.push_back(tensor.spec());
+    gst_buffer_append_memory(out.buffer.get(), memory_of(tensor, ledger));
+  }
+  return out;
+}
+
+}  // namespace weir

@@ -1,0 +1,146 @@
+// tensor_converter with an external converter: tests/support/numbers.
+#include <cstring>
+
+#include "core/tensor/tensor_header.hpp"
+#include "elements/tensor_converter/converter_harness.hpp"
+
+namespace {
+
+using namespace weir;
+using namespace weir::testing_tensor_converter;
+
+constexpr char kNumbers[] = "application/x-numbers,framerate=10/1";
+
+GstBuffer* text(const std::string& words) {
+  return frame(Bytes(words.begin(), words.end()));
+}
+std::vector<int32_t> values(GstBuffer* b) {
+  const Bytes bytes = content(b);
+  std::vector<int32_t> out(bytes.size() / 4);
+  std::memcpy(out.data(), bytes.data(), bytes.size());
+  return out;
+}
+std::vector<int32_t> converted(const Harness& h, const std::string& words) {
+  auto out = Ref<GstBuffer>::adopt(gst_harness_push_and_pull(h.get(), text(words)));
+  return values(out.get());
+}
+
+TEST(ConverterModule, IsFoundByItsCapsAndJoinsTheTemplate) {
+  auto h = harness("", kNumbers);
+  EXPECT_SAYS(caps_text(h), "dimensions=(string)1:1:1:1, types=(string)uint8");
+  EXPECT_EQ(converted(h, "1 2 3"), (std::vector{1, 2, 3}));
+  EXPECT_SAYS(caps_text(h), "dimensions=(string)3, types=(string)int32");
+  EXPECT_SAYS(caps_text(h), "framerate=(fraction)10/1");
+  EXPECT_EQ(stat(h, "bytes-copied"), 0u);
+  EXPECT_SAYS(accepted(h, "ANY"), "application/x-numbers");
+  auto element = Ref<GstElement>::adopt(gst_harness_find_element(h.get(), "tensor_converter"));
+  gchar* names = nullptr;
+  g_object_get(element.get(), "sub-plugins", &names, nullptr);
+  const weir::gst::UniqueText owned{names};
+  EXPECT_SAYS(std::string(names), "numbers");
+}
+
+TEST(ConverterModule, MayMakeOtherTensorsOfEachFrame) {
+  auto h = harness("", kNumbers);
+  EXPECT_EQ(converted(h, "7"), std::vector{7});
+  auto out = Ref<GstBuffer>::adopt(gst_harness_push_and_pull(h.get(), text("1 2;3")));
+  EXPECT_EQ(gst_buffer_n_memory(out.get()), 2u);
+  EXPECT_EQ(values(out.get()), (std::vector{1, 2, 3}));
+  EXPECT_SAYS(caps_text(h), "num_tensors=(int)2, dimensions=(string)\"2\\,1\"");
+}
+
+TEST(ConverterModule, MaySayItsTensorsBeforeTheFirstFrame) {
+  auto h = harness("", std::string(kNumbers) + ",shape=three");
+  EXPECT_SAYS(caps_text(h), "dimensions=(string)3:1, types=(string)int32");
+  auto open = harness("", std::string(kNumbers) + ",shape=unknown");
+  EXPECT_SAYS(caps_text(open), "dimensions=(string)1:1:1:1, types=(string)uint8");
+  Harness peer{gst_harness_new_parse("tensor_converter")};
+  gst_harness_set_sink_caps_str(
+      peer.get(), "other/tensor,dimension=(string)5,type=(string)int32,framerate=10/1");
+  gst_harness_set_src_caps_str(peer.get(), kNumbers);
+  EXPECT_SAYS(caps_text(peer), "dimension=(string)5, type=(string)int32");
+}
+
+TEST(ConverterModule, GetsEachMemoryOfABuffer) {
+  auto h = harness("", kNumbers);
+  auto out = Ref<GstBuffer>::adopt(
+      gst_harness_push_and_pull(h.get(), gst_buffer_append(text("1 2"), text("3 4"))));
+  EXPECT_EQ(values(out.get()), (std::vector{1, 23, 4}));
+}
+
+TEST(ConverterModule, MayChangeTheTime) {
+  auto h = harness("", kNumbers);
+  for (const char* words : {"1", "time"}) {
+    GstBuffer* in = text(words);
+    GST_BUFFER_PTS(in) = 7;
+    GST_BUFFER_DURATION(in) = 3;
+    auto out = Ref<GstBuffer>::adopt(gst_harness_push_and_pull(h.get(), in));
+    const bool changed = std::string(words) == "time";
+    EXPECT_EQ(GST_BUFFER_PTS(out.get()), changed ? 8u : 7u);
+    EXPECT_EQ(GST_BUFFER_DURATION(out.get()), changed ? 2u : 3u);
+  }
+}
+
+TEST(ConverterModule, MayDropAFrameWhichIsCounted) {
+  auto h = harness("", kNumbers);
+  EXPECT_EQ(gst_harness_push(h.get(), text("drop")), GST_FLOW_OK);
+  EXPECT_EQ(gst_harness_buffers_in_queue(h.get()), 0u);
+  EXPECT_EQ(stat(h, "dropped-policy"), 1u);
+  EXPECT_EQ(stat(h, "held"), 0u);
+}
+
+TEST(ConverterModule, ThatFailsIsAnErrorWithItsWords) {
+  auto h = harness("", kNumbers);
+  const std::pair<const char*, const char*> faults[] = {
+      {"failure", "WEIR-1004: failed as ordered"},
+      {"exception", "WEIR-9002: thrown in a converter"},
+      {"memory", "WEIR-9001: memory ran out in a module"},
+      {"number", "WEIR-9002: an unknown exception in a module"},
+      {"nothing", "WEIR-9002: a converter made no tensors"},
+      {"many", "WEIR-2006: a frame has too many tensors"},
+      {"", "WEIR-2004: a buffer is empty"},
+      {"no numbers", "WEIR-2006: a converter describes a tensor that cannot be"},
+  };
+  for (const auto& [words, error] : faults) EXPECT_SAYS(error_of(h, text(words)), error);
+  EXPECT_EQ(stat(h, "dropped-error"), std::size(faults));
+  EXPECT_EQ(converted(h, "4"), std::vector{4}) << "and goes on";
+}
+
+TEST(ConverterModule, ForgetsAtAFlushAndAtOtherCaps) {
+  auto h = harness("", kNumbers);
+  EXPECT_EQ(converted(h, "count"), std::vector{1});
+  EXPECT_EQ(converted(h, "count"), std::vector{2});
+  gst_harness_push_event(h.get(), gst_event_new_flush_start());
+  gst_harness_push_event(h.get(), gst_event_new_flush_stop(TRUE));
+  GstSegment segment;
+  gst_segment_init(&segment, GST_FORMAT_TIME);
+  gst_harness_push_event(h.get(), gst_event_new_segment(&segment));
+  EXPECT_EQ(converted(h, "count"), std::vector{1});
+  EXPECT_EQ(change_caps(h, "application/x-numbers,framerate=20/1"), "");
+  EXPECT_EQ(converted(h, "count"), std::vector{1});
+  EXPECT_SAYS(caps_text(h), "framerate=(fraction)20/1");
+}
+
+TEST(ConverterModule, MayRefuseCaps) {
+  const auto text = caps_error("", std::string(kNumbers) + ",mode=refused");
+  EXPECT_SAYS(text, "WEIR-1004: these caps are refused");
+  EXPECT_SAYS(text, "fix: mode=(string)accepted");
+  EXPECT_SAYS(caps_error("frames-per-tensor=2", kNumbers),
+              "WEIR-1004: the frames of a converter cannot be gathered");
+}
+
+TEST(ConverterModule, GetsHeadersWhenTheNextElementWantsThem) {
+  Harness h{gst_harness_new_parse("tensor_converter")};
+  gst_harness_set_sink_caps_str(h.get(), "other/tensors,format=flexible");
+  gst_harness_set_src_caps_str(h.get(), kNumbers);
+  for (const char* words : {"1 2", "3"}) {
+    auto out = Ref<GstBuffer>::adopt(gst_harness_push_and_pull(h.get(), text(words)));
+    const Bytes all = content(out.get());
+    const auto header = read_tensor_chunk(std::as_bytes(std::span(all)));
+    ASSERT_TRUE(header);
+    EXPECT_EQ(header->spec.to_string(), words == std::string("3") ? "int32 1" : "int32 2");
+    EXPECT_EQ(header->media, MediaType::Tensor);
+  }
+}
+
+}  // namespace
