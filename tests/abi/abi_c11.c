@@ -1,5 +1,7 @@
-/* abi.h compiles as C11, alone, and its frozen structs have their sizes and offsets on LP64. */
+/* The C headers compile as C11, alone, and its frozen structs have their sizes and offsets on LP64.
+ */
 #include "weir/abi.h"
+#include "weir/custom_converter.h"
 
 #define HAS(type, member, offset) \
   _Static_assert(offsetof(type, member) == (offset), #type "." #member)

@@ -4,6 +4,7 @@
 #include <array>
 #include <cstring>
 
+#include "core/infer/custom_converter.hpp"
 #include "core/infer/module_library.hpp"
 #include "elements/tensor_converter/audio_medium.hpp"
 #include "elements/tensor_converter/converted_medium.hpp"
@@ -55,18 +56,32 @@ bool takes(const weir_converter_type& type, const char* name) {
   return false;
 }
 
+Result<std::unique_ptr<Medium>> external(const weir_converter_type& type,
+                                         const infer::Converter::Options& options) {
+  auto converter = infer::Converter::open(type, options);
+  if (!converter) return converter.error();
+  return std::unique_ptr<Medium>(std::make_unique<ConvertedMedium>(*std::move(converter)));
+}
+
+// Scripts are run by the converter of this name.
+Result<std::unique_ptr<Medium>> scripted(const std::string& path) {
+  const auto type = infer::ModuleLibrary::instance().converter("python3");
+  if (!type) return type.error();
+  return external(**type, {{"script", path}});
+}
+
 }  // namespace
 
-Result<std::unique_ptr<Medium>> medium_for(const GstCaps* caps) {
+Result<std::unique_ptr<Medium>> medium_for(const GstCaps* caps, const ConverterMode& mode) {
+  if (mode.kind == ConverterMode::Kind::CustomScript) return scripted(mode.name);
+  if (mode.kind == ConverterMode::Kind::CustomCode)
+    return std::unique_ptr<Medium>(
+        std::make_unique<ConvertedMedium>(infer::custom_converter(mode.name)));
   const char* name = gst_structure_get_name(gst_caps_get_structure(caps, 0));
   for (const auto& entry : kMedia)
     if (std::strcmp(entry.name, name) == 0) return entry.make();
-  for (const auto* type : infer::ModuleLibrary::instance().converters()) {
-    if (!takes(*type, name)) continue;
-    auto converter = infer::Converter::open(*type, {});
-    if (!converter) return converter.error();
-    return std::unique_ptr<Medium>(std::make_unique<ConvertedMedium>(*std::move(converter)));
-  }
+  for (const auto* type : infer::ModuleLibrary::instance().converters())
+    if (takes(*type, name)) return external(*type, {});
   const gst::UniqueText known{gst_caps_to_string(caps_of_media().get())};
   return Error{Code::FORMAT_UNSUPPORTED,
                "this stream is no medium that becomes tensors",

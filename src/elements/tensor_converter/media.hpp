@@ -2,12 +2,14 @@
 #pragma once
 #include <memory>
 
+#include "core/convert/converter_mode.hpp"
 #include "elements/tensor_converter/medium.hpp"
 
 namespace weir {
 
 // The medium for these caps, an external converter's last; FORMAT_UNSUPPORTED when there is none.
-Result<std::unique_ptr<Medium>> medium_for(const GstCaps* caps);
+// A mode makes any caps a medium.
+Result<std::unique_ptr<Medium>> medium_for(const GstCaps* caps, const ConverterMode& mode);
 
 // Every stream that can be converted; those of external converters are last.
 gst::Ref<GstCaps> caps_of_media();

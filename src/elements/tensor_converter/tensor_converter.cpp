@@ -2,6 +2,7 @@
 #include <cstring>
 #include <memory>
 
+#include "core/infer/custom_converter.hpp"
 #include "core/infer/module_library.hpp"
 #include "elements/tensor_converter/chunker.hpp"
 #include "elements/tensor_converter/media.hpp"
@@ -36,6 +37,7 @@ class TensorConverter : public gst::Element<TensorConverter, gst::PlainElement> 
     uint32_t frames_per_tensor = 1;
     bool set_timestamp = true;
     bool silent = true;
+    std::string mode;
   };
   std::string sub_plugins() const {
     std::string out;
@@ -53,6 +55,8 @@ class TensorConverter : public gst::Element<TensorConverter, gst::PlainElement> 
       gst::Property{"set-timestamp", &Settings::set_timestamp,
                     "Fill in missing time-stamps and durations"},
       gst::Property{"silent", &Settings::silent, "Accepted for compatibility; has no effect"},
+      gst::Property{"mode", &Settings::mode,
+                    "custom-code:NAME for a registered function, custom-script:PATH for a script"},
       gst::ReadOnly{"sub-plugins", &TensorConverter::sub_plugins,
                     "External converters that are installed"},
   };
@@ -67,6 +71,19 @@ class TensorConverter : public gst::Element<TensorConverter, gst::PlainElement> 
     gst_pad_set_chain_function(sink_, (chain<&TensorConverter::on_buffer>));
     gst_pad_set_event_function(sink_, (pad_event<&TensorConverter::on_event>));
     gst_pad_set_query_function(sink_, (pad_query<&TensorConverter::on_query>));
+  }
+
+  void property_changed(const char* name) {
+    if (std::strcmp(name, "mode") != 0) return;
+    const auto mode = parse_converter_mode(settings().mode);
+    if (!mode)
+      gst::post_warning(element(), mode.error());
+    else if (mode->kind == ConverterMode::Kind::CustomCode &&
+             !infer::is_custom_converter(mode->name))
+      gst::post_warning(element(),
+                        {Code::CONVERTER_UNKNOWN, "no function is registered under this name yet",
+                         "mode=custom-code:" + mode->name, "", "",
+                         "weir_converter_register(\"" + mode->name + "\", function, data)"});
   }
 
   GstStateChangeReturn change_state(GstStateChange change) {
@@ -225,8 +242,11 @@ class TensorConverter : public gst::Element<TensorConverter, gst::PlainElement> 
   }
 
   Status negotiate(GstCaps* caps) {
-    auto medium = medium_for(caps);
     medium_.reset();
+    auto mode = parse_converter_mode(settings().mode);
+    if (!mode && mode.error().code != Code::OPTION_SYNTAX) return mode.error();
+    // What has no name was told when it was set, and is ignored.
+    auto medium = medium_for(caps, mode ? *mode : ConverterMode{});
     if (!medium) return medium.error();
     const auto wanted = wishes();
     if (!wanted) return wanted.error();

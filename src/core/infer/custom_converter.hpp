@@ -1,0 +1,16 @@
+// Functions of the process under a name: weir/custom_converter.h.
+#pragma once
+#include <memory>
+#include <string>
+#include <string_view>
+
+#include "core/infer/converter.hpp"
+
+namespace weir::infer {
+
+// A converter that looks `name` up at its first frame after configure: CONVERTER_UNKNOWN with the
+// names that are there.
+std::unique_ptr<Converter> custom_converter(std::string name);
+bool is_custom_converter(std::string_view name);
+
+}  // namespace weir::infer
