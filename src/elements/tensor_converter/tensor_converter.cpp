@@ -6,6 +6,7 @@
 #include "core/infer/module_library.hpp"
 #include "elements/tensor_converter/chunker.hpp"
 #include "elements/tensor_converter/media.hpp"
+#include "elements/tensor_converter/negotiation.hpp"
 #include "elements/tensor_converter/tensor_memories.hpp"
 #include "gstcpp/base_classes.hpp"
 #include "gstcpp/tensor_caps.hpp"
@@ -32,13 +33,7 @@ class TensorConverter : public gst::Element<TensorConverter, gst::PlainElement> 
             gst_caps_from_string(WEIR_CAPS_TENSOR "; " WEIR_CAPS_TENSORS("{ static, flexible }"))));
   }
 
-  struct Settings {
-    std::string input_dim, input_type;
-    uint32_t frames_per_tensor = 1;
-    bool set_timestamp = true;
-    bool silent = true;
-    std::string mode;
-  };
+  using Settings = ConverterSettings;
   std::string sub_plugins() const {
     std::string out;
     for (const auto& name : infer::ModuleLibrary::instance().converter_names())
@@ -152,16 +147,22 @@ class TensorConverter : public gst::Element<TensorConverter, gst::PlainElement> 
   }
 
   gboolean on_query(GstPad* pad, GstQuery* query) {
-    if (GST_QUERY_TYPE(query) != GST_QUERY_CAPS)
-      return gst_pad_query_default(pad, GST_OBJECT_CAST(self()), query);
-    GstCaps* filter = nullptr;
-    gst_query_parse_caps(query, &filter);
-    auto caps = offered();
-    if (filter)
-      caps = Ref<GstCaps>::adopt(
-          gst_caps_intersect_full(filter, caps.get(), GST_CAPS_INTERSECT_FIRST));
-    gst_query_set_caps_result(query, caps.get());
-    return TRUE;
+    const auto mode = parse_converter_mode(settings().mode);
+    const bool any_media = mode && mode->kind != ConverterMode::Kind::ByCaps;
+    GstCaps* caps = nullptr;
+    if (GST_QUERY_TYPE(query) == GST_QUERY_CAPS) {
+      gst_query_parse_caps(query, &caps);
+      gst_query_set_caps_result(query, offered_caps(pad, source_, caps, any_media).get());
+      return TRUE;
+    }
+    if (GST_QUERY_TYPE(query) == GST_QUERY_ACCEPT_CAPS) {
+      gst_query_parse_accept_caps(query, &caps);
+      if (come_to_the_element(caps, any_media)) {
+        gst_query_set_accept_caps_result(query, TRUE);
+        return TRUE;
+      }
+    }
+    return gst_pad_query_default(pad, GST_OBJECT_CAST(self()), query);
   }
 
   Settings settings_;
@@ -210,37 +211,6 @@ class TensorConverter : public gst::Element<TensorConverter, gst::PlainElement> 
     return gst_pad_push_event(source_, gst_event_new_segment(&segment_));
   }
 
-  Result<Wishes> wishes() const {
-    const Settings s = settings();
-    auto shapes = parse_shape_list(s.input_dim);
-    if (!shapes) return shapes.error();
-    auto types = parse_type_list(s.input_type);
-    if (!types) return types.error();
-    if (!shapes->empty() && !types->empty() && shapes->size() != types->size())
-      return Error{Code::OPTION_VALUE,
-                   "input-dim and input-type differ in number",
-                   s.input_dim + " and " + s.input_type,
-                   "as many types as dimensions",
-                   "",
-                   ""};
-    Wishes out;
-    for (size_t i = 0; i < std::min(shapes->size(), types->size()); ++i)
-      out.tensors.push_back({(*types)[i], (*shapes)[i], ""});
-    out.shapes = *std::move(shapes);
-    out.frames_per_tensor = s.frames_per_tensor;
-    out.peer = wanted_by_peer().tensors;
-    out.peer_is_flexible = gst::peer_wants_flexible(source_);
-    return out;
-  }
-
-  // The static tensors that the next element fixes; without tensors when it does not.
-  FrameSpec wanted_by_peer() const {
-    const auto peer = Ref<GstCaps>::adopt(gst_pad_peer_query_caps(source_, nullptr));
-    if (gst_caps_is_any(peer.get()) || gst_caps_is_empty(peer.get())) return {};
-    const auto spec = gst::spec_from_caps(peer.get());
-    return spec && spec->format == Format::Static && spec->info_valid() ? *spec : FrameSpec{};
-  }
-
   Status negotiate(GstCaps* caps) {
     medium_.reset();
     auto mode = parse_converter_mode(settings().mode);
@@ -248,7 +218,7 @@ class TensorConverter : public gst::Element<TensorConverter, gst::PlainElement> 
     // What has no name was told when it was set, and is ignored.
     auto medium = medium_for(caps, mode ? *mode : ConverterMode{});
     if (!medium) return medium.error();
-    const auto wanted = wishes();
+    const auto wanted = wishes(settings(), source_);
     if (!wanted) return wanted.error();
     auto plan = (*medium)->configure(caps, *wanted);
     if (!plan) return plan.error();
@@ -287,18 +257,6 @@ class TensorConverter : public gst::Element<TensorConverter, gst::PlainElement> 
                  ""};
   }
 
-  // What the sink pad takes: first what fits the next element (specification 2, "Caps query").
-  // What does not fit is last: the message of the element that refuses it says more than a
-  // pipeline that cannot be linked.
-  Ref<GstCaps> offered() const {
-    auto all = Ref<GstCaps>::adopt(gst_pad_get_pad_template_caps(sink_));
-    const FrameSpec peer = wanted_by_peer();
-    if (peer.tensors.size() != 1) return all;
-    const std::string text = caps_of_media_for(peer.tensors[0], peer.rate);
-    auto best = Ref<GstCaps>::adopt(gst_caps_from_string(text.c_str()));
-    return Ref<GstCaps>::adopt(gst_caps_merge(best.release(), all.release()));
-  }
-
   Result<MediumFrames> convert(Ref<GstBuffer> buffer) {
     if (!medium_)
       return Error{Code::NOT_NEGOTIATED,
@@ -312,10 +270,12 @@ class TensorConverter : public gst::Element<TensorConverter, gst::PlainElement> 
     auto frames = medium_->frames(std::move(buffer), &ledger_);
     if (!frames || frames->tensors.empty()) return frames;
     const bool changed = !first_difference(frames->tensors, plan_.spec.tensors).empty();
-    plan_.spec.tensors = frames->tensors;
+    auto before = std::exchange(plan_.spec.tensors, frames->tensors);
     if (!changed || plan_.spec.format == Format::Flexible) return frames;
-    if (auto status = announce(); !status) return status.error();
-    return frames;
+    const Status status = announce();
+    if (status) return frames;
+    plan_.spec.tensors = std::move(before);
+    return status.error();
   }
 
   GstFlowReturn push(Ref<GstBuffer> buffer) {

@@ -7,8 +7,22 @@ namespace weir {
 
 Result<StreamPlan> VideoMedium::configure(const GstCaps* caps, const Wishes& wishes) {
   GstVideoInfo video;
-  if (!gst_video_info_from_caps(&video, caps))
-    return Error{Code::FORMAT_UNSUPPORTED, "the video caps cannot be read", "", "", "", ""};
+  if (!gst_video_info_from_caps(&video, caps)) {
+    const gst::UniqueText text{gst_caps_to_string(caps)};
+    return Error{Code::FORMAT_UNSUPPORTED,
+                 "the video caps cannot be read",
+                 text.get(),
+                 "a format, a width and a height",
+                 "",
+                 "videoconvert ! video/x-raw,format=RGB ! tensor_converter"};
+  }
+  if (GST_VIDEO_INFO_IS_INTERLACED(&video))
+    return Error{Code::FORMAT_UNSUPPORTED,
+                 "interlaced video is no tensor",
+                 gst_video_interlace_mode_to_string(GST_VIDEO_INFO_INTERLACE_MODE(&video)),
+                 "interlace-mode=progressive",
+                 "",
+                 "deinterlace ! tensor_converter"};
   auto tensor =
       video_tensor(GST_VIDEO_INFO_NAME(&video), static_cast<uint32_t>(GST_VIDEO_INFO_WIDTH(&video)),
                    static_cast<uint32_t>(GST_VIDEO_INFO_HEIGHT(&video)), wishes.frames_per_tensor);

@@ -1,0 +1,16 @@
+// ConverterSettings: what the user set on a tensor_converter.
+#pragma once
+#include <cstdint>
+#include <string>
+
+namespace weir {
+
+struct ConverterSettings {
+  std::string input_dim, input_type;
+  uint32_t frames_per_tensor = 1;
+  bool set_timestamp = true;
+  bool silent = true;
+  std::string mode;
+};
+
+}  // namespace weir

@@ -1,0 +1,76 @@
+// Caps on both sides of tensor_converter.
+#include "elements/tensor_converter/negotiation.hpp"
+
+#include "elements/tensor_converter/media.hpp"
+#include "gstcpp/tensor_caps.hpp"
+
+namespace weir {
+namespace {
+
+using gst::Ref;
+
+// The static tensors that the next element fixes; without tensors when it does not.
+FrameSpec wanted_by_peer(GstPad* source) {
+  const auto peer = Ref<GstCaps>::adopt(gst_pad_peer_query_caps(source, nullptr));
+  if (gst_caps_is_any(peer.get()) || gst_caps_is_empty(peer.get())) return {};
+  const auto spec = gst::spec_from_caps(peer.get());
+  return spec && spec->format == Format::Static && spec->info_valid() ? *spec : FrameSpec{};
+}
+
+// Media whose caps come to the element, in any format.
+Ref<GstCaps> media_in_any_format(bool any_media) {
+  return Ref<GstCaps>::adopt(any_media ? gst_caps_new_any()
+                                       : gst_caps_from_string("video/x-raw; audio/x-raw; "
+                                                              "text/x-raw; other/tensors"));
+}
+
+}  // namespace
+
+Result<Wishes> wishes(const ConverterSettings& settings, GstPad* source) {
+  auto shapes = parse_shape_list(settings.input_dim);
+  if (!shapes) return shapes.error();
+  auto types = parse_type_list(settings.input_type);
+  if (!types) return types.error();
+  if (!shapes->empty() && !types->empty() && shapes->size() != types->size())
+    return Error{Code::OPTION_VALUE,
+                 "input-dim and input-type differ in number",
+                 settings.input_dim + " and " + settings.input_type,
+                 "as many types as dimensions",
+                 "",
+                 ""};
+  Wishes out;
+  for (size_t i = 0; i < std::min(shapes->size(), types->size()); ++i)
+    out.tensors.push_back({(*types)[i], (*shapes)[i], ""});
+  out.shapes = *std::move(shapes);
+  out.frames_per_tensor = settings.frames_per_tensor;
+  out.peer = wanted_by_peer(source).tensors;
+  out.peer_is_flexible = gst::peer_wants_flexible(source);
+  return out;
+}
+
+Ref<GstCaps> offered_caps(GstPad* sink, GstPad* source, const GstCaps* filter, bool any_media) {
+  auto all = Ref<GstCaps>::adopt(gst_pad_get_pad_template_caps(sink));
+  const FrameSpec peer = wanted_by_peer(source);
+  if (peer.tensors.size() == 1) {
+    auto best = Ref<GstCaps>::adopt(
+        gst_caps_from_string(caps_of_media_for(peer.tensors[0], peer.rate).c_str()));
+    all = Ref<GstCaps>::adopt(gst_caps_merge(best.release(), all.release()));
+  }
+  auto rest = media_in_any_format(any_media);
+  if (!filter) {
+    // Only while elements are linked is nothing there that would choose from the rest.
+    if (gst_pad_is_linked(sink)) return all;
+    return Ref<GstCaps>::adopt(gst_caps_merge(all.release(), rest.release()));
+  }
+  auto* given = const_cast<GstCaps*>(filter);
+  auto meet =
+      Ref<GstCaps>::adopt(gst_caps_intersect_full(given, all.get(), GST_CAPS_INTERSECT_FIRST));
+  if (!gst_caps_is_empty(meet.get())) return meet;
+  return Ref<GstCaps>::adopt(gst_caps_intersect_full(given, rest.get(), GST_CAPS_INTERSECT_FIRST));
+}
+
+bool come_to_the_element(const GstCaps* caps, bool any_media) {
+  return gst_caps_can_intersect(caps, media_in_any_format(any_media).get());
+}
+
+}  // namespace weir

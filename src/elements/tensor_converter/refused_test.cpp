@@ -1,0 +1,130 @@
+// Formats that no tensor has: the error names them and the element that converts them, however the
+// pipeline asks for them; and what can be converted before is never led into such an error.
+#include "elements/tensor_converter/converter_harness.hpp"
+
+namespace {
+
+using namespace weir::testing_tensor_converter;
+
+// The first error of a pipeline; "" when it comes to its end.
+std::string error_of_pipeline(const std::string& line) {
+  GError* parse_error = nullptr;
+  const Unique<GstElement, gst_object_unref> pipeline(gst_parse_launch(line.c_str(), &parse_error));
+  if (parse_error) {
+    const std::string text = std::string("not linked: ") + parse_error->message;
+    g_error_free(parse_error);
+    return text;
+  }
+  const auto bus = Ref<GstBus>::adopt(gst_element_get_bus(pipeline.get()));
+  gst_element_set_state(pipeline.get(), GST_STATE_PLAYING);
+  const auto message = Ref<GstMessage>::adopt(gst_bus_timed_pop_filtered(
+      bus.get(), 20 * GST_SECOND, GstMessageType(GST_MESSAGE_ERROR | GST_MESSAGE_EOS)));
+  gst_element_set_state(pipeline.get(), GST_STATE_NULL);
+  if (!message) return "nothing came";
+  if (GST_MESSAGE_TYPE(message.get()) == GST_MESSAGE_EOS) return "";
+  GError* error = nullptr;
+  gst_message_parse_error(message.get(), &error, nullptr);
+  const std::string text = error->message;
+  g_error_free(error);
+  return text;
+}
+
+class RefusedVideo : public testing::TestWithParam<const char*> {};
+
+TEST_P(RefusedVideo, NamesTheLineThatConvertsIt) {
+  const std::string format = GetParam();
+  for (const std::string& text :
+       {caps_error("", video(format, 64, 48)),
+        error_of_pipeline("videotestsrc num-buffers=2 ! video/x-raw,format=" + format +
+                          ",width=64,height=48 ! tensor_converter ! fakesink")}) {
+    EXPECT_SAYS(text, "WEIR-2002: this video format is no tensor");
+    EXPECT_SAYS(text, "offered: " + format);
+    EXPECT_SAYS(text, "fix: videoconvert ! video/x-raw,format=RGB ! tensor_converter");
+  }
+}
+INSTANTIATE_TEST_SUITE_P(All, RefusedVideo,
+                         testing::Values("NV12", "I420", "YUY2", "UYVY", "Y42B", "AYUV64", "v308",
+                                         "RGB16", "GRAY10_LE32", "NV12_64Z32"));
+
+TEST(ConverterRefuses, NothingThatCanBeConvertedBefore) {
+  const std::string source = "videotestsrc num-buffers=2 ! video/x-raw,format=";
+  for (const char* format : {"NV12", "I420", "YUY2"}) {
+    EXPECT_EQ(error_of_pipeline(source + format + " ! videoconvert ! tensor_converter ! fakesink"),
+              "");
+    EXPECT_EQ(error_of_pipeline(source + format +
+                                " ! videoconvert ! queue ! tensor_converter ! fakesink"),
+              "");
+  }
+  EXPECT_EQ(error_of_pipeline("videotestsrc num-buffers=2 ! tensor_converter ! fakesink"), "");
+  EXPECT_EQ(error_of_pipeline("videotestsrc num-buffers=2 ! queue ! tensor_converter ! fakesink"),
+            "");
+  const auto text = error_of_pipeline(source + "I420 ! queue ! tensor_converter ! fakesink");
+  EXPECT_SAYS(text, "fix: videoconvert ! video/x-raw,format=RGB ! tensor_converter");
+}
+
+TEST(ConverterRefuses, InterlacedVideoAndCapsThatSayTooLittle) {
+  const auto interlaced = caps_error("",
+                                     "video/x-raw,format=RGB,width=8,height=2,framerate=10/1,"
+                                     "interlace-mode=interleaved");
+  EXPECT_SAYS(interlaced, "WEIR-2002: interlaced video is no tensor");
+  EXPECT_SAYS(interlaced, "fix: deinterlace ! tensor_converter");
+  for (const char* caps :
+       {"video/x-raw", "video/x-raw,format=RGB", "video/x-raw,format=RGB,width=8",
+
+        "video/x-raw,format=RGB,width=2147483647,height=2147483647",
+        "video/x-raw,format=NOTHING,width=8,height=2"}) {
+    const auto text = caps_error("", caps);
+    EXPECT_SAYS(text, "WEIR-2002: ") << caps;
+    EXPECT_SAYS(text, "fix: videoconvert") << caps;
+  }
+}
+
+TEST(ConverterRefuses, PicturesWithoutPixels) {
+  EXPECT_SAYS(caps_error("", "video/x-raw,format=RGB,width=0,height=2"),
+              "WEIR-2006: a video frame is too big or empty");
+}
+
+TEST(ConverterRefuses, AudioThatIsNotInterleavedOrHasAnotherFormat) {
+  const std::string caps = "audio/x-raw,rate=8000,channels=1,";
+  const auto format = caps_error("", caps + "format=S24LE,layout=interleaved");
+  EXPECT_SAYS(format, "WEIR-2002: this audio format is no tensor");
+  EXPECT_SAYS(format, "fix: audioconvert ! audio/x-raw,format=S16LE");
+  const auto layout = caps_error("", caps + "format=S16LE,layout=non-interleaved");
+  EXPECT_SAYS(layout, "WEIR-2002: the channels of this audio do not lie together");
+  EXPECT_SAYS(layout, "fix: audioconvert ! audio/x-raw,layout=interleaved");
+  for (const char* text : {"audio/x-raw", "audio/x-raw,format=S16LE,layout=interleaved",
+                           "audio/x-raw,format=S16LE,layout=interleaved,rate=0,channels=1",
+                           "audio/x-raw,format=S16LE,layout=interleaved,rate=8000,channels=-1"})
+    EXPECT_SAYS(caps_error("", text), "WEIR-2002: the audio caps cannot be read") << text;
+}
+
+TEST(ConverterRefuses, TextThatIsNotUtf8) {
+  for (const char* caps : {"text/x-raw", "text/x-raw,format=pango-markup"}) {
+    const auto text = caps_error("input-dim=8", caps);
+    EXPECT_SAYS(text, "WEIR-2002: this text format is no tensor");
+    EXPECT_SAYS(text, "fix: text/x-raw,format=utf8 ! tensor_converter");
+  }
+}
+
+TEST(ConverterRefuses, TensorsThatAreStaticOrSparse) {
+  for (const char* caps : {"other/tensors,format=static,num_tensors=1,dimensions=(string)2,"
+                           "types=uint8,framerate=1/1",
+                           "other/tensors,format=sparse,framerate=1/1", "other/tensors"}) {
+    const auto text = caps_error("", caps);
+    EXPECT_SAYS(text, "WEIR-2002: these tensors need no tensor_converter") << caps;
+    EXPECT_SAYS(text, "fix: take tensor_converter out of the pipeline") << caps;
+  }
+}
+
+TEST(ConverterRefuses, OtherStreamsAsPadsDo) {
+  EXPECT_EQ(caps_error("", "image/jpeg"), "");
+  EXPECT_EQ(caps_error("", "video/x-raw(memory:GLMemory),format=RGBA,width=8,height=2"), "");
+}
+
+TEST(ConverterRefuses, NoStreamWhenAModeIsSet) {
+  auto h = harness("mode=custom-code:any", "image/jpeg");
+  EXPECT_SAYS(caps_text(h), "dimensions=(string)1:1:1:1, types=(string)uint8");
+  EXPECT_SAYS(error_of(h, frame({1})), "WEIR-3011: no function is registered");
+}
+
+}  // namespace
