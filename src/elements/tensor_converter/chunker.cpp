@@ -14,6 +14,11 @@ GstClockTime time_of(uint64_t frames, const Fraction& rate) noexcept {
 void Chunker::configure(size_t frame_bytes, uint64_t frames_out, Fraction rate) {
   frame_bytes_ = frame_bytes;
   frames_out_ = frames_out;
+  // Frames of another rate are counted from where those before end.
+  if (!(rate == rate_) && GST_CLOCK_TIME_IS_VALID(anchor_) && known(rate_)) {
+    anchor_ += time_of(frames_since_, rate_);
+    frames_since_ = 0;
+  }
   rate_ = rate;
 }
 

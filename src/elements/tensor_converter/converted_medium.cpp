@@ -55,7 +55,10 @@ Result<StreamPlan> ConvertedMedium::configure(const GstCaps* caps, const Wishes&
   StreamPlan plan;
   plan.spec.format = Format::Static;
   plan.spec.rate = rate_of(caps);
-  plan.spec.tensors = wishes.peer.empty() ? *std::move(tensors) : wishes.peer;
+  user_ = wishes.tensors;
+  plan.spec.tensors = !user_.empty()         ? user_
+                      : !wishes.peer.empty() ? wishes.peer
+                                             : *std::move(tensors);
   if (plan.spec.tensors.empty()) plan.spec.tensors = {{ElementType::UInt8, Shape{1, 1, 1, 1}, ""}};
   return plan;
 }
@@ -91,6 +94,7 @@ Result<MediumFrames> ConvertedMedium::frames(gst::Ref<GstBuffer> buffer, Ledger*
     out.tensors.push_back(tensor.spec());
     gst_buffer_append_memory(out.buffer.get(), memory_of(tensor, ledger));
   }
+  if (auto status = agree(out.tensors, user_); !status) return status.error();
   return out;
 }
 

@@ -21,6 +21,7 @@ class ConvertedMedium final : public Medium {
 
  private:
   std::unique_ptr<infer::Converter> converter_;
+  std::vector<TensorSpec> user_;
 };
 
 }  // namespace weir

@@ -61,6 +61,16 @@ TEST(ConverterModule, MaySayItsTensorsBeforeTheFirstFrame) {
   EXPECT_SAYS(caps_text(peer), "dimension=(string)5, type=(string)int32");
 }
 
+TEST(ConverterModule, MustMakeWhatTheUserSaid) {
+  auto h = harness("input-dim=2 input-type=int32", kNumbers);
+  EXPECT_SAYS(caps_text(h), "dimensions=(string)2, types=(string)int32");
+  EXPECT_EQ(converted(h, "1 2"), (std::vector{1, 2}));
+  const auto error = error_of(h, text("1 2 3"));
+  EXPECT_SAYS(error, "WEIR-2001: a frame is not what input-dim and input-type say");
+  EXPECT_SAYS(error, "dimension is 3, needed is 2");
+  EXPECT_EQ(stat(h, "dropped-error"), 1u);
+}
+
 TEST(ConverterModule, GetsEachMemoryOfABuffer) {
   auto h = harness("", kNumbers);
   auto out = Ref<GstBuffer>::adopt(

@@ -4,12 +4,6 @@
 #include "gstcpp/tensor_caps.hpp"
 
 namespace weir {
-namespace {
-
-constexpr char kWhat[] = "a frame is not what input-dim and input-type say";
-
-}  // namespace
-
 Result<StreamPlan> FlexibleMedium::configure(const GstCaps* caps, const Wishes& wishes) {
   const auto given = gst::spec_from_caps(caps);
   if (!given) return given.error();
@@ -33,14 +27,7 @@ Result<MediumFrames> FlexibleMedium::frames(gst::Ref<GstBuffer> buffer, Ledger*)
   auto tensors = read(buffer.get());
   reader_.clear();
   if (!tensors) return tensors.error();
-  const std::string difference = user_.empty() ? "" : first_difference(*tensors, user_);
-  if (!difference.empty())
-    return Error{Code::SPEC_MISMATCH,
-                 kWhat,
-                 join_types(*tensors) + " " + join_shapes(*tensors),
-                 join_types(user_) + " " + join_shapes(user_),
-                 difference,
-                 "leave input-dim and input-type away: the headers say it"};
+  if (auto status = agree(*tensors, user_); !status) return status.error();
   auto out = gst::Ref<GstBuffer>::adopt(gst_buffer_new());
   gst_buffer_copy_into(out.get(), buffer.get(), GST_BUFFER_COPY_METADATA, 0,
                        static_cast<gsize>(-1));

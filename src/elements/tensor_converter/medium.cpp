@@ -40,6 +40,16 @@ Status agree(const FrameSpec& given, const std::vector<TensorSpec>& user, const 
                "leave input-dim and input-type away: the caps say it"};
 }
 
+Status agree(const std::vector<TensorSpec>& frame, const std::vector<TensorSpec>& user) {
+  const std::string difference = user.empty() ? "" : first_difference(frame, user);
+  if (difference.empty()) return ok();
+  FrameSpec offered{Format::Static, frame, {}}, needed{Format::Static, user, {}};
+  return Error{
+      Code::SPEC_MISMATCH, "a frame is not what input-dim and input-type say",
+      offered.to_string(), needed.to_string(),
+      difference,          "leave input-dim and input-type away: each frame says its tensors"};
+}
+
 Status whole_frames(const GstBuffer* buffer, const StreamPlan& plan, const std::string& fix) {
   const size_t size = gst_buffer_get_size(const_cast<GstBuffer*>(buffer));
   if (size % plan.frame_bytes == 0) return ok();

@@ -57,6 +57,8 @@ std::vector<TensorSpec> before_the_first(const Wishes& wishes);
 Status one_frame_each(const Wishes& wishes, const char* what);
 // SPEC_MISMATCH when the user said other tensors than the caps give.
 Status agree(const FrameSpec& given, const std::vector<TensorSpec>& user, const char* medium);
+// The same for one frame that says its own tensors.
+Status agree(const std::vector<TensorSpec>& frame, const std::vector<TensorSpec>& user);
 // FRAME_SIZE unless the buffer holds whole frames; `fix` may be "".
 Status whole_frames(const GstBuffer* buffer, const StreamPlan& plan, const std::string& fix);
 

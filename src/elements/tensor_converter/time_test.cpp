@@ -79,6 +79,16 @@ TEST(ConverterTime, GoesOnFromTheLastTimeStampThatWasGiven) {
   EXPECT_EQ(next(frame(Bytes(4))), 2 * GST_SECOND + 7);
 }
 
+TEST(ConverterTime, GoesOnWhenTheRateChanges) {
+  auto h = bytes_at_ntsc();
+  for (int i = 0; i < 3; ++i) gst_buffer_unref(gst_harness_push_and_pull(h.get(), frame(Bytes(4))));
+  EXPECT_EQ(change_caps(h, "application/octet-stream,framerate=10/1"), "");
+  for (uint64_t i = 0; i < 3; ++i) {
+    auto out = Ref<GstBuffer>::adopt(gst_harness_push_and_pull(h.get(), frame(Bytes(4))));
+    EXPECT_EQ(GST_BUFFER_PTS(out.get()), ntsc_time(3) + i * 100 * GST_MSECOND);
+  }
+}
+
 TEST(ConverterTime, OfAGatheredTensorIsThatOfItsFirstFrame) {
   auto h = bytes_at_ntsc("frames-per-tensor=2");
   const GstClockTime times[] = {9 * GST_SECOND, 3 * GST_SECOND, 1 * GST_SECOND, 2 * GST_SECOND};
