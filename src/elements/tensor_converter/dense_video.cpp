@@ -17,6 +17,13 @@ Result<gst::Ref<GstBuffer>> DenseVideo::from(gst::Ref<GstBuffer> buffer, Ledger*
   if (packed && stride == static_cast<int64_t>(tensor_.row_bytes) &&
       (!meta || meta->offset[0] == 0) && gst_buffer_get_size(buffer.get()) == frame_bytes())
     return buffer;
+  if (!meta && gst_buffer_get_size(buffer.get()) / GST_VIDEO_INFO_SIZE(&video_) > 1)
+    return Error{Code::FRAME_SIZE,
+                 "a video buffer holds more than one frame",
+                 std::to_string(gst_buffer_get_size(buffer.get())) + " bytes",
+                 std::to_string(GST_VIDEO_INFO_SIZE(&video_)) + " bytes",
+                 "",
+                 "rawvideoparse ! tensor_converter"};
   return copy_rows(buffer.get(), ledger);
 }
 

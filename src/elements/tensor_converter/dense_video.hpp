@@ -19,7 +19,8 @@ class DenseVideo {
 
   size_t frame_bytes() const noexcept;
   // The buffer itself where it is dense; else a copy with its time-stamps, counted in `ledger`.
-  // FRAME_SIZE when the buffer is shorter than offsets and strides say; OUT_OF_MEMORY.
+  // FRAME_SIZE when the buffer is shorter than offsets and strides say, or holds several frames;
+  // OUT_OF_MEMORY.
   Result<gst::Ref<GstBuffer>> from(gst::Ref<GstBuffer> buffer, Ledger* ledger) const;
 
  private:

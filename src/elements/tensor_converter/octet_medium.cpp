@@ -15,8 +15,10 @@ Result<StreamPlan> OctetMedium::configure(const GstCaps* caps, const Wishes& wis
                  "input-dim and input-type",
                  "",
                  "tensor_converter input-dim=3:224:224:1 input-type=uint8"};
-  if (count != 1) {
-    const char* what = count > 1 ? "several tensors" : "buffers of any size";
+  if (count != 1 || wishes.peer_is_flexible) {
+    const char* what = count > 1    ? "several tensors"
+                       : count == 0 ? "buffers of any size"
+                                    : "bytes for flexible tensors";
     if (auto status = one_frame_each(wishes, what); !status) return status.error();
   }
   plan_.spec.format = count == 0 ? Format::Flexible : Format::Static;

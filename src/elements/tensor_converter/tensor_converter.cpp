@@ -283,7 +283,11 @@ class TensorConverter : public gst::Element<TensorConverter, gst::PlainElement> 
       buffer = with_headers(buffer.get(), plan_.spec.tensors, medium_->type(), &ledger_);
     else
       buffer = one_memory_each(std::move(buffer), plan_.spec.tensors, &ledger_);
-    if (!buffer) return GST_FLOW_ERROR;
+    if (!buffer) {
+      gst::post_error(element(),
+                      {Code::OUT_OF_MEMORY, "no memory for an output buffer", "", "", "", ""});
+      return GST_FLOW_ERROR;
+    }
     if (plan_.picture) {
       buffer = Ref<GstBuffer>::adopt(gst_buffer_make_writable(buffer.release()));
       gst::set_picture_maps(buffer.get(), {*plan_.picture});

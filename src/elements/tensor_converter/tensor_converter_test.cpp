@@ -154,6 +154,24 @@ TEST(TensorConverter, MakesEachBufferOneFlexibleTensorOfItsOwnSize) {
   EXPECT_EQ(gst_harness_buffers_in_queue(h.get()), 0u);
 }
 
+TEST(TensorConverter, RefusesSeveralFramesInOneVideoBuffer) {
+  auto h = harness("", video("RGB", 8, 2));
+  const auto text = error_of(h, frame(ramp(96)));
+  EXPECT_SAYS(text, "WEIR-2004: a video buffer holds more than one frame");
+  EXPECT_SAYS(text, "fix: rawvideoparse ! tensor_converter");
+  auto longer = Ref<GstBuffer>::adopt(gst_harness_push_and_pull(h.get(), frame(ramp(95))));
+  EXPECT_EQ(content(longer.get()), ramp(48)) << "what is behind one frame is padding";
+}
+
+TEST(TensorConverter, GathersNoBytesForFlexibleTensors) {
+  Harness h{
+      gst_harness_new_parse("tensor_converter input-dim=4 input-type=uint8 frames-per-tensor=2")};
+  Errors errors(h);
+  gst_harness_set_sink_caps_str(h.get(), "other/tensors,format=flexible");
+  gst_harness_set_src_caps_str(h.get(), "application/octet-stream,framerate=10/1");
+  EXPECT_SAYS(errors.next(), "WEIR-1004: bytes for flexible tensors cannot be gathered");
+}
+
 TEST(TensorConverter, GathersNeitherBuffersOfAnySizeNorSeveralTensors) {
   const auto several = caps_error("frames-per-tensor=2 input-dim=2,3 input-type=uint8,uint8",
                                   "application/octet-stream");
