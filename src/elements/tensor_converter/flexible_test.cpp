@@ -149,6 +149,20 @@ TEST(ConverterFlexible, MustBeWhatTheUserSaid) {
   EXPECT_EQ(stat(h, "dropped-error"), 1u);
 }
 
+TEST(ConverterFlexible, GivesWayToOtherCapsInTheMiddleOfAStream) {
+  auto h = harness("", kFlexible);
+  EXPECT_EQ(error_of(h, frame(tensor(bytes_of(4), ramp(4)))), "");
+  EXPECT_EQ(change_caps(h, video("GRAY8", 4, 1)), "");
+  EXPECT_EQ(error_of(h, frame(ramp(4))), "");
+  EXPECT_SAYS(caps_text(h), "dimensions=(string)1:4:1:1");
+  EXPECT_EQ(change_caps(h, "other/tensors,format=flexible,framerate=20/1"), "");
+  EXPECT_SAYS(caps_text(h), "dimensions=(string)1, types=(string)uint8") << "not what was before";
+  EXPECT_EQ(error_of(h, frame(tensor(bytes_of(4), ramp(4)))), "");
+  EXPECT_SAYS(caps_text(h), "framerate=(fraction)20/1");
+  EXPECT_SAYS(change_caps(h, "other/tensors,format=sparse,framerate=20/1"),
+              "WEIR-2002: these tensors need no tensor_converter");
+}
+
 TEST(ConverterFlexible, CannotBeGathered) {
   const auto text = caps_error("frames-per-tensor=2", kFlexible);
   EXPECT_SAYS(text, "WEIR-1004: flexible tensors cannot be gathered");
