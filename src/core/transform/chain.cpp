@@ -75,9 +75,21 @@ uint64_t elements_of_channel(const Channels& channels, uint32_t channel, size_t 
   return uint64_t{count / period} * channels.inner + partial;
 }
 
+std::shared_ptr<const Kernel> kernel_of(ChainParts parts, bool accelerate);
+
+bool names_channels(const ChainParts& parts) noexcept {
+  const auto named = [](const TypedStep& step) { return step.channel.has_value(); };
+  return std::any_of(parts.steps.begin(), parts.steps.end(), named) ||
+         std::any_of(parts.zero_divisions.begin(), parts.zero_divisions.end(), named);
+}
+bool same_channels(const ChainParts& one, const ChainParts& two) noexcept {
+  return one.channels.inner == two.channels.inner && one.channels.count == two.channels.count;
+}
+
 class ChainKernel : public Kernel {
  public:
-  explicit ChainKernel(ChainParts parts) : parts_(std::move(parts)) {}
+  ChainKernel(ChainParts parts, bool accelerated)
+      : parts_(std::move(parts)), accelerated_(accelerated) {}
 
   Counters run(std::span<const std::byte> in, std::span<std::byte> out) const noexcept final {
     const size_t count =
@@ -95,18 +107,38 @@ class ChainKernel : public Kernel {
   }
   size_t period() const noexcept final { return parts_.channels.inner * parts_.channels.count; }
 
+  std::shared_ptr<const Kernel> followed_by(const Kernel& second) const final {
+    const auto* next = dynamic_cast<const ChainKernel*>(&second);
+    if (!next || next->accelerated_ != accelerated_ || next->parts_.from != next->parts_.to ||
+        next->parts_.from != parts_.to || next->parts_.count != parts_.count)
+      return nullptr;
+    ChainParts both = parts_;
+    if (!names_channels(both)) {
+      both.channels = next->parts_.channels;
+    } else if (names_channels(next->parts_) && !same_channels(both, next->parts_)) {
+      return nullptr;
+    }
+    const auto append = [](std::vector<TypedStep>& to, const std::vector<TypedStep>& steps) {
+      to.insert(to.end(), steps.begin(), steps.end());
+    };
+    append(both.steps, next->parts_.steps);
+    append(both.zero_divisions, next->parts_.zero_divisions);
+    return kernel_of(std::move(both), accelerated_);
+  }
+
  protected:
   const ChainParts& parts() const noexcept { return parts_; }
 
  private:
   virtual void compute(const std::byte* in, std::byte* out, size_t count) const noexcept = 0;
   ChainParts parts_;
+  bool accelerated_;
 };
 
 class PlainChain final : public ChainKernel {
  public:
   explicit PlainChain(ChainParts parts)
-      : ChainKernel(std::move(parts)),
+      : ChainKernel(std::move(parts), false),
         runner_(plain_runner(this->parts().from, this->parts().to)) {}
 
  private:
@@ -124,7 +156,7 @@ ChainRunner vector_runner(ElementType from, ElementType to) noexcept {
 class VectorChain final : public ChainKernel {
  public:
   explicit VectorChain(ChainParts parts)
-      : ChainKernel(std::move(parts)),
+      : ChainKernel(std::move(parts), true),
         program_(make_chain_program(this->parts().from, this->parts().to, this->parts().steps,
                                     this->parts().channels)),
         runner_(vector_runner(this->parts().from, this->parts().to)) {}
@@ -141,7 +173,7 @@ class VectorChain final : public ChainKernel {
 class RunwiseChain final : public ChainKernel {
  public:
   explicit RunwiseChain(ChainParts parts)
-      : ChainKernel(std::move(parts)),
+      : ChainKernel(std::move(parts), true),
         runner_(vector_runner(this->parts().from, this->parts().to)) {
     std::vector<uint32_t> named;
     for (const auto& step : this->parts().steps)
@@ -186,6 +218,15 @@ class RunwiseChain final : public ChainKernel {
   ChainProgram other_;
   ChainRunner runner_;
 };
+
+std::shared_ptr<const Kernel> kernel_of(ChainParts parts, bool accelerate) {
+  if (!accelerate) return std::make_shared<PlainChain>(std::move(parts));
+  constexpr size_t kTableLimit = 1 << 18;  // elements of a period that are worth a table
+  const auto [inner, channels] = parts.channels;
+  if (channels > 1 && inner >= kChainBlock) return std::make_shared<RunwiseChain>(std::move(parts));
+  if (inner > kTableLimit / channels) return std::make_shared<PlainChain>(std::move(parts));
+  return std::make_shared<VectorChain>(std::move(parts));
+}
 
 TypedStep typed(const ArithmeticStep& step, ElementType to, bool by_channel) {
   TypedStep out;
@@ -237,12 +278,7 @@ std::shared_ptr<const Kernel> make_chain_kernel(const TensorSpec& in, ElementTyp
   auto parts = parts_of(in, to, steps, channel_dimension);
   if (in.type == to && steps.empty())
     return std::make_shared<CopyKernel>(parts.count * size_of(to), size_of(to));
-  if (!accelerate) return std::make_shared<PlainChain>(std::move(parts));
-  constexpr size_t kTableLimit = 1 << 18;  // elements of a period that are worth a table
-  const auto [inner, channels] = parts.channels;
-  if (channels > 1 && inner >= kChainBlock) return std::make_shared<RunwiseChain>(std::move(parts));
-  if (inner > kTableLimit / channels) return std::make_shared<PlainChain>(std::move(parts));
-  return std::make_shared<VectorChain>(std::move(parts));
+  return kernel_of(std::move(parts), accelerate);
 }
 
 }  // namespace weir::transform

@@ -46,6 +46,7 @@ class FusedKernel final : public Kernel {
 }  // namespace
 
 std::shared_ptr<const Kernel> make_fused_kernel(FusedPart first, FusedPart second, size_t count) {
+  if (auto one = first.kernel->followed_by(*second.kernel)) return one;
   const size_t one = first.kernel->period(), two = second.kernel->period();
   if (one == 0 || two == 0 || one > kBlock || two > kBlock) return nullptr;
   const size_t period = std::lcm(one, two);

@@ -48,6 +48,10 @@ constexpr Stage kBack{Mode::Typecast, "uint8"};
 constexpr Stage kZeroDivision{Mode::Arithmetic, "div:0,add:3"};
 constexpr Stage kChannels{Mode::Arithmetic, "per-channel:true@0,add:1@0,mul:3@2"};
 constexpr Stage kPlanes{Mode::Arithmetic, "per-channel:true@2,add:1@0,mul:3@2"};
+// Dimension 2 of these tensors has one channel: `@0` is all elements, `@1` none.
+constexpr Stage kOnlyChannel{Mode::Arithmetic, "per-channel:true@2,add:5@0,mul:2@1"};
+constexpr Stage kZeroOfAChannel{Mode::Arithmetic, "per-channel:true@0,div:0@1,add:1"};
+constexpr Stage kCastAndScale{Mode::Arithmetic, "typecast:float32,add:-127.5,div:127.5"};
 constexpr Stage kOrder{Mode::Transpose, "1:0:2:3"};
 constexpr Stage kStand{Mode::Stand, "default"};
 
@@ -61,6 +65,19 @@ TEST(Fused, GivesWhatBothGiveOneAfterTheOther) {
       EXPECT_TRUE(fuses(kLimit, kBack, reals, accelerate));
       EXPECT_TRUE(fuses(kZeroDivision, kChannels, bytes, accelerate));
       EXPECT_TRUE(fuses(kChannels, kZeroDivision, bytes, accelerate));
+      EXPECT_TRUE(fuses(kChannels, kChannels, bytes, accelerate));
+      EXPECT_TRUE(fuses(kZeroOfAChannel, kScale, bytes, accelerate));
+      EXPECT_TRUE(fuses(kScale, kZeroOfAChannel, bytes, accelerate));
+    }
+  }
+}
+
+TEST(Fused, AStepForTheOnlyChannelStaysOne) {
+  for (const uint32_t width : {1u, 7u, 2048u / 3}) {
+    const TensorSpec bytes{ElementType::UInt8, {3, width}, ""};
+    for (const bool accelerate : {true, false}) {
+      EXPECT_TRUE(fuses(kChannels, kOnlyChannel, bytes, accelerate));
+      EXPECT_TRUE(fuses(kOnlyChannel, kChannels, bytes, accelerate));
     }
   }
 }
@@ -81,12 +98,61 @@ TEST(Fused, ThreeAreFusedTwoByTwo) {
             applied(limit, applied(scale, applied(cast, in, &counters), &counters), &counters));
 }
 
+TEST(Fused, ArithmeticBehindACastTakesChannelsThatAreFarApart) {
+  for (const bool accelerate : {true, false})
+    for (const uint32_t width : {100u, 7u}) {
+      const TensorSpec spec{ElementType::UInt8, {width, 100, 3}, ""};
+      EXPECT_TRUE(fuses(kCast, kPlanes, spec, accelerate));
+      EXPECT_TRUE(fuses(kPlanes, kScale, spec, accelerate));
+      EXPECT_TRUE(fuses(kCastAndScale, kPlanes, spec, accelerate));
+    }
+}
+
+TEST(Fused, ArithmeticBehindACastIsOneChain) {
+  const TensorSpec spec{ElementType::UInt8, {3, 1000}, ""};
+  const auto one = test::plan_of(kCastAndScale.mode, kCastAndScale.option, spec, true);
+  const auto cast = test::plan_of(kCast.mode, kCast.option, spec, true);
+  const auto both =
+      fused(cast, test::plan_of(Mode::Arithmetic, "add:-127.5,div:127.5", cast.output(), true));
+  ASSERT_TRUE(both);
+  std::vector<std::byte> in(3000);
+  for (size_t i = 0; i < in.size(); ++i) in[i] = static_cast<std::byte>(i);
+  Counters counters;
+  EXPECT_EQ(applied(*both, in, &counters), applied(one, in, &counters));
+}
+
+TEST(Fused, OneWithVectorsAndOneWithout) {
+  const TensorSpec spec{ElementType::UInt8, {3, 1000}, ""};
+  std::vector<std::byte> in(3000);
+  for (size_t i = 0; i < in.size(); ++i) in[i] = static_cast<std::byte>(i * 7);
+  for (const bool first : {true, false}) {
+    const auto cast = test::plan_of(kCast.mode, kCast.option, spec, first);
+    const auto scale = test::plan_of(kScale.mode, kScale.option, cast.output(), !first);
+    const auto both = fused(cast, scale);
+    ASSERT_TRUE(both);
+    Counters counters;
+    EXPECT_EQ(applied(*both, in, &counters),
+              applied(scale, applied(cast, in, &counters), &counters));
+  }
+}
+
+TEST(Fused, ElementWiseIsWhatNeedsNoNeighbour) {
+  const TensorSpec spec{ElementType::UInt8, {3, 100, 100}, ""};
+  for (const auto& stage : {kCast, kScale, kLimit, kChannels, kPlanes})
+    EXPECT_TRUE(test::plan_of(stage.mode, stage.option, spec, true).is_element_wise())
+        << stage.option;
+  for (const auto& stage :
+       {kOrder, kStand, Stage{Mode::Padding, "left:1"}, Stage{Mode::Dimchg, "0:1"}})
+    EXPECT_FALSE(test::plan_of(stage.mode, stage.option, spec, true).is_element_wise())
+        << stage.option;
+}
+
 TEST(Fused, NotWhereATensorIsNeededAsAWhole) {
   const TensorSpec spec{ElementType::UInt8, {3, 100, 100}, ""};
   EXPECT_FALSE(fuses(kCast, kOrder, spec));
   EXPECT_FALSE(fuses(kOrder, kCast, spec));
   EXPECT_FALSE(fuses(kStand, kCast, spec));
-  EXPECT_FALSE(fuses(kPlanes, kCast, {ElementType::UInt8, {100, 100, 3}, ""}))
+  EXPECT_FALSE(fuses(kPlanes, kLimit, {ElementType::UInt8, {100, 100, 3}, ""}))
       << "its channels come again after more than a block";
 }
 

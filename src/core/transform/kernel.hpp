@@ -20,6 +20,8 @@ class Kernel {
   virtual bool is_copy() const noexcept { return false; }
   // Element by element, the same again every so many of them; 0: it needs more than that.
   virtual size_t period() const noexcept { return 0; }
+  // One kernel of the same kind that does this and then `second`; nullptr when there is none.
+  virtual std::shared_ptr<const Kernel> followed_by(const Kernel&) const { return nullptr; }
 };
 
 // The same bytes again.

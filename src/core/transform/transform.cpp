@@ -125,6 +125,9 @@ bool Plan::in_place_possible() const noexcept {
 bool Plan::is_copy() const noexcept {
   return kernel_->is_copy();
 }
+bool Plan::is_element_wise() const noexcept {
+  return kernel_->period() > 0;
+}
 
 Counters Plan::apply(std::span<const std::byte> in, std::span<std::byte> out) const noexcept {
   return kernel_->run(in, out);

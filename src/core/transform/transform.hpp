@@ -129,6 +129,8 @@ class Plan {
   bool in_place_possible() const noexcept;
   // The output bytes are the input bytes: the caller may share the memory instead of applying.
   bool is_copy() const noexcept;
+  // Each element of the output needs only the element of the input at its place.
+  bool is_element_wise() const noexcept;
   // Bytes are input().bytes() and output().bytes(); with less, only whole elements that both spans
   // hold are done (a transpose does nothing). Any alignment. Thread-safe, allocates nothing.
   Counters apply(std::span<const std::byte> in, std::span<std::byte> out) const noexcept;
@@ -140,8 +142,9 @@ class Plan {
 };
 
 // One plan that does `first` and then `second` in a single pass over memory; nullopt when one of
-// them needs more of the tensor at a time than a block in the cache. Precondition: second.input()
-// is first.output().
+// them needs more of the tensor at a time than a block in the cache. Steps of arithmetic behind a
+// conversion become one chain, as if one option had named them all. Precondition: second.input() is
+// first.output().
 std::optional<Plan> fused(const Plan& first, const Plan& second);
 
 // accelerate = false takes the plain scalar path; the results are the same bit for bit, but that a
