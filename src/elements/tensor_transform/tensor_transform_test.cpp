@@ -115,6 +115,26 @@ TEST(TensorTransform, PadsWithZeros) {
   EXPECT_EQ(dimension(h), "4:3");
 }
 
+std::string format_behind(const std::string& line) {
+  Harness h{gst_harness_new_parse(line.c_str())};
+  gst_harness_set_src_caps_str(h.get(), kBytes);
+  EXPECT_EQ(gst_harness_push(h.get(), frame(kSix)), GST_FLOW_OK);
+  auto caps = Ref<GstCaps>::adopt(gst_pad_get_current_caps(h->sinkpad));
+  const GstStructure* s = gst_caps_get_structure(caps.get(), 0);
+  const char* format = gst_structure_get_string(s, "format");
+  return format ? format : gst_structure_get_name(s);
+}
+
+TEST(TensorTransform, KeepsAStreamStaticInFrontOfAChangeOfTheType) {
+  const std::string cast = "tensor_transform mode=typecast option=";
+  EXPECT_EQ(format_behind(cast + "float16 ! " + cast + "int16"), "other/tensor");
+  EXPECT_EQ(format_behind(cast + "float16 ! identity ! " + cast + "int16 ! identity"),
+            "other/tensor");
+  EXPECT_EQ(format_behind(cast + "float16 ! " + cast +
+                          "int16 ! capsfilter caps=other/tensors,format=flexible"),
+            "flexible");
+}
+
 TEST(TensorTransform, TransformsOnlyTheChosenTensors) {
   auto h = harness("mode=arithmetic option=add:1 apply=1",
                    "other/tensors,format=static,num_tensors=2,dimensions=(string)\"2,3\","
