@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <utility>
 
 #include "core/transform/picture.hpp"
 #include "gstcpp/tensor_meta.hpp"
@@ -40,8 +41,7 @@ Result<std::vector<TensorSpec>> transformed(const transform::Operation& operatio
   return out;
 }
 
-Result<const FrameTransformer::Cached*> FrameTransformer::plan_for(size_t index,
-                                                                   const TensorSpec& spec) {
+Result<FrameTransformer::Cached*> FrameTransformer::plan_for(size_t index, const TensorSpec& spec) {
   if (plans_.size() <= index) plans_.resize(index + 1);
   auto& cached = plans_[index];
   if (cached && cached->input.type == spec.type && cached->input.shape.dims() == spec.shape.dims())
@@ -50,7 +50,9 @@ Result<const FrameTransformer::Cached*> FrameTransformer::plan_for(size_t index,
   if (!out) return out.error();
   auto plan = transform::plan(operation_, spec, accelerate_);
   if (!plan) return plan.error();
-  cached.emplace(Cached{spec, *std::move(out), *std::move(plan)});
+  cached.emplace(Cached{spec, *std::move(out),
+                        std::make_shared<const transform::Plan>(*std::move(plan)), nullptr,
+                        nullptr});
   return &*cached;
 }
 
@@ -58,7 +60,7 @@ Status FrameTransformer::configure(const FrameSpec& input, const FrameSpec& outp
   input_ = input;
   output_ = output;
   plans_.clear();
-  pooled_ = in_place_ = false;
+  pooled_ = in_place_ = element_wise_ = defer_ = false;
   pool_ = {};
   if (input.format != Format::Static) return ok();
   for (const size_t index : choice_)
@@ -70,7 +72,7 @@ Status FrameTransformer::configure(const FrameSpec& input, const FrameSpec& outp
                    "",
                    ""};
   std::vector<TensorSpec> outputs;
-  bool in_place = true, all = true;
+  bool in_place = true, element_wise = true, all = true;
   for (size_t i = 0; i < input.tensors.size(); ++i) {
     if (!chosen(choice_, i)) {
       all = false;
@@ -79,10 +81,13 @@ Status FrameTransformer::configure(const FrameSpec& input, const FrameSpec& outp
     auto cached = plan_for(i, input.tensors[i]);
     if (!cached) return cached.error();
     outputs.push_back((*cached)->output);
-    in_place = in_place && (*cached)->plan.in_place_possible();
+    in_place = in_place && (*cached)->plan->in_place_possible();
+    element_wise = element_wise && (*cached)->plan->is_element_wise();
   }
   pooled_ = all && output.format == Format::Static;
-  in_place_ = pooled_ && in_place && input.tensors.size() <= kMemoryLimit;
+  const bool memory_each = pooled_ && input.tensors.size() <= kMemoryLimit;
+  in_place_ = memory_each && in_place;
+  element_wise_ = memory_each && element_wise;
   if (!pooled_) return ok();
   auto pool = gst::FramePool::make(std::move(outputs), Format::Static);
   if (!pool) return pool.error();
@@ -91,8 +96,13 @@ Status FrameTransformer::configure(const FrameSpec& input, const FrameSpec& outp
 }
 
 Result<gst::Ref<GstBuffer>> FrameTransformer::output_for(GstBuffer* in) {
-  if (in_place_ && gst_buffer_is_writable(in) && gst_buffer_is_all_memory_writable(in) &&
-      gst_buffer_n_memory(in) == input_.tensors.size())
+  work_ = {};
+  find_fused_sources(in);
+  work_.fused = !sources_.empty();
+  work_.deferred = may_defer(in);
+  if (work_.deferred) return deferred_output(in);
+  if (!work_.fused && in_place_ && gst_buffer_is_writable(in) &&
+      gst_buffer_is_all_memory_writable(in) && gst_buffer_n_memory(in) == input_.tensors.size())
     return gst::Ref<GstBuffer>::share(in);
   auto out = pooled_ ? pool_.acquire() : gst::Ref<GstBuffer>::adopt(gst_buffer_new());
   if (!out) return out_of_memory();
@@ -115,13 +125,21 @@ void FrameTransformer::move_pictures(GstBuffer* out) const {
   gst::set_picture_maps(out, std::move(moved));
 }
 
-Status FrameTransformer::run(GstBuffer* in, GstBuffer* out, Ledger* ledger) {
-  const bool same = in == out;
-  Status status = reader_.read(in, input_, same ? GST_MAP_READWRITE : GST_MAP_READ);
-  if (status) status = pooled_ ? run_pooled(in, out, ledger) : run_by_memory(in, out, ledger);
-  ledger->copied(reader_.bytes_copied());
+Result<FrameTransformer::Work> FrameTransformer::run(GstBuffer* in, GstBuffer* out,
+                                                     Ledger* ledger) {
+  Status status = ok();
+  if (!work_.deferred) status = work_.fused ? run_fused(out, ledger) : run_alone(in, out, ledger);
   writer_.unmap();
   reader_.clear();
+  sources_.clear();
+  if (!status) return std::move(status).error();
+  return work_;
+}
+
+Status FrameTransformer::run_alone(GstBuffer* in, GstBuffer* out, Ledger* ledger) {
+  Status status = reader_.read(in, input_, in == out ? GST_MAP_READWRITE : GST_MAP_READ);
+  if (status) status = pooled_ ? run_pooled(in, out, ledger) : run_by_memory(in, out, ledger);
+  ledger->copied(reader_.bytes_copied());
   return status;
 }
 
@@ -133,7 +151,7 @@ Status FrameTransformer::run_pooled(GstBuffer* in, GstBuffer* out, Ledger* ledge
     auto cached = plan_for(i, views[i].spec);
     if (!cached) return cached.error();
     const auto target = in == out ? views[i].payload : writer_.payloads()[i];
-    const auto counters = (*cached)->plan.apply(views[i].payload, target);
+    const auto counters = (*cached)->plan->apply(views[i].payload, target);
     if (counters.divisions_by_zero > 0) ledger->divided_by_zero(counters.divisions_by_zero);
   }
   return ok();
@@ -182,7 +200,7 @@ Status FrameTransformer::append_transformed(size_t index, const gst::TensorView&
     header.spec = (*cached)->output;
     write_tensor_header(header, map.bytes().first<kTensorHeaderBytes>());
   }
-  const auto counters = (*cached)->plan.apply(view.payload, map.bytes().subspan(head));
+  const auto counters = (*cached)->plan->apply(view.payload, map.bytes().subspan(head));
   if (counters.divisions_by_zero > 0) ledger->divided_by_zero(counters.divisions_by_zero);
   return ok();
 }

@@ -2,11 +2,13 @@
 #pragma once
 #include <gst/gst.h>
 
+#include <memory>
 #include <optional>
 #include <vector>
 
 #include "core/ledger/ledger.hpp"
 #include "core/transform/transform.hpp"
+#include "gstcpp/deferred_memory.hpp"
 #include "gstcpp/frame_pool.hpp"
 #include "gstcpp/frame_reader.hpp"
 
@@ -24,26 +26,50 @@ Result<std::vector<TensorSpec>> transformed(const transform::Operation& operatio
 
 class FrameTransformer {
  public:
-  FrameTransformer(transform::Operation operation, TensorChoice choice, bool accelerate)
-      : operation_(std::move(operation)), choice_(std::move(choice)), accelerate_(accelerate) {}
+  FrameTransformer(transform::Operation operation, TensorChoice choice, bool accelerate,
+                   std::shared_ptr<gst::DeferredCounts> counts)
+      : operation_(std::move(operation)),
+        choice_(std::move(choice)),
+        accelerate_(accelerate),
+        counts_(std::move(counts)) {}
 
   // Before the first frame and whenever caps change.
   Status configure(const FrameSpec& input, const FrameSpec& output);
+  // Whether frames can leave as deferred memory and be taken as such: a static stream of at most 16
+  // tensors, all of them transformed element by element.
+  bool can_fuse() const noexcept { return element_wise_; }
+  // Whether frames leave as deferred memory from now on, until somebody maps one or configure() is
+  // called. Precondition: can_fuse().
+  void defer(bool wanted) noexcept;
+
   // The buffer that run() will fill: `in` itself where the work can be done in place.
   // Metadata are not copied here.
   Result<gst::Ref<GstBuffer>> output_for(GstBuffer* in);
-  Status run(GstBuffer* in, GstBuffer* out, Ledger* ledger);
+  struct Work {
+    bool fused = false;     // with the work of the element before
+    bool deferred = false;  // to the element behind
+  };
+  // Fills what output_for() gave for the same `in`.
+  Result<Work> run(GstBuffer* in, GstBuffer* out, Ledger* ledger);
   // Corrects the ways back to the picture, which came with the input's metadata.
   void move_pictures(GstBuffer* out) const;
   gst::FramePoolStats pool_stats() const { return pool_.stats(); }
 
  private:
+  using SharedPlan = std::shared_ptr<const transform::Plan>;
   struct Cached {
     TensorSpec input;
     TensorSpec output;
-    transform::Plan plan;
+    SharedPlan plan;
+    SharedPlan before, both;  // the last plan to fuse with; both: null when that is not possible
   };
-  Result<const Cached*> plan_for(size_t index, const TensorSpec& spec);
+  Result<Cached*> plan_for(size_t index, const TensorSpec& spec);
+  // Sources that do the work of the element before and this one's; empty where there are none.
+  void find_fused_sources(GstBuffer* in);
+  bool may_defer(GstBuffer* in) const;
+  Result<gst::Ref<GstBuffer>> deferred_output(GstBuffer* in);
+  Status run_fused(GstBuffer* out, Ledger* ledger);
+  Status run_alone(GstBuffer* in, GstBuffer* out, Ledger* ledger);
   Status run_pooled(GstBuffer* in, GstBuffer* out, Ledger* ledger);
   Status run_by_memory(GstBuffer* in, GstBuffer* out, Ledger* ledger);
   Status append_transformed(size_t index, const gst::TensorView& view, GstBuffer* out,
@@ -54,10 +80,16 @@ class FrameTransformer {
   transform::Operation operation_;
   TensorChoice choice_;
   bool accelerate_;
+  std::shared_ptr<gst::DeferredCounts> counts_;
   FrameSpec input_, output_;
   std::vector<std::optional<Cached>> plans_;  // by tensor index
   bool pooled_ = false;                       // static to static, every tensor transformed
   bool in_place_ = false;                     // and no element changes its size
+  bool element_wise_ = false;                 // see can_fuse()
+  bool defer_ = false;
+  uint64_t computed_before_ = 0;              // counts_->computed when deferring began
+  std::vector<gst::DeferredSource> sources_;  // of the frame between output_for() and run()
+  Work work_;                                 // on that frame
   gst::FramePool pool_;
   gst::FrameReader reader_;
   gst::FramePool::Writer writer_;

@@ -1,5 +1,7 @@
 // tensor_transform: changes the numbers, the type or the order of the tensors of a stream.
+#include <atomic>
 #include <memory>
+#include <utility>
 
 #include "core/text/text.hpp"
 #include "elements/tensor_transform/frame_transformer.hpp"
@@ -68,6 +70,8 @@ class TensorTransform : public gst::Element<TensorTransform, gst::BaseTransform>
 
   Status start() {
     ledger_.reset();
+    fused_frames_ = deferred_frames_ = 0;
+    counts_->divisions_by_zero = 0;
     return load();
   }
 
@@ -101,6 +105,15 @@ class TensorTransform : public gst::Element<TensorTransform, gst::BaseTransform>
     return gst_caps_intersect_full(result.get(), filter, GST_CAPS_INTERSECT_FIRST);
   }
 
+  gboolean query(GstPadDirection direction, GstQuery* query) {
+    if (GST_QUERY_TYPE(query) != GST_QUERY_CAPS)
+      return parent_class()->query(self(), direction, query);
+    GstCaps* filter = nullptr;
+    gst_query_parse_caps(query, &filter);
+    gst_query_set_caps_result(query, caps_of(direction, filter).get());
+    return TRUE;
+  }
+
   Status set_caps(GstCaps* in, GstCaps* out) {
     if (!transformer_)
       if (auto status = load(); !status) return status;
@@ -117,6 +130,19 @@ class TensorTransform : public gst::Element<TensorTransform, gst::BaseTransform>
         if (auto status = check_output(*output, *computed); !status) return status;
     }
     return transformer_->configure(*input, *output);
+  }
+
+  // Of two transforms in a row the first leaves its work to the second, where that offers it.
+  gboolean propose_allocation(GstQuery* decide_query, GstQuery* query) {
+    const gboolean done = parent_class()->propose_allocation(self(), decide_query, query);
+    if (done && transformer_ && transformer_->can_fuse())
+      gst::offer_deferral(query, GST_BASE_TRANSFORM_SINK_PAD(self()));
+    return done;
+  }
+  gboolean decide_allocation(GstQuery* query) {
+    if (transformer_ && transformer_->can_fuse())
+      transformer_->defer(gst::deferral_is_offered(query, GST_BASE_TRANSFORM_SRC_PAD(self())));
+    return parent_class()->decide_allocation(self(), query);
   }
 
   GstFlowReturn submit_input_buffer(gboolean discont, GstBuffer* buffer) {
@@ -146,17 +172,23 @@ class TensorTransform : public gst::Element<TensorTransform, gst::BaseTransform>
 
   GstFlowReturn transform(GstBuffer* in, GstBuffer* out) {
     transformer_->move_pictures(out);
-    const Status status = transformer_->run(in, out, &ledger_);
-    if (!status) {
-      gst::post_error(element(), status.error());
+    const auto work = transformer_->run(in, out, &ledger_);
+    if (!work) {
+      gst::post_error(element(), work.error());
       ledger_.dropped(DropReason::Error);
       return GST_FLOW_ERROR;
     }
+    fused_frames_ += work->fused;
+    deferred_frames_ += work->deferred;
     ledger_.consumed_and_pushed();
     return GST_FLOW_OK;
   }
 
   void add_stats(GstStructure* stats) const {
+    const uint64_t late = counts_->divisions_by_zero;
+    gst_structure_set(stats, "fused-frames", G_TYPE_UINT64, fused_frames_.load(), "deferred-frames",
+                      G_TYPE_UINT64, deferred_frames_.load(), "integer-divisions-by-zero",
+                      G_TYPE_UINT64, ledger_.snapshot().integer_divisions_by_zero + late, nullptr);
     if (!transformer_) return;
     const auto pool = transformer_->pool_stats();
     gst_structure_set(stats, "pool-allocated", G_TYPE_UINT64, pool.allocated, nullptr);
@@ -173,6 +205,30 @@ class TensorTransform : public gst::Element<TensorTransform, gst::BaseTransform>
                  "a mode and an option that fits it",
                  "",
                  "tensor_transform mode=arithmetic option=typecast:float32,add:-127.5,div:127.5"};
+  }
+
+  // What a pad takes. GstBaseTransform would put caps first that need no change, were there any:
+  // behind a change of the type these are flexible ones, and a static stream would become flexible.
+  Ref<GstCaps> caps_of(GstPadDirection direction, GstCaps* filter) {
+    GstPad *pad = GST_BASE_TRANSFORM_SINK_PAD(self()), *other = GST_BASE_TRANSFORM_SRC_PAD(self());
+    if (direction == GST_PAD_SRC) std::swap(pad, other);
+    const auto template_of = [](GstPad* of) {
+      return Ref<GstCaps>::adopt(gst_pad_get_pad_template_caps(of));
+    };
+    const auto meet = [](const Ref<GstCaps>& a, const Ref<GstCaps>& b) {
+      return Ref<GstCaps>::adopt(
+          gst_caps_intersect_full(a.get(), b.get(), GST_CAPS_INTERSECT_FIRST));
+    };
+    Ref<GstCaps> wanted;
+    if (filter) {
+      const auto here = meet(Ref<GstCaps>::share(filter), template_of(pad));
+      wanted = meet(Ref<GstCaps>::adopt(transform_caps(direction, here.get(), nullptr)),
+                    template_of(other));
+    }
+    const auto there =
+        meet(Ref<GstCaps>::adopt(gst_pad_peer_query_caps(other, wanted.get())), template_of(other));
+    return meet(Ref<GstCaps>::adopt(transform_caps(GST_PAD_DIRECTION(other), there.get(), filter)),
+                template_of(pad));
   }
 
   using OperationResult = Result<transform::Operation>;
@@ -204,7 +260,8 @@ class TensorTransform : public gst::Element<TensorTransform, gst::BaseTransform>
                      "apply=0,2"};
       choice_.push_back(static_cast<size_t>(*index));
     }
-    transformer_ = std::make_unique<FrameTransformer>(**operation, choice_, s.acceleration);
+    transformer_ =
+        std::make_unique<FrameTransformer>(**operation, choice_, s.acceleration, counts_);
     return ok();
   }
 
@@ -243,6 +300,8 @@ class TensorTransform : public gst::Element<TensorTransform, gst::BaseTransform>
   mutable std::optional<OperationResult> operation_;
   TensorChoice choice_;  // set in start, read while streaming
   std::unique_ptr<FrameTransformer> transformer_;
+  const std::shared_ptr<gst::DeferredCounts> counts_ = std::make_shared<gst::DeferredCounts>();
+  std::atomic<uint64_t> fused_frames_{0}, deferred_frames_{0};
 };
 
 }  // namespace

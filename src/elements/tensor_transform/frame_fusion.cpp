@@ -1,0 +1,81 @@
+// FrameTransformer, two transforms in one pass: frames that leave as deferred memory, and such
+// frames of the element before.
+#include "elements/tensor_transform/frame_transformer.hpp"
+
+namespace weir {
+
+void FrameTransformer::defer(bool wanted) noexcept {
+  defer_ = wanted;
+  computed_before_ = counts_->computed;
+}
+
+void FrameTransformer::find_fused_sources(GstBuffer* in) {
+  sources_.clear();
+  if (!element_wise_ || gst_buffer_n_memory(in) != input_.tensors.size()) return;
+  for (size_t i = 0; i < input_.tensors.size(); ++i) {
+    auto source = gst::deferred_source(gst_buffer_peek_memory(in, static_cast<guint>(i)));
+    auto& cached = plans_[i];
+    if (!source || !cached || !source->plan->output().same_layout(cached->input))
+      return sources_.clear();
+    if (cached->before != source->plan) {
+      auto both = transform::fused(*source->plan, *cached->plan);
+      cached->before = source->plan;
+      cached->both = both ? std::make_shared<const transform::Plan>(*std::move(both)) : nullptr;
+    }
+    if (!cached->both) return sources_.clear();
+    source->plan = cached->both;
+    sources_.push_back(*std::move(source));
+  }
+}
+
+// Memory of the system, of the sizes of the caps: what else there is, is refused or converted now.
+// Once somebody maps deferred memory it is quicker to compute into the pool's.
+bool FrameTransformer::may_defer(GstBuffer* in) const {
+  if (!defer_ || counts_->computed != computed_before_) return false;
+  if (!sources_.empty()) return true;
+  if (gst_buffer_n_memory(in) != input_.tensors.size()) return false;
+  for (size_t i = 0; i < input_.tensors.size(); ++i) {
+    GstMemory* memory = gst_buffer_peek_memory(in, static_cast<guint>(i));
+    if (gst_memory_get_sizes(memory, nullptr, nullptr) != input_.tensors[i].bytes()) return false;
+    if (!gst_memory_is_type(memory, GST_ALLOCATOR_SYSMEM) && !gst::is_deferred_memory(memory))
+      return false;
+  }
+  return true;
+}
+
+Result<gst::Ref<GstBuffer>> FrameTransformer::deferred_output(GstBuffer* in) {
+  if (sources_.empty())
+    for (size_t i = 0; i < input_.tensors.size(); ++i)
+      sources_.push_back({gst::Ref<GstBuffer>::share(in), static_cast<guint>(i), plans_[i]->plan});
+  auto out = gst::Ref<GstBuffer>::adopt(gst_buffer_new());
+  for (auto& source : sources_) {
+    GstMemory* memory = gst::make_deferred_memory(std::move(source), counts_);
+    if (!memory)
+      return Error{Code::OUT_OF_MEMORY, "no memory for an output buffer", "", "", "", ""};
+    gst_buffer_append_memory(out.get(), memory);
+  }
+  sources_.clear();
+  return out;
+}
+
+Status FrameTransformer::run_fused(GstBuffer* out, Ledger* ledger) {
+  if (auto status = writer_.map(pool_, out); !status) return status;
+  for (size_t i = 0; i < sources_.size(); ++i) {
+    const auto& source = sources_[i];
+    const gst::MappedMemory in(gst_buffer_peek_memory(source.buffer.get(), source.memory),
+                               GST_MAP_READ);
+    if (!in)
+      return Error{
+          Code::MAP_FAILED,
+          "the memory that came into the tensor_transform before this one cannot be mapped",
+          "memory " + std::to_string(source.memory),
+          "system memory",
+          "",
+          "put a queue between the two"};
+    const auto counters = source.plan->apply(in.bytes(), writer_.payloads()[i]);
+    if (counters.divisions_by_zero > 0) ledger->divided_by_zero(counters.divisions_by_zero);
+  }
+  return ok();
+}
+
+}  // namespace weir

@@ -1,0 +1,173 @@
+// A GstAllocator whose memories run a plan at their first map.
+#include "gstcpp/deferred_memory.hpp"
+
+#include <cstddef>
+#include <mutex>
+#include <new>
+
+namespace weir::gst {
+namespace {
+
+constexpr char kMemoryType[] = "WeirDeferredMemory";
+constexpr char kOffer[] = "weir-deferral", kSinkPad[] = "sink-pad";
+constexpr size_t kAlignment = 64;
+
+struct FreeAligned {
+  void operator()(std::byte* bytes) const noexcept {
+    ::operator delete (bytes, std::align_val_t{kAlignment});
+  }
+};
+
+struct DeferredMemory : GstMemory {
+  std::mutex mutex;  // guards the rest; held while computing, never while the source is released
+  DeferredSource source;                          // until `bytes` are there
+  std::unique_ptr<std::byte, FreeAligned> bytes;  // null until the first map
+  std::shared_ptr<DeferredCounts> counts;
+};
+
+struct DeferredAllocator {
+  GstAllocator parent;
+};
+struct DeferredAllocatorClass {
+  GstAllocatorClass parent;
+};
+
+DeferredMemory& of(GstMemory* memory) {
+  return *static_cast<DeferredMemory*>(memory);
+}
+
+// Precondition: the mutex is held.
+bool compute(DeferredMemory& memory) {
+  const auto& plan = *memory.source.plan;
+  const size_t in_bytes = *plan.input().bytes(), out_bytes = *plan.output().bytes();
+  const MappedMemory in(gst_buffer_peek_memory(memory.source.buffer.get(), memory.source.memory),
+                        GST_MAP_READ);
+  if (!in || in.bytes().size() < in_bytes) return false;
+  memory.bytes.reset(static_cast<std::byte*>(
+      ::operator new (out_bytes, std::align_val_t{kAlignment}, std::nothrow)));
+  if (!memory.bytes) return false;
+  const auto counters = plan.apply(in.bytes().first(in_bytes), {memory.bytes.get(), out_bytes});
+  memory.counts->divisions_by_zero += counters.divisions_by_zero;
+  ++memory.counts->computed;
+  return true;
+}
+
+gpointer map(GstMemory* base, gsize, GstMapFlags) {
+  auto& memory = of(base);
+  DeferredSource done;
+  const std::lock_guard lock(memory.mutex);
+  if (!memory.bytes) {
+    if (!compute(memory)) return nullptr;
+    std::swap(done, memory.source);
+  }
+  return memory.bytes.get();
+}
+
+void unmap(GstMemory*) {}
+
+void end_share(gpointer of) {
+  auto* memory = static_cast<GstMemory*>(of);
+  gst_memory_unlock(memory, GST_LOCK_FLAG_EXCLUSIVE);
+  gst_memory_unref(memory);
+}
+
+// As the system's memory does it: the part is read-only, and what it is part of cannot be written.
+GstMemory* share(GstMemory* base, gssize offset, gssize size) {
+  gpointer bytes = map(base, base->maxsize, GST_MAP_READ);
+  if (!bytes || !gst_memory_lock(base, GST_LOCK_FLAG_EXCLUSIVE)) return nullptr;
+  const gsize begin = base->offset + static_cast<gsize>(offset);
+  const gsize length =
+      size < 0 ? base->size - static_cast<gsize>(offset) : static_cast<gsize>(size);
+  return gst_memory_new_wrapped(GST_MEMORY_FLAG_READONLY, bytes, base->maxsize, begin, length,
+                                gst_memory_ref(base), end_share);
+}
+
+GstMemory* no_alloc(GstAllocator*, gsize, GstAllocationParams*) {
+  return nullptr;  // there is no deferred memory without a source
+}
+
+void free_memory(GstAllocator*, GstMemory* memory) {
+  delete static_cast<DeferredMemory*>(memory);
+}
+
+void class_init(gpointer k, gpointer) {
+  auto* allocator_class = static_cast<GstAllocatorClass*>(k);
+  allocator_class->alloc = no_alloc;
+  allocator_class->free = free_memory;
+}
+
+void init(GTypeInstance* instance, gpointer) {
+  auto* allocator = GST_ALLOCATOR_CAST(instance);
+  allocator->mem_type = kMemoryType;
+  allocator->mem_map = map;
+  allocator->mem_unmap = unmap;
+  allocator->mem_share = share;
+  GST_OBJECT_FLAG_SET(allocator, GST_ALLOCATOR_FLAG_CUSTOM_ALLOC);
+  GST_OBJECT_FLAG_SET(allocator, GST_OBJECT_FLAG_MAY_BE_LEAKED);
+}
+
+// One for the process: memories may outlive every element.
+GstAllocator* allocator() {
+  static GstAllocator* const only = [] {
+    const GType type = g_type_register_static_simple(
+        GST_TYPE_ALLOCATOR, "WeirDeferredAllocator", sizeof(DeferredAllocatorClass), class_init,
+        sizeof(DeferredAllocator), init, GTypeFlags(0));
+    return GST_ALLOCATOR_CAST(gst_object_ref_sink(g_object_new(type, nullptr)));
+  }();
+  return only;
+}
+
+// Tagged as belonging to one memory: base classes do not hand such offers on.
+GType offer_api() {
+  static const GType api = [] {
+    const gchar* tags[] = {GST_META_TAG_MEMORY_STR, nullptr};
+    return gst_meta_api_type_register("WeirDeferralOfferAPI", tags);
+  }();
+  return api;
+}
+
+}  // namespace
+
+GstMemory* make_deferred_memory(DeferredSource source, std::shared_ptr<DeferredCounts> counts) {
+  auto* memory = new (std::nothrow) DeferredMemory();
+  if (!memory) return nullptr;
+  const size_t bytes = *source.plan->output().bytes();
+  memory->source = std::move(source);
+  memory->counts = std::move(counts);
+  gst_memory_init(memory, GstMemoryFlags(0), allocator(), nullptr, bytes, kAlignment - 1, 0, bytes);
+  return memory;
+}
+
+bool is_deferred_memory(GstMemory* memory) {
+  return gst_memory_is_type(memory, kMemoryType);
+}
+
+std::optional<DeferredSource> deferred_source(GstMemory* base) {
+  if (!is_deferred_memory(base)) return std::nullopt;
+  auto& memory = of(base);
+  const std::lock_guard lock(memory.mutex);
+  if (memory.bytes || memory.offset != 0 || memory.size != memory.maxsize) return std::nullopt;
+  return memory.source;
+}
+
+void offer_deferral(GstQuery* query, GstPad* sink) {
+  const Unique<GstStructure, gst_structure_free> offer(
+      gst_structure_new(kOffer, kSinkPad, GST_TYPE_PAD, sink, nullptr));
+  gst_query_add_allocation_meta(query, offer_api(), offer.get());
+}
+
+bool deferral_is_offered(GstQuery* query, GstPad* source) {
+  const auto peer = Ref<GstPad>::adopt(gst_pad_get_peer(source));
+  if (!peer) return false;
+  for (guint i = 0; i < gst_query_get_n_allocation_metas(query); ++i) {
+    const GstStructure* offer = nullptr;
+    if (gst_query_parse_nth_allocation_meta(query, i, &offer) != offer_api() || !offer) continue;
+    GstPad* by = nullptr;
+    if (!gst_structure_get(offer, kSinkPad, GST_TYPE_PAD, &by, nullptr)) continue;
+    const auto offering = Ref<GstPad>::adopt(by);
+    if (by == peer.get()) return true;
+  }
+  return false;
+}
+
+}  // namespace weir::gst
