@@ -1,0 +1,298 @@
+// Transforms in a row while the stream changes: probes, other caps, other elements, flushes.
+#include <gst/app/gstappsink.h>
+
+#include <algorithm>
+
+#include "core/tensor/tensor_header.hpp"
+#include "elements/tensor_transform/transform_chain_test_support.hpp"
+
+namespace {
+
+using weir::gst::MappedMemory;
+using weir::gst::Ref;
+using weir::test::Bytes;
+using weir::test::Chain;
+using weir::test::Frame;
+using weir::test::frame_of;
+using weir::test::random_frame;
+using weir::test::transform;
+
+constexpr char kPixels[] = "other/tensor,dimension=(string)3:100,type=uint8,framerate=30/1";
+constexpr char kCast[] = "mode=typecast option=float32";
+constexpr char kScale[] = "mode=arithmetic option=add:-127.5,div:127.5";
+constexpr char kAdd[] = "mode=arithmetic option=add:7";
+constexpr char kLimit[] = "mode=clamp option=9:99";
+
+const std::string kCastAndScale = transform("a", kCast) + " ! " + transform("b", kScale);
+const std::string kAddAndLimit = transform("a", kAdd) + " ! " + transform("b", kLimit);
+
+// The same in the test's own words.
+Frame scaled(const Frame& in) {
+  Frame out;
+  for (const auto& bytes : in) {
+    std::vector<float> values;
+    for (const auto byte : bytes) values.push_back((static_cast<float>(byte) - 127.5f) / 127.5f);
+    const auto raw = std::as_bytes(std::span(values));
+    out.emplace_back(raw.begin(), raw.end());
+  }
+  return out;
+}
+Bytes added(const Bytes& in) {
+  Bytes out;
+  for (const auto byte : in)
+    out.push_back(std::byte(std::min(std::to_integer<int>(byte) + 7, 255)));
+  return out;
+}
+Bytes limited(const Bytes& in) {
+  Bytes out;
+  for (const auto byte : in)
+    out.push_back(std::byte(std::clamp(std::to_integer<int>(byte), 9, 99)));
+  return out;
+}
+
+GstBuffer* buffer_in(GstPadProbeInfo* info) {
+  return GST_PAD_PROBE_INFO_BUFFER(info);
+}
+
+TEST(ChangingTransforms, AProbeBetweenSeesTheResultOfTheFirst) {
+  Chain chain(kAddAndLimit, kPixels);
+  std::vector<Frame> seen;
+  chain.add_probe(
+      "a", "src",
+      [](GstPad*, GstPadProbeInfo* info, gpointer into) {
+        static_cast<std::vector<Frame>*>(into)->push_back(frame_of(buffer_in(info)));
+        return GST_PAD_PROBE_OK;
+      },
+      &seen);
+  for (uint32_t i = 0; i < 3; ++i) {
+    const auto in = random_frame({300}, i);
+    EXPECT_EQ(chain.result(in)[0], limited(added(in[0])));
+    EXPECT_EQ(seen.back()[0], added(in[0]));
+  }
+  EXPECT_EQ(seen.size(), 3u);
+  EXPECT_EQ(chain.stat("a", "deferred-frames"), 1u) << "the first frame shows that it is of no use";
+  EXPECT_EQ(chain.stat("b", "fused-frames"), 0u);
+}
+
+TEST(ChangingTransforms, WhatAProbeWritesIsWhatTheSecondWorksOn) {
+  Chain chain(kAddAndLimit, kPixels);
+  chain.add_probe(
+      "b", "sink",
+      [](GstPad*, GstPadProbeInfo* info, gpointer) {
+        GstBuffer* buffer = gst_buffer_make_writable(buffer_in(info));
+        GST_PAD_PROBE_INFO_DATA(info) = buffer;
+        gst_buffer_memset(buffer, 10, 42, 5);
+        return GST_PAD_PROBE_OK;
+      },
+      nullptr);
+  for (uint32_t i = 0; i < 3; ++i) {
+    const auto in = random_frame({300}, i);
+    auto expected = added(in[0]);
+    std::fill_n(expected.begin() + 10, 5, std::byte{42});
+    EXPECT_EQ(chain.result(in)[0], limited(expected));
+  }
+}
+
+TEST(ChangingTransforms, AFrameThatAProbeCutsIsRefusedByTheSecond) {
+  Chain chain(kAddAndLimit, kPixels);
+  chain.add_probe(
+      "a", "src",
+      [](GstPad*, GstPadProbeInfo* info, gpointer) {
+        gst_buffer_resize(buffer_in(info), 1, 200);
+        return GST_PAD_PROBE_OK;
+      },
+      nullptr);
+  EXPECT_EQ(chain.push(random_frame({300}, 1)), GST_FLOW_ERROR);
+  const std::string error = chain.error();
+  EXPECT_EQ(error.rfind("b: ", 0), 0u) << error;
+  EXPECT_NE(error.find("200 bytes in memory 0"), std::string::npos) << error;
+  EXPECT_EQ(chain.stat("b", "dropped-error"), 1u);
+}
+
+TEST(ChangingTransforms, DivisionsInAFrameThatSomebodyMappedCountAtTheFirst) {
+  Chain chain(transform("a", "mode=arithmetic option=div:0") + " ! " + transform("b", kLimit),
+              kPixels);
+  chain.add_probe(
+      "a", "src",
+      [](GstPad*, GstPadProbeInfo* info, gpointer) {
+        frame_of(buffer_in(info));
+        return GST_PAD_PROBE_OK;
+      },
+      nullptr);
+  for (uint32_t i = 0; i < 2; ++i) chain.result(random_frame({300}, i));
+  EXPECT_EQ(chain.stat("a", "integer-divisions-by-zero"), 600u);
+  EXPECT_EQ(chain.stat("b", "integer-divisions-by-zero"), 0u);
+}
+
+TEST(ChangingTransforms, OtherCapsAreFusedAnew) {
+  Chain chain(kCastAndScale, kPixels);
+  for (uint32_t i = 0; i < 3; ++i) {
+    chain.caps("other/tensor,dimension=(string)3:" + std::to_string(10 + i) +
+               ",type=uint8,framerate=30/1");
+    const auto in = random_frame({3 * (10 + i)}, i);
+    EXPECT_EQ(chain.result(in), scaled(in));
+  }
+  chain.caps(
+      "other/tensors,format=static,num_tensors=2,dimensions=(string)\"3:2,5\","
+      "types=(string)\"uint8,uint8\",framerate=30/1");
+  const auto two = random_frame({6, 5}, 1);
+  EXPECT_EQ(chain.result(two), scaled(two));
+  EXPECT_EQ(chain.stat("a", "deferred-frames"), 4u);
+  EXPECT_EQ(chain.stat("b", "fused-frames"), 4u);
+}
+
+TEST(ChangingTransforms, AFlexibleInputInTheMiddleEndsTheFusion) {
+  Chain chain(kAddAndLimit, kPixels);
+  const auto in = random_frame({300}, 1);
+  EXPECT_EQ(chain.result(in)[0], limited(added(in[0])));
+  chain.caps("other/tensors,format=flexible,framerate=30/1");
+  Frame flexible = in;
+  weir::TensorHeader header;
+  header.spec = {weir::ElementType::UInt8, {3, 100}, ""};
+  flexible[0].insert(flexible[0].begin(), weir::kTensorHeaderBytes, std::byte{0});
+  weir::write_tensor_header(header, std::span(flexible[0]).first<weir::kTensorHeaderBytes>());
+  auto out = chain.result(flexible)[0];
+  out.erase(out.begin(), out.begin() + weir::kTensorHeaderBytes);
+  EXPECT_EQ(out, limited(added(in[0])));
+  chain.caps(kPixels);
+  EXPECT_EQ(chain.result(in)[0], limited(added(in[0])));
+  EXPECT_EQ(chain.stat("a", "deferred-frames"), 2u);
+}
+
+TEST(ChangingTransforms, ADownstreamThatWantsHeadersEndsTheFusion) {
+  // With the longer dimension the caps between the two stay as they were.
+  for (const std::string dimension : {"3:100", "3:100:1:1"}) {
+    Chain chain(kAddAndLimit,
+                "other/tensor,dimension=(string)" + dimension + ",type=uint8,framerate=30/1");
+    const auto in = random_frame({300}, 1);
+    EXPECT_EQ(chain.result(in)[0], limited(added(in[0])));
+    gst_harness_set_sink_caps_str(chain.harness(), "other/tensors,format=flexible,framerate=30/1");
+    for (int i = 0; i < 3; ++i) {
+      auto out = chain.result(in)[0];
+      ASSERT_EQ(out.size(), 300 + weir::kTensorHeaderBytes);
+      out.erase(out.begin(), out.begin() + weir::kTensorHeaderBytes);
+      EXPECT_EQ(out, limited(added(in[0])));
+    }
+    EXPECT_EQ(chain.stat("a", "deferred-frames"), 1u);
+    EXPECT_EQ(chain.stat("b", "fused-frames"), 1u);
+  }
+}
+
+// Takes what stands between the elements "a" and "z" out of the chain.
+void take_out(const Chain& chain, const char* name) {
+  const auto a = chain.element("a"), z = chain.element("z"), gone = chain.element(name);
+  gst_element_unlink_many(a.get(), gone.get(), z.get(), nullptr);
+  gst_element_set_state(gone.get(), GST_STATE_NULL);
+  gst_bin_remove(GST_BIN(chain.harness()->element), gone.get());
+}
+void put_in(const Chain& chain, GstElement* next,
+            GstPadLinkCheck checks = GST_PAD_LINK_CHECK_DEFAULT) {
+  const auto a = chain.element("a"), z = chain.element("z");
+  ASSERT_TRUE(gst_bin_add(GST_BIN(chain.harness()->element), next));
+  ASSERT_TRUE(gst_element_link_pads_full(a.get(), "src", next, "sink", checks));
+  ASSERT_TRUE(gst_element_link(next, z.get()));
+  ASSERT_TRUE(gst_element_sync_state_with_parent(next));
+}
+
+TEST(ChangingTransforms, AnotherElementInTheSecondsPlaceGetsTheFirstsResult) {
+  Chain chain(kAddAndLimit + " ! identity name=z", kPixels);
+  const auto in = random_frame({300}, 1);
+  EXPECT_EQ(chain.result(in)[0], limited(added(in[0])));
+  take_out(chain, "b");
+  put_in(chain, gst_element_factory_make("identity", "c"));
+  EXPECT_EQ(chain.result(in)[0], added(in[0]));
+  EXPECT_EQ(chain.stat("a", "deferred-frames"), 1u);
+}
+
+TEST(ChangingTransforms, AnElementThatTheFirstDoesNotHearOfGetsItsResult) {
+  Chain chain(kAddAndLimit + " ! identity name=z", kPixels);
+  const auto in = random_frame({300}, 1);
+  EXPECT_EQ(chain.result(in)[0], limited(added(in[0])));
+  take_out(chain, "b");
+  put_in(chain, gst_element_factory_make("identity", "c"), GST_PAD_LINK_CHECK_NO_RECONFIGURE);
+  for (int i = 0; i < 3; ++i) EXPECT_EQ(chain.result(in)[0], added(in[0]));
+  EXPECT_EQ(chain.stat("a", "deferred-frames"), 2u) << "one that was in vain";
+}
+
+TEST(ChangingTransforms, ATransformInTheSecondsPlaceIsFused) {
+  Chain chain(kAddAndLimit + " ! identity name=z", kPixels);
+  const auto in = random_frame({300}, 1);
+  EXPECT_EQ(chain.result(in)[0], limited(added(in[0])));
+  take_out(chain, "b");
+  EXPECT_EQ(chain.push(in), GST_FLOW_NOT_LINKED);
+  EXPECT_EQ(chain.stat("a", "pushed"), 2u) << "done, and nobody took it";
+  GstElement* next = gst_element_factory_make("tensor_transform", "c");
+  gst_util_set_object_arg(G_OBJECT(next), "mode", "arithmetic");
+  gst_util_set_object_arg(G_OBJECT(next), "option", "add:7");
+  put_in(chain, next);
+  EXPECT_EQ(chain.result(in)[0], added(added(in[0])));
+  EXPECT_EQ(chain.stat("c", "fused-frames"), 1u);
+}
+
+TEST(ChangingTransforms, GoOnAfterAFlush) {
+  Chain chain(kAddAndLimit, kPixels);
+  const auto in = random_frame({300}, 1);
+  chain.result(in);
+  GstHarness* h = chain.harness();
+  EXPECT_TRUE(gst_harness_push_event(h, gst_event_new_flush_start()));
+  EXPECT_EQ(chain.push(in), GST_FLOW_FLUSHING);
+  EXPECT_TRUE(gst_harness_push_event(h, gst_event_new_flush_stop(TRUE)));
+  GstSegment segment;
+  gst_segment_init(&segment, GST_FORMAT_TIME);
+  gst_harness_push_event(h, gst_event_new_segment(&segment));
+  EXPECT_EQ(chain.result(in)[0], limited(added(in[0])));
+  for (const char* name : {"a", "b"}) {
+    const uint64_t received = chain.stat(name, "received");
+    EXPECT_EQ(received, chain.stat(name, "consumed") + chain.stat(name, "dropped")) << name;
+    EXPECT_EQ(chain.stat(name, "held"), 0u) << name;
+  }
+  EXPECT_EQ(chain.stat("b", "fused-frames"), 2u);
+}
+
+TEST(ChangingTransforms, AFrameThatAProbeKeptIsThereWhenTheElementsAreGone) {
+  const auto in = random_frame({300}, 1);
+  Ref<GstBuffer> kept;
+  {
+    Chain chain(kAddAndLimit, kPixels);
+    chain.add_probe(
+        "a", "src",
+        [](GstPad*, GstPadProbeInfo* info, gpointer into) {
+          *static_cast<Ref<GstBuffer>*>(into) = Ref<GstBuffer>::share(buffer_in(info));
+          return GST_PAD_PROBE_REMOVE;
+        },
+        &kept);
+    EXPECT_EQ(chain.result(in)[0], limited(added(in[0])));
+    EXPECT_EQ(chain.stat("b", "fused-frames"), 1u);
+  }
+  EXPECT_EQ(frame_of(kept.get())[0], added(in[0]));
+}
+
+// Frames of a whole pipeline that ends in an appsink "sink".
+std::vector<Frame> frames_of(const std::string& line) {
+  auto pipeline = Ref<GstElement>::adopt(
+      GST_ELEMENT(gst_object_ref_sink(gst_parse_launch(line.c_str(), nullptr))));
+  const auto sink = Ref<GstElement>::adopt(gst_bin_get_by_name(GST_BIN(pipeline.get()), "sink"));
+  EXPECT_NE(gst_element_set_state(pipeline.get(), GST_STATE_PLAYING), GST_STATE_CHANGE_FAILURE);
+  std::vector<Frame> frames;
+  while (GstSample* sample = gst_app_sink_pull_sample(GST_APP_SINK(sink.get()))) {
+    frames.push_back(frame_of(gst_sample_get_buffer(sample)));
+    gst_sample_unref(sample);
+  }
+  gst_element_set_state(pipeline.get(), GST_STATE_NULL);
+  return frames;
+}
+
+TEST(ChangingTransforms, WholePipelinesGiveTheSameFramesWithQueuesBetween) {
+  const auto line = [](const std::string& between) {
+    return "videotestsrc pattern=snow num-buffers=4 ! video/x-raw,format=RGB,width=70,height=50 ! "
+           "tensor_converter ! " +
+           transform("a", kCast) + between + transform("b", kScale) + between +
+           transform("c", "mode=clamp option=-0.5:0.5") + " ! appsink name=sink sync=false";
+  };
+  const auto fused = frames_of(line(" ! "));
+  ASSERT_EQ(fused.size(), 4u);
+  EXPECT_EQ(fused, frames_of(line(" ! queue ! ")));
+  EXPECT_EQ(fused, frames_of(line(" ! tee ! ")));
+}
+
+}  // namespace
