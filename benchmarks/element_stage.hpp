@@ -1,4 +1,4 @@
-// ElementStage: one element between two bare pads, driven from this thread.
+// ElementStage: an element, or several in a row, between two bare pads, driven from this thread.
 #pragma once
 #include <gst/gst.h>
 
@@ -12,8 +12,7 @@ namespace weir::bench {
 class ElementStage {
  public:
   ElementStage(const std::string& launch, const char* caps, size_t bytes)
-      : element_(gst::Ref<GstElement>::adopt(GST_ELEMENT(gst_object_ref_sink(gst_parse_launch_full(
-            launch.c_str(), nullptr, GST_PARSE_FLAG_FATAL_ERRORS, nullptr))))),
+      : element_(gst::Ref<GstElement>::adopt(GST_ELEMENT(gst_object_ref_sink(launched(launch))))),
         pool_(gst::Ref<GstBufferPool>::adopt(gst_buffer_pool_new())) {
     source_ = gst_pad_new("source", GST_PAD_SRC);
     sink_ = gst_pad_new("sink", GST_PAD_SINK);
@@ -62,6 +61,7 @@ class ElementStage {
         throw std::runtime_error("a frame was refused");
     }
   }
+  // Of an element that is alone.
   uint64_t stat(const char* name) const {
     GstStructure* raw = nullptr;
     g_object_get(element_.get(), "stats", &raw, nullptr);
@@ -72,6 +72,12 @@ class ElementStage {
   }
 
  private:
+  static GstElement* launched(const std::string& launch) {
+    if (launch.find(" ! ") == std::string::npos)
+      return gst_parse_launch_full(launch.c_str(), nullptr, GST_PARSE_FLAG_FATAL_ERRORS, nullptr);
+    return gst_parse_bin_from_description(launch.c_str(), TRUE, nullptr);
+  }
+
   gst::Ref<GstElement> element_;
   gst::Ref<GstBufferPool> pool_;
   GstPad *source_ = nullptr, *sink_ = nullptr;

@@ -267,19 +267,51 @@ TEST(ChangingTransforms, AFrameThatAProbeKeptIsThereWhenTheElementsAreGone) {
   EXPECT_EQ(frame_of(kept.get())[0], added(in[0]));
 }
 
-// Frames of a whole pipeline that ends in an appsink "sink".
-std::vector<Frame> frames_of(const std::string& line) {
-  auto pipeline = Ref<GstElement>::adopt(
-      GST_ELEMENT(gst_object_ref_sink(gst_parse_launch(line.c_str(), nullptr))));
-  const auto sink = Ref<GstElement>::adopt(gst_bin_get_by_name(GST_BIN(pipeline.get()), "sink"));
-  EXPECT_NE(gst_element_set_state(pipeline.get(), GST_STATE_PLAYING), GST_STATE_CHANGE_FAILURE);
-  std::vector<Frame> frames;
-  while (GstSample* sample = gst_app_sink_pull_sample(GST_APP_SINK(sink.get()))) {
-    frames.push_back(frame_of(gst_sample_get_buffer(sample)));
-    gst_sample_unref(sample);
+// A whole pipeline with an appsink "sink" at its end.
+class Pipeline {
+ public:
+  explicit Pipeline(const std::string& line)
+      : top_(Ref<GstElement>::adopt(
+            GST_ELEMENT(gst_object_ref_sink(gst_parse_launch(line.c_str(), nullptr))))) {}
+  ~Pipeline() { gst_element_set_state(top_.get(), GST_STATE_NULL); }
+  Pipeline(const Pipeline&) = delete;
+  Pipeline& operator=(const Pipeline&) = delete;
+
+  Ref<GstElement> element(const char* name) const {
+    return Ref<GstElement>::adopt(gst_bin_get_by_name(GST_BIN(top_.get()), name));
   }
-  gst_element_set_state(pipeline.get(), GST_STATE_NULL);
-  return frames;
+  GstElement* top() const { return top_.get(); }
+  std::vector<Frame> play() {
+    EXPECT_NE(gst_element_set_state(top_.get(), GST_STATE_PLAYING), GST_STATE_CHANGE_FAILURE);
+    const auto sink = element("sink");
+    std::vector<Frame> frames;
+    while (GstSample* sample = gst_app_sink_pull_sample(GST_APP_SINK(sink.get()))) {
+      frames.push_back(frame_of(gst_sample_get_buffer(sample)));
+      gst_sample_unref(sample);
+    }
+    return frames;
+  }
+
+ private:
+  Ref<GstElement> top_;
+};
+
+TEST(ChangingTransforms, ATransformThatTakesTheSecondsPlaceWhilePausedIsFused) {
+  Pipeline pipeline(
+      "videotestsrc num-buffers=3 pattern=solid-color foreground-color=0xfff0f0f0 ! "
+      "video/x-raw,format=RGB,width=8,height=8 ! tensor_converter ! " +
+      kAddAndLimit + " ! appsink name=sink sync=false " + transform("c", kAdd));
+  const auto a = pipeline.element("a"), b = pipeline.element("b"), c = pipeline.element("c"),
+             sink = pipeline.element("sink");
+  gst_element_set_state(pipeline.top(), GST_STATE_PAUSED);
+  ASSERT_EQ(gst_element_get_state(pipeline.top(), nullptr, nullptr, GST_CLOCK_TIME_NONE),
+            GST_STATE_CHANGE_SUCCESS);
+  gst_element_unlink_many(a.get(), b.get(), sink.get(), nullptr);
+  ASSERT_TRUE(gst_element_link_many(a.get(), c.get(), sink.get(), nullptr));
+  const Frame first{Bytes(192, std::byte{99})}, later{Bytes(192, std::byte{240 + 7 + 7})};
+  EXPECT_EQ(pipeline.play(), (std::vector<Frame>{first, later, later}));
+  EXPECT_EQ(weir::test::stat(c.get(), "fused-frames"), 2u);
+  EXPECT_EQ(weir::test::stat(a.get(), "deferred-frames"), 3u);
 }
 
 TEST(ChangingTransforms, WholePipelinesGiveTheSameFramesWithQueuesBetween) {
@@ -289,10 +321,10 @@ TEST(ChangingTransforms, WholePipelinesGiveTheSameFramesWithQueuesBetween) {
            transform("a", kCast) + between + transform("b", kScale) + between +
            transform("c", "mode=clamp option=-0.5:0.5") + " ! appsink name=sink sync=false";
   };
-  const auto fused = frames_of(line(" ! "));
+  const auto fused = Pipeline(line(" ! ")).play();
   ASSERT_EQ(fused.size(), 4u);
-  EXPECT_EQ(fused, frames_of(line(" ! queue ! ")));
-  EXPECT_EQ(fused, frames_of(line(" ! tee ! ")));
+  EXPECT_EQ(fused, Pipeline(line(" ! queue ! ")).play());
+  EXPECT_EQ(fused, Pipeline(line(" ! tee ! ")).play());
 }
 
 }  // namespace

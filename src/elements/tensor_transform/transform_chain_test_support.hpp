@@ -53,6 +53,15 @@ inline Frame random_frame(std::vector<size_t> sizes, uint32_t seed) {
   return frame;
 }
 
+inline uint64_t stat(GstElement* element, const char* field) {
+  GstStructure* raw = nullptr;
+  g_object_get(element, "stats", &raw, nullptr);
+  const Unique<GstStructure, gst_structure_free> stats(raw);
+  guint64 value = 0;
+  EXPECT_TRUE(gst_structure_get_uint64(stats.get(), field, &value)) << field;
+  return value;
+}
+
 // Elements between two pads of a harness, driven by this thread.
 class Chain {
  public:
@@ -83,12 +92,7 @@ class Chain {
                                                   : GST_ELEMENT(gst_object_ref(top)));
   }
   uint64_t stat(const char* name, const char* field) const {
-    GstStructure* raw = nullptr;
-    g_object_get(element(name).get(), "stats", &raw, nullptr);
-    const Unique<GstStructure, gst_structure_free> stats(raw);
-    guint64 value = 0;
-    EXPECT_TRUE(gst_structure_get_uint64(stats.get(), field, &value)) << field;
-    return value;
+    return test::stat(element(name).get(), field);
   }
   void add_probe(const char* name, const char* pad, GstPadProbeCallback callback, gpointer data) {
     const auto at = Ref<GstPad>::adopt(gst_element_get_static_pad(element(name).get(), pad));
