@@ -139,7 +139,7 @@ GstMemory* make_deferred_memory(DeferredSource source, std::shared_ptr<DeferredC
 }
 
 bool is_deferred_memory(GstMemory* memory) {
-  return gst_memory_is_type(memory, kMemoryType);
+  return memory->allocator == allocator();
 }
 
 std::optional<DeferredSource> deferred_source(GstMemory* base) {
