@@ -1,0 +1,68 @@
+// The weights of nearest, bilinear and area.
+#include "core/preprocess/axis.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numeric>
+
+namespace weir::preprocess {
+
+Axis::Axis(Resize resize, const AxisPart& part, Sampling sampling) {
+  const uint32_t pixels = sampling.halved ? 2 : 1;
+  low_ = part.begin / pixels;
+  high_ = (part.begin + part.length + pixels - 1) / pixels;
+  const double shift = sampling.halved && sampling.cosited ? 0.25 : 0;
+  const auto sample = [&](double pixel) { return pixel / pixels + shift; };
+  const double step = static_cast<double>(part.length) / part.targets;
+  entries_.reserve(part.targets);
+  for (uint32_t t = 0; t < part.targets; ++t) {
+    if (resize == Resize::Nearest)
+      add_nearest(part, sampling, t);
+    else if (resize == Resize::Area && step / pixels > 1)
+      add_area(sample(part.begin + t * step), sample(part.begin + (t + 1) * step));
+    else
+      add_bilinear(sample(part.begin + (t + 0.5) * step) - 0.5);
+  }
+}
+
+void Axis::add(uint32_t first, std::span<const double> weights) {
+  entries_.push_back({first, static_cast<uint32_t>(weights.size()), weights_.size()});
+  for (const double weight : weights) weights_.push_back(static_cast<float>(weight));
+  most_weights_ = std::max(most_weights_, weights.size());
+}
+
+void Axis::add_nearest(const AxisPart& part, Sampling sampling, size_t target) {
+  const auto pixel = static_cast<uint32_t>(part.begin + target * part.length / part.targets);
+  add(sampling.halved ? pixel / 2 : pixel, std::array{1.0});
+}
+
+void Axis::add_bilinear(double position) {
+  const double floor = std::floor(position);
+  const double fraction = position - floor;
+  if (floor < low_)
+    add(low_, std::array{1.0});
+  else if (floor + 1 >= high_)
+    add(high_ - 1, std::array{1.0});
+  else if (fraction == 0)
+    add(static_cast<uint32_t>(floor), std::array{1.0});
+  else
+    add(static_cast<uint32_t>(floor), std::array{1 - fraction, fraction});
+}
+
+void Axis::add_area(double begin, double end) {
+  begin = std::max(begin, static_cast<double>(low_));
+  end = std::min(end, static_cast<double>(high_));
+  // What rounding makes of a whole number is that number: no sliver of the next sample.
+  constexpr double kSliver = 1e-6;
+  const auto first = static_cast<uint32_t>(std::min(std::floor(begin + kSliver), high_ - 1.0));
+  shares_.clear();
+  for (uint32_t i = first; i < high_ && (shares_.empty() || i < end - kSliver); ++i)
+    shares_.push_back(
+        std::max(0.0, std::min(end, i + 1.0) - std::max(begin, static_cast<double>(i))));
+  const double sum = std::accumulate(shares_.begin(), shares_.end(), 0.0);
+  for (double& share : shares_) share = sum > 0 ? share / sum : 1.0 / shares_.size();
+  add(first, shares_);
+}
+
+}  // namespace weir::preprocess

@@ -1,0 +1,55 @@
+// Axis: for each target pixel of one axis, the samples it is made of and their weights.
+#pragma once
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "core/preprocess/preparation.hpp"
+
+namespace weir::preprocess {
+
+// The part [begin, begin + length) of the picture, in pixels, laid on `targets` pixels.
+struct AxisPart {
+  uint32_t begin = 0, length = 0, targets = 0;
+};
+
+// How the samples of a plane lie along the axis.
+struct Sampling {
+  bool halved = false;   // one sample for two pixels
+  bool cosited = false;  // in the middle of the even pixel, not between the two
+};
+
+class Axis {
+ public:
+  // Formulas: preparation.hpp. Precondition: length and targets are above 0.
+  Axis(Resize resize, const AxisPart& part, Sampling sampling);
+
+  size_t targets() const noexcept { return entries_.size(); }
+  uint32_t first(size_t target) const noexcept { return entries_[target].first; }
+  // Of the samples from first() on; at least one, their sum is 1.
+  std::span<const float> weights(size_t target) const noexcept {
+    return {weights_.data() + entries_[target].weights, entries_[target].count};
+  }
+  size_t most_weights() const noexcept { return most_weights_; }
+  // The samples used are low() to high() - 1.
+  uint32_t low() const noexcept { return low_; }
+  uint32_t high() const noexcept { return high_; }
+
+ private:
+  struct Entry {
+    uint32_t first, count;
+    size_t weights;
+  };
+  void add(uint32_t first, std::span<const double> weights);
+  void add_nearest(const AxisPart& part, Sampling sampling, size_t target);
+  void add_bilinear(double position);
+  void add_area(double begin, double end);
+
+  std::vector<Entry> entries_;
+  std::vector<float> weights_;
+  std::vector<double> shares_;  // of the target that is being added
+  size_t most_weights_ = 0;
+  uint32_t low_ = 0, high_ = 0;
+};
+
+}  // namespace weir::preprocess

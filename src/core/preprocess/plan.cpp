@@ -1,0 +1,195 @@
+// Runs a plan row by row.
+#include "core/preprocess/plan.hpp"
+
+#include <algorithm>
+#include <cstring>
+#include <string>
+
+#include "core/preprocess/plan_tables.hpp"
+
+namespace weir::preprocess {
+namespace {
+
+constexpr float kGrayOfRgb[3] = {0.299f, 0.587f, 0.114f};
+
+// Whether the rows that the band reads lie within the plane's memory.
+bool holds(const Plane& plane, const Band& band) {
+  constexpr int64_t kMost = int64_t{1} << 40;
+  const int64_t size = static_cast<int64_t>(plane.memory.size());
+  if (plane.offset > static_cast<size_t>(kMost) || plane.stride > kMost || plane.stride < -kMost)
+    return false;
+  const auto begin = [&](uint32_t row) {
+    return static_cast<int64_t>(plane.offset + band.first_byte) + int64_t{row} * plane.stride;
+  };
+  const auto [low, high] = std::minmax({begin(band.rows.low()), begin(band.rows.high() - 1)});
+  return low >= 0 && high + static_cast<int64_t>(band.bytes) <= size;
+}
+
+}  // namespace
+
+// One frame on its way through the tables.
+class PlanRun {
+ public:
+  PlanRun(const PlanTables& tables, const Planes& planes, std::span<std::byte> out,
+          Workspace* workspace)
+      : t_(tables), p_(tables.preparation), planes_(planes), out_(out), w_(*workspace) {}
+
+  Status check() const {
+    const uint64_t needed = *p_.tensor().bytes();
+    if (out_.size() != needed)
+      return Error{Code::FRAME_SIZE,
+                   "the memory for the tensor has another size",
+                   std::to_string(out_.size()) + " bytes",
+                   std::to_string(needed) + " bytes",
+                   "",
+                   ""};
+    for (const Band& band : t_.bands) {
+      const Plane& plane = planes_[band.plane];
+      if (!holds(plane, band))
+        return Error{Code::FRAME_SIZE,
+                     "a picture is shorter than its size says",
+                     "plane " + std::to_string(band.plane) + " of " +
+                         std::to_string(plane.memory.size()) + " bytes, offset " +
+                         std::to_string(plane.offset) + ", stride " + std::to_string(plane.stride),
+                     "rows up to " + std::to_string(band.rows.high()) + ", each up to byte " +
+                         std::to_string(band.first_byte + band.bytes),
+                     "",
+                     "check the element before"};
+    }
+    return ok();
+  }
+
+  void row(uint32_t y) noexcept {
+    const Rect& content = t_.placement.content;
+    const bool padded_only = y < content.y || y >= content.y + content.height;
+    if (padded_only) return pad(y, 0, p_.width);
+    pad(y, 0, content.x);
+    pad(y, content.x + content.width, p_.width);
+    resize(y - content.y);
+    to_channels();
+    write(y);
+  }
+
+ private:
+  size_t element_bytes() const noexcept { return size_of(p_.type); }
+  size_t count() const noexcept { return t_.placement.content.width; }
+
+  // Where `channels` elements of column x in row y begin.
+  std::byte* place(size_t channel, uint32_t x, uint32_t y) const noexcept {
+    const size_t pixel = size_t{y} * p_.width + x;
+    const size_t element = p_.layout == Layout::Nhwc
+                               ? pixel * p_.channels()
+                               : channel * size_t{p_.width} * p_.height + pixel;
+    return out_.data() + element * element_bytes();
+  }
+
+  void pad(uint32_t y, uint32_t from, uint32_t to) const noexcept {
+    if (from >= to) return;
+    const bool together = p_.layout == Layout::Nhwc;
+    const size_t rows = together ? 1 : p_.channels();
+    const size_t pixel_bytes = element_bytes() * (together ? p_.channels() : 1);
+    for (size_t c = 0; c < rows; ++c)
+      std::memcpy(place(c, from, y), t_.padding.data() + c * p_.width * pixel_bytes,
+                  (to - from) * pixel_bytes);
+  }
+
+  void resize(uint32_t target) noexcept {
+    for (size_t b = 0; b < t_.bands.size(); ++b) {
+      const Band& band = t_.bands[b];
+      const Plane& plane = planes_[band.plane];
+      const auto weights = band.rows.weights(target);
+      for (size_t k = 0; k < weights.size(); ++k) {
+        const auto at = static_cast<ptrdiff_t>(plane.offset + band.first_byte) +
+                        static_cast<ptrdiff_t>(band.rows.first(target) + k) * plane.stride;
+        w_.rows[k] = reinterpret_cast<const uint8_t*>(plane.memory.data()) + at;
+      }
+      blend_rows(w_.rows.data(), weights.data(), weights.size(), band.bytes, w_.bands[b].data());
+    }
+    for (size_t l = 0; l < t_.lanes.size(); ++l) {
+      const LaneSource& lane = t_.lanes[l];
+      const Band& band = t_.bands[lane.band];
+      gather_row(w_.bands[lane.band].data() + lane.offset, band.index.data(), band.weights.data(),
+                 band.taps, count(), w_.lanes[l].data());
+    }
+  }
+
+  // The first rows of w_.lanes become R, G, B or gray.
+  void to_channels() noexcept {
+    const ColorModel model = p_.source.format.model;
+    float* const rows[3] = {w_.lanes[0].data(), w_.lanes[1].data(), w_.lanes[2].data()};
+    if (t_.lanes.size() == 1) {
+      if (p_.source.range == Range::Limited)
+        transform_gray(t_.gray_factor, t_.gray_add, rows[0], count());
+    } else if (model == ColorModel::Yuv) {
+      transform_colors(t_.colors, rows, count());
+    } else if (p_.order == ChannelOrder::Gray) {
+      mix_to_gray(kGrayOfRgb, rows, count());
+    }
+  }
+
+  const float* channel_row(size_t channel) const noexcept {
+    if (t_.lanes.size() == 1) return w_.lanes[0].data();
+    const bool reversed = p_.order == ChannelOrder::Bgr;
+    return w_.lanes[reversed ? 2 - channel : channel].data();
+  }
+
+  void write(uint32_t y) noexcept {
+    const uint32_t x = t_.placement.content.x;
+    const size_t bytes = count() * element_bytes();
+    const void* rows[3] = {};
+    for (size_t c = 0; c < p_.channels(); ++c) {
+      write_numbers(t_.numbers[c], p_.type, channel_row(c), count(), w_.numbers[c].data());
+      rows[c] = w_.numbers[c].data();
+    }
+    if (p_.layout == Layout::Nchw || p_.channels() == 1) {
+      for (size_t c = 0; c < p_.channels(); ++c) std::memcpy(place(c, x, y), rows[c], bytes);
+    } else {
+      interleave_three(rows, element_bytes(), count(), w_.pixels.data());
+      std::memcpy(place(0, x, y), w_.pixels.data(), 3 * bytes);
+    }
+  }
+
+  const PlanTables& t_;
+  const Preparation& p_;
+  const Planes& planes_;
+  std::span<std::byte> out_;
+  Workspace& w_;
+};
+
+Result<Plan> Plan::make(Preparation preparation) {
+  if (auto status = check(preparation); !status) return status.error();
+  return Plan(std::make_shared<const PlanTables>(std::move(preparation)));
+}
+
+const Preparation& Plan::preparation() const noexcept {
+  return tables_->preparation;
+}
+const Placement& Plan::placement() const noexcept {
+  return tables_->placement;
+}
+
+Workspace Plan::workspace() const {
+  Workspace w;
+  const size_t count = padded(tables_->placement.content.width);
+  size_t most_rows = 0;
+  for (const Band& band : tables_->bands) {
+    w.bands.emplace_back(padded(band.bytes));
+    most_rows = std::max(most_rows, band.rows.most_weights());
+  }
+  w.rows.resize(most_rows);
+  w.lanes.assign(3, std::vector<float>(count));
+  w.numbers.assign(3, std::vector<std::byte>(count * sizeof(float)));
+  w.pixels.resize(3 * count * sizeof(float));
+  return w;
+}
+
+Status Plan::run_rows(const Planes& planes, std::span<std::byte> out, uint32_t first,
+                      uint32_t count, Workspace* workspace) const {
+  PlanRun run(*tables_, planes, out, workspace);
+  if (auto status = run.check(); !status) return status;
+  const uint32_t height = preparation().height;
+  for (uint32_t y = first; y < height && y - first < count; ++y) run.row(y);
+  return ok();
+}
+
+}  // namespace weir::preprocess

@@ -1,0 +1,65 @@
+// Plan: a Preparation with its tables made; runs over frames and allocates nothing for them.
+//
+//   auto plan = preprocess::Plan::make(preparation);
+//   auto workspace = plan->workspace();
+//   plan->run(planes, tensor_bytes, &workspace);
+#pragma once
+#include <array>
+#include <cstddef>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "core/preprocess/placement.hpp"
+#include "core/preprocess/preparation.hpp"
+
+namespace weir::preprocess {
+
+// Row r of a plane begins at byte offset + r * stride of `memory`, which is borrowed.
+struct Plane {
+  std::span<const std::byte> memory;
+  size_t offset = 0;
+  ptrdiff_t stride = 0;  // may be negative
+};
+using Planes = std::array<Plane, 3>;  // as many as the format has; the others are not looked at
+
+// Memory for the rows in work. One for each thread that runs a plan; made by the plan it is for.
+class Workspace {
+ public:
+  Workspace() = default;
+
+ private:
+  friend class PlanRun;
+  friend class Plan;
+  std::vector<std::vector<float>> bands, lanes;
+  std::vector<std::vector<std::byte>> numbers;
+  std::vector<std::byte> pixels;  // interleaved
+  std::vector<const uint8_t*> rows;
+};
+
+struct PlanTables;
+
+// Immutable; copies share the tables.
+class Plan {
+ public:
+  // Errors: check(preparation).
+  static Result<Plan> make(Preparation preparation);
+
+  const Preparation& preparation() const noexcept;
+  const Placement& placement() const noexcept;
+  Workspace workspace() const;
+
+  // Writes the rows [first, first + count) of the tensor. `out` is the whole tensor, any alignment.
+  // FRAME_SIZE when a plane is shorter than the picture needs or `out` is not the tensor's size.
+  Status run_rows(const Planes& planes, std::span<std::byte> out, uint32_t first, uint32_t count,
+                  Workspace* workspace) const;
+  Status run(const Planes& planes, std::span<std::byte> out, Workspace* workspace) const {
+    return run_rows(planes, out, 0, preparation().height, workspace);
+  }
+
+ private:
+  explicit Plan(std::shared_ptr<const PlanTables> tables) : tables_(std::move(tables)) {}
+  std::shared_ptr<const PlanTables> tables_;
+};
+
+}  // namespace weir::preprocess

@@ -1,0 +1,124 @@
+// The tables of a plan.
+#include "core/preprocess/plan_tables.hpp"
+
+#include <cstring>
+
+namespace weir::preprocess {
+namespace {
+
+double at(const std::vector<double>& numbers, size_t channel, double otherwise) {
+  if (numbers.empty()) return otherwise;
+  return numbers.size() == 1 ? numbers[0] : numbers[channel];
+}
+
+// Luma and chroma of the range become 0..255 and -0.5..0.5 of it; matrices of ITU-R BT.601-7
+// (2.5.1), BT.709-6 (3.2) and BT.2020-2 (table 4), solved for R'G'B'.
+ColorTransform color_transform(ColorMatrix matrix, Range range) {
+  const double kr = matrix == ColorMatrix::Bt601   ? 0.299
+                    : matrix == ColorMatrix::Bt709 ? 0.2126
+                                                   : 0.2627;
+  const double kb = matrix == ColorMatrix::Bt601   ? 0.114
+                    : matrix == ColorMatrix::Bt709 ? 0.0722
+                                                   : 0.0593;
+  const double kg = 1 - kr - kb;
+  const bool full = range == Range::Full;
+  const double luma = full ? 1 : 255.0 / 219, chroma = full ? 1 : 255.0 / 224;
+  const double red = 2 * (1 - kr) * chroma, blue = 2 * (1 - kb) * chroma;
+  const double rows[3][3] = {
+      {luma, 0, red}, {luma, -blue * kb / kg, -red * kr / kg}, {luma, blue, 0}};
+  ColorTransform out{};
+  for (size_t r = 0; r < 3; ++r) {
+    double add = full ? 0 : -16 * luma;
+    for (size_t c = 0; c < 3; ++c) {
+      out.of[r][c] = static_cast<float>(rows[r][c]);
+      if (c > 0) add -= 128 * rows[r][c];
+    }
+    out.add[r] = static_cast<float>(add);
+  }
+  return out;
+}
+
+Band make_band(const Preparation& p, const Placement& place, const Lane& lane) {
+  const Sampling columns{lane.halved, p.source.cosited_columns};
+  const Sampling rows{lane.halved, p.source.cosited_rows};
+  const Axis x(p.resize, {place.source.x, place.source.width, place.content.width}, columns);
+  Band band{lane.plane,
+            size_t{x.low()} * lane.step,
+            size_t{x.high() - x.low()} * lane.step,
+            Axis(p.resize, {place.source.y, place.source.height, place.content.height}, rows),
+            x.most_weights(),
+            {},
+            {}};
+  const size_t stride = padded(x.targets());
+  band.index.assign(stride * band.taps, 0);
+  band.weights.assign(stride * band.taps, 0.0f);
+  for (size_t t = 0; t < x.targets(); ++t) {
+    const auto weights = x.weights(t);
+    for (size_t k = 0; k < band.taps; ++k) {
+      const bool used = k < weights.size();
+      const size_t sample = x.first(t) - x.low() + (used ? k : 0);
+      band.index[k * stride + t] = static_cast<int32_t>(sample * lane.step);
+      band.weights[k * stride + t] = used ? weights[k] : 0.0f;
+    }
+  }
+  return band;
+}
+
+template <class Element>
+void append(std::vector<std::byte>* out, const Element& element, size_t bytes) {
+  const auto* from = reinterpret_cast<const std::byte*>(&element);
+  out->insert(out->end(), from, from + bytes);
+}
+
+// Padding pixels take the way of all others.
+std::vector<std::byte> padding_rows(const Preparation& p, const std::vector<NumberRule>& numbers) {
+  const std::vector<float> row(padded(1), static_cast<float>(p.padding));
+  const size_t bytes = size_of(p.type);
+  std::vector<uint32_t> elements(numbers.size());
+  for (size_t c = 0; c < numbers.size(); ++c) {
+    std::vector<uint32_t> written(padded(1));
+    write_numbers(numbers[c], p.type, row.data(), 1, written.data());
+    elements[c] = written[0];
+  }
+  std::vector<std::byte> out;
+  out.reserve(p.width * numbers.size() * bytes);
+  if (p.layout == Layout::Nhwc) {
+    for (uint32_t x = 0; x < p.width; ++x)
+      for (const uint32_t element : elements) append(&out, element, bytes);
+  } else {
+    for (const uint32_t element : elements)
+      for (uint32_t x = 0; x < p.width; ++x) append(&out, element, bytes);
+  }
+  return out;
+}
+
+}  // namespace
+
+PlanTables::PlanTables(Preparation given)
+    : preparation(std::move(given)), placement(place(preparation)) {
+  const Preparation& p = preparation;
+  const PictureFormat& format = p.source.format;
+  const bool luma_is_enough = format.model == ColorModel::Yuv && p.order == ChannelOrder::Gray;
+  const size_t used = luma_is_enough ? 1 : format.lane_count();
+  for (size_t i = 0; i < used; ++i) {
+    const Lane& lane = format.lanes[i];
+    if (bands.empty() || bands.back().plane != lane.plane)
+      bands.push_back(make_band(p, placement, lane));
+    lanes.push_back({bands.size() - 1, lane.offset});
+  }
+  colors = color_transform(p.source.matrix, p.source.range);
+  gray_factor = colors.of[0][0];
+  gray_add = p.source.range == Range::Full ? 0.0f : -16 * gray_factor;
+  for (size_t c = 0; c < p.channels(); ++c) {
+    NumberRule rule{static_cast<float>(at(p.mean, c, 0)), static_cast<float>(at(p.scale, c, 1)), 1,
+                    0};
+    if (p.quantisation) {
+      rule.divisor = static_cast<float>(p.quantisation->scale);
+      rule.zero_point = p.quantisation->zero_point;
+    }
+    numbers.push_back(rule);
+  }
+  if (p.fit == Fit::Letterbox) padding = padding_rows(p, numbers);
+}
+
+}  // namespace weir::preprocess

@@ -1,0 +1,287 @@
+// Plans against the plain formulas, and what they refuse.
+#include "core/preprocess/plan.hpp"
+
+#include <gtest/gtest.h>
+
+#include <string>
+
+#include "core/preprocess/plan_reference.hpp"
+
+namespace weir::preprocess {
+namespace {
+
+using testing::Pixels;
+using testing::reference;
+using testing::run;
+
+Preparation preparation(const Pixels& pixels, uint32_t width, uint32_t height,
+                        ElementType type = ElementType::Float32) {
+  Preparation p;
+  p.source = pixels.picture;
+  p.width = width;
+  p.height = height;
+  p.type = type;
+  return p;
+}
+
+void expect_near(const std::vector<float>& got, const std::vector<double>& wanted, double most) {
+  ASSERT_EQ(got.size(), wanted.size());
+  for (size_t i = 0; i < got.size(); ++i)
+    ASSERT_NEAR(double{got[i]}, wanted[i], most) << "element " << i;
+}
+
+constexpr const char* kFormats[] = {"RGB",  "BGR",  "RGBx", "BGRx",  "xRGB", "xBGR", "RGBA",
+                                    "BGRA", "ARGB", "ABGR", "GRAY8", "NV12", "I420"};
+constexpr Resize kResizes[] = {Resize::Nearest, Resize::Bilinear, Resize::Area};
+
+TEST(Plan, ResizesEachFormatAsTheFormulasSay) {
+  for (const char* format : kFormats)
+    for (const Resize resize : kResizes) {
+      SCOPED_TRACE(std::string(format) + " " + std::to_string(static_cast<int>(resize)));
+      const Pixels pixels(format, 29, 17, 5, 3);
+      for (const auto& [width, height] : {std::pair{11u, 7u}, {29u, 17u}, {45u, 20u}, {60u, 5u}}) {
+        auto p = preparation(pixels, width, height);
+        p.resize = resize;
+        expect_near(run<float>(p, pixels), reference(p, pixels), 0.01);
+      }
+    }
+}
+
+TEST(Plan, ResizesAnyPartAsTheFormulasSay) {
+  std::mt19937 random(7);
+  const auto below = [&](uint32_t bound) { return static_cast<uint32_t>(random() % bound); };
+  for (int i = 0; i < 200; ++i) {
+    SCOPED_TRACE(i);
+    const Pixels pixels(kFormats[below(13)], 1 + below(40), 1 + below(40), random(), below(5));
+    auto p = preparation(pixels, 1 + below(70), 1 + below(40));
+    p.source.matrix = static_cast<ColorMatrix>(below(3));
+    p.source.range = static_cast<Range>(below(2));
+    p.source.cosited_columns = below(2);
+    p.source.cosited_rows = below(2);
+    p.resize = kResizes[below(3)];
+    p.fit = static_cast<Fit>(below(3));
+    p.order = static_cast<ChannelOrder>(below(3));
+    p.layout = static_cast<Layout>(below(2));
+    p.padding = below(256);
+    const Rect part{below(p.source.width), below(p.source.height), 0, 0};
+    p.crop = Rect{part.x, part.y, 1 + below(p.source.width - part.x),
+                  1 + below(p.source.height - part.y)};
+    expect_near(run<float>(p, pixels), reference(p, pixels), 0.01);
+  }
+}
+
+TEST(Plan, LeavesPixelsOfTheSameSizeAsTheyAre) {
+  const Pixels pixels("BGRx", 45, 9, 3);
+  for (const Resize resize : kResizes) {
+    auto p = preparation(pixels, 45, 9, ElementType::UInt8);
+    p.resize = resize;
+    const auto out = run<uint8_t>(p, pixels);
+    ASSERT_EQ(out.size(), 3u * 45 * 9);
+    for (size_t i = 0; i < size_t{45} * 9; ++i)
+      for (size_t c = 0; c < 3; ++c)
+        ASSERT_EQ(out[3 * i + c], std::to_integer<uint8_t>(pixels.memory[4 * i + 2 - c]));
+  }
+}
+
+TEST(Plan, ComputesNumbersAsFloatsDo) {
+  const Pixels pixels("RGB", 33, 4);
+  auto p = preparation(pixels, 33, 4);
+  p.layout = Layout::Nchw;
+  p.mean = {123.675, 116.28, 103.53};
+  p.scale = {0.0171247538, 0.0175070028, 0.0174291939};
+  const auto out = run<float>(p, pixels);
+  ASSERT_EQ(out.size(), 3u * 33 * 4);
+  for (size_t i = 0; i < out.size(); ++i) {
+    const size_t c = i / (33 * 4), at = i % (33 * 4) * 3 + c;
+    const auto pixel = static_cast<float>(std::to_integer<int>(pixels.memory[at]));
+    ASSERT_EQ(out[i], (pixel - static_cast<float>(p.mean[c])) * static_cast<float>(p.scale[c]));
+  }
+}
+
+TEST(Plan, AveragesBlocks) {
+  const Pixels pixels("GRAY8", 8, 4);
+  auto p = preparation(pixels, 4, 2);
+  p.order = ChannelOrder::Gray;
+  p.resize = Resize::Area;
+  const auto out = run<float>(p, pixels);
+  ASSERT_EQ(out.size(), 8u);
+  for (size_t i = 0; i < 8; ++i) {
+    int sum = 0;
+    for (size_t j = 0; j < 4; ++j)
+      sum += std::to_integer<int>(pixels.memory[(i / 4 * 2 + j / 2) * 8 + i % 4 * 2 + j % 2]);
+    EXPECT_FLOAT_EQ(out[i], static_cast<float>(sum) / 4);
+  }
+}
+
+TEST(Plan, WritesEachElementType) {
+  const Pixels pixels("RGB", 40, 6, 2);
+  auto p = preparation(pixels, 21, 9);
+  p.mean = {127.5};
+  p.scale = {0.5};
+  const auto numbers = reference(p, pixels);
+  p.type = ElementType::Int8;
+  const auto bytes = run<int8_t>(p, pixels);
+  p.type = ElementType::Float16;
+  const auto halves = run<float16>(p, pixels);
+  ASSERT_EQ(bytes.size(), numbers.size());
+  ASSERT_EQ(halves.size(), numbers.size());
+  for (size_t i = 0; i < numbers.size(); ++i) {
+    ASSERT_NEAR(bytes[i], numbers[i], 0.501);
+    ASSERT_NEAR(float{halves[i]}, numbers[i], 0.05);
+  }
+}
+
+TEST(Plan, QuantisesAndSaturates) {
+  const Pixels pixels("RGB", 16, 16);
+  auto p = preparation(pixels, 16, 16, ElementType::Int8);
+  p.mean = {127.5};
+  p.scale = {1 / 127.5};
+  const auto numbers = reference(p, pixels);
+  p.quantisation = Quantisation{0.005, -20};
+  const auto out = run<int8_t>(p, pixels);
+  ASSERT_EQ(out.size(), numbers.size());
+  for (size_t i = 0; i < out.size(); ++i)
+    ASSERT_NEAR(out[i], std::clamp(numbers[i] / 0.005 - 20, -128.0, 127.0), 0.501);
+  EXPECT_EQ(*std::max_element(out.begin(), out.end()), 127);
+  EXPECT_EQ(*std::min_element(out.begin(), out.end()), -128);
+}
+
+TEST(Plan, PadsWithThePixelValueInEachLayout) {
+  const Pixels pixels("RGB", 20, 10);
+  for (const Layout layout : {Layout::Nhwc, Layout::Nchw}) {
+    auto p = preparation(pixels, 16, 16);
+    p.fit = Fit::Letterbox;
+    p.padding = 114;
+    p.layout = layout;
+    p.mean = {0, 14, 114};
+    p.scale = {1, 2, 3};
+    const auto out = run<float>(p, pixels);
+    expect_near(out, reference(p, pixels), 0.05);
+    ASSERT_FALSE(out.empty());
+    EXPECT_EQ(out[0], 114.0f);
+    EXPECT_EQ(out[layout == Layout::Nhwc ? 1 : 256], 200.0f);
+    EXPECT_EQ(out.back(), 0.0f);
+  }
+}
+
+TEST(Plan, ReadsRowsUpsideDown) {
+  Pixels pixels("GRAY8", 5, 3);
+  auto p = preparation(pixels, 5, 3, ElementType::UInt8);
+  p.order = ChannelOrder::Gray;
+  const auto upright = run<uint8_t>(p, pixels);
+  pixels.planes[0].offset = 10;
+  pixels.planes[0].stride = -5;
+  const auto flipped = run<uint8_t>(p, pixels);
+  ASSERT_EQ(flipped.size(), 15u);
+  for (size_t i = 0; i < 15; ++i) EXPECT_EQ(flipped[i], upright[(2 - i / 5) * 5 + i % 5]);
+}
+
+TEST(Plan, RunsTheRowsThatAreAskedFor) {
+  const Pixels pixels("I420", 30, 20);
+  auto p = preparation(pixels, 13, 12, ElementType::UInt8);
+  p.fit = Fit::Letterbox;
+  const auto whole = run<uint8_t>(p, pixels);
+  const auto plan = Plan::make(p);
+  std::vector<uint8_t> out(whole.size(), 77);
+  auto workspace = plan->workspace();
+  const auto bytes = std::as_writable_bytes(std::span(out));
+  ASSERT_TRUE(plan->run_rows(pixels.planes, bytes, 5, 4, &workspace));
+  EXPECT_EQ(out[5 * 39 - 1], 77);
+  EXPECT_EQ(out[9 * 39], 77);
+  ASSERT_TRUE(plan->run_rows(pixels.planes, bytes, 0, 5, &workspace));
+  ASSERT_TRUE(plan->run_rows(pixels.planes, bytes, 9, 100, &workspace));
+  EXPECT_EQ(out, whole);
+}
+
+TEST(Plan, RefusesMemoryThatIsTooShort) {
+  for (const char* format : {"RGB", "NV12", "I420"}) {
+    Pixels pixels(format, 30, 20);
+    const auto plan = Plan::make(preparation(pixels, 8, 8));
+    auto workspace = plan->workspace();
+    std::vector<std::byte> out(8 * 8 * 3 * 4);
+    EXPECT_TRUE(plan->run(pixels.planes, out, &workspace));
+    auto planes = pixels.planes;
+    for (auto& plane : planes)
+      if (!plane.memory.empty()) plane.memory = plane.memory.first(pixels.memory.size() - 1);
+    const auto status = plan->run(planes, out, &workspace);
+    ASSERT_FALSE(status) << format;
+    EXPECT_EQ(status.error().code, Code::FRAME_SIZE);
+    EXPECT_NE(status.error().message().find("shorter than its size says"), std::string::npos);
+    planes = pixels.planes;
+    planes[0].stride = -1;
+    EXPECT_FALSE(plan->run(planes, out, &workspace));
+    planes[0].stride = std::numeric_limits<ptrdiff_t>::max();
+    EXPECT_FALSE(plan->run(planes, out, &workspace));
+    planes[0] = {pixels.memory, std::numeric_limits<size_t>::max(), 1};
+    EXPECT_FALSE(plan->run(planes, out, &workspace));
+    const auto small = plan->run(pixels.planes, std::span(out).first(9), &workspace);
+    ASSERT_FALSE(small);
+    EXPECT_NE(small.error().message().find("needed: 768 bytes"), std::string::npos);
+  }
+}
+
+struct Refused {
+  const char* words;
+  void (*spoil)(Preparation*);
+};
+
+TEST(Plan, RefusesWhatCannotBeDone) {
+  const Refused cases[] = {
+      {"size of the tensor is not known", [](auto* p) { p->width = 0; }},
+      {"the tensor is too big", [](auto* p) { p->height = 65537; }},
+      {"the picture is empty or too big", [](auto* p) { p->source.height = 0; }},
+      {"the picture is empty or too big", [](auto* p) { p->source.width = 1u << 20; }},
+      {"offered: int32", [](auto* p) { p->type = ElementType::Int32; }},
+      {"0 to 255", [](auto* p) { p->padding = 256; }},
+      {"0 to 255", [](auto* p) { p->padding = std::nan(""); }},
+      {"mean of 2 numbers",
+       [](auto* p) {
+         p->mean = {1, 2};
+       }},
+      {"scale of 3 numbers",
+       [](auto* p) {
+         p->order = ChannelOrder::Gray;
+         p->scale = {1, 2, 3};
+       }},
+      {"beyond the range of float32", [](auto* p) { p->mean = {1e39}; }},
+      {"beyond the range of float32", [](auto* p) { p->scale = {std::nan("")}; }},
+      {"only integers are quantised",
+       [](auto* p) {
+         p->quantisation = Quantisation{1, 0};
+       }},
+      {"scale of the quantisation",
+       [](auto* p) {
+         p->type = ElementType::UInt8;
+         p->quantisation = Quantisation{0, 0};
+       }},
+      {"offered: -1 of uint8",
+       [](auto* p) {
+         p->type = ElementType::UInt8;
+         p->quantisation = Quantisation{1, -1};
+       }},
+      {"the crop is not within the picture",
+       [](auto* p) {
+         p->crop = Rect{1, 0, 20, 20};
+       }},
+      {"the crop is not within the picture",
+       [](auto* p) {
+         p->crop = Rect{0, 0, 20, 0};
+       }},
+      {"the crop is not within the picture",
+       [](auto* p) {
+         p->crop = Rect{4294967295u, 0, 2, 2};
+       }},
+      {"NV12", [](auto* p) { p->source.format.name = "nv12"; }},
+  };
+  const Pixels pixels("RGB", 20, 20);
+  for (const auto& [words, spoil] : cases) {
+    auto p = preparation(pixels, 8, 8);
+    spoil(&p);
+    const auto plan = Plan::make(p);
+    ASSERT_FALSE(plan) << words;
+    EXPECT_NE(plan.error().message().find(words), std::string::npos) << plan.error().message();
+  }
+}
+
+}  // namespace
+}  // namespace weir::preprocess

@@ -1,0 +1,100 @@
+// What a preparation may say.
+#include "core/preprocess/preparation.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <string>
+
+namespace weir::preprocess {
+namespace {
+
+Error bad_option(const char* what, std::string offered, std::string needed, const char* fix = "") {
+  return Error{Code::OPTION_VALUE, what, std::move(offered), std::move(needed), "", fix};
+}
+
+std::string size_text(uint64_t width, uint64_t height) {
+  return std::to_string(width) + "x" + std::to_string(height);
+}
+
+Status check_numbers(const char* name, const std::vector<double>& numbers, size_t channels) {
+  if (numbers.size() > 1 && numbers.size() != channels)
+    return bad_option("the numbers are not as many as the channels",
+                      std::string(name) + " of " + std::to_string(numbers.size()) + " numbers",
+                      "one number, or " + std::to_string(channels));
+  for (const double number : numbers)
+    if (!(std::fabs(number) <= double{std::numeric_limits<float>::max()}))
+      return bad_option("a number is beyond the range of float32",
+                        std::string(name) + " " + std::to_string(number), "a finite number");
+  return ok();
+}
+
+Status check_quantisation(const Preparation& p) {
+  if (!p.quantisation) return ok();
+  const auto [scale, zero_point] = *p.quantisation;
+  if (p.type != ElementType::UInt8 && p.type != ElementType::Int8)
+    return bad_option("only integers are quantised", std::string(name_of(p.type)), "uint8 or int8",
+                      "type=uint8, or no quantisation");
+  if (!(scale >= double{std::numeric_limits<float>::min()} &&
+        scale <= double{std::numeric_limits<float>::max()}))
+    return bad_option("the scale of the quantisation cannot be used", std::to_string(scale),
+                      "a number above 0");
+  const int32_t low = p.type == ElementType::UInt8 ? 0 : -128;
+  if (zero_point < low || zero_point > low + 255)
+    return bad_option("the zero point is not of the element type",
+                      std::to_string(zero_point) + " of " + std::string(name_of(p.type)),
+                      std::to_string(low) + " to " + std::to_string(low + 255));
+  return ok();
+}
+
+}  // namespace
+
+TensorSpec Preparation::tensor() const noexcept {
+  const auto c = static_cast<uint32_t>(channels());
+  const Shape shape =
+      layout == Layout::Nhwc ? Shape{c, width, height, 1} : Shape{width, height, c, 1};
+  return {type, shape, ""};
+}
+
+Status check_target(const Preparation& p) {
+  if (p.width == 0 || p.height == 0)
+    return bad_option("the size of the tensor is not known", size_text(p.width, p.height),
+                      "width and height, a card, or a model behind that says its input",
+                      "tensor_preprocess width=224 height=224");
+  if (p.width > kSideLimit || p.height > kSideLimit)
+    return bad_option("the tensor is too big", size_text(p.width, p.height),
+                      "at most " + size_text(kSideLimit, kSideLimit));
+  if (p.type != ElementType::UInt8 && p.type != ElementType::Int8 &&
+      p.type != ElementType::Float16 && p.type != ElementType::Float32)
+    return bad_option("pictures are not prepared as this element type",
+                      std::string(name_of(p.type)), "uint8, int8, float16 or float32");
+  if (!(p.padding >= 0 && p.padding <= 255))
+    return bad_option("the padding is no pixel value", std::to_string(p.padding), "0 to 255");
+  if (auto status = check_numbers("mean", p.mean, p.channels()); !status) return status;
+  if (auto status = check_numbers("scale", p.scale, p.channels()); !status) return status;
+  return check_quantisation(p);
+}
+
+Status check(const Preparation& p) {
+  if (auto status = check_target(p); !status) return status;
+  if (auto format = picture_format(p.source.format.name); !format) return format.error();
+  const uint32_t width = p.source.width, height = p.source.height;
+  if (width == 0 || height == 0 || width > kSideLimit || height > kSideLimit)
+    return Error{Code::LIMIT_EXCEEDED,
+                 "the picture is empty or too big",
+                 size_text(width, height),
+                 "1x1 to " + size_text(kSideLimit, kSideLimit),
+                 "",
+                 ""};
+  if (!p.crop) return ok();
+  const Rect& c = *p.crop;
+  const bool inside = c.width > 0 && c.height > 0 && c.width <= width && c.height <= height &&
+                      c.x <= width - c.width && c.y <= height - c.height;
+  if (inside) return ok();
+  return bad_option(
+      "the crop is not within the picture",
+      size_text(c.width, c.height) + " at " + std::to_string(c.x) + "," + std::to_string(c.y),
+      "a part of " + size_text(width, height));
+}
+
+}  // namespace weir::preprocess
