@@ -1,0 +1,147 @@
+// Requests: texts, cards, and what the stream behind wants.
+#include "core/preprocess/request.hpp"
+
+#include <algorithm>
+#include <string>
+
+#include "core/text/text.hpp"
+
+namespace weir::preprocess {
+namespace {
+
+Error unreadable(std::string_view name, std::string_view text, size_t position, const char* needed,
+                 const char* fix) {
+  return Error{Code::OPTION_SYNTAX,
+               std::string(name) + " cannot be read",
+               std::string(name) + "=" + std::string(text),
+               needed,
+               "at character " + std::to_string(position + 1) + ":\n" + caret_line(text, position),
+               fix};
+}
+
+size_t position_in(std::string_view text, std::string_view part) noexcept {
+  return static_cast<size_t>(part.data() - text.data());
+}
+
+bool fits_channels(const Request& request, uint32_t channels) noexcept {
+  if (!request.order) return channels == 3 || channels == 1;
+  return channels == (*request.order == ChannelOrder::Gray ? 1 : 3);
+}
+
+// Layout, size and channels from the shape, as far as they are open.
+void take_shape(Request* request, const Shape& shape) noexcept {
+  const auto extent = [&](size_t i) { return std::max(shape[i], 1u); };
+  if (!request->layout) {
+    const bool inside = fits_channels(*request, extent(0));
+    const bool outside = fits_channels(*request, extent(2));
+    request->layout = !inside && outside ? Layout::Nchw : Layout::Nhwc;
+  }
+  const size_t columns = *request->layout == Layout::Nhwc ? 1 : 0;
+  if (request->width == 0) request->width = extent(columns);
+  if (request->height == 0) request->height = extent(columns + 1);
+  if (!request->order)
+    request->order = extent(columns == 1 ? 0 : 2) == 1 ? ChannelOrder::Gray : ChannelOrder::Rgb;
+}
+
+}  // namespace
+
+Result<std::vector<double>> parse_numbers(std::string_view name, std::string_view text) {
+  std::vector<double> out;
+  for (const auto part : split(text, ",")) {
+    const auto word = strip(part);
+    const auto number = parse_double(word);
+    if (!number)
+      return unreadable(name, text, position_in(text, word.empty() ? part : word),
+                        "one number, or one for each channel with commas between",
+                        "mean=123.675,116.28,103.53 scale=0.0171,0.0175,0.0174");
+    out.push_back(*number);
+  }
+  return out;
+}
+
+Result<Quantisation> parse_quantisation(std::string_view text) {
+  constexpr const char* kNeeded = "SCALE:ZERO_POINT";
+  constexpr const char* kFix = "quantisation=0.0078125:128";
+  const auto parts = split(text, ":", 2);
+  const auto scale = parse_double(strip(parts[0]));
+  if (!scale) return unreadable("quantisation", text, 0, kNeeded, kFix);
+  if (parts.size() < 2) return unreadable("quantisation", text, text.size(), kNeeded, kFix);
+  const auto zero_point = parse_signed(strip(parts[1]));
+  if (!zero_point || *zero_point != static_cast<int32_t>(*zero_point))
+    return unreadable("quantisation", text, position_in(text, parts[1]), kNeeded, kFix);
+  return Quantisation{*scale, static_cast<int32_t>(*zero_point)};
+}
+
+Result<ElementType> parse_type(std::string_view text) {
+  const ElementType type = parse_element_type(text);
+  if (type != ElementType::End) return type;
+  return Error{Code::TYPE_SYNTAX,
+               "the element type is not known",
+               "type=" + std::string(text),
+               "uint8, int8, float16 or float32",
+               "",
+               "type=float32"};
+}
+
+Result<Request> with_card(Request r, const card::Card& card) {
+  if (card.inputs.size() != 1)
+    return Error{Code::CARD_INVALID,
+                 "the model card does not say which picture this is",
+                 card.path + ": " + std::to_string(card.inputs.size()) + " inputs",
+                 "one input",
+                 "",
+                 "set width, height, type, mean and scale instead of card"};
+  const card::ImageInput& input = card.inputs[0];
+  if (r.width == 0) r.width = static_cast<uint32_t>(input.width());
+  if (r.height == 0) r.height = static_cast<uint32_t>(input.height());
+  if (!r.fit) r.fit = input.resize == card::Resize::Crop ? Fit::CentreCrop : Fit::Stretch;
+  if (!r.order)
+    r.order = input.color == card::Color::Gray  ? ChannelOrder::Gray
+              : input.color == card::Color::Bgr ? ChannelOrder::Bgr
+                                                : ChannelOrder::Rgb;
+  if (!r.mean) r.mean = input.mean;
+  if (!r.scale) r.scale = input.scale;
+  if (!r.type) r.type = input.type;
+  if (!r.layout) r.layout = input.layout == card::Layout::Nchw ? Layout::Nchw : Layout::Nhwc;
+  return r;
+}
+
+std::vector<TensorSpec> possible_tensors(const Request& r) {
+  const ElementType type = r.type.value_or(ElementType::End);
+  if (r.width == 0 || r.height == 0) return {TensorSpec{type, Shape(), ""}};
+  std::vector<TensorSpec> out;
+  for (const auto order : {ChannelOrder::Rgb, ChannelOrder::Gray})
+    for (const auto layout : {Layout::Nhwc, Layout::Nchw}) {
+      if (r.layout && layout != *r.layout) continue;
+      if (r.order && order != ChannelOrder::Rgb) continue;
+      Preparation p;
+      p.width = r.width;
+      p.height = r.height;
+      p.order = r.order.value_or(order);
+      p.layout = layout;
+      out.push_back({type, p.tensor().shape, ""});
+    }
+  return out;
+}
+
+Result<Preparation> resolve(Request r, const TensorSpec& wanted) {
+  if (wanted.shape.valid()) take_shape(&r, wanted.shape);
+  if (!r.type && wanted.type != ElementType::End) r.type = wanted.type;
+  const bool numbers = (r.mean && !r.mean->empty()) || (r.scale && !r.scale->empty());
+  Preparation p;
+  p.width = r.width;
+  p.height = r.height;
+  p.resize = r.resize;
+  p.fit = r.fit.value_or(Fit::Stretch);
+  p.padding = r.padding;
+  p.order = r.order.value_or(ChannelOrder::Rgb);
+  p.mean = r.mean.value_or(std::vector<double>());
+  p.scale = r.scale.value_or(std::vector<double>());
+  p.quantisation = r.quantisation;
+  p.type = r.type.value_or(numbers && !r.quantisation ? ElementType::Float32 : ElementType::UInt8);
+  p.layout = r.layout.value_or(Layout::Nhwc);
+  if (auto status = check_target(p); !status) return status.error();
+  return p;
+}
+
+}  // namespace weir::preprocess

@@ -1,0 +1,44 @@
+// Request: a preparation of which parts may be open, to be filled in by a model card and by the
+// tensor that is wanted behind.
+#pragma once
+#include <optional>
+#include <string_view>
+#include <vector>
+
+#include "core/card/card.hpp"
+#include "core/preprocess/preparation.hpp"
+
+namespace weir::preprocess {
+
+struct Request {
+  uint32_t width = 0, height = 0;  // 0 = open
+  Resize resize = Resize::Bilinear;
+  double padding = 0;
+  std::optional<Fit> fit;
+  std::optional<ChannelOrder> order;
+  std::optional<std::vector<double>> mean, scale;
+  std::optional<Quantisation> quantisation;
+  std::optional<ElementType> type;
+  std::optional<Layout> layout;
+};
+
+// "127.5" or "123.675,116.28,103.53". OPTION_SYNTAX with the place; `name` is the option's.
+Result<std::vector<double>> parse_numbers(std::string_view name, std::string_view text);
+// "SCALE:ZERO_POINT". OPTION_SYNTAX with the place.
+Result<Quantisation> parse_quantisation(std::string_view text);
+// TYPE_SYNTAX.
+Result<ElementType> parse_type(std::string_view text);
+
+// What is open becomes what the card says. CARD_INVALID when the card has several pictures.
+Result<Request> with_card(Request request, const card::Card& card);
+
+// A tensor of which type and shape may be open (End, not valid).
+// What the request can give, the preferred ones first. Without width and height the shape is open.
+std::vector<TensorSpec> possible_tensors(const Request& request);
+
+// What is open becomes what `wanted` says, and where that is open too: stretch, RGB, NHWC, float32
+// with mean or scale and uint8 without. The source is left for the caller. Errors: check_target().
+// The tensor of the result may be another than `wanted` where the request is not open.
+Result<Preparation> resolve(Request request, const TensorSpec& wanted);
+
+}  // namespace weir::preprocess

@@ -1,0 +1,156 @@
+// Texts, cards and wishes become preparations.
+#include "core/preprocess/request.hpp"
+
+#include <gtest/gtest.h>
+
+#include <string>
+
+namespace weir::preprocess {
+namespace {
+
+template <class T>
+std::string refusal(const Result<T>& result) {
+  return result ? "" : result.error().message();
+}
+bool says(const std::string& text, const char* words) {
+  return text.find(words) != std::string::npos;
+}
+
+TEST(Request, ReadsNumbers) {
+  EXPECT_EQ(*parse_numbers("mean", "127.5"), (std::vector<double>{127.5}));
+  EXPECT_EQ(*parse_numbers("mean", "1, -2.5,3e2"), (std::vector<double>{1, -2.5, 300}));
+}
+
+TEST(Request, ShowsThePlaceInNumbers) {
+  for (const char* text : {"1,x,3", "1,,3", "", "1,nan,2", "1,2 3,4"}) {
+    const auto words = refusal(parse_numbers("mean", text));
+    EXPECT_TRUE(says(words, "WEIR-1001: mean cannot be read")) << text;
+    EXPECT_TRUE(says(words, *text ? "at character 3" : "at character 1")) << words;
+  }
+}
+
+TEST(Request, ReadsAQuantisation) {
+  const auto q = parse_quantisation("0.0078125:-128");
+  ASSERT_TRUE(q);
+  EXPECT_EQ(q->scale, 0.0078125);
+  EXPECT_EQ(q->zero_point, -128);
+  EXPECT_TRUE(says(refusal(parse_quantisation("x:1")), "at character 1"));
+  EXPECT_TRUE(says(refusal(parse_quantisation("0.5")), "at character 4"));
+  EXPECT_TRUE(says(refusal(parse_quantisation("0.5:1.5")), "at character 5"));
+  EXPECT_TRUE(says(refusal(parse_quantisation("0.5:1:2")), "needed: SCALE:ZERO_POINT"));
+  EXPECT_TRUE(says(refusal(parse_quantisation("0.5:99999999999")), "at character 5"));
+}
+
+TEST(Request, ReadsATypeByItsName) {
+  EXPECT_EQ(*parse_type("float16"), ElementType::Float16);
+  EXPECT_TRUE(says(refusal(parse_type("float")), "WEIR-1003"));
+  EXPECT_TRUE(says(refusal(parse_type("float")), "offered: type=float"));
+}
+
+card::Card card_with(std::vector<int64_t> shape, card::Layout layout, card::Color color) {
+  card::ImageInput input;
+  input.type = ElementType::Float32;
+  input.shape = std::move(shape);
+  input.layout = layout;
+  input.color = color;
+  input.mean = {127.5};
+  input.scale = {0.5};
+  input.resize = card::Resize::Crop;
+  card::Card card;
+  card.inputs = {input};
+  return card;
+}
+
+TEST(Request, TakesEverythingFromACard) {
+  const auto request =
+      with_card({}, card_with({1, 3, 20, 30}, card::Layout::Nchw, card::Color::Bgr));
+  ASSERT_TRUE(request);
+  const auto p = resolve(*request, {});
+  ASSERT_TRUE(p);
+  EXPECT_EQ(p->tensor().to_string(), "float32 30:20:3:1");
+  EXPECT_EQ(p->order, ChannelOrder::Bgr);
+  EXPECT_EQ(p->fit, Fit::CentreCrop);
+  EXPECT_EQ(p->mean, (std::vector<double>{127.5}));
+  EXPECT_EQ(p->scale, (std::vector<double>{0.5}));
+}
+
+TEST(Request, WinsOverACard) {
+  Request mine;
+  mine.width = 8;
+  mine.height = 9;
+  mine.fit = Fit::Letterbox;
+  mine.order = ChannelOrder::Rgb;
+  mine.mean = std::vector<double>{};
+  mine.scale = std::vector<double>{2};
+  mine.type = ElementType::UInt8;
+  mine.layout = Layout::Nhwc;
+  const auto request =
+      with_card(mine, card_with({3, 20, 30}, card::Layout::Nchw, card::Color::Bgr));
+  ASSERT_TRUE(request);
+  const auto p = resolve(*request, {});
+  ASSERT_TRUE(p);
+  EXPECT_EQ(p->tensor().to_string(), "uint8 3:8:9:1");
+  EXPECT_EQ(p->order, ChannelOrder::Rgb);
+  EXPECT_EQ(p->fit, Fit::Letterbox);
+  EXPECT_TRUE(p->mean.empty());
+  EXPECT_EQ(p->scale, (std::vector<double>{2}));
+}
+
+TEST(Request, RefusesACardOfSeveralPictures) {
+  auto card = card_with({3, 20, 30}, card::Layout::Nchw, card::Color::Bgr);
+  card.inputs.push_back(card.inputs[0]);
+  EXPECT_TRUE(says(refusal(with_card({}, card)), "2 inputs"));
+}
+
+std::string resolved(const Request& request, const char* shape, ElementType type) {
+  const auto p = resolve(request, {type, Shape::parse(shape), ""});
+  return p ? p->tensor().to_string() : p.error().what;
+}
+
+TEST(Request, TakesWhatIsOpenFromTheTensorThatIsWanted) {
+  EXPECT_EQ(resolved({}, "3:30:20:1", ElementType::Float16), "float16 3:30:20:1");
+  EXPECT_EQ(resolved({}, "30:20:3:1", ElementType::Int8), "int8 30:20:3:1");
+  EXPECT_EQ(resolved({}, "1:30:20", ElementType::UInt8), "uint8 1:30:20:1");
+  EXPECT_EQ(resolved({}, "30:20", ElementType::UInt8), "uint8 30:20:1:1");
+  Request open;
+  open.layout = Layout::Nchw;
+  EXPECT_EQ(resolved(open, "3:3:3", ElementType::End), "uint8 3:3:3:1");
+  open.order = ChannelOrder::Gray;
+  EXPECT_EQ(resolved(open, "3:3:1", ElementType::End), "uint8 3:3:1:1");
+}
+
+TEST(Request, ChoosesTheTypeThatHoldsItsNumbers) {
+  Request request;
+  request.width = request.height = 4;
+  EXPECT_EQ(resolve(request, {})->type, ElementType::UInt8);
+  request.mean = std::vector<double>{1};
+  EXPECT_EQ(resolve(request, {})->type, ElementType::Float32);
+  request.quantisation = Quantisation{1, 0};
+  EXPECT_EQ(resolve(request, {})->type, ElementType::UInt8);
+}
+
+TEST(Request, SaysThatTheSizeIsNotKnown) {
+  Request request;
+  request.width = 4;
+  EXPECT_TRUE(says(refusal(resolve(request, {})), "the size of the tensor is not known"));
+  EXPECT_TRUE(says(refusal(resolve(request, {})), "fix: tensor_preprocess width=224"));
+}
+
+TEST(Request, OffersEachTensorItCanGive) {
+  Request request;
+  ASSERT_EQ(possible_tensors(request).size(), 1u);
+  EXPECT_FALSE(possible_tensors(request)[0].shape.valid());
+  request.width = 5;
+  request.height = 6;
+  std::string shapes;
+  for (const auto& tensor : possible_tensors(request)) shapes += tensor.shape.to_string() + " ";
+  EXPECT_EQ(shapes, "3:5:6:1 5:6:3:1 1:5:6:1 5:6:1:1 ");
+  request.order = ChannelOrder::Bgr;
+  request.layout = Layout::Nchw;
+  request.type = ElementType::Int8;
+  ASSERT_EQ(possible_tensors(request).size(), 1u);
+  EXPECT_EQ(possible_tensors(request)[0].to_string(), "int8 5:6:3:1");
+}
+
+}  // namespace
+}  // namespace weir::preprocess

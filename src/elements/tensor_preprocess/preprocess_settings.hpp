@@ -1,0 +1,109 @@
+// PreprocessSettings: the properties of tensor_preprocess, and the request they make.
+#pragma once
+#include <cstdint>
+#include <string>
+#include <tuple>
+
+#include "core/preprocess/request.hpp"
+#include "gstcpp/property.hpp"
+
+namespace weir {
+
+// As in core/preprocess, and Auto for what the user leaves open.
+enum class FitChoice : int32_t { Auto = -1, Stretch, Letterbox, CentreCrop };
+enum class OrderChoice : int32_t { Auto = -1, Rgb, Bgr, Gray };
+enum class LayoutChoice : int32_t { Auto = -1, Nhwc, Nchw };
+
+namespace gst {
+template <>
+struct EnumType<preprocess::Resize> {
+  static GType type() {
+    static const GEnumValue values[] = {{0, "The nearest pixel", "nearest"},
+                                        {1, "Between the four nearest pixels", "bilinear"},
+                                        {2, "The mean of the area, when shrinking", "area"},
+                                        {0, nullptr, nullptr}};
+    static const GType t = g_enum_register_static("WeirPreprocessMethod", values);
+    return t;
+  }
+};
+template <>
+struct EnumType<FitChoice> {
+  static GType type() {
+    static const GEnumValue values[] = {{-1, "As the card says, else stretch", "auto"},
+                                        {0, "The picture fills the tensor", "stretch"},
+                                        {1, "The whole picture, with padding around", "letterbox"},
+                                        {2, "The middle of the picture", "centre-crop"},
+                                        {0, nullptr, nullptr}};
+    static const GType t = g_enum_register_static("WeirPreprocessFit", values);
+    return t;
+  }
+};
+template <>
+struct EnumType<OrderChoice> {
+  static GType type() {
+    static const GEnumValue values[] = {{-1, "As the card or the stream behind says", "auto"},
+                                        {0, "Red, green, blue", "RGB"},
+                                        {1, "Blue, green, red", "BGR"},
+                                        {2, "One channel", "GRAY"},
+                                        {0, nullptr, nullptr}};
+    static const GType t = g_enum_register_static("WeirPreprocessChannelOrder", values);
+    return t;
+  }
+};
+template <>
+struct EnumType<LayoutChoice> {
+  static GType type() {
+    static const GEnumValue values[] = {{-1, "As the card or the stream behind says", "auto"},
+                                        {0, "Channels innermost, C:W:H:1", "NHWC"},
+                                        {1, "Channels outside, W:H:C:1", "NCHW"},
+                                        {0, nullptr, nullptr}};
+    static const GType t = g_enum_register_static("WeirPreprocessLayout", values);
+    return t;
+  }
+};
+}  // namespace gst
+
+struct PreprocessSettings {
+  uint32_t width = 0, height = 0;
+  preprocess::Resize method = preprocess::Resize::Bilinear;
+  FitChoice fit = FitChoice::Auto;
+  uint32_t padding_value = 0;
+  OrderChoice channel_order = OrderChoice::Auto;
+  std::string mean, scale, quantisation, type;
+  LayoutChoice layout = LayoutChoice::Auto;
+  std::string card;
+};
+
+inline constexpr std::tuple kPreprocessProperties{
+    gst::Property{"width", &PreprocessSettings::width,
+                  "Columns of the tensor; 0 = the card's, or what the element behind takes",
+                  gst::Changeable::InReady, 0u, preprocess::kSideLimit},
+    gst::Property{"height", &PreprocessSettings::height,
+                  "Rows of the tensor; 0 = the card's, or what the element behind takes",
+                  gst::Changeable::InReady, 0u, preprocess::kSideLimit},
+    gst::Property{"method", &PreprocessSettings::method, "How the picture is resized"},
+    gst::Property{"fit", &PreprocessSettings::fit, "Where the picture goes in the tensor"},
+    gst::Property{"padding-value", &PreprocessSettings::padding_value,
+                  "Pixel value around a letterboxed picture, before mean and scale",
+                  gst::Changeable::InReady, 0u, 255u},
+    gst::Property{"channel-order", &PreprocessSettings::channel_order, "Channels of the tensor"},
+    gst::Property{
+        "mean", &PreprocessSettings::mean,
+        "number = (pixel - mean) * scale; one number, or one for each channel with commas"},
+    gst::Property{
+        "scale", &PreprocessSettings::scale,
+        "number = (pixel - mean) * scale; one number, or one for each channel with commas"},
+    gst::Property{"quantisation", &PreprocessSettings::quantisation,
+                  "SCALE:ZERO_POINT of integers: round(number / SCALE) + ZERO_POINT"},
+    gst::Property{"type", &PreprocessSettings::type,
+                  "uint8, int8, float16 or float32; empty = the card's, or what the element behind "
+                  "takes, or float32 with mean or scale and uint8 without"},
+    gst::Property{"layout", &PreprocessSettings::layout, "Order of the tensor's dimensions"},
+    gst::Property{"card", &PreprocessSettings::card,
+                  "Path of a model card: what other properties leave open is taken from it"},
+};
+
+// Errors: OPTION_SYNTAX and TYPE_SYNTAX with the place, those of card::read() and with_card().
+Result<preprocess::Request> request_of(const PreprocessSettings& settings);
+
+}  // namespace weir

@@ -1,0 +1,322 @@
+// tensor_preprocess: decoded video becomes a network's input tensor in one pass over the pixels.
+#include <memory>
+
+#include "core/preprocess/request.hpp"
+#include "elements/tensor_preprocess/preprocess_settings.hpp"
+#include "elements/tensor_preprocess/video_picture.hpp"
+#include "gstcpp/base_classes.hpp"
+#include "gstcpp/frame_pool.hpp"
+#include "gstcpp/tensor_caps.hpp"
+
+namespace weir {
+namespace {
+
+using gst::Ref;
+using preprocess::Plan;
+using preprocess::Preparation;
+using preprocess::Request;
+
+class TensorPreprocess : public gst::Element<TensorPreprocess, gst::BaseTransform> {
+ public:
+  static constexpr gst::ElementInfo kInfo{
+      "WeirTensorPreprocess", "tensor_preprocess", "TensorPreprocess", "Converter/Tensor",
+      "Turns decoded video into the tensor that a network takes, in one pass over the pixels"};
+  static inline GstStaticPadTemplate kPads[] = {
+      GST_STATIC_PAD_TEMPLATE(
+          "sink", GST_PAD_SINK, GST_PAD_ALWAYS,
+          GST_STATIC_CAPS("video/x-raw, format=(string){ RGB, BGR, RGBx, BGRx, xRGB, xBGR, RGBA, "
+                          "BGRA, ARGB, ABGR, GRAY8, NV12, I420 }, width=(int)[ 1, 65536 ], "
+                          "height=(int)[ 1, 65536 ], " WEIR_CAPS_RATE
+                          ", interlace-mode=(string)progressive")),
+      GST_STATIC_PAD_TEMPLATE("src", GST_PAD_SRC, GST_PAD_ALWAYS,
+                              GST_STATIC_CAPS(WEIR_CAPS_TENSOR "; " WEIR_CAPS_TENSORS("static"))),
+  };
+
+  using Settings = PreprocessSettings;
+  static constexpr auto kProperties = kPreprocessProperties;
+
+  Status start() {
+    ledger_.reset();
+    const auto request = current();
+    if (!request) return request.error();
+    return ok();
+  }
+
+  bool stop() {
+    frames_.reset();
+    return true;
+  }
+
+  void property_changed(const char*) {
+    std::lock_guard lock(request_mutex_);
+    request_.reset();
+  }
+
+  GstCaps* transform_caps(GstPadDirection direction, GstCaps* caps, GstCaps* filter) {
+    const auto request = current();
+    auto result = Ref<GstCaps>::adopt(gst_caps_new_empty());
+    for (guint i = 0; i < gst_caps_get_size(caps); ++i) {
+      const GstStructure* one = gst_caps_get_structure(caps, i);
+      auto other = direction == GST_PAD_SINK ? tensors_for(one, request, filter) : video_for(one);
+      result = Ref<GstCaps>::adopt(gst_caps_merge(result.release(), other.release()));
+    }
+    if (!filter) return result.release();
+    return gst_caps_intersect_full(result.get(), filter, GST_CAPS_INTERSECT_FIRST);
+  }
+
+  // What the request and the stream behind both leave open is decided here.
+  GstCaps* fixate_caps(GstPadDirection direction, GstCaps*, GstCaps* other) {
+    auto open = Ref<GstCaps>::adopt(other);
+    const auto request = current();
+    if (direction == GST_PAD_SINK && !gst_caps_is_empty(open.get()) && request) {
+      const auto one = first_choice(open.get());
+      auto spec = gst::spec_from_caps(one.get());
+      if (spec && spec->tensors.size() == 1)
+        if (const auto p = preprocess::resolve(*request, spec->tensors[0])) {
+          spec->tensors[0] = p->tensor();
+          const auto closed =
+              gst::possible_caps(GST_BASE_TRANSFORM_SRC_PAD(self()), *spec, one.get());
+          auto meet = Ref<GstCaps>::adopt(gst_caps_intersect(one.get(), closed.get()));
+          if (!gst_caps_is_empty(meet.get())) open = std::move(meet);
+        }
+    }
+    return gst_caps_fixate(open.release());
+  }
+
+  Status set_caps(GstCaps* in, GstCaps* out) {
+    frames_.reset();
+    Status status = configure(in, out);
+    told_ = !status;
+    return status;
+  }
+
+  gboolean sink_event(GstEvent* event) {
+    if (GST_EVENT_TYPE(event) != GST_EVENT_CAPS) return parent_class()->sink_event(self(), event);
+    GstCaps* caps = nullptr;
+    gst_event_parse_caps(event, &caps);
+    const auto held = Ref<GstCaps>::share(caps);
+    told_ = false;
+    if (parent_class()->sink_event(self(), event)) return TRUE;
+    if (!told_) tell_mismatch(held.get());
+    return FALSE;
+  }
+
+  bool propose_allocation(GstQuery* decided, GstQuery* query) {
+    if (!parent_class()->propose_allocation(self(), decided, query)) return false;
+    gst_query_add_allocation_meta(query, GST_VIDEO_META_API_TYPE, nullptr);
+    gst_query_add_allocation_meta(query, GST_VIDEO_CROP_META_API_TYPE, nullptr);
+    return true;
+  }
+
+  GstFlowReturn submit_input_buffer(gboolean discont, GstBuffer* buffer) {
+    ledger_.received();
+    const auto flow = parent_class()->submit_input_buffer(self(), discont, buffer);
+    if (flow == GST_BASE_TRANSFORM_FLOW_DROPPED)
+      ledger_.dropped(DropReason::Qos);
+    else if (flow != GST_FLOW_OK)
+      ledger_.dropped(flow == GST_FLOW_EOS ? DropReason::Eos : DropReason::Error);
+    return flow;
+  }
+
+  GstFlowReturn prepare_output_buffer(GstBuffer* in, GstBuffer** out) {
+    auto buffer = frames_ ? frames_->pool.acquire() : Ref<GstBuffer>();
+    if (!buffer) {
+      if (frames_) gst::post_error(element(), out_of_memory());
+      ledger_.dropped(DropReason::Error);
+      return frames_ ? GST_FLOW_ERROR : GST_FLOW_NOT_NEGOTIATED;
+    }
+    if (!parent_class()->copy_metadata(self(), in, buffer.get()))
+      GST_WARNING_OBJECT(self(), "metadata of a buffer could not be copied");
+    *out = buffer.release();
+    return GST_FLOW_OK;
+  }
+
+  GstFlowReturn transform(GstBuffer* in, GstBuffer* out) {
+    if (const Status status = prepare(in, out); !status) {
+      gst::post_error(element(), status.error());
+      ledger_.dropped(DropReason::Error);
+      return GST_FLOW_ERROR;
+    }
+    ledger_.consumed_and_pushed();
+    return GST_FLOW_OK;
+  }
+
+  void add_stats(GstStructure* stats) const {
+    std::lock_guard lock(map_mutex_);
+    gst_structure_set(stats, "source-scale-x", G_TYPE_DOUBLE, map_.scale_x, "source-scale-y",
+                      G_TYPE_DOUBLE, map_.scale_y, "source-offset-x", G_TYPE_DOUBLE, map_.offset_x,
+                      "source-offset-y", G_TYPE_DOUBLE, map_.offset_y, nullptr);
+  }
+
+  Settings settings_;
+  Ledger ledger_;
+
+ private:
+  // What the stream has; made when caps come.
+  struct Frames {
+    GstVideoInfo video;
+    PictureSize size;
+    Plan plan;
+    preprocess::Workspace workspace;
+    gst::FramePool pool;
+    gst::FramePool::Writer writer;
+  };
+
+  static Error out_of_memory() {
+    return Error{Code::OUT_OF_MEMORY, "no memory for an output buffer", "", "", "", ""};
+  }
+
+  // The card is read once, then again when a property changes.
+  Result<Request> current() const {
+    const Settings s = settings();
+    std::lock_guard lock(request_mutex_);
+    if (!request_) request_.emplace(request_of(s));
+    return *request_;
+  }
+
+  // Fixed; other/tensors where that is possible.
+  static Ref<GstCaps> first_choice(const GstCaps* caps) {
+    guint index = 0;
+    while (index < gst_caps_get_size(caps) &&
+           !gst_structure_has_name(gst_caps_get_structure(caps, index), "other/tensors"))
+      ++index;
+    if (index == gst_caps_get_size(caps)) index = 0;
+    return Ref<GstCaps>::adopt(gst_caps_fixate(gst_caps_copy_nth(caps, index)));
+  }
+
+  Ref<GstCaps> tensors_for(const GstStructure* video, const Result<Request>& request,
+                           const GstCaps* filter) const {
+    FrameSpec spec;
+    spec.format = Format::Static;
+    spec.tensors.resize(1);
+    gst_structure_get_fraction(video, "framerate", &spec.rate.numerator, &spec.rate.denominator);
+    GstPad* pad = GST_BASE_TRANSFORM_SRC_PAD(self());
+    if (!request) return gst::possible_caps(pad, spec, filter);
+    auto out = Ref<GstCaps>::adopt(gst_caps_new_empty());
+    for (const TensorSpec& tensor : preprocess::possible_tensors(*request)) {
+      spec.tensors[0] = tensor;
+      auto caps = gst::possible_caps(pad, spec, filter);
+      out = Ref<GstCaps>::adopt(gst_caps_merge(out.release(), caps.release()));
+    }
+    return out;
+  }
+
+  // Any video: that no tensor fits is told when caps come, for an empty answer has no words.
+  Ref<GstCaps> video_for(const GstStructure* tensors) const {
+    auto video =
+        Ref<GstCaps>::adopt(gst_pad_get_pad_template_caps(GST_BASE_TRANSFORM_SINK_PAD(self())));
+    const GValue* rate = gst_structure_get_value(tensors, "framerate");
+    if (!rate) return video;
+    video = Ref<GstCaps>::adopt(gst_caps_make_writable(video.release()));
+    gst_caps_set_value(video.get(), "framerate", rate);
+    return video;
+  }
+
+  Status configure(GstCaps* in, GstCaps* out) {
+    const auto request = current();
+    if (!request) return request.error();
+    const auto spec = gst::spec_from_caps(out);
+    if (!spec) return spec.error();
+    auto preparation =
+        preprocess::resolve(*request, spec->tensors.empty() ? TensorSpec{} : spec->tensors[0]);
+    if (!preparation) return preparation.error();
+    const auto output = gst::fixed_spec_from_caps(out);
+    if (!output) return output.error();
+    if (auto difference = first_difference({preparation->tensor()}, output->tensors);
+        !difference.empty())
+      return mismatch(preparation->tensor().to_string(), output->to_string(), difference);
+    GstVideoInfo video;
+    if (!gst_video_info_from_caps(&video, in))
+      return Error{Code::FORMAT_UNSUPPORTED, "the video caps cannot be read", "", "", "", ""};
+    auto picture = picture_of(video);
+    if (!picture) return picture.error();
+    preparation->source = *picture;
+    auto pool = gst::FramePool::make({preparation->tensor()}, Format::Static);
+    if (!pool) return pool.error();
+    auto plan = Plan::make(*std::move(preparation));
+    if (!plan) return plan.error();
+    auto workspace = plan->workspace();
+    remember(plan->placement().map());
+    frames_.reset(new Frames{video,
+                             {picture->width, picture->height, {}},
+                             *std::move(plan),
+                             std::move(workspace),
+                             *std::move(pool),
+                             {}});
+    return ok();
+  }
+
+  static Error mismatch(std::string offered, std::string needed, std::string difference) {
+    return Error{Code::SPEC_MISMATCH,
+                 "the element behind tensor_preprocess needs another tensor",
+                 std::move(offered),
+                 std::move(needed),
+                 std::move(difference),
+                 "leave width, height, type and layout away: they are taken from behind"};
+  }
+
+  // After caps for which no common tensor was found.
+  void tell_mismatch(GstCaps* video) {
+    GstPad* pad = GST_BASE_TRANSFORM_SRC_PAD(self());
+    const auto ours = Ref<GstCaps>::adopt(transform_caps(GST_PAD_SINK, video, nullptr));
+    const auto theirs = Ref<GstCaps>::adopt(gst_pad_peer_query_caps(pad, nullptr));
+    if (gst_caps_can_intersect(ours.get(), theirs.get())) return;
+    std::string difference;
+    const auto offered = gst::spec_from_caps(ours.get());
+    const auto needed = gst::spec_from_caps(theirs.get());
+    if (offered && needed && needed->tensors.size() == 1 && needed->tensors[0].valid())
+      difference = first_difference(offered->tensors, needed->tensors);
+    gst::post_error(element(),
+                    mismatch(gst::UniqueText(gst_caps_to_string(ours.get())).get(),
+                             gst::UniqueText(gst_caps_to_string(theirs.get())).get(), difference));
+  }
+
+  // The plan is made again when a buffer's picture has another size or crop.
+  Status adapt(GstBuffer* in) {
+    const PictureSize size = size_of_picture(frames_->video, in);
+    if (size == frames_->size) return ok();
+    Preparation preparation = frames_->plan.preparation();
+    preparation.source.width = size.width;
+    preparation.source.height = size.height;
+    preparation.crop = size.crop;
+    auto plan = Plan::make(std::move(preparation));
+    if (!plan) return plan.error();
+    frames_->workspace = plan->workspace();
+    frames_->plan = *std::move(plan);
+    frames_->size = size;
+    remember(frames_->plan.placement().map());
+    return ok();
+  }
+
+  Status prepare(GstBuffer* in, GstBuffer* out) {
+    if (auto status = adapt(in); !status) return status;
+    MappedPicture picture;
+    if (auto status = picture.map(frames_->video, in); !status) return status;
+    Status status = frames_->writer.map(frames_->pool, out);
+    if (status)
+      status =
+          frames_->plan.run(picture.planes(), frames_->writer.payloads()[0], &frames_->workspace);
+    frames_->writer.unmap();
+    return status;
+  }
+
+  void remember(const preprocess::SourceMap& map) {
+    std::lock_guard lock(map_mutex_);
+    map_ = map;
+  }
+
+  mutable std::mutex request_mutex_;  // guards request_; never held with the settings lock
+  mutable std::optional<Result<Request>> request_;
+  mutable std::mutex map_mutex_;  // guards map_
+  preprocess::SourceMap map_;
+  std::unique_ptr<Frames> frames_;  // streaming thread
+  bool told_ = false;               // whether set_caps said why it failed; streaming thread
+};
+
+}  // namespace
+
+bool register_tensor_preprocess(GstPlugin* plugin) {
+  return TensorPreprocess::register_in(plugin);
+}
+
+}  // namespace weir

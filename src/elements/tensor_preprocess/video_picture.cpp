@@ -1,0 +1,126 @@
+// Pictures in GStreamer's memory. What would make GStreamer complain is refused before.
+#include "elements/tensor_preprocess/video_picture.hpp"
+
+#include <string>
+
+namespace weir {
+namespace {
+
+using preprocess::ColorMatrix;
+using preprocess::ColorModel;
+
+std::string size_text(uint64_t width, uint64_t height) {
+  return std::to_string(width) + "x" + std::to_string(height);
+}
+
+Error too_short(const std::string& offered, const std::string& needed) {
+  return Error{
+      Code::FRAME_SIZE,          "a video buffer is shorter than its caps say", offered, needed, "",
+      "check the element before"};
+}
+
+Status check_meta(const GstVideoInfo& video, const GstVideoMeta& meta, size_t bytes) {
+  const bool same = meta.format == GST_VIDEO_INFO_FORMAT(&video) &&
+                    meta.n_planes == GST_VIDEO_INFO_N_PLANES(&video) &&
+                    meta.width >= static_cast<guint>(GST_VIDEO_INFO_WIDTH(&video)) &&
+                    meta.height >= static_cast<guint>(GST_VIDEO_INFO_HEIGHT(&video));
+  if (!same)
+    return Error{Code::FORMAT_UNSUPPORTED,
+                 "the metadata of a video buffer are of another picture than its caps",
+                 std::string(gst_video_format_to_string(meta.format)) + " " +
+                     size_text(meta.width, meta.height),
+                 std::string(GST_VIDEO_INFO_NAME(&video)) + " " +
+                     size_text(static_cast<uint64_t>(GST_VIDEO_INFO_WIDTH(&video)),
+                               static_cast<uint64_t>(GST_VIDEO_INFO_HEIGHT(&video))),
+                 "",
+                 "check the element before"};
+  for (guint plane = 0; plane < meta.n_planes; ++plane)
+    if (meta.offset[plane] >= bytes)
+      return too_short(
+          std::to_string(bytes) + " bytes",
+          "plane " + std::to_string(plane) + " at byte " + std::to_string(meta.offset[plane]));
+  return ok();
+}
+
+}  // namespace
+
+Result<preprocess::Picture> picture_of(const GstVideoInfo& video) {
+  auto format = preprocess::picture_format(GST_VIDEO_INFO_NAME(&video));
+  if (!format) return format.error();
+  preprocess::Picture out;
+  out.format = *format;
+  out.width = static_cast<uint32_t>(GST_VIDEO_INFO_WIDTH(&video));
+  out.height = static_cast<uint32_t>(GST_VIDEO_INFO_HEIGHT(&video));
+  const GstVideoColorimetry& colors = video.colorimetry;
+  const bool yuv = out.format.model == ColorModel::Yuv;
+  const bool limited = colors.range == GST_VIDEO_COLOR_RANGE_16_235 ||
+                       (yuv && colors.range == GST_VIDEO_COLOR_RANGE_UNKNOWN);
+  out.range = limited ? preprocess::Range::Limited : preprocess::Range::Full;
+  const auto site = GST_VIDEO_INFO_CHROMA_SITE(&video);
+  out.cosited_columns = (site & GST_VIDEO_CHROMA_SITE_H_COSITED) != 0;
+  out.cosited_rows = (site & GST_VIDEO_CHROMA_SITE_V_COSITED) != 0;
+  if (!yuv) return out;
+  switch (colors.matrix) {
+    case GST_VIDEO_COLOR_MATRIX_UNKNOWN:
+    case GST_VIDEO_COLOR_MATRIX_BT601:
+      out.matrix = ColorMatrix::Bt601;
+      return out;
+    case GST_VIDEO_COLOR_MATRIX_BT709:
+      out.matrix = ColorMatrix::Bt709;
+      return out;
+    case GST_VIDEO_COLOR_MATRIX_BT2020:
+      out.matrix = ColorMatrix::Bt2020;
+      return out;
+    default:
+      return Error{Code::FORMAT_UNSUPPORTED,
+                   "the colour matrix of the video is not known",
+                   "matrix " + std::to_string(static_cast<int>(colors.matrix)) + " of colorimetry",
+                   "bt601, bt709 or bt2020",
+                   "",
+                   "videoconvert ! video/x-raw,format=RGB ! tensor_preprocess"};
+  }
+}
+
+PictureSize size_of_picture(const GstVideoInfo& video, GstBuffer* buffer) {
+  PictureSize out{static_cast<uint32_t>(GST_VIDEO_INFO_WIDTH(&video)),
+                  static_cast<uint32_t>(GST_VIDEO_INFO_HEIGHT(&video)),
+                  {}};
+  const GstVideoCropMeta* crop = gst_buffer_get_video_crop_meta(buffer);
+  if (!crop) return out;
+  out.crop = preprocess::Rect{crop->x, crop->y, crop->width, crop->height};
+  // The crop is of the picture in memory, which may be bigger than what the caps show of it.
+  if (const GstVideoMeta* meta = gst_buffer_get_video_meta(buffer)) {
+    out.width = meta->width;
+    out.height = meta->height;
+  }
+  return out;
+}
+
+MappedPicture::~MappedPicture() {
+  if (mapped_) gst_video_frame_unmap(&frame_);
+}
+
+Status MappedPicture::map(const GstVideoInfo& video, GstBuffer* buffer) {
+  const GstVideoMeta* meta = gst_buffer_get_video_meta(buffer);
+  const size_t bytes = gst_buffer_get_size(buffer);
+  if (meta) {
+    if (auto status = check_meta(video, *meta, bytes); !status) return status;
+  } else if (bytes < GST_VIDEO_INFO_SIZE(&video)) {
+    return too_short(std::to_string(bytes) + " bytes",
+                     std::to_string(GST_VIDEO_INFO_SIZE(&video)) + " bytes");
+  }
+  mapped_ = gst_video_frame_map(&frame_, &video, buffer, GST_MAP_READ);
+  if (!mapped_)
+    return Error{Code::MAP_FAILED, "a video buffer cannot be mapped for reading", "", "", "", ""};
+  for (guint i = 0; i < GST_VIDEO_FRAME_N_PLANES(&frame_); ++i) {
+    // With metadata each plane is mapped on its own, else all of them as one.
+    const GstMapInfo& info = frame_.map[meta ? i : 0];
+    const auto* data = static_cast<const guint8*>(GST_VIDEO_FRAME_PLANE_DATA(&frame_, i));
+    planes_[i] = {{reinterpret_cast<const std::byte*>(info.data), info.size},
+                  static_cast<size_t>(data - info.data),
+                  GST_VIDEO_FRAME_PLANE_STRIDE(&frame_, i)};
+  }
+  return ok();
+}
+
+}  // namespace weir

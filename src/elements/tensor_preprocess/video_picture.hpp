@@ -1,0 +1,40 @@
+// Video caps and buffers as the pictures that core/preprocess reads.
+#pragma once
+#include <gst/video/video.h>
+
+#include "core/preprocess/plan.hpp"
+#include "weir/result.hpp"
+
+namespace weir {
+
+// FORMAT_UNSUPPORTED: another format, or a colour matrix that is not known.
+Result<preprocess::Picture> picture_of(const GstVideoInfo& video);
+
+// Where the picture of one buffer lies: GstVideoMeta and GstVideoCropMeta, or else the caps.
+struct PictureSize {
+  uint32_t width = 0, height = 0;
+  std::optional<preprocess::Rect> crop;
+  bool operator==(const PictureSize&) const = default;
+};
+PictureSize size_of_picture(const GstVideoInfo& video, GstBuffer* buffer);
+
+// A buffer's planes, mapped for as long as the object lives.
+class MappedPicture {
+ public:
+  MappedPicture() = default;
+  MappedPicture(const MappedPicture&) = delete;
+  MappedPicture& operator=(const MappedPicture&) = delete;
+  ~MappedPicture();
+
+  // Once. FRAME_SIZE when the buffer is shorter than its metadata or caps say, FORMAT_UNSUPPORTED
+  // when its metadata are of another picture, MAP_FAILED.
+  Status map(const GstVideoInfo& video, GstBuffer* buffer);
+  const preprocess::Planes& planes() const noexcept { return planes_; }
+
+ private:
+  GstVideoFrame frame_;
+  bool mapped_ = false;
+  preprocess::Planes planes_;
+};
+
+}  // namespace weir
