@@ -6,6 +6,7 @@
 #include <string>
 
 #include "core/preprocess/plan_reference.hpp"
+#include "core/transform/transform_test_support.hpp"
 
 namespace weir::preprocess {
 namespace {
@@ -13,6 +14,7 @@ namespace {
 using testing::Pixels;
 using testing::reference;
 using testing::run;
+using transform::test::for_each_target;
 
 Preparation preparation(const Pixels& pixels, uint32_t width, uint32_t height,
                         ElementType type = ElementType::Float32) {
@@ -66,7 +68,8 @@ TEST(Plan, ResizesAnyPartAsTheFormulasSay) {
     const Rect part{below(p.source.width), below(p.source.height), 0, 0};
     p.crop = Rect{part.x, part.y, 1 + below(p.source.width - part.x),
                   1 + below(p.source.height - part.y)};
-    expect_near(run<float>(p, pixels), reference(p, pixels), 0.01);
+    const auto numbers = reference(p, pixels);
+    for_each_target([&] { expect_near(run<float>(p, pixels), numbers, 0.01); });
   }
 }
 
@@ -75,11 +78,13 @@ TEST(Plan, LeavesPixelsOfTheSameSizeAsTheyAre) {
   for (const Resize resize : kResizes) {
     auto p = preparation(pixels, 45, 9, ElementType::UInt8);
     p.resize = resize;
-    const auto out = run<uint8_t>(p, pixels);
-    ASSERT_EQ(out.size(), 3u * 45 * 9);
-    for (size_t i = 0; i < size_t{45} * 9; ++i)
-      for (size_t c = 0; c < 3; ++c)
-        ASSERT_EQ(out[3 * i + c], std::to_integer<uint8_t>(pixels.memory[4 * i + 2 - c]));
+    for_each_target([&] {
+      const auto out = run<uint8_t>(p, pixels);
+      ASSERT_EQ(out.size(), 3u * 45 * 9);
+      for (size_t i = 0; i < size_t{45} * 9; ++i)
+        for (size_t c = 0; c < 3; ++c)
+          ASSERT_EQ(out[3 * i + c], std::to_integer<uint8_t>(pixels.memory[4 * i + 2 - c]));
+    });
   }
 }
 
@@ -119,16 +124,18 @@ TEST(Plan, WritesEachElementType) {
   p.mean = {127.5};
   p.scale = {0.5};
   const auto numbers = reference(p, pixels);
-  p.type = ElementType::Int8;
-  const auto bytes = run<int8_t>(p, pixels);
-  p.type = ElementType::Float16;
-  const auto halves = run<float16>(p, pixels);
-  ASSERT_EQ(bytes.size(), numbers.size());
-  ASSERT_EQ(halves.size(), numbers.size());
-  for (size_t i = 0; i < numbers.size(); ++i) {
-    ASSERT_NEAR(bytes[i], numbers[i], 0.501);
-    ASSERT_NEAR(float{halves[i]}, numbers[i], 0.05);
-  }
+  for_each_target([&] {
+    p.type = ElementType::Int8;
+    const auto bytes = run<int8_t>(p, pixels);
+    p.type = ElementType::Float16;
+    const auto halves = run<float16>(p, pixels);
+    ASSERT_EQ(bytes.size(), numbers.size());
+    ASSERT_EQ(halves.size(), numbers.size());
+    for (size_t i = 0; i < numbers.size(); ++i) {
+      ASSERT_NEAR(bytes[i], numbers[i], 0.501);
+      ASSERT_NEAR(float{halves[i]}, numbers[i], 0.05);
+    }
+  });
 }
 
 TEST(Plan, QuantisesAndSaturates) {
