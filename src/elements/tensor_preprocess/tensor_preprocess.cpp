@@ -37,6 +37,7 @@ class TensorPreprocess : public gst::Element<TensorPreprocess, gst::BaseTransfor
 
   Status start() {
     ledger_.reset();
+    property_changed("card");  // the file may have changed
     const auto request = current();
     if (!request) return request.error();
     return ok();

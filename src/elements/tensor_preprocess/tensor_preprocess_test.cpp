@@ -174,6 +174,27 @@ TEST(TensorPreprocess, LetterboxesWithThePaddingValue) {
   EXPECT_EQ(offset, -1);
 }
 
+TEST(TensorPreprocess, FollowsNewCapsAndKeepsTime) {
+  auto h = harness("width=2 height=1", "video/x-raw,format=RGB,width=2,height=1,framerate=10/1");
+  EXPECT_EQ(pushed<uint8_t>(h, frame(ramp(8))), ramp(6));  // rows are of eight bytes
+  gst_harness_set_src_caps_str(h.get(), video("BGRx", 2, 1).c_str());
+  GstBuffer* in = frame(ramp(8));
+  GST_BUFFER_PTS(in) = 7 * GST_SECOND;
+  GST_BUFFER_DURATION(in) = GST_SECOND;
+  ASSERT_EQ(gst_harness_push(h.get(), in), GST_FLOW_OK);
+  const auto out = Ref<GstBuffer>::adopt(gst_harness_try_pull(h.get()));
+  ASSERT_TRUE(out);
+  EXPECT_EQ(GST_BUFFER_PTS(out.get()), 7 * GST_SECOND);
+  EXPECT_EQ(GST_BUFFER_DURATION(out.get()), GST_SECOND);
+  EXPECT_FALSE(gst_buffer_get_video_meta(out.get()));
+  const Mapped map(out.get(), GST_MAP_READ);
+  EXPECT_EQ(Bytes(map.as<const uint8_t>().begin(), map.as<const uint8_t>().end()),
+            (Bytes{2, 1, 0, 6, 5, 4}));
+  EXPECT_EQ(stat(h, "received"), 2u);
+  EXPECT_EQ(stat(h, "consumed"), 2u);
+  EXPECT_EQ(stat(h, "pushed"), 2u);
+}
+
 TEST(TensorPreprocess, HonoursStridesAndOffsets) {
   auto h = harness("width=3 height=2 channel-order=GRAY", video("GRAY8", 3, 2));
   GstBuffer* in = frame({9, 9, 1, 2, 3, 9, 4, 5, 6});
@@ -340,6 +361,15 @@ TEST_F(Card, SaysEverythingThatIsNotSet) {
   auto mine = harness("type=uint8 mean=0 scale=1 layout=NHWC channel-order=RGB card=" + path_,
                       video("RGB", 4, 2));
   EXPECT_EQ(pushed<uint8_t>(mine, frame(ramp(24))), ramp(24));
+}
+
+TEST_F(Card, IsReadAgainAtEachStart) {
+  const auto element = Ref<GstElement>::adopt(GST_ELEMENT(
+      gst_object_ref_sink(gst_parse_launch(("tensor_preprocess card=" + path_).c_str(), nullptr))));
+  EXPECT_EQ(gst_element_set_state(element.get(), GST_STATE_PAUSED), GST_STATE_CHANGE_FAILURE);
+  write(kPicture);
+  EXPECT_EQ(gst_element_set_state(element.get(), GST_STATE_PAUSED), GST_STATE_CHANGE_SUCCESS);
+  gst_element_set_state(element.get(), GST_STATE_NULL);
 }
 
 TEST_F(Card, IsMissing) {
