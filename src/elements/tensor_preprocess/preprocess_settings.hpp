@@ -5,6 +5,7 @@
 #include <tuple>
 
 #include "core/preprocess/request.hpp"
+#include "core/preprocess/runner.hpp"
 #include "gstcpp/property.hpp"
 
 namespace weir {
@@ -72,6 +73,7 @@ struct PreprocessSettings {
   std::string mean, scale, quantisation, type;
   LayoutChoice layout = LayoutChoice::Auto;
   std::string card;
+  uint32_t threads = 1;
 };
 
 inline constexpr std::tuple kPreprocessProperties{
@@ -101,6 +103,9 @@ inline constexpr std::tuple kPreprocessProperties{
     gst::Property{"layout", &PreprocessSettings::layout, "Order of the tensor's dimensions"},
     gst::Property{"card", &PreprocessSettings::card,
                   "Path of a model card: what other properties leave open is taken from it"},
+    gst::Property{"threads", &PreprocessSettings::threads,
+                  "Threads that work on each frame, the streaming thread among them",
+                  gst::Changeable::InReady, 1u, static_cast<uint32_t>(preprocess::kThreadLimit)},
 };
 
 // Errors: OPTION_SYNTAX and TYPE_SYNTAX with the place, those of card::read() and with_card().

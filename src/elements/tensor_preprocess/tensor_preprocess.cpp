@@ -2,18 +2,15 @@
 #include <memory>
 
 #include "core/preprocess/request.hpp"
+#include "elements/tensor_preprocess/frame_preprocessor.hpp"
 #include "elements/tensor_preprocess/preprocess_settings.hpp"
-#include "elements/tensor_preprocess/video_picture.hpp"
 #include "gstcpp/base_classes.hpp"
-#include "gstcpp/frame_pool.hpp"
 #include "gstcpp/tensor_caps.hpp"
 
 namespace weir {
 namespace {
 
 using gst::Ref;
-using preprocess::Plan;
-using preprocess::Preparation;
 using preprocess::Request;
 
 class TensorPreprocess : public gst::Element<TensorPreprocess, gst::BaseTransform> {
@@ -120,7 +117,7 @@ class TensorPreprocess : public gst::Element<TensorPreprocess, gst::BaseTransfor
   }
 
   GstFlowReturn prepare_output_buffer(GstBuffer* in, GstBuffer** out) {
-    auto buffer = frames_ ? frames_->pool.acquire() : Ref<GstBuffer>();
+    auto buffer = frames_ ? frames_->acquire() : Ref<GstBuffer>();
     if (!buffer) {
       if (frames_) gst::post_error(element(), out_of_memory());
       ledger_.dropped(DropReason::Error);
@@ -133,11 +130,12 @@ class TensorPreprocess : public gst::Element<TensorPreprocess, gst::BaseTransfor
   }
 
   GstFlowReturn transform(GstBuffer* in, GstBuffer* out) {
-    if (const Status status = prepare(in, out); !status) {
+    if (const Status status = frames_->run(in, out); !status) {
       gst::post_error(element(), status.error());
       ledger_.dropped(DropReason::Error);
       return GST_FLOW_ERROR;
     }
+    remember(frames_->map());
     ledger_.consumed_and_pushed();
     return GST_FLOW_OK;
   }
@@ -153,16 +151,6 @@ class TensorPreprocess : public gst::Element<TensorPreprocess, gst::BaseTransfor
   Ledger ledger_;
 
  private:
-  // What the stream has; made when caps come.
-  struct Frames {
-    GstVideoInfo video;
-    PictureSize size;
-    Plan plan;
-    preprocess::Workspace workspace;
-    gst::FramePool pool;
-    gst::FramePool::Writer writer;
-  };
-
   static Error out_of_memory() {
     return Error{Code::OUT_OF_MEMORY, "no memory for an output buffer", "", "", "", ""};
   }
@@ -229,21 +217,10 @@ class TensorPreprocess : public gst::Element<TensorPreprocess, gst::BaseTransfor
     GstVideoInfo video;
     if (!gst_video_info_from_caps(&video, in))
       return Error{Code::FORMAT_UNSUPPORTED, "the video caps cannot be read", "", "", "", ""};
-    auto picture = picture_of(video);
-    if (!picture) return picture.error();
-    preparation->source = *picture;
-    auto pool = gst::FramePool::make({preparation->tensor()}, Format::Static);
-    if (!pool) return pool.error();
-    auto plan = Plan::make(*std::move(preparation));
-    if (!plan) return plan.error();
-    auto workspace = plan->workspace();
-    remember(plan->placement().map());
-    frames_.reset(new Frames{video,
-                             {picture->width, picture->height, {}},
-                             *std::move(plan),
-                             std::move(workspace),
-                             *std::move(pool),
-                             {}});
+    auto frames = FramePreprocessor::make(*std::move(preparation), video, settings().threads);
+    if (!frames) return frames.error();
+    frames_ = *std::move(frames);
+    remember(frames_->map());
     return ok();
   }
 
@@ -272,35 +249,6 @@ class TensorPreprocess : public gst::Element<TensorPreprocess, gst::BaseTransfor
                              gst::UniqueText(gst_caps_to_string(theirs.get())).get(), difference));
   }
 
-  // The plan is made again when a buffer's picture has another size or crop.
-  Status adapt(GstBuffer* in) {
-    const PictureSize size = size_of_picture(frames_->video, in);
-    if (size == frames_->size) return ok();
-    Preparation preparation = frames_->plan.preparation();
-    preparation.source.width = size.width;
-    preparation.source.height = size.height;
-    preparation.crop = size.crop;
-    auto plan = Plan::make(std::move(preparation));
-    if (!plan) return plan.error();
-    frames_->workspace = plan->workspace();
-    frames_->plan = *std::move(plan);
-    frames_->size = size;
-    remember(frames_->plan.placement().map());
-    return ok();
-  }
-
-  Status prepare(GstBuffer* in, GstBuffer* out) {
-    if (auto status = adapt(in); !status) return status;
-    MappedPicture picture;
-    if (auto status = picture.map(frames_->video, in); !status) return status;
-    Status status = frames_->writer.map(frames_->pool, out);
-    if (status)
-      status =
-          frames_->plan.run(picture.planes(), frames_->writer.payloads()[0], &frames_->workspace);
-    frames_->writer.unmap();
-    return status;
-  }
-
   void remember(const preprocess::SourceMap& map) {
     std::lock_guard lock(map_mutex_);
     map_ = map;
@@ -310,8 +258,8 @@ class TensorPreprocess : public gst::Element<TensorPreprocess, gst::BaseTransfor
   mutable std::optional<Result<Request>> request_;
   mutable std::mutex map_mutex_;  // guards map_
   preprocess::SourceMap map_;
-  std::unique_ptr<Frames> frames_;  // streaming thread
-  bool told_ = false;               // whether set_caps said why it failed; streaming thread
+  std::unique_ptr<FramePreprocessor> frames_;  // made when caps come; streaming thread
+  bool told_ = false;  // whether set_caps said why it failed; streaming thread
 };
 
 }  // namespace

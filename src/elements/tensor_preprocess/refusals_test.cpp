@@ -1,0 +1,161 @@
+// What tensor_preprocess refuses, by its words; and model cards, good and bad.
+#include <cstdio>
+#include <fstream>
+
+#include "elements/tensor_preprocess/preprocess_harness.hpp"
+
+namespace weir::preprocess_test {
+namespace {
+
+TEST(TensorPreprocess, RefusesACropBeyondThePicture) {
+  auto h = harness("width=2 height=1", video("GRAY8", 4, 3));
+  const auto text = error_of(h, [&] {
+    GstBuffer* in = frame(ramp(12));
+    crop(in, 3, 0, 2, 1);
+    EXPECT_EQ(gst_harness_push(h.get(), in), GST_FLOW_ERROR);
+  });
+  expect_words(text, "the crop is not within the picture");
+  expect_words(text, "2x1 at 3,0");
+  EXPECT_EQ(stat(h, "dropped-error"), 1u);
+}
+
+TEST(TensorPreprocess, RefusesAFrameThatIsTooShort) {
+  auto h = harness("width=2 height=1", video("RGB", 4, 3));
+  const auto text =
+      error_of(h, [&] { EXPECT_EQ(gst_harness_push(h.get(), frame(ramp(35))), GST_FLOW_ERROR); });
+  expect_words(text, "WEIR-2004");
+  expect_words(text, "offered: 35 bytes");
+  EXPECT_EQ(stat(h, "received"), 1u);
+  EXPECT_EQ(stat(h, "dropped-error"), 1u);
+  EXPECT_EQ(stat(h, "held"), 0u);
+}
+
+TEST(TensorPreprocess, RefusesMetadataThatLie) {
+  gsize offsets[GST_VIDEO_MAX_PLANES] = {0, 0, 0, 0};
+  const struct {
+    GstVideoFormat format;
+    guint width, height;
+    gsize offset;
+    gint stride;
+    const char* words;
+  } cases[] = {{GST_VIDEO_FORMAT_BGR, 4, 3, 0, 12, "metadata of a video buffer are of another"},
+               {GST_VIDEO_FORMAT_RGB, 3, 3, 0, 12, "offered: RGB 3x3"},
+               {GST_VIDEO_FORMAT_RGB, 4, 3, 36, 12, "plane 0 at byte 36"},
+               {GST_VIDEO_FORMAT_RGB, 4, 3, 1, 12, "a picture is shorter than its size says"},
+               {GST_VIDEO_FORMAT_RGB, 4, 3, 0, 13, "a picture is shorter than its size says"},
+               {GST_VIDEO_FORMAT_RGB, 4, 3, 0, -12, "a picture is shorter than its size says"}};
+  for (const auto& c : cases) {
+    auto h = harness("width=2 height=3", video("RGB", 4, 3));
+    const auto text = error_of(h, [&] {
+      GstBuffer* in = frame(ramp(36));
+      gint strides[GST_VIDEO_MAX_PLANES] = {12, 0, 0, 0};
+      GstVideoMeta* meta = gst_buffer_add_video_meta_full(
+          in, GST_VIDEO_FRAME_FLAG_NONE, GST_VIDEO_FORMAT_RGB, 4, 3, 1, offsets, strides);
+      meta->format = c.format;
+      meta->width = c.width;
+      meta->height = c.height;
+      meta->offset[0] = c.offset;
+      meta->stride[0] = c.stride;
+      EXPECT_EQ(gst_harness_push(h.get(), in), GST_FLOW_ERROR);
+    });
+    expect_words(text, c.words);
+  }
+}
+
+TEST(TensorPreprocess, SaysThatTheSizeIsNotKnown) {
+  const auto text = error_with_caps("width=4", video("RGB", 4, 2));
+  expect_words(text, "the size of the tensor is not known");
+  expect_words(text, "fix: tensor_preprocess width=224 height=224");
+}
+
+TEST(TensorPreprocess, NamesTheFirstDifferenceToWhatIsWantedBehind) {
+  const char* behind =
+      "other/tensors,format=static,num_tensors=1,dimensions=(string)3:4:3:1,"
+      "types=(string)float32,framerate=10/1";
+  const auto size = error_with_caps("width=5 height=3", video("RGB", 4, 2), behind);
+  expect_words(size, "WEIR-2001: the element behind tensor_preprocess needs another tensor");
+  expect_words(size, "3:5:3:1");
+  expect_words(size, "3:4:3:1");
+  expect_words(error_with_caps("type=uint8", video("RGB", 4, 2), behind),
+               "the element behind tensor_preprocess needs another tensor");
+}
+
+TEST(TensorPreprocess, RefusesAColourMatrixItDoesNotKnow) {
+  const auto text =
+      error_with_caps("width=4 height=2", video("NV12", 4, 2, ",colorimetry=smpte240m"));
+  expect_words(text, "WEIR-2002: the colour matrix of the video is not known");
+}
+
+TEST(TensorPreprocess, ShowsThePlaceOfOddOptions) {
+  expect_words(error_of_start("mean=1,x"), "at character 3:\n1,x\n  ^");
+  expect_words(error_of_start("scale=1..2"), "scale cannot be read");
+  expect_words(error_of_start("quantisation=1"), "needed: SCALE:ZERO_POINT");
+  expect_words(error_of_start("type=floaty"), "WEIR-1003");
+  expect_words(error_with_caps("width=4 height=4 mean=1,2", video("RGB", 4, 4)),
+               "mean of 2 numbers");
+  expect_words(error_with_caps("width=4 height=4 type=int64", video("RGB", 4, 4)),
+               "needed: uint8, int8, float16 or float32");
+  expect_words(
+      error_with_caps("width=4 height=4 type=uint8 quantisation=1:256", video("RGB", 4, 4)),
+      "0 to 255");
+}
+
+class Card : public testing::Test {
+ protected:
+  Card() {
+    path_ = testing::TempDir() + "tensor_preprocess_" +
+            testing::UnitTest::GetInstance()->current_test_info()->name() + ".card.json";
+  }
+  ~Card() override { std::remove(path_.c_str()); }
+  void write(const std::string& inputs) {
+    std::ofstream(path_) << R"({"name": "a", "model": "a.onnx", "provenance": {}, "sha256": ")"
+                         << std::string(64, '0') << R"(", "inputs": [)" << inputs << "]}";
+  }
+  std::string path_;
+  static constexpr const char* kPicture =
+      R"({"type": "float32", "shape": [1, 3, 2, 4], "layout": "NCHW", "color": "BGR",
+          "mean": [1, 2, 3], "scale": [2], "resize": "crop"})";
+};
+
+TEST_F(Card, SaysEverythingThatIsNotSet) {
+  write(kPicture);
+  auto h = harness("card=" + path_, video("RGB", 4, 2));
+  const auto out = pushed<float>(h, frame(ramp(24)));
+  expect_words(caps_text(h), "4:2:3:1");
+  ASSERT_EQ(out.size(), 24u);
+  for (size_t i = 0; i < 24; ++i) {
+    const size_t channel = i / 8, pixel = i % 8;
+    const auto value = static_cast<float>(3 * pixel + 2 - channel);
+    EXPECT_EQ(out[i], (value - static_cast<float>(channel + 1)) * 2);
+  }
+  auto mine = harness("type=uint8 mean=0 scale=1 layout=NHWC channel-order=RGB card=" + path_,
+                      video("RGB", 4, 2));
+  EXPECT_EQ(pushed<uint8_t>(mine, frame(ramp(24))), ramp(24));
+}
+
+TEST_F(Card, IsReadAgainAtEachStart) {
+  const auto element = Ref<GstElement>::adopt(GST_ELEMENT(
+      gst_object_ref_sink(gst_parse_launch(("tensor_preprocess card=" + path_).c_str(), nullptr))));
+  EXPECT_EQ(gst_element_set_state(element.get(), GST_STATE_PAUSED), GST_STATE_CHANGE_FAILURE);
+  write(kPicture);
+  EXPECT_EQ(gst_element_set_state(element.get(), GST_STATE_PAUSED), GST_STATE_CHANGE_SUCCESS);
+  gst_element_set_state(element.get(), GST_STATE_NULL);
+}
+
+TEST_F(Card, IsMissing) {
+  const auto text = error_of_start("card=" + path_);
+  expect_words(text, "WEIR-4001: the model card cannot be read");
+  expect_words(text, path_.c_str());
+}
+
+TEST_F(Card, HasNoPicture) {
+  write("");
+  expect_words(error_of_start("card=" + path_), "a list of at least one input");
+  write(R"({"type": "float32", "shape": [10], "layout": "NHWC", "color": "RGB"})");
+  expect_words(error_of_start("card=" + path_), "the extents of one picture");
+  write(std::string(kPicture) + "," + kPicture);
+  expect_words(error_of_start("card=" + path_), "2 inputs");
+}
+
+}  // namespace
+}  // namespace weir::preprocess_test
