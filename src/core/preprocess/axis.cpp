@@ -61,7 +61,7 @@ void Axis::add_area(double begin, double end) {
     shares_.push_back(
         std::max(0.0, std::min(end, i + 1.0) - std::max(begin, static_cast<double>(i))));
   const double sum = std::accumulate(shares_.begin(), shares_.end(), 0.0);
-  for (double& share : shares_) share = sum > 0 ? share / sum : 1.0 / shares_.size();
+  for (double& share : shares_) share /= sum;
   add(first, shares_);
 }
 

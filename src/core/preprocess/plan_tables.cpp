@@ -11,29 +11,37 @@ double at(const std::vector<double>& numbers, size_t channel, double otherwise) 
   return numbers.size() == 1 ? numbers[0] : numbers[channel];
 }
 
-// Luma and chroma of the range become 0..255 and -0.5..0.5 of it; matrices of ITU-R BT.601-7
-// (2.5.1), BT.709-6 (3.2) and BT.2020-2 (table 4), solved for R'G'B'.
+struct LumaShares {
+  double red, blue;
+};
+
+// ITU-R BT.601-7 (2.5.1), BT.709-6 (3.2), BT.2020-2 (table 4).
+LumaShares luma_shares(ColorMatrix matrix) noexcept {
+  switch (matrix) {
+    case ColorMatrix::Bt601:
+      break;
+    case ColorMatrix::Bt709:
+      return {0.2126, 0.0722};
+    case ColorMatrix::Bt2020:
+      return {0.2627, 0.0593};
+  }
+  return {0.299, 0.114};
+}
+
+// The matrix solved for R'G'B', from luma and chroma of the range.
 ColorTransform color_transform(ColorMatrix matrix, Range range) {
-  const double kr = matrix == ColorMatrix::Bt601   ? 0.299
-                    : matrix == ColorMatrix::Bt709 ? 0.2126
-                                                   : 0.2627;
-  const double kb = matrix == ColorMatrix::Bt601   ? 0.114
-                    : matrix == ColorMatrix::Bt709 ? 0.0722
-                                                   : 0.0593;
+  const auto [kr, kb] = luma_shares(matrix);
   const double kg = 1 - kr - kb;
   const bool full = range == Range::Full;
   const double luma = full ? 1 : 255.0 / 219, chroma = full ? 1 : 255.0 / 224;
+  const double black = full ? 0 : 16;
   const double red = 2 * (1 - kr) * chroma, blue = 2 * (1 - kb) * chroma;
   const double rows[3][3] = {
       {luma, 0, red}, {luma, -blue * kb / kg, -red * kr / kg}, {luma, blue, 0}};
   ColorTransform out{};
   for (size_t r = 0; r < 3; ++r) {
-    double add = full ? 0 : -16 * luma;
-    for (size_t c = 0; c < 3; ++c) {
-      out.of[r][c] = static_cast<float>(rows[r][c]);
-      if (c > 0) add -= 128 * rows[r][c];
-    }
-    out.add[r] = static_cast<float>(add);
+    for (size_t c = 0; c < 3; ++c) out.of[r][c] = static_cast<float>(rows[r][c]);
+    out.add[r] = static_cast<float>(-black * luma - 128 * (rows[r][1] + rows[r][2]));
   }
   return out;
 }

@@ -43,6 +43,18 @@ void take_shape(Request* request, const Shape& shape) noexcept {
     request->order = extent(columns == 1 ? 0 : 2) == 1 ? ChannelOrder::Gray : ChannelOrder::Rgb;
 }
 
+ChannelOrder order_of(card::Color color) noexcept {
+  switch (color) {
+    case card::Color::Gray:
+      return ChannelOrder::Gray;
+    case card::Color::Bgr:
+      return ChannelOrder::Bgr;
+    case card::Color::Rgb:
+      break;
+  }
+  return ChannelOrder::Rgb;
+}
+
 }  // namespace
 
 Result<std::vector<double>> parse_numbers(std::string_view name, std::string_view text) {
@@ -94,15 +106,12 @@ Result<Request> with_card(Request r, const card::Card& card) {
   const card::ImageInput& input = card.inputs[0];
   if (r.width == 0) r.width = static_cast<uint32_t>(input.width());
   if (r.height == 0) r.height = static_cast<uint32_t>(input.height());
-  if (!r.fit) r.fit = input.resize == card::Resize::Crop ? Fit::CentreCrop : Fit::Stretch;
-  if (!r.order)
-    r.order = input.color == card::Color::Gray  ? ChannelOrder::Gray
-              : input.color == card::Color::Bgr ? ChannelOrder::Bgr
-                                                : ChannelOrder::Rgb;
-  if (!r.mean) r.mean = input.mean;
-  if (!r.scale) r.scale = input.scale;
-  if (!r.type) r.type = input.type;
-  if (!r.layout) r.layout = input.layout == card::Layout::Nchw ? Layout::Nchw : Layout::Nhwc;
+  r.fit = r.fit.value_or(input.resize == card::Resize::Crop ? Fit::CentreCrop : Fit::Stretch);
+  r.order = r.order.value_or(order_of(input.color));
+  r.mean = r.mean.value_or(input.mean);
+  r.scale = r.scale.value_or(input.scale);
+  r.type = r.type.value_or(input.type);
+  r.layout = r.layout.value_or(input.layout == card::Layout::Nchw ? Layout::Nchw : Layout::Nhwc);
   return r;
 }
 
