@@ -6,6 +6,7 @@
 
 #include <numeric>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "gstcpp/ref.hpp"
@@ -65,19 +66,26 @@ inline uint64_t stat(const Harness& h, const char* name) {
 
 // What the element says on its bus while `run` is at work.
 template <class F>
-inline std::string error_of(const Harness& h, F&& run) {
+std::string said_by(const Harness& h, GstMessageType type, F&& run) {
   const auto e = Ref<GstElement>::adopt(gst_harness_find_element(h.get(), "tensor_preprocess"));
   const auto bus = Ref<GstBus>::adopt(gst_bus_new());
   gst_element_set_bus(e.get(), bus.get());
   run();
-  auto message = Ref<GstMessage>::adopt(gst_bus_pop_filtered(bus.get(), GST_MESSAGE_ERROR));
+  auto message = Ref<GstMessage>::adopt(gst_bus_pop_filtered(bus.get(), type));
   gst_element_set_bus(e.get(), nullptr);
   if (!message) return "";
   GError* error = nullptr;
-  gst_message_parse_error(message.get(), &error, nullptr);
+  if (type == GST_MESSAGE_WARNING)
+    gst_message_parse_warning(message.get(), &error, nullptr);
+  else
+    gst_message_parse_error(message.get(), &error, nullptr);
   std::string text = error->message;
   g_error_free(error);
   return text;
+}
+template <class F>
+std::string error_of(const Harness& h, F&& run) {
+  return said_by(h, GST_MESSAGE_ERROR, std::forward<F>(run));
 }
 inline std::string error_with_caps(const std::string& properties, const std::string& caps,
                                    const char* behind = nullptr) {

@@ -80,6 +80,19 @@ TEST(TensorPreprocess, NamesTheFirstDifferenceToWhatIsWantedBehind) {
                "the element behind tensor_preprocess needs another tensor");
 }
 
+TEST(TensorPreprocess, NamesAFormatItDoesNotTake) {
+  Harness h{gst_harness_new_parse("tensor_preprocess width=4 height=4")};
+  const auto text = said_by(h, GST_MESSAGE_WARNING, [&] {
+    gst_harness_set_src_caps_str(h.get(), video("YUY2", 4, 4).c_str());
+    EXPECT_EQ(gst_harness_push(h.get(), frame(ramp(32))), GST_FLOW_NOT_NEGOTIATED);
+  });
+  expect_words(text, "WEIR-2002: pictures of this format cannot be prepared");
+  expect_words(text, "offered: YUY2");
+  expect_words(text, "GRAY8, NV12, I420");
+  expect_words(text, "fix: videoconvert ! tensor_preprocess");
+  EXPECT_EQ(stat(h, "consumed"), 0u);
+}
+
 TEST(TensorPreprocess, RefusesAColourMatrixItDoesNotKnow) {
   const auto text =
       error_with_caps("width=4 height=2", video("NV12", 4, 2, ",colorimetry=smpte240m"));

@@ -99,6 +99,26 @@ class TensorPreprocess : public gst::Element<TensorPreprocess, gst::BaseTransfor
     return FALSE;
   }
 
+  // Pads refuse caps without a word; a warning names the format and what to put in front.
+  gboolean query(GstPadDirection direction, GstQuery* query) {
+    const gboolean answered = parent_class()->query(self(), direction, query);
+    if (direction != GST_PAD_SINK || GST_QUERY_TYPE(query) != GST_QUERY_ACCEPT_CAPS || !answered)
+      return answered;
+    gboolean accepted = TRUE;
+    gst_query_parse_accept_caps_result(query, &accepted);
+    if (accepted) return answered;
+    GstCaps* caps = nullptr;
+    gst_query_parse_accept_caps(query, &caps);
+    const GstStructure* first = caps && !gst_caps_is_any(caps) && !gst_caps_is_empty(caps)
+                                    ? gst_caps_get_structure(caps, 0)
+                                    : nullptr;
+    const char* format = first ? gst_structure_get_string(first, "format") : nullptr;
+    if (!format || !gst_structure_has_name(first, "video/x-raw")) return answered;
+    if (const auto known = preprocess::picture_format(format); !known)
+      gst::post_warning(element(), known.error());
+    return answered;
+  }
+
   bool propose_allocation(GstQuery* decided, GstQuery* query) {
     if (!parent_class()->propose_allocation(self(), decided, query)) return false;
     gst_query_add_allocation_meta(query, GST_VIDEO_META_API_TYPE, nullptr);
