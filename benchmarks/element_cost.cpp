@@ -34,6 +34,10 @@ void measure(const std::string& model) {
       {"tensor_transform, in place", "tensor_transform mode=arithmetic option=add:1", kBytes, 1.5},
       {"tensor_transform, to float32", "tensor_transform mode=typecast option=float32", kBytes,
        1.5},
+      {"tensor_preprocess, to float32",
+       "tensor_preprocess width=32 height=32 channel-order=GRAY mean=127.5 scale=0.0078 "
+       "type=float32",
+       kVideo, 3},
       {"tensor_filter, an engine that adds 1", filter.c_str(), kFloats, 2.0},
   };
   for (const Line& line : lines) {

@@ -92,6 +92,7 @@ TEST(TensorPreprocess, FollowsNewCapsAndKeepsTime) {
   EXPECT_EQ(stat(h, "received"), 2u);
   EXPECT_EQ(stat(h, "consumed"), 2u);
   EXPECT_EQ(stat(h, "pushed"), 2u);
+  EXPECT_EQ(stat(h, "pool-allocated"), 1u);  // the new caps' pool, in use
 }
 
 TEST(TensorPreprocess, HonoursStridesAndOffsets) {
