@@ -7,7 +7,7 @@
 //             the part are its outermost ones
 //   area      the mean of the source between begin + t * s and begin + (t + 1) * s, parts of pixels
 //             weighed by their share; along an axis that is not shrunk: bilinear
-// (nearest, bilinear and area are OpenCV's INTER_NEAREST, INTER_LINEAR and INTER_AREA.)
+// These are OpenCV's INTER_NEAREST and INTER_LINEAR, and INTER_AREA where both axes are shrunk.
 //
 // Chroma of 4:2:0 is taken at the same place: sample j reaches from 2j to 2j + 2, or from 2j - 0.5
 // to 2j + 1.5 where it is co-sited with the even pixel. Nearest takes the sample of the pixel's
