@@ -136,6 +136,41 @@ TEST(Fused, OneWithVectorsAndOneWithout) {
   }
 }
 
+std::string random_steps(std::mt19937_64& random, const Shape& shape) {
+  constexpr const char* kOperators[] = {"add:", "mul:", "div:"};
+  constexpr const char* kOperands[] = {"0", "1", "-3", "7", "0.5", "-127.5", "58.4", "70000"};
+  std::string option;
+  const size_t dimension = random() % 3;
+  const bool channels = random() % 2 == 0;
+  if (channels) option += "per-channel:true@" + std::to_string(dimension) + ",";
+  for (size_t i = 0, count = 1 + random() % 3; i < count; ++i) {
+    option += (i > 0 ? "," : "") + std::string(kOperators[random() % 3]) + kOperands[random() % 8];
+    if (channels && random() % 2 == 0)
+      option += "@" + std::to_string(random() % (shape[dimension] + 1));
+  }
+  return option;
+}
+
+TEST(Fused, AnyTwoOptionsGiveTheSameBits) {
+  std::mt19937_64 random(5);
+  size_t one_pass = 0;
+  for (int round = 0; round < 600; ++round) {
+    const Shape shape{1 + static_cast<uint32_t>(random() % 4),
+                      1 + static_cast<uint32_t>(random() % 300),
+                      1 + static_cast<uint32_t>(random() % 3)};
+    const auto from = static_cast<ElementType>(random() % 11);
+    const auto to = std::string(name_of(static_cast<ElementType>(random() % 11)));
+    const auto first = random_steps(random, shape), second = random_steps(random, shape);
+    const Stage stages[] = {{Mode::Typecast, to.c_str()},
+                            {Mode::Arithmetic, first.c_str()},
+                            {Mode::Arithmetic, second.c_str()},
+                            {Mode::Clamp, "-3:9"}};
+    const size_t one = random() % 4, two = random() % 4;
+    one_pass += fuses(stages[one], stages[two], {from, shape, ""}, round % 2 == 0);
+  }
+  EXPECT_GT(one_pass, 400u);
+}
+
 TEST(Fused, ElementWiseIsWhatNeedsNoNeighbour) {
   const TensorSpec spec{ElementType::UInt8, {3, 100, 100}, ""};
   for (const auto& stage : {kCast, kScale, kLimit, kChannels, kPlanes})

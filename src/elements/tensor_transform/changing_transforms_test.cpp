@@ -214,6 +214,27 @@ TEST(ChangingTransforms, AnElementThatTheFirstDoesNotHearOfGetsItsResult) {
   EXPECT_EQ(chain.stat("a", "deferred-frames"), 2u) << "one that was in vain";
 }
 
+TEST(ChangingTransforms, ATeeThatIsPutInBetweenGivesBothBranchesTheirResult) {
+  Chain chain(kAddAndLimit, kPixels);
+  const auto in = random_frame({300}, 1);
+  EXPECT_EQ(chain.result(in)[0], limited(added(in[0])));
+  const auto a = chain.element("a"), b = chain.element("b");
+  GstElement *tee = gst_element_factory_make("tee", "t"),
+             *branch = gst_element_factory_make("appsink", "sink");
+  g_object_set(branch, "sync", FALSE, "async", FALSE, nullptr);
+  gst_bin_add_many(GST_BIN(chain.harness()->element), tee, branch, nullptr);
+  gst_element_unlink(a.get(), b.get());
+  ASSERT_TRUE(gst_element_link_many(a.get(), tee, b.get(), nullptr));
+  ASSERT_TRUE(gst_element_link(tee, branch));
+  ASSERT_TRUE(gst_element_sync_state_with_parent(branch));
+  ASSERT_TRUE(gst_element_sync_state_with_parent(tee));
+  EXPECT_EQ(chain.result(in)[0], limited(added(in[0])));
+  GstSample* sample = gst_app_sink_pull_sample(GST_APP_SINK(branch));
+  EXPECT_EQ(frame_of(gst_sample_get_buffer(sample))[0], added(in[0]));
+  gst_sample_unref(sample);
+  EXPECT_EQ(chain.stat("a", "deferred-frames"), 1u);
+}
+
 TEST(ChangingTransforms, ATransformInTheSecondsPlaceIsFused) {
   Chain chain(kAddAndLimit + " ! identity name=z", kPixels);
   const auto in = random_frame({300}, 1);
