@@ -27,21 +27,21 @@ Rect middle(const Rect& whole, const Rect& shape) noexcept {
 
 }  // namespace
 
-SourceMap Placement::map() const noexcept {
-  SourceMap map;
-  map.scale_x = static_cast<double>(source.width) / content.width;
-  map.scale_y = static_cast<double>(source.height) / content.height;
-  map.offset_x = source.x - map.scale_x * content.x;
-  map.offset_y = source.y - map.scale_y * content.y;
-  return map;
-}
-
 Placement place(const Preparation& p) noexcept {
   Placement out{p.crop.value_or(Rect{0, 0, p.source.width, p.source.height}),
                 Rect{0, 0, p.width, p.height}};
   if (p.fit == Fit::Letterbox) out.content = middle(out.content, out.source);
   if (p.fit == Fit::CentreCrop) out.source = middle(out.source, out.content);
   return out;
+}
+
+PictureMap way_back(const Preparation& p) noexcept {
+  const auto [source, content] = place(p);
+  const double scale_x = static_cast<double>(source.width) / content.width;
+  const double scale_y = static_cast<double>(source.height) / content.height;
+  return picture_as_it_is(p.source.width, p.source.height, p.layout == Layout::Nchw)
+      .of_part(scale_x, source.x - scale_x * content.x, scale_y, source.y - scale_y * content.y,
+               p.width, p.height);
 }
 
 }  // namespace weir::preprocess

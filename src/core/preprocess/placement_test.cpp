@@ -52,18 +52,24 @@ TEST(Placement, StaysWithinTheGivenCrop) {
   EXPECT_EQ(place(p).source, (Rect{20, 30, 40, 20}));
 }
 
-TEST(SourceMap, LeadsCornersToCornersAndBack) {
+TEST(WayBack, LeadsCornersToCornersAndBack) {
   auto p = preparation(1920, 1080, 640, 640, Fit::Letterbox);
-  const auto map = place(p).map();
+  const auto map = way_back(p);
   const Point corner = map.to_source({0, 140}), opposite = map.to_source({640, 500});
   EXPECT_DOUBLE_EQ(corner.x, 0);
   EXPECT_DOUBLE_EQ(corner.y, 0);
   EXPECT_DOUBLE_EQ(opposite.x, 1920);
   EXPECT_DOUBLE_EQ(opposite.y, 1080);
+  EXPECT_EQ(map.source_width, 1920u);
+  EXPECT_EQ(map.height, 640u);
+  EXPECT_EQ(map.x_dimension, 1);
+  p.layout = Layout::Nchw;
+  EXPECT_EQ(way_back(p).x_dimension, 0);
+  EXPECT_EQ(way_back(p).y_dimension, 1);
   p.crop = Rect{101, 33, 517, 211};
   for (const Fit fit : {Fit::Stretch, Fit::Letterbox, Fit::CentreCrop}) {
     p.fit = fit;
-    const auto cropped = place(p).map();
+    const auto cropped = way_back(p);
     const Point there = cropped.to_source({12.5, 77});
     EXPECT_NEAR(cropped.to_tensor(there).x, 12.5, 1e-9);
     EXPECT_NEAR(cropped.to_tensor(there).y, 77, 1e-9);

@@ -21,7 +21,9 @@ class FramePreprocessor {
   // Errors: MappedPicture::map(), Plan::make() for the crop, Plan::run_rows().
   Status run(GstBuffer* in, GstBuffer* out);
   // Of the last frame, and before the first as the caps say.
-  preprocess::SourceMap map() const noexcept { return runner_.plan().placement().map(); }
+  PictureMap way_back() const noexcept {
+    return preprocess::way_back(runner_.plan().preparation());
+  }
   gst::FramePoolStats pool_stats() const { return pool_.stats(); }
 
  private:

@@ -1,4 +1,5 @@
 // tensor_preprocess: decoded video becomes a network's input tensor in one pass over the pixels.
+#include <atomic>
 #include <memory>
 
 #include "core/preprocess/request.hpp"
@@ -6,6 +7,7 @@
 #include "elements/tensor_preprocess/preprocess_settings.hpp"
 #include "gstcpp/base_classes.hpp"
 #include "gstcpp/tensor_caps.hpp"
+#include "gstcpp/tensor_meta.hpp"
 
 namespace weir {
 namespace {
@@ -155,17 +157,14 @@ class TensorPreprocess : public gst::Element<TensorPreprocess, gst::BaseTransfor
       ledger_.dropped(DropReason::Error);
       return GST_FLOW_ERROR;
     }
-    remember();
+    pool_allocated_ = frames_->pool_stats().allocated;
+    gst::set_picture_maps(out, {frames_->way_back()});
     ledger_.consumed_and_pushed();
     return GST_FLOW_OK;
   }
 
   void add_stats(GstStructure* stats) const {
-    std::lock_guard lock(stats_mutex_);
-    gst_structure_set(stats, "pool-allocated", G_TYPE_UINT64, pool_allocated_, nullptr);
-    gst_structure_set(stats, "source-scale-x", G_TYPE_DOUBLE, map_.scale_x, "source-scale-y",
-                      G_TYPE_DOUBLE, map_.scale_y, "source-offset-x", G_TYPE_DOUBLE, map_.offset_x,
-                      "source-offset-y", G_TYPE_DOUBLE, map_.offset_y, nullptr);
+    gst_structure_set(stats, "pool-allocated", G_TYPE_UINT64, pool_allocated_.load(), nullptr);
   }
 
   Settings settings_;
@@ -241,7 +240,6 @@ class TensorPreprocess : public gst::Element<TensorPreprocess, gst::BaseTransfor
     auto frames = FramePreprocessor::make(*std::move(preparation), video, settings().threads);
     if (!frames) return frames.error();
     frames_ = *std::move(frames);
-    remember();
     return ok();
   }
 
@@ -270,19 +268,9 @@ class TensorPreprocess : public gst::Element<TensorPreprocess, gst::BaseTransfor
                              gst::UniqueText(gst_caps_to_string(theirs.get())).get(), difference));
   }
 
-  // For `stats`, which any thread may ask for.
-  void remember() {
-    const auto allocated = frames_->pool_stats().allocated;
-    std::lock_guard lock(stats_mutex_);
-    map_ = frames_->map();
-    pool_allocated_ = allocated;
-  }
-
   mutable std::mutex request_mutex_;  // guards request_; never held with the settings lock
   mutable std::optional<Result<Request>> request_;
-  mutable std::mutex stats_mutex_;  // guards map_ and pool_allocated_
-  preprocess::SourceMap map_;
-  uint64_t pool_allocated_ = 0;
+  std::atomic<uint64_t> pool_allocated_{0};    // shown by stats
   std::unique_ptr<FramePreprocessor> frames_;  // made when caps come; streaming thread
   bool told_ = false;  // whether set_caps said why it failed; streaming thread
 };

@@ -1,5 +1,6 @@
 // The way back into the source picture, through elements in a row.
 #include <gst/check/gstharness.h>
+#include <gst/video/video.h>
 #include <gtest/gtest.h>
 
 #include <cstring>
@@ -82,6 +83,33 @@ TEST(WayBack, GoesThroughAFilterAndToADecoder) {
   float values[6];
   std::memcpy(values, bytes.data(), sizeof(values));
   EXPECT_EQ(std::vector<float>(values, values + 6), (std::vector<float>{1, 0, -2, 0, 1, -1}));
+}
+
+TEST(WayBack, UndoesLetterboxScaleAndCrop) {
+  const Harness h{gst_harness_new_parse(
+      "tensor_preprocess width=32 height=32 fit=letterbox layout=NCHW ! tensor_transform "
+      "mode=padding option=left:3")};
+  gst_harness_set_src_caps_str(h.get(),
+                               "video/x-raw,format=GRAY8,width=640,height=360,framerate=10/1,"
+                               "interlace-mode=progressive");
+  for (const bool cropped : {false, true}) {
+    GstBuffer* in = gst_buffer_new_allocate(nullptr, 640 * 360, nullptr);
+    gst_buffer_memset(in, 0, 0, 640 * 360);
+    if (cropped) {
+      GstVideoCropMeta* crop = gst_buffer_add_video_crop_meta(in);
+      crop->x = 100, crop->y = 50, crop->width = 128, crop->height = 128;
+    }
+    const auto out = Ref<GstBuffer>::adopt(gst_harness_push_and_pull(h.get(), in));
+    const auto map = only_map(out.get());
+    EXPECT_EQ(map.source_width, 640u);
+    // All of it: 32x18 in the middle of 32x32, a twentieth. The part: 32x32, a fourth.
+    const weir::Point corner = map.to_source({3, cropped ? 0. : 7.});
+    EXPECT_DOUBLE_EQ(corner.x, cropped ? 100 : 0);
+    EXPECT_DOUBLE_EQ(corner.y, cropped ? 50 : 0);
+    const weir::Point opposite = map.to_source({35, cropped ? 32. : 25.});
+    EXPECT_DOUBLE_EQ(opposite.x, cropped ? 228 : 640);
+    EXPECT_DOUBLE_EQ(opposite.y, cropped ? 178 : 360);
+  }
 }
 
 TEST(WayBack, IsNoneWithoutAPicture) {
