@@ -17,7 +17,7 @@ struct PoolState {
   std::vector<TensorSpec> tensors;
   Format format = Format::Static;
   MediaType media = MediaType::Tensor;
-  size_t padding = 0;
+  Allocation allocation;
   size_t retain = 0;
   size_t total_bytes = 0;
   mutable std::mutex mutex;  // guards the rest
@@ -38,11 +38,8 @@ PoolState& state_of(gpointer pool) {
   return *static_cast<Pool*>(pool)->state;
 }
 
-GstMemory* allocate(size_t bytes, size_t padding) {
-  GstAllocationParams params;
-  gst_allocation_params_init(&params);
-  params.align = 63;
-  params.padding = padding;
+GstMemory* allocate(size_t bytes, const Allocation& allocation) {
+  auto params = allocation.params();
   return gst_allocator_alloc(nullptr, bytes, &params);
 }
 
@@ -59,7 +56,7 @@ size_t header_bytes_of(Format format) {
 
 GstMemory* single_memory(const PoolState& s, const TensorSpec& spec) {
   const size_t header = header_bytes_of(s.format);
-  GstMemory* memory = allocate(header + *spec.bytes(), s.padding);
+  GstMemory* memory = allocate(header + *spec.bytes(), s.allocation);
   if (!memory || header == 0) return memory;
   const MappedMemory map(memory, GST_MAP_WRITE);
   if (map) write_header(s, spec, map.bytes());
@@ -75,7 +72,7 @@ GstMemory* packed_memory(const PoolState& s) {
     sizes.push_back(header + *spec.bytes());
     total += sizes.back();
   }
-  GstMemory* memory = allocate(total, s.padding);
+  GstMemory* memory = allocate(total, s.allocation);
   if (!memory) return nullptr;
   const MappedMemory map(memory, GST_MAP_WRITE);
   if (!map) return memory;
@@ -181,7 +178,7 @@ GType pool_type() {
 }  // namespace
 
 Result<FramePool> FramePool::make(std::vector<TensorSpec> tensors, Format format, MediaType media,
-                                  size_t padding, size_t retain) {
+                                  Allocation allocation, size_t retain) {
   if (tensors.empty() || tensors.size() > kTensorLimit)
     return Error{Code::LIMIT_EXCEEDED,
                  "a frame has too few or too many tensors",
@@ -206,7 +203,7 @@ Result<FramePool> FramePool::make(std::vector<TensorSpec> tensors, Format format
   s.tensors = std::move(tensors);
   s.format = format;
   s.media = media;
-  s.padding = padding;
+  s.allocation = allocation;
   s.retain = retain;
   s.total_bytes = total;
   s.free_buffers.reserve(retain);

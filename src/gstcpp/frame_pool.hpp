@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "core/tensor/frame_spec.hpp"
+#include "gstcpp/allocation.hpp"
 #include "gstcpp/ref.hpp"
 
 namespace weir::gst {
@@ -20,9 +21,10 @@ struct FramePoolStats {
 // its header already written; in a flexible stream each tensor's header is already written.
 class FramePool {
  public:
-  // padding: readable bytes behind each tensor. Sizes must be known (specs valid).
+  // Sizes must be known (specs valid). In a static stream each tensor starts and ends as
+  // `allocation` says; headers move it by 128 bytes.
   static Result<FramePool> make(std::vector<TensorSpec> tensors, Format format,
-                                MediaType media = MediaType::Tensor, size_t padding = 0,
+                                MediaType media = MediaType::Tensor, Allocation allocation = {},
                                 size_t retain = 8);
   FramePool() = default;
 

@@ -10,13 +10,33 @@ size_t DenseVideo::frame_bytes() const noexcept {
   return static_cast<size_t>(tensor_.rows) * tensor_.row_bytes;
 }
 
-Result<gst::Ref<GstBuffer>> DenseVideo::from(gst::Ref<GstBuffer> buffer, Ledger* ledger) const {
+void DenseVideo::allocate_as(const gst::Allocation& allocation) {
+  if (allocation == allocation_) return;
+  allocation_ = allocation;
+  pool_ = {};
+}
+
+size_t DenseVideo::plane_offset(const GstVideoMeta* meta, guint plane) const noexcept {
+  return meta ? meta->offset[plane] : GST_VIDEO_INFO_PLANE_OFFSET(&video_, plane);
+}
+int64_t DenseVideo::plane_stride(const GstVideoMeta* meta, guint plane) const noexcept {
+  return meta ? meta->stride[plane] : GST_VIDEO_INFO_PLANE_STRIDE(&video_, plane);
+}
+
+bool DenseVideo::is_dense(GstBuffer* buffer) const noexcept {
+  if (gst_buffer_get_size(buffer) != frame_bytes()) return false;
+  const GstVideoMeta* meta = gst_buffer_get_video_meta(buffer);
+  const guint planes = GST_VIDEO_INFO_N_PLANES(&video_);
+  for (guint plane = 0; plane < planes; ++plane)
+    if (plane_stride(meta, plane) != static_cast<int64_t>(tensor_.row_bytes) ||
+        plane_offset(meta, plane) != frame_bytes() / planes * plane)
+      return false;
+  return true;
+}
+
+Result<gst::Ref<GstBuffer>> DenseVideo::from(gst::Ref<GstBuffer> buffer, Ledger* ledger) {
+  if (is_dense(buffer.get())) return buffer;
   const GstVideoMeta* meta = gst_buffer_get_video_meta(buffer.get());
-  const int64_t stride = meta ? meta->stride[0] : GST_VIDEO_INFO_PLANE_STRIDE(&video_, 0);
-  const bool packed = GST_VIDEO_INFO_N_PLANES(&video_) == 1;
-  if (packed && stride == static_cast<int64_t>(tensor_.row_bytes) &&
-      (!meta || meta->offset[0] == 0) && gst_buffer_get_size(buffer.get()) == frame_bytes())
-    return buffer;
   if (!meta && gst_buffer_get_size(buffer.get()) / GST_VIDEO_INFO_SIZE(&video_) > 1)
     return Error{Code::FRAME_SIZE,
                  "a video buffer holds more than one frame",
@@ -33,8 +53,8 @@ std::optional<size_t> DenseVideo::needed_bytes(GstBuffer* buffer) const {
   const guint planes = GST_VIDEO_INFO_N_PLANES(&video_);
   int64_t needed = 0;
   for (guint plane = 0; plane < planes; ++plane) {
-    const size_t offset = meta ? meta->offset[plane] : GST_VIDEO_INFO_PLANE_OFFSET(&video_, plane);
-    const int64_t stride = meta ? meta->stride[plane] : GST_VIDEO_INFO_PLANE_STRIDE(&video_, plane);
+    const size_t offset = plane_offset(meta, plane);
+    const int64_t stride = plane_stride(meta, plane);
     if (offset > INT32_MAX) return std::nullopt;
     const auto first = static_cast<int64_t>(offset);
     const int64_t last = first + stride * (static_cast<int64_t>(tensor_.rows / planes) - 1);
@@ -44,7 +64,18 @@ std::optional<size_t> DenseVideo::needed_bytes(GstBuffer* buffer) const {
   return static_cast<size_t>(needed);
 }
 
-Result<gst::Ref<GstBuffer>> DenseVideo::copy_rows(GstBuffer* buffer, Ledger* ledger) const {
+gst::Ref<GstBuffer> DenseVideo::pooled() {
+  if (!pool_) {
+    TensorSpec frame = tensor_.spec;
+    frame.shape[3] = 1;  // of frames-per-tensor
+    auto pool = gst::FramePool::make({frame}, Format::Static, MediaType::Tensor, allocation_);
+    if (!pool) return {};
+    pool_ = *std::move(pool);
+  }
+  return pool_.acquire();
+}
+
+Result<gst::Ref<GstBuffer>> DenseVideo::copy_rows(GstBuffer* buffer, Ledger* ledger) {
   const auto needed = needed_bytes(buffer);
   GstVideoFrame frame;
   if (!needed || gst_buffer_get_size(buffer) < *needed ||
@@ -55,7 +86,7 @@ Result<gst::Ref<GstBuffer>> DenseVideo::copy_rows(GstBuffer* buffer, Ledger* led
                  needed ? std::to_string(*needed) + " bytes" : "offsets and strides within it",
                  "",
                  "check the element before"};
-  auto out = gst::Ref<GstBuffer>::adopt(gst_buffer_new_allocate(nullptr, frame_bytes(), nullptr));
+  auto out = pooled();
   if (!out) {
     gst_video_frame_unmap(&frame);
     return Error{Code::OUT_OF_MEMORY, "no memory for an output buffer", "", "", "", ""};
@@ -72,7 +103,7 @@ Result<gst::Ref<GstBuffer>> DenseVideo::copy_rows(GstBuffer* buffer, Ledger* led
     }
   }
   gst_video_frame_unmap(&frame);
-  gst_buffer_copy_into(out.get(), buffer, GST_BUFFER_COPY_TIMESTAMPS, 0, static_cast<gsize>(-1));
+  gst_buffer_copy_into(out.get(), buffer, GST_BUFFER_COPY_METADATA, 0, static_cast<gsize>(-1));
   ledger->copied(frame_bytes());
   return out;
 }

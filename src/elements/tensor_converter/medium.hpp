@@ -9,6 +9,7 @@
 
 #include "core/ledger/ledger.hpp"
 #include "core/tensor/frame_spec.hpp"
+#include "gstcpp/allocation.hpp"
 #include "gstcpp/ref.hpp"
 #include "weir/picture_map.hpp"
 
@@ -46,6 +47,10 @@ class Medium {
   virtual Result<MediumFrames> frames(gst::Ref<GstBuffer> buffer, Ledger* ledger) = 0;
   virtual MediaType type() const noexcept = 0;  // as headers of flexible tensors say it
   virtual void reset() noexcept {}              // after a flush
+  // How memory that it allocates should be: what the next element asks for.
+  virtual void allocate_as(const gst::Allocation&) {}
+  // Adds to the answer of an ALLOCATION query what only this medium can say.
+  virtual void offer(GstQuery*) const {}
 };
 
 // The frame rate in the caps; 0/1 when they have none.

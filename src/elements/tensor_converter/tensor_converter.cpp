@@ -162,6 +162,11 @@ class TensorConverter : public gst::Element<TensorConverter, gst::PlainElement> 
         return TRUE;
       }
     }
+    if (GST_QUERY_TYPE(query) == GST_QUERY_ALLOCATION && medium_) {
+      gst::offer(query, allocation_);
+      medium_->offer(query);
+      return TRUE;
+    }
     return gst_pad_query_default(pad, GST_OBJECT_CAST(self()), query);
   }
 
@@ -232,6 +237,7 @@ class TensorConverter : public gst::Element<TensorConverter, gst::PlainElement> 
     if (plan_.frame_bytes > 0)
       chunker_.configure(plan_.frame_bytes, plan_.frames_out, plan_.spec.rate);
     medium_ = *std::move(medium);
+    medium_->allocate_as(allocation_);
     return ok();
   }
 
@@ -248,7 +254,10 @@ class TensorConverter : public gst::Element<TensorConverter, gst::PlainElement> 
     const auto chosen = gst::spec_from_caps(out.get());
     if (!chosen) return chosen.error();
     output_format_ = chosen->format;
-    if (gst_pad_push_event(source_, gst_event_new_caps(out.get()))) return ok();
+    if (gst_pad_push_event(source_, gst_event_new_caps(out.get()))) {
+      allocation_ = gst::wanted_by_peer(source_, out.get());
+      return ok();
+    }
     return Error{Code::SPEC_MISMATCH,
                  "the element behind tensor_converter refuses the tensors",
                  plan_.spec.to_string(),
@@ -301,6 +310,7 @@ class TensorConverter : public gst::Element<TensorConverter, gst::PlainElement> 
   // Streaming thread only:
   std::unique_ptr<Medium> medium_;  // null until caps were taken
   StreamPlan plan_;
+  gst::Allocation allocation_;  // as the next element asks
   Format output_format_ = Format::Static;
   bool set_timestamp_ = true;
   GstSegment segment_{};

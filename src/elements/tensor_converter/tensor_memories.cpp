@@ -47,7 +47,7 @@ gst::Ref<GstBuffer> one_memory_each(gst::Ref<GstBuffer> in, const std::vector<Te
 gst::Ref<GstBuffer> with_headers(GstBuffer* in, const std::vector<TensorSpec>& tensors,
                                  MediaType media, Ledger* ledger) {
   const gst::Mapped map(in, GST_MAP_READ);
-  auto pool = gst::FramePool::make(tensors, Format::Flexible, media, 0, 0);
+  auto pool = gst::FramePool::make(tensors, Format::Flexible, media, {}, 0);
   if (!map || !pool) return {};
   auto out = pool->acquire();
   gst::FramePool::Writer writer;

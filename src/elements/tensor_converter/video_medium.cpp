@@ -49,6 +49,33 @@ Result<MediumFrames> VideoMedium::frames(gst::Ref<GstBuffer> buffer, Ledger* led
   return MediumFrames{*std::move(dense), {}, {}};
 }
 
+void VideoMedium::allocate_as(const gst::Allocation& wanted) {
+  allocation_ = wanted;
+  video_.allocate_as(wanted);
+}
+
+// Strides and offsets are read as the buffers say. Where a decoder's own are dense, it can write
+// into memory that goes through to the engine.
+void VideoMedium::offer(GstQuery* query) const {
+  gst_query_add_allocation_meta(query, GST_VIDEO_META_API_TYPE, nullptr);
+  GstCaps* caps = nullptr;
+  gboolean need_pool = FALSE;
+  gst_query_parse_allocation(query, &caps, &need_pool);
+  GstVideoInfo video;
+  if (!need_pool || !caps || !gst_video_info_from_caps(&video, caps) ||
+      GST_VIDEO_INFO_SIZE(&video) != video_.frame_bytes())
+    return;
+  const auto pool = gst::Ref<GstBufferPool>::adopt(
+      GST_BUFFER_POOL(gst_object_ref_sink(gst_video_buffer_pool_new())));
+  GstStructure* config = gst_buffer_pool_get_config(pool.get());
+  const auto size = static_cast<guint>(GST_VIDEO_INFO_SIZE(&video));
+  const auto params = allocation_.params();
+  gst_buffer_pool_config_set_params(config, caps, size, 0, 0);
+  gst_buffer_pool_config_set_allocator(config, nullptr, &params);
+  if (gst_buffer_pool_set_config(pool.get(), config))
+    gst_query_add_allocation_pool(query, pool.get(), size, 0, 0);
+}
+
 std::string VideoMedium::caps_for(const TensorSpec& peer, const Fraction& rate) {
   const Shape& d = peer.shape;
   const char* formats = d[0] == 1   ? "{ GRAY8, GRAY16_BE, GRAY16_LE }"

@@ -10,12 +10,15 @@ class VideoMedium final : public Medium {
   Result<StreamPlan> configure(const GstCaps* caps, const Wishes& wishes) override;
   Result<MediumFrames> frames(gst::Ref<GstBuffer> buffer, Ledger* ledger) override;
   MediaType type() const noexcept override { return MediaType::Video; }
+  void allocate_as(const gst::Allocation& wanted) override;
+  void offer(GstQuery* query) const override;
 
   // The video formats whose tensor is `peer`, as caps text; "" when there are none.
   static std::string caps_for(const TensorSpec& peer, const Fraction& rate);
 
  private:
   DenseVideo video_;
+  gst::Allocation allocation_;
 };
 
 }  // namespace weir

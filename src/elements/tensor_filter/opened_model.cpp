@@ -113,12 +113,11 @@ std::vector<TensorSpec> OpenedModel::known_outputs() const {
   return chosen;
 }
 
-GstAllocationParams OpenedModel::allocation() const noexcept {
-  GstAllocationParams params;
-  gst_allocation_params_init(&params);
-  params.align = std::max<size_t>(model_->info().alignment, 64) - 1;  // a mask; 64: a cache line
-  params.padding = model_->info().input_padding;
-  return params;
+gst::Allocation OpenedModel::allocation() const noexcept {
+  gst::Allocation out;
+  out.alignment = std::max<size_t>(out.alignment, model_->info().alignment);
+  out.padding = model_->info().input_padding;
+  return out;
 }
 
 Result<FilterPlan> OpenedModel::plan_for(const FrameSpec& input) const {

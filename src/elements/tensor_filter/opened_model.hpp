@@ -1,7 +1,5 @@
 // OpenedModel: the engine, model and session behind one tensor_filter, and its negotiation.
 #pragma once
-#include <gst/gst.h>
-
 #include <memory>
 #include <string>
 #include <vector>
@@ -9,6 +7,7 @@
 #include "core/infer/model.hpp"
 #include "elements/tensor_filter/filter_plan.hpp"
 #include "elements/tensor_filter/filter_settings.hpp"
+#include "gstcpp/allocation.hpp"
 
 namespace weir {
 
@@ -22,7 +21,7 @@ class OpenedModel {
   const std::string& engine() const noexcept { return engine_; }
   infer::Session* session() const noexcept { return session_.get(); }
   // How memory for inputs is best allocated: the model takes it without a copy.
-  GstAllocationParams allocation() const noexcept;
+  gst::Allocation allocation() const noexcept;
 
   // The plan for a stream of these caps; the rate is passed on.
   Result<FilterPlan> plan_for(const FrameSpec& input) const;

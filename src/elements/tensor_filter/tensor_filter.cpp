@@ -208,8 +208,7 @@ class TensorFilter : public gst::Element<TensorFilter, gst::PlainElement> {
     if (GST_QUERY_TYPE(query) == GST_QUERY_ALLOCATION) {
       std::lock_guard lock(model_mutex_);
       if (!model_) return FALSE;
-      const auto params = model_->allocation();
-      gst_query_add_allocation_param(query, nullptr, &params);
+      gst::offer(query, model_->allocation());
       return TRUE;
     }
     return gst_pad_query_default(pad, GST_OBJECT_CAST(self()), query);

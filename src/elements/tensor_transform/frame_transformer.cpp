@@ -89,10 +89,21 @@ Status FrameTransformer::configure(const FrameSpec& input, const FrameSpec& outp
   in_place_ = memory_each && in_place;
   element_wise_ = memory_each && element_wise;
   if (!pooled_) return ok();
-  auto pool = gst::FramePool::make(std::move(outputs), Format::Static);
+  return make_pool(std::move(outputs));
+}
+
+Status FrameTransformer::make_pool(std::vector<TensorSpec> outputs) {
+  auto pool =
+      gst::FramePool::make(std::move(outputs), Format::Static, MediaType::Tensor, allocation_);
   if (!pool) return pool.error();
   pool_ = *std::move(pool);
   return ok();
+}
+
+Status FrameTransformer::allocate_as(const gst::Allocation& allocation) {
+  if (allocation == allocation_) return ok();
+  allocation_ = allocation;
+  return pooled_ ? make_pool(pool_.tensors()) : ok();
 }
 
 Result<gst::Ref<GstBuffer>> FrameTransformer::output_for(GstBuffer* in) {

@@ -42,6 +42,10 @@ class FrameTransformer {
   // called. Precondition: can_fuse().
   void defer(bool wanted) noexcept;
 
+  // Memory of outputs from now on; after configure(). OUT_OF_MEMORY or INTERNAL as FramePool.
+  Status allocate_as(const gst::Allocation& allocation);
+  const gst::Allocation& allocation() const noexcept { return allocation_; }
+
   // The buffer that run() will fill: `in` itself where the work can be done in place.
   // Metadata are not copied here.
   Result<gst::Ref<GstBuffer>> output_for(GstBuffer* in);
@@ -63,6 +67,7 @@ class FrameTransformer {
     SharedPlan plan;
     SharedPlan before, both;  // the last plan to fuse with; both: null when that is not possible
   };
+  Status make_pool(std::vector<TensorSpec> outputs);
   Result<Cached*> plan_for(size_t index, const TensorSpec& spec);
   // Sources that do the work of the element before and this one's; empty where there are none.
   void find_fused_sources(GstBuffer* in);
@@ -90,6 +95,7 @@ class FrameTransformer {
   uint64_t computed_before_ = 0;              // counts_->computed when deferring began
   std::vector<gst::DeferredSource> sources_;  // of the frame between output_for() and run()
   Work work_;                                 // on that frame
+  gst::Allocation allocation_;
   gst::FramePool pool_;
   gst::FrameReader reader_;
   gst::FramePool::Writer writer_;

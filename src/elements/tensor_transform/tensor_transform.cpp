@@ -135,11 +135,15 @@ class TensorTransform : public gst::Element<TensorTransform, gst::BaseTransform>
   // Of two transforms in a row the first leaves its work to the second, where that offers it.
   gboolean propose_allocation(GstQuery* decide_query, GstQuery* query) {
     const gboolean done = parent_class()->propose_allocation(self(), decide_query, query);
+    if (done && transformer_) gst::offer(query, transformer_->allocation());
     if (done && transformer_ && transformer_->can_fuse())
       gst::offer_deferral(query, GST_BASE_TRANSFORM_SINK_PAD(self()));
     return done;
   }
   gboolean decide_allocation(GstQuery* query) {
+    if (transformer_)
+      if (const Status status = transformer_->allocate_as(gst::allocation_of(query)); !status)
+        return gst::post_error(element(), status.error()), FALSE;
     if (transformer_ && transformer_->can_fuse())
       transformer_->defer(gst::deferral_is_offered(query, GST_BASE_TRANSFORM_SRC_PAD(self())));
     return parent_class()->decide_allocation(self(), query);

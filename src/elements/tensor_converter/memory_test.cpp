@@ -1,0 +1,122 @@
+// Memory: what is shared, what is pooled, and what elements tell each other of it.
+#include <gst/video/video.h>
+
+#include <fstream>
+#include <set>
+
+#include "elements/tensor_converter/converter_harness.hpp"
+
+namespace weir::testing_tensor_converter {
+namespace {
+
+GstMemory* only_memory(GstBuffer* buffer) {
+  EXPECT_EQ(gst_buffer_n_memory(buffer), 1u);
+  return gst_buffer_peek_memory(buffer, 0);
+}
+
+TEST(TensorConverterMemory, SharesPlanesThatLieBehindEachOther) {
+  const auto h = harness("", video("RGBP", 8, 2));
+  GstBuffer* in = frame(ramp(48));
+  const GstMemory* before = only_memory(in);
+  const auto out = Ref<GstBuffer>::adopt(gst_harness_push_and_pull(h.get(), in));
+  EXPECT_EQ(only_memory(out.get()), before);
+  EXPECT_EQ(stat(h, "bytes-copied"), 0u);
+}
+
+TEST(TensorConverterMemory, CopiesPlanesThatLieApart) {
+  const auto h = harness("", video("RGBP", 8, 2));
+  GstBuffer* in = frame(ramp(64));
+  gsize offset[] = {0, 24, 48};
+  gint stride[] = {8, 8, 8};
+  gst_buffer_add_video_meta_full(in, GST_VIDEO_FRAME_FLAG_NONE, GST_VIDEO_FORMAT_RGBP, 8, 2, 3,
+                                 offset, stride);
+  const auto out = Ref<GstBuffer>::adopt(gst_harness_push_and_pull(h.get(), in));
+  Bytes expected;
+  for (const size_t plane : offset)
+    for (size_t i = 0; i < 16; ++i) expected.push_back(static_cast<uint8_t>(plane + i));
+  EXPECT_EQ(content(out.get()), expected);
+  EXPECT_EQ(stat(h, "bytes-copied"), 48u);
+}
+
+TEST(TensorConverterMemory, TakesCopiesFromAPoolAndKeepsMetadata) {
+  const auto h = harness("", video("RGB", 5, 2));  // rows of 15 bytes, 16 apart
+  const auto clock = Ref<GstCaps>::adopt(gst_caps_new_empty_simple("timestamp/x-ntp"));
+  std::set<const GstMemory*> memories;
+  for (uint64_t i = 0; i < 50; ++i) {
+    GstBuffer* in = frame(ramp(32));
+    gst_buffer_add_reference_timestamp_meta(in, clock.get(), i, GST_CLOCK_TIME_NONE);
+    const auto out = Ref<GstBuffer>::adopt(gst_harness_push_and_pull(h.get(), in));
+    memories.insert(only_memory(out.get()));
+    const auto* meta = gst_buffer_get_reference_timestamp_meta(out.get(), clock.get());
+    ASSERT_NE(meta, nullptr);
+    EXPECT_EQ(meta->timestamp, i);
+  }
+  EXPECT_LE(memories.size(), 2u);
+  EXPECT_EQ(stat(h, "bytes-copied"), 50u * 30);
+}
+
+TEST(TensorConverterMemory, PassesTheEnginesWishesOnAndMeetsThem) {
+  const std::string model = testing::TempDir() + "weir-memory-model.bin";
+  std::ofstream(model) << "x";
+  const Harness h{gst_harness_new_parse(
+      ("tensor_converter ! tensor_transform mode=dimchg option=0:2 ! tensor_transform "
+       "mode=typecast option=float32 ! tensor_filter name=filter framework=fake "
+       "custom=alignment:4096,padding:9000 model=" +
+       model)
+          .c_str())};
+  const std::string caps_text = video("GRAY8", 4, 3);
+  gst_harness_set_src_caps_str(h.get(), caps_text.c_str());
+  const auto caps = Ref<GstCaps>::adopt(gst_caps_from_string(caps_text.c_str()));
+  const Unique<GstQuery, gst_query_unref> query(gst_query_new_allocation(caps.get(), TRUE));
+  ASSERT_TRUE(gst_pad_peer_query(h->srcpad, query.get()));
+  GstAllocationParams params;
+  ASSERT_EQ(gst_query_get_n_allocation_params(query.get()), 1u);
+  gst_query_parse_nth_allocation_param(query.get(), 0, nullptr, &params);
+  EXPECT_EQ(params.align, 4095u);
+  EXPECT_EQ(params.padding, 9000u);
+  EXPECT_TRUE(gst_query_find_allocation_meta(query.get(), GST_VIDEO_META_API_TYPE, nullptr));
+  ASSERT_EQ(gst_query_get_n_allocation_pools(query.get()), 1u);
+
+  // A frame from the pool that was offered, as a decoder would write it.
+  GstBufferPool* raw = nullptr;
+  gst_query_parse_nth_allocation_pool(query.get(), 0, &raw, nullptr, nullptr, nullptr);
+  const auto pool = Ref<GstBufferPool>::adopt(raw);
+  ASSERT_TRUE(gst_buffer_pool_set_active(pool.get(), TRUE));
+  GstBuffer* in = nullptr;
+  ASSERT_EQ(gst_buffer_pool_acquire_buffer(pool.get(), &in, nullptr), GST_FLOW_OK);
+  {
+    const Mapped map(in, GST_MAP_WRITE);
+    EXPECT_EQ(reinterpret_cast<uintptr_t>(map.bytes().data()) % 4096, 0u);
+    for (size_t i = 0; i < 12; ++i) map.bytes()[i] = static_cast<std::byte>(i);
+  }
+  const auto out = Ref<GstBuffer>::adopt(gst_harness_push_and_pull(h.get(), in));
+  ASSERT_TRUE(out);
+  const Mapped map(out.get(), GST_MAP_READ);
+  for (size_t i = 0; i < 12; ++i) EXPECT_EQ(map.as<const float>()[i], static_cast<float>(i + 1));
+  const auto filter = Ref<GstElement>::adopt(gst_harness_find_element(h.get(), "tensor_filter"));
+  GstStructure* stats = nullptr;
+  g_object_get(filter.get(), "stats", &stats, nullptr);
+  guint64 copied = 1;
+  gst_structure_get_uint64(stats, "bytes-copied", &copied);
+  gst_structure_free(stats);
+  EXPECT_EQ(copied, 0u) << "the transform's memory is as the engine wants it";
+  gst_buffer_pool_set_active(pool.get(), FALSE);
+}
+
+TEST(TensorConverterMemory, OffersNoPoolWhereRowsHaveGaps) {
+  const auto h = harness("", video("RGB", 5, 2));
+  const auto caps = Ref<GstCaps>::adopt(gst_caps_from_string(video("RGB", 5, 2).c_str()));
+  const Unique<GstQuery, gst_query_unref> query(gst_query_new_allocation(caps.get(), TRUE));
+  ASSERT_TRUE(gst_pad_peer_query(h->srcpad, query.get()));
+  EXPECT_EQ(gst_query_get_n_allocation_pools(query.get()), 0u);
+}
+
+TEST(TensorConverterMemory, AnswersNothingBeforeCaps) {
+  const Harness h{gst_harness_new_parse("tensor_converter")};
+  const auto caps = Ref<GstCaps>::adopt(gst_caps_from_string(video("RGB", 4, 2).c_str()));
+  const Unique<GstQuery, gst_query_unref> query(gst_query_new_allocation(caps.get(), TRUE));
+  EXPECT_FALSE(gst_pad_peer_query(h->srcpad, query.get()));
+}
+
+}  // namespace
+}  // namespace weir::testing_tensor_converter

@@ -1,0 +1,46 @@
+// Between GStreamer's masks and our numbers.
+#include "gstcpp/allocation.hpp"
+
+#include <algorithm>
+#include <bit>
+
+#include "gstcpp/ref.hpp"
+
+namespace weir::gst {
+namespace {
+
+constexpr size_t kMostAlignment = 4096, kMostPadding = 65536;  // what abi.h lets engines ask for
+
+}  // namespace
+
+GstAllocationParams Allocation::params() const noexcept {
+  GstAllocationParams out;
+  gst_allocation_params_init(&out);
+  out.align = alignment - 1;  // a mask
+  out.padding = padding;
+  return out;
+}
+
+Allocation allocation_of(GstQuery* answered) {
+  Allocation out;
+  for (guint i = 0; i < gst_query_get_n_allocation_params(answered); ++i) {
+    GstAllocationParams params;
+    gst_query_parse_nth_allocation_param(answered, i, nullptr, &params);
+    if (params.align < kMostAlignment)
+      out.alignment = std::max(out.alignment, std::bit_ceil(params.align + 1));
+    if (params.padding <= kMostPadding) out.padding = std::max(out.padding, params.padding);
+  }
+  return out;
+}
+
+Allocation wanted_by_peer(GstPad* source, GstCaps* caps) {
+  const Unique<GstQuery, gst_query_unref> query(gst_query_new_allocation(caps, FALSE));
+  return gst_pad_peer_query(source, query.get()) ? allocation_of(query.get()) : Allocation{};
+}
+
+void offer(GstQuery* query, const Allocation& allocation) {
+  const auto params = allocation.params();
+  gst_query_add_allocation_param(query, nullptr, &params);
+}
+
+}  // namespace weir::gst

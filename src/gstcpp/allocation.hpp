@@ -1,0 +1,23 @@
+// Allocation: how the next element wants memory, by the ALLOCATION query.
+#pragma once
+#include <gst/gst.h>
+
+namespace weir::gst {
+
+// Bytes. Memory starts at a multiple of alignment, a power of two, and has padding readable bytes
+// behind it.
+struct Allocation {
+  size_t alignment = 64, padding = 0;  // a cache line
+
+  bool operator==(const Allocation&) const = default;
+  GstAllocationParams params() const noexcept;
+};
+
+// What an answered query asks for at most; no less than the default.
+Allocation allocation_of(GstQuery* answered);
+// What the element behind `source` asks for when it gets `caps`. Streaming thread.
+Allocation wanted_by_peer(GstPad* source, GstCaps* caps);
+// Adds it to the answer of a query.
+void offer(GstQuery* query, const Allocation& allocation);
+
+}  // namespace weir::gst
