@@ -65,8 +65,7 @@ void VideoMedium::offer(GstQuery* query) const {
   if (!need_pool || !caps || !gst_video_info_from_caps(&video, caps) ||
       GST_VIDEO_INFO_SIZE(&video) != video_.frame_bytes())
     return;
-  const auto pool = gst::Ref<GstBufferPool>::adopt(
-      GST_BUFFER_POOL(gst_object_ref_sink(gst_video_buffer_pool_new())));
+  const auto pool = gst::Ref<GstBufferPool>::adopt(gst_video_buffer_pool_new());
   GstStructure* config = gst_buffer_pool_get_config(pool.get());
   const auto size = static_cast<guint>(GST_VIDEO_INFO_SIZE(&video));
   const auto params = allocation_.params();

@@ -18,6 +18,13 @@ void count_leak(GstDebugCategory*, GstDebugLevel, const gchar*, const gchar*, gi
   }
 }
 
+bool has_tracer(const char* name) {
+  GstPluginFeature* feature =
+      gst_registry_find_feature(gst_registry_get(), name, GST_TYPE_TRACER_FACTORY);
+  if (feature) gst_object_unref(feature);
+  return feature != nullptr;
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -26,6 +33,10 @@ int main(int argc, char** argv) {
   int result = RUN_ALL_TESTS();
   const char* tracers = std::getenv("GST_TRACERS");
   if (tracers && std::strstr(tracers, "leaks")) {
+    if (!has_tracer("leaks")) {
+      std::fprintf(stderr, "the tracer leaks is not there: libgstcoretracers.so is missing\n");
+      result = 1;
+    }
     (gst_debug_remove_log_function)(gst_debug_log_default);
     (gst_debug_add_log_function)(count_leak, nullptr, nullptr);
     gst_debug_set_threshold_for_name("GST_TRACER", GST_LEVEL_TRACE);
