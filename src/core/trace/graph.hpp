@@ -1,0 +1,72 @@
+// Graph: the elements, pads and links that a tracer saw, and when, so that addresses in records
+// become names. Addresses are only compared, never followed.
+#pragma once
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <map>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace weir::trace {
+
+inline constexpr size_t kNone = std::numeric_limits<size_t>::max();
+inline constexpr int64_t kForEver = std::numeric_limits<int64_t>::max();
+
+struct Element {
+  int64_t from = 0, until = kForEver;  // alive
+  std::string name, factory;           // "" until it is named
+  size_t parent = kNone;               // the bin around it
+  bool is_bin = false;
+};
+
+struct Pad {
+  int64_t from = 0, until = kForEver;
+  std::string name;
+  bool is_source = false;
+  size_t element = kNone;  // kNone for the inner half of a ghost pad
+  size_t half = kNone;     // of a ghost pad: its inner half, and the other way round
+  std::vector<std::pair<int64_t, size_t>> peers;  // linked to that pad (or kNone) from then on
+};
+
+// Not thread-safe. Elements and pads are numbered in the order they were seen.
+class Graph {
+ public:
+  size_t see_element(const void* object, int64_t time);
+  void name_element(const void* object, const void* parent, std::string name, std::string factory,
+                    bool is_bin, int64_t time);
+  // `element` may be null, and known later.
+  size_t see_pad(const void* object, const void* element, const std::string& name, bool is_source,
+                 int64_t time);
+  void join_halves(const void* ghost, const void* inner);  // both seen before
+  void link(const void* source, const void* sink, int64_t time);
+  void unlink(const void* source, const void* sink, int64_t time);
+  void destroyed(const void* object, int64_t time);
+
+  const std::vector<Element>& elements() const noexcept { return elements_; }
+  const std::vector<Pad>& pads() const noexcept { return pads_; }
+
+  // Who had that address at that time; kNone when nobody had.
+  size_t element_at(const void* object, int64_t time) const;
+  size_t pad_at(const void* object, int64_t time) const;
+  size_t peer_at(size_t pad, int64_t time) const;
+  // The element a pad belongs to; for the inner half of a ghost pad, its bin.
+  size_t owner(size_t pad) const;
+  bool has_pads(size_t element, bool source) const;
+  // Links between elements that are no bins, through ghost pads: (source pad, sink pad), each once.
+  std::vector<std::pair<size_t, size_t>> edges() const;
+
+ private:
+  using Places = std::map<const void*, std::vector<size_t>>;
+  template <class T>
+  static size_t find(const Places& places, const std::vector<T>& all, const void* object,
+                     int64_t time);
+  size_t follow(size_t pad) const;
+
+  std::vector<Element> elements_;
+  std::vector<Pad> pads_;
+  Places element_places_, pad_places_;
+};
+
+}  // namespace weir::trace

@@ -1,0 +1,158 @@
+// One pass over the spans of all threads.
+#include "core/trace/summary.hpp"
+
+#include <algorithm>
+#include <map>
+#include <set>
+
+#include "core/trace/spans.hpp"
+
+namespace weir::trace {
+
+void Flow::add(uint64_t more_frames, uint64_t more_bytes, int64_t time) {
+  frames += more_frames;
+  bytes += more_bytes;
+  first = first == kNoTime ? time : std::min(first, time);
+  last = std::max(last, time);
+}
+
+double Flow::rate() const {
+  if (frames < 2 || last <= first) return 0;
+  return static_cast<double>(frames - 1) * 1e9 / static_cast<double>(last - first);
+}
+
+namespace {
+
+class Summing {
+ public:
+  explicit Summing(const Trace& trace) : trace_(trace), graph_(trace.graph) {
+    const size_t count = graph_.elements().size();
+    out_.elements.resize(count);
+    for (size_t id = 0; id < count; ++id) {
+      const bool inner = graph_.elements()[id].is_bin;
+      begins_.push_back(!inner && !graph_.has_pads(id, false));
+      ends_.push_back(!inner && !graph_.has_pads(id, true));
+    }
+  }
+  Summary run() {
+    for (const ThreadRecords& thread : trace_.threads) add_levels(thread);
+    for (const ThreadRecords& thread : trace_.threads)
+      for_each_span(thread, graph_, [this](const Span& span) { add(span); });
+    add_links();
+    add_queues();
+    add_latencies();
+    return std::move(out_);
+  }
+
+ private:
+  void add_levels(const ThreadRecords& thread) {
+    out_.records += thread.records.size();
+    out_.lost += thread.lost;
+    if (thread.records.empty()) return;
+    const int64_t first = thread.records.front().time;
+    out_.begin = out_.end == 0 ? first : std::min(out_.begin, first);
+    out_.end = std::max(out_.end, thread.records.back().time);
+    for (const Record& record : thread.records) {
+      if (static_cast<Kind>(record.kind) != Kind::Level) continue;
+      const size_t queue = graph_.element_at(record.object, record.time);
+      if (queue == kNone) continue;
+      changes_[queue].push_back({record.time, record.value, true});
+      fullest_[queue] = std::max(fullest_[queue], static_cast<unsigned>(record.frames));
+    }
+  }
+
+  void add(const Span& span) {
+    if (span.element != kNone) add_time(span, out_.elements[span.element]);
+    if (span.kind == Kind::PushBegin)
+      add_frames(span, graph_.owner(span.pad), span.element, span.pad);
+    if (span.kind == Kind::PullBegin && span.good)
+      add_frames(span, span.element, graph_.owner(span.pad), graph_.peer_at(span.pad, span.begin));
+    if (span.kind == Kind::PushBegin) add_between(span);
+  }
+
+  static void add_time(const Span& span, ElementSummary& element) {
+    if (span.kind == Kind::EventBegin) {
+      element.events += span.own;
+    } else if (span.kind == Kind::StateBegin) {
+      element.states += span.own;
+    } else {
+      element.work += span.own;
+      element.longest = std::max(element.longest, span.own);
+    }
+  }
+
+  void add_between(const Span& span) {
+    if (const size_t from = graph_.owner(span.pad); from != kNone)
+      out_.elements[from].own_thread += span.between;
+  }
+
+  void add_frames(const Span& span, size_t from, size_t to, size_t source_pad) {
+    const auto frames = static_cast<int64_t>(span.frames);
+    if (from != kNone) {
+      out_.elements[from].out.add(span.frames, span.bytes, span.begin);
+      if (!span.good) out_.elements[from].refused += span.frames;
+      if (changes_.contains(from)) passed_[from].push_back({span.begin, -frames, false});
+      if (begins_[from]) departures_[from].emplace(span.time_stamp, span.begin);
+    }
+    if (to != kNone) {
+      out_.elements[to].in.add(span.frames, span.bytes, span.begin);
+      if (span.good && changes_.contains(to)) passed_[to].push_back({span.end, frames, false});
+      if (ends_[to]) arrivals_[to].push_back({span.time_stamp, span.begin});
+    }
+    if (source_pad != kNone) flows_[source_pad].add(span.frames, span.bytes, span.begin);
+  }
+
+  void add_links() {
+    for (const auto& [source, sink] : graph_.edges())
+      out_.links.push_back({source, sink, flows_[source]});
+  }
+
+  void add_queues() {
+    for (auto& [queue, samples] : changes_) {
+      const auto& passed = passed_[queue];
+      int64_t rest = 0;
+      for (const QueueChange& change : passed) rest += change.frames;
+      samples.insert(samples.end(), passed.begin(), passed.end());
+      out_.queues.push_back({queue, queue_level(std::move(samples), out_.end), fullest_[queue],
+                             static_cast<uint64_t>(std::max<int64_t>(rest, 0))});
+    }
+  }
+
+  void add_latencies() {
+    std::map<size_t, std::set<size_t>> next;
+    for (const LinkSummary& link : out_.links)
+      next[graph_.owner(link.source_pad)].insert(graph_.owner(link.sink_pad));
+    for (size_t source = 0; source < out_.elements.size(); ++source) {
+      if (!begins_[source]) continue;
+      std::set<size_t> reached;
+      std::vector<size_t> open{source};
+      while (!open.empty()) {
+        const size_t element = open.back();
+        open.pop_back();
+        for (const size_t behind : next[element])
+          if (reached.insert(behind).second) open.push_back(behind);
+      }
+      for (const size_t sink : reached)
+        if (ends_[sink])
+          out_.latencies.push_back({source, sink, latency(departures_[source], arrivals_[sink])});
+    }
+  }
+
+  const Trace& trace_;
+  const Graph& graph_;
+  Summary out_;
+  std::vector<bool> begins_, ends_;  // elements without sink pads, without source pads; no bins
+  std::map<size_t, std::vector<QueueChange>> changes_, passed_;  // by element
+  std::map<size_t, unsigned> fullest_;
+  std::map<size_t, Departures> departures_;
+  std::map<size_t, std::vector<Arrival>> arrivals_;
+  std::map<size_t, Flow> flows_;  // by source pad
+};
+
+}  // namespace
+
+Summary summarise(const Trace& trace) {
+  return Summing(trace).run();
+}
+
+}  // namespace weir::trace
