@@ -1,4 +1,4 @@
-// The plug-in: registers the elements, nothing else.
+// The plug-in: registers the elements and the tracer, nothing else.
 #include <gst/gst.h>
 
 namespace weir {
@@ -8,12 +8,14 @@ bool register_tensor_filter(GstPlugin*);
 bool register_tensor_preprocess(GstPlugin*);
 bool register_tensor_sink(GstPlugin*);
 bool register_tensor_transform(GstPlugin*);
+bool register_tracer(GstPlugin*);
 }  // namespace weir
 
 static gboolean plugin_init(GstPlugin* plugin) {
   return weir::register_tensor_converter(plugin) && weir::register_tensor_decoder(plugin) &&
          weir::register_tensor_filter(plugin) && weir::register_tensor_preprocess(plugin) &&
-         weir::register_tensor_sink(plugin) && weir::register_tensor_transform(plugin);
+         weir::register_tensor_sink(plugin) && weir::register_tensor_transform(plugin) &&
+         weir::register_tracer(plugin);
 }
 
 GST_PLUGIN_DEFINE(GST_VERSION_MAJOR, GST_VERSION_MINOR, weir,

@@ -29,6 +29,7 @@
   X(CONVERTER_UNKNOWN, 3011, "No converter of this name is known")                      \
   X(FILE_NOT_FOUND, 4001, "A file is not there or cannot be read")                      \
   X(LABELS_INVALID, 4002, "A label file is empty or does not fit the model")            \
+  X(FILE_NOT_WRITTEN, 4010, "A file cannot be written")                                 \
   X(CANCELLED, 8001, "The work was cancelled")                                          \
   X(OUT_OF_MEMORY, 9001, "Memory ran out")                                              \
   X(INTERNAL, 9002, "A fault inside Weir")

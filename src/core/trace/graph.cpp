@@ -76,9 +76,11 @@ void Graph::unlink(const void* source, const void* sink, int64_t time) {
       pads_[id].peers.emplace_back(time, kNone);
 }
 
-void Graph::destroyed(const void* object, int64_t time) {
-  if (const size_t id = element_at(object, kForEver); id != kNone) elements_[id].until = time;
-  if (const size_t id = pad_at(object, kForEver); id != kNone) pads_[id].until = time;
+bool Graph::destroyed(const void* object, int64_t time) {
+  const size_t element = element_at(object, kForEver), pad = pad_at(object, kForEver);
+  if (element != kNone) elements_[element].until = time;
+  if (pad != kNone) pads_[pad].until = time;
+  return element != kNone || pad != kNone;
 }
 
 size_t Graph::peer_at(size_t pad, int64_t time) const {

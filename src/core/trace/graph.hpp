@@ -42,7 +42,7 @@ class Graph {
   void join_halves(const void* ghost, const void* inner);  // both seen before
   void link(const void* source, const void* sink, int64_t time);
   void unlink(const void* source, const void* sink, int64_t time);
-  void destroyed(const void* object, int64_t time);
+  bool destroyed(const void* object, int64_t time);  // whether it was one of these
 
   const std::vector<Element>& elements() const noexcept { return elements_; }
   const std::vector<Pad>& pads() const noexcept { return pads_; }

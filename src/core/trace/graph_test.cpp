@@ -13,7 +13,7 @@ using Edges = std::vector<std::pair<size_t, size_t>>;
 TEST(TraceGraph, AnAddressThatComesAgainIsAnotherElement) {
   Graph graph;
   graph.name_element(at(1), nullptr, "first", "f", false, 10);
-  graph.destroyed(at(1), 20);
+  EXPECT_TRUE(graph.destroyed(at(1), 20));
   graph.name_element(at(1), nullptr, "second", "f", false, 30);
   EXPECT_EQ(graph.elements()[graph.element_at(at(1), 15)].name, "first");
   EXPECT_EQ(graph.elements()[graph.element_at(at(1), 35)].name, "second");
@@ -53,7 +53,7 @@ TEST(TraceGraph, LinksOfPadsThatWereNeverSeenAreLeftOut) {
   add_element(&graph, 10, "a", false, true);
   graph.link(at(12), at(21), 100);
   graph.join_halves(at(12), at(77));
-  graph.destroyed(at(99), 100);
+  EXPECT_FALSE(graph.destroyed(at(99), 100));
   EXPECT_EQ(graph.edges(), Edges{});
   EXPECT_EQ(graph.peer_at(kNone, 100), kNone);
 }

@@ -1,0 +1,185 @@
+// Records of the data's way, and the graph around it.
+#include "tracer/pipeline_tracer.hpp"
+
+#include <array>
+
+#include "gstcpp/ref.hpp"
+
+namespace weir::tracer {
+
+using trace::Kind;
+
+namespace {
+
+int64_t time_stamp(GstBuffer* buffer) {
+  const GstClockTime time = buffer ? GST_BUFFER_PTS(buffer) : GST_CLOCK_TIME_NONE;
+  return time <= static_cast<GstClockTime>(trace::kForEver) ? static_cast<int64_t>(time)
+                                                            : trace::kNoTime;
+}
+
+std::string name_of(gpointer object) {
+  const gst::UniqueText name(gst_object_get_name(GST_OBJECT(object)));
+  return name ? name.get() : "";
+}
+
+}  // namespace
+
+// Of all tracers: what one of them remembered is not taken for another one's.
+uint64_t PipelineTracer::next_generation() {
+  static std::atomic<uint64_t> last = 0;
+  return ++last;
+}
+
+void PipelineTracer::forget_remembered() {
+  generation_.store(next_generation(), std::memory_order_release);
+}
+
+inline void PipelineTracer::append(Kind kind, int64_t time, const void* object, int64_t value,
+                                   uint64_t frames, uint64_t bytes) {
+  trace::Record record;
+  record.time = time;
+  record.object = object;
+  record.value = value;
+  record.kind = static_cast<unsigned>(kind) & 15U;
+  record.frames = std::min(frames, trace::kMostFrames) & trace::kMostFrames;
+  record.bytes = std::min(bytes, trace::kMostBytes) & trace::kMostBytes;
+  recorder_.log().append(record);
+}
+
+void PipelineTracer::append_named(Kind kind, int64_t time, const void* object, const char* name) {
+  trace::Record record;
+  record.time = time;
+  record.object = object;
+  record.name = name;
+  record.kind = static_cast<unsigned>(kind) & 15U;
+  recorder_.log().append(record);
+}
+
+inline const PipelineTracer::Remembered& PipelineTracer::remembered(GstPad* pad) {
+  static thread_local std::array<Remembered, 64> table;
+  Remembered& place = table[(reinterpret_cast<uintptr_t>(pad) >> 5) % table.size()];
+  const uint64_t generation = generation_.load(std::memory_order_acquire);
+  if (place.pad != pad || place.generation != generation) place = look_up(pad, generation);
+  return place;
+}
+
+PipelineTracer::Remembered PipelineTracer::look_up(GstPad* pad, uint64_t generation) {
+  std::lock_guard lock(mutex_);
+  const auto queue_of = [&](size_t id) -> WatchedQueue* {
+    const auto found = queues_.find(graph_.owner(id));
+    return found == queues_.end() ? nullptr : found->second.get();
+  };
+  const size_t id = graph_.pad_at(pad, trace::kForEver);
+  return {pad, generation, queue_of(id), queue_of(graph_.peer_at(id, trace::kForEver))};
+}
+
+void PipelineTracer::push_begins(int64_t time, GstPad* pad, GstBuffer* buffer) {
+  if (WatchedQueue* queue = remembered(pad).own) queue->sample(time, &recorder_);
+  append(Kind::PushBegin, time, pad, time_stamp(buffer), 1, gst_buffer_get_size(buffer));
+}
+
+void PipelineTracer::push_begins(int64_t time, GstPad* pad, GstBufferList* list) {
+  const guint frames = gst_buffer_list_length(list);
+  GstBuffer* first = frames > 0 ? gst_buffer_list_get(list, 0) : nullptr;
+  if (WatchedQueue* queue = remembered(pad).own) queue->sample(time, &recorder_);
+  append(Kind::PushBegin, time, pad, time_stamp(first), frames,
+         gst_buffer_list_calculate_size(list));
+}
+
+void PipelineTracer::push_ends(int64_t time, GstPad* pad, GstFlowReturn result) {
+  append(Kind::PushEnd, time, pad, result < 0 ? result : 0);
+  if (WatchedQueue* queue = remembered(pad).peer) queue->sample(time, &recorder_);
+}
+
+void PipelineTracer::pull_begins(int64_t time, GstPad* pad) {
+  append(Kind::PullBegin, time, pad, trace::kNoTime);
+}
+
+void PipelineTracer::pull_ends(int64_t time, GstPad* pad, GstBuffer* buffer, GstFlowReturn result) {
+  const bool good = result >= 0 && buffer;
+  append(Kind::PullEnd, time, pad, good ? 0 : -1, good ? 1 : 0,
+         good ? gst_buffer_get_size(buffer) : 0);
+}
+
+void PipelineTracer::event_begins(int64_t time, GstPad* pad, GstEvent* event) {
+  append_named(Kind::EventBegin, time, pad, GST_EVENT_TYPE_NAME(event));
+}
+
+void PipelineTracer::event_ends(int64_t time, GstPad* pad, bool good) {
+  append(Kind::EventEnd, time, pad, good ? 0 : -1);
+}
+
+void PipelineTracer::state_begins(int64_t time, GstElement* element, GstStateChange change) {
+  append_named(Kind::StateBegin, time, element, gst_state_change_get_name(change));
+}
+
+void PipelineTracer::state_ends(int64_t time, GstElement* element, bool good) {
+  append(Kind::StateEnd, time, element, good ? 0 : -1);
+}
+
+void PipelineTracer::name_element(int64_t time, GstElement* element) {
+  const auto parent = gst::Ref<GstObject>::adopt(gst_object_get_parent(GST_OBJECT(element)));
+  GstElementFactory* factory = gst_element_get_factory(element);
+  graph_.name_element(element, parent.get(), name_of(element),
+                      factory ? gst_plugin_feature_get_name(GST_PLUGIN_FEATURE(factory)) : "",
+                      GST_IS_BIN(element), time);
+}
+
+// When it is made, and again when it comes into a bin: from then on its name stays.
+void PipelineTracer::element_is_new(int64_t time, GstElement* element) {
+  std::lock_guard lock(mutex_);
+  name_element(time, element);
+  auto& queue = queues_[graph_.see_element(element, time)];
+  if (!queue && WatchedQueue::can_be_watched(element)) {
+    queue = std::make_unique<WatchedQueue>(element);
+    forget_remembered();
+  }
+}
+
+void PipelineTracer::see_pad(int64_t time, GstPad* pad, GstElement* element) {
+  graph_.see_pad(pad, element, name_of(pad), GST_PAD_IS_SRC(pad), time);
+  if (!GST_IS_GHOST_PAD(pad)) return;
+  const auto inner = gst::Ref<GstProxyPad>::adopt(gst_proxy_pad_get_internal(GST_PROXY_PAD(pad)));
+  if (!inner) return;
+  graph_.see_pad(inner.get(), nullptr, name_of(inner.get()), GST_PAD_IS_SRC(inner.get()), time);
+  graph_.join_halves(pad, inner.get());
+}
+
+void PipelineTracer::pad_is_added(int64_t time, GstElement* element, GstPad* pad) {
+  std::lock_guard lock(mutex_);
+  see_pad(time, pad, element);
+  forget_remembered();
+}
+
+// Ghost pads are linked to what is inside before they are added to their bin.
+void PipelineTracer::pads_are_linked(int64_t time, GstPad* source, GstPad* sink) {
+  std::lock_guard lock(mutex_);
+  for (GstPad* pad : {source, sink}) {
+    const auto parent = gst::Ref<GstObject>::adopt(gst_object_get_parent(GST_OBJECT(pad)));
+    if (parent && GST_IS_GHOST_PAD(parent.get()))
+      see_pad(time, GST_PAD(parent.get()), nullptr);
+    else
+      see_pad(time, pad,
+              parent && GST_IS_ELEMENT(parent.get()) ? GST_ELEMENT(parent.get()) : nullptr);
+  }
+  graph_.link(source, sink, time);
+  forget_remembered();
+}
+
+void PipelineTracer::pads_are_unlinked(int64_t time, GstPad* source, GstPad* sink) {
+  std::lock_guard lock(mutex_);
+  graph_.unlink(source, sink, time);
+  forget_remembered();
+}
+
+void PipelineTracer::object_is_destroyed(int64_t time, const void* object) {
+  std::lock_guard lock(mutex_);
+  if (graph_.destroyed(object, time)) forget_remembered();
+}
+
+trace::Trace PipelineTracer::trace() const {
+  std::lock_guard lock(mutex_);
+  return {graph_, recorder_.threads()};
+}
+
+}  // namespace weir::tracer

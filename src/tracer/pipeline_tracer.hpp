@@ -1,0 +1,64 @@
+// PipelineTracer: what the hooks of GStreamer note. Hooks of the data's way take no lock.
+#pragma once
+#include <gst/gst.h>
+
+#include <map>
+#include <memory>
+#include <mutex>
+
+#include "core/trace/summary.hpp"
+#include "tracer/queue_sampler.hpp"
+
+namespace weir::tracer {
+
+class PipelineTracer {
+ public:
+  // `most_records`: of one thread.
+  explicit PipelineTracer(size_t most_records) : recorder_(most_records) {}
+
+  // The data's way. Times are nanoseconds.
+  void push_begins(int64_t time, GstPad* pad, GstBuffer* buffer);
+  void push_begins(int64_t time, GstPad* pad, GstBufferList* list);
+  void push_ends(int64_t time, GstPad* pad, GstFlowReturn result);
+  void pull_begins(int64_t time, GstPad* pad);
+  void pull_ends(int64_t time, GstPad* pad, GstBuffer* buffer, GstFlowReturn result);
+  // Seldom
+  void event_begins(int64_t time, GstPad* pad, GstEvent* event);
+  void event_ends(int64_t time, GstPad* pad, bool good);
+  void state_begins(int64_t time, GstElement* element, GstStateChange change);
+  void state_ends(int64_t time, GstElement* element, bool good);
+  void element_is_new(int64_t time, GstElement* element);
+  void pad_is_added(int64_t time, GstElement* element, GstPad* pad);
+  void pads_are_linked(int64_t time, GstPad* source, GstPad* sink);
+  void pads_are_unlinked(int64_t time, GstPad* source, GstPad* sink);
+  void object_is_destroyed(int64_t time, const void* object);
+
+  // What was noted so far; may be called while pipelines play.
+  trace::Trace trace() const;
+
+ private:
+  // The queues at both ends of a pad's link, as a thread remembers them.
+  struct Remembered {
+    const void* pad = nullptr;
+    uint64_t generation = 0;
+    WatchedQueue* own = nullptr;   // the pad's element is a queue
+    WatchedQueue* peer = nullptr;  // the element it pushes to is one
+  };
+  const Remembered& remembered(GstPad* pad);
+  Remembered look_up(GstPad* pad, uint64_t generation);
+  void see_pad(int64_t time, GstPad* pad, GstElement* element);
+  void name_element(int64_t time, GstElement* element);
+  void forget_remembered();
+  void append(trace::Kind kind, int64_t time, const void* object, int64_t value,
+              uint64_t frames = 0, uint64_t bytes = 0);
+  void append_named(trace::Kind kind, int64_t time, const void* object, const char* name);
+
+  trace::Recorder recorder_;
+  mutable std::mutex mutex_;  // guards graph_ and queues_
+  trace::Graph graph_;
+  std::map<size_t, std::unique_ptr<WatchedQueue>> queues_;  // by element; kept to the end
+  std::atomic<uint64_t> generation_ = next_generation();    // changes with the graph
+  static uint64_t next_generation();
+};
+
+}  // namespace weir::tracer

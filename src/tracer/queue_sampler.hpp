@@ -1,0 +1,40 @@
+// QueueSampler: asks queues how full they are, each once a millisecond at most.
+#pragma once
+#include <gst/gst.h>
+
+#include <atomic>
+#include <memory>
+#include <vector>
+
+#include "core/trace/recorder.hpp"
+
+namespace weir::tracer {
+
+// A queue that is watched. It is not kept alive.
+class WatchedQueue {
+ public:
+  explicit WatchedQueue(GstElement* queue);
+  ~WatchedQueue();
+  WatchedQueue(const WatchedQueue&) = delete;
+  WatchedQueue& operator=(const WatchedQueue&) = delete;
+
+  // Only queue and queue2: they hold no lock of their own while they push, so asking them is safe.
+  static bool can_be_watched(GstElement* element);
+
+  void sample(int64_t time, trace::Recorder* recorder) {
+    int64_t last = last_.load(std::memory_order_relaxed);
+    if (time - last >= kPeriod &&
+        last_.compare_exchange_strong(last, time, std::memory_order_relaxed))
+      take(time, recorder);
+  }
+
+ private:
+  static constexpr int64_t kPeriod = 1'000'000;  // ns
+  void take(int64_t time, trace::Recorder* recorder);
+
+  const void* const address_;
+  GWeakRef queue_;
+  std::atomic<int64_t> last_ = -kPeriod;
+};
+
+}  // namespace weir::tracer
