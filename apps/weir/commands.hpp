@@ -24,6 +24,7 @@ struct RunOptions {
   std::vector<std::string>
       pipeline;  // as for gst-launch-1.0: one word, or many as a shell cut them
   bool json = false;
+  std::string report;  // an HTML file to write at the end; "" for none
 };
 int run(const RunOptions& options);
 

@@ -29,6 +29,8 @@ void add_subcommands(CLI::App* app, CommandLine* line) {
 
   auto* run = app->add_subcommand("run", "Run a pipeline, written as for gst-launch-1.0");
   run->add_flag("--json", line->run.json, "Print JSON at the end, and nothing else on stdout");
+  run->add_option("--report", line->run.report, "Write an HTML page: graph, times, queues, latency")
+      ->type_name("FILE");
   // What comes behind the first word of the pipeline belongs to it, even --json.
   run->positionals_at_end();
   run->add_option("PIPELINE", line->run.pipeline, "The pipeline, as one word or many")->required();

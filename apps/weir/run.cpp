@@ -2,13 +2,19 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <cstdio>
+#include <cstring>
+#include <fstream>
+#include <optional>
 
 #include "commands.hpp"
 #include "ledger_table.hpp"
 #include "pipeline_run.hpp"
 #include "pipeline_text.hpp"
 #include "report.hpp"
+#include "report_page.hpp"
+#include "trace_session.hpp"
 
 namespace weir::app {
 namespace {
@@ -112,7 +118,7 @@ void print_text(const PipelineRun& run, Ending ending) {
   if (!ledger.empty()) std::printf("\nLedger\n%s", ledger.c_str());
 }
 
-void print_json(const PipelineRun& run, Ending ending) {
+Json outcome(const PipelineRun& run, Ending ending) {
   Json out{{"result", name_of(ending)},
            {"frames", run.frames()},
            {"seconds", run.seconds()},
@@ -123,23 +129,66 @@ void print_json(const PipelineRun& run, Ending ending) {
   out["ledger"] = ledgers(run.pipeline());
   out["errors"] = to_json(run.errors());
   out["warnings"] = to_json(run.warnings());
-  print(out);
+  return out;
+}
+
+Status cannot_write(const std::string& file) {
+  return Error{Code::FILE_NOT_WRITTEN,
+               "the report cannot be written",
+               file,
+               "a place that can be written to",
+               std::strerror(errno),
+               "weir run --report /tmp/report.html PIPELINE"};
+}
+
+// Before the pipeline plays: whoever waited for its end should not learn only then.
+Status try_to_write(const std::string& file) {
+  if (std::ofstream(file, std::ios::app)) return ok();
+  return cannot_write(file);
+}
+
+Status write_report(const RunOptions& options, const Json& outcome, const TraceSession& session) {
+  std::string pipeline;
+  for (const auto& word : options.pipeline) pipeline += (pipeline.empty() ? "" : " ") + word;
+  std::ofstream file(options.report);
+  file << report_page(outcome, session.summary(), pipeline);
+  file.close();
+  return file ? ok() : cannot_write(options.report);
 }
 
 }  // namespace
 
 int run(const RunOptions& options) {
+  std::optional<TraceSession> session;
+  if (!options.report.empty()) {  // before there are elements
+    auto started = TraceSession::start();
+    if (!started) return report(started.error(), options.json);
+    session = *std::move(started);
+  }
   auto read = read_pipeline(options.pipeline);
   if (!read) return report(read.error(), options.json);
+  if (session) {
+    const Status writable = try_to_write(options.report);
+    if (!writable) return report(writable.error(), options.json);
+  }
   PipelineRun pipeline(*std::move(read));
   ProgressLine line;
   const Ending ending = pipeline.play([&line](const PipelineRun& run) { line.show(run); },
                                       [&line](const std::string& text) { line.say(text); });
   line.clear();
+  const Json told = outcome(pipeline, ending);
   if (options.json)
-    print_json(pipeline, ending);
+    print(told);
   else
     print_text(pipeline, ending);
+  if (session) {
+    const Status written = write_report(options, told, *session);
+    if (!written) {
+      std::fprintf(stderr, "%s\n", written.error().message().c_str());
+      return kExitError;
+    }
+    if (!options.json) std::printf("\nReport: %s\n", options.report.c_str());
+  }
   return status_of(ending);
 }
 

@@ -16,6 +16,13 @@ uint64_t share(uint64_t level, uint64_t limit) {
       std::min(static_cast<double>(level) * 1000 / static_cast<double>(limit), 1e5));
 }
 
+bool leaks(GstElement* queue) {
+  if (!g_object_class_find_property(G_OBJECT_GET_CLASS(queue), "leaky")) return false;
+  gint leaky = 0;  // an enumeration, 0 is no
+  g_object_get(queue, "leaky", &leaky, nullptr);
+  return leaky != 0;
+}
+
 }  // namespace
 
 WatchedQueue::WatchedQueue(GstElement* queue) : address_(queue) {
@@ -41,6 +48,7 @@ void WatchedQueue::take(int64_t time, trace::Recorder* recorder) {
   g_object_get(queue.get(), "current-level-buffers", &frames, "current-level-bytes", &bytes,
                "current-level-time", &time_inside, "max-size-buffers", &most_frames,
                "max-size-bytes", &most_bytes, "max-size-time", &most_time, nullptr);
+  period_.store(leaks(queue.get()) ? 0 : kPeriod, std::memory_order_relaxed);
   trace::Record record;
   record.time = time;
   record.object = address_;

@@ -1,4 +1,4 @@
-// QueueSampler: asks queues how full they are, each once a millisecond at most.
+// WatchedQueue: is asked how full it is, once a millisecond at most; at each frame if it leaks.
 #pragma once
 #include <gst/gst.h>
 
@@ -23,17 +23,18 @@ class WatchedQueue {
 
   void sample(int64_t time, trace::Recorder* recorder) {
     int64_t last = last_.load(std::memory_order_relaxed);
-    if (time - last >= kPeriod &&
+    if (time - last >= period_ &&
         last_.compare_exchange_strong(last, time, std::memory_order_relaxed))
       take(time, recorder);
   }
 
  private:
-  static constexpr int64_t kPeriod = 1'000'000;  // ns
   void take(int64_t time, trace::Recorder* recorder);
 
   const void* const address_;
+  static constexpr int64_t kPeriod = 1'000'000;  // ns
   GWeakRef queue_;
+  std::atomic<int64_t> period_ = kPeriod;  // what leaks cannot be counted
   std::atomic<int64_t> last_ = -kPeriod;
 };
 

@@ -6,19 +6,22 @@
 namespace weir::trace {
 
 QueueLevel queue_level(std::vector<QueueChange> changes, int64_t end) {
-  std::stable_sort(changes.begin(), changes.end(),
-                   [](const auto& a, const auto& b) { return a.time < b.time; });
+  // A sample sees what its own moment's push brought or took.
+  std::stable_sort(changes.begin(), changes.end(), [](const auto& a, const auto& b) {
+    return a.time != b.time ? a.time < b.time : a.sampled < b.sampled;
+  });
   QueueLevel out;
   int64_t level = 0;
   double area = 0;
-  for (const QueueChange& change : changes) {
+  for (size_t i = 0; i < changes.size(); ++i) {
+    // Below 0 for a moment: a frame may leave before the push that brought it has returned.
+    level = changes[i].sampled ? changes[i].frames : level + changes[i].frames;
+    if (i + 1 < changes.size() && changes[i + 1].time == changes[i].time) continue;
     if (!out.steps.empty())
       area += static_cast<double>(out.steps.back().frames) *
-              static_cast<double>(change.time - out.steps.back().time);
-    // Below 0 for a moment: a frame may leave before the push that brought it has returned.
-    level = change.sampled ? change.frames : level + change.frames;
+              static_cast<double>(changes[i].time - out.steps.back().time);
     const auto shown = static_cast<uint64_t>(std::max<int64_t>(level, 0));
-    out.steps.push_back({change.time, shown});
+    out.steps.push_back({changes[i].time, shown});
     out.most = std::max(out.most, shown);
   }
   if (changes.empty() || end <= changes.front().time) return out;

@@ -26,6 +26,12 @@ TEST(TraceQueueLevel, ASampleSetsItRight) {
   EXPECT_EQ(frames(level), (std::vector<uint64_t>{5, 3, 2}));
 }
 
+TEST(TraceQueueLevel, ASampleSeesThePushOfItsOwnMoment) {
+  const QueueLevel level = queue_level({{1, 4, true}, {1, 1}, {2, 4, true}, {2, 1}, {3, -1}}, 3);
+  EXPECT_EQ(frames(level), (std::vector<uint64_t>{4, 4, 3}));
+  EXPECT_EQ(level.most, 4u);
+}
+
 TEST(TraceQueueLevel, AFrameMayLeaveBeforeItsPushReturned) {
   EXPECT_EQ(frames(queue_level({{1, -1}, {2, 1}, {3, 1}}, 3)), (std::vector<uint64_t>{0, 0, 1}));
 }

@@ -1,0 +1,14 @@
+// Charts as SVG: a level over time, a histogram.
+#pragma once
+#include <string>
+
+#include "report.hpp"
+
+namespace weir::app {
+
+// `queue`: an item of summary["queues"]; `seconds`: of the whole time.
+std::string level_chart(const Json& queue, double seconds);
+// `latency`: an item of summary["latencies"] with frames.
+std::string histogram(const Json& latency);
+
+}  // namespace weir::app

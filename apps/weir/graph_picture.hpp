@@ -1,0 +1,13 @@
+// The graph of a run as SVG.
+#pragma once
+#include <string>
+#include <vector>
+
+#include "report.hpp"
+
+namespace weir::app {
+
+// `shown`: indices into summary["elements"].
+std::string graph_picture(const Json& summary, const std::vector<size_t>& shown);
+
+}  // namespace weir::app
