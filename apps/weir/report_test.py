@@ -188,6 +188,7 @@ class Report(Case):
 
     def test_without_the_plugin_there_is_no_report(self):
         self.refused(weir("run", "--report", self.file, "fakesrc num-buffers=1 ! fakesink", GST_PLUGIN_PATH="",
+                          GST_PLUGIN_SYSTEM_PATH_1_0=str(self.folder / "none"),
                           GST_REGISTRY=str(self.folder / "registry")), 1, "the tracer weir is not found", "fix: weir doctor")
         self.assertFalse(self.file.exists())
 

@@ -38,7 +38,7 @@ class ThreadLog {
   std::thread::id thread;  // the writer
 
  private:
-  static constexpr size_t kChunk = 4096;
+  static constexpr size_t kChunk = 512;  // 16 KB
   struct Chunk {
     std::array<Record, kChunk> records;
     std::atomic<size_t> used = 0;

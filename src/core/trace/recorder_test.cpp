@@ -49,12 +49,12 @@ TEST(TraceRecorder, CanBeReadWhileItIsWritten) {
 }
 
 TEST(TraceRecorder, CountsWhatCameWhenTheLogWasFull) {
-  Recorder recorder(1);  // rounded up to a chunk of 4096
+  Recorder recorder(1);  // rounded up to a chunk of 512
   for (int64_t i = 0; i < 5000; ++i) recorder.log().append(push(i, 12));
   const auto logs = recorder.threads();
-  EXPECT_EQ(logs[0].records.size(), 4096u);
-  EXPECT_EQ(logs[0].lost, 904u);
-  EXPECT_EQ(logs[0].records.back().time, 4095);
+  EXPECT_EQ(logs[0].records.size(), 512u);
+  EXPECT_EQ(logs[0].lost, 4488u);
+  EXPECT_EQ(logs[0].records.back().time, 511);
 }
 
 TEST(TraceRecorder, RecordersOfOneThreadDoNotMix) {
