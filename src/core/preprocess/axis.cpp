@@ -8,7 +8,10 @@
 
 namespace weir::preprocess {
 
-Axis::Axis(Resize resize, const AxisPart& part, Sampling sampling) {
+void Axis::lay(Resize resize, const AxisPart& part, Sampling sampling) {
+  entries_.clear();
+  weights_.clear();
+  most_weights_ = 0;
   const uint32_t pixels = sampling.halved ? 2 : 1;
   low_ = part.begin / pixels;
   high_ = (part.begin + part.length + pixels - 1) / pixels;

@@ -21,8 +21,11 @@ struct Sampling {
 
 class Axis {
  public:
-  // Formulas: preparation.hpp. Precondition: length and targets are above 0.
-  Axis(Resize resize, const AxisPart& part, Sampling sampling);
+  Axis() = default;
+  Axis(Resize resize, const AxisPart& part, Sampling sampling) { lay(resize, part, sampling); }
+
+  // Formulas: preparation.hpp. Precondition: length and targets are above 0. Memory is kept.
+  void lay(Resize resize, const AxisPart& part, Sampling sampling);
 
   size_t targets() const noexcept { return entries_.size(); }
   uint32_t first(size_t target) const noexcept { return entries_[target].first; }

@@ -158,7 +158,7 @@ class PlanRun {
 
 Result<Plan> Plan::make(Preparation preparation) {
   if (auto status = check(preparation); !status) return status.error();
-  return Plan(std::make_shared<const PlanTables>(std::move(preparation)));
+  return Plan(std::make_shared<PlanTables>(std::move(preparation)));
 }
 
 const Preparation& Plan::preparation() const noexcept {
@@ -168,19 +168,35 @@ const Placement& Plan::placement() const noexcept {
   return tables_->placement;
 }
 
+Status Plan::set_crop(const Rect& crop) {
+  if (auto status = check_crop(preparation().source, crop); !status) return status;
+  if (tables_.use_count() > 1) tables_ = std::make_shared<PlanTables>(*tables_);
+  tables_->set_crop(crop);
+  return ok();
+}
+
 Workspace Plan::workspace() const {
   Workspace w;
-  const size_t count = padded(tables_->placement.content.width);
-  size_t most_rows = 0;
-  for (const Band& band : tables_->bands) {
-    w.bands.emplace_back(padded(band.bytes));
-    most_rows = std::max(most_rows, band.rows.most_weights());
-  }
-  w.rows.resize(most_rows);
-  w.lanes.assign(3, std::vector<float>(count));
-  w.numbers.assign(3, std::vector<std::byte>(count * sizeof(float)));
-  w.pixels.resize(3 * count * sizeof(float));
+  grow(&w);
   return w;
+}
+
+void Plan::grow(Workspace* w) const {
+  const auto at_least = [](auto* memory, size_t size) {
+    if (memory->size() < size) memory->resize(size);
+  };
+  const size_t count = padded(tables_->placement.content.width);
+  at_least(&w->bands, tables_->bands.size());
+  for (size_t b = 0; b < tables_->bands.size(); ++b) {
+    const Band& band = tables_->bands[b];
+    at_least(&w->bands[b], padded(band.bytes));
+    at_least(&w->rows, band.rows.most_weights());
+  }
+  at_least(&w->lanes, 3);
+  for (auto& lane : w->lanes) at_least(&lane, count);
+  at_least(&w->numbers, 3);
+  for (auto& numbers : w->numbers) at_least(&numbers, count * sizeof(float));
+  at_least(&w->pixels, 3 * count * sizeof(float));
 }
 
 Status Plan::run_rows(const Planes& planes, std::span<std::byte> out, uint32_t first,

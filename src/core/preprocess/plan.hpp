@@ -23,7 +23,7 @@ struct Plane {
 };
 using Planes = std::array<Plane, 3>;  // as many as the format has; the others are not looked at
 
-// Memory for the rows in work. One for each thread that runs a plan; made by the plan it is for.
+// Memory for the rows in work, one for each thread; for all plans that it was made or grown for.
 class Workspace {
  public:
   Workspace() = default;
@@ -39,7 +39,7 @@ class Workspace {
 
 struct PlanTables;
 
-// Immutable; copies share the tables.
+// Copies share the tables; one that gets another crop leaves them and has its own from then on.
 class Plan {
  public:
   // Errors: check(preparation).
@@ -48,6 +48,11 @@ class Plan {
   const Preparation& preparation() const noexcept;
   const Placement& placement() const noexcept;
   Workspace workspace() const;
+  // Allocates nothing where the workspace is big enough.
+  void grow(Workspace* workspace) const;
+
+  // Errors: check_crop(). Tables that no other plan shares are made again in their own memory.
+  Status set_crop(const Rect& crop);
 
   // Writes the rows [first, first + count) of the tensor. `out` is the whole tensor, any alignment.
   // FRAME_SIZE when a plane is shorter than the picture needs or `out` is not the tensor's size.
@@ -58,8 +63,8 @@ class Plan {
   }
 
  private:
-  explicit Plan(std::shared_ptr<const PlanTables> tables) : tables_(std::move(tables)) {}
-  std::shared_ptr<const PlanTables> tables_;
+  explicit Plan(std::shared_ptr<PlanTables> tables) : tables_(std::move(tables)) {}
+  std::shared_ptr<PlanTables> tables_;
 };
 
 }  // namespace weir::preprocess

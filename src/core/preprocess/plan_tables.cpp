@@ -46,17 +46,17 @@ ColorTransform color_transform(ColorMatrix matrix, Range range) {
   return out;
 }
 
-Band make_band(const Preparation& p, const Placement& place, const Lane& lane) {
-  const Sampling columns{lane.halved, p.source.cosited_columns};
-  const Sampling rows{lane.halved, p.source.cosited_rows};
-  const Axis x(p.resize, {place.source.x, place.source.width, place.content.width}, columns);
-  Band band{lane.plane,
-            size_t{x.low()} * lane.step,
-            size_t{x.high() - x.low()} * lane.step,
-            Axis(p.resize, {place.source.y, place.source.height, place.content.height}, rows),
-            x.most_weights(),
-            {},
-            {}};
+void lay(Band* to, const Preparation& p, const Placement& place, const Lane& lane) {
+  Band& band = *to;
+  Axis& x = band.columns;
+  x.lay(p.resize, {place.source.x, place.source.width, place.content.width},
+        {lane.halved, p.source.cosited_columns});
+  band.rows.lay(p.resize, {place.source.y, place.source.height, place.content.height},
+                {lane.halved, p.source.cosited_rows});
+  band.plane = lane.plane;
+  band.first_byte = size_t{x.low()} * lane.step;
+  band.bytes = size_t{x.high() - x.low()} * lane.step;
+  band.taps = x.most_weights();
   const size_t stride = padded(x.targets());
   band.index.assign(stride * band.taps, 0);
   band.weights.assign(stride * band.taps, 0.0f);
@@ -69,7 +69,6 @@ Band make_band(const Preparation& p, const Placement& place, const Lane& lane) {
       band.weights[k * stride + t] = used ? weights[k] : 0.0f;
     }
   }
-  return band;
 }
 
 template <class Element>
@@ -105,15 +104,7 @@ std::vector<std::byte> padding_rows(const Preparation& p, const std::vector<Numb
 PlanTables::PlanTables(Preparation given)
     : preparation(std::move(given)), placement(place(preparation)) {
   const Preparation& p = preparation;
-  const PictureFormat& format = p.source.format;
-  const bool luma_is_enough = format.model == ColorModel::Yuv && p.order == ChannelOrder::Gray;
-  const size_t used = luma_is_enough ? 1 : format.lane_count();
-  for (size_t i = 0; i < used; ++i) {
-    const Lane& lane = format.lanes[i];
-    if (bands.empty() || bands.back().plane != lane.plane)
-      bands.push_back(make_band(p, placement, lane));
-    lanes.push_back({bands.size() - 1, lane.offset});
-  }
+  lay_bands();
   colors = color_transform(p.source.matrix, p.source.range);
   gray_factor = colors.of[0][0];
   gray_add = p.source.range == Range::Full ? 0.0f : -16 * gray_factor;
@@ -127,6 +118,30 @@ PlanTables::PlanTables(Preparation given)
     numbers.push_back(rule);
   }
   if (p.fit == Fit::Letterbox) padding = padding_rows(p, numbers);
+}
+
+void PlanTables::set_crop(const Rect& crop) {
+  preparation.crop = crop;
+  placement = place(preparation);
+  lay_bands();
+}
+
+// As many bands and lanes each time: the picture's format is the same.
+void PlanTables::lay_bands() {
+  const PictureFormat& format = preparation.source.format;
+  const bool luma_is_enough =
+      format.model == ColorModel::Yuv && preparation.order == ChannelOrder::Gray;
+  const size_t used = luma_is_enough ? 1 : format.lane_count();
+  size_t count = 0;
+  lanes.clear();
+  for (size_t i = 0; i < used; ++i) {
+    const Lane& lane = format.lanes[i];
+    if (i == 0 || format.lanes[i - 1].plane != lane.plane) {
+      if (bands.size() == count) bands.emplace_back();
+      lay(&bands[count++], preparation, placement, lane);
+    }
+    lanes.push_back({count - 1, lane.offset});
+  }
 }
 
 }  // namespace weir::preprocess

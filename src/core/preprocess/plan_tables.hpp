@@ -12,8 +12,8 @@ namespace weir::preprocess {
 struct Band {
   uint8_t plane = 0;
   size_t first_byte = 0, bytes = 0;  // of each row
-  Axis rows;
-  // By tap, then by target column: which element of the blended row, and its weight.
+  Axis rows, columns;
+  // The columns by tap, then by target column: which element of the blended row, and its weight.
   size_t taps = 0;
   std::vector<int32_t> index;
   std::vector<float> weights;
@@ -26,6 +26,9 @@ struct LaneSource {
 struct PlanTables {
   explicit PlanTables(Preparation preparation);
 
+  // Precondition: check_crop(). Keeps the memory of the tables, and all that no crop changes.
+  void set_crop(const Rect& crop);
+
   Preparation preparation;
   Placement placement;
   std::vector<Band> bands;
@@ -34,6 +37,9 @@ struct PlanTables {
   float gray_factor = 1, gray_add = 0;
   std::vector<NumberRule> numbers;  // by channel of the target
   std::vector<std::byte> padding;   // NHWC: one row of pixels; NCHW: one row for each channel
+
+ private:
+  void lay_bands();
 };
 
 }  // namespace weir::preprocess

@@ -49,6 +49,36 @@ TEST(Plan, ResizesEachFormatAsTheFormulasSay) {
     }
 }
 
+TEST(Plan, TakesAnotherCropAsIfMadeForIt) {
+  std::mt19937 random(11);
+  const auto below = [&](uint32_t bound) { return static_cast<uint32_t>(random() % bound); };
+  for (const char* format : {"RGB", "GRAY8", "NV12", "I420"})
+    for (const Resize resize : kResizes)
+      for (const Fit fit : {Fit::Stretch, Fit::Letterbox, Fit::CentreCrop}) {
+        const Pixels pixels(format, 61, 47, 5, 3);
+        auto p = preparation(pixels, 9, 12);
+        p.resize = resize;
+        p.fit = fit;
+        auto plan = Plan::make(p);
+        const Plan before = *plan;  // shares the tables, and keeps them
+        Workspace workspace;
+        for (int i = 0; i < 20; ++i) {
+          const uint32_t x = below(61), y = below(47);
+          p.crop = Rect{x, y, 1 + below(61 - x), 1 + below(47 - y)};
+          ASSERT_TRUE(plan->set_crop(*p.crop));
+          plan->grow(&workspace);
+          std::vector<float> out(size_t{9} * 12 * 3);
+          const auto bytes = std::as_writable_bytes(std::span(out));
+          ASSERT_TRUE(plan->run(pixels.planes, bytes, &workspace));
+          ASSERT_EQ(out, run<float>(p, pixels)) << format << " " << i;
+        }
+        EXPECT_FALSE(plan->set_crop({60, 0, 2, 1}));
+        EXPECT_FALSE(plan->set_crop({0, 0, 0, 1}));
+        EXPECT_EQ(plan->preparation().crop, p.crop);
+        EXPECT_FALSE(before.preparation().crop);
+      }
+}
+
 TEST(Plan, ResizesAnyPartAsTheFormulasSay) {
   std::mt19937 random(7);
   const auto below = [&](uint32_t bound) { return static_cast<uint32_t>(random() % bound); };

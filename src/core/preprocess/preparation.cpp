@@ -75,6 +75,17 @@ Status check_target(const Preparation& p) {
   return check_quantisation(p);
 }
 
+Status check_crop(const Picture& source, const Rect& c) {
+  const uint32_t width = source.width, height = source.height;
+  const bool inside = c.width > 0 && c.height > 0 && c.width <= width && c.height <= height &&
+                      c.x <= width - c.width && c.y <= height - c.height;
+  if (inside) return ok();
+  return bad_option(
+      "the crop is not within the picture",
+      size_text(c.width, c.height) + " at " + std::to_string(c.x) + "," + std::to_string(c.y),
+      "a part of " + size_text(width, height));
+}
+
 Status check(const Preparation& p) {
   if (auto status = check_target(p); !status) return status;
   if (auto format = picture_format(p.source.format.name); !format) return format.error();
@@ -86,15 +97,7 @@ Status check(const Preparation& p) {
                  "1x1 to " + size_text(kSideLimit, kSideLimit),
                  "",
                  ""};
-  if (!p.crop) return ok();
-  const Rect& c = *p.crop;
-  const bool inside = c.width > 0 && c.height > 0 && c.width <= width && c.height <= height &&
-                      c.x <= width - c.width && c.y <= height - c.height;
-  if (inside) return ok();
-  return bad_option(
-      "the crop is not within the picture",
-      size_text(c.width, c.height) + " at " + std::to_string(c.x) + "," + std::to_string(c.y),
-      "a part of " + size_text(width, height));
+  return p.crop ? check_crop(p.source, *p.crop) : ok();
 }
 
 }  // namespace weir::preprocess

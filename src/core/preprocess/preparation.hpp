@@ -81,6 +81,8 @@ inline constexpr uint32_t kSideLimit = 1u << 16;  // pixels, of pictures and of 
 
 // All but the source. OPTION_VALUE says which part cannot be used.
 Status check_target(const Preparation& preparation);
+// OPTION_VALUE when the crop is empty or not within the picture.
+Status check_crop(const Picture& source, const Rect& crop);
 // All of it. FORMAT_UNSUPPORTED or LIMIT_EXCEEDED for the source, OPTION_VALUE for the crop.
 Status check(const Preparation& preparation);
 

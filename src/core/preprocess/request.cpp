@@ -43,6 +43,11 @@ void take_shape(Request* request, const Shape& shape) noexcept {
     request->order = extent(columns == 1 ? 0 : 2) == 1 ? ChannelOrder::Gray : ChannelOrder::Rgb;
 }
 
+std::vector<Size> layers(const Request& request) {
+  if (!request.sizes.empty()) return request.sizes;
+  return {{request.width, request.height}};
+}
+
 ChannelOrder order_of(card::Color color) noexcept {
   switch (color) {
     case card::Color::Gray:
@@ -84,6 +89,34 @@ Result<Quantisation> parse_quantisation(std::string_view text) {
   return Quantisation{*scale, static_cast<int32_t>(*zero_point)};
 }
 
+Result<std::vector<Size>> parse_sizes(std::string_view text) {
+  std::vector<Size> out;
+  for (const auto part : split(text, ",")) {
+    const auto sides = split(part, "x", 2);
+    uint32_t values[2] = {};
+    for (size_t i = 0; i < 2; ++i) {
+      const auto word = i < sides.size() ? strip(sides[i]) : std::string_view();
+      const auto value = parse_unsigned(word);
+      if (value && *value > 0 && *value <= kSideLimit) {
+        values[i] = static_cast<uint32_t>(*value);
+        continue;
+      }
+      const size_t end = position_in(text, part) + part.size();
+      return unreadable("sizes", text, word.empty() ? end : position_in(text, word),
+                        "WIDTHxHEIGHT for each layer with commas between, sides of 1 to 65536",
+                        "sizes=640x640,320x320,160x160");
+    }
+    out.push_back({values[0], values[1]});
+  }
+  if (out.size() <= kLayerLimit) return out;
+  return Error{Code::LIMIT_EXCEEDED,
+               "a pyramid has too many layers",
+               "sizes of " + std::to_string(out.size()) + " layers",
+               "at most " + std::to_string(kLayerLimit),
+               "",
+               ""};
+}
+
 Result<ElementType> parse_type(std::string_view text) {
   const ElementType type = parse_element_type(text);
   if (type != ElementType::End) return type;
@@ -104,8 +137,8 @@ Result<Request> with_card(Request r, const card::Card& card) {
                  "",
                  "set width, height, type, mean and scale instead of card"};
   const card::ImageInput& input = card.inputs[0];
-  if (r.width == 0) r.width = static_cast<uint32_t>(input.width());
-  if (r.height == 0) r.height = static_cast<uint32_t>(input.height());
+  if (r.sizes.empty() && r.width == 0) r.width = static_cast<uint32_t>(input.width());
+  if (r.sizes.empty() && r.height == 0) r.height = static_cast<uint32_t>(input.height());
   r.fit = r.fit.value_or(input.resize == card::Resize::Crop ? Fit::CentreCrop : Fit::Stretch);
   r.order = r.order.value_or(order_of(input.color));
   r.mean = r.mean.value_or(input.mean);
@@ -115,20 +148,23 @@ Result<Request> with_card(Request r, const card::Card& card) {
   return r;
 }
 
-std::vector<TensorSpec> possible_tensors(const Request& r) {
+std::vector<std::vector<TensorSpec>> possible_frames(const Request& r) {
   const ElementType type = r.type.value_or(ElementType::End);
-  if (r.width == 0 || r.height == 0) return {TensorSpec{type, Shape(), ""}};
-  std::vector<TensorSpec> out;
+  if (r.sizes.empty() && (r.width == 0 || r.height == 0)) return {{TensorSpec{type, Shape(), ""}}};
+  std::vector<std::vector<TensorSpec>> out;
   for (const auto order : {ChannelOrder::Rgb, ChannelOrder::Gray})
     for (const auto layout : {Layout::Nhwc, Layout::Nchw}) {
       if (r.layout && layout != *r.layout) continue;
       if (r.order && order != ChannelOrder::Rgb) continue;
       Preparation p;
-      p.width = r.width;
-      p.height = r.height;
       p.order = r.order.value_or(order);
       p.layout = layout;
-      out.push_back({type, p.tensor().shape, ""});
+      auto& frame = out.emplace_back();
+      for (const Size& size : layers(r)) {
+        p.width = size.width;
+        p.height = size.height;
+        frame.push_back({type, p.tensor().shape, ""});
+      }
     }
   return out;
 }
@@ -151,6 +187,22 @@ Result<Preparation> resolve(Request r, const TensorSpec& wanted) {
   p.layout = r.layout.value_or(Layout::Nhwc);
   if (auto status = check_target(p); !status) return status.error();
   return p;
+}
+
+Result<std::vector<Preparation>> resolve_frame(const Request& request,
+                                               std::span<const TensorSpec> wanted) {
+  std::vector<Preparation> out;
+  for (const Size& size : layers(request)) {
+    Request layer = request;
+    layer.width = size.width;
+    layer.height = size.height;
+    const size_t index = out.size();
+    auto preparation =
+        resolve(std::move(layer), index < wanted.size() ? wanted[index] : TensorSpec{});
+    if (!preparation) return preparation.error();
+    out.push_back(*std::move(preparation));
+  }
+  return out;
 }
 
 }  // namespace weir::preprocess

@@ -2,6 +2,7 @@
 // tensor that is wanted behind.
 #pragma once
 #include <optional>
+#include <span>
 #include <string_view>
 #include <vector>
 
@@ -10,8 +11,15 @@
 
 namespace weir::preprocess {
 
+struct Size {
+  uint32_t width = 0, height = 0;
+  bool operator==(const Size&) const = default;
+};
+inline constexpr size_t kLayerLimit = 16;  // of a pyramid
+
 struct Request {
   uint32_t width = 0, height = 0;  // 0 = open
+  std::vector<Size> sizes;         // of a pyramid's layers, instead of width and height
   Resize resize = Resize::Bilinear;
   double padding = 0;
   std::optional<Fit> fit;
@@ -26,6 +34,8 @@ struct Request {
 Result<std::vector<double>> parse_numbers(std::string_view name, std::string_view text);
 // "SCALE:ZERO_POINT". OPTION_SYNTAX with the place.
 Result<Quantisation> parse_quantisation(std::string_view text);
+// "WIDTHxHEIGHT,WIDTHxHEIGHT". OPTION_SYNTAX with the place; LIMIT_EXCEEDED beyond kLayerLimit.
+Result<std::vector<Size>> parse_sizes(std::string_view text);
 // TYPE_SYNTAX.
 Result<ElementType> parse_type(std::string_view text);
 
@@ -33,12 +43,16 @@ Result<ElementType> parse_type(std::string_view text);
 Result<Request> with_card(Request request, const card::Card& card);
 
 // A tensor of which type and shape may be open (End, not valid).
-// What the request can give, the preferred ones first. Without width and height the shape is open.
-std::vector<TensorSpec> possible_tensors(const Request& request);
+// What each frame of the request can be, the preferred ones first: one tensor, or one for each
+// layer. Without width and height the shape is open.
+std::vector<std::vector<TensorSpec>> possible_frames(const Request& request);
 
 // What is open becomes what `wanted` says, and where that is open too: stretch, RGB, NHWC, float32
 // with mean or scale and uint8 without. The source is left for the caller. Errors: check_target().
 // The tensor of the result may be another than `wanted` where the request is not open.
 Result<Preparation> resolve(Request request, const TensorSpec& wanted);
+// The same for each tensor of a frame. Tensors that are not in `wanted` are open there.
+Result<std::vector<Preparation>> resolve_frame(const Request& request,
+                                               std::span<const TensorSpec> wanted);
 
 }  // namespace weir::preprocess

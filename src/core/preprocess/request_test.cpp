@@ -41,6 +41,36 @@ TEST(Request, ReadsAQuantisation) {
   EXPECT_TRUE(says(refusal(parse_quantisation("0.5:99999999999")), "at character 5"));
 }
 
+TEST(Request, ReadsSizes) {
+  const std::vector<Size> two{{640, 480}, {1, 65536}};
+  EXPECT_EQ(*parse_sizes("640x480,1x65536"), two);
+  EXPECT_EQ(*parse_sizes(" 640 x 480 , 1x65536 "), two);
+}
+
+TEST(Request, ShowsThePlaceInSizes) {
+  const struct {
+    const char* text;
+    int place;
+  } cases[] = {{"", 1},        {"640", 4},
+               {"640x", 5},    {"x480", 5},
+               {"6x4,", 5},    {"6x4,,2x1", 5},
+               {"6x4,axb", 5}, {"6x4, 3x0", 8},
+               {"65537x1", 1}, {"6x4x2", 3},
+               {"6x-4", 3},    {"6*4", 1},
+               {"6x4,3X2", 5}, {"1x99999999999999999999", 3}};
+  for (const auto& c : cases) {
+    const auto words = refusal(parse_sizes(c.text));
+    EXPECT_TRUE(says(words, "WEIR-1001: sizes cannot be read")) << c.text << words;
+    EXPECT_TRUE(says(words, ("at character " + std::to_string(c.place) + ":").c_str()))
+        << c.text << "\n"
+        << words;
+  }
+  std::string many = "1x1";
+  for (int i = 0; i < 15; ++i) many += ",1x1";
+  EXPECT_EQ(parse_sizes(many)->size(), 16u);
+  EXPECT_TRUE(says(refusal(parse_sizes(many + ",1x1")), "offered: sizes of 17 layers"));
+}
+
 TEST(Request, ReadsATypeByItsName) {
   EXPECT_EQ(*parse_type("float16"), ElementType::Float16);
   EXPECT_TRUE(says(refusal(parse_type("float")), "WEIR-1003"));
@@ -59,6 +89,27 @@ card::Card card_with(std::vector<int64_t> shape, card::Layout layout, card::Colo
   card::Card card;
   card.inputs = {input};
   return card;
+}
+
+TEST(Request, ResolvesEachLayer) {
+  Request request;
+  request.sizes = {{8, 6}, {4, 3}};
+  const auto frames = possible_frames(request);
+  ASSERT_EQ(frames.size(), 4u);
+  EXPECT_EQ(frames[1][0].shape, (Shape{8, 6, 3, 1}));
+  EXPECT_EQ(frames[1][1].shape, (Shape{4, 3, 3, 1}));
+  const TensorSpec wanted[] = {{ElementType::Float32, {8, 6, 3, 1}, ""},
+                               {ElementType::UInt8, {1, 4, 3, 1}, ""}};
+  const auto layers = resolve_frame(request, wanted);
+  ASSERT_TRUE(layers);
+  EXPECT_EQ((*layers)[0].tensor().to_string(), "float32 8:6:3:1");
+  EXPECT_EQ((*layers)[1].tensor().to_string(), "uint8 1:4:3:1");
+  EXPECT_EQ((*resolve_frame(request, {}))[1].tensor().to_string(), "uint8 3:4:3:1");
+  // A card does not open the sizes again.
+  const auto carded =
+      with_card(request, card_with({1, 5, 7, 3}, card::Layout::Nhwc, card::Color::Rgb));
+  ASSERT_TRUE(carded);
+  EXPECT_EQ((*resolve_frame(*carded, {}))[0].tensor().to_string(), "float32 3:8:6:1");
 }
 
 TEST(Request, TakesEverythingFromACard) {
@@ -138,18 +189,18 @@ TEST(Request, SaysThatTheSizeIsNotKnown) {
 
 TEST(Request, OffersEachTensorItCanGive) {
   Request request;
-  ASSERT_EQ(possible_tensors(request).size(), 1u);
-  EXPECT_FALSE(possible_tensors(request)[0].shape.valid());
+  ASSERT_EQ(possible_frames(request).size(), 1u);
+  EXPECT_FALSE(possible_frames(request)[0][0].shape.valid());
   request.width = 5;
   request.height = 6;
   std::string shapes;
-  for (const auto& tensor : possible_tensors(request)) shapes += tensor.shape.to_string() + " ";
+  for (const auto& frame : possible_frames(request)) shapes += frame[0].shape.to_string() + " ";
   EXPECT_EQ(shapes, "3:5:6:1 5:6:3:1 1:5:6:1 5:6:1:1 ");
   request.order = ChannelOrder::Bgr;
   request.layout = Layout::Nchw;
   request.type = ElementType::Int8;
-  ASSERT_EQ(possible_tensors(request).size(), 1u);
-  EXPECT_EQ(possible_tensors(request)[0].to_string(), "int8 5:6:3:1");
+  ASSERT_EQ(possible_frames(request).size(), 1u);
+  EXPECT_EQ(possible_frames(request)[0][0].to_string(), "int8 5:6:3:1");
 }
 
 }  // namespace

@@ -6,11 +6,10 @@
 
 namespace weir::preprocess {
 
-Runner::Runner(Plan plan, size_t threads) : plan_(std::move(plan)) {
+Runner::Runner(size_t threads) {
   threads = std::clamp<size_t>(threads, 1, kThreadLimit);
   workspaces_.resize(threads);
   threads_.reserve(threads - 1);
-  set_plan(plan_);
   try {
     while (threads_.size() + 1 < threads)
       threads_.emplace_back(&Runner::work, this, threads_.size() + 1);
@@ -27,52 +26,57 @@ Runner::~Runner() {
   for (auto& thread : threads_) thread.join();
 }
 
-void Runner::set_plan(Plan plan) {
-  std::vector<Workspace> workspaces;
-  for (size_t part = 0; part < workspaces_.size(); ++part) workspaces.push_back(plan.workspace());
-  workspaces_.swap(workspaces);
-  plan_ = std::move(plan);
+// The jobs were checked: no thread has an error to tell.
+void Runner::run_part(size_t part, const Planes& planes, std::span<const Job> jobs) {
+  const uint64_t parts = threads_.size() + 1;
+  for (const Job& job : jobs) {
+    const uint64_t height = job.plan->preparation().height;
+    const auto first = static_cast<uint32_t>(height * part / parts);
+    const auto end = static_cast<uint32_t>(height * (part + 1) / parts);
+    if (first == end) continue;
+    [[maybe_unused]] const Status checked =
+        job.plan->run_rows(planes, job.out, first, end - first, &workspaces_[part]);
+  }
 }
 
-Status Runner::run_part(size_t part, const Planes& planes, std::span<std::byte> out) {
-  const uint64_t height = plan_.preparation().height, parts = threads_.size() + 1;
-  const auto first = static_cast<uint32_t>(height * part / parts);
-  const auto end = static_cast<uint32_t>(height * (part + 1) / parts);
-  return plan_.run_rows(planes, out, first, end - first, &workspaces_[part]);
-}
-
-Status Runner::run(const Planes& planes, std::span<std::byte> out) {
-  if (threads_.empty()) return run_part(0, planes, out);
-  // Nobody else begins a frame that cannot be done, so that no thread has an error to tell.
-  if (auto status = plan_.run_rows(planes, out, 0, 0, &workspaces_[0]); !status) return status;
+Status Runner::run(const Planes& planes, std::span<const Job> jobs) {
+  for (const Job& job : jobs) {
+    if (auto status = job.plan->run_rows(planes, job.out, 0, 0, &workspaces_[0]); !status)
+      return status;
+    for (Workspace& workspace : workspaces_) job.plan->grow(&workspace);
+  }
+  if (threads_.empty()) {
+    run_part(0, planes, jobs);
+    return ok();
+  }
   {
     std::lock_guard lock(mutex_);
     planes_ = &planes;
-    out_ = out;
+    jobs_ = jobs;
     working_ = threads_.size();
     ++frame_;
   }
   begun_.notify_all();
-  Status status = run_part(0, planes, out);
+  run_part(0, planes, jobs);
   std::unique_lock lock(mutex_);
   done_.wait(lock, [this] { return working_ == 0; });
-  return status;
+  return ok();
 }
 
 void Runner::work(size_t part) {
   uint64_t last = 0;
   while (true) {
     const Planes* planes = nullptr;
-    std::span<std::byte> out;
+    std::span<const Job> jobs;
     {
       std::unique_lock lock(mutex_);
       begun_.wait(lock, [&] { return ending_ || frame_ != last; });
       if (ending_) return;
       last = frame_;
       planes = planes_;
-      out = out_;
+      jobs = jobs_;
     }
-    [[maybe_unused]] const Status checked = run_part(part, *planes, out);
+    run_part(part, *planes, jobs);
     std::lock_guard lock(mutex_);
     if (--working_ == 0) done_.notify_one();
   }

@@ -19,6 +19,11 @@ Preparation preparation(const Pixels& pixels, uint32_t width, uint32_t height) {
   return p;
 }
 
+Status run(Runner* runner, const Plan& plan, const Planes& planes, std::span<std::byte> out) {
+  const Job job{&plan, out};
+  return runner->run(planes, {&job, 1});
+}
+
 TEST(Runner, GivesTheSameFromAnyNumberOfThreads) {
   const Pixels pixels("NV12", 40, 30, 3);
   for (const uint32_t height : {1u, 2u, 7u, 64u}) {
@@ -26,37 +31,55 @@ TEST(Runner, GivesTheSameFromAnyNumberOfThreads) {
     const auto wanted = testing::run<uint8_t>(p, pixels);
     ASSERT_FALSE(wanted.empty());
     for (const size_t threads : {0u, 1u, 2u, 3u, 5u}) {
-      Runner runner(*Plan::make(p), threads);
+      const Plan plan = *Plan::make(p);
+      Runner runner(threads);
       for (int frame = 0; frame < 50; ++frame) {
         std::vector<uint8_t> out(wanted.size());
-        ASSERT_TRUE(runner.run(pixels.planes, std::as_writable_bytes(std::span(out))));
+        ASSERT_TRUE(run(&runner, plan, pixels.planes, std::as_writable_bytes(std::span(out))));
         ASSERT_EQ(out, wanted) << threads << " threads";
       }
     }
   }
 }
 
-TEST(Runner, TakesAnotherPlan) {
-  const Pixels pixels("RGB", 40, 30), other("I420", 90, 50);
-  Runner runner(*Plan::make(preparation(pixels, 8, 9)), 3);
-  const auto p = preparation(other, 70, 41);
-  runner.set_plan(*Plan::make(p));
-  std::vector<uint8_t> out(size_t{3} * 70 * 41);
-  ASSERT_TRUE(runner.run(other.planes, std::as_writable_bytes(std::span(out))));
-  EXPECT_EQ(out, testing::run<uint8_t>(p, other));
+TEST(Runner, RunsSeveralPlansOverOnePicture) {
+  const Pixels pixels("NV12", 90, 50, 2);
+  std::vector<Plan> plans;
+  std::vector<std::vector<uint8_t>> out, wanted;
+  for (const uint32_t side : {70u, 8u, 1u}) {
+    plans.push_back(*Plan::make(preparation(pixels, side, side + 1)));
+    wanted.push_back(testing::run<uint8_t>(plans.back().preparation(), pixels));
+  }
+  for (const size_t threads : {1u, 3u}) {
+    Runner runner(threads);
+    out = {};
+    std::vector<Job> jobs;
+    for (const auto& one : wanted) out.emplace_back(one.size());
+    for (size_t i = 0; i < 3; ++i)
+      jobs.push_back({&plans[i], std::as_writable_bytes(std::span(out[i]))});
+    ASSERT_TRUE(runner.run(pixels.planes, jobs));
+    EXPECT_EQ(out, wanted);
+    // A job that cannot be done leaves the tensors of all as they are.
+    for (auto& one : out) one.assign(one.size(), 1);
+    const auto untouched = out;
+    jobs[2].out = jobs[2].out.first(1);
+    EXPECT_FALSE(runner.run(pixels.planes, jobs));
+    EXPECT_EQ(out, untouched);
+  }
 }
 
 TEST(Runner, TellsAnErrorOnceAndGoesOn) {
   const Pixels pixels("RGB", 40, 30);
   for (const size_t threads : {1u, 4u}) {
-    Runner runner(*Plan::make(preparation(pixels, 8, 8)), threads);
+    const Plan plan = *Plan::make(preparation(pixels, 8, 8));
+    Runner runner(threads);
     std::vector<std::byte> out(3 * 8 * 8);
     auto planes = pixels.planes;
     planes[0].memory = planes[0].memory.first(100);
-    const auto status = runner.run(planes, out);
+    const auto status = run(&runner, plan, planes, out);
     ASSERT_FALSE(status);
     EXPECT_NE(status.error().message().find("plane 0 of 100 bytes"), std::string::npos);
-    EXPECT_TRUE(runner.run(pixels.planes, out));
+    EXPECT_TRUE(run(&runner, plan, pixels.planes, out));
   }
 }
 

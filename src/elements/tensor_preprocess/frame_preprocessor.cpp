@@ -6,40 +6,56 @@ namespace weir {
 using preprocess::Plan;
 using preprocess::Preparation;
 
-FramePreprocessor::FramePreprocessor(const GstVideoInfo& video, Plan plan, gst::FramePool pool,
-                                     size_t threads)
+FramePreprocessor::FramePreprocessor(const GstVideoInfo& video, std::vector<Plan> plans,
+                                     gst::FramePool pool, size_t threads)
     : video_(video),
-      size_{plan.preparation().source.width, plan.preparation().source.height, {}},
-      runner_(std::move(plan), threads),
+      size_{plans[0].preparation().source.width, plans[0].preparation().source.height, {}},
+      plans_(std::move(plans)),
+      runner_(threads),
       pool_(std::move(pool)) {}
 
-Result<std::unique_ptr<FramePreprocessor>> FramePreprocessor::make(Preparation preparation,
-                                                                   const GstVideoInfo& video,
-                                                                   size_t threads) {
+Result<std::unique_ptr<FramePreprocessor>> FramePreprocessor::make(
+    std::vector<Preparation> preparations, const GstVideoInfo& video, size_t threads) {
   auto picture = picture_of(video);
   if (!picture) return picture.error();
-  preparation.source = *picture;
-  auto pool = gst::FramePool::make({preparation.tensor()}, Format::Static);
+  std::vector<TensorSpec> tensors;
+  std::vector<Plan> plans;
+  for (Preparation& preparation : preparations) {
+    preparation.source = *picture;
+    tensors.push_back(preparation.tensor());
+    auto plan = Plan::make(std::move(preparation));
+    if (!plan) return plan.error();
+    plans.push_back(*std::move(plan));
+  }
+  auto pool = gst::FramePool::make(std::move(tensors), Format::Static);
   if (!pool) return pool.error();
-  auto plan = Plan::make(std::move(preparation));
-  if (!plan) return plan.error();
   return std::unique_ptr<FramePreprocessor>(
-      new FramePreprocessor(video, *std::move(plan), *std::move(pool), threads));
+      new FramePreprocessor(video, std::move(plans), *std::move(pool), threads));
 }
 
-// The plan is made again when a buffer's picture has another size or crop.
+// The plans are made again when a buffer's picture has another size or crop.
 Status FramePreprocessor::adapt(GstBuffer* in) {
   const PictureSize size = size_of_picture(video_, in);
   if (size == size_) return ok();
-  Preparation preparation = runner_.plan().preparation();
-  preparation.source.width = size.width;
-  preparation.source.height = size.height;
-  preparation.crop = size.crop;
-  auto plan = Plan::make(std::move(preparation));
-  if (!plan) return plan.error();
-  runner_.set_plan(*std::move(plan));
+  std::vector<Plan> plans;
+  for (const Plan& before : plans_) {
+    Preparation preparation = before.preparation();
+    preparation.source.width = size.width;
+    preparation.source.height = size.height;
+    preparation.crop = size.crop;
+    auto plan = Plan::make(std::move(preparation));
+    if (!plan) return plan.error();
+    plans.push_back(*std::move(plan));
+  }
+  plans_ = std::move(plans);
   size_ = size;
   return ok();
+}
+
+std::vector<PictureMap> FramePreprocessor::ways_back() const {
+  std::vector<PictureMap> out;
+  for (const Plan& plan : plans_) out.push_back(preprocess::way_back(plan.preparation()));
+  return out;
 }
 
 Status FramePreprocessor::run(GstBuffer* in, GstBuffer* out) {
@@ -47,7 +63,11 @@ Status FramePreprocessor::run(GstBuffer* in, GstBuffer* out) {
   MappedPicture picture;
   if (auto status = picture.map(video_, in); !status) return status;
   Status status = writer_.map(pool_, out);
-  if (status) status = runner_.run(picture.planes(), writer_.payloads()[0]);
+  if (status) {
+    jobs_.clear();
+    for (size_t i = 0; i < plans_.size(); ++i) jobs_.push_back({&plans_[i], writer_.payloads()[i]});
+    status = runner_.run(picture.planes(), jobs_);
+  }
   writer_.unmap();
   return status;
 }

@@ -12,27 +12,31 @@ namespace weir {
 
 class FramePreprocessor {
  public:
-  // The source of `preparation` is what `video` says. Errors: picture_of(), Plan::make().
-  static Result<std::unique_ptr<FramePreprocessor>> make(preprocess::Preparation preparation,
-                                                         const GstVideoInfo& video, size_t threads);
+  // One tensor for each preparation; their source is what `video` says. Errors: picture_of(),
+  // Plan::make(), FramePool::make().
+  static Result<std::unique_ptr<FramePreprocessor>> make(
+      std::vector<preprocess::Preparation> preparations, const GstVideoInfo& video, size_t threads);
 
   // A buffer for run() to write; null when memory ran out.
   gst::Ref<GstBuffer> acquire() { return pool_.acquire(); }
   // Errors: MappedPicture::map(), Plan::make() for the crop, Plan::run_rows().
   Status run(GstBuffer* in, GstBuffer* out);
-  // Of the last frame, and before the first as the caps say.
-  PictureMap way_back() const noexcept {
-    return preprocess::way_back(runner_.plan().preparation());
-  }
+  // For each tensor of the last frame.
+  std::vector<PictureMap> ways_back() const;
   gst::FramePoolStats pool_stats() const { return pool_.stats(); }
 
  private:
-  FramePreprocessor(const GstVideoInfo& video, preprocess::Plan plan, gst::FramePool pool,
-                    size_t threads);
+  FramePreprocessor(const GstVideoInfo& video, std::vector<preprocess::Plan> plans,
+                    gst::FramePool pool, size_t threads);
   Status adapt(GstBuffer* in);
 
   GstVideoInfo video_;
-  PictureSize size_;  // of the plan's picture
+  PictureSize size_;  // of the plans' picture
+  // A layer of a pyramid is made from the picture, not from the layer before, though that would
+  // read less: its numbers are then those of the single picture, and rows of normalised or
+  // quantised numbers are no pixels to go on from.
+  std::vector<preprocess::Plan> plans_;
+  std::vector<preprocess::Job> jobs_;  // of the frame in work; keeps its memory
   preprocess::Runner runner_;
   gst::FramePool pool_;
   gst::FramePool::Writer writer_;

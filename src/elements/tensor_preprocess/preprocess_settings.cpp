@@ -16,6 +16,19 @@ Result<preprocess::Request> request_of(const PreprocessSettings& s) {
   preprocess::Request request;
   request.width = s.width;
   request.height = s.height;
+  if (!s.sizes.empty()) {
+    if (s.width != 0 || s.height != 0)
+      return Error{Code::OPTION_VALUE,
+                   "sizes says the size of each tensor, width and height that of the only one",
+                   "width=" + std::to_string(s.width) + " height=" + std::to_string(s.height) +
+                       " sizes=" + s.sizes,
+                   "either width and height, or sizes",
+                   "",
+                   "tensor_preprocess sizes=" + s.sizes};
+    auto sizes = preprocess::parse_sizes(s.sizes);
+    if (!sizes) return sizes.error();
+    request.sizes = *std::move(sizes);
+  }
   request.resize = s.method;
   request.padding = s.padding_value;
   request.fit = chosen<preprocess::Fit>(s.fit);

@@ -70,7 +70,7 @@ struct PreprocessSettings {
   FitChoice fit = FitChoice::Auto;
   uint32_t padding_value = 0;
   OrderChoice channel_order = OrderChoice::Auto;
-  std::string mean, scale, quantisation, type;
+  std::string mean, scale, quantisation, type, sizes;
   LayoutChoice layout = LayoutChoice::Auto;
   std::string card;
   uint32_t threads = 1;
@@ -83,6 +83,9 @@ inline constexpr std::tuple kPreprocessProperties{
     gst::Property{"height", &PreprocessSettings::height,
                   "Rows of the tensor; 0 = the card's, or what the element behind takes",
                   gst::Changeable::InReady, 0u, preprocess::kSideLimit},
+    gst::Property{"sizes", &PreprocessSettings::sizes,
+                  "A pyramid instead of width and height: WIDTHxHEIGHT of each layer with commas "
+                  "between, one tensor each, at most 16"},
     gst::Property{"method", &PreprocessSettings::method, "How the picture is resized"},
     gst::Property{"fit", &PreprocessSettings::fit, "Where the picture goes in the tensor"},
     gst::Property{"padding-value", &PreprocessSettings::padding_value,
@@ -108,7 +111,8 @@ inline constexpr std::tuple kPreprocessProperties{
                   gst::Changeable::InReady, 1u, static_cast<uint32_t>(preprocess::kThreadLimit)},
 };
 
-// Errors: OPTION_SYNTAX and TYPE_SYNTAX with the place, those of card::read() and with_card().
+// Errors: OPTION_VALUE for properties that exclude each other, OPTION_SYNTAX and TYPE_SYNTAX with
+// the place, those of card::read() and with_card().
 Result<preprocess::Request> request_of(const PreprocessSettings& settings);
 
 }  // namespace weir

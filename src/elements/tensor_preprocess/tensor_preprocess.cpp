@@ -71,9 +71,9 @@ class TensorPreprocess : public gst::Element<TensorPreprocess, gst::BaseTransfor
     if (direction == GST_PAD_SINK && !gst_caps_is_empty(open.get()) && request) {
       const auto one = first_choice(open.get());
       auto spec = gst::spec_from_caps(one.get());
-      if (spec && spec->tensors.size() == 1)
-        if (const auto p = preprocess::resolve(*request, spec->tensors[0])) {
-          spec->tensors[0] = p->tensor();
+      if (spec)
+        if (const auto p = preprocess::resolve_frame(*request, spec->tensors)) {
+          spec->tensors = tensors_of(*p);
           const auto closed =
               gst::possible_caps(GST_BASE_TRANSFORM_SRC_PAD(self()), *spec, one.get());
           auto meet = Ref<GstCaps>::adopt(gst_caps_intersect(one.get(), closed.get()));
@@ -158,7 +158,7 @@ class TensorPreprocess : public gst::Element<TensorPreprocess, gst::BaseTransfor
       return GST_FLOW_ERROR;
     }
     pool_allocated_ = frames_->pool_stats().allocated;
-    gst::set_picture_maps(out, {frames_->way_back()});
+    gst::set_picture_maps(out, frames_->ways_back());
     ledger_.consumed_and_pushed();
     return GST_FLOW_OK;
   }
@@ -173,6 +173,12 @@ class TensorPreprocess : public gst::Element<TensorPreprocess, gst::BaseTransfor
  private:
   static Error out_of_memory() {
     return Error{Code::OUT_OF_MEMORY, "no memory for an output buffer", "", "", "", ""};
+  }
+
+  static std::vector<TensorSpec> tensors_of(const std::vector<preprocess::Preparation>& all) {
+    std::vector<TensorSpec> out;
+    for (const auto& preparation : all) out.push_back(preparation.tensor());
+    return out;
   }
 
   // The card is read once, then again when a property changes.
@@ -197,13 +203,15 @@ class TensorPreprocess : public gst::Element<TensorPreprocess, gst::BaseTransfor
                            const GstCaps* filter) const {
     FrameSpec spec;
     spec.format = Format::Static;
-    spec.tensors.resize(1);
     gst_structure_get_fraction(video, "framerate", &spec.rate.numerator, &spec.rate.denominator);
     GstPad* pad = GST_BASE_TRANSFORM_SRC_PAD(self());
-    if (!request) return gst::possible_caps(pad, spec, filter);
+    if (!request) {
+      spec.tensors.resize(1);
+      return gst::possible_caps(pad, spec, filter);
+    }
     auto out = Ref<GstCaps>::adopt(gst_caps_new_empty());
-    for (const TensorSpec& tensor : preprocess::possible_tensors(*request)) {
-      spec.tensors[0] = tensor;
+    for (auto& tensors : preprocess::possible_frames(*request)) {
+      spec.tensors = std::move(tensors);
       auto caps = gst::possible_caps(pad, spec, filter);
       out = Ref<GstCaps>::adopt(gst_caps_merge(out.release(), caps.release()));
     }
@@ -226,18 +234,17 @@ class TensorPreprocess : public gst::Element<TensorPreprocess, gst::BaseTransfor
     if (!request) return request.error();
     const auto spec = gst::spec_from_caps(out);
     if (!spec) return spec.error();
-    auto preparation =
-        preprocess::resolve(*request, spec->tensors.empty() ? TensorSpec{} : spec->tensors[0]);
-    if (!preparation) return preparation.error();
+    auto preparations = preprocess::resolve_frame(*request, spec->tensors);
+    if (!preparations) return preparations.error();
     const auto output = gst::fixed_spec_from_caps(out);
     if (!output) return output.error();
-    if (auto difference = first_difference({preparation->tensor()}, output->tensors);
-        !difference.empty())
-      return mismatch(preparation->tensor().to_string(), output->to_string(), difference);
+    const FrameSpec ours{Format::Static, tensors_of(*preparations), output->rate};
+    if (auto difference = first_difference(ours.tensors, output->tensors); !difference.empty())
+      return mismatch(ours.to_string(), output->to_string(), difference);
     GstVideoInfo video;
     if (!gst_video_info_from_caps(&video, in))
       return Error{Code::FORMAT_UNSUPPORTED, "the video caps cannot be read", "", "", "", ""};
-    auto frames = FramePreprocessor::make(*std::move(preparation), video, settings().threads);
+    auto frames = FramePreprocessor::make(*std::move(preparations), video, settings().threads);
     if (!frames) return frames.error();
     frames_ = *std::move(frames);
     return ok();
@@ -261,7 +268,7 @@ class TensorPreprocess : public gst::Element<TensorPreprocess, gst::BaseTransfor
     std::string difference;
     const auto offered = gst::spec_from_caps(ours.get());
     const auto needed = gst::spec_from_caps(theirs.get());
-    if (offered && needed && needed->tensors.size() == 1 && needed->tensors[0].valid())
+    if (offered && needed && needed->info_valid())
       difference = first_difference(offered->tensors, needed->tensors);
     gst::post_error(element(),
                     mismatch(gst::UniqueText(gst_caps_to_string(ours.get())).get(),
