@@ -10,7 +10,8 @@
 
 namespace weir::gst {
 
-// The ways back into the source picture: one for all tensors, or one for each. Empty when the
+// The ways back into the source picture: one for all tensors, or one for each; or of one tensor
+// that is a batch of regions, one for each index of its outermost dimension. Empty when the
 // buffer has none. Valid while the buffer is neither changed nor released.
 std::span<const PictureMap> picture_maps(GstBuffer* buffer) noexcept;
 

@@ -48,6 +48,11 @@ std::vector<Size> layers(const Request& request) {
   return {{request.width, request.height}};
 }
 
+Shape batched(const Request& request, Shape shape) {
+  if (request.most_regions > 0) shape[3] = request.most_regions;
+  return shape;
+}
+
 ChannelOrder order_of(card::Color color) noexcept {
   switch (color) {
     case card::Color::Gray:
@@ -163,7 +168,7 @@ std::vector<std::vector<TensorSpec>> possible_frames(const Request& r) {
       for (const Size& size : layers(r)) {
         p.width = size.width;
         p.height = size.height;
-        frame.push_back({type, p.tensor().shape, ""});
+        frame.push_back({type, batched(r, p.tensor().shape), ""});
       }
     }
   return out;
@@ -201,6 +206,16 @@ Result<std::vector<Preparation>> resolve_frame(const Request& request,
         resolve(std::move(layer), index < wanted.size() ? wanted[index] : TensorSpec{});
     if (!preparation) return preparation.error();
     out.push_back(*std::move(preparation));
+  }
+  return out;
+}
+
+std::vector<TensorSpec> tensors_of(const Request& request,
+                                   std::span<const Preparation> preparations) {
+  std::vector<TensorSpec> out;
+  for (const Preparation& preparation : preparations) {
+    out.push_back(preparation.tensor());
+    out.back().shape = batched(request, out.back().shape);
   }
   return out;
 }

@@ -22,6 +22,8 @@ struct Request {
   std::vector<Size> sizes;         // of a pyramid's layers, instead of width and height
   Resize resize = Resize::Bilinear;
   double padding = 0;
+  bool regions = false;       // a batch of parts of the picture, outermost dimension
+  uint32_t most_regions = 0;  // of a static batch; 0 = flexible
   std::optional<Fit> fit;
   std::optional<ChannelOrder> order;
   std::optional<std::vector<double>> mean, scale;
@@ -54,5 +56,8 @@ Result<Preparation> resolve(Request request, const TensorSpec& wanted);
 // The same for each tensor of a frame. Tensors that are not in `wanted` are open there.
 Result<std::vector<Preparation>> resolve_frame(const Request& request,
                                                std::span<const TensorSpec> wanted);
+// The tensors of a static frame of these.
+std::vector<TensorSpec> tensors_of(const Request& request,
+                                   std::span<const Preparation> preparations);
 
 }  // namespace weir::preprocess

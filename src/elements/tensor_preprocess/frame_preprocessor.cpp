@@ -33,6 +33,12 @@ Result<std::unique_ptr<FramePreprocessor>> FramePreprocessor::make(
       new FramePreprocessor(video, std::move(plans), *std::move(pool), threads));
 }
 
+Result<gst::Ref<GstBuffer>> FramePreprocessor::acquire(GstBuffer*) {
+  auto buffer = pool_.acquire();
+  if (!buffer) return no_output_memory();
+  return buffer;
+}
+
 // The plans are made again when a buffer's picture has another size or crop.
 Status FramePreprocessor::adapt(GstBuffer* in) {
   const PictureSize size = size_of_picture(video_, in);

@@ -5,25 +5,24 @@
 #include <memory>
 
 #include "core/preprocess/runner.hpp"
+#include "elements/tensor_preprocess/picture_work.hpp"
 #include "elements/tensor_preprocess/video_picture.hpp"
 #include "gstcpp/frame_pool.hpp"
 
 namespace weir {
 
-class FramePreprocessor {
+class FramePreprocessor : public PictureWork {
  public:
   // One tensor for each preparation; their source is what `video` says. Errors: picture_of(),
   // Plan::make(), FramePool::make().
   static Result<std::unique_ptr<FramePreprocessor>> make(
       std::vector<preprocess::Preparation> preparations, const GstVideoInfo& video, size_t threads);
 
-  // A buffer for run() to write; null when memory ran out.
-  gst::Ref<GstBuffer> acquire() { return pool_.acquire(); }
+  Result<gst::Ref<GstBuffer>> acquire(GstBuffer* in) override;
   // Errors: MappedPicture::map(), Plan::make() for the crop, Plan::run_rows().
-  Status run(GstBuffer* in, GstBuffer* out);
-  // For each tensor of the last frame.
-  std::vector<PictureMap> ways_back() const;
-  gst::FramePoolStats pool_stats() const { return pool_.stats(); }
+  Status run(GstBuffer* in, GstBuffer* out) override;
+  std::vector<PictureMap> ways_back() const override;
+  uint64_t allocated() const override { return pool_.stats().allocated; }
 
  private:
   FramePreprocessor(const GstVideoInfo& video, std::vector<preprocess::Plan> plans,

@@ -6,6 +6,7 @@
 
 #include "core/preprocess/request.hpp"
 #include "core/preprocess/runner.hpp"
+#include "elements/tensor_preprocess/region_preprocessor.hpp"
 #include "gstcpp/property.hpp"
 
 namespace weir {
@@ -14,6 +15,7 @@ namespace weir {
 enum class FitChoice : int32_t { Auto = -1, Stretch, Letterbox, CentreCrop };
 enum class OrderChoice : int32_t { Auto = -1, Rgb, Bgr, Gray };
 enum class LayoutChoice : int32_t { Auto = -1, Nhwc, Nchw };
+enum class RegionsChoice : int32_t { None, Meta };
 
 namespace gst {
 template <>
@@ -52,6 +54,17 @@ struct EnumType<OrderChoice> {
   }
 };
 template <>
+struct EnumType<RegionsChoice> {
+  static GType type() {
+    static const GEnumValue values[] = {
+        {0, "The whole picture", "none"},
+        {1, "Each GstVideoRegionOfInterestMeta of a buffer", "meta"},
+        {0, nullptr, nullptr}};
+    static const GType t = g_enum_register_static("WeirPreprocessRegions", values);
+    return t;
+  }
+};
+template <>
 struct EnumType<LayoutChoice> {
   static GType type() {
     static const GEnumValue values[] = {{-1, "As the card or the stream behind says", "auto"},
@@ -73,6 +86,8 @@ struct PreprocessSettings {
   std::string mean, scale, quantisation, type, sizes;
   LayoutChoice layout = LayoutChoice::Auto;
   std::string card;
+  RegionsChoice regions = RegionsChoice::None;
+  uint32_t max_regions = 0;
   uint32_t threads = 1;
 };
 
@@ -86,6 +101,12 @@ inline constexpr std::tuple kPreprocessProperties{
     gst::Property{"sizes", &PreprocessSettings::sizes,
                   "A pyramid instead of width and height: WIDTHxHEIGHT of each layer with commas "
                   "between, one tensor each, at most 16"},
+    gst::Property{"regions", &PreprocessSettings::regions,
+                  "Parts of the picture to cut, resize and stack into one tensor of a batch"},
+    gst::Property{"max-regions", &PreprocessSettings::max_regions,
+                  "With regions: the batch of a static tensor, zeros behind the last region; 0 = a "
+                  "flexible tensor of as many as there are",
+                  gst::Changeable::InReady, 0u, kRegionLimit},
     gst::Property{"method", &PreprocessSettings::method, "How the picture is resized"},
     gst::Property{"fit", &PreprocessSettings::fit, "Where the picture goes in the tensor"},
     gst::Property{"padding-value", &PreprocessSettings::padding_value,

@@ -27,8 +27,9 @@ class TensorPreprocess : public gst::Element<TensorPreprocess, gst::BaseTransfor
                           "BGRA, ARGB, ABGR, GRAY8, NV12, I420 }, width=(int)[ 1, 65536 ], "
                           "height=(int)[ 1, 65536 ], " WEIR_CAPS_RATE
                           ", interlace-mode=(string)progressive")),
-      GST_STATIC_PAD_TEMPLATE("src", GST_PAD_SRC, GST_PAD_ALWAYS,
-                              GST_STATIC_CAPS(WEIR_CAPS_TENSOR "; " WEIR_CAPS_TENSORS("static"))),
+      GST_STATIC_PAD_TEMPLATE(
+          "src", GST_PAD_SRC, GST_PAD_ALWAYS,
+          GST_STATIC_CAPS(WEIR_CAPS_TENSOR "; " WEIR_CAPS_TENSORS("{ static, flexible }"))),
   };
 
   using Settings = PreprocessSettings;
@@ -36,6 +37,7 @@ class TensorPreprocess : public gst::Element<TensorPreprocess, gst::BaseTransfor
 
   Status start() {
     ledger_.reset();
+    regions_ = regions_empty_ = regions_beyond_limit_ = 0;
     property_changed("card");  // the file may have changed
     const auto request = current();
     if (!request) return request.error();
@@ -43,7 +45,7 @@ class TensorPreprocess : public gst::Element<TensorPreprocess, gst::BaseTransfor
   }
 
   bool stop() {
-    frames_.reset();
+    work_.reset();
     return true;
   }
 
@@ -73,7 +75,7 @@ class TensorPreprocess : public gst::Element<TensorPreprocess, gst::BaseTransfor
       auto spec = gst::spec_from_caps(one.get());
       if (spec)
         if (const auto p = preprocess::resolve_frame(*request, spec->tensors)) {
-          spec->tensors = tensors_of(*p);
+          spec->tensors = preprocess::tensors_of(*request, *p);
           const auto closed =
               gst::possible_caps(GST_BASE_TRANSFORM_SRC_PAD(self()), *spec, one.get());
           auto meet = Ref<GstCaps>::adopt(gst_caps_intersect(one.get(), closed.get()));
@@ -84,7 +86,7 @@ class TensorPreprocess : public gst::Element<TensorPreprocess, gst::BaseTransfor
   }
 
   Status set_caps(GstCaps* in, GstCaps* out) {
-    frames_.reset();
+    work_.reset();
     Status status = configure(in, out);
     told_ = !status;
     return status;
@@ -125,6 +127,8 @@ class TensorPreprocess : public gst::Element<TensorPreprocess, gst::BaseTransfor
     if (!parent_class()->propose_allocation(self(), decided, query)) return false;
     gst_query_add_allocation_meta(query, GST_VIDEO_META_API_TYPE, nullptr);
     gst_query_add_allocation_meta(query, GST_VIDEO_CROP_META_API_TYPE, nullptr);
+    if (settings().regions == RegionsChoice::Meta)
+      gst_query_add_allocation_meta(query, GST_VIDEO_REGION_OF_INTEREST_META_API_TYPE, nullptr);
     return true;
   }
 
@@ -139,46 +143,60 @@ class TensorPreprocess : public gst::Element<TensorPreprocess, gst::BaseTransfor
   }
 
   GstFlowReturn prepare_output_buffer(GstBuffer* in, GstBuffer** out) {
-    auto buffer = frames_ ? frames_->acquire() : Ref<GstBuffer>();
-    if (!buffer) {
-      if (frames_) gst::post_error(element(), out_of_memory());
+    if (!work_) {
       ledger_.dropped(DropReason::Error);
-      return frames_ ? GST_FLOW_ERROR : GST_FLOW_NOT_NEGOTIATED;
+      return GST_FLOW_NOT_NEGOTIATED;
     }
-    if (!parent_class()->copy_metadata(self(), in, buffer.get()))
+    auto buffer = work_->acquire(in);
+    if (!buffer) return failed(buffer.error());
+    if (!parent_class()->copy_metadata(self(), in, buffer->get()))
       GST_WARNING_OBJECT(self(), "metadata of a buffer could not be copied");
-    *out = buffer.release();
+    *out = buffer->release();
     return GST_FLOW_OK;
   }
 
   GstFlowReturn transform(GstBuffer* in, GstBuffer* out) {
-    if (const Status status = frames_->run(in, out); !status) {
-      gst::post_error(element(), status.error());
-      ledger_.dropped(DropReason::Error);
-      return GST_FLOW_ERROR;
-    }
-    pool_allocated_ = frames_->pool_stats().allocated;
-    gst::set_picture_maps(out, frames_->ways_back());
+    if (const Status status = work_->run(in, out); !status) return failed(status.error());
+    pool_allocated_ = work_->allocated();
+    const RegionCounts regions = work_->regions();
+    regions_ += regions.prepared;
+    regions_empty_ += regions.empty;
+    regions_beyond_limit_ += regions.beyond_limit;
+    auto ways_back = work_->ways_back();
+    if (ways_back.empty()) return nothing_of(in);
+    gst::set_picture_maps(out, std::move(ways_back));
     ledger_.consumed_and_pushed();
     return GST_FLOW_OK;
   }
 
   void add_stats(GstStructure* stats) const {
-    gst_structure_set(stats, "pool-allocated", G_TYPE_UINT64, pool_allocated_.load(), nullptr);
+    gst_structure_set(stats, "pool-allocated", G_TYPE_UINT64, pool_allocated_.load(), "regions",
+                      G_TYPE_UINT64, regions_.load(), "regions-empty", G_TYPE_UINT64,
+                      regions_empty_.load(), "regions-beyond-limit", G_TYPE_UINT64,
+                      regions_beyond_limit_.load(), nullptr);
   }
 
   Settings settings_;
   Ledger ledger_;
 
  private:
-  static Error out_of_memory() {
-    return Error{Code::OUT_OF_MEMORY, "no memory for an output buffer", "", "", "", ""};
+  GstFlowReturn failed(const Error& error) {
+    gst::post_error(element(), error);
+    ledger_.dropped(DropReason::Error);
+    return GST_FLOW_ERROR;
   }
 
-  static std::vector<TensorSpec> tensors_of(const std::vector<preprocess::Preparation>& all) {
-    std::vector<TensorSpec> out;
-    for (const auto& preparation : all) out.push_back(preparation.tensor());
-    return out;
+  // A frame without regions: those behind learn that its time has passed.
+  GstFlowReturn nothing_of(GstBuffer* in) {
+    ledger_.dropped(DropReason::Policy);
+    if (GST_BUFFER_PTS_IS_VALID(in))
+      gst_pad_push_event(GST_BASE_TRANSFORM_SRC_PAD(self()),
+                         gst_event_new_gap(GST_BUFFER_PTS(in), GST_BUFFER_DURATION(in)));
+    return GST_BASE_TRANSFORM_FLOW_DROPPED;
+  }
+
+  static bool flexible(const Request& request) {
+    return request.regions && request.most_regions == 0;
   }
 
   // The card is read once, then again when a property changes.
@@ -202,20 +220,26 @@ class TensorPreprocess : public gst::Element<TensorPreprocess, gst::BaseTransfor
   Ref<GstCaps> tensors_for(const GstStructure* video, const Result<Request>& request,
                            const GstCaps* filter) const {
     FrameSpec spec;
-    spec.format = Format::Static;
     gst_structure_get_fraction(video, "framerate", &spec.rate.numerator, &spec.rate.denominator);
     GstPad* pad = GST_BASE_TRANSFORM_SRC_PAD(self());
     if (!request) {
+      spec.format = Format::Static;
       spec.tensors.resize(1);
       return gst::possible_caps(pad, spec, filter);
     }
+    spec.format = flexible(*request) ? Format::Flexible : Format::Static;
+    if (spec.format == Format::Flexible) return gst::possible_caps(pad, spec, filter);
     auto out = Ref<GstCaps>::adopt(gst_caps_new_empty());
     for (auto& tensors : preprocess::possible_frames(*request)) {
       spec.tensors = std::move(tensors);
       auto caps = gst::possible_caps(pad, spec, filter);
       out = Ref<GstCaps>::adopt(gst_caps_merge(out.release(), caps.release()));
     }
-    return out;
+    // Static tensors could be carried as flexible ones too: nobody asked for that here.
+    const auto fixed = Ref<GstCaps>::adopt(
+        gst_caps_from_string(WEIR_CAPS_TENSOR "; " WEIR_CAPS_TENSORS("static")));
+    return Ref<GstCaps>::adopt(
+        gst_caps_intersect_full(out.get(), fixed.get(), GST_CAPS_INTERSECT_FIRST));
   }
 
   // Any video: that no tensor fits is told when caps come, for an empty answer has no words.
@@ -238,25 +262,43 @@ class TensorPreprocess : public gst::Element<TensorPreprocess, gst::BaseTransfor
     if (!preparations) return preparations.error();
     const auto output = gst::fixed_spec_from_caps(out);
     if (!output) return output.error();
-    const FrameSpec ours{Format::Static, tensors_of(*preparations), output->rate};
-    if (auto difference = first_difference(ours.tensors, output->tensors); !difference.empty())
+    const FrameSpec ours{Format::Static, preprocess::tensors_of(*request, *preparations),
+                         output->rate};
+    if (auto difference = first_difference(ours.tensors, output->tensors);
+        !difference.empty() && !flexible(*request))
       return mismatch(ours.to_string(), output->to_string(), difference);
     GstVideoInfo video;
     if (!gst_video_info_from_caps(&video, in))
       return Error{Code::FORMAT_UNSUPPORTED, "the video caps cannot be read", "", "", "", ""};
-    auto frames = FramePreprocessor::make(*std::move(preparations), video, settings().threads);
+    return begin(*request, *std::move(preparations), video);
+  }
+
+  Status begin(const Request& request, std::vector<preprocess::Preparation> preparations,
+               const GstVideoInfo& video) {
+    const size_t threads = settings().threads;
+    if (request.regions) {
+      auto regions = RegionPreprocessor::make(std::move(preparations[0]), video,
+                                              request.most_regions, threads);
+      if (!regions) return regions.error();
+      work_ = *std::move(regions);
+      return ok();
+    }
+    auto frames = FramePreprocessor::make(std::move(preparations), video, threads);
     if (!frames) return frames.error();
-    frames_ = *std::move(frames);
+    work_ = *std::move(frames);
     return ok();
   }
 
-  static Error mismatch(std::string offered, std::string needed, std::string difference) {
+  Error mismatch(std::string offered, std::string needed, std::string difference) const {
+    const auto request = current();
     return Error{Code::SPEC_MISMATCH,
                  "the element behind tensor_preprocess needs another tensor",
                  std::move(offered),
                  std::move(needed),
                  std::move(difference),
-                 "leave width, height, type and layout away: they are taken from behind"};
+                 request && flexible(*request)
+                     ? "regions=meta max-regions=16 makes a static tensor"
+                     : "leave width, height, type and layout away: they are taken from behind"};
   }
 
   // After caps for which no common tensor was found.
@@ -268,7 +310,7 @@ class TensorPreprocess : public gst::Element<TensorPreprocess, gst::BaseTransfor
     std::string difference;
     const auto offered = gst::spec_from_caps(ours.get());
     const auto needed = gst::spec_from_caps(theirs.get());
-    if (offered && needed && needed->info_valid())
+    if (offered && needed && !offered->tensors.empty() && needed->info_valid())
       difference = first_difference(offered->tensors, needed->tensors);
     gst::post_error(element(),
                     mismatch(gst::UniqueText(gst_caps_to_string(ours.get())).get(),
@@ -277,9 +319,10 @@ class TensorPreprocess : public gst::Element<TensorPreprocess, gst::BaseTransfor
 
   mutable std::mutex request_mutex_;  // guards request_; never held with the settings lock
   mutable std::optional<Result<Request>> request_;
-  std::atomic<uint64_t> pool_allocated_{0};    // shown by stats
-  std::unique_ptr<FramePreprocessor> frames_;  // made when caps come; streaming thread
-  bool told_ = false;  // whether set_caps said why it failed; streaming thread
+  std::atomic<uint64_t> pool_allocated_{0};  // shown by stats
+  std::atomic<uint64_t> regions_{0}, regions_empty_{0}, regions_beyond_limit_{0};
+  std::unique_ptr<PictureWork> work_;  // made when caps come; streaming thread
+  bool told_ = false;                  // whether set_caps said why it failed; streaming thread
 };
 
 }  // namespace

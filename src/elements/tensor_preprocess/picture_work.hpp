@@ -1,0 +1,36 @@
+// PictureWork: what tensor_preprocess does with each video buffer of a stream.
+#pragma once
+#include <gst/gst.h>
+
+#include <vector>
+
+#include "gstcpp/ref.hpp"
+#include "weir/picture_map.hpp"
+#include "weir/result.hpp"
+
+namespace weir {
+
+// Of one frame.
+struct RegionCounts {
+  uint64_t prepared = 0, empty = 0, beyond_limit = 0;
+};
+
+class PictureWork {
+ public:
+  virtual ~PictureWork() = default;
+  // A buffer for run() to write what is made of `in`; one without memory when that is nothing.
+  // OUT_OF_MEMORY, or what makes `in` no picture to work on.
+  virtual Result<gst::Ref<GstBuffer>> acquire(GstBuffer* in) = 0;
+  // After acquire() with the same `in`.
+  virtual Status run(GstBuffer* in, GstBuffer* out) = 0;
+  // For each tensor, or each region, of the last frame; none when nothing was made of it.
+  virtual std::vector<PictureMap> ways_back() const = 0;
+  virtual RegionCounts regions() const { return {}; }
+  virtual uint64_t allocated() const = 0;  // buffers, since the work began
+};
+
+inline Error no_output_memory() {
+  return Error{Code::OUT_OF_MEMORY, "no memory for an output buffer", "", "", "", ""};
+}
+
+}  // namespace weir

@@ -1,0 +1,158 @@
+// Clips, cuts, stacks.
+#include "elements/tensor_preprocess/region_preprocessor.hpp"
+
+#include <algorithm>
+#include <cstring>
+
+#include "core/tensor/tensor_header.hpp"
+
+namespace weir {
+
+using preprocess::Plan;
+using preprocess::Preparation;
+using preprocess::Rect;
+
+namespace {
+
+TensorSpec stacked(const Preparation& preparation, size_t regions) {
+  TensorSpec out = preparation.tensor();
+  out.shape[3] = static_cast<uint32_t>(regions);
+  return out;
+}
+
+// Empty when they do not meet.
+Rect common_part(const Rect& picture, const GstVideoRegionOfInterestMeta& region) {
+  const auto part = [](uint32_t begin, uint32_t length, uint64_t from, uint64_t size) {
+    const uint64_t low = std::max<uint64_t>(begin, from);
+    const uint64_t high = std::min(uint64_t{begin} + length, from + size);
+    return std::pair{static_cast<uint32_t>(low),
+                     static_cast<uint32_t>(high > low ? high - low : 0)};
+  };
+  const auto [x, width] = part(picture.x, picture.width, region.x, region.w);
+  const auto [y, height] = part(picture.y, picture.height, region.y, region.h);
+  return {x, y, width, height};
+}
+
+}  // namespace
+
+RegionPreprocessor::RegionPreprocessor(const GstVideoInfo& video, Plan whole, uint32_t most,
+                                       gst::FramePool pool, size_t threads)
+    : video_(video),
+      whole_(std::move(whole)),
+      most_(most),
+      pool_(std::move(pool)),
+      runner_(threads) {}
+
+Result<std::unique_ptr<RegionPreprocessor>> RegionPreprocessor::make(Preparation preparation,
+                                                                     const GstVideoInfo& video,
+                                                                     uint32_t most,
+                                                                     size_t threads) {
+  auto picture = picture_of(video);
+  if (!picture) return picture.error();
+  preparation.source = *picture;
+  gst::FramePool pool;
+  if (most > 0) {
+    auto made = gst::FramePool::make({stacked(preparation, most)}, Format::Static);
+    if (!made) return made.error();
+    pool = *std::move(made);
+  }
+  auto plan = Plan::make(std::move(preparation));
+  if (!plan) return plan.error();
+  return std::unique_ptr<RegionPreprocessor>(
+      new RegionPreprocessor(video, *std::move(plan), most, std::move(pool), threads));
+}
+
+Status RegionPreprocessor::adapt(const PictureSize& size) {
+  const preprocess::Picture& source = whole_.preparation().source;
+  if (source.width != size.width || source.height != size.height) {
+    Preparation preparation = whole_.preparation();
+    preparation.source.width = size.width;
+    preparation.source.height = size.height;
+    auto plan = Plan::make(std::move(preparation));
+    if (!plan) return plan.error();
+    whole_ = *std::move(plan);
+    plans_.clear();
+  }
+  return size.crop ? check_crop(whole_.preparation().source, *size.crop) : ok();
+}
+
+void RegionPreprocessor::find_regions(GstBuffer* in, const Rect& picture) {
+  const uint64_t fitting = std::max<uint64_t>(kRegionBytesLimit / region_bytes(), 1);
+  const uint64_t most = most_ > 0 ? most_ : std::min<uint64_t>(fitting, kRegionLimit);
+  regions_.clear();
+  counts_ = {};
+  gpointer state = nullptr;
+  while (const GstMeta* meta = gst_buffer_iterate_meta_filtered(
+             in, &state, GST_VIDEO_REGION_OF_INTEREST_META_API_TYPE)) {
+    const Rect part =
+        common_part(picture, *reinterpret_cast<const GstVideoRegionOfInterestMeta*>(meta));
+    if (part.width == 0 || part.height == 0)
+      ++counts_.empty;
+    else if (regions_.size() == most)
+      ++counts_.beyond_limit;
+    else
+      regions_.push_back(part);
+  }
+  counts_.prepared = regions_.size();
+}
+
+Status RegionPreprocessor::make_plans() {
+  while (plans_.size() < regions_.size()) plans_.push_back(whole_);
+  for (size_t i = 0; i < regions_.size(); ++i)
+    if (auto status = plans_[i].set_crop(regions_[i]); !status) return status;
+  return ok();
+}
+
+// Not of a pool: its size follows the number of regions.
+gst::Ref<GstBuffer> RegionPreprocessor::flexible_buffer() {
+  GstAllocationParams params;
+  gst_allocation_params_init(&params);
+  params.align = 63;
+  const size_t bytes = kTensorHeaderBytes + regions_.size() * region_bytes();
+  auto buffer = gst::Ref<GstBuffer>::adopt(gst_buffer_new_allocate(nullptr, bytes, &params));
+  if (buffer) ++allocated_;
+  return buffer;
+}
+
+Result<gst::Ref<GstBuffer>> RegionPreprocessor::acquire(GstBuffer* in) {
+  const PictureSize size = size_of_picture(video_, in);
+  if (auto status = adapt(size); !status) return status.error();
+  find_regions(in, size.crop.value_or(Rect{0, 0, size.width, size.height}));
+  if (regions_.empty()) return gst::Ref<GstBuffer>::adopt(gst_buffer_new());
+  auto buffer = most_ > 0 ? pool_.acquire() : flexible_buffer();
+  if (!buffer) return no_output_memory();
+  return buffer;
+}
+
+Status RegionPreprocessor::run(GstBuffer* in, GstBuffer* out) {
+  if (regions_.empty()) return ok();
+  if (auto status = make_plans(); !status) return status;
+  MappedPicture picture;
+  if (auto status = picture.map(video_, in); !status) return status;
+  const gst::MappedMemory map(gst_buffer_peek_memory(out, 0), GST_MAP_WRITE);
+  if (!map)
+    return Error{Code::MAP_FAILED, "an output buffer cannot be mapped for writing", "", "", "", ""};
+  std::span<std::byte> bytes = map.bytes();
+  if (most_ == 0) {
+    TensorHeader header;
+    header.spec = stacked(whole_.preparation(), regions_.size());
+    write_tensor_header(header, bytes.first<kTensorHeaderBytes>());
+    bytes = bytes.subspan(kTensorHeaderBytes);
+  }
+  jobs_.clear();
+  for (size_t i = 0; i < regions_.size(); ++i) {
+    jobs_.push_back({&plans_[i], bytes.first(region_bytes())});
+    bytes = bytes.subspan(region_bytes());
+  }
+  if (!bytes.empty()) std::memset(bytes.data(), 0, bytes.size());
+  return runner_.run(picture.planes(), jobs_);
+}
+
+std::vector<PictureMap> RegionPreprocessor::ways_back() const {
+  std::vector<PictureMap> out;
+  for (size_t i = 0; i < regions_.size(); ++i)
+    out.push_back(preprocess::way_back(plans_[i].preparation()));
+  return out;
+}
+
+}  // namespace weir

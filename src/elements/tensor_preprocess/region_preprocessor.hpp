@@ -1,0 +1,58 @@
+// RegionPreprocessor: the regions that a video buffer's metadata name become one batch.
+#pragma once
+#include <gst/video/video.h>
+
+#include <memory>
+
+#include "core/preprocess/runner.hpp"
+#include "elements/tensor_preprocess/picture_work.hpp"
+#include "elements/tensor_preprocess/video_picture.hpp"
+#include "gstcpp/frame_pool.hpp"
+
+namespace weir {
+
+inline constexpr uint32_t kRegionLimit = 4096;  // in a frame
+// Of a flexible frame, whose size the stream says: no more regions than fit, but one.
+inline constexpr uint64_t kRegionBytesLimit = uint64_t{1} << 30;
+
+// Each GstVideoRegionOfInterestMeta, in their order, is clipped to the picture (to the crop where
+// there is one, in pixels of the picture in memory), cut and resized to one index of the outermost
+// dimension. What nothing is left of, and what is beyond the limit, is counted.
+class RegionPreprocessor : public PictureWork {
+ public:
+  // `most` regions in a static tensor, zeros behind the last; 0 = a flexible tensor of as many as
+  // there are. Errors: picture_of(), Plan::make(), FramePool::make().
+  static Result<std::unique_ptr<RegionPreprocessor>> make(preprocess::Preparation preparation,
+                                                          const GstVideoInfo& video, uint32_t most,
+                                                          size_t threads);
+
+  Result<gst::Ref<GstBuffer>> acquire(GstBuffer* in) override;
+  Status run(GstBuffer* in, GstBuffer* out) override;
+  std::vector<PictureMap> ways_back() const override;
+  RegionCounts regions() const override { return counts_; }
+  uint64_t allocated() const override { return allocated_ + pool_.stats().allocated; }
+
+ private:
+  RegionPreprocessor(const GstVideoInfo& video, preprocess::Plan whole, uint32_t most,
+                     gst::FramePool pool, size_t threads);
+  Status adapt(const PictureSize& size);
+  void find_regions(GstBuffer* in, const preprocess::Rect& picture);
+  Status make_plans();
+  size_t region_bytes() const noexcept { return *whole_.preparation().tensor().bytes(); }
+  gst::Ref<GstBuffer> flexible_buffer();
+
+  GstVideoInfo video_;
+  preprocess::Plan whole_;  // without a crop
+  uint32_t most_;           // 0 = flexible
+  gst::FramePool pool_;     // static
+  preprocess::Runner runner_;
+  uint64_t allocated_ = 0;
+  RegionCounts counts_;
+  // Of the frame in work; they keep their memory. A plan stays for each index and is laid anew on
+  // each frame's region.
+  std::vector<preprocess::Rect> regions_;
+  std::vector<preprocess::Plan> plans_;
+  std::vector<preprocess::Job> jobs_;
+};
+
+}  // namespace weir
