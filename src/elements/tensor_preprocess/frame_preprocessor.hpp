@@ -31,9 +31,11 @@ class FramePreprocessor : public PictureWork {
 
   GstVideoInfo video_;
   PictureSize size_;  // of the plans' picture
-  // A layer of a pyramid is made from the picture, not from the layer before, though that would
-  // read less: its numbers are then those of the single picture, and rows of normalised or
-  // quantised numbers are no pixels to go on from.
+  // A layer of a pyramid is made from the picture, also where it is half of the layer before or
+  // less and could be made from that. Bilinear from a layer is another formula than from the
+  // picture; the mean of means is the mean only where the sizes divide, and not of rounded bytes;
+  // normalised or quantised numbers are no pixels to go on from. It would read less: area reads
+  // the whole picture for each layer.
   std::vector<preprocess::Plan> plans_;
   std::vector<preprocess::Job> jobs_;  // of the frame in work; keeps its memory
   preprocess::Runner runner_;

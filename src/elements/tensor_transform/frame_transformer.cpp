@@ -131,8 +131,9 @@ void FrameTransformer::move_pictures(GstBuffer* out) const {
   // One map stands for all tensors: where only some are transformed, each needs its own.
   if (moved.size() == 1 && !choice_.empty() && input_.tensors.size() > 1)
     moved.resize(input_.tensors.size(), moved[0]);
+  const bool batch = input_.tensors.size() == 1;  // all maps are of its regions
   for (size_t i = 0; i < moved.size(); ++i)
-    if (chosen(choice_, i)) moved[i] = transform::moved(operation_, moved[i]);
+    if (chosen(choice_, batch ? 0 : i)) moved[i] = transform::moved(operation_, moved[i]);
   gst::set_picture_maps(out, std::move(moved));
 }
 

@@ -139,6 +139,33 @@ TEST(WayBack, OfSomeTensorsIsTheirOwn) {
   EXPECT_EQ(maps[1].x_dimension, 0);
 }
 
+TEST(WayBack, OfABatchOfRegionsIsOneForEach) {
+  for (const char* apply : {"", " apply=0"}) {
+    const Harness h{gst_harness_new_parse(
+        (std::string("tensor_preprocess regions=meta max-regions=3 width=4 height=2 ! "
+                     "tensor_transform mode=transpose option=2:1:0:3") +
+         apply)
+            .c_str())};
+    gst_harness_set_src_caps_str(h.get(),
+                                 "video/x-raw,format=RGB,width=8,height=8,framerate=10/1,"
+                                 "interlace-mode=progressive");
+    GstBuffer* in = gst_buffer_new_allocate(nullptr, 8 * 8 * 3, nullptr);
+    gst_buffer_memset(in, 0, 0, 8 * 8 * 3);
+    gst_buffer_add_video_region_of_interest_meta(in, "face", 0, 0, 8, 8);
+    gst_buffer_add_video_region_of_interest_meta(in, "face", 3, 1, 4, 2);
+    const auto out = Ref<GstBuffer>::adopt(gst_harness_push_and_pull(h.get(), in));
+    const auto maps = weir::gst::picture_maps(out.get());
+    ASSERT_EQ(maps.size(), 2u);
+    for (const PictureMap& map : maps) {
+      EXPECT_EQ(map.x_dimension, 1);
+      EXPECT_EQ(map.y_dimension, 0);
+    }
+    EXPECT_EQ(maps[0].to_source({4, 2}).x, 8);
+    EXPECT_EQ(maps[1].to_source({4, 2}).x, 7);
+    EXPECT_EQ(maps[1].to_source({4, 2}).y, 3);
+  }
+}
+
 TEST(WayBack, MapsAreReplacedCopiedAndTakenAway) {
   const auto buffer = Ref<GstBuffer>::adopt(gst_buffer_new());
   weir::gst::set_picture_maps(buffer.get(), {});
