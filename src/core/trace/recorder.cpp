@@ -38,10 +38,14 @@ void ThreadLog::append_behind_full_chunk(const Record& record) noexcept {
 
 std::vector<Record> ThreadLog::records() const {
   std::vector<Record> out;
-  for (const Chunk* chunk = first_; chunk; chunk = chunk->next.load(std::memory_order_acquire)) {
+  for (const Chunk* chunk = first_; chunk;) {
+    // Before the number of records: a chunk that has one behind it is full. The other way round the
+    // writer may fill it in between, and records would be missing in the middle.
+    const Chunk* next = chunk->next.load(std::memory_order_acquire);
     const size_t used = chunk->used.load(std::memory_order_acquire);
     out.insert(out.end(), chunk->records.begin(),
                chunk->records.begin() + static_cast<std::ptrdiff_t>(used));
+    chunk = next;
   }
   return out;
 }

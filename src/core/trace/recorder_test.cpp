@@ -32,7 +32,7 @@ TEST(TraceRecorder, KeepsEachThreadsRecordsInOrder) {
 TEST(TraceRecorder, CanBeReadWhileItIsWritten) {
   constexpr size_t kRecords = 50000;
   Recorder recorder(kRecords);
-  std::thread writer([&recorder] {
+  const std::jthread writer([&recorder] {
     for (size_t i = 0; i < kRecords; ++i) recorder.log().append(push(static_cast<int64_t>(i), 12));
   });
   size_t seen = 0;
@@ -45,7 +45,6 @@ TEST(TraceRecorder, CanBeReadWhileItIsWritten) {
       ASSERT_EQ(logs[0].records.back().time, static_cast<int64_t>(seen) - 1);
     }
   }
-  writer.join();
 }
 
 TEST(TraceRecorder, CountsWhatCameWhenTheLogWasFull) {
