@@ -16,6 +16,7 @@
   X(HEADER_INVALID, 2005, "A tensor header is damaged or lies")                         \
   X(LIMIT_EXCEEDED, 2006, "A size or count is beyond the limits of the stream type")    \
   X(MAP_FAILED, 2007, "Memory cannot be mapped")                                        \
+  X(TIME_INVALID, 2008, "A time-stamp is missing or goes backwards")                    \
   X(ENGINE_UNKNOWN, 3001, "No engine of this name is known")                            \
   X(ENGINE_NOT_INSTALLED, 3002, "The engine is known but not installed")                \
   X(MODEL_NOT_FOUND, 3003, "The model file is not there")                               \
@@ -30,6 +31,9 @@
   X(FILE_NOT_FOUND, 4001, "A file is not there or cannot be read")                      \
   X(LABELS_INVALID, 4002, "A label file is empty or does not fit the model")            \
   X(FILE_NOT_WRITTEN, 4010, "A file cannot be written")                                 \
+  X(GRAPH_STALLS, 5001, "Elements of a pipeline wait for each other")                   \
+  X(CALLBACK_UNKNOWN, 5002, "No callback of this name is registered")                   \
+  X(CALLBACK_FAILED, 5003, "A callback of the application failed")                      \
   X(CANCELLED, 8001, "The work was cancelled")                                          \
   X(OUT_OF_MEMORY, 9001, "Memory ran out")                                              \
   X(INTERNAL, 9002, "A fault inside Weir")
