@@ -1,42 +1,20 @@
-// What the tests of tensor_decoder share: harnesses, frames, caps, errors from the bus.
+// What the tests of tensor_decoder share.
 #pragma once
-#include <gst/check/gstharness.h>
-#include <gtest/gtest.h>
-
-#include <string>
-#include <vector>
-
-#include "gstcpp/ref.hpp"
+#include "elements/tests/element_harness.hpp"
 
 namespace weir::testing_tensor_decoder {
 
-using weir::gst::Mapped;
-using weir::gst::Ref;
-using weir::gst::Unique;
-using Harness = Unique<GstHarness, gst_harness_teardown>;
-using Bytes = std::vector<uint8_t>;
+using namespace weir::test;
 
 inline Harness harness(const std::string& properties, const std::string& caps) {
-  Harness h{gst_harness_new_parse(("tensor_decoder " + properties).c_str())};
-  gst_harness_set_src_caps_str(h.get(), caps.c_str());
-  return h;
+  return harness_of("tensor_decoder " + properties, caps);
 }
 inline std::string tensor(const std::string& type, const std::string& dimensions) {
-  return "other/tensors,format=static,num_tensors=1,dimensions=(string)" + dimensions +
-         ",types=" + type + ",framerate=30/1";
+  return tensors(type, dimensions);
 }
 template <class T>
 GstBuffer* frame(const std::vector<T>& values) {
-  GstBuffer* b = gst_buffer_new_allocate(nullptr, values.size() * sizeof(T), nullptr);
-  gst_buffer_fill(b, 0, values.data(), values.size() * sizeof(T));
-  GST_BUFFER_PTS(b) = 7;
-  GST_BUFFER_DURATION(b) = 3;
-  return b;
-}
-inline Bytes content(GstBuffer* b) {
-  const Mapped map(b, GST_MAP_READ);
-  const auto span = map.as<const uint8_t>();
-  return {span.begin(), span.end()};
+  return test::frame(values, 7, 3);
 }
 inline Bytes decoded(const Harness& h, GstBuffer* in) {
   auto out = Ref<GstBuffer>::adopt(gst_harness_push_and_pull(h.get(), in));
@@ -44,28 +22,8 @@ inline Bytes decoded(const Harness& h, GstBuffer* in) {
   EXPECT_EQ(GST_BUFFER_DURATION(out.get()), 3u);
   return content(out.get());
 }
-inline std::string caps_text(const Harness& h) {
-  auto caps = Ref<GstCaps>::adopt(gst_pad_get_current_caps(h->sinkpad));
-  const weir::gst::UniqueText text{gst_caps_to_string(caps.get())};
-  return text.get();
-}
 inline uint64_t stat(const Harness& h, const char* name) {
-  const auto e = Ref<GstElement>::adopt(gst_harness_find_element(h.get(), "tensor_decoder"));
-  GstStructure* raw = nullptr;
-  g_object_get(e.get(), "stats", &raw, nullptr);
-  const Unique<GstStructure, gst_structure_free> stats(raw);
-  guint64 value = UINT64_MAX;
-  gst_structure_get_uint64(stats.get(), name, &value);
-  return value;
-}
-
-inline std::string text_of(GstMessage* message) {
-  if (!message) return "";
-  GError* error = nullptr;
-  gst_message_parse_error(message, &error, nullptr);
-  const std::string text = error->message;
-  g_error_free(error);
-  return text;
+  return test::stat(h, "tensor_decoder", name);
 }
 
 // The first error of the element, started, given caps and, if there are any, a frame.
@@ -92,7 +50,5 @@ inline std::string error_of(const std::string& properties, const std::string& ca
   if (!message || GST_MESSAGE_TYPE(message.get()) != GST_MESSAGE_ERROR) return "";
   return text_of(message.get());
 }
-
-#define EXPECT_SAYS(text, words) EXPECT_NE((text).find(words), std::string::npos) << (text)
 
 }  // namespace weir::testing_tensor_decoder

@@ -1,20 +1,14 @@
 // tensor_filter with the C engine of tests/support: y = x + 1 on float32 [-1, 4].
-#include <gst/check/gstharness.h>
-#include <gtest/gtest.h>
-
 #include <cstring>
 #include <fstream>
 #include <string>
 #include <vector>
 
-#include "gstcpp/ref.hpp"
+#include "elements/tests/element_harness.hpp"
 
 namespace {
 
-using weir::gst::Mapped;
-using weir::gst::Ref;
-using weir::gst::Unique;
-using Harness = Unique<GstHarness, gst_harness_teardown>;
+using namespace weir::test;
 
 constexpr char kCaps[] =
     "other/tensors,format=static,num_tensors=1,dimensions=(string)4:2,types=float32,framerate=30/1";
@@ -30,64 +24,26 @@ std::string line(const std::string& properties = "") {
 }
 
 Harness harness(const std::string& launch, const char* caps = kCaps) {
-  Harness h{gst_harness_new_parse(launch.c_str())};
-  if (caps) gst_harness_set_src_caps_str(h.get(), caps);
-  return h;
+  return harness_of(launch, caps ? caps : "");
 }
-
-GstBuffer* frame(const std::vector<float>& values) {
-  GstBuffer* b = gst_buffer_new_allocate(nullptr, values.size() * sizeof(float), nullptr);
-  gst_buffer_fill(b, 0, values.data(), values.size() * sizeof(float));
-  return b;
-}
-std::vector<float> values(GstBuffer* b) {
-  const Mapped map(b, GST_MAP_READ);
-  const auto span = map.as<const float>();
-  return {span.begin(), span.end()};
+std::vector<float> floats(GstBuffer* b) {
+  return values<float>(b);
 }
 const std::vector<float> kEight{0, 1, 2, 3, 4, 5, 6, 7};
 
-uint64_t stat(GstElement* element, const char* name) {
-  GstStructure* raw = nullptr;
-  g_object_get(element, "stats", &raw, nullptr);
-  const Unique<GstStructure, gst_structure_free> stats(raw);
-  guint64 value = UINT64_MAX;
-  gst_structure_get_uint64(stats.get(), name, &value);
-  return value;
-}
 Ref<GstElement> filter_of(const Harness& h) {
   return Ref<GstElement>::adopt(gst_harness_find_element(h.get(), "tensor_filter"));
 }
 
-// Brings the line to PAUSED and gives the text of the error, "" when there is none.
 std::string error_of(const std::string& launch, const char* caps = nullptr) {
-  auto element = Ref<GstElement>::adopt(
-      GST_ELEMENT(gst_object_ref_sink(gst_parse_launch(launch.c_str(), nullptr))));
-  auto bus = Ref<GstBus>::adopt(gst_bus_new());
-  gst_element_set_bus(element.get(), bus.get());
-  gst_element_set_state(element.get(), GST_STATE_PAUSED);
-  if (caps) {
-    auto pad = Ref<GstPad>::adopt(gst_element_get_static_pad(element.get(), "sink"));
-    gst_pad_send_event(pad.get(), gst_event_new_stream_start("test"));
-    auto text = Ref<GstCaps>::adopt(gst_caps_from_string(caps));
-    gst_pad_send_event(pad.get(), gst_event_new_caps(text.get()));
-  }
-  auto message = Ref<GstMessage>::adopt(gst_bus_pop_filtered(bus.get(), GST_MESSAGE_ERROR));
-  gst_element_set_state(element.get(), GST_STATE_NULL);
-  gst_element_set_bus(element.get(), nullptr);
-  if (!message) return "";
-  GError* error = nullptr;
-  gst_message_parse_error(message.get(), &error, nullptr);
-  std::string out = error->message;
-  g_error_free(error);
-  return out;
+  return start_error(launch, caps ? caps : "");
 }
 
 TEST(TensorFilter, RunsTheModelOnEachFrame) {
   auto h = harness(line());
   auto out = Ref<GstBuffer>::adopt(gst_harness_push_and_pull(h.get(), frame(kEight)));
   ASSERT_TRUE(out);
-  EXPECT_EQ(values(out.get()), (std::vector<float>{1, 2, 3, 4, 5, 6, 7, 8}));
+  EXPECT_EQ(floats(out.get()), (std::vector<float>{1, 2, 3, 4, 5, 6, 7, 8}));
 }
 
 // A frame in memory that begins `shift` bytes behind a multiple of 4096.
@@ -121,7 +77,7 @@ TEST(TensorFilter, GivesTheModelMemoryAsItAsks) {
     for (int i = 1; i <= 3; ++i) {
       auto out = Ref<GstBuffer>::adopt(gst_harness_push_and_pull(h.get(), shifted_frame(shift)));
       ASSERT_TRUE(out) << custom;
-      EXPECT_EQ(values(out.get()), expected);
+      EXPECT_EQ(floats(out.get()), expected);
       EXPECT_EQ(stat(filter_of(h).get(), "bytes-copied"), copied * static_cast<guint64>(i))
           << custom;
     }
@@ -191,7 +147,7 @@ TEST(TensorFilter, PushesInputsInFrontOfOutputsWhenCombined) {
   auto h = harness(line("output-combination=o0,i0"));
   auto out = Ref<GstBuffer>::adopt(gst_harness_push_and_pull(h.get(), frame(kEight)));
   ASSERT_EQ(gst_buffer_n_memory(out.get()), 2u);
-  EXPECT_EQ(values(out.get()),
+  EXPECT_EQ(floats(out.get()),
             (std::vector<float>{0, 1, 2, 3, 4, 5, 6, 7, 1, 2, 3, 4, 5, 6, 7, 8}));
   EXPECT_EQ(stat(filter_of(h).get(), "bytes-copied"), 0u);
 }
@@ -201,10 +157,10 @@ TEST(TensorFilter, GivesTheModelTheChosenInputs) {
                    "other/tensors,format=static,num_tensors=2,dimensions=(string)\"3,4:1\","
                    "types=(string)\"uint8,float32\",framerate=30/1");
   GstBuffer* in = gst_buffer_new_allocate(nullptr, 3, nullptr);
-  gst_buffer_append(in, frame({9, 8, 7, 6}));
+  gst_buffer_append(in, frame<float>({9, 8, 7, 6}));
   auto out = Ref<GstBuffer>::adopt(gst_harness_push_and_pull(h.get(), in));
   ASSERT_TRUE(out);
-  EXPECT_EQ(values(out.get()), (std::vector<float>{10, 9, 8, 7}));
+  EXPECT_EQ(floats(out.get()), (std::vector<float>{10, 9, 8, 7}));
 }
 
 TEST(TensorFilter, FollowsTheShapesOfAFlexibleStream) {
@@ -218,7 +174,7 @@ TEST(TensorFilter, FollowsTheShapesOfAFlexibleStream) {
     std::memcpy(in.data() + 19, format_and_media, 8);
     auto out = Ref<GstBuffer>::adopt(gst_harness_push_and_pull(h.get(), frame(in)));
     ASSERT_TRUE(out);
-    const auto result = values(out.get());
+    const auto result = floats(out.get());
     ASSERT_EQ(result.size(), 32 + 4 * rows);
     EXPECT_EQ(result.back(), 6.f);
   }
@@ -231,8 +187,8 @@ TEST(TensorFilter, TakesNewCapsMidStream) {
       h.get(),
       "other/tensors,format=static,num_tensors=1,dimensions=(string)4:1,types=float32,framerate=30/"
       "1");
-  auto out = Ref<GstBuffer>::adopt(gst_harness_push_and_pull(h.get(), frame({1, 1, 1, 1})));
-  EXPECT_EQ(values(out.get()), (std::vector<float>{2, 2, 2, 2}));
+  auto out = Ref<GstBuffer>::adopt(gst_harness_push_and_pull(h.get(), frame<float>({1, 1, 1, 1})));
+  EXPECT_EQ(floats(out.get()), (std::vector<float>{2, 2, 2, 2}));
 }
 
 TEST(TensorFilter, FailsTheStreamWhenTheEngineFails) {
@@ -244,7 +200,7 @@ TEST(TensorFilter, FailsTheStreamWhenTheEngineFails) {
 
 TEST(TensorFilter, RefusesABufferOfTheWrongSize) {
   auto h = harness(line());
-  EXPECT_EQ(gst_harness_push(h.get(), frame({1, 2, 3})), GST_FLOW_ERROR);
+  EXPECT_EQ(gst_harness_push(h.get(), frame<float>({1, 2, 3})), GST_FLOW_ERROR);
 }
 
 TEST(TensorFilter, RefusesAHeaderThatLies) {
@@ -365,19 +321,19 @@ constexpr char kFour[] = "other/tensor,dimension=(string)4,type=float32,framerat
 
 TEST(TensorFilter, RunsAnEngineWrittenInCpp) {
   auto h = harness(scaling("factor:-2.5"), kFour);
-  auto out = Ref<GstBuffer>::adopt(gst_harness_push_and_pull(h.get(), frame({1, 2, 0, -4})));
-  EXPECT_EQ(values(out.get()), (std::vector<float>{-2.5, -5, -0.0, 10}));
+  auto out = Ref<GstBuffer>::adopt(gst_harness_push_and_pull(h.get(), frame<float>({1, 2, 0, -4})));
+  EXPECT_EQ(floats(out.get()), (std::vector<float>{-2.5, -5, -0.0, 10}));
 }
 
 TEST(TensorFilter, TurnsWhatSuchAnEngineThrowsIntoErrors) {
   EXPECT_NE(error_of(scaling("factor:much")).find("WEIR-1004: factor is no number"),
             std::string::npos);
   auto h = harness(scaling("throw-at:1"), kFour);
-  EXPECT_EQ(gst_harness_push(h.get(), frame({1, 2, 3, 4})), GST_FLOW_OK);
+  EXPECT_EQ(gst_harness_push(h.get(), frame<float>({1, 2, 3, 4})), GST_FLOW_OK);
   const auto element = filter_of(h);
   const auto bus = Ref<GstBus>::adopt(gst_bus_new());
   gst_element_set_bus(element.get(), bus.get());
-  EXPECT_EQ(gst_harness_push(h.get(), frame({1, 2, 3, 4})), GST_FLOW_ERROR);
+  EXPECT_EQ(gst_harness_push(h.get(), frame<float>({1, 2, 3, 4})), GST_FLOW_ERROR);
   const auto message = Ref<GstMessage>::adopt(gst_bus_pop_filtered(bus.get(), GST_MESSAGE_ERROR));
   ASSERT_TRUE(message);
   GError* error = nullptr;
@@ -385,7 +341,8 @@ TEST(TensorFilter, TurnsWhatSuchAnEngineThrowsIntoErrors) {
   EXPECT_NE(std::string(error->message).find("thrown in an engine"), std::string::npos);
   g_error_free(error);
   gst_element_set_bus(element.get(), nullptr);
-  EXPECT_EQ(gst_harness_push(h.get(), frame({1, 2, 3, 4})), GST_FLOW_OK) << "the next frame runs";
+  EXPECT_EQ(gst_harness_push(h.get(), frame<float>({1, 2, 3, 4})), GST_FLOW_OK)
+      << "the next frame runs";
 }
 
 }  // namespace

@@ -5,7 +5,7 @@
 #include "core/preprocess/request.hpp"
 #include "elements/tensor_preprocess/frame_preprocessor.hpp"
 #include "elements/tensor_preprocess/preprocess_settings.hpp"
-#include "gstcpp/base_classes.hpp"
+#include "gstcpp/counted_transform.hpp"
 #include "gstcpp/tensor_caps.hpp"
 #include "gstcpp/tensor_meta.hpp"
 
@@ -15,7 +15,7 @@ namespace {
 using gst::Ref;
 using preprocess::Request;
 
-class TensorPreprocess : public gst::Element<TensorPreprocess, gst::BaseTransform> {
+class TensorPreprocess : public gst::CountedTransform<TensorPreprocess> {
  public:
   static constexpr gst::ElementInfo kInfo{
       "WeirTensorPreprocess", "tensor_preprocess", "TensorPreprocess", "Converter/Tensor",
@@ -132,16 +132,6 @@ class TensorPreprocess : public gst::Element<TensorPreprocess, gst::BaseTransfor
     return true;
   }
 
-  GstFlowReturn submit_input_buffer(gboolean discont, GstBuffer* buffer) {
-    ledger_.received();
-    const auto flow = parent_class()->submit_input_buffer(self(), discont, buffer);
-    if (flow == GST_BASE_TRANSFORM_FLOW_DROPPED)
-      ledger_.dropped(DropReason::Qos);
-    else if (flow != GST_FLOW_OK)
-      ledger_.dropped(flow == GST_FLOW_EOS ? DropReason::Eos : DropReason::Error);
-    return flow;
-  }
-
   GstFlowReturn prepare_output_buffer(GstBuffer* in, GstBuffer** out) {
     if (!work_) {
       ledger_.dropped(DropReason::Error);
@@ -149,8 +139,7 @@ class TensorPreprocess : public gst::Element<TensorPreprocess, gst::BaseTransfor
     }
     auto buffer = work_->acquire(in);
     if (!buffer) return failed(buffer.error());
-    if (!parent_class()->copy_metadata(self(), in, buffer->get()))
-      GST_WARNING_OBJECT(self(), "metadata of a buffer could not be copied");
+    copy_metadata(in, buffer->get());
     *out = buffer->release();
     return GST_FLOW_OK;
   }
@@ -177,15 +166,8 @@ class TensorPreprocess : public gst::Element<TensorPreprocess, gst::BaseTransfor
   }
 
   Settings settings_;
-  Ledger ledger_;
 
  private:
-  GstFlowReturn failed(const Error& error) {
-    gst::post_error(element(), error);
-    ledger_.dropped(DropReason::Error);
-    return GST_FLOW_ERROR;
-  }
-
   // A frame without regions: those behind learn that its time has passed.
   GstFlowReturn nothing_of(GstBuffer* in) {
     ledger_.dropped(DropReason::Policy);

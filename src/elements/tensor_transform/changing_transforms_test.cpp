@@ -8,14 +8,14 @@
 
 namespace {
 
+using weir::chain_test::Bytes;
+using weir::chain_test::Chain;
+using weir::chain_test::Frame;
+using weir::chain_test::frame_of;
+using weir::chain_test::random_frame;
+using weir::chain_test::transform;
 using weir::gst::MappedMemory;
 using weir::gst::Ref;
-using weir::test::Bytes;
-using weir::test::Chain;
-using weir::test::Frame;
-using weir::test::frame_of;
-using weir::test::random_frame;
-using weir::test::transform;
 
 constexpr char kPixels[] = "other/tensor,dimension=(string)3:100,type=uint8,framerate=30/1";
 constexpr char kCast[] = "mode=typecast option=float32";

@@ -3,11 +3,11 @@
 
 namespace {
 
-using weir::test::Chain;
-using weir::test::Frame;
-using weir::test::frame_of;
-using weir::test::random_frame;
-using weir::test::transform;
+using weir::chain_test::Chain;
+using weir::chain_test::Frame;
+using weir::chain_test::frame_of;
+using weir::chain_test::random_frame;
+using weir::chain_test::transform;
 
 constexpr char kPixels[] = "other/tensor,dimension=(string)3:100,type=uint8,framerate=30/1";
 constexpr char kCast[] = "mode=typecast option=float32";
@@ -172,7 +172,7 @@ TEST(FusedTransforms, RefuseAFrameOfTheWrongSizeWhereItComesIn) {
 
 TEST(FusedTransforms, KeepTimeFlagsAndMetadata) {
   Chain chain(transform("a", kCast) + " ! " + transform("b", kScale), kPixels);
-  GstBuffer* in = weir::test::buffer_of(random_frame({300}, 1));
+  GstBuffer* in = weir::chain_test::buffer_of(random_frame({300}, 1));
   GST_BUFFER_PTS(in) = 7;
   GST_BUFFER_DURATION(in) = 8;
   GST_BUFFER_FLAG_SET(in, GST_BUFFER_FLAG_MARKER);
@@ -192,7 +192,7 @@ TEST(FusedTransforms, KeepTimeFlagsAndMetadata) {
 
 TEST(FusedTransforms, LetGoOfTheInputWhenTheFrameIsDone) {
   Chain chain(transform("a", kCast) + " ! " + transform("b", kScale), kPixels);
-  GstBuffer* in = weir::test::buffer_of(random_frame({300}, 1));
+  GstBuffer* in = weir::chain_test::buffer_of(random_frame({300}, 1));
   int gone = 0;
   gst_mini_object_weak_ref(
       GST_MINI_OBJECT_CAST(in), [](gpointer count, GstMiniObject*) { ++*static_cast<int*>(count); },

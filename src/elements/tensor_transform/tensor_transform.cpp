@@ -5,7 +5,7 @@
 
 #include "core/text/text.hpp"
 #include "elements/tensor_transform/frame_transformer.hpp"
-#include "gstcpp/base_classes.hpp"
+#include "gstcpp/counted_transform.hpp"
 #include "gstcpp/tensor_caps.hpp"
 
 namespace weir::gst {
@@ -32,7 +32,7 @@ namespace {
 
 using gst::Ref;
 
-class TensorTransform : public gst::Element<TensorTransform, gst::BaseTransform> {
+class TensorTransform : public gst::CountedTransform<TensorTransform> {
  public:
   static constexpr gst::ElementInfo kInfo{"WeirTensorTransform", "tensor_transform",
                                           "TensorTransform", "Filter/Tensor",
@@ -149,26 +149,14 @@ class TensorTransform : public gst::Element<TensorTransform, gst::BaseTransform>
     return parent_class()->decide_allocation(self(), query);
   }
 
-  GstFlowReturn submit_input_buffer(gboolean discont, GstBuffer* buffer) {
-    ledger_.received();
-    const auto flow = parent_class()->submit_input_buffer(self(), discont, buffer);
-    if (flow == GST_BASE_TRANSFORM_FLOW_DROPPED)
-      ledger_.dropped(DropReason::Qos);
-    else if (flow != GST_FLOW_OK)
-      ledger_.dropped(flow == GST_FLOW_EOS ? DropReason::Eos : DropReason::Error);
-    return flow;
-  }
-
   GstFlowReturn prepare_output_buffer(GstBuffer* in, GstBuffer** out) {
-    if (!transformer_) return GST_FLOW_NOT_NEGOTIATED;
-    auto buffer = transformer_->output_for(in);
-    if (!buffer) {
-      gst::post_error(element(), buffer.error());
+    if (!transformer_) {
       ledger_.dropped(DropReason::Error);
-      return GST_FLOW_ERROR;
+      return GST_FLOW_NOT_NEGOTIATED;
     }
-    if (buffer->get() != in && !parent_class()->copy_metadata(self(), in, buffer->get()))
-      GST_WARNING_OBJECT(self(), "metadata of a buffer could not be copied");
+    auto buffer = transformer_->output_for(in);
+    if (!buffer) return failed(buffer.error());
+    if (buffer->get() != in) copy_metadata(in, buffer->get());
     // GstBaseTransform compares the pointers only and takes no second reference on the input.
     *out = buffer->get() == in ? in : buffer->release();
     return GST_FLOW_OK;
@@ -177,11 +165,7 @@ class TensorTransform : public gst::Element<TensorTransform, gst::BaseTransform>
   GstFlowReturn transform(GstBuffer* in, GstBuffer* out) {
     transformer_->move_pictures(out);
     const auto work = transformer_->run(in, out, &ledger_);
-    if (!work) {
-      gst::post_error(element(), work.error());
-      ledger_.dropped(DropReason::Error);
-      return GST_FLOW_ERROR;
-    }
+    if (!work) return failed(work.error());
     fused_frames_ += work->fused;
     deferred_frames_ += work->deferred;
     ledger_.consumed_and_pushed();
@@ -199,7 +183,6 @@ class TensorTransform : public gst::Element<TensorTransform, gst::BaseTransform>
   }
 
   Settings settings_;
-  Ledger ledger_;
 
  private:
   static Error missing_option() {

@@ -1,38 +1,22 @@
 // tensor_transform in a harness: numbers, caps, errors.
-#include <gst/check/gstharness.h>
-#include <gtest/gtest.h>
-
 #include <string>
 #include <vector>
 
-#include "gstcpp/ref.hpp"
+#include "elements/tests/element_harness.hpp"
 
 namespace {
 
-using weir::gst::Mapped;
-using weir::gst::Ref;
-using weir::gst::Unique;
-using Harness = Unique<GstHarness, gst_harness_teardown>;
+using namespace weir::test;
 
 Harness harness(const std::string& properties, const char* caps) {
-  Harness h{gst_harness_new_parse(("tensor_transform " + properties).c_str())};
-  gst_harness_set_src_caps_str(h.get(), caps);
-  return h;
+  return harness_of("tensor_transform " + properties, caps);
 }
 constexpr char kBytes[] = "other/tensor,dimension=(string)3:2,type=uint8,framerate=30/1";
 
 template <class T>
-GstBuffer* frame(const std::vector<T>& values) {
-  GstBuffer* b = gst_buffer_new_allocate(nullptr, values.size() * sizeof(T), nullptr);
-  gst_buffer_fill(b, 0, values.data(), values.size() * sizeof(T));
-  return b;
-}
-template <class T>
 std::vector<T> pushed(const Harness& h, GstBuffer* in) {
   auto out = Ref<GstBuffer>::adopt(gst_harness_push_and_pull(h.get(), in));
-  const Mapped map(out.get(), GST_MAP_READ);
-  const auto span = map.as<const T>();
-  return {span.begin(), span.end()};
+  return values<T>(out.get());
 }
 const std::vector<uint8_t> kSix{0, 1, 2, 127, 200, 255};
 
@@ -63,14 +47,7 @@ TEST(TensorTransform, AppliesAStepToOneChannel) {
 TEST(TensorTransform, LeavesIntegersWhenDividingByZeroAndCounts) {
   auto h = harness("mode=arithmetic option=div:0", kBytes);
   EXPECT_EQ(pushed<uint8_t>(h, frame(kSix)), kSix);
-  const auto element =
-      Ref<GstElement>::adopt(gst_harness_find_element(h.get(), "tensor_transform"));
-  GstStructure* raw = nullptr;
-  g_object_get(element.get(), "stats", &raw, nullptr);
-  const Unique<GstStructure, gst_structure_free> stats(raw);
-  guint64 count = 0;
-  gst_structure_get_uint64(stats.get(), "integer-divisions-by-zero", &count);
-  EXPECT_EQ(count, 6u);
+  EXPECT_EQ(stat(h, "tensor_transform", "integer-divisions-by-zero"), 6u);
 }
 
 TEST(TensorTransform, TransposesAndSaysSoInCaps) {

@@ -1,16 +1,13 @@
 // For tests of transforms in a row: a chain in a harness, its frames, its statistics.
 #pragma once
-#include <gst/check/gstharness.h>
-#include <gtest/gtest.h>
-
 #include <cstring>
 #include <random>
 #include <string>
 #include <vector>
 
-#include "gstcpp/ref.hpp"
+#include "elements/tests/element_harness.hpp"
 
-namespace weir::test {
+namespace weir::chain_test {
 
 using gst::Mapped;
 using gst::Ref;
@@ -51,15 +48,6 @@ inline Frame random_frame(std::vector<size_t> sizes, uint32_t seed) {
     for (auto& byte : bytes) byte = static_cast<std::byte>(random());
   }
   return frame;
-}
-
-inline uint64_t stat(GstElement* element, const char* field) {
-  GstStructure* raw = nullptr;
-  g_object_get(element, "stats", &raw, nullptr);
-  const Unique<GstStructure, gst_structure_free> stats(raw);
-  guint64 value = 0;
-  EXPECT_TRUE(gst_structure_get_uint64(stats.get(), field, &value)) << field;
-  return value;
 }
 
 // Elements between two pads of a harness, driven by this thread.
@@ -103,10 +91,7 @@ class Chain {
     std::string text;
     while (auto message =
                Ref<GstMessage>::adopt(gst_bus_pop_filtered(bus_.get(), GST_MESSAGE_ERROR))) {
-      GError* error = nullptr;
-      gst_message_parse_error(message.get(), &error, nullptr);
-      text = std::string(GST_MESSAGE_SRC_NAME(message.get())) + ": " + error->message;
-      g_error_free(error);
+      text = std::string(GST_MESSAGE_SRC_NAME(message.get())) + ": " + test::text_of(message.get());
     }
     return text;
   }
@@ -120,4 +105,4 @@ inline std::string transform(const char* name, const std::string& properties) {
   return std::string("tensor_transform name=") + name + " " + properties;
 }
 
-}  // namespace weir::test
+}  // namespace weir::chain_test

@@ -1,0 +1,152 @@
+// What the tests of all elements share: a harness, frames, caps, statistics, messages from the bus.
+#pragma once
+#include <gst/check/gstharness.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <numeric>
+#include <string>
+#include <vector>
+
+#include "gstcpp/ref.hpp"
+
+namespace weir::test {
+
+using gst::Mapped;
+using gst::Ref;
+using gst::Unique;
+using Harness = Unique<GstHarness, gst_harness_teardown>;
+using Bytes = std::vector<uint8_t>;
+
+// A line of elements between two pads of the test. No caps are sent for an empty text.
+inline Harness harness_of(const std::string& launch, const std::string& caps = "") {
+  Harness h{gst_harness_new_parse(launch.c_str())};
+  if (!caps.empty()) gst_harness_set_src_caps_str(h.get(), caps.c_str());
+  return h;
+}
+
+inline std::string video(const std::string& format, int width, int height,
+                         const std::string& more = "") {
+  return "video/x-raw,format=" + format + ",width=" + std::to_string(width) +
+         ",height=" + std::to_string(height) + ",framerate=10/1,interlace-mode=progressive" + more;
+}
+// Static tensors; dimensions and types are comma lists, one part for each tensor.
+inline std::string tensors(const std::string& types, const std::string& dimensions,
+                           const std::string& rate = "30/1") {
+  const auto count = 1 + std::count(types.begin(), types.end(), ',');
+  return "other/tensors,format=static,num_tensors=" + std::to_string(count) +
+         ",dimensions=(string)\"" + dimensions + "\",types=(string)\"" + types +
+         "\",framerate=" + rate;
+}
+
+// 0, 1, 2, ... 255, 0, ...
+inline Bytes ramp(size_t size) {
+  Bytes out(size);
+  std::iota(out.begin(), out.end(), uint8_t{0});
+  return out;
+}
+template <class T = uint8_t>
+GstBuffer* frame(const std::vector<T>& values, GstClockTime time = GST_CLOCK_TIME_NONE,
+                 GstClockTime duration = GST_CLOCK_TIME_NONE) {
+  GstBuffer* b = gst_buffer_new_allocate(nullptr, values.size() * sizeof(T), nullptr);
+  gst_buffer_fill(b, 0, values.data(), values.size() * sizeof(T));
+  GST_BUFFER_PTS(b) = time;
+  GST_BUFFER_DURATION(b) = duration;
+  return b;
+}
+template <class T>
+std::vector<T> values(GstBuffer* b) {
+  const Mapped map(b, GST_MAP_READ);
+  const auto span = map.template as<const T>();
+  return {span.begin(), span.end()};
+}
+inline Bytes content(GstBuffer* b) {
+  return values<uint8_t>(b);
+}
+
+// The caps of what comes out.
+inline std::string caps_text(const Harness& h) {
+  const auto caps = Ref<GstCaps>::adopt(gst_pad_get_current_caps(h->sinkpad));
+  if (!caps) return "";
+  const gst::UniqueText text{gst_caps_to_string(caps.get())};
+  return text.get();
+}
+
+inline Ref<GstElement> element_of(const Harness& h, const char* factory) {
+  return Ref<GstElement>::adopt(gst_harness_find_element(h.get(), factory));
+}
+inline Unique<GstStructure, gst_structure_free> stats(GstElement* element) {
+  GstStructure* raw = nullptr;
+  g_object_get(element, "stats", &raw, nullptr);
+  return Unique<GstStructure, gst_structure_free>(raw);
+}
+// One number of the property `stats`.
+inline uint64_t stat(GstElement* element, const char* name) {
+  guint64 value = UINT64_MAX;
+  EXPECT_TRUE(gst_structure_get_uint64(stats(element).get(), name, &value)) << name;
+  return value;
+}
+inline uint64_t stat(const Harness& h, const char* factory, const char* name) {
+  return stat(element_of(h, factory).get(), name);
+}
+
+// The text of an error or a warning; "" for none.
+inline std::string text_of(GstMessage* message) {
+  if (!message) return "";
+  GError* error = nullptr;
+  if (GST_MESSAGE_TYPE(message) == GST_MESSAGE_WARNING)
+    gst_message_parse_warning(message, &error, nullptr);
+  else
+    gst_message_parse_error(message, &error, nullptr);
+  const std::string text = error->message;
+  g_error_free(error);
+  return text;
+}
+inline std::string take_message(GstBus* bus, GstMessageType type) {
+  return text_of(Ref<GstMessage>::adopt(gst_bus_pop_filtered(bus, type)).get());
+}
+
+// A bus of its own for an element, or for what a harness holds, while it lives.
+class Errors {
+ public:
+  explicit Errors(const Harness& h) : Errors(h->element) {}
+  explicit Errors(GstElement* element)
+      : element_(element), bus_(Ref<GstBus>::adopt(gst_bus_new())) {
+    gst_element_set_bus(element_, bus_.get());
+  }
+  Errors(const Errors&) = delete;
+  Errors& operator=(const Errors&) = delete;
+  ~Errors() { gst_element_set_bus(element_, nullptr); }
+  // "" when there is none
+  std::string next() { return take_message(bus_.get(), GST_MESSAGE_ERROR); }
+  std::string next_warning() { return take_message(bus_.get(), GST_MESSAGE_WARNING); }
+
+ private:
+  GstElement* element_;
+  Ref<GstBus> bus_;
+};
+
+#define EXPECT_SAYS(text, words) EXPECT_NE((text).find(words), std::string::npos) << (text)
+
+// An element that no bin holds.
+inline Ref<GstElement> lone_element(const std::string& launch) {
+  return Ref<GstElement>::adopt(
+      GST_ELEMENT(gst_object_ref_sink(gst_parse_launch(launch.c_str(), nullptr))));
+}
+
+// The first error of an element that is brought to PAUSED and, where there are any, given caps.
+inline std::string start_error(const std::string& launch, const std::string& caps = "") {
+  const auto element = lone_element(launch);
+  Errors errors(element.get());
+  gst_element_set_state(element.get(), GST_STATE_PAUSED);
+  if (!caps.empty()) {
+    const auto pad = Ref<GstPad>::adopt(gst_element_get_static_pad(element.get(), "sink"));
+    gst_pad_send_event(pad.get(), gst_event_new_stream_start("test"));
+    const auto given = Ref<GstCaps>::adopt(gst_caps_from_string(caps.c_str()));
+    gst_pad_send_event(pad.get(), gst_event_new_caps(given.get()));
+  }
+  gst_element_set_state(element.get(), GST_STATE_NULL);
+  return errors.next();
+}
+
+}  // namespace weir::test

@@ -1,0 +1,40 @@
+// A GstBaseTransform whose ledger adds up: frames that the base class drops before transform() are
+// counted too. Impl's transform() or transform_ip() ends each frame it gets with one of
+// ledger_.consumed_and_pushed(), ledger_.dropped(reason) or failed(error).
+#pragma once
+#include "core/ledger/ledger.hpp"
+#include "gstcpp/base_classes.hpp"
+
+namespace weir::gst {
+
+template <class Impl>
+class CountedTransform : public Element<Impl, BaseTransform> {
+ public:
+  GstFlowReturn submit_input_buffer(gboolean discont, GstBuffer* buffer) {
+    ledger_.received();
+    const auto flow = this->parent_class()->submit_input_buffer(this->self(), discont, buffer);
+    if (flow == GST_BASE_TRANSFORM_FLOW_DROPPED)
+      ledger_.dropped(DropReason::Qos);
+    else if (flow != GST_FLOW_OK)
+      ledger_.dropped(flow == GST_FLOW_EOS ? DropReason::Eos : DropReason::Error);
+    return flow;
+  }
+
+  Ledger ledger_;
+
+ protected:
+  // The frame in work is lost to `error`.
+  GstFlowReturn failed(const Error& error) {
+    post_error(this->element(), error);
+    ledger_.dropped(DropReason::Error);
+    return GST_FLOW_ERROR;
+  }
+
+  // Flags, times and metas of `in`, by the rules of the base class.
+  void copy_metadata(GstBuffer* in, GstBuffer* out) {
+    if (!this->parent_class()->copy_metadata(this->self(), in, out))
+      GST_WARNING_OBJECT(this->self(), "metadata of a buffer could not be copied");
+  }
+};
+
+}  // namespace weir::gst
