@@ -16,7 +16,6 @@ namespace {
 struct PoolState {
   std::vector<TensorSpec> tensors;
   Format format = Format::Static;
-  MediaType media = MediaType::Tensor;
   Allocation allocation;
   size_t retain = 0;
   size_t total_bytes = 0;
@@ -43,46 +42,20 @@ GstMemory* allocate(size_t bytes, const Allocation& allocation) {
   return gst_allocator_alloc(nullptr, bytes, &params);
 }
 
-void write_header(const PoolState& s, const TensorSpec& spec, std::span<std::byte> at) {
-  TensorHeader header;
-  header.spec = spec;
-  header.media = s.media;
-  write_tensor_header(header, at.first<kTensorHeaderBytes>());
-}
-
 size_t header_bytes_of(Format format) {
   return format == Format::Static ? 0 : kTensorHeaderBytes;
 }
 
-GstMemory* single_memory(const PoolState& s, const TensorSpec& spec) {
-  const size_t header = header_bytes_of(s.format);
-  GstMemory* memory = allocate(header + *spec.bytes(), s.allocation);
-  if (!memory || header == 0) return memory;
-  const MappedMemory map(memory, GST_MAP_WRITE);
-  if (map) write_header(s, spec, map.bytes());
-  return memory;
+std::span<const TensorSpec> packed_part(const std::vector<TensorSpec>& tensors) {
+  return tensors.size() > kMemoryLimit ? std::span(tensors).subspan(kMemoryLimit - 1)
+                                       : std::span<const TensorSpec>();
 }
 
 GstMemory* packed_memory(const PoolState& s) {
-  const std::span<const TensorSpec> tensors = std::span(s.tensors).subspan(kMemoryLimit - 1);
-  const size_t header = header_bytes_of(s.format);
-  std::vector<uint64_t> sizes;
   size_t total = kPackedHeaderBytes;
-  for (const auto& spec : tensors) {
-    sizes.push_back(header + *spec.bytes());
-    total += sizes.back();
-  }
-  GstMemory* memory = allocate(total, s.allocation);
-  if (!memory) return nullptr;
-  const MappedMemory map(memory, GST_MAP_WRITE);
-  if (!map) return memory;
-  write_packed_header(tensors, sizes, map.bytes().first<kPackedHeaderBytes>());
-  size_t offset = kPackedHeaderBytes;
-  for (size_t i = 0; i < tensors.size(); ++i) {
-    if (header) write_header(s, tensors[i], map.bytes().subspan(offset, header));
-    offset += sizes[i];
-  }
-  return memory;
+  for (const auto& spec : packed_part(s.tensors))
+    total += header_bytes_of(s.format) + *spec.bytes();
+  return allocate(total, s.allocation);
 }
 
 GstFlowReturn alloc_buffer(GstBufferPool* pool, GstBuffer** out, GstBufferPoolAcquireParams*) {
@@ -91,7 +64,9 @@ GstFlowReturn alloc_buffer(GstBufferPool* pool, GstBuffer** out, GstBufferPoolAc
   const bool packed = s.tensors.size() > kMemoryLimit;
   const size_t alone = packed ? kMemoryLimit - 1 : s.tensors.size();
   for (size_t i = 0; i < alone + (packed ? 1 : 0); ++i) {
-    GstMemory* memory = i < alone ? single_memory(s, s.tensors[i]) : packed_memory(s);
+    GstMemory* memory =
+        i < alone ? allocate(header_bytes_of(s.format) + *s.tensors[i].bytes(), s.allocation)
+                  : packed_memory(s);
     if (!memory) return GST_FLOW_ERROR;
     gst_buffer_append_memory(buffer.get(), memory);
   }
@@ -197,12 +172,12 @@ Result<FramePool> FramePool::make(std::vector<TensorSpec> tensors, Format format
   FramePool out;
   out.tensors_ = tensors;
   out.header_bytes_ = header_bytes_of(format);
+  out.media_ = media;
   auto* object = static_cast<GstBufferPool*>(g_object_new(pool_type(), nullptr));
   out.pool_ = Ref<GstBufferPool>::adopt(static_cast<GstBufferPool*>(gst_object_ref_sink(object)));
   PoolState& s = state_of(object);
   s.tensors = std::move(tensors);
   s.format = format;
-  s.media = media;
   s.allocation = allocation;
   s.retain = retain;
   s.total_bytes = total;
@@ -232,15 +207,28 @@ Status FramePool::Writer::map(const FramePool& pool, GstBuffer* buffer) {
     if (!maps_.back()) return failed();
   }
   const auto& tensors = pool.tensors_;
-  const size_t alone = tensors.size() > kMemoryLimit ? kMemoryLimit - 1 : tensors.size();
+  const size_t head = pool.header_bytes_;
   if (memories < std::min(tensors.size(), kMemoryLimit)) return failed();
-  for (size_t i = 0; i < alone; ++i)
-    payloads_.push_back(maps_[i].bytes().subspan(pool.header_bytes_));
+  const auto append = [&](const TensorSpec& spec, std::span<std::byte> at) {
+    if (head > 0) {
+      TensorHeader header;
+      header.spec = spec;
+      header.media = pool.media_;
+      write_tensor_header(header, at.first<kTensorHeaderBytes>());
+    }
+    payloads_.push_back(at.subspan(head));
+  };
+  const auto packed = packed_part(tensors);
+  for (size_t i = 0; i < tensors.size() - packed.size(); ++i) append(tensors[i], maps_[i].bytes());
+  if (packed.empty()) return ok();
+  std::vector<uint64_t> sizes;
+  for (const auto& spec : packed) sizes.push_back(head + *spec.bytes());
+  const auto block = maps_.back().bytes();
+  write_packed_header(packed, sizes, block.first<kPackedHeaderBytes>());
   size_t offset = kPackedHeaderBytes;
-  for (size_t i = alone; i < tensors.size(); ++i) {
-    const size_t size = *tensors[i].bytes();
-    payloads_.push_back(maps_.back().bytes().subspan(offset + pool.header_bytes_, size));
-    offset += pool.header_bytes_ + size;
+  for (size_t i = 0; i < packed.size(); ++i) {
+    append(packed[i], block.subspan(offset, sizes[i]));
+    offset += sizes[i];
   }
   return ok();
 }

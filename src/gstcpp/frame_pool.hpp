@@ -17,8 +17,8 @@ struct FramePoolStats {
   uint64_t retained = 0;   // buffers waiting for use
 };
 
-// A dense buffer: one memory per tensor; from the 17th tensor on, the last memory is packed with
-// its header already written; in a flexible stream each tensor's header is already written.
+// A dense buffer: one memory per tensor; from the 17th tensor on, the last memory is packed. A
+// Writer writes the headers anew for each frame: whoever had the buffer last may have changed them.
 class FramePool {
  public:
   // Sizes must be known (specs valid). In a static stream each tensor starts and ends as
@@ -49,6 +49,7 @@ class FramePool {
  private:
   std::vector<TensorSpec> tensors_;
   size_t header_bytes_ = 0;
+  MediaType media_ = MediaType::Tensor;
   Ref<GstBufferPool> pool_;
 };
 

@@ -9,6 +9,7 @@
 #include "elements/tensor_converter/negotiation.hpp"
 #include "elements/tensor_converter/tensor_memories.hpp"
 #include "gstcpp/base_classes.hpp"
+#include "gstcpp/headered_frames.hpp"
 #include "gstcpp/tensor_caps.hpp"
 #include "gstcpp/tensor_meta.hpp"
 
@@ -183,6 +184,7 @@ class TensorConverter : public gst::Element<TensorConverter, gst::PlainElement> 
   void reset() {
     drop_waiting(DropReason::Flush);
     medium_.reset();
+    headered_.clear();
     gst_segment_init(&segment_, GST_FORMAT_TIME);
   }
 
@@ -288,15 +290,15 @@ class TensorConverter : public gst::Element<TensorConverter, gst::PlainElement> 
   }
 
   GstFlowReturn push(Ref<GstBuffer> buffer) {
-    if (output_format_ == Format::Flexible)
-      buffer = with_headers(buffer.get(), plan_.spec.tensors, medium_->type(), &ledger_);
-    else
-      buffer = one_memory_each(std::move(buffer), plan_.spec.tensors, &ledger_);
-    if (!buffer) {
-      gst::post_error(element(),
-                      {Code::OUT_OF_MEMORY, "no memory for an output buffer", "", "", "", ""});
+    Result<Ref<GstBuffer>> out =
+        output_format_ == Format::Flexible
+            ? headered_.copy(buffer.get(), plan_.spec.tensors, medium_->type(), &ledger_)
+            : one_memory_each(std::move(buffer), plan_.spec.tensors, &ledger_);
+    if (!out) {
+      gst::post_error(element(), out.error());
       return GST_FLOW_ERROR;
     }
+    buffer = *std::move(out);
     if (plan_.picture) {
       buffer = Ref<GstBuffer>::adopt(gst_buffer_make_writable(buffer.release()));
       gst::set_picture_maps(buffer.get(), {*plan_.picture});
@@ -312,6 +314,7 @@ class TensorConverter : public gst::Element<TensorConverter, gst::PlainElement> 
   StreamPlan plan_;
   gst::Allocation allocation_;  // as the next element asks
   Format output_format_ = Format::Static;
+  gst::HeaderedFrames headered_;
   bool set_timestamp_ = true;
   GstSegment segment_{};
   Chunker chunker_;

@@ -1,9 +1,6 @@
 // Sharing and copying the payloads of tensors.
 #include "elements/tensor_converter/tensor_memories.hpp"
 
-#include <cstring>
-
-#include "gstcpp/frame_pool.hpp"
 #include "gstcpp/tensor_caps.hpp"
 
 namespace weir {
@@ -41,25 +38,6 @@ gst::Ref<GstBuffer> one_memory_each(gst::Ref<GstBuffer> in, const std::vector<Te
     offset += size;
   }
   gst_memory_unref(all);
-  return out;
-}
-
-gst::Ref<GstBuffer> with_headers(GstBuffer* in, const std::vector<TensorSpec>& tensors,
-                                 MediaType media, Ledger* ledger) {
-  const gst::Mapped map(in, GST_MAP_READ);
-  auto pool = gst::FramePool::make(tensors, Format::Flexible, media, {}, 0);
-  if (!map || !pool) return {};
-  auto out = pool->acquire();
-  gst::FramePool::Writer writer;
-  if (!out || !writer.map(*pool, out.get())) return {};
-  size_t offset = 0;
-  for (const auto& payload : writer.payloads()) {
-    std::memcpy(payload.data(), map.bytes().data() + offset, payload.size());
-    offset += payload.size();
-  }
-  ledger->copied(offset);
-  writer.unmap();
-  gst_buffer_copy_into(out.get(), in, GST_BUFFER_COPY_METADATA, 0, static_cast<gsize>(-1));
   return out;
 }
 

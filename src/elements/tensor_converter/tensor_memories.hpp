@@ -1,4 +1,4 @@
-// The memories of an output buffer: one for each tensor, or one with headers.
+// The memories of an output buffer: one for each tensor.
 #pragma once
 #include <gst/gst.h>
 
@@ -6,7 +6,6 @@
 
 #include "core/ledger/ledger.hpp"
 #include "core/tensor/frame_spec.hpp"
-#include "core/tensor/tensor_header.hpp"
 #include "gstcpp/ref.hpp"
 
 namespace weir {
@@ -16,9 +15,5 @@ namespace weir {
 // tensors stay in one memory. Metadata are copied.
 gst::Ref<GstBuffer> one_memory_each(gst::Ref<GstBuffer> in, const std::vector<TensorSpec>& tensors,
                                     Ledger* ledger);
-
-// A buffer of flexible tensors: a copy with a header before each. Null when memory ran out.
-gst::Ref<GstBuffer> with_headers(GstBuffer* in, const std::vector<TensorSpec>& tensors,
-                                 MediaType media, Ledger* ledger);
 
 }  // namespace weir

@@ -1,0 +1,36 @@
+// Headers before tensors.
+#include "gstcpp/headered_frames.hpp"
+
+namespace weir::gst {
+
+Result<Ref<GstBuffer>> HeaderedFrames::copy(GstBuffer* in, const std::vector<TensorSpec>& tensors,
+                                            MediaType media, Ledger* ledger) {
+  if (!pool_ || media != media_ || !first_difference(tensors, pool_.tensors()).empty()) {
+    auto pool = FramePool::make(tensors, Format::Flexible, media);
+    if (!pool) return pool.error();
+    pool_ = *std::move(pool);
+    media_ = media;
+  }
+  auto out = pool_.acquire();
+  if (!out) return Error{Code::OUT_OF_MEMORY, "no memory for an output buffer", "", "", "", ""};
+  FramePool::Writer writer;
+  if (auto status = writer.map(pool_, out.get()); !status) return status.error();
+  size_t offset = 0;
+  for (const auto& payload : writer.payloads())
+    offset += gst_buffer_extract(in, offset, payload.data(), payload.size());
+  size_t needed = 0;
+  for (const auto& payload : writer.payloads()) needed += payload.size();
+  writer.unmap();
+  if (offset != needed)
+    return Error{Code::FRAME_SIZE,
+                 "a frame is shorter than its tensors",
+                 std::to_string(gst_buffer_get_size(in)) + " bytes",
+                 std::to_string(needed) + " bytes",
+                 "",
+                 ""};
+  ledger->copied(needed);
+  gst_buffer_copy_into(out.get(), in, GST_BUFFER_COPY_METADATA, 0, static_cast<gsize>(-1));
+  return out;
+}
+
+}  // namespace weir::gst
