@@ -1,29 +1,12 @@
 // Real ONNX models, held against ../shared/MANIFEST.md and published results.
-#include <gtest/gtest.h>
-
 #include <cmath>
 
-#include "engine_test_host.hpp"
+#include "engine_fixture.hpp"
 
 namespace weir::engine_test {
 namespace {
 
-class OnnxRuntimeModels : public ::testing::Test {
- protected:
-  void SetUp() override {
-    ASSERT_NE(engine(), nullptr);
-    if (!engine()->extension("weir.library/1")) GTEST_SKIP() << "ONNX Runtime is not installed";
-  }
-  static const weir_engine* engine() {
-    static const weir_engine* const loaded = load_module(WEIR_MODULE_FILE);
-    return loaded;
-  }
-  static std::unique_ptr<OpenEngine> opened(const std::string& path) {
-    auto model = OpenEngine::open(*engine(), path);
-    if (!model) ADD_FAILURE() << path << ": " << model.error().message();
-    return model ? *std::move(model) : nullptr;
-  }
-};
+class OnnxRuntimeModels : public EngineTest {};
 
 // Sizes for the names that the models give their open dimensions.
 const std::map<std::string, int64_t> kSizes{{"n", 2},      {"N", 2},   {"batch", 1}, {"h", 40},

@@ -1,9 +1,7 @@
 // What the ONNX Runtime engine refuses, and in which words.
-#include <gtest/gtest.h>
-
 #include <cstdlib>
 
-#include "engine_test_host.hpp"
+#include "engine_fixture.hpp"
 #include "onnxruntime/onnx_builder.hpp"
 
 namespace weir::engine_test {
@@ -16,25 +14,11 @@ OnnxBuilder negation(const std::vector<std::string>& shape = {"2", "3"}) {
       .node("Neg", {"x"}, {"y"});
 }
 
-class OnnxRuntimeRefuses : public ::testing::Test {
+class OnnxRuntimeRefuses : public EngineTest {
  protected:
-  void SetUp() override {
-    ASSERT_NE(engine(), nullptr);
-    if (!engine()->extension("weir.library/1")) GTEST_SKIP() << "ONNX Runtime is not installed";
-  }
-  static const weir_engine* engine() {
-    static const weir_engine* const loaded = load_module(WEIR_MODULE_FILE);
-    return loaded;
-  }
-  Error error_of(const std::vector<std::byte>& bytes, const OpenEngine::Options& options = {}) {
-    const auto model = OpenEngine::open(*engine(), folder_.write("model.onnx", bytes), options);
-    return model ? Error{Code::INTERNAL, "it opened", "", "", "", ""} : model.error();
-  }
   std::unique_ptr<OpenEngine> opened(const OnnxBuilder& model) {
-    auto out = OpenEngine::open(*engine(), folder_.write("model.onnx", model.bytes()));
-    return out ? *std::move(out) : nullptr;
+    return EngineTest::opened(model.bytes());
   }
-  TemporaryFolder folder_;
 };
 
 TEST_F(OnnxRuntimeRefuses, AModelThatIsNotThere) {

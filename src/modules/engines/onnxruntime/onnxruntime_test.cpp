@@ -1,32 +1,19 @@
 // ONNX Runtime through the C table: types, shapes, memory, options.
-#include <gtest/gtest.h>
-
 #include <nlohmann/json.hpp>
 #include <thread>
 
+#include "engine_fixture.hpp"
 #include "engine_library.hpp"
-#include "engine_test_host.hpp"
 #include "onnxruntime/onnx_builder.hpp"
 
 namespace weir::engine_test {
 namespace {
 
-class OnnxRuntime : public ::testing::Test {
+class OnnxRuntime : public EngineTest {
  protected:
-  void SetUp() override {
-    ASSERT_NE(engine(), nullptr);
-    if (!engine()->extension("weir.library/1")) GTEST_SKIP() << "ONNX Runtime is not installed";
-    take_log();
+  Result<std::unique_ptr<OpenEngine>> open(const OnnxBuilder& model, const Options& options = {}) {
+    return EngineTest::open(model.bytes(), options);
   }
-  static const weir_engine* engine() {
-    static const weir_engine* const loaded = load_module(WEIR_MODULE_FILE);
-    return loaded;
-  }
-  Result<std::unique_ptr<OpenEngine>> open(const OnnxBuilder& model,
-                                           const OpenEngine::Options& options = {}) {
-    return OpenEngine::open(*engine(), folder_.write("model.onnx", model.bytes()), options);
-  }
-  TemporaryFolder folder_;
 };
 
 struct TypeCase {

@@ -1,30 +1,13 @@
 // Real TensorFlow Lite models, held against ../shared/MANIFEST.md and labelled data.
-#include <gtest/gtest.h>
-
 #include <cstring>
 #include <nlohmann/json.hpp>
 
-#include "engine_test_host.hpp"
+#include "engine_fixture.hpp"
 
 namespace weir::engine_test {
 namespace {
 
-class TensorflowLiteModels : public ::testing::Test {
- protected:
-  void SetUp() override {
-    ASSERT_NE(engine(), nullptr);
-    if (!engine()->extension("weir.library/1")) GTEST_SKIP() << "TensorFlow Lite is not installed";
-  }
-  static const weir_engine* engine() {
-    static const weir_engine* const loaded = load_module(WEIR_MODULE_FILE);
-    return loaded;
-  }
-  static std::unique_ptr<OpenEngine> opened(const std::string& path) {
-    auto model = OpenEngine::open(*engine(), path);
-    if (!model) ADD_FAILURE() << path << ": " << model.error().message();
-    return model ? *std::move(model) : nullptr;
-  }
-};
+class TensorflowLiteModels : public EngineTest {};
 
 constexpr int32_t kSoundRate = 16000;
 

@@ -1,18 +1,11 @@
 // What the TensorFlow Lite engine refuses, and in which words; that damage is never a crash.
-#include <gtest/gtest.h>
-
 #include <algorithm>
 
-#include "engine_test_host.hpp"
+#include "engine_fixture.hpp"
 #include "tensorflow-lite/tflite_builder.hpp"
 
 namespace weir::engine_test {
 namespace {
-
-const weir_engine* engine() {
-  static const weir_engine* const loaded = load_module(WEIR_MODULE_FILE);
-  return loaded;
-}
 
 // y = x, in another shape.
 std::vector<std::byte> reshaping(int8_t type) {
@@ -24,25 +17,7 @@ std::vector<std::byte> reshaping(int8_t type) {
       .bytes();
 }
 
-class TensorflowLiteRefuses : public ::testing::Test {
- protected:
-  void SetUp() override {
-    ASSERT_NE(engine(), nullptr);
-    if (!engine()->extension("weir.library/1")) GTEST_SKIP() << "TensorFlow Lite is not installed";
-    take_log();
-  }
-  std::unique_ptr<OpenEngine> opened(const std::vector<std::byte>& bytes,
-                                     const OpenEngine::Options& options = {}) {
-    auto model = OpenEngine::open(*engine(), folder_.write("model.tflite", bytes), options);
-    if (!model) ADD_FAILURE() << model.error().message();
-    return model ? *std::move(model) : nullptr;
-  }
-  Error error_of(const std::vector<std::byte>& bytes, const OpenEngine::Options& options = {}) {
-    const auto model = OpenEngine::open(*engine(), folder_.write("model.tflite", bytes), options);
-    return model ? Error{Code::INTERNAL, "it opened", "", "", "", ""} : model.error();
-  }
-  TemporaryFolder folder_;
-};
+class TensorflowLiteRefuses : public EngineTest {};
 
 #define EXPECT_SAYS(text, words) EXPECT_NE((text).find(words), std::string::npos) << (text)
 
@@ -58,7 +33,7 @@ TEST_F(TensorflowLiteRefuses, WhatIsNoModel) {
     const auto* bytes = reinterpret_cast<const std::byte*>(text.data());
     const Error error = error_of({bytes, bytes + text.size()});
     EXPECT_EQ(error.code, Code::MODEL_INVALID) << text;
-    EXPECT_SAYS(error.message(), "model.tflite");
+    EXPECT_SAYS(error.message(), "model.bin");
   }
 }
 

@@ -1,33 +1,19 @@
 // TensorFlow Lite through the C table: types, shapes, memory, options.
-#include <gtest/gtest.h>
-
 #include <nlohmann/json.hpp>
 #include <thread>
 
-#include "engine_test_host.hpp"
+#include "engine_fixture.hpp"
 #include "tensorflow-lite/tflite_builder.hpp"
 
 namespace weir::engine_test {
 namespace {
 
-class TensorflowLite : public ::testing::Test {
+class TensorflowLite : public EngineTest {
  protected:
-  void SetUp() override {
-    ASSERT_NE(engine(), nullptr);
-    if (!engine()->extension("weir.library/1")) GTEST_SKIP() << "TensorFlow Lite is not installed";
-    take_log();
-  }
-  static const weir_engine* engine() {
-    static const weir_engine* const loaded = load_module(WEIR_MODULE_FILE);
-    return loaded;
-  }
-  Result<std::unique_ptr<OpenEngine>> open(const TfliteBuilder& model,
-                                           const OpenEngine::Options& options = {},
+  Result<std::unique_ptr<OpenEngine>> open(const TfliteBuilder& model, const Options& options = {},
                                            int threads = 0) {
-    return OpenEngine::open(*engine(), folder_.write("model.tflite", model.bytes()), options,
-                            threads);
+    return EngineTest::open(model.bytes(), options, threads);
   }
-  TemporaryFolder folder_;
 };
 
 struct TypeCase {

@@ -1,0 +1,49 @@
+// The fixture of the tests of one engine module. WEIR_MODULE_FILE is its path.
+#pragma once
+#include <gtest/gtest.h>
+
+#include "engine_test_host.hpp"
+
+namespace weir::engine_test {
+
+inline const weir_engine* engine() {
+  static const weir_engine* const loaded = load_module(WEIR_MODULE_FILE);
+  return loaded;
+}
+
+// Skipped where the engine's library is not installed.
+class EngineTest : public ::testing::Test {
+ protected:
+  using Options = OpenEngine::Options;
+
+  void SetUp() override {
+    ASSERT_NE(engine(), nullptr);
+    if (!engine()->extension("weir.library/1"))
+      GTEST_SKIP() << engine()->name << " is not installed";
+    take_log();
+  }
+  Result<std::unique_ptr<OpenEngine>> open(const std::vector<std::byte>& bytes,
+                                           const Options& options = {}, int threads = 0) {
+    return OpenEngine::open(*engine(), folder_.write("model.bin", bytes), options, threads);
+  }
+  // Null and a failure of the test when it does not open.
+  static std::unique_ptr<OpenEngine> opened(const std::string& path) {
+    auto model = OpenEngine::open(*engine(), path);
+    if (!model) ADD_FAILURE() << path << ": " << model.error().message();
+    return model ? *std::move(model) : nullptr;
+  }
+  std::unique_ptr<OpenEngine> opened(const std::vector<std::byte>& bytes,
+                                     const Options& options = {}) {
+    auto model = open(bytes, options);
+    if (!model) ADD_FAILURE() << model.error().message();
+    return model ? *std::move(model) : nullptr;
+  }
+  Error error_of(const std::vector<std::byte>& bytes, const Options& options = {}) {
+    const auto model = open(bytes, options);
+    return model ? Error{Code::INTERNAL, "it opened", "", "", "", ""} : model.error();
+  }
+
+  TemporaryFolder folder_;
+};
+
+}  // namespace weir::engine_test
