@@ -1,0 +1,50 @@
+// Which times go backwards, and what is said of them.
+#include "core/sync/backwards_time.hpp"
+
+#include <gtest/gtest.h>
+
+namespace weir {
+namespace {
+
+TEST(BackwardsTime, IsNoticedOnce) {
+  BackwardsTimeWatch watch;
+  for (const uint64_t time : {0u, 5u, 5u, 9u})
+    EXPECT_EQ(watch.check(time, OnBackwardsTime::Pass), std::nullopt) << time;
+  EXPECT_EQ(watch.check(8, OnBackwardsTime::Pass), 9u);
+  EXPECT_EQ(watch.check(8, OnBackwardsTime::Pass), std::nullopt)
+      << "8 passed: it counts from there";
+}
+
+TEST(BackwardsTime, OfWhatIsDroppedIsNotComparedWith) {
+  BackwardsTimeWatch watch;
+  EXPECT_EQ(watch.check(9, OnBackwardsTime::Drop), std::nullopt);
+  EXPECT_EQ(watch.check(3, OnBackwardsTime::Drop), 9u);
+  EXPECT_EQ(watch.check(8, OnBackwardsTime::Drop), 9u) << "still before the last that passed";
+  EXPECT_EQ(watch.check(9, OnBackwardsTime::Drop), std::nullopt);
+}
+
+TEST(BackwardsTime, MayBeginAnew) {
+  BackwardsTimeWatch watch;
+  EXPECT_EQ(watch.check(9, OnBackwardsTime::Drop), std::nullopt);
+  watch.reset();
+  EXPECT_EQ(watch.check(0, OnBackwardsTime::Drop), std::nullopt);
+}
+
+TEST(BackwardsTime, IsToldWithBothTimesAndTheProperty) {
+  const auto passed = backwards_time(1'500'000'000, 3'723'000'000'001, OnBackwardsTime::Pass);
+  EXPECT_EQ(passed.code, Code::TIME_INVALID);
+  EXPECT_EQ(passed.what, "a time-stamp goes backwards: such frames are counted and passed on");
+  EXPECT_EQ(passed.offered, "0:00:01.500000000");
+  EXPECT_EQ(passed.needed, "at least 1:02:03.000000001, the time before");
+  EXPECT_EQ(passed.fix, "on-backwards-time=drop leaves them out");
+  const auto dropped = backwards_time(0, 1, OnBackwardsTime::Drop);
+  EXPECT_NE(dropped.what.find("dropped and counted"), std::string::npos);
+  EXPECT_NE(dropped.fix.find("on-backwards-time=pass"), std::string::npos);
+}
+
+TEST(BackwardsTime, TextHoldsTheGreatestTime) {
+  EXPECT_EQ(time_text(UINT64_MAX), "5124095:34:33.709551615");
+}
+
+}  // namespace
+}  // namespace weir

@@ -1,0 +1,52 @@
+// PerClient: one T for each client of a query server (query_meta.hpp), an adapter for example.
+#pragma once
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <list>
+#include <utility>
+
+namespace weir::gst {
+
+// As many clients as an element keeps frames for. One more takes the place of the client that sent
+// nothing for the longest time.
+inline constexpr size_t kClientLimit = 64;
+
+// Not thread-safe. References stay valid until the client gives its place up.
+template <class T>
+class PerClient {
+ public:
+  // `make` a T for a client that is new; `gone` gets the T whose place it takes, so that what waits
+  // in it is counted and not lost silently.
+  PerClient(std::function<T()> make, std::function<void(T&)> gone, size_t limit = kClientLimit)
+      : make_(std::move(make)), gone_(std::move(gone)), limit_(limit) {}
+
+  T& of(int64_t client) {
+    for (auto it = clients_.begin(); it != clients_.end(); ++it)
+      if (it->first == client) {
+        clients_.splice(clients_.begin(), clients_, it);
+        return clients_.front().second;
+      }
+    if (clients_.size() >= limit_) {
+      gone_(clients_.back().second);
+      clients_.pop_back();
+    }
+    clients_.emplace_front(client, make_());
+    return clients_.front().second;
+  }
+
+  template <class F>
+  void for_each(F&& f) {
+    for (auto& [client, value] : clients_) f(value);
+  }
+  size_t size() const noexcept { return clients_.size(); }
+  void clear() noexcept { clients_.clear(); }  // without `gone`
+
+ private:
+  std::function<T()> make_;
+  std::function<void(T&)> gone_;
+  size_t limit_;
+  std::list<std::pair<int64_t, T>> clients_;  // who sent last, first
+};
+
+}  // namespace weir::gst
