@@ -1,15 +1,18 @@
 // tensor_converter: what all media share. What a medium is as tensors, its own class says.
+#include <atomic>
 #include <cstring>
 #include <memory>
 
 #include "core/infer/custom_converter.hpp"
 #include "core/infer/module_library.hpp"
-#include "elements/tensor_converter/chunker.hpp"
+#include "elements/tensor_converter/client_streams.hpp"
 #include "elements/tensor_converter/media.hpp"
 #include "elements/tensor_converter/negotiation.hpp"
 #include "elements/tensor_converter/tensor_memories.hpp"
+#include "gstcpp/backwards_time.hpp"
 #include "gstcpp/base_classes.hpp"
 #include "gstcpp/headered_frames.hpp"
+#include "gstcpp/query_meta.hpp"
 #include "gstcpp/tensor_caps.hpp"
 #include "gstcpp/tensor_meta.hpp"
 
@@ -50,6 +53,8 @@ class TensorConverter : public gst::Element<TensorConverter, gst::PlainElement> 
                     gst::Changeable::InReady, 1u, G_MAXUINT},
       gst::Property{"set-timestamp", &Settings::set_timestamp,
                     "Fill in missing time-stamps and durations"},
+      gst::Property{"on-backwards-time", &Settings::on_backwards_time,
+                    "What becomes of a frame whose time lies before that of the frame ahead"},
       gst::Property{"silent", &Settings::silent, "Accepted for compatibility; has no effect"},
       gst::Property{"mode", &Settings::mode,
                     "custom-code:NAME for a registered function, custom-script:PATH for a script"},
@@ -86,6 +91,7 @@ class TensorConverter : public gst::Element<TensorConverter, gst::PlainElement> 
     if (change == GST_STATE_CHANGE_READY_TO_PAUSED) {
       reset();
       ledger_.reset();
+      missing_times_ = backwards_times_ = clients_given_up_ = 0;
     }
     const auto result = parent_class()->change_state(element(), change);
     if (change == GST_STATE_CHANGE_PAUSED_TO_READY) reset();
@@ -106,18 +112,26 @@ class TensorConverter : public gst::Element<TensorConverter, gst::PlainElement> 
       return GST_FLOW_OK;
     }
     auto buffer = Ref<GstBuffer>::adopt(gst_buffer_make_writable(frames->buffer.release()));
+    const auto client = gst::client_of(buffer.get());
+    ClientStream& stream = streams_.of(client.value_or(0));
+    if (!may_pass(buffer.get(), &stream.times)) {
+      ledger_.dropped(DropReason::Policy);
+      return GST_FLOW_OK;
+    }
+    Chunker& chunker = stream.chunker;
     const size_t size = gst_buffer_get_size(buffer.get());
-    if (plan_.frame_bytes == 0) chunker_.configure(size, 1, plan_.spec.rate);
+    if (plan_.frame_bytes == 0) chunker.configure(size, 1, plan_.spec.rate);
     const uint64_t count = plan_.frame_bytes == 0 ? 1 : size / plan_.frame_bytes;
-    if (set_timestamp_) chunker_.stamp(buffer.get(), count, fallback_time());
-    chunker_.push(std::move(buffer));
+    if (set_timestamp_) chunker.stamp(buffer.get(), count, fallback_time());
+    chunker.push(std::move(buffer));
     GstFlowReturn flow = GST_FLOW_OK;
     while (flow == GST_FLOW_OK) {
-      auto out = chunker_.next();
+      auto out = chunker.next();
       if (!out) break;
+      if (client) gst::set_client(out.get(), *client);
       flow = push(std::move(out));
     }
-    ledger_.consumed(chunker_.take_finished());
+    ledger_.consumed(chunker.take_finished());
     return flow;
   }
 
@@ -171,13 +185,45 @@ class TensorConverter : public gst::Element<TensorConverter, gst::PlainElement> 
     return gst_pad_query_default(pad, GST_OBJECT_CAST(self()), query);
   }
 
+  void add_stats(GstStructure* stats) const {
+    gst_structure_set(stats, "missing-times", G_TYPE_UINT64, missing_times_.load(),
+                      "backwards-times", G_TYPE_UINT64, backwards_times_.load(), "clients-given-up",
+                      G_TYPE_UINT64, clients_given_up_.load(), nullptr);
+  }
+
   Settings settings_;
   Ledger ledger_;
 
  private:
+  // False when the buffer's time goes backwards and the user wants none of that.
+  bool may_pass(GstBuffer* buffer, BackwardsTimeWatch* watch) {
+    const GstClockTime time = GST_BUFFER_PTS(buffer);
+    if (!GST_CLOCK_TIME_IS_VALID(time)) {
+      ++missing_times_;
+      return true;
+    }
+    if (segment_.rate < 0) return true;  // plays backwards
+    const auto before = watch->check(time, on_backwards_time_);
+    if (!before) return true;
+    if (backwards_times_++ == 0)
+      gst::post_warning(element(), backwards_time(time, *before, on_backwards_time_));
+    return on_backwards_time_ == OnBackwardsTime::Pass;
+  }
+
+  void give_up_client(uint64_t lost) {
+    if (lost > 0) ledger_.dropped(DropReason::Policy, lost);
+    if (clients_given_up_++ == 0)
+      gst::post_warning(element(),
+                        {Code::LIMIT_EXCEEDED, "more clients send at once than frames are kept for",
+                         std::to_string(gst::kClientLimit + 1) + " clients",
+                         "at most " + std::to_string(gst::kClientLimit),
+                         "the client that was silent longest loses its frames",
+                         "a pipeline for each group of clients"});
+  }
+
   // Frames that no output will have: the rest of a tensor that was not filled.
   void drop_waiting(DropReason reason) {
-    const uint64_t lost = chunker_.clear();
+    const uint64_t lost = streams_.clear();
     if (lost > 0) ledger_.dropped(reason, lost);
   }
 
@@ -201,6 +247,7 @@ class TensorConverter : public gst::Element<TensorConverter, gst::PlainElement> 
     gst_event_parse_segment(event, &segment);
     if (segment->format == GST_FORMAT_TIME) {
       gst_segment_copy_into(segment, &segment_);
+      streams_.times_begin_anew();
       return gst_pad_event_default(sink_, GST_OBJECT_CAST(self()), event);
     }
     const bool bytes = segment->format == GST_FORMAT_BYTES;
@@ -212,6 +259,7 @@ class TensorConverter : public gst::Element<TensorConverter, gst::PlainElement> 
       return FALSE;
     }
     gst_segment_init(&segment_, GST_FORMAT_TIME);
+    streams_.times_begin_anew();
     const bool timed = medium_ && plan_.frame_bytes > 0 && known(plan_.spec.rate);
     segment_.start = timed ? time_of(start / plan_.frame_bytes, plan_.spec.rate) : 0;
     segment_.time = segment_.position = segment_.start;
@@ -235,9 +283,10 @@ class TensorConverter : public gst::Element<TensorConverter, gst::PlainElement> 
       drop_waiting(DropReason::Flush);
     plan_ = *std::move(plan);
     set_timestamp_ = settings().set_timestamp;
+    on_backwards_time_ = settings().on_backwards_time;
     if (auto status = announce(); !status) return status;
     if (plan_.frame_bytes > 0)
-      chunker_.configure(plan_.frame_bytes, plan_.frames_out, plan_.spec.rate);
+      streams_.configure(plan_.frame_bytes, plan_.frames_out, plan_.spec.rate);
     medium_ = *std::move(medium);
     medium_->allocate_as(allocation_);
     return ok();
@@ -316,8 +365,11 @@ class TensorConverter : public gst::Element<TensorConverter, gst::PlainElement> 
   Format output_format_ = Format::Static;
   gst::HeaderedFrames headered_;
   bool set_timestamp_ = true;
+  OnBackwardsTime on_backwards_time_ = OnBackwardsTime::Pass;
   GstSegment segment_{};
-  Chunker chunker_;
+  ClientStreams streams_{[this](uint64_t lost) { give_up_client(lost); }};
+  // Written by the streaming thread, shown by stats:
+  std::atomic<uint64_t> missing_times_{0}, backwards_times_{0}, clients_given_up_{0};
 };
 
 }  // namespace

@@ -147,4 +147,65 @@ TEST(ConverterTime, HasNoUnitInOtherSegments) {
   EXPECT_SAYS(errors.next(), "WEIR-2002: the segment has no known unit");
 }
 
+// Pushes bytes at these times; the times that come out.
+std::vector<GstClockTime> times_through(const Harness& h, const std::vector<GstClockTime>& times) {
+  for (const auto time : times)
+    EXPECT_EQ(gst_harness_push(h.get(), timed(Bytes(4), time, 10)), GST_FLOW_OK);
+  std::vector<GstClockTime> out;
+  while (auto buffer = Ref<GstBuffer>::adopt(gst_harness_try_pull(h.get())))
+    out.push_back(GST_BUFFER_PTS(buffer.get()));
+  return out;
+}
+
+TEST(ConverterTime, ThatGoesBackwardsIsCountedToldOnceAndPassedOn) {
+  auto h = bytes_at_ntsc();
+  Errors errors(h);
+  const std::vector<GstClockTime> times{5 * GST_SECOND, 3 * GST_SECOND, 4 * GST_SECOND, 0};
+  EXPECT_EQ(times_through(h, times), times);
+  EXPECT_EQ(stat(h, "backwards-times"), 2u);
+  EXPECT_EQ(stat(h, "consumed"), 4u);
+  const auto warning = errors.next_warning();
+  EXPECT_SAYS(warning, "WEIR-2008: a time-stamp goes backwards: such frames are counted");
+  EXPECT_SAYS(warning, "offered: 0:00:03.000000000");
+  EXPECT_SAYS(warning, "needed: at least 0:00:05.000000000");
+  EXPECT_SAYS(warning, "fix: on-backwards-time=drop");
+  EXPECT_EQ(errors.next_warning(), "");
+}
+
+TEST(ConverterTime, ThatGoesBackwardsIsDroppedWhereTheUserSaysSo) {
+  auto h = bytes_at_ntsc("on-backwards-time=drop");
+  Errors errors(h);
+  EXPECT_EQ(times_through(h, {5 * GST_SECOND, 3 * GST_SECOND, 5 * GST_SECOND, 4 * GST_SECOND,
+                              6 * GST_SECOND}),
+            (std::vector<GstClockTime>{5 * GST_SECOND, 5 * GST_SECOND, 6 * GST_SECOND}));
+  EXPECT_EQ(stat(h, "backwards-times"), 2u);
+  EXPECT_EQ(stat(h, "dropped-policy"), 2u);
+  EXPECT_EQ(stat(h, "consumed"), 3u);
+  EXPECT_EQ(stat(h, "held"), 0u);
+  EXPECT_SAYS(errors.next_warning(), "such frames are dropped and counted");
+  EXPECT_EQ(errors.next_warning(), "");
+}
+
+TEST(ConverterTime, BeginsAnewInANewSegmentAndMayRunBackwardsInAReversedOne) {
+  auto h = bytes_at_ntsc("on-backwards-time=drop");
+  EXPECT_EQ(times_through(h, {5 * GST_SECOND}).size(), 1u);
+  GstSegment segment;
+  gst_segment_init(&segment, GST_FORMAT_TIME);
+  gst_harness_push_event(h.get(), gst_event_new_segment(&segment));
+  EXPECT_EQ(times_through(h, {3 * GST_SECOND}).size(), 1u);
+  segment.rate = -1;
+  gst_harness_push_event(h.get(), gst_event_new_segment(&segment));
+  EXPECT_EQ(times_through(h, {2 * GST_SECOND, 1 * GST_SECOND}).size(), 2u);
+  EXPECT_EQ(stat(h, "backwards-times"), 0u);
+}
+
+TEST(ConverterTime, ThatIsMissingIsCountedWhetherItIsFilledInOrNot) {
+  for (const char* properties : {"", "set-timestamp=false"}) {
+    auto h = bytes_at_ntsc(properties);
+    times_through(h, {GST_CLOCK_TIME_NONE, 5, GST_CLOCK_TIME_NONE});
+    EXPECT_EQ(stat(h, "missing-times"), 2u) << properties;
+    EXPECT_EQ(stat(h, "backwards-times"), 0u) << properties;
+  }
+}
+
 }  // namespace

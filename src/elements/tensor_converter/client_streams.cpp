@@ -1,0 +1,36 @@
+// One chunker for each client.
+#include "elements/tensor_converter/client_streams.hpp"
+
+namespace weir {
+
+ClientStreams::ClientStreams(std::function<void(uint64_t)> given_up)
+    : clients_(
+          [this] {
+            ClientStream stream;
+            stream.chunker.configure(frame_bytes_, frames_out_, rate_);
+            return stream;
+          },
+          [given_up = std::move(given_up)](ClientStream& stream) {
+            given_up(stream.chunker.clear());
+          }) {}
+
+void ClientStreams::configure(size_t frame_bytes, uint64_t frames_out, Fraction rate) {
+  frame_bytes_ = frame_bytes;
+  frames_out_ = frames_out;
+  rate_ = rate;
+  clients_.for_each(
+      [&](ClientStream& stream) { stream.chunker.configure(frame_bytes, frames_out, rate); });
+}
+
+uint64_t ClientStreams::clear() {
+  uint64_t lost = 0;
+  clients_.for_each([&](ClientStream& stream) { lost += stream.chunker.clear(); });
+  clients_.clear();
+  return lost;
+}
+
+void ClientStreams::times_begin_anew() {
+  clients_.for_each([](ClientStream& stream) { stream.times.reset(); });
+}
+
+}  // namespace weir
