@@ -4,8 +4,6 @@
 #include <algorithm>
 #include <bit>
 
-#include "gstcpp/ref.hpp"
-
 namespace weir::gst {
 namespace {
 
@@ -33,9 +31,9 @@ Allocation allocation_of(GstQuery* answered) {
   return out;
 }
 
-Allocation wanted_by_peer(GstPad* source, GstCaps* caps) {
-  const Unique<GstQuery, gst_query_unref> query(gst_query_new_allocation(caps, FALSE));
-  return gst_pad_peer_query(source, query.get()) ? allocation_of(query.get()) : Allocation{};
+Ref<GstQuery> ask_peer(GstPad* source, GstCaps* caps) {
+  auto query = Ref<GstQuery>::adopt(gst_query_new_allocation(caps, FALSE));
+  return gst_pad_peer_query(source, query.get()) ? query : Ref<GstQuery>();
 }
 
 void offer(GstQuery* query, const Allocation& allocation) {

@@ -2,6 +2,8 @@
 #pragma once
 #include <gst/gst.h>
 
+#include "gstcpp/ref.hpp"
+
 namespace weir::gst {
 
 // Bytes. Memory starts at a multiple of alignment, a power of two, and has padding readable bytes
@@ -15,8 +17,9 @@ struct Allocation {
 
 // What an answered query asks for at most; no less than the default.
 Allocation allocation_of(GstQuery* answered);
-// What the element behind `source` asks for when it gets `caps`. Streaming thread.
-Allocation wanted_by_peer(GstPad* source, GstCaps* caps);
+// What the element behind `source` answers to an ALLOCATION query with `caps`; null when it has no
+// answer. Streaming thread.
+Ref<GstQuery> ask_peer(GstPad* source, GstCaps* caps);
 // Adds it to the answer of a query.
 void offer(GstQuery* query, const Allocation& allocation);
 

@@ -48,6 +48,7 @@ bool compute(DeferredMemory& memory) {
   if (!memory.bytes) return false;
   const auto counters = plan.apply(in.bytes().first(in_bytes), {memory.bytes.get(), out_bytes});
   memory.counts->divisions_by_zero += counters.divisions_by_zero;
+  if (plan.is_gather()) memory.counts->bytes_gathered += out_bytes;
   ++memory.counts->computed;
   return true;
 }

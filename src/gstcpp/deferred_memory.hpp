@@ -18,6 +18,7 @@ namespace weir::gst {
 struct DeferredCounts {
   std::atomic<uint64_t> computed{0};           // memories that somebody mapped
   std::atomic<uint64_t> divisions_by_zero{0};  // integer elements left unchanged in them
+  std::atomic<uint64_t> bytes_gathered{0};     // moved together for them, and not changed
 };
 
 struct DeferredSource {

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <numeric>
 
+#include "core/transform/gather.hpp"
+
 namespace weir::transform {
 namespace {
 
@@ -46,6 +48,8 @@ class FusedKernel final : public Kernel {
 }  // namespace
 
 std::shared_ptr<const Kernel> make_fused_kernel(FusedPart first, FusedPart second, size_t count) {
+  if (const auto* gather = dynamic_cast<const GatherKernel*>(first.kernel.get()))
+    return gather->then(std::move(second), count);
   if (auto one = first.kernel->followed_by(*second.kernel)) return one;
   const size_t one = first.kernel->period(), two = second.kernel->period();
   if (one == 0 || two == 0 || one > kBlock || two > kBlock) return nullptr;

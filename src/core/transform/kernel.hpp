@@ -18,6 +18,7 @@ class Kernel {
   virtual Counters run(std::span<const std::byte> in, std::span<std::byte> out) const noexcept = 0;
   virtual bool in_place_possible() const noexcept { return false; }
   virtual bool is_copy() const noexcept { return false; }
+  virtual bool is_gather() const noexcept { return false; }
   // Element by element, the same again every so many of them; 0: it needs more than that.
   virtual size_t period() const noexcept { return 0; }
   // One kernel of the same kind that does this and then `second`; nullptr when there is none.

@@ -10,6 +10,7 @@
 #include "core/transform/clamp.hpp"
 #include "core/transform/dimchg.hpp"
 #include "core/transform/fused.hpp"
+#include "core/transform/gather.hpp"
 #include "core/transform/kernel.hpp"
 #include "core/transform/padding.hpp"
 #include "core/transform/stand.hpp"
@@ -114,9 +115,30 @@ Result<Plan> plan(const Operation& operation, const TensorSpec& in, bool acceler
 std::optional<Plan> fused(const Plan& first, const Plan& second) {
   auto kernel = make_fused_kernel({first.kernel_, first.input_.type, first.output_.type},
                                   {second.kernel_, second.input_.type, second.output_.type},
-                                  static_cast<size_t>(first.input_.shape.count().value_or(0)));
+                                  static_cast<size_t>(first.output_.shape.count().value_or(0)));
   if (!kernel) return std::nullopt;
   return Plan(first.input_, second.output_, std::move(kernel));
+}
+
+Result<Plan> gather_plan(const TensorSpec& tensor, const StridedLayout& layout) {
+  if (auto status = check(tensor); !status) return std::move(status).error();
+  const auto extent = extent_of(tensor, layout);
+  if (!extent)
+    return Error{Code::SPEC_MISMATCH,
+                 "the strides of a tensor lead out of its memory",
+                 std::to_string(layout.strides.size()) + " strides",
+                 "one for each dimension, within the memory",
+                 tensor.to_string(),
+                 ""};
+  if (*extent > UINT32_MAX)
+    return Error{Code::LIMIT_EXCEEDED,
+                 "a tensor with strides reaches too far",
+                 std::to_string(*extent) + " bytes",
+                 "less than 4 GiB",
+                 "",
+                 ""};
+  return Plan({ElementType::UInt8, Shape{static_cast<uint32_t>(*extent)}, tensor.name}, tensor,
+              std::make_shared<GatherKernel>(runs_of(tensor, layout)));
 }
 
 bool Plan::in_place_possible() const noexcept {
@@ -124,6 +146,9 @@ bool Plan::in_place_possible() const noexcept {
 }
 bool Plan::is_copy() const noexcept {
   return kernel_->is_copy();
+}
+bool Plan::is_gather() const noexcept {
+  return kernel_->is_gather();
 }
 bool Plan::is_element_wise() const noexcept {
   return kernel_->period() > 0;

@@ -18,6 +18,7 @@
 #include <vector>
 
 #include "core/tensor/frame_spec.hpp"
+#include "core/tensor/strided_layout.hpp"
 #include "weir/result.hpp"
 
 namespace weir::transform {
@@ -129,6 +130,8 @@ class Plan {
   bool in_place_possible() const noexcept;
   // The output bytes are the input bytes: the caller may share the memory instead of applying.
   bool is_copy() const noexcept;
+  // Nothing but gather_plan(): the bytes are moved, and not changed.
+  bool is_gather() const noexcept;
   // Each element of the output needs only the element of the input at its place.
   bool is_element_wise() const noexcept;
   // Bytes are input().bytes() and output().bytes(); with less, only whole elements that both spans
@@ -146,6 +149,12 @@ class Plan {
 // conversion become one chain, as if one option had named them all. Precondition: second.input() is
 // first.output().
 std::optional<Plan> fused(const Plan& first, const Plan& second);
+
+// The dense tensor from memory where it lies with gaps. Its input is bytes, as many as the layout
+// reaches over; fused() with element-wise work, or several such plans, it stays one pass.
+// SPEC_MISMATCH when the layout does not fit the tensor, LIMIT_EXCEEDED when it reaches over 4 GiB
+// or more.
+Result<Plan> gather_plan(const TensorSpec& tensor, const StridedLayout& layout);
 
 // accelerate = false takes the plain scalar path; the results are the same bit for bit, but that a
 // signalling NaN of float16 in a channel that no step touches becomes quiet on the vector path.

@@ -44,7 +44,61 @@ Result<gst::Ref<GstBuffer>> DenseVideo::from(gst::Ref<GstBuffer> buffer, Ledger*
                  std::to_string(GST_VIDEO_INFO_SIZE(&video_)) + " bytes",
                  "",
                  "rawvideoparse ! tensor_converter"};
+  if (auto view = view_of(buffer.get())) return view;
   return copy_rows(buffer.get(), ledger);
+}
+
+void DenseVideo::defer_with(std::shared_ptr<gst::DeferredCounts> counts) {
+  counts_ = std::move(counts);
+  if (counts_) computed_before_ = counts_->computed;
+}
+
+TensorSpec DenseVideo::frame_tensor() const {
+  TensorSpec frame = tensor_.spec;
+  frame.shape[3] = 1;  // of frames-per-tensor
+  return frame;
+}
+
+// nullopt where the planes are not at equal distances.
+std::optional<StridedLayout> DenseVideo::layout_of(const GstVideoMeta* meta) const {
+  const guint planes = GST_VIDEO_INFO_N_PLANES(&video_);
+  const auto offset = [&](guint plane) { return static_cast<int64_t>(plane_offset(meta, plane)); };
+  StridedLayout out{plane_offset(meta, 0), {}};
+  const int64_t row = plane_stride(meta, 0);
+  if (planes == 1) {
+    const auto bytes = static_cast<int64_t>(size_of(tensor_.spec.type));
+    out.strides = {bytes, bytes * tensor_.spec.shape[0], row, 0};
+    return out;
+  }
+  const int64_t apart = offset(1) - offset(0);
+  for (guint plane = 1; plane < planes; ++plane)
+    if (plane_stride(meta, plane) != row || offset(plane) - offset(plane - 1) != apart)
+      return std::nullopt;
+  out.strides = {1, row, apart, 0};
+  return out;
+}
+
+// Once somebody maps deferred memory, rows are copied quicker into the pool's.
+gst::Ref<GstBuffer> DenseVideo::view_of(GstBuffer* buffer) {
+  if (!counts_ || counts_->computed != computed_before_ || gst_buffer_n_memory(buffer) != 1 ||
+      !gst_memory_is_type(gst_buffer_peek_memory(buffer, 0), GST_ALLOCATOR_SYSMEM))
+    return {};
+  const auto layout = layout_of(gst_buffer_get_video_meta(buffer));
+  if (!layout) return {};
+  if (!view_ || layout->offset != view_layout_.offset || layout->strides != view_layout_.strides) {
+    auto plan = transform::gather_plan(frame_tensor(), *layout);
+    if (!plan) return {};  // copy_rows says what is wrong
+    view_ = std::make_shared<const transform::Plan>(*std::move(plan));
+    view_layout_ = *layout;
+  }
+  if (gst_buffer_get_size(buffer) < view_->input().bytes()) return {};
+  GstMemory* memory =
+      gst::make_deferred_memory({gst::Ref<GstBuffer>::share(buffer), 0, view_}, counts_);
+  if (!memory) return {};
+  auto out = gst::Ref<GstBuffer>::adopt(gst_buffer_new());
+  gst_buffer_append_memory(out.get(), memory);
+  gst_buffer_copy_into(out.get(), buffer, GST_BUFFER_COPY_METADATA, 0, static_cast<gsize>(-1));
+  return out;
 }
 
 // How far the planes' offsets and strides reach; nullopt when they lead in front of the buffer.
@@ -66,9 +120,8 @@ std::optional<size_t> DenseVideo::needed_bytes(GstBuffer* buffer) const {
 
 gst::Ref<GstBuffer> DenseVideo::pooled() {
   if (!pool_) {
-    TensorSpec frame = tensor_.spec;
-    frame.shape[3] = 1;  // of frames-per-tensor
-    auto pool = gst::FramePool::make({frame}, Format::Static, MediaType::Tensor, allocation_);
+    auto pool =
+        gst::FramePool::make({frame_tensor()}, Format::Static, MediaType::Tensor, allocation_);
     if (!pool) return {};
     pool_ = *std::move(pool);
   }

@@ -3,6 +3,7 @@
 #pragma once
 #include <gst/gst.h>
 
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -10,6 +11,7 @@
 #include "core/ledger/ledger.hpp"
 #include "core/tensor/frame_spec.hpp"
 #include "gstcpp/allocation.hpp"
+#include "gstcpp/deferred_memory.hpp"
 #include "gstcpp/ref.hpp"
 #include "weir/picture_map.hpp"
 
@@ -49,6 +51,8 @@ class Medium {
   virtual void reset() noexcept {}              // after a flush
   // How memory that it allocates should be: what the next element asks for.
   virtual void allocate_as(const gst::Allocation&) {}
+  // From now on frames may have deferred memory, that counts so; null: they may not.
+  virtual void defer_with(std::shared_ptr<gst::DeferredCounts>) {}
   // Adds to the answer of an ALLOCATION query what only this medium can say.
   virtual void offer(GstQuery*) const {}
 };

@@ -73,6 +73,83 @@ TEST(TensorConverterMemory, WritesHeadersAnewIntoPooledFrames) {
   EXPECT_EQ(stat(h, "bytes-copied"), 20u * 8);
 }
 
+// 5x2 pixels of 3 bytes: rows of 15, 16 apart. The transform adds 1 to each byte.
+TEST(TensorConverterMemory, HandsPaddedRowsToATransformWithoutACopy) {
+  const auto h = harness_of("tensor_converter ! tensor_transform mode=arithmetic option=add:1",
+                            video("RGB", 5, 2));
+  Bytes expected;
+  for (const int i : {0, 16})
+    for (int k = 0; k < 15; ++k) expected.push_back(static_cast<uint8_t>(i + k + 1));
+  for (int i = 0; i < 20; ++i) {
+    const auto out = Ref<GstBuffer>::adopt(gst_harness_push_and_pull(h.get(), frame(ramp(32))));
+    EXPECT_EQ(content(out.get()), expected);
+  }
+  EXPECT_EQ(stat(h, "bytes-copied"), 0u);
+  EXPECT_EQ(test::stat(h, "tensor_transform", "fused-frames"), 20u);
+}
+
+TEST(TensorConverterMemory, HandsPlanesThatLieApartToATransformWithoutACopy) {
+  const auto h = harness_of("tensor_converter ! tensor_transform mode=typecast option=int16",
+                            video("RGBP", 8, 2));
+  const gint stride[] = {12, 12, 12};
+  gsize offset[] = {4, 44, 84};
+  for (const bool even : {true, false}) {
+    if (!even) offset[2] = 90;  // no stride leads there
+    GstBuffer* in = frame(ramp(128));
+    gst_buffer_add_video_meta_full(in, GST_VIDEO_FRAME_FLAG_NONE, GST_VIDEO_FORMAT_RGBP, 8, 2, 3,
+                                   offset, const_cast<gint*>(stride));
+    const auto out = Ref<GstBuffer>::adopt(gst_harness_push_and_pull(h.get(), in));
+    std::vector<int16_t> expected;
+    for (const gsize plane : offset)
+      for (const gsize row : {0, 12})
+        for (gsize x = 0; x < 8; ++x) expected.push_back(static_cast<int16_t>(plane + row + x));
+    EXPECT_EQ(values<int16_t>(out.get()), expected);
+    EXPECT_EQ(stat(h, "bytes-copied"), even ? 0u : 48u);
+  }
+}
+
+TEST(TensorConverterMemory, CopiesRowsForThoseWhoReadThemInAnotherOrder) {
+  const auto h = harness_of("tensor_converter ! tensor_transform mode=transpose option=1:0:2:3",
+                            video("RGB", 5, 2));
+  const auto out = Ref<GstBuffer>::adopt(gst_harness_push_and_pull(h.get(), frame(ramp(32))));
+  EXPECT_EQ(content(out.get())[1], 3);
+  EXPECT_EQ(stat(h, "bytes-copied"), 30u);
+}
+
+TEST(TensorConverterMemory, GathersRowsWhenSomebodyLooksAndCountsThat) {
+  const auto h =
+      harness_of("tensor_converter name=c ! tensor_transform mode=arithmetic option=add:1",
+                 video("RGB", 5, 2));
+  Bytes seen;
+  const auto element = element_of(h, "tensor_converter");
+  const auto pad = Ref<GstPad>::adopt(gst_element_get_static_pad(element.get(), "src"));
+  gst_pad_add_probe(
+      pad.get(), GST_PAD_PROBE_TYPE_BUFFER,
+      [](GstPad*, GstPadProbeInfo* info, gpointer data) {
+        *static_cast<Bytes*>(data) = content(GST_PAD_PROBE_INFO_BUFFER(info));
+        return GST_PAD_PROBE_OK;
+      },
+      &seen, nullptr);
+  for (int i = 0; i < 3; ++i) {
+    const auto out = Ref<GstBuffer>::adopt(gst_harness_push_and_pull(h.get(), frame(ramp(32))));
+    ASSERT_EQ(seen.size(), 30u);
+    EXPECT_EQ(seen[15], 16);
+    EXPECT_EQ(content(out.get())[15], 17);
+  }
+  EXPECT_EQ(stat(h, "bytes-copied"), 90u);
+}
+
+TEST(TensorConverterMemory, RefusesStridesBeyondTheBufferBeforeATransformToo) {
+  const auto h = harness_of("tensor_converter ! tensor_transform mode=arithmetic option=add:1",
+                            video("RGB", 5, 2));
+  GstBuffer* in = frame(ramp(32));
+  gsize offset[] = {0};
+  gint stride[] = {100};
+  gst_buffer_add_video_meta_full(in, GST_VIDEO_FRAME_FLAG_NONE, GST_VIDEO_FORMAT_RGB, 5, 2, 1,
+                                 offset, stride);
+  EXPECT_SAYS(error_of(h, in), "WEIR-2004: a video buffer is shorter than its caps say");
+}
+
 TEST(TensorConverterMemory, PassesTheEnginesWishesOnAndMeetsThem) {
   const std::string model = testing::TempDir() + "weir-memory-model.bin";
   std::ofstream(model) << "x";

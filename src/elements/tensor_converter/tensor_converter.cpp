@@ -91,6 +91,7 @@ class TensorConverter : public gst::Element<TensorConverter, gst::PlainElement> 
     if (change == GST_STATE_CHANGE_READY_TO_PAUSED) {
       reset();
       ledger_.reset();
+      counts_->bytes_gathered = 0;
       missing_times_ = backwards_times_ = clients_given_up_ = 0;
     }
     const auto result = parent_class()->change_state(element(), change);
@@ -188,7 +189,8 @@ class TensorConverter : public gst::Element<TensorConverter, gst::PlainElement> 
   void add_stats(GstStructure* stats) const {
     gst_structure_set(stats, "missing-times", G_TYPE_UINT64, missing_times_.load(),
                       "backwards-times", G_TYPE_UINT64, backwards_times_.load(), "clients-given-up",
-                      G_TYPE_UINT64, clients_given_up_.load(), nullptr);
+                      G_TYPE_UINT64, clients_given_up_.load(), "bytes-copied", G_TYPE_UINT64,
+                      ledger_.snapshot().bytes_copied + counts_->bytes_gathered.load(), nullptr);
   }
 
   Settings settings_;
@@ -289,6 +291,7 @@ class TensorConverter : public gst::Element<TensorConverter, gst::PlainElement> 
       streams_.configure(plan_.frame_bytes, plan_.frames_out, plan_.spec.rate);
     medium_ = *std::move(medium);
     medium_->allocate_as(allocation_);
+    medium_->defer_with(deferral_ ? counts_ : nullptr);
     return ok();
   }
 
@@ -306,7 +309,10 @@ class TensorConverter : public gst::Element<TensorConverter, gst::PlainElement> 
     if (!chosen) return chosen.error();
     output_format_ = chosen->format;
     if (gst_pad_push_event(source_, gst_event_new_caps(out.get()))) {
-      allocation_ = gst::wanted_by_peer(source_, out.get());
+      const auto answer = gst::ask_peer(source_, out.get());
+      allocation_ = answer ? gst::allocation_of(answer.get()) : gst::Allocation{};
+      deferral_ = answer && output_format_ == Format::Static && plan_.frames_out == 1 &&
+                  gst::deferral_is_offered(answer.get(), source_);
       return ok();
     }
     return Error{Code::SPEC_MISMATCH,
@@ -362,6 +368,8 @@ class TensorConverter : public gst::Element<TensorConverter, gst::PlainElement> 
   std::unique_ptr<Medium> medium_;  // null until caps were taken
   StreamPlan plan_;
   gst::Allocation allocation_;  // as the next element asks
+  bool deferral_ = false;       // and whether it takes deferred memory
+  const std::shared_ptr<gst::DeferredCounts> counts_ = std::make_shared<gst::DeferredCounts>();
   Format output_format_ = Format::Static;
   gst::HeaderedFrames headered_;
   bool set_timestamp_ = true;

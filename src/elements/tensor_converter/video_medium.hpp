@@ -11,6 +11,9 @@ class VideoMedium final : public Medium {
   Result<MediumFrames> frames(gst::Ref<GstBuffer> buffer, Ledger* ledger) override;
   MediaType type() const noexcept override { return MediaType::Video; }
   void allocate_as(const gst::Allocation& wanted) override;
+  void defer_with(std::shared_ptr<gst::DeferredCounts> counts) override {
+    video_.defer_with(std::move(counts));
+  }
   void offer(GstQuery* query) const override;
 
   // The video formats whose tensor is `peer`, as caps text; "" when there are none.

@@ -1,0 +1,53 @@
+// StridedLayout: a tensor that lies in memory with gaps: the rows of a padded picture, a region cut
+// out of it, a part along one dimension.
+#pragma once
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "core/tensor/frame_spec.hpp"
+
+namespace weir {
+
+struct StridedLayout {
+  uint64_t offset = 0;           // bytes, to the first element
+  std::vector<int64_t> strides;  // bytes, one for each dimension, innermost first; may be negative
+};
+
+// The bytes that all elements of `tensor` need from the start of the memory; nullopt where some lie
+// before it, or where the numbers do not fit into 63 bits, or the ranks differ.
+std::optional<uint64_t> extent_of(const TensorSpec& tensor, const StridedLayout& layout);
+
+// The same elements as runs: `bytes` that lie together, and how often and how far apart, innermost
+// first. Dimensions that continue each other are one. Precondition: extent_of() has a value.
+struct Runs {
+  struct Step {
+    uint64_t count;
+    int64_t stride;  // bytes
+  };
+  uint64_t offset = 0;
+  uint64_t bytes = 0;
+  std::vector<Step> steps;  // empty: the tensor is dense
+};
+Runs runs_of(const TensorSpec& tensor, const StridedLayout& layout);
+
+// f(offset of a run) for each run in the order of the elements, until it gives false.
+template <class F>
+void for_each_run(const Runs& runs, F&& f) {
+  std::array<uint64_t, kRankLimit> at{};
+  auto offset = static_cast<int64_t>(runs.offset);
+  while (f(static_cast<uint64_t>(offset))) {
+    size_t i = 0;
+    for (; i < runs.steps.size(); ++i) {
+      offset += runs.steps[i].stride;
+      if (++at[i] < runs.steps[i].count) break;
+      offset -= static_cast<int64_t>(runs.steps[i].count) * runs.steps[i].stride;
+      at[i] = 0;
+    }
+    if (i == runs.steps.size()) return;
+  }
+}
+
+}  // namespace weir
