@@ -22,13 +22,17 @@ void Chunker::configure(size_t frame_bytes, uint64_t frames_out, Fraction rate) 
   rate_ = rate;
 }
 
-uint64_t Chunker::clear() {
+uint64_t Chunker::drop() {
   const uint64_t lost = waiting_.size() + (whole_ ? 1 : 0);
   gst_adapter_clear(adapter_.get());
   whole_ = {};
   waiting_.clear();
-  anchor_ = GST_CLOCK_TIME_NONE;
   return lost;
+}
+
+uint64_t Chunker::clear() {
+  anchor_ = GST_CLOCK_TIME_NONE;
+  return drop();
 }
 
 void Chunker::stamp(GstBuffer* buffer, uint64_t frames, GstClockTime fallback) {

@@ -19,7 +19,8 @@ class Chunker {
 
   // Sizes in bytes of one frame; frames per output.
   void configure(size_t frame_bytes, uint64_t frames_out, Fraction rate);
-  uint64_t clear();  // frames and the time of the last one; how many buffers are lost by it
+  uint64_t drop();   // the frames that wait; how many buffers are lost by it
+  uint64_t clear();  // the same, and the time of the last one
 
   // Fills in what is missing (specification 2, "Timestamps"). `frames` in this buffer; `fallback`
   // is the time for a first buffer without one: the segment's start, or the running time of the

@@ -22,9 +22,14 @@ void ClientStreams::configure(size_t frame_bytes, uint64_t frames_out, Fraction 
       [&](ClientStream& stream) { stream.chunker.configure(frame_bytes, frames_out, rate); });
 }
 
-uint64_t ClientStreams::clear() {
+uint64_t ClientStreams::drop() {
   uint64_t lost = 0;
-  clients_.for_each([&](ClientStream& stream) { lost += stream.chunker.clear(); });
+  clients_.for_each([&](ClientStream& stream) { lost += stream.chunker.drop(); });
+  return lost;
+}
+
+uint64_t ClientStreams::clear() {
+  const uint64_t lost = drop();
   clients_.clear();
   return lost;
 }

@@ -22,6 +22,7 @@ class ClientStreams {
   // As Chunker::configure, for the clients there are and those that come.
   void configure(size_t frame_bytes, uint64_t frames_out, Fraction rate);
   ClientStream& of(int64_t client) { return clients_.of(client); }
+  uint64_t drop();          // the frames that wait; how many buffers are lost by it
   uint64_t clear();         // forgets all clients; how many buffers are lost by it
   void times_begin_anew();  // a new segment: its times are not compared with those before
 

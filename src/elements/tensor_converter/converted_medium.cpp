@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cstring>
 
+#include "core/convert/gathered_tensor.hpp"
+
 namespace weir {
 namespace {
 
@@ -44,17 +46,36 @@ GstMemory* memory_of(infer::ConvertedTensor& tensor, Ledger* ledger) {
   return copy;
 }
 
+Error cannot_gather(size_t tensors, uint32_t frames) {
+  return {Code::OPTION_VALUE,
+          "several tensors of a converter cannot be gathered",
+          std::to_string(tensors) + " tensors, frames-per-tensor=" + std::to_string(frames),
+          "one tensor, or frames-per-tensor=1",
+          "",
+          "tensor_converter frames-per-tensor=1"};
+}
+
 }  // namespace
 
+Status ConvertedMedium::gather(std::vector<TensorSpec>* tensors) const {
+  if (frames_per_tensor_ == 1 || tensors->empty()) return ok();
+  if (tensors->size() > 1) return cannot_gather(tensors->size(), frames_per_tensor_);
+  auto all = gathered_tensor(tensors->front(), frames_per_tensor_);
+  if (!all) return all.error();
+  tensors->front() = *std::move(all);
+  return ok();
+}
+
 Result<StreamPlan> ConvertedMedium::configure(const GstCaps* caps, const Wishes& wishes) {
-  if (auto status = one_frame_each(wishes, "the frames of a converter"); !status)
-    return status.error();
   const gst::UniqueText text{gst_caps_to_string(caps)};
   auto tensors = converter_->configure(text.get());
   if (!tensors) return tensors.error();
+  frames_per_tensor_ = wishes.frames_per_tensor;
+  if (auto status = gather(&*tensors); !status) return status.error();
   StreamPlan plan;
   plan.spec.format = Format::Static;
   plan.spec.rate = rate_of(caps);
+  plan.frames_out = frames_per_tensor_;
   user_ = wishes.tensors;
   plan.spec.tensors = !user_.empty()         ? user_
                       : !wishes.peer.empty() ? wishes.peer
@@ -94,6 +115,7 @@ Result<MediumFrames> ConvertedMedium::frames(gst::Ref<GstBuffer> buffer, Ledger*
     out.tensors.push_back(tensor.spec());
     gst_buffer_append_memory(out.buffer.get(), memory_of(tensor, ledger));
   }
+  if (auto status = gather(&out.tensors); !status) return status.error();
   if (auto status = agree(out.tensors, user_); !status) return status.error();
   return out;
 }

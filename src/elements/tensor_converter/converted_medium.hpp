@@ -14,14 +14,18 @@ class ConvertedMedium final : public Medium {
       : converter_(std::move(converter)) {}
 
   Result<StreamPlan> configure(const GstCaps* caps, const Wishes& wishes) override;
-  // The memory that the converter allocated, not copied.
+  // The memory that the converter allocated, not copied; the tensors of frames-per-tensor frames.
   Result<MediumFrames> frames(gst::Ref<GstBuffer> buffer, Ledger* ledger) override;
   MediaType type() const noexcept override { return MediaType::Tensor; }
   void reset() noexcept override { converter_->reset(); }
 
  private:
+  // The tensors of one frame -> those of an output.
+  Status gather(std::vector<TensorSpec>* tensors) const;
+
   std::unique_ptr<infer::Converter> converter_;
   std::vector<TensorSpec> user_;
+  uint32_t frames_per_tensor_ = 1;
 };
 
 }  // namespace weir

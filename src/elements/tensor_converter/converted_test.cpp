@@ -135,8 +135,49 @@ TEST(ConverterModule, MayRefuseCaps) {
   const auto text = caps_error("", std::string(kNumbers) + ",mode=refused");
   EXPECT_SAYS(text, "WEIR-1004: these caps are refused");
   EXPECT_SAYS(text, "fix: mode=(string)accepted");
-  EXPECT_SAYS(caps_error("frames-per-tensor=2", kNumbers),
-              "WEIR-1004: the frames of a converter cannot be gathered");
+}
+
+TEST(ConverterModule, HasItsFramesGathered) {
+  auto h = harness("frames-per-tensor=3", std::string(kNumbers) + ",shape=three");
+  EXPECT_SAYS(caps_text(h), "dimensions=(string)3:3, types=(string)int32");
+  for (uint64_t i = 0; i < 6; ++i) {
+    GstBuffer* in = text(std::to_string(i) + " 8 9");
+    GST_BUFFER_PTS(in) = i * 100 * GST_MSECOND;
+    ASSERT_EQ(gst_harness_push(h.get(), in), GST_FLOW_OK);
+  }
+  EXPECT_SAYS(caps_text(h), "dimensions=(string)3:3, types=(string)int32");
+  for (const int first : {0, 3}) {
+    auto out = Ref<GstBuffer>::adopt(gst_harness_pull(h.get()));
+    EXPECT_EQ(values(out.get()), (std::vector{first, 8, 9, first + 1, 8, 9, first + 2, 8, 9}));
+    EXPECT_EQ(GST_BUFFER_PTS(out.get()), static_cast<uint64_t>(first) * 100 * GST_MSECOND);
+    EXPECT_EQ(GST_BUFFER_DURATION(out.get()), 300 * GST_MSECOND);
+    EXPECT_EQ(gst_buffer_n_memory(out.get()), 1u);
+  }
+  EXPECT_EQ(stat(h, "consumed"), 6u);
+}
+
+TEST(ConverterModule, LosesInTheOpenWhatWaitsWhenItsTensorsChange) {
+  auto h = harness("frames-per-tensor=2", kNumbers);
+  for (const char* words : {"1 2", "3 4", "5 6", "7", "8"})
+    ASSERT_EQ(gst_harness_push(h.get(), text(words)), GST_FLOW_OK);
+  auto pairs = Ref<GstBuffer>::adopt(gst_harness_pull(h.get()));
+  EXPECT_EQ(values(pairs.get()), (std::vector{1, 2, 3, 4}));
+  auto singles = Ref<GstBuffer>::adopt(gst_harness_pull(h.get()));
+  EXPECT_EQ(values(singles.get()), (std::vector{7, 8}));
+  EXPECT_SAYS(caps_text(h), "dimensions=(string)1:2, types=(string)int32");
+  EXPECT_EQ(stat(h, "dropped-flush"), 1u);
+  EXPECT_EQ(stat(h, "consumed"), 4u);
+  EXPECT_EQ(stat(h, "held"), 0u);
+}
+
+TEST(ConverterModule, CannotHaveSeveralTensorsGathered) {
+  auto h = harness("frames-per-tensor=2", kNumbers);
+  const auto error = error_of(h, text("1 2;3"));
+  EXPECT_SAYS(error, "WEIR-1004: several tensors of a converter cannot be gathered");
+  EXPECT_SAYS(error, "offered: 2 tensors, frames-per-tensor=2");
+  EXPECT_EQ(gst_harness_push(h.get(), text("1 2")), GST_FLOW_OK) << "and goes on";
+  EXPECT_EQ(stat(h, "dropped-error"), 1u);
+  EXPECT_EQ(stat(h, "held"), 1u);
 }
 
 TEST(ConverterModule, GetsHeadersWhenTheNextElementWantsThem) {

@@ -36,7 +36,7 @@ struct StreamPlan {
 
 struct MediumFrames {
   gst::Ref<GstBuffer> buffer;       // whole frames, dense; null: the medium drops them
-  std::vector<TensorSpec> tensors;  // of this frame when it says its own; empty: the plan's
+  std::vector<TensorSpec> tensors;  // of outputs of such frames when it says its own; else empty
   std::optional<Error> warning;     // to be told, for example that something was cut off
 };
 

@@ -121,7 +121,7 @@ class TensorConverter : public gst::Element<TensorConverter, gst::PlainElement> 
     }
     Chunker& chunker = stream.chunker;
     const size_t size = gst_buffer_get_size(buffer.get());
-    if (plan_.frame_bytes == 0) chunker.configure(size, 1, plan_.spec.rate);
+    if (plan_.frame_bytes == 0) chunker.configure(size, plan_.frames_out, plan_.spec.rate);
     const uint64_t count = plan_.frame_bytes == 0 ? 1 : size / plan_.frame_bytes;
     if (set_timestamp_) chunker.stamp(buffer.get(), count, fallback_time());
     chunker.push(std::move(buffer));
@@ -229,6 +229,12 @@ class TensorConverter : public gst::Element<TensorConverter, gst::PlainElement> 
     if (lost > 0) ledger_.dropped(reason, lost);
   }
 
+  // Frames of another kind cannot stand in one tensor; the time goes on.
+  void drop_waiting_of_other_kind() {
+    const uint64_t lost = streams_.drop();
+    if (lost > 0) ledger_.dropped(DropReason::Flush, lost);
+  }
+
   void reset() {
     drop_waiting(DropReason::Flush);
     medium_.reset();
@@ -279,10 +285,9 @@ class TensorConverter : public gst::Element<TensorConverter, gst::PlainElement> 
     if (!wanted) return wanted.error();
     auto plan = (*medium)->configure(caps, *wanted);
     if (!plan) return plan.error();
-    // Frames of another kind cannot stand in one tensor.
     if (plan->frame_bytes != plan_.frame_bytes || plan->frames_out != plan_.frames_out ||
         !first_difference(plan->spec.tensors, plan_.spec.tensors).empty())
-      drop_waiting(DropReason::Flush);
+      drop_waiting_of_other_kind();
     plan_ = *std::move(plan);
     set_timestamp_ = settings().set_timestamp;
     on_backwards_time_ = settings().on_backwards_time;
@@ -337,6 +342,7 @@ class TensorConverter : public gst::Element<TensorConverter, gst::PlainElement> 
     if (!frames || frames->tensors.empty()) return frames;
     const bool changed = !first_difference(frames->tensors, plan_.spec.tensors).empty();
     auto before = std::exchange(plan_.spec.tensors, frames->tensors);
+    if (changed) drop_waiting_of_other_kind();
     if (!changed || plan_.spec.format == Format::Flexible) return frames;
     const Status status = announce();
     if (status) return frames;

@@ -89,6 +89,14 @@ TEST(ConverterTime, GoesOnWhenTheRateChanges) {
   }
 }
 
+TEST(ConverterTime, GoesOnWhenTheFramesBecomeOfAnotherSize) {
+  auto h = harness("", video("GRAY8", 4, 1));
+  for (int i = 0; i < 3; ++i) gst_buffer_unref(gst_harness_push_and_pull(h.get(), frame(Bytes(4))));
+  EXPECT_EQ(change_caps(h, video("GRAY8", 8, 1)), "");
+  auto out = Ref<GstBuffer>::adopt(gst_harness_push_and_pull(h.get(), frame(Bytes(8))));
+  EXPECT_EQ(GST_BUFFER_PTS(out.get()), 300 * GST_MSECOND);
+}
+
 TEST(ConverterTime, OfAGatheredTensorIsThatOfItsFirstFrame) {
   auto h = bytes_at_ntsc("frames-per-tensor=2");
   const GstClockTime times[] = {9 * GST_SECOND, 3 * GST_SECOND, 1 * GST_SECOND, 2 * GST_SECOND};
