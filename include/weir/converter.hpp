@@ -7,6 +7,7 @@
 //     std::vector<weir_tensor_info> configure(std::string_view caps);
 //     bool convert(const weir_frame& frame, weir::ConverterOutput& output);
 //     void reset() noexcept;
+//     std::optional<std::pair<int32_t, int32_t>> rate() noexcept;
 //   };
 //   WEIR_CONVERTER(Lines, "lines", "", "text/x-lines, framerate=(fraction)[ 0/1, 2147483647/1 ]",
 //                  "[]")
@@ -16,16 +17,19 @@
 // the stream. The frame holds one uint8 tensor for each memory of the buffer, readable until
 // convert returns. convert adds the tensors of this frame; they may differ from those before, the
 // stream's caps change then. It returns false to drop the frame. reset may be left out: it forgets
-// what was kept of earlier frames, for a flush or a seek came. Each other function may throw
+// what was kept of earlier frames, for a flush or a seek came. rate may be left out too: the frame
+// rate that the last frame said, where frames say their own. Each other function may throw
 // weir::Failure, or anything: it becomes an error on the bus. One object is used by one thread at a
 // time. Shapes are outermost-first (abi.h, rule C).
 #pragma once
 #include <algorithm>
 #include <initializer_list>
 #include <memory>
+#include <optional>
 #include <utility>
 #include <vector>
 
+#include "weir/converter_rate.h"
 #include "weir/module.hpp"
 
 namespace weir {
@@ -86,6 +90,20 @@ class ConverterOutput {
   void* host_ctx_;
 };
 
+// The table of the extension weir.converter-rate/1 over the class `Opened::converter`.
+template <class Opened>
+const weir_converter_rate* rate_table() {
+  static const weir_converter_rate table{
+      sizeof(weir_converter_rate), [](weir_converter* handle, int32_t* n, int32_t* d) {
+        const auto rate = reinterpret_cast<Opened*>(handle)->converter.rate();
+        if (!rate) return 0;
+        *n = rate->first;
+        *d = rate->second;
+        return 1;
+      }};
+  return &table;
+}
+
 // The C table over the class `Converter`.
 template <class Converter>
 weir_converter_type converter_table(const char* name, const char* aliases, const char* caps,
@@ -137,6 +155,12 @@ weir_converter_type converter_table(const char* name, const char* aliases, const
     static_assert(noexcept(std::declval<Converter&>().reset()), "reset has no way to fail");
     table.reset = [](weir_converter* handle) {
       reinterpret_cast<Opened*>(handle)->converter.reset();
+    };
+  }
+  if constexpr (requires(Converter & converter) { converter.rate(); }) {
+    static_assert(noexcept(std::declval<Converter&>().rate()), "rate has no way to fail");
+    table.extension = [](const char* id) -> const void* {
+      return std::string_view(id) == WEIR_CONVERTER_RATE ? rate_table<Opened>() : nullptr;
     };
   }
   return table;

@@ -1,6 +1,8 @@
 #!/usr/bin/python3
 """Runs every gst-launch-1.0 line of every README, as it stands there; none may leak a GStreamer object."""
 
+import ctypes.util
+import importlib.util
 import os
 import pathlib
 import re
@@ -47,6 +49,8 @@ def missing(command):
         modules = [pathlib.Path(p) / f"libweir-engine-{engine}.so" for p in os.environ["WEIR_MODULE_PATH"].split(":")]
         if ending in command and not any(m.exists() for m in modules):
             return f"the engine {engine}"
+    if "custom-script:" in command and not (ctypes.util.find_library("python3.11") and importlib.util.find_spec("numpy")):
+        return "Python as a library, or NumPy"
     return None
 
 

@@ -1,5 +1,6 @@
 // What a converter made of one frame: checked before anything of it is believed.
 #pragma once
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -35,6 +36,7 @@ class ConvertedTensor {
 struct ConvertedFrame {
   std::vector<ConvertedTensor> tensors;  // none: the converter drops the frame
   int64_t pts = -1, duration = -1;       // ns, -1 = none
+  std::optional<Fraction> rate;          // where the frame says its own
 };
 
 // What a converter says of a tensor, as ours. INTERNAL when it is beyond the limits or not known.

@@ -2,6 +2,9 @@
 #include "core/infer/converter.hpp"
 
 #include <algorithm>
+#include <cstddef>
+
+#include "weir/converter_rate.h"
 
 namespace weir::infer {
 namespace {
@@ -9,7 +12,7 @@ namespace {
 class ModuleConverter final : public Converter {
  public:
   ModuleConverter(const weir_converter_type& type, weir_converter* handle)
-      : type_(type), handle_(handle) {}
+      : type_(type), handle_(handle), rate_(rate_of(type)) {}
   ~ModuleConverter() override { type_.close(handle_); }
   ModuleConverter(const ModuleConverter&) = delete;
   ModuleConverter& operator=(const ModuleConverter&) = delete;
@@ -40,7 +43,20 @@ class ModuleConverter final : public Converter {
   Result<ConvertedFrame> convert(const weir_frame& in) override {
     weir_error error;
     const int result = type_.convert(handle_, &in, room_.prepare(in), &error);
-    return room_.take(result, &error);
+    auto out = room_.take(result, &error);
+    Fraction rate;
+    if (out && !out->tensors.empty() && rate_ &&
+        rate_->rate(handle_, &rate.numerator, &rate.denominator) == 1) {
+      if (!rate.valid())
+        return Error{Code::INTERNAL,
+                     "a converter says a frame rate that cannot be",
+                     std::to_string(rate.numerator) + "/" + std::to_string(rate.denominator),
+                     "0/1 or more",
+                     "",
+                     "mend the converter"};
+      out->rate = rate;
+    }
+    return out;
   }
 
   void reset() noexcept override {
@@ -48,6 +64,15 @@ class ModuleConverter final : public Converter {
   }
 
  private:
+  static const weir_converter_rate* rate_of(const weir_converter_type& type) {
+    const bool extensible =
+        type.struct_size >= offsetof(weir_converter_type, extension) + sizeof type.extension;
+    if (!extensible || !type.extension) return nullptr;
+    const auto* table =
+        static_cast<const weir_converter_rate*>(type.extension(WEIR_CONVERTER_RATE));
+    return table && table->struct_size >= sizeof *table && table->rate ? table : nullptr;
+  }
+
   // Rule C of abi.h: -1 = unknown, and so is WEIR_RANK_UNKNOWN.
   static bool open_parts(const weir_tensor_info& info) {
     if (info.rank == WEIR_RANK_UNKNOWN) return true;
@@ -57,6 +82,7 @@ class ModuleConverter final : public Converter {
 
   const weir_converter_type& type_;
   weir_converter* handle_;
+  const weir_converter_rate* rate_;  // null: frames have the rate of the stream
   ConverterRoom room_;
 };
 

@@ -111,6 +111,7 @@ Result<MediumFrames> ConvertedMedium::frames(gst::Ref<GstBuffer> buffer, Ledger*
                        static_cast<gsize>(-1));
   GST_BUFFER_PTS(out.buffer.get()) = gst_time(frame->pts);
   GST_BUFFER_DURATION(out.buffer.get()) = gst_time(frame->duration);
+  out.rate = frame->rate;
   for (auto& tensor : frame->tensors) {
     out.tensors.push_back(tensor.spec());
     gst_buffer_append_memory(out.buffer.get(), memory_of(tensor, ledger));

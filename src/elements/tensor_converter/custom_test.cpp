@@ -118,11 +118,4 @@ TEST(ConverterMode, WithoutANameIsIgnoredAndAnUnknownWordIsNot) {
   EXPECT_SAYS(caps_error("mode=custom:x", kBytes), "WEIR-1005: tensor_converter has no such mode");
 }
 
-TEST(ConverterMode, OfAScriptNeedsTheConverterThatRunsIt) {
-  const auto text = caps_error("mode=custom-script:a.py", kBytes);
-  EXPECT_SAYS(text, "WEIR-3011: no converter has this name");
-  EXPECT_SAYS(text, "offered: python3");
-  EXPECT_SAYS(text, "needed: one of: numbers");
-}
-
 }  // namespace

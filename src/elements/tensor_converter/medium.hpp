@@ -35,9 +35,10 @@ struct StreamPlan {
 };
 
 struct MediumFrames {
-  gst::Ref<GstBuffer> buffer;       // whole frames, dense; null: the medium drops them
-  std::vector<TensorSpec> tensors;  // of outputs of such frames when it says its own; else empty
-  std::optional<Error> warning;     // to be told, for example that something was cut off
+  gst::Ref<GstBuffer> buffer;         // whole frames, dense; null: the medium drops them
+  std::vector<TensorSpec> tensors{};  // of outputs of such frames when it says its own; else empty
+  std::optional<Fraction> rate{};     // of the stream, where a frame says it
+  std::optional<Error> warning{};     // to be told, for example that something was cut off
 };
 
 class Medium {

@@ -341,12 +341,15 @@ class TensorConverter : public gst::Element<TensorConverter, gst::PlainElement> 
     auto frames = medium_->frames(std::move(buffer), &ledger_);
     if (!frames || frames->tensors.empty()) return frames;
     const bool changed = !first_difference(frames->tensors, plan_.spec.tensors).empty();
-    auto before = std::exchange(plan_.spec.tensors, frames->tensors);
+    const bool paced = frames->rate && !(*frames->rate == plan_.spec.rate);
+    FrameSpec before = plan_.spec;
+    plan_.spec.tensors = frames->tensors;
+    if (paced) plan_.spec.rate = *frames->rate;
     if (changed) drop_waiting_of_other_kind();
-    if (!changed || plan_.spec.format == Format::Flexible) return frames;
+    if (!paced && (!changed || plan_.spec.format == Format::Flexible)) return frames;
     const Status status = announce();
     if (status) return frames;
-    plan_.spec.tensors = std::move(before);
+    plan_.spec = std::move(before);
     return status.error();
   }
 

@@ -1,0 +1,179 @@
+// python3: the class CustomConverter of a user's script makes tensors of any stream.
+#include <cstring>
+#include <optional>
+
+#include "scripts.hpp"
+#include "weir/converter.hpp"
+
+namespace {
+
+using weir::python::Locked;
+using weir::python::Object;
+using weir::python::PyObject;
+
+constexpr char kConverting[] = R"py(
+import gc, weakref
+import numpy
+from weir_scripts import tensor_of
+
+# The arrays of a frame, and weak references to all that reads its memory.
+def begin(views):
+    arrays = [numpy.frombuffer(view, numpy.uint8) if view.nbytes else numpy.empty(0, numpy.uint8)
+              for view in views]
+    return arrays, [weakref.ref(x) for a in arrays if a.size for x in (a, a.base)]
+
+def end(watched):
+    if any(ref() is not None for ref in watched):
+        gc.collect()  # what holds it may be a cycle
+    if any(ref() is not None for ref in watched):
+        raise BufferError("the script keeps an array of its input, whose memory is gone after "
+                          "convert: keep a copy, array.copy()")
+
+def bytes_of(index, shape, array):
+    kind, dims = tensor_of(shape)
+    if not isinstance(array, numpy.ndarray):
+        raise TypeError(f"array {index} is no NumPy array but {type(array).__name__}")
+    if array.dtype not in (numpy.uint8, shape.getType()):
+        raise TypeError(f"array {index} is of {array.dtype}: it is bytes, array.view(numpy.uint8)")
+    needed = numpy.dtype(shape.getType()).itemsize
+    for d in dims:
+        needed *= d
+    if array.nbytes != needed:
+        raise ValueError(f"array {index} has {array.nbytes} bytes: its TensorShape {list(dims)} of "
+                         f"{shape.getType()} has {needed}")
+    return kind, dims, numpy.ascontiguousarray(array)
+
+def convert(script, arrays):
+    made = script.convert(arrays)
+    if not isinstance(made, tuple) or len(made) != 4:
+        raise TypeError("convert returns (tensors_info, out_array, rate_n, rate_d), not "
+                        + (f"{len(made)} values" if isinstance(made, tuple) else type(made).__name__))
+    shapes, arrays, rate_n, rate_d = made
+    if len(shapes) != len(arrays):
+        raise ValueError(f"{len(shapes)} TensorShapes for {len(arrays)} arrays")
+    tensors = tuple(bytes_of(i, *pair) for i, pair in enumerate(zip(shapes, arrays)))
+    rate_n, rate_d = int(rate_n), int(rate_d)
+    if not (0 <= rate_n < 1 << 31 and 1 <= rate_d < 1 << 31):
+        raise ValueError(f"{rate_n}/{rate_d} is no frame rate: 0/1 or more")
+    return rate_n, rate_d, tensors
+)py";
+
+class Script {
+ public:
+  explicit Script(const weir::Options& options)
+      : api_(*weir::value_or_throw(weir::python::interpreter())) {
+    const auto path = options.get("script");
+    if (!path)
+      throw weir::Failure({weir::Code::OPTION_VALUE, "no script is named", "", "a file of Python",
+                           "", "tensor_converter mode=custom-script:/path/to/script.py"});
+    const Locked lock;
+    weir::value_or_throw(weir::python::script_names());
+    names_ = weir::value_or_throw(weir::python::module_of_ours("weir_converting", kConverting));
+    script_ =
+        weir::value_or_throw(weir::python::load_script(std::string(*path), "CustomConverter", {}));
+  }
+  Script(const Script&) = delete;
+  Script& operator=(const Script&) = delete;
+  ~Script() {
+    const Locked lock;
+    const Object ended = std::move(script_);
+  }
+
+  std::vector<weir_tensor_info> configure(std::string_view) { return {}; }
+
+  bool convert(const weir_frame& frame, weir::ConverterOutput& output) {
+    if (kept_) throw weir::Failure(*kept_);
+    const Locked lock;
+    Object watched;
+    std::optional<weir::Error> failed;
+    {
+      const Object begun = call("begin", views_of(frame));
+      watched = Object::share(api_.PyTuple_GetItem(begun.get(), 1));
+      failed = run(api_.PyTuple_GetItem(begun.get(), 0), output);
+    }
+    try {
+      call("end", std::move(watched));
+    } catch (const weir::Failure& failure) {
+      kept_ = failure.error();  // the script could read memory that is gone: never again
+      throw;
+    }
+    if (failed) throw weir::Failure(*failed);
+    return true;
+  }
+
+  std::optional<std::pair<int32_t, int32_t>> rate() const noexcept { return rate_; }
+
+ private:
+  Object views_of(const weir_frame& frame) const {
+    Object views = Object::adopt(api_.PyTuple_New(frame.n_tensors));
+    for (uint32_t i = 0; views && i < frame.n_tensors; ++i) {
+      Object view = weir::python::view_of(frame.tensors[i].data, frame.tensors[i].bytes);
+      if (!view) throw weir::Failure(weir::python::take_exception(weir::Code::OUT_OF_MEMORY));
+      api_.PyTuple_SetItem(views.get(), i, view.release());
+    }
+    if (!views) throw weir::Failure(weir::python::take_exception(weir::Code::OUT_OF_MEMORY));
+    return views;
+  }
+
+  std::optional<weir::Error> run(PyObject* arrays, weir::ConverterOutput& output) {
+    try {
+      const Object made = call("convert", Object::share(script_.get()), Object::share(arrays));
+      fill(made.get(), output);
+      return std::nullopt;
+    } catch (const weir::Failure& failure) {
+      return failure.error();
+    }
+  }
+
+  template <class... Arguments>
+  Object call(const char* function, Arguments... arguments) {
+    std::vector<Object> all;
+    (all.push_back(std::move(arguments)), ...);
+    return weir::value_or_throw(
+        weir::python::call(names_, function, std::move(all), weir::Code::INVOKE_FAILED));
+  }
+
+  // (rate_n, rate_d, ((type, dimensions, array), ...)), as `convert` above has checked it.
+  void fill(PyObject* made, weir::ConverterOutput& output) {
+    const auto number = [&](ptrdiff_t i) {
+      return static_cast<int32_t>(api_.PyLong_AsLongLong(api_.PyTuple_GetItem(made, i)));
+    };
+    rate_ = {number(0), number(1)};
+    PyObject* tensors = api_.PyTuple_GetItem(made, 2);
+    for (ptrdiff_t i = 0; i < api_.PyTuple_Size(tensors); ++i)
+      add(api_.PyTuple_GetItem(tensors, i), output);
+  }
+
+  void add(PyObject* tensor, weir::ConverterOutput& output) {
+    weir_tensor_info info{};
+    info.type = static_cast<uint32_t>(api_.PyLong_AsLongLong(api_.PyTuple_GetItem(tensor, 0)));
+    PyObject* dims = api_.PyTuple_GetItem(tensor, 1);
+    info.rank = static_cast<uint32_t>(api_.PyTuple_Size(dims));  // at most 16
+    for (uint32_t i = 0; i < info.rank; ++i)
+      info.shape[info.rank - 1 - i] = api_.PyLong_AsLongLong(api_.PyTuple_GetItem(dims, i));
+    info.batch_axis = WEIR_NO_BATCH_AXIS;
+    weir::python::Buffer from{};
+    if (api_.PyObject_GetBuffer(api_.PyTuple_GetItem(tensor, 2), &from, 0) != 0)
+      throw weir::Failure(weir::python::take_exception(weir::Code::INVOKE_FAILED));
+    try {
+      const auto to = output.add(info);
+      std::memcpy(to.data(), from.bytes, std::min(to.size(), static_cast<size_t>(from.size)));
+    } catch (...) {
+      api_.PyBuffer_Release(&from);
+      throw;
+    }
+    api_.PyBuffer_Release(&from);
+  }
+
+  const weir::python::PythonApi& api_;
+  PyObject* names_ = nullptr;  // our functions; live until the process ends
+  Object script_;
+  std::optional<std::pair<int32_t, int32_t>> rate_;
+  std::optional<weir::Error> kept_;  // set once the script kept what it must not keep
+};
+
+}  // namespace
+
+WEIR_CONVERTER(Script, "python3", "python", "application/octet-stream",
+               R"([{"name":"script","type":"file","default":"",)"
+               R"("help":"a Python file with a class CustomConverter"}])")

@@ -1,0 +1,162 @@
+// Starting Python, and its exceptions as errors.
+#include "interpreter.hpp"
+
+#include <mutex>
+
+namespace weir::python {
+namespace {
+
+constexpr int kReadOnly = 0x100;  // PyBUF_READ
+constexpr int kFileInput = 257;   // Py_file_input
+
+PythonApi api;  // written once, before anybody has a pointer to it
+
+// Says what happened, and where in files that exist: not in our own lines.
+constexpr char kExceptions[] = R"py(
+import os, traceback
+
+def describe(kind, value, trace):
+    what = "".join(traceback.format_exception_only(kind, value)).strip()
+    where = [f"{f.filename}:{f.lineno} in {f.name}: {f.line}" for f in traceback.extract_tb(trace)
+             if os.path.exists(f.filename)]
+    return what, "; ".join(where)
+)py";
+
+std::string utf8(PyObject* text) {
+  const Object bytes = Object::adopt(text ? api.PyUnicode_AsUTF8String(text) : nullptr);
+  char* data = nullptr;
+  ptrdiff_t size = 0;
+  if (!bytes || api.PyBytes_AsStringAndSize(bytes.get(), &data, &size) != 0) return "";
+  return {data, static_cast<size_t>(size)};
+}
+
+void forget_exception() {
+  PyObject *kind = nullptr, *value = nullptr, *trace = nullptr;
+  api.PyErr_Fetch(&kind, &value, &trace);
+  const Object owned[] = {Object::adopt(kind), Object::adopt(value), Object::adopt(trace)};
+}
+
+Object none_if_null(PyObject* object) {
+  return object ? Object::adopt(object)
+                : Object::share(api.PyDict_GetItemString(api.PyEval_GetBuiltins(), "None"));
+}
+
+// Null with the exception set.
+Object called(PyObject* callable, std::vector<Object> arguments) {
+  Object tuple = Object::adopt(api.PyTuple_New(static_cast<ptrdiff_t>(arguments.size())));
+  for (size_t i = 0; tuple && i < arguments.size(); ++i)
+    api.PyTuple_SetItem(tuple.get(), static_cast<ptrdiff_t>(i), arguments[i].release());
+  return Object::adopt(tuple ? api.PyObject_Call(callable, tuple.get(), nullptr) : nullptr);
+}
+
+// The dict of a module of ours, borrowed; null with the exception set.
+PyObject* names_of(const char* name, const char* source) {
+  PyObject* module = api.PyImport_AddModule(name);
+  PyObject* names = module ? api.PyModule_GetDict(module) : nullptr;
+  if (!names || api.PyDict_GetItemString(names, "weir_is_ready")) return names;
+  api.PyDict_SetItemString(names, "__builtins__", api.PyEval_GetBuiltins());
+  const Object code = Object::adopt(api.Py_CompileString(source, name, kFileInput));
+  const Object done = Object::adopt(code ? api.PyEval_EvalCode(code.get(), names, names) : nullptr);
+  if (!done) return nullptr;
+  api.PyDict_SetItemString(names, "weir_is_ready", done.get());
+  return names;
+}
+
+// NumPy is imported here, so that its absence is told by name.
+Status import_numpy() {
+  const Locked lock;
+  if (module_of_ours("weir_numpy", "import numpy")) return ok();
+  return Error{Code::ENGINE_NOT_INSTALLED,
+               "NumPy is not installed for this Python",
+               "",
+               "NumPy, of Python's own version",
+               "",
+               "apt-get install python3-numpy"};
+}
+
+Status start() {
+  auto found = find_python();
+  if (!found) return found.error();
+  api = *found;
+  if (!api.Py_IsInitialized()) {
+    // Else the first python3 on the path decides where modules are looked for.
+    if (api.Py_SetProgramName) api.Py_SetProgramName(L"/usr/bin/python3");
+    api.Py_InitializeEx(0);  // signals stay the program's
+    api.PyEval_SaveThread();
+  }
+  return import_numpy();
+}
+
+}  // namespace
+
+Result<const PythonApi*> interpreter() {
+  static std::once_flag once;
+  static Status started = ok();
+  std::call_once(once, [] { started = start(); });
+  if (!started) return started.error();
+  return &api;
+}
+
+Locked::Locked() : state_(api.PyGILState_Ensure()) {}
+Locked::~Locked() {
+  api.PyGILState_Release(state_);
+}
+
+Object Object::share(PyObject* object) {
+  if (object) api.Py_IncRef(object);
+  return Object(object);
+}
+Object::~Object() {
+  if (object_) api.Py_DecRef(object_);
+}
+
+Result<PyObject*> module_of_ours(const char* name, const char* source) {
+  PyObject* names = names_of(name, source);
+  if (!names) return take_exception(Code::INTERNAL);
+  return names;
+}
+
+Result<Object> call(PyObject* names, const char* function, std::vector<Object> arguments,
+                    Code code) {
+  PyObject* callable = api.PyDict_GetItemString(names, function);
+  if (!callable)
+    return Error{Code::INTERNAL, "a function of ours is missing", function, "", "", ""};
+  Object result = called(callable, std::move(arguments));
+  if (!result) return take_exception(code);
+  return result;
+}
+
+Object text_of(std::string_view text) {
+  return Object::adopt(
+      api.PyUnicode_FromStringAndSize(text.data(), static_cast<ptrdiff_t>(text.size())));
+}
+
+Object view_of(const void* bytes, size_t size) {
+  static char nothing = 0;
+  char* data = size > 0 ? static_cast<char*>(const_cast<void*>(bytes)) : &nothing;
+  return Object::adopt(api.PyMemoryView_FromMemory(data, static_cast<ptrdiff_t>(size), kReadOnly));
+}
+
+Error take_exception(Code code) {
+  PyObject *kind = nullptr, *value = nullptr, *trace = nullptr;
+  api.PyErr_Fetch(&kind, &value, &trace);
+  if (!kind) return {code, "the script failed and did not say why", "", "", "", ""};
+  api.PyErr_NormalizeException(&kind, &value, &trace);
+  std::vector<Object> parts;
+  for (PyObject* part : {kind, value, trace}) parts.push_back(none_if_null(part));
+  PyObject* names = names_of("weir_exceptions", kExceptions);
+  PyObject* describe = names ? api.PyDict_GetItemString(names, "describe") : nullptr;
+  const Object words = describe ? called(describe, std::move(parts)) : Object();
+  if (!words) {
+    forget_exception();
+    return {code, "the script failed, and so did saying why", "", "", "", ""};
+  }
+  return {code,
+          "the script failed: " + utf8(api.PyTuple_GetItem(words.get(), 0)),
+          utf8(api.PyTuple_GetItem(words.get(), 1)),
+          "",
+          "",
+          ""};
+}
+
+}  // namespace weir::python

@@ -1,0 +1,67 @@
+// PythonApi: the functions of Python's stable ABI that scripts need, found at run time. No header
+// of Python is wanted to build, and one build runs with every Python from 3.9 on.
+#pragma once
+#include <cstddef>
+#include <cstdint>
+
+#include "weir/result.hpp"
+
+namespace weir::python {
+
+struct PyObject;  // opaque
+
+// As the stable ABI lays it out (PEP 688, "Py_buffer").
+struct Buffer {
+  void* bytes;
+  PyObject* owner;
+  ptrdiff_t size, item_size;
+  int read_only, dimensions;
+  char* format;
+  ptrdiff_t *shape, *strides, *suboffsets;
+  void* internal;
+};
+
+#define WEIR_PYTHON_FUNCTIONS(X)                                      \
+  X(int, Py_IsInitialized, ())                                        \
+  X(void, Py_InitializeEx, (int))                                     \
+  X(PyObject*, PyEval_SaveThread, ())                                 \
+  X(int, PyGILState_Ensure, ())                                       \
+  X(void, PyGILState_Release, (int))                                  \
+  X(void, Py_IncRef, (PyObject*))                                     \
+  X(void, Py_DecRef, (PyObject*))                                     \
+  X(PyObject*, PyImport_AddModule, (const char*))                     \
+  X(PyObject*, PyModule_GetDict, (PyObject*))                         \
+  X(PyObject*, Py_CompileString, (const char*, const char*, int))     \
+  X(PyObject*, PyEval_EvalCode, (PyObject*, PyObject*, PyObject*))    \
+  X(PyObject*, PyEval_GetBuiltins, ())                                \
+  X(PyObject*, PyDict_New, ())                                        \
+  X(PyObject*, PyDict_GetItemString, (PyObject*, const char*))        \
+  X(int, PyDict_SetItemString, (PyObject*, const char*, PyObject*))   \
+  X(PyObject*, PyObject_Call, (PyObject*, PyObject*, PyObject*))      \
+  X(PyObject*, PyTuple_New, (ptrdiff_t))                              \
+  X(int, PyTuple_SetItem, (PyObject*, ptrdiff_t, PyObject*))          \
+  X(ptrdiff_t, PyTuple_Size, (PyObject*))                             \
+  X(PyObject*, PyTuple_GetItem, (PyObject*, ptrdiff_t))               \
+  X(PyObject*, PyUnicode_FromStringAndSize, (const char*, ptrdiff_t)) \
+  X(PyObject*, PyUnicode_AsUTF8String, (PyObject*))                   \
+  X(int, PyBytes_AsStringAndSize, (PyObject*, char**, ptrdiff_t*))    \
+  X(long long, PyLong_AsLongLong, (PyObject*))                        \
+  X(PyObject*, PyMemoryView_FromMemory, (char*, ptrdiff_t, int))      \
+  X(int, PyObject_GetBuffer, (PyObject*, Buffer*, int))               \
+  X(void, PyBuffer_Release, (Buffer*))                                \
+  X(void, PyErr_Fetch, (PyObject**, PyObject**, PyObject**))          \
+  X(void, PyErr_NormalizeException, (PyObject**, PyObject**, PyObject**))
+
+struct PythonApi {
+#define WEIR_PYTHON_POINTER(result, name, arguments) result(*name) arguments = nullptr;
+  WEIR_PYTHON_FUNCTIONS(WEIR_PYTHON_POINTER)
+#undef WEIR_PYTHON_POINTER
+  void (*Py_SetProgramName)(const wchar_t*) = nullptr;  // null where that Python has none
+};
+
+// Python as it is in the process already, else the library libpython3: the one that the variable
+// WEIR_PYTHON_LIBRARY names, or Debian's. It stays open until the process ends.
+// ENGINE_NOT_INSTALLED names the command that brings it.
+Result<PythonApi> find_python();
+
+}  // namespace weir::python

@@ -1,0 +1,101 @@
+// What scripts see of Weir, in Python.
+#include "scripts.hpp"
+
+#include <filesystem>
+
+namespace weir::python {
+namespace {
+
+constexpr char kScripts[] = R"py(
+import os, sys, types
+import numpy
+
+TYPES = {numpy.dtype(name): number for number, name in enumerate(
+    ("int32", "uint32", "int16", "uint16", "int8", "uint8", "float64", "float32", "int64",
+     "uint64", "float16"))}
+MOST_DIMENSIONS = 16
+loaded = 0
+
+class TensorShape:
+    """A tensor's dimensions, innermost first, with zeros up to 16, and its type."""
+
+    def __init__(self, dims, dtype=numpy.uint8):
+        self.setDims(dims)
+        self.type = numpy.dtype(dtype)
+
+    def setDims(self, dims):
+        if not isinstance(dims, list):
+            raise TypeError(f"the dimensions of a TensorShape are a list, not {type(dims).__name__}")
+        if len(dims) > MOST_DIMENSIONS:
+            raise ValueError(f"{len(dims)} dimensions: a tensor has at most {MOST_DIMENSIONS}")
+        dims.extend([0] * (MOST_DIMENSIONS - len(dims)))
+        self.dims = dims
+
+    def getDims(self):
+        return self.dims
+
+    def getType(self):
+        return self.type
+
+names = types.ModuleType("nnstreamer_python")
+names.TensorShape = TensorShape
+sys.modules.setdefault("nnstreamer_python", names)
+
+def load(path, class_name, *arguments):
+    global loaded
+    path = os.path.abspath(path)
+    for folder in (os.path.dirname(path), "."):
+        if folder not in sys.path:
+            sys.path.append(folder)
+    loaded += 1
+    module = types.ModuleType(f"weir_script_{loaded}")
+    module.__file__ = path
+    sys.modules[module.__name__] = module
+    try:
+        with open(path, "rb") as file:
+            exec(compile(file.read(), path, "exec"), module.__dict__)
+        if class_name not in module.__dict__:
+            raise AttributeError(f"the script has no class {class_name}")
+        return module.__dict__[class_name](*arguments)
+    except BaseException:
+        del sys.modules[module.__name__]
+        raise
+
+def tensor_of(shape):
+    dtype = numpy.dtype(shape.getType())
+    if dtype not in TYPES:
+        raise TypeError(f"{dtype} is no type of a tensor: it is one of {', '.join(map(str, TYPES))}")
+    dims = [int(d) for d in shape.getDims()]
+    while dims and dims[-1] == 0:
+        dims.pop()
+    if not dims or min(dims) < 1 or max(dims) >= 1 << 32 or len(dims) > MOST_DIMENSIONS:
+        raise ValueError(f"a tensor has 1 to 16 dimensions of at least 1, not {dims}")
+    return TYPES[dtype], tuple(dims)
+)py";
+
+}  // namespace
+
+Result<PyObject*> script_names() {
+  return module_of_ours("weir_scripts", kScripts);
+}
+
+Result<Object> load_script(const std::string& path, const char* class_name,
+                           std::vector<Object> arguments) {
+  std::error_code ignored;
+  if (!std::filesystem::is_regular_file(path, ignored))
+    return Error{Code::FILE_NOT_FOUND,
+                 "the script is not there",
+                 path,
+                 "a file with Python's source text",
+                 "",
+                 ""};
+  const auto names = script_names();
+  if (!names) return names.error();
+  std::vector<Object> all;
+  all.push_back(text_of(path));
+  all.push_back(text_of(class_name));
+  for (auto& argument : arguments) all.push_back(std::move(argument));
+  return call(*names, "load", std::move(all), Code::MODULE_REFUSED);
+}
+
+}  // namespace weir::python
