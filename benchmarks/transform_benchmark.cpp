@@ -5,6 +5,7 @@
 #include <hwy/cache_control.h>
 
 #include <cstring>
+#include <random>
 #include <string>
 #include <vector>
 
@@ -106,11 +107,25 @@ void floor_streamed_pass(benchmark::State& state) {
   run_pass(state, [](auto... a) { HWY_DYNAMIC_DISPATCH(StreamedPass)(a...); });
 }
 
+// Noise, as the results of some kernels decide how they go on.
+void fill(std::span<std::byte> bytes, ElementType type) {
+  std::minstd_rand random(1);
+  for (size_t i = 0; i + size_of(type) <= bytes.size(); i += size_of(type)) {
+    const uint32_t value = random() >> 8 & 255U;
+    const auto real = static_cast<float>(value);
+    if (type == ElementType::Float32)
+      std::memcpy(bytes.data() + i, &real, sizeof(real));
+    else
+      bytes[i] = static_cast<std::byte>(value);
+  }
+}
+
 void run_plan(benchmark::State& state, Mode mode, const std::string& option, const TensorSpec& spec,
               bool accelerate = true) {
   const auto operation = transform::parse(mode, option);
   const auto plan = transform::plan(*operation, spec, accelerate);
   Memory in(*plan->input().bytes()), out(*plan->output().bytes());
+  fill(in.bytes, spec.type);
   for (auto _ : state) {
     plan->apply(in.bytes, out.bytes);
     benchmark::ClobberMemory();

@@ -3,6 +3,7 @@
 
 #include "core/transform/chain_program.hpp"
 #include "core/transform/option_reader.hpp"
+#include "core/transform/stand_table.hpp"
 
 namespace weir::transform {
 namespace {
@@ -20,16 +21,18 @@ class StandKernel final : public Kernel {
   Counters run(std::span<const std::byte> in, std::span<std::byte> out) const noexcept override {
     if (in.size() < count_ * size_of(types_.from) || out.size() < count_ * size_of(types_.to))
       return {};
+    if (const StandTensor tensor{count_, channels_}; measures_few(tensor, types_.from)) {
+      run_few(tensor, in.data(), out.data());
+      return {};
+    }
     if (channels_ <= kChainBlock) {
-      const size_t width = kChainBlock / channels_ * channels_;
-      const StandStrip all{0, width, width, count_ / width, count_ % width, channels_};
-      run_stand_strip(all, types_, accelerate_, in.data(), out.data());
+      run_stand_strip(whole(), types_, nullptr, accelerate_, in.data(), out.data());
       return {};
     }
     for (size_t begin = 0; begin < channels_; begin += kChainBlock) {
       const size_t width = channels_ - begin < kChainBlock ? channels_ - begin : kChainBlock;
       const StandStrip some{begin, width, channels_, count_ / channels_, 0, width};
-      run_stand_strip(some, types_, accelerate_, in.data(), out.data());
+      run_stand_strip(some, types_, nullptr, accelerate_, in.data(), out.data());
     }
     return {};
   }
@@ -39,6 +42,20 @@ class StandKernel final : public Kernel {
   }
 
  private:
+  StandStrip whole() const noexcept {
+    const size_t width = kChainBlock / channels_ * channels_;
+    return {0, width, width, count_ / width, count_ % width, channels_};
+  }
+  void run_few(const StandTensor& tensor, const std::byte* in, std::byte* out) const noexcept {
+    const auto scale = measure_few(tensor, types_, accelerate_, in);
+    if (scales_in_float(tensor, types_, scale))
+      run_stand_float(tensor, types_, scale, accelerate_, in, out);
+    else if (has_stand_table(tensor, types_))
+      run_stand_table(tensor, types_, scale, accelerate_, in, out);
+    else
+      run_stand_strip(whole(), types_, &scale, accelerate_, in, out);
+  }
+
   StandTypes types_;
   size_t count_, channels_;
   bool accelerate_;

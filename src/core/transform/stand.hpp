@@ -23,9 +23,17 @@ struct StandTypes {
   bool divides;  // |x - mean| / deviation, else x - mean
 };
 
-// In double, and the same on every CPU. `in` and `out` are the start of the tensor.
-// (stand_strip.cpp)
-void run_stand_strip(const StandStrip& strip, const StandTypes& types, bool accelerate,
-                     const std::byte* in, std::byte* out) noexcept;
+struct StandScale;  // stand_scale.hpp
+
+// In double, and the same on every CPU. `in` and `out` are the start of the tensor. `scale`: mean
+// and deviation where they are known, of at most kFewChannels; else null. (stand_strip.cpp)
+void run_stand_strip(const StandStrip& strip, const StandTypes& types, const StandScale* scale,
+                     bool accelerate, const std::byte* in, std::byte* out) noexcept;
+
+// Whether results of this type are products with 1 / deviation. That errs by 2^-52 of itself: no
+// more than the last bit of a float32, but enough to make a whole number less than it is.
+constexpr bool divides_by_product(ElementType to) noexcept {
+  return to == ElementType::Float32 || to == ElementType::Float16;
+}
 
 }  // namespace weir::transform

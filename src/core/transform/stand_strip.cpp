@@ -1,5 +1,5 @@
-// Mean, deviation and result of a strip, block by block in the L1 cache: three passes over memory
-// with a deviation, two without.
+// Mean, deviation and result of a strip of any types, block by block in the L1 cache: one pass over
+// memory each.
 #include <algorithm>
 #include <cmath>
 #include <cstring>
@@ -7,7 +7,7 @@
 #include "core/transform/chain_program.hpp"
 #include "core/transform/float16_bits.hpp"
 #include "core/transform/number_rules.hpp"
-#include "core/transform/stand.hpp"
+#include "core/transform/stand_scale.hpp"
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "core/transform/stand_strip.cpp"
@@ -47,12 +47,9 @@ void finish(Doubles& x, const Doubles& mean, const Doubles& by) noexcept {
   }
 }
 
-// A product with the reciprocal errs by 2^-52 of itself: no more than the last bit of a float32,
-// but enough to make a whole number less than it is.
 Finish finish_for(const StandTypes& types) noexcept {
   if (!types.divides) return Finish::Distance;
-  const bool narrow = types.to == ElementType::Float32 || types.to == ElementType::Float16;
-  return narrow ? Finish::Multiply : Finish::Divide;
+  return divides_by_product(types.to) ? Finish::Multiply : Finish::Divide;
 }
 
 // Adds up the positions of each channel, divides by their number, and spreads the results again.
@@ -103,18 +100,32 @@ class Strip {
   CastBlock cast_;
 };
 
-void RunStandStrip(const StandStrip& strip, const StandTypes& types, const std::byte* in,
-                   std::byte* out) {
-  const Strip rows(strip, types, in);
-  Doubles mean{}, deviation{};
+void measure(const Strip& rows, const StandStrip& strip, bool divides, Doubles& mean,
+             Doubles& deviation) noexcept {
   rows.for_each_row([&](const Doubles& x, size_t count, size_t) { add_to(mean, x, count); });
   average(mean, strip);
-  if (types.divides) {
-    rows.for_each_row(
-        [&](const Doubles& x, size_t count, size_t) { add_squares_to(deviation, x, mean, count); });
-    average(deviation, strip);
-    for (double& d : deviation.at) d = d > 0 ? std::sqrt(d) : d == 0 ? 1e-10 : d;  // NaN stays
+  if (!divides) return;
+  rows.for_each_row(
+      [&](const Doubles& x, size_t count, size_t) { add_squares_to(deviation, x, mean, count); });
+  average(deviation, strip);
+  for (double& d : deviation.at) d = stand_deviation(d);
+}
+
+void spread(const StandScale& scale, size_t channels, Doubles& mean, Doubles& deviation) noexcept {
+  for (size_t i = 0; i < kChainBlock; ++i) {
+    mean.at[i] = scale.mean[i % channels];
+    deviation.at[i] = scale.deviation[i % channels];
   }
+}
+
+void RunStandStrip(const StandStrip& strip, const StandTypes& types, const StandScale* scale,
+                   const std::byte* in, std::byte* out) {
+  const Strip rows(strip, types, in);
+  Doubles mean{}, deviation{};
+  if (scale)
+    spread(*scale, strip.channels, mean, deviation);
+  else
+    measure(rows, strip, types.divides, mean, deviation);
   const Finish how = finish_for(types);
   if (how == Finish::Multiply)
     for (double& d : deviation.at) d = 1 / d;
@@ -138,12 +149,12 @@ namespace weir::transform {
 
 HWY_EXPORT(RunStandStrip);
 
-void run_stand_strip(const StandStrip& strip, const StandTypes& types, bool accelerate,
-                     const std::byte* in, std::byte* out) noexcept {
+void run_stand_strip(const StandStrip& strip, const StandTypes& types, const StandScale* scale,
+                     bool accelerate, const std::byte* in, std::byte* out) noexcept {
   if (accelerate)
-    HWY_DYNAMIC_DISPATCH(RunStandStrip)(strip, types, in, out);
+    HWY_DYNAMIC_DISPATCH(RunStandStrip)(strip, types, scale, in, out);
   else
-    HWY_STATIC_DISPATCH(RunStandStrip)(strip, types, in, out);
+    HWY_STATIC_DISPATCH(RunStandStrip)(strip, types, scale, in, out);
 }
 
 }  // namespace weir::transform

@@ -74,6 +74,98 @@ TYPED_TEST(StandTypes, AreStandardisedLikeTheReference) {
   }
 }
 
+// All values of 8 and 16 bits, whose sums and tables have paths of their own; float32 near a mean
+// that is large beside the deviation.
+template <class T>
+std::vector<T> wide_values(size_t count, std::mt19937_64& random) {
+  std::vector<T> out;
+  for (size_t i = 0; i < count; ++i) {
+    if constexpr (std::is_integral_v<T>)
+      out.push_back(static_cast<T>(random()));
+    else
+      out.push_back(static_cast<T>(1e6 + static_cast<double>(random() % 1000) / 16));
+  }
+  return out;
+}
+
+template <class T>
+class StandFewTypes : public testing::Test {};
+using FewTypes = testing::Types<int8_t, uint8_t, int16_t, uint16_t, float>;
+TYPED_TEST_SUITE(StandFewTypes, FewTypes);
+
+// Long enough for several blocks of the sums, the table, and each way to lay out the channels.
+const Shape kLong[] = {{1, 70001}, {2, 20001}, {3, 9001}, {4, 8001}, {5, 3001}, {16, 3001}};
+
+// `result` of each of both, on every target and on the scalar path the same.
+template <class To, class From, class Check>
+void check_long(bool divides, const char* type, Check&& check) {
+  std::mt19937_64 random(7);
+  for (const auto& shape : kLong) {
+    const auto in = wide_values<From>(*shape.count(), random);
+    for (const bool per_channel : {false, true}) {
+      const std::string option = std::string(divides ? "default:" : "dc-average:") + type +
+                                 (per_channel ? ",per-channel:true" : "");
+      SCOPED_TRACE(option + " of " + shape.to_string());
+      const auto expected = reference(in, per_channel ? shape[0] : 1, divides);
+      const auto plain = test::run<To>(Mode::Stand, option, shape, in, false);
+      for (size_t i = 0; i < in.size(); ++i) ASSERT_NO_FATAL_FAILURE(check(plain[i], expected[i]));
+      for_each_target([&] { ASSERT_EQ(test::run<To>(Mode::Stand, option, shape, in), plain); });
+    }
+  }
+}
+
+TYPED_TEST(StandFewTypes, ToFloat32AreWithinFourUnitsOfTheLastPlace) {
+  for (const bool divides : {false, true})
+    check_long<float, TypeParam>(divides, "float32", [](float result, double expected) {
+      // 1e-7: of a mean of 1e6 in double, and its part of a distance near to 0.
+      ASSERT_NEAR(static_cast<double>(result), expected, std::abs(expected) * 0x1p-22 + 1e-7);
+    });
+}
+
+TYPED_TEST(StandFewTypes, ToWholeNumbersAreThoseOfTheReference) {
+  check_long<int32_t, TypeParam>(true, "int32", [](int32_t result, double expected) {
+    // A quotient that is a whole number to the last bit may come out on either side.
+    const double nearest = std::round(expected);
+    if (std::abs(expected - nearest) < 1e-9)
+      ASSERT_NEAR(result, nearest, 1);
+    else
+      ASSERT_EQ(result, static_cast<int32_t>(expected));
+  });
+}
+
+TYPED_TEST(StandFewTypes, ToBytesAreThoseOfTheReference) {
+  for (const bool divides : {false, true})
+    check_long<uint8_t, TypeParam>(divides, "uint8", [](uint8_t result, double expected) {
+      if (std::abs(expected - std::round(expected)) < 1e-6) return;
+      ASSERT_EQ(result, static_cast<uint8_t>(static_cast<int32_t>(expected)));
+    });
+}
+
+TEST(Stand, OfBytesWithOneOutlierGivesItsDistance) {
+  std::vector<uint8_t> in(65536, 0);
+  in[40000] = 255;  // mean 255 / 65536, so that the quotient is sqrt(65535): 255.998
+  const auto out = test::run<uint8_t>(Mode::Stand, "default", Shape{65536}, in);
+  EXPECT_EQ(out[40000], 255);
+  EXPECT_EQ(out[0], 0);
+}
+
+TEST(Stand, KeepsTheDigitsOfFloatsFarFromZero) {
+  std::vector<float> in(30000);
+  for (size_t i = 0; i < in.size(); ++i) in[i] = 16777000.0f + static_cast<float>(i % 2 * 2);
+  for (const float x : test::run<float>(Mode::Stand, "default", Shape{30000}, in))
+    ASSERT_EQ(x, 1.0f);
+  EXPECT_EQ(test::run<float>(Mode::Stand, "dc-average", Shape{30000}, in)[0], -1.0f);
+}
+
+TEST(Stand, OfFloatsNearTheEndOfTheirRangeDoesNotOverflow) {
+  const std::vector<float> in{3e38f, -3e38f, 3e38f, -3e38f};
+  EXPECT_EQ(test::run<float>(Mode::Stand, "default", Shape{4}, in),
+            (std::vector<float>{1, 1, 1, 1}));
+  const std::vector<float> tiny{1e-44f, -1e-44f, 1e-44f, -1e-44f};
+  EXPECT_EQ(test::run<float>(Mode::Stand, "default", Shape{4}, tiny),
+            (std::vector<float>{1, 1, 1, 1}));
+}
+
 TEST(Stand, TakesTheMeanAway) {
   const std::vector<int16_t> in{1, 2, 3, 6};
   EXPECT_EQ(test::run<int16_t>(Mode::Stand, "dc-average", Shape{4}, in),
@@ -93,6 +185,10 @@ TEST(Stand, DividesDistancesByTheDeviation) {
 TEST(Stand, OfEqualElementsIsZero) {
   EXPECT_EQ(test::run<float>(Mode::Stand, "default", Shape{5}, std::vector<float>(5, 3.5f)),
             std::vector<float>(5, 0.0f));
+  EXPECT_EQ(test::run<float>(Mode::Stand, "default", Shape{9999}, std::vector<float>(9999, 0.1f)),
+            std::vector<float>(9999, 0.0f));
+  EXPECT_EQ(test::run<uint8_t>(Mode::Stand, "default", Shape{9999}, std::vector<uint8_t>(9999, 3)),
+            std::vector<uint8_t>(9999, 0));
 }
 
 TEST(Stand, PassesNotANumberOn) {

@@ -1,0 +1,151 @@
+// |x - mean| / deviation, or x - mean, in float32: load, convert, three or four operations, store.
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <numeric>
+
+#include "core/transform/stand_scale.hpp"
+
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "core/transform/stand_float.cpp"
+#include <hwy/foreach_target.h>  // compiles this file once per CPU target
+#include <hwy/highway.h>
+
+#include "core/transform/load_floats-inl.hpp"
+
+HWY_BEFORE_NAMESPACE();
+namespace weir::transform::HWY_NAMESPACE {
+namespace hn = hwy::HWY_NAMESPACE;
+
+constexpr size_t kMostLanes = 16;
+using Tag = hn::CappedTag<float, kMostLanes>;
+using Vector = hn::Vec<Tag>;
+
+// mean = high + low; by = 1 / deviation. One of each for each element of a vector of each phase.
+struct alignas(64) Operands {
+  float high[kFewChannels * kMostLanes], low[kFewChannels * kMostLanes],
+      by[kFewChannels * kMostLanes];
+};
+
+inline void fill(Operands& to, const StandScale& scale, size_t channels, bool divides) noexcept {
+  for (size_t i = 0; i < kFewChannels * kMostLanes; ++i) {
+    const double mean = scale.mean[i % channels];
+    to.high[i] = static_cast<float>(mean);
+    to.low[i] = static_cast<float>(mean - static_cast<double>(to.high[i]));
+    to.by[i] = divides ? static_cast<float>(1 / scale.deviation[i % channels]) : 1.0f;
+  }
+}
+
+struct Scaler {
+  Vector high, low, by;
+  Scaler(const Operands& operands, size_t phase) noexcept {
+    const Tag d;
+    const size_t at = phase * hn::Lanes(d);
+    high = hn::LoadU(d, operands.high + at);
+    low = hn::LoadU(d, operands.low + at);
+    by = hn::LoadU(d, operands.by + at);
+  }
+  template <bool kDivides>
+  HWY_INLINE Vector scaled(Vector x) const noexcept {
+    const auto distance = hn::Sub(hn::Sub(x, high), low);
+    if constexpr (kDivides)
+      return hn::Mul(hn::Abs(distance), by);
+    else
+      return distance;
+  }
+};
+
+// The elements behind the last whole row of vectors.
+template <bool kDivides, class From>
+void scale_rest(const Operands& operands, const From* in, float* out, size_t count) noexcept {
+  for (size_t i = 0; i < count; ++i) {
+    From element;
+    std::memcpy(&element, in + i, sizeof(From));
+    const float distance = (static_cast<float>(element) - operands.high[i]) - operands.low[i];
+    const float result = kDivides ? std::fabs(distance) * operands.by[i] : distance;
+    std::memcpy(out + i, &result, sizeof(float));
+  }
+}
+
+// kPhases: vectors after which the operands repeat, all of them in registers; 0: any number.
+template <bool kDivides, size_t kPhases, class From>
+void scale_rows(const Operands& operands, size_t phases, const From* in, float* out,
+                size_t count) noexcept {
+  const Tag d;
+  const size_t lanes = hn::Lanes(d);
+  const size_t row = phases * lanes;
+  const Scaler a(operands, 0), b(operands, kPhases > 1 ? 1 : 0), c(operands, kPhases > 2 ? 2 : 0);
+  const auto step = [&](const Scaler& scaler, size_t at) HWY_ATTR {
+    hn::StoreU(scaler.template scaled<kDivides>(load_floats(d, in + at)), d, out + at);
+  };
+  size_t i = 0;
+  for (; i + row <= count; i += row) {
+    if constexpr (kPhases > 0) {
+      step(a, i);
+      if constexpr (kPhases > 1) step(b, i + lanes);
+      if constexpr (kPhases > 2) step(c, i + 2 * lanes);
+    } else {
+      for (size_t phase = 0; phase < phases; ++phase)
+        step(Scaler(operands, phase), i + phase * lanes);
+    }
+  }
+  scale_rest<kDivides>(operands, in + i, out + i, count - i);
+}
+
+template <bool kDivides, class From>
+void scale_typed(const Operands& operands, const StandTensor& tensor, const std::byte* in_bytes,
+                 std::byte* out_bytes) noexcept {
+  // Highway's unaligned loads and stores, and memcpy: the pointers are never read through.
+  const From* in = reinterpret_cast<const From*>(in_bytes);
+  float* out = reinterpret_cast<float*>(out_bytes);
+  const size_t phases = tensor.channels / std::gcd(tensor.channels, hn::Lanes(Tag()));
+  if (phases == 1) return scale_rows<kDivides, 1>(operands, 1, in, out, tensor.count);
+  if (phases == 3) return scale_rows<kDivides, 3>(operands, 3, in, out, tensor.count);
+  scale_rows<kDivides, 0>(operands, phases, in, out, tensor.count);
+}
+
+void RunStandFloat(const StandTensor& tensor, const StandTypes& types, const StandScale& scale,
+                   const std::byte* in, std::byte* out) {
+  Operands operands;
+  fill(operands, scale, tensor.channels, types.divides);
+  visit_type(types.from, [&](auto tag) HWY_ATTR {
+    using From = typename decltype(tag)::type;
+    if constexpr (std::is_same_v<From, float> || (std::is_integral_v<From> && sizeof(From) <= 2)) {
+      if (types.divides)
+        scale_typed<true, From>(operands, tensor, in, out);
+      else
+        scale_typed<false, From>(operands, tensor, in, out);
+    }
+  });
+}
+
+}  // namespace weir::transform::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace weir::transform {
+
+HWY_EXPORT(RunStandFloat);
+
+// What is far from the ends of float32 neither overflows nor loses digits there.
+bool scales_in_float(const StandTensor& tensor, const StandTypes& types,
+                     const StandScale& scale) noexcept {
+  if (types.to != ElementType::Float32) return false;
+  for (size_t i = 0; i < tensor.channels; ++i) {
+    if (!(std::fabs(scale.mean[i]) <= 0x1p100)) return false;
+    const double deviation = types.divides ? scale.deviation[i] : 1.0;
+    if (!(deviation >= 0x1p-100 && deviation <= 0x1p100)) return false;
+  }
+  return true;
+}
+
+void run_stand_float(const StandTensor& tensor, const StandTypes& types, const StandScale& scale,
+                     bool accelerate, const std::byte* in, std::byte* out) noexcept {
+  if (accelerate)
+    HWY_DYNAMIC_DISPATCH(RunStandFloat)(tensor, types, scale, in, out);
+  else
+    HWY_STATIC_DISPATCH(RunStandFloat)(tensor, types, scale, in, out);
+}
+
+}  // namespace weir::transform
+#endif

@@ -1,0 +1,100 @@
+// The table: one column of 256 results for each channel.
+#include "core/transform/stand_table.hpp"
+
+#include <cmath>
+#include <cstring>
+
+#include "core/transform/number_rules.hpp"
+
+namespace weir::transform {
+namespace {
+
+constexpr size_t kValues = 256;
+constexpr size_t kMostColumns = 4;
+
+template <class T>
+struct Table {
+  T at[kMostColumns][kValues];
+};
+
+template <class From, class To>
+void fill(Table<To>& table, size_t channels, const StandTypes& types,
+          const StandScale& scale) noexcept {
+  for (size_t channel = 0; channel < channels; ++channel) {
+    const double mean = scale.mean[channel], deviation = scale.deviation[channel];
+    for (size_t i = 0; i < kValues; ++i) {
+      const double distance = static_cast<double>(static_cast<From>(i)) - mean;
+      const double result = !types.divides                 ? distance
+                            : divides_by_product(types.to) ? std::fabs(distance) * (1 / deviation)
+                                                           : std::fabs(distance) / deviation;
+      table.at[channel][i] = convert<To>(result);
+    }
+  }
+}
+
+constexpr size_t kMostSteps = 24;  // more take longer than looking up each element
+
+// A deviation of some size makes few steps: a comparison with each does many elements at once.
+bool run_steps(const uint8_t* column, size_t count, bool accelerate, const std::byte* in,
+               std::byte* out) noexcept {
+  TableStep steps[kMostSteps];
+  size_t used = 0;
+  for (size_t i = 1; i < kValues; ++i) {
+    const auto change = static_cast<uint8_t>(column[i] - column[i - 1]);
+    if (change == 0) continue;
+    if (used == kMostSteps) return false;
+    steps[used++] = {static_cast<uint8_t>(i), change};
+  }
+  run_table_steps({steps, used}, column[0], count, accelerate, in, out);
+  return true;
+}
+
+template <size_t kChannels, class To>
+void look_up(const Table<To>& table, size_t count, const std::byte* in, std::byte* out) noexcept {
+  for (size_t i = 0; i < count; i += kChannels)
+    for (size_t channel = 0; channel < kChannels; ++channel)
+      std::memcpy(out + (i + channel) * sizeof(To),
+                  &table.at[channel][std::to_integer<uint8_t>(in[i + channel])], sizeof(To));
+}
+
+template <class From, class To>
+void run(const StandTensor& tensor, const StandTypes& types, const StandScale& scale,
+         bool accelerate, const std::byte* in, std::byte* out) noexcept {
+  Table<To> table;
+  fill<From>(table, tensor.channels, types, scale);
+  if constexpr (std::integral<To> && sizeof(To) == 1) {
+    uint8_t column[kValues];
+    std::memcpy(column, table.at[0], kValues);
+    if (tensor.channels == 1 && run_steps(column, tensor.count, accelerate, in, out)) return;
+  }
+  switch (tensor.channels) {
+    case 1:
+      return look_up<1>(table, tensor.count, in, out);
+    case 2:
+      return look_up<2>(table, tensor.count, in, out);
+    case 3:
+      return look_up<3>(table, tensor.count, in, out);
+    default:
+      return look_up<4>(table, tensor.count, in, out);
+  }
+}
+
+}  // namespace
+
+bool has_stand_table(const StandTensor& tensor, const StandTypes& types) noexcept {
+  return size_of(types.from) == 1 && tensor.channels <= kMostColumns &&
+         tensor.count >= 16 * kValues * tensor.channels;
+}
+
+void run_stand_table(const StandTensor& tensor, const StandTypes& types, const StandScale& scale,
+                     bool accelerate, const std::byte* in, std::byte* out) noexcept {
+  visit_type(types.to, [&](auto tag) {
+    using To = typename decltype(tag)::type;
+    if (types.from == ElementType::Int8)
+      run<int8_t, To>(tensor, types, scale, accelerate, in, out);
+    else
+      run<uint8_t, To>(tensor, types, scale, accelerate, in, out);
+  });
+}
+
+}  // namespace weir::transform
