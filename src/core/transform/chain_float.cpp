@@ -2,6 +2,7 @@
 // but registers between.
 #include <algorithm>
 #include <cstring>
+#include <numeric>
 
 #include "core/transform/chain_program.hpp"
 
@@ -10,28 +11,17 @@
 #include <hwy/foreach_target.h>  // compiles this file once per CPU target
 #include <hwy/highway.h>
 
+#include "core/transform/load_floats-inl.hpp"
+
 HWY_BEFORE_NAMESPACE();
 namespace weir::transform::HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
 // A group of these fits a block, however long the vectors of the CPU are.
-constexpr size_t kGroup = 8;
-using FloatTag = hn::CappedTag<float, kChainBlock / kGroup>;
+constexpr size_t kGroup = 12;
+using FloatTag = hn::CappedTag<float, 16>;
 using FloatVec = hn::Vec<FloatTag>;
-
-// A vector of floats from as many elements of another type.
-template <class From>
-FloatVec load_floats(const From* from) noexcept {
-  const FloatTag df;
-  if constexpr (std::is_same_v<From, float>) {
-    return hn::LoadU(df, from);
-  } else if constexpr (std::is_same_v<From, int32_t>) {
-    return hn::ConvertTo(df, hn::LoadU(hn::Rebind<int32_t, FloatTag>(), from));
-  } else {
-    const hn::Rebind<int32_t, FloatTag> di;
-    return hn::ConvertTo(df, hn::PromoteTo(di, hn::LoadU(hn::Rebind<From, FloatTag>(), from)));
-  }
-}
+static_assert(kGroup * 16 <= kChainBlock);
 
 // The operands of a column as floats, from element `phase` of the period on.
 struct FloatColumn {
@@ -49,112 +39,110 @@ struct FloatColumn {
         phase(from) {}
 };
 
-// Eight vectors at a time hide the latency of each operation, and what choosing it costs.
+// Twelve vectors at a time hide the latency of each operation, and what choosing it costs.
 struct FloatGroup {
-  FloatVec a, b, c, d, e, f, g, h;
+  FloatVec a, b, c, d, e, f, g, h, i, j, k, l;
 
+  // change(vector, its number)
   template <class F>
-  HWY_INLINE void each(size_t lanes, F&& change) noexcept {
+  HWY_INLINE void each(F&& change) noexcept {
     a = change(a, 0);
-    b = change(b, lanes);
-    c = change(c, 2 * lanes);
-    d = change(d, 3 * lanes);
-    e = change(e, 4 * lanes);
-    f = change(f, 5 * lanes);
-    g = change(g, 6 * lanes);
-    h = change(h, 7 * lanes);
+    b = change(b, 1);
+    c = change(c, 2);
+    d = change(d, 3);
+    e = change(e, 4);
+    f = change(f, 5);
+    g = change(g, 6);
+    h = change(h, 7);
+    i = change(i, 8);
+    j = change(j, 9);
+    k = change(k, 10);
+    l = change(l, 11);
   }
 };
 
-// kUniform: every element has the operand at 0, else element i that at i.
-template <bool kUniform>
-HWY_INLINE FloatVec operand_at(const float* operands, size_t i) noexcept {
+// kRepeat: the operands are the same again after so many vectors, which divides a group, and each
+// is loaded once; 0: after another number of elements, so that each vector loads its own.
+template <size_t kRepeat>
+HWY_INLINE FloatVec operand_at(const float* operands, size_t vector) noexcept {
   const FloatTag df;
-  if constexpr (kUniform)
-    return hn::Set(df, operands[0]);
-  else
-    return hn::LoadU(df, operands + i);
+  if constexpr (kRepeat > 0) vector %= kRepeat;
+  return hn::LoadU(df, operands + vector * hn::Lanes(df));
 }
 
-template <bool kUniform>
-HWY_INLINE void run_column(const FloatColumn& column, size_t lanes, FloatGroup& x) noexcept {
-  const auto at = [&column](const float* operands, size_t i)
-                      HWY_ATTR { return operand_at<kUniform>(operands, column.phase + i); };
+template <size_t kRepeat>
+HWY_INLINE void run_column(const FloatColumn& column, FloatGroup& x) noexcept {
+  const auto at = [&column](const float* operands, size_t vector)
+                      HWY_ATTR { return operand_at<kRepeat>(operands + column.phase, vector); };
   switch (column.op) {
     case ColumnOp::Add:
-      x.each(lanes, [&](auto v, size_t i) HWY_ATTR { return hn::Add(v, at(column.operands, i)); });
+      x.each([&](auto v, size_t n) HWY_ATTR { return hn::Add(v, at(column.operands, n)); });
       return;
     case ColumnOp::Mul:
-      x.each(lanes, [&](auto v, size_t i) HWY_ATTR { return hn::Mul(v, at(column.operands, i)); });
+      x.each([&](auto v, size_t n) HWY_ATTR { return hn::Mul(v, at(column.operands, n)); });
       return;
     case ColumnOp::DivByReciprocal:
 #if HWY_NATIVE_FMA
-      x.each(lanes, [&](auto v, size_t i) HWY_ATTR {
-        return hn::MulAdd(v, at(column.high, i), hn::Mul(v, at(column.low, i)));
+      x.each([&](auto v, size_t n) HWY_ATTR {
+        return hn::MulAdd(v, at(column.high, n), hn::Mul(v, at(column.low, n)));
       });
       return;
 #endif  // without it the sum would be rounded twice
     case ColumnOp::Div:
       break;
   }
-  x.each(lanes, [&](auto v, size_t i) HWY_ATTR { return hn::Div(v, at(column.operands, i)); });
+  x.each([&](auto v, size_t n) HWY_ATTR { return hn::Div(v, at(column.operands, n)); });
 }
 
-// `length` elements, a multiple of kGroup vectors and at most kChainBlock.
-template <class From, bool kUniform>
-HWY_INLINE void run_floats(const ChainProgram& program, size_t phase, const From* in, float* out,
-                           size_t length) noexcept {
+// One group.
+template <class From, size_t kRepeat>
+HWY_INLINE void run_group(const ChainProgram& program, size_t phase, const From* in,
+                          float* out) noexcept {
   const FloatTag df;
   const size_t lanes = hn::Lanes(df);
-  for (size_t i = 0; i < length; i += kGroup * lanes) {
-    FloatGroup x{load_floats(in + i),
-                 load_floats(in + i + lanes),
-                 load_floats(in + i + 2 * lanes),
-                 load_floats(in + i + 3 * lanes),
-                 load_floats(in + i + 4 * lanes),
-                 load_floats(in + i + 5 * lanes),
-                 load_floats(in + i + 6 * lanes),
-                 load_floats(in + i + 7 * lanes)};
-    for (const auto& column : program.columns)
-      run_column<kUniform>(FloatColumn(column, kUniform ? 0 : phase + i), lanes, x);
-    x.each(lanes, [&](auto v, size_t at) HWY_ATTR {
-      hn::StoreU(v, df, out + i + at);
-      return v;
-    });
-  }
+  const auto at = [&](size_t n) HWY_ATTR { return load_floats(df, in + n * lanes); };
+  FloatGroup x{at(0), at(1), at(2), at(3), at(4),  at(5),
+               at(6), at(7), at(8), at(9), at(10), at(11)};
+  for (const auto& column : program.columns) run_column<kRepeat>(FloatColumn(column, phase), x);
+  x.each([&](auto v, size_t n) HWY_ATTR {
+    hn::StoreU(v, df, out + n * lanes);
+    return v;
+  });
 }
 
-template <class From, bool kUniform>
+template <class From, size_t kRepeat>
 void run_typed(const ChainProgram& program, const std::byte* in_bytes, std::byte* out_bytes,
                size_t count) noexcept {
   // Highway's unaligned loads and stores: the pointers are never read through as they are.
   const From* in = reinterpret_cast<const From*>(in_bytes);
   float* out = reinterpret_cast<float*>(out_bytes);
+  const size_t group = kGroup * hn::Lanes(FloatTag());
+  const size_t advance = group % program.period;  // 0 where kRepeat is not
   size_t phase = 0;
   size_t i = 0;
-  for (; count - i >= kChainBlock; i += kChainBlock) {
-    run_floats<From, kUniform>(program, phase, in + i, out + i, kChainBlock);
-    if constexpr (!kUniform) phase = (phase + kChainBlock) % program.period;
+  for (; count - i >= group; i += group) {
+    run_group<From, kRepeat>(program, phase, in + i, out + i);
+    if constexpr (kRepeat == 0) {
+      phase += advance;
+      if (phase >= program.period) phase -= program.period;
+    }
   }
   const size_t rest = count - i;
   if (rest == 0) return;
-  alignas(64) From source[kChainBlock];
+  alignas(64) From source[kChainBlock] = {};
   alignas(64) float values[kChainBlock];
-  const size_t group = kGroup * hn::Lanes(FloatTag());
-  const size_t padded = (rest + group - 1) / group * group;
-  std::fill(source + rest, source + padded, From{});
   std::memcpy(source, in_bytes + i * sizeof(From), rest * sizeof(From));
-  run_floats<From, kUniform>(program, phase, source, values, padded);
+  run_group<From, kRepeat>(program, phase, source, values);
   std::memcpy(out_bytes + i * sizeof(float), values, rest * sizeof(float));
 }
 
 template <class From>
 void run_from(const ChainProgram& program, const std::byte* in, std::byte* out,
               size_t count) noexcept {
-  if (program.period == 1)
-    run_typed<From, true>(program, in, out, count);
-  else
-    run_typed<From, false>(program, in, out, count);
+  const size_t vectors = program.period / std::gcd(program.period, hn::Lanes(FloatTag()));
+  if (vectors == 1) return run_typed<From, 1>(program, in, out, count);
+  if (vectors == 3) return run_typed<From, 3>(program, in, out, count);
+  run_typed<From, 0>(program, in, out, count);
 }
 
 void RunFloat(const ChainProgram& program, const std::byte* in, std::byte* out, size_t count,

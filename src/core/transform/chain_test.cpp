@@ -172,6 +172,23 @@ TEST(Arithmetic, ChannelsOutsideOfAnyVectorLengthAreRight) {
   }
 }
 
+TEST(Arithmetic, OperandsThatRepeatAfterAnyNumberOfElementsAreRight) {
+  std::mt19937_64 random(11);
+  for (uint32_t channels : {1, 2, 3, 4, 5, 6, 8, 9, 12, 15, 16, 17, 24, 48, 200, 257}) {
+    const Shape shape{channels, 1200 / channels + 7};  // several groups of vectors, and a rest
+    const auto bytes = test::random_values<uint8_t>(*shape.count(), random);
+    const auto floats = test::random_values<float>(*shape.count(), random);
+    std::string option = "per-channel:true@0,add:1.5";
+    for (const uint32_t channel : {0U, channels / 2, channels - 1})
+      for (const char* step : {",add:-123.675@", ",div:58.395@", ",mul:0.3@"})
+        option += step + std::to_string(channel);
+    for_each_target([&] {
+      expect_as_reference<float>("typecast:float32," + option, shape, bytes, true);
+      expect_as_reference<float>(option, shape, floats, true);
+    });
+  }
+}
+
 TEST(Arithmetic, ManyChannelsBeyondTheTableAreRight) {
   const Shape shape{2, 200000};
   std::mt19937_64 random(3);
