@@ -5,6 +5,7 @@
 #include <cstring>
 #include <string>
 
+#include "core/preprocess/pair_kernels.hpp"
 #include "core/preprocess/plan_tables.hpp"
 
 namespace weir::preprocess {
@@ -12,17 +13,17 @@ namespace {
 
 constexpr float kGrayOfRgb[3] = {0.299f, 0.587f, 0.114f};
 
-// Whether the rows that the band reads lie within the plane's memory.
-bool holds(const Plane& plane, const Band& band) {
+// Whether the rows that are read lie within the plane's memory.
+bool holds(const Plane& plane, const Grid& grid) {
   constexpr int64_t kMost = int64_t{1} << 40;
   const int64_t size = static_cast<int64_t>(plane.memory.size());
   if (plane.offset > static_cast<size_t>(kMost) || plane.stride > kMost || plane.stride < -kMost)
     return false;
   const auto begin = [&](uint32_t row) {
-    return static_cast<int64_t>(plane.offset + band.first_byte) + int64_t{row} * plane.stride;
+    return static_cast<int64_t>(plane.offset + grid.first_byte) + int64_t{row} * plane.stride;
   };
-  const auto [low, high] = std::minmax({begin(band.rows.low()), begin(band.rows.high() - 1)});
-  return low >= 0 && high + static_cast<int64_t>(band.bytes) <= size;
+  const auto [low, high] = std::minmax({begin(grid.rows.low()), begin(grid.rows.high() - 1)});
+  return low >= 0 && high + static_cast<int64_t>(grid.bytes) <= size;
 }
 
 }  // namespace
@@ -45,14 +46,15 @@ class PlanRun {
                    ""};
     for (const Band& band : t_.bands) {
       const Plane& plane = planes_[band.plane];
-      if (!holds(plane, band))
+      const Grid& grid = t_.grids[band.grid];
+      if (!holds(plane, grid))
         return Error{Code::FRAME_SIZE,
                      "a picture is shorter than its size says",
                      "plane " + std::to_string(band.plane) + " of " +
                          std::to_string(plane.memory.size()) + " bytes, offset " +
                          std::to_string(plane.offset) + ", stride " + std::to_string(plane.stride),
-                     "rows up to " + std::to_string(band.rows.high()) + ", each up to byte " +
-                         std::to_string(band.first_byte + band.bytes),
+                     "rows up to " + std::to_string(grid.rows.high()) + ", each up to byte " +
+                         std::to_string(grid.first_byte + grid.bytes),
                      "",
                      "check the element before"};
     }
@@ -95,22 +97,40 @@ class PlanRun {
 
   void resize(uint32_t target) noexcept {
     for (size_t b = 0; b < t_.bands.size(); ++b) {
-      const Band& band = t_.bands[b];
-      const Plane& plane = planes_[band.plane];
-      const auto weights = band.rows.weights(target);
-      for (size_t k = 0; k < weights.size(); ++k) {
-        const auto at = static_cast<ptrdiff_t>(plane.offset + band.first_byte) +
-                        static_cast<ptrdiff_t>(band.rows.first(target) + k) * plane.stride;
-        w_.rows[k] = reinterpret_cast<const uint8_t*>(plane.memory.data()) + at;
-      }
-      blend_rows(w_.rows.data(), weights.data(), weights.size(), band.bytes, w_.bands[b].data());
+      const Grid& grid = t_.grids[t_.bands[b].grid];
+      const Plane& plane = planes_[t_.bands[b].plane];
+      const auto* memory = reinterpret_cast<const uint8_t*>(plane.memory.data());
+      const size_t rows = grid.rows.weights(target).size();
+      for (size_t k = 0; k < rows; ++k)
+        w_.rows[k] = memory + static_cast<ptrdiff_t>(plane.offset + grid.first_byte) +
+                     static_cast<ptrdiff_t>(grid.rows.first(target) + k) * plane.stride;
+      if (grid.paired)
+        resize_pairs(grid, b, target);
+      else
+        resize_taps(grid, b, target);
     }
-    for (size_t l = 0; l < t_.lanes.size(); ++l) {
-      const LaneSource& lane = t_.lanes[l];
-      const Band& band = t_.bands[lane.band];
-      gather_row(w_.bands[lane.band].data() + lane.offset, band.index.data(), band.weights.data(),
-                 band.taps, count(), w_.lanes[l].data());
-    }
+  }
+
+  void resize_pairs(const Grid& grid, size_t band, uint32_t target) noexcept {
+    const auto weights = grid.rows.weights(target);
+    std::byte* const pairs[2] = {w_.pairs[0].data(), w_.pairs[1].data()};
+    sample_pairs(w_.rows.data(), weights.size(), grid.pairs, pairs);
+    const int16_t below = weights.size() == 2 ? pair_share(double{weights[1]}) : int16_t{0};
+    blend_pairs(pairs, weights.size(), grid.pairs, below, w_.samples.data());
+    float* const unused = w_.lanes[3].data();
+    float* lanes[4] = {unused, unused, unused, unused};
+    for (size_t l = 0; l < t_.lanes.size(); ++l)
+      if (t_.lanes[l].band == band) lanes[t_.lanes[l].offset] = w_.lanes[l].data();
+    split_lanes(w_.samples.data(), pair_lanes(grid.sampling.step), count(), lanes);
+  }
+
+  void resize_taps(const Grid& grid, size_t band, uint32_t target) noexcept {
+    const auto weights = grid.rows.weights(target);
+    blend_rows(w_.rows.data(), weights.data(), weights.size(), grid.bytes, w_.blended.data());
+    for (size_t l = 0; l < t_.lanes.size(); ++l)
+      if (t_.lanes[l].band == band)
+        gather_row(w_.blended.data() + t_.lanes[l].offset, grid.index.data(), grid.weights.data(),
+                   grid.taps, count(), w_.lanes[l].data());
   }
 
   // The first rows of w_.lanes become R, G, B or gray.
@@ -135,18 +155,14 @@ class PlanRun {
 
   void write(uint32_t y) noexcept {
     const uint32_t x = t_.placement.content.x;
-    const size_t bytes = count() * element_bytes();
+    const bool together = p_.layout == Layout::Nhwc && p_.channels() == 3;
     const void* rows[3] = {};
     for (size_t c = 0; c < p_.channels(); ++c) {
-      write_numbers(t_.numbers[c], p_.type, channel_row(c), count(), w_.numbers[c].data());
-      rows[c] = w_.numbers[c].data();
+      std::byte* const to = together ? w_.numbers[c].data() : place(c, x, y);
+      write_numbers(t_.numbers[c], p_.type, channel_row(c), count(), to);
+      rows[c] = to;
     }
-    if (p_.layout == Layout::Nchw || p_.channels() == 1) {
-      for (size_t c = 0; c < p_.channels(); ++c) std::memcpy(place(c, x, y), rows[c], bytes);
-    } else {
-      interleave_three(rows, element_bytes(), count(), w_.pixels.data());
-      std::memcpy(place(0, x, y), w_.pixels.data(), 3 * bytes);
-    }
+    if (together) interleave_three(rows, element_bytes(), count(), place(0, x, y));
   }
 
   const PlanTables& t_;
@@ -186,17 +202,19 @@ void Plan::grow(Workspace* w) const {
     if (memory->size() < size) memory->resize(size);
   };
   const size_t count = padded(tables_->placement.content.width);
-  at_least(&w->bands, tables_->bands.size());
-  for (size_t b = 0; b < tables_->bands.size(); ++b) {
-    const Band& band = tables_->bands[b];
-    at_least(&w->bands[b], padded(band.bytes));
-    at_least(&w->rows, band.rows.most_weights());
+  for (const Grid& grid : tables_->grids) {
+    at_least(&w->rows, grid.rows.most_weights());
+    if (!grid.paired) {
+      at_least(&w->blended, padded(grid.bytes));
+      continue;
+    }
+    for (auto& pairs : w->pairs) at_least(&pairs, count * pair_bytes(grid.sampling.step) + kWindow);
+    at_least(&w->samples, count * pair_lanes(grid.sampling.step));
   }
-  at_least(&w->lanes, 3);
+  at_least(&w->lanes, 4);
   for (auto& lane : w->lanes) at_least(&lane, count);
   at_least(&w->numbers, 3);
   for (auto& numbers : w->numbers) at_least(&numbers, count * sizeof(float));
-  at_least(&w->pixels, 3 * count * sizeof(float));
 }
 
 Status Plan::run_rows(const Planes& planes, std::span<std::byte> out, uint32_t first,

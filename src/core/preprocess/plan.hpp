@@ -31,9 +31,11 @@ class Workspace {
  private:
   friend class PlanRun;
   friend class Plan;
-  std::vector<std::vector<float>> bands, lanes;
+  std::vector<float> blended;
+  std::vector<std::vector<float>> lanes;  // the last one for what is not used
+  std::vector<std::byte> pairs[2];
+  std::vector<int16_t> samples;
   std::vector<std::vector<std::byte>> numbers;
-  std::vector<std::byte> pixels;  // interleaved
   std::vector<const uint8_t*> rows;
 };
 

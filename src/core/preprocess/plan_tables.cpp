@@ -1,7 +1,7 @@
 // The tables of a plan.
 #include "core/preprocess/plan_tables.hpp"
 
-#include <cstring>
+#include <algorithm>
 
 namespace weir::preprocess {
 namespace {
@@ -46,29 +46,37 @@ ColorTransform color_transform(ColorMatrix matrix, Range range) {
   return out;
 }
 
-void lay(Band* to, const Preparation& p, const Placement& place, const Lane& lane) {
-  Band& band = *to;
-  Axis& x = band.columns;
-  x.lay(p.resize, {place.source.x, place.source.width, place.content.width},
-        {lane.halved, p.source.cosited_columns});
-  band.rows.lay(p.resize, {place.source.y, place.source.height, place.content.height},
-                {lane.halved, p.source.cosited_rows});
-  band.plane = lane.plane;
-  band.first_byte = size_t{x.low()} * lane.step;
-  band.bytes = size_t{x.high() - x.low()} * lane.step;
-  band.taps = x.most_weights();
+void lay_taps(Grid* grid) {
+  const Axis& x = grid->columns;
+  grid->taps = x.most_weights();
   const size_t stride = padded(x.targets());
-  band.index.assign(stride * band.taps, 0);
-  band.weights.assign(stride * band.taps, 0.0f);
+  grid->index.assign(stride * grid->taps, 0);
+  grid->weights.assign(stride * grid->taps, 0.0f);
   for (size_t t = 0; t < x.targets(); ++t) {
     const auto weights = x.weights(t);
-    for (size_t k = 0; k < band.taps; ++k) {
+    for (size_t k = 0; k < grid->taps; ++k) {
       const bool used = k < weights.size();
       const size_t sample = x.first(t) - x.low() + (used ? k : 0);
-      band.index[k * stride + t] = static_cast<int32_t>(sample * lane.step);
-      band.weights[k * stride + t] = used ? weights[k] : 0.0f;
+      grid->index[k * stride + t] = static_cast<int32_t>(sample * grid->sampling.step);
+      grid->weights[k * stride + t] = used ? weights[k] : 0.0f;
     }
   }
+}
+
+void lay(Grid* grid, const Preparation& p, const Placement& place, const Lane& lane) {
+  Axis& x = grid->columns;
+  x.lay(p.resize, {place.source.x, place.source.width, place.content.width},
+        {lane.halved, p.source.cosited_columns});
+  grid->rows.lay(p.resize, {place.source.y, place.source.height, place.content.height},
+                 {lane.halved, p.source.cosited_rows});
+  grid->sampling = lane;
+  grid->first_byte = size_t{x.low()} * lane.step;
+  grid->bytes = size_t{x.high() - x.low()} * lane.step;
+  grid->paired = x.most_weights() <= 2 && grid->rows.most_weights() <= 2 && x.high() - x.low() >= 2;
+  if (grid->paired)
+    grid->pairs.lay(x, lane.step);
+  else
+    lay_taps(grid);
 }
 
 template <class Element>
@@ -126,21 +134,31 @@ void PlanTables::set_crop(const Rect& crop) {
   lay_bands();
 }
 
-// As many bands and lanes each time: the picture's format is the same.
+// Of the first `known` grids, the one for planes like the lane's, or a new one behind them.
+size_t PlanTables::grid_of(const Lane& lane, size_t known) {
+  for (size_t i = 0; i < known; ++i)
+    if (grids[i].sampling.step == lane.step && grids[i].sampling.halved == lane.halved) return i;
+  if (grids.size() == known) grids.emplace_back();
+  lay(&grids[known], preparation, placement, lane);
+  return known;
+}
+
+// As many grids, bands and lanes each time: the picture's format is the same.
 void PlanTables::lay_bands() {
   const PictureFormat& format = preparation.source.format;
   const bool luma_is_enough =
       format.model == ColorModel::Yuv && preparation.order == ChannelOrder::Gray;
   const size_t used = luma_is_enough ? 1 : format.lane_count();
-  size_t count = 0;
+  size_t known = 0;
+  bands.clear();
   lanes.clear();
   for (size_t i = 0; i < used; ++i) {
     const Lane& lane = format.lanes[i];
     if (i == 0 || format.lanes[i - 1].plane != lane.plane) {
-      if (bands.size() == count) bands.emplace_back();
-      lay(&bands[count++], preparation, placement, lane);
+      bands.push_back({lane.plane, grid_of(lane, known)});
+      known = std::max(known, bands.back().grid + 1);
     }
-    lanes.push_back({count - 1, lane.offset});
+    lanes.push_back({bands.size() - 1, lane.offset});
   }
 }
 

@@ -3,24 +3,33 @@
 #include <vector>
 
 #include "core/preprocess/axis.hpp"
+#include "core/preprocess/pair_columns.hpp"
 #include "core/preprocess/placement.hpp"
 #include "core/preprocess/row_kernels.hpp"
 
 namespace weir::preprocess {
 
-// One plane: its rows are blended to one row of float, of which the target's columns are gathered.
-struct Band {
-  uint8_t plane = 0;
-  size_t first_byte = 0, bytes = 0;  // of each row
+// Planes that are sampled alike: what the pixels of the target are made of.
+struct Grid {
+  Lane sampling;
+  size_t first_byte = 0, bytes = 0;  // of each row, what is read
   Axis rows, columns;
-  // The columns by tap, then by target column: which element of the blended row, and its weight.
+  // Whether a target pixel is made of no more than two rows and two samples of each. Then the
+  // columns are `pairs`, else `index` and `weights`, which are those of gather_row().
+  bool paired = false;
+  PairColumns pairs;
   size_t taps = 0;
   std::vector<int32_t> index;
   std::vector<float> weights;
 };
 
+struct Band {
+  uint8_t plane = 0;
+  size_t grid = 0;
+};
+
 struct LaneSource {
-  size_t band = 0, offset = 0;  // offset is added to the band's index
+  size_t band = 0, offset = 0;  // offset: bytes, from the beginning of a sample of the band
 };
 
 struct PlanTables {
@@ -31,6 +40,7 @@ struct PlanTables {
 
   Preparation preparation;
   Placement placement;
+  std::vector<Grid> grids;
   std::vector<Band> bands;
   std::vector<LaneSource> lanes;  // the samples that the target needs: 1 or 3
   ColorTransform colors{};        // of Y'CbCr
@@ -39,6 +49,7 @@ struct PlanTables {
   std::vector<std::byte> padding;   // NHWC: one row of pixels; NCHW: one row for each channel
 
  private:
+  size_t grid_of(const Lane& lane, size_t known);
   void lay_bands();
 };
 

@@ -14,9 +14,10 @@
 // pair. Y'CbCr is resized as it is and becomes R'G'B', limited to 0..255, at the target's size.
 // Gray of R'G'B' is 0.299 R' + 0.587 G' + 0.114 B'.
 //
-// number = (pixel - mean) * scale per channel, pixel being 0..255 and not rounded;
-// quantised = round(number / quantisation.scale) + zero_point; integer types round to the nearest
-// and saturate.
+// number = (pixel - mean) * scale per channel, pixel being 0..255 and not rounded to whole steps:
+// where no pixel is the mean of more than two rows and columns, each sample is off by 1/64 of a
+// step at most (a colour of Y'CbCr by 1/16), and by nothing where it is not resized; quantised =
+// round(number / quantisation.scale) + zero_point; integer types round to the nearest and saturate.
 #pragma once
 #include <cstdint>
 #include <optional>

@@ -1,6 +1,9 @@
 // One source for all vector widths: compiled once per CPU target.
 #include "core/preprocess/row_kernels.hpp"
 
+#include <algorithm>
+#include <cstring>
+
 #include "core/transform/float16_bits.hpp"
 
 #undef HWY_TARGET_INCLUDE
@@ -113,18 +116,30 @@ V number(F d, const NumberRule& rule, const float* at) {
   return hn::Mul(hn::Sub(hn::LoadU(d, at), hn::Set(d, rule.mean)), hn::Set(d, rule.scale));
 }
 
+// Calls vector(i) for the whole vectors of `count` numbers, each of which stores a vector at the
+// place it is given, and one for the rest, of which no more than the rest goes out.
+template <class T, class Store>
+void store_exactly(size_t lanes, size_t step, size_t count, T* out, Store&& vector) {
+  size_t i = 0;
+  for (; i + lanes <= count; i += lanes) vector(i, out + step * i);
+  if (i == count) return;
+  T rest[3 * hn::MaxLanes(hn::ScalableTag<T>())];
+  vector(i, rest);
+  std::memcpy(static_cast<void*>(out + step * i), rest, step * (count - i) * sizeof(T));
+}
+
 template <class T>
 void write_integers(const NumberRule& rule, const float* row, size_t count, T* out) {
   const F d;
   const I di;
   const hn::Rebind<T, F> bytes;
   const auto bound = hn::Set(d, 65536.0f);
-  for (size_t i = 0; i < count; i += hn::Lanes(d)) {
+  store_exactly(hn::Lanes(d), 1, count, out, [&](size_t i, T* to) {
     const auto value = hn::Div(number(d, rule, row + i), hn::Set(d, rule.divisor));
     const auto near = hn::Max(hn::Min(value, bound), hn::Neg(bound));
     const auto rounded = hn::Add(hn::NearestInt(near), hn::Set(di, rule.zero_point));
-    hn::StoreU(hn::DemoteTo(bytes, rounded), bytes, out + i);
-  }
+    hn::StoreU(hn::DemoteTo(bytes, rounded), bytes, to);
+  });
 }
 
 void WriteNumbers(const NumberRule& rule, ElementType type, const float* row, size_t count,
@@ -133,15 +148,16 @@ void WriteNumbers(const NumberRule& rule, ElementType type, const float* row, si
   if (type == ElementType::UInt8)
     return write_integers(rule, row, count, static_cast<uint8_t*>(out));
   if (type == ElementType::Int8) return write_integers(rule, row, count, static_cast<int8_t*>(out));
-  if (type == ElementType::Float32) {
-    for (size_t i = 0; i < count; i += hn::Lanes(d))
-      hn::StoreU(number(d, rule, row + i), d, static_cast<float*>(out) + i);
-    return;
+  if (type == ElementType::Float32)
+    return store_exactly(hn::Lanes(d), 1, count, static_cast<float*>(out),
+                         [&](size_t i, float* to) { hn::StoreU(number(d, rule, row + i), d, to); });
+  float16 halves[kRowBlock];
+  for (size_t i = 0; i < count; i += kRowBlock) {
+    for (size_t k = 0; k < kRowBlock; ++k)
+      halves[k] = transform::round_to_half((row[i + k] - rule.mean) * rule.scale);
+    std::memcpy(static_cast<std::byte*>(out) + i * sizeof(float16), halves,
+                std::min(kRowBlock, count - i) * sizeof(float16));
   }
-  float16* HWY_RESTRICT halves = static_cast<float16*>(out);
-  const float* HWY_RESTRICT in = row;
-  for (size_t i = 0; i < padded(count); ++i)
-    halves[i] = transform::round_to_half((in[i] - rule.mean) * rule.scale);
 }
 
 template <class T>
@@ -150,9 +166,9 @@ void interleave(const void* const* rows, size_t count, void* out) {
   const T* a = static_cast<const T*>(rows[0]);
   const T* b = static_cast<const T*>(rows[1]);
   const T* c = static_cast<const T*>(rows[2]);
-  for (size_t i = 0; i < count; i += hn::Lanes(d))
-    hn::StoreInterleaved3(hn::LoadU(d, a + i), hn::LoadU(d, b + i), hn::LoadU(d, c + i), d,
-                          static_cast<T*>(out) + 3 * i);
+  store_exactly(hn::Lanes(d), 3, count, static_cast<T*>(out), [&](size_t i, T* to) {
+    hn::StoreInterleaved3(hn::LoadU(d, a + i), hn::LoadU(d, b + i), hn::LoadU(d, c + i), d, to);
+  });
 }
 static_assert(hn::MaxLanes(hn::ScalableTag<uint8_t>()) <= kRowBlock);
 

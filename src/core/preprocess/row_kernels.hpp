@@ -40,11 +40,11 @@ struct NumberRule {
   float mean = 0, scale = 1, divisor = 1;
   int32_t zero_point = 0;
 };
-// Writes padded(count) elements of `type` (one that check_target() lets through).
+// Writes `count` elements of `type` (one that check_target() lets through), at any alignment.
 void write_numbers(const NumberRule& rule, ElementType type, const float* row, size_t count,
                    void* out) noexcept;
 
-// out = a0 b0 c0 a1 b1 c1 ...; elements of 1, 2 or 4 bytes; writes 3 * padded(count) of them.
+// out = a0 b0 c0 a1 b1 c1 ..., at any alignment; elements of 1, 2 or 4 bytes.
 void interleave_three(const void* const* rows, size_t element_bytes, size_t count,
                       void* out) noexcept;
 

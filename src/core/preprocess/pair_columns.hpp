@@ -1,0 +1,43 @@
+// PairColumns: the columns of a resize that makes each pixel of two samples of a row.
+#pragma once
+#include <cstdint>
+#include <vector>
+
+#include "core/preprocess/axis.hpp"
+
+namespace weir::preprocess {
+
+// Samples of 1 to 4 bytes come out as so many lanes of 16 bits.
+constexpr size_t pair_lanes(size_t step) noexcept {
+  return step == 3 ? 4 : step;
+}
+// Bytes of a pair when it was taken out of its row.
+constexpr size_t pair_bytes(size_t step) noexcept {
+  return 2 * pair_lanes(step);
+}
+
+// The second sample's part of the pixel, 0 to 1, with a minus sign: 16 bits hold -1 and not 1.
+int16_t pair_share(double second) noexcept;
+
+inline constexpr size_t kWindow = 16;  // bytes in which one instruction looks others up
+
+struct PairColumns {
+  size_t step = 1, count = 0;   // bytes of a sample; pixels
+  std::vector<uint32_t> at;     // where a pixel's first sample begins; the second one is behind
+  std::vector<int16_t> shares;  // pair_share() for each lane of each pixel, zeros behind
+  // Where neighbours lie near enough: `group` pixels at once are looked up in the window at
+  // windows[g], byte by byte as lookup[16 * g ...] says. Else group is 1.
+  size_t group = 1;
+  std::vector<uint32_t> windows;
+  std::vector<uint8_t> lookup;
+
+  // Precondition: the axis has at most two weights a target and uses two samples or more. Rows
+  // begin with sample low(). Memory is kept.
+  void lay(const Axis& axis, size_t step);
+
+ private:
+  bool fits(size_t group, size_t row_bytes) const noexcept;
+  void lay_windows(size_t row_bytes);
+};
+
+}  // namespace weir::preprocess

@@ -1,0 +1,103 @@
+// Pairs taken out of rows and blended, against the same arithmetic one number at a time.
+#include "core/preprocess/pair_columns.hpp"
+
+#include <gtest/gtest.h>
+
+#include <random>
+
+#include "core/preprocess/pair_kernels.hpp"
+#include "core/preprocess/row_kernels.hpp"
+#include "core/transform/transform_test_support.hpp"
+
+namespace weir::preprocess {
+namespace {
+
+int times_share(int difference, int share) {
+  return (difference * share + (1 << 14)) >> 15;
+}
+
+// A row of random samples in memory of its size: an address sanitizer sees a byte read too far.
+struct Rows {
+  std::vector<uint8_t> above, below;
+  Rows(size_t bytes, uint32_t seed) : above(bytes), below(bytes) {
+    std::mt19937 random(seed);
+    for (auto& byte : above) byte = static_cast<uint8_t>(random());
+    for (auto& byte : below) byte = static_cast<uint8_t>(random());
+  }
+};
+
+void expect_blended(const Axis& axis, size_t step, size_t row_count, const PairColumns& columns) {
+  const Rows rows((axis.high() - axis.low()) * step, 3);
+  const size_t lanes = pair_lanes(step), count = axis.targets();
+  std::vector<std::byte> pairs[2];
+  for (auto& one : pairs) one.resize(padded(count) * pair_bytes(step) + kWindow);
+  std::byte* const taken[2] = {pairs[0].data(), pairs[1].data()};
+  const uint8_t* const from[2] = {rows.above.data(), rows.below.data()};
+  std::vector<int16_t> out(padded(count) * lanes);
+  const int16_t down = pair_share(0.3);
+  sample_pairs(from, row_count, columns, taken);
+  blend_pairs(taken, row_count, columns, down, out.data());
+  for (size_t t = 0; t < count; ++t)
+    for (size_t l = 0; l < step; ++l) {
+      const auto blended = [&](const std::vector<uint8_t>& row) {
+        const auto weights = axis.weights(t);
+        const size_t at = (axis.first(t) - axis.low()) * step + l;
+        if (weights.size() == 1) return 128 * row[at];
+        const int first = 128 * row[at], second = 128 * row[at + step];
+        return first + times_share(first - second, pair_share(double{weights[1]}));
+      };
+      int wanted = blended(rows.above);
+      if (row_count == 2) wanted += times_share(wanted - blended(rows.below), down);
+      ASSERT_EQ(out[t * lanes + l], wanted) << "pixel " << t << " lane " << l;
+    }
+}
+
+TEST(PairColumns, BlendsTheNeighboursOfEachPixel) {
+  for (size_t step = 1; step <= 4; ++step)
+    for (const auto& [length, targets] : {std::pair{2u, 1u},
+                                          {2u, 9u},
+                                          {5u, 5u},
+                                          {40u, 90u},
+                                          {40u, 39u},
+                                          {64u, 33u},
+                                          {90u, 30u},
+                                          {90u, 21u},
+                                          {200u, 25u},
+                                          {300u, 3u}})
+      for (const Resize resize : {Resize::Bilinear, Resize::Nearest}) {
+        SCOPED_TRACE(std::to_string(step) + ": " + std::to_string(length) + " to " +
+                     std::to_string(targets));
+        const Axis axis(resize, {7, length, targets}, {});
+        PairColumns columns;
+        columns.lay(axis, step);
+        transform::test::for_each_target([&] {
+          expect_blended(axis, step, 1, columns);
+          expect_blended(axis, step, 2, columns);
+        });
+      }
+}
+
+TEST(PairColumns, LooksNeighboursUpTogetherWhereTheyLieNear) {
+  const auto group = [](size_t step, uint32_t length, uint32_t targets) {
+    PairColumns columns;
+    columns.lay(Axis(Resize::Bilinear, {0, length, targets}, {}), step);
+    return columns.group;
+  };
+  EXPECT_EQ(group(1, 64, 64), 8u);
+  EXPECT_EQ(group(1, 192, 64), 4u);
+  EXPECT_EQ(group(1, 640, 64), 1u);
+  EXPECT_EQ(group(2, 192, 64), 2u);
+  EXPECT_EQ(group(3, 192, 64), 2u);
+  EXPECT_EQ(group(4, 64, 64), 2u);
+  EXPECT_EQ(group(4, 192, 64), 1u);
+  EXPECT_EQ(group(1, 15, 15), 1u);  // no window fits in the row
+}
+
+TEST(PairColumns, HoldsTheWholeSecondSample) {
+  EXPECT_EQ(pair_share(0), 0);
+  EXPECT_EQ(pair_share(0.5), -16384);
+  EXPECT_EQ(pair_share(1), -32768);
+}
+
+}  // namespace
+}  // namespace weir::preprocess
