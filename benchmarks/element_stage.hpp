@@ -2,6 +2,7 @@
 #pragma once
 #include <gst/gst.h>
 
+#include <functional>
 #include <stdexcept>
 #include <string>
 
@@ -52,11 +53,13 @@ class ElementStage {
   ElementStage(const ElementStage&) = delete;
   ElementStage& operator=(const ElementStage&) = delete;
 
-  void push(int count) {
+  // `prepare`: called with each buffer before it goes.
+  void push(int count, const std::function<void(GstBuffer*)>& prepare = {}) {
     for (int i = 0; i < count; ++i) {
       GstBuffer* buffer = nullptr;
       gst_buffer_pool_acquire_buffer(pool_.get(), &buffer, nullptr);
       GST_BUFFER_PTS(buffer) = static_cast<GstClockTime>(pushed_++) * GST_MSECOND;
+      if (prepare) prepare(buffer);
       if (gst_pad_push(source_, buffer) != GST_FLOW_OK)
         throw std::runtime_error("a frame was refused");
     }

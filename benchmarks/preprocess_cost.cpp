@@ -1,7 +1,11 @@
-// A frame of Full HD to a network's input: tensor_preprocess against the elements it stands for.
+// A frame of Full HD to a network's input: tensor_preprocess against the elements it stands for,
+// pyramids against their first layer, regions.
 #include <gst/gst.h>
+#include <gst/video/video.h>
 
+#include <algorithm>
 #include <cstdlib>
+#include <cstring>
 #include <string>
 #include <vector>
 
@@ -22,11 +26,7 @@ constexpr char kTensor[] =
     "tensor_transform mode=arithmetic option=typecast:float32,mul:0.00392156863 ! "
     "tensor_transform mode=transpose option=1:2:0:3 ! other/tensors,format=static";
 
-}  // namespace
-
-int main(int argc, char** argv) {
-  gst_init(&argc, &argv);
-  const int rounds = argc > 1 ? std::atoi(argv[1]) : 15;
+void classic_chains(int rounds) {
   ElementStage convert_first("videoconvert ! videoscale" + std::string(kTensor), kVideo, kBytes);
   ElementStage scale_first("videoscale ! videoconvert" + std::string(kTensor), kVideo, kBytes);
   ElementStage together("videoconvertscale" + std::string(kTensor), kVideo, kBytes);
@@ -43,6 +43,79 @@ int main(int argc, char** argv) {
     const auto ms = static_cast<int>(costs[i].cpu / kFrames * 1e6);
     weir::bench::report("Full HD NV12 to 640x640 float NCHW: CPU time",
                         classic[i] + " ..., " + std::to_string(ms) + " us",
-                        costs[3].cpu / costs[i].cpu, "x", 0.25);
+                        costs[3].cpu / costs[i].cpu, "x", 1.0 / 3);
   }
+}
+
+struct Pyramid {
+  const char* name;
+  double factor;  // from layer to layer
+  int width, height;
+  const char* method;
+};
+
+// What ten layers cost above the writing of their bytes, in units of the first layer alone.
+void pyramid(const Pyramid& p, int rounds) {
+  constexpr const char* kNumbers = " scale=0.00392156863 layout=NCHW method=";
+  const auto size = [](double width, double height) {
+    return std::to_string(std::max(1, static_cast<int>(width + 0.5))) + "x" +
+           std::to_string(std::max(1, static_cast<int>(height + 0.5)));
+  };
+  std::string sizes;
+  double part = 1, pixels = 0;
+  for (int layer = 0; layer < 10; ++layer, part *= p.factor) {
+    sizes += (layer ? "," : "") + size(p.width * part, p.height * part);
+    pixels += p.width * part * p.height * part;
+  }
+  ElementStage first("tensor_preprocess sizes=" + size(p.width, p.height) + kNumbers + p.method,
+                     kVideo, kBytes);
+  ElementStage all("tensor_preprocess sizes=" + sizes + kNumbers + p.method, kVideo, kBytes);
+  std::vector<std::byte> memory(static_cast<size_t>(pixels) * 3 * sizeof(float));
+  const auto costs = weir::bench::medians({[&] { first.push(kFrames); }, [&] { all.push(kFrames); },
+                                           [&] {
+                                             for (int i = 0; i < kFrames; ++i) {
+                                               std::memset(memory.data(), i, memory.size());
+                                               asm volatile("" ::"r"(memory.data()) : "memory");
+                                             }
+                                           }},
+                                          rounds);
+  const auto us = static_cast<int>(costs[0].cpu / kFrames * 1e6);
+  weir::bench::report("pyramid of 10 layers, " + std::string(p.name) + ": CPU above its bytes",
+                      "its first layer alone, " + std::to_string(us) + " us",
+                      (costs[1].cpu - costs[2].cpu) / costs[0].cpu, "x", 1.5);
+}
+
+// 64 boxes of many sizes all over the picture.
+void add_regions(GstBuffer* buffer) {
+  for (guint i = 0; i < 64; ++i)
+    gst_buffer_add_video_region_of_interest_meta(buffer, "box", i * 23, i * 13, 96 + 4 * i,
+                                                 96 + 2 * i);
+}
+
+void regions(const char* format, size_t bytes, int rounds) {
+  const std::string caps = "video/x-raw,format=" + std::string(format) +
+                           ",width=1920,height=1080,framerate=30/1,interlace-mode=progressive";
+  const std::string launch =
+      "tensor_preprocess width=48 height=48 max-regions=64 scale=0.00392156863 layout=NCHW "
+      "regions=";
+  ElementStage none("identity", caps.c_str(), bytes);
+  ElementStage cut(launch + "meta", caps.c_str(), bytes);
+  const auto costs = weir::bench::medians(
+      {[&] { none.push(kFrames, add_regions); }, [&] { cut.push(kFrames, add_regions); }}, rounds);
+  weir::bench::report("64 regions of Full HD " + std::string(format) + " to 48x48: CPU time",
+                      "identity", (costs[1].cpu - costs[0].cpu) / kFrames * 1e6, "us", 1000);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  gst_init(&argc, &argv);
+  const int rounds = argc > 1 ? std::atoi(argv[1]) : 15;
+  classic_chains(rounds);
+  pyramid({"halves from 960x540, bilinear", 0.5, 960, 540, "bilinear"}, rounds);
+  pyramid({"0.709 from 1152x648, bilinear", 0.709, 1152, 648, "bilinear"}, rounds);
+  pyramid({"halves from 960x540, area", 0.5, 960, 540, "area"}, rounds);
+  regions("NV12", kBytes, rounds);
+  regions("I420", kBytes, rounds);
+  regions("RGB", size_t{1920} * 1080 * 3, rounds);
 }

@@ -150,13 +150,12 @@ namespace {
 template <class Pair, class Read>
 void sample(const uint8_t* const* rows, size_t row_count, const PairColumns& columns,
             std::byte* const* out, Read read) noexcept {
-  for (size_t row = 0; row < row_count; ++row) {
-    const uint8_t* const from = rows[row];
-    std::byte* const to = out[row];
-    for (size_t t = 0; t < columns.count; ++t) {
-      const Pair pair = read(from + columns.at[t]);
-      std::memcpy(to + t * sizeof(Pair), &pair, sizeof(Pair));
-    }
+  const uint8_t *above = rows[0], *below = rows[row_count - 1];
+  std::byte *to_above = out[0], *to_below = out[row_count - 1];
+  for (size_t t = 0; t < columns.count; ++t) {
+    const Pair pair = read(above + columns.at[t]), other = read(below + columns.at[t]);
+    std::memcpy(to_above + t * sizeof(Pair), &pair, sizeof(Pair));
+    std::memcpy(to_below + t * sizeof(Pair), &other, sizeof(Pair));
   }
 }
 
