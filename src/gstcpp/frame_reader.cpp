@@ -3,31 +3,9 @@
 
 #include <string>
 
+#include "gstcpp/frame_errors.hpp"
+
 namespace weir::gst {
-namespace {
-
-Error wrong_size(const FrameSpec& spec, const std::string& offered, const std::string& difference) {
-  return Error{
-      Code::FRAME_SIZE,
-      "a buffer has another size than its caps say",
-      offered,
-      spec.to_string() + (spec.bytes() ? " = " + std::to_string(*spec.bytes()) + " bytes" : ""),
-      difference,
-      "check the element before this one: its caps and its buffers must agree"};
-}
-
-Error map_failed() {
-  return Error{
-      Code::MAP_FAILED,
-      "the memory of a buffer cannot be mapped",
-      "",
-      "system memory",
-      "",
-      "put the element that downloads from the device in between (gldownload, for example)"};
-}
-
-}  // namespace
-
 void FrameReader::clear() noexcept {
   views_.clear();
   maps_.clear();
@@ -46,7 +24,7 @@ Status FrameReader::map(GstBuffer* buffer, GstMapFlags flags) {
   const guint n = gst_buffer_n_memory(buffer);
   for (guint i = 0; i < n; ++i) {
     maps_.emplace_back(gst_buffer_peek_memory(buffer, i), flags);
-    if (!maps_.back()) return map_failed();
+    if (!maps_.back()) return memory_not_mapped();
   }
   return ok();
 }
@@ -66,7 +44,7 @@ Status FrameReader::read_static(GstBuffer* buffer, const FrameSpec& spec, GstMap
   for (size_t i = 0; i < alone; ++i) {
     const auto bytes = maps_[i].bytes();
     if (bytes.size() != spec.tensors[i].bytes())
-      return wrong_size(
+      return wrong_frame_size(
           spec, std::to_string(bytes.size()) + " bytes in memory " + std::to_string(i),
           "tensor " + std::to_string(i) + " (" + spec.tensors[i].to_string() + ") needs " +
               std::to_string(spec.tensors[i].bytes().value_or(0)) + " bytes");
@@ -77,12 +55,12 @@ Status FrameReader::read_static(GstBuffer* buffer, const FrameSpec& spec, GstMap
   auto ranges = read_packed_tensors(last, Format::Static);
   if (!ranges) return ranges.error();
   if (ranges->size() != count - alone)
-    return wrong_size(spec, std::to_string(alone + ranges->size()) + " tensors",
-                      "number of tensors");
+    return wrong_frame_size(spec, std::to_string(alone + ranges->size()) + " tensors",
+                            "number of tensors");
   for (size_t i = 0; i < ranges->size(); ++i) {
     const auto [offset, size] = (*ranges)[i];
     if (size != spec.tensors[alone + i].bytes())
-      return wrong_size(
+      return wrong_frame_size(
           spec, std::to_string(size) + " bytes in packed tensor " + std::to_string(alone + i),
           "tensor " + std::to_string(alone + i));
     add_static(alone + i, spec, last.subspan(offset, size), maps_.back().capacity() - offset, -1);
@@ -94,11 +72,11 @@ Status FrameReader::split_by_size(GstBuffer* buffer, const FrameSpec& spec, GstM
   const size_t total = gst_buffer_get_size(buffer);
   const auto needed = spec.bytes();
   if (!needed || total < *needed)
-    return wrong_size(spec,
-                      std::to_string(total) + " bytes in " +
-                          std::to_string(gst_buffer_n_memory(buffer)) + " memories",
-                      "the buffer is too small");
-  if (!gst_buffer_map(buffer, &whole_, flags)) return map_failed();
+    return wrong_frame_size(spec,
+                            std::to_string(total) + " bytes in " +
+                                std::to_string(gst_buffer_n_memory(buffer)) + " memories",
+                            "the buffer is too small");
+  if (!gst_buffer_map(buffer, &whole_, flags)) return memory_not_mapped();
   whole_buffer_ = buffer;
   if (gst_buffer_n_memory(buffer) > 1) copied_ = total;
   const std::span bytes(reinterpret_cast<std::byte*>(whole_.data), whole_.size);

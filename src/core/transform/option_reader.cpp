@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "core/text/place.hpp"
 #include "core/text/text.hpp"
 
 namespace weir::transform {
@@ -78,15 +79,11 @@ std::string_view OptionReader::take_number() noexcept {
 }
 
 Error OptionReader::error(Code code, std::string what, std::string needed, std::string fix) const {
-  const std::string indent = "    ";
-  std::string place = at_end() ? std::string("at the end:\n")
-                               : "at character " + std::to_string(position_ + 1) + ":\n";
-  place += indent + std::string(text_) + "\n" + indent + std::string(position_, ' ') + "^";
   return Error{code,
                std::move(what),
                "option=" + std::string(text_),
                std::move(needed),
-               std::move(place),
+               place_in(text_, position_),
                std::move(fix)};
 }
 

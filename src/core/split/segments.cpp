@@ -1,0 +1,69 @@
+// The grammar of tensorseg and the way back of a segment.
+#include "core/split/segments.hpp"
+
+#include <string>
+
+#include "core/split/pick_list.hpp"
+#include "core/text/place.hpp"
+#include "core/text/text.hpp"
+
+namespace weir {
+namespace {
+
+Error unreadable(std::string_view text, size_t segment, std::string_view part) {
+  return Error{Code::DIMENSION_SYNTAX,
+               "segment " + std::to_string(segment) + " of tensorseg cannot be read",
+               "tensorseg=" + std::string(text),
+               "whole numbers above 0 from the innermost dimension outwards, joined by ':'; ',' "
+               "between segments; at most 16 dimensions",
+               place_in(text, static_cast<size_t>(part.data() - text.data())),
+               "tensorseg=3:4:1,3:4:2"};
+}
+
+PictureMap part_of(const PictureMap& map, const Segment::Part& part) {
+  if (part.dimension == map.x_dimension)
+    return map.of_part(1, part.from, 1, 0, part.extent, map.height);
+  if (part.dimension == map.y_dimension)
+    return map.of_part(1, 0, 1, part.from, map.width, part.extent);
+  return map;
+}
+
+}  // namespace
+
+Result<std::vector<Shape>> parse_segments(std::string_view text) {
+  std::vector<Shape> out;
+  if (strip(text).empty()) return out;
+  for (const auto segment : split(text, kPickSeparators)) {
+    Shape shape;
+    size_t rank = 0;
+    bool ended = false;  // by a 0, as dimensions in headers are
+    for (const auto raw : split(segment, ":")) {
+      const auto part = strip(raw);
+      const auto extent = parse_unsigned(part);
+      if (!extent || *extent > UINT32_MAX || rank == kRankLimit || (ended && *extent > 0))
+        return unreadable(text, out.size(), part.empty() ? raw : part);
+      ended = *extent == 0;
+      shape[rank++] = static_cast<uint32_t>(*extent);
+    }
+    if (!shape.valid()) return unreadable(text, out.size(), segment);
+    out.push_back(shape);
+  }
+  return out;
+}
+
+std::vector<PictureMap> maps_of(const Segment& segment, const TensorSpec& input,
+                                std::span<const PictureMap> maps) {
+  std::vector<PictureMap> out;
+  if (!segment.part) return out;
+  const Segment::Part& part = *segment.part;
+  const size_t outermost = input.shape.rank() - 1;
+  const bool each_its_own = maps.size() > 1 && maps.size() == input.shape[outermost];
+  if (each_its_own && part.dimension == outermost) {
+    const auto own = maps.subspan(part.from, part.extent);
+    return {own.begin(), own.end()};
+  }
+  for (const auto& map : maps) out.push_back(part_of(map, part));
+  return out;
+}
+
+}  // namespace weir

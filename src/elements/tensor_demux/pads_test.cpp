@@ -1,0 +1,247 @@
+// Pads of tensor_demux: when they come, what goes to them, how flows combine; and what is refused.
+#include "elements/tests/branches.hpp"
+
+namespace weir::testing {
+namespace {
+
+constexpr char kTwo[] =
+    "other/tensors,format=static,num_tensors=2,dimensions=(string)\"2,1\",types=(string)\"uint8,"
+    "uint8\",framerate=30/1";
+
+GstBuffer* two() {
+  return frame_of({{1, 2}, {3}});
+}
+std::vector<std::string> names(std::initializer_list<const char*> list) {
+  return {list.begin(), list.end()};
+}
+
+TEST(TensorDemuxPads, ComeWithTheFirstFrameInOrder) {
+  Branches demux("tensor_demux");
+  demux.caps(kTwo);
+  EXPECT_TRUE(demux.added().empty());
+  EXPECT_EQ(demux.no_more_pads_told(), 0);
+  ASSERT_EQ(demux.push(two()), GST_FLOW_OK);
+  EXPECT_EQ(demux.added(), names({"src_0", "src_1"}));
+  EXPECT_EQ(demux.no_more_pads_told(), 1);
+  ASSERT_EQ(demux.push(two()), GST_FLOW_OK);
+  EXPECT_EQ(demux.added().size(), 2u);
+  EXPECT_EQ(demux.no_more_pads_told(), 1);
+}
+
+TEST(TensorDemuxPads, GetTheStickyEventsInOrder) {
+  Branches demux("tensor_demux");
+  demux.caps(kTwo);
+  demux.send(gst_event_new_tag(gst_tag_list_new(GST_TAG_TITLE, "a title", nullptr)));
+  ASSERT_EQ(demux.push(two()), GST_FLOW_OK);
+  for (const char* name : {"src_0", "src_1"}) {
+    EXPECT_EQ(demux.branch(name).events, names({"stream-start", "caps", "segment", "tag"}));
+    EXPECT_EQ(demux.branch(name).stream_id(), std::string("test/") + name);
+  }
+  demux.send(gst_event_new_gap(5, 3));
+  EXPECT_EQ(demux.branch("src_1").events.back(), "gap");
+  demux.send(gst_event_new_eos());
+  EXPECT_EQ(demux.branch("src_1").events.back(), "eos");
+  EXPECT_EQ(demux.error(), "");
+}
+
+TEST(TensorDemuxPads, FollowANewStream) {
+  Branches demux("tensor_demux");
+  demux.caps(kTwo);
+  ASSERT_EQ(demux.push(two()), GST_FLOW_OK);
+  demux.send(gst_event_new_stream_start("other"));
+  EXPECT_EQ(demux.branch("src_1").stream_id(), "other/src_1");
+}
+
+TEST(TensorDemuxPads, OfOneTensorSuitThePeer) {
+  Branches demux("tensor_demux", {{"src_0", "other/tensor"}, {"src_1", "other/tensors"}});
+  demux.caps(kTwo);
+  ASSERT_EQ(demux.push(two()), GST_FLOW_OK);
+  EXPECT_SAYS(demux.branch("src_0").caps(),
+              "other/tensor, dimension=(string)2, type=(string)uint8");
+  EXPECT_SAYS(demux.branch("src_1").caps(), "other/tensors, format=(string)static");
+}
+
+TEST(TensorDemuxPads, FollowCapsThatChange) {
+  Branches demux("tensor_demux");
+  demux.caps(kTwo);
+  ASSERT_EQ(demux.push(two()), GST_FLOW_OK);
+  demux.caps(static_caps(2, "1,3", "uint8,uint8"));
+  ASSERT_EQ(demux.push(frame_of({{1}, {2, 3, 4}})), GST_FLOW_OK);
+  EXPECT_SAYS(demux.branch("src_1").caps(), "dimensions=(string)3");
+  EXPECT_EQ(demux.branch("src_1").events, names({"stream-start", "caps", "segment", "caps"}));
+  demux.caps(static_caps(3, "1,3,1", "uint8,uint8,uint8"));
+  ASSERT_EQ(demux.push(frame_of({{1}, {2, 3, 4}, {5}})), GST_FLOW_OK);
+  EXPECT_EQ(demux.added().back(), "src_2");
+  EXPECT_EQ(demux.branch("src_1").events.size(), 4u) << "the same caps are not sent again";
+  demux.expect_balance();
+}
+
+TEST(TensorDemuxPads, AreTakenAwayAndComeAgain) {
+  Branches demux("tensor_demux");
+  demux.caps(kTwo);
+  ASSERT_EQ(demux.push(two()), GST_FLOW_OK);
+  gst_element_set_state(demux.element(), GST_STATE_READY);
+  EXPECT_EQ(demux.element()->numsrcpads, 0u);
+  gst_element_set_state(demux.element(), GST_STATE_PLAYING);
+  EXPECT_EQ(demux.stat("received"), 0u);
+}
+
+TEST(TensorDemuxFlow, UnlinkedPadsAreTolerated) {
+  Branches demux("tensor_demux", {}, {"src_0"});
+  demux.caps(kTwo);
+  ASSERT_EQ(demux.push(two()), GST_FLOW_OK);
+  ASSERT_EQ(demux.push(two()), GST_FLOW_OK);
+  EXPECT_EQ(demux.branch("src_1").buffers.size(), 2u);
+}
+
+TEST(TensorDemuxFlow, IsNotLinkedWhenNoPadIs) {
+  Branches demux("tensor_demux", {}, {"src_0", "src_1"});
+  demux.caps(kTwo);
+  EXPECT_EQ(demux.push(two()), GST_FLOW_NOT_LINKED);
+  demux.expect_balance();
+}
+
+TEST(TensorDemuxFlow, EndsWhenAllPadsEndAndFailsWhenOneDoes) {
+  Branches demux("tensor_demux");
+  demux.caps(kTwo);
+  ASSERT_EQ(demux.push(two()), GST_FLOW_OK);
+  demux.branch("src_0").flow = GST_FLOW_EOS;
+  EXPECT_EQ(demux.push(two()), GST_FLOW_OK);
+  demux.branch("src_1").flow = GST_FLOW_EOS;
+  EXPECT_EQ(demux.push(two()), GST_FLOW_EOS);
+  demux.branch("src_1").flow = GST_FLOW_ERROR;
+  EXPECT_EQ(demux.push(two()), GST_FLOW_ERROR);
+}
+
+TEST(TensorDemuxFlow, GoesOnAfterAFlush) {
+  Branches demux("tensor_demux");
+  demux.caps(kTwo);
+  ASSERT_EQ(demux.push(two()), GST_FLOW_OK);
+  demux.branch("src_0").flow = demux.branch("src_1").flow = GST_FLOW_EOS;
+  ASSERT_EQ(demux.push(two()), GST_FLOW_EOS);
+  EXPECT_TRUE(demux.send(gst_event_new_flush_start()));
+  EXPECT_EQ(demux.push(two()), GST_FLOW_FLUSHING);
+  EXPECT_TRUE(demux.send(gst_event_new_flush_stop(TRUE)));
+  demux.branch("src_0").flow = demux.branch("src_1").flow = GST_FLOW_OK;
+  GstSegment segment;
+  gst_segment_init(&segment, GST_FORMAT_TIME);
+  demux.send(gst_event_new_segment(&segment));
+  EXPECT_EQ(demux.push(two()), GST_FLOW_OK);
+  EXPECT_EQ(demux.branch("src_1").events,
+            names({"stream-start", "caps", "segment", "flush-start", "flush-stop", "segment"}));
+  demux.expect_balance();
+}
+
+TEST(TensorDemuxRefuses, AnIndexBeyondTheTensorsWithAWarning) {
+  Branches demux("tensor_demux tensorpick=1,7");
+  demux.caps(kTwo);
+  ASSERT_EQ(demux.push(two()), GST_FLOW_OK);
+  ASSERT_EQ(demux.push(two()), GST_FLOW_OK);
+  EXPECT_EQ(demux.branch("src_0").buffers.size(), 2u);
+  EXPECT_TRUE(demux.branch("src_1").events.empty());
+  EXPECT_EQ(demux.branch("src_1").caps(), "");
+  const std::string warning = demux.warning();
+  EXPECT_SAYS(warning, "WEIR-1004: tensorpick names a tensor that is not there");
+  EXPECT_SAYS(warning, "index 7");
+  EXPECT_SAYS(warning, "there are 2 tensors");
+  EXPECT_EQ(demux.warning(), "") << "told once";
+  EXPECT_EQ(demux.stat("pushed-src_1"), 0u);
+  demux.send(gst_event_new_eos());
+  EXPECT_EQ(demux.branch("src_1").events, names({"stream-start", "eos"}));
+}
+
+TEST(TensorDemuxRefuses, OnlyIndicesBeyondTheTensors) {
+  Branches demux("tensor_demux tensorpick=0:9");
+  demux.caps(kTwo);
+  EXPECT_EQ(demux.push(two()), GST_FLOW_OK);
+  EXPECT_SAYS(demux.warning(), "index 9");
+  EXPECT_EQ(demux.stat("dropped-policy"), 1u);
+}
+
+TEST(TensorDemuxRefuses, ATypoWhenItStarts) {
+  Branches demux("tensor_demux tensorpick=0,l");
+  EXPECT_FALSE(demux.started());
+  const std::string error = demux.error();
+  EXPECT_SAYS(error, "WEIR-1001: tensorpick cannot be read");
+  EXPECT_SAYS(error, "    0,l\n      ^");
+}
+
+TEST(TensorDemuxRefuses, AnEndWithoutAFrame) {
+  Branches demux("tensor_demux");
+  demux.caps(kTwo);
+  demux.send(gst_event_new_eos());
+  EXPECT_SAYS(demux.error(), "WEIR-2003: the stream ended before an output was made");
+  EXPECT_EQ(demux.domain(), "gst-stream-error-quark");
+}
+
+std::string refused(const std::string& caps, GstBuffer* buffer) {
+  Branches demux("tensor_demux");
+  demux.caps(caps);
+  EXPECT_EQ(demux.push(buffer), GST_FLOW_ERROR);
+  EXPECT_EQ(demux.stat("dropped-error"), 1u);
+  demux.expect_balance();
+  return demux.error();
+}
+
+TEST(TensorDemuxRefuses, BuffersOfAnotherSize) {
+  EXPECT_SAYS(refused(kTwo, frame_of({{1}, {2}})),
+              "WEIR-2004: a buffer has another size than its caps say");
+  EXPECT_SAYS(refused(kTwo, frame_of({{1}, {2}})), "1 bytes in memory 0");
+  EXPECT_SAYS(refused(kTwo, frame_of({{1, 2}})), "2 bytes in 1 memories");
+  EXPECT_SAYS(refused(kTwo, gst_buffer_new()), "the buffer is too small");
+  EXPECT_SAYS(refused(kFlexibleCaps, gst_buffer_new()), "a buffer is empty");
+}
+
+TEST(TensorDemuxRefuses, HeadersThatLie) {
+  Bytes header(128);
+  EXPECT_SAYS(refused(kFlexibleCaps, frame_of({header})), "WEIR-2005");
+  EXPECT_SAYS(refused(kFlexibleCaps, frame_of({{1, 2, 3}})), "too short for a tensor header");
+  const auto put = [&](size_t at, uint32_t value) { std::memcpy(&header[at], &value, 4); };
+  put(0, 0xfeedcced);
+  put(4, 0xDE001000);
+  put(8, 5);  // uint8
+  put(12, 9);
+  put(80, 4);
+  Bytes short_of_one = header;
+  short_of_one.resize(128 + 8);
+  EXPECT_SAYS(refused(kFlexibleCaps, frame_of({short_of_one})),
+              "a tensor header promises more than its memory holds");
+  put(8, 11);
+  EXPECT_SAYS(refused(kFlexibleCaps, frame_of({header})), "unknown element type");
+}
+
+TEST(TensorDemuxRefuses, PackedTensorsThatLie) {
+  std::string dimensions = "1", types = "uint8";
+  for (int i = 1; i < 18; ++i) dimensions += ",1", types += ",uint8";
+  const std::string caps = static_caps(18, dimensions, types);
+  std::vector<Bytes> memories(16, Bytes{1});
+  EXPECT_SAYS(refused(caps, frame_of(memories)), "has no packed header");
+  memories.back().resize(20000);
+  const uint32_t magic = 0xf00dc0de, extra = 200;
+  std::memcpy(memories.back().data(), &magic, 4);
+  std::memcpy(memories.back().data() + 8, &extra, 4);
+  EXPECT_SAYS(refused(caps, frame_of(memories)), "WEIR-2005");
+}
+
+TEST(TensorDemuxRefuses, CapsThatThePadBehindDoesNotTake) {
+  Branches demux("tensor_demux", {{"src_1", "other/tensors,format=static,types=float32"}});
+  demux.caps(kTwo);
+  EXPECT_EQ(demux.push(two()), GST_FLOW_NOT_NEGOTIATED);
+  const std::string error = demux.error();
+  EXPECT_SAYS(error, "WEIR-2001: the element behind src_1 takes no such tensors");
+  EXPECT_SAYS(error, "types=(string)uint8");
+  EXPECT_SAYS(error, "types=(string)float32");
+}
+
+TEST(TensorDemuxRefuses, ABufferBeforeCaps) {
+  Branches demux("tensor_demux");
+  GstSegment segment;
+  gst_segment_init(&segment, GST_FORMAT_TIME);
+  demux.send(gst_event_new_segment(&segment));
+  EXPECT_EQ(demux.push(two()), GST_FLOW_NOT_NEGOTIATED);
+  EXPECT_SAYS(demux.error(), "WEIR-2003: a buffer came before caps");
+  demux.expect_balance();
+}
+
+}  // namespace
+}  // namespace weir::testing

@@ -1,0 +1,139 @@
+// tensor_demux: the tensors of a frame leave on pads of their own.
+#include <algorithm>
+#include <numeric>
+
+#include "core/split/pick_list.hpp"
+#include "gstcpp/frame_parts.hpp"
+#include "gstcpp/one_to_many.hpp"
+
+namespace weir {
+namespace {
+
+using gst::Ref;
+
+class TensorDemux : public gst::OneToMany<TensorDemux> {
+ public:
+  static constexpr gst::ElementInfo kInfo{"WeirTensorDemux", "tensor_demux", "TensorDemux",
+                                          "Demuxer/Tensor",
+                                          "Sends the tensors of a frame to pads of their own"};
+  static constexpr const char* kSourceTemplate = "src_%u";
+  static inline GstStaticPadTemplate kPads[] = {
+      GST_STATIC_PAD_TEMPLATE("sink", GST_PAD_SINK, GST_PAD_ALWAYS,
+                              GST_STATIC_CAPS(WEIR_CAPS_TENSORS("{ static, flexible }"))),
+      GST_STATIC_PAD_TEMPLATE(
+          "src_%u", GST_PAD_SRC, GST_PAD_SOMETIMES,
+          GST_STATIC_CAPS(WEIR_CAPS_TENSOR "; " WEIR_CAPS_TENSORS("{ static, flexible }"))),
+  };
+
+  struct Settings {
+    bool silent = true;
+    std::string tensorpick;
+  };
+  static constexpr std::tuple kProperties{
+      gst::Property{"silent", &Settings::silent, "Accepted for compatibility; has no effect"},
+      gst::Property{"tensorpick", &Settings::tensorpick,
+                    "Which tensors leave: ',' between pads, ':' between tensors of one pad, as in "
+                    "0,1:2; empty = each on its own pad"},
+  };
+
+  Status prepare(const Settings& settings) {
+    auto groups = parse_tensor_groups("tensorpick", settings.tensorpick);
+    if (!groups) return groups.error();
+    picked_ = *std::move(groups);
+    groups_.clear();
+    return ok();
+  }
+
+  Status configure(const FrameSpec& spec) {
+    parts_.configure(spec);
+    groups_.clear();
+    for (const auto& tensors : picked_) add_group(tensors);
+    if (picked_.empty()) one_group_each(spec.tensors.size());
+    outputs_.expect(groups_.size());
+    return ok();
+  }
+
+  Result<gst::Routed> route(Ref<GstBuffer> buffer) {
+    if (auto status = parts_.read(buffer.get()); !status) return status.error();
+    if (picked_.empty() && parts_.parts().size() > groups_.size()) {
+      one_group_each(parts_.parts().size());
+      outputs_.expect(groups_.size());
+    }
+    for (size_t i = 0; i < groups_.size(); ++i) outputs_.output(i);
+    gst::Routed routed{GST_FLOW_OK, true};
+    for (size_t i = 0; i < groups_.size(); ++i) {
+      if (!is_there(&groups_[i])) continue;
+      auto frame = frame_of(buffer.get(), &groups_[i], &outputs_.output(i));
+      if (!frame) return frame.error();
+      routed.dropped = false;
+      routed.flow = push(&outputs_.output(i), *std::move(frame));
+      if (gst::SometimesPads::stops(routed.flow)) break;
+    }
+    return routed;
+  }
+
+  Settings settings_;
+
+ private:
+  // The tensors of one pad.
+  struct Group {
+    std::vector<size_t> tensors;
+    size_t highest = 0;
+    FrameSpec spec;       // of the pad
+    gst::FramePool pool;  // for a pad that must have headers on static tensors
+    bool warned = false;
+  };
+
+  void add_group(const std::vector<size_t>& tensors) {
+    const FrameSpec& whole = parts_.spec();
+    Group group{tensors, *std::max_element(tensors.begin(), tensors.end()), {}, {}, false};
+    group.spec.format = whole.format;
+    group.spec.rate = whole.rate;
+    for (const size_t index : tensors)
+      if (index < whole.tensors.size()) group.spec.tensors.push_back(whole.tensors[index]);
+    groups_.push_back(std::move(group));
+  }
+  void one_group_each(size_t tensors) {
+    for (size_t i = groups_.size(); i < tensors; ++i) add_group({i});
+  }
+
+  bool is_there(Group* group) {
+    const size_t count = parts_.parts().size();
+    if (group->highest < count) return true;
+    // Without tensorpick a frame of a flexible stream may have fewer tensors than another.
+    if (!picked_.empty() && !std::exchange(group->warned, true))
+      gst::post_warning(element(), index_beyond("tensorpick", "tensor", group->highest, count));
+    return false;
+  }
+
+  Result<Ref<GstBuffer>> frame_of(GstBuffer* in, Group* group, gst::SometimesPads::Output* output) {
+    const auto changed = outputs_.settle(output, group->spec);
+    if (!changed) return changed.error();
+    const bool add_headers =
+        output->format == Format::Flexible && parts_.spec().format == Format::Static;
+    if (*changed) group->pool = {};
+    if (add_headers && !group->pool) {
+      auto pool = gst::FramePool::make(group->spec.tensors, Format::Flexible);
+      if (!pool) return pool.error();
+      group->pool = *std::move(pool);
+    }
+    uint64_t copied = 0;
+    auto frame = add_headers ? gst::copy_tensors(in, parts_, group->tensors, &group->pool, &copied)
+                             : gst::pick_tensors(in, parts_, group->tensors, &copied);
+    if (copied > 0) ledger_.copied(copied);
+    return frame;
+  }
+
+  // Streaming thread:
+  TensorGroups picked_;  // as tensorpick says
+  std::vector<Group> groups_;
+  gst::FrameParts parts_;
+};
+
+}  // namespace
+
+bool register_tensor_demux(GstPlugin* plugin) {
+  return TensorDemux::register_in(plugin);
+}
+
+}  // namespace weir

@@ -1,0 +1,204 @@
+// Branches: an element with one input and pads that come when they are needed, between bare pads.
+#pragma once
+#include <gst/gst.h>
+#include <gtest/gtest.h>
+
+#include <cstring>
+#include <map>
+#include <memory>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "gstcpp/ref.hpp"
+
+namespace weir::testing {
+
+using gst::Ref;
+using gst::Unique;
+using gst::UniqueText;
+using Bytes = std::vector<uint8_t>;
+
+#define EXPECT_SAYS(text, words) EXPECT_NE((text).find(words), std::string::npos) << (text)
+
+inline Bytes content(GstMemory* memory) {
+  const gst::MappedMemory map(memory, GST_MAP_READ);
+  const auto bytes = map.bytes();
+  Bytes out(bytes.size());
+  if (!out.empty()) std::memcpy(out.data(), bytes.data(), out.size());
+  return out;
+}
+inline Bytes content(GstBuffer* buffer, guint index) {
+  return content(gst_buffer_peek_memory(buffer, index));
+}
+inline GstMemory* memory_of(const Bytes& bytes) {
+  GstMemory* memory = gst_allocator_alloc(nullptr, bytes.size(), nullptr);
+  const gst::MappedMemory map(memory, GST_MAP_WRITE);
+  if (!bytes.empty()) std::memcpy(map.bytes().data(), bytes.data(), bytes.size());
+  return memory;
+}
+// A memory for each.
+inline GstBuffer* frame_of(const std::vector<Bytes>& tensors) {
+  GstBuffer* buffer = gst_buffer_new();
+  for (const auto& bytes : tensors) gst_buffer_append_memory(buffer, memory_of(bytes));
+  return buffer;
+}
+inline std::string static_caps(int count, const std::string& dimensions, const std::string& types) {
+  return "other/tensors,format=static,num_tensors=" + std::to_string(count) +
+         ",dimensions=(string)\"" + dimensions + "\",types=(string)\"" + types +
+         "\",framerate=30/1";
+}
+inline constexpr char kFlexibleCaps[] = "other/tensors,format=flexible,framerate=30/1";
+
+class Branches {
+ public:
+  struct Branch {
+    Ref<GstPad> pad;
+    std::vector<Ref<GstBuffer>> buffers;
+    std::vector<std::string> events;  // names, in order
+    GstFlowReturn flow = GST_FLOW_OK;
+    std::string caps() const {
+      const auto caps = Ref<GstCaps>::adopt(gst_pad_get_current_caps(pad.get()));
+      const UniqueText text{caps ? gst_caps_to_string(caps.get()) : g_strdup("")};
+      return text.get();
+    }
+    std::string stream_id() const {
+      const UniqueText text{gst_pad_get_stream_id(pad.get())};
+      return text.get();
+    }
+  };
+
+  // `taken`: caps that the element behind a pad takes, ANY for those not named.
+  explicit Branches(const std::string& launch, std::map<std::string, std::string> taken = {},
+                    std::set<std::string> unlinked = {})
+      : taken_(std::move(taken)), unlinked_(std::move(unlinked)) {
+    element_ = Ref<GstElement>::adopt(
+        GST_ELEMENT(gst_object_ref_sink(gst_parse_launch(launch.c_str(), nullptr))));
+    bus_ = Ref<GstBus>::adopt(gst_bus_new());
+    gst_element_set_bus(element_.get(), bus_.get());
+    g_signal_connect(element_.get(), "pad-added", G_CALLBACK(pad_added), this);
+    g_signal_connect(element_.get(), "no-more-pads", G_CALLBACK(no_more_pads), this);
+    source_ = Ref<GstPad>::adopt(GST_PAD(gst_object_ref_sink(gst_pad_new("source", GST_PAD_SRC))));
+    const auto sink = Ref<GstPad>::adopt(gst_element_get_static_pad(element_.get(), "sink"));
+    gst_pad_link(source_.get(), sink.get());
+    gst_pad_set_active(source_.get(), TRUE);
+    started_ = gst_element_set_state(element_.get(), GST_STATE_PLAYING) != GST_STATE_CHANGE_FAILURE;
+    send(gst_event_new_stream_start("test"));
+  }
+  Branches(const Branches&) = delete;
+  Branches& operator=(const Branches&) = delete;
+  ~Branches() {
+    gst_element_set_state(element_.get(), GST_STATE_NULL);
+    gst_pad_set_active(source_.get(), FALSE);
+    gst_element_set_bus(element_.get(), nullptr);
+    for (const auto& [name, branch] : branches_) gst_pad_set_active(branch->pad.get(), FALSE);
+  }
+
+  bool started() const { return started_; }
+  GstElement* element() const { return element_.get(); }
+  bool send(GstEvent* event) { return gst_pad_push_event(source_.get(), event); }
+  // And a segment behind the first.
+  void caps(const std::string& text) {
+    const auto caps = Ref<GstCaps>::adopt(gst_caps_from_string(text.c_str()));
+    send(gst_event_new_caps(caps.get()));
+    if (std::exchange(segment_sent_, true)) return;
+    GstSegment segment;
+    gst_segment_init(&segment, GST_FORMAT_TIME);
+    send(gst_event_new_segment(&segment));
+  }
+  GstFlowReturn push(GstBuffer* buffer) { return gst_pad_push(source_.get(), buffer); }
+  // The only frame that came to the pad since the last call.
+  Ref<GstBuffer> take(const std::string& name) {
+    auto buffers = std::exchange(branch(name).buffers, {});
+    EXPECT_EQ(buffers.size(), 1u) << name;
+    return buffers.empty() ? Ref<GstBuffer>() : buffers[0];
+  }
+
+  bool has(const std::string& name) const { return branches_.count(name) > 0; }
+  Branch& branch(const std::string& name) {
+    EXPECT_TRUE(has(name)) << name;
+    return *branches_.try_emplace(name, std::make_unique<Branch>()).first->second;
+  }
+  const std::vector<std::string>& added() const { return added_; }
+  int no_more_pads_told() const { return no_more_pads_; }
+
+  std::string message(GstMessageType type) {
+    const auto message = Ref<GstMessage>::adopt(gst_bus_pop_filtered(bus_.get(), type));
+    if (!message) return "";
+    GError* error = nullptr;
+    (type == GST_MESSAGE_WARNING ? gst_message_parse_warning : gst_message_parse_error)(
+        message.get(), &error, nullptr);
+    const std::string out = error->message;
+    domain_ = g_quark_to_string(error->domain);
+    g_error_free(error);
+    return out;
+  }
+  std::string error() { return message(GST_MESSAGE_ERROR); }
+  std::string warning() { return message(GST_MESSAGE_WARNING); }
+  const std::string& domain() const { return domain_; }  // of the last message
+
+  uint64_t stat(const char* name) const {
+    GstStructure* raw = nullptr;
+    g_object_get(element_.get(), "stats", &raw, nullptr);
+    const Unique<GstStructure, gst_structure_free> stats(raw);
+    guint64 value = UINT64_MAX;
+    gst_structure_get_uint64(stats.get(), name, &value);
+    return value;
+  }
+  // received = consumed + dropped, nothing held.
+  void expect_balance() const {
+    EXPECT_EQ(stat("received"), stat("consumed") + stat("dropped"));
+    EXPECT_EQ(stat("held"), 0u);
+  }
+
+ private:
+  static void no_more_pads(GstElement*, gpointer self) {
+    ++static_cast<Branches*>(self)->no_more_pads_;
+  }
+  static void pad_added(GstElement*, GstPad* pad, gpointer data) {
+    auto* self = static_cast<Branches*>(data);
+    if (GST_PAD_IS_SINK(pad)) return;
+    const UniqueText raw{gst_object_get_name(GST_OBJECT(pad))};
+    const std::string name = raw.get();
+    self->added_.push_back(name);
+    if (self->unlinked_.count(name) == 0) self->join(pad, name);
+  }
+  void join(GstPad* pad, const std::string& name) {
+    const auto known = taken_.find(name);
+    const auto caps = Ref<GstCaps>::adopt(
+        gst_caps_from_string(known == taken_.end() ? "ANY" : known->second.c_str()));
+    const auto pad_template = Ref<GstPadTemplate>::adopt(GST_PAD_TEMPLATE(gst_object_ref_sink(
+        gst_pad_template_new("sink", GST_PAD_SINK, GST_PAD_ALWAYS, caps.get()))));
+    auto branch = std::make_unique<Branch>();
+    GstPad* sink = gst_pad_new_from_template(pad_template.get(), name.c_str());
+    branch->pad = Ref<GstPad>::adopt(GST_PAD(gst_object_ref_sink(sink)));
+    gst_pad_set_element_private(sink, branch.get());
+    gst_pad_set_chain_function(sink, [](GstPad* to, GstObject*, GstBuffer* buffer) {
+      auto* own = static_cast<Branch*>(gst_pad_get_element_private(to));
+      own->buffers.push_back(Ref<GstBuffer>::adopt(buffer));
+      return own->flow;
+    });
+    gst_pad_set_event_function(sink, [](GstPad* to, GstObject*, GstEvent* event) -> gboolean {
+      auto* own = static_cast<Branch*>(gst_pad_get_element_private(to));
+      own->events.emplace_back(GST_EVENT_TYPE_NAME(event));
+      gst_event_unref(event);
+      return TRUE;
+    });
+    gst_pad_set_active(sink, TRUE);
+    EXPECT_EQ(gst_pad_link(pad, sink), GST_PAD_LINK_OK);
+    branches_[name] = std::move(branch);
+  }
+
+  std::map<std::string, std::string> taken_;
+  std::set<std::string> unlinked_;
+  Ref<GstElement> element_;
+  Ref<GstBus> bus_;
+  Ref<GstPad> source_;
+  bool started_ = false, segment_sent_ = false;
+  std::vector<std::string> added_;
+  int no_more_pads_ = 0;
+  std::string domain_;
+  std::map<std::string, std::unique_ptr<Branch>> branches_;
+};
+
+}  // namespace weir::testing

@@ -1,0 +1,34 @@
+// Errors of buffers that are not what their caps say.
+#pragma once
+#include <string>
+
+#include "core/tensor/frame_spec.hpp"
+
+namespace weir::gst {
+
+inline Error wrong_frame_size(const FrameSpec& spec, const std::string& offered,
+                              const std::string& difference) {
+  return Error{
+      Code::FRAME_SIZE,
+      "a buffer has another size than its caps say",
+      offered,
+      spec.to_string() + (spec.bytes() ? " = " + std::to_string(*spec.bytes()) + " bytes" : ""),
+      difference,
+      "check the element before this one: its caps and its buffers must agree"};
+}
+
+inline Error memory_not_mapped() {
+  return Error{
+      Code::MAP_FAILED,
+      "the memory of a buffer cannot be mapped",
+      "",
+      "system memory",
+      "",
+      "put the element that downloads from the device in between (gldownload, for example)"};
+}
+
+inline Error memory_ran_out() {
+  return Error{Code::OUT_OF_MEMORY, "no memory for an output buffer", "", "", "", ""};
+}
+
+}  // namespace weir::gst

@@ -1,0 +1,139 @@
+// OneToMany<Impl>: an element with one sink pad, and source pads made when they are first needed.
+//
+// Besides what Element asks for, Impl has
+//   static constexpr const char* kSourceTemplate          the name of the source pads' template
+//   Status prepare(const Settings&)                       READY->PAUSED: reads the properties
+//   Status configure(const FrameSpec&)                    caps came
+//   Result<Routed> route(Ref<GstBuffer>)                  one frame; it pushes to `outputs_`
+// and may have
+//   void ending()                                         EOS came and is about to go on
+// A frame that has an error is counted as dropped, the error is on the bus.
+#pragma once
+#include <optional>
+#include <string>
+
+#include "gstcpp/base_classes.hpp"
+#include "gstcpp/sometimes_pads.hpp"
+#include "gstcpp/tensor_caps.hpp"
+
+namespace weir::gst {
+
+// What became of a frame: it left on some pad, or on none by the will of the user.
+struct Routed {
+  GstFlowReturn flow = GST_FLOW_OK;
+  bool dropped = false;
+};
+
+template <class Impl>
+class OneToMany : public Element<Impl, PlainElement> {
+  using Base = Element<Impl, PlainElement>;
+
+ public:
+  void constructed() {
+    GstElement* element = this->element();
+    sink_ = gst_pad_new_from_template(
+        gst_element_class_get_pad_template(GST_ELEMENT_GET_CLASS(element), "sink"), "sink");
+    gst_pad_set_chain_function(sink_, (Base::template chain<&Impl::on_buffer>));
+    gst_pad_set_event_function(sink_, (Base::template pad_event<&Impl::on_event>));
+    outputs_.attach(element, sink_, Impl::kSourceTemplate);
+    gst_element_add_pad(element, sink_);
+  }
+
+  GstStateChangeReturn change_state(GstStateChange change) {
+    if (change == GST_STATE_CHANGE_READY_TO_PAUSED) {
+      ledger_.reset();
+      spec_.reset();
+      outputs_.start();
+      if (const Status status = impl()->prepare(this->settings()); !status) {
+        post_error(this->element(), status.error());
+        return GST_STATE_CHANGE_FAILURE;
+      }
+    }
+    const auto result = Base::parent_class()->change_state(this->element(), change);
+    if (change == GST_STATE_CHANGE_PAUSED_TO_READY) outputs_.clear();
+    return result;
+  }
+
+  GstFlowReturn on_buffer(GstBuffer* raw) {
+    auto buffer = Ref<GstBuffer>::adopt(raw);
+    ledger_.received();
+    if (!spec_) {
+      ledger_.dropped(DropReason::Error);
+      post_error(this->element(), {Code::NOT_NEGOTIATED, "a buffer came before caps", "", "caps",
+                                   "", "put a tensor_converter in front"});
+      return GST_FLOW_NOT_NEGOTIATED;
+    }
+    const Result<Routed> routed = impl()->route(std::move(buffer));
+    if (!routed) {
+      ledger_.dropped(DropReason::Error);
+      post_error(this->element(), routed.error());
+      return routed.error().code == Code::SPEC_MISMATCH ? GST_FLOW_NOT_NEGOTIATED : GST_FLOW_ERROR;
+    }
+    if (routed->dropped)
+      ledger_.dropped(DropReason::Policy);
+    else
+      ledger_.consumed();
+    return routed->flow;
+  }
+
+  gboolean on_event(GstPad*, GstEvent* raw) {
+    auto event = Ref<GstEvent>::adopt(raw);
+    switch (GST_EVENT_TYPE(raw)) {
+      case GST_EVENT_CAPS: {
+        GstCaps* caps = nullptr;
+        gst_event_parse_caps(raw, &caps);
+        const Status status = take_caps(caps);
+        if (!status) post_error(this->element(), status.error());
+        return status.has_value();
+      }
+      case GST_EVENT_EOS:
+        if constexpr (requires { impl()->ending(); })
+          if (spec_) impl()->ending();
+        if (!outputs_.any())
+          post_error(
+              this->element(),
+              {Code::NOT_NEGOTIATED, "the stream ended before an output was made", "no frame",
+               "at least one frame", "", "look at the element in front: it sends nothing"});
+        break;
+      default:
+        break;
+    }
+    // Sticky events wait on the sink pad for pads to come; a flush needs none.
+    const auto type = GST_EVENT_TYPE(raw);
+    const bool sticky = (gst_event_type_get_flags(type) & GST_EVENT_TYPE_STICKY) != 0;
+    const bool done = (sticky && type != GST_EVENT_EOS) || type == GST_EVENT_FLUSH_START ||
+                      type == GST_EVENT_FLUSH_STOP;
+    return outputs_.send(std::move(event)) || done;
+  }
+
+  void add_stats(GstStructure* stats) const { outputs_.add_stats(stats); }
+
+  Ledger ledger_;
+
+ protected:
+  GstFlowReturn push(SometimesPads::Output* output, Ref<GstBuffer> buffer) {
+    ledger_.pushed();
+    return outputs_.push(output, std::move(buffer));
+  }
+  const FrameSpec& spec() const noexcept { return *spec_; }  // from configure() on
+
+  SometimesPads outputs_;
+
+ private:
+  Impl* impl() { return static_cast<Impl*>(this); }
+
+  Status take_caps(GstCaps* caps) {
+    spec_.reset();
+    auto spec = fixed_spec_from_caps(caps);
+    if (!spec) return spec.error();
+    if (auto status = impl()->configure(*spec); !status) return status;
+    spec_ = *std::move(spec);
+    outputs_.unsettle();
+    return ok();
+  }
+
+  GstPad* sink_ = nullptr;         // owned by the element
+  std::optional<FrameSpec> spec_;  // streaming thread
+};
+
+}  // namespace weir::gst

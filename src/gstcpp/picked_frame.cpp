@@ -1,0 +1,105 @@
+// Buffers made of some tensors of another.
+#include <algorithm>
+#include <numeric>
+
+#include "gstcpp/frame_errors.hpp"
+#include "gstcpp/frame_parts.hpp"
+#include "gstcpp/tensor_meta.hpp"
+
+namespace weir::gst {
+namespace {
+
+// Several tensors have a way back for all, or one each: those of the chosen ones.
+void keep_maps_of(std::span<const size_t> chosen, size_t tensors, GstBuffer* buffer) {
+  const auto maps = picture_maps(buffer);
+  if (tensors < 2 || maps.size() != tensors) return;
+  std::vector<PictureMap> kept;
+  for (const size_t index : chosen) kept.push_back(maps[index]);
+  set_picture_maps(buffer, std::move(kept));
+}
+
+GstMemory* packed(GstBuffer* in, const std::vector<FramePart>& parts,
+                  std::span<const size_t> chosen, uint64_t* copied) {
+  std::vector<TensorSpec> specs;
+  std::vector<uint64_t> sizes;
+  for (const size_t index : chosen) {
+    specs.push_back(parts[index].spec);
+    sizes.push_back(parts[index].size);
+  }
+  const size_t total = std::accumulate(sizes.begin(), sizes.end(), kPackedHeaderBytes);
+  GstMemory* memory = gst_allocator_alloc(nullptr, total, nullptr);
+  if (!memory) return nullptr;
+  const MappedMemory map(memory, GST_MAP_WRITE);
+  write_packed_header(specs, sizes, map.bytes().first<kPackedHeaderBytes>());
+  size_t at = kPackedHeaderBytes;
+  for (const size_t index : chosen)
+    at += gst_buffer_extract(in, parts[index].offset, map.bytes().data() + at, parts[index].size);
+  *copied += total - kPackedHeaderBytes;
+  return memory;
+}
+
+}  // namespace
+
+Ref<GstBuffer> buffer_like(GstBuffer* in) {
+  auto out = Ref<GstBuffer>::adopt(gst_buffer_new());
+  gst_buffer_copy_into(out.get(), in, GST_BUFFER_COPY_METADATA, 0, static_cast<gsize>(-1));
+  return out;
+}
+
+GstMemory* share_bytes(GstBuffer* buffer, size_t offset, size_t size, uint64_t* copied) {
+  guint index = 0, length = 0;
+  gsize skip = 0;
+  if (!gst_buffer_find_memory(buffer, offset, size, &index, &length, &skip)) return nullptr;
+  GstMemory* memory = gst_buffer_peek_memory(buffer, index);
+  const bool may_share = !GST_MEMORY_IS_NO_SHARE(memory);
+  if (length == 1 && may_share) {
+    const bool all = skip == 0 && gst_memory_get_sizes(memory, nullptr, nullptr) == size;
+    GstMemory* shared =
+        all ? gst_memory_ref(memory)
+            : gst_memory_share(memory, static_cast<gssize>(skip), static_cast<gssize>(size));
+    if (shared) return shared;
+  }
+  GstMemory* own = gst_allocator_alloc(nullptr, size, nullptr);
+  if (!own) return nullptr;
+  const MappedMemory map(own, GST_MAP_WRITE);
+  *copied += gst_buffer_extract(buffer, offset, map.bytes().data(), size);
+  return own;
+}
+
+Result<Ref<GstBuffer>> pick_tensors(GstBuffer* in, const FrameParts& parts,
+                                    std::span<const size_t> chosen, uint64_t* copied) {
+  auto out = buffer_like(in);
+  const size_t alone = chosen.size() > kMemoryLimit ? kMemoryLimit - 1 : chosen.size();
+  for (const size_t index : chosen.first(alone)) {
+    const FramePart& part = parts.parts()[index];
+    GstMemory* memory = share_bytes(in, part.offset, part.size, copied);
+    if (!memory) return memory_ran_out();
+    gst_buffer_append_memory(out.get(), memory);
+  }
+  if (alone < chosen.size()) {
+    GstMemory* memory = packed(in, parts.parts(), chosen.subspan(alone), copied);
+    if (!memory) return memory_ran_out();
+    gst_buffer_append_memory(out.get(), memory);
+  }
+  keep_maps_of(chosen, parts.parts().size(), out.get());
+  return out;
+}
+
+Result<Ref<GstBuffer>> copy_tensors(GstBuffer* in, const FrameParts& parts,
+                                    std::span<const size_t> chosen, FramePool* pool,
+                                    uint64_t* copied) {
+  auto out = pool->acquire();
+  if (!out) return memory_ran_out();
+  gst_buffer_copy_into(out.get(), in, GST_BUFFER_COPY_METADATA, 0, static_cast<gsize>(-1));
+  FramePool::Writer writer;
+  if (auto status = writer.map(*pool, out.get()); !status) return status.error();
+  for (size_t i = 0; i < chosen.size(); ++i) {
+    const FramePart& part = parts.parts()[chosen[i]];
+    *copied += gst_buffer_extract(in, part.offset, writer.payloads()[i].data(), part.size);
+  }
+  writer.unmap();
+  keep_maps_of(chosen, parts.parts().size(), out.get());
+  return out;
+}
+
+}  // namespace weir::gst

@@ -1,0 +1,181 @@
+// Making pads, and what goes to them before and between buffers.
+#include "gstcpp/sometimes_pads.hpp"
+
+#include <string>
+
+#include "gstcpp/tensor_caps.hpp"
+
+namespace weir::gst {
+namespace {
+
+std::string text_of(const GstCaps* caps) {
+  const UniqueText text{gst_caps_to_string(caps)};
+  return text.get();
+}
+
+Error not_taken(GstPad* pad, const FrameSpec& spec, const GstCaps* caps) {
+  const UniqueText name{gst_object_get_name(GST_OBJECT_CAST(pad))};
+  const auto peer = Ref<GstCaps>::adopt(gst_pad_peer_query_caps(pad, nullptr));
+  return Error{Code::SPEC_MISMATCH,
+               std::string("the element behind ") + name.get() + " takes no such tensors",
+               caps ? text_of(caps) : spec.to_string() + ", " + std::string(name_of(spec.format)),
+               text_of(peer.get()),
+               "",
+               "put a tensor_transform or tensor_converter in between, or change the capsfilter"};
+}
+
+}  // namespace
+
+void SometimesPads::attach(GstElement* element, GstPad* sink, const char* source_template) {
+  element_ = element;
+  sink_ = sink;
+  template_ = gst_element_class_get_pad_template(GST_ELEMENT_GET_CLASS(element), source_template);
+}
+
+void SometimesPads::start() {
+  expected_ = 0;
+  told_all_ = false;
+}
+
+void SometimesPads::expect(size_t pads) {
+  expected_ = pads;
+}
+
+void SometimesPads::clear() {
+  std::vector<std::unique_ptr<Output>> outputs;
+  {
+    std::lock_guard lock(mutex_);
+    outputs.swap(outputs_);
+  }
+  made_ = 0;
+  for (const auto& output : outputs) {
+    if (!output) continue;
+    gst_flow_combiner_remove_pad(combiner_.get(), output->pad.get());
+    gst_pad_set_active(output->pad.get(), FALSE);
+    gst_element_remove_pad(element_, output->pad.get());
+  }
+  gst_flow_combiner_reset(combiner_.get());
+}
+
+SometimesPads::Output& SometimesPads::output(size_t index) {
+  if (index >= outputs_.size() || !outputs_[index]) make(index);
+  return *outputs_[index];
+}
+
+void SometimesPads::make(size_t index) {
+  const std::string name = "src_" + std::to_string(index);
+  auto output = std::make_unique<Output>();
+  GstPad* pad = gst_pad_new_from_template(template_, name.c_str());
+  output->pad = Ref<GstPad>::adopt(GST_PAD_CAST(gst_object_ref_sink(pad)));
+  {
+    std::lock_guard lock(mutex_);
+    if (index >= outputs_.size()) outputs_.resize(index + 1);
+    outputs_[index] = std::move(output);
+  }
+  gst_flow_combiner_add_pad(combiner_.get(), pad);
+  gst_pad_set_active(pad, TRUE);
+  const auto upstream =
+      Ref<GstEvent>::adopt(gst_pad_get_sticky_event(sink_, GST_EVENT_STREAM_START, 0));
+  gst_pad_push_event(pad, stream_start(pad, upstream.get()).release());
+  gst_element_add_pad(element_, pad);  // delayed links join here
+  ++made_;
+  if (made_ == expected_ && !std::exchange(told_all_, true)) gst_element_no_more_pads(element_);
+}
+
+Ref<GstEvent> SometimesPads::stream_start(GstPad* pad, GstEvent* upstream) const {
+  const UniqueText name{gst_object_get_name(GST_OBJECT_CAST(pad))};
+  if (!upstream) {
+    const UniqueText id{gst_pad_create_stream_id(pad, element_, name.get())};
+    return Ref<GstEvent>::adopt(gst_event_new_stream_start(id.get()));
+  }
+  const char* whole = nullptr;
+  gst_event_parse_stream_start(upstream, &whole);
+  const std::string id = std::string(whole) + "/" + name.get();
+  GstEvent* event = gst_event_new_stream_start(id.c_str());
+  GstStreamFlags flags = GST_STREAM_FLAG_NONE;
+  gst_event_parse_stream_flags(upstream, &flags);
+  gst_event_set_stream_flags(event, flags);
+  gst_event_set_seqnum(event, gst_event_get_seqnum(upstream));
+  guint group = 0;
+  if (gst_event_parse_group_id(upstream, &group)) gst_event_set_group_id(event, group);
+  return Ref<GstEvent>::adopt(event);
+}
+
+void SometimesPads::send_sticky_events(GstPad* pad) const {
+  gst_pad_sticky_events_foreach(
+      sink_,
+      [](GstPad*, GstEvent** event, gpointer to) -> gboolean {
+        const auto type = GST_EVENT_TYPE(*event);
+        if (type != GST_EVENT_STREAM_START && type != GST_EVENT_CAPS && type != GST_EVENT_EOS)
+          gst_pad_push_event(static_cast<GstPad*>(to), gst_event_ref(*event));
+        return TRUE;
+      },
+      pad);
+}
+
+void SometimesPads::unsettle() noexcept {
+  for (const auto& output : outputs_)
+    if (output) output->settled = false;
+}
+
+Result<bool> SometimesPads::settle(Output* output, const FrameSpec& spec) {
+  GstPad* pad = output->pad.get();
+  const bool linked_anew = gst_pad_check_reconfigure(pad);
+  if (output->settled && !linked_anew) return false;
+  const auto caps = choose_caps(pad, spec);
+  if (!caps) return not_taken(pad, spec, nullptr);
+  const auto before = Ref<GstCaps>::adopt(gst_pad_get_current_caps(pad));
+  const bool same = output->open && before && gst_caps_is_equal(before.get(), caps.get());
+  if (!same) {
+    if (gst_pad_is_linked(pad) && !gst_pad_peer_query_accept_caps(pad, caps.get()))
+      return not_taken(pad, spec, caps.get());
+    gst_pad_push_event(pad, gst_event_new_caps(caps.get()));
+    const auto chosen = spec_from_caps(caps.get());
+    if (!chosen) return chosen.error();
+    output->format = chosen->format;
+  }
+  if (!output->open) send_sticky_events(pad);
+  output->open = output->settled = true;
+  return !same;
+}
+
+GstFlowReturn SometimesPads::combined(GstFlowReturn flow) const noexcept {
+  return flow == GST_FLOW_NOT_LINKED && made_ < expected_ ? GST_FLOW_OK : flow;
+}
+
+GstFlowReturn SometimesPads::push(Output* output, Ref<GstBuffer> buffer) {
+  ++output->pushed;
+  const GstFlowReturn flow = gst_pad_push(output->pad.get(), buffer.release());
+  return combined(gst_flow_combiner_update_pad_flow(combiner_.get(), output->pad.get(), flow));
+}
+
+bool SometimesPads::send(Ref<GstEvent> event) {
+  std::vector<Ref<GstPad>> pads;
+  const auto type = GST_EVENT_TYPE(event.get());
+  // Without caps there is nothing but the beginning and the end of a stream.
+  const bool to_all = type == GST_EVENT_STREAM_START || type == GST_EVENT_EOS ||
+                      type == GST_EVENT_FLUSH_START || type == GST_EVENT_FLUSH_STOP;
+  {
+    std::lock_guard lock(mutex_);
+    for (const auto& output : outputs_)
+      if (output && (to_all || output->open)) pads.push_back(output->pad);
+  }
+  if (type == GST_EVENT_FLUSH_STOP) gst_flow_combiner_reset(combiner_.get());
+  bool taken = false;
+  for (const auto& pad : pads) {
+    auto own = type == GST_EVENT_STREAM_START ? stream_start(pad.get(), event.get()) : event;
+    taken |= gst_pad_push_event(pad.get(), own.release()) != FALSE;
+  }
+  return taken;
+}
+
+void SometimesPads::add_stats(GstStructure* stats) const {
+  std::lock_guard lock(mutex_);
+  for (size_t i = 0; i < outputs_.size(); ++i) {
+    const std::string name = "pushed-src_" + std::to_string(i);
+    if (outputs_[i])
+      gst_structure_set(stats, name.c_str(), G_TYPE_UINT64, outputs_[i]->pushed.load(), nullptr);
+  }
+}
+
+}  // namespace weir::gst
