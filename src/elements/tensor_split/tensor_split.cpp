@@ -1,0 +1,155 @@
+// tensor_split: the segments of a tensor leave on pads of their own.
+#include "core/split/pick_list.hpp"
+#include "core/split/segments.hpp"
+#include "gstcpp/frame_errors.hpp"
+#include "gstcpp/frame_parts.hpp"
+#include "gstcpp/one_to_many.hpp"
+#include "gstcpp/tensor_meta.hpp"
+
+namespace weir {
+namespace {
+
+using gst::Ref;
+
+#define WEIR_ONE_TENSOR_CAPS \
+  WEIR_CAPS_TENSOR "; other/tensors, format=(string)static, num_tensors=(int)1, " WEIR_CAPS_RATE
+
+class TensorSplit : public gst::OneToMany<TensorSplit> {
+ public:
+  static constexpr gst::ElementInfo kInfo{"WeirTensorSplit", "tensor_split", "TensorSplit",
+                                          "Demuxer/Tensor",
+                                          "Sends the segments of a tensor to pads of their own"};
+  static constexpr const char* kSourceTemplate = "src_%u";
+  static inline GstStaticPadTemplate kPads[] = {
+      GST_STATIC_PAD_TEMPLATE("sink", GST_PAD_SINK, GST_PAD_ALWAYS,
+                              GST_STATIC_CAPS(WEIR_ONE_TENSOR_CAPS)),
+      GST_STATIC_PAD_TEMPLATE("src_%u", GST_PAD_SRC, GST_PAD_SOMETIMES,
+                              GST_STATIC_CAPS(WEIR_ONE_TENSOR_CAPS)),
+  };
+
+  struct Settings {
+    bool silent = true;
+    std::string tensorpick, tensorseg;
+    int split_dim = -1;
+    uint32_t split_parts = 0;
+  };
+  static constexpr std::tuple kProperties{
+      gst::Property{"silent", &Settings::silent, "Accepted for compatibility; has no effect"},
+      gst::Property{"tensorpick", &Settings::tensorpick,
+                    "Which segments leave, by index; empty = all"},
+      gst::Property{"tensorseg", &Settings::tensorseg,
+                    "Dimensions of each segment, as in 3:4:1,3:4:2; with split-dim also the sizes "
+                    "along it, as in 1,2"},
+      gst::Property{"split-dim", &Settings::split_dim,
+                    "Cut along this dimension, 0 is the innermost; -1 = segments follow each other "
+                    "in memory",
+                    gst::Changeable::InReady, -1, 15},
+      gst::Property{"split-parts", &Settings::split_parts,
+                    "With split-dim: so many equal segments; 0 = as tensorseg says",
+                    gst::Changeable::InReady, 0u, G_MAXUINT},
+  };
+
+  Status prepare(const Settings& settings) {
+    auto segments = parse_segments(settings.tensorseg);
+    if (!segments) return segments.error();
+    auto picks = parse_index_list("tensorpick", settings.tensorpick, kPickSeparators);
+    if (!picks) return picks.error();
+    request_ = {*std::move(segments), *std::move(picks), std::nullopt, settings.split_parts};
+    if (settings.split_dim >= 0) request_.dimension = static_cast<size_t>(settings.split_dim);
+    return ok();
+  }
+
+  Status configure(const FrameSpec& spec) {
+    parts_.configure(spec);
+    branches_.clear();
+    input_ = spec.tensors[0];
+    // What was never set is told with the first frame, what does not fit at once.
+    const bool told_nothing = request_.segments.empty() && request_.parts == 0;
+    if (told_nothing) return ok();
+    auto plan = plan_split(request_, input_);
+    if (!plan) return plan.error();
+    if (plan->left_over) gst::post_warning(element(), *plan->left_over);
+    for (const auto& segment : plan->segments)
+      branches_.push_back({segment, FrameSpec{Format::Static, {segment.spec}, spec.rate}, {}});
+    outputs_.expect(branches_.size());
+    return ok();
+  }
+
+  Result<gst::Routed> route(Ref<GstBuffer> buffer) {
+    if (branches_.empty()) return plan_split(request_, input_).error();
+    if (auto status = parts_.read(buffer.get()); !status) return status.error();
+    for (size_t i = 0; i < branches_.size(); ++i) outputs_.output(i);
+    gst::Routed routed;
+    for (size_t i = 0; i < branches_.size(); ++i) {
+      auto frame = frame_of(buffer.get(), &branches_[i], &outputs_.output(i));
+      if (!frame) return frame.error();
+      routed.flow = push(&outputs_.output(i), *std::move(frame));
+      if (gst::SometimesPads::stops(routed.flow)) break;
+    }
+    return routed;
+  }
+
+  Settings settings_;
+
+ private:
+  struct Branch {
+    Segment segment;
+    FrameSpec spec;       // of the pad
+    gst::FramePool pool;  // for a segment that does not lie in one piece
+  };
+
+  Result<Ref<GstBuffer>> frame_of(GstBuffer* in, Branch* branch,
+                                  gst::SometimesPads::Output* output) {
+    if (const auto settled = outputs_.settle(output, branch->spec); !settled)
+      return settled.error();
+    auto frame = branch->segment.dense() ? shared(in, *branch) : gathered(in, branch);
+    if (!frame) return frame;
+    const auto maps = gst::picture_maps(in);
+    if (!maps.empty()) gst::set_picture_maps(frame->get(), maps_of(branch->segment, input_, maps));
+    return frame;
+  }
+
+  Result<Ref<GstBuffer>> shared(GstBuffer* in, const Branch& branch) {
+    uint64_t copied = 0;
+    GstMemory* memory =
+        gst::share_bytes(in, branch.segment.offset, branch.segment.block_bytes, &copied);
+    if (!memory) return gst::memory_ran_out();
+    if (copied > 0) ledger_.copied(copied);
+    auto out = gst::buffer_like(in);
+    gst_buffer_append_memory(out.get(), memory);
+    return out;
+  }
+
+  Result<Ref<GstBuffer>> gathered(GstBuffer* in, Branch* branch) {
+    if (!branch->pool) {
+      auto pool = gst::FramePool::make(branch->spec.tensors, Format::Static);
+      if (!pool) return pool.error();
+      branch->pool = *std::move(pool);
+    }
+    auto out = branch->pool.acquire();
+    if (!out) return gst::memory_ran_out();
+    gst_buffer_copy_into(out.get(), in, GST_BUFFER_COPY_METADATA, 0, static_cast<gsize>(-1));
+    const bool merged = gst_buffer_n_memory(in) > 1;  // by mapping
+    const gst::Mapped from(in, GST_MAP_READ);
+    if (!from) return gst::memory_not_mapped();
+    gst::FramePool::Writer writer;
+    if (auto status = writer.map(branch->pool, out.get()); !status) return status.error();
+    copy_segment(branch->segment, from.bytes(), writer.payloads()[0]);
+    ledger_.copied(writer.payloads()[0].size() + (merged ? from.bytes().size() : 0));
+    return out;
+  }
+
+  // Streaming thread:
+  SplitRequest request_;
+  TensorSpec input_;
+  std::vector<Branch> branches_;
+  gst::FrameParts parts_;
+};
+
+}  // namespace
+
+bool register_tensor_split(GstPlugin* plugin) {
+  return TensorSplit::register_in(plugin);
+}
+
+}  // namespace weir
