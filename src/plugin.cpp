@@ -1,24 +1,28 @@
 // The plug-in: registers the elements and the tracer, nothing else.
 #include <gst/gst.h>
 
+// One line for each folder below src/elements.
+#define WEIR_ELEMENTS(X) \
+  X(tensor_converter)    \
+  X(tensor_decoder)      \
+  X(tensor_demux)        \
+  X(tensor_filter)       \
+  X(tensor_preprocess)   \
+  X(tensor_sink)         \
+  X(tensor_sparse_dec)   \
+  X(tensor_sparse_enc)   \
+  X(tensor_split)        \
+  X(tensor_transform)
+
 namespace weir {
-bool register_tensor_converter(GstPlugin*);
-bool register_tensor_decoder(GstPlugin*);
-bool register_tensor_demux(GstPlugin*);
-bool register_tensor_filter(GstPlugin*);
-bool register_tensor_preprocess(GstPlugin*);
-bool register_tensor_sink(GstPlugin*);
-bool register_tensor_split(GstPlugin*);
-bool register_tensor_transform(GstPlugin*);
+#define WEIR_DECLARE(name) bool register_##name(GstPlugin*);
+WEIR_ELEMENTS(WEIR_DECLARE)
 bool register_tracer(GstPlugin*);
 }  // namespace weir
 
 static gboolean plugin_init(GstPlugin* plugin) {
-  return weir::register_tensor_converter(plugin) && weir::register_tensor_decoder(plugin) &&
-         weir::register_tensor_demux(plugin) && weir::register_tensor_filter(plugin) &&
-         weir::register_tensor_preprocess(plugin) && weir::register_tensor_sink(plugin) &&
-         weir::register_tensor_split(plugin) && weir::register_tensor_transform(plugin) &&
-         weir::register_tracer(plugin);
+#define WEIR_REGISTER(name) weir::register_##name(plugin)&&
+  return WEIR_ELEMENTS(WEIR_REGISTER) weir::register_tracer(plugin);
 }
 
 GST_PLUGIN_DEFINE(GST_VERSION_MAJOR, GST_VERSION_MINOR, weir,

@@ -26,19 +26,49 @@ bool is_zero(const T& value) {
 }
 
 template <class T>
-std::vector<uint32_t> nonzero_indices(std::span<const std::byte> dense) {
-  std::vector<uint32_t> out;
-  for (size_t i = 0; i < dense.size() / sizeof(T); ++i) {
-    T value;
-    std::memcpy(&value, dense.data() + i * sizeof(T), sizeof(T));
-    if (!is_zero(value)) out.push_back(static_cast<uint32_t>(i));
+T element(std::span<const std::byte> dense, size_t index) noexcept {
+  T value;
+  std::memcpy(&value, dense.data() + index * sizeof(T), sizeof(T));
+  return value;
+}
+
+template <class T>
+uint32_t count_nonzero(std::span<const std::byte> dense) noexcept {
+  const size_t count = dense.size() / sizeof(T);
+  uint32_t nonzero = 0;
+  for (size_t i = 0; i < count; ++i) nonzero += is_zero(element<T>(dense, i)) ? 0 : 1;
+  return nonzero;
+}
+
+// Without a branch on each element, and eight zero bytes in one step. The last element that is
+// not zero ends it, so that nothing is written beyond the room for `nonzero` elements.
+template <class T>
+void write_elements(std::span<const std::byte> dense, size_t nonzero, std::byte* values,
+                    std::byte* indices) noexcept {
+  constexpr size_t kStep = 8 / sizeof(T);
+  const size_t count = dense.size() / sizeof(T);
+  size_t found = 0, i = 0;
+  const auto take = [&] {
+    const auto value = element<T>(dense, i);
+    const auto index = static_cast<uint32_t>(i);
+    std::memcpy(values + found * sizeof(T), &value, sizeof(T));
+    std::memcpy(indices + found * 4, &index, 4);
+    found += is_zero(value) ? 0 : 1;
+    ++i;
+  };
+  while (found < nonzero && i < count) {
+    uint64_t word = 1;
+    if (i + kStep <= count) std::memcpy(&word, dense.data() + i * sizeof(T), 8);
+    if (word == 0)
+      i += kStep;
+    else
+      for (size_t k = 0; k < kStep && found < nonzero && i < count; ++k) take();
   }
-  return out;
 }
 
 }  // namespace
 
-Result<std::vector<std::byte>> to_sparse(const TensorSpec& spec, std::span<const std::byte> dense) {
+Result<TensorHeader> sparse_header(const TensorSpec& spec, std::span<const std::byte> dense) {
   const auto bytes = spec.bytes();
   if (!bytes || *bytes != dense.size())
     return Error{Code::FRAME_SIZE,
@@ -54,27 +84,27 @@ Result<std::vector<std::byte>> to_sparse(const TensorSpec& spec, std::span<const
                  "at most 4294967295",
                  "",
                  ""};
-  const auto indices = visit_type(
-      spec.type, [&]<class T>(std::type_identity<T>) { return nonzero_indices<T>(dense); });
-  const size_t size = size_of(spec.type);
   TensorHeader header;
   header.spec = spec;
   header.format = Format::Sparse;
-  header.nonzero_count = static_cast<uint32_t>(indices.size());
-  std::vector<std::byte> out(kTensorHeaderBytes + indices.size() * (size + 4));
-  write_tensor_header(header, std::span(out).first<kTensorHeaderBytes>());
-  std::byte* values = out.data() + kTensorHeaderBytes;
-  for (const uint32_t index : indices) {
-    std::memcpy(values, dense.data() + index * size, size);
-    values += size;
-  }
-  if (!indices.empty()) std::memcpy(values, indices.data(), indices.size() * 4);
-  return out;
+  header.nonzero_count = visit_type(
+      spec.type, [&]<class T>(std::type_identity<T>) { return count_nonzero<T>(dense); });
+  return header;
 }
 
-Result<std::vector<std::byte>> to_dense(std::span<const std::byte> chunk, TensorSpec* spec_out) {
-  const auto header = read_tensor_chunk(chunk);
-  if (!header) return header.error();
+void write_sparse(const TensorHeader& header, std::span<const std::byte> dense,
+                  std::span<std::byte> out) noexcept {
+  write_tensor_header(header, out.first<kTensorHeaderBytes>());
+  std::byte* values = out.data() + kTensorHeaderBytes;
+  std::byte* indices = values + size_t{header.nonzero_count} * size_of(header.spec.type);
+  visit_type(header.spec.type, [&]<class T>(std::type_identity<T>) {
+    write_elements<T>(dense, header.nonzero_count, values, indices);
+  });
+}
+
+Result<TensorHeader> read_sparse_header(std::span<const std::byte> chunk) {
+  auto header = read_tensor_chunk(chunk);
+  if (!header) return header;
   if (header->format != Format::Sparse)
     return invalid("a tensor is not sparse", std::string(name_of(header->format)), "sparse");
   constexpr uint64_t kDenseLimit = uint64_t{1} << 32;  // a small header must not cost all memory
@@ -85,22 +115,45 @@ Result<std::vector<std::byte>> to_dense(std::span<const std::byte> chunk, Tensor
                  "at most 4 GiB",
                  "",
                  ""};
-  const size_t size = size_of(header->spec.type);
-  const size_t nnz = header->nonzero_count;
-  const uint64_t count = *header->spec.shape.count();
+  return header;
+}
+
+Status read_sparse(const TensorHeader& header, std::span<const std::byte> chunk,
+                   std::span<std::byte> dense) {
+  const size_t size = size_of(header.spec.type), nonzero = header.nonzero_count;
+  const uint64_t count = *header.spec.shape.count();
   const std::byte* values = chunk.data() + kTensorHeaderBytes;
-  const std::byte* indices = values + nnz * size;
+  const std::byte* indices = values + nonzero * size;
+  std::memset(dense.data(), 0, dense.size());
+  return visit_type(header.spec.type, [&]<class T>(std::type_identity<T>) -> Status {
+    uint64_t least = 0;
+    for (size_t i = 0; i < nonzero; ++i) {
+      uint32_t index;
+      std::memcpy(&index, indices + 4 * i, 4);
+      if (index >= count || index < least)
+        return invalid("a sparse tensor has a bad index",
+                       std::to_string(index) + " as index " + std::to_string(i),
+                       "ascending indices below " + std::to_string(count));
+      std::memcpy(dense.data() + index * sizeof(T), values + i * sizeof(T), sizeof(T));
+      least = uint64_t{index} + 1;
+    }
+    return ok();
+  });
+}
+
+Result<std::vector<std::byte>> to_sparse(const TensorSpec& spec, std::span<const std::byte> dense) {
+  const auto header = sparse_header(spec, dense);
+  if (!header) return header.error();
+  std::vector<std::byte> out(kTensorHeaderBytes + static_cast<size_t>(*header->payload_bytes()));
+  write_sparse(*header, dense, out);
+  return out;
+}
+
+Result<std::vector<std::byte>> to_dense(std::span<const std::byte> chunk, TensorSpec* spec_out) {
+  const auto header = read_sparse_header(chunk);
+  if (!header) return header.error();
   std::vector<std::byte> dense(static_cast<size_t>(*header->spec.bytes()));
-  int64_t previous = -1;
-  for (size_t i = 0; i < nnz; ++i) {
-    uint32_t index;
-    std::memcpy(&index, indices + 4 * i, 4);
-    if (index >= count || int64_t{index} <= previous)
-      return invalid("a sparse tensor has a bad index", std::to_string(index),
-                     "ascending indices below " + std::to_string(count));
-    std::memcpy(dense.data() + index * size, values + i * size, size);
-    previous = index;
-  }
+  if (auto status = read_sparse(*header, chunk, dense); !status) return status.error();
   if (spec_out) *spec_out = header->spec;
   return dense;
 }

@@ -1,0 +1,170 @@
+// tensor_sparse_dec: sparse tensors become dense ones.
+#include <utility>
+
+#include "core/tensor/sparse.hpp"
+#include "gstcpp/frame_pool.hpp"
+#include "gstcpp/frame_reader.hpp"
+#include "gstcpp/plain_filter.hpp"
+#include "gstcpp/tensor_caps.hpp"
+
+namespace weir {
+namespace {
+
+using gst::Ref;
+
+class TensorSparseDec : public gst::PlainFilter<TensorSparseDec> {
+ public:
+  static constexpr gst::ElementInfo kInfo{"WeirTensorSparseDec", "tensor_sparse_dec",
+                                          "TensorSparseDec", "Filter/Tensor",
+                                          "Turns sparse tensors into dense ones"};
+  static inline GstStaticPadTemplate kPads[] = {
+      GST_STATIC_PAD_TEMPLATE("src", GST_PAD_SRC, GST_PAD_ALWAYS,
+                              GST_STATIC_CAPS("other/tensors, format=(string)static, "
+                                              "num_tensors=(int)[ 1, 256 ], " WEIR_CAPS_RATE)),
+      GST_STATIC_PAD_TEMPLATE("sink", GST_PAD_SINK, GST_PAD_ALWAYS,
+                              GST_STATIC_CAPS(WEIR_CAPS_TENSORS("sparse"))),
+  };
+  struct Settings {
+    bool silent = true;
+  };
+  static constexpr std::tuple kProperties{
+      gst::Property{"silent", &Settings::silent, "Accepted for compatibility; has no effect"},
+  };
+
+  // The next element may fix the tensors; otherwise the first frame says what they are.
+  Status take_caps(GstCaps* caps) {
+    auto spec = gst::fixed_spec_from_caps(caps);
+    if (!spec) return spec.error();
+    input_ = *std::move(spec);
+    pool_ = {};
+    const auto own = Ref<GstCaps>::adopt(gst_pad_get_pad_template_caps(source_));
+    const auto peer = Ref<GstCaps>::adopt(gst_pad_peer_query_caps(source_, own.get()));
+    fixed_ = gst_caps_is_fixed(peer.get());
+    if (!fixed_) return ok();
+    auto fixed = gst::fixed_spec_from_caps(peer.get());
+    if (!fixed) return fixed.error();
+    return announce(fixed->tensors, peer.get());
+  }
+
+  GstFlowReturn take_buffer(Ref<GstBuffer> in) {
+    if (input_.format != Format::Sparse) return failed(before_caps());
+    auto out = decode(in.get());
+    ledger_.copied(reader_.bytes_copied());
+    reader_.clear();
+    if (!out) return failed(out.error());
+    ledger_.consumed_and_pushed();
+    return gst_pad_push(source_, out->release());
+  }
+
+  // What follows caps waits for them.
+  bool take_event(GstEvent* event) {
+    const auto type = GST_EVENT_TYPE(event);
+    if (type == GST_EVENT_FLUSH_STOP) early_.clear();
+    if (type == GST_EVENT_EOS) release_early();
+    const bool serialized = gst_event_type_get_flags(type) & GST_EVENT_TYPE_SERIALIZED;
+    if (pool_ || !serialized || type <= GST_EVENT_CAPS || type == GST_EVENT_FLUSH_STOP ||
+        type == GST_EVENT_EOS)
+      return false;
+    early_.push_back(Ref<GstEvent>::adopt(event));
+    return true;
+  }
+
+  void drop_held(DropReason reason) {
+    if (reason != DropReason::Eos) early_.clear();
+  }
+
+  void forget() {
+    input_ = {};
+    pool_ = {};
+  }
+
+  Settings settings_;
+
+ private:
+  void release_early() {
+    for (auto& event : std::exchange(early_, {})) gst_pad_push_event(source_, event.release());
+  }
+
+  // Sends caps for such tensors, `given` or by the rules of section 1.5, and makes their pool.
+  Status announce(const std::vector<TensorSpec>& tensors, GstCaps* given) {
+    FrameSpec spec{Format::Static, tensors, input_.rate};
+    auto caps = given ? Ref<GstCaps>::share(given) : gst::choose_caps(source_, spec);
+    auto pool = gst::FramePool::make(tensors, Format::Static);
+    if (!pool) return pool.error();
+    if (!caps || !gst_pad_push_event(source_, gst_event_new_caps(caps.get())))
+      return Error{Code::SPEC_MISMATCH,
+                   "the element behind tensor_sparse_dec does not take the tensors",
+                   spec.to_string(),
+                   "",
+                   "",
+                   ""};
+    const auto allocation = gst::wanted_by_peer(source_, caps.get());
+    if (!(allocation == gst::Allocation{}))
+      pool = gst::FramePool::make(tensors, Format::Static, MediaType::Tensor, allocation);
+    if (!pool) return pool.error();
+    pool_ = *std::move(pool);
+    release_early();
+    return ok();
+  }
+
+  // The tensors of this frame are those that were announced, or are announced now.
+  Status settle(std::vector<TensorSpec> tensors) {
+    const std::string difference =
+        pool_ ? first_difference(tensors, pool_.tensors()) : std::string("no caps yet");
+    if (difference.empty()) return ok();
+    if (!fixed_) return announce(tensors, nullptr);
+    FrameSpec came{Format::Static, std::move(tensors), input_.rate}, needed = came;
+    needed.tensors = pool_.tensors();
+    return Error{Code::SPEC_MISMATCH,
+                 "the tensors of a sparse frame are not those of the caps behind tensor_sparse_dec",
+                 came.to_string(),
+                 needed.to_string(),
+                 difference,
+                 "other/tensors,format=static,num_tensors=" + std::to_string(came.tensors.size()) +
+                     ",dimensions=(string)\"" + join_shapes(came.tensors) + "\",types=(string)\"" +
+                     join_types(came.tensors) + "\""};
+  }
+
+  Result<Ref<GstBuffer>> decode(GstBuffer* in) {
+    if (auto status = reader_.read(in, input_); !status) return status.error();
+    headers_.clear();
+    chunks_.clear();
+    std::vector<TensorSpec> tensors;
+    for (const auto& view : reader_.tensors()) {
+      chunks_.push_back(
+          {view.payload.data() - kTensorHeaderBytes, view.payload.size() + kTensorHeaderBytes});
+      auto header = read_sparse_header(chunks_.back());
+      if (!header) return header.error();
+      tensors.push_back(header->spec);
+      headers_.push_back(*std::move(header));
+    }
+    if (auto status = settle(std::move(tensors)); !status) return status.error();
+    auto out = pool_.acquire();
+    if (!out) return Error{Code::OUT_OF_MEMORY, "no memory for an output buffer", "", "", "", ""};
+    auto status = writer_.map(pool_, out.get());
+    for (size_t i = 0; status && i < headers_.size(); ++i)
+      status = read_sparse(headers_[i], chunks_[i], writer_.payloads()[i]);
+    writer_.unmap();
+    if (!status) return status.error();
+    gst_buffer_copy_into(out.get(), in, GST_BUFFER_COPY_METADATA, 0, static_cast<gsize>(-1));
+    return out;
+  }
+
+  // Streaming thread only:
+  FrameSpec input_;
+  bool fixed_ = false;                // the next element fixed the tensors
+  std::vector<Ref<GstEvent>> early_;  // serialized events that came before there were caps to send
+  gst::FramePool pool_;               // of the tensors that were announced; none before that
+  gst::FrameReader reader_;
+  gst::FramePool::Writer writer_;
+  std::vector<TensorHeader> headers_;               // of the frame in work
+  std::vector<std::span<const std::byte>> chunks_;  // of the frame in work
+};
+
+}  // namespace
+
+bool register_tensor_sparse_dec(GstPlugin* plugin) {
+  return TensorSparseDec::register_in(plugin);
+}
+
+}  // namespace weir

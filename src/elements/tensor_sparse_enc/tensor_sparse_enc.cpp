@@ -1,0 +1,133 @@
+// tensor_sparse_enc: dense tensors become sparse ones.
+#include "core/tensor/packed_tensors.hpp"
+#include "core/tensor/sparse.hpp"
+#include "gstcpp/frame_reader.hpp"
+#include "gstcpp/plain_filter.hpp"
+#include "gstcpp/tensor_caps.hpp"
+
+namespace weir {
+namespace {
+
+using gst::Ref;
+
+class TensorSparseEnc : public gst::PlainFilter<TensorSparseEnc> {
+ public:
+  static constexpr gst::ElementInfo kInfo{"WeirTensorSparseEnc", "tensor_sparse_enc",
+                                          "TensorSparseEnc", "Filter/Tensor",
+                                          "Turns dense tensors into sparse ones"};
+  static inline GstStaticPadTemplate kPads[] = {
+      GST_STATIC_PAD_TEMPLATE("src", GST_PAD_SRC, GST_PAD_ALWAYS,
+                              GST_STATIC_CAPS(WEIR_CAPS_TENSORS("sparse"))),
+      GST_STATIC_PAD_TEMPLATE("sink", GST_PAD_SINK, GST_PAD_ALWAYS,
+                              GST_STATIC_CAPS("other/tensors, format=(string)static, "
+                                              "num_tensors=(int)[ 1, 256 ], " WEIR_CAPS_RATE)),
+  };
+  struct Settings {
+    bool silent = true;
+  };
+  static constexpr std::tuple kProperties{
+      gst::Property{"silent", &Settings::silent, "Accepted for compatibility; has no effect"},
+  };
+
+  Status take_caps(GstCaps* caps) {
+    auto spec = gst::fixed_spec_from_caps(caps);
+    if (!spec) return spec.error();
+    input_ = *std::move(spec);
+    const auto out = output_caps();
+    if (out && gst_pad_push_event(source_, gst_event_new_caps(out.get()))) return ok();
+    return Error{Code::SPEC_MISMATCH,
+                 "the element behind tensor_sparse_enc takes no sparse tensors",
+                 "other/tensors,format=sparse",
+                 "",
+                 "",
+                 "tensor_sparse_enc ! tensor_sparse_dec"};
+  }
+
+  GstFlowReturn take_buffer(Ref<GstBuffer> in) {
+    if (input_.tensors.empty()) return failed(before_caps());
+    auto out = encode(in.get());
+    ledger_.copied(reader_.bytes_copied());
+    reader_.clear();
+    if (!out) return failed(out.error());
+    ledger_.consumed_and_pushed();
+    return gst_pad_push(source_, out->release());
+  }
+
+  void drop_held(DropReason) {}
+  void forget() { input_ = {}; }
+
+  Settings settings_;
+
+ private:
+  // What the next element fixes, whatever rate that is (specification 6.11); else the input's rate.
+  Ref<GstCaps> output_caps() const {
+    const auto own = Ref<GstCaps>::adopt(gst_pad_get_pad_template_caps(source_));
+    auto peer = Ref<GstCaps>::adopt(gst_pad_peer_query_caps(source_, own.get()));
+    if (gst_caps_is_fixed(peer.get())) return peer;
+    FrameSpec sparse;
+    sparse.format = Format::Sparse;
+    sparse.rate = input_.rate;
+    auto chosen = gst::possible_caps(source_, sparse, nullptr);
+    return gst_caps_can_intersect(chosen.get(), peer.get()) ? chosen : Ref<GstCaps>();
+  }
+
+  Result<Ref<GstBuffer>> encode(GstBuffer* in) {
+    if (auto status = reader_.read(in, input_); !status) return status.error();
+    headers_.clear();
+    for (const auto& view : reader_.tensors()) {
+      auto header = sparse_header(view.spec, view.payload);
+      if (!header) return header.error();
+      headers_.push_back(*std::move(header));
+    }
+    auto out = Ref<GstBuffer>::adopt(gst_buffer_new());
+    gst_buffer_copy_into(out.get(), in, GST_BUFFER_COPY_METADATA, 0, static_cast<gsize>(-1));
+    const size_t count = headers_.size();
+    const size_t alone = count > kMemoryLimit ? kMemoryLimit - 1 : count;
+    for (size_t i = 0; i < alone; ++i)
+      if (auto status = append(out.get(), i, i + 1); !status) return status.error();
+    if (alone < count)
+      if (auto status = append(out.get(), alone, count); !status) return status.error();
+    return out;
+  }
+
+  // One memory with the chunks of these tensors; several stand behind a packed header.
+  Status append(GstBuffer* out, size_t begin, size_t end) {
+    const size_t packed = end - begin > 1 ? kPackedHeaderBytes : 0;
+    std::vector<uint64_t> sizes;
+    size_t total = packed;
+    for (size_t i = begin; i < end; ++i) {
+      sizes.push_back(kTensorHeaderBytes + *headers_[i].payload_bytes());
+      total += sizes.back();
+    }
+    GstMemory* memory = gst_allocator_alloc(nullptr, total, nullptr);
+    if (memory) gst_buffer_append_memory(out, memory);
+    const gst::MappedMemory map =
+        memory ? gst::MappedMemory(memory, GST_MAP_WRITE) : gst::MappedMemory();
+    if (!map) return Error{Code::OUT_OF_MEMORY, "no memory for an output buffer", "", "", "", ""};
+    if (packed) {
+      const auto first = input_.tensors.begin() + static_cast<std::ptrdiff_t>(begin);
+      const std::vector<TensorSpec> specs(first, input_.tensors.end());
+      write_packed_header(specs, sizes, map.bytes().first<kPackedHeaderBytes>());
+    }
+    size_t offset = packed;
+    for (size_t i = begin; i < end; ++i) {
+      const size_t size = sizes[i - begin];
+      write_sparse(headers_[i], reader_.tensors()[i].payload, map.bytes().subspan(offset, size));
+      offset += size;
+    }
+    return ok();
+  }
+
+  // Streaming thread only:
+  FrameSpec input_;
+  gst::FrameReader reader_;
+  std::vector<TensorHeader> headers_;  // of the frame in work
+};
+
+}  // namespace
+
+bool register_tensor_sparse_enc(GstPlugin* plugin) {
+  return TensorSparseEnc::register_in(plugin);
+}
+
+}  // namespace weir

@@ -1,0 +1,93 @@
+// A plain element between one sink and one source pad, which says its own caps and may hold frames.
+// Impl has
+//   Status take_caps(GstCaps*)                 caps of the sink pad
+//   GstFlowReturn take_buffer(Ref<GstBuffer>)  a received frame, which it ends in ledger_ or holds
+//   void drop_held(DropReason)                 at EOS, at a flush and when the stream stops
+//   void forget()                              when the stream stops: caps and all that follows
+//   bool take_event(GstEvent*)                 optional: true when it took the event and owns it
+#pragma once
+#include "core/ledger/ledger.hpp"
+#include "gstcpp/base_classes.hpp"
+#include "gstcpp/ref.hpp"
+
+namespace weir::gst {
+
+template <class Impl>
+class PlainFilter : public Element<Impl, PlainElement> {
+  using E = Element<Impl, PlainElement>;
+
+ public:
+  void constructed() {
+    sink_ = add_pad("sink");
+    source_ = add_pad("src");
+    gst_pad_set_chain_function(sink_, (E::template chain<&PlainFilter::on_buffer>));
+    gst_pad_set_event_function(sink_, (E::template pad_event<&PlainFilter::on_event>));
+    if constexpr (requires { &Impl::on_query; }) {
+      gst_pad_set_query_function(sink_, (E::template pad_query<&Impl::on_query>));
+      gst_pad_set_query_function(source_, (E::template pad_query<&Impl::on_query>));
+    }
+  }
+
+  GstStateChangeReturn change_state(GstStateChange change) {
+    if (change == GST_STATE_CHANGE_READY_TO_PAUSED) ledger_.reset();
+    const auto result = this->parent_class()->change_state(this->element(), change);
+    if (change == GST_STATE_CHANGE_PAUSED_TO_READY) {
+      impl()->drop_held(DropReason::Flush);
+      impl()->forget();
+    }
+    return result;
+  }
+
+  GstFlowReturn on_buffer(GstBuffer* buffer) {
+    ledger_.received();
+    return impl()->take_buffer(Ref<GstBuffer>::adopt(buffer));
+  }
+
+  gboolean on_event(GstPad* pad, GstEvent* event) {
+    if (GST_EVENT_TYPE(event) == GST_EVENT_CAPS) {
+      const auto owned = Ref<GstEvent>::adopt(event);
+      GstCaps* caps = nullptr;
+      gst_event_parse_caps(event, &caps);
+      const Status status = impl()->take_caps(caps);
+      if (!status) post_error(this->element(), status.error());
+      return status.has_value();
+    }
+    if (GST_EVENT_TYPE(event) == GST_EVENT_EOS) impl()->drop_held(DropReason::Eos);
+    if (GST_EVENT_TYPE(event) == GST_EVENT_FLUSH_STOP) impl()->drop_held(DropReason::Flush);
+    if constexpr (requires { impl()->take_event(event); })
+      if (impl()->take_event(event)) return TRUE;
+    return gst_pad_event_default(pad, GST_OBJECT_CAST(this->self()), event);
+  }
+
+  Ledger ledger_;
+
+ protected:
+  // A received frame that is lost to `error`.
+  GstFlowReturn failed(const Error& error) {
+    post_error(this->element(), error);
+    ledger_.dropped(DropReason::Error);
+    return error.code == Code::NOT_NEGOTIATED ? GST_FLOW_NOT_NEGOTIATED : GST_FLOW_ERROR;
+  }
+  static Error before_caps() {
+    return Error{Code::NOT_NEGOTIATED,
+                 "a buffer came before caps",
+                 "",
+                 "caps",
+                 "",
+                 "put a capsfilter behind the source"};
+  }
+
+  GstPad* sink_ = nullptr;    // owned by the element
+  GstPad* source_ = nullptr;  // owned by the element
+
+ private:
+  Impl* impl() { return static_cast<Impl*>(this); }
+  GstPad* add_pad(const char* name) {
+    GstPad* pad = gst_pad_new_from_template(
+        gst_element_class_get_pad_template(GST_ELEMENT_GET_CLASS(this->element()), name), name);
+    gst_element_add_pad(this->element(), pad);
+    return pad;
+  }
+};
+
+}  // namespace weir::gst
