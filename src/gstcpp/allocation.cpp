@@ -36,6 +36,11 @@ Ref<GstQuery> ask_peer(GstPad* source, GstCaps* caps) {
   return gst_pad_peer_query(source, query.get()) ? query : Ref<GstQuery>();
 }
 
+Allocation wanted_by_peer(GstPad* source, GstCaps* caps) {
+  const auto answer = ask_peer(source, caps);
+  return answer ? allocation_of(answer.get()) : Allocation{};
+}
+
 void offer(GstQuery* query, const Allocation& allocation) {
   const auto params = allocation.params();
   gst_query_add_allocation_param(query, nullptr, &params);

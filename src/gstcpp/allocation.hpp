@@ -20,6 +20,8 @@ Allocation allocation_of(GstQuery* answered);
 // What the element behind `source` answers to an ALLOCATION query with `caps`; null when it has no
 // answer. Streaming thread.
 Ref<GstQuery> ask_peer(GstPad* source, GstCaps* caps);
+// How it wants memory: allocation_of() of its answer, the default without one.
+Allocation wanted_by_peer(GstPad* source, GstCaps* caps);
 // Adds it to the answer of a query.
 void offer(GstQuery* query, const Allocation& allocation);
 
