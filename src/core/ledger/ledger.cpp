@@ -17,6 +17,8 @@ std::string_view name_of(DropReason reason) noexcept {
       return "eos";
     case DropReason::Error:
       return "error";
+    case DropReason::Time:
+      return "time";
   }
   return "";
 }

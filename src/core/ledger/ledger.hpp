@@ -9,8 +9,8 @@
 
 namespace weir {
 
-enum class DropReason { Policy, Qos, Flush, Eos, Error };
-inline constexpr size_t kDropReasons = 5;
+enum class DropReason { Policy, Qos, Flush, Eos, Error, Time };
+inline constexpr size_t kDropReasons = 6;
 std::string_view name_of(DropReason reason) noexcept;
 
 struct LedgerSnapshot {

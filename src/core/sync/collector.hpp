@@ -1,0 +1,265 @@
+// Collector: frames of many pads, brought by as many threads, become one stream by a policy.
+//
+// A frame is handled on the thread that brings it: offer() returns when the frame was taken as the
+// policy says, and the thread whose frame completes an output makes that output. There is no other
+// thread. Everything that waits here is woken by flush, end, removal of its pad, and stop.
+#pragma once
+#include <condition_variable>
+#include <mutex>
+#include <thread>
+
+#include "core/sync/lanes.hpp"
+
+namespace weir::sync {
+
+// What offer() returns: 0, or a negative number for which no further frame is wanted.
+inline constexpr int kOk = 0, kFlushing = -2, kEnded = -3, kRefused = -5;
+
+template <class Frame>
+struct Consumer {
+  virtual ~Consumer() = default;
+  // One call at a time, never locked. Another result than kOk is given to every pad from then on.
+  virtual int emit(Emission<Frame> emission) = 0;
+  virtual void end() = 0;  // no emission follows, until a flush
+  virtual void refused(const Error& error) = 0;
+  // `waiting` is about to wait for `empty`. An error: they would wait for ever, it is refused.
+  virtual Status may_wait(LaneId waiting, const std::vector<LaneId>& empty) = 0;
+};
+
+template <class Frame>
+class Collector {
+ public:
+  Collector(Ledger* ledger, Consumer<Frame>* consumer)
+      : ledger_(ledger), consumer_(consumer), lanes_(ledger) {}
+
+  void configure(const Options& options, Backwards backwards, Clock::duration max_wait) {
+    std::lock_guard lock(mutex_);
+    options_ = options;
+    backwards_ = backwards;
+    max_wait_ = max_wait;
+    changed_.notify_all();
+  }
+  void start() {
+    std::lock_guard lock(mutex_);
+    lanes_.clear_all(DropReason::Flush);
+    for (const auto& lane : lanes_.all()) lanes_.begin(lane.id);
+    flow_ = kOk;
+    started_ = true;
+  }
+  void stop() {
+    std::lock_guard lock(mutex_);
+    started_ = false;
+    lanes_.clear_all(DropReason::Flush);
+    flushing_.clear();
+    changed_.notify_all();
+  }
+
+  LaneId add() {
+    std::lock_guard lock(mutex_);
+    lanes_.add(++last_id_);
+    return last_id_;
+  }
+  void remove(LaneId id) {
+    std::unique_lock lock(mutex_);
+    lanes_.remove(id);
+    std::erase(flushing_, id);
+    changed_.notify_all();
+    work(lock);
+  }
+
+  // Takes a frame of the lane, and waits until the policy took it; one thread for each lane.
+  int offer(LaneId id, Frame frame, Stamp time) {
+    std::unique_lock lock(mutex_);
+    ledger_->received();
+    const int refused = refusal(id);
+    if (refused != kOk) {
+      ledger_->dropped(reason_of(refused));
+      return refused;
+    }
+    if (!lanes_.put(id, std::move(frame), time, backwards_)) return kOk;
+    return wait_until_taken(lock, id);
+  }
+  // No frame before `end` will come.
+  void gap(LaneId id, Time end) {
+    std::unique_lock lock(mutex_);
+    lanes_.gap(id, end);
+    work(lock);
+  }
+  void end(LaneId id) {
+    std::unique_lock lock(mutex_);
+    lanes_.end(id);
+    work(lock);
+  }
+  void begin(LaneId id) {
+    std::lock_guard lock(mutex_);
+    lanes_.begin(id);
+  }
+
+  // A lane that is not active takes nothing; who waits there is sent away.
+  void set_active(LaneId id, bool active) {
+    std::lock_guard lock(mutex_);
+    auto* lane = lanes_.find(id);
+    if (!lane) return;
+    lane->active = active;
+    if (!active) lanes_.drop_head(id, DropReason::Flush);
+    changed_.notify_all();
+  }
+
+  // True for the first lane of all that flushes.
+  bool flush_start(LaneId id) {
+    std::lock_guard lock(mutex_);
+    if (std::find(flushing_.begin(), flushing_.end(), id) == flushing_.end())
+      flushing_.push_back(id);
+    lanes_.drop_head(id, DropReason::Flush);
+    changed_.notify_all();
+    return flushing_.size() == 1;
+  }
+  // True for the last lane. Waits until what is being emitted has left.
+  bool flush_stop(LaneId id) {
+    std::unique_lock lock(mutex_);
+    if (std::erase(flushing_, id) == 0) return false;
+    lanes_.begin(id);
+    if (!flushing_.empty()) return false;
+    changed_.wait(lock, [&] { return !running_ || runner_ == std::this_thread::get_id(); });
+    lanes_.forget(DropReason::Flush);
+    flow_ = kOk;
+    changed_.notify_all();
+    return true;
+  }
+
+  typename Lanes<Frame>::Counts counts() const {
+    std::lock_guard lock(mutex_);
+    return lanes_.counts();
+  }
+  size_t waiting() const {  // threads
+    std::lock_guard lock(mutex_);
+    return waiting_;
+  }
+
+ private:
+  using Lock = std::unique_lock<std::mutex>;
+
+  bool is_flushing(LaneId id) const {
+    return std::find(flushing_.begin(), flushing_.end(), id) != flushing_.end();
+  }
+  int refusal(LaneId id) {
+    const auto* lane = lanes_.find(id);
+    if (!started_ || !lane || !lane->active || is_flushing(id)) return kFlushing;
+    if (lane->ended) return kEnded;
+    return flow_;
+  }
+  static DropReason reason_of(int flow) {
+    if (flow == kFlushing) return DropReason::Flush;
+    return flow == kEnded ? DropReason::Eos : DropReason::Error;
+  }
+
+  int wait_until_taken(Lock& lock, LaneId id) {
+    bool asked = false;
+    while (true) {
+      if (const int refused = refusal(id); refused != kOk) {
+        lanes_.drop_head(id, reason_of(refused));
+        return refused;
+      }
+      const auto* lane = lanes_.find(id);
+      if (!lane->head && waiting_ > 0) return kOk;  // the others go on by themselves
+      if (advance(lock)) continue;
+      if (!lane->head) return kOk;
+      if (!asked && !running_) {
+        asked = true;
+        if (!ask_to_wait(lock, id)) return kRefused;
+        continue;
+      }
+      wait(lock, *lane);
+    }
+  }
+
+  void work(Lock& lock) {
+    while (started_ && flow_ == kOk && advance(lock)) {
+    }
+  }
+
+  // One step of the policy. False: nothing could be done.
+  bool advance(Lock& lock) {
+    if (running_ || !flushing_.empty()) return false;
+    auto step = lanes_.step(options_);
+    if (!step) {
+      run(lock, [&] {
+        consumer_->refused(step.error());
+        return kRefused;
+      });
+      return true;
+    }
+    if (step->changed) changed_.notify_all();
+    if (step->outcome == Outcome::Emit)
+      run(lock, [&] { return consumer_->emit(std::move(step->emission)); });
+    if (step->outcome == Outcome::End)
+      run(lock, [&] {
+        consumer_->end();
+        return kEnded;
+      });
+    return step->changed || step->outcome != Outcome::Wait;
+  }
+
+  template <class F>
+  void run(Lock& lock, F&& f) {
+    running_ = true;
+    runner_ = std::this_thread::get_id();
+    lock.unlock();
+    const int flow = f();
+    lock.lock();
+    running_ = false;
+    // Where one pad flushes, what is lost behind is no matter of the others.
+    if (flow != kOk && !(flow == kFlushing && !flushing_.empty())) flow_ = flow;
+    changed_.notify_all();
+  }
+
+  bool ask_to_wait(Lock& lock, LaneId id) {
+    std::vector<LaneId> empty;
+    for (const auto& lane : lanes_.all())
+      if (!lane.head && !lane.ended && !lane.missing &&
+          !(lane.kept && options_.mode == Mode::Refresh))
+        empty.push_back(lane.id);
+    if (empty.empty() || max_wait_ > Clock::duration::zero()) return true;
+    lock.unlock();
+    const Status status = consumer_->may_wait(id, empty);
+    lock.lock();
+    if (status) return true;
+    flow_ = kRefused;
+    lanes_.drop_head(id, DropReason::Error);
+    changed_.notify_all();
+    lock.unlock();
+    consumer_->refused(status.error());
+    lock.lock();
+    return false;
+  }
+
+  void wait(Lock& lock, const typename Lanes<Frame>::Lane& lane) {
+    ++waiting_;
+    const auto since = lane.arrived;
+    std::optional<Clock::time_point> deadline;
+    if (max_wait_ > Clock::duration::zero()) deadline = lanes_.next_deadline(since, max_wait_);
+    if (!deadline)
+      changed_.wait(lock);
+    else if (changed_.wait_until(lock, *deadline) == std::cv_status::timeout)
+      if (lanes_.mark_missing(since, max_wait_, Clock::now())) changed_.notify_all();
+    --waiting_;
+  }
+
+  mutable std::mutex mutex_;  // guards everything below; never held while consumer_ is called
+  std::condition_variable changed_;
+  Ledger* const ledger_;
+  Consumer<Frame>* const consumer_;
+  Lanes<Frame> lanes_;
+  Options options_;
+  Backwards backwards_ = Backwards::Pass;
+  Clock::duration max_wait_{};  // 0 = for ever
+  LaneId last_id_ = 0;
+  std::vector<LaneId> flushing_;
+  int flow_ = kOk;
+  bool started_ = false;
+  bool running_ = false;  // runner_ makes an output
+  std::thread::id runner_;
+  size_t waiting_ = 0;
+};
+
+}  // namespace weir::sync

@@ -1,0 +1,247 @@
+// The collector under threads: who waits is always woken, nothing is lost uncounted.
+#include "core/sync/collector.hpp"
+
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <future>
+
+namespace weir::sync {
+namespace {
+
+using namespace std::chrono_literals;
+
+struct Recorder : Consumer<int> {
+  int emit(Emission<int> emission) override {
+    if (hold) gate.get_future().wait();
+    std::lock_guard lock(mutex);
+    rows.push_back(std::move(emission.frames));
+    times.push_back(emission.time);
+    return flow;
+  }
+  void end() override { ended = true; }
+  void refused(const Error& error) override {
+    std::lock_guard lock(mutex);
+    errors.push_back(error.message());
+  }
+  Status may_wait(LaneId, const std::vector<LaneId>&) override {
+    if (stalls) return Error{Code::GRAPH_STALLS, "stalls", "", "", "", ""};
+    return ok();
+  }
+  size_t count() {
+    std::lock_guard lock(mutex);
+    return rows.size();
+  }
+
+  std::mutex mutex;
+  std::vector<std::vector<int>> rows;
+  std::vector<Time> times;
+  std::vector<std::string> errors;
+  std::promise<void> gate;
+  bool hold = false, stalls = false;
+  std::atomic<bool> ended{false};
+  int flow = kOk;
+};
+
+class Collecting : public ::testing::Test {
+ protected:
+  explicit Collecting() { collector.start(); }
+  void use(Mode mode, Clock::duration max_wait = {}) {
+    collector.configure({mode, {}}, Backwards::Pass, max_wait);
+  }
+  std::future<int> offer(LaneId lane, int frame, Stamp time) {
+    return std::async(std::launch::async, [=, this] { return collector.offer(lane, frame, time); });
+  }
+  void wait_for_waiting(size_t threads) {
+    while (collector.waiting() != threads) std::this_thread::yield();
+  }
+  uint64_t dropped(DropReason reason) {
+    return ledger.snapshot().dropped[static_cast<size_t>(reason)];
+  }
+
+  Ledger ledger;
+  Recorder out;
+  Collector<int> collector{&ledger, &out};
+};
+
+TEST_F(Collecting, AThreadWaitsUntilItsFrameIsTaken) {
+  const LaneId a = collector.add(), b = collector.add();
+  auto first = offer(a, 1, 10);
+  wait_for_waiting(1);
+  EXPECT_EQ(out.count(), 0u);
+  EXPECT_EQ(collector.offer(b, 2, 10), kOk);
+  EXPECT_EQ(first.get(), kOk);
+  EXPECT_EQ(out.rows, (std::vector<std::vector<int>>{{1, 2}}));
+  EXPECT_EQ(ledger.snapshot().consumed, 2u);
+}
+
+TEST_F(Collecting, StopWakesWhoWaits) {
+  const LaneId a = collector.add();
+  collector.add();
+  auto first = offer(a, 1, 10);
+  wait_for_waiting(1);
+  collector.stop();
+  EXPECT_EQ(first.get(), kFlushing);
+  EXPECT_EQ(dropped(DropReason::Flush), 1u);
+  EXPECT_EQ(collector.offer(a, 2, 20), kFlushing);
+  EXPECT_EQ(ledger.snapshot().held(), 0u);
+}
+
+TEST_F(Collecting, FlushWakesTheThreadOfItsPadOnly) {
+  const LaneId a = collector.add(), b = collector.add(), c = collector.add();
+  auto first = offer(a, 1, 10), second = offer(b, 2, 10);
+  wait_for_waiting(2);
+  EXPECT_TRUE(collector.flush_start(a));
+  EXPECT_EQ(first.get(), kFlushing);
+  wait_for_waiting(1);
+  EXPECT_EQ(collector.offer(a, 9, 10), kFlushing);
+  EXPECT_TRUE(collector.flush_stop(a));
+  auto again = offer(a, 3, 10);
+  wait_for_waiting(2);
+  EXPECT_EQ(collector.offer(c, 4, 10), kOk);
+  EXPECT_EQ(second.get(), kOk);
+  EXPECT_EQ(again.get(), kOk);
+  EXPECT_EQ(out.rows, (std::vector<std::vector<int>>{{3, 2, 4}}));
+  EXPECT_EQ(dropped(DropReason::Flush), 2u);
+}
+
+TEST_F(Collecting, OnlyTheFirstAndTheLastFlushCount) {
+  const LaneId a = collector.add(), b = collector.add();
+  EXPECT_TRUE(collector.flush_start(a));
+  EXPECT_FALSE(collector.flush_start(b));
+  EXPECT_FALSE(collector.flush_stop(a));
+  EXPECT_TRUE(collector.flush_stop(b));
+  EXPECT_FALSE(collector.flush_stop(b));
+}
+
+TEST_F(Collecting, FlushForgetsTheTime) {
+  const LaneId a = collector.add();
+  EXPECT_EQ(collector.offer(a, 1, 100), kOk);
+  collector.flush_start(a);
+  collector.flush_stop(a);
+  EXPECT_EQ(collector.offer(a, 2, 5), kOk);
+  EXPECT_EQ(out.times, (std::vector<Time>{100, 5}));
+}
+
+TEST_F(Collecting, RemovalOfAPadWakesItAndLetsTheOthersGoOn) {
+  const LaneId a = collector.add(), b = collector.add(), c = collector.add();
+  auto first = offer(a, 1, 10), second = offer(b, 2, 10);
+  wait_for_waiting(2);
+  collector.remove(b);
+  EXPECT_EQ(second.get(), kFlushing);
+  collector.remove(c);
+  EXPECT_EQ(first.get(), kOk);
+  EXPECT_EQ(out.rows, (std::vector<std::vector<int>>{{1}}));
+  EXPECT_EQ(collector.offer(b, 3, 20), kFlushing);
+}
+
+TEST_F(Collecting, APadThatIsNotActiveSendsItsThreadAway) {
+  const LaneId a = collector.add();
+  collector.add();
+  auto first = offer(a, 1, 10);
+  wait_for_waiting(1);
+  collector.set_active(a, false);
+  EXPECT_EQ(first.get(), kFlushing);
+}
+
+TEST_F(Collecting, TheEndOfOnePadEndsTheOthers) {
+  const LaneId a = collector.add(), b = collector.add();
+  auto first = offer(a, 1, 10);
+  wait_for_waiting(1);
+  collector.end(b);
+  EXPECT_TRUE(out.ended);
+  const int flow = first.get();
+  EXPECT_TRUE(flow == kOk || flow == kEnded);
+  EXPECT_EQ(collector.offer(a, 2, 20), kEnded);
+  EXPECT_EQ(dropped(DropReason::Eos), 2u);
+  EXPECT_EQ(ledger.snapshot().held(), 0u);
+}
+
+TEST_F(Collecting, RemovalOfTheLastLivingPadEndsTheStream) {
+  use(Mode::Refresh);
+  const LaneId a = collector.add(), b = collector.add();
+  collector.end(a);
+  EXPECT_FALSE(out.ended);
+  collector.remove(b);
+  EXPECT_TRUE(out.ended);
+}
+
+TEST_F(Collecting, WhatTheConsumerAnswersIsGivenToAll) {
+  out.flow = kRefused;
+  const LaneId a = collector.add(), b = collector.add();
+  auto first = offer(a, 1, 10);
+  wait_for_waiting(1);
+  EXPECT_EQ(collector.offer(b, 2, 10), kRefused);
+  first.get();
+  EXPECT_EQ(collector.offer(a, 3, 20), kRefused);
+  EXPECT_EQ(dropped(DropReason::Error), 1u);
+}
+
+TEST_F(Collecting, AMissingPadIsNotWaitedForLongerThanMaxWait) {
+  use(Mode::Slowest, 1ms);
+  const LaneId a = collector.add(), b = collector.add();
+  auto first = offer(a, 1, 10);
+  EXPECT_EQ(collector.offer(b, 2, 10), kOk);
+  first.get();
+  for (int i = 0; i < 10; ++i)
+    EXPECT_EQ(collector.offer(a, 10 + i, 20 + static_cast<Time>(i)), kOk);
+  EXPECT_EQ(out.rows.back(), (std::vector<int>{19, 2}));
+  EXPECT_GE(collector.counts().missed, 1u);
+  EXPECT_EQ(ledger.snapshot().held(), 0u);
+}
+
+TEST_F(Collecting, AGraphThatStallsIsRefusedInsteadOfWaiting) {
+  out.stalls = true;
+  const LaneId a = collector.add();
+  collector.add();
+  EXPECT_EQ(collector.offer(a, 1, 10), kRefused);
+  ASSERT_EQ(out.errors.size(), 1u);
+  EXPECT_EQ(dropped(DropReason::Error), 1u);
+}
+
+TEST_F(Collecting, AnOutputThatIsUnderWayIsFinishedBeforeAFlushEnds) {
+  out.hold = true;
+  const LaneId a = collector.add(), b = collector.add();
+  auto first = offer(a, 1, 10), second = offer(b, 2, 10);
+  while (ledger.snapshot().consumed < 2) std::this_thread::yield();
+  collector.flush_start(a);
+  auto stopped = std::async(std::launch::async, [&] { return collector.flush_stop(a); });
+  EXPECT_EQ(out.count(), 0u);
+  out.gate.set_value();
+  EXPECT_TRUE(stopped.get());
+  EXPECT_EQ(out.count(), 1u);
+  first.get(), second.get();
+}
+
+// Four pads at different rates, one removed and added again on the way, then the end.
+TEST_F(Collecting, LosesNothingUncountedUnderThreads) {
+  for (const Mode mode : {Mode::NoSync, Mode::Slowest, Mode::BasePad, Mode::Refresh}) {
+    Ledger counts;
+    Recorder rows;
+    Collector<int> mux(&counts, &rows);
+    mux.configure({mode, {}}, Backwards::Pass, {});
+    mux.start();
+    std::vector<std::thread> threads;
+    std::vector<LaneId> lanes;
+    for (Time p = 0; p < 4; ++p) lanes.push_back(mux.add());
+    for (Time p = 0; p < 4; ++p)
+      threads.emplace_back([&, p] {
+        for (Time i = 0; i < 200; ++i)
+          if (mux.offer(lanes[p], static_cast<int>(i), i * (5 + p)) != kOk) break;
+        mux.end(lanes[p]);
+      });
+    const LaneId late = mux.add();
+    std::thread added([&] {
+      mux.offer(late, 1, 100);
+      mux.remove(late);
+    });
+    added.join();
+    for (auto& thread : threads) thread.join();
+    EXPECT_TRUE(rows.ended) << name_of(mode);
+    EXPECT_GT(rows.count(), 0u);
+    EXPECT_EQ(counts.snapshot().held(), 0u) << name_of(mode);
+  }
+}
+
+}  // namespace
+}  // namespace weir::sync

@@ -1,0 +1,81 @@
+// Reading sync-mode and sync-option.
+#include "core/sync/options.hpp"
+
+#include <array>
+#include <string>
+
+#include "core/sync/no_sync.hpp"
+#include "core/sync/refresh.hpp"
+#include "core/sync/slowest.hpp"
+#include "core/text/text.hpp"
+
+namespace weir::sync {
+namespace {
+
+struct Word {
+  const char* text;
+  Mode mode;
+};
+constexpr std::array kWords{Word{"nosync", Mode::NoSync},   Word{"slowest", Mode::Slowest},
+                            Word{"basepad", Mode::BasePad}, Word{"refresh", Mode::Refresh},
+                            Word{"base", Mode::BasePad},    Word{"fastest", Mode::Refresh}};
+
+Error bad_option(std::string_view text, size_t place, const char* needed) {
+  return Error{Code::OPTION_SYNTAX,     "sync-option cannot be read",
+               std::string(text),       needed,
+               caret_line(text, place), "sync-mode=basepad sync-option=0:33333333"};
+}
+
+}  // namespace
+
+std::string_view name_of(Mode mode) noexcept {
+  for (const Word& word : kWords)
+    if (word.mode == mode) return word.text;
+  return "";
+}
+
+Result<Mode> parse_mode(std::string_view text) {
+  const std::string_view wanted = strip(text);
+  for (const Word& word : kWords)
+    if (equal_ignoring_case(word.text, wanted)) return word.mode;
+  std::vector<std::string> known;
+  for (const Word& word : kWords) known.emplace_back(word.text);
+  const std::string near = nearest(lower(wanted), known);
+  return Error{Code::MODE_UNKNOWN,
+               "sync-mode is not known",
+               std::string(text),
+               "nosync, slowest, basepad or refresh",
+               "",
+               near.empty() ? "sync-mode=slowest" : "sync-mode=" + near};
+}
+
+Result<Base> parse_base(std::string_view text) {
+  Base out;
+  if (strip(text).empty()) return out;
+  const auto parts = split(text, ":", 2);
+  const auto pad = parse_unsigned(strip(parts[0]));
+  if (!pad) return bad_option(text, 0, "PAD or PAD:DURATION, PAD from 0, DURATION in nanoseconds");
+  out.pad = static_cast<size_t>(*pad);
+  if (parts.size() == 1) return out;
+  const auto duration = parse_unsigned(strip(parts[1]));
+  if (!duration)
+    return bad_option(text, parts[0].size() + 1, "a number of nanoseconds behind the colon");
+  out.duration = *duration;
+  return out;
+}
+
+Decision decide(const Options& options, const Round& round, std::span<const PadView> pads) {
+  switch (options.mode) {
+    case Mode::NoSync:
+      return decide_no_sync(round, pads);
+    case Mode::Slowest:
+      return decide_slowest(round, pads);
+    case Mode::BasePad:
+      return decide_base_pad(round, pads, options.base.pad, options.base.duration);
+    case Mode::Refresh:
+      break;
+  }
+  return decide_refresh(round, pads);
+}
+
+}  // namespace weir::sync

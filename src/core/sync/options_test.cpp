@@ -1,0 +1,60 @@
+// The words of sync-mode and sync-option, good and bad.
+#include "core/sync/options.hpp"
+
+#include <gtest/gtest.h>
+
+namespace weir::sync {
+namespace {
+
+TEST(SyncOptions, EachPolicyHasItsWordInAnyCase) {
+  EXPECT_EQ(*parse_mode("nosync"), Mode::NoSync);
+  EXPECT_EQ(*parse_mode("Slowest"), Mode::Slowest);
+  EXPECT_EQ(*parse_mode("BASEPAD"), Mode::BasePad);
+  EXPECT_EQ(*parse_mode(" refresh "), Mode::Refresh);
+}
+
+TEST(SyncOptions, TheWordsOfTheFirstPublicationAreKnown) {
+  EXPECT_EQ(*parse_mode("base"), Mode::BasePad);
+  EXPECT_EQ(*parse_mode("fastest"), Mode::Refresh);
+}
+
+TEST(SyncOptions, ATypoIsToldWithTheWordThatWasMeant) {
+  const auto mode = parse_mode("slowst");
+  ASSERT_FALSE(mode);
+  EXPECT_EQ(mode.error().code, Code::MODE_UNKNOWN);
+  EXPECT_EQ(mode.error().offered, "slowst");
+  EXPECT_EQ(mode.error().fix, "sync-mode=slowest");
+  EXPECT_NE(mode.error().needed.find("nosync, slowest, basepad or refresh"), std::string::npos);
+  EXPECT_FALSE(parse_mode(""));
+}
+
+TEST(SyncOptions, EachModeIsNamedAsItIsParsed) {
+  for (const Mode mode : {Mode::NoSync, Mode::Slowest, Mode::BasePad, Mode::Refresh})
+    EXPECT_EQ(*parse_mode(name_of(mode)), mode);
+}
+
+TEST(SyncOptions, TheBaseHasAPadAndADuration) {
+  EXPECT_EQ(parse_base("")->pad, 0u);
+  EXPECT_EQ(parse_base("")->duration, 2147483647u);
+  EXPECT_EQ(parse_base("3")->pad, 3u);
+  EXPECT_EQ(parse_base("3")->duration, 2147483647u);
+  EXPECT_EQ(parse_base("1:33333333")->pad, 1u);
+  EXPECT_EQ(parse_base("1:33333333")->duration, 33333333u);
+  EXPECT_EQ(parse_base(" 1 : 0 ")->duration, 0u);
+}
+
+TEST(SyncOptions, ABadBaseIsToldWithItsPlace) {
+  for (const char* text : {"x", "-1", ":5", "1.5"}) {
+    const auto base = parse_base(text);
+    ASSERT_FALSE(base) << text;
+    EXPECT_EQ(base.error().code, Code::OPTION_SYNTAX);
+    EXPECT_EQ(base.error().difference, std::string(text) + "\n^");
+  }
+  const auto base = parse_base("12:3ms");
+  ASSERT_FALSE(base);
+  EXPECT_EQ(base.error().difference, "12:3ms\n   ^");
+  EXPECT_FALSE(parse_base("1:2:3"));
+}
+
+}  // namespace
+}  // namespace weir::sync

@@ -1,0 +1,222 @@
+// Each rule of each policy, one decision at a time.
+#include <gtest/gtest.h>
+
+#include "core/sync/options.hpp"
+
+namespace weir::sync {
+namespace {
+
+PadView head(Stamp time) {
+  PadView pad;
+  pad.state = PadState::Head;
+  pad.head = time;
+  return pad;
+}
+PadView in_state(PadState state) {
+  PadView pad;
+  pad.state = state;
+  return pad;
+}
+PadView gap(Time end) {
+  PadView pad = in_state(PadState::Gap);
+  pad.gap_end = end;
+  return pad;
+}
+PadView with_kept(PadView pad, Stamp time) {
+  pad.has_kept = true;
+  pad.kept = time;
+  return pad;
+}
+const PadView kEmpty = in_state(PadState::Empty), kMissing = in_state(PadState::Missing),
+              kEnded = in_state(PadState::Ended);
+
+Decision decide_for(Mode mode, std::vector<PadView> pads, Round round = {}, Base base = {}) {
+  return decide({mode, base}, round, pads);
+}
+using Uses = std::vector<Use>;
+constexpr Mode kAll[] = {Mode::NoSync, Mode::Slowest, Mode::BasePad, Mode::Refresh};
+constexpr Mode kWaiting[] = {Mode::NoSync, Mode::Slowest, Mode::BasePad};
+
+TEST(Policies, NoneEmitsBeforeEachPadWasFed) {
+  for (const Mode mode : kAll) {
+    const auto d = decide_for(mode, {head(5), kEmpty});
+    EXPECT_EQ(d.outcome, Outcome::Wait) << name_of(mode);
+    EXPECT_EQ(d.uses, (Uses{Use::Nothing, Use::Nothing})) << name_of(mode);
+    EXPECT_EQ(d.round, Round{}) << name_of(mode);
+  }
+}
+
+TEST(Policies, ThreeEndWithTheFirstPadThatEnds) {
+  for (const Mode mode : kWaiting) {
+    EXPECT_EQ(decide_for(mode, {head(5), kEnded}).outcome, Outcome::End) << name_of(mode);
+    EXPECT_EQ(decide_for(mode, {kEmpty, kEnded}).outcome, Outcome::End) << name_of(mode);
+  }
+}
+
+TEST(Policies, RefreshEndsWithTheLast) {
+  EXPECT_EQ(decide_for(Mode::Refresh, {kEmpty, with_kept(kEnded, 1)}).outcome, Outcome::Wait);
+  EXPECT_EQ(decide_for(Mode::Refresh, {kEnded, kEnded}).outcome, Outcome::End);
+  EXPECT_EQ(decide_for(Mode::Refresh, {head(7), with_kept(kEnded, 1)}).outcome, Outcome::Emit);
+}
+
+TEST(Policies, NoPadsNoDecision) {
+  for (const Mode mode : {Mode::NoSync, Mode::Slowest, Mode::Refresh})
+    EXPECT_EQ(decide_for(mode, {}).outcome, Outcome::Wait) << name_of(mode);
+}
+
+TEST(Policies, TheHighestHeadGivesTimeAndMetadata) {
+  for (const Mode mode : {Mode::NoSync, Mode::Refresh}) {
+    const auto d = decide_for(mode, {head(5), head(9), head(9), head(2)});
+    EXPECT_EQ(d.outcome, Outcome::Emit);
+    EXPECT_EQ(d.round.current, 9u);
+    EXPECT_EQ(d.metadata_pad, 1u) << name_of(mode);
+    EXPECT_TRUE(d.round.need_set);
+    EXPECT_EQ(d.uses, Uses(4, Use::Head));
+  }
+}
+
+TEST(Policies, CurrentNeverFalls) {
+  for (const Mode mode : {Mode::NoSync, Mode::Refresh}) {
+    const auto d = decide_for(mode, {head(5), head(9)}, {100, true, {}, {}});
+    EXPECT_EQ(d.round.current, 100u) << name_of(mode);
+    EXPECT_EQ(d.metadata_pad, 0u) << name_of(mode);
+  }
+}
+
+TEST(Policies, FramesWithoutTimeFitEveryTime) {
+  for (const Mode mode : kAll) {
+    const auto d = decide_for(mode, {head(40), head({})});
+    EXPECT_EQ(d.outcome, Outcome::Emit) << name_of(mode);
+    EXPECT_EQ(d.round.current, 40u) << name_of(mode);
+    EXPECT_EQ(d.uses, Uses(2, Use::Head)) << name_of(mode);
+  }
+}
+
+TEST(Policies, WithoutAnyTimeTheOutputIsAtZero) {
+  for (const Mode mode : kAll) {
+    const auto d = decide_for(mode, {head({}), head({})});
+    EXPECT_EQ(d.outcome, Outcome::Emit) << name_of(mode);
+    EXPECT_EQ(d.round.current, 0u) << name_of(mode);
+  }
+}
+
+TEST(Slowest, DiscardsWhatIsTooOldAndChangesNoOtherPad) {
+  const auto d = decide_for(Mode::Slowest, {head(29), head(14)});
+  EXPECT_EQ(d.outcome, Outcome::Wait);
+  EXPECT_EQ(d.uses, (Uses{Use::Nothing, Use::Discard}));
+  EXPECT_EQ(d.round, (Round{29, false, 0, {}}));
+}
+
+TEST(Slowest, GoesOnWithTheSameTimeAfterADiscard) {
+  const auto d = decide_for(Mode::Slowest, {head(29), with_kept(head(30), 14)}, {29, false, 0, {}});
+  EXPECT_EQ(d.outcome, Outcome::Emit);
+  EXPECT_EQ(d.round.current, 29u);
+  EXPECT_EQ(d.uses, (Uses{Use::Head, Use::Head}));
+  EXPECT_EQ(d.metadata_pad, 0u);
+}
+
+TEST(Slowest, UsesTheKeptFrameWhenItIsNearer) {
+  const auto nearer = with_kept(head(40), 28);
+  const auto d = decide_for(Mode::Slowest, {head(29), nearer}, {29, false, 0, {}});
+  EXPECT_EQ(d.uses, (Uses{Use::Head, Use::Kept}));
+  // As near as the head: the head.
+  const auto as_near = with_kept(head(31), 27);
+  EXPECT_EQ(decide_for(Mode::Slowest, {head(29), as_near}, {29, false, 0, {}}).uses,
+            (Uses{Use::Head, Use::Head}));
+}
+
+TEST(Slowest, AGapRaisesTheTimeThatOthersMustReach) {
+  const auto d = decide_for(Mode::Slowest, {head(29), with_kept(gap(60), 10)});
+  EXPECT_EQ(d.outcome, Outcome::Wait);
+  EXPECT_EQ(d.uses, (Uses{Use::Discard, Use::Nothing}));
+  EXPECT_TRUE(d.round.need_set);
+  EXPECT_EQ(decide_for(Mode::Slowest, {head(60), gap(60)}).uses, Uses(2, Use::Nothing));
+}
+
+TEST(Slowest, AGapSettlesWhichFrameIsNearer) {
+  const auto pads = [](Time gap_end) { return std::vector{head(29), with_kept(gap(gap_end), 20)}; };
+  EXPECT_EQ(decide_for(Mode::Slowest, pads(39), {29, false, 0, {}}).uses,
+            (Uses{Use::Head, Use::Kept}));
+  EXPECT_EQ(decide_for(Mode::Slowest, pads(38), {29, false, 0, {}}).outcome, Outcome::Wait);
+}
+
+TEST(BasePad, TakesTheTimeOfTheBase) {
+  const auto d = decide_for(Mode::BasePad, {head(40), head(30)}, {}, {1, kBaseDuration});
+  EXPECT_EQ(d.round.current, 30u);
+  EXPECT_EQ(d.metadata_pad, 1u);
+  EXPECT_EQ(d.uses, (Uses{Use::Head, Use::Head}));
+  EXPECT_EQ(decide_for(Mode::BasePad, {head(40), head(30)}).uses,
+            (Uses{Use::Nothing, Use::Discard}));
+}
+
+TEST(BasePad, TheWindowIsOneLessThanTheDistanceOfTwoBaseFrames) {
+  const auto decide_at = [](Time other, Time duration = kBaseDuration) {
+    return decide_for(Mode::BasePad, {with_kept(head(30), 20), with_kept(head(other), 5)}, {},
+                      {0, duration})
+        .uses[1];
+  };
+  EXPECT_EQ(decide_at(39), Use::Head);
+  EXPECT_EQ(decide_at(40), Use::Kept);
+  EXPECT_EQ(decide_at(34, 4), Use::Head);
+  EXPECT_EQ(decide_at(35, 4), Use::Kept);
+}
+
+TEST(BasePad, TheWindowIsZeroForTheFirstAndForEqualBaseFrames) {
+  const auto other = with_kept(head(31), 5);
+  EXPECT_EQ(decide_for(Mode::BasePad, {head(30), other}).uses[1], Use::Kept);
+  const auto d = decide_for(Mode::BasePad, {with_kept(head(30), 30), other});
+  EXPECT_EQ(d.uses, (Uses{Use::Head, Use::Kept}));
+}
+
+TEST(BasePad, AGapOfTheBaseDiscardsWhatLiesBeforeItsEnd) {
+  EXPECT_EQ(decide_for(Mode::BasePad, {gap(50), head(49)}).uses,
+            (Uses{Use::Nothing, Use::Discard}));
+  EXPECT_EQ(decide_for(Mode::BasePad, {gap(50), head(50)}).uses, Uses(2, Use::Nothing));
+}
+
+TEST(BasePad, AGapBeyondTheWindowSettlesThatTheKeptFrameIsUsed) {
+  const std::vector pads{with_kept(head(30), 20), with_kept(gap(40), 5)};
+  EXPECT_EQ(decide_for(Mode::BasePad, pads).uses, (Uses{Use::Head, Use::Kept}));
+  const std::vector near{with_kept(head(30), 20), with_kept(gap(39), 5)};
+  EXPECT_EQ(decide_for(Mode::BasePad, near).outcome, Outcome::Wait);
+}
+
+TEST(Refresh, PopsWhatCameAndRepeatsTheRest) {
+  const auto d = decide_for(Mode::Refresh, {with_kept(kEmpty, 10), with_kept(head(20), 5)});
+  EXPECT_EQ(d.outcome, Outcome::Emit);
+  EXPECT_EQ(d.uses, (Uses{Use::Kept, Use::Head}));
+  EXPECT_EQ(d.metadata_pad, 1u);
+}
+
+TEST(Refresh, GivesNothingWhileAPadThatWillNotComeHadNoFrame) {
+  for (const PadView& other : {kEnded, kMissing, gap(99)}) {
+    const auto d = decide_for(Mode::Refresh, {head(20), other});
+    EXPECT_EQ(d.outcome, Outcome::Wait);
+    EXPECT_EQ(d.uses, (Uses{Use::Discard, Use::Nothing}));
+  }
+}
+
+TEST(Missing, PadsRepeatTheirLastFrame) {
+  for (const Mode mode : kAll) {
+    const auto d = decide_for(mode, {head(20), with_kept(kMissing, 5)});
+    EXPECT_EQ(d.outcome, Outcome::Emit) << name_of(mode);
+    EXPECT_EQ(d.uses, (Uses{Use::Head, Use::Kept})) << name_of(mode);
+  }
+}
+
+TEST(Missing, PadsThatWereNeverFedLetTheOthersRunEmpty) {
+  for (const Mode mode : kAll) {
+    const auto d = decide_for(mode, {head(20), kMissing});
+    EXPECT_EQ(d.outcome, Outcome::Wait) << name_of(mode);
+    EXPECT_EQ(d.uses, (Uses{Use::Discard, Use::Nothing})) << name_of(mode);
+  }
+}
+
+TEST(Missing, WithoutTheBaseThereIsNoOutput) {
+  const auto d = decide_for(Mode::BasePad, {with_kept(kMissing, 5), head(20)});
+  EXPECT_EQ(d.outcome, Outcome::Wait);
+  EXPECT_EQ(d.uses, (Uses{Use::Nothing, Use::Discard}));
+}
+
+}  // namespace
+}  // namespace weir::sync

@@ -1,0 +1,77 @@
+// slowest as a pure function.
+#include "core/sync/slowest.hpp"
+
+#include <algorithm>
+
+#include "core/sync/steps.hpp"
+
+namespace weir::sync {
+namespace {
+
+// Step A. The frame that ends a gap cannot be before its end, and `current` not before that frame:
+// the other pads can go on to there; the step is done when that frame is known.
+Round step_a(const Round& round, std::span<const PadView> pads) {
+  Round out = round;
+  if (out.counted.empty()) out.deciding.reset();
+  out.counted.resize(pads.size(), false);
+  for (size_t i = 0; i < pads.size(); ++i) {
+    const PadView& pad = pads[i];
+    const bool gap = pad.state == PadState::Gap;
+    if (out.counted[i]) continue;
+    out.counted[i] = !gap;
+    const Stamp time = gap ? Stamp(pad.gap_end) : pad.state == PadState::Head ? pad.head : Stamp();
+    if (!time || *time < out.current || (*time == out.current && (gap || out.deciding))) continue;
+    out.current = *time;
+    out.deciding = gap ? std::optional<size_t>() : i;
+  }
+  out.need_set = std::count(out.counted.begin(), out.counted.end(), false) > 0;
+  if (!out.need_set) out.counted.clear();
+  return out;
+}
+
+bool kept_is_nearer(const PadView& pad, Time current, Time head) {
+  return pad.has_kept && pad.kept && distance(current, *pad.kept) < distance(current, head);
+}
+
+// Nothing = not known yet.
+Use step_b(const PadView& pad, Time current) {
+  if (pad.state == PadState::Missing) return Use::Kept;
+  if (pad.state == PadState::Gap) {
+    const bool later = pad.gap_end > current;
+    return later && kept_is_nearer(pad, current, pad.gap_end) ? Use::Kept : Use::Nothing;
+  }
+  if (!pad.head) return Use::Head;
+  if (*pad.head < current) return Use::Discard;
+  return kept_is_nearer(pad, current, *pad.head) ? Use::Kept : Use::Head;
+}
+
+bool never_fed_and_missing(const PadView& pad) {
+  return pad.state == PadState::Missing && !pad.has_kept;
+}
+
+}  // namespace
+
+Decision decide_slowest(const Round& round, std::span<const PadView> pads) {
+  switch (readiness_of_all(pads)) {
+    case Readiness::Over:
+      return end_of_stream(round, pads.size());
+    case Readiness::NotYet:
+      return wait_for_more(round, pads.size());
+    case Readiness::Ready:
+      break;
+  }
+  if (std::any_of(pads.begin(), pads.end(), never_fed_and_missing))
+    return discard_heads(round, pads);
+  const Round set = round.need_set ? step_a(round, pads) : round;
+  std::vector<Use> uses;
+  for (const PadView& pad : pads) uses.push_back(step_b(pad, set.current));
+  const bool late = std::count(uses.begin(), uses.end(), Use::Discard) > 0;
+  const bool unknown = std::count(uses.begin(), uses.end(), Use::Nothing) > 0;
+  if (!late && !unknown && !set.need_set) return emit(set, std::move(uses));
+  Decision out = wait_for_more(set, pads.size());
+  for (size_t i = 0; i < uses.size(); ++i)
+    if (uses[i] == Use::Discard) out.uses[i] = Use::Discard;
+  return out;
+}
+
+}  // namespace weir::sync
