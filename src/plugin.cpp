@@ -21,8 +21,10 @@ bool register_tracer(GstPlugin*);
 }  // namespace weir
 
 static gboolean plugin_init(GstPlugin* plugin) {
-#define WEIR_REGISTER(name) weir::register_##name(plugin)&&
-  return WEIR_ELEMENTS(WEIR_REGISTER) weir::register_tracer(plugin);
+  bool registered = weir::register_tracer(plugin);
+#define WEIR_REGISTER(name) registered = registered && weir::register_##name(plugin);
+  WEIR_ELEMENTS(WEIR_REGISTER)
+  return registered;
 }
 
 GST_PLUGIN_DEFINE(GST_VERSION_MAJOR, GST_VERSION_MINOR, weir,
