@@ -115,6 +115,19 @@ TEST(Transpose, PlanesOfAnySizeMoveOnEveryTarget) {
   });
 }
 
+// What is moved beyond a pixel is put right, also where planes lie between the rows of the output.
+TEST(Transpose, PixelsOfAnyPictureMoveOnEveryTarget) {
+  for_each_target([] {
+    for (const auto type : kOnePerSize)
+      for (const uint32_t width : {1u, 2u, 4u, 5u, 6u, 7u, 9u, 10u, 33u, 131u, 135u})
+        for (const uint32_t height : {1u, 3u, 4u, 5u, 6u, 7u, 8u, 9u, 34u})
+          for (const uint32_t channels : {3u, 5u}) {
+            expect_as_reference({0, 2, 1, 3}, {channels, width, height, 2}, type, true);
+            expect_as_reference({0, 2, 3, 1, 4}, {channels, width, height, 2}, type, true);
+          }
+  });
+}
+
 TEST(Transpose, AllTypesMoveUnchanged) {
   for (uint32_t i = 0; i < static_cast<uint32_t>(ElementType::End); ++i)
     expect_as_reference({2, 1, 0, 3}, {3, 5, 7, 2}, static_cast<ElementType>(i), true);

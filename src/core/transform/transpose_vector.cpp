@@ -9,6 +9,8 @@
 #include <hwy/foreach_target.h>  // compiles this file once per CPU target
 #include <hwy/highway.h>
 
+#include "core/transform/transpose_pixels-inl.hpp"
+
 HWY_BEFORE_NAMESPACE();
 namespace weir::transform::HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
@@ -110,14 +112,19 @@ HWY_INLINE void move_tile(const Plane<T>& plane) noexcept {
   constexpr size_t kRows = kTile<T>;
   const hn::FixedTag<T, kRows> d;
   hn::Vec<decltype(d)> x[kRows], y[kRows];
+  HWY_UNROLL(16)
   for (size_t i = 0; i < kRows; ++i) x[i] = hn::LoadU(d, plane.in + i * plane.in_stride);
+  HWY_UNROLL(16)
   for (size_t stage = 1; stage < kRows; stage *= 2) {
+    HWY_UNROLL(16)
     for (size_t i = 0; i < kRows / 2; ++i) {
       y[2 * i] = hn::InterleaveLower(d, x[i], x[i + kRows / 2]);
       y[2 * i + 1] = hn::InterleaveUpper(d, x[i], x[i + kRows / 2]);
     }
+    HWY_UNROLL(16)
     for (size_t i = 0; i < kRows; ++i) x[i] = y[i];
   }
+  HWY_UNROLL(16)
   for (size_t i = 0; i < kRows; ++i) hn::StoreU(x[i], d, plane.out + i * plane.out_stride);
 }
 #endif
@@ -148,21 +155,6 @@ void move_plane(const Plane<T>& plane) noexcept {
   move_tiles(plane);
 }
 
-// Elements of other sizes, such as a pixel of three bytes, in squares that fit into the L1 cache.
-template <size_t kBytes>
-HWY_INLINE void move_pixels(const TransposeSteps& steps, const std::byte* in,
-                            std::byte* out) noexcept {
-  constexpr size_t kSide = 32;
-  const size_t bytes = kBytes > 0 ? kBytes : steps.element_bytes;
-  const size_t rows = steps.row.size, columns = steps.column.size;
-  for (size_t r0 = 0; r0 < rows; r0 += kSide)
-    for (size_t c0 = 0; c0 < columns; c0 += kSide)
-      for (size_t c = c0; c < std::min(c0 + kSide, columns); ++c)
-        for (size_t r = r0; r < std::min(r0 + kSide, rows); ++r)
-          std::memcpy(out + (c * steps.column.out_stride + r) * bytes,
-                      in + (r * steps.row.in_stride + c) * bytes, bytes);
-}
-
 template <class T>
 void run_elements(const TransposeSteps& steps, const std::byte* in, std::byte* out) noexcept {
   for_each_plane(steps, in, out, [&](const std::byte* from, std::byte* to) HWY_ATTR {
@@ -171,10 +163,12 @@ void run_elements(const TransposeSteps& steps, const std::byte* in, std::byte* o
   });
 }
 
-template <size_t kBytes>
+template <void kMove(const Pixels&) noexcept>
 void run_pixels(const TransposeSteps& steps, const std::byte* in, std::byte* out) noexcept {
+  const size_t bytes = steps.element_bytes;
   for_each_plane(steps, in, out, [&](const std::byte* from, std::byte* to) HWY_ATTR {
-    move_pixels<kBytes>(steps, from, to);
+    kMove({from, to, steps.row.size, steps.column.size, bytes, steps.row.in_stride * bytes,
+           steps.column.out_stride * bytes});
   });
 }
 
@@ -189,15 +183,15 @@ void RunTranspose(const TransposeSteps& steps, const std::byte* in, std::byte* o
     case 8:
       return run_elements<uint64_t>(steps, in, out);
     case 3:
-      return run_pixels<3>(steps, in, out);
+      return run_pixels<move_triples>(steps, in, out);
     case 6:
-      return run_pixels<6>(steps, in, out);
+      return run_pixels<move_pixels<6, 8>>(steps, in, out);
     case 12:
-      return run_pixels<12>(steps, in, out);
+      return run_pixels<move_pixels<12, 16>>(steps, in, out);
     case 16:
-      return run_pixels<16>(steps, in, out);
+      return run_pixels<move_pixels<16, 16>>(steps, in, out);
     default:
-      return run_pixels<0>(steps, in, out);
+      return run_pixels<move_pixels<0, 0>>(steps, in, out);
   }
 }
 
