@@ -76,6 +76,17 @@ void measure_two_in_a_row() {
                       "one element with both steps", costs[1].cpu / costs[0].cpu, "x", 1.15);
 }
 
+void measure_second_of_two() {
+  const std::string add = "tensor_transform mode=arithmetic option=add:1",
+                    limit = "tensor_transform mode=clamp option=9:99";
+  ElementStage one(add, kBytes, 1024), two(add + " ! " + limit, kBytes, 1024);
+  const auto costs =
+      weir::bench::medians({[&] { one.push(kFrames); }, [&] { two.push(kFrames); }}, kRounds);
+  weir::bench::report("cost of a 1 KB buffer: a second tensor_transform, in place",
+                      "one tensor_transform", (costs[1].cpu - costs[0].cpu) / kFrames * 1e6, "us",
+                      1.5);
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -83,4 +94,5 @@ int main(int argc, char** argv) {
   if (argc != 2) return 2;
   measure(argv[1]);
   measure_two_in_a_row();
+  measure_second_of_two();
 }

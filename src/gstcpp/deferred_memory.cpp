@@ -38,6 +38,7 @@ DeferredMemory& of(GstMemory* memory) {
 
 // Precondition: the mutex is held.
 bool compute(DeferredMemory& memory) {
+  if (!memory.source.plan) return false;
   const auto& plan = *memory.source.plan;
   const size_t in_bytes = *plan.input().bytes(), out_bytes = *plan.output().bytes();
   const MappedMemory in(gst_buffer_peek_memory(memory.source.buffer.get(), memory.source.memory),
@@ -147,8 +148,16 @@ std::optional<DeferredSource> deferred_source(GstMemory* base) {
   if (!is_deferred_memory(base)) return std::nullopt;
   auto& memory = of(base);
   const std::lock_guard lock(memory.mutex);
-  if (memory.bytes || memory.offset != 0 || memory.size != memory.maxsize) return std::nullopt;
+  if (memory.bytes || !memory.source.plan || memory.offset != 0 || memory.size != memory.maxsize)
+    return std::nullopt;
   return memory.source;
+}
+
+void forget_deferred_source(GstMemory* base) {
+  auto& memory = of(base);
+  DeferredSource done;
+  const std::lock_guard lock(memory.mutex);
+  std::swap(done, memory.source);
 }
 
 void offer_deferral(GstQuery* query, GstPad* sink) {

@@ -36,6 +36,10 @@ bool is_deferred_memory(GstMemory* memory);
 // The source of a deferred memory that nobody has mapped or resized yet, else nullopt.
 std::optional<DeferredSource> deferred_source(GstMemory* memory);
 
+// Lets go of the source: from then on the memory cannot be mapped. For an element that nobody
+// shares the memory with, and that has taken what the source gave.
+void forget_deferred_source(GstMemory* memory);
+
 // The ALLOCATION query. `sink` of an element that takes deferred memories says so to whatever is
 // linked to it, and to nobody before that: elements in between may hand the query on.
 void offer_deferral(GstQuery* query, GstPad* sink);

@@ -4,6 +4,13 @@
 
 namespace weir {
 
+bool FrameTransformer::may_write(GstBuffer* buffer) {
+  if (!gst_buffer_is_writable(buffer) || !gst_buffer_is_all_memory_writable(buffer)) return false;
+  for (guint i = 0; i < gst_buffer_n_memory(buffer); ++i)
+    if (GST_MEMORY_IS_READONLY(gst_buffer_peek_memory(buffer, i))) return false;
+  return true;
+}
+
 void FrameTransformer::defer(bool wanted) noexcept {
   defer_ = wanted;
   computed_before_ = counts_->computed;
@@ -58,12 +65,56 @@ Result<gst::Ref<GstBuffer>> FrameTransformer::deferred_output(GstBuffer* in) {
   return out;
 }
 
+// All references on the source are those of the deferred memories, which are this frame's alone,
+// and of sources_.
+bool FrameTransformer::has_source_alone(GstBuffer* in) const {
+  if (!gst_buffer_is_writable(in) || !gst_buffer_is_all_memory_writable(in)) return false;
+  GstBuffer* source = sources_[0].buffer.get();
+  if (gst_buffer_n_memory(source) != sources_.size()) return false;
+  for (size_t i = 0; i < sources_.size(); ++i) {
+    const auto& [buffer, memory, plan] = sources_[i];
+    if (buffer.get() != source || memory != i || !plan->in_place_possible()) return false;
+    if (gst_memory_get_sizes(gst_buffer_peek_memory(source, memory), nullptr, nullptr) !=
+        plan->output().bytes())
+      return false;
+  }
+  if (static_cast<size_t>(GST_MINI_OBJECT_REFCOUNT_VALUE(source)) != 2 * sources_.size())
+    return false;
+  gpointer state = nullptr;
+  while (const GstMeta* meta = gst_buffer_iterate_meta(source, &state))
+    if ((meta->flags & (GST_META_FLAG_POOLED | GST_META_FLAG_LOCKED)) != 0) return false;
+  return true;
+}
+
+// Without its metadata: those of `in` are newer, a probe may have changed them.
+gst::Ref<GstBuffer> FrameTransformer::take_source(GstBuffer* in) {
+  if (!has_source_alone(in)) return {};
+  auto out = gst::Ref<GstBuffer>::share(sources_[0].buffer.get());
+  for (size_t i = 0; i < sources_.size(); ++i) {
+    gst::forget_deferred_source(gst_buffer_peek_memory(in, static_cast<guint>(i)));
+    sources_[i].buffer = {};
+  }
+  if (!may_write(out.get())) {  // can be told only of a buffer that nobody else has
+    for (auto& source : sources_) source.buffer = gst::Ref<GstBuffer>::share(out.get());
+    return {};
+  }
+  const auto remove = [](GstBuffer*, GstMeta** meta, gpointer) -> gboolean {
+    *meta = nullptr;
+    return TRUE;
+  };
+  gst_buffer_foreach_meta(out.get(), remove, nullptr);
+  return out;
+}
+
 Status FrameTransformer::run_fused(GstBuffer* out, Ledger* ledger) {
-  if (auto status = writer_.map(pool_, out); !status) return status;
+  const bool in_place = !sources_[0].buffer;
+  if (!in_place)
+    if (auto status = writer_.map(pool_, out); !status) return status;
   for (size_t i = 0; i < sources_.size(); ++i) {
     const auto& source = sources_[i];
-    const gst::MappedMemory in(gst_buffer_peek_memory(source.buffer.get(), source.memory),
-                               GST_MAP_READ);
+    const gst::MappedMemory in(
+        gst_buffer_peek_memory(in_place ? out : source.buffer.get(), source.memory),
+        in_place ? GST_MAP_READWRITE : GST_MAP_READ);
     if (!in)
       return Error{
           Code::MAP_FAILED,
@@ -72,7 +123,8 @@ Status FrameTransformer::run_fused(GstBuffer* out, Ledger* ledger) {
           "system memory",
           "",
           "put a queue between the two"};
-    const auto counters = source.plan->apply(in.bytes(), writer_.payloads()[i]);
+    const auto target = in_place ? in.bytes() : writer_.payloads()[i];
+    const auto counters = source.plan->apply(in.bytes(), target);
     if (counters.divisions_by_zero > 0) ledger->divided_by_zero(counters.divisions_by_zero);
   }
   return ok();

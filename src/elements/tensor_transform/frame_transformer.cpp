@@ -112,9 +112,11 @@ Result<gst::Ref<GstBuffer>> FrameTransformer::output_for(GstBuffer* in) {
   work_.fused = !sources_.empty();
   work_.deferred = may_defer(in);
   if (work_.deferred) return deferred_output(in);
-  if (!work_.fused && in_place_ && gst_buffer_is_writable(in) &&
-      gst_buffer_is_all_memory_writable(in) && gst_buffer_n_memory(in) == input_.tensors.size())
+  if (work_.fused) {
+    if (auto source = take_source(in)) return source;
+  } else if (in_place_ && may_write(in) && gst_buffer_n_memory(in) == input_.tensors.size()) {
     return gst::Ref<GstBuffer>::share(in);
+  }
   auto out = pooled_ ? pool_.acquire() : gst::Ref<GstBuffer>::adopt(gst_buffer_new());
   if (!out) return out_of_memory();
   return out;

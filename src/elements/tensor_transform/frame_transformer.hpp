@@ -73,6 +73,12 @@ class FrameTransformer {
   void find_fused_sources(GstBuffer* in);
   bool may_defer(GstBuffer* in) const;
   Result<gst::Ref<GstBuffer>> deferred_output(GstBuffer* in);
+  bool has_source_alone(GstBuffer* in) const;
+  // What came into the element before, to become the output, or null: it is as large, and nobody
+  // else's.
+  gst::Ref<GstBuffer> take_source(GstBuffer* in);
+  // Whether nobody else sees what is written into the buffer.
+  static bool may_write(GstBuffer* buffer);
   Status run_fused(GstBuffer* out, Ledger* ledger);
   Status run_alone(GstBuffer* in, GstBuffer* out, Ledger* ledger);
   Status run_pooled(GstBuffer* in, GstBuffer* out, Ledger* ledger);
@@ -92,9 +98,10 @@ class FrameTransformer {
   bool in_place_ = false;                     // and no element changes its size
   bool element_wise_ = false;                 // see can_fuse()
   bool defer_ = false;
-  uint64_t computed_before_ = 0;              // counts_->computed when deferring began
-  std::vector<gst::DeferredSource> sources_;  // of the frame between output_for() and run()
-  Work work_;                                 // on that frame
+  uint64_t computed_before_ = 0;  // counts_->computed when deferring began
+  // Of the frame between output_for() and run(); without a buffer where it is the output itself.
+  std::vector<gst::DeferredSource> sources_;
+  Work work_;  // on that frame
   gst::Allocation allocation_;
   gst::FramePool pool_;
   gst::FrameReader reader_;

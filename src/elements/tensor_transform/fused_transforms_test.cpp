@@ -1,4 +1,6 @@
 // Transforms in a row: one pass, and the bits that they give one after the other.
+#include <algorithm>
+
 #include "elements/tensor_transform/transform_chain_test_support.hpp"
 
 namespace {
@@ -200,6 +202,147 @@ TEST(FusedTransforms, LetGoOfTheInputWhenTheFrameIsDone) {
   ASSERT_EQ(gst_harness_push(chain.harness(), in), GST_FLOW_OK);
   EXPECT_EQ(gone, 1);
   EXPECT_TRUE(chain.pull());
+}
+
+constexpr char kAdd[] = "mode=arithmetic option=add:7";
+constexpr char kMul[] = "mode=arithmetic option=mul:3";
+
+Frame added_and_multiplied(Frame frame) {
+  for (auto& bytes : frame)
+    for (auto& byte : bytes) {
+      const int sum = std::min(std::to_integer<int>(byte) + 7, 255);
+      byte = static_cast<std::byte>(std::min(3 * sum, 255));
+    }
+  return frame;
+}
+
+gpointer address(GstBuffer* buffer, guint memory = 0) {
+  return gst_buffer_peek_memory(buffer, memory);
+}
+
+// Fused frames of `b` whose memory is the input's.
+class FusedInPlace : public testing::Test {
+ protected:
+  const Frame in_ = random_frame({300}, 1);
+  const Frame expected_ = added_and_multiplied(in_);
+  Chain chain_{transform("a", kAdd) + " ! " + transform("b", kMul), kPixels};
+
+  // The result of the buffer, which is given away.
+  weir::gst::Ref<GstBuffer> result(GstBuffer* in) {
+    EXPECT_EQ(gst_harness_push(chain_.harness(), in), GST_FLOW_OK);
+    EXPECT_EQ(chain_.stat("b", "fused-frames"), 1u);
+    return chain_.pull();
+  }
+};
+
+TEST_F(FusedInPlace, WhereNobodyElseHasTheMemory) {
+  GstBuffer* in = weir::test::buffer_of(in_);
+  const gpointer memory = address(in);
+  const auto out = result(in);
+  EXPECT_EQ(address(out.get()), memory);
+  EXPECT_EQ(frame_of(out.get()), expected_);
+  EXPECT_EQ(chain_.stat("b", "pool-allocated"), 0u);
+}
+
+TEST_F(FusedInPlace, NotWhereSomebodyHoldsTheInput) {
+  const auto in = weir::gst::Ref<GstBuffer>::adopt(weir::test::buffer_of(in_));
+  const auto out = result(gst_buffer_ref(in.get()));
+  EXPECT_NE(address(out.get()), address(in.get()));
+  EXPECT_EQ(frame_of(out.get()), expected_);
+  EXPECT_EQ(frame_of(in.get()), in_);
+}
+
+TEST_F(FusedInPlace, NotWhereAnotherBufferHasTheMemory) {
+  const auto other = weir::gst::Ref<GstBuffer>::adopt(weir::test::buffer_of(in_));
+  const auto out = result(gst_buffer_copy(other.get()));
+  EXPECT_EQ(frame_of(out.get()), expected_);
+  EXPECT_EQ(frame_of(other.get()), in_);
+}
+
+TEST_F(FusedInPlace, NotInReadOnlyMemory) {
+  static const std::vector<std::byte> bytes(300, std::byte{5});
+  GstBuffer* in =
+      gst_buffer_new_wrapped_full(GST_MEMORY_FLAG_READONLY, const_cast<std::byte*>(bytes.data()),
+                                  300, 0, 300, nullptr, nullptr);
+  EXPECT_EQ(frame_of(result(in).get()), (Frame{{300, std::byte{36}}}));
+  EXPECT_EQ(bytes, (std::vector<std::byte>(300, std::byte{5})));
+}
+
+TEST_F(FusedInPlace, NotWhereAProbeKeepsTheFrameBetween) {
+  weir::gst::Ref<GstBuffer> kept;
+  chain_.add_probe(
+      "a", "src",
+      [](GstPad*, GstPadProbeInfo* info, gpointer into) {
+        *static_cast<weir::gst::Ref<GstBuffer>*>(into) =
+            weir::gst::Ref<GstBuffer>::share(GST_PAD_PROBE_INFO_BUFFER(info));
+        return GST_PAD_PROBE_OK;
+      },
+      &kept);
+  const auto out = result(weir::test::buffer_of(in_));
+  EXPECT_EQ(frame_of(out.get()), expected_);
+  for (size_t i = 0; i < 300; ++i)
+    ASSERT_EQ(std::to_integer<int>(frame_of(kept.get())[0][i]),
+              std::min(std::to_integer<int>(in_[0][i]) + 7, 255));
+}
+
+TEST_F(FusedInPlace, WithTheTimesAndMetadataOfTheFrameBetween) {
+  GstBuffer* in = weir::test::buffer_of(in_);
+  GST_BUFFER_PTS(in) = 7;
+  GstCaps* clock = gst_caps_new_empty_simple("timestamp/x-test");
+  gst_buffer_add_reference_timestamp_meta(in, clock, 9, GST_CLOCK_TIME_NONE);
+  chain_.add_probe(
+      "a", "src",
+      [](GstPad*, GstPadProbeInfo* info, gpointer) {
+        GstBuffer* buffer = GST_PAD_PROBE_INFO_BUFFER(info);
+        GST_BUFFER_PTS(buffer) = 70;
+        gst_buffer_get_reference_timestamp_meta(buffer, nullptr)->timestamp = 90;
+        return GST_PAD_PROBE_OK;
+      },
+      nullptr);
+  const gpointer memory = address(in);
+  const auto out = result(in);
+  EXPECT_EQ(address(out.get()), memory);
+  EXPECT_EQ(GST_BUFFER_PTS(out.get()), 70u);
+  EXPECT_EQ(gst_buffer_get_n_meta(out.get(), GST_REFERENCE_TIMESTAMP_META_API_TYPE), 1u);
+  EXPECT_EQ(gst_buffer_get_reference_timestamp_meta(out.get(), clock)->timestamp, 90u);
+  gst_caps_unref(clock);
+}
+
+TEST(FusedTransforms, OneAloneLeavesReadOnlyMemoryAsItIs) {
+  static const std::vector<std::byte> bytes(300, std::byte{5});
+  Chain chain(transform("a", kAdd), kPixels);
+  GstBuffer* in =
+      gst_buffer_new_wrapped_full(GST_MEMORY_FLAG_READONLY, const_cast<std::byte*>(bytes.data()),
+                                  300, 0, 300, nullptr, nullptr);
+  ASSERT_EQ(gst_harness_push(chain.harness(), in), GST_FLOW_OK);
+  EXPECT_EQ(frame_of(chain.pull().get()), (Frame{{300, std::byte{12}}}));
+  EXPECT_EQ(bytes, (std::vector<std::byte>(300, std::byte{5})));
+}
+
+TEST(FusedTransforms, SeveralTensorsInSeveralStepsAreDoneInPlace) {
+  Chain chain(transform("a", kAdd) + " ! " + transform("b", kMul) + " ! " +
+                  transform("c", "mode=clamp option=9:99"),
+              many(3));
+  const auto frame = random_frame({3, 6, 9}, 1);
+  GstBuffer* in = weir::test::buffer_of(frame);
+  const gpointer memories[] = {address(in), address(in, 1), address(in, 2)};
+  ASSERT_EQ(gst_harness_push(chain.harness(), in), GST_FLOW_OK);
+  const auto out = chain.pull();
+  auto expected = added_and_multiplied(frame);
+  for (auto& bytes : expected)
+    for (auto& byte : bytes)
+      byte = static_cast<std::byte>(std::clamp(std::to_integer<int>(byte), 9, 99));
+  EXPECT_EQ(frame_of(out.get()), expected);
+  for (guint i = 0; i < 3; ++i) EXPECT_EQ(address(out.get(), i), memories[i]);
+  EXPECT_EQ(chain.stat("c", "fused-frames"), 1u);
+}
+
+TEST(FusedTransforms, AChangeOfSizeIsNotDoneInPlace) {
+  Chain chain(transform("a", kAdd) + " ! " + transform("b", kCast), kPixels);
+  GstBuffer* in = weir::test::buffer_of(random_frame({300}, 1));
+  ASSERT_EQ(gst_harness_push(chain.harness(), in), GST_FLOW_OK);
+  EXPECT_EQ(gst_buffer_get_size(chain.pull().get()), 1200u);
+  EXPECT_EQ(chain.stat("b", "pool-allocated"), 1u);
 }
 
 }  // namespace
