@@ -92,11 +92,22 @@ GstFlowReturn acquire_buffer(GstBufferPool* pool, GstBuffer** out, GstBufferPool
   return alloc_buffer(pool, out, p);
 }
 
+// A buffer's only memory that was shortened gets its length back.
+bool has_all_bytes(const PoolState& s, GstBuffer* buffer) {
+  if (gst_buffer_get_size(buffer) == s.total_bytes) return true;
+  if (gst_buffer_n_memory(buffer) != 1) return false;
+  GstMemory* memory = gst_buffer_peek_memory(buffer, 0);
+  gsize offset = 0, all = 0;
+  gst_memory_get_sizes(memory, &offset, &all);
+  if (offset != 0 || all < s.total_bytes) return false;
+  gst_memory_resize(memory, 0, s.total_bytes);
+  return true;
+}
+
 void release_buffer(GstBufferPool* pool, GstBuffer* buffer) {
   PoolState& s = state_of(pool);
   const bool intact = !GST_BUFFER_FLAG_IS_SET(buffer, GST_BUFFER_FLAG_TAG_MEMORY) &&
-                      gst_buffer_get_size(buffer) == s.total_bytes &&
-                      gst_buffer_is_all_memory_writable(buffer);
+                      gst_buffer_is_all_memory_writable(buffer) && has_all_bytes(s, buffer);
   {
     std::lock_guard lock(s.mutex);
     if (intact && s.free_buffers.size() < s.retain) {

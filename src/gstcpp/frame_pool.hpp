@@ -28,7 +28,8 @@ class FramePool {
                                 size_t retain = 8);
   FramePool() = default;
 
-  // A buffer to write into; null when memory ran out.
+  // A buffer to write into; null when memory ran out. One of a single memory may be shortened; it
+  // gets its length back in the pool.
   Ref<GstBuffer> acquire();
   // Maps a buffer of this pool for writing: one span per tensor, valid until unmap().
   class Writer {

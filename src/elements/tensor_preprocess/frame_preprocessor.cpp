@@ -33,6 +33,16 @@ Result<std::unique_ptr<FramePreprocessor>> FramePreprocessor::make(
       new FramePreprocessor(video, std::move(plans), *std::move(pool), threads));
 }
 
+Status FramePreprocessor::allocate_as(const gst::Allocation& allocation) {
+  if (allocation == allocation_) return ok();
+  auto pool = gst::FramePool::make(pool_.tensors(), Format::Static, MediaType::Tensor, allocation);
+  if (!pool) return pool.error();
+  allocated_before_ += pool_.stats().allocated;
+  allocation_ = allocation;
+  pool_ = *std::move(pool);
+  return ok();
+}
+
 Result<gst::Ref<GstBuffer>> FramePreprocessor::acquire(GstBuffer*) {
   auto buffer = pool_.acquire();
   if (!buffer) return no_output_memory();

@@ -18,11 +18,12 @@ class FramePreprocessor : public PictureWork {
   static Result<std::unique_ptr<FramePreprocessor>> make(
       std::vector<preprocess::Preparation> preparations, const GstVideoInfo& video, size_t threads);
 
+  Status allocate_as(const gst::Allocation& allocation) override;
   Result<gst::Ref<GstBuffer>> acquire(GstBuffer* in) override;
   // Errors: MappedPicture::map(), Plan::make() for the crop, Plan::run_rows().
   Status run(GstBuffer* in, GstBuffer* out) override;
   std::vector<PictureMap> ways_back() const override;
-  uint64_t allocated() const override { return pool_.stats().allocated; }
+  uint64_t allocated() const override { return allocated_before_ + pool_.stats().allocated; }
 
  private:
   FramePreprocessor(const GstVideoInfo& video, std::vector<preprocess::Plan> plans,
@@ -39,7 +40,9 @@ class FramePreprocessor : public PictureWork {
   std::vector<preprocess::Plan> plans_;
   std::vector<preprocess::Job> jobs_;  // of the frame in work; keeps its memory
   preprocess::Runner runner_;
+  gst::Allocation allocation_;
   gst::FramePool pool_;
+  uint64_t allocated_before_ = 0;  // by pools that are no more
   gst::FramePool::Writer writer_;
 };
 

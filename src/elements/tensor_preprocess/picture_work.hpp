@@ -4,6 +4,7 @@
 
 #include <vector>
 
+#include "gstcpp/allocation.hpp"
 #include "gstcpp/ref.hpp"
 #include "weir/picture_map.hpp"
 #include "weir/result.hpp"
@@ -18,6 +19,8 @@ struct RegionCounts {
 class PictureWork {
  public:
   virtual ~PictureWork() = default;
+  // How buffers lie in memory from the next one on. LIMIT_EXCEEDED.
+  virtual Status allocate_as(const gst::Allocation& allocation) = 0;
   // A buffer for run() to write what is made of `in`; one without memory when that is nothing.
   // OUT_OF_MEMORY, or what makes `in` no picture to work on.
   virtual Result<gst::Ref<GstBuffer>> acquire(GstBuffer* in) = 0;

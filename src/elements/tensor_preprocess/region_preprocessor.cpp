@@ -14,12 +14,6 @@ using preprocess::Rect;
 
 namespace {
 
-TensorSpec stacked(const Preparation& preparation, size_t regions) {
-  TensorSpec out = preparation.tensor();
-  out.shape[3] = static_cast<uint32_t>(regions);
-  return out;
-}
-
 // Empty when they do not meet.
 Rect common_part(const Rect& picture, const GstVideoRegionOfInterestMeta& region) {
   const auto part = [](uint32_t begin, uint32_t length, uint64_t from, uint64_t size) {
@@ -36,7 +30,7 @@ Rect common_part(const Rect& picture, const GstVideoRegionOfInterestMeta& region
 }  // namespace
 
 RegionPreprocessor::RegionPreprocessor(const GstVideoInfo& video, Plan whole, uint32_t most,
-                                       gst::FramePool pool, size_t threads)
+                                       BatchPool pool, size_t threads)
     : video_(video),
       whole_(std::move(whole)),
       most_(most),
@@ -50,16 +44,12 @@ Result<std::unique_ptr<RegionPreprocessor>> RegionPreprocessor::make(Preparation
   auto picture = picture_of(video);
   if (!picture) return picture.error();
   preparation.source = *picture;
-  gst::FramePool pool;
-  if (most > 0) {
-    auto made = gst::FramePool::make({stacked(preparation, most)}, Format::Static);
-    if (!made) return made.error();
-    pool = *std::move(made);
-  }
+  auto pool = BatchPool::make(preparation.tensor(), most);
+  if (!pool) return pool.error();
   auto plan = Plan::make(std::move(preparation));
   if (!plan) return plan.error();
   return std::unique_ptr<RegionPreprocessor>(
-      new RegionPreprocessor(video, *std::move(plan), most, std::move(pool), threads));
+      new RegionPreprocessor(video, *std::move(plan), most, *std::move(pool), threads));
 }
 
 Status RegionPreprocessor::adapt(const PictureSize& size) {
@@ -103,25 +93,12 @@ Status RegionPreprocessor::make_plans() {
   return ok();
 }
 
-// Not of a pool: its size follows the number of regions.
-gst::Ref<GstBuffer> RegionPreprocessor::flexible_buffer() {
-  GstAllocationParams params;
-  gst_allocation_params_init(&params);
-  params.align = 63;
-  const size_t bytes = kTensorHeaderBytes + regions_.size() * region_bytes();
-  auto buffer = gst::Ref<GstBuffer>::adopt(gst_buffer_new_allocate(nullptr, bytes, &params));
-  if (buffer) ++allocated_;
-  return buffer;
-}
-
 Result<gst::Ref<GstBuffer>> RegionPreprocessor::acquire(GstBuffer* in) {
   const PictureSize size = size_of_picture(video_, in);
   if (auto status = adapt(size); !status) return status.error();
   find_regions(in, size.crop.value_or(Rect{0, 0, size.width, size.height}));
   if (regions_.empty()) return gst::Ref<GstBuffer>::adopt(gst_buffer_new());
-  auto buffer = most_ > 0 ? pool_.acquire() : flexible_buffer();
-  if (!buffer) return no_output_memory();
-  return buffer;
+  return pool_.acquire(regions_.size());
 }
 
 Status RegionPreprocessor::run(GstBuffer* in, GstBuffer* out) {
@@ -133,12 +110,7 @@ Status RegionPreprocessor::run(GstBuffer* in, GstBuffer* out) {
   if (!map)
     return Error{Code::MAP_FAILED, "an output buffer cannot be mapped for writing", "", "", "", ""};
   std::span<std::byte> bytes = map.bytes();
-  if (most_ == 0) {
-    TensorHeader header;
-    header.spec = stacked(whole_.preparation(), regions_.size());
-    write_tensor_header(header, bytes.first<kTensorHeaderBytes>());
-    bytes = bytes.subspan(kTensorHeaderBytes);
-  }
+  if (most_ == 0) bytes = bytes.subspan(kTensorHeaderBytes);
   jobs_.clear();
   for (size_t i = 0; i < regions_.size(); ++i) {
     jobs_.push_back({&plans_[i], bytes.first(region_bytes())});

@@ -5,9 +5,9 @@
 #include <memory>
 
 #include "core/preprocess/runner.hpp"
+#include "elements/tensor_preprocess/batch_pool.hpp"
 #include "elements/tensor_preprocess/picture_work.hpp"
 #include "elements/tensor_preprocess/video_picture.hpp"
-#include "gstcpp/frame_pool.hpp"
 
 namespace weir {
 
@@ -26,27 +26,28 @@ class RegionPreprocessor : public PictureWork {
                                                           const GstVideoInfo& video, uint32_t most,
                                                           size_t threads);
 
+  Status allocate_as(const gst::Allocation& allocation) override {
+    return pool_.allocate_as(allocation);
+  }
   Result<gst::Ref<GstBuffer>> acquire(GstBuffer* in) override;
   Status run(GstBuffer* in, GstBuffer* out) override;
   std::vector<PictureMap> ways_back() const override;
   RegionCounts regions() const override { return counts_; }
-  uint64_t allocated() const override { return allocated_ + pool_.stats().allocated; }
+  uint64_t allocated() const override { return pool_.allocated(); }
 
  private:
   RegionPreprocessor(const GstVideoInfo& video, preprocess::Plan whole, uint32_t most,
-                     gst::FramePool pool, size_t threads);
+                     BatchPool pool, size_t threads);
   Status adapt(const PictureSize& size);
   void find_regions(GstBuffer* in, const preprocess::Rect& picture);
   Status make_plans();
   size_t region_bytes() const noexcept { return *whole_.preparation().tensor().bytes(); }
-  gst::Ref<GstBuffer> flexible_buffer();
 
   GstVideoInfo video_;
   preprocess::Plan whole_;  // without a crop
   uint32_t most_;           // 0 = flexible
-  gst::FramePool pool_;     // static
+  BatchPool pool_;
   preprocess::Runner runner_;
-  uint64_t allocated_ = 0;
   RegionCounts counts_;
   // Of the frame in work; they keep their memory. A plan stays for each index and is laid anew on
   // each frame's region.

@@ -132,6 +132,13 @@ class TensorPreprocess : public gst::CountedTransform<TensorPreprocess> {
     return true;
   }
 
+  gboolean decide_allocation(GstQuery* query) {
+    if (work_)
+      if (const Status status = work_->allocate_as(gst::allocation_of(query)); !status)
+        return gst::post_error(element(), status.error()), FALSE;
+    return parent_class()->decide_allocation(self(), query);
+  }
+
   GstFlowReturn prepare_output_buffer(GstBuffer* in, GstBuffer** out) {
     if (!work_) {
       ledger_.dropped(DropReason::Error);

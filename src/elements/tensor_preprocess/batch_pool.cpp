@@ -1,0 +1,79 @@
+// Makes a pool anew when the frames need another size.
+#include "elements/tensor_preprocess/batch_pool.hpp"
+
+#include <algorithm>
+#include <bit>
+
+#include "core/tensor/tensor_header.hpp"
+#include "elements/tensor_preprocess/picture_work.hpp"
+
+namespace weir {
+namespace {
+
+constexpr uint32_t kSmallFrames = 64;  // after which big buffers go
+// Of a flexible stream, whose frames the stream itself sizes.
+constexpr uint64_t kRoundedBytes = uint64_t{1} << 24;   // of bigger ones none is made bigger still
+constexpr uint64_t kRetainedBytes = uint64_t{1} << 28;  // that wait for use
+
+}  // namespace
+
+Result<BatchPool> BatchPool::make(const TensorSpec& part, uint32_t most) {
+  BatchPool out;
+  out.part_ = part;
+  out.most_ = most;
+  if (auto status = out.renew(most > 0 ? most : 1); !status) return status.error();
+  return out;
+}
+
+TensorSpec BatchPool::batch_of(size_t parts) const {
+  TensorSpec out = part_;
+  out.shape[3] = static_cast<uint32_t>(parts);
+  return out;
+}
+
+size_t BatchPool::retained(size_t room) const {
+  constexpr uint64_t kMost = 8;
+  if (most_ > 0) return kMost;
+  return std::clamp<uint64_t>(kRetainedBytes / (room * *part_.bytes()), 1, kMost);
+}
+
+Status BatchPool::renew(size_t room) {
+  auto pool = gst::FramePool::make({batch_of(room)}, most_ > 0 ? Format::Static : Format::Flexible,
+                                   MediaType::Tensor, allocation_, retained(room));
+  if (!pool) return pool.error();
+  allocated_before_ += pool_.stats().allocated;
+  pool_ = *std::move(pool);
+  room_ = room;
+  small_frames_ = 0;
+  return ok();
+}
+
+Status BatchPool::allocate_as(const gst::Allocation& allocation) {
+  if (allocation == allocation_) return ok();
+  allocation_ = allocation;
+  return renew(room_);
+}
+
+Result<gst::Ref<GstBuffer>> BatchPool::acquire(size_t parts) {
+  if (most_ == 0) {
+    const bool huge = parts * *part_.bytes() > kRoundedBytes;
+    const size_t needed = huge ? parts : std::bit_ceil(parts);
+    small_frames_ = needed < room_ / 4 ? small_frames_ + 1 : 0;
+    if (needed > room_ || small_frames_ == kSmallFrames)
+      if (auto status = renew(needed); !status) return status.error();
+  }
+  auto buffer = pool_.acquire();
+  if (!buffer) return no_output_memory();
+  if (most_ > 0) return buffer;
+  TensorHeader header;
+  header.spec = batch_of(parts);
+  GstMemory* memory = gst_buffer_peek_memory(buffer.get(), 0);
+  gst_memory_resize(memory, 0, kTensorHeaderBytes + parts * *part_.bytes());
+  const gst::MappedMemory map(memory, GST_MAP_WRITE);
+  if (!map)
+    return Error{Code::MAP_FAILED, "an output buffer cannot be mapped for writing", "", "", "", ""};
+  write_tensor_header(header, map.bytes().first<kTensorHeaderBytes>());
+  return buffer;
+}
+
+}  // namespace weir
