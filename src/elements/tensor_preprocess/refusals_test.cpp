@@ -82,7 +82,7 @@ TEST(TensorPreprocess, NamesTheFirstDifferenceToWhatIsWantedBehind) {
 
 TEST(TensorPreprocess, NamesAFormatItDoesNotTake) {
   Harness h{gst_harness_new_parse("tensor_preprocess width=4 height=4")};
-  const auto text = said_by(h, GST_MESSAGE_WARNING, [&] {
+  const auto text = error_of(h, [&] {
     gst_harness_set_src_caps_str(h.get(), video("YUY2", 4, 4).c_str());
     EXPECT_EQ(gst_harness_push(h.get(), frame(ramp(32))), GST_FLOW_NOT_NEGOTIATED);
   });
@@ -91,6 +91,49 @@ TEST(TensorPreprocess, NamesAFormatItDoesNotTake) {
   expect_words(text, "GRAY8, NV12, I420");
   expect_words(text, "fix: videoconvert ! tensor_preprocess");
   EXPECT_EQ(stat(h, "consumed"), 0u);
+}
+
+TEST(TensorPreprocess, RefusesAnotherFormatInTheMiddleOfAStream) {
+  auto h = harness("width=4 height=4", video("RGB", 4, 4));
+  EXPECT_EQ(pushed<uint8_t>(h, frame(ramp(48))), ramp(48));
+  const auto text = error_of(h, [&] {
+    gst_harness_set_src_caps_str(h.get(), video("v210", 4, 4).c_str());
+    EXPECT_EQ(gst_harness_push(h.get(), frame(ramp(512))), GST_FLOW_NOT_NEGOTIATED);
+  });
+  expect_words(text, "offered: v210");
+  EXPECT_EQ(stat(h, "received"), 1u);  // no frame comes behind caps that are refused
+  EXPECT_EQ(stat(h, "pushed"), 1u);
+}
+
+// What a pipeline says that plays to its end or to an error.
+std::string said_by_pipeline(const std::string& launch) {
+  const auto pipeline = Ref<GstElement>::adopt(
+      GST_ELEMENT(gst_object_ref_sink(gst_parse_launch(launch.c_str(), nullptr))));
+  gst_element_set_state(pipeline.get(), GST_STATE_PLAYING);
+  const auto bus = Ref<GstBus>::adopt(gst_element_get_bus(pipeline.get()));
+  const auto message = Ref<GstMessage>::adopt(gst_bus_timed_pop_filtered(
+      bus.get(), 60 * GST_SECOND, GstMessageType(GST_MESSAGE_EOS | GST_MESSAGE_ERROR)));
+  gst_element_set_state(pipeline.get(), GST_STATE_NULL);
+  if (!message) return "nothing";
+  if (GST_MESSAGE_TYPE(message.get()) == GST_MESSAGE_EOS) return "end of stream";
+  GError* error = nullptr;
+  gst_message_parse_error(message.get(), &error, nullptr);
+  const std::string text = error->message;
+  g_error_free(error);
+  return text;
+}
+
+TEST(TensorPreprocess, NamesAFormatThatASourceIsSetTo) {
+  const std::string source = "videotestsrc num-buffers=2 ! video/x-raw,format=YUY2 ! ";
+  const std::string behind = "tensor_preprocess width=4 height=4 ! fakesink";
+  expect_words(said_by_pipeline(source + behind), "fix: videoconvert ! tensor_preprocess");
+  EXPECT_EQ(said_by_pipeline(source + "videoconvert ! " + behind), "end of stream");
+  // A source that is free to choose does not choose what is refused.
+  EXPECT_EQ(said_by_pipeline("videotestsrc num-buffers=2 ! " + behind), "end of stream");
+  EXPECT_EQ(said_by_pipeline("videotestsrc num-buffers=2 ! "
+                             "video/x-raw,format={YUY2,AYUV,NV12} ! " +
+                             behind),
+            "end of stream");
 }
 
 TEST(TensorPreprocess, RefusesAColourMatrixItDoesNotKnow) {

@@ -5,6 +5,7 @@
 #include "core/preprocess/request.hpp"
 #include "elements/tensor_preprocess/frame_preprocessor.hpp"
 #include "elements/tensor_preprocess/preprocess_settings.hpp"
+#include "elements/tensor_preprocess/video_negotiation.hpp"
 #include "gstcpp/counted_transform.hpp"
 #include "gstcpp/tensor_caps.hpp"
 #include "gstcpp/tensor_meta.hpp"
@@ -59,7 +60,8 @@ class TensorPreprocess : public gst::CountedTransform<TensorPreprocess> {
     auto result = Ref<GstCaps>::adopt(gst_caps_new_empty());
     for (guint i = 0; i < gst_caps_get_size(caps); ++i) {
       const GstStructure* one = gst_caps_get_structure(caps, i);
-      auto other = direction == GST_PAD_SINK ? tensors_for(one, request, filter) : video_for(one);
+      auto other = direction == GST_PAD_SINK ? tensors_for(source(), one, request, filter)
+                                             : video_for(sink(), one);
       result = Ref<GstCaps>::adopt(gst_caps_merge(result.release(), other.release()));
     }
     if (!filter) return result.release();
@@ -69,19 +71,7 @@ class TensorPreprocess : public gst::CountedTransform<TensorPreprocess> {
   // What the request and the stream behind both leave open is decided here.
   GstCaps* fixate_caps(GstPadDirection direction, GstCaps*, GstCaps* other) {
     auto open = Ref<GstCaps>::adopt(other);
-    const auto request = current();
-    if (direction == GST_PAD_SINK && !gst_caps_is_empty(open.get()) && request) {
-      const auto one = first_choice(open.get());
-      auto spec = gst::spec_from_caps(one.get());
-      if (spec)
-        if (const auto p = preprocess::resolve_frame(*request, spec->tensors)) {
-          spec->tensors = preprocess::tensors_of(*request, *p);
-          const auto closed =
-              gst::possible_caps(GST_BASE_TRANSFORM_SRC_PAD(self()), *spec, one.get());
-          auto meet = Ref<GstCaps>::adopt(gst_caps_intersect(one.get(), closed.get()));
-          if (!gst_caps_is_empty(meet.get())) open = std::move(meet);
-        }
-    }
+    if (direction == GST_PAD_SINK) open = closed(source(), std::move(open), current());
     return gst_caps_fixate(open.release());
   }
 
@@ -96,31 +86,33 @@ class TensorPreprocess : public gst::CountedTransform<TensorPreprocess> {
     if (GST_EVENT_TYPE(event) != GST_EVENT_CAPS) return parent_class()->sink_event(self(), event);
     GstCaps* caps = nullptr;
     gst_event_parse_caps(event, &caps);
+    if (const Status known = check_format(caps); !known) return refused(event, known.error());
     const auto held = Ref<GstCaps>::share(caps);
     told_ = false;
     if (parent_class()->sink_event(self(), event)) return TRUE;
-    if (!told_) tell_mismatch(held.get());
+    if (told_) return FALSE;
+    const auto ours = Ref<GstCaps>::adopt(transform_caps(GST_PAD_SINK, held.get(), nullptr));
+    if (const auto error = mismatch_behind(source(), current(), ours.get()))
+      gst::post_error(element(), *error);
     return FALSE;
   }
 
-  // Pads refuse caps without a word; a warning names the format and what to put in front.
+  // Pads refuse caps without a word: formats that are not taken come to sink_event.
   gboolean query(GstPadDirection direction, GstQuery* query) {
-    const gboolean answered = parent_class()->query(self(), direction, query);
-    if (direction != GST_PAD_SINK || GST_QUERY_TYPE(query) != GST_QUERY_ACCEPT_CAPS || !answered)
-      return answered;
-    gboolean accepted = TRUE;
-    gst_query_parse_accept_caps_result(query, &accepted);
-    if (accepted) return answered;
     GstCaps* caps = nullptr;
-    gst_query_parse_accept_caps(query, &caps);
-    const GstStructure* first = caps && !gst_caps_is_any(caps) && !gst_caps_is_empty(caps)
-                                    ? gst_caps_get_structure(caps, 0)
-                                    : nullptr;
-    const char* format = first ? gst_structure_get_string(first, "format") : nullptr;
-    if (!format || !gst_structure_has_name(first, "video/x-raw")) return answered;
-    if (const auto known = preprocess::picture_format(format); !known)
-      gst::post_warning(element(), known.error());
-    return answered;
+    if (direction == GST_PAD_SINK && GST_QUERY_TYPE(query) == GST_QUERY_ACCEPT_CAPS) {
+      gst_query_parse_accept_caps(query, &caps);
+      if (!check_format(caps)) return gst_query_set_accept_caps_result(query, TRUE), TRUE;
+    }
+    const gboolean answered = parent_class()->query(self(), direction, query);
+    if (direction != GST_PAD_SINK || GST_QUERY_TYPE(query) != GST_QUERY_CAPS || !answered)
+      return answered;
+    GstCaps* filter = nullptr;
+    gst_query_parse_caps(query, &filter);
+    gst_query_parse_caps_result(query, &caps);
+    const auto all = with_other_formats(sink(), Ref<GstCaps>::share(caps), filter);
+    gst_query_set_caps_result(query, all.get());
+    return TRUE;
   }
 
   bool propose_allocation(GstQuery* decided, GstQuery* query) {
@@ -175,17 +167,23 @@ class TensorPreprocess : public gst::CountedTransform<TensorPreprocess> {
   Settings settings_;
 
  private:
+  GstPad* sink() const { return GST_BASE_TRANSFORM_SINK_PAD(self()); }
+  GstPad* source() const { return GST_BASE_TRANSFORM_SRC_PAD(self()); }
+
+  // Frames that follow are not of the caps before.
+  gboolean refused(GstEvent* caps, const Error& error) {
+    gst_event_unref(caps);
+    work_.reset();
+    gst::post_error(element(), error);
+    return FALSE;
+  }
+
   // A frame without regions: those behind learn that its time has passed.
   GstFlowReturn nothing_of(GstBuffer* in) {
     ledger_.dropped(DropReason::Policy);
     if (GST_BUFFER_PTS_IS_VALID(in))
-      gst_pad_push_event(GST_BASE_TRANSFORM_SRC_PAD(self()),
-                         gst_event_new_gap(GST_BUFFER_PTS(in), GST_BUFFER_DURATION(in)));
+      gst_pad_push_event(source(), gst_event_new_gap(GST_BUFFER_PTS(in), GST_BUFFER_DURATION(in)));
     return GST_BASE_TRANSFORM_FLOW_DROPPED;
-  }
-
-  static bool flexible(const Request& request) {
-    return request.regions && request.most_regions == 0;
   }
 
   // The card is read once, then again when a property changes.
@@ -194,52 +192,6 @@ class TensorPreprocess : public gst::CountedTransform<TensorPreprocess> {
     std::lock_guard lock(request_mutex_);
     if (!request_) request_.emplace(request_of(s));
     return *request_;
-  }
-
-  // Fixed; other/tensors where that is possible.
-  static Ref<GstCaps> first_choice(const GstCaps* caps) {
-    guint index = 0;
-    while (index < gst_caps_get_size(caps) &&
-           !gst_structure_has_name(gst_caps_get_structure(caps, index), "other/tensors"))
-      ++index;
-    if (index == gst_caps_get_size(caps)) index = 0;
-    return Ref<GstCaps>::adopt(gst_caps_fixate(gst_caps_copy_nth(caps, index)));
-  }
-
-  Ref<GstCaps> tensors_for(const GstStructure* video, const Result<Request>& request,
-                           const GstCaps* filter) const {
-    FrameSpec spec;
-    gst_structure_get_fraction(video, "framerate", &spec.rate.numerator, &spec.rate.denominator);
-    GstPad* pad = GST_BASE_TRANSFORM_SRC_PAD(self());
-    if (!request) {
-      spec.format = Format::Static;
-      spec.tensors.resize(1);
-      return gst::possible_caps(pad, spec, filter);
-    }
-    spec.format = flexible(*request) ? Format::Flexible : Format::Static;
-    if (spec.format == Format::Flexible) return gst::possible_caps(pad, spec, filter);
-    auto out = Ref<GstCaps>::adopt(gst_caps_new_empty());
-    for (auto& tensors : preprocess::possible_frames(*request)) {
-      spec.tensors = std::move(tensors);
-      auto caps = gst::possible_caps(pad, spec, filter);
-      out = Ref<GstCaps>::adopt(gst_caps_merge(out.release(), caps.release()));
-    }
-    // Static tensors could be carried as flexible ones too: nobody asked for that here.
-    const auto fixed = Ref<GstCaps>::adopt(
-        gst_caps_from_string(WEIR_CAPS_TENSOR "; " WEIR_CAPS_TENSORS("static")));
-    return Ref<GstCaps>::adopt(
-        gst_caps_intersect_full(out.get(), fixed.get(), GST_CAPS_INTERSECT_FIRST));
-  }
-
-  // Any video: that no tensor fits is told when caps come, for an empty answer has no words.
-  Ref<GstCaps> video_for(const GstStructure* tensors) const {
-    auto video =
-        Ref<GstCaps>::adopt(gst_pad_get_pad_template_caps(GST_BASE_TRANSFORM_SINK_PAD(self())));
-    const GValue* rate = gst_structure_get_value(tensors, "framerate");
-    if (!rate) return video;
-    video = Ref<GstCaps>::adopt(gst_caps_make_writable(video.release()));
-    gst_caps_set_value(video.get(), "framerate", rate);
-    return video;
   }
 
   Status configure(GstCaps* in, GstCaps* out) {
@@ -254,8 +206,8 @@ class TensorPreprocess : public gst::CountedTransform<TensorPreprocess> {
     const FrameSpec ours{Format::Static, preprocess::tensors_of(*request, *preparations),
                          output->rate};
     if (auto difference = first_difference(ours.tensors, output->tensors);
-        !difference.empty() && !flexible(*request))
-      return mismatch(ours.to_string(), output->to_string(), difference);
+        !difference.empty() && !is_flexible(*request))
+      return tensor_mismatch(request, ours.to_string(), output->to_string(), difference);
     GstVideoInfo video;
     if (!gst_video_info_from_caps(&video, in))
       return Error{Code::FORMAT_UNSUPPORTED, "the video caps cannot be read", "", "", "", ""};
@@ -276,34 +228,6 @@ class TensorPreprocess : public gst::CountedTransform<TensorPreprocess> {
     if (!frames) return frames.error();
     work_ = *std::move(frames);
     return ok();
-  }
-
-  Error mismatch(std::string offered, std::string needed, std::string difference) const {
-    const auto request = current();
-    return Error{Code::SPEC_MISMATCH,
-                 "the element behind tensor_preprocess needs another tensor",
-                 std::move(offered),
-                 std::move(needed),
-                 std::move(difference),
-                 request && flexible(*request)
-                     ? "regions=meta max-regions=16 makes a static tensor"
-                     : "leave width, height, type and layout away: they are taken from behind"};
-  }
-
-  // After caps for which no common tensor was found.
-  void tell_mismatch(GstCaps* video) {
-    GstPad* pad = GST_BASE_TRANSFORM_SRC_PAD(self());
-    const auto ours = Ref<GstCaps>::adopt(transform_caps(GST_PAD_SINK, video, nullptr));
-    const auto theirs = Ref<GstCaps>::adopt(gst_pad_peer_query_caps(pad, nullptr));
-    if (gst_caps_can_intersect(ours.get(), theirs.get())) return;
-    std::string difference;
-    const auto offered = gst::spec_from_caps(ours.get());
-    const auto needed = gst::spec_from_caps(theirs.get());
-    if (offered && needed && !offered->tensors.empty() && needed->info_valid())
-      difference = first_difference(offered->tensors, needed->tensors);
-    gst::post_error(element(),
-                    mismatch(gst::UniqueText(gst_caps_to_string(ours.get())).get(),
-                             gst::UniqueText(gst_caps_to_string(theirs.get())).get(), difference));
   }
 
   mutable std::mutex request_mutex_;  // guards request_; never held with the settings lock
