@@ -29,7 +29,9 @@ extern "C" {
 typedef int (*weir_convert_function)(const weir_host* host, const char* caps, const weir_frame* in,
                                      weir_frame* out, void* data, weir_error* error);
 
+#ifndef WEIR_EXPORT
 #define WEIR_EXPORT __attribute__((visibility("default")))
+#endif
 
 /* Registers `convert` under `name`, which is copied. An element looks the name up at its first
  * frame, and keeps function and data until its caps change or it stops: `data` must live so long.

@@ -1,6 +1,7 @@
 /* The C headers compile as C11, alone, and its frozen structs have their sizes and offsets on LP64.
  */
 #include "weir/abi.h"
+#include "weir/custom_condition.h"
 #include "weir/custom_converter.h"
 
 #define HAS(type, member, offset) \

@@ -2,6 +2,7 @@
 #include "weir/abi.h"
 #include "weir/codes.h"
 #include "weir/converter.hpp"
+#include "weir/custom_condition.hpp"
 #include "weir/custom_converter.h"
 #include "weir/decoder.hpp"
 #include "weir/engine.hpp"

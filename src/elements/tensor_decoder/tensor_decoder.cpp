@@ -7,23 +7,14 @@
 #include "core/infer/module_library.hpp"
 #include "elements/tensor_decoder/buffer_sink.hpp"
 #include "gstcpp/base_classes.hpp"
+#include "gstcpp/frame_arguments.hpp"
 #include "gstcpp/property_file.hpp"
 #include "gstcpp/tensor_caps.hpp"
-#include "gstcpp/tensor_meta.hpp"
 
 namespace weir {
 namespace {
 
 using gst::Ref;
-
-weir_tensor_info info_of(const TensorSpec& spec) {
-  weir_tensor_info info{};
-  info.type = static_cast<uint32_t>(spec.type);
-  info.rank = static_cast<uint32_t>(spec.shape.rank());
-  for (uint32_t i = 0; i < info.rank; ++i) info.shape[i] = spec.shape[info.rank - 1 - i];
-  info.batch_axis = WEIR_NO_BATCH_AXIS;
-  return info;
-}
 
 class TensorDecoder : public gst::Element<TensorDecoder, gst::BaseTransform> {
  public:
@@ -177,7 +168,7 @@ class TensorDecoder : public gst::Element<TensorDecoder, gst::BaseTransform> {
   static Result<Ref<GstCaps>> configure(infer::Decoder* decoder, const FrameSpec& spec) {
     std::vector<weir_tensor_info> infos;
     if (spec.format == Format::Static)
-      for (const auto& tensor : spec.tensors) infos.push_back(info_of(tensor));
+      for (const auto& tensor : spec.tensors) infos.push_back(gst::tensor_info(tensor));
     BufferSink sink;
     if (auto status = decoder->configure(infos, &sink); !status) return status.error();
     auto caps = Ref<GstCaps>::adopt(
@@ -210,28 +201,8 @@ class TensorDecoder : public gst::Element<TensorDecoder, gst::BaseTransform> {
   Result<bool> decode(GstBuffer* in, GstBuffer* out) {
     if (auto status = reader_.read(in, input_); !status) return status.error();
     ledger_.copied(reader_.bytes_copied());
-    const auto& views = reader_.tensors();
-    tensors_.assign(views.size(), weir_tensor{});
-    for (size_t i = 0; i < views.size(); ++i) {
-      tensors_[i].data = views[i].payload.data();
-      tensors_[i].bytes = views[i].payload.size();
-      tensors_[i].capacity = views[i].capacity;
-      tensors_[i].flags = WEIR_TENSOR_READONLY;
-      tensors_[i].fence_fd = -1;
-      tensors_[i].info = info_of(views[i].spec);
-    }
-    weir_frame frame{};
-    frame.struct_size = sizeof frame;
-    frame.n_tensors = static_cast<uint32_t>(tensors_.size());
-    frame.tensors = tensors_.data();
-    frame.pts = GST_BUFFER_PTS_IS_VALID(in) ? static_cast<int64_t>(GST_BUFFER_PTS(in)) : -1;
-    frame.duration =
-        GST_BUFFER_DURATION_IS_VALID(in) ? static_cast<int64_t>(GST_BUFFER_DURATION(in)) : -1;
-    frame.deadline = -1;
-    std::array<float, 6> to_source;
-    frame.to_source = gst::to_source(in, &to_source);
     BufferSink sink(in, out, &reader_, &ledger_);
-    return decoder_->decode(frame, &sink);
+    return decoder_->decode(arguments_.fill(reader_, in), &sink);
   }
 
   std::mutex probe_mutex_;                   // guards probe_
@@ -239,7 +210,7 @@ class TensorDecoder : public gst::Element<TensorDecoder, gst::BaseTransform> {
   std::unique_ptr<infer::Decoder> decoder_;  // streaming thread
   FrameSpec input_;                          // streaming thread
   gst::FrameReader reader_;                  // streaming thread
-  std::vector<weir_tensor> tensors_;         // streaming thread
+  gst::FrameArguments arguments_;            // streaming thread
 };
 
 }  // namespace

@@ -1,0 +1,68 @@
+// A condition of tensor_if in C++: any callable, registered for as long as an object lives.
+//
+//   const weir::RegisteredCondition bright("bright", [](const weir_frame& frame) {
+//     return *static_cast<const uint8_t*>(frame.tensors[0].data) > 127;
+//   });
+//   ... tensor_if compared-value=CUSTOM compared-value-option=bright ...
+//
+// The callable runs on streaming threads, of several elements at once if several name it; what it
+// throws becomes an error on the bus and ends the stream. Tensors are as custom_condition.h says.
+// The object must outlive the pipelines that name it.
+#pragma once
+#include <exception>
+#include <functional>
+#include <new>
+#include <string>
+
+#include "weir/custom_condition.h"
+#include "weir/module.hpp"
+
+namespace weir {
+
+class RegisteredCondition {
+ public:
+  using Function = std::function<bool(const weir_frame&)>;
+
+  // Throws Failure when the name is empty or taken or `function` is empty. A program that does not
+  // link with the plug-in gives its two functions, as dlsym found them.
+  RegisteredCondition(std::string name, Function function,
+                      decltype(&weir_condition_register) add = weir_condition_register,
+                      decltype(&weir_condition_unregister) remove = weir_condition_unregister)
+      : name_(std::move(name)), function_(std::move(function)), remove_(remove) {
+    const int result = function_ ? add(name_.c_str(), call, &function_) : -WEIR_OPTION_VALUE;
+    if (result < 0)
+      throw Failure({static_cast<Code>(-result), "a condition cannot be registered",
+                     "\"" + name_ + "\"", "a name that is not taken, and a function", "", ""});
+  }
+  RegisteredCondition(const RegisteredCondition&) = delete;
+  RegisteredCondition& operator=(const RegisteredCondition&) = delete;
+  ~RegisteredCondition() { remove_(name_.c_str()); }
+
+ private:
+  static int call(const weir_host* host, const weir_frame* in, int* result, void* data,
+                  weir_error* error) {
+    const auto failed = [&](int code, const char* what) {
+      return host->fail(error, code, what, nullptr, nullptr, nullptr);
+    };
+    try {
+      *result = (*static_cast<const Function*>(data))(*in) ? 1 : 0;
+      return WEIR_OK;
+    } catch (const Failure& failure) {
+      const Error& e = failure.error();
+      return host->fail(error, static_cast<int>(e.code), e.what.c_str(), e.offered.c_str(),
+                        e.needed.c_str(), e.fix.c_str());
+    } catch (const std::bad_alloc&) {
+      return failed(WEIR_OUT_OF_MEMORY, "memory ran out in a condition");
+    } catch (const std::exception& e) {
+      return failed(WEIR_CALLBACK_FAILED, e.what());
+    } catch (...) {
+      return failed(WEIR_CALLBACK_FAILED, "an unknown exception in a condition");
+    }
+  }
+
+  std::string name_;
+  Function function_;
+  decltype(&weir_condition_unregister) remove_;
+};
+
+}  // namespace weir

@@ -1,0 +1,29 @@
+// Conditions that the program registered: weir/custom_condition.h.
+#pragma once
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "core/infer/named_functions.hpp"
+#include "weir/custom_condition.h"
+#include "weir/result.hpp"
+
+namespace weir::condition {
+
+// Looks the name up when it is first asked. One thread at a time.
+class CustomCondition {
+ public:
+  explicit CustomCondition(std::string name) : name_(std::move(name)) {}
+  // nullopt: drop the frame. CALLBACK_UNKNOWN with the names that are there, CALLBACK_FAILED with
+  // what the function said.
+  Result<std::optional<bool>> decide(const weir_frame& frame);
+
+ private:
+  std::string name_;
+  std::optional<infer::NamedFunctions<weir_condition_function>::Entry> entry_;
+};
+
+Error unknown_condition(const std::string& name);
+bool is_custom_condition(std::string_view name);
+
+}  // namespace weir::condition
