@@ -7,6 +7,7 @@
   X(tensor_decoder)      \
   X(tensor_demux)        \
   X(tensor_filter)       \
+  X(tensor_if)           \
   X(tensor_preprocess)   \
   X(tensor_sink)         \
   X(tensor_sparse_dec)   \

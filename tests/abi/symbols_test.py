@@ -5,7 +5,8 @@ import pathlib
 import subprocess
 import sys
 
-PLUGIN = ["gst_plugin_weir_get_desc", "gst_plugin_weir_register", "weir_converter_register", "weir_converter_unregister"]
+PLUGIN = ["gst_plugin_weir_get_desc", "gst_plugin_weir_register", "weir_condition_register", "weir_condition_unregister",
+          "weir_converter_register", "weir_converter_unregister"]
 failed = 0
 for name in sys.argv[1:]:
     listed = subprocess.run(["nm", "-D", "--defined-only", "--format=posix", name], check=True, capture_output=True, text=True)

@@ -1,0 +1,90 @@
+// IfSettings: the properties of tensor_if, and the plan they make for a stream.
+#pragma once
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/condition/comparison.hpp"
+#include "core/condition/custom_condition.hpp"
+#include "gstcpp/property.hpp"
+
+namespace weir {
+
+struct IfSettings {
+  bool silent = true;
+  condition::ComparedValue compared_value = condition::ComparedValue::Element;
+  std::string compared_value_option;
+  condition::Operator op = condition::Operator::Equal;
+  std::string supplied_value;
+  condition::Behaviour then_behaviour = condition::Behaviour::Passthrough;
+  std::string then_option;
+  condition::Behaviour else_behaviour = condition::Behaviour::Passthrough;
+  std::string else_option;
+};
+
+// What happens to frames that take one of the two ways.
+struct IfBranch {
+  condition::Behaviour behaviour = condition::Behaviour::Skip;
+  std::vector<size_t> tensors;  // of TensorPick
+  FrameSpec spec;               // of the pad
+};
+
+struct IfPlan {
+  std::optional<condition::Comparison> comparison;  // or
+  std::optional<condition::CustomCondition> custom;
+  IfBranch branches[2];  // THEN, ELSE: src_0, src_1
+};
+
+// What cannot be read, whatever the stream.
+Status check_texts(const IfSettings& settings);
+// What is needed and not set.
+std::optional<Error> missing_setting(const IfSettings& settings);
+// Precondition: nothing is missing.
+Result<IfPlan> plan_if(const IfSettings& settings, const FrameSpec& input);
+
+namespace gst {
+
+template <>
+struct EnumType<condition::ComparedValue> {
+  static GType type() {
+    static const GEnumValue values[] = {{0, "A_VALUE", "A_VALUE"},
+                                        {3, "TENSOR_AVERAGE_VALUE", "TENSOR_AVERAGE_VALUE"},
+                                        {5, "CUSTOM", "CUSTOM"},
+                                        {0, nullptr, nullptr}};
+    static const GType t = g_enum_register_static("WeirIfComparedValue", values);
+    return t;
+  }
+};
+// "eqaual" is how users have written it since the first publication.
+template <>
+struct EnumType<condition::Operator> {
+  static GType type() {
+    static const GEnumValue values[] = {{0, "EQ", "eqaual"},
+                                        {1, "NE", "not_eqaual"},
+                                        {2, "GT", "greater_than"},
+                                        {3, "GE", "greater_or_equal"},
+                                        {4, "LT", "less_than"},
+                                        {5, "LE", "less_or_equal"},
+                                        {6, "RANGE_INCLUSIVE", "range inclusive"},
+                                        {7, "RANGE_EXCLUSIVE", "range exclusive"},
+                                        {8, "NOT_IN_RANGE_INCLUSIVE", "not in range inclusive"},
+                                        {9, "NOT_IN_RANGE_EXCLUSIVE", "not in range exclusive"},
+                                        {0, nullptr, nullptr}};
+    static const GType t = g_enum_register_static("WeirIfOperator", values);
+    return t;
+  }
+};
+template <>
+struct EnumType<condition::Behaviour> {
+  static GType type() {
+    static const GEnumValue values[] = {{0, "PASSTHROUGH", "passthrough"},
+                                        {1, "SKIP", "skip"},
+                                        {7, "TENSORPICK", "tensorpick"},
+                                        {0, nullptr, nullptr}};
+    static const GType t = g_enum_register_static("WeirIfBehaviour", values);
+    return t;
+  }
+};
+
+}  // namespace gst
+}  // namespace weir

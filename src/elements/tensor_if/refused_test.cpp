@@ -1,0 +1,98 @@
+// tensor_if: what is refused, when, and in which words.
+#include "elements/tests/branches.hpp"
+
+namespace weir::testing {
+namespace {
+
+constexpr char kCaps[] =
+    "other/tensors,format=static,num_tensors=2,dimensions=(string)\"3:4,2\",types=(string)\"uint8,"
+    "uint8\",framerate=30/1";
+GstBuffer* frame() {
+  return frame_of({Bytes(12), Bytes(2)});
+}
+
+std::string at_the_start(const std::string& properties) {
+  Branches element("tensor_if " + properties);
+  EXPECT_FALSE(element.started()) << properties;
+  return element.error();
+}
+std::string at_the_caps(const std::string& properties) {
+  Branches element("tensor_if " + properties);
+  EXPECT_TRUE(element.started());
+  element.caps(kCaps);
+  EXPECT_EQ(element.push(frame()), GST_FLOW_NOT_NEGOTIATED);
+  return element.error();
+}
+std::string at_the_first_frame(const std::string& properties, GstBuffer* buffer = frame()) {
+  Branches element("tensor_if " + properties);
+  EXPECT_TRUE(element.started());
+  element.caps(kCaps);
+  EXPECT_EQ(element.error(), "");
+  EXPECT_EQ(element.push(buffer), GST_FLOW_ERROR);
+  EXPECT_EQ(element.stat("dropped-error"), 1u);
+  element.expect_balance();
+  return element.error();
+}
+
+TEST(TensorIfRefuses, TyposWhenItStarts) {
+  EXPECT_SAYS(at_the_start("supplied-value=1O compared-value-option=0,0"), "    1O\n    ^");
+  EXPECT_SAYS(at_the_start("supplied-value=1 compared-value-option=0.0,0"),
+              "WEIR-1001: compared-value-option cannot be read");
+  EXPECT_SAYS(at_the_start("supplied-value=1 compared-value-option=0"), "    0\n     ^");
+  EXPECT_SAYS(at_the_start("supplied-value=1 compared-value-option=0,0 then=TENSORPICK "
+                           "then-option=\"0;1\""),
+              "WEIR-1001: then-option cannot be read");
+  EXPECT_SAYS(at_the_start("compared-value=TENSOR_AVERAGE_VALUE compared-value-option=x"),
+              "    x\n    ^");
+}
+
+TEST(TensorIfRefuses, WhatIsNotSetAtTheFirstFrame) {
+  EXPECT_SAYS(at_the_first_frame(""), "WEIR-1004: tensor_if needs to be told what to compare\n");
+  EXPECT_SAYS(at_the_first_frame("supplied-value=1"), "no compared-value-option");
+  EXPECT_SAYS(at_the_first_frame("compared-value-option=0,0"), "0 numbers in supplied-value");
+  EXPECT_SAYS(at_the_first_frame("compared-value-option=0,0 operator=RANGE_EXCLUSIVE "
+                                 "supplied-value=1"),
+              "1 numbers in supplied-value");
+  EXPECT_SAYS(at_the_first_frame("compared-value=CUSTOM"), "the name of a registered function");
+  EXPECT_SAYS(at_the_first_frame("compared-value-option=0,0 supplied-value=1 else=TENSORPICK"),
+              "else=TENSORPICK needs to be told which tensors");
+}
+
+TEST(TensorIfRefuses, WhatTheStreamHasNotWithItsCaps) {
+  const std::string element = at_the_caps("supplied-value=1 compared-value-option=1:4,0");
+  EXPECT_SAYS(element, "WEIR-1004: compared-value-option names an element that is not there");
+  EXPECT_SAYS(element, "coordinate 4 in dimension 1");
+  EXPECT_SAYS(element, "tensor 0 is uint8 3:4");
+  EXPECT_SAYS(at_the_caps("supplied-value=1 compared-value-option=0,2"), "there are 2 tensors");
+  EXPECT_SAYS(at_the_caps("supplied-value=1 compared-value=TENSOR_AVERAGE_VALUE "
+                          "compared-value-option=5"),
+              "index 5");
+  EXPECT_SAYS(at_the_caps("supplied-value=1 compared-value-option=0,0 then=TENSORPICK "
+                          "then-option=0,9"),
+              "then-option names a tensor that is not there");
+}
+
+TEST(TensorIfRefuses, BuffersOfAnotherSize) {
+  const std::string properties = "supplied-value=1 compared-value-option=0,0";
+  EXPECT_SAYS(at_the_first_frame(properties, frame_of({Bytes(12), Bytes(1)})),
+              "WEIR-2004: a buffer has another size than its caps say");
+  EXPECT_SAYS(at_the_first_frame(properties, frame_of({Bytes(13)})), "13 bytes in 1 memories");
+  EXPECT_SAYS(at_the_first_frame(properties, gst_buffer_new()), "the buffer is too small");
+}
+
+TEST(TensorIfRefuses, AStreamOfWhichNothingCanLeave) {
+  Branches element("tensor_if supplied-value=1 compared-value-option=0,0 then=SKIP else=SKIP");
+  element.caps(kCaps);
+  EXPECT_EQ(element.push(frame()), GST_FLOW_OK);
+  element.send(gst_event_new_eos());
+  EXPECT_SAYS(element.error(), "WEIR-2003: the stream ended before an output was made");
+}
+
+TEST(TensorIfRefuses, FlexibleStreams) {
+  Branches element("tensor_if supplied-value=1 compared-value-option=0,0");
+  element.caps(kFlexibleCaps);
+  EXPECT_EQ(element.push(frame()), GST_FLOW_NOT_NEGOTIATED);
+}
+
+}  // namespace
+}  // namespace weir::testing

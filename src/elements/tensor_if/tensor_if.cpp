@@ -1,0 +1,185 @@
+// tensor_if: each frame takes one of two ways, by what is in it.
+#include <algorithm>
+#include <atomic>
+#include <cstring>
+
+#include "elements/tensor_if/if_settings.hpp"
+#include "gstcpp/frame_arguments.hpp"
+#include "gstcpp/frame_errors.hpp"
+#include "gstcpp/frame_parts.hpp"
+#include "gstcpp/one_to_many.hpp"
+
+namespace weir {
+namespace {
+
+using condition::Behaviour;
+using gst::Ref;
+
+#define WEIR_STATIC_TENSORS_CAPS \
+  WEIR_CAPS_TENSOR               \
+  "; other/tensors, format=(string)static, num_tensors=(int)[ 1, 256 ], " WEIR_CAPS_RATE
+
+class TensorIf : public gst::OneToMany<TensorIf> {
+ public:
+  static constexpr gst::ElementInfo kInfo{"WeirTensorIf", "tensor_if", "TensorIf", "Filter/Tensor",
+                                          "Sends each frame one of two ways, by what is in it"};
+  static constexpr const char* kSourceTemplate = "src";
+  static inline GstStaticPadTemplate kPads[] = {
+      GST_STATIC_PAD_TEMPLATE("sink", GST_PAD_SINK, GST_PAD_ALWAYS,
+                              GST_STATIC_CAPS(WEIR_STATIC_TENSORS_CAPS)),
+      GST_STATIC_PAD_TEMPLATE("src", GST_PAD_SRC, GST_PAD_SOMETIMES,
+                              GST_STATIC_CAPS(WEIR_STATIC_TENSORS_CAPS)),
+  };
+
+  using Settings = IfSettings;
+  static constexpr auto kPlaying = gst::Changeable::WhilePlaying;
+  static constexpr std::tuple kProperties{
+      gst::Property{"silent", &Settings::silent, "Accepted for compatibility; has no effect"},
+      gst::Property{"compared-value", &Settings::compared_value,
+                    "What is compared: an element, the average of a tensor, or what a registered "
+                    "function says",
+                    kPlaying},
+      gst::Property{"compared-value-option", &Settings::compared_value_option,
+                    "A_VALUE: coordinate and tensor, as in 0:1:0:0,0; TENSOR_AVERAGE_VALUE: the "
+                    "tensor; CUSTOM: the function's name",
+                    kPlaying},
+      gst::Property{"operator", &Settings::op, "How it is compared with supplied-value", kPlaying},
+      gst::Property{"supplied-value", &Settings::supplied_value,
+                    "A number, or two joined by ',' for a range", kPlaying},
+      gst::Property{"then", &Settings::then_behaviour, "What src_0 gets when the condition holds",
+                    kPlaying},
+      gst::Property{"then-option", &Settings::then_option,
+                    "TENSORPICK: comma list of tensor indices", kPlaying},
+      gst::Property{"else", &Settings::else_behaviour, "What src_1 gets when it does not",
+                    kPlaying},
+      gst::Property{"else-option", &Settings::else_option,
+                    "TENSORPICK: comma list of tensor indices", kPlaying},
+  };
+
+  void property_changed(const char* name) {
+    changed_ = true;
+    if (std::strncmp(name, "compared-value", std::strlen("compared-value")) != 0) return;
+    const Settings s = settings();
+    if (s.compared_value == condition::ComparedValue::Custom && !s.compared_value_option.empty() &&
+        !condition::is_custom_condition(s.compared_value_option))
+      gst::post_warning(element(), condition::unknown_condition(s.compared_value_option));
+  }
+
+  Status prepare(const Settings& settings) { return check_texts(settings); }
+
+  Status configure(const FrameSpec& spec) {
+    changed_ = false;
+    parts_.configure(spec);
+    const Settings s = settings();
+    plan_.reset();
+    missing_ = missing_setting(s);  // told with the first frame
+    if (missing_) return ok();
+    auto plan = plan_if(s, spec);
+    if (!plan) return plan.error();
+    use(*std::move(plan));
+    return ok();
+  }
+
+  Result<gst::Routed> route(Ref<GstBuffer> buffer) {
+    if (changed_.exchange(false)) follow_properties();
+    if (!plan_) return *missing_;
+    if (auto status = parts_.read(buffer.get()); !status) return status.error();
+    const auto holds = decide(buffer.get());
+    if (!holds) return holds.error();
+    const size_t way = holds->value_or(false) ? 0 : 1;
+    const IfBranch& branch = plan_->branches[way];
+    if (!*holds || branch.behaviour == Behaviour::Skip) return gst::Routed{GST_FLOW_OK, true};
+    auto& output = outputs_.output(way);
+    if (const auto settled = outputs_.settle(&output, branch.spec); !settled)
+      return settled.error();
+    if (branch.behaviour == Behaviour::TensorPick) {
+      auto picked = pick(buffer.get(), branch);
+      if (!picked) return picked.error();
+      buffer = *std::move(picked);
+    }
+    return gst::Routed{push(&output, std::move(buffer)), false};
+  }
+
+  // A way that no frame took ends as well: what waits behind it must not wait for ever.
+  void ending() {
+    for (size_t way = 0; plan_ && way < 2; ++way)
+      if (plan_->branches[way].behaviour != Behaviour::Skip)
+        (void)outputs_.settle(&outputs_.output(way), plan_->branches[way].spec);
+  }
+
+  Settings settings_;
+
+ private:
+  void use(IfPlan plan) {
+    plan_ = std::move(plan);
+    outputs_.expect(static_cast<size_t>(
+        std::count_if(std::begin(plan_->branches), std::end(plan_->branches),
+                      [](const auto& branch) { return branch.behaviour != Behaviour::Skip; })));
+    outputs_.unsettle();
+  }
+
+  // Between two frames. Settings that make no sense together, as between two changes, leave the
+  // old ones in force.
+  void follow_properties() {
+    const Settings s = settings();
+    Status status = check_texts(s);
+    if (auto error = missing_setting(s); status && error) status = *std::move(error);
+    if (status) {
+      auto plan = plan_if(s, parts_.spec());
+      if (plan) return use(*std::move(plan));
+      status = plan.error();
+    }
+    if (plan_)
+      gst::post_warning(element(), status.error());
+    else
+      missing_ = status.error();
+  }
+
+  Result<std::optional<bool>> decide(GstBuffer* buffer) {
+    if (plan_->custom) {
+      if (auto status = reader_.read(buffer, parts_.spec()); !status) return status.error();
+      if (reader_.bytes_copied() > 0) ledger_.copied(reader_.bytes_copied());
+      auto answer = plan_->custom->decide(arguments_.fill(reader_, buffer));
+      reader_.clear();
+      return answer;
+    }
+    const auto& comparison = *plan_->comparison;
+    const size_t offset = parts_.parts()[comparison.tensor()].offset + comparison.offset();
+    std::byte element[8];
+    if (comparison.bytes() <= sizeof element) {
+      gst_buffer_extract(buffer, offset, element, comparison.bytes());
+      return std::optional(comparison.holds(std::span(element).first(comparison.bytes())));
+    }
+    uint64_t copied = 0;
+    const auto memory =
+        Ref<GstMemory>::adopt(gst::share_bytes(buffer, offset, comparison.bytes(), &copied));
+    if (!memory) return gst::memory_ran_out();
+    if (copied > 0) ledger_.copied(copied);
+    const gst::MappedMemory map(memory.get(), GST_MAP_READ);
+    if (!map) return gst::memory_not_mapped();
+    return std::optional(comparison.holds(map.bytes()));
+  }
+
+  Result<Ref<GstBuffer>> pick(GstBuffer* buffer, const IfBranch& branch) {
+    uint64_t copied = 0;
+    auto picked = gst::pick_tensors(buffer, parts_, branch.tensors, &copied);
+    if (copied > 0) ledger_.copied(copied);
+    return picked;
+  }
+
+  std::atomic<bool> changed_ = false;  // a property, since the plan was made
+  // Streaming thread:
+  std::optional<IfPlan> plan_;
+  std::optional<Error> missing_;  // set where there is no plan
+  gst::FrameParts parts_;
+  gst::FrameReader reader_;
+  gst::FrameArguments arguments_;
+};
+
+}  // namespace
+
+bool register_tensor_if(GstPlugin* plugin) {
+  return TensorIf::register_in(plugin);
+}
+
+}  // namespace weir
