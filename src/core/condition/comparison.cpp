@@ -57,9 +57,24 @@ T element_at(std::span<const std::byte> bytes, size_t index) noexcept {
   return value;
 }
 
+// Narrow whole numbers: partial sums in 32 bits, for as many as they hold, go four to a vector.
+template <class T>
+int64_t sum_of_narrow(std::span<const std::byte> bytes) noexcept {
+  constexpr size_t kChunk = 32768;  // times 65535 is below 2^31
+  const size_t count = bytes.size() / sizeof(T);
+  int64_t total = 0;
+  for (size_t from = 0; from < count; from += kChunk) {
+    const size_t to = std::min(from + kChunk, count);
+    int32_t part = 0;
+    for (size_t i = from; i < to; ++i) part += element_at<T>(bytes, i);
+    total += part;
+  }
+  return total;
+}
+
 // Whole numbers up to 32 bits add up exactly for as many elements as a tensor may have in memory.
 template <class T>
-double sum(std::span<const std::byte> bytes) noexcept {
+double sum_of_wide(std::span<const std::byte> bytes) noexcept {
   constexpr size_t kLanes = 8;  // independent sums: an addition need not wait for the one before
   using Sum = std::conditional_t<std::integral<T> && sizeof(T) <= 4, int64_t, double>;
   Sum lanes[kLanes] = {};
@@ -72,6 +87,14 @@ double sum(std::span<const std::byte> bytes) noexcept {
   Sum total = 0;
   for (const Sum lane : lanes) total += lane;
   return static_cast<double>(total);
+}
+
+template <class T>
+double sum(std::span<const std::byte> bytes) noexcept {
+  if constexpr (std::integral<T> && sizeof(T) <= 2)
+    return static_cast<double>(sum_of_narrow<T>(bytes));
+  else
+    return sum_of_wide<T>(bytes);
 }
 
 Result<size_t> element_index(const Place& place, const TensorSpec& tensor) {

@@ -125,6 +125,17 @@ TYPED_TEST(ComparisonOf, AveragesAreFloat64CutToTheType) {
   }
 }
 
+TEST(Comparison, AveragesOfManyLargeNumbersAreExact) {
+  constexpr size_t kCount = 100001;
+  EXPECT_EQ(average(ElementType::UInt8, bytes_of(std::vector<uint8_t>(kCount, 255))), 255);
+  EXPECT_EQ(average(ElementType::UInt16, bytes_of(std::vector<uint16_t>(kCount, 65535))), 65535);
+  EXPECT_EQ(average(ElementType::Int16, bytes_of(std::vector<int16_t>(kCount, -32768))), -32768);
+  EXPECT_EQ(average(ElementType::Int32, bytes_of(std::vector<int32_t>(kCount, INT32_MIN))),
+            INT32_MIN);
+  EXPECT_EQ(average(ElementType::UInt32, bytes_of(std::vector<uint32_t>(kCount, UINT32_MAX))),
+            UINT32_MAX);
+}
+
 TEST(Comparison, OfFloat16RoundsWhatIsSupplied) {
   const auto holds = [](float element, Operator op, const char* supplied) {
     return decide(ElementType::Float16, bytes_of(std::vector<float16>{float16(element)}),
