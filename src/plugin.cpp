@@ -9,6 +9,8 @@
   X(tensor_filter)       \
   X(tensor_if)           \
   X(tensor_preprocess)   \
+  X(tensor_reposink)     \
+  X(tensor_reposrc)      \
   X(tensor_sink)         \
   X(tensor_sparse_dec)   \
   X(tensor_sparse_enc)   \

@@ -2,6 +2,7 @@
 #pragma once
 #include <gst/base/gstbasesink.h>
 #include <gst/base/gstbasetransform.h>
+#include <gst/base/gstpushsrc.h>
 
 #include "gstcpp/element.hpp"
 
@@ -52,6 +53,28 @@ struct BaseSink {
     WEIR_BIND_SLOT(event);
     WEIR_BIND_SLOT(query);
     WEIR_BIND_SLOT(render);
+    WEIR_BIND_SLOT(unlock);
+    WEIR_BIND_SLOT(unlock_stop);
+  }
+};
+
+// A source that makes its buffers itself, one at a time, in create().
+struct PushSource {
+  using Instance = GstPushSrc;
+  using Class = GstPushSrcClass;
+  static GType type() { return GST_TYPE_PUSH_SRC; }
+
+  template <class Impl>
+  static void bind_all(Class* push) {
+    using E = Element<Impl, PushSource>;
+    if constexpr (requires { &Impl::create; }) E::template bind<&Impl::create>(push->create);
+    GstBaseSrcClass* k = &push->parent_class;
+    WEIR_BIND_SLOT(start);
+    WEIR_BIND_SLOT(stop);
+    WEIR_BIND_SLOT(get_caps);
+    WEIR_BIND_SLOT(decide_allocation);
+    WEIR_BIND_SLOT(unlock);
+    WEIR_BIND_SLOT(unlock_stop);
   }
 };
 

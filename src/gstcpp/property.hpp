@@ -5,11 +5,14 @@
 #pragma once
 #include <gst/gst.h>
 
+#include <algorithm>
 #include <cstdint>
 #include <limits>
 #include <optional>
 #include <string>
 #include <type_traits>
+
+#include "gstcpp/ref.hpp"
 
 namespace weir::gst {
 
@@ -81,6 +84,8 @@ void to_gvalue(const T& v, GValue* out) {
     g_value_set_string(out, v ? v->c_str() : nullptr);
   else if constexpr (std::is_same_v<T, GstStructure*>)
     g_value_take_boxed(out, v);
+  else if constexpr (std::is_same_v<T, Ref<GstCaps>>)
+    gst_value_set_caps(out, v.get());
   else
     g_value_set_string(out, v.c_str());
 }
@@ -99,6 +104,8 @@ T from_gvalue(const GValue* in) {
     return g_value_get_uint64(in);
   } else if constexpr (std::is_same_v<T, float>) {
     return g_value_get_float(in);
+  } else if constexpr (std::is_same_v<T, Ref<GstCaps>>) {
+    return T::share(static_cast<GstCaps*>(g_value_get_boxed(in)));
   } else {
     const char* s = g_value_get_string(in);
     if constexpr (std::is_same_v<T, std::optional<std::string>>)
@@ -119,7 +126,8 @@ GParamSpec* value_spec(const char* name, const char* blurb, [[maybe_unused]] Bou
   else if constexpr (std::is_same_v<T, int>)
     return g_param_spec_int(name, name, blurb, min, max, def, flags);
   else if constexpr (std::is_same_v<T, uint32_t>)
-    return g_param_spec_uint(name, name, blurb, min, max, def, flags);
+    // A value that nobody can set means "not set": it lies outside of the range.
+    return g_param_spec_uint(name, name, blurb, min, max, std::clamp(def, min, max), flags);
   else if constexpr (std::is_same_v<T, uint64_t>)
     return g_param_spec_uint64(name, name, blurb, min, max, def, flags);
   else if constexpr (std::is_same_v<T, float>)
@@ -128,6 +136,8 @@ GParamSpec* value_spec(const char* name, const char* blurb, [[maybe_unused]] Bou
     return g_param_spec_string(name, name, blurb, def ? def->c_str() : nullptr, flags);
   else if constexpr (std::is_same_v<T, GstStructure*>)
     return g_param_spec_boxed(name, name, blurb, GST_TYPE_STRUCTURE, flags);
+  else if constexpr (std::is_same_v<T, Ref<GstCaps>>)
+    return g_param_spec_boxed(name, name, blurb, GST_TYPE_CAPS, flags);
   else
     return g_param_spec_string(name, name, blurb, def.c_str(), flags);
 }

@@ -1,0 +1,174 @@
+// tensor_reposink: the end of a loop; hands each frame to the tensor_reposrc of its slot.
+#include <string>
+
+#include "elements/tensor_reposink/repository.hpp"
+#include "gstcpp/base_classes.hpp"
+#include "gstcpp/tensor_caps.hpp"
+
+namespace weir {
+namespace {
+
+using gst::Ref;
+
+// A ledger for each run: frames of an earlier one may still lie in a slot.
+class RunLedger {
+ public:
+  LedgerSnapshot snapshot() const { return get()->snapshot(); }
+  std::shared_ptr<Ledger> get() const {
+    std::lock_guard lock(mutex_);
+    return ledger_;
+  }
+  void renew() {
+    auto fresh = std::make_shared<Ledger>();
+    std::lock_guard lock(mutex_);
+    ledger_.swap(fresh);
+  }
+
+ private:
+  mutable std::mutex mutex_;  // guards ledger_
+  std::shared_ptr<Ledger> ledger_ = std::make_shared<Ledger>();
+};
+
+class TensorReposink : public gst::Element<TensorReposink, gst::BaseSink> {
+ public:
+  static constexpr gst::ElementInfo kInfo{
+      "WeirTensorReposink", "tensor_reposink", "TensorRepoSink", "Sink/Tensor/Repository",
+      "Hands frames to the tensor_reposrc of the same slot: the end of a loop"};
+  static inline GstStaticPadTemplate kPads[] = {
+      GST_STATIC_PAD_TEMPLATE(
+          "sink", GST_PAD_SINK, GST_PAD_ALWAYS,
+          GST_STATIC_CAPS(WEIR_CAPS_TENSOR
+                          "; other/tensors, "
+                          "format=(string)static, num_tensors=(int)[ 1, 256 ], " WEIR_CAPS_RATE)),
+  };
+
+  struct Settings {
+    uint32_t signal_rate = 0;
+    uint32_t slot_index = 0;
+    bool silent = true;
+  };
+  static constexpr std::tuple kProperties{
+      gst::Property{"signal-rate", &Settings::signal_rate,
+                    "Accepted for compatibility; has no effect", gst::Changeable::WhilePlaying, 0u,
+                    500u},
+      gst::Property{"slot-index", &Settings::slot_index, "The slot that frames go to",
+                    gst::Changeable::WhilePlaying},
+      gst::Property{"silent", &Settings::silent, "Accepted for compatibility; has no effect"},
+  };
+
+  void constructed() {
+    gst_base_sink_set_sync(self(), FALSE);
+    gst_base_sink_set_async_enabled(self(), FALSE);
+    gst_base_sink_set_qos_enabled(self(), TRUE);
+    // One more holder of each frame would keep the loop from working in the frame's own memory.
+    gst_base_sink_set_last_sample_enabled(self(), FALSE);
+  }
+
+  void property_changed(const char* name) {
+    if (std::string_view(name) == "slot-index") count_left(writer_.move(settings().slot_index));
+  }
+
+  GstStateChangeReturn change_state(GstStateChange transition) {
+    if (transition == GST_STATE_CHANGE_READY_TO_PAUSED) {
+      ledger_.renew();
+      writer_.attach(settings().slot_index);
+    }
+    const auto result = GST_ELEMENT_CLASS(parent_class())->change_state(element(), transition);
+    if (transition == GST_STATE_CHANGE_READY_TO_PAUSED ||
+        transition == GST_STATE_CHANGE_PLAYING_TO_PAUSED)
+      take_no_part_in_preroll();
+    if (transition == GST_STATE_CHANGE_PAUSED_TO_READY || result == GST_STATE_CHANGE_FAILURE)
+      count_left(writer_.detach());
+    return result;
+  }
+
+  Status set_caps(GstCaps* caps) {
+    auto spec = gst::fixed_spec_from_caps(caps);
+    if (!spec) return spec.error();
+    spec_ = *std::move(spec);
+    caps_ = Ref<GstCaps>::share(caps);
+    return ok();
+  }
+
+  GstFlowReturn render(GstBuffer* buffer) {
+    const auto ledger = ledger_.get();
+    ledger->received();
+    if (const Status status = check_size(buffer); !status) {
+      gst::post_error(element(), status.error());
+      ledger->dropped(DropReason::Error);
+      return GST_FLOW_ERROR;
+    }
+    StoredFrame frame{Ref<GstBuffer>::share(buffer), caps_, ledger};
+    for (;;) {
+      const loop::Put put = writer_.put(frame);
+      if (put == loop::Put::Stored) return GST_FLOW_OK;
+      if (put == loop::Put::Unwanted) {
+        ledger->dropped(DropReason::Eos);
+        return GST_FLOW_OK;
+      }
+      // A pause lets go of the wait too; only a flush or the way to READY ends it.
+      if (const auto flow = gst_base_sink_wait_preroll(self()); flow != GST_FLOW_OK) {
+        ledger->dropped(DropReason::Flush);
+        return flow;
+      }
+    }
+  }
+
+  gboolean unlock() {
+    writer_.interrupt();
+    return TRUE;
+  }
+  gboolean unlock_stop() {
+    writer_.resume();
+    return TRUE;
+  }
+
+  gboolean event(GstEvent* event) {
+    const auto type = GST_EVENT_TYPE(event);
+    if (type == GST_EVENT_EOS) writer_.end();
+    if (type == GST_EVENT_STREAM_START) writer_.begin();
+    const gboolean done = parent_class()->event(self(), event);
+    if (type == GST_EVENT_FLUSH_STOP) {
+      if (const auto lost = writer_.flush()) lost->ledger->dropped(DropReason::Flush);
+      take_no_part_in_preroll();
+    }
+    return done;
+  }
+
+  Settings settings_;
+  RunLedger ledger_;
+
+ private:
+  // GstBaseSink keeps the first frame back in PAUSED. The other sinks of a loop may need what this
+  // frame becomes before they are ready to play, so here it goes to its slot at once.
+  void take_no_part_in_preroll() {
+    GST_BASE_SINK_PREROLL_LOCK(self());
+    self()->need_preroll = FALSE;
+    GST_BASE_SINK_PREROLL_SIGNAL(self());
+    GST_BASE_SINK_PREROLL_UNLOCK(self());
+  }
+
+  Status check_size(GstBuffer* buffer) const {
+    const uint64_t needed = spec_.bytes().value_or(UINT64_MAX);
+    const gsize size = gst_buffer_get_size(buffer);
+    if (size >= needed) return ok();
+    return Error{Code::FRAME_SIZE,
+                 "a frame is smaller than its caps say",
+                 std::to_string(size) + " bytes",
+                 std::to_string(needed) + " bytes for " + spec_.to_string(),
+                 "",
+                 ""};
+  }
+
+  Repository::Writer writer_{repository()};
+  FrameSpec spec_;     // this and what follows: streaming thread only
+  Ref<GstCaps> caps_;  // of spec_
+};
+
+}  // namespace
+
+bool register_tensor_reposink(GstPlugin* plugin) {
+  return TensorReposink::register_in(plugin);
+}
+
+}  // namespace weir

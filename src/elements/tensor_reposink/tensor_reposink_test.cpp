@@ -1,0 +1,206 @@
+// tensor_reposink in a harness: what it hands over, when it waits, what ends the wait.
+#include <future>
+
+#include "elements/tests/element_harness.hpp"
+
+namespace weir::test {
+namespace {
+
+constexpr char kByte[] = "other/tensor,dimension=(string)2,type=(string)uint8,framerate=30/1";
+
+std::string slot(int index) {
+  return "tensor_reposink slot-index=" + std::to_string(index);
+}
+Harness source_of(int index, const char* caps = kByte) {
+  Harness h = harness_of("tensor_reposrc slot-index=" + std::to_string(index) + " caps=\"" +
+                         std::string(caps) + "\"");
+  gst_harness_play(h.get());
+  return h;
+}
+auto pushing(const Harness& h, const Bytes& bytes) {
+  return std::async(std::launch::async,
+                    [&h, bytes] { return gst_harness_push(h.get(), frame(bytes)); });
+}
+Bytes pulled(const Harness& h) {
+  const auto buffer = Ref<GstBuffer>::adopt(gst_harness_pull(h.get()));
+  return buffer ? content(buffer.get()) : Bytes{};
+}
+
+bool ends(const Harness& h) {
+  while (const auto event = Ref<GstEvent>::adopt(gst_harness_pull_event(h.get())))
+    if (GST_EVENT_TYPE(event.get()) == GST_EVENT_EOS) return true;
+  return false;
+}
+
+TEST(TensorReposink, StartsWithTheDocumentedValues) {
+  const auto sink = lone_element("tensor_reposink");
+  guint rate = 1, index = 1;
+  gboolean silent = FALSE, sync = TRUE, async = TRUE, qos = FALSE;
+  g_object_get(sink.get(), "signal-rate", &rate, "slot-index", &index, "silent", &silent, "sync",
+               &sync, "async", &async, "qos", &qos, nullptr);
+  EXPECT_EQ(rate, 0u);
+  EXPECT_EQ(index, 0u);
+  EXPECT_TRUE(silent);
+  EXPECT_FALSE(sync);
+  EXPECT_FALSE(async);
+  EXPECT_TRUE(qos);
+  const auto* spec = g_object_class_find_property(G_OBJECT_GET_CLASS(sink.get()), "signal-rate");
+  EXPECT_EQ(G_PARAM_SPEC_UINT(spec)->maximum, 500u);
+}
+
+TEST(TensorReposink, SharesTheFrameWithItsMetadata) {
+  const Harness sink = harness_of(slot(0), kByte);
+  GstBuffer* in = frame(Bytes{1, 2}, 5 * GST_SECOND, GST_SECOND);
+  const GstMemory* memory = gst_buffer_peek_memory(in, 0);
+  EXPECT_EQ(gst_harness_push(sink.get(), in), GST_FLOW_OK);
+  const Harness source = source_of(0);
+  EXPECT_EQ(pulled(source), (Bytes{0, 0}));
+  const auto out = Ref<GstBuffer>::adopt(gst_harness_pull(source.get()));
+  EXPECT_EQ(gst_buffer_peek_memory(out.get(), 0), memory);
+  EXPECT_EQ(content(out.get()), (Bytes{1, 2}));
+  EXPECT_EQ(GST_BUFFER_PTS(out.get()), 5 * GST_SECOND);
+  EXPECT_EQ(GST_BUFFER_DURATION(out.get()), GST_SECOND);
+  EXPECT_EQ(stat(sink, "tensor_reposink", "bytes-copied"), 0u);
+  EXPECT_EQ(stat(source, "tensor_reposrc", "bytes-copied"), 0u);
+}
+
+TEST(TensorReposink, HoldsOneFrameUntilItIsTakenAndThenHasConsumedIt) {
+  const Harness sink = harness_of(slot(0), kByte);
+  EXPECT_EQ(gst_harness_push(sink.get(), frame(Bytes{1, 1})), GST_FLOW_OK);
+  EXPECT_EQ(stat(sink, "tensor_reposink", "received"), 1u);
+  EXPECT_EQ(stat(sink, "tensor_reposink", "held"), 1u);
+  auto second = pushing(sink, {2, 2});
+  const Harness source = source_of(0);
+  EXPECT_EQ(pulled(source), (Bytes{0, 0}));
+  EXPECT_EQ(pulled(source), (Bytes{1, 1}));
+  EXPECT_EQ(second.get(), GST_FLOW_OK);
+  EXPECT_EQ(pulled(source), (Bytes{2, 2}));
+  EXPECT_EQ(stat(sink, "tensor_reposink", "consumed"), 2u);
+  EXPECT_EQ(stat(sink, "tensor_reposink", "held"), 0u);
+}
+
+TEST(TensorReposink, AWaitEndsWithTheElement) {
+  const Harness sink = harness_of(slot(0), kByte);
+  gst_harness_push(sink.get(), frame(Bytes{1, 1}));
+  auto second = pushing(sink, {2, 2});
+  gst_element_set_state(sink->element, GST_STATE_READY);
+  EXPECT_EQ(second.get(), GST_FLOW_FLUSHING);
+  EXPECT_EQ(stat(sink, "tensor_reposink", "held"), 0u) << "the slot went, and its frame with it";
+  EXPECT_EQ(stat(sink, "tensor_reposink", "dropped-eos"), 1u);
+}
+
+TEST(TensorReposink, AWaitSurvivesAPause) {
+  const Harness sink = harness_of(slot(0), kByte);
+  gst_harness_push(sink.get(), frame(Bytes{1, 1}));
+  auto second = pushing(sink, {2, 2});
+  EXPECT_EQ(gst_element_set_state(sink->element, GST_STATE_PAUSED), GST_STATE_CHANGE_SUCCESS);
+  EXPECT_EQ(gst_element_set_state(sink->element, GST_STATE_PLAYING), GST_STATE_CHANGE_SUCCESS);
+  const Harness source = source_of(0);
+  EXPECT_EQ(pulled(source), (Bytes{0, 0}));
+  EXPECT_EQ(pulled(source), (Bytes{1, 1}));
+  EXPECT_EQ(pulled(source), (Bytes{2, 2}));
+  EXPECT_EQ(second.get(), GST_FLOW_OK);
+}
+
+TEST(TensorReposink, StoresFramesInPausedToo) {
+  const Harness sink = harness_of(slot(0), kByte);
+  for (const GstState first : {GST_STATE_READY, GST_STATE_PLAYING}) {
+    gst_element_set_state(sink->element, first);
+    EXPECT_EQ(gst_element_set_state(sink->element, GST_STATE_PAUSED), GST_STATE_CHANGE_SUCCESS)
+        << "it holds back no preroll";
+    gst_harness_set_src_caps_str(sink.get(), kByte);
+    EXPECT_EQ(gst_harness_push(sink.get(), frame(Bytes{1, 1})), GST_FLOW_OK);
+    const Harness source = source_of(0);
+    EXPECT_EQ(pulled(source), (Bytes{0, 0}));
+    EXPECT_EQ(pulled(source), (Bytes{1, 1}));
+  }
+}
+
+TEST(TensorReposink, AFlushEndsTheWaitDropsTheFrameAndBeginsTheLoopAnew) {
+  const Harness sink = harness_of(slot(0), kByte);
+  const Harness source = source_of(0);
+  EXPECT_EQ(pulled(source), (Bytes{0, 0}));
+  gst_harness_push_event(sink.get(), gst_event_new_flush_start());
+  EXPECT_EQ(gst_harness_push(sink.get(), frame(Bytes{3, 3})), GST_FLOW_FLUSHING);
+  gst_harness_push_event(sink.get(), gst_event_new_flush_stop(FALSE));
+  EXPECT_EQ(pulled(source), (Bytes{0, 0})) << "the frame on its way is lost";
+}
+
+TEST(TensorReposink, AFlushCountsWhatItDrops) {
+  const Harness sink = harness_of(slot(0), kByte);
+  gst_harness_push(sink.get(), frame(Bytes{1, 1}));
+  auto second = pushing(sink, {2, 2});
+  gst_harness_push_event(sink.get(), gst_event_new_flush_start());
+  EXPECT_EQ(second.get(), GST_FLOW_FLUSHING);
+  gst_harness_push_event(sink.get(), gst_event_new_flush_stop(FALSE));
+  const uint64_t received = stat(sink, "tensor_reposink", "received");
+  EXPECT_EQ(stat(sink, "tensor_reposink", "dropped-flush"), received);
+  EXPECT_EQ(stat(sink, "tensor_reposink", "held"), 0u);
+}
+
+TEST(TensorReposink, TheEndOfTheStreamEndsTheSource) {
+  const Harness sink = harness_of(slot(0), kByte);
+  const Harness source = source_of(0);
+  gst_harness_push(sink.get(), frame(Bytes{1, 1}));
+  gst_harness_push_event(sink.get(), gst_event_new_eos());
+  EXPECT_EQ(pulled(source), (Bytes{0, 0}));
+  EXPECT_EQ(pulled(source), (Bytes{1, 1}));
+  EXPECT_TRUE(ends(source));
+}
+
+TEST(TensorReposink, TakesTheEndOfTheStreamInPausedToo) {
+  const Harness sink = harness_of(slot(0), kByte);
+  const Harness source = source_of(0);
+  gst_element_set_state(sink->element, GST_STATE_PAUSED);
+  EXPECT_TRUE(gst_harness_push_event(sink.get(), gst_event_new_eos()));
+  EXPECT_EQ(pulled(source), (Bytes{0, 0}));
+  EXPECT_TRUE(ends(source));
+}
+
+TEST(TensorReposink, DropsAndCountsWhatAnEndedSourceWillNotTake) {
+  const Harness sink = harness_of(slot(0), kByte);
+  const Harness source =
+      harness_of(std::string("tensor_reposrc slot-index=0 num-buffers=1 caps=\"") + kByte + "\"");
+  gst_harness_play(source.get());
+  EXPECT_EQ(pulled(source), (Bytes{0, 0}));
+  EXPECT_TRUE(ends(source));
+  for (uint8_t i = 0; i < 3; ++i)
+    EXPECT_EQ(gst_harness_push(sink.get(), frame(Bytes{i, i})), GST_FLOW_OK);
+  EXPECT_EQ(stat(sink, "tensor_reposink", "dropped-eos"), 3u);
+}
+
+TEST(TensorReposink, ANewSlotIndexTakesTheWaitAlong) {
+  const Harness sink = harness_of(slot(1), kByte);
+  const Harness source = source_of(2);
+  EXPECT_EQ(pulled(source), (Bytes{0, 0}));
+  gst_harness_push(sink.get(), frame(Bytes{1, 1}));
+  auto second = pushing(sink, {2, 2});
+  g_object_set(element_of(sink, "tensor_reposink").get(), "slot-index", 2u, nullptr);
+  EXPECT_EQ(pulled(source), (Bytes{2, 2})) << "the first went with slot 1";
+  EXPECT_EQ(second.get(), GST_FLOW_OK);
+  EXPECT_EQ(stat(sink, "tensor_reposink", "dropped-eos"), 1u);
+}
+
+TEST(TensorReposink, NamesAFrameThatIsTooSmall) {
+  const Harness sink = harness_of(slot(0), kByte);
+  Errors errors(sink);
+  EXPECT_EQ(gst_harness_push(sink.get(), frame(Bytes{1})), GST_FLOW_ERROR);
+  const std::string text = errors.next();
+  EXPECT_SAYS(text, "WEIR-2004");
+  EXPECT_SAYS(text, "1 bytes");
+  EXPECT_SAYS(text, "2 bytes for 1 tensor");
+  EXPECT_EQ(stat(sink, "tensor_reposink", "dropped-error"), 1u);
+}
+
+TEST(TensorReposink, NamesCapsThatDoNotSayWhatTheTensorsAre) {
+  EXPECT_SAYS(start_error(slot(0), "other/tensor,framerate=30/1"),
+              "do not describe the tensors wholly");
+}
+
+TEST(TensorReposink, TakesStaticTensorsOnly) {
+  const Harness sink = harness_of(slot(0), "other/tensors,format=flexible,framerate=30/1");
+  EXPECT_EQ(gst_harness_push(sink.get(), frame(Bytes{1, 2})), GST_FLOW_NOT_NEGOTIATED);
+}
+
+}  // namespace
+}  // namespace weir::test

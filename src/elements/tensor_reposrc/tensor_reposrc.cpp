@@ -1,0 +1,244 @@
+// tensor_reposrc: the start of a loop; a frame of zeros, then what tensor_reposink puts into the
+// slot.
+#include <cstring>
+#include <string>
+
+#include "elements/tensor_reposink/repository.hpp"
+#include "gstcpp/base_classes.hpp"
+#include "gstcpp/frame_pool.hpp"
+#include "gstcpp/tensor_caps.hpp"
+
+namespace weir {
+namespace {
+
+using gst::Ref;
+
+constexpr uint32_t kNotSet = UINT32_MAX;
+
+std::string text_of(const GstCaps* caps) {
+  const gst::UniqueText text{gst_caps_to_string(caps)};
+  return text.get();
+}
+
+// "" when frames of `offered` can stand for frames of `needed`: however dimensions are spelled, and
+// whether one tensor is called other/tensor or other/tensors.
+std::string difference_of(const FrameSpec& offered, const FrameSpec& needed) {
+  std::string tensors = first_difference(offered.tensors, needed.tensors);
+  if (!tensors.empty() || offered.rate == needed.rate) return tensors;
+  const auto text = [](const Fraction& rate) {
+    return std::to_string(rate.numerator) + "/" + std::to_string(rate.denominator);
+  };
+  return "framerate is " + text(offered.rate) + ", needed is " + text(needed.rate);
+}
+
+class TensorReposrc : public gst::Element<TensorReposrc, gst::PushSource> {
+ public:
+  static constexpr gst::ElementInfo kInfo{
+      "WeirTensorReposrc", "tensor_reposrc", "TensorRepoSrc", "Source/Tensor/Repository",
+      "Starts a loop with zeros, then brings the frames of the tensor_reposink of the same slot"};
+  static inline GstStaticPadTemplate kPads[] = {
+      GST_STATIC_PAD_TEMPLATE(
+          "src", GST_PAD_SRC, GST_PAD_ALWAYS,
+          GST_STATIC_CAPS(WEIR_CAPS_TENSOR
+                          "; other/tensors, "
+                          "format=(string)static, num_tensors=(int)[ 1, 256 ], " WEIR_CAPS_RATE)),
+  };
+
+  struct Settings {
+    Ref<GstCaps> caps;
+    uint32_t slot_index = kNotSet;
+    bool silent = true;
+  };
+  static constexpr std::tuple kProperties{
+      gst::Property{"caps", &Settings::caps, "What the frames of the loop are: fixed tensor caps"},
+      gst::Property{"slot-index", &Settings::slot_index, "The slot that frames come from",
+                    gst::Changeable::WhilePlaying, 0u, kNotSet - 1},
+      gst::Property{"silent", &Settings::silent, "Accepted for compatibility; has no effect"},
+  };
+
+  void constructed() {
+    gst_base_src_set_format(GST_BASE_SRC(self()), GST_FORMAT_TIME);
+    const auto mask =
+        GstPadProbeType(GST_PAD_PROBE_TYPE_EVENT_DOWNSTREAM | GST_PAD_PROBE_TYPE_EVENT_FLUSH);
+    gst_pad_add_probe(
+        pad(), mask,
+        [](GstPad*, GstPadProbeInfo* info, gpointer impl) {
+          static_cast<TensorReposrc*>(impl)->sees(GST_PAD_PROBE_INFO_EVENT(info));
+          return GST_PAD_PROBE_OK;
+        },
+        this, nullptr);
+  }
+
+  void property_changed(const char* name) {
+    if (std::string_view(name) == "slot-index") count_left(reader_.move(settings().slot_index));
+  }
+
+  Status start() {
+    const Settings s = settings();
+    if (!s.caps)
+      return Error{Code::OPTION_VALUE,
+                   "the property caps is not set",
+                   "",
+                   "the caps of the frames that go round the loop",
+                   "",
+                   "tensor_reposrc slot-index=0 "
+                   "caps=\"other/tensor,dimension=(string)4:1:1:1,type=float32,framerate=30/1\""};
+    if (s.slot_index == kNotSet)
+      return Error{Code::OPTION_VALUE,
+                   "the property slot-index is not set",
+                   "",
+                   "the slot-index of the tensor_reposink that ends the loop",
+                   "",
+                   "tensor_reposrc slot-index=0"};
+    if (const Status status = plan(s.caps); !status) return status;
+    ledger_.reset();
+    fresh_ = true;
+    reader_.attach(s.slot_index);
+    return ok();
+  }
+
+  gboolean stop() {
+    count_left(reader_.detach());
+    checked_ = {};
+    return TRUE;
+  }
+
+  GstCaps* get_caps(GstCaps* filter) {
+    const Settings s = settings();
+    auto caps = Ref<GstCaps>::adopt(gst_pad_get_pad_template_caps(pad()));
+    if (const auto spec =
+            s.caps ? gst::fixed_spec_from_caps(s.caps.get()) : Result<FrameSpec>(Error{})) {
+      const auto others = gst::possible_caps(pad(), *spec, filter);
+      caps = Ref<GstCaps>::adopt(
+          gst_caps_merge(gst_caps_ref(s.caps.get()), gst_caps_ref(others.get())));
+    }
+    if (!filter) return caps.release();
+    return gst_caps_intersect_full(filter, caps.get(), GST_CAPS_INTERSECT_FIRST);
+  }
+
+  // The frames are there already, whatever pool the next element offers.
+  gboolean decide_allocation(GstQuery* query) {
+    while (gst_query_get_n_allocation_pools(query) > 0)
+      gst_query_remove_nth_allocation_pool(query, 0);
+    return TRUE;
+  }
+
+  GstFlowReturn create(GstBuffer** out) {
+    if (std::exchange(fresh_, false)) {
+      reader_.begin_anew();
+      return zeros(out);
+    }
+    auto taken = reader_.take();
+    switch (taken.outcome) {
+      case loop::Take::Interrupted:
+        return GST_FLOW_FLUSHING;
+      case loop::Take::Ended:
+        return GST_FLOW_EOS;
+      case loop::Take::Restarted:
+        return zeros(out);
+      case loop::Take::Frame:
+        break;
+    }
+    taken.frame->ledger->consumed();
+    ledger_.received();
+    if (const Status status = check(taken.frame->caps); !status) {
+      gst::post_error(element(), status.error());
+      ledger_.dropped(DropReason::Error);
+      return GST_FLOW_EOS;
+    }
+    ledger_.consumed_and_pushed();
+    *out = taken.frame->buffer.release();
+    return GST_FLOW_OK;
+  }
+
+  gboolean unlock() {
+    reader_.interrupt();
+    return TRUE;
+  }
+  gboolean unlock_stop() {
+    reader_.resume();
+    return TRUE;
+  }
+
+  Settings settings_;
+  Ledger ledger_;
+
+ private:
+  GstPad* pad() const { return GST_BASE_SRC_PAD(self()); }
+
+  // What goes downstream. Behind EOS nothing is taken any more, and the sink must not wait for it.
+  void sees(GstEvent* event) {
+    if (GST_EVENT_TYPE(event) == GST_EVENT_EOS) reader_.end();
+    if (GST_EVENT_TYPE(event) == GST_EVENT_FLUSH_STOP) reader_.begin();
+  }
+
+  Status plan(const Ref<GstCaps>& caps) {
+    auto spec = gst::fixed_spec_from_caps(caps.get());
+    if (!spec) return spec.error();
+    if (spec->format != Format::Static)
+      return Error{Code::FORMAT_UNSUPPORTED,
+                   "a loop carries static tensors only",
+                   text_of(caps.get()),
+                   "format=static",
+                   "",
+                   ""};
+    auto pool = gst::FramePool::make(spec->tensors, Format::Static);
+    if (!pool) return pool.error();
+    caps_ = caps;
+    spec_ = *std::move(spec);
+    pool_ = *std::move(pool);
+    return ok();
+  }
+
+  // A frame of zeros, without a time-stamp.
+  GstFlowReturn zeros(GstBuffer** out) {
+    auto buffer = pool_.acquire();
+    gst::FramePool::Writer writer;
+    if (!buffer) {
+      gst::post_error(element(), Error{Code::OUT_OF_MEMORY, "memory ran out", "", "", "", ""});
+      return GST_FLOW_ERROR;
+    }
+    if (const Status status = writer.map(pool_, buffer.get()); !status) {
+      gst::post_error(element(), status.error());
+      return GST_FLOW_ERROR;
+    }
+    for (const auto& payload : writer.payloads()) std::memset(payload.data(), 0, payload.size());
+    writer.unmap();
+    ledger_.pushed();
+    *out = buffer.release();
+    return GST_FLOW_OK;
+  }
+
+  Status check(const Ref<GstCaps>& caps) {
+    if (caps.get() == checked_.get()) return ok();
+    const auto spec = gst::fixed_spec_from_caps(caps.get());
+    if (!spec) return spec.error();
+    const std::string difference = difference_of(*spec, spec_);
+    if (!difference.empty())
+      return Error{Code::SPEC_MISMATCH,
+                   "the frames of the tensor_reposink are not what the property caps says",
+                   text_of(caps.get()),
+                   text_of(caps_.get()),
+                   difference,
+                   "tensor_reposrc slot-index=" + std::to_string(settings().slot_index) +
+                       " caps=\"" + text_of(caps.get()) + "\""};
+    checked_ = caps;
+    return ok();
+  }
+
+  Repository::Reader reader_{repository()};
+  // Made in start(), then streaming thread only.
+  bool fresh_ = true;
+  Ref<GstCaps> caps_;     // the property
+  Ref<GstCaps> checked_;  // caps of frames that were found to be the same tensors
+  FrameSpec spec_;        // of caps_
+  gst::FramePool pool_;
+};
+
+}  // namespace
+
+bool register_tensor_reposrc(GstPlugin* plugin) {
+  return TensorReposrc::register_in(plugin);
+}
+
+}  // namespace weir

@@ -1,0 +1,218 @@
+// tensor_reposrc in a harness: the first frame, what it asks for, what it refuses, what ends it.
+#include <algorithm>
+
+#include "elements/tests/element_harness.hpp"
+
+namespace weir::test {
+namespace {
+
+std::string tensor(const std::string& type, const std::string& dimension,
+                   const std::string& rate = "30/1") {
+  return "other/tensor,dimension=(string)" + dimension + ",type=(string)" + type +
+         ",framerate=(fraction)" + rate;
+}
+const std::string kFloats = tensor("float32", "2:1:1:1");
+
+// As gst_parse_launch() wants it.
+std::string quoted(const std::string& text) {
+  std::string out = "\"";
+  for (const char c : text) out += c == '"' ? "\\\"" : std::string(1, c);
+  return out + "\"";
+}
+std::string source(const std::string& caps, const std::string& more = "slot-index=0") {
+  return "tensor_reposrc " + more + " caps=" + quoted(caps);
+}
+Harness playing(const std::string& launch) {
+  Harness h = harness_of(launch);
+  gst_harness_play(h.get());
+  return h;
+}
+Ref<GstBuffer> pulled(const Harness& h) {
+  return Ref<GstBuffer>::adopt(gst_harness_pull(h.get()));
+}
+bool ends(const Harness& h) {
+  while (const auto event = Ref<GstEvent>::adopt(gst_harness_pull_event(h.get())))
+    if (GST_EVENT_TYPE(event.get()) == GST_EVENT_EOS) return true;
+  return false;
+}
+// The error of a source with `needed` whose sink gets one frame of `offered`; "" for none.
+std::string mismatch_of(const std::string& offered, const std::string& needed, size_t bytes) {
+  const Harness h = harness_of(source(needed));
+  Errors errors(h);
+  gst_harness_play(h.get());
+  const Harness sink = harness_of("tensor_reposink", offered);
+  EXPECT_EQ(gst_harness_push(sink.get(), frame(ramp(bytes))), GST_FLOW_OK);
+  gst_harness_push_event(sink.get(), gst_event_new_eos());
+  EXPECT_TRUE(ends(h));
+  return errors.next();
+}
+
+TEST(TensorReposrc, StartsWithTheDocumentedValues) {
+  const auto element = lone_element("tensor_reposrc");
+  guint index = 0;
+  gint count = 0;
+  gboolean timestamp = TRUE, silent = FALSE;
+  GstCaps* caps = nullptr;
+  g_object_get(element.get(), "slot-index", &index, "num-buffers", &count, "do-timestamp",
+               &timestamp, "silent", &silent, "caps", &caps, nullptr);
+  EXPECT_EQ(index, 4294967295u);
+  EXPECT_EQ(count, -1);
+  EXPECT_FALSE(timestamp);
+  EXPECT_TRUE(silent);
+  EXPECT_EQ(caps, nullptr);
+  const auto* spec = g_object_class_find_property(G_OBJECT_GET_CLASS(element.get()), "slot-index");
+  EXPECT_EQ(G_PARAM_SPEC_UINT(spec)->maximum, 4294967294u);
+}
+
+TEST(TensorReposrc, ReturnsTheCapsThatWereSet) {
+  const auto element = lone_element(source(kFloats));
+  GstCaps* raw = nullptr;
+  g_object_get(element.get(), "caps", &raw, nullptr);
+  const auto caps = Ref<GstCaps>::adopt(raw);
+  const auto expected = Ref<GstCaps>::adopt(gst_caps_from_string(kFloats.c_str()));
+  ASSERT_TRUE(caps);
+  EXPECT_TRUE(gst_caps_is_equal(caps.get(), expected.get()));
+}
+
+TEST(TensorReposrc, BeginsWithZerosThatHaveNoTime) {
+  const Harness h = playing(source(kFloats));
+  const auto first = pulled(h);
+  EXPECT_EQ(values<float>(first.get()), (std::vector<float>{0, 0}));
+  EXPECT_FALSE(GST_BUFFER_PTS_IS_VALID(first.get()));
+  EXPECT_FALSE(GST_BUFFER_DTS_IS_VALID(first.get()));
+  EXPECT_FALSE(GST_BUFFER_DURATION_IS_VALID(first.get()));
+  EXPECT_EQ(stat(h, "tensor_reposrc", "pushed"), 1u);
+  EXPECT_EQ(stat(h, "tensor_reposrc", "received"), 0u);
+}
+
+TEST(TensorReposrc, BeginsWithOneMemoryForEachTensor) {
+  const Harness h = playing(source(tensors("uint8,int16", "3:1:1:1,5:1:1:1")));
+  const auto first = pulled(h);
+  ASSERT_EQ(gst_buffer_n_memory(first.get()), 2u);
+  EXPECT_EQ(gst_memory_get_sizes(gst_buffer_peek_memory(first.get(), 0), nullptr, nullptr), 3u);
+  EXPECT_EQ(gst_memory_get_sizes(gst_buffer_peek_memory(first.get(), 1), nullptr, nullptr), 10u);
+}
+
+// 15 memories of 1 byte, and one of the packed header and the bytes of 5 tensors.
+TEST(TensorReposrc, BeginsWithPackedTensorsWhereThereAreMoreThan16) {
+  std::string types = "uint8", dimensions = "1";
+  for (int i = 1; i < 20; ++i) types += ",uint8", dimensions += ",1";
+  const Harness h = playing(source(tensors(types, dimensions)));
+  const auto first = pulled(h);
+  ASSERT_EQ(gst_buffer_n_memory(first.get()), 16u);
+  EXPECT_EQ(gst_buffer_get_size(first.get()), 15u + 19224u + 5u);
+  const Bytes bytes = content(first.get());
+  EXPECT_TRUE(std::all_of(bytes.begin(), bytes.begin() + 15, [](auto b) { return b == 0; }));
+  EXPECT_TRUE(std::all_of(bytes.end() - 5, bytes.end(), [](auto b) { return b == 0; }));
+}
+
+TEST(TensorReposrc, SpeaksTheNextElementsSpellingOfItsCaps) {
+  const Harness h = playing(source(tensor("float32", "2")) +
+                            " ! capsfilter caps=other/tensors,dimensions=(string)2:1:1:1");
+  EXPECT_TRUE(pulled(h));
+  EXPECT_SAYS(caps_text(h), "dimensions=(string)2:1:1:1");
+}
+
+TEST(TensorReposrc, NamesWhatIsNotSet) {
+  const std::string no_slot = start_error(source(kFloats, ""));
+  EXPECT_SAYS(no_slot, "WEIR-1004");
+  EXPECT_SAYS(no_slot, "the property slot-index is not set");
+  EXPECT_SAYS(no_slot, "fix: tensor_reposrc slot-index=0");
+  const std::string no_caps = start_error("tensor_reposrc slot-index=0");
+  EXPECT_SAYS(no_caps, "WEIR-1004");
+  EXPECT_SAYS(no_caps, "the property caps is not set");
+  EXPECT_SAYS(no_caps, "caps=\"other/tensor,dimension=");
+}
+
+TEST(TensorReposrc, NamesCapsThatAreNoFixedStaticTensors) {
+  EXPECT_SAYS(start_error(source("other/tensor,dimension=(string)2,type=(string)uint8")),
+              "do not describe the tensors wholly");
+  EXPECT_SAYS(start_error(source(tensor("{ uint8, int8 }", "2"))), "not fixed");
+  EXPECT_SAYS(start_error(source("other/tensors,format=(string)flexible,framerate=30/1")),
+              "a loop carries static tensors only");
+  EXPECT_NE(start_error(source("video/x-raw,format=RGB,width=2,height=2,framerate=30/1")), "");
+}
+
+TEST(TensorReposrc, TakesEqualTensorsHoweverTheirCapsAreSpelled) {
+  EXPECT_EQ(mismatch_of(tensor("float32", "2"), kFloats, 8), "");
+  EXPECT_EQ(mismatch_of(tensor("float32", "2:1"), tensors("float32", "2"), 8), "");
+  EXPECT_EQ(mismatch_of(tensors("float32", "2:1:1"), tensor("float32", "2"), 8), "");
+}
+
+TEST(TensorReposrc, NamesBothCapsOfFramesThatDoNotFit) {
+  const std::string text = mismatch_of(tensor("uint8", "3:1:1:1"), kFloats, 3);
+  EXPECT_SAYS(text, "WEIR-2001");
+  EXPECT_SAYS(text, "dimension=(string)3:1:1:1, type=(string)uint8");
+  EXPECT_SAYS(text, "dimension=(string)2:1:1:1, type=(string)float32");
+  EXPECT_SAYS(text, "tensor 0: type is uint8, needed is float32");
+  EXPECT_SAYS(text, "fix: tensor_reposrc slot-index=0 caps=\"other/tensor, dimension=(string)3");
+  EXPECT_SAYS(mismatch_of(tensor("float32", "3:1:1:1"), kFloats, 12), "tensor 0: ");
+  EXPECT_SAYS(mismatch_of(tensors("float32,float32", "2,2"), kFloats, 16), "first difference: ");
+}
+
+TEST(TensorReposrc, NamesAFrameRateThatDoesNotFit) {
+  const std::string text = mismatch_of(tensor("float32", "2:1:1:1", "15/1"), kFloats, 8);
+  EXPECT_SAYS(text, "framerate is 15/1, needed is 30/1");
+  EXPECT_EQ(mismatch_of(tensor("float32", "2:1:1:1", "60/2"), kFloats, 8), "");
+}
+
+TEST(TensorReposrc, ChecksCapsThatChangeLater) {
+  const Harness h = harness_of(source(kFloats));
+  Errors errors(h);
+  gst_harness_play(h.get());
+  const Harness sink = harness_of("tensor_reposink", kFloats);
+  gst_harness_push(sink.get(), frame(ramp(8)));
+  EXPECT_TRUE(pulled(h));
+  EXPECT_EQ(content(pulled(h).get()), ramp(8));
+  gst_harness_set_src_caps_str(sink.get(), tensor("int32", "2:1:1:1").c_str());
+  gst_harness_push(sink.get(), frame(ramp(8)));
+  EXPECT_TRUE(ends(h));
+  EXPECT_SAYS(errors.next(), "type is int32, needed is float32");
+  EXPECT_EQ(stat(h, "tensor_reposrc", "dropped-error"), 1u);
+  EXPECT_EQ(stat(h, "tensor_reposrc", "received"), 2u);
+  EXPECT_EQ(stat(h, "tensor_reposrc", "held"), 0u);
+}
+
+TEST(TensorReposrc, ANewSlotIndexTakesTheWaitAlong) {
+  const Harness h = playing(source(kFloats));
+  EXPECT_TRUE(pulled(h));
+  const Harness sink = harness_of("tensor_reposink slot-index=5", kFloats);
+  gst_harness_push(sink.get(), frame(ramp(8)));
+  g_object_set(element_of(h, "tensor_reposrc").get(), "slot-index", 5u, nullptr);
+  EXPECT_EQ(content(pulled(h).get()), ramp(8));
+}
+
+TEST(TensorReposrc, WaitsNoLongerThanItsElementPlays) {
+  const Harness h = playing(source(kFloats));
+  EXPECT_TRUE(pulled(h));
+  EXPECT_EQ(gst_element_set_state(h->element, GST_STATE_PAUSED), GST_STATE_CHANGE_SUCCESS);
+  EXPECT_EQ(gst_element_set_state(h->element, GST_STATE_NULL), GST_STATE_CHANGE_SUCCESS);
+}
+
+TEST(TensorReposrc, EndsWhenItIsTold) {
+  const Harness h = playing(source(kFloats));
+  EXPECT_TRUE(pulled(h));
+  EXPECT_TRUE(gst_element_send_event(h->element, gst_event_new_eos()));
+  EXPECT_TRUE(ends(h));
+}
+
+// The way round the loop is for frames: queries and QoS end at the source.
+TEST(TensorReposrc, AnswersLatencyItselfAndPassesNoQosOn) {
+  const Harness h = playing(source(kFloats));
+  EXPECT_TRUE(pulled(h));
+  const Harness sink = harness_of("tensor_reposink", kFloats);
+  const Unique<GstQuery, gst_query_unref> query(gst_query_new_latency());
+  EXPECT_TRUE(gst_pad_peer_query(h->sinkpad, query.get()));
+  gboolean live = TRUE;
+  GstClockTime least = 1;
+  gst_query_parse_latency(query.get(), &live, &least, nullptr);
+  EXPECT_FALSE(live);
+  EXPECT_EQ(least, 0u);
+  gst_harness_push_upstream_event(
+      h.get(), gst_event_new_qos(GST_QOS_TYPE_UNDERFLOW, 1.5, GST_SECOND, GST_SECOND));
+  while (const auto event = Ref<GstEvent>::adopt(gst_harness_try_pull_upstream_event(sink.get())))
+    EXPECT_NE(GST_EVENT_TYPE(event.get()), GST_EVENT_QOS);
+}
+
+}  // namespace
+}  // namespace weir::test
