@@ -236,7 +236,7 @@ class FusedInPlace : public testing::Test {
 };
 
 TEST_F(FusedInPlace, WhereNobodyElseHasTheMemory) {
-  GstBuffer* in = weir::test::buffer_of(in_);
+  GstBuffer* in = weir::chain_test::buffer_of(in_);
   const gpointer memory = address(in);
   const auto out = result(in);
   EXPECT_EQ(address(out.get()), memory);
@@ -245,7 +245,7 @@ TEST_F(FusedInPlace, WhereNobodyElseHasTheMemory) {
 }
 
 TEST_F(FusedInPlace, NotWhereSomebodyHoldsTheInput) {
-  const auto in = weir::gst::Ref<GstBuffer>::adopt(weir::test::buffer_of(in_));
+  const auto in = weir::gst::Ref<GstBuffer>::adopt(weir::chain_test::buffer_of(in_));
   const auto out = result(gst_buffer_ref(in.get()));
   EXPECT_NE(address(out.get()), address(in.get()));
   EXPECT_EQ(frame_of(out.get()), expected_);
@@ -253,7 +253,7 @@ TEST_F(FusedInPlace, NotWhereSomebodyHoldsTheInput) {
 }
 
 TEST_F(FusedInPlace, NotWhereAnotherBufferHasTheMemory) {
-  const auto other = weir::gst::Ref<GstBuffer>::adopt(weir::test::buffer_of(in_));
+  const auto other = weir::gst::Ref<GstBuffer>::adopt(weir::chain_test::buffer_of(in_));
   const auto out = result(gst_buffer_copy(other.get()));
   EXPECT_EQ(frame_of(out.get()), expected_);
   EXPECT_EQ(frame_of(other.get()), in_);
@@ -278,7 +278,7 @@ TEST_F(FusedInPlace, NotWhereAProbeKeepsTheFrameBetween) {
         return GST_PAD_PROBE_OK;
       },
       &kept);
-  const auto out = result(weir::test::buffer_of(in_));
+  const auto out = result(weir::chain_test::buffer_of(in_));
   EXPECT_EQ(frame_of(out.get()), expected_);
   for (size_t i = 0; i < 300; ++i)
     ASSERT_EQ(std::to_integer<int>(frame_of(kept.get())[0][i]),
@@ -286,7 +286,7 @@ TEST_F(FusedInPlace, NotWhereAProbeKeepsTheFrameBetween) {
 }
 
 TEST_F(FusedInPlace, WithTheTimesAndMetadataOfTheFrameBetween) {
-  GstBuffer* in = weir::test::buffer_of(in_);
+  GstBuffer* in = weir::chain_test::buffer_of(in_);
   GST_BUFFER_PTS(in) = 7;
   GstCaps* clock = gst_caps_new_empty_simple("timestamp/x-test");
   gst_buffer_add_reference_timestamp_meta(in, clock, 9, GST_CLOCK_TIME_NONE);
@@ -324,7 +324,7 @@ TEST(FusedTransforms, SeveralTensorsInSeveralStepsAreDoneInPlace) {
                   transform("c", "mode=clamp option=9:99"),
               many(3));
   const auto frame = random_frame({3, 6, 9}, 1);
-  GstBuffer* in = weir::test::buffer_of(frame);
+  GstBuffer* in = weir::chain_test::buffer_of(frame);
   const gpointer memories[] = {address(in), address(in, 1), address(in, 2)};
   ASSERT_EQ(gst_harness_push(chain.harness(), in), GST_FLOW_OK);
   const auto out = chain.pull();
@@ -339,7 +339,7 @@ TEST(FusedTransforms, SeveralTensorsInSeveralStepsAreDoneInPlace) {
 
 TEST(FusedTransforms, AChangeOfSizeIsNotDoneInPlace) {
   Chain chain(transform("a", kAdd) + " ! " + transform("b", kCast), kPixels);
-  GstBuffer* in = weir::test::buffer_of(random_frame({300}, 1));
+  GstBuffer* in = weir::chain_test::buffer_of(random_frame({300}, 1));
   ASSERT_EQ(gst_harness_push(chain.harness(), in), GST_FLOW_OK);
   EXPECT_EQ(gst_buffer_get_size(chain.pull().get()), 1200u);
   EXPECT_EQ(chain.stat("b", "pool-allocated"), 1u);
