@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <cstdlib>
 
 namespace weir::gst {
 namespace {
@@ -17,6 +18,30 @@ GstAllocationParams Allocation::params() const noexcept {
   out.align = alignment - 1;  // a mask
   out.padding = padding;
   return out;
+}
+
+GstMemory* allocate_memory(size_t bytes, const Allocation& allocation) {
+  constexpr size_t kAlwaysThere = size_t{1} << 20;
+  if (bytes < kAlwaysThere) {
+    auto params = allocation.params();
+    return gst_allocator_alloc(nullptr, bytes, &params);
+  }
+  const size_t alignment = allocation.alignment;
+  size_t capacity = 0, rounded = 0;
+  if (__builtin_add_overflow(bytes, allocation.padding, &capacity) ||
+      __builtin_add_overflow(capacity, alignment - 1, &rounded))
+    return nullptr;
+  void* data = std::aligned_alloc(alignment, rounded / alignment * alignment);
+  if (!data) return nullptr;
+  return gst_memory_new_wrapped(GstMemoryFlags(0), data, capacity, 0, bytes, data, std::free);
+}
+
+GstBuffer* allocate_buffer(size_t bytes, const Allocation& allocation) {
+  GstMemory* memory = allocate_memory(bytes, allocation);
+  if (!memory) return nullptr;
+  GstBuffer* buffer = gst_buffer_new();
+  gst_buffer_append_memory(buffer, memory);
+  return buffer;
 }
 
 Allocation allocation_of(GstQuery* answered) {

@@ -15,6 +15,12 @@ struct Allocation {
   GstAllocationParams params() const noexcept;
 };
 
+// Memory as `allocation` says; null when memory ran out, where GStreamer's own allocator would end
+// the process.
+GstMemory* allocate_memory(size_t bytes, const Allocation& allocation = {});
+// The same as a buffer with one memory.
+GstBuffer* allocate_buffer(size_t bytes, const Allocation& allocation = {});
+
 // What an answered query asks for at most; no less than the default.
 Allocation allocation_of(GstQuery* answered);
 // What the element behind `source` answers to an ALLOCATION query with `caps`; null when it has no

@@ -37,11 +37,6 @@ PoolState& state_of(gpointer pool) {
   return *static_cast<Pool*>(pool)->state;
 }
 
-GstMemory* allocate(size_t bytes, const Allocation& allocation) {
-  auto params = allocation.params();
-  return gst_allocator_alloc(nullptr, bytes, &params);
-}
-
 size_t header_bytes_of(Format format) {
   return format == Format::Static ? 0 : kTensorHeaderBytes;
 }
@@ -55,7 +50,7 @@ GstMemory* packed_memory(const PoolState& s) {
   size_t total = kPackedHeaderBytes;
   for (const auto& spec : packed_part(s.tensors))
     total += header_bytes_of(s.format) + *spec.bytes();
-  return allocate(total, s.allocation);
+  return allocate_memory(total, s.allocation);
 }
 
 GstFlowReturn alloc_buffer(GstBufferPool* pool, GstBuffer** out, GstBufferPoolAcquireParams*) {
@@ -65,7 +60,7 @@ GstFlowReturn alloc_buffer(GstBufferPool* pool, GstBuffer** out, GstBufferPoolAc
   const size_t alone = packed ? kMemoryLimit - 1 : s.tensors.size();
   for (size_t i = 0; i < alone + (packed ? 1 : 0); ++i) {
     GstMemory* memory =
-        i < alone ? allocate(header_bytes_of(s.format) + *s.tensors[i].bytes(), s.allocation)
+        i < alone ? allocate_memory(header_bytes_of(s.format) + *s.tensors[i].bytes(), s.allocation)
                   : packed_memory(s);
     if (!memory) return GST_FLOW_ERROR;
     gst_buffer_append_memory(buffer.get(), memory);

@@ -248,6 +248,13 @@ Result<FrameSpec> fixed_spec_from_caps(const GstCaps* caps) {
                  "",
                  "other/tensors,format=static,num_tensors=1,dimensions=3:224:224:1,types=uint8,"
                  "framerate=30/1"};
+  if (spec->format == Format::Static && !spec->bytes())
+    return Error{Code::LIMIT_EXCEEDED,
+                 "the tensors of the caps are too big",
+                 text.get(),
+                 "a size that fits into 63 bits",
+                 "",
+                 ""};
   return spec;
 }
 

@@ -11,12 +11,22 @@ GstClockTime time_of(uint64_t frames, const Fraction& rate) noexcept {
                                static_cast<guint64>(rate.numerator));
 }
 
+namespace {
+
+// GST_CLOCK_TIME_NONE beyond what a time can be.
+GstClockTime later(GstClockTime time, GstClockTime by) noexcept {
+  GstClockTime sum = 0;
+  return __builtin_add_overflow(time, by, &sum) ? GST_CLOCK_TIME_NONE : sum;
+}
+
+}  // namespace
+
 void Chunker::configure(size_t frame_bytes, uint64_t frames_out, Fraction rate) {
   frame_bytes_ = frame_bytes;
   frames_out_ = frames_out;
   // Frames of another rate are counted from where those before end.
   if (!(rate == rate_) && GST_CLOCK_TIME_IS_VALID(anchor_) && known(rate_)) {
-    anchor_ += time_of(frames_since_, rate_);
+    anchor_ = later(anchor_, time_of(frames_since_, rate_));
     frames_since_ = 0;
   }
   rate_ = rate;
@@ -44,11 +54,11 @@ void Chunker::stamp(GstBuffer* buffer, uint64_t frames, GstClockTime fallback) {
     anchor_ = GST_BUFFER_PTS(buffer);
     frames_since_ = 0;
   } else {
-    GST_BUFFER_PTS(buffer) = anchor_ + time_of(frames_since_, rate_);
+    GST_BUFFER_PTS(buffer) = later(anchor_, time_of(frames_since_, rate_));
   }
   frames_since_ += frames;
   if (duration_given && GST_CLOCK_TIME_IS_VALID(anchor_)) {
-    anchor_ = GST_BUFFER_PTS(buffer) + GST_BUFFER_DURATION(buffer);
+    anchor_ = later(GST_BUFFER_PTS(buffer), GST_BUFFER_DURATION(buffer));
     frames_since_ = 0;
   }
 }
@@ -85,8 +95,8 @@ gst::Ref<GstBuffer> Chunker::next() {
   GstClockTime pts = gst_adapter_prev_pts(adapter_.get(), &pts_distance);
   GstClockTime dts = gst_adapter_prev_dts(adapter_.get(), &dts_distance);
   if (known(rate_)) {
-    if (GST_CLOCK_TIME_IS_VALID(pts)) pts += time_of(pts_distance / frame_bytes_, rate_);
-    if (GST_CLOCK_TIME_IS_VALID(dts)) dts += time_of(dts_distance / frame_bytes_, rate_);
+    if (GST_CLOCK_TIME_IS_VALID(pts)) pts = later(pts, time_of(pts_distance / frame_bytes_, rate_));
+    if (GST_CLOCK_TIME_IS_VALID(dts)) dts = later(dts, time_of(dts_distance / frame_bytes_, rate_));
   }
   auto out = gst::Ref<GstBuffer>::adopt(gst_adapter_take_buffer(adapter_.get(), wanted));
   finish(wanted);

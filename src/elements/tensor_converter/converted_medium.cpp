@@ -30,7 +30,7 @@ weir_tensor bytes_of(const gst::MappedMemory& memory) {
   return tensor;
 }
 
-// What has no release is the converter's own and is copied.
+// What has no release is the converter's own and is copied; null when memory ran out.
 GstMemory* memory_of(infer::ConvertedTensor& tensor, Ledger* ledger) {
   const auto bytes = static_cast<size_t>(tensor.memory().bytes);
   if (tensor.memory().release) {
@@ -39,7 +39,8 @@ GstMemory* memory_of(infer::ConvertedTensor& tensor, Ledger* ledger) {
                                   std::max<size_t>(bytes, taken.capacity), 0, bytes, taken.owner,
                                   taken.release);
   }
-  GstMemory* copy = gst_allocator_alloc(nullptr, bytes, nullptr);
+  GstMemory* copy = gst::allocate_memory(bytes);
+  if (!copy) return nullptr;
   const gst::MappedMemory map(copy, GST_MAP_WRITE);
   if (map) std::memcpy(map.bytes().data(), tensor.memory().data, bytes);
   ledger->copied(bytes);
@@ -114,7 +115,10 @@ Result<MediumFrames> ConvertedMedium::frames(gst::Ref<GstBuffer> buffer, Ledger*
   out.rate = frame->rate;
   for (auto& tensor : frame->tensors) {
     out.tensors.push_back(tensor.spec());
-    gst_buffer_append_memory(out.buffer.get(), memory_of(tensor, ledger));
+    GstMemory* memory = memory_of(tensor, ledger);
+    if (!memory)
+      return Error{Code::OUT_OF_MEMORY, "no memory for an output buffer", "", "", "", ""};
+    gst_buffer_append_memory(out.buffer.get(), memory);
   }
   if (auto status = gather(&out.tensors); !status) return status.error();
   if (auto status = agree(out.tensors, user_); !status) return status.error();

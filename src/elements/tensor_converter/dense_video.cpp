@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cstring>
 
+#include "gstcpp/video_meta.hpp"
+
 namespace weir {
 
 size_t DenseVideo::frame_bytes() const noexcept {
@@ -35,8 +37,10 @@ bool DenseVideo::is_dense(GstBuffer* buffer) const noexcept {
 }
 
 Result<gst::Ref<GstBuffer>> DenseVideo::from(gst::Ref<GstBuffer> buffer, Ledger* ledger) {
-  if (is_dense(buffer.get())) return buffer;
   const GstVideoMeta* meta = gst_buffer_get_video_meta(buffer.get());
+  if (meta)
+    if (auto status = gst::check_video_meta(video_, *meta); !status) return status.error();
+  if (is_dense(buffer.get())) return buffer;
   if (!meta && gst_buffer_get_size(buffer.get()) / GST_VIDEO_INFO_SIZE(&video_) > 1)
     return Error{Code::FRAME_SIZE,
                  "a video buffer holds more than one frame",

@@ -25,8 +25,8 @@ class DenseVideo {
   void defer_with(std::shared_ptr<gst::DeferredCounts> counts);
   // The buffer itself where it is dense; else a view of it or a copy, which is counted in `ledger`,
   // with its metadata.
-  // FRAME_SIZE when the buffer is shorter than offsets and strides say, or holds several frames;
-  // OUT_OF_MEMORY.
+  // FORMAT_UNSUPPORTED when its metadata are of another picture; FRAME_SIZE when the buffer is
+  // shorter than offsets and strides say, or holds several frames; OUT_OF_MEMORY.
   Result<gst::Ref<GstBuffer>> from(gst::Ref<GstBuffer> buffer, Ledger* ledger);
 
  private:

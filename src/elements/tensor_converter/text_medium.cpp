@@ -42,7 +42,7 @@ Result<MediumFrames> TextMedium::frames(gst::Ref<GstBuffer> buffer, Ledger* ledg
 }
 
 Result<MediumFrames> TextMedium::padded(GstBuffer* buffer, size_t size, Ledger* ledger) const {
-  auto out = gst::Ref<GstBuffer>::adopt(gst_buffer_new_allocate(nullptr, frame_bytes_, nullptr));
+  auto out = gst::Ref<GstBuffer>::adopt(gst::allocate_buffer(frame_bytes_));
   if (!out) return Error{Code::OUT_OF_MEMORY, "no memory for an output buffer", "", "", "", ""};
   gst_buffer_copy_into(out.get(), buffer, GST_BUFFER_COPY_METADATA, 0, static_cast<gsize>(-1));
   {

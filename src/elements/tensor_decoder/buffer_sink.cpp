@@ -3,6 +3,8 @@
 
 #include <cstring>
 
+#include "gstcpp/allocation.hpp"
+
 namespace weir {
 
 Status BufferSink::set_caps(const std::string& caps) {
@@ -12,7 +14,7 @@ Status BufferSink::set_caps(const std::string& caps) {
 
 void* BufferSink::reserve(uint64_t bytes) {
   if (!out_ || bytes > G_MAXSSIZE) return nullptr;
-  GstMemory* memory = gst_allocator_alloc(nullptr, bytes, nullptr);
+  GstMemory* memory = gst::allocate_memory(bytes);
   if (!memory) return nullptr;
   gst_buffer_append_memory(out_, memory);
   maps_.emplace_back(memory, GST_MAP_WRITE);

@@ -16,13 +16,6 @@ Error out_of_memory() {
   return Error{Code::OUT_OF_MEMORY, "no memory for an output buffer", "", "", "", ""};
 }
 
-GstMemory* allocate(size_t bytes) {
-  GstAllocationParams params;
-  gst_allocation_params_init(&params);
-  params.align = 63;
-  return gst_allocator_alloc(nullptr, bytes, &params);
-}
-
 // Memory that an engine allocated, kept until the GstMemory goes.
 struct EngineMemory {
   void (*release)(void*);
@@ -48,7 +41,7 @@ void write_header(const TensorSpec& spec, std::span<std::byte> at) {
 Status append_copy(const TensorSpec& spec, std::span<const std::byte> bytes, bool with_header,
                    GstBuffer* out) {
   const size_t head = with_header ? kTensorHeaderBytes : 0;
-  GstMemory* memory = allocate(head + bytes.size());
+  GstMemory* memory = gst::allocate_memory(head + bytes.size());
   if (!memory) return out_of_memory();
   gst_buffer_append_memory(out, memory);
   const gst::MappedMemory map(memory, GST_MAP_WRITE);

@@ -3,15 +3,13 @@
 
 #include <string>
 
+#include "gstcpp/video_meta.hpp"
+
 namespace weir {
 namespace {
 
 using preprocess::ColorMatrix;
 using preprocess::ColorModel;
-
-std::string size_text(uint64_t width, uint64_t height) {
-  return std::to_string(width) + "x" + std::to_string(height);
-}
 
 Error too_short(const std::string& offered, const std::string& needed) {
   return Error{
@@ -20,20 +18,7 @@ Error too_short(const std::string& offered, const std::string& needed) {
 }
 
 Status check_meta(const GstVideoInfo& video, const GstVideoMeta& meta, size_t bytes) {
-  const bool same = meta.format == GST_VIDEO_INFO_FORMAT(&video) &&
-                    meta.n_planes == GST_VIDEO_INFO_N_PLANES(&video) &&
-                    meta.width >= static_cast<guint>(GST_VIDEO_INFO_WIDTH(&video)) &&
-                    meta.height >= static_cast<guint>(GST_VIDEO_INFO_HEIGHT(&video));
-  if (!same)
-    return Error{Code::FORMAT_UNSUPPORTED,
-                 "the metadata of a video buffer are of another picture than its caps",
-                 std::string(gst_video_format_to_string(meta.format)) + " " +
-                     size_text(meta.width, meta.height),
-                 std::string(GST_VIDEO_INFO_NAME(&video)) + " " +
-                     size_text(static_cast<uint64_t>(GST_VIDEO_INFO_WIDTH(&video)),
-                               static_cast<uint64_t>(GST_VIDEO_INFO_HEIGHT(&video))),
-                 "",
-                 "check the element before"};
+  if (auto status = gst::check_video_meta(video, meta); !status) return status;
   for (guint plane = 0; plane < meta.n_planes; ++plane)
     if (meta.offset[plane] >= bytes)
       return too_short(

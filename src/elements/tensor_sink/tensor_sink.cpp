@@ -51,11 +51,19 @@ class TensorSink : public gst::Element<TensorSink, gst::BaseSink> {
     gst_base_sink_set_max_lateness(self(), -1);
   }
 
-  Status start() {
-    ledger_.reset();
-    last_signal_ = GST_CLOCK_TIME_NONE;
-    not_signalled_ = 0;
-    return ok();
+  // GstBaseSink's start comes once, before READY; a stream begins behind READY.
+  GstStateChangeReturn change_state(GstStateChange change) {
+    if (change == GST_STATE_CHANGE_READY_TO_PAUSED) {
+      ledger_.reset();
+      last_signal_ = GST_CLOCK_TIME_NONE;
+      not_signalled_ = 0;
+    }
+    return GST_ELEMENT_CLASS(parent_class())->change_state(element(), change);
+  }
+
+  Status set_caps(GstCaps* caps) {
+    const auto spec = gst::spec_from_caps(caps);
+    return spec ? ok() : Status(spec.error());
   }
 
   GstFlowReturn render(GstBuffer* buffer) {

@@ -11,13 +11,6 @@
 namespace weir {
 namespace {
 
-GstMemory* allocate(size_t bytes) {
-  GstAllocationParams params;
-  gst_allocation_params_init(&params);
-  params.align = 63;
-  return gst_allocator_alloc(nullptr, bytes, &params);
-}
-
 Error out_of_memory() {
   return Error{Code::OUT_OF_MEMORY, "no memory for an output buffer", "", "", "", ""};
 }
@@ -204,7 +197,7 @@ Status FrameTransformer::append_transformed(size_t index, const gst::TensorView&
   auto cached = plan_for(index, view.spec);
   if (!cached) return cached.error();
   const size_t head = headers_wanted() ? kTensorHeaderBytes : 0;
-  GstMemory* memory = allocate(head + *(*cached)->output.bytes());
+  GstMemory* memory = gst::allocate_memory(head + *(*cached)->output.bytes());
   if (!memory) return out_of_memory();
   gst_buffer_append_memory(out, memory);
   const gst::MappedMemory map(memory, GST_MAP_WRITE);
@@ -228,7 +221,7 @@ void FrameTransformer::append_untouched(const gst::TensorView& view, GstBuffer* 
     return;
   }
   const size_t head = headers_wanted() ? kTensorHeaderBytes : 0;
-  GstMemory* memory = allocate(head + view.payload.size());
+  GstMemory* memory = gst::allocate_memory(head + view.payload.size());
   if (!memory) return;
   gst_buffer_append_memory(out, memory);
   const gst::MappedMemory map(memory, GST_MAP_WRITE);

@@ -106,6 +106,15 @@ class TensorTransform : public gst::CountedTransform<TensorTransform> {
   }
 
   gboolean query(GstPadDirection direction, GstQuery* query) {
+    if (GST_QUERY_TYPE(query) == GST_QUERY_ACCEPT_CAPS && direction == GST_PAD_SINK) {
+      // Caps that do not work come to sink_event, where the message can say why.
+      GstCaps* caps = nullptr;
+      gst_query_parse_accept_caps(query, &caps);
+      const auto ours =
+          Ref<GstCaps>::adopt(gst_pad_get_pad_template_caps(GST_BASE_TRANSFORM_SINK_PAD(self())));
+      gst_query_set_accept_caps_result(query, gst_caps_can_intersect(caps, ours.get()));
+      return TRUE;
+    }
     if (GST_QUERY_TYPE(query) != GST_QUERY_CAPS)
       return parent_class()->query(self(), direction, query);
     GstCaps* filter = nullptr;
@@ -114,7 +123,24 @@ class TensorTransform : public gst::CountedTransform<TensorTransform> {
     return TRUE;
   }
 
+  gboolean sink_event(GstEvent* event) {
+    if (GST_EVENT_TYPE(event) != GST_EVENT_CAPS) return parent_class()->sink_event(self(), event);
+    GstCaps* caps = nullptr;
+    gst_event_parse_caps(event, &caps);
+    const auto held = Ref<GstCaps>::share(caps);
+    told_ = false;
+    if (parent_class()->sink_event(self(), event)) return TRUE;
+    if (!told_) tell_why_not(held.get());
+    return FALSE;
+  }
+
   Status set_caps(GstCaps* in, GstCaps* out) {
+    const Status status = configure(in, out);
+    told_ = !status;
+    return status;
+  }
+
+  Status configure(GstCaps* in, GstCaps* out) {
     if (!transformer_)
       if (auto status = load(); !status) return status;
     const auto input = gst::fixed_spec_from_caps(in);
@@ -218,6 +244,25 @@ class TensorTransform : public gst::CountedTransform<TensorTransform> {
                 template_of(pad));
   }
 
+  // After caps that GstBaseTransform refused by itself, which it does without a word.
+  void tell_why_not(GstCaps* caps) {
+    const auto input = gst::fixed_spec_from_caps(caps);
+    if (!input) return gst::post_error(element(), input.error());
+    const auto operation = current();
+    if (input->format == Format::Static && operation && *operation)
+      if (const auto computed = transformed(**operation, choice_, input->tensors); !computed)
+        return gst::post_error(element(), computed.error());
+    GstPad* pad = GST_BASE_TRANSFORM_SRC_PAD(self());
+    const auto ours = Ref<GstCaps>::adopt(transform_caps(GST_PAD_SINK, caps, nullptr));
+    const auto theirs = Ref<GstCaps>::adopt(gst_pad_peer_query_caps(pad, nullptr));
+    if (gst_caps_can_intersect(ours.get(), theirs.get())) return;
+    gst::post_error(element(), {Code::SPEC_MISMATCH,
+                                "the element behind tensor_transform does not take its result",
+                                gst::UniqueText(gst_caps_to_string(ours.get())).get(),
+                                gst::UniqueText(gst_caps_to_string(theirs.get())).get(), "",
+                                "tensor_transform mode=typecast option=TYPE changes the type"});
+  }
+
   using OperationResult = Result<transform::Operation>;
   // The parsed option; empty while mode or option are not set.
   std::optional<OperationResult> current() const {
@@ -285,6 +330,7 @@ class TensorTransform : public gst::CountedTransform<TensorTransform> {
 
   mutable std::mutex operation_mutex_;  // guards operation_; never held with the settings lock
   mutable std::optional<OperationResult> operation_;
+  bool told_ = false;    // whether set_caps said why it failed; streaming thread
   TensorChoice choice_;  // set in start, read while streaming
   std::unique_ptr<FrameTransformer> transformer_;
   const std::shared_ptr<gst::DeferredCounts> counts_ = std::make_shared<gst::DeferredCounts>();

@@ -1,0 +1,100 @@
+// Caps that change in the middle of a stream, to others that work and to others that cannot.
+#include "elements/tests/bad_input_bench.hpp"
+
+namespace {
+
+using namespace weir::testing_bad_input;
+
+struct Change {
+  std::string element;
+  const char* name;
+  std::string caps;
+  size_t bytes;         // of a frame
+  const char* refused;  // the error's words; "" = taken
+};
+void PrintTo(const Change& change, std::ostream* out) {
+  *out << change.element << " " << change.name;
+}
+
+const Subject& subject_of(const Change& change) {
+  for (const auto& subject : subjects())
+    if (subject.name == change.element) return subject;
+  ADD_FAILURE() << change.element;
+  return subjects()[0];
+}
+
+class ChangedCaps : public testing::TestWithParam<Change> {};
+
+TEST_P(ChangedCaps, AreTakenOrNamed) {
+  const Change& change = GetParam();
+  const Subject& subject = subject_of(change);
+  Bench bench(subject.line);
+  ASSERT_EQ(bench.start(subject.caps), "");
+  EXPECT_EQ(bench.push(zeros(subject.bytes)), "");
+  const std::string error = bench.set_caps(change.caps);
+  const std::string words = change.refused;
+  EXPECT_EQ(error.empty(), words.empty()) << error;
+  EXPECT_SAYS(error, words);
+  if (error.empty()) {
+    for (int i = 0; i < 2; ++i) EXPECT_EQ(bench.push(zeros(change.bytes)), "");
+    EXPECT_EQ(bench.set_caps(subject.caps), "") << "and back";
+    EXPECT_EQ(bench.push(zeros(subject.bytes)), "");
+  }
+  expect_sound_again(bench, subject, bench.stat("received"));
+}
+
+std::vector<Change> changes() {
+  std::vector<Change> all;
+  for (const char* element : {"converter", "converter_chunks", "preprocess"}) {
+    all.push_back({element, "size", video("RGB", 3, 5), 60, ""});
+    all.push_back({element, "format", video("GRAY8", 8, 4), 32, ""});
+    all.push_back({element, "rate", video("RGB", 8, 4, "25/1"), 96, ""});
+    all.push_back({element, "no_rate", video("RGB", 8, 4, "0/1"), 96, ""});
+  }
+  all.push_back(
+      {"converter", "not_a_tensor", video("NV12", 8, 4), 0, "WEIR-2002: this video format"});
+  all.push_back({"converter", "no_size", "video/x-raw,format=RGB", 0, "WEIR-2002: "});
+  all.push_back({"converter", "empty", video("RGB", 0, 0), 0, "WEIR-2006: "});
+  all.push_back(
+      {"converter", "audio", "audio/x-raw,format=U8,layout=interleaved,rate=8,channels=3", 9, ""});
+  all.push_back({"converter_audio", "channels",
+                 "audio/x-raw,format=S16LE,layout=interleaved,rate=8000,channels=7", 28, ""});
+  all.push_back({"converter_audio", "format",
+                 "audio/x-raw,format=F64LE,layout=interleaved,rate=44100,channels=2", 32, ""});
+  all.push_back({"converter_audio", "not_a_tensor",
+                 "audio/x-raw,format=S24LE,layout=interleaved,rate=8000,channels=2", 0,
+                 "WEIR-2002: this audio format"});
+  all.push_back({"preprocess", "planes", video("I420", 6, 6), 72, ""});
+  for (const char* element :
+       {"transform_type", "transform_in_place", "transform_order", "decoder"}) {
+    all.push_back({element, "size", tensors("2:3:5", "uint8"), 30, ""});
+    all.push_back({element, "type", tensors("4:4", "int16"), 32, ""});
+    all.push_back({element, "rate", tensors("4:4", "uint8", "25/1"), 16, ""});
+  }
+  for (const std::string element : {"transform_type", "decoder", "filter", "sink"}) {
+    const bool sink = element == "sink";  // hands on what it can read
+    const auto add = [&](const char* name, const std::string& caps, const char* refused) {
+      all.push_back({element, name, caps, 16, refused});
+    };
+    add("no_extent", tensors("4:0:4", "uint8"), "WEIR-1002: a dimension cannot be read");
+    add("words", tensors("a:b", "uint8"), "WEIR-1002: a dimension cannot be read");
+    add("no_type", tensors("4:4", "uint9"), "WEIR-1003: an element type is not known");
+    add("too_few",
+        "other/tensors,format=(string)static,num_tensors=(int)2,dimensions=(string)4:4,"
+        "types=(string)uint8,framerate=30/1",
+        sink ? "" : "WEIR-2002: the caps do not describe the tensors wholly");
+    add("too_big", tensors("4294967295:4294967295:4294967295", "uint8"), sink ? "" : "WEIR-2006: ");
+  }
+  all.push_back({"filter", "size", tensors("4:5", "float32"), 80, ""});
+  all.push_back({"filter", "type", tensors("4:4", "uint8"), 0, "WEIR-2001: "});
+  all.push_back({"filter", "rate", tensors("4:4", "float32", "25/1"), 64, ""});
+  all.push_back({"decoder_video", "size", tensors("3:5:2", "uint8"), 30, ""});
+  all.push_back({"decoder_video", "gray", tensors("1:4:4", "uint8"), 16, ""});
+  all.push_back({"decoder_video", "no_picture", tensors("2:4:4", "uint8"), 0, "WEIR-2"});
+  return all;
+}
+INSTANTIATE_TEST_SUITE_P(All, ChangedCaps, testing::ValuesIn(changes()), [](const auto& info) {
+  return info.param.element + "_" + info.param.name;
+});
+
+}  // namespace

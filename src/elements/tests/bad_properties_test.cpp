@@ -1,0 +1,105 @@
+// Properties with typing errors: the message shows the place, and the element works once they are
+// mended.
+#include "elements/tests/bad_input_bench.hpp"
+
+namespace {
+
+using namespace weir::testing_bad_input;
+
+struct Typo {
+  const char *name, *line, *caps;
+  std::vector<const char*> words;
+};
+void PrintTo(const Typo& typo, std::ostream* out) {
+  *out << typo.line;
+}
+
+class PropertyTypo : public testing::TestWithParam<Typo> {};
+
+TEST_P(PropertyTypo, IsNamedWithItsPlace) {
+  Bench bench(GetParam().line);
+  const std::string error = bench.start(GetParam().caps);
+  for (const char* words : GetParam().words) EXPECT_SAYS(error, words);
+  bench.expect_balance(0);
+}
+
+constexpr char kBytes[] = "application/octet-stream,framerate=30/1";
+constexpr char kTensor[] =
+    "other/tensors,format=(string)static,num_tensors=1,dimensions=(string)4:4,"
+    "types=(string)uint8,framerate=30/1";
+constexpr char kVideo[] = "video/x-raw,format=RGB,width=8,height=4,framerate=30/1";
+
+INSTANTIATE_TEST_SUITE_P(
+    All, PropertyTypo,
+    testing::Values(
+        Typo{"dimension",
+             "tensor_converter input-dim=3:x:2 input-type=uint8",
+             kBytes,
+             {"WEIR-1002", "3:x:2"}},
+        Typo{"type",
+             "tensor_converter input-dim=3 input-type=unit8",
+             kBytes,
+             {"WEIR-1003", "unit8", "uint8"}},
+        Typo{"lists",
+             "tensor_converter input-dim=3,4 input-type=uint8",
+             kBytes,
+             {"WEIR-1004", "differ in number"}},
+        Typo{"mode", "tensor_converter mode=custom-cod:x", kBytes, {"WEIR-1005", "custom-cod:x"}},
+        Typo{"script",
+             "tensor_converter mode=custom-script:/nonexistent.py",
+             kBytes,
+             {"WEIR-", "nonexistent.py"}},
+        Typo{"operator",
+             "tensor_transform mode=arithmetic option=ad:1",
+             kTensor,
+             {"WEIR-1001", "ad:1", "^"}},
+        Typo{"number",
+             "tensor_transform mode=arithmetic option=add:1x",
+             kTensor,
+             {"WEIR-1001", "add:1x", "^"}},
+        Typo{"cast",
+             "tensor_transform mode=typecast option=float33",
+             kTensor,
+             {"WEIR-1", "float33"}},
+        Typo{"permutation",
+             "tensor_transform mode=transpose option=1:1:2:3",
+             kTensor,
+             {"WEIR-1", "1:1:2:3"}},
+        Typo{"range", "tensor_transform mode=clamp option=5:1", kTensor, {"WEIR-1", "5:1"}},
+        Typo{"choice",
+             "tensor_transform mode=clamp option=1:5 apply=0,x",
+             kTensor,
+             {"WEIR-1001", "apply cannot be read", "x"}},
+        Typo{"nothing", "tensor_transform", kTensor, {"WEIR-1001", "mode and option are not set"}},
+        Typo{"mean", "tensor_preprocess width=4 height=4 mean=1,x,3", kVideo, {"WEIR-1", "1,x,3"}},
+        Typo{"sizes", "tensor_preprocess sizes=4x4,4y4", kVideo, {"WEIR-1", "4y4"}},
+        Typo{
+            "pixels", "tensor_preprocess width=4 height=4 type=uint9", kVideo, {"WEIR-1", "uint9"}},
+        Typo{"scale",
+             "tensor_preprocess width=4 height=4 type=int8 quantisation=0.5",
+             kVideo,
+             {"WEIR-1", "0.5"}},
+        Typo{"card",
+             "tensor_preprocess card=/nonexistent.card.json",
+             kVideo,
+             {"WEIR-", "nonexistent.card.json"}},
+        Typo{"decoder",
+             "tensor_decoder mode=image_labelling",
+             kTensor,
+             {"WEIR-3010", "did you mean image_labeling?"}},
+        Typo{"labels",
+             "tensor_decoder mode=image_labeling option1=/nonexistent.txt",
+             kTensor,
+             {"WEIR-4001", "nonexistent.txt"}},
+        Typo{"engine",
+             "tensor_filter framework=onnxruntim model=x.onnx",
+             kTensor,
+             {"WEIR-3001", "onnxruntim", "onnxruntime"}},
+        Typo{"model",
+             "tensor_filter framework=fake model=/nonexistent.bin",
+             kTensor,
+             {"WEIR-3003", "nonexistent.bin"}},
+        Typo{"no_model", "tensor_filter framework=fake", kTensor, {"WEIR-"}}),
+    [](const auto& info) { return std::string(info.param.name); });
+
+}  // namespace

@@ -1,0 +1,51 @@
+// Time-stamps that are missing, go backwards or are beyond all reason, into every element; frame
+// rates at their limits.
+#include "elements/tests/bad_input_bench.hpp"
+
+namespace {
+
+using namespace weir::testing_bad_input;
+
+class BadTime : public EachElement {};
+
+TEST_P(BadTime, IsTakenAndCounted) {
+  const Subject& subject = GetParam();
+  constexpr GstClockTime kNone = GST_CLOCK_TIME_NONE, kHuge = kNone - 1;
+  const std::pair<GstClockTime, GstClockTime> times[] = {
+      {kNone, kNone},           {5 * GST_SECOND, kNone}, {3 * GST_SECOND, 1}, {0, 0},
+      {kHuge, kHuge},           {kHuge, kNone},          {kNone, kHuge},      {kNone, kNone},
+      {G_MAXINT64, G_MAXINT64}, {kNone, kNone},          {7, kNone},          {kNone, kNone}};
+  Bench bench(subject.line);
+  ASSERT_EQ(bench.start(subject.caps), "");
+  for (const auto& [pts, duration] : times) {
+    GstBuffer* in = zeros(subject.bytes);
+    GST_BUFFER_PTS(in) = pts;
+    GST_BUFFER_DTS(in) = pts;
+    GST_BUFFER_DURATION(in) = duration;
+    EXPECT_EQ(bench.push(in), "") << pts << " for " << duration;
+  }
+  bench.expect_balance(std::size(times));
+  if (std::string(subject.name) == "converter") {
+    EXPECT_EQ(bench.stat("backwards-times"), 4u);
+    EXPECT_SAYS(bench.warning(), "WEIR-2008: a time-stamp goes backwards");
+    EXPECT_EQ(bench.last_time(), 7 + GST_SECOND / 30) << "what is missing goes on from 7";
+  }
+  expect_sound_again(bench, subject, std::size(times));
+}
+
+TEST_P(BadTime, OfAnExtremeFrameRateIsNoFault) {
+  const Subject& subject = GetParam();
+  if (subject.caps.find("framerate") == std::string::npos) return;  // of audio: its samples'
+  for (const char* rate : {"0/1", "1/2147483647", "2147483647/1"}) {
+    const std::string caps =
+        subject.caps.substr(0, subject.caps.find("framerate")) + "framerate=" + rate;
+    Bench bench(subject.line);
+    ASSERT_EQ(bench.start(caps), "") << rate;
+    for (int i = 0; i < 3; ++i) EXPECT_EQ(bench.push(zeros(subject.bytes)), "") << rate;
+    expect_sound_again(bench, subject, 3);
+  }
+}
+
+WEIR_FOR_EACH_ELEMENT(BadTime);
+
+}  // namespace
