@@ -1,0 +1,158 @@
+// Branches that come, go and stop while tensor_demux plays; what comes back up from them.
+#include <thread>
+
+#include "elements/tests/branches.hpp"
+
+namespace weir::testing {
+namespace {
+
+constexpr char kTwo[] =
+    "other/tensors,format=static,num_tensors=2,dimensions=(string)\"2,1\",types=(string)\"uint8,"
+    "uint8\",framerate=30/1";
+
+GstBuffer* two() {
+  return frame_of({{1, 2}, {3}});
+}
+Ref<GstPad> source_pad(const Branches& demux, const char* name) {
+  return Ref<GstPad>::adopt(gst_element_get_static_pad(demux.element(), name));
+}
+
+// A bare pad that takes these caps only.
+struct Taker {
+  explicit Taker(const char* caps_text) {
+    const auto caps = Ref<GstCaps>::adopt(gst_caps_from_string(caps_text));
+    const auto pad_template = Ref<GstPadTemplate>::adopt(GST_PAD_TEMPLATE(gst_object_ref_sink(
+        gst_pad_template_new("sink", GST_PAD_SINK, GST_PAD_ALWAYS, caps.get()))));
+    pad = Ref<GstPad>::adopt(
+        GST_PAD(gst_object_ref_sink(gst_pad_new_from_template(pad_template.get(), "taker"))));
+    gst_pad_set_element_private(pad.get(), this);
+    gst_pad_set_chain_function(pad.get(), [](GstPad* to, GstObject*, GstBuffer* buffer) {
+      ++static_cast<Taker*>(gst_pad_get_element_private(to))->frames;
+      gst_buffer_unref(buffer);
+      return GST_FLOW_OK;
+    });
+    gst_pad_set_active(pad.get(), TRUE);
+  }
+  Taker(const Taker&) = delete;
+  Taker& operator=(const Taker&) = delete;
+  ~Taker() { gst_pad_set_active(pad.get(), FALSE); }
+  std::string caps() const {
+    const auto now = Ref<GstCaps>::adopt(gst_pad_get_current_caps(pad.get()));
+    const UniqueText text{now ? gst_caps_to_string(now.get()) : g_strdup("")};
+    return text.get();
+  }
+
+  Ref<GstPad> pad;
+  int frames = 0;
+};
+
+TEST(TensorDemuxTopology, ABranchMayBeTakenAwayAndAnotherJoined) {
+  Branches demux("tensor_demux");
+  demux.caps(kTwo);
+  ASSERT_EQ(demux.push(two()), GST_FLOW_OK);
+  const auto source = source_pad(demux, "src_1");
+  EXPECT_SAYS(demux.branch("src_1").caps(), "other/tensors");
+  gst_pad_unlink(source.get(), demux.branch("src_1").pad.get());
+  EXPECT_EQ(demux.push(two()), GST_FLOW_OK) << "the other branch goes on";
+  Taker taker("other/tensor");
+  ASSERT_EQ(gst_pad_link(source.get(), taker.pad.get()), GST_PAD_LINK_OK);
+  EXPECT_EQ(demux.push(two()), GST_FLOW_OK);
+  EXPECT_EQ(taker.frames, 1);
+  EXPECT_SAYS(taker.caps(), "other/tensor, dimension=(string)1");
+  EXPECT_EQ(demux.branch("src_0").buffers.size(), 3u);
+  EXPECT_EQ(demux.stat("pushed-src_1"), 3u);
+  demux.expect_balance();
+}
+
+TEST(TensorDemuxTopology, ABranchThatTakesNoneOfItIsNamed) {
+  Branches demux("tensor_demux");
+  demux.caps(kTwo);
+  ASSERT_EQ(demux.push(two()), GST_FLOW_OK);
+  const auto source = source_pad(demux, "src_1");
+  gst_pad_unlink(source.get(), demux.branch("src_1").pad.get());
+  Taker taker("other/tensor,type=(string)float32");
+  ASSERT_EQ(gst_pad_link_full(source.get(), taker.pad.get(), GST_PAD_LINK_CHECK_NOTHING),
+            GST_PAD_LINK_OK);
+  EXPECT_EQ(demux.push(two()), GST_FLOW_NOT_NEGOTIATED);
+  EXPECT_SAYS(demux.error(), "WEIR-2001: the element behind src_1 takes no such tensors");
+  demux.expect_balance();
+}
+
+TEST(TensorDemuxTopology, QueriesAndEventsFromBehindGoUp) {
+  Branches demux("tensor_demux");
+  demux.caps(kTwo);
+  ASSERT_EQ(demux.push(two()), GST_FLOW_OK);
+  const auto sink = Ref<GstPad>::adopt(gst_element_get_static_pad(demux.element(), "sink"));
+  const auto upstream = Ref<GstPad>::adopt(gst_pad_get_peer(sink.get()));
+  gst_pad_set_query_function(upstream.get(), [](GstPad*, GstObject*, GstQuery* query) -> gboolean {
+    if (GST_QUERY_TYPE(query) != GST_QUERY_LATENCY) return FALSE;
+    gst_query_set_latency(query, TRUE, 7, 9);
+    return TRUE;
+  });
+  static int qos;
+  qos = 0;
+  gst_pad_set_event_function(upstream.get(), [](GstPad*, GstObject*, GstEvent* event) -> gboolean {
+    qos += GST_EVENT_TYPE(event) == GST_EVENT_QOS;
+    gst_event_unref(event);
+    return TRUE;
+  });
+  GstQuery* query = gst_query_new_latency();
+  EXPECT_TRUE(gst_pad_peer_query(demux.branch("src_1").pad.get(), query));
+  gboolean live = FALSE;
+  GstClockTime least = 0, most = 0;
+  gst_query_parse_latency(query, &live, &least, &most);
+  gst_query_unref(query);
+  EXPECT_TRUE(live);
+  EXPECT_EQ(least, 7u);
+  EXPECT_EQ(most, 9u);
+  EXPECT_TRUE(gst_pad_push_event(demux.branch("src_0").pad.get(),
+                                 gst_event_new_qos(GST_QOS_TYPE_UNDERFLOW, 1, 0, 0)));
+  EXPECT_EQ(qos, 1);
+}
+
+TEST(TensorDemuxTopology, FlushesWhilePadsAreMade) {
+  for (int round = 0; round < 50; ++round) {
+    Branches demux("tensor_demux");
+    demux.caps(kTwo);
+    std::thread flusher([&] { demux.send(gst_event_new_flush_start()); });
+    demux.push(two());
+    flusher.join();
+    EXPECT_EQ(demux.push(two()), GST_FLOW_FLUSHING);
+    demux.send(gst_event_new_flush_stop(TRUE));
+    GstSegment segment;
+    gst_segment_init(&segment, GST_FORMAT_TIME);
+    demux.send(gst_event_new_segment(&segment));
+    EXPECT_EQ(demux.push(two()), GST_FLOW_OK);
+    EXPECT_EQ(demux.branch("src_1").buffers.empty(), false);
+    demux.expect_balance();
+  }
+}
+
+// Delayed links of gst_parse_launch join pads once: a pipeline for each round.
+TEST(TensorDemuxTopology, PipelinesStopInTheMiddle) {
+  for (int round = 0; round < 20; ++round) {
+    const auto pipeline = Ref<GstElement>::adopt(GST_ELEMENT(gst_object_ref_sink(gst_parse_launch(
+        "videotestsrc ! video/x-raw,format=GRAY8,width=16,height=8 ! tensor_preprocess "
+        "sizes=8x4,4x2 ! tensor_demux name=d tensorpick=1,0:1 d.src_0 ! queue ! tensor_split "
+        "name=s tensorseg=1:4:1,1:4:1 s.src_0 ! fakesink d.src_1 ! queue ! tensor_if name=i "
+        "compared-value-option=0,0 operator=GE supplied-value=0 i.src_0 ! fakesink",
+        nullptr))));
+    const auto d = Ref<GstElement>::adopt(gst_bin_get_by_name(GST_BIN(pipeline.get()), "d"));
+    ASSERT_NE(gst_element_set_state(pipeline.get(), GST_STATE_PLAYING), GST_STATE_CHANGE_FAILURE);
+    // Every other time without waiting for the first frame.
+    if (round % 2 == 0) {
+      ASSERT_EQ(gst_element_get_state(pipeline.get(), nullptr, nullptr, 20 * GST_SECOND),
+                GST_STATE_CHANGE_SUCCESS);
+      EXPECT_EQ(d.get()->numsrcpads, 2u);
+    }
+    ASSERT_EQ(gst_element_set_state(pipeline.get(), GST_STATE_READY), GST_STATE_CHANGE_SUCCESS);
+    EXPECT_EQ(d.get()->numsrcpads, 0u);
+    const auto bus = Ref<GstBus>::adopt(gst_element_get_bus(pipeline.get()));
+    const auto error = Ref<GstMessage>::adopt(gst_bus_pop_filtered(bus.get(), GST_MESSAGE_ERROR));
+    EXPECT_FALSE(error);
+    gst_element_set_state(pipeline.get(), GST_STATE_NULL);
+  }
+}
+
+}  // namespace
+}  // namespace weir::testing
