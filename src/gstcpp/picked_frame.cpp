@@ -27,7 +27,7 @@ GstMemory* packed(GstBuffer* in, const std::vector<FramePart>& parts,
     sizes.push_back(parts[index].size);
   }
   const size_t total = std::accumulate(sizes.begin(), sizes.end(), kPackedHeaderBytes);
-  GstMemory* memory = gst_allocator_alloc(nullptr, total, nullptr);
+  GstMemory* memory = allocate_memory(total);
   if (!memory) return nullptr;
   const MappedMemory map(memory, GST_MAP_WRITE);
   write_packed_header(specs, sizes, map.bytes().first<kPackedHeaderBytes>());
@@ -59,7 +59,7 @@ GstMemory* share_bytes(GstBuffer* buffer, size_t offset, size_t size, uint64_t* 
             : gst_memory_share(memory, static_cast<gssize>(skip), static_cast<gssize>(size));
     if (shared) return shared;
   }
-  GstMemory* own = gst_allocator_alloc(nullptr, size, nullptr);
+  GstMemory* own = allocate_memory(size);
   if (!own) return nullptr;
   const MappedMemory map(own, GST_MAP_WRITE);
   *copied += gst_buffer_extract(buffer, offset, map.bytes().data(), size);

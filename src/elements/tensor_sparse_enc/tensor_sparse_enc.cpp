@@ -1,6 +1,7 @@
 // tensor_sparse_enc: dense tensors become sparse ones.
 #include "core/tensor/packed_tensors.hpp"
 #include "core/tensor/sparse.hpp"
+#include "gstcpp/allocation.hpp"
 #include "gstcpp/frame_reader.hpp"
 #include "gstcpp/plain_filter.hpp"
 #include "gstcpp/tensor_caps.hpp"
@@ -99,7 +100,7 @@ class TensorSparseEnc : public gst::PlainFilter<TensorSparseEnc> {
       sizes.push_back(kTensorHeaderBytes + *headers_[i].payload_bytes());
       total += sizes.back();
     }
-    GstMemory* memory = gst_allocator_alloc(nullptr, total, nullptr);
+    GstMemory* memory = gst::allocate_memory(total);
     if (memory) gst_buffer_append_memory(out, memory);
     const gst::MappedMemory map =
         memory ? gst::MappedMemory(memory, GST_MAP_WRITE) : gst::MappedMemory();
