@@ -8,6 +8,7 @@
   X(tensor_demux)        \
   X(tensor_filter)       \
   X(tensor_if)           \
+  X(tensor_mux)          \
   X(tensor_preprocess)   \
   X(tensor_reposink)     \
   X(tensor_reposrc)      \

@@ -78,14 +78,18 @@ struct PushSource {
   }
 };
 
-// A bare GstElement: Impl makes its pads in constructed().
+// A bare GstElement: Impl makes its pads in constructed(), or on request.
 struct PlainElement {
   using Instance = GstElement;
   using Class = GstElementClass;
   static GType type() { return GST_TYPE_ELEMENT; }
 
   template <class Impl>
-  static void bind_all(Class*) {}
+  static void bind_all([[maybe_unused]] Class* k) {
+    using E = Element<Impl, PlainElement>;
+    WEIR_BIND_SLOT(request_new_pad);
+    WEIR_BIND_SLOT(release_pad);
+  }
 };
 
 #undef WEIR_BIND_SLOT

@@ -1,0 +1,264 @@
+// tensor_mux: whoever waits is woken, by flush, end, removal and each state; late and dead pads.
+#include "elements/tensor_mux/many_inputs.hpp"
+
+namespace weir::testing {
+namespace {
+
+struct Two : ManyInputs {
+  explicit Two(const std::string& launch) : ManyInputs(launch) {
+    add(caps_of_bytes(1).c_str());
+    add(caps_of_bytes(1).c_str());
+    play();
+  }
+  std::future<GstFlowReturn> waiting(GstClockTime pts = 0) {
+    const guint64 received = stat("received");
+    auto push = push_later(0, Bytes{1}, pts);
+    wait_for_stat("received", received + 1);
+    return push;
+  }
+  void expect_no_frame_lost() {
+    stop();
+    EXPECT_EQ(stat("held"), 0u);
+    EXPECT_EQ(stat("received"), stat("consumed") + stat("dropped"));
+  }
+};
+
+constexpr const char* kModes[] = {"nosync", "slowest", "basepad", "refresh"};
+
+std::string with_mode(const char* mode) {
+  return std::string("tensor_mux sync-mode=") + mode;
+}
+
+TEST(TensorMuxShutdown, EachStateWakesAWaitingThread) {
+  for (const char* mode : kModes)
+    for (const GstState state : {GST_STATE_READY, GST_STATE_NULL}) {
+      Two mux(with_mode(mode));
+      auto push = mux.waiting();
+      gst_element_set_state(mux.element(), state);
+      EXPECT_EQ(push.get(), GST_FLOW_FLUSHING) << mode;
+      EXPECT_EQ(mux.stat("dropped-flush"), 1u);
+      mux.expect_no_frame_lost();
+    }
+}
+
+TEST(TensorMuxShutdown, PausedKeepsAThreadWaiting) {
+  Two mux("tensor_mux");
+  auto push = mux.waiting();
+  gst_element_set_state(mux.element(), GST_STATE_PAUSED);
+  EXPECT_EQ(mux.push(1, Bytes{2}, 0), GST_FLOW_OK);
+  EXPECT_EQ(push.get(), GST_FLOW_OK);
+}
+
+TEST(TensorMuxShutdown, PlaysAgainAfterEachState) {
+  Two mux("tensor_mux");
+  for (int round = 0; round < 3; ++round) {
+    auto push = mux.waiting();
+    gst_element_set_state(mux.element(), round == 1 ? GST_STATE_NULL : GST_STATE_READY);
+    EXPECT_EQ(push.get(), GST_FLOW_FLUSHING);
+    mux.play();
+    EXPECT_EQ(mux.stat("received"), 0u);
+    for (size_t i = 0; i < 2; ++i) {
+      gst_pad_set_active(mux.source_of(i), FALSE);
+      gst_pad_set_active(mux.source_of(i), TRUE);
+      mux.event(i, gst_event_new_stream_start("again"));
+      mux.set_caps(i, caps_of_bytes(1).c_str());
+    }
+    mux.push_all({{1}, {2}}, 0);
+    EXPECT_EQ(mux.buffers().size(), static_cast<size_t>(round) + 1);
+  }
+}
+
+TEST(TensorMuxShutdown, RemovalWakesTheThreadOfThePad) {
+  for (const char* mode : kModes) {
+    Two mux(with_mode(mode));
+    auto push = mux.waiting();
+    mux.remove(0);
+    EXPECT_EQ(push.get(), GST_FLOW_FLUSHING) << mode;
+    EXPECT_EQ(mux.push(1, Bytes{2}, 0), GST_FLOW_OK);
+    mux.expect_no_frame_lost();
+  }
+}
+
+TEST(TensorMuxShutdown, DeactivationWakesTheThreadOfThePad) {
+  Two mux("tensor_mux");
+  auto push = mux.waiting();
+  gst_pad_set_active(mux.sink_of(0), FALSE);
+  EXPECT_EQ(push.get(), GST_FLOW_FLUSHING);
+}
+
+TEST(TensorMuxShutdown, FlushWakesAndForgets) {
+  for (const char* mode : kModes) {
+    Two mux(with_mode(mode));
+    auto push = mux.waiting(1000);
+    mux.event(0, gst_event_new_flush_start());
+    EXPECT_EQ(push.get(), GST_FLOW_FLUSHING) << mode;
+    mux.event(1, gst_event_new_flush_start());
+    mux.event(1, gst_event_new_flush_stop(TRUE));
+    mux.event(0, gst_event_new_flush_stop(TRUE));
+    EXPECT_EQ(mux.events(GST_EVENT_FLUSH_START).size(), 1u);
+    EXPECT_EQ(mux.events(GST_EVENT_FLUSH_STOP).size(), 1u);
+    for (size_t i = 0; i < 2; ++i) mux.set_caps(i, caps_of_bytes(1).c_str());
+    mux.push_all({{1}, {2}}, 5);
+    ASSERT_EQ(mux.buffers().size(), 1u) << mode;
+    EXPECT_EQ(GST_BUFFER_PTS(mux.buffers()[0].get()), 5u);
+    mux.expect_no_frame_lost();
+  }
+}
+
+TEST(TensorMuxShutdown, AFlushBeginsANewSegment) {
+  Two mux("tensor_mux");
+  mux.push_all({{1}, {2}}, 100);
+  for (size_t i = 0; i < 2; ++i) mux.event(i, gst_event_new_flush_start());
+  for (size_t i = 0; i < 2; ++i) mux.event(i, gst_event_new_flush_stop(TRUE));
+  for (size_t i = 0; i < 2; ++i) mux.set_caps(i, caps_of_bytes(1).c_str());
+  mux.push_all({{3}, {4}}, 40);
+  const auto segments = mux.events(GST_EVENT_SEGMENT);
+  ASSERT_EQ(segments.size(), 2u);
+  GstSegment segment;
+  gst_event_copy_segment(segments[1].get(), &segment);
+  EXPECT_EQ(segment.start, 40u);
+}
+
+TEST(TensorMuxShutdown, TheEndOfOnePadEndsTheStream) {
+  for (const char* mode : {"nosync", "slowest", "basepad"}) {
+    Two mux(with_mode(mode));
+    auto push = mux.waiting();
+    mux.event(1, gst_event_new_eos());
+    EXPECT_EQ(mux.events(GST_EVENT_EOS).size(), 1u) << mode;
+    push.get();
+    EXPECT_EQ(mux.push(0, Bytes{1}, 10), GST_FLOW_EOS);
+    EXPECT_EQ(mux.stat("dropped-eos"), 2u);
+    mux.expect_no_frame_lost();
+  }
+}
+
+TEST(TensorMuxShutdown, RefreshGoesOnUntilTheLastPadEnds) {
+  Two mux("tensor_mux sync-mode=refresh");
+  mux.push_all({{1}, {2}}, 0);
+  mux.event(1, gst_event_new_eos());
+  EXPECT_EQ(mux.push(0, Bytes{3}, 10), GST_FLOW_OK);
+  EXPECT_EQ(memories_of(mux.buffers().at(1).get()), (std::vector<Bytes>{{3}, {2}}));
+  EXPECT_TRUE(mux.events(GST_EVENT_EOS).empty());
+  mux.event(0, gst_event_new_eos());
+  EXPECT_EQ(mux.events(GST_EVENT_EOS).size(), 1u);
+  mux.expect_no_frame_lost();
+}
+
+TEST(TensorMuxShutdown, RefreshDoesNotWaitOnceAllWereFed) {
+  Two mux("tensor_mux sync-mode=refresh");
+  mux.push_all({{1}, {2}}, 0);
+  for (uint8_t i = 0; i < 5; ++i) EXPECT_EQ(mux.push(0, Bytes{i}, 10 + i), GST_FLOW_OK);
+  EXPECT_EQ(mux.buffers().size(), 6u);
+  EXPECT_EQ(memories_of(mux.buffers().at(5).get()), (std::vector<Bytes>{{4}, {2}}));
+}
+
+TEST(TensorMuxShutdown, ADeadPadHoldsNothingForEverWithMaxWait) {
+  for (const char* mode : kModes) {
+    Two mux(with_mode(mode) + " max-wait=1000000");
+    auto push = mux.push_later(0, Bytes{1}, 0);
+    mux.push(1, Bytes{2}, 0);
+    push.get();
+    for (uint8_t i = 0; i < 5; ++i) EXPECT_EQ(mux.push(0, Bytes{i}, 10 + i), GST_FLOW_OK) << mode;
+    const auto out = mux.buffers();
+    ASSERT_GE(out.size(), 5u) << mode;
+    EXPECT_EQ(memories_of(out.back().get()), (std::vector<Bytes>{{4}, {2}})) << mode;
+    mux.expect_no_frame_lost();
+  }
+}
+
+TEST(TensorMuxShutdown, ADeadPadIsCountedAndComesBack) {
+  Two mux("tensor_mux max-wait=1000000");
+  EXPECT_EQ(mux.push(0, Bytes{1}, 0), GST_FLOW_OK);  // nothing to go with it: dropped
+  EXPECT_EQ(mux.stat("pads-missed"), 1u);
+  EXPECT_TRUE(mux.buffers().empty());
+  g_object_set(mux.element(), "max-wait", guint64{0}, nullptr);
+  auto push = mux.push_later(1, Bytes{2}, 10);
+  mux.wait_for_stat("received", 2);
+  EXPECT_EQ(mux.push(0, Bytes{3}, 10), GST_FLOW_OK);
+  push.get();
+  EXPECT_EQ(memories_of(mux.buffers().at(0).get()), (std::vector<Bytes>{{3}, {2}}));
+  mux.expect_no_frame_lost();
+}
+
+TEST(TensorMuxShutdown, AGapLetsTheOthersGoOn) {
+  Two mux("tensor_mux");
+  auto push = mux.waiting(0);
+  mux.event(1, gst_event_new_gap(0, 50));
+  EXPECT_EQ(push.get(), GST_FLOW_OK);
+  EXPECT_TRUE(mux.buffers().empty());
+  auto next = mux.push_later(0, Bytes{5}, 50);
+  EXPECT_EQ(mux.push(1, Bytes{6}, 50), GST_FLOW_OK);
+  EXPECT_EQ(next.get(), GST_FLOW_OK);
+  EXPECT_EQ(memories_of(mux.buffers().at(0).get()), (std::vector<Bytes>{{5}, {6}}));
+  mux.expect_no_frame_lost();
+}
+
+TEST(TensorMuxShutdown, TimesThatGoBackAreDroppedWhenAskedFor) {
+  Two mux("tensor_mux backwards=drop");
+  mux.push_all({{1}, {2}}, 50);
+  EXPECT_EQ(mux.push(0, Bytes{3}, 40), GST_FLOW_OK);
+  EXPECT_EQ(mux.stat("times-backwards"), 1u);
+  EXPECT_EQ(mux.stat("dropped-time"), 1u);
+  mux.push_all({{4}, {5}}, 60);
+  EXPECT_EQ(mux.buffers().size(), 2u);
+  mux.expect_no_frame_lost();
+}
+
+TEST(TensorMuxShutdown, AStreamThatBeginsAnewGoesOn) {
+  Two mux("tensor_mux");
+  for (GstClockTime loop = 0; loop < 2; ++loop) {
+    auto other = std::async(std::launch::async, [&] {
+      for (GstClockTime t = 0; t < 10; ++t) mux.push(1, Bytes{1}, t * 10);
+    });
+    for (GstClockTime t = 0; t < 10; ++t)
+      if (mux.push(0, Bytes{1}, t * 10) != GST_FLOW_OK) break;
+    if (loop == 1) mux.event(0, gst_event_new_eos());
+    other.get();
+  }
+  EXPECT_GE(mux.buffers().size(), 17u);
+  EXPECT_EQ(GST_BUFFER_PTS(mux.buffers().back().get()), 90u);
+  EXPECT_GE(mux.stat("times-backwards"), 2u);
+  mux.expect_no_frame_lost();
+}
+
+TEST(TensorMuxShutdown, AnswersLatencyFromTheLiveInputs) {
+  Two mux("tensor_mux max-wait=7");
+  struct Answer {
+    gboolean live;
+    GstClockTime min, max;
+  };
+  static const Answer answers[] = {{TRUE, 10, 100}, {FALSE, 500, 600}, {TRUE, 20, 60}};
+  mux.add(caps_of_bytes(1).c_str());
+  for (size_t i = 0; i < 3; ++i) {
+    gst_pad_set_element_private(mux.source_of(i), const_cast<Answer*>(&answers[i]));
+    gst_pad_set_query_function(mux.source_of(i), [](GstPad* pad, GstObject*, GstQuery* query) {
+      const auto* a = static_cast<const Answer*>(gst_pad_get_element_private(pad));
+      gst_query_set_latency(query, a->live, a->min, a->max);
+      return gboolean{TRUE};
+    });
+  }
+  const gst::Unique<GstQuery, gst_query_unref> query(gst_query_new_latency());
+  ASSERT_TRUE(gst_pad_peer_query(mux.sink(), query.get()));
+  gboolean live = FALSE;
+  GstClockTime min = 0, max = 0;
+  gst_query_parse_latency(query.get(), &live, &min, &max);
+  EXPECT_TRUE(live);
+  EXPECT_EQ(min, 27u);
+  EXPECT_EQ(max, 67u);
+}
+
+TEST(TensorMuxShutdown, ErrorsBehindReachEveryPad) {
+  Two mux("tensor_mux");
+  gst_pad_set_chain_function(mux.sink(), [](GstPad*, GstObject*, GstBuffer* buffer) {
+    gst_buffer_unref(buffer);
+    return GST_FLOW_ERROR;
+  });
+  auto first = mux.push_later(0, Bytes{1}, 0), second = mux.push_later(1, Bytes{1}, 0);
+  first.get();
+  second.get();
+  EXPECT_EQ(mux.push(0, Bytes{1}, 10), GST_FLOW_ERROR);
+  EXPECT_EQ(mux.push(1, Bytes{1}, 10), GST_FLOW_ERROR);
+}
+
+}  // namespace
+}  // namespace weir::testing

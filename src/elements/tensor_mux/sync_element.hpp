@@ -1,0 +1,68 @@
+// SyncElement<Impl>: an element of request pads "sink_%u" and one source pad, with a sync policy.
+//
+// Impl has kInfo, kPads (sink first), a Settings derived from SyncSettings, kFallback (sync::Mode),
+// ledger_, and is a gst::Combiner.
+#pragma once
+#include <optional>
+
+#include "elements/tensor_mux/sync_settings.hpp"
+#include "gstcpp/base_classes.hpp"
+#include "gstcpp/collector_pads.hpp"
+
+namespace weir {
+
+template <class Impl>
+class SyncElement : public gst::Element<Impl, gst::PlainElement>, public gst::Combiner {
+ public:
+  void constructed() {
+    GstElement* element = this->element();
+    GstPad* source = gst_pad_new_from_static_template(&Impl::kPads[1], "src");
+    gst_element_add_pad(element, source);
+    pads_.emplace(element, source, &impl().ledger_, this);
+  }
+
+  GstPad* request_new_pad(GstPadTemplate* pad_template, const gchar* name, const GstCaps*) {
+    return pads_->request(pad_template, name);
+  }
+  void release_pad(GstPad* pad) { pads_->release(pad); }
+
+  GstStateChangeReturn change_state(GstStateChange transition) {
+    if (transition == GST_STATE_CHANGE_READY_TO_PAUSED) {
+      impl().ledger_.reset();
+      Status status = configure_pads();
+      if (status) status = pads_->start();
+      if (!status) {
+        gst::post_error(this->element(), status.error());
+        return GST_STATE_CHANGE_FAILURE;
+      }
+    }
+    if (transition == GST_STATE_CHANGE_PAUSED_TO_READY) pads_->stop();
+    return this->parent_class()->change_state(this->element(), transition);
+  }
+
+  void property_changed(const char*) {
+    if (GST_STATE(this->element()) <= GST_STATE_READY) return;
+    if (const Status status = configure_pads(); !status)
+      gst::post_warning(this->element(), status.error());
+    gst_element_post_message(this->element(),
+                             gst_message_new_latency(GST_OBJECT_CAST(this->element())));
+  }
+
+  void add_stats(GstStructure* stats) const { pads_->add_stats(stats); }
+
+ private:
+  Impl& impl() { return static_cast<Impl&>(*this); }
+
+  Status configure_pads() {
+    const auto settings = this->settings();
+    const auto choice = sync_choice(settings, Impl::kFallback);
+    if (!choice) return choice.error();
+    if (!choice->mode_status) gst::post_warning(this->element(), choice->mode_status.error());
+    pads_->configure(choice->options, settings.backwards, settings.max_wait);
+    return ok();
+  }
+
+  std::optional<gst::CollectorPads> pads_;
+};
+
+}  // namespace weir

@@ -1,0 +1,74 @@
+// SyncSettings: the properties of elements that bring several streams together by a policy.
+#pragma once
+#include <cstdint>
+#include <string>
+#include <tuple>
+
+#include "core/sync/lanes.hpp"
+#include "gstcpp/property.hpp"
+
+namespace weir {
+
+namespace gst {
+template <>
+struct EnumType<sync::Backwards> {
+  static GType type() {
+    static const GEnumValue values[] = {
+        {0, "The frame is used; when the whole stream began anew, so does the output", "pass"},
+        {1, "The frame is dropped", "drop"},
+        {0, nullptr, nullptr}};
+    static const GType t = g_enum_register_static("WeirSyncBackwards", values);
+    return t;
+  }
+};
+}  // namespace gst
+
+struct SyncSettings {
+  std::string sync_mode, sync_option;
+  uint64_t max_wait = 0;
+  sync::Backwards backwards = sync::Backwards::Pass;
+  bool silent = true;
+};
+
+template <class Settings>
+inline constexpr std::tuple kSyncProperties{
+    gst::Property<Settings, std::string>{
+        "sync-mode", &Settings::sync_mode,
+        "Which frames go together: nosync, slowest, basepad, refresh; also base (= basepad) and "
+        "fastest (= refresh)",
+        gst::Changeable::WhilePlaying},
+    gst::Property<Settings, std::string>{
+        "sync-option", &Settings::sync_option,
+        "With basepad: PAD[:DURATION], the number of the base in the order of requests, and how "
+        "many nanoseconds another frame may be away; empty = 0:2147483647",
+        gst::Changeable::WhilePlaying},
+    gst::Property<Settings, uint64_t>{
+        "max-wait", &Settings::max_wait,
+        "Nanoseconds after which a pad without frames is not waited for any more; 0 = for ever",
+        gst::Changeable::WhilePlaying},
+    gst::Property<Settings, sync::Backwards>{
+        "backwards", &Settings::backwards,
+        "What becomes of a frame with an earlier time than the one ahead of it on its pad",
+        gst::Changeable::WhilePlaying},
+    gst::Property<Settings, bool>{"silent", &Settings::silent,
+                                  "Accepted for compatibility; has no effect"},
+};
+
+struct SyncChoice {
+  sync::Options options;
+  Status mode_status = ok();  // MODE_UNKNOWN: `fallback` was taken
+};
+// Errors: those of sync::parse_base(), for basepad only.
+inline Result<SyncChoice> sync_choice(const SyncSettings& settings, sync::Mode fallback) {
+  SyncChoice out;
+  const auto mode = sync::parse_mode(settings.sync_mode);
+  out.options.mode = mode ? *mode : fallback;
+  if (!mode) out.mode_status = mode.error();
+  if (out.options.mode != sync::Mode::BasePad) return out;
+  const auto base = sync::parse_base(settings.sync_option);
+  if (!base) return base.error();
+  out.options.base = *base;
+  return out;
+}
+
+}  // namespace weir

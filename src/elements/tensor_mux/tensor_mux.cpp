@@ -1,0 +1,106 @@
+// tensor_mux: the tensors of several streams become one frame of many tensors.
+#include <algorithm>
+
+#include "elements/tensor_mux/sync_element.hpp"
+#include "elements/tensor_mux/tensor_pieces.hpp"
+#include "gstcpp/tensor_caps.hpp"
+#include "gstcpp/tensor_meta.hpp"
+
+namespace weir {
+namespace {
+
+using gst::Ref;
+
+class TensorMux : public SyncElement<TensorMux> {
+ public:
+  static constexpr gst::ElementInfo kInfo{
+      "WeirTensorMux", "tensor_mux", "TensorMux", "Muxer/Tensor",
+      "Brings the tensors of several streams together in one frame"};
+  static inline GstStaticPadTemplate kPads[] = {
+      GST_STATIC_PAD_TEMPLATE(
+          "sink_%u", GST_PAD_SINK, GST_PAD_REQUEST,
+          GST_STATIC_CAPS(WEIR_CAPS_TENSOR "; " WEIR_CAPS_TENSORS("{ static, flexible }"))),
+      GST_STATIC_PAD_TEMPLATE("src", GST_PAD_SRC, GST_PAD_ALWAYS,
+                              GST_STATIC_CAPS(WEIR_CAPS_TENSORS("{ static, flexible }"))),
+  };
+  struct Settings : SyncSettings {
+    Settings() { sync_mode = "slowest"; }
+  };
+  static constexpr sync::Mode kFallback = sync::Mode::Slowest;
+  static constexpr auto kProperties = kSyncProperties<Settings>;
+
+  Result<FrameSpec> combine_specs(const std::vector<const FrameSpec*>& inputs) override {
+    FrameSpec out;
+    out.format = Format::Static;
+    out.rate = inputs[0]->rate;
+    for (const FrameSpec* input : inputs) {
+      if (input->format != Format::Static) out.format = Format::Flexible;
+      out.rate.numerator = std::min(out.rate.numerator, input->rate.numerator);
+      out.rate.denominator = std::min(out.rate.denominator, input->rate.denominator);
+      out.tensors.insert(out.tensors.end(), input->tensors.begin(), input->tensors.end());
+    }
+    if (out.tensors.size() > kTensorLimit)
+      return Error{Code::LIMIT_EXCEEDED,
+                   "the pads have more tensors together than a frame may have",
+                   std::to_string(out.tensors.size()),
+                   "at most 256",
+                   "",
+                   ""};
+    if (out.format != Format::Static) out.tensors.clear();
+    return out;
+  }
+
+  Status configure(const FrameSpec& output) override {
+    format_ = output.format;
+    return ok();
+  }
+
+  Result<Ref<GstBuffer>> combine(const gst::Inputs& inputs) override {
+    std::vector<TensorPiece> pieces;
+    for (const gst::Input& input : inputs.frames) {
+      const size_t first = pieces.size();
+      auto status = append_pieces(input.buffer.get(), *input.spec, &ledger_, &pieces);
+      if (!status) return status.error();
+      if (format_ == Format::Static || input.spec->format != Format::Static) continue;
+      for (size_t i = first; i < pieces.size(); ++i) {
+        auto piece = with_header(pieces[i], &ledger_);
+        if (!piece) return piece.error();
+        pieces[i] = *std::move(piece);
+      }
+    }
+    auto out = Ref<GstBuffer>::adopt(gst_buffer_new());
+    gst_buffer_copy_into(out.get(), inputs.frames[inputs.metadata_pad].buffer.get(),
+                         GST_BUFFER_COPY_METADATA, 0, static_cast<gsize>(-1));
+    if (auto status = append_tensors(std::move(pieces), out.get(), &ledger_); !status)
+      return status.error();
+    if (auto maps = maps_of(inputs); !maps.empty())
+      gst::set_picture_maps(out.get(), std::move(maps));
+    return out;
+  }
+
+  Settings settings_;
+  Ledger ledger_;
+
+ private:
+  // One for each tensor where every input says as much; else those of the deciding frame stay.
+  static std::vector<PictureMap> maps_of(const gst::Inputs& inputs) {
+    std::vector<PictureMap> out;
+    for (const gst::Input& input : inputs.frames) {
+      const auto maps = gst::picture_maps(input.buffer.get());
+      const size_t tensors = input.spec->tensors.size();
+      if (tensors == 0 || (maps.size() != 1 && maps.size() != tensors)) return {};
+      for (size_t i = 0; i < tensors; ++i) out.push_back(maps[maps.size() == 1 ? 0 : i]);
+    }
+    return out;
+  }
+
+  Format format_ = Format::Static;  // of the thread that makes an output
+};
+
+}  // namespace
+
+bool register_tensor_mux(GstPlugin* plugin) {
+  return TensorMux::register_in(plugin);
+}
+
+}  // namespace weir

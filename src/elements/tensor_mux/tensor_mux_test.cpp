@@ -1,0 +1,358 @@
+// tensor_mux: what it makes of its inputs, static and flexible, and what it refuses.
+#include "core/tensor/packed_tensors.hpp"
+#include "core/tensor/tensor_header.hpp"
+#include "elements/tensor_mux/many_inputs.hpp"
+#include "gstcpp/tensor_meta.hpp"
+
+namespace weir::testing {
+namespace {
+
+constexpr char kFlexible[] = "other/tensors,format=flexible,framerate=30/1";
+
+Bytes filled(size_t size, uint8_t value) {
+  return Bytes(size, value);
+}
+Bytes chunk(const Bytes& payload) {
+  TensorHeader header;
+  header.spec = {ElementType::UInt8, Shape{static_cast<uint32_t>(payload.size())}, ""};
+  Bytes out(kTensorHeaderBytes);
+  write_tensor_header(header, std::span<std::byte, kTensorHeaderBytes>(
+                                  reinterpret_cast<std::byte*>(out.data()), kTensorHeaderBytes));
+  out.insert(out.end(), payload.begin(), payload.end());
+  return out;
+}
+std::span<const std::byte> bytes_of(const Bytes& bytes) {
+  return {reinterpret_cast<const std::byte*>(bytes.data()), bytes.size()};
+}
+
+TEST(TensorMux, BringsStaticTensorsTogetherWithoutACopy) {
+  ManyInputs mux("tensor_mux");
+  mux.add("other/tensor,dimension=(string)3:2,type=(string)uint8,framerate=(fraction)30/1");
+  mux.add(
+      "other/tensors,format=static,num_tensors=2,dimensions=(string)\"2,1\","
+      "types=(string)\"uint8,int16\",framerate=(fraction)15/2");
+  mux.play();
+  auto first = mux.push_later(0, filled(6, 7), 100);
+  EXPECT_EQ(mux.push(1, buffer_of({filled(2, 8), filled(2, 9)}, 100)), GST_FLOW_OK);
+  EXPECT_EQ(first.get(), GST_FLOW_OK);
+  ASSERT_EQ(mux.buffers().size(), 1u);
+  EXPECT_EQ(memories_of(mux.buffers()[0].get()),
+            (std::vector<Bytes>{filled(6, 7), filled(2, 8), filled(2, 9)}));
+  EXPECT_EQ(mux.caps(),
+            "other/tensors, format=(string)static, num_tensors=(int)3, "
+            "dimensions=(string)\"3:2\\,2\\,1\", types=(string)\"uint8\\,uint8\\,int16\", "
+            "framerate=(fraction)15/1");
+  EXPECT_EQ(mux.stat("bytes-copied"), 0u);
+  EXPECT_EQ(mux.stat("consumed"), 2u);
+  EXPECT_EQ(mux.stat("pushed"), 1u);
+}
+
+TEST(TensorMux, SharesTheMemoriesOfItsInputs) {
+  ManyInputs mux("tensor_mux");
+  mux.add(caps_of_bytes(4).c_str());
+  mux.play();
+  auto in = buffer_of({filled(4, 1)}, 0);
+  GstMemory* memory = gst_buffer_peek_memory(in.get(), 0);
+  EXPECT_EQ(mux.push(0, in), GST_FLOW_OK);
+  EXPECT_EQ(gst_buffer_peek_memory(mux.buffers()[0].get(), 0), memory);
+}
+
+TEST(TensorMux, BeginsItsOwnStreamInOrder) {
+  ManyInputs mux("tensor_mux");
+  mux.add(caps_of_bytes(1).c_str());
+  mux.play();
+  auto in = buffer_of({filled(1, 1)}, 500);
+  GST_BUFFER_DTS(in.get()) = 400;
+  GST_BUFFER_DURATION(in.get()) = 33;
+  mux.push(0, in);
+  mux.event(0, gst_event_new_eos());
+  EXPECT_EQ(mux.event_names(),
+            (std::vector<std::string>{"stream-start", "caps", "segment", "eos"}));
+  GstSegment segment;
+  gst_event_copy_segment(mux.events(GST_EVENT_SEGMENT)[0].get(), &segment);
+  EXPECT_EQ(segment.format, GST_FORMAT_TIME);
+  EXPECT_EQ(segment.start, 400u);
+  EXPECT_EQ(gst_segment_to_running_time(&segment, GST_FORMAT_TIME, 500), 500u);
+  EXPECT_EQ(GST_BUFFER_DTS(mux.buffers()[0].get()), 400u);
+  EXPECT_EQ(GST_BUFFER_DURATION(mux.buffers()[0].get()), 33u);
+}
+
+TEST(TensorMux, EndsWithoutAFrame) {
+  ManyInputs mux("tensor_mux");
+  mux.add(caps_of_bytes(1).c_str());
+  mux.play();
+  mux.event(0, gst_event_new_eos());
+  EXPECT_EQ(mux.event_names(), (std::vector<std::string>{"stream-start", "segment", "eos"}));
+}
+
+TEST(TensorMux, TakesTimeAndMetadataOfTheDecidingFrame) {
+  ManyInputs mux("tensor_mux sync-mode=nosync");
+  mux.add(caps_of_bytes(1).c_str());
+  mux.add(caps_of_bytes(1).c_str());
+  mux.play();
+  auto early = buffer_of({filled(1, 1)}, 10), late = buffer_of({filled(1, 2)}, 20);
+  GST_BUFFER_DURATION(early.get()) = 1;
+  GST_BUFFER_DURATION(late.get()) = 2;
+  GST_BUFFER_OFFSET(late.get()) = 77;
+  gst::set_picture_maps(late.get(), {picture_as_it_is(64, 48, false)});
+  auto first = mux.push_later(0, early);
+  mux.push(1, late);
+  first.get();
+  GstBuffer* out = mux.buffers().at(0).get();
+  EXPECT_EQ(GST_BUFFER_PTS(out), 20u);
+  EXPECT_EQ(GST_BUFFER_DURATION(out), 2u);
+  ASSERT_EQ(gst::picture_maps(out).size(), 1u);
+  EXPECT_EQ(gst::picture_maps(out)[0].source_width, 64u);
+}
+
+TEST(TensorMux, KeepsTheWayBackOfEachTensor) {
+  ManyInputs mux("tensor_mux");
+  mux.add(caps_of_bytes(1).c_str());
+  mux.add(caps_of_bytes(1).c_str());
+  mux.play();
+  auto a = buffer_of({filled(1, 1)}, 0), b = buffer_of({filled(1, 2)}, 0);
+  gst::set_picture_maps(a.get(), {picture_as_it_is(64, 48, false)});
+  gst::set_picture_maps(b.get(), {picture_as_it_is(32, 24, true)});
+  auto first = mux.push_later(0, a);
+  mux.push(1, b);
+  first.get();
+  const auto maps = gst::picture_maps(mux.buffers().at(0).get());
+  ASSERT_EQ(maps.size(), 2u);
+  EXPECT_EQ(maps[0].source_width, 64u);
+  EXPECT_EQ(maps[1].source_width, 32u);
+}
+
+TEST(TensorMux, NumbersItsPadsInTheOrderOfRequests) {
+  ManyInputs mux("tensor_mux");
+  mux.add(caps_of_bytes(1).c_str(), "sink_1");
+  mux.add(caps_of_bytes(2).c_str(), "sink_0");
+  mux.add(caps_of_bytes(3).c_str());
+  EXPECT_STREQ(GST_PAD_NAME(mux.sink_of(0)), "sink_1");
+  EXPECT_STREQ(GST_PAD_NAME(mux.sink_of(1)), "sink_0");
+  EXPECT_STREQ(GST_PAD_NAME(mux.sink_of(2)), "sink_2");
+  mux.play();
+  mux.push_all({filled(1, 1), filled(2, 2), filled(3, 3)}, 0);
+  EXPECT_EQ(memories_of(mux.buffers()[0].get()),
+            (std::vector<Bytes>{filled(1, 1), filled(2, 2), filled(3, 3)}));
+}
+
+TEST(TensorMux, PacksWhatIsBeyondSixteenTensors) {
+  for (const size_t count : {16u, 17u, 20u}) {
+    ManyInputs mux("tensor_mux");
+    std::vector<Bytes> frames;
+    for (size_t i = 0; i < count; ++i) {
+      mux.add(caps_of_bytes(i + 1).c_str());
+      frames.push_back(filled(i + 1, static_cast<uint8_t>(i)));
+    }
+    mux.play();
+    mux.push_all(frames, 5);
+    const auto out = memories_of(mux.buffers().at(0).get());
+    ASSERT_EQ(out.size(), 16u);
+    for (size_t i = 0; i < 15; ++i) EXPECT_EQ(out[i], frames[i]);
+    if (count == 16) {
+      EXPECT_EQ(out[15], frames[15]);
+      EXPECT_EQ(mux.stat("bytes-copied"), 0u);
+      continue;
+    }
+    const auto ranges = read_packed_tensors(bytes_of(out[15]), Format::Static);
+    ASSERT_TRUE(ranges);
+    ASSERT_EQ(ranges->size(), count - 15);
+    uint64_t copied = 0;
+    for (size_t i = 15; i < count; ++i) {
+      const auto at = out[15].begin() + static_cast<std::ptrdiff_t>((*ranges)[i - 15].offset);
+      EXPECT_EQ(Bytes(at, at + static_cast<std::ptrdiff_t>(i + 1)), frames[i]);
+      copied += i + 1;
+    }
+    EXPECT_EQ(mux.stat("bytes-copied"), copied);
+  }
+}
+
+TEST(TensorMux, TakesPackedFramesApartAgain) {
+  ManyInputs outer("tensor_mux"), inner("tensor_mux");
+  std::vector<Bytes> frames;
+  for (size_t i = 0; i < 18; ++i) {
+    inner.add(caps_of_bytes(2).c_str());
+    frames.push_back(filled(2, static_cast<uint8_t>(i)));
+  }
+  inner.play();
+  inner.push_all(frames, 5);
+  outer.add(caps_of_bytes(3).c_str());
+  outer.add(inner.caps().c_str());
+  outer.play();
+  auto first = outer.push_later(0, filled(3, 99), 5);
+  EXPECT_EQ(outer.push(1, inner.buffers().at(0)), GST_FLOW_OK);
+  first.get();
+  const auto out = memories_of(outer.buffers().at(0).get());
+  ASSERT_EQ(out.size(), 16u);
+  EXPECT_EQ(out[0], filled(3, 99));
+  EXPECT_EQ(out[1], frames[0]);
+  const auto ranges = read_packed_tensors(bytes_of(out[15]), Format::Static);
+  ASSERT_TRUE(ranges);
+  ASSERT_EQ(ranges->size(), 4u);
+  for (size_t i = 0; i < 4; ++i) EXPECT_EQ(out[15][(*ranges)[i].offset], 14 + i);
+}
+
+TEST(TensorMux, OneFlexibleInputMakesTheOutputFlexible) {
+  ManyInputs mux("tensor_mux");
+  mux.add(caps_of_bytes(4).c_str());
+  mux.add(kFlexible);
+  mux.play();
+  auto first = mux.push_later(0, filled(4, 1), 0);
+  EXPECT_EQ(mux.push(1, chunk(filled(3, 2)), 0), GST_FLOW_OK);
+  first.get();
+  EXPECT_EQ(memories_of(mux.buffers().at(0).get()),
+            (std::vector<Bytes>{chunk(filled(4, 1)), chunk(filled(3, 2))}));
+  EXPECT_NE(mux.caps().find("format=(string)flexible"), std::string::npos);
+  EXPECT_EQ(mux.stat("bytes-copied"), 4u);
+}
+
+TEST(TensorMux, GivesHeadersToAPeerThatWantsThem) {
+  ManyInputs mux("tensor_mux", "other/tensors,format=flexible,framerate=[0/1,2147483647/1]");
+  mux.add(caps_of_bytes(4).c_str());
+  mux.play();
+  EXPECT_EQ(mux.push(0, filled(4, 1), 0), GST_FLOW_OK);
+  EXPECT_EQ(memories_of(mux.buffers().at(0).get()), (std::vector<Bytes>{chunk(filled(4, 1))}));
+}
+
+TEST(TensorMux, SplitsAMemoryOfSeveralChunks) {
+  ManyInputs mux("tensor_mux");
+  mux.add(kFlexible);
+  mux.play();
+  Bytes both = chunk(filled(3, 1));
+  const Bytes second = chunk(filled(5, 2));
+  both.insert(both.end(), second.begin(), second.end());
+  EXPECT_EQ(mux.push(0, both, 0), GST_FLOW_OK);
+  EXPECT_EQ(memories_of(mux.buffers().at(0).get()),
+            (std::vector<Bytes>{chunk(filled(3, 1)), second}));
+  EXPECT_EQ(mux.stat("bytes-copied"), 0u);
+}
+
+TEST(TensorMux, SplitsOneMemoryOfSeveralStaticTensors) {
+  ManyInputs mux("tensor_mux");
+  mux.add(
+      "other/tensors,format=static,num_tensors=2,dimensions=(string)\"2,1\","
+      "types=(string)\"uint8,uint8\",framerate=(fraction)30/1");
+  mux.play();
+  EXPECT_EQ(mux.push(0, {1, 2, 3}, 0), GST_FLOW_OK);
+  EXPECT_EQ(memories_of(mux.buffers().at(0).get()), (std::vector<Bytes>{{1, 2}, {3}}));
+}
+
+TEST(TensorMux, FollowsCapsThatChange) {
+  ManyInputs mux("tensor_mux");
+  mux.add(caps_of_bytes(1).c_str());
+  mux.add(caps_of_bytes(1).c_str());
+  mux.play();
+  mux.push_all({{1}, {2}}, 0);
+  mux.set_caps(1, caps_of_bytes(2).c_str());
+  mux.push_all({{3}, {4, 5}}, 10);
+  EXPECT_EQ(memories_of(mux.buffers().at(1).get()), (std::vector<Bytes>{{3}, {4, 5}}));
+  EXPECT_EQ(mux.events(GST_EVENT_CAPS).size(), 2u);
+  EXPECT_NE(mux.caps().find("1\\,2"), std::string::npos);
+}
+
+TEST(TensorMux, PadsComeAndGoWhileItPlays) {
+  ManyInputs mux("tensor_mux");
+  mux.add(caps_of_bytes(1).c_str());
+  mux.play();
+  mux.push_all({{1}}, 0);
+  mux.add(caps_of_bytes(2).c_str());
+  mux.push_all({{2}, {3, 4}}, 10);
+  auto waiting = mux.push_later(0, Bytes{5}, 20);
+  mux.wait_for_stat("received", 4);
+  mux.remove(1);
+  EXPECT_EQ(waiting.get(), GST_FLOW_OK);
+  const auto out = mux.buffers();
+  ASSERT_EQ(out.size(), 3u);
+  EXPECT_EQ(memories_of(out[1].get()), (std::vector<Bytes>{{2}, {3, 4}}));
+  EXPECT_EQ(memories_of(out[2].get()), (std::vector<Bytes>{{5}}));
+  EXPECT_EQ(mux.stat("held"), 0u);
+}
+
+TEST(TensorMux, RefusesSeeks) {
+  ManyInputs mux("tensor_mux");
+  mux.add(caps_of_bytes(1).c_str());
+  mux.play();
+  EXPECT_FALSE(gst_pad_push_event(
+      mux.sink(), gst_event_new_seek(1, GST_FORMAT_TIME, GST_SEEK_FLAG_FLUSH, GST_SEEK_TYPE_SET, 0,
+                                     GST_SEEK_TYPE_NONE, 0)));
+}
+
+TEST(TensorMux, AnUnknownModeIsToldAndSlowestIsTaken) {
+  ManyInputs mux("tensor_mux sync-mode=slowset");
+  mux.add(caps_of_bytes(1).c_str());
+  EXPECT_EQ(mux.play(), GST_STATE_CHANGE_SUCCESS);
+  const std::string warning = mux.warning();
+  EXPECT_NE(warning.find("WEIR-1005"), std::string::npos) << warning;
+  EXPECT_NE(warning.find("slowset"), std::string::npos);
+  EXPECT_NE(warning.find("sync-mode=slowest"), std::string::npos);
+  mux.push_all({{1}}, 0);
+  EXPECT_EQ(mux.buffers().size(), 1u);
+}
+
+TEST(TensorMux, ABaseThatCannotBeReadStopsTheStart) {
+  ManyInputs mux("tensor_mux sync-mode=basepad sync-option=0:5ms");
+  EXPECT_EQ(mux.play(), GST_STATE_CHANGE_FAILURE);
+  const std::string error = mux.error();
+  EXPECT_NE(error.find("WEIR-1001"), std::string::npos) << error;
+  EXPECT_NE(error.find("0:5ms\n  ^"), std::string::npos) << error;
+}
+
+TEST(TensorMux, ABaseThatIsNotThereIsNamed) {
+  ManyInputs mux("tensor_mux sync-mode=basepad sync-option=3");
+  mux.add(caps_of_bytes(1).c_str());
+  mux.play();
+  EXPECT_EQ(mux.push(0, Bytes{1}, 0), GST_FLOW_ERROR);
+  const std::string error = mux.error();
+  EXPECT_NE(error.find("WEIR-1004"), std::string::npos) << error;
+  EXPECT_NE(error.find("pad 3 of 1"), std::string::npos) << error;
+}
+
+TEST(TensorMux, RefusesABufferThatIsTooSmall) {
+  ManyInputs mux("tensor_mux");
+  mux.add(caps_of_bytes(4).c_str());
+  mux.play();
+  EXPECT_EQ(mux.push(0, Bytes{1, 2, 3}, 0), GST_FLOW_ERROR);
+  const std::string error = mux.error();
+  EXPECT_NE(error.find("WEIR-2004"), std::string::npos) << error;
+  EXPECT_NE(error.find("3 bytes in 1 memories"), std::string::npos) << error;
+}
+
+TEST(TensorMux, RefusesHeadersThatLie) {
+  ManyInputs mux("tensor_mux");
+  mux.add(kFlexible);
+  mux.play();
+  Bytes lying = chunk(filled(3, 1));
+  lying.pop_back();
+  EXPECT_EQ(mux.push(0, lying, 0), GST_FLOW_ERROR);
+  EXPECT_NE(mux.error().find("WEIR-2005"), std::string::npos);
+  EXPECT_EQ(mux.push(0, chunk(filled(3, 1)), 0), GST_FLOW_ERROR);
+}
+
+TEST(TensorMux, RefusesMoreTensorsThanAFrameMayHave) {
+  ManyInputs mux("tensor_mux");
+  std::string dims = "1", types = "uint8";
+  for (int i = 1; i < 200; ++i) dims += ",1", types += ",uint8";
+  const std::string caps = "other/tensors,format=static,num_tensors=200,dimensions=(string)\"" +
+                           dims + "\",types=(string)\"" + types + "\",framerate=(fraction)30/1";
+  mux.add(caps.c_str());
+  mux.add(caps.c_str());
+  mux.play();
+  auto first = mux.push_later(0, Bytes(200), 0);
+  auto second = mux.push_later(1, Bytes(200), 0);
+  EXPECT_TRUE(first.get() == GST_FLOW_ERROR || second.get() == GST_FLOW_ERROR);
+  const std::string error = mux.error();
+  EXPECT_NE(error.find("WEIR-2006"), std::string::npos) << error;
+  EXPECT_NE(error.find("400"), std::string::npos) << error;
+}
+
+TEST(TensorMux, RefusesCapsThatSayTooLittle) {
+  ManyInputs mux("tensor_mux");
+  mux.add(nullptr);
+  mux.play();
+  mux.set_caps(0, "other/tensors,format=static,num_tensors=1,framerate=30/1");
+  EXPECT_NE(mux.error().find("WEIR-2002"), std::string::npos);
+  EXPECT_NE(mux.push(0, Bytes{1}, 0), GST_FLOW_OK);
+}
+
+}  // namespace
+}  // namespace weir::testing

@@ -1,0 +1,208 @@
+// Sharing memories out of buffers, and packing them into one.
+#include "elements/tensor_mux/tensor_pieces.hpp"
+
+#include <cstring>
+#include <string>
+
+#include "core/tensor/packed_tensors.hpp"
+#include "core/tensor/tensor_header.hpp"
+
+namespace weir {
+namespace {
+
+using gst::Ref;
+
+Error wrong_size(const FrameSpec& spec, GstBuffer* buffer) {
+  return Error{Code::FRAME_SIZE,
+               "a buffer has another size than its caps say",
+               std::to_string(gst_buffer_get_size(buffer)) + " bytes in " +
+                   std::to_string(gst_buffer_n_memory(buffer)) + " memories",
+               spec.to_string() + " = " + std::to_string(spec.bytes().value_or(0)) + " bytes",
+               "",
+               "check the element before this one: its caps and its buffers must agree"};
+}
+
+Error no_mapping() {
+  return Error{Code::MAP_FAILED,
+               "the memory of a buffer cannot be mapped",
+               "",
+               "system memory",
+               "",
+               "put the element that downloads from the device in between (gldownload, for "
+               "example)"};
+}
+
+size_t size_of(GstMemory* memory) {
+  return gst_memory_get_sizes(memory, nullptr, nullptr);
+}
+
+// A part of a memory; a copy where memory cannot be shared.
+Ref<GstMemory> part_of(GstMemory* memory, ByteRange range, Ledger* ledger) {
+  const auto offset = static_cast<gssize>(range.offset), size = static_cast<gssize>(range.size);
+  if (GstMemory* shared = gst_memory_share(memory, offset, size))
+    return Ref<GstMemory>::adopt(shared);
+  ledger->copied(range.size);
+  return Ref<GstMemory>::adopt(gst_memory_copy(memory, offset, size));
+}
+
+Status append_ranges(GstMemory* memory, const std::vector<ByteRange>& ranges, Ledger* ledger,
+                     std::vector<TensorPiece>* pieces) {
+  for (const auto& range : ranges) {
+    auto part = part_of(memory, range, ledger);
+    if (!part) return no_mapping();
+    pieces->push_back({std::move(part), {}});
+  }
+  return ok();
+}
+
+// Reads the headers of the pieces from `first` on.
+Status read_specs(std::vector<TensorPiece>* pieces, size_t first) {
+  for (size_t i = first; i < pieces->size(); ++i) {
+    TensorPiece& piece = (*pieces)[i];
+    const gst::MappedMemory map(piece.memory.get(), GST_MAP_READ);
+    if (!map) return no_mapping();
+    const auto header = read_tensor_chunk(map.bytes());
+    if (!header) return header.error();
+    piece.spec = header->spec;
+  }
+  return ok();
+}
+
+bool lies_so(GstBuffer* buffer, const FrameSpec& spec, size_t alone) {
+  for (size_t i = 0; i < alone; ++i)
+    if (size_of(gst_buffer_peek_memory(buffer, static_cast<guint>(i))) != spec.tensors[i].bytes())
+      return false;
+  return true;
+}
+
+Status append_static(GstBuffer* buffer, const FrameSpec& spec, Ledger* ledger,
+                     std::vector<TensorPiece>* pieces) {
+  const size_t count = spec.tensors.size(), memories = gst_buffer_n_memory(buffer);
+  const size_t alone = count > kMemoryLimit ? kMemoryLimit - 1 : count;
+  const size_t first = pieces->size();
+  if (memories == std::min(count, kMemoryLimit)) {
+    if (!lies_so(buffer, spec, alone)) return wrong_size(spec, buffer);
+    for (size_t i = 0; i < alone; ++i)
+      pieces->push_back(
+          {Ref<GstMemory>::share(gst_buffer_peek_memory(buffer, static_cast<guint>(i))),
+           spec.tensors[i]});
+    if (count <= kMemoryLimit) return ok();
+    GstMemory* last = gst_buffer_peek_memory(buffer, kMemoryLimit - 1);
+    std::vector<ByteRange> ranges;
+    {
+      const gst::MappedMemory map(last, GST_MAP_READ);
+      if (!map) return no_mapping();
+      auto read = read_packed_tensors(map.bytes(), Format::Static);
+      if (!read) return read.error();
+      ranges = *std::move(read);
+    }
+    if (ranges.size() != count - alone) return wrong_size(spec, buffer);
+    for (size_t i = 0; i < ranges.size(); ++i)
+      if (ranges[i].size != spec.tensors[alone + i].bytes()) return wrong_size(spec, buffer);
+    if (auto status = append_ranges(last, ranges, ledger, pieces); !status) return status;
+  } else {
+    const auto needed = spec.bytes();
+    if (!needed || gst_buffer_get_size(buffer) < *needed) return wrong_size(spec, buffer);
+    if (memories > 1) ledger->copied(gst_buffer_get_size(buffer));
+    const auto all = Ref<GstMemory>::adopt(gst_buffer_get_all_memory(buffer));
+    if (!all) return no_mapping();
+    std::vector<ByteRange> ranges;
+    size_t offset = 0;
+    for (const auto& tensor : spec.tensors) {
+      ranges.push_back({offset, static_cast<size_t>(*tensor.bytes())});
+      offset += ranges.back().size;
+    }
+    if (auto status = append_ranges(all.get(), ranges, ledger, pieces); !status) return status;
+  }
+  for (size_t i = 0; i < count; ++i) (*pieces)[first + i].spec = spec.tensors[i];
+  return ok();
+}
+
+// The chunks of one memory of a flexible stream.
+Result<std::vector<ByteRange>> chunks_of(GstMemory* memory, guint index, guint memories) {
+  const gst::MappedMemory map(memory, GST_MAP_READ);
+  if (!map) return no_mapping();
+  if (memories == 1) return walk_chunks(map.bytes());
+  if (index + 1 == kMemoryLimit && is_packed(map.bytes()))
+    return read_packed_tensors(map.bytes(), Format::Flexible);
+  return std::vector<ByteRange>{{0, map.bytes().size()}};
+}
+
+Status append_flexible(GstBuffer* buffer, Ledger* ledger, std::vector<TensorPiece>* pieces) {
+  const size_t first = pieces->size();
+  const guint memories = gst_buffer_n_memory(buffer);
+  if (memories == 0)
+    return Error{Code::FRAME_SIZE, "a buffer is empty", "0 bytes", "at least one tensor", "", ""};
+  for (guint i = 0; i < memories; ++i) {
+    GstMemory* memory = gst_buffer_peek_memory(buffer, i);
+    const auto ranges = chunks_of(memory, i, memories);
+    if (!ranges) return ranges.error();
+    if (ranges->size() == 1)
+      pieces->push_back({Ref<GstMemory>::share(memory), {}});
+    else if (auto status = append_ranges(memory, *ranges, ledger, pieces); !status)
+      return status;
+  }
+  return read_specs(pieces, first);
+}
+
+}  // namespace
+
+Status append_pieces(GstBuffer* buffer, const FrameSpec& spec, Ledger* ledger,
+                     std::vector<TensorPiece>* pieces) {
+  if (spec.format == Format::Static) return append_static(buffer, spec, ledger, pieces);
+  return append_flexible(buffer, ledger, pieces);
+}
+
+Result<TensorPiece> with_header(const TensorPiece& piece, Ledger* ledger) {
+  const gst::MappedMemory from(piece.memory.get(), GST_MAP_READ);
+  auto memory = Ref<GstMemory>::adopt(
+      gst_allocator_alloc(nullptr, kTensorHeaderBytes + from.bytes().size(), nullptr));
+  const gst::MappedMemory to(memory.get(), GST_MAP_WRITE);
+  if (!from || !to) return no_mapping();
+  TensorHeader header;
+  header.spec = piece.spec;
+  write_tensor_header(header, to.bytes().first<kTensorHeaderBytes>());
+  std::memcpy(to.bytes().data() + kTensorHeaderBytes, from.bytes().data(), from.bytes().size());
+  ledger->copied(from.bytes().size());
+  return TensorPiece{std::move(memory), piece.spec};
+}
+
+Status append_tensors(std::vector<TensorPiece> pieces, GstBuffer* buffer, Ledger* ledger) {
+  if (pieces.size() > kTensorLimit)
+    return Error{Code::LIMIT_EXCEEDED,
+                 "a frame has too many tensors",
+                 std::to_string(pieces.size()),
+                 "at most 256",
+                 "",
+                 ""};
+  const size_t alone = pieces.size() > kMemoryLimit ? kMemoryLimit - 1 : pieces.size();
+  for (size_t i = 0; i < alone; ++i) gst_buffer_append_memory(buffer, pieces[i].memory.release());
+  if (alone == pieces.size()) return ok();
+  std::vector<TensorSpec> specs;
+  std::vector<uint64_t> sizes;
+  uint64_t total = 0;
+  for (size_t i = alone; i < pieces.size(); ++i) {
+    specs.push_back(pieces[i].spec);
+    sizes.push_back(size_of(pieces[i].memory.get()));
+    total += sizes.back();
+  }
+  auto packed = Ref<GstMemory>::adopt(
+      gst_allocator_alloc(nullptr, static_cast<gsize>(kPackedHeaderBytes + total), nullptr));
+  {
+    const gst::MappedMemory to(packed.get(), GST_MAP_WRITE);
+    if (!to) return no_mapping();
+    write_packed_header(specs, sizes, to.bytes().first<kPackedHeaderBytes>());
+    std::byte* at = to.bytes().data() + kPackedHeaderBytes;
+    for (size_t i = alone; i < pieces.size(); ++i) {
+      const gst::MappedMemory from(pieces[i].memory.get(), GST_MAP_READ);
+      if (!from) return no_mapping();
+      std::memcpy(at, from.bytes().data(), from.bytes().size());
+      at += from.bytes().size();
+    }
+  }
+  ledger->copied(total);
+  gst_buffer_append_memory(buffer, packed.release());
+  return ok();
+}
+
+}  // namespace weir

@@ -1,0 +1,180 @@
+// Events and queries of the pads of an element of many inputs.
+#include <algorithm>
+
+#include "gstcpp/collector_pads.hpp"
+#include "gstcpp/element.hpp"
+#include "gstcpp/tensor_caps.hpp"
+
+namespace weir::gst {
+namespace {
+
+bool has(GstEvent* event, GstEventTypeFlags flag) {
+  return (gst_event_type_get_flags(GST_EVENT_TYPE(event)) & flag) != 0;
+}
+
+}  // namespace
+
+GstFlowReturn CollectorPads::on_chain(GstPad* pad, GstObject* parent, GstBuffer* buffer) {
+  auto held = Ref<GstBuffer>::adopt(buffer);
+  auto* data = static_cast<Pad*>(gst_pad_get_element_private(pad));
+  if (!data) return GST_FLOW_FLUSHING;
+  return guarded<GstFlowReturn>(GST_ELEMENT_CAST(parent),
+                                [&] { return data->owner->chain(*data, std::move(held)); });
+}
+
+gboolean CollectorPads::on_sink_event(GstPad* pad, GstObject* parent, GstEvent* event) {
+  auto held = Ref<GstEvent>::adopt(event);
+  auto* data = static_cast<Pad*>(gst_pad_get_element_private(pad));
+  if (!data) return FALSE;
+  return guarded<gboolean>(GST_ELEMENT_CAST(parent),
+                           [&] { return data->owner->sink_event(*data, std::move(held)); });
+}
+
+// Called before the stream lock is taken: whoever waits in chain() leaves it.
+gboolean CollectorPads::on_activate(GstPad* pad, GstObject*, GstPadMode mode, gboolean active) {
+  if (mode != GST_PAD_MODE_PUSH) return FALSE;
+  if (const auto* data = static_cast<Pad*>(gst_pad_get_element_private(pad)))
+    data->owner->collector_.set_active(data->lane, active);
+  return TRUE;
+}
+
+gboolean CollectorPads::sink_event(Pad& pad, Ref<GstEvent> event) {
+  if (has(event.get(), GST_EVENT_TYPE_SERIALIZED)) pad.fed_by = g_thread_self();
+  switch (GST_EVENT_TYPE(event.get())) {
+    case GST_EVENT_STREAM_START:
+      collector_.begin(pad.lane);
+      return TRUE;
+    case GST_EVENT_CAPS:
+      return caps(pad, event.get());
+    case GST_EVENT_SEGMENT:
+      gst_event_copy_segment(event.get(), &pad.segment);
+      return TRUE;
+    case GST_EVENT_GAP: {
+      GstClockTime start = 0, duration = 0;
+      gst_event_parse_gap(event.get(), &start, &duration);
+      if (!GST_CLOCK_TIME_IS_VALID(start)) return TRUE;
+      if (!GST_CLOCK_TIME_IS_VALID(duration) || duration > G_MAXUINT64 / 2) duration = 0;
+      collector_.gap(pad.lane, start + duration);
+      return TRUE;
+    }
+    case GST_EVENT_EOS:
+      collector_.end(pad.lane);
+      return TRUE;
+    case GST_EVENT_FLUSH_START:
+      if (!collector_.flush_start(pad.lane)) return TRUE;
+      return gst_pad_push_event(source_, event.release());
+    case GST_EVENT_FLUSH_STOP:
+      pad.fed_by = nullptr;
+      gst_segment_init(&pad.segment, GST_FORMAT_UNDEFINED);
+      if (!collector_.flush_stop(pad.lane)) return TRUE;
+      segment_due_ = true;
+      return gst_pad_push_event(source_, event.release());
+    default:
+      return pass_on(pad, std::move(event));
+  }
+}
+
+gboolean CollectorPads::caps(Pad& pad, GstEvent* event) {
+  GstCaps* caps = nullptr;
+  gst_event_parse_caps(event, &caps);
+  auto spec = fixed_spec_from_caps(caps);
+  if (!spec) {
+    post_error(element_, spec.error());
+    return FALSE;
+  }
+  pad.spec = std::make_shared<const FrameSpec>(*std::move(spec));
+  return TRUE;
+}
+
+gboolean CollectorPads::pass_on(Pad& pad, Ref<GstEvent> event) {
+  if (has(event.get(), GST_EVENT_TYPE_STICKY)) {
+    std::lock_guard lock(pads_mutex_);
+    if (!begun_) {
+      pending_.push_back(std::move(event));
+      return TRUE;
+    }
+  }
+  return gst_pad_event_default(pad.pad, GST_OBJECT_CAST(element_), event.release());
+}
+
+void CollectorPads::begin_stream() {
+  if (begun_) return;
+  const UniqueText id{g_strdup_printf("%s-%08x", GST_ELEMENT_NAME(element_), g_random_int())};
+  GstEvent* start = gst_event_new_stream_start(id.get());
+  gst_event_set_group_id(start, gst_util_group_id_next());
+  gst_pad_push_event(source_, start);
+  std::lock_guard lock(pads_mutex_);
+  begun_ = true;
+}
+
+// Specification 6.1: from the first buffer's DTS, else its PTS, else 0.
+void CollectorPads::begin_segment(GstBuffer* first, std::optional<uint64_t> running_time) {
+  GstSegment segment;
+  gst_segment_init(&segment, GST_FORMAT_TIME);
+  if (first && GST_BUFFER_DTS_IS_VALID(first))
+    segment.start = GST_BUFFER_DTS(first);
+  else if (first && GST_BUFFER_PTS_IS_VALID(first))
+    segment.start = GST_BUFFER_PTS(first);
+  segment.position = segment.time = segment.start;
+  // So that running time stays what it was on the input.
+  if (running_time) {
+    const uint64_t ahead = GST_BUFFER_PTS(first) - std::min(segment.start, GST_BUFFER_PTS(first));
+    segment.base = *running_time - std::min(*running_time, ahead);
+  }
+  gst_pad_push_event(source_, gst_event_new_segment(&segment));
+  std::vector<Ref<GstEvent>> pending;
+  {
+    std::lock_guard lock(pads_mutex_);
+    pending.swap(pending_);
+  }
+  for (auto& event : pending) gst_pad_push_event(source_, event.release());
+}
+
+gboolean CollectorPads::on_source_event(GstPad* pad, GstObject* parent, GstEvent* event) {
+  if (GST_EVENT_TYPE(event) == GST_EVENT_SEEK) {
+    gst_event_unref(event);
+    return FALSE;
+  }
+  return gst_pad_event_default(pad, parent, event);
+}
+
+gboolean CollectorPads::on_source_query(GstPad* pad, GstObject* parent, GstQuery* query) {
+  auto* owner = static_cast<CollectorPads*>(gst_pad_get_element_private(pad));
+  if (GST_QUERY_TYPE(query) != GST_QUERY_LATENCY) return gst_pad_query_default(pad, parent, query);
+  return guarded<gboolean>(GST_ELEMENT_CAST(parent), [&] { return owner->latency(query); });
+}
+
+// The latest of the live inputs, and as long again as a missing one is waited for.
+gboolean CollectorPads::latency(GstQuery* query) {
+  // A loop of links would ask for ever.
+  static thread_local std::vector<const CollectorPads*> asked;
+  if (std::find(asked.begin(), asked.end(), this) != asked.end()) return FALSE;
+  asked.push_back(this);
+  bool live = false, answered = true;
+  GstClockTime min = 0, max = GST_CLOCK_TIME_NONE;
+  for (const auto& pad : sink_pads()) {
+    const Unique<GstQuery, gst_query_unref> one(gst_query_new_latency());
+    if (!gst_pad_is_linked(pad.get())) continue;
+    if (!gst_pad_peer_query(pad.get(), one.get())) {
+      answered = false;
+      continue;
+    }
+    gboolean is_live = FALSE;
+    GstClockTime low = 0, high = 0;
+    gst_query_parse_latency(one.get(), &is_live, &low, &high);
+    if (!is_live) continue;
+    live = true;
+    min = std::max(min, low);
+    if (GST_CLOCK_TIME_IS_VALID(high))
+      max = GST_CLOCK_TIME_IS_VALID(max) ? std::min(max, high) : high;
+  }
+  asked.pop_back();
+  if (live) {
+    min += max_wait_;
+    if (GST_CLOCK_TIME_IS_VALID(max)) max += max_wait_;
+  }
+  gst_query_set_latency(query, live, min, max);
+  return answered || live;
+}
+
+}  // namespace weir::gst

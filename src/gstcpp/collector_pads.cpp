@@ -1,0 +1,241 @@
+// Pads, and the way from the frames of all pads to one buffer.
+#include "gstcpp/collector_pads.hpp"
+
+#include <algorithm>
+#include <string>
+
+#include "gstcpp/element.hpp"
+#include "gstcpp/streaming_threads.hpp"
+#include "gstcpp/tensor_caps.hpp"
+
+namespace weir::gst {
+namespace {
+
+static_assert(sync::kFlushing == GST_FLOW_FLUSHING && sync::kEnded == GST_FLOW_EOS &&
+              sync::kRefused == GST_FLOW_ERROR && sync::kOk == GST_FLOW_OK);
+
+sync::Stamp stamp_of(GstClockTime time) {
+  return GST_CLOCK_TIME_IS_VALID(time) ? sync::Stamp(time) : sync::Stamp();
+}
+
+std::string name_of(GstPad* pad) {
+  const UniqueText text{gst_pad_get_name(pad)};
+  return text.get();
+}
+
+}  // namespace
+
+CollectorPads::CollectorPads(GstElement* element, GstPad* source, Ledger* ledger,
+                             Combiner* combiner)
+    : element_(element),
+      source_(source),
+      ledger_(ledger),
+      combiner_(combiner),
+      collector_(ledger, this) {
+  gst_pad_set_element_private(source, this);
+  gst_pad_set_event_function(source, on_source_event);
+  gst_pad_set_query_function(source, on_source_query);
+  gst_pad_use_fixed_caps(source);
+}
+
+CollectorPads::~CollectorPads() = default;
+
+void CollectorPads::attach(GstPad* pad) {
+  auto made = std::make_unique<Pad>();
+  made->owner = this;
+  made->pad = pad;
+  made->lane = collector_.add();
+  collector_.set_active(made->lane, false);
+  gst_segment_init(&made->segment, GST_FORMAT_UNDEFINED);
+  gst_pad_set_element_private(pad, made.get());
+  gst_pad_set_chain_function(pad, on_chain);
+  gst_pad_set_event_function(pad, on_sink_event);
+  gst_pad_set_activatemode_function(pad, on_activate);
+  std::lock_guard lock(pads_mutex_);
+  pads_.push_back(std::move(made));
+}
+
+GstPad* CollectorPads::request(GstPadTemplate* pad_template, const char* wanted) {
+  const auto taken = [this](const std::string& name) {
+    return static_cast<bool>(
+        Ref<GstPad>::adopt(gst_element_get_static_pad(element_, name.c_str())));
+  };
+  std::string name = wanted && !std::string(wanted).ends_with("%u") ? wanted : "";
+  if (!name.empty() && taken(name)) return nullptr;
+  {
+    std::lock_guard lock(pads_mutex_);
+    while (name.empty() || taken(name)) name = "sink_" + std::to_string(counter_++);
+  }
+  GstPad* pad = gst_pad_new_from_template(pad_template, name.c_str());
+  attach(pad);
+  gst_pad_set_active(pad, TRUE);
+  gst_element_add_pad(element_, pad);
+  return pad;
+}
+
+void CollectorPads::release(GstPad* pad) {
+  auto* data = static_cast<Pad*>(gst_pad_get_element_private(pad));
+  if (!data) return;
+  const auto held = Ref<GstPad>::share(pad);
+  if (collector_.flush_stop(data->lane))
+    gst_pad_push_event(source_, gst_event_new_flush_stop(TRUE));
+  collector_.remove(data->lane);
+  gst_pad_set_active(pad, FALSE);
+  gst_element_remove_pad(element_, pad);
+  gst_pad_set_element_private(pad, nullptr);
+  std::lock_guard lock(pads_mutex_);
+  std::erase_if(pads_, [data](const auto& p) { return p.get() == data; });
+}
+
+void CollectorPads::configure(const sync::Options& options, sync::Backwards backwards,
+                              uint64_t max_wait_ns) {
+  constexpr uint64_t kLongest = uint64_t{1} << 60;
+  max_wait_ = max_wait_ns;
+  const auto wait = std::chrono::nanoseconds(std::min(max_wait_ns, kLongest));
+  collector_.configure(options, backwards, wait);
+}
+
+Status CollectorPads::start() {
+  for (const auto& pad : sink_pads())
+    if (auto status = can_be_fed(element_, pad.get()); !status) return status;
+  begun_ = false;
+  segment_due_ = true;
+  specs_.clear();
+  std::lock_guard lock(pads_mutex_);
+  pending_.clear();
+  for (const auto& pad : pads_) pad->fed_by = nullptr;
+  collector_.start();
+  return ok();
+}
+
+void CollectorPads::stop() {
+  collector_.stop();
+}
+
+void CollectorPads::add_stats(GstStructure* stats) const {
+  const auto counts = collector_.counts();
+  gst_structure_set(stats, "times-backwards", G_TYPE_UINT64, counts.backwards, "pads-missed",
+                    G_TYPE_UINT64, counts.missed, nullptr);
+}
+
+GstFlowReturn CollectorPads::chain(Pad& pad, Ref<GstBuffer> buffer) {
+  pad.fed_by = g_thread_self();
+  if (!pad.spec) {
+    refused(Error{Code::NOT_NEGOTIATED, "a buffer came before caps", name_of(pad.pad), "caps first",
+                  "", "other/tensors,format=static,num_tensors=1,..."});
+    ledger_->received();
+    ledger_->dropped(DropReason::Error);
+    return GST_FLOW_NOT_NEGOTIATED;
+  }
+  const sync::Stamp time = stamp_of(GST_BUFFER_PTS(buffer.get()));
+  sync::Stamp running_time;
+  if (time && pad.segment.format == GST_FORMAT_TIME)
+    running_time = stamp_of(gst_segment_to_running_time(&pad.segment, GST_FORMAT_TIME, *time));
+  const int flow = collector_.offer(pad.lane, {std::move(buffer), pad.spec, running_time}, time);
+  return static_cast<GstFlowReturn>(flow);
+}
+
+Status CollectorPads::negotiate(const Inputs& inputs) {
+  const bool reconfigure = gst_pad_check_reconfigure(source_);
+  const auto same = [](const Input& input, const auto& spec) { return input.spec == spec; };
+  if (!reconfigure && !specs_.empty() &&
+      std::equal(inputs.frames.begin(), inputs.frames.end(), specs_.begin(), specs_.end(), same))
+    return ok();
+  std::vector<const FrameSpec*> specs;
+  for (const Input& input : inputs.frames) specs.push_back(input.spec.get());
+  auto combined = combiner_->combine_specs(specs);
+  if (!combined) return combined.error();
+  const auto chosen = choose_caps(source_, *combined);
+  if (!chosen) {
+    const auto peer = Ref<GstCaps>::adopt(gst_pad_peer_query_caps(source_, nullptr));
+    const UniqueText text{gst_caps_to_string(peer.get())};
+    return Error{Code::SPEC_MISMATCH,
+                 "the element behind takes no such stream",
+                 combined->to_string(),
+                 text.get(),
+                 "",
+                 ""};
+  }
+  const auto output = fixed_spec_from_caps(chosen.get());
+  if (!output) return output.error();
+  const auto old = Ref<GstCaps>::adopt(gst_pad_get_current_caps(source_));
+  const bool changed = !old || !gst_caps_is_equal(old.get(), chosen.get());
+  if (changed && !gst_pad_push_event(source_, gst_event_new_caps(chosen.get()))) {
+    if (GST_PAD_IS_FLUSHING(source_)) return ok();
+    const UniqueText text{gst_caps_to_string(chosen.get())};
+    return Error{
+        Code::NOT_NEGOTIATED, "the element behind refused the caps", text.get(), "", "", ""};
+  }
+  if (auto status = combiner_->configure(*output); !status) return status;
+  specs_.clear();
+  for (const Input& input : inputs.frames) specs_.push_back(input.spec);
+  return ok();
+}
+
+Result<Ref<GstBuffer>> CollectorPads::made_of(const Inputs& inputs) {
+  if (auto status = negotiate(inputs); !status) return status.error();
+  return combiner_->combine(inputs);
+}
+
+int CollectorPads::emit(Inputs inputs) {
+  return guarded<GstFlowReturn>(element_, [&]() -> GstFlowReturn {
+    begin_stream();
+    auto buffer = made_of(inputs);
+    if (!buffer) {
+      post_error(element_, buffer.error());
+      return GST_FLOW_ERROR;
+    }
+    if (!*buffer) return GST_FLOW_OK;
+    GST_BUFFER_PTS(buffer->get()) = inputs.time;
+    if (segment_due_.exchange(false))
+      begin_segment(buffer->get(), inputs.frames[inputs.metadata_pad].running_time);
+    inputs.frames.clear();
+    const GstFlowReturn flow = gst_pad_push(source_, buffer->release());
+    if (flow == GST_FLOW_OK) ledger_->pushed();
+    return flow;
+  });
+}
+
+void CollectorPads::end() {
+  guarded<void>(element_, [&] {
+    begin_stream();
+    if (segment_due_.exchange(false)) begin_segment(nullptr, {});
+    gst_pad_push_event(source_, gst_event_new_eos());
+  });
+}
+
+void CollectorPads::refused(const Error& error) {
+  post_error(element_, error);
+}
+
+CollectorPads::Pad* CollectorPads::pad_of(sync::LaneId lane) {
+  const auto it =
+      std::find_if(pads_.begin(), pads_.end(), [lane](auto& p) { return p->lane == lane; });
+  return it == pads_.end() ? nullptr : it->get();
+}
+
+Status CollectorPads::may_wait(sync::LaneId waiting, const std::vector<sync::LaneId>& empty) {
+  Ref<GstPad> own;
+  std::vector<Ref<GstPad>> others;
+  {
+    std::lock_guard lock(pads_mutex_);
+    if (const Pad* pad = pad_of(waiting)) own = Ref<GstPad>::share(pad->pad);
+    for (const auto lane : empty)
+      if (const Pad* pad = pad_of(lane); pad && lane != waiting) {
+        GThread* thread = pad->fed_by;
+        if (!thread || thread == g_thread_self()) others.push_back(Ref<GstPad>::share(pad->pad));
+      }
+  }
+  for (const auto& other : others)
+    if (auto status = can_wait(element_, own.get(), other.get()); own && !status) return status;
+  return ok();
+}
+
+std::vector<Ref<GstPad>> CollectorPads::sink_pads() {
+  std::vector<Ref<GstPad>> out;
+  std::lock_guard lock(pads_mutex_);
+  for (const auto& pad : pads_) out.push_back(Ref<GstPad>::share(pad->pad));
+  return out;
+}
+
+}  // namespace weir::gst
