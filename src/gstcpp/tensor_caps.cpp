@@ -283,6 +283,30 @@ bool peer_wants_flexible(GstPad* source_pad) {
   return wish_of_peer(source_pad).flexible;
 }
 
+Status send_caps(GstPad* source_pad, const FrameSpec& spec, GstCaps* caps) {
+  const auto linked = Ref<GstPad>::adopt(gst_pad_get_peer(source_pad));
+  const auto peer = Ref<GstCaps>::adopt(gst_pad_peer_query_caps(source_pad, nullptr));
+  const bool taken = caps && (!linked || gst_caps_can_intersect(caps, peer.get()));
+  if (taken && gst_pad_push_event(source_pad, gst_event_new_caps(caps))) return ok();
+  const UniqueText needed{gst_caps_to_string(peer.get())};
+  const auto parent = Ref<GstObject>::adopt(gst_pad_get_parent(source_pad));
+  GstElementFactory* factory = parent && GST_IS_ELEMENT(parent.get())
+                                   ? gst_element_get_factory(GST_ELEMENT(parent.get()))
+                                   : nullptr;
+  const std::string name = factory ? GST_OBJECT_NAME(factory) : "this one";
+  const auto wanted = fixed_spec_from_caps(peer.get());
+  return Error{Code::SPEC_MISMATCH,
+               "the element behind " + name + " does not take its tensors",
+               spec.to_string(),
+               needed.get(),
+               wanted ? first_difference(spec.tensors, wanted->tensors) : "",
+               spec.format == Format::Static
+                   ? "other/tensors,format=static,dimensions=(string)\"" +
+                         join_shapes(spec.tensors) + "\",types=(string)\"" +
+                         join_types(spec.tensors) + "\""
+                   : "other/tensors,format=" + std::string(name_of(spec.format))};
+}
+
 Ref<GstCaps> choose_caps(GstPad* source_pad, const FrameSpec& spec) {
   const PeerWish wish = wish_of_peer(source_pad);
   const auto template_caps = Ref<GstCaps>::adopt(gst_pad_get_pad_template_caps(source_pad));

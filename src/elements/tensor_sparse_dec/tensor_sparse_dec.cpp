@@ -91,13 +91,7 @@ class TensorSparseDec : public gst::PlainFilter<TensorSparseDec> {
     auto caps = given ? Ref<GstCaps>::share(given) : gst::choose_caps(source_, spec);
     auto pool = gst::FramePool::make(tensors, Format::Static);
     if (!pool) return pool.error();
-    if (!caps || !gst_pad_push_event(source_, gst_event_new_caps(caps.get())))
-      return Error{Code::SPEC_MISMATCH,
-                   "the element behind tensor_sparse_dec does not take the tensors",
-                   spec.to_string(),
-                   "",
-                   "",
-                   ""};
+    if (auto status = gst::send_caps(source_, spec, caps.get()); !status) return status;
     const auto allocation = gst::wanted_by_peer(source_, caps.get());
     if (!(allocation == gst::Allocation{}))
       pool = gst::FramePool::make(tensors, Format::Static, MediaType::Tensor, allocation);

@@ -34,14 +34,10 @@ class TensorSparseEnc : public gst::PlainFilter<TensorSparseEnc> {
     auto spec = gst::fixed_spec_from_caps(caps);
     if (!spec) return spec.error();
     input_ = *std::move(spec);
-    const auto out = output_caps();
-    if (out && gst_pad_push_event(source_, gst_event_new_caps(out.get()))) return ok();
-    return Error{Code::SPEC_MISMATCH,
-                 "the element behind tensor_sparse_enc takes no sparse tensors",
-                 "other/tensors,format=sparse",
-                 "",
-                 "",
-                 "tensor_sparse_enc ! tensor_sparse_dec"};
+    FrameSpec sparse;
+    sparse.format = Format::Sparse;
+    sparse.rate = input_.rate;
+    return gst::send_caps(source_, sparse, output_caps(sparse).get());
   }
 
   GstFlowReturn take_buffer(Ref<GstBuffer> in) {
@@ -61,15 +57,11 @@ class TensorSparseEnc : public gst::PlainFilter<TensorSparseEnc> {
 
  private:
   // What the next element fixes, whatever rate that is (specification 6.11); else the input's rate.
-  Ref<GstCaps> output_caps() const {
+  Ref<GstCaps> output_caps(const FrameSpec& sparse) const {
     const auto own = Ref<GstCaps>::adopt(gst_pad_get_pad_template_caps(source_));
     auto peer = Ref<GstCaps>::adopt(gst_pad_peer_query_caps(source_, own.get()));
     if (gst_caps_is_fixed(peer.get())) return peer;
-    FrameSpec sparse;
-    sparse.format = Format::Sparse;
-    sparse.rate = input_.rate;
-    auto chosen = gst::possible_caps(source_, sparse, nullptr);
-    return gst_caps_can_intersect(chosen.get(), peer.get()) ? chosen : Ref<GstCaps>();
+    return gst::possible_caps(source_, sparse, nullptr);
   }
 
   Result<Ref<GstBuffer>> encode(GstBuffer* in) {

@@ -126,8 +126,8 @@ TEST(TensorSparseEnc, SaysWhenTheNextElementTakesNoSparseTensors) {
   gst_harness_set_sink_caps_str(h.get(), tensors("uint8", "4").c_str());
   gst_harness_set_src_caps_str(h.get(), tensors("uint8", "4").c_str());
   const std::string error = errors.next();
-  EXPECT_SAYS(error, "WEIR-2001: the element behind tensor_sparse_enc takes no sparse tensors");
-  EXPECT_SAYS(error, "fix: tensor_sparse_enc ! tensor_sparse_dec");
+  EXPECT_SAYS(error, "WEIR-2001: the element behind tensor_sparse_enc does not take its tensors");
+  EXPECT_SAYS(error, "offered: sparse tensors\n  needed: other/tensors, format=(string)static");
 }
 
 TEST(TensorSparseEnc, RefusesABufferBeforeCaps) {

@@ -4,13 +4,6 @@
 
 namespace weir {
 
-bool FrameTransformer::may_write(GstBuffer* buffer) {
-  if (!gst_buffer_is_writable(buffer) || !gst_buffer_is_all_memory_writable(buffer)) return false;
-  for (guint i = 0; i < gst_buffer_n_memory(buffer); ++i)
-    if (GST_MEMORY_IS_READONLY(gst_buffer_peek_memory(buffer, i))) return false;
-  return true;
-}
-
 void FrameTransformer::defer(bool wanted) noexcept {
   defer_ = wanted;
   computed_before_ = counts_->computed;
@@ -94,7 +87,7 @@ gst::Ref<GstBuffer> FrameTransformer::take_source(GstBuffer* in) {
     gst::forget_deferred_source(gst_buffer_peek_memory(in, static_cast<guint>(i)));
     sources_[i].buffer = {};
   }
-  if (!may_write(out.get())) {  // can be told only of a buffer that nobody else has
+  if (!gst::may_be_changed_in_place(out.get())) {  // can be told only of a buffer that nobody else has
     for (auto& source : sources_) source.buffer = gst::Ref<GstBuffer>::share(out.get());
     return {};
   }

@@ -107,7 +107,8 @@ Result<gst::Ref<GstBuffer>> FrameTransformer::output_for(GstBuffer* in) {
   if (work_.deferred) return deferred_output(in);
   if (work_.fused) {
     if (auto source = take_source(in)) return source;
-  } else if (in_place_ && may_write(in) && gst_buffer_n_memory(in) == input_.tensors.size()) {
+  } else if (in_place_ && gst::may_be_changed_in_place(in) &&
+             gst_buffer_n_memory(in) == input_.tensors.size()) {
     return gst::Ref<GstBuffer>::share(in);
   }
   auto out = pooled_ ? pool_.acquire() : gst::Ref<GstBuffer>::adopt(gst_buffer_new());

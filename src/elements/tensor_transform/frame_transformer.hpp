@@ -77,8 +77,6 @@ class FrameTransformer {
   // What came into the element before, to become the output, or null: it is as large, and nobody
   // else's.
   gst::Ref<GstBuffer> take_source(GstBuffer* in);
-  // Whether nobody else sees what is written into the buffer.
-  static bool may_write(GstBuffer* buffer);
   Status run_fused(GstBuffer* out, Ledger* ledger);
   Status run_alone(GstBuffer* in, GstBuffer* out, Ledger* ledger);
   Status run_pooled(GstBuffer* in, GstBuffer* out, Ledger* ledger);

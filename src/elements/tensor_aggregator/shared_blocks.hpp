@@ -1,0 +1,36 @@
+// Blocks of memory that several buffers share, used again when the last of them is gone.
+#pragma once
+#include <gst/gst.h>
+
+#include <cstddef>
+#include <memory>
+#include <mutex>
+#include <vector>
+
+namespace weir {
+
+class BlockPool : public std::enable_shared_from_this<BlockPool> {
+ public:
+  // Bytes of each block; aligned to 64.
+  static std::shared_ptr<BlockPool> make(size_t bytes, size_t retain = 2);
+  ~BlockPool();
+  BlockPool(const BlockPool&) = delete;
+  BlockPool& operator=(const BlockPool&) = delete;
+
+  // Throws bad_alloc. Its bytes are what they were.
+  std::shared_ptr<std::byte> take();
+  size_t bytes() const noexcept { return bytes_; }
+
+ private:
+  BlockPool(size_t bytes, size_t retain);
+  void give_back(std::byte* block) noexcept;
+
+  const size_t bytes_, retain_;
+  std::mutex mutex_;  // guards free_
+  std::vector<std::byte*> free_;
+};
+
+// Memory that shows a part of a block, read-only, and holds the block while it lives.
+GstMemory* part_of_block(std::shared_ptr<std::byte> block, size_t offset, size_t bytes);
+
+}  // namespace weir

@@ -1,0 +1,233 @@
+// tensor_aggregator: windows over the frames of a stream, gathered, cut and overlapping.
+#include <atomic>
+#include <memory>
+
+#include "elements/tensor_aggregator/window_stream.hpp"
+#include "gstcpp/backwards_time.hpp"
+#include "gstcpp/per_client.hpp"
+#include "gstcpp/plain_filter.hpp"
+#include "gstcpp/query_meta.hpp"
+#include "gstcpp/tensor_caps.hpp"
+
+namespace weir {
+namespace {
+
+using gst::Ref;
+
+class TensorAggregator : public gst::PlainFilter<TensorAggregator> {
+ public:
+  static constexpr gst::ElementInfo kInfo{"WeirTensorAggregator", "tensor_aggregator",
+                                          "TensorAggregator", "Filter/Tensor",
+                                          "Gathers frames of tensors into windows, or cuts them"};
+#define WEIR_AGGREGATOR_CAPS \
+  WEIR_CAPS_TENSOR           \
+  "; other/tensors, format=(string)static, num_tensors=(int)[ 1, 256 ], " WEIR_CAPS_RATE
+  static inline GstStaticPadTemplate kPads[] = {
+      GST_STATIC_PAD_TEMPLATE("src", GST_PAD_SRC, GST_PAD_ALWAYS,
+                              GST_STATIC_CAPS(WEIR_AGGREGATOR_CAPS)),
+      GST_STATIC_PAD_TEMPLATE("sink", GST_PAD_SINK, GST_PAD_ALWAYS,
+                              GST_STATIC_CAPS(WEIR_AGGREGATOR_CAPS)),
+  };
+  struct Settings {
+    uint32_t frames_in = 1, frames_out = 1, frames_flush = 0, frames_dim = 15;
+    bool concat = true;
+    OnBackwardsTime on_backwards_time = OnBackwardsTime::Pass;
+    bool silent = true;
+  };
+  static constexpr std::tuple kProperties{
+      gst::Property{"frames-in", &Settings::frames_in, "Frames in each buffer that comes",
+                    gst::Changeable::InReady, 1u, G_MAXUINT},
+      gst::Property{"frames-out", &Settings::frames_out, "Frames in each window",
+                    gst::Changeable::InReady, 1u, G_MAXUINT},
+      gst::Property{"frames-flush", &Settings::frames_flush,
+                    "Frames from one window to the next; 0 = frames-out"},
+      gst::Property{"frames-dim", &Settings::frames_dim,
+                    "Dimension along which the frames of a buffer lie", gst::Changeable::InReady,
+                    0u, 15u},
+      gst::Property{"concat", &Settings::concat,
+                    "Put frames together along frames-dim; else whole frame behind frame"},
+      gst::Property{"on-backwards-time", &Settings::on_backwards_time,
+                    "What becomes of a frame whose time lies before that of the frame ahead"},
+      gst::Property{"silent", &Settings::silent, "Accepted for compatibility; has no effect"},
+  };
+
+  Status take_caps(GstCaps* caps) {
+    const auto spec = gst::fixed_spec_from_caps(caps);
+    if (!spec) return spec.error();
+    on_backwards_time_ = settings().on_backwards_time;
+    if (setup_ && setup_->input == *spec) return announce(setup_.get());
+    // Frames of other tensors cannot stand in one window.
+    drop_held(DropReason::Flush);
+    clients_.clear();
+    setup_ = nullptr;
+    auto setup = make_setup(*spec);
+    if (!setup) return setup.error();
+    if (auto status = announce(setup->get()); !status) return status;
+    setup_ = *std::move(setup);
+    return ok();
+  }
+
+  GstFlowReturn take_buffer(Ref<GstBuffer> in) {
+    if (!setup_) return failed(before_caps());
+    if (setup_->plan.passes_through) return pass(std::move(in));
+    WindowStream& stream = clients_.of(gst::client_of(in.get()).value_or(0));
+    if (!may_pass(in.get(), &stream.times)) {
+      ledger_.dropped(DropReason::Policy);
+      return GST_FLOW_OK;
+    }
+    if (const auto status = stream.push(std::move(in), &ledger_); !status)
+      return failed(status.error());
+    while (true) {
+      auto out = stream.next(&ledger_);
+      if (!out) return gst::post_error(element(), out.error()), GST_FLOW_ERROR;
+      frames_lost_ += stream.take_frames_lost();
+      if (!*out) return GST_FLOW_OK;
+      ledger_.pushed();
+      const auto flow = gst_pad_push(source_, out->release());
+      if (flow != GST_FLOW_OK) return flow;
+    }
+  }
+
+  // Counts what waits; the last window may be missing frames for ever.
+  void drop_held(DropReason reason) {
+    clients_.for_each([&](WindowStream& stream) {
+      stream.clear(reason, &ledger_);
+      frames_lost_ += stream.take_frames_lost();
+    });
+  }
+  void forget() {
+    clients_.clear();
+    setup_ = nullptr;
+    set_latency(0);
+  }
+
+  bool take_event(GstEvent* event) {
+    if (GST_EVENT_TYPE(event) == GST_EVENT_STREAM_START) frames_lost_ = backwards_times_ = 0;
+    if (GST_EVENT_TYPE(event) == GST_EVENT_SEGMENT) {
+      const GstSegment* segment = nullptr;
+      gst_event_parse_segment(event, &segment);
+      plays_backwards_ = segment->rate < 0;
+      clients_.for_each([](WindowStream& stream) { stream.times.reset(); });
+    }
+    return false;
+  }
+
+  gboolean on_query(GstPad* pad, GstQuery* query) {
+    if (pad == source_ && GST_QUERY_TYPE(query) == GST_QUERY_LATENCY) return add_latency(query);
+    if (pad == sink_ && GST_QUERY_TYPE(query) == GST_QUERY_ALLOCATION && setup_ &&
+        setup_->plan.passes_through)
+      return gst_pad_peer_query(source_, query);
+    return gst_pad_query_default(pad, GST_OBJECT_CAST(self()), query);
+  }
+
+  void add_stats(GstStructure* stats) const {
+    gst_structure_set(stats, "frames-lost", G_TYPE_UINT64, frames_lost_.load(), "backwards-times",
+                      G_TYPE_UINT64, backwards_times_.load(), nullptr);
+  }
+
+  Settings settings_;
+
+ private:
+  Result<std::shared_ptr<WindowSetup>> make_setup(const FrameSpec& input) const {
+    const Settings s = settings();
+    auto plan = window::plan({s.frames_in, s.frames_out, s.frames_flush, s.frames_dim, s.concat},
+                             input.tensors);
+    if (!plan) return plan.error();
+    auto setup = std::make_shared<WindowSetup>();
+    setup->input = input;
+    setup->plan = *std::move(plan);
+    setup->dimension = s.frames_dim;
+    return setup;
+  }
+
+  // Caps of the windows, their pool, their latency.
+  Status announce(WindowSetup* setup) {
+    if (setup->plan.size_differs) warn_of_size(*setup);
+    const FrameSpec output{Format::Static, setup->plan.output, setup->input.rate};
+    const auto caps = gst::choose_caps(source_, output);
+    if (auto status = gst::send_caps(source_, output, caps.get()); !status) return status;
+    if (setup->plan.passes_through) return set_latency(0), ok();
+    auto pool = gst::FramePool::make(setup->plan.memory, Format::Static, MediaType::Tensor,
+                                     gst::wanted_by_peer(source_, caps.get()));
+    if (!pool) return pool.error();
+    setup->pool = *std::move(pool);
+    set_latency(window::time_of(setup->plan.buffers_waited(), 1, setup->input.rate));
+    return ok();
+  }
+
+  void warn_of_size(const WindowSetup& setup) {
+    const size_t rank = setup.input.tensors[0].shape.rank();
+    gst::post_warning(
+        element(),
+        {Code::OPTION_VALUE,
+         "frames-dim lies beyond the dimensions of the tensors: caps stay as they are, and frames "
+         "have another size than they say",
+         "frames-dim=" + std::to_string(setup.dimension) + ", " + setup.input.to_string(),
+         "0 to " + std::to_string(rank - 1), "",
+         "tensor_aggregator frames-dim=" + std::to_string(rank - 1)});
+  }
+
+  GstFlowReturn pass(Ref<GstBuffer> in) {
+    const auto needed = setup_->input.bytes();
+    if (needed && gst_buffer_get_size(in.get()) < *needed)
+      return failed({Code::FRAME_SIZE, "a buffer has another size than its caps say",
+                     std::to_string(gst_buffer_get_size(in.get())) + " bytes",
+                     setup_->input.to_string() + " = " + std::to_string(*needed) + " bytes",
+                     "the buffer is too small",
+                     "check the element before this one: its caps and its buffers must agree"});
+    ledger_.consumed_and_pushed();
+    return gst_pad_push(source_, in.release());
+  }
+
+  // False when the buffer's time goes backwards and the user wants none of that.
+  bool may_pass(GstBuffer* buffer, BackwardsTimeWatch* watch) {
+    const GstClockTime time = GST_BUFFER_PTS(buffer);
+    if (!GST_CLOCK_TIME_IS_VALID(time) || plays_backwards_) return true;
+    const auto before = watch->check(time, on_backwards_time_);
+    if (!before) return true;
+    if (backwards_times_++ == 0)
+      gst::post_warning(element(), backwards_time(time, *before, on_backwards_time_));
+    return on_backwards_time_ == OnBackwardsTime::Pass;
+  }
+
+  void give_up_client(WindowStream* stream) {
+    stream->clear(DropReason::Policy, &ledger_);
+    frames_lost_ += stream->take_frames_lost();
+    GST_WARNING_OBJECT(self(), "more than %zu clients: the one silent longest loses its frames",
+                       gst::kClientLimit);
+  }
+
+  // The first frame of a window waits for its last.
+  void set_latency(GstClockTime latency) {
+    if (latency_.exchange(latency) != latency)
+      gst_element_post_message(element(), gst_message_new_latency(GST_OBJECT_CAST(self())));
+  }
+  gboolean add_latency(GstQuery* query) {
+    if (!gst_pad_peer_query(sink_, query)) return FALSE;
+    gboolean live = FALSE;
+    GstClockTime least = 0, most = GST_CLOCK_TIME_NONE;
+    gst_query_parse_latency(query, &live, &least, &most);
+    const GstClockTime own = latency_;
+    gst_query_set_latency(query, live, least + own,
+                          GST_CLOCK_TIME_IS_VALID(most) ? most + own : most);
+    return TRUE;
+  }
+
+  // Streaming thread only:
+  std::shared_ptr<WindowSetup> setup_;  // null until caps were taken
+  OnBackwardsTime on_backwards_time_ = OnBackwardsTime::Pass;
+  bool plays_backwards_ = false;
+  gst::PerClient<WindowStream> clients_{[this] { return WindowStream(setup_); },
+                                        [this](WindowStream& s) { give_up_client(&s); }};
+  // Any thread:
+  std::atomic<GstClockTime> latency_{0};
+  std::atomic<uint64_t> frames_lost_{0}, backwards_times_{0};
+};
+
+}  // namespace
+
+bool register_tensor_aggregator(GstPlugin* plugin) {
+  return TensorAggregator::register_in(plugin);
+}
+
+}  // namespace weir

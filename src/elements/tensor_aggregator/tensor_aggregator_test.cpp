@@ -1,0 +1,272 @@
+// tensor_aggregator in a harness: which frames each window holds, against a plain reference.
+#include <random>
+
+#include "elements/tests/element_harness.hpp"
+#include "gstcpp/query_meta.hpp"
+
+namespace {
+
+using namespace weir::test;
+
+constexpr char kName[] = "tensor_aggregator";
+
+Harness aggregator(const std::string& properties, const std::string& caps) {
+  return harness_of("tensor_aggregator " + properties, caps);
+}
+uint64_t count(const Harness& h, const char* name) {
+  return stat(h, kName, name);
+}
+Bytes random_bytes(size_t size, std::mt19937* random) {
+  Bytes out(size);
+  for (auto& b : out) b = static_cast<uint8_t>((*random)());
+  return out;
+}
+Bytes slice(const Bytes& all, size_t begin, size_t size) {
+  return {all.begin() + static_cast<std::ptrdiff_t>(begin),
+          all.begin() + static_cast<std::ptrdiff_t>(begin + size)};
+}
+void expect_ledger(const Harness& h) {
+  EXPECT_EQ(count(h, "received"), count(h, "consumed") + count(h, "dropped") + count(h, "held"));
+}
+
+TEST(TensorAggregator, PutsFourFramesTogether) {
+  auto h = aggregator("frames-in=1 frames-out=4 frames-flush=4 frames-dim=3",
+                      tensors("uint8", "3:2:2:1"));
+  const Bytes all = ramp(12 * 8);
+  for (size_t i = 0; i < 8; ++i)
+    ASSERT_EQ(gst_harness_push(h.get(), frame(slice(all, 12 * i, 12))), GST_FLOW_OK);
+  for (size_t i = 0; i < 2; ++i) {
+    auto out = Ref<GstBuffer>::adopt(gst_harness_pull(h.get()));
+    EXPECT_EQ(content(out.get()), slice(all, 48 * i, 48));
+  }
+  EXPECT_EQ(caps_text(h),
+            "other/tensors, format=(string)static, num_tensors=(int)1, "
+            "dimensions=(string)3:2:2:4, types=(string)uint8, framerate=(fraction)30/1");
+  EXPECT_EQ(count(h, "pushed"), 2u);
+  EXPECT_EQ(count(h, "consumed"), 8u);
+  EXPECT_EQ(count(h, "bytes-copied"), 96u) << "each byte once";
+}
+
+// Window k holds the frames [k * step, k * step + out), whatever buffers they came in.
+TEST(TensorAggregator, HoldsTheFramesOfEveryCombination) {
+  std::mt19937 random(1);
+  for (size_t in = 1; in <= 5; ++in)
+    for (size_t out = 1; out <= 6; ++out)
+      for (size_t flush = 0; flush <= in * ((out + in - 1) / in); ++flush) {
+        constexpr size_t kBytes = 3, kBuffers = 11;
+        auto h = aggregator("frames-dim=1 frames-in=" + std::to_string(in) + " frames-out=" +
+                                std::to_string(out) + " frames-flush=" + std::to_string(flush),
+                            tensors("uint8", "3:" + std::to_string(in)));
+        const Bytes all = random_bytes(kBytes * in * kBuffers, &random);
+        for (size_t i = 0; i < kBuffers; ++i)
+          ASSERT_EQ(gst_harness_push(h.get(), frame(slice(all, kBytes * in * i, kBytes * in))),
+                    GST_FLOW_OK);
+        const size_t step = flush ? flush : out, frames = in * kBuffers;
+        std::vector<bool> in_a_window(frames);
+        for (size_t begin = 0; begin + out <= frames; begin += step) {
+          auto window = Ref<GstBuffer>::adopt(gst_harness_try_pull(h.get()));
+          ASSERT_TRUE(window) << in << " " << out << " " << flush << " " << begin;
+          std::fill_n(in_a_window.begin() + static_cast<long>(begin), out, true);
+          ASSERT_EQ(content(window.get()), slice(all, kBytes * begin, kBytes * out))
+              << in << " " << out << " " << flush << " " << begin;
+        }
+        EXPECT_EQ(gst_harness_buffers_in_queue(h.get()), 0u);
+        expect_ledger(h);
+        gst_harness_push_event(h.get(), gst_event_new_eos());
+        EXPECT_EQ(count(h, "held"), 0u);
+        expect_ledger(h);
+        const auto unused = std::count(in_a_window.begin(), in_a_window.end(), false);
+        EXPECT_EQ(count(h, "frames-lost"), static_cast<uint64_t>(unused))
+            << in << " " << out << " " << flush;
+      }
+}
+
+// 1 to 20 tensors, each along its dimension 1: dimension 2 makes the frames interleave.
+TEST(TensorAggregator, InterleavesEachOfOneToTwentyTensors) {
+  std::mt19937 random(2);
+  for (const std::string flush : {"3", "1"})
+    for (size_t tensors_in = 1; tensors_in <= 20; ++tensors_in) {
+      std::string types, dims, big;
+      std::vector<size_t> rows;  // of 2 bytes, `outer` times
+      const size_t outer = 2;
+      for (size_t i = 0; i < tensors_in; ++i) {
+        rows.push_back(1 + i % 3);
+        types += i ? ",uint8" : "uint8";
+        dims += (i ? "," : "") + ("2:" + std::to_string(rows[i]) + ":2");
+        big += (i ? "," : "") + ("2:" + std::to_string(3 * rows[i]) + ":2");
+      }
+      auto h = aggregator("frames-dim=1 frames-out=3 frames-flush=" + flush, tensors(types, dims));
+      std::vector<Bytes> frames;
+      Bytes expected;
+      size_t frame_bytes = 0;
+      for (const size_t r : rows) frame_bytes += 2 * r * outer;
+      for (int f = 0; f < 3; ++f) frames.push_back(random_bytes(frame_bytes, &random));
+      size_t begin = 0;
+      for (const size_t r : rows) {
+        for (size_t o = 0; o < outer; ++o)
+          for (const Bytes& f : frames) {
+            const Bytes block = slice(f, begin + o * 2 * r, 2 * r);
+            expected.insert(expected.end(), block.begin(), block.end());
+          }
+        begin += 2 * r * outer;
+      }
+      for (const Bytes& f : frames) ASSERT_EQ(gst_harness_push(h.get(), frame(f)), GST_FLOW_OK);
+      auto out = Ref<GstBuffer>::adopt(gst_harness_pull(h.get()));
+      ASSERT_EQ(gst_buffer_n_memory(out.get()), std::min<size_t>(tensors_in, 16));
+      size_t header_at = 0;
+      for (guint i = 0; i < std::min<size_t>(tensors_in, 15); ++i)
+        header_at += gst_memory_get_sizes(gst_buffer_peek_memory(out.get(), i), nullptr, nullptr);
+      Bytes got = content(out.get());
+      const auto header = got.begin() + static_cast<std::ptrdiff_t>(header_at);
+      if (tensors_in > 16) got.erase(header, header + 19224);
+      EXPECT_EQ(got, expected) << tensors_in << " flush " << flush;
+      auto caps = Ref<GstCaps>::adopt(gst_pad_get_current_caps(h->sinkpad));
+      EXPECT_EQ(gst_structure_get_string(gst_caps_get_structure(caps.get(), 0), "dimensions"), big);
+    }
+}
+
+TEST(TensorAggregator, PutsWholeFramesBehindEachOtherWithoutConcat) {
+  auto h = aggregator("frames-dim=0 frames-out=2 concat=false", tensors("uint8", "2:2"));
+  ASSERT_EQ(gst_harness_push(h.get(), frame(Bytes{1, 2, 3, 4})), GST_FLOW_OK);
+  ASSERT_EQ(gst_harness_push(h.get(), frame(Bytes{5, 6, 7, 8})), GST_FLOW_OK);
+  auto out = Ref<GstBuffer>::adopt(gst_harness_pull(h.get()));
+  EXPECT_EQ(content(out.get()), (Bytes{1, 2, 3, 4, 5, 6, 7, 8}));
+  EXPECT_SAYS(caps_text(h), "dimensions=(string)4:2,");
+}
+
+TEST(TensorAggregator, PassesBuffersThatAreWindows) {
+  auto h = aggregator("frames-in=2 frames-out=2 frames-dim=0", tensors("uint8", "4"));
+  GstBuffer* in = frame(ramp(4), 7, 8);
+  auto out = Ref<GstBuffer>::adopt(gst_harness_push_and_pull(h.get(), in));
+  EXPECT_EQ(out.get(), in);
+  EXPECT_EQ(count(h, "bytes-copied"), 0u);
+}
+
+TEST(TensorAggregator, CutsWithoutCopying) {
+  auto h = aggregator("frames-in=6 frames-out=2 frames-dim=0", tensors("uint8,uint8", "6,12"));
+  GstBuffer* in = gst_buffer_new();
+  for (const size_t size : {6, 12}) {
+    auto part = Ref<GstBuffer>::adopt(frame(ramp(size)));
+    gst_buffer_append_memory(in, gst_buffer_get_memory(part.get(), 0));
+  }
+  ASSERT_EQ(gst_harness_push(h.get(), in), GST_FLOW_OK);
+  for (uint8_t i = 0; i < 3; ++i) {
+    auto out = Ref<GstBuffer>::adopt(gst_harness_pull(h.get()));
+    ASSERT_EQ(gst_buffer_n_memory(out.get()), 2u);
+    const auto a = static_cast<uint8_t>(2 * i), b = static_cast<uint8_t>(4 * i);
+    EXPECT_EQ(content(out.get()),
+              (Bytes{a, static_cast<uint8_t>(a + 1), b, static_cast<uint8_t>(b + 1),
+                     static_cast<uint8_t>(b + 2), static_cast<uint8_t>(b + 3)}));
+  }
+  EXPECT_EQ(count(h, "bytes-copied"), 0u);
+  EXPECT_EQ(count(h, "consumed"), 1u);
+}
+
+TEST(TensorAggregator, KeepsClientsApart) {
+  auto h = aggregator("frames-out=2 frames-dim=0", tensors("uint8", "1"));
+  const auto push = [&h](uint8_t value, gint64 client) {
+    GstBuffer* b = frame(Bytes{value});
+    ASSERT_TRUE(weir::gst::set_client(b, client));
+    ASSERT_EQ(gst_harness_push(h.get(), b), GST_FLOW_OK);
+  };
+  push(1, 10), push(2, 20), push(3, 10), push(4, 20);
+  for (const auto& [bytes, client] : {std::pair{Bytes{1, 3}, 10}, std::pair{Bytes{2, 4}, 20}}) {
+    auto out = Ref<GstBuffer>::adopt(gst_harness_pull(h.get()));
+    EXPECT_EQ(content(out.get()), bytes);
+    EXPECT_EQ(weir::gst::client_of(out.get()), client);
+  }
+}
+
+TEST(TensorAggregator, CountsWhatIsLeftAtTheEnd) {
+  auto h = aggregator("frames-in=2 frames-out=4 frames-dim=0", tensors("uint8", "2"));
+  for (int i = 0; i < 5; ++i) ASSERT_EQ(gst_harness_push(h.get(), frame(Bytes(2))), GST_FLOW_OK);
+  EXPECT_EQ(count(h, "held"), 1u);
+  gst_harness_push_event(h.get(), gst_event_new_eos());
+  EXPECT_EQ(count(h, "dropped-eos"), 1u);
+  EXPECT_EQ(count(h, "frames-lost"), 2u);
+  EXPECT_EQ(count(h, "held"), 0u);
+}
+
+TEST(TensorAggregator, BeginsAnewBehindAFlush) {
+  auto h = aggregator("frames-out=2 frames-dim=0", tensors("uint8", "1"));
+  ASSERT_EQ(gst_harness_push(h.get(), frame(Bytes{1})), GST_FLOW_OK);
+  gst_harness_push_event(h.get(), gst_event_new_flush_start());
+  gst_harness_push_event(h.get(), gst_event_new_flush_stop(TRUE));
+  GstSegment segment;
+  gst_segment_init(&segment, GST_FORMAT_TIME);
+  gst_harness_push_event(h.get(), gst_event_new_segment(&segment));
+  EXPECT_EQ(count(h, "dropped-flush"), 1u);
+  for (const uint8_t value : {2, 3})
+    ASSERT_EQ(gst_harness_push(h.get(), frame(Bytes{value})), GST_FLOW_OK);
+  auto out = Ref<GstBuffer>::adopt(gst_harness_pull(h.get()));
+  EXPECT_EQ(content(out.get()), (Bytes{2, 3}));
+}
+
+TEST(TensorAggregator, BeginsAnewWithOtherTensorsOnly) {
+  auto h = aggregator("frames-out=2 frames-dim=0", tensors("uint8", "1"));
+  ASSERT_EQ(gst_harness_push(h.get(), frame(Bytes{1})), GST_FLOW_OK);
+  gst_harness_set_src_caps_str(h.get(), (tensors("uint8", "1:1")).c_str());
+  EXPECT_EQ(count(h, "held"), 1u) << "1 and 1:1 are the same tensor";
+  gst_harness_set_src_caps_str(h.get(), tensors("uint8", "2").c_str());
+  EXPECT_EQ(count(h, "dropped-flush"), 1u);
+  for (int i = 0; i < 2; ++i) ASSERT_EQ(gst_harness_push(h.get(), frame(Bytes{5, 6})), GST_FLOW_OK);
+  auto out = Ref<GstBuffer>::adopt(gst_harness_pull(h.get()));
+  EXPECT_EQ(content(out.get()), (Bytes{5, 6, 5, 6}));
+  EXPECT_SAYS(caps_text(h), "dimensions=(string)4,");
+}
+
+TEST(TensorAggregator, SaysThatItCannotFlush) {
+  const std::string error =
+      start_error("tensor_aggregator frames-in=2 frames-out=3 frames-flush=9 frames-dim=0",
+                  tensors("uint8", "4"));
+  EXPECT_SAYS(error, "WEIR-1004: cannot flush more frames than are there");
+  EXPECT_SAYS(error, "offered: frames-flush=9, with frames-in=2 and frames-out=3");
+  EXPECT_SAYS(error, "fix: frames-flush=4");
+}
+
+TEST(TensorAggregator, NamesADimensionThatIsNoMultiple) {
+  const std::string error =
+      start_error("tensor_aggregator frames-in=4 frames-dim=1", tensors("uint8", "3:10"));
+  EXPECT_SAYS(error, "offered: frames-in=4, and dimension 1 of tensor 0 (uint8 3:10) is 10");
+  EXPECT_SAYS(error, "fix: frames-in=2");
+}
+
+TEST(TensorAggregator, RefusesFramesOfAnotherSize) {
+  for (const char* properties : {"frames-out=2 frames-dim=0", "frames-dim=0"}) {
+    auto h = aggregator(properties, tensors("uint8", "4"));
+    Errors errors(h);
+    EXPECT_EQ(gst_harness_push(h.get(), frame(Bytes(3))), GST_FLOW_ERROR);
+    const std::string error = errors.next();
+    EXPECT_SAYS(error, "WEIR-2004: a buffer has another size than its caps say");
+    EXPECT_SAYS(error, "3 bytes");
+    EXPECT_EQ(count(h, "dropped-error"), 1u);
+    EXPECT_EQ(count(h, "held"), 0u);
+  }
+}
+
+TEST(TensorAggregator, SaysWhatTheNextElementDoesNotTake) {
+  auto h = aggregator("frames-out=2 frames-dim=0", "");
+  Errors errors(h);
+  gst_harness_set_sink_caps_str(h.get(), tensors("uint8", "3").c_str());
+  gst_harness_set_src_caps_str(h.get(), tensors("uint8", "1").c_str());
+  const std::string error = errors.next();
+  EXPECT_SAYS(error, "WEIR-2001: the element behind tensor_aggregator does not take its tensors");
+  EXPECT_SAYS(error, "offered: 1 tensor: uint8 2\n");
+  EXPECT_SAYS(error, "first difference: tensor 0: dimension is 2, needed is 3");
+}
+
+// Specification 6.6: caps stay as they are where the dimension is beyond the rank. That is told.
+TEST(TensorAggregator, WarnsWhenCapsCannotTellTheFrames) {
+  auto h = aggregator("frames-out=2", "");
+  Errors errors(h);
+  gst_harness_set_src_caps_str(h.get(), tensors("uint8", "3:4").c_str());
+  const std::string warning = errors.next_warning();
+  EXPECT_SAYS(warning, "frames-dim lies beyond the dimensions of the tensors");
+  EXPECT_SAYS(warning, "fix: tensor_aggregator frames-dim=1");
+  EXPECT_SAYS(caps_text(h), "dimensions=(string)3:4,");
+  for (int i = 0; i < 2; ++i) ASSERT_EQ(gst_harness_push(h.get(), frame(ramp(12))), GST_FLOW_OK);
+  auto out = Ref<GstBuffer>::adopt(gst_harness_pull(h.get()));
+  EXPECT_EQ(gst_buffer_get_size(out.get()), 24u);
+}
+
+}  // namespace

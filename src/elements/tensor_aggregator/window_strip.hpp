@@ -1,0 +1,34 @@
+// WindowStrip: the frames of one tensor behind each other, so that windows which overlap are parts
+// of the same memory and each byte is moved once.
+#pragma once
+#include <gst/gst.h>
+
+#include <functional>
+#include <span>
+
+#include "elements/tensor_aggregator/shared_blocks.hpp"
+
+namespace weir {
+
+class WindowStrip {
+ public:
+  WindowStrip() = default;
+  // Frames of so many bytes, `frames` in a window.
+  WindowStrip(size_t frame_bytes, uint64_t frames);
+
+  // The window that begins at frame `begin`; windows begin in ascending order. Frames that the
+  // strip does not have are read by `frame`, and their bytes added to `copied`.
+  using ReadFrame = std::function<std::span<const std::byte>(uint64_t)>;
+  GstMemory* window(uint64_t begin, const ReadFrame& frame, uint64_t* copied);
+  void clear() noexcept { block_.reset(); }
+
+ private:
+  size_t frame_bytes_ = 0;
+  uint64_t frames_ = 0;
+  uint64_t capacity_ = 0;  // frames
+  std::shared_ptr<BlockPool> pool_;
+  std::shared_ptr<std::byte> block_;
+  uint64_t begin_ = 0, end_ = 0;  // the frames that lie in the block
+};
+
+}  // namespace weir
