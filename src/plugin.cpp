@@ -11,6 +11,7 @@
   X(tensor_if)           \
   X(tensor_mux)          \
   X(tensor_preprocess)   \
+  X(tensor_rate)         \
   X(tensor_reposink)     \
   X(tensor_reposrc)      \
   X(tensor_sink)         \

@@ -4,6 +4,7 @@
 
 #include "elements/tensor_aggregator/window_stream.hpp"
 #include "gstcpp/backwards_time.hpp"
+#include "gstcpp/latency.hpp"
 #include "gstcpp/per_client.hpp"
 #include "gstcpp/plain_filter.hpp"
 #include "gstcpp/query_meta.hpp"
@@ -113,7 +114,8 @@ class TensorAggregator : public gst::PlainFilter<TensorAggregator> {
   }
 
   gboolean on_query(GstPad* pad, GstQuery* query) {
-    if (pad == source_ && GST_QUERY_TYPE(query) == GST_QUERY_LATENCY) return add_latency(query);
+    if (pad == source_ && GST_QUERY_TYPE(query) == GST_QUERY_LATENCY)
+      return gst::answer_latency(sink_, query, latency_);
     if (pad == sink_ && GST_QUERY_TYPE(query) == GST_QUERY_ALLOCATION && setup_ &&
         setup_->plan.passes_through)
       return gst_pad_peer_query(source_, query);
@@ -201,16 +203,6 @@ class TensorAggregator : public gst::PlainFilter<TensorAggregator> {
   void set_latency(GstClockTime latency) {
     if (latency_.exchange(latency) != latency)
       gst_element_post_message(element(), gst_message_new_latency(GST_OBJECT_CAST(self())));
-  }
-  gboolean add_latency(GstQuery* query) {
-    if (!gst_pad_peer_query(sink_, query)) return FALSE;
-    gboolean live = FALSE;
-    GstClockTime least = 0, most = GST_CLOCK_TIME_NONE;
-    gst_query_parse_latency(query, &live, &least, &most);
-    const GstClockTime own = latency_;
-    gst_query_set_latency(query, live, least + own,
-                          GST_CLOCK_TIME_IS_VALID(most) ? most + own : most);
-    return TRUE;
   }
 
   // Streaming thread only:

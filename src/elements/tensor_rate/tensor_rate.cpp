@@ -1,0 +1,295 @@
+// tensor_rate: a stream of any rate at a fixed one, by dropping and repeating frames.
+#include <atomic>
+#include <cstring>
+#include <optional>
+
+#include "core/rate/frame_rate.hpp"
+#include "core/sync/backwards_time.hpp"
+#include "gstcpp/counted_transform.hpp"
+#include "gstcpp/latency.hpp"
+#include "gstcpp/tensor_caps.hpp"
+
+namespace weir {
+namespace {
+
+using gst::Ref;
+
+class TensorRate : public gst::CountedTransform<TensorRate> {
+ public:
+  static constexpr gst::ElementInfo kInfo{"WeirTensorRate", "tensor_rate", "TensorRate",
+                                          "Filter/Tensor",
+                                          "Drops and repeats frames for a fixed frame rate"};
+#define WEIR_RATE_CAPS \
+  WEIR_CAPS_TENSOR     \
+  "; other/tensors, format=(string)static, num_tensors=(int)[ 1, 256 ], " WEIR_CAPS_RATE
+  static inline GstStaticPadTemplate kPads[] = {
+      GST_STATIC_PAD_TEMPLATE("src", GST_PAD_SRC, GST_PAD_ALWAYS, GST_STATIC_CAPS(WEIR_RATE_CAPS)),
+      GST_STATIC_PAD_TEMPLATE("sink", GST_PAD_SINK, GST_PAD_ALWAYS,
+                              GST_STATIC_CAPS(WEIR_RATE_CAPS)),
+  };
+  struct Settings {
+    bool silent = true, throttle = true;
+    std::string framerate;
+    std::string framerate_read;      // the last text that could be read
+    std::optional<Fraction> wanted;  // what it says
+    Status problem = ok();           // told when the stream starts: nobody hears it before
+  };
+  uint64_t in() const {
+    return in_;
+  }
+  uint64_t out() const {
+    return out_;
+  }
+  uint64_t duplicate() const {
+    return duplicate_;
+  }
+  uint64_t drop() const {
+    return drop_;
+  }
+  static constexpr std::tuple kProperties{
+      gst::ReadOnly{"in", &TensorRate::in, "Frames that came"},
+      gst::ReadOnly{"out", &TensorRate::out, "Frames that went out"},
+      gst::ReadOnly{"duplicate", &TensorRate::duplicate, "Frames that went out once more"},
+      gst::ReadOnly{"drop", &TensorRate::drop, "Frames that did not go out"},
+      gst::Property{"silent", &Settings::silent, "False: notify of drop and duplicate",
+                    gst::Changeable::WhilePlaying},
+      gst::Property{"throttle", &Settings::throttle,
+                    "Tell elements before this one to send no more than is wanted",
+                    gst::Changeable::WhilePlaying},
+      gst::Property{"framerate", &Settings::framerate, "N/D; empty: every frame passes",
+                    gst::Changeable::WhilePlaying},
+  };
+
+  void property_changed(const char* name) {
+    if (std::strcmp(name, "framerate") != 0) return;
+    const auto rate = parse_frame_rate(settings().framerate);
+    change_settings([&](Settings& s) {
+      if (rate) {
+        s.framerate_read = s.framerate;
+        s.wanted = *rate;
+      } else {
+        s.framerate = s.framerate_read;
+      }
+      s.problem = rate ? ok() : Status(rate.error());
+    });
+    if (rate)
+      gst_base_transform_reconfigure_src(self());
+    else
+      gst::post_warning(element(), rate.error());
+  }
+
+  Status start() {
+    ledger_.reset();
+    in_ = out_ = duplicate_ = drop_ = backwards_times_ = 0;
+    if (const Status problem = settings().problem; !problem)
+      gst::post_warning(element(), problem.error());
+    return ok();
+  }
+  bool stop() {
+    forget(DropReason::Flush);
+    rate_.reset();
+    latency_ = 0;
+    return true;
+  }
+
+  GstCaps* transform_caps(GstPadDirection direction, GstCaps* caps, GstCaps* filter) {
+    auto out = Ref<GstCaps>::adopt(gst_caps_copy(caps));
+    if (const auto wanted = settings().wanted) {
+      for (guint i = 0; i < gst_caps_get_size(out.get()); ++i) {
+        GstStructure* s = gst_caps_get_structure(out.get(), i);
+        if (direction == GST_PAD_SINK)
+          gst_structure_set(s, "framerate", GST_TYPE_FRACTION, wanted->numerator,
+                            wanted->denominator, nullptr);
+        else
+          gst_structure_set(s, "framerate", GST_TYPE_FRACTION_RANGE, 0, 1, G_MAXINT, 1, nullptr);
+      }
+    }
+    if (!filter) return out.release();
+    return gst_caps_intersect_full(filter, out.get(), GST_CAPS_INTERSECT_FIRST);
+  }
+
+  Status set_caps(GstCaps* in, GstCaps* out) {
+    const auto input = gst::fixed_spec_from_caps(in);
+    if (!input) return input.error();
+    const auto output = gst::fixed_spec_from_caps(out);
+    if (!output) return output.error();
+    end_of_held(DropReason::Flush);  // it goes out with the caps that it came with
+    const bool wanted = settings().wanted.has_value();
+    const bool same = input->rate == output->rate;
+    rate_.reset();
+    if (wanted && !same) rate_.emplace(output->rate);
+    throttle_once_ = wanted && same ? std::optional(output->rate) : std::nullopt;
+    gst_base_transform_set_passthrough(self(), !rate_);
+    const bool known = input->rate.numerator > 0;
+    latency_ = rate_ && known ? FrameRate(input->rate).interval() : 0;
+    return ok();
+  }
+
+  // Nothing is written: copies share the memory of the frame.
+  GstFlowReturn prepare_output_buffer(GstBuffer* in, GstBuffer** out) {
+    *out = in;
+    return GST_FLOW_OK;
+  }
+
+  GstFlowReturn transform_ip(GstBuffer* in) {
+    ++in_;
+    if (!rate_) {
+      if (throttle_once_ && settings().throttle)
+        throttle(FrameRate(*throttle_once_).interval(), GST_BUFFER_PTS(in));
+      throttle_once_.reset();
+      ++out_;
+      ledger_.consumed_and_pushed();
+      return GST_FLOW_OK;
+    }
+    const auto time = time_of(in);
+    if (!time || (rate_->held() && *time < *rate_->held())) {
+      refuse(time);
+      return GST_BASE_TRANSFORM_FLOW_DROPPED;
+    }
+    GstFlowReturn flow = GST_FLOW_OK;
+    while (flow == GST_FLOW_OK) {
+      const auto tick = rate_->take_before(*time);
+      if (!tick) break;
+      flow = send(*tick);
+    }
+    if (held_ && copies_ == 0) throttle(rate_->interval(), *time);
+    release(DropReason::Policy);
+    rate_->hold(*time);
+    held_ = Ref<GstBuffer>::share(in);
+    return flow == GST_FLOW_OK ? GST_BASE_TRANSFORM_FLOW_DROPPED : flow;
+  }
+
+  gboolean sink_event(GstEvent* event) {
+    switch (GST_EVENT_TYPE(event)) {
+      case GST_EVENT_EOS:
+        end_of_held(DropReason::Eos);
+        break;
+      case GST_EVENT_SEGMENT:
+        end_of_held(DropReason::Flush);
+        break;
+      case GST_EVENT_FLUSH_STOP:
+        forget(DropReason::Flush);
+        break;
+      default:
+        break;
+    }
+    return parent_class()->sink_event(self(), event);
+  }
+
+  gboolean query(GstPadDirection direction, GstQuery* query) {
+    if (direction == GST_PAD_SRC && GST_QUERY_TYPE(query) == GST_QUERY_LATENCY)
+      return gst::answer_latency(GST_BASE_TRANSFORM_SINK_PAD(self()), query, latency_);
+    return parent_class()->query(self(), direction, query);
+  }
+
+  void add_stats(GstStructure* stats) const {
+    gst_structure_set(stats, "backwards-times", G_TYPE_UINT64, backwards_times_.load(), nullptr);
+  }
+
+  Settings settings_;
+
+ private:
+  uint64_t segment_base() const {
+    return self()->segment.base;
+  }
+
+  // Within all segments so far. A missing time-stamp is where the frame before ends.
+  std::optional<uint64_t> time_of(GstBuffer* buffer) const {
+    if (GST_BUFFER_PTS_IS_VALID(buffer)) return GST_BUFFER_PTS(buffer) + segment_base();
+    if (!held_ || !GST_BUFFER_DURATION_IS_VALID(held_.get())) return std::nullopt;
+    return *rate_->held() + GST_BUFFER_DURATION(held_.get());
+  }
+
+  void refuse(std::optional<uint64_t> time) {
+    count_drop();
+    ledger_.dropped(DropReason::Policy);
+    if (time && backwards_times_++ == 0)
+      gst::post_warning(element(), backwards_time(*time, *rate_->held(), OnBackwardsTime::Drop));
+  }
+
+  GstFlowReturn send(const Tick& tick) {
+    auto out = Ref<GstBuffer>::adopt(gst_buffer_copy(held_.get()));
+    GstBuffer* b = out.get();
+    GST_BUFFER_PTS(b) = tick.time - segment_base();
+    GST_BUFFER_DTS(b) = GST_CLOCK_TIME_NONE;
+    GST_BUFFER_DURATION(b) = tick.duration;
+    GST_BUFFER_OFFSET(b) = tick.number;
+    GST_BUFFER_OFFSET_END(b) = tick.number + 1;
+    GST_BUFFER_FLAG_UNSET(b, GST_BUFFER_FLAG_DISCONT);
+    if (tick.number == 0) GST_BUFFER_FLAG_SET(b, GST_BUFFER_FLAG_DISCONT);
+    if (copies_++ > 0) {
+      GST_BUFFER_FLAG_SET(b, GST_BUFFER_FLAG_GAP);
+      ++duplicate_;
+      if (!settings().silent) g_object_notify(G_OBJECT(self()), "duplicate");
+    }
+    ++out_;
+    ledger_.pushed();
+    return gst_pad_push(GST_BASE_TRANSFORM_SRC_PAD(self()), out.release());
+  }
+
+  // The held frame has had all its ticks.
+  void release(DropReason reason) {
+    if (!held_) return;
+    if (copies_ > 0) {
+      ledger_.consumed();
+    } else {
+      ledger_.dropped(reason);
+      count_drop();
+    }
+    held_ = {};
+    copies_ = 0;
+  }
+
+  // The last tick, or those until the segment stops; then time begins anew.
+  void end_of_held(DropReason reason) {
+    constexpr int kMostCopies = 25;
+    if (!rate_ || !held_) return;
+    const uint64_t stop = self()->segment.stop;
+    const auto& buffer = held_.get();
+    std::optional<uint64_t> end;
+    if (GST_BUFFER_DURATION_IS_VALID(buffer)) end = *rate_->held() + GST_BUFFER_DURATION(buffer);
+    int most = 1;
+    if (GST_CLOCK_TIME_IS_VALID(stop) && reason == DropReason::Eos) {
+      end = stop + segment_base();
+      most = kMostCopies;
+    }
+    for (int i = 0; i < most; ++i) {
+      const auto tick = rate_->take_at_end(end);
+      if (!tick || send(*tick) != GST_FLOW_OK) break;
+    }
+    forget(reason);
+  }
+  void forget(DropReason reason) {
+    release(reason);
+    if (rate_) rate_->reset();
+  }
+
+  void count_drop() {
+    ++drop_;
+    if (!settings().silent) g_object_notify(G_OBJECT(self()), "drop");
+  }
+
+  void throttle(uint64_t interval, GstClockTime time) {
+    if (!settings().throttle) return;
+    const auto wait = static_cast<GstClockTimeDiff>(static_cast<double>(interval) * 0.999);
+    gst_pad_push_event(GST_BASE_TRANSFORM_SINK_PAD(self()),
+                       gst_event_new_qos(GST_QOS_TYPE_THROTTLE, 0.9, wait, time));
+  }
+
+  // Streaming thread only:
+  std::optional<FrameRate> rate_;          // none: every frame passes
+  std::optional<Fraction> throttle_once_;  // the rates are the same: told with the first frame
+  Ref<GstBuffer> held_;
+  uint64_t copies_ = 0;  // of the held frame that went out
+  // Any thread:
+  std::atomic<GstClockTime> latency_{0};
+  std::atomic<uint64_t> in_{0}, out_{0}, duplicate_{0}, drop_{0}, backwards_times_{0};
+};
+
+}  // namespace
+
+bool register_tensor_rate(GstPlugin* plugin) {
+  return TensorRate::register_in(plugin);
+}
+
+}  // namespace weir
