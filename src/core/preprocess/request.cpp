@@ -53,6 +53,32 @@ Shape batched(const Request& request, Shape shape) {
   return shape;
 }
 
+// The index of one of the card's inputs.
+Result<size_t> input_of(const card::Card& card, std::string_view wanted) {
+  if (wanted.empty() && card.inputs.size() == 1) return size_t{0};
+  std::string names;
+  for (size_t i = 0; i < card.inputs.size(); ++i) {
+    const std::string& name = card.inputs[i].name;
+    if (!wanted.empty() && name == wanted) return i;
+    names += (i ? ", " : "") + std::to_string(i) + (name.empty() ? "" : " or " + name);
+  }
+  if (wanted.empty())
+    return Error{Code::CARD_INVALID,
+                 "the model card does not say which picture this is",
+                 card.path + ": " + std::to_string(card.inputs.size()) + " inputs",
+                 "the name or number of one of them: " + names,
+                 "",
+                 "card-input=0"};
+  const auto number = parse_unsigned(wanted);
+  if (number && *number < card.inputs.size()) return static_cast<size_t>(*number);
+  return Error{Code::OPTION_VALUE,
+               "the model card has no such input",
+               "card-input=" + std::string(wanted),
+               names,
+               "",
+               "card-input=0"};
+}
+
 ChannelOrder order_of(card::Color color) noexcept {
   switch (color) {
     case card::Color::Gray:
@@ -122,6 +148,23 @@ Result<std::vector<Size>> parse_sizes(std::string_view text) {
                ""};
 }
 
+Result<Rect> parse_crop(std::string_view text) {
+  const auto words = split(text, ":", 5);
+  uint32_t values[4] = {};
+  for (size_t i = 0; i < 4 || i < words.size(); ++i) {
+    const auto word = i < words.size() ? strip(words[i]) : std::string_view();
+    const auto value = parse_unsigned(word);
+    const bool side = i >= 2;
+    if (i < 4 && value && *value <= kSideLimit && !(side && *value == 0)) {
+      values[i] = static_cast<uint32_t>(*value);
+      continue;
+    }
+    return unreadable("crop", text, word.empty() ? text.size() : position_in(text, word),
+                      "X:Y:WIDTH:HEIGHT in pixels, sides of 1 to 65536", "crop=0:0:640:480");
+  }
+  return Rect{values[0], values[1], values[2], values[3]};
+}
+
 Result<ElementType> parse_type(std::string_view text) {
   const ElementType type = parse_element_type(text);
   if (type != ElementType::End) return type;
@@ -133,15 +176,10 @@ Result<ElementType> parse_type(std::string_view text) {
                "type=float32"};
 }
 
-Result<Request> with_card(Request r, const card::Card& card) {
-  if (card.inputs.size() != 1)
-    return Error{Code::CARD_INVALID,
-                 "the model card does not say which picture this is",
-                 card.path + ": " + std::to_string(card.inputs.size()) + " inputs",
-                 "one input",
-                 "",
-                 "set width, height, type, mean and scale instead of card"};
-  const card::ImageInput& input = card.inputs[0];
+Result<Request> with_card(Request r, const card::Card& card, std::string_view name) {
+  const auto chosen = input_of(card, name);
+  if (!chosen) return chosen.error();
+  const card::ImageInput& input = card.inputs[*chosen];
   if (r.sizes.empty() && r.width == 0) r.width = static_cast<uint32_t>(input.width());
   if (r.sizes.empty() && r.height == 0) r.height = static_cast<uint32_t>(input.height());
   r.fit = r.fit.value_or(input.resize == card::Resize::Crop ? Fit::CentreCrop : Fit::Stretch);

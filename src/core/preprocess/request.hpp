@@ -38,11 +38,15 @@ Result<std::vector<double>> parse_numbers(std::string_view name, std::string_vie
 Result<Quantisation> parse_quantisation(std::string_view text);
 // "WIDTHxHEIGHT,WIDTHxHEIGHT". OPTION_SYNTAX with the place; LIMIT_EXCEEDED beyond kLayerLimit.
 Result<std::vector<Size>> parse_sizes(std::string_view text);
+// "X:Y:WIDTH:HEIGHT", in pixels; sides above 0. OPTION_SYNTAX with the place.
+Result<Rect> parse_crop(std::string_view text);
 // TYPE_SYNTAX.
 Result<ElementType> parse_type(std::string_view text);
 
-// What is open becomes what the card says. CARD_INVALID when the card has several pictures.
-Result<Request> with_card(Request request, const card::Card& card);
+// What is open becomes what the card says of its only input, or of the one with this name or, where
+// none has it, this number from 0 on. CARD_INVALID when there are several and `input` is empty,
+// OPTION_VALUE when there is none of them.
+Result<Request> with_card(Request request, const card::Card& card, std::string_view input = "");
 
 // A tensor of which type and shape may be open (End, not valid).
 // What each frame of the request can be, the preferred ones first: one tensor, or one for each

@@ -125,6 +125,49 @@ TEST(Request, TakesEverythingFromACard) {
   EXPECT_EQ(p->scale, (std::vector<double>{0.5}));
 }
 
+TEST(Request, TakesTheInputOfACardThatIsNamed) {
+  auto card = card_with({1, 3, 20, 30}, card::Layout::Nchw, card::Color::Bgr);
+  card.inputs[0].name = "left";
+  card.inputs.push_back(card.inputs[0]);
+  card.inputs[1].shape = {1, 3, 5, 6};
+  card.inputs[1].name = "right";
+  card.inputs.push_back(card.inputs[0]);
+  card.inputs[2].shape = {1, 3, 7, 8};
+  card.inputs[2].name = "";
+  const auto size = [&](std::string_view input) {
+    const auto request = with_card({}, card, input);
+    return request ? request->width : 0;
+  };
+  EXPECT_EQ(size("left"), 30u);
+  EXPECT_EQ(size("right"), 6u);
+  EXPECT_EQ(size("1"), 6u);
+  EXPECT_EQ(size("2"), 8u);
+  card.inputs[0].name = "1";  // a name wins over a number
+  EXPECT_EQ(size("1"), 30u);
+  const auto open = refusal(with_card({}, card));
+  EXPECT_TRUE(says(open, "the model card does not say which picture this is"));
+  EXPECT_TRUE(says(open, "one of them: 0 or 1, 1 or right, 2"));
+  for (const char* none : {"3", "middle", "-1", "Right"}) {
+    const auto text = refusal(with_card({}, card, none));
+    EXPECT_TRUE(says(text, "the model card has no such input")) << none;
+    EXPECT_TRUE(says(text, (std::string("offered: card-input=") + none).c_str()));
+  }
+}
+
+TEST(Request, ReadsACrop) {
+  EXPECT_EQ(*parse_crop("1:2:30:40"), (Rect{1, 2, 30, 40}));
+  EXPECT_EQ(*parse_crop(" 0 : 0 : 65536 : 1 "), (Rect{0, 0, 65536, 1}));
+  const std::pair<const char*, int> odd[] = {
+      {"", 1},          {"1:2:30", 7},   {"1:2:30:0", 8},    {"1:2:x:4", 5},
+      {"1:2:3:4:5", 9}, {"-1:0:3:4", 1}, {"0:0:65537:1", 5}, {"0:0:4294967297:1", 5}};
+  for (const auto& [text, character] : odd) {
+    const auto message = refusal(parse_crop(text));
+    EXPECT_TRUE(says(message, "crop cannot be read")) << text;
+    EXPECT_TRUE(says(message, ("at character " + std::to_string(character) + ":").c_str()))
+        << text << message;
+  }
+}
+
 TEST(Request, WinsOverACard) {
   Request mine;
   mine.width = 8;

@@ -49,10 +49,18 @@ Result<gst::Ref<GstBuffer>> FramePreprocessor::acquire(GstBuffer*) {
   return buffer;
 }
 
-// The plans are made again when a buffer's picture has another size or crop.
+// The plans are made again when a buffer's picture has another size; another crop they take.
 Status FramePreprocessor::adapt(GstBuffer* in) {
-  const PictureSize size = size_of_picture(video_, in);
+  PictureSize size = size_of_picture(video_, in);
+  if (auto status = narrow(&size, crop_); !status) return status;
   if (size == size_) return ok();
+  if (size.width == size_.width && size.height == size_.height) {
+    const preprocess::Rect whole{0, 0, size.width, size.height};
+    for (Plan& plan : plans_)
+      if (auto status = plan.set_crop(size.crop.value_or(whole)); !status) return status;
+    size_ = size;
+    return ok();
+  }
   std::vector<Plan> plans;
   for (const Plan& before : plans_) {
     Preparation preparation = before.preparation();

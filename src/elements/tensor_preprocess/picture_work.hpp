@@ -2,8 +2,10 @@
 #pragma once
 #include <gst/gst.h>
 
+#include <optional>
 #include <vector>
 
+#include "core/preprocess/preparation.hpp"
 #include "gstcpp/allocation.hpp"
 #include "gstcpp/ref.hpp"
 #include "weir/picture_map.hpp"
@@ -21,6 +23,8 @@ class PictureWork {
   virtual ~PictureWork() = default;
   // How buffers lie in memory from the next one on. LIMIT_EXCEEDED.
   virtual Status allocate_as(const gst::Allocation& allocation) = 0;
+  // The part of each picture that counts, from the next one on; none = all of it.
+  void set_crop(const std::optional<preprocess::Rect>& crop) { crop_ = crop; }
   // A buffer for run() to write what is made of `in`; one without memory when that is nothing.
   // OUT_OF_MEMORY, or what makes `in` no picture to work on.
   virtual Result<gst::Ref<GstBuffer>> acquire(GstBuffer* in) = 0;
@@ -30,6 +34,9 @@ class PictureWork {
   virtual std::vector<PictureMap> ways_back() const = 0;
   virtual RegionCounts regions() const { return {}; }
   virtual uint64_t allocated() const = 0;  // buffers, since the work began
+
+ protected:
+  std::optional<preprocess::Rect> crop_;
 };
 
 inline Error no_output_memory() {

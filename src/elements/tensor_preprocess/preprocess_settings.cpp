@@ -12,6 +12,13 @@ std::optional<Value> chosen(Choice choice) {
 
 }  // namespace
 
+Result<std::optional<preprocess::Rect>> crop_of(const PreprocessSettings& s) {
+  if (s.crop.empty()) return std::optional<preprocess::Rect>();
+  const auto crop = preprocess::parse_crop(s.crop);
+  if (!crop) return crop.error();
+  return std::optional(*crop);
+}
+
 Result<preprocess::Request> request_of(const PreprocessSettings& s) {
   preprocess::Request request;
   request.width = s.width;
@@ -70,10 +77,17 @@ Result<preprocess::Request> request_of(const PreprocessSettings& s) {
     if (!type) return type.error();
     request.type = *type;
   }
+  if (s.card.empty() && !s.card_input.empty())
+    return Error{Code::OPTION_VALUE,
+                 "card-input without a card says nothing",
+                 "card-input=" + s.card_input,
+                 "card and card-input, or neither",
+                 "",
+                 "tensor_preprocess card=model.card.json card-input=" + s.card_input};
   if (s.card.empty()) return request;
   const auto card = card::read(s.card);
   if (!card) return card.error();
-  return preprocess::with_card(std::move(request), *card);
+  return preprocess::with_card(std::move(request), *card, s.card_input);
 }
 
 }  // namespace weir

@@ -85,7 +85,7 @@ struct PreprocessSettings {
   OrderChoice channel_order = OrderChoice::Auto;
   std::string mean, scale, quantisation, type, sizes;
   LayoutChoice layout = LayoutChoice::Auto;
-  std::string card;
+  std::string card, card_input, crop;
   RegionsChoice regions = RegionsChoice::None;
   uint32_t max_regions = 0;
   uint32_t threads = 1;
@@ -107,6 +107,10 @@ inline constexpr std::tuple kPreprocessProperties{
                   "With regions: the batch of a static tensor, zeros behind the last region; 0 = a "
                   "flexible tensor of as many as there are",
                   gst::Changeable::InReady, 0u, kRegionLimit},
+    gst::Property{"crop", &PreprocessSettings::crop,
+                  "X:Y:WIDTH:HEIGHT, the part of each picture that counts, in its pixels (within a "
+                  "crop that a buffer has); empty = all of it; holds from the next frame on",
+                  gst::Changeable::WhilePlaying},
     gst::Property{"method", &PreprocessSettings::method, "How the picture is resized"},
     gst::Property{"fit", &PreprocessSettings::fit, "Where the picture goes in the tensor"},
     gst::Property{"padding-value", &PreprocessSettings::padding_value,
@@ -127,11 +131,16 @@ inline constexpr std::tuple kPreprocessProperties{
     gst::Property{"layout", &PreprocessSettings::layout, "Order of the tensor's dimensions"},
     gst::Property{"card", &PreprocessSettings::card,
                   "Path of a model card: what other properties leave open is taken from it"},
+    gst::Property{"card-input", &PreprocessSettings::card_input,
+                  "Of a card with several inputs, the name or number (from 0 on) of the one that "
+                  "this tensor is for"},
     gst::Property{"threads", &PreprocessSettings::threads,
                   "Threads that work on each frame, the streaming thread among them",
                   gst::Changeable::InReady, 1u, static_cast<uint32_t>(preprocess::kThreadLimit)},
 };
 
+// What the property crop says; none = all of the picture. OPTION_SYNTAX with the place.
+Result<std::optional<preprocess::Rect>> crop_of(const PreprocessSettings& settings);
 // Errors: OPTION_VALUE for properties that exclude each other, OPTION_SYNTAX and TYPE_SYNTAX with
 // the place, those of card::read() and with_card().
 Result<preprocess::Request> request_of(const PreprocessSettings& settings);

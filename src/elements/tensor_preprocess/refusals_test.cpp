@@ -211,6 +211,20 @@ TEST_F(Card, HasNoPicture) {
   expect_words(error_of_start("card=" + path_), "the extents of one picture");
   write(std::string(kPicture) + "," + kPicture);
   expect_words(error_of_start("card=" + path_), "2 inputs");
+  expect_words(error_of_start("card=" + path_ + " card-input=2"),
+               "the model card has no such input");
+  expect_words(error_of_start("card-input=2"), "card-input without a card says nothing");
+}
+
+TEST_F(Card, HasSeveralInputsOfWhichOneIsTaken) {
+  std::string other(kPicture);
+  other.replace(other.find("2, 4"), 4, "6, 5");
+  other.insert(1, R"("name": "small", )");
+  write(std::string(kPicture) + "," + other);
+  const auto named = harness("card-input=small card=" + path_, video("RGB", 4, 2));
+  expect_words(caps_text(named), "5:6:3:1");
+  const auto first = harness("card-input=0 card=" + path_, video("RGB", 4, 2));
+  expect_words(caps_text(first), "4:2:3:1");
 }
 
 }  // namespace

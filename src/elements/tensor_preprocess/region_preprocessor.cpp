@@ -94,7 +94,8 @@ Status RegionPreprocessor::make_plans() {
 }
 
 Result<gst::Ref<GstBuffer>> RegionPreprocessor::acquire(GstBuffer* in) {
-  const PictureSize size = size_of_picture(video_, in);
+  PictureSize size = size_of_picture(video_, in);
+  if (auto status = narrow(&size, crop_); !status) return status.error();
   if (auto status = adapt(size); !status) return status.error();
   find_regions(in, size.crop.value_or(Rect{0, 0, size.width, size.height}));
   if (regions_.empty()) return gst::Ref<GstBuffer>::adopt(gst_buffer_new());

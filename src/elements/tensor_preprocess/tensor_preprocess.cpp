@@ -42,6 +42,7 @@ class TensorPreprocess : public gst::CountedTransform<TensorPreprocess> {
     property_changed("card");  // the file may have changed
     const auto request = current();
     if (!request) return request.error();
+    if (const auto crop = crop_of(settings()); !crop) return crop.error();
     return ok();
   }
 
@@ -50,7 +51,11 @@ class TensorPreprocess : public gst::CountedTransform<TensorPreprocess> {
     return true;
   }
 
-  void property_changed(const char*) {
+  void property_changed(const char* name) {
+    if (name == std::string_view("crop")) {
+      crop_changed_ = true;
+      return;
+    }
     std::lock_guard lock(request_mutex_);
     request_.reset();
   }
@@ -136,6 +141,11 @@ class TensorPreprocess : public gst::CountedTransform<TensorPreprocess> {
       ledger_.dropped(DropReason::Error);
       return GST_FLOW_NOT_NEGOTIATED;
     }
+    if (crop_changed_.exchange(false)) {
+      const auto crop = crop_of(settings());
+      if (!crop) return failed(crop.error());
+      work_->set_crop(*crop);
+    }
     auto buffer = work_->acquire(in);
     if (!buffer) return failed(buffer.error());
     copy_metadata(in, buffer->get());
@@ -217,6 +227,7 @@ class TensorPreprocess : public gst::CountedTransform<TensorPreprocess> {
   Status begin(const Request& request, std::vector<preprocess::Preparation> preparations,
                const GstVideoInfo& video) {
     const size_t threads = settings().threads;
+    crop_changed_ = true;  // the new work knows of none
     if (request.regions) {
       auto regions = RegionPreprocessor::make(std::move(preparations[0]), video,
                                               request.most_regions, threads);
@@ -232,6 +243,7 @@ class TensorPreprocess : public gst::CountedTransform<TensorPreprocess> {
 
   mutable std::mutex request_mutex_;  // guards request_; never held with the settings lock
   mutable std::optional<Result<Request>> request_;
+  std::atomic<bool> crop_changed_{false};
   std::atomic<uint64_t> pool_allocated_{0};  // shown by stats
   std::atomic<uint64_t> regions_{0}, regions_empty_{0}, regions_beyond_limit_{0};
   std::unique_ptr<PictureWork> work_;  // made when caps come; streaming thread

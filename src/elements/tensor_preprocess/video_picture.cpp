@@ -81,6 +81,18 @@ PictureSize size_of_picture(const GstVideoInfo& video, GstBuffer* buffer) {
   return out;
 }
 
+Status narrow(PictureSize* picture, const std::optional<preprocess::Rect>& part) {
+  if (!part) return ok();
+  const auto whole =
+      picture->crop.value_or(preprocess::Rect{0, 0, picture->width, picture->height});
+  preprocess::Picture seen;
+  seen.width = whole.width;
+  seen.height = whole.height;
+  if (auto status = preprocess::check_crop(seen, *part); !status) return status;
+  picture->crop = {whole.x + part->x, whole.y + part->y, part->width, part->height};
+  return ok();
+}
+
 MappedPicture::~MappedPicture() {
   if (mapped_) gst_video_frame_unmap(&frame_);
 }

@@ -17,6 +17,8 @@ struct PictureSize {
   bool operator==(const PictureSize&) const = default;
 };
 PictureSize size_of_picture(const GstVideoInfo& video, GstBuffer* buffer);
+// Leaves `part` of the picture, or of its crop where there is one. OPTION_VALUE: it is not within.
+Status narrow(PictureSize* picture, const std::optional<preprocess::Rect>& part);
 
 // A buffer's planes, mapped for as long as the object lives.
 class MappedPicture {

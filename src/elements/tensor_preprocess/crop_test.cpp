@@ -1,0 +1,97 @@
+// The property crop: the part of the picture that counts, from frame to frame.
+#include "elements/tensor_preprocess/preprocess_harness.hpp"
+#include "gstcpp/tensor_meta.hpp"
+
+namespace weir::preprocess_test {
+namespace {
+
+constexpr const char* kGray = "channel-order=GRAY type=uint8 ";
+
+void set_crop(const Harness& h, const char* text) {
+  const auto e = Ref<GstElement>::adopt(gst_harness_find_element(h.get(), "tensor_preprocess"));
+  g_object_set(e.get(), "crop", text, nullptr);
+}
+
+TEST(Crop, IsThePartThatTheTensorIsMadeOf) {
+  auto h = harness(std::string(kGray) + "width=2 height=1 crop=1:2:2:1", video("GRAY8", 4, 3));
+  EXPECT_EQ(pushed<uint8_t>(h, frame(ramp(12))), (Bytes{9, 10}));
+}
+
+TEST(Crop, ChangesFromFrameToFrame) {
+  for (const char* more : {"", "threads=2 ", "sizes=2x1,1x1 "}) {
+    const bool pyramid = more[0] == 's';
+    auto h = harness(std::string(kGray) + more + (pyramid ? "" : "width=2 height=1"),
+                     video("GRAY8", 4, 3));
+    const auto first_two = [&] {
+      auto out = pushed<uint8_t>(h, frame(ramp(12)));
+      out.resize(2);
+      return out;
+    };
+    set_crop(h, "0:1:2:1");
+    EXPECT_EQ(first_two(), (Bytes{4, 5}));
+    set_crop(h, "2:2:2:1");
+    EXPECT_EQ(first_two(), (Bytes{10, 11}));
+    EXPECT_EQ(first_two(), (Bytes{10, 11}));
+    set_crop(h, "0:0:2:3");
+    EXPECT_EQ(first_two(), (Bytes{4, 5}));
+    set_crop(h, "");                                          // all of it: 4x3 to 2x1
+    EXPECT_EQ(first_two(), (Bytes{4, 6}));                    // 4.5 and 6.5 to the nearest even
+    EXPECT_EQ(stat(h, "pool-allocated"), pyramid ? 5u : 1u);  // pushed() merges several memories
+  }
+}
+
+TEST(Crop, IsUndoneByTheWayBack) {
+  auto h = harness("width=4 height=4 fit=letterbox crop=10:20:40:20", video("GRAY8", 64, 48));
+  ASSERT_EQ(gst_harness_push(h.get(), frame(ramp(64 * 48))), GST_FLOW_OK);
+  const auto out = Ref<GstBuffer>::adopt(gst_harness_pull(h.get()));
+  const auto maps = gst::picture_maps(out.get());
+  ASSERT_EQ(maps.size(), 1u);
+  EXPECT_DOUBLE_EQ(maps[0].to_source({0, 1}).x, 10);
+  EXPECT_DOUBLE_EQ(maps[0].to_source({0, 1}).y, 20);
+  EXPECT_DOUBLE_EQ(maps[0].to_source({4, 3}).x, 50);
+  EXPECT_DOUBLE_EQ(maps[0].to_source({4, 3}).y, 40);
+}
+
+TEST(Crop, IsWithinTheCropOfABuffer) {
+  auto h = harness(std::string(kGray) + "width=1 height=1 crop=1:1:1:1", video("GRAY8", 4, 3));
+  GstBuffer* in = frame(ramp(12));
+  crop(in, 1, 1, 3, 2);
+  EXPECT_EQ(pushed<uint8_t>(h, in), (Bytes{10}));
+  EXPECT_EQ(pushed<uint8_t>(h, frame(ramp(12))), (Bytes{5}));
+}
+
+TEST(Crop, ClipsRegions) {
+  auto h = harness(std::string(kGray) + "regions=meta max-regions=2 width=2 height=1 crop=1:1:2:1",
+                   video("GRAY8", 4, 3));
+  GstBuffer* in = frame(ramp(12));
+  gst_buffer_add_video_region_of_interest_meta(in, "face", 0, 0, 4, 3);
+  gst_buffer_add_video_region_of_interest_meta(in, "face", 0, 0, 4, 1);
+  EXPECT_EQ(pushed<uint8_t>(h, in), (Bytes{5, 6, 0, 0}));
+  EXPECT_EQ(stat(h, "regions-empty"), 1u);
+}
+
+TEST(Crop, OutsideOfThePictureIsRefused) {
+  for (const char* outside : {"3:0:2:1", "0:3:1:1", "0:0:65536:1"}) {
+    auto h = harness("width=2 height=1", video("GRAY8", 4, 3));
+    EXPECT_FALSE(pushed<uint8_t>(h, frame(ramp(12))).empty());
+    set_crop(h, outside);
+    const auto text =
+        error_of(h, [&] { EXPECT_EQ(gst_harness_push(h.get(), frame(ramp(12))), GST_FLOW_ERROR); });
+    expect_words(text, "the crop is not within the picture");
+    expect_words(text, "needed: a part of 4x3");
+    EXPECT_EQ(stat(h, "dropped-error"), 1u);
+  }
+}
+
+TEST(Crop, ThatCannotBeReadIsShownWithItsPlace) {
+  expect_words(error_of_start("width=2 height=1 crop=1:2:3"), "needed: X:Y:WIDTH:HEIGHT");
+  auto h = harness("width=2 height=1", video("GRAY8", 4, 3));
+  set_crop(h, "1:2:0:3");
+  const auto text =
+      error_of(h, [&] { EXPECT_EQ(gst_harness_push(h.get(), frame(ramp(12))), GST_FLOW_ERROR); });
+  expect_words(text, "crop cannot be read");
+  expect_words(text, "at character 5:\n1:2:0:3\n    ^");
+}
+
+}  // namespace
+}  // namespace weir::preprocess_test
