@@ -35,7 +35,7 @@ const weir_frame& FrameArguments::fill(const FrameReader& reader, GstBuffer* buf
   frame_.pts = time(GST_BUFFER_PTS(buffer));
   frame_.duration = time(GST_BUFFER_DURATION(buffer));
   frame_.deadline = -1;
-  frame_.to_source = to_source(buffer, &to_source_);
+  frame_.to_source = to_source(buffer, 0, &to_source_);
   return frame_;
 }
 

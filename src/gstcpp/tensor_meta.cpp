@@ -10,6 +10,7 @@ namespace {
 struct TensorMeta {
   GstMeta meta;
   std::vector<PictureMap> maps;
+  MapsOf of;
 };
 
 // Another copy of this file in the process may have registered both already.
@@ -24,6 +25,7 @@ GType api_type() {
 
 gboolean init(GstMeta* meta, gpointer, GstBuffer*) {
   new (&reinterpret_cast<TensorMeta*>(meta)->maps) std::vector<PictureMap>();
+  reinterpret_cast<TensorMeta*>(meta)->of = MapsOf::Tensors;
   return TRUE;
 }
 
@@ -33,7 +35,8 @@ void release(GstMeta* meta, GstBuffer*) {
 
 gboolean copy(GstBuffer* target, GstMeta* meta, GstBuffer*, GQuark type, gpointer) {
   if (!GST_META_TRANSFORM_IS_COPY(type)) return FALSE;
-  set_picture_maps(target, reinterpret_cast<TensorMeta*>(meta)->maps);
+  const auto* from = reinterpret_cast<TensorMeta*>(meta);
+  set_picture_maps(target, from->maps, from->of);
   return TRUE;
 }
 
@@ -56,17 +59,23 @@ std::span<const PictureMap> picture_maps(GstBuffer* buffer) noexcept {
   return meta ? std::span<const PictureMap>(meta->maps) : std::span<const PictureMap>();
 }
 
-const float* to_source(GstBuffer* buffer, std::array<float, 6>* values) noexcept {
+MapsOf maps_of(GstBuffer* buffer) noexcept {
+  const TensorMeta* meta = meta_of(buffer);
+  return meta ? meta->of : MapsOf::Tensors;
+}
+
+const float* to_source(GstBuffer* buffer, size_t tensor, std::array<float, 6>* values) noexcept {
   const auto maps = picture_maps(buffer);
   if (maps.empty()) return nullptr;
-  const PictureMap& map = maps[0];
+  const bool own = maps_of(buffer) == MapsOf::Tensors && tensor < maps.size();
+  const PictureMap& map = maps[own ? tensor : 0];
   const double exact[] = {map.xx, map.xy, map.x0, map.yx, map.yy, map.y0};
   std::transform(std::begin(exact), std::end(exact), values->begin(),
                  [](double x) { return static_cast<float>(x); });
   return values->data();
 }
 
-void set_picture_maps(GstBuffer* buffer, std::vector<PictureMap> maps) {
+void set_picture_maps(GstBuffer* buffer, std::vector<PictureMap> maps, MapsOf of) {
   TensorMeta* meta = meta_of(buffer);
   if (maps.empty()) {
     if (meta) gst_buffer_remove_meta(buffer, &meta->meta);
@@ -74,6 +83,7 @@ void set_picture_maps(GstBuffer* buffer, std::vector<PictureMap> maps) {
   }
   if (!meta) meta = reinterpret_cast<TensorMeta*>(gst_buffer_add_meta(buffer, info(), nullptr));
   meta->maps = std::move(maps);
+  meta->of = of;
 }
 
 }  // namespace weir::gst

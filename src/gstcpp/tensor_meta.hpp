@@ -10,15 +10,21 @@
 
 namespace weir::gst {
 
-// The ways back into the source picture: one for all tensors, or one for each; or of one tensor
-// that is a batch of regions, one for each index of its outermost dimension. Empty when the
-// buffer has none. Valid while the buffer is neither changed nor released.
-std::span<const PictureMap> picture_maps(GstBuffer* buffer) noexcept;
+enum class MapsOf : uint8_t {
+  Tensors,  // one for all tensors, or one for each
+  Regions,  // of batches: one for each index of the outermost dimension, of every tensor
+};
 
-// The first of them as modules see it (weir_frame's to_source), written to `values`; null = none.
-const float* to_source(GstBuffer* buffer, std::array<float, 6>* values) noexcept;
+// The ways back into the source picture. Empty when the buffer has none. Valid while the buffer is
+// neither changed nor released.
+std::span<const PictureMap> picture_maps(GstBuffer* buffer) noexcept;
+MapsOf maps_of(GstBuffer* buffer) noexcept;
+
+// That of one tensor, of a batch the first region's, as modules see it (weir_frame's to_source),
+// written to `values`; null = none.
+const float* to_source(GstBuffer* buffer, size_t tensor, std::array<float, 6>* values) noexcept;
 
 // Replaces them. `buffer` is writable; empty takes them away.
-void set_picture_maps(GstBuffer* buffer, std::vector<PictureMap> maps);
+void set_picture_maps(GstBuffer* buffer, std::vector<PictureMap> maps, MapsOf of = MapsOf::Tensors);
 
 }  // namespace weir::gst

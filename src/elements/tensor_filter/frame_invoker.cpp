@@ -146,7 +146,23 @@ void FrameInvoker::describe_frame(GstBuffer* in) noexcept {
   };
   in_frame_.pts = out_frame_.pts = time(GST_BUFFER_PTS(in));
   in_frame_.duration = out_frame_.duration = time(GST_BUFFER_DURATION(in));
-  in_frame_.to_source = gst::to_source(in, &to_source_);
+  in_frame_.to_source = gst::to_source(in, first_input(), &to_source_);
+}
+
+void FrameInvoker::copy_maps(GstBuffer* in, GstBuffer* out) const {
+  const auto of = gst::maps_of(in);
+  const auto maps = gst::picture_maps(in);
+  std::vector<PictureMap> copies(maps.begin(), maps.end());
+  if (of == gst::MapsOf::Tensors && copies.size() > 1) {
+    const auto& choice = plan_.output_choice;
+    const size_t results = choice.empty() ? outputs_.size() : choice.outputs.size();
+    const PictureMap of_input = copies[std::min(first_input(), copies.size() - 1)];
+    copies.assign(results, of_input);
+    for (size_t i = 0; i < choice.inputs.size(); ++i)
+      copies.insert(copies.begin() + static_cast<std::ptrdiff_t>(i),
+                    maps[std::min(choice.inputs[i], maps.size() - 1)]);
+  }
+  gst::set_picture_maps(out, std::move(copies), of);
 }
 
 Result<bool> FrameInvoker::invoke() {

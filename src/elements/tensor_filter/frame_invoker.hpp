@@ -30,12 +30,18 @@ class FrameInvoker {
   Status prepare();
   // The output buffer, without time-stamps and metas; null = the engine dropped the frame.
   Result<gst::Ref<GstBuffer>> run(GstBuffer* in);
+  // The ways back of the output's tensors: an input that is passed on has its own, a result that of
+  // the model's first input. Regions stay as they are.
+  void copy_maps(GstBuffer* in, GstBuffer* out) const;
 
  private:
   Status follow_headers();
   Status describe_inputs();
   std::span<std::byte> suitable(size_t index, const gst::TensorView& view, size_t* capacity);
   void describe_frame(GstBuffer* in) noexcept;
+  size_t first_input() const noexcept {
+    return plan_.input_choice.empty() ? 0 : plan_.input_choice[0];
+  }
   Status adapt_to(const std::vector<ModelShape>& inputs);
   Result<bool> invoke();
   Result<gst::Ref<GstBuffer>> assemble(GstBuffer* in, gst::Ref<GstBuffer> pooled);

@@ -145,6 +145,7 @@ class TensorFilter : public gst::Element<TensorFilter, gst::PlainElement> {
     if (made && *made) {
       gst_buffer_copy_into(made->get(), buffer.get(), GST_BUFFER_COPY_METADATA, 0,
                            static_cast<gsize>(-1));
+      invoker_->copy_maps(buffer.get(), made->get());
       return queue_.finish(*ticket, *std::move(made));
     }
     queue_.skip(*ticket);

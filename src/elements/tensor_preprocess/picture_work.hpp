@@ -8,7 +8,7 @@
 #include "core/preprocess/preparation.hpp"
 #include "gstcpp/allocation.hpp"
 #include "gstcpp/ref.hpp"
-#include "weir/picture_map.hpp"
+#include "gstcpp/tensor_meta.hpp"
 #include "weir/result.hpp"
 
 namespace weir {
@@ -32,6 +32,7 @@ class PictureWork {
   virtual Status run(GstBuffer* in, GstBuffer* out) = 0;
   // For each tensor, or each region, of the last frame; none when nothing was made of it.
   virtual std::vector<PictureMap> ways_back() const = 0;
+  virtual gst::MapsOf maps_of() const { return gst::MapsOf::Tensors; }
   virtual RegionCounts regions() const { return {}; }
   virtual uint64_t allocated() const = 0;  // buffers, since the work began
 

@@ -32,6 +32,7 @@ class RegionPreprocessor : public PictureWork {
   Result<gst::Ref<GstBuffer>> acquire(GstBuffer* in) override;
   Status run(GstBuffer* in, GstBuffer* out) override;
   std::vector<PictureMap> ways_back() const override;
+  gst::MapsOf maps_of() const override { return gst::MapsOf::Regions; }
   RegionCounts regions() const override { return counts_; }
   uint64_t allocated() const override { return pool_.allocated(); }
 

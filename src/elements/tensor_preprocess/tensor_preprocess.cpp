@@ -162,7 +162,7 @@ class TensorPreprocess : public gst::CountedTransform<TensorPreprocess> {
     regions_beyond_limit_ += regions.beyond_limit;
     auto ways_back = work_->ways_back();
     if (ways_back.empty()) return nothing_of(in);
-    gst::set_picture_maps(out, std::move(ways_back));
+    gst::set_picture_maps(out, std::move(ways_back), work_->maps_of());
     ledger_.consumed_and_pushed();
     return GST_FLOW_OK;
   }

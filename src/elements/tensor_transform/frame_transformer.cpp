@@ -124,28 +124,33 @@ void FrameTransformer::move_pictures(GstBuffer* out) const {
   const auto maps = gst::picture_maps(out);
   if (maps.empty()) return;
   std::vector<PictureMap> moved(maps.begin(), maps.end());
+  const auto of = gst::maps_of(out);
+  const bool regions = of == gst::MapsOf::Regions;
   // One map stands for all tensors: where only some are transformed, each needs its own.
-  if (moved.size() == 1 && !choice_.empty() && input_.tensors.size() > 1)
-    moved.resize(input_.tensors.size(), moved[0]);
-  const bool batch = input_.tensors.size() == 1;  // all maps are of its regions
+  if (!regions && moved.size() == 1 && !choice_.empty() && tensors_ > 1)
+    moved.resize(tensors_, moved[0]);
+  // Regions of several tensors of which only some are transformed have two ways back: the first's.
   for (size_t i = 0; i < moved.size(); ++i)
-    if (chosen(choice_, batch ? 0 : i)) moved[i] = transform::moved(operation_, moved[i]);
-  gst::set_picture_maps(out, std::move(moved));
+    if (chosen(choice_, regions ? 0 : i)) moved[i] = transform::moved(operation_, moved[i]);
+  gst::set_picture_maps(out, std::move(moved), of);
 }
 
 Result<FrameTransformer::Work> FrameTransformer::run(GstBuffer* in, GstBuffer* out,
                                                      Ledger* ledger) {
   Status status = ok();
+  tensors_ = input_.tensors.size();
   if (!work_.deferred) status = work_.fused ? run_fused(out, ledger) : run_alone(in, out, ledger);
   writer_.unmap();
   reader_.clear();
   sources_.clear();
   if (!status) return std::move(status).error();
+  move_pictures(out);
   return work_;
 }
 
 Status FrameTransformer::run_alone(GstBuffer* in, GstBuffer* out, Ledger* ledger) {
   Status status = reader_.read(in, input_, in == out ? GST_MAP_READWRITE : GST_MAP_READ);
+  tensors_ = reader_.tensors().size();
   if (status) status = pooled_ ? run_pooled(in, out, ledger) : run_by_memory(in, out, ledger);
   ledger->copied(reader_.bytes_copied());
   return status;

@@ -53,13 +53,13 @@ class FrameTransformer {
     bool fused = false;     // with the work of the element before
     bool deferred = false;  // to the element behind
   };
-  // Fills what output_for() gave for the same `in`.
+  // Fills what output_for() gave for the same `in`, and corrects the ways back to the picture,
+  // which came with the input's metadata.
   Result<Work> run(GstBuffer* in, GstBuffer* out, Ledger* ledger);
-  // Corrects the ways back to the picture, which came with the input's metadata.
-  void move_pictures(GstBuffer* out) const;
   gst::FramePoolStats pool_stats() const { return pool_.stats(); }
 
  private:
+  void move_pictures(GstBuffer* out) const;
   using SharedPlan = std::shared_ptr<const transform::Plan>;
   struct Cached {
     TensorSpec input;
@@ -99,7 +99,8 @@ class FrameTransformer {
   uint64_t computed_before_ = 0;  // counts_->computed when deferring began
   // Of the frame between output_for() and run(); without a buffer where it is the output itself.
   std::vector<gst::DeferredSource> sources_;
-  Work work_;  // on that frame
+  Work work_;           // on that frame
+  size_t tensors_ = 0;  // of that frame
   gst::Allocation allocation_;
   gst::FramePool pool_;
   gst::FrameReader reader_;

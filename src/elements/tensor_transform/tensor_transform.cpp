@@ -189,7 +189,6 @@ class TensorTransform : public gst::CountedTransform<TensorTransform> {
   }
 
   GstFlowReturn transform(GstBuffer* in, GstBuffer* out) {
-    transformer_->move_pictures(out);
     const auto work = transformer_->run(in, out, &ledger_);
     if (!work) return failed(work.error());
     fused_frames_ += work->fused;

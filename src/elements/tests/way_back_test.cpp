@@ -166,18 +166,111 @@ TEST(WayBack, OfABatchOfRegionsIsOneForEach) {
   }
 }
 
+TEST(WayBack, OfAFlexibleBatchIsMovedForEachRegion) {
+  for (const char* apply : {"", " apply=0"}) {
+    const Harness h{
+        gst_harness_new_parse((std::string("tensor_preprocess regions=meta width=4 height=2 ! "
+                                           "tensor_transform mode=transpose option=2:1:0:3") +
+                               apply)
+                                  .c_str())};
+    gst_harness_set_src_caps_str(h.get(),
+                                 "video/x-raw,format=RGB,width=8,height=8,framerate=10/1,"
+                                 "interlace-mode=progressive");
+    GstBuffer* in = gst_buffer_new_allocate(nullptr, 8 * 8 * 3, nullptr);
+    gst_buffer_memset(in, 0, 0, 8 * 8 * 3);
+    for (guint i = 0; i < 3; ++i)
+      gst_buffer_add_video_region_of_interest_meta(in, "face", i, i, 4, 2);
+    ASSERT_EQ(gst_harness_push(h.get(), in), GST_FLOW_OK);
+    const auto out = Ref<GstBuffer>::adopt(gst_harness_pull(h.get()));
+    const auto maps = weir::gst::picture_maps(out.get());
+    ASSERT_EQ(maps.size(), 3u);
+    EXPECT_EQ(weir::gst::maps_of(out.get()), weir::gst::MapsOf::Regions);
+    for (size_t i = 0; i < 3; ++i) {
+      EXPECT_EQ(maps[i].x_dimension, 1);
+      EXPECT_EQ(maps[i].y_dimension, 0);
+      EXPECT_EQ(maps[i].to_source({0, 0}).x, static_cast<double>(i));
+    }
+  }
+}
+
+TEST(WayBack, OfAFlexibleFramesTensorsIsTheirOwn) {
+  const Harness h{gst_harness_new_parse(
+      "tensor_converter ! other/tensors,format=flexible ! tensor_transform mode=transpose "
+      "option=2:1:0:3 apply=0")};
+  gst_harness_set_src_caps_str(h.get(),
+                               "video/x-raw,format=RGB,width=4,height=2,framerate=10/1,"
+                               "interlace-mode=progressive");
+  ASSERT_EQ(gst_harness_push(h.get(), gst_buffer_new_allocate(nullptr, 24, nullptr)), GST_FLOW_OK);
+  const auto out = Ref<GstBuffer>::adopt(gst_harness_pull(h.get()));
+  EXPECT_EQ(only_map(out.get()).x_dimension, 1);
+  EXPECT_EQ(only_map(out.get()).y_dimension, 0);
+}
+
+// What a decoder and the maps say behind a filter that takes the second layer of a pyramid.
+TEST(WayBack, IsThatOfTheTensorThatAFilterTakes) {
+  const std::string model = testing::TempDir() + "weir-way-back-layers.bin";
+  std::ofstream(model) << "the engine looks at nothing of it";
+  const std::string filter =
+      "tensor_preprocess sizes=4x4,4x2 layout=NCHW channel-order=GRAY type=float32 ! "
+      "tensor_filter framework=fake input-combination=1 model=" +
+      model;
+  const auto result = through(filter, "GRAY8", 8, 8, 64);
+  EXPECT_EQ(only_map(result.get()).yy, 4);
+  EXPECT_EQ(weir::gst::maps_of(result.get()), weir::gst::MapsOf::Tensors);
+  const auto both = through(filter + " output-combination=i0,o0", "GRAY8", 8, 8, 64);
+  const auto maps = weir::gst::picture_maps(both.get());
+  ASSERT_EQ(maps.size(), 2u);
+  EXPECT_EQ(maps[0].yy, 2);
+  EXPECT_EQ(maps[1].yy, 4);
+  const auto decoded =
+      through(filter + " ! tensor_decoder mode=erring option1=to-source", "GRAY8", 8, 8, 64);
+  const Mapped map(decoded.get(), GST_MAP_READ);
+  const auto bytes = map.as<const uint8_t>();
+  ASSERT_EQ(bytes.size(), 6 * sizeof(float) + 1);
+  float values[6];
+  std::memcpy(values, bytes.data(), sizeof(values));
+  EXPECT_EQ(std::vector<float>(values, values + 6), (std::vector<float>{2, 0, 0, 0, 4, 0}));
+}
+
+TEST(WayBack, OfRegionsGoesThroughAFilter) {
+  const std::string model = testing::TempDir() + "weir-way-back-regions.bin";
+  std::ofstream(model) << "the engine looks at nothing of it";
+  const Harness h{gst_harness_new_parse(
+      ("tensor_preprocess regions=meta max-regions=2 width=4 height=1 channel-order=GRAY "
+       "type=float32 ! tensor_transform mode=dimchg option=2:3 ! tensor_transform mode=dimchg "
+       "option=0:2 ! "
+       "tensor_filter framework=fake model=" +
+       model)
+          .c_str())};
+  gst_harness_set_src_caps_str(h.get(),
+                               "video/x-raw,format=GRAY8,width=8,height=8,framerate=10/1,"
+                               "interlace-mode=progressive");
+  GstBuffer* in = gst_buffer_new_allocate(nullptr, 64, nullptr);
+  gst_buffer_memset(in, 0, 0, 64);
+  for (guint i = 0; i < 2; ++i)
+    gst_buffer_add_video_region_of_interest_meta(in, "face", i, i, 4, 2);
+  ASSERT_EQ(gst_harness_push(h.get(), in), GST_FLOW_OK);
+  const auto out = Ref<GstBuffer>::adopt(gst_harness_pull(h.get()));
+  ASSERT_EQ(weir::gst::picture_maps(out.get()).size(), 2u);
+  EXPECT_EQ(weir::gst::maps_of(out.get()), weir::gst::MapsOf::Regions);
+  EXPECT_EQ(weir::gst::picture_maps(out.get())[1].to_source({0, 0}).x, 1);
+}
+
 TEST(WayBack, MapsAreReplacedCopiedAndTakenAway) {
   const auto buffer = Ref<GstBuffer>::adopt(gst_buffer_new());
   weir::gst::set_picture_maps(buffer.get(), {});
   EXPECT_TRUE(weir::gst::picture_maps(buffer.get()).empty());
   weir::gst::set_picture_maps(buffer.get(), {weir::picture_as_it_is(2, 3, false)});
-  weir::gst::set_picture_maps(buffer.get(), {weir::picture_as_it_is(4, 5, true), PictureMap{}});
+  weir::gst::set_picture_maps(buffer.get(), {weir::picture_as_it_is(4, 5, true), PictureMap{}},
+                              weir::gst::MapsOf::Regions);
   ASSERT_EQ(weir::gst::picture_maps(buffer.get()).size(), 2u);
   const auto copy = Ref<GstBuffer>::adopt(gst_buffer_copy_deep(buffer.get()));
   weir::gst::set_picture_maps(buffer.get(), {});
   EXPECT_TRUE(weir::gst::picture_maps(buffer.get()).empty());
   ASSERT_EQ(weir::gst::picture_maps(copy.get()).size(), 2u);
   EXPECT_EQ(weir::gst::picture_maps(copy.get())[0].source_width, 4u);
+  EXPECT_EQ(weir::gst::maps_of(copy.get()), weir::gst::MapsOf::Regions);
+  EXPECT_EQ(weir::gst::maps_of(buffer.get()), weir::gst::MapsOf::Tensors);
 }
 
 }  // namespace
