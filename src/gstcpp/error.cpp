@@ -16,6 +16,7 @@ Domain domain_of(Code code) {
     case 1:
       return {GST_LIBRARY_ERROR, GST_LIBRARY_ERROR_SETTINGS};
     case 2:
+      if (code == Code::NOT_NEGOTIATED) return {GST_STREAM_ERROR, GST_STREAM_ERROR_WRONG_TYPE};
       return code == Code::SPEC_MISMATCH || code == Code::FORMAT_UNSUPPORTED
                  ? Domain{GST_STREAM_ERROR, GST_STREAM_ERROR_FORMAT}
                  : Domain{GST_STREAM_ERROR, GST_STREAM_ERROR_FAILED};

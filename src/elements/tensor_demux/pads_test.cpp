@@ -172,6 +172,7 @@ TEST(TensorDemuxRefuses, AnEndWithoutAFrame) {
   demux.send(gst_event_new_eos());
   EXPECT_SAYS(demux.error(), "WEIR-2003: the stream ended before an output was made");
   EXPECT_EQ(demux.domain(), "gst-stream-error-quark");
+  EXPECT_EQ(demux.code(), GST_STREAM_ERROR_WRONG_TYPE);
 }
 
 std::string refused(const std::string& caps, GstBuffer* buffer) {

@@ -130,12 +130,15 @@ class Branches {
         message.get(), &error, nullptr);
     const std::string out = error->message;
     domain_ = g_quark_to_string(error->domain);
+    code_ = error->code;
     g_error_free(error);
     return out;
   }
   std::string error() { return message(GST_MESSAGE_ERROR); }
   std::string warning() { return message(GST_MESSAGE_WARNING); }
-  const std::string& domain() const { return domain_; }  // of the last message
+  // Of the last message.
+  const std::string& domain() const { return domain_; }
+  int code() const { return code_; }
 
   uint64_t stat(const char* name) const {
     GstStructure* raw = nullptr;
@@ -198,6 +201,7 @@ class Branches {
   std::vector<std::string> added_;
   int no_more_pads_ = 0;
   std::string domain_;
+  int code_ = 0;
   std::map<std::string, std::unique_ptr<Branch>> branches_;
 };
 
