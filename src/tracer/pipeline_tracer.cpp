@@ -63,6 +63,11 @@ inline const PipelineTracer::Remembered& PipelineTracer::remembered(GstPad* pad)
   return place;
 }
 
+inline void PipelineTracer::sample(WatchedQueue* Remembered::*end, int64_t time, GstPad* pad) {
+  if (!has_queues_.load(std::memory_order_acquire)) return;
+  if (WatchedQueue* queue = remembered(pad).*end) queue->sample(time, &recorder_);
+}
+
 PipelineTracer::Remembered PipelineTracer::look_up(GstPad* pad, uint64_t generation) {
   std::lock_guard lock(mutex_);
   const auto queue_of = [&](size_t id) -> WatchedQueue* {
@@ -74,21 +79,21 @@ PipelineTracer::Remembered PipelineTracer::look_up(GstPad* pad, uint64_t generat
 }
 
 void PipelineTracer::push_begins(int64_t time, GstPad* pad, GstBuffer* buffer) {
-  if (WatchedQueue* queue = remembered(pad).own) queue->sample(time, &recorder_);
+  sample(&Remembered::own, time, pad);
   append(Kind::PushBegin, time, pad, time_stamp(buffer), 1, gst_buffer_get_size(buffer));
 }
 
 void PipelineTracer::push_begins(int64_t time, GstPad* pad, GstBufferList* list) {
   const guint frames = gst_buffer_list_length(list);
   GstBuffer* first = frames > 0 ? gst_buffer_list_get(list, 0) : nullptr;
-  if (WatchedQueue* queue = remembered(pad).own) queue->sample(time, &recorder_);
+  sample(&Remembered::own, time, pad);
   append(Kind::PushBegin, time, pad, time_stamp(first), frames,
          gst_buffer_list_calculate_size(list));
 }
 
 void PipelineTracer::push_ends(int64_t time, GstPad* pad, GstFlowReturn result) {
   append(Kind::PushEnd, time, pad, result < 0 ? result : 0);
-  if (WatchedQueue* queue = remembered(pad).peer) queue->sample(time, &recorder_);
+  sample(&Remembered::peer, time, pad);
 }
 
 void PipelineTracer::pull_begins(int64_t time, GstPad* pad) {
@@ -133,6 +138,7 @@ void PipelineTracer::element_is_new(int64_t time, GstElement* element) {
   if (!queue && WatchedQueue::can_be_watched(element)) {
     queue = std::make_unique<WatchedQueue>(element);
     forget_remembered();
+    has_queues_.store(true, std::memory_order_release);
   }
 }
 

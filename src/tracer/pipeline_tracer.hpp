@@ -45,6 +45,7 @@ class PipelineTracer {
     WatchedQueue* peer = nullptr;  // the element it pushes to is one
   };
   const Remembered& remembered(GstPad* pad);
+  void sample(WatchedQueue* Remembered::*end, int64_t time, GstPad* pad);
   Remembered look_up(GstPad* pad, uint64_t generation);
   void see_pad(int64_t time, GstPad* pad, GstElement* element);
   void name_element(int64_t time, GstElement* element);
@@ -57,6 +58,7 @@ class PipelineTracer {
   mutable std::mutex mutex_;  // guards graph_ and queues_
   trace::Graph graph_;
   std::map<size_t, std::unique_ptr<WatchedQueue>> queues_;  // by element; kept to the end
+  std::atomic<bool> has_queues_ = false;                    // without any, no pad is looked up
   std::atomic<uint64_t> generation_ = next_generation();    // changes with the graph
   static uint64_t next_generation();
 };
