@@ -38,7 +38,7 @@ namespace hn = hwy::HWY_NAMESPACE;
 
 // Positions of a row at most.
 constexpr size_t kMostPositions = kFewChannels * 32;
-constexpr size_t kBlockBytes = 16 * 1024;
+constexpr size_t kBlockBytes = size_t{16} * 1024;
 
 // T: unsigned. Squares of T fit into Wide; their upper halves, and T itself, can be added so often.
 template <class T>
@@ -231,7 +231,8 @@ StandScale measure_floats(const StandTensor& tensor, bool accelerate,
                           const std::byte* in) noexcept {
   constexpr double kKept = 0x1p-12;
   FloatSums sums;
-  const auto n = static_cast<double>(tensor.count / tensor.channels);
+  const size_t elements = tensor.count / tensor.channels;
+  const auto n = static_cast<double>(elements);
   StandScale scale;
   for (const bool first : {true, false}) {
     add_floats(tensor, accelerate, in, sums);
