@@ -6,13 +6,6 @@
 #include "gstcpp/frame_errors.hpp"
 
 namespace weir::gst {
-bool may_be_changed_in_place(GstBuffer* buffer) noexcept {
-  if (!gst_buffer_is_writable(buffer) || !gst_buffer_is_all_memory_writable(buffer)) return false;
-  for (guint i = 0; i < gst_buffer_n_memory(buffer); ++i)
-    if (GST_MEMORY_IS_READONLY(gst_buffer_peek_memory(buffer, i))) return false;
-  return true;
-}
-
 void FrameReader::clear() noexcept {
   views_.clear();
   maps_.clear();

@@ -49,8 +49,4 @@ class FrameReader {
   uint64_t copied_ = 0;
 };
 
-// Whether a frame's bytes may be changed where they are: nobody else holds the buffer or one of its
-// memories, and none is a read-only part of something bigger.
-bool may_be_changed_in_place(GstBuffer* buffer) noexcept;
-
 }  // namespace weir::gst

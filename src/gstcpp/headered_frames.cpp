@@ -1,6 +1,9 @@
 // Headers before tensors.
 #include "gstcpp/headered_frames.hpp"
 
+#include "gstcpp/frame_errors.hpp"
+#include "gstcpp/memory_part.hpp"
+
 namespace weir::gst {
 
 Result<Ref<GstBuffer>> HeaderedFrames::copy(GstBuffer* in, const std::vector<TensorSpec>& tensors,
@@ -12,7 +15,7 @@ Result<Ref<GstBuffer>> HeaderedFrames::copy(GstBuffer* in, const std::vector<Ten
     media_ = media;
   }
   auto out = pool_.acquire();
-  if (!out) return Error{Code::OUT_OF_MEMORY, "no memory for an output buffer", "", "", "", ""};
+  if (!out) return memory_ran_out();
   FramePool::Writer writer;
   if (auto status = writer.map(pool_, out.get()); !status) return status.error();
   size_t offset = 0;
@@ -21,6 +24,7 @@ Result<Ref<GstBuffer>> HeaderedFrames::copy(GstBuffer* in, const std::vector<Ten
   size_t needed = 0;
   for (const auto& payload : writer.payloads()) needed += payload.size();
   writer.unmap();
+  if (offset != needed && !can_be_read(in)) return memory_not_mapped();
   if (offset != needed)
     return Error{Code::FRAME_SIZE,
                  "a frame is shorter than its tensors",

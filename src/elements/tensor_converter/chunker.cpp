@@ -1,6 +1,8 @@
 // A GstAdapter with exact time.
 #include "elements/tensor_converter/chunker.hpp"
 
+#include "gstcpp/memory_part.hpp"
+
 namespace weir {
 bool known(const Fraction& rate) noexcept {
   return rate.valid() && rate.numerator > 0;
@@ -63,16 +65,19 @@ void Chunker::stamp(GstBuffer* buffer, uint64_t frames, GstClockTime fallback) {
   }
 }
 
-void Chunker::push(gst::Ref<GstBuffer> buffer) {
+bool Chunker::push(gst::Ref<GstBuffer> buffer) {
   const size_t bytes = gst_buffer_get_size(buffer.get());
+  const bool whole = waiting_.empty() && bytes / frame_bytes_ == frames_out_;
+  if (!whole && !gst::can_be_read(buffer.get())) return false;
   duration_of_input_ = GST_BUFFER_DURATION(buffer.get());
   frames_of_input_ = bytes / frame_bytes_;
-  if (waiting_.empty() && frames_of_input_ == frames_out_) {
+  if (whole) {
     whole_ = std::move(buffer);
   } else {
     gst_adapter_push(adapter_.get(), buffer.release());
     waiting_.push_back(bytes);
   }
+  return true;
 }
 
 void Chunker::finish(size_t bytes) {
@@ -99,6 +104,7 @@ gst::Ref<GstBuffer> Chunker::next() {
     if (GST_CLOCK_TIME_IS_VALID(dts)) dts = later(dts, time_of(dts_distance / frame_bytes_, rate_));
   }
   auto out = gst::Ref<GstBuffer>::adopt(gst_adapter_take_buffer(adapter_.get(), wanted));
+  if (!out) return {};
   finish(wanted);
   out = gst::Ref<GstBuffer>::adopt(gst_buffer_make_writable(out.release()));
   GST_BUFFER_PTS(out.get()) = pts;

@@ -29,8 +29,9 @@ class Chunker {
   void stamp(GstBuffer* buffer, uint64_t frames, GstClockTime fallback);
 
   // Takes the buffer. When it holds exactly one output's frames and none wait, next() gives it back
-  // as it is.
-  void push(gst::Ref<GstBuffer> buffer);
+  // as it is. False, and nothing is taken, when its frames must be cut or gathered and its memory
+  // cannot be read.
+  bool push(gst::Ref<GstBuffer> buffer);
   gst::Ref<GstBuffer> next();  // null when there are not enough frames
   // Buffers whose last byte left since this was asked last.
   uint64_t take_finished() noexcept { return std::exchange(finished_, 0); }

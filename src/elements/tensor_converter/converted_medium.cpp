@@ -5,6 +5,9 @@
 #include <cstring>
 
 #include "core/convert/gathered_tensor.hpp"
+#include "gstcpp/allocation.hpp"
+#include "gstcpp/frame_errors.hpp"
+#include "gstcpp/memory_part.hpp"
 
 namespace weir {
 namespace {
@@ -90,9 +93,7 @@ Result<MediumFrames> ConvertedMedium::frames(gst::Ref<GstBuffer> buffer, Ledger*
   std::vector<weir_tensor> inputs;
   for (guint i = 0; i < gst_buffer_n_memory(buffer.get()); ++i) {
     maps.emplace_back(gst_buffer_peek_memory(buffer.get(), i), GST_MAP_READ);
-    if (!maps.back())
-      return Error{
-          Code::MAP_FAILED, "the memory of a buffer cannot be mapped", "", "system memory", "", ""};
+    if (!maps.back()) return gst::memory_not_mapped();
     inputs.push_back(bytes_of(maps.back()));
   }
   weir_frame in{};

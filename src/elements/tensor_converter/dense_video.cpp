@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cstring>
 
+#include "gstcpp/frame_errors.hpp"
+#include "gstcpp/memory_part.hpp"
 #include "gstcpp/video_meta.hpp"
 
 namespace weir {
@@ -135,14 +137,14 @@ gst::Ref<GstBuffer> DenseVideo::pooled() {
 Result<gst::Ref<GstBuffer>> DenseVideo::copy_rows(GstBuffer* buffer, Ledger* ledger) {
   const auto needed = needed_bytes(buffer);
   GstVideoFrame frame;
-  if (!needed || gst_buffer_get_size(buffer) < *needed ||
-      !gst_video_frame_map(&frame, &video_, buffer, GST_MAP_READ))
+  if (!needed || gst_buffer_get_size(buffer) < *needed)
     return Error{Code::FRAME_SIZE,
                  "a video buffer is shorter than its caps say",
                  std::to_string(gst_buffer_get_size(buffer)) + " bytes",
                  needed ? std::to_string(*needed) + " bytes" : "offsets and strides within it",
                  "",
                  "check the element before"};
+  if (!gst_video_frame_map(&frame, &video_, buffer, GST_MAP_READ)) return gst::memory_not_mapped();
   auto out = pooled();
   if (!out) {
     gst_video_frame_unmap(&frame);

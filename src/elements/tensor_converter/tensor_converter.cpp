@@ -11,7 +11,9 @@
 #include "elements/tensor_converter/tensor_memories.hpp"
 #include "gstcpp/backwards_time.hpp"
 #include "gstcpp/base_classes.hpp"
+#include "gstcpp/frame_errors.hpp"
 #include "gstcpp/headered_frames.hpp"
+#include "gstcpp/memory_part.hpp"
 #include "gstcpp/query_meta.hpp"
 #include "gstcpp/tensor_caps.hpp"
 #include "gstcpp/tensor_meta.hpp"
@@ -102,17 +104,15 @@ class TensorConverter : public gst::Element<TensorConverter, gst::PlainElement> 
   GstFlowReturn on_buffer(GstBuffer* raw) {
     ledger_.received();
     auto frames = convert(Ref<GstBuffer>::adopt(raw));
-    if (!frames) {
-      gst::post_error(element(), frames.error());
-      ledger_.dropped(DropReason::Error);
-      return frames.error().code == Code::NOT_NEGOTIATED ? GST_FLOW_NOT_NEGOTIATED : GST_FLOW_ERROR;
-    }
+    if (!frames) return fail(frames.error());
     if (frames->warning) gst::post_warning(element(), *frames->warning);
     if (!frames->buffer) {
       ledger_.dropped(DropReason::Policy);
       return GST_FLOW_OK;
     }
+    // Memory that may not be shared is copied, if somebody else holds the buffer.
     auto buffer = Ref<GstBuffer>::adopt(gst_buffer_make_writable(frames->buffer.release()));
+    if (!buffer) return fail(gst::memory_not_mapped());
     const auto client = gst::client_of(buffer.get());
     ClientStream& stream = streams_.of(client.value_or(0));
     if (!may_pass(buffer.get(), &stream.times)) {
@@ -124,7 +124,7 @@ class TensorConverter : public gst::Element<TensorConverter, gst::PlainElement> 
     if (plan_.frame_bytes == 0) chunker.configure(size, plan_.frames_out, plan_.spec.rate);
     const uint64_t count = plan_.frame_bytes == 0 ? 1 : size / plan_.frame_bytes;
     if (set_timestamp_) chunker.stamp(buffer.get(), count, fallback_time());
-    chunker.push(std::move(buffer));
+    if (!chunker.push(std::move(buffer))) return fail(gst::memory_not_mapped());
     GstFlowReturn flow = GST_FLOW_OK;
     while (flow == GST_FLOW_OK) {
       auto out = chunker.next();
@@ -197,6 +197,12 @@ class TensorConverter : public gst::Element<TensorConverter, gst::PlainElement> 
   Ledger ledger_;
 
  private:
+  GstFlowReturn fail(const Error& error) {
+    gst::post_error(element(), error);
+    ledger_.dropped(DropReason::Error);
+    return error.code == Code::NOT_NEGOTIATED ? GST_FLOW_NOT_NEGOTIATED : GST_FLOW_ERROR;
+  }
+
   // False when the buffer's time goes backwards and the user wants none of that.
   bool may_pass(GstBuffer* buffer, BackwardsTimeWatch* watch) {
     const GstClockTime time = GST_BUFFER_PTS(buffer);
@@ -353,18 +359,21 @@ class TensorConverter : public gst::Element<TensorConverter, gst::PlainElement> 
     return status.error();
   }
 
-  GstFlowReturn push(Ref<GstBuffer> buffer) {
-    Result<Ref<GstBuffer>> out =
-        output_format_ == Format::Flexible
-            ? headered_.copy(buffer.get(), plan_.spec.tensors, medium_->type(), &ledger_)
-            : one_memory_each(std::move(buffer), plan_.spec.tensors, &ledger_);
-    if (!out) {
-      gst::post_error(element(), out.error());
+  GstFlowReturn push(Ref<GstBuffer> frames) {
+    auto made = output_format_ == Format::Flexible
+                    ? headered_.copy(frames.get(), plan_.spec.tensors, medium_->type(), &ledger_)
+                    : one_memory_each(std::move(frames), plan_.spec.tensors, &ledger_);
+    if (!made) {
+      gst::post_error(element(), made.error());
       return GST_FLOW_ERROR;
     }
-    buffer = *std::move(out);
+    auto buffer = *std::move(made);
     if (plan_.picture) {
       buffer = Ref<GstBuffer>::adopt(gst_buffer_make_writable(buffer.release()));
+      if (!buffer) {
+        gst::post_error(element(), gst::memory_not_mapped());
+        return GST_FLOW_ERROR;
+      }
       gst::set_picture_maps(buffer.get(), {*plan_.picture});
     }
     ledger_.pushed();

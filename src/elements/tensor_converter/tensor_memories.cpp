@@ -1,6 +1,7 @@
 // Sharing and copying the payloads of tensors.
 #include "elements/tensor_converter/tensor_memories.hpp"
 
+#include "gstcpp/memory_part.hpp"
 #include "gstcpp/tensor_caps.hpp"
 
 namespace weir {
@@ -19,13 +20,15 @@ bool lies_so(GstBuffer* buffer, const std::vector<TensorSpec>& tensors) {
 
 }  // namespace
 
-gst::Ref<GstBuffer> one_memory_each(gst::Ref<GstBuffer> in, const std::vector<TensorSpec>& tensors,
-                                    Ledger* ledger) {
+Result<gst::Ref<GstBuffer>> one_memory_each(gst::Ref<GstBuffer> in,
+                                            const std::vector<TensorSpec>& tensors,
+                                            Ledger* ledger) {
   if (lies_so(in.get(), tensors)) return in;
   if (gst_buffer_n_memory(in.get()) > 1) ledger->copied(gst_buffer_get_size(in.get()));
   auto out = gst::Ref<GstBuffer>::adopt(gst_buffer_new());
   gst_buffer_copy_into(out.get(), in.get(), GST_BUFFER_COPY_METADATA, 0, static_cast<gsize>(-1));
   GstMemory* all = gst_buffer_get_all_memory(in.get());
+  if (!all) return gst::why_no_memory(in.get());
   if (tensors.size() == 1 || tensors.size() > kMemoryLimit) {
     gst_buffer_append_memory(out.get(), all);
     return out;
@@ -33,8 +36,14 @@ gst::Ref<GstBuffer> one_memory_each(gst::Ref<GstBuffer> in, const std::vector<Te
   size_t offset = 0;
   for (const auto& tensor : tensors) {
     const auto size = static_cast<size_t>(*tensor.bytes());
-    gst_buffer_append_memory(
-        out.get(), gst_memory_share(all, static_cast<gssize>(offset), static_cast<gssize>(size)));
+    bool copied = false;
+    GstMemory* part = gst::part_of(all, offset, size, &copied);
+    if (!part) {
+      gst_memory_unref(all);
+      return gst::why_no_memory(in.get());
+    }
+    if (copied) ledger->copied(size);
+    gst_buffer_append_memory(out.get(), part);
     offset += size;
   }
   gst_memory_unref(all);

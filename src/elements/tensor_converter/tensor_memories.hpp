@@ -13,7 +13,7 @@ namespace weir {
 // A buffer with one memory for each tensor: `in` itself where its memories lie so, else shared with
 // it; a buffer whose memories lie otherwise is gathered first, which counts as copied. More than 16
 // tensors stay in one memory. Metadata are copied.
-gst::Ref<GstBuffer> one_memory_each(gst::Ref<GstBuffer> in, const std::vector<TensorSpec>& tensors,
-                                    Ledger* ledger);
+Result<gst::Ref<GstBuffer>> one_memory_each(gst::Ref<GstBuffer> in,
+                                            const std::vector<TensorSpec>& tensors, Ledger* ledger);
 
 }  // namespace weir

@@ -4,6 +4,9 @@
 #include <algorithm>
 #include <cstring>
 
+#include "gstcpp/frame_errors.hpp"
+#include "gstcpp/memory_part.hpp"
+
 namespace weir {
 
 Result<StreamPlan> TextMedium::configure(const GstCaps* caps, const Wishes& wishes) {
@@ -48,8 +51,7 @@ Result<MediumFrames> TextMedium::padded(GstBuffer* buffer, size_t size, Ledger* 
   {
     const gst::Mapped to(out.get(), GST_MAP_WRITE);
     if (!to || gst_buffer_extract(buffer, 0, to.bytes().data(), size) != size)
-      return Error{
-          Code::MAP_FAILED, "the memory of a buffer cannot be mapped", "", "system memory", "", ""};
+      return gst::memory_not_mapped();
     std::ranges::fill(to.bytes().subspan(size), std::byte{0});
   }
   ledger->copied(size);

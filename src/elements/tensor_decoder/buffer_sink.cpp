@@ -4,6 +4,7 @@
 #include <cstring>
 
 #include "gstcpp/allocation.hpp"
+#include "gstcpp/memory_part.hpp"
 
 namespace weir {
 
@@ -31,9 +32,12 @@ Status BufferSink::share_input(uint32_t index) {
                  ""};
   const auto& view = reader_->tensors()[index];
   if (view.memory >= 0) {
-    GstMemory* memory = gst_buffer_peek_memory(in_, static_cast<guint>(view.memory));
-    gst_buffer_append_memory(out_, gst_memory_share(memory, static_cast<gssize>(view.header_bytes),
-                                                    static_cast<gssize>(view.payload.size())));
+    bool copied = false;
+    GstMemory* part = gst::part_of(gst_buffer_peek_memory(in_, static_cast<guint>(view.memory)),
+                                   view.header_bytes, view.payload.size(), &copied);
+    if (!part) return Error{Code::OUT_OF_MEMORY, "no memory for an output buffer", "", "", "", ""};
+    if (copied) ledger_->copied(view.payload.size());
+    gst_buffer_append_memory(out_, part);
     return ok();
   }
   void* copy = reserve(view.payload.size());

@@ -1,6 +1,7 @@
 // FrameTransformer, two transforms in one pass: frames that leave as deferred memory, and such
 // frames of the element before.
 #include "elements/tensor_transform/frame_transformer.hpp"
+#include "gstcpp/memory_part.hpp"
 
 namespace weir {
 
@@ -87,7 +88,7 @@ gst::Ref<GstBuffer> FrameTransformer::take_source(GstBuffer* in) {
     gst::forget_deferred_source(gst_buffer_peek_memory(in, static_cast<guint>(i)));
     sources_[i].buffer = {};
   }
-  if (!gst::may_be_changed_in_place(out.get())) {  // can be told only of a buffer that nobody else has
+  if (!gst::can_be_written(out.get())) {  // can be told only of a buffer that nobody else has
     for (auto& source : sources_) source.buffer = gst::Ref<GstBuffer>::share(out.get());
     return {};
   }

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "core/transform/picture.hpp"
+#include "gstcpp/memory_part.hpp"
 #include "gstcpp/tensor_meta.hpp"
 
 namespace weir {
@@ -107,7 +108,7 @@ Result<gst::Ref<GstBuffer>> FrameTransformer::output_for(GstBuffer* in) {
   if (work_.deferred) return deferred_output(in);
   if (work_.fused) {
     if (auto source = take_source(in)) return source;
-  } else if (in_place_ && gst::may_be_changed_in_place(in) &&
+  } else if (in_place_ && gst::can_be_written(in) &&
              gst_buffer_n_memory(in) == input_.tensors.size()) {
     return gst::Ref<GstBuffer>::share(in);
   }

@@ -92,6 +92,9 @@ class Bench {
     return value;
   }
   uint64_t outputs() const { return outputs_; }
+  // From here on the bytes of outputs are kept.
+  void keep_bytes() { keeps_ = true; }
+  const std::vector<uint8_t>& bytes() const { return bytes_; }  // of all of them
   GstClockTime last_time() const { return last_time_; }
   bool has_output() const {
     const auto source = Ref<GstPad>::adopt(gst_element_get_static_pad(element_.get(), "src"));
@@ -111,6 +114,12 @@ class Bench {
     auto* bench = static_cast<Bench*>(gst_pad_get_element_private(pad));
     ++bench->outputs_;
     bench->last_time_ = GST_BUFFER_PTS(buffer);
+    if (bench->keeps_) {
+      const gst::Mapped map(buffer, GST_MAP_READ);
+      EXPECT_TRUE(map);
+      const auto bytes = map.as<const uint8_t>();
+      bench->bytes_.insert(bench->bytes_.end(), bytes.begin(), bytes.end());
+    }
     gst_buffer_unref(buffer);
     return GST_FLOW_OK;
   }
@@ -129,6 +138,8 @@ class Bench {
   Ref<GstBus> bus_;
   Ref<GstPad> sink_, end_;
   uint64_t outputs_ = 0;
+  bool keeps_ = false;
+  std::vector<uint8_t> bytes_;
   GstClockTime last_time_ = GST_CLOCK_TIME_NONE;
 };
 

@@ -1,0 +1,47 @@
+// Sharing, or copying what refuses to be shared.
+#include "gstcpp/memory_part.hpp"
+
+#include "gstcpp/frame_errors.hpp"
+#include "gstcpp/ref.hpp"
+
+namespace weir::gst {
+
+GstMemory* part_of(GstMemory* memory, size_t offset, size_t size, bool* copied) {
+  *copied = false;
+  if (offset == 0 && size == gst_memory_get_sizes(memory, nullptr, nullptr))
+    return gst_memory_ref(memory);
+  const auto from = static_cast<gssize>(offset), length = static_cast<gssize>(size);
+  if (!GST_MEMORY_FLAG_IS_SET(memory, GST_MEMORY_FLAG_NO_SHARE))
+    if (GstMemory* shared = gst_memory_share(memory, from, length)) return shared;
+  *copied = true;
+  return gst_memory_copy(memory, from, length);
+}
+
+namespace {
+
+bool can_be_mapped(GstBuffer* buffer, GstMapFlags flags) {
+  for (guint i = 0; i < gst_buffer_n_memory(buffer); ++i) {
+    GstMemory* memory = gst_buffer_peek_memory(buffer, i);
+    if ((flags & GST_MAP_WRITE) && GST_MEMORY_IS_READONLY(memory)) return false;
+    if (!gst_memory_is_type(memory, GST_ALLOCATOR_SYSMEM) && !MappedMemory(memory, flags))
+      return false;
+  }
+  return true;
+}
+
+}  // namespace
+
+bool can_be_read(GstBuffer* buffer) {
+  return can_be_mapped(buffer, GST_MAP_READ);
+}
+
+bool can_be_written(GstBuffer* buffer) {
+  return gst_buffer_is_writable(buffer) && gst_buffer_is_all_memory_writable(buffer) &&
+         can_be_mapped(buffer, GST_MAP_READWRITE);
+}
+
+Error why_no_memory(GstBuffer* buffer) {
+  return can_be_read(buffer) ? memory_ran_out() : memory_not_mapped();
+}
+
+}  // namespace weir::gst
