@@ -73,10 +73,10 @@ class TensorReposink : public gst::Element<TensorReposink, gst::BaseSink> {
       ledger_.renew();
       writer_.attach(settings().slot_index);
     }
+    // GstBaseSink takes the lock under which render() waits: the wait lets go of it meanwhile.
+    if (transition == GST_STATE_CHANGE_PAUSED_TO_PLAYING) writer_.interrupt();
     const auto result = GST_ELEMENT_CLASS(parent_class())->change_state(element(), transition);
-    if (transition == GST_STATE_CHANGE_READY_TO_PAUSED ||
-        transition == GST_STATE_CHANGE_PLAYING_TO_PAUSED)
-      take_no_part_in_preroll();
+    if (transition != GST_STATE_CHANGE_PAUSED_TO_READY) take_no_part_in_preroll();
     if (transition == GST_STATE_CHANGE_PAUSED_TO_READY || result == GST_STATE_CHANGE_FAILURE)
       count_left(writer_.detach());
     return result;
@@ -142,7 +142,10 @@ class TensorReposink : public gst::Element<TensorReposink, gst::BaseSink> {
   // GstBaseSink keeps the first frame back in PAUSED. The other sinks of a loop may need what this
   // frame becomes before they are ready to play, so here it goes to its slot at once.
   void take_no_part_in_preroll() {
+    writer_
+        .interrupt();  // a wait in render() goes over to the preroll's, which lets go of the lock
     GST_BASE_SINK_PREROLL_LOCK(self());
+    writer_.resume();
     self()->need_preroll = FALSE;
     GST_BASE_SINK_PREROLL_SIGNAL(self());
     GST_BASE_SINK_PREROLL_UNLOCK(self());
