@@ -3,6 +3,7 @@
 
 // One line for each folder below src/elements.
 #define WEIR_ELEMENTS(X) \
+  X(join)                \
   X(tensor_aggregator)   \
   X(tensor_converter)    \
   X(tensor_decoder)      \

@@ -105,6 +105,12 @@ class Element {
     return guarded<GstFlowReturn>(GST_ELEMENT_CAST(parent),
                                   [&] { return call<Method>(of(parent), buffer); });
   }
+  // The same for elements whose pads are not alike.
+  template <auto Method>
+  static GstFlowReturn pad_chain(GstPad* pad, GstObject* parent, GstBuffer* buffer) {
+    return guarded<GstFlowReturn>(GST_ELEMENT_CAST(parent),
+                                  [&] { return call<Method>(of(parent), pad, buffer); });
+  }
   template <auto Method>
   static gboolean pad_event(GstPad* pad, GstObject* parent, GstEvent* event) {
     return guarded<gboolean>(GST_ELEMENT_CAST(parent),

@@ -84,6 +84,8 @@ void to_gvalue(const T& v, GValue* out) {
     g_value_set_string(out, v ? v->c_str() : nullptr);
   else if constexpr (std::is_same_v<T, GstStructure*>)
     g_value_take_boxed(out, v);
+  else if constexpr (std::is_same_v<T, Ref<GstPad>>)
+    g_value_set_object(out, v.get());
   else if constexpr (std::is_same_v<T, Ref<GstCaps>>)
     gst_value_set_caps(out, v.get());
   else
@@ -136,6 +138,8 @@ GParamSpec* value_spec(const char* name, const char* blurb, [[maybe_unused]] Bou
     return g_param_spec_string(name, name, blurb, def ? def->c_str() : nullptr, flags);
   else if constexpr (std::is_same_v<T, GstStructure*>)
     return g_param_spec_boxed(name, name, blurb, GST_TYPE_STRUCTURE, flags);
+  else if constexpr (std::is_same_v<T, Ref<GstPad>>)
+    return g_param_spec_object(name, name, blurb, GST_TYPE_PAD, flags);
   else if constexpr (std::is_same_v<T, Ref<GstCaps>>)
     return g_param_spec_boxed(name, name, blurb, GST_TYPE_CAPS, flags);
   else

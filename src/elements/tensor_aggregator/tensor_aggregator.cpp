@@ -73,7 +73,7 @@ class TensorAggregator : public gst::PlainFilter<TensorAggregator> {
     if (setup_->plan.passes_through) return pass(std::move(in));
     WindowStream& stream = clients_.of(gst::client_of(in.get()).value_or(0));
     if (!may_pass(in.get(), &stream.times)) {
-      ledger_.dropped(DropReason::Policy);
+      ledger_.dropped(DropReason::Time);
       return GST_FLOW_OK;
     }
     if (const auto status = stream.push(std::move(in), &ledger_); !status)

@@ -202,7 +202,7 @@ class TensorRate : public gst::CountedTransform<TensorRate> {
 
   void refuse(std::optional<uint64_t> time) {
     count_drop();
-    ledger_.dropped(DropReason::Policy);
+    ledger_.dropped(DropReason::Time);
     if (time && backwards_times_++ == 0)
       gst::post_warning(element(), backwards_time(*time, *rate_->held(), OnBackwardsTime::Drop));
   }

@@ -1,0 +1,224 @@
+// join: several branches become one stream again; whoever delivers is the one that is heard.
+#include <algorithm>
+#include <atomic>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <vector>
+
+#include "gstcpp/base_classes.hpp"
+#include "gstcpp/ref.hpp"
+
+namespace weir {
+namespace {
+
+using gst::Ref;
+
+class Join : public gst::Element<Join, gst::PlainElement> {
+ public:
+  static constexpr gst::ElementInfo kInfo{"WeirJoin", "join", "Input join", "Generic",
+                                          "Joins branches into one stream, without waiting"};
+  static inline GstStaticPadTemplate kPads[] = {
+      GST_STATIC_PAD_TEMPLATE("sink_%u", GST_PAD_SINK, GST_PAD_REQUEST, GST_STATIC_CAPS_ANY),
+      GST_STATIC_PAD_TEMPLATE("src", GST_PAD_SRC, GST_PAD_ALWAYS, GST_STATIC_CAPS_ANY),
+  };
+  struct Settings {};
+  uint32_t n_pads() const {
+    GST_OBJECT_LOCK(self());
+    const uint32_t count = self()->numsinkpads;
+    GST_OBJECT_UNLOCK(self());
+    return count;
+  }
+  Ref<GstPad> active_pad() const {
+    std::lock_guard lock(active_mutex_);
+    return active_;
+  }
+  static constexpr std::tuple kProperties{
+      gst::ReadOnly{"n-pads", &Join::n_pads, "How many branches there are"},
+      gst::ReadOnly{"active-pad", &Join::active_pad, "The branch that delivered last"},
+  };
+
+  void constructed() {
+    source_ = gst_pad_new_from_template(
+        gst_element_class_get_pad_template(GST_ELEMENT_GET_CLASS(element()), "src"), "src");
+    GST_PAD_SET_PROXY_CAPS(source_);
+    gst_element_add_pad(element(), source_);
+  }
+
+  GstPad* request_new_pad(GstPadTemplate* pad_template, const gchar* wanted, const GstCaps*) {
+    std::string name = wanted ? wanted : "";
+    while (name.empty() || (!wanted && has_pad(name))) name = "sink_" + std::to_string(next_pad_++);
+    GstPad* pad = gst_pad_new_from_template(pad_template, name.c_str());
+    gst_pad_set_chain_function(pad, pad_chain<&Join::on_buffer>);
+    gst_pad_set_event_function(pad, pad_event<&Join::on_event>);
+    GST_PAD_SET_PROXY_CAPS(pad);
+    GST_PAD_SET_PROXY_ALLOCATION(pad);
+    gst_pad_set_active(pad, TRUE);
+    if (!gst_element_add_pad(element(), pad)) return nullptr;  // the name is taken
+    g_object_notify(G_OBJECT(self()), "n-pads");
+    return pad;
+  }
+  void release_pad(GstPad* pad) {
+    gst_pad_set_active(pad, FALSE);
+    const bool was_active = forget(pad);
+    gst_element_remove_pad(element(), pad);
+    if (was_active) g_object_notify(G_OBJECT(self()), "active-pad");
+    g_object_notify(G_OBJECT(self()), "n-pads");
+  }
+
+  GstStateChangeReturn change_state(GstStateChange change) {
+    if (change == GST_STATE_CHANGE_READY_TO_PAUSED) ledger_.reset();
+    const auto result = parent_class()->change_state(element(), change);
+    if (change == GST_STATE_CHANGE_PAUSED_TO_READY) {
+      set_active(nullptr);
+      stream_id_.clear();
+    }
+    return result;
+  }
+
+  GstFlowReturn on_buffer(GstPad* pad, GstBuffer* raw) {
+    auto buffer = Ref<GstBuffer>::adopt(raw);
+    ledger_.received();
+    std::lock_guard lock(stream_mutex_);
+    if (active_pad().get() != pad) switch_to(pad);
+    const auto flow = gst_pad_push(source_, buffer.release());
+    if (flow == GST_FLOW_EOS)
+      ledger_.dropped(DropReason::Eos);
+    else if (flow == GST_FLOW_FLUSHING)
+      ledger_.dropped(DropReason::Flush);
+    else
+      ledger_.consumed_and_pushed();
+    return flow;
+  }
+
+  gboolean on_event(GstPad* pad, GstEvent* event) {
+    const auto type = GST_EVENT_TYPE(event);
+    auto owned = Ref<GstEvent>::adopt(event);
+    if (type == GST_EVENT_CAPS) {
+      GstCaps* caps = nullptr;
+      gst_event_parse_caps(event, &caps);
+      if (const Status status = check_caps(pad, caps); !status) {
+        gst::post_error(element(), status.error());
+        return FALSE;
+      }
+    }
+    const bool last = note_end(pad, type);
+    // Of a branch that is not heard the sticky events wait on its pad until it is.
+    if (active_pad().get() != pad && !last) return TRUE;
+    if (!(gst_event_type_get_flags(type) & GST_EVENT_TYPE_SERIALIZED))
+      return gst_pad_push_event(source_, owned.release());
+    std::lock_guard lock(stream_mutex_);
+    if (type == GST_EVENT_STREAM_START) remember_stream(event);
+    return gst_pad_push_event(source_, owned.release());
+  }
+
+  Settings settings_;
+  Ledger ledger_;
+
+ private:
+  bool has_pad(const std::string& name) const {
+    const auto pad = Ref<GstPad>::adopt(gst_element_get_static_pad(element(), name.c_str()));
+    return static_cast<bool>(pad);
+  }
+
+  // Whether it was the one that is heard.
+  bool forget(GstPad* pad) {
+    std::lock_guard lock(active_mutex_);
+    std::erase(ended_, pad);
+    const bool was_active = active_.get() == pad;
+    if (was_active) active_ = {};
+    return was_active;
+  }
+  void set_active(GstPad* pad) {
+    {
+      std::lock_guard lock(active_mutex_);
+      active_ = Ref<GstPad>::share(pad);
+      if (!pad) ended_.clear();
+    }
+    g_object_notify(G_OBJECT(self()), "active-pad");
+  }
+
+  void remember_stream(GstEvent* stream_start) {
+    const gchar* id = nullptr;
+    gst_event_parse_stream_start(stream_start, &id);
+    stream_id_ = id ? id : "";
+  }
+
+  // Sends what describes the stream of `pad`: its start only where it is another stream.
+  void switch_to(GstPad* pad) {
+    set_active(pad);
+    const auto send = +[](GstPad*, GstEvent** event, gpointer user) -> gboolean {
+      auto* join = static_cast<Join*>(user);
+      const auto type = GST_EVENT_TYPE(*event);
+      if (type == GST_EVENT_EOS) return TRUE;
+      if (type == GST_EVENT_STREAM_START) {
+        const gchar* id = nullptr;
+        gst_event_parse_stream_start(*event, &id);
+        if (id && join->stream_id_ == id) return TRUE;
+        join->remember_stream(*event);
+      }
+      gst_pad_push_event(join->source_, gst_event_ref(*event));
+      return TRUE;
+    };
+    gst_pad_sticky_events_foreach(pad, send, this);
+  }
+
+  template <class F>
+  bool any_other_sink(GstPad* pad, F&& f) const {
+    GST_OBJECT_LOCK(self());
+    std::vector<Ref<GstPad>> pads;
+    for (GList* l = self()->sinkpads; l; l = l->next)
+      pads.push_back(Ref<GstPad>::share(static_cast<GstPad*>(l->data)));
+    GST_OBJECT_UNLOCK(self());
+    return std::any_of(pads.begin(), pads.end(),
+                       [&](const auto& other) { return other.get() != pad && f(other.get()); });
+  }
+
+  // Whether the stream ends with this event: nobody was heard, and every other branch has ended.
+  bool note_end(GstPad* pad, GstEventType type) {
+    std::lock_guard lock(active_mutex_);
+    if (type == GST_EVENT_STREAM_START || type == GST_EVENT_FLUSH_STOP) std::erase(ended_, pad);
+    if (type != GST_EVENT_EOS) return false;
+    ended_.push_back(pad);
+    return !active_ && !any_other_sink(pad, [this](GstPad* other) {
+      return std::find(ended_.begin(), ended_.end(), other) == ended_.end();
+    });
+  }
+
+  Status check_caps(GstPad* pad, GstCaps* caps) const {
+    Ref<GstCaps> different;
+    Ref<GstPad> where;
+    any_other_sink(pad, [&](GstPad* other) {
+      auto theirs = Ref<GstCaps>::adopt(gst_pad_get_current_caps(other));
+      if (!theirs || gst_caps_is_equal(theirs.get(), caps)) return false;
+      different = std::move(theirs);
+      where = Ref<GstPad>::share(other);
+      return true;
+    });
+    if (!different) return ok();
+    const gst::UniqueText came{gst_caps_to_string(caps)},
+        needed{gst_caps_to_string(different.get())};
+    return Error{Code::SPEC_MISMATCH,
+                 "the branches of join have different caps",
+                 std::string(came.get()) + " on " + GST_OBJECT_NAME(pad),
+                 std::string(needed.get()) + ", as on " + GST_OBJECT_NAME(where.get()),
+                 "",
+                 "put \"" + std::string(needed.get()) + "\" behind a converter in each branch"};
+  }
+
+  GstPad* source_ = nullptr;  // owned by the element
+  std::atomic<uint32_t> next_pad_{0};
+  std::mutex stream_mutex_;          // one branch pushes at a time; taken before active_mutex_
+  std::string stream_id_;            // that was sent last; guarded by stream_mutex_
+  mutable std::mutex active_mutex_;  // guards active_ and ended_
+  Ref<GstPad> active_;               // null until somebody delivers
+  std::vector<GstPad*> ended_;       // that had EOS; addresses only
+};
+
+}  // namespace
+
+bool register_join(GstPlugin* plugin) {
+  return Join::register_in(plugin);
+}
+
+}  // namespace weir

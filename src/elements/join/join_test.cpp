@@ -1,0 +1,191 @@
+// join with pads of the test: who is heard, what is sent again, what is refused, and no waiting.
+#include <thread>
+
+#include "elements/tests/element_harness.hpp"
+
+namespace {
+
+using namespace weir::test;
+
+constexpr char kCaps[] =
+    "other/tensors,format=static,num_tensors=1,dimensions=1,types=uint8,"
+    "framerate=30/1";
+
+// A join, and branches that are source pads of the test.
+class JoinTest : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    h_ = Harness{gst_harness_new_with_padnames("join", nullptr, "src")};
+    errors_ = std::make_unique<Errors>(h_->element);
+  }
+  void TearDown() override {
+    errors_.reset();
+    for (auto& branch : branches_) gst_pad_set_active(branch.get(), FALSE);
+    branches_.clear();
+    h_.reset();
+  }
+  GstPad* branch(const char* stream_id, const char* caps = kCaps) {
+    auto sink = Ref<GstPad>::adopt(gst_element_request_pad_simple(h_->element, "sink_%u"));
+    auto source = Ref<GstPad>::adopt(GST_PAD(gst_object_ref_sink(gst_pad_new("out", GST_PAD_SRC))));
+    gst_pad_set_active(source.get(), TRUE);
+    EXPECT_EQ(gst_pad_link(source.get(), sink.get()), GST_PAD_LINK_OK);
+    gst_pad_push_event(source.get(), gst_event_new_stream_start(stream_id));
+    give_caps(source.get(), caps);
+    GstSegment segment;
+    gst_segment_init(&segment, GST_FORMAT_TIME);
+    segment.start = branches_.size();
+    gst_pad_push_event(source.get(), gst_event_new_segment(&segment));
+    branches_.push_back(source);
+    return source.get();
+  }
+  static bool give_caps(GstPad* source, const char* text) {
+    const auto caps = Ref<GstCaps>::adopt(gst_caps_from_string(text));
+    return gst_pad_push_event(source, gst_event_new_caps(caps.get()));
+  }
+  std::vector<std::string> events() {
+    std::vector<std::string> out;
+    while (auto e = Ref<GstEvent>::adopt(gst_harness_try_pull_event(h_.get()))) {
+      std::string name = GST_EVENT_TYPE_NAME(e.get());
+      const gchar* id = nullptr;
+      if (name == "stream-start")
+        gst_event_parse_stream_start(e.get(), &id), name += " " + std::string(id);
+      const GstSegment* segment = nullptr;
+      if (name == "segment")
+        gst_event_parse_segment(e.get(), &segment), name += " " + std::to_string(segment->start);
+      out.push_back(name);
+    }
+    return out;
+  }
+  Bytes pulled() {
+    Bytes out;
+    while (auto b = Ref<GstBuffer>::adopt(gst_harness_try_pull(h_.get())))
+      out.push_back(content(b.get())[0]);
+    return out;
+  }
+  std::string active() {
+    GstPad* pad = nullptr;
+    g_object_get(h_->element, "active-pad", &pad, nullptr);
+    const auto owned = Ref<GstPad>::adopt(pad);
+    return pad ? GST_OBJECT_NAME(pad) : "";
+  }
+  guint pads() {
+    guint count = 99;
+    g_object_get(h_->element, "n-pads", &count, nullptr);
+    return count;
+  }
+
+  Harness h_;
+  std::unique_ptr<Errors> errors_;
+  std::vector<Ref<GstPad>> branches_;
+};
+using Names = std::vector<std::string>;
+
+TEST_F(JoinTest, HearsWhoeverDeliversAndSendsWhatDescribesTheStream) {
+  GstPad *a = branch("a"), *b = branch("b");
+  EXPECT_EQ(pads(), 2u);
+  EXPECT_EQ(active(), "");
+  EXPECT_EQ(events(), Names{}) << "nothing before somebody delivers";
+  EXPECT_EQ(gst_pad_push(b, frame(Bytes{1})), GST_FLOW_OK);
+  EXPECT_EQ(active(), "sink_1");
+  EXPECT_EQ(events(), (Names{"stream-start b", "caps", "segment 1"}));
+  EXPECT_EQ(gst_pad_push(b, frame(Bytes{2})), GST_FLOW_OK);
+  EXPECT_EQ(events(), Names{});
+  EXPECT_EQ(gst_pad_push(a, frame(Bytes{3})), GST_FLOW_OK);
+  EXPECT_EQ(active(), "sink_0");
+  EXPECT_EQ(events(), (Names{"stream-start a", "caps", "segment 0"}));
+  EXPECT_EQ(pulled(), (Bytes{1, 2, 3}));
+  EXPECT_EQ(stat(h_->element, "consumed"), 3u);
+  EXPECT_EQ(stat(h_->element, "pushed"), 3u);
+  EXPECT_EQ(stat(h_->element, "bytes-copied"), 0u);
+}
+
+TEST_F(JoinTest, StartsNoNewStreamBetweenBranchesOfOne) {
+  GstPad *a = branch("same"), *b = branch("same");
+  gst_pad_push(a, frame(Bytes{1}));
+  events();
+  gst_pad_push(b, frame(Bytes{2}));
+  EXPECT_EQ(events(), (Names{"caps", "segment 1"}));
+}
+
+TEST_F(JoinTest, DropsEventsOfBranchesThatAreNotHeard) {
+  GstPad *a = branch("a"), *b = branch("b");
+  gst_pad_push(a, frame(Bytes{1}));
+  events();
+  EXPECT_TRUE(gst_pad_push_event(b, gst_event_new_gap(0, 1)));
+  EXPECT_TRUE(gst_pad_push_event(b, gst_event_new_eos()));
+  EXPECT_EQ(events(), Names{});
+  EXPECT_TRUE(gst_pad_push_event(a, gst_event_new_gap(0, 1)));
+  EXPECT_TRUE(gst_pad_push_event(a, gst_event_new_eos()));
+  EXPECT_EQ(events(), (Names{"gap", "eos"}));
+  EXPECT_EQ(gst_pad_push(a, frame(Bytes{1})), GST_FLOW_EOS);
+}
+
+TEST_F(JoinTest, EndsWhenEveryBranchEndsAndNoneWasHeard) {
+  GstPad *a = branch("a"), *b = branch("b");
+  EXPECT_TRUE(gst_pad_push_event(a, gst_event_new_eos()));
+  EXPECT_EQ(events(), Names{});
+  EXPECT_TRUE(gst_pad_push_event(b, gst_event_new_eos()));
+  EXPECT_EQ(events(), Names{"eos"});
+}
+
+TEST_F(JoinTest, NamesBranchesOfOtherCaps) {
+  branch("a");
+  branch("b", "other/tensors,format=static,num_tensors=1,dimensions=2,types=uint8,framerate=30/1");
+  const std::string error = errors_->next();
+  EXPECT_SAYS(error, "WEIR-2001: the branches of join have different caps");
+  EXPECT_SAYS(error, "dimensions=(int)2, types=(string)uint8, framerate=(fraction)30/1 on sink_1");
+  EXPECT_SAYS(error,
+              "dimensions=(int)1, types=(string)uint8, framerate=(fraction)30/1, as on sink_0");
+  EXPECT_EQ(gst_pad_push(branches_[1].get(), frame(Bytes{1})), GST_FLOW_NOT_NEGOTIATED);
+  EXPECT_EQ(gst_pad_push(branches_[0].get(), frame(Bytes{2})), GST_FLOW_OK);
+  EXPECT_EQ(pulled(), Bytes{2});
+}
+
+TEST_F(JoinTest, LetsTheOnlyBranchChangeItsCaps) {
+  GstPad* a = branch("a");
+  gst_pad_push(a, frame(Bytes{1}));
+  events();
+  EXPECT_TRUE(give_caps(a, "video/x-raw,format=GRAY8,width=1,height=1,framerate=1/1"));
+  EXPECT_EQ(events(), Names{"caps"});
+  EXPECT_EQ(errors_->next(), "");
+}
+
+TEST_F(JoinTest, LosesBranchesWhileItPlays) {
+  GstPad *a = branch("a"), *b = branch("b");
+  gst_pad_push(a, frame(Bytes{1}));
+  auto sink = Ref<GstPad>::adopt(gst_pad_get_peer(a));
+  gst_element_release_request_pad(h_->element, sink.get());
+  EXPECT_EQ(pads(), 1u);
+  EXPECT_EQ(active(), "");
+  EXPECT_EQ(gst_pad_push(b, frame(Bytes{2})), GST_FLOW_OK);
+  EXPECT_EQ(active(), "sink_1");
+  GstPad* c = branch("c");
+  EXPECT_EQ(gst_pad_push(c, frame(Bytes{3})), GST_FLOW_OK);
+  EXPECT_EQ(active(), "sink_2");
+  EXPECT_EQ(pulled(), (Bytes{1, 2, 3}));
+}
+
+TEST_F(JoinTest, TakesABranchUnderAGivenName) {
+  auto named = Ref<GstPad>::adopt(gst_element_request_pad_simple(h_->element, "sink_0"));
+  auto next = Ref<GstPad>::adopt(gst_element_request_pad_simple(h_->element, "sink_%u"));
+  ASSERT_TRUE(named && next);
+  EXPECT_STREQ(GST_OBJECT_NAME(named.get()), "sink_0");
+  EXPECT_STREQ(GST_OBJECT_NAME(next.get()), "sink_1");
+}
+
+// Threads that deliver at once lose nothing, and nobody waits for another.
+TEST_F(JoinTest, LosesNothingUnderThreads) {
+  constexpr int kBranches = 4, kFrames = 500;
+  for (int i = 0; i < kBranches; ++i) branch(("branch" + std::to_string(i)).c_str());
+  std::vector<std::thread> threads;
+  for (auto& source : branches_)
+    threads.emplace_back([pad = source.get()] {
+      for (int i = 0; i < kFrames; ++i) gst_pad_push(pad, frame(Bytes{7}));
+    });
+  for (auto& thread : threads) thread.join();
+  EXPECT_EQ(pulled().size(), size_t{kBranches} * kFrames);
+  EXPECT_EQ(stat(h_->element, "received"), uint64_t{kBranches} * kFrames);
+  EXPECT_EQ(stat(h_->element, "held"), 0u);
+}
+
+}  // namespace
