@@ -7,6 +7,7 @@
   X(tensor_aggregator)   \
   X(tensor_converter)    \
   X(tensor_decoder)      \
+  X(tensor_debug)        \
   X(tensor_demux)        \
   X(tensor_filter)       \
   X(tensor_if)           \

@@ -65,10 +65,19 @@ Gauge(const char*, int S::*, int (Impl::*)() const, const char*, int, int) -> Ga
 // Specialise for each enum that is a property: `static GType type()`, registered once.
 template <class T>
 struct EnumType;
+// The same for an enum whose values are bits and may be given together.
+template <class T>
+struct FlagsType;
+template <class T>
+concept Flags = std::is_enum_v<T> && requires {
+  FlagsType<T>::type();
+};
 
 template <class T>
 void to_gvalue(const T& v, GValue* out) {
-  if constexpr (std::is_enum_v<T>)
+  if constexpr (Flags<T>)
+    g_value_set_flags(out, static_cast<guint>(v));
+  else if constexpr (std::is_enum_v<T>)
     g_value_set_enum(out, static_cast<int>(v));
   else if constexpr (std::is_same_v<T, bool>)
     g_value_set_boolean(out, v);
@@ -94,7 +103,9 @@ void to_gvalue(const T& v, GValue* out) {
 
 template <class T>
 T from_gvalue(const GValue* in) {
-  if constexpr (std::is_enum_v<T>) {
+  if constexpr (Flags<T>) {
+    return static_cast<T>(g_value_get_flags(in));
+  } else if constexpr (std::is_enum_v<T>) {
     return static_cast<T>(g_value_get_enum(in));
   } else if constexpr (std::is_same_v<T, bool>) {
     return g_value_get_boolean(in);
@@ -121,7 +132,10 @@ template <class T>
 GParamSpec* value_spec(const char* name, const char* blurb, [[maybe_unused]] Bound<T> min,
                        [[maybe_unused]] Bound<T> max, [[maybe_unused]] const T& def,
                        GParamFlags flags) {
-  if constexpr (std::is_enum_v<T>)
+  if constexpr (Flags<T>)
+    return g_param_spec_flags(name, name, blurb, FlagsType<T>::type(), static_cast<guint>(def),
+                              flags);
+  else if constexpr (std::is_enum_v<T>)
     return g_param_spec_enum(name, name, blurb, EnumType<T>::type(), static_cast<int>(def), flags);
   else if constexpr (std::is_same_v<T, bool>)
     return g_param_spec_boolean(name, name, blurb, def, flags);

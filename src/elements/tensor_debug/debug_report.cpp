@@ -1,0 +1,50 @@
+// Nothing here can fail: what cannot be read is said so.
+#include "elements/tensor_debug/debug_report.hpp"
+
+#include "core/sync/backwards_time.hpp"
+#include "gstcpp/query_meta.hpp"
+#include "gstcpp/tensor_caps.hpp"
+
+namespace weir {
+namespace {
+
+std::string time_or_none(GstClockTime time) {
+  return GST_CLOCK_TIME_IS_VALID(time) ? time_text(time) : "none";
+}
+
+}  // namespace
+
+std::string caps_report(const GstCaps* caps, bool whole) {
+  const auto spec = gst::spec_from_caps(caps);
+  std::string out = spec ? spec->to_string() : spec.error().what;
+  if (spec && spec->rate.valid())
+    out += " at " + std::to_string(spec->rate.numerator) + "/" +
+           std::to_string(spec->rate.denominator);
+  if (!whole) return out;
+  const gst::UniqueText text{gst_caps_to_string(caps)};
+  return out + ": " + text.get();
+}
+
+std::string frame_report(GstBuffer* buffer, uint64_t number, DebugMetadata metadata) {
+  const guint memories = gst_buffer_n_memory(buffer);
+  std::string out = "frame " + std::to_string(number) + ": " + std::to_string(memories) +
+                    (memories == 1 ? " memory, " : " memories, ");
+  for (guint i = 0; i < memories; ++i)
+    out += (i ? " + " : "") + std::to_string(gst_memory_get_sizes(gst_buffer_peek_memory(buffer, i),
+                                                                  nullptr, nullptr));
+  out += " bytes";
+  const auto asked = [&](DebugMetadata bit) {
+    return (static_cast<int>(metadata) & static_cast<int>(bit)) != 0;
+  };
+  if (asked(DebugMetadata::Timestamp))
+    out += ", pts " + time_or_none(GST_BUFFER_PTS(buffer)) + ", dts " +
+           time_or_none(GST_BUFFER_DTS(buffer)) + ", duration " +
+           time_or_none(GST_BUFFER_DURATION(buffer));
+  if (asked(DebugMetadata::QueryServer)) {
+    const auto client = gst::client_of(buffer);
+    out += client ? ", client " + std::to_string(*client) : ", no client";
+  }
+  return out;
+}
+
+}  // namespace weir

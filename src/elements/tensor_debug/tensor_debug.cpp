@@ -1,0 +1,188 @@
+// tensor_debug: passes every frame as it is, and says what passes when it is not silent.
+#include <cstdio>
+#include <deque>
+#include <mutex>
+
+#include "elements/tensor_debug/debug_report.hpp"
+#include "gstcpp/counted_transform.hpp"
+#include "gstcpp/tensor_caps.hpp"
+
+namespace weir {
+namespace {
+
+// The console's and GStreamer's log each have two bits of their own for how bad it is.
+enum class DebugOutput : int {
+  Disabled = 0,
+  ConsoleInfo = 0x11,
+  ConsoleWarn = 0x12,
+  ConsoleError = 0x13,
+  GstDebugInfo = 0x24,
+  GstDebugWarn = 0x28,
+  GstDebugError = 0x2C,
+  CircularBuffer = 0x100,
+  FileWrite = 0x200
+};
+enum class DebugCapability : int { Disabled = 0, Updates, UpdatesFull, Always };
+
+}  // namespace
+}  // namespace weir
+
+namespace weir::gst {
+template <>
+struct FlagsType<DebugOutput> {
+  static GType type() {
+    static const GFlagsValue values[] = {
+        {0, "Say nothing", "disabled"},
+        {0x11, "Lines of information on the console", "console-info"},
+        {0x12, "Warnings on the console", "console-warn"},
+        {0x13, "Errors on the console", "console-error"},
+        {0x24, "Information in GStreamer's log", "gstdebug-info"},
+        {0x28, "Warnings in GStreamer's log", "gstdebug-warn"},
+        {0x2C, "Errors in GStreamer's log", "gstdebug-error"},
+        {0x100, "The last lines, in the property stats", "circularbuf"},
+        {0x200, "Accepted; no property names a file", "filewrite"},
+        {0, nullptr, nullptr}};
+    static const GType t = g_flags_register_static("WeirDebugOutput", values);
+    return t;
+  }
+};
+template <>
+struct FlagsType<DebugMetadata> {
+  static GType type() {
+    static const GFlagsValue values[] = {{0, "None", "disabled"},
+                                         {1, "Time-stamps", "timestamp"},
+                                         {2, "The client of a query server", "queryserver"},
+                                         {0, nullptr, nullptr}};
+    static const GType t = g_flags_register_static("WeirDebugMetadata", values);
+    return t;
+  }
+};
+template <>
+struct EnumType<DebugCapability> {
+  static GType type() {
+    static const GEnumValue values[] = {{0, "Nothing", "disabled"},
+                                        {1, "Each change of the tensors", "updates"},
+                                        {2, "Each change, with the whole caps", "updates-full"},
+                                        {3, "Each change and each frame", "always"},
+                                        {0, nullptr, nullptr}};
+    static const GType t = g_enum_register_static("WeirDebugCapability", values);
+    return t;
+  }
+};
+}  // namespace weir::gst
+
+namespace weir {
+namespace {
+
+constexpr size_t kLastLines = 64;
+
+GstDebugCategory* log_category() {
+  static GstDebugCategory* const category =
+      _gst_debug_category_new("tensor_debug", 0, "what tensor_debug says of a stream");
+  return category;
+}
+
+class TensorDebug : public gst::CountedTransform<TensorDebug> {
+ public:
+  static constexpr gst::ElementInfo kInfo{"WeirTensorDebug", "tensor_debug", "TensorDebug",
+                                          "Filter/Tensor",
+                                          "Passes tensors as they are and says what passes"};
+  static inline GstStaticPadTemplate kPads[] = {
+      GST_STATIC_PAD_TEMPLATE("src", GST_PAD_SRC, GST_PAD_ALWAYS,
+                              GST_STATIC_CAPS(WEIR_CAPS_TENSORS("{ static, flexible, sparse }"))),
+      GST_STATIC_PAD_TEMPLATE("sink", GST_PAD_SINK, GST_PAD_ALWAYS,
+                              GST_STATIC_CAPS(WEIR_CAPS_TENSORS("{ static, flexible, sparse }"))),
+  };
+  struct Settings {
+    bool silent = true;
+    DebugOutput output_method = DebugOutput::ConsoleInfo;
+    DebugCapability capability = DebugCapability::UpdatesFull;
+    DebugMetadata metadata = DebugMetadata::Disabled;
+  };
+  static constexpr std::tuple kProperties{
+      gst::Property{"silent", &Settings::silent, "False: say what passes",
+                    gst::Changeable::WhilePlaying},
+      gst::Property{"output-method", &Settings::output_method, "Where it is said",
+                    gst::Changeable::WhilePlaying},
+      gst::Property{"capability", &Settings::capability, "What is said",
+                    gst::Changeable::WhilePlaying},
+      gst::Property{"metadata", &Settings::metadata, "What is said of each frame besides its sizes",
+                    gst::Changeable::WhilePlaying},
+  };
+
+  void constructed() { gst_base_transform_set_passthrough(self(), TRUE); }
+
+  Status start() {
+    ledger_.reset();
+    frames_ = 0;
+    std::lock_guard lock(lines_mutex_);
+    lines_.clear();
+    return ok();
+  }
+
+  gboolean set_caps(GstCaps* in, GstCaps*) {
+    const Settings s = settings();
+    if (!s.silent && s.capability != DebugCapability::Disabled)
+      say(s, caps_report(in, s.capability == DebugCapability::UpdatesFull));
+    return TRUE;
+  }
+
+  GstFlowReturn transform_ip(GstBuffer* buffer) {
+    const Settings s = settings();
+    if (!s.silent && s.capability == DebugCapability::Always)
+      say(s, frame_report(buffer, frames_, s.metadata));
+    ++frames_;
+    ledger_.consumed_and_pushed();
+    return GST_FLOW_OK;
+  }
+
+  void add_stats(GstStructure* stats) const {
+    GValue list = G_VALUE_INIT;
+    g_value_init(&list, GST_TYPE_ARRAY);
+    {
+      std::lock_guard lock(lines_mutex_);
+      for (const auto& line : lines_) {
+        GValue text = G_VALUE_INIT;
+        g_value_init(&text, G_TYPE_STRING);
+        g_value_set_string(&text, line.c_str());
+        gst_value_array_append_and_take_value(&list, &text);
+      }
+    }
+    gst_structure_take_value(stats, "last-lines", &list);
+  }
+
+  Settings settings_;
+
+ private:
+  void say(const Settings& s, const std::string& line) {
+    const int method = static_cast<int>(s.output_method);
+    if (method & 0x10) {
+      static constexpr const char* kLevels[] = {"info", "info", "warning", "error"};
+      const gst::UniqueText name{gst_object_get_name(GST_OBJECT_CAST(self()))};
+      std::fprintf(stderr, "%s: %s: %s\n", name.get(), kLevels[method & 3], line.c_str());
+    }
+    if (method & 0x20) {
+      static constexpr GstDebugLevel kLevels[] = {GST_LEVEL_INFO, GST_LEVEL_INFO, GST_LEVEL_WARNING,
+                                                  GST_LEVEL_ERROR};
+      gst_debug_log(log_category(), kLevels[method >> 2 & 3], __FILE__, __func__, __LINE__,
+                    G_OBJECT(self()), "%s", line.c_str());
+    }
+    if (method & 0x100) {
+      std::lock_guard lock(lines_mutex_);
+      if (lines_.size() == kLastLines) lines_.pop_front();
+      lines_.push_back(line);
+    }
+  }
+
+  uint64_t frames_ = 0;             // streaming thread only
+  mutable std::mutex lines_mutex_;  // guards lines_
+  std::deque<std::string> lines_;
+};
+
+}  // namespace
+
+bool register_tensor_debug(GstPlugin* plugin) {
+  return TensorDebug::register_in(plugin);
+}
+
+}  // namespace weir
