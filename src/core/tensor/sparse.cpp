@@ -1,8 +1,11 @@
 // Dense <-> sparse (specification 1.8).
 #include "core/tensor/sparse.hpp"
 
+#include <algorithm>
+#include <bit>
 #include <cstring>
 #include <string>
+#include <type_traits>
 
 namespace weir {
 namespace {
@@ -32,38 +35,63 @@ T element(std::span<const std::byte> dense, size_t index) noexcept {
   return value;
 }
 
+// The highest bit of each lane of eight bytes.
 template <class T>
-uint32_t count_nonzero(std::span<const std::byte> dense) noexcept {
-  const size_t count = dense.size() / sizeof(T);
-  uint32_t nonzero = 0;
-  for (size_t i = 0; i < count; ++i) nonzero += is_zero(element<T>(dense, i)) ? 0 : 1;
-  return nonzero;
+constexpr uint64_t highest_bits() {
+  uint64_t out = 0;
+  for (size_t i = 1; i <= 8 / sizeof(T); ++i) out |= uint64_t{1} << (8 * sizeof(T) * i - 1);
+  return out;
 }
 
-// Without a branch on each element, and eight zero bytes in one step. The last element that is
-// not zero ends it, so that nothing is written beyond the room for `nonzero` elements.
+// The highest bit of each lane that is not zero: such a lane carries into it. The sign of a
+// floating point number does not make it other than zero.
+template <class T>
+uint64_t nonzero_lanes(const std::byte* at) noexcept {
+  constexpr uint64_t kHigh = highest_bits<T>();
+  constexpr bool kSigned = std::is_floating_point_v<T> || std::is_same_v<T, float16>;
+  uint64_t word;
+  std::memcpy(&word, at, 8);
+  return (((word & ~kHigh) + ~kHigh) | (kSigned ? 0 : word)) & kHigh;
+}
+
+template <class T>
+uint32_t count_nonzero(std::span<const std::byte> dense) noexcept {
+  constexpr size_t kBits = 8 * sizeof(T), kStep = 8 / sizeof(T);
+  constexpr size_t kWordsInARow = 255;  // as many ones a lane of one byte can count
+  const size_t count = dense.size() / sizeof(T), words = count / kStep;
+  uint64_t nonzero = 0;
+  for (size_t begin = 0; begin < words; begin += kWordsInARow) {
+    uint64_t lanes = 0;
+    for (size_t i = begin; i < std::min(words, begin + kWordsInARow); ++i)
+      lanes += nonzero_lanes<T>(dense.data() + 8 * i) >> (kBits - 1);
+    for (size_t lane = 0; lane < kStep; ++lane)
+      nonzero += lanes >> (kBits * lane) & (kBits < 64 ? (uint64_t{1} << kBits % 64) - 1 : ~0ull);
+  }
+  for (size_t i = words * kStep; i < count; ++i) nonzero += is_zero(element<T>(dense, i)) ? 0 : 1;
+  return static_cast<uint32_t>(nonzero);
+}
+
+// Eight bytes in one step, of which only the elements that are not zero are looked at.
 template <class T>
 void write_elements(std::span<const std::byte> dense, size_t nonzero, std::byte* values,
                     std::byte* indices) noexcept {
   constexpr size_t kStep = 8 / sizeof(T);
   const size_t count = dense.size() / sizeof(T);
-  size_t found = 0, i = 0;
-  const auto take = [&] {
-    const auto value = element<T>(dense, i);
+  size_t found = 0;
+  const auto take = [&](size_t i) {
     const auto index = static_cast<uint32_t>(i);
-    std::memcpy(values + found * sizeof(T), &value, sizeof(T));
+    std::memcpy(values + found * sizeof(T), dense.data() + i * sizeof(T), sizeof(T));
     std::memcpy(indices + found * 4, &index, 4);
-    found += is_zero(value) ? 0 : 1;
-    ++i;
+    ++found;
   };
-  while (found < nonzero && i < count) {
-    uint64_t word = 1;
-    if (i + kStep <= count) std::memcpy(&word, dense.data() + i * sizeof(T), 8);
-    if (word == 0)
-      i += kStep;
-    else
-      for (size_t k = 0; k < kStep && found < nonzero && i < count; ++k) take();
+  size_t i = 0;
+  for (; i + kStep <= count; i += kStep) {
+    uint64_t lanes = nonzero_lanes<T>(dense.data() + i * sizeof(T));
+    for (; lanes != 0 && found < nonzero; lanes &= lanes - 1)
+      take(i + static_cast<size_t>(std::countr_zero(lanes)) / (8 * sizeof(T)));
   }
+  for (; i < count && found < nonzero; ++i)
+    if (!is_zero(element<T>(dense, i))) take(i);
 }
 
 }  // namespace
