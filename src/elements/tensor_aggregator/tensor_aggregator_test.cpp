@@ -3,6 +3,7 @@
 
 #include "elements/tests/element_harness.hpp"
 #include "gstcpp/query_meta.hpp"
+#include "gstcpp/tensor_meta.hpp"
 
 namespace {
 
@@ -174,6 +175,18 @@ TEST(TensorAggregator, KeepsClientsApart) {
     auto out = Ref<GstBuffer>::adopt(gst_harness_pull(h.get()));
     EXPECT_EQ(content(out.get()), bytes);
     EXPECT_EQ(weir::gst::client_of(out.get()), client);
+  }
+}
+
+// Pictures behind each other keep their pixels' places, pictures below each other do not.
+TEST(TensorAggregator, KeepsTheWayBackWhereItIsOneForAllFrames) {
+  for (const auto& [dimension, maps] : {std::pair{"3", 1u}, std::pair{"2", 0u}}) {
+    auto h = harness_of(
+        std::string("tensor_converter ! tensor_aggregator frames-out=2 frames-dim=") + dimension,
+        video("GRAY8", 4, 3));
+    for (int i = 0; i < 2; ++i) ASSERT_EQ(gst_harness_push(h.get(), frame(ramp(12))), GST_FLOW_OK);
+    auto out = Ref<GstBuffer>::adopt(gst_harness_pull(h.get()));
+    EXPECT_EQ(weir::gst::picture_maps(out.get()).size(), maps) << "along " << dimension;
   }
 }
 

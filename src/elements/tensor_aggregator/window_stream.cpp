@@ -21,7 +21,8 @@ auto fields(const PictureMap& m) {
 }
 bool same_maps(GstBuffer* a, GstBuffer* b) {
   const auto left = gst::picture_maps(a), right = gst::picture_maps(b);
-  return std::equal(left.begin(), left.end(), right.begin(), right.end(),
+  return gst::maps_of(a) == gst::maps_of(b) &&
+         std::equal(left.begin(), left.end(), right.begin(), right.end(),
                     [](const auto& x, const auto& y) { return fields(x) == fields(y); });
 }
 
@@ -197,7 +198,7 @@ void WindowStream::describe(GstBuffer* out, uint64_t begin) {
   const auto maps = gst::picture_maps(out);
   if (maps.empty()) return;
   // The way back stays where it is one for all frames, and pixels keep their places.
-  bool stays = maps.size() == 1 || plan.layouts.size() > 1;
+  bool stays = gst::maps_of(out) == gst::MapsOf::Tensors;
   for (const auto& map : maps)
     stays = stays && setup_->dimension != map.x_dimension && setup_->dimension != map.y_dimension;
   for (uint64_t i = begin / plan.in + 1; stays && i <= last_buffer_of(begin); ++i)
