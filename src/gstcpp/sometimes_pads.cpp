@@ -125,7 +125,8 @@ Result<bool> SometimesPads::settle(Output* output, const FrameSpec& spec) {
   const auto caps = choose_caps(pad, spec);
   if (!caps) return not_taken(pad, spec, nullptr);
   const auto before = Ref<GstCaps>::adopt(gst_pad_get_current_caps(pad));
-  const bool same = output->open && before && gst_caps_is_equal(before.get(), caps.get());
+  const bool same =
+      output->open && !output->begun_anew && before && gst_caps_is_equal(before.get(), caps.get());
   if (!same) {
     if (gst_pad_is_linked(pad) && !gst_pad_peer_query_accept_caps(pad, caps.get()))
       return not_taken(pad, spec, caps.get());
@@ -133,6 +134,7 @@ Result<bool> SometimesPads::settle(Output* output, const FrameSpec& spec) {
     const auto chosen = spec_from_caps(caps.get());
     if (!chosen) return chosen.error();
     output->format = chosen->format;
+    output->begun_anew = false;
   }
   if (!output->open) send_sticky_events(pad);
   output->open = output->settled = true;
@@ -149,6 +151,11 @@ GstFlowReturn SometimesPads::push(Output* output, Ref<GstBuffer> buffer) {
   return combined(gst_flow_combiner_update_pad_flow(combiner_.get(), output->pad.get(), flow));
 }
 
+GstFlowReturn SometimesPads::pass_over(Output* output) noexcept {
+  return combined(
+      gst_flow_combiner_update_pad_flow(combiner_.get(), output->pad.get(), GST_FLOW_NOT_LINKED));
+}
+
 bool SometimesPads::send(Ref<GstEvent> event) {
   std::vector<Ref<GstPad>> pads;
   const auto type = GST_EVENT_TYPE(event.get());
@@ -158,7 +165,10 @@ bool SometimesPads::send(Ref<GstEvent> event) {
   {
     std::lock_guard lock(mutex_);
     for (const auto& output : outputs_)
-      if (output && (to_all || output->open)) pads.push_back(output->pad);
+      if (output && (to_all || output->open)) {
+        pads.push_back(output->pad);
+        if (type == GST_EVENT_STREAM_START) output->begun_anew = true;
+      }
   }
   if (type == GST_EVENT_FLUSH_STOP) gst_flow_combiner_reset(combiner_.get());
   bool taken = false;

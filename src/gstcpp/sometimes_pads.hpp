@@ -24,6 +24,7 @@ class SometimesPads {
     Ref<GstPad> pad;
     std::atomic<bool> open = false;  // it has caps: buffers and events may go there
     bool settled = false;            // the caps are those of the stream as it is now
+    bool begun_anew = false;         // a stream-start went there since the caps
     Format format = Format::Static;  // as the pad's caps say
     std::atomic<uint64_t> pushed = 0;
   };
@@ -53,6 +54,11 @@ class SometimesPads {
   Result<bool> settle(Output* output, const FrameSpec& spec);
   // The flow of all pads together after this buffer.
   GstFlowReturn push(Output* output, Ref<GstBuffer> buffer);
+  // The same for a pad that is not linked, with no buffer: nobody would see it.
+  GstFlowReturn pass_over(Output* output) noexcept;
+  static bool is_linked(const Output& output) noexcept {
+    return gst_pad_is_linked(output.pad.get());
+  }
   // Whether the rest of a frame need not be pushed any more.
   static bool stops(GstFlowReturn flow) noexcept {
     return flow == GST_FLOW_FLUSHING || flow < GST_FLOW_EOS;

@@ -50,6 +50,11 @@ TEST(TensorDemuxPads, FollowANewStream) {
   ASSERT_EQ(demux.push(two()), GST_FLOW_OK);
   demux.send(gst_event_new_stream_start("other"));
   EXPECT_EQ(demux.branch("src_1").stream_id(), "other/src_1");
+  demux.caps(kTwo);
+  ASSERT_EQ(demux.push(two()), GST_FLOW_OK);
+  ASSERT_EQ(demux.push(two()), GST_FLOW_OK);
+  EXPECT_EQ(demux.branch("src_1").events,
+            names({"stream-start", "caps", "segment", "stream-start", "caps"}));
 }
 
 TEST(TensorDemuxPads, OfOneTensorSuitThePeer) {

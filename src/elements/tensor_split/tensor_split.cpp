@@ -81,9 +81,14 @@ class TensorSplit : public gst::OneToMany<TensorSplit> {
     for (size_t i = 0; i < branches_.size(); ++i) outputs_.output(i);
     gst::Routed routed;
     for (size_t i = 0; i < branches_.size(); ++i) {
-      auto frame = frame_of(buffer.get(), &branches_[i], &outputs_.output(i));
+      auto& output = outputs_.output(i);
+      if (!branches_[i].segment.dense() && !gst::SometimesPads::is_linked(output)) {
+        routed.flow = outputs_.pass_over(&output);
+        continue;
+      }
+      auto frame = frame_of(buffer.get(), &branches_[i], &output);
       if (!frame) return frame.error();
-      routed.flow = push(&outputs_.output(i), *std::move(frame));
+      routed.flow = push(&output, *std::move(frame));
       if (gst::SometimesPads::stops(routed.flow)) break;
     }
     return routed;

@@ -124,6 +124,20 @@ TEST(TensorSplitDimension, SharesAlongTheOutermost) {
   EXPECT_EQ(split.stat("bytes-copied"), 0u);
 }
 
+TEST(TensorSplitDimension, CopiesNothingForPadsThatAreNotLinked) {
+  Branches split("tensor_split split-dim=0 split-parts=3", {}, {"src_0", "src_2"});
+  split.caps(one("3:4"));
+  ASSERT_EQ(split.push(frame_of({ramp(12)})), GST_FLOW_OK);
+  EXPECT_EQ(content(split.take("src_1").get(), 0), (Bytes{1, 4, 7, 10}));
+  EXPECT_EQ(split.stat("bytes-copied"), 4u);
+  EXPECT_EQ(split.stat("pushed"), 1u);
+
+  Branches none("tensor_split split-dim=0 split-parts=3", {}, {"src_0", "src_1", "src_2"});
+  none.caps(one("3:4"));
+  EXPECT_EQ(none.push(frame_of({ramp(12)})), GST_FLOW_NOT_LINKED);
+  none.expect_balance();
+}
+
 TEST(TensorSplitDimension, CountsWhatMustBeMergedFirst) {
   Branches split("tensor_split split-dim=0 split-parts=2 tensorpick=0");
   split.caps(one("2:2"));
