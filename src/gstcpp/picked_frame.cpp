@@ -9,10 +9,11 @@
 namespace weir::gst {
 namespace {
 
-// Several tensors have a way back for all, or one each: those of the chosen ones.
+// Several tensors have a way back for all, or one each: those of the chosen ones. Those of regions
+// hold for every tensor.
 void keep_maps_of(std::span<const size_t> chosen, size_t tensors, GstBuffer* buffer) {
   const auto maps = picture_maps(buffer);
-  if (tensors < 2 || maps.size() != tensors) return;
+  if (maps_of(buffer) != MapsOf::Tensors || tensors < 2 || maps.size() != tensors) return;
   std::vector<PictureMap> kept;
   for (const size_t index : chosen) kept.push_back(maps[index]);
   set_picture_maps(buffer, std::move(kept));

@@ -1,6 +1,7 @@
 // The grammar of tensorseg and the way back of a segment.
 #include "core/split/segments.hpp"
 
+#include <algorithm>
 #include <string>
 
 #include "core/split/pick_list.hpp"
@@ -52,14 +53,14 @@ Result<std::vector<Shape>> parse_segments(std::string_view text) {
 }
 
 std::vector<PictureMap> maps_of(const Segment& segment, const TensorSpec& input,
-                                std::span<const PictureMap> maps) {
+                                std::span<const PictureMap> maps, bool of_regions) {
   std::vector<PictureMap> out;
   if (!segment.part) return out;
   const Segment::Part& part = *segment.part;
-  const size_t outermost = input.shape.rank() - 1;
-  const bool each_its_own = maps.size() > 1 && maps.size() == input.shape[outermost];
-  if (each_its_own && part.dimension == outermost) {
-    const auto own = maps.subspan(part.from, part.extent);
+  if (of_regions && part.dimension + 1 == input.shape.rank()) {
+    // A batch may have room for more regions than there were.
+    const size_t from = std::min<size_t>(part.from, maps.size());
+    const auto own = maps.subspan(from, std::min<size_t>(part.extent, maps.size() - from));
     return {own.begin(), own.end()};
   }
   for (const auto& map : maps) out.push_back(part_of(map, part));

@@ -51,8 +51,8 @@ Result<SplitPlan> plan_split(const SplitRequest& request, const TensorSpec& inpu
 void copy_segment(const Segment& segment, std::span<const std::byte> in, std::span<std::byte> out);
 
 // The ways back of a segment, from those of the whole tensor; none where it is no part of the
-// picture.
+// picture. `of_regions`: they are those of a batch, one for each index of its outermost dimension.
 std::vector<PictureMap> maps_of(const Segment& segment, const TensorSpec& input,
-                                std::span<const PictureMap> maps);
+                                std::span<const PictureMap> maps, bool of_regions);
 
 }  // namespace weir

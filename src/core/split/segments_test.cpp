@@ -222,7 +222,8 @@ TEST(SplitPicture, IsThePartOfThePicture) {
   const auto input = tensor(ElementType::UInt8, {3, 8, 6});
   const PictureMap whole = picture_as_it_is(8, 6, false);
   const auto first_point = [&](const SplitRequest& request, size_t index) {
-    const auto maps = maps_of(plan_split(request, input)->segments[index], input, {&whole, 1});
+    const auto maps =
+        maps_of(plan_split(request, input)->segments[index], input, {&whole, 1}, false);
     EXPECT_EQ(maps.size(), 1u);
     return maps.empty() ? PictureMap{} : maps[0];
   };
@@ -240,7 +241,7 @@ TEST(SplitPicture, IsNoneWhereTheSegmentIsNoPartOfIt) {
   const PictureMap whole = picture_as_it_is(8, 6, false);
   const auto plan = plan_split(line("48,2:8:6"), input);
   for (const auto& segment : plan->segments)
-    EXPECT_TRUE(maps_of(segment, input, {&whole, 1}).empty());
+    EXPECT_TRUE(maps_of(segment, input, {&whole, 1}, false).empty());
 }
 
 TEST(SplitPicture, OfABatchGoesWithItsRegions) {
@@ -248,13 +249,16 @@ TEST(SplitPicture, OfABatchGoesWithItsRegions) {
   std::vector<PictureMap> maps(3, picture_as_it_is(8, 6, false));
   for (size_t i = 0; i < 3; ++i) maps[i].x0 = static_cast<double>(10 * i);
   const auto regions = plan_split(along(3, "1,2"), input);
-  const auto own = maps_of(regions->segments[1], input, maps);
+  const auto own = maps_of(regions->segments[1], input, maps, true);
   ASSERT_EQ(own.size(), 2u);
   EXPECT_EQ(own[0].x0, 10);
-  const auto rows = maps_of(plan_split(along(2, "3,3"), input)->segments[1], input, maps);
+  const auto rows = maps_of(plan_split(along(2, "3,3"), input)->segments[1], input, maps, true);
   ASSERT_EQ(rows.size(), 3u);
   EXPECT_EQ(rows[2].to_source({0, 0}).y, 3);
   EXPECT_EQ(rows[2].to_source({0, 0}).x, 20);
+  const std::span<const PictureMap> fewer(maps.data(), 2);
+  EXPECT_EQ(maps_of(regions->segments[1], input, fewer, true).size(), 1u);
+  EXPECT_TRUE(maps_of(regions->segments[1], input, fewer.first(1), true).empty());
 }
 
 }  // namespace

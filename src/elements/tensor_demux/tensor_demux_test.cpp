@@ -243,6 +243,20 @@ TEST(TensorDemux, MetadataGoesAlong) {
   }
 }
 
+TEST(TensorDemux, RegionsOfABatchHoldForEveryTensor) {
+  Branches demux("tensor_demux");
+  demux.caps(static_caps(2, "3:4:2:2,5:2", "uint8,uint8"));
+  GstBuffer* in = frame_of({Bytes(48), Bytes(10)});
+  gst::set_picture_maps(in, {picture_as_it_is(4, 2, false), picture_as_it_is(8, 6, false)},
+                        gst::MapsOf::Regions);
+  ASSERT_EQ(demux.push(in), GST_FLOW_OK);
+  for (const char* name : {"src_0", "src_1"}) {
+    const auto out = demux.take(name);
+    EXPECT_EQ(gst::maps_of(out.get()), gst::MapsOf::Regions);
+    EXPECT_EQ(gst::picture_maps(out.get()).size(), 2u) << "as many as tensors, by chance";
+  }
+}
+
 TEST(TensorDemux, FlexibleFramesMayHaveMoreOrFewerTensors) {
   Branches demux("tensor_demux");
   demux.caps(kFlexibleCaps);

@@ -110,7 +110,10 @@ class TensorSplit : public gst::OneToMany<TensorSplit> {
     auto frame = branch->segment.dense() ? shared(in, *branch) : gathered(in, branch);
     if (!frame) return frame;
     const auto maps = gst::picture_maps(in);
-    if (!maps.empty()) gst::set_picture_maps(frame->get(), maps_of(branch->segment, input_, maps));
+    const auto of = gst::maps_of(in);
+    if (!maps.empty())
+      gst::set_picture_maps(frame->get(),
+                            maps_of(branch->segment, input_, maps, of == gst::MapsOf::Regions), of);
     return frame;
   }
 

@@ -165,6 +165,25 @@ TEST(TensorSplit, TheWayBackIsThatOfThePart) {
   EXPECT_TRUE(gst::picture_maps(flat.take("src_0").get()).empty()) << "it has no x and y any more";
 }
 
+TEST(TensorSplit, RegionsOfABatchGoWithTheirSegment) {
+  for (const char* dimension : {"3", "2"}) {
+    Branches split(std::string("tensor_split tensorseg=1,2 split-dim=") + dimension);
+    split.caps(one("3:4:3:3"));
+    GstBuffer* in = frame_of({ramp(108)});
+    std::vector<PictureMap> maps(3, picture_as_it_is(4, 3, false));
+    for (size_t i = 0; i < 3; ++i) maps[i].x0 = static_cast<double>(10 * i);
+    gst::set_picture_maps(in, maps, gst::MapsOf::Regions);
+    ASSERT_EQ(split.push(in), GST_FLOW_OK);
+    const auto second = split.take("src_1");
+    EXPECT_EQ(gst::maps_of(second.get()), gst::MapsOf::Regions);
+    const auto own = gst::picture_maps(second.get());
+    const bool by_region = dimension[0] == '3';
+    ASSERT_EQ(own.size(), by_region ? 2u : 3u);
+    EXPECT_EQ(own[0].x0, by_region ? 10 : 0);
+    EXPECT_EQ(own[0].to_source({0, 0}).y, by_region ? 0 : 1);
+  }
+}
+
 TEST(TensorSplit, FollowsCapsThatChange) {
   Branches split("tensor_split split-dim=0 split-parts=2");
   split.caps(one("2:1"));
