@@ -6,8 +6,8 @@
   X(join)                \
   X(tensor_aggregator)   \
   X(tensor_converter)    \
-  X(tensor_decoder)      \
   X(tensor_debug)        \
+  X(tensor_decoder)      \
   X(tensor_demux)        \
   X(tensor_filter)       \
   X(tensor_if)           \

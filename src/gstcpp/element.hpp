@@ -239,6 +239,10 @@ class Element {
       Impl::install_signals(G_TYPE_FROM_CLASS(k));
     if constexpr (requires { &Impl::change_state; })
       bind<&Impl::change_state>(element->change_state);
+    if constexpr (requires { &Impl::request_new_pad; }) {
+      bind<&Impl::request_new_pad>(element->request_new_pad);
+      bind<&Impl::release_pad>(element->release_pad);
+    }
     Base::template bind_all<Impl>(reinterpret_cast<ParentClass*>(k));
   }
 

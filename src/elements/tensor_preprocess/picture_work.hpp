@@ -5,7 +5,7 @@
 #include <optional>
 #include <vector>
 
-#include "core/preprocess/preparation.hpp"
+#include "core/preprocess/boxes.hpp"
 #include "gstcpp/allocation.hpp"
 #include "gstcpp/ref.hpp"
 #include "gstcpp/tensor_meta.hpp"
@@ -25,6 +25,8 @@ class PictureWork {
   virtual Status allocate_as(const gst::Allocation& allocation) = 0;
   // The part of each picture that counts, from the next one on; none = all of it.
   void set_crop(const std::optional<preprocess::Rect>& crop) { crop_ = crop; }
+  // Of the next picture, instead of its metadata.
+  virtual void set_boxes(std::vector<preprocess::Box>) {}
   // A buffer for run() to write what is made of `in`; one without memory when that is nothing.
   // OUT_OF_MEMORY, or what makes `in` no picture to work on.
   virtual Result<gst::Ref<GstBuffer>> acquire(GstBuffer* in) = 0;

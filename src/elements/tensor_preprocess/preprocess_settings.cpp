@@ -36,12 +36,12 @@ Result<preprocess::Request> request_of(const PreprocessSettings& s) {
     if (!sizes) return sizes.error();
     request.sizes = *std::move(sizes);
   }
-  request.regions = s.regions == RegionsChoice::Meta;
+  request.regions = s.regions != RegionsChoice::None;
   request.most_regions = s.max_regions;
   if (request.regions && !s.sizes.empty())
     return Error{Code::OPTION_VALUE,
                  "regions are cut in one size, a pyramid has several",
-                 "regions=meta sizes=" + s.sizes,
+                 "regions and sizes=" + s.sizes,
                  "either regions, width and height, or sizes",
                  "",
                  "tensor_preprocess regions=meta width=48 height=48"};
@@ -49,7 +49,7 @@ Result<preprocess::Request> request_of(const PreprocessSettings& s) {
     return Error{Code::OPTION_VALUE,
                  "max-regions without regions says nothing",
                  "max-regions=" + std::to_string(s.max_regions),
-                 "regions=meta, or no max-regions",
+                 "regions=meta, regions=pad, or no max-regions",
                  "",
                  "tensor_preprocess regions=meta max-regions=" + std::to_string(s.max_regions)};
   request.resize = s.method;

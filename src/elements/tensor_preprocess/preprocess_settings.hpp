@@ -15,7 +15,7 @@ namespace weir {
 enum class FitChoice : int32_t { Auto = -1, Stretch, Letterbox, CentreCrop };
 enum class OrderChoice : int32_t { Auto = -1, Rgb, Bgr, Gray };
 enum class LayoutChoice : int32_t { Auto = -1, Nhwc, Nchw };
-enum class RegionsChoice : int32_t { None, Meta };
+enum class RegionsChoice : int32_t { None, Meta, Pad };
 
 namespace gst {
 template <>
@@ -59,6 +59,7 @@ struct EnumType<RegionsChoice> {
     static const GEnumValue values[] = {
         {0, "The whole picture", "none"},
         {1, "Each GstVideoRegionOfInterestMeta of a buffer", "meta"},
+        {2, "The boxes of the same time on the pad regions", "pad"},
         {0, nullptr, nullptr}};
     static const GType t = g_enum_register_static("WeirPreprocessRegions", values);
     return t;
@@ -86,6 +87,7 @@ struct PreprocessSettings {
   std::string mean, scale, quantisation, type, sizes;
   LayoutChoice layout = LayoutChoice::Auto;
   std::string card, card_input, crop;
+  uint64_t max_wait = 1000000000;
   RegionsChoice regions = RegionsChoice::None;
   uint32_t max_regions = 0;
   uint32_t threads = 1;
@@ -107,6 +109,11 @@ inline constexpr std::tuple kPreprocessProperties{
                   "With regions: the batch of a static tensor, zeros behind the last region; 0 = a "
                   "flexible tensor of as many as there are",
                   gst::Changeable::InReady, 0u, kRegionLimit},
+    gst::Property{
+        "max-wait", &PreprocessSettings::max_wait,
+        "With regions=pad: how long a picture waits for its boxes, nanoseconds; those for "
+        "which none come in time are dropped",
+        gst::Changeable::InReady, uint64_t{0}, uint64_t{24} * 3600 * 1000000000},
     gst::Property{"crop", &PreprocessSettings::crop,
                   "X:Y:WIDTH:HEIGHT, the part of each picture that counts, in its pixels (within a "
                   "crop that a buffer has); empty = all of it; holds from the next frame on",

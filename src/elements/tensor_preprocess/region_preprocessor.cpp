@@ -12,23 +12,6 @@ using preprocess::Plan;
 using preprocess::Preparation;
 using preprocess::Rect;
 
-namespace {
-
-// Empty when they do not meet.
-Rect common_part(const Rect& picture, const GstVideoRegionOfInterestMeta& region) {
-  const auto part = [](uint32_t begin, uint32_t length, uint64_t from, uint64_t size) {
-    const uint64_t low = std::max<uint64_t>(begin, from);
-    const uint64_t high = std::min(uint64_t{begin} + length, from + size);
-    return std::pair{static_cast<uint32_t>(low),
-                     static_cast<uint32_t>(high > low ? high - low : 0)};
-  };
-  const auto [x, width] = part(picture.x, picture.width, region.x, region.w);
-  const auto [y, height] = part(picture.y, picture.height, region.y, region.h);
-  return {x, y, width, height};
-}
-
-}  // namespace
-
 RegionPreprocessor::RegionPreprocessor(const GstVideoInfo& video, Plan whole, uint32_t most,
                                        BatchPool pool, size_t threads)
     : video_(video),
@@ -71,17 +54,24 @@ void RegionPreprocessor::find_regions(GstBuffer* in, const Rect& picture) {
   const uint64_t most = most_ > 0 ? most_ : std::min<uint64_t>(fitting, kRegionLimit);
   regions_.clear();
   counts_ = {};
-  gpointer state = nullptr;
-  while (const GstMeta* meta = gst_buffer_iterate_meta_filtered(
-             in, &state, GST_VIDEO_REGION_OF_INTEREST_META_API_TYPE)) {
-    const Rect part =
-        common_part(picture, *reinterpret_cast<const GstVideoRegionOfInterestMeta*>(meta));
+  const auto add = [&](const preprocess::Box& box) {
+    const Rect part = preprocess::common_part(picture, box);
     if (part.width == 0 || part.height == 0)
       ++counts_.empty;
     else if (regions_.size() == most)
       ++counts_.beyond_limit;
     else
       regions_.push_back(part);
+  };
+  if (boxes_) {
+    for (const preprocess::Box& box : *boxes_) add(box);
+  } else {
+    gpointer state = nullptr;
+    while (const GstMeta* meta = gst_buffer_iterate_meta_filtered(
+               in, &state, GST_VIDEO_REGION_OF_INTEREST_META_API_TYPE)) {
+      const auto* region = reinterpret_cast<const GstVideoRegionOfInterestMeta*>(meta);
+      add({region->x, region->y, region->w, region->h});
+    }
   }
   counts_.prepared = regions_.size();
 }

@@ -1,4 +1,5 @@
-// RegionPreprocessor: the regions that a video buffer's metadata name become one batch.
+// RegionPreprocessor: the regions that a buffer's metadata or a second stream name become one
+// batch.
 #pragma once
 #include <gst/video/video.h>
 
@@ -15,7 +16,8 @@ inline constexpr uint32_t kRegionLimit = 4096;  // in a frame
 // Of a flexible frame, whose size the stream says: no more regions than fit, but one.
 inline constexpr uint64_t kRegionBytesLimit = uint64_t{1} << 30;
 
-// Each GstVideoRegionOfInterestMeta, in their order, is clipped to the picture (to the crop where
+// Each box that set_boxes() brought for the frame, or else each GstVideoRegionOfInterestMeta, in
+// their order, is clipped to the picture (to the crop where
 // there is one, in pixels of the picture in memory), cut and resized to one index of the outermost
 // dimension. What nothing is left of, and what is beyond the limit, is counted.
 class RegionPreprocessor : public PictureWork {
@@ -29,6 +31,7 @@ class RegionPreprocessor : public PictureWork {
   Status allocate_as(const gst::Allocation& allocation) override {
     return pool_.allocate_as(allocation);
   }
+  void set_boxes(std::vector<preprocess::Box> boxes) override { boxes_ = std::move(boxes); }
   Result<gst::Ref<GstBuffer>> acquire(GstBuffer* in) override;
   Status run(GstBuffer* in, GstBuffer* out) override;
   std::vector<PictureMap> ways_back() const override;
@@ -47,6 +50,7 @@ class RegionPreprocessor : public PictureWork {
   GstVideoInfo video_;
   preprocess::Plan whole_;  // without a crop
   uint32_t most_;           // 0 = flexible
+  std::optional<std::vector<preprocess::Box>> boxes_;
   BatchPool pool_;
   preprocess::Runner runner_;
   RegionCounts counts_;

@@ -5,6 +5,7 @@
 #include "core/preprocess/request.hpp"
 #include "elements/tensor_preprocess/frame_preprocessor.hpp"
 #include "elements/tensor_preprocess/preprocess_settings.hpp"
+#include "elements/tensor_preprocess/regions_pad.hpp"
 #include "elements/tensor_preprocess/video_negotiation.hpp"
 #include "gstcpp/counted_transform.hpp"
 #include "gstcpp/tensor_caps.hpp"
@@ -31,6 +32,9 @@ class TensorPreprocess : public gst::CountedTransform<TensorPreprocess> {
       GST_STATIC_PAD_TEMPLATE(
           "src", GST_PAD_SRC, GST_PAD_ALWAYS,
           GST_STATIC_CAPS(WEIR_CAPS_TENSOR "; " WEIR_CAPS_TENSORS("{ static, flexible }"))),
+      GST_STATIC_PAD_TEMPLATE(
+          "regions", GST_PAD_SINK, GST_PAD_REQUEST,
+          GST_STATIC_CAPS(WEIR_CAPS_TENSOR "; " WEIR_CAPS_TENSORS("{ static, flexible }"))),
   };
 
   using Settings = PreprocessSettings;
@@ -38,12 +42,12 @@ class TensorPreprocess : public gst::CountedTransform<TensorPreprocess> {
 
   Status start() {
     ledger_.reset();
-    regions_ = regions_empty_ = regions_beyond_limit_ = 0;
+    regions_ = regions_empty_ = regions_beyond_limit_ = boxes_late_ = 0;
     property_changed("card");  // the file may have changed
     const auto request = current();
     if (!request) return request.error();
     if (const auto crop = crop_of(settings()); !crop) return crop.error();
-    return ok();
+    return check_regions_pad();
   }
 
   bool stop() {
@@ -58,6 +62,47 @@ class TensorPreprocess : public gst::CountedTransform<TensorPreprocess> {
     }
     std::lock_guard lock(request_mutex_);
     request_.reset();
+  }
+
+  GstPad* request_new_pad(GstPadTemplate* pad_template, const gchar*, const GstCaps*) {
+    using Shell = gst::Element<TensorPreprocess, gst::BaseTransform>;
+    if (boxes_pad_) return nullptr;
+    boxes_pad_ = gst_pad_new_from_template(pad_template, "regions");
+    gst_pad_set_chain_function(boxes_pad_, &Shell::chain<&TensorPreprocess::boxes_chain>);
+    gst_pad_set_event_function(boxes_pad_, &Shell::pad_event<&TensorPreprocess::boxes_event>);
+    gst_pad_set_active(boxes_pad_, TRUE);
+    gst_element_add_pad(element(), boxes_pad_);
+    return boxes_pad_;
+  }
+  void release_pad(GstPad* pad) {
+    boxes_.end();
+    boxes_pad_ = nullptr;
+    gst_pad_set_active(pad, FALSE);
+    gst_element_remove_pad(element(), pad);
+  }
+
+  // A picture that waits for its boxes shall not hold the pads.
+  GstStateChangeReturn change_state(GstStateChange change) {
+    if (change == GST_STATE_CHANGE_READY_TO_PAUSED) boxes_.start();
+    if (change == GST_STATE_CHANGE_PAUSED_TO_READY) boxes_.stop();
+    return GST_ELEMENT_CLASS(parent_class())->change_state(element(), change);
+  }
+
+  GstFlowReturn boxes_chain(GstBuffer* raw) {
+    const auto buffer = Ref<GstBuffer>::adopt(raw);
+    if (const Status status = boxes_.receive(buffer.get()); !status) {
+      gst::post_error(element(), status.error());
+      return GST_FLOW_ERROR;
+    }
+    return GST_FLOW_OK;
+  }
+
+  // Nothing of it goes on: the stream that leaves is that of the pictures.
+  gboolean boxes_event(GstPad*, GstEvent* raw) {
+    const auto event = Ref<GstEvent>::adopt(raw);
+    const Status status = boxes_.handle(raw);
+    if (!status) gst::post_error(element(), status.error());
+    return status.has_value();
   }
 
   GstCaps* transform_caps(GstPadDirection direction, GstCaps* caps, GstCaps* filter) {
@@ -88,6 +133,8 @@ class TensorPreprocess : public gst::CountedTransform<TensorPreprocess> {
   }
 
   gboolean sink_event(GstEvent* event) {
+    if (GST_EVENT_TYPE(event) == GST_EVENT_FLUSH_START) boxes_.flush_pictures(true);
+    if (GST_EVENT_TYPE(event) == GST_EVENT_FLUSH_STOP) boxes_.flush_pictures(false);
     if (GST_EVENT_TYPE(event) != GST_EVENT_CAPS) return parent_class()->sink_event(self(), event);
     GstCaps* caps = nullptr;
     gst_event_parse_caps(event, &caps);
@@ -146,6 +193,10 @@ class TensorPreprocess : public gst::CountedTransform<TensorPreprocess> {
       if (!crop) return failed(crop.error());
       work_->set_crop(*crop);
     }
+    if (wait_for_boxes_ && !take_boxes(in)) {
+      ledger_.dropped(DropReason::Flush);
+      return GST_FLOW_FLUSHING;
+    }
     auto buffer = work_->acquire(in);
     if (!buffer) return failed(buffer.error());
     copy_metadata(in, buffer->get());
@@ -171,7 +222,8 @@ class TensorPreprocess : public gst::CountedTransform<TensorPreprocess> {
     gst_structure_set(stats, "pool-allocated", G_TYPE_UINT64, pool_allocated_.load(), "regions",
                       G_TYPE_UINT64, regions_.load(), "regions-empty", G_TYPE_UINT64,
                       regions_empty_.load(), "regions-beyond-limit", G_TYPE_UINT64,
-                      regions_beyond_limit_.load(), nullptr);
+                      regions_beyond_limit_.load(), "boxes-unused", G_TYPE_UINT64, boxes_.unused(),
+                      "boxes-late", G_TYPE_UINT64, boxes_late_.load(), nullptr);
   }
 
   Settings settings_;
@@ -179,6 +231,32 @@ class TensorPreprocess : public gst::CountedTransform<TensorPreprocess> {
  private:
   GstPad* sink() const { return GST_BASE_TRANSFORM_SINK_PAD(self()); }
   GstPad* source() const { return GST_BASE_TRANSFORM_SRC_PAD(self()); }
+
+  Status check_regions_pad() const {
+    const bool wanted = settings().regions == RegionsChoice::Pad;
+    if (wanted == (boxes_pad_ != nullptr)) return ok();
+    return Error{Code::OPTION_VALUE,
+                 wanted ? "there is no stream of boxes" : "boxes come that are not used",
+                 wanted ? "regions=pad, and no pad regions" : "a pad regions without regions=pad",
+                 "regions=pad and the pad regions",
+                 "",
+                 "tensor_preprocess name=p regions=pad ...  boxes. ! p.regions"};
+  }
+
+  // False: the stream is being flushed. A frame whose boxes do not come has none.
+  bool take_boxes(GstBuffer* in) {
+    std::vector<preprocess::Box> boxes;
+    const GstClockTime time =
+        gst_segment_to_running_time(&self()->segment, GST_FORMAT_TIME, GST_BUFFER_PTS(in));
+    if (GST_CLOCK_TIME_IS_VALID(time)) {
+      using Outcome = preprocess::BoxQueue::Outcome;
+      const Outcome outcome = boxes_.take(time, *wait_for_boxes_, &boxes);
+      if (outcome == Outcome::Flushed) return false;
+      if (outcome == Outcome::Late) ++boxes_late_;
+    }
+    work_->set_boxes(std::move(boxes));
+    return true;
+  }
 
   // Frames that follow are not of the caps before.
   gboolean refused(GstEvent* caps, const Error& error) {
@@ -226,8 +304,11 @@ class TensorPreprocess : public gst::CountedTransform<TensorPreprocess> {
 
   Status begin(const Request& request, std::vector<preprocess::Preparation> preparations,
                const GstVideoInfo& video) {
-    const size_t threads = settings().threads;
+    const Settings s = settings();
+    const size_t threads = s.threads;
     crop_changed_ = true;  // the new work knows of none
+    wait_for_boxes_.reset();
+    if (s.regions == RegionsChoice::Pad) wait_for_boxes_ = s.max_wait;
     if (request.regions) {
       auto regions = RegionPreprocessor::make(std::move(preparations[0]), video,
                                               request.most_regions, threads);
@@ -245,9 +326,12 @@ class TensorPreprocess : public gst::CountedTransform<TensorPreprocess> {
   mutable std::optional<Result<Request>> request_;
   std::atomic<bool> crop_changed_{false};
   std::atomic<uint64_t> pool_allocated_{0};  // shown by stats
-  std::atomic<uint64_t> regions_{0}, regions_empty_{0}, regions_beyond_limit_{0};
-  std::unique_ptr<PictureWork> work_;  // made when caps come; streaming thread
-  bool told_ = false;                  // whether set_caps said why it failed; streaming thread
+  std::atomic<uint64_t> regions_{0}, regions_empty_{0}, regions_beyond_limit_{0}, boxes_late_{0};
+  GstPad* boxes_pad_ = nullptr;  // the element's; changes while nothing streams
+  RegionsPad boxes_;
+  std::optional<GstClockTime> wait_for_boxes_;  // none: they do not come by the pad
+  std::unique_ptr<PictureWork> work_;           // made when caps come; streaming thread
+  bool told_ = false;  // whether set_caps said why it failed; streaming thread
 };
 
 }  // namespace

@@ -1,0 +1,74 @@
+// Numbers to boxes.
+#include "core/preprocess/boxes.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+
+namespace weir::preprocess {
+namespace {
+
+constexpr size_t kNumbers = 4;
+
+template <class Number>
+Number number_at(std::span<const std::byte> bytes, size_t index) {
+  Number out;
+  std::memcpy(&out, bytes.data() + index * sizeof(Number), sizeof(Number));
+  return out;
+}
+
+Box box_of(const float (&n)[kNumbers]) {
+  constexpr double kFar = 1e12;  // pixels: farther is as good
+  for (const float number : n)
+    if (!std::isfinite(number)) return {};
+  const auto edge = [&](double at) -> int64_t { return std::llround(std::clamp(at, -kFar, kFar)); };
+  const int64_t x = edge(n[0]), y = edge(n[1]);
+  const int64_t width = edge(double{n[0]} + n[2]) - x, height = edge(double{n[1]} + n[3]) - y;
+  if (width <= 0 || height <= 0) return {};
+  return {x, y, width, height};
+}
+
+std::pair<uint32_t, uint32_t> common(uint32_t begin, uint32_t length, int64_t from, int64_t size) {
+  const int64_t low = std::max<int64_t>(begin, from);
+  const int64_t high = std::min(int64_t{begin} + length, from + size);
+  if (high <= low) return {begin, 0};
+  return {static_cast<uint32_t>(low), static_cast<uint32_t>(high - low)};
+}
+
+}  // namespace
+
+Status check_boxes(const TensorSpec& spec) {
+  bool flat = spec.shape.valid() && spec.shape[0] == kNumbers;
+  for (size_t i = 2; i < spec.shape.rank(); ++i) flat = flat && spec.shape[i] == 1;
+  if (flat && (spec.type == ElementType::UInt32 || spec.type == ElementType::Float32)) return ok();
+  return Error{Code::SPEC_MISMATCH,
+               "the stream of regions is not of boxes",
+               spec.to_string(),
+               "one tensor uint32 4:N or float32 4:N: x, y, width and height of each box",
+               "",
+               "tensor_transform mode=typecast option=float32"};
+}
+
+void read_boxes(const TensorSpec& spec, std::span<const std::byte> bytes, std::vector<Box>* out) {
+  out->clear();
+  const size_t count = bytes.size() / (kNumbers * 4);
+  for (size_t b = 0; b < count; ++b) {
+    const auto of = bytes.subspan(b * kNumbers * 4);
+    if (spec.type == ElementType::Float32) {
+      float numbers[kNumbers];
+      for (size_t i = 0; i < kNumbers; ++i) numbers[i] = number_at<float>(of, i);
+      out->push_back(box_of(numbers));
+      continue;
+    }
+    const auto at = [&](size_t i) { return int64_t{number_at<uint32_t>(of, i)}; };
+    out->push_back({at(0), at(1), at(2), at(3)});
+  }
+}
+
+Rect common_part(const Rect& whole, const Box& box) noexcept {
+  const auto [x, width] = common(whole.x, whole.width, box.x, box.width);
+  const auto [y, height] = common(whole.y, whole.height, box.y, box.height);
+  return {x, y, width, height};
+}
+
+}  // namespace weir::preprocess

@@ -1,0 +1,157 @@
+// Regions that come as boxes on a second pad.
+#include <cstring>
+#include <thread>
+
+#include "core/tensor/tensor_header.hpp"
+#include "elements/tensor_preprocess/preprocess_harness.hpp"
+
+namespace weir::preprocess_test {
+namespace {
+
+constexpr const char* kBoxes =
+    "other/tensors,format=static,num_tensors=1,dimensions=(string)\"4:2\",types=(string)uint32,"
+    "framerate=10/1";
+
+GstBuffer* timed(GstBuffer* buffer, GstClockTime time) {
+  GST_BUFFER_PTS(buffer) = time;
+  return buffer;
+}
+template <class Number>
+GstBuffer* boxes(const std::vector<Number>& numbers, GstClockTime time) {
+  GstBuffer* b = gst_buffer_new_allocate(nullptr, numbers.size() * sizeof(Number), nullptr);
+  gst_buffer_fill(b, 0, numbers.data(), numbers.size() * sizeof(Number));
+  return timed(b, time);
+}
+
+struct Both {
+  Harness pictures, regions;
+};
+Both both(const std::string& properties, const char* caps = kBoxes) {
+  GstElement* element = gst_parse_launch(
+      ("tensor_preprocess channel-order=GRAY width=2 height=1 regions=pad " + properties).c_str(),
+      nullptr);
+  const auto held = Ref<GstElement>::adopt(GST_ELEMENT(gst_object_ref_sink(element)));
+  gst_object_unref(gst_element_request_pad_simple(element, "regions"));
+  Both out{Harness{gst_harness_new_with_element(element, "sink", "src")},
+           Harness{gst_harness_new_with_element(element, "regions", nullptr)}};
+  gst_harness_set_src_caps_str(out.regions.get(), caps);
+  gst_harness_set_src_caps_str(out.pictures.get(), video("GRAY8", 4, 3).c_str());
+  return out;
+}
+Bytes pulled(const Harness& h) {
+  const auto out = Ref<GstBuffer>::adopt(gst_harness_try_pull(h.get()));
+  if (!out) return {};
+  const Mapped map(out.get(), GST_MAP_READ);
+  const auto span = map.as<const uint8_t>();
+  return {span.begin(), span.end()};
+}
+
+TEST(RegionsPad, CutsTheBoxesOfTheSameTime) {
+  auto b = both("max-regions=2");
+  for (const uint32_t i : {0u, 1u, 2u})
+    ASSERT_EQ(gst_harness_push(b.regions.get(),
+                               boxes<uint32_t>({i, i, 2, 1, 0, 2, 2, 1}, i * GST_SECOND)),
+              GST_FLOW_OK);
+  for (const uint8_t i : {uint8_t{0}, uint8_t{2}}) {
+    ASSERT_EQ(gst_harness_push(b.pictures.get(), timed(frame(ramp(12)), i * GST_SECOND)),
+              GST_FLOW_OK);
+    const auto first = static_cast<uint8_t>(5 * i);
+    EXPECT_EQ(pulled(b.pictures), (Bytes{first, static_cast<uint8_t>(first + 1), 8, 9}));
+  }
+  EXPECT_EQ(stat(b.pictures, "boxes-unused"), 1u);
+  EXPECT_EQ(stat(b.pictures, "pushed"), 2u);
+}
+
+TEST(RegionsPad, WaitsForBoxesThatAnotherThreadBrings) {
+  auto b = both("max-regions=2 max-wait=100000000000");
+  std::thread other([&] {
+    for (uint32_t i = 0; i < 200; ++i) {
+      if (i % 4 == 3) continue;  // nothing was found in this picture
+      gst_harness_push(b.regions.get(), boxes<uint32_t>({i % 3, 0, 2, 1, 9, 9, 1, 1}, i * 1000));
+    }
+    gst_harness_push_event(b.regions.get(), gst_event_new_eos());
+  });
+  for (uint32_t i = 0; i < 200; ++i) {
+    EXPECT_EQ(gst_harness_push(b.pictures.get(), timed(frame(ramp(12)), i * 1000)), GST_FLOW_OK);
+    const auto out = pulled(b.pictures);
+    if (i % 4 == 3) {
+      EXPECT_TRUE(out.empty());
+      continue;
+    }
+    ASSERT_EQ(out.size(), 4u);
+    EXPECT_EQ(out[0], i % 3);
+  }
+  other.join();
+  EXPECT_EQ(stat(b.pictures, "received"), 200u);
+  EXPECT_EQ(stat(b.pictures, "dropped-policy"), 50u);
+  EXPECT_EQ(stat(b.pictures, "boxes-unused"), 0u);
+  EXPECT_EQ(stat(b.pictures, "boxes-late"), 0u);
+}
+
+TEST(RegionsPad, TakesFlexibleStreamsOfFloats) {
+  auto b = both("", "other/tensors,format=flexible,framerate=10/1");
+  TensorHeader header;
+  header.spec = {ElementType::Float32, {4, 3}, ""};
+  std::vector<std::byte> bytes(kTensorHeaderBytes + 3 * 16);
+  write_tensor_header(header, std::span(bytes).first<kTensorHeaderBytes>());
+  const float numbers[] = {-1, 0.4f, 3, 1, 1.2f, 1.6f, 2, 0.9f, 0, 0, 0.2f, 1};
+  std::memcpy(bytes.data() + kTensorHeaderBytes, numbers, sizeof(numbers));
+  ASSERT_EQ(gst_harness_push(b.regions.get(), boxes(bytes, 0)), GST_FLOW_OK);
+  ASSERT_EQ(gst_harness_push(b.pictures.get(), timed(frame(ramp(12)), 0)), GST_FLOW_OK);
+  const auto out = pulled(b.pictures);
+  ASSERT_EQ(out.size(), kTensorHeaderBytes + 4);
+  EXPECT_EQ(Bytes(out.end() - 4, out.end()), (Bytes{0, 1, 9, 10}));
+  EXPECT_EQ(stat(b.pictures, "regions-empty"), 1u);
+}
+
+TEST(RegionsPad, DropsPicturesWhoseBoxesDoNotCome) {
+  auto b = both("max-regions=1 max-wait=1");
+  ASSERT_EQ(gst_harness_push(b.pictures.get(), timed(frame(ramp(12)), 0)), GST_FLOW_OK);
+  ASSERT_EQ(gst_harness_push(b.pictures.get(), frame(ramp(12))), GST_FLOW_OK);  // without a time
+  EXPECT_TRUE(pulled(b.pictures).empty());
+  EXPECT_EQ(stat(b.pictures, "boxes-late"), 1u);
+  EXPECT_EQ(stat(b.pictures, "dropped-policy"), 2u);
+  gst_harness_push_event(b.regions.get(), gst_event_new_gap(0, 2 * GST_SECOND));
+  ASSERT_EQ(gst_harness_push(b.pictures.get(), timed(frame(ramp(12)), GST_SECOND)), GST_FLOW_OK);
+  EXPECT_EQ(stat(b.pictures, "boxes-late"), 1u);  // the gap says that none come
+}
+
+TEST(RegionsPad, LetsAWaitingPictureGoWhenTheElementStops) {
+  auto b = both("max-regions=1 max-wait=86400000000000");
+  std::thread pictures([&] {
+    EXPECT_EQ(gst_harness_push(b.pictures.get(), timed(frame(ramp(12)), 0)), GST_FLOW_FLUSHING);
+  });
+  const auto e =
+      Ref<GstElement>::adopt(gst_harness_find_element(b.pictures.get(), "tensor_preprocess"));
+  while (stat(b.pictures, "received") == 0) std::this_thread::yield();
+  gst_element_set_state(e.get(), GST_STATE_NULL);
+  pictures.join();
+}
+
+TEST(RegionsPad, RefusesWhatIsNoBox) {
+  for (const char* tensor : {"dimensions=(string)\"5:2\",types=(string)uint32",
+                             "dimensions=(string)\"4:2\",types=(string)int32"}) {
+    auto b = both("");
+    const auto text = error_of(b.pictures, [&] {
+      gst_harness_set_src_caps_str(
+          b.regions.get(),
+          (std::string("other/tensors,format=static,num_tensors=1,framerate=10/1,") + tensor)
+              .c_str());
+    });
+    expect_words(text, "the stream of regions is not of boxes");
+    expect_words(text, "x, y, width and height of each box");
+  }
+  auto b = both("");
+  const auto text = error_of(b.pictures, [&] {
+    EXPECT_EQ(gst_harness_push(b.regions.get(), boxes<uint32_t>({1, 2}, 0)), GST_FLOW_ERROR);
+  });
+  expect_words(text, "WEIR-");
+}
+
+TEST(RegionsPad, BelongsToItsProperty) {
+  expect_words(error_of_start("regions=pad"), "there is no stream of boxes");
+  expect_words(error_of_start("name=p fakesrc ! p.regions"), "boxes come that are not used");
+}
+
+}  // namespace
+}  // namespace weir::preprocess_test
