@@ -7,6 +7,11 @@ namespace weir {
 
 using preprocess::Box;
 
+GstClockTime running_time(const GstSegment& segment, GstClockTime time) {
+  if (segment.format != GST_FORMAT_TIME) return GST_CLOCK_TIME_NONE;
+  return gst_segment_to_running_time(&segment, GST_FORMAT_TIME, time);
+}
+
 GstSegment RegionsPad::initial_segment() noexcept {
   GstSegment out;
   gst_segment_init(&out, GST_FORMAT_TIME);
@@ -86,8 +91,7 @@ Status RegionsPad::receive(GstBuffer* buffer) {
   if (status) status = read_boxes(&boxes);
   reader_.clear();
   if (!status) return status;
-  const GstClockTime time =
-      gst_segment_to_running_time(&segment_, GST_FORMAT_TIME, GST_BUFFER_PTS(buffer));
+  const GstClockTime time = running_time(segment_, GST_BUFFER_PTS(buffer));
   // Without a time boxes find no picture; before the first one they count as unused.
   queue_.bring(GST_CLOCK_TIME_IS_VALID(time) ? static_cast<int64_t>(time) : INT64_MIN,
                std::move(boxes));
@@ -96,7 +100,7 @@ Status RegionsPad::receive(GstBuffer* buffer) {
 
 void RegionsPad::gap(GstClockTime begin, GstClockTime duration) {
   const GstClockTime end = begin + (GST_CLOCK_TIME_IS_VALID(duration) ? duration : 0);
-  const GstClockTime time = gst_segment_to_running_time(&segment_, GST_FORMAT_TIME, end);
+  const GstClockTime time = running_time(segment_, end);
   if (GST_CLOCK_TIME_IS_VALID(time)) queue_.advance(static_cast<int64_t>(time));
 }
 

@@ -8,6 +8,9 @@
 
 namespace weir {
 
+// None without a time, beyond the segment, and in segments that are not of time.
+GstClockTime running_time(const GstSegment& segment, GstClockTime time);
+
 // What comes on the pad goes no further: boxes into the queue, at their running time.
 class RegionsPad {
  public:

@@ -116,6 +116,21 @@ TEST(RegionsPad, DropsPicturesWhoseBoxesDoNotCome) {
   EXPECT_EQ(stat(b.pictures, "boxes-late"), 1u);  // the gap says that none come
 }
 
+TEST(RegionsPad, FindsNoTimeInSegmentsOfBytes) {
+  auto b = both("max-regions=2 max-wait=1");
+  GstSegment segment;
+  gst_segment_init(&segment, GST_FORMAT_BYTES);
+  gst_harness_push_event(b.regions.get(), gst_event_new_segment(&segment));
+  ASSERT_EQ(
+      gst_harness_push(b.regions.get(), boxes<uint32_t>({0, 0, 2, 1, 0, 2, 2, 1}, GST_SECOND)),
+      GST_FLOW_OK);
+  gst_harness_push_event(b.regions.get(), gst_event_new_gap(0, 1));
+  ASSERT_EQ(gst_harness_push(b.pictures.get(), timed(frame(ramp(12)), GST_SECOND)), GST_FLOW_OK);
+  EXPECT_TRUE(pulled(b.pictures).empty());
+  EXPECT_EQ(stat(b.pictures, "boxes-unused"), 1u);
+  EXPECT_EQ(stat(b.pictures, "dropped-policy"), 1u);
+}
+
 TEST(RegionsPad, LetsAWaitingPictureGoWhenTheElementStops) {
   auto b = both("max-regions=1 max-wait=86400000000000");
   std::thread pictures([&] {

@@ -246,8 +246,7 @@ class TensorPreprocess : public gst::CountedTransform<TensorPreprocess> {
   // False: the stream is being flushed. A frame whose boxes do not come has none.
   bool take_boxes(GstBuffer* in) {
     std::vector<preprocess::Box> boxes;
-    const GstClockTime time =
-        gst_segment_to_running_time(&self()->segment, GST_FORMAT_TIME, GST_BUFFER_PTS(in));
+    const GstClockTime time = running_time(self()->segment, GST_BUFFER_PTS(in));
     if (GST_CLOCK_TIME_IS_VALID(time)) {
       using Outcome = preprocess::BoxQueue::Outcome;
       const Outcome outcome = boxes_.take(time, *wait_for_boxes_, &boxes);
