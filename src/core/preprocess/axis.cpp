@@ -41,7 +41,8 @@ void Axis::add_nearest(const AxisPart& part, Sampling sampling, size_t target) {
 }
 
 void Axis::add_bilinear(double position) {
-  const double floor = std::floor(position);
+  // Above -1; a conversion is an instruction where std::floor may be a call.
+  const double floor = static_cast<double>(static_cast<int64_t>(position + 1) - 1);
   const double fraction = position - floor;
   if (floor < low_)
     add(low_, std::array{1.0});

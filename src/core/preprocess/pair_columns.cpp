@@ -2,14 +2,13 @@
 #include "core/preprocess/pair_columns.hpp"
 
 #include <algorithm>
-#include <cmath>
 
 #include "core/preprocess/row_kernels.hpp"
 
 namespace weir::preprocess {
 
 int16_t pair_share(double second) noexcept {
-  return static_cast<int16_t>(-std::lround(second * 32768));
+  return static_cast<int16_t>(-static_cast<int32_t>(second * 32768 + 0.5));
 }
 
 void PairColumns::lay(const Axis& axis, size_t sample_bytes) {
