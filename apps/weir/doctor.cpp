@@ -5,6 +5,7 @@
 #include "commands.hpp"
 #include "core/infer/module_library.hpp"
 #include "engine_facts.hpp"
+#include "module_facts.hpp"
 #include "plugin_facts.hpp"
 #include "report.hpp"
 
@@ -74,11 +75,32 @@ void print_conflicts(const PluginFacts& facts) {
                 conflict.file.c_str(), conflict.reason.c_str(), conflict.fix.c_str());
 }
 
-void print_modules() {
-  std::printf("\nDecoders\n ");
-  const auto decoders = infer::ModuleLibrary::instance().decoder_names();
-  for (const auto& decoder : decoders) std::printf(" %s", decoder.c_str());
-  std::printf("%s\n\nFolders of modules\n", decoders.empty() ? " none" : "");
+Json to_json(const std::vector<ModuleFact>& facts) {
+  Json out = Json::array();
+  for (const auto& fact : facts)
+    out.push_back({{"name", fact.name},
+                   {"state", fact.problem.empty() ? "usable" : "refused"},
+                   {"module", fact.file},
+                   {"problem", fact.problem}});
+  return out;
+}
+
+void print_modules(const char* kind, const std::vector<ModuleFact>& facts) {
+  std::vector<std::vector<std::string>> rows{{kind, "state", "place"}};
+  std::string reasons;
+  for (const auto& fact : facts) {
+    rows.push_back({fact.name, fact.problem.empty() ? "usable" : "refused", fact.file});
+    if (!fact.problem.empty())
+      reasons += "  " + fact.name + " is refused\n    reason: " + fact.problem + "\n";
+  }
+  std::string title = std::string(kind) + "s";
+  title[0] = static_cast<char>(title[0] - 'a' + 'A');
+  std::printf("\n%s\n%s%s", title.c_str(), facts.empty() ? "  none\n" : table(rows, "  ").c_str(),
+              reasons.c_str());
+}
+
+void print_folders() {
+  std::printf("\nFolders of modules\n");
   for (const auto& folder : infer::ModuleLibrary::search_path())
     std::printf("  %s\n", folder.c_str());
 }
@@ -109,18 +131,23 @@ void print_engines(const std::vector<EngineFact>& engines) {
 int doctor(bool json) {
   const PluginFacts plugin = plugin_facts();
   const auto engines = engine_facts();
+  const auto decoders = decoder_facts();
+  const auto converters = converter_facts();
   if (json) {
     Json document{{"version", WEIR_VERSION}, {"usable", plugin.found}};
     document.update(to_json(plugin));
     document["module_path"] = infer::ModuleLibrary::search_path();
     document["engines"] = Json::array();
     for (const auto& engine : engines) document["engines"].push_back(to_json(engine));
-    document["decoders"] = infer::ModuleLibrary::instance().decoder_names();
+    document["decoders"] = to_json(decoders);
+    document["converters"] = to_json(converters);
     print(document);
   } else {
     print_plugin(plugin);
     print_conflicts(plugin);
-    print_modules();
+    print_folders();
+    print_modules("decoder", decoders);
+    print_modules("converter", converters);
     print_engines(engines);
   }
   return plugin.found ? kExitGood : kExitError;

@@ -61,10 +61,10 @@ std::string engine_version(const weir_engine& engine) {
   return engine.version ? engine.version : "";
 }
 
-std::string module_file(const std::string& name) {
+std::string module_file(const std::string& name, const std::string& kind) {
   for (const auto& folder : infer::ModuleLibrary::search_path()) {
     std::error_code ignored;
-    const fs::path path = fs::path(folder) / ("libweir-engine-" + name + ".so");
+    const fs::path path = fs::path(folder) / ("libweir-" + kind + "-" + name + ".so");
     if (fs::is_regular_file(path, ignored)) return path.string();
   }
   return "";

@@ -30,7 +30,8 @@ const char* name_of(EngineState state) noexcept;
 std::vector<EngineFact> engine_facts();
 // Of the engine's library where the module tells it, else of the module.
 std::string engine_version(const weir_engine& engine);
-// The module file that would be opened for an engine of this name, "" when there is none.
-std::string module_file(const std::string& name);
+// The module file that would be opened for an engine (or a decoder, a converter) of this name, ""
+// when there is none.
+std::string module_file(const std::string& name, const std::string& kind = "engine");
 
 }  // namespace weir::app

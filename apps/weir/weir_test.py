@@ -43,7 +43,8 @@ class Doctor(Case):
         for words in ("GStreamer 1.", str(PLUGIN), "tensor_filter", "Conflicts\n  none", "Engines"):
             self.assertIn(words, said)
         self.assertRegex(said, r"fake +usable +1 +\S*/libweir-engine-fake.so\n")
-        self.assertIn("Decoders\n  direct_video image_labeling octet_stream\n", said)
+        self.assertRegex(said, r"Decoders\n  decoder +state +place\n  direct_video +usable +\S*/libweir-decoder-direct_video.so\n")
+        self.assertRegex(said, r"Converters\n  converter +state +place\n  python3 +usable +\S*/libweir-converter-python3.so\n")
         for folder in os.environ["WEIR_MODULE_PATH"].split(":"):
             self.assertIn(f"\n  {folder}\n", said)
 
@@ -67,6 +68,21 @@ class Doctor(Case):
         self.assertEqual(states["fake"], "usable")
         self.assertEqual(states["bad-version"], "refused")
         self.assertEqual(states["openvino"], "not available")
+        decoders = {d["name"]: d for d in told["decoders"]}
+        self.assertEqual(set(decoders), {"direct_video", "image_labeling", "octet_stream"})
+        self.assertEqual([(c["name"], c["state"]) for c in told["converters"]], [("python3", "usable")])
+        self.assertTrue(pathlib.Path(told["converters"][0]["module"]).is_file())
+
+    def test_a_decoder_and_a_converter_that_cannot_be_opened_are_told(self):
+        for kind in ("decoder", "converter"):
+            (self.folder / f"libweir-{kind}-broken.so").write_text("no library")
+        said = self.good(weir("doctor", WEIR_MODULE_PATH=str(self.folder)))
+        for kind in ("decoder", "converter"):
+            self.assertRegex(said, rf"broken +refused +\S*/libweir-{kind}-broken.so\n")
+        self.assertRegex(said, r"broken is refused\n    reason: .*(invalid ELF header|file too short)")
+        told = json.loads(self.good(weir("doctor", "--json", WEIR_MODULE_PATH=str(self.folder))))
+        self.assertEqual(told["converters"][0]["state"], "refused")
+        self.assertNotEqual(told["decoders"][0]["problem"], "")
 
     def test_missing_engines_come_with_their_command(self):
         said = self.good(weir("doctor", WEIR_MODULE_PATH=str(self.folder)))

@@ -36,9 +36,37 @@ void set_by_text(GObject* object, const GParamSpec* property, const std::string&
   }
 }
 
+// The property of this name that a file may set, or why there is none.
+Result<const GParamSpec*> writable_property(GObject* object, const std::string& key) {
+  GObjectClass* type = G_OBJECT_GET_CLASS(object);
+  const GParamSpec* property = g_object_class_find_property(type, key.c_str());
+  if (property && (property->flags & G_PARAM_WRITABLE) != 0) return property;
+  if (property)
+    return Error{Code::OPTION_VALUE,
+                 "a property of config-file cannot be written and is passed over",
+                 key,
+                 "",
+                 "",
+                 ""};
+  guint count = 0;
+  GParamSpec** all = g_object_class_list_properties(type, &count);
+  std::vector<std::string> names;
+  for (guint i = 0; i < count; ++i)
+    if (all[i]->flags & G_PARAM_WRITABLE) names.emplace_back(all[i]->name);
+  g_free(all);
+  const std::string close = nearest(key, names);
+  return Error{Code::OPTION_VALUE,
+               "config-file names a property that is not known and is passed over",
+               key,
+               close.empty() ? "a property of this element" : "did you mean " + close + "?",
+               "",
+               ""};
+}
+
 }  // namespace
 
-Status set_properties_from_file(GObject* object, const std::string& path) {
+Status set_properties_from_file(GObject* object, const std::string& path,
+                                std::vector<Error>* passed_over) {
   gchar* raw = nullptr;
   gsize size = 0;
   if (!g_file_get_contents(path.c_str(), &raw, &size, nullptr))
@@ -50,10 +78,12 @@ Status set_properties_from_file(GObject* object, const std::string& path) {
                  "config-file=/path/to/properties.conf"};
   const UniqueText text{raw};
   for (const auto& [key, value] : parse_property_file({text.get(), size})) {
-    const GParamSpec* property =
-        g_object_class_find_property(G_OBJECT_GET_CLASS(object), std::string(key).c_str());
-    const bool writable = property && (property->flags & G_PARAM_WRITABLE) != 0;
-    if (writable && key != "config-file") set_by_text(object, property, std::string(value));
+    if (key == "config-file") continue;
+    const auto property = writable_property(object, std::string(key));
+    if (property)
+      set_by_text(object, *property, std::string(value));
+    else if (passed_over)
+      passed_over->push_back(property.error());
   }
   return ok();
 }

@@ -37,6 +37,7 @@ class TensorDecoder : public gst::Element<TensorDecoder, gst::BaseTransform> {
         option8, option9;
     std::string config_file;
     Status config_status = ok();  // of reading it; told when the stream starts
+    std::vector<Error> config_warnings;
   };
   std::string sub_plugins() const {
     std::string out;
@@ -65,13 +66,22 @@ class TensorDecoder : public gst::Element<TensorDecoder, gst::BaseTransform> {
   void property_changed(const char* name) {
     if (std::strcmp(name, "config-file") != 0) return;
     const std::string path = settings().config_file;
-    Status status = path.empty() ? ok() : gst::set_properties_from_file(G_OBJECT(element()), path);
-    change_settings([&](Settings& s) { s.config_status = std::move(status); });
+    std::vector<Error> passed_over;
+    Status status = path.empty()
+                        ? ok()
+                        : gst::set_properties_from_file(G_OBJECT(element()), path, &passed_over);
+    change_settings([&](Settings& s) {
+      s.config_status = std::move(status);
+      s.config_warnings = std::move(passed_over);
+    });
   }
 
   Status start() {
     ledger_.reset();
-    if (const Status status = settings().config_status; !status) return status;
+    const Settings given = settings();
+    if (!given.config_status) return given.config_status;
+    // Not before: an element that is being made has no bus.
+    for (const auto& warning : given.config_warnings) gst::post_warning(element(), warning);
     auto decoder = open();
     if (!decoder) return decoder.error();
     auto probe = open();

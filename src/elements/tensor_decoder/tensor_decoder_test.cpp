@@ -156,6 +156,34 @@ TEST(TensorDecoder, ReadsItsPropertiesFromAFile) {
   EXPECT_EQ(property(h, "option2"), "NULL");
 }
 
+TEST(TensorDecoder, WarnsOfWhatAPropertyFileNamesInVain) {
+  auto element = Ref<GstElement>::adopt(GST_ELEMENT(gst_object_ref_sink(gst_parse_launch(
+      ("tensor_decoder " + property_file("mode=octet_stream\noptoin1=BGR\nqqqqqqqqqq=1\n"
+                                         "sub-plugins=none\nconfig-file=/nowhere\n"))
+          .c_str(),
+      nullptr))));
+  auto bus = Ref<GstBus>::adopt(gst_bus_new());
+  gst_element_set_bus(element.get(), bus.get());
+  gst_element_set_state(element.get(), GST_STATE_PAUSED);
+  gst_element_set_state(element.get(), GST_STATE_NULL);
+  std::vector<std::string> warnings;
+  while (auto message =
+             Ref<GstMessage>::adopt(gst_bus_pop_filtered(bus.get(), GST_MESSAGE_WARNING))) {
+    GError* error = nullptr;
+    gst_message_parse_warning(message.get(), &error, nullptr);
+    warnings.emplace_back(error->message);
+    g_error_free(error);
+  }
+  gst_element_set_bus(element.get(), nullptr);
+  ASSERT_EQ(warnings.size(), 3u);
+  EXPECT_SAYS(warnings[0], "WEIR-1004: config-file names a property that is not known");
+  EXPECT_SAYS(warnings[0], "offered: optoin1");
+  EXPECT_SAYS(warnings[0], "did you mean option1?");
+  EXPECT_SAYS(warnings[1], "offered: qqqqqqqqqq");
+  EXPECT_SAYS(warnings[2], "a property of config-file cannot be written and is passed over");
+  EXPECT_SAYS(warnings[2], "offered: sub-plugins");
+}
+
 TEST(TensorDecoder, LetsWhatIsSetLaterWin) {
   auto later = harness(property_file("mode=direct_video\noption1=BGR\n") + " option1=RGB",
                        tensor("uint8", "3:4:2"));
