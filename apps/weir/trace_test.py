@@ -71,6 +71,18 @@ class Trace(Case):
         self.assertIn("eos", [event["args"]["what"] for event in self.pushes(events, "event")["tensors"]])
         self.assertIn("READY->PAUSED", [event["args"]["what"] for event in self.pushes(events, "state")["converter"]])
 
+    def test_a_multiqueue_is_as_full_as_its_queues_together(self):
+        source = "videotestsrc num-buffers=60 ! video/x-raw,width=8,height=8,framerate=300/1"
+        branches = [f" {source} ! many.sink_{n} many.src_{n} ! fakesink sync=true" for n in range(2)]
+        most = []
+        for count in (1, 2):
+            _, events = self.traced("multiqueue name=many max-size-buffers=3 max-size-bytes=0 max-size-time=0"
+                                    + "".join(branches[:count]))
+            most.append(max(event["args"]["frames"] for event in events if event["ph"] == "C" and event["name"] == "many"))
+        self.assertIn(most[0], range(2, 6), "three, one that comes and one that leaves")
+        # A queue grows beyond its limit while another is empty.
+        self.assertIn(most[1], range(4, 2 * 60 + 1), "both count")
+
     def test_frames_go_through_bins(self):
         _, events = self.traced("videotestsrc num-buffers=5 ! ( identity name=inside ) ! fakesink name=out")
         pushes = self.pushes(events)

@@ -23,9 +23,51 @@ bool leaks(GstElement* queue) {
   return leaky != 0;
 }
 
+std::string_view factory_of(GstElement* element) {
+  GstElementFactory* factory = gst_element_get_factory(element);
+  return factory ? gst_plugin_feature_get_name(GST_PLUGIN_FEATURE(factory)) : "";
+}
+
+struct Limits {
+  guint frames = 0, bytes = 0;
+  guint64 time = 0;
+};
+Limits limits_of(GstElement* queue) {
+  Limits out;
+  g_object_get(queue, "max-size-buffers", &out.frames, "max-size-bytes", &out.bytes,
+               "max-size-time", &out.time, nullptr);
+  return out;
+}
+
+struct Level {
+  uint64_t frames = 0, bytes = 0, fullest = 0;
+
+  // Of a queue, or of one of the queues of a multiqueue: its pad.
+  void add(GObject* object, const Limits& limits) {
+    guint frames_now = 0, bytes_now = 0;
+    guint64 time_now = 0;
+    g_object_get(object, "current-level-buffers", &frames_now, "current-level-bytes", &bytes_now,
+                 "current-level-time", &time_now, nullptr);
+    frames += frames_now;
+    bytes += bytes_now;
+    fullest = std::max({fullest, share(frames_now, limits.frames), share(bytes_now, limits.bytes),
+                        share(time_now, limits.time)});
+  }
+};
+
+std::vector<gst::Ref<GstPad>> sinks_of(GstElement* element) {
+  std::vector<gst::Ref<GstPad>> out;
+  GST_OBJECT_LOCK(element);
+  for (const GList* pad = element->sinkpads; pad; pad = pad->next)
+    out.push_back(gst::Ref<GstPad>::share(GST_PAD(pad->data)));
+  GST_OBJECT_UNLOCK(element);
+  return out;
+}
+
 }  // namespace
 
-WatchedQueue::WatchedQueue(GstElement* queue) : address_(queue) {
+WatchedQueue::WatchedQueue(GstElement* queue)
+    : address_(queue), several_(factory_of(queue) == "multiqueue") {
   g_weak_ref_init(&queue_, queue);
 }
 
@@ -34,30 +76,27 @@ WatchedQueue::~WatchedQueue() {
 }
 
 bool WatchedQueue::can_be_watched(GstElement* element) {
-  GstElementFactory* factory = gst_element_get_factory(element);
-  if (!factory) return false;
-  const std::string_view name = gst_plugin_feature_get_name(GST_PLUGIN_FEATURE(factory));
-  return name == "queue" || name == "queue2";
+  const std::string_view name = factory_of(element);
+  return name == "queue" || name == "queue2" || name == "multiqueue";
 }
 
 void WatchedQueue::take(int64_t time, trace::Recorder* recorder) {
   const auto queue = gst::Ref<GstElement>::adopt(static_cast<GstElement*>(g_weak_ref_get(&queue_)));
   if (!queue) return;
-  guint frames = 0, bytes = 0, most_frames = 0, most_bytes = 0;
-  guint64 time_inside = 0, most_time = 0;
-  g_object_get(queue.get(), "current-level-buffers", &frames, "current-level-bytes", &bytes,
-               "current-level-time", &time_inside, "max-size-buffers", &most_frames,
-               "max-size-bytes", &most_bytes, "max-size-time", &most_time, nullptr);
+  const Limits limits = limits_of(queue.get());
+  Level level;
+  if (several_)
+    for (const auto& pad : sinks_of(queue.get())) level.add(G_OBJECT(pad.get()), limits);
+  else
+    level.add(G_OBJECT(queue.get()), limits);
   period_.store(leaks(queue.get()) ? 0 : kPeriod, std::memory_order_relaxed);
   trace::Record record;
   record.time = time;
   record.object = address_;
-  record.value = frames;
+  record.value = static_cast<decltype(record.value)>(level.frames);
   record.kind = static_cast<unsigned>(trace::Kind::Level) & 15U;
-  record.frames = std::max({share(frames, most_frames), share(bytes, most_bytes),
-                            share(time_inside, most_time)}) &
-                  trace::kMostFrames;
-  record.bytes = bytes;
+  record.frames = level.fullest & trace::kMostFrames;
+  record.bytes = level.bytes & trace::kMostBytes;
   recorder->log().append(record);
 }
 

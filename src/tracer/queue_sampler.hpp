@@ -18,7 +18,8 @@ class WatchedQueue {
   WatchedQueue(const WatchedQueue&) = delete;
   WatchedQueue& operator=(const WatchedQueue&) = delete;
 
-  // Only queue and queue2: they hold no lock of their own while they push, so asking them is safe.
+  // Only queue, queue2 and multiqueue: they hold no lock of their own while they push, so asking
+  // them is safe. Of a multiqueue the frames of all its queues count, and the fullest of them.
   static bool can_be_watched(GstElement* element);
 
   void sample(int64_t time, trace::Recorder* recorder) {
@@ -32,6 +33,7 @@ class WatchedQueue {
   void take(int64_t time, trace::Recorder* recorder);
 
   const void* const address_;
+  const bool several_;                           // a multiqueue: levels are those of its pads
   static constexpr int64_t kPeriod = 1'000'000;  // ns
   GWeakRef queue_;
   std::atomic<int64_t> period_ = kPeriod;  // what leaks cannot be counted
