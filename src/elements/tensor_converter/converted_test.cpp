@@ -137,6 +137,20 @@ TEST(ConverterModule, MayRefuseCaps) {
   EXPECT_SAYS(text, "fix: mode=(string)accepted");
 }
 
+TEST(ConverterModule, MaySayTheFrameRate) {
+  auto h = harness("", kNumbers);
+  EXPECT_EQ(converted(h, "1"), std::vector{1});
+  EXPECT_SAYS(caps_text(h), "framerate=(fraction)10/1");
+  EXPECT_EQ(converted(h, "rate"), std::vector{25});
+  EXPECT_SAYS(caps_text(h), "framerate=(fraction)25/1");
+  EXPECT_EQ(converted(h, "2"), std::vector{2}) << "a frame that says none changes none";
+  EXPECT_SAYS(caps_text(h), "framerate=(fraction)25/1");
+  const auto error = error_of(h, text("no rate"));
+  EXPECT_SAYS(error, "WEIR-9002: a converter says a frame rate that cannot be");
+  EXPECT_SAYS(error, "offered: 25/0");
+  EXPECT_EQ(stat(h, "dropped-error"), 1u);
+}
+
 TEST(ConverterModule, HasItsFramesGathered) {
   auto h = harness("frames-per-tensor=3", std::string(kNumbers) + ",shape=three");
   EXPECT_SAYS(caps_text(h), "dimensions=(string)3:3, types=(string)int32");

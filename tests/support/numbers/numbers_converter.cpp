@@ -1,6 +1,6 @@
 // An external converter for tests: text such as "1 2 3;4 5" becomes int32 tensors, one for each
 // part between semicolons; "count" becomes how many frames came since the last reset. Words order
-// faults: drop, nothing, failure, exception, memory, number, many, time.
+// faults: drop, nothing, rate, no rate, failure, exception, memory, number, many, time.
 #include <charconv>
 #include <cstring>
 #include <stdexcept>
@@ -42,6 +42,10 @@ class Numbers {
     if (text == "drop") return false;
     if (text == "nothing") return true;
     if (text == "time") output.set_time(frame.pts + 1, 2);
+    rate_.reset();
+    if (text == "rate") rate_ = {25, 1};
+    if (text == "no rate") rate_ = {25, 0};
+    if (rate_) return add({25}, output);
     if (text == "count" || text == "time") return add({frames_}, output);
     if (text == "many") return add_many(output);
     err(text, output);
@@ -53,6 +57,7 @@ class Numbers {
     return true;
   }
   void reset() noexcept { frames_ = 0; }
+  std::optional<std::pair<int32_t, int32_t>> rate() const noexcept { return rate_; }
 
  private:
   static bool add(const std::vector<int32_t>& values, weir::ConverterOutput& output) {
@@ -77,6 +82,7 @@ class Numbers {
   }
 
   int32_t frames_ = 0;
+  std::optional<std::pair<int32_t, int32_t>> rate_;
 };
 
 }  // namespace
