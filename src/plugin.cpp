@@ -11,6 +11,7 @@
   X(tensor_demux)        \
   X(tensor_filter)       \
   X(tensor_if)           \
+  X(tensor_merge)        \
   X(tensor_mux)          \
   X(tensor_preprocess)   \
   X(tensor_rate)         \

@@ -65,6 +65,7 @@ gboolean CollectorPads::sink_event(Pad& pad, Ref<GstEvent> event) {
       return gst_pad_push_event(source_, event.release());
     case GST_EVENT_FLUSH_STOP:
       pad.fed_by = nullptr;
+      pad.last_time.reset();
       gst_segment_init(&pad.segment, GST_FORMAT_UNDEFINED);
       if (!collector_.flush_stop(pad.lane)) return TRUE;
       segment_due_ = true;

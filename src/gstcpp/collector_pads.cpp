@@ -98,12 +98,15 @@ void CollectorPads::configure(const sync::Options& options, sync::Backwards back
 Status CollectorPads::start() {
   for (const auto& pad : sink_pads())
     if (auto status = can_be_fed(element_, pad.get()); !status) return status;
-  begun_ = false;
+  begun_ = told_of_time_ = false;
   segment_due_ = true;
   specs_.clear();
   std::lock_guard lock(pads_mutex_);
   pending_.clear();
-  for (const auto& pad : pads_) pad->fed_by = nullptr;
+  for (const auto& pad : pads_) {
+    pad->fed_by = nullptr;
+    pad->last_time.reset();
+  }
   collector_.start();
   return ok();
 }
@@ -131,8 +134,20 @@ GstFlowReturn CollectorPads::chain(Pad& pad, Ref<GstBuffer> buffer) {
   sync::Stamp running_time;
   if (time && pad.segment.format == GST_FORMAT_TIME)
     running_time = stamp_of(gst_segment_to_running_time(&pad.segment, GST_FORMAT_TIME, *time));
+  watch_time(pad, time);
   const int flow = collector_.offer(pad.lane, {std::move(buffer), pad.spec, running_time}, time);
   return static_cast<GstFlowReturn>(flow);
+}
+
+// Told once; `stats` counts.
+void CollectorPads::watch_time(Pad& pad, const sync::Stamp& time) {
+  if (!time) return;
+  const sync::Stamp last = std::exchange(pad.last_time, time);
+  if (!last || *time >= *last || told_of_time_.exchange(true)) return;
+  post_warning(element_, Error{Code::TIME_INVALID, "a time-stamp goes backwards",
+                               std::to_string(*time) + " ns on " + name_of(pad.pad),
+                               "at least " + std::to_string(*last) + " ns, the time ahead of it",
+                               "", "backwards=drop"});
 }
 
 Status CollectorPads::negotiate(const Inputs& inputs) {

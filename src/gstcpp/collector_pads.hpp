@@ -62,6 +62,7 @@ class CollectorPads final : private sync::Consumer<Input> {
     sync::LaneId lane;
     std::shared_ptr<const FrameSpec> spec;  // streaming thread
     GstSegment segment;                     // streaming thread
+    sync::Stamp last_time;                  // streaming thread
     std::atomic<GThread*> fed_by{nullptr};  // the last to bring something since start or flush
   };
 
@@ -71,6 +72,7 @@ class CollectorPads final : private sync::Consumer<Input> {
   Status may_wait(sync::LaneId waiting, const std::vector<sync::LaneId>& empty) override;
 
   GstFlowReturn chain(Pad& pad, Ref<GstBuffer> buffer);
+  void watch_time(Pad& pad, const sync::Stamp& time);
   gboolean sink_event(Pad& pad, Ref<GstEvent> event);
   gboolean caps(Pad& pad, GstEvent* event);
   gboolean pass_on(Pad& pad, Ref<GstEvent> event);
@@ -103,6 +105,7 @@ class CollectorPads final : private sync::Consumer<Input> {
   // Of the thread that makes an output.
   std::vector<std::shared_ptr<const FrameSpec>> specs_;  // the caps on the source pad stand for
   std::atomic<bool> begun_{false}, segment_due_{true};
+  std::atomic<bool> told_of_time_{false};
 };
 
 }  // namespace weir::gst

@@ -199,6 +199,10 @@ TEST(TensorMuxShutdown, TimesThatGoBackAreDroppedWhenAskedFor) {
   EXPECT_EQ(mux.push(0, Bytes{3}, 40), GST_FLOW_OK);
   EXPECT_EQ(mux.stat("times-backwards"), 1u);
   EXPECT_EQ(mux.stat("dropped-time"), 1u);
+  const std::string warning = mux.warning();
+  EXPECT_NE(warning.find("WEIR-2008"), std::string::npos) << warning;
+  EXPECT_NE(warning.find("40 ns on sink_0"), std::string::npos) << warning;
+  EXPECT_NE(warning.find("at least 50 ns"), std::string::npos) << warning;
   mux.push_all({{4}, {5}}, 60);
   EXPECT_EQ(mux.buffers().size(), 2u);
   mux.expect_no_frame_lost();

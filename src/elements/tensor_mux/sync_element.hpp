@@ -1,7 +1,8 @@
 // SyncElement<Impl>: an element of request pads "sink_%u" and one source pad, with a sync policy.
 //
 // Impl has kInfo, kPads (sink first), a Settings derived from SyncSettings, kFallback (sync::Mode),
-// ledger_, and is a gst::Combiner.
+// ledger_, and is a gst::Combiner. It may have Status prepare(const Settings&), which is called
+// when it starts and when a property changes.
 #pragma once
 #include <optional>
 
@@ -55,6 +56,8 @@ class SyncElement : public gst::Element<Impl, gst::PlainElement>, public gst::Co
 
   Status configure_pads() {
     const auto settings = this->settings();
+    if constexpr (requires { impl().prepare(settings); })
+      if (auto status = impl().prepare(settings); !status) return status;
     const auto choice = sync_choice(settings, Impl::kFallback);
     if (!choice) return choice.error();
     if (!choice->mode_status) gst::post_warning(this->element(), choice->mode_status.error());

@@ -1,0 +1,130 @@
+// Rows of all inputs, interleaved in tiles that stay in the first cache.
+#include "core/merge/concatenation.hpp"
+
+#include <algorithm>
+#include <cstring>
+#include <string>
+
+namespace weir {
+namespace {
+
+constexpr size_t kTileBytes = 16384;
+
+uint32_t dim(const Shape& shape, size_t i) {
+  return std::max<uint32_t>(shape[i], 1);
+}
+
+Error mismatch(const TensorSpec& offered, const TensorSpec& needed, size_t pad,
+               std::string difference) {
+  return Error{Code::SPEC_MISMATCH,
+               "the tensors of two pads cannot be merged",
+               "pad " + std::to_string(pad) + ": " + offered.to_string(),
+               "as pad 0: " + needed.to_string() + ", another size in the merged dimension alone",
+               std::move(difference),
+               ""};
+}
+
+Status fits(const TensorSpec& one, const TensorSpec& first, size_t pad, size_t dimension) {
+  if (one.type != first.type) {
+    Error error = mismatch(one, first, pad,
+                           "type is " + std::string(name_of(one.type)) + ", needed is " +
+                               std::string(name_of(first.type)));
+    error.fix = "tensor_transform mode=typecast option=" + std::string(name_of(first.type));
+    return error;
+  }
+  for (size_t d = 0; d < kRankLimit; ++d)
+    if (d != dimension && dim(one.shape, d) != dim(first.shape, d))
+      return mismatch(one, first, pad,
+                      "dimension " + std::to_string(d) + " is " +
+                          std::to_string(dim(one.shape, d)) + ", needed is " +
+                          std::to_string(dim(first.shape, d)));
+  return ok();
+}
+
+// `count` blocks that lie dense go `stride` bytes apart.
+using Scatter = void (*)(const std::byte* in, std::byte* out, size_t block, size_t stride,
+                         size_t count);
+template <size_t kBlock>
+void scatter_fixed(const std::byte* in, std::byte* out, size_t, size_t stride, size_t count) {
+  for (size_t i = 0; i < count; ++i) std::memcpy(out + i * stride, in + i * kBlock, kBlock);
+}
+void scatter_any(const std::byte* in, std::byte* out, size_t block, size_t stride, size_t count) {
+  for (size_t i = 0; i < count; ++i) std::memcpy(out + i * stride, in + i * block, block);
+}
+Scatter scatter_for(size_t block) {
+  switch (block) {
+    case 1:
+      return scatter_fixed<1>;
+    case 2:
+      return scatter_fixed<2>;
+    case 3:
+      return scatter_fixed<3>;
+    case 4:
+      return scatter_fixed<4>;
+    case 6:
+      return scatter_fixed<6>;
+    case 8:
+      return scatter_fixed<8>;
+    case 12:
+      return scatter_fixed<12>;
+    case 16:
+      return scatter_fixed<16>;
+    default:
+      return scatter_any;
+  }
+}
+
+}  // namespace
+
+Result<Concatenation> Concatenation::plan(std::span<const TensorSpec> inputs, size_t dimension) {
+  if (inputs.empty() || dimension >= kRankLimit)
+    return Error{Code::OPTION_VALUE,
+                 "there is nothing to merge along this dimension",
+                 std::to_string(inputs.size()) + " tensors, dimension " + std::to_string(dimension),
+                 "at least one tensor, a dimension from 0 to 15",
+                 "",
+                 ""};
+  const TensorSpec& first = inputs[0];
+  Concatenation out;
+  size_t rank = dimension + 1;
+  uint64_t sum = 0;
+  for (size_t pad = 0; pad < inputs.size(); ++pad) {
+    if (auto status = fits(inputs[pad], first, pad, dimension); !status) return status.error();
+    rank = std::max(rank, inputs[pad].shape.rank());
+    sum += dim(inputs[pad].shape, dimension);
+  }
+  out.output_ = {first.type, first.shape.with_rank(rank), ""};
+  out.output_.shape[dimension] = static_cast<uint32_t>(std::min<uint64_t>(sum, UINT32_MAX));
+  if (sum > UINT32_MAX || !out.output_.bytes())
+    return Error{Code::LIMIT_EXCEEDED,
+                 "the merged tensor is too big",
+                 std::to_string(sum) + " in dimension " + std::to_string(dimension),
+                 "at most 4294967295, and less than 8 EiB together",
+                 "",
+                 ""};
+  size_t inner = size_of(first.type);
+  for (size_t d = 0; d < dimension; ++d) inner *= dim(first.shape, d);
+  out.rows_ = 1;
+  for (size_t d = dimension + 1; d < kRankLimit; ++d) out.rows_ *= dim(first.shape, d);
+  for (const auto& input : inputs) {
+    out.blocks_.push_back(inner * dim(input.shape, dimension));
+    out.row_ += out.blocks_.back();
+  }
+  return out;
+}
+
+void Concatenation::run(std::span<const std::span<const std::byte>> inputs,
+                        std::span<std::byte> out) const {
+  const size_t tile = std::max<size_t>(kTileBytes / row_, 1);
+  for (size_t row = 0; row < rows_; row += tile) {
+    const size_t count = std::min(tile, rows_ - row);
+    std::byte* to = out.data() + row * row_;
+    for (size_t pad = 0; pad < blocks_.size(); ++pad) {
+      const size_t block = blocks_[pad];
+      scatter_for(block)(inputs[pad].data() + row * block, to, block, row_, count);
+      to += block;
+    }
+  }
+}
+
+}  // namespace weir

@@ -1,0 +1,28 @@
+// Concatenation: several tensors become one along a dimension.
+#pragma once
+#include <cstddef>
+#include <span>
+#include <vector>
+
+#include "core/tensor/frame_spec.hpp"
+
+namespace weir {
+
+class Concatenation {
+ public:
+  // All of one type, and of one size in every other dimension; missing dimensions are 1.
+  // SPEC_MISMATCH prints both sides; LIMIT_EXCEEDED when the sum does not fit.
+  static Result<Concatenation> plan(std::span<const TensorSpec> inputs, size_t dimension);
+
+  const TensorSpec& output() const noexcept { return output_; }
+  // Each input and `out` have the sizes of the plan. Each byte of `out` is written once.
+  void run(std::span<const std::span<const std::byte>> inputs, std::span<std::byte> out) const;
+
+ private:
+  TensorSpec output_;
+  std::vector<size_t> blocks_;  // bytes in a row, of each input
+  size_t row_ = 0;              // their sum
+  size_t rows_ = 0;
+};
+
+}  // namespace weir

@@ -1,0 +1,142 @@
+// tensor_merge: the tensors of several streams become one tensor along a dimension.
+#include <algorithm>
+
+#include "core/merge/concatenation.hpp"
+#include "core/text/text.hpp"
+#include "elements/tensor_mux/sync_element.hpp"
+#include "gstcpp/frame_pool.hpp"
+#include "gstcpp/frame_reader.hpp"
+#include "gstcpp/tensor_caps.hpp"
+#include "gstcpp/tensor_meta.hpp"
+
+namespace weir {
+namespace {
+
+using gst::Ref;
+
+#define WEIR_ONE_STATIC \
+  WEIR_CAPS_TENSOR "; other/tensors, format=(string)static, num_tensors=(int)1, " WEIR_CAPS_RATE
+
+class TensorMerge : public SyncElement<TensorMerge> {
+ public:
+  static constexpr gst::ElementInfo kInfo{
+      "WeirTensorMerge", "tensor_merge", "TensorMerge", "Muxer/Tensor",
+      "Puts the tensors of several streams one behind the other along a dimension"};
+  static inline GstStaticPadTemplate kPads[] = {
+      GST_STATIC_PAD_TEMPLATE("sink_%u", GST_PAD_SINK, GST_PAD_REQUEST,
+                              GST_STATIC_CAPS(WEIR_ONE_STATIC)),
+      GST_STATIC_PAD_TEMPLATE("src", GST_PAD_SRC, GST_PAD_ALWAYS, GST_STATIC_CAPS(WEIR_ONE_STATIC)),
+  };
+  struct Settings : SyncSettings {
+    Settings() { sync_mode = "nosync"; }
+    std::string mode = "linear", option = "0";
+  };
+  static constexpr sync::Mode kFallback = sync::Mode::NoSync;
+  static constexpr auto kProperties = std::tuple_cat(
+      std::tuple{gst::Property{"mode", &Settings::mode, "How tensors are merged: linear"},
+                 gst::Property{"option", &Settings::option,
+                               "The dimension along which, 0 to 15; 0 is the innermost"}},
+      kSyncProperties<Settings>);
+
+  Status prepare(const Settings& settings) {
+    if (!equal_ignoring_case(strip(settings.mode), "linear"))
+      return Error{Code::MODE_UNKNOWN, "mode is not known", settings.mode, "linear", "",
+                   "mode=linear"};
+    const auto dimension = parse_unsigned(strip(settings.option));
+    if (!dimension || *dimension >= kRankLimit)
+      return Error{Code::OPTION_VALUE,
+                   "option names no dimension",
+                   settings.option,
+                   "a number from 0 to 15; 0 is the innermost dimension",
+                   "",
+                   "tensor_merge mode=linear option=2"};
+    dimension_ = static_cast<size_t>(*dimension);
+    return ok();
+  }
+
+  Result<FrameSpec> combine_specs(const std::vector<const FrameSpec*>& inputs) override {
+    std::vector<TensorSpec> tensors;
+    FrameSpec out;
+    out.format = Format::Static;
+    out.rate = inputs[0]->rate;
+    for (const FrameSpec* input : inputs) {
+      out.rate.numerator = std::min(out.rate.numerator, input->rate.numerator);
+      out.rate.denominator = std::min(out.rate.denominator, input->rate.denominator);
+      tensors.push_back(input->tensors[0]);
+    }
+    auto plan = Concatenation::plan(tensors, dimension_);
+    if (!plan) return plan.error();
+    plan_ = *std::move(plan);
+    out.tensors = {plan_.output()};
+    return out;
+  }
+
+  Status configure(const FrameSpec&) override {
+    auto pool = gst::FramePool::make({plan_.output()}, Format::Static);
+    if (!pool) return pool.error();
+    pool_ = *std::move(pool);
+    return ok();
+  }
+
+  Result<Ref<GstBuffer>> combine(const gst::Inputs& inputs) override {
+    auto out = merged(inputs);
+    writer_.unmap();
+    for (auto& reader : readers_) reader.clear();
+    if (!out) return out;
+    GstBuffer* deciding = inputs.frames[inputs.metadata_pad].buffer.get();
+    gst_buffer_copy_into(out->get(), deciding, GST_BUFFER_COPY_TIMESTAMPS, 0,
+                         static_cast<gsize>(-1));
+    gst::set_picture_maps(out->get(), maps_of(deciding));
+    return out;
+  }
+
+  Settings settings_;
+  Ledger ledger_;
+
+ private:
+  // What is mapped for it stays mapped.
+  Result<Ref<GstBuffer>> merged(const gst::Inputs& inputs) {
+    readers_.resize(inputs.frames.size());
+    views_.clear();
+    for (size_t i = 0; i < inputs.frames.size(); ++i) {
+      const gst::Input& input = inputs.frames[i];
+      if (auto s = readers_[i].read(input.buffer.get(), *input.spec); !s) return s.error();
+      ledger_.copied(readers_[i].bytes_copied());
+      views_.push_back(readers_[i].tensors()[0].payload);
+    }
+    auto out = pool_.acquire();
+    if (!out) return Error{Code::OUT_OF_MEMORY, "memory ran out", "", "", "", ""};
+    if (auto status = writer_.map(pool_, out.get()); !status) {
+      writer_.unmap();
+      return status.error();
+    }
+    plan_.run(views_, writer_.payloads()[0]);
+    return out;
+  }
+
+  // Merged along another dimension than the picture's, pixels stay where they were.
+  std::vector<PictureMap> maps_of(GstBuffer* deciding) const {
+    const auto maps = gst::picture_maps(deciding);
+    const bool moved = std::any_of(maps.begin(), maps.end(), [this](const PictureMap& map) {
+      return map.x_dimension == dimension_ || map.y_dimension == dimension_;
+    });
+    if (moved || maps.size() != 1) return {};
+    return {maps.begin(), maps.end()};
+  }
+
+  std::atomic<size_t> dimension_{0};
+  // Of the thread that makes an output.
+  Concatenation plan_;
+  gst::FramePool pool_;
+  gst::FramePool::Writer writer_;
+  std::vector<gst::FrameReader> readers_;
+  std::vector<std::span<const std::byte>> views_;
+};
+
+}  // namespace
+
+bool register_tensor_merge(GstPlugin* plugin) {
+  return TensorMerge::register_in(plugin);
+}
+
+}  // namespace weir

@@ -1,0 +1,173 @@
+// tensor_merge: what it makes along each dimension, and what it refuses.
+#include "elements/tensor_mux/many_inputs.hpp"
+#include "gstcpp/tensor_meta.hpp"
+
+namespace weir::testing {
+namespace {
+
+std::string caps(const char* dims, const char* type = "uint8") {
+  return std::string("other/tensor,dimension=(string)") + dims + ",type=(string)" + type +
+         ",framerate=(fraction)30/1";
+}
+
+// 2:3 with the numbers from `first` on.
+Bytes numbers(uint8_t first, size_t count = 6) {
+  Bytes out;
+  for (size_t i = 0; i < count; ++i) out.push_back(static_cast<uint8_t>(first + i));
+  return out;
+}
+
+struct Line {
+  const char *option, *dims;
+  Bytes out;
+};
+
+TEST(TensorMerge, PutsTensorsTogetherAlongEachDimension) {
+  const Line lines[] = {
+      {"", "4:3:1:1", {1, 2, 11, 12, 3, 4, 13, 14, 5, 6, 15, 16}},
+      {"option=0", "4:3:1:1", {1, 2, 11, 12, 3, 4, 13, 14, 5, 6, 15, 16}},
+      {"option=1", "2:6:1:1", {1, 2, 3, 4, 5, 6, 11, 12, 13, 14, 15, 16}},
+      {"option=2", "2:3:2:1", {1, 2, 3, 4, 5, 6, 11, 12, 13, 14, 15, 16}},
+      {"option=3", "2:3:1:2", {1, 2, 3, 4, 5, 6, 11, 12, 13, 14, 15, 16}},
+      {"option=5", "2:3:1:1:1:2", {1, 2, 3, 4, 5, 6, 11, 12, 13, 14, 15, 16}},
+  };
+  for (const Line& line : lines) {
+    ManyInputs merge(std::string("tensor_merge mode=linear ") + line.option);
+    merge.add(caps("2:3:1:1").c_str());
+    merge.add(caps("2:3").c_str());
+    merge.play();
+    merge.push_all({numbers(1), numbers(11)}, 40);
+    ASSERT_EQ(merge.buffers().size(), 1u) << line.option;
+    EXPECT_EQ(memories_of(merge.buffers()[0].get()), std::vector<Bytes>{line.out}) << line.option;
+    EXPECT_EQ(merge.caps(), std::string("other/tensors, format=(string)static, num_tensors=(int)1, "
+                                        "dimensions=(string)") +
+                                line.dims + ", types=(string)uint8, framerate=(fraction)30/1");
+    EXPECT_EQ(merge.stat("bytes-copied"), 0u);
+  }
+}
+
+TEST(TensorMerge, TakesManyPads) {
+  ManyInputs merge("tensor_merge");
+  std::vector<Bytes> frames;
+  Bytes expected;
+  for (uint8_t i = 0; i < 20; ++i) {
+    merge.add(caps("1").c_str());
+    frames.push_back({i});
+    expected.push_back(i);
+  }
+  merge.play();
+  merge.push_all(frames, 0);
+  EXPECT_EQ(memories_of(merge.buffers().at(0).get()), std::vector<Bytes>{expected});
+}
+
+TEST(TensorMerge, PairsByOrderUnlessToldOtherwise) {
+  ManyInputs merge("tensor_merge");
+  merge.add(caps("1").c_str());
+  merge.add(caps("1").c_str());
+  merge.play();
+  auto first = merge.push_later(0, Bytes{1}, 10);
+  merge.push(1, Bytes{2}, 500);
+  first.get();
+  ASSERT_EQ(merge.buffers().size(), 1u);
+  EXPECT_EQ(GST_BUFFER_PTS(merge.buffers()[0].get()), 500u);
+}
+
+TEST(TensorMerge, SlowestLeavesOutWhatIsTooOld) {
+  ManyInputs merge("tensor_merge sync-mode=slowest");
+  merge.add(caps("1").c_str());
+  merge.add(caps("1").c_str());
+  merge.play();
+  auto colour = merge.push_later(1, Bytes{29}, 29);
+  EXPECT_EQ(merge.push_later(0, Bytes{14}, 14).get(), GST_FLOW_OK);
+  EXPECT_EQ(merge.push(0, Bytes{30}, 30), GST_FLOW_OK);
+  colour.get();
+  ASSERT_EQ(merge.buffers().size(), 1u);
+  EXPECT_EQ(memories_of(merge.buffers()[0].get()), (std::vector<Bytes>{{30, 29}}));
+  EXPECT_EQ(GST_BUFFER_PTS(merge.buffers()[0].get()), 29u);
+  EXPECT_EQ(merge.stat("dropped-policy"), 1u);
+}
+
+TEST(TensorMerge, GivesOtherTensorToAPeerThatTakesIt) {
+  ManyInputs merge("tensor_merge", "other/tensor,framerate=[0/1,2147483647/1]");
+  merge.add(caps("2").c_str());
+  merge.play();
+  EXPECT_EQ(merge.push(0, Bytes{1, 2}, 0), GST_FLOW_OK);
+  EXPECT_EQ(merge.caps(),
+            "other/tensor, dimension=(string)2, type=(string)uint8, framerate=(fraction)30/1");
+}
+
+TEST(TensorMerge, KeepsTheWayBackWherePixelsStay) {
+  for (const bool channels : {true, false}) {
+    ManyInputs merge(channels ? "tensor_merge option=0" : "tensor_merge option=1");
+    merge.add(caps("2:3").c_str());
+    merge.play();
+    auto in = buffer_of({numbers(1)}, 0);
+    gst::set_picture_maps(in.get(), {picture_as_it_is(64, 48, false)});
+    EXPECT_EQ(merge.push(0, in), GST_FLOW_OK);
+    EXPECT_EQ(gst::picture_maps(merge.buffers().at(0).get()).size(), channels ? 1u : 0u);
+  }
+}
+
+TEST(TensorMerge, CopiesTimesAndNothingElse) {
+  ManyInputs merge("tensor_merge");
+  merge.add(caps("1").c_str());
+  merge.play();
+  auto in = buffer_of({{1}}, 50);
+  GST_BUFFER_DTS(in.get()) = 40;
+  GST_BUFFER_DURATION(in.get()) = 5;
+  GST_BUFFER_FLAG_SET(in.get(), GST_BUFFER_FLAG_MARKER);
+  merge.push(0, in);
+  GstBuffer* out = merge.buffers().at(0).get();
+  EXPECT_EQ(GST_BUFFER_DTS(out), 40u);
+  EXPECT_EQ(GST_BUFFER_DURATION(out), 5u);
+  EXPECT_FALSE(GST_BUFFER_FLAG_IS_SET(out, GST_BUFFER_FLAG_MARKER));
+}
+
+TEST(TensorMerge, PadsThatDoNotFitAreToldWithBothSides) {
+  ManyInputs merge("tensor_merge option=0");
+  merge.add(caps("2:3").c_str());
+  merge.add(caps("2:4").c_str());
+  merge.play();
+  auto first = merge.push_later(0, Bytes(6), 0), second = merge.push_later(1, Bytes(8), 0);
+  EXPECT_TRUE(first.get() == GST_FLOW_ERROR || second.get() == GST_FLOW_ERROR);
+  const std::string error = merge.error();
+  EXPECT_NE(error.find("WEIR-2001"), std::string::npos) << error;
+  EXPECT_NE(error.find("pad 1: uint8 2:4"), std::string::npos) << error;
+  EXPECT_NE(error.find("pad 0: uint8 2:3"), std::string::npos) << error;
+  EXPECT_NE(error.find("dimension 1 is 4, needed is 3"), std::string::npos) << error;
+}
+
+TEST(TensorMerge, OptionsWithATypoStopTheStart) {
+  const std::pair<const char*, const char*> lines[] = {{"tensor_merge option=16", "WEIR-1004"},
+                                                       {"tensor_merge option=-1", "WEIR-1004"},
+                                                       {"tensor_merge option=x", "WEIR-1004"},
+                                                       {"tensor_merge mode=linaer", "WEIR-1005"}};
+  for (const auto& [launch, code] : lines) {
+    ManyInputs merge(launch);
+    EXPECT_EQ(merge.play(), GST_STATE_CHANGE_FAILURE) << launch;
+    EXPECT_NE(merge.error().find(code), std::string::npos) << launch;
+  }
+}
+
+TEST(TensorMerge, AnUnknownSyncModeFallsToNosync) {
+  ManyInputs merge("tensor_merge sync-mode=slow");
+  merge.add(caps("1").c_str());
+  merge.add(caps("1").c_str());
+  merge.play();
+  EXPECT_NE(merge.warning().find("WEIR-1005"), std::string::npos);
+  auto first = merge.push_later(0, Bytes{1}, 10);
+  EXPECT_EQ(merge.push(1, Bytes{2}, 500), GST_FLOW_OK);
+  first.get();
+  EXPECT_EQ(merge.buffers().size(), 1u);
+}
+
+TEST(TensorMerge, RefusesABufferThatIsTooSmall) {
+  ManyInputs merge("tensor_merge");
+  merge.add(caps("4").c_str());
+  merge.play();
+  EXPECT_EQ(merge.push(0, Bytes{1, 2, 3}, 0), GST_FLOW_ERROR);
+  EXPECT_NE(merge.error().find("WEIR-2004"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace weir::testing
