@@ -6,6 +6,7 @@
   X(join)                \
   X(tensor_aggregator)   \
   X(tensor_converter)    \
+  X(tensor_crop)         \
   X(tensor_debug)        \
   X(tensor_decoder)      \
   X(tensor_demux)        \

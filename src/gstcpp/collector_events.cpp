@@ -108,20 +108,13 @@ void CollectorPads::begin_stream() {
   begun_ = true;
 }
 
-// Specification 6.1: from the first buffer's DTS, else its PTS, else 0.
-void CollectorPads::begin_segment(GstBuffer* first, std::optional<uint64_t> running_time) {
+void CollectorPads::begin_segment(uint64_t start, uint64_t time,
+                                  std::optional<uint64_t> running_time) {
   GstSegment segment;
   gst_segment_init(&segment, GST_FORMAT_TIME);
-  if (first && GST_BUFFER_DTS_IS_VALID(first))
-    segment.start = GST_BUFFER_DTS(first);
-  else if (first && GST_BUFFER_PTS_IS_VALID(first))
-    segment.start = GST_BUFFER_PTS(first);
-  segment.position = segment.time = segment.start;
-  // So that running time stays what it was on the input.
-  if (running_time) {
-    const uint64_t ahead = GST_BUFFER_PTS(first) - std::min(segment.start, GST_BUFFER_PTS(first));
-    segment.base = *running_time - std::min(*running_time, ahead);
-  }
+  segment.start = segment.position = segment.time = start;
+  const uint64_t ahead = time - std::min(start, time);
+  if (running_time) segment.base = *running_time - std::min(*running_time, ahead);
   gst_pad_push_event(source_, gst_event_new_segment(&segment));
   std::vector<Ref<GstEvent>> pending;
   {

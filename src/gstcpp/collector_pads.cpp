@@ -200,10 +200,17 @@ int CollectorPads::emit(Inputs inputs) {
       post_error(element_, buffer.error());
       return GST_FLOW_ERROR;
     }
-    if (!*buffer) return GST_FLOW_OK;
-    GST_BUFFER_PTS(buffer->get()) = inputs.time;
+    if (!*buffer) {
+      push_gap(inputs);
+      return GST_FLOW_OK;
+    }
+    GstBuffer* out = buffer->get();
+    if (!combiner_->gives_time()) GST_BUFFER_PTS(out) = inputs.time;
+    const sync::Stamp pts = stamp_of(GST_BUFFER_PTS(out));
+    const sync::Stamp start = GST_BUFFER_DTS_IS_VALID(out) ? stamp_of(GST_BUFFER_DTS(out)) : pts;
     if (segment_due_.exchange(false))
-      begin_segment(buffer->get(), inputs.frames[inputs.metadata_pad].running_time);
+      begin_segment(start.value_or(0), pts.value_or(0),
+                    inputs.frames[inputs.metadata_pad].running_time);
     inputs.frames.clear();
     const GstFlowReturn flow = gst_pad_push(source_, buffer->release());
     if (flow == GST_FLOW_OK) ledger_->pushed();
@@ -211,10 +218,18 @@ int CollectorPads::emit(Inputs inputs) {
   });
 }
 
+// Those behind learn that the time of these frames has passed.
+void CollectorPads::push_gap(const Inputs& inputs) {
+  const Input& deciding = inputs.frames[inputs.metadata_pad];
+  if (segment_due_.exchange(false)) begin_segment(inputs.time, inputs.time, deciding.running_time);
+  gst_pad_push_event(source_,
+                     gst_event_new_gap(inputs.time, GST_BUFFER_DURATION(deciding.buffer.get())));
+}
+
 void CollectorPads::end() {
   guarded<void>(element_, [&] {
     begin_stream();
-    if (segment_due_.exchange(false)) begin_segment(nullptr, {});
+    if (segment_due_.exchange(false)) begin_segment(0, 0, {});
     gst_pad_push_event(source_, gst_event_new_eos());
   });
 }

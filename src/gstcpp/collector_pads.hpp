@@ -31,8 +31,10 @@ struct Combiner {
   virtual Result<FrameSpec> combine_specs(const std::vector<const FrameSpec*>& inputs) = 0;
   // Caps were chosen: format and all.
   virtual Status configure(const FrameSpec& output) = 0;
-  // A buffer with everything but its PTS. Null: nothing to push.
+  // A buffer with everything but its PTS. Null: nothing to push; who is behind gets a GAP.
   virtual Result<Ref<GstBuffer>> combine(const Inputs& inputs) = 0;
+  // Whether combine() gives the PTS too, as one of the inputs has it.
+  virtual bool gives_time() const { return false; }
 };
 
 class CollectorPads final : private sync::Consumer<Input> {
@@ -78,7 +80,9 @@ class CollectorPads final : private sync::Consumer<Input> {
   gboolean pass_on(Pad& pad, Ref<GstEvent> event);
   gboolean latency(GstQuery* query);
   void begin_stream();
-  void begin_segment(GstBuffer* first, std::optional<uint64_t> running_time);
+  // `time` of the first output; its running time follows that of the input.
+  void begin_segment(uint64_t start, uint64_t time, std::optional<uint64_t> running_time);
+  void push_gap(const Inputs& inputs);
   Status negotiate(const Inputs& inputs);
   Result<Ref<GstBuffer>> made_of(const Inputs& inputs);
   Pad* pad_of(sync::LaneId lane);

@@ -253,7 +253,7 @@ class Lanes {
   bool restart(Mode mode) {
     if (std::none_of(lanes_.begin(), lanes_.end(), [](auto& l) { return l.frames_below > 1; }))
       return false;
-    if (mode == Mode::NoSync || mode == Mode::Refresh) {
+    if (mode != Mode::Slowest && mode != Mode::BasePad) {
       const bool all = std::all_of(lanes_.begin(), lanes_.end(),
                                    [](auto& l) { return l.frames_below > 0 || l.ended; });
       if (all) begin_anew(false);

@@ -4,6 +4,7 @@
 #include <array>
 #include <string>
 
+#include "core/sync/lateness.hpp"
 #include "core/sync/no_sync.hpp"
 #include "core/sync/refresh.hpp"
 #include "core/sync/slowest.hpp"
@@ -73,9 +74,11 @@ Decision decide(const Options& options, const Round& round, std::span<const PadV
     case Mode::BasePad:
       return decide_base_pad(round, pads, options.base.pad, options.base.duration);
     case Mode::Refresh:
+      return decide_refresh(round, pads);
+    case Mode::Lateness:
       break;
   }
-  return decide_refresh(round, pads);
+  return decide_lateness(round, pads, options.lateness);
 }
 
 }  // namespace weir::sync

@@ -8,8 +8,8 @@
 
 namespace weir::sync {
 
-enum class Mode { NoSync, Slowest, BasePad, Refresh };
-std::string_view name_of(Mode mode) noexcept;
+enum class Mode { NoSync, Slowest, BasePad, Refresh, Lateness };
+std::string_view name_of(Mode mode) noexcept;  // "" of Lateness, which has no word
 
 // "nosync", "slowest", "basepad", "refresh", case ignored; and of the first publication: "base" =
 // basepad, and "fastest" = refresh: outputs keep the pace of the fastest pad, and slower ones
@@ -25,7 +25,8 @@ Result<Base> parse_base(std::string_view text);
 
 struct Options {
   Mode mode = Mode::Slowest;
-  Base base;  // basepad only
+  Base base;       // basepad only
+  Stamp lateness;  // Lateness only
 };
 
 // Precondition of basepad: options.base.pad < pads.size().

@@ -31,7 +31,7 @@ const PadView kEmpty = in_state(PadState::Empty), kMissing = in_state(PadState::
               kEnded = in_state(PadState::Ended);
 
 Decision decide_for(Mode mode, std::vector<PadView> pads, Round round = {}, Base base = {}) {
-  return decide({mode, base}, round, pads);
+  return decide({mode, base, {}}, round, pads);
 }
 using Uses = std::vector<Use>;
 constexpr Mode kAll[] = {Mode::NoSync, Mode::Slowest, Mode::BasePad, Mode::Refresh};
@@ -216,6 +216,35 @@ TEST(Missing, WithoutTheBaseThereIsNoOutput) {
   const auto d = decide_for(Mode::BasePad, {with_kept(kMissing, 5), head(20)});
   EXPECT_EQ(d.outcome, Outcome::Wait);
   EXPECT_EQ(d.uses, (Uses{Use::Nothing, Use::Discard}));
+}
+
+Decision decide_late(std::vector<PadView> pads, Stamp limit) {
+  return decide({Mode::Lateness, {}, limit}, {}, pads);
+}
+
+TEST(Lateness, WithoutALimitAllHeadsGoTogether) {
+  const auto d = decide_late({head(5), head(900)}, {});
+  EXPECT_EQ(d.outcome, Outcome::Emit);
+  EXPECT_EQ(d.round.current, 5u);
+  EXPECT_EQ(d.metadata_pad, 0u);
+}
+
+TEST(Lateness, TheOlderHeadIsDiscardedBeyondTheLimit) {
+  EXPECT_EQ(decide_late({head(10), head(20)}, 10).outcome, Outcome::Emit);
+  EXPECT_EQ(decide_late({head(10), head(21)}, 10).uses, (Uses{Use::Discard, Use::Nothing}));
+  EXPECT_EQ(decide_late({head(21), head(10)}, 10).uses, (Uses{Use::Nothing, Use::Discard}));
+  EXPECT_EQ(decide_late({head(21), head({})}, 0).outcome, Outcome::Emit);
+}
+
+TEST(Lateness, AGapDiscardsWhatHasNoPartner) {
+  EXPECT_EQ(decide_late({head(10), gap(20)}, {}).uses, (Uses{Use::Discard, Use::Nothing}));
+  EXPECT_EQ(decide_late({head(20), gap(20)}, {}).uses, (Uses{Use::Nothing, Use::Nothing}));
+  EXPECT_EQ(decide_late({head(10), gap(20)}, 10).uses, (Uses{Use::Nothing, Use::Nothing}));
+}
+
+TEST(Lateness, EndsWithTheFirstPadThatEnds) {
+  EXPECT_EQ(decide_late({head(10), kEnded}, {}).outcome, Outcome::End);
+  EXPECT_EQ(decide_late({head(10), kEmpty}, {}).outcome, Outcome::Wait);
 }
 
 }  // namespace

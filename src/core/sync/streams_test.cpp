@@ -216,8 +216,8 @@ TEST(SyncStreams, AgreeWithTheModelsInAnyInterleaving) {
     const Base base{random() % in.size(), random() % 2 == 0 ? kBaseDuration : random() % 50};
     for (const Mode mode : {Mode::NoSync, Mode::Slowest, Mode::BasePad}) {
       SCOPED_TRACE(std::string(name_of(mode)) + ", round " + std::to_string(round));
-      const Played got = play({mode, base}, in, round);
-      EXPECT_EQ(got.rows, model_of({mode, base}, in));
+      const Played got = play({mode, base, {}}, in, round);
+      EXPECT_EQ(got.rows, model_of({mode, base, {}}, in));
       expect_sums(got, in);
       if (HasFailure()) return;
     }
@@ -231,8 +231,8 @@ TEST(SyncStreams, GapsChangeWhenButNeverWhat) {
     const Base base{random() % in.size(), random() % 2 == 0 ? kBaseDuration : random() % 50};
     for (const Mode mode : {Mode::NoSync, Mode::Slowest, Mode::BasePad}) {
       SCOPED_TRACE(std::string(name_of(mode)) + ", round " + std::to_string(round));
-      const Played got = play({mode, base}, in, round, true);
-      EXPECT_EQ(got.rows, model_of({mode, base}, in));
+      const Played got = play({mode, base, {}}, in, round, true);
+      EXPECT_EQ(got.rows, model_of({mode, base, {}}, in));
       expect_sums(got, in);
       if (HasFailure()) return;
     }
@@ -244,7 +244,7 @@ TEST(SyncStreams, SlowestPairsAsTheLiteralStepsDo) {
   size_t rows = 0;
   for (unsigned round = 0; round < 400; ++round) {
     const Streams in = random_streams(random, {});
-    const Rows literal = literal_slowest(in), got = play({Mode::Slowest, {}}, in, round).rows;
+    const Rows literal = literal_slowest(in), got = play({Mode::Slowest, {}, {}}, in, round).rows;
     ASSERT_GE(got.size(), literal.size()) << round;
     EXPECT_EQ(Rows(got.begin(), got.begin() + static_cast<std::ptrdiff_t>(literal.size())), literal)
         << round;
@@ -272,7 +272,7 @@ TEST(SyncStreams, RefreshEmitsForEachFrameOnceAllWereFed) {
       // model leaves out: it looks at the frames.
       last[p] = frame;
       highest = std::max(highest, time);
-      const auto step = lanes.step({Mode::Refresh, {}});
+      const auto step = lanes.step({Mode::Refresh, {}, {}});
       ASSERT_TRUE(step);
       if (std::count(last.begin(), last.end(), -1) > 0) {
         EXPECT_EQ(step->outcome, Outcome::Wait);
@@ -290,7 +290,7 @@ TEST(SyncStreams, InfraRed30GoesWithColour29) {
     Streams in{{14, 30, 49}, {29}};
     if (swapped) std::swap(in[0], in[1]);
     for (unsigned seed = 0; seed < 20; ++seed) {
-      const Rows rows = play({Mode::Slowest, {}}, in, seed).rows;
+      const Rows rows = play({Mode::Slowest, {}, {}}, in, seed).rows;
       ASSERT_EQ(rows.size(), 1u);
       EXPECT_EQ(rows[0].time, 29u);
       EXPECT_EQ(rows[0].frames, swapped ? (std::vector{0, 1}) : (std::vector{1, 0}));
@@ -308,7 +308,7 @@ TEST(SyncStreams, AStreamThatBeginsAnewOnAllPadsIsPairedAgain) {
   for (const Mode mode : {Mode::NoSync, Mode::Slowest, Mode::BasePad})
     for (unsigned seed = 0; seed < 20; ++seed) {
       SCOPED_TRACE(std::string(name_of(mode)) + " " + std::to_string(seed));
-      const Played got = play({mode, {}}, in, seed);
+      const Played got = play({mode, {}, {}}, in, seed);
       EXPECT_GE(got.rows.size(), 24u);
       for (const Row& row : got.rows) EXPECT_EQ(row.frames[0] / 10, row.frames[1] / 10);
       EXPECT_EQ(got.ledger.held(), 0u);
@@ -320,7 +320,7 @@ TEST(SyncStreams, OnePadThatBeginsAnewCatchesUp) {
   Streams in(2);
   for (Time t = 0; t < 20; ++t) in[0].emplace_back(t % 10 * 10);
   for (Time t = 0; t < 40; ++t) in[1].emplace_back(t * 10);
-  const Played got = play({Mode::Slowest, {}}, in, 1);
+  const Played got = play({Mode::Slowest, {}, {}}, in, 1);
   EXPECT_GE(got.rows.size(), 10u);
   EXPECT_EQ(got.ledger.held(), 0u);
 }
@@ -334,7 +334,7 @@ TEST(SyncStreams, DropLeavesOutWhatGoesBack) {
   for (const Time time : {10, 30, 20, 30, 40}) {
     ledger.received();
     if (!lanes.put(1, frame++, time, Backwards::Drop)) continue;
-    got.push_back(lanes.step({Mode::Slowest, {}})->emission.frames[0]);
+    got.push_back(lanes.step({Mode::Slowest, {}, {}})->emission.frames[0]);
   }
   EXPECT_EQ(got, (std::vector{0, 1, 3, 4}));
   EXPECT_EQ(lanes.counts().backwards, 1u);
@@ -347,7 +347,7 @@ TEST(SyncStreams, ABaseThatIsNotThereIsNamed) {
   Lanes<int> lanes(&ledger);
   lanes.add(1);
   lanes.add(2);
-  const auto step = lanes.step({Mode::BasePad, {2, 5}});
+  const auto step = lanes.step({Mode::BasePad, {2, 5}, {}});
   ASSERT_FALSE(step);
   EXPECT_EQ(step.error().code, Code::OPTION_VALUE);
   EXPECT_EQ(step.error().offered, "pad 2 of 2");

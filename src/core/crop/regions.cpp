@@ -1,0 +1,66 @@
+// Reading, clipping and cutting.
+#include "core/crop/regions.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+
+namespace weir {
+namespace {
+
+uint32_t dim(const Shape& shape, size_t i) {
+  return std::max<uint32_t>(shape[i], 1);
+}
+
+// From `begin`, `length` long, cut to 0..size.
+void clip(double begin, double length, uint32_t size, uint32_t* from, uint32_t* count) {
+  const double first = std::trunc(begin), end = first + std::trunc(length);
+  if (!std::isfinite(end)) return;
+  const double low = std::clamp<double>(first, 0, size), high = std::clamp<double>(end, 0, size);
+  *from = static_cast<uint32_t>(low);
+  *count = high > low ? static_cast<uint32_t>(high) - *from : 0;
+}
+
+template <class T>
+double number(std::span<const std::byte> bytes, size_t index) {
+  T value;
+  std::memcpy(&value, bytes.data() + index * sizeof(T), sizeof(T));
+  return static_cast<double>(value);
+}
+
+}  // namespace
+
+Regions read_regions(const TensorSpec& spec, std::span<const std::byte> payload, uint32_t width,
+                     uint32_t height) {
+  Regions out;
+  visit_type(spec.type, [&](auto type) {
+    using T = typename decltype(type)::type;
+    for (size_t i = 0; i + 4 <= payload.size() / sizeof(T); i += 4) {
+      Region region;
+      clip(number<T>(payload, i), number<T>(payload, i + 2), width, &region.x, &region.width);
+      clip(number<T>(payload, i + 1), number<T>(payload, i + 3), height, &region.y, &region.height);
+      if (region.width == 0 || region.height == 0)
+        ++out.empty;
+      else if (out.inside.size() == kTensorLimit)
+        ++out.beyond_limit;
+      else
+        out.inside.push_back(region);
+    }
+  });
+  return out;
+}
+
+TensorSpec part_of(const TensorSpec& whole, const Region& region) {
+  return {whole.type, Shape{dim(whole.shape, 0), region.width, region.height}, ""};
+}
+
+void cut(const TensorSpec& whole, std::span<const std::byte> in, const Region& region,
+         std::span<std::byte> out) {
+  const size_t pixel = size_of(whole.type) * dim(whole.shape, 0);
+  const size_t line = pixel * dim(whole.shape, 1), part = pixel * region.width;
+  const std::byte* from = in.data() + region.y * line + region.x * pixel;
+  for (size_t y = 0; y < region.height; ++y)
+    std::memcpy(out.data() + y * part, from + y * line, part);
+}
+
+}  // namespace weir

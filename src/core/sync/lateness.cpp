@@ -1,0 +1,41 @@
+// lateness as a pure function.
+#include "core/sync/lateness.hpp"
+
+#include <algorithm>
+
+#include "core/sync/steps.hpp"
+
+namespace weir::sync {
+
+Decision decide_lateness(const Round& round, std::span<const PadView> pads, Stamp limit) {
+  switch (readiness_of_all(pads)) {
+    case Readiness::Over:
+      return end_of_stream(round, pads.size());
+    case Readiness::NotYet:
+      return wait_for_more(round, pads.size());
+    case Readiness::Ready:
+      break;
+  }
+  Time newest = 0;
+  bool complete = true;
+  for (const PadView& pad : pads) {
+    const bool head = pad.state == PadState::Head;
+    complete = complete && head;
+    if (pad.state == PadState::Gap) newest = std::max(newest, pad.gap_end);
+    if (head && limit) newest = std::max(newest, pad.head.value_or(0));
+  }
+  Decision out = wait_for_more(round, pads.size());
+  for (size_t i = 0; i < pads.size(); ++i) {
+    if (pads[i].state != PadState::Head || !pads[i].head || *pads[i].head >= newest) continue;
+    if (newest - *pads[i].head <= limit.value_or(0)) continue;
+    out.uses[i] = Use::Discard;
+    complete = false;
+  }
+  if (!complete) return out;
+  Round set = round;
+  set.current = pads[0].head.value_or(0);
+  set.deciding = 0;
+  return emit(set, std::vector<Use>(pads.size(), Use::Head));
+}
+
+}  // namespace weir::sync

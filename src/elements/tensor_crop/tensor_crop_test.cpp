@@ -1,0 +1,235 @@
+// tensor_crop: regions of a frame, their limits, times and maps; and what is refused.
+#include <cstring>
+
+#include "core/tensor/packed_tensors.hpp"
+#include "core/tensor/tensor_header.hpp"
+#include "elements/tensor_mux/many_inputs.hpp"
+#include "gstcpp/tensor_meta.hpp"
+
+namespace weir::testing {
+namespace {
+
+constexpr char kRaw[] = "other/tensor,dimension=(string)2:5:4,type=(string)uint8,framerate=30/1";
+constexpr char kInfo[] = "other/tensors,format=flexible,framerate=15/2";
+
+Bytes header_of(ElementType type, const Shape& shape, Format format) {
+  TensorHeader header;
+  header.spec = {type, shape, ""};
+  header.format = format;
+  Bytes out(kTensorHeaderBytes);
+  write_tensor_header(header, std::span<std::byte, kTensorHeaderBytes>(
+                                  reinterpret_cast<std::byte*>(out.data()), kTensorHeaderBytes));
+  return out;
+}
+Bytes info_of(const std::vector<uint32_t>& numbers) {
+  Bytes out = header_of(ElementType::UInt32, Shape{4, static_cast<uint32_t>(numbers.size() / 4)},
+                        Format::Flexible);
+  const auto* bytes = reinterpret_cast<const uint8_t*>(numbers.data());
+  out.insert(out.end(), bytes, bytes + numbers.size() * 4);
+  return out;
+}
+// 2:5:4: the two channels of column x, row y are 10y + 2x and 10y + 2x + 1.
+Bytes picture() {
+  Bytes out;
+  for (uint8_t i = 0; i < 40; ++i) out.push_back(i);
+  return out;
+}
+Bytes region(const Shape& shape, const Bytes& payload) {
+  Bytes out = header_of(ElementType::UInt8, shape, Format::Flexible);
+  out.insert(out.end(), payload.begin(), payload.end());
+  return out;
+}
+
+struct Crop : ManyInputs {
+  explicit Crop(const std::string& properties = "", const char* raw = kRaw)
+      : ManyInputs("tensor_crop " + properties) {
+    add(raw, "raw");
+    add(kInfo, "info");
+    play();
+  }
+  void push_both(Ref<GstBuffer> raw, const Bytes& info, GstClockTime info_pts) {
+    auto first = push_later(0, raw);
+    EXPECT_EQ(push(1, info, info_pts), GST_FLOW_OK);
+    EXPECT_EQ(first.get(), GST_FLOW_OK);
+  }
+  void push_both(const Bytes& info) { push_both(buffer_of({picture()}, 100), info, 100); }
+};
+
+TEST(TensorCrop, CutsEachRegion) {
+  Crop crop;
+  crop.push_both(info_of({1, 0, 2, 1, 3, 1, 2, 2}));
+  ASSERT_EQ(crop.buffers().size(), 1u);
+  EXPECT_EQ(memories_of(crop.buffers()[0].get()),
+            (std::vector<Bytes>{region({2, 2, 1}, {2, 3, 4, 5}),
+                                region({2, 2, 2}, {16, 17, 18, 19, 26, 27, 28, 29})}));
+  EXPECT_EQ(crop.caps(), "other/tensors, format=(string)flexible, framerate=(fraction)15/1");
+  EXPECT_EQ(crop.stat("regions"), 2u);
+  EXPECT_EQ(crop.stat("bytes-copied"), 12u);
+}
+
+TEST(TensorCrop, ClipsRegionsToTheFrame) {
+  Crop crop;
+  crop.push_both(info_of({4, 3, 9, 9, 5, 0, 1, 1}));
+  EXPECT_EQ(memories_of(crop.buffers().at(0).get()),
+            (std::vector<Bytes>{region({2, 1, 1}, {38, 39})}));
+  EXPECT_EQ(crop.stat("regions-empty"), 1u);
+}
+
+TEST(TensorCrop, AFrameWithoutRegionsIsAGap) {
+  Crop crop;
+  auto raw = buffer_of({picture()}, 100);
+  GST_BUFFER_DURATION(raw.get()) = 33;
+  crop.push_both(raw, info_of({5, 0, 1, 1}), 100);
+  EXPECT_TRUE(crop.buffers().empty());
+  const auto gaps = crop.events(GST_EVENT_GAP);
+  ASSERT_EQ(gaps.size(), 1u);
+  GstClockTime start = 0, duration = 0;
+  gst_event_parse_gap(gaps[0].get(), &start, &duration);
+  EXPECT_EQ(start, 100u);
+  EXPECT_EQ(duration, 33u);
+}
+
+TEST(TensorCrop, PacksHundredsOfRegions) {
+  Crop crop;
+  std::vector<uint32_t> numbers;
+  for (uint32_t i = 0; i < 300; ++i) numbers.insert(numbers.end(), {i % 5, i % 4, 1, 1});
+  crop.push_both(info_of(numbers));
+  const auto out = memories_of(crop.buffers().at(0).get());
+  ASSERT_EQ(out.size(), 16u);
+  const std::span packed(reinterpret_cast<const std::byte*>(out[15].data()), out[15].size());
+  const auto ranges = read_packed_tensors(packed, Format::Flexible);
+  ASSERT_TRUE(ranges);
+  ASSERT_EQ(ranges->size(), 241u);
+  for (size_t i = 0; i < 256; ++i) {
+    const auto value = static_cast<uint8_t>(10 * (i % 4) + 2 * (i % 5));
+    const size_t at = i < 15 ? 0 : (*ranges)[i - 15].offset;
+    const Bytes& memory = i < 15 ? out[i] : out[15];
+    ASSERT_EQ(memory[at + kTensorHeaderBytes], value) << i;
+    ASSERT_EQ(memory[at + kTensorHeaderBytes + 1], value + 1) << i;
+  }
+  EXPECT_EQ(crop.stat("regions-beyond-limit"), 44u);
+}
+
+TEST(TensorCrop, TakesFlexibleFramesOfAnyType) {
+  Crop crop("", "other/tensors,format=flexible,framerate=30/1");
+  Bytes raw = header_of(ElementType::Float32, Shape{1, 2, 2}, Format::Static);
+  const float numbers[] = {1, 2, 3, 4};
+  raw.resize(raw.size() + sizeof numbers);
+  std::memcpy(raw.data() + kTensorHeaderBytes, numbers, sizeof numbers);
+  crop.push_both(buffer_of({raw}, 0), info_of({1, 0, 1, 2}), 0);
+  const auto out = memories_of(crop.buffers().at(0).get());
+  ASSERT_EQ(out.size(), 1u);
+  Bytes expected = header_of(ElementType::Float32, Shape{1, 1, 2}, Format::Flexible);
+  const float part[] = {2, 4};
+  expected.resize(expected.size() + sizeof part);
+  std::memcpy(expected.data() + kTensorHeaderBytes, part, sizeof part);
+  EXPECT_EQ(out[0], expected);
+}
+
+TEST(TensorCrop, TakesMetadataAndTimeOfTheFrame) {
+  Crop crop;
+  auto raw = buffer_of({picture()}, 70);
+  GST_BUFFER_DURATION(raw.get()) = 5;
+  GST_BUFFER_OFFSET(raw.get()) = 9;
+  crop.push_both(raw, info_of({0, 0, 1, 1}), 900);
+  GstBuffer* out = crop.buffers().at(0).get();
+  EXPECT_EQ(GST_BUFFER_PTS(out), 70u);
+  EXPECT_EQ(GST_BUFFER_DURATION(out), 5u);
+}
+
+TEST(TensorCrop, AFrameWithoutTimeStaysSo) {
+  Crop crop;
+  crop.push_both(buffer_of({picture()}, GST_CLOCK_TIME_NONE), info_of({0, 0, 1, 1}), 900);
+  EXPECT_FALSE(GST_BUFFER_PTS_IS_VALID(crop.buffers().at(0).get()));
+}
+
+TEST(TensorCrop, TheWayBackFollowsEachRegion) {
+  Crop crop;
+  auto raw = buffer_of({picture()}, 0);
+  PictureMap map = picture_as_it_is(5, 4, false).of_part(2, 10, 3, 20, 5, 4);
+  gst::set_picture_maps(raw.get(), {map});
+  crop.push_both(raw, info_of({1, 2, 3, 1, 0, 0, 5, 4}), 0);
+  const auto maps = gst::picture_maps(crop.buffers().at(0).get());
+  ASSERT_EQ(maps.size(), 2u);
+  const Point corner = maps[0].to_source({0, 0});
+  EXPECT_DOUBLE_EQ(corner.x, 2 * 1 + 10);
+  EXPECT_DOUBLE_EQ(corner.y, 3 * 2 + 20);
+  EXPECT_EQ(maps[0].width, 3u);
+  EXPECT_EQ(maps[0].height, 1u);
+  EXPECT_DOUBLE_EQ(maps[1].to_source({5, 4}).x, 20);
+}
+
+TEST(TensorCrop, LatenessDropsTheOlder) {
+  Crop crop("lateness=1");
+  auto raw = crop.push_later(0, buffer_of({picture()}, 10 * GST_MSECOND));
+  EXPECT_EQ(crop.push(1, info_of({0, 0, 1, 1}), 8 * GST_MSECOND), GST_FLOW_OK);
+  EXPECT_TRUE(crop.buffers().empty());
+  EXPECT_EQ(crop.push(1, info_of({1, 0, 1, 1}), 11 * GST_MSECOND), GST_FLOW_OK);
+  EXPECT_EQ(raw.get(), GST_FLOW_OK);
+  EXPECT_EQ(memories_of(crop.buffers().at(0).get()),
+            (std::vector<Bytes>{region({2, 1, 1}, {2, 3})}));
+  crop.stop();
+  EXPECT_EQ(crop.stat("dropped-policy"), 1u);
+  EXPECT_EQ(crop.stat("held"), 0u);
+}
+
+TEST(TensorCrop, WithoutLatenessFramesGoTogetherInOrder) {
+  Crop crop;
+  crop.push_both(buffer_of({picture()}, 10 * GST_MSECOND), info_of({0, 0, 1, 1}), GST_SECOND);
+  EXPECT_EQ(crop.buffers().size(), 1u);
+}
+
+TEST(TensorCrop, EndsWithEitherInput) {
+  for (const size_t ended : {0u, 1u}) {
+    Crop crop;
+    auto push = crop.push_later(1 - ended, Bytes(200), 0);
+    crop.wait_for_stat("received", 1);
+    crop.event(ended, gst_event_new_eos());
+    push.get();
+    EXPECT_EQ(crop.events(GST_EVENT_EOS).size(), 1u);
+    EXPECT_EQ(crop.stat("dropped-eos"), 1u);
+  }
+}
+
+TEST(TensorCrop, StopWakesWhoWaits) {
+  for (const size_t waiting : {0u, 1u}) {
+    Crop crop;
+    auto push = crop.push_later(waiting, Bytes(200), 0);
+    crop.wait_for_stat("received", 1);
+    crop.stop();
+    EXPECT_EQ(push.get(), GST_FLOW_FLUSHING);
+    EXPECT_EQ(crop.stat("dropped-flush"), 1u);
+  }
+}
+
+void expect_refused(Ref<GstBuffer> raw, const Bytes& info, const char* code) {
+  Crop crop;
+  auto first = crop.push_later(0, raw), second = crop.push_later(1, info, 0);
+  EXPECT_TRUE(first.get() == GST_FLOW_ERROR || second.get() == GST_FLOW_ERROR);
+  EXPECT_NE(crop.error().find(code), std::string::npos) << code;
+  EXPECT_TRUE(crop.buffers().empty());
+}
+
+TEST(TensorCrop, RefusesFramesOfAnotherSize) {
+  expect_refused(buffer_of({Bytes(39)}, 0), info_of({0, 0, 1, 1}), "WEIR-2004");
+}
+
+TEST(TensorCrop, RefusesHeadersThatLie) {
+  Bytes info = info_of({0, 0, 1, 1});
+  info.pop_back();
+  expect_refused(buffer_of({picture()}, 0), info, "WEIR-2005");
+  expect_refused(buffer_of({picture()}, 0), Bytes(16), "WEIR-2005");
+}
+
+TEST(TensorCrop, RefusesSparseRegions) {
+  TensorHeader header;
+  header.spec = {ElementType::UInt8, Shape{4, 1}, ""};
+  header.format = Format::Sparse;
+  Bytes info(kTensorHeaderBytes);
+  write_tensor_header(header, std::span<std::byte, kTensorHeaderBytes>(
+                                  reinterpret_cast<std::byte*>(info.data()), kTensorHeaderBytes));
+  expect_refused(buffer_of({picture()}, 0), info, "WEIR-2002");
+}
+
+}  // namespace
+}  // namespace weir::testing
