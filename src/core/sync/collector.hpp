@@ -154,22 +154,21 @@ class Collector {
   }
 
   int wait_until_taken(Lock& lock, LaneId id) {
-    bool asked = false;
     while (true) {
       if (const int refused = refusal(id); refused != kOk) {
         lanes_.drop_head(id, reason_of(refused));
         return refused;
       }
-      const auto* lane = lanes_.find(id);
+      auto* lane = lanes_.find(id);
       if (!lane->head && waiting_ > 0) return kOk;  // the others go on by themselves
       if (advance(lock)) continue;
       if (!lane->head) return kOk;
-      if (!asked && !running_) {
-        asked = true;
-        if (!ask_to_wait(lock, id)) return kRefused;
+      if (lane->may_wait || running_) {
+        wait(lock, *lane);
         continue;
       }
-      wait(lock, *lane);
+      lane->may_wait = true;
+      if (!ask_to_wait(lock, id)) return kRefused;
     }
   }
 
@@ -189,7 +188,7 @@ class Collector {
       });
       return true;
     }
-    if (step->changed) changed_.notify_all();
+    if (step->changed && step->outcome == Outcome::Wait) changed_.notify_all();
     if (step->outcome == Outcome::Emit)
       run(lock, [&] { return consumer_->emit(std::move(step->emission)); });
     if (step->outcome == Outcome::End)
@@ -205,6 +204,7 @@ class Collector {
     running_ = true;
     runner_ = std::this_thread::get_id();
     lock.unlock();
+    changed_.notify_all();  // those whose heads were taken
     const int flow = f();
     lock.lock();
     running_ = false;

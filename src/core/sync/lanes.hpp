@@ -45,6 +45,7 @@ class Lanes {
     Stamp head_time, kept_time;
     bool kept_was_used = false;
     bool ended = false, missing = false, active = true;
+    bool may_wait = false;  // was asked; until pads or streams change
     std::optional<Time> gap_end;
     // Times that went back, see restart(). `shift` is added to each time-stamp.
     Stamp last, highest;
@@ -118,6 +119,7 @@ class Lanes {
   void begin(LaneId id) {
     Lane* lane = find(id);
     if (!lane) return;
+    forget_asked();
     lane->ended = lane->missing = false;
     lane->empty_since = Clock::now();
   }
@@ -183,7 +185,11 @@ class Lanes {
   }
 
  private:
+  void forget_asked() {
+    for (Lane& lane : lanes_) lane.may_wait = false;
+  }
   void pads_changed() {
+    forget_asked();
     round_.need_set = true;
     round_.deciding.reset();
     round_.counted.clear();

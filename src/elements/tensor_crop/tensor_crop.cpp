@@ -125,21 +125,23 @@ class TensorCrop : public gst::Element<TensorCrop, gst::PlainElement>, public gs
     return out;
   }
 
-  static Result<TensorPiece> piece_of(const gst::TensorView& whole, const Region& region) {
-    TensorPiece piece;
-    piece.spec = part_of(whole.spec, region);
-    const auto bytes = kTensorHeaderBytes + static_cast<size_t>(*piece.spec.bytes());
-    piece.memory = Ref<GstMemory>::adopt(gst_allocator_alloc(nullptr, bytes, nullptr));
-    const gst::MappedMemory map(piece.memory.get(), GST_MAP_WRITE);
-    if (!map)
-      return Error{
-          Code::MAP_FAILED, "an output buffer cannot be mapped for writing", "", "", "", ""};
-    TensorHeader header;
-    header.spec = piece.spec;
-    header.format = Format::Flexible;
-    write_tensor_header(header, map.bytes().first<kTensorHeaderBytes>());
-    cut(whole.spec, whole.payload, region, map.bytes().subspan(kTensorHeaderBytes));
-    return piece;
+  Status append_regions(const gst::TensorView& whole, const std::vector<Region>& regions,
+                        GstBuffer* out) {
+    std::vector<TensorSpec> specs;
+    std::vector<uint64_t> sizes;
+    for (const Region& region : regions) {
+      specs.push_back(part_of(whole.spec, region));
+      sizes.push_back(kTensorHeaderBytes + *specs.back().bytes());
+      ledger_.copied(*specs.back().bytes());
+    }
+    return append_filled(specs, sizes, out, [&](size_t n, std::span<std::byte> bytes) {
+      TensorHeader header;
+      header.spec = specs[n];
+      header.format = Format::Flexible;
+      write_tensor_header(header, bytes.first<kTensorHeaderBytes>());
+      cut(whole.spec, whole.payload, regions[n], bytes.subspan(kTensorHeaderBytes));
+      return ok();
+    });
   }
 
   Result<Ref<GstBuffer>> cropped(const gst::Input& raw, const gst::Input& info) {
@@ -152,17 +154,10 @@ class TensorCrop : public gst::Element<TensorCrop, gst::PlainElement>, public gs
           "tensor_sparse_dec"};
     const Regions regions = regions_of(info_.tensors()[0], whole.spec);
     if (regions.inside.empty()) return Ref<GstBuffer>();
-    std::vector<TensorPiece> pieces;
-    for (const Region& region : regions.inside) {
-      auto piece = piece_of(whole, region);
-      if (!piece) return piece.error();
-      ledger_.copied(*piece->spec.bytes());
-      pieces.push_back(*std::move(piece));
-    }
     auto out = Ref<GstBuffer>::adopt(gst_buffer_new());
     gst_buffer_copy_into(out.get(), raw.buffer.get(), GST_BUFFER_COPY_METADATA, 0,
                          static_cast<gsize>(-1));
-    if (auto s = append_tensors(std::move(pieces), out.get(), &ledger_); !s) return s.error();
+    if (auto s = append_regions(whole, regions.inside, out.get()); !s) return s.error();
     gst::set_picture_maps(out.get(), maps_of(raw.buffer.get(), regions));
     return out;
   }

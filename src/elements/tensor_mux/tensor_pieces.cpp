@@ -2,6 +2,7 @@
 #include "elements/tensor_mux/tensor_pieces.hpp"
 
 #include <cstring>
+#include <numeric>
 #include <string>
 
 #include "core/tensor/packed_tensors.hpp"
@@ -167,42 +168,79 @@ Result<TensorPiece> with_header(const TensorPiece& piece, Ledger* ledger) {
   return TensorPiece{std::move(memory), piece.spec};
 }
 
+namespace {
+
+Error too_many(size_t count) {
+  return Error{Code::LIMIT_EXCEEDED,
+               "a frame has too many tensors",
+               std::to_string(count),
+               "at most 256",
+               "",
+               ""};
+}
+
+using Fill = std::function<Status(size_t n, std::span<std::byte> bytes)>;
+
+// The tensors from `first` on in one memory behind the packed header.
+Status append_packed(std::span<const TensorSpec> specs, std::span<const uint64_t> sizes,
+                     size_t first, GstBuffer* buffer, const Fill& fill) {
+  const auto total = std::accumulate(sizes.begin(), sizes.end(), uint64_t{kPackedHeaderBytes});
+  auto memory =
+      Ref<GstMemory>::adopt(gst_allocator_alloc(nullptr, static_cast<gsize>(total), nullptr));
+  {
+    const gst::MappedMemory map(memory.get(), GST_MAP_WRITE);
+    if (!map) return no_mapping();
+    write_packed_header(specs, sizes, map.bytes().first<kPackedHeaderBytes>());
+    size_t at = kPackedHeaderBytes;
+    for (size_t i = 0; i < sizes.size(); ++i) {
+      const auto size = static_cast<size_t>(sizes[i]);
+      if (auto status = fill(first + i, map.bytes().subspan(at, size)); !status) return status;
+      at += size;
+    }
+  }
+  gst_buffer_append_memory(buffer, memory.release());
+  return ok();
+}
+
+}  // namespace
+
+Status append_filled(std::span<const TensorSpec> specs, std::span<const uint64_t> sizes,
+                     GstBuffer* buffer, const Fill& fill) {
+  if (specs.size() > kTensorLimit) return too_many(specs.size());
+  const size_t alone = specs.size() > kMemoryLimit ? kMemoryLimit - 1 : specs.size();
+  for (size_t i = 0; i < alone; ++i) {
+    auto memory =
+        Ref<GstMemory>::adopt(gst_allocator_alloc(nullptr, static_cast<gsize>(sizes[i]), nullptr));
+    {
+      const gst::MappedMemory map(memory.get(), GST_MAP_WRITE);
+      if (!map) return no_mapping();
+      if (auto status = fill(i, map.bytes()); !status) return status;
+    }
+    gst_buffer_append_memory(buffer, memory.release());
+  }
+  if (alone == specs.size()) return ok();
+  return append_packed(specs.subspan(alone), sizes.subspan(alone), alone, buffer, fill);
+}
+
 Status append_tensors(std::vector<TensorPiece> pieces, GstBuffer* buffer, Ledger* ledger) {
-  if (pieces.size() > kTensorLimit)
-    return Error{Code::LIMIT_EXCEEDED,
-                 "a frame has too many tensors",
-                 std::to_string(pieces.size()),
-                 "at most 256",
-                 "",
-                 ""};
+  if (pieces.size() > kTensorLimit) return too_many(pieces.size());
   const size_t alone = pieces.size() > kMemoryLimit ? kMemoryLimit - 1 : pieces.size();
   for (size_t i = 0; i < alone; ++i) gst_buffer_append_memory(buffer, pieces[i].memory.release());
   if (alone == pieces.size()) return ok();
   std::vector<TensorSpec> specs;
   std::vector<uint64_t> sizes;
-  uint64_t total = 0;
   for (size_t i = alone; i < pieces.size(); ++i) {
     specs.push_back(pieces[i].spec);
     sizes.push_back(size_of(pieces[i].memory.get()));
-    total += sizes.back();
   }
-  auto packed = Ref<GstMemory>::adopt(
-      gst_allocator_alloc(nullptr, static_cast<gsize>(kPackedHeaderBytes + total), nullptr));
-  {
-    const gst::MappedMemory to(packed.get(), GST_MAP_WRITE);
-    if (!to) return no_mapping();
-    write_packed_header(specs, sizes, to.bytes().first<kPackedHeaderBytes>());
-    std::byte* at = to.bytes().data() + kPackedHeaderBytes;
-    for (size_t i = alone; i < pieces.size(); ++i) {
-      const gst::MappedMemory from(pieces[i].memory.get(), GST_MAP_READ);
-      if (!from) return no_mapping();
-      std::memcpy(at, from.bytes().data(), from.bytes().size());
-      at += from.bytes().size();
-    }
-  }
-  ledger->copied(total);
-  gst_buffer_append_memory(buffer, packed.release());
-  return ok();
+  return append_packed(specs, sizes, alone, buffer,
+                       [&](size_t n, std::span<std::byte> bytes) -> Status {
+                         const gst::MappedMemory from(pieces[n].memory.get(), GST_MAP_READ);
+                         if (!from) return no_mapping();
+                         std::memcpy(bytes.data(), from.bytes().data(), bytes.size());
+                         ledger->copied(bytes.size());
+                         return ok();
+                       });
 }
 
 }  // namespace weir

@@ -2,6 +2,8 @@
 #pragma once
 #include <gst/gst.h>
 
+#include <functional>
+#include <span>
 #include <vector>
 
 #include "core/ledger/ledger.hpp"
@@ -27,5 +29,11 @@ Result<TensorPiece> with_header(const TensorPiece& piece, Ledger* ledger);
 // Appends them to `buffer` as the specification, 1.6, says: from the 17th on they are copied into
 // one packed memory, counted. At most 256.
 Status append_tensors(std::vector<TensorPiece> pieces, GstBuffer* buffer, Ledger* ledger);
+
+// Memories of these tensors, laid out in the same way, are allocated and appended; `fill` writes
+// the n-th into `bytes` of its size (with a header, if the stream has headers). MAP_FAILED.
+Status append_filled(std::span<const TensorSpec> specs, std::span<const uint64_t> sizes,
+                     GstBuffer* buffer,
+                     const std::function<Status(size_t n, std::span<std::byte> bytes)>& fill);
 
 }  // namespace weir

@@ -1,0 +1,137 @@
+// Elements of many inputs: tensor_mux over more and more pads against threads that only meet,
+// tensor_merge along each dimension and tensor_crop against the bare copies.
+#include <barrier>
+#include <cstdlib>
+#include <cstring>
+
+#include "core/tensor/tensor_header.hpp"
+#include "inputs_stage.hpp"
+#include "rounds.hpp"
+
+namespace {
+
+using weir::bench::InputLine;
+using weir::bench::InputsStage;
+using weir::gst::Ref;
+
+constexpr int kMuxFrames = 2000, kPictures = 8;
+constexpr size_t kWidth = 1920, kHeight = 1080, kPicture = 3 * kWidth * kHeight;
+
+Ref<GstBuffer> buffer_of(size_t bytes) {
+  auto buffer = Ref<GstBuffer>::adopt(gst_buffer_new_allocate(nullptr, bytes, nullptr));
+  gst_buffer_memset(buffer.get(), 0, 7, bytes);
+  GST_BUFFER_PTS(buffer.get()) = 0;
+  return buffer;
+}
+std::string tensor(const std::string& dims) {
+  return "other/tensor,dimension=(string)" + dims + ",type=uint8,framerate=30/1";
+}
+
+void meet(int threads, int times) {
+  std::barrier gate(threads);
+  std::vector<std::thread> all;
+  for (int t = 0; t < threads; ++t)
+    all.emplace_back([&] {
+      for (int i = 0; i < times; ++i) gate.arrive_and_wait();
+    });
+  for (auto& thread : all) thread.join();
+}
+
+void measure_mux(int rounds) {
+  for (const int pads : {2, 8, 16}) {
+    InputsStage stage("tensor_mux sync-mode=nosync",
+                      std::vector<InputLine>(static_cast<size_t>(pads),
+                                             {"sink_%u", tensor("1024"), buffer_of(1024)}));
+    const auto costs = weir::bench::medians(
+        {[&] { meet(pads, kMuxFrames); }, [&] { stage.push(kMuxFrames); }}, rounds);
+    const double floor = costs[0].cpu / kMuxFrames * 1e6;
+    weir::bench::report("tensor_mux of " + std::to_string(pads) + " pads: CPU of a frame out",
+                        "threads at a barrier, " + std::to_string(static_cast<int>(floor)) + " us",
+                        costs[1].cpu / costs[0].cpu, "x", 5);
+  }
+}
+
+// Blocks of both inputs one behind the other, as a plain loop has them.
+template <size_t kBlock>
+void strided(const char* a, const char* b, char* out, size_t block, size_t rows) {
+  const size_t size = kBlock ? kBlock : block;
+  for (size_t i = 0; i < rows; ++i) std::memcpy(out + 2 * i * size, a + i * size, size);
+  for (size_t i = 0; i < rows; ++i) std::memcpy(out + (2 * i + 1) * size, b + i * size, size);
+}
+
+void measure_merge(int rounds) {
+  const size_t blocks[] = {3, 3 * kWidth, kPicture, kPicture};
+  const auto a = buffer_of(kPicture), b = buffer_of(kPicture), out = buffer_of(2 * kPicture);
+  for (size_t dimension = 0; dimension < 4; ++dimension) {
+    InputsStage stage(
+        "tensor_merge mode=linear option=" + std::to_string(dimension),
+        {{"sink_%u", tensor("3:1920:1080:1"), a}, {"sink_%u", tensor("3:1920:1080:1"), b}});
+    const auto bare = [&] {
+      GstMapInfo in_a, in_b, to;
+      gst_buffer_map(a.get(), &in_a, GST_MAP_READ);
+      gst_buffer_map(b.get(), &in_b, GST_MAP_READ);
+      gst_buffer_map(out.get(), &to, GST_MAP_WRITE);
+      const auto* from_a = reinterpret_cast<const char*>(in_a.data);
+      const auto* from_b = reinterpret_cast<const char*>(in_b.data);
+      const size_t rows = kPicture / blocks[dimension];
+      auto* f = dimension == 0 ? strided<3> : strided<0>;
+      for (int i = 0; i < kPictures; ++i)
+        f(from_a, from_b, reinterpret_cast<char*>(to.data), blocks[dimension], rows);
+      gst_buffer_unmap(a.get(), &in_a);
+      gst_buffer_unmap(b.get(), &in_b);
+      gst_buffer_unmap(out.get(), &to);
+    };
+    const auto costs = weir::bench::medians({bare, [&] { stage.push(kPictures); }}, rounds);
+    const auto floor = static_cast<int>(costs[0].cpu / kPictures * 1e6);
+    weir::bench::report(
+        "tensor_merge of two Full HD along dimension " + std::to_string(dimension) + ": CPU",
+        "a strided copy, " + std::to_string(floor) + " us", costs[1].cpu / costs[0].cpu, "x", 1.2);
+  }
+}
+
+void measure_crop(int rounds) {
+  constexpr size_t kRegions = 64, kSide = 128;
+  const auto picture = buffer_of(kPicture);
+  weir::TensorHeader header;
+  header.spec = {weir::ElementType::UInt32, weir::Shape{4, kRegions}, ""};
+  header.format = weir::Format::Flexible;
+  std::vector<std::byte> bytes(weir::kTensorHeaderBytes + kRegions * 16);
+  weir::write_tensor_header(header, std::span(bytes).first<weir::kTensorHeaderBytes>());
+  std::vector<uint32_t> numbers;
+  for (uint32_t i = 0; i < kRegions; ++i)
+    numbers.insert(numbers.end(), {i * 28, i * 14, kSide, kSide});
+  std::memcpy(bytes.data() + weir::kTensorHeaderBytes, numbers.data(), kRegions * 16);
+  const auto info = Ref<GstBuffer>::adopt(gst_buffer_new_memdup(bytes.data(), bytes.size()));
+  InputsStage stage("tensor_crop",
+                    {{"raw", tensor("3:1920:1080:1"), picture},
+                     {"info", "other/tensors,format=flexible,framerate=30/1", info}});
+  std::vector<char> out(kRegions * kSide * kSide * 3);
+  constexpr int kFrames = 50;
+  const auto bare = [&] {
+    GstMapInfo map;
+    gst_buffer_map(picture.get(), &map, GST_MAP_READ);
+    for (int frame = 0; frame < kFrames; ++frame) {
+      char* to = out.data();
+      for (size_t r = 0; r < kRegions; ++r)
+        for (size_t y = 0; y < kSide; ++y, to += kSide * 3)
+          std::memcpy(to, map.data + ((numbers[4 * r + 1] + y) * kWidth + numbers[4 * r]) * 3,
+                      kSide * 3);
+    }
+    gst_buffer_unmap(picture.get(), &map);
+  };
+  const auto costs = weir::bench::medians({bare, [&] { stage.push(kFrames); }}, rounds);
+  const auto floor = static_cast<int>(costs[0].cpu / kFrames * 1e6);
+  weir::bench::report("tensor_crop of 64 regions of 128x128 from Full HD: CPU",
+                      "the bare copies, " + std::to_string(floor) + " us",
+                      costs[1].cpu / costs[0].cpu, "x", 2);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  gst_init(&argc, &argv);
+  const int rounds = argc > 1 ? std::atoi(argv[1]) : 15;
+  measure_mux(rounds);
+  measure_merge(rounds);
+  measure_crop(rounds);
+}
