@@ -11,8 +11,9 @@
 namespace weir::gst {
 namespace {
 
-static_assert(sync::kFlushing == GST_FLOW_FLUSHING && sync::kEnded == GST_FLOW_EOS &&
-              sync::kRefused == GST_FLOW_ERROR && sync::kOk == GST_FLOW_OK);
+static_assert(sync::kNotLinked == GST_FLOW_NOT_LINKED && sync::kFlushing == GST_FLOW_FLUSHING &&
+              sync::kEnded == GST_FLOW_EOS && sync::kRefused == GST_FLOW_ERROR &&
+              sync::kOk == GST_FLOW_OK);
 
 sync::Stamp stamp_of(GstClockTime time) {
   return GST_CLOCK_TIME_IS_VALID(time) ? sync::Stamp(time) : sync::Stamp();

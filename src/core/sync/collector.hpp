@@ -13,12 +13,13 @@
 namespace weir::sync {
 
 // What offer() returns: 0, or a negative number for which no further frame is wanted.
-inline constexpr int kOk = 0, kFlushing = -2, kEnded = -3, kRefused = -5;
+inline constexpr int kOk = 0, kNotLinked = -1, kFlushing = -2, kEnded = -3, kRefused = -5;
 
 template <class Frame>
 struct Consumer {
   virtual ~Consumer() = default;
-  // One call at a time, never locked. Another result than kOk is given to every pad from then on.
+  // One call at a time, never locked. Another result than kOk is given to every pad from then on,
+  // but for kNotLinked, which holds for as long as it comes: links are made while frames flow.
   virtual int emit(Emission<Frame> emission) = 0;
   virtual void end() = 0;  // no emission follows, until a flush
   virtual void refused(const Error& error) = 0;
@@ -44,7 +45,7 @@ class Collector {
     lanes_.clear_all(DropReason::Flush);
     for (const auto& lane : lanes_.all()) lanes_.begin(lane.id);
     flow_ = kOk;
-    started_ = true;
+    linked_ = started_ = true;
   }
   void stop() {
     std::lock_guard lock(mutex_);
@@ -123,6 +124,7 @@ class Collector {
     changed_.wait(lock, [&] { return !running_ || runner_ == std::this_thread::get_id(); });
     lanes_.forget(DropReason::Flush);
     flow_ = kOk;
+    linked_ = true;
     changed_.notify_all();
     return true;
   }
@@ -153,6 +155,8 @@ class Collector {
     return flow == kEnded ? DropReason::Eos : DropReason::Error;
   }
 
+  int taken() const { return linked_ ? kOk : kNotLinked; }
+
   int wait_until_taken(Lock& lock, LaneId id) {
     while (true) {
       if (const int refused = refusal(id); refused != kOk) {
@@ -160,9 +164,9 @@ class Collector {
         return refused;
       }
       auto* lane = lanes_.find(id);
-      if (!lane->head && waiting_ > 0) return kOk;  // the others go on by themselves
+      if (!lane->head && waiting_ > 0) return taken();  // the others go on by themselves
       if (advance(lock)) continue;
-      if (!lane->head) return kOk;
+      if (!lane->head) return taken();
       if (lane->may_wait || running_) {
         wait(lock, *lane);
         continue;
@@ -205,9 +209,11 @@ class Collector {
     runner_ = std::this_thread::get_id();
     lock.unlock();
     changed_.notify_all();  // those whose heads were taken
-    const int flow = f();
+    int flow = f();
     lock.lock();
     running_ = false;
+    linked_ = flow != kNotLinked;
+    if (!linked_) flow = kOk;
     // Where one pad flushes, what is lost behind is no matter of the others.
     if (flow != kOk && !(flow == kFlushing && !flushing_.empty())) flow_ = flow;
     changed_.notify_all();
@@ -256,6 +262,7 @@ class Collector {
   LaneId last_id_ = 0;
   std::vector<LaneId> flushing_;
   int flow_ = kOk;
+  bool linked_ = true;  // when the last output left
   bool started_ = false;
   bool running_ = false;  // runner_ makes an output
   std::thread::id runner_;

@@ -177,6 +177,16 @@ TEST_F(Collecting, WhatTheConsumerAnswersIsGivenToAll) {
   EXPECT_EQ(dropped(DropReason::Error), 1u);
 }
 
+TEST_F(Collecting, ALinkThatIsMadeLateIsUsed) {
+  out.flow = kNotLinked;
+  const LaneId a = collector.add();
+  EXPECT_EQ(collector.offer(a, 1, 10), kNotLinked);
+  EXPECT_EQ(collector.offer(a, 2, 20), kNotLinked);
+  out.flow = kOk;
+  EXPECT_EQ(collector.offer(a, 3, 30), kOk);
+  EXPECT_EQ(out.count(), 3u);
+}
+
 TEST_F(Collecting, AMissingPadIsNotWaitedForLongerThanMaxWait) {
   use(Mode::Slowest, 1ms);
   const LaneId a = collector.add(), b = collector.add();

@@ -251,6 +251,17 @@ TEST(TensorMuxShutdown, AnswersLatencyFromTheLiveInputs) {
   EXPECT_EQ(max, 67u);
 }
 
+TEST(TensorMuxShutdown, ALinkBehindMayBeMadeLate) {
+  Two mux("tensor_mux sync-mode=refresh");
+  mux.push_all({{1}, {2}}, 0);
+  const auto source = Ref<GstPad>::adopt(gst_element_get_static_pad(mux.element(), "src"));
+  gst_pad_unlink(source.get(), mux.sink());
+  EXPECT_EQ(mux.push(0, Bytes{3}, 10), GST_FLOW_NOT_LINKED);
+  gst_pad_link(source.get(), mux.sink());
+  EXPECT_EQ(mux.push(1, Bytes{4}, 20), GST_FLOW_OK);
+  EXPECT_EQ(memories_of(mux.buffers().at(1).get()), (std::vector<Bytes>{{3}, {4}}));
+}
+
 TEST(TensorMuxShutdown, ErrorsBehindReachEveryPad) {
   Two mux("tensor_mux");
   gst_pad_set_chain_function(mux.sink(), [](GstPad*, GstObject*, GstBuffer* buffer) {
