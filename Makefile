@@ -6,6 +6,7 @@ BUILD ?= build
 PREFIX ?= /usr
 JOBS ?= $(shell nproc)
 FUZZ_SECONDS ?= 60
+SOAK_SECONDS ?= 600
 # For example --no-engines, or --yes.
 SETUP_FLAGS ?=
 # Further options of Meson, for example -Donnxruntime=disabled.
@@ -13,7 +14,7 @@ MESON_FLAGS ?=
 
 export DESTDIR
 
-.PHONY: help setup configure build test demo bench install uninstall clean distclean fuzz docs format lint
+.PHONY: help setup configure build test demo bench install uninstall clean distclean fuzz soak docs format lint
 .NOTPARALLEL:
 
 help:
@@ -53,6 +54,10 @@ uninstall:
 #: make fuzz        run each fuzz target for FUZZ_SECONDS=60, starting from the corpus
 fuzz: setup
 	@tools/fuzz build-fuzz $(FUZZ_SECONDS) $(JOBS)
+
+#: make soak        edit playing pipelines at random for SOAK_SECONDS=600: lost frames, growth of memory
+soak: build
+	@tools/soak $(BUILD) $(SOAK_SECONDS)
 
 #: make docs        write docs/elements/ anew from the built plug-in
 docs: build

@@ -1,0 +1,57 @@
+// EditedPipeline: a pipeline that is changed at random while it plays. Branches come and go, a
+// valve opens and closes, selectors switch, caps change, it pauses. A seed gives the same edits.
+#pragma once
+#include <gst/app/gstappsrc.h>
+#include <gst/gst.h>
+
+#include <atomic>
+#include <memory>
+#include <random>
+#include <string>
+#include <vector>
+
+#include "branch.hpp"
+
+namespace weir::soak {
+
+class EditedPipeline {
+ public:
+  // `model`: any file; the engine `fake` takes it.
+  EditedPipeline(uint32_t seed, const std::string& model);
+  EditedPipeline(const EditedPipeline&) = delete;
+  EditedPipeline& operator=(const EditedPipeline&) = delete;
+  ~EditedPipeline();
+
+  // One change, and some frames more at the place that never changes. Returns what is wrong, with
+  // the seed; "" for nothing.
+  std::string edit();
+  // EOS through all of it, then every ledger.
+  std::string finish();
+
+  uint64_t frames() const { return fed_; }
+  uint64_t lost() const { return lost_; }  // where no policy says that a frame is dropped
+  uint64_t edits() const { return edits_; }
+
+ private:
+  static void feed(GstAppSrc* source, guint, gpointer self);
+  void add_branch();
+  std::string remove_branch(Removal removal);
+  void set(const char* element, const char* property, const char* pad);
+  std::string pause();
+  std::string change();
+  std::string bus_error() const;
+  int any(int below) { return static_cast<int>(random_() % static_cast<uint32_t>(below)); }
+
+  const uint32_t seed_;
+  std::mt19937 random_;
+  std::vector<Line> lines_;
+  std::atomic<int> width_{8};
+  std::atomic<bool> over_{false};
+  std::atomic<uint64_t> fed_{0};
+  uint64_t lost_ = 0, edits_ = 0;
+  Ref<GstElement> pipeline_, tee_;
+  std::unique_ptr<Branch> always_;
+  std::vector<std::unique_ptr<Branch>> branches_;
+};
+
+}  // namespace weir::soak

@@ -1,0 +1,27 @@
+// A playing pipeline is edited at random: nothing hangs, nothing is lost but where a policy says
+// so, every ledger adds up. A seed that ever failed stays in the list.
+#include "edited_pipeline.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+
+namespace weir::soak {
+namespace {
+
+constexpr int kEdits = 40;
+
+class EditedPipelineWithSeed : public ::testing::TestWithParam<uint32_t> {};
+
+TEST_P(EditedPipelineWithSeed, LosesNothingAndNeverStandsStill) {
+  EditedPipeline pipeline(GetParam(), std::getenv("WEIR_TEST_MODEL"));
+  for (int i = 0; i < kEdits; ++i) ASSERT_EQ(pipeline.edit(), "");
+  EXPECT_EQ(pipeline.finish(), "");
+  EXPECT_EQ(pipeline.lost(), 0u);
+}
+
+INSTANTIATE_TEST_SUITE_P(Seeds, EditedPipelineWithSeed,
+                         ::testing::Values(1u, 2u, 3u, 5u, 8u, 13u, 20u, 21u, 34u, 55u, 89u));
+
+}  // namespace
+}  // namespace weir::soak
