@@ -288,6 +288,7 @@ Status send_caps(GstPad* source_pad, const FrameSpec& spec, GstCaps* caps) {
   const auto peer = Ref<GstCaps>::adopt(gst_pad_peer_query_caps(source_pad, nullptr));
   const bool taken = caps && (!linked || gst_caps_can_intersect(caps, peer.get()));
   if (taken && gst_pad_push_event(source_pad, gst_event_new_caps(caps))) return ok();
+  if (taken && GST_PAD_IS_FLUSHING(source_pad)) return ok();  // its element is being shut
   const UniqueText needed{gst_caps_to_string(peer.get())};
   const auto parent = Ref<GstObject>::adopt(gst_pad_get_parent(source_pad));
   GstElementFactory* factory = parent && GST_IS_ELEMENT(parent.get())

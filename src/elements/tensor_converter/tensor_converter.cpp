@@ -326,6 +326,7 @@ class TensorConverter : public gst::Element<TensorConverter, gst::PlainElement> 
                   gst::deferral_is_offered(answer.get(), source_);
       return ok();
     }
+    if (GST_PAD_IS_FLUSHING(source_)) return ok();  // no refusal: this element is being shut
     return Error{Code::SPEC_MISMATCH,
                  "the element behind tensor_converter refuses the tensors",
                  plan_.spec.to_string(),

@@ -285,8 +285,9 @@ class TensorFilter : public gst::Element<TensorFilter, gst::PlainElement> {
     invoker_ = std::make_unique<FrameInvoker>(*std::move(plan), model_->session(), &statistics_,
                                               &ledger_, &pool_allocated_);
     if (auto status = invoker_->prepare(); !status) return status;
-    if (queue_.send(Ref<GstEvent>::adopt(gst_event_new_caps(out_caps->get())))) return ok();
-    return refused(*chosen, out_caps->get());
+    // Caps that the peer takes go through, unless this element is being shut or flushed.
+    queue_.send(Ref<GstEvent>::adopt(gst_event_new_caps(out_caps->get())));
+    return ok();
   }
 
   // Rule B of the specification: the first of the possible caps that the peer takes.
