@@ -4,6 +4,7 @@
 #include <string>
 
 #include "elements/tensor_reposink/repository.hpp"
+#include "elements/tensor_reposrc/sync_check.hpp"
 #include "gstcpp/base_classes.hpp"
 #include "gstcpp/frame_pool.hpp"
 #include "gstcpp/tensor_caps.hpp"
@@ -126,6 +127,7 @@ class TensorReposrc : public gst::Element<TensorReposrc, gst::PushSource> {
   GstFlowReturn create(GstBuffer** out) {
     if (std::exchange(fresh_, false)) {
       reader_.begin_anew();
+      if (const auto unfit = unfit_sync_mode(pad())) gst::post_warning(element(), *unfit);
       return zeros(out);
     }
     auto taken = reader_.take();
