@@ -1,8 +1,6 @@
 // Branches behind a tee: adding, removing, counting.
 #include "branch.hpp"
 
-#include <future>
-
 namespace weir::soak {
 namespace {
 
@@ -19,7 +17,8 @@ std::string check_ledger(GstElement* element, const uint64_t* frames) {
   const gst::Unique<GstStructure, gst_structure_free> stats(raw);
   const uint64_t received = field(raw, "received"), consumed = field(raw, "consumed"),
                  dropped = field(raw, "dropped"), held = field(raw, "held");
-  const bool exact = !frames || (received == *frames && consumed == *frames && dropped == 0);
+  const uint64_t expected = (frames ? *frames : 0) * element->numsinkpads;
+  const bool exact = !frames || (received == expected && consumed == expected && dropped == 0);
   if (exact && held == 0 && received == consumed + dropped) return "";
   const gst::UniqueText name{gst_element_get_name(element)};
   const gst::UniqueText text{gst_structure_to_string(raw)};
@@ -129,33 +128,8 @@ Branch::~Branch() {
   if (tee_pad_) remove(Removal::Abrupt);
 }
 
-// Between two frames of the tee.
-bool Branch::unlink() {
-  struct Cut {
-    Ref<GstPad> entry;
-    std::promise<void> done;
-    std::atomic<bool> made{false};
-  };
-  using Shared = std::shared_ptr<Cut>;
-  const auto cut = std::make_shared<Cut>();
-  cut->entry = entry_;
-  auto done = cut->done.get_future();
-  gst_pad_add_probe(
-      tee_pad_.get(), GST_PAD_PROBE_TYPE_IDLE,
-      [](GstPad* pad, GstPadProbeInfo*, gpointer data) {
-        Cut& c = **static_cast<Shared*>(data);
-        if (!c.made.exchange(true)) {
-          gst_pad_unlink(pad, c.entry.get());
-          c.done.set_value();
-        }
-        return GST_PAD_PROBE_REMOVE;
-      },
-      new Shared(cut), [](gpointer data) { delete static_cast<Shared*>(data); });
-  return done.wait_for(kPatience) == std::future_status::ready;
-}
-
 std::string Branch::remove(Removal removal) {
-  const bool rests = unlink();
+  const bool rests = unlink_between_frames(tee_pad_.get(), entry_.get());
   if (!rests || (removal == Removal::Drained && !drains())) {
     tee_pad_ = {};
     arrivals_.release();  // a thread that hangs still has it

@@ -5,7 +5,6 @@
 #include <gst/gst.h>
 
 #include <atomic>
-#include <chrono>
 #include <condition_variable>
 #include <memory>
 #include <mutex>
@@ -13,6 +12,7 @@
 #include <vector>
 
 #include "gstcpp/ref.hpp"
+#include "unlink.hpp"
 
 namespace weir::soak {
 
@@ -28,9 +28,6 @@ struct Line {
   bool floats;  // float32 arrives, else uint8
   bool exact;   // no frame may be missing; else only the bytes of each must be right
 };
-
-// The most a wait may take before it counts as a deadlock.
-constexpr auto kPatience = std::chrono::seconds(30);
 
 // What tensor_sinks and probes tell, from their streaming threads.
 class Arrivals {
@@ -74,7 +71,6 @@ class Branch {
   const Arrivals& arrivals() const { return *arrivals_; }
 
  private:
-  bool unlink();
   bool drains();
   std::string ledgers(Removal removal) const;
 
@@ -85,7 +81,8 @@ class Branch {
 };
 
 // "" when received = consumed + dropped and nothing is held, of each element of `bin` that counts;
-// with `frames`, that each received and consumed so many.
+// with `frames`, that each received and consumed so many at each
+// of its sink pads.
 std::string check_ledgers(GstBin* bin, const uint64_t* frames);
 
 }  // namespace weir::soak

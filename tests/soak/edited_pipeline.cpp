@@ -4,7 +4,7 @@
 namespace weir::soak {
 namespace {
 
-constexpr size_t kMostBranches = 6;
+constexpr size_t kMostBranches = 6, kMostMuxPads = 3;
 constexpr GstClockTime kPatienceOfGst = std::chrono::nanoseconds(kPatience).count();
 // Pixels of 4 bytes, `width` of them in a row. The lower part switches: its frames come by one of
 // two ways, or not at all, and go one of two ways.
@@ -15,7 +15,11 @@ constexpr char kLaunch[] =
     "input-selector name=in sync-streams=false ! valve name=valve drop-mode=forward-sticky-events "
     "! "
     "output-selector name=out "
-    "out.src_0 ! tensor_sink async=false out.src_1 ! queue ! tensor_sink async=false";
+    "out.src_0 ! tensor_sink async=false out.src_1 ! queue ! tensor_sink async=false "
+    "t. ! queue ! mux.sink_0 tensor_mux name=mux sync-mode=slowest ! "
+    "tensor_sink name=muxed async=false";
+// Frames of one time are paired, so every byte is the number of one frame.
+const Line kMuxed{"", 0, false, false};
 
 // The caps between decoder and converter keep the stream static: without them the decoder offers
 // flexible tensors first, since the converter takes those too.
@@ -37,15 +41,21 @@ std::vector<Line> lines_with(const std::string& model) {
        "tensor_decoder mode=direct_video ! video/x-raw ! tensor_converter ! queue" +
            end,
        1, false, true},
+      {"queue ! tee name=b b. ! queue ! m.sink_0 b. ! queue ! m.sink_1 "
+       "tensor_mux name=m sync-mode=nosync" +
+           end,
+       0, false, true},
   };
 }
 
 }  // namespace
 
-EditedPipeline::EditedPipeline(uint32_t seed, const std::string& model)
+EditedPipeline::EditedPipeline(uint32_t seed, const std::string& model, MuxEdits mux_edits)
     : seed_(seed),
+      mux_edits_(mux_edits),
       random_(seed),
       lines_(lines_with(model)),
+      muxed_(kMuxed),
       pipeline_(Ref<GstElement>::adopt(
           GST_ELEMENT(gst_object_ref_sink(gst_parse_launch(kLaunch, nullptr))))),
       tee_(Ref<GstElement>::adopt(gst_bin_get_by_name(GST_BIN(pipeline_.get()), "t"))) {
@@ -54,6 +64,12 @@ EditedPipeline::EditedPipeline(uint32_t seed, const std::string& model)
   callbacks.need_data = feed;
   gst_app_src_set_callbacks(GST_APP_SRC(source.get()), &callbacks, this, nullptr);
   always_ = std::make_unique<Branch>(tee_.get(), lines_[0]);
+  const auto mux = Ref<GstElement>::adopt(gst_bin_get_by_name(GST_BIN(pipeline_.get()), "mux"));
+  mux_pads_ = std::make_unique<MuxPads>(tee_.get(), mux.get());
+  const auto muxed = Ref<GstElement>::adopt(gst_bin_get_by_name(GST_BIN(pipeline_.get()), "muxed"));
+  g_signal_connect(muxed.get(), "new-data",
+                   G_CALLBACK(+[](GstElement*, GstBuffer* b, Arrivals* a) { a->arrived(b); }),
+                   &muxed_);
   gst_element_set_state(pipeline_.get(), GST_STATE_PLAYING);
 }
 
@@ -119,7 +135,7 @@ std::string EditedPipeline::pause() {
 }
 
 std::string EditedPipeline::change() {
-  switch (any(10)) {
+  switch (any(mux_edits_ == MuxEdits::Yes ? 12 : 10)) {
     case 0:
     case 1:
     case 2:
@@ -143,8 +159,14 @@ std::string EditedPipeline::change() {
     case 8:
       width_ = 8 + any(4) * 8;
       return "";
-    default:
+    case 9:
       return pause();
+    case 10:
+      return mux_pads_->size() < kMostMuxPads ? mux_pads_->add() : "";
+    default:
+      return mux_pads_->size() > 0
+                 ? mux_pads_->remove(static_cast<size_t>(any(static_cast<int>(mux_pads_->size()))))
+                 : "";
   }
 }
 
@@ -166,6 +188,7 @@ std::string EditedPipeline::edit() {
   if (!arrivals.waits_for(arrivals.frames() + 20)) wrong += "the stream stands still\n";
   for (const auto& branch : branches_)
     if (branch->arrivals().faults() > 0) wrong += "frames damaged or out of place\n";
+  if (muxed_.faults() > 0) wrong += "tensor_mux pairs frames of different times\n";
   wrong += bus_error();
   return wrong.empty()
              ? ""

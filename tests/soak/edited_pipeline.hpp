@@ -11,13 +11,17 @@
 #include <vector>
 
 #include "branch.hpp"
+#include "mux_pads.hpp"
 
 namespace weir::soak {
+
+// Whether pads of the mux come and go too.
+enum class MuxEdits { No, Yes };
 
 class EditedPipeline {
  public:
   // `model`: any file; the engine `fake` takes it.
-  EditedPipeline(uint32_t seed, const std::string& model);
+  EditedPipeline(uint32_t seed, const std::string& model, MuxEdits mux_edits);
   EditedPipeline(const EditedPipeline&) = delete;
   EditedPipeline& operator=(const EditedPipeline&) = delete;
   ~EditedPipeline();
@@ -43,15 +47,18 @@ class EditedPipeline {
   int any(int below) { return static_cast<int>(random_() % static_cast<uint32_t>(below)); }
 
   const uint32_t seed_;
+  const MuxEdits mux_edits_;
   std::mt19937 random_;
   std::vector<Line> lines_;
   std::atomic<int> width_{8};
   std::atomic<bool> over_{false};
   std::atomic<uint64_t> fed_{0};
   uint64_t lost_ = 0, edits_ = 0;
+  Arrivals muxed_;
   Ref<GstElement> pipeline_, tee_;
   std::unique_ptr<Branch> always_;
   std::vector<std::unique_ptr<Branch>> branches_;
+  std::unique_ptr<MuxPads> mux_pads_;
 };
 
 }  // namespace weir::soak

@@ -14,7 +14,7 @@ constexpr int kEdits = 40;
 class EditedPipelineWithSeed : public ::testing::TestWithParam<uint32_t> {};
 
 TEST_P(EditedPipelineWithSeed, LosesNothingAndNeverStandsStill) {
-  EditedPipeline pipeline(GetParam(), std::getenv("WEIR_TEST_MODEL"));
+  EditedPipeline pipeline(GetParam(), std::getenv("WEIR_TEST_MODEL"), MuxEdits::No);
   for (int i = 0; i < kEdits; ++i) ASSERT_EQ(pipeline.edit(), "");
   EXPECT_EQ(pipeline.finish(), "");
   EXPECT_EQ(pipeline.lost(), 0u);

@@ -61,7 +61,7 @@ int main(int argc, char** argv) {
   double told = -10;
   std::printf("%8s %10s %12s %8s %12s\n", "seconds", "edits", "frames", "lost", "RSS KB");
   for (uint32_t seed = 1; now() < most; ++seed) {
-    weir::soak::EditedPipeline pipeline(seed, model);
+    weir::soak::EditedPipeline pipeline(seed, model, weir::soak::MuxEdits::Yes);
     std::string wrong;
     for (int i = 0; i < kEdits && wrong.empty(); ++i) wrong = pipeline.edit();
     wrong += pipeline.finish();
