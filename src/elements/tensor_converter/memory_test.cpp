@@ -38,6 +38,17 @@ TEST(TensorConverterMemory, CopiesPlanesThatLieApart) {
   EXPECT_EQ(stat(h, "bytes-copied"), 48u);
 }
 
+TEST(TensorConverterMemory, CopiesPartsOfMemoryThatMayNotBeShared) {
+  auto h = harness("input-dim=2:1,3:1 input-type=uint8,uint16",
+                   "application/octet-stream,framerate=10/1");
+  GstBuffer* in = frame(ramp(8));
+  GST_MINI_OBJECT_FLAG_SET(gst_buffer_peek_memory(in, 0), GST_MEMORY_FLAG_NO_SHARE);
+  const auto out = Ref<GstBuffer>::adopt(gst_harness_push_and_pull(h.get(), in));
+  ASSERT_EQ(gst_buffer_n_memory(out.get()), 2u);
+  EXPECT_EQ(content(out.get()), ramp(8));
+  EXPECT_EQ(stat(h, "bytes-copied"), 8u);
+}
+
 TEST(TensorConverterMemory, TakesCopiesFromAPoolAndKeepsMetadata) {
   const auto h = harness("", video("RGB", 5, 2));  // rows of 15 bytes, 16 apart
   const auto clock = Ref<GstCaps>::adopt(gst_caps_new_empty_simple("timestamp/x-ntp"));
