@@ -122,4 +122,15 @@ TEST(ConverterClients, ThatAreTooManyLoseWhatWaitsInTheOpen) {
   EXPECT_EQ(stat(h, "held"), 0u);
 }
 
+TEST(ConverterClients, ThatComeAndGoLoseNothing) {
+  auto h = harness("input-dim=4 input-type=uint8", "application/octet-stream,framerate=10/1");
+  Errors errors(h);
+  for (int64_t client = 0; client < 200; ++client)
+    ASSERT_EQ(gst_harness_push(h.get(), of_client(client, 1)), GST_FLOW_OK);
+  EXPECT_EQ(gst_harness_buffers_received(h.get()), 200u);
+  EXPECT_EQ(errors.next_warning(), "");
+  EXPECT_EQ(stat(h, "clients-given-up"), 0u);
+  EXPECT_EQ(stat(h, "dropped"), 0u);
+}
+
 }  // namespace

@@ -219,7 +219,8 @@ class TensorConverter : public gst::Element<TensorConverter, gst::PlainElement> 
   }
 
   void give_up_client(uint64_t lost) {
-    if (lost > 0) ledger_.dropped(DropReason::Policy, lost);
+    if (lost == 0) return;  // nothing waited for more
+    ledger_.dropped(DropReason::Policy, lost);
     if (clients_given_up_++ == 0)
       gst::post_warning(element(),
                         {Code::LIMIT_EXCEEDED, "more clients send at once than frames are kept for",
