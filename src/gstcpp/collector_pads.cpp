@@ -78,8 +78,10 @@ void CollectorPads::release(GstPad* pad) {
   auto* data = static_cast<Pad*>(gst_pad_get_element_private(pad));
   if (!data) return;
   const auto held = Ref<GstPad>::share(pad);
-  if (collector_.flush_stop(data->lane))
+  if (collector_.flush_stop(data->lane)) {
+    segment_due_ = true;
     gst_pad_push_event(source_, gst_event_new_flush_stop(TRUE));
+  }
   collector_.remove(data->lane);
   gst_pad_set_active(pad, FALSE);
   gst_element_remove_pad(element_, pad);

@@ -119,6 +119,18 @@ TEST(TensorMuxShutdown, AFlushBeginsANewSegment) {
   EXPECT_EQ(segment.start, 40u);
 }
 
+TEST(TensorMuxShutdown, APadThatGoesWhileItFlushesEndsTheFlush) {
+  Two mux("tensor_mux");
+  mux.add(caps_of_bytes(1).c_str());
+  mux.push_all({{1}, {2}, {3}}, 100);
+  mux.event(2, gst_event_new_flush_start());
+  mux.remove(2);
+  EXPECT_EQ(mux.events(GST_EVENT_FLUSH_STOP).size(), 1u);
+  mux.push_all({{4}, {5}}, 140);
+  EXPECT_EQ(mux.buffers().size(), 2u);
+  EXPECT_EQ(mux.events(GST_EVENT_SEGMENT).size(), 2u) << "a flush takes the segment away";
+}
+
 TEST(TensorMuxShutdown, TheEndOfOnePadEndsTheStream) {
   for (const char* mode : {"nosync", "slowest", "basepad"}) {
     Two mux(with_mode(mode));
