@@ -116,7 +116,7 @@ class TensorConverter : public gst::Element<TensorConverter, gst::PlainElement> 
     const auto client = gst::client_of(buffer.get());
     ClientStream& stream = streams_.of(client.value_or(0));
     if (!may_pass(buffer.get(), &stream.times)) {
-      ledger_.dropped(DropReason::Policy);
+      ledger_.dropped(DropReason::Time);
       return GST_FLOW_OK;
     }
     Chunker& chunker = stream.chunker;

@@ -187,7 +187,7 @@ TEST(ConverterTime, ThatGoesBackwardsIsDroppedWhereTheUserSaysSo) {
                               6 * GST_SECOND}),
             (std::vector<GstClockTime>{5 * GST_SECOND, 5 * GST_SECOND, 6 * GST_SECOND}));
   EXPECT_EQ(stat(h, "backwards-times"), 2u);
-  EXPECT_EQ(stat(h, "dropped-policy"), 2u);
+  EXPECT_EQ(stat(h, "dropped-time"), 2u);
   EXPECT_EQ(stat(h, "consumed"), 3u);
   EXPECT_EQ(stat(h, "held"), 0u);
   EXPECT_SAYS(errors.next_warning(), "such frames are dropped and counted");

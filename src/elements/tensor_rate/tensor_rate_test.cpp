@@ -145,6 +145,7 @@ TEST(TensorRate, DropsAFrameThatGoesBackwardsAndSaysSo) {
   EXPECT_EQ(errors.next_warning(), "") << "once is enough";
   EXPECT_EQ(counter(h, "drop"), 2u);
   EXPECT_EQ(stat(h, kRate, "backwards-times"), 2u);
+  EXPECT_EQ(stat(h, kRate, "dropped-time"), 2u);
   expect_sums(h);
 }
 
