@@ -163,6 +163,18 @@ TEST(TensorAggregator, CutsWithoutCopying) {
   EXPECT_EQ(count(h, "consumed"), 1u);
 }
 
+TEST(TensorAggregator, CopiesPartsOfMemoryThatMayNotBeShared) {
+  auto h = aggregator("frames-in=3 frames-out=1 frames-dim=0", tensors("uint8", "6"));
+  GstBuffer* in = frame(ramp(6));
+  GST_MINI_OBJECT_FLAG_SET(gst_buffer_peek_memory(in, 0), GST_MEMORY_FLAG_NO_SHARE);
+  ASSERT_EQ(gst_harness_push(h.get(), in), GST_FLOW_OK);
+  for (const uint8_t first : {0, 2, 4}) {
+    auto out = Ref<GstBuffer>::adopt(gst_harness_pull(h.get()));
+    EXPECT_EQ(content(out.get()), (Bytes{first, static_cast<uint8_t>(first + 1)}));
+  }
+  EXPECT_EQ(count(h, "bytes-copied"), 6u);
+}
+
 TEST(TensorAggregator, KeepsClientsApart) {
   auto h = aggregator("frames-out=2 frames-dim=0", tensors("uint8", "1"));
   const auto push = [&h](uint8_t value, gint64 client) {

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <tuple>
 
+#include "gstcpp/memory_part.hpp"
 #include "gstcpp/tensor_meta.hpp"
 
 namespace weir {
@@ -127,16 +128,19 @@ bool WindowStream::leaves_by_memory(uint64_t begin) {
   return true;
 }
 
-GstMemory* WindowStream::shared_with_input(size_t tensor, uint64_t begin) {
+GstMemory* WindowStream::part_of_input(size_t tensor, uint64_t begin, uint64_t* copied) {
   const auto& plan = setup_->plan;
   const size_t bytes = plan.layouts[tensor].frame_bytes;
   if (begin / plan.in != last_buffer_of(begin)) return nullptr;
   Arrived& holder = holder_of(begin);
   const int memory = holder.reader.tensors()[tensor].memory;
   if (memory < 0) return nullptr;
-  return gst_memory_share(gst_buffer_peek_memory(holder.buffer.get(), static_cast<guint>(memory)),
-                          static_cast<gssize>(begin % plan.in * bytes),
-                          static_cast<gssize>(plan.out * bytes));
+  bool is_copy = false;
+  GstMemory* part =
+      gst::part_of(gst_buffer_peek_memory(holder.buffer.get(), static_cast<guint>(memory)),
+                   begin % plan.in * bytes, plan.out * bytes, &is_copy);
+  if (is_copy && part) *copied += plan.out * bytes;
+  return part;
 }
 
 void WindowStream::place_all(size_t tensor, uint64_t begin, std::span<std::byte> out,
@@ -153,7 +157,7 @@ Result<Ref<GstBuffer>> WindowStream::assembled(uint64_t begin, uint64_t* copied)
   for (size_t i = 0; i < plan.layouts.size(); ++i) {
     const window::Layout& layout = plan.layouts[i];
     const size_t bytes = layout.frame_bytes * static_cast<size_t>(plan.out);
-    GstMemory* memory = layout.is_plain() ? shared_with_input(i, begin) : nullptr;
+    GstMemory* memory = layout.is_plain() ? part_of_input(i, begin, copied) : nullptr;
     if (!memory && layout.is_plain() && !strips_.empty())
       memory = strips_[i].window(
           begin, [&](uint64_t frame) { return frame_of(i, frame); }, copied);

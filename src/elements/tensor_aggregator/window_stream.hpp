@@ -55,7 +55,7 @@ class WindowStream {
   Arrived& holder_of(uint64_t frame);
   std::span<const std::byte> frame_of(size_t tensor, uint64_t frame);
   bool leaves_by_memory(uint64_t begin);
-  GstMemory* shared_with_input(size_t tensor, uint64_t begin);
+  GstMemory* part_of_input(size_t tensor, uint64_t begin, uint64_t* copied);
   Result<gst::Ref<GstBuffer>> assembled(uint64_t begin, uint64_t* copied);
   Result<gst::Ref<GstBuffer>> gathered(uint64_t begin, uint64_t* copied);
   void place_all(size_t tensor, uint64_t begin, std::span<std::byte> out, uint64_t* copied);

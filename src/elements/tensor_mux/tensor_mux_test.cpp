@@ -237,6 +237,19 @@ TEST(TensorMux, SplitsOneMemoryOfSeveralStaticTensors) {
   EXPECT_EQ(memories_of(mux.buffers().at(0).get()), (std::vector<Bytes>{{1, 2}, {3}}));
 }
 
+TEST(TensorMux, CopiesPartsOfMemoryThatMayNotBeShared) {
+  ManyInputs mux("tensor_mux");
+  mux.add(
+      "other/tensors,format=static,num_tensors=2,dimensions=(string)\"2,3\","
+      "types=(string)\"uint8,uint8\",framerate=(fraction)30/1");
+  mux.play();
+  auto in = buffer_of({{1, 2, 3, 4, 5}}, 0);
+  GST_MINI_OBJECT_FLAG_SET(gst_buffer_peek_memory(in.get(), 0), GST_MEMORY_FLAG_NO_SHARE);
+  EXPECT_EQ(mux.push(0, std::move(in)), GST_FLOW_OK);
+  EXPECT_EQ(memories_of(mux.buffers().at(0).get()), (std::vector<Bytes>{{1, 2}, {3, 4, 5}}));
+  EXPECT_EQ(mux.stat("bytes-copied"), 5u);
+}
+
 TEST(TensorMux, FollowsCapsThatChange) {
   ManyInputs mux("tensor_mux");
   mux.add(caps_of_bytes(1).c_str());

@@ -7,6 +7,7 @@
 
 #include "core/tensor/packed_tensors.hpp"
 #include "core/tensor/tensor_header.hpp"
+#include "gstcpp/memory_part.hpp"
 
 namespace weir {
 namespace {
@@ -39,11 +40,10 @@ size_t size_of(GstMemory* memory) {
 
 // A part of a memory; a copy where memory cannot be shared.
 Ref<GstMemory> part_of(GstMemory* memory, ByteRange range, Ledger* ledger) {
-  const auto offset = static_cast<gssize>(range.offset), size = static_cast<gssize>(range.size);
-  if (GstMemory* shared = gst_memory_share(memory, offset, size))
-    return Ref<GstMemory>::adopt(shared);
-  ledger->copied(range.size);
-  return Ref<GstMemory>::adopt(gst_memory_copy(memory, offset, size));
+  bool copied = false;
+  auto part = Ref<GstMemory>::adopt(gst::part_of(memory, range.offset, range.size, &copied));
+  if (copied) ledger->copied(range.size);
+  return part;
 }
 
 Status append_ranges(GstMemory* memory, const std::vector<ByteRange>& ranges, Ledger* ledger,
