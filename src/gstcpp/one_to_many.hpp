@@ -89,11 +89,7 @@ class OneToMany : public Element<Impl, PlainElement> {
       case GST_EVENT_EOS:
         if constexpr (requires { impl()->ending(); })
           if (spec_) impl()->ending();
-        if (!outputs_.any())
-          post_error(
-              this->element(),
-              {Code::NOT_NEGOTIATED, "the stream ended before an output was made", "no frame",
-               "at least one frame", "", "look at the element in front: it sends nothing"});
+        if (!outputs_.any()) post_error(this->element(), nothing_left());
         break;
       default:
         break;
@@ -121,6 +117,18 @@ class OneToMany : public Element<Impl, PlainElement> {
 
  private:
   Impl* impl() { return static_cast<Impl*>(this); }
+
+  Error nothing_left() const {
+    const uint64_t frames = ledger_.snapshot().received;
+    const bool none = frames == 0;
+    return {Code::NOT_NEGOTIATED,
+            "the stream ended before an output was made",
+            none ? "no frame" : "frames, of which none leaves: " + std::to_string(frames),
+            none ? "at least one frame" : "at least one that leaves",
+            "",
+            none ? "look at the element in front: it sends nothing"
+                 : "look at the properties that say what leaves, and at errors before this one"};
+  }
 
   Status take_caps(GstCaps* caps) {
     spec_.reset();

@@ -85,7 +85,10 @@ TEST(TensorIfRefuses, AStreamOfWhichNothingCanLeave) {
   element.caps(kCaps);
   EXPECT_EQ(element.push(frame()), GST_FLOW_OK);
   element.send(gst_event_new_eos());
-  EXPECT_SAYS(element.error(), "WEIR-2003: the stream ended before an output was made");
+  const std::string error = element.error();
+  EXPECT_SAYS(error, "WEIR-2003: the stream ended before an output was made");
+  EXPECT_SAYS(error, "offered: frames, of which none leaves: 1");
+  EXPECT_SAYS(error, "fix: look at the properties that say what leaves");
 }
 
 TEST(TensorIfRefuses, FlexibleStreams) {
