@@ -47,7 +47,7 @@ void measure_mux(int rounds) {
     const double floor = costs[0].cpu / kMuxFrames * 1e6;
     weir::bench::report("tensor_mux of " + std::to_string(pads) + " pads: CPU of a frame out",
                         "threads at a barrier, " + std::to_string(static_cast<int>(floor)) + " us",
-                        costs[1].cpu / costs[0].cpu, "x", 5);
+                        costs[1].cpu / costs[0].cpu, "x", 2);
   }
 }
 

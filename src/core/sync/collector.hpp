@@ -38,7 +38,7 @@ class Collector {
     options_ = options;
     backwards_ = backwards;
     max_wait_ = max_wait;
-    changed_.notify_all();
+    tell();
   }
   void start() {
     std::lock_guard lock(mutex_);
@@ -52,7 +52,7 @@ class Collector {
     started_ = false;
     lanes_.clear_all(DropReason::Flush);
     flushing_.clear();
-    changed_.notify_all();
+    tell();
   }
 
   LaneId add() {
@@ -64,7 +64,7 @@ class Collector {
     std::unique_lock lock(mutex_);
     lanes_.remove(id);
     std::erase(flushing_, id);
-    changed_.notify_all();
+    tell();
     work(lock);
   }
 
@@ -103,7 +103,7 @@ class Collector {
     if (!lane) return;
     lane->active = active;
     if (!active) lanes_.drop_head(id, DropReason::Flush);
-    changed_.notify_all();
+    tell();
   }
 
   // True for the first lane of all that flushes.
@@ -112,7 +112,7 @@ class Collector {
     if (std::find(flushing_.begin(), flushing_.end(), id) == flushing_.end())
       flushing_.push_back(id);
     lanes_.drop_head(id, DropReason::Flush);
-    changed_.notify_all();
+    tell();
     return flushing_.size() == 1;
   }
   // True for the last lane. Waits until what is being emitted has left.
@@ -125,7 +125,7 @@ class Collector {
     lanes_.forget(DropReason::Flush);
     flow_ = kOk;
     linked_ = true;
-    changed_.notify_all();
+    tell();
     return true;
   }
 
@@ -192,7 +192,7 @@ class Collector {
       });
       return true;
     }
-    if (step->changed && step->outcome == Outcome::Wait) changed_.notify_all();
+    if (step->changed && step->outcome == Outcome::Wait) tell();
     if (step->outcome == Outcome::Emit)
       run(lock, [&] { return consumer_->emit(std::move(step->emission)); });
     if (step->outcome == Outcome::End)
@@ -207,6 +207,7 @@ class Collector {
   void run(Lock& lock, F&& f) {
     running_ = true;
     runner_ = std::this_thread::get_id();
+    ++changes_;
     lock.unlock();
     changed_.notify_all();  // those whose heads were taken
     int flow = f();
@@ -216,7 +217,7 @@ class Collector {
     if (!linked_) flow = kOk;
     // Where one pad flushes, what is lost behind is no matter of the others.
     if (flow != kOk && !(flow == kFlushing && !flushing_.empty())) flow_ = flow;
-    changed_.notify_all();
+    tell();
   }
 
   bool ask_to_wait(Lock& lock, LaneId id) {
@@ -232,7 +233,7 @@ class Collector {
     if (status) return true;
     flow_ = kRefused;
     lanes_.drop_head(id, DropReason::Error);
-    changed_.notify_all();
+    tell();
     lock.unlock();
     consumer_->refused(status.error());
     lock.lock();
@@ -240,15 +241,33 @@ class Collector {
   }
 
   void wait(Lock& lock, const typename Lanes<Frame>::Lane& lane) {
-    ++waiting_;
     const auto since = lane.arrived;
+    if (soon(lock, lane.id)) return;
+    ++waiting_;
     std::optional<Clock::time_point> deadline;
     if (max_wait_ > Clock::duration::zero()) deadline = lanes_.next_deadline(since, max_wait_);
     if (!deadline)
       changed_.wait(lock);
     else if (changed_.wait_until(lock, *deadline) == std::cv_status::timeout)
-      if (lanes_.mark_missing(since, max_wait_, Clock::now())) changed_.notify_all();
+      if (lanes_.mark_missing(since, max_wait_, Clock::now())) tell();
     --waiting_;
+  }
+  // Streams that run as fast as they can are a few microseconds apart, less than it takes to sleep
+  // and to be woken.
+  bool soon(Lock& lock, LaneId id) {
+    const uint64_t before = changes_;
+    ++waiting_;
+    for (int i = 0; i < kYields && changes_ == before; ++i) {
+      lock.unlock();
+      std::this_thread::yield();
+      lock.lock();
+    }
+    --waiting_;
+    return changes_ != before || !lanes_.find(id);
+  }
+  void tell() {
+    ++changes_;
+    changed_.notify_all();
   }
 
   mutable std::mutex mutex_;  // guards everything below; never held while consumer_ is called
@@ -264,6 +283,8 @@ class Collector {
   int flow_ = kOk;
   bool linked_ = true;  // when the last output left
   bool started_ = false;
+  static constexpr int kYields = 20;
+  uint64_t changes_ = 0;
   bool running_ = false;  // runner_ makes an output
   std::thread::id runner_;
   size_t waiting_ = 0;
