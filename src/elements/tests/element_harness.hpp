@@ -145,8 +145,9 @@ inline std::string start_error(const std::string& launch, const std::string& cap
     const auto given = Ref<GstCaps>::adopt(gst_caps_from_string(caps.c_str()));
     gst_pad_send_event(pad.get(), gst_event_new_caps(given.get()));
   }
+  const std::string error = errors.next();  // a pipeline empties its bus on the way to NULL
   gst_element_set_state(element.get(), GST_STATE_NULL);
-  return errors.next();
+  return error;
 }
 
 }  // namespace weir::test
