@@ -90,10 +90,11 @@ void CollectorPads::release(GstPad* pad) {
   std::erase_if(pads_, [data](const auto& p) { return p.get() == data; });
 }
 
-void CollectorPads::configure(const sync::Options& options, sync::Backwards backwards,
+void CollectorPads::configure(const sync::Options& options, OnBackwardsTime backwards,
                               uint64_t max_wait_ns) {
   constexpr uint64_t kLongest = uint64_t{1} << 60;
   max_wait_ = max_wait_ns;
+  backwards_ = backwards;
   const auto wait = std::chrono::nanoseconds(std::min(max_wait_ns, kLongest));
   collector_.configure(options, backwards, wait);
 }
@@ -147,10 +148,9 @@ void CollectorPads::watch_time(Pad& pad, const sync::Stamp& time) {
   if (!time) return;
   const sync::Stamp last = std::exchange(pad.last_time, time);
   if (!last || *time >= *last || told_of_time_.exchange(true)) return;
-  post_warning(element_, Error{Code::TIME_INVALID, "a time-stamp goes backwards",
-                               std::to_string(*time) + " ns on " + name_of(pad.pad),
-                               "at least " + std::to_string(*last) + " ns, the time ahead of it",
-                               "", "backwards=drop"});
+  Error error = backwards_time(*time, *last, backwards_);
+  error.offered += " on " + name_of(pad.pad);
+  post_warning(element_, error);
 }
 
 Status CollectorPads::negotiate(const Inputs& inputs) {

@@ -50,7 +50,7 @@ class CollectorPads final : private sync::Consumer<Input> {
   // Makes a pad that the element owns for its life one of the inputs.
   void attach(GstPad* pad);
 
-  void configure(const sync::Options& options, sync::Backwards backwards, uint64_t max_wait_ns);
+  void configure(const sync::Options& options, OnBackwardsTime backwards, uint64_t max_wait_ns);
   // Before READY becomes PAUSED. GRAPH_STALLS when a pad is fed by this element alone: the order in
   // which a bin starts such a loop is open, so that it may stop without a word.
   Status start();
@@ -100,6 +100,7 @@ class CollectorPads final : private sync::Consumer<Input> {
   Combiner* const combiner_;
   sync::Collector<Input> collector_;
   std::atomic<uint64_t> max_wait_{0};  // nanoseconds
+  std::atomic<OnBackwardsTime> backwards_{OnBackwardsTime::Pass};
 
   std::mutex pads_mutex_;  // guards pads_, counter_, pending_
   std::vector<std::unique_ptr<Pad>> pads_;

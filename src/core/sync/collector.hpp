@@ -33,7 +33,7 @@ class Collector {
   Collector(Ledger* ledger, Consumer<Frame>* consumer)
       : ledger_(ledger), consumer_(consumer), lanes_(ledger) {}
 
-  void configure(const Options& options, Backwards backwards, Clock::duration max_wait) {
+  void configure(const Options& options, OnBackwardsTime backwards, Clock::duration max_wait) {
     std::lock_guard lock(mutex_);
     options_ = options;
     backwards_ = backwards;
@@ -65,7 +65,8 @@ class Collector {
     lanes_.remove(id);
     std::erase(flushing_, id);
     tell();
-    work(lock);
+    // Who waits goes on by itself: the application's thread makes no output that others can make.
+    if (waiting_ == 0) work(lock);
   }
 
   // Takes a frame of the lane, and waits until the policy took it; one thread for each lane.
@@ -276,7 +277,7 @@ class Collector {
   Consumer<Frame>* const consumer_;
   Lanes<Frame> lanes_;
   Options options_;
-  Backwards backwards_ = Backwards::Pass;
+  OnBackwardsTime backwards_ = OnBackwardsTime::Pass;
   Clock::duration max_wait_{};  // 0 = for ever
   LaneId last_id_ = 0;
   std::vector<LaneId> flushing_;

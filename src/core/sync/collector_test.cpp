@@ -47,7 +47,7 @@ class Collecting : public ::testing::Test {
  protected:
   explicit Collecting() { collector.start(); }
   void use(Mode mode, Clock::duration max_wait = {}) {
-    collector.configure({mode, {}, {}}, Backwards::Pass, max_wait);
+    collector.configure({mode, {}, {}}, OnBackwardsTime::Pass, max_wait);
   }
   std::future<int> offer(LaneId lane, int frame, Stamp time) {
     return std::async(std::launch::async, [=, this] { return collector.offer(lane, frame, time); });
@@ -229,7 +229,7 @@ TEST_F(Collecting, LosesNothingUncountedUnderThreads) {
     Ledger counts;
     Recorder rows;
     Collector<int> mux(&counts, &rows);
-    mux.configure({mode, {}, {}}, Backwards::Pass, {});
+    mux.configure({mode, {}, {}}, OnBackwardsTime::Pass, {});
     mux.start();
     std::vector<std::thread> threads;
     std::vector<LaneId> lanes;

@@ -12,15 +12,13 @@
 #include <vector>
 
 #include "core/ledger/ledger.hpp"
+#include "core/sync/backwards_time.hpp"
 #include "core/sync/options.hpp"
 
 namespace weir::sync {
 
 using Clock = std::chrono::steady_clock;
 using LaneId = uint64_t;
-
-// What becomes of a frame whose time lies before that of the frame ahead of it on its pad.
-enum class Backwards { Pass, Drop };
 
 template <class Frame>
 struct Emission {
@@ -81,13 +79,13 @@ class Lanes {
   const Counts& counts() const noexcept { return counts_; }
 
   // Precondition: the lane is there and has no head. False: dropped for its time.
-  bool put(LaneId id, Frame frame, Stamp time, Backwards backwards) {
+  bool put(LaneId id, Frame frame, Stamp time, OnBackwardsTime backwards) {
     Lane& lane = *find(id);
     lane.missing = false;
     if (time) *time += lane.shift;
     if (time && lane.last && *time < *lane.last) {
       ++counts_.backwards;
-      if (backwards == Backwards::Drop) {
+      if (backwards == OnBackwardsTime::Drop) {
         ledger_->dropped(DropReason::Time);
         return false;
       }

@@ -151,7 +151,7 @@ Played play(const Options& options, const Streams& in, unsigned seed, bool gaps 
       lanes.gap(p, *in[p][next[p]] - random() % (*in[p][next[p]] + 1));
     } else {
       ledger.received();
-      lanes.put(p, static_cast<int>(next[p]), in[p][next[p]], Backwards::Pass);
+      lanes.put(p, static_cast<int>(next[p]), in[p][next[p]], OnBackwardsTime::Pass);
       ++next[p];
     }
     while (true) {
@@ -267,7 +267,7 @@ TEST(SyncStreams, RefreshEmitsForEachFrameOnceAllWereFed) {
       if (lanes.find(p)->head) continue;
       const Time time = random() % 1000;
       ledger.received();
-      lanes.put(p, frame, time, Backwards::Pass);
+      lanes.put(p, frame, time, OnBackwardsTime::Pass);
       // Times go back here at random; that all pads did so starts `current` again, which the
       // model leaves out: it looks at the frames.
       last[p] = frame;
@@ -333,7 +333,7 @@ TEST(SyncStreams, DropLeavesOutWhatGoesBack) {
   int frame = 0;
   for (const Time time : {10, 30, 20, 30, 40}) {
     ledger.received();
-    if (!lanes.put(1, frame++, time, Backwards::Drop)) continue;
+    if (!lanes.put(1, frame++, time, OnBackwardsTime::Drop)) continue;
     got.push_back(lanes.step({Mode::Slowest, {}, {}})->emission.frames[0]);
   }
   EXPECT_EQ(got, (std::vector{0, 1, 3, 4}));

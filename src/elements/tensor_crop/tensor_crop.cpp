@@ -113,7 +113,7 @@ class TensorCrop : public gst::Element<TensorCrop, gst::PlainElement>, public gs
     sync::Options options;
     options.mode = sync::Mode::Lateness;
     if (lateness >= 0) options.lateness = static_cast<uint64_t>(lateness) * GST_MSECOND;
-    pads_->configure(options, sync::Backwards::Pass, 0);
+    pads_->configure(options, OnBackwardsTime::Pass, 0);
   }
 
   Regions regions_of(const gst::TensorView& info, const TensorSpec& whole) {

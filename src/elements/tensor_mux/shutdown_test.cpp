@@ -206,7 +206,7 @@ TEST(TensorMuxShutdown, AGapLetsTheOthersGoOn) {
 }
 
 TEST(TensorMuxShutdown, TimesThatGoBackAreDroppedWhenAskedFor) {
-  Two mux("tensor_mux backwards=drop");
+  Two mux("tensor_mux on-backwards-time=drop");
   mux.push_all({{1}, {2}}, 50);
   EXPECT_EQ(mux.push(0, Bytes{3}, 40), GST_FLOW_OK);
   EXPECT_EQ(mux.stat("times-backwards"), 1u);

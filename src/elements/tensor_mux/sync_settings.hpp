@@ -5,28 +5,15 @@
 #include <tuple>
 
 #include "core/sync/lanes.hpp"
+#include "gstcpp/backwards_time.hpp"
 #include "gstcpp/property.hpp"
 
 namespace weir {
 
-namespace gst {
-template <>
-struct EnumType<sync::Backwards> {
-  static GType type() {
-    static const GEnumValue values[] = {
-        {0, "The frame is used; when the whole stream began anew, so does the output", "pass"},
-        {1, "The frame is dropped", "drop"},
-        {0, nullptr, nullptr}};
-    static const GType t = g_enum_register_static("WeirSyncBackwards", values);
-    return t;
-  }
-};
-}  // namespace gst
-
 struct SyncSettings {
   std::string sync_mode, sync_option;
   uint64_t max_wait = 0;
-  sync::Backwards backwards = sync::Backwards::Pass;
+  OnBackwardsTime on_backwards_time = OnBackwardsTime::Pass;
   bool silent = true;
 };
 
@@ -46,10 +33,11 @@ inline constexpr std::tuple kSyncProperties{
         "max-wait", &Settings::max_wait,
         "Nanoseconds after which a pad without frames is not waited for any more; 0 = for ever",
         gst::Changeable::WhilePlaying},
-    gst::Property<Settings, sync::Backwards>{
-        "backwards", &Settings::backwards,
-        "What becomes of a frame with an earlier time than the one ahead of it on its pad",
-        gst::Changeable::WhilePlaying},
+    gst::Property<Settings, OnBackwardsTime>{"on-backwards-time", &Settings::on_backwards_time,
+                                             "What becomes of a frame with an earlier time than "
+                                             "the one ahead of it on its pad; when all "
+                                             "pads began anew, so does the output",
+                                             gst::Changeable::WhilePlaying},
     gst::Property<Settings, bool>{"silent", &Settings::silent,
                                   "Accepted for compatibility; has no effect"},
 };
