@@ -1,0 +1,124 @@
+// tensor_mux behind GStreamer's valves and selectors that switch while it plays.
+#include <gst/gst.h>
+#include <gtest/gtest.h>
+
+#include <string>
+#include <thread>
+
+#include "gstcpp/ref.hpp"
+
+namespace weir::testing {
+namespace {
+
+using gst::Ref;
+using gst::Unique;
+
+std::string source(int width, int height = 1) {
+  return "videotestsrc ! video/x-raw,format=GRAY8,framerate=1000/1,width=" + std::to_string(width) +
+         ",height=" + std::to_string(height) + " ! tensor_converter ! queue max-size-buffers=2 ! ";
+}
+
+class Playing {
+ public:
+  explicit Playing(const std::string& launch)
+      : pipeline_(Ref<GstElement>::adopt(
+            GST_ELEMENT(gst_object_ref_sink(gst_parse_launch(launch.c_str(), nullptr))))) {
+    gst_element_set_state(pipeline_.get(), GST_STATE_PLAYING);
+  }
+  ~Playing() { stop(); }
+  Playing(const Playing&) = delete;
+  Playing& operator=(const Playing&) = delete;
+
+  void stop() { gst_element_set_state(pipeline_.get(), GST_STATE_NULL); }
+  Ref<GstElement> element(const char* name) const {
+    return Ref<GstElement>::adopt(gst_bin_get_by_name(GST_BIN(pipeline_.get()), name));
+  }
+  guint64 stat(const char* name) const {
+    GstStructure* raw = nullptr;
+    g_object_get(element("mux").get(), "stats", &raw, nullptr);
+    const Unique<GstStructure, gst_structure_free> stats(raw);
+    guint64 value = 0;
+    gst_structure_get_uint64(stats.get(), name, &value);
+    return value;
+  }
+  void wait_for_more() const {
+    const guint64 until = stat("pushed") + 5;
+    while (stat("pushed") < until && error().empty()) std::this_thread::yield();
+  }
+  // The first one.
+  const std::string& error() const {
+    const auto bus = Ref<GstBus>::adopt(gst_element_get_bus(pipeline_.get()));
+    const Unique<GstMessage, gst_message_unref> message(
+        error_.empty() ? gst_bus_pop_filtered(bus.get(), GST_MESSAGE_ERROR) : nullptr);
+    if (!message) return error_;
+    GError* error = nullptr;
+    gst_message_parse_error(message.get(), &error, nullptr);
+    const Unique<GError, g_error_free> held(error);
+    return error_ = error->message;
+  }
+  // Everything that came went somewhere, and nothing was an error.
+  void expect_sums() {
+    EXPECT_EQ(error(), "");
+    stop();
+    EXPECT_EQ(stat("held"), 0u);
+    EXPECT_EQ(stat("received"), stat("consumed") + stat("dropped"));
+    EXPECT_EQ(stat("dropped-error"), 0u);
+  }
+
+ private:
+  Ref<GstElement> pipeline_;
+  mutable std::string error_;
+};
+
+TEST(TensorMuxSwitch, AValveClosesAndOpensABranch) {
+  Playing graph(
+      source(4) + "mux.sink_0  " + source(8) +
+      "valve name=valve ! mux.sink_1  tensor_mux name=mux max-wait=2000000 ! tensor_sink");
+  for (int i = 0; i < 3; ++i) {
+    graph.wait_for_more();
+    g_object_set(graph.element("valve").get(), "drop", TRUE, nullptr);
+    graph.wait_for_more();
+    g_object_set(graph.element("valve").get(), "drop", FALSE, nullptr);
+  }
+  graph.wait_for_more();
+  graph.expect_sums();
+}
+
+// The two sources have other shapes: caps change in the middle of the stream. Of one size, since
+// the selector lets a frame of the old source pass behind the caps of the new one.
+TEST(TensorMuxSwitch, AnInputSelectorChangesTheSource) {
+  for (const char* mode : {"nosync", "slowest", "refresh"}) {
+    Playing graph(source(4) + "mux.sink_0  " + source(8) + "in.sink_0  " + source(4, 2) +
+                  "in.sink_1  input-selector name=in sync-streams=false ! mux.sink_1  tensor_mux "
+                  "name=mux sync-mode=" +
+                  mode + " ! tensor_sink");
+    const auto selector = graph.element("in");
+    for (int i = 0; i < 6; ++i) {
+      graph.wait_for_more();
+      const auto pad = Ref<GstPad>::adopt(
+          gst_element_get_static_pad(selector.get(), i % 2 == 0 ? "sink_1" : "sink_0"));
+      g_object_set(selector.get(), "active-pad", pad.get(), nullptr);
+    }
+    graph.wait_for_more();
+    graph.expect_sums();
+  }
+}
+
+// An output-selector feeds one pad or the other.
+TEST(TensorMuxSwitch, AnOutputSelectorChangesThePad) {
+  Playing graph(source(4) +
+                "output-selector name=to  to.src_0 ! queue ! mux.sink_0  to.src_1 ! queue ! "
+                "mux.sink_1  tensor_mux name=mux sync-mode=refresh max-wait=2000000 ! tensor_sink");
+  const auto selector = graph.element("to");
+  while (graph.stat("received") == 0) std::this_thread::yield();
+  for (int i = 0; i < 6; ++i) {
+    const auto pad = Ref<GstPad>::adopt(
+        gst_element_get_static_pad(selector.get(), i % 2 == 0 ? "src_1" : "src_0"));
+    g_object_set(selector.get(), "active-pad", pad.get(), nullptr);
+    graph.wait_for_more();
+  }
+  graph.expect_sums();
+}
+
+}  // namespace
+}  // namespace weir::testing
