@@ -1,6 +1,11 @@
 // The property on-backwards-time: its enum type, one for all elements that have it.
 #pragma once
+#include <gst/gst.h>
+
+#include <atomic>
+
 #include "core/sync/backwards_time.hpp"
+#include "gstcpp/error.hpp"
 #include "gstcpp/property.hpp"
 
 namespace weir::gst {
@@ -15,6 +20,31 @@ struct EnumType<OnBackwardsTime> {
     static const GType t = g_enum_register_static("WeirOnBackwardsTime", values);
     return t;
   }
+};
+
+// What an element of one input does about them: counts, tells once, lets pass or not. The streams
+// of several clients have a watch each. The count may be read by any thread.
+class BackwardsTimes {
+ public:
+  // For frames from now on.
+  void decide(OnBackwardsTime what) noexcept { what_ = what; }
+  // Streams that play backwards are not watched.
+  void watch_segment(const GstSegment& segment) noexcept { forwards_ = segment.rate > 0; }
+  // False when the frame's time goes backwards and the user wants none of that.
+  bool may_pass(GstElement* element, GstClockTime time, BackwardsTimeWatch* watch) {
+    if (!GST_CLOCK_TIME_IS_VALID(time) || !forwards_) return true;
+    const auto before = watch->check(time, what_);
+    if (!before) return true;
+    if (count_++ == 0) post_warning(element, backwards_time(time, *before, what_));
+    return what_ == OnBackwardsTime::Pass;
+  }
+  uint64_t count() const noexcept { return count_; }
+  void reset() noexcept { count_ = 0; }
+
+ private:
+  OnBackwardsTime what_ = OnBackwardsTime::Pass;
+  bool forwards_ = true;
+  std::atomic<uint64_t> count_{0};
 };
 
 }  // namespace weir::gst

@@ -55,7 +55,7 @@ class TensorAggregator : public gst::PlainFilter<TensorAggregator> {
   Status take_caps(GstCaps* caps) {
     const auto spec = gst::fixed_spec_from_caps(caps);
     if (!spec) return spec.error();
-    on_backwards_time_ = settings().on_backwards_time;
+    times_.decide(settings().on_backwards_time);
     if (setup_ && setup_->input == *spec) return announce(setup_.get());
     // Frames of other tensors cannot stand in one window.
     drop_held(DropReason::Flush);
@@ -72,7 +72,7 @@ class TensorAggregator : public gst::PlainFilter<TensorAggregator> {
     if (!setup_) return failed(before_caps());
     if (setup_->plan.passes_through) return pass(std::move(in));
     WindowStream& stream = clients_.of(gst::client_of(in.get()).value_or(0));
-    if (!may_pass(in.get(), &stream.times)) {
+    if (!times_.may_pass(element(), GST_BUFFER_PTS(in.get()), &stream.times)) {
       ledger_.dropped(DropReason::Time);
       return GST_FLOW_OK;
     }
@@ -103,11 +103,11 @@ class TensorAggregator : public gst::PlainFilter<TensorAggregator> {
   }
 
   bool take_event(GstEvent* event) {
-    if (GST_EVENT_TYPE(event) == GST_EVENT_STREAM_START) frames_lost_ = backwards_times_ = 0;
+    if (GST_EVENT_TYPE(event) == GST_EVENT_STREAM_START) frames_lost_ = 0, times_.reset();
     if (GST_EVENT_TYPE(event) == GST_EVENT_SEGMENT) {
       const GstSegment* segment = nullptr;
       gst_event_parse_segment(event, &segment);
-      plays_backwards_ = segment->rate < 0;
+      times_.watch_segment(*segment);
       clients_.for_each([](WindowStream& stream) { stream.times.reset(); });
     }
     return false;
@@ -124,7 +124,7 @@ class TensorAggregator : public gst::PlainFilter<TensorAggregator> {
 
   void add_stats(GstStructure* stats) const {
     gst_structure_set(stats, "frames-lost", G_TYPE_UINT64, frames_lost_.load(), "backwards-times",
-                      G_TYPE_UINT64, backwards_times_.load(), nullptr);
+                      G_TYPE_UINT64, times_.count(), nullptr);
   }
 
   Settings settings_;
@@ -181,17 +181,6 @@ class TensorAggregator : public gst::PlainFilter<TensorAggregator> {
     return gst_pad_push(source_, in.release());
   }
 
-  // False when the buffer's time goes backwards and the user wants none of that.
-  bool may_pass(GstBuffer* buffer, BackwardsTimeWatch* watch) {
-    const GstClockTime time = GST_BUFFER_PTS(buffer);
-    if (!GST_CLOCK_TIME_IS_VALID(time) || plays_backwards_) return true;
-    const auto before = watch->check(time, on_backwards_time_);
-    if (!before) return true;
-    if (backwards_times_++ == 0)
-      gst::post_warning(element(), backwards_time(time, *before, on_backwards_time_));
-    return on_backwards_time_ == OnBackwardsTime::Pass;
-  }
-
   void give_up_client(WindowStream* stream) {
     stream->clear(DropReason::Policy, &ledger_);
     frames_lost_ += stream->take_frames_lost();
@@ -207,13 +196,12 @@ class TensorAggregator : public gst::PlainFilter<TensorAggregator> {
 
   // Streaming thread only:
   std::shared_ptr<WindowSetup> setup_;  // null until caps were taken
-  OnBackwardsTime on_backwards_time_ = OnBackwardsTime::Pass;
-  bool plays_backwards_ = false;
+  gst::BackwardsTimes times_;
   gst::PerClient<WindowStream> clients_{[this] { return WindowStream(setup_); },
                                         [this](WindowStream& s) { give_up_client(&s); }};
   // Any thread:
   std::atomic<GstClockTime> latency_{0};
-  std::atomic<uint64_t> frames_lost_{0}, backwards_times_{0};
+  std::atomic<uint64_t> frames_lost_{0};
 };
 
 }  // namespace

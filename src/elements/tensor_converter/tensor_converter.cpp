@@ -94,7 +94,8 @@ class TensorConverter : public gst::Element<TensorConverter, gst::PlainElement> 
       reset();
       ledger_.reset();
       counts_->bytes_gathered = 0;
-      missing_times_ = backwards_times_ = clients_given_up_ = 0;
+      missing_times_ = clients_given_up_ = 0;
+      times_.reset();
     }
     const auto result = parent_class()->change_state(element(), change);
     if (change == GST_STATE_CHANGE_PAUSED_TO_READY) reset();
@@ -115,7 +116,8 @@ class TensorConverter : public gst::Element<TensorConverter, gst::PlainElement> 
     if (!buffer) return fail(gst::memory_not_mapped());
     const auto client = gst::client_of(buffer.get());
     ClientStream& stream = streams_.of(client.value_or(0));
-    if (!may_pass(buffer.get(), &stream.times)) {
+    if (!GST_BUFFER_PTS_IS_VALID(buffer.get())) ++missing_times_;
+    if (!times_.may_pass(element(), GST_BUFFER_PTS(buffer.get()), &stream.times)) {
       ledger_.dropped(DropReason::Time);
       return GST_FLOW_OK;
     }
@@ -188,7 +190,7 @@ class TensorConverter : public gst::Element<TensorConverter, gst::PlainElement> 
 
   void add_stats(GstStructure* stats) const {
     gst_structure_set(stats, "missing-times", G_TYPE_UINT64, missing_times_.load(),
-                      "backwards-times", G_TYPE_UINT64, backwards_times_.load(), "clients-given-up",
+                      "backwards-times", G_TYPE_UINT64, times_.count(), "clients-given-up",
                       G_TYPE_UINT64, clients_given_up_.load(), "bytes-copied", G_TYPE_UINT64,
                       ledger_.snapshot().bytes_copied + counts_->bytes_gathered.load(), nullptr);
   }
@@ -201,21 +203,6 @@ class TensorConverter : public gst::Element<TensorConverter, gst::PlainElement> 
     gst::post_error(element(), error);
     ledger_.dropped(DropReason::Error);
     return error.code == Code::NOT_NEGOTIATED ? GST_FLOW_NOT_NEGOTIATED : GST_FLOW_ERROR;
-  }
-
-  // False when the buffer's time goes backwards and the user wants none of that.
-  bool may_pass(GstBuffer* buffer, BackwardsTimeWatch* watch) {
-    const GstClockTime time = GST_BUFFER_PTS(buffer);
-    if (!GST_CLOCK_TIME_IS_VALID(time)) {
-      ++missing_times_;
-      return true;
-    }
-    if (segment_.rate < 0) return true;  // plays backwards
-    const auto before = watch->check(time, on_backwards_time_);
-    if (!before) return true;
-    if (backwards_times_++ == 0)
-      gst::post_warning(element(), backwards_time(time, *before, on_backwards_time_));
-    return on_backwards_time_ == OnBackwardsTime::Pass;
   }
 
   void give_up_client(uint64_t lost) {
@@ -262,6 +249,7 @@ class TensorConverter : public gst::Element<TensorConverter, gst::PlainElement> 
     gst_event_parse_segment(event, &segment);
     if (segment->format == GST_FORMAT_TIME) {
       gst_segment_copy_into(segment, &segment_);
+      times_.watch_segment(segment_);
       streams_.times_begin_anew();
       return gst_pad_event_default(sink_, GST_OBJECT_CAST(self()), event);
     }
@@ -274,6 +262,7 @@ class TensorConverter : public gst::Element<TensorConverter, gst::PlainElement> 
       return FALSE;
     }
     gst_segment_init(&segment_, GST_FORMAT_TIME);
+    times_.watch_segment(segment_);
     streams_.times_begin_anew();
     const bool timed = medium_ && plan_.frame_bytes > 0 && known(plan_.spec.rate);
     segment_.start = timed ? time_of(start / plan_.frame_bytes, plan_.spec.rate) : 0;
@@ -297,7 +286,7 @@ class TensorConverter : public gst::Element<TensorConverter, gst::PlainElement> 
       drop_waiting_of_other_kind();
     plan_ = *std::move(plan);
     set_timestamp_ = settings().set_timestamp;
-    on_backwards_time_ = settings().on_backwards_time;
+    times_.decide(settings().on_backwards_time);
     if (auto status = announce(); !status) return status;
     if (plan_.frame_bytes > 0)
       streams_.configure(plan_.frame_bytes, plan_.frames_out, plan_.spec.rate);
@@ -393,11 +382,11 @@ class TensorConverter : public gst::Element<TensorConverter, gst::PlainElement> 
   Format output_format_ = Format::Static;
   gst::HeaderedFrames headered_;
   bool set_timestamp_ = true;
-  OnBackwardsTime on_backwards_time_ = OnBackwardsTime::Pass;
+  gst::BackwardsTimes times_;
   GstSegment segment_{};
   ClientStreams streams_{[this](uint64_t lost) { give_up_client(lost); }};
   // Written by the streaming thread, shown by stats:
-  std::atomic<uint64_t> missing_times_{0}, backwards_times_{0}, clients_given_up_{0};
+  std::atomic<uint64_t> missing_times_{0}, clients_given_up_{0};
 };
 
 }  // namespace
