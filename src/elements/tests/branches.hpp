@@ -6,6 +6,7 @@
 #include <cstring>
 #include <map>
 #include <memory>
+#include <mutex>
 #include <set>
 #include <string>
 #include <vector>
@@ -55,7 +56,8 @@ class Branches {
   struct Branch {
     Ref<GstPad> pad;
     std::vector<Ref<GstBuffer>> buffers;
-    std::vector<std::string> events;  // names, in order
+    std::vector<std::string> events;  // names, in order; read when no thread sends any
+    std::mutex mutex;                 // a flush starts beside what streams: guards events
     GstFlowReturn flow = GST_FLOW_OK;
     std::string caps() const {
       const auto caps = Ref<GstCaps>::adopt(gst_pad_get_current_caps(pad.get()));
@@ -183,7 +185,10 @@ class Branches {
     });
     gst_pad_set_event_function(sink, [](GstPad* to, GstObject*, GstEvent* event) -> gboolean {
       auto* own = static_cast<Branch*>(gst_pad_get_element_private(to));
-      own->events.emplace_back(GST_EVENT_TYPE_NAME(event));
+      {
+        std::lock_guard lock(own->mutex);
+        own->events.emplace_back(GST_EVENT_TYPE_NAME(event));
+      }
       gst_event_unref(event);
       return TRUE;
     });
