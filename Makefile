@@ -7,6 +7,8 @@ PREFIX ?= /usr
 JOBS ?= $(shell nproc)
 FUZZ_SECONDS ?= 60
 SOAK_SECONDS ?= 600
+# Where `make demo-faces` shows what it draws: a window where there is a display.
+SHOW ?= $(if $(DISPLAY)$(WAYLAND_DISPLAY),--show)
 # For example --no-engines, or --yes.
 SETUP_FLAGS ?=
 # Further options of Meson, for example -Donnxruntime=disabled.
@@ -14,7 +16,7 @@ MESON_FLAGS ?=
 
 export DESTDIR
 
-.PHONY: help setup configure build test demo bench install uninstall clean distclean fuzz soak docs format lint
+.PHONY: help setup configure build test demo demo-faces bench bench-mtcnn install uninstall clean distclean fuzz soak docs format lint
 .NOTPARALLEL:
 
 help:
@@ -24,6 +26,12 @@ help:
 demo: build
 	@tools/demo --build $(BUILD) --input "$(INPUT)" --model "$(MODEL)"
 
+#: make demo-faces  find faces in a video, draw them, write BUILD/demo/faces.mkv, show it where a display is (SHOW=: not); INPUT=clip FRAMEWORK=onnxruntime
+demo-faces: build
+	@mkdir -p $(BUILD)/demo
+	@examples/mtcnn/run --build $(BUILD) --output $(BUILD)/demo/faces.mkv $(SHOW) $(if $(FRAMEWORK),--framework $(FRAMEWORK)) \
+	  "$(or $(INPUT),../shared/media/video/street_1080p25.mp4)" && echo "$(BUILD)/demo/faces.mkv"
+
 #: make test        set up, build, and run every test
 test: build
 	@tools/run-tests $(BUILD)
@@ -31,6 +39,10 @@ test: build
 #: make bench       set up, build, and measure: a table of ratios
 bench: build
 	@tools/bench $(BUILD)
+
+#: make bench-mtcnn the face detection example against its control; INPUT=clip, tables into BUILD/mtcnn
+bench-mtcnn: build
+	@examples/mtcnn/bench --build $(BUILD) --output $(BUILD)/mtcnn "$(or $(INPUT),../shared/media/video/street_1080p25.mp4)"
 
 #: make setup       install what is missing: packages and engines (SETUP_FLAGS=--check looks only)
 setup:

@@ -64,6 +64,10 @@ class ElementStage {
         throw std::runtime_error("a frame was refused");
     }
   }
+  // Of an element that is alone; another one than those that frames go through.
+  gst::Ref<GstPad> pad(const char* name) const {
+    return gst::Ref<GstPad>::adopt(gst_element_get_static_pad(element_.get(), name));
+  }
   // Of an element that is alone.
   uint64_t stat(const char* name) const {
     GstStructure* raw = nullptr;

@@ -19,17 +19,24 @@ struct InputLine {
 
 class InputsStage {
  public:
-  InputsStage(const std::string& launch, std::vector<InputLine> inputs)
-      : element_(gst::Ref<GstElement>::adopt(GST_ELEMENT(gst_object_ref_sink(gst_parse_launch_full(
-            launch.c_str(), nullptr, GST_PARSE_FLAG_FATAL_ERRORS, nullptr))))),
-        inputs_(std::move(inputs)) {
+  // `behind`: elements of one input that stand behind it, in a row.
+  InputsStage(const std::string& launch, std::vector<InputLine> inputs,
+              const std::vector<std::string>& behind = {})
+      : element_(made(launch)), inputs_(std::move(inputs)) {
     sink_ =
         gst::Ref<GstPad>::adopt(GST_PAD(gst_object_ref_sink(gst_pad_new("sink", GST_PAD_SINK))));
     gst_pad_set_chain_function(sink_.get(), [](GstPad*, GstObject*, GstBuffer* buffer) {
       gst_buffer_unref(buffer);
       return GST_FLOW_OK;
     });
-    const auto out = gst::Ref<GstPad>::adopt(gst_element_get_static_pad(element_.get(), "src"));
+    auto out = gst::Ref<GstPad>::adopt(gst_element_get_static_pad(element_.get(), "src"));
+    for (const std::string& line : behind) {
+      GstElement* const element = behind_.emplace_back(made(line)).get();
+      const auto in = gst::Ref<GstPad>::adopt(gst_element_get_static_pad(element, "sink"));
+      gst_pad_link(out.get(), in.get());
+      out = gst::Ref<GstPad>::adopt(gst_element_get_static_pad(element, "src"));
+      gst_element_set_state(element, GST_STATE_PLAYING);
+    }
     gst_pad_link(out.get(), sink_.get());
     gst_pad_set_active(sink_.get(), TRUE);
     for (const InputLine& input : inputs_) add(input);
@@ -38,6 +45,7 @@ class InputsStage {
   }
   ~InputsStage() {
     gst_element_set_state(element_.get(), GST_STATE_NULL);
+    for (const auto& element : behind_) gst_element_set_state(element.get(), GST_STATE_NULL);
     for (const auto& source : sources_) gst_pad_set_active(source.get(), FALSE);
     gst_pad_set_active(sink_.get(), FALSE);
   }
@@ -57,6 +65,10 @@ class InputsStage {
   }
 
  private:
+  static gst::Ref<GstElement> made(const std::string& line) {
+    return gst::Ref<GstElement>::adopt(GST_ELEMENT(gst_object_ref_sink(
+        gst_parse_launch_full(line.c_str(), nullptr, GST_PARSE_FLAG_FATAL_ERRORS, nullptr))));
+  }
   void add(const InputLine& input) {
     auto sink = gst::Ref<GstPad>::adopt(gst_element_get_static_pad(element_.get(), input.pad));
     if (!sink)
@@ -77,6 +89,7 @@ class InputsStage {
   }
 
   gst::Ref<GstElement> element_;
+  std::vector<gst::Ref<GstElement>> behind_;
   gst::Ref<GstPad> sink_;
   std::vector<InputLine> inputs_;
   std::vector<gst::Ref<GstPad>> sources_;

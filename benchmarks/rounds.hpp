@@ -1,6 +1,6 @@
 // Interleaved rounds: each candidate runs once a round, so that what the machine does meanwhile
-// hits all alike; medians over the rounds. Results leave as one JSON object a line, for
-// tools/bench.
+// hits all alike; the median or the least of the rounds. Results leave as one JSON object a line,
+// for tools/bench.
 #pragma once
 #include <time.h>
 
@@ -28,8 +28,10 @@ struct Cost {
   double wall = 0, cpu = 0;  // cpu: of all threads of the process
 };
 
-// One more round than asked for comes first and is not counted.
-inline std::vector<Cost> medians(const std::vector<std::function<void()>>& candidates, int rounds) {
+// What `pick` makes of the rounds. One more round than asked for comes first and is not counted.
+template <class Pick>
+std::vector<Cost> over_rounds(const std::vector<std::function<void()>>& candidates, int rounds,
+                              Pick pick) {
   std::vector<std::vector<double>> wall(candidates.size()), cpu(candidates.size());
   for (int round = 0; round <= rounds; ++round)
     for (size_t i = 0; i < candidates.size(); ++i) {
@@ -41,8 +43,17 @@ inline std::vector<Cost> medians(const std::vector<std::function<void()>>& candi
       cpu[i].push_back(seconds(CLOCK_PROCESS_CPUTIME_ID) - cpu_before);
     }
   std::vector<Cost> out;
-  for (size_t i = 0; i < candidates.size(); ++i) out.push_back({median(wall[i]), median(cpu[i])});
+  for (size_t i = 0; i < candidates.size(); ++i) out.push_back({pick(wall[i]), pick(cpu[i])});
   return out;
+}
+inline std::vector<Cost> medians(const std::vector<std::function<void()>>& candidates, int rounds) {
+  return over_rounds(candidates, rounds, median);
+}
+// What else runs on the machine only adds.
+inline std::vector<Cost> least(const std::vector<std::function<void()>>& candidates, int rounds) {
+  return over_rounds(candidates, rounds, [](const std::vector<double>& values) {
+    return *std::min_element(values.begin(), values.end());
+  });
 }
 
 // `target`: the most that `value` may be; unit: "us", "x", "bytes", "buffers".

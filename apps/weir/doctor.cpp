@@ -1,26 +1,40 @@
 // `weir doctor`: what is installed and where, what is in the way, what is missing and what brings
 // it.
 #include <cstdio>
+#include <map>
 
 #include "commands.hpp"
+#include "configuration_facts.hpp"
 #include "core/infer/module_library.hpp"
 #include "engine_facts.hpp"
 #include "module_facts.hpp"
+#include "nnstreamer_facts.hpp"
 #include "plugin_facts.hpp"
 #include "report.hpp"
+#include "sub_plugin_facts.hpp"
 
 namespace weir::app {
 namespace {
 
+// How many elements GStreamer takes from each plug-in.
+std::map<std::string, size_t> owners_of(const PluginFacts& facts) {
+  std::map<std::string, size_t> out;
+  for (const auto& element : facts.elements) ++out[element.plugin];
+  return out;
+}
+
 Json to_json(const PluginFacts& facts) {
   Json elements = Json::array();
   for (const auto& element : facts.elements)
-    elements.push_back(
-        {{"name", element.name}, {"plugin", element.plugin}, {"file", element.file}});
+    elements.push_back({{"name", element.name},
+                        {"plugin", element.plugin},
+                        {"file", element.file},
+                        {"rank", element.rank}});
   Json conflicts = Json::array();
   for (const auto& conflict : facts.conflicts)
     conflicts.push_back({{"plugin", conflict.plugin},
                          {"file", conflict.file},
+                         {"version", conflict.version},
                          {"reason", conflict.reason},
                          {"fix", conflict.fix}});
   return {{"gstreamer", facts.gstreamer},
@@ -31,6 +45,8 @@ Json to_json(const PluginFacts& facts) {
             {"load_error", facts.load_error},
             {"searched", facts.searched}}},
           {"elements", elements},
+          {"owners", owners_of(facts)},
+          {"gives_way", facts.gives_way},
           {"conflicts", conflicts}};
 }
 
@@ -65,14 +81,22 @@ void print_plugin(const PluginFacts& facts) {
   for (const auto& element : facts.elements)
     rows.push_back({element.name, element.plugin, element.file});
   std::printf("\nElements\n%s", table(rows, "  ").c_str());
+  std::string owners;
+  for (const auto& [plugin, count] : owners_of(facts))
+    owners += (owners.empty() ? "" : ", ") + std::to_string(count) + " of " + plugin;
+  std::printf("  what runs: %s\n", owners.c_str());
+  if (!facts.gives_way.empty())
+    std::printf("  Weir gives way to NNStreamer's elements: %s\n", facts.gives_way.c_str());
 }
 
 void print_conflicts(const PluginFacts& facts) {
   std::printf("\nConflicts\n");
   if (facts.conflicts.empty()) std::printf("  none\n");
   for (const auto& conflict : facts.conflicts)
-    std::printf("  plug-in %s: %s\n    %s\n    fix: %s\n", conflict.plugin.c_str(),
-                conflict.file.c_str(), conflict.reason.c_str(), conflict.fix.c_str());
+    std::printf("  plug-in %s: %s%s\n    %s\n    fix: %s\n", conflict.plugin.c_str(),
+                conflict.file.c_str(),
+                conflict.version.empty() ? "" : (" (version " + conflict.version + ")").c_str(),
+                conflict.reason.c_str(), conflict.fix.c_str());
 }
 
 Json to_json(const std::vector<ModuleFact>& facts) {
@@ -113,7 +137,8 @@ void print_engines(const std::vector<EngineFact>& engines) {
       unavailable += (unavailable.empty() ? "" : ", ") + engine.name;
       continue;
     }
-    const std::string& place = engine.library.empty() ? engine.file : engine.library;
+    std::string place = engine.library.empty() ? engine.file : engine.library;
+    if (place.empty() && engine.state == EngineState::Usable) place = "built in";
     rows.push_back({engine.name, name_of(engine.state), engine.version, engine.extensions, place});
     if (engine.state == EngineState::Usable) continue;
     details += "  " + engine.name + " is " + name_of(engine.state) + "\n";
@@ -133,21 +158,29 @@ int doctor(bool json) {
   const auto engines = engine_facts();
   const auto decoders = decoder_facts();
   const auto converters = converter_facts();
+  const auto configuration = config::Configuration::load();
+  const auto nnstreamer = config::NnstreamerConfiguration::load();
   if (json) {
     Json document{{"version", WEIR_VERSION}, {"usable", plugin.found}};
     document.update(to_json(plugin));
+    document["configuration"] = to_json(configuration);
+    document["nnstreamer"] = to_json(nnstreamer, configuration);
     document["module_path"] = infer::ModuleLibrary::search_path();
     document["engines"] = Json::array();
     for (const auto& engine : engines) document["engines"].push_back(to_json(engine));
     document["decoders"] = to_json(decoders);
     document["converters"] = to_json(converters);
+    document["sub_plugins"] = sub_plugins_as_json();
     print(document);
   } else {
     print_plugin(plugin);
     print_conflicts(plugin);
+    print(configuration);
+    print(nnstreamer, configuration);
     print_folders();
     print_modules("decoder", decoders);
     print_modules("converter", converters);
+    print_sub_plugins();
     print_engines(engines);
   }
   return plugin.found ? kExitGood : kExitError;

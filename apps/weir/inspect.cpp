@@ -1,5 +1,5 @@
 // `weir inspect MODEL`: what a model takes and gives, which engine runs it and why, and a line that
-// runs it.
+// runs it. Without a model: the engine alone.
 #include <cstdio>
 #include <limits>
 #include <memory>
@@ -9,9 +9,12 @@
 #include "core/infer/module_library.hpp"
 #include "core/text/text.hpp"
 #include "engine_facts.hpp"
+#include "engine_options.hpp"
 #include "launch_line.hpp"
+#include "made_up_inputs.hpp"
 #include "model_card.hpp"
 #include "model_description.hpp"
+#include "model_paths.hpp"
 #include "report.hpp"
 
 namespace weir::app {
@@ -19,8 +22,11 @@ namespace {
 
 struct Inspected {
   std::string model, framework;
-  std::string reason;  // for the engine
-  std::shared_ptr<infer::Model> opened;
+  std::string reason;               // for the engine
+  std::vector<std::string> others;  // engines that could run it too, where the file's name decided
+  const weir_engine* engine = nullptr;
+  std::shared_ptr<infer::Model> opened;  // null: only the engine was named, and it needs a model
+  std::vector<weir_tensor_info> inputs, outputs;  // with what the user says of them
 };
 
 bool automatic(const std::string& framework) {
@@ -28,23 +34,44 @@ bool automatic(const std::string& framework) {
          equal_ignoring_case(framework, "any");
 }
 
-std::vector<std::string> paths_of(const std::string& model) {
-  std::vector<std::string> out;
-  for (const auto part : split(model, ","))
-    if (!strip(part).empty()) out.emplace_back(strip(part));
-  return out;
+// A model may leave its tensors to the stream: what comes out of it is known with what goes in.
+Status read_tensors(const TensorWords& words, Inspected* found) {
+  found->inputs = found->opened->inputs();
+  found->outputs = found->opened->outputs();
+  if (words.input.empty()) return ok();
+  auto inputs = inputs_of_frame(found->inputs, words);
+  if (!inputs) return inputs.error();
+  auto session = infer::Session::create(found->opened);
+  if (!session) return session.error();
+  auto outputs = (*session)->resolve(*inputs);
+  if (!outputs) return outputs.error();
+  for (size_t i = 0; i < found->outputs.size() && i < outputs->size(); ++i)
+    if (!(*outputs)[i].name) (*outputs)[i].name = found->outputs[i].name;
+  found->inputs = *std::move(inputs);
+  found->outputs = *std::move(outputs);
+  return ok();
 }
 
-std::string reason_for(const std::vector<std::string>& paths) {
-  const size_t dot = paths[0].rfind('.');
-  if (paths.size() > 1 || dot == std::string::npos) return "by the names of the model's files";
-  return "the file's name ends in " + paths[0].substr(dot);
+LaunchLine line_of(const InspectOptions& options, const Inspected& found,
+                   const Result<card::Card>& card) {
+  std::string properties = property_text(options.words);
+  if (!options.custom.empty())
+    properties += (properties.empty() ? "custom=" : " custom=") + launch_value(options.custom);
+  auto line = launch_line(found.model, found.framework, found.inputs,
+                          card ? card::preparation(card->inputs[0]) : "", properties);
+  if (found.inputs.empty())
+    line.notes.push_back(
+        "weir inspect --input 3:224:224:1 --inputtype uint8 says what comes out of such a stream");
+  return line;
 }
 
 Result<Inspected> open(const InspectOptions& options) {
   infer::OpenOptions request;
+  request.declared = options.words.pairs();
+  request.options = custom_options(options.custom);
   request.paths = paths_of(options.model);
-  if (request.paths.empty())
+  const bool by_name = automatic(options.framework);
+  if (request.paths.empty() && by_name)
     return Error{Code::MODEL_NOT_FOUND,
                  "no model is named",
                  "\"" + options.model + "\"",
@@ -54,15 +81,23 @@ Result<Inspected> open(const InspectOptions& options) {
   Inspected out;
   out.model = options.model;
   auto& library = infer::ModuleLibrary::instance();
-  const bool by_name = automatic(options.framework);
-  out.reason = by_name ? reason_for(request.paths) : "--framework " + options.framework;
+  out.reason = "--framework " + options.framework;
   if (!by_name) out.framework = options.framework;
+  if (by_name) {
+    auto choice = library.choose_engine(request.paths);
+    if (!choice) return choice.error();
+    out.reason = std::move(choice->reason);
+    out.others = std::move(choice->others);
+  }
   const auto engine =
       by_name ? library.engine_for_model(request.paths) : library.engine(options.framework);
   if (!engine) return engine.error();
+  out.engine = *engine;
+  if (request.paths.empty() && !(out.engine->flags & WEIR_ENGINE_NEEDS_NO_MODEL)) return out;
   auto model = infer::Model::open(**engine, request);
   if (!model) return model.error();
   out.opened = *std::move(model);
+  if (auto status = read_tensors(options.words, &out); !status) return status.error();
   return out;
 }
 
@@ -119,16 +154,22 @@ Json to_json(const weir_tensor_info& info) {
   return out;
 }
 
+Json engine_json(const Inspected& found) {
+  const auto& engine = *found.engine;
+  return {{"name", engine.name},
+          {"version", engine_version(engine)},
+          {"module", module_file(engine.name)},
+          {"reason", found.reason},
+          {"others", found.others},
+          {"options", to_json(engine_options(engine))}};
+}
+
 Json to_json(const Inspected& found, const LaunchLine& line, const Result<card::Card>& card) {
-  const auto& engine = found.opened->engine();
   Json out{{"model", found.model}};
-  out["engine"] = {{"name", engine.name},
-                   {"version", engine_version(engine)},
-                   {"module", module_file(engine.name)},
-                   {"reason", found.reason}};
+  out["engine"] = engine_json(found);
   for (const char* side : {"inputs", "outputs"}) {
     out[side] = Json::array();
-    for (const auto& info : *side == 'i' ? found.opened->inputs() : found.opened->outputs())
+    for (const auto& info : *side == 'i' ? found.inputs : found.outputs)
       out[side].push_back(to_json(info));
   }
   out["card"] = card ? app::to_json(*card, found.model) : Json(nullptr);
@@ -140,6 +181,10 @@ Json to_json(const Inspected& found, const LaunchLine& line, const Result<card::
 }
 
 void print_tensors(const char* title, const std::vector<weir_tensor_info>& tensors) {
+  if (tensors.empty()) {
+    std::printf("\n%s\n  as the stream decides\n", title);
+    return;
+  }
   std::vector<std::vector<std::string>> rows{
       {"#", "name", "type", "in caps", "in NumPy", "layout", "real value"}};
   for (size_t i = 0; i < tensors.size(); ++i) {
@@ -163,15 +208,22 @@ void print_card(const Result<card::Card>& card) {
               card::preparation(card->inputs[0]).c_str());
 }
 
+void print_engine(const Inspected& found) {
+  std::printf("Engine  %s %s: %s\n", found.engine->name, engine_version(*found.engine).c_str(),
+              found.reason.c_str());
+  for (const auto& other : found.others) std::printf("  or    --framework %s\n", other.c_str());
+}
+
 void print_text(const Inspected& found, const LaunchLine& line, const Result<card::Card>& card) {
-  const auto& engine = found.opened->engine();
-  std::printf("Model   %s\nEngine  %s %s: %s\n", found.model.c_str(), engine.name,
-              engine_version(engine).c_str(), found.reason.c_str());
-  print_tensors("Inputs", found.opened->inputs());
-  print_tensors("Outputs", found.opened->outputs());
+  if (!found.model.empty()) std::printf("Model   %s\n", found.model.c_str());
+  print_engine(found);
+  print_tensors("Inputs", found.inputs);
+  print_tensors("Outputs", found.outputs);
   print_card(card);
   std::fputs(description_text(model_description(*found.opened)).c_str(), stdout);
-  std::printf("\nTo run it\n  %s\n", line.command.c_str());
+  print_options(engine_options(*found.engine));
+  std::printf("\nTo run it\n");
+  if (!line.command.empty()) std::printf("  %s\n", line.command.c_str());
   for (const auto& note : line.notes) std::printf("  note: %s\n", note.c_str());
 }
 
@@ -180,10 +232,17 @@ void print_text(const Inspected& found, const LaunchLine& line, const Result<car
 int inspect(const InspectOptions& options) {
   const auto found = open(options);
   if (!found) return report(found.error(), options.json);
+  if (!found->opened) {
+    if (options.json) {
+      print(Json{{"engine", engine_json(*found)}});
+    } else {
+      print_engine(*found);
+      print_options(engine_options(*found->engine));
+    }
+    return kExitGood;
+  }
   const auto card = card_of(found->model, *found->opened);
-  const std::string preparation = card ? card::preparation(card->inputs[0]) : "";
-  const auto line =
-      launch_line(found->model, found->framework, found->opened->inputs(), preparation);
+  const auto line = line_of(options, *found, card);
   if (options.json)
     print(to_json(*found, line, card));
   else

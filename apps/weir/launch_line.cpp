@@ -19,6 +19,8 @@ struct Picture {
   bool planar;  // channels outermost: NCHW
 };
 
+constexpr Picture kAnyPicture{1, kOpenSide, kOpenSide, 3, false};
+
 bool is_channels(int64_t n) {
   return n == 1 || n == 3 || n == 4;
 }
@@ -113,26 +115,43 @@ std::string type_name(const weir_tensor_info& info) {
 }
 
 LaunchLine launch_line(const std::string& model, const std::string& framework,
-                       const std::vector<weir_tensor_info>& inputs,
-                       const std::string& preparation) {
+                       const std::vector<weir_tensor_info>& inputs, const std::string& preparation,
+                       const std::string& properties) {
   LaunchLine out;
   const auto picture = picture_of(inputs);
   const bool prepared = picture && picture->batch == 1 && !preparation.empty();
   const std::string source =
-      prepared  ? "videotestsrc num-buffers=" + std::to_string(kFrames) + " ! " + preparation
-      : picture ? picture_source(*picture, static_cast<ElementType>(inputs[0].type))
-                : bytes_source(inputs);
+      prepared         ? "videotestsrc num-buffers=" + std::to_string(kFrames) + " ! " + preparation
+      : picture        ? picture_source(*picture, static_cast<ElementType>(inputs[0].type))
+      : inputs.empty() ? picture_source(kAnyPicture, ElementType::UInt8)
+                       : bytes_source(inputs);
   out.command = "gst-launch-1.0 " + source + " ! tensor_filter";
   if (!framework.empty()) out.command += " framework=" + launch_value(framework);
-  out.command += " model=" + launch_value(model) + " ! fakesink";
+  out.command += " model=" + launch_value(model);
+  if (!properties.empty()) out.command += " " + properties;
+  out.command += " ! fakesink";
   if (std::any_of(inputs.begin(), inputs.end(), is_open))
     out.notes.push_back("the model leaves sizes open; the line chose some");
-  if (!picture) out.notes.push_back("the line feeds zeros; a model may need other values to run");
+  if (inputs.empty())
+    out.notes.push_back("the model takes whatever tensors the stream has; the line feeds pictures");
+  else if (!picture)
+    out.notes.push_back("the line feeds zeros; a model may need other values to run");
   if (picture && !prepared && inputs[0].type != WEIR_UINT8)
     out.notes.push_back(
         "how pixels become numbers is the model's matter (its card); the line only makes the type"
         " fit");
   return out;
+}
+
+std::vector<weir_tensor_info> chosen_inputs(std::vector<weir_tensor_info> inputs) {
+  const bool picture = picture_of(inputs).has_value();
+  for (auto& info : inputs) {
+    if (info.rank == WEIR_RANK_UNKNOWN) info.rank = 1, info.shape[0] = 1;
+    if (info.type >= WEIR_TYPE_END) info.type = WEIR_FLOAT32;
+    for (uint32_t i = 0; i < info.rank; ++i)
+      if (info.shape[i] < 0) info.shape[i] = picture && (i > 0 || info.rank == 3) ? kOpenSide : 1;
+  }
+  return inputs;
 }
 
 }  // namespace weir::app

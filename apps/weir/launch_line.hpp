@@ -19,7 +19,11 @@ std::string type_name(const weir_tensor_info& info);
 
 // `framework` is put into the line when it is not empty. `preparation` is what a card says of
 // pictures, the elements between a video stream and tensor_filter; "" when there is no card.
+// `properties`: further ones of tensor_filter.
 LaunchLine launch_line(const std::string& model, const std::string& framework,
-                       const std::vector<weir_tensor_info>& inputs, const std::string& preparation);
+                       const std::vector<weir_tensor_info>& inputs, const std::string& preparation,
+                       const std::string& properties = "");
+// The inputs with the sizes that such a line chooses where the model leaves them open.
+std::vector<weir_tensor_info> chosen_inputs(std::vector<weir_tensor_info> inputs);
 
 }  // namespace weir::app

@@ -2,30 +2,120 @@
 #include <gst/gst.h>
 
 #include <CLI/CLI.hpp>
+#include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "commands.hpp"
+#include "core/process/process_object.hpp"
+#include "library/process.h"
 
 namespace weir::app {
 namespace {
 
 struct CommandLine {
+  BenchOptions bench;
+  BenchCaseOptions bench_case;
   InspectOptions inspect;
   RunOptions run;
+  NewFilterOptions filter;
+  CustomClassOptions custom_class;
+  bool any_size = false;
+  PbtxtOptions pbtxt;
   bool doctor_json = false;
 };
 
+void add_tensor_words(CLI::App* command, TensorWords* words) {
+  const std::pair<const char*, std::string*> options[]{
+      {"--input", &words->input},           {"--inputtype", &words->inputtype},
+      {"--inputname", &words->inputname},   {"--output", &words->output},
+      {"--outputtype", &words->outputtype}, {"--outputname", &words->outputname}};
+  for (const auto& [name, text] : options)
+    command->add_option(name, *text, "As the property, for models that do not say it")
+        ->type_name("LIST");
+}
+
+void add_bench(CLI::App* app, BenchOptions* bench) {
+  constexpr int kMostThreads = 1024, kMostBatch = 1024;
+  constexpr double kLeastSeconds = 0.01, kMostSeconds = 3600;
+  auto* command = app->add_subcommand("bench", "A model on every engine, thread count and batch");
+  command->add_option("MODEL", bench->model, "The model file")->required();
+  command->add_option("--engine,-e", bench->engines, "Only these engines, with commas between them")
+      ->delimiter(',');
+  command->add_option("--threads,-t", bench->threads, "Thread counts; else 1, 2, 4 to the cores")
+      ->delimiter(',')
+      ->check(CLI::Range(1, kMostThreads));
+  command->add_option("--batch,-b", bench->batches, "Batch sizes; else 1 and 4")
+      ->delimiter(',')
+      ->check(CLI::Range(1, kMostBatch));
+  command->add_option("--custom", bench->custom, "Options of the engine, as custom= takes them");
+  add_tensor_words(command, &bench->words);
+  command->add_option("--card", bench->card, "The model card for the line; else the model's own")
+      ->type_name("FILE");
+  command->add_option("--seconds", bench->seconds, "How long each case is measured; else 1")
+      ->check(CLI::Range(kLeastSeconds, kMostSeconds));
+  command->add_option("--timeout", bench->patience, "Seconds to load and warm up; else 120")
+      ->check(CLI::Range(1.0, kMostSeconds));
+  command->add_flag("--json", bench->json, "Print JSON");
+}
+
+// What `bench` starts for each case; of no use by itself.
+void add_bench_case(CLI::App* app, BenchCaseOptions* one) {
+  auto* command = app->add_subcommand("bench-case", "")->group("");
+  command->add_option("MODEL", one->model)->required();
+  command->add_option("--engine", one->engine)->required();
+  command->add_option("--custom", one->custom);
+  command->add_option("--threads", one->threads);
+  command->add_option("--batch", one->batch);
+  command->add_option("--seconds", one->seconds);
+  command->add_option("--descriptor", one->descriptor);
+  add_tensor_words(command, &one->words);
+}
+
+void add_pbtxt(CLI::App* command, PbtxtOptions* pbtxt) {
+  command->add_flag("--from-pbtxt,-p", pbtxt->from_pbtxt,
+                    "The other way; says that it is not there");
+  command->add_flag("--verbose,-v", pbtxt->verbose, "Tell elements and links on standard error");
+  command->positionals_at_end();
+  command->add_option("PIPELINE", pbtxt->pipeline, "The pipeline; else it is read from stdin");
+}
+
 void add_subcommands(CLI::App* app, CommandLine* line) {
+  app->add_subcommand("check", "Configuration and sub-plugins in the lines of nnstreamer-check");
+  add_pbtxt(
+      app->add_subcommand("pbtxt", "A pipeline as MediaPipe's text; nothing need be installed"),
+      &line->pbtxt);
+  add_bench(app, &line->bench);
+  add_bench_case(app, &line->bench_case);
   auto* doctor =
       app->add_subcommand("doctor", "What is installed, what is missing, what brings it");
   doctor->add_flag("--json", line->doctor_json, "Print JSON");
 
   auto* inspect = app->add_subcommand("inspect", "What a model takes and gives, and how to run it");
-  inspect->add_option("MODEL", line->inspect.model, "The model file")->required();
+  inspect->add_option("MODEL", line->inspect.model,
+                      "The model file; without it --framework says the engine");
   inspect->add_option("--framework,-f", line->inspect.framework,
                       "The engine; else by the name of the file");
+  inspect->add_option("--custom", line->inspect.custom,
+                      "Options of the engine, as custom= takes them");
+  add_tensor_words(inspect, &line->inspect.words);
   inspect->add_flag("--json", line->inspect.json, "Print JSON");
+  inspect->parse_complete_callback([inspect] {
+    if (inspect->count("MODEL") + inspect->count("--framework") == 0)
+      throw CLI::RequiredError("MODEL or --framework");
+  });
+
+  auto* made = app->add_subcommand("new", "Write something of your own, to begin with");
+  made->require_subcommand(1);
+  auto* filter = made->add_subcommand("filter", "A folder with a filter that builds and runs");
+  filter->add_option("--language,-l", line->filter.language, "c, c++, python or lua")->required();
+  filter->add_option("NAME", line->filter.name, "Of the filter and its folder")->required();
+  auto* custom = made->add_subcommand("nnstreamer-filter", "A source with NNStreamer_custom, in C");
+  custom->add_option("--base,-b", line->custom_class.base, "Of the files; else the name");
+  custom->add_flag("--any-size", line->any_size, "Sizes follow the stream (setInputDim)");
+  custom->add_flag("--allocate", line->custom_class.allocates, "invoke allocates its outputs");
+  custom->add_option("NAME", line->custom_class.name, "Of the filter, as in C")->required();
 
   auto* run = app->add_subcommand("run", "Run a pipeline, written as for gst-launch-1.0");
   run->add_flag("--json", line->run.json, "Print JSON at the end, and nothing else on stdout");
@@ -36,24 +126,59 @@ void add_subcommands(CLI::App* app, CommandLine* line) {
   run->add_option("PIPELINE", line->run.pipeline, "The pipeline, as one word or many")->required();
 }
 
+// The commands that users of NNStreamer know, which are links to this one. nullopt: it is called by
+// its own name.
+std::optional<int> by_another_name(const std::string& name, int argc, char** argv) {
+  if (name != "nnstreamer-check" && name != "nnstreamer-parser" &&
+      name != "nnstreamerCodeGenCustomFilter")
+    return std::nullopt;
+  CLI::App app{"Weir's command " + name, name};
+  PbtxtOptions options;
+  if (name == "nnstreamer-parser") add_pbtxt(&app, &options);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? kExitGood : kExitUsage;
+  }
+  if (name == "nnstreamer-parser") return pbtxt(options);
+  if (name == "nnstreamerCodeGenCustomFilter") return ask_for_filter();
+  gst_init(nullptr, nullptr);
+  return check();
+}
+
 }  // namespace
 }  // namespace weir::app
 
 int main(int argc, char** argv) {
   using namespace weir::app;
+  weir::process::take_objects_from(weir_process_object);  // before anything asks for one
+  const std::string name = std::filesystem::path(argc > 0 ? argv[0] : "").filename();
+  if (const auto status = by_another_name(name, argc, argv)) return *status;
   CLI::App app{"Weir: neural networks as elements of GStreamer pipelines", "weir"};
   CommandLine line;
   app.require_subcommand(1);
   app.set_version_flag("--version", std::string("weir ") + WEIR_VERSION);
-  app.footer("Manual pages: weir(1), weir-doctor(1), weir-inspect(1), weir-run(1)");
+  app.footer(
+      "Manual pages: weir(1), weir-bench(1), weir-check(1), weir-doctor(1), weir-inspect(1), "
+      "weir-new(1), weir-pbtxt(1), weir-run(1)");
   add_subcommands(&app, &line);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? kExitGood : kExitUsage;
   }
+  if (app.got_subcommand("new")) {
+    line.custom_class.fixed = !line.any_size;
+    return app.get_subcommand("new")->got_subcommand("filter")
+               ? new_filter(line.filter)
+               : new_custom_class(line.custom_class);
+  }
   if (app.got_subcommand("inspect")) return inspect(line.inspect);
+  if (app.got_subcommand("bench")) return bench(line.bench);
+  if (app.got_subcommand("bench-case")) return bench_case(line.bench_case);
+  if (app.got_subcommand("pbtxt")) return pbtxt(line.pbtxt);
   gst_init(nullptr, nullptr);
+  if (app.got_subcommand("check")) return check();
   if (app.got_subcommand("doctor")) return doctor(line.doctor_json);
   return run(line.run);
 }

@@ -7,6 +7,8 @@
 #include <cstdlib>
 #include <filesystem>
 
+#include "core/config/configuration.hpp"
+#include "core/config/ini.hpp"
 #include "core/text/text.hpp"
 #include "gstcpp/ref.hpp"
 
@@ -50,7 +52,7 @@ std::vector<std::string> search_folders() {
 // Words that only tensor elements start with, whichever plug-in they come from.
 bool named_like_ours(const std::string& name) {
   return name.starts_with("tensor_") || name == "mqttsrc" || name == "mqttsink" || name == "join" ||
-         name == "edgesrc" || name == "edgesink";
+         name == "edgesrc" || name == "edgesink" || name.starts_with("datarepo");
 }
 
 std::vector<ElementFact> elements_of(GstRegistry* registry) {
@@ -63,6 +65,7 @@ std::vector<ElementFact> elements_of(GstRegistry* registry) {
     fact.name = text_of(gst_plugin_feature_get_name(feature));
     fact.plugin = text_of(gst_plugin_feature_get_plugin_name(feature));
     if (plugin) fact.file = text_of(gst_plugin_get_filename(plugin.get()));
+    fact.rank = gst_plugin_feature_get_rank(feature);
     if (fact.plugin == kPluginName || named_like_ours(fact.name)) out.push_back(std::move(fact));
   }
   gst_plugin_feature_list_free(list);
@@ -112,17 +115,45 @@ void find_strangers(GstRegistry* registry, PluginFacts* facts) {
                            const std::string& element) {
     for (const auto& known : facts->conflicts)
       if (known.plugin == plugin) return;
-    facts->conflicts.push_back({plugin, file,
-                                element.empty()
-                                    ? "it has elements of the same names as Weir"
-                                    : "GStreamer takes " + element + " from it, not from Weir",
-                                "remove the package that brings the plug-in " + plugin +
-                                    ", or set GST_PLUGIN_PATH to " + "folders without it"});
+    facts->conflicts.push_back(
+        {plugin, file,
+         element.empty() ? "it has elements of the same names as Weir"
+                         : "GStreamer takes " + element + " from it, not from Weir",
+         facts->gives_way.empty()
+             ? "remove the package that brings the plug-in " + plugin +
+                   ", or set GST_PLUGIN_PATH to folders without it, or, for its "
+                   "elements, WEIR_PLUGIN_GIVE_WAY=true"
+             : "nothing, where that is what you want: " + facts->gives_way + " says give_way"});
   };
   for (const auto& element : facts->elements)
     if (element.plugin != kPluginName) add(element.plugin, element.file, element.name);
   const auto other = Ref<GstPlugin>::adopt(gst_registry_find_plugin(registry, "nnstreamer"));
   if (other) add("nnstreamer", text_of(gst_plugin_get_filename(other.get())), "");
+}
+
+void add_versions(GstRegistry* registry, PluginFacts* facts) {
+  for (auto& conflict : facts->conflicts) {
+    const auto found =
+        Ref<GstPlugin>::adopt(gst_registry_find_plugin(registry, conflict.plugin.c_str()));
+    if (found && conflict.file == text_of(gst_plugin_get_filename(found.get())))
+      conflict.version = text_of(gst_plugin_get_version(found.get()));
+  }
+}
+
+// A plug-in whose elements lost their names is not read again when Weir's give them back.
+void find_forgotten(PluginFacts* facts) {
+  const auto is_filter = [](const ElementFact& element) { return element.name == "tensor_filter"; };
+  if (facts->gives_way.empty() ||
+      std::any_of(facts->elements.begin(), facts->elements.end(), is_filter))
+    return;
+  const char* named = std::getenv("GST_REGISTRY");
+  facts->conflicts.push_back(
+      {kPluginName, facts->file,
+       "Weir gives way (" + facts->gives_way +
+           "), and GStreamer's registry knows no tensor_filter: no other plug-in is installed, or "
+           "it "
+           "was forgotten when Weir's elements took its names",
+       std::string("rm ") + (named ? named : "~/.cache/gstreamer-1.0/registry.*")});
 }
 
 }  // namespace
@@ -133,11 +164,15 @@ PluginFacts plugin_facts() {
   facts.gstreamer = version.get();
   facts.searched = search_folders();
   GstRegistry* registry = gst_registry_get();
+  const auto setting = config::Configuration::load().find("plugin", "give_way");
+  if (setting && config::truth(setting->value, false)) facts.gives_way = setting->origin;
   // Loading registers Weir's elements anew, so the owners are asked before it.
   facts.elements = elements_of(registry);
   look_at_plugin(registry, &facts);
   find_doubles(&facts);
   find_strangers(registry, &facts);
+  add_versions(registry, &facts);
+  find_forgotten(&facts);
   return facts;
 }
 

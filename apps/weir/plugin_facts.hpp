@@ -10,6 +10,7 @@ struct ElementFact {
   std::string name;
   std::string plugin;  // the plug-in that GStreamer takes it from
   std::string file;
+  unsigned rank = 0;  // of GStreamer; plays no part for elements that a text names
 };
 
 struct ConflictFact {
@@ -17,6 +18,7 @@ struct ConflictFact {
   std::string file;
   std::string reason;
   std::string fix;
+  std::string version = {};  // of that plug-in; "" where it is not known
 };
 
 struct PluginFacts {
@@ -27,6 +29,7 @@ struct PluginFacts {
   std::vector<ElementFact> elements;  // of Weir, or with a name as Weir's have
   std::vector<ConflictFact> conflicts;
   std::vector<std::string> searched;  // folders
+  std::string gives_way;  // the file and line, or variable, that says it; "": it does not
 };
 
 // Needs gst_init.

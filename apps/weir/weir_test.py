@@ -10,13 +10,13 @@ import subprocess
 import unittest
 
 import tap_runner
-from weir_case import DECOY, HAS_ONNX, MODEL, PLUGIN, SOURCE, Case, weir
+from weir_case import HAS_ONNX, MODEL, PLUGIN, SOURCE, Case, weir
 
 
 class Usage(Case):
     def test_help_names_the_subcommands(self):
         said = self.good(weir("--help"))
-        for name in ("doctor", "inspect", "run"):
+        for name in ("check", "doctor", "inspect", "new", "pbtxt", "run"):
             self.assertIn(name, said)
 
     def test_version(self):
@@ -33,11 +33,6 @@ class Usage(Case):
 
 
 class Doctor(Case):
-    def plugins_of(self, *folders):
-        """Variables for a GStreamer that finds the plug-ins of these folders alone, and looks anew."""
-        return {"GST_PLUGIN_PATH": ":".join(map(str, folders)), "GST_PLUGIN_SYSTEM_PATH_1_0": str(self.folder / "none"),
-                "GST_REGISTRY": str(self.folder / f"registry-{folders[0].name}")}
-
     def test_it_tells_what_is_there(self):
         said = self.good(weir("doctor"))
         for words in ("GStreamer 1.", str(PLUGIN), "tensor_filter", "Conflicts\n  none", "Engines"):
@@ -99,6 +94,106 @@ class Doctor(Case):
     def test_a_missing_plugin_is_an_error_with_its_fix(self):
         self.refused(weir("doctor", **self.plugins_of(self.folder)), 1, "not found", str(self.folder), "make install")
 
+    def ini(self, text):
+        path = self.folder / "weir.ini"
+        path.write_text(text)
+        return path
+
+    def test_doctor_says_which_file_and_which_variable_decided(self):
+        path = self.ini("[filter]\npriority_onnx=a, b\nenable_symlink=yes\n")
+        variables = {"WEIR_CONFIG": str(path), "WEIR_FILTER_ENABLE_SYMLINK": "no"}
+        said = self.good(weir("doctor", **variables))
+        self.assertIn(f"{path}: read", said)
+        self.assertRegex(said, rf"\[filter\] priority_onnx +a, b +{re.escape(str(path))}:2\n")
+        self.assertRegex(said, r"\[filter\] enable_symlink +no +WEIR_FILTER_ENABLE_SYMLINK\n")
+        told = json.loads(self.good(weir("doctor", "--json", **variables)))["configuration"]
+        self.assertEqual(told["files"], [{"path": str(path), "state": "read"}])
+        self.assertIn({"group": "filter", "key": "priority_onnx", "value": "a, b", "origin": f"{path}:2"}, told["settings"])
+        self.assertEqual(told["problems"], [])
+
+    def test_doctor_names_lines_of_the_configuration_that_are_wrong(self):
+        path = self.ini("[filter]\nhello\npriorty_onnx=a\n")
+        said = self.good(weir("doctor", WEIR_CONFIG=str(path)))
+        self.assertIn(f"problem: {path}:2: the line is neither a group nor a key with its value: hello", said)
+        self.assertIn(f"problem: {path}:3: no setting has this name: [filter] priorty_onnx "
+                      "(did you mean [filter] priority_onnx?)", said)
+        self.assertIn("problem: the configuration file cannot be read: /no/such.ini", self.good(weir("doctor", WEIR_CONFIG="/no/such.ini")))
+        home = {"HOME": str(self.folder), "XDG_CONFIG_HOME": str(self.folder / "x")}
+        without = {name: value for name, value in os.environ.items() if name != "WEIR_CONFIG"}
+        done = subprocess.run([os.environ["WEIR_COMMAND"], "doctor"], env={**without, **home}, text=True, capture_output=True,
+                              timeout=60, check=True)
+        self.assertIn(f"{self.folder}/x/weir/weir.ini: not there", done.stdout)
+        self.assertIn("/etc/weir/weir.ini: ", done.stdout)
+
+    def test_doctor_shows_every_place_of_nnstreamers_configuration(self):
+        path, extra = self.folder / "nns.ini", self.folder / "extra.ini"
+        path.write_text("[common]\nenable_envvar=1\nenable_symlink=perhaps\n"
+                        f"extra_config_path={extra}\n[filter]\nframework_priority_onnx=a\nfilters={self.folder}\n")
+        extra.write_text("[decoder]\ndecoders=here\n[own]\nkey=1\n[pytorch]\nenable_use_gpu=1\n")
+        variables = {"NNSTREAMER_CONF": str(path), "NNSTREAMER_TRAINERS": "/no/trainers",
+                     "WEIR_FILTER_PRIORITY_ONNX": "b", "WEIR_NNSTREAMER_ENABLE": "yes"}
+        said = self.good(weir("doctor", **variables))
+        self.assertIn(f"{path} (NNSTREAMER_CONF): read\n", said)
+        self.assertIn(f"{extra} (extra_config_path): read\n", said)
+        # Built for that path, it stands there once.
+        self.assertRegex(said, r"/etc/nnstreamer\.ini \((hard-coded|built for)\): not needed: a file above was read\n")
+        self.assertRegex(said, rf"\[filter\] framework_priority_onnx +a +{re.escape(str(path))}:6 +"
+                               r"overridden by \[filter\] priority_onnx \(WEIR_FILTER_PRIORITY_ONNX\)\n")
+        self.assertRegex(said, rf"\[pytorch\] enable_use_gpu +1 +{re.escape(str(extra))}:6 +"
+                               r"without effect: Weir's engine pytorch runs on the processor\n")
+        self.assertRegex(said, rf"\[own\] key +1 +{re.escape(str(extra))}:4")
+        self.assertRegex(said, rf"filters +{re.escape(str(self.folder))} +{re.escape(str(path))}:7 +there\n")
+        self.assertRegex(said, r"trainers +/no/trainers +NNSTREAMER_TRAINERS +not there\n")
+        self.assertIn(f"problem: {path}:3: neither true nor false: [common] enable_symlink=perhaps", said)
+        self.assertIn(f"problem: {extra}:2: the path is not absolute and is passed over: [decoder] decoders=here", said)
+        told = json.loads(self.good(weir("doctor", "--json", **variables)))["nnstreamer"]
+        self.assertEqual(told["files"][0], {"path": str(path), "source": "NNSTREAMER_CONF", "state": "read"})
+        self.assertEqual(len(told["problems"]), 2)
+        self.assertEqual({s["key"]: s["without_effect"] for s in told["settings"] if s["without_effect"]},
+                         {"enable_use_gpu": "Weir's engine pytorch runs on the processor"})
+        self.assertIn({"kind": "filters", "path": "/usr/lib/nnstreamer/filters", "origin": "hard-coded",
+                       "found": os.path.isdir("/usr/lib/nnstreamer/filters")}, told["folders"])
+        off = self.good(weir("doctor", **{**variables, "WEIR_NNSTREAMER_ENABLE": "no"}))
+        self.assertIn("not used: enable=false in [nnstreamer]\n", off)
+        self.assertNotIn(str(path), off)
+
+    def test_doctor_lists_sub_plugins_for_nnstreamer(self):
+        (self.folder / "libnnstreamer_decoder_text.so").write_text("no shared object")
+        (self.folder / "libnnstreamer_trainer_linked.so").symlink_to("libnnstreamer_decoder_text.so")
+        path = self.folder / "nns.ini"
+        path.write_text(f"[decoder]\ndecoders={self.folder}\n[trainer]\ntrainer={self.folder}\n")
+        variables = {"NNSTREAMER_CONF": str(path), "WEIR_NNSTREAMER_ENABLE": "yes", "WEIR_NNSTREAMER_LIBRARY": "/no/lib.so"}
+        said = self.good(weir("doctor", **variables))
+        self.assertIn("their functions: /no/lib.so: not there\n", said)
+        self.assertRegex(said, rf"decoder +text +refused +{re.escape(str(self.folder))}/libnnstreamer_decoder_text.so\n")
+        self.assertIn("the decoder text is refused\n    reason: the library with the functions that sub-plugins", said)
+        self.assertNotIn("linked", said, "links are passed over")
+        told = json.loads(self.good(weir("doctor", "--json", **variables)))["sub_plugins"]
+        self.assertEqual([(f["kind"], f["name"], f["state"]) for f in told["files"] if f["file"].startswith(str(self.folder))],
+                         [("decoder", "text", "refused")])
+        self.assertEqual((told["library"], told["found"]), ("/no/lib.so", False))
+
+    def test_inspect_explains_the_choice_of_the_engine(self):
+        model = self.folder / "a.scl"
+        model.write_text("x")
+        path = self.ini("[filter]\npriority_scl=nobody, scaling, fake\n")
+        told = json.loads(self.good(weir("inspect", "--json", model, WEIR_CONFIG=str(path))))["engine"]
+        self.assertEqual(told["name"], "scaling")
+        self.assertEqual(told["reason"],
+                         f"the file's name ends in .scl; first that is installed of priority_scl ({path}:2)")
+        self.assertEqual(told["others"], ["fake"])
+        said = self.good(weir("inspect", model, WEIR_CONFIG=str(path), WEIR_FILTER_PRIORITY_SCL="fake"))
+        self.assertIn("Engine  fake 1: the file's name ends in .scl; first that is installed of priority_scl "
+                      "(WEIR_FILTER_PRIORITY_SCL)", said)
+        self.refused(weir("inspect", model), 1, "WEIR-3001: no engine claims this model file by its name")
+
+    def test_modules_are_looked_for_in_folders_of_the_configuration(self):
+        path = self.ini(f"[module]\npath={self.folder}:{os.environ['WEIR_MODULE_PATH']}\n")
+        without = {name: value for name, value in os.environ.items() if name != "WEIR_MODULE_PATH"}
+        done = subprocess.run([os.environ["WEIR_COMMAND"], "inspect", "--framework", "scaling"], text=True, capture_output=True,
+                              env={**without, "WEIR_CONFIG": str(path)}, timeout=60, check=False)
+        self.assertIn("Engine  scaling", done.stdout + done.stderr)
+
     def test_a_plugin_that_cannot_be_loaded_is_an_error_with_its_reason(self):
         (self.folder / PLUGIN.name).write_text("no plug-in")
         paths = self.plugins_of(self.folder)
@@ -113,23 +208,6 @@ class Doctor(Case):
         said = self.good(weir("doctor", **self.plugins_of(PLUGIN.parent, self.folder)))
         self.assertIn("another copy of Weir's plug-in", said)
         self.assertIn(str(copy), said)
-
-    def test_another_plugin_with_the_same_elements_is_a_conflict(self):
-        def conflicts(*folders):
-            """By the plug-in that tensor_filter comes from: the one that GStreamer reads last."""
-            variables = self.plugins_of(*folders)
-            told = json.loads(self.good(weir("doctor", "--json", **variables)))
-            owner = {e["name"]: e["plugin"] for e in told["elements"]}["tensor_filter"]
-            return owner, told["conflicts"], self.good(weir("doctor", **variables))
-
-        results = {r[0]: r for r in (conflicts(DECOY.parent, PLUGIN.parent), conflicts(PLUGIN.parent, DECOY.parent))}
-        self.assertEqual(set(results), {"weir", "decoy"})
-        self.assertEqual(results["weir"][1], [])
-        _, found, said = results["decoy"]
-        self.assertEqual([(c["plugin"], c["file"]) for c in found], [("decoy", str(DECOY))])
-        self.assertIn("GStreamer takes tensor_filter from it, not from Weir", found[0]["reason"])
-        for words in (f"plug-in decoy: {DECOY}", found[0]["reason"], "fix: remove the package"):
-            self.assertIn(words, said)
 
 
 class Inspect(Case):
@@ -203,15 +281,71 @@ class Inspect(Case):
         self.assertIn("frames-per-tensor=2", told["launch"])
         self.assertTrue(any("how pixels become numbers" in note for note in told["notes"]))
 
+    def script(self, name, *words):
+        """What is said and told of a script of the engine python3."""
+        done = weir("inspect", "--json", *words, f"src/modules/engines/python3/{name}.py")
+        if done.returncode == 1 and "WEIR-3002" in done.stdout:
+            self.skipTest(json.loads(done.stdout)["error"]["what"])
+        return self.good(weir("inspect", *words, f"src/modules/engines/python3/{name}.py")), json.loads(self.good(done))
+
+    def test_a_script_that_takes_any_tensors_gets_a_line_that_runs(self):
+        said, told = self.script("passthrough")
+        self.assertIn("Inputs\n  as the stream decides\n\nOutputs\n  as the stream decides\n", said)
+        self.assertEqual((told["inputs"], told["outputs"], told["engine"]["name"]), ([], [], "python3"))
+        self.assertTrue(any("whatever tensors the stream has" in note for note in told["notes"]))
+        self.runs(told["launch"])
+
+    def test_a_script_that_fails_says_where(self):
+        script = self.folder / "fails.py"
+        script.write_text("class CustomFilter:\n    raise ValueError('not today')\n")
+        done = weir("inspect", script)
+        if "WEIR-3002" in done.stderr:
+            self.skipTest("Python is not installed as a library")
+        self.refused(done, 1, "the script failed: ValueError: not today", f"{script}:2 in CustomFilter")
+
     def test_several_inputs_get_a_line_that_runs(self):
         said, told = self.inspected("several.bin")
         self.assertRegex(said, r"1 +weights +float64 +4 +\(4,\)")
         self.assertIn("input-dim=3:2,4 input-type=int16,float64", told["launch"])
         self.assertTrue(any("zeros" in note for note in told["notes"]))
 
+    def test_a_model_that_takes_what_the_stream_has(self):
+        script = SOURCE / "src/modules/engines/python3/passthrough.py"
+        done = weir("inspect", script)
+        if "WEIR-3002" in done.stderr:
+            self.skipTest("Python or NumPy is not installed")
+        said = self.good(done)
+        self.assertIn("Inputs\n  as the stream decides\n", said)
+        self.assertIn("weir inspect --input 3:224:224:1 --inputtype uint8", said)
+        told = json.loads(self.good(weir("inspect", "--json", "--input", "3:8:8:1,5", "--inputtype", "uint8,int32", script)))
+        self.assertEqual([t["dimension"] for t in told["outputs"]], ["3:8:8:1", "5"])
+        self.assertEqual([t["type"] for t in told["outputs"]], ["uint8", "int32"])
+        self.assertIn("input=3:8:8:1,5 inputtype=uint8,int32", told["launch"])
+        self.runs(told["launch"])
+        self.refused(weir("inspect", "--input", "x:8", script), 1, "WEIR-1002", 'at "x:8"')
+
+    def test_a_script_in_lua(self):
+        script = SOURCE / "src/modules/engines/lua/halves.lua"
+        done = weir("inspect", "--json", script)
+        if "WEIR-3002" in done.stdout:
+            self.skipTest("LuaJIT is not installed")
+        told = json.loads(self.good(done))
+        self.assertEqual(([t["dimension"] for t in told["inputs"]], told["outputs"][0]["type"]), (["3:8:8:1"], "float32"))
+        self.assertEqual((told["engine"]["name"], told["metadata"]["language"]), ("lua", "Lua"))
+        self.runs(told["launch"])
+        broken = self.folder / "broken.lua"
+        broken.write_text("inputTensorsInfo = {num = 2, dim = {{1}}, type = {'uint8'}}")
+        self.refused(weir("inspect", broken), 1, "WEIR-3004", "inputTensorsInfo.dim has another length")
+
     def test_a_name_that_a_shell_would_take_apart_is_quoted(self):
         _, told = self.inspected("a quantised \"one\" isn't $HOME.bin")
         self.assertIn("model='", told["launch"])
+
+    @unittest.skipUnless(HAS_ONNX, "the engine onnxruntime is not built")
+    def test_options_of_the_engine_open_the_model_and_stand_in_the_line(self):
+        told = json.loads(self.good(weir("inspect", "--json", "--custom", "NumThreads:1,GraphOptimization:none", MODEL)))
+        self.assertIn("custom=NumThreads:1,GraphOptimization:none", told["launch"])
+        self.refused(weir("inspect", "--custom", "GraphOptimization:much", MODEL), 1, "GraphOptimization")
 
     @unittest.skipUnless(HAS_ONNX, "the engine onnxruntime is not built")
     def test_a_damaged_model_is_refused(self):

@@ -1,8 +1,9 @@
-/* The plug-in ABI of Weir, version 0: engines, decoders and converters, Weir's own and a user's.
+/* The plug-in ABI of Weir, version 1: engines, decoders and converters, Weir's own and a user's.
  *
  * A module is a shared object that exports one symbol, weir_module_entry. Rules:
  *  (A) structs that travel in arrays are frozen: reserved words, 0 = absent;
- *  (B) tables start with struct_size, are passed by pointer, members are only appended;
+ *  (B) other structs start with struct_size, are passed by pointer, members are only appended: who
+ *      reads or fills one that the other side made looks no further than its struct_size says;
  *  (C) shapes are outermost-first as in NumPy, -1 = unknown; only the text grammar of caps and
  *      properties is innermost-first.
  * Functions that return int: 0 = success, -code (codes.h) = failure with the weir_error filled
@@ -19,8 +20,9 @@
 extern "C" {
 #endif
 
-#define WEIR_ABI_MAJOR 0
-#define WEIR_ABI_MINOR 1
+/* A module of another major version is refused; minor versions only append. */
+#define WEIR_ABI_MAJOR 1
+#define WEIR_ABI_MINOR 0
 #define WEIR_RANK_LIMIT 16
 #define WEIR_TENSOR_LIMIT 256
 #define WEIR_NO_BATCH_AXIS 0xFFu
@@ -55,6 +57,9 @@ enum weir_tensor_flag {
   WEIR_TENSOR_ALIASES_INPUT = 2,
   WEIR_TENSOR_DYNAMIC = 4
 };
+/* What the maps of a frame belong to: one for all tensors or one for each; or, for batches, one for
+ * each index of the outermost dimension, of every tensor. */
+enum weir_maps_of { WEIR_MAPS_OF_TENSORS = 0, WEIR_MAPS_OF_REGIONS };
 enum weir_frame_flag { WEIR_FRAME_DISCONT = 1, WEIR_FRAME_GAP = 2, WEIR_FRAME_LAST = 4 };
 enum weir_model_flag {
   WEIR_MODEL_THREAD_SAFE = 1,
@@ -66,6 +71,12 @@ enum weir_model_flag {
   WEIR_MODEL_CANCELS = 64,
   WEIR_MODEL_FORK_UNSAFE = 128
 };
+/* NEEDS_NO_MODEL: model= may be left out. MODEL_IS_NO_FILE: what model= says is a name or text that
+ * the engine understands; the host does not look for a file. */
+enum weir_engine_flag { WEIR_ENGINE_NEEDS_NO_MODEL = 1, WEIR_ENGINE_MODEL_IS_NO_FILE = 2 };
+/* WARM: do now what a first invoke would do. SUSPEND: give back what RESUME can bring again;
+ * without it the host closes the model and opens it again. RESET_STATE: what follows does not
+ * continue what was. SET_OPTION: the options came with the call. A code below 0: not known here. */
 enum weir_control { WEIR_WARM = 0, WEIR_SUSPEND, WEIR_RESUME, WEIR_RESET_STATE, WEIR_SET_OPTION };
 enum weir_log_level { WEIR_LOG_ERROR = 1, WEIR_LOG_WARNING, WEIR_LOG_INFO, WEIR_LOG_DEBUG };
 
@@ -94,13 +105,24 @@ typedef struct {
   uint64_t reserved[4];
 } weir_tensor;
 
+/* Where the pixels of a tensor lie in the picture that it was made from, in pixels from the left
+ * upper corner, whole numbers being the edges between pixels: source x = xx * x + xy * y + x0,
+ * source y = yx * x + yy * y + y0. FROZEN, 80 bytes on LP64. */
+typedef struct {
+  double xx, xy, x0, yx, yy, y0;
+  uint32_t source_width, source_height, width, height; /* of the picture, of the tensor */
+  uint32_t x_dimension, y_dimension;                   /* of the tensor, 0 = innermost */
+  uint64_t reserved[1];
+} weir_picture_map;
+
 typedef struct {
   uint32_t struct_size, n_tensors;
   weir_tensor* tensors;
-  int64_t pts, duration, deadline; /* ns of running time; -1 = none */
+  int64_t pts, duration, deadline; /* ns; the deadline in running time; -1 = none */
   uint64_t stream_id, sequence;
   uint32_t flags;
-  const float* to_source; /* 2x3, row-major: tensor x,y -> source picture; NULL = none */
+  uint32_t n_maps, maps_of; /* weir_maps_of */
+  const weir_picture_map* maps;
 } weir_frame;
 
 typedef struct {
@@ -120,13 +142,18 @@ typedef struct {
   uint16_t abi_major, abi_minor;
   /* Fills the error (NULL parts are left out, any length, copied) and returns -code. */
   int (*fail)(weir_error*, int code, const char* what, const char* offered, const char* needed,
-              const char* fix);
+              const char* difference, const char* fix);
   void (*log)(int level, const char* module, const char* text);
   /* Memory of the host for one tensor: sets data, bytes, capacity, release, owner. */
   int (*allocate)(void* host_ctx, uint32_t memory_kind, uint64_t bytes, uint32_t alignment,
                   weir_tensor* out);
-  /* Ends or continues a submit(); from any thread, 0..N times, the last with more = 0. */
-  void (*complete)(weir_request*, int status, weir_frame* out, uint32_t more, weir_error*);
+  /* Ends or continues a submit(), from any thread: 1..N times, the last with more = 0, after which
+   * the request and its input are gone. status: as invoke returns; out: one output, or NULL = none
+   * with this call. Its tensors are taken over: the host releases them. */
+  void (*complete)(weir_request*, int status, weir_frame* out, uint32_t more);
+  /* The request's error, to be filled through fail() before complete() with a status below 0. */
+  weir_error* (*error_of)(weir_request*);
+  /* Nobody waits for this request any more: complete it as soon as may be. Cheap, to be polled. */
   int (*cancelled)(const weir_request*);
   const void* (*extension)(const char* id); /* "weir.sink/1" = const weir_sink_calls* */
 } weir_host;
@@ -164,6 +191,8 @@ typedef struct {
    * the host copies, so ask for what is needed only. */
   uint32_t alignment, input_padding;
   uint64_t memory_kinds; /* bit per weir_memory_kind */
+  /* Sessions at a time, 0 = any; submitted and not completed ones of a session, 0 = 1; frames of an
+   * invoke, 0 = the engine does not say. */
   uint32_t max_sessions, max_in_flight, preferred_batch;
   uint64_t weight_bytes;
   const char* metadata_json; /* or NULL */
@@ -173,6 +202,10 @@ typedef struct {
   uint32_t struct_size;
   uint16_t abi_major, abi_minor;
   const char *name, *version, *aliases, *extensions; /* lists: comma-separated, "tflite" no dot */
+  /* What custom= takes: [{"name":"threads","type":"integer","default":"1","help":"..."}], or NULL.
+   * type: boolean, integer, number, text, file, or the values themselves as "a|b". */
+  const char* options_json;
+  uint64_t flags; /* weir_engine_flag */
   /* Looks at the first n bytes: no load, no side effect. score 0 (not mine) to 100 (surely). */
   int (*probe)(const char* path, const void* head, size_t n, int* score, weir_error*);
   int (*open)(const weir_open*, weir_model**, weir_error*);
@@ -184,9 +217,13 @@ typedef struct {
   int (*resolve)(weir_session*, const weir_tensor_info* in, uint32_t n_in, weir_tensor_info* out,
                  uint32_t n_out, weir_error*);
   int (*invoke)(weir_session*, const weir_frame* in, weir_frame* out, weir_error*);
-  int (*submit)(weir_session*, const weir_frame* in, weir_frame* out, weir_request*, weir_error*);
-  void (*cancel)(weir_session*, weir_request*);
-  int (*control)(weir_session*, int op, const weir_option*, weir_error*);
+  /* Optional: begins what host->complete() ends. `in` may be read until then; nothing is completed
+   * where this returns below 0. */
+  int (*submit)(weir_session*, const weir_frame* in, weir_request*, weir_error*);
+  void (*cancel)(weir_session*, weir_request*); /* optional; complete() still comes */
+  int (*control)(weir_session*, int op, const weir_option*, weir_error*); /* weir_control */
+  /* "weir.accelerators/1" = const char*, a comma list of what it runs on ("cpu,cpu.simd,gpu"), its
+   * automatic choice first. Another id: NULL. */
   const void* (*extension)(const char* id);
 } weir_engine;
 

@@ -28,6 +28,12 @@
   X(CARD_INVALID, 3009, "A model card cannot be used")                                  \
   X(DECODER_UNKNOWN, 3010, "No decoder of this name is known")                          \
   X(CONVERTER_UNKNOWN, 3011, "No converter of this name is known")                      \
+  X(MODEL_DIFFERS, 3012, "A model does not fit in place of another")                    \
+  X(BATCH_UNSUPPORTED, 3013, "Frames cannot be gathered for this model")                \
+  X(WORKER_ENDED, 3014, "The worker process of a model ended")                          \
+  X(WORKER_TIMEOUT, 3015, "A model did not answer in time")                             \
+  X(WORKER_NOT_STARTED, 3016, "The worker process of a model could not be started")     \
+  X(FALLS_BEHIND, 3017, "A model is slower than its live source")                       \
   X(FILE_NOT_FOUND, 4001, "A file is not there or cannot be read")                      \
   X(LABELS_INVALID, 4002, "A label file is empty or does not fit the model")            \
   X(FILE_NOT_WRITTEN, 4010, "A file cannot be written")                                 \

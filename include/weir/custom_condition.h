@@ -1,8 +1,8 @@
 /* Conditions of the process itself: `tensor_if compared-value=CUSTOM compared-value-option=NAME`
  * calls a function that the program registered under NAME. In C++: custom_condition.hpp.
  *
- * The functions below are exported by GStreamer's plug-in, libgstweir.so. A program links with it,
- * or takes them from the plug-in that GStreamer loaded, as custom_converter.h shows.
+ * The functions below are exported by libweir (pkg-config weir). A program that does not link with
+ * it takes them from the plug-in that GStreamer loaded, as custom_converter.h shows.
  */
 #ifndef WEIR_CUSTOM_CONDITION_H
 #define WEIR_CUSTOM_CONDITION_H

@@ -24,7 +24,7 @@ class RegisteredCondition {
   using Function = std::function<bool(const weir_frame&)>;
 
   // Throws Failure when the name is empty or taken or `function` is empty. A program that does not
-  // link with the plug-in gives its two functions, as dlsym found them.
+  // link with libweir gives its two functions, as dlsym found them.
   RegisteredCondition(std::string name, Function function,
                       decltype(&weir_condition_register) add = weir_condition_register,
                       decltype(&weir_condition_unregister) remove = weir_condition_unregister)
@@ -42,15 +42,13 @@ class RegisteredCondition {
   static int call(const weir_host* host, const weir_frame* in, int* result, void* data,
                   weir_error* error) {
     const auto failed = [&](int code, const char* what) {
-      return host->fail(error, code, what, nullptr, nullptr, nullptr);
+      return host->fail(error, code, what, nullptr, nullptr, nullptr, nullptr);
     };
     try {
       *result = (*static_cast<const Function*>(data))(*in) ? 1 : 0;
       return WEIR_OK;
     } catch (const Failure& failure) {
-      const Error& e = failure.error();
-      return host->fail(error, static_cast<int>(e.code), e.what.c_str(), e.offered.c_str(),
-                        e.needed.c_str(), e.fix.c_str());
+      return fail(*host, error, failure.error());
     } catch (const std::bad_alloc&) {
       return failed(WEIR_OUT_OF_MEMORY, "memory ran out in a condition");
     } catch (const std::exception& e) {

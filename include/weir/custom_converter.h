@@ -1,8 +1,8 @@
 /* Converters of the process itself: `tensor_converter mode=custom-code:NAME` calls a function that
  * the program registered under NAME.
  *
- * The functions below are exported by GStreamer's plug-in, libgstweir.so. A program links with it,
- * or takes them from the plug-in that GStreamer loaded:
+ * The functions below are exported by libweir (pkg-config weir). A program that does not link with
+ * it takes them from the plug-in that GStreamer loaded, which brings the library along:
  *
  *   GstPlugin *plugin = gst_registry_find_plugin (gst_registry_get (), "weir");
  *   void *file = dlopen (gst_plugin_get_filename (plugin), RTLD_NOW);

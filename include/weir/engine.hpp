@@ -5,20 +5,34 @@
 //     explicit Doubler(const weir::OpenRequest& request);
 //     std::span<const weir_tensor_info> inputs() const;
 //     std::span<const weir_tensor_info> outputs() const;
-//     void resolve(std::span<const weir_tensor_info> in, std::span<weir_tensor_info> out);
 //     bool invoke(std::span<const weir_tensor> in, std::span<weir_tensor> out);
 //   };
 //   WEIR_ENGINE(Doubler, "doubler", "1.0", "", "dbl")
 //
-// What inputs and outputs point to lives as long as the object. resolve may be left out when every
-// output's shape is known; it fills in what the shapes of the inputs decide. invoke returns false
-// to drop the frame. Each function may throw weir::Failure, or anything: it becomes an error on the
-// bus. An object is one opened model; it is used by one thread at a time. Shapes are
-// outermost-first, -1 = unknown. Outputs whose size is known come with memory of that size to write
-// into; for others `data` is null and the engine fills data, bytes, info, release and owner
-// (module_host->allocate gives such memory).
+// What inputs and outputs point to lives as long as the object (module.hpp: tensor_info).
+// invoke returns false to drop the frame. It may take frames, with their times and ways back:
+//     bool invoke(const weir_frame& in, weir_frame& out);
+// Each function may throw weir::Failure, or anything: it becomes an error on the bus. An object is
+// one opened model with its only session; it is used by one thread at a time, and workers=N opens
+// N of them. Shapes are outermost-first, -1 = unknown. Outputs whose size is known come with memory
+// of that size to write into; for others `data` is null and the engine gives memory (module.hpp:
+// allocate), or its own with release and owner.
+//
+// What a class may have besides:
+//     void resolve(std::span<const weir_tensor_info> in, std::span<weir_tensor_info> out);
+//         says the outputs' shapes for these inputs, where outputs() leaves parts open
+//     void describe(weir_model_info& info) const;
+//         flags (WEIR_MODEL_...), alignment and padding of inputs, weight_bytes, metadata
+//     void submit(const weir_frame& in, weir::Request& request);
+//         for invoke-async=true: moves the request away and answers it from any thread, with any
+//         number of outputs; `in` may be read until then
+//     void control(int op, const weir_option* option);
+//         op: weir_control
+//     static constexpr const char* kOptions = "[...]";                 abi.h: options_json
+//     static constexpr uint64_t kFlags = WEIR_ENGINE_NEEDS_NO_MODEL;   abi.h: weir_engine_flag
 #pragma once
 #include <memory>
+#include <utility>
 
 #include "weir/module.hpp"
 
@@ -32,9 +46,53 @@ struct OpenRequest {
   int threads;  // 0 = the engine's own choice
 };
 
+// One frame of submit(). Answered by end() or fail(); one that is destroyed before is answered with
+// an error. Movable; used by one thread at a time.
+class Request {
+ public:
+  explicit Request(weir_request* handle) noexcept : handle_(handle) {}
+  Request(Request&& other) noexcept : handle_(std::exchange(other.handle_, nullptr)) {}
+  Request& operator=(Request&& other) noexcept {
+    std::swap(handle_, other.handle_);
+    return *this;
+  }
+  ~Request() {
+    if (!handle_) return;
+    module_host->fail(module_host->error_of(handle_), WEIR_INVOKE_FAILED,
+                      "the engine gave a frame up without an answer", nullptr, nullptr, nullptr,
+                      nullptr);
+    module_host->complete(std::exchange(handle_, nullptr), -WEIR_INVOKE_FAILED, nullptr, 0);
+  }
+
+  // Nobody waits any more: end() as soon as may be.
+  bool cancelled() const noexcept { return module_host->cancelled(handle_) != 0; }
+  // One output of all the model's tensors; the host takes their memory over.
+  void output(std::span<weir_tensor> tensors) {
+    weir_frame frame{};
+    frame.struct_size = sizeof frame;
+    frame.n_tensors = static_cast<uint32_t>(tensors.size());
+    frame.tensors = tensors.data();
+    frame.pts = frame.duration = frame.deadline = -1;
+    module_host->complete(handle_, WEIR_OK, &frame, 1);
+  }
+  void end() noexcept {
+    module_host->complete(std::exchange(handle_, nullptr), WEIR_OK, nullptr, 0);
+  }
+  void fail(const Error& error) {
+    const int result = weir::fail(module_host->error_of(handle_), error);
+    module_host->complete(std::exchange(handle_, nullptr), result, nullptr, 0);
+  }
+  // No longer ours: true when it was not moved away or answered before.
+  bool release() noexcept { return std::exchange(handle_, nullptr) != nullptr; }
+
+ private:
+  weir_request* handle_;
+};
+
 // A model with its only session: they are one object.
 template <class Engine>
 struct EngineFace {
+  static constexpr bool kSubmits = requires { &Engine::submit; };
   static Engine& of(void* handle) { return *static_cast<Engine*>(handle); }
   static int open(const weir_open* request, weir_model** out, weir_error* error) {
     *out = nullptr;
@@ -57,6 +115,9 @@ struct EngineFace {
       info->outputs = outputs.data();
       info->memory_kinds = uint64_t{1} << WEIR_MEMORY_HOST;
       info->max_sessions = info->max_in_flight = info->preferred_batch = 1;
+      if constexpr (kSubmits) info->flags |= WEIR_MODEL_ASYNC | WEIR_MODEL_CANCELS;
+      if constexpr (requires { std::as_const(of(model)).describe(*info); })
+        std::as_const(of(model)).describe(*info);
       return WEIR_OK;
     });
   }
@@ -77,9 +138,29 @@ struct EngineFace {
   static int invoke(weir_session* session, const weir_frame* in, weir_frame* out,
                     weir_error* error) {
     return guarded(error, [&] {
-      const std::span<const weir_tensor> inputs(in->tensors, in->n_tensors);
-      const std::span<weir_tensor> outputs(out->tensors, out->n_tensors);
-      return of(session).invoke(inputs, outputs) ? 0 : 1;
+      if constexpr (requires { of(session).invoke(*in, *out); })
+        return of(session).invoke(*in, *out) ? 0 : 1;
+      else
+        return of(session).invoke(std::span<const weir_tensor>(in->tensors, in->n_tensors),
+                                  std::span(out->tensors, out->n_tensors))
+                   ? 0
+                   : 1;
+    });
+  }
+  static int submit(weir_session* session, const weir_frame* in, weir_request* request,
+                    weir_error* error) {
+    Request given(request);
+    const int result = guarded(error, [&] {
+      of(session).submit(*in, given);
+      return WEIR_OK;
+    });
+    // What threw after it had given the request away is answered by whoever has it.
+    return result < 0 && given.release() ? result : WEIR_OK;
+  }
+  static int control(weir_session* session, int op, const weir_option* option, weir_error* error) {
+    return guarded(error, [&] {
+      of(session).control(op, option);
+      return WEIR_OK;
     });
   }
 };
@@ -104,13 +185,17 @@ weir_engine engine_table(const char* name, const char* version, const char* alia
   table.session_free = Face::session_free;
   table.resolve = Face::resolve;
   table.invoke = Face::invoke;
+  if constexpr (Face::kSubmits) table.submit = Face::submit;
+  if constexpr (requires(Engine & e) { e.control(0, nullptr); }) table.control = Face::control;
+  if constexpr (requires { Engine::kOptions; }) table.options_json = Engine::kOptions;
+  if constexpr (requires { Engine::kFlags; }) table.flags = Engine::kFlags;
   return table;
 }
 
 }  // namespace weir
 
-// Exports the class `Engine`: its name in framework=, its version, other names and the endings of
-// its model files (comma lists).
+// Exports the class `Engine`: its name in framework=, its version, other names
+// and the endings of its model files (comma lists).
 #define WEIR_ENGINE(Engine, name, version, aliases, extensions)                           \
   extern "C" __attribute__((visibility("default"))) const weir_module* weir_module_entry( \
       const weir_host* host) {                                                            \

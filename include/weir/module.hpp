@@ -3,6 +3,7 @@
 #pragma once
 #include <cstddef>
 #include <exception>
+#include <initializer_list>
 #include <new>
 #include <optional>
 #include <span>
@@ -51,20 +52,23 @@ inline bool accept_host(const weir_host* host) noexcept {
   return true;
 }
 
-// Fills the caller's weir_error; returns what an ABI function returns. The ABI has no place of its
-// own for the first difference: it goes behind what was offered.
-inline int fail(weir_error* to, const Error& error) {
+// Fills the caller's weir_error through that host; returns what an ABI function returns.
+inline int fail(const weir_host& host, weir_error* to, const Error& error) {
   const auto text = [](const std::string& part) { return part.empty() ? nullptr : part.c_str(); };
-  std::string offered = error.offered;
-  if (!error.difference.empty()) offered += (offered.empty() ? "" : "; ") + error.difference;
-  return module_host->fail(to, static_cast<int>(error.code), error.what.c_str(), text(offered),
-                           text(error.needed), text(error.fix));
+  return host.fail(to, static_cast<int>(error.code), text(error.what), text(error.offered),
+                   text(error.needed), text(error.difference), text(error.fix));
+}
+inline int fail(weir_error* to, const Error& error) {
+  return fail(*module_host, to, error);
 }
 
 // Runs `body`, which returns what an ABI function returns, or a Status; what it throws becomes an
 // error: nothing of C++ leaves the module.
 template <class Body>
 int guarded(weir_error* to, Body&& body) noexcept {
+  const auto say = [to](int code, const char* what) {  // allocates nothing here
+    return module_host->fail(to, code, what, nullptr, nullptr, nullptr, nullptr);
+  };
   try {
     if constexpr (std::is_same_v<decltype(body()), Status>) {
       const Status status = body();
@@ -75,13 +79,11 @@ int guarded(weir_error* to, Body&& body) noexcept {
   } catch (const Failure& failure) {
     return fail(to, failure.error());
   } catch (const std::bad_alloc&) {
-    return module_host->fail(to, WEIR_OUT_OF_MEMORY, "memory ran out in a module", nullptr, nullptr,
-                             nullptr);
+    return say(WEIR_OUT_OF_MEMORY, "memory ran out in a module");
   } catch (const std::exception& e) {
-    return module_host->fail(to, WEIR_INTERNAL, e.what(), nullptr, nullptr, nullptr);
+    return say(WEIR_INTERNAL, e.what());
   } catch (...) {
-    return module_host->fail(to, WEIR_INTERNAL, "an unknown exception in a module", nullptr,
-                             nullptr, nullptr);
+    return say(WEIR_INTERNAL, "an unknown exception in a module");
   }
 }
 
@@ -101,6 +103,41 @@ class Options {
  private:
   std::span<const weir_option> options_;
 };
+
+// ---- Tensors ---------------------------------------------------------------------------------
+
+// Its description: shape outermost-first, -1 = unknown. `name` is borrowed.
+inline weir_tensor_info tensor_info(const char* name, weir_type type,
+                                    std::initializer_list<int64_t> shape) {
+  weir_tensor_info info{};
+  info.type = type;
+  info.name = name;
+  info.batch_axis = WEIR_NO_BATCH_AXIS;
+  for (const int64_t extent : shape) {
+    if (info.rank == WEIR_RANK_LIMIT)
+      throw Failure({Code::LIMIT_EXCEEDED, "a tensor has too many dimensions", name ? name : "",
+                     "at most 16", "", ""});
+    info.shape[info.rank++] = extent;
+  }
+  return info;
+}
+
+// Memory of the host for a tensor that has none: `bytes` of it, described as `info` says. Whoever
+// takes the tensor releases it.
+inline void allocate(weir_tensor* tensor, const weir_tensor_info& info, size_t bytes) {
+  const int result = module_host->allocate(nullptr, WEIR_MEMORY_HOST, bytes, 64, tensor);
+  if (result == -WEIR_OUT_OF_MEMORY) throw std::bad_alloc();
+  if (result < 0)
+    throw Failure({static_cast<Code>(-result), "the host gives no memory for a tensor",
+                   std::to_string(bytes) + " bytes", "", "", ""});
+  tensor->info = info;
+}
+
+// The elements of a tensor in host memory.
+template <class T>
+std::span<T> elements(const weir_tensor& tensor) noexcept {
+  return {static_cast<T*>(tensor.data), tensor.bytes / sizeof(T)};
+}
 
 // ---- Words for tensors -----------------------------------------------------------------------
 

@@ -1,6 +1,10 @@
 // PictureMap: where the pixels of a tensor lie in the picture that it was made from.
 #pragma once
+#include <cstddef>
 #include <cstdint>
+#include <optional>
+
+#include "weir/abi.h"
 
 namespace weir {
 
@@ -44,6 +48,36 @@ struct PictureMap {
     return out;
   }
 };
+
+// The same as modules get it in weir_frame, and back.
+inline weir_picture_map abi_map(const PictureMap& map) noexcept {
+  return {map.xx,    map.xy,     map.x0,           map.yx,
+          map.yy,    map.y0,     map.source_width, map.source_height,
+          map.width, map.height, map.x_dimension,  map.y_dimension,
+          {}};
+}
+inline PictureMap picture_map(const weir_picture_map& map) noexcept {
+  return {map.xx,
+          map.xy,
+          map.x0,
+          map.yx,
+          map.yy,
+          map.y0,
+          map.source_width,
+          map.source_height,
+          map.width,
+          map.height,
+          static_cast<uint8_t>(map.x_dimension),
+          static_cast<uint8_t>(map.y_dimension)};
+}
+// That of tensor `index` of a frame, or of region `index` where the frame's maps are of regions; a
+// single map is everybody's. nullopt: the frame comes from no picture.
+inline std::optional<PictureMap> picture_map(const weir_frame& frame, uint32_t index) noexcept {
+  constexpr uint32_t kNeeded = offsetof(weir_frame, maps) + sizeof frame.maps;
+  if (frame.struct_size < kNeeded || !frame.maps || frame.n_maps == 0) return std::nullopt;
+  if (frame.n_maps == 1) return picture_map(frame.maps[0]);
+  return index < frame.n_maps ? std::optional(picture_map(frame.maps[index])) : std::nullopt;
+}
 
 // The map of a picture that is a tensor pixel by pixel. Packed pixels are C:W:H, planes W:H:C.
 inline PictureMap picture_as_it_is(uint32_t width, uint32_t height, bool planar) noexcept {

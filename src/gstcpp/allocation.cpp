@@ -5,6 +5,9 @@
 #include <bit>
 #include <cstdlib>
 
+#include "gstcpp/own_thread_query.hpp"
+#include "gstcpp/shared_allocator.hpp"
+
 namespace weir::gst {
 namespace {
 
@@ -22,6 +25,10 @@ GstAllocationParams Allocation::params() const noexcept {
 
 GstMemory* allocate_memory(size_t bytes, const Allocation& allocation) {
   constexpr size_t kAlwaysThere = size_t{1} << 20;
+  if (allocation.allocator) {
+    auto params = allocation.params();
+    return gst_allocator_alloc(allocation.allocator.get(), bytes, &params);
+  }
   if (bytes < kAlwaysThere) {
     auto params = allocation.params();
     return gst_allocator_alloc(nullptr, bytes, &params);
@@ -44,11 +51,16 @@ GstBuffer* allocate_buffer(size_t bytes, const Allocation& allocation) {
   return buffer;
 }
 
-Allocation allocation_of(GstQuery* answered) {
+Allocation allocation_of(GstQuery* answered, const Allocation& unasked) {
+  const guint wishes = gst_query_get_n_allocation_params(answered);
+  if (wishes == 0) return unasked;
   Allocation out;
-  for (guint i = 0; i < gst_query_get_n_allocation_params(answered); ++i) {
+  for (guint i = 0; i < wishes; ++i) {
     GstAllocationParams params;
-    gst_query_parse_nth_allocation_param(answered, i, nullptr, &params);
+    GstAllocator* allocator = nullptr;
+    gst_query_parse_nth_allocation_param(answered, i, &allocator, &params);
+    auto owned = Ref<GstAllocator>::adopt(allocator);
+    if (owned && !out.allocator && is_shared_allocator(owned.get())) out.allocator = owned;
     if (params.align < kMostAlignment)
       out.alignment = std::max(out.alignment, std::bit_ceil(params.align + 1));
     if (params.padding <= kMostPadding) out.padding = std::max(out.padding, params.padding);
@@ -56,19 +68,22 @@ Allocation allocation_of(GstQuery* answered) {
   return out;
 }
 
-Ref<GstQuery> ask_peer(GstPad* source, GstCaps* caps) {
+Ref<GstQuery> ask_peer(GstPad* source, GstCaps* caps, const Ledger& ledger) {
   auto query = Ref<GstQuery>::adopt(gst_query_new_allocation(caps, FALSE));
-  return gst_pad_peer_query(source, query.get()) ? query : Ref<GstQuery>();
+  const bool answered = frames_flow(ledger) ? query_on_own_thread(source, query.get())
+                                            : gst_pad_peer_query(source, query.get());
+  return answered ? query : Ref<GstQuery>();
 }
 
-Allocation wanted_by_peer(GstPad* source, GstCaps* caps) {
-  const auto answer = ask_peer(source, caps);
-  return answer ? allocation_of(answer.get()) : Allocation{};
+Allocation wanted_by_peer(GstPad* source, GstCaps* caps, const Ledger& ledger,
+                          const Allocation& unasked) {
+  const auto answer = ask_peer(source, caps, ledger);
+  return answer ? allocation_of(answer.get(), unasked) : unasked;
 }
 
 void offer(GstQuery* query, const Allocation& allocation) {
   const auto params = allocation.params();
-  gst_query_add_allocation_param(query, nullptr, &params);
+  gst_query_add_allocation_param(query, allocation.allocator.get(), &params);
 }
 
 }  // namespace weir::gst

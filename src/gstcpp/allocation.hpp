@@ -2,6 +2,7 @@
 #pragma once
 #include <gst/gst.h>
 
+#include "core/ledger/ledger.hpp"
 #include "gstcpp/ref.hpp"
 
 namespace weir::gst {
@@ -10,6 +11,7 @@ namespace weir::gst {
 // behind it.
 struct Allocation {
   size_t alignment = 64, padding = 0;  // a cache line
+  Ref<GstAllocator> allocator;         // null = GStreamer's own
 
   bool operator==(const Allocation&) const = default;
   GstAllocationParams params() const noexcept;
@@ -21,13 +23,15 @@ GstMemory* allocate_memory(size_t bytes, const Allocation& allocation = {});
 // The same as a buffer with one memory.
 GstBuffer* allocate_buffer(size_t bytes, const Allocation& allocation = {});
 
-// What an answered query asks for at most; no less than the default.
-Allocation allocation_of(GstQuery* answered);
+// What an answered query asks for at most, no less than the default; `unasked` when it asks
+// nothing.
+Allocation allocation_of(GstQuery* answered, const Allocation& unasked = {});
 // What the element behind `source` answers to an ALLOCATION query with `caps`; null when it has no
-// answer. Streaming thread.
-Ref<GstQuery> ask_peer(GstPad* source, GstCaps* caps);
-// How it wants memory: allocation_of() of its answer, the default without one.
-Allocation wanted_by_peer(GstPad* source, GstCaps* caps);
+// answer. Streaming thread. While frames flow, by `ledger`, no other thread is asked.
+Ref<GstQuery> ask_peer(GstPad* source, GstCaps* caps, const Ledger& ledger);
+// How it wants memory: allocation_of() of its answer, `unasked` without one.
+Allocation wanted_by_peer(GstPad* source, GstCaps* caps, const Ledger& ledger,
+                          const Allocation& unasked = {});
 // Adds it to the answer of a query.
 void offer(GstQuery* query, const Allocation& allocation);
 

@@ -5,6 +5,7 @@
 #include <gst/base/gstpushsrc.h>
 
 #include "gstcpp/element.hpp"
+#include "gstcpp/own_thread_query.hpp"
 
 namespace weir::gst {
 
@@ -36,6 +37,36 @@ struct BaseTransform {
     WEIR_BIND_SLOT(sink_event);
     WEIR_BIND_SLOT(src_event);
     WEIR_BIND_SLOT(query);
+    keep_queries_on_own_thread_in<Impl>(k);
+  }
+
+ private:
+  // The base class asks after new caps, and before a frame or an answer when its source pad was
+  // linked anew.
+  template <class Impl>
+  static void keep_queries_on_own_thread_in(Class* k) {
+    static const auto event = k->sink_event;
+    static const auto submit = k->submit_input_buffer;
+    static const auto query = k->query;
+    k->sink_event = [](Instance* self, GstEvent* e) {
+      if (GST_EVENT_TYPE(e) == GST_EVENT_CAPS) keep_queries_of<Impl>(self);
+      return event(self, e);
+    };
+    k->submit_input_buffer = [](Instance* self, gboolean discont, GstBuffer* buffer) {
+      if (GST_PAD_NEEDS_RECONFIGURE(GST_BASE_TRANSFORM_SRC_PAD(self))) keep_queries_of<Impl>(self);
+      return submit(self, discont, buffer);
+    };
+    k->query = [](Instance* self, GstPadDirection direction, GstQuery* q) {
+      if (GST_QUERY_TYPE(q) == GST_QUERY_ALLOCATION) keep_queries_of<Impl>(self);
+      return query(self, direction, q);
+    };
+  }
+  // Not from the start: a probe costs each frame as much as a push.
+  template <class Impl>
+  static void keep_queries_of(Instance* self) {
+    const Ledger* ledger = Element<Impl, BaseTransform>::ledger_of(self);
+    if (ledger && frames_flow(*ledger))
+      keep_queries_on_own_thread(GST_BASE_TRANSFORM_SRC_PAD(self), ledger);
   }
 };
 

@@ -91,12 +91,12 @@ void CollectorPads::release(GstPad* pad) {
 }
 
 void CollectorPads::configure(const sync::Options& options, OnBackwardsTime backwards,
-                              uint64_t max_wait_ns) {
+                              uint64_t max_wait_ns, uint64_t max_bytes) {
   constexpr uint64_t kLongest = uint64_t{1} << 60;
   max_wait_ = max_wait_ns;
   backwards_ = backwards;
   const auto wait = std::chrono::nanoseconds(std::min(max_wait_ns, kLongest));
-  collector_.configure(options, backwards, wait);
+  collector_.configure(options, backwards, wait, max_bytes);
 }
 
 Status CollectorPads::start() {
@@ -121,8 +121,10 @@ void CollectorPads::stop() {
 
 void CollectorPads::add_stats(GstStructure* stats) const {
   const auto counts = collector_.counts();
+  const auto [held, most] = collector_.bytes_held();
   gst_structure_set(stats, "times-backwards", G_TYPE_UINT64, counts.backwards, "pads-missed",
-                    G_TYPE_UINT64, counts.missed, nullptr);
+                    G_TYPE_UINT64, counts.missed, "bytes-held", G_TYPE_UINT64, held, "bytes-most",
+                    G_TYPE_UINT64, most, nullptr);
 }
 
 GstFlowReturn CollectorPads::chain(Pad& pad, Ref<GstBuffer> buffer) {
@@ -139,7 +141,9 @@ GstFlowReturn CollectorPads::chain(Pad& pad, Ref<GstBuffer> buffer) {
   if (time && pad.segment.format == GST_FORMAT_TIME)
     running_time = stamp_of(gst_segment_to_running_time(&pad.segment, GST_FORMAT_TIME, *time));
   watch_time(pad, time);
-  const int flow = collector_.offer(pad.lane, {std::move(buffer), pad.spec, running_time}, time);
+  const uint64_t bytes = gst_buffer_get_size(buffer.get());
+  const int flow =
+      collector_.offer(pad.lane, {std::move(buffer), pad.spec, running_time}, time, bytes);
   return static_cast<GstFlowReturn>(flow);
 }
 

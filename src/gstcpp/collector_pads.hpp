@@ -50,12 +50,14 @@ class CollectorPads final : private sync::Consumer<Input> {
   // Makes a pad that the element owns for its life one of the inputs.
   void attach(GstPad* pad);
 
-  void configure(const sync::Options& options, OnBackwardsTime backwards, uint64_t max_wait_ns);
+  void configure(const sync::Options& options, OnBackwardsTime backwards, uint64_t max_wait_ns,
+                 uint64_t max_bytes);
   // Before READY becomes PAUSED. GRAPH_STALLS when a pad is fed by this element alone: the order in
   // which a bin starts such a loop is open, so that it may stop without a word.
   Status start();
   void stop();  // before PAUSED becomes READY: wakes every thread
   void add_stats(GstStructure* stats) const;
+  GstPad* source() const noexcept { return source_; }
 
  private:
   struct Pad {

@@ -1,6 +1,7 @@
 // A GstAllocator whose memories run a plan at their first map.
 #include "gstcpp/deferred_memory.hpp"
 
+#include <algorithm>
 #include <cstddef>
 #include <mutex>
 #include <new>
@@ -40,14 +41,17 @@ DeferredMemory& of(GstMemory* memory) {
 bool compute(DeferredMemory& memory) {
   if (!memory.source.plan) return false;
   const auto& plan = *memory.source.plan;
+  const auto& header = memory.source.header;
   const size_t in_bytes = *plan.input().bytes(), out_bytes = *plan.output().bytes();
   const MappedMemory in(gst_buffer_peek_memory(memory.source.buffer.get(), memory.source.memory),
                         GST_MAP_READ);
   if (!in || in.bytes().size() < in_bytes) return false;
   memory.bytes.reset(static_cast<std::byte*>(
-      ::operator new (out_bytes, std::align_val_t{kAlignment}, std::nothrow)));
+      ::operator new (header.size() + out_bytes, std::align_val_t{kAlignment}, std::nothrow)));
   if (!memory.bytes) return false;
-  const auto counters = plan.apply(in.bytes().first(in_bytes), {memory.bytes.get(), out_bytes});
+  std::copy(header.begin(), header.end(), memory.bytes.get());
+  const auto counters =
+      plan.apply(in.bytes().first(in_bytes), {memory.bytes.get() + header.size(), out_bytes});
   memory.counts->divisions_by_zero += counters.divisions_by_zero;
   if (plan.is_gather()) memory.counts->bytes_gathered += out_bytes;
   ++memory.counts->computed;
@@ -133,7 +137,7 @@ GType offer_api() {
 GstMemory* make_deferred_memory(DeferredSource source, std::shared_ptr<DeferredCounts> counts) {
   auto* memory = new (std::nothrow) DeferredMemory();
   if (!memory) return nullptr;
-  const size_t bytes = *source.plan->output().bytes();
+  const size_t bytes = source.header.size() + *source.plan->output().bytes();
   memory->source = std::move(source);
   memory->counts = std::move(counts);
   gst_memory_init(memory, GstMemoryFlags(0), allocator(), nullptr, bytes, kAlignment - 1, 0, bytes);

@@ -5,8 +5,10 @@
 #include <gst/gst.h>
 
 #include <atomic>
+#include <cstddef>
 #include <memory>
 #include <optional>
+#include <vector>
 
 #include "core/transform/transform.hpp"
 #include "gstcpp/ref.hpp"
@@ -25,11 +27,12 @@ struct DeferredSource {
   Ref<GstBuffer> buffer;  // nobody may write to it any more
   guint memory = 0;       // which of its memories is the plan's input
   std::shared_ptr<const transform::Plan> plan;
+  std::vector<std::byte> header = {};  // of a flexible stream, in front of what the plan makes
 };
 
-// A memory of plan->output().bytes() bytes that holds on to its source until it is computed, which
-// happens once, at the first map (sharing a part of it is one). Mapping fails where the source
-// cannot be mapped, is too small or memory runs out. Null when memory ran out.
+// A memory of the header and plan->output().bytes() bytes that holds on to its source until it is
+// computed, which happens once, at the first map (sharing a part of it is one). Mapping fails where
+// the source cannot be mapped, is too small or memory runs out. Null when memory ran out.
 GstMemory* make_deferred_memory(DeferredSource source, std::shared_ptr<DeferredCounts> counts);
 
 bool is_deferred_memory(GstMemory* memory);

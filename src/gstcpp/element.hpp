@@ -91,6 +91,11 @@ class Element {
     return gst_element_register(plugin, Impl::kInfo.factory_name, GST_RANK_NONE, type());
   }
 
+  static const Ledger* ledger_of(gpointer o) {
+    const Impl* impl = of(o);
+    return impl ? &impl->ledger_ : nullptr;
+  }
+
   // Points one virtual-function slot at one method of Impl.
   template <auto Method, class R, class Self, class... A>
   static void bind(R (*&slot)(Self*, A...)) {

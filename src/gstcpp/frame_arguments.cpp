@@ -1,8 +1,6 @@
 // Views of a buffer become weir_tensor.
 #include "gstcpp/frame_arguments.hpp"
 
-#include "gstcpp/tensor_meta.hpp"
-
 namespace weir::gst {
 
 weir_tensor_info tensor_info(const TensorSpec& spec) {
@@ -35,7 +33,7 @@ const weir_frame& FrameArguments::fill(const FrameReader& reader, GstBuffer* buf
   frame_.pts = time(GST_BUFFER_PTS(buffer));
   frame_.duration = time(GST_BUFFER_DURATION(buffer));
   frame_.deadline = -1;
-  frame_.to_source = to_source(buffer, 0, &to_source_);
+  maps_.fill(buffer, {}, &frame_);
   return frame_;
 }
 

@@ -2,10 +2,10 @@
 #pragma once
 #include <gst/gst.h>
 
-#include <array>
 #include <vector>
 
 #include "gstcpp/frame_reader.hpp"
+#include "gstcpp/tensor_meta.hpp"
 #include "weir/abi.h"
 
 namespace weir::gst {
@@ -21,7 +21,7 @@ class FrameArguments {
 
  private:
   std::vector<weir_tensor> tensors_;
-  std::array<float, 6> to_source_{};
+  FrameMaps maps_;
   weir_frame frame_{};
 };
 

@@ -51,7 +51,7 @@ Result<Ref<GstBuffer>> copy_tensors(GstBuffer* in, const FrameParts& parts,
                                     std::span<const size_t> chosen, FramePool* pool,
                                     uint64_t* copied);
 
-// An empty buffer with time-stamps, flags and metas of `in`.
+// An empty buffer with time-stamps, flags and metas of `in`, for memories of it (sharing_buffer()).
 Ref<GstBuffer> buffer_like(GstBuffer* in);
 
 }  // namespace weir::gst

@@ -202,7 +202,7 @@ Ref<GstBuffer> FramePool::acquire() {
   return Ref<GstBuffer>::adopt(buffer);
 }
 
-Status FramePool::Writer::map(const FramePool& pool, GstBuffer* buffer) {
+Status FramePool::Writer::map(const FramePool& pool, GstBuffer* buffer, Format format) {
   unmap();
   const auto failed = [] {
     return Error{Code::MAP_FAILED, "an output buffer cannot be mapped for writing", "", "", "", ""};
@@ -219,6 +219,7 @@ Status FramePool::Writer::map(const FramePool& pool, GstBuffer* buffer) {
     if (head > 0) {
       TensorHeader header;
       header.spec = spec;
+      header.format = format;
       header.media = pool.media_;
       write_tensor_header(header, at.first<kTensorHeaderBytes>());
     }

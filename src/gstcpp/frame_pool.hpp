@@ -34,7 +34,8 @@ class FramePool {
   // Maps a buffer of this pool for writing: one span per tensor, valid until unmap().
   class Writer {
    public:
-    Status map(const FramePool& pool, GstBuffer* buffer);
+    // `format`: what the headers say, where there are any (specification 1.6).
+    Status map(const FramePool& pool, GstBuffer* buffer, Format format = Format::Static);
     void unmap() noexcept { maps_.clear(), payloads_.clear(); }
     const std::vector<std::span<std::byte>>& payloads() const noexcept { return payloads_; }
 

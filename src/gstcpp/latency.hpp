@@ -4,15 +4,20 @@
 
 namespace weir::gst {
 
-// Answers with what stands before `sink`, and `own` on top.
-inline gboolean answer_latency(GstPad* sink, GstQuery* query, GstClockTime own) {
+// Answers with what stands before `sink`, and on top how long the element keeps a frame at least,
+// and how long it can keep one.
+inline gboolean answer_latency(GstPad* sink, GstQuery* query, GstClockTime own_least,
+                               GstClockTime own_most) {
   if (!gst_pad_peer_query(sink, query)) return FALSE;
   gboolean live = FALSE;
   GstClockTime least = 0, most = GST_CLOCK_TIME_NONE;
   gst_query_parse_latency(query, &live, &least, &most);
-  gst_query_set_latency(query, live, least + own,
-                        GST_CLOCK_TIME_IS_VALID(most) ? most + own : most);
+  gst_query_set_latency(query, live, least + own_least,
+                        GST_CLOCK_TIME_IS_VALID(most) ? most + own_most : most);
   return TRUE;
+}
+inline gboolean answer_latency(GstPad* sink, GstQuery* query, GstClockTime own) {
+  return answer_latency(sink, query, own, own);
 }
 
 }  // namespace weir::gst

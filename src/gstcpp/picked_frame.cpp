@@ -4,6 +4,7 @@
 
 #include "gstcpp/frame_errors.hpp"
 #include "gstcpp/frame_parts.hpp"
+#include "gstcpp/sharing_buffer.hpp"
 #include "gstcpp/tensor_meta.hpp"
 
 namespace weir::gst {
@@ -42,7 +43,7 @@ GstMemory* packed(GstBuffer* in, const std::vector<FramePart>& parts,
 }  // namespace
 
 Ref<GstBuffer> buffer_like(GstBuffer* in) {
-  auto out = Ref<GstBuffer>::adopt(gst_buffer_new());
+  auto out = sharing_buffer({&in, 1});
   gst_buffer_copy_into(out.get(), in, GST_BUFFER_COPY_METADATA, 0, static_cast<gsize>(-1));
   return out;
 }

@@ -1,7 +1,8 @@
 // Properties of an element as a table: a name, where its value lives, a line of help.
 //
 // Property: a field of the element's Settings; its default is the field's own initialiser.
-// ReadOnly: a method of the element. Gauge: a field that is written and a method that is read.
+// ReadOnly: a method of the element. Accessor: a field that is written and a method that is read,
+// of one type. Gauge: the same for a switch that turns a number on.
 #pragma once
 #include <gst/gst.h>
 
@@ -41,6 +42,13 @@ struct ReadOnly {
   T (Impl::*get)() const;
   const char* blurb;
 };
+template <class S, class Impl, class T>
+struct Accessor {
+  const char* name;
+  T S::*field;
+  T (Impl::*get)() const;
+  const char* blurb;
+};
 template <class S, class Impl>
 struct Gauge {
   const char* name;
@@ -59,6 +67,8 @@ template <class S, class T, class U>
 Property(const char*, T S::*, const char*, Changeable, U, U) -> Property<S, T>;
 template <class Impl, class T>
 ReadOnly(const char*, T (Impl::*)() const, const char*) -> ReadOnly<Impl, T>;
+template <class S, class Impl, class T>
+Accessor(const char*, T S::*, T (Impl::*)() const, const char*) -> Accessor<S, Impl, T>;
 template <class S, class Impl>
 Gauge(const char*, int S::*, int (Impl::*)() const, const char*, int, int) -> Gauge<S, Impl>;
 
@@ -172,6 +182,10 @@ GParamSpec* param_spec(const ReadOnly<Impl, T>& p) {
   return value_spec<T>(p.name, p.blurb, std::numeric_limits<Bound<T>>::lowest(),
                        std::numeric_limits<Bound<T>>::max(), T{},
                        GParamFlags(G_PARAM_READABLE | G_PARAM_STATIC_STRINGS));
+}
+template <class S, class Impl, class T>
+GParamSpec* param_spec(const Accessor<S, Impl, T>& p) {
+  return param_spec(Property{p.name, p.field, p.blurb});
 }
 template <class S, class Impl>
 GParamSpec* param_spec(const Gauge<S, Impl>& p) {

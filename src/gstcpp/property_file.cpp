@@ -5,6 +5,7 @@
 
 #include "core/text/property_file.hpp"
 #include "core/text/text.hpp"
+#include "gstcpp/error.hpp"
 #include "gstcpp/ref.hpp"
 
 namespace weir::gst {
@@ -85,6 +86,23 @@ Status set_properties_from_file(GObject* object, const std::string& path,
     else if (passed_over)
       passed_over->push_back(property.error());
   }
+  return ok();
+}
+
+void PropertyFile::read(GObject* object, const std::string& path) {
+  std::vector<Error> passed_over;
+  Status status = path.empty() ? ok() : set_properties_from_file(object, path, &passed_over);
+  std::lock_guard lock(mutex_);
+  status_ = std::move(status);
+  passed_over_ = std::move(passed_over);
+}
+
+Status PropertyFile::report(GstElement* element) const {
+  std::unique_lock lock(mutex_);
+  if (!status_) return status_.error();
+  const auto warnings = passed_over_;
+  lock.unlock();
+  for (const auto& warning : warnings) post_warning(element, warning);
   return ok();
 }
 

@@ -2,6 +2,7 @@
 #pragma once
 #include <gst/gst.h>
 
+#include <mutex>
 #include <string>
 #include <vector>
 
@@ -15,5 +16,20 @@ namespace weir::gst {
 // for each of the first two. FILE_NOT_FOUND when it cannot be read.
 Status set_properties_from_file(GObject* object, const std::string& path,
                                 std::vector<Error>* passed_over = nullptr);
+
+// What came of an element's property config-file: read when it is set, told when the element
+// starts, for an element that is being made has no bus. Thread-safe.
+class PropertyFile {
+ public:
+  // Sets the properties of `path`; "" forgets what was read before.
+  void read(GObject* object, const std::string& path);
+  // Posts the warnings of the last read() on `element`. FILE_NOT_FOUND when it could not be read.
+  Status report(GstElement* element) const;
+
+ private:
+  mutable std::mutex mutex_;  // guards the rest
+  Status status_ = ok();
+  std::vector<Error> passed_over_;
+};
 
 }  // namespace weir::gst

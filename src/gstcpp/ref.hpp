@@ -35,6 +35,7 @@ class Ref {
   T* get() const noexcept { return p_; }
   [[nodiscard]] T* release() noexcept { return std::exchange(p_, nullptr); }
   explicit operator bool() const noexcept { return p_ != nullptr; }
+  bool operator==(const Ref&) const = default;  // the same object
 
  private:
   explicit Ref(T* p) : p_(p) {}

@@ -3,28 +3,10 @@
 
 #include <algorithm>
 
+#include "gstcpp/internal_links.hpp"
+
 namespace weir::gst {
 namespace {
-
-bool has_task(GstPad* pad) {
-  GST_OBJECT_LOCK(pad);
-  const bool has = GST_PAD_TASK(pad) != nullptr;
-  GST_OBJECT_UNLOCK(pad);
-  return has;
-}
-
-// The sink pads inside the element of a source pad that feed it.
-std::vector<Ref<GstPad>> behind(GstPad* source) {
-  std::vector<Ref<GstPad>> out;
-  const Unique<GstIterator, gst_iterator_free> links(gst_pad_iterate_internal_links(source));
-  GValue item = G_VALUE_INIT;
-  while (links && gst_iterator_next(links.get(), &item) == GST_ITERATOR_OK) {
-    out.push_back(Ref<GstPad>::share(static_cast<GstPad*>(g_value_get_object(&item))));
-    g_value_reset(&item);
-  }
-  if (G_IS_VALUE(&item)) g_value_unset(&item);
-  return out;
-}
 
 std::string name_of(gpointer object) {
   const UniqueText text{gst_object_get_name(GST_OBJECT_CAST(object))};
@@ -48,7 +30,7 @@ struct Walk {
     const bool task = has_task(pad);
     if (task) feed.threads.push_back(Ref<GstPad>::share(pad));
     if (task && !through_queues) return;
-    const auto sinks = behind(pad);
+    const auto sinks = linked_inside(pad);
     if (sinks.empty()) {
       others = true;
       feed.known = feed.known && task;

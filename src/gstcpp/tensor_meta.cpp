@@ -64,15 +64,18 @@ MapsOf maps_of(GstBuffer* buffer) noexcept {
   return meta ? meta->of : MapsOf::Tensors;
 }
 
-const float* to_source(GstBuffer* buffer, size_t tensor, std::array<float, 6>* values) noexcept {
+void FrameMaps::fill(GstBuffer* buffer, std::span<const size_t> chosen, weir_frame* frame) {
   const auto maps = picture_maps(buffer);
-  if (maps.empty()) return nullptr;
-  const bool own = maps_of(buffer) == MapsOf::Tensors && tensor < maps.size();
-  const PictureMap& map = maps[own ? tensor : 0];
-  const double exact[] = {map.xx, map.xy, map.x0, map.yx, map.yy, map.y0};
-  std::transform(std::begin(exact), std::end(exact), values->begin(),
-                 [](double x) { return static_cast<float>(x); });
-  return values->data();
+  const MapsOf of = maps_of(buffer);
+  maps_.clear();
+  if (of == MapsOf::Tensors && maps.size() > 1 && !chosen.empty())
+    for (const size_t index : chosen)
+      maps_.push_back(abi_map(maps[std::min(index, maps.size() - 1)]));
+  else
+    for (const auto& map : maps) maps_.push_back(abi_map(map));
+  frame->maps = maps_.empty() ? nullptr : maps_.data();
+  frame->n_maps = static_cast<uint32_t>(maps_.size());
+  frame->maps_of = of == MapsOf::Regions ? WEIR_MAPS_OF_REGIONS : WEIR_MAPS_OF_TENSORS;
 }
 
 void set_picture_maps(GstBuffer* buffer, std::vector<PictureMap> maps, MapsOf of) {

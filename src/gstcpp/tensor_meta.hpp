@@ -2,10 +2,10 @@
 #pragma once
 #include <gst/gst.h>
 
-#include <array>
 #include <span>
 #include <vector>
 
+#include "weir/abi.h"
 #include "weir/picture_map.hpp"
 
 namespace weir::gst {
@@ -20,9 +20,16 @@ enum class MapsOf : uint8_t {
 std::span<const PictureMap> picture_maps(GstBuffer* buffer) noexcept;
 MapsOf maps_of(GstBuffer* buffer) noexcept;
 
-// That of one tensor, of a batch the first region's, as modules see it (weir_frame's to_source),
-// written to `values`; null = none.
-const float* to_source(GstBuffer* buffer, size_t tensor, std::array<float, 6>* values) noexcept;
+// The maps of a buffer as modules get them. One frame at a time.
+class FrameMaps {
+ public:
+  // Fills `frame` with those of the buffer's tensors, or of `chosen` tensors where it is not empty.
+  // The frame borrows them until the next call.
+  void fill(GstBuffer* buffer, std::span<const size_t> chosen, weir_frame* frame);
+
+ private:
+  std::vector<weir_picture_map> maps_;
+};
 
 // Replaces them. `buffer` is writable; empty takes them away.
 void set_picture_maps(GstBuffer* buffer, std::vector<PictureMap> maps, MapsOf of = MapsOf::Tensors);

@@ -1,15 +1,21 @@
 // Each public header compiles as C++20 on its own include path, and the C structs stay what C has.
 #include "weir/abi.h"
+#include "weir/c_error.hpp"
 #include "weir/codes.h"
 #include "weir/converter.hpp"
 #include "weir/custom_condition.hpp"
 #include "weir/custom_converter.h"
+#include "weir/custom_filter.hpp"
 #include "weir/decoder.hpp"
 #include "weir/engine.hpp"
+#include "weir/error.h"
 #include "weir/label_file.hpp"
+#include "weir/model.h"
 #include "weir/module.hpp"
 #include "weir/picture_map.hpp"
+#include "weir/pipeline.h"
 #include "weir/result.hpp"
+#include "weir/tensor_info.hpp"
 
 #include <type_traits>
 
@@ -17,6 +23,8 @@ static_assert(std::is_standard_layout_v<weir_tensor> && std::is_trivially_copyab
 static_assert(std::is_standard_layout_v<weir_engine> && std::is_trivially_copyable_v<weir_engine>);
 static_assert(sizeof(weir_tensor_info) == 192 && sizeof(weir_tensor) == 424);
 static_assert(sizeof(weir_object) == 112);
+static_assert(weir::type_of<float> == WEIR_FLOAT32 && weir::type_of<weir::Float16> == WEIR_FLOAT16);
+static_assert(!weir::TensorElement<bool> && !weir::TensorElement<const char*>);
 static_assert(weir::element_bytes(WEIR_FLOAT16) == 2 && weir::element_bytes(WEIR_TYPE_END) == 0);
 
 int main() {

@@ -1,20 +1,39 @@
 #!/usr/bin/python3
-"""Modules export weir_module_entry and nothing else; the plug-in what GStreamer and programs ask for."""
+"""What built objects export: modules weir_module_entry and nothing else, the plug-in what GStreamer asks for, libraries the
+list beside this file, which programs were linked with: names leave it with a new soname only."""
 
 import pathlib
 import subprocess
 import sys
 
-PLUGIN = ["gst_plugin_weir_get_desc", "gst_plugin_weir_register", "weir_condition_register", "weir_condition_unregister",
-          "weir_converter_register", "weir_converter_unregister"]
+PLUGIN = ["gst_plugin_weir_get_desc", "gst_plugin_weir_register"]
 failed = 0
-for name in sys.argv[1:]:
-    listed = subprocess.run(["nm", "-D", "--defined-only", "--format=posix", name], check=True, capture_output=True, text=True)
-    symbols = sorted(line.split()[0] for line in listed.stdout.splitlines() if line.split()[1] != "A")
-    plugin = pathlib.Path(name).name.startswith("libgst")
-    wanted = PLUGIN if plugin else ["weir_module_entry"]
+
+
+def read(*command):
+    return subprocess.run(command, check=True, capture_output=True, text=True).stdout
+
+
+def wanted_of(name):
+    """The symbols that an object of this file name should have."""
+    if name.startswith("libgst"):
+        return PLUGIN
+    library = pathlib.Path(__file__).with_name(name.partition(".")[0] + ".symbols")
+    return library.read_text().split() if library.exists() else ["weir_module_entry"]
+
+
+for path in sys.argv[1:]:
+    name = pathlib.Path(path).name
+    lines = read("nm", "-D", "--defined-only", "--format=posix", path).splitlines()
+    symbols = sorted(line.split()[0] for line in lines if line.split()[1] != "A")
+    wanted = wanted_of(name)
     if symbols != wanted:
         failed += 1
-        print(f"FAILED {name} exports {symbols}, not {wanted}")
-print(f"{len(sys.argv) - 1 - failed} of {len(sys.argv) - 1} export what they should")
+        print(f"FAILED {name}: missing {sorted(set(wanted) - set(symbols))}, more {sorted(set(symbols) - set(wanted))}")
+    needed = "libweir.so.0" in read("readelf", "-d", path)
+    # libweir.so names itself.
+    if needed != name.startswith(("libgst", "libweir.so", "libweir-pipeline", "libnnstreamer.so", "libcapi")):
+        failed += 1
+        print(f"FAILED {name}: {'does' if needed else 'does not'} name libweir.so.0")
+print(f"{len(sys.argv) - 1} objects looked at, {failed} findings")
 sys.exit(failed > 0 or len(sys.argv) < 2)

@@ -15,7 +15,8 @@ import tap_runner
 SOURCE = pathlib.Path(os.environ["WEIR_SOURCE"])
 SECONDS = 120
 LEAKED = r"object-alive, type-name=\(string\)\w+"  # the leaks tracer of the environment, at the end
-ENGINES = {".onnx": "onnxruntime", ".tflite": "tensorflow-lite"}
+ENGINES = {".onnx": "onnxruntime", ".tflite": "tensorflow-lite",
+           ".pt ": "pytorch", ".caffemodel": "caffe", ".pb ": "tensorflow", ".weights": "darknet"}
 
 
 def documents():
@@ -49,7 +50,11 @@ def missing(command):
         modules = [pathlib.Path(p) / f"libweir-engine-{engine}.so" for p in os.environ["WEIR_MODULE_PATH"].split(":")]
         if ending in command and not any(m.exists() for m in modules):
             return f"the engine {engine}"
-    if "custom-script:" in command and not (ctypes.util.find_library("python3.11") and importlib.util.find_spec("numpy")):
+    if (".lua" in command or "framework=lua" in command) and not ctypes.util.find_library("luajit-5.1"):
+        return "LuaJIT"
+    if "tensor_overlay" in command and "labels=" in command and os.environ["WEIR_TEXT"] != "true":
+        return "Pango, when this was built"
+    if ".py" in command and not (ctypes.util.find_library("python3.11") and importlib.util.find_spec("numpy")):
         return "Python as a library, or NumPy"
     return None
 

@@ -4,10 +4,11 @@
 namespace weir::soak {
 namespace {
 
-constexpr size_t kMostBranches = 6, kMostMuxPads = 3;
+constexpr size_t kMostBranches = 6, kMostRequestPads = 3;
 constexpr GstClockTime kPatienceOfGst = std::chrono::nanoseconds(kPatience).count();
 // Pixels of 4 bytes, `width` of them in a row. The lower part switches: its frames come by one of
-// two ways, or not at all, and go one of two ways.
+// two ways, or not at all, and go one of two ways. Branches of join have the same caps: flexible
+// ones, which stay when the width changes.
 constexpr char kLaunch[] =
     "appsrc name=feed format=time ! tensor_converter ! tee name=t allow-not-linked=true "
     "t. ! queue ! tensor_transform mode=arithmetic option=add:1 ! in.sink_0 "
@@ -16,6 +17,9 @@ constexpr char kLaunch[] =
     "! "
     "output-selector name=out "
     "out.src_0 ! tensor_sink async=false out.src_1 ! queue ! tensor_sink async=false "
+    "t. ! queue ! tensor_transform mode=typecast option=uint8 ! other/tensors,format=flexible ! "
+    "tee name=s s. ! queue ! join.sink_0 join name=join ! tensor_converter ! "
+    "tensor_sink name=joined async=false "
     "t. ! queue ! mux.sink_0 tensor_mux name=mux sync-mode=slowest ! "
     "tensor_sink name=muxed async=false";
 // Frames of one time are paired, so every byte is the number of one frame.
@@ -50,31 +54,39 @@ std::vector<Line> lines_with(const std::string& model) {
 
 }  // namespace
 
-EditedPipeline::EditedPipeline(uint32_t seed, const std::string& model, MuxEdits mux_edits)
+EditedPipeline::EditedPipeline(uint32_t seed, const std::string& model)
     : seed_(seed),
-      mux_edits_(mux_edits),
       random_(seed),
       lines_(lines_with(model)),
       muxed_(kMuxed),
+      joined_(kMuxed),
       pipeline_(Ref<GstElement>::adopt(
           GST_ELEMENT(gst_object_ref_sink(gst_parse_launch(kLaunch, nullptr))))),
       tee_(Ref<GstElement>::adopt(gst_bin_get_by_name(GST_BIN(pipeline_.get()), "t"))) {
-  const auto source = Ref<GstElement>::adopt(gst_bin_get_by_name(GST_BIN(pipeline_.get()), "feed"));
+  const auto source = find("feed");
   GstAppSrcCallbacks callbacks{};
   callbacks.need_data = feed;
   gst_app_src_set_callbacks(GST_APP_SRC(source.get()), &callbacks, this, nullptr);
   always_ = std::make_unique<Branch>(tee_.get(), lines_[0]);
-  const auto mux = Ref<GstElement>::adopt(gst_bin_get_by_name(GST_BIN(pipeline_.get()), "mux"));
-  mux_pads_ = std::make_unique<MuxPads>(tee_.get(), mux.get());
-  const auto muxed = Ref<GstElement>::adopt(gst_bin_get_by_name(GST_BIN(pipeline_.get()), "muxed"));
-  g_signal_connect(muxed.get(), "new-data",
-                   G_CALLBACK(+[](GstElement*, GstBuffer* b, Arrivals* a) { a->arrived(b); }),
-                   &muxed_);
+  mux_pads_ = std::make_unique<RequestPads>(tee_.get(), find("mux").get());
+  join_pads_ = std::make_unique<RequestPads>(find("s").get(), find("join").get());
+  watch("muxed", &muxed_);
+  watch("joined", &joined_);
   gst_element_set_state(pipeline_.get(), GST_STATE_PLAYING);
 }
 
 EditedPipeline::~EditedPipeline() {
   gst_element_set_state(pipeline_.get(), GST_STATE_NULL);
+}
+
+Ref<GstElement> EditedPipeline::find(const char* name) const {
+  return Ref<GstElement>::adopt(gst_bin_get_by_name(GST_BIN(pipeline_.get()), name));
+}
+
+void EditedPipeline::watch(const char* sink, Arrivals* arrivals) {
+  g_signal_connect(find(sink).get(), "new-data",
+                   G_CALLBACK(+[](GstElement*, GstBuffer* b, Arrivals* a) { a->arrived(b); }),
+                   arrivals);
 }
 
 // In the streaming thread of the source, which asks for the next frame.
@@ -118,8 +130,7 @@ std::string EditedPipeline::remove_branch(Removal removal) {
 
 // Makes one of the two pads of a selector the one in use.
 void EditedPipeline::set(const char* element, const char* property, const char* pad) {
-  const auto selector =
-      Ref<GstElement>::adopt(gst_bin_get_by_name(GST_BIN(pipeline_.get()), element));
+  const auto selector = find(element);
   const auto chosen = Ref<GstPad>::adopt(gst_element_get_static_pad(selector.get(), pad));
   g_object_set(selector.get(), property, chosen.get(), nullptr);
 }
@@ -134,8 +145,14 @@ std::string EditedPipeline::pause() {
   return "";
 }
 
+std::string EditedPipeline::edit_pads(RequestPads& pads) {
+  const size_t have = pads.size();
+  if (have == 0 || (have < kMostRequestPads && any(2) == 0)) return pads.add();
+  return pads.remove(static_cast<size_t>(any(static_cast<int>(have))));
+}
+
 std::string EditedPipeline::change() {
-  switch (any(mux_edits_ == MuxEdits::Yes ? 12 : 10)) {
+  switch (any(12)) {
     case 0:
     case 1:
     case 2:
@@ -146,12 +163,9 @@ std::string EditedPipeline::change() {
       return remove_branch(Removal::Drained);
     case 5:
       return remove_branch(Removal::Abrupt);
-    case 6: {
-      const auto valve =
-          Ref<GstElement>::adopt(gst_bin_get_by_name(GST_BIN(pipeline_.get()), "valve"));
-      g_object_set(valve.get(), "drop", any(2), nullptr);
+    case 6:
+      g_object_set(find("valve").get(), "drop", any(2), nullptr);
       return "";
-    }
     case 7:
       set("in", "active-pad", any(2) ? "sink_0" : "sink_1");
       set("out", "active-pad", any(2) ? "src_0" : "src_1");
@@ -162,11 +176,9 @@ std::string EditedPipeline::change() {
     case 9:
       return pause();
     case 10:
-      return mux_pads_->size() < kMostMuxPads ? mux_pads_->add() : "";
+      return edit_pads(*mux_pads_);
     default:
-      return mux_pads_->size() > 0
-                 ? mux_pads_->remove(static_cast<size_t>(any(static_cast<int>(mux_pads_->size()))))
-                 : "";
+      return edit_pads(*join_pads_);
   }
 }
 
@@ -189,6 +201,7 @@ std::string EditedPipeline::edit() {
   for (const auto& branch : branches_)
     if (branch->arrivals().faults() > 0) wrong += "frames damaged or out of place\n";
   if (muxed_.faults() > 0) wrong += "tensor_mux pairs frames of different times\n";
+  if (joined_.faults() > 0) wrong += "join damages frames\n";
   wrong += bus_error();
   return wrong.empty()
              ? ""
@@ -198,6 +211,8 @@ std::string EditedPipeline::edit() {
 std::string EditedPipeline::finish() {
   std::string wrong;
   while (!branches_.empty()) wrong += remove_branch(Removal::Drained);
+  // The first branch of join that ends is its end, while others may still be in it.
+  while (join_pads_->size() > 0) wrong += join_pads_->remove(0);
   over_ = true;
   const auto bus = Ref<GstBus>::adopt(gst_element_get_bus(pipeline_.get()));
   const auto message = Ref<GstMessage>::adopt(gst_bus_timed_pop_filtered(

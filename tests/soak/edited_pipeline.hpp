@@ -11,17 +11,14 @@
 #include <vector>
 
 #include "branch.hpp"
-#include "mux_pads.hpp"
+#include "request_pads.hpp"
 
 namespace weir::soak {
-
-// Whether pads of the mux come and go too.
-enum class MuxEdits { No, Yes };
 
 class EditedPipeline {
  public:
   // `model`: any file; the engine `fake` takes it.
-  EditedPipeline(uint32_t seed, const std::string& model, MuxEdits mux_edits);
+  EditedPipeline(uint32_t seed, const std::string& model);
   EditedPipeline(const EditedPipeline&) = delete;
   EditedPipeline& operator=(const EditedPipeline&) = delete;
   ~EditedPipeline();
@@ -42,23 +39,25 @@ class EditedPipeline {
   std::string remove_branch(Removal removal);
   void set(const char* element, const char* property, const char* pad);
   std::string pause();
+  std::string edit_pads(RequestPads& pads);
+  Ref<GstElement> find(const char* name) const;
+  void watch(const char* sink, Arrivals* arrivals);
   std::string change();
   std::string bus_error() const;
   int any(int below) { return static_cast<int>(random_() % static_cast<uint32_t>(below)); }
 
   const uint32_t seed_;
-  const MuxEdits mux_edits_;
   std::mt19937 random_;
   std::vector<Line> lines_;
   std::atomic<int> width_{8};
   std::atomic<bool> over_{false};
   std::atomic<uint64_t> fed_{0};
   uint64_t lost_ = 0, edits_ = 0;
-  Arrivals muxed_;
+  Arrivals muxed_, joined_;
   Ref<GstElement> pipeline_, tee_;
   std::unique_ptr<Branch> always_;
   std::vector<std::unique_ptr<Branch>> branches_;
-  std::unique_ptr<MuxPads> mux_pads_;
+  std::unique_ptr<RequestPads> mux_pads_, join_pads_;
 };
 
 }  // namespace weir::soak

@@ -57,10 +57,11 @@ static int choose(struct weir_model* model, const char* path) {
 
 static int open_model(const weir_open* request, weir_model** out, weir_error* error) {
   struct weir_model* model = calloc(1, sizeof *model);
-  if (!model) return host->fail(error, WEIR_OUT_OF_MEMORY, "no memory", NULL, NULL, NULL);
+  if (!model) return host->fail(error, WEIR_OUT_OF_MEMORY, "no memory", NULL, NULL, NULL, NULL);
   if (!choose(model, strrchr(request->paths[0], '/') + 1)) {
     free(model);
-    return host->fail(error, WEIR_MODEL_INVALID, "no model of mine", request->paths[0], NULL, NULL);
+    return host->fail(error, WEIR_MODEL_INVALID, "no model of mine", request->paths[0], NULL, NULL,
+                      NULL);
   }
   *out = model;
   return WEIR_OK;
@@ -84,7 +85,7 @@ static int session_new(weir_model* model, const weir_option* options, uint32_t n
                        weir_session** out, weir_error* error) {
   (void)options, (void)n;
   *out = calloc(1, sizeof **out);
-  if (!*out) return host->fail(error, WEIR_OUT_OF_MEMORY, "no memory", NULL, NULL, NULL);
+  if (!*out) return host->fail(error, WEIR_OUT_OF_MEMORY, "no memory", NULL, NULL, NULL, NULL);
   (*out)->model = model;
   return WEIR_OK;
 }
@@ -95,7 +96,8 @@ static void session_free(weir_session* session) {
 
 static int invoke(weir_session* session, const weir_frame* in, weir_frame* out, weir_error* error) {
   if (in->n_tensors != session->model->n_inputs)
-    return host->fail(error, WEIR_SPEC_MISMATCH, "another number of tensors", NULL, NULL, NULL);
+    return host->fail(error, WEIR_SPEC_MISMATCH, "another number of tensors", NULL, NULL, NULL,
+                      NULL);
   memset(out->tensors[0].data, 0, out->tensors[0].bytes);
   return WEIR_OK;
 }

@@ -34,13 +34,13 @@ def weights(name, array):
 
 
 def value(field, name, shape):
-    dims = b"".join(block(1, number(1, n)) for n in shape)
+    dims = b"".join(block(1, block(2, n) if isinstance(n, str) else number(1, n)) for n in shape)
     return block(field, block(1, name) + block(2, block(1, number(1, FLOAT32) + block(2, dims))))
 
 
 def model(nodes, arrays, inputs, outputs):
     """`nodes`: (operation, names of inputs, name of the output) each; `arrays`: name -> float32 array; `inputs` and
-    `outputs`: (name, shape) each, float32."""
+    `outputs`: (name, shape) each, float32. A length that is a text stays open, by that name."""
     graph = b"".join(node(*n) for n in nodes) + block(2, "test")
     graph += b"".join(weights(*item) for item in arrays.items())
     graph += b"".join(value(11, *v) for v in inputs) + b"".join(value(12, *v) for v in outputs)

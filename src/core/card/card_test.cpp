@@ -5,6 +5,8 @@
 
 #include <nlohmann/json.hpp>
 
+#include "says.hpp"
+
 namespace weir::card {
 namespace {
 
@@ -34,8 +36,6 @@ std::string prepared(const Json& input) {
   const auto card = parsed(json);
   return card ? preparation(card->inputs[0]) : card.error().message();
 }
-
-#define EXPECT_SAYS(text, words) EXPECT_NE((text).find(words), std::string::npos) << (text)
 
 TEST(Card, ReadsEachField) {
   const auto card = parsed(good());

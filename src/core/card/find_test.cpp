@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "core/card/metadata.hpp"
+#include "says.hpp"
 
 namespace weir::card {
 namespace {
@@ -51,8 +52,6 @@ class FindCard : public ::testing::Test {
 
   fs::path folder_ = fs::path(testing::TempDir()) / "weir-find-card-test";
 };
-
-#define EXPECT_SAYS(text, words) EXPECT_NE((text).find(words), std::string::npos) << (text)
 
 TEST_F(FindCard, TakesTheOneBesideTheModelFirst) {
   write("net.card.json", kDigest, "beside");

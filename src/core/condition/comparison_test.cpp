@@ -8,10 +8,10 @@
 #include <limits>
 #include <random>
 
+#include "says.hpp"
+
 namespace weir::condition {
 namespace {
-
-#define EXPECT_SAYS(text, words) EXPECT_NE((text).find(words), std::string::npos) << (text)
 
 constexpr Operator kOperators[] = {
     Operator::Equal,      Operator::NotEqual,       Operator::Greater, Operator::GreaterOrEqual,

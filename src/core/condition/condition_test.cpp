@@ -3,10 +3,10 @@
 
 #include <gtest/gtest.h>
 
+#include "says.hpp"
+
 namespace weir::condition {
 namespace {
-
-#define EXPECT_SAYS(text, words) EXPECT_NE((text).find(words), std::string::npos) << (text)
 
 TEST(SuppliedValue, IsWholeOrReal) {
   const auto whole = *parse_supplied_value(" -3 , 9223372036854775807 ");

@@ -2,13 +2,14 @@
 #include "core/condition/custom_condition.hpp"
 
 #include "core/infer/host.hpp"
+#include "core/process/process_object.hpp"
 
 namespace weir::condition {
 namespace {
 
 using Functions = infer::NamedFunctions<weir_condition_function>;
 Functions& functions() {
-  static Functions all;
+  static auto& all = process::object<Functions>("condition-functions");
   return all;
 }
 

@@ -6,18 +6,18 @@
 #include <cstring>
 #include <stdexcept>
 
+#include "says.hpp"
 #include "weir/custom_condition.hpp"
 
 namespace weir::condition {
 namespace {
 
-#define EXPECT_SAYS(text, words) EXPECT_NE((text).find(words), std::string::npos) << (text)
-
 // True above *data; 0 drops, 255 fails, 254 fails without a word.
 int above(const weir_host* host, const weir_frame* in, int* result, void* data, weir_error* error) {
   const auto value = *static_cast<const uint8_t*>(in->tensors[0].data);
   if (value == 255)
-    return host->fail(error, WEIR_SPEC_MISMATCH, "255 is too much", "255", "less", nullptr);
+    return host->fail(error, WEIR_SPEC_MISMATCH, "255 is too much", "255", "less", nullptr,
+                      nullptr);
   if (value == 254) return -WEIR_INTERNAL;
   if (value == 0) return 1;
   *result = value > *static_cast<int*>(data) ? 42 : 0;

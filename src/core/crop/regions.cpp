@@ -54,6 +54,12 @@ TensorSpec part_of(const TensorSpec& whole, const Region& region) {
   return {whole.type, Shape{dim(whole.shape, 0), region.width, region.height}, ""};
 }
 
+StridedLayout layout_of(const TensorSpec& whole, const Region& region) {
+  const auto element = static_cast<int64_t>(size_of(whole.type));
+  const int64_t pixel = element * dim(whole.shape, 0), line = pixel * dim(whole.shape, 1);
+  return {static_cast<uint64_t>(region.y * line + region.x * pixel), {element, pixel, line}};
+}
+
 void cut(const TensorSpec& whole, std::span<const std::byte> in, const Region& region,
          std::span<std::byte> out) {
   const size_t pixel = size_of(whole.type) * dim(whole.shape, 0);

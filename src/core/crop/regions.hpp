@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "core/tensor/frame_spec.hpp"
+#include "core/tensor/strided_layout.hpp"
 
 namespace weir {
 
@@ -26,6 +27,8 @@ Regions read_regions(const TensorSpec& spec, std::span<const std::byte> payload,
 
 // Of a tensor channels:width:height, dimensions from the fourth on left out; missing ones are 1.
 TensorSpec part_of(const TensorSpec& whole, const Region& region);
+// Where the part lies in the memory of the whole tensor. Precondition: the region lies inside.
+StridedLayout layout_of(const TensorSpec& whole, const Region& region);
 // Preconditions: the region lies inside; `in` and `out` have the sizes of the specs.
 void cut(const TensorSpec& whole, std::span<const std::byte> in, const Region& region,
          std::span<std::byte> out);

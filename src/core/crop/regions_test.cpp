@@ -94,6 +94,14 @@ TEST(Regions, CutsAgreeWithTheCoordinates) {
           for (size_t b = 0; b < size; ++b)
             expected.push_back(in[((size_t{y} * width + x) * channels + c) * size + b]);
     ASSERT_EQ(out, expected) << round;
+    Bytes gathered;
+    const Runs runs = runs_of(part, layout_of(whole, r));
+    for_each_run(runs, [&](uint64_t at) {
+      gathered.insert(gathered.end(), in.begin() + static_cast<ptrdiff_t>(at),
+                      in.begin() + static_cast<ptrdiff_t>(at + runs.bytes));
+      return true;
+    });
+    ASSERT_EQ(gathered, expected) << round;
   }
 }
 

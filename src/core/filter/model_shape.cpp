@@ -148,6 +148,7 @@ std::string suggested_fix(const TensorSpec& offered, const ModelShape& needed) {
 
 Result<std::vector<ModelShape>> fit(const std::vector<ModelShape>& model,
                                     const std::vector<TensorSpec>& stream) {
+  if (model.empty()) return fit(std::vector<ModelShape>(stream.size()), stream);
   if (model.size() != stream.size())
     return Error{Code::SPEC_MISMATCH,
                  "the stream has another number of tensors than the model",

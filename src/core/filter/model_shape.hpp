@@ -14,6 +14,7 @@ struct ModelShape {
   bool rank_known = false;
   std::vector<int64_t> shape;  // empty and rank_known: a scalar
   std::string name;
+  uint32_t layout = 0;  // weir_layout; 0 = any
 
   bool fixed() const noexcept;  // type and every dimension known
   std::string to_string()
@@ -25,7 +26,8 @@ TensorSpec to_spec(const ModelShape& shape);
 // All tensors, or those parts left unknown (type End, invalid shape) that are open.
 std::vector<TensorSpec> known_parts(const std::vector<ModelShape>& shapes);
 
-// Puts the stream's tensors in place of what the model leaves open, with the model's exact rank.
+// Puts the stream's tensors in place of what the model leaves open, with the model's exact rank. A
+// model of no tensors leaves their number open.
 // Counts, types or dimensions that do not fit are a SPEC_MISMATCH with a line to paste.
 Result<std::vector<ModelShape>> fit(const std::vector<ModelShape>& model,
                                     const std::vector<TensorSpec>& stream);

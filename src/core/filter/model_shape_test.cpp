@@ -60,9 +60,18 @@ TEST(Fit, RefusesAnotherNumberOfTensors) {
   const auto few = fit({kMobilenet, kMobilenet}, {spec(ElementType::UInt8, {3, 224, 224})});
   ASSERT_FALSE(few);
   EXPECT_NE(few.error().fix.find("tensor_mux"), std::string::npos);
-  const auto many = fit({}, {spec(ElementType::UInt8, {3})});
+  const auto one = spec(ElementType::UInt8, {3, 224, 224});
+  const auto many = fit({kMobilenet}, {one, one});
   ASSERT_FALSE(many);
   EXPECT_NE(many.error().fix.find("input-combination"), std::string::npos);
+}
+
+TEST(Fit, TakesAnyTensorsWhereTheModelDeclaresNone) {
+  const auto r = fit({}, {spec(ElementType::UInt8, {3, 2}), spec(ElementType::Int16, {5})});
+  ASSERT_TRUE(r);
+  ASSERT_EQ(r->size(), 2u);
+  EXPECT_EQ((*r)[0].to_string(), "uint8 3:2");
+  EXPECT_EQ((*r)[1].to_string(), "int16 5");
 }
 
 TEST(Fit, RefusesARankThatIsNotOnes) {

@@ -2,15 +2,20 @@
 //
 //   auto ticket = queue.submit();            // waits while `depth` pieces of work are open
 //   queue.complete(*ticket, result);         // from any thread, in any order
+//   queue.add(*ticket, part); queue.end(*ticket);  // or any number of results, then the end
 //   queue.drain([](Entry entry) { ... });    // hands over what is finished at the head
 //
+// What is added to the oldest ticket leaves at once; what is added to others waits for its turn.
 // Entries that need no work (events of a stream) are appended and keep their place among the
 // others. Every function may be called from any thread.
 #pragma once
 #include <condition_variable>
 #include <cstdint>
+#include <deque>
+#include <memory>
 #include <mutex>
 #include <optional>
+#include <thread>
 #include <utility>
 #include <vector>
 
@@ -21,27 +26,67 @@ class CompletionQueue {
  public:
   class Ticket {
     friend class CompletionQueue;
-    explicit Ticket(uint64_t number) : number_(number) {}
-    uint64_t number_;
+    Ticket(uint64_t number, uint64_t serial) : number_(number), serial_(serial) {}
+    uint64_t number_;  // its place, which may be another's after its end
+    uint64_t serial_;  // its own
   };
 
   // At most `depth` (>= 1) tickets are between submit() and their hand-over.
   explicit CompletionQueue(size_t depth) : depth_(depth), slots_(8) {}
 
+  // Tickets beyond a smaller depth go on.
+  void set_depth(size_t depth) {
+    std::lock_guard lock(mutex_);
+    depth_ = depth;
+    room_.notify_all();
+  }
+
   // A place for work that begins now. Waits for room; nullopt while the queue is flushing.
   std::optional<Ticket> submit() {
     std::unique_lock lock(mutex_);
     room_.wait(lock, [this] { return flushing_ || open_ < depth_; });
-    if (flushing_) return std::nullopt;
-    ++open_;
-    return Ticket(place({std::nullopt, true}));
+    return take_place();
+  }
+  // The same without waiting: nullopt also when there is no room.
+  std::optional<Ticket> try_submit() {
+    std::lock_guard lock(mutex_);
+    return open_ < depth_ ? take_place() : std::nullopt;
   }
 
-  // Once for each ticket. False when the queue was flushed since submit(): the entry is dropped.
+  // Adds and ends. False, here and below, when the ticket is no longer open: it was ended, or the
+  // queue was flushed since submit(). The entry is dropped then.
   bool complete(const Ticket& ticket, Entry entry) {
     std::lock_guard lock(mutex_);
-    if (ticket.number_ < first_) return false;
-    slot(ticket.number_).entry = std::move(entry);
+    Slot* open = open_slot(ticket);
+    if (!open) return false;
+    open->add(std::move(entry));
+    open->ended = true;
+    return true;
+  }
+  // False when the queue was flushed since submit(), as complete() would say.
+  bool holds(const Ticket& ticket) const {
+    std::lock_guard lock(mutex_);
+    return ticket.number_ >= first_;
+  }
+  // One entry of several.
+  bool add(const Ticket& ticket, Entry entry) {
+    std::lock_guard lock(mutex_);
+    Slot* open = open_slot(ticket);
+    if (open) open->add(std::move(entry));
+    return open;
+  }
+  // No entry follows. When none waits for its turn, the place is free at once.
+  bool end(const Ticket& ticket) {
+    std::lock_guard lock(mutex_);
+    Slot* open = open_slot(ticket);
+    if (!open) return false;
+    open->ended = true;
+    if (open->entry) return true;
+    open->counted = false;
+    --open_;
+    while (first_ < next_ && slot(next_ - 1).passed_over()) slot(--next_) = {};
+    room_.notify_one();
+    if (first_ == next_) quiet_.notify_all();
     return true;
   }
 
@@ -49,11 +94,14 @@ class CompletionQueue {
   bool append(Entry entry) {
     std::lock_guard lock(mutex_);
     if (flushing_) return false;
-    place({std::move(entry), false});
+    Slot finished;
+    finished.add(std::move(entry));
+    finished.ended = true;
+    place(std::move(finished));
     return true;
   }
 
-  // Hands over the finished entries at the head, in order, one at a time and with no lock held.
+  // Hands over the entries at the head, in order, one at a time and with no lock held.
   // While one call hands over, others return at once: it takes theirs too. `hand_over` must not
   // throw.
   template <class HandOver>
@@ -61,45 +109,102 @@ class CompletionQueue {
     std::unique_lock lock(mutex_);
     if (draining_) return;
     draining_ = true;
-    while (first_ < next_ && slot(first_).entry) {
-      Slot taken = std::exchange(slot(first_), {});
+    drainer_ = std::this_thread::get_id();
+    while (first_ < next_) {
+      Slot& head = slot(first_);
+      auto entry = head.take();
+      const bool leaves = head.passed_over(), counted = leaves && head.counted;
+      if (!entry && !leaves) break;
+      if (leaves) {
+        head = {};
+        ++first_;
+      }
+      if (!entry) continue;
       const uint64_t flushes = flushes_;
-      ++first_;
       lock.unlock();
-      hand_over(*std::move(taken.entry));
+      hand_over(*std::move(entry));
       lock.lock();
-      if (taken.counted && flushes == flushes_) --open_;
-      room_.notify_one();
+      if (counted && flushes == flushes_) --open_;
+      if (counted) room_.notify_one();
     }
     draining_ = false;
+    quiet_.notify_all();
+  }
+
+  // Waits until all that was submitted and appended is handed over; it must be drained by others.
+  // False when the queue was flushed instead.
+  bool wait_until_empty() {
+    std::unique_lock lock(mutex_);
+    const uint64_t flushes = flushes_;
+    quiet_.wait(lock, [&] { return flushes != flushes_ || (first_ == next_ && !draining_); });
+    return flushes == flushes_ && !flushing_;
   }
 
   // Drops every entry and lets waiting callers go; until resume() nothing is taken. Returns the
-  // finished entries that were dropped; open tickets hear of it from complete().
+  // entries that were dropped; open tickets hear of it from complete(), add() and end().
   std::vector<Entry> flush() {
     std::lock_guard lock(mutex_);
     flushing_ = true;
     ++flushes_;
     std::vector<Entry> dropped;
     for (; first_ < next_; ++first_)
-      if (auto taken = std::exchange(slot(first_), {}); taken.entry)
-        dropped.push_back(*std::move(taken.entry));
+      for (Slot taken = std::exchange(slot(first_), {}); auto entry = taken.take();)
+        dropped.push_back(*std::move(entry));
     open_ = 0;
     room_.notify_all();
+    quiet_.notify_all();
     return dropped;
   }
+  // Takes entries again, once no other thread hands over what was there before the flush.
   void resume() {
-    std::lock_guard lock(mutex_);
+    std::unique_lock lock(mutex_);
+    quiet_.wait(lock, [this] { return !draining_ || drainer_ == std::this_thread::get_id(); });
     flushing_ = false;
   }
 
  private:
   struct Slot {
-    std::optional<Entry> entry;  // empty while the work goes on
-    bool counted = false;        // holds one of `depth` places
+    std::optional<Entry> entry;                  // the next one; empty while the work goes on
+    std::unique_ptr<std::deque<Entry>> further;  // those behind it; few slots need it
+    uint64_t serial = 0;                         // of its ticket
+    bool ended = false;                          // no entry follows
+    bool counted = false;                        // holds one of `depth` places
+
+    bool passed_over() const { return ended && !entry; }
+    void add(Entry&& added) {
+      if (!entry) {
+        entry = std::move(added);
+        return;
+      }
+      if (!further) further = std::make_unique<std::deque<Entry>>();
+      further->push_back(std::move(added));
+    }
+    std::optional<Entry> take() {
+      auto taken = std::exchange(entry, std::nullopt);
+      if (further && !further->empty()) {
+        entry = std::move(further->front());
+        further->pop_front();
+      }
+      return taken;
+    }
   };
 
+  // Null when the ticket is no longer open. Called locked.
+  Slot* open_slot(const Ticket& ticket) {
+    if (ticket.number_ < first_ || ticket.number_ >= next_) return nullptr;
+    Slot& found = slot(ticket.number_);
+    return found.ended || found.serial != ticket.serial_ ? nullptr : &found;
+  }
+
   Slot& slot(uint64_t number) { return slots_[number % slots_.size()]; }
+  std::optional<Ticket> take_place() {
+    if (flushing_) return std::nullopt;
+    ++open_;
+    Slot waiting;
+    waiting.counted = true;
+    const uint64_t serial = waiting.serial = ++serials_;
+    return Ticket(place(std::move(waiting)), serial);
+  }
   uint64_t place(Slot&& filled) {
     if (next_ - first_ == slots_.size()) grow();
     slot(next_) = std::move(filled);
@@ -111,15 +216,18 @@ class CompletionQueue {
     slots_ = std::move(wider);
   }
 
-  std::mutex mutex_;  // guards all below
+  mutable std::mutex mutex_;  // guards all below
   std::condition_variable room_;
-  const size_t depth_;
+  std::condition_variable quiet_;  // nothing is handed over; perhaps nothing is left
+  size_t depth_;
   std::vector<Slot> slots_;  // a ring; the entry `n` lies at n % size
   uint64_t first_ = 0;       // the oldest entry that is not handed over
   uint64_t next_ = 0;        // the number of the next entry
+  uint64_t serials_ = 0;     // of tickets
   size_t open_ = 0;          // places taken
   uint64_t flushes_ = 0;     // tells places taken before a flush from those after
   bool draining_ = false, flushing_ = false;
+  std::thread::id drainer_;  // while draining_
 };
 
 }  // namespace weir::infer

@@ -1,13 +1,11 @@
-// Order, bounds and flushing of the completion queue, alone and under threads.
+// Order, bounds and flushing of the completion queue.
 #include "core/infer/completion_queue.hpp"
 
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <atomic>
-#include <numeric>
-#include <random>
 #include <thread>
+#include <vector>
 
 namespace weir::infer {
 namespace {
@@ -130,67 +128,200 @@ TEST(CompletionQueue, LetsOneCallHandOverAtATime) {
   EXPECT_EQ(outer, (std::vector<int>{1, 2}));
 }
 
-// Four workers finish in any order; what comes out is 0, 1, 2, ...
-TEST(CompletionQueue, RestoresTheOrderOfManyWorkers) {
-  constexpr int kCount = 2000;
-  Queue queue(8);
-  std::mutex mutex;
-  std::condition_variable changed;
-  std::vector<std::pair<Queue::Ticket, int>> work;
-  bool done = false;
-  std::vector<int> out;
-  const auto push = [&](int entry) { out.push_back(entry); };
-  std::vector<std::thread> workers;
-  for (unsigned w = 0; w < 4; ++w)
-    workers.emplace_back([&, random = std::mt19937(w)]() mutable {
-      for (;;) {
-        std::unique_lock lock(mutex);
-        changed.wait(lock, [&] { return done || !work.empty(); });
-        if (work.empty()) return;
-        const auto at = work.begin() + static_cast<std::ptrdiff_t>(random() % work.size());
-        const auto item = *at;
-        work.erase(at);
-        lock.unlock();
-        queue.complete(item.first, item.second);
-        queue.drain(push);
-      }
-    });
-  for (int i = 0; i < kCount; ++i) {
-    const auto ticket = queue.submit();
-    std::lock_guard lock(mutex);
-    work.emplace_back(*ticket, i);
-    changed.notify_one();
-  }
-  {
-    std::lock_guard lock(mutex);
-    done = true;
-    changed.notify_all();
-  }
-  for (auto& worker : workers) worker.join();
-  queue.drain(push);
-  std::vector<int> expected(kCount);
-  std::iota(expected.begin(), expected.end(), 0);
-  EXPECT_EQ(out, expected);
+TEST(CompletionQueue, GivesNoPlaceWithoutRoomToWhoDoesNotWait) {
+  Queue queue(1);
+  const auto a = queue.try_submit();
+  ASSERT_TRUE(a);
+  EXPECT_FALSE(queue.try_submit());
+  queue.set_depth(2);
+  EXPECT_TRUE(queue.try_submit());
+  queue.flush();
+  EXPECT_FALSE(queue.try_submit());
 }
 
-// Flushing while others submit and complete: nobody hangs, and what comes out is still in order.
-TEST(CompletionQueue, SurvivesFlushesUnderThreads) {
+TEST(CompletionQueue, PassesOverWorkThatWasAbandoned) {
+  Queue queue(3);
+  const auto a = queue.submit(), b = queue.submit(), c = queue.submit();
+  EXPECT_TRUE(queue.end(*b));
+  EXPECT_TRUE(queue.try_submit()) << "its place is free at once";
+  queue.complete(*c, 3);
+  queue.complete(*a, 1);
+  EXPECT_EQ(drained(queue), (std::vector<int>{1, 3}));
+}
+
+TEST(CompletionQueue, PassesOverWhatWasAbandonedAtItsHead) {
   Queue queue(2);
-  std::vector<int> out;
-  std::thread submitter([&] {
-    for (int i = 0; i < 5000; ++i) {
-      const auto ticket = queue.submit();
-      if (!ticket) continue;
-      queue.complete(*ticket, i);
-      queue.drain([&](int entry) { out.push_back(entry); });
-    }
-  });
-  for (int i = 0; i < 500; ++i) {
-    queue.flush();
-    queue.resume();
+  const auto a = queue.submit(), b = queue.submit();
+  queue.append(100);
+  queue.complete(*b, 2);
+  queue.end(*a);
+  EXPECT_EQ(drained(queue), (std::vector<int>{2, 100}));
+}
+
+// Work that is taken back for newer work leaves nothing behind, however long the oldest takes.
+TEST(CompletionQueue, KeepsNothingOfTheNewestThatIsAbandoned) {
+  Queue queue(2);
+  const auto oldest = queue.submit();
+  for (int i = 0; i < 100000; ++i) {
+    const auto ticket = queue.try_submit();
+    ASSERT_TRUE(ticket) << i;
+    ASSERT_TRUE(queue.end(*ticket));
   }
-  submitter.join();
-  EXPECT_TRUE(std::is_sorted(out.begin(), out.end()));
+  queue.append(100);
+  queue.complete(*oldest, 1);
+  EXPECT_EQ(drained(queue), (std::vector<int>{1, 100}));
+  EXPECT_TRUE(queue.wait_until_empty());
+}
+
+TEST(CompletionQueue, HoldsWorkUntilItIsFlushed) {
+  Queue queue(2);
+  const auto a = queue.submit();
+  EXPECT_TRUE(queue.holds(*a));
+  queue.flush();
+  EXPECT_FALSE(queue.holds(*a));
+  queue.resume();
+  EXPECT_TRUE(queue.holds(*queue.submit()));
+  EXPECT_FALSE(queue.holds(*a));
+}
+
+TEST(CompletionQueue, HearsThatAbandonedWorkWasFlushed) {
+  Queue queue(1);
+  const auto a = queue.submit();
+  queue.flush();
+  queue.resume();
+  const auto b = queue.submit();
+  EXPECT_FALSE(queue.end(*a));
+  EXPECT_FALSE(queue.try_submit()) << "the place of `b` is taken";
+  EXPECT_TRUE(queue.end(*b));
+}
+
+TEST(CompletionQueue, WaitsUntilOthersHaveHandedOverAll) {
+  Queue queue(2);
+  const auto a = queue.submit(), b = queue.submit();
+  std::atomic<int> seen{0};
+  std::thread other([&] {
+    queue.complete(*b, 2);
+    queue.complete(*a, 1);
+    queue.drain([&](int) { ++seen; });
+  });
+  EXPECT_TRUE(queue.wait_until_empty());
+  EXPECT_EQ(seen, 2);
+  other.join();
+}
+
+TEST(CompletionQueue, WaitsForNothingThatIsFlushed) {
+  Queue queue(1);
+  const auto a = queue.submit();
+  ASSERT_TRUE(a);
+  std::thread other([&] { queue.flush(); });
+  EXPECT_FALSE(queue.wait_until_empty());
+  other.join();
+}
+
+// After a flush nothing from before it may be on its way, or it would come behind what is new.
+TEST(CompletionQueue, TakesNothingAfterAFlushWhileOthersStillHandOver) {
+  Queue queue(1);
+  std::atomic<bool> flushed{false}, handed_over{false};
+  std::thread other([&] {
+    queue.complete(*queue.submit(), 1);
+    queue.drain([&](int) {
+      queue.flush();
+      flushed = true;
+      for (int i = 0; i < 100; ++i) std::this_thread::yield();
+      handed_over = true;
+    });
+  });
+  while (!flushed) std::this_thread::yield();
+  queue.resume();
+  EXPECT_TRUE(handed_over);
+  other.join();
+}
+
+TEST(CompletionQueue, HandsOverWhatTheOldestTicketAddsAsItComes) {
+  Queue queue(2);
+  const auto a = queue.submit(), b = queue.submit();
+  EXPECT_TRUE(queue.add(*a, 1));
+  EXPECT_EQ(drained(queue), (std::vector<int>{1}));
+  EXPECT_TRUE(queue.add(*b, 10));
+  EXPECT_TRUE(queue.add(*b, 11));
+  EXPECT_TRUE(queue.add(*b, 12));
+  EXPECT_TRUE(drained(queue).empty()) << "not its turn";
+  EXPECT_TRUE(queue.add(*a, 2));
+  EXPECT_TRUE(queue.add(*a, 3));
+  EXPECT_EQ(drained(queue), (std::vector<int>{2, 3}));
+  EXPECT_TRUE(queue.end(*a));
+  EXPECT_EQ(drained(queue), (std::vector<int>{10, 11, 12})) << "now it is the oldest";
+  EXPECT_TRUE(queue.complete(*b, 13));
+  EXPECT_EQ(drained(queue), (std::vector<int>{13}));
+}
+
+TEST(CompletionQueue, PassesOverATicketThatGivesNothing) {
+  Queue queue(3);
+  const auto a = queue.submit(), b = queue.submit();
+  queue.append(100);
+  EXPECT_TRUE(queue.complete(*b, 2));
+  EXPECT_TRUE(queue.end(*a));
+  EXPECT_EQ(drained(queue), (std::vector<int>{2, 100}));
+}
+
+TEST(CompletionQueue, TakesNothingBehindTheEndOfATicket) {
+  Queue queue(2);
+  const auto a = queue.submit(), b = queue.submit();
+  EXPECT_TRUE(queue.end(*b));
+  EXPECT_FALSE(queue.add(*b, 1)) << "it still waits for its turn";
+  EXPECT_FALSE(queue.end(*b));
+  EXPECT_FALSE(queue.complete(*b, 1));
+  EXPECT_TRUE(queue.end(*a));
+  EXPECT_TRUE(drained(queue).empty());
+  EXPECT_FALSE(queue.add(*a, 1)) << "it is gone";
+  const auto last = queue.submit();
+  EXPECT_TRUE(queue.end(*last));
+  const auto next = queue.submit();
+  EXPECT_FALSE(queue.add(*last, 1)) << "though its place is another's now";
+  EXPECT_TRUE(queue.complete(*next, 5));
+  EXPECT_EQ(drained(queue), (std::vector<int>{5}));
+}
+
+TEST(CompletionQueue, KeepsThePlaceOfATicketUntilItsLastEntryIsHandedOver) {
+  Queue queue(1);
+  const auto a = queue.submit();
+  queue.add(*a, 1);
+  EXPECT_EQ(drained(queue), (std::vector<int>{1}));
+  EXPECT_FALSE(queue.try_submit()) << "it is open";
+  queue.add(*a, 2);
+  queue.end(*a);
+  EXPECT_FALSE(queue.try_submit()) << "its entry waits";
+  EXPECT_EQ(drained(queue), (std::vector<int>{2}));
+  const auto b = queue.try_submit();
+  ASSERT_TRUE(b);
+  queue.add(*b, 3);
+  drained(queue);
+  queue.end(*b);
+  EXPECT_TRUE(queue.try_submit()) << "nothing of it waits";
+}
+
+TEST(CompletionQueue, DropsTheEntriesOfOpenTicketsWhenItIsFlushed) {
+  Queue queue(2);
+  const auto a = queue.submit(), b = queue.submit();
+  for (int i = 0; i < 3; ++i) queue.add(*b, i);
+  queue.add(*a, 9);
+  EXPECT_EQ(queue.flush(), (std::vector<int>{9, 0, 1, 2}));
+  EXPECT_FALSE(queue.add(*a, 1));
+  EXPECT_FALSE(queue.end(*b));
+  queue.resume();
+  EXPECT_TRUE(queue.complete(*queue.submit(), 3));
+  EXPECT_TRUE(queue.complete(*queue.submit(), 4)) << "both places are free";
+  EXPECT_EQ(drained(queue), (std::vector<int>{3, 4}));
+}
+
+TEST(CompletionQueue, LetsMoreInWhenItBecomesDeeper) {
+  Queue queue(1);
+  const auto a = queue.submit();
+  std::thread other([&] { EXPECT_TRUE(queue.complete(*queue.submit(), 2)); });
+  queue.set_depth(2);
+  other.join();
+  queue.complete(*a, 1);
+  EXPECT_EQ(drained(queue), (std::vector<int>{1, 2}));
 }
 
 }  // namespace

@@ -8,6 +8,7 @@
 #include <functional>
 
 #include "core/infer/module_library.hpp"
+#include "says.hpp"
 
 namespace weir::infer {
 namespace {
@@ -30,7 +31,7 @@ int open_script(const weir_option* options, uint32_t n, void*, weir_converter** 
                 weir_error* error) {
   if (n == 1 && std::strcmp(options[0].value, "refused") == 0)
     return host().fail(error, WEIR_FILE_NOT_FOUND, "no such script", options[0].value, nullptr,
-                       nullptr);
+                       nullptr, nullptr);
   if (n == 1 && std::strcmp(options[0].value, "null") == 0) return WEIR_OK;
   ++script.opened;
   *out = handle();
@@ -116,8 +117,6 @@ class ConverterTest : public testing::Test {
   std::unique_ptr<Converter> converter_;
 };
 
-#define EXPECT_SAYS(text, words) EXPECT_NE((text).find(words), std::string::npos) << (text)
-
 TEST_F(ConverterTest, GivesTensorsThatAreReleasedOnce) {
   script.convert = [](const weir_frame* in, weir_frame* out, auto*) {
     EXPECT_EQ(out->n_tensors, uint32_t{WEIR_TENSOR_LIMIT});
@@ -157,7 +156,7 @@ TEST_F(ConverterTest, GivesBackWhatAFailedCallAllocated) {
   script.convert = [](auto*, weir_frame* out, weir_error* error) {
     out->tensors[0] = good(8);
     out->tensors[5] = good(8);
-    return host().fail(error, WEIR_INVOKE_FAILED, "broken", "this", "that", "mend");
+    return host().fail(error, WEIR_INVOKE_FAILED, "broken", "this", "that", "here", "mend");
   };
   const auto frame = converter_->convert({});
   ASSERT_FALSE(frame);

@@ -5,13 +5,14 @@
 
 #include "core/infer/custom_converter.hpp"
 #include "core/infer/named_functions.hpp"
+#include "core/process/process_object.hpp"
 
 namespace weir::infer {
 namespace {
 
 using Functions = NamedFunctions<weir_convert_function>;
 Functions& functions() {
-  static Functions all;
+  static auto& all = process::object<Functions>("converter-functions");
   return all;
 }
 

@@ -15,7 +15,7 @@ int add(const weir_host* host, const char* caps, const weir_frame* in, weir_fram
         weir_error* error) {
   if (std::strcmp(caps, "drop") == 0) return 1;
   if (std::strcmp(caps, "fail") == 0)
-    return host->fail(error, WEIR_INVOKE_FAILED, "as ordered", caps, nullptr, nullptr);
+    return host->fail(error, WEIR_INVOKE_FAILED, "as ordered", caps, nullptr, nullptr, nullptr);
   const weir_tensor& from = in->tensors[0];
   weir_tensor& to = out->tensors[0];
   to.info = from.info;

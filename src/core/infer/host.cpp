@@ -5,7 +5,13 @@
 #include <climits>
 #include <cstdio>
 #include <cstdlib>
-#include <cstring>
+#include <string_view>
+
+#include "core/infer/async_request.hpp"
+#include "core/infer/held_frame.hpp"
+#include "core/infer/module_library.hpp"
+#include "core/process/process_object.hpp"
+#include "weir/find_engine.h"
 
 namespace weir::infer {
 namespace {
@@ -13,7 +19,13 @@ namespace {
 void log_to_stderr(int level, const char* module, const char* text) {
   if (level <= WEIR_LOG_WARNING) std::fprintf(stderr, "weir: %s: %s\n", module, text);
 }
-std::atomic<LogFunction> log_function{log_to_stderr};
+struct Log {
+  std::atomic<LogFunction> function{log_to_stderr};
+};
+std::atomic<LogFunction>& log_function() {
+  static auto& log = process::object<Log>("log");
+  return log.function;
+}
 
 std::string text_of(const char* text) {
   return text ? text : "";
@@ -25,22 +37,18 @@ int code_of(int result) {
 }
 
 int fail(weir_error* error, int code, const char* what, const char* offered, const char* needed,
-         const char* fix) {
+         const char* difference, const char* fix) {
   code = code_of(code);
   if (error) {
-    error->error = Error{static_cast<Code>(code),
-                         text_of(what),
-                         text_of(offered),
-                         text_of(needed),
-                         "",
-                         text_of(fix)};
+    error->error = Error{static_cast<Code>(code), text_of(what),       text_of(offered),
+                         text_of(needed),         text_of(difference), text_of(fix)};
     error->set = true;
   }
   return -code;
 }
 
 void log(int level, const char* module, const char* text) {
-  log_function.load()(level, module ? module : "module", text ? text : "");
+  log_function().load()(level, module ? module : "module", text ? text : "");
 }
 
 int allocate(void*, uint32_t memory_kind, uint64_t bytes, uint32_t alignment, weir_tensor* out) {
@@ -77,18 +85,35 @@ int sink_share_input(weir_sink* sink, uint32_t index, weir_error* error) {
 const weir_sink_calls kSinkCalls{sizeof(weir_sink_calls), sink_set_caps, sink_reserve,
                                  sink_share_input};
 
+int find_engine(const char* name, const weir_engine** out, weir_error* error) {
+  const auto found = ModuleLibrary::instance().engine(text_of(name));
+  *out = found ? *found : nullptr;
+  if (found) return WEIR_OK;
+  if (error) *error = weir_error{found.error(), true};
+  return -static_cast<int>(found.error().code);
+}
+
+const weir_engine_finder kFinder{sizeof(weir_engine_finder), find_engine};
+
 const void* extension(const char* id) {
-  return id && std::strcmp(id, "weir.sink/1") == 0 ? &kSinkCalls : nullptr;
+  const std::string_view wanted = id ? id : "";
+  if (wanted == "weir.sink/1") return &kSinkCalls;
+  if (wanted == WEIR_HOLD_FRAME) return &frame_holder();
+  return wanted == WEIR_FIND_ENGINE ? &kFinder : nullptr;
 }
 
-// Asynchronous requests come with the filter's workers; no engine of ABI 0.1 may submit.
-void complete(weir_request*, int, weir_frame*, uint32_t, weir_error*) {}
-int cancelled(const weir_request*) {
-  return 0;
+void complete(weir_request* request, int status, weir_frame* frame, uint32_t more) {
+  complete_request(request, status, frame, more != 0);
+}
+weir_error* error_of(weir_request* request) {
+  return error_of_request(request);
+}
+int cancelled(const weir_request* request) {
+  return is_cancelled(request);
 }
 
-const weir_host kHost{sizeof(weir_host), WEIR_ABI_MAJOR, WEIR_ABI_MINOR, fail,     log,
-                      allocate,          complete,       cancelled,      extension};
+const weir_host kHost{sizeof(weir_host), WEIR_ABI_MAJOR, WEIR_ABI_MINOR, fail,      log,
+                      allocate,          complete,       error_of,       cancelled, extension};
 
 }  // namespace
 
@@ -97,7 +122,7 @@ const weir_host& host() noexcept {
 }
 
 void set_log_function(LogFunction function) noexcept {
-  log_function = function ? function : log_to_stderr;
+  log_function() = function ? function : log_to_stderr;
 }
 
 Error take_error(weir_error* error, int result, const std::string& fallback) {

@@ -10,6 +10,7 @@
 struct weir_error {
   weir::Error error;
   bool set = false;
+  std::string text = {};  // the whole message, for weir_error_message; empty until it is asked for
 };
 
 // What a weir_sink* points to; an element implements it over its output buffer.

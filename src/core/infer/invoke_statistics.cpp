@@ -68,13 +68,18 @@ InvokeSnapshot InvokeStatistics::snapshot() const noexcept {
   return s;
 }
 
-int InvokeStatistics::latency_us() const noexcept {
+std::optional<uint64_t> InvokeStatistics::latency_ns() const noexcept {
   std::lock_guard lock(mutex_);
-  if (count_ < 2) return -1;
+  if (count_ < 2) return std::nullopt;
   const auto n = std::min<uint64_t>(count_ - 1, recent_.size());
   uint64_t sum = 0;
   for (uint64_t i = 0; i < n; ++i) sum += recent_[i];
-  return to_int(static_cast<double>(sum) / static_cast<double>(n) / 1e3);
+  return sum / n;
+}
+
+int InvokeStatistics::latency_us() const noexcept {
+  const auto ns = latency_ns();
+  return ns ? to_int(static_cast<double>(*ns) / 1e3) : -1;
 }
 
 int InvokeStatistics::throughput_milli() const noexcept {

@@ -4,6 +4,7 @@
 #include <chrono>
 #include <cstdint>
 #include <mutex>
+#include <optional>
 
 namespace weir::infer {
 
@@ -18,6 +19,8 @@ class InvokeStatistics {
   void record(std::chrono::nanoseconds duration) noexcept;
   void reset() noexcept;
   InvokeSnapshot snapshot() const noexcept;
+  // Mean of the last 10, the first not counted; none before the second.
+  std::optional<uint64_t> latency_ns() const noexcept;
   // Specification 4.7; the first invoke does not count. -1 before the second.
   int latency_us() const noexcept;        // mean of the last 10
   int throughput_milli() const noexcept;  // invokes a second x 1000, of the last 1000 to 2000

@@ -9,15 +9,19 @@
 namespace weir::infer {
 namespace {
 
+constexpr std::string_view kOpencvInstall = "apt-get install libopencv-dnn-dev";
+
 constexpr std::array kEngines{
     KnownEngine{"onnxruntime", "onnx", "onnx", "tools/setup --engine onnxruntime"},
     KnownEngine{"tensorflow-lite", "tensorflow2-lite,tensorflow1-lite,tflite", "tflite",
                 "tools/setup --engine tensorflow-lite"},
-    KnownEngine{"tensorflow", "", "pb", ""},
-    KnownEngine{"pytorch", "", "pt", ""},
-    KnownEngine{"caffe", "", "caffemodel,prototxt", ""},
-    KnownEngine{"python3", "python", "py", ""},
-    KnownEngine{"lua", "", "lua", ""},
+    KnownEngine{"tensorflow", "", "pb", kOpencvInstall},
+    KnownEngine{"pytorch", "torch,libtorch", "pt,pth,torchscript",
+                "apt-get install libtorch-dev libopenblas0-pthread"},
+    KnownEngine{"caffe", "", "caffemodel,prototxt", kOpencvInstall},
+    KnownEngine{"darknet", "", "weights,cfg", kOpencvInstall},
+    KnownEngine{"python3", "python", "py", "apt-get install libpython3.11 python3-numpy"},
+    KnownEngine{"lua", "", "lua", "tools/setup"},
     KnownEngine{"custom", "", "so", ""},
     KnownEngine{"custom-easy", "", "", ""},
     KnownEngine{"cpp", "", "", ""},
@@ -28,6 +32,9 @@ constexpr std::array kEngines{
     KnownEngine{"openvino", "", "bin,xml", ""},
     KnownEngine{"trix-engine", "srnpu", "tvn", ""},
     KnownEngine{"vivante", "", "nb", ""},
+    KnownEngine{"caffe2", "", "", ""},
+    KnownEngine{"armnn", "", "", ""},
+    KnownEngine{"edgetpu", "", "", ""},
     KnownEngine{"llamacpp", "", "gguf", ""},
 };
 
@@ -46,6 +53,11 @@ const KnownEngine* known_engine(std::string_view word) noexcept {
   for (const auto& engine : kEngines)
     if (engine.name == word || lists(engine.aliases, word)) return &engine;
   return nullptr;
+}
+
+std::vector<std::string_view> preferred_engines(std::string_view extension) {
+  if (extension == "tflite") return {"tensorflow-lite", "nnfw", "armnn", "edgetpu"};
+  return {};
 }
 
 const KnownEngine* known_engine_for(std::string_view extension) noexcept {

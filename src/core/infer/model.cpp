@@ -1,34 +1,23 @@
 // Owning what an engine's table gives.
 #include "core/infer/model.hpp"
 
+#include <algorithm>
 #include <bit>
-#include <filesystem>
+#include <cstddef>
 
+#include "core/infer/declared_options.hpp"
 #include "core/infer/host.hpp"
-#include "core/text/text.hpp"
+#include "core/infer/model_file.hpp"
 
 namespace weir::infer {
 namespace {
 
-namespace fs = std::filesystem;
-
-Status check_file(const std::string& path) {
-  std::error_code ignored;
-  if (fs::is_regular_file(path, ignored)) return ok();
-  if (fs::is_directory(path, ignored))
-    return Error{Code::MODEL_NOT_FOUND, "the model is a folder", path, "a file", "", ""};
-  const fs::path folder = fs::path(path).has_parent_path() ? fs::path(path).parent_path() : ".";
-  std::vector<std::string> names;
-  for (const auto& entry : fs::directory_iterator(folder, ignored))
-    names.push_back(entry.path().filename().string());
-  const std::string close = nearest(fs::path(path).filename().string(), names);
-  return Error{Code::MODEL_NOT_FOUND,
-               "the model file is not there",
-               path,
-               "a file that can be read",
-               close.empty() ? "" : "did you mean " + close + "?",
-               close.empty() ? "model=/path/to/the/model"
-                             : "model=" + (fs::path(path).parent_path() / close).string()};
+weir_tensor_info unknown_tensor() {
+  weir_tensor_info info{};
+  info.type = WEIR_TYPE_END;
+  info.rank = WEIR_RANK_UNKNOWN;
+  info.batch_axis = WEIR_NO_BATCH_AXIS;
+  return info;
 }
 
 }  // namespace
@@ -36,11 +25,13 @@ Status check_file(const std::string& path) {
 Result<std::shared_ptr<Model>> Model::open(const weir_engine& engine, const OpenOptions& options) {
   std::vector<const char*> paths;
   for (const auto& path : options.paths) {
-    if (auto status = check_file(path); !status) return status.error();
+    if (!(engine.flags & WEIR_ENGINE_MODEL_IS_NO_FILE))
+      if (auto status = check_model_file(path); !status) return status.error();
     paths.push_back(path.c_str());
   }
   std::vector<weir_option> pairs;
-  for (const auto& [key, value] : options.options) pairs.push_back({key.c_str(), value.c_str()});
+  const auto given = options_for(engine, options);
+  for (const auto& [key, value] : given) pairs.push_back({key.c_str(), value.c_str()});
   weir_open request{};
   request.struct_size = sizeof request;
   request.n_models = static_cast<uint32_t>(paths.size());
@@ -49,6 +40,7 @@ Result<std::shared_ptr<Model>> Model::open(const weir_engine& engine, const Open
   request.n_options = static_cast<uint32_t>(pairs.size());
   request.accelerator = options.accelerator.c_str();
   request.threads = options.threads;
+  request.host_ctx = const_cast<void*>(options.host_context.get());
   weir_error error;
   weir_model* handle = nullptr;
   const int result = engine.open(&request, &handle, &error);
@@ -110,16 +102,21 @@ Model::~Model() {
   engine_.close(handle_);
 }
 
-Result<std::unique_ptr<Session>> Session::create(std::shared_ptr<Model> model) {
+Result<std::unique_ptr<Session>> Session::create(std::shared_ptr<Model> model,
+                                                 std::shared_ptr<std::mutex> turn) {
+  const auto lock = turn ? std::unique_lock(*turn) : std::unique_lock<std::mutex>();
   weir_error error;
   weir_session* handle = nullptr;
   const int result = model->engine().session_new(model->handle(), nullptr, 0, &handle, &error);
   if (result < 0 || !handle)
     return take_error(&error, result < 0 ? result : -WEIR_INTERNAL, "no session could be made");
-  return std::unique_ptr<Session>(new Session(std::move(model), handle));
+  return std::unique_ptr<Session>(new Session(std::move(model), handle, turn));
 }
 
 Session::~Session() {
+  abandon(*this);
+  requests_.wait_until_quiet();
+  const auto lock = take_turn();
   model_->engine().session_free(handle_);
 }
 
@@ -127,19 +124,46 @@ Result<std::vector<weir_tensor_info>> Session::resolve(
     const std::vector<weir_tensor_info>& inputs) {
   std::vector<weir_tensor_info> outputs = model_->outputs();
   if (!model_->engine().resolve) return outputs;
+  const bool counted = !outputs.empty();
+  if (!counted) outputs.assign(WEIR_TENSOR_LIMIT, unknown_tensor());
+  const auto lock = take_turn();
   weir_error error;
   const int result =
       model_->engine().resolve(handle_, inputs.data(), static_cast<uint32_t>(inputs.size()),
                                outputs.data(), static_cast<uint32_t>(outputs.size()), &error);
   if (result < 0) return take_error(&error, result, "the engine refuses these input shapes");
+  if (!counted) {
+    const auto untouched = [](const auto& info) {
+      return info.type == WEIR_TYPE_END && info.rank == WEIR_RANK_UNKNOWN;
+    };
+    outputs.erase(std::find_if(outputs.begin(), outputs.end(), untouched), outputs.end());
+  }
   return outputs;
 }
 
 Result<bool> Session::invoke(const weir_frame& in, weir_frame& out) {
+  const auto lock = take_turn();
   weir_error error;
   const int result = model_->engine().invoke(handle_, &in, &out, &error);
   if (result < 0) return take_error(&error, result, "the engine failed on a frame");
   return result == 0;
+}
+
+Status Session::control(weir_control op) {
+  const weir_engine& engine = model_->engine();
+  constexpr size_t needed = offsetof(weir_engine, control) + sizeof(engine.control);
+  if (engine.struct_size < needed || !engine.control)
+    return Error{Code::MODEL_UNSUPPORTED,
+                 "the engine takes no orders besides frames",
+                 engine.name,
+                 "an engine with control",
+                 "",
+                 ""};
+  const auto lock = take_turn();
+  weir_error error;
+  const int result = engine.control(handle_, op, nullptr, &error);
+  if (result < 0) return take_error(&error, result, "the engine does not do what it is told");
+  return ok();
 }
 
 }  // namespace weir::infer

@@ -1,10 +1,13 @@
 // Model and Session: an opened model of any engine, and one invocation context of it.
 #pragma once
+#include <algorithm>
 #include <memory>
+#include <mutex>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "core/infer/async_request.hpp"
 #include "weir/abi.h"
 #include "weir/result.hpp"
 
@@ -13,8 +16,12 @@ namespace weir::infer {
 struct OpenOptions {
   std::vector<std::string> paths;
   std::vector<std::pair<std::string, std::string>> options;  // key, value; the engine's own
+  // What the properties input, inputtype, inputname, output... say, by these names: given to
+  // engines whose options_json lists them.
+  std::vector<std::pair<std::string, std::string>> declared;
   std::string accelerator;
-  int threads = 0;  // 0 = the engine's own choice
+  int threads = 0;                           // 0 = the engine's own choice
+  std::shared_ptr<const void> host_context;  // weir_open::host_ctx; kept while the engine opens
 };
 
 class Model {
@@ -44,22 +51,39 @@ class Model {
 
 class Session {
  public:
-  static Result<std::unique_ptr<Session>> create(std::shared_ptr<Model> model);
+  // Calls of sessions with the same `turn` wait for each other; null: one thread at a time uses it.
+  static Result<std::unique_ptr<Session>> create(std::shared_ptr<Model> model,
+                                                 std::shared_ptr<std::mutex> turn = nullptr);
   ~Session();
   Session(const Session&) = delete;
   Session& operator=(const Session&) = delete;
 
   const Model& model() const noexcept { return *model_; }
-  // The outputs' shapes for these inputs; what stays unknown is -1.
+  // The outputs' shapes for these inputs; what stays unknown is -1. A model without outputs in its
+  // description says here how many it has, too.
   Result<std::vector<weir_tensor_info>> resolve(const std::vector<weir_tensor_info>& inputs);
   // true: the frame is filled; false: the engine drops it.
   Result<bool> invoke(const weir_frame& in, weir_frame& out);
+  // MODEL_UNSUPPORTED when the engine has no control; else what it answers.
+  Status control(weir_control op);
+  // Of engines that answer asynchronously (async_request.hpp).
+  Requests& requests() noexcept { return requests_; }
+  weir_session* handle() const noexcept { return handle_; }
 
  private:
-  Session(std::shared_ptr<Model> model, weir_session* handle)
-      : model_(std::move(model)), handle_(handle) {}
+  Session(std::shared_ptr<Model> model, weir_session* handle, std::shared_ptr<std::mutex> turn)
+      : model_(std::move(model)),
+        handle_(handle),
+        turn_(std::move(turn)),
+        requests_(std::max<size_t>(model_->info().max_in_flight, 1)) {}
+  std::unique_lock<std::mutex> take_turn() const {
+    return turn_ ? std::unique_lock(*turn_) : std::unique_lock<std::mutex>();
+  }
+
   std::shared_ptr<Model> model_;
   weir_session* handle_;
+  std::shared_ptr<std::mutex> turn_;  // held while the engine works on this session, or null
+  Requests requests_;
 };
 
 }  // namespace weir::infer

@@ -8,6 +8,8 @@
 #include <filesystem>
 #include <fstream>
 
+#include "says.hpp"
+
 struct weir_model {
   int dummy;
 };
@@ -71,8 +73,6 @@ class ModelTest : public ::testing::Test {
   weir_engine engine_ = engine();
   weir_tensor_info tensor_{};
 };
-
-#define EXPECT_SAYS(text, words) EXPECT_NE((text).find(words), std::string::npos) << (text)
 
 TEST_F(ModelTest, DescribesAndCloses) {
   {

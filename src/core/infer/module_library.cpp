@@ -4,13 +4,17 @@
 #include <dlfcn.h>
 
 #include <algorithm>
-#include <cstdlib>
+#include <cstddef>
 #include <filesystem>
 #include <set>
 
+#include "core/custom/builtin_engines.hpp"
+#include "core/infer/configured.hpp"
 #include "core/infer/host.hpp"
 #include "core/infer/known_engines.hpp"
 #include "core/infer/module_check.hpp"
+#include "core/process/process_object.hpp"
+#include "core/subplugin/loader.hpp"
 #include "core/text/text.hpp"
 
 namespace weir::infer {
@@ -39,22 +43,48 @@ const T* find_in(const T* const* tables, std::string_view name) {
   return nullptr;
 }
 
-std::string extension_of(const std::string& path) {
-  const size_t dot = path.rfind('.');
-  return dot == std::string::npos ? "" : lower(path.substr(dot + 1));
+// The module is there and a library that it links is not, or not in the version it was built with.
+Error with_install_line(Error error, const KnownEngine& known) {
+  if (known.install.empty() ||
+      error.message().find("cannot open shared object file") == std::string::npos)
+    return error;
+  return Error{Code::ENGINE_NOT_INSTALLED,
+               "a library of the engine " + std::string(known.name) + " is not installed",
+               error.offered,
+               "that library, in that version",
+               "",
+               std::string(known.install) + " && make build"};
+}
+
+// Other names for `framework=word`, where nothing has that one (specification 4.2).
+std::vector<std::string> engines_meant_by(std::string_view word) {
+  const auto nnstreamer = nnstreamer_configuration();
+  std::vector<std::string> out;
+  const auto add = [&](std::string_view group, std::string_view key) {
+    const auto setting = nnstreamer.find(group, key);
+    if (!setting) return;
+    for (const auto part : split(setting->value, " ,;"))
+      if (const auto name = strip(part); !name.empty()) out.emplace_back(name);
+  };
+  add(word, "subplugin_priority");
+  add("filter-aliases", word);
+  return out;
 }
 
 }  // namespace
 
 ModuleLibrary& ModuleLibrary::instance() {
-  static ModuleLibrary library;
+  struct WithBuiltins : ModuleLibrary {
+    WithBuiltins() { add_builtin(&custom::builtin_engines()); }
+  };
+  static auto& library = process::object<WithBuiltins>("module-library");
   return library;
 }
 
 std::vector<std::string> ModuleLibrary::search_path() {
   std::vector<std::string> out;
-  if (const char* text = std::getenv("WEIR_MODULE_PATH"))
-    for (const auto part : split(text, ":"))
+  if (const auto folders = configuration().find("module", "path"))
+    for (const auto part : split(folders->value, ":"))
       if (!part.empty()) out.emplace_back(part);
   out.emplace_back(WEIR_MODULE_DIR);
   return out;
@@ -73,7 +103,7 @@ Result<const weir_module*> ModuleLibrary::open(const std::string& kind, const st
     if (!fs::is_regular_file(path, ignored)) continue;
     std::lock_guard lock(mutex_);
     const auto known = opened_.find(path);
-    if (known != opened_.end()) return known->second;
+    if (known != opened_.end()) return &known->second->module();
     void* handle = dlopen(path.c_str(), RTLD_NOW | RTLD_LOCAL);
     if (!handle) {
       const char* reason = dlerror();
@@ -83,12 +113,19 @@ Result<const weir_module*> ModuleLibrary::open(const std::string& kind, const st
     using Entry = const weir_module* (*)(const weir_host*);
     const auto entry = reinterpret_cast<Entry>(dlsym(handle, "weir_module_entry"));
     if (!entry) return module_refused(path, "no symbol weir_module_entry", "that symbol, exported");
-    const weir_module* module = entry(&host());
-    if (auto status = check_module(module, path); !status) return status.error();
-    opened_.emplace(path, module);
-    return module;
+    auto tables = ModuleTables::copy(entry(&host()), path);
+    if (!tables) return tables.error();
+    return &opened_.emplace(path, *std::move(tables)).first->second->module();
   }
   return nullptr;
+}
+
+std::vector<std::string> ModuleLibrary::engine_names() const {
+  std::vector<std::string> out = names("engine");
+  for (auto& name : subplugin::available(subplugin::Kind::Filter)) out.push_back(std::move(name));
+  std::sort(out.begin(), out.end());
+  out.erase(std::unique(out.begin(), out.end()), out.end());
+  return out;
 }
 
 std::vector<std::string> ModuleLibrary::names(const std::string& kind) const {
@@ -114,7 +151,8 @@ std::vector<std::string> ModuleLibrary::names(const std::string& kind) const {
   return {out.begin(), out.end()};
 }
 
-Result<const weir_engine*> ModuleLibrary::engine(std::string_view word) {
+// A null engine without an error: nothing has this name.
+Result<const weir_engine*> ModuleLibrary::named_engine(std::string_view word) {
   {
     std::lock_guard lock(mutex_);
     for (const auto* module : builtins_)
@@ -124,12 +162,24 @@ Result<const weir_engine*> ModuleLibrary::engine(std::string_view word) {
   const std::string name(known ? known->name : word);
   const bool plain = name.find('/') == std::string::npos && !name.empty();
   auto module = plain ? open("engine", name) : Result<const weir_module*>(nullptr);
-  if (!module) return module.error();
+  if (!module) return known ? with_install_line(module.error(), *known) : module.error();
   if (*module) {
     if (const auto* table = find_in((*module)->engines, word)) return table;
     if ((*module)->engines && (*module)->engines[0]) return (*module)->engines[0];
     return module_refused(file_name("engine", name), "no engine in it", "one");
   }
+  return subplugin::engine(word);
+}
+
+Result<const weir_engine*> ModuleLibrary::engine(std::string_view word) {
+  auto found = named_engine(word);
+  if (!found || *found) return found;
+  const KnownEngine* known = known_engine(word);
+  for (const auto& other : engines_meant_by(word)) {
+    found = named_engine(other);
+    if (!found || *found) return found;
+  }
+  const std::string name(known ? known->name : word);
   if (known)
     return Error{Code::ENGINE_NOT_INSTALLED,
                  "the engine " + name + " is not installed",
@@ -153,25 +203,13 @@ Result<const weir_engine*> ModuleLibrary::engine(std::string_view word) {
 }
 
 Result<const weir_engine*> ModuleLibrary::engine_for_model(std::span<const std::string> paths) {
-  std::error_code ignored;
-  if (!paths.empty() && fs::is_directory(paths[0], ignored)) return engine("nnfw");
-  const auto unknown = [&](const std::string& model) {
-    return Error{Code::ENGINE_UNKNOWN,
-                 "no engine claims this model file by its name",
-                 model,
-                 "a file ending in .onnx, .tflite, ...",
-                 "",
-                 "name the engine: framework=onnxruntime"};
-  };
-  if (paths.size() == 2) {
-    const std::set<std::string> both{extension_of(paths[0]), extension_of(paths[1])};
-    if (both == std::set<std::string>{"so", "nb"}) return engine("vivante");
-    if (both == std::set<std::string>{"caffemodel", "prototxt"}) return engine("caffe");
-  }
-  if (paths.size() != 1) return unknown(paths.empty() ? "no model" : paths[0] + " and others");
-  const KnownEngine* known = known_engine_for(extension_of(paths[0]));
-  if (known) return engine(known->name);
-  return unknown(paths[0]);
+  const auto choice = choose_engine(paths);
+  return choice ? engine(choice->engine) : Result<const weir_engine*>(choice.error());
+}
+
+Result<EngineChoice> ModuleLibrary::choose_engine(std::span<const std::string> paths) const {
+  const auto nnstreamer = nnstreamer_configuration();
+  return infer::choose_engine(paths, engine_names(), configuration(), &nnstreamer);
 }
 
 Result<const weir_decoder_type*> ModuleLibrary::decoder(std::string_view name) {
@@ -237,6 +275,16 @@ std::vector<const weir_converter_type*> ModuleLibrary::converters() {
     else if (*module)
       add_all(*module);
   }
+  return out;
+}
+
+std::vector<std::string> accelerators_of(const weir_engine& engine) {
+  constexpr size_t needed = offsetof(weir_engine, extension) + sizeof(engine.extension);
+  std::vector<std::string> out;
+  if (engine.struct_size < needed || !engine.extension) return out;
+  const auto* list = static_cast<const char*>(engine.extension("weir.accelerators/1"));
+  for (const auto name : split(list ? list : "", ","))
+    if (const auto word = strip(name); !word.empty()) out.emplace_back(word);
   return out;
 }
 

@@ -7,6 +7,8 @@
 #include <filesystem>
 #include <fstream>
 
+#include "says.hpp"
+
 namespace weir::infer {
 namespace {
 
@@ -42,8 +44,6 @@ class ModuleLibraryTest : public ::testing::Test {
   ModuleLibrary library_;
 };
 
-#define EXPECT_SAYS(text, words) EXPECT_NE((text).find(words), std::string::npos) << (text)
-
 TEST_F(ModuleLibraryTest, OpensAnEngineOnce) {
   const auto first = library_.engine("fake"), second = library_.engine("fake");
   ASSERT_TRUE(first && second);
@@ -66,6 +66,24 @@ TEST_F(ModuleLibraryTest, ListsWhatIsThereWithoutOpeningIt) {
 TEST_F(ModuleLibraryTest, TakesTheFirstFolderOfThePath) {
   write("libweir-engine-fake.so", "hides the good one");
   EXPECT_SAYS(refusal("fake", Code::MODULE_REFUSED), (folder_ / "libweir-engine-fake.so").string());
+}
+
+// The loader's own words, with the line that mends it.
+TEST_F(ModuleLibraryTest, NamesALibraryThatTheModuleOfAKnownEngineLacks) {
+  std::ifstream in(std::string(std::getenv("WEIR_TEST_MODULES")) + "/libweir-engine-fake.so",
+                   std::ios::binary);
+  std::string module{std::istreambuf_iterator<char>(in), {}};
+  const std::string linked = "libc.so.6";
+  const size_t at = module.find(linked);
+  ASSERT_NE(at, std::string::npos);
+  module[at + linked.size() - 1] = '9';
+  write("libweir-engine-pytorch.so", module);
+  const auto text = refusal("pytorch", Code::ENGINE_NOT_INSTALLED);
+  EXPECT_SAYS(text, "a library of the engine pytorch is not installed");
+  EXPECT_SAYS(text, "libc.so.9: cannot open shared object file");
+  EXPECT_SAYS(text, "fix: apt-get install libtorch-dev");
+  write("libweir-engine-own.so", module);
+  EXPECT_SAYS(refusal("own", Code::MODULE_REFUSED), "libc.so.9");
 }
 
 TEST_F(ModuleLibraryTest, RefusesModulesWithAFaultAndNamesIt) {
@@ -136,6 +154,11 @@ TEST_F(ModuleLibraryTest, ChoosesTheEngineByTheModelsName) {
   EXPECT_SAYS(chosen({"a.pt"}), "the engine pytorch is not installed");
   EXPECT_SAYS(chosen({"a.so", "b.nb"}), "the engine vivante is not installed");
   EXPECT_SAYS(chosen({"a.prototxt", "b.caffemodel"}), "the engine caffe is not installed");
+  EXPECT_SAYS(chosen({"a.caffemodel"}), "the engine caffe is not installed");
+  EXPECT_SAYS(chosen({"a.cfg", "a.weights"}), "the engine darknet is not installed");
+  EXPECT_SAYS(chosen({"a.weights"}), "fix: apt-get install libopencv-dnn-dev && make build");
+  EXPECT_SAYS(chosen({"a.pb"}), "the engine tensorflow is not installed");
+  EXPECT_SAYS(chosen({"a.pb", "b.pb"}), "the engine caffe2 is not installed");
   EXPECT_SAYS(chosen({folder_.string()}), "the engine nnfw is not installed");
   for (const auto& paths : std::vector<std::vector<std::string>>{
            {}, {"model"}, {"model."}, {"a.jpg"}, {"a.onnx", "b.onnx"}, {"a.so", "b.nb", "c.nb"}})

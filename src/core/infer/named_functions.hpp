@@ -1,17 +1,16 @@
 // NamedFunctions: functions that a program registered in this process, with their data.
 #pragma once
-#include <map>
-#include <mutex>
 #include <new>
 #include <optional>
 #include <string>
 #include <string_view>
 
+#include "core/infer/named_objects.hpp"
 #include "weir/codes.h"
 
 namespace weir::infer {
 
-// Thread-safe. No function is called while the mutex is held.
+// Thread-safe. No function is called while a mutex is held.
 template <class Function>
 class NamedFunctions {
  public:
@@ -24,38 +23,19 @@ class NamedFunctions {
   int add(const char* name, Function function, void* data) noexcept {
     if (!name || !*name || !function) return -WEIR_OPTION_VALUE;
     try {
-      std::lock_guard lock(mutex_);
-      const bool added = entries_.try_emplace(name, Entry{function, data}).second;
-      return added ? WEIR_OK : -WEIR_OPTION_VALUE;
+      return entries_.add(name, Entry{function, data}) ? WEIR_OK : -WEIR_OPTION_VALUE;
     } catch (const std::bad_alloc&) {
       return -WEIR_OUT_OF_MEMORY;
     }
   }
   int remove(const char* name, int unknown) noexcept {
-    if (!name) return -unknown;
-    std::lock_guard lock(mutex_);
-    const auto found = entries_.find(std::string_view(name));
-    if (found == entries_.end()) return -unknown;
-    entries_.erase(found);
-    return WEIR_OK;
+    return name && entries_.remove(name) ? WEIR_OK : -unknown;
   }
-
-  std::optional<Entry> find(std::string_view name) const {
-    std::lock_guard lock(mutex_);
-    const auto found = entries_.find(name);
-    return found == entries_.end() ? std::nullopt : std::optional(found->second);
-  }
-  // "one of: a, b"; "one of: none".
-  std::string one_of() const {
-    std::lock_guard lock(mutex_);
-    std::string names;
-    for (const auto& [name, entry] : entries_) names += (names.empty() ? "" : ", ") + name;
-    return "one of: " + (names.empty() ? "none" : names);
-  }
+  std::optional<Entry> find(std::string_view name) const { return entries_.find(name); }
+  std::string one_of() const { return entries_.one_of(); }
 
  private:
-  mutable std::mutex mutex_;  // guards entries_
-  std::map<std::string, Entry, std::less<>> entries_;
+  NamedObjects<Entry> entries_;
 };
 
 }  // namespace weir::infer

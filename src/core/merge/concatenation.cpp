@@ -1,9 +1,12 @@
-// Rows of all inputs, interleaved in tiles that stay in the first cache.
+// Rows of all inputs, interleaved by shuffles where they are short, else in tiles that stay in the
+// first cache.
 #include "core/merge/concatenation.hpp"
 
 #include <algorithm>
 #include <cstring>
 #include <string>
+
+#include "core/merge/interleave.hpp"
 
 namespace weir {
 namespace {
@@ -116,7 +119,8 @@ Result<Concatenation> Concatenation::plan(std::span<const TensorSpec> inputs, si
 void Concatenation::run(std::span<const std::span<const std::byte>> inputs,
                         std::span<std::byte> out) const {
   const size_t tile = std::max<size_t>(kTileBytes / row_, 1);
-  for (size_t row = 0; row < rows_; row += tile) {
+  const size_t done = interleave_rows(inputs, blocks_, rows_, out.data());
+  for (size_t row = done; row < rows_; row += tile) {
     const size_t count = std::min(tile, rows_ - row);
     std::byte* to = out.data() + row * row_;
     for (size_t pad = 0; pad < blocks_.size(); ++pad) {

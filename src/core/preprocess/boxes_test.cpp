@@ -1,18 +1,12 @@
-// Tensors as boxes, and boxes that find their picture.
+// Tensors as boxes.
 #include "core/preprocess/boxes.hpp"
 
 #include <gtest/gtest.h>
 
 #include <limits>
-#include <thread>
-
-#include "core/preprocess/box_queue.hpp"
 
 namespace weir::preprocess {
 namespace {
-
-using Outcome = BoxQueue::Outcome;
-constexpr std::chrono::nanoseconds kLong = std::chrono::minutes(2);
 
 template <class Number>
 std::vector<Box> read(ElementType type, const std::vector<Number>& numbers) {
@@ -62,72 +56,6 @@ TEST(Boxes, OfAnotherTypeOrShapeAreRefused) {
   }
   EXPECT_TRUE(check_boxes({ElementType::UInt32, {4, 7, 1, 1}, ""}));
   EXPECT_TRUE(check_boxes({ElementType::UInt32, {4}, ""}));
-}
-
-TEST(BoxQueue, GivesTheBoxesOfTheSameTime) {
-  BoxQueue queue;
-  std::vector<Box> out;
-  for (const int64_t time : {10, 20, 40}) queue.bring(time, {{time, 0, 1, 1}});
-  EXPECT_EQ(queue.take(20, kLong, &out), Outcome::Found);
-  EXPECT_EQ(out, (std::vector<Box>{{20, 0, 1, 1}}));
-  EXPECT_EQ(queue.unused(), 1u);
-  EXPECT_EQ(queue.take(30, kLong, &out), Outcome::None);
-  EXPECT_TRUE(out.empty());
-  EXPECT_EQ(queue.take(40, kLong, &out), Outcome::Found);
-  EXPECT_EQ(queue.unused(), 1u);
-}
-
-TEST(BoxQueue, DoesNotWaitForWhatCannotCome) {
-  BoxQueue queue;
-  std::vector<Box> out;
-  queue.advance(11);
-  EXPECT_EQ(queue.take(10, kLong, &out), Outcome::None);
-  EXPECT_EQ(queue.take(11, std::chrono::nanoseconds(1), &out), Outcome::Late);
-  queue.end();
-  EXPECT_EQ(queue.take(12, kLong, &out), Outcome::None);
-  queue.clear();
-  EXPECT_EQ(queue.take(1, std::chrono::nanoseconds(0), &out), Outcome::Late);
-  queue.flush(true);
-  EXPECT_EQ(queue.take(2, kLong, &out), Outcome::Flushed);
-  queue.flush(false);
-  queue.bring(3, {});
-  EXPECT_EQ(queue.take(3, kLong, &out), Outcome::Found);
-}
-
-TEST(BoxQueue, WaitsForAnotherThread) {
-  BoxQueue queue;
-  std::thread other([&] {
-    for (int64_t time = 0; time < 1000; ++time) {
-      if (time % 3 == 0)
-        queue.advance(time + 1);
-      else
-        queue.bring(time, {{time, 0, 1, 1}});
-    }
-    queue.end();
-  });
-  std::vector<Box> out;
-  uint64_t found = 0;
-  for (int64_t time = 500; time < 1003; ++time) {
-    const auto outcome = queue.take(time, kLong, &out);
-    EXPECT_TRUE(outcome == Outcome::Found || outcome == Outcome::None);
-    if (outcome == Outcome::Found) {
-      ++found;
-      EXPECT_EQ(out[0].x, time);
-      EXPECT_NE(time % 3, 0);
-    }
-  }
-  other.join();
-  EXPECT_LE(found, 333u);
-  EXPECT_EQ(found + queue.unused(), 666u);
-}
-
-TEST(BoxQueue, IsBounded) {
-  BoxQueue queue;
-  for (size_t i = 0; i < kBoxQueueLimit + 5; ++i) queue.bring(static_cast<int64_t>(i), {});
-  EXPECT_EQ(queue.unused(), 5u);
-  std::vector<Box> out;
-  EXPECT_EQ(queue.take(4, kLong, &out), Outcome::None);
-  EXPECT_EQ(queue.take(5, kLong, &out), Outcome::Found);
 }
 
 }  // namespace

@@ -32,8 +32,14 @@ bool holds(const Plane& plane, const Grid& grid) {
 class PlanRun {
  public:
   PlanRun(const PlanTables& tables, const Planes& planes, std::span<std::byte> out,
-          Workspace* workspace)
-      : t_(tables), p_(tables.preparation), planes_(planes), out_(out), w_(*workspace) {}
+          Workspace* workspace, bool streamed, const FrameSums& sums)
+      : t_(tables),
+        p_(tables.preparation),
+        planes_(planes),
+        out_(out),
+        w_(*workspace),
+        sums_(sums),
+        streamed_(streamed) {}
 
   Status check() const {
     const uint64_t needed = *p_.tensor().bytes();
@@ -99,6 +105,10 @@ class PlanRun {
     for (size_t b = 0; b < t_.bands.size(); ++b) {
       const Grid& grid = t_.grids[t_.bands[b].grid];
       const Plane& plane = planes_[t_.bands[b].plane];
+      if (grid.block > 1) {
+        resize_sums(grid, b, target);
+        continue;
+      }
       const auto* memory = reinterpret_cast<const uint8_t*>(plane.memory.data());
       const size_t rows = grid.rows.weights(target).size();
       for (size_t k = 0; k < rows; ++k)
@@ -124,9 +134,27 @@ class PlanRun {
     split_lanes(w_.samples.data(), pair_lanes(grid.sampling.step), count(), lanes);
   }
 
+  void resize_sums(const Grid& grid, size_t band, uint32_t target) noexcept {
+    const auto weights = grid.rows.weights(target);
+    const auto sums = std::find_if(sums_.all.begin(), sums_.all.end(), [&](const BlockSums& of) {
+      return of.is_of(t_.bands[band].plane, grid.low, grid.high);
+    });
+    for (size_t k = 0; k < weights.size(); ++k) {
+      w_.sum_rows[k] = sums->row(grid.rows.first(target) + k, grid.block);
+      w_.row_weights[k] = weights[k] / static_cast<float>(grid.block);
+    }
+    blend_sums(w_.sum_rows.data(), w_.row_weights.data(), weights.size(), grid.bytes / grid.block,
+               w_.blended.data());
+    gather(grid, band);
+  }
+
   void resize_taps(const Grid& grid, size_t band, uint32_t target) noexcept {
     const auto weights = grid.rows.weights(target);
     blend_rows(w_.rows.data(), weights.data(), weights.size(), grid.bytes, w_.blended.data());
+    gather(grid, band);
+  }
+
+  void gather(const Grid& grid, size_t band) noexcept {
     for (size_t l = 0; l < t_.lanes.size(); ++l)
       if (t_.lanes[l].band == band)
         gather_row(w_.blended.data() + t_.lanes[l].offset, grid.index.data(), grid.weights.data(),
@@ -159,7 +187,7 @@ class PlanRun {
     const void* rows[3] = {};
     for (size_t c = 0; c < p_.channels(); ++c) {
       std::byte* const to = together ? w_.numbers[c].data() : place(c, x, y);
-      write_numbers(t_.numbers[c], p_.type, channel_row(c), count(), to);
+      write_numbers(t_.numbers[c], p_.type, channel_row(c), count(), to, streamed_ && !together);
       rows[c] = to;
     }
     if (together) interleave_three(rows, element_bytes(), count(), place(0, x, y));
@@ -170,6 +198,8 @@ class PlanRun {
   const Planes& planes_;
   std::span<std::byte> out_;
   Workspace& w_;
+  const FrameSums& sums_;
+  const bool streamed_;
 };
 
 Result<Plan> Plan::make(Preparation preparation) {
@@ -204,6 +234,8 @@ void Plan::grow(Workspace* w) const {
   const size_t count = padded(tables_->placement.content.width);
   for (const Grid& grid : tables_->grids) {
     at_least(&w->rows, grid.rows.most_weights());
+    at_least(&w->sum_rows, grid.rows.most_weights());
+    at_least(&w->row_weights, grid.rows.most_weights());
     if (!grid.paired) {
       at_least(&w->blended, padded(grid.bytes));
       continue;
@@ -217,12 +249,56 @@ void Plan::grow(Workspace* w) const {
   for (auto& numbers : w->numbers) at_least(&numbers, count * sizeof(float));
 }
 
+// f(sums, grid, first row, end row) for what the rows of the tensor read.
+template <class F>
+void Plan::for_sums(uint32_t first, uint32_t count, FrameSums* sums, F&& f) const {
+  const Rect& content = tables_->placement.content;
+  const uint32_t bottom = content.y + content.height;
+  const uint32_t begin = std::clamp(first, content.y, bottom);
+  const uint32_t end = std::clamp(first + std::min(count, preparation().height), begin, bottom);
+  if (begin == end) return;
+  for (const Band& band : tables_->bands) {
+    const Grid& grid = tables_->grids[band.grid];
+    if (grid.block == 1) continue;
+    auto found = std::find_if(sums->all.begin(), sums->all.end(), [&](const BlockSums& of) {
+      return of.is_of(band.plane, grid.low, grid.high);
+    });
+    if (found == sums->all.end()) {
+      sums->all.emplace_back(band.plane, grid.low, grid.high, grid.sampling.step);
+      found = sums->all.end() - 1;
+    }
+    const size_t last = end - 1 - content.y;
+    f(*found, grid, grid.rows.first(begin - content.y),
+      grid.rows.first(last) + grid.rows.weights(last).size());
+  }
+}
+
+void Plan::want_sums(uint32_t first, uint32_t count, FrameSums* sums) const {
+  for_sums(first, count, sums, [](BlockSums& of, const Grid& grid, size_t begin, size_t end) {
+    of.want(begin, end, grid.block);
+  });
+}
+
 Status Plan::run_rows(const Planes& planes, std::span<std::byte> out, uint32_t first,
-                      uint32_t count, Workspace* workspace) const {
-  PlanRun run(*tables_, planes, out, workspace);
+                      uint32_t count, Workspace* workspace, bool streamed, FrameSums* sums) const {
+  const bool alone = sums == nullptr;
+  if (alone) sums = &workspace->sums;
+  PlanRun run(*tables_, planes, out, workspace, streamed, *sums);
   if (auto status = run.check(); !status) return status;
+  if (count == 0) return ok();
+  if (alone) {
+    sums->clear();
+    want_sums(first, count, sums);
+    sums->reserve();
+  }
+  for_sums(first, count, sums, [&](BlockSums& of, const Grid&, size_t, size_t end) {
+    const Plane& plane = planes[of.plane()];
+    of.make(reinterpret_cast<const uint8_t*>(plane.memory.data()) + plane.offset, plane.stride,
+            end);
+  });
   const uint32_t height = preparation().height;
   for (uint32_t y = first; y < height && y - first < count; ++y) run.row(y);
+  if (streamed) end_streaming();
   return ok();
 }
 

@@ -10,6 +10,7 @@
 #include <span>
 #include <vector>
 
+#include "core/preprocess/block_sums.hpp"
 #include "core/preprocess/placement.hpp"
 #include "core/preprocess/preparation.hpp"
 
@@ -22,6 +23,24 @@ struct Plane {
   ptrdiff_t stride = 0;  // may be negative
 };
 using Planes = std::array<Plane, 3>;  // as many as the format has; the others are not looked at
+
+// What the plans of one frame share, made as far as they have come.
+class FrameSums {
+ public:
+  // Nothing is wanted any more. Memory is kept, but not for ever new crops.
+  void clear() {
+    if (all.size() > 16) all.clear();
+    for (auto& of : all) of.clear();
+  }
+  void reserve() {
+    for (auto& of : all) of.reserve();
+  }
+
+ private:
+  friend class Plan;
+  friend class PlanRun;
+  std::vector<BlockSums> all;
+};
 
 // Memory for the rows in work, one for each thread; for all plans that it was made or grown for.
 class Workspace {
@@ -37,6 +56,9 @@ class Workspace {
   std::vector<int16_t> samples;
   std::vector<std::vector<std::byte>> numbers;
   std::vector<const uint8_t*> rows;
+  std::vector<const uint16_t*> sum_rows;
+  std::vector<float> row_weights;
+  FrameSums sums;
 };
 
 struct PlanTables;
@@ -56,15 +78,23 @@ class Plan {
   // Errors: check_crop(). Tables that no other plan shares are made again in their own memory.
   Status set_crop(const Rect& crop);
 
+  // What run_rows() of these rows reads of `sums`, which several plans share.
+  void want_sums(uint32_t first, uint32_t count, FrameSums* sums) const;
+
   // Writes the rows [first, first + count) of the tensor. `out` is the whole tensor, any alignment.
-  // FRAME_SIZE when a plane is shorter than the picture needs or `out` is not the tensor's size.
+  // streamed: past the caches where that can be done, for tensors that do not stay in them.
+  // sums: cleared for these planes, then wanted and reserved for all rows to come, each tensor's
+  // from the first on; null: they are made in the workspace. FRAME_SIZE when a plane is shorter
+  // than the picture needs or `out` is not the tensor's size.
   Status run_rows(const Planes& planes, std::span<std::byte> out, uint32_t first, uint32_t count,
-                  Workspace* workspace) const;
+                  Workspace* workspace, bool streamed = false, FrameSums* sums = nullptr) const;
   Status run(const Planes& planes, std::span<std::byte> out, Workspace* workspace) const {
     return run_rows(planes, out, 0, preparation().height, workspace);
   }
 
  private:
+  template <class F>
+  void for_sums(uint32_t first, uint32_t count, FrameSums* sums, F&& f) const;
   explicit Plan(std::shared_ptr<PlanTables> tables) : tables_(std::move(tables)) {}
   std::shared_ptr<PlanTables> tables_;
 };

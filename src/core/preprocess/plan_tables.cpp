@@ -2,6 +2,7 @@
 #include "core/preprocess/plan_tables.hpp"
 
 #include <algorithm>
+#include <numeric>
 
 namespace weir::preprocess {
 namespace {
@@ -63,16 +64,40 @@ void lay_taps(Grid* grid) {
   }
 }
 
+// The largest block of which the target's columns are made, 1 for none. Only for most of the row:
+// what other layers want of it is added up from end to end.
+size_t block_of(const Preparation& p, const Placement& place, const Lane& lane) {
+  const uint32_t pixels = lane.halved ? 2 : 1;
+  const auto [x, y, width, height] = place.source;
+  const uint32_t targets = place.content.width;
+  const bool between = lane.halved && p.source.cosited_columns;
+  if (p.resize != Resize::Area || between || x % pixels != 0 || width % (pixels * targets) != 0 ||
+      width < p.source.width / 2)
+    return 1;
+  const auto both = std::gcd(x / pixels, width / pixels / targets);
+  size_t block = kMostBlock;
+  while (block > 1 && both % block != 0) block /= 2;
+  return block < kLeastBlock ? 1 : block;
+}
+
 void lay(Grid* grid, const Preparation& p, const Placement& place, const Lane& lane) {
   Axis& x = grid->columns;
-  x.lay(p.resize, {place.source.x, place.source.width, place.content.width},
-        {lane.halved, p.source.cosited_columns});
+  const Sampling columns{lane.halved, p.source.cosited_columns};
+  x.lay(p.resize, {place.source.x, place.source.width, place.content.width}, columns);
+  grid->low = x.low();
+  grid->high = x.high();
   grid->rows.lay(p.resize, {place.source.y, place.source.height, place.content.height},
                  {lane.halved, p.source.cosited_rows});
   grid->sampling = lane;
   grid->first_byte = size_t{x.low()} * lane.step;
   grid->bytes = size_t{x.high() - x.low()} * lane.step;
   grid->paired = x.most_weights() <= 2 && grid->rows.most_weights() <= 2 && x.high() - x.low() >= 2;
+  grid->block = block_of(p, place, lane);
+  if (grid->block > 1) {
+    const auto blocks = static_cast<uint32_t>(grid->block);
+    x.lay(p.resize, {grid->low / blocks, (grid->high - grid->low) / blocks, place.content.width},
+          {});
+  }
   if (grid->paired)
     grid->pairs.lay(x, lane.step);
   else

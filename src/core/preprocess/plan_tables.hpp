@@ -3,6 +3,7 @@
 #include <vector>
 
 #include "core/preprocess/axis.hpp"
+#include "core/preprocess/block_sums.hpp"
 #include "core/preprocess/pair_columns.hpp"
 #include "core/preprocess/placement.hpp"
 #include "core/preprocess/row_kernels.hpp"
@@ -21,6 +22,10 @@ struct Grid {
   size_t taps = 0;
   std::vector<int32_t> index;
   std::vector<float> weights;
+  // Above 1 where each target pixel of `area` is made of whole blocks of so many samples, of which
+  // the columns are: index and weights then are of BlockSums.
+  size_t block = 1;
+  uint32_t low = 0, high = 0;  // the samples of a row that are read
 };
 
 struct Band {

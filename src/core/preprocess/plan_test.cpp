@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <string>
 
 #include "core/preprocess/plan_reference.hpp"
@@ -234,6 +235,29 @@ TEST(Plan, RunsTheRowsThatAreAskedFor) {
   ASSERT_TRUE(plan->run_rows(pixels.planes, bytes, 0, 5, &workspace));
   ASSERT_TRUE(plan->run_rows(pixels.planes, bytes, 9, 100, &workspace));
   EXPECT_EQ(out, whole);
+}
+
+// Rows begin and end anywhere within a vector; nothing but the tensor is written.
+TEST(Plan, WritesTheSameNumbersPastTheCaches) {
+  for (const uint32_t width : {1u, 3u, 15u, 16u, 33u, 64u, 127u})
+    for (const Layout layout : {Layout::Nchw, Layout::Nhwc})
+      for (const size_t shift : {size_t{0}, size_t{4}, size_t{5}}) {
+        const Pixels pixels("NV12", 50, 40);
+        auto p = preparation(pixels, width, 7);
+        p.layout = layout;
+        const auto plan = Plan::make(p);
+        ASSERT_TRUE(plan);
+        auto workspace = plan->workspace();
+        const size_t bytes = *p.tensor().bytes();
+        std::vector<std::byte> cached(bytes), streamed(bytes + 16, std::byte{0xEE});
+        const auto out = std::span(streamed).subspan(shift, bytes);
+        ASSERT_TRUE(plan->run(pixels.planes, cached, &workspace));
+        ASSERT_TRUE(plan->run_rows(pixels.planes, out, 0, 7, &workspace, true));
+        EXPECT_TRUE(std::equal(cached.begin(), cached.end(), out.begin())) << width;
+        const auto beyond = std::count(streamed.begin(), streamed.end(), std::byte{0xEE}) -
+                            std::count(out.begin(), out.end(), std::byte{0xEE});
+        EXPECT_EQ(beyond, 16) << width;
+      }
 }
 
 TEST(Plan, RefusesMemoryThatIsTooShort) {

@@ -8,6 +8,7 @@
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "core/preprocess/row_kernels.cpp"
+#include <hwy/cache_control.h>
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
@@ -128,6 +129,25 @@ void store_exactly(size_t lanes, size_t step, size_t count, T* out, Store&& vect
   std::memcpy(static_cast<void*>(out + step * i), rest, step * (count - i) * sizeof(T));
 }
 
+// Past the caches, but for the ends of the row, which share their vectors with its neighbours.
+template <class Make>
+void stream_floats(F d, size_t count, float* out, Make&& make) {
+  const size_t lanes = hn::Lanes(d);
+  const size_t behind = reinterpret_cast<uintptr_t>(out) / sizeof(float) % lanes;
+  const size_t head = std::min(count, behind > 0 ? lanes - behind : 0);
+  const auto part = [&](size_t begin, size_t end) {
+    if (begin == end) return;
+    const size_t from = end < lanes ? 0 : end - lanes;  // nothing behind the row is read
+    float numbers[hn::MaxLanes(F())];
+    hn::StoreU(make(from), d, numbers);
+    std::memcpy(out + begin, numbers + (begin - from), (end - begin) * sizeof(float));
+  };
+  part(0, head);
+  size_t i = head;
+  for (; i + lanes <= count; i += lanes) hn::Stream(make(i), d, out + i);
+  part(i, count);
+}
+
 template <class T>
 void write_integers(const NumberRule& rule, const float* row, size_t count, T* out) {
   const F d;
@@ -143,11 +163,14 @@ void write_integers(const NumberRule& rule, const float* row, size_t count, T* o
 }
 
 void WriteNumbers(const NumberRule& rule, ElementType type, const float* row, size_t count,
-                  void* out) {
+                  void* out, bool streamed) {
   const F d;
   if (type == ElementType::UInt8)
     return write_integers(rule, row, count, static_cast<uint8_t*>(out));
   if (type == ElementType::Int8) return write_integers(rule, row, count, static_cast<int8_t*>(out));
+  if (streamed && type == ElementType::Float32 && reinterpret_cast<uintptr_t>(out) % 4 == 0)
+    return stream_floats(d, count, static_cast<float*>(out),
+                         [&](size_t i) { return number(d, rule, row + i); });
   if (type == ElementType::Float32)
     return store_exactly(hn::Lanes(d), 1, count, static_cast<float*>(out),
                          [&](size_t i, float* to) { hn::StoreU(number(d, rule, row + i), d, to); });
@@ -210,8 +233,11 @@ void mix_to_gray(const float* of, float* const* rows, size_t count) noexcept {
   HWY_DYNAMIC_DISPATCH(MixToGray)(of, rows, count);
 }
 void write_numbers(const NumberRule& rule, ElementType type, const float* row, size_t count,
-                   void* out) noexcept {
-  HWY_DYNAMIC_DISPATCH(WriteNumbers)(rule, type, row, count, out);
+                   void* out, bool streamed) noexcept {
+  HWY_DYNAMIC_DISPATCH(WriteNumbers)(rule, type, row, count, out, streamed);
+}
+void end_streaming() noexcept {
+  hwy::FlushStream();
 }
 void interleave_three(const void* const* rows, size_t element_bytes, size_t count,
                       void* out) noexcept {

@@ -41,8 +41,10 @@ struct NumberRule {
   int32_t zero_point = 0;
 };
 // Writes `count` elements of `type` (one that check_target() lets through), at any alignment.
+// streamed: past the caches where the type allows; end_streaming() before another thread reads.
 void write_numbers(const NumberRule& rule, ElementType type, const float* row, size_t count,
-                   void* out) noexcept;
+                   void* out, bool streamed = false) noexcept;
+void end_streaming() noexcept;
 
 // out = a0 b0 c0 a1 b1 c1 ..., at any alignment; elements of 1, 2 or 4 bytes.
 void interleave_three(const void* const* rows, size_t element_bytes, size_t count,

@@ -5,10 +5,42 @@
 #include <exception>
 
 namespace weir::preprocess {
+namespace {
+
+// Tensors that do not stay in a cache until they are read.
+bool are_large(std::span<const Job> jobs) {
+  constexpr size_t kBytes = size_t{16} << 20;
+  size_t bytes = 0;
+  for (const Job& job : jobs) bytes += job.out.size();
+  return bytes >= kBytes;
+}
+
+struct Rows {
+  uint32_t first, count;
+};
+Rows rows_of(const Plan& plan, uint64_t part, uint64_t parts) {
+  const uint64_t height = plan.preparation().height;
+  const auto first = static_cast<uint32_t>(height * part / parts);
+  return {first, static_cast<uint32_t>(height * (part + 1) / parts) - first};
+}
+
+// Into how many stripes a part is cut, so that all layers of a pyramid read one while it is in the
+// cache. Regions lie here and there.
+uint64_t stripes_of(std::span<const Job> jobs, uint64_t parts) {
+  constexpr uint64_t kPixels = uint64_t{1} << 18;
+  if (jobs.size() < 2) return 1;
+  for (const Job& job : jobs)
+    if (!(job.plan->placement().source == jobs[0].plan->placement().source)) return 1;
+  const Rect& source = jobs[0].plan->placement().source;
+  return std::max<uint64_t>(1, uint64_t{source.width} * source.height / kPixels / parts);
+}
+
+}  // namespace
 
 Runner::Runner(size_t threads) {
   threads = std::clamp<size_t>(threads, 1, kThreadLimit);
   workspaces_.resize(threads);
+  sums_.resize(threads);
   threads_.reserve(threads - 1);
   try {
     while (threads_.size() + 1 < threads)
@@ -29,14 +61,15 @@ Runner::~Runner() {
 // The jobs were checked: no thread has an error to tell.
 void Runner::run_part(size_t part, const Planes& planes, std::span<const Job> jobs) {
   const uint64_t parts = threads_.size() + 1;
-  for (const Job& job : jobs) {
-    const uint64_t height = job.plan->preparation().height;
-    const auto first = static_cast<uint32_t>(height * part / parts);
-    const auto end = static_cast<uint32_t>(height * (part + 1) / parts);
-    if (first == end) continue;
-    [[maybe_unused]] const Status checked =
-        job.plan->run_rows(planes, job.out, first, end - first, &workspaces_[part]);
-  }
+  const bool streamed = are_large(jobs);
+  const uint64_t stripes = stripes_of(jobs, parts);
+  for (uint64_t stripe = part * stripes; stripe < (part + 1) * stripes; ++stripe)
+    for (const Job& job : jobs) {
+      const auto [first, count] = rows_of(*job.plan, stripe, parts * stripes);
+      if (count == 0) continue;
+      [[maybe_unused]] const Status checked = job.plan->run_rows(
+          planes, job.out, first, count, &workspaces_[part], streamed, &sums_[part]);
+    }
 }
 
 Status Runner::run(const Planes& planes, std::span<const Job> jobs) {
@@ -44,6 +77,14 @@ Status Runner::run(const Planes& planes, std::span<const Job> jobs) {
     if (auto status = job.plan->run_rows(planes, job.out, 0, 0, &workspaces_[0]); !status)
       return status;
     for (Workspace& workspace : workspaces_) job.plan->grow(&workspace);
+  }
+  for (size_t part = 0; part <= threads_.size(); ++part) {
+    sums_[part].clear();
+    for (const Job& job : jobs) {
+      const auto [first, count] = rows_of(*job.plan, part, threads_.size() + 1);
+      if (count > 0) job.plan->want_sums(first, count, &sums_[part]);
+    }
+    sums_[part].reserve();
   }
   if (threads_.empty()) {
     run_part(0, planes, jobs);

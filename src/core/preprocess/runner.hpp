@@ -37,6 +37,7 @@ class Runner {
   void run_part(size_t part, const Planes& planes, std::span<const Job> jobs);
 
   std::vector<Workspace> workspaces_;  // by part; part 0 is the caller's
+  std::vector<FrameSums> sums_;        // by part
   std::mutex mutex_;                   // guards the rest but for threads_
   std::condition_variable begun_, done_;
   const Planes* planes_ = nullptr;

@@ -3,10 +3,10 @@
 
 #include <gtest/gtest.h>
 
+#include "says.hpp"
+
 namespace weir {
 namespace {
-
-#define EXPECT_SAYS(text, words) EXPECT_NE((text).find(words), std::string::npos) << (text)
 
 TEST(TensorGroups, TakeAllSeparators) {
   const TensorGroups expected{{0}, {1, 2}, {3}, {4, 5, 6}, {7}};

@@ -7,11 +7,10 @@
 #include <random>
 
 #include "core/split/pick_list.hpp"
+#include "says.hpp"
 
 namespace weir {
 namespace {
-
-#define EXPECT_SAYS(text, words) EXPECT_NE((text).find(words), std::string::npos) << (text)
 
 using Bytes = std::vector<std::byte>;
 

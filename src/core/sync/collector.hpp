@@ -4,9 +4,12 @@
 // policy says, and the thread whose frame completes an output makes that output. There is no other
 // thread. Everything that waits here is woken by flush, end, removal of its pad, and stop.
 #pragma once
+#include <algorithm>
 #include <condition_variable>
 #include <mutex>
+#include <string>
 #include <thread>
+#include <utility>
 
 #include "core/sync/lanes.hpp"
 
@@ -33,8 +36,11 @@ class Collector {
   Collector(Ledger* ledger, Consumer<Frame>* consumer)
       : ledger_(ledger), consumer_(consumer), lanes_(ledger) {}
 
-  void configure(const Options& options, OnBackwardsTime backwards, Clock::duration max_wait) {
+  // `max_bytes` bounds the bytes of all frames that are held, 0 = any; one frame alone may be more.
+  void configure(const Options& options, OnBackwardsTime backwards, Clock::duration max_wait,
+                 uint64_t max_bytes = 0) {
     std::lock_guard lock(mutex_);
+    max_bytes_ = max_bytes;
     options_ = options;
     backwards_ = backwards;
     max_wait_ = max_wait;
@@ -45,6 +51,7 @@ class Collector {
     lanes_.clear_all(DropReason::Flush);
     for (const auto& lane : lanes_.all()) lanes_.begin(lane.id);
     flow_ = kOk;
+    most_bytes_ = 0;
     linked_ = started_ = true;
   }
   void stop() {
@@ -69,8 +76,10 @@ class Collector {
     if (waiting_ == 0) work(lock);
   }
 
-  // Takes a frame of the lane, and waits until the policy took it; one thread for each lane.
-  int offer(LaneId id, Frame frame, Stamp time) {
+  // Takes a frame of the lane, and waits until the policy took it; one thread for each lane. Beyond
+  // max_bytes it waits for what is being made, as long as that can make room; else the streams
+  // need more than the bound: LIMIT_EXCEEDED.
+  int offer(LaneId id, Frame frame, Stamp time, uint64_t bytes = 0) {
     std::unique_lock lock(mutex_);
     ledger_->received();
     const int refused = refusal(id);
@@ -78,7 +87,9 @@ class Collector {
       ledger_->dropped(reason_of(refused));
       return refused;
     }
-    if (!lanes_.put(id, std::move(frame), time, backwards_)) return kOk;
+    if (const int beyond = wait_for_bytes(lock, id, bytes); beyond != kOk) return beyond;
+    if (!lanes_.put(id, std::move(frame), time, backwards_, bytes)) return kOk;
+    most_bytes_ = std::max(most_bytes_, lanes_.held_bytes());
     return wait_until_taken(lock, id);
   }
   // No frame before `end` will come.
@@ -122,7 +133,9 @@ class Collector {
     if (std::erase(flushing_, id) == 0) return false;
     lanes_.begin(id);
     if (!flushing_.empty()) return false;
+    ++waiting_for_runner_;
     changed_.wait(lock, [&] { return !running_ || runner_ == std::this_thread::get_id(); });
+    --waiting_for_runner_;
     lanes_.forget(DropReason::Flush);
     flow_ = kOk;
     linked_ = true;
@@ -133,6 +146,11 @@ class Collector {
   typename Lanes<Frame>::Counts counts() const {
     std::lock_guard lock(mutex_);
     return lanes_.counts();
+  }
+  // Now, and the most since start().
+  std::pair<uint64_t, uint64_t> bytes_held() const {
+    std::lock_guard lock(mutex_);
+    return {lanes_.held_bytes(), most_bytes_};
   }
   size_t waiting() const {  // threads
     std::lock_guard lock(mutex_);
@@ -157,6 +175,45 @@ class Collector {
   }
 
   int taken() const { return linked_ ? kOk : kNotLinked; }
+
+  bool has_room(uint64_t bytes) const {
+    const uint64_t held = lanes_.held_bytes();
+    return max_bytes_ == 0 || held == 0 || (held <= max_bytes_ && bytes <= max_bytes_ - held);
+  }
+  int wait_for_bytes(Lock& lock, LaneId id, uint64_t bytes) {
+    while (!has_room(bytes)) {
+      if (!running_ && !advance(lock)) return beyond_bytes(lock, bytes);
+      if (running_) {
+        ++waiting_, ++waiting_for_runner_;
+        changed_.wait(lock);
+        --waiting_, --waiting_for_runner_;
+      }
+      if (const int refused = refusal(id); refused != kOk) {
+        ledger_->dropped(reason_of(refused));
+        return refused;
+      }
+    }
+    return kOk;
+  }
+  // Nothing is in work, and the policy has no use for what is held: it would wait for ever.
+  int beyond_bytes(Lock& lock, uint64_t bytes) {
+    const uint64_t held = lanes_.held_bytes();
+    const std::string needed = std::to_string(held + bytes);
+    const Error error{Code::LIMIT_EXCEEDED,
+                      "frames that go together are more bytes than max-bytes allows",
+                      std::to_string(held) + " bytes held and a frame of " + std::to_string(bytes) +
+                          " beside them, max-bytes=" + std::to_string(max_bytes_),
+                      "max-bytes of " + needed + " or more, 0 = any",
+                      "",
+                      "max-bytes=" + needed};
+    ledger_->dropped(DropReason::Error);
+    flow_ = kRefused;
+    tell();
+    lock.unlock();
+    consumer_->refused(error);
+    lock.lock();
+    return kRefused;
+  }
 
   int wait_until_taken(Lock& lock, LaneId id) {
     while (true) {
@@ -218,7 +275,16 @@ class Collector {
     if (!linked_) flow = kOk;
     // Where one pad flushes, what is lost behind is no matter of the others.
     if (flow != kOk && !(flow == kFlushing && !flushing_.empty())) flow_ = flow;
-    tell();
+    if (!all_may_sleep()) tell();
+  }
+  // After an output: those who wait are woken only where one of them has something to do.
+  bool all_may_sleep() const {
+    if (flow_ != kOk || waiting_for_runner_ > 0 || max_wait_ > Clock::duration::zero() ||
+        !flushing_.empty())
+      return false;
+    const auto& lanes = lanes_.all();
+    return std::all_of(lanes.begin(), lanes.end(), [](auto& l) { return !l.head || l.may_wait; }) &&
+           lanes_.must_wait(options_.mode);
   }
 
   bool ask_to_wait(Lock& lock, LaneId id) {
@@ -279,6 +345,7 @@ class Collector {
   Options options_;
   OnBackwardsTime backwards_ = OnBackwardsTime::Pass;
   Clock::duration max_wait_{};  // 0 = for ever
+  uint64_t max_bytes_ = 0, most_bytes_ = 0;
   LaneId last_id_ = 0;
   std::vector<LaneId> flushing_;
   int flow_ = kOk;
@@ -289,6 +356,7 @@ class Collector {
   bool running_ = false;  // runner_ makes an output
   std::thread::id runner_;
   size_t waiting_ = 0;
+  size_t waiting_for_runner_ = 0;  // until running_ is false
 };
 
 }  // namespace weir::sync

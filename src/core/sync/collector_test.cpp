@@ -15,11 +15,15 @@ struct Recorder : Consumer<int> {
   int emit(Emission<int> emission) override {
     if (hold) gate.get_future().wait();
     std::lock_guard lock(mutex);
+    threads.push_back(std::this_thread::get_id());
     rows.push_back(std::move(emission.frames));
     times.push_back(emission.time);
     return flow;
   }
-  void end() override { ended = true; }
+  void end() override {
+    ended_by = std::this_thread::get_id();
+    ended = true;
+  }
   void refused(const Error& error) override {
     std::lock_guard lock(mutex);
     errors.push_back(error.message());
@@ -36,9 +40,12 @@ struct Recorder : Consumer<int> {
   std::mutex mutex;
   std::vector<std::vector<int>> rows;
   std::vector<Time> times;
+  std::vector<std::thread::id> threads;  // that made each row
+  std::thread::id ended_by;              // set before `ended`
   std::vector<std::string> errors;
   std::promise<void> gate;
-  bool hold = false, stalls = false;
+  std::atomic<bool> hold{false};
+  bool stalls = false;
   std::atomic<bool> ended{false};
   int flow = kOk;
 };
@@ -73,6 +80,83 @@ TEST_F(Collecting, AThreadWaitsUntilItsFrameIsTaken) {
   EXPECT_EQ(first.get(), kOk);
   EXPECT_EQ(out.rows, (std::vector<std::vector<int>>{{1, 2}}));
   EXPECT_EQ(ledger.snapshot().consumed, 2u);
+}
+
+TEST_F(Collecting, HoldsBytesUpToTheBound) {
+  const LaneId a = collector.add(), b = collector.add();
+  collector.configure({Mode::NoSync, {}, {}}, OnBackwardsTime::Pass, {}, 100);
+  for (int round = 0; round < 3; ++round) {
+    auto first = std::async(std::launch::async, [&] { return collector.offer(a, 1, 0, 30); });
+    EXPECT_EQ(collector.offer(b, 2, 0, 20), kOk);
+    EXPECT_EQ(first.get(), kOk);
+  }
+  EXPECT_EQ(collector.bytes_held(), (std::pair<uint64_t, uint64_t>{50, 100}))
+      << "each lane keeps a frame until the next is taken";
+  EXPECT_TRUE(out.errors.empty());
+}
+
+TEST_F(Collecting, SaysWhatBoundTheStreamsNeed) {
+  const LaneId a = collector.add(), b = collector.add();
+  collector.configure({Mode::NoSync, {}, {}}, OnBackwardsTime::Pass, {}, 49);
+  auto first = std::async(std::launch::async, [&] { return collector.offer(a, 1, 0, 30); });
+  wait_for_waiting(1);
+  EXPECT_EQ(collector.offer(b, 2, 0, 20), kRefused) << "a waits for b";
+  EXPECT_EQ(first.get(), kRefused);
+  ASSERT_EQ(out.errors.size(), 1u);
+  EXPECT_NE(out.errors[0].find("more bytes than max-bytes allows"), std::string::npos);
+  EXPECT_NE(out.errors[0].find("30 bytes held and a frame of 20 beside them, max-bytes=49"),
+            std::string::npos);
+  EXPECT_NE(out.errors[0].find("fix: max-bytes=50"), std::string::npos);
+  EXPECT_EQ(dropped(DropReason::Error), 2u);
+}
+
+TEST_F(Collecting, TakesAFrameThatIsBiggerThanTheBoundAlone) {
+  const LaneId a = collector.add();
+  collector.configure({Mode::NoSync, {}, {}}, OnBackwardsTime::Pass, {}, 10);
+  EXPECT_EQ(collector.offer(a, 1, 0, 1000), kOk);
+}
+
+TEST_F(Collecting, WaitsBeyondTheBoundForWhatIsBeingMade) {
+  const LaneId a = collector.add(), b = collector.add(), c = collector.add();
+  collector.configure({Mode::Refresh, {}, {}}, OnBackwardsTime::Pass, {}, 80);
+  const auto bring = [&](LaneId lane, int frame) {
+    return std::async(std::launch::async,
+                      [=, this] { return collector.offer(lane, frame, 0, 20); });
+  };
+  auto one = bring(a, 1), two = bring(b, 2), three = bring(c, 3);
+  EXPECT_EQ(one.get() + two.get() + three.get(), kOk);
+  const size_t before = out.count();  // each keeps a frame: 60
+  out.hold = true;
+  auto making = bring(a, 4);
+  while (collector.bytes_held().second < 80) std::this_thread::yield();
+  auto next = bring(b, 5);
+  wait_for_waiting(1);
+  auto beyond = bring(c, 6);
+  wait_for_waiting(2);
+  EXPECT_EQ(collector.bytes_held().first, 80u);
+  out.hold = false;
+  out.gate.set_value();
+  EXPECT_EQ(making.get() + next.get() + beyond.get(), kOk);
+  EXPECT_EQ(out.count(), before + 3);
+  EXPECT_EQ(collector.bytes_held().second, 80u);
+}
+
+TEST_F(Collecting, LetsGoWhoWaitsForBytes) {
+  const LaneId a = collector.add(), b = collector.add();
+  collector.configure({Mode::Refresh, {}, {}}, OnBackwardsTime::Pass, {}, 60);
+  auto first = std::async(std::launch::async, [&] { return collector.offer(a, 1, 0, 20); });
+  EXPECT_EQ(collector.offer(b, 2, 0, 20), kOk);
+  EXPECT_EQ(first.get(), kOk);
+  out.hold = true;
+  auto second = std::async(std::launch::async, [&] { return collector.offer(a, 3, 0, 20); });
+  while (collector.bytes_held().second < 60) std::this_thread::yield();
+  auto third = std::async(std::launch::async, [&] { return collector.offer(b, 4, 0, 41); });
+  wait_for_waiting(1);
+  collector.flush_start(b);
+  EXPECT_EQ(third.get(), kFlushing);
+  EXPECT_EQ(dropped(DropReason::Flush), 1u);
+  out.gate.set_value();
+  second.get();
 }
 
 TEST_F(Collecting, StopWakesWhoWaits) {
@@ -133,6 +217,26 @@ TEST_F(Collecting, RemovalOfAPadWakesItAndLetsTheOthersGoOn) {
   EXPECT_EQ(first.get(), kOk);
   EXPECT_EQ(out.rows, (std::vector<std::vector<int>>{{1}}));
   EXPECT_EQ(collector.offer(b, 3, 20), kFlushing);
+}
+
+TEST_F(Collecting, WhoRemovesAPadMakesNoOutputThatThoseWhoWaitCanMake) {
+  const LaneId a = collector.add(), b = collector.add(), c = collector.add();
+  auto first = offer(a, 1, 10), second = offer(b, 2, 10);
+  wait_for_waiting(2);
+  collector.remove(c);
+  EXPECT_EQ(first.get(), kOk);
+  EXPECT_EQ(second.get(), kOk);
+  EXPECT_EQ(out.rows, (std::vector<std::vector<int>>{{1, 2}}));
+  ASSERT_EQ(out.threads.size(), 1u);
+  EXPECT_NE(out.threads[0], std::this_thread::get_id());
+}
+
+TEST_F(Collecting, WhoRemovesAPadEndsTheStreamWhereNobodyWaits) {
+  use(Mode::Refresh);
+  const LaneId a = collector.add(), b = collector.add();
+  collector.end(a);
+  collector.remove(b);
+  EXPECT_EQ(out.ended_by, std::this_thread::get_id());
 }
 
 TEST_F(Collecting, APadThatIsNotActiveSendsItsThreadAway) {

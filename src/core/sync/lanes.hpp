@@ -41,6 +41,7 @@ class Lanes {
     LaneId id = 0;
     std::optional<Frame> head, kept;
     Stamp head_time, kept_time;
+    uint64_t head_bytes = 0, kept_bytes = 0;
     bool kept_was_used = false;
     bool ended = false, missing = false, active = true;
     bool may_wait = false;  // was asked; until pads or streams change
@@ -58,6 +59,7 @@ class Lanes {
 
   explicit Lanes(Ledger* ledger) : ledger_(ledger) {}
 
+  // Precondition: `id` is higher than all before.
   void add(LaneId id) {
     Lane lane;
     lane.id = id;
@@ -71,15 +73,17 @@ class Lanes {
     pads_changed();
   }
   Lane* find(LaneId id) noexcept {
-    const auto it =
-        std::find_if(lanes_.begin(), lanes_.end(), [id](auto& l) { return l.id == id; });
-    return it == lanes_.end() ? nullptr : &*it;
+    const auto it = std::lower_bound(lanes_.begin(), lanes_.end(), id,
+                                     [](const Lane& l, LaneId wanted) { return l.id < wanted; });
+    return it == lanes_.end() || it->id != id ? nullptr : &*it;
   }
   const std::deque<Lane>& all() const noexcept { return lanes_; }
   const Counts& counts() const noexcept { return counts_; }
+  // Of all heads and kept frames.
+  uint64_t held_bytes() const noexcept { return held_bytes_; }
 
   // Precondition: the lane is there and has no head. False: dropped for its time.
-  bool put(LaneId id, Frame frame, Stamp time, OnBackwardsTime backwards) {
+  bool put(LaneId id, Frame frame, Stamp time, OnBackwardsTime backwards, uint64_t bytes = 0) {
     Lane& lane = *find(id);
     lane.missing = false;
     if (time) *time += lane.shift;
@@ -100,6 +104,8 @@ class Lanes {
     }
     lane.gap_end.reset();
     lane.head = std::move(frame);
+    lane.head_bytes = bytes;
+    held_bytes_ += bytes;
     lane.head_time = time;
     lane.arrived = Clock::now();
     return true;
@@ -124,7 +130,7 @@ class Lanes {
   void drop_head(LaneId id, DropReason reason) {
     Lane* lane = find(id);
     if (!lane || !lane->head) return;
-    lane->head.reset();
+    forget_head(*lane);
     lane->empty_since = Clock::now();
     ledger_->dropped(reason);
   }
@@ -171,15 +177,33 @@ class Lanes {
     if (options.mode == Mode::BasePad && options.base.pad >= lanes_.size() && !lanes_.empty())
       return no_base(options.base.pad);
     if (restart(options.mode)) return Step<Frame>{Outcome::Wait, true, {}};
-    const Decision decision = decide(options, round_, views());
-    round_ = decision.round;
+    if (must_wait(options.mode)) return Step<Frame>{};
+    look();
+    Decision decision = decide(options, round_, views_);
+    round_ = std::move(decision.round);
     if (decision.outcome == Outcome::End) {
       clear_all(DropReason::Eos);
       return Step<Frame>{Outcome::End, true, {}};
     }
     Step<Frame> out{decision.outcome, false, {round_.current, decision.metadata_pad, {}}};
-    for (size_t i = 0; i < lanes_.size(); ++i) apply(lanes_[i], decision.uses[i], &out);
+    if (decision.outcome == Outcome::Emit) out.emission.frames.reserve(lanes_.size());
+    uint64_t used_first = 0;
+    for (size_t i = 0; i < lanes_.size(); ++i)
+      used_first += apply(lanes_[i], decision.uses[i], &out) ? 1 : 0;
+    if (used_first > 0) ledger_->consumed(used_first);
     return out;
+  }
+  // True: no policy has anything to do before a pad that is empty gets a frame, a gap or an end.
+  // False says nothing.
+  bool must_wait(Mode mode) const noexcept {
+    bool waited_for = false;
+    for (const Lane& lane : lanes_) {
+      const bool too_old = lane.head && lane.head_time && *lane.head_time < round_.current;
+      if (lane.ended || lane.frames_below > 1 || too_old) return false;
+      const bool repeats = mode == Mode::Refresh && lane.kept;
+      waited_for = waited_for || (state_of(lane) == PadState::Empty && !repeats);
+    }
+    return waited_for && mode != Mode::Lateness;
   }
 
  private:
@@ -192,18 +216,17 @@ class Lanes {
     round_.deciding.reset();
     round_.counted.clear();
   }
-  std::vector<PadView> views() const {
-    std::vector<PadView> out;
+  void look() {
+    views_.clear();
     for (const Lane& lane : lanes_) {
-      PadView view;
+      PadView& view = views_.emplace_back();
       view.state = state_of(lane);
       view.head = lane.head_time;
       view.gap_end = lane.gap_end.value_or(0);
       view.has_kept = lane.kept.has_value();
       view.kept = lane.kept_time;
-      out.push_back(view);
+      view.went_back = lane.frames_below > 0;
     }
-    return out;
   }
   static PadState state_of(const Lane& lane) noexcept {
     if (lane.head) return PadState::Head;
@@ -212,32 +235,38 @@ class Lanes {
     return lane.gap_end ? PadState::Gap : PadState::Empty;
   }
 
-  void apply(Lane& lane, Use use, Step<Frame>* out) {
+  // True: a frame was used for the first time.
+  bool apply(Lane& lane, Use use, Step<Frame>* out) {
     if (use == Use::Head || use == Use::Discard) {
       keep_head(lane);
       out->changed = true;
     }
-    if (use != Use::Head && use != Use::Kept) return;
-    if (!lane.kept_was_used) ledger_->consumed();
-    lane.kept_was_used = true;
+    if (use != Use::Head && use != Use::Kept) return false;
     out->emission.frames.push_back(*lane.kept);
+    return !std::exchange(lane.kept_was_used, true);
+  }
+  void forget_head(Lane& lane) noexcept {
+    if (lane.head) held_bytes_ -= lane.head_bytes;
+    lane.head.reset();
   }
   void keep_head(Lane& lane) {
     drop_kept(lane, DropReason::Policy);
     lane.kept = std::move(lane.head);
+    lane.kept_bytes = lane.head_bytes;
     lane.kept_time = lane.head_time;
     lane.head.reset();
     lane.empty_since = Clock::now();
   }
   void drop_kept(Lane& lane, DropReason reason) {
     if (lane.kept && !lane.kept_was_used) ledger_->dropped(reason);
+    if (lane.kept) held_bytes_ -= lane.kept_bytes;
     lane.kept.reset();
     lane.kept_time.reset();
     lane.kept_was_used = false;
   }
   void clear(Lane& lane, DropReason reason) {
     if (lane.head) ledger_->dropped(reason);
-    lane.head.reset();
+    forget_head(lane);
     drop_kept(lane, reason);
     lane.gap_end.reset();
     forget_times(lane);
@@ -309,7 +338,9 @@ class Lanes {
   }
 
   Ledger* ledger_;
-  std::deque<Lane> lanes_;
+  std::deque<Lane> lanes_;      // by ascending id
+  std::vector<PadView> views_;  // of step(), kept for its memory
+  uint64_t held_bytes_ = 0;
   Round round_;
   Counts counts_;
 };

@@ -16,10 +16,12 @@ namespace {
 struct Word {
   const char* text;
   Mode mode;
+  bool old = false;  // of the first publication
 };
-constexpr std::array kWords{Word{"nosync", Mode::NoSync},   Word{"slowest", Mode::Slowest},
-                            Word{"basepad", Mode::BasePad}, Word{"refresh", Mode::Refresh},
-                            Word{"base", Mode::BasePad},    Word{"fastest", Mode::Refresh}};
+constexpr std::array kWords{
+    Word{"nosync", Mode::NoSync},      Word{"slowest", Mode::Slowest},
+    Word{"basepad", Mode::BasePad},    Word{"refresh", Mode::Refresh},
+    Word{"base", Mode::BasePad, true}, Word{"fastest", Mode::Refresh, true}};
 
 Error bad_option(std::string_view text, size_t place, const char* needed) {
   return Error{Code::OPTION_SYNTAX,     "sync-option cannot be read",
@@ -48,6 +50,20 @@ Result<Mode> parse_mode(std::string_view text) {
                "nosync, slowest, basepad or refresh",
                "",
                near.empty() ? "sync-mode=slowest" : "sync-mode=" + near};
+}
+
+std::optional<Error> old_word(std::string_view text) {
+  for (const Word& word : kWords)
+    if (word.old && equal_ignoring_case(word.text, strip(text)))
+      return Error{Code::MODE_UNKNOWN,
+                   "sync-mode=" + std::string(word.text) +
+                       " is an old word that NNStreamer 2.7 does not know, and is taken for " +
+                       std::string(name_of(word.mode)),
+                   std::string(text),
+                   "nosync, slowest, basepad or refresh",
+                   "",
+                   "sync-mode=" + std::string(name_of(word.mode))};
+  return std::nullopt;
 }
 
 Result<Base> parse_base(std::string_view text) {

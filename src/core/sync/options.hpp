@@ -1,5 +1,6 @@
 // Options: which policy, as the properties sync-mode and sync-option say; and the call of it.
 #pragma once
+#include <optional>
 #include <string_view>
 
 #include "core/sync/base_pad.hpp"
@@ -15,6 +16,8 @@ std::string_view name_of(Mode mode) noexcept;  // "" of Lateness, which has no w
 // basepad, and "fastest" = refresh: outputs keep the pace of the fastest pad, and slower ones
 // repeat their last frame. MODE_UNKNOWN for another word, with the nearest known one.
 Result<Mode> parse_mode(std::string_view text);
+// MODE_UNKNOWN, as a note to the user, for a word of the first publication: it is taken.
+std::optional<Error> old_word(std::string_view text);
 
 struct Base {
   size_t pad = 0;  // in the order in which pads were requested

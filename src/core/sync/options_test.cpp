@@ -18,6 +18,23 @@ TEST(SyncOptions, TheWordsOfTheFirstPublicationAreKnown) {
   EXPECT_EQ(*parse_mode("fastest"), Mode::Refresh);
 }
 
+TEST(SyncOptions, AnOldWordIsToldWithTheOneOfToday) {
+  for (const auto& [word, today] : {std::pair{"base", "basepad"}, {" Fastest", "refresh"}}) {
+    const auto told = old_word(word);
+    ASSERT_TRUE(told) << word;
+    EXPECT_EQ(told->code, Code::MODE_UNKNOWN);
+    EXPECT_EQ(told->offered, word);
+    EXPECT_NE(
+        told->what.find(
+            std::string("is an old word that NNStreamer 2.7 does not know, and is taken for ") +
+            today),
+        std::string::npos);
+    EXPECT_EQ(told->fix, std::string("sync-mode=") + today);
+  }
+  for (const char* word : {"basepad", "refresh", "slowest", "nosync", "fast", ""})
+    EXPECT_FALSE(old_word(word)) << word;
+}
+
 TEST(SyncOptions, ATypoIsToldWithTheWordThatWasMeant) {
   const auto mode = parse_mode("slowst");
   ASSERT_FALSE(mode);

@@ -107,6 +107,29 @@ TEST(Slowest, DiscardsWhatIsTooOldAndChangesNoOtherPad) {
   EXPECT_EQ(d.round, (Round{29, false, 0, {}}));
 }
 
+TEST(Slowest, DiscardsWhatIsTooOldWithoutTheOthers) {
+  const Round round{30, true, {}, {}};
+  const auto d = decide_for(Mode::Slowest, {kEmpty, head(29), head(30), head({})}, round);
+  EXPECT_EQ(d.outcome, Outcome::Wait);
+  EXPECT_EQ(d.uses, (Uses{Use::Nothing, Use::Discard, Use::Nothing, Use::Nothing}));
+  EXPECT_EQ(d.round, (Round{30, true, {}, {false, true, false, false}}));
+}
+
+TEST(Slowest, TheHeadBehindOneThatWasTooOldDoesNotRaiseTheTime) {
+  const Round round{30, true, {}, {false, true}};
+  const auto d = decide_for(Mode::Slowest, {head(40), with_kept(head(50), 29)}, round);
+  EXPECT_EQ(d.outcome, Outcome::Emit);
+  EXPECT_EQ(d.round.current, 40u);
+  EXPECT_EQ(d.uses, (Uses{Use::Head, Use::Head}));
+}
+
+TEST(Slowest, HoldsWhatMayBeginANewStream) {
+  PadView back = head(3);
+  back.went_back = true;
+  const auto d = decide_for(Mode::Slowest, {kEmpty, back}, {30, true, {}, {}});
+  EXPECT_EQ(d.uses, (Uses{Use::Nothing, Use::Nothing}));
+}
+
 TEST(Slowest, GoesOnWithTheSameTimeAfterADiscard) {
   const auto d = decide_for(Mode::Slowest, {head(29), with_kept(head(30), 14)}, {29, false, 0, {}});
   EXPECT_EQ(d.outcome, Outcome::Emit);
@@ -201,6 +224,14 @@ TEST(Missing, PadsRepeatTheirLastFrame) {
     const auto d = decide_for(mode, {head(20), with_kept(kMissing, 5)});
     EXPECT_EQ(d.outcome, Outcome::Emit) << name_of(mode);
     EXPECT_EQ(d.uses, (Uses{Use::Head, Use::Kept})) << name_of(mode);
+  }
+}
+
+TEST(Missing, WhatAllPadsRepeatIsNotSentAgain) {
+  for (const Mode mode : kAll) {
+    const auto d = decide_for(mode, {with_kept(kMissing, 4), with_kept(kMissing, 4)});
+    EXPECT_EQ(d.outcome, Outcome::Wait) << name_of(mode);
+    EXPECT_EQ(d.uses, (Uses{Use::Nothing, Use::Nothing})) << name_of(mode);
   }
 }
 

@@ -32,6 +32,7 @@ struct PadView {
   Time gap_end = 0;  // of Gap
   bool has_kept = false;
   Stamp kept;
+  bool went_back = false;  // its times: what seems too old may begin a new stream
 };
 
 // What lasts from one collection to the next.

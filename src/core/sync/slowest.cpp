@@ -45,6 +45,24 @@ Use step_b(const PadView& pad, Time current) {
   return kept_is_nearer(pad, current, *pad.head) ? Use::Kept : Use::Head;
 }
 
+// What is before `current` has no partner, whatever the others bring. It must not wait for them: a
+// pad that comes late has a full queue of such frames, which stops the tee that feeds all. Step A
+// is done for such a pad: its next head comes into this round too late to raise `current`.
+Decision discard_what_is_too_old(const Round& round, std::span<const PadView> pads) {
+  Decision out = wait_for_more(round, pads.size());
+  for (size_t i = 0; i < pads.size(); ++i) {
+    const PadView& pad = pads[i];
+    if (pad.state != PadState::Head || !pad.head || *pad.head >= round.current || pad.went_back)
+      continue;
+    out.uses[i] = Use::Discard;
+    if (!round.need_set) continue;
+    if (out.round.counted.empty()) out.round.deciding.reset();
+    out.round.counted.resize(pads.size(), false);
+    out.round.counted[i] = true;
+  }
+  return out;
+}
+
 bool never_fed_and_missing(const PadView& pad) {
   return pad.state == PadState::Missing && !pad.has_kept;
 }
@@ -56,7 +74,7 @@ Decision decide_slowest(const Round& round, std::span<const PadView> pads) {
     case Readiness::Over:
       return end_of_stream(round, pads.size());
     case Readiness::NotYet:
-      return wait_for_more(round, pads.size());
+      return discard_what_is_too_old(round, pads);
     case Readiness::Ready:
       break;
   }

@@ -1,5 +1,6 @@
 // slowest: as many outputs as the slowest pad has frames, each with the nearest of the others.
 //
+// While a pad is waited for: heads before `current` are discarded (kept), as step B would do later.
 // Step A: current = max(current, times of all heads). End as soon as one pad has ended and is
 // empty. Step B, each pad:
 //   1. head < current: discarded (kept); no output; the round goes on with the same `current`.

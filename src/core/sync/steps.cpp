@@ -42,12 +42,13 @@ Decision emit(const Round& round, std::vector<Use> uses) {
 }
 
 Readiness readiness_of_all(std::span<const PadView> pads) {
-  Readiness out = pads.empty() ? Readiness::NotYet : Readiness::Ready;
+  bool all = true, fresh = false;
   for (const PadView& pad : pads) {
     if (pad.state == PadState::Ended) return Readiness::Over;
-    if (pad.state == PadState::Empty) out = Readiness::NotYet;
+    all = all && pad.state != PadState::Empty;
+    fresh = fresh || pad.state == PadState::Head;
   }
-  return out;
+  return all && fresh ? Readiness::Ready : Readiness::NotYet;
 }
 
 }  // namespace weir::sync

@@ -17,8 +17,9 @@ Round raised_to_heads(Round round, std::span<const PadView> pads);
 Decision emit(const Round& round, std::vector<Use> uses);
 
 enum class Readiness { Ready, NotYet, Over };
-// Whether each pad has a head, a gap or is missing (Ready); is waited for (NotYet); or has ended
-// (Over, which goes before the others).
+// Whether each pad has a head, a gap or is missing, and one of them a head (Ready); or is waited
+// for (NotYet): what repeats kept frames alone would never end; or has ended (Over, which goes
+// first).
 Readiness readiness_of_all(std::span<const PadView> pads);
 
 }  // namespace weir::sync

@@ -353,5 +353,26 @@ TEST(SyncStreams, ABaseThatIsNotThereIsNamed) {
   EXPECT_EQ(step.error().offered, "pad 2 of 2");
 }
 
+// Who waits may see only after the time that its frame was taken and that nobody has one any more.
+TEST(MaxWait, NothingIsSentTwiceWhenAllPadsBecomeMissing) {
+  using namespace std::chrono_literals;
+  for (const Mode mode : {Mode::NoSync, Mode::Slowest, Mode::BasePad, Mode::Refresh}) {
+    Ledger ledger;
+    Lanes<int> lanes(&ledger);
+    for (const LaneId id : {1u, 2u}) {
+      lanes.add(id);
+      lanes.put(id, 1, 10, OnBackwardsTime::Pass);
+    }
+    const Options options{mode, {}, {}};
+    EXPECT_EQ(lanes.step(options)->outcome, Outcome::Emit) << name_of(mode);
+    EXPECT_TRUE(lanes.mark_missing(Clock::now(), 1ms, Clock::now() + 1h)) << name_of(mode);
+    const auto step = lanes.step(options);
+    EXPECT_EQ(step->outcome, Outcome::Wait) << name_of(mode);
+    EXPECT_FALSE(step->changed) << name_of(mode);
+    lanes.put(1, 2, 20, OnBackwardsTime::Pass);
+    EXPECT_EQ(lanes.step(options)->emission.frames, (std::vector<int>{2, 1})) << name_of(mode);
+  }
+}
+
 }  // namespace
 }  // namespace weir::sync

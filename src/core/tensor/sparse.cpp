@@ -1,11 +1,11 @@
 // Dense <-> sparse (specification 1.8).
 #include "core/tensor/sparse.hpp"
 
-#include <algorithm>
-#include <bit>
 #include <cstring>
 #include <string>
 #include <type_traits>
+
+#include "core/tensor/nonzero.hpp"
 
 namespace weir {
 namespace {
@@ -20,78 +20,10 @@ Error invalid(std::string what, std::string offered, std::string needed) {
 }
 
 // Minus zero is a zero: its value is lost, as with every sparse form by value.
-template <class T>
-bool is_zero(const T& value) {
-  if constexpr (std::is_same_v<T, float16>)
-    return (value.bits & 0x7FFFu) == 0;
-  else
-    return value == T{};
-}
-
-template <class T>
-T element(std::span<const std::byte> dense, size_t index) noexcept {
-  T value;
-  std::memcpy(&value, dense.data() + index * sizeof(T), sizeof(T));
-  return value;
-}
-
-// The highest bit of each lane of eight bytes.
-template <class T>
-constexpr uint64_t highest_bits() {
-  uint64_t out = 0;
-  for (size_t i = 1; i <= 8 / sizeof(T); ++i) out |= uint64_t{1} << (8 * sizeof(T) * i - 1);
-  return out;
-}
-
-// The highest bit of each lane that is not zero: such a lane carries into it. The sign of a
-// floating point number does not make it other than zero.
-template <class T>
-uint64_t nonzero_lanes(const std::byte* at) noexcept {
-  constexpr uint64_t kHigh = highest_bits<T>();
-  constexpr bool kSigned = std::is_floating_point_v<T> || std::is_same_v<T, float16>;
-  uint64_t word;
-  std::memcpy(&word, at, 8);
-  return (((word & ~kHigh) + ~kHigh) | (kSigned ? 0 : word)) & kHigh;
-}
-
-template <class T>
-uint32_t count_nonzero(std::span<const std::byte> dense) noexcept {
-  constexpr size_t kBits = 8 * sizeof(T), kStep = 8 / sizeof(T);
-  constexpr size_t kWordsInARow = 255;  // as many ones a lane of one byte can count
-  const size_t count = dense.size() / sizeof(T), words = count / kStep;
-  uint64_t nonzero = 0;
-  for (size_t begin = 0; begin < words; begin += kWordsInARow) {
-    uint64_t lanes = 0;
-    for (size_t i = begin; i < std::min(words, begin + kWordsInARow); ++i)
-      lanes += nonzero_lanes<T>(dense.data() + 8 * i) >> (kBits - 1);
-    for (size_t lane = 0; lane < kStep; ++lane)
-      nonzero += lanes >> (kBits * lane) & (kBits < 64 ? (uint64_t{1} << kBits % 64) - 1 : ~0ull);
-  }
-  for (size_t i = words * kStep; i < count; ++i) nonzero += is_zero(element<T>(dense, i)) ? 0 : 1;
-  return static_cast<uint32_t>(nonzero);
-}
-
-// Eight bytes in one step, of which only the elements that are not zero are looked at.
-template <class T>
-void write_elements(std::span<const std::byte> dense, size_t nonzero, std::byte* values,
-                    std::byte* indices) noexcept {
-  constexpr size_t kStep = 8 / sizeof(T);
-  const size_t count = dense.size() / sizeof(T);
-  size_t found = 0;
-  const auto take = [&](size_t i) {
-    const auto index = static_cast<uint32_t>(i);
-    std::memcpy(values + found * sizeof(T), dense.data() + i * sizeof(T), sizeof(T));
-    std::memcpy(indices + found * 4, &index, 4);
-    ++found;
-  };
-  size_t i = 0;
-  for (; i + kStep <= count; i += kStep) {
-    uint64_t lanes = nonzero_lanes<T>(dense.data() + i * sizeof(T));
-    for (; lanes != 0 && found < nonzero; lanes &= lanes - 1)
-      take(i + static_cast<size_t>(std::countr_zero(lanes)) / (8 * sizeof(T)));
-  }
-  for (; i < count && found < nonzero; ++i)
-    if (!is_zero(element<T>(dense, i))) take(i);
+NonzeroElements nonzero_elements(ElementType type) {
+  return visit_type(type, []<class T>(std::type_identity<T>) {
+    return NonzeroElements{sizeof(T), std::is_floating_point_v<T> || std::is_same_v<T, float16>};
+  });
 }
 
 }  // namespace
@@ -115,8 +47,9 @@ Result<TensorHeader> sparse_header(const TensorSpec& spec, std::span<const std::
   TensorHeader header;
   header.spec = spec;
   header.format = Format::Sparse;
-  header.nonzero_count = visit_type(
-      spec.type, [&]<class T>(std::type_identity<T>) { return count_nonzero<T>(dense); });
+  const size_t nonzero =
+      nonzero_elements(spec.type).count(dense.data(), static_cast<size_t>(*spec.shape.count()));
+  header.nonzero_count = static_cast<uint32_t>(nonzero);
   return header;
 }
 
@@ -125,9 +58,9 @@ void write_sparse(const TensorHeader& header, std::span<const std::byte> dense,
   write_tensor_header(header, out.first<kTensorHeaderBytes>());
   std::byte* values = out.data() + kTensorHeaderBytes;
   std::byte* indices = values + size_t{header.nonzero_count} * size_of(header.spec.type);
-  visit_type(header.spec.type, [&]<class T>(std::type_identity<T>) {
-    write_elements<T>(dense, header.nonzero_count, values, indices);
-  });
+  nonzero_elements(header.spec.type)
+      .write(dense.data(), static_cast<size_t>(*header.spec.shape.count()), header.nonzero_count,
+             values, indices);
 }
 
 Result<TensorHeader> read_sparse_header(std::span<const std::byte> chunk) {

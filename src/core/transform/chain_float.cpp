@@ -8,6 +8,7 @@
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "core/transform/chain_float.cpp"
+#include <hwy/cache_control.h>
 #include <hwy/foreach_target.h>  // compiles this file once per CPU target
 #include <hwy/highway.h>
 
@@ -94,8 +95,8 @@ HWY_INLINE void run_column(const FloatColumn& column, FloatGroup& x) noexcept {
   x.each([&](auto v, size_t n) HWY_ATTR { return hn::Div(v, at(column.operands, n)); });
 }
 
-// One group.
-template <class From, size_t kRepeat>
+// One group. kStreamed: past the caches; `out` is aligned to a vector.
+template <class From, size_t kRepeat, bool kStreamed>
 HWY_INLINE void run_group(const ChainProgram& program, size_t phase, const From* in,
                           float* out) noexcept {
   const FloatTag df;
@@ -105,14 +106,14 @@ HWY_INLINE void run_group(const ChainProgram& program, size_t phase, const From*
                at(6), at(7), at(8), at(9), at(10), at(11)};
   for (const auto& column : program.columns) run_column<kRepeat>(FloatColumn(column, phase), x);
   x.each([&](auto v, size_t n) HWY_ATTR {
-    hn::StoreU(v, df, out + n * lanes);
+    store_floats<kStreamed>(v, df, out + n * lanes);
     return v;
   });
 }
 
-template <class From, size_t kRepeat>
-void run_typed(const ChainProgram& program, const std::byte* in_bytes, std::byte* out_bytes,
-               size_t count) noexcept {
+template <class From, size_t kRepeat, bool kStreamed>
+void run_groups(const ChainProgram& program, const std::byte* in_bytes, std::byte* out_bytes,
+                size_t count) noexcept {
   // Highway's unaligned loads and stores: the pointers are never read through as they are.
   const From* in = reinterpret_cast<const From*>(in_bytes);
   float* out = reinterpret_cast<float*>(out_bytes);
@@ -121,19 +122,29 @@ void run_typed(const ChainProgram& program, const std::byte* in_bytes, std::byte
   size_t phase = 0;
   size_t i = 0;
   for (; count - i >= group; i += group) {
-    run_group<From, kRepeat>(program, phase, in + i, out + i);
+    run_group<From, kRepeat, kStreamed>(program, phase, in + i, out + i);
     if constexpr (kRepeat == 0) {
       phase += advance;
       if (phase >= program.period) phase -= program.period;
     }
   }
+  if constexpr (kStreamed) hwy::FlushStream();
   const size_t rest = count - i;
   if (rest == 0) return;
   alignas(64) From source[kChainBlock] = {};
   alignas(64) float values[kChainBlock];
   std::memcpy(source, in_bytes + i * sizeof(From), rest * sizeof(From));
-  run_group<From, kRepeat>(program, phase, source, values);
+  run_group<From, kRepeat, false>(program, phase, source, values);
   std::memcpy(out_bytes + i * sizeof(float), values, rest * sizeof(float));
+}
+
+template <class From, size_t kRepeat>
+void run_typed(const ChainProgram& program, const std::byte* in, std::byte* out,
+               size_t count) noexcept {
+  if (worth_streaming(FloatTag(), in, reinterpret_cast<const float*>(out), count))
+    run_groups<From, kRepeat, true>(program, in, out, count);
+  else
+    run_groups<From, kRepeat, false>(program, in, out, count);
 }
 
 template <class From>

@@ -294,6 +294,29 @@ TEST(Arithmetic, InPlaceGivesTheSameResults) {
   }
 }
 
+// What does not stay in the caches is written past them.
+TEST(Arithmetic, LargeTensorsAreTheSameAtAnyPlace) {
+  constexpr size_t kCount = 3 * 1400 * 1003;
+  const TensorSpec spec{ElementType::UInt8, {3, 1400, 1003}, ""};
+  const char* option = "typecast:float32,per-channel:true@0,add:-7@0,add:3@1,div:58.5@2";
+  std::vector<uint8_t> in(kCount);
+  for (size_t i = 0; i < kCount; ++i) in[i] = static_cast<uint8_t>(i * 2654435761U >> 13);
+  std::vector<float> store(kCount + 32);
+  void* start = store.data();
+  size_t room = store.size() * sizeof(float);
+  auto* aligned = static_cast<float*>(std::align(64, kCount * sizeof(float), start, room));
+  for_each_target([&] {
+    const auto plan = test::plan_of(Mode::Arithmetic, option, spec, true);
+    for (float* const out : {aligned, aligned + 1}) {
+      plan.apply(test::bytes_of(in), std::as_writable_bytes(std::span(out, kCount)));
+      for (size_t i = 0; i < kCount; ++i) {
+        const auto x = static_cast<float>(in[i]);
+        ASSERT_EQ(out[i], i % 3 == 0 ? x - 7 : i % 3 == 1 ? x + 3 : x / 58.5f) << i;
+      }
+    }
+  });
+}
+
 TEST(Arithmetic, DifferentElementSizesAreNotDoneInPlace) {
   const TensorSpec spec{ElementType::UInt8, {10}, ""};
   EXPECT_FALSE(

@@ -1,5 +1,5 @@
-// load_floats: a vector of floats from as many elements of another type. Included once per CPU
-// target, inside Highway's foreach_target.
+// load_floats: a vector of floats from as many elements of another type; store_floats: past the
+// caches or into them. Included once per CPU target, inside Highway's foreach_target.
 #if defined(WEIR_LOAD_FLOATS_INL) == defined(HWY_TARGET_TOGGLE)
 #ifdef WEIR_LOAD_FLOATS_INL
 #undef WEIR_LOAD_FLOATS_INL
@@ -22,6 +22,26 @@ HWY_INLINE hwy::HWY_NAMESPACE::Vec<FloatTag> load_floats(FloatTag df, const From
     const hn::Rebind<int32_t, FloatTag> di;
     return hn::ConvertTo(df, hn::PromoteTo(di, hn::LoadU(hn::Rebind<From, FloatTag>(), from)));
   }
+}
+
+// Whether `count` floats that are made of other memory are better written past the caches: they
+// would not stay there until they are read, and a cache reads each line first. `out` is aligned.
+template <class FloatTag>
+HWY_INLINE bool worth_streaming(FloatTag df, const void* in, const float* out,
+                                size_t count) noexcept {
+  constexpr size_t kFloats = size_t{4} << 20;  // 16 MiB
+  const size_t vector = hwy::HWY_NAMESPACE::Lanes(df) * sizeof(float);
+  return count >= kFloats && in != out && reinterpret_cast<uintptr_t>(out) % vector == 0;
+}
+
+template <bool kStreamed, class FloatTag>
+HWY_INLINE void store_floats(hwy::HWY_NAMESPACE::Vec<FloatTag> v, FloatTag df,
+                             float* out) noexcept {
+  namespace hn = hwy::HWY_NAMESPACE;
+  if constexpr (kStreamed)
+    hn::Stream(v, df, out);
+  else
+    hn::StoreU(v, df, out);
 }
 
 }  // namespace weir::transform::HWY_NAMESPACE

@@ -8,6 +8,7 @@
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "core/transform/stand_float.cpp"
+#include <hwy/cache_control.h>
 #include <hwy/foreach_target.h>  // compiles this file once per CPU target
 #include <hwy/highway.h>
 
@@ -68,7 +69,7 @@ void scale_rest(const Operands& operands, const From* in, float* out, size_t cou
 }
 
 // kPhases: vectors after which the operands repeat, all of them in registers; 0: any number.
-template <bool kDivides, size_t kPhases, class From>
+template <bool kDivides, bool kStreamed, size_t kPhases, class From>
 void scale_rows(const Operands& operands, size_t phases, const From* in, float* out,
                 size_t count) noexcept {
   const Tag d;
@@ -76,9 +77,24 @@ void scale_rows(const Operands& operands, size_t phases, const From* in, float* 
   const size_t row = phases * lanes;
   const Scaler a(operands, 0), b(operands, kPhases > 1 ? 1 : 0), c(operands, kPhases > 2 ? 2 : 0);
   const auto step = [&](const Scaler& scaler, size_t at) HWY_ATTR {
-    hn::StoreU(scaler.template scaled<kDivides>(load_floats(d, in + at)), d, out + at);
+    store_floats<kStreamed>(scaler.template scaled<kDivides>(load_floats(d, in + at)), d, out + at);
   };
   size_t i = 0;
+  // Several loads before their stores: one that is a multiple of 4096 bytes behind a store which is
+  // still on its way waits for it.
+  if constexpr (kPhases > 0) {
+    constexpr size_t kVectors = kPhases == 1 ? 8 : 2 * kPhases;
+    for (; i + kVectors * lanes <= count; i += kVectors * lanes) {
+      Vector x[kVectors];
+      HWY_UNROLL(8)
+      for (size_t k = 0; k < kVectors; ++k) x[k] = load_floats(d, in + i + k * lanes);
+      HWY_UNROLL(8)
+      for (size_t k = 0; k < kVectors; ++k) {
+        const Scaler& scaler = k % kPhases == 0 ? a : k % kPhases == 1 ? b : c;
+        store_floats<kStreamed>(scaler.template scaled<kDivides>(x[k]), d, out + i + k * lanes);
+      }
+    }
+  }
   for (; i + row <= count; i += row) {
     if constexpr (kPhases > 0) {
       step(a, i);
@@ -89,7 +105,17 @@ void scale_rows(const Operands& operands, size_t phases, const From* in, float* 
         step(Scaler(operands, phase), i + phase * lanes);
     }
   }
+  if constexpr (kStreamed) hwy::FlushStream();
   scale_rest<kDivides>(operands, in + i, out + i, count - i);
+}
+
+template <bool kDivides, bool kStreamed, class From>
+void scale_phases(const Operands& operands, const StandTensor& tensor, const From* in,
+                  float* out) noexcept {
+  const size_t phases = tensor.channels / std::gcd(tensor.channels, hn::Lanes(Tag()));
+  if (phases == 1) return scale_rows<kDivides, kStreamed, 1>(operands, 1, in, out, tensor.count);
+  if (phases == 3) return scale_rows<kDivides, kStreamed, 3>(operands, 3, in, out, tensor.count);
+  scale_rows<kDivides, kStreamed, 0>(operands, phases, in, out, tensor.count);
 }
 
 template <bool kDivides, class From>
@@ -98,10 +124,10 @@ void scale_typed(const Operands& operands, const StandTensor& tensor, const std:
   // Highway's unaligned loads and stores, and memcpy: the pointers are never read through.
   const From* in = reinterpret_cast<const From*>(in_bytes);
   float* out = reinterpret_cast<float*>(out_bytes);
-  const size_t phases = tensor.channels / std::gcd(tensor.channels, hn::Lanes(Tag()));
-  if (phases == 1) return scale_rows<kDivides, 1>(operands, 1, in, out, tensor.count);
-  if (phases == 3) return scale_rows<kDivides, 3>(operands, 3, in, out, tensor.count);
-  scale_rows<kDivides, 0>(operands, phases, in, out, tensor.count);
+  if (worth_streaming(Tag(), in, out, tensor.count))
+    scale_phases<kDivides, true>(operands, tensor, in, out);
+  else
+    scale_phases<kDivides, false>(operands, tensor, in, out);
 }
 
 void RunStandFloat(const StandTensor& tensor, const StandTypes& types, const StandScale& scale,

@@ -1,6 +1,4 @@
 // A table of bytes with few steps, as a sum of comparisons.
-#include <cstring>
-
 #include "core/transform/stand_table.hpp"
 
 #undef HWY_TARGET_INCLUDE
@@ -14,34 +12,44 @@ namespace hn = hwy::HWY_NAMESPACE;
 
 using Tag = hn::ScalableTag<uint8_t>;
 
-HWY_INLINE hn::Vec<Tag> climbed(std::span<const TableStep> steps, hn::Vec<Tag> start,
-                                hn::Vec<Tag> x) noexcept {
-  const Tag d;
-  auto sum = start;
-  for (const auto& step : steps) {
-    const auto reached = hn::Eq(hn::Max(x, hn::Set(d, step.first)), x);
-    sum = hn::Add(sum, hn::IfThenElseZero(reached, hn::Set(d, step.change)));
-  }
-  return sum;
-}
-
-void RunSteps(std::span<const TableStep> steps, uint8_t first, size_t count,
-              const std::byte* in_bytes, std::byte* out_bytes) {
+// min(x -| (at - 1), 1) is 1 from `at` on; -| stops at 0.
+void RunSteps(const TableSteps& steps, size_t count, const std::byte* in_bytes,
+              std::byte* out_bytes) {
+  constexpr size_t kVectors = 4;
   const Tag d;
   const size_t lanes = hn::Lanes(d);
   const auto* in = reinterpret_cast<const uint8_t*>(in_bytes);
   auto* out = reinterpret_cast<uint8_t*>(out_bytes);
-  const auto start = hn::Set(d, first);
+  const size_t ups = steps.ups, all = steps.ups + steps.downs;
+  const auto first = hn::Set(d, steps.first), one = hn::Set(d, uint8_t{1});
   size_t i = 0;
-  for (; i + 2 * lanes <= count; i += 2 * lanes) {
+  for (; i + kVectors * lanes <= count; i += kVectors * lanes) {
     const auto a = hn::LoadU(d, in + i), b = hn::LoadU(d, in + i + lanes);
-    hn::StoreU(climbed(steps, start, a), d, out + i);
-    hn::StoreU(climbed(steps, start, b), d, out + i + lanes);
+    const auto c = hn::LoadU(d, in + i + 2 * lanes), e = hn::LoadU(d, in + i + 3 * lanes);
+    auto sum_a = first, sum_b = first, sum_c = first, sum_e = first;
+    for (size_t n = 0; n < ups; ++n) {
+      const auto below = hn::Set(d, steps.below[n]);
+      sum_a = hn::Add(sum_a, hn::Min(hn::SaturatedSub(a, below), one));
+      sum_b = hn::Add(sum_b, hn::Min(hn::SaturatedSub(b, below), one));
+      sum_c = hn::Add(sum_c, hn::Min(hn::SaturatedSub(c, below), one));
+      sum_e = hn::Add(sum_e, hn::Min(hn::SaturatedSub(e, below), one));
+    }
+    for (size_t n = ups; n < all; ++n) {
+      const auto below = hn::Set(d, steps.below[n]);
+      sum_a = hn::Sub(sum_a, hn::Min(hn::SaturatedSub(a, below), one));
+      sum_b = hn::Sub(sum_b, hn::Min(hn::SaturatedSub(b, below), one));
+      sum_c = hn::Sub(sum_c, hn::Min(hn::SaturatedSub(c, below), one));
+      sum_e = hn::Sub(sum_e, hn::Min(hn::SaturatedSub(e, below), one));
+    }
+    hn::StoreU(sum_a, d, out + i);
+    hn::StoreU(sum_b, d, out + i + lanes);
+    hn::StoreU(sum_c, d, out + i + 2 * lanes);
+    hn::StoreU(sum_e, d, out + i + 3 * lanes);
   }
   for (; i < count; ++i) {
-    uint8_t sum = first;
-    for (const auto& step : steps)
-      sum = static_cast<uint8_t>(sum + (in[i] >= step.first ? step.change : 0));
+    uint8_t sum = steps.first;
+    for (size_t n = 0; n < all; ++n)
+      if (in[i] > steps.below[n]) sum = static_cast<uint8_t>(n < ups ? sum + 1 : sum - 1);
     out[i] = sum;
   }
 }
@@ -54,12 +62,12 @@ namespace weir::transform {
 
 HWY_EXPORT(RunSteps);
 
-void run_table_steps(std::span<const TableStep> steps, uint8_t start, size_t count, bool accelerate,
-                     const std::byte* in, std::byte* out) noexcept {
+void run_table_steps(const TableSteps& steps, size_t count, bool accelerate, const std::byte* in,
+                     std::byte* out) noexcept {
   if (accelerate)
-    HWY_DYNAMIC_DISPATCH(RunSteps)(steps, start, count, in, out);
+    HWY_DYNAMIC_DISPATCH(RunSteps)(steps, count, in, out);
   else
-    HWY_STATIC_DISPATCH(RunSteps)(steps, start, count, in, out);
+    HWY_STATIC_DISPATCH(RunSteps)(steps, count, in, out);
 }
 
 }  // namespace weir::transform

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstring>
 
+#include "core/transform/avx512_bytes.hpp"
 #include "core/transform/stand_scale.hpp"
 
 #undef HWY_TARGET_INCLUDE
@@ -104,11 +105,75 @@ void add_integers(const StandTensor& tensor, const std::byte* bytes, IntegerSums
   }
 }
 
-// As many positions a phase on every CPU, so that sums are rounded alike.
+#if HWY_TARGET != HWY_SCALAR
+// Of one channel, whose positions need not be told apart: sums of eight bytes at a time, and
+// squares of the even and of the odd bytes, which are added up in pairs.
+template <bool kSigned>
+void add_bytes(const std::byte* bytes, size_t count, IntegerSums& totals) noexcept {
+  const hn::ScalableTag<uint8_t> d;
+  const hn::RepartitionToWide<decltype(d)> d16;
+  const hn::RebindToSigned<decltype(d16)> di16;
+  const hn::RepartitionToWide<decltype(di16)> d32;
+  const hn::Repartition<uint64_t, decltype(d)> d64;
+  constexpr size_t kVectors = 8192;  // times 2 * 255^2 fit into a lane of 31 bits
+  const auto* in = reinterpret_cast<const uint8_t*>(bytes);
+  const size_t lanes = hn::Lanes(d), whole = count / lanes;
+  const auto turned = hn::Set(d, uint8_t{0x80});
+  const auto low = hn::Set(d16, uint16_t{0xFF});
+  auto sum = hn::Zero(d64);
+  size_t begin = 0;
+  uint64_t total = 0, squares_total = 0;
+#if HWY_TARGET == HWY_AVX3 && WEIR_AVX512_BYTES
+  if (has_avx512_bytes()) {  // three instructions instead of eight
+    const auto sums = add_bytes_avx512(in, count, kSigned ? uint8_t{0x80} : uint8_t{0});
+    total = sums.sum;
+    squares_total = sums.squares;
+    begin = whole;
+  }
+#endif
+  for (size_t done = begin; done < whole; done += kVectors) {
+    auto even = hn::Zero(d32), odd = hn::Zero(d32), even_rest = hn::Zero(d32),
+         odd_rest = hn::Zero(d32);
+    const size_t end = std::min(done + kVectors, whole);
+    for (size_t i = done; i < end; ++i) {
+      auto x = hn::LoadU(d, in + i * lanes);
+      if constexpr (kSigned) x = hn::Xor(x, turned);
+      sum = hn::Add(sum, hn::SumsOf8(x));
+      const auto pairs = hn::BitCast(d16, x);
+      const auto a = hn::BitCast(di16, hn::And(pairs, low));
+      const auto b = hn::BitCast(di16, hn::ShiftRight<8>(pairs));
+      even = hn::ReorderWidenMulAccumulate(d32, a, a, even, even_rest);
+      odd = hn::ReorderWidenMulAccumulate(d32, b, b, odd, odd_rest);
+    }
+    for (const auto& part : {even, odd, even_rest, odd_rest}) {
+      alignas(64) int32_t each[HWY_MAX_BYTES / sizeof(int32_t)];
+      hn::Store(part, d32, each);
+      for (size_t i = 0; i < hn::Lanes(d32); ++i) squares_total += static_cast<uint32_t>(each[i]);
+    }
+  }
+  total += hn::GetLane(hn::SumOfLanes(d64, sum));
+  for (size_t i = whole * lanes; i < count; ++i) {
+    const auto x = static_cast<uint8_t>(in[i] ^ (kSigned ? 0x80 : 0));
+    total += x;
+    squares_total += uint64_t{x} * x;
+  }
+  totals.sum[0] += total;
+  totals.squares[0] += squares_total;
+}
+#endif
+
+// As many positions a phase on every CPU, so that sums are rounded alike. Vectors of 256 bits at
+// most: AVX-512's take twice as long on Zen 4, and more of them hide how long an addition takes. As
+// many of them at once as there are registers for their two sums.
 constexpr size_t kPositions = 32;
-constexpr size_t kLanes = HWY_MIN(HWY_LANES(double), 8);
-constexpr size_t kVectors = kPositions / kLanes;
+constexpr size_t kLanes = HWY_MIN(HWY_LANES(double), 4);
+constexpr size_t kVectors = HWY_TARGET <= HWY_AVX3 ? 8 : 4;
+constexpr size_t kAtOnce = kVectors * kLanes;
+static_assert(kPositions % kAtOnce == 0);
 using DoubleTag = hn::FixedTag<double, kLanes>;
+// Such CPUs convert and add in the same units and multiply in others: half of the additions go
+// there, as sum + x * 1, which is the same.
+constexpr bool kAddsByProduct = HWY_NATIVE_FMA != 0;
 
 // kFromZero: of the elements themselves. The square of a float32 is exact in double, so that adding
 // it in one rounding or in two is the same.
@@ -117,6 +182,7 @@ HWY_INLINE void add_float_vectors(const float* in, size_t stride, size_t rows, c
                                   double* sums, double* squares) noexcept {
   const DoubleTag d;
   const hn::Rebind<float, DoubleTag> df;
+  const auto one = hn::Set(d, 1.0);
   hn::Vec<DoubleTag> sum[kVectors], square[kVectors];
   HWY_UNROLL(32)
   for (size_t i = 0; i < kVectors; ++i) sum[i] = square[i] = hn::Zero(d);
@@ -130,7 +196,7 @@ HWY_INLINE void add_float_vectors(const float* in, size_t stride, size_t rows, c
         x = hn::Sub(x, hn::LoadU(d, from + i * kLanes));
         square[i] = hn::Add(square[i], hn::Mul(x, x));
       }
-      sum[i] = hn::Add(sum[i], x);
+      sum[i] = kAddsByProduct && i % 2 == 0 ? hn::MulAdd(x, one, sum[i]) : hn::Add(sum[i], x);
     }
   }
   HWY_UNROLL(32)
@@ -150,11 +216,9 @@ void add_floats(const StandTensor& tensor, const std::byte* bytes, FloatSums& to
       sums[kFewChannels * kPositions] = {}, squares[kFewChannels * kPositions] = {};
   for (size_t i = 0; i < row; ++i) from[i] = totals.from[i % tensor.channels];
   for (size_t done = 0; done < rows; done += block)
-    for (size_t phase = 0; phase < tensor.channels; ++phase) {
-      const size_t at = phase * kPositions;
+    for (size_t at = 0; at < row; at += kAtOnce)
       add_float_vectors<kFromZero>(in + done * row + at, row, std::min(block, rows - done),
                                    from + at, sums + at, squares + at);
-    }
   for (size_t i = rows * row; i < tensor.count; ++i) {
     float element;
     std::memcpy(&element, in + i, sizeof(float));
@@ -171,6 +235,11 @@ void add_floats(const StandTensor& tensor, const std::byte* bytes, FloatSums& to
 
 void AddIntegers(const StandTensor& tensor, ElementType type, const std::byte* in,
                  IntegerSums& totals) {
+#if HWY_TARGET != HWY_SCALAR
+  if (tensor.channels == 1 && size_of(type) == 1)
+    return type == ElementType::Int8 ? add_bytes<true>(in, tensor.count, totals)
+                                     : add_bytes<false>(in, tensor.count, totals);
+#endif
   if (type == ElementType::UInt8) return add_integers<uint8_t, false>(tensor, in, totals);
   if (type == ElementType::Int8) return add_integers<uint8_t, true>(tensor, in, totals);
   if (type == ElementType::UInt16) return add_integers<uint16_t, false>(tensor, in, totals);

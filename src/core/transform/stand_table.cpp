@@ -32,20 +32,21 @@ void fill(Table<To>& table, size_t channels, const StandTypes& types,
   }
 }
 
-constexpr size_t kMostSteps = 24;  // more take longer than looking up each element
-
-// A deviation of some size makes few steps: a comparison with each does many elements at once.
+// A deviation of some size makes few steps: counting those below does many elements at once.
 bool run_steps(const uint8_t* column, size_t count, bool accelerate, const std::byte* in,
                std::byte* out) noexcept {
-  TableStep steps[kMostSteps];
-  size_t used = 0;
-  for (size_t i = 1; i < kValues; ++i) {
-    const auto change = static_cast<uint8_t>(column[i] - column[i - 1]);
-    if (change == 0) continue;
-    if (used == kMostSteps) return false;
-    steps[used++] = {static_cast<uint8_t>(i), change};
+  TableSteps steps;
+  steps.first = column[0];
+  for (const int direction : {1, -1}) {
+    for (size_t i = 1; i < kValues; ++i) {
+      const int change = static_cast<int8_t>(column[i] - column[i - 1]) * direction;
+      if (change > static_cast<int>(kMostSteps - steps.ups - steps.downs)) return false;
+      for (int n = 0; n < change; ++n)
+        steps.below[steps.ups + steps.downs + static_cast<size_t>(n)] = static_cast<uint8_t>(i - 1);
+      if (change > 0) (direction > 0 ? steps.ups : steps.downs) += static_cast<size_t>(change);
+    }
   }
-  run_table_steps({steps, used}, column[0], count, accelerate, in, out);
+  run_table_steps(steps, count, accelerate, in, out);
   return true;
 }
 

@@ -149,6 +149,25 @@ TEST(Stand, OfBytesWithOneOutlierGivesItsDistance) {
   EXPECT_EQ(out[0], 0);
 }
 
+// More than the lanes of 32 bits that bytes are added up in can take at once.
+TEST(Stand, OfMillionsOfTheLargestBytesHasNoSumThatOverflows) {
+  constexpr size_t kCount = 3 * 1048576 + 77;
+  std::vector<uint8_t> bytes(kCount, 255);
+  for (size_t i = 0; i < kCount; i += 4) bytes[i] = 0;
+  std::vector<int8_t> turned(kCount);
+  for (size_t i = 0; i < kCount; ++i) turned[i] = static_cast<int8_t>(bytes[i] ^ 0x80);
+  const double zeros = (kCount + 3) / 4, part = zeros / kCount;
+  const double low = std::sqrt((1 - part) / part), high = std::sqrt(part / (1 - part));
+  for_each_target([&] {
+    const auto a = test::run<double>(Mode::Stand, "default:float64", Shape{kCount}, bytes);
+    const auto b = test::run<double>(Mode::Stand, "default:float64", Shape{kCount}, turned);
+    for (size_t i : {size_t{0}, size_t{1}, size_t{4}, kCount - 1}) {
+      EXPECT_NEAR(a[i], i % 4 == 0 ? low : high, 1e-9) << i;
+      EXPECT_NEAR(b[i], i % 4 == 0 ? low : high, 1e-9) << i;
+    }
+  });
+}
+
 TEST(Stand, KeepsTheDigitsOfFloatsFarFromZero) {
   std::vector<float> in(30000);
   for (size_t i = 0; i < in.size(); ++i) in[i] = 16777000.0f + static_cast<float>(i % 2 * 2);
@@ -189,6 +208,27 @@ TEST(Stand, OfEqualElementsIsZero) {
             std::vector<float>(9999, 0.0f));
   EXPECT_EQ(test::run<uint8_t>(Mode::Stand, "default", Shape{9999}, std::vector<uint8_t>(9999, 3)),
             std::vector<uint8_t>(9999, 0));
+}
+
+// What does not stay in the caches is written past them.
+TEST(Stand, LargeTensorsAreTheSameAtAnyPlace) {
+  constexpr size_t kPixels = 1400 * 1003, kCount = 3 * kPixels;
+  const TensorSpec spec{ElementType::UInt8, {3, 1400, 1003}, ""};
+  std::vector<uint8_t> in(kCount);  // in each channel as often the one as the other
+  for (size_t i = 0; i < kCount; ++i)
+    in[i] = static_cast<uint8_t>(100 * (i % 3) + (i / 3 < kPixels / 2 ? 10 : 30));
+  std::vector<float> store(kCount + 32);
+  void* start = store.data();
+  size_t room = store.size() * sizeof(float);
+  auto* aligned = static_cast<float*>(std::align(64, kCount * sizeof(float), start, room));
+  for_each_target([&] {
+    const auto plan = test::plan_of(Mode::Stand, "dc-average:float32,per-channel:true", spec, true);
+    for (float* const out : {aligned, aligned + 1}) {
+      plan.apply(test::bytes_of(in), std::as_writable_bytes(std::span(out, kCount)));
+      for (size_t i = 0; i < kCount; ++i)
+        ASSERT_EQ(out[i], i / 3 < kPixels / 2 ? -10.0f : 10.0f) << i;
+    }
+  });
 }
 
 TEST(Stand, PassesNotANumberOn) {

@@ -11,6 +11,9 @@ HWY_BEFORE_NAMESPACE();
 namespace weir::transform::HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
+// Tiles are of blocks of 16 bytes; so many of them are beside each other in a vector.
+inline constexpr size_t kTileBlocks = !HWY_HAVE_SCALABLE && HWY_LANES(uint8_t) >= 32 ? 2 : 1;
+
 // A plane. Sizes are in bytes.
 struct Pixels {
   const std::byte* in;
@@ -55,64 +58,105 @@ void move_triples(const Pixels& pixels) noexcept {
   move_pixels<3, 3>(pixels);
 }
 #else
-// Four by four pixels of three bytes, each widened to four on the way. Reads and writes 16 bytes
-// for 12, but with kExact it writes 12.
-template <bool kExact>
+// Where the bytes of four pixels go, with the pixel of column c of row r at place c ^ r of its
+// vector: then rows are exchanged by picking from two vectors, which moves nothing and is cheap.
+struct TripleTables {
+  alignas(32) uint8_t widen[4][32];   // by row: three bytes to four, in each block of 16
+  alignas(32) uint8_t narrow[4][32];  // by column: back, in the order of the rows
+};
+constexpr TripleTables triple_tables() {
+  TripleTables tables{};
+  for (size_t row = 0; row < 4; ++row)
+    for (size_t i = 0; i < 32; ++i) {
+      const size_t at = i % 16, place = at / 4, triple = at / 3;
+      tables.widen[row][i] = static_cast<uint8_t>((place ^ row) * 3 + at % 4);
+      tables.narrow[row][i] =
+          static_cast<uint8_t>(at < 12 ? (triple ^ row) * 4 + at % 3 : size_t{15});
+    }
+  return tables;
+}
+alignas(32) inline constexpr TripleTables kTriples = triple_tables();
+
+// kBlocks times four rows by four columns of pixels of three bytes. Reads 16 bytes for 12 of each
+// row; writes the next 4 or 8 bytes of each column too, but with kExact, which is for one block.
+template <size_t kBlocks, bool kExact>
 HWY_INLINE void move_triple_tile(const Pixels& pixels, size_t row, size_t column) noexcept {
-  const hn::FixedTag<uint8_t, 16> d;
-  const hn::FixedTag<uint32_t, 4> dw;
-  alignas(16) static constexpr uint8_t kWiden[16] = {0, 1, 2, 3, 3, 4,  5,  6,
-                                                     6, 7, 8, 9, 9, 10, 11, 12};
-  alignas(16) static constexpr uint8_t kNarrow[16] = {0,  1,  2,  4,  5,  6,  8,  9,
-                                                      10, 12, 13, 14, 15, 15, 15, 15};
-  const auto widen = hn::Load(d, kWiden), narrow = hn::Load(d, kNarrow);
-  const std::byte* in = pixels.from(row, column);
-  std::byte* out = pixels.to(row, column);
+  const hn::FixedTag<uint8_t, 16> block;
+  const hn::FixedTag<uint8_t, 16 * kBlocks> d;
+  const hn::FixedTag<uint32_t, 4 * kBlocks> dw;
+  const hn::FixedTag<uint64_t, 2 * kBlocks> dq;
+  const auto* in = reinterpret_cast<const uint8_t*>(pixels.from(row, column));
+  auto* out = reinterpret_cast<uint8_t*>(pixels.to(row, column));
   const size_t in_stride = pixels.in_stride, out_stride = pixels.out_stride;
   const auto load = [&](size_t r) HWY_ATTR {
-    const auto x = hn::LoadU(d, reinterpret_cast<const uint8_t*>(in + r * in_stride));
-    return hn::BitCast(dw, hn::TableLookupBytes(x, widen));
+    const auto first = hn::LoadU(block, in + r * in_stride);
+    const auto widen = hn::Load(d, kTriples.widen[r]);
+    if constexpr (kBlocks == 1)
+      return hn::BitCast(dq, hn::TableLookupBytes(first, widen));
+    else
+      return hn::BitCast(
+          dq, hn::TableLookupBytes(
+                  hn::Combine(d, hn::LoadU(block, in + (r + 4) * in_stride), first), widen));
   };
   const auto store = [&](size_t c, auto x) HWY_ATTR {
-    const auto packed = hn::TableLookupBytes(hn::BitCast(d, x), narrow);
-    auto* to = reinterpret_cast<uint8_t*>(out + c * out_stride);
+    const auto packed = hn::TableLookupBytes(hn::BitCast(d, x), hn::Load(d, kTriples.narrow[c]));
+    uint8_t* to = out + c * out_stride;
     if constexpr (kExact) {
       const hn::FixedTag<uint8_t, 8> half;
       hn::StoreU(hn::LowerHalf(half, packed), half, to);
       const uint32_t last = hn::ExtractLane(hn::BitCast(dw, packed), 2);
       std::memcpy(to + 8, &last, 4);
-    } else {
+    } else if constexpr (kBlocks == 1) {
       hn::StoreU(packed, d, to);
+    } else {
+      alignas(32) static constexpr uint32_t kTogether[8] = {0, 1, 2, 4, 5, 6, 7, 7};
+      const auto together = hn::SetTableIndices(dw, kTogether);
+      hn::StoreU(hn::BitCast(d, hn::TableLookupLanes(hn::BitCast(dw, packed), together)), d, to);
     }
   };
+  const auto pick = [&](auto odd, auto even)
+                        HWY_ATTR { return hn::BitCast(dw, hn::OddEven(odd, even)); };
   const auto a = load(0), b = load(1), c = load(2), e = load(3);
-  const auto ac_low = hn::InterleaveLower(dw, a, c), ac_high = hn::InterleaveUpper(dw, a, c);
-  const auto be_low = hn::InterleaveLower(dw, b, e), be_high = hn::InterleaveUpper(dw, b, e);
-  store(0, hn::InterleaveLower(dw, ac_low, be_low));
-  store(1, hn::InterleaveUpper(dw, ac_low, be_low));
-  store(2, hn::InterleaveLower(dw, ac_high, be_high));
-  store(3, hn::InterleaveUpper(dw, ac_high, be_high));
+  const auto ac = pick(c, a), be = pick(e, b), ca = pick(a, c), eb = pick(b, e);
+  store(0, hn::OddEven(be, ac));
+  store(1, hn::OddEven(ac, be));
+  store(2, hn::OddEven(eb, ca));
+  store(3, hn::OddEven(ca, eb));
 }
 
-// A tile takes two pixels more of each row than it has, and puts as many behind it, where tiles and
-// rows that follow put them right; the last rows of tiles are exact.
-void move_triples(const Pixels& pixels) noexcept {
-  const size_t rows = pixels.rows / 4 * 4;
+// A tile takes two pixels more of each row than it has, and puts some behind its columns, where
+// tiles and rows that follow put them right; the last rows of tiles are exact.
+void move_triples(const Pixels& plane) noexcept {
+  const Pixels pixels = plane;  // what is written might be `plane`, for all the compiler knows
+  constexpr size_t kBlocks = kTileBlocks, kRows = 4 * kBlocks, kSpilt = kBlocks == 1 ? 2 : 3;
   const size_t columns = pixels.columns < 6 ? 0 : (pixels.columns - 2) / 4 * 4;
-  const size_t spilling_rows = pixels.rows < 6 ? 0 : (pixels.rows - 2) / 4 * 4;
+#if HWY_TARGET == HWY_AVX3 && WEIR_AVX512_BYTES
+  const bool fast = has_avx512_bytes();
+#endif
   for (size_t strip = 0; strip < pixels.columns; strip += kPixelStrip) {
     const size_t end = std::min(strip + kPixelStrip, pixels.columns);
     const size_t whole = std::max(strip, std::min(end, columns));
-    for (size_t r = 0; r < rows; r += 4) {
-      for (size_t c = strip; c < whole; c += 4) {
-        if (r < spilling_rows)
-          move_triple_tile<false>(pixels, r, c);
-        else
-          move_triple_tile<true>(pixels, r, c);
-      }
-      for (size_t i = r; i < r + 4; ++i) move_row<3, 3>(pixels, i, whole, end);
+    const auto rest = [&](size_t from, size_t to) HWY_ATTR {
+      for (size_t r = from; whole < end && r < to; ++r) move_row<3, 3>(pixels, r, whole, end);
+    };
+    size_t r = 0;
+#if HWY_TARGET == HWY_AVX3 && WEIR_AVX512_BYTES
+    for (; fast && r + kTripleRows <= pixels.rows; r += kTripleRows) {
+      move_triples_avx512(reinterpret_cast<const uint8_t*>(pixels.from(r, strip)), pixels.in_stride,
+                          reinterpret_cast<uint8_t*>(pixels.to(r, strip)), pixels.out_stride,
+                          (whole - strip) / kTripleColumns);
+      rest(r, r + kTripleRows);
     }
-    for (size_t r = rows; r < pixels.rows; ++r) move_row<3, 3>(pixels, r, strip, end);
+#endif
+    for (; r + kRows + kSpilt <= pixels.rows; r += kRows) {
+      for (size_t c = strip; c < whole; c += 4) move_triple_tile<kBlocks, false>(pixels, r, c);
+      rest(r, r + kRows);
+    }
+    for (; r + 4 <= pixels.rows; r += 4) {
+      for (size_t c = strip; c < whole; c += 4) move_triple_tile<1, true>(pixels, r, c);
+      rest(r, r + 4);
+    }
+    for (; r < pixels.rows; ++r) move_row<3, 3>(pixels, r, strip, end);
   }
 }
 #endif

@@ -110,7 +110,7 @@ TEST(Transpose, PlanesOfAnySizeMoveOnEveryTarget) {
   for_each_target([] {
     for (const auto type : kOnePerSize)
       for (const uint32_t width : {5u, 8u, 16u, 31u, 67u, 128u})
-        for (const uint32_t height : {5u, 16u, 33u, 100u})
+        for (const uint32_t height : {5u, 16u, 33u, 100u, 177u})
           expect_as_reference({1, 0, 2, 3}, {width, height, 2}, type, true);
   });
 }
@@ -120,7 +120,7 @@ TEST(Transpose, PixelsOfAnyPictureMoveOnEveryTarget) {
   for_each_target([] {
     for (const auto type : kOnePerSize)
       for (const uint32_t width : {1u, 2u, 4u, 5u, 6u, 7u, 9u, 10u, 33u, 131u, 135u})
-        for (const uint32_t height : {1u, 3u, 4u, 5u, 6u, 7u, 8u, 9u, 34u})
+        for (const uint32_t height : {1u, 3u, 4u, 5u, 6u, 7u, 8u, 9u, 10u, 11u, 12u, 34u})
           for (const uint32_t channels : {3u, 5u}) {
             expect_as_reference({0, 2, 1, 3}, {channels, width, height, 2}, type, true);
             expect_as_reference({0, 2, 3, 1, 4}, {channels, width, height, 2}, type, true);

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cstring>
 
+#include "core/transform/avx512_bytes.hpp"
 #include "core/transform/transpose_steps.hpp"
 
 #undef HWY_TARGET_INCLUDE
@@ -98,7 +99,7 @@ void interleave(const Plane<T>& plane) noexcept {
 template <class T>
 inline constexpr size_t kTile = 8;
 
-template <class T>
+template <size_t, class T>
 void move_tile(const Plane<T>& plane) noexcept {
   move_plainly(plane);
 }
@@ -106,14 +107,22 @@ void move_tile(const Plane<T>& plane) noexcept {
 template <class T>
 inline constexpr size_t kTile = 16 / sizeof(T);
 
-// A square of 16-byte rows. Interleaving the halves of the rows log2(rows) times transposes it.
-template <class T>
+// Squares of 16-byte rows: one, or two below each other, which become longer rows of the output.
+// Interleaving the halves of the rows log2(rows) times transposes each.
+template <size_t kBlocks, class T>
 HWY_INLINE void move_tile(const Plane<T>& plane) noexcept {
   constexpr size_t kRows = kTile<T>;
-  const hn::FixedTag<T, kRows> d;
+  const hn::FixedTag<T, kRows> block;
+  const hn::FixedTag<T, kRows * kBlocks> d;
   hn::Vec<decltype(d)> x[kRows], y[kRows];
   HWY_UNROLL(16)
-  for (size_t i = 0; i < kRows; ++i) x[i] = hn::LoadU(d, plane.in + i * plane.in_stride);
+  for (size_t i = 0; i < kRows; ++i) {
+    const auto first = hn::LoadU(block, plane.in + i * plane.in_stride);
+    if constexpr (kBlocks == 1)
+      x[i] = first;
+    else
+      x[i] = hn::Combine(d, hn::LoadU(block, plane.in + (i + kRows) * plane.in_stride), first);
+  }
   HWY_UNROLL(16)
   for (size_t stage = 1; stage < kRows; stage *= 2) {
     HWY_UNROLL(16)
@@ -129,18 +138,21 @@ HWY_INLINE void move_tile(const Plane<T>& plane) noexcept {
 }
 #endif
 
-// Tiles, column by column of tiles within a strip of rows, so that each line of the output is
-// filled while it is in the cache.
+// Tiles, column by column of tiles within a strip of rows, so that lines of the output are filled
+// while they are in the cache.
 template <class T>
 void move_tiles(const Plane<T>& plane) noexcept {
-  constexpr size_t kSide = kTile<T>;
-  constexpr size_t kStrip = std::max<size_t>(kSide, 64 / sizeof(T));  // rows: a line of the output
+  constexpr size_t kSide = kTile<T>, kRows = kSide * kTileBlocks;
+  constexpr size_t kStrip = std::max<size_t>(kRows, 128 / sizeof(T));  // rows: two lines, or more
   const size_t whole_columns = plane.columns / kSide * kSide;
   const size_t whole_rows = plane.rows / kSide * kSide;
   for (size_t strip = 0; strip < whole_rows; strip += kStrip) {
     const size_t end = std::min(strip + kStrip, whole_rows);
-    for (size_t c = 0; c < whole_columns; c += kSide)
-      for (size_t r = strip; r < end; r += kSide) move_tile(plane.part(r, c, kSide, kSide));
+    for (size_t c = 0; c < whole_columns; c += kSide) {
+      size_t r = strip;
+      for (; r + kRows <= end; r += kRows) move_tile<kTileBlocks>(plane.part(r, c, kRows, kSide));
+      for (; r < end; r += kSide) move_tile<1>(plane.part(r, c, kSide, kSide));
+    }
     move_plainly(plane.part(strip, whole_columns, end - strip, plane.columns - whole_columns));
   }
   move_plainly(plane.part(whole_rows, 0, plane.rows - whole_rows, plane.columns));

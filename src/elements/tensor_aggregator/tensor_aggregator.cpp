@@ -99,6 +99,7 @@ class TensorAggregator : public gst::PlainFilter<TensorAggregator> {
   void forget() {
     clients_.clear();
     setup_ = nullptr;
+    allocation_ = {};
     set_latency(0);
   }
 
@@ -149,8 +150,9 @@ class TensorAggregator : public gst::PlainFilter<TensorAggregator> {
     const auto caps = gst::choose_caps(source_, output);
     if (auto status = gst::send_caps(source_, output, caps.get()); !status) return status;
     if (setup->plan.passes_through) return set_latency(0), ok();
-    auto pool = gst::FramePool::make(setup->plan.memory, Format::Static, MediaType::Tensor,
-                                     gst::wanted_by_peer(source_, caps.get()));
+    allocation_ = gst::wanted_by_peer(source_, caps.get(), ledger_, allocation_);
+    auto pool =
+        gst::FramePool::make(setup->plan.memory, Format::Static, MediaType::Tensor, allocation_);
     if (!pool) return pool.error();
     setup->pool = *std::move(pool);
     set_latency(window::time_of(setup->plan.buffers_waited(), 1, setup->input.rate));
@@ -196,6 +198,7 @@ class TensorAggregator : public gst::PlainFilter<TensorAggregator> {
 
   // Streaming thread only:
   std::shared_ptr<WindowSetup> setup_;  // null until caps were taken
+  gst::Allocation allocation_;          // as the next element asks
   gst::BackwardsTimes times_;
   gst::PerClient<WindowStream> clients_{[this] { return WindowStream(setup_); },
                                         [this](WindowStream& s) { give_up_client(&s); }};

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cstring>
 
-#include "core/convert/gathered_tensor.hpp"
 #include "gstcpp/allocation.hpp"
 #include "gstcpp/frame_errors.hpp"
 #include "gstcpp/memory_part.hpp"
@@ -50,32 +49,14 @@ GstMemory* memory_of(infer::ConvertedTensor& tensor, Ledger* ledger) {
   return copy;
 }
 
-Error cannot_gather(size_t tensors, uint32_t frames) {
-  return {Code::OPTION_VALUE,
-          "several tensors of a converter cannot be gathered",
-          std::to_string(tensors) + " tensors, frames-per-tensor=" + std::to_string(frames),
-          "one tensor, or frames-per-tensor=1",
-          "",
-          "tensor_converter frames-per-tensor=1"};
-}
-
 }  // namespace
-
-Status ConvertedMedium::gather(std::vector<TensorSpec>* tensors) const {
-  if (frames_per_tensor_ == 1 || tensors->empty()) return ok();
-  if (tensors->size() > 1) return cannot_gather(tensors->size(), frames_per_tensor_);
-  auto all = gathered_tensor(tensors->front(), frames_per_tensor_);
-  if (!all) return all.error();
-  tensors->front() = *std::move(all);
-  return ok();
-}
 
 Result<StreamPlan> ConvertedMedium::configure(const GstCaps* caps, const Wishes& wishes) {
   const gst::UniqueText text{gst_caps_to_string(caps)};
   auto tensors = converter_->configure(text.get());
   if (!tensors) return tensors.error();
   frames_per_tensor_ = wishes.frames_per_tensor;
-  if (auto status = gather(&*tensors); !status) return status.error();
+  if (auto status = gather(frames_per_tensor_, &*tensors); !status) return status.error();
   StreamPlan plan;
   plan.spec.format = Format::Static;
   plan.spec.rate = rate_of(caps);
@@ -121,7 +102,7 @@ Result<MediumFrames> ConvertedMedium::frames(gst::Ref<GstBuffer> buffer, Ledger*
       return Error{Code::OUT_OF_MEMORY, "no memory for an output buffer", "", "", "", ""};
     gst_buffer_append_memory(out.buffer.get(), memory);
   }
-  if (auto status = gather(&out.tensors); !status) return status.error();
+  if (auto status = gather(frames_per_tensor_, &out.tensors); !status) return status.error();
   if (auto status = agree(out.tensors, user_); !status) return status.error();
   return out;
 }

@@ -20,9 +20,6 @@ class ConvertedMedium final : public Medium {
   void reset() noexcept override { converter_->reset(); }
 
  private:
-  // The tensors of one frame -> those of an output.
-  Status gather(std::vector<TensorSpec>* tensors) const;
-
   std::unique_ptr<infer::Converter> converter_;
   std::vector<TensorSpec> user_;
   uint32_t frames_per_tensor_ = 1;

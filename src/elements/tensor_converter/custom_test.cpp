@@ -42,7 +42,8 @@ int split(const weir_host* host, const char* caps, const weir_frame* in, weir_fr
           void* data, weir_error* error) {
   const auto first = *static_cast<const uint8_t*>(in->tensors[0].data);
   if (first == 0xFF)
-    return host->fail(error, WEIR_INVOKE_FAILED, "the first byte is 255", caps, nullptr, nullptr);
+    return host->fail(error, WEIR_INVOKE_FAILED, "the first byte is 255", caps, nullptr, nullptr,
+                      nullptr);
   if (first == 0xFE) return 1;
   for (uint32_t i = 0; i < 2; ++i) {
     weir_tensor& to = out->tensors[i];

@@ -6,12 +6,15 @@
 
 #include "core/infer/custom_converter.hpp"
 #include "core/infer/module_library.hpp"
+#include "core/subplugin/loader.hpp"
 #include "elements/tensor_converter/audio_medium.hpp"
 #include "elements/tensor_converter/converted_medium.hpp"
 #include "elements/tensor_converter/flexible_medium.hpp"
 #include "elements/tensor_converter/octet_medium.hpp"
+#include "elements/tensor_converter/sub_plugin_medium.hpp"
 #include "elements/tensor_converter/text_medium.hpp"
 #include "elements/tensor_converter/video_medium.hpp"
+#include "gstcpp/device_caps.hpp"
 #include "gstcpp/tensor_caps.hpp"
 
 namespace weir {
@@ -66,22 +69,36 @@ Result<std::unique_ptr<Medium>> external(const weir_converter_type& type,
 // Scripts are run by the converter of this name.
 Result<std::unique_ptr<Medium>> scripted(const std::string& path) {
   const auto type = infer::ModuleLibrary::instance().converter("python3");
-  if (!type) return type.error();
-  return external(**type, {{"script", path}});
+  if (type) return external(**type, {{"script", path}});
+  if (type.error().code != Code::CONVERTER_UNKNOWN) return type.error();
+  const auto theirs = subplugin::open(subplugin::Kind::Converter, "python3");
+  if (!theirs) return theirs.error();
+  if (!*theirs) return type.error();
+  return SubPluginMedium::open(*static_cast<const NNStreamerExternalConverter*>(*theirs), path);
+}
+
+// Weir's own register first.
+std::unique_ptr<Medium> custom_code(const std::string& name) {
+  const auto theirs =
+      infer::is_custom_converter(name) ? std::nullopt : subplugin::custom_converters().find(name);
+  if (!theirs) return std::make_unique<ConvertedMedium>(infer::custom_converter(name));
+  return std::make_unique<SubPluginMedium>(
+      name, reinterpret_cast<tensor_converter_custom>(theirs->function), theirs->data);
 }
 
 }  // namespace
 
 Result<std::unique_ptr<Medium>> medium_for(const GstCaps* caps, const ConverterMode& mode) {
   if (mode.kind == ConverterMode::Kind::CustomScript) return scripted(mode.name);
-  if (mode.kind == ConverterMode::Kind::CustomCode)
-    return std::unique_ptr<Medium>(
-        std::make_unique<ConvertedMedium>(infer::custom_converter(mode.name)));
+  if (mode.kind == ConverterMode::Kind::CustomCode) return custom_code(mode.name);
+  if (const auto status = gst::check_memory(caps, "tensor_converter"); !status)
+    return status.error();
   const char* name = gst_structure_get_name(gst_caps_get_structure(caps, 0));
   for (const auto& entry : kMedia)
     if (std::strcmp(entry.name, name) == 0) return entry.make();
   for (const auto* type : infer::ModuleLibrary::instance().converters())
     if (takes(*type, name)) return external(*type, {});
+  if (auto theirs = sub_plugin_medium_for(name); !theirs || *theirs) return theirs;
   const gst::UniqueText known{gst_caps_to_string(caps_of_media().get())};
   return Error{Code::FORMAT_UNSUPPORTED,
                "this stream is no medium that becomes tensors",
@@ -89,6 +106,17 @@ Result<std::unique_ptr<Medium>> medium_for(const GstCaps* caps, const ConverterM
                known.get(),
                "",
                "tensor_converter mode=custom-code:NAME, with a function of your own"};
+}
+
+bool is_custom_code(const std::string& name) {
+  return infer::is_custom_converter(name) || subplugin::custom_converters().find(name);
+}
+
+std::set<std::string> converter_names() {
+  std::set<std::string> out;
+  for (auto& name : infer::ModuleLibrary::instance().converter_names()) out.insert(std::move(name));
+  for (auto& name : subplugin::available(subplugin::Kind::Converter)) out.insert(std::move(name));
+  return out;
 }
 
 gst::Ref<GstCaps> caps_of_media() {
@@ -103,7 +131,9 @@ gst::Ref<GstCaps> caps_of_media() {
       GST_WARNING("the converter %s has no caps that can be read: \"%s\"", type->name,
                   type->caps ? type->caps : "");
   }
-  return all;
+  subplugin::open_all(subplugin::Kind::Converter);
+  return gst::Ref<GstCaps>::adopt(
+      gst_caps_merge(all.release(), caps_of_sub_plugin_converters().release()));
 }
 
 std::string caps_of_media_for(const TensorSpec& peer, const Fraction& rate) {

@@ -1,6 +1,8 @@
 // What media share.
 #include "elements/tensor_converter/medium.hpp"
 
+#include "core/convert/gathered_tensor.hpp"
+
 namespace weir {
 
 Fraction rate_of(const GstCaps* caps) {
@@ -24,6 +26,22 @@ Status one_frame_each(const Wishes& wishes, const char* what) {
                "frames-per-tensor=1",
                "",
                "tensor_converter frames-per-tensor=1"};
+}
+
+Status gather(uint32_t frames_per_tensor, std::vector<TensorSpec>* tensors) {
+  if (frames_per_tensor == 1 || tensors->empty()) return ok();
+  if (tensors->size() > 1)
+    return Error{Code::OPTION_VALUE,
+                 "several tensors of a converter cannot be gathered",
+                 std::to_string(tensors->size()) +
+                     " tensors, frames-per-tensor=" + std::to_string(frames_per_tensor),
+                 "one tensor, or frames-per-tensor=1",
+                 "",
+                 "tensor_converter frames-per-tensor=1"};
+  auto all = gathered_tensor(tensors->front(), frames_per_tensor);
+  if (!all) return all.error();
+  tensors->front() = *std::move(all);
+  return ok();
 }
 
 Status agree(const FrameSpec& given, const std::vector<TensorSpec>& user, const char* medium) {

@@ -65,6 +65,9 @@ Fraction rate_of(const GstCaps* caps);
 std::vector<TensorSpec> before_the_first(const Wishes& wishes);
 // OPTION_VALUE when frames-per-tensor is more than 1; `what` cannot be gathered.
 Status one_frame_each(const Wishes& wishes, const char* what);
+// The tensors of one frame -> those of an output of `frames_per_tensor`. OPTION_VALUE where there
+// are several.
+Status gather(uint32_t frames_per_tensor, std::vector<TensorSpec>* tensors);
 // SPEC_MISMATCH when the user said other tensors than the caps give.
 Status agree(const FrameSpec& given, const std::vector<TensorSpec>& user, const char* medium);
 // The same for one frame that says its own tensors.

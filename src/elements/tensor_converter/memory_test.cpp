@@ -224,5 +224,35 @@ TEST(TensorConverterMemory, AnswersNothingBeforeCaps) {
   EXPECT_FALSE(gst_pad_peer_query(h->srcpad, query.get()));
 }
 
+void ask_for_alignment(const Harness& h, gsize alignment) {
+  GstAllocationParams params;
+  gst_allocation_params_init(&params);
+  params.align = alignment - 1;
+  gst_harness_set_propose_allocator(h.get(), nullptr, &params);
+}
+// Of a frame whose rows have to be copied.
+gsize alignment_of_next(const Harness& h, int width) {
+  gst_harness_set_src_caps_str(h.get(), video("GRAY8", width, 2).c_str());
+  gst_harness_push(h.get(), frame(ramp(static_cast<size_t>(width + 3) / 4 * 8)));
+  const auto out = Ref<GstBuffer>::adopt(gst_harness_pull(h.get()));
+  return only_memory(out.get())->align + 1;
+}
+
+TEST(TensorConverterMemory, AsksTheSameThreadAgainWhenCapsChange) {
+  const auto h = harness_of("tensor_converter");
+  ask_for_alignment(h, 4096);
+  EXPECT_EQ(alignment_of_next(h, 5), 4096u);
+  ask_for_alignment(h, 1024);
+  EXPECT_EQ(alignment_of_next(h, 6), 1024u);
+}
+
+TEST(TensorConverterMemory, KeepsWhatWasSaidBehindAQueueWhileFramesFlow) {
+  const auto h = harness_of("tensor_converter ! identity ! queue");
+  ask_for_alignment(h, 4096);
+  EXPECT_EQ(alignment_of_next(h, 5), 4096u);
+  ask_for_alignment(h, 1024);
+  EXPECT_EQ(alignment_of_next(h, 6), 4096u);
+}
+
 }  // namespace
 }  // namespace weir::testing_tensor_converter

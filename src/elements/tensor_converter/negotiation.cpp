@@ -2,6 +2,8 @@
 #include "elements/tensor_converter/negotiation.hpp"
 
 #include "elements/tensor_converter/media.hpp"
+#include "elements/tensor_converter/sub_plugin_medium.hpp"
+#include "gstcpp/device_caps.hpp"
 #include "gstcpp/tensor_caps.hpp"
 
 namespace weir {
@@ -17,11 +19,12 @@ FrameSpec wanted_by_peer(GstPad* source) {
   return spec && spec->format == Format::Static && spec->info_valid() ? *spec : FrameSpec{};
 }
 
-// Media whose caps come to the element, in any format.
+// Media whose caps come to the element, in any format and memory.
 Ref<GstCaps> media_in_any_format(bool any_media) {
-  return Ref<GstCaps>::adopt(any_media ? gst_caps_new_any()
-                                       : gst_caps_from_string("video/x-raw; audio/x-raw; "
-                                                              "text/x-raw; other/tensors"));
+  if (any_media) return Ref<GstCaps>::adopt(gst_caps_new_any());
+  return Ref<GstCaps>::adopt(
+      gst_caps_merge(gst_caps_from_string("video/x-raw; audio/x-raw; text/x-raw; other/tensors"),
+                     gst::video_of_devices().release()));
 }
 
 }  // namespace
@@ -49,7 +52,9 @@ Result<Wishes> wishes(const ConverterSettings& settings, GstPad* source) {
 }
 
 Ref<GstCaps> offered_caps(GstPad* sink, GstPad* source, const GstCaps* filter, bool any_media) {
-  auto all = Ref<GstCaps>::adopt(gst_pad_get_pad_template_caps(sink));
+  // What registered itself after the element's class was made is not in the template.
+  auto all = Ref<GstCaps>::adopt(gst_caps_merge(gst_pad_get_pad_template_caps(sink),
+                                                caps_of_sub_plugin_converters().release()));
   const FrameSpec peer = wanted_by_peer(source);
   if (peer.tensors.size() == 1) {
     auto best = Ref<GstCaps>::adopt(
@@ -70,6 +75,7 @@ Ref<GstCaps> offered_caps(GstPad* sink, GstPad* source, const GstCaps* filter, b
 }
 
 bool come_to_the_element(const GstCaps* caps, bool any_media) {
+  if (gst_caps_can_intersect(caps, caps_of_sub_plugin_converters().get())) return true;
   return gst_caps_can_intersect(caps, media_in_any_format(any_media).get());
 }
 

@@ -118,7 +118,47 @@ TEST(ConverterRefuses, TensorsThatAreStaticOrSparse) {
 
 TEST(ConverterRefuses, OtherStreamsAsPadsDo) {
   EXPECT_EQ(caps_error("", "image/jpeg"), "");
-  EXPECT_EQ(caps_error("", "video/x-raw(memory:GLMemory),format=RGBA,width=8,height=2"), "");
+  const std::string size = ",format=RGBA,width=8,height=2";
+  EXPECT_EQ(caps_error("", "video/x-raw(memory:D3D11Memory)" + size), "");
+  EXPECT_EQ(caps_error("", "video/x-raw(meta:GstVideoOverlayComposition)" + size), "");
+  EXPECT_EQ(caps_error("", "video/x-raw(memory:GLMemory,meta:GstVideoOverlayComposition)" + size),
+            "");
+}
+
+TEST(ConverterRefuses, PicturesInTheMemoryOfADevice) {
+  const std::pair<const char*, const char*> cases[] = {
+      {"memory:GLMemory", "fix: glcolorconvert ! gldownload ! tensor_converter"},
+      {"memory:DMABuf", "fix: glupload ! glcolorconvert ! gldownload ! tensor_converter"},
+      {"memory:VAMemory", "fix: vapostproc ! tensor_converter"},
+      {"memory:CUDAMemory", "fix: cudadownload ! tensor_converter"},
+      {"memory:NVMM", "fix: nvvideoconvert ! tensor_converter"}};
+  for (const auto& [memory, fix] : cases) {
+    const std::string caps =
+        std::string("video/x-raw(") + memory + "),format=RGBA,width=8,height=2,framerate=10/1";
+    const auto text = caps_error("", caps);
+    EXPECT_SAYS(text, "WEIR-2002: these pictures lie in a device's memory");
+    EXPECT_SAYS(text, std::string("offered: ") + memory);
+    EXPECT_SAYS(text, "needed: memory:SystemMemory");
+    EXPECT_SAYS(text, fix);
+    const auto h = harness("", video("RGBA", 8, 2));
+    EXPECT_EQ(change_caps(h, caps), text);
+  }
+}
+
+TEST(ConverterRefuses, NoMemoryOfADeviceWhereTheSystemsIsOffered) {
+  const auto element = lone_element("tensor_converter");
+  const auto pad = Ref<GstPad>::adopt(gst_element_get_static_pad(element.get(), "sink"));
+  const auto answer = [&](const char* filter) {
+    const auto given = Ref<GstCaps>::adopt(gst_caps_from_string(filter));
+    const auto caps = Ref<GstCaps>::adopt(gst_pad_query_caps(pad.get(), given.get()));
+    return std::string(weir::gst::UniqueText(gst_caps_to_string(caps.get())).get());
+  };
+  const auto both = answer(
+      "video/x-raw(memory:GLMemory),format=RGBA,width=8,height=2;"
+      "video/x-raw,format=RGBA,width=8,height=2");
+  EXPECT_EQ(both.find("GLMemory"), std::string::npos) << both;
+  EXPECT_SAYS(both, "format=(string)RGBA");
+  EXPECT_SAYS(answer("video/x-raw(memory:GLMemory),format=RGBA"), "GLMemory");
 }
 
 TEST(ConverterRefuses, NoStreamWhenAModeIsSet) {

@@ -3,8 +3,6 @@
 #include <cstring>
 #include <memory>
 
-#include "core/infer/custom_converter.hpp"
-#include "core/infer/module_library.hpp"
 #include "elements/tensor_converter/client_streams.hpp"
 #include "elements/tensor_converter/media.hpp"
 #include "elements/tensor_converter/negotiation.hpp"
@@ -42,8 +40,7 @@ class TensorConverter : public gst::Element<TensorConverter, gst::PlainElement> 
   using Settings = ConverterSettings;
   std::string sub_plugins() const {
     std::string out;
-    for (const auto& name : infer::ModuleLibrary::instance().converter_names())
-      out += (out.empty() ? "" : ",") + name;
+    for (const auto& name : converter_names()) out += (out.empty() ? "" : ",") + name;
     return out;
   }
   static constexpr std::tuple kProperties{
@@ -81,8 +78,7 @@ class TensorConverter : public gst::Element<TensorConverter, gst::PlainElement> 
     const auto mode = parse_converter_mode(settings().mode);
     if (!mode)
       gst::post_warning(element(), mode.error());
-    else if (mode->kind == ConverterMode::Kind::CustomCode &&
-             !infer::is_custom_converter(mode->name))
+    else if (mode->kind == ConverterMode::Kind::CustomCode && !is_custom_code(mode->name))
       gst::post_warning(element(),
                         {Code::CONVERTER_UNKNOWN, "no function is registered under this name yet",
                          "mode=custom-code:" + mode->name, "", "",
@@ -232,6 +228,7 @@ class TensorConverter : public gst::Element<TensorConverter, gst::PlainElement> 
   void reset() {
     drop_waiting(DropReason::Flush);
     medium_.reset();
+    allocation_ = {};
     headered_.clear();
     gst_segment_init(&segment_, GST_FORMAT_TIME);
   }
@@ -310,8 +307,8 @@ class TensorConverter : public gst::Element<TensorConverter, gst::PlainElement> 
     if (!chosen) return chosen.error();
     output_format_ = chosen->format;
     if (gst_pad_push_event(source_, gst_event_new_caps(out.get()))) {
-      const auto answer = gst::ask_peer(source_, out.get());
-      allocation_ = answer ? gst::allocation_of(answer.get()) : gst::Allocation{};
+      const auto answer = gst::ask_peer(source_, out.get(), ledger_);
+      if (answer) allocation_ = gst::allocation_of(answer.get(), allocation_);
       deferral_ = answer && output_format_ == Format::Static && plan_.frames_out == 1 &&
                   gst::deferral_is_offered(answer.get(), source_);
       return ok();

@@ -70,7 +70,7 @@ void VideoMedium::offer(GstQuery* query) const {
   const auto size = static_cast<guint>(GST_VIDEO_INFO_SIZE(&video));
   const auto params = allocation_.params();
   gst_buffer_pool_config_set_params(config, caps, size, 0, 0);
-  gst_buffer_pool_config_set_allocator(config, nullptr, &params);
+  gst_buffer_pool_config_set_allocator(config, allocation_.allocator.get(), &params);
   if (gst_buffer_pool_set_config(pool.get(), config))
     gst_query_add_allocation_pool(query, pool.get(), size, 0, 0);
 }

@@ -5,12 +5,15 @@
 
 #include "core/crop/regions.hpp"
 #include "core/tensor/tensor_header.hpp"
-#include "elements/tensor_mux/tensor_pieces.hpp"
+#include "gstcpp/allocation.hpp"
 #include "gstcpp/base_classes.hpp"
 #include "gstcpp/collector_pads.hpp"
+#include "gstcpp/deferred_memory.hpp"
+#include "gstcpp/frame_pool.hpp"
 #include "gstcpp/frame_reader.hpp"
 #include "gstcpp/tensor_caps.hpp"
 #include "gstcpp/tensor_meta.hpp"
+#include "gstcpp/tensor_pieces.hpp"
 
 namespace weir {
 namespace {
@@ -44,6 +47,7 @@ class TensorCrop : public gst::Element<TensorCrop, gst::PlainElement>, public gs
   };
   struct Settings {
     int lateness = -1;
+    uint64_t max_bytes = 0;
     bool silent = true;
   };
   static constexpr std::tuple kProperties{
@@ -51,6 +55,10 @@ class TensorCrop : public gst::Element<TensorCrop, gst::PlainElement>, public gs
                     "Milliseconds by which frames that go together may differ, the older one is "
                     "dropped beyond; -1 = frames go together in their order",
                     gst::Changeable::WhilePlaying, -1, G_MAXINT},
+      gst::Property{"max-bytes", &Settings::max_bytes,
+                    "Bytes of all frames that are held; a frame beyond it waits for the output "
+                    "that is being made, and is an error where that makes no room; 0 = any",
+                    gst::Changeable::WhilePlaying},
       gst::Property{"silent", &Settings::silent, "Accepted for compatibility; has no effect"},
   };
 
@@ -68,7 +76,11 @@ class TensorCrop : public gst::Element<TensorCrop, gst::PlainElement>, public gs
   GstStateChangeReturn change_state(GstStateChange transition) {
     if (transition == GST_STATE_CHANGE_READY_TO_PAUSED) {
       ledger_.reset();
-      regions_ = regions_empty_ = regions_beyond_limit_ = 0;
+      regions_ = regions_empty_ = regions_beyond_limit_ = regions_shared_ = pool_allocated_ = 0;
+      counts_->bytes_gathered = 0;
+      pool_ = {};
+      last_specs_.clear();
+      allocation_ = {};
       configure_pads();
       if (const Status status = pads_->start(); !status) {
         gst::post_error(element(), status.error());
@@ -87,7 +99,17 @@ class TensorCrop : public gst::Element<TensorCrop, gst::PlainElement>, public gs
                 std::min(inputs[0]->rate.denominator, inputs[1]->rate.denominator)};
     return out;
   }
-  Status configure(const FrameSpec&) override { return ok(); }
+  Status configure(const FrameSpec&) override {
+    GstPad* const source = pads_->source();
+    const auto caps = Ref<GstCaps>::adopt(gst_pad_get_current_caps(source));
+    const auto answer = caps ? gst::ask_peer(source, caps.get(), ledger_) : Ref<GstQuery>();
+    const auto allocation = answer ? gst::allocation_of(answer.get(), allocation_) : allocation_;
+    if (!(allocation == allocation_)) pool_ = {};
+    allocation_ = allocation;
+    views_wanted_ = answer && gst::deferral_is_offered(answer.get(), source);
+    computed_before_ = counts_->computed;
+    return ok();
+  }
   bool gives_time() const override { return true; }
 
   Result<Ref<GstBuffer>> combine(const gst::Inputs& inputs) override {
@@ -101,7 +123,10 @@ class TensorCrop : public gst::Element<TensorCrop, gst::PlainElement>, public gs
     pads_->add_stats(stats);
     gst_structure_set(stats, "regions", G_TYPE_UINT64, regions_.load(), "regions-empty",
                       G_TYPE_UINT64, regions_empty_.load(), "regions-beyond-limit", G_TYPE_UINT64,
-                      regions_beyond_limit_.load(), nullptr);
+                      regions_beyond_limit_.load(), "regions-shared", G_TYPE_UINT64,
+                      regions_shared_.load(), "pool-allocated", G_TYPE_UINT64,
+                      pool_allocated_.load(), "bytes-copied", G_TYPE_UINT64,
+                      ledger_.snapshot().bytes_copied + counts_->bytes_gathered.load(), nullptr);
   }
 
   Settings settings_;
@@ -109,11 +134,11 @@ class TensorCrop : public gst::Element<TensorCrop, gst::PlainElement>, public gs
 
  private:
   void configure_pads() {
-    const int lateness = settings().lateness;
+    const auto [lateness, max_bytes, silent] = settings();
     sync::Options options;
     options.mode = sync::Mode::Lateness;
     if (lateness >= 0) options.lateness = static_cast<uint64_t>(lateness) * GST_MSECOND;
-    pads_->configure(options, OnBackwardsTime::Pass, 0);
+    pads_->configure(options, OnBackwardsTime::Pass, 0, max_bytes);
   }
 
   Regions regions_of(const gst::TensorView& info, const TensorSpec& whole) {
@@ -125,23 +150,88 @@ class TensorCrop : public gst::Element<TensorCrop, gst::PlainElement>, public gs
     return out;
   }
 
-  Status append_regions(const gst::TensorView& whole, const std::vector<Region>& regions,
-                        GstBuffer* out) {
+  static void write_header(const TensorSpec& spec, std::span<std::byte> out) {
+    TensorHeader header;
+    header.spec = spec;
+    header.format = Format::Flexible;
+    write_tensor_header(header, out.first<kTensorHeaderBytes>());
+  }
+
+  // Views, for an element behind that takes them; null where the frame must be copied. Once
+  // somebody maps one, copies into the pool's buffers are quicker.
+  Ref<GstBuffer> views_of(GstBuffer* raw, const gst::TensorView& whole,
+                          const std::vector<Region>& regions) {
+    if (!views_wanted_ || counts_->computed != computed_before_ || regions.size() > kMemoryLimit ||
+        whole.memory < 0)
+      return {};
+    const auto memory = static_cast<guint>(whole.memory);
+    if (!gst_memory_is_type(gst_buffer_peek_memory(raw, memory), GST_ALLOCATOR_SYSMEM)) return {};
+    auto out = Ref<GstBuffer>::adopt(gst_buffer_new());
+    for (const Region& region : regions) {
+      auto layout = layout_of(whole.spec, region);
+      layout.offset += whole.header_bytes;
+      auto plan = transform::gather_plan(part_of(whole.spec, region), layout);
+      if (!plan) return {};  // further than a plan reaches
+      std::vector<std::byte> header(kTensorHeaderBytes);
+      write_header(plan->output(), header);
+      GstMemory* const view = gst::make_deferred_memory(
+          {Ref<GstBuffer>::share(raw), memory,
+           std::make_shared<const transform::Plan>(*std::move(plan)), std::move(header)},
+          counts_);
+      if (!view) return {};
+      gst_buffer_append_memory(out.get(), view);
+    }
+    regions_shared_ += regions.size();
+    return out;
+  }
+
+  // A frame of regions as large as those of the frame before goes into a buffer of a pool.
+  Result<Ref<GstBuffer>> copies_of(const gst::TensorView& whole,
+                                   const std::vector<Region>& regions) {
     std::vector<TensorSpec> specs;
-    std::vector<uint64_t> sizes;
     for (const Region& region : regions) {
       specs.push_back(part_of(whole.spec, region));
-      sizes.push_back(kTensorHeaderBytes + *specs.back().bytes());
       ledger_.copied(*specs.back().bytes());
     }
-    return append_filled(specs, sizes, out, [&](size_t n, std::span<std::byte> bytes) {
-      TensorHeader header;
-      header.spec = specs[n];
-      header.format = Format::Flexible;
-      write_tensor_header(header, bytes.first<kTensorHeaderBytes>());
-      cut(whole.spec, whole.payload, regions[n], bytes.subspan(kTensorHeaderBytes));
-      return ok();
-    });
+    const auto alike = [](const TensorSpec& a, const TensorSpec& b) { return a.same_layout(b); };
+    if (std::equal(specs.begin(), specs.end(), last_specs_.begin(), last_specs_.end(), alike))
+      return pooled(whole, regions);
+    last_specs_ = std::move(specs);
+    pool_ = {};
+    return allocated(whole, regions);
+  }
+
+  Result<Ref<GstBuffer>> allocated(const gst::TensorView& whole,
+                                   const std::vector<Region>& regions) {
+    std::vector<uint64_t> sizes;
+    for (const TensorSpec& spec : last_specs_) sizes.push_back(kTensorHeaderBytes + *spec.bytes());
+    auto out = Ref<GstBuffer>::adopt(gst_buffer_new());
+    auto status = gst::append_filled(
+        last_specs_, sizes, out.get(), [&](size_t n, std::span<std::byte> bytes) -> Status {
+          write_header(last_specs_[n], bytes);
+          cut(whole.spec, whole.payload, regions[n], bytes.subspan(kTensorHeaderBytes));
+          return ok();
+        });
+    if (!status) return status.error();
+    return out;
+  }
+
+  Result<Ref<GstBuffer>> pooled(const gst::TensorView& whole, const std::vector<Region>& regions) {
+    if (!pool_) {
+      auto pool =
+          gst::FramePool::make(last_specs_, Format::Flexible, MediaType::Tensor, allocation_);
+      if (!pool) return pool.error();
+      pool_ = *std::move(pool);
+    }
+    auto out = pool_.acquire();
+    if (!out) return Error{Code::OUT_OF_MEMORY, "no memory for an output buffer", "", "", "", ""};
+    gst::FramePool::Writer writer;
+    if (auto status = writer.map(pool_, out.get(), Format::Flexible); !status)
+      return status.error();
+    for (size_t i = 0; i < regions.size(); ++i)
+      cut(whole.spec, whole.payload, regions[i], writer.payloads()[i]);
+    pool_allocated_ = pool_.stats().allocated;
+    return out;
   }
 
   Result<Ref<GstBuffer>> cropped(const gst::Input& raw, const gst::Input& info) {
@@ -154,10 +244,14 @@ class TensorCrop : public gst::Element<TensorCrop, gst::PlainElement>, public gs
           "tensor_sparse_dec"};
     const Regions regions = regions_of(info_.tensors()[0], whole.spec);
     if (regions.inside.empty()) return Ref<GstBuffer>();
-    auto out = Ref<GstBuffer>::adopt(gst_buffer_new());
+    auto out = views_of(raw.buffer.get(), whole, regions.inside);
+    if (!out) {
+      auto copies = copies_of(whole, regions.inside);
+      if (!copies) return copies.error();
+      out = *std::move(copies);
+    }
     gst_buffer_copy_into(out.get(), raw.buffer.get(), GST_BUFFER_COPY_METADATA, 0,
                          static_cast<gsize>(-1));
-    if (auto s = append_regions(whole, regions.inside, out.get()); !s) return s.error();
     gst::set_picture_maps(out.get(), maps_of(raw.buffer.get(), regions));
     return out;
   }
@@ -171,8 +265,15 @@ class TensorCrop : public gst::Element<TensorCrop, gst::PlainElement>, public gs
   }
 
   std::optional<gst::CollectorPads> pads_;
-  gst::FrameReader raw_, info_;  // of the thread that makes an output
-  std::atomic<uint64_t> regions_{0}, regions_empty_{0}, regions_beyond_limit_{0};
+  gst::FrameReader raw_, info_;         // of the thread that makes an output
+  std::vector<TensorSpec> last_specs_;  // likewise: of the last frame that was copied
+  gst::FramePool pool_;                 // likewise: for them
+  gst::Allocation allocation_;          // likewise
+  bool views_wanted_ = false;           // likewise
+  uint64_t computed_before_ = 0;        // likewise: counts_->computed when views began
+  const std::shared_ptr<gst::DeferredCounts> counts_ = std::make_shared<gst::DeferredCounts>();
+  std::atomic<uint64_t> regions_{0}, regions_empty_{0}, regions_beyond_limit_{0},
+      regions_shared_{0}, pool_allocated_{0};
 };
 
 }  // namespace

@@ -2,58 +2,11 @@
 #include <cstring>
 
 #include "core/tensor/packed_tensors.hpp"
-#include "core/tensor/tensor_header.hpp"
-#include "elements/tensor_mux/many_inputs.hpp"
+#include "elements/tensor_crop/crop_test_support.hpp"
 #include "gstcpp/tensor_meta.hpp"
 
 namespace weir::testing {
 namespace {
-
-constexpr char kRaw[] = "other/tensor,dimension=(string)2:5:4,type=(string)uint8,framerate=30/1";
-constexpr char kInfo[] = "other/tensors,format=flexible,framerate=15/2";
-
-Bytes header_of(ElementType type, const Shape& shape, Format format) {
-  TensorHeader header;
-  header.spec = {type, shape, ""};
-  header.format = format;
-  Bytes out(kTensorHeaderBytes);
-  write_tensor_header(header, std::span<std::byte, kTensorHeaderBytes>(
-                                  reinterpret_cast<std::byte*>(out.data()), kTensorHeaderBytes));
-  return out;
-}
-Bytes info_of(const std::vector<uint32_t>& numbers) {
-  Bytes out = header_of(ElementType::UInt32, Shape{4, static_cast<uint32_t>(numbers.size() / 4)},
-                        Format::Flexible);
-  const auto* bytes = reinterpret_cast<const uint8_t*>(numbers.data());
-  out.insert(out.end(), bytes, bytes + numbers.size() * 4);
-  return out;
-}
-// 2:5:4: the two channels of column x, row y are 10y + 2x and 10y + 2x + 1.
-Bytes picture() {
-  Bytes out;
-  for (uint8_t i = 0; i < 40; ++i) out.push_back(i);
-  return out;
-}
-Bytes region(const Shape& shape, const Bytes& payload) {
-  Bytes out = header_of(ElementType::UInt8, shape, Format::Flexible);
-  out.insert(out.end(), payload.begin(), payload.end());
-  return out;
-}
-
-struct Crop : ManyInputs {
-  explicit Crop(const std::string& properties = "", const char* raw = kRaw)
-      : ManyInputs("tensor_crop " + properties) {
-    add(raw, "raw");
-    add(kInfo, "info");
-    play();
-  }
-  void push_both(Ref<GstBuffer> raw, const Bytes& info, GstClockTime info_pts) {
-    auto first = push_later(0, raw);
-    EXPECT_EQ(push(1, info, info_pts), GST_FLOW_OK);
-    EXPECT_EQ(first.get(), GST_FLOW_OK);
-  }
-  void push_both(const Bytes& info) { push_both(buffer_of({picture()}, 100), info, 100); }
-};
 
 TEST(TensorCrop, CutsEachRegion) {
   Crop crop;

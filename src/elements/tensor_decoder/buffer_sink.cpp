@@ -4,6 +4,7 @@
 #include <cstring>
 
 #include "gstcpp/allocation.hpp"
+#include "gstcpp/frame_errors.hpp"
 #include "gstcpp/memory_part.hpp"
 
 namespace weir {
@@ -35,13 +36,13 @@ Status BufferSink::share_input(uint32_t index) {
     bool copied = false;
     GstMemory* part = gst::part_of(gst_buffer_peek_memory(in_, static_cast<guint>(view.memory)),
                                    view.header_bytes, view.payload.size(), &copied);
-    if (!part) return Error{Code::OUT_OF_MEMORY, "no memory for an output buffer", "", "", "", ""};
+    if (!part) return gst::memory_ran_out();
     if (copied) ledger_->copied(view.payload.size());
     gst_buffer_append_memory(out_, part);
     return ok();
   }
   void* copy = reserve(view.payload.size());
-  if (!copy) return Error{Code::OUT_OF_MEMORY, "no memory for an output buffer", "", "", "", ""};
+  if (!copy) return gst::memory_ran_out();
   std::memcpy(copy, view.payload.data(), view.payload.size());
   ledger_->copied(view.payload.size());
   return ok();

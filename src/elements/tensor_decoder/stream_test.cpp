@@ -24,7 +24,7 @@ TEST(TensorDecoderStream, TurnsWhatADecoderThrowsIntoErrors) {
     const auto said = [&](const char* what) { return error_of(erring(where, what), kOne, {1}); };
     const std::string failure = said("failure");
     EXPECT_SAYS(failure, "WEIR-1004: failed as ordered");
-    EXPECT_SAYS(failure, "offered: option2=failure; the first difference");
+    EXPECT_SAYS(failure, "first difference: the first difference");
     EXPECT_SAYS(failure, "needed: another option2");
     EXPECT_SAYS(failure, "fix: option2=nothing");
     EXPECT_SAYS(said("exception"), "WEIR-9002: thrown in a decoder");

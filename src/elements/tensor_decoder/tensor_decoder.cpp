@@ -1,13 +1,11 @@
 // tensor_decoder: the results of a network become labels, pictures or bytes.
-#include <array>
+#include <gst/video/video.h>
+
 #include <cstring>
 #include <memory>
 
-#include "core/infer/decoder.hpp"
-#include "core/infer/module_library.hpp"
-#include "elements/tensor_decoder/buffer_sink.hpp"
+#include "elements/tensor_decoder/frame_decoder.hpp"
 #include "gstcpp/base_classes.hpp"
-#include "gstcpp/frame_arguments.hpp"
 #include "gstcpp/property_file.hpp"
 #include "gstcpp/tensor_caps.hpp"
 
@@ -15,6 +13,13 @@ namespace weir {
 namespace {
 
 using gst::Ref;
+
+// Of raw pictures; 0 of everything else.
+size_t bytes_of_picture(const GstCaps* caps) {
+  GstVideoInfo info;
+  const bool raw = gst_structure_has_name(gst_caps_get_structure(caps, 0), "video/x-raw");
+  return raw && gst_video_info_from_caps(&info, caps) ? GST_VIDEO_INFO_SIZE(&info) : 0;
+}
 
 class TensorDecoder : public gst::Element<TensorDecoder, gst::BaseTransform> {
  public:
@@ -36,13 +41,10 @@ class TensorDecoder : public gst::Element<TensorDecoder, gst::BaseTransform> {
     std::optional<std::string> option1, option2, option3, option4, option5, option6, option7,
         option8, option9;
     std::string config_file;
-    Status config_status = ok();  // of reading it; told when the stream starts
-    std::vector<Error> config_warnings;
   };
   std::string sub_plugins() const {
     std::string out;
-    for (const auto& name : infer::ModuleLibrary::instance().decoder_names())
-      out += (out.empty() ? "" : ",") + name;
+    for (const auto& name : decoder_names()) out += (out.empty() ? "" : ",") + name;
     return out;
   }
   static constexpr char kOption[] = "An option of the decoder; see its README";
@@ -65,30 +67,20 @@ class TensorDecoder : public gst::Element<TensorDecoder, gst::BaseTransform> {
 
   void property_changed(const char* name) {
     if (std::strcmp(name, "config-file") != 0) return;
-    const std::string path = settings().config_file;
-    std::vector<Error> passed_over;
-    Status status = path.empty()
-                        ? ok()
-                        : gst::set_properties_from_file(G_OBJECT(element()), path, &passed_over);
-    change_settings([&](Settings& s) {
-      s.config_status = std::move(status);
-      s.config_warnings = std::move(passed_over);
-    });
+    config_file_.read(G_OBJECT(element()), settings().config_file);
   }
 
   Status start() {
     ledger_.reset();
-    const Settings given = settings();
-    if (!given.config_status) return given.config_status;
-    // Not before: an element that is being made has no bus.
-    for (const auto& warning : given.config_warnings) gst::post_warning(element(), warning);
-    auto decoder = open();
-    if (!decoder) return decoder.error();
-    auto probe = open();
-    if (!probe) return probe.error();
+    if (auto status = config_file_.report(element()); !status) return status;
+    const Settings s = settings();
+    auto opened = open_decoder(s.mode, {s.option1, s.option2, s.option3, s.option4, s.option5,
+                                        s.option6, s.option7, s.option8, s.option9});
+    if (!opened) return opened.error();
+    for (const auto& warning : opened->warnings) gst::post_warning(element(), warning);
     std::lock_guard lock(probe_mutex_);
-    decoder_ = *std::move(decoder);
-    probe_ = *std::move(probe);
+    decoder_ = std::move(opened->decoder);
+    probe_ = std::move(opened->probe);
     return ok();
   }
   bool stop() {
@@ -106,11 +98,12 @@ class TensorDecoder : public gst::Element<TensorDecoder, gst::BaseTransform> {
     return gst_caps_intersect_full(filter, result.get(), GST_CAPS_INTERSECT_FIRST);
   }
 
-  Status set_caps(GstCaps* in, GstCaps*) {
+  Status set_caps(GstCaps* in, GstCaps* out) {
     auto spec = gst::fixed_spec_from_caps(in);
     if (!spec) return spec.error();
     input_ = *std::move(spec);
-    auto caps = configure(decoder_.get(), input_);
+    auto caps = decoder_->configure(input_);
+    picture_bytes_ = bytes_of_picture(out);
     return caps ? ok() : Status(caps.error());
   }
 
@@ -155,54 +148,13 @@ class TensorDecoder : public gst::Element<TensorDecoder, gst::BaseTransform> {
   Ledger ledger_;
 
  private:
-  Result<std::unique_ptr<infer::Decoder>> open() const {
-    const Settings s = settings();
-    if (s.mode.empty())
-      return Error{Code::DECODER_UNKNOWN,
-                   "no mode is set",
-                   "mode=\"\"",
-                   "one of: " + sub_plugins(),
-                   "",
-                   "tensor_decoder mode=octet_stream"};
-    const auto type = infer::ModuleLibrary::instance().decoder(s.mode);
-    if (!type) return type.error();
-    const std::array options{&s.option1, &s.option2, &s.option3, &s.option4, &s.option5,
-                             &s.option6, &s.option7, &s.option8, &s.option9};
-    infer::Decoder::Options given;
-    for (size_t i = 0; i < options.size(); ++i)
-      if (*options[i]) given.emplace_back("option" + std::to_string(i + 1), **options[i]);
-    return infer::Decoder::open(**type, given);
-  }
-
-  // Tells the decoder its input and gives the caps it answers, with the stream's rate.
-  static Result<Ref<GstCaps>> configure(infer::Decoder* decoder, const FrameSpec& spec) {
-    std::vector<weir_tensor_info> infos;
-    if (spec.format == Format::Static)
-      for (const auto& tensor : spec.tensors) infos.push_back(gst::tensor_info(tensor));
-    BufferSink sink;
-    if (auto status = decoder->configure(infos, &sink); !status) return status.error();
-    auto caps = Ref<GstCaps>::adopt(
-        sink.caps().empty() ? nullptr : gst_caps_from_string(sink.caps().c_str()));
-    if (!caps || gst_caps_is_empty(caps.get()) || gst_caps_is_any(caps.get()))
-      return Error{Code::INTERNAL,
-                   "the decoder gives no caps that can be read",
-                   "\"" + sink.caps() + "\"",
-                   "caps as text, for example text/x-raw,format=(string)utf8",
-                   "",
-                   "mend the decoder's configure"};
-    if (spec.rate.valid())
-      gst_caps_set_simple(caps.get(), "framerate", GST_TYPE_FRACTION, spec.rate.numerator,
-                          spec.rate.denominator, nullptr);
-    return caps;
-  }
-
   Ref<GstCaps> output_for(GstCaps* caps) {
     const auto any = [] { return Ref<GstCaps>::adopt(gst_caps_new_any()); };
     if (!gst_caps_is_fixed(caps)) return any();
     std::lock_guard lock(probe_mutex_);
     if (!probe_) return any();
     const auto spec = gst::fixed_spec_from_caps(caps);
-    auto out = spec ? configure(probe_.get(), *spec) : spec.error();
+    auto out = spec ? probe_->configure(*spec) : spec.error();
     if (out) return *out;
     gst::post_error(element(), out.error());
     return Ref<GstCaps>::adopt(gst_caps_new_empty());
@@ -211,16 +163,24 @@ class TensorDecoder : public gst::Element<TensorDecoder, gst::BaseTransform> {
   Result<bool> decode(GstBuffer* in, GstBuffer* out) {
     if (auto status = reader_.read(in, input_); !status) return status.error();
     ledger_.copied(reader_.bytes_copied());
-    BufferSink sink(in, out, &reader_, &ledger_);
-    return decoder_->decode(arguments_.fill(reader_, in), &sink);
+    auto kept = decoder_->decode(input_, in, reader_, out, &ledger_);
+    if (kept && *kept && gst_buffer_get_size(out) < picture_bytes_)
+      return Error{Code::FRAME_SIZE,
+                   "the decoder made less than a picture of its caps",
+                   std::to_string(gst_buffer_get_size(out)) + " bytes",
+                   std::to_string(picture_bytes_) + " bytes",
+                   "",
+                   "mend the decoder " + settings().mode};
+    return kept;
   }
 
-  std::mutex probe_mutex_;                   // guards probe_
-  std::unique_ptr<infer::Decoder> probe_;    // answers caps queries, which come from any thread
-  std::unique_ptr<infer::Decoder> decoder_;  // streaming thread
-  FrameSpec input_;                          // streaming thread
-  gst::FrameReader reader_;                  // streaming thread
-  gst::FrameArguments arguments_;            // streaming thread
+  std::mutex probe_mutex_;                 // guards probe_
+  std::shared_ptr<FrameDecoder> probe_;    // answers caps queries, which come from any thread
+  std::shared_ptr<FrameDecoder> decoder_;  // streaming thread
+  FrameSpec input_;                        // streaming thread
+  size_t picture_bytes_ = 0;               // streaming thread; of the output, 0: no raw picture
+  gst::FrameReader reader_;                // streaming thread
+  gst::PropertyFile config_file_;
 };
 
 }  // namespace

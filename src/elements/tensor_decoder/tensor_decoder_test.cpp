@@ -119,7 +119,7 @@ TEST(TensorDecoder, TakesTheHeadersOffFlexibleTensors) {
 TEST(TensorDecoder, NeedsAMode) {
   const std::string said = error_of("");
   EXPECT_SAYS(said, "no mode is set");
-  EXPECT_SAYS(said, "direct_video,erring,image_labeling,octet_stream");
+  EXPECT_SAYS(said, "direct_video, erring, image_labeling, octet_stream");
 }
 
 TEST(TensorDecoder, GuessesTheModeThatWasMeant) {

@@ -1,9 +1,18 @@
 // The properties of tensor_filter.
 #pragma once
 #include <cstdint>
+#include <optional>
 #include <string>
 
+#include "core/isolate/isolation.hpp"
+
 namespace weir {
+
+// Whether frames leave the thread that brings them, and what becomes of one that comes while the
+// model is busy.
+enum class WhenBusyChoice { Unset, Block, DropNew, DropOld };
+
+enum class IsolateChoice { None, Process };
 
 struct FilterSettings {
   bool silent = true;
@@ -17,6 +26,29 @@ struct FilterSettings {
   std::string input_combination;
   std::string output_combination;
   bool qos = false;
+  uint32_t batch_size = 1;              // frames of one invoke
+  uint64_t batch_timeout = 10'000'000;  // ns that a frame waits for others at most
+  std::string accelerator;
+  bool is_updatable = false;
+  std::optional<std::string> shared_tensor_filter_key;
+  std::string config_file;
+  uint32_t suspend = 0;  // ms; 0 = never
+  uint32_t workers = 1;
+  int threads = 0;  // of the engine, for each worker; 0 = chosen
+  WhenBusyChoice when_busy = WhenBusyChoice::Unset;
+  IsolateChoice isolate = IsolateChoice::None;
+  uint32_t isolate_timeout = 10000;  // milliseconds; 0 = none
+  uint32_t isolate_memory = 0;       // MiB; 0 = any
+  isolate::OnCrash on_crash = isolate::OnCrash::Restart;
+  std::string crash_folder;
+  uint64_t max_bytes = 0;  // of frames that are held; 0 = any
+  uint64_t deadline = 0;   // ns after a frame's running time; 0 = none
+  bool latency_report = false;
+  bool invoke_dynamic = false;
+  bool invoke_async = false;
+  uint32_t invoke_rows = 0;  // of a batch, in one invoke; 0 = all
+  uint32_t invoke_threads = 1;
+  uint32_t async_timeout = 60000;  // milliseconds; 0 = none
 };
 
 }  // namespace weir

@@ -1,36 +1,9 @@
-// weir_tensor_info <-> ModelShape.
+// ModelShape -> the tensors of a frame.
 #include "elements/tensor_filter/model_info.hpp"
 
 #include <algorithm>
 
 namespace weir {
-
-ModelShape model_shape(const weir_tensor_info& info) {
-  ModelShape shape;
-  shape.type = static_cast<ElementType>(info.type);
-  shape.rank_known = info.rank != WEIR_RANK_UNKNOWN;
-  if (shape.rank_known)
-    shape.shape.assign(info.shape, info.shape + std::min<uint32_t>(info.rank, WEIR_RANK_LIMIT));
-  if (info.name) shape.name = info.name;
-  return shape;
-}
-
-std::vector<ModelShape> model_shapes(const std::vector<weir_tensor_info>& infos) {
-  std::vector<ModelShape> out;
-  for (const auto& info : infos) out.push_back(model_shape(info));
-  return out;
-}
-
-weir_tensor_info tensor_info(const ModelShape& shape) {
-  weir_tensor_info info{};
-  info.type = static_cast<uint32_t>(shape.type);
-  info.rank = shape.rank_known ? static_cast<uint32_t>(shape.shape.size()) : WEIR_RANK_UNKNOWN;
-  std::copy_n(shape.shape.begin(), std::min<size_t>(shape.shape.size(), WEIR_RANK_LIMIT),
-              info.shape);
-  info.name = shape.name.c_str();
-  info.batch_axis = WEIR_NO_BATCH_AXIS;
-  return info;
-}
 
 void describe_tensors(const std::vector<ModelShape>& shapes, std::vector<weir_tensor>* tensors) {
   tensors->assign(shapes.size(), weir_tensor{});
@@ -42,19 +15,23 @@ void describe_tensors(const std::vector<ModelShape>& shapes, std::vector<weir_te
   }
 }
 
-Result<std::vector<ModelShape>> resolve(infer::Session* session,
-                                        const std::vector<ModelShape>& inputs,
-                                        const std::vector<ModelShape>& declared) {
-  std::vector<weir_tensor_info> infos;
-  for (const auto& shape : inputs) infos.push_back(tensor_info(shape));
-  auto resolved = session->resolve(infos);
-  if (!resolved) return resolved.error();
-  auto out = model_shapes(*resolved);
-  for (size_t i = 0; i < std::min(out.size(), declared.size()); ++i) {
-    if (!out[i].fixed() && declared[i].fixed()) out[i] = declared[i];
-    if (out[i].name.empty()) out[i].name = declared[i].name;
+std::vector<ModelShape> completed(std::vector<ModelShape> resolved,
+                                  const std::vector<ModelShape>& declared) {
+  if (resolved.empty()) return declared;
+  for (size_t i = 0; i < std::min(resolved.size(), declared.size()); ++i) {
+    if (!resolved[i].fixed() && declared[i].fixed()) resolved[i] = declared[i];
+    if (resolved[i].name.empty()) resolved[i].name = declared[i].name;
+    resolved[i].layout = declared[i].layout;
   }
-  if (out.empty()) return declared;
+  return resolved;
+}
+
+std::string ranks(const std::vector<ModelShape>& shapes) {
+  std::string out;
+  for (const auto& shape : shapes) {
+    const size_t rank = shape.shape.empty() ? 1 : shape.shape.size();
+    out += (out.empty() ? "" : ",") + std::to_string(rank);
+  }
   return out;
 }
 

@@ -1,20 +1,19 @@
 // Between the ABI's tensor descriptions and those that the filter matches.
 #pragma once
+#include <string>
 #include <vector>
 
-#include "core/filter/model_shape.hpp"
-#include "core/infer/model.hpp"
+#include "core/infer/model_shapes.hpp"
 
 namespace weir {
 
-ModelShape model_shape(const weir_tensor_info& info);
-std::vector<ModelShape> model_shapes(const std::vector<weir_tensor_info>& infos);
-weir_tensor_info tensor_info(const ModelShape& shape);  // its name points into `shape`
 // Fills a frame's tensors with types, shapes and sizes (0 where open); data stay null.
 void describe_tensors(const std::vector<ModelShape>& shapes, std::vector<weir_tensor>* tensors);
-// The outputs for these inputs; what the engine leaves open stays as `declared` (by the user).
-Result<std::vector<ModelShape>> resolve(infer::Session* session,
-                                        const std::vector<ModelShape>& inputs,
-                                        const std::vector<ModelShape>& declared);
+// What the engine said of the outputs; where that is open, what was `declared` (by the user).
+std::vector<ModelShape> completed(std::vector<ModelShape> resolved,
+                                  const std::vector<ModelShape>& declared);
+
+// "4,2" of two tensors; 1 where nothing is known.
+std::string ranks(const std::vector<ModelShape>& shapes);
 
 }  // namespace weir

@@ -3,43 +3,15 @@
 
 #include <algorithm>
 
-#include "core/infer/module_library.hpp"
-#include "core/text/text.hpp"
+#include "core/custom/custom_easy.hpp"
+#include "core/filter/layout.hpp"
+#include "core/isolate/isolated_engine.hpp"
 #include "elements/tensor_filter/model_info.hpp"
+#include "elements/tensor_filter/model_source.hpp"
+#include "gstcpp/shared_allocator.hpp"
 
 namespace weir {
 namespace {
-
-std::vector<std::string> paths_of(const std::string& model) {
-  std::vector<std::string> out;
-  for (const auto part : split(model, ",")) {
-    const auto path = strip(part);
-    if (!path.empty()) out.emplace_back(path);
-  }
-  return out;
-}
-
-Result<const weir_engine*> engine_for(const FilterSettings& s,
-                                      const std::vector<std::string>& paths) {
-  auto& library = infer::ModuleLibrary::instance();
-  const bool automatic = s.framework.empty() || equal_ignoring_case(s.framework, "auto") ||
-                         equal_ignoring_case(s.framework, "any");
-  return automatic ? library.engine_for_model(paths) : library.engine(s.framework);
-}
-
-// "NumThreads:2,Delegate:XNNPACK" -> options of the engine.
-std::vector<std::pair<std::string, std::string>> options_of(const std::string& custom) {
-  std::vector<std::pair<std::string, std::string>> out;
-  for (const auto part : split(custom, ",")) {
-    const auto text = strip(part);
-    if (text.empty()) continue;
-    const size_t colon = text.find(':');
-    const auto value =
-        colon == std::string_view::npos ? std::string_view{} : text.substr(colon + 1);
-    out.emplace_back(strip(text.substr(0, colon)), strip(value));
-  }
-  return out;
-}
 
 void set_names(const std::string& names, std::vector<ModelShape>* shapes) {
   const auto list = parse_name_list(names);
@@ -47,43 +19,153 @@ void set_names(const std::string& names, std::vector<ModelShape>* shapes) {
     if (!list[i].empty()) (*shapes)[i].name = list[i];
 }
 
+// A worker process is of one filter only.
+std::string shared_key(const FilterSettings& s, std::vector<Error>* warnings) {
+  if (s.isolate == IsolateChoice::None) return s.shared_tensor_filter_key.value_or("");
+  if (s.shared_tensor_filter_key)
+    warnings->push_back({Code::OPTION_VALUE, "a model in a process of its own is not shared",
+                         "isolate=process shared-tensor-filter-key=" + *s.shared_tensor_filter_key,
+                         "isolate=none, to share it", "", ""});
+  return "";
+}
+
+// Settings under which a frame's batch cannot be run in parts.
+Status check_parts(const FilterSettings& s) {
+  const auto other = [&](const std::string& what) {
+    return Error{Code::OPTION_VALUE,
+                 "frames are not run in parts in this way",
+                 what + " with invoke-rows=" + std::to_string(s.invoke_rows) +
+                     " invoke-threads=" + std::to_string(s.invoke_threads),
+                 "one of them",
+                 "",
+                 "tensor_filter invoke-rows=0 invoke-threads=1"};
+  };
+  if (s.batch_size > 1) return other("batch-size=" + std::to_string(s.batch_size));
+  if (s.invoke_async) return other("invoke-async=true");
+  if (s.isolate != IsolateChoice::None) return other("isolate=process");
+  return ok();
+}
+
 }  // namespace
 
-Result<std::unique_ptr<OpenedModel>> OpenedModel::open(const FilterSettings& s) {
-  const auto paths = paths_of(s.model);
-  if (paths.empty())
-    return Error{Code::MODEL_NOT_FOUND,
-                 "no model is set",
-                 "model=\"\"",
-                 "the path of a model file",
-                 "",
-                 "tensor_filter model=mobilenet.tflite"};
-  const auto engine = engine_for(s, paths);
-  if (!engine) return engine.error();
+Result<std::unique_ptr<OpenedModel>> OpenedModel::open(const FilterSettings& s,
+                                                       std::shared_ptr<isolate::Monitor> monitor,
+                                                       std::vector<Error>* warnings) {
+  const auto warn = [warnings](const std::optional<Error>& warning) {
+    if (warning) warnings->push_back(*warning);
+  };
+  const infer::RowLimits rows{s.invoke_rows, s.invoke_threads};
+  if (!rows.none())
+    if (auto status = check_parts(s); !status) return status.error();
+  std::optional<Error> warning;
+  const auto source = model_source(s, monitor, &warning);
+  if (!source) return source.error();
+  warn(warning);
   auto opened = std::make_unique<OpenedModel>();
-  opened->engine_ = (*engine)->name;
-  infer::OpenOptions options;
-  options.paths = paths;
-  options.options = options_of(s.custom);
-  auto model = infer::Model::open(**engine, options);
-  if (!model) return model.error();
-  opened->model_ = *std::move(model);
-  auto session = infer::Session::create(opened->model_);
-  if (!session) return session.error();
-  opened->session_ = *std::move(session);
-
-  auto inputs =
-      with_user_settings(model_shapes(opened->model_->inputs()), s.input, s.inputtype, "input");
+  opened->monitor_ = std::move(monitor);
+  auto found = infer::ModelTable::instance().find(shared_key(s, warnings), *source);
+  warn(found.not_shared);
+  // Batches have a session of their own, for all that share the model.
+  auto use = infer::ModelUse::create(std::move(found.model),
+                                     s.batch_size > 1 ? 0 : s.workers * s.invoke_threads);
+  if (!use) return use.error();
+  opened->use_ = *std::move(use);
+  const auto frame = opened->begin();
+  if (!frame) return frame.error();
+  const infer::Model& model = frame->model();
+  opened->engine_ = source->engine->name;
+  if (auto arena = isolate::arena_of(model)) {
+    opened->engine_ = isolate::engine_in(model);
+    opened->shared_memory_ = gst::shared_allocator(std::move(arena));
+  }
+  if (auto status =
+          custom::check_invocation(model.engine(), model.info(), s.model, s.invoke_dynamic);
+      !status)
+    return status.error();
+  if (auto status = opened->read_tensors(model, s); !status) return status.error();
+  if (!rows.none())
+    if (auto status = infer::check_rows(model.info().flags, model.inputs(), model.outputs());
+        !status)
+      return status.error();
+  opened->rows_ = rows;
+  auto inputs = with_user_settings(std::move(opened->inputs_), s.input, s.inputtype, "input");
   if (!inputs) return inputs.error();
-  auto outputs =
-      with_user_settings(model_shapes(opened->model_->outputs()), s.output, s.outputtype, "output");
+  auto outputs = with_user_settings(std::move(opened->outputs_), s.output, s.outputtype, "output");
   if (!outputs) return outputs.error();
   opened->inputs_ = *std::move(inputs);
   opened->outputs_ = *std::move(outputs);
   set_names(s.inputname, &opened->inputs_);
   set_names(s.outputname, &opened->outputs_);
+  for (const bool input : {true, false}) {
+    warning.reset();
+    set_layouts(parse_layout_list(input ? s.inputlayout : s.outputlayout,
+                                  input ? "inputlayout" : "outputlayout", &warning),
+                input ? &opened->inputs_ : &opened->outputs_);
+    warn(warning);
+  }
   if (auto status = opened->read_combinations(s); !status) return status.error();
+  opened->dynamic_ = s.invoke_dynamic;
+  opened->asynchronous_ = s.invoke_async;
+  opened->decides_sizes_ = (model.info().flags & WEIR_MODEL_DYNAMIC_OUTPUT) != 0;
+  // A worker process gives none away, and batches have memory for several frames.
+  opened->allocates_ = (model.info().flags & WEIR_MODEL_ALLOCATES_OUTPUT) != 0 &&
+                       !opened->monitor_ && s.batch_size == 1 &&
+                       opened->outputs_.size() <= kMemoryLimit;
+  if (!s.invoke_async) return opened;
+  if (auto status = opened->read_invocation(frame->session()); !status) return status.error();
   return opened;
+}
+
+// Says what one frame is, and what batches need.
+Status OpenedModel::read_tensors(const infer::Model& model, const FilterSettings& s) {
+  const auto &inputs = model.inputs(), &outputs = model.outputs();
+  batch_size_ = s.batch_size;
+  if (batch_size_ == 1) {
+    inputs_ = model_shapes(inputs);
+    outputs_ = model_shapes(outputs);
+    return ok();
+  }
+  if (s.invoke_async)
+    return Error{Code::BATCH_UNSUPPORTED,
+                 "frames cannot be gathered for an engine that answers asynchronously",
+                 "batch-size=" + std::to_string(s.batch_size) + " with invoke-async=true",
+                 "one of them",
+                 "",
+                 "tensor_filter invoke-async=true batch-size=1"};
+  if (s.workers > 1)
+    return Error{Code::OPTION_VALUE,
+                 "frames that are gathered are run one batch at a time",
+                 "workers=" + std::to_string(s.workers),
+                 "workers=1, or batch-size=1",
+                 "",
+                 "tensor_filter batch-size=" + std::to_string(batch_size_) + " workers=1"};
+  auto axes = infer::find_batch_axes(model.info().flags, inputs, outputs, batch_size_);
+  if (!axes) return axes.error();
+  inputs_ = model_shapes(infer::of_one_frame(inputs, axes->inputs, batch_size_));
+  outputs_ = model_shapes(infer::of_one_frame(outputs, axes->outputs, batch_size_));
+  batch_axes_ = *std::move(axes);
+  return ok();
+}
+
+Status OpenedModel::plan_batch(const FrameSpec& input, FilterPlan* plan) const {
+  const auto open = std::find_if(plan->model_inputs.begin(), plan->model_inputs.end(),
+                                 [](const auto& shape) { return !shape.fixed(); });
+  if (input.format != Format::Static && open != plan->model_inputs.end())
+    return Error{Code::BATCH_UNSUPPORTED,
+                 "frames whose shapes may change from one to the next cannot be gathered",
+                 input.to_string() + ", for a model of " + list_shapes(plan->model_inputs),
+                 "a static stream, or one shape for all frames",
+                 "",
+                 "tensor_filter input=... inputtype=..., tensor_converter ! tensor_filter, or set "
+                 "batch-size=1"};
+  auto batch =
+      infer::join_model_batch(use_->shared(), batch_axes_, batch_size_, plan->model_inputs);
+  if (!batch) return batch.error();
+  plan->batch = std::move(batch->group);
+  plan->model_outputs = std::move(batch->outputs);
+  for (size_t i = 0; i < plan->model_outputs.size(); ++i)
+    plan->model_outputs[i].name = outputs_[i].name;
+  return ok();
 }
 
 Status OpenedModel::read_combinations(const FilterSettings& s) {
@@ -91,16 +173,58 @@ Status OpenedModel::read_combinations(const FilterSettings& s) {
   if (!input) return input.error();
   auto output = parse_output_combination(s.output_combination);
   if (!output) return output.error();
-  for (const size_t index : output->outputs)
-    if (index >= outputs_.size())
+  input_choice_ = *std::move(input);
+  output_choice_ = *std::move(output);
+  return outputs_.empty() ? ok() : check_choice(outputs_);
+}
+
+Status OpenedModel::check_choice(const std::vector<ModelShape>& outputs) const {
+  for (const size_t index : output_choice_.outputs)
+    if (index >= outputs.size())
       return Error{Code::OPTION_VALUE,
                    "output-combination names an output that the model lacks",
                    "o" + std::to_string(index),
-                   std::to_string(outputs_.size()) + " outputs, from o0 on",
+                   std::to_string(outputs.size()) + " outputs, from o0 on",
                    "",
                    "output-combination=o0"};
-  input_choice_ = *std::move(input);
-  output_choice_ = *std::move(output);
+  return ok();
+}
+
+Result<std::vector<ModelShape>> OpenedModel::complete(std::vector<ModelShape> resolved) const {
+  if (resolved.size() != outputs_.size() && !resolved.empty() && !outputs_.empty())
+    return Error{Code::SPEC_MISMATCH,
+                 "output= has another number of tensors than the model gives for this stream",
+                 list_shapes(outputs_),
+                 list_shapes(resolved),
+                 "number of tensors",
+                 "leave output and outputtype away: the model says it"};
+  auto outputs = completed(std::move(resolved), outputs_);
+  if (outputs.empty())
+    return Error{Code::MODEL_UNSUPPORTED,
+                 "the model says no outputs for this stream",
+                 "",
+                 "at least one",
+                 "",
+                 "tensor_filter output=... outputtype=..."};
+  if (auto status = check_choice(outputs); !status) return status.error();
+  return outputs;
+}
+
+Status OpenedModel::read_invocation(const infer::Session& session) const {
+  if (!infer::answers_asynchronously(session))
+    return Error{Code::MODEL_UNSUPPORTED,
+                 "the engine answers this model only frame by frame",
+                 "invoke-async=true with framework=" + engine_,
+                 "an engine with submit(), and a model that it may be used with",
+                 "",
+                 "tensor_filter invoke-async=false"};
+  if (!output_choice_.inputs.empty())
+    return Error{Code::OPTION_VALUE,
+                 "output-combination cannot have inputs when the engine answers asynchronously",
+                 "i" + std::to_string(output_choice_.inputs[0]),
+                 "outputs only, for a frame may have any number of them",
+                 "",
+                 "tensor_filter invoke-async=true output-combination=o0"};
   return ok();
 }
 
@@ -115,18 +239,51 @@ std::vector<TensorSpec> OpenedModel::known_outputs() const {
 
 gst::Allocation OpenedModel::allocation() const noexcept {
   gst::Allocation out;
-  out.alignment = std::max<size_t>(out.alignment, model_->info().alignment);
-  out.padding = model_->info().input_padding;
+  out.allocator = shared_memory_;
+  const auto model = use_->shared()->model();  // null while it is suspended
+  if (!model) return out;
+  out.alignment = std::max<size_t>(out.alignment, model->info().alignment);
+  out.padding = model->info().input_padding;
   return out;
+}
+
+Result<std::vector<ModelShape>> OpenedModel::resolve(const infer::ModelUse::Frame& frame,
+                                                     size_t worker,
+                                                     const std::vector<ModelShape>& inputs) const {
+  auto outputs = use_->resolve(frame, worker, inputs);
+  if (!outputs) return outputs.error();
+  return complete(*std::move(outputs));
+}
+
+Status OpenedModel::replace(const FilterSettings& settings) const {
+  const auto source = model_source(settings, monitor_, nullptr);
+  if (!source) return source.error();
+  return use_->shared()->replace(*source);
+}
+
+void OpenedModel::add_stats(GstStructure* stats) const {
+  const auto& shared = *use_->shared();
+  const auto model = shared.model();
+  gst_structure_set(stats, "weights-bytes", G_TYPE_UINT64,
+                    model ? guint64{model->info().weight_bytes} : guint64{0}, "shared-by",
+                    G_TYPE_UINT64, guint64{shared.users()}, "reloads", G_TYPE_UINT64,
+                    guint64{shared.reloads()}, "suspended", G_TYPE_BOOLEAN,
+                    gboolean{use_->suspended()}, "accelerator", G_TYPE_STRING,
+                    shared.source().options.accelerator.c_str(), nullptr);
 }
 
 Result<FilterPlan> OpenedModel::plan_for(const FrameSpec& input) const {
   FilterPlan plan;
-  plan.alignment = model_->info().alignment;
-  plan.padding = model_->info().input_padding;
+  if (const auto model = use_->shared()->model()) {  // frames ask the model that runs them
+    plan.alignment = model->info().alignment;
+    plan.padding = model->info().input_padding;
+  }
   plan.input = input;
   plan.input_choice = input_choice_;
   plan.output_choice = output_choice_;
+  plan.dynamic = dynamic_;
+  plan.rows = rows_;
+  plan.engine_allocates = asynchronous_ || allocates_ || (dynamic_ && decides_sizes_);
   plan.declared_inputs = inputs_;
   plan.model_inputs = inputs_;
   plan.model_outputs = outputs_;
@@ -136,16 +293,23 @@ Result<FilterPlan> OpenedModel::plan_for(const FrameSpec& input) const {
     auto fitted = fit(inputs_, *chosen);
     if (!fitted) return fitted.error();
     plan.model_inputs = *std::move(fitted);
-    auto outputs = resolve(session_.get(), plan.model_inputs, outputs_);
-    if (!outputs) return outputs.error();
-    plan.model_outputs = *std::move(outputs);
+    if (batch_size_ == 1) {
+      auto outputs = use_->resolve(plan.model_inputs);
+      if (!outputs) return outputs.error();
+      auto complete_ones = complete(*std::move(outputs));
+      if (!complete_ones) return complete_ones.error();
+      plan.model_outputs = *std::move(complete_ones);
+    }
   }
+  if (batch_size_ > 1)
+    if (auto status = plan_batch(input, &plan); !status) return status.error();
   const auto fixed = [](const auto& shape) { return shape.fixed(); };
   plan.outputs_fixed = std::all_of(plan.model_outputs.begin(), plan.model_outputs.end(), fixed) &&
                        std::all_of(plan.model_inputs.begin(), plan.model_inputs.end(), fixed);
   plan.output.rate = input.rate;
-  plan.output.format = plan.outputs_fixed ? Format::Static : Format::Flexible;
-  if (!plan.outputs_fixed) return plan;
+  const bool flexible = dynamic_ || !plan.outputs_fixed;
+  plan.output.format = flexible ? Format::Flexible : Format::Static;
+  if (flexible) return plan;
   auto images = choose_tensors(input.tensors, output_choice_.inputs, "output-combination");
   if (!images) return images.error();
   if (!output_choice_.inputs.empty()) plan.output.tensors = *std::move(images);

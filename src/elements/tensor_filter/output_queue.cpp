@@ -3,6 +3,16 @@
 
 namespace weir {
 
+void OutputQueue::set_pad(GstPad* source) {
+  source_ = source;
+  task_.set(source, [this] { drain(); });
+}
+
+void OutputQueue::open(bool with_task) {
+  with_task_ = with_task;
+  task_.open();
+}
+
 GstFlowReturn OutputQueue::finish(const Ticket& ticket, gst::Ref<GstBuffer> output) {
   if (!queue_.complete(ticket, std::move(output))) {
     ledger_->dropped(DropReason::Flush);
@@ -12,9 +22,21 @@ GstFlowReturn OutputQueue::finish(const Ticket& ticket, gst::Ref<GstBuffer> outp
   return flow_;
 }
 
-void OutputQueue::skip(const Ticket& ticket) {
-  queue_.complete(ticket, std::monostate{});
+void OutputQueue::add(const Ticket& ticket, gst::Ref<GstBuffer> output) {
+  if (queue_.add(ticket, Part{std::move(output)})) push_finished();
+}
+
+void OutputQueue::end(const Ticket& ticket) {
+  if (queue_.complete(ticket, Ended{}))
+    push_finished();
+  else
+    ledger_->dropped(DropReason::Flush);
+}
+
+bool OutputQueue::skip(const Ticket& ticket) {
+  if (!queue_.end(ticket)) return false;
   push_finished();
+  return true;
 }
 
 bool OutputQueue::send(gst::Ref<GstEvent> event) {
@@ -26,7 +48,8 @@ bool OutputQueue::send(gst::Ref<GstEvent> event) {
 
 void OutputQueue::flush() {
   for (const Entry& entry : queue_.flush())
-    if (std::holds_alternative<gst::Ref<GstBuffer>>(entry)) ledger_->dropped(DropReason::Flush);
+    if (std::holds_alternative<gst::Ref<GstBuffer>>(entry) || std::holds_alternative<Ended>(entry))
+      ledger_->dropped(DropReason::Flush);
 }
 
 void OutputQueue::resume() {
@@ -35,16 +58,37 @@ void OutputQueue::resume() {
 }
 
 void OutputQueue::push_finished() {
+  with_task_ ? task_.wake() : drain();
+}
+
+void OutputQueue::drain() {
   queue_.drain([this](Entry entry) { push(std::move(entry)); });
 }
 
 void OutputQueue::push(Entry entry) noexcept {
   if (auto* buffer = std::get_if<gst::Ref<GstBuffer>>(&entry)) {
     ledger_->consumed_and_pushed();
-    flow_ = gst_pad_push(source_, buffer->release());
+    const GstFlowReturn flow = gst_pad_push(source_, buffer->release());
+    if (flow != flow_) flow_is_told_ = false;
+    flow_ = flow;
   } else if (auto* event = std::get_if<gst::Ref<GstEvent>>(&entry)) {
+    if (GST_EVENT_TYPE(event->get()) == GST_EVENT_EOS) post_flow();
     event_taken_ = gst_pad_push_event(source_, event->release());
+  } else if (auto* part = std::get_if<Part>(&entry)) {
+    ledger_->pushed();
+    flow_ = gst_pad_push(source_, part->buffer.release());
+  } else {
+    ledger_->consumed();
   }
+}
+
+// As GStreamer's queues do: who brought the frames has gone on and will not ask any more.
+void OutputQueue::post_flow() noexcept {
+  const GstFlowReturn flow = flow_;
+  const bool failed = flow == GST_FLOW_NOT_LINKED || flow < GST_FLOW_EOS;
+  if (!failed || flow_is_told_) return;
+  const auto element = gst::Ref<GstElement>::adopt(gst_pad_get_parent_element(source_));
+  if (element) GST_ELEMENT_FLOW_ERROR(element.get(), flow);
 }
 
 }  // namespace weir

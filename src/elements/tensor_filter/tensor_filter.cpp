@@ -1,14 +1,23 @@
 // tensor_filter: a neural network as a filter of a stream of tensors.
 #include <atomic>
+#include <cstring>
 #include <memory>
 
-#include "core/infer/invoke_statistics.hpp"
 #include "core/infer/module_library.hpp"
-#include "elements/tensor_filter/filter_settings.hpp"
-#include "elements/tensor_filter/frame_invoker.hpp"
+#include "elements/tensor_filter/admission.hpp"
+#include "elements/tensor_filter/filter_properties.hpp"
+#include "elements/tensor_filter/filter_threads.hpp"
+#include "elements/tensor_filter/frame_flow.hpp"
+#include "elements/tensor_filter/isolated_filter.hpp"
+#include "elements/tensor_filter/lag_watch.hpp"
+#include "elements/tensor_filter/model_info.hpp"
+#include "elements/tensor_filter/model_life.hpp"
+#include "elements/tensor_filter/model_source.hpp"
 #include "elements/tensor_filter/opened_model.hpp"
-#include "elements/tensor_filter/output_queue.hpp"
+#include "elements/tensor_filter/output_caps.hpp"
 #include "gstcpp/base_classes.hpp"
+#include "gstcpp/latency.hpp"
+#include "gstcpp/property_file.hpp"
 #include "gstcpp/tensor_caps.hpp"
 
 namespace weir {
@@ -19,15 +28,6 @@ using gst::Ref;
 std::string join(const std::vector<std::string>& names) {
   std::string out;
   for (const auto& name : names) out += (out.empty() ? "" : ",") + name;
-  return out;
-}
-
-std::string ranks(const std::vector<ModelShape>& shapes) {
-  std::string out;
-  for (const auto& shape : shapes) {
-    const size_t rank = shape.shape.empty() ? 1 : shape.shape.size();
-    out += (out.empty() ? "" : ",") + std::to_string(rank);
-  }
   return out;
 }
 
@@ -47,7 +47,7 @@ class TensorFilter : public gst::Element<TensorFilter, gst::PlainElement> {
   using Settings = FilterSettings;
   std::string framework() const {
     std::lock_guard lock(model_mutex_);
-    return model_ ? model_->engine() : settings().framework;
+    return model_ ? model_->engine() : framework_name(settings());
   }
   std::string sub_plugins() const {
     return join(infer::ModuleLibrary::instance().engine_names());
@@ -61,49 +61,33 @@ class TensorFilter : public gst::Element<TensorFilter, gst::PlainElement> {
     return model_ ? ranks(model_->outputs()) : "";
   }
   int latency() const {
-    return settings().latency ? statistics_.latency_us() : -1;
+    return settings().latency ? flow_.statistics().latency_us() : -1;
   }
   int throughput() const {
-    return settings().throughput ? statistics_.throughput_milli() : -1;
+    return settings().throughput ? flow_.statistics().throughput_milli() : -1;
   }
 
-  static constexpr std::tuple kProperties{
-      gst::Property{"silent", &Settings::silent, "Accepted for compatibility; has no effect"},
-      gst::Property{"framework", &Settings::framework,
-                    "Name of the engine; auto = found by the model file"},
-      gst::Property{"model", &Settings::model, "Path of the model file; several: comma list"},
-      gst::Property{"input", &Settings::input,
-                    "Dimensions of the model's inputs, where the model leaves them open"},
-      gst::Property{"inputtype", &Settings::inputtype, "Element types of the model's inputs"},
-      gst::Property{"inputname", &Settings::inputname, "Names of the model's inputs"},
-      gst::Property{"inputlayout", &Settings::inputlayout,
-                    "NCHW, NHWC, ANY or NONE for each input"},
-      gst::ReadOnly{"inputranks", &TensorFilter::input_ranks, "Ranks of the model's inputs"},
-      gst::Property{"output", &Settings::output, "Dimensions of the model's outputs"},
-      gst::Property{"outputtype", &Settings::outputtype, "Element types of the model's outputs"},
-      gst::Property{"outputname", &Settings::outputname, "Names of the model's outputs"},
-      gst::Property{"outputlayout", &Settings::outputlayout,
-                    "NCHW, NHWC, ANY or NONE for each output"},
-      gst::ReadOnly{"outputranks", &TensorFilter::output_ranks, "Ranks of the model's outputs"},
-      gst::Property{"custom", &Settings::custom, "Options of the engine: key:value,key:value"},
-      gst::ReadOnly{"sub-plugins", &TensorFilter::sub_plugins, "Engines that are installed"},
-      gst::Gauge{"latency", &Settings::latency, &TensorFilter::latency,
-                 "Write 1 to enable; reads as the mean of the last 10 invokes in microseconds", 0,
-                 1},
-      gst::Gauge{"throughput", &Settings::throughput, &TensorFilter::throughput,
-                 "Write 1 to enable; reads as outputs per second x 1000", 0, 1},
-      gst::Property{"input-combination", &Settings::input_combination,
-                    "Comma list of the stream's tensors that the model gets"},
-      gst::Property{"output-combination", &Settings::output_combination,
-                    "Comma list of i<N> (input tensor) and o<N> (model output) to push"},
-      gst::Property{"qos", &Settings::qos, "Drop frames that are too late for the sink",
-                    gst::Changeable::WhilePlaying},
-  };
+  static constexpr auto kProperties = std::tuple_cat(
+      kFilterProperties,
+      std::tuple{
+          gst::Accessor{"framework", &Settings::framework, &TensorFilter::framework,
+                        "Name of the engine; auto = found by the model file"},
+          gst::ReadOnly{"inputranks", &TensorFilter::input_ranks, "Ranks of the model's inputs"},
+          gst::ReadOnly{"outputranks", &TensorFilter::output_ranks, "Ranks of the model's outputs"},
+          gst::ReadOnly{"sub-plugins", &TensorFilter::sub_plugins, "Engines that are installed"},
+          gst::Gauge{"latency", &Settings::latency, &TensorFilter::latency,
+                     "Write 1 to enable; reads as the mean of the last 10 invokes in microseconds",
+                     0, 1},
+          gst::Gauge{"throughput", &Settings::throughput, &TensorFilter::throughput,
+                     "Write 1 to enable; reads as outputs per second x 1000", 0, 1},
+      });
 
   void constructed() {
     sink_ = add_pad("sink");
     source_ = add_pad("src");
-    queue_.set_pad(source_);
+    flow_.set_element(element(), source_);
+    lag_.set_element(element(), sink_);
+    admission_.set_pad(sink_);
     gst_pad_set_chain_function(sink_, (chain<&TensorFilter::on_buffer>));
     gst_pad_set_event_function(sink_, (pad_event<&TensorFilter::on_sink_event>));
     gst_pad_set_query_function(sink_, (pad_query<&TensorFilter::on_sink_query>));
@@ -111,47 +95,43 @@ class TensorFilter : public gst::Element<TensorFilter, gst::PlainElement> {
     gst_pad_set_query_function(source_, (pad_query<&TensorFilter::on_source_query>));
   }
 
+  void property_changed(const char* name) {
+    if (std::strcmp(name, "config-file") == 0)
+      config_file_.read(G_OBJECT(element()), settings().config_file);
+    if (std::strcmp(name, "model") == 0) replace_model();
+    configure();
+  }
+
   GstStateChangeReturn change_state(GstStateChange change) {
+    if (change == GST_STATE_CHANGE_NULL_TO_READY) threads_.claim(settings());
     if (change == GST_STATE_CHANGE_READY_TO_PAUSED) {
       const Status status = open();
       if (!status) {
         gst::post_error(element(), status.error());
         return GST_STATE_CHANGE_FAILURE;
       }
-      queue_.resume();
+      flow_.resume();
     }
-    if (change == GST_STATE_CHANGE_PAUSED_TO_READY) queue_.flush();
+    if (change == GST_STATE_CHANGE_PAUSED_TO_READY) stop();
     const auto result = parent_class()->change_state(element(), change);
     if (change == GST_STATE_CHANGE_PAUSED_TO_READY) close();
+    if (change == GST_STATE_CHANGE_READY_TO_NULL) threads_.release();
     return result;
   }
 
   GstFlowReturn on_buffer(GstBuffer* raw) {
-    const auto buffer = Ref<GstBuffer>::adopt(raw);
+    auto buffer = Ref<GstBuffer>::adopt(raw);
     ledger_.received();
-    if (is_late(buffer.get())) {
-      ledger_.dropped(DropReason::Qos);
+    lag_.see(buffer.get());
+    life_.touch();
+    if (const auto reason = admission_.refuses(buffer.get())) {
+      ledger_.dropped(*reason);
       return GST_FLOW_OK;
     }
-    if (!invoker_)
-      return fail({Code::NOT_NEGOTIATED, "a buffer came before caps", "", "caps", "",
-                   "put a capsfilter behind the source"});
-    const auto ticket = queue_.submit();
-    if (!ticket) {
-      ledger_.dropped(DropReason::Flush);
-      return GST_FLOW_FLUSHING;
-    }
-    auto made = invoker_->run(buffer.get());
-    if (made && *made) {
-      gst_buffer_copy_into(made->get(), buffer.get(), GST_BUFFER_COPY_METADATA, 0,
-                           static_cast<gsize>(-1));
-      invoker_->copy_maps(buffer.get(), made->get());
-      return queue_.finish(*ticket, *std::move(made));
-    }
-    queue_.skip(*ticket);
-    if (!made) return fail(made.error());
-    ledger_.dropped(DropReason::Policy);
-    return GST_FLOW_OK;
+    const GstClockTime deadline = admission_.deadline_of(buffer.get());
+    const auto flow = flow_.take(std::move(buffer), deadline);
+    life_.touch();
+    return flow;
   }
 
   gboolean on_sink_event(GstPad* pad, GstEvent* event) {
@@ -161,37 +141,43 @@ class TensorFilter : public gst::Element<TensorFilter, gst::PlainElement> {
         GstCaps* caps = nullptr;
         gst_event_parse_caps(event, &caps);
         const Status status = negotiate(caps);
+        life_.touch();  // it may have woken the model
         if (!status) gst::post_error(element(), status.error());
         return status.has_value();
       }
       case GST_EVENT_SEGMENT:
-        gst_event_copy_segment(event, &segment_);
+        admission_.set_segment(event);
+        lag_.set_segment(event);
         break;
       case GST_EVENT_FLUSH_START:
-        queue_.flush();
+        flow_.flush();
         return gst_pad_event_default(pad, GST_OBJECT_CAST(self()), event);
       case GST_EVENT_FLUSH_STOP:
-        queue_.resume();
-        earliest_ = GST_CLOCK_TIME_NONE;
-        gst_segment_init(&segment_, GST_FORMAT_UNDEFINED);
+        flow_.resume();
+        admission_.restart();
         return gst_pad_event_default(pad, GST_OBJECT_CAST(self()), event);
+      case GST_EVENT_CUSTOM_DOWNSTREAM:
+      case GST_EVENT_CUSTOM_DOWNSTREAM_OOB:
+        if (const auto model = wanted_model(event); model && settings().is_updatable) {
+          gst_event_unref(event);
+          replace_model_later(*model);
+          return TRUE;
+        }
+        break;
       default:
         break;
     }
     if (gst_event_type_get_flags(GST_EVENT_TYPE(event)) & GST_EVENT_TYPE_SERIALIZED)
-      return queue_.send(Ref<GstEvent>::adopt(event));
+      return flow_.send(Ref<GstEvent>::adopt(event));
     return gst_pad_event_default(pad, GST_OBJECT_CAST(self()), event);
   }
 
   gboolean on_source_event(GstPad* pad, GstEvent* event) {
-    if (GST_EVENT_TYPE(event) == GST_EVENT_QOS) {
-      GstQOSType type;
-      gdouble proportion;
-      GstClockTimeDiff diff;
-      GstClockTime time;
-      gst_event_parse_qos(event, &type, &proportion, &diff, &time);
-      if (GST_CLOCK_TIME_IS_VALID(time) && (diff >= 0 || static_cast<GstClockTime>(-diff) <= time))
-        earliest_ = time + static_cast<GstClockTime>(diff);
+    if (GST_EVENT_TYPE(event) == GST_EVENT_QOS &&
+        admission_.hear(event) == Admission::Heard::Throttle) {
+      gst_event_unref(event);
+      change_settings([](Settings& s) { s.latency = 1; });
+      return TRUE;
     }
     return gst_pad_event_default(pad, GST_OBJECT_CAST(self()), event);
   }
@@ -206,6 +192,7 @@ class TensorFilter : public gst::Element<TensorFilter, gst::PlainElement> {
       gst_query_set_accept_caps_result(query, gst_caps_can_intersect(caps, ours.get()));
       return TRUE;
     }
+    if (GST_QUERY_TYPE(query) == GST_QUERY_DRAIN) flow_.drain();
     if (GST_QUERY_TYPE(query) == GST_QUERY_ALLOCATION) {
       std::lock_guard lock(model_mutex_);
       if (!model_) return FALSE;
@@ -217,14 +204,20 @@ class TensorFilter : public gst::Element<TensorFilter, gst::PlainElement> {
 
   gboolean on_source_query(GstPad* pad, GstQuery* query) {
     if (GST_QUERY_TYPE(query) == GST_QUERY_CAPS) return answer_caps(source_, query);
+    if (GST_QUERY_TYPE(query) == GST_QUERY_LATENCY) {
+      const auto delay = flow_.delay();
+      const GstClockTime own = flow_.reports_latency() ? flow_.answer_latency() : 0;
+      return gst::answer_latency(sink_, query, own + delay.least, own + delay.most);
+    }
     return gst_pad_query_default(pad, GST_OBJECT_CAST(self()), query);
   }
 
   void add_stats(GstStructure* stats) const {
-    const auto s = statistics_.snapshot();
-    gst_structure_set(stats, "invokes", G_TYPE_UINT64, s.count, "last-us", G_TYPE_DOUBLE, s.last_us,
-                      "average-us", G_TYPE_DOUBLE, s.average_us, "p99-us", G_TYPE_DOUBLE, s.p99_us,
-                      "pool-allocated", G_TYPE_UINT64, pool_allocated_.load(), nullptr);
+    flow_.add_stats(stats);
+    gst_structure_set(stats, "threads", G_TYPE_INT, engine_threads_.load(), nullptr);
+    std::lock_guard lock(model_mutex_);
+    if (monitor_) add_worker_stats(*monitor_, stats);
+    if (model_) model_->add_stats(stats);
   }
 
   Settings settings_;
@@ -239,77 +232,119 @@ class TensorFilter : public gst::Element<TensorFilter, gst::PlainElement> {
     return pad;
   }
 
+  void configure() {
+    const auto s = settings();
+    admission_.configure(s);
+    flow_.configure(s);
+  }
+
   Status open() {
-    auto opened = OpenedModel::open(settings());
+    if (auto status = config_file_.report(element()); !status) return status;
+    auto chosen = settings();
+    threads_.claim(chosen);  // settings may have changed in READY
+    chosen.threads = threads_.chosen();
+    if (const auto choice = automatic_engine(chosen))
+      GST_DEBUG_OBJECT(self(), "framework=auto is %s", choice->words().c_str());
+    auto monitor = make_monitor(chosen, element());
+    std::vector<Error> warnings;
+    auto opened = OpenedModel::open(chosen, monitor, &warnings);
     if (!opened) return opened.error();
+    for (const auto& warning : warnings) gst::post_warning(element(), warning);
+    if (monitor) GST_INFO_OBJECT(self(), "worker process: %s", monitor->confinement().c_str());
     std::lock_guard lock(model_mutex_);
     model_ = *std::move(opened);
+    monitor_ = std::move(monitor);
+    model_text_ = chosen.model;
+    life_.start(model_, chosen);
     ledger_.reset();
-    statistics_.reset();
-    pool_allocated_ = 0;
-    earliest_ = GST_CLOCK_TIME_NONE;
-    gst_segment_init(&segment_, GST_FORMAT_UNDEFINED);
+    flow_.open(chosen);
+    lag_.open(chosen.when_busy == WhenBusyChoice::Unset);
+    engine_threads_ = chosen.threads;
+    GST_INFO_OBJECT(self(), "%u workers, %d threads of the engine each (0 = its own choice)",
+                    chosen.workers, chosen.threads);
+    admission_.reset();
+    configure();
     return ok();
+  }
+  // Nobody waits for a frame in work any more.
+  void stop() {
+    flow_.stop();
+    std::lock_guard lock(model_mutex_);
+    if (monitor_) monitor_->stop();
   }
   // Streaming has ended: the pads are inactive.
   void close() {
-    invoker_.reset();
+    life_.stop();
+    flow_.close();
     std::lock_guard lock(model_mutex_);
     model_.reset();
   }
 
-  GstFlowReturn fail(const Error& error) {
-    gst::post_error(element(), error);
-    ledger_.dropped(DropReason::Error);
-    return error.code == Code::NOT_NEGOTIATED ? GST_FLOW_NOT_NEGOTIATED : GST_FLOW_ERROR;
+  // The property `model` was set: while the element runs, that model takes the place of the present
+  // one before this returns.
+  void replace_model() {
+    Settings wanted = settings();
+    wanted.threads = engine_threads_;
+    {
+      std::lock_guard lock(model_mutex_);
+      if (!model_) return;
+    }
+    if (wanted.is_updatable) {
+      after_replacement(life_.replace(wanted), wanted.model);
+      return;
+    }
+    gst::post_warning(element(), {Code::OPTION_VALUE,
+                                  "the model is used from the next start on: is-updatable is false",
+                                  "model=" + wanted.model, "is-updatable=true", "",
+                                  "tensor_filter is-updatable=true model=" + wanted.model});
+  }
+  // An event asks for it: the streaming thread does not wait until the model is open.
+  void replace_model_later(const std::string& model) {
+    if (model.empty()) {
+      gst::post_warning(element(),
+                        {Code::OPTION_VALUE, "evt_update_model names no model",
+                         "no text in model_files", "model_files=(string)/path/to/model", "", ""});
+      return;
+    }
+    Settings wanted = settings();
+    wanted.model = model;
+    wanted.threads = engine_threads_;
+    life_.replace_later(std::move(wanted), [this](const auto& replace, const std::string& name) {
+      gst::guarded<void>(element(), [&] {
+        const Status status = replace();
+        after_replacement(status, name);
+        if (status) g_object_notify(G_OBJECT(element()), "model");
+      });
+    });
+  }
+  // The property says which model runs, also when another did not fit.
+  void after_replacement(const Status& status, const std::string& wanted) {
+    std::string running;
+    {
+      std::lock_guard lock(model_mutex_);
+      if (status) model_text_ = wanted;
+      running = model_text_;
+    }
+    change_settings([&](Settings& s) { s.model = running; });
+    if (!status && status.error().code != Code::CANCELLED)  // cancelled by a stop
+      gst::post_warning(element(), status.error());
   }
 
-  bool is_late(GstBuffer* buffer) {
-    const GstClockTime earliest = earliest_;
-    if (!GST_CLOCK_TIME_IS_VALID(earliest) || !settings().qos) return false;
-    const auto running =
-        gst_segment_to_running_time(&segment_, GST_FORMAT_TIME, GST_BUFFER_PTS(buffer));
-    return GST_CLOCK_TIME_IS_VALID(running) && running <= earliest;
-  }
-
-  Status negotiate(GstCaps* caps) {
-    const auto input = gst::fixed_spec_from_caps(caps);
+  Status negotiate(GstCaps* input_caps) {
+    const auto input = gst::fixed_spec_from_caps(input_caps);
     if (!input) return input.error();
+    flow_.drain();
     auto plan = model_->plan_for(*input);
     if (!plan) return plan.error();
-    auto out_caps = output_caps(plan->output);
-    if (!out_caps) return out_caps.error();
-    const auto chosen = gst::spec_from_caps(out_caps->get());
+    auto caps = choose_output_caps(source_, plan->output);
+    if (!caps) return caps.error();
+    const auto chosen = gst::spec_from_caps(caps->get());
     if (!chosen) return chosen.error();
     plan->output = *chosen;
-    invoker_ = std::make_unique<FrameInvoker>(*std::move(plan), model_->session(), &statistics_,
-                                              &ledger_, &pool_allocated_);
-    if (auto status = invoker_->prepare(); !status) return status;
+    if (auto status = flow_.begin(model_, *plan); !status) return status;
     // Caps that the peer takes go through, unless this element is being shut or flushed.
-    queue_.send(Ref<GstEvent>::adopt(gst_event_new_caps(out_caps->get())));
+    flow_.send(Ref<GstEvent>::adopt(gst_event_new_caps(caps->get())));
     return ok();
-  }
-
-  // Rule B of the specification: the first of the possible caps that the peer takes.
-  Result<Ref<GstCaps>> output_caps(const FrameSpec& spec) {
-    const auto peer = Ref<GstCaps>::adopt(gst_pad_peer_query_caps(source_, nullptr));
-    const auto possible = gst::possible_caps(source_, spec, peer.get());
-    auto meet = Ref<GstCaps>::adopt(
-        gst_caps_intersect_full(possible.get(), peer.get(), GST_CAPS_INTERSECT_FIRST));
-    if (gst_caps_is_empty(meet.get())) return refused(spec, peer.get());
-    return Ref<GstCaps>::adopt(gst_caps_fixate(gst_caps_truncate(meet.release())));
-  }
-
-  static Error refused(const FrameSpec& spec, GstCaps* peer) {
-    const gst::UniqueText text{gst_caps_to_string(peer)};
-    return Error{Code::SPEC_MISMATCH,
-                 "the element behind tensor_filter does not take its output",
-                 spec.to_string(),
-                 text.get(),
-                 "",
-                 "other/tensors,format=static,num_tensors=" + std::to_string(spec.tensors.size()) +
-                     ",dimensions=(string)" + join_shapes(spec.tensors) +
-                     ",types=" + join_types(spec.tensors)};
   }
 
   gboolean answer_caps(GstPad* pad, GstQuery* query) {
@@ -319,12 +354,13 @@ class TensorFilter : public gst::Element<TensorFilter, gst::PlainElement> {
     {
       std::lock_guard lock(model_mutex_);
       FrameSpec spec;
-      spec.format = Format::Static;
+      const bool dynamic = model_ && pad == source_ && model_->is_dynamic();
+      spec.format = dynamic ? Format::Flexible : Format::Static;
       if (model_ && pad == sink_ && !model_->combines_inputs())
         spec.tensors = known_parts(model_->inputs());
       else if (model_ && pad == source_)
         spec.tensors = model_->known_outputs();
-      if (!spec.tensors.empty()) caps = gst::possible_caps(pad, spec, filter);
+      if (dynamic || !spec.tensors.empty()) caps = gst::possible_caps(pad, spec, filter);
     }
     if (filter) {
       const auto narrowed = [filter](GstCaps* wide) {
@@ -343,13 +379,16 @@ class TensorFilter : public gst::Element<TensorFilter, gst::PlainElement> {
   GstPad* sink_ = nullptr;          // owned by the element
   GstPad* source_ = nullptr;        // owned by the element
   mutable std::mutex model_mutex_;  // guards model_ against queries while it opens and closes
-  std::unique_ptr<OpenedModel> model_;
-  std::unique_ptr<FrameInvoker> invoker_;  // streaming thread only
-  OutputQueue queue_{&ledger_, 1};         // one frame in work, on the streaming thread
-  infer::InvokeStatistics statistics_;
-  std::atomic<uint64_t> pool_allocated_{0};
-  std::atomic<GstClockTime> earliest_{GST_CLOCK_TIME_NONE};  // running time, from QOS events
-  GstSegment segment_{};                                     // streaming thread only
+  std::shared_ptr<const OpenedModel> model_;
+  std::shared_ptr<isolate::Monitor> monitor_;  // of the last worker processes; by model_mutex_ too
+  FilterThreads threads_;
+  std::atomic<int> engine_threads_{0};
+  std::string model_text_;  // what `model` says of it; guarded by model_mutex_
+  gst::PropertyFile config_file_;
+  LagWatch lag_;
+  FrameFlow flow_{&ledger_};
+  Admission admission_{&flow_.statistics()};
+  ModelLife life_;
 };
 
 }  // namespace

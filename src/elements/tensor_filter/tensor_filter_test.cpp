@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "elements/tests/element_harness.hpp"
+#include "gstcpp/frame_parts.hpp"
 
 namespace {
 
@@ -152,6 +153,38 @@ TEST(TensorFilter, PushesInputsInFrontOfOutputsWhenCombined) {
   EXPECT_EQ(stat(filter_of(h).get(), "bytes-copied"), 0u);
 }
 
+// Sixteen inputs that are passed on and a result: the last two are packed into the 16th memory.
+TEST(TensorFilter, CombinesMoreTensorsThanABufferHasMemories) {
+  std::string dimensions = "4:1", types = "float32", choice = "i0";
+  auto in = Ref<GstBuffer>::adopt(frame<float>({0, 1, 2, 3}));
+  for (int i = 1; i < 16; ++i) {
+    dimensions += ",4:1", types += ",float32", choice += ",i" + std::to_string(i);
+    const float first = 4.0f * static_cast<float>(i);
+    in = Ref<GstBuffer>::adopt(
+        gst_buffer_append(in.release(), frame<float>({first, first + 1, first + 2, first + 3})));
+  }
+  const std::string caps = "other/tensors,format=static,num_tensors=16,dimensions=(string)\"" +
+                           dimensions + "\",types=(string)\"" + types + "\",framerate=30/1";
+  auto h = harness(line("input-combination=15 output-combination=" + choice + ",o0"), caps.c_str());
+  auto out = Ref<GstBuffer>::adopt(gst_harness_push_and_pull(h.get(), in.release()));
+  ASSERT_TRUE(out);
+  ASSERT_EQ(gst_buffer_n_memory(out.get()), 16u);
+  weir::gst::FrameParts parts;
+  weir::FrameSpec spec;
+  spec.format = weir::Format::Static;
+  spec.tensors.assign(17, weir::TensorSpec{weir::ElementType::Float32, {4}, ""});
+  parts.configure(spec);
+  ASSERT_TRUE(parts.read(out.get()));
+  ASSERT_EQ(parts.parts().size(), 17u);
+  for (size_t i = 0; i < 17; ++i) {
+    float values[4];
+    gst_buffer_extract(out.get(), parts.parts()[i].offset, values, sizeof values);
+    const float first = i < 16 ? 4.0f * static_cast<float>(i) : 61.0f;  // the model adds one
+    for (size_t k = 0; k < 4; ++k) EXPECT_EQ(values[k], first + static_cast<float>(k)) << i;
+  }
+  EXPECT_EQ(stat(filter_of(h).get(), "bytes-copied"), 32u);
+}
+
 TEST(TensorFilter, GivesTheModelTheChosenInputs) {
   auto h = harness(line("input-combination=1"),
                    "other/tensors,format=static,num_tensors=2,dimensions=(string)\"3,4:1\","
@@ -232,9 +265,9 @@ TEST(TensorFilter, KnowsAnEngineByAlmostItsName) {
 }
 
 TEST(TensorFilter, SaysHowToGetAnEngineThatIsMissing) {
-  const std::string text = error_of("tensor_filter framework=pytorch model=" + model_path());
+  const std::string text = error_of("tensor_filter framework=snpe model=" + model_path());
   EXPECT_NE(text.find("WEIR-3002"), std::string::npos) << text;
-  EXPECT_NE(text.find("pytorch"), std::string::npos) << text;
+  EXPECT_NE(text.find("snpe"), std::string::npos) << text;
 }
 
 TEST(TensorFilter, NamesAModelFileThatIsNotThere) {

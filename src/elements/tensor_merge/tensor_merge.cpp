@@ -4,6 +4,7 @@
 #include "core/merge/concatenation.hpp"
 #include "core/text/text.hpp"
 #include "elements/tensor_mux/sync_element.hpp"
+#include "gstcpp/frame_errors.hpp"
 #include "gstcpp/frame_pool.hpp"
 #include "gstcpp/frame_reader.hpp"
 #include "gstcpp/tensor_caps.hpp"
@@ -105,7 +106,7 @@ class TensorMerge : public SyncElement<TensorMerge> {
       views_.push_back(readers_[i].tensors()[0].payload);
     }
     auto out = pool_.acquire();
-    if (!out) return Error{Code::OUT_OF_MEMORY, "memory ran out", "", "", "", ""};
+    if (!out) return gst::memory_ran_out();
     if (auto status = writer_.map(pool_, out.get()); !status) {
       writer_.unmap();
       return status.error();

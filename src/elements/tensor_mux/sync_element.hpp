@@ -61,7 +61,8 @@ class SyncElement : public gst::Element<Impl, gst::PlainElement>, public gst::Co
     const auto choice = sync_choice(settings, Impl::kFallback);
     if (!choice) return choice.error();
     if (!choice->mode_status) gst::post_warning(this->element(), choice->mode_status.error());
-    pads_->configure(choice->options, settings.on_backwards_time, settings.max_wait);
+    pads_->configure(choice->options, settings.on_backwards_time, settings.max_wait,
+                     settings.max_bytes);
     return ok();
   }
 

@@ -13,6 +13,7 @@ namespace weir {
 struct SyncSettings {
   std::string sync_mode, sync_option;
   uint64_t max_wait = 0;
+  uint64_t max_bytes = 0;
   OnBackwardsTime on_backwards_time = OnBackwardsTime::Pass;
   bool silent = true;
 };
@@ -33,6 +34,11 @@ inline constexpr std::tuple kSyncProperties{
         "max-wait", &Settings::max_wait,
         "Nanoseconds after which a pad without frames is not waited for any more; 0 = for ever",
         gst::Changeable::WhilePlaying},
+    gst::Property<Settings, uint64_t>{
+        "max-bytes", &Settings::max_bytes,
+        "Bytes of all frames that are held, those that are used again too; a frame beyond it waits "
+        "for the output that is being made, and is an error where that makes no room; 0 = any",
+        gst::Changeable::WhilePlaying},
     gst::Property<Settings, OnBackwardsTime>{"on-backwards-time", &Settings::on_backwards_time,
                                              "What becomes of a frame with an earlier time than "
                                              "the one ahead of it on its pad; when all "
@@ -44,7 +50,7 @@ inline constexpr std::tuple kSyncProperties{
 
 struct SyncChoice {
   sync::Options options;
-  Status mode_status = ok();  // MODE_UNKNOWN: `fallback` was taken
+  Status mode_status = ok();  // MODE_UNKNOWN: `fallback` was taken, or the word is an old one
 };
 // Errors: those of sync::parse_base(), for basepad only.
 inline Result<SyncChoice> sync_choice(const SyncSettings& settings, sync::Mode fallback) {
@@ -52,6 +58,7 @@ inline Result<SyncChoice> sync_choice(const SyncSettings& settings, sync::Mode f
   const auto mode = sync::parse_mode(settings.sync_mode);
   out.options.mode = mode ? *mode : fallback;
   if (!mode) out.mode_status = mode.error();
+  if (auto old = sync::old_word(settings.sync_mode)) out.mode_status = *std::move(old);
   if (out.options.mode != sync::Mode::BasePad) return out;
   const auto base = sync::parse_base(settings.sync_option);
   if (!base) return base.error();

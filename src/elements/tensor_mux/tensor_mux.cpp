@@ -2,9 +2,10 @@
 #include <algorithm>
 
 #include "elements/tensor_mux/sync_element.hpp"
-#include "elements/tensor_mux/tensor_pieces.hpp"
+#include "gstcpp/sharing_buffer.hpp"
 #include "gstcpp/tensor_caps.hpp"
 #include "gstcpp/tensor_meta.hpp"
+#include "gstcpp/tensor_pieces.hpp"
 
 namespace weir {
 namespace {
@@ -56,22 +57,24 @@ class TensorMux : public SyncElement<TensorMux> {
   }
 
   Result<Ref<GstBuffer>> combine(const gst::Inputs& inputs) override {
-    std::vector<TensorPiece> pieces;
+    std::vector<gst::TensorPiece> pieces;
+    std::vector<GstBuffer*> owners;
     for (const gst::Input& input : inputs.frames) {
+      owners.push_back(input.buffer.get());
       const size_t first = pieces.size();
-      auto status = append_pieces(input.buffer.get(), *input.spec, &ledger_, &pieces);
+      auto status = gst::append_pieces(input.buffer.get(), *input.spec, &ledger_, &pieces);
       if (!status) return status.error();
       if (format_ == Format::Static || input.spec->format != Format::Static) continue;
       for (size_t i = first; i < pieces.size(); ++i) {
-        auto piece = with_header(pieces[i], &ledger_);
+        auto piece = gst::with_header(pieces[i], &ledger_);
         if (!piece) return piece.error();
         pieces[i] = *std::move(piece);
       }
     }
-    auto out = Ref<GstBuffer>::adopt(gst_buffer_new());
+    auto out = gst::sharing_buffer(owners);
     gst_buffer_copy_into(out.get(), inputs.frames[inputs.metadata_pad].buffer.get(),
                          GST_BUFFER_COPY_METADATA, 0, static_cast<gsize>(-1));
-    if (auto status = append_tensors(std::move(pieces), out.get(), &ledger_); !status)
+    if (auto status = gst::append_tensors(pieces, out.get(), &ledger_); !status)
       return status.error();
     if (auto maps = maps_of(inputs); !maps.empty())
       gst::set_picture_maps(out.get(), std::move(maps));

@@ -302,6 +302,21 @@ TEST(TensorMux, AnUnknownModeIsToldAndSlowestIsTaken) {
   EXPECT_EQ(mux.buffers().size(), 1u);
 }
 
+TEST(TensorMux, AnOldModeIsToldAndTaken) {
+  ManyInputs mux("tensor_mux sync-mode=fastest");
+  mux.add(caps_of_bytes(1).c_str());
+  EXPECT_EQ(mux.play(), GST_STATE_CHANGE_SUCCESS);
+  const std::string warning = mux.warning();
+  EXPECT_NE(
+      warning.find("WEIR-1005: sync-mode=fastest is an old word that NNStreamer 2.7 does not know, "
+                   "and is taken for refresh"),
+      std::string::npos)
+      << warning;
+  EXPECT_NE(warning.find("fix: sync-mode=refresh"), std::string::npos) << warning;
+  mux.push_all({{1}}, 0);
+  EXPECT_EQ(mux.buffers().size(), 1u);
+}
+
 TEST(TensorMux, ABaseThatCannotBeReadStopsTheStart) {
   ManyInputs mux("tensor_mux sync-mode=basepad sync-option=0:5ms");
   EXPECT_EQ(mux.play(), GST_STATE_CHANGE_FAILURE);

@@ -107,8 +107,14 @@ TEST(TensorPreprocess, RefusesAnotherFormatInTheMiddleOfAStream) {
 
 // What a pipeline says that plays to its end or to an error.
 std::string said_by_pipeline(const std::string& launch) {
+  GError* unlinked = nullptr;
   const auto pipeline = Ref<GstElement>::adopt(
-      GST_ELEMENT(gst_object_ref_sink(gst_parse_launch(launch.c_str(), nullptr))));
+      GST_ELEMENT(gst_object_ref_sink(gst_parse_launch(launch.c_str(), &unlinked))));
+  if (unlinked) {
+    const std::string text = std::string("not linked: ") + unlinked->message;
+    g_error_free(unlinked);
+    return text;
+  }
   gst_element_set_state(pipeline.get(), GST_STATE_PLAYING);
   const auto bus = Ref<GstBus>::adopt(gst_element_get_bus(pipeline.get()));
   const auto message = Ref<GstMessage>::adopt(gst_bus_timed_pop_filtered(
@@ -134,6 +140,36 @@ TEST(TensorPreprocess, NamesAFormatThatASourceIsSetTo) {
                              "video/x-raw,format={YUY2,AYUV,NV12} ! " +
                              behind),
             "end of stream");
+}
+
+TEST(TensorPreprocess, IsLinkedBehindASourceOfNothingItTakesToSayWhy) {
+  const std::string source = "videotestsrc num-buffers=2 ! video/x-raw,format=YUY2 ! ";
+  const std::string behind = "tensor_preprocess width=4 height=4 ! ";
+  for (const char* rest : {"queue ! fakesink", "other/tensors,format=static ! fakesink",
+                           "tensor_transform mode=typecast option=float32 ! tensor_sink"})
+    expect_words(said_by_pipeline(source + behind + rest), "fix: videoconvert ! tensor_preprocess");
+  // What it can make of no video at all is no excuse.
+  expect_words(
+      said_by_pipeline(source + behind + "other/tensors,dimensions=(string)3:5:4:1 ! fakesink"),
+      "not linked: ");
+}
+
+TEST(TensorPreprocess, RefusesPicturesInTheMemoryOfADevice) {
+  const std::pair<const char*, const char*> cases[] = {
+      {"memory:GLMemory", "fix: glcolorconvert ! gldownload ! tensor_preprocess"},
+      {"memory:DMABuf", "fix: glupload ! glcolorconvert ! gldownload ! tensor_preprocess"},
+      {"memory:VAMemory", "fix: vapostproc ! tensor_preprocess"}};
+  for (const auto& [memory, fix] : cases) {
+    const std::string caps =
+        std::string("video/x-raw(") + memory + "),format=NV12,width=8,height=2,framerate=10/1";
+    const auto text = error_with_caps("width=4 height=4", caps);
+    expect_words(text, "WEIR-2002: these pictures lie in a device's memory");
+    expect_words(text, memory);
+    expect_words(text, fix);
+    auto h = harness("width=4 height=4", video("RGB", 4, 4));
+    EXPECT_EQ(pushed<uint8_t>(h, frame(ramp(48))), ramp(48));
+    EXPECT_EQ(error_of(h, [&] { gst_harness_set_src_caps_str(h.get(), caps.c_str()); }), text);
+  }
 }
 
 TEST(TensorPreprocess, RefusesAColourMatrixItDoesNotKnow) {

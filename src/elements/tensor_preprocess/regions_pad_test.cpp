@@ -143,6 +143,17 @@ TEST(RegionsPad, LetsAWaitingPictureGoWhenTheElementStops) {
   pictures.join();
 }
 
+TEST(RegionsPad, LetsAWaitingPictureGoOnWhenTheBoxesAreFlushed) {
+  auto b = both("max-regions=1 max-wait=86400000000000");
+  std::thread pictures([&] {
+    EXPECT_EQ(gst_harness_push(b.pictures.get(), timed(frame(ramp(12)), 0)), GST_FLOW_OK);
+  });
+  while (stat(b.pictures, "received") == 0) std::this_thread::yield();
+  gst_harness_push_event(b.regions.get(), gst_event_new_flush_start());
+  pictures.join();
+  EXPECT_EQ(stat(b.pictures, "dropped-policy"), 1u);
+}
+
 TEST(RegionsPad, RefusesWhatIsNoBox) {
   for (const char* tensor : {"dimensions=(string)\"5:2\",types=(string)uint32",
                              "dimensions=(string)\"4:2\",types=(string)int32"}) {

@@ -52,6 +52,7 @@ class TensorPreprocess : public gst::CountedTransform<TensorPreprocess> {
 
   bool stop() {
     work_.reset();
+    allocation_ = {};
     return true;
   }
 
@@ -157,13 +158,16 @@ class TensorPreprocess : public gst::CountedTransform<TensorPreprocess> {
       if (!check_format(caps)) return gst_query_set_accept_caps_result(query, TRUE), TRUE;
     }
     const gboolean answered = parent_class()->query(self(), direction, query);
-    if (direction != GST_PAD_SINK || GST_QUERY_TYPE(query) != GST_QUERY_CAPS || !answered)
-      return answered;
+    if (GST_QUERY_TYPE(query) != GST_QUERY_CAPS || !answered) return answered;
     GstCaps* filter = nullptr;
     gst_query_parse_caps(query, &filter);
     gst_query_parse_caps_result(query, &caps);
-    const auto all = with_other_formats(sink(), Ref<GstCaps>::share(caps), filter);
-    gst_query_set_caps_result(query, all.get());
+    if (direction == GST_PAD_SINK) {
+      const auto all = with_other_formats(sink(), Ref<GstCaps>::share(caps), filter);
+      gst_query_set_caps_result(query, all.get());
+    } else if (gst_caps_is_empty(caps)) {
+      gst_query_set_caps_result(query, of_any_video(filter).get());
+    }
     return TRUE;
   }
 
@@ -177,8 +181,9 @@ class TensorPreprocess : public gst::CountedTransform<TensorPreprocess> {
   }
 
   gboolean decide_allocation(GstQuery* query) {
+    allocation_ = gst::allocation_of(query, allocation_);
     if (work_)
-      if (const Status status = work_->allocate_as(gst::allocation_of(query)); !status)
+      if (const Status status = work_->allocate_as(allocation_); !status)
         return gst::post_error(element(), status.error()), FALSE;
     return parent_class()->decide_allocation(self(), query);
   }
@@ -232,6 +237,13 @@ class TensorPreprocess : public gst::CountedTransform<TensorPreprocess> {
   GstPad* sink() const { return GST_BASE_TRANSFORM_SINK_PAD(self()); }
   GstPad* source() const { return GST_BASE_TRANSFORM_SRC_PAD(self()); }
 
+  // Elements behind are linked and asked before caps come: a source of nothing that is taken is
+  // told of then.
+  Ref<GstCaps> of_any_video(GstCaps* filter) {
+    const auto video = Ref<GstCaps>::adopt(gst_pad_get_pad_template_caps(sink()));
+    return Ref<GstCaps>::adopt(transform_caps(GST_PAD_SINK, video.get(), filter));
+  }
+
   Status check_regions_pad() const {
     const bool wanted = settings().regions == RegionsChoice::Pad;
     if (wanted == (boxes_pad_ != nullptr)) return ok();
@@ -246,9 +258,9 @@ class TensorPreprocess : public gst::CountedTransform<TensorPreprocess> {
   // False: the stream is being flushed. A frame whose boxes do not come has none.
   bool take_boxes(GstBuffer* in) {
     std::vector<preprocess::Box> boxes;
-    const GstClockTime time = running_time(self()->segment, GST_BUFFER_PTS(in));
+    const GstClockTime time = gst::running_time(self()->segment, GST_BUFFER_PTS(in));
     if (GST_CLOCK_TIME_IS_VALID(time)) {
-      using Outcome = preprocess::BoxQueue::Outcome;
+      using Outcome = sync::TimedOutcome;
       const Outcome outcome = boxes_.take(time, *wait_for_boxes_, &boxes);
       if (outcome == Outcome::Flushed) return false;
       if (outcome == Outcome::Late) ++boxes_late_;
@@ -329,6 +341,7 @@ class TensorPreprocess : public gst::CountedTransform<TensorPreprocess> {
   GstPad* boxes_pad_ = nullptr;  // the element's; changes while nothing streams
   RegionsPad boxes_;
   std::optional<GstClockTime> wait_for_boxes_;  // none: they do not come by the pad
+  gst::Allocation allocation_;                  // as the next element asks; streaming thread
   std::unique_ptr<PictureWork> work_;           // made when caps come; streaming thread
   bool told_ = false;  // whether set_caps said why it failed; streaming thread
 };

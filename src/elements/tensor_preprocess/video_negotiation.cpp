@@ -3,6 +3,7 @@
 
 #include <string>
 
+#include "gstcpp/device_caps.hpp"
 #include "gstcpp/tensor_caps.hpp"
 
 namespace weir {
@@ -23,7 +24,8 @@ Ref<GstCaps> first_choice(const GstCaps* caps) {
 }
 
 Ref<GstCaps> raw_video() {
-  return Ref<GstCaps>::adopt(gst_caps_new_empty_simple("video/x-raw"));
+  return Ref<GstCaps>::adopt(
+      gst_caps_merge(gst_caps_new_empty_simple("video/x-raw"), gst::video_of_devices().release()));
 }
 
 }  // namespace
@@ -86,6 +88,7 @@ Ref<GstCaps> with_other_formats(GstPad* sink, Ref<GstCaps> known, const GstCaps*
 
 Status check_format(const GstCaps* caps) {
   if (gst_caps_is_any(caps) || gst_caps_is_empty(caps)) return ok();
+  if (auto status = gst::check_memory(caps, "tensor_preprocess"); !status) return status;
   const GstStructure* first = gst_caps_get_structure(caps, 0);
   const char* format = gst_structure_get_string(first, "format");
   if (!format || !gst_structure_has_name(first, "video/x-raw")) return ok();

@@ -3,6 +3,7 @@
 
 #include <string>
 
+#include "gstcpp/frame_errors.hpp"
 #include "gstcpp/video_meta.hpp"
 
 namespace weir {
@@ -97,7 +98,7 @@ MappedPicture::~MappedPicture() {
   if (mapped_) gst_video_frame_unmap(&frame_);
 }
 
-Status MappedPicture::map(const GstVideoInfo& video, GstBuffer* buffer) {
+Status MappedPicture::map(const GstVideoInfo& video, GstBuffer* buffer, GstMapFlags flags) {
   const GstVideoMeta* meta = gst_buffer_get_video_meta(buffer);
   const size_t bytes = gst_buffer_get_size(buffer);
   if (meta) {
@@ -106,15 +107,14 @@ Status MappedPicture::map(const GstVideoInfo& video, GstBuffer* buffer) {
     return too_short(std::to_string(bytes) + " bytes",
                      std::to_string(GST_VIDEO_INFO_SIZE(&video)) + " bytes");
   }
-  mapped_ = gst_video_frame_map(&frame_, &video, buffer, GST_MAP_READ);
-  if (!mapped_)
-    return Error{Code::MAP_FAILED, "a video buffer cannot be mapped for reading", "", "", "", ""};
+  mapped_ = gst_video_frame_map(&frame_, &video, buffer, flags);
+  if (!mapped_) return gst::memory_not_mapped();
   for (guint i = 0; i < GST_VIDEO_FRAME_N_PLANES(&frame_); ++i) {
     // With metadata each plane is mapped on its own, else all of them as one.
     const GstMapInfo& info = frame_.map[meta ? i : 0];
     const auto* data = static_cast<const guint8*>(GST_VIDEO_FRAME_PLANE_DATA(&frame_, i));
-    planes_[i] = {{reinterpret_cast<const std::byte*>(info.data), info.size},
-                  static_cast<size_t>(data - info.data),
+    writable_[i] = {reinterpret_cast<std::byte*>(info.data), info.size};
+    planes_[i] = {writable_[i], static_cast<size_t>(data - info.data),
                   GST_VIDEO_FRAME_PLANE_STRIDE(&frame_, i)};
   }
   return ok();

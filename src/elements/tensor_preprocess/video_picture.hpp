@@ -2,6 +2,9 @@
 #pragma once
 #include <gst/video/video.h>
 
+#include <array>
+#include <span>
+
 #include "core/preprocess/plan.hpp"
 #include "weir/result.hpp"
 
@@ -30,13 +33,16 @@ class MappedPicture {
 
   // Once. FRAME_SIZE when the buffer is shorter than its metadata or caps say, FORMAT_UNSUPPORTED
   // when its metadata are of another picture, MAP_FAILED.
-  Status map(const GstVideoInfo& video, GstBuffer* buffer);
+  Status map(const GstVideoInfo& video, GstBuffer* buffer, GstMapFlags flags = GST_MAP_READ);
   const preprocess::Planes& planes() const noexcept { return planes_; }
+  // All that is mapped for a plane, after map() with GST_MAP_WRITE too.
+  std::span<std::byte> writable(size_t plane) const noexcept { return writable_[plane]; }
 
  private:
   GstVideoFrame frame_;
   bool mapped_ = false;
   preprocess::Planes planes_;
+  std::array<std::span<std::byte>, 3> writable_;
 };
 
 }  // namespace weir

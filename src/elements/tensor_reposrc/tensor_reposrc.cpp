@@ -68,6 +68,7 @@ class TensorReposrc : public gst::Element<TensorReposrc, gst::PushSource> {
           return GST_PAD_PROBE_OK;
         },
         this, nullptr);
+    gst::keep_queries_on_own_thread(pad(), &ledger_);
   }
 
   void property_changed(const char* name) {

@@ -1,59 +1,63 @@
 // tensor_sparse_dec: sparse tensors become dense ones.
 #include <utility>
 
-#include "core/tensor/sparse.hpp"
+#include "elements/tensor_sparse_enc/sparse_filter.hpp"
+#include "gstcpp/frame_errors.hpp"
 #include "gstcpp/frame_pool.hpp"
-#include "gstcpp/frame_reader.hpp"
-#include "gstcpp/plain_filter.hpp"
-#include "gstcpp/tensor_caps.hpp"
 
 namespace weir {
 namespace {
 
 using gst::Ref;
 
-class TensorSparseDec : public gst::PlainFilter<TensorSparseDec> {
+class TensorSparseDec : public SparseFilter<TensorSparseDec> {
  public:
   static constexpr gst::ElementInfo kInfo{"WeirTensorSparseDec", "tensor_sparse_dec",
                                           "TensorSparseDec", "Filter/Tensor",
                                           "Turns sparse tensors into dense ones"};
   static inline GstStaticPadTemplate kPads[] = {
-      GST_STATIC_PAD_TEMPLATE("src", GST_PAD_SRC, GST_PAD_ALWAYS,
-                              GST_STATIC_CAPS("other/tensors, format=(string)static, "
-                                              "num_tensors=(int)[ 1, 256 ], " WEIR_CAPS_RATE)),
+      GST_STATIC_PAD_TEMPLATE("src", GST_PAD_SRC, GST_PAD_ALWAYS, GST_STATIC_CAPS(WEIR_CAPS_DENSE)),
       GST_STATIC_PAD_TEMPLATE("sink", GST_PAD_SINK, GST_PAD_ALWAYS,
                               GST_STATIC_CAPS(WEIR_CAPS_TENSORS("sparse"))),
-  };
-  struct Settings {
-    bool silent = true;
-  };
-  static constexpr std::tuple kProperties{
-      gst::Property{"silent", &Settings::silent, "Accepted for compatibility; has no effect"},
   };
 
   // The next element may fix the tensors; otherwise the first frame says what they are.
   Status take_caps(GstCaps* caps) {
-    auto spec = gst::fixed_spec_from_caps(caps);
-    if (!spec) return spec.error();
-    input_ = *std::move(spec);
+    if (const auto status = read_caps(caps); !status) return status;
     pool_ = {};
-    const auto own = Ref<GstCaps>::adopt(gst_pad_get_pad_template_caps(source_));
-    const auto peer = Ref<GstCaps>::adopt(gst_pad_peer_query_caps(source_, own.get()));
-    fixed_ = gst_caps_is_fixed(peer.get());
+    const auto peer = caps_fixed_behind();
+    fixed_ = static_cast<bool>(peer);
     if (!fixed_) return ok();
     auto fixed = gst::fixed_spec_from_caps(peer.get());
     if (!fixed) return fixed.error();
     return announce(fixed->tensors, peer.get());
   }
 
-  GstFlowReturn take_buffer(Ref<GstBuffer> in) {
-    if (input_.format != Format::Sparse) return failed(before_caps());
-    auto out = decode(in.get());
-    ledger_.copied(reader_.bytes_copied());
-    reader_.clear();
-    if (!out) return failed(out.error());
-    ledger_.consumed_and_pushed();
-    return gst_pad_push(source_, out->release());
+  bool ready() const { return input_.format == Format::Sparse; }
+
+  Result<Ref<GstBuffer>> convert(GstBuffer* in) {
+    if (auto status = reader_.read(in, input_); !status) return status.error();
+    headers_.clear();
+    chunks_.clear();
+    std::vector<TensorSpec> tensors;
+    for (const auto& view : reader_.tensors()) {
+      chunks_.push_back(
+          {view.payload.data() - kTensorHeaderBytes, view.payload.size() + kTensorHeaderBytes});
+      auto header = read_sparse_header(chunks_.back());
+      if (!header) return header.error();
+      tensors.push_back(header->spec);
+      headers_.push_back(*std::move(header));
+    }
+    if (auto status = settle(std::move(tensors)); !status) return status.error();
+    auto out = pool_.acquire();
+    if (!out) return gst::memory_ran_out();
+    auto status = writer_.map(pool_, out.get());
+    for (size_t i = 0; status && i < headers_.size(); ++i)
+      status = read_sparse(headers_[i], chunks_[i], writer_.payloads()[i]);
+    writer_.unmap();
+    if (!status) return status.error();
+    gst_buffer_copy_into(out.get(), in, GST_BUFFER_COPY_METADATA, 0, static_cast<gsize>(-1));
+    return out;
   }
 
   // What follows caps waits for them.
@@ -76,9 +80,8 @@ class TensorSparseDec : public gst::PlainFilter<TensorSparseDec> {
   void forget() {
     input_ = {};
     pool_ = {};
+    allocation_ = {};
   }
-
-  Settings settings_;
 
  private:
   void release_early() {
@@ -92,9 +95,9 @@ class TensorSparseDec : public gst::PlainFilter<TensorSparseDec> {
     auto pool = gst::FramePool::make(tensors, Format::Static);
     if (!pool) return pool.error();
     if (auto status = gst::send_caps(source_, spec, caps.get()); !status) return status;
-    const auto allocation = gst::wanted_by_peer(source_, caps.get());
-    if (!(allocation == gst::Allocation{}))
-      pool = gst::FramePool::make(tensors, Format::Static, MediaType::Tensor, allocation);
+    allocation_ = gst::wanted_by_peer(source_, caps.get(), ledger_, allocation_);
+    if (!(allocation_ == gst::Allocation{}))
+      pool = gst::FramePool::make(tensors, Format::Static, MediaType::Tensor, allocation_);
     if (!pool) return pool.error();
     pool_ = *std::move(pool);
     release_early();
@@ -119,39 +122,12 @@ class TensorSparseDec : public gst::PlainFilter<TensorSparseDec> {
                      join_types(came.tensors) + "\""};
   }
 
-  Result<Ref<GstBuffer>> decode(GstBuffer* in) {
-    if (auto status = reader_.read(in, input_); !status) return status.error();
-    headers_.clear();
-    chunks_.clear();
-    std::vector<TensorSpec> tensors;
-    for (const auto& view : reader_.tensors()) {
-      chunks_.push_back(
-          {view.payload.data() - kTensorHeaderBytes, view.payload.size() + kTensorHeaderBytes});
-      auto header = read_sparse_header(chunks_.back());
-      if (!header) return header.error();
-      tensors.push_back(header->spec);
-      headers_.push_back(*std::move(header));
-    }
-    if (auto status = settle(std::move(tensors)); !status) return status.error();
-    auto out = pool_.acquire();
-    if (!out) return Error{Code::OUT_OF_MEMORY, "no memory for an output buffer", "", "", "", ""};
-    auto status = writer_.map(pool_, out.get());
-    for (size_t i = 0; status && i < headers_.size(); ++i)
-      status = read_sparse(headers_[i], chunks_[i], writer_.payloads()[i]);
-    writer_.unmap();
-    if (!status) return status.error();
-    gst_buffer_copy_into(out.get(), in, GST_BUFFER_COPY_METADATA, 0, static_cast<gsize>(-1));
-    return out;
-  }
-
   // Streaming thread only:
-  FrameSpec input_;
   bool fixed_ = false;                // the next element fixed the tensors
   std::vector<Ref<GstEvent>> early_;  // serialized events that came before there were caps to send
+  gst::Allocation allocation_;        // as the next element asks
   gst::FramePool pool_;               // of the tensors that were announced; none before that
-  gst::FrameReader reader_;
   gst::FramePool::Writer writer_;
-  std::vector<TensorHeader> headers_;               // of the frame in work
   std::vector<std::span<const std::byte>> chunks_;  // of the frame in work
 };
 

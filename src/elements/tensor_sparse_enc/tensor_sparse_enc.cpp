@@ -1,17 +1,15 @@
 // tensor_sparse_enc: dense tensors become sparse ones.
 #include "core/tensor/packed_tensors.hpp"
-#include "core/tensor/sparse.hpp"
+#include "elements/tensor_sparse_enc/sparse_filter.hpp"
 #include "gstcpp/allocation.hpp"
-#include "gstcpp/frame_reader.hpp"
-#include "gstcpp/plain_filter.hpp"
-#include "gstcpp/tensor_caps.hpp"
+#include "gstcpp/frame_errors.hpp"
 
 namespace weir {
 namespace {
 
 using gst::Ref;
 
-class TensorSparseEnc : public gst::PlainFilter<TensorSparseEnc> {
+class TensorSparseEnc : public SparseFilter<TensorSparseEnc> {
  public:
   static constexpr gst::ElementInfo kInfo{"WeirTensorSparseEnc", "tensor_sparse_enc",
                                           "TensorSparseEnc", "Filter/Tensor",
@@ -20,51 +18,22 @@ class TensorSparseEnc : public gst::PlainFilter<TensorSparseEnc> {
       GST_STATIC_PAD_TEMPLATE("src", GST_PAD_SRC, GST_PAD_ALWAYS,
                               GST_STATIC_CAPS(WEIR_CAPS_TENSORS("sparse"))),
       GST_STATIC_PAD_TEMPLATE("sink", GST_PAD_SINK, GST_PAD_ALWAYS,
-                              GST_STATIC_CAPS("other/tensors, format=(string)static, "
-                                              "num_tensors=(int)[ 1, 256 ], " WEIR_CAPS_RATE)),
-  };
-  struct Settings {
-    bool silent = true;
-  };
-  static constexpr std::tuple kProperties{
-      gst::Property{"silent", &Settings::silent, "Accepted for compatibility; has no effect"},
+                              GST_STATIC_CAPS(WEIR_CAPS_DENSE)),
   };
 
   Status take_caps(GstCaps* caps) {
-    auto spec = gst::fixed_spec_from_caps(caps);
-    if (!spec) return spec.error();
-    input_ = *std::move(spec);
+    if (const auto status = read_caps(caps); !status) return status;
     FrameSpec sparse;
     sparse.format = Format::Sparse;
     sparse.rate = input_.rate;
     return gst::send_caps(source_, sparse, output_caps(sparse).get());
   }
 
-  GstFlowReturn take_buffer(Ref<GstBuffer> in) {
-    if (input_.tensors.empty()) return failed(before_caps());
-    auto out = encode(in.get());
-    ledger_.copied(reader_.bytes_copied());
-    reader_.clear();
-    if (!out) return failed(out.error());
-    ledger_.consumed_and_pushed();
-    return gst_pad_push(source_, out->release());
-  }
-
   void drop_held(DropReason) {}
   void forget() { input_ = {}; }
+  bool ready() const { return !input_.tensors.empty(); }
 
-  Settings settings_;
-
- private:
-  // What the next element fixes, whatever rate that is (specification 6.11); else the input's rate.
-  Ref<GstCaps> output_caps(const FrameSpec& sparse) const {
-    const auto own = Ref<GstCaps>::adopt(gst_pad_get_pad_template_caps(source_));
-    auto peer = Ref<GstCaps>::adopt(gst_pad_peer_query_caps(source_, own.get()));
-    if (gst_caps_is_fixed(peer.get())) return peer;
-    return gst::possible_caps(source_, sparse, nullptr);
-  }
-
-  Result<Ref<GstBuffer>> encode(GstBuffer* in) {
+  Result<Ref<GstBuffer>> convert(GstBuffer* in) {
     if (auto status = reader_.read(in, input_); !status) return status.error();
     headers_.clear();
     for (const auto& view : reader_.tensors()) {
@@ -83,6 +52,13 @@ class TensorSparseEnc : public gst::PlainFilter<TensorSparseEnc> {
     return out;
   }
 
+ private:
+  // What the next element fixes, whatever rate that is (specification 6.11); else the input's rate.
+  Ref<GstCaps> output_caps(const FrameSpec& sparse) const {
+    if (auto fixed = caps_fixed_behind()) return fixed;
+    return gst::possible_caps(source_, sparse, nullptr);
+  }
+
   // One memory with the chunks of these tensors; several stand behind a packed header.
   Status append(GstBuffer* out, size_t begin, size_t end) {
     const size_t packed = end - begin > 1 ? kPackedHeaderBytes : 0;
@@ -96,7 +72,7 @@ class TensorSparseEnc : public gst::PlainFilter<TensorSparseEnc> {
     if (memory) gst_buffer_append_memory(out, memory);
     const gst::MappedMemory map =
         memory ? gst::MappedMemory(memory, GST_MAP_WRITE) : gst::MappedMemory();
-    if (!map) return Error{Code::OUT_OF_MEMORY, "no memory for an output buffer", "", "", "", ""};
+    if (!map) return gst::memory_ran_out();
     if (packed) {
       const auto first = input_.tensors.begin() + static_cast<std::ptrdiff_t>(begin);
       const std::vector<TensorSpec> specs(first, input_.tensors.end());
@@ -110,11 +86,6 @@ class TensorSparseEnc : public gst::PlainFilter<TensorSparseEnc> {
     }
     return ok();
   }
-
-  // Streaming thread only:
-  FrameSpec input_;
-  gst::FrameReader reader_;
-  std::vector<TensorHeader> headers_;  // of the frame in work
 };
 
 }  // namespace

@@ -1,9 +1,25 @@
 // FrameTransformer, two transforms in one pass: frames that leave as deferred memory, and such
 // frames of the element before.
+#include <algorithm>
+
 #include "elements/tensor_transform/frame_transformer.hpp"
+#include "gstcpp/frame_errors.hpp"
 #include "gstcpp/memory_part.hpp"
 
 namespace weir {
+namespace {
+
+Error source_not_mapped(guint memory) {
+  return Error{
+      Code::MAP_FAILED,
+      "the memory that came into the element before this tensor_transform cannot be mapped",
+      "memory " + std::to_string(memory),
+      "system memory",
+      "",
+      "put a queue between the two"};
+}
+
+}  // namespace
 
 void FrameTransformer::defer(bool wanted) noexcept {
   defer_ = wanted;
@@ -16,17 +32,85 @@ void FrameTransformer::find_fused_sources(GstBuffer* in) {
   for (size_t i = 0; i < input_.tensors.size(); ++i) {
     auto source = gst::deferred_source(gst_buffer_peek_memory(in, static_cast<guint>(i)));
     auto& cached = plans_[i];
-    if (!source || !cached || !source->plan->output().same_layout(cached->input))
+    if (!source || !source->header.empty() || !cached ||
+        !source->plan->output().same_layout(cached->input) || !fuse(*cached, &*source))
       return sources_.clear();
-    if (cached->before != source->plan) {
-      auto both = transform::fused(*source->plan, *cached->plan);
-      cached->before = source->plan;
-      cached->both = both ? std::make_shared<const transform::Plan>(*std::move(both)) : nullptr;
-    }
-    if (!cached->both) return sources_.clear();
-    source->plan = cached->both;
     sources_.push_back(*std::move(source));
   }
+}
+
+bool FrameTransformer::fuse(Cached& cached, gst::DeferredSource* source) {
+  if (cached.before != source->plan) {
+    auto both = transform::fused(*source->plan, *cached.plan);
+    cached.before = source->plan;
+    cached.both = both ? std::make_shared<const transform::Plan>(*std::move(both)) : nullptr;
+  }
+  if (!cached.both) return false;
+  source->plan = cached.both;
+  return true;
+}
+
+bool FrameTransformer::takes_views() const noexcept {
+  const auto mode = operation_.mode();
+  return input_.format == Format::Flexible && choice_.empty() &&
+         (mode == transform::Mode::Typecast || mode == transform::Mode::Arithmetic ||
+          mode == transform::Mode::Clamp);
+}
+
+void FrameTransformer::find_views(GstBuffer* in) {
+  sources_.clear();
+  if (!takes_views()) return;
+  for (guint i = 0; i < gst_buffer_n_memory(in); ++i) {
+    auto source = gst::deferred_source(gst_buffer_peek_memory(in, i));
+    if (!source || source->header.empty()) return sources_.clear();
+    auto cached = plan_for(i, source->plan->output());
+    if (!cached || !fuse(**cached, &*source)) return sources_.clear();
+    sources_.push_back(*std::move(source));
+  }
+}
+
+// From the second frame whose tensors are as large as those before on: a pool's.
+gst::Ref<GstBuffer> FrameTransformer::buffer_for_views() {
+  std::vector<TensorSpec> specs;
+  for (const auto& source : sources_) specs.push_back(source.plan->output());
+  const auto alike = [](const TensorSpec& a, const TensorSpec& b) { return a.same_layout(b); };
+  views_pooled_ =
+      std::equal(specs.begin(), specs.end(), view_specs_.begin(), view_specs_.end(), alike);
+  if (!views_pooled_) {
+    view_specs_ = std::move(specs);
+    view_pool_ = {};
+    return gst::Ref<GstBuffer>::adopt(gst_buffer_new());
+  }
+  if (!view_pool_) {
+    auto pool =
+        gst::FramePool::make(std::move(specs), output_.format, MediaType::Tensor, allocation_);
+    if (!pool) return {};
+    view_pool_ = *std::move(pool);
+  }
+  auto out = view_pool_.acquire();
+  view_buffers_ = view_pool_.stats().allocated;
+  return out;
+}
+
+Status FrameTransformer::run_views(GstBuffer* out, Ledger* ledger) {
+  tensors_ = sources_.size();
+  if (views_pooled_)
+    if (auto status = writer_.map(view_pool_, out); !status) return status;
+  for (size_t i = 0; i < sources_.size(); ++i) {
+    const auto& [buffer, memory, plan, header] = sources_[i];
+    const gst::MappedMemory in(gst_buffer_peek_memory(buffer.get(), memory), GST_MAP_READ);
+    if (!in || in.bytes().size() < plan->input().bytes()) return source_not_mapped(memory);
+    Appended appended;
+    if (!views_pooled_) {
+      auto made = append_output(plan->output(), out);
+      if (!made) return made.error();
+      appended = *std::move(made);
+    }
+    const auto target = views_pooled_ ? writer_.payloads()[i] : appended.payload();
+    const auto counters = plan->apply(in.bytes(), target);
+    if (counters.divisions_by_zero > 0) ledger->divided_by_zero(counters.divisions_by_zero);
+  }
+  return ok();
 }
 
 // Memory of the system, of the sizes of the caps: what else there is, is refused or converted now.
@@ -51,8 +135,7 @@ Result<gst::Ref<GstBuffer>> FrameTransformer::deferred_output(GstBuffer* in) {
   auto out = gst::Ref<GstBuffer>::adopt(gst_buffer_new());
   for (auto& source : sources_) {
     GstMemory* memory = gst::make_deferred_memory(std::move(source), counts_);
-    if (!memory)
-      return Error{Code::OUT_OF_MEMORY, "no memory for an output buffer", "", "", "", ""};
+    if (!memory) return gst::memory_ran_out();
     gst_buffer_append_memory(out.get(), memory);
   }
   sources_.clear();
@@ -66,7 +149,7 @@ bool FrameTransformer::has_source_alone(GstBuffer* in) const {
   GstBuffer* source = sources_[0].buffer.get();
   if (gst_buffer_n_memory(source) != sources_.size()) return false;
   for (size_t i = 0; i < sources_.size(); ++i) {
-    const auto& [buffer, memory, plan] = sources_[i];
+    const auto& [buffer, memory, plan, header] = sources_[i];
     if (buffer.get() != source || memory != i || !plan->in_place_possible()) return false;
     if (gst_memory_get_sizes(gst_buffer_peek_memory(source, memory), nullptr, nullptr) !=
         plan->output().bytes())
@@ -109,14 +192,7 @@ Status FrameTransformer::run_fused(GstBuffer* out, Ledger* ledger) {
     const gst::MappedMemory in(
         gst_buffer_peek_memory(in_place ? out : source.buffer.get(), source.memory),
         in_place ? GST_MAP_READWRITE : GST_MAP_READ);
-    if (!in)
-      return Error{
-          Code::MAP_FAILED,
-          "the memory that came into the tensor_transform before this one cannot be mapped",
-          "memory " + std::to_string(source.memory),
-          "system memory",
-          "",
-          "put a queue between the two"};
+    if (!in) return source_not_mapped(source.memory);
     const auto target = in_place ? in.bytes() : writer_.payloads()[i];
     const auto counters = source.plan->apply(in.bytes(), target);
     if (counters.divisions_by_zero > 0) ledger->divided_by_zero(counters.divisions_by_zero);

@@ -6,17 +6,11 @@
 #include <utility>
 
 #include "core/transform/picture.hpp"
+#include "gstcpp/frame_errors.hpp"
 #include "gstcpp/memory_part.hpp"
 #include "gstcpp/tensor_meta.hpp"
 
 namespace weir {
-namespace {
-
-Error out_of_memory() {
-  return Error{Code::OUT_OF_MEMORY, "no memory for an output buffer", "", "", "", ""};
-}
-
-}  // namespace
 
 bool chosen(const TensorChoice& choice, size_t index) noexcept {
   return choice.empty() || std::find(choice.begin(), choice.end(), index) != choice.end();
@@ -55,7 +49,8 @@ Status FrameTransformer::configure(const FrameSpec& input, const FrameSpec& outp
   output_ = output;
   plans_.clear();
   pooled_ = in_place_ = element_wise_ = defer_ = false;
-  pool_ = {};
+  pool_ = view_pool_ = {};
+  view_specs_.clear();
   if (input.format != Format::Static) return ok();
   for (const size_t index : choice_)
     if (index >= input.tensors.size())
@@ -97,15 +92,25 @@ Status FrameTransformer::make_pool(std::vector<TensorSpec> outputs) {
 Status FrameTransformer::allocate_as(const gst::Allocation& allocation) {
   if (allocation == allocation_) return ok();
   allocation_ = allocation;
+  view_pool_ = {};
   return pooled_ ? make_pool(pool_.tensors()) : ok();
 }
 
 Result<gst::Ref<GstBuffer>> FrameTransformer::output_for(GstBuffer* in) {
   work_ = {};
-  find_fused_sources(in);
+  const bool flexible = input_.format == Format::Flexible;
+  if (flexible)
+    find_views(in);
+  else
+    find_fused_sources(in);
   work_.fused = !sources_.empty();
-  work_.deferred = may_defer(in);
+  work_.deferred = !flexible && may_defer(in);
   if (work_.deferred) return deferred_output(in);
+  if (work_.fused && flexible) {
+    auto out = buffer_for_views();
+    if (!out) return gst::memory_ran_out();
+    return out;
+  }
   if (work_.fused) {
     if (auto source = take_source(in)) return source;
   } else if (in_place_ && gst::can_be_written(in) &&
@@ -113,7 +118,7 @@ Result<gst::Ref<GstBuffer>> FrameTransformer::output_for(GstBuffer* in) {
     return gst::Ref<GstBuffer>::share(in);
   }
   auto out = pooled_ ? pool_.acquire() : gst::Ref<GstBuffer>::adopt(gst_buffer_new());
-  if (!out) return out_of_memory();
+  if (!out) return gst::memory_ran_out();
   return out;
 }
 
@@ -140,7 +145,10 @@ Result<FrameTransformer::Work> FrameTransformer::run(GstBuffer* in, GstBuffer* o
                                                      Ledger* ledger) {
   Status status = ok();
   tensors_ = input_.tensors.size();
-  if (!work_.deferred) status = work_.fused ? run_fused(out, ledger) : run_alone(in, out, ledger);
+  if (work_.fused && input_.format == Format::Flexible)
+    status = run_views(out, ledger);
+  else if (!work_.deferred)
+    status = work_.fused ? run_fused(out, ledger) : run_alone(in, out, ledger);
   writer_.unmap();
   reader_.clear();
   sources_.clear();
@@ -203,20 +211,27 @@ Status FrameTransformer::append_transformed(size_t index, const gst::TensorView&
                                             GstBuffer* out, Ledger* ledger) {
   auto cached = plan_for(index, view.spec);
   if (!cached) return cached.error();
-  const size_t head = headers_wanted() ? kTensorHeaderBytes : 0;
-  GstMemory* memory = gst::allocate_memory(head + *(*cached)->output.bytes());
-  if (!memory) return out_of_memory();
-  gst_buffer_append_memory(out, memory);
-  const gst::MappedMemory map(memory, GST_MAP_WRITE);
-  if (!map) return out_of_memory();
-  if (head) {
-    TensorHeader header;
-    header.spec = (*cached)->output;
-    write_tensor_header(header, map.bytes().first<kTensorHeaderBytes>());
-  }
-  const auto counters = (*cached)->plan->apply(view.payload, map.bytes().subspan(head));
+  const auto target = append_output((*cached)->output, out);
+  if (!target) return target.error();
+  const auto counters = (*cached)->plan->apply(view.payload, target->payload());
   if (counters.divisions_by_zero > 0) ledger->divided_by_zero(counters.divisions_by_zero);
   return ok();
+}
+
+Result<FrameTransformer::Appended> FrameTransformer::append_output(const TensorSpec& spec,
+                                                                   GstBuffer* out) const {
+  const size_t head = headers_wanted() ? kTensorHeaderBytes : 0;
+  GstMemory* memory = gst::allocate_memory(head + *spec.bytes());
+  if (!memory) return gst::memory_ran_out();
+  gst_buffer_append_memory(out, memory);
+  Appended appended{gst::MappedMemory(memory, GST_MAP_WRITE), head};
+  if (!appended.map) return gst::memory_ran_out();
+  if (head) {
+    TensorHeader header;
+    header.spec = spec;
+    write_tensor_header(header, appended.map.bytes().first<kTensorHeaderBytes>());
+  }
+  return appended;
 }
 
 void FrameTransformer::append_untouched(const gst::TensorView& view, GstBuffer* in, GstBuffer* out,

@@ -2,6 +2,7 @@
 #pragma once
 #include <gst/gst.h>
 
+#include <atomic>
 #include <memory>
 #include <optional>
 #include <vector>
@@ -38,6 +39,9 @@ class FrameTransformer {
   // Whether frames can leave as deferred memory and be taken as such: a static stream of at most 16
   // tensors, all of them transformed element by element.
   bool can_fuse() const noexcept { return element_wise_; }
+  // Whether views of tensors of a flexible stream can be taken: all of them are transformed element
+  // by element.
+  bool takes_views() const noexcept;
   // Whether frames leave as deferred memory from now on, until somebody maps one or configure() is
   // called. Precondition: can_fuse().
   void defer(bool wanted) noexcept;
@@ -56,7 +60,7 @@ class FrameTransformer {
   // Fills what output_for() gave for the same `in`, and corrects the ways back to the picture,
   // which came with the input's metadata.
   Result<Work> run(GstBuffer* in, GstBuffer* out, Ledger* ledger);
-  gst::FramePoolStats pool_stats() const { return pool_.stats(); }
+  uint64_t pool_allocated() const { return pool_.stats().allocated + view_buffers_; }
 
  private:
   void move_pictures(GstBuffer* out) const;
@@ -71,6 +75,19 @@ class FrameTransformer {
   Result<Cached*> plan_for(size_t index, const TensorSpec& spec);
   // Sources that do the work of the element before and this one's; empty where there are none.
   void find_fused_sources(GstBuffer* in);
+  // The same for a flexible stream: each memory is a view.
+  void find_views(GstBuffer* in);
+  // Puts the plan of both into `source`; false where there is none.
+  static bool fuse(Cached& cached, gst::DeferredSource* source);
+  gst::Ref<GstBuffer> buffer_for_views();
+  Status run_views(GstBuffer* out, Ledger* ledger);
+  struct Appended {
+    gst::MappedMemory map;
+    size_t head = 0;
+    std::span<std::byte> payload() const { return map.bytes().subspan(head); }
+  };
+  // A memory for the tensor at the end of `out`, its header written where one is wanted.
+  Result<Appended> append_output(const TensorSpec& spec, GstBuffer* out) const;
   bool may_defer(GstBuffer* in) const;
   Result<gst::Ref<GstBuffer>> deferred_output(GstBuffer* in);
   bool has_source_alone(GstBuffer* in) const;
@@ -103,6 +120,10 @@ class FrameTransformer {
   size_t tensors_ = 0;  // of that frame
   gst::Allocation allocation_;
   gst::FramePool pool_;
+  std::vector<TensorSpec> view_specs_;     // outputs of the last frame of views
+  gst::FramePool view_pool_;               // for such outputs
+  bool views_pooled_ = false;              // the output in work is of view_pool_
+  std::atomic<uint64_t> view_buffers_{0};  // that view_pool_ has made; read by any thread
   gst::FrameReader reader_;
   gst::FramePool::Writer writer_;
 };

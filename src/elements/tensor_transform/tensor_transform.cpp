@@ -162,13 +162,15 @@ class TensorTransform : public gst::CountedTransform<TensorTransform> {
   gboolean propose_allocation(GstQuery* decide_query, GstQuery* query) {
     const gboolean done = parent_class()->propose_allocation(self(), decide_query, query);
     if (done && transformer_) gst::offer(query, transformer_->allocation());
-    if (done && transformer_ && transformer_->can_fuse())
+    if (done && transformer_ && (transformer_->can_fuse() || transformer_->takes_views()))
       gst::offer_deferral(query, GST_BASE_TRANSFORM_SINK_PAD(self()));
     return done;
   }
   gboolean decide_allocation(GstQuery* query) {
     if (transformer_)
-      if (const Status status = transformer_->allocate_as(gst::allocation_of(query)); !status)
+      if (const Status status =
+              transformer_->allocate_as(gst::allocation_of(query, transformer_->allocation()));
+          !status)
         return gst::post_error(element(), status.error()), FALSE;
     if (transformer_ && transformer_->can_fuse())
       transformer_->defer(gst::deferral_is_offered(query, GST_BASE_TRANSFORM_SRC_PAD(self())));
@@ -203,8 +205,8 @@ class TensorTransform : public gst::CountedTransform<TensorTransform> {
                       G_TYPE_UINT64, deferred_frames_.load(), "integer-divisions-by-zero",
                       G_TYPE_UINT64, ledger_.snapshot().integer_divisions_by_zero + late, nullptr);
     if (!transformer_) return;
-    const auto pool = transformer_->pool_stats();
-    gst_structure_set(stats, "pool-allocated", G_TYPE_UINT64, pool.allocated, nullptr);
+    gst_structure_set(stats, "pool-allocated", G_TYPE_UINT64, transformer_->pool_allocated(),
+                      nullptr);
   }
 
   Settings settings_;

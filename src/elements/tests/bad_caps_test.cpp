@@ -65,6 +65,10 @@ std::vector<Change> changes() {
                  "audio/x-raw,format=S24LE,layout=interleaved,rate=8000,channels=2", 0,
                  "WEIR-2002: this audio format"});
   all.push_back({"preprocess", "planes", video("I420", 6, 6), 72, ""});
+  all.push_back({"overlay", "size", video("NV12", 3, 5), 96, ""});
+  all.push_back({"overlay", "format", video("BGRx", 8, 4), 128, ""});
+  all.push_back({"overlay", "not_drawable", video("YUY2", 8, 4), 0,
+                 "WEIR-2002: tensor_overlay cannot draw into pictures of this format"});
   for (const char* element :
        {"transform_type", "transform_in_place", "transform_order", "decoder"}) {
     all.push_back({element, "size", tensors("2:3:5", "uint8"), 30, ""});

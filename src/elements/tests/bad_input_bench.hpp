@@ -11,13 +11,12 @@
 #include <vector>
 
 #include "gstcpp/ref.hpp"
+#include "says.hpp"
 
 namespace weir::testing_bad_input {
 
 using gst::Ref;
 using gst::Unique;
-
-#define EXPECT_SAYS(text, words) EXPECT_NE((text).find(words), std::string::npos) << (text)
 
 class Bench {
  public:
@@ -191,6 +190,7 @@ inline const std::vector<Subject>& subjects() {
       {"filter", fake_filter(), tensors("4:4", "float32"), 64},
       {"decoder", "tensor_decoder mode=octet_stream", tensors("4:4", "uint8"), 16},
       {"decoder_video", "tensor_decoder mode=direct_video", tensors("3:4:4", "uint8"), 48},
+      {"overlay", "tensor_overlay", video("NV12", 8, 4), 48},
       {"sink", "tensor_sink", tensors("4:4", "uint8"), 16},
   };
   return all;

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "gstcpp/ref.hpp"
+#include "says.hpp"
 
 namespace weir::testing {
 
@@ -19,8 +20,6 @@ using gst::Ref;
 using gst::Unique;
 using gst::UniqueText;
 using Bytes = std::vector<uint8_t>;
-
-#define EXPECT_SAYS(text, words) EXPECT_NE((text).find(words), std::string::npos) << (text)
 
 inline Bytes content(GstMemory* memory) {
   const gst::MappedMemory map(memory, GST_MAP_READ);

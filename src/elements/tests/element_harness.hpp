@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "gstcpp/ref.hpp"
+#include "says.hpp"
 
 namespace weir::test {
 
@@ -125,8 +126,6 @@ class Errors {
   GstElement* element_;
   Ref<GstBus> bus_;
 };
-
-#define EXPECT_SAYS(text, words) EXPECT_NE((text).find(words), std::string::npos) << (text)
 
 // An element that no bin holds.
 inline Ref<GstElement> lone_element(const std::string& launch) {

@@ -2,19 +2,17 @@
 // needed; named where it cannot.
 #include <gst/allocators/gstdmabuf.h>
 #include <gst/allocators/gstfdmemory.h>
-#include <sys/mman.h>
-#include <unistd.h>
 
 #include <numeric>
 
 #include "elements/tests/bad_input_bench.hpp"
 #include "elements/tests/device_memory.hpp"
+#include "elements/tests/dma_buf.hpp"
 
 namespace {
 
 using namespace weir::testing_bad_input;
-using weir::testing_memory::DeviceAllocator;
-using weir::testing_memory::Refuses;
+using namespace weir::testing_memory;
 
 GstBuffer* buffer_of(GstMemory* memory) {
   GstBuffer* buffer = gst_buffer_new();
@@ -32,21 +30,21 @@ GstBuffer* system_memory(const std::vector<uint8_t>& bytes) {
   gst_buffer_fill(buffer, 0, bytes.data(), bytes.size());
   return buffer;
 }
-// What the element makes of four such frames.
+// What the element makes of four such frames, and how many bytes it copies for it.
 template <class Make>
-std::vector<uint8_t> made_of(const Subject& subject, Make&& make) {
+std::pair<std::vector<uint8_t>, uint64_t> made_of(const Subject& subject, Make&& make) {
   Bench bench(subject.line);
   EXPECT_EQ(bench.start(subject.caps), "");
   bench.keep_bytes();
   for (int i = 0; i < 4; ++i) EXPECT_EQ(bench.push(make(ramp(subject.bytes))), "") << i;
   bench.expect_balance(4);
-  return bench.bytes();
+  return {bench.bytes(), bench.stat("bytes-copied")};
 }
 
 // What never looks at the bytes: they go on in the memory they are in.
 bool passes_on(const Subject& subject) {
   const std::string name = subject.name;
-  return name == "converter" || name == "converter_bytes" || name == "sink";
+  return name == "converter" || name == "converter_bytes" || name == "sink" || name == "overlay";
 }
 
 class MemoryKind : public EachElement {};
@@ -79,7 +77,8 @@ TEST_P(MemoryKind, ThatCannotBeMappedAndIsHeldBySomebodyElseIsNamed) {
   ASSERT_EQ(bench.start(subject.caps), "");
   const auto held = Ref<GstBuffer>::adopt(buffer_of(device.holding(ramp(subject.bytes))));
   const std::string error = bench.push(gst_buffer_ref(held.get()));
-  if (std::string(subject.name) != "sink") {
+  const std::string name = subject.name;
+  if (name != "sink" && name != "overlay") {
     EXPECT_SAYS(error, "WEIR-2007: ");
   }
   expect_sound_again(bench, subject, 1);
@@ -97,24 +96,45 @@ TEST_P(MemoryKind, ThatIsReadOnlyIsNeverWritten) {
   }
 }
 
-// Files in memory stand in for a device's: GstDmaBuf maps them with the same calls.
-GstMemory* memory_of_file(GstAllocator* allocator, const std::vector<uint8_t>& bytes, bool dma) {
-  const int file = memfd_create("weir-test", MFD_CLOEXEC);
-  EXPECT_EQ(write(file, bytes.data(), bytes.size()), static_cast<ssize_t>(bytes.size()));
-  return dma ? gst_dmabuf_allocator_alloc(allocator, file, bytes.size())
-             : gst_fd_allocator_alloc(allocator, file, bytes.size(), GST_FD_MEMORY_FLAG_NONE);
-}
-
 TEST_P(MemoryKind, ThatIsAFileIsRead) {
   const Subject& subject = GetParam();
-  for (const bool dma : {false, true}) {
-    const auto allocator =
-        Ref<GstAllocator>::adopt(dma ? gst_dmabuf_allocator_new() : gst_fd_allocator_new());
-    const auto make = [&](const auto& bytes) {
-      return buffer_of(memory_of_file(allocator.get(), bytes, dma));
-    };
-    EXPECT_EQ(made_of(subject, make), made_of(subject, system_memory)) << dma;
-  }
+  const auto allocator = Ref<GstAllocator>::adopt(gst_fd_allocator_new());
+  const auto make = [&](const auto& bytes) {
+    return buffer_of(gst_fd_allocator_alloc(allocator.get(), file_of(bytes), bytes.size(),
+                                            GST_FD_MEMORY_FLAG_NONE));
+  };
+  EXPECT_EQ(made_of(subject, make), made_of(subject, system_memory));
+}
+
+// A file in memory stands in for the device's: GstDmaBuf maps it with the same calls.
+TEST_P(MemoryKind, ThatIsADmaBufIsReadBetweenSyncs) {
+  const Subject& subject = GetParam();
+  const auto allocator = Ref<GstAllocator>::adopt(gst_dmabuf_allocator_new());
+  SyncWatch syncs;
+  const auto make = [&](const auto& bytes) {
+    return buffer_of(gst_dmabuf_allocator_alloc(allocator.get(), file_of(bytes), bytes.size()));
+  };
+  EXPECT_EQ(made_of(subject, make), made_of(subject, system_memory));
+  // What passes on unread is mapped by the bench alone: once for each output.
+  EXPECT_GE(syncs.begun(), passes_on(subject) ? 0 : 4);
+  EXPECT_EQ(syncs.ended(), syncs.begun());
+}
+
+TEST_P(MemoryKind, ThatIsATrueDmaBufIsReadBetweenSyncs) {
+  const Subject& subject = GetParam();
+  if (!can_make_dma_bufs())
+    GTEST_SKIP() << "no /dev/dri/card that shares its memory: modprobe vgem";
+  const auto allocator = Ref<GstAllocator>::adopt(gst_dmabuf_allocator_new());
+  SyncWatch syncs;
+  const auto make = [&](const auto& bytes) {
+    GstMemory* memory = gst_dmabuf_allocator_alloc(allocator.get(), dma_buf_of(bytes), kPage);
+    gst_memory_resize(memory, 0, bytes.size());
+    return buffer_of(memory);
+  };
+  EXPECT_EQ(made_of(subject, make), made_of(subject, system_memory));
+  EXPECT_GE(syncs.begun(), passes_on(subject) ? 0 : 4);
+  EXPECT_EQ(syncs.ended(), syncs.begun());
+  EXPECT_EQ(syncs.refused(), 0);
 }
 
 TEST(MemoryKindOfPaddedRows, IsReadOrNamed) {
@@ -122,7 +142,8 @@ TEST(MemoryKindOfPaddedRows, IsReadOrNamed) {
   DeviceAllocator device(Refuses::Nothing), refusing(Refuses::Everything);
   const auto make = [&](const auto& bytes) { return buffer_of(device.holding(bytes)); };
   const auto rows = made_of(subject, make);
-  EXPECT_EQ(rows.size(), 4 * 60u);
+  EXPECT_EQ(rows.first.size(), 4 * 60u);
+  EXPECT_EQ(rows.second, 4 * 60u);
   EXPECT_EQ(rows, made_of(subject, system_memory));
   EXPECT_EQ(device.mapped(), 0);
   Bench bench(subject.line);

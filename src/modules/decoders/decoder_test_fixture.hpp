@@ -9,6 +9,7 @@
 #include "core/infer/decoder.hpp"
 #include "core/infer/module_library.hpp"
 #include "core/tensor/frame_spec.hpp"
+#include "says.hpp"
 
 namespace weir::testing_decoders {
 
@@ -88,7 +89,5 @@ Outcome decode(const std::string& mode, const infer::Decoder::Options& options,
   memory.info = tensor.info();
   return decode_frame(mode, options, tensor.info(), {memory});
 }
-
-#define EXPECT_SAYS(text, words) EXPECT_NE((text).find(words), std::string::npos) << (text)
 
 }  // namespace weir::testing_decoders

@@ -1,14 +1,36 @@
-// EngineTable<Engine>: the C table of an engine that is written as two classes with Results.
+// EngineTable<Engine>: the C table and the module of an engine that is two classes with Results.
+//
+// Engine has
+//   kName, kAliases, kEndings   of its table; kOptions: abi.h, options_json
+//   kLibrary                    what errors call its library: "ONNX Runtime"
+//   Model, Session              a Session may use its Model, which the host keeps until it is gone
+//   static int probe(const std::string& path, std::span<const unsigned char> head);
+//   static std::optional<LibraryFacts> library();       nothing: it is not installed
+// and may have
+//   kAccelerators               comma list for "weir.accelerators/1"; "cpu" without
+//   kFlags                      abi.h: weir_engine_flag
+//   static weir_engine around(const weir_engine& own);  the table that stands in front of its own
+// Session has create, resolve and invoke, and may have
+//   Status warm();              WEIR_WARM; without, there is nothing to warm
+//   Status reset_state();       WEIR_RESET_STATE; without, there is no state
 #pragma once
+#include <malloc.h>
+
+#include <array>
 #include <memory>
+#include <optional>
 #include <span>
+#include <string>
+#include <string_view>
 
 #include "module_host.hpp"
 
 namespace weir::engine {
 
-// Engine has the types Model and Session and the static functions that are called below; a Session
-// may use its Model, which the host keeps until the last Session is gone.
+struct LibraryFacts {
+  std::string path, version;
+};
+
 template <class Engine>
 struct EngineTable {
   using Model = typename Engine::Model;
@@ -30,6 +52,7 @@ struct EngineTable {
       auto model = Model::open(*request);
       if (!model) return model.error();
       *out = reinterpret_cast<weir_model*>(model->release());
+      malloc_trim(0);  // what loading used and freed: copies of the weights
       return ok();
     });
   }
@@ -71,19 +94,60 @@ struct EngineTable {
     return guarded(error, [&] { return of(session).invoke(*in, *out); });
   }
   static int control(weir_session* session, int op, const weir_option* option, weir_error* error) {
-    return guarded(error, [&] { return of(session).control(op, option); });
+    return guarded(error, [&]() -> Status {
+      switch (op) {
+        case WEIR_WARM:
+          if constexpr (requires(Session & s) { s.warm(); }) return of(session).warm();
+          return ok();
+        case WEIR_RESET_STATE:
+          if constexpr (requires(Session & s) { s.reset_state(); })
+            return of(session).reset_state();
+          return ok();
+        case WEIR_SUSPEND:  // all that could be freed is the model's: the host closes that
+          return Error{Code::MODEL_UNSUPPORTED,
+                       std::string(Engine::kLibrary) + " frees no memory of an open model",
+                       "suspend",
+                       "",
+                       "",
+                       ""};
+        case WEIR_SET_OPTION:
+          return Error{Code::OPTION_VALUE,
+                       std::string(Engine::kLibrary) + " takes options only when a model is opened",
+                       option && option->key ? option->key : "",
+                       "custom= at the start",
+                       "",
+                       ""};
+        default:
+          return ok();
+      }
+    });
+  }
+  // "weir.library/1": const char* const[2] = path and version of the engine's library; null when
+  // it is not installed.
+  static const void* extension(const char* id) {
+    if (!id) return nullptr;
+    if (std::string_view(id) == "weir.accelerators/1") {
+      if constexpr (requires { Engine::kAccelerators; }) return Engine::kAccelerators;
+      return "cpu";
+    }
+    if (std::string_view(id) != "weir.library/1") return nullptr;
+    const std::optional<LibraryFacts> found = Engine::library();
+    if (!found) return nullptr;
+    static const LibraryFacts facts = *found;
+    static const std::array library{facts.path.c_str(), facts.version.c_str()};
+    return library.data();
   }
 
-  static weir_engine make(const char* name, const char* version, const char* aliases,
-                          const char* extensions) {
+  static weir_engine make() {
     weir_engine table{};
     table.struct_size = sizeof table;
     table.abi_major = WEIR_ABI_MAJOR;
     table.abi_minor = WEIR_ABI_MINOR;
-    table.name = name;
-    table.version = version;
-    table.aliases = aliases;
-    table.extensions = extensions;
+    table.name = Engine::kName;
+    table.version = "1";
+    table.aliases = Engine::kAliases;
+    table.extensions = Engine::kEndings;
+    table.options_json = Engine::kOptions;
     table.probe = probe;
     table.open = open;
     table.close = close;
@@ -93,9 +157,39 @@ struct EngineTable {
     table.resolve = resolve;
     table.invoke = invoke;
     table.control = control;
-    table.extension = Engine::extension;
+    table.extension = extension;
+    if constexpr (requires { Engine::kFlags; }) table.flags = Engine::kFlags;
     return table;
   }
 };
 
+// The module with that only engine, for the host that opened it.
+template <class Engine>
+const weir_module* module_of(const weir_host* host) {
+  if (!accept_host(host)) return nullptr;
+  module_name = Engine::kName;
+  static const weir_engine own = EngineTable<Engine>::make();
+  static const weir_engine engine = [] {
+    if constexpr (requires { Engine::around(own); }) return Engine::around(own);
+    return own;
+  }();
+  static const weir_engine* const engines[] = {&engine, nullptr};
+  static const weir_module module{sizeof(weir_module),
+                                  WEIR_ABI_MAJOR,
+                                  WEIR_ABI_MINOR,
+                                  engines,
+                                  nullptr,
+                                  nullptr,
+                                  nullptr,
+                                  nullptr};
+  return &module;
+}
+
 }  // namespace weir::engine
+
+// Exports it; at the end of the engine's file, outside of any namespace.
+#define WEIR_ENGINE_MODULE(Engine)                                                        \
+  extern "C" __attribute__((visibility("default"))) const weir_module* weir_module_entry( \
+      const weir_host* host) {                                                            \
+    return weir::engine::module_of<Engine>(host);                                         \
+  }

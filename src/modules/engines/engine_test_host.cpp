@@ -16,6 +16,7 @@
 #include <sstream>
 
 #include "tensor_check.hpp"
+#include "weir/find_engine.h"
 
 namespace weir::engine_test {
 namespace {
@@ -30,10 +31,10 @@ std::string text(const char* part) {
 }
 
 int fail(weir_error* error, int code, const char* what, const char* offered, const char* needed,
-         const char* fix) {
+         const char* difference, const char* fix) {
   if (error)
-    error->error =
-        Error{static_cast<Code>(code), text(what), text(offered), text(needed), "", text(fix)};
+    error->error = Error{static_cast<Code>(code), text(what), text(offered), text(needed),
+                         text(difference),        text(fix)};
   return -code;
 }
 void log(int, const char* module, const char* line) {
@@ -47,12 +48,20 @@ int allocate(void*, uint32_t, uint64_t bytes, uint32_t alignment, weir_tensor* o
   out->release = std::free;
   return out->data ? WEIR_OK : -WEIR_OUT_OF_MEMORY;
 }
-const void* extension(const char*) {
-  return nullptr;
+std::map<std::string, const weir_engine*> findable;
+int find_engine(const char* name, const weir_engine** out, weir_error* error) {
+  const auto found = findable.find(text(name));
+  *out = found == findable.end() ? nullptr : found->second;
+  return *out ? WEIR_OK
+              : fail(error, WEIR_ENGINE_UNKNOWN, "no engine has this name", name, "", "", "");
+}
+const weir_engine_finder kFinder{sizeof(weir_engine_finder), find_engine};
+const void* extension(const char* id) {
+  return text(id) == WEIR_FIND_ENGINE ? &kFinder : nullptr;
 }
 
-const weir_host kHost{sizeof(weir_host), WEIR_ABI_MAJOR, WEIR_ABI_MINOR, fail,     log,
-                      allocate,          nullptr,        nullptr,        extension};
+const weir_host kHost{sizeof(weir_host), WEIR_ABI_MAJOR, WEIR_ABI_MINOR, fail,    log,
+                      allocate,          nullptr,        nullptr,        nullptr, extension};
 
 Status status_of(int result, const weir_error& error) {
   if (result >= 0) return ok();
@@ -79,6 +88,11 @@ const weir_engine* load_module(const char* path) {
   const auto entry = reinterpret_cast<Entry>(dlsym(handle, "weir_module_entry"));
   const weir_module* module = entry ? entry(&kHost) : nullptr;
   return module && module->engines ? module->engines[0] : nullptr;
+}
+
+void let_find(const std::string& name, const weir_engine* engine) {
+  findable.erase(name);
+  if (engine) findable[name] = engine;
 }
 
 std::vector<std::string> take_log() {

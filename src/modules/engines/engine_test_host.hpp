@@ -17,6 +17,8 @@ namespace weir::engine_test {
 
 // The table of the module file, which stays open. Null and a reason on standard error otherwise.
 const weir_engine* load_module(const char* path);
+// Which engine others find by this name; null: none.
+void let_find(const std::string& name, const weir_engine* engine);
 // What the module logged since the last call, one line each.
 std::vector<std::string> take_log();
 

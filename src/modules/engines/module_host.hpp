@@ -9,7 +9,7 @@ namespace weir::engine {
 using weir::fail;
 using weir::guarded;
 using weir::module_host;
-inline const char* module_name = "engine";  // set by weir_module_entry
+inline const char* module_name = "engine";  // set by module_of
 
 inline void log(weir_log_level level, const std::string& text) {
   if (module_host && module_host->log) module_host->log(level, module_name, text.c_str());

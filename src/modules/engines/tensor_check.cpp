@@ -3,6 +3,9 @@
 
 #include <algorithm>
 #include <array>
+#include <cstring>
+
+#include "weir/module.hpp"
 
 namespace weir::engine {
 namespace {
@@ -42,8 +45,12 @@ bool strides_are_dense(const weir_tensor& tensor) {
   return all_zero || dense;
 }
 
+bool fits_type(const weir_tensor_info& model, const weir_tensor_info& given) {
+  return model.type == given.type || model.type == WEIR_TYPE_END;
+}
+
 std::string first_difference(const weir_tensor_info& model, const weir_tensor_info& given) {
-  if (model.type != given.type)
+  if (!fits_type(model, given))
     return std::string("type ") + type_name(given.type) + " instead of " + type_name(model.type);
   if (model.rank != given.rank)
     return "rank " + std::to_string(given.rank) + " instead of " + std::to_string(model.rank);
@@ -55,9 +62,19 @@ std::string first_difference(const weir_tensor_info& model, const weir_tensor_in
 }
 
 bool fits(const weir_tensor_info& model, const weir_tensor_info& given) {
-  if (model.type != given.type) return false;
+  if (!fits_type(model, given)) return false;
   if (model.rank == WEIR_RANK_UNKNOWN || given.rank == WEIR_RANK_UNKNOWN) return true;
   return given.rank <= WEIR_RANK_LIMIT && first_difference(model, given).empty();
+}
+
+Error does_not_fit(const weir_tensor_info& model, const weir_tensor_info& given, size_t index,
+                   const char* role) {
+  return Error{Code::SPEC_MISMATCH,
+               std::string(role) + " " + std::to_string(index) + " does not fit the model",
+               describe(given),
+               describe(model),
+               first_difference(model, given),
+               ""};
 }
 
 }  // namespace
@@ -109,13 +126,7 @@ Status check_infos(std::span<const weir_tensor_info> model, std::span<const weir
                  "",
                  ""};
   for (size_t i = 0; i < model.size(); ++i)
-    if (!fits(model[i], given[i]))
-      return Error{Code::SPEC_MISMATCH,
-                   std::string(role) + " " + std::to_string(i) + " does not fit the model",
-                   describe(given[i]),
-                   describe(model[i]),
-                   first_difference(model[i], given[i]),
-                   ""};
+    if (!fits(model[i], given[i])) return does_not_fit(model[i], given[i], i, role);
   return ok();
 }
 
@@ -144,6 +155,57 @@ Status check_memory(const weir_tensor& tensor, size_t index, const char* role) {
                  "dense memory",
                  "",
                  ""};
+  return ok();
+}
+
+std::span<weir_tensor> tensors_of(const weir_frame& frame) noexcept {
+  return {frame.tensors, frame.tensors ? frame.n_tensors : 0};
+}
+
+Status check_count(std::span<const weir_tensor_info> model, size_t given, const char* role) {
+  if (given == model.size()) return ok();
+  return Error{Code::SPEC_MISMATCH,
+               std::string("the number of ") + role + "s does not fit the model",
+               std::to_string(given),
+               std::to_string(model.size()) + ": " + describe(model),
+               "",
+               ""};
+}
+
+Status check_inputs(std::span<const weir_tensor_info> model, std::span<const weir_tensor> given) {
+  if (auto status = check_count(model, given.size(), "input"); !status) return status;
+  for (size_t i = 0; i < given.size(); ++i) {
+    if (!fits(model[i], given[i].info)) return does_not_fit(model[i], given[i].info, i, "input");
+    if (auto status = check_memory(given[i], i, "input"); !status) return status;
+  }
+  return ok();
+}
+
+Status check_outputs(std::span<const weir_tensor_info> model, std::span<const weir_tensor> given) {
+  if (auto status = check_count(model, given.size(), "output"); !status) return status;
+  for (size_t i = 0; i < given.size(); ++i)
+    if (given[i].data)
+      if (auto status = check_memory(given[i], i, "output"); !status) return status;
+  return ok();
+}
+
+Status write_output(const weir_tensor_info& info, const void* data, size_t index, weir_tensor* to) {
+  const uint64_t bytes = tensor_bytes(info).value_or(0);
+  if (!to->data) {
+    const char* name = to->info.name ? to->info.name : info.name;
+    if (module_host->allocate(nullptr, WEIR_MEMORY_HOST, bytes, 64, to) != WEIR_OK)
+      return Error{Code::OUT_OF_MEMORY, "no memory for an output", describe(info), "", "", ""};
+    to->info = info;
+    to->info.name = name;
+  } else if (to->bytes != bytes || to->info.type != info.type) {
+    return Error{Code::INVOKE_FAILED,
+                 "an output has another size or type than it was said to have",
+                 describe(info),
+                 describe(to->info),
+                 "output " + std::to_string(index),
+                 ""};
+  }
+  if (bytes > 0) std::memcpy(to->data, data, bytes);
   return ok();
 }
 

@@ -3,7 +3,10 @@
 
 #include <gtest/gtest.h>
 
+#include <utility>
 #include <vector>
+
+#include "weir/module.hpp"
 
 namespace weir::engine {
 namespace {
@@ -91,6 +94,94 @@ TEST(TensorCheck, MemoryMustBeDenseHostMemoryOfTheRightSize) {
   tensor.data = data;
   tensor.memory_kind = WEIR_MEMORY_CUDA;
   EXPECT_EQ(code_of(check_memory(tensor, 0, "input")), Code::FORMAT_UNSUPPORTED);
+}
+
+weir_tensor tensor_of(const weir_tensor_info& info, void* data) {
+  weir_tensor out{};
+  out.info = info;
+  out.data = data;
+  out.bytes = *tensor_bytes(info);
+  return out;
+}
+
+TEST(TensorCheck, FramesNeedTheModelsNumberOfTensorsAndTheirMemory) {
+  uint8_t data[6]{};
+  const std::vector<weir_tensor_info> model{shaped(WEIR_UINT8, {-1, 3}),
+                                            shaped(WEIR_TYPE_END, {2})};
+  std::vector<weir_tensor> given{tensor_of(shaped(WEIR_UINT8, {2, 3}), data),
+                                 tensor_of(shaped(WEIR_INT16, {2}), data)};
+  EXPECT_TRUE(check_inputs(model, given)) << "the model takes any type for its second input";
+  EXPECT_TRUE(check_outputs(model, given));
+  const auto count = check_inputs(model, std::span(given).first(1));
+  ASSERT_FALSE(count);
+  EXPECT_EQ(count.error().what, "the number of inputs does not fit the model");
+  EXPECT_EQ(count.error().needed, "2: uint8 3:?, ? 2");
+  EXPECT_EQ(check_outputs(model, {}).error().what, "the number of outputs does not fit the model");
+  given[1].info.rank = 2;
+  EXPECT_EQ(check_inputs(model, given).error().difference, "rank 2 instead of 1");
+  given[1] = tensor_of(shaped(WEIR_INT16, {2}), data);
+  given[1].bytes = 3;
+  EXPECT_EQ(code_of(check_inputs(model, given)), Code::FRAME_SIZE);
+  EXPECT_EQ(code_of(check_outputs(model, given)), Code::FRAME_SIZE);
+  given[1].data = nullptr;
+  EXPECT_EQ(code_of(check_inputs(model, given)), Code::FRAME_SIZE);
+  EXPECT_TRUE(check_outputs(model, given)) << "an output without memory gets some";
+}
+
+class WriteOutput : public ::testing::Test {
+ protected:
+  WriteOutput() {
+    static weir_host host{};
+    host.struct_size = sizeof host;
+    host.allocate = [](void*, uint32_t, uint64_t bytes, uint32_t, weir_tensor* out) -> int {
+      static std::vector<uint8_t> memory;
+      if (bytes > 100) return -WEIR_OUT_OF_MEMORY;
+      memory.assign(bytes, 0);
+      out->data = memory.data();
+      out->bytes = out->capacity = bytes;
+      return WEIR_OK;
+    };
+    before_ = std::exchange(module_host, &host);
+  }
+  ~WriteOutput() override { module_host = before_; }
+
+ private:
+  const weir_host* before_;
+};
+
+TEST_F(WriteOutput, FillsTheMemoryThatIsThere) {
+  const uint8_t from[4]{1, 2, 3, 4};
+  uint8_t to[4]{};
+  auto tensor = tensor_of(shaped(WEIR_UINT8, {4}), to);
+  ASSERT_TRUE(write_output(shaped(WEIR_UINT8, {2, 2}), from, 0, &tensor));
+  EXPECT_TRUE(std::equal(from, from + 4, to));
+  EXPECT_EQ(tensor.info.rank, 1u) << "the host's description stays";
+}
+
+TEST_F(WriteOutput, TakesMemoryOfTheHostWhereThereIsNone) {
+  const uint8_t from[2]{7, 8};
+  weir_tensor tensor{};
+  tensor.info.name = "scores";
+  ASSERT_TRUE(write_output(shaped(WEIR_UINT8, {2}), from, 0, &tensor));
+  EXPECT_EQ(tensor.bytes, 2u);
+  EXPECT_EQ(static_cast<uint8_t*>(tensor.data)[1], 8);
+  EXPECT_EQ(tensor.info.rank, 1u);
+  EXPECT_STREQ(tensor.info.name, "scores");
+}
+
+TEST_F(WriteOutput, RefusesAnotherSizeAnotherTypeAndNoMemory) {
+  const uint8_t from[4]{};
+  uint8_t to[4]{};
+  auto tensor = tensor_of(shaped(WEIR_UINT8, {4}), to);
+  const auto size = write_output(shaped(WEIR_UINT8, {3}), from, 5, &tensor);
+  ASSERT_FALSE(size);
+  EXPECT_EQ(size.error().code, Code::INVOKE_FAILED);
+  EXPECT_EQ(size.error().offered, "uint8 3");
+  EXPECT_EQ(size.error().needed, "uint8 4");
+  EXPECT_EQ(size.error().difference, "output 5");
+  EXPECT_EQ(code_of(write_output(shaped(WEIR_INT32, {1}), from, 0, &tensor)), Code::INVOKE_FAILED);
+  weir_tensor none{};
+  EXPECT_EQ(code_of(write_output(shaped(WEIR_UINT8, {101}), from, 0, &none)), Code::OUT_OF_MEMORY);
 }
 
 }  // namespace

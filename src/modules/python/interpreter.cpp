@@ -19,14 +19,18 @@ def describe(kind, value, trace):
     what = "".join(traceback.format_exception_only(kind, value)).strip()
     where = [f"{f.filename}:{f.lineno} in {f.name}: {f.line}" for f in traceback.extract_tb(trace)
              if os.path.exists(f.filename)]
-    return what, "; ".join(where)
+    # A text of Python may hold what UTF-8 has no place for.
+    return tuple(t.encode("utf-8", "backslashreplace").decode() for t in (what, "; ".join(where)))
 )py";
 
 std::string utf8(PyObject* text) {
   const Object bytes = Object::adopt(text ? api.PyUnicode_AsUTF8String(text) : nullptr);
   char* data = nullptr;
   ptrdiff_t size = 0;
-  if (!bytes || api.PyBytes_AsStringAndSize(bytes.get(), &data, &size) != 0) return "";
+  if (!bytes || api.PyBytes_AsStringAndSize(bytes.get(), &data, &size) != 0) {
+    api.PyErr_Clear();
+    return "";
+  }
   return {data, static_cast<size_t>(size)};
 }
 

@@ -3,43 +3,33 @@
 
 #include <filesystem>
 
+#include "tensor_shape_text.hpp"
+
 namespace weir::python {
 namespace {
 
 constexpr char kScripts[] = R"py(
-import os, sys, types
+import importlib.util, os, sys, types
 import numpy
+from weir_tensor_shape import MOST_DIMENSIONS, TensorShape
+
+if "weir" in sys.modules:  # the program's own
+    TensorShape = sys.modules["weir"].TensorShape
 
 TYPES = {numpy.dtype(name): number for number, name in enumerate(
     ("int32", "uint32", "int16", "uint16", "int8", "uint8", "float64", "float32", "int64",
      "uint64", "float16"))}
-MOST_DIMENSIONS = 16
 loaded = 0
-
-class TensorShape:
-    """A tensor's dimensions, innermost first, with zeros up to 16, and its type."""
-
-    def __init__(self, dims, dtype=numpy.uint8):
-        self.setDims(dims)
-        self.type = numpy.dtype(dtype)
-
-    def setDims(self, dims):
-        if not isinstance(dims, list):
-            raise TypeError(f"the dimensions of a TensorShape are a list, not {type(dims).__name__}")
-        if len(dims) > MOST_DIMENSIONS:
-            raise ValueError(f"{len(dims)} dimensions: a tensor has at most {MOST_DIMENSIONS}")
-        dims.extend([0] * (MOST_DIMENSIONS - len(dims)))
-        self.dims = dims
-
-    def getDims(self):
-        return self.dims
-
-    def getType(self):
-        return self.type
 
 names = types.ModuleType("nnstreamer_python")
 names.TensorShape = TensorShape
 sys.modules.setdefault("nnstreamer_python", names)
+
+# The package for programs, where it is installed; for scripts the class alone will do.
+if importlib.util.find_spec("weir") is None:
+    package = types.ModuleType("weir")
+    package.TensorShape = TensorShape
+    sys.modules["weir"] = package
 
 def load(path, class_name, *arguments):
     global loaded
@@ -76,6 +66,8 @@ def tensor_of(shape):
 }  // namespace
 
 Result<PyObject*> script_names() {
+  if (const auto shape = module_of_ours("weir_tensor_shape", kTensorShape); !shape)
+    return shape.error();
   return module_of_ours("weir_scripts", kScripts);
 }
 

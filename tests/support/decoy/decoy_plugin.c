@@ -1,4 +1,5 @@
-/* Another plug-in with an element named tensor_filter, for the tests of `weir doctor`. */
+/* Another plug-in with an element named tensor_filter and the meta of query clients, for the tests
+ * of living beside one. */
 #include <gst/gst.h>
 
 typedef GstBin Decoy;
@@ -13,8 +14,23 @@ static void decoy_class_init(DecoyClass* klass) {
 static void decoy_init(Decoy* self) {
   (void)self;
 }
+typedef struct {
+  GstMeta meta;
+  gint64 client;
+} DecoyMeta;
+
+static gboolean meta_init(GstMeta* meta, gpointer params, GstBuffer* buffer) {
+  (void)params, (void)buffer;
+  ((DecoyMeta*)meta)->client = 0;
+  return TRUE;
+}
+
 static gboolean plugin_init(GstPlugin* plugin) {
-  return gst_element_register(plugin, "tensor_filter", GST_RANK_NONE, decoy_get_type());
+  static const gchar* tags[] = {NULL};
+  const GType api = gst_meta_api_type_register("GstMetaQueryAPI", tags);
+  return gst_meta_register(api, "GstMetaQuery", sizeof(DecoyMeta), meta_init, NULL, NULL) &&
+         gst_element_register(plugin, "tensor_filter", GST_RANK_NONE, decoy_get_type()) &&
+         gst_element_register(plugin, "decoy_bin", GST_RANK_NONE, decoy_get_type());
 }
 
 #define PACKAGE "decoy"

@@ -1,7 +1,8 @@
 // A decoder in C++ for tests: it does what a decoder must not do, or what hosts see seldom.
 // option1 is where (open, configure, decode), option2 what is thrown there (failure, exception,
 // memory, number). Or option1 alone: no-caps, bad-caps, early-memory, no-such-input, drop-odd,
-// count (writes how many frames came since the last reset), to-source (writes the frame's map).
+// count (writes how many frames came since the last reset), to-source (writes the frame's
+// maps, then what they are of).
 #include <cstring>
 #include <stdexcept>
 #include <string>
@@ -25,10 +26,10 @@ class Erring {
   bool decode(const weir_frame& frame, weir::DecoderOutput& output) {
     err_in("decode");
     if (where_ == "to-source") {
-      const size_t bytes = frame.to_source ? 6 * sizeof(float) : 0;
+      const size_t bytes = frame.n_maps * sizeof *frame.maps;
       const auto out = output.reserve(bytes + 1);
-      if (bytes > 0) std::memcpy(out.data(), frame.to_source, bytes);
-      out[bytes] = std::byte{1};
+      if (bytes > 0) std::memcpy(out.data(), frame.maps, bytes);
+      out[bytes] = static_cast<std::byte>(frame.maps_of);
       return true;
     }
     if (where_ == "no-such-input") output.share_input(7);

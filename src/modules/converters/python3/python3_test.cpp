@@ -9,11 +9,10 @@
 
 #include "core/infer/converter.hpp"
 #include "core/infer/module_library.hpp"
+#include "says.hpp"
 
 namespace weir {
 namespace {
-
-#define EXPECT_SAYS(text, words) EXPECT_NE((text).find(words), std::string::npos) << (text)
 
 using Bytes = std::vector<uint8_t>;
 using Opened = Result<std::unique_ptr<infer::Converter>>;

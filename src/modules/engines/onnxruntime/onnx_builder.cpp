@@ -70,6 +70,20 @@ OnnxBuilder& OnnxBuilder::attribute(const std::string& name, int64_t value) {
   nodes_.back() += part(5, part(1, name) + number(3, value) + number(20, 2));  // type INT
   return *this;
 }
+OnnxBuilder& OnnxBuilder::attribute(const std::string& name, const std::vector<int64_t>& values) {
+  std::string whole = part(1, name) + number(20, 7);  // type INTS
+  for (const int64_t value : values) whole += number(8, value);
+  nodes_.back() += part(5, whole);
+  return *this;
+}
+OnnxBuilder& OnnxBuilder::constant(const std::string& name, const std::vector<int64_t>& shape,
+                                   const std::vector<float>& values) {
+  std::string raw(values.size() * sizeof(float), '\0'), whole;
+  if (!values.empty()) std::memcpy(raw.data(), values.data(), raw.size());
+  for (const int64_t extent : shape) whole += number(1, extent);
+  constants_ += part(5, whole + number(2, kFloat) + part(8, name) + part(9, raw));
+  return *this;
+}
 OnnxBuilder& OnnxBuilder::constant(const std::string& name, const std::vector<int64_t>& values) {
   std::string raw(values.size() * sizeof(int64_t), '\0');
   if (!values.empty()) std::memcpy(raw.data(), values.data(), raw.size());

@@ -35,9 +35,12 @@ class OnnxBuilder {
   OnnxBuilder& sequence_output(const std::string& name, int type);
   OnnxBuilder& node(const std::string& op, const std::vector<std::string>& inputs,
                     const std::vector<std::string>& outputs, const std::string& domain = "");
-  // An integer attribute of the last node.
+  // An attribute of the last node: an integer, or several.
   OnnxBuilder& attribute(const std::string& name, int64_t value);
+  OnnxBuilder& attribute(const std::string& name, const std::vector<int64_t>& values);
   OnnxBuilder& constant(const std::string& name, const std::vector<int64_t>& values);
+  OnnxBuilder& constant(const std::string& name, const std::vector<int64_t>& shape,
+                        const std::vector<float>& values);
   OnnxBuilder& metadata(const std::string& key, const std::string& value);
   OnnxBuilder& opset(int64_t version) { return opset_ = version, *this; }
   OnnxBuilder& also_uses(const std::string& domain) { return domains_.push_back(domain), *this; }

@@ -5,7 +5,7 @@
 #include <array>
 #include <cstring>
 
-#include "onnxruntime/protobuf_reader.hpp"
+#include "protobuf_reader.hpp"
 
 namespace weir::engine {
 namespace {

@@ -7,42 +7,31 @@ namespace weir::engine {
 namespace {
 
 struct OnnxRuntimeEngine {
+  static constexpr const char *kName = "onnxruntime", *kAliases = "onnx", *kEndings = "onnx,ort",
+                              *kLibrary = "ONNX Runtime";
+  static constexpr const char* kOptions = R"([
+    {"name": "NumThreads", "type": "integer", "default": "the cores", "help": "threads of one invoke"},
+    {"name": "GraphOptimization", "type": "none|basic|extended|all", "default": "all",
+     "help": "how far ONNX Runtime rewrites the graph"},
+    {"name": "Spinning", "type": "boolean", "default": "false",
+     "help": "threads wait for work without sleeping"},
+    {"name": "LoweringCache", "type": "boolean", "default": "true",
+     "help": "graphs of .tflite models, once translated, are kept in ~/.cache/weir"},
+    {"name": "session.*", "type": "text", "default": "", "help": "an entry of the session's configuration"}])";
   using Model = OrtModel;
   using Session = OrtRunner;
 
   static int probe(const std::string&, std::span<const unsigned char> head) {
     return onnx_score(head);
   }
-  // "weir.library/1": const char* const[2] = path and version of the engine's library; null when
-  // it is not installed.
-  static const void* extension(const char* id) {
-    if (!id || std::string_view(id) != "weir.library/1") return nullptr;
+  static std::optional<LibraryFacts> library() {
     const auto runtime = OrtRuntime::instance();
-    if (!runtime) return nullptr;
-    static const std::string path = (*runtime)->path(), version = (*runtime)->version();
-    static const char* const library[] = {path.c_str(), version.c_str()};
-    return library;
+    if (!runtime) return std::nullopt;
+    return LibraryFacts{(*runtime)->path(), (*runtime)->version()};
   }
 };
 
 }  // namespace
 }  // namespace weir::engine
 
-extern "C" __attribute__((visibility("default"))) const weir_module* weir_module_entry(
-    const weir_host* host) {
-  using namespace weir::engine;
-  if (!weir::accept_host(host)) return nullptr;
-  module_name = "onnxruntime";
-  static const weir_engine engine =
-      EngineTable<OnnxRuntimeEngine>::make("onnxruntime", "1", "onnx", "onnx,ort");
-  static const weir_engine* const engines[] = {&engine, nullptr};
-  static const weir_module module{sizeof(weir_module),
-                                  WEIR_ABI_MAJOR,
-                                  WEIR_ABI_MINOR,
-                                  engines,
-                                  nullptr,
-                                  nullptr,
-                                  nullptr,
-                                  nullptr};
-  return &module;
-}
+WEIR_ENGINE_MODULE(weir::engine::OnnxRuntimeEngine)

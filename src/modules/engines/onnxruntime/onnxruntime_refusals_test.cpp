@@ -139,7 +139,7 @@ TEST_F(OnnxRuntimeRefuses, InputsThatDoNotFit) {
   const auto out = model->resolve({make_tensor(WEIR_FLOAT32, {2, 4}).info});
   ASSERT_FALSE(out);
   EXPECT_NE(out.error().offered.find("float32 4:2"), std::string::npos) << out.error().message();
-  EXPECT_NE(out.error().offered.find("dimension 1 is 4 instead of 3"), std::string::npos)
+  EXPECT_NE(out.error().difference.find("dimension 1 is 4 instead of 3"), std::string::npos)
       << out.error().message();
   EXPECT_NE(out.error().needed.find("float32 3:2 (x)"), std::string::npos);
 }

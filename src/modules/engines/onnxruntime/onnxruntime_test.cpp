@@ -1,4 +1,6 @@
 // ONNX Runtime through the C table: types, shapes, memory, options.
+#include <cmath>
+#include <limits>
 #include <nlohmann/json.hpp>
 #include <thread>
 
@@ -70,6 +72,23 @@ TEST_F(OnnxRuntime, HalfFloatsKeepTheirBits) {
       (*model)->invoke({make_tensor<uint16_t>(WEIR_FLOAT16, {3}, {0x3C00, 0xC100, 0x7BFF})});
   ASSERT_TRUE(y) << y.error().message();
   EXPECT_EQ((*y)[0].values<float>(), (std::vector<float>{1.0f, -2.5f, 65504.0f}));
+}
+
+TEST_F(OnnxRuntime, WhatIsNoNumberIsAValueLikeOthers) {
+  auto model = open(OnnxBuilder()
+                        .input("x", kFloat, {"4"})
+                        .output("y", kFloat, {"4"})
+                        .node("Add", {"x", "x"}, {"y"}));
+  ASSERT_TRUE(model) << model.error().message();
+  const float infinity = std::numeric_limits<float>::infinity();
+  const auto y =
+      (*model)->invoke({make_tensor<float>(WEIR_FLOAT32, {4}, {NAN, infinity, -infinity, 2})});
+  ASSERT_TRUE(y) << y.error().message();
+  const auto values = (*y)[0].values<float>();
+  EXPECT_TRUE(std::isnan(values[0]));
+  EXPECT_EQ(values[1], infinity);
+  EXPECT_EQ(values[2], -infinity);
+  EXPECT_EQ(values[3], 4.0f);
 }
 
 TEST_F(OnnxRuntime, ScalarsHaveRankZero) {
@@ -259,8 +278,9 @@ TEST_F(OnnxRuntime, WarmRunsWithoutAFrame) {
   auto model = open(
       OnnxBuilder().input("x", kFloat, {"2"}).output("y", kFloat, {"2"}).node("Neg", {"x"}, {"y"}));
   ASSERT_TRUE(model) << model.error().message();
-  for (const int op : {WEIR_WARM, WEIR_SUSPEND, WEIR_RESUME, WEIR_RESET_STATE})
+  for (const int op : {WEIR_WARM, WEIR_RESUME, WEIR_RESET_STATE})
     EXPECT_TRUE((*model)->control(op)) << op;
+  EXPECT_FALSE((*model)->control(WEIR_SUSPEND)) << "nothing to free: the host closes the model";
   EXPECT_FALSE((*model)->control(WEIR_SET_OPTION));
 }
 

@@ -3,10 +3,12 @@
 
 #include <algorithm>
 
+#include "lowering/lowering.hpp"
 #include "model_bytes.hpp"
 #include "module_host.hpp"
 #include "onnxruntime/ort_metadata.hpp"
 #include "onnxruntime/ort_types.hpp"
+#include "tflite-file/tflite_file.hpp"
 
 namespace weir::engine {
 namespace {
@@ -63,15 +65,45 @@ Error unsupported_port(const std::string& name, const std::string& offered) {
 }  // namespace
 
 OrtModel::OrtModel(std::shared_ptr<const OrtRuntime> runtime)
-    : runtime_(std::move(runtime)), session_(nullptr, runtime_->api().ReleaseSession) {}
+    : runtime_(std::move(runtime)),
+      arena_(OrtArena::shared(runtime_)),
+      session_(nullptr, runtime_->api().ReleaseSession) {}
+
+namespace {
+
+bool is_tflite(std::span<const std::byte> bytes) {
+  return tflite_score({reinterpret_cast<const unsigned char*>(bytes.data()), bytes.size()}) > 0;
+}
+
+// A TensorFlow Lite model becomes the ONNX model that is opened instead.
+Status lower(ModelBytes* file, const OrtRuntime& runtime, OrtOptions* options) {
+  const auto lowered = lower_tflite(file->bytes, {options->lowering_cache, runtime.version()});
+  if (!lowered) {
+    Error error = lowered.error();
+    error.offered = file->name() + (error.offered.empty() ? "" : ": " + error.offered);
+    if (error.code == Code::MODEL_UNSUPPORTED) error.fix = "framework=tensorflow-lite";
+    return error;
+  }
+  const auto* bytes = reinterpret_cast<const std::byte*>(lowered->onnx.data());
+  file->owned.assign(bytes, bytes + lowered->onnx.size());
+  file->bytes = file->owned;
+  file->path.clear();
+  // What the lowered graph computes in real numbers must not be quantised anew.
+  options->config.emplace_back("session.disable_quant_qdq", "1");
+  return ok();
+}
+
+}  // namespace
 
 Result<std::unique_ptr<OrtModel>> OrtModel::open(const weir_open& request) {
   auto runtime = OrtRuntime::instance();
   if (!runtime) return runtime.error();
-  const auto options = OrtOptions::read(request);
+  auto options = OrtOptions::read(request);
   if (!options) return options.error();
   auto file = read_model(request);
   if (!file) return file.error();
+  if (is_tflite(file->bytes))
+    if (auto status = lower(&*file, **runtime, &*options); !status) return status.error();
   auto summary = read_onnx(file->bytes);
   if (!summary) {
     Error error = summary.error();

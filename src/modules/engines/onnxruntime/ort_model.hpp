@@ -8,6 +8,7 @@
 #include "model_bytes.hpp"
 #include "onnxruntime/onnx_file.hpp"
 #include "onnxruntime/ort_api.hpp"
+#include "onnxruntime/ort_arena.hpp"
 #include "onnxruntime/ort_options.hpp"
 #include "weir/abi.h"
 
@@ -47,6 +48,7 @@ class OrtModel {
   void mark_batch_axis();
 
   std::shared_ptr<const OrtRuntime> runtime_;  // outlives the session
+  std::shared_ptr<const OrtArena> arena_;      // likewise
   OrtOwner<OrtSession> session_;
   OrtPorts inputs_, outputs_;
   bool shapes_depend_on_data_ = false;

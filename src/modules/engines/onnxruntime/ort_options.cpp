@@ -41,10 +41,15 @@ Status apply(const weir_option& option, OrtOptions* out) {
     const auto spins = switch_option(key, value);
     if (!spins) return spins.error();
     out->config.emplace_back("session.intra_op.allow_spinning", *spins ? "1" : "0");
+  } else if (same_word(key, "LoweringCache")) {
+    const auto on = switch_option(key, value);
+    if (!on) return on.error();
+    out->lowering_cache = *on;
   } else if (key.find('.') != std::string_view::npos) {
     out->config.emplace_back(key, value);
   } else {
-    warn_unknown_option(key, "NumThreads, GraphOptimization, Spinning, session.* keys");
+    warn_unknown_option(key,
+                        "NumThreads, GraphOptimization, Spinning, LoweringCache, session.* keys");
   }
   return ok();
 }

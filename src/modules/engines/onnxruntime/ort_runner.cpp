@@ -11,19 +11,6 @@
 namespace weir::engine {
 namespace {
 
-std::span<const weir_tensor> tensors_of(const weir_frame& frame) {
-  return {frame.tensors, frame.tensors ? frame.n_tensors : 0};
-}
-
-Status wrong_count(const char* role, size_t given, const std::vector<weir_tensor_info>& needed) {
-  return Error{Code::SPEC_MISMATCH,
-               std::string("the number of ") + role + "s does not fit the model",
-               std::to_string(given),
-               std::to_string(needed.size()) + ": " + describe(needed),
-               "",
-               ""};
-}
-
 Error invoke_error(const OrtFailure& failure) {
   const bool shapes = failure.code == ORT_INVALID_ARGUMENT;
   return Error{shapes ? Code::SPEC_MISMATCH : Code::INVOKE_FAILED,
@@ -79,12 +66,9 @@ Result<OrtRunner::Value> OrtRunner::wrap(void* data, const weir_tensor_info& inf
 Status OrtRunner::bind_inputs(const weir_frame& in) {
   const auto& ports = model_.inputs();
   const auto given = tensors_of(in);
-  if (given.size() != ports.infos.size()) return wrong_count("input", given.size(), ports.infos);
+  if (auto status = check_inputs(ports.infos, given); !status) return status;
   for (size_t i = 0; i < given.size(); ++i) {
     const weir_tensor& tensor = given[i];
-    if (auto status = check_infos({&ports.infos[i], 1}, {&tensor.info, 1}, "input"); !status)
-      return status;
-    if (auto status = check_memory(tensor, i, "input"); !status) return status;
     void* data = tensor.data;
     if (ports.types[i] == ONNX_TENSOR_ELEMENT_DATA_TYPE_BOOL) {
       const auto* bytes = static_cast<const uint8_t*>(data);
@@ -104,14 +88,13 @@ Status OrtRunner::bind_inputs(const weir_frame& in) {
 Status OrtRunner::bind_outputs(const weir_frame& out) {
   const auto& ports = model_.outputs();
   const auto given = tensors_of(out);
-  if (given.size() != ports.infos.size()) return wrong_count("output", given.size(), ports.infos);
+  if (auto status = check_outputs(ports.infos, given); !status) return status;
   for (size_t i = 0; i < given.size(); ++i) {
     const weir_tensor& tensor = given[i];
     output_pointers_[i] = nullptr;
     if (!tensor.data) continue;  // ONNX Runtime allocates
     if (auto status = check_infos({&ports.infos[i], 1}, {&tensor.info, 1}, "output"); !status)
       return status;
-    if (auto status = check_memory(tensor, i, "output"); !status) return status;
     auto value = wrap(tensor.data, tensor.info, tensor.bytes, ports.types[i]);
     if (!value) return value.error();
     outputs_[i] = *std::move(value);
@@ -166,11 +149,7 @@ Status OrtRunner::hand_over(const weir_frame& in, size_t index, weir_tensor* ten
   const auto given = tensors_of(in);
   if (std::any_of(given.begin(), given.end(),
                   [data](const weir_tensor& input) { return lies_within(data, input); })) {
-    const uint64_t bytes = tensor->bytes;
-    if (module_host->allocate(nullptr, WEIR_MEMORY_HOST, bytes, 64, tensor) != WEIR_OK)
-      return Error{Code::OUT_OF_MEMORY, "no memory for an output", "", "", "", ""};
-    std::memcpy(tensor->data, data, bytes);
-    return ok();
+    return write_output(weir_tensor_info(tensor->info), data, index, tensor);
   }
   auto lent =
       std::make_unique<LentValue>(LentValue{model_.shared_runtime(), std::move(outputs_[index])});
@@ -234,7 +213,7 @@ Status OrtRunner::rehearse(std::span<const weir_tensor_info> in, std::span<weir_
 Status OrtRunner::resolve(std::span<const weir_tensor_info> in, std::span<weir_tensor_info> out) {
   const auto &inputs = model_.inputs(), &outputs = model_.outputs();
   if (auto status = check_infos(inputs.infos, in, "input"); !status) return status;
-  if (out.size() != outputs.infos.size()) return wrong_count("output", out.size(), outputs.infos);
+  if (auto status = check_count(outputs.infos, out.size(), "output"); !status) return status;
   std::copy(outputs.infos.begin(), outputs.infos.end(), out.begin());
   last_inputs_.assign(in.begin(), in.end());
   substitute_symbols(in, inputs.symbols, out, outputs.symbols);
@@ -252,15 +231,7 @@ Status OrtRunner::resolve(std::span<const weir_tensor_info> in, std::span<weir_t
   return ok();
 }
 
-Status OrtRunner::control(int op, const weir_option*) {
-  if (op == WEIR_SET_OPTION)
-    return Error{Code::OPTION_VALUE,
-                 "ONNX Runtime takes options only when a model is opened",
-                 "",
-                 "",
-                 "",
-                 ""};
-  if (op != WEIR_WARM) return ok();  // no state, nothing to suspend
+Status OrtRunner::warm() {
   const auto& inputs = last_inputs_.empty() ? model_.inputs().infos : last_inputs_;
   if (!std::all_of(inputs.begin(), inputs.end(), is_fixed)) return ok();
   std::vector<weir_tensor_info> out(model_.outputs().infos);

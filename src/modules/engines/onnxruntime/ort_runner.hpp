@@ -19,7 +19,7 @@ class OrtRunner {
   // Nothing is copied but bool inputs, which are made 0 or 1. An output without data gets memory of
   // ONNX Runtime, its shape and a release function.
   Status invoke(const weir_frame& in, weir_frame& out);
-  Status control(int op, const weir_option* option);
+  Status warm();
 
  private:
   explicit OrtRunner(const OrtModel& model);

@@ -1,46 +1,40 @@
 // The module of the engine TensorFlow Lite.
 #include "engine_table.hpp"
+#include "tensorflow-lite/tflite_choice.hpp"
 #include "tensorflow-lite/tflite_runner.hpp"
 
 namespace weir::engine {
 namespace {
 
 struct TensorflowLiteEngine {
+  static constexpr const char *kName = "tensorflow-lite",
+                              *kAliases = "tensorflow2-lite,tensorflow1-lite,tflite",
+                              *kEndings = "tflite", *kLibrary = "TensorFlow Lite";
+  static constexpr const char* kAccelerators = "cpu,cpu.simd";
+  static constexpr const char* kOptions = R"([
+    {"name": "NumThreads", "type": "integer", "default": "1", "help": "threads of one invoke"},
+    {"name": "Delegate", "type": "XNNPACK|None", "default": "XNNPACK", "help": "what runs the operators"},
+    {"name": "Resize", "type": "boolean", "default": "false",
+     "help": "inputs have the stream's shape, where the file says a fixed one"},
+    {"name": "Lowering", "type": "onnxruntime|None", "default": "None",
+     "help": "a quantised graph is translated for ONNX Runtime; results differ by a few steps"},
+    {"name": "LoweringCache", "type": "boolean", "default": "true",
+     "help": "translated graphs are kept in ~/.cache/weir"}])";
   using Model = TfliteModel;
   using Session = TfliteRunner;
 
   static int probe(const std::string&, std::span<const unsigned char> head) {
     return tflite_score(head);
   }
-  // "weir.library/1": const char* const[2] = path and version of the engine's library; null when
-  // it is not installed.
-  static const void* extension(const char* id) {
-    if (!id || std::string_view(id) != "weir.library/1") return nullptr;
+  static std::optional<LibraryFacts> library() {
     const auto api = TfliteApi::instance();
-    if (!api) return nullptr;
-    static const char* const library[] = {(*api)->path.c_str(), (*api)->version_text.c_str()};
-    return library;
+    if (!api) return std::nullopt;
+    return LibraryFacts{(*api)->path, (*api)->version_text};
   }
+  static weir_engine around(const weir_engine& own) { return choosing_table(own); }
 };
 
 }  // namespace
 }  // namespace weir::engine
 
-extern "C" __attribute__((visibility("default"))) const weir_module* weir_module_entry(
-    const weir_host* host) {
-  using namespace weir::engine;
-  if (!weir::accept_host(host)) return nullptr;
-  module_name = "tensorflow-lite";
-  static const weir_engine engine = EngineTable<TensorflowLiteEngine>::make(
-      "tensorflow-lite", "1", "tensorflow2-lite,tensorflow1-lite,tflite", "tflite");
-  static const weir_engine* const engines[] = {&engine, nullptr};
-  static const weir_module module{sizeof(weir_module),
-                                  WEIR_ABI_MAJOR,
-                                  WEIR_ABI_MINOR,
-                                  engines,
-                                  nullptr,
-                                  nullptr,
-                                  nullptr,
-                                  nullptr};
-  return &module;
-}
+WEIR_ENGINE_MODULE(weir::engine::TensorflowLiteEngine)

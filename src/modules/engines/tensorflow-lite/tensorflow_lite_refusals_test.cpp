@@ -2,6 +2,7 @@
 #include <algorithm>
 
 #include "engine_fixture.hpp"
+#include "says.hpp"
 #include "tensorflow-lite/tflite_builder.hpp"
 
 namespace weir::engine_test {
@@ -18,8 +19,6 @@ std::vector<std::byte> reshaping(int8_t type) {
 }
 
 class TensorflowLiteRefuses : public EngineTest {};
-
-#define EXPECT_SAYS(text, words) EXPECT_NE((text).find(words), std::string::npos) << (text)
 
 TEST_F(TensorflowLiteRefuses, AModelThatIsNotThere) {
   const auto model = OpenEngine::open(*engine(), folder_.path("none.tflite"));

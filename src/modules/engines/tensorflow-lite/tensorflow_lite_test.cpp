@@ -166,6 +166,19 @@ TEST_F(TensorflowLite, AFixedShapeIsResizedAndBackAgain) {
   }
 }
 
+TEST_F(TensorflowLite, AFixedShapeIsOpenWhereTheUserSaysSo) {
+  auto model = EngineTest::open(tflite_negation({2, 3}).bytes(), {{"resize", "true"}});
+  ASSERT_TRUE(model) << model.error().message();
+  EXPECT_EQ(text_of((*model)->inputs()[0]), "float32[-1, -1]");
+  const auto shapes = (*model)->resolve({make_tensor(WEIR_FLOAT32, {4, 5}).info});
+  ASSERT_TRUE(shapes) << shapes.error().message();
+  EXPECT_EQ(text_of((*shapes)[0]), "float32[4, 5]");
+  EXPECT_FALSE((*model)->resolve({make_tensor(WEIR_FLOAT32, {4}).info})) << "the rank stays";
+  const auto refused = EngineTest::open(tflite_negation({2, 3}).bytes(), {{"Resize", "perhaps"}});
+  ASSERT_FALSE(refused);
+  EXPECT_NE(refused.error().message().find("true or false"), std::string::npos);
+}
+
 // A refused shape leaves the session as it was.
 TEST_F(TensorflowLite, RunsOnAfterAShapeThatItsLayersRefuse) {
   auto model = open(TfliteBuilder()
@@ -250,16 +263,20 @@ TEST_F(TensorflowLite, SessionsOfOneModelRunAtOnce) {
 }
 
 // x + state, where the state that an SVDF keeps is its last inputs.
-TEST_F(TensorflowLite, StateLastsUntilItIsReset) {
+TfliteBuilder summing() {
   const auto svdf_options = FlatValue::table({{0, FlatValue::scalar(int32_t{1})}});
-  auto model = open(TfliteBuilder()
-                        .input("x", kTfFloat, {1, 1})
-                        .constant<float>("features", kTfFloat, {1, 1}, {1})
-                        .constant<float>("time", kTfFloat, {1, 3}, {1, 1, 1})
-                        .variable("state", kTfFloat, {1, 3})
-                        .output("y", kTfFloat, {1, 1})
-                        .node(kOpSvdf, {"x", "features", "time", "", "state"}, {"y"})
-                        .options(6, svdf_options));
+  return TfliteBuilder()
+      .input("x", kTfFloat, {1, 1})
+      .constant<float>("features", kTfFloat, {1, 1}, {1})
+      .constant<float>("time", kTfFloat, {1, 3}, {1, 1, 1})
+      .variable("state", kTfFloat, {1, 3})
+      .output("y", kTfFloat, {1, 1})
+      .node(kOpSvdf, {"x", "features", "time", "", "state"}, {"y"})
+      .options(6, svdf_options);
+}
+
+TEST_F(TensorflowLite, StateLastsUntilItIsReset) {
+  auto model = open(summing());
   ASSERT_TRUE(model) << model.error().message();
   EXPECT_NE((*model)->info().flags & WEIR_MODEL_STATEFUL, 0u);
   const auto run = [&](float x) {
@@ -276,13 +293,76 @@ TEST_F(TensorflowLite, StateLastsUntilItIsReset) {
   EXPECT_EQ(run(1), 1);
 }
 
+// The first session runs the interpreter that opening the model needed, the others have their own.
+TEST_F(TensorflowLite, SessionsHaveStateOfTheirOwn) {
+  const auto path = folder_.write("model.tflite", summing().bytes());
+  const char* const paths[] = {path.c_str()};
+  weir_open request{};
+  request.struct_size = sizeof request;
+  request.n_models = 1;
+  request.paths = paths;
+  weir_error error{};
+  weir_model* model = nullptr;
+  ASSERT_EQ(engine()->open(&request, &model, &error), 0);
+  std::vector<weir_session*> sessions(3);
+  for (auto& session : sessions)
+    ASSERT_EQ(engine()->session_new(model, nullptr, 0, &session, &error), 0);
+  const auto run = [&](weir_session* session, float x) {
+    auto in = make_tensor<float>(WEIR_FLOAT32, {1, 1}, {x});
+    float y = -1;
+    weir_tensor tensors[2] = {};
+    for (auto& tensor : tensors) {
+      tensor.info = in.info;
+      tensor.bytes = tensor.capacity = sizeof y;
+      tensor.fence_fd = -1;
+    }
+    tensors[0].data = in.bytes.data();
+    tensors[1].data = &y;
+    weir_frame frames[2] = {};
+    for (int i = 0; i < 2; ++i) {
+      frames[i].struct_size = sizeof frames[i];
+      frames[i].n_tensors = 1;
+      frames[i].tensors = &tensors[i];
+      frames[i].pts = frames[i].duration = frames[i].deadline = -1;
+    }
+    EXPECT_EQ(engine()->invoke(session, &frames[0], &frames[1], &error), 0);
+    return y;
+  };
+  EXPECT_EQ(run(sessions[0], 1), 1);
+  EXPECT_EQ(run(sessions[1], 10), 10);
+  EXPECT_EQ(run(sessions[0], 2), 3);
+  EXPECT_EQ(run(sessions[2], 100), 100);
+  EXPECT_EQ(run(sessions[1], 20), 30);
+  for (auto* session : sessions) engine()->session_free(session);
+  weir_session* later = nullptr;
+  ASSERT_EQ(engine()->session_new(model, nullptr, 0, &later, &error), 0);
+  EXPECT_EQ(run(later, 5), 5) << "and none of a session that is gone";
+  engine()->session_free(later);
+  engine()->close(model);
+}
+
 TEST_F(TensorflowLite, WarmRunsWithoutAFrame) {
   auto model = open(tflite_negation({2}));
   ASSERT_TRUE(model) << model.error().message();
   EXPECT_EQ((*model)->info().flags & WEIR_MODEL_STATEFUL, 0u);
-  for (const int op : {WEIR_WARM, WEIR_SUSPEND, WEIR_RESUME, WEIR_RESET_STATE})
+  for (const int op : {WEIR_WARM, WEIR_RESUME, WEIR_RESET_STATE})
     EXPECT_TRUE((*model)->control(op)) << op;
-  EXPECT_FALSE((*model)->control(WEIR_SET_OPTION));
+  const auto suspended = (*model)->control(WEIR_SUSPEND);
+  ASSERT_FALSE(suspended) << "nothing to free: the host closes the model";
+  EXPECT_EQ(suspended.error().what, "TensorFlow Lite frees no memory of an open model");
+  const auto option = (*model)->control(WEIR_SET_OPTION);
+  ASSERT_FALSE(option);
+  EXPECT_EQ(option.error().what, "TensorFlow Lite takes options only when a model is opened");
+  EXPECT_EQ(option.error().needed, "custom= at the start");
+}
+
+// Each interpreter with XNNPACK has packed weights of its own.
+TEST_F(TensorflowLite, OneSessionHoldsThePackedWeights) {
+  for (const auto& [delegate, most] : {std::pair{"XNNPACK", 1u}, {"None", 0u}}) {
+    auto model = EngineTest::open(tflite_negation({2}).bytes(), {{"Delegate", delegate}});
+    ASSERT_TRUE(model) << model.error().message();
+    EXPECT_EQ((*model)->info().max_sessions, most) << delegate;
+  }
 }
 
 TEST_F(TensorflowLite, SaysWhereTheModelComesFrom) {

@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <cstring>
 
-#include "tensorflow-lite/flat_buffer.hpp"
+#include "tflite-file/flat_buffer.hpp"
 
 namespace weir::engine {
 namespace {

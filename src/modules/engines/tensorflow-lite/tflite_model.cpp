@@ -93,14 +93,16 @@ Result<std::unique_ptr<TfliteModel>> TfliteModel::open(const weir_open& request)
   model->model_.reset((*api)->model_create(model->bytes_.data(), size));
   if (!model->model_)
     return named({Code::MODEL_INVALID, "TensorFlow Lite cannot load the model", "", "", "", ""});
-  const auto interpreter = model->interpreter({});
+  auto interpreter = model->interpreter({});
   if (!interpreter) return named(interpreter.error());
   if (auto status = model->read_tensors(**interpreter); !status) return named(status.error());
+  const bool delegated = model->packs_weights_ = (*interpreter)->delegated();
+  model->first_ = *std::move(interpreter);
   const auto properties = tflite_properties({model->bytes_.data(), size}, model->summary_.metadata);
   const nlohmann::json metadata{{"custom_metadata_map", properties},
                                 {"description", model->summary_.description},
                                 {"operators", model->summary_.operators},
-                                {"xnnpack", (*interpreter)->delegated()}};
+                                {"xnnpack", delegated}};
   model->metadata_ = metadata.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
   return model;
 }
@@ -108,6 +110,14 @@ Result<std::unique_ptr<TfliteModel>> TfliteModel::open(const weir_open& request)
 Result<std::unique_ptr<TfliteInterpreter>> TfliteModel::interpreter(
     std::span<const weir_tensor_info> shapes) const {
   return TfliteInterpreter::create(api_, model_.get(), options_, shapes);
+}
+
+Result<std::unique_ptr<TfliteInterpreter>> TfliteModel::session_interpreter() const {
+  {
+    const std::lock_guard lock(first_mutex_);
+    if (first_) return std::move(first_);
+  }
+  return interpreter({});
 }
 
 Status TfliteModel::read_tensors(const TfliteInterpreter& interpreter) {
@@ -119,7 +129,8 @@ Status TfliteModel::read_tensors(const TfliteInterpreter& interpreter) {
     auto info = tflite_tensor_info(api_, *tensor);
     if (!info) return info.error();
     open_dimensions(*tensor, &*info);
-    if (i >= n_in && is_unallocated(*tensor)) std::fill_n(info->shape, info->rank, -1);
+    if (options_.resize || (i >= n_in && is_unallocated(*tensor)))
+      std::fill_n(info->shape, info->rank, -1);
     if (i < n_in) info->layout = layout_of(*info);
     names_.emplace_back(tensor->name ? tensor->name : "");
     info->name = names_.back().c_str();
@@ -142,7 +153,9 @@ void TfliteModel::describe(weir_model_info* info) const {
   info->outputs = outputs_.data();
   info->alignment = info->input_padding = 0;  // inputs are copied
   info->memory_kinds = uint64_t{1} << WEIR_MEMORY_HOST;
-  info->max_sessions = 0;  // as many as wanted
+  // XNNPACK packs the weights again for each interpreter, so users of a model share one. Without it
+  // there are as many as wanted, and for a model with state, which is each interpreter's own.
+  info->max_sessions = packs_weights_ && !summary_.has_state ? 1 : 0;
   info->max_in_flight = 1;
   info->preferred_batch = 1;
   info->weight_bytes = bytes_.size() - kReadableBehindFile;

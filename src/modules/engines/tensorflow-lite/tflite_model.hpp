@@ -1,11 +1,12 @@
 // TfliteModel: a TensorFlow Lite model, checked and opened, with its inputs and outputs.
 #pragma once
 #include <memory>
+#include <mutex>
 #include <string>
 #include <vector>
 
-#include "tensorflow-lite/tflite_file.hpp"
 #include "tensorflow-lite/tflite_interpreter.hpp"
+#include "tflite-file/tflite_file.hpp"
 
 namespace weir::engine {
 
@@ -23,6 +24,8 @@ class TfliteModel {
   // For the model's own shapes when `shapes` is empty.
   Result<std::unique_ptr<TfliteInterpreter>> interpreter(
       std::span<const weir_tensor_info> shapes) const;
+  // For a session, of the model's own shapes: the first gets the one that opening needed.
+  Result<std::unique_ptr<TfliteInterpreter>> session_interpreter() const;
 
  private:
   explicit TfliteModel(const TfliteApi& api);
@@ -37,6 +40,9 @@ class TfliteModel {
   std::vector<std::string> names_;
   std::vector<weir_tensor_info> inputs_, outputs_;  // their names point into names_
   std::string metadata_;
+  bool packs_weights_ = false;
+  mutable std::mutex first_mutex_;                    // guards first_
+  mutable std::unique_ptr<TfliteInterpreter> first_;  // until a session takes it
 };
 
 // What an interpreter says of a tensor now. MODEL_UNSUPPORTED for types that streams lack.

@@ -30,8 +30,13 @@ Result<TfliteOptions> TfliteOptions::read(const weir_open& request) {
       out.threads = *threads;
     } else if (same_word(key, "Delegate")) {
       choose_delegate(value, &out);
-    } else {
-      warn_unknown_option(key, "NumThreads, Delegate");
+    } else if (same_word(key, "Resize")) {
+      const auto resize = switch_option(key, value);
+      if (!resize) return resize.error();
+      out.resize = *resize;
+    } else if (!same_word(key, "Lowering") &&
+               !same_word(key, "LoweringCache")) {  // tflite_choice.cpp reads it
+      warn_unknown_option(key, "NumThreads, Delegate, Resize, Lowering, LoweringCache");
     }
   }
   if (out.threads > 1) out.threads = std::min(out.threads, usable_cores());

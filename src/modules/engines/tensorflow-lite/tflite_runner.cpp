@@ -8,23 +8,6 @@
 #include "tensor_check.hpp"
 
 namespace weir::engine {
-namespace {
-
-std::span<const weir_tensor> tensors_of(const weir_frame& frame) {
-  return {frame.tensors, frame.tensors ? frame.n_tensors : 0};
-}
-
-Status wrong_count(const char* role, size_t given, const std::vector<weir_tensor_info>& needed) {
-  return Error{Code::SPEC_MISMATCH,
-               std::string("the number of ") + role + "s does not fit the model",
-               std::to_string(given),
-               std::to_string(needed.size()) + ": " + describe(needed),
-               "",
-               ""};
-}
-
-}  // namespace
-
 TfliteRunner::TfliteRunner(const TfliteModel& model, const TfliteApi& api,
                            std::unique_ptr<TfliteInterpreter> interpreter)
     : model_(model), api_(api), interpreter_(std::move(interpreter)) {}
@@ -33,13 +16,13 @@ Result<std::unique_ptr<TfliteRunner>> TfliteRunner::create(const TfliteModel& mo
                                                            std::span<const weir_option>) {
   const auto api = TfliteApi::instance();
   if (!api) return api.error();
-  auto interpreter = model.interpreter({});
+  auto interpreter = model.session_interpreter();
   if (!interpreter) return interpreter.error();
   return std::unique_ptr<TfliteRunner>(new TfliteRunner(model, **api, *std::move(interpreter)));
 }
 
 // Any extents of the right rank: models whose file says a fixed shape can often be resized too.
-Status TfliteRunner::check_inputs(std::span<const weir_tensor_info> in) const {
+Status TfliteRunner::check(std::span<const weir_tensor_info> in) const {
   auto any = model_.inputs();
   for (auto& info : any) std::fill_n(info.shape, info.rank, -1);
   return check_infos(any, in, "input");
@@ -88,9 +71,8 @@ Status TfliteRunner::rehearse() {
 
 Status TfliteRunner::resolve(std::span<const weir_tensor_info> in,
                              std::span<weir_tensor_info> out) {
-  if (auto status = check_inputs(in); !status) return status;
-  if (out.size() != model_.outputs().size())
-    return wrong_count("output", out.size(), model_.outputs());
+  if (auto status = check(in); !status) return status;
+  if (auto status = check_count(model_.outputs(), out.size(), "output"); !status) return status;
   std::copy(model_.outputs().begin(), model_.outputs().end(), out.begin());
   if (!std::all_of(in.begin(), in.end(), is_fixed)) return ok();
   if (auto status = reshape(in); !status) return status;
@@ -136,77 +118,48 @@ Status TfliteRunner::copy_in(const weir_tensor& tensor, size_t index) {
 
 Status TfliteRunner::copy_out(size_t index, weir_tensor* tensor) {
   const TfLiteTensor* from = interpreter_->output(index);
-  if (!from->data.raw && from->bytes > 0)
+  auto info = tflite_tensor_info(api_, *from);
+  if (!info) return info.error();
+  if ((!from->data.raw && from->bytes > 0) || tensor_bytes(*info) != from->bytes)
     return Error{Code::INVOKE_FAILED,
                  "TensorFlow Lite gave no data for an output",
                  "output " + std::to_string(index),
                  "",
                  "",
                  ""};
-  if (!tensor->data) {
-    auto info = tflite_tensor_info(api_, *from);
-    if (!info) return info.error();
-    info->name = model_.outputs()[index].name;
-    tensor->info = *info;
-    if (module_host->allocate(nullptr, WEIR_MEMORY_HOST, from->bytes, 64, tensor) != WEIR_OK)
-      return Error{Code::OUT_OF_MEMORY, "no memory for an output", "", "", "", ""};
-  } else if (tensor->bytes != from->bytes) {
-    return Error{Code::INVOKE_FAILED,
-                 "an output has another size than it was said to have",
-                 std::to_string(from->bytes) + " bytes",
-                 std::to_string(tensor->bytes) + " bytes: " + describe(tensor->info),
-                 "output " + std::to_string(index),
-                 ""};
-  }
-  if (from->bytes > 0) std::memcpy(tensor->data, from->data.raw, from->bytes);
-  return ok();
+  info->name = model_.outputs()[index].name;
+  return write_output(*info, from->data.raw, index, tensor);
 }
 
 Status TfliteRunner::invoke(const weir_frame& in, weir_frame& out) {
   const auto inputs = tensors_of(in), outputs = tensors_of(out);
-  if (inputs.size() != model_.inputs().size())
-    return wrong_count("input", inputs.size(), model_.inputs());
-  if (outputs.size() != model_.outputs().size())
-    return wrong_count("output", outputs.size(), model_.outputs());
+  if (auto status = check_count(model_.inputs(), inputs.size(), "input"); !status) return status;
+  if (auto status = check_outputs(model_.outputs(), outputs); !status) return status;
   bool same = true;
   for (size_t i = 0; i < inputs.size(); ++i)
     same = same && inputs[i].info.type == model_.inputs()[i].type && shaped_as(i, inputs[i].info);
   if (!same) {
     std::vector<weir_tensor_info> infos;
     for (const auto& tensor : inputs) infos.push_back(tensor.info);
-    if (auto status = check_inputs(infos); !status) return status;
+    if (auto status = check(infos); !status) return status;
     if (auto status = reshape(infos); !status) return status;
   }
   for (size_t i = 0; i < inputs.size(); ++i)
     if (auto status = copy_in(inputs[i], i); !status) return status;
-  for (size_t i = 0; i < outputs.size(); ++i)
-    if (outputs[i].data)
-      if (auto status = check_memory(outputs[i], i, "output"); !status) return status;
   if (auto status = interpreter_->invoke(); !status) return status;
   for (size_t i = 0; i < outputs.size(); ++i)
     if (auto status = copy_out(i, &out.tensors[i]); !status) return status;
   return ok();
 }
 
-Status TfliteRunner::control(int op, const weir_option*) {
-  switch (op) {
-    case WEIR_WARM: {
-      const Status ignored = rehearse();  // a model that refuses zeros is warm enough
-      return ignored ? ok() : ok();
-    }
-    case WEIR_RESET_STATE:
-      interpreter_->reset_state();
-      return ok();
-    case WEIR_SET_OPTION:
-      return Error{Code::OPTION_VALUE,
-                   "TensorFlow Lite takes options only when a model is opened",
-                   "",
-                   "",
-                   "",
-                   ""};
-    default:
-      return ok();  // nothing to suspend
-  }
+Status TfliteRunner::warm() {
+  const Status ignored = rehearse();  // a model that refuses zeros is warm enough
+  return ignored ? ok() : ok();
+}
+
+Status TfliteRunner::reset_state() {
+  interpreter_->reset_state();
+  return ok();
 }
 
 }  // namespace weir::engine

@@ -20,12 +20,13 @@ class TfliteRunner {
   // Copies in and out: this library keeps its tensors in memory of its own. An output without data
   // gets memory of the host.
   Status invoke(const weir_frame& in, weir_frame& out);
-  Status control(int op, const weir_option* option);
+  Status warm();
+  Status reset_state();
 
  private:
   TfliteRunner(const TfliteModel& model, const TfliteApi& api,
                std::unique_ptr<TfliteInterpreter> interpreter);
-  Status check_inputs(std::span<const weir_tensor_info> in) const;
+  Status check(std::span<const weir_tensor_info> in) const;
   bool shaped_as(size_t index, const weir_tensor_info& info) const;
   Status reshape(std::span<const weir_tensor_info> in);
   Status copy_in(const weir_tensor& tensor, size_t index);

@@ -1,0 +1,278 @@
+// `weir bench MODEL`: the model on every engine, thread count and batch that can take it, in turn,
+// and the line that runs it fastest.
+#include <algorithm>
+#include <cstdio>
+#include <tuple>
+
+#include "bench_plan.hpp"
+#include "commands.hpp"
+#include "core/card/card.hpp"
+#include "core/infer/model.hpp"
+#include "core/infer/module_library.hpp"
+#include "launch_line.hpp"
+#include "made_up_inputs.hpp"
+#include "model_card.hpp"
+#include "model_paths.hpp"
+#include "report.hpp"
+
+namespace weir::app {
+namespace {
+
+constexpr int kRounds = 3;
+
+double median_of(const BenchCase& one, double Measured::*part) {
+  std::vector<double> values;
+  for (const auto& round : one.rounds) values.push_back(round.*part);
+  std::sort(values.begin(), values.end());
+  return values[values.size() / 2];
+}
+
+bool ran(const BenchCase& one) {
+  return !one.error && !one.rounds.empty();
+}
+
+// What an error says of one case may hold for others, which are not tried then.
+bool shares_error(const BenchCase& failed, const BenchCase& other) {
+  if (failed.engine != other.engine) return false;
+  switch (failed.error->code) {
+    case Code::BATCH_UNSUPPORTED:
+      return failed.batch == other.batch;
+    case Code::ENGINE_UNKNOWN:
+    case Code::ENGINE_NOT_INSTALLED:
+    case Code::MODULE_REFUSED:
+    case Code::MODEL_NOT_FOUND:
+    case Code::MODEL_INVALID:
+      return true;
+    default:
+      return false;
+  }
+}
+
+// Rounds in turn, so that what the machine does meanwhile hits all cases alike.
+void run(const BenchOptions& options, std::vector<BenchCase>* cases) {
+  for (int round = 0; round < kRounds; ++round)
+    for (auto& one : *cases) {
+      if (one.error) continue;
+      BenchCaseOptions request;
+      request.model = options.model;
+      request.engine = one.engine;
+      request.custom = one.custom;
+      request.words = options.words;
+      request.threads = one.threads;
+      request.batch = one.batch;
+      request.seconds = options.seconds / kRounds;
+      request.patience = options.patience;
+      const auto measured = run_case(request);
+      if (measured) {
+        one.rounds.push_back(*measured);
+        continue;
+      }
+      one.error = measured.error();
+      for (auto& other : *cases)
+        if (!other.error && shares_error(one, other)) other.error = one.error;
+    }
+}
+
+std::vector<const BenchCase*> by_time(const std::vector<BenchCase>& cases) {
+  std::vector<const BenchCase*> out;
+  for (const auto& one : cases)
+    if (ran(one)) out.push_back(&one);
+  std::stable_sort(out.begin(), out.end(), [](const auto* a, const auto* b) {
+    return median_of(*a, &Measured::ms) < median_of(*b, &Measured::ms);
+  });
+  return out;
+}
+
+// Of those that are as fast as the fastest, within what one run tells from the next, the one that
+// takes least: small batches, few threads, the defaults.
+const BenchCase& best_of(const std::vector<const BenchCase*>& ordered) {
+  constexpr double kAlike = 1.05;
+  const double limit = median_of(*ordered[0], &Measured::ms) * kAlike;
+  const auto cost = [](const BenchCase* one) {
+    return std::tuple(one->batch, one->threads, one->custom.size());
+  };
+  const auto* best = ordered[0];
+  for (const auto* one : ordered)
+    if (median_of(*one, &Measured::ms) <= limit && cost(one) < cost(best)) best = one;
+  return *best;
+}
+
+std::string name_of(const BenchCase& one) {
+  std::string out = one.engine + ", threads " + std::to_string(one.threads) + ", batch " +
+                    std::to_string(one.batch);
+  return one.custom.empty() ? out : out + ", " + one.custom;
+}
+
+// All cases of an engine that failed alike.
+struct Failure {
+  std::string cases;
+  Error error;
+};
+std::vector<Failure> failures_of(const BenchPlan& plan) {
+  std::vector<Failure> out;
+  for (const auto& refusal : plan.refused) out.push_back({refusal.engine, refusal.error});
+  std::vector<const BenchCase*> told;
+  for (const auto& one : plan.cases) {
+    if (!one.error) continue;
+    const std::string message = one.error->message();
+    const auto alike = [&](const BenchCase& other) {
+      return other.engine == one.engine && other.error && other.error->message() == message;
+    };
+    if (std::any_of(told.begin(), told.end(), [&](const auto* other) { return alike(*other); }))
+      continue;
+    told.push_back(&one);
+    const auto all = [&](auto belongs) {
+      return std::all_of(plan.cases.begin(), plan.cases.end(), [&](const BenchCase& other) {
+        return other.engine != one.engine || !belongs(other) || alike(other);
+      });
+    };
+    std::string cases = name_of(one);
+    if (all([](const BenchCase&) { return true; }))
+      cases = one.engine;
+    else if (all([&](const BenchCase& other) { return other.batch == one.batch; }))
+      cases = one.engine + ", batch " + std::to_string(one.batch);
+    else if (all([&](const BenchCase& other) { return other.custom == one.custom; }))
+      cases = one.engine + ", " + (one.custom.empty() ? "its default options" : one.custom);
+    out.push_back({cases, *one.error});
+  }
+  return out;
+}
+
+std::string properties_of(const BenchCase& one, const TensorWords& words) {
+  std::string out = "threads=" + std::to_string(one.threads);
+  if (!words.pairs().empty()) out += " " + property_text(words);
+  if (one.batch > 1) out += " batch-size=" + std::to_string(one.batch);
+  if (!one.custom.empty()) out += " custom=" + launch_value(one.custom);
+  return out;
+}
+
+Result<LaunchLine> line_of(const BenchOptions& options, const BenchCase& fastest,
+                           const Result<card::Card>& given) {
+  const auto engine = infer::ModuleLibrary::instance().engine(fastest.engine);
+  if (!engine) return engine.error();
+  infer::OpenOptions request;
+  request.paths = paths_of(options.model);
+  request.declared = options.words.pairs();
+  const auto model = infer::Model::open(**engine, request);
+  if (!model) return model.error();
+  auto inputs = (*model)->inputs();
+  if (inputs.empty() || !options.words.input.empty()) {
+    auto chosen = inputs_of_frame(std::move(inputs), options.words);
+    if (!chosen) return chosen.error();
+    inputs = *std::move(chosen);
+  }
+  const auto card = options.card.empty() ? card_of(options.model, **model) : given;
+  auto line = launch_line(options.model, fastest.engine, inputs,
+                          card ? card::preparation(card->inputs[0]) : "",
+                          properties_of(fastest, options.words));
+  if (fastest.batch > 1)
+    line.notes.push_back("batch-size gathers frames: each waits for " +
+                         std::to_string(fastest.batch - 1) + " others");
+  return line;
+}
+
+Json json_of(const BenchCase& one) {
+  const double ms = median_of(one, &Measured::ms);
+  return {{"engine", one.engine},
+          {"threads", one.threads},
+          {"batch", one.batch},
+          {"custom", one.custom},
+          {"ms", ms},
+          {"frames_per_second", 1e3 / ms},
+          {"load_ms", median_of(one, &Measured::load_ms)},
+          {"memory_mib", median_of(one, &Measured::mib)}};
+}
+
+std::string decimals(double value, int digits) {
+  char text[64];
+  std::snprintf(text, sizeof text, "%.*f", digits, value);
+  return text;
+}
+
+std::string indented(const std::string& text) {
+  std::string out;
+  for (const char c : text) out += c == '\n' ? std::string("\n    ") : std::string(1, c);
+  return out;
+}
+
+void print_text(const BenchOptions& options, const BenchPlan& plan,
+                const std::vector<const BenchCase*>& ordered, const LaunchLine& line) {
+  std::printf("Model   %s\n\n", options.model.c_str());
+  std::vector<std::vector<std::string>> rows{
+      {"engine", "threads", "batch", "options", "ms per frame", "frames/s", "load ms", "MiB"}};
+  for (const auto* one : ordered) {
+    const double ms = median_of(*one, &Measured::ms);
+    rows.push_back({one->engine, std::to_string(one->threads), std::to_string(one->batch),
+                    one->custom.empty() ? "-" : one->custom,
+                    decimals(ms, ms < 0.01 ? 6
+                                 : ms < 1  ? 4
+                                           : 2),
+                    decimals(1e3 / ms, 1), decimals(median_of(*one, &Measured::load_ms), 0),
+                    decimals(median_of(*one, &Measured::mib), 1)});
+  }
+  std::printf("%s", table(rows, "  ").c_str());
+  const auto failed = failures_of(plan);
+  if (!failed.empty() || !plan.unrelated.empty()) std::printf("\nNot measured\n");
+  for (const auto& failure : failed)
+    std::printf("  %s\n    %s\n", failure.cases.c_str(), indented(failure.error.message()).c_str());
+  std::string others;
+  for (const auto& name : plan.unrelated) others += (others.empty() ? "" : ", ") + name;
+  if (!others.empty()) std::printf("  for other files: %s\n", others.c_str());
+  std::printf("\nThe fastest: %s\n  %s\n", name_of(best_of(ordered)).c_str(), line.command.c_str());
+  for (const auto& note : line.notes) std::printf("  note: %s\n", note.c_str());
+}
+
+void print_json(const BenchOptions& options, const BenchPlan& plan,
+                const std::vector<const BenchCase*>& ordered, const LaunchLine& line) {
+  Json out{{"model", options.model}, {"cases", Json::array()}, {"not_measured", Json::array()}};
+  for (const auto* one : ordered) out["cases"].push_back(json_of(*one));
+  for (const auto& failure : failures_of(plan))
+    out["not_measured"].push_back(
+        {{"case", failure.cases}, {"error", app::to_json(failure.error)}});
+  out["for_other_files"] = plan.unrelated;
+  out["fastest"] = json_of(best_of(ordered));
+  out["launch"] = line.command;
+  out["notes"] = line.notes;
+  print(out);
+}
+
+// Why there is no table at all.
+Error nothing_ran(const BenchOptions& options, const BenchPlan& plan) {
+  auto failed = failures_of(plan);
+  if (failed.empty())
+    return {Code::ENGINE_UNKNOWN,
+            "no engine claims this model file",
+            options.model,
+            "a file ending in .onnx, .tflite, ...",
+            "",
+            "weir bench --engine NAME " + shell_word(options.model)};
+  Error error = failed[0].error;
+  for (size_t i = 1; i < failed.size(); ++i)
+    error.difference +=
+        (error.difference.empty() ? "" : "; ") + failed[i].cases + ": " + failed[i].error.what;
+  return error;
+}
+
+}  // namespace
+
+int bench(const BenchOptions& options) {
+  Result<card::Card> card = Error{};
+  if (!options.card.empty()) {
+    card = card::read(options.card);
+    if (!card) return report(card.error(), options.json);
+  }
+  auto plan = plan_bench(options);
+  if (!plan) return report(plan.error(), options.json);
+  run(options, &plan->cases);
+  const auto ordered = by_time(plan->cases);
+  if (ordered.empty()) return report(nothing_ran(options, *plan), options.json);
+  const auto line = line_of(options, best_of(ordered), card);
+  if (!line) return report(line.error(), options.json);
+  if (options.json)
+    print_json(options, *plan, ordered, *line);
+  else
+    print_text(options, *plan, ordered, *line);
+  return kExitGood;
+}
+
+}  // namespace weir::app

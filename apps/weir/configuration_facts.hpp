@@ -1,0 +1,14 @@
+// The part of `weir doctor` about weir.ini.
+#pragma once
+#include "core/config/configuration.hpp"
+#include "report.hpp"
+
+namespace weir::app {
+
+// Members files, settings, problems.
+Json to_json(const config::Configuration& configuration);
+void print(const config::Configuration& configuration);
+// One line for a fault of a configuration.
+std::string problem(const Error& fault);
+
+}  // namespace weir::app

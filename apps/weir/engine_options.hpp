@@ -1,0 +1,25 @@
+// The options that an engine says it takes.
+#pragma once
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "report.hpp"
+#include "weir/abi.h"
+
+namespace weir::app {
+
+struct EngineOption {
+  std::string name, type, by_default, help;
+};
+
+// From the engine's options_json. Empty when it says nothing, or nothing that can be read.
+std::vector<EngineOption> engine_options(const weir_engine& engine);
+// The same from such a text, of a decoder or converter too; may be null.
+std::vector<EngineOption> engine_options(const char* options_json);
+Json to_json(const std::vector<EngineOption>& options);
+// "name:value,name:value" as custom= takes it.
+std::vector<std::pair<std::string, std::string>> custom_options(const std::string& text);
+void print_options(const std::vector<EngineOption>& options);
+
+}  // namespace weir::app

@@ -1,0 +1,98 @@
+// Blanks around = belong to the word.
+#include "launch_words.hpp"
+
+#include <algorithm>
+#include <cctype>
+
+#include "core/text/text.hpp"
+
+namespace weir::app {
+namespace {
+
+bool blank(char c) {
+  return std::isspace(static_cast<unsigned char>(c)) != 0;
+}
+
+class Cutter {
+ public:
+  explicit Cutter(std::string_view text) : text_(text) {}
+
+  Result<std::vector<LaunchWord>> run() {
+    while (skip_blanks()) {
+      words_.push_back({"", at_, false});
+      if (auto status = word(&words_.back()); !status) return status.error();
+    }
+    return std::move(words_);
+  }
+
+ private:
+  bool skip_blanks() {
+    while (at_ < text_.size() && blank(text_[at_])) ++at_;
+    return at_ < text_.size();
+  }
+  // Is the next thing that is no blank a =, or were we behind one?
+  bool goes_on() {
+    const size_t before = at_;
+    const bool behind = text_[at_ - 1] == '=';
+    if (skip_blanks() && (behind || text_[at_] == '=') && words_.back().text != "!") return true;
+    at_ = before;
+    return false;
+  }
+
+  Status word(LaunchWord* out) {
+    while (at_ < text_.size()) {
+      const char c = text_[at_];
+      if (blank(c)) {
+        if (!goes_on()) return ok();
+        continue;
+      }
+      if (c == '"' || c == '\'') {
+        if (auto status = quoted(out); !status) return status;
+        continue;
+      }
+      if (c == '\\' && at_ + 1 < text_.size()) ++at_;
+      out->assigns = out->assigns || text_[at_] == '=';
+      out->text += text_[at_++];
+    }
+    return ok();
+  }
+
+  Status quoted(LaunchWord* out) {
+    const size_t begin = at_;
+    const char quote = text_[at_++];
+    while (at_ < text_.size() && text_[at_] != quote) {
+      if (text_[at_] == '\\' && at_ + 1 < text_.size()) ++at_;
+      out->text += text_[at_++];
+    }
+    if (at_ == text_.size())
+      return launch_error(text_, begin, "a quote has no end", std::string(1, quote) + " behind it");
+    ++at_;
+    return ok();
+  }
+
+  const std::string_view text_;
+  size_t at_ = 0;
+  std::vector<LaunchWord> words_;
+};
+
+}  // namespace
+
+Error launch_error(std::string_view text, size_t at, std::string what, std::string needed) {
+  std::string line(text);
+  std::replace_if(line.begin(), line.end(), blank, ' ');
+  const std::string caret = caret_line(line, at);
+  const size_t end_of_line = caret.rfind('\n');
+  return Error{Code::OPTION_SYNTAX,
+               "the pipeline cannot be read: " + what,
+               "",
+               std::move(needed),
+               "near character " + std::to_string(at + 1) + "\n    " +
+                   caret.substr(0, end_of_line) + "\n    " + caret.substr(end_of_line + 1),
+               ""};
+}
+
+Result<std::vector<LaunchWord>> launch_words(std::string_view text) {
+  return Cutter(text).run();
+}
+
+}  // namespace weir::app

@@ -1,0 +1,13 @@
+// The part of `weir doctor` about nnstreamer.ini and the folders of sub-plugins.
+#pragma once
+#include "core/config/nnstreamer.hpp"
+#include "report.hpp"
+
+namespace weir::app {
+
+// Members enabled, files, settings, folders, problems. `weir` says what overrides a setting.
+Json to_json(const config::NnstreamerConfiguration& configuration,
+             const config::Configuration& weir);
+void print(const config::NnstreamerConfiguration& configuration, const config::Configuration& weir);
+
+}  // namespace weir::app

@@ -1,0 +1,11 @@
+// The part of `weir doctor` about sub-plugins for NNStreamer.
+#pragma once
+#include "report.hpp"
+
+namespace weir::app {
+
+// Each file of every kind is opened. Members library, found, files.
+Json sub_plugins_as_json();
+void print_sub_plugins();
+
+}  // namespace weir::app

@@ -1,0 +1,65 @@
+// weir-worker: the process in which tensor_filter isolate=process runs a model. Started by it, with
+// a socket as descriptor 3; of no use by itself.
+#include <signal.h>
+#include <sys/prctl.h>
+#include <unistd.h>
+
+#include <cstdio>
+#include <cstdlib>
+#include <exception>
+
+#include "core/isolate/confinement.hpp"
+#include "core/isolate/worker_server.hpp"
+#include "core/process/process_object.hpp"
+#include "library/process.h"
+
+namespace {
+
+constexpr int kSocket = 3;
+
+// Ends with the thread that started this process, which may be gone already.
+bool end_with(pid_t parent) {
+  return prctl(PR_SET_PDEATHSIG, SIGKILL) == 0 && getppid() == parent;
+}
+
+// Ctrl-C and an orderly stop are the pipeline's to answer.
+void leave_signals_to_the_pipeline() {
+  for (const int number : {SIGINT, SIGTERM, SIGHUP, SIGPIPE}) signal(number, SIG_IGN);
+}
+
+}  // namespace
+
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+// How this process ends is the engine's, and what its host tells; leaks cannot be looked for where
+// no process may be traced.
+#define WEIR_SIGNALS "handle_segv=0:handle_sigbus=0:handle_sigill=0:handle_sigfpe=0"
+extern "C" __attribute__((visibility("default"))) const char* __asan_default_options() {
+  return WEIR_SIGNALS ":detect_leaks=0";
+}
+extern "C" __attribute__((visibility("default"))) const char* __tsan_default_options() {
+  return WEIR_SIGNALS;
+}
+#endif
+
+// weir-worker PARENT MEMORY_MIB
+int main(int argc, char** argv) {
+  if (argc != 3) {
+    std::fputs("weir-worker is started by tensor_filter isolate=process\n", stderr);
+    return 2;
+  }
+  if (!end_with(static_cast<pid_t>(std::atol(argv[1])))) return 2;
+  leave_signals_to_the_pipeline();
+  weir::process::take_objects_from(weir_process_object);  // before anything asks for one
+  try {
+    const auto confinement = weir::isolate::confine(std::strtoull(argv[2], nullptr, 10));
+    bool well = false;
+    {
+      weir::isolate::WorkerServer server{weir::isolate::Descriptor(kSocket)};
+      well = server.serve(confinement);
+    }
+    _exit(well ? 0 : 2);  // what modules left for the end of a process may hang
+  } catch (const std::exception& e) {
+    std::fprintf(stderr, "weir-worker: %s\n", e.what());
+    return 2;
+  }
+}

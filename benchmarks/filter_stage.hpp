@@ -1,0 +1,24 @@
+// A model in a pipeline, for benchmarks of tensor_filter.
+#pragma once
+#include <string>
+
+#include "bare_loop.hpp"
+#include "stream_stage.hpp"
+
+namespace weir::bench {
+
+// appsrc ! something ! fakesink, for the input of a bare loop.
+class Pipeline : public Stage {
+ public:
+  // A tensor_filter; `properties`: further ones of it. `ahead`: frames that lie ready.
+  Pipeline(const BareLoop& bare, const std::string& model, int threads,
+           const std::string& properties = "", int ahead = 64)
+      : Stage(bare.caps(), bare.input_bytes(),
+              "tensor_filter model=" + model + " custom=NumThreads:" + std::to_string(threads) +
+                  " " + properties,
+              ahead) {}
+  Pipeline(const BareLoop& bare, const std::string& between)
+      : Stage(bare.caps(), bare.input_bytes(), between) {}
+};
+
+}  // namespace weir::bench

@@ -1,0 +1,22 @@
+// Everything on one core: what threads of a pipeline win or lose by others, on cores that somebody
+// else uses too, is left out of a comparison with a loop on one thread.
+#pragma once
+#include <sched.h>
+
+namespace weir::bench {
+
+// This process and its threads; on the first core that it may use.
+inline void stay_on_one_core() {
+  cpu_set_t allowed, one;
+  CPU_ZERO(&allowed);
+  CPU_ZERO(&one);
+  if (sched_getaffinity(0, sizeof allowed, &allowed) != 0) return;
+  for (int i = 0; i < CPU_SETSIZE; ++i)
+    if (CPU_ISSET(i, &allowed)) {
+      CPU_SET(i, &one);
+      break;
+    }
+  sched_setaffinity(0, sizeof one, &one);
+}
+
+}  // namespace weir::bench

@@ -1,0 +1,92 @@
+// What a filter in Python costs a frame of 150 KB: a script that gives its input on, against an
+// engine in C that copies it; in this process and in another. And what processes gain a script that
+// computes: two of them against Python's one lock. The least of interleaved rounds.
+#include <gst/gst.h>
+
+#include <cstdlib>
+#include <fstream>
+#include <string>
+#include <thread>
+
+#include "element_stage.hpp"
+#include "rounds.hpp"
+
+namespace {
+
+using weir::bench::ElementStage;
+
+constexpr int kFrames = 300, kBusyFrames = 40;
+constexpr size_t kBytes = 224 * 224 * 3;
+
+std::string caps(size_t elements, const char* type = "uint8") {
+  return "other/tensors,format=static,num_tensors=1,dimensions=(string)" +
+         std::to_string(elements) + ",types=(string)" + type + ",framerate=(fraction)30/1";
+}
+
+// About a millisecond of Python's own work.
+void write_busy_script(const std::string& path) {
+  std::ofstream(path) << "class CustomFilter:\n"
+                         "    def setInputDim(self, input_dims): return input_dims\n"
+                         "    def invoke(self, input_array):\n"
+                         "        sum(i * i for i in range(20000))\n"
+                         "        return input_array\n";
+}
+
+// Frames of unequal workers come out later than they go in.
+class CountedStage {
+ public:
+  explicit CountedStage(const std::string& filter) : stage_(filter, caps(64).c_str(), 64) {}
+  void run() {
+    stage_.push(kBusyFrames);
+    total_ += kBusyFrames;
+    while (stage_.stat("consumed") < total_)
+      std::this_thread::sleep_for(std::chrono::microseconds(200));
+  }
+
+ private:
+  ElementStage stage_;
+  uint64_t total_ = 0;
+};
+
+}  // namespace
+
+// python_cost SCRIPT FOLDER ROUNDS; FOLDER: for a script of its own
+int main(int argc, char** argv) {
+  gst_init(&argc, &argv);
+  if (argc != 4) return 2;
+  const int rounds = std::atoi(argv[3]);
+  const std::string script = std::string("tensor_filter framework=python3 model=") + argv[1];
+  const std::string c = "tensor_filter framework=identity";
+  // The transform writes where the element behind wants to read: shared memory of a worker.
+  const std::string before = "tensor_transform mode=typecast option=uint8 ! ";
+  ElementStage bare(c, caps(kBytes).c_str(), kBytes);
+  ElementStage here(script, caps(kBytes).c_str(), kBytes);
+  ElementStage written(before + c, caps(kBytes, "uint16").c_str(), 2 * kBytes);
+  ElementStage there(before + script + " isolate=process", caps(kBytes, "uint16").c_str(),
+                     2 * kBytes);
+  const auto costs =
+      weir::bench::least({[&] { bare.push(kFrames); }, [&] { here.push(kFrames); },
+                          [&] { written.push(kFrames); }, [&] { there.push(kFrames); }},
+                         rounds);
+  const auto report = [&](const char* name, size_t with, size_t without, double most) {
+    weir::bench::report(name,
+                        "an engine in C that copies it, " +
+                            std::to_string(costs[without].wall / kFrames * 1e6).substr(0, 4) +
+                            " us",
+                        (costs[with].wall - costs[without].wall) / kFrames * 1e6, "us", most);
+  };
+  report("a filter in Python gives 150 KB on: wall above it", 1, 0, 5);
+  report("isolate=process, 150 KB written by a transform: wall above it", 3, 2, 40);
+
+  const std::string busy = std::string(argv[2]) + "/busy.py";
+  write_busy_script(busy);
+  const std::string filter = "tensor_filter framework=python3 model=" + busy;
+  CountedStage one(filter), two(filter + " workers=2"),
+      apart(filter + " isolate=process workers=2");
+  const auto times =
+      weir::bench::least({[&] { one.run(); }, [&] { two.run(); }, [&] { apart.run(); }}, rounds);
+  weir::bench::report("a script that computes, isolate=process workers=2: time of a frame",
+                      "workers=1; with workers=2 and one lock " +
+                          std::to_string(times[1].wall / times[0].wall).substr(0, 4),
+                      times[2].wall / times[0].wall, "x", 0.65);
+}

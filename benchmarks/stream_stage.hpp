@@ -1,0 +1,59 @@
+// A stream through something, for benchmarks: appsrc ! something ! fakesink.
+#pragma once
+#include <gst/app/gstappsrc.h>
+#include <gst/gst.h>
+
+#include <condition_variable>
+#include <mutex>
+#include <string>
+
+#include "gstcpp/ref.hpp"
+
+namespace weir::bench {
+
+using gst::Ref;
+
+class Stage {
+ public:
+  // `ahead`: frames that lie ready; where it is as many as a run has, nobody waits to bring more.
+  Stage(const std::string& caps, size_t bytes, const std::string& between, int ahead = 64) {
+    const std::string launch =
+        "appsrc name=in format=time block=true max-buffers=" + std::to_string(ahead) +
+        " max-bytes=0 caps=\"" + caps + "\" ! " + between +
+        " ! fakesink name=out async=false signal-handoffs=true";
+    pipeline_ = Ref<GstElement>::adopt(
+        GST_ELEMENT(gst_object_ref_sink(gst_parse_launch(launch.c_str(), nullptr))));
+    in_ = Ref<GstElement>::adopt(gst_bin_get_by_name(GST_BIN(pipeline_.get()), "in"));
+    const auto out = Ref<GstElement>::adopt(gst_bin_get_by_name(GST_BIN(pipeline_.get()), "out"));
+    g_signal_connect(out.get(), "handoff", G_CALLBACK(on_frame), this);
+    buffer_ = Ref<GstBuffer>::adopt(gst_buffer_new_allocate(nullptr, bytes, nullptr));
+    gst_buffer_memset(buffer_.get(), 0, 0, bytes);
+    gst_element_set_state(pipeline_.get(), GST_STATE_PLAYING);
+  }
+  ~Stage() { gst_element_set_state(pipeline_.get(), GST_STATE_NULL); }
+  Stage(const Stage&) = delete;
+  Stage& operator=(const Stage&) = delete;
+  void run(int frames) {
+    wanted_ = frames;
+    for (int i = 0; i < frames; ++i)
+      gst_app_src_push_buffer(GST_APP_SRC(in_.get()), gst_buffer_copy(buffer_.get()));
+    std::unique_lock lock(mutex_);
+    done_.wait(lock, [this] { return wanted_ == 0; });
+  }
+
+ protected:
+  Ref<GstElement> pipeline_;
+
+ private:
+  static void on_frame(GstElement*, GstBuffer*, GstPad*, Stage* self) {
+    std::lock_guard lock(self->mutex_);
+    if (--self->wanted_ == 0) self->done_.notify_one();
+  }
+  Ref<GstElement> in_;
+  Ref<GstBuffer> buffer_;
+  std::mutex mutex_;
+  std::condition_variable done_;
+  int wanted_ = 0;  // guarded by mutex_ while frames are under way
+};
+
+}  // namespace weir::bench

@@ -1,0 +1,74 @@
+// Arrays lent and arrays made.
+#include "arrays.hpp"
+
+#include "raised.hpp"
+
+namespace weir::bindings {
+namespace {
+
+constexpr const char* kNames[WEIR_TYPE_END] = {"int32", "uint32", "int16",   "uint16",
+                                               "int8",  "uint8",  "float64", "float32",
+                                               "int64", "uint64", "float16"};
+
+weir_type type_of_array(const py::array& array) {
+  const py::dtype dtype = array.dtype();
+  const char order = dtype.byteorder();
+  const auto size = dtype.itemsize();
+  if (order == '=' || order == '|')
+    for (int type = 0; type < WEIR_TYPE_END; ++type) {
+      const char kind = kNames[type][0];
+      if (dtype.kind() == kind && size == static_cast<py::ssize_t>(element_bytes(type)))
+        return static_cast<weir_type>(type);
+    }
+  raise({Code::TYPE_SYNTAX, "no tensor has elements of this type",
+         py::str(static_cast<py::object>(dtype)),
+         "one of int8 to int64, uint8 to uint64, float16, float32, float64", "",
+         "array.astype(numpy.float32)"});
+}
+
+}  // namespace
+
+LentArrays::LentArrays(const py::object& given) {
+  if (py::isinstance<py::list>(given) || py::isinstance<py::tuple>(given)) {
+    for (const auto part : py::reinterpret_borrow<py::sequence>(given)) add(part);
+  } else {
+    add(given);
+  }
+}
+
+void LentArrays::add(const py::handle& given) {
+  auto array = py::array::ensure(given, py::array::c_style);
+  if (!array) throw py::error_already_set();
+  const weir_type type = type_of_array(array);
+  const TensorShape shape(array.shape(), array.shape() + array.ndim());
+  views_.emplace_back(array.data(), static_cast<uint64_t>(array.nbytes()), type, shape);
+  arrays_.push_back(std::move(array));
+}
+
+py::array array_of(const Tensor& tensor, const py::object& owner) {
+  const TensorInfo info = tensor.info();
+  py::array array(py::dtype(kNames[info.type]), info.shape, tensor.bytes().data(), owner);
+  array.attr("flags").attr("writeable") = false;
+  return array;
+}
+
+py::object dtype_of(weir_type type) {
+  if (type == WEIR_TYPE_END) return py::none();
+  return py::dtype(kNames[type]);
+}
+
+py::object shape_of(const TensorInfo& info) {
+  if (!info.rank_known) return py::none();
+  py::tuple shape(info.shape.size());
+  for (size_t i = 0; i < info.shape.size(); ++i)
+    shape[i] = info.shape[i] < 0 ? py::object(py::none()) : py::object(py::int_(info.shape[i]));
+  return shape;
+}
+
+TensorShape shape_from(const py::handle& shape) {
+  TensorShape out;
+  for (const auto extent : py::cast<py::sequence>(shape)) out.push_back(py::cast<int64_t>(extent));
+  return out;
+}
+
+}  // namespace weir::bindings

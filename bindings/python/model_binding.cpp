@@ -1,0 +1,168 @@
+// A model that a program of Python opens and invokes.
+#include "model_binding.hpp"
+
+#include <pybind11/stl.h>
+
+#include <cmath>
+#include <memory>
+
+#include "arrays.hpp"
+#include "raised.hpp"
+#include "weir/model.hpp"
+
+namespace weir::bindings {
+namespace {
+
+std::chrono::nanoseconds nanoseconds_of(double seconds) {
+  if (!(seconds >= 0 && seconds < 1e9)) throw py::value_error("a time-out is 0 or more seconds");
+  return std::chrono::nanoseconds(std::llround(seconds * 1e9));
+}
+
+std::vector<std::string> paths_of(const py::object& paths) {
+  const auto path = py::module_::import("os").attr("fspath");
+  if (!py::isinstance<py::list>(paths) && !py::isinstance<py::tuple>(paths))
+    return {py::cast<std::string>(path(paths))};
+  std::vector<std::string> out;
+  for (const auto part : py::reinterpret_borrow<py::sequence>(paths))
+    out.push_back(py::cast<std::string>(path(part)));
+  return out;
+}
+
+// Calls hold it while they run, so that close() may come meanwhile.
+class ModelObject {
+ public:
+  ModelObject(const py::object& paths, const std::string& engine, const std::string& accelerator,
+              int threads, const py::dict& options, double timeout) {
+    ModelOptions wanted{engine, accelerator, threads, {}, nanoseconds_of(timeout)};
+    for (const auto& [key, value] : options)
+      wanted.options.emplace_back(py::str(key), py::str(value));
+    const auto files = paths_of(paths);
+    auto opened = unlocked([&] { return Model::open(files, wanted); });
+    model_ = std::make_shared<Model>(value_or_raise(std::move(opened)));
+  }
+  ModelObject(const ModelObject&) = delete;
+  ModelObject& operator=(const ModelObject&) = delete;
+  ~ModelObject() { close(); }
+
+  std::shared_ptr<Model> get() const {
+    if (!model_) throw py::value_error("the model is closed");
+    return model_;
+  }
+  void close() {
+    unlocked([model = std::move(model_)]() mutable { model.reset(); });
+  }
+
+ private:
+  std::shared_ptr<Model> model_;
+};
+
+// The arrays of all frames, or of one.
+py::list arrays_of(const py::object& owner, const Outputs& outputs, std::optional<size_t> frame) {
+  py::list arrays;
+  for (size_t i = 0; i < outputs.size(); ++i)
+    arrays.append(array_of(frame ? outputs.of_frame(*frame, i) : outputs[i], owner));
+  return arrays;
+}
+
+py::object keeper_of(std::unique_ptr<Outputs> outputs) {
+  const auto end = [](void* kept) { delete static_cast<Outputs*>(kept); };
+  py::capsule keeper(outputs.get(), end);
+  outputs.release();
+  return keeper;
+}
+
+py::object invoke(const ModelObject& self, const py::object& inputs) {
+  const LentArrays lent(inputs);
+  const auto model = self.get();
+  auto result = unlocked([&] { return model->invoke(lent.views()); });
+  auto outputs = std::make_unique<Outputs>(value_or_raise(std::move(result)));
+  if (outputs->dropped()) return py::none();
+  const Outputs& made = *outputs;
+  return arrays_of(keeper_of(std::move(outputs)), made, std::nullopt);
+}
+
+py::object invoke_batch(const ModelObject& self, const py::sequence& frames) {
+  std::vector<LentArrays> lent;
+  for (const auto frame : frames) lent.emplace_back(py::reinterpret_borrow<py::object>(frame));
+  std::vector<std::vector<TensorView>> views;
+  for (const auto& frame : lent) views.push_back(frame.views());
+  const auto model = self.get();
+  auto result = unlocked([&] { return model->invoke_batch(views); });
+  auto outputs = std::make_unique<Outputs>(value_or_raise(std::move(result)));
+  if (outputs->dropped()) return py::none();
+  const Outputs& made = *outputs;
+  const py::object keeper = keeper_of(std::move(outputs));
+  py::list all;
+  for (size_t frame = 0; frame < made.frames(); ++frame) all.append(arrays_of(keeper, made, frame));
+  return all;
+}
+
+void reshape(const ModelObject& self, const py::sequence& shapes) {
+  std::vector<TensorShape> wanted;
+  for (const auto shape : shapes) wanted.push_back(shape_from(shape));
+  const auto model = self.get();
+  check(unlocked([&] { return model->reshape(wanted); }));
+}
+
+constexpr const char* kModel = R"(A model of any engine, opened and invoked by the program itself.
+
+Model(paths, engine="", accelerator="", threads=0, options={}, timeout=0.0)
+paths: a file, or a list of files; engine: its name, "" = by the names of the files; threads: inside one invoke, 0 = the
+engine's own choice; options: the engine's own; timeout: seconds that a later call may take, 0 = without limit.
+Any thread may call; calls of one model wait for each other, and Python's other threads run meanwhile.)";
+
+void bind_tensor_info(py::module_& module) {
+  py::class_<TensorInfo>(module, "TensorInfo", "What a model says of one tensor.")
+      .def_readonly("name", &TensorInfo::name)
+      .def_property_readonly(
+          "dtype", [](const TensorInfo& info) { return dtype_of(info.type); },
+          "of NumPy; None where it is open")
+      .def_property_readonly("shape", &shape_of,
+                             "outermost first; None for an extent that is open, or for all of it")
+      .def_readonly("scale", &TensorInfo::scale,
+                    "real = scale * (value - zero_point); 0: not quantised")
+      .def_readonly("zero_point", &TensorInfo::zero_point)
+      .def("__repr__",
+           [](const TensorInfo& info) { return "<weir.TensorInfo " + info.words() + ">"; });
+}
+
+}  // namespace
+
+void bind_model(py::module_& module) {
+  bind_tensor_info(module);
+  using Object = ModelObject;
+  py::class_<Object>(module, "Model", kModel)
+      .def(py::init<const py::object&, const std::string&, const std::string&, int, const py::dict&,
+                    double>(),
+           py::arg("paths"), py::arg("engine") = "", py::arg("accelerator") = "",
+           py::arg("threads") = 0, py::arg("options") = py::dict(), py::arg("timeout") = 0.0)
+      .def_property_readonly("engine", [](const Object& self) { return self.get()->engine(); })
+      .def_property_readonly("engine_version",
+                             [](const Object& self) { return self.get()->engine_version(); })
+      .def_property_readonly(
+          "metadata", [](const Object& self) { return self.get()->metadata(); },
+          "what the model's file says of itself, JSON; \"\" when it says nothing")
+      .def_property_readonly(
+          "inputs", [](const Object& self) { return py::tuple(py::cast(self.get()->inputs())); },
+          "a TensorInfo each, as they are now: reshape() changes them")
+      .def_property_readonly(
+          "outputs", [](const Object& self) { return py::tuple(py::cast(self.get()->outputs())); })
+      .def("reshape", &reshape, py::arg("shapes"),
+           "Shapes of all inputs in place of what the model leaves open; () = as the model says.")
+      .def(
+          "set_timeout",
+          [](const Object& self, double seconds) {
+            self.get()->set_timeout(nanoseconds_of(seconds));
+          },
+          py::arg("seconds"), "How long a later call may take; 0: without limit.")
+      .def("invoke", &invoke, py::arg("inputs"),
+           "Runs the model on an array, or a list of arrays, one for each input. Gives a list of "
+           "arrays, read-only, in memory of the call; None when the model drops the frame.")
+      .def("invoke_batch", &invoke_batch, py::arg("frames"),
+           "Several frames at once, each as invoke() takes it; a list of outputs for each.")
+      .def("close", &Object::close, "Frees the model; calls that run end first.")
+      .def("__enter__", [](py::object self) { return self; })
+      .def("__exit__", [](Object& self, const py::args&) { self.close(); });
+}
+
+}  // namespace weir::bindings

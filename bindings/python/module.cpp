@@ -1,0 +1,18 @@
+// The extension module weir._weir; the package weir in front of it is Python.
+#include <pybind11/pybind11.h>
+
+#include "model_binding.hpp"
+#include "pipeline_binding.hpp"
+#include "raised.hpp"
+
+PYBIND11_MODULE(_weir, module) {
+  namespace py = pybind11;
+  py::list codes;
+#define WEIR_CODE(name, number, title) codes.append(py::make_tuple(#name, number));
+  WEIR_ERROR_CODES(WEIR_CODE)
+#undef WEIR_CODE
+  module.attr("CODES") = codes;
+  module.def("set_error", &weir::bindings::set_error);
+  weir::bindings::bind_model(module);
+  weir::bindings::bind_pipeline(module);
+}

@@ -1,0 +1,5 @@
+"""The class that scripts of NNStreamer's tensor_filter and tensor_converter import."""
+
+from weir import TensorShape
+
+__all__ = ["TensorShape"]

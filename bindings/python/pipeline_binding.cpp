@@ -1,0 +1,210 @@
+// A pipeline that a program of Python plays.
+#include "pipeline_binding.hpp"
+
+#include <pybind11/stl.h>
+
+#include <cmath>
+#include <functional>
+#include <memory>
+
+#include "arrays.hpp"
+#include "raised.hpp"
+#include "weir/pipeline.hpp"
+
+namespace weir::bindings {
+namespace {
+
+using Seconds = std::optional<double>;
+
+std::optional<Nanoseconds> nanoseconds_of(const Seconds& seconds) {
+  if (!seconds) return std::nullopt;
+  if (!(*seconds >= 0 && *seconds < 1e9)) throw py::value_error("a time-out is 0 or more seconds");
+  return Nanoseconds(std::llround(*seconds * 1e9));
+}
+std::optional<Nanoseconds> time_of(const std::optional<int64_t>& nanoseconds) {
+  return nanoseconds ? std::optional(Nanoseconds(*nanoseconds)) : std::nullopt;
+}
+std::optional<int64_t> number_of(const std::optional<Nanoseconds>& time) {
+  return time ? std::optional<int64_t>(time->count()) : std::nullopt;
+}
+
+py::array tensor_of(const Frame& frame, py::ssize_t index) {
+  const auto size = static_cast<py::ssize_t>(frame.size());
+  if (index < 0) index += size;
+  if (index < 0 || index >= size) throw py::index_error("the frame has no such tensor");
+  auto kept = std::make_unique<Frame>(frame);
+  const Tensor tensor = (*kept)[static_cast<size_t>(index)];
+  const py::capsule owner(kept.get(), [](void* end) { delete static_cast<Frame*>(end); });
+  kept.release();
+  return array_of(tensor, owner);
+}
+
+// A function of Python that threads of a stream call. What it raises ends the stream.
+std::function<void(const Frame&)> on_stream(py::function function) {
+  const std::shared_ptr<py::function> kept(new py::function(std::move(function)),
+                                           [](py::function* ended) {
+                                             const py::gil_scoped_acquire locked;
+                                             delete ended;
+                                           });
+  return [kept](const Frame& frame) {
+    const py::gil_scoped_acquire locked;
+    try {
+      (*kept)(frame);
+    } catch (const py::error_already_set& raised) {
+      throw std::runtime_error(raised.what());  // under the lock, which what() needs
+    }
+  };
+}
+
+// Calls hold it while they run, so that close() may come meanwhile.
+class PipelineObject {
+ public:
+  explicit PipelineObject(const std::string& text) {
+    auto made = unlocked([&] { return Pipeline::parse(text); });
+    pipeline_ = std::make_shared<Pipeline>(value_or_raise(std::move(made)));
+  }
+  PipelineObject(const PipelineObject&) = delete;
+  PipelineObject& operator=(const PipelineObject&) = delete;
+  ~PipelineObject() { close(); }
+
+  std::shared_ptr<Pipeline> get() const {
+    if (!pipeline_) throw py::value_error("the pipeline is closed");
+    return pipeline_;
+  }
+  void close() {
+    unlocked([pipeline = std::move(pipeline_)]() mutable { pipeline.reset(); });
+  }
+  // Any call of Pipeline: without the lock, its error raised.
+  template <class Body>
+  auto call(Body&& body) const {
+    const auto pipeline = get();
+    auto result = unlocked([&] { return body(*pipeline); });
+    return value_or_raise(std::move(result));
+  }
+
+ private:
+  std::shared_ptr<Pipeline> pipeline_;
+};
+
+using Object = PipelineObject;
+
+void push(const Object& self, const std::string& name, const py::object& arrays,
+          const std::optional<int64_t>& pts, const std::optional<int64_t>& duration) {
+  const LentArrays lent(arrays);
+  PushOptions options;
+  options.pts = time_of(pts);
+  options.duration = time_of(duration);
+  self.call([&](Pipeline& p) { return p.push(name, std::span(lent.views()), options); });
+}
+
+std::optional<Frame> pull(const Object& self, const std::string& name, const Seconds& timeout) {
+  const auto limit = nanoseconds_of(timeout);
+  return self.call([&](Pipeline& p) { return p.pull(name, limit); });
+}
+
+void on_frame(const Object& self, const std::string& name, const std::optional<py::function>& f) {
+  auto function = f ? on_stream(*f) : std::function<void(const Frame&)>();
+  self.call([&](Pipeline& p) { return p.on_frame(name, std::move(function)); });
+}
+
+void set(const Object& self, const std::string& element, const std::string& property,
+         const py::object& value) {
+  const bool is_bool = py::isinstance<py::bool_>(value);
+  const std::string text =
+      is_bool ? (py::cast<bool>(value) ? "true" : "false") : std::string(py::str(value));
+  self.call([&](Pipeline& p) { return p.set(element, property, text); });
+}
+
+const char* state(const Object& self) {
+  switch (self.get()->state()) {
+    case PipelineState::Playing:
+      return "playing";
+    case PipelineState::Paused:
+      return "paused";
+    default:
+      return "stopped";
+  }
+}
+
+void bind_frame(py::module_& module) {
+  py::class_<Frame>(module, "Frame",
+                    "A frame that came out of a pipeline: len(frame) tensors, frame[i] a read-only "
+                    "array over its memory. Times in nanoseconds of running time, or None.")
+      .def("__len__", &Frame::size)
+      .def("__getitem__", &tensor_of)
+      .def_property_readonly("pts", [](const Frame& f) { return number_of(f.pts()); })
+      .def_property_readonly("duration", [](const Frame& f) { return number_of(f.duration()); })
+      .def_property_readonly("caps", &Frame::caps, "GStreamer's text");
+}
+
+constexpr const char* kPipeline =
+    R"(A pipeline, from the text that gst-launch-1.0 takes: appsrc name=in ! ... ! tensor_sink name=out
+
+with weir.Pipeline(text) as pipeline starts and stops it. What an element reports on its bus is the error of every later call,
+until stop(). Any thread may call. Time-outs are seconds, None = without limit; times of frames are nanoseconds.)";
+
+}  // namespace
+
+void bind_pipeline(py::module_& module) {
+  bind_frame(module);
+  py::class_<Object>(module, "Pipeline", kPipeline)
+      .def(py::init<const std::string&>(), py::arg("text"))
+      .def("start", [](const Object& s) { s.call([](Pipeline& p) { return p.start(); }); })
+      .def("pause", [](const Object& s) { s.call([](Pipeline& p) { return p.pause(); }); })
+      .def("stop", [](const Object& s) { s.call([](Pipeline& p) { return p.stop(); }); })
+      .def("close", &Object::close, "Stops it and frees it.")
+      .def_property_readonly("state", &state, "\"stopped\", \"paused\" or \"playing\"")
+      .def(
+          "wait",
+          [](const Object& self, const Seconds& timeout) {
+            const auto limit = nanoseconds_of(timeout);
+            return self.call([&](Pipeline& p) { return p.wait(limit); });
+          },
+          py::arg("timeout") = py::none(), "Until every stream has ended; False: time has passed.")
+      .def(
+          "push", &push, py::arg("name"), py::arg("arrays"), py::arg("pts") = py::none(),
+          py::arg("duration") = py::none(),
+          "Hands a frame to the appsrc `name`: an array, or a list of arrays, one for each tensor.")
+      .def(
+          "end",
+          [](const Object& self, const std::string& name) {
+            self.call([&](Pipeline& p) { return p.end(name); });
+          },
+          py::arg("name"), "No more frames come from the appsrc `name`.")
+      .def("pull", &pull, py::arg("name"), py::arg("timeout") = py::none(),
+           "The next Frame of the sink `name`; None when the time has passed or, as ended() says "
+           "then, the stream has ended.")
+      .def(
+          "ended",
+          [](const Object& self, const std::string& name) {
+            return self.call([&](Pipeline& p) { return p.ended(name); });
+          },
+          py::arg("name"))
+      .def("on_frame", &on_frame, py::arg("name"), py::arg("function"),
+           "Called with each Frame on a thread of the stream, instead of pulling; None: pulled "
+           "again. What it raises ends the stream.")
+      .def("set", &set, py::arg("element"), py::arg("property"), py::arg("value"))
+      .def(
+          "get",
+          [](const Object& self, const std::string& element, const std::string& property) {
+            return self.call([&](Pipeline& p) { return p.get(element, property); });
+          },
+          py::arg("element"), py::arg("property"), "The property as text.")
+      .def(
+          "open_valve",
+          [](const Object& self, const std::string& name, bool open) {
+            self.call([&](Pipeline& p) {
+              auto valve = p.valve(name);
+              return open ? valve.open() : valve.close();
+            });
+          },
+          py::arg("name"), py::arg("open") = true, "Opens the valve `name`; open=False closes it.")
+      .def(
+          "select",
+          [](const Object& self, const std::string& name, const std::string& pad) {
+            self.call([&](Pipeline& p) { return p.selector(name).select(pad); });
+          },
+          py::arg("name"), py::arg("pad"), "Switches the input- or output-selector `name`.");
+}
+
+}  // namespace weir::bindings

@@ -1,0 +1,36 @@
+// The class of exceptions.
+#include "raised.hpp"
+
+namespace weir::bindings {
+namespace {
+
+// They live until the process ends: an interpreter that ends must not be called for them.
+struct Classes {
+  py::object error, code;
+};
+Classes& classes() {
+  static auto* const kept = new Classes;
+  return *kept;
+}
+
+}  // namespace
+
+void set_error(py::object error, py::object code) {
+  classes() = {std::move(error), std::move(code)};
+}
+
+void raise(const Error& error) {
+  const auto& [type, code] = classes();
+  // A text may come from a file: what is no UTF-8 must not hide the error.
+  const auto text = [](const std::string& part) {
+    return py::reinterpret_steal<py::object>(
+        PyUnicode_DecodeUTF8(part.data(), static_cast<Py_ssize_t>(part.size()), "replace"));
+  };
+  const py::object value =
+      type(code(static_cast<int>(error.code)), text(error.what), text(error.offered),
+           text(error.needed), text(error.difference), text(error.fix), text(error.message()));
+  PyErr_SetObject(type.ptr(), value.ptr());
+  throw py::error_already_set();
+}
+
+}  // namespace weir::bindings

@@ -1,0 +1,43 @@
+"""Weir: neural networks as filters of a stream, and models by themselves, with NumPy arrays.
+
+weir.Model runs one model of any engine, weir.Pipeline plays a pipeline, weir.TensorShape is for scripts that a pipeline
+runs. What goes wrong is a weir.Error.
+"""
+
+import atexit
+import enum
+import weakref
+
+from . import _weir
+from ._weir import Frame, Model, TensorInfo
+from .error import Error
+from .tensor_shape import TensorShape
+
+__all__ = ["Code", "Error", "Frame", "Model", "Pipeline", "TensorInfo", "TensorShape"]
+
+Code = enum.IntEnum("Code", _weir.CODES)
+_weir.set_error(Error, Code)
+
+_pipelines = weakref.WeakSet()
+
+
+class Pipeline(_weir.Pipeline):
+    __doc__ = _weir.Pipeline.__doc__
+
+    def __init__(self, text):
+        super().__init__(text)
+        _pipelines.add(self)
+
+    def __enter__(self):
+        self.start()
+        return self
+
+    def __exit__(self, *_raised):
+        self.stop()
+
+
+@atexit.register
+def _stop_all():
+    """Threads of a stream must not come into an interpreter that is ending."""
+    for pipeline in list(_pipelines):
+        pipeline.close()

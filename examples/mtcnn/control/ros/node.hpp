@@ -1,0 +1,53 @@
+// What the nodes share: clock, pictures of messages, waiting for who listens, taking messages.
+#pragma once
+#include <mtcnn_control/Faces.h>
+#include <mtcnn_control/Regions.h>
+#include <ros/ros.h>
+
+#include <chrono>
+#include <cstdio>
+
+#include "parts.hpp"
+
+namespace control {
+
+constexpr uint32_t kWaiting = 8;  // messages between two nodes
+
+// The monotonic clock, which all processes of a machine share, as ROS writes times.
+inline ros::Time now() {
+  const auto time = std::chrono::steady_clock::now().time_since_epoch();
+  return ros::Time().fromNSec(
+      static_cast<uint64_t>(std::chrono::duration_cast<std::chrono::nanoseconds>(time).count()));
+}
+
+// Shares the message's memory.
+inline cv::Mat mat_of(sensor_msgs::Image& image) {
+  return {static_cast<int>(image.height), static_cast<int>(image.width), CV_8UC3, image.data.data(),
+          image.step};
+}
+
+// Until somebody listens: a node takes pictures only when what it finds will be heard.
+inline void wait_for_listener(const ros::Publisher& publisher) {
+  while (ros::ok() && publisher.getNumSubscribers() == 0) ros::WallDuration(0.02).sleep();
+}
+
+// Messages are sent at once, and are the function's own to change.
+template <class Message>
+ros::Subscriber subscribe(ros::NodeHandle& node, const std::string& topic, uint32_t waiting,
+                          boost::function<void(const boost::shared_ptr<Message>&)> take) {
+  return node.subscribe<Message, const boost::shared_ptr<Message>&>(
+      topic, waiting, take, ros::VoidConstPtr(), ros::TransportHints().tcpNoDelay());
+}
+
+// A node's whole life; what is thrown ends it with a line and 1.
+template <class F>
+int guarded(F node) {
+  try {
+    return node();
+  } catch (const std::exception& e) {
+    std::fprintf(stderr, "%s: %s\n", ros::this_node::getName().c_str(), e.what());
+    return 1;
+  }
+}
+
+}  // namespace control

@@ -1,0 +1,43 @@
+// The cascade's parts for the nodes. ROS 1's headers are no C++20, so this one is C++17: boxes are
+// numbers one behind the other, as in the messages. Errors are exceptions of Ort and cv.
+#pragma once
+#include <cstdint>
+#include <memory>
+#include <opencv2/core.hpp>
+#include <string>
+#include <vector>
+
+namespace control {
+
+// x1, y1, x2, y2 of each region; of a face x1, y1, x2, y2, score, five times x, y.
+using Numbers = std::vector<float>;
+
+// A network with what is before and behind it. Not thread-safe.
+class Part {
+ public:
+  virtual ~Part() = default;
+  // What is left of `regions` of an 8-bit R'G'B' picture; P-Net takes none.
+  virtual Numbers find(const cv::Mat& picture, const Numbers& regions) = 0;
+};
+std::unique_ptr<Part> p_part(const std::string& models, uint32_t min_face);
+std::unique_ptr<Part> r_part(const std::string& models);
+std::unique_ptr<Part> o_part(const std::string& models);
+
+std::string json_of(const Numbers& faces);
+
+// The times of each picture, as ../../stage_times.hpp writes them.
+class Times {
+ public:
+  Times();
+  ~Times();
+  // Nanoseconds of the monotonic clock.
+  void picture(int64_t begin, int64_t proposed, int64_t refined, int64_t marked);
+  void copied(uint64_t bytes);
+  bool write(const std::string& file);  // false: with a line on stderr
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace control

@@ -1,0 +1,47 @@
+// Faces as JSON.
+#include "faces_text.hpp"
+
+#include <cstdio>
+
+namespace mtcnn {
+namespace {
+
+std::string number(float value, const char* format) {
+  char text[32];
+  std::snprintf(text, sizeof text, format, static_cast<double>(value));
+  return text;
+}
+
+}  // namespace
+
+std::string faces_text(std::span<const Face> faces) {
+  std::string out;
+  for (const Face& face : faces) {
+    const weir::Box& box = face.box;
+    out += out.empty() ? "" : ", ";
+    out += "{\"box\": [" + number(box.x1, "%.1f") + ", " + number(box.y1, "%.1f") + ", " +
+           number(box.x2, "%.1f") + ", " + number(box.y2, "%.1f") +
+           "], \"score\": " + number(face.score, "%.4f") + ", \"landmarks\": [";
+    for (size_t p = 0; p < kPoints; ++p)
+      out += (p ? ", [" : "[") + number(face.points[2 * p], "%.1f") + ", " +
+             number(face.points[2 * p + 1], "%.1f") + "]";
+    out += "]}";
+  }
+  return "[" + out + "]";
+}
+
+std::vector<Face> faces_of_rows(std::span<const float> rows) {
+  constexpr size_t kLength = weir::DetectionRow<const float>::length(kPoints);
+  std::vector<Face> out;
+  for (size_t at = 0; at + kLength <= rows.size(); at += kLength) {
+    const weir::DetectionRow row(rows.subspan(at, kLength));
+    if (!(row.score() > 0)) continue;
+    Face face{row.box(), row.score(), {}};
+    for (size_t p = 0; p < kPoints; ++p)
+      face.points[2 * p] = row.x(p), face.points[2 * p + 1] = row.y(p);
+    out.push_back(face);
+  }
+  return out;
+}
+
+}  // namespace mtcnn

@@ -1,0 +1,15 @@
+// Faces as one JSON list.
+#pragma once
+#include <span>
+#include <string>
+
+#include "cascade.hpp"
+
+namespace mtcnn {
+
+// [{"box": [x1, y1, x2, y2], "score": s, "landmarks": [[x, y], ...]}, ...] in pixels.
+std::string faces_text(std::span<const Face> faces);
+// Rows of weir/detection.hpp with five key points; nobody is left out.
+std::vector<Face> faces_of_rows(std::span<const float> rows);
+
+}  // namespace mtcnn

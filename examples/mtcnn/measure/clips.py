@@ -1,0 +1,84 @@
+"""Clips for measuring, made of the user's: as often as wished, at another rate, as single pictures. Nothing is drawn anew."""
+
+import gi
+
+gi.require_version("Gst", "1.0")
+gi.require_version("GstApp", "1.0")
+from gi.repository import Gst, GstApp  # noqa: E402, F401: GstApp brings pull_sample
+
+SECOND = 1_000_000_000
+
+
+def samples(line):
+    """What comes out of `line ! appsink`. SystemExit with GStreamer's words."""
+    Gst.init(None)
+    pipeline = Gst.parse_launch(line + " ! appsink name=out sync=false max-buffers=64")
+    pipeline.set_state(Gst.State.PLAYING)
+    sink, found = pipeline.get_by_name("out"), []
+    while (sample := sink.try_pull_sample(10 * SECOND)) is not None:
+        found.append(sample)
+    fault = pipeline.get_bus().pop_filtered(Gst.MessageType.ERROR)
+    ended = sink.is_eos()
+    pipeline.set_state(Gst.State.NULL)
+    if fault or not ended or not found:
+        raise SystemExit(f"bench: {line}: " + (fault.parse_error()[0].message if fault else "nothing comes"))
+    return found
+
+
+def write(path, caps, pieces):
+    """(bytes, pts, duration, whether it needs the one before) each into a Matroska file."""
+    pipeline = Gst.parse_launch(f'appsrc name=in format=time max-bytes=0 ! matroskamux ! filesink location="{path}"')
+    source = pipeline.get_by_name("in")
+    source.set_property("caps", caps)
+    pipeline.set_state(Gst.State.PLAYING)
+    for memory, pts, duration, delta in pieces:
+        buffer = memory.copy_deep()  # copy() of these bindings is the same buffer again
+        buffer.pts, buffer.dts, buffer.duration = pts, Gst.CLOCK_TIME_NONE, duration
+        if delta:
+            buffer.set_flags(Gst.BufferFlags.DELTA_UNIT)
+        source.emit("push-buffer", buffer)
+    source.emit("end-of-stream")
+    message = pipeline.get_bus().timed_pop_filtered(60 * SECOND, Gst.MessageType.ERROR | Gst.MessageType.EOS)
+    pipeline.set_state(Gst.State.NULL)
+    if not message or message.type == Gst.MessageType.ERROR:
+        raise SystemExit(f"bench: {path} cannot be written")
+
+
+def quoted(path):
+    return '"' + str(path).replace("\\", "\\\\").replace('"', '\\"') + '"'
+
+
+class Clip:
+    """A user's video, its pictures as they are coded."""
+
+    def __init__(self, path):
+        self.path = path
+        self.coded = samples(f"filesrc location={quoted(path)} ! parsebin name=p p. ! video/x-h264,alignment=au;"
+                             "video/x-h265,alignment=au;video/x-vp8;video/x-vp9;image/jpeg;video/x-theora")
+        times = sorted(one.get_buffer().pts for one in self.coded)
+        self.order = {pts: place for place, pts in enumerate(times)}
+
+    def __len__(self):
+        return len(self.coded)
+
+    def again(self, path, rate, count):
+        """`count` pictures at `rate` a second, from the beginning and again from the beginning. The codes are the clip's own."""
+        period = SECOND // rate
+        pieces = []
+        for place in range(count):
+            turn, number = divmod(place, len(self))
+            buffer = self.coded[number].get_buffer()
+            pts = (turn * len(self) + self.order[buffer.pts]) * period
+            pieces.append((buffer, pts, period, buffer.has_flags(Gst.BufferFlags.DELTA_UNIT)))
+        write(path, self.coded[0].get_caps(), pieces)
+        return path
+
+    def pictures(self, path, first, count, rate=1):
+        """`count` single pictures (JPEG of quality 95), evenly out of the clip from number `first` on, `rate` a second."""
+        found = samples(f"filesrc location={quoted(self.path)} ! decodebin ! videoconvert ! video/x-raw,format=I420 ! "
+                        "jpegenc quality=95")
+        step = max(len(found) // count, 1)
+        chosen = [found[(first + place * step) % len(found)] for place in range(count)]
+        write(path, chosen[0].get_caps(),
+              [(one.get_buffer(), place * SECOND // rate, SECOND // rate, False) for place, one in enumerate(chosen)])
+        return path

@@ -1,0 +1,106 @@
+"""The measurements: what is run, and which numbers come of it. A number's name is its row in the table."""
+
+import json
+import pathlib
+import statistics
+
+import numbers_of as numbers
+from processes import watch
+
+STAGES = ("pyramid and P-Net", "regions and R-Net", "regions and O-Net")
+WEIR = {"weir": ["--framework", "onnxruntime", "--custom", "NumThreads:1"], "kernels": ["--framework", "mtcnn-kernels"]}  # the pipeline, with either engine
+LIVE_RATE = 30  # pictures per second of the camera
+SETTLE = 1.0  # seconds of a live run that are left out
+MAPPED, RSS, THREADS = "mapped memory, MB", "peak RSS, MB", "threads"
+
+
+class Programs:
+    """The commands of those that are compared: weir, kernels, control, ros where it is built."""
+
+    def __init__(self, run, min_face, folder):
+        self.run, self.folder = [*run, "--min-face", str(min_face)], pathlib.Path(folder)
+        self.report = self.folder / "report.json"
+
+    def watched(self, who, clip, *options):
+        """(Watched, the report of the times)"""
+        own = WEIR.get(who) or [f"--{who}"]
+        self.report.unlink(missing_ok=True)
+        report = [] if who == "floor" else ["--report", self.report]
+        seen = watch([*self.run, *own, *report, *options, clip])
+        return seen, json.loads(seen.text if who == "floor" else self.report.read_text())
+
+
+def fast(programs, who, clip):
+    """Every picture of the clip, as fast as may be. The rate leaves starting up out."""
+    seen, report = programs.watched(who, clip)
+    done = [one[3] for one in report["pictures"]]
+    out = {"pictures per second": numbers.rate(done), "CPU ms per picture": seen.cpu_seconds * 1e3 / len(done),
+           "CPU share, cores": seen.cpu_seconds / seen.seconds, RSS: seen.peak_rss, MAPPED: seen.mapped,
+           THREADS: seen.threads}
+    if report["copied"] is not None:
+        out["MB copied per picture"] = report["copied"] / len(done) / 1e6
+    return out
+
+
+def latency(programs, who, clip):
+    """One picture after the other, one a second: how long each takes, and where; the first meets what is not warm."""
+    _, report = programs.watched(who, clip, "--live")
+    return {"pictures": [[(later - earlier) * 1e3 for earlier, later in zip(one, one[1:])] + [(one[3] - one[0]) * 1e3]
+                         for one in report["pictures"][1:]]}
+
+
+def of_latencies(rounds):
+    """Rows of a program's rounds: medians of each round; of the slowest hundredth all rounds together."""
+    out = []
+    for one in rounds:
+        columns = list(zip(*one["pictures"]))
+        out.append({"latency, ms": statistics.median(columns[3]),
+                    **{f"{name}, ms": statistics.median(column) for name, column in zip(STAGES, columns)}})
+    whole = [picture[3] for one in rounds for picture in one["pictures"]]
+    return out, {"latency, p99, ms": numbers.percentile(whole, 0.99)}, len(whole)
+
+
+def live(programs, who, clip, offered):
+    """A camera of 30 pictures a second. Weir draws on each of them; the others only find faces."""
+    _, report = programs.watched(who, clip, "--live", *(["--draw"] if who in WEIR else []))
+    done = [one[3] for one in report["pictures"]]
+    first = min(one[0] for one in report["pictures"])
+    later = [time for time in done if time - first >= SETTLE]
+    out = {"results per second at 30": numbers.rate(later),
+           "pictures that the networks got, %": 100 * report["begun"] / offered}
+    if who in WEIR:
+        shown = [time for time in report["shown"] if time - report["shown"][0] >= SETTLE]
+        out |= {"display: pictures per second": numbers.rate(shown),
+                "display: pictures left out": offered - len(report["shown"]),
+                "display: jitter, median, ms": numbers.percentile(numbers.jitter_ms(shown, 1 / LIVE_RATE), 0.5),
+                "display: jitter, p99, ms": numbers.percentile(numbers.jitter_ms(shown, 1 / LIVE_RATE), 0.99)}
+    return out
+
+
+def memory(programs, who, clip, warm_up, seconds):
+    """A long live run of `seconds`: how resident memory goes. What starts and ends the program is left out."""
+    seen, _ = programs.watched(who, clip, "--live", *(["--draw"] if who in WEIR else []))
+    samples = [(time, rss) for time, rss in seen.samples if time < seconds]
+    later = [rss for time, rss in samples if time >= warm_up]
+    return {"samples": [[round(time, 2), round(rss, 2)] for time, rss in samples],
+            "RSS at 30, median, MB": statistics.median(later), "RSS at 30, peak, MB": seen.peak_rss,
+            "RSS growth, MB per minute": numbers.slope_per_minute(samples, warm_up)}
+
+
+def asked(programs, clip):
+    """What the networks are asked for the clip, for floor()."""
+    path = programs.folder / "asked"
+    watch([*programs.run, "--control", "--asked", path, clip])
+    return path
+
+
+def floor(programs, what, cores):
+    """The engine's own time for the same invokes in a bare loop: on one thread, and with all cores busy."""
+    seen, one = programs.watched("floor", what)
+    _, all_cores = programs.watched("floor", what, "--threads", cores)
+    return {"latency, ms": one["ms"][3], "latency, p99, ms": one["p99"], **{f"{name}, ms": ms for name, ms in zip(STAGES, one["ms"])},
+            "pictures per second": all_cores["rate"], "results per second at 30": min(all_cores["rate"], LIVE_RATE),
+            "CPU ms per picture": all_cores["cpu_ms"], "CPU share, cores": all_cores["cpu_ms"] * all_cores["rate"] / 1e3,
+            RSS: seen.peak_rss, MAPPED: seen.mapped, THREADS: seen.threads, "RSS at 30, peak, MB": seen.peak_rss,
+            "RSS at 30, median, MB": seen.peak_rss,
+            "display: pictures per second": LIVE_RATE, "pictures that the networks got, %": 100 * min(all_cores["rate"] / LIVE_RATE, 1)}

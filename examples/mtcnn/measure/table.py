@@ -1,0 +1,81 @@
+"""The results as Markdown."""
+
+import lines
+import numbers_of as numbers
+import parts
+
+NAMES = {"weir": "Weir", "kernels": "Weir, own kernels", "control": "control", "ros": "three ROS nodes"}
+
+
+def number(value):
+    return f"{value:.4g}" if abs(value) < 10000 else f"{value:.0f}"
+
+
+def words(rounds, floor):
+    """Median, least and most, percentage of the floor."""
+    if not rounds:
+        return "-"
+    median, least, most = numbers.middle(rounds)
+    text = number(median) + (f" ({number(least)} to {number(most)})" if len(rounds) > 1 else "")
+    share = numbers.of_floor(median, floor)
+    return text + (f"; {share:.0f} %" if share is not None else "")
+
+
+def gathered(results):
+    """{row: {who: [a number of each round]}} of all parts that were measured, in their order."""
+    rows = {}
+    for part in ("fast", "latency", "live", "memory"):
+        for who, rounds in results.get(part, {}).items():
+            once = {}
+            if part == "latency":
+                rounds, once, _ = parts.of_latencies(rounds)
+            for one in rounds:
+                for name, value in one.items():
+                    if name != "samples":
+                        rows.setdefault(name, {}).setdefault(who, []).append(value)
+            for name, value in once.items():
+                rows.setdefault(name, {})[who] = [value]
+    return rows
+
+
+def floors(results):
+    """The floor of each row, the median of its rounds."""
+    rounds = results.get("floor", [])
+    return {name: numbers.middle([one[name] for one in rounds])[0] for name in (rounds[0] if rounds else {})}
+
+
+def ratio(row, who, other):
+    if not row.get(who) or not row.get(other):
+        return "-"
+    below = numbers.middle(row[other])[0]
+    return f"{numbers.middle(row[who])[0] / below:.2f}" if below else "-"
+
+
+def measured(results):
+    rows, floor = gathered(results), floors(results)
+    who = [one for one in NAMES if any(one in row for row in rows.values())]
+    pairs = [(one, other) for other in who if other not in parts.WEIR for one in who if one in parts.WEIR]
+    head = ["", *(NAMES[one] for one in who), "floor", *(f"{NAMES[one]} / {NAMES[other]}" for one, other in pairs)]
+    out = ["| " + " | ".join(head) + " |", "|" + "---|" * len(head)]
+    for name, row in rows.items():
+        cells = [name, *(words(row.get(one, []), floor.get(name)) for one in who),
+                 number(floor[name]) if name in floor else "-", *(ratio(row, *pair) for pair in pairs)]
+        out.append("| " + " | ".join(cells) + " |")
+    return out
+
+
+def counted():
+    all_parts, columns = lines.by_part(), [one for one in NAMES if one != "kernels"]  # an engine's lines are not the program's
+    out = ["| lines of code | " + " | ".join(NAMES[one] for one in columns) + " |", "|---|" + "---|" * len(columns)]
+    for part, who, count in all_parts:
+        out.append(f"| {part} | " + " | ".join(str(count) if one in who else "-" for one in columns) + " |")
+    sums = [sum(count for _, who, count in all_parts if one in who) for one in columns]
+    return [*out, "| together | " + " | ".join(map(str, sums)) + " |"]
+
+
+def markdown(results):
+    pooled = [f"{parts.of_latencies(rounds)[2]} ({NAMES[who]})" for who, rounds in results.get("latency", {}).items()]
+    note = ["", f"{results['machine']}; {results['clip']}. Medians (least to most of the rounds); a percentage is of the floor."]
+    if pooled:
+        note.append(f"Pictures behind the p99: {', '.join(pooled)}.")
+    return "\n".join([*measured(results), *note, "", *counted()]) + "\n"

@@ -1,0 +1,61 @@
+// The times of each picture as JSON.
+#include "stage_times.hpp"
+
+#include <algorithm>
+#include <cstdio>
+#include <memory>
+#include <span>
+
+namespace mtcnn {
+namespace {
+
+// Seconds as JSON.
+std::string list(std::span<const std::chrono::steady_clock::time_point> times) {
+  std::string out;
+  for (const auto& time : times) {
+    char text[32];
+    std::snprintf(text, sizeof text, "%s%.6f", out.empty() ? "" : ", ",
+                  std::chrono::duration<double>(time.time_since_epoch()).count());
+    out += text;
+  }
+  return "[" + out + "]";
+}
+
+}  // namespace
+
+void StageTimes::reached(Stage stage, int64_t pts, Clock::time_point time) {
+  const std::lock_guard lock(mutex_);
+  times_[pts][static_cast<size_t>(stage)] = time;
+}
+
+void StageTimes::shown() {
+  const auto now = Clock::now();
+  const std::lock_guard lock(mutex_);
+  shown_.push_back(now);
+}
+
+void StageTimes::copied(uint64_t bytes) {
+  const std::lock_guard lock(mutex_);
+  copied_ = copied_.value_or(0) + bytes;
+}
+
+weir::Status StageTimes::write(const std::string& file) const {
+  const std::lock_guard lock(mutex_);
+  const std::unique_ptr<FILE, int (*)(FILE*)> out(std::fopen(file.c_str(), "w"), std::fclose);
+  if (!out)
+    return weir::Error{
+        weir::Code::FILE_NOT_WRITTEN, "the report cannot be written", file, "", "", ""};
+  std::string pictures;
+  size_t begun = 0;
+  for (const auto& [pts, stages] : times_) {
+    if (stages[0] != Clock::time_point{}) ++begun;
+    if (std::ranges::count(stages, Clock::time_point{}) == 0)
+      pictures += (pictures.empty() ? "" : ",\n") + list(stages);
+  }
+  std::fprintf(out.get(), "{\"pictures\": [%s], \"begun\": %zu, \"shown\": %s, \"copied\": %s}\n",
+               pictures.c_str(), begun, list(shown_).c_str(),
+               copied_ ? std::to_string(*copied_).c_str() : "null");
+  return weir::ok();
+}
+
+}  // namespace mtcnn

@@ -1,0 +1,78 @@
+/* Trainer sub-plugins: a framework that trains models, for tensor_trainer.
+ *
+ * A sub-plugin is a shared object libnnstreamer_trainer_NAME.so whose constructor calls
+ * nnstreamer_trainer_probe(). Functions that return int give 0 when done, below 0 when failed.
+ * This version of Weir loads, checks and lists trainers; its element comes later. */
+#ifndef NNSTREAMER_PLUGIN_API_TRAINER_H
+#define NNSTREAMER_PLUGIN_API_TRAINER_H
+#include <glib.h>
+
+#include "nnstreamer_util.h"
+#include "tensor_typedef.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* What `version` of a descriptor and of a notifier must be. */
+#define GST_TENSOR_TRAINER_FRAMEWORK_V1 (UINT64_C(0xDEAFDEAD00010000))
+
+/* The element's properties, and what the framework says of its progress. */
+typedef struct _GstTensorTrainerProperties {
+  GstTensorsInfo input_meta;
+  const char *model_config, *model_save_path, *model_load_path;
+  unsigned int num_inputs, num_labels;
+  unsigned int num_training_samples, num_validation_samples;
+  unsigned int num_epochs, epoch_count;
+  double training_loss, training_accuracy;
+  double validation_loss, validation_accuracy;
+} GstTensorTrainerProperties;
+
+typedef struct _GstTensorTrainerFrameworkInfo {
+  const char* name;
+} GstTensorTrainerFrameworkInfo;
+
+typedef struct _GstTensorTrainerEventNotifier {
+  uint64_t version;
+  void* notifier;
+} GstTensorTrainerEventNotifier;
+
+typedef enum _GstTensorTrainerEventType {
+  TRAINER_EVENT_EPOCH_COMPLETION = 0,
+  TRAINER_EVENT_TRAINING_COMPLETION = 1
+} GstTensorTrainerEventType;
+
+typedef struct _GstTensorTrainerFramework GstTensorTrainerFramework;
+
+/* A descriptor; it must stay until nnstreamer_trainer_exit(). All functions must be there. */
+struct _GstTensorTrainerFramework {
+  uint64_t version;
+  int (*create)(const GstTensorTrainerFramework* self, const GstTensorTrainerProperties* prop,
+                void** priv);
+  int (*destroy)(const GstTensorTrainerFramework* self, const GstTensorTrainerProperties* prop,
+                 void** priv);
+  int (*start)(const GstTensorTrainerFramework* self, const GstTensorTrainerProperties* prop,
+               GstTensorTrainerEventNotifier* notifier, void* priv);
+  int (*stop)(const GstTensorTrainerFramework* self, const GstTensorTrainerProperties* prop,
+              void** priv);
+  int (*push_data)(const GstTensorTrainerFramework* self, const GstTensorTrainerProperties* prop,
+                   void* priv, const GstTensorMemory* input);
+  int (*getStatus)(const GstTensorTrainerFramework* self, GstTensorTrainerProperties* prop,
+                   void* priv);
+  int (*getFrameworkInfo)(const GstTensorTrainerFramework* self,
+                          const GstTensorTrainerProperties* prop, void* priv,
+                          GstTensorTrainerFrameworkInfo* info);
+};
+
+/* Registers it under the name of getFrameworkInfo. TRUE, or FALSE with the reason in the log. */
+NNS_EXPORT int nnstreamer_trainer_probe(GstTensorTrainerFramework* framework);
+/* Frees the name. TRUE, or FALSE when it was not there. */
+NNS_EXPORT int nnstreamer_trainer_exit(GstTensorTrainerFramework* framework);
+/* Says that an epoch or the training ended; `data` belongs to the event and may be NULL. */
+NNS_EXPORT void nnstreamer_trainer_notify_event(GstTensorTrainerEventNotifier* notifier,
+                                                GstTensorTrainerEventType event, void* data);
+
+#ifdef __cplusplus
+}
+#endif
+#endif /* NNSTREAMER_PLUGIN_API_TRAINER_H */

@@ -1,0 +1,18 @@
+/* Which release of NNStreamer's interface these headers and libnnstreamer.so stand for; not the
+ * version of Weir. */
+#ifndef NNSTREAMER_VERSION_H
+#define NNSTREAMER_VERSION_H
+
+#define NNSTREAMER_VERSION_MAJOR 2
+#define NNSTREAMER_VERSION_MINOR 7
+#define NNSTREAMER_VERSION_MICRO 0
+#define NNSTREAMER_VERSION "2.7.0"
+
+/* True from that release on, for #if. */
+#define NNSTREAMER_CHECK_VERSION(major, minor, micro) \
+  (NNSTREAMER_VERSION_MAJOR > (major) ||              \
+   (NNSTREAMER_VERSION_MAJOR == (major) &&            \
+    (NNSTREAMER_VERSION_MINOR > (minor) ||            \
+     (NNSTREAMER_VERSION_MINOR == (minor) && NNSTREAMER_VERSION_MICRO >= (micro)))))
+
+#endif /* NNSTREAMER_VERSION_H */

@@ -1,0 +1,29 @@
+/* Decoders of a program: `tensor_decoder mode=custom-code option1=NAME`. Link with pkg-config
+ * nnstreamer. */
+#ifndef NNSTREAMER_TENSOR_DECODER_CUSTOM_H
+#define NNSTREAMER_TENSOR_DECODER_CUSTOM_H
+#include <gst/gst.h>
+
+#include "nnstreamer_util.h"
+#include "tensor_typedef.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* Appends what it makes of one frame to `out_buf`; the stream is application/octet-stream. Returns
+ * GST_FLOW_OK (0), or below 0 when it failed. */
+typedef int (*tensor_decoder_custom)(const GstTensorMemory* input, const GstTensorsConfig* config,
+                                     void* data, GstBuffer* out_buf);
+
+/* 0; -EINVAL for a name that is empty, reserved or taken, or no function; -ENOMEM. Return values
+ * derived. Thread-safe. */
+NNS_EXPORT int nnstreamer_decoder_custom_register(const char* name, tensor_decoder_custom func,
+                                                  void* data);
+/* 0, or -EINVAL when there is none of this name. */
+NNS_EXPORT int nnstreamer_decoder_custom_unregister(const char* name);
+
+#ifdef __cplusplus
+}
+#endif
+#endif /* NNSTREAMER_TENSOR_DECODER_CUSTOM_H */

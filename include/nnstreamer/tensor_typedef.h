@@ -1,0 +1,180 @@
+/* The types that sub-plugins and custom filters share with the host: element types, dimensions,
+ * tensors, and what a filter is told about its element.
+ *
+ * Sizes and order of all members are binary interface (LP64) and never change. Dimensions are
+ * innermost first: dimension[0] varies fastest; entries behind the rank are 0. Unless a member says
+ * otherwise, strings and arrays belong to who handed the struct over and live for the call.
+ * Plain C99 and C++11; needs no GLib. */
+#ifndef NNSTREAMER_TENSOR_TYPEDEF_H
+#define NNSTREAMER_TENSOR_TYPEDEF_H
+#include <stddef.h>
+#include <stdint.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* In C++ any int is a value of these, as it is in C: what a callback wrote can be looked at. */
+#ifdef __cplusplus
+#define NNS_ANY_INT : int
+#else
+#define NNS_ANY_INT
+#endif
+
+#define NNS_TENSOR_RANK_LIMIT 16        /* dimensions of a tensor */
+#define NNS_TENSOR_SIZE_LIMIT 256       /* tensors of a frame */
+#define NNS_TENSOR_MEMORY_MAX 16        /* memories of a buffer; the last one packs what is more */
+#define NNS_TENSOR_SIZE_EXTRA_LIMIT 240 /* tensors behind GstTensorsInfo's own array */
+
+/* The type of an element. The numbers are part of wire formats. */
+typedef enum _tensor_type NNS_ANY_INT {
+  _NNS_INT32 = 0,
+  _NNS_UINT32,
+  _NNS_INT16,
+  _NNS_UINT16,
+  _NNS_INT8,
+  _NNS_UINT8,
+  _NNS_FLOAT64,
+  _NNS_FLOAT32,
+  _NNS_INT64,
+  _NNS_UINT64,
+  _NNS_FLOAT16,
+  _NNS_END /* no type */
+} tensor_type;
+
+/* How the frames of a stream are laid out: one size for all of them; a header of 128 bytes in front
+ * of each tensor; the same with only the elements that are not 0. */
+typedef enum _tensor_format NNS_ANY_INT {
+  _NNS_TENSOR_FORMAT_STATIC = 0,
+  _NNS_TENSOR_FORMAT_FLEXIBLE,
+  _NNS_TENSOR_FORMAT_SPARSE,
+  _NNS_TENSOR_FORMAT_END
+} tensor_format;
+
+/* What a stream was before it was tensors; kept in the header of flexible tensors. */
+typedef enum _nns_media_type NNS_ANY_INT {
+  _NNS_MEDIA_INVALID = -1,
+  _NNS_VIDEO = 0,
+  _NNS_AUDIO,
+  _NNS_TEXT,
+  _NNS_OCTET,
+  _NNS_TENSOR,
+  _NNS_MEDIA_ANY = 0x1000
+} media_type;
+
+/* The order of the dimensions of pictures. Weir gives what the user wrote; it moves nothing. */
+typedef enum _tensor_layout NNS_ANY_INT {
+  _NNS_LAYOUT_ANY = 0,
+  _NNS_LAYOUT_NHWC,
+  _NNS_LAYOUT_NCHW,
+  _NNS_LAYOUT_NONE
+} tensor_layout;
+
+typedef uint32_t tensor_dim[NNS_TENSOR_RANK_LIMIT];
+
+/* What a filter may run on. The numbers are binary interface; the names are those of the property
+ * `accelerator` in capitals. */
+typedef enum _accl_hw NNS_ANY_INT {
+  ACCL_NONE = 0,
+  ACCL_AUTO = 1,
+  ACCL_DEFAULT = 2,
+  ACCL_CPU = 0x1000,
+  ACCL_CPU_SIMD = 0x1100,
+  ACCL_CPU_NEON = 0x1100,
+  ACCL_GPU = 0x2000,
+  ACCL_NPU = 0x4000,
+  ACCL_NPU_MOVIDIUS = 0x4001,
+  ACCL_NPU_EDGETPU = 0x4002,
+  ACCL_NPU_VIVANTE = 0x4003,
+  ACCL_NPU_SRCN = 0x4004,
+  ACCL_NPU_SLSI = 0x4005,
+  ACCL_NPU_SR = 0x4100
+} accl_hw;
+
+/* One tensor's description. `name` may be NULL; in structs that a program frees with
+ * gst_tensor_info_free() it is g_malloc'ed. A dimension with a 0 in front is not set. */
+typedef struct _GstTensorInfo {
+  char* name;
+  tensor_type type;
+  tensor_dim dimension;
+} GstTensorInfo;
+
+/* The tensors of a frame: the first 16 in `info`, the others in `extra`, which has 240 entries when
+ * it is there. gst_tensors_info_get_nth_info() hides the difference and allocates `extra` on
+ * demand. */
+typedef struct _GstTensorsInfo {
+  unsigned int num_tensors;
+  GstTensorInfo info[NNS_TENSOR_MEMORY_MAX];
+  GstTensorInfo* extra;
+  tensor_format format;
+} GstTensorsInfo;
+
+/* A stream: its tensors and its frame rate; a denominator of 0 or below: no valid rate. */
+typedef struct _GstTensorsConfig {
+  GstTensorsInfo info;
+  int rate_n, rate_d;
+} GstTensorsConfig;
+
+/* One tensor's bytes. Inputs are not to be written. */
+typedef struct _GstTensorMemory {
+  void* data;
+  size_t size; /* bytes */
+} GstTensorMemory;
+
+/* The header of a flexible or sparse tensor, as words: gst_tensor_meta_info_*() reads and writes
+ * it. The bytes of the stream have 42 more words of 0 behind these 22: read it with
+ * gst_tensor_meta_info_parse_header(), not with a cast. Members derived from the words of the wire
+ * format. */
+typedef struct _GstTensorMetaInfo {
+  uint32_t magic;   /* 0xfeedcced */
+  uint32_t version; /* 0xDE000000 | major << 12 | minor */
+  uint32_t type;    /* tensor_type */
+  tensor_dim dimension;
+  uint32_t format;     /* tensor_format */
+  uint32_t media_type; /* media_type */
+  uint32_t nnz;        /* sparse: elements that are not 0 */
+} GstTensorMetaInfo;
+
+typedef tensor_layout tensors_layout[NNS_TENSOR_SIZE_LIMIT];
+
+/* Takes one output of an asynchronous filter; see nnstreamer_filter_dispatch_output_async(). */
+typedef void (*nns_filter_async_callback)(GstTensorMemory* output, void* async_user_data);
+
+/* What a filter is told about its element: the user's properties, and the tensors of the stream as
+ * far as they are known. Owned by the host, unchanged during a call. Flags are 0 or 1. */
+typedef struct _GstTensorFilterProperties {
+  const char* fwname; /* of the framework */
+  int fw_opened;
+  const char** model_files;
+  int num_models;
+
+  int input_configured; /* input_meta is what the stream brings */
+  GstTensorsInfo input_meta;
+  tensors_layout input_layout;
+  unsigned int input_ranks[NNS_TENSOR_SIZE_LIMIT];
+
+  int output_configured;
+  GstTensorsInfo output_meta;
+  tensors_layout output_layout;
+  unsigned int output_ranks[NNS_TENSOR_SIZE_LIMIT];
+
+  const char* custom_properties; /* custom=, or NULL */
+  accl_hw* hw_list;              /* what the user's accelerator= comes to */
+  int num_hw;
+  const char* accl_str; /* accelerator= as it was written, or NULL */
+  char* shared_tensor_filter_key;
+
+  int latency, throughput; /* the user measures these */
+  int invoke_dynamic;
+  uint32_t suspend; /* ms, 0 = never */
+
+  int invoke_async;
+  nns_filter_async_callback async_callback;
+  void* async_user_data;
+} GstTensorFilterProperties;
+
+#undef NNS_ANY_INT
+#ifdef __cplusplus
+}
+#endif
+#endif /* NNSTREAMER_TENSOR_TYPEDEF_H */

@@ -1,0 +1,39 @@
+// From the errors of the C faces to those of result.hpp.
+#pragma once
+#include <utility>
+
+#include "weir/error.h"
+#include "weir/result.hpp"
+
+namespace weir {
+
+// Owns a weir_error, and says what it holds.
+class CError {
+ public:
+  CError() = default;
+  CError(const CError&) = delete;
+  CError& operator=(const CError&) = delete;
+  ~CError() { weir_error_free(error_); }
+
+  weir_error** place() noexcept { return &error_; }
+  // What a C function that returned `code` (below 0) left. Without an object memory ran out.
+  Error take(int code) const {
+    Error error{static_cast<Code>(-code), "", "", "", "", ""};
+    error.what = weir_error_what(error_);
+    error.offered = weir_error_offered(error_);
+    error.needed = weir_error_needed(error_);
+    error.difference = weir_error_difference(error_);
+    error.fix = weir_error_fix(error_);
+    return error;
+  }
+  // What a C function returned, where nothing above 0 counts.
+  Status status(int result) const {
+    if (result < 0) return take(result);
+    return ok();
+  }
+
+ private:
+  weir_error* error_ = nullptr;
+};
+
+}  // namespace weir

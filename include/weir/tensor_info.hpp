@@ -1,0 +1,171 @@
+// What a tensor is, for programs: type, shape, name; and memory that is lent as a tensor.
+// Shapes are outermost-first as in NumPy, -1 = open.
+#pragma once
+#include <cstddef>
+#include <cstdint>
+#include <ranges>
+#include <span>
+#include <string>
+#include <type_traits>
+#include <vector>
+
+#include "weir/module.hpp"
+
+namespace weir {
+
+// The bits of an IEEE 754 binary16, for spans of WEIR_FLOAT16.
+struct Float16 {
+  uint16_t bits = 0;
+};
+
+// The weir_type of a C++ type: type_of<float> is WEIR_FLOAT32.
+template <class T>
+inline constexpr weir_type type_of = WEIR_TYPE_END;
+template <>
+inline constexpr weir_type type_of<int8_t> = WEIR_INT8;
+template <>
+inline constexpr weir_type type_of<int16_t> = WEIR_INT16;
+template <>
+inline constexpr weir_type type_of<int32_t> = WEIR_INT32;
+template <>
+inline constexpr weir_type type_of<int64_t> = WEIR_INT64;
+template <>
+inline constexpr weir_type type_of<uint8_t> = WEIR_UINT8;
+template <>
+inline constexpr weir_type type_of<uint16_t> = WEIR_UINT16;
+template <>
+inline constexpr weir_type type_of<uint32_t> = WEIR_UINT32;
+template <>
+inline constexpr weir_type type_of<uint64_t> = WEIR_UINT64;
+template <>
+inline constexpr weir_type type_of<Float16> = WEIR_FLOAT16;
+template <>
+inline constexpr weir_type type_of<float> = WEIR_FLOAT32;
+template <>
+inline constexpr weir_type type_of<double> = WEIR_FLOAT64;
+template <class T>
+concept TensorElement = type_of<T>
+!= WEIR_TYPE_END;
+
+using TensorShape = std::vector<int64_t>;
+
+// "uint8", "float32", ...; "any type" for WEIR_TYPE_END.
+inline std::string type_words(uint32_t type) {
+  weir_tensor_info info{};
+  info.type = type;
+  const std::string text = describe(info);  // "uint8 1"
+  return type < WEIR_TYPE_END ? text.substr(0, text.find(' ')) : "any type";
+}
+
+struct TensorInfo {
+  std::string name;
+  weir_type type = WEIR_TYPE_END;  // WEIR_TYPE_END: open
+  bool rank_known = true;
+  TensorShape shape;
+  float scale = 0;  // real = scale * (value - zero_point); 0 = not quantised
+  int32_t zero_point = 0;
+  weir_layout layout = WEIR_LAYOUT_ANY;
+
+  explicit TensorInfo(const weir_tensor_info& info)
+      : name(info.name ? info.name : ""),
+        type(info.type < WEIR_TYPE_END ? static_cast<weir_type>(info.type) : WEIR_TYPE_END),
+        rank_known(info.rank <= WEIR_RANK_LIMIT),
+        shape(info.shape, info.shape + (rank_known ? info.rank : 0)),
+        scale(info.scale),
+        zero_point(info.zero_point),
+        layout(info.layout <= WEIR_LAYOUT_NONE ? static_cast<weir_layout>(info.layout)
+                                               : WEIR_LAYOUT_ANY) {}
+
+  // Number of elements; -1 while something of the shape is open.
+  int64_t elements() const noexcept {
+    int64_t count = rank_known ? 1 : -1;
+    for (const int64_t extent : shape) count = extent < 0 || count < 0 ? -1 : count * extent;
+    return count;
+  }
+  // "float32 (1, 224, ?) x"
+  std::string words() const {
+    std::string text = type_words(type) + (rank_known ? " (" : " any shape");
+    for (size_t i = 0; i < shape.size(); ++i)
+      text += (i ? ", " : "") + (shape[i] < 0 ? "?" : std::to_string(shape[i]));
+    if (rank_known) text += shape.size() == 1 ? ",)" : ")";
+    return name.empty() ? text : text + " " + name;
+  }
+};
+
+// Elements that a program lends for the length of a call. Without a shape they have the shape that
+// the model or stream has now.
+class TensorView {
+ public:
+  // Of a vector, an array, a span.
+  template <std::ranges::contiguous_range Elements>
+  requires TensorElement<std::ranges::range_value_t<Elements>> TensorView(
+      const Elements& elements, const TensorShape& shape = {})
+      : TensorView(std::ranges::data(elements),
+                   std::ranges::size(elements) * sizeof(*std::ranges::data(elements)),
+                   type_of<std::ranges::range_value_t<Elements>>, shape) {}
+  // Bytes of any type.
+  TensorView(const void* data, uint64_t bytes, uint32_t type, const TensorShape& shape = {}) {
+    tensor_.data = const_cast<void*>(data);
+    tensor_.bytes = tensor_.capacity = bytes;
+    tensor_.flags = WEIR_TENSOR_READONLY;
+    tensor_.fence_fd = -1;
+    tensor_.info.type = type;
+    tensor_.info.batch_axis = WEIR_NO_BATCH_AXIS;
+    // More axes than a tensor can have: refused by who takes the view, which finds no extents.
+    const bool fits = shape.size() <= WEIR_RANK_LIMIT;
+    tensor_.info.rank = shape.empty() ? WEIR_RANK_UNKNOWN : fits ? shape.size() : WEIR_RANK_LIMIT;
+    for (uint32_t i = 0; i < WEIR_RANK_LIMIT && !shape.empty(); ++i)
+      tensor_.info.shape[i] = !fits ? -1 : i < shape.size() ? shape[i] : 0;
+  }
+  const weir_tensor& c_tensor() const noexcept { return tensor_; }
+
+ private:
+  weir_tensor tensor_{};
+};
+
+// The same for elements that a call fills.
+class WritableTensorView {
+ public:
+  template <std::ranges::contiguous_range Elements>
+  requires TensorElement<std::ranges::range_value_t<Elements>> WritableTensorView(
+      Elements&& elements)
+      : view_(elements) {
+    static_assert(
+        !std::is_const_v<std::remove_reference_t<decltype(*std::ranges::data(elements))>>);
+  }
+  weir_tensor c_tensor() const noexcept {
+    weir_tensor tensor = view_.c_tensor();
+    tensor.flags = 0;
+    return tensor;
+  }
+
+ private:
+  TensorView view_;
+};
+
+// A tensor in memory that something else owns: its giver says how long it lives.
+class Tensor {
+ public:
+  explicit Tensor(const weir_tensor& tensor) : tensor_(tensor) {}
+  TensorInfo info() const { return TensorInfo(tensor_.info); }
+  std::span<const std::byte> bytes() const noexcept {
+    return {static_cast<const std::byte*>(tensor_.data), tensor_.bytes};
+  }
+  // SPEC_MISMATCH when the tensor is of another type.
+  template <TensorElement T>
+  Result<std::span<const T>> as() const {
+    if (tensor_.info.type != type_of<T>)
+      return Error{Code::SPEC_MISMATCH,
+                   "the tensor is of another type",
+                   info().words(),
+                   type_words(type_of<T>),
+                   "",
+                   "as<T>() with the type of info()"};
+    return std::span<const T>(static_cast<const T*>(tensor_.data), tensor_.bytes / sizeof(T));
+  }
+
+ private:
+  weir_tensor tensor_;
+};
+
+}  // namespace weir

@@ -1,0 +1,68 @@
+// The last error of each thread, and which number each code has.
+#include "answer.hpp"
+
+namespace weir::application {
+namespace {
+
+struct LastError {
+  std::string words;
+  int number = 0;
+};
+thread_local LastError last_error;
+
+ml_error_e number_of(Code code) noexcept {
+  switch (code) {
+    case Code::OUT_OF_MEMORY:
+      return ML_ERROR_OUT_OF_MEMORY;
+    case Code::WORKER_TIMEOUT:
+      return ML_ERROR_TIMED_OUT;
+    case Code::CANCELLED:
+      return ML_ERROR_TRY_AGAIN;
+    case Code::FILE_NOT_FOUND:
+    case Code::FILE_NOT_WRITTEN:
+      return ML_ERROR_IO_ERROR;
+    case Code::ENGINE_UNKNOWN:
+    case Code::ENGINE_NOT_INSTALLED:
+    case Code::FORMAT_UNSUPPORTED:
+      return ML_ERROR_NOT_SUPPORTED;
+    case Code::INVOKE_FAILED:
+    case Code::CALLBACK_FAILED:
+    case Code::NOT_NEGOTIATED:
+    case Code::WORKER_ENDED:
+      return ML_ERROR_STREAMS_PIPE;
+    case Code::INTERNAL:
+      return ML_ERROR_UNKNOWN;
+    default:
+      return ML_ERROR_INVALID_PARAMETER;
+  }
+}
+
+}  // namespace
+
+int fail(const Error& error) noexcept {
+  return fail(Refusal{number_of(error.code), error});
+}
+
+int fail(const Refusal& refusal) noexcept {
+  last_error.number = static_cast<int>(refusal.error.code);
+  try {
+    last_error.words = refusal.error.message();
+  } catch (...) {
+    last_error.words.clear();
+  }
+  return refusal.number;
+}
+
+Error null_pointer(const char* what) {
+  return Error{Code::OPTION_VALUE, std::string(what) + " is a null pointer", "", "", "", ""};
+}
+
+}  // namespace weir::application
+
+const char* ml_error() {
+  return weir::application::last_error.words.c_str();
+}
+
+int ml_error_number() {
+  return weir::application::last_error.number;
+}

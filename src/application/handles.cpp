@@ -1,0 +1,58 @@
+// Odd numbers far from any address of an object.
+#include "handles.hpp"
+
+namespace weir::application {
+namespace {
+
+constexpr std::uintptr_t kStep = 2;
+
+std::uintptr_t number_of(void* handle) noexcept {
+  return reinterpret_cast<std::uintptr_t>(handle);
+}
+
+}  // namespace
+
+Handles& Handles::all() {
+  static auto* handles = new Handles;  // callbacks may come until the process ends
+  return *handles;
+}
+
+void* Handles::add(std::shared_ptr<Object> object) {
+  std::lock_guard lock(mutex_);
+  objects_.emplace(next_, std::move(object));
+  void* handle = reinterpret_cast<void*>(next_);
+  next_ += kStep;
+  return handle;
+}
+
+std::shared_ptr<Object> Handles::lookup(void* handle, bool away) {
+  std::lock_guard lock(mutex_);
+  const auto found = objects_.find(number_of(handle));
+  if (found == objects_.end()) return nullptr;
+  auto object = found->second;
+  if (away) objects_.erase(found);
+  return object;
+}
+
+Error Handles::no_object(void* handle, const char* what, const char* kind, const Object* other) {
+  Error error{Code::OPTION_VALUE, "", "", std::string("a handle of a ") + kind, "", ""};
+  bool given = false;
+  {
+    std::lock_guard lock(mutex_);
+    given = number_of(handle) % kStep == 1 && number_of(handle) < next_;
+  }
+  error.what = what;
+  if (other) {
+    error.what += " is a handle of another kind";
+    error.offered = std::string("a handle of a ") + other->kind();
+  } else if (!handle) {
+    error.what += " is a null pointer";
+  } else if (given) {
+    error.what += " is a handle that was destroyed";
+  } else {
+    error.what += " is not a handle";
+  }
+  return error;
+}
+
+}  // namespace weir::application

@@ -1,0 +1,152 @@
+// Uses are counted: a pipeline is freed by who destroys it, never by a thread of its own stream.
+#include "pipeline.hpp"
+
+#include <algorithm>
+#include <utility>
+#include <vector>
+
+#include "element_restriction.hpp"
+#include "weir/c_error.hpp"
+
+namespace weir::application {
+namespace {
+
+struct Named {
+  std::string name, kind;
+  int depth;
+};
+
+Result<std::vector<Named>> elements_of(weir_pipeline* pipeline) {
+  std::vector<Named> out;
+  const auto add = [](const char* name, const char* kind, int depth, void* data) {
+    static_cast<std::vector<Named>*>(data)->push_back({name, kind, depth});
+  };
+  CError error;
+  const int result = weir_pipeline_elements(pipeline, add, &out, error.place());
+  if (result < 0) return error.take(result);
+  return out;
+}
+
+// Texts make these of caps and parentheses: nobody names them.
+bool of_the_text_itself(const std::string& kind) {
+  return kind == "capsfilter" || kind == "bin" || kind == "pipeline";
+}
+
+ml_pipeline_state_e number_of(int state) {
+  if (state == WEIR_PIPELINE_PLAYING) return ML_PIPELINE_STATE_PLAYING;
+  return state == WEIR_PIPELINE_PAUSED ? ML_PIPELINE_STATE_PAUSED : ML_PIPELINE_STATE_NULL;
+}
+
+}  // namespace
+
+Result<std::shared_ptr<Pipeline>> Pipeline::construct(const char* text, StateCallback callback) {
+  std::shared_ptr<Pipeline> out(new Pipeline);
+  out->state_callback_ = callback;
+  CError error;
+  const int result = weir_pipeline_parse(text, &out->pipeline_, error.place());
+  if (result < 0) return error.take(result);
+  if (auto status = out->connect(); !status) return status.error();
+  return out;
+}
+
+Status Pipeline::connect() {
+  const auto elements = elements_of(pipeline_);
+  if (!elements) return elements.error();
+  for (const auto& element : *elements) {
+    if (element.depth == 0) kinds_.emplace(element.name, element.kind);
+    if (element.kind != "tensor_sink" && element.kind != "appsink") continue;
+    auto& sink = sinks_[element.name] = std::make_unique<SinkCallbacks>(this);
+    CError error;
+    const int result = weir_pipeline_on_frame(pipeline_, element.name.c_str(),
+                                              SinkCallbacks::on_frame, sink.get(), error.place());
+    if (result < 0) return error.take(result);
+  }
+  if (!state_callback_.function) return ok();
+  CError error;
+  return error.status(weir_pipeline_on_state(pipeline_, on_state, this, error.place()));
+}
+
+Status Pipeline::check_allowed() const {
+  const auto restriction = element_restriction();
+  if (!restriction) return ok();
+  const auto& allowed = restriction->allowed;
+  for (const auto& [name, kind] : kinds_) {
+    if (of_the_text_itself(kind) ||
+        std::find(allowed.begin(), allowed.end(), kind) != allowed.end())
+      continue;
+    std::string list;
+    for (const auto& word : allowed) list += (list.empty() ? "" : ", ") + word;
+    return Error{Code::OPTION_VALUE,
+                 "the configuration does not allow this element in pipelines",
+                 kind + " (" + name + ")",
+                 "one of: " + (list.empty() ? "none" : list),
+                 "",
+                 "[element-restriction] restricted_elements of " + restriction->origin};
+  }
+  return ok();
+}
+
+Pipeline::~Pipeline() {
+  close();  // a pipeline that could not be constructed
+}
+
+void Pipeline::on_state(int state, void* data) {
+  const auto* self = static_cast<const Pipeline*>(data);
+  const InCallback here(self);
+  self->state_callback_.function(number_of(state), self->state_callback_.data);
+}
+
+Result<Pipeline::Use> Pipeline::use() {
+  std::lock_guard lock(mutex_);
+  if (closed_)
+    return Error{Code::OPTION_VALUE, "the pipeline of this handle was destroyed", "", "", "", ""};
+  ++uses_;
+  return Use(shared_from_this());
+}
+
+void Pipeline::leave() {
+  std::lock_guard lock(mutex_);
+  --uses_;
+  left_.notify_all();
+}
+
+Status Pipeline::not_from_its_callback() const {
+  if (pipeline_of_callback() != this) return ok();
+  return Error{Code::CANCELLED,
+               "a callback of a pipeline cannot change its state: it would wait for itself",
+               "a call from within a callback",
+               "a thread of the program",
+               "",
+               "tell another thread, and call from there"};
+}
+
+void Pipeline::close() {
+  {
+    std::lock_guard lock(mutex_);
+    closed_ = true;
+  }
+  if (pipeline_) weir_pipeline_stop(pipeline_, nullptr);  // ends calls and callbacks that wait
+  std::unique_lock lock(mutex_);
+  left_.wait(lock, [this] { return uses_ == 0; });
+  weir_pipeline* pipeline = std::exchange(pipeline_, nullptr);
+  lock.unlock();
+  weir_pipeline_free(pipeline);
+}
+
+SinkCallbacks* Pipeline::sink(const std::string& name) const {
+  const auto found = sinks_.find(name);
+  return found == sinks_.end() ? nullptr : found->second.get();
+}
+
+std::string Pipeline::kind_of(const std::string& name) const {
+  const auto found = kinds_.find(name);
+  return found == kinds_.end() ? "" : found->second;
+}
+
+Result<Pipeline::Use> use_pipeline(void* handle) {
+  const auto found = Handles::all().find<Pipeline>(handle, "pipe");
+  if (!found) return found.error();
+  return (*found)->use();
+}
+
+}  // namespace weir::application

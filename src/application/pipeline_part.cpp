@@ -1,0 +1,22 @@
+// Names are looked up in the pipeline, whose errors list those that are there.
+#include "pipeline_part.hpp"
+
+namespace weir::application {
+
+Status check_kind(const Pipeline::Use& pipeline, const char* name, const std::string& kinds) {
+  CError error;
+  const int result = weir_pipeline_property_type(pipeline.get(), name, "name", error.place());
+  if (result < 0) return error.take(result);
+  const std::string kind = pipeline->kind_of(name);
+  const bool any = kinds.empty() || kinds == kind || kinds.starts_with(kind + " or ") ||
+                   kinds.ends_with(" or " + kind);
+  if (any && (kinds.empty() || !kind.empty())) return ok();
+  return Error{Code::OPTION_VALUE,
+               std::string(name) + " is another element than this call is for",
+               kind.empty() ? "an element that the text does not name" : kind,
+               kinds,
+               "",
+               ""};
+}
+
+}  // namespace weir::application

@@ -1,0 +1,52 @@
+// SinkCallbacks: who wants the frames of one tensor_sink or appsink.
+#pragma once
+#include <memory>
+#include <mutex>
+#include <vector>
+
+#include "capi-nnstreamer/nnstreamer.h"
+#include "gate.hpp"
+#include "weir/pipeline.h"
+
+namespace weir::application {
+
+struct SinkCallback {
+  ml_pipeline_sink_cb function = nullptr;
+  void* data = nullptr;
+  Gate gate;
+};
+
+// Thread-safe.
+class SinkCallbacks {
+ public:
+  explicit SinkCallbacks(const void* pipeline) : pipeline_(pipeline) {}
+
+  void add(std::shared_ptr<SinkCallback> callback);
+  void remove(const std::shared_ptr<SinkCallback>& callback);
+  // weir_frame_function; `self` is a SinkCallbacks.
+  static int on_frame(const weir_pulled* frame, void* self, weir_error** error);
+
+ private:
+  std::vector<std::shared_ptr<SinkCallback>> all() const;
+  void hand_over(const weir_pulled* frame);
+
+  const void* const pipeline_;
+  mutable std::mutex mutex_;  // guards callbacks_
+  std::vector<std::shared_ptr<SinkCallback>> callbacks_;
+};
+
+// Which pipeline's callback this thread is in; null: none.
+const void* pipeline_of_callback() noexcept;
+// For the length of a callback.
+class InCallback {
+ public:
+  explicit InCallback(const void* pipeline) noexcept;
+  InCallback(const InCallback&) = delete;
+  InCallback& operator=(const InCallback&) = delete;
+  ~InCallback();
+
+ private:
+  const void* before_;
+};
+
+}  // namespace weir::application

@@ -1,0 +1,135 @@
+// ml_tensors_data_*.
+#include "tensors_data.hpp"
+
+#include <cstring>
+
+#include "answer.hpp"
+
+namespace weir::application {
+namespace {
+
+constexpr size_t kAlignment = 64;  // of each tensor, for engines that want it
+
+struct Free {
+  void operator()(void* memory) const noexcept { std::free(memory); }
+};
+
+}  // namespace
+
+std::shared_ptr<TensorsData> TensorsData::create(TensorSpecs tensors) {
+  std::vector<size_t> offsets;
+  size_t total = 0;
+  for (const auto& tensor : tensors) {
+    offsets.push_back(total);
+    total += (*tensor.bytes() + kAlignment - 1) / kAlignment * kAlignment;
+  }
+  std::shared_ptr<std::byte> block(static_cast<std::byte*>(std::aligned_alloc(kAlignment, total)),
+                                   Free());
+  if (!block) throw std::bad_alloc();
+  std::memset(block.get(), 0, total);
+  std::vector<std::span<std::byte>> memory;
+  for (size_t i = 0; i < tensors.size(); ++i)
+    memory.emplace_back(block.get() + offsets[i], *tensors[i].bytes());
+  return std::make_shared<TensorsData>(std::move(tensors), std::move(memory), std::move(block),
+                                       Access::ReadWrite);
+}
+
+std::vector<weir_tensor> TensorsData::c_tensors() const {
+  std::vector<weir_tensor> out;
+  for (size_t i = 0; i < tensors_.size(); ++i) {
+    weir_tensor tensor{};
+    tensor.data = memory_[i].data();
+    tensor.bytes = tensor.capacity = memory_[i].size();
+    tensor.flags = writable() ? 0 : WEIR_TENSOR_READONLY;
+    tensor.fence_fd = -1;
+    tensor.info = c_info(tensors_[i]);
+    out.push_back(tensor);
+  }
+  return out;
+}
+
+std::shared_ptr<TensorsData> data_of(std::span<const weir_tensor> tensors,
+                                     std::shared_ptr<const void> owner,
+                                     TensorsData::Access access) {
+  TensorSpecs specs;
+  std::vector<std::span<std::byte>> memory;
+  for (const auto& tensor : tensors) {
+    specs.push_back(spec_of(tensor.info));
+    memory.emplace_back(static_cast<std::byte*>(tensor.data), tensor.bytes);
+  }
+  return std::make_shared<TensorsData>(std::move(specs), std::move(memory), std::move(owner),
+                                       access);
+}
+
+}  // namespace weir::application
+
+namespace {
+
+using namespace weir;
+using namespace weir::application;
+
+Result<std::shared_ptr<TensorsData>> find(void* data, unsigned index) {
+  auto found = Handles::all().find<TensorsData>(data, "data");
+  if (found && index >= (*found)->tensors().size())
+    return no_such_tensor(index, (*found)->tensors().size());
+  return found;
+}
+
+}  // namespace
+
+int ml_tensors_data_create(const ml_tensors_info_h info, ml_tensors_data_h* data) {
+  return guarded([&] {
+    if (!data) return fail(null_pointer("data"));
+    *data = nullptr;
+    if (!info) return fail(null_pointer("info"));
+    auto tensors = tensors_or_none(info, "info");
+    if (!tensors) return fail(tensors.error());
+    *data = Handles::all().add(TensorsData::create(*std::move(tensors)));
+    return static_cast<int>(ML_ERROR_NONE);
+  });
+}
+
+int ml_tensors_data_destroy(ml_tensors_data_h data) {
+  return guarded([&] {
+    const auto taken = Handles::all().take<TensorsData>(data, "data");
+    return taken ? static_cast<int>(ML_ERROR_NONE) : fail(taken.error());
+  });
+}
+
+int ml_tensors_data_get_tensor_data(ml_tensors_data_h data, unsigned int index, void** raw_data,
+                                    size_t* data_size) {
+  return guarded([&] {
+    if (!raw_data || !data_size) return fail(null_pointer("raw_data or data_size"));
+    *raw_data = nullptr;
+    *data_size = 0;
+    const auto found = find(data, index);
+    if (!found) return fail(found.error());
+    const auto memory = (*found)->memory()[index];
+    *raw_data = memory.data();
+    *data_size = memory.size();
+    return static_cast<int>(ML_ERROR_NONE);
+  });
+}
+
+int ml_tensors_data_set_tensor_data(ml_tensors_data_h data, unsigned int index,
+                                    const void* raw_data, size_t data_size) {
+  return guarded([&] {
+    if (!raw_data) return fail(null_pointer("raw_data"));
+    const auto found = find(data, index);
+    if (!found) return fail(found.error());
+    const auto memory = (*found)->memory()[index];
+    if (data_size < 1 || data_size > memory.size())
+      return fail(Error{Code::FRAME_SIZE, "tensor " + std::to_string(index) + " has another size",
+                        std::to_string(data_size) + " bytes",
+                        "1 to " + std::to_string(memory.size()) +
+                            " bytes: " + words_of({(*found)->tensors()[index]}),
+                        "", ""});
+    if (!(*found)->writable())
+      return fail(Refusal{ML_ERROR_PERMISSION_DENIED,
+                          {Code::OPTION_VALUE, "this data is to be read only",
+                           "outputs, or the frame of a callback", "data of ml_tensors_data_create",
+                           "", "ml_tensors_data_create(info, &data)"}});
+    std::memcpy(memory.data(), raw_data, data_size);
+    return static_cast<int>(ML_ERROR_NONE);
+  });
+}

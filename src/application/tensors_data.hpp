@@ -1,0 +1,58 @@
+// TensorsData: memory of tensors, its own or somebody's who lives as long.
+#pragma once
+#include <cstddef>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "tensors_info.hpp"
+
+namespace weir::application {
+
+class TensorsData : public Object {
+ public:
+  static constexpr const char* kKind = "tensors data";
+  enum class Access { ReadOnly, ReadWrite };
+
+  // Own memory, all 0. The specs are complete.
+  static std::shared_ptr<TensorsData> create(TensorSpecs tensors);
+  // `memory` of each tensor lives as long as `owner`.
+  TensorsData(TensorSpecs tensors, std::vector<std::span<std::byte>> memory,
+              std::shared_ptr<const void> owner, Access access)
+      : tensors_(std::move(tensors)),
+        memory_(std::move(memory)),
+        owner_(std::move(owner)),
+        access_(access) {}
+  const char* kind() const noexcept override { return kKind; }
+
+  const TensorSpecs& tensors() const noexcept { return tensors_; }
+  const std::vector<std::span<std::byte>>& memory() const noexcept { return memory_; }
+  bool writable() const noexcept { return access_ == Access::ReadWrite; }
+  // For calls of weir/model.h and pipeline.h; live as long as this.
+  std::vector<weir_tensor> c_tensors() const;
+
+ private:
+  TensorSpecs tensors_;
+  std::vector<std::span<std::byte>> memory_;
+  std::shared_ptr<const void> owner_;
+  Access access_;
+};
+
+// Tensors of the ABI, whose memory lives as long as `owner`.
+std::shared_ptr<TensorsData> data_of(std::span<const weir_tensor> tensors,
+                                     std::shared_ptr<const void> owner, TensorsData::Access access);
+
+// A handle that is good until this goes.
+class LentHandle {
+ public:
+  explicit LentHandle(std::shared_ptr<Object> object) : handle_(Handles::all().add(object)) {}
+  LentHandle(const LentHandle&) = delete;
+  LentHandle& operator=(const LentHandle&) = delete;
+  ~LentHandle() { (void)Handles::all().take<Object>(handle_, "handle"); }
+  void* get() const noexcept { return handle_; }
+
+ private:
+  void* handle_;
+};
+
+}  // namespace weir::application

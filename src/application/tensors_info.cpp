@@ -1,0 +1,108 @@
+// Between the C face's descriptions and those of weir/abi.h.
+#include "tensors_info.hpp"
+
+#include <algorithm>
+
+namespace weir::application {
+
+std::string words_of(const TensorSpecs& tensors) {
+  std::string out;
+  for (const auto& tensor : tensors) {
+    out += out.empty() ? "" : ", ";
+    out += tensor.type == ElementType::End ? "no type" : std::string(name_of(tensor.type));
+    out += tensor.shape.valid() ? " " + tensor.shape.to_string() : ", no dimensions";
+  }
+  return out.empty() ? "no tensor" : out;
+}
+
+Status check_complete(const TensorSpecs& tensors, const char* what) {
+  if (tensors.empty())
+    return Error{Code::OPTION_VALUE,
+                 std::string(what) + " describes no tensor",
+                 "",
+                 "one tensor or more",
+                 "",
+                 "ml_tensors_info_set_count(info, 1)"};
+  for (size_t i = 0; i < tensors.size(); ++i) {
+    const std::string name = std::string(what) + ": tensor " + std::to_string(i);
+    if (!tensors[i].valid())
+      return Error{Code::OPTION_VALUE,
+                   name + " is not described",
+                   words_of(tensors),
+                   "type and dimensions",
+                   tensors[i].shape.valid() ? "type" : "dimensions",
+                   tensors[i].shape.valid() ? "ml_tensors_info_set_tensor_type"
+                                            : "ml_tensors_info_set_tensor_dimension"};
+    if (!tensors[i].bytes())
+      return Error{Code::LIMIT_EXCEEDED,
+                   name + " is too large",
+                   words_of(tensors),
+                   "below 2^63 bytes",
+                   "",
+                   ""};
+  }
+  return ok();
+}
+
+Status check_same(const char* what, const TensorSpecs& offered, const TensorSpecs& needed) {
+  const std::string difference = first_difference(offered, needed);
+  if (difference.empty()) return ok();
+  return Error{Code::SPEC_MISMATCH, what, words_of(offered), words_of(needed), difference, ""};
+}
+
+weir_tensor_info c_info(const TensorSpec& spec) {
+  weir_tensor_info info{};
+  info.type = static_cast<uint32_t>(spec.type);
+  info.batch_axis = WEIR_NO_BATCH_AXIS;
+  info.name = spec.name.empty() ? nullptr : spec.name.c_str();
+  const size_t rank = spec.shape.rank();
+  info.rank = rank > 0 ? static_cast<uint32_t>(rank) : WEIR_RANK_UNKNOWN;
+  for (size_t i = 0; i < rank; ++i) info.shape[i] = spec.shape[rank - 1 - i];
+  return info;
+}
+
+std::vector<weir_tensor_info> c_infos(const TensorSpecs& tensors) {
+  std::vector<weir_tensor_info> out;
+  for (const auto& tensor : tensors) out.push_back(c_info(tensor));
+  return out;
+}
+
+TensorSpec spec_of(const weir_tensor_info& info) {
+  TensorSpec spec;
+  if (info.type < WEIR_TYPE_END) spec.type = static_cast<ElementType>(info.type);
+  spec.name = info.name ? info.name : "";
+  if (info.rank > WEIR_RANK_LIMIT) return spec;
+  if (info.rank == 0) spec.shape = Shape{1};
+  for (uint32_t i = 0; i < info.rank; ++i)
+    spec.shape[info.rank - 1 - i] =
+        static_cast<uint32_t>(std::clamp<int64_t>(info.shape[i], 1, UINT32_MAX));
+  return spec;
+}
+
+Error no_such_tensor(size_t index, size_t count) {
+  return Error{Code::OPTION_VALUE,
+               "there is no tensor of this index",
+               std::to_string(index),
+               "below the number of tensors: " + std::to_string(count),
+               "",
+               ""};
+}
+
+Error TensorsInfo::beyond(size_t index, size_t count) {
+  return no_such_tensor(index, count);
+}
+
+void* new_info(TensorSpecs tensors) {
+  return Handles::all().add(std::make_shared<TensorsInfo>(std::move(tensors)));
+}
+
+Result<TensorSpecs> tensors_or_none(void* info, const char* what) {
+  if (!info) return TensorSpecs{};
+  const auto found = Handles::all().find<TensorsInfo>(info, what);
+  if (!found) return found.error();
+  auto tensors = (*found)->tensors();
+  if (auto status = check_complete(tensors, what); !status) return status.error();
+  return tensors;
+}
+
+}  // namespace weir::application

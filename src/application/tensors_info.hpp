@@ -1,0 +1,65 @@
+// TensorsInfo: what tensors are, as a program of the C face describes them.
+#pragma once
+#include <mutex>
+#include <vector>
+
+#include "core/tensor/frame_spec.hpp"
+#include "handles.hpp"
+#include "weir/abi.h"
+
+namespace weir::application {
+
+using TensorSpecs = std::vector<TensorSpec>;
+
+// OPTION_VALUE: no tensor, one without type or dimensions. LIMIT_EXCEEDED: too large.
+Status check_complete(const TensorSpecs& tensors, const char* what);
+// SPEC_MISMATCH: types or dimensions differ. Names do not count.
+Status check_same(const char* what, const TensorSpecs& offered, const TensorSpecs& needed);
+std::string words_of(const TensorSpecs& tensors);  // "float32 4:2, uint8 3"
+
+// Shapes outermost first; what is not known is open there. The name lives as long as `spec`.
+weir_tensor_info c_info(const TensorSpec& spec);
+std::vector<weir_tensor_info> c_infos(const TensorSpecs& tensors);
+// Open extents become 1; an open rank gives a spec that is not complete.
+TensorSpec spec_of(const weir_tensor_info& info);
+
+class TensorsInfo : public Object {
+ public:
+  static constexpr const char* kKind = "tensors info";
+  explicit TensorsInfo(TensorSpecs tensors = {}) : tensors_(std::move(tensors)) {}
+  const char* kind() const noexcept override { return kKind; }
+
+  TensorSpecs tensors() const {
+    std::lock_guard lock(mutex_);
+    return tensors_;
+  }
+  void set(TensorSpecs tensors) {
+    std::lock_guard lock(mutex_);
+    tensors_ = std::move(tensors);
+  }
+  void set_count(size_t count) {
+    std::lock_guard lock(mutex_);
+    tensors_.resize(count);
+  }
+  // Runs `body` with tensor `index`. OPTION_VALUE: there are fewer.
+  template <class Body>
+  Status with(size_t index, Body&& body) {
+    std::lock_guard lock(mutex_);
+    if (index >= tensors_.size()) return beyond(index, tensors_.size());
+    body(tensors_[index]);
+    return ok();
+  }
+
+ private:
+  static Error beyond(size_t index, size_t count);
+
+  mutable std::mutex mutex_;  // guards the rest
+  TensorSpecs tensors_;
+};
+
+Error no_such_tensor(size_t index, size_t count);
+void* new_info(TensorSpecs tensors);
+// The tensors of the info; none where the handle is NULL.
+Result<TensorSpecs> tensors_or_none(void* info, const char* what);
+
+}  // namespace weir::application

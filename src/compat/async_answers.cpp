@@ -1,0 +1,152 @@
+// One output after the other.
+#include "compat/async_answers.hpp"
+
+#include <algorithm>
+#include <cstring>
+#include <utility>
+
+namespace weir::compat {
+namespace {
+
+// Released unless the host took them.
+struct Tensors {
+  std::vector<weir_tensor> all;
+  ~Tensors() {
+    for (auto& tensor : all)
+      if (tensor.release) tensor.release(tensor.owner);
+  }
+};
+
+}  // namespace
+
+OpenFilter::OpenFilter(std::unique_ptr<Properties> properties)
+    : properties_(std::move(properties)) {}
+OpenFilter::~OpenFilter() = default;
+
+AsyncAnswers::AsyncAnswers(OpenFilter& filter, bool gives, size_t outputs,
+                           std::chrono::milliseconds limit)
+    : filter_(filter), gives_(gives), outputs_(outputs) {
+  auto* prop = filter_.properties().get();
+  prop->async_callback = dispatched;
+  prop->async_user_data = this;
+  // Before somebody takes the silence for an engine that hangs.
+  const auto within = [limit](std::chrono::milliseconds wanted) {
+    return limit.count() > 0 ? std::max(std::min(wanted, limit / 2), std::chrono::milliseconds{1})
+                             : wanted;
+  };
+  short_watch_.emplace(TimerQueue::instance(), within(kQuietWithin),
+                       [this] { return quiet(true); });
+  long_watch_.emplace(TimerQueue::instance(), within(kQuiet), [this] { return quiet(false); });
+}
+
+AsyncAnswers::~AsyncAnswers() {
+  std::lock_guard lock(mutex_);
+  end();
+}
+
+// mutex_ is held.
+void AsyncAnswers::end() {
+  if (request_) request_->end();
+  request_.reset();
+}
+
+// On the timer's thread.
+bool AsyncAnswers::quiet(bool within) {
+  std::lock_guard lock(mutex_);
+  if (invoking_ != std::thread::id{}) return false;
+  if (within == (answers_within_ && !answers_later_)) end();
+  return true;
+}
+
+void AsyncAnswers::begin(Request& request) {
+  std::lock_guard lock(mutex_);
+  if (too_late_) throw Failure(*std::exchange(too_late_, std::nullopt));
+  end();
+  request_.emplace(std::move(request));
+  invoking_ = std::this_thread::get_id();
+}
+
+void AsyncAnswers::invoked() {
+  {
+    std::lock_guard lock(mutex_);
+    invoking_ = {};
+  }
+  short_watch_->touch();
+  long_watch_->touch();
+}
+
+void AsyncAnswers::failed(const Error& error) {
+  std::lock_guard lock(mutex_);
+  invoking_ = {};
+  if (request_) request_->fail(error);
+  request_.reset();
+}
+
+void AsyncAnswers::dispatched(GstTensorMemory* output, void* self) {
+  auto& answers = *static_cast<AsyncAnswers*>(self);
+  std::lock_guard lock(answers.mutex_);
+  std::optional<Error> failure;
+  try {
+    answers.dispatch(output);
+  } catch (const Failure& e) {
+    failure = e.error();
+  } catch (const std::exception& e) {
+    failure = Error{Code::OUT_OF_MEMORY, "no memory for an output", e.what(), "", "", ""};
+  }
+  if (!failure) return;
+  if (answers.request_)
+    answers.request_->fail(*failure);
+  else
+    nns_loge("%s", failure->message().c_str());
+  answers.request_.reset();
+}
+
+// mutex_ is held.
+void AsyncAnswers::dispatch(GstTensorMemory* output) {
+  auto& properties = filter_.properties();
+  const Described now = described(properties.get()->output_meta, filter_.name(), "output");
+  if (properties.dynamic()) properties.forget_output_names();
+  const auto filter = filter_.weak_from_this().lock();
+  (invoking_ == std::this_thread::get_id() ? answers_within_ : answers_later_) = true;
+  short_watch_->touch();
+  long_watch_->touch();
+  if (request_ && filter) return give_on(output, now, filter);
+  for (size_t i = 0; gives_ && i < now.infos.size(); ++i) destroy(filter_, &output[i]);
+  if (!filter)
+    return nns_logw("the filter %s gave an output while it was closed: nobody waits for it",
+                    filter_.name().c_str());
+  too_late_ = Error{Code::CALLBACK_FAILED,
+                    "the filter " + filter_.name() + " gave an output after its frame had ended",
+                    std::to_string(now.infos.size()) + " tensors, when no frame was in work",
+                    "an output within " + std::to_string(kQuiet.count()) +
+                        " ms of the one before, or of the frame's begin",
+                    "",
+                    "let invoke return when the last output of its frame was dispatched"};
+  nns_loge("%s", too_late_->message().c_str());
+}
+
+// mutex_ is held.
+void AsyncAnswers::give_on(GstTensorMemory* output, const Described& now,
+                           const std::shared_ptr<OpenFilter>& filter) {
+  const size_t count = now.infos.size();
+  const bool dynamic = filter_.properties().dynamic();
+  if (dynamic && count > outputs_) throw too_many(filter_.name(), count, outputs_);
+  Tensors tensors{std::vector<weir_tensor>(dynamic ? outputs_ : count)};
+  for (size_t i = count; i < tensors.all.size(); ++i) leave_out(&tensors.all[i]);
+  for (size_t i = 0; i < count; ++i) {
+    weir_tensor_info info = now.infos[i];
+    info.name = nullptr;
+    if (!output[i].data || output[i].size != bytes_of(info))
+      throw other_size(filter_.name(), i, output[i], info);
+    if (gives_) {
+      give(filter, &output[i], info, &tensors.all[i]);
+    } else {
+      allocate(&tensors.all[i], info, output[i].size);
+      std::memcpy(tensors.all[i].data, output[i].data, output[i].size);
+    }
+  }
+  request_->output(tensors.all);
+  tensors.all.clear();
+}
+
+}  // namespace weir::compat

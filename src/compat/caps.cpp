@@ -1,0 +1,91 @@
+// Caps of streams.
+#include "compat/guard.hpp"
+#include "compat/spec.hpp"
+#include "gstcpp/ref.hpp"
+#include "gstcpp/tensor_caps.hpp"
+#include "nnstreamer_plugin_api.h"
+
+using namespace weir::compat;
+
+namespace {
+
+void set_rate(GstStructure* structure, const weir::Fraction& rate) {
+  if (rate.valid())
+    gst_structure_set(structure, "framerate", GST_TYPE_FRACTION, rate.numerator, rate.denominator,
+                      nullptr);
+}
+
+// Each tensor's type and dimensions are known.
+bool known(const weir::FrameSpec& spec) {
+  for (const auto& tensor : spec.tensors)
+    if (!tensor.valid()) return false;
+  return !spec.tensors.empty();
+}
+
+GstCaps* caps_of(GstStructure* structure) {
+  GstCaps* caps = gst_caps_new_empty();
+  gst_caps_append_structure(caps, structure);
+  return caps;
+}
+
+}  // namespace
+
+gboolean gst_tensors_config_from_caps(GstTensorsConfig* config, const GstCaps* caps,
+                                      gboolean validate) {
+  if (!given(__func__, {config, caps})) return FALSE;
+  gst_tensors_config_init(config);
+  return or_else(__func__, FALSE, [&]() -> gboolean {
+    const auto spec =
+        validate ? weir::gst::fixed_spec_from_caps(caps) : weir::gst::spec_from_caps(caps);
+    if (!spec) {
+      warn("gst_tensors_config_from_caps", spec.error());
+      return FALSE;
+    }
+    write(*spec, config);
+    return TRUE;
+  });
+}
+
+GstCaps* gst_tensors_caps_from_config(const GstTensorsConfig* config) {
+  if (!given(__func__, {config})) return nullptr;
+  return or_else<GstCaps*>(__func__, nullptr, [&]() -> GstCaps* {
+    const auto spec = spec_of(*config);
+    GstStructure* structure = gst_structure_new_empty("other/tensors");
+    if (spec.format != weir::Format::End)
+      gst_structure_set(structure, "format", G_TYPE_STRING,
+                        std::string(weir::name_of(spec.format)).c_str(), nullptr);
+    if (spec.format == weir::Format::Static && !spec.tensors.empty())
+      gst_structure_set(structure, "num_tensors", G_TYPE_INT, static_cast<int>(spec.tensors.size()),
+                        nullptr);
+    if (spec.format == weir::Format::Static && known(spec))
+      gst_structure_set(structure, "dimensions", G_TYPE_STRING,
+                        weir::join_shapes(spec.tensors).c_str(), "types", G_TYPE_STRING,
+                        weir::join_types(spec.tensors).c_str(), nullptr);
+    set_rate(structure, spec.rate);
+    return caps_of(structure);
+  });
+}
+
+GstCaps* gst_tensor_caps_from_config(const GstTensorsConfig* config) {
+  if (!given(__func__, {config})) return nullptr;
+  return or_else<GstCaps*>(__func__, nullptr, [&]() -> GstCaps* {
+    const auto spec = spec_of(*config);
+    GstStructure* structure = gst_structure_new_empty("other/tensor");
+    if (!spec.tensors.empty() && spec.tensors[0].shape.valid())
+      gst_structure_set(structure, "dimension", G_TYPE_STRING,
+                        spec.tensors[0].shape.to_string().c_str(), nullptr);
+    if (!spec.tensors.empty() && spec.tensors[0].type != weir::ElementType::End)
+      gst_structure_set(structure, "type", G_TYPE_STRING,
+                        std::string(weir::name_of(spec.tensors[0].type)).c_str(), nullptr);
+    set_rate(structure, spec.rate);
+    return caps_of(structure);
+  });
+}
+
+GstCaps* gst_tensor_pad_caps_from_config(GstPad* pad, const GstTensorsConfig* config) {
+  if (!given(__func__, {pad, config}) || !GST_IS_PAD(pad)) return nullptr;
+  return or_else<GstCaps*>(__func__, nullptr, [&] {
+    auto caps = weir::gst::choose_caps(pad, spec_of(*config));
+    return caps ? gst_caps_ref(caps.get()) : nullptr;
+  });
+}

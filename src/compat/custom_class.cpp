@@ -1,0 +1,91 @@
+// The callbacks of a shared object that exports NNStreamer_custom.
+#include "compat/open_filter.hpp"
+
+namespace weir::compat {
+namespace {
+
+Failure refused(const std::string& file, const char* offered, const char* needed, const char* fix) {
+  return Failure({Code::MODULE_REFUSED, "the custom filter " + file + " cannot be used", offered,
+                  needed, "", fix});
+}
+
+void check(const NNStreamer_custom_class& callbacks, const std::string& file) {
+  const bool gets = callbacks.getInputDim || callbacks.getOutputDim;
+  if (!callbacks.initfunc)
+    throw refused(file, "no initfunc", "the function that begins it",
+                  ".initfunc = a function that may return NULL");
+  if (gets && callbacks.setInputDim)
+    throw refused(file, "getInputDim or getOutputDim, and setInputDim", "one of the two ways",
+                  "leave out setInputDim where the sizes are fixed, the others where they are not");
+  if (!callbacks.setInputDim && !(callbacks.getInputDim && callbacks.getOutputDim))
+    throw refused(file, gets ? "one of getInputDim and getOutputDim" : "nothing says its tensors",
+                  "getInputDim and getOutputDim, or setInputDim",
+                  ".getInputDim = ..., .getOutputDim = ...");
+  if (callbacks.invoke && callbacks.allocate_invoke)
+    throw refused(file, "invoke and allocate_invoke", "one of them",
+                  "leave out the one that is not meant");
+  if (!callbacks.invoke && !callbacks.allocate_invoke)
+    throw refused(file, "no invoke", "invoke or allocate_invoke", ".invoke = ...");
+}
+
+class CustomClass final : public OpenFilter {
+ public:
+  CustomClass(const NNStreamer_custom_class& callbacks, std::unique_ptr<Properties> properties)
+      : OpenFilter(std::move(properties)), callbacks_(callbacks) {
+    check(callbacks_, name());
+    properties_chosen();
+    priv_ = call("initfunc", [&] { return callbacks_.initfunc(prop()); });
+    prop()->fw_opened = TRUE;
+  }
+  ~CustomClass() override {
+    try {
+      if (callbacks_.exitfunc) callbacks_.exitfunc(priv_, prop());
+    } catch (...) {
+      nns_logw("the filter %s threw out of exitfunc", name().c_str());
+    }
+  }
+
+  Known get_info(GstTensorsInfo* in, GstTensorsInfo* out) override {
+    if (callbacks_.setInputDim) return {false, false};
+    const int inputs =
+        call("getInputDim", [&] { return callbacks_.getInputDim(priv_, prop(), in); });
+    const int outputs =
+        call("getOutputDim", [&] { return callbacks_.getOutputDim(priv_, prop(), out); });
+    if (inputs < 0 || outputs < 0)
+      throw not_opened(name(), std::string(inputs < 0 ? "getInputDim" : "getOutputDim") +
+                                   " returned " + returned(inputs < 0 ? inputs : outputs));
+    return {true, true};
+  }
+  int set_inputs(const GstTensorsInfo* in, GstTensorsInfo* out) override {
+    if (!callbacks_.setInputDim) return -ENOENT;
+    return call("setInputDim", [&] { return callbacks_.setInputDim(priv_, prop(), in, out); });
+  }
+  int invoke(const GstTensorMemory* in, GstTensorMemory* out) override {
+    if (callbacks_.allocate_invoke)
+      return call("allocate_invoke",
+                  [&] { return callbacks_.allocate_invoke(priv_, prop(), in, out); });
+    return call("invoke", [&] { return callbacks_.invoke(priv_, prop(), in, out); });
+  }
+  bool allocates() override { return callbacks_.allocate_invoke; }
+  void destroy(void* data) override {
+    if (callbacks_.destroy_notify)
+      callbacks_.destroy_notify(data);
+    else
+      g_free(data);
+  }
+
+ private:
+  void properties_chosen() { properties().choose_hardware({}, ACCL_AUTO, ACCL_DEFAULT, false); }
+
+  const NNStreamer_custom_class callbacks_;
+  void* priv_ = nullptr;
+};
+
+}  // namespace
+
+std::shared_ptr<OpenFilter> open_class(const NNStreamer_custom_class& callbacks,
+                                       std::unique_ptr<Properties> properties) {
+  return std::make_shared<CustomClass>(callbacks, std::move(properties));
+}
+
+}  // namespace weir::compat

@@ -1,0 +1,141 @@
+// Functions of a program as filters: NNS_custom_easy_*, over weir/custom_filter.h.
+#include <cerrno>
+
+#include "compat/filter_model.hpp"
+#include "compat/guard.hpp"
+#include "core/infer/host.hpp"
+#include "nnstreamer_plugin_api_util.h"
+#include "tensor_filter_custom_easy.h"
+#include "weir/custom_filter.h"
+
+using namespace weir::compat;
+
+namespace {
+
+class EasyFunction final : public OpenFilter {
+ public:
+  NNS_custom_invoke fixed = nullptr;
+  NNS_custom_invoke_dynamic dynamic = nullptr;
+  void* data = nullptr;
+
+  EasyFunction(std::unique_ptr<Properties> properties, const GstTensorsInfo& in,
+               const GstTensorsInfo* out)
+      : OpenFilter(std::move(properties)) {
+    gst_tensors_info_copy(&in_, &in);
+    gst_tensors_info_init(&out_);
+    if (out) gst_tensors_info_copy(&out_, out);
+  }
+  ~EasyFunction() override {
+    gst_tensors_info_free(&in_);
+    gst_tensors_info_free(&out_);
+  }
+
+  Known get_info(GstTensorsInfo* in, GstTensorsInfo* out) override {
+    copy(in_, in);
+    copy(out_, out);
+    return {true, fixed != nullptr};
+  }
+  int set_inputs(const GstTensorsInfo*, GstTensorsInfo*) override { return -ENOENT; }
+  int invoke(const GstTensorMemory* in, GstTensorMemory* out) override {
+    if (fixed) return call("its function", [&] { return fixed(data, prop(), in, out); });
+    return call("its function",
+                [&] { return dynamic(data, &prop()->input_meta, &prop()->output_meta, in, out); });
+  }
+  bool allocates() override { return false; }
+  void destroy(void* memory) override { g_free(memory); }
+
+ private:
+  // Names stay ours: who reads the copy takes none over.
+  static void copy(const GstTensorsInfo& from, GstTensorsInfo* to) {
+    to->num_tensors = from.num_tensors;
+    to->format = from.format;
+    for (size_t i = 0; i < from.num_tensors; ++i)
+      if (const auto* tensor = tensor_at(from, i)) *room_at(*to, i) = *tensor;
+  }
+
+  GstTensorsInfo in_, out_;
+};
+
+class EasyModel : public FilterModel {
+ public:
+  explicit EasyModel(std::shared_ptr<OpenFilter> filter) : FilterModel(std::move(filter)) {}
+};
+
+int invoke(const weir_host* host, const weir_frame* in, weir_frame* out, void* data,
+           weir_error* error) {
+  weir::accept_host(host);
+  return weir::guarded(error,
+                       [&] { return static_cast<EasyModel*>(data)->invoke(*in, *out) ? 0 : 1; });
+}
+
+int answer_of(int code) {
+  return code == WEIR_OK ? 0 : code == -WEIR_OUT_OF_MEMORY ? -ENOMEM : -EINVAL;
+}
+
+std::unique_ptr<EasyModel> make_model(const char* name, NNS_custom_invoke fixed,
+                                      NNS_custom_invoke_dynamic dynamic, void* data,
+                                      const GstTensorsInfo& in, const GstTensorsInfo* out) {
+  const weir_option options[] = {{"invoke-dynamic", dynamic ? "true" : "false"}};
+  const char* const paths[] = {name};
+  const weir::OpenRequest request{paths, weir::Options(options, 1), "", 0};
+  auto function = std::make_shared<EasyFunction>(
+      std::make_unique<Properties>("custom-easy", name, request), in, out);
+  function->fixed = fixed;
+  function->dynamic = dynamic;
+  function->data = data;
+  return std::make_unique<EasyModel>(std::move(function));
+}
+
+int add(const char* caller, const char* name, NNS_custom_invoke fixed,
+        NNS_custom_invoke_dynamic dynamic, void* data, const GstTensorsInfo* in,
+        const GstTensorsInfo* out) {
+  const auto function =
+      fixed ? reinterpret_cast<const void*>(fixed) : reinterpret_cast<const void*>(dynamic);
+  if (!given(caller, {name, function, in}) || (!dynamic && !given(caller, {out}))) return -EINVAL;
+  try {
+    weir::accept_host(&weir::infer::host());
+    auto model = make_model(name, fixed, dynamic, data, *in, out);
+    weir_filter filter{};
+    filter.struct_size = sizeof filter;
+    filter.flags = dynamic ? uint32_t{WEIR_FILTER_DYNAMIC} : 0;
+    filter.n_inputs = static_cast<uint32_t>(model->inputs().size());
+    filter.inputs = model->inputs().data();
+    filter.n_outputs = static_cast<uint32_t>(model->outputs().size());
+    filter.outputs = model->outputs().data();
+    filter.invoke = invoke;
+    filter.data = model.get();
+    filter.release = [](void* owned) { delete static_cast<EasyModel*>(owned); };
+    weir_error* error = nullptr;
+    const int code = weir_filter_register(name, &filter, &error);
+    if (code == WEIR_OK) static_cast<void>(model.release());
+    if (error) {
+      warn(caller, weir_error_message(error));
+      weir_error_free(error);
+    }
+    return answer_of(code);
+  } catch (const weir::Failure& failure) {
+    warn(caller, failure.error());
+  } catch (const std::bad_alloc&) {
+    return -ENOMEM;
+  } catch (const std::exception& e) {
+    warn(caller, e.what());
+  }
+  return -EINVAL;
+}
+
+}  // namespace
+
+int NNS_custom_easy_register(const char* name, NNS_custom_invoke func, void* data,
+                             const GstTensorsInfo* in_info, const GstTensorsInfo* out_info) {
+  return add(__func__, name, func, nullptr, data, in_info, out_info);
+}
+
+int NNS_custom_easy_dynamic_register(const char* name, NNS_custom_invoke_dynamic func, void* data,
+                                     const GstTensorsInfo* in_info) {
+  return add(__func__, name, nullptr, func, data, in_info, nullptr);
+}
+
+int NNS_custom_easy_unregister(const char* name) {
+  if (!given(__func__, {name})) return -EINVAL;
+  return weir_filter_unregister(name) == WEIR_OK ? 0 : -EINVAL;
+}

@@ -1,0 +1,59 @@
+// Types and dimensions as text and numbers.
+#include <algorithm>
+#include <array>
+#include <string>
+
+#include "compat/guard.hpp"
+#include "compat/spec.hpp"
+#include "nnstreamer_plugin_api_util.h"
+
+using namespace weir::compat;
+
+tensor_type gst_tensor_get_type(const gchar* text) {
+  if (!given(__func__, {text})) return _NNS_END;
+  return static_cast<tensor_type>(weir::parse_element_type(text));
+}
+
+const gchar* gst_tensor_get_type_string(tensor_type type) {
+  static const auto names = [] {
+    std::array<std::string, _NNS_END> all;
+    for (int i = 0; i < _NNS_END; ++i) all[static_cast<size_t>(i)] = weir::name_of(element_type(i));
+    return all;
+  }();
+  const auto known = element_type(type);
+  return known == weir::ElementType::End ? nullptr : names[static_cast<size_t>(type)].c_str();
+}
+
+gsize gst_tensor_get_element_size(tensor_type type) {
+  return weir::size_of(element_type(type));
+}
+
+guint gst_tensor_parse_dimension(const gchar* text, tensor_dim dim) {
+  if (!given(__func__, {dim})) return 0;
+  std::fill_n(dim, NNS_TENSOR_RANK_LIMIT, 0);
+  if (!given(__func__, {text})) return 0;
+  const auto shape = weir::Shape::parse(text);
+  std::copy(shape.dims().begin(), shape.dims().end(), dim);
+  return static_cast<guint>(shape.rank());
+}
+
+gchar* gst_tensor_get_dimension_string(const tensor_dim dim) {
+  if (!given(__func__, {dim})) return nullptr;
+  return or_else<gchar*>(__func__, nullptr, [&] { return text(shape_of(dim).to_string()); });
+}
+
+guint gst_tensor_dimension_get_rank(const tensor_dim dim) {
+  return given(__func__, {dim}) ? static_cast<guint>(shape_of(dim).rank()) : 0;
+}
+
+gboolean gst_tensor_dimension_is_valid(const tensor_dim dim) {
+  return given(__func__, {dim}) && shape_of(dim).valid();
+}
+
+gboolean gst_tensor_dimension_is_equal(const tensor_dim a, const tensor_dim b) {
+  return given(__func__, {a, b}) && shape_of(a) == shape_of(b);
+}
+
+guint64 gst_tensor_get_element_count(const tensor_dim dim) {
+  return given(__func__, {dim}) ? shape_of(dim).count().value_or(0) : 0;
+}

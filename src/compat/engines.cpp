@@ -1,0 +1,117 @@
+// Tables; the engines of sub-plugins are told their own name, for all of them have one code.
+#include "compat/engines.hpp"
+
+#include <dlfcn.h>
+
+#include <deque>
+#include <filesystem>
+#include <mutex>
+
+#include "compat/filter_model.hpp"
+#include "compat/framework_check.hpp"
+#include "compat/guard.hpp"
+#include "core/infer/host.hpp"
+#include "core/subplugin/table.hpp"
+
+namespace weir::compat {
+namespace {
+
+std::shared_ptr<OpenFilter> open_framework(const OpenRequest& request) {
+  const std::string name(request.options.get("framework").value_or(""));
+  const auto* framework = static_cast<const GstTensorFilterFramework*>(
+      subplugin::table().find(subplugin::Kind::Filter, name));
+  if (!framework)
+    throw Failure({Code::ENGINE_UNKNOWN, "the sub-plugin is registered no longer",
+                   "framework=" + name, "one that nnstreamer_filter_probe() registered", "", ""});
+  auto properties = std::make_unique<Properties>(name, name, request);
+  const auto facts = value_or_throw(facts_of(*framework));
+  return facts.version == 0 ? open_v0(*framework, std::move(properties))
+                            : open_v1(*framework, std::move(properties));
+}
+
+class SubPlugin : public FilterModel {
+ public:
+  explicit SubPlugin(const OpenRequest& request) : FilterModel(open_framework(request)) {}
+};
+
+Failure not_loaded(const std::string& file, const std::string& offered, const std::string& needed,
+                   const std::string& fix) {
+  return Failure({Code::MODULE_REFUSED, "the custom filter " + file + " cannot be loaded", offered,
+                  needed, "", fix});
+}
+
+std::string reason_of_loader() {
+  const char* reason = dlerror();
+  return reason ? reason : "dlopen failed";
+}
+
+std::shared_ptr<OpenFilter> open_file(const OpenRequest& request) {
+  if (request.paths.size() != 1)
+    throw Failure({Code::OPTION_VALUE, "a custom filter is one file",
+                   std::to_string(request.paths.size()) + " parts in model=", "model=lib.so", "",
+                   "framework=custom model=/path/to/lib.so"});
+  const std::string file = request.paths[0];
+  const std::string path = std::filesystem::absolute(file).string();
+  void* handle = dlopen(path.c_str(), RTLD_NOW | RTLD_LOCAL);  // it stays: what it gave may be out
+  if (!handle)
+    throw not_loaded(file, reason_of_loader(),
+                     "a shared object for this machine whose functions are all there",
+                     "ldd -r " + path);
+  const auto* symbol =
+      static_cast<NNStreamer_custom_class* const*>(dlsym(handle, "NNStreamer_custom"));
+  if (!symbol || !*symbol)
+    throw not_loaded(file, symbol ? "NNStreamer_custom is NULL" : "no symbol NNStreamer_custom",
+                     "the exported pointer to its callbacks",
+                     "NNStreamer_custom_class *NNStreamer_custom = &callbacks;");
+  return open_class(**symbol, std::make_unique<Properties>("custom", file, request));
+}
+
+class CustomFile : public FilterModel {
+ public:
+  explicit CustomFile(const OpenRequest& request) : FilterModel(open_file(request)) {}
+};
+
+struct Engine {
+  const void* descriptor;
+  std::string name;
+  weir_engine table;
+};
+struct Engines {
+  std::mutex mutex;  // guards all
+  std::deque<Engine> all;
+};
+Engines& engines() {
+  static auto& all = *new Engines;  // elements may outlive static objects
+  return all;
+}
+
+}  // namespace
+
+const weir_engine* engine_of(const void* descriptor) {
+  return or_else<const weir_engine*>(__func__, nullptr, [&]() -> const weir_engine* {
+    accept_host(&infer::host());
+    const auto facts = facts_of(*static_cast<const GstTensorFilterFramework*>(descriptor));
+    if (!facts) {
+      warn("nnstreamer_filter_probe", facts.error());
+      return nullptr;
+    }
+    std::lock_guard lock(engines().mutex);
+    for (const auto& engine : engines().all)
+      if (engine.descriptor == descriptor && engine.name == facts->name) return &engine.table;
+    auto& engine = engines().all.emplace_back(Engine{descriptor, facts->name, {}});
+    engine.table = engine_table<SubPlugin>(engine.name.c_str(), "1", "", "");
+    engine.table.flags = (facts->runs_without_model ? uint64_t{WEIR_ENGINE_NEEDS_NO_MODEL} : 0) |
+                         (facts->verifies_paths ? 0 : uint64_t{WEIR_ENGINE_MODEL_IS_NO_FILE});
+    return &engine.table;
+  });
+}
+
+const weir_engine& class_engine() {
+  static const weir_engine table = [] {
+    accept_host(&infer::host());
+    return engine_table<CustomFile>("custom", "1", "", "");
+  }();
+  return table;
+}
+
+}  // namespace weir::compat

@@ -1,0 +1,228 @@
+// Frames through callbacks.
+#include "compat/filter_model.hpp"
+
+#include <algorithm>
+#include <cstring>
+
+#include "compat/async_answers.hpp"
+
+namespace weir::compat {
+namespace {
+
+bool same(const weir_tensor_info& a, const weir_tensor_info& b) {
+  return a.type == b.type && a.rank == b.rank && a.rank <= WEIR_RANK_LIMIT &&
+         std::equal(a.shape, a.shape + a.rank, b.shape);
+}
+
+// Outputs of a filter that says their number with each frame only.
+constexpr size_t kMostUnsaid = 16;
+
+}  // namespace
+
+FilterModel::FilterModel(std::shared_ptr<OpenFilter> filter)
+    : filter_(std::move(filter)),
+      dynamic_(filter_->properties().dynamic()),
+      allocates_(filter_->allocates()) {
+  TensorsInfo in, out;
+  const auto known = filter_->get_info(in.get(), out.get());
+  if (known.inputs && (*in).format == _NNS_TENSOR_FORMAT_STATIC) {
+    inputs_ = described(*in, filter_->name(), "input");
+    filter_->properties().configure_inputs(inputs_.infos);
+  }
+  if (known.outputs && !dynamic_ && (*out).format == _NNS_TENSOR_FORMAT_STATIC) {
+    outputs_ = described(*out, filter_->name(), "output");
+    filter_->properties().configure_outputs(outputs_.infos);
+  }
+  if (dynamic_) {
+    const size_t said = known.outputs ? (*out).num_tensors : 0;
+    const size_t declared = std::max(said, filter_->properties().declared_outputs());
+    outputs_ = open_tensors(declared > 0 && declared <= WEIR_TENSOR_LIMIT ? declared : kMostUnsaid);
+  }
+  if (filter_->properties().asynchronous())
+    filter_->answers =
+        std::make_unique<AsyncAnswers>(*filter_, allocates_ || dynamic_, outputs_.infos.size(),
+                                       filter_->properties().async_timeout());
+}
+
+void FilterModel::describe(weir_model_info& info) const {
+  if (!filter_->properties().asynchronous())
+    info.flags &= ~(uint32_t{WEIR_MODEL_ASYNC} | WEIR_MODEL_CANCELS);
+  else
+    info.max_in_flight = 2;  // one frame is open until the next one begins
+  if (dynamic_) info.flags |= WEIR_MODEL_DYNAMIC_OUTPUT | WEIR_MODEL_ALLOCATES_OUTPUT;
+  if (allocates_) info.flags |= WEIR_MODEL_ALLOCATES_OUTPUT;
+}
+
+// What comes out for inputs of these, asked once for each.
+void FilterModel::describe_outputs(std::span<const weir_tensor_info> in) {
+  const bool known =
+      stream_.size() == in.size() && std::equal(in.begin(), in.end(), stream_.begin(), same);
+  if (known) return;
+  auto& properties = filter_->properties();
+  properties.configure_inputs(in);
+  stream_.assign(in.begin(), in.end());
+  for (auto& info : stream_) info.name = nullptr;
+  if (dynamic_) return;
+  if (!outputs_.infos.empty()) {
+    properties.configure_outputs(outputs_.infos);
+    return;
+  }
+  TensorsInfo asked, out;
+  asked.assign(in);
+  const int result = filter_->set_inputs(asked.get(), out.get());
+  if (result < 0) {
+    stream_.clear();
+    throw broke(
+        filter_->name(),
+        result == -ENOENT ? "says no sizes of its own and takes none" : "refuses these inputs",
+        "its answer to the stream's sizes: " + returned(result), "0 or above",
+        result == -ENOENT ? "tensor_filter input=... inputtype=... output=... outputtype=..."
+                          : "other/tensors caps with the sizes that the filter takes");
+  }
+  answers_ = described(*out, filter_->name(), "output");
+  properties.configure_outputs(answers_.infos);
+}
+
+void FilterModel::resolve(std::span<const weir_tensor_info> in, std::span<weir_tensor_info> out) {
+  const bool open = std::any_of(in.begin(), in.end(), [](const auto& info) {
+    return info.type >= WEIR_TYPE_END || info.rank > WEIR_RANK_LIMIT ||
+           std::any_of(info.shape, info.shape + info.rank, [](int64_t n) { return n <= 0; });
+  });
+  if (open) return;  // nothing that a filter could be told
+  describe_outputs(in);
+  if (dynamic_ || !outputs_.infos.empty()) return;
+  if (answers_.infos.size() > out.size())
+    throw broke(filter_->name(), "has another number of outputs than before",
+                std::to_string(answers_.infos.size()), std::to_string(out.size()),
+                "the same number for every size of inputs");
+  std::copy(answers_.infos.begin(), answers_.infos.end(), out.begin());
+}
+
+void FilterModel::point_to(const weir_frame& in) {
+  in_.resize(in.n_tensors);
+  for (uint32_t i = 0; i < in.n_tensors; ++i) {
+    in_[i].data = in.tensors[i].data;
+    in_[i].size = static_cast<size_t>(in.tensors[i].bytes);
+  }
+}
+
+// A stream of flexible tensors changes its sizes from frame to frame.
+void FilterModel::follow(const weir_frame& in) {
+  point_to(in);
+  const auto told = [&](uint32_t i) { return same(in.tensors[i].info, stream_[i]); };
+  bool known = stream_.size() == in.n_tensors;
+  for (uint32_t i = 0; known && i < in.n_tensors; ++i) known = told(i);
+  if (known) return;
+  std::vector<weir_tensor_info> now;
+  for (uint32_t i = 0; i < in.n_tensors; ++i) now.push_back(in.tensors[i].info);
+  describe_outputs(now);
+}
+
+int FilterModel::run() {
+  const int result = filter_->invoke(in_.data(), out_.data());
+  if (result >= 0) return result;
+  throw Failure({Code::INVOKE_FAILED, "the filter " + filter_->name() + " failed on a frame",
+                 "it returned " + returned(result), "0, or above 0 to drop the frame", "",
+                 "GST_DEBUG=weir:5 shows what the filter logs"});
+}
+
+void FilterModel::drop_outputs() noexcept {
+  for (auto& memory : out_) destroy(*filter_, &memory);
+}
+
+// Outputs that the filter allocated, with the sizes that were agreed.
+void FilterModel::fill_given(weir_frame& out) {
+  for (uint32_t i = 0; i < out.n_tensors; ++i) {
+    const uint64_t wanted = bytes_of(out.tensors[i].info);
+    if (!out_[i].data)
+      throw broke(filter_->name(), "allocates its outputs and gave none", which(i, out_[i]),
+                  std::to_string(wanted) + " bytes",
+                  "output[" + std::to_string(i) + "].data = malloc(output[" + std::to_string(i) +
+                      "].size)");
+    if (out_[i].size != wanted)
+      throw broke(filter_->name(), "gave an output of another size", which(i, out_[i]),
+                  std::to_string(wanted) + ": " + weir::describe(out.tensors[i].info),
+                  "leave output[].size as it is, or set invoke-dynamic=true");
+  }
+  for (uint32_t i = 0; i < out.n_tensors; ++i) {
+    if (void* place = out.tensors[i].data)
+      std::memcpy(place, out_[i].data, out_[i].size);  // a batch, or another process
+    else
+      give(filter_, &out_[i], out.tensors[i].info, &out.tensors[i]);
+  }
+}
+
+// Outputs whose sizes the filter decided.
+void FilterModel::fill_dynamic(weir_frame& out) {
+  auto& properties = filter_->properties();
+  const Described now = described(properties.get()->output_meta, filter_->name(), "output");
+  const size_t count = now.infos.size();
+  if (count > out.n_tensors) throw too_many(filter_->name(), count, out.n_tensors);
+  for (size_t i = 0; i < count; ++i)
+    if (!out_[i].data || out_[i].size != bytes_of(now.infos[i]))
+      throw other_size(filter_->name(), i, out_[i], now.infos[i]);
+  for (size_t i = 0; i < count; ++i) give(filter_, &out_[i], now.infos[i], &out.tensors[i]);
+  for (size_t i = count; i < out.n_tensors; ++i) leave_out(&out.tensors[i]);
+}
+
+bool FilterModel::invoke(const weir_frame& in, weir_frame& out) {
+  follow(in);
+  const bool gives = allocates_ || dynamic_;
+  out_.assign(gives ? std::max<size_t>(out.n_tensors, WEIR_TENSOR_LIMIT) : out.n_tensors, {});
+  for (uint32_t i = 0; i < out.n_tensors; ++i) {
+    auto& tensor = out.tensors[i];
+    if (!gives && !tensor.data) allocate(&tensor, tensor.info, bytes_of(tensor.info));
+    out_[i].data = gives ? nullptr : tensor.data;
+    out_[i].size = static_cast<size_t>(dynamic_ ? 0 : gives ? bytes_of(tensor.info) : tensor.bytes);
+  }
+  if (!gives) {
+    if (run() > 0) return false;
+    for (uint32_t i = 0; i < out.n_tensors; ++i)
+      if (out_[i].data != out.tensors[i].data || out_[i].size != out.tensors[i].bytes)
+        throw broke(filter_->name(), "changed where its output lies", which(i, out_[i]),
+                    std::to_string(out.tensors[i].bytes) + " bytes, written where they are",
+                    "allocate_invoke, or allocate_in_invoke = 1");
+    return true;
+  }
+  struct Rest {
+    FilterModel* model;
+    ~Rest() {
+      model->drop_outputs();
+      if (model->dynamic_) model->filter_->properties().forget_output_names();
+    }
+  } const rest{this};
+  if (run() > 0) return false;
+  if (dynamic_)
+    fill_dynamic(out);
+  else
+    fill_given(out);
+  return true;
+}
+
+void FilterModel::submit(const weir_frame& in, Request& request) {
+  follow(in);
+  out_.assign(WEIR_TENSOR_LIMIT, {});
+  auto& answers = *filter_->answers;
+  answers.begin(request);
+  try {
+    run();
+  } catch (const Failure& failure) {
+    return answers.failed(failure.error());
+  }
+  answers.invoked();
+}
+
+void FilterModel::control(int op, const weir_option*) {
+  if (op == WEIR_WARM || op == WEIR_RESET_STATE) return;  // nothing is invoked but frames
+  const bool suspend = op == WEIR_SUSPEND;
+  const int result =
+      suspend || op == WEIR_RESUME ? filter_->send(suspend ? SUSPEND : RESUME) : -ENOENT;
+  if (result < 0)
+    throw Failure({Code::MODEL_UNSUPPORTED,
+                   "the filter " + filter_->name() + " does not know this order",
+                   "its answer to " + std::string(suspend ? "SUSPEND" : "the event") + ": " +
+                       returned(result),
+                   "0 or above", "", ""});
+}
+
+}  // namespace weir::compat

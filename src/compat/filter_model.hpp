@@ -1,0 +1,46 @@
+// FilterModel: an OpenFilter as a model of one of Weir's engines.
+#pragma once
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "compat/open_filter.hpp"
+#include "core/infer/declared_options.hpp"
+#include "weir/engine.hpp"
+
+namespace weir::compat {
+
+class FilterModel {
+ public:
+  static constexpr const char* kOptions = infer::kAllDeclared;
+
+  // What weir::engine_table() asks of an engine.
+  std::span<const weir_tensor_info> inputs() const { return inputs_.infos; }
+  std::span<const weir_tensor_info> outputs() const { return outputs_.infos; }
+  void describe(weir_model_info& info) const;
+  void resolve(std::span<const weir_tensor_info> in, std::span<weir_tensor_info> out);
+  bool invoke(const weir_frame& in, weir_frame& out);
+  void submit(const weir_frame& in, Request& request);
+  void control(int op, const weir_option* option);
+
+ protected:
+  explicit FilterModel(std::shared_ptr<OpenFilter> filter);
+
+ private:
+  void follow(const weir_frame& in);
+  void describe_outputs(std::span<const weir_tensor_info> in);
+  void point_to(const weir_frame& in);
+  int run();
+  void fill_given(weir_frame& out);
+  void fill_dynamic(weir_frame& out);
+  void drop_outputs() noexcept;
+
+  std::shared_ptr<OpenFilter> filter_;
+  bool dynamic_, allocates_;
+  Described inputs_, outputs_;             // of the model; none: it follows the stream
+  std::vector<weir_tensor_info> stream_;   // the inputs that the filter was told of
+  Described answers_;                      // the outputs for them
+  std::vector<GstTensorMemory> in_, out_;  // of the frame
+};
+
+}  // namespace weir::compat

@@ -1,0 +1,158 @@
+// Objects of tensor_filter_cpp as engines of framework=cpp.
+#include <cerrno>
+#include <cstring>
+#include <deque>
+#include <map>
+#include <mutex>
+
+#include "compat/filter_model.hpp"
+#include "compat/guard.hpp"
+#include "core/infer/host.hpp"
+#include "tensor_filter_cpp.hh"
+#include "weir/custom_filter.h"
+
+using namespace weir::compat;
+
+namespace {
+
+// An object serves every element that names it, one call at a time.
+struct Object {
+  tensor_filter_cpp* filter;
+  std::mutex turn;
+};
+struct Objects {
+  std::mutex mutex;  // guards the rest
+  std::map<std::string, std::shared_ptr<Object>, std::less<>> all;
+  std::deque<std::string> names;  // of engines: they outlive the objects
+};
+Objects& objects() {
+  static auto& all = *new Objects;  // elements may outlive static objects
+  return all;
+}
+
+class OpenObject final : public OpenFilter {
+ private:
+  template <class Body>
+  auto ask(const char* function, Body&& body) {
+    const std::lock_guard lock(object_->turn);
+    return call(function, [&] { return body(*object_->filter); });
+  }
+
+ public:
+  OpenObject(std::shared_ptr<Object> object, std::unique_ptr<Properties> properties)
+      : OpenFilter(std::move(properties)), object_(std::move(object)) {
+    this->properties().choose_hardware({}, ACCL_AUTO, ACCL_DEFAULT, false);
+  }
+  Known get_info(GstTensorsInfo* in, GstTensorsInfo* out) override {
+    const int inputs = ask("getInputDim", [&](auto& f) { return f.getInputDim(in); });
+    const int outputs = ask("getOutputDim", [&](auto& f) { return f.getOutputDim(out); });
+    return {inputs >= 0, outputs >= 0};
+  }
+  int set_inputs(const GstTensorsInfo* in, GstTensorsInfo* out) override {
+    return ask("setInputDim", [&](auto& f) { return f.setInputDim(in, out); });
+  }
+  int invoke(const GstTensorMemory* in, GstTensorMemory* out) override {
+    return ask("invoke", [&](auto& f) { return f.invoke(in, out); });
+  }
+  bool allocates() override {
+    return ask("isAllocatedBeforeInvoke", [](auto& f) { return !f.isAllocatedBeforeInvoke(); });
+  }
+  void destroy(void* data) override { g_free(data); }
+
+ private:
+  std::shared_ptr<Object> object_;
+};
+
+std::shared_ptr<OpenFilter> open_object(const weir::OpenRequest& request) {
+  const std::string name(request.options.get("framework").value_or(""));
+  std::unique_lock lock(objects().mutex);
+  const auto found = objects().all.find(name);
+  if (found == objects().all.end())
+    throw weir::Failure({weir::Code::CALLBACK_UNKNOWN, "the filter object is registered no longer",
+                         "framework=cpp model=" + name, "an object that is", "", ""});
+  const auto object = found->second;
+  lock.unlock();
+  return std::make_shared<OpenObject>(object, std::make_unique<Properties>("cpp", name, request));
+}
+
+class ObjectModel : public FilterModel {
+ public:
+  explicit ObjectModel(const weir::OpenRequest& request) : FilterModel(open_object(request)) {}
+};
+
+thread_local const char* name_of_entry = nullptr;
+
+// Copied at once by who asks for it.
+const weir_module* entry(const weir_host* host) {
+  weir::accept_host(host);
+  thread_local weir_engine table;
+  thread_local const weir_engine* const tables[] = {&table, nullptr};
+  thread_local const weir_module module{sizeof(weir_module),
+                                        WEIR_ABI_MAJOR,
+                                        WEIR_ABI_MINOR,
+                                        tables,
+                                        nullptr,
+                                        nullptr,
+                                        nullptr,
+                                        nullptr};
+  table = weir::engine_table<ObjectModel>(name_of_entry, "1", "", "");
+  table.flags = WEIR_ENGINE_NEEDS_NO_MODEL | WEIR_ENGINE_MODEL_IS_NO_FILE;
+  return &module;
+}
+
+int add(tensor_filter_cpp* filter) {
+  const std::string name = filter->getName();
+  {
+    std::lock_guard lock(objects().mutex);
+    if (objects().all.contains(name)) {
+      warn("tensor_filter_cpp::__register", "another object has the name " + name + " already");
+      return -EINVAL;
+    }
+    name_of_entry = objects().names.emplace_back(name).c_str();
+    auto object = std::make_shared<Object>();
+    object->filter = filter;
+    objects().all.emplace(name, std::move(object));
+  }
+  weir_error* error = nullptr;
+  const int code = weir_filter_class_register(name.c_str(), entry, &error);
+  if (code == WEIR_OK) return 0;
+  if (error) {
+    warn("tensor_filter_cpp::__register", weir_error_message(error));
+    weir_error_free(error);
+  }
+  std::lock_guard lock(objects().mutex);
+  objects().all.erase(name);
+  return code == -WEIR_OUT_OF_MEMORY ? -ENOMEM : -EINVAL;
+}
+
+}  // namespace
+
+tensor_filter_cpp::tensor_filter_cpp(const char* modelName)
+    : name_(g_strdup(modelName ? modelName : "")) {}
+
+tensor_filter_cpp::~tensor_filter_cpp() {
+  bool ours = false;
+  {
+    std::lock_guard lock(objects().mutex);
+    const auto found = objects().all.find(name_);
+    ours = found != objects().all.end() && found->second->filter == this;
+  }
+  if (ours) __unregister(name_);
+  g_free(name_);
+}
+
+int tensor_filter_cpp::__register(tensor_filter_cpp* filter) {
+  if (!given("tensor_filter_cpp::__register", {filter})) return -EINVAL;
+  return or_else("tensor_filter_cpp::__register", -EINVAL, [&] { return add(filter); });
+}
+
+int tensor_filter_cpp::__unregister(const char* modelName) {
+  if (!given("tensor_filter_cpp::__unregister", {modelName})) return -EINVAL;
+  return or_else("tensor_filter_cpp::__unregister", -EINVAL, [&]() -> int {
+    std::lock_guard lock(objects().mutex);
+    const auto found = objects().all.find(modelName);
+    if (found == objects().all.end()) return -EINVAL;
+    objects().all.erase(found);
+    return weir_filter_class_unregister(modelName) == WEIR_OK ? 0 : -EINVAL;
+  });
+}

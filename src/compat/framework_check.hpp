@@ -1,0 +1,20 @@
+// Can a descriptor be used, and what is it?
+#pragma once
+#include <string>
+
+#include "nnstreamer_plugin_api_filter.h"
+#include "weir/result.hpp"
+
+namespace weir::compat {
+
+struct FrameworkFacts {
+  int version;  // 0 or 1
+  std::string name;
+  bool runs_without_model, verifies_paths;
+};
+
+// MODULE_REFUSED: a version that is none, a function that is missing, no name. What a callback
+// throws is passed on.
+Result<FrameworkFacts> facts_of(const GstTensorFilterFramework& framework);
+
+}  // namespace weir::compat

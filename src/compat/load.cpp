@@ -1,0 +1,33 @@
+// What happens when the library is loaded.
+#include <dlfcn.h>
+
+#include <filesystem>
+
+#include "compat/engines.hpp"
+#include "compat/guard.hpp"
+#include "core/custom/foreign_class.hpp"
+#include "core/process/process_object.hpp"
+#include "core/subplugin/loader.hpp"
+#include "library/process.h"
+
+namespace {
+
+// A file that names libnnstreamer-single.so finds it where this library lies, whatever the loader's
+// folders are.
+void open_the_other_name() {
+  Dl_info own{};
+  if (!dladdr(reinterpret_cast<void*>(open_the_other_name), &own) || !own.dli_fname) return;
+  const auto folder = std::filesystem::path(own.dli_fname).parent_path();
+  dlopen((folder / "libnnstreamer-single.so").c_str(), RTLD_LAZY | RTLD_LOCAL);
+}
+
+}  // namespace
+
+// Before the constructors of sub-plugins, which name this library: what a process has once is
+// libweir's.
+__attribute__((constructor)) static void take_the_process() {
+  weir::process::take_objects_from(weir_process_object);
+  weir::subplugin::set_engine_adapter(weir::compat::engine_of);
+  weir::custom::set_class_engine(weir::compat::class_engine);
+  weir::compat::attempt("libnnstreamer.so", open_the_other_name);
+}

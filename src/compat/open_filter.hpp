@@ -1,0 +1,87 @@
+// OpenFilter: a filter for NNStreamer's interface with its model open, whatever version it is of.
+#pragma once
+#include <cerrno>
+#include <cstring>
+#include <memory>
+#include <string>
+
+#include "compat/properties.hpp"
+#include "nnstreamer_plugin_api_filter.h"
+#include "tensor_filter_custom.h"
+
+namespace weir::compat {
+
+class AsyncAnswers;
+
+// Used by one thread at a time, but for destroy(). What it gave away keeps it open.
+class OpenFilter : public std::enable_shared_from_this<OpenFilter> {
+ public:
+  explicit OpenFilter(std::unique_ptr<Properties> properties);
+  virtual ~OpenFilter();
+  OpenFilter(const OpenFilter&) = delete;
+  OpenFilter& operator=(const OpenFilter&) = delete;
+
+  Properties& properties() noexcept { return *properties_; }
+  const std::string& name() const noexcept { return properties_->shown(); }  // for errors
+
+  // The functions return what the callbacks do: 0 and above, or below 0.
+  struct Known {
+    bool inputs, outputs;
+  };
+  virtual Known get_info(GstTensorsInfo* in, GstTensorsInfo* out) = 0;
+  virtual int set_inputs(const GstTensorsInfo* in, GstTensorsInfo* out) = 0;
+  virtual int invoke(const GstTensorMemory* in, GstTensorMemory* out) = 0;
+  // Whether invoke() sets the outputs' `data`, which destroy() frees.
+  virtual bool allocates() = 0;
+  virtual void destroy(void* data) = 0;
+  virtual int send(event_ops) { return -ENOENT; }
+
+  std::unique_ptr<AsyncAnswers> answers;  // of a model that answers asynchronously
+
+ protected:
+  GstTensorFilterProperties* prop() noexcept { return properties_->get(); }
+  // What `function` returned; what it threw becomes CALLBACK_FAILED.
+  template <class Body>
+  auto call(const char* function, Body&& body) {
+    const auto threw = [&](const char* what) {
+      return Failure({Code::CALLBACK_FAILED, "the filter " + name() + " threw out of " + function,
+                      what, "a number below 0 where it fails: nothing may be thrown across C", "",
+                      "catch it in " + std::string(function) + " and return -EINVAL"});
+    };
+    try {
+      return body();
+    } catch (const Failure&) {
+      throw;
+    } catch (const std::exception& e) {
+      throw threw(e.what());
+    } catch (...) {
+      throw threw("what is no std::exception");
+    }
+  }
+
+ private:
+  std::unique_ptr<Properties> properties_;
+};
+
+// "-22 (Invalid argument)".
+inline std::string returned(int result) {
+  std::string text = std::to_string(result);
+  if (result < 0 && result > -200) text += std::string(" (") + std::strerror(-result) + ")";
+  return text;
+}
+
+// Throw Failure where the filter does not open.
+std::shared_ptr<OpenFilter> open_v0(const GstTensorFilterFramework& framework,
+                                    std::unique_ptr<Properties> properties);
+std::shared_ptr<OpenFilter> open_v1(const GstTensorFilterFramework& framework,
+                                    std::unique_ptr<Properties> properties);
+std::shared_ptr<OpenFilter> open_class(const NNStreamer_custom_class& callbacks,
+                                       std::unique_ptr<Properties> properties);
+
+// Thrown by the above for a callback that returned below 0.
+inline Failure not_opened(const std::string& name, const std::string& offered) {
+  return Failure({Code::MODEL_INVALID, "the filter " + name + " does not open its model", offered,
+                  "0 or above", "", "GST_DEBUG=weir:5 shows what the filter logs"});
+}
+
+}  // namespace weir::compat

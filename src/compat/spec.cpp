@@ -1,0 +1,69 @@
+// Values both ways.
+#include "compat/spec.hpp"
+
+#include <algorithm>
+
+#include "nnstreamer_plugin_api_util.h"
+
+namespace weir::compat {
+
+TensorSpec spec_of(const GstTensorInfo& info) {
+  return {element_type(info.type), shape_of(info.dimension), info.name ? info.name : ""};
+}
+
+void write(const TensorSpec& spec, GstTensorInfo* info) {
+  info->name = spec.name.empty() ? nullptr : text(spec.name);
+  info->type = static_cast<tensor_type>(spec.type);
+  std::copy(spec.shape.dims().begin(), spec.shape.dims().end(), info->dimension);
+}
+
+const GstTensorInfo* tensor_at(const GstTensorsInfo& info, size_t index) noexcept {
+  if (index < NNS_TENSOR_MEMORY_MAX) return &info.info[index];
+  return info.extra && index < NNS_TENSOR_SIZE_LIMIT ? &info.extra[index - NNS_TENSOR_MEMORY_MAX]
+                                                     : nullptr;
+}
+GstTensorInfo* tensor_at(GstTensorsInfo& info, size_t index) noexcept {
+  return const_cast<GstTensorInfo*>(tensor_at(std::as_const(info), index));
+}
+
+GstTensorInfo* room_at(GstTensorsInfo& info, size_t index) noexcept {
+  if (index >= NNS_TENSOR_MEMORY_MAX && index < NNS_TENSOR_SIZE_LIMIT && !info.extra) {
+    info.extra = g_new(GstTensorInfo, NNS_TENSOR_SIZE_EXTRA_LIMIT);
+    for (size_t i = 0; i < NNS_TENSOR_SIZE_EXTRA_LIMIT; ++i) gst_tensor_info_init(&info.extra[i]);
+  }
+  return tensor_at(info, index);
+}
+
+FrameSpec spec_of(const GstTensorsInfo& info) {
+  FrameSpec spec;
+  spec.format =
+      info.format <= _NNS_TENSOR_FORMAT_END ? static_cast<Format>(info.format) : Format::End;
+  const size_t count = std::min<size_t>(info.num_tensors, NNS_TENSOR_SIZE_LIMIT);
+  for (size_t i = 0; i < count; ++i) {
+    const auto* tensor = tensor_at(info, i);
+    spec.tensors.push_back(tensor ? spec_of(*tensor) : TensorSpec{});
+  }
+  return spec;
+}
+
+FrameSpec spec_of(const GstTensorsConfig& config) {
+  FrameSpec spec = spec_of(config.info);
+  spec.rate = {config.rate_n, config.rate_d};
+  return spec;
+}
+
+void write(const FrameSpec& spec, GstTensorsInfo* info) {
+  gst_tensors_info_init(info);
+  info->format = static_cast<tensor_format>(spec.format);
+  info->num_tensors =
+      static_cast<unsigned>(std::min<size_t>(spec.tensors.size(), NNS_TENSOR_SIZE_LIMIT));
+  for (size_t i = 0; i < info->num_tensors; ++i) write(spec.tensors[i], room_at(*info, i));
+}
+
+void write(const FrameSpec& spec, GstTensorsConfig* config) {
+  write(spec, &config->info);
+  config->rate_n = spec.rate.numerator;
+  config->rate_d = spec.rate.denominator;
+}
+
+}  // namespace weir::compat

@@ -1,0 +1,67 @@
+// Descriptions of several tensors as text.
+#include <algorithm>
+
+#include "compat/guard.hpp"
+#include "compat/spec.hpp"
+#include "core/text/text.hpp"
+#include "nnstreamer_plugin_api_util.h"
+
+using namespace weir::compat;
+
+namespace {
+
+using weir::Result;
+
+// Entries of a list into tensors: as many as there can be, with a line in the log for more.
+template <class Put>
+guint fill(const char* function, GstTensorsInfo* info, const gchar* text, const char* separators,
+           Put put) {
+  if (!given(function, {info, text})) return 0;
+  return or_else<guint>(function, 0, [&]() -> guint {
+    const auto parts = weir::split(text, separators);
+    if (parts.size() == 1 && weir::strip(parts[0]).empty()) return 0;
+    if (parts.size() > NNS_TENSOR_SIZE_LIMIT)
+      warn(function, std::to_string(parts.size()) + " tensors: the first 256 are taken");
+    const size_t count = std::min<size_t>(parts.size(), NNS_TENSOR_SIZE_LIMIT);
+    for (size_t i = 0; i < count; ++i) put(weir::strip(parts[i]), room_at(*info, i));
+    return static_cast<guint>(count);
+  });
+}
+
+gchar* joined(const char* function, const GstTensorsInfo* info,
+              std::string (*join)(const std::vector<weir::TensorSpec>&)) {
+  if (!given(function, {info}) || info->num_tensors == 0) return nullptr;
+  return or_else<gchar*>(function, nullptr, [&] { return text(join(spec_of(*info).tensors)); });
+}
+
+}  // namespace
+
+guint gst_tensors_info_parse_dimensions_string(GstTensorsInfo* info, const gchar* text) {
+  return fill(__func__, info, text, ",.", [](std::string_view part, GstTensorInfo* to) {
+    const auto shape = weir::Shape::parse(part);
+    std::copy(shape.dims().begin(), shape.dims().end(), to->dimension);
+  });
+}
+
+guint gst_tensors_info_parse_types_string(GstTensorsInfo* info, const gchar* text) {
+  return fill(__func__, info, text, ",.", [](std::string_view part, GstTensorInfo* to) {
+    to->type = static_cast<tensor_type>(weir::parse_element_type(part));
+  });
+}
+
+guint gst_tensors_info_parse_names_string(GstTensorsInfo* info, const gchar* text) {
+  return fill(__func__, info, text, ",", [](std::string_view part, GstTensorInfo* to) {
+    g_free(to->name);
+    to->name = part.empty() ? nullptr : g_strndup(part.data(), part.size());
+  });
+}
+
+gchar* gst_tensors_info_get_dimensions_string(const GstTensorsInfo* info) {
+  return joined(__func__, info, [](const auto& tensors) { return weir::join_shapes(tensors); });
+}
+gchar* gst_tensors_info_get_types_string(const GstTensorsInfo* info) {
+  return joined(__func__, info, weir::join_types);
+}
+gchar* gst_tensors_info_get_names_string(const GstTensorsInfo* info) {
+  return joined(__func__, info, weir::join_names);
+}

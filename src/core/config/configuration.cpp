@@ -1,0 +1,146 @@
+// The files, and the environment before them.
+#include "core/config/configuration.hpp"
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <filesystem>
+
+#include "core/config/ini_files.hpp"
+#include "core/config/known_settings.hpp"
+#include "core/text/text.hpp"
+
+namespace weir::config {
+namespace {
+
+constexpr char kOnlyFile[] = "WEIR_CONFIG";
+constexpr char kName[] = "weir/weir.ini";
+
+std::string text_of(const char* text) {
+  return text ? text : "";
+}
+
+// ~/.config/weir/weir.ini, "" where there is no home.
+std::string file_of_user(const Configuration::Environment& environment) {
+  const std::string folder = text_of(environment("XDG_CONFIG_HOME"));
+  if (folder.starts_with('/')) return folder + "/" + kName;
+  const std::string home = text_of(environment("HOME"));
+  return home.starts_with('/') ? home + "/.config/" + kName : "";
+}
+
+bool same(const Setting& a, std::string_view group, std::string_view key) {
+  return a.group == group && a.key == key;
+}
+
+IniFiles& ini_files() {
+  static IniFiles& files = *new IniFiles;  // asked until the process ends
+  return files;
+}
+
+// The priorities that only the environment has: variables that begin so.
+void add_variables_only(const std::string& prefix, const std::string& key,
+                        std::vector<Setting>* out) {
+  for (char** each = environ; each && *each; ++each) {
+    const std::string_view text(*each);
+    const size_t equals = text.find('=');
+    if (!text.starts_with(prefix) || equals == std::string_view::npos || equals <= prefix.size())
+      continue;
+    const std::string name(text.substr(0, equals));
+    const auto known = [&](const auto& s) { return variable_of(s.group, s.key) == name; };
+    if (std::none_of(out->begin(), out->end(), known))
+      out->push_back({"filter", key + lower(name.substr(prefix.size())),
+                      std::string(text.substr(equals + 1)), name});
+  }
+}
+
+}  // namespace
+
+std::string variable_of(std::string_view group, std::string_view key) {
+  std::string out = "WEIR_" + std::string(group) + "_" + std::string(key);
+  for (char& c : out) {
+    const bool letter = (c >= 'a' && c <= 'z');
+    const bool other = !letter && !(c >= 'A' && c <= 'Z') && !(c >= '0' && c <= '9');
+    if (letter) c = static_cast<char>(c - 'a' + 'A');
+    if (other) c = '_';
+  }
+  return out;
+}
+
+Configuration Configuration::load() {
+  return Configuration([](const char* name) { return std::getenv(name); });
+}
+
+uint64_t Configuration::files_read() {
+  return ini_files().reads();
+}
+
+Configuration::Configuration(const Environment& environment) : environment_(environment) {
+  if (const char* only = environment(kOnlyFile)) {
+    if (*only) read(only, true);
+    return;
+  }
+  for (const std::string& path :
+       {file_of_user(environment), std::string(WEIR_CONFIG_DIR) + "/" + kName,
+        std::string("/etc/") + kName})
+    if (!path.empty()) read(path, false);
+}
+
+void Configuration::read(const std::string& path, bool wanted) {
+  const auto known = [&](const auto& file) { return file.path == path; };
+  if (std::any_of(files_.begin(), files_.end(), known)) return;
+  std::error_code ignored;
+  const bool found = std::filesystem::exists(path, ignored);
+  files_.push_back({path, found});
+  if (!found && !wanted) return;
+  const auto ini = ini_files().read(path);
+  for (Error fault : ini->faults) {
+    if (fault.code == Code::FILE_NOT_FOUND && wanted)
+      fault.needed = "the file that WEIR_CONFIG names";
+    faults_.push_back(std::move(fault));
+  }
+  // Within one file the last line of a key counts.
+  for (auto entry = ini->entries.rbegin(); entry != ini->entries.rend(); ++entry) {
+    const std::string place = path + ":" + std::to_string(entry->line);
+    if (!is_known(entry->group, entry->key)) {
+      const auto close = nearest_known(entry->group, entry->key);
+      faults_.push_back({Code::OPTION_SYNTAX, place + ": no setting has this name",
+                         "[" + entry->group + "] " + entry->key,
+                         "a setting of docs/guide/configuration.md",
+                         close.empty() ? "" : "did you mean " + close + "?", ""});
+      continue;
+    }
+    entries_.push_back({entry->group, entry->key, entry->value, place});
+  }
+}
+
+std::optional<Setting> Configuration::find(std::string_view group, std::string_view key) const {
+  const std::string variable = variable_of(group, key);
+  if (const char* value = environment_(variable.c_str()))
+    return Setting{std::string(group), std::string(key), value, variable};
+  for (const auto& entry : entries_)
+    if (same(entry, group, key)) return entry;
+  return std::nullopt;
+}
+
+std::vector<Setting> Configuration::all() const {
+  std::vector<Setting> out;
+  const auto add = [&](std::string_view group, std::string_view key) {
+    const auto there = [&](const auto& s) { return same(s, group, key); };
+    if (std::any_of(out.begin(), out.end(), there)) return;
+    if (auto setting = find(group, key)) out.push_back(*std::move(setting));
+  };
+  for (const auto& entry : entries_) add(entry.group, entry.key);
+  for (const auto& known : known_settings()) {
+    if (!known.key.ends_with('_'))
+      add(known.group, known.key);
+    else
+      add_variables_only(variable_of(known.group, known.key), std::string(known.key), &out);
+  }
+  std::sort(out.begin(), out.end(), [](const auto& a, const auto& b) {
+    return std::tie(a.group, a.key) < std::tie(b.group, b.key);
+  });
+  return out;
+}
+
+}  // namespace weir::config

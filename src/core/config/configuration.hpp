@@ -1,0 +1,58 @@
+// Configuration: what weir.ini and the environment say, and who said it
+// (docs/guide/configuration.md).
+#pragma once
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "core/config/ini.hpp"
+#include "weir/result.hpp"
+
+namespace weir::config {
+
+struct Setting {
+  std::string group, key, value;
+  std::string origin;  // "/etc/weir/weir.ini:3", or the name of an environment variable
+};
+
+struct ConfigurationFile {
+  std::string path;
+  bool found = false;
+};
+
+class Configuration {
+ public:
+  // The value of an environment variable; null = not set.
+  using Environment = std::function<const char*(const char*)>;
+
+  // Of this machine and user, as it is now; a file that has not changed is not read again.
+  static Configuration load();
+  // The files in which a setting is looked for, first to last; those that are not there are passed
+  // over, but for one that WEIR_CONFIG names.
+  explicit Configuration(const Environment& environment);
+  static uint64_t files_read();  // by this process, so far
+
+  // [group] key: the variable WEIR_GROUP_KEY, then the first file that has it.
+  std::optional<Setting> find(std::string_view group, std::string_view key) const;
+  // Every setting that has an effect, by group and key.
+  std::vector<Setting> all() const;
+  const std::vector<ConfigurationFile>& files() const noexcept { return files_; }
+  // Lines that cannot be read, keys that nobody asks for.
+  const std::vector<Error>& faults() const noexcept { return faults_; }
+
+ private:
+  void read(const std::string& path, bool wanted);
+
+  Environment environment_;
+  std::vector<ConfigurationFile> files_;
+  std::vector<Setting> entries_;  // of the files; the first of one group and key has an effect
+  std::vector<Error> faults_;
+};
+
+// "WEIR_FILTER_PRIORITY_TFLITE" of [filter] priority_tflite.
+std::string variable_of(std::string_view group, std::string_view key);
+
+}  // namespace weir::config

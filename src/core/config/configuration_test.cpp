@@ -1,0 +1,122 @@
+// Which file and which variable decides.
+#include "core/config/configuration.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <map>
+
+#include "says.hpp"
+
+namespace weir::config {
+namespace {
+
+namespace fs = std::filesystem;
+using Variables = std::map<std::string, std::string>;
+
+class ConfigurationTest : public ::testing::Test {
+ protected:
+  ConfigurationTest() : folder_(fs::path(testing::TempDir()) / "weir-configuration-test") {
+    fs::remove_all(folder_);
+    fs::create_directories(folder_ / "home/.config/weir");
+  }
+  ~ConfigurationTest() override { fs::remove_all(folder_); }
+  std::string write(const std::string& name, const std::string& text) const {
+    std::ofstream(folder_ / name) << text;
+    return (folder_ / name).string();
+  }
+  // With no file of this machine or user, unless the variables say so.
+  static Configuration with(Variables variables) {
+    return Configuration([variables = std::move(variables)](const char* name) -> const char* {
+      const auto found = variables.find(name);
+      return found == variables.end() ? nullptr : found->second.c_str();
+    });
+  }
+  fs::path folder_;
+};
+
+std::string found(const Configuration& configuration, const char* group, const char* key) {
+  const auto setting = configuration.find(group, key);
+  return setting ? setting->value + " from " + setting->origin : "nothing";
+}
+
+TEST_F(ConfigurationTest, ReadsTheFileThatTheVariableNamesAndNoOther) {
+  const auto path = write("own.ini", "[filter]\npriority_onnx=a\npriority_onnx=b\n");
+  write("home/.config/weir/weir.ini", "[module]\npath=/home\n");
+  const auto own = with({{"WEIR_CONFIG", path}, {"HOME", (folder_ / "home").string()}});
+  EXPECT_EQ(found(own, "filter", "priority_onnx"), "b from " + path + ":3")
+      << "the last line counts";
+  EXPECT_EQ(found(own, "module", "path"), "nothing");
+  ASSERT_EQ(own.files().size(), 1u);
+  EXPECT_TRUE(own.files()[0].found);
+  EXPECT_TRUE(own.faults().empty());
+}
+
+TEST_F(ConfigurationTest, ReadsNoFileWhereTheVariableIsEmpty) {
+  write("home/.config/weir/weir.ini", "[module]\npath=/home\n");
+  const auto none = with({{"WEIR_CONFIG", ""}, {"HOME", (folder_ / "home").string()}});
+  EXPECT_TRUE(none.files().empty());
+  EXPECT_EQ(found(none, "module", "path"), "nothing");
+}
+
+TEST_F(ConfigurationTest, LooksForTheUsersFileFirst) {
+  const auto home = (folder_ / "home").string();
+  const auto path = write("home/.config/weir/weir.ini", "[module]\npath=/home\n");
+  const auto user = with({{"HOME", home}});
+  EXPECT_EQ(found(user, "module", "path"), "/home from " + path + ":2");
+  ASSERT_GE(user.files().size(), 2u);
+  EXPECT_EQ(user.files()[0].path, path);
+  EXPECT_EQ(user.files().back().path, "/etc/weir/weir.ini");
+  const auto elsewhere = with({{"HOME", home}, {"XDG_CONFIG_HOME", (folder_ / "xdg").string()}});
+  EXPECT_EQ(elsewhere.files()[0].path, (folder_ / "xdg/weir/weir.ini").string());
+  EXPECT_FALSE(elsewhere.files()[0].found);
+  EXPECT_TRUE(elsewhere.faults().empty()) << "it need not be there";
+}
+
+TEST_F(ConfigurationTest, LetsAVariableDecideASingleValue) {
+  const auto path = write("own.ini", "[filter]\npriority_tflite=a\nenable_symlink=yes\n");
+  const auto both = with({{"WEIR_CONFIG", path}, {"WEIR_FILTER_PRIORITY_TFLITE", "b"}});
+  EXPECT_EQ(found(both, "filter", "priority_tflite"), "b from WEIR_FILTER_PRIORITY_TFLITE");
+  EXPECT_EQ(found(both, "filter", "enable_symlink"), "yes from " + path + ":3");
+  EXPECT_EQ(variable_of("filter-aliases", "a.b"), "WEIR_FILTER_ALIASES_A_B");
+}
+
+TEST_F(ConfigurationTest, SaysThatTheNamedFileIsMissing) {
+  const auto missing = with({{"WEIR_CONFIG", "/no/such/weir.ini"}});
+  ASSERT_EQ(missing.faults().size(), 1u);
+  EXPECT_EQ(missing.faults()[0].code, Code::FILE_NOT_FOUND);
+  EXPECT_SAYS(missing.faults()[0].message(), "offered: /no/such/weir.ini");
+  EXPECT_SAYS(missing.faults()[0].message(), "needed: the file that WEIR_CONFIG names");
+}
+
+TEST_F(ConfigurationTest, NamesSettingsThatNobodyKnows) {
+  const auto path =
+      write("own.ini", "[filter]\npriorty_tflite=a\n[modul]\npath=/x\n[other]\nx=1\nhello\n");
+  const auto typo = with({{"WEIR_CONFIG", path}});
+  EXPECT_TRUE(typo.all().empty());
+  std::string text;
+  for (const auto& fault : typo.faults()) text += fault.message() + "\n";
+  EXPECT_EQ(typo.faults().size(), 4u);
+  EXPECT_SAYS(text, path + ":2: no setting has this name\n  offered: [filter] priorty_tflite");
+  EXPECT_SAYS(text, "did you mean [filter] priority_tflite?");
+  EXPECT_SAYS(text, "did you mean [module] path?");
+  EXPECT_SAYS(text, path + ":6: no setting has this name\n  offered: [other] x");
+  EXPECT_SAYS(text, path + ":7: the line is neither");
+}
+
+TEST_F(ConfigurationTest, ListsWhatHasAnEffect) {
+  const auto path =
+      write("own.ini", "[module]\npath=/m\n[filter]\npriority_onnx=a\npriority_onnx=b\n");
+  setenv("WEIR_FILTER_PRIORITY_PT", "pytorch", 1);
+  const auto all = with({{"WEIR_CONFIG", path}, {"WEIR_FILTER_PATH", "/f"}}).all();
+  unsetenv("WEIR_FILTER_PRIORITY_PT");
+  std::string text;
+  for (const auto& s : all) text += s.group + "/" + s.key + "=" + s.value + "\n";
+  EXPECT_EQ(text,
+            "filter/path=/f\nfilter/priority_onnx=b\nfilter/priority_pt=pytorch\nmodule/path=/m\n");
+}
+
+}  // namespace
+}  // namespace weir::config

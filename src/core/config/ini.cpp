@@ -1,0 +1,110 @@
+// Line by line, within bounds.
+#include "core/config/ini.hpp"
+
+#include <filesystem>
+#include <fstream>
+
+#include "core/text/text.hpp"
+
+namespace weir::config {
+namespace {
+
+constexpr size_t kMostBytes = 1 << 20, kMostInLine = 4096, kMostEntries = 4096, kMostFaults = 16;
+constexpr size_t kMostShown = 60;
+
+class Parser {
+ public:
+  explicit Parser(const std::string& name) : name_(name) {}
+
+  Ini parse(std::string_view text) {
+    if (text.starts_with("\xEF\xBB\xBF")) text.remove_prefix(3);
+    while (!text.empty() && !full()) {
+      ++line_;
+      const size_t end = text.find('\n');
+      take(text.substr(0, end));
+      text.remove_prefix(end == std::string_view::npos ? text.size() : end + 1);
+    }
+    return std::move(out_);
+  }
+  void fault(std::string_view text, const std::string& what, const std::string& needed) {
+    std::string offered(text.substr(0, kMostShown));
+    for (char& c : offered)
+      if (static_cast<unsigned char>(c) < ' ') c = '?';
+    if (text.size() > kMostShown) offered += "...";
+    out_.faults.push_back({Code::OPTION_SYNTAX, name_ + ":" + std::to_string(line_) + ": " + what,
+                           offered, needed, "", ""});
+  }
+
+ private:
+  bool full() {
+    if (out_.faults.size() < kMostFaults && out_.entries.size() < kMostEntries) return false;
+    fault("", "too much to read: the rest of the file is passed over", "at most 4096 keys");
+    return true;
+  }
+  void take(std::string_view raw) {
+    if (raw.size() > kMostInLine) return fault(raw, "the line is too long", "at most 4096 bytes");
+    if (raw.find('\0') != std::string_view::npos)
+      return fault(raw, "the line is no text", "no byte 0");
+    const auto text = strip(raw);
+    if (text.empty() || text.front() == '#' || text.front() == ';') return;
+    if (text.front() == '[') return open_group(text);
+    const size_t equals = text.find('=');
+    const auto key = strip(text.substr(0, equals));
+    if (equals == std::string_view::npos || key.empty())
+      return fault(text, "the line is neither a group nor a key with its value",
+                   "[group], key=value, or # and a comment");
+    if (group_.empty())
+      return fault(text, "the key is in no group", "a line [group] before it, such as [filter]");
+    if (!skipping_)
+      out_.entries.push_back(
+          {group_, std::string(key), std::string(strip(text.substr(equals + 1))), line_});
+  }
+  // Keys of a group that cannot be read belong to nobody.
+  void open_group(std::string_view text) {
+    const auto name = text.size() > 2 ? strip(text.substr(1, text.size() - 2)) : "";
+    skipping_ = text.back() != ']' || name.empty() || name.find_first_of("[]") != name.npos;
+    group_ = skipping_ ? "?" : std::string(name);
+    if (skipping_) fault(text, "the name of a group cannot be read", "[name]");
+  }
+
+  const std::string& name_;
+  size_t line_ = 0;
+  std::string group_;
+  bool skipping_ = false;
+  Ini out_;
+};
+
+}  // namespace
+
+Ini parse_ini(std::string_view text, const std::string& name) {
+  Parser parser(name);
+  if (text.size() <= kMostBytes) return parser.parse(text);
+  parser.fault("", "the file is too long", "at most 1 MiB");
+  return parser.parse("");
+}
+
+Ini read_ini(const std::string& path) {
+  std::error_code failed;
+  std::ifstream file;
+  if (std::filesystem::is_regular_file(path, failed)) file.open(path, std::ios::binary);
+  if (!file.is_open())
+    return {{},
+            {{Code::FILE_NOT_FOUND, "the configuration file cannot be read", path,
+              "a file that can be read", "", ""}}};
+  std::string text(kMostBytes + 1, '\0');
+  file.read(text.data(), static_cast<std::streamsize>(text.size()));
+  text.resize(static_cast<size_t>(file.gcount()));
+  return parse_ini(text, path);
+}
+
+bool truth(std::string_view text, bool otherwise) noexcept {
+  const auto begins = [&](std::string_view letters) {
+    return !text.empty() && letters.find(text.front()) != std::string_view::npos;
+  };
+  const auto second = [&](char c) { return text.size() > 1 && (text[1] | 0x20) == c; };
+  if (begins("1tTyY") || (begins("oO") && second('n'))) return true;
+  if (begins("0fFnN") || (begins("oO") && second('f'))) return false;
+  return otherwise;
+}
+
+}  // namespace weir::config

@@ -1,0 +1,104 @@
+// Files of groups and keys, and lines that are none.
+#include "core/config/ini.hpp"
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+
+#include "says.hpp"
+
+namespace weir::config {
+namespace {
+
+// "group/key=value@line", one after the other.
+std::string entries(const Ini& ini) {
+  std::string out;
+  for (const auto& e : ini.entries)
+    out += (out.empty() ? "" : " ") + e.group + "/" + e.key + "=" + e.value + "@" +
+           std::to_string(e.line);
+  return out;
+}
+std::string faults(const Ini& ini) {
+  std::string out;
+  for (const auto& fault : ini.faults) out += fault.message() + "\n";
+  return out;
+}
+
+TEST(Ini, HasGroupsKeysAndValues) {
+  const auto ini = parse_ini(
+      "# a comment\n\n[filter]\n priority_tflite = a, b \nempty=\n; another\n[a group]\nk=v=w\n"
+      "[filter]\r\nlast=1\r\n",
+      "x.ini");
+  EXPECT_EQ(faults(ini), "");
+  EXPECT_EQ(entries(ini),
+            "filter/priority_tflite=a, b@4 filter/empty=@5 a group/k=v=w@8 filter/last=1@10");
+}
+
+TEST(Ini, MayEndWithoutALineEndAndBeginWithAByteOrderMark) {
+  const auto ini = parse_ini("\xEF\xBB\xBF[g]\nk=v", "x.ini");
+  EXPECT_EQ(faults(ini) + entries(ini), "g/k=v@2");
+  EXPECT_EQ(entries(parse_ini("", "x.ini")), "");
+}
+
+TEST(Ini, NamesFileAndLineOfWhatCannotBeRead) {
+  const auto ini =
+      parse_ini("k=v\n[g]\nhello\n=5\nk=v\n[broken\nlost=1\n[]\n[h]\nk=w\n", "/etc/x.ini");
+  EXPECT_EQ(entries(ini), "g/k=v@5 h/k=w@10");
+  const auto text = faults(ini);
+  EXPECT_EQ(ini.faults.size(), 5u);
+  EXPECT_SAYS(text, "WEIR-1001: /etc/x.ini:1: the key is in no group\n  offered: k=v");
+  EXPECT_SAYS(text, "/etc/x.ini:3: the line is neither a group nor a key with its value");
+  EXPECT_SAYS(text, "/etc/x.ini:4: the line is neither");
+  EXPECT_SAYS(text, "/etc/x.ini:6: the name of a group cannot be read\n  offered: [broken");
+  EXPECT_SAYS(text, "/etc/x.ini:8: the name of a group cannot be read\n  offered: []");
+}
+
+TEST(Ini, PassesOverLinesThatAreNoText) {
+  const auto ini = parse_ini(std::string_view("[g]\na\0b=1\nk=v\n", 15), "x");
+  EXPECT_EQ(entries(ini), "g/k=v@3");
+  EXPECT_SAYS(faults(ini), "x:2: the line is no text\n  offered: a?b=1");
+}
+
+TEST(Ini, IsBounded) {
+  EXPECT_SAYS(faults(parse_ini("[g]\nk=" + std::string(5000, 'v'), "x")),
+              "x:2: the line is too long");
+  EXPECT_SAYS(faults(parse_ini(std::string((1 << 20) + 1, '\n'), "x")), "the file is too long");
+  std::string many = "[g]\n";
+  for (int i = 0; i < 5000; ++i) many += "k=v\n";
+  const auto keys = parse_ini(many, "x");
+  EXPECT_EQ(keys.entries.size(), 4096u);
+  EXPECT_SAYS(faults(keys), "x:4097: too much to read: the rest of the file is passed over");
+  std::string wrong;
+  for (int i = 0; i < 100; ++i) wrong += "no\n";
+  EXPECT_EQ(parse_ini(wrong, "x").faults.size(), 17u);
+}
+
+TEST(Ini, IsReadFromAFile) {
+  const auto path = testing::TempDir() + "weir-ini-test.ini";
+  std::ofstream(path) << "[g]\nk=v\nx\n";
+  const auto ini = read_ini(path);
+  EXPECT_EQ(entries(ini), "g/k=v@2");
+  EXPECT_SAYS(faults(ini), path + ":3: ");
+  std::filesystem::remove(path);
+  for (const auto& none : {path, testing::TempDir()}) {
+    const auto missing = read_ini(none);
+    ASSERT_EQ(missing.faults.size(), 1u);
+    EXPECT_EQ(missing.faults[0].code, Code::FILE_NOT_FOUND);
+    EXPECT_SAYS(missing.faults[0].message(), none);
+  }
+}
+
+TEST(Ini, KnowsTruthByItsFirstLetters) {
+  for (const char* text : {"1", "true", "True", "yes", "Y", "on", "ON", "t"})
+    EXPECT_TRUE(truth(text, false)) << text;
+  for (const char* text : {"0", "false", "F", "no", "off", "Of"})
+    EXPECT_FALSE(truth(text, true)) << text;
+  for (const char* text : {"", "maybe", "2", "o", " 1"}) {
+    EXPECT_TRUE(truth(text, true)) << text;
+    EXPECT_FALSE(truth(text, false)) << text;
+  }
+}
+
+}  // namespace
+}  // namespace weir::config

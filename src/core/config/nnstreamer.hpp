@@ -1,0 +1,86 @@
+// What nnstreamer.ini and the variables NNSTREAMER_* say, and who said it (specification 8.1;
+// docs/guide/configuration.md). Weir's own settings win over them.
+#pragma once
+#include <array>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "core/config/configuration.hpp"
+
+namespace weir::config {
+
+// What a folder holds: files of sub-plugins, or libraries with custom filters.
+enum class FolderKind { Filters, Decoders, CustomFilters, Converters, Trainers };
+inline constexpr std::array kFolderKinds{FolderKind::Filters, FolderKind::Decoders,
+                                         FolderKind::CustomFilters, FolderKind::Converters,
+                                         FolderKind::Trainers};
+// "filters", the last part of the hard-coded folder.
+const char* name_of(FolderKind kind) noexcept;
+
+struct Folder {
+  std::string path;
+  std::string origin;  // "/etc/nnstreamer.ini:7", a variable, or "hard-coded"
+};
+
+class NnstreamerConfiguration {
+ public:
+  enum class State { Read, NotThere, NoFile /* a folder or a device */, NotNeeded, Unreadable };
+  struct Candidate {
+    std::string path;
+    std::string source;  // "NNSTREAMER_CONF", "built for", "hard-coded", "extra_config_path"
+    State state;
+  };
+  using Environment = Configuration::Environment;
+
+  // Nothing at all where weir.ini says enable=false in the group [nnstreamer].
+  static NnstreamerConfiguration load();
+  explicit NnstreamerConfiguration(const Environment& environment);
+
+  bool enabled() const noexcept { return enabled_; }
+  // Every file that is looked for, in order: the first that is there is read, and the additional
+  // one that it names.
+  const std::vector<Candidate>& candidates() const noexcept { return candidates_; }
+  const std::string& path() const noexcept { return path_; }              // that was read, or ""
+  const std::string& extra_path() const noexcept { return extra_path_; }  // of that file, or ""
+
+  // The variable NNSTREAMER_GROUP_KEY (as spelled) where variables are enabled, then the file,
+  // then the additional one.
+  std::optional<Setting> find(std::string_view group, std::string_view key) const;
+  // Every setting that a file has, and the known ones of the environment, by group and key.
+  std::vector<Setting> all() const;
+  bool enable_envvar() const noexcept { return enable_envvar_; }
+  bool enable_symlink() const noexcept { return enable_symlink_; }
+
+  // Where files are looked for, first to last: variable, file, hard-coded, additional file.
+  const std::vector<Folder>& folders(FolderKind kind) const {
+    return folders_[static_cast<size_t>(kind)];
+  }
+  // Files and lines that cannot be read, truths that are none, paths that are not absolute.
+  const std::vector<Error>& faults() const noexcept { return faults_; }
+
+ private:
+  void read_first_candidate();
+  void read_extra();
+  std::vector<Setting> read(const std::string& path, State* state);
+  bool truth_of(const char* key);
+  void find_folders(FolderKind kind);
+  void add_folder(FolderKind kind, const std::optional<Setting>& setting);
+
+  Environment environment_;
+  bool enabled_ = true, enable_envvar_ = false, enable_symlink_ = false;
+  std::vector<Candidate> candidates_;
+  std::string path_, extra_path_;
+  std::vector<Setting> main_, extra_;  // in the order of the lines
+  std::array<std::vector<Folder>, kFolderKinds.size()> folders_;
+  std::vector<Error> faults_;
+};
+
+const char* name_of(NnstreamerConfiguration::State state) noexcept;
+
+// The setting of weir.ini that says the same as `setting` of nnstreamer.ini, and wins: "[filter]
+// priority_tflite"; none where Weir has no such one.
+std::optional<Setting> overriding(const Setting& setting, const Configuration& weir);
+
+}  // namespace weir::config

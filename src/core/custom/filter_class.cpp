@@ -1,0 +1,119 @@
+// The register of classes, and finding one in it or in a library.
+#include "core/custom/filter_class.hpp"
+
+#include <memory>
+#include <new>
+#include <string_view>
+
+#include "core/custom/filter_library.hpp"
+#include "core/custom/filter_name.hpp"
+#include "core/custom/forwarding_engine.hpp"
+#include "core/infer/host.hpp"
+#include "core/infer/module_check.hpp"
+#include "core/infer/named_objects.hpp"
+#include "core/process/process_object.hpp"
+#include "core/text/text.hpp"
+#include "weir/custom_filter.h"
+
+namespace weir::custom {
+namespace {
+
+using Tables = std::shared_ptr<const infer::ModuleTables>;
+using Classes = infer::NamedObjects<Tables>;
+Classes& classes() {
+  static auto& all = process::object<Classes>("filter-classes");
+  return all;
+}
+
+const weir_engine* engine_called(const infer::ModuleTables& tables, std::string_view name) {
+  for (auto* each = tables.module().engines; *each; ++each)
+    if ((*each)->name == name) return *each;
+  return nullptr;
+}
+
+Error unknown(const std::string& name, const std::string& library) {
+  const std::string close = nearest(name, classes().names());
+  const std::string behind = library.empty() ? "" : "," + library;
+  const std::string fix = !close.empty()    ? "framework=cpp model=" + close + behind
+                          : library.empty() ? "framework=cpp model=" + name + ",/path/to/lib.so"
+                                            : "WEIR_FILTER_CLASS or WEIR_ENGINE in the library";
+  return Error{
+      Code::CALLBACK_UNKNOWN,
+      "no filter class has this name",
+      "framework=cpp model=" + name + behind,
+      classes().one_of() + (library.empty() ? "" : "; or an engine of this name in " + library),
+      close.empty() ? "" : "did you mean " + close + "?",
+      fix};
+}
+
+Result<FoundEngine> find(const weir_open& request) {
+  if (request.n_models < 1 || request.n_models > 2)
+    return Error{Code::OPTION_VALUE,
+                 "a filter class has a name and maybe a library",
+                 std::to_string(request.n_models) + " parts in model=",
+                 "model=NAME or model=NAME,lib.so",
+                 "",
+                 "framework=cpp model=NAME,/path/to/lib.so"};
+  const std::string name = request.paths[0];
+  const std::string library = request.n_models == 2 ? request.paths[1] : "";
+  const auto registered = [&]() -> FoundEngine {
+    const auto found = classes().find(name);
+    if (!found) return {};
+    return {(*found)->module().engines[0], *found, request.n_models};
+  };
+  if (auto found = registered(); found.engine) return found;
+  if (library.empty()) return unknown(name, library);
+  const auto tables = open_filter_library(library);
+  if (!tables) return tables.error();
+  if (auto found = registered(); found.engine) return found;
+  const auto* engine = *tables ? engine_called(**tables, name) : nullptr;
+  if (!engine) return unknown(name, library);
+  return FoundEngine{engine, *tables, request.n_models};
+}
+
+Error refused(const std::string& name, const std::string& why, const std::string& needed) {
+  return Error{Code::OPTION_VALUE,
+               "the filter class " + name + " cannot be registered",
+               why,
+               needed,
+               "",
+               ""};
+}
+
+Status add(const std::string& name, const weir_module* (*entry)(const weir_host*)) {
+  if (!can_be_a_name(name)) return refused('"' + name + '"', "its name", kNameNeeded);
+  if (!entry) return refused(name, "no entry", "the function that gives its engine");
+  if (classes().find(name)) return refused(name, "another class has this name", kNameFree);
+  auto tables = infer::ModuleTables::copy(entry(&infer::host()), name);
+  if (!tables) return tables.error();
+  const auto* engines = (*tables)->module().engines;
+  if (!engines[0] || engines[1])
+    return infer::module_refused(name, engines[0] ? "several engines" : "no engine", "one engine");
+  if (!classes().add(name, *std::move(tables)))
+    return refused(name, "another class has this name", kNameFree);
+  return ok();
+}
+
+}  // namespace
+
+const weir_engine& cpp_engine() {
+  static const weir_engine kTable = [] {
+    weir_engine table = forwarding_table<find>();
+    table.name = "cpp";
+    table.flags = WEIR_ENGINE_MODEL_IS_NO_FILE;
+    return table;
+  }();
+  return kTable;
+}
+
+}  // namespace weir::custom
+
+int weir_filter_class_register(const char* name, const weir_module* (*entry)(const weir_host*),
+                               weir_error** error) {
+  return weir::custom::answer(error, [&] { return weir::custom::add(name ? name : "", entry); });
+}
+
+int weir_filter_class_unregister(const char* name) {
+  const auto removed = weir::custom::classes().remove(name ? name : "");
+  return removed ? WEIR_OK : -WEIR_CALLBACK_UNKNOWN;
+}

@@ -1,0 +1,55 @@
+// Filters that a program registered in this process: weir/custom_filter.h.
+#pragma once
+#include <deque>
+#include <memory>
+#include <mutex>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "weir/custom_filter.h"
+#include "weir/result.hpp"
+
+namespace weir::custom {
+
+// A copy of what was registered; its data is released with it.
+class NamedFilter {
+ public:
+  // OPTION_VALUE for a description that cannot be. `data` is released after own() only.
+  static Result<std::shared_ptr<NamedFilter>> make(const std::string& name,
+                                                   const weir_filter& filter);
+  ~NamedFilter();
+  NamedFilter(const NamedFilter&) = delete;
+  NamedFilter& operator=(const NamedFilter&) = delete;
+
+  // The data is its own from now on.
+  void own(void (*release)(void*)) noexcept { release_ = release; }
+
+  const std::string& name() const noexcept { return name_; }
+  uint32_t flags() const noexcept { return filter_.flags; }  // weir_filter_flag
+  std::span<const weir_tensor_info> inputs() const noexcept { return inputs_; }
+  std::span<const weir_tensor_info> outputs() const noexcept { return outputs_; }
+  // As the functions say; what they fail with begins with the filter's name. invoke: true = the
+  // frame is filled, false = it is dropped.
+  Status resolve(std::span<const weir_tensor_info> in, std::span<weir_tensor_info> out);
+  Result<bool> invoke(const weir_frame& in, weir_frame& out);
+
+ private:
+  NamedFilter(std::string name, const weir_filter& filter);
+  std::vector<weir_tensor_info> copy(const weir_tensor_info* infos, uint32_t count);
+  std::unique_lock<std::mutex> take_turn();
+  Error failed(int result, weir_error* error) const;
+
+  std::string name_;
+  weir_filter filter_;
+  void (*release_)(void*) = nullptr;
+  std::deque<std::string> names_;  // of tensors
+  std::vector<weir_tensor_info> inputs_, outputs_;
+  std::mutex turn_;  // held while a function that is not thread-safe runs
+};
+
+// One that is registered, or that a library of its name registers when it is loaded
+// (filter_library.hpp). CALLBACK_UNKNOWN with the names that are there.
+Result<std::shared_ptr<NamedFilter>> find_filter(const std::string& name);
+
+}  // namespace weir::custom

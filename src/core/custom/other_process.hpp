@@ -1,0 +1,16 @@
+// Which filters cannot leave the process that registered them.
+#pragma once
+#include <optional>
+#include <span>
+#include <string>
+
+#include "weir/result.hpp"
+
+namespace weir::custom {
+
+// OPTION_VALUE for filters and classes that exist in this process only; none for what a worker
+// process finds too: engines, libraries.
+std::optional<Error> bound_to_this_process(const std::string& engine,
+                                           std::span<const std::string> paths);
+
+}  // namespace weir::custom

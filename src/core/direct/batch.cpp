@@ -1,0 +1,95 @@
+// Axis 0 only: there, frames lie one behind the other.
+#include "core/direct/batch.hpp"
+
+#include <cstring>
+
+#include "core/direct/inputs.hpp"
+#include "core/direct/tensor_words.hpp"
+
+namespace weir::direct {
+namespace {
+
+Error unsupported(std::string what, std::string offered, std::string needed) {
+  return Error{
+      Code::BATCH_UNSUPPORTED,       std::move(what), std::move(offered), std::move(needed), "",
+      "invoke the frames one by one"};
+}
+
+// Can axis 0 of this input hold the frames?
+Status check_axis(const weir_tensor_info& info, uint32_t frames, size_t index) {
+  const uint32_t axis = info.batch_axis == WEIR_NO_BATCH_AXIS ? 0 : info.batch_axis;
+  const bool free = info.rank <= WEIR_RANK_LIMIT && info.rank > 0 && axis == 0 &&
+                    (info.shape[0] < 0 || info.shape[0] == frames);
+  if (free) return ok();
+  return unsupported(
+      place_words("input", index, info) + " has no place for " + std::to_string(frames) + " frames",
+      words(info), "a free axis 0");
+}
+
+// One frame's part of the shapes that are set now.
+std::vector<weir_tensor_info> of_one_frame(std::vector<weir_tensor_info> infos) {
+  for (auto& info : infos) info.shape[0] = 1;
+  return infos;
+}
+
+}  // namespace
+
+Result<Batch> gather(std::span<const weir_tensor> inputs, uint32_t frames,
+                     const weir_model_info& model, const std::vector<weir_tensor_info>& declared,
+                     const std::vector<weir_tensor_info>& current) {
+  if (model.flags & WEIR_MODEL_STATEFUL)
+    return unsupported("the model keeps state between frames", std::to_string(frames) + " frames",
+                       "one frame after the other");
+  const size_t each = declared.size();
+  if (frames == 0 || inputs.size() != each * frames)
+    return Error{
+        Code::SPEC_MISMATCH,
+        "the inputs are not those of whole frames",
+        std::to_string(inputs.size()) + " tensors for " + std::to_string(frames) + " frames",
+        std::to_string(each) + " for each of at least one frame",
+        "number of tensors",
+        ""};
+  for (size_t i = 0; i < each; ++i)
+    if (auto status = check_axis(declared[i], frames, i); !status) return status.error();
+  const auto one_declared = of_one_frame(declared), one_current = of_one_frame(current);
+  Batch out;
+  for (uint32_t frame = 0; frame < frames; ++frame) {
+    auto infos = described_inputs(inputs.subspan(frame * each, each), one_declared, one_current);
+    if (!infos) return infos.error();
+    if (frame == 0) {
+      out.infos = *std::move(infos);
+      continue;
+    }
+    for (size_t i = 0; i < each; ++i)
+      if (const auto difference = shape_difference((*infos)[i], out.infos[i]); !difference.empty())
+        return Error{Code::SPEC_MISMATCH,
+                     "the frames of a batch have different shapes",
+                     "frame " + std::to_string(frame) + ": " + words((*infos)[i]),
+                     "as frame 0: " + words(out.infos[i]),
+                     difference,
+                     ""};
+  }
+  for (auto& info : out.infos) info.shape[0] = frames;
+  out.memory = Results(out.infos);
+  if (auto status = out.memory.allocate(1); !status) return status.error();
+  for (size_t i = 0; i < each; ++i) {
+    auto* to = static_cast<char*>(out.memory.tensors()[i].data);
+    for (uint32_t frame = 0; frame < frames; ++frame) {
+      const weir_tensor& from = inputs[frame * each + i];
+      if (from.bytes > 0) std::memcpy(to + frame * from.bytes, from.data, from.bytes);
+    }
+  }
+  return out;
+}
+
+Status check_batched(const std::vector<weir_tensor>& outputs, uint32_t frames) {
+  for (size_t i = 0; i < outputs.size(); ++i) {
+    const weir_tensor_info& info = outputs[i].info;
+    if (info.rank == 0 || info.rank > WEIR_RANK_LIMIT || info.shape[0] != frames)
+      return unsupported(place_words("output", i, info) + " does not hold the frames of the batch",
+                         words(info), std::to_string(frames) + " in axis 0");
+  }
+  return ok();
+}
+
+}  // namespace weir::direct

@@ -1,0 +1,55 @@
+// A thread that nobody joins: it may be inside an engine that does not answer.
+#include "core/direct/call_thread.hpp"
+
+#include <condition_variable>
+#include <cstdint>
+#include <deque>
+#include <mutex>
+#include <thread>
+#include <utility>
+
+namespace weir::direct {
+
+struct CallThread::State {
+  std::mutex mutex;  // guards the rest
+  std::condition_variable changed;
+  std::deque<std::function<void()>> calls;  // not begun
+  uint64_t given = 0, ended = 0;            // calls
+  bool leaving = false;
+};
+
+CallThread::CallThread() : state_(std::make_shared<State>()) {
+  std::thread(serve, state_).detach();
+}
+
+CallThread::~CallThread() {
+  std::lock_guard lock(state_->mutex);
+  state_->leaving = true;
+  state_->changed.notify_all();
+}
+
+void CallThread::serve(const std::shared_ptr<State>& state) {
+  for (;;) {
+    std::unique_lock lock(state->mutex);
+    state->changed.wait(lock, [&] { return !state->calls.empty() || state->leaving; });
+    if (state->calls.empty()) return;
+    auto call = std::move(state->calls.front());
+    state->calls.pop_front();
+    lock.unlock();
+    call();
+    call = nullptr;  // what it owns goes before it is said to have ended
+    lock.lock();
+    ++state->ended;
+    state->changed.notify_all();
+  }
+}
+
+bool CallThread::run(std::function<void()> call, std::chrono::nanoseconds limit) {
+  std::unique_lock lock(state_->mutex);
+  const uint64_t number = ++state_->given;
+  state_->calls.push_back(std::move(call));
+  state_->changed.notify_all();
+  return state_->changed.wait_for(lock, limit, [&] { return state_->ended >= number; });
+}
+
+}  // namespace weir::direct

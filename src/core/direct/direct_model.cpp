@@ -1,0 +1,281 @@
+// Turns, shapes, and the two ways to invoke: here, or on a thread that may be left behind.
+#include "core/direct/direct_model.hpp"
+
+#include <condition_variable>
+#include <exception>
+#include <mutex>
+#include <optional>
+#include <utility>
+
+#include "core/direct/batch.hpp"
+#include "core/direct/tensor_words.hpp"
+#include "core/infer/module_library.hpp"
+#include "core/text/text.hpp"
+
+namespace weir::direct {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+using Infos = std::vector<weir_tensor_info>;
+
+Error no_answer(std::string what, DirectModel::Limit limit) {
+  const auto ms = std::chrono::duration_cast<std::chrono::milliseconds>(limit).count();
+  return Error{Code::WORKER_TIMEOUT,
+               std::move(what),
+               "no answer",
+               "an answer within " + std::to_string(ms) + " ms",
+               "",
+               "a longer time-out; the model takes no other call until this one has ended"};
+}
+
+bool same_shapes(const Infos& a, const Infos& b) {
+  const auto same = [](const weir_tensor_info& x, const weir_tensor_info& y) {
+    return x.type == y.type && x.rank == y.rank && shape_difference(x, y).empty();
+  };
+  return std::equal(a.begin(), a.end(), b.begin(), b.end(), same);
+}
+
+}  // namespace
+
+// An invoke with all that it touches, so that it can go on without its caller.
+struct DirectModel::Job {
+  Inputs inputs;
+  Results results;
+  bool ended = false, left_behind = false;  // guarded by the core's mutex
+  Result<bool> answer = false;              // once it has ended
+
+  Result<bool> run(infer::Session& session) {
+    weir_frame in{};
+    in.struct_size = sizeof in;
+    in.pts = in.duration = in.deadline = -1;
+    weir_frame out = in;
+    in.tensors = inputs.tensors().data();
+    in.n_tensors = static_cast<uint32_t>(inputs.tensors().size());
+    out.tensors = results.tensors().data();
+    out.n_tensors = static_cast<uint32_t>(results.tensors().size());
+    auto filled = session.invoke(in, out);
+    if (filled && *filled)
+      if (auto status = results.check(); !status) return status.error();
+    return filled;
+  }
+};
+
+struct DirectModel::Core {
+  explicit Core(std::unique_ptr<infer::Session> s)
+      : session(std::move(s)),
+        inputs(session->model().inputs()),
+        outputs(session->model().outputs()) {}
+
+  const infer::Model& model() const noexcept { return session->model(); }
+  // Whoever has the turn. The outputs for these inputs.
+  Result<Infos> resolve(const Infos& wanted);
+  void give_back() {
+    turn = Turns::Free;
+    free.notify_one();
+  }
+
+  const std::unique_ptr<infer::Session> session;
+  mutable std::mutex mutex;  // guards turn, limit, inputs, outputs; never held in the engine
+  std::condition_variable free;
+  enum class Turns { Free, Taken, LeftBehind } turn = Turns::Free;
+  Limit limit{0};
+  Infos inputs, outputs;  // as reshape() made them; written by who has the turn
+  // Of who has the turn:
+  Infos resolved_inputs, resolved_outputs;  // what the engine was told last
+  bool resolved = false;
+  std::optional<CallThread> thread;  // made when first needed
+};
+
+Result<Infos> DirectModel::Core::resolve(const Infos& wanted) {
+  if (resolved && same_shapes(wanted, resolved_inputs)) return resolved_outputs;
+  resolved = false;
+  auto out = session->resolve(wanted);
+  if (!out) return out.error();
+  for (size_t i = 0; i < out->size(); ++i) {
+    auto& info = (*out)[i];
+    info.name = i < model().outputs().size() ? model().outputs()[i].name : nullptr;
+    if (info.rank > WEIR_RANK_LIMIT) info.rank = WEIR_RANK_UNKNOWN;
+  }
+  resolved_inputs = wanted;
+  resolved_outputs = *out;
+  resolved = true;
+  return out;
+}
+
+// The right to call the engine: given back at the end of the scope, or by the job left behind.
+class DirectModel::Turn {
+ public:
+  explicit Turn(std::shared_ptr<Core> core) : core_(std::move(core)) {
+    std::unique_lock lock(core_->mutex);
+    limit_ = core_->limit;
+    deadline_ = Clock::now() + limit_;
+    const auto not_taken = [this] { return core_->turn != Core::Turns::Taken; };
+    if (!limited()) {
+      core_->free.wait(lock, not_taken);
+    } else if (!core_->free.wait_until(lock, deadline_, not_taken)) {
+      refusal_ = no_answer("another call of the model did not end in time", limit_);
+      return;
+    }
+    if (core_->turn == Core::Turns::LeftBehind) {
+      refusal_ = no_answer("the model still works on an invoke that did not end in time", limit_);
+      return;
+    }
+    core_->turn = Core::Turns::Taken;
+    held_ = true;
+  }
+  Turn(const Turn&) = delete;
+  Turn& operator=(const Turn&) = delete;
+  ~Turn() {
+    if (!held_) return;
+    std::lock_guard lock(core_->mutex);
+    core_->give_back();
+  }
+  const std::optional<Error>& refusal() const noexcept { return refusal_; }
+  bool limited() const noexcept { return limit_.count() > 0; }
+
+  Result<bool> run(const std::shared_ptr<Job>& job) {
+    if (!limited()) return job->run(*core_->session);
+    if (!core_->thread) core_->thread.emplace();
+    const auto call = [core = core_, job] {
+      Result<bool> answer = false;
+      try {
+        answer = job->run(*core->session);
+      } catch (const std::exception& e) {
+        answer = Error{Code::INTERNAL, e.what(), "", "", "", ""};
+      }
+      std::lock_guard lock(core->mutex);
+      job->answer = std::move(answer);
+      job->ended = true;
+      if (job->left_behind) core->give_back();
+    };
+    core_->thread->run(call, deadline_ - Clock::now());
+    std::lock_guard lock(core_->mutex);
+    if (job->ended) return job->answer;
+    job->left_behind = true;
+    core_->turn = Core::Turns::LeftBehind;
+    held_ = false;
+    return no_answer("the model did not answer in time", limit_);
+  }
+
+ private:
+  std::shared_ptr<Core> core_;
+  Limit limit_{0};
+  Clock::time_point deadline_;
+  std::optional<Error> refusal_;
+  bool held_ = false;
+};
+
+Result<const weir_engine*> engine_for(const std::string& name, std::span<const std::string> paths) {
+  auto& library = infer::ModuleLibrary::instance();
+  if (name.empty() || equal_ignoring_case(name, "auto") || equal_ignoring_case(name, "any"))
+    return library.engine_for_model(paths);
+  return library.engine(name);
+}
+
+Result<std::unique_ptr<DirectModel>> DirectModel::open(const weir_engine& engine,
+                                                       const infer::OpenOptions& options) {
+  auto model = infer::Model::open(engine, options);
+  if (!model) return model.error();
+  auto session = infer::Session::create(*std::move(model));
+  if (!session) return session.error();
+  return std::unique_ptr<DirectModel>(new DirectModel(std::make_shared<Core>(*std::move(session))));
+}
+
+const infer::Model& DirectModel::model() const noexcept {
+  return core_->model();
+}
+
+Infos DirectModel::inputs() const {
+  std::lock_guard lock(core_->mutex);
+  return core_->inputs;
+}
+
+Infos DirectModel::outputs() const {
+  std::lock_guard lock(core_->mutex);
+  return core_->outputs;
+}
+
+void DirectModel::set_limit(Limit limit) noexcept {
+  std::lock_guard lock(core_->mutex);
+  core_->limit = limit;
+}
+
+Status DirectModel::reshape(const Infos& wanted) {
+  Turn turn(core_);
+  if (turn.refusal()) return *turn.refusal();
+  auto shapes = reshaped(declared(wanted.size()), wanted);
+  if (!shapes) return shapes.error();
+  auto outputs = core_->resolve(*shapes);
+  if (!outputs) return outputs.error();
+  std::lock_guard lock(core_->mutex);
+  core_->inputs = *std::move(shapes);
+  core_->outputs = *std::move(outputs);
+  return ok();
+}
+
+Result<DirectModel::Outcome> DirectModel::invoke(std::span<const weir_tensor> inputs,
+                                                 std::span<weir_tensor> into) {
+  Turn turn(core_);
+  if (turn.refusal()) return *turn.refusal();
+  const auto model_inputs = declared(inputs.size());
+  const auto infos = described_inputs(
+      inputs, model_inputs, core_->inputs.size() == inputs.size() ? core_->inputs : model_inputs);
+  if (!infos) return infos.error();
+  const auto outputs = core_->resolve(*infos);
+  if (!outputs) return outputs.error();
+  if (auto status = check_outputs(into, *outputs); !status) return status.error();
+  auto taken = Inputs::take(inputs, *infos, needs(), turn.limited());
+  if (!taken) return taken.error();
+  return run(turn, *std::move(taken), *outputs, into);
+}
+
+Result<DirectModel::Outcome> DirectModel::invoke_batch(std::span<const weir_tensor> inputs,
+                                                       uint32_t frames) {
+  Turn turn(core_);
+  if (turn.refusal()) return *turn.refusal();
+  auto batch = gather(inputs, frames, model().info(), model().inputs(), core_->inputs);
+  if (!batch) return batch.error();
+  const auto outputs = core_->resolve(batch->infos);
+  if (!outputs) return outputs.error();
+  auto taken = Inputs::take(batch->memory.tensors(), batch->infos, needs(), turn.limited());
+  if (!taken) return taken.error();
+  auto outcome = run(turn, *std::move(taken), *outputs, {});
+  if (!outcome || outcome->dropped) return outcome;
+  if (auto status = check_batched(outcome->results.tensors(), frames); !status)
+    return status.error();
+  outcome->results.set_frames(frames);
+  return outcome;
+}
+
+Infos DirectModel::declared(size_t given) const {
+  if (!model().inputs().empty()) return model().inputs();
+  weir_tensor_info any{};
+  any.type = WEIR_TYPE_END;
+  any.rank = WEIR_RANK_UNKNOWN;
+  any.batch_axis = WEIR_NO_BATCH_AXIS;
+  return Infos(given, any);
+}
+
+MemoryNeeds DirectModel::needs() const noexcept {
+  return {model().info().alignment, model().info().input_padding};
+}
+
+Result<DirectModel::Outcome> DirectModel::run(Turn& turn, Inputs inputs, const Infos& outputs,
+                                              std::span<weir_tensor> into) {
+  const auto job = std::make_shared<Job>();
+  job->inputs = std::move(inputs);
+  job->results = Results(outputs);
+  // The caller's memory may be gone when a job that was left behind ends.
+  if (!turn.limited())
+    for (size_t i = 0; i < into.size(); ++i)
+      if (is_fixed(outputs[i])) job->results.lend(i, into[i].data, into[i].bytes);
+  if (auto status = job->results.allocate(needs().alignment); !status) return status.error();
+  const auto filled = turn.run(job);
+  if (!filled) return filled.error();
+  Outcome out{!*filled, std::move(job->results)};
+  if (!out.dropped && !into.empty())
+    if (auto status = out.results.copy_to(into); !status) return status.error();
+  return out;
+}
+
+}  // namespace weir::direct

@@ -1,0 +1,69 @@
+// Descriptions in words.
+#include "core/direct/tensor_words.hpp"
+
+#include <algorithm>
+
+#include "core/tensor/element_type.hpp"
+
+namespace weir::direct {
+namespace {
+
+// Keeps every product far from overflow.
+constexpr uint64_t kBytesLimit = uint64_t{1} << 48;
+
+std::string extent_words(int64_t extent) {
+  return extent < 0 ? "?" : std::to_string(extent);
+}
+
+}  // namespace
+
+bool is_fixed(const weir_tensor_info& info) noexcept {
+  return info.type < WEIR_TYPE_END && info.rank <= WEIR_RANK_LIMIT &&
+         std::all_of(info.shape, info.shape + info.rank, [](int64_t d) { return d >= 0; });
+}
+
+std::optional<uint64_t> bytes_of(const weir_tensor_info& info) noexcept {
+  if (!is_fixed(info)) return std::nullopt;
+  uint64_t bytes = size_of(static_cast<ElementType>(info.type));
+  for (uint32_t i = 0; i < info.rank; ++i) {
+    const auto extent = static_cast<uint64_t>(info.shape[i]);
+    if (extent != 0 && bytes > kBytesLimit / extent) return std::nullopt;
+    bytes *= extent;
+  }
+  return bytes;
+}
+
+std::string shape_words(const weir_tensor_info& info) {
+  if (info.rank > WEIR_RANK_LIMIT) return "any shape";
+  std::string out;
+  for (uint32_t i = 0; i < info.rank; ++i) out += (i ? ", " : "") + extent_words(info.shape[i]);
+  return "(" + out + (info.rank == 1 ? ",)" : ")");
+}
+
+std::string words(const weir_tensor_info& info) {
+  std::string out = info.type < WEIR_TYPE_END
+                        ? std::string(name_of(static_cast<ElementType>(info.type)))
+                        : "any type";
+  out += " " + shape_words(info);
+  if (info.name && *info.name) out += std::string(" ") + info.name;
+  return out;
+}
+
+std::string place_words(const char* role, size_t index, const weir_tensor_info& info) {
+  std::string out = std::string(role) + " " + std::to_string(index);
+  if (info.name && *info.name) out += std::string(" (") + info.name + ")";
+  return out;
+}
+
+std::string shape_difference(const weir_tensor_info& given, const weir_tensor_info& wanted) {
+  if (wanted.rank > WEIR_RANK_LIMIT) return "";
+  if (given.rank != wanted.rank)
+    return "rank " + std::to_string(given.rank) + " instead of " + std::to_string(wanted.rank);
+  for (uint32_t i = 0; i < wanted.rank; ++i)
+    if (wanted.shape[i] >= 0 && given.shape[i] != wanted.shape[i])
+      return "axis " + std::to_string(i) + " is " + extent_words(given.shape[i]) + " instead of " +
+             std::to_string(wanted.shape[i]);
+  return "";
+}
+
+}  // namespace weir::direct

@@ -1,0 +1,126 @@
+// Filled areas and masks, row by row.
+#include "core/draw/canvas.hpp"
+
+#include <algorithm>
+#include <cstring>
+#include <string>
+
+namespace weir::draw {
+namespace {
+
+template <size_t Step>
+void fill_row(std::byte* row, int64_t count, const uint8_t* pixel) {
+  for (int64_t i = 0; i < count; ++i) std::memcpy(row + i * int64_t{Step}, pixel, Step);
+}
+template <>
+void fill_row<1>(std::byte* row, int64_t count, const uint8_t* pixel) {
+  std::memset(row, *pixel, static_cast<size_t>(count));
+}
+using FillRow = void (*)(std::byte*, int64_t, const uint8_t*);
+constexpr FillRow kFillRow[] = {fill_row<1>, fill_row<2>, fill_row<3>, fill_row<4>};
+
+// (d * (255 - a) + p * a) / 255, rounded to the nearest.
+uint8_t mixed(uint8_t d, uint8_t p, uint8_t a) {
+  const auto sum = static_cast<uint16_t>(d * (255 - a) + p * a + 128);
+  return static_cast<uint8_t>((sum + (sum >> 8)) >> 8);
+}
+
+void blend_row(std::byte* row, const uint8_t* coverage, size_t bytes, const Pattern& pattern) {
+  auto* d = reinterpret_cast<uint8_t*>(row);
+  size_t at = 0;
+  for (; at + kPatternBytes <= bytes; at += kPatternBytes)
+    for (size_t i = 0; i < kPatternBytes; ++i)
+      d[at + i] = mixed(d[at + i], pattern[i], coverage[at + i]);
+  for (size_t i = 0; at + i < bytes; ++i)
+    d[at + i] = mixed(d[at + i], pattern[i], coverage[at + i]);
+}
+
+int64_t samples(int64_t pixels, bool halved) {
+  return halved ? (pixels + 1) / 2 : pixels;
+}
+
+// Whether every row lies within the plane's memory.
+bool holds(const Plane& plane, int64_t rows, int64_t row_bytes) {
+  constexpr int64_t kMost = int64_t{1} << 40;
+  if (plane.offset > static_cast<size_t>(kMost) || plane.stride > kMost || plane.stride < -kMost)
+    return false;
+  const auto first = static_cast<int64_t>(plane.offset);
+  const auto [low, high] = std::minmax({first, first + (rows - 1) * int64_t{plane.stride}});
+  return low >= 0 && high + row_bytes <= static_cast<int64_t>(plane.memory.size());
+}
+
+}  // namespace
+
+Area common_part(const Area& a, const Area& b) noexcept {
+  return {std::max(a.left, b.left), std::max(a.top, b.top), std::min(a.right, b.right),
+          std::min(a.bottom, b.bottom)};
+}
+
+Canvas::Canvas(const preprocess::Picture& picture, const Planes& planes)
+    : picture_(picture), planes_(planes) {
+  for (size_t i = picture.format.lane_count(); i-- > 0;) {
+    const preprocess::Lane& lane = picture.format.lanes[i];
+    lanes_[lane.plane] = lane;
+    halved_ = halved_ || lane.halved;
+  }
+}
+
+Result<Canvas> Canvas::make(const preprocess::Picture& picture, const Planes& planes) {
+  const Canvas out(picture, planes);
+  for (size_t i = 0; i < picture.format.plane_count(); ++i) {
+    const preprocess::Lane& lane = out.lanes_[i];
+    const int64_t row_bytes = samples(picture.width, lane.halved) * lane.step;
+    if (!holds(planes[i], samples(picture.height, lane.halved), row_bytes))
+      return Error{Code::FRAME_SIZE,
+                   "a picture is shorter than its size says",
+                   "plane " + std::to_string(i) + " of " + std::to_string(planes[i].memory.size()) +
+                       " bytes, offset " + std::to_string(planes[i].offset) + ", stride " +
+                       std::to_string(planes[i].stride),
+                   std::string(picture.format.name) + " " + std::to_string(picture.width) + "x" +
+                       std::to_string(picture.height),
+                   "",
+                   "check the element before"};
+  }
+  return out;
+}
+
+Area Canvas::all() const noexcept {
+  return {0, 0, picture_.width, picture_.height};
+}
+
+std::byte* Canvas::at(size_t plane, int64_t x, int64_t y) const noexcept {
+  const Plane& p = planes_[plane];
+  return p.memory.data() + static_cast<ptrdiff_t>(p.offset) + y * p.stride + x * lanes_[plane].step;
+}
+
+void Canvas::fill(const Area& area, const Paint& paint) noexcept {
+  const Area part = common_part(area, all());
+  if (part.empty()) return;
+  for (size_t plane = 0; plane < picture_.format.plane_count(); ++plane) {
+    const bool halved = lanes_[plane].halved;
+    const int64_t left = halved ? part.left / 2 : part.left;
+    const int64_t top = halved ? part.top / 2 : part.top;
+    const int64_t count = samples(part.right, halved) - left;
+    const FillRow fill_one = kFillRow[lanes_[plane].step - 1];
+    for (int64_t y = top; y < samples(part.bottom, halved); ++y)
+      fill_one(at(plane, left, y), count, paint.planes[plane].data());
+  }
+}
+
+void Canvas::blend(int64_t x, int64_t y, const PlaneMask& mask, const Paint& paint) noexcept {
+  const Area part = common_part({x, y, x + mask.width, y + mask.height}, all());
+  if (part.empty()) return;
+  for (size_t plane = 0; plane < picture_.format.plane_count(); ++plane) {
+    const bool halved = lanes_[plane].halved;
+    const int64_t left = halved ? x / 2 : x, top = halved ? y / 2 : y;
+    const auto bytes =
+        static_cast<size_t>((samples(part.right, halved) - left) * lanes_[plane].step);
+    const uint8_t* coverage = mask.planes[plane].coverage.data();
+    for (int64_t row = top; row < samples(part.bottom, halved); ++row) {
+      blend_row(at(plane, left, row), coverage, bytes, paint.planes[plane]);
+      coverage += mask.planes[plane].row_bytes;
+    }
+  }
+}
+
+}  // namespace weir::draw

@@ -1,0 +1,54 @@
+// Canvas: draws into the memory of a picture, in the picture's own format.
+#pragma once
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+#include "core/draw/color.hpp"
+#include "core/draw/mask.hpp"
+#include "weir/result.hpp"
+
+namespace weir::draw {
+
+// Row r of a plane begins at byte offset + r * stride of `memory`, which is borrowed.
+struct Plane {
+  std::span<std::byte> memory;
+  size_t offset = 0;
+  ptrdiff_t stride = 0;  // may be negative
+};
+using Planes = std::array<Plane, 3>;  // as many as the format has; the others are not looked at
+
+// The pixels from left to right - 1 and from top to bottom - 1; may reach beyond the picture.
+struct Area {
+  int64_t left = 0, top = 0, right = 0, bottom = 0;
+  bool empty() const noexcept { return left >= right || top >= bottom; }
+  bool operator==(const Area&) const = default;
+};
+Area common_part(const Area& a, const Area& b) noexcept;
+
+// A chroma sample of 4:2:0 gets the colour where any of its four pixels does.
+class Canvas {
+ public:
+  // FRAME_SIZE when a plane is shorter than the picture needs.
+  static Result<Canvas> make(const preprocess::Picture& picture, const Planes& planes);
+
+  const preprocess::Picture& picture() const noexcept { return picture_; }
+  Area all() const noexcept;
+  // Whether chroma is shared by pixels: masks then begin at an even column and row.
+  bool halved() const noexcept { return halved_; }
+  void fill(const Area& area, const Paint& paint) noexcept;
+  // Mixes the colour in where the mask covers. x and y are at least 0.
+  void blend(int64_t x, int64_t y, const PlaneMask& mask, const Paint& paint) noexcept;
+
+ private:
+  Canvas(const preprocess::Picture& picture, const Planes& planes);
+  std::byte* at(size_t plane, int64_t x, int64_t y) const noexcept;  // in samples of the plane
+
+  preprocess::Picture picture_;
+  Planes planes_;
+  std::array<preprocess::Lane, 3> lanes_;  // the first of each plane
+  bool halved_ = false;
+};
+
+}  // namespace weir::draw

@@ -1,0 +1,34 @@
+// Colours of classes, and what a colour is in the samples of a picture.
+#pragma once
+#include <array>
+#include <cstdint>
+
+#include "core/preprocess/preparation.hpp"
+
+namespace weir::draw {
+
+struct Rgb {
+  uint8_t red = 0, green = 0, blue = 0;
+  bool operator==(const Rgb&) const = default;
+};
+
+// Bright, and far from that of the classes before and after: the hue goes on by the golden ratio.
+Rgb class_color(uint64_t class_index) noexcept;
+// Black or white, whichever is read better on `ground`.
+Rgb text_color(Rgb ground) noexcept;
+
+// A sample for each lane of the format: R'G'B', Y'CbCr by the picture's matrix and range, or gray,
+// 0.299 R' + 0.587 G' + 0.114 B', in the picture's range. Rounded to the nearest.
+std::array<uint8_t, 3> samples_of(const preprocess::Picture& picture, Rgb color) noexcept;
+
+// The bytes of a pixel in each plane, repeated: a plane's samples are 1, 2, 3 or 4 bytes apart, and
+// 48 is a multiple of each of them and of what a vector instruction takes. Bytes of a pixel that
+// are of no lane (alpha, padding) are 255.
+inline constexpr size_t kPatternBytes = 48;
+using Pattern = std::array<uint8_t, kPatternBytes>;
+struct Paint {
+  std::array<Pattern, 3> planes;
+};
+Paint paint_of(const preprocess::Picture& picture, Rgb color) noexcept;
+
+}  // namespace weir::draw

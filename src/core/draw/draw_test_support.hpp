@@ -1,0 +1,65 @@
+// For tests: pictures in memory, and a plain way to set one pixel of them.
+#pragma once
+#include <gtest/gtest.h>
+
+#include <string>
+#include <vector>
+
+#include "core/draw/canvas.hpp"
+
+namespace weir::draw {
+
+inline const std::vector<std::string>& every_format() {
+  static const std::vector<std::string> all{"RGB",  "BGR",  "RGBx", "BGRx",  "xRGB", "xBGR", "RGBA",
+                                            "BGRA", "ARGB", "ABGR", "GRAY8", "NV12", "I420"};
+  return all;
+}
+
+// Rows are longer than their pixels, planes begin behind a few bytes; all bytes begin as 7.
+struct TestPicture {
+  preprocess::Picture picture;
+  std::array<std::vector<std::byte>, 3> memory;
+  Planes planes;
+
+  TestPicture(const std::string& format, uint32_t width, uint32_t height, bool bottom_up = false) {
+    picture.format = *preprocess::picture_format(format);
+    picture.width = width;
+    picture.height = height;
+    picture.range = preprocess::Range::Limited;
+    for (const preprocess::Lane& lane : lanes()) {
+      const size_t rows = lane.halved ? (height + 1) / 2 : height;
+      const size_t stride = (lane.halved ? (width + 1) / 2 : width) * lane.step + 5;
+      memory[lane.plane].assign(3 + rows * stride, std::byte{7});
+      planes[lane.plane] = {memory[lane.plane], 3, static_cast<ptrdiff_t>(stride)};
+      if (!bottom_up) continue;
+      planes[lane.plane].offset += (rows - 1) * stride;
+      planes[lane.plane].stride = -static_cast<ptrdiff_t>(stride);
+    }
+  }
+  TestPicture(const TestPicture&) = delete;  // planes point into memory
+  TestPicture& operator=(const TestPicture&) = delete;
+  std::span<const preprocess::Lane> lanes() const {
+    return std::span(picture.format.lanes).first(picture.format.lane_count());
+  }
+  Canvas canvas() const { return *Canvas::make(picture, planes); }
+  uint8_t* sample(size_t lane_index, int64_t x, int64_t y) {
+    const preprocess::Lane& lane = picture.format.lanes[lane_index];
+    if (lane.halved) x /= 2, y /= 2;
+    const Plane& plane = planes[lane.plane];
+    return reinterpret_cast<uint8_t*>(plane.memory.data() + plane.offset + y * plane.stride +
+                                      x * lane.step + lane.offset);
+  }
+  // One pixel, and the chroma that it shares.
+  void set(int64_t x, int64_t y, Rgb color) {
+    if (x < 0 || y < 0 || x >= picture.width || y >= picture.height) return;
+    const auto samples = samples_of(picture, color);
+    const preprocess::Lane& first = picture.format.lanes[0];
+    if (first.step == 4)
+      for (size_t i = 0; i < 4; ++i)
+        sample(0, x, y)[static_cast<ptrdiff_t>(i) - first.offset] = 255;
+    for (size_t i = 0; i < picture.format.lane_count(); ++i) *sample(i, x, y) = samples[i];
+  }
+  bool operator==(const TestPicture& other) const { return memory == other.memory; }
+};
+
+}  // namespace weir::draw

@@ -1,0 +1,30 @@
+// Masks: how much of each pixel a shape covers.
+#pragma once
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "core/preprocess/picture_format.hpp"
+
+namespace weir::draw {
+
+// One byte a pixel, row after row: 0 is none of it, 255 all of it.
+struct Mask {
+  uint32_t width = 0, height = 0;
+  std::vector<uint8_t> coverage;
+};
+
+// The same for each byte of each plane, so that a row of it lies over a row of a picture. Of
+// halved lanes a sample is covered by the mean of its four pixels, the first of which are an even
+// column and row.
+struct PlaneMask {
+  struct Plane {
+    size_t row_bytes = 0;
+    std::vector<uint8_t> coverage;
+  };
+  uint32_t width = 0, height = 0;  // pixels
+  std::array<Plane, 3> planes;
+};
+PlaneMask for_planes(const Mask& mask, const preprocess::PictureFormat& format);
+
+}  // namespace weir::draw

@@ -1,0 +1,53 @@
+// When a pipeline hears that a filter's latency is another.
+#include "core/filter/latency_report.hpp"
+
+#include <gtest/gtest.h>
+
+namespace weir {
+namespace {
+
+TEST(LatencyReport, AnswersWithAMargin) {
+  LatencyReport report;
+  EXPECT_EQ(report.answer(0), 0u);
+  EXPECT_EQ(report.answer(1'000'000), 1'050'000u);
+  EXPECT_EQ(report.answer(10), 11u) << "10.5 is rounded";
+}
+
+TEST(LatencyReport, IsOutdatedAboveWhatWasAnswered) {
+  LatencyReport report;
+  report.answer(1000);
+  EXPECT_FALSE(report.outdated(1000));
+  EXPECT_FALSE(report.outdated(1050));
+  EXPECT_TRUE(report.outdated(1051));
+  EXPECT_FALSE(report.outdated(1051)) << "the pipeline asks once";
+  EXPECT_TRUE(report.outdated(1200)) << "and again when it grew further";
+}
+
+TEST(LatencyReport, IsOutdatedMoreThanAQuarterBelow) {
+  LatencyReport report;
+  EXPECT_EQ(report.answer(1000), 1050u);
+  EXPECT_FALSE(report.outdated(788)) << "1050 - 788 is 24.95 %";
+  EXPECT_TRUE(report.outdated(787)) << "25.05 %";
+  EXPECT_FALSE(report.outdated(787));
+  EXPECT_EQ(report.answer(400), 420u);
+  EXPECT_FALSE(report.outdated(315)) << "exactly a quarter";
+  EXPECT_TRUE(report.outdated(314));
+}
+
+TEST(LatencyReport, IsOutdatedByTheFirstInvoke) {
+  LatencyReport report;
+  EXPECT_FALSE(report.outdated(0));
+  EXPECT_TRUE(report.outdated(1));
+  report.reset();
+  EXPECT_TRUE(report.outdated(1));
+}
+
+TEST(LatencyReport, SurvivesAnyNumber) {
+  LatencyReport report;
+  EXPECT_GT(report.answer(UINT64_MAX), UINT64_MAX / 128);
+  EXPECT_FALSE(report.outdated(UINT64_MAX));
+  EXPECT_TRUE(report.outdated(0));
+}
+
+}  // namespace
+}  // namespace weir

@@ -1,0 +1,44 @@
+// Words for the order of a picture's dimensions.
+#include "core/filter/layout.hpp"
+
+#include <algorithm>
+#include <array>
+#include <utility>
+
+#include "core/text/text.hpp"
+#include "weir/abi.h"
+
+namespace weir {
+
+std::vector<uint32_t> parse_layout_list(std::string_view text, const std::string& property,
+                                        std::optional<Error>* warning) {
+  static constexpr std::array<std::pair<std::string_view, uint32_t>, 4> kWords{
+      {{"NCHW", WEIR_LAYOUT_NCHW},
+       {"NHWC", WEIR_LAYOUT_NHWC},
+       {"ANY", WEIR_LAYOUT_ANY},
+       {"NONE", WEIR_LAYOUT_NONE}}};
+  std::vector<uint32_t> out;
+  if (strip(text).empty()) return out;
+  for (const auto part : split(text, ",.")) {
+    const auto word = strip(part);
+    const auto known = std::find_if(kWords.begin(), kWords.end(), [word](const auto& entry) {
+      return equal_ignoring_case(entry.first, word);
+    });
+    out.push_back(known == kWords.end() ? uint32_t{WEIR_LAYOUT_NONE} : known->second);
+    if (known == kWords.end() && warning && !*warning)
+      *warning = Error{Code::OPTION_VALUE,
+                       "a layout is not known and counts as NONE",
+                       property + "=" + std::string(text),
+                       "NCHW, NHWC, ANY or NONE for each tensor",
+                       "at \"" + std::string(word) + "\"",
+                       property + "=NHWC"};
+  }
+  return out;
+}
+
+void set_layouts(const std::vector<uint32_t>& layouts, std::vector<ModelShape>* shapes) {
+  for (size_t i = 0; i < std::min(layouts.size(), shapes->size()); ++i)
+    if (layouts[i] != WEIR_LAYOUT_ANY) (*shapes)[i].layout = layouts[i];
+}
+
+}  // namespace weir

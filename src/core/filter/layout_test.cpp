@@ -1,0 +1,40 @@
+// inputlayout and outputlayout.
+#include "core/filter/layout.hpp"
+
+#include <gtest/gtest.h>
+
+namespace weir {
+namespace {
+
+using Numbers = std::vector<uint32_t>;
+
+TEST(Layout, ReadsWordsBetweenCommasAndDotsInAnyCase) {
+  EXPECT_EQ(parse_layout_list("", "inputlayout"), Numbers{});
+  EXPECT_EQ(parse_layout_list("NHWC,nchw.Any , none", "inputlayout"), (Numbers{1, 2, 0, 3}));
+}
+
+TEST(Layout, WhatIsNotKnownIsNoneAndIsTold) {
+  std::optional<Error> warning;
+  EXPECT_EQ(parse_layout_list("NHWC,NHCW,x", "outputlayout", &warning), (Numbers{1, 3, 3}));
+  ASSERT_TRUE(warning);
+  const auto text = warning->message();
+  EXPECT_NE(text.find("offered: outputlayout=NHWC,NHCW,x"), std::string::npos) << text;
+  EXPECT_NE(text.find("at \"NHCW\""), std::string::npos) << text;
+  warning.reset();
+  parse_layout_list("NHWC", "inputlayout", &warning);
+  EXPECT_FALSE(warning);
+}
+
+TEST(Layout, AnyLeavesWhatTheModelSays) {
+  std::vector<ModelShape> shapes(3);
+  shapes[0].layout = shapes[1].layout = 1;
+  set_layouts({0, 2}, &shapes);
+  EXPECT_EQ(shapes[0].layout, 1u);
+  EXPECT_EQ(shapes[1].layout, 2u);
+  EXPECT_EQ(shapes[2].layout, 0u);
+  set_layouts({1, 1, 1, 1, 1}, &shapes);
+  EXPECT_EQ(shapes[2].layout, 1u);
+}
+
+}  // namespace
+}  // namespace weir

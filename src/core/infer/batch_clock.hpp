@@ -1,0 +1,21 @@
+// BatchClock: the time of a gatherer, and waiting for it; tests bring one that they set.
+#pragma once
+#include <chrono>
+#include <condition_variable>
+#include <mutex>
+
+namespace weir::infer {
+
+class BatchClock {
+ public:
+  using Time = std::chrono::steady_clock::time_point;
+  virtual ~BatchClock() = default;
+  virtual Time now() = 0;
+  // Waits for `changed` (locked with `lock`) or until `until`; may return early.
+  virtual void wait_until(std::condition_variable& changed, std::unique_lock<std::mutex>& lock,
+                          Time until) = 0;
+  // The steady clock of the machine.
+  static BatchClock& machine();
+};
+
+}  // namespace weir::infer

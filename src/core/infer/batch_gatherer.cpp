@@ -1,0 +1,146 @@
+// The thread of a gatherer, and those that wait for it.
+#include "core/infer/batch_gatherer.hpp"
+
+#include <algorithm>
+
+namespace weir::infer {
+namespace {
+
+class MachineClock final : public BatchClock {
+ public:
+  Time now() override { return std::chrono::steady_clock::now(); }
+  void wait_until(std::condition_variable& changed, std::unique_lock<std::mutex>& lock,
+                  Time until) override {
+    if (until == Time::max())
+      changed.wait(lock);
+    else
+      changed.wait_until(lock, until);
+  }
+};
+
+}  // namespace
+
+BatchClock& BatchClock::machine() {
+  static MachineClock clock;
+  return clock;
+}
+
+BatchGatherer::BatchGatherer(size_t batch_size, Run run, BatchClock& clock)
+    : run_(std::move(run)),
+      clock_(clock),
+      queue_(std::max<size_t>(1, batch_size)),
+      thread_([this] { gather(); }) {}
+
+BatchGatherer::~BatchGatherer() {
+  {
+    std::lock_guard lock(mutex_);
+    stopping_ = true;
+    changed_.notify_all();
+  }
+  thread_.join();
+}
+
+std::unique_ptr<BatchGatherer::Stream> BatchGatherer::join(std::shared_ptr<BatchGatherer> gatherer,
+                                                           std::chrono::nanoseconds timeout) {
+  std::unique_lock lock(gatherer->mutex_);
+  const auto id = gatherer->queue_.join(timeout);
+  lock.unlock();
+  return std::unique_ptr<Stream>(new Stream(std::move(gatherer), id));
+}
+
+void BatchGatherer::between_batches(const std::function<void()>& change) {
+  {
+    std::unique_lock lock(mutex_);
+    ++held_;
+    ended_.wait(lock, [this] { return !busy_; });
+  }
+  struct Release {
+    BatchGatherer* self;
+    ~Release() {
+      std::lock_guard lock(self->mutex_);
+      --self->held_;
+      self->changed_.notify_all();
+    }
+  } const release{this};
+  change();
+}
+
+size_t BatchGatherer::streams() const {
+  std::lock_guard lock(mutex_);
+  return queue_.streams();
+}
+
+bool BatchGatherer::runs(GatherQueue::StreamId stream) const {
+  return std::find(running_.begin(), running_.end(), stream) != running_.end();
+}
+
+void BatchGatherer::gather() {
+  std::unique_lock lock(mutex_);
+  while (!stopping_) {
+    if (held_ > 0 || queue_.empty()) {
+      changed_.wait(lock);
+      continue;
+    }
+    if (!queue_.due(clock_.now())) {
+      clock_.wait_until(changed_, lock, *queue_.deadline());
+      continue;
+    }
+    BatchJobs jobs;
+    for (auto& taken : queue_.take()) {
+      running_.push_back(taken.stream);
+      jobs.push_back(std::move(taken.job));
+    }
+    busy_ = true;
+    lock.unlock();
+    run_(jobs);
+    jobs.clear();
+    lock.lock();
+    running_.clear();
+    busy_ = false;
+    ended_.notify_all();
+  }
+}
+
+BatchGatherer::Stream::~Stream() {
+  BatchJobs left;  // freed after the lock
+  {
+    std::unique_lock lock(gatherer_->mutex_);
+    left = gatherer_->queue_.leave(id_);
+    gatherer_->changed_.notify_all();  // the others need not wait for this one any more
+    gatherer_->ended_.wait(lock, [this] { return !gatherer_->runs(id_); });
+  }
+}
+
+void BatchGatherer::Stream::add(std::unique_ptr<BatchJob> job) {
+  auto& g = *gatherer_;
+  std::lock_guard lock(g.mutex_);
+  const auto before = g.queue_.deadline();
+  const auto now = g.clock_.now();
+  g.queue_.add(id_, std::move(job), now);
+  // The thread is woken only for what changes its plan.
+  if (g.queue_.deadline() != before || g.queue_.due(now)) g.changed_.notify_all();
+}
+
+BatchJobs BatchGatherer::Stream::flush() {
+  std::lock_guard lock(gatherer_->mutex_);
+  return gatherer_->queue_.clear(id_);
+}
+
+std::unique_ptr<BatchJob> BatchGatherer::Stream::take_oldest() {
+  std::lock_guard lock(gatherer_->mutex_);
+  return gatherer_->queue_.take_oldest(id_);
+}
+
+void BatchGatherer::Stream::pause_if_empty() {
+  std::lock_guard lock(gatherer_->mutex_);
+  gatherer_->queue_.pause_if_empty(id_);
+  gatherer_->changed_.notify_all();
+}
+
+void BatchGatherer::Stream::pause() {
+  std::lock_guard lock(gatherer_->mutex_);
+  gatherer_->queue_.pause(id_);
+  gatherer_->changed_.notify_all();
+}
+
+}  // namespace weir::infer

@@ -1,0 +1,58 @@
+// Jobs over threads.
+#include "core/infer/crew.hpp"
+
+#include <exception>
+
+namespace weir::infer {
+
+Crew::Crew(size_t threads) {
+  if (threads > 1) threads_.reserve(threads - 1);
+  try {
+    while (threads_.size() + 1 < threads)
+      threads_.emplace_back(&Crew::work, this, threads_.size() + 1);
+  } catch (const std::exception&) {  // no more threads to be had
+  }
+}
+
+Crew::~Crew() {
+  {
+    const std::lock_guard lock(mutex_);
+    ending_ = true;
+  }
+  begun_.notify_all();
+  for (auto& thread : threads_) thread.join();
+}
+
+void Crew::run(size_t count, const Job& job) {
+  std::unique_lock lock(mutex_);
+  job_ = &job;
+  count_ = count;
+  next_ = 0;
+  if (count > 1) begun_.notify_all();
+  take_all(0, &lock);
+  done_.wait(lock, [this] { return running_ == 0; });
+}
+
+void Crew::take_all(size_t thread, std::unique_lock<std::mutex>* lock) {
+  while (next_ < count_) {
+    const Job& job = *job_;
+    const size_t number = next_++;
+    ++running_;
+    lock->unlock();
+    job(thread, number);
+    lock->lock();
+    --running_;
+  }
+  if (running_ == 0) done_.notify_one();
+}
+
+void Crew::work(size_t thread) {
+  std::unique_lock lock(mutex_);
+  for (;;) {
+    begun_.wait(lock, [this] { return ending_ || next_ < count_; });
+    if (ending_) return;
+    take_all(thread, &lock);
+  }
+}
+
+}  // namespace weir::infer

@@ -1,0 +1,55 @@
+// Jobs shared out over threads.
+#include "core/infer/crew.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <barrier>
+#include <set>
+
+namespace weir::infer {
+namespace {
+
+TEST(Crew, DoesEachJobOnce) {
+  for (const size_t threads : {1, 2, 3, 8}) {
+    Crew crew(threads);
+    for (size_t count = 0; count < 40; ++count) {
+      std::vector<int> done(count);
+      crew.run(count, [&](size_t thread, size_t number) {
+        EXPECT_LT(thread, threads);
+        ++done[number];
+      });
+      EXPECT_EQ(std::ranges::count(done, 1), static_cast<std::ptrdiff_t>(count));
+    }
+  }
+}
+
+TEST(Crew, WorksOnTheCallersThreadAlone) {
+  Crew crew(1);
+  const auto self = std::this_thread::get_id();
+  std::vector<size_t> order;
+  crew.run(3, [&](size_t thread, size_t number) {
+    EXPECT_EQ(std::this_thread::get_id(), self);
+    EXPECT_EQ(thread, 0u);
+    order.push_back(number);
+  });
+  EXPECT_EQ(order, (std::vector<size_t>{0, 1, 2}));
+}
+
+// Each waits for the others: one after the other they would never end.
+TEST(Crew, RunsAsManyAtOnceAsItHasThreads) {
+  Crew crew(3);
+  ASSERT_EQ(crew.threads(), 3u);
+  std::barrier all(3);
+  std::mutex mutex;
+  std::set<size_t> seen;
+  crew.run(3, [&](size_t thread, size_t) {
+    all.arrive_and_wait();
+    const std::lock_guard lock(mutex);
+    seen.insert(thread);
+  });
+  EXPECT_EQ(seen, (std::set<size_t>{0, 1, 2}));
+}
+
+}  // namespace
+}  // namespace weir::infer

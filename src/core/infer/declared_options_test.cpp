@@ -1,0 +1,84 @@
+// Which engines hear what the user says of a model's tensors.
+#include "core/infer/declared_options.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cstddef>
+
+namespace weir::infer {
+namespace {
+
+using Pairs = std::vector<std::pair<std::string, std::string>>;
+
+weir_engine engine_with(const char* options_json) {
+  weir_engine engine{};
+  engine.struct_size = sizeof engine;
+  engine.options_json = options_json;
+  return engine;
+}
+
+OpenOptions declared() {
+  OpenOptions options;
+  options.options = {{"NumThreads", "2"}};
+  options.declared = {{"input", "3:4"}, {"inputtype", "uint8"}};
+  return options;
+}
+
+TEST(DeclaredOptions, GoToAnEngineThatListsThem) {
+  const auto engine = engine_with(R"([{"name": "input"}, {"name": "NumThreads"}])");
+  EXPECT_EQ(options_for(engine, declared()), (Pairs{{"NumThreads", "2"}, {"input", "3:4"}}));
+}
+
+TEST(DeclaredOptions, DoNotReachEnginesThatSayNothingOfThem) {
+  for (const char* json : {static_cast<const char*>(nullptr), "", "[]", "no json", "{}", "[1, {}]",
+                           R"([{"name": 7}, {"name": "inputs"}])"})
+    EXPECT_EQ(options_for(engine_with(json), declared()), (Pairs{{"NumThreads", "2"}}));
+  weir_engine old = engine_with(R"([{"name": "input"}])");
+  old.struct_size = offsetof(weir_engine, options_json);
+  EXPECT_EQ(options_for(old, declared()), (Pairs{{"NumThreads", "2"}}));
+}
+
+TEST(DeclaredOptions, GiveWayToTheUsersOwnOption) {
+  auto options = declared();
+  options.options = {{"input", "5"}};
+  const auto engine = engine_with(R"([{"name": "input"}, {"name": "inputtype"}])");
+  EXPECT_EQ(options_for(engine, options), (Pairs{{"input", "5"}, {"inputtype", "uint8"}}));
+}
+
+TEST(DeclaredOptions, AnEngineOfSeveralNamesIsToldItsOwn) {
+  auto engine = engine_with(R"([{"name": "framework"}, {"name": "input"}])");
+  engine.name = "second";
+  OpenOptions options = declared();
+  options.options = {{"framework", "a word of custom="}};
+  EXPECT_EQ(options_for(engine, options),
+            (Pairs{{"framework", "a word of custom="}, {"framework", "second"}, {"input", "3:4"}}));
+}
+
+// What `inner` gets when an engine that takes all was opened with `options`.
+Pairs inner_options(const weir_engine& inner, const OpenOptions& options) {
+  auto outer = engine_with(kAllDeclared);
+  outer.name = "custom";
+  const auto given = options_for(outer, options);
+  std::vector<weir_option> pairs;
+  for (const auto& [key, value] : given) pairs.push_back({key.c_str(), value.c_str()});
+  weir_open request{};
+  request.options = pairs.data();
+  request.n_options = static_cast<uint32_t>(pairs.size());
+  Pairs out;
+  for (const auto& option : options_for_inner(inner, request))
+    out.emplace_back(option.key, option.value);
+  return out;
+}
+
+TEST(DeclaredOptions, AreHandedOnAsTheInnerEngineListsThem) {
+  EXPECT_EQ(inner_options(engine_with(nullptr), declared()), (Pairs{{"NumThreads", "2"}}));
+  auto inner = engine_with(R"([{"name": "framework"}, {"name": "inputtype"}])");
+  inner.name = "inside";
+  OpenOptions options = declared();
+  options.options = {{"input", "the user's"}};
+  EXPECT_EQ(inner_options(inner, options),
+            (Pairs{{"input", "the user's"}, {"framework", "inside"}, {"inputtype", "uint8"}}));
+}
+
+}  // namespace
+}  // namespace weir::infer

@@ -1,0 +1,38 @@
+// FallingBehind: whether frames of a live source come later and later. No clock of its own.
+#pragma once
+#include <chrono>
+
+namespace weir::infer {
+
+class FallingBehind {
+ public:
+  using Duration = std::chrono::nanoseconds;
+  static constexpr Duration kLate = std::chrono::seconds(1);
+  static constexpr Duration kPatience = std::chrono::seconds(2);
+
+  // A frame came at `now`, `lag` after its own time. True when all frames were later than kLate for
+  // kPatience and the last no less than the first: what a slow start left behind would be made up.
+  bool observe(Duration now, Duration lag) noexcept {
+    if (lag < kLate) {
+      late_ = false;
+      return false;
+    }
+    if (!late_) {
+      late_ = true;
+      since_ = now;
+      lag_then_ = lag;
+    }
+    if (now - since_ < kPatience) return false;
+    const bool later = lag >= lag_then_;
+    since_ = now;
+    lag_then_ = lag;
+    return later;
+  }
+  void reset() noexcept { late_ = false; }
+
+ private:
+  bool late_ = false;
+  Duration since_{}, lag_then_{};  // while late_
+};
+
+}  // namespace weir::infer

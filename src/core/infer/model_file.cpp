@@ -1,0 +1,31 @@
+// A look into the folder.
+#include "core/infer/model_file.hpp"
+
+#include <filesystem>
+
+#include "core/text/text.hpp"
+
+namespace weir::infer {
+
+namespace fs = std::filesystem;
+
+Status check_model_file(const std::string& path) {
+  std::error_code ignored;
+  if (fs::is_regular_file(path, ignored)) return ok();
+  if (fs::is_directory(path, ignored))
+    return Error{Code::MODEL_NOT_FOUND, "the model is a folder", path, "a file", "", ""};
+  const fs::path folder = fs::path(path).has_parent_path() ? fs::path(path).parent_path() : ".";
+  std::vector<std::string> names;
+  for (const auto& entry : fs::directory_iterator(folder, ignored))
+    names.push_back(entry.path().filename().string());
+  const std::string close = nearest(fs::path(path).filename().string(), names);
+  return Error{Code::MODEL_NOT_FOUND,
+               "the model file is not there",
+               path,
+               "a file that can be read",
+               close.empty() ? "" : "did you mean " + close + "?",
+               close.empty() ? "model=/path/to/the/model"
+                             : "model=" + (fs::path(path).parent_path() / close).string()};
+}
+
+}  // namespace weir::infer

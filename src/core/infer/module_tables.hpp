@@ -1,0 +1,37 @@
+// ModuleTables: a module's tables as long as this host knows them, whatever header the module was
+// built with.
+#pragma once
+#include <deque>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "weir/abi.h"
+#include "weir/result.hpp"
+
+namespace weir::infer {
+
+// Copies of the tables: what an older module's tables end before is null, what a newer module's
+// have beyond is not looked at. What the tables point to stays the module's.
+class ModuleTables {
+ public:
+  // MODULE_REFUSED where check_module (module_check.hpp) refuses it.
+  static Result<std::unique_ptr<ModuleTables>> copy(const weir_module* module,
+                                                    const std::string& path);
+  // Its lists are never null.
+  const weir_module& module() const noexcept { return module_; }
+
+ private:
+  template <class Table>
+  struct List {
+    std::deque<Table> tables;
+    std::vector<const Table*> pointers;
+    void copy(const Table* const* from);
+  };
+  List<weir_engine> engines_;
+  List<weir_decoder_type> decoders_;
+  List<weir_converter_type> converters_;
+  weir_module module_{};
+};
+
+}  // namespace weir::infer

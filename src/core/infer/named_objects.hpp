@@ -1,0 +1,53 @@
+// NamedObjects: what a program registered in this process, by name.
+#pragma once
+#include <map>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace weir::infer {
+
+// Thread-safe. Nothing of an object runs while the mutex is held.
+template <class T>
+class NamedObjects {
+ public:
+  // False: the name is taken.
+  bool add(const std::string& name, T object) {
+    std::lock_guard lock(mutex_);
+    return entries_.try_emplace(name, std::move(object)).second;
+  }
+  // What had the name; none: nothing had it.
+  std::optional<T> remove(std::string_view name) {
+    std::lock_guard lock(mutex_);
+    const auto found = entries_.find(name);
+    if (found == entries_.end()) return std::nullopt;
+    std::optional<T> removed(std::move(found->second));
+    entries_.erase(found);
+    return removed;
+  }
+  std::optional<T> find(std::string_view name) const {
+    std::lock_guard lock(mutex_);
+    const auto found = entries_.find(name);
+    return found == entries_.end() ? std::nullopt : std::optional(found->second);
+  }
+  std::vector<std::string> names() const {
+    std::lock_guard lock(mutex_);
+    std::vector<std::string> out;
+    for (const auto& [name, object] : entries_) out.push_back(name);
+    return out;
+  }
+  // "one of: a, b"; "one of: none".
+  std::string one_of() const {
+    std::string text;
+    for (const auto& name : names()) text += (text.empty() ? "" : ", ") + name;
+    return "one of: " + (text.empty() ? "none" : text);
+  }
+
+ private:
+  mutable std::mutex mutex_;  // guards entries_
+  std::map<std::string, T, std::less<>> entries_;
+};
+
+}  // namespace weir::infer

@@ -1,0 +1,65 @@
+// What a pipeline asks of its worker, field by field.
+#pragma once
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "core/isolate/message.hpp"
+#include "weir/abi.h"
+
+namespace weir::isolate {
+
+struct OpenCall {
+  std::string engine;  // a name or alias; "" = found by the model's files
+  std::vector<std::string> paths;
+  std::vector<std::pair<std::string, std::string>> options;
+  std::string accelerator;
+  int32_t threads = 0;
+  std::vector<std::pair<std::string, std::string>> declared;  // infer::OpenOptions::declared
+
+  void put(MessageWriter* message) const;
+  static OpenCall take(MessageReader* message);
+};
+
+struct BlockCall {
+  uint64_t id, bytes;
+  uint32_t writable;
+};
+
+inline constexpr uint32_t kMostMaps = 1 << 16;
+
+// Of Invoke, for the whole frame and for each tensor. Tensors of the ABI without their pointers.
+struct FrameCall {
+  int64_t pts, duration, deadline;
+  uint64_t stream_id, sequence;
+  uint32_t flags, maps, maps_of;  // each weir_picture_map follows
+  uint64_t output_block;          // where results go
+  uint32_t inputs, outputs;
+};
+struct InputCall {
+  uint64_t block, offset;
+  weir_tensor tensor;
+};
+struct OutputCall {
+  uint64_t offset;
+  uint32_t given;  // 0: the engine allocates
+  weir_tensor tensor;
+};
+
+// Of Invoked: what the engine returned, whether all that it allocated is in the block already (it
+// lies behind the given outputs, each at a multiple of kPlacement), then a tensor for each output.
+struct InvokedAnswer {
+  int32_t result;
+  uint32_t in_block, outputs;
+};
+struct OutputAnswer {
+  uint64_t bytes;
+  weir_tensor_info info;
+};
+inline constexpr uint64_t kPlacement = 4096;
+// The next place for `bytes` at or behind `end`; moves `end` behind it. Nullopt beyond 63 bits.
+std::optional<uint64_t> place(uint64_t bytes, uint64_t* end);
+
+}  // namespace weir::isolate

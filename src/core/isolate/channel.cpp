@@ -1,0 +1,129 @@
+// Messages by sendmsg and recvmsg, never waiting in them.
+#include "core/isolate/channel.hpp"
+
+#include <poll.h>
+#include <sched.h>
+#include <sys/socket.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+#include <iterator>
+
+namespace weir::isolate {
+namespace {
+
+int milliseconds_to(const Deadline& deadline) {
+  if (!deadline) return -1;
+  const auto left = *deadline - std::chrono::steady_clock::now();
+  const auto ms = std::chrono::ceil<std::chrono::milliseconds>(left).count();
+  return static_cast<int>(std::clamp<int64_t>(ms, 0, 1 << 30));
+}
+
+bool would_wait() {
+  return errno == EAGAIN || errno == EWOULDBLOCK;
+}
+
+// Lets others run between two looks.
+bool may_look_again(std::chrono::steady_clock::time_point until) {
+  if (std::chrono::steady_clock::now() >= until) return false;
+  sched_yield();
+  return true;
+}
+
+}  // namespace
+
+Passage Channel::wait(short events, const Deadline& deadline) const {
+  for (;;) {
+    pollfd watched[] = {{socket_.get(), events, 0},
+                        {process_, POLLIN, 0},
+                        {stop_, POLLIN, 0},
+                        {cancel_, POLLIN, 0}};
+    const int ready = poll(watched, std::size(watched), milliseconds_to(deadline));
+    if (ready < 0 && errno == EINTR) continue;
+    if (ready < 0) return Passage::Ended;
+    if (ready == 0) return Passage::TimedOut;
+    // What it sent before it ended is read first.
+    if (watched[0].revents & events) return Passage::Done;
+    if (watched[0].revents || watched[1].revents) return Passage::Ended;
+    return Passage::Cancelled;
+  }
+}
+
+Passage Channel::send(std::span<const std::byte> message, const Deadline& deadline,
+                      int descriptor) {
+  alignas(cmsghdr) char control[CMSG_SPACE(sizeof(int))] = {};
+  while (!message.empty()) {
+    iovec part{const_cast<std::byte*>(message.data()), message.size()};
+    msghdr head{};
+    head.msg_iov = &part;
+    head.msg_iovlen = 1;
+    if (descriptor >= 0) {
+      head.msg_control = control;
+      head.msg_controllen = sizeof control;
+      cmsghdr* const along = CMSG_FIRSTHDR(&head);
+      along->cmsg_level = SOL_SOCKET;
+      along->cmsg_type = SCM_RIGHTS;
+      along->cmsg_len = CMSG_LEN(sizeof(int));
+      std::memcpy(CMSG_DATA(along), &descriptor, sizeof descriptor);
+    }
+    const ssize_t sent = sendmsg(socket_.get(), &head, MSG_NOSIGNAL | MSG_DONTWAIT);
+    if (sent < 0 && errno == EINTR) continue;
+    if (sent < 0 && !would_wait()) return Passage::Ended;
+    if (sent < 0) {
+      if (const auto passage = wait(POLLOUT, deadline); passage != Passage::Done) return passage;
+      continue;
+    }
+    message = message.subspan(static_cast<size_t>(sent));
+    descriptor = -1;
+  }
+  return Passage::Done;
+}
+
+Passage Channel::receive_bytes(std::span<std::byte> into, const Deadline& deadline,
+                               std::chrono::steady_clock::time_point look_until, Descriptor* came) {
+  while (!into.empty()) {
+    alignas(cmsghdr) char control[CMSG_SPACE(sizeof(int))] = {};
+    iovec part{into.data(), into.size()};
+    msghdr head{};
+    head.msg_iov = &part;
+    head.msg_iovlen = 1;
+    head.msg_control = control;
+    head.msg_controllen = CMSG_LEN(sizeof(int));  // room for one: the kernel closes others
+    const ssize_t got = recvmsg(socket_.get(), &head, MSG_DONTWAIT | MSG_CMSG_CLOEXEC);
+    if (got == 0) return Passage::Ended;
+    if (got < 0 && errno == EINTR) continue;
+    if (got < 0 && !would_wait()) return Passage::Ended;
+    if (got < 0 && may_look_again(look_until)) continue;
+    if (got < 0) {
+      if (const auto passage = wait(POLLIN, deadline); passage != Passage::Done) return passage;
+      continue;
+    }
+    const cmsghdr* const along = CMSG_FIRSTHDR(&head);
+    if (along && along->cmsg_level == SOL_SOCKET && along->cmsg_type == SCM_RIGHTS &&
+        along->cmsg_len == CMSG_LEN(sizeof(int))) {
+      int number = -1;
+      std::memcpy(&number, CMSG_DATA(along), sizeof number);
+      *came = Descriptor(number);
+    }
+    into = into.subspan(static_cast<size_t>(got));
+  }
+  return Passage::Done;
+}
+
+Passage Channel::receive(const Deadline& deadline, Message* out) {
+  MessageHead head{};
+  out->descriptor = {};
+  const auto head_bytes = std::as_writable_bytes(std::span(&head, 1));
+  const auto began = std::chrono::steady_clock::now(), look_until = began + usual_.patience();
+  if (const auto p = receive_bytes(head_bytes, deadline, look_until, &out->descriptor);
+      p != Passage::Done)
+    return p;
+  usual_.took(std::chrono::steady_clock::now() - began);  // what is behind a head is there
+  if (head.bytes > kMostMessageBytes) return Passage::Unreadable;
+  out->kind = static_cast<Kind>(head.kind);
+  out->body.resize(head.bytes);
+  return receive_bytes(out->body, deadline, look_until, &out->descriptor);
+}
+
+}  // namespace weir::isolate

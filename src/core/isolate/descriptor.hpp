@@ -1,0 +1,28 @@
+// Descriptor: sole owner of a file descriptor.
+#pragma once
+#include <unistd.h>
+
+#include <utility>
+
+namespace weir::isolate {
+
+class Descriptor {
+ public:
+  Descriptor() = default;
+  explicit Descriptor(int number) noexcept : number_(number) {}
+  Descriptor(Descriptor&& other) noexcept : number_(std::exchange(other.number_, -1)) {}
+  Descriptor& operator=(Descriptor&& other) noexcept {
+    std::swap(number_, other.number_);
+    return *this;
+  }
+  ~Descriptor() {
+    if (number_ >= 0) close(number_);
+  }
+  explicit operator bool() const noexcept { return number_ >= 0; }
+  int get() const noexcept { return number_; }
+
+ private:
+  int number_ = -1;
+};
+
+}  // namespace weir::isolate

@@ -1,0 +1,112 @@
+// Messages between a pipeline and its worker process, written and read within bounds. Both ends are
+// of one build; what is read is not trusted all the same.
+#pragma once
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <span>
+#include <string>
+#include <string_view>
+#include <type_traits>
+#include <vector>
+
+namespace weir::isolate {
+
+// Goes up with every change of a message: a worker of another version is refused.
+inline constexpr uint32_t kProtocol = 2;
+
+enum class Kind : uint32_t {
+  // from the worker, once: protocol, confinement
+  Hello = 1,
+  // to the worker, and what it answers
+  Open,     // -> Opened: what the model is
+  Block,    // a shared memory with its descriptor; no answer
+  Forget,   // a block that is used no more; no answer
+  Resolve,  // -> Resolved: shapes of the outputs
+  Invoke,   // -> Invoked: what came out
+  Fetch,    // -> Done: outputs that the engine allocated are in the block
+  Control,  // -> Done
+  // answers
+  Opened,
+  Resolved,
+  Invoked,
+  Done,
+  Failed,  // an error of the engine or module
+};
+
+inline constexpr uint32_t kMostMessageBytes = 16u << 20;
+
+struct MessageHead {
+  uint32_t kind, bytes;  // bytes behind the head
+};
+
+class MessageWriter {
+ public:
+  // The memory is kept: a writer that is used again allocates nothing.
+  void begin(Kind kind) {
+    bytes_.clear();
+    put(MessageHead{static_cast<uint32_t>(kind), 0});
+  }
+  template <class T>
+  void put(const T& value) requires std::is_trivially_copyable_v<T> {
+    append(&value, sizeof value);
+  }
+  void text(std::string_view text) {
+    put(static_cast<uint32_t>(text.size()));
+    append(text.data(), text.size());
+  }
+  // Head and body, the length filled in.
+  std::span<const std::byte> finish() {
+    const auto size = static_cast<uint32_t>(bytes_.size() - sizeof(MessageHead));
+    std::memcpy(bytes_.data() + offsetof(MessageHead, bytes), &size, sizeof size);
+    return bytes_;
+  }
+
+ private:
+  void append(const void* from, size_t size);
+  std::vector<std::byte> bytes_;
+};
+
+// Reads what MessageWriter wrote. Beyond the end everything reads as 0 or "", and complete() tells.
+class MessageReader {
+ public:
+  explicit MessageReader(std::span<const std::byte> bytes) : rest_(bytes) {}
+
+  template <class T>
+  T take() requires std::is_trivially_copyable_v<T> {
+    T value{};
+    if (const auto part = bytes(sizeof value); !part.empty())
+      std::memcpy(&value, part.data(), sizeof value);
+    return value;
+  }
+  std::string text() {
+    const auto part = bytes(take<uint32_t>());
+    return {reinterpret_cast<const char*>(part.data()), part.size()};
+  }
+  // A count of things that follow; more than `most` spoils the message.
+  uint32_t count(uint32_t most) {
+    const auto value = take<uint32_t>();
+    if (value <= most) return value;
+    spoiled_ = true;
+    return 0;
+  }
+  // Everything was there, and nothing is left.
+  bool complete() const noexcept { return !spoiled_ && rest_.empty(); }
+
+ private:
+  std::span<const std::byte> bytes(size_t size) {
+    if (size > rest_.size()) {
+      spoiled_ = true;
+      rest_ = {};
+      return {};
+    }
+    const auto part = rest_.first(size);
+    rest_ = rest_.subspan(size);
+    return part;
+  }
+
+  std::span<const std::byte> rest_;
+  bool spoiled_ = false;
+};
+
+}  // namespace weir::isolate

@@ -1,0 +1,31 @@
+// RestartBackoff: how long to wait before a worker process that ended is replaced.
+#pragma once
+#include <algorithm>
+#include <chrono>
+
+namespace weir::isolate {
+
+// The first end costs no wait, the next ones 100 ms, 200 ms, 400 ms and so on up to 10 s. A worker
+// that lived for 10 s begins the row anew.
+class RestartBackoff {
+ public:
+  using Clock = std::chrono::steady_clock;
+
+  void started(Clock::time_point now) noexcept { started_ = now; }
+  // The wait after an end at `now`.
+  Clock::duration ended(Clock::time_point now) noexcept {
+    if (now - started_ >= kQuiet) next_ = {};
+    const auto wait = next_;
+    next_ = wait == Clock::duration{} ? Clock::duration(kFirst)
+                                      : std::min(2 * wait, Clock::duration(kMost));
+    return wait;
+  }
+
+ private:
+  static constexpr std::chrono::milliseconds kFirst{100};
+  static constexpr std::chrono::seconds kMost{10}, kQuiet{10};
+  Clock::time_point started_{};
+  Clock::duration next_{};
+};
+
+}  // namespace weir::isolate

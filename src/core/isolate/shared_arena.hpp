@@ -1,0 +1,43 @@
+// SharedArena: memory for frames that worker processes read where it lies.
+#pragma once
+#include <map>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <vector>
+
+#include "core/isolate/shared_block.hpp"
+
+namespace weir::isolate {
+
+// Thread-safe. What is given back is kept for the next frame of its size, within bounds.
+class SharedArena : public std::enable_shared_from_this<SharedArena> {
+ public:
+  static constexpr size_t kMostBlocks = 128;  // each holds a file descriptor
+  static constexpr size_t kRetained = 16;
+
+  // `padding`: readable bytes behind each frame.
+  static std::shared_ptr<SharedArena> make(size_t padding);
+
+  // Memory for one frame that begins at a page; null when there is none to be had. It goes back by
+  // itself, and keeps the arena alive.
+  std::shared_ptr<SharedBlock> allocate(size_t bytes);
+
+  struct Place {
+    std::shared_ptr<SharedBlock> block;
+    size_t offset, capacity;  // capacity: readable bytes from there on
+  };
+  // Where these bytes lie; nullopt when they are no memory of this arena.
+  std::optional<Place> find(const void* data, size_t bytes) const;
+
+ private:
+  explicit SharedArena(size_t padding) : padding_(padding) {}
+  void give_back(const SharedBlock* block) noexcept;
+
+  const size_t padding_;
+  mutable std::mutex mutex_;                                         // guards the rest
+  std::map<const std::byte*, std::shared_ptr<SharedBlock>> blocks_;  // by first byte; all
+  std::vector<const SharedBlock*> free_;                             // of blocks_
+};
+
+}  // namespace weir::isolate

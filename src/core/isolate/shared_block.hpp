@@ -1,0 +1,56 @@
+// SharedBlock: memory of this process that a worker process sees too.
+#pragma once
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+
+#include "core/isolate/descriptor.hpp"
+#include "weir/result.hpp"
+
+namespace weir::isolate {
+
+// Pages mapped for as long as the object lives.
+class Mapping {
+ public:
+  Mapping() = default;
+  // Not mapped (false) when the kernel refuses.
+  Mapping(int descriptor, size_t bytes, bool writable) noexcept;
+  Mapping(Mapping&& other) noexcept;
+  Mapping& operator=(Mapping&& other) noexcept;
+  ~Mapping();
+  explicit operator bool() const noexcept { return data_ != nullptr; }
+  std::byte* data() const noexcept { return data_; }
+  size_t bytes() const noexcept { return bytes_; }
+
+ private:
+  std::byte* data_ = nullptr;
+  size_t bytes_ = 0;
+};
+
+enum class Sharing {
+  ReadByWorker,    // nobody but this process can ever write it
+  WrittenByWorker  // results
+};
+
+// A memfd of fixed size: sealed, so that the worker cannot shorten it under this process.
+class SharedBlock {
+ public:
+  static constexpr size_t kPage = 4096;
+  // At least `bytes`, whole pages, really there. OUT_OF_MEMORY when they cannot be had.
+  static Result<std::shared_ptr<SharedBlock>> create(size_t bytes, Sharing sharing);
+
+  std::byte* data() const noexcept { return mapping_.data(); }
+  size_t bytes() const noexcept { return mapping_.bytes(); }
+  uint64_t id() const noexcept { return id_; }  // of no other block in this process
+  int descriptor() const noexcept { return descriptor_.get(); }
+  Sharing sharing() const noexcept { return sharing_; }
+
+ private:
+  SharedBlock() = default;
+  Descriptor descriptor_;
+  Mapping mapping_;
+  uint64_t id_ = 0;
+  Sharing sharing_ = Sharing::ReadByWorker;
+};
+
+}  // namespace weir::isolate

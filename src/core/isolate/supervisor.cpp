@@ -1,0 +1,171 @@
+// The thread that starts and buries workers.
+#include "core/isolate/supervisor.hpp"
+
+#include <poll.h>
+#include <sys/eventfd.h>
+
+#include <algorithm>
+#include <iterator>
+
+namespace weir::isolate {
+
+Supervisor::Supervisor(WorkerSettings settings, OnCrash on_crash, std::shared_ptr<Monitor> monitor)
+    : settings_(std::move(settings)),
+      on_crash_(on_crash),
+      monitor_(std::move(monitor)),
+      cancel_(eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)) {}
+
+Result<std::unique_ptr<Supervisor>> Supervisor::start(WorkerSettings settings, OnCrash on_crash,
+                                                      std::shared_ptr<Monitor> monitor) {
+  std::unique_ptr<Supervisor> made(
+      new Supervisor(std::move(settings), on_crash, std::move(monitor)));
+  made->thread_ = std::thread([self = made.get()] { self->run(); });
+  std::unique_lock lock(made->mutex_);
+  made->changed_.wait(lock, [&] { return made->state_ != State::Starting; });
+  if (made->state_ == State::Ready) return made;
+  return made->first_error_;
+}
+
+Supervisor::~Supervisor() {
+  {
+    std::lock_guard lock(mutex_);
+    stopping_ = true;
+  }
+  if (cancel_) eventfd_write(cancel_.get(), 1);
+  changed_.notify_all();
+  if (thread_.joinable()) thread_.join();
+}
+
+Worker* Supervisor::ready() {
+  std::lock_guard lock(mutex_);
+  return state_ == State::Ready ? worker_.get() : nullptr;
+}
+
+Worker* Supervisor::wait() {
+  std::unique_lock lock(mutex_);
+  changed_.wait(lock, [this] { return state_ != State::Starting; });
+  return state_ == State::Ready ? worker_.get() : nullptr;
+}
+
+void Supervisor::ended() {
+  {
+    std::lock_guard lock(mutex_);
+    leave(std::move(worker_));
+  }
+  changed_.notify_all();
+}
+
+void Supervisor::remember(int op, const weir_option& option) {
+  if (op != WEIR_SET_OPTION || !option.key) return;
+  std::lock_guard lock(mutex_);
+  std::erase_if(orders_, [&](const auto& order) { return order.first == option.key; });
+  orders_.emplace_back(option.key, option.value ? option.value : "");
+}
+
+// With the mutex held: what follows the end of a worker.
+void Supervisor::leave(std::unique_ptr<Worker> worker) {
+  ended_ = std::move(worker);
+  state_ = on_crash_ == OnCrash::Restart ? State::Starting : State::Gone;
+  const auto now = RestartBackoff::Clock::now();
+  start_at_ = now + backoff_.ended(now);
+}
+
+void Supervisor::run() {
+  std::unique_lock lock(mutex_);
+  while (!stopping_) {
+    if (ended_) {
+      auto buried = std::move(ended_);
+      lock.unlock();
+      buried.reset();
+      lock.lock();
+    } else if (state_ != State::Starting) {
+      changed_.wait(lock);
+    } else if (RestartBackoff::Clock::now() < start_at_) {
+      wait_for_start(&lock);
+    } else {
+      lock.unlock();
+      start_one();
+      lock.lock();
+    }
+  }
+  // Here, because workers end with the thread that started them.
+  auto last = std::move(worker_);
+  auto buried = std::move(ended_);
+  lock.unlock();
+}
+
+// Ended by a stop as well as by the time; ended() and remember() have nothing to tell meanwhile.
+void Supervisor::wait_for_start(std::unique_lock<std::mutex>* lock) {
+  const auto left = start_at_ - RestartBackoff::Clock::now();
+  lock->unlock();
+  pollfd watched[] = {{cancel_.get(), POLLIN, 0}, {settings_.stop, POLLIN, 0}};
+  poll(watched, std::size(watched),
+       static_cast<int>(std::chrono::ceil<std::chrono::milliseconds>(left).count()));
+  lock->lock();
+  if (!watched[1].revents) return;
+  state_ = State::Gone;
+  changed_.notify_all();
+}
+
+void Supervisor::start_one() {
+  auto worker = Worker::start(settings_, cancel_.get());
+  Status status = worker ? take_over(worker->get()) : Status(worker.error());
+  if (!status) return fail(status.error());
+  monitor_->set_confinement((*worker)->confinement());
+  {
+    std::lock_guard lock(mutex_);
+    if (!first_) monitor_->add(&MonitorCounts::restarted);
+    first_ = false;
+    backoff_.started(RestartBackoff::Clock::now());
+    worker_ = *std::move(worker);
+    state_ = State::Ready;
+  }
+  changed_.notify_all();
+}
+
+// A worker in the place of another must be of the same model, and hear what the other was told.
+Status Supervisor::take_over(Worker* worker) {
+  std::vector<std::pair<std::string, std::string>> orders;
+  {
+    std::lock_guard lock(mutex_);
+    if (first_) {
+      facts_ = worker->facts();
+      return ok();
+    }
+    orders = orders_;
+  }
+  if (!same_tensors(*facts_, *worker->facts()))
+    return Error{Code::MODEL_DIFFERS,
+                 "the model has other tensors since it was opened",
+                 "a worker process that was started again",
+                 "the files as they were",
+                 "",
+                 ""};
+  for (const auto& [key, value] : orders) {
+    const weir_option option{key.c_str(), value.c_str()};
+    if (auto status = worker->control(WEIR_SET_OPTION, &option); !status) return status;
+  }
+  return ok();
+}
+
+void Supervisor::fail(const Error& error) {
+  bool first = false;
+  {
+    std::lock_guard lock(mutex_);
+    first = first_;
+    if (first) {
+      first_error_ = error;
+      state_ = State::Gone;
+    } else if (error.code == Code::CANCELLED) {
+      state_ = State::Gone;
+    } else {
+      leave(nullptr);
+    }
+  }
+  changed_.notify_all();
+  if (first || error.code == Code::CANCELLED) return;
+  monitor_->add(&MonitorCounts::not_started);
+  monitor_->tell(error);
+}
+
+}  // namespace weir::isolate

@@ -1,0 +1,65 @@
+// Supervisor: keeps one worker at hand, and replaces it when it ended.
+#pragma once
+#include <condition_variable>
+#include <memory>
+#include <mutex>
+#include <thread>
+
+#include "core/isolate/isolation.hpp"
+#include "core/isolate/restart_backoff.hpp"
+#include "core/isolate/worker.hpp"
+
+namespace weir::isolate {
+
+// A thread of its own starts workers and buries them: nobody who has frames waits for that. All
+// functions are called by one thread at a time.
+class Supervisor {
+ public:
+  // Waits for the first worker.
+  static Result<std::unique_ptr<Supervisor>> start(WorkerSettings settings, OnCrash on_crash,
+                                                   std::shared_ptr<Monitor> monitor);
+  ~Supervisor();
+  Supervisor(const Supervisor&) = delete;
+  Supervisor& operator=(const Supervisor&) = delete;
+
+  // Null: there is none now.
+  Worker* ready();
+  // Waits until there is one; null: there will be none.
+  Worker* wait();
+  // The worker that ready() gave has ended.
+  void ended();
+  // What all its workers say of the model.
+  const std::shared_ptr<const ModelFacts>& facts() const noexcept { return facts_; }
+  // An order that every worker after this one gets too.
+  void remember(int op, const weir_option& option);
+
+ private:
+  enum class State { Starting, Ready, Gone };
+
+  Supervisor(WorkerSettings settings, OnCrash on_crash, std::shared_ptr<Monitor> monitor);
+  void run();
+  void wait_for_start(std::unique_lock<std::mutex>* lock);
+  void start_one();
+  Status take_over(Worker* worker);
+  void leave(std::unique_ptr<Worker> worker);
+  void fail(const Error& error);
+
+  const WorkerSettings settings_;
+  const OnCrash on_crash_;
+  const std::shared_ptr<Monitor> monitor_;
+  Descriptor cancel_;                        // an eventfd: readable when this object ends
+  std::shared_ptr<const ModelFacts> facts_;  // written before start() returns
+
+  std::mutex mutex_;  // guards the rest
+  std::condition_variable changed_;
+  State state_ = State::Starting;
+  RestartBackoff::Clock::time_point start_at_{};
+  RestartBackoff backoff_;
+  bool first_ = true, stopping_ = false;
+  Error first_error_;
+  std::unique_ptr<Worker> worker_, ended_;
+  std::vector<std::pair<std::string, std::string>> orders_;  // SET_OPTION, the last of each key
+  std::thread thread_;
+};
+
+}  // namespace weir::isolate

@@ -1,0 +1,52 @@
+// How long an answer is looked for, from given waits: no clock.
+#include "core/isolate/usual_wait.hpp"
+
+#include <gtest/gtest.h>
+
+namespace weir::isolate {
+namespace {
+
+using namespace std::chrono_literals;
+
+UsualWait after(int times, UsualWait::Duration wait, UsualWait from = {}) {
+  for (int i = 0; i < times; ++i) from.took(wait);
+  return from;
+}
+
+TEST(UsualWait, BeginsWithTheTimeOfAWakeUp) {
+  EXPECT_EQ(UsualWait().patience(), 50us);
+}
+
+TEST(UsualWait, IsPatientForTwiceTheTimeOfShortAnswers) {
+  const auto patience = after(60, 100us).patience();
+  EXPECT_GT(patience, 199us);
+  EXPECT_LE(patience, 200us);
+}
+
+TEST(UsualWait, FollowsByAQuarterOfTheDifference) {
+  EXPECT_EQ(after(1, 105us).patience(), 2 * (25us + 20us));
+  EXPECT_EQ(after(2, 105us).patience(), 2 * (25us + 20us + 15us));
+}
+
+TEST(UsualWait, LooksAWhileForAnswersThatComeAtOnce) {
+  EXPECT_EQ(after(60, 0us).patience(), 20us);
+  EXPECT_EQ(after(60, -5us).patience(), 20us) << "a clock that goes back is no wait";
+}
+
+TEST(UsualWait, LeavesTheCoreAtOnceWhereAnswersAreSlow) {
+  EXPECT_EQ(after(60, 10ms).patience(), 0us);
+  EXPECT_EQ(after(60, 210us).patience(), 0us);
+}
+
+TEST(UsualWait, IsNotSpoiledByOneLongWait) {
+  const auto short_ones = after(60, 40us);
+  EXPECT_GT(after(1, 10s, short_ones).patience(), 80us);
+  EXPECT_LE(after(1, 10s, short_ones).patience(), 400us);
+}
+
+TEST(UsualWait, ComesBackFromSlowAnswersWithinTenShortOnes) {
+  EXPECT_GT(after(10, 30us, after(100, 10s)).patience(), 0us);
+}
+
+}  // namespace
+}  // namespace weir::isolate

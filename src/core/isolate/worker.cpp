@@ -1,0 +1,189 @@
+// The life of a worker, and the calls that carry no tensors.
+#include "core/isolate/worker.hpp"
+
+#include <algorithm>
+
+namespace weir::isolate {
+namespace {
+
+using namespace std::chrono_literals;
+
+constexpr auto kToClose = 2s, kToBeSeenEnding = 1s;
+constexpr int kOnce = 10;  // times the time for an invoke
+
+bool rank_is_legal(const weir_tensor_info& info) {
+  return info.rank <= WEIR_RANK_LIMIT || info.rank == WEIR_RANK_UNKNOWN;
+}
+
+}  // namespace
+
+Result<std::unique_ptr<Worker>> Worker::start(const WorkerSettings& settings, int cancel) {
+  std::unique_ptr<Worker> worker(new Worker(settings));
+  auto process = WorkerProcess::start(settings.memory_mib);
+  if (!process) return process.error();
+  worker->process_ = *std::move(process);
+  if (auto status = worker->open(cancel); !status) {
+    worker->alive_ = false;
+    return status.error();
+  }
+  return worker;
+}
+
+Status Worker::open(int cancel) {
+  channel_ = Channel(process_->take_socket(), process_->descriptor(), settings_.stop, cancel);
+  auto until = deadline(kOnce);
+  if (until) until = std::max(*until, std::chrono::steady_clock::now() + settings_.least_for_start);
+  const auto passage = channel_.receive(until, &answer_);
+  if (passage == Passage::Cancelled) return lost(passage, "at its start");
+  MessageReader hello(answer_.body);
+  const auto protocol = hello.take<uint32_t>();
+  confinement_ = hello.text();
+  if (passage != Passage::Done || answer_.kind != Kind::Hello || !hello.complete() ||
+      protocol != kProtocol) {
+    const auto end = process_->wait(passage == Passage::Ended ? kToBeSeenEnding : 0s);
+    return Error{Code::WORKER_NOT_STARTED,
+                 "the program for workers is not this version's weir-worker",
+                 WorkerProcess::program() + (end ? ": " + *end : ""),
+                 "weir-worker of the same installation",
+                 "",
+                 "make install, or WEIR_WORKER=/path/to/weir-worker"};
+  }
+  writer_.begin(Kind::Open);
+  settings_.open.put(&writer_);
+  if (auto status = ask(Kind::Opened, until, "while it opened the model"); !status)
+    return alive_ ? status : Status(about_model(status.error()));
+  MessageReader opened(answer_.body);
+  facts_ = std::make_shared<const ModelFacts>(ModelFacts::take(&opened));
+  if (!opened.complete()) return lied("while it opened the model", "a model that is not described");
+  channel_.set_cancel(-1);
+  return ok();
+}
+
+// For who has not seen a frame pass yet, other settings mend nothing.
+Error Worker::about_model(Error error) const {
+  if (error.code != Code::WORKER_ENDED) return error;
+  const OpenCall& call = settings_.open;
+  std::string model;
+  for (const auto& path : call.paths) model += (model.empty() ? " model=" : ",") + path;
+  if (!call.engine.empty()) model = " framework=" + call.engine + model;
+  if (!model.empty()) error.offered += " of" + model;
+  error.fix = "another model file, or another framework";
+  return error;
+}
+
+Worker::~Worker() {
+  channel_ = {};  // the worker reads the end of the socket, and ends
+  if (alive_ && process_) process_->wait(kToClose);
+}
+
+Deadline Worker::deadline(int times) const {
+  if (settings_.timeout.count() <= 0) return std::nullopt;
+  return std::chrono::steady_clock::now() + times * settings_.timeout;
+}
+
+std::string Worker::on_frame() const {
+  return "on invoke " + std::to_string(invokes_) + " of this process";
+}
+
+bool Worker::ended_idle() {
+  if (alive_ && process_->wait(0ms)) alive_ = false;
+  return !alive_;
+}
+
+Error Worker::idle_end() {
+  return lost(Passage::Ended, "between two frames");
+}
+
+Error Worker::lost(Passage passage, const std::string& doing) {
+  alive_ = false;
+  if (passage == Passage::TimedOut) {
+    process_->kill();
+    return Error{Code::WORKER_TIMEOUT,
+                 "the model did not answer in time " + doing,
+                 "isolate-timeout=" + std::to_string(settings_.timeout.count()) + " ms",
+                 "an answer",
+                 "",
+                 "isolate-timeout=" + std::to_string(10 * settings_.timeout.count())};
+  }
+  if (passage == Passage::Cancelled) {
+    process_->kill();
+    return Error{Code::CANCELLED, "the work was cancelled " + doing, "", "", "", ""};
+  }
+  const auto end = process_->wait(kToBeSeenEnding);
+  if (!end) process_->kill();  // it closed its socket and goes on
+  const std::string limit =
+      settings_.memory_mib == 0
+          ? ""
+          : ", within isolate-memory=" + std::to_string(settings_.memory_mib) + " MiB";
+  return Error{Code::WORKER_ENDED,
+               "the worker process of the model ended " + doing,
+               end ? *end : "it closed its connection",
+               "a model that lives through its frames" + limit,
+               "",
+               "on-crash=restart crash-folder=/tmp"};
+}
+
+Error Worker::lied(const std::string& doing, const std::string& how) {
+  alive_ = false;
+  process_->kill();
+  return Error{Code::WORKER_ENDED,
+               "the worker process of the model sent what cannot be used " + doing,
+               how,
+               "an answer within the rules: the module has written over its own process",
+               "",
+               "on-crash=restart crash-folder=/tmp"};
+}
+
+Status Worker::ask(Kind kind, const Deadline& until, const std::string& doing) {
+  auto passage = channel_.send(writer_.finish(), until);
+  if (passage == Passage::Done) passage = channel_.receive(until, &answer_);
+  if (passage == Passage::Unreadable) return lied(doing, "a message beyond all limits");
+  if (passage != Passage::Done) return lost(passage, doing);
+  if (answer_.kind == kind) return ok();
+  if (answer_.kind != Kind::Failed) return lied(doing, "another answer than was asked for");
+  MessageReader failed(answer_.body);
+  Error error = take_error(&failed);
+  if (!failed.complete()) return lied(doing, "an error that cannot be read");
+  if (error.code == Code::OUT_OF_MEMORY && settings_.memory_mib > 0) {
+    alive_ = false;
+    process_->kill();
+    return Error{Code::WORKER_ENDED,
+                 "the model went beyond its memory limit " + doing,
+                 error.what,
+                 "isolate-memory=" + std::to_string(settings_.memory_mib) + " MiB",
+                 "",
+                 "isolate-memory=" + std::to_string(2 * settings_.memory_mib)};
+  }
+  return error;
+}
+
+Status Worker::resolve(std::span<const weir_tensor_info> in, std::span<weir_tensor_info> out) {
+  const std::string doing = "while it computed shapes";
+  writer_.begin(Kind::Resolve);
+  put_infos(in, &writer_);
+  put_infos(out, &writer_);
+  if (auto status = ask(Kind::Resolved, deadline(kOnce), doing); !status) return status;
+  MessageReader resolved(answer_.body);
+  const auto infos = TensorInfos::take(&resolved);
+  if (!resolved.complete() || infos.list().size() != out.size())
+    return lied(doing, "shapes that cannot be read");
+  if (!std::all_of(infos.list().begin(), infos.list().end(), rank_is_legal))
+    return lied(doing, "a rank beyond the limit");
+  for (size_t i = 0; i < out.size(); ++i) {
+    const char* name = out[i].name;
+    out[i] = infos.list()[i];
+    out[i].name = name;
+  }
+  return ok();
+}
+
+Status Worker::control(int op, const weir_option* option) {
+  writer_.begin(Kind::Control);
+  writer_.put(static_cast<int32_t>(op));
+  writer_.put<uint8_t>(option != nullptr);
+  writer_.text(option && option->key ? option->key : "");
+  writer_.text(option && option->value ? option->value : "");
+  return ask(Kind::Done, deadline(kOnce), "while it followed an order");
+}
+
+}  // namespace weir::isolate

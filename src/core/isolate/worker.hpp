@@ -1,0 +1,88 @@
+// Worker: one process with one opened model and one session of it.
+#pragma once
+#include <chrono>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "core/isolate/calls.hpp"
+#include "core/isolate/channel.hpp"
+#include "core/isolate/model_facts.hpp"
+#include "core/isolate/shared_arena.hpp"
+#include "core/isolate/worker_process.hpp"
+
+namespace weir::isolate {
+
+struct WorkerSettings {
+  OpenCall open;
+  // For an invoke; ten times as long for what comes once: the start, the first invoke, shapes,
+  // orders. 0 = no limit.
+  std::chrono::milliseconds timeout{10000};
+  std::chrono::milliseconds least_for_start{60000};  // a short time for invokes says nothing of it
+  uint64_t memory_mib = 0;                           // 0 = no limit
+  int stop = -1;  // borrowed; readable when no answer is wanted any more: CANCELLED
+};
+
+// One thread at a time. After an error, alive() says whether it was the engine's or the end.
+class Worker {
+ public:
+  // Waits until the model is open. The process lives no longer than the calling thread. `cancel`
+  // (borrowed) becomes readable to end the wait. WORKER_NOT_STARTED, WORKER_ENDED, WORKER_TIMEOUT,
+  // CANCELLED, or what the engine or the module library says.
+  static Result<std::unique_ptr<Worker>> start(const WorkerSettings& settings, int cancel);
+  // Lets a live one close its model, for two seconds at most.
+  ~Worker();
+
+  const std::shared_ptr<const ModelFacts>& facts() const noexcept { return facts_; }
+  // What the process cannot do, in words.
+  const std::string& confinement() const noexcept { return confinement_; }
+  bool alive() const noexcept { return alive_; }
+  // Did it end by itself while nothing was asked of it? Then alive() is false from here on.
+  bool ended_idle();
+  // The error for a worker that ended_idle().
+  Error idle_end();
+
+  // As the functions of weir_engine; names of `out` stay.
+  Status resolve(std::span<const weir_tensor_info> in, std::span<weir_tensor_info> out);
+  Status control(int op, const weir_option* option);
+  // What the engine returned. Inputs that do not lie in `arena`, or not as the engine needs them,
+  // are copied; `copied` counts their bytes and those of the outputs.
+  Result<int> invoke(const weir_frame& in, weir_frame& out, const SharedArena& arena,
+                     uint64_t* copied);
+
+ private:
+  explicit Worker(const WorkerSettings& settings) : settings_(settings) {}
+  Status open(int cancel);
+  Error about_model(Error error) const;
+  Deadline deadline(int times) const;
+  // Sends what writer_ holds and waits for an answer of `kind`.
+  Status ask(Kind kind, const Deadline& until, const std::string& doing);
+  Error lost(Passage passage, const std::string& doing);
+  Error lied(const std::string& doing, const std::string& how);
+  Status share(const std::shared_ptr<SharedBlock>& block);
+  void forget_blocks_that_are_gone();
+  Result<InputCall> place_input(size_t index, const weir_tensor& tensor, const SharedArena& arena,
+                                uint64_t* copied);
+  Status place_outputs(const weir_frame& out, uint64_t* end);
+  Status reserve_output(uint64_t bytes);
+  Status take_outputs(weir_frame& out, uint64_t end, uint64_t* copied, MessageReader* answer,
+                      bool in_block);
+  std::string on_frame() const;
+
+  const WorkerSettings settings_;
+  std::unique_ptr<WorkerProcess> process_;
+  Channel channel_;
+  std::shared_ptr<const ModelFacts> facts_;
+  std::string confinement_;
+  bool alive_ = true;
+  uint64_t invokes_ = 0;
+  MessageWriter writer_;
+  Message answer_;
+  std::vector<std::weak_ptr<SharedBlock>> shared_;     // that the worker knows
+  std::vector<uint64_t> shared_ids_;                   // of the same
+  std::vector<std::shared_ptr<SharedBlock>> staging_;  // for inputs that lie elsewhere
+  std::shared_ptr<SharedBlock> output_;
+  std::vector<uint64_t> places_;  // of the outputs in output_
+};
+
+}  // namespace weir::isolate

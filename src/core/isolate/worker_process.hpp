@@ -1,0 +1,44 @@
+// WorkerProcess: a process of the program weir-worker, from its start to its burial.
+#pragma once
+#include <sys/types.h>
+
+#include <chrono>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "core/isolate/descriptor.hpp"
+#include "weir/result.hpp"
+
+namespace weir::isolate {
+
+class WorkerProcess {
+ public:
+  // The program: the environment variable WEIR_WORKER, or where Weir was installed to.
+  static std::string program();
+
+  // The process ends when the calling thread ends. `memory_mib`: private memory at most; 0 = no
+  // limit. WORKER_NOT_STARTED says what the system refused.
+  static Result<std::unique_ptr<WorkerProcess>> start(uint64_t memory_mib);
+  // Ends it, if it still runs.
+  ~WorkerProcess();
+  WorkerProcess(const WorkerProcess&) = delete;
+  WorkerProcess& operator=(const WorkerProcess&) = delete;
+
+  // This end of the socket whose other end is the worker's descriptor 3; given away once.
+  Descriptor take_socket() noexcept { return std::move(socket_); }
+  int descriptor() const noexcept { return process_.get(); }  // a pidfd
+  pid_t id() const noexcept { return id_; }
+
+  void kill() noexcept;
+  // "signal 11 (Segmentation fault)", "exit(3)"; nullopt: it runs on after `patience`.
+  std::optional<std::string> wait(std::chrono::milliseconds patience);
+
+ private:
+  WorkerProcess() = default;
+  Descriptor socket_, process_;
+  pid_t id_ = -1;
+  std::optional<std::string> end_;
+};
+
+}  // namespace weir::isolate

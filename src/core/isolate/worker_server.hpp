@@ -1,0 +1,56 @@
+// The worker's side of the conversation: one model, one session, one question at a time.
+#pragma once
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "core/infer/model.hpp"
+#include "core/isolate/calls.hpp"
+#include "core/isolate/channel.hpp"
+#include "core/isolate/model_facts.hpp"
+#include "core/isolate/shared_block.hpp"
+
+namespace weir::isolate {
+
+class WorkerServer {
+ public:
+  explicit WorkerServer(Descriptor socket) : channel_(std::move(socket)) {}
+  ~WorkerServer();
+  WorkerServer(const WorkerServer&) = delete;
+  WorkerServer& operator=(const WorkerServer&) = delete;
+
+  // Greets, then answers until the other end is closed. False: the conversation broke.
+  bool serve(const std::string& confinement);
+
+ private:
+  // Each fills writer_ with its answer; an Error becomes one.
+  Status answer(Message* message);
+  Status open(MessageReader* call);
+  Status resolve(MessageReader* call);
+  Status invoke(MessageReader* call);
+  Status fetch(MessageReader* call);
+  Status control(MessageReader* call);
+  void keep_block(Message* message);
+  void forget_block(MessageReader* call);
+
+  Status read_frame(MessageReader* call);
+  void answer_invoke(int result);
+  void write_outputs(Mapping& block);
+  void release_outputs();
+  std::byte* at(uint64_t block, uint64_t offset, uint64_t bytes);
+
+  Channel channel_;
+  MessageWriter writer_;
+  std::shared_ptr<infer::Model> model_;
+  weir_session* session_ = nullptr;
+  std::map<uint64_t, Mapping> blocks_;
+  std::vector<weir_tensor> inputs_, outputs_;
+  std::vector<uint64_t> places_;  // of outputs_ in the block for outputs
+  std::vector<bool> given_;       // those whose memory is that block
+  weir_frame in_{}, out_{};
+  std::vector<weir_picture_map> maps_;  // in_ points to them
+  uint64_t output_block_ = 0;
+};
+
+}  // namespace weir::isolate

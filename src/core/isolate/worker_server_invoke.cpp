@@ -1,0 +1,141 @@
+// A frame from shared memory through the engine and back.
+#include <algorithm>
+#include <cstring>
+
+#include "core/infer/host.hpp"
+#include "core/isolate/worker_server.hpp"
+
+namespace weir::isolate {
+namespace {
+
+Error memory_is_missing() {
+  return Error{Code::OUT_OF_MEMORY,
+               "a worker process cannot reach the memory of a frame",
+               "",
+               "room for the shared memory",
+               "",
+               ""};
+}
+
+}  // namespace
+
+Status WorkerServer::read_frame(MessageReader* call) {
+  const auto frame = call->take<FrameCall>();
+  inputs_.assign(std::min<uint32_t>(frame.inputs, WEIR_TENSOR_LIMIT), {});
+  outputs_.assign(std::min<uint32_t>(frame.outputs, WEIR_TENSOR_LIMIT), {});
+  places_.assign(outputs_.size(), 0);
+  given_.assign(outputs_.size(), false);
+  output_block_ = frame.output_block;
+  maps_.resize(std::min(frame.maps, kMostMaps));
+  for (auto& map : maps_) map = call->take<weir_picture_map>();
+  in_ = {};
+  in_.struct_size = sizeof in_;
+  in_.n_tensors = static_cast<uint32_t>(inputs_.size());
+  in_.tensors = inputs_.data();
+  in_.pts = frame.pts;
+  in_.duration = frame.duration;
+  in_.deadline = frame.deadline;
+  in_.stream_id = frame.stream_id;
+  in_.sequence = frame.sequence;
+  in_.flags = frame.flags;
+  in_.n_maps = static_cast<uint32_t>(maps_.size());
+  in_.maps_of = frame.maps_of;
+  in_.maps = maps_.empty() ? nullptr : maps_.data();
+  out_ = in_;
+  out_.n_tensors = static_cast<uint32_t>(outputs_.size());
+  out_.tensors = outputs_.data();
+  for (size_t i = 0; i < inputs_.size(); ++i) {
+    const auto input = call->take<InputCall>();
+    inputs_[i] = input.tensor;
+    if (i < model_->inputs().size()) inputs_[i].info.name = model_->inputs()[i].name;
+    inputs_[i].data = at(input.block, input.offset, input.tensor.capacity);
+    if (!inputs_[i].data) return memory_is_missing();
+  }
+  for (size_t i = 0; i < outputs_.size(); ++i) {
+    const auto output = call->take<OutputCall>();
+    outputs_[i] = output.tensor;
+    if (i < model_->outputs().size()) outputs_[i].info.name = model_->outputs()[i].name;
+    places_[i] = output.offset;
+    given_[i] = output.given != 0;
+    if (!given_[i]) continue;
+    outputs_[i].data = at(output_block_, output.offset, output.tensor.bytes);
+    if (!outputs_[i].data) return memory_is_missing();
+  }
+  return call->complete() ? ok() : Status(memory_is_missing());
+}
+
+Status WorkerServer::invoke(MessageReader* call) {
+  release_outputs();  // of a frame that nobody fetched
+  if (auto status = read_frame(call); !status) return status;
+  weir_error error;
+  const int result = model_->engine().invoke(session_, &in_, &out_, &error);
+  if (result < 0) {
+    release_outputs();
+    return infer::take_error(&error, result, "the engine failed on a frame");
+  }
+  answer_invoke(result);
+  return ok();
+}
+
+void WorkerServer::answer_invoke(int result) {
+  writer_.begin(Kind::Invoked);
+  if (result > 0) {
+    release_outputs();
+    writer_.put(InvokedAnswer{result, 1, 0});
+    return;
+  }
+  uint64_t end = 0;
+  for (size_t i = 0; i < outputs_.size(); ++i)
+    if (given_[i]) end = std::max(end, places_[i] + outputs_[i].bytes);
+  bool placed = true;
+  for (size_t i = 0; i < outputs_.size(); ++i) {
+    if (given_[i]) continue;
+    if (!outputs_[i].data) outputs_[i].bytes = 0;
+    const auto at = place(outputs_[i].bytes, &end);
+    placed = placed && at;
+    if (at) places_[i] = *at;
+  }
+  const auto block = blocks_.find(output_block_);
+  const bool fits = placed && block != blocks_.end() && end <= block->second.bytes();
+  writer_.put(InvokedAnswer{0, fits, static_cast<uint32_t>(outputs_.size())});
+  for (const auto& tensor : outputs_) {
+    OutputAnswer answer{tensor.bytes, tensor.info};
+    answer.info.name = nullptr;
+    writer_.put(answer);
+  }
+  if (fits) write_outputs(block->second);
+}
+
+// What the engine allocated goes to its place; so does what it did not write where it was told.
+void WorkerServer::write_outputs(Mapping& block) {
+  for (size_t i = 0; i < outputs_.size(); ++i) {
+    std::byte* const to = block.data() + places_[i];
+    if (outputs_[i].data != to && outputs_[i].data && outputs_[i].bytes > 0)
+      std::memcpy(to, outputs_[i].data, outputs_[i].bytes);
+  }
+  release_outputs();
+}
+
+void WorkerServer::release_outputs() {
+  for (auto& tensor : outputs_)
+    if (tensor.release) tensor.release(tensor.owner);
+  outputs_.clear();
+}
+
+Status WorkerServer::fetch(MessageReader* call) {
+  const auto id = call->take<uint64_t>();
+  const auto block = blocks_.find(id);
+  if (block == blocks_.end()) return memory_is_missing();
+  for (size_t i = 0; i < outputs_.size(); ++i) {
+    const auto to = call->take<uint64_t>();
+    // What the engine wrote into the block before has to come along.
+    if (!at(id, to, outputs_[i].bytes)) return memory_is_missing();
+    places_[i] = to;
+  }
+  if (!call->complete()) return memory_is_missing();
+  write_outputs(block->second);
+  writer_.begin(Kind::Done);
+  return ok();
+}
+
+}  // namespace weir::isolate

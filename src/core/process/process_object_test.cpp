@@ -1,0 +1,47 @@
+// One object of a name, wherever it is asked for.
+#include "core/process/process_object.hpp"
+
+#include <gtest/gtest.h>
+
+#include <thread>
+#include <vector>
+
+namespace weir::process {
+namespace {
+
+struct Counted {
+  Counted() { ++made; }
+  static inline int made = 0;
+  int value = 0;
+};
+struct Other {
+  char bytes[100] = {};
+};
+
+TEST(ProcessObject, IsMadeOnceByManyThreads) {
+  std::vector<Counted*> seen(4);
+  {
+    std::vector<std::jthread> threads;
+    for (auto& place : seen)
+      threads.emplace_back([&place] { place = &object<Counted>("test.counted"); });
+  }
+  EXPECT_EQ(Counted::made, 1);
+  for (const auto* one : seen) EXPECT_EQ(one, seen[0]);
+}
+
+TEST(ProcessObject, IsAnotherUnderAnotherNameOrOfAnotherSize) {
+  EXPECT_NE(&object<Other>("test.one"), &object<Other>("test.two"));
+  EXPECT_NE(static_cast<void*>(&object<Other>("test.one")),
+            static_cast<void*>(&object<int>("test.one")));
+}
+
+TEST(ProcessObject, ComesFromWhereItIsTold) {
+  static Other theirs;
+  take_objects_from([](const char*, size_t, Make) -> void* { return &theirs; });
+  EXPECT_EQ(&object<Other>("test.one"), &theirs);
+  take_objects_from(local_object);
+  EXPECT_NE(&object<Other>("test.one"), &theirs);
+}
+
+}  // namespace
+}  // namespace weir::process

@@ -1,0 +1,225 @@
+// dlopen of what the folders have.
+#include "core/subplugin/loader.hpp"
+
+#include <dlfcn.h>
+
+#include <atomic>
+#include <filesystem>
+#include <map>
+#include <mutex>
+#include <set>
+
+#include "core/infer/configured.hpp"
+#include "core/infer/host.hpp"
+#include "core/infer/module_check.hpp"
+#include "core/process/process_object.hpp"
+
+namespace weir::subplugin {
+namespace {
+
+namespace fs = std::filesystem;
+using infer::module_refused;
+
+config::FolderKind folder_kind(Kind kind) {
+  switch (kind) {
+    case Kind::Filter:
+      return config::FolderKind::Filters;
+    case Kind::Decoder:
+      return config::FolderKind::Decoders;
+    case Kind::Converter:
+      return config::FolderKind::Converters;
+    case Kind::Trainer:
+      return config::FolderKind::Trainers;
+  }
+  return config::FolderKind::Filters;
+}
+
+std::string prefix_of(Kind kind) {
+  return std::string("libnnstreamer_") + name_of(kind) + "_";
+}
+
+// One folder's entry of that name.
+enum class Entry { None, File, ForbiddenLink };
+Entry entry(const fs::path& path, bool links) {
+  std::error_code failed;
+  if (!fs::is_regular_file(path, failed)) return Entry::None;
+  return fs::is_symlink(path, failed) && !links ? Entry::ForbiddenLink : Entry::File;
+}
+
+// The first file that may be opened; a link that may not, where no other folder has a file.
+struct Found {
+  std::string file, forbidden_link;
+};
+Found look_for(Kind kind, std::string_view name) {
+  Found found;
+  if (name.empty() || name.find('/') != std::string_view::npos) return found;
+  const auto configuration = infer::nnstreamer_configuration();
+  for (const auto& folder : configuration.folders(folder_kind(kind))) {
+    const fs::path path = fs::path(folder.path) / (prefix_of(kind) + std::string(name) + ".so");
+    const Entry which = entry(path, configuration.enable_symlink());
+    if (which == Entry::ForbiddenLink && found.forbidden_link.empty())
+      found.forbidden_link = path.string();
+    if (which != Entry::File) continue;
+    found.file = path.string();
+    break;
+  }
+  return found;
+}
+
+std::string last_reason() {
+  const char* reason = dlerror();
+  return reason ? reason : "dlopen failed";
+}
+
+Error link_forbidden(const std::string& path) {
+  std::error_code ignored;
+  const auto target = fs::canonical(path, ignored).string();
+  return Error{Code::MODULE_REFUSED,
+               "a sub-plugin's file must not be a symbolic link",
+               path + " -> " + target,
+               "the file itself, or enable_symlink=true in the group [common] of nnstreamer.ini",
+               "",
+               "cp --remove-destination " + target + " " + path};
+}
+
+// A file's constructor runs once: why it was of no use is kept.
+struct Refused {
+  std::mutex mutex;  // guards the rest
+  std::map<std::string, Error> reasons;
+  std::set<std::string> told;
+};
+Refused& refused() {
+  static auto& all = process::object<Refused>("nnstreamer-refused-files");
+  return all;
+}
+
+Result<const void*> load(Kind kind, std::string_view name, const std::string& file) {
+  if (auto status = load_library(); !status) return status.error();
+  const Table::Recording recording(table());
+  if (!dlopen(file.c_str(), RTLD_NOW | RTLD_LOCAL))
+    return module_refused(file, last_reason(), "a shared object for this machine");
+  if (const void* found = table().find(kind, name)) return found;
+  const std::string words = recording.words();
+  const bool was_refused = words.find("refused") != std::string::npos;
+  const Error error{Code::MODULE_REFUSED,
+                    "the sub-plugin " + file + " does not register itself",
+                    words,
+                    "the " + std::string(name_of(kind)) + " " + std::string(name) +
+                        ", registered when the file is loaded",
+                    "",
+                    was_refused ? "mend what was refused, and build the file again"
+                                : "the file's name must be " + prefix_of(kind) +
+                                      "NAME.so with the registered NAME"};
+  std::lock_guard lock(refused().mutex);
+  return refused().reasons.try_emplace(file, error).first->second;
+}
+
+struct Adapter {
+  std::atomic<EngineAdapter> function{nullptr};
+};
+std::atomic<EngineAdapter>& engine_adapter() {
+  static auto& adapter = process::object<Adapter>("nnstreamer-engine-adapter");
+  return adapter.function;
+}
+
+}  // namespace
+
+std::string library_path() {
+  const auto setting = infer::configuration().find("nnstreamer", "library");
+  return setting ? setting->value : WEIR_NNSTREAMER_LIBRARY;
+}
+
+Status load_library() {
+  const std::string library = library_path();
+  // dlopen searches for bare names, and takes an empty one for the program itself.
+  if (!fs::path(library).is_absolute())
+    return Error{Code::OPTION_VALUE,
+                 "the path of the library with NNStreamer's functions is not absolute",
+                 "\"" + library + "\"",
+                 "the whole path of a file, in [nnstreamer] library or WEIR_NNSTREAMER_LIBRARY",
+                 "",
+                 std::string("WEIR_NNSTREAMER_LIBRARY=") + WEIR_NNSTREAMER_LIBRARY};
+  void* handle = dlopen(library.c_str(), RTLD_NOW | RTLD_GLOBAL);
+  if (!handle)
+    return Error{Code::MODULE_REFUSED,
+                 "the library with the functions that sub-plugins for NNStreamer call cannot be "
+                 "opened",
+                 last_reason(),
+                 library,
+                 "",
+                 "install it, or name it: WEIR_NNSTREAMER_LIBRARY=/path/to/libnnstreamer.so"};
+  constexpr char kFunction[] = "nnstreamer_filter_probe";
+  if (dlsym(RTLD_DEFAULT, kFunction) != dlsym(handle, kFunction))
+    return Error{Code::MODULE_REFUSED,
+                 "another library of this process has NNStreamer's functions already",
+                 kFunction,
+                 "those of " + library,
+                 "",
+                 "run the pipeline without NNStreamer's own plug-in and libraries"};
+  return ok();
+}
+
+Result<const void*> open(Kind kind, std::string_view name) {
+  if (const void* known = table().find(kind, name)) return known;
+  const Found found = look_for(kind, name);
+  if (!found.file.empty()) return load(kind, name, found.file);
+  if (!found.forbidden_link.empty()) return link_forbidden(found.forbidden_link);
+  return nullptr;
+}
+
+void open_all(Kind kind) {
+  for (const auto& name : available(kind))
+    if (const auto opened = open(kind, name); !opened)
+      tell_once(prefix_of(kind) + name, opened.error().message());
+}
+
+void tell_once(const std::string& who, const std::string& message) {
+  {
+    std::lock_guard lock(refused().mutex);
+    if (!refused().told.insert(who + ": " + message).second) return;
+  }
+  infer::host().log(WEIR_LOG_WARNING, who.c_str(), message.c_str());
+}
+
+std::string file_of(Kind kind, std::string_view name) {
+  return look_for(kind, name).file;
+}
+
+std::vector<std::string> available(Kind kind) {
+  const auto registered = table().names(kind);
+  std::set<std::string> out(registered.begin(), registered.end());
+  const std::string prefix = prefix_of(kind);
+  const auto configuration = infer::nnstreamer_configuration();
+  for (const auto& folder : configuration.folders(folder_kind(kind))) {
+    std::error_code ignored;
+    for (const auto& each : fs::directory_iterator(folder.path, ignored)) {
+      const std::string file = each.path().filename().string();
+      if (file.size() > prefix.size() + 3 && file.starts_with(prefix) && file.ends_with(".so") &&
+          entry(each.path(), configuration.enable_symlink()) == Entry::File)
+        out.insert(file.substr(prefix.size(), file.size() - prefix.size() - 3));
+    }
+  }
+  return {out.begin(), out.end()};
+}
+
+void set_engine_adapter(EngineAdapter adapter) noexcept {
+  engine_adapter() = adapter;
+}
+
+Result<const weir_engine*> engine(std::string_view name) {
+  const auto descriptor = open(Kind::Filter, name);
+  if (!descriptor) return descriptor.error();
+  if (!*descriptor) return nullptr;
+  const auto adapter = engine_adapter().load();
+  const weir_engine* engine = adapter ? adapter(*descriptor) : nullptr;
+  if (!engine)
+    return Error{Code::MODULE_REFUSED,
+                 "the filter " + std::string(name) + " for NNStreamer cannot be used as an engine",
+                 adapter ? "the reason is in the log" : "nothing here runs such filters",
+                 "a filter of the interface V0 or V1",
+                 "",
+                 ""};
+  return engine;
+}
+
+}  // namespace weir::subplugin

@@ -1,0 +1,81 @@
+// When nothing happens.
+#include "core/timer/idle_watch.hpp"
+
+#include <gtest/gtest.h>
+
+namespace weir {
+namespace {
+
+using namespace std::chrono_literals;
+
+class IdleWatchTest : public ::testing::Test {
+ protected:
+  void advance(TimerQueue::Clock::duration by) {
+    now_ += by;
+    queue_.run_due();
+  }
+  TimerQueue::Clock::time_point now_{1h};
+  TimerQueue queue_{[this] { return now_; }};
+  int calls_ = 0;
+  bool ready_ = true;
+  IdleWatch watch_{queue_, 100ms, [this] {
+                     ++calls_;
+                     return ready_;
+                   }};
+};
+
+TEST_F(IdleWatchTest, TellsOnceAfterTheLimitAndAgainAfterTheNextTouch) {
+  advance(99ms);
+  EXPECT_EQ(calls_, 0);
+  advance(1ms);
+  EXPECT_EQ(calls_, 1);
+  advance(1h);
+  EXPECT_EQ(calls_, 1) << "nothing is watched while it is idle";
+  EXPECT_FALSE(queue_.next());
+  watch_.touch();
+  advance(99ms);
+  EXPECT_EQ(calls_, 1);
+  advance(1ms);
+  EXPECT_EQ(calls_, 2);
+}
+
+TEST_F(IdleWatchTest, CountsFromTheLastTouch) {
+  for (int i = 0; i < 10; ++i) {
+    advance(60ms);
+    watch_.touch();
+  }
+  EXPECT_EQ(calls_, 0);
+  advance(99ms);
+  EXPECT_EQ(calls_, 0);
+  advance(1ms);
+  EXPECT_EQ(calls_, 1);
+}
+
+TEST_F(IdleWatchTest, AsksAgainWhereTheMomentIsBad) {
+  ready_ = false;
+  advance(100ms);
+  advance(100ms);
+  EXPECT_EQ(calls_, 2);
+  ready_ = true;
+  advance(100ms);
+  advance(1h);
+  EXPECT_EQ(calls_, 3);
+}
+
+TEST_F(IdleWatchTest, HearsATouchWhileItTells) {
+  IdleWatch own(queue_, 100ms, [&, first = true]() mutable {
+    if (std::exchange(first, false)) {
+      now_ += 1ms;
+      own.touch();
+    }
+    ++calls_;
+    return true;
+  });
+  advance(100ms);
+  const int after = calls_;
+  advance(100ms);
+  EXPECT_EQ(calls_, after + 1);
+}
+
+}  // namespace
+}  // namespace weir

@@ -1,0 +1,103 @@
+// One thread that sleeps until the next timer.
+#include "core/timer/timer_queue.hpp"
+
+#include <algorithm>
+#include <utility>
+#include <vector>
+
+namespace weir {
+
+TimerQueue& TimerQueue::instance() {
+  static TimerQueue queue(Clock::now);
+  std::lock_guard lock(queue.mutex_);
+  queue.threaded_ = true;
+  return queue;
+}
+
+TimerQueue::~TimerQueue() {
+  {
+    std::lock_guard lock(mutex_);
+    stop_ = true;
+  }
+  changed_.notify_all();
+  if (thread_.joinable()) thread_.join();
+}
+
+TimerQueue::Timer::Timer(TimerQueue& queue, std::function<void()> call)
+    : queue_(queue), call_(std::move(call)) {
+  std::lock_guard lock(queue_.mutex_);
+  queue_.timers_.push_back(this);
+  if (queue_.threaded_ && !queue_.thread_.joinable())
+    queue_.thread_ = std::thread([&queue] { queue.loop(); });
+}
+
+TimerQueue::Timer::~Timer() {
+  std::unique_lock lock(queue_.mutex_);
+  due_.reset();
+  queue_.changed_.wait(lock, [this] { return !running_; });
+  queue_.timers_.remove(this);
+}
+
+void TimerQueue::Timer::start(Clock::duration delay) {
+  const auto due = queue_.now() + delay;
+  {
+    std::lock_guard lock(queue_.mutex_);
+    due_ = due;
+  }
+  queue_.changed_.notify_all();
+}
+
+void TimerQueue::Timer::stop() {
+  std::lock_guard lock(queue_.mutex_);
+  due_.reset();
+}
+
+std::optional<TimerQueue::Clock::time_point> TimerQueue::next() const {
+  std::lock_guard lock(mutex_);
+  std::optional<Clock::time_point> first;
+  for (const Timer* timer : timers_)
+    if (timer->due_ && (!first || *timer->due_ < *first)) first = timer->due_;
+  return first;
+}
+
+void TimerQueue::run_due() {
+  std::unique_lock lock(mutex_);
+  const auto now = now_();
+  // Timers may go while another is called: the list is looked through again after each call.
+  const auto due = [now](const Timer* timer) { return timer->due_ && *timer->due_ <= now; };
+  for (size_t most = timers_.size(); most > 0; --most) {
+    const auto found = std::find_if(timers_.begin(), timers_.end(), due);
+    if (found == timers_.end()) return;
+    Timer* timer = *found;
+    timer->due_.reset();
+    timer->running_ = true;
+    lock.unlock();
+    timer->call_();
+    lock.lock();
+    timer->running_ = false;
+    changed_.notify_all();
+  }
+}
+
+void TimerQueue::loop() {
+  std::unique_lock lock(mutex_);
+  while (!stop_) {
+    lock.unlock();
+    run_due();
+    const auto at = next();
+    lock.lock();
+    if (stop_) return;
+    // A start() between next() and here is seen: due times are compared under the lock.
+    const auto earlier = [&] {
+      return stop_ || std::any_of(timers_.begin(), timers_.end(), [&](const Timer* timer) {
+               return timer->due_ && (!at || *timer->due_ < *at);
+             });
+    };
+    if (at)
+      changed_.wait_until(lock, *at, earlier);
+    else
+      changed_.wait(lock, earlier);
+  }
+}
+
+}  // namespace weir

@@ -1,0 +1,33 @@
+// Kernels for what CPUs have beyond Highway's AVX3: VBMI picks bytes from two vectors, VNNI adds up
+// products of bytes. Highway 1.0 has a target for both, but compiles it with instructions
+// (AVX-VNNI) that not all of these CPUs know. Callers are within the target AVX3 and ask
+// has_avx512_bytes().
+#pragma once
+#include <cstddef>
+#include <cstdint>
+
+namespace weir::transform {
+
+#if defined(__x86_64__)
+#define WEIR_AVX512_BYTES 1
+#else
+#define WEIR_AVX512_BYTES 0
+#endif
+
+// False where the CPU has not both of them, or a test said that it shall be as if.
+bool has_avx512_bytes() noexcept;
+void allow_avx512_bytes(bool allowed) noexcept;
+
+struct ByteSums {
+  uint64_t sum = 0, squares = 0;
+};
+// Of count / 64 * 64 bytes, each of them ^ `turned` (0 or 0x80) first.
+ByteSums add_bytes_avx512(const uint8_t* in, size_t count, uint8_t turned) noexcept;
+
+// Sixteen rows by four columns of pixels of three bytes. Strides are in bytes. Reads 16 bytes for
+// 12 of each row; writes just the 48 of each column.
+inline constexpr size_t kTripleRows = 16, kTripleColumns = 4;
+void move_triples_avx512(const uint8_t* in, size_t in_stride, uint8_t* out, size_t out_stride,
+                         size_t tiles) noexcept;
+
+}  // namespace weir::transform

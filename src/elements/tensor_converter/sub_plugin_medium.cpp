@@ -1,0 +1,202 @@
+// Calling into C: nothing that comes back is believed.
+#include "elements/tensor_converter/sub_plugin_medium.hpp"
+
+#include "core/subplugin/loader.hpp"
+
+namespace weir {
+namespace {
+
+using gst::Ref;
+using subplugin::Kind;
+
+Error failed(const std::string& who, const std::string& what, const std::string& offered,
+             const std::string& needed) {
+  return {Code::CALLBACK_FAILED,
+          who + " " + what,
+          offered,
+          needed,
+          "",
+          "its own lines in the log say why: GST_DEBUG=weir:5"};
+}
+
+// Its caps; null, with a line in the log, where it gives none.
+Ref<GstCaps> caps_of(const NNStreamerExternalConverter& type) {
+  gst::CTensors config;
+  auto caps = Ref<GstCaps>::adopt(type.query_caps(config.get()));
+  if (caps && GST_IS_CAPS(caps.get()) && !gst_caps_is_any(caps.get())) return caps;
+  subplugin::tell_once(std::string("the converter ") + type.name,
+                       caps ? "its query_caps gives ANY or no caps, and is passed over"
+                            : "its query_caps gives NULL, and is passed over");
+  return {};
+}
+
+const NNStreamerExternalConverter* converter(const std::string& name) {
+  return static_cast<const NNStreamerExternalConverter*>(
+      subplugin::table().find(Kind::Converter, name));
+}
+
+std::vector<const NNStreamerExternalConverter*> registered_converters() {
+  std::vector<const NNStreamerExternalConverter*> out;
+  for (const auto& name : subplugin::table().names(Kind::Converter))
+    if (const auto* type = converter(name)) out.push_back(type);
+  return out;
+}
+
+bool takes(const NNStreamerExternalConverter& type, const char* name) {
+  if (std::string_view(type.name) == name) return true;
+  const auto caps = caps_of(type);
+  for (guint i = 0; caps && i < gst_caps_get_size(caps.get()); ++i)
+    if (gst_structure_has_name(gst_caps_get_structure(caps.get(), i), name)) return true;
+  return false;
+}
+
+// A buffer that a converter may keep, consume, change into another or give back: two references are
+// its caller's, and what is left of them afterwards tells which it did.
+class LentBuffer {
+ public:
+  explicit LentBuffer(GstBuffer* from) : buffer_(gst_buffer_copy(from)) { gst_buffer_ref(buffer_); }
+  ~LentBuffer() { gst_buffer_unref(buffer_); }
+  LentBuffer(const LentBuffer&) = delete;
+  LentBuffer& operator=(const LentBuffer&) = delete;
+  GstBuffer* get() const noexcept { return buffer_; }
+  // What came back, as the caller's own.
+  Ref<GstBuffer> take(GstBuffer* result) {
+    const int references = GST_MINI_OBJECT_REFCOUNT_VALUE(buffer_);
+    if (references > (result == buffer_ ? 2 : 1)) gst_buffer_unref(buffer_);
+    return Ref<GstBuffer>::adopt(result);
+  }
+
+ private:
+  GstBuffer* buffer_;
+};
+
+}  // namespace
+
+SubPluginMedium::SubPluginMedium(const NNStreamerExternalConverter& type)
+    : name_("the converter " + std::string(type.name)), type_(&type) {}
+
+SubPluginMedium::SubPluginMedium(std::string name, tensor_converter_custom function, void* data)
+    : name_("the function " + std::move(name)), function_(function), data_(data) {}
+
+SubPluginMedium::~SubPluginMedium() {
+  if (opened_ && type_->close) type_->close(&data_);
+}
+
+Result<std::unique_ptr<Medium>> SubPluginMedium::open(const NNStreamerExternalConverter& type,
+                                                      const std::optional<std::string>& script) {
+  std::unique_ptr<SubPluginMedium> medium(new SubPluginMedium(type));
+  if (script) {
+    if (!type.open) return failed(medium->name_, "takes no script", *script, "one with open");
+    const int result = type.open(script->c_str(), &medium->data_);
+    if (result < 0)
+      return failed(medium->name_, "cannot open the script",
+                    *script + ": open returned " + std::to_string(result), "0 or more");
+    medium->opened_ = true;
+  }
+  return std::unique_ptr<Medium>(std::move(medium));
+}
+
+Result<FrameSpec> SubPluginMedium::first_spec(const GstCaps* caps) const {
+  if (!type_) return FrameSpec{Format::Static, {{ElementType::UInt8, Shape{1, 1, 1, 1}, ""}}, {}};
+  gst::CTensors config;
+  if (!type_->get_out_config(caps, config.get())) {
+    const gst::UniqueText text{gst_caps_to_string(caps)};
+    return Error{Code::FORMAT_UNSUPPORTED,
+                 name_ + " refuses this stream",
+                 text.get(),
+                 "a stream for which its get_out_config gives TRUE",
+                 "",
+                 ""};
+  }
+  return config.spec(name_);
+}
+
+Result<StreamPlan> SubPluginMedium::configure(const GstCaps* caps, const Wishes& wishes) {
+  frames_per_tensor_ = wishes.frames_per_tensor;
+  user_ = wishes.tensors;
+  rate_ = rate_of(caps);
+  StreamPlan plan;
+  plan.spec.format = Format::Static;
+  plan.spec.rate = rate_;
+  plan.frames_out = frames_per_tensor_;
+  plan.spec.tensors = !user_.empty() ? user_ : wishes.peer;
+  if (!plan.spec.tensors.empty()) return plan;
+  auto spec = first_spec(caps);
+  if (!spec) return spec.error();
+  if (auto status = gather(frames_per_tensor_, &spec->tensors); !status) return status.error();
+  plan.spec.tensors = spec->tensors.empty() ? before_the_first(wishes) : std::move(spec->tensors);
+  if (spec->rate.valid()) plan.spec.rate = spec->rate;
+  return plan;
+}
+
+Ref<GstBuffer> SubPluginMedium::convert(GstBuffer* in, GstTensorsConfig* config) {
+  LentBuffer lent(in);
+  return lent.take(type_ ? type_->convert(lent.get(), config, data_)
+                         : function_(lent.get(), data_, config));
+}
+
+Result<MediumFrames> SubPluginMedium::frames(Ref<GstBuffer> buffer, Ledger* ledger) {
+  gst::CTensors config({Format::Static, {}, rate_});
+  auto made = convert(buffer.get(), config.get());
+  if (!made) return failed(name_, "made nothing of a frame", "NULL", "a buffer");
+  if (!GST_IS_BUFFER(made.get()))
+    return failed(name_, "gives something else for a frame", "no buffer", "a buffer");
+  auto spec = config.spec(name_);
+  if (!spec) return spec.error();
+  const bool timed = GST_BUFFER_PTS_IS_VALID(made.get());
+  if (!timed) {
+    made = Ref<GstBuffer>::adopt(gst_buffer_make_writable(made.release()));
+    gst_buffer_copy_into(made.get(), buffer.get(),
+                         GstBufferCopyFlags(GST_BUFFER_COPY_FLAGS | GST_BUFFER_COPY_TIMESTAMPS), 0,
+                         static_cast<gsize>(-1));
+  }
+  MediumFrames out;
+  if (spec->format == Format::Flexible) {
+    if (frames_per_tensor_ > 1)
+      return Error{Code::OPTION_VALUE,
+                   name_ + " gives flexible tensors, which cannot be gathered",
+                   "frames-per-tensor=" + std::to_string(frames_per_tensor_),
+                   "frames-per-tensor=1",
+                   "",
+                   "tensor_converter frames-per-tensor=1"};
+    auto dense = flexible_.frames(std::move(made), ledger);
+    if (!dense) return dense.error();
+    out = *std::move(dense);
+  } else {
+    const size_t size = gst_buffer_get_size(made.get());
+    if (size != spec->bytes())
+      return Error{Code::FRAME_SIZE,
+                   name_ + " gives a frame of another size than it says",
+                   std::to_string(size) + " bytes",
+                   std::to_string(*spec->bytes()) + " bytes for " + spec->to_string(),
+                   "",
+                   "mend its convert"};
+    out.buffer = std::move(made);
+    out.tensors = std::move(spec->tensors);
+  }
+  if (auto status = gather(frames_per_tensor_, &out.tensors); !status) return status.error();
+  if (auto status = agree(out.tensors, user_); !status) return status.error();
+  if (spec->rate.valid()) out.rate = spec->rate;
+  return out;
+}
+
+Result<std::unique_ptr<Medium>> sub_plugin_medium_for(const char* caps_name) {
+  subplugin::open_all(Kind::Converter);
+  for (const auto* type : registered_converters())
+    if (takes(*type, caps_name)) return SubPluginMedium::open(*type);
+  return std::unique_ptr<Medium>();
+}
+
+Ref<GstCaps> caps_of_sub_plugin_converters() {
+  auto all = Ref<GstCaps>::adopt(gst_caps_new_empty());
+  for (const auto* type : registered_converters()) {
+    if (auto caps = caps_of(*type))
+      all = Ref<GstCaps>::adopt(gst_caps_merge(all.release(), caps.release()));
+    if (std::string_view(type->name).find('/') != std::string_view::npos)
+      all =
+          Ref<GstCaps>::adopt(gst_caps_merge(all.release(), gst_caps_new_empty_simple(type->name)));
+  }
+  return all;
+}
+
+}  // namespace weir

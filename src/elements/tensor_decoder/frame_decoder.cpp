@@ -1,0 +1,69 @@
+// Who brings a decoder, by mode.
+#include "elements/tensor_decoder/frame_decoder.hpp"
+
+#include <algorithm>
+
+#include "core/infer/module_library.hpp"
+#include "core/subplugin/loader.hpp"
+#include "core/text/text.hpp"
+#include "elements/tensor_decoder/module_decoder.hpp"
+#include "elements/tensor_decoder/sub_plugin_decoder.hpp"
+
+namespace weir {
+namespace {
+
+std::string list(const std::vector<std::string>& names) {
+  std::string out;
+  for (const auto& name : names) out += (out.empty() ? "" : ", ") + name;
+  return out.empty() ? "none" : out;
+}
+
+Result<OpenedDecoder> of_module(const weir_decoder_type& type, const DecoderOptions& options) {
+  auto decoder = ModuleDecoder::open(type, options);
+  if (!decoder) return decoder.error();
+  auto probe = ModuleDecoder::open(type, options);
+  if (!probe) return probe.error();
+  return OpenedDecoder{*std::move(decoder), *std::move(probe), {}};
+}
+
+// As the module library says it, and what else has a name.
+Error unknown(Error error, const std::string& mode) {
+  const auto names = decoder_names();
+  error.needed = "one of: " + list(names);
+  if (const auto close = nearest(mode, names); !close.empty()) {
+    error.difference = "did you mean " + close + "?";
+    error.fix = "mode=" + close;
+  }
+  return error;
+}
+
+}  // namespace
+
+Result<OpenedDecoder> open_decoder(const std::string& mode, const DecoderOptions& options) {
+  if (mode.empty())
+    return Error{Code::DECODER_UNKNOWN,
+                 "no mode is set",
+                 "mode=\"\"",
+                 "one of: " + list(decoder_names()),
+                 "",
+                 "tensor_decoder mode=octet_stream"};
+  if (equal_ignoring_case(mode, "custom-code"))
+    return CustomCodeDecoder::open(options[0].value_or(""));
+  const auto type = infer::ModuleLibrary::instance().decoder(mode);
+  if (type) return of_module(**type, options);
+  if (type.error().code != Code::DECODER_UNKNOWN) return type.error();
+  const auto descriptor = subplugin::open(subplugin::Kind::Decoder, mode);
+  if (!descriptor) return descriptor.error();
+  if (!*descriptor) return unknown(type.error(), mode);
+  return SubPluginDecoder::open(*static_cast<const GstTensorDecoderDef*>(*descriptor), options);
+}
+
+std::vector<std::string> decoder_names() {
+  auto out = infer::ModuleLibrary::instance().decoder_names();
+  for (auto& name : subplugin::available(subplugin::Kind::Decoder)) out.push_back(std::move(name));
+  std::sort(out.begin(), out.end());
+  out.erase(std::unique(out.begin(), out.end()), out.end());
+  return out;
+}
+
+}  // namespace weir

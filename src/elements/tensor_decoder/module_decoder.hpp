@@ -1,0 +1,27 @@
+// ModuleDecoder: a decoder of one of Weir's modules, over buffers.
+#pragma once
+#include <memory>
+
+#include "core/infer/decoder.hpp"
+#include "elements/tensor_decoder/frame_decoder.hpp"
+#include "gstcpp/frame_arguments.hpp"
+
+namespace weir {
+
+class ModuleDecoder final : public FrameDecoder {
+ public:
+  static Result<std::shared_ptr<FrameDecoder>> open(const weir_decoder_type& type,
+                                                    const DecoderOptions& options);
+  explicit ModuleDecoder(std::unique_ptr<infer::Decoder> decoder) : decoder_(std::move(decoder)) {}
+
+  Result<gst::Ref<GstCaps>> configure(const FrameSpec& input) override;
+  Result<bool> decode(const FrameSpec& input, GstBuffer* in, const gst::FrameReader& reader,
+                      GstBuffer* out, Ledger* ledger) override;
+  void reset() noexcept override { decoder_->reset(); }
+
+ private:
+  std::unique_ptr<infer::Decoder> decoder_;
+  gst::FrameArguments arguments_;
+};
+
+}  // namespace weir

@@ -1,0 +1,134 @@
+// Calling into C: nothing that comes back is believed.
+#include "elements/tensor_decoder/sub_plugin_decoder.hpp"
+
+#include "core/subplugin/table.hpp"
+#include "gstcpp/c_tensors.hpp"
+
+namespace weir {
+namespace {
+
+using gst::Ref;
+
+// The tensors of this frame: those of the stream, or what the headers say.
+FrameSpec of_frame(const FrameSpec& stream, const gst::FrameReader& reader) {
+  if (stream.format == Format::Static) return stream;
+  FrameSpec frame = stream;
+  frame.tensors.clear();
+  for (const auto& view : reader.tensors()) frame.tensors.push_back(view.spec);
+  return frame;
+}
+
+// What a flow return and the buffer come to. False: the frame is dropped.
+Result<bool> taken(const std::string& who, int flow, GstBuffer* out) {
+  if (flow > 0) return false;
+  if (flow < 0)
+    return Error{Code::CALLBACK_FAILED,
+                 who + " failed on a frame",
+                 gst_flow_get_name(static_cast<GstFlowReturn>(flow)),
+                 "ok",
+                 "",
+                 "its own lines in the log say why: GST_DEBUG=weir:5"};
+  if (gst_buffer_n_memory(out) == 0)
+    return Error{Code::CALLBACK_FAILED,
+                 who + " made nothing of a frame and says ok",
+                 "a buffer without memory",
+                 "memory in the buffer, or a flow return below 0",
+                 "",
+                 "mend " + who};
+  return true;
+}
+
+}  // namespace
+
+SubPluginDecoder::SubPluginDecoder(const GstTensorDecoderDef& type, void* priv)
+    : type_(type), name_("the decoder " + std::string(type.modename)), priv_(priv) {}
+
+SubPluginDecoder::~SubPluginDecoder() {
+  if (type_.exit) type_.exit(&priv_);
+}
+
+Result<OpenedDecoder> SubPluginDecoder::open(const GstTensorDecoderDef& type,
+                                             const DecoderOptions& options) {
+  void* priv = nullptr;
+  if (!type.init(&priv))
+    return Error{Code::CALLBACK_FAILED,
+                 "the decoder " + std::string(type.modename) + " cannot be opened",
+                 "its init returned FALSE",
+                 "TRUE",
+                 "",
+                 "its own lines in the log say why: GST_DEBUG=weir:5"};
+  const std::shared_ptr<SubPluginDecoder> decoder(new SubPluginDecoder(type, priv));
+  OpenedDecoder out{decoder, decoder, {}};
+  for (size_t i = 0; i < options.size(); ++i) {
+    if (!options[i]) continue;
+    if (type.setOption && type.setOption(&decoder->priv_, static_cast<int>(i), options[i]->c_str()))
+      continue;
+    out.warnings.push_back(
+        {Code::OPTION_VALUE, decoder->name_ + " does not take an option and goes on without it",
+         "option" + std::to_string(i + 1) + "=" + *options[i],
+         type.setOption ? "a value that it takes" : "no options: it has none", "", ""});
+  }
+  return out;
+}
+
+Result<Ref<GstCaps>> SubPluginDecoder::configure(const FrameSpec& input) {
+  gst::CTensors config(input);
+  std::lock_guard lock(mutex_);
+  auto caps = Ref<GstCaps>::adopt(type_.getOutCaps(&priv_, config.get()));
+  if (!caps)
+    return Error{Code::SPEC_MISMATCH,
+                 name_ + " makes nothing of these tensors",
+                 input.to_string(),
+                 "tensors that it takes",
+                 "",
+                 "tensor_transform in front of tensor_decoder makes others"};
+  if (!GST_IS_CAPS(caps.get()) || gst_caps_is_empty(caps.get()) || gst_caps_is_any(caps.get()))
+    return Error{
+        Code::INTERNAL,
+        name_ + " gives no caps that say anything",
+        GST_IS_CAPS(caps.get()) ? gst_caps_is_any(caps.get()) ? "ANY" : "EMPTY" : "something else",
+        "caps, for example text/x-raw,format=(string)utf8",
+        "",
+        "mend its getOutCaps"};
+  return caps;
+}
+
+Result<bool> SubPluginDecoder::decode(const FrameSpec& input, GstBuffer*,
+                                      const gst::FrameReader& reader, GstBuffer* out, Ledger*) {
+  gst::CTensors config(of_frame(input, reader));
+  const auto memories = gst::c_memories(reader);
+  std::lock_guard lock(mutex_);
+  return taken(name_, type_.decode(&priv_, config.get(), memories.data(), out), out);
+}
+
+Result<OpenedDecoder> CustomCodeDecoder::open(const std::string& name) {
+  const auto entry = subplugin::custom_decoders().find(name);
+  if (!entry)
+    return Error{Code::CALLBACK_UNKNOWN,
+                 "no decoder is registered under this name",
+                 "mode=custom-code option1=" + name,
+                 subplugin::custom_decoders().one_of(),
+                 "",
+                 "nnstreamer_decoder_custom_register(\"" + name +
+                     "\", function, data) before the pipeline starts"};
+  const auto decoder = std::make_shared<CustomCodeDecoder>(
+      name, reinterpret_cast<tensor_decoder_custom>(entry->function), entry->data);
+  return OpenedDecoder{decoder, decoder, {}};
+}
+
+Result<Ref<GstCaps>> CustomCodeDecoder::configure(const FrameSpec& input) {
+  auto caps = Ref<GstCaps>::adopt(gst_caps_new_empty_simple("application/octet-stream"));
+  if (input.rate.valid())
+    gst_caps_set_simple(caps.get(), "framerate", GST_TYPE_FRACTION, input.rate.numerator,
+                        input.rate.denominator, nullptr);
+  return caps;
+}
+
+Result<bool> CustomCodeDecoder::decode(const FrameSpec& input, GstBuffer*,
+                                       const gst::FrameReader& reader, GstBuffer* out, Ledger*) {
+  gst::CTensors config(of_frame(input, reader));
+  const auto memories = gst::c_memories(reader);
+  return taken("the function " + name_, function_(memories.data(), config.get(), data_, out), out);
+}
+
+}  // namespace weir

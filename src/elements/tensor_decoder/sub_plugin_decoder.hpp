@@ -1,0 +1,50 @@
+// SubPluginDecoder: a decoder for NNStreamer, registered with nnstreamer_decoder_probe; and
+// CustomCodeDecoder: a function of the program, registered with nnstreamer_decoder_custom_register.
+#pragma once
+#include <memory>
+#include <mutex>
+#include <string>
+
+#include "elements/tensor_decoder/frame_decoder.hpp"
+#include "nnstreamer/nnstreamer_plugin_api_decoder.h"
+#include "nnstreamer/tensor_decoder_custom.h"
+
+namespace weir {
+
+// One for each element, as such decoders expect: what they open may be there once only.
+class SubPluginDecoder final : public FrameDecoder {
+ public:
+  // CALLBACK_FAILED when its init fails; options that it refuses are warnings.
+  static Result<OpenedDecoder> open(const GstTensorDecoderDef& type, const DecoderOptions& options);
+  ~SubPluginDecoder() override;
+
+  Result<gst::Ref<GstCaps>> configure(const FrameSpec& input) override;
+  Result<bool> decode(const FrameSpec& input, GstBuffer* in, const gst::FrameReader& reader,
+                      GstBuffer* out, Ledger* ledger) override;
+
+ private:
+  SubPluginDecoder(const GstTensorDecoderDef& type, void* priv);
+  const GstTensorDecoderDef& type_;
+  const std::string name_;
+  std::mutex mutex_;  // caps queries come from any thread; guards what follows, and each call
+  void* priv_;
+};
+
+class CustomCodeDecoder final : public FrameDecoder {
+ public:
+  // CALLBACK_UNKNOWN with the names that there are.
+  static Result<OpenedDecoder> open(const std::string& name);
+  CustomCodeDecoder(std::string name, tensor_decoder_custom function, void* data)
+      : name_(std::move(name)), function_(function), data_(data) {}
+
+  Result<gst::Ref<GstCaps>> configure(const FrameSpec& input) override;
+  Result<bool> decode(const FrameSpec& input, GstBuffer* in, const gst::FrameReader& reader,
+                      GstBuffer* out, Ledger* ledger) override;
+
+ private:
+  const std::string name_;
+  tensor_decoder_custom function_;
+  void* data_;
+};
+
+}  // namespace weir

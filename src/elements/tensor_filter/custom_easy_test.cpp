@@ -1,0 +1,301 @@
+// tensor_filter framework=custom-easy: filters that the program registers with the loaded plug-in.
+#include <dlfcn.h>
+
+#include <array>
+#include <atomic>
+#include <cstring>
+#include <memory>
+#include <stdexcept>
+
+#include "elements/tests/element_harness.hpp"
+#include "weir/custom_filter.hpp"
+
+namespace {
+
+using namespace weir::test;
+using weir::FilterDescription;
+using weir::RegisteredFilter;
+using weir::tensor_info;
+
+// As a program finds them: this test links its own copy of the core, which is not the plug-in's.
+const weir::FilterFunctions& functions() {
+  static const weir::FilterFunctions all = [] {
+    const auto plugin = Ref<GstPlugin>::adopt(gst_registry_find_plugin(gst_registry_get(), "weir"));
+    void* file = dlopen(gst_plugin_get_filename(plugin.get()), RTLD_NOW);
+    weir::FilterFunctions out{};
+    const auto find = [file](auto& function, const char* name) {
+      void* found = file ? dlsym(file, name) : nullptr;
+      EXPECT_NE(found, nullptr) << name;
+      std::memcpy(&function, &found, sizeof function);
+    };
+    find(out.add, "weir_filter_register");
+    find(out.remove, "weir_filter_unregister");
+    find(out.what, "weir_error_what");
+    find(out.offered, "weir_error_offered");
+    find(out.needed, "weir_error_needed");
+    find(out.difference, "weir_error_difference");
+    find(out.fix, "weir_error_fix");
+    find(out.free, "weir_error_free");
+    return out;
+  }();
+  return all;
+}
+
+const std::string kFour = tensors("float32", "4:1");
+
+FilterDescription four() {
+  return {.inputs = {tensor_info("x", WEIR_FLOAT32, {1, 4})},
+          .outputs = {tensor_info("y", WEIR_FLOAT32, {1, 4})}};
+}
+template <class Function>
+RegisteredFilter registered(Function function, FilterDescription description = four(),
+                            const std::string& name = "named") {
+  return {name, std::move(description), std::move(function), functions()};
+}
+using In = std::span<const weir_tensor>;
+using Out = std::span<weir_tensor>;
+void twice(In in, Out out) {
+  const auto x = weir::elements<const float>(in[0]);
+  const auto y = weir::elements<float>(out[0]);
+  for (size_t i = 0; i < x.size(); ++i) y[i] = 2 * x[i];
+}
+std::string line(const std::string& more = "") {
+  return "tensor_filter framework=custom-easy model=named " + more;
+}
+using Floats = std::vector<float>;
+Floats pushed(const Harness& h, const Floats& in) {
+  if (gst_harness_push(h.get(), frame<float>(in)) != GST_FLOW_OK) return {};
+  const auto out = Ref<GstBuffer>::adopt(gst_harness_try_pull(h.get()));
+  return out ? values<float>(out.get()) : Floats{};
+}
+// What the bus says when a frame is refused.
+std::string frame_error(const Harness& h) {
+  Errors errors(h);
+  EXPECT_EQ(gst_harness_push(h.get(), frame<float>({1, 2, 3, 4})), GST_FLOW_ERROR);
+  EXPECT_EQ(stat(h, "tensor_filter", "dropped-error"), 1u);
+  return errors.next();
+}
+
+TEST(TensorFilterCustomEasy, RunsALambdaOverEachFrame) {
+  const auto named = registered(twice);
+  auto h = harness_of(line(), kFour);
+  EXPECT_EQ(pushed(h, {1, 2, 3, 4}), (Floats{2, 4, 6, 8}));
+  EXPECT_EQ(pushed(h, {-1, 0, 1, 2}), (Floats{-2, 0, 2, 4}));
+  EXPECT_EQ(stat(h, "tensor_filter", "bytes-copied"), 0u);
+  EXPECT_SAYS(caps_text(h), "dimension=(string)4:1");
+}
+
+TEST(TensorFilterCustomEasy, OwnsTheLambdaWithItsState) {
+  struct Gone {
+    explicit Gone(bool* flag) : flag_(flag) {}
+    Gone(const Gone&) = delete;
+    Gone& operator=(const Gone&) = delete;
+    ~Gone() { *flag_ = true; }
+    bool* flag_;
+  };
+  bool gone = false;
+  auto description = four();
+  description.stateful = true;
+  auto named = std::make_unique<RegisteredFilter>(
+      registered([count = 0.f, kept = std::make_unique<Gone>(&gone)](
+                     In, Out out) mutable { weir::elements<float>(out[0])[0] = ++count; },
+                 std::move(description)));
+  auto h = harness_of(line(), kFour);
+  EXPECT_EQ(pushed(h, {0, 0, 0, 0}).at(0), 1);
+  EXPECT_EQ(pushed(h, {0, 0, 0, 0}).at(0), 2);
+  named.reset();
+  EXPECT_EQ(pushed(h, {0, 0, 0, 0}).at(0), 3) << "a pipeline that has it goes on";
+  EXPECT_FALSE(gone);
+  EXPECT_SAYS(start_error(line()), "no filter is registered under this name");
+  h.reset();
+  EXPECT_TRUE(gone);
+}
+
+TEST(TensorFilterCustomEasy, DropsAFrameThatTheLambdaDoesNotWant) {
+  const auto named = registered([](const weir_frame& in, weir_frame& out) {
+    const auto x = weir::elements<const float>(in.tensors[0]);
+    std::copy(x.begin(), x.end(), weir::elements<float>(out.tensors[0]).begin());
+    return x[0] > 0;
+  });
+  auto h = harness_of(line(), kFour);
+  EXPECT_EQ(pushed(h, {1, 2, 3, 4}), (Floats{1, 2, 3, 4}));
+  EXPECT_EQ(pushed(h, {0, 2, 3, 4}), Floats{});
+  EXPECT_EQ(stat(h, "tensor_filter", "dropped-policy"), 1u);
+}
+
+TEST(TensorFilterCustomEasy, FollowsTheStreamWhereItsShapesAreOpen) {
+  FilterDescription any{.inputs = {tensor_info("x", WEIR_FLOAT32, {-1, -1})},
+                        .outputs = {tensor_info("y", WEIR_FLOAT32, {-1, -1})},
+                        .resolve = [](auto in, auto out) {
+                          out[0].shape[0] = in[0].shape[0];
+                          out[0].shape[1] = in[0].shape[1];
+                        }};
+  const auto named = registered(twice, std::move(any));
+  auto h = harness_of(line(), tensors("float32", "3:2"));
+  EXPECT_EQ(pushed(h, {1, 2, 3, 4, 5, 6}), (Floats{2, 4, 6, 8, 10, 12}));
+  EXPECT_SAYS(caps_text(h), "dimension=(string)3:2");
+}
+
+// The sizes of a dynamic filter come with each frame, in flexible tensors.
+FilterDescription dynamic() {
+  return {.inputs = {tensor_info("x", WEIR_FLOAT32, {1, 4})},
+          .outputs = {tensor_info("y", WEIR_FLOAT32, {-1})},
+          .dynamic = true};
+}
+void positives(In in, Out out) {
+  Floats kept;
+  for (const float x : weir::elements<const float>(in[0]))
+    if (x > 0) kept.push_back(x);
+  weir::allocate(&out[0], tensor_info("y", WEIR_FLOAT32, {static_cast<int64_t>(kept.size())}),
+                 kept.size() * sizeof(float));
+  std::copy(kept.begin(), kept.end(), weir::elements<float>(out[0]).begin());
+}
+
+TEST(TensorFilterCustomEasy, MayDecideItsSizesWithEachFrame) {
+  const auto named = registered(positives, dynamic());
+  auto h = harness_of(line("invoke-dynamic=true"), kFour);
+  constexpr size_t kHeader = 32;  // words
+  for (const auto& in : {Floats{1, -2, 3, 4}, Floats{-1, -2, 5, -4}}) {
+    auto out = pushed(h, in);
+    ASSERT_GT(out.size(), kHeader);
+    Floats expected;
+    std::copy_if(in.begin(), in.end(), std::back_inserter(expected), [](float x) { return x > 0; });
+    EXPECT_EQ(Floats(out.begin() + kHeader, out.end()), expected);
+  }
+  EXPECT_SAYS(caps_text(h), "format=(string)flexible");
+}
+
+TEST(TensorFilterCustomEasy, IsRefusedWhereTheSizesAreMeantOtherwise) {
+  {
+    const auto named = registered(positives, dynamic());
+    const auto text = start_error(line());
+    EXPECT_SAYS(text, "WEIR-1004: the filter named decides its sizes with each frame");
+    EXPECT_SAYS(text, "offered: invoke-dynamic=false");
+    EXPECT_SAYS(text, "fix: tensor_filter framework=custom-easy model=named invoke-dynamic=true");
+  }
+  const auto named = registered(twice);
+  const auto text = start_error(line("invoke-dynamic=true"));
+  EXPECT_SAYS(text, "WEIR-1004: the filter named has outputs of fixed sizes");
+  EXPECT_SAYS(text, "needed: invoke-dynamic=false");
+}
+
+TEST(TensorFilterCustomEasy, NamesTheFiltersThatThereAre) {
+  const auto named = registered(twice);
+  const auto other = registered(twice, four(), "another");
+  const auto text = start_error("tensor_filter framework=custom-easy model=name");
+  EXPECT_SAYS(text, "WEIR-5002: no filter is registered under this name");
+  EXPECT_SAYS(text, "needed: one of: another, named");
+  EXPECT_SAYS(text, "did you mean named?");
+}
+
+TEST(TensorFilterCustomEasy, RefusesASecondFilterOfOneName) {
+  const auto named = registered(twice);
+  try {
+    const auto second = registered([](In, Out) {});
+    FAIL() << "it was registered";
+  } catch (const weir::Failure& failure) {
+    EXPECT_SAYS(std::string(failure.what()), "WEIR-1004: the filter named cannot be registered");
+    EXPECT_SAYS(std::string(failure.what()), "offered: another filter has this name");
+  }
+  auto h = harness_of(line(), kFour);
+  EXPECT_EQ(pushed(h, {1, 1, 1, 1}), (Floats{2, 2, 2, 2})) << "the first one stays";
+}
+
+TEST(TensorFilterCustomEasy, RefusesAStreamOfOtherTensors) {
+  const auto named = registered(twice);
+  auto h = harness_of(line());
+  Errors errors(h);
+  gst_harness_set_src_caps_str(h.get(), tensors("float32", "5:1").c_str());
+  EXPECT_EQ(gst_harness_push(h.get(), frame<float>({1, 2, 3, 4, 5})), GST_FLOW_NOT_NEGOTIATED);
+  const auto text = errors.next();
+  EXPECT_SAYS(text, "WEIR-2001");
+  EXPECT_SAYS(text, "4:1");
+}
+
+TEST(TensorFilterCustomEasy, EndsTheStreamWithTheWordsOfWhatIsThrown) {
+  const auto named = registered([](In, Out) -> bool { throw std::runtime_error("no, not today"); });
+  EXPECT_SAYS(frame_error(harness_of(line(), kFour)),
+              "WEIR-5003: the filter named failed: no, not today");
+}
+
+TEST(TensorFilterCustomEasy, KeepsTheWordsOfAFailure) {
+  const auto named = registered([](In, Out) {
+    throw weir::Failure(
+        {weir::Code::SPEC_MISMATCH, "too dark", "3", "above 5", "pixel 0", "a lamp"});
+  });
+  const auto text = frame_error(harness_of(line(), kFour));
+  EXPECT_SAYS(text, "WEIR-2001: the filter named failed: too dark");
+  EXPECT_SAYS(text, "fix: a lamp");
+}
+
+TEST(TensorFilterCustomEasy, SurvivesWhatIsNoException) {
+  const auto named = registered([](In, Out) { throw 5; });
+  EXPECT_SAYS(frame_error(harness_of(line(), kFour)),
+              "the filter named failed: an unknown exception");
+}
+
+TEST(TensorFilterCustomEasy, RefusesOutputsThatWereMeddledWith) {
+  static float elsewhere[4];
+  const auto meddled = [](const std::function<void(weir_tensor&)>& meddle) {
+    const auto named = registered([meddle](In, Out out) { meddle(out[0]); });
+    return frame_error(harness_of(line(), kFour));
+  };
+  for (const auto& text : {meddled([](weir_tensor& t) { t.data = elsewhere; }),
+                           meddled([](weir_tensor& t) { t.bytes = 400; }),
+                           meddled([](weir_tensor& t) { t.info.shape[1] = 400; })})
+    EXPECT_SAYS(text, "WEIR-3006");
+}
+
+TEST(TensorFilterCustomEasy, RefusesMemoryThatADynamicFilterDoesNotGive) {
+  const auto named = registered([](In, Out) {}, dynamic());
+  EXPECT_SAYS(frame_error(harness_of(line("invoke-dynamic=true"), kFour)),
+              "an output without elements");
+}
+
+// One thread at a time is in it, whoever calls: the workers of one element and other elements.
+TEST(TensorFilterCustomEasy, IsCalledByOneThreadAtATime) {
+  std::atomic<int> inside{0}, most{0};
+  const auto named = registered([&](In in, Out out) {
+    most = std::max(most.load(), ++inside);
+    twice(in, out);
+    g_thread_yield();
+    --inside;
+  });
+  auto first = harness_of(line("workers=4"), kFour), second = harness_of(line("workers=4"), kFour);
+  for (int i = 0; i < 100; ++i)
+    for (const auto* h : {&first, &second})
+      ASSERT_EQ(gst_harness_push(h->get(), frame<float>({static_cast<float>(i), 0, 0, 0})),
+                GST_FLOW_OK);
+  for (int i = 0; i < 100; ++i)
+    for (const auto* h : {&first, &second}) {
+      const auto out = Ref<GstBuffer>::adopt(gst_harness_pull(h->get()));
+      EXPECT_EQ(values<float>(out.get())[0], 2.f * static_cast<float>(i));
+    }
+  EXPECT_EQ(most, 1);
+}
+
+TEST(TensorFilterCustomEasy, MayBeCalledByAllWorkersWhereItSaysSo) {
+  std::atomic<int> inside{0};
+  auto description = four();
+  description.thread_safe = true;
+  const auto named = registered(
+      [&](In in, Out out) {
+        ++inside;
+        while (inside < 2) g_thread_yield();  // the other one comes
+        twice(in, out);
+      },
+      std::move(description));
+  auto h = harness_of(line("workers=2"), kFour);
+  for (int i = 0; i < 2; ++i)
+    ASSERT_EQ(gst_harness_push(h.get(), frame<float>({1, 2, 3, 4})), GST_FLOW_OK);
+  for (int i = 0; i < 2; ++i) EXPECT_TRUE(Ref<GstBuffer>::adopt(gst_harness_pull(h.get())));
+}
+
+TEST(TensorFilterCustomEasy, WithStateHasNoWorkers) {
+  auto description = four();
+  description.stateful = true;
+  const auto named = registered(twice, std::move(description));
+  EXPECT_SAYS(start_error(line("workers=2")), "the model keeps state from frame to frame");
+}
+
+}  // namespace

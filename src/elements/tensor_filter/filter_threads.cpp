@@ -1,0 +1,26 @@
+// Reading what the user says of threads.
+#include "elements/tensor_filter/filter_threads.hpp"
+
+#include <charconv>
+
+#include "core/text/text.hpp"
+
+namespace weir {
+
+infer::ThreadUse thread_use(const FilterSettings& settings) {
+  infer::ThreadUse use{static_cast<int>(settings.workers * settings.invoke_threads),
+                       settings.threads};
+  for (const auto option : split(settings.custom, ",")) {
+    const size_t colon = option.find(':');
+    if (colon == std::string_view::npos) continue;
+    if (!equal_ignoring_case(strip(option.substr(0, colon)), "NumThreads")) continue;
+    const auto text = strip(option.substr(colon + 1));
+    int number = 0;  // what cannot be read is refused by the engine
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
+    if (error == std::errc() && end == text.data() + text.size() && number > 0 && number <= 1024)
+      use.threads = number;
+  }
+  return use;
+}
+
+}  // namespace weir

@@ -1,0 +1,244 @@
+// tensor_filter isolate=process with the unruly engine of tests/support: whatever the model does to
+// its process, the pipeline goes on as on-crash says.
+#include <signal.h>
+#include <unistd.h>
+
+#include <filesystem>
+#include <fstream>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "elements/tests/element_harness.hpp"
+
+namespace {
+
+using namespace weir::test;
+namespace fs = std::filesystem;
+
+// The first bytes of frames that unruly_engine.cpp obeys.
+constexpr uint8_t kCrash = 200, kLoop = 203, kFail = 212, kProcess = 214;
+
+std::string model_path() {
+  const std::string path = testing::TempDir() + "weir_unruly_model.bin";
+  std::ofstream(path) << "x";
+  return path;
+}
+
+std::string line(const std::string& properties = "") {
+  return "tensor_filter framework=unruly isolate=process model=" + model_path() + " " + properties;
+}
+
+Harness filter(const std::string& properties = "") {
+  return harness_of(line(properties), tensors("uint8", "4"));
+}
+
+uint64_t result_of(GstBuffer* buffer) {
+  const auto all = values<uint64_t>(buffer);
+  return all.size() == 1 ? all[0] : UINT64_MAX;
+}
+uint64_t result(const Harness& h, const Bytes& bytes) {
+  const auto out = Ref<GstBuffer>::adopt(gst_harness_push_and_pull(h.get(), frame(bytes)));
+  return out ? result_of(out.get()) : UINT64_MAX;
+}
+
+uint64_t stat_of(const Harness& h, const char* name) {
+  return stat(h, "tensor_filter", name);
+}
+
+// Frames come and are dropped until the new worker is there.
+bool pushed_until_something_comes(const Harness& h) {
+  const gint64 give_up = g_get_monotonic_time() + 60 * G_USEC_PER_SEC;
+  while (g_get_monotonic_time() < give_up) {
+    if (gst_harness_push(h.get(), frame(Bytes{0, 1, 2, 3})) != GST_FLOW_OK) return false;
+    if (const auto out = Ref<GstBuffer>::adopt(gst_harness_try_pull(h.get())))
+      return result_of(out.get()) == 6;
+    g_thread_yield();
+  }
+  return false;
+}
+
+TEST(TensorFilterIsolated, RunsTheModelInAnotherProcess) {
+  auto h = filter();
+  EXPECT_EQ(result(h, {0, 1, 2, 3}), 6u);
+  const uint64_t process = result(h, {kProcess, 0, 0, 0});
+  EXPECT_GT(process, 0u);
+  EXPECT_NE(process, static_cast<uint64_t>(getpid()));
+  weir::gst::UniqueText framework;
+  gchar* name = nullptr;
+  g_object_get(element_of(h, "tensor_filter").get(), "framework", &name, nullptr);
+  framework.reset(name);
+  EXPECT_STREQ(framework.get(), "unruly");
+  const auto all = stats(element_of(h, "tensor_filter").get());
+  EXPECT_SAYS(std::string(gst_structure_get_string(all.get(), "worker-confinement")),
+              "no new sockets, programs or processes");
+}
+
+TEST(TensorFilterIsolated, GoesOnAfterACrash) {
+  auto h = filter();
+  Errors errors(h);
+  EXPECT_EQ(result(h, {0, 1, 0, 0}), 1u);
+  EXPECT_EQ(gst_harness_push(h.get(), frame(Bytes{kCrash, 0, 0, 0})), GST_FLOW_OK);
+  const std::string warning = errors.next_warning();
+  EXPECT_SAYS(warning, "WEIR-3014: the worker process of the model ended on invoke 2");
+  EXPECT_SAYS(warning, "signal 11 (Segmentation fault)");
+  ASSERT_TRUE(pushed_until_something_comes(h));
+  EXPECT_EQ(stat_of(h, "worker-ended"), 1u);
+  EXPECT_EQ(stat_of(h, "worker-restarts"), 1u);
+  const uint64_t lost = stat_of(h, "worker-frames-lost");
+  EXPECT_GE(lost, 1u);
+  EXPECT_EQ(stat_of(h, "dropped-policy"), lost);
+  EXPECT_EQ(stat_of(h, "received"), stat_of(h, "consumed") + lost);
+  EXPECT_EQ(errors.next(), "") << "no error";
+}
+
+TEST(TensorFilterIsolated, GoesOnAfterAnEndlessLoop) {
+  auto h = filter("isolate-timeout=300");
+  Errors errors(h);
+  EXPECT_EQ(result(h, {0, 1, 0, 0}), 1u);
+  EXPECT_EQ(gst_harness_push(h.get(), frame(Bytes{kLoop, 0, 0, 0})), GST_FLOW_OK);
+  EXPECT_SAYS(errors.next_warning(), "WEIR-3015: the model did not answer in time");
+  ASSERT_TRUE(pushed_until_something_comes(h));
+  EXPECT_EQ(stat_of(h, "worker-timeouts"), 1u);
+}
+
+// Nothing limits the time of an invoke here: only the stop ends the process.
+class StoppedWhileItHangs : public ::testing::TestWithParam<const char*> {};
+
+TEST_P(StoppedWhileItHangs, EndsTheProcessAtOnce) {
+  auto h = filter(std::string("isolate-timeout=0 ") + GetParam());
+  Errors errors(h);
+  const auto process = static_cast<pid_t>(result(h, {kProcess, 0, 0, 0}));
+  std::thread source([&h] { gst_harness_push(h.get(), frame(Bytes{kLoop, 0, 0, 0})); });
+  while (stat_of(h, "held") != 1) std::this_thread::yield();
+  const auto element = element_of(h, "tensor_filter");
+  EXPECT_EQ(gst_element_set_state(element.get(), GST_STATE_READY), GST_STATE_CHANGE_SUCCESS);
+  source.join();
+  EXPECT_NE(kill(process, 0), 0) << "it is reaped";
+  EXPECT_EQ(stat_of(h, "dropped-flush"), 1u);
+  EXPECT_EQ(stat_of(h, "received"), stat_of(h, "consumed") + stat_of(h, "dropped"));
+  EXPECT_EQ(stat_of(h, "worker-ended") + stat_of(h, "worker-timeouts"), 0u);
+  EXPECT_EQ(stat_of(h, "worker-restarts") + stat_of(h, "worker-not-started"), 0u);
+  EXPECT_EQ(errors.next() + errors.next_warning(), "");
+}
+
+INSTANTIATE_TEST_SUITE_P(WhateverTheWay, StoppedWhileItHangs,
+                         ::testing::Values("", "on-crash=error", "on-crash=drop",
+                                           "when-busy=block"));
+
+TEST(TensorFilterIsolated, RunsAgainAfterAStopWhileItHung) {
+  auto h = filter("isolate-timeout=0");
+  std::thread source([&h] { gst_harness_push(h.get(), frame(Bytes{kLoop, 0, 0, 0})); });
+  while (stat_of(h, "held") != 1) std::this_thread::yield();
+  const auto element = element_of(h, "tensor_filter");
+  gst_element_set_state(element.get(), GST_STATE_READY);
+  source.join();
+  ASSERT_EQ(gst_element_set_state(element.get(), GST_STATE_PLAYING), GST_STATE_CHANGE_SUCCESS);
+  auto caps = Ref<GstCaps>::adopt(gst_caps_from_string(tensors("uint8", "4").c_str()));
+  gst_harness_set_src_caps(h.get(), caps.release());
+  EXPECT_EQ(result(h, {0, 1, 2, 3}), 6u);
+}
+
+TEST(TensorFilterIsolated, DropsEverythingAfterACrash) {
+  auto h = filter("on-crash=drop");
+  for (const uint8_t order : {kCrash, uint8_t{0}, uint8_t{0}})
+    EXPECT_EQ(gst_harness_push(h.get(), frame(Bytes{order, 0, 0, 0})), GST_FLOW_OK);
+  EXPECT_EQ(gst_harness_buffers_received(h.get()), 0u);
+  EXPECT_EQ(stat_of(h, "worker-frames-lost"), 3u);
+  EXPECT_EQ(stat_of(h, "dropped-policy"), 3u);
+  EXPECT_EQ(stat_of(h, "worker-restarts"), 0u);
+}
+
+TEST(TensorFilterIsolated, MakesACrashAnError) {
+  auto h = filter("on-crash=error");
+  Errors errors(h);
+  EXPECT_EQ(gst_harness_push(h.get(), frame(Bytes{kCrash, 0, 0, 0})), GST_FLOW_ERROR);
+  EXPECT_SAYS(errors.next(), "signal 11 (Segmentation fault)");
+  EXPECT_EQ(errors.next_warning(), "") << "told once";
+  EXPECT_EQ(stat_of(h, "dropped-error"), 1u);
+  EXPECT_EQ(stat_of(h, "worker-ended"), 1u);
+}
+
+TEST(TensorFilterIsolated, PassesOnTheErrorsOfAnEngine) {
+  auto h = filter();
+  Errors errors(h);
+  EXPECT_EQ(gst_harness_push(h.get(), frame(Bytes{kFail, 0, 0, 0})), GST_FLOW_ERROR);
+  EXPECT_SAYS(errors.next(), "ordered to fail");
+  EXPECT_EQ(stat_of(h, "worker-ended"), 0u);
+}
+
+TEST(TensorFilterIsolated, SaysAtTheStartWhatIsWrong) {
+  EXPECT_SAYS(start_error(line("custom=open:crash")), "ended while it opened the model");
+  EXPECT_SAYS(start_error(line("custom=open:abort on-crash=drop")), "signal 6 (Aborted)");
+  EXPECT_SAYS(start_error("tensor_filter framework=nothing isolate=process model=" + model_path()),
+              "WEIR-3001");
+  EXPECT_SAYS(start_error("tensor_filter framework=unruly isolate=process model=/not-there"),
+              "the model file is not there");
+  EXPECT_SAYS(start_error("tensor_filter framework=unruly isolate=process"), "no model is set");
+}
+
+TEST(TensorFilterIsolated, KeepsTheFrameAndTheLineRunsItAgain) {
+  const std::string folder = testing::TempDir() + "weir-isolate-" + std::to_string(getpid());
+  fs::create_directories(folder);
+  auto h = filter("crash-folder=" + folder);
+  Errors errors(h);
+  EXPECT_EQ(gst_harness_push(h.get(), frame(Bytes{kCrash, 5, 6, 7})), GST_FLOW_OK);
+  EXPECT_EQ(stat_of(h, "worker-frames-saved"), 1u);
+  const std::string warning = errors.next_warning();
+  const std::string before = "fix: gst-launch-1.0 ";
+  const size_t at = warning.find(before);
+  ASSERT_NE(at, std::string::npos) << warning;
+  const auto pipeline = lone_element(warning.substr(at + before.size()));
+  ASSERT_TRUE(pipeline);
+  gst_element_set_state(pipeline.get(), GST_STATE_PLAYING);
+  const auto bus = Ref<GstBus>::adopt(gst_element_get_bus(pipeline.get()));
+  const auto message = Ref<GstMessage>::adopt(gst_bus_timed_pop_filtered(
+      bus.get(), 60 * GST_SECOND, GstMessageType(GST_MESSAGE_ERROR | GST_MESSAGE_EOS)));
+  ASSERT_TRUE(message);
+  EXPECT_EQ(GST_MESSAGE_TYPE(message.get()), GST_MESSAGE_ERROR);
+  EXPECT_SAYS(text_of(message.get()), "signal 11 (Segmentation fault)");
+  gst_element_set_state(pipeline.get(), GST_STATE_NULL);
+  fs::remove_all(folder);
+}
+
+TEST(TensorFilterIsolated, ReadsWhatTheElementBeforeWroteWhereItLies) {
+  auto h = harness_of("tensor_transform mode=typecast option=uint8 ! " + line(),
+                      tensors("uint16", "1000"));
+  const std::vector<uint16_t> input(1000, 2);
+  for (uint64_t i = 1; i <= 5; ++i) {
+    const auto out = Ref<GstBuffer>::adopt(gst_harness_push_and_pull(h.get(), frame(input)));
+    ASSERT_TRUE(out);
+    EXPECT_EQ(result_of(out.get()), 2000u);
+    EXPECT_EQ(stat_of(h, "worker-bytes-copied"), i * sizeof(uint64_t)) << "the results only";
+  }
+}
+
+TEST(TensorFilterIsolated, CountsWhatItCopies) {
+  auto h = filter();
+  EXPECT_EQ(result(h, {0, 1, 2, 3}), 6u);
+  EXPECT_EQ(stat_of(h, "worker-bytes-copied"), 4 + sizeof(uint64_t));
+}
+
+TEST(TensorFilterIsolated, KeepsTheOrderOfSeveralProcesses) {
+  auto h = filter("workers=3");
+  for (uint8_t i = 0; i < 60; ++i)
+    ASSERT_EQ(gst_harness_push(h.get(), frame(Bytes{0, i, 0, 0})), 0);
+  for (uint8_t i = 0; i < 60; ++i) {
+    const auto out = Ref<GstBuffer>::adopt(gst_harness_pull(h.get()));
+    ASSERT_TRUE(out);
+    EXPECT_EQ(result_of(out.get()), i);
+  }
+}
+
+TEST(TensorFilterIsolated, StartsAgainWithNewProcesses) {
+  auto h = filter("on-crash=drop");
+  EXPECT_EQ(gst_harness_push(h.get(), frame(Bytes{kCrash, 0, 0, 0})), GST_FLOW_OK);
+  const auto element = element_of(h, "tensor_filter");
+  ASSERT_NE(gst_element_set_state(element.get(), GST_STATE_READY), GST_STATE_CHANGE_FAILURE);
+  ASSERT_NE(gst_element_set_state(element.get(), GST_STATE_PLAYING), GST_STATE_CHANGE_FAILURE);
+  auto other = filter();
+  EXPECT_EQ(result(other, {0, 9, 0, 0}), 9u);
+  EXPECT_EQ(stat(element.get(), "worker-ended"), 0u) << "counted from the start";
+}
+
+}  // namespace

@@ -1,0 +1,76 @@
+// From properties to isolation, and from its counts to stats.
+#include "elements/tensor_filter/isolated_filter.hpp"
+
+#include "gstcpp/error.hpp"
+#include "gstcpp/ref.hpp"
+
+namespace weir {
+namespace {
+
+// As gst-launch-1.0 reads it in a shell.
+std::string property(const char* name, const std::string& value) {
+  if (value.empty()) return "";
+  const bool plain = value.find_first_not_of(
+                         "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ"
+                         "0123456789_-./:,+=@") == std::string::npos;
+  std::string quoted;
+  for (const char c : value) {
+    if (c == '"' || c == '\\') quoted += '\\';
+    quoted += c;
+  }
+  return std::string(" ") + name + "=" + (plain ? value : "'\"" + quoted + "\"'");
+}
+
+// An element that may be gone.
+class WeakElement {
+ public:
+  explicit WeakElement(GstElement* element) { g_weak_ref_init(&ref_, element); }
+  ~WeakElement() { g_weak_ref_clear(&ref_); }
+  WeakElement(const WeakElement&) = delete;
+  WeakElement& operator=(const WeakElement&) = delete;
+  gst::Ref<GstElement> get() {
+    return gst::Ref<GstElement>::adopt(static_cast<GstElement*>(g_weak_ref_get(&ref_)));
+  }
+
+ private:
+  GWeakRef ref_;
+};
+
+}  // namespace
+
+std::shared_ptr<isolate::Isolation> isolation_of(const FilterSettings& s, bool automatic,
+                                                 std::shared_ptr<isolate::Monitor> monitor) {
+  auto out = std::make_shared<isolate::Isolation>();
+  if (!automatic) out->engine = s.framework;
+  out->timeout = std::chrono::milliseconds(s.isolate_timeout);
+  out->memory_mib = s.isolate_memory;
+  out->on_crash = s.on_crash;
+  out->crash_folder = s.crash_folder;
+  out->repeat = "tensor_filter" + property("framework", s.framework) + property("model", s.model) +
+                property("custom", s.custom) + " isolate=process on-crash=error";
+  out->monitor = std::move(monitor);
+  return out;
+}
+
+std::shared_ptr<isolate::Monitor> make_monitor(const FilterSettings& settings,
+                                               GstElement* element) {
+  if (settings.isolate != IsolateChoice::Process) return nullptr;
+  auto monitor = std::make_shared<isolate::Monitor>();
+  if (settings.on_crash != isolate::OnCrash::Error)
+    monitor->listen([owner = std::make_shared<WeakElement>(element)](const Error& error) {
+      if (const auto there = owner->get()) gst::post_warning(there.get(), error);
+    });
+  return monitor;
+}
+
+void add_worker_stats(const isolate::Monitor& monitor, GstStructure* stats) {
+  const auto c = monitor.counts();
+  gst_structure_set(stats, "worker-ended", G_TYPE_UINT64, c.ended, "worker-timeouts", G_TYPE_UINT64,
+                    c.timed_out, "worker-restarts", G_TYPE_UINT64, c.restarted,
+                    "worker-not-started", G_TYPE_UINT64, c.not_started, "worker-frames-lost",
+                    G_TYPE_UINT64, c.frames_lost, "worker-frames-saved", G_TYPE_UINT64,
+                    c.frames_saved, "worker-bytes-copied", G_TYPE_UINT64, c.bytes_copied,
+                    "worker-confinement", G_TYPE_STRING, monitor.confinement().c_str(), nullptr);
+}
+
+}  // namespace weir

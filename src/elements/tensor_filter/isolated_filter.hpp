@@ -1,0 +1,24 @@
+// What tensor_filter does for isolate=process besides opening another engine.
+#pragma once
+#include <gst/gst.h>
+
+#include <memory>
+
+#include "core/infer/model.hpp"
+#include "core/isolate/isolation.hpp"
+#include "elements/tensor_filter/filter_settings.hpp"
+
+namespace weir {
+
+// The context for isolate::isolated_engine(). `automatic`: the engine is found by the model's
+// files.
+std::shared_ptr<isolate::Isolation> isolation_of(const FilterSettings& settings, bool automatic,
+                                                 std::shared_ptr<isolate::Monitor> monitor);
+
+// Null unless isolate=process. Ends of workers become warnings of the element as long as it lives;
+// with on-crash=error they are errors, which somebody else posts.
+std::shared_ptr<isolate::Monitor> make_monitor(const FilterSettings& settings, GstElement* element);
+
+void add_worker_stats(const isolate::Monitor& monitor, GstStructure* stats);
+
+}  // namespace weir

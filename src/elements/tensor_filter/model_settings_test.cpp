@@ -1,0 +1,108 @@
+// Which engine, accelerator and layouts the properties of tensor_filter mean; config-file.
+#include "elements/tensor_filter/adder_harness.hpp"
+
+namespace {
+
+using namespace weir::test;
+
+std::string accelerator_of(GstElement* filter) {
+  const auto all = stats(filter);
+  const char* text = gst_structure_get_string(all.get(), "accelerator");
+  return text ? text : "none there";
+}
+// An element that runs, with what it warned of.
+struct Started {
+  explicit Started(const std::string& launch) : element(lone_element(launch)) {
+    Errors messages(element.get());
+    EXPECT_EQ(gst_element_set_state(element.get(), GST_STATE_PAUSED), GST_STATE_CHANGE_SUCCESS);
+    warning = messages.next_warning();
+  }
+  ~Started() { gst_element_set_state(element.get(), GST_STATE_NULL); }
+  Ref<GstElement> element;
+  std::string warning;
+};
+
+TEST(ModelSettings, TheAcceleratorIsChosenOfWhatTheEngineSupports) {
+  const AdderFiles files;
+  const std::pair<const char*, const char*> cases[] = {
+      {"", ""},
+      {"false", "none"},
+      {"true", "gpu"},
+      {"true:cpu", "cpu"},
+      {"true:npu,cpu,gpu", "cpu"},
+      {"TRUE:npu,!gpu", "cpu"},
+  };
+  for (const auto& [text, chosen] : cases) {
+    const Started filter(adder(files.model(1), std::string("accelerator=\"") + text + "\""));
+    EXPECT_EQ(accelerator_of(filter.element.get()), chosen) << text;
+    EXPECT_EQ(text_property(filter.element.get(), "accelerator"), text) << "reads as it was given";
+    EXPECT_EQ(filter.warning, "");
+  }
+}
+
+TEST(ModelSettings, AnAcceleratorThatCannotBeReadIsNoneWithAWarning) {
+  const AdderFiles files;
+  const Started filter(adder(files.model(1), "accelerator=true:gqu"));
+  EXPECT_EQ(accelerator_of(filter.element.get()), "none");
+  EXPECT_SAYS(filter.warning, "at \"gqu\", did you mean gpu?");
+}
+
+TEST(ModelSettings, ALayoutThatIsNotKnownIsAWarning) {
+  const AdderFiles files;
+  EXPECT_EQ(Started(adder(files.model(1), "inputlayout=nhwc outputlayout=ANY")).warning, "");
+  EXPECT_SAYS(Started(adder(files.model(1), "outputlayout=HWC")).warning,
+              "offered: outputlayout=HWC");
+}
+
+TEST(ModelSettings, TheFrameworkIsFoundByTheModelBeforeAnythingIsOpened) {
+  for (const char* launch :
+       {"tensor_filter model=a.tflite", "tensor_filter model=a.tflite framework=auto",
+        "tensor_filter framework=auto model=a.tflite",
+        "tensor_filter framework=ANY model=a.tflite"})
+    EXPECT_EQ(text_property(lone_element(launch).get(), "framework"), "tensorflow-lite") << launch;
+  EXPECT_EQ(text_property(lone_element("tensor_filter model=a.x").get(), "framework"), "auto");
+  EXPECT_EQ(text_property(lone_element("tensor_filter model=a.tflite framework=adder").get(),
+                          "framework"),
+            "adder");
+}
+
+TEST(ModelSettings, FrameworkAndModelComeInAnyOrder) {
+  const AdderFiles files;
+  const std::string model = " model=" + files.model(3), framework = " framework=adder";
+  for (const auto& launch :
+       {"tensor_filter" + model + framework, "tensor_filter" + framework + model}) {
+    auto h = harness_of(launch, kAdderCaps);
+    EXPECT_EQ(pushed_sum(h), 3);
+    EXPECT_EQ(text_property(element_of(h, "tensor_filter").get(), "framework"), "adder");
+  }
+}
+
+TEST(ModelSettings, ConfigFileSetsPropertiesOfEachKind) {
+  const AdderFiles files;
+  const auto path = files.write("filter.conf", "framework=adder\n model = " + files.model(4) +
+                                                   "\nis-updatable=TRUE\nsuspend=70000\nlatency=1\n"
+                                                   "a line without a sign\n");
+  auto h = harness_of("tensor_filter config-file=" + path, kAdderCaps);
+  const auto filter = element_of(h, "tensor_filter");
+  EXPECT_EQ(pushed_sum(h), 4);
+  gboolean updatable = FALSE;
+  guint suspend = 0;
+  g_object_get(filter.get(), "is-updatable", &updatable, "suspend", &suspend, nullptr);
+  EXPECT_TRUE(updatable);
+  EXPECT_EQ(suspend, 70000u);
+}
+
+TEST(ModelSettings, ConfigFileTellsOfKeysThatAreNotKnown) {
+  const AdderFiles files;
+  const auto path = files.write("filter.conf", "framwork=adder\n");
+  const Started filter(adder(files.model(4), "config-file=" + path));
+  EXPECT_SAYS(filter.warning, "did you mean framework?");
+}
+
+TEST(ModelSettings, AConfigFileThatIsNotThereIsAnError) {
+  const AdderFiles files;
+  EXPECT_SAYS(start_error(adder(files.model(4), "config-file=/nowhere/f.conf")),
+              "WEIR-4001: the file of properties cannot be read");
+}
+
+}  // namespace

@@ -1,0 +1,89 @@
+// Filters that share a model by a key.
+#include "elements/tensor_filter/adder_harness.hpp"
+
+namespace {
+
+using namespace weir::test;
+
+constexpr char kKey[] = " is-updatable=true shared-tensor-filter-key=k";
+
+TEST(ModelSharing, OneKeyOpensTheModelOnce) {
+  const AdderFiles files;
+  const Pipe tell;
+  const auto line = adder(files.model(1), "custom=tell:" + tell.writer() + kKey);
+  {
+    auto first = harness_of(line, kAdderCaps), second = harness_of(line, kAdderCaps);
+    auto third = harness_of(line, kAdderCaps);
+    EXPECT_EQ(pushed_sum(first), 1);
+    EXPECT_EQ(pushed_sum(second), 1);
+    const auto filter = element_of(second, "tensor_filter");
+    EXPECT_EQ(stat(filter.get(), "shared-by"), 3u);
+    EXPECT_EQ(stat(filter.get(), "weights-bytes"), 1000u);
+    EXPECT_EQ(tell.next(), 'o');
+    first.reset();
+    EXPECT_EQ(stat(filter.get(), "shared-by"), 2u);
+    EXPECT_EQ(pushed_sum(second), 1);
+  }
+  EXPECT_EQ(tell.next(), 'c') << "with its last user, and nothing was opened between";
+}
+
+TEST(ModelSharing, WithoutAKeyEachHasItsOwn) {
+  const AdderFiles files;
+  const Pipe tell;
+  const auto line = adder(files.model(1), "custom=tell:" + tell.writer());
+  auto first = harness_of(line, kAdderCaps), second = harness_of(line, kAdderCaps);
+  EXPECT_EQ(tell.next(), 'o');
+  EXPECT_EQ(tell.next(), 'o');
+  EXPECT_EQ(stat(first, "tensor_filter", "shared-by"), 1u);
+}
+
+TEST(ModelSharing, AnEngineWithOneSessionServesAllUsersOfTheKey) {
+  const AdderFiles files;
+  const auto line = adder(files.model(1), std::string("custom=sessions:1") + kKey);
+  auto first = harness_of(line, kAdderCaps), second = harness_of(line, kAdderCaps);
+  for (int i = 0; i < 3; ++i) {
+    EXPECT_EQ(pushed_sum(first), 1);
+    EXPECT_EQ(pushed_sum(second), 1);
+  }
+}
+
+TEST(ModelSharing, AnotherModelUnderTheKeyIsToldAndNotShared) {
+  const AdderFiles files;
+  auto first = harness_of(adder(files.model(1), kKey), kAdderCaps);
+  const auto second = lone_element(adder(files.model(2), kKey));
+  Errors messages(second.get());
+  EXPECT_EQ(gst_element_set_state(second.get(), GST_STATE_PAUSED), GST_STATE_CHANGE_SUCCESS);
+  const auto text = messages.next_warning();
+  EXPECT_SAYS(text, "WEIR-3012: the model under this key is another one and is not shared");
+  EXPECT_SAYS(text, "offered: model=" + files.model(2) + " framework=adder");
+  EXPECT_SAYS(text, "needed: shared-tensor-filter-key=k: model=" + files.model(1));
+  EXPECT_EQ(stat(second.get(), "shared-by"), 1u);
+  gst_element_set_state(second.get(), GST_STATE_NULL);
+  EXPECT_EQ(pushed_sum(first), 1);
+}
+
+TEST(ModelSharing, AReloadReplacesTheModelOfAllUsers) {
+  const AdderFiles files;
+  const auto line = adder(files.model(1), kKey);
+  auto first = harness_of(line, kAdderCaps), second = harness_of(line, kAdderCaps);
+  EXPECT_EQ(pushed_sum(first), 1);
+  EXPECT_EQ(pushed_sum(second), 1);
+  g_object_set(element_of(first, "tensor_filter").get(), "model", files.model(7).c_str(), nullptr);
+  EXPECT_EQ(pushed_sum(first), 7);
+  EXPECT_EQ(pushed_sum(second), 7);
+  EXPECT_EQ(stat(second, "tensor_filter", "reloads"), 1u);
+}
+
+TEST(ModelSharing, AReloadThatDoesNotFitOneUserReplacesNone) {
+  const AdderFiles files;
+  const auto line = adder(files.model(1), kKey);
+  auto first = harness_of(line, kAdderCaps), second = harness_of(line, kAdderCaps);
+  Errors messages(first);
+  g_object_set(element_of(first, "tensor_filter").get(), "model", files.model(7, "8").c_str(),
+               nullptr);
+  EXPECT_SAYS(messages.next_warning(), "WEIR-3012");
+  EXPECT_EQ(pushed_sum(first), 1);
+  EXPECT_EQ(pushed_sum(second), 1);
+}
+
+}  // namespace

@@ -1,0 +1,57 @@
+// Models that take any number of tensors: what they give is known with the stream.
+#include <fstream>
+
+#include "elements/tests/element_harness.hpp"
+
+namespace {
+
+using namespace weir::test;
+
+std::string filter(const std::string& custom, const std::string& properties = "") {
+  const std::string path = testing::TempDir() + "weir_open_count_model.bin";
+  std::ofstream(path) << "x";
+  return "tensor_filter framework=scaling model=" + path + " custom=factor:2," + custom + " " +
+         properties;
+}
+const std::string kTwo = tensors("float32,float32", "2:1:1\\,1:2:1");
+Ref<GstBuffer> two() {
+  auto b = Ref<GstBuffer>::adopt(gst_buffer_new());
+  gst_buffer_append(b.get(), frame<float>({1, 2}));
+  gst_buffer_append(b.get(), frame<float>({3, 4}));
+  return b;
+}
+
+TEST(TensorFilterOpenCount, FollowsTheStream) {
+  for (const char* isolate : {"", "isolate=process"}) {
+    auto h = harness_of(filter("any:2", isolate), kTwo);
+    const auto out = Ref<GstBuffer>::adopt(gst_harness_push_and_pull(h.get(), two().release()));
+    ASSERT_TRUE(out);
+    EXPECT_EQ(gst_buffer_n_memory(out.get()), 2u);
+    EXPECT_EQ(values<float>(out.get()), (std::vector<float>{2, 4, 6, 8}));
+    EXPECT_SAYS(caps_text(h), "num_tensors=(int)2");
+    EXPECT_SAYS(caps_text(h), "2:1:1\\,1:2:1");
+  }
+}
+
+TEST(TensorFilterOpenCount, MayGiveFewer) {
+  auto h = harness_of(filter("any:1"), kTwo);
+  const auto out = Ref<GstBuffer>::adopt(gst_harness_push_and_pull(h.get(), two().release()));
+  ASSERT_TRUE(out);
+  EXPECT_EQ(values<float>(out.get()), (std::vector<float>{2, 4}));
+}
+
+TEST(TensorFilterOpenCount, CombinesWhatIsThere) {
+  auto h = harness_of(filter("any:2", "output-combination=i0,o1"), kTwo);
+  const auto out = Ref<GstBuffer>::adopt(gst_harness_push_and_pull(h.get(), two().release()));
+  ASSERT_TRUE(out);
+  EXPECT_EQ(values<float>(out.get()), (std::vector<float>{1, 2, 6, 8}));
+}
+
+TEST(TensorFilterOpenCount, SaysWhatIsWrongOnceTheStreamIsKnown) {
+  EXPECT_SAYS(start_error(filter("any:2", "output-combination=o2"), kTwo), "2 outputs, from o0 on");
+  EXPECT_SAYS(start_error(filter("any:0"), kTwo), "the model says no outputs for this stream");
+  EXPECT_SAYS(start_error(filter("any:2", "output=2:1 outputtype=float32"), kTwo),
+              "output= has another number of tensors than the model gives");
+}
+
+}  // namespace

@@ -1,0 +1,39 @@
+// Asking the peer.
+#include "elements/tensor_filter/output_caps.hpp"
+
+#include "gstcpp/tensor_caps.hpp"
+
+namespace weir {
+namespace {
+
+Error refused(const FrameSpec& spec, GstCaps* peer) {
+  const gst::UniqueText text{gst_caps_to_string(peer)};
+  if (spec.format == Format::Flexible)
+    return Error{Code::SPEC_MISMATCH,
+                 "the element behind tensor_filter does not take tensors of any size",
+                 "format=flexible: the model decides with each frame, or invoke-dynamic=true",
+                 text.get(),
+                 "",
+                 "other/tensors,format=flexible"};
+  return Error{Code::SPEC_MISMATCH,
+               "the element behind tensor_filter does not take its output",
+               spec.to_string(),
+               text.get(),
+               "",
+               "other/tensors,format=static,num_tensors=" + std::to_string(spec.tensors.size()) +
+                   ",dimensions=(string)" + join_shapes(spec.tensors) +
+                   ",types=" + join_types(spec.tensors)};
+}
+
+}  // namespace
+
+Result<gst::Ref<GstCaps>> choose_output_caps(GstPad* source, const FrameSpec& spec) {
+  const auto peer = gst::Ref<GstCaps>::adopt(gst_pad_peer_query_caps(source, nullptr));
+  const auto possible = gst::possible_caps(source, spec, peer.get());
+  auto meet = gst::Ref<GstCaps>::adopt(
+      gst_caps_intersect_full(possible.get(), peer.get(), GST_CAPS_INTERSECT_FIRST));
+  if (gst_caps_is_empty(meet.get())) return refused(spec, peer.get());
+  return gst::Ref<GstCaps>::adopt(gst_caps_fixate(gst_caps_truncate(meet.release())));
+}
+
+}  // namespace weir

@@ -1,0 +1,15 @@
+// The caps that leave tensor_filter.
+#pragma once
+#include <gst/gst.h>
+
+#include "core/tensor/frame_spec.hpp"
+#include "gstcpp/ref.hpp"
+#include "weir/result.hpp"
+
+namespace weir {
+
+// Rule B of the specification: the first of the possible caps for `spec` that the peer of `source`
+// takes, fixed. SPEC_MISMATCH with both sides when it takes none.
+Result<gst::Ref<GstCaps>> choose_output_caps(GstPad* source, const FrameSpec& spec);
+
+}  // namespace weir

@@ -1,0 +1,308 @@
+// QoS of tensor_filter: throttling, deadlines, what it says of its latency.
+#include <gst/check/gsttestclock.h>
+
+#include <cmath>
+#include <fstream>
+
+#include "elements/tests/element_harness.hpp"
+
+namespace {
+
+using namespace weir::test;
+
+constexpr GstClockTime kMs = GST_MSECOND;
+constexpr char kFilter[] = "tensor_filter";
+
+std::string filter(const std::string& properties = "") {
+  const std::string path = testing::TempDir() + "weir_quality_model.bin";
+  std::ofstream(path) << "x";
+  return "tensor_filter framework=fake model=" + path + " " + properties;
+}
+Harness harness(const std::string& launch) {
+  return harness_of(launch, tensors("float32", "4:1", "10/1"));
+}
+void push(const Harness& h, GstClockTime time, GstClockTime duration = 100 * kMs) {
+  ASSERT_EQ(gst_harness_push(h.get(), frame<float>({1, 2, 3, 4}, time, duration)), GST_FLOW_OK);
+}
+std::vector<GstClockTime> times(const Harness& h) {
+  std::vector<GstClockTime> out;
+  while (auto b = Ref<GstBuffer>::adopt(gst_harness_try_pull(h.get())))
+    out.push_back(GST_BUFFER_PTS(b.get()) / kMs);
+  return out;
+}
+using Times = std::vector<GstClockTime>;
+
+void throttle(const Harness& h, GstClockTimeDiff delay) {
+  gst_harness_push_upstream_event(h.get(), gst_event_new_qos(GST_QOS_TYPE_THROTTLE, 0.9, delay, 0));
+}
+struct Qos {
+  GstQOSType type;
+  double proportion;
+  GstClockTimeDiff difference;
+  GstClockTime time;
+  bool operator==(const Qos&) const = default;
+};
+std::vector<Qos> told_upstream(const Harness& h) {
+  std::vector<Qos> out;
+  while (auto e = Ref<GstEvent>::adopt(gst_harness_try_pull_upstream_event(h.get()))) {
+    if (GST_EVENT_TYPE(e.get()) != GST_EVENT_QOS) continue;
+    auto& q = out.emplace_back();
+    gst_event_parse_qos(e.get(), &q.type, &q.proportion, &q.difference, &q.time);
+  }
+  return out;
+}
+constexpr auto kOverflow = GST_QOS_TYPE_OVERFLOW;
+
+TEST(TensorFilterThrottle, DropsWhatIsNotWanted) {
+  auto h = harness(filter());
+  push(h, 0);
+  throttle(h, 200 * kMs);
+  for (int i = 1; i < 7; ++i) push(h, i * 100 * kMs);
+  EXPECT_EQ(times(h), (Times{0, 200, 400, 600}));
+  EXPECT_EQ(stat(h, kFilter, "dropped-qos"), 3u);
+  EXPECT_EQ(stat(h, kFilter, "invokes"), 4u) << "a dropped frame costs no invoke";
+  EXPECT_EQ(stat(h, kFilter, "held"), 0u);
+}
+
+TEST(TensorFilterThrottle, TellsTheElementsBefore) {
+  auto h = harness(filter());
+  push(h, 1000 * kMs);
+  throttle(h, 200 * kMs);
+  push(h, 1100 * kMs, 50 * kMs);
+  push(h, 1200 * kMs);
+  push(h, 1250 * kMs, GST_CLOCK_TIME_NONE);
+  EXPECT_EQ(told_upstream(h),
+            (std::vector<Qos>{{kOverflow, 0.25, -100 * GstClockTimeDiff(kMs), 1100 * kMs},
+                              {kOverflow, 0.25, -150 * GstClockTimeDiff(kMs), 1250 * kMs}}))
+      << "the wish itself ends here";
+}
+
+// GStreamer refuses events that speak of a time before 0.
+TEST(TensorFilterThrottle, TellsNothingOfATimeBeforeZero) {
+  auto h = harness(filter());
+  push(h, 0);
+  throttle(h, 200 * kMs);
+  push(h, 20 * kMs);
+  EXPECT_EQ(told_upstream(h),
+            (std::vector<Qos>{{kOverflow, 0.5, -20 * GstClockTimeDiff(kMs), 20 * kMs}}));
+}
+
+TEST(TensorFilterThrottle, MeasuresTheModelFromThenOn) {
+  auto h = harness(filter());
+  const auto latency = [&] {
+    int value = 0;
+    g_object_get(element_of(h, kFilter).get(), "latency", &value, nullptr);
+    return value;
+  };
+  push(h, 0);
+  push(h, 100 * kMs);
+  EXPECT_EQ(latency(), -1);
+  throttle(h, 1);
+  EXPECT_GE(latency(), 0);
+}
+
+TEST(TensorFilterThrottle, LetsOtherEventsGoOn) {
+  auto h = harness(filter());
+  push(h, 0);
+  gst_harness_push_upstream_event(
+      h.get(), gst_event_new_qos(GST_QOS_TYPE_UNDERFLOW, 1.5, 5 * kMs, 10 * kMs));
+  throttle(h, 0);
+  const auto told = told_upstream(h);
+  ASSERT_EQ(told.size(), 2u) << "a delay of nothing is no wish of ours";
+  EXPECT_EQ(told[0], (Qos{GST_QOS_TYPE_UNDERFLOW, 1.5, 5 * GstClockTimeDiff(kMs), 10 * kMs}));
+  push(h, 100 * kMs);
+  EXPECT_EQ(times(h), (Times{0, 100}));
+}
+
+TEST(TensorFilterThrottle, TakesFramesWithoutATime) {
+  auto h = harness(filter());
+  push(h, 0);
+  throttle(h, 200 * kMs);
+  push(h, GST_CLOCK_TIME_NONE);
+  push(h, 100 * kMs);
+  EXPECT_EQ(times(h).size(), 2u);
+}
+
+TEST(TensorFilterThrottle, TakesTheFirstFrameAfterAFlush) {
+  auto h = harness(filter());
+  push(h, 0);
+  throttle(h, 200 * kMs);
+  gst_harness_push_event(h.get(), gst_event_new_flush_start());
+  gst_harness_push_event(h.get(), gst_event_new_flush_stop(TRUE));
+  GstSegment segment;
+  gst_segment_init(&segment, GST_FORMAT_TIME);
+  gst_harness_push_event(h.get(), gst_event_new_segment(&segment));
+  for (int i = 1; i < 4; ++i) push(h, i * 100 * kMs);
+  EXPECT_EQ(times(h), (Times{0, 100, 300}));
+}
+
+// With tensor_rate behind: it takes every second frame, so only these are computed.
+TEST(TensorFilterThrottle, ComputesOnlyWhatTensorRateTakes) {
+  constexpr int kFrames = 41;
+  const auto invokes_and_out = [](const std::string& properties) {
+    auto h = harness(filter() + " ! tensor_rate framerate=5/1 " + properties);
+    for (int i = 0; i < kFrames; ++i) push(h, i * 100 * kMs);
+    gst_harness_push_event(h.get(), gst_event_new_eos());
+    EXPECT_EQ(stat(h, kFilter, "received"), guint64{kFrames});
+    EXPECT_EQ(stat(h, kFilter, "received"),
+              stat(h, kFilter, "consumed") + stat(h, kFilter, "dropped-qos"));
+    return std::pair{stat(h, kFilter, "invokes"), times(h)};
+  };
+  const auto [all, expected] = invokes_and_out("throttle=false");
+  EXPECT_EQ(all, guint64{kFrames});
+  const auto [fewer, out] = invokes_and_out("throttle=true");
+  EXPECT_EQ(out, expected);
+  EXPECT_LE(fewer, kFrames / 2 + 2) << "a frame or two until the wish is there";
+  EXPECT_EQ(out.size(), 21u);
+}
+
+// ---- Deadlines -------------------------------------------------------------------------------
+
+GstTestClock* clock_of(const Harness& h) {
+  return gst_harness_get_testclock(h.get());
+}
+void set_time(const Harness& h, GstClockTime time) {
+  const Unique<GstTestClock, gst_object_unref> clock(clock_of(h));
+  gst_test_clock_set_time(clock.get(), time);
+}
+
+TEST(TensorFilterDeadline, DropsAFrameThatIsWorthlessBeforeItCostsAnInvoke) {
+  auto h = harness(filter("deadline=50000000"));
+  set_time(h, 100 * kMs);
+  push(h, 40 * kMs);  // until 90
+  push(h, 49 * kMs);  // until 99
+  push(h, 50 * kMs);  // until 100
+  push(h, 60 * kMs);  // until 110
+  EXPECT_EQ(times(h), (Times{50, 60}));
+  EXPECT_EQ(stat(h, kFilter, "dropped-qos"), 2u);
+  EXPECT_EQ(stat(h, kFilter, "invokes"), 2u);
+  EXPECT_EQ(stat(h, kFilter, "held"), 0u);
+}
+
+TEST(TensorFilterDeadline, IsOffUntilItIsSetAndMayChange) {
+  auto h = harness(filter());
+  set_time(h, 10 * GST_SECOND);
+  push(h, 0);
+  g_object_set(element_of(h, kFilter).get(), "deadline", guint64{kMs}, nullptr);
+  push(h, 1 * kMs);
+  g_object_set(element_of(h, kFilter).get(), "deadline", guint64{0}, nullptr);
+  push(h, 2 * kMs);
+  EXPECT_EQ(times(h), (Times{0, 2}));
+}
+
+TEST(TensorFilterDeadline, GoesByTheRunningTime) {
+  auto h = harness(filter("deadline=50000000"));
+  GstSegment segment;
+  gst_segment_init(&segment, GST_FORMAT_TIME);
+  segment.start = segment.time = 1000 * kMs;
+  gst_harness_push_event(h.get(), gst_event_new_segment(&segment));
+  set_time(h, 100 * kMs);
+  push(h, 1049 * kMs);
+  push(h, 1050 * kMs);
+  EXPECT_EQ(times(h), (Times{1050}));
+}
+
+TEST(TensorFilterDeadline, IsNoneWhereAStreamHasNoTime) {
+  auto h = harness(filter("deadline=1 qos=true"));
+  GstSegment segment;
+  gst_segment_init(&segment, GST_FORMAT_BYTES);
+  gst_harness_push_event(h.get(), gst_event_new_segment(&segment));
+  set_time(h, 100 * kMs);
+  push(h, 0);
+  gst_harness_push_upstream_event(h.get(),
+                                  gst_event_new_qos(GST_QOS_TYPE_UNDERFLOW, 1.5, 5, 10 * kMs));
+  throttle(h, 200 * kMs);
+  push(h, 10 * kMs);
+  push(h, 210 * kMs);
+  EXPECT_EQ(times(h), (Times{0, 210})) << "the time between frames is known all the same";
+}
+
+TEST(TensorFilterDeadline, IsToldToTheEngine) {
+  auto h = harness(filter("deadline=50000000 custom=show-deadline:1"));
+  push(h, 40 * kMs);
+  const auto first = Ref<GstBuffer>::adopt(gst_harness_pull(h.get()));
+  EXPECT_EQ(values<float>(first.get())[0], 90.f);
+  push(h, GST_CLOCK_TIME_NONE);
+  const auto timeless = Ref<GstBuffer>::adopt(gst_harness_pull(h.get()));
+  EXPECT_EQ(values<float>(timeless.get())[0], -1.f) << "none";
+}
+
+TEST(TensorFilterDeadline, SurvivesTheGreatestNumber) {
+  auto h = harness(filter("deadline=" + std::to_string(INT64_MAX)));
+  set_time(h, 100 * kMs);
+  push(h, 0);
+  push(h, INT64_MAX);
+  EXPECT_EQ(times(h).size(), 2u);
+}
+
+// ---- Latency ---------------------------------------------------------------------------------
+
+constexpr GstClockTime kNone = GST_CLOCK_TIME_NONE;
+std::pair<GstClockTime, GstClockTime> queried(const Harness& h) {
+  const Unique<GstQuery, gst_query_unref> query(gst_query_new_latency());
+  EXPECT_TRUE(gst_pad_peer_query(h->sinkpad, query.get()));
+  GstClockTime least = 0, most = 0;
+  gst_query_parse_latency(query.get(), nullptr, &least, &most);
+  return {least, most};
+}
+
+TEST(TensorFilterLatency, IsNotReportedUnlessItIsWanted) {
+  auto h = harness(filter());
+  gst_harness_set_upstream_latency(h.get(), 7 * kMs);
+  push(h, 0);
+  push(h, 100 * kMs);
+  EXPECT_EQ(queried(h).first, 7 * kMs);
+}
+
+TEST(TensorFilterLatency, AddsTheMeanWithAMarginToWhatStandsBefore) {
+  auto h = harness(filter("latency-report=true latency=1"));
+  gst_harness_set_upstream_latency(h.get(), 7 * kMs);
+  push(h, 0);
+  EXPECT_EQ(queried(h).first, 7 * kMs) << "the first invoke does not count";
+  for (int i = 1; i < 4; ++i) push(h, i * 100 * kMs);
+  int mean_us = -1;
+  g_object_get(element_of(h, kFilter).get(), "latency", &mean_us, nullptr);
+  const auto [least, most] = queried(h);
+  EXPECT_GT(least, 7 * kMs);
+  EXPECT_EQ(most, kNone) << "the source before sets no bound";
+  const double own_us = static_cast<double>(least - 7 * kMs) / 1e3;
+  EXPECT_LE(std::abs(own_us - 1.05 * mean_us), 0.53) << "the property is rounded";
+}
+
+TEST(TensorFilterLatency, AddsToTheGreatestLatencyToo) {
+  auto h = harness(filter("latency-report=true"));
+  const auto answer = [](GstPad*, GstPadProbeInfo* info, gpointer) {
+    GstQuery* query = GST_PAD_PROBE_INFO_QUERY(info);
+    if (GST_QUERY_TYPE(query) != GST_QUERY_LATENCY) return GST_PAD_PROBE_OK;
+    gst_query_set_latency(query, TRUE, 3 * kMs, 9 * kMs);
+    return GST_PAD_PROBE_HANDLED;
+  };
+  gst_pad_add_probe(h->srcpad, GstPadProbeType(GST_PAD_PROBE_TYPE_QUERY_UPSTREAM), answer, nullptr,
+                    nullptr);
+  push(h, 0);
+  push(h, 100 * kMs);
+  const auto [least, most] = queried(h);
+  EXPECT_GT(least, 3 * kMs);
+  EXPECT_EQ(least - 3 * kMs, most - 9 * kMs);
+}
+
+guint latency_messages(GstBus* bus) {
+  guint count = 0;
+  while (auto m = Ref<GstMessage>::adopt(gst_bus_pop_filtered(bus, GST_MESSAGE_LATENCY))) ++count;
+  return count;
+}
+
+TEST(TensorFilterLatency, TellsThePipelineWhenItIsAnother) {
+  for (const bool on : {true, false}) {
+    auto h = harness(filter(on ? "latency-report=true" : ""));
+    const auto bus = Ref<GstBus>::adopt(gst_bus_new());
+    gst_element_set_bus(element_of(h, kFilter).get(), bus.get());
+    push(h, 0);
+    EXPECT_EQ(latency_messages(bus.get()), 0u) << "nothing is known";
+    push(h, 100 * kMs);
+    EXPECT_EQ(latency_messages(bus.get()), on ? 1u : 0u);
+    gst_element_set_bus(element_of(h, kFilter).get(), nullptr);
+  }
+}
+
+}  // namespace

@@ -1,0 +1,50 @@
+// tensor_mux: a pad that is linked late, with frames that the others have left behind them.
+#include "elements/tensor_mux/many_inputs.hpp"
+
+namespace weir::testing {
+namespace {
+
+// Whether it returns while no other pad brings anything.
+bool returns(std::future<GstFlowReturn>& push) {
+  return push.wait_for(std::chrono::seconds(20)) == std::future_status::ready;
+}
+
+TEST(TensorMuxLatePad, OldFramesDoNotWaitForTheOthers) {
+  ManyInputs mux("tensor_mux");
+  mux.add(caps_of_bytes(1).c_str());
+  mux.play();
+  for (uint8_t i = 0; i < 4; ++i) EXPECT_EQ(mux.push(0, Bytes{i}, i), GST_FLOW_OK);
+  mux.add(caps_of_bytes(1).c_str());
+  for (uint8_t i = 0; i < 3; ++i) {
+    auto push = mux.push_later(1, Bytes{static_cast<uint8_t>(10 + i)}, i);
+    EXPECT_TRUE(returns(push)) << "it waits for a frame that a full queue may hold up";
+    if (HasFailure()) mux.stop();
+    EXPECT_EQ(push.get(), GST_FLOW_OK);
+  }
+  auto push = mux.push_later(1, Bytes{14}, 4);
+  EXPECT_EQ(mux.push(0, Bytes{4}, 4), GST_FLOW_OK);
+  EXPECT_EQ(push.get(), GST_FLOW_OK);
+  ASSERT_EQ(mux.buffers().size(), 5u);
+  EXPECT_EQ(memories_of(mux.buffers()[4].get()), (std::vector<Bytes>{{4}, {14}}));
+  mux.stop();
+  EXPECT_EQ(mux.stat("received"), 9u);
+  EXPECT_EQ(mux.stat("consumed"), 6u);
+  EXPECT_EQ(mux.stat("dropped-policy"), 3u);
+}
+
+// What is as late as the last output may still go with the next one.
+TEST(TensorMuxLatePad, AFrameOfTheLastTimeWaits) {
+  ManyInputs mux("tensor_mux");
+  mux.add(caps_of_bytes(1).c_str());
+  mux.play();
+  EXPECT_EQ(mux.push(0, Bytes{1}, 7), GST_FLOW_OK);
+  mux.add(caps_of_bytes(1).c_str());
+  auto push = mux.push_later(1, Bytes{2}, 7);
+  mux.wait_for_stat("held", 1);
+  EXPECT_EQ(mux.push(0, Bytes{3}, 7), GST_FLOW_OK);
+  EXPECT_EQ(push.get(), GST_FLOW_OK);
+  EXPECT_EQ(memories_of(mux.buffers().at(1).get()), (std::vector<Bytes>{{3}, {2}}));
+}
+
+}  // namespace
+}  // namespace weir::testing

@@ -1,0 +1,64 @@
+// max-bytes of elements with several inputs: what they hold, and what they say where it is less
+// than the streams need.
+#include "elements/tensor_mux/many_inputs.hpp"
+
+namespace weir::testing {
+namespace {
+
+Bytes zeros(size_t size) {
+  return Bytes(size, 0);
+}
+void expect_says(const std::string& text, const std::string& words) {
+  EXPECT_NE(text.find(words), std::string::npos) << text;
+}
+
+TEST(MaxBytes, BoundsWhatMuxAndMergeHold) {
+  for (const char* line : {"tensor_mux max-bytes=40", "tensor_merge option=0 max-bytes=40"}) {
+    ManyInputs element(line);
+    element.add(caps_of_bytes(10).c_str());
+    element.add(caps_of_bytes(10).c_str());
+    element.play();
+    for (GstClockTime n = 0; n < 3; ++n) {
+      auto first = element.push_later(0, zeros(10), n);
+      EXPECT_EQ(element.push(1, zeros(10), n), GST_FLOW_OK) << line;
+      EXPECT_EQ(first.get(), GST_FLOW_OK) << line;
+    }
+    EXPECT_EQ(element.error(), "");
+    EXPECT_EQ(element.stat("bytes-held"), 20u);
+    EXPECT_EQ(element.stat("bytes-most"), 40u) << "two frames that are used again, two new ones";
+  }
+}
+
+TEST(MaxBytes, SaysHowManyAreNeeded) {
+  for (const char* line : {"tensor_mux max-bytes=19", "tensor_merge option=0 max-bytes=19"}) {
+    ManyInputs element(line);
+    element.add(caps_of_bytes(10).c_str());
+    element.add(caps_of_bytes(10).c_str());
+    element.play();
+    auto first = element.push_later(0, zeros(10), 0);
+    element.wait_for_stat("bytes-held", 10);
+    EXPECT_EQ(element.push(1, zeros(10), 0), GST_FLOW_ERROR) << line;
+    EXPECT_EQ(first.get(), GST_FLOW_ERROR) << line;
+    const std::string text = element.error();
+    expect_says(text, "WEIR-2006: frames that go together are more bytes than max-bytes allows");
+    expect_says(text, "offered: 10 bytes held and a frame of 10 beside them, max-bytes=19");
+    expect_says(text, "fix: max-bytes=20");
+    EXPECT_EQ(element.stat("dropped-error"), 2u);
+    EXPECT_EQ(element.stat("held"), 0u);
+  }
+}
+
+TEST(MaxBytes, SaysSoForCropToo) {
+  ManyInputs crop("tensor_crop max-bytes=30");
+  crop.add(caps_of_bytes(40).c_str(), "raw");
+  crop.add("other/tensors,format=flexible,framerate=30/1", "info");
+  crop.play();
+  auto raw = crop.push_later(0, zeros(40), 0);  // alone it may be more
+  crop.wait_for_stat("bytes-held", 40);
+  EXPECT_EQ(crop.push(1, zeros(144), 0), GST_FLOW_ERROR);
+  EXPECT_EQ(raw.get(), GST_FLOW_ERROR);
+  expect_says(crop.error(), "fix: max-bytes=184");
+}
+
+}  // namespace
+}  // namespace weir::testing

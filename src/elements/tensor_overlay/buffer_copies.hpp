@@ -1,0 +1,28 @@
+// BufferCopies: copies of buffers that others hold too, in memory that is used again.
+#pragma once
+#include <gst/gst.h>
+
+#include "gstcpp/ref.hpp"
+#include "weir/result.hpp"
+
+namespace weir {
+
+class BufferCopies {
+ public:
+  BufferCopies() = default;
+  BufferCopies(const BufferCopies&) = delete;
+  BufferCopies& operator=(const BufferCopies&) = delete;
+  ~BufferCopies() { clear(); }
+
+  // All bytes in one memory, with times, flags and metadata. OUT_OF_MEMORY, MAP_FAILED.
+  Result<gst::Ref<GstBuffer>> copy_of(GstBuffer* buffer);
+  void clear();
+
+ private:
+  Status set_size(size_t bytes);
+
+  gst::Ref<GstBufferPool> pool_;
+  size_t bytes_ = 0;  // of a buffer of the pool
+};
+
+}  // namespace weir

@@ -1,0 +1,16 @@
+// For builds without Pango.
+#include "elements/tensor_overlay/text_painter.hpp"
+
+namespace weir {
+
+Result<std::unique_ptr<draw::TextPainter>> make_text_painter(uint32_t) {
+  return Error{Code::FILE_NOT_FOUND,
+               "this build draws no text",
+               "built without Pango's headers",
+               "Pango and Cairo",
+               "",
+               "apt-get install libpango1.0-dev, then build again; or tensor_overlay "
+               "show-scores=false and no labels"};
+}
+
+}  // namespace weir

@@ -1,0 +1,142 @@
+// What tensor_overlay refuses, by its words.
+#include "elements/tensor_overlay/overlay_harness.hpp"
+#include "gstcpp/tensor_meta.hpp"
+
+namespace weir::overlay_test {
+namespace {
+
+testing::AssertionResult says(Errors& errors, const std::string& words) {
+  const auto text = errors.next();
+  if (text.find(words) != std::string::npos) return testing::AssertionSuccess();
+  return testing::AssertionFailure() << text << "\nlacks " << words;
+}
+
+TEST(OverlayRefuses, ResultsOfAnotherLayout) {
+  for (const std::string& caps :
+       {tensors("uint8", "6:2"), tensors("float32", "3:2"), tensors("float32", "7:2"),
+        tensors("float32", "6:2:2"), tensors("float32,float32", "6:2,6:2"),
+        tensors("float32", "4000:1")}) {
+    const Both b("", video("RGB", 8, 6), "");
+    Errors errors(b.element.get());
+    gst_harness_set_src_caps_str(b.results.get(), caps.c_str());
+    const auto text = errors.next();
+    EXPECT_SAYS(text, "WEIR-2001: the stream of results is not of boxes");
+    EXPECT_SAYS(text, "rows of x1, y1, x2, y2, then score, class");
+  }
+}
+
+TEST(OverlayRefuses, FlexibleFramesOfSeveralTensors) {
+  const Both b("", video("RGB", 8, 6), "other/tensors,format=flexible,framerate=10/1");
+  Errors errors(b.element.get());
+  EXPECT_EQ(gst_harness_push(b.results.get(), frame(Bytes(5), 0)), GST_FLOW_ERROR);
+  EXPECT_TRUE(says(errors, "WEIR-2005"));
+  EXPECT_EQ(b.stat("results-refused"), 1u);
+  b.expect_results_balance();
+}
+
+TEST(OverlayRefuses, ResultsThatAreTooShort) {
+  const Both b("");
+  Errors errors(b.element.get());
+  EXPECT_EQ(b.bring({1, 2, 3}, 0), GST_FLOW_ERROR);
+  EXPECT_TRUE(says(errors, "WEIR-2004"));
+  EXPECT_EQ(b.stat("results-refused"), 1u);
+  EXPECT_EQ(b.picture(kSmall, 0), Bytes(kSmall));
+}
+
+TEST(OverlayRefuses, ResultsBeforeTheirCaps) {
+  const auto element = lone_element("tensor_overlay show-scores=false");
+  Errors errors(element.get());
+  gst_element_set_state(element.get(), GST_STATE_PLAYING);
+  const auto pad = Ref<GstPad>::adopt(gst_element_get_static_pad(element.get(), "results"));
+  GstSegment segment;
+  gst_segment_init(&segment, GST_FORMAT_TIME);
+  gst_pad_send_event(pad.get(), gst_event_new_stream_start("test"));
+  gst_pad_send_event(pad.get(), gst_event_new_segment(&segment));
+  EXPECT_EQ(gst_pad_chain(pad.get(), frame<float>({0, 0, 1, 1}, 0)), GST_FLOW_ERROR);
+  const auto text = errors.next();
+  EXPECT_SAYS(text, "WEIR-2003: a buffer came before caps");
+  gst_element_set_state(element.get(), GST_STATE_NULL);
+}
+
+TEST(OverlayRefuses, ResultsThatDoNotSayWhereTheyAre) {
+  const Both b("coordinates=tensor", video("RGB", 8, 6), floats(6, 2));
+  Errors errors(b.element.get());
+  EXPECT_EQ(b.bring(std::vector<float>(12), 0), GST_FLOW_ERROR);
+  auto text = errors.next();
+  EXPECT_SAYS(text, "the results do not say where in the picture they are");
+  EXPECT_SAYS(text, "fix: tensor_overlay coordinates=picture");
+  GstBuffer* three = frame<float>(std::vector<float>(12), 0);
+  gst::set_picture_maps(three, std::vector<PictureMap>(3), gst::MapsOf::Regions);
+  EXPECT_EQ(gst_harness_push(b.results.get(), three), GST_FLOW_ERROR);
+  text = errors.next();
+  EXPECT_SAYS(text, "another number of ways back to the picture than rows");
+  EXPECT_SAYS(text, "3 ways back");
+}
+
+TEST(OverlayRefuses, AFormatItCannotDrawInto) {
+  const Both b("", "");
+  Errors errors(b.element.get());
+  gst_harness_set_src_caps_str(b.pictures.get(), video("YUY2", 8, 6).c_str());
+  EXPECT_EQ(gst_harness_push(b.pictures.get(), frame(Bytes(96))), GST_FLOW_NOT_NEGOTIATED);
+  const auto text = errors.next();
+  EXPECT_SAYS(text, "WEIR-2002: tensor_overlay cannot draw into pictures of this format");
+  EXPECT_SAYS(text, "offered: YUY2");
+  EXPECT_SAYS(text, "GRAY8, NV12, I420");
+  EXPECT_SAYS(text, "fix: videoconvert ! tensor_overlay");
+  EXPECT_EQ(b.stat("received"), b.stat("dropped"));
+}
+
+TEST(OverlayRefuses, APictureThatIsTooShort) {
+  const Both b("");
+  b.bring({1, 1, 7, 6, 1, 0}, 0);
+  Errors errors(b.element.get());
+  EXPECT_TRUE(b.picture(kSmall - 1, 0).empty());
+  EXPECT_TRUE(says(errors, "WEIR-2004: a video buffer is shorter than its caps say"));
+  EXPECT_EQ(b.stat("dropped-error"), 1u);
+  EXPECT_EQ(b.picture(kSmall, 0), small_with({{1, 1, 7, 6}}));
+}
+
+TEST(OverlayRefuses, MetadataThatLie) {
+  const struct {
+    GstVideoFormat format;
+    guint width, height;
+    gsize offset;
+    gint stride;
+    const char* words;
+  } cases[] = {{GST_VIDEO_FORMAT_BGR, 8, 6, 0, 24, "metadata of a video buffer are of another"},
+               {GST_VIDEO_FORMAT_RGB, 7, 6, 0, 24, "offered: RGB 7x6"},
+               {GST_VIDEO_FORMAT_RGB, 8, 6, kSmall, 24, "plane 0 at byte 144"},
+               {GST_VIDEO_FORMAT_RGB, 8, 6, 1, 24, "a picture is shorter than its size says"},
+               {GST_VIDEO_FORMAT_RGB, 8, 6, 0, 25, "a picture is shorter than its size says"},
+               {GST_VIDEO_FORMAT_RGB, 8, 6, 0, -24, "a picture is shorter than its size says"},
+               {GST_VIDEO_FORMAT_RGB, 8, 6, 0, G_MININT, "a picture is shorter than its size"}};
+  for (const auto& c : cases) {
+    const Both b("");
+    b.bring({1, 1, 7, 6, 1, 0}, 0);
+    Errors errors(b.element.get());
+    GstBuffer* in = timed(frame(Bytes(kSmall)), 0);
+    gsize offsets[GST_VIDEO_MAX_PLANES] = {0};
+    gint strides[GST_VIDEO_MAX_PLANES] = {24};
+    GstVideoMeta* meta = gst_buffer_add_video_meta_full(
+        in, GST_VIDEO_FRAME_FLAG_NONE, GST_VIDEO_FORMAT_RGB, 8, 6, 1, offsets, strides);
+    meta->format = c.format;
+    meta->width = c.width;
+    meta->height = c.height;
+    meta->offset[0] = c.offset;
+    meta->stride[0] = c.stride;
+    EXPECT_EQ(gst_harness_push(b.pictures.get(), in), GST_FLOW_ERROR);
+    EXPECT_TRUE(says(errors, c.words));
+    EXPECT_EQ(b.stat("dropped-error"), 1u);
+    b.expect_results_balance();
+  }
+}
+
+TEST(OverlayRefuses, LabelFilesThatAreNone) {
+  const auto missing = start_error("tensor_overlay labels=/nonexistent.txt");
+  EXPECT_SAYS(missing, "WEIR-4001: the label file cannot be read");
+  EXPECT_SAYS(missing, "labels=/nonexistent.txt");
+  EXPECT_SAYS(start_error("tensor_overlay labels=/proc/self/exe"), "WEIR-4002");
+}
+
+}  // namespace
+}  // namespace weir::overlay_test

@@ -1,0 +1,71 @@
+// Maps, draws, unmaps.
+#include "elements/tensor_overlay/overlay_video.hpp"
+
+#include "elements/tensor_preprocess/video_picture.hpp"
+
+namespace weir {
+namespace {
+
+Error in_our_words(Error error) {
+  error.what = "tensor_overlay cannot draw into pictures of this format";
+  error.fix = "videoconvert ! tensor_overlay";
+  return error;
+}
+
+// A matrix that is not known: the colours of what is drawn are a little off then.
+GstVideoInfo with_known_matrix(GstVideoInfo video) {
+  switch (video.colorimetry.matrix) {
+    case GST_VIDEO_COLOR_MATRIX_UNKNOWN:
+    case GST_VIDEO_COLOR_MATRIX_BT601:
+    case GST_VIDEO_COLOR_MATRIX_BT709:
+    case GST_VIDEO_COLOR_MATRIX_BT2020:
+      break;
+    default:
+      video.colorimetry.matrix = GST_VIDEO_COLOR_MATRIX_BT709;
+  }
+  return video;
+}
+
+}  // namespace
+
+Status check_drawable(const GstCaps* caps) {
+  if (gst_caps_is_any(caps) || gst_caps_is_empty(caps)) return ok();
+  const GstStructure* first = gst_caps_get_structure(caps, 0);
+  const char* format = gst_structure_get_string(first, "format");
+  if (!format || !gst_structure_has_name(first, "video/x-raw")) return ok();
+  const auto known = preprocess::picture_format(format);
+  if (known) return ok();
+  return in_our_words(known.error());
+}
+
+Result<OverlayVideo> OverlayVideo::make(const GstCaps* caps, std::vector<std::string> names,
+                                        bool show_scores,
+                                        std::shared_ptr<draw::TextPainter> painter) {
+  GstVideoInfo video;
+  if (!gst_video_info_from_caps(&video, caps))
+    return Error{Code::FORMAT_UNSUPPORTED, "the video caps cannot be read", "", "", "", ""};
+  const auto picture = picture_of(with_known_matrix(video));
+  if (!picture) return in_our_words(picture.error());
+  OverlayVideo out(video, *picture);
+  if (painter)
+    out.labels_ = std::make_unique<draw::Labels>(std::move(names), show_scores, std::move(painter),
+                                                 picture->format);
+  return out;
+}
+
+Result<draw::Drawn> OverlayVideo::draw(const draw::Detections& detections, const draw::Style& style,
+                                       GstBuffer* buffer) {
+  MappedPicture mapped;
+  if (auto status = mapped.map(video_, buffer, GST_MAP_READWRITE); !status) return status.error();
+  const PictureSize size = size_of_picture(video_, buffer);
+  picture_.width = size.width;
+  picture_.height = size.height;
+  draw::Planes planes;
+  for (size_t i = 0; i < picture_.format.plane_count(); ++i)
+    planes[i] = {mapped.writable(i), mapped.planes()[i].offset, mapped.planes()[i].stride};
+  auto canvas = draw::Canvas::make(picture_, planes);
+  if (!canvas) return canvas.error();
+  return draw::draw(detections, style, labels_.get(), &*canvas);
+}
+
+}  // namespace weir

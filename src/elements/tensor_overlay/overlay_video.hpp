@@ -1,0 +1,34 @@
+// OverlayVideo: draws results on the video buffers of one stream.
+#pragma once
+#include <gst/video/video.h>
+
+#include <memory>
+
+#include "core/draw/overlay.hpp"
+#include "weir/result.hpp"
+
+namespace weir {
+
+// FORMAT_UNSUPPORTED for caps of a format that is not drawn into.
+Status check_drawable(const GstCaps* caps);
+
+class OverlayVideo {
+ public:
+  // `painter` may be null: then there is no text. FORMAT_UNSUPPORTED.
+  static Result<OverlayVideo> make(const GstCaps* caps, std::vector<std::string> names,
+                                   bool show_scores, std::shared_ptr<draw::TextPainter> painter);
+
+  // `buffer` is writable. Errors: MappedPicture::map(), Canvas::make().
+  Result<draw::Drawn> draw(const draw::Detections& detections, const draw::Style& style,
+                           GstBuffer* buffer);
+
+ private:
+  OverlayVideo(const GstVideoInfo& video, const preprocess::Picture& picture)
+      : video_(video), picture_(picture) {}
+
+  GstVideoInfo video_;
+  preprocess::Picture picture_;
+  std::unique_ptr<draw::Labels> labels_;
+};
+
+}  // namespace weir

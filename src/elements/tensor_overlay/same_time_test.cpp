@@ -1,0 +1,128 @@
+// sync=same-time: pictures that wait for their own results.
+#include <cstring>
+#include <functional>
+#include <thread>
+
+#include "core/tensor/tensor_header.hpp"
+#include "elements/tensor_overlay/overlay_harness.hpp"
+
+namespace weir::overlay_test {
+namespace {
+
+constexpr const char* kLong = "sync=same-time max-wait=86400000000000";
+
+TEST(SameTime, DrawsTheResultsOfTheSameRunningTime) {
+  const Both b(kLong);
+  GstSegment segment;  // 100 s of this stream are 0 s of running time
+  gst_segment_init(&segment, GST_FORMAT_TIME);
+  segment.start = segment.time = 100 * GST_SECOND;
+  gst_harness_push_event(b.results.get(), gst_event_new_segment(&segment));
+  for (const float i : {0.f, 1.f, 2.f})
+    b.bring({i, 0, 8, 6, 1, 0}, (100 + static_cast<GstClockTime>(i)) * GST_SECOND);
+  EXPECT_EQ(b.picture(kSmall, 0), small_with({{0, 0, 8, 6}}));
+  EXPECT_EQ(b.picture(kSmall, 2 * GST_SECOND), small_with({{2, 0, 8, 6}}));
+  EXPECT_EQ(b.stat("results-drawn"), 2u);
+  EXPECT_EQ(b.stat("results-unused"), 1u);
+  b.expect_results_balance();
+}
+
+TEST(SameTime, WaitsForResultsThatAnotherThreadBrings) {
+  const Both b(kLong);
+  std::thread other([&] {
+    for (int i = 0; i < 200; ++i)
+      if (i % 4 != 3) b.bring({float(i % 3), 0, 8, 6, 1, 0}, static_cast<GstClockTime>(i) * 1000);
+    gst_harness_push_event(b.results.get(), gst_event_new_eos());
+  });
+  for (int i = 0; i < 200; ++i) {
+    const auto out = b.picture(kSmall, static_cast<GstClockTime>(i) * 1000);
+    EXPECT_EQ(out, i % 4 == 3 ? Bytes(kSmall) : small_with({{i % 3, 0, 8, 6}})) << i;
+  }
+  other.join();
+  EXPECT_EQ(b.stat("results-drawn"), 150u);
+  EXPECT_EQ(b.stat("results-late"), 0u);
+  EXPECT_EQ(b.stat("pushed"), 200u);
+  b.expect_results_balance();
+}
+
+TEST(SameTime, GoesOnWithoutThemWhenTheyDoNotCome) {
+  const Both b("sync=same-time max-wait=1");
+  EXPECT_EQ(b.picture(kSmall, 0), Bytes(kSmall));
+  EXPECT_EQ(b.stat("results-late"), 1u);
+  b.bring({0, 0, 8, 6, 1, 0}, 0);  // too late
+  EXPECT_EQ(b.picture(kSmall, GST_CLOCK_TIME_NONE), Bytes(kSmall));
+  gst_harness_push_event(b.results.get(), gst_event_new_gap(0, 2 * GST_SECOND));
+  EXPECT_EQ(b.picture(kSmall, GST_SECOND), Bytes(kSmall));
+  EXPECT_EQ(b.stat("results-late"), 1u);  // the gap says that none come
+  EXPECT_EQ(b.stat("results-unused"), 1u);
+  b.expect_results_balance();
+}
+
+TEST(SameTime, WaitsNoMoreWhenResultsEnd) {
+  const Both b(kLong);
+  gst_harness_push_event(b.results.get(), gst_event_new_eos());
+  EXPECT_EQ(b.picture(kSmall, 0), Bytes(kSmall));
+}
+
+// A picture that waits in another thread, and what lets it go.
+void expect_let_go(const std::function<void(const Both&)>& by) {
+  const Both b(kLong);
+  std::thread pictures([&] {
+    EXPECT_EQ(gst_harness_push(b.pictures.get(), timed(frame(Bytes(kSmall)), 0)),
+              GST_FLOW_FLUSHING);
+  });
+  while (b.stat("received") == 0) std::this_thread::yield();
+  by(b);
+  pictures.join();
+}
+
+TEST(SameTime, LetsAWaitingPictureGoWhenTheElementStops) {
+  expect_let_go([](const Both& b) { gst_element_set_state(b.element.get(), GST_STATE_NULL); });
+}
+
+TEST(SameTime, LetsAWaitingPictureGoWhenItIsFlushed) {
+  expect_let_go(
+      [](const Both& b) { gst_harness_push_event(b.pictures.get(), gst_event_new_flush_start()); });
+}
+
+TEST(SameTime, LetsAWaitingPictureGoOnWhenTheResultsAreFlushed) {
+  const Both b(kLong);
+  std::thread pictures([&] { EXPECT_EQ(b.picture(kSmall, 0), Bytes(kSmall)); });
+  while (b.stat("received") == 0) std::this_thread::yield();
+  gst_harness_push_event(b.results.get(), gst_event_new_flush_start());
+  pictures.join();
+  EXPECT_EQ(b.picture(kSmall, 1), Bytes(kSmall));
+  gst_harness_push_event(b.results.get(), gst_event_new_flush_stop(TRUE));
+  GstSegment segment;
+  gst_segment_init(&segment, GST_FORMAT_TIME);
+  gst_harness_push_event(b.results.get(), gst_event_new_segment(&segment));
+  b.bring({0, 0, 8, 6, 1, 0}, 2);
+  EXPECT_EQ(b.picture(kSmall, 2), small_with({{0, 0, 8, 6}}));
+  b.expect_results_balance();
+}
+
+TEST(SameTime, TakesFlexibleStreams) {
+  const Both b(kLong, video("RGB", 8, 6), "other/tensors,format=flexible,framerate=10/1");
+  TensorHeader header;
+  header.spec = {ElementType::Float32, {5, 2}, ""};
+  std::vector<std::byte> bytes(kTensorHeaderBytes + 2 * 20);
+  write_tensor_header(header, std::span(bytes).first<kTensorHeaderBytes>());
+  const float numbers[] = {0, 0, 3, 3, 1, 4, 0, 8, 6, 0.5f};
+  std::memcpy(bytes.data() + kTensorHeaderBytes, numbers, sizeof(numbers));
+  ASSERT_EQ(gst_harness_push(b.results.get(), frame(bytes, 0)), GST_FLOW_OK);
+  EXPECT_EQ(b.picture(kSmall, 0), small_with({{0, 0, 3, 3}, {4, 0, 8, 6}}));
+}
+
+// A harness answers as a live source does.
+GstClockTime latency(const std::string& properties) {
+  const Both b(properties);
+  gst_harness_set_upstream_latency(b.pictures.get(), GST_SECOND);
+  return gst_harness_query_latency(b.pictures.get());
+}
+
+TEST(SameTime, AddsItsWaitToTheLatencyOfLiveStreams) {
+  EXPECT_EQ(latency("sync=same-time max-wait=7"), GST_SECOND + 7);
+  EXPECT_EQ(latency("max-wait=7"), GST_SECOND);
+}
+
+}  // namespace
+}  // namespace weir::overlay_test

@@ -1,0 +1,270 @@
+// tensor_overlay: draws the boxes, key points and labels of one stream on the pictures of another.
+#include <atomic>
+#include <optional>
+
+#include "elements/tensor_overlay/buffer_copies.hpp"
+#include "elements/tensor_overlay/overlay_settings.hpp"
+#include "elements/tensor_overlay/overlay_video.hpp"
+#include "elements/tensor_overlay/results_pad.hpp"
+#include "elements/tensor_overlay/text_painter.hpp"
+#include "elements/tensor_preprocess/video_negotiation.hpp"
+#include "gstcpp/counted_transform.hpp"
+#include "gstcpp/memory_part.hpp"
+#include "gstcpp/tensor_caps.hpp"
+#include "weir/label_file.hpp"
+
+namespace weir {
+namespace {
+
+using gst::Ref;
+
+#define WEIR_OVERLAY_VIDEO                                                                   \
+  "video/x-raw, format=(string){ RGB, BGR, RGBx, BGRx, xRGB, xBGR, RGBA, BGRA, ARGB, ABGR, " \
+  "GRAY8, NV12, I420 }, width=(int)[ 1, 65536 ], height=(int)[ 1, 65536 ], " WEIR_CAPS_RATE
+
+class TensorOverlay : public gst::CountedTransform<TensorOverlay> {
+ public:
+  static constexpr gst::ElementInfo kInfo{
+      "WeirTensorOverlay", "tensor_overlay", "TensorOverlay", "Filter/Editor/Video",
+      "Draws boxes, key points and labels from a stream of tensors on video"};
+  static inline GstStaticPadTemplate kPads[] = {
+      GST_STATIC_PAD_TEMPLATE("sink", GST_PAD_SINK, GST_PAD_ALWAYS,
+                              GST_STATIC_CAPS(WEIR_OVERLAY_VIDEO)),
+      GST_STATIC_PAD_TEMPLATE("src", GST_PAD_SRC, GST_PAD_ALWAYS,
+                              GST_STATIC_CAPS(WEIR_OVERLAY_VIDEO)),
+      GST_STATIC_PAD_TEMPLATE(
+          "results", GST_PAD_SINK, GST_PAD_ALWAYS,
+          GST_STATIC_CAPS(WEIR_CAPS_TENSOR "; " WEIR_CAPS_TENSORS("{ static, flexible }"))),
+  };
+  using Settings = OverlaySettings;
+  static constexpr auto kProperties = kOverlayProperties;
+
+  void constructed() {
+    using Shell = gst::Element<TensorOverlay, gst::BaseTransform>;
+    results_pad_ = gst_pad_new_from_static_template(&kPads[2], "results");
+    gst_pad_set_chain_function(results_pad_, &Shell::chain<&TensorOverlay::results_chain>);
+    gst_pad_set_event_function(results_pad_, &Shell::pad_event<&TensorOverlay::results_event>);
+    // Nothing of it leaves: queries about it end here too.
+    gst_pad_set_iterate_internal_links_function(
+        results_pad_, [](GstPad*, GstObject*) -> GstIterator* { return nullptr; });
+    gst_element_add_pad(element(), results_pad_);
+  }
+
+  Status start() {
+    ledger_.reset();
+    boxes_ = outside_ = below_score_ = pictures_drawn_ = pictures_copied_ = 0;
+    style_changed_ = true;
+    const Settings s = settings();
+    names_.clear();
+    painter_.reset();
+    no_text_.reset();
+    try {
+      if (!s.labels.empty()) names_ = read_label_file("labels", s.labels);
+    } catch (const Failure& failure) {
+      return failure.error();
+    }
+    if (names_.empty() && !s.show_scores) return ok();
+    auto painter = make_text_painter(s.text_size);
+    if (painter)
+      painter_ = *std::move(painter);
+    else if (!names_.empty())
+      return painter.error();
+    else
+      no_text_ = painter.error();
+    return ok();
+  }
+
+  bool stop() {
+    video_.reset();
+    found_.reset();
+    copies_.clear();
+    return true;
+  }
+
+  void property_changed(const char*) { style_changed_ = true; }
+
+  // A picture that waits for its results shall not hold the pads.
+  GstStateChangeReturn change_state(GstStateChange change) {
+    if (change == GST_STATE_CHANGE_READY_TO_PAUSED) {
+      const Settings s = settings();
+      limits_.max_wait = s.max_wait;
+      same_time_ = s.sync == ResultsSync::SameTime;
+      latency_ = same_time_ ? s.max_wait : 0;
+      results_.start(s.sync, s.coordinates);
+    }
+    if (change == GST_STATE_CHANGE_PAUSED_TO_READY) results_.stop();
+    return GST_ELEMENT_CLASS(parent_class())->change_state(element(), change);
+  }
+
+  GstFlowReturn results_chain(GstBuffer* raw) {
+    const auto buffer = Ref<GstBuffer>::adopt(raw);
+    if (const Status status = results_.receive_counted(buffer.get()); !status) {
+      gst::post_error(element(), status.error());
+      return GST_FLOW_ERROR;
+    }
+    return GST_FLOW_OK;
+  }
+
+  gboolean results_event(GstPad*, GstEvent* raw) {
+    const auto event = Ref<GstEvent>::adopt(raw);
+    const Status status = results_.handle(raw);
+    if (!status) gst::post_error(element(), status.error());
+    return status.has_value();
+  }
+
+  Status set_caps(GstCaps* in, GstCaps*) {
+    video_.reset();
+    auto video = OverlayVideo::make(in, names_, settings().show_scores, painter_);
+    if (!video) return video.error();
+    video_ = *std::move(video);
+    return ok();
+  }
+
+  gboolean sink_event(GstEvent* event) {
+    if (GST_EVENT_TYPE(event) == GST_EVENT_FLUSH_START) results_.flush_pictures(true);
+    if (GST_EVENT_TYPE(event) == GST_EVENT_FLUSH_STOP) results_.flush_pictures(false);
+    if (GST_EVENT_TYPE(event) == GST_EVENT_CAPS) {
+      GstCaps* caps = nullptr;
+      gst_event_parse_caps(event, &caps);
+      if (const Status known = check_drawable(caps); !known) {
+        gst_event_unref(event);
+        video_.reset();
+        gst::post_error(element(), known.error());
+        return FALSE;
+      }
+    }
+    return parent_class()->sink_event(self(), event);
+  }
+
+  gboolean query(GstPadDirection direction, GstQuery* query) {
+    const bool sink_side = direction == GST_PAD_SINK;
+    GstCaps* caps = nullptr;
+    // Pads refuse caps without a word: formats that are not taken come to sink_event.
+    if (sink_side && GST_QUERY_TYPE(query) == GST_QUERY_ACCEPT_CAPS) {
+      gst_query_parse_accept_caps(query, &caps);
+      if (!check_drawable(caps)) return gst_query_set_accept_caps_result(query, TRUE), TRUE;
+    }
+    if (!parent_class()->query(self(), direction, query)) return FALSE;
+    if (sink_side && GST_QUERY_TYPE(query) == GST_QUERY_CAPS) {
+      GstCaps* filter = nullptr;
+      gst_query_parse_caps(query, &filter);
+      gst_query_parse_caps_result(query, &caps);
+      const auto all = with_other_formats(sink(), Ref<GstCaps>::share(caps), filter);
+      gst_query_set_caps_result(query, all.get());
+    }
+    if (!sink_side && GST_QUERY_TYPE(query) == GST_QUERY_LATENCY) add_wait(query);
+    return TRUE;
+  }
+
+  // The memory of who shows the pictures can be drawn into.
+  bool propose_allocation(GstQuery*, GstQuery* query) {
+    return gst_pad_peer_query(source(), query);
+  }
+  // Pictures stay in their memory: none is needed for others.
+  gboolean decide_allocation(GstQuery* query) {
+    while (gst_query_get_n_allocation_pools(query) > 0)
+      gst_query_remove_nth_allocation_pool(query, 0);
+    return parent_class()->decide_allocation(self(), query);
+  }
+
+  GstFlowReturn prepare_output_buffer(GstBuffer* in, GstBuffer** out) {
+    *out = in;
+    if (!video_) {
+      ledger_.dropped(DropReason::Error);
+      return GST_FLOW_NOT_NEGOTIATED;
+    }
+    if (style_changed_.exchange(false)) read_style();
+    if (!take_results(in)) {
+      ledger_.dropped(DropReason::Flush);
+      return GST_FLOW_FLUSHING;
+    }
+    if (!found_ || found_->rows.empty() || gst::can_be_written(in)) return GST_FLOW_OK;
+    auto copy = copies_.copy_of(in);
+    if (!copy) return failed(copy.error());
+    ledger_.copied(gst_buffer_get_size(in));
+    ++pictures_copied_;
+    *out = copy->release();
+    return GST_FLOW_OK;
+  }
+
+  GstFlowReturn transform_ip(GstBuffer* buffer) {
+    if (const auto found = std::exchange(found_, nullptr); found && !found->rows.empty()) {
+      if (no_text_ && found->scored) {
+        gst::post_warning(element(), *no_text_);
+        no_text_.reset();
+      }
+      const auto drawn = video_->draw(*found, style_, buffer);
+      if (!drawn) return failed(drawn.error());
+      ++pictures_drawn_;
+      boxes_ += drawn->boxes;
+      outside_ += drawn->outside;
+      below_score_ += drawn->below_score;
+    }
+    ledger_.consumed_and_pushed();
+    return GST_FLOW_OK;
+  }
+
+  void add_stats(GstStructure* stats) const {
+    gst_structure_set(stats, "pictures-drawn", G_TYPE_UINT64, pictures_drawn_.load(),
+                      "pictures-copied", G_TYPE_UINT64, pictures_copied_.load(), "boxes-drawn",
+                      G_TYPE_UINT64, boxes_.load(), "boxes-outside", G_TYPE_UINT64, outside_.load(),
+                      "boxes-below-score", G_TYPE_UINT64, below_score_.load(), nullptr);
+    results_.add_stats(stats);
+  }
+
+  Settings settings_;
+
+ private:
+  GstPad* sink() const { return GST_BASE_TRANSFORM_SINK_PAD(self()); }
+  GstPad* source() const { return GST_BASE_TRANSFORM_SRC_PAD(self()); }
+
+  void read_style() {
+    const Settings s = settings();
+    style_ = {s.line_width, s.point_size, s.min_score};
+    limits_.max_age = s.max_age;
+  }
+
+  // False: the stream is being flushed.
+  bool take_results(GstBuffer* in) {
+    found_.reset();
+    if (same_time_ && !gst_pad_is_linked(results_pad_)) return true;
+    const GstClockTime time = gst::running_time(self()->segment, GST_BUFFER_PTS(in));
+    return results_.take(GST_CLOCK_TIME_IS_VALID(time) ? static_cast<int64_t>(time) : sync::kNoTime,
+                         limits_, &found_);
+  }
+
+  void add_wait(GstQuery* query) const {
+    gboolean live = FALSE;
+    GstClockTime least = 0, most = 0;
+    gst_query_parse_latency(query, &live, &least, &most);
+    const uint64_t wait = latency_;
+    if (!live || wait == 0) return;
+    if (GST_CLOCK_TIME_IS_VALID(most)) most += wait;
+    gst_query_set_latency(query, live, least + wait, most);
+  }
+
+  GstPad* results_pad_ = nullptr;  // the element's
+  ResultsPad results_;
+  bool same_time_ = false;            // changes while nothing streams
+  std::atomic<uint64_t> latency_{0};  // that pictures wait for results, nanoseconds
+  std::vector<std::string> names_;
+  std::shared_ptr<draw::TextPainter> painter_;
+  std::optional<Error> no_text_;  // why scores are not drawn, to be told once
+  std::atomic<bool> style_changed_{true};
+  // Of the streaming thread of the pictures.
+  ResultsPad::Limits limits_;
+  draw::Style style_;
+  std::optional<OverlayVideo> video_;
+  ResultsPad::Results found_;  // for the picture in work
+  BufferCopies copies_;
+  std::atomic<uint64_t> boxes_{0}, outside_{0}, below_score_{0};
+  std::atomic<uint64_t> pictures_drawn_{0}, pictures_copied_{0};
+};
+
+}  // namespace
+
+bool register_tensor_overlay(GstPlugin* plugin) {
+  return TensorOverlay::register_in(plugin);
+}
+
+}  // namespace weir

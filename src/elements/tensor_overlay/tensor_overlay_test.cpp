@@ -1,0 +1,240 @@
+// Which results are drawn on which picture, and into which memory.
+#include <cstring>
+
+#include "elements/tensor_overlay/overlay_harness.hpp"
+#include "gstcpp/tensor_meta.hpp"
+
+namespace weir::overlay_test {
+namespace {
+
+constexpr GstClockTime kTenth = GST_SECOND / 10;
+
+TEST(TensorOverlay, DrawsTheNewestResultsOnEachPicture) {
+  const Both b("");
+  EXPECT_EQ(b.picture(kSmall, 0), Bytes(kSmall));
+  ASSERT_EQ(b.bring({1, 1, 7, 6, 0.5f, 0}, kTenth), GST_FLOW_OK);
+  for (int i = 1; i < 4; ++i) EXPECT_EQ(b.picture(kSmall, i * kTenth), small_with({{1, 1, 7, 6}}));
+  b.bring({0, 0, 3, 3, 0.5f, 2}, 3 * kTenth);
+  b.bring({0, 1, 6, 6, 0.5f, 1}, 4 * kTenth);
+  EXPECT_EQ(b.picture(kSmall, 4 * kTenth), small_with({{0, 1, 6, 6, 1}}));
+  EXPECT_EQ(b.stat("results-drawn"), 2u);
+  EXPECT_EQ(b.stat("results-replaced"), 1u);
+  EXPECT_EQ(b.stat("pictures-drawn"), 4u);
+  EXPECT_EQ(b.stat("boxes-drawn"), 4u);
+  EXPECT_EQ(b.stat("pushed"), 5u);
+  b.expect_results_balance();
+}
+
+TEST(TensorOverlay, LeavesOutWhatIsTooOldOrTooYoung) {
+  const Both b("max-age=100000000");
+  const Bytes drawn = small_with({{1, 1, 7, 6}});
+  b.bring({1, 1, 7, 6, 1, 0}, 5 * kTenth);
+  EXPECT_EQ(b.picture(kSmall, 3 * kTenth), Bytes(kSmall));
+  EXPECT_EQ(b.picture(kSmall, 4 * kTenth), drawn);
+  EXPECT_EQ(b.picture(kSmall, 6 * kTenth), drawn);
+  EXPECT_EQ(b.picture(kSmall, 6 * kTenth + 1), Bytes(kSmall));
+  EXPECT_EQ(b.picture(kSmall, GST_CLOCK_TIME_NONE), drawn);
+  g_object_set(b.element.get(), "max-age", guint64{0}, nullptr);
+  EXPECT_EQ(b.picture(kSmall, 3600 * GST_SECOND), drawn);
+  b.bring({0, 0, 8, 6, 1, 0}, GST_CLOCK_TIME_NONE);
+  g_object_set(b.element.get(), "max-age", guint64{5}, nullptr);
+  EXPECT_EQ(b.picture(kSmall, 4000 * GST_SECOND), small_with({{0, 0, 8, 6}}));
+  EXPECT_EQ(b.picture(kSmall, 4000 * GST_SECOND + 6), Bytes(kSmall));
+  b.expect_results_balance();
+}
+
+TEST(TensorOverlay, KeepsTheLastResultsWhenTheyEnd) {
+  const Both b("");
+  b.bring({1, 1, 7, 6, 1, 0}, 0);
+  gst_harness_push_event(b.results.get(), gst_event_new_eos());
+  EXPECT_EQ(b.picture(kSmall, kTenth), small_with({{1, 1, 7, 6}}));
+  EXPECT_EQ(b.picture(kSmall, GST_SECOND + 1), Bytes(kSmall));
+  EXPECT_EQ(gst_harness_events_in_queue(b.pictures.get()), 3u);
+  gst_harness_push_event(b.pictures.get(), gst_event_new_eos());
+  ASSERT_EQ(gst_harness_events_in_queue(b.pictures.get()), 4u);
+  for (int i = 0; i < 3; ++i) gst_event_unref(gst_harness_pull_event(b.pictures.get()));
+  const auto last = Ref<GstEvent>::adopt(gst_harness_pull_event(b.pictures.get()));
+  EXPECT_EQ(GST_EVENT_TYPE(last.get()), GST_EVENT_EOS);
+}
+
+TEST(TensorOverlay, DrawsIntoThePictureItself) {
+  const Both b("");
+  b.bring({1, 1, 7, 6, 1, 0}, 0);
+  GstBuffer* in = timed(frame(Bytes(kSmall)), 0);
+  ASSERT_EQ(gst_harness_push(b.pictures.get(), in), GST_FLOW_OK);
+  const auto out = Ref<GstBuffer>::adopt(gst_harness_pull(b.pictures.get()));
+  EXPECT_EQ(out.get(), in);
+  EXPECT_EQ(content(out.get()), small_with({{1, 1, 7, 6}}));
+  EXPECT_EQ(b.stat("pictures-copied"), 0u);
+  EXPECT_EQ(b.stat("bytes-copied"), 0u);
+}
+
+TEST(TensorOverlay, CopiesWhatOthersHoldAndCountsIt) {
+  const Both b("");
+  b.bring({1, 1, 7, 6, 1, 0}, 0);
+  const auto check = [&](const Ref<GstBuffer>& kept, GstBuffer* in) {
+    ASSERT_EQ(gst_harness_push(b.pictures.get(), in), GST_FLOW_OK);
+    const auto out = Ref<GstBuffer>::adopt(gst_harness_pull(b.pictures.get()));
+    EXPECT_EQ(content(kept.get()), Bytes(kSmall));
+    EXPECT_EQ(content(out.get()), small_with({{1, 1, 7, 6}}));
+    EXPECT_EQ(GST_BUFFER_PTS(out.get()), kTenth);
+    EXPECT_EQ(GST_BUFFER_DURATION(out.get()), kTenth);
+    EXPECT_TRUE(gst_buffer_get_video_region_of_interest_meta_id(out.get(), 0));
+  };
+  const auto held = Ref<GstBuffer>::adopt(frame(Bytes(kSmall), kTenth, kTenth));
+  gst_buffer_add_video_region_of_interest_meta(held.get(), "a", 0, 0, 1, 1);
+  check(held, gst_buffer_ref(held.get()));
+  check(held, gst_buffer_copy(held.get()));  // another buffer of the same memory
+  Bytes still(kSmall);
+  const auto read_only = Ref<GstBuffer>::adopt(gst_buffer_new_wrapped_full(
+      GST_MEMORY_FLAG_READONLY, still.data(), kSmall, 0, kSmall, nullptr, nullptr));
+  GstBuffer* in = gst_buffer_copy(read_only.get());
+  GST_BUFFER_PTS(in) = GST_BUFFER_DURATION(in) = kTenth;
+  gst_buffer_add_video_region_of_interest_meta(in, "a", 0, 0, 1, 1);
+  check(read_only, in);
+  EXPECT_EQ(b.stat("pictures-copied"), 3u);
+  EXPECT_EQ(b.stat("bytes-copied"), 3 * kSmall);
+}
+
+TEST(TensorOverlay, PassesOnPicturesWithNothingToDraw) {
+  const Both b("");
+  const auto passes = [&] {
+    const auto held = Ref<GstBuffer>::adopt(timed(frame(ramp(kSmall)), 0));
+    gst_harness_push(b.pictures.get(), gst_buffer_ref(held.get()));
+    const auto out = Ref<GstBuffer>::adopt(gst_harness_pull(b.pictures.get()));
+    EXPECT_EQ(out.get(), held.get());
+  };
+  passes();
+  b.bring({0, 0, 0, 0, 0, 0}, 0);
+  passes();
+  EXPECT_EQ(b.stat("bytes-copied"), 0u);
+  EXPECT_EQ(b.stat("rows-nobody"), 1u);
+  EXPECT_EQ(b.stat("results-drawn"), 1u);  // that there is nobody
+  EXPECT_EQ(b.stat("pictures-drawn"), 0u);
+}
+
+TEST(TensorOverlay, DoesWithoutResults) {
+  const Harness h{gst_harness_new_parse("tensor_overlay sync=same-time")};
+  gst_harness_set_src_caps_str(h.get(), video("RGB", 8, 6).c_str());
+  const auto out =
+      Ref<GstBuffer>::adopt(gst_harness_push_and_pull(h.get(), timed(frame(ramp(kSmall)), 0)));
+  EXPECT_EQ(content(out.get()), ramp(kSmall));
+}
+
+TEST(TensorOverlay, TakesOtherSizesAndFormatsWhileItPlays) {
+  const Both b("");
+  b.bring({1, 1, 7, 6, 1, 0}, 0);
+  EXPECT_EQ(b.picture(kSmall, 0), small_with({{1, 1, 7, 6}}));
+  gst_harness_set_src_caps_str(b.pictures.get(), video("GRAY8", 4, 4).c_str());
+  const auto gray =
+      draw::samples_of({*preprocess::picture_format("GRAY8")}, draw::class_color(0))[0];
+  Bytes expected(16, gray);  // columns 1 and 2 are line, 3 is within; row 0 and column 0 are not
+  for (size_t i = 0; i < 4; ++i) expected[i] = expected[4 * i] = 0;
+  expected[15] = 0;
+  EXPECT_EQ(b.picture(16, 0), expected);
+  gst_harness_set_src_caps_str(b.pictures.get(), video("RGB", 8, 6).c_str());
+  EXPECT_EQ(b.picture(kSmall, 0), small_with({{1, 1, 7, 6}}));
+  gst_harness_set_src_caps_str(b.results.get(), floats(4, 2).c_str());
+  b.bring({0, 0, 2, 2, 5, 3, 8, 6}, 0);
+  EXPECT_EQ(b.picture(kSmall, 0), small_with({{0, 0, 2, 2}, {5, 3, 8, 6}}));
+  EXPECT_EQ(b.stat("dropped"), 0u);
+}
+
+TEST(TensorOverlay, TakesPropertiesWhileItPlays) {
+  const Both b("line-width=0 point-size=0", video("RGB", 8, 6), floats(8, 1));
+  b.bring({0, 0, 8, 6, 0.5f, 0, 4, 3}, 0);
+  EXPECT_EQ(b.picture(kSmall, 0), Bytes(kSmall));
+  g_object_set(b.element.get(), "line-width", 2u, nullptr);
+  EXPECT_EQ(b.picture(kSmall, 0), small_with({{0, 0, 8, 6}}));
+  g_object_set(b.element.get(), "line-width", 0u, "point-size", 2u, nullptr);
+  EXPECT_EQ(b.picture(kSmall, 0), small_with({{3, 2, 5, 4}}));
+  g_object_set(b.element.get(), "min-score", 0.6, nullptr);
+  EXPECT_EQ(b.picture(kSmall, 0), Bytes(kSmall));
+  EXPECT_EQ(b.stat("boxes-below-score"), 1u);
+}
+
+TEST(TensorOverlay, ForgetsResultsWhenEitherStreamIsFlushed) {
+  const Both b("");
+  for (const Harness* flushed : {&b.pictures, &b.results}) {
+    b.bring({1, 1, 7, 6, 1, 0}, 0);
+    gst_harness_push_event(flushed->get(), gst_event_new_flush_start());
+    gst_harness_push_event(flushed->get(), gst_event_new_flush_stop(TRUE));
+    GstSegment segment;
+    gst_segment_init(&segment, GST_FORMAT_TIME);
+    gst_harness_push_event(flushed->get(), gst_event_new_segment(&segment));
+    EXPECT_EQ(b.picture(kSmall, 0), Bytes(kSmall));
+    b.bring({1, 1, 7, 6, 1, 0}, 0);
+    EXPECT_EQ(b.picture(kSmall, 0), small_with({{1, 1, 7, 6}}));
+  }
+  EXPECT_EQ(b.stat("results-flushed"), 2u);
+  b.expect_results_balance();
+}
+
+TEST(TensorOverlay, GoesBackFromTheTensorToThePicture) {
+  const Both b("coordinates=tensor");
+  const auto bring = [&](uint32_t width, uint32_t height) {
+    GstBuffer* results = frame<float>({10, 20, 22, 40, 1, 0}, 0);
+    PictureMap map;
+    map.xx = 0.5, map.x0 = -4, map.yy = 0.25, map.y0 = -4;
+    map.source_width = width;
+    map.source_height = height;
+    gst::set_picture_maps(results, {map});
+    return gst_harness_push(b.results.get(), results);
+  };
+  ASSERT_EQ(bring(8, 6), GST_FLOW_OK);
+  EXPECT_EQ(b.picture(kSmall, 0), small_with({{1, 1, 7, 6}}));
+  ASSERT_EQ(bring(16, 6), GST_FLOW_OK);  // the source was twice as wide as this video
+  EXPECT_EQ(b.picture(kSmall, 0), small_with({{1, 1, 4, 6}}));
+}
+
+TEST(TensorOverlay, KeepsToTheRowsOfItsBuffer) {
+  const Both b("", video("RGB", 4, 4));
+  b.bring({0, 0, 4, 4, 1, 0}, 0);
+  GstBuffer* in = timed(frame(Bytes(8 * 6 * 3)), 0);  // a crop, in a picture of 8x6
+  gsize offsets[GST_VIDEO_MAX_PLANES] = {0};
+  gint strides[GST_VIDEO_MAX_PLANES] = {24};
+  gst_buffer_add_video_meta_full(in, GST_VIDEO_FRAME_FLAG_NONE, GST_VIDEO_FORMAT_RGB, 4, 4, 1,
+                                 offsets, strides);
+  EXPECT_EQ(b.pushed(in), small_with({{0, 0, 4, 4}}));
+}
+
+// Random bits as numbers, in every format; memory of exactly the picture's size.
+TEST(TensorOverlay, SurvivesAnyNumbers) {
+  uint32_t state = 7;
+  const auto random = [&state] { return state = state * 1664525u + 1013904223u; };
+  constexpr int kRows = 10000;
+  for (const char* format : {"RGB", "BGRx", "GRAY8", "NV12", "I420"}) {
+    const Both b("line-width=9 point-size=30", video(format, 33, 17), floats(10, kRows));
+    GstVideoInfo info;
+    gst_video_info_set_format(&info, gst_video_format_from_string(format), 33, 17);
+    for (const bool near : {false, true}) {
+      std::vector<float> numbers(10 * kRows);
+      for (float& number : numbers) {
+        const uint32_t bits = random();
+        if (near)
+          number = static_cast<float>(bits % 4000) / 40 - 30;
+        else
+          std::memcpy(&number, &bits, sizeof number);
+      }
+      ASSERT_EQ(b.bring(numbers, 0), GST_FLOW_OK);
+      EXPECT_EQ(b.picture(info.size, 0).size(), info.size);
+    }
+    EXPECT_GT(b.stat("rows-not-finite"), 0u);
+    EXPECT_GT(b.stat("rows-without-area"), 0u);
+    EXPECT_GT(b.stat("boxes-drawn"), 0u);
+    EXPECT_EQ(b.stat("pictures-drawn"), 2u);
+  }
+}
+
+TEST(TensorOverlay, DrawsNoMoreRowsThanItsLimit) {
+  const Both b("", video("RGB", 8, 6), floats(4, 10001));
+  std::vector<float> numbers;
+  for (int i = 0; i < 10001; ++i) numbers.insert(numbers.end(), {0, 0, 1, 1});
+  b.bring(numbers, 0);
+  EXPECT_EQ(b.picture(kSmall, 0), small_with({{0, 0, 1, 1}}));
+  EXPECT_EQ(b.stat("rows-beyond-limit"), 1u);
+  EXPECT_EQ(b.stat("boxes-drawn"), 10000u);
+}
+
+}  // namespace
+}  // namespace weir::overlay_test

@@ -1,0 +1,10 @@
+// The C library's ioctl for the whole test program: GStreamer's allocators call this one.
+#include "elements/tests/dma_buf.hpp"
+
+extern "C" [[gnu::visibility("default")]] int ioctl(int file, unsigned long request, ...) noexcept {
+  va_list arguments;
+  va_start(arguments, request);
+  void* argument = va_arg(arguments, void*);
+  va_end(arguments);
+  return weir::testing_memory::SyncWatch::ioctl(file, request, argument);
+}

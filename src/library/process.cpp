@@ -1,0 +1,8 @@
+// The objects of the process, for GStreamer's plug-in, which contains core a second time.
+#include "process.h"
+
+#include "core/process/process_object.hpp"
+
+void* weir_process_object(const char* name, size_t size, void* (*make)(void)) {
+  return weir::process::local_object(name, size, make);
+}

@@ -1,0 +1,18 @@
+/* Between libweir and the plug-in of the same version; not installed, no interface for anyone else.
+ */
+#ifndef WEIR_LIBRARY_PROCESS_H
+#define WEIR_LIBRARY_PROCESS_H
+#include <stddef.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* weir::process::local_object of the library. */
+__attribute__((visibility("default"))) void* weir_process_object(const char* name, size_t size,
+                                                                 void* (*make)(void));
+
+#ifdef __cplusplus
+}
+#endif
+#endif /* WEIR_LIBRARY_PROCESS_H */

@@ -1,0 +1,96 @@
+// Lowering a graph: operator by operator.
+#include "lowering/lowering.hpp"
+
+#include "lowering/lowered_graph.hpp"
+#include "lowering/lowering_cache.hpp"
+#include "lowering/operators.hpp"
+#include "lowering/sha256.hpp"
+#include "module_host.hpp"
+
+namespace weir::engine {
+namespace {
+
+std::string operator_name(const TfliteGraphOperator& op) {
+  if (!op.custom.empty()) return op.custom;
+  const auto* known = known_operator(op.code);
+  return known ? known->name : "with the number " + std::to_string(op.code);
+}
+
+Status lower_operator(LoweredGraph* graph, const TfliteGraphOperator& op, size_t place) {
+  const std::string where =
+      "the operator " + operator_name(op) + " (number " + std::to_string(place + 1) + ")";
+  const auto* known = op.custom.empty() ? known_operator(op.code) : nullptr;
+  if (!known || !known->lower)
+    return Error{Code::MODEL_UNSUPPORTED,
+                 where + " is not lowered to ONNX Runtime",
+                 "",
+                 "",
+                 "",
+                 "framework=tensorflow-lite without Lowering"};
+  Status status = known->lower(*graph, op);
+  if (status) return status;
+  Error error = status.error();
+  error.offered = error.what + (error.offered.empty() ? "" : ": ") + error.offered;
+  error.what = where + " is not lowered to ONNX Runtime";
+  return error;
+}
+
+std::vector<PortQuantization> ports(const TfliteGraph& graph, const std::vector<int32_t>& indices) {
+  std::vector<PortQuantization> out;
+  for (const int32_t index : indices) {
+    const auto& tensor = graph.tensors[static_cast<size_t>(index)];
+    PortQuantization port;
+    if (tensor.scale.size() == 1) {
+      port.scale = tensor.scale[0];
+      port.zero_point = tensor.zero_point.empty() ? 0 : static_cast<int32_t>(tensor.zero_point[0]);
+    }
+    out.push_back(port);
+  }
+  return out;
+}
+
+Result<std::string> lower_graph(const TfliteGraph& source) {
+  LoweredGraph graph(source);
+  if (auto status = graph.begin(); !status) return status.error();
+  for (size_t i = 0; i < source.operators.size(); ++i)
+    if (auto status = lower_operator(&graph, source.operators[i], i); !status)
+      return status.error();
+  if (auto status = graph.end(); !status) return status.error();
+  return graph.model();
+}
+
+LoweringCache cache_of(std::span<const std::byte> file, const std::string& runtime) {
+  const std::string made_of = "lowering " + std::to_string(kLoweringVersion) + "\nONNX Runtime " +
+                              runtime + "\nfile " + hexadecimal(sha256(file));
+  return LoweringCache(std::as_bytes(std::span(made_of)));
+}
+
+}  // namespace
+
+Result<LoweredModel> lower_tflite(std::span<const std::byte> file,
+                                  const LoweringSettings& settings) {
+  const auto source = read_tflite_graph(file);
+  if (!source) return source.error();
+  LoweredModel out{{}, false, ports(*source, source->inputs), ports(*source, source->outputs)};
+  if (settings.cache) {
+    std::string complaint;
+    const auto cache = cache_of(file, settings.runtime);
+    const auto kept = cache.load(&complaint);
+    if (!complaint.empty())
+      log(WEIR_LOG_WARNING,
+          "the cache of lowered graphs: " + complaint + "; the graph is made anew");
+    if (kept) {
+      out.onnx = *kept;
+      out.cached = true;
+      return out;
+    }
+  }
+  auto graph = lower_graph(*source);
+  if (!graph) return graph.error();
+  out.onnx = *std::move(graph);
+  if (settings.cache && !cache_of(file, settings.runtime).store(out.onnx))
+    log(WEIR_LOG_INFO, "the lowered graph could not be kept in the cache");
+  return out;
+}
+
+}  // namespace weir::engine

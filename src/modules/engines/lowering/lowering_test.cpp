@@ -1,0 +1,79 @@
+// Choosing the lowering: what it takes, what it leaves to TensorFlow Lite, what it refuses.
+#include "lowering/lowering_fixture.hpp"
+
+namespace weir::engine_test {
+namespace {
+
+class Lowering : public LoweringTest {};
+
+TEST_F(Lowering, AnOperatorThatIsNotLoweredStaysWithTensorFlowLiteAndIsNamed) {
+  const auto model = open(tflite_negation().bytes(), kLowered);
+  ASSERT_TRUE(model) << model.error().message();
+  const std::string words = logged();
+  EXPECT_NE(words.find("the operator NEG (number 1) is not lowered"), std::string::npos) << words;
+  EXPECT_NE(words.find("TensorFlow Lite runs it"), std::string::npos) << words;
+  const auto y = (*model)->invoke({make_tensor<float>(WEIR_FLOAT32, {2, 3}, {1, 2, 3, -4, 5, 6})});
+  ASSERT_TRUE(y) << y.error().message();
+  EXPECT_EQ((*y)[0].values<float>(), (std::vector<float>{-1, -2, -3, 4, -5, -6}));
+}
+
+TEST_F(Lowering, IsOffUnlessItIsAskedFor) {
+  for (const auto& options : {Options{}, Options{{"Lowering", "None"}}}) {
+    ASSERT_TRUE(open(tflite_negation().bytes(), options));
+    EXPECT_EQ(logged().find("Lowering"), std::string::npos);
+  }
+}
+
+TEST_F(Lowering, AnotherRunnerIsRefusedInWords) {
+  const auto error = error_of(tflite_negation().bytes(), {{"Lowering", "tvm"}});
+  EXPECT_EQ(error.code, Code::OPTION_VALUE);
+  EXPECT_EQ(error.what, "the option Lowering has a value that cannot be used");
+  EXPECT_EQ(error.offered, "Lowering:tvm");
+  EXPECT_EQ(error.needed, "onnxruntime or None");
+  EXPECT_EQ(error.fix, "custom=Lowering:onnxruntime");
+}
+
+TEST_F(Lowering, WithoutTheOtherEngineItIsAnErrorThatNamesIt) {
+  let_find("onnxruntime", nullptr);
+  const auto error = error_of(tflite_negation().bytes(), kLowered);
+  EXPECT_EQ(error.code, Code::ENGINE_UNKNOWN);
+  EXPECT_EQ(error.offered, "onnxruntime");
+}
+
+TEST_F(Lowering, TheOtherEngineTakesWhatIsLowered) {
+  const auto path = folder_.write("model.tflite", TfliteBuilder()
+                                                      .input("x", kTfInt8, {1, 4})
+                                                      .quantized({{0.5f}, {-10}})
+                                                      .constant<int32_t>("s", kTfInt32, {2}, {4, 1})
+                                                      .output("y", kTfInt8, {4, 1})
+                                                      .quantized({{0.5f}, {-10}})
+                                                      .node(kOpReshape, {"x", "s"}, {"y"})
+                                                      .bytes());
+  const auto model = OpenEngine::open(*other_engine(), path);
+  ASSERT_TRUE(model) << model.error().message();
+  EXPECT_STREQ((*model)->inputs()[0].name, "x");
+  const auto y = (*model)->invoke({make_tensor<int8_t>(WEIR_INT8, {1, 4}, {-128, -1, 0, 127})});
+  ASSERT_TRUE(y) << y.error().message();
+  EXPECT_EQ((*y)[0].values<int8_t>(), (std::vector<int8_t>{-128, -1, 0, 127}));
+}
+
+TEST_F(Lowering, TheOtherEngineRefusesWhatIsNotLoweredAndNamesIt) {
+  const auto path = folder_.write("model.tflite", tflite_negation().bytes());
+  const auto model = OpenEngine::open(*other_engine(), path);
+  ASSERT_FALSE(model);
+  EXPECT_EQ(model.error().code, Code::MODEL_UNSUPPORTED);
+  EXPECT_EQ(model.error().what, "the operator NEG (number 1) is not lowered to ONNX Runtime");
+  EXPECT_EQ(model.error().offered, path);
+  EXPECT_EQ(model.error().fix, "framework=tensorflow-lite");
+}
+
+TEST_F(Lowering, ADamagedFileIsRefusedAsWithoutIt) {
+  auto bytes = tflite_negation().bytes();
+  bytes.resize(bytes.size() / 2);
+  const auto error = error_of(bytes, kLowered);
+  EXPECT_EQ(error.code, Code::MODEL_INVALID);
+  EXPECT_NE(error.offered.find("model.bin"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace weir::engine_test

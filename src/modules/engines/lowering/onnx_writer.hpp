@@ -1,0 +1,53 @@
+// OnnxWriter: an ONNX model written field by field (onnx.proto3 of the ONNX project).
+#pragma once
+#include <cstdint>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace weir::engine {
+
+// Numbers of TensorProto.DataType.
+enum class OnnxElement : int32_t {
+  kFloat = 1,
+  kUint8 = 2,
+  kInt8 = 3,
+  kInt32 = 6,
+  kInt64 = 7,
+  kDouble = 11
+};
+
+// The attributes of one node.
+class OnnxAttributes {
+ public:
+  OnnxAttributes& number(std::string_view name, int64_t value);
+  OnnxAttributes& numbers(std::string_view name, std::span<const int64_t> values);
+  OnnxAttributes& text(std::string_view name, std::string_view value);
+  const std::string& bytes() const noexcept { return bytes_; }
+
+ private:
+  std::string bytes_;
+};
+
+class OnnxWriter {
+ public:
+  void input(std::string_view name, OnnxElement type, std::span<const int64_t> shape);
+  void output(std::string_view name, OnnxElement type, std::span<const int64_t> shape);
+  // "" as an input is one that is left out; the domain "" is ONNX's own.
+  void node(std::string_view op, std::string_view domain, std::span<const std::string> inputs,
+            std::string_view output, const OnnxAttributes& attributes = {});
+  // `data`: the elements, little-endian.
+  void constant(std::string_view name, OnnxElement type, std::span<const int64_t> shape,
+                std::string_view data);
+  void metadata(std::string_view key, std::string_view value);
+
+  // The whole model.
+  std::string model() const;
+
+ private:
+  std::string graph_;     // nodes, constants, inputs and outputs, as fields of GraphProto
+  std::string metadata_;  // as fields of ModelProto
+};
+
+}  // namespace weir::engine

@@ -1,0 +1,56 @@
+// The operators that are lowered, each by a function that adds its nodes to the graph.
+#pragma once
+#include "lowering/lowered_graph.hpp"
+
+namespace weir::engine {
+
+// MODEL_UNSUPPORTED, its `offered` saying what of the operator is not lowered.
+using LowerOperator = Status (*)(LoweredGraph&, const TfliteGraphOperator&);
+
+struct KnownOperator {
+  int32_t code;  // BuiltinOperator
+  const char* name;
+  LowerOperator lower;  // null: not lowered
+};
+// Null for a number that has no name here.
+const KnownOperator* known_operator(int32_t code);
+
+// Of convolutions.cpp.
+Status lower_convolution(LoweredGraph& graph, const TfliteGraphOperator& op);
+Status lower_depthwise_convolution(LoweredGraph& graph, const TfliteGraphOperator& op);
+Status lower_transposed_convolution(LoweredGraph& graph, const TfliteGraphOperator& op);
+Status lower_fully_connected(LoweredGraph& graph, const TfliteGraphOperator& op);
+// Of pools.cpp.
+Status lower_average_pool(LoweredGraph& graph, const TfliteGraphOperator& op);
+Status lower_max_pool(LoweredGraph& graph, const TfliteGraphOperator& op);
+// Of elementwise.cpp.
+Status lower_add(LoweredGraph& graph, const TfliteGraphOperator& op);
+Status lower_multiply(LoweredGraph& graph, const TfliteGraphOperator& op);
+Status lower_logistic(LoweredGraph& graph, const TfliteGraphOperator& op);
+Status lower_softmax(LoweredGraph& graph, const TfliteGraphOperator& op);
+Status lower_quantize(LoweredGraph& graph, const TfliteGraphOperator& op);
+Status lower_dequantize(LoweredGraph& graph, const TfliteGraphOperator& op);
+// Of differences.cpp.
+Status lower_subtract(LoweredGraph& graph, const TfliteGraphOperator& op);
+// Of moves.cpp: values are moved, not computed.
+Status lower_reshape(LoweredGraph& graph, const TfliteGraphOperator& op);
+Status lower_concatenation(LoweredGraph& graph, const TfliteGraphOperator& op);
+Status lower_pad(LoweredGraph& graph, const TfliteGraphOperator& op);
+Status lower_strided_slice(LoweredGraph& graph, const TfliteGraphOperator& op);
+Status lower_nearest_neighbour(LoweredGraph& graph, const TfliteGraphOperator& op);
+Status lower_bilinear(LoweredGraph& graph, const TfliteGraphOperator& op);
+// Of picks.cpp.
+Status lower_gather(LoweredGraph& graph, const TfliteGraphOperator& op);
+Status lower_gather_nd(LoweredGraph& graph, const TfliteGraphOperator& op);
+Status lower_pack(LoweredGraph& graph, const TfliteGraphOperator& op);
+Status lower_unpack(LoweredGraph& graph, const TfliteGraphOperator& op);
+// Of numbers.cpp.
+Status lower_arg_max(LoweredGraph& graph, const TfliteGraphOperator& op);
+Status lower_cast(LoweredGraph& graph, const TfliteGraphOperator& op);
+Status lower_divide(LoweredGraph& graph, const TfliteGraphOperator& op);
+Status lower_floor_divide(LoweredGraph& graph, const TfliteGraphOperator& op);
+Status lower_square_root(LoweredGraph& graph, const TfliteGraphOperator& op);
+// ADD, MUL and the like of numbers that are not quantised.
+Status plain_binary(LoweredGraph& graph, const TfliteGraphOperator& op, std::string_view name);
+
+}  // namespace weir::engine

@@ -1,0 +1,33 @@
+// The module of the engine Lua.
+#include "engine_table.hpp"
+#include "lua/lua_model.hpp"
+#include "lua/lua_runner.hpp"
+
+namespace weir::engine {
+namespace {
+
+struct LuaEngine {
+  static constexpr const char *kName = "lua", *kAliases = "", *kEndings = "lua", *kLibrary = "Lua";
+  static constexpr uint64_t kFlags = WEIR_ENGINE_MODEL_IS_NO_FILE;  // it may be the script itself
+  static constexpr const char* kOptions = R"([
+    {"name": "Libraries", "type": "text", "default": "",
+     "help": "of io, os, package, debug, jit, ffi, with + between them: what the script gets besides"},
+    {"name": "MemoryLimit", "type": "integer", "default": "256",
+     "help": "MiB that Lua may allocate for one worker"}])";
+  using Model = LuaModel;
+  using Session = LuaRunner;
+
+  static int probe(const std::string& path, std::span<const unsigned char> head) {
+    return lua_score(path, head);
+  }
+  static std::optional<LibraryFacts> library() {
+    const auto api = LuaApi::instance();
+    if (!api) return std::nullopt;
+    return LibraryFacts{(*api)->path, "LuaJIT 2.1"};
+  }
+};
+
+}  // namespace
+}  // namespace weir::engine
+
+WEIR_ENGINE_MODULE(weir::engine::LuaEngine)

@@ -1,0 +1,137 @@
+// Opening a script.
+#include "lua/lua_model.hpp"
+
+#include <algorithm>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+
+#include "model_bytes.hpp"
+#include "module_host.hpp"
+#include "tensor_check.hpp"
+
+namespace weir::engine {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr char kSourceName[] = "model";  // "model:3: ..." in messages
+
+struct Source {
+  std::string text, name;
+};
+
+// model= as the user wrote it, but for blanks beside commas.
+std::string joined(const weir_open& request) {
+  std::string out;
+  for (uint32_t i = 0; request.paths && i < request.n_models; ++i)
+    out += (i > 0 ? "," : "") + std::string(request.paths[i] ? request.paths[i] : "");
+  return out;
+}
+
+// A script assigns tables: what assigns nothing was meant as the name of a file.
+bool looks_like_a_path(const std::string& text) {
+  return text.find('=') == std::string::npos && text.find('\n') == std::string::npos;
+}
+
+Result<Source> read_source(const weir_open& request) {
+  const std::string text = joined(request);
+  std::error_code failed;
+  const bool file = request.n_models == 1 && fs::exists(text, failed);
+  if (!file && request.n_models > 0) {
+    if (looks_like_a_path(text))
+      return Error{Code::MODEL_NOT_FOUND,
+                   "the script is not there",
+                   text,
+                   "a file with Lua's source text, or the text itself",
+                   "",
+                   "model=/path/to/script.lua"};
+    return Source{text, kSourceName};
+  }
+  const auto model = read_model(request);
+  if (!model) return model.error();
+  const auto* bytes = reinterpret_cast<const char*>(model->bytes.data());
+  return Source{{bytes, model->bytes.size()},
+                model->path.empty() ? std::string(kSourceName) : model->path};
+}
+
+bool same_tensors(const std::vector<weir_tensor_info>& a, const std::vector<weir_tensor_info>& b) {
+  return std::equal(a.begin(), a.end(), b.begin(), b.end(), [](const auto& x, const auto& y) {
+    return x.type == y.type && x.rank == y.rank && std::equal(x.shape, x.shape + x.rank, y.shape);
+  });
+}
+
+}  // namespace
+
+Result<std::unique_ptr<LuaModel>> LuaModel::open(const weir_open& request) {
+  const auto api = LuaApi::instance();
+  if (!api) return api.error();
+  const auto options = LuaOptions::read(request);
+  if (!options) return options.error();
+  auto source = read_source(request);
+  if (!source) return source.error();
+  std::unique_ptr<LuaModel> model(new LuaModel(**api));
+  model->options_ = *options;
+  model->text_ = std::move(source->text);
+  model->name_ = std::move(source->name);
+  auto state = model->new_state(&model->tensors_);
+  if (!state) return state.error();
+  model->state_bytes_ = (*state)->bytes();
+  model->first_ = *std::move(state);
+  model->metadata_ =
+      nlohmann::json{{"language", "Lua"}, {"libraries", model->options_.libraries}}.dump();
+  return model;
+}
+
+Result<std::unique_ptr<LuaState>> LuaModel::new_state(ScriptTensors* tensors) const {
+  auto state = LuaState::create(api_, options_);
+  if (!state) return state.error();
+  if (auto status = (*state)->run(text_, name_); !status) return status.error();
+  auto described = (*state)->describe();
+  if (!described) {
+    Error error = described.error();
+    error.offered = name_ + ": " + error.offered;
+    return error;
+  }
+  *tensors = *std::move(described);
+  return state;
+}
+
+Result<std::unique_ptr<LuaState>> LuaModel::state() const {
+  {
+    const std::lock_guard lock(mutex_);
+    if (first_) return std::move(first_);
+  }
+  ScriptTensors tensors;
+  auto out = new_state(&tensors);
+  if (!out) return out.error();
+  if (!same_tensors(tensors.inputs, inputs()) || !same_tensors(tensors.outputs, outputs()))
+    return Error{Code::MODEL_INVALID,
+                 "the script names other tensors each time it runs",
+                 engine::describe(tensors.inputs) + " -> " + engine::describe(tensors.outputs),
+                 engine::describe(inputs()) + " -> " + engine::describe(outputs()),
+                 "",
+                 ""};
+  return out;
+}
+
+void LuaModel::describe(weir_model_info* info) const {
+  info->n_inputs = static_cast<uint32_t>(inputs().size());
+  info->n_outputs = static_cast<uint32_t>(outputs().size());
+  info->inputs = inputs().data();
+  info->outputs = outputs().data();
+  info->alignment = sizeof(double);
+  info->memory_kinds = uint64_t{1} << WEIR_MEMORY_HOST;
+  info->max_sessions = 0;  // as many as wanted
+  info->max_in_flight = info->preferred_batch = 1;
+  info->weight_bytes = state_bytes_;
+  info->metadata_json = metadata_.c_str();
+}
+
+int lua_score(const std::string& path, std::span<const unsigned char> head) {
+  constexpr int kByName = 80, kByTable = 60;
+  if (path.ends_with(".lua")) return kByName;
+  const std::string_view text(reinterpret_cast<const char*>(head.data()), head.size());
+  return text.find("inputTensorsInfo") == text.npos ? 0 : kByTable;
+}
+
+}  // namespace weir::engine

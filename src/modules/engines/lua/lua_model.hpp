@@ -1,0 +1,44 @@
+// LuaModel: a script that has run once, with the tensors that its tables name.
+#pragma once
+#include <memory>
+#include <mutex>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "lua/lua_state.hpp"
+
+namespace weir::engine {
+
+class LuaModel {
+ public:
+  // The file that model= names; or, where there is none, what model= says as the source itself.
+  static Result<std::unique_ptr<LuaModel>> open(const weir_open& request);
+  LuaModel(const LuaModel&) = delete;
+  LuaModel& operator=(const LuaModel&) = delete;
+
+  void describe(weir_model_info* info) const;
+  const std::vector<weir_tensor_info>& inputs() const noexcept { return tensors_.inputs; }
+  const std::vector<weir_tensor_info>& outputs() const noexcept { return tensors_.outputs; }
+  // A state in which the script has run, with these tensors; thread-safe. MODEL_INVALID when it
+  // names others than at first.
+  Result<std::unique_ptr<LuaState>> state() const;
+
+ private:
+  explicit LuaModel(const LuaApi& api) : api_(api) {}
+  Result<std::unique_ptr<LuaState>> new_state(ScriptTensors* tensors) const;
+
+  const LuaApi& api_;
+  LuaOptions options_;
+  std::string text_, name_;
+  ScriptTensors tensors_;
+  uint64_t state_bytes_ = 0;
+  mutable std::mutex mutex_;                 // guards first_
+  mutable std::unique_ptr<LuaState> first_;  // the state that told the tensors, until it is taken
+  std::string metadata_;
+};
+
+// 0 to 100: how surely this is a script of this engine.
+int lua_score(const std::string& path, std::span<const unsigned char> head);
+
+}  // namespace weir::engine

@@ -1,0 +1,71 @@
+// Reading custom=.
+#include "lua/lua_options.hpp"
+
+#include <algorithm>
+
+#include "engine_options.hpp"
+
+namespace weir::engine {
+namespace {
+
+constexpr int kMostMebibytes = 1 << 20;
+
+std::string joined(const std::vector<std::string>& words) {
+  std::string out;
+  for (const auto& word : words) out += (out.empty() ? "" : ", ") + word;
+  return out;
+}
+
+// "io+os"; also with blanks or semicolons, for commas are between options.
+Result<std::vector<std::string>> read_libraries(std::string_view text) {
+  std::vector<std::string> out;
+  const auto& known = withheld_libraries();
+  while (!text.empty()) {
+    const size_t end = std::min(text.find_first_of("+; "), text.size());
+    const std::string name(text.substr(0, end));
+    text.remove_prefix(std::min(end + 1, text.size()));
+    if (name.empty()) continue;
+    if (std::find(known.begin(), known.end(), name) == known.end())
+      return Error{Code::OPTION_VALUE,
+                   "the option Libraries names a library that there is not",
+                   name,
+                   "of " + joined(known) + ", with + between them",
+                   "",
+                   "custom=Libraries:io+os"};
+    out.push_back(name);
+  }
+  return out;
+}
+
+}  // namespace
+
+const std::vector<std::string>& withheld_libraries() {
+  static const std::vector<std::string> names{"io", "os", "package", "debug", "jit", "ffi"};
+  return names;
+}
+
+bool LuaOptions::opens(const char* library) const {
+  return std::find(libraries.begin(), libraries.end(), library) != libraries.end();
+}
+
+Result<LuaOptions> LuaOptions::read(const weir_open& request) {
+  LuaOptions out;
+  for (uint32_t i = 0; request.options && i < request.n_options; ++i) {
+    const auto key = text_or_empty(request.options[i].key);
+    const auto value = text_or_empty(request.options[i].value);
+    if (same_word(key, "Libraries")) {
+      auto libraries = read_libraries(value);
+      if (!libraries) return libraries.error();
+      out.libraries = *std::move(libraries);
+    } else if (same_word(key, "MemoryLimit")) {
+      const auto limit = number_option(key, value, 1);
+      if (!limit) return limit.error();
+      out.memory_limit = static_cast<uint64_t>(std::min(*limit, kMostMebibytes));
+    } else {
+      warn_unknown_option(key, "Libraries, MemoryLimit");
+    }
+  }
+  return out;
+}
+
+}  // namespace weir::engine

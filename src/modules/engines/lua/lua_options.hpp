@@ -1,0 +1,24 @@
+// What custom= says to the engine Lua.
+#pragma once
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "weir/abi.h"
+#include "weir/result.hpp"
+
+namespace weir::engine {
+
+struct LuaOptions {
+  std::vector<std::string> libraries;  // that scripts get besides the harmless ones
+  uint64_t memory_limit = 256;         // MiB of Lua's own memory, for each session
+
+  // OPTION_VALUE for values that cannot be used; a warning in the log for unknown keys.
+  static Result<LuaOptions> read(const weir_open& request);
+  bool opens(const char* library) const;
+};
+
+// What has to be asked for, "io" and so on.
+const std::vector<std::string>& withheld_libraries();
+
+}  // namespace weir::engine

@@ -1,0 +1,80 @@
+// Frames into slots, and the script's function called.
+#include "lua/lua_runner.hpp"
+
+#include <algorithm>
+#include <cstring>
+
+#include "module_host.hpp"
+#include "tensor_check.hpp"
+
+namespace weir::engine {
+namespace {
+
+void fill(TensorSlot* slot, const weir_tensor& tensor, bool shared) {
+  slot->data = tensor.data;
+  slot->bytes = tensor.bytes;
+  slot->shared = shared ? 1 : 0;
+}
+
+}  // namespace
+
+Result<std::unique_ptr<LuaRunner>> LuaRunner::create(const LuaModel& model,
+                                                     std::span<const weir_option>) {
+  std::unique_ptr<LuaRunner> out(new LuaRunner(model));
+  if (auto status = out->start(); !status) return status.error();
+  return out;
+}
+
+Status LuaRunner::start() {
+  auto state = model_.state();
+  if (!state) return state.error();
+  if (auto status = (*state)->bind(&inputs_, &outputs_); !status) return status;
+  state_ = *std::move(state);
+  return ok();
+}
+
+Status LuaRunner::resolve(std::span<const weir_tensor_info> in, std::span<weir_tensor_info> out) {
+  if (auto status = check_infos(model_.inputs(), in, "input"); !status) return status;
+  if (auto status = check_count(model_.outputs(), out.size(), "output"); !status) return status;
+  std::copy(model_.outputs().begin(), model_.outputs().end(), out.begin());
+  return ok();
+}
+
+Status LuaRunner::take_inputs(const weir_frame& in) {
+  const auto tensors = tensors_of(in);
+  if (auto status = check_inputs(model_.inputs(), tensors); !status) return status;
+  for (size_t i = 0; i < tensors.size(); ++i) fill(&inputs_[i], tensors[i], true);
+  return ok();
+}
+
+Status LuaRunner::take_outputs(weir_frame& out) {
+  const auto tensors = tensors_of(out);
+  if (auto status = check_count(model_.outputs(), tensors.size(), "output"); !status) return status;
+  for (size_t i = 0; i < tensors.size(); ++i) {
+    const auto& info = model_.outputs()[i];
+    if (!tensors[i].data) weir::allocate(&tensors[i], info, *tensor_bytes(info));
+    tensors[i].info = info;
+    if (auto status = check_memory(tensors[i], i, "output"); !status) return status;
+    std::memset(tensors[i].data, 0, tensors[i].bytes);
+    fill(&outputs_[i], tensors[i], false);
+  }
+  return ok();
+}
+
+void LuaRunner::let_go() noexcept {
+  for (auto* slots : {&inputs_, &outputs_})
+    for (auto& slot : *slots) {
+      slot.data = nullptr;
+      slot.shared = 0;
+    }
+}
+
+Status LuaRunner::invoke(const weir_frame& in, weir_frame& out) {
+  Status status = take_inputs(in);
+  if (status) status = take_outputs(out);
+  if (status) status = state_->invoke();
+  let_go();
+  return status;
+}
+
+}  // namespace weir::engine

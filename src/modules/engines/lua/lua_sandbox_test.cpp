@@ -1,0 +1,109 @@
+// What scripts cannot reach unless it is given to them.
+#include <fstream>
+
+#include "lua/lua_test_support.hpp"
+
+namespace weir::engine_test {
+namespace {
+
+class LuaSandbox : public LuaTest {};
+
+TEST_F(LuaSandbox, WithholdsLibrariesAndNamesTheOptionThatGivesThem) {
+  for (const char* use : {"io.open('x')", "os.exit(1)", "debug.getupvalue(print, 1)", "jit.off()",
+                          "ffi.cdef('int x')", "package.loaded.x = 1"}) {
+    const Error error = failure(use);
+    EXPECT_EQ(error.code, Code::INVOKE_FAILED) << use;
+    const std::string name = std::string(use).substr(0, std::string(use).find('.'));
+    EXPECT_SAYS(error.message(), "global '" + name + "' (a nil value)");
+    EXPECT_SAYS(error.message(), "fix: custom=Libraries:" + name);
+  }
+  EXPECT_SAYS(failure("require('ffi')").message(), "fix: custom=Libraries:package");
+}
+
+TEST_F(LuaSandbox, NoFunctionReadsFilesOrByteCode) {
+  EXPECT_EQ(result("y[1] = (dofile or loadfile or string.dump or newproxy) and 0 or 1"),
+            (std::vector<float>{1, 0, 0, 0}));
+  for (const char* load : {"load('\\27LJ\\2')", "loadstring('\\27LJ\\2')",
+                           "load('\\27LJ\\2', 'x', 'b')", "load('\\27LJ\\2', 'x', 'bt', {})",
+                           "load(function() local s = code  code = nil  return s end)"})
+    EXPECT_EQ(result("code = '\\27LJ\\2'  local f, why = " + std::string(load) +
+                     "  y[1] = not f and why:find('wrong mode') and 1 or 0")[0],
+              1)
+        << load;
+}
+
+TEST_F(LuaSandbox, LoadsText) {
+  EXPECT_EQ(result(R"lua(
+    y[1] = load('return 2 + 3')()
+    y[2] = loadstring('return ...')(7)
+    y[3] = load('return z', 'chunk', 't', {z = 9})()
+    y[4] = select(2, load('x x', '=here')):find('^here:1:')
+  )lua"),
+            (std::vector<float>{5, 7, 9, 1}));
+}
+
+// Each ends with true where the script got hold of something.
+TEST_F(LuaSandbox, KeepsFfiOutOfReach) {
+  for (const char* way : {
+           "type(getmetatable(x)) == 'table'",
+           "pcall(setmetatable, x, {})",
+           "pcall(function() return x.__index end)",
+           "pcall(function() return x.data end)",
+           "pcall(function() return x + 1 end)",
+           "pcall(function() return x() end)",
+           "pcall(function() return x.x.x end)",
+           "rawget(_G, 'ffi') ~= nil",
+           "getfenv(input_tensor).ffi ~= nil",
+           "getfenv(getfenv(0).load).ffi ~= nil",
+           "pcall(getfenv(0).require or error, 'ffi')",
+           "(function() for _, f in pairs(_G) do if type(f) == 'function' and f ~= _G.pcall and "
+           "pcall(getfenv, f) and getfenv(f).ffi then return true end end end)()",
+           "(function() for i = 0, 9 do local good, e = pcall(getfenv, i) if good and e.ffi then "
+           "return true end end end)()",
+           "pcall(function() return (1LL)[0] end)",
+           "type(getmetatable(1LL)) == 'table'",
+       })
+    EXPECT_EQ(result("y[1] = (" + std::string(way) + ") and 1 or 2")[0], 2) << way;
+}
+
+// What a script puts in the place of library functions does not run with our closures.
+TEST_F(LuaSandbox, ReplacedFunctionsAreNotOurs) {
+  EXPECT_EQ(result(R"lua(
+    local seen = 0
+    local function spy(...) seen = seen + select('#', ...)  return 1 end
+    for _, name in ipairs({'error', 'type', 'tostring', 'tonumber', 'rawget', 'pcall'}) do
+      _G[name] = spy
+    end
+    math.floor, string.format = spy, spy
+    y[1] = x[2]
+    y[2] = '7'
+    y[3] = seen
+  )lua"),
+            (std::vector<float>{2, 7, 0, 0}));
+}
+
+TEST_F(LuaSandbox, GivesLibrariesThatAreAskedFor) {
+  const auto path = folder_.path("written.txt");
+  EXPECT_EQ(result("local f = io.open('" + path +
+                       "', 'w')  f:write('hello')  f:close()  y[1] = os.time()",
+                   {{"Libraries", "io+os"}})
+                .size(),
+            4u);
+  std::string word;
+  std::ifstream(path) >> word;
+  EXPECT_EQ(word, "hello");
+  EXPECT_EQ(result("y[1] = ffi.sizeof('int64_t')  y[2] = jit and 1 or 2", {{"Libraries", "ffi"}}),
+            (std::vector<float>{8, 2, 0, 0}));
+  EXPECT_EQ(result("y[1] = jit.status() and 1 or 2", {{"Libraries", "jit"}})[0], 1);
+  EXPECT_EQ(result("y[1] = debug.getinfo(1).currentline", {{"libraries", "debug io"}})[0], 5);
+}
+
+TEST_F(LuaSandbox, PackagesGetNoFfiUnlessItIsAskedForToo) {
+  EXPECT_EQ(result("y[1] = package.loaded.ffi == nil and not pcall(require, 'ffi') and 1 or 2",
+                   {{"Libraries", "package"}})[0],
+            1);
+  EXPECT_EQ(result("y[1] = require('ffi').sizeof('int')", {{"Libraries", "package+ffi"}})[0], 4);
+}
+
+}  // namespace
+}  // namespace weir::engine_test

@@ -1,0 +1,284 @@
+// Calling Lua. What may raise an error of Lua runs in a protected call, in functions that own
+// nothing: such an error leaves them by a jump.
+#include "lua/lua_state.hpp"
+
+#include <algorithm>
+#include <cstdlib>
+#include <cstring>
+
+#include "lua/half_float.hpp"
+#include "lua/prelude.hpp"
+
+namespace weir::engine {
+namespace {
+
+// Set before the first state is made: functions that Lua calls get at it no other way.
+const LuaApi* lua = nullptr;
+
+constexpr ptrdiff_t kMebibyte = 1 << 20;
+
+// ---- What the script's side calls ------------------------------------------------------------
+
+float read_half(uint16_t half) noexcept {
+  return half_to_float(half);
+}
+uint16_t write_half(float value) noexcept {
+  return float_to_half(value);
+}
+// 0 when memory ran out.
+int unshare(void* given) noexcept {
+  auto& slot = *static_cast<TensorSlot*>(given);
+  try {
+    slot.own.resize(slot.bytes);
+  } catch (const std::exception&) {
+    return 0;
+  }
+  if (slot.bytes > 0) std::memcpy(slot.own.data(), slot.data, slot.bytes);
+  slot.data = slot.own.data();
+  slot.shared = 0;
+  return 1;
+}
+
+int add_traceback(lua_State* state) {
+  const bool text = lua->lua_type(state, 1) == kLuaString;
+  if (!text) lua->lua_pushstring(state, "the error is no text");
+  lua->luaL_traceback(state, state, lua->lua_tolstring(state, text ? 1 : -1, nullptr), 1);
+  return 1;
+}
+
+template <class Function>
+void push_address(lua_State* state, Function* function) {
+  lua->lua_pushlightuserdata(state, reinterpret_cast<void*>(function));
+}
+
+void open_library(lua_State* state, const char* name, LuaFunction open, int results) {
+  lua->lua_pushcclosure(state, open, 0);
+  lua->lua_pushstring(state, name);
+  lua->lua_call(state, 1, results);
+}
+
+// ---- Messages --------------------------------------------------------------------------------
+
+// Lines of ours, and what stands above every script.
+bool tells_nothing(std::string_view line) {
+  return line.starts_with("\tweir:") || line.starts_with("\t[C]: in ?");
+}
+
+std::string for_people(std::string_view text) {
+  std::string out;
+  while (!text.empty()) {
+    const size_t end = std::min(text.find('\n'), text.size());
+    const auto line = text.substr(0, end);
+    text.remove_prefix(std::min(end + 1, text.size()));
+    if (tells_nothing(line)) continue;
+    out += out.empty() ? "" : "\n    ";
+    out += line.starts_with('\t') ? "  " + std::string(line.substr(1)) : std::string(line);
+  }
+  constexpr std::string_view kEmptyTrace = "\n    stack traceback:";
+  if (out.ends_with(kEmptyTrace)) out.resize(out.size() - kEmptyTrace.size());
+  return out;
+}
+
+// The line that mends it, where the message shows one.
+std::string fix_for(const std::string& message, const LuaOptions& options, int status) {
+  if (status == kLuaOutOfMemory || message.find("not enough memory") != message.npos)
+    return "custom=MemoryLimit:" + std::to_string(options.memory_limit * 2);
+  for (const auto& library : withheld_libraries()) {
+    const bool loads = library == "package" && message.find("global 'require'") != message.npos;
+    if (!options.opens(library.c_str()) &&
+        (loads || message.find("global '" + library + "' (a nil value)") != message.npos))
+      return "custom=Libraries:" + library + ", where the script may be trusted with it";
+  }
+  return "";
+}
+
+bool is_byte_code(std::string_view text) {
+  return text.starts_with('\x1B');
+}
+
+Error byte_code(const std::string& name) {
+  return {Code::MODEL_INVALID,
+          "byte code of Lua is not run, for it can do anything",
+          name,
+          "the script's source text",
+          "",
+          "model=SCRIPT.lua"};
+}
+
+}  // namespace
+
+// ---- The state -------------------------------------------------------------------------------
+
+void* LuaState::within_budget(void* given, void* block, size_t old_bytes, size_t bytes) {
+  auto& budget = *static_cast<Budget*>(given);
+  const ptrdiff_t more = static_cast<ptrdiff_t>(bytes) - static_cast<ptrdiff_t>(old_bytes);
+  if (more > 0 && budget.used + more > budget.limit) return nullptr;
+  void* result = budget.allocate(budget.data, block, old_bytes, bytes);
+  if (result || bytes == 0) budget.used += more;
+  return result;
+}
+
+Result<std::unique_ptr<LuaState>> LuaState::create(const LuaApi& api, const LuaOptions& options) {
+  lua = &api;
+  std::unique_ptr<LuaState> out(new LuaState(api, options));
+  out->state_ = api.luaL_newstate();
+  if (!out->state_)
+    return Error{Code::OUT_OF_MEMORY, "LuaJIT has no memory for another script", "", "", "", ""};
+  auto& budget = out->budget_;
+  budget.limit = static_cast<ptrdiff_t>(options.memory_limit) * kMebibyte;
+  budget.allocate = api.lua_getallocf(out->state_, &budget.data);
+  api.lua_setallocf(out->state_, within_budget, &budget);
+  if (const int status = api.lua_cpcall(out->state_, prepare, out.get()))
+    return out->failure(Code::INTERNAL, "a script cannot be prepared", status);
+  return out;
+}
+
+LuaState::~LuaState() {
+  if (!state_) return;
+  // Its own allocator gives all memory back at once.
+  api_.lua_setallocf(state_, budget_.allocate, budget_.data);
+  api_.lua_close(state_);
+}
+
+int LuaState::prepare(lua_State* state) {
+  auto& self = *static_cast<LuaState*>(lua->lua_touserdata(state, 1));
+  const struct {
+    const char* name;
+    LuaFunction open;
+    bool given;
+  } libraries[] = {
+      {"", lua->luaopen_base, true},
+      {"table", lua->luaopen_table, true},
+      {"string", lua->luaopen_string, true},
+      {"math", lua->luaopen_math, true},
+      {"bit", lua->luaopen_bit, true},
+      {"jit", lua->luaopen_jit, true},  // starts the compiler
+      {"io", lua->luaopen_io, self.options_.opens("io")},
+      {"os", lua->luaopen_os, self.options_.opens("os")},
+      {"debug", lua->luaopen_debug, self.options_.opens("debug")},
+      {"package", lua->luaopen_package, self.options_.opens("package")},
+  };
+  for (const auto& library : libraries)
+    if (library.given) open_library(state, library.name, library.open, 0);
+  lua->luaL_loadbufferx(state, kPrelude, std::strlen(kPrelude), "=weir", "t");
+  open_library(state, "ffi", lua->luaopen_ffi, 1);
+  lua->lua_pushvalue(state, -1);  // its tables, metatypes among them, would be collected otherwise
+  lua->luaL_ref(state, kLuaRegistry);
+  if (self.options_.opens("ffi")) {
+    lua->lua_pushvalue(state, -1);
+    lua->lua_setfield(state, kLuaGlobals, "ffi");
+  }
+  lua->lua_getfield(state, kLuaRegistry, "_LOADED");  // what require() would find
+  for (const char* name : {"ffi", "jit", "jit.util", "jit.opt"}) {
+    if (self.options_.opens(std::strncmp(name, "jit", 3) == 0 ? "jit" : name)) continue;
+    lua->lua_pushnil(state);
+    lua->lua_setfield(state, -2, name);
+  }
+  lua->lua_settop(state, -2);
+  if (!self.options_.opens("jit")) {
+    lua->lua_pushnil(state);
+    lua->lua_setfield(state, kLuaGlobals, "jit");
+  }
+  lua->lua_pushvalue(state, kLuaGlobals);
+  push_address(state, read_half);
+  push_address(state, write_half);
+  push_address(state, unshare);
+  lua->lua_call(state, 5, 3);
+  self.invoke_ = lua->luaL_ref(state, kLuaRegistry);
+  self.bind_ = lua->luaL_ref(state, kLuaRegistry);
+  self.describe_ = lua->luaL_ref(state, kLuaRegistry);
+  lua->lua_pushcclosure(state, add_traceback, 0);
+  self.traceback_ = lua->luaL_ref(state, kLuaRegistry);
+  return 0;
+}
+
+Error LuaState::failure(Code code, std::string what, int status) {
+  size_t size = 0;
+  const char* text =
+      api_.lua_type(state_, -1) == kLuaString ? api_.lua_tolstring(state_, -1, &size) : nullptr;
+  const std::string message = text ? for_people({text, size}) : "an error that is no text";
+  api_.lua_settop(state_, 0);
+  return {code, std::move(what), message, "", "", fix_for(message, options_, status)};
+}
+
+Status LuaState::run(std::string_view text, const std::string& name) {
+  if (is_byte_code(text)) return byte_code(name);
+  const std::string chunk = "@" + name;
+  api_.lua_rawgeti(state_, kLuaRegistry, traceback_);
+  if (const int status =
+          api_.luaL_loadbufferx(state_, text.data(), text.size(), chunk.c_str(), "t"))
+    return failure(Code::MODEL_INVALID, "the script is no Lua", status);
+  if (const int status = api_.lua_pcall(state_, 0, 0, 1))
+    return failure(Code::MODEL_INVALID, "the script failed before the first frame", status);
+  api_.lua_settop(state_, 0);
+  return ok();
+}
+
+Result<ScriptTensors> LuaState::describe() {
+  api_.lua_rawgeti(state_, kLuaRegistry, describe_);
+  if (const int status = api_.lua_pcall(state_, 0, 4, 0))
+    return failure(Code::MODEL_INVALID, "the tables of the script cannot be read", status);
+  if (api_.lua_type(state_, 1) != kLuaTable) {
+    const auto part = [this](int index) {
+      const char* text = api_.lua_type(state_, index) == kLuaString
+                             ? api_.lua_tolstring(state_, index, nullptr)
+                             : nullptr;
+      return std::string(text ? text : "");
+    };
+    Error error{Code::MODEL_INVALID, part(2), part(3), part(4), "", ""};
+    api_.lua_settop(state_, 0);
+    return error;
+  }
+  int at = 0;
+  const auto next = [&] {
+    api_.lua_rawgeti(state_, 1, ++at);
+    const double number = api_.lua_tonumber(state_, -1);
+    api_.lua_settop(state_, -2);
+    return static_cast<int64_t>(number);
+  };
+  ScriptTensors out;
+  for (auto* list : {&out.inputs, &out.outputs}) {
+    list->resize(static_cast<size_t>(next()));
+    for (auto& info : *list) {
+      info.type = static_cast<uint32_t>(next());
+      info.rank = static_cast<uint32_t>(next());
+      for (uint32_t i = 0; i < info.rank; ++i) info.shape[i] = next();
+      info.batch_axis = WEIR_NO_BATCH_AXIS;
+    }
+  }
+  api_.lua_settop(state_, 0);
+  return out;
+}
+
+int LuaState::bind_slots(lua_State* state) {
+  const auto& given = *static_cast<const Binding*>(lua->lua_touserdata(state, 1));
+  lua->lua_rawgeti(state, kLuaRegistry, given.function);
+  lua->lua_pushlightuserdata(state, given.inputs);
+  lua->lua_pushlightuserdata(state, given.outputs);
+  lua->lua_pushnumber(state, sizeof(TensorSlot));
+  lua->lua_call(state, 3, 0);
+  return 0;
+}
+
+Status LuaState::bind(std::vector<TensorSlot>* inputs, std::vector<TensorSlot>* outputs) {
+  Binding binding{bind_, inputs->data(), outputs->data()};
+  if (const int status = api_.lua_cpcall(state_, bind_slots, &binding))
+    return failure(Code::INTERNAL, "the tensors of a script cannot be made", status);
+  return ok();
+}
+
+Status LuaState::invoke() {
+  api_.lua_rawgeti(state_, kLuaRegistry, traceback_);
+  api_.lua_rawgeti(state_, kLuaRegistry, invoke_);
+  if (const int status = api_.lua_pcall(state_, 0, 0, 1))
+    return failure(Code::INVOKE_FAILED, "the script failed on a frame", status);
+  api_.lua_settop(state_, 0);
+  return ok();
+}
+
+uint64_t LuaState::bytes() const {
+  return static_cast<uint64_t>(api_.lua_gc(state_, kLuaCountKibibytes, 0)) * 1024 +
+         static_cast<uint64_t>(api_.lua_gc(state_, kLuaCountRest, 0));
+}
+
+}  // namespace weir::engine

@@ -1,0 +1,51 @@
+// Scripts for tests of the engine Lua.
+#pragma once
+#include <string>
+
+#include "engine_fixture.hpp"
+#include "says.hpp"
+
+namespace weir::engine_test {
+
+// The tables for one input and one output of `elements` each, and `body` as nnstreamer_invoke.
+inline std::string script_text(const std::string& body, const std::string& in = "float32",
+                               const std::string& out = "float32", int elements = 4) {
+  const auto table = [&](const std::string& name, const std::string& type) {
+    return name + "TensorsInfo = {num = 1, dim = {{" + std::to_string(elements) + "}}, type = {'" +
+           type + "'}}\n";
+  };
+  return table("input", in) + table("output", out) +
+         "function nnstreamer_invoke()\n  local x, y = input_tensor(1), output_tensor(1)\n" + body +
+         "\nend\n";
+}
+
+class LuaTest : public EngineTest {
+ protected:
+  static std::vector<std::byte> bytes_of(const std::string& text) {
+    const auto* bytes = reinterpret_cast<const std::byte*>(text.data());
+    return {bytes, bytes + text.size()};
+  }
+  std::unique_ptr<OpenEngine> script(const std::string& text, const Options& options = {}) {
+    return opened(bytes_of(text), options);
+  }
+  Error refusal(const std::string& text, const Options& options = {}) {
+    return error_of(bytes_of(text), options);
+  }
+  // Of the first frame, four zeros of float32.
+  Error failure(const std::string& body, const Options& options = {}) {
+    const auto model = open(bytes_of(script_text(body)), options);
+    if (!model) return model.error();
+    const auto out = (*model)->invoke({make_tensor(WEIR_FLOAT32, {4})});
+    return out ? Error{Code::INTERNAL, "it ran", "", "", "", ""} : out.error();
+  }
+  // y of four float32 x = 1, 2, 3, 4.
+  std::vector<float> result(const std::string& body, const Options& options = {}) {
+    const auto model = script(script_text(body), options);
+    if (!model) return {};
+    const auto out = model->invoke({make_tensor<float>(WEIR_FLOAT32, {4}, {1, 2, 3, 4})});
+    if (!out) ADD_FAILURE() << out.error().message();
+    return out ? (*out)[0].values<float>() : std::vector<float>{};
+  }
+};
+
+}  // namespace weir::engine_test

@@ -1,0 +1,164 @@
+// Caffe's two files.
+#include <limits>
+
+#include "opencv-dnn/dnn_description.hpp"
+#include "opencv-dnn/text_message.hpp"
+#include "protobuf_reader.hpp"
+
+namespace weir::engine {
+namespace {
+
+Error damaged(const std::string& offered) {
+  return Error{Code::MODEL_INVALID,
+               "the file of weights is truncated, damaged or not Caffe's",
+               offered,
+               "a complete .caffemodel",
+               "",
+               "fetch the .caffemodel again"};
+}
+
+DeclaredTensor input_of(std::string name, std::vector<int64_t> shape) {
+  DeclaredTensor out;
+  out.name = std::move(name);
+  out.type = WEIR_FLOAT32;
+  out.has_shape = !shape.empty() && shape.size() <= WEIR_RANK_LIMIT;
+  for (auto& extent : shape)
+    if (extent < 1 || extent > INT32_MAX) out.has_shape = false;
+  if (out.has_shape) out.shape = std::move(shape);
+  return out;
+}
+
+// input: "data" with input_shape { dim: ... } or four input_dim each.
+void old_inputs(const TextMessage& net, DnnDescription* out) {
+  const auto shapes = net.messages("input_shape");
+  const auto dims = net.numbers("input_dim");
+  size_t index = 0;
+  for (const auto& field : net.fields) {
+    if (field.name != "input" || field.message) continue;
+    std::vector<int64_t> shape;
+    if (index < shapes.size())
+      shape = shapes[index]->numbers("dim");
+    else if (dims.size() >= 4 * index + 4)
+      shape.assign(dims.begin() + static_cast<ptrdiff_t>(4 * index),
+                   dims.begin() + static_cast<ptrdiff_t>(4 * index + 4));
+    out->inputs.push_back(input_of(field.value, std::move(shape)));
+    ++index;
+  }
+}
+
+// What a blob says in shape { dim }, or in num, channels, height, width; -1 = nothing.
+class Blob {
+ public:
+  Status read(std::span<const std::byte> bytes) {
+    ProtobufReader reader(bytes);
+    for (ProtobufReader::Field field; reader.next(&field);) {
+      if (field.number >= 1 && field.number <= 4 && !field.delimited)
+        multiply(static_cast<int64_t>(field.value));
+      if (field.number == 5)  // floats, packed or one by one
+        values_ += field.delimited ? field.bytes.size() / sizeof(float) : 1;
+      if (field.number == 7 && field.delimited)
+        if (auto status = shape(field.bytes); !status) return status;
+    }
+    if (!reader.good()) return damaged("a blob that is no sequence of fields");
+    if (says_ && values_ > 0 && product_ != static_cast<int64_t>(values_))
+      return damaged("a blob of " + std::to_string(values_) + " values whose shape says " +
+                     std::to_string(product_));
+    return ok();
+  }
+
+ private:
+  void multiply(int64_t extent) {
+    constexpr int64_t kMost = int64_t{1} << 31;
+    says_ = true;
+    product_ =
+        extent < 0 || extent > kMost || product_ * extent > kMost ? kMost + 1 : product_ * extent;
+    if (product_ > kMost) product_ = kMost;  // stays beyond what a file can hold
+  }
+  Status shape(std::span<const std::byte> bytes) {
+    ProtobufReader reader(bytes);
+    for (ProtobufReader::Field field; reader.next(&field);) {
+      if (field.number != 1) continue;
+      if (!field.delimited) {
+        multiply(static_cast<int64_t>(field.value));
+        continue;
+      }
+      uint64_t value = 0;
+      unsigned shift = 0;
+      for (const std::byte byte : field.bytes) {  // packed
+        if (shift < 64) value |= (static_cast<uint64_t>(byte) & 0x7F) << shift;
+        shift += 7;
+        if (static_cast<uint64_t>(byte) >= 0x80) continue;
+        multiply(static_cast<int64_t>(value));
+        value = shift = 0;
+      }
+    }
+    return reader.good() ? ok() : damaged("the shape of a blob");
+  }
+
+  int64_t product_ = 1;
+  uint64_t values_ = 0;
+  bool says_ = false;
+};
+
+Status check_layer(std::span<const std::byte> bytes, uint32_t blobs) {
+  ProtobufReader reader(bytes);
+  for (ProtobufReader::Field field; reader.next(&field);)
+    if (field.number == blobs && field.delimited)
+      if (auto status = Blob().read(field.bytes); !status) return status;
+  return reader.good() ? ok() : damaged("a layer that is no sequence of fields");
+}
+
+}  // namespace
+
+Result<DnnDescription> describe_caffe(std::string_view prototxt) {
+  const auto net = read_text_message(prototxt);
+  if (!net) return net.error();
+  DnnDescription out;
+  old_inputs(*net, &out);
+  for (const char* kind : {"layer", "layers"})
+    for (const auto* layer : net->messages(kind)) {
+      const auto type = layer->text("type"), name = layer->text("name");
+      out.nodes.insert(name);
+      out.operators.insert(type);
+      if (type != "Input") continue;
+      std::vector<std::vector<int64_t>> shapes;
+      for (const auto* parameters : layer->messages("input_param"))
+        for (const auto* shape : parameters->messages("shape"))
+          shapes.push_back(shape->numbers("dim"));
+      size_t index = 0;
+      for (const auto& field : layer->fields)
+        if (field.name == "top") {
+          const auto& shape =
+              shapes.empty() ? std::vector<int64_t>{} : shapes[std::min(index, shapes.size() - 1)];
+          out.inputs.push_back(input_of(field.value, shape));
+          ++index;
+        }
+    }
+  if (out.operators.empty())
+    return Error{Code::MODEL_INVALID,
+                 "the description of the network names no layer",
+                 "",
+                 "",
+                 "",
+                 "model=net.prototxt,net.caffemodel"};
+  return out;
+}
+
+// NetParameter: layers of version 1 are field 2, of today 100; their blobs are 6 and 7.
+Status check_caffe_weights(std::span<const std::byte> caffemodel) {
+  ProtobufReader reader(caffemodel);
+  size_t layers = 0;
+  for (ProtobufReader::Field field; reader.next(&field);) {
+    if (field.number != 2 && field.number != 100) continue;
+    if (!field.delimited) return damaged("a layer that is none");
+    ++layers;
+    if (auto status = check_layer(field.bytes, field.number == 2 ? 6 : 7); !status) return status;
+  }
+  if (!reader.good())
+    return damaged(reader.missing() > 0 ? "the file ends at least " +
+                                              std::to_string(reader.missing()) + " bytes too early"
+                                        : "the file is no sequence of fields");
+  return layers > 0 ? ok() : damaged("no layer in it");
+}
+
+}  // namespace weir::engine

@@ -1,0 +1,112 @@
+// Telling files apart by their endings.
+#include "opencv-dnn/dnn_files.hpp"
+
+#include <filesystem>
+
+#include "engine_options.hpp"
+#include "model_bytes.hpp"
+
+namespace weir::engine {
+namespace {
+
+namespace fs = std::filesystem;
+
+bool ends_in(const std::string& path, const std::string& ending) {
+  return same_word(fs::path(path).extension().string(), "." + ending);
+}
+
+Error wrong_files(const std::string& offered) {
+  const std::string weights = dnn_engine.weights_ending, text = dnn_engine.description_ending;
+  const bool one = dnn_engine.format == DnnFormat::Tensorflow;
+  return Error{Code::SPEC_MISMATCH,
+               std::string("the engine ") + dnn_engine.name + " takes other files",
+               offered,
+               one ? "a frozen graph (.pb), and a .pbtxt where OpenCV wants one"
+                   : "one ." + text + " and one ." + weights,
+               "",
+               one ? "model=graph.pb" : "model=net." + text + ",net." + weights};
+}
+
+Result<std::vector<std::byte>> bytes_of(const std::string& path) {
+  const char* paths[] = {path.c_str()};
+  weir_open one{};
+  one.struct_size = sizeof one;
+  one.n_models = 1;
+  one.paths = paths;
+  auto file = read_model(one);
+  if (!file) return file.error();
+  return std::move(file->owned);
+}
+
+struct Paths {
+  std::string description, weights;
+};
+
+Result<Paths> paths_of(const weir_open& request) {
+  Paths out;
+  std::string all;
+  for (uint32_t i = 0; request.paths && i < request.n_models; ++i) {
+    const std::string path = request.paths[i] ? request.paths[i] : "";
+    all += (all.empty() ? "" : ", ") + path;
+    const bool description = ends_in(path, dnn_engine.description_ending);
+    std::string& place = description ? out.description : out.weights;
+    if (!place.empty()) return wrong_files(all);
+    place = path;
+  }
+  if (all.empty()) return wrong_files("no file");
+  if (dnn_engine.format == DnnFormat::Tensorflow)
+    return out.weights.empty() ? Result<Paths>(wrong_files(all)) : out;
+  for (auto* missing : {&out.description, &out.weights}) {
+    if (!missing->empty()) continue;
+    fs::path beside = missing == &out.description ? out.weights : out.description;
+    beside.replace_extension(missing == &out.description ? dnn_engine.description_ending
+                                                         : dnn_engine.weights_ending);
+    std::error_code ignored;
+    if (!fs::is_regular_file(beside, ignored))
+      return wrong_files(all + "; " + beside.string() + " is not there");
+    *missing = beside.string();
+  }
+  return out;
+}
+
+Result<DnnDescription> described(const DnnFiles& files) {
+  const std::string_view text(reinterpret_cast<const char*>(files.description.data()),
+                              files.description.size());
+  const std::span<const std::byte> weights(files.weights);
+  if (files.format == DnnFormat::Tensorflow) return describe_tensorflow(weights);
+  if (files.format == DnnFormat::Darknet) return describe_darknet(text);
+  auto out = describe_caffe(text);
+  if (!out) return out;
+  if (auto status = check_caffe_weights(weights); !status) return status.error();
+  return out;
+}
+
+}  // namespace
+
+Result<DnnSource> read_dnn_files(const weir_open& request) {
+  const auto paths = paths_of(request);
+  if (!paths) return paths.error();
+  DnnSource out;
+  out.files.format = dnn_engine.format;
+  out.files.name = paths->weights;
+  auto weights = bytes_of(paths->weights);
+  if (!weights) return weights.error();
+  out.files.weights = *std::move(weights);
+  if (!paths->description.empty()) {
+    auto description = bytes_of(paths->description);
+    if (!description) return description.error();
+    out.files.description = *std::move(description);
+  }
+  auto description = described(out.files);
+  if (!description) {
+    Error error = description.error();
+    const auto& file =
+        error.what.find("description") != std::string::npos ? paths->description : paths->weights;
+    error.offered = file + (error.offered.empty() ? "" : ": " + error.offered);
+    return error;
+  }
+  out.description = *std::move(description);
+  return out;
+}
+
+}  // namespace weir::engine

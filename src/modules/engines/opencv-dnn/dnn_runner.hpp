@@ -1,0 +1,27 @@
+// DnnRunner: shapes and frames through an opened network.
+#pragma once
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "opencv-dnn/dnn_model.hpp"
+
+namespace weir::engine {
+
+// The only session of its model; used by one thread at a time.
+class DnnRunner {
+ public:
+  static Result<std::unique_ptr<DnnRunner>> create(const DnnModel& model,
+                                                   std::span<const weir_option> options);
+  Status resolve(std::span<const weir_tensor_info> in, std::span<weir_tensor_info> out);
+  // Inputs are copied by OpenCV, outputs from the network's memory.
+  Status invoke(const weir_frame& in, weir_frame& out);
+  Status warm();
+
+ private:
+  explicit DnnRunner(const DnnModel& model) : model_(model) {}
+  const DnnModel& model_;
+  std::vector<weir_tensor_info> last_inputs_;  // of the last resolve, for WARM
+};
+
+}  // namespace weir::engine

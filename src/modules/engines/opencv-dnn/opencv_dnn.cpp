@@ -1,0 +1,50 @@
+// The module of one of the engines caffe, tensorflow and darknet: WEIR_DNN_FORMAT says which.
+#include "engine_table.hpp"
+#include "opencv-dnn/dnn_model.hpp"
+#include "opencv-dnn/dnn_runner.hpp"
+
+namespace weir::engine {
+namespace {
+
+constexpr DnnEngine kEngines[]{{DnnFormat::Caffe, "caffe", "prototxt", "caffemodel"},
+                               {DnnFormat::Tensorflow, "tensorflow", "pbtxt", "pb"},
+                               {DnnFormat::Darknet, "darknet", "cfg", "weights"}};
+constexpr const char* kExtensions[]{"caffemodel,prototxt", "pb", "weights,cfg"};
+constexpr auto kIndex = static_cast<size_t>(DnnFormat::WEIR_DNN_FORMAT);
+
+}  // namespace
+
+const DnnEngine dnn_engine = kEngines[kIndex];
+
+namespace {
+
+struct OpencvEngine {
+  static constexpr const char *kName = kEngines[kIndex].name, *kAliases = "",
+                              *kEndings = kExtensions[kIndex], *kLibrary = "OpenCV";
+  static constexpr const char* kOptions = R"([
+    {"name": "NumThreads", "type": "integer", "default": "the cores",
+     "help": "threads of OpenCV, in the whole process"},
+    {"name": "input", "type": "text", "default": "the property input", "help": "dimensions of the inputs"},
+    {"name": "inputtype", "type": "text", "default": "the property inputtype",
+     "help": "types of the stream: converted to float32"},
+    {"name": "inputname", "type": "text", "default": "the property inputname", "help": "inputs in the stream's order"},
+    {"name": "outputname", "type": "text", "default": "the property outputname", "help": "layers that are wanted"}])";
+  using Model = DnnModel;
+  using Session = DnnRunner;
+
+  // None of the formats begins with anything of its own: the names of the files decide.
+  static int probe(const std::string& path, std::span<const unsigned char>) {
+    const auto ends = [&path](const char* ending) {
+      return path.ends_with(std::string(".") + ending);
+    };
+    return ends(dnn_engine.weights_ending) || ends(dnn_engine.description_ending) ? 50 : 0;
+  }
+  static std::optional<LibraryFacts> library() {
+    return LibraryFacts{DnnNet::path(), DnnNet::version()};
+  }
+};
+
+}  // namespace
+}  // namespace weir::engine
+
+WEIR_ENGINE_MODULE(weir::engine::OpencvEngine)

@@ -1,0 +1,210 @@
+// What the engines of OpenCV refuse, and in which words.
+#include "opencv-dnn/dnn_fixture.hpp"
+
+namespace weir::engine_test {
+namespace {
+
+class OpencvDnnRefuses : public DnnTest {};
+
+TEST_F(OpencvDnnRefuses, FilesThatAreNotThere) {
+  const Error both = error_of(OpenEngine::open(engine("caffe"), folder_.path("none.caffemodel")));
+  EXPECT_EQ(both.code, Code::SPEC_MISMATCH);
+  EXPECT_HAS(both.offered, "none.prototxt is not there");
+  EXPECT_EQ(both.fix, "model=net.prototxt,net.caffemodel");
+  const Error graph = error_of(OpenEngine::open(engine("tensorflow"), folder_.path("none.pb")));
+  EXPECT_EQ(graph.code, Code::MODEL_NOT_FOUND);
+  const Error cfg = error_of(OpenEngine::open(engine("darknet"), write("a.cfg", "[net]\n")));
+  EXPECT_HAS(cfg.offered, "a.weights is not there");
+}
+
+TEST_F(OpencvDnnRefuses, ALayerThatOpencvLacksByName) {
+  const Error caffe = error_of(
+      open_caffe("input: \"data\" input_shape { dim: 1 dim: 3 }\n"
+                 "layer { name: \"odd\" type: \"Frobnicate\" bottom: \"data\" top: \"odd\" }\n",
+                 product_weights()));
+  EXPECT_EQ(caffe.code, Code::MODEL_UNSUPPORTED) << caffe.message();
+  EXPECT_HAS(caffe.offered, "Frobnicate");
+  const Error tensorflow = error_of(open_tensorflow(
+      graph({placeholder("x", {1, 3}), TensorflowNode("odd", "Frobnicate", {"x"}).type("T")})));
+  EXPECT_EQ(tensorflow.code, Code::MODEL_UNSUPPORTED) << tensorflow.message();
+  EXPECT_HAS(tensorflow.offered, "Frobnicate");
+  const Error darknet = error_of(
+      open_darknet("[net]\nwidth=2\nheight=2\n[frobnicate]\nsize=1\n", darknet_weights({})));
+  EXPECT_EQ(darknet.code, Code::MODEL_UNSUPPORTED) << darknet.message();
+  EXPECT_HAS(darknet.message(), "frobnicate");
+}
+
+TEST_F(OpencvDnnRefuses, InputsOfTextByTheirKind) {
+  for (const char* name : {"models/tf/DS_CNN_S.pb", "models/audio/conv_actions_frozen.pb"}) {
+    const auto path = shared_file(name);
+    if (path.empty()) GTEST_SKIP() << "../shared/models is not there";
+    const Error error = error_of(OpenEngine::open(engine("tensorflow"), path));
+    EXPECT_EQ(error.code, Code::MODEL_UNSUPPORTED);
+    EXPECT_HAS(error.what, "wav_data");
+    EXPECT_HAS(error.offered, "string");
+  }
+}
+
+TEST_F(OpencvDnnRefuses, DescriptionsThatCannotBeReadByTheirLine) {
+  const std::pair<const char*, const char*> texts[]{
+      {"layer {\n name: \"a\"\n", "line 3: a message without its end"},
+      {"layer {\n name: \"a\n }", "line 2: a text without its end"},
+      {"name: \"a\"\n}", "line 2: no name of a field"},
+      {"name \"a\"", "line 1: no value of name"},
+      {"name: {", "line 1: a message without its end"},
+      {"dim: [1, 2", "line 1: no value"}};
+  for (const auto& [text, words] : texts) {
+    const Error error = error_of(open_caffe(text, product_weights()));
+    EXPECT_EQ(error.code, Code::MODEL_INVALID);
+    EXPECT_HAS(error.offered, words);
+    EXPECT_HAS(error.offered, "net.prototxt");
+  }
+  std::string deep;
+  for (int i = 0; i < 100; ++i) deep += "a {";
+  EXPECT_HAS(error_of(open_caffe(deep, product_weights())).offered, "without end");
+  EXPECT_HAS(error_of(open_caffe("name: \"a\"", product_weights())).what, "names no layer");
+  for (const auto& [text, words] : std::vector<std::pair<std::string, std::string>>{
+           {"width=3\n", "line 1"},
+           {"[net\n", "a section without its end"},
+           {"[net]\nwidth=many\n", "line 2: width=many"},
+           {"[net]\nwidth=0\n", "line 2"},
+           {"[net]\nwidth=3\n[convolutional]\nsize=1\n", "no height"}}) {
+    const Error error = error_of(open_darknet(text, darknet_weights({})));
+    EXPECT_EQ(error.code, Code::MODEL_INVALID) << text;
+    EXPECT_HAS(error.offered, words);
+  }
+}
+
+TEST_F(OpencvDnnRefuses, WeightsThatWereCutOrLie) {
+  const auto whole = product_weights();
+  for (size_t size = 1; size < whole.size(); ++size) {
+    const Error error = error_of(open_caffe(kProduct, whole.substr(0, size)));
+    EXPECT_EQ(error.code, Code::MODEL_INVALID) << size << error.message();
+    EXPECT_HAS(error.offered, "net.caffemodel");
+  }
+  const Error lie = error_of(open_caffe(
+      kProduct, caffemodel({caffe_layer("fc", "InnerProduct", {{{2, 3000000}, {1, 2, 3}}})})));
+  EXPECT_HAS(lie.offered, "a blob of 3 values whose shape says 6000000");
+  const Error huge = error_of(open_caffe(
+      kProduct,
+      caffemodel({caffe_layer("fc", "InnerProduct", {{{1ull << 40, 1ull << 40}, {1}}})})));
+  EXPECT_EQ(huge.code, Code::MODEL_INVALID) << huge.message();
+  const Error none = error_of(open_caffe(kProduct, MessageBuilder().bytes(1, "a").text()));
+  EXPECT_HAS(none.offered, "no layer in it");
+}
+
+TEST_F(OpencvDnnRefuses, DarknetsWeightsThatWereCut) {
+  const char* const cfg =
+      "[net]\nwidth=3\nheight=2\nchannels=2\n"
+      "[convolutional]\nbatch_normalize=1\nfilters=2\nsize=1\nstride=1\nactivation=leaky\n";
+  const auto whole = darknet_weights(std::vector<float>(4 * 2 + 2 * 2, 1));
+  EXPECT_TRUE(open_darknet(cfg, whole));
+  for (const size_t size : {size_t{8}, size_t{20}, whole.size() / 2, whole.size() - 8}) {
+    const Error error = error_of(open_darknet(cfg, whole.substr(0, size)));
+    EXPECT_EQ(error.code, Code::MODEL_INVALID) << size << error.message();
+    EXPECT_HAS(error.offered, "net.weights");
+  }
+}
+
+TEST_F(OpencvDnnRefuses, GraphsThatWereCut) {
+  const auto whole =
+      graph({placeholder("x", {1, 3}), TensorflowNode("y", "Relu", {"x"}).type("T")});
+  for (size_t size = 1; size < whole.size(); ++size) {
+    const auto model = open_tensorflow(whole.substr(0, size));
+    if (model) continue;  // between two nodes
+    EXPECT_TRUE(model.error().code == Code::MODEL_INVALID ||
+                model.error().code == Code::MODEL_UNSUPPORTED ||
+                model.error().code == Code::SPEC_MISMATCH)
+        << size << model.error().message();
+    EXPECT_FALSE(model.error().what.empty());
+  }
+}
+
+TEST_F(OpencvDnnRefuses, NamesThatTheNetworkLacks) {
+  const Error input = error_of(open_caffe(kProduct, product_weights(), {{"inputname", "dota"}}));
+  EXPECT_EQ(input.code, Code::SPEC_MISMATCH);
+  EXPECT_HAS(input.what, "inputname");
+  EXPECT_EQ(input.fix, "inputname=data");
+  const Error output = error_of(open_caffe(kProduct, product_weights(), {{"outputname", "prob"}}));
+  EXPECT_EQ(output.code, Code::SPEC_MISMATCH);
+  EXPECT_HAS(output.needed, "one of: fc");
+  const Error count = error_of(open_caffe(kProduct, product_weights(), {{"input", "3:1,3:1"}}));
+  EXPECT_HAS(count.what, "another number of inputs");
+}
+
+TEST_F(OpencvDnnRefuses, ShapesThatTheNetworkDoesNotTake) {
+  const auto model = open_caffe(kProduct, product_weights());
+  ASSERT_TRUE(model);
+  const auto rank = (*model)->resolve({make_tensor(WEIR_FLOAT32, {3}).info});
+  ASSERT_FALSE(rank);
+  EXPECT_HAS(rank.error().difference, "rank 1 instead of 2");
+  const auto size = (*model)->invoke({make_tensor(WEIR_FLOAT32, {1, 4})});
+  ASSERT_FALSE(size);
+  EXPECT_HAS(size.error().difference, "dimension 1 is 4 instead of 3");
+  const Error wish = error_of(open_caffe(kProduct, product_weights(), {{"input", "4:1"}}));
+  EXPECT_EQ(wish.code, Code::SPEC_MISMATCH) << wish.message();
+  EXPECT_HAS(wish.offered, "float32 4:1 (data)");
+  EXPECT_HAS(wish.difference, "fc");
+}
+
+// Weights of another network: R-Net's behind P-Net's description.
+TEST_F(OpencvDnnRefuses, TheWeightsOfAnotherNetwork) {
+  const Error error = error_of(open_caffe(
+      kProduct,
+      caffemodel({caffe_layer("fc", "InnerProduct", {{{4, 5}, std::vector<float>(20, 1)}})})));
+  EXPECT_TRUE(error.code == Code::MODEL_INVALID || error.code == Code::SPEC_MISMATCH)
+      << error.message();
+  const Error none = error_of(
+      open_caffe(kProduct, caffemodel({caffe_layer("other", "InnerProduct", {{{1}, {1}}})})));
+  EXPECT_TRUE(none.code == Code::MODEL_INVALID || none.code == Code::SPEC_MISMATCH)
+      << none.message();
+}
+
+TEST_F(OpencvDnnRefuses, FramesThatLieAndGoesOn) {
+  const auto model = open_caffe(kProduct, product_weights());
+  ASSERT_TRUE(model);
+  std::vector<float> x{1, 1, 1}, y(2);
+  weir_tensor in{}, out{};
+  in.info = make_tensor(WEIR_FLOAT32, {1, 3}).info;
+  out.info = make_tensor(WEIR_FLOAT32, {1, 2}).info;
+  in.data = x.data();
+  out.data = y.data();
+  in.bytes = 12;
+  out.bytes = 8;
+  weir_frame in_frame{}, out_frame{};
+  in_frame.n_tensors = out_frame.n_tensors = 1;
+  in_frame.tensors = &in;
+  out_frame.tensors = &out;
+  ASSERT_TRUE((*model)->invoke(in_frame, out_frame));
+  EXPECT_EQ(y, (std::vector<float>{16, 35}));
+  const auto code = [&] {
+    const auto status = (*model)->invoke(in_frame, out_frame);
+    return status ? Code::INTERNAL : status.error().code;
+  };
+  in.bytes = 8;
+  EXPECT_EQ(code(), Code::FRAME_SIZE);
+  in.bytes = 12;
+  out.info.shape[1] = 1;
+  out.bytes = 4;
+  EXPECT_EQ(code(), Code::INVOKE_FAILED);
+  out.info.shape[1] = 2;
+  out.bytes = 8;
+  in.data = nullptr;
+  EXPECT_EQ(code(), Code::FRAME_SIZE);
+  in.data = x.data();
+  EXPECT_EQ(code(), Code::INTERNAL) << "and goes on";
+}
+
+TEST_F(OpencvDnnRefuses, OptionsWithValuesThatCannotBe) {
+  for (const auto& [key, value] : Options{{"NumThreads", "0"}, {"NumThreads", "two"}}) {
+    const Error error = error_of(open_caffe(kProduct, product_weights(), {{key, value}}));
+    EXPECT_EQ(error.code, Code::OPTION_VALUE);
+    EXPECT_HAS(error.offered, value);
+  }
+  const Error type = error_of(open_caffe(kProduct, product_weights(), {{"inputtype", "int64"}}));
+  EXPECT_EQ(type.code, Code::SPEC_MISMATCH) << type.message();
+  EXPECT_HAS(type.fix, "mode=typecast");
+}
+
+}  // namespace
+}  // namespace weir::engine_test

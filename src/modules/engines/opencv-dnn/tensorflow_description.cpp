@@ -1,0 +1,169 @@
+// A frozen graph of TensorFlow.
+#include <algorithm>
+#include <array>
+#include <map>
+#include <optional>
+
+#include "opencv-dnn/dnn_description.hpp"
+#include "protobuf_reader.hpp"
+
+namespace weir::engine {
+namespace {
+
+using Field = ProtobufReader::Field;
+
+Error invalid(const std::string& offered) {
+  return Error{Code::MODEL_INVALID,
+               "the file is truncated, damaged or not a frozen TensorFlow graph",
+               offered,
+               "a complete GraphDef (.pb) whose variables are constants",
+               "",
+               "fetch or freeze the graph again"};
+}
+
+Error invalid(const ProtobufReader& reader, const std::string& part) {
+  return invalid(reader.missing() > 0 ? "the " + part + " ends at least " +
+                                            std::to_string(reader.missing()) + " bytes too early"
+                                      : "the " + part + " is no sequence of fields");
+}
+
+struct Node {
+  std::string name, op;
+  std::vector<std::string> inputs;
+  uint64_t type = 0;  // of a placeholder
+  std::optional<std::vector<int64_t>> shape;
+  std::string data_format;
+};
+
+// types.proto: DT_FLOAT and on.
+std::optional<uint32_t> type_of_number(uint64_t number) {
+  static constexpr std::pair<uint64_t, uint32_t> kTypes[]{
+      {1, WEIR_FLOAT32},  {2, WEIR_FLOAT64}, {3, WEIR_INT32}, {4, WEIR_UINT8},
+      {5, WEIR_INT16},    {6, WEIR_INT8},    {9, WEIR_INT64}, {17, WEIR_UINT16},
+      {19, WEIR_FLOAT16}, {10, WEIR_UINT8}};
+  for (const auto& [of_tensorflow, weir] : kTypes)
+    if (number == of_tensorflow) return weir;
+  return std::nullopt;
+}
+
+// TensorShapeProto: dim 2 { size 1 }, unknown_rank 3.
+Status read_shape(std::span<const std::byte> bytes, Node* out) {
+  std::vector<int64_t> shape;
+  ProtobufReader reader(bytes);
+  bool unknown = false;
+  for (Field field; reader.next(&field);) {
+    if (field.number == 3 && field.value != 0) unknown = true;
+    if (field.number != 2) continue;
+    int64_t extent = 0;
+    ProtobufReader inner(field.bytes);
+    for (Field part; inner.next(&part);)
+      if (part.number == 1) extent = static_cast<int64_t>(part.value);
+    if (!inner.good()) return invalid(inner, "shape of " + out->name);
+    shape.push_back(extent < 0 ? -1 : extent);
+  }
+  if (!reader.good()) return invalid(reader, "shape of " + out->name);
+  if (!unknown && shape.size() <= WEIR_RANK_LIMIT) out->shape = std::move(shape);
+  return ok();
+}
+
+// A map entry: key 1, value 2 { s 2, type 6, shape 7 }.
+Status read_attribute(std::span<const std::byte> bytes, Node* out) {
+  ProtobufReader reader(bytes);
+  std::string key;
+  for (Field field; reader.next(&field);) {
+    if (field.number == 1) key = field.text();
+    if (field.number != 2) continue;
+    ProtobufReader value(field.bytes);
+    for (Field part; value.next(&part);) {
+      if (key == "dtype" && part.number == 6) out->type = part.value;
+      if (key == "data_format" && part.number == 2) out->data_format = part.text();
+      if (key == "shape" && part.number == 7 && out->op.starts_with("Placeholder"))
+        if (auto status = read_shape(part.bytes, out); !status) return status;
+    }
+    if (!value.good()) return invalid(value, "attribute " + key + " of " + out->name);
+  }
+  return reader.good() ? ok() : invalid(reader, "attribute of " + out->name);
+}
+
+// NodeDef: name 1, op 2, input 3, attr 5.
+Result<Node> read_node(std::span<const std::byte> bytes) {
+  Node out;
+  ProtobufReader names(bytes);
+  for (Field field; names.next(&field);) {
+    if (field.number == 1) out.name = field.text();
+    if (field.number == 2) out.op = field.text();
+    if (field.number == 3) out.inputs.emplace_back(field.text());
+  }
+  if (!names.good()) return invalid(names, "node " + out.name);
+  ProtobufReader reader(bytes);
+  for (Field field; reader.next(&field);)
+    if (field.number == 5)
+      if (auto status = read_attribute(field.bytes, &out); !status) return status.error();
+  return out;
+}
+
+bool is_one_of(const std::string& op, std::span<const char* const> list) {
+  return std::any_of(list.begin(), list.end(), [&op](const char* other) { return op == other; });
+}
+
+constexpr std::array kSpatial{"Conv2D",         "DepthwiseConv2dNative", "MaxPool",
+                              "AvgPool",        "FusedBatchNorm",        "FusedBatchNormV3",
+                              "ResizeBilinear", "ResizeNearestNeighbor", "Conv2DBackpropInput"};
+// Of the layout of what they read.
+constexpr std::array kAsTheirInput{
+    "BiasAdd", "Relu", "Relu6", "LeakyRelu", "Elu",     "Sigmoid", "Tanh", "Identity", "Add",
+    "AddV2",   "Sub",  "Mul",   "Maximum",   "Minimum", "RealDiv", "Pad",  "ConcatV2", "Softmax"};
+
+// The nodes come in the order of their computing, as freezing writes them.
+void mark_pictures(const std::vector<Node>& nodes, DnnDescription* out) {
+  const auto plain = [](const std::string& input) { return input.substr(0, input.find(':')); };
+  for (const auto& node : nodes) {
+    const bool spatial = is_one_of(node.op, kSpatial) && node.data_format != "NCHW";
+    out->nhwc = out->nhwc || spatial;
+    bool follows = false;
+    if (is_one_of(node.op, kAsTheirInput))
+      for (const auto& input : node.inputs)
+        follows = follows || out->pictures.contains(plain(input));
+    if (spatial || follows) out->pictures.insert(node.name);
+    if ((node.op == "BiasAdd" || node.op == "Identity") && !node.inputs.empty())
+      out->passed[node.name] = plain(node.inputs[0]);
+  }
+}
+
+}  // namespace
+
+Result<DnnDescription> describe_tensorflow(std::span<const std::byte> graph) {
+  DnnDescription out;
+  std::vector<Node> nodes;
+  ProtobufReader reader(graph);
+  for (Field field; reader.next(&field);) {
+    if (field.number != 1) continue;
+    if (!field.delimited) return invalid("a node that is none");
+    auto node = read_node(field.bytes);
+    if (!node) return node.error();
+    nodes.push_back(*std::move(node));
+  }
+  if (!reader.good()) return invalid(reader, "file");
+  if (nodes.empty()) return invalid("no node in the graph");
+  for (const auto& node : nodes) {
+    out.nodes.insert(node.name);
+    out.operators.insert(node.op);
+    if (!node.op.starts_with("Placeholder")) continue;
+    const auto type = type_of_number(node.type);
+    if (!type)
+      return Error{Code::MODEL_UNSUPPORTED,
+                   "the model's input " + node.name + " is of a kind that streams lack",
+                   "elements of TensorFlow's type number " + std::to_string(node.type) +
+                       (node.type == 7 ? " (string)" : ""),
+                   "numbers",
+                   "",
+                   "freeze the graph behind that input"};
+    DeclaredTensor input{node.name, *type, node.shape && !node.shape->empty(), {}};
+    if (node.shape) input.shape = *node.shape;
+    out.inputs.push_back(std::move(input));
+  }
+  mark_pictures(nodes, &out);
+  return out;
+}
+
+}  // namespace weir::engine

@@ -1,0 +1,31 @@
+// TextMessage: a message in protobuf's text format, as Caffe's .prototxt files are, read without
+// its description: protobuf.dev/reference/protobuf/textformat-spec.
+#pragma once
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "weir/result.hpp"
+
+namespace weir::engine {
+
+struct TextMessage {
+  struct Field {
+    std::string name, value;               // without the quotes of a string
+    std::unique_ptr<TextMessage> message;  // where the value is one
+  };
+  std::vector<Field> fields;
+
+  std::string text(std::string_view name) const;               // the first, or ""
+  std::optional<int64_t> number(std::string_view name) const;  // the first that is one
+  std::vector<int64_t> numbers(std::string_view name) const;
+  std::vector<const TextMessage*> messages(std::string_view name) const;
+};
+
+// MODEL_INVALID says the line.
+Result<TextMessage> read_text_message(std::string_view text);
+
+}  // namespace weir::engine

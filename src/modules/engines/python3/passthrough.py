@@ -1,0 +1,9 @@
+"""An example of a filter: frames of any kind pass as they are."""
+
+
+class CustomFilter:
+    def setInputDim(self, input_dims):
+        return input_dims
+
+    def invoke(self, input_array):
+        return input_array

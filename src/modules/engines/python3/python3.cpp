@@ -1,0 +1,35 @@
+// The module of filters that are scripts of Python.
+#include <dlfcn.h>
+
+#include "engine_table.hpp"
+#include "python3/python_session.hpp"
+
+namespace weir::engine {
+namespace {
+
+struct Python3Engine {
+  static constexpr const char *kName = "python3", *kAliases = "python", *kEndings = "py",
+                              *kLibrary = "Python";
+  static constexpr const char* kOptions = R"([
+    {"name": "custom", "type": "text", "default": "",
+     "help": "all of custom=: words for the constructor of CustomFilter, one blank between two"}])";
+  using Model = PythonModel;
+  using Session = PythonSession;
+
+  static int probe(const std::string&, std::span<const unsigned char> head) {
+    const std::string_view text(reinterpret_cast<const char*>(head.data()), head.size());
+    return text.find("class CustomFilter") == std::string_view::npos ? 0 : 90;
+  }
+  static std::optional<LibraryFacts> library() {
+    const auto api = python::find_python();
+    Dl_info info{};
+    if (!api || dladdr(reinterpret_cast<const void*>(api->Py_GetVersion), &info) == 0)
+      return std::nullopt;
+    return LibraryFacts{info.dli_fname, api->Py_GetVersion()};
+  }
+};
+
+}  // namespace
+}  // namespace weir::engine
+
+WEIR_ENGINE_MODULE(weir::engine::Python3Engine)

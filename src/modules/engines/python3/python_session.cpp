@@ -1,0 +1,194 @@
+// Arrays over the memory of frames, in and out.
+#include "python3/python_session.hpp"
+
+#include <algorithm>
+
+#include "engine_options.hpp"
+#include "tensor_check.hpp"
+
+namespace weir::engine {
+namespace {
+
+using python::Buffer;
+using python::Locked;
+using python::Object;
+using python::PyObject;
+
+constexpr int kDenseWithFormat = 0x4 | 0x8;  // PyBUF_FORMAT | PyBUF_ND
+
+// The characters of module struct for a type, by kind; how many bytes one has is the machine's.
+std::string_view formats_of(uint32_t type) {
+  switch (type) {
+    case WEIR_INT8:
+    case WEIR_INT16:
+    case WEIR_INT32:
+    case WEIR_INT64:
+      return "bhilq";
+    case WEIR_UINT8:
+    case WEIR_UINT16:
+    case WEIR_UINT32:
+    case WEIR_UINT64:
+      return "BHILQ";
+    default:
+      return "efd";
+  }
+}
+
+bool is_of(const Buffer& buffer, uint32_t type) {
+  return buffer.format && buffer.format[0] && !buffer.format[1] &&
+         formats_of(type).find(buffer.format[0]) != std::string_view::npos &&
+         buffer.item_size == static_cast<ptrdiff_t>(element_bytes(type));
+}
+
+bool needs_memory(const weir_frame& out) {
+  return std::any_of(out.tensors, out.tensors + out.n_tensors,
+                     [](const weir_tensor& tensor) { return !tensor.data; });
+}
+
+Error kept_its_input() {
+  return {Code::INVOKE_FAILED,
+          "the script keeps an array of its input, whose memory is gone after invoke here",
+          "",
+          "a copy",
+          "",
+          "array.copy()"};
+}
+
+}  // namespace
+
+PythonSession::PythonSession(PythonModel& model)
+    : model_(model), api_(model.api()), outputs_(model.outputs()) {}
+
+Result<std::unique_ptr<PythonSession>> PythonSession::create(PythonModel& model,
+                                                             std::span<const weir_option>) {
+  return std::unique_ptr<PythonSession>(new PythonSession(model));
+}
+
+Status PythonSession::resolve(std::span<const weir_tensor_info> in,
+                              std::span<weir_tensor_info> out) {
+  if (!model_.is_told()) return ok();
+  const Locked lock;
+  auto outputs = model_.tell(in);
+  if (!outputs) return outputs.error();
+  if (out.size() < outputs->size())
+    return Error{Code::MODEL_DIFFERS,
+                 "setInputDim returned more tensors than there is room for",
+                 std::to_string(outputs->size()),
+                 "at most " + std::to_string(out.size()),
+                 "",
+                 ""};
+  outputs_ = *std::move(outputs);
+  std::copy(outputs_.begin(), outputs_.end(), out.begin());
+  return ok();
+}
+
+Status PythonSession::invoke(const weir_frame& in, weir_frame& out) {
+  if (kept_) return *kept_;
+  if (out.n_tensors != outputs_.size())
+    return Error{
+        Code::SPEC_MISMATCH,           "the frame has another number of outputs than the script",
+        std::to_string(out.n_tensors), std::to_string(outputs_.size()),
+        "number of tensors",           ""};
+  for (uint32_t i = 0; i < in.n_tensors; ++i)
+    if (element_bytes(in.tensors[i].info.type) == 0)
+      return Error{
+          Code::FORMAT_UNSUPPORTED, "an input has a type that is not known", "", "", "", ""};
+    else if (auto status = check_memory(in.tensors[i], i, "input"); !status)
+      return status;
+  const Locked lock;
+  FrameHold hold(api_);
+  if (!hold.owner()) return python::take_exception(Code::OUT_OF_MEMORY);
+  const Status status = run(in, out, hold.owner());
+  if (hold.let_go() || hold.keep(in)) return status;
+  model_.collect_garbage();  // what holds it may be a cycle
+  if (hold.is_gone()) return status;
+  kept_ = kept_its_input();
+  return *kept_;
+}
+
+Status PythonSession::run(const weir_frame& in, weir_frame& out, const Object& owner) {
+  auto arrays = arrays_of(in, owner);
+  if (!arrays) return arrays.error();
+  const auto made = model_.invoke(*std::move(arrays));
+  if (!made) return made.error();
+  return write(*made, out);
+}
+
+Result<Object> PythonSession::arrays_of(const weir_frame& in, const Object& owner) const {
+  Object list = Object::adopt(api_.PyList_New(in.n_tensors));
+  for (uint32_t i = 0; list && i < in.n_tensors; ++i) {
+    const auto& tensor = in.tensors[i];
+    const auto count = static_cast<int64_t>(tensor.bytes / element_bytes(tensor.info.type));
+    Object array = model_.numpy().view(tensor.info.type, tensor.data, count, owner);
+    if (!array) return python::take_exception(Code::OUT_OF_MEMORY);
+    api_.PyList_SetItem(list.get(), i, array.release());
+  }
+  if (!list) return python::take_exception(Code::OUT_OF_MEMORY);
+  return list;
+}
+
+// Arrays that are right and dense go straight into the frame; for all others Python finds what is
+// wrong with them, or makes them so.
+Status PythonSession::write(const Object& made, weir_frame& out) const {
+  const auto count = static_cast<ptrdiff_t>(out.n_tensors);
+  const auto write_one = [&](PyObject* array, bool ours, ptrdiff_t i) {
+    return write(array, ours, static_cast<size_t>(i), out.tensors + i);
+  };
+  const bool counted = api_.PyList_Size(made.get()) == count;
+  const bool ours = counted && needs_memory(out) && model_.is_only_list(made);
+  ptrdiff_t first = 0;  // that is not written
+  for (; counted && first < count; ++first) {
+    const auto done = write_one(api_.PyList_GetItem(made.get(), first), ours, first);
+    if (!done) return done.error();
+    if (!*done) break;
+  }
+  if (counted && first == count) return ok();
+  api_.PyErr_Clear();
+  const auto arrays = model_.checked(made, outputs_);
+  if (!arrays) return arrays.error();
+  for (; first < count; ++first) {
+    const auto done = write_one(api_.PyTuple_GetItem(arrays->get(), first), false, first);
+    if (!done) return done.error();
+    if (!*done) return python::take_exception(Code::INVOKE_FAILED);
+  }
+  return ok();
+}
+
+// False: it is no dense array of that type and size.
+Result<bool> PythonSession::write(PyObject* array, bool ours, size_t index,
+                                  weir_tensor* tensor) const {
+  const auto& info = outputs_[index];
+  if (api_.PyObject_IsInstance(array, model_.numpy().array_type()) != 1) return false;
+  Buffer buffer{};
+  if (api_.PyObject_GetBuffer(array, &buffer, kDenseWithFormat) != 0) return false;
+  const uint64_t needed = tensor_bytes(info).value_or(0);
+  const bool right = is_of(buffer, info.type) && static_cast<uint64_t>(buffer.size) == needed;
+  void* const data = buffer.bytes;
+  api_.PyBuffer_Release(&buffer);  // it refers to the array; the list goes on to
+  if (!right) return false;
+  if (!tensor->data && ours && hand_over(array, data, tensor)) {
+    const char* name = tensor->info.name;
+    tensor->info = info;
+    tensor->info.name = name;
+    tensor->bytes = tensor->capacity = needed;
+    return true;
+  }
+  if (auto status = write_output(info, data, index, tensor); !status) return status.error();
+  return true;
+}
+
+// The frame keeps the array until its memory is freed, on whatever thread.
+bool PythonSession::hand_over(PyObject* array, void* data, weir_tensor* tensor) const {
+  if (!model_.give_away(array)) return false;
+  tensor->data = data;
+  tensor->owner = Object::share(array).release();
+  tensor->release = [](void* kept) {
+    const python::PythonApi& api = **python::interpreter();  // it ran: it made the array
+    if (!api.Py_IsInitialized()) return;                     // the program is ending
+    const Locked lock;
+    const Object last = Object::adopt(static_cast<PyObject*>(kept));
+  };
+  return true;
+}
+
+}  // namespace weir::engine

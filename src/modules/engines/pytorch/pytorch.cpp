@@ -1,0 +1,38 @@
+// The module of the engine libtorch.
+#include "engine_table.hpp"
+#include "pytorch/torch_file.hpp"
+#include "pytorch/torch_model.hpp"
+#include "pytorch/torch_runner.hpp"
+
+namespace weir::engine {
+namespace {
+
+struct PytorchEngine {
+  static constexpr const char *kName = "pytorch", *kAliases = "torch,libtorch",
+                              *kEndings = "pt,pth,torchscript", *kLibrary = "libtorch";
+  static constexpr const char* kOptions = R"([
+    {"name": "NumThreads", "type": "integer", "default": "the cores", "help": "threads of one invoke"},
+    {"name": "Freeze", "type": "boolean", "default": "true",
+     "help": "weights become constants of the graph, which is simplified"},
+    {"name": "Optimize", "type": "boolean", "default": "true",
+     "help": "optimize_for_inference: layers become one, weights are laid out for oneDNN; needs Freeze"},
+    {"name": "input", "type": "text", "default": "the property input", "help": "dimensions of the inputs"},
+    {"name": "inputtype", "type": "text", "default": "the property inputtype", "help": "types of the inputs"},
+    {"name": "inputname", "type": "text", "default": "the property inputname", "help": "names of the inputs"},
+    {"name": "output", "type": "text", "default": "the property output",
+     "help": "dimensions of the outputs: their number, where the model decides it as it runs"}])";
+  using Model = TorchModel;
+  using Session = TorchRunner;
+
+  static int probe(const std::string&, std::span<const unsigned char> head) {
+    return torch_score(head);
+  }
+  static std::optional<LibraryFacts> library() {
+    return LibraryFacts{TorchProgram::path(), TorchProgram::version()};
+  }
+};
+
+}  // namespace
+}  // namespace weir::engine
+
+WEIR_ENGINE_MODULE(weir::engine::PytorchEngine)

@@ -1,0 +1,237 @@
+// The libtorch engine on small models: shapes, types, kinds of output, options, memory.
+#include <cstring>
+
+#include "engine_fixture.hpp"
+#include "pytorch/torchscript_builder.hpp"
+
+#if defined(__SANITIZE_ADDRESS__)
+// LeakSanitizer ends in a fault of its own when it looks through libtorch's thread-local memory.
+extern "C" __attribute__((visibility("default"))) const char* __asan_default_options() {
+  return "detect_leaks=0";
+}
+#endif
+
+namespace weir::engine_test {
+namespace {
+
+class Pytorch : public EngineTest {
+ protected:
+  std::unique_ptr<OpenEngine> opened(const std::string& methods, const Options& options = {}) {
+    return EngineTest::opened(torchscript(methods), options);
+  }
+  static std::vector<TestTensor> invoke(const std::unique_ptr<OpenEngine>& model,
+                                        const std::vector<TestTensor>& inputs) {
+    if (!model) return {};
+    auto out = model->invoke(inputs);
+    if (!out) ADD_FAILURE() << out.error().message();
+    return out ? *std::move(out) : std::vector<TestTensor>{};
+  }
+};
+
+TestTensor floats(const std::vector<int64_t>& shape, const std::vector<float>& values) {
+  return make_tensor<float>(WEIR_FLOAT32, shape, values);
+}
+
+const char* const kDouble = "def forward(self, x: Tensor) -> Tensor:\n  return torch.mul(x, 2)";
+
+TEST_F(Pytorch, AModelThatSaysNoShapeTakesTheStreams) {
+  const auto model = opened(kDouble);
+  ASSERT_NE(model, nullptr);
+  ASSERT_EQ(model->inputs().size(), 1u);
+  EXPECT_EQ(model->inputs()[0].type, uint32_t{WEIR_TYPE_END});
+  EXPECT_EQ(model->inputs()[0].rank, WEIR_RANK_UNKNOWN);
+  EXPECT_STREQ(model->inputs()[0].name, "x");
+  const auto shapes = model->resolve({make_tensor(WEIR_FLOAT32, {2, 3}).info});
+  ASSERT_TRUE(shapes) << shapes.error().message();
+  EXPECT_EQ(text_of((*shapes)[0]), "float32[2, 3]");
+  const auto out = invoke(model, {floats({2, 3}, {1, 2, 3, 4, 5, 6})});
+  ASSERT_EQ(out.size(), 1u);
+  EXPECT_EQ(out[0].values<float>(), (std::vector<float>{2, 4, 6, 8, 10, 12}));
+}
+
+TEST_F(Pytorch, EveryElementTypeOfLibtorchGoesThrough) {
+  const auto model = opened("def forward(self, x: Tensor) -> Tensor:\n  return torch.clone(x)");
+  for (const uint32_t type : {WEIR_INT8, WEIR_UINT8, WEIR_INT16, WEIR_INT32, WEIR_INT64,
+                              WEIR_FLOAT16, WEIR_FLOAT32, WEIR_FLOAT64}) {
+    auto input = make_tensor(type, {3, 2});
+    for (size_t i = 0; i < input.bytes.size(); ++i) input.bytes[i] = std::byte(i + 1);
+    const auto out = invoke(model, {input});
+    ASSERT_EQ(out.size(), 1u);
+    EXPECT_EQ(text_of(out[0].info), text_of(input.info));
+    EXPECT_EQ(out[0].bytes, input.bytes);
+  }
+}
+
+TEST_F(Pytorch, TuplesAndListsWithinEachOtherAreFlattened) {
+  const auto model = opened(
+      "def forward(self, x: Tensor) -> Tuple[Tensor, Tuple[Tensor, List[Tensor]]]:\n"
+      "  a = torch.add(x, 1)\n"
+      "  b = torch.add(x, 2)\n"
+      "  c = torch.add(x, 3)\n"
+      "  d = torch.add(x, 4)\n"
+      "  return (a, (b, [c, d]))");
+  ASSERT_NE(model, nullptr);
+  EXPECT_EQ(model->outputs().size(), 4u);
+  const auto out = invoke(model, {floats({1}, {10})});
+  ASSERT_EQ(out.size(), 4u);
+  for (size_t i = 0; i < 4; ++i)
+    EXPECT_EQ(out[i].values<float>(), std::vector<float>{11.0f + static_cast<float>(i)});
+}
+
+const char* const kChunks =
+    "def forward(self, x: Tensor) -> List[Tensor]:\n  return torch.chunk(x, 3)";
+
+TEST_F(Pytorch, AListWhoseLengthTheModelDecidesIsTriedOnTheInputThatTheUserSays) {
+  const auto model = opened(kChunks, {{"input", "2:6"}, {"inputtype", "float32"}});
+  ASSERT_NE(model, nullptr);
+  EXPECT_EQ(model->outputs().size(), 3u);
+  EXPECT_EQ(text_of(model->inputs()[0]), "float32[6, 2]");
+  const auto out = invoke(model, {floats({6, 2}, {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11})});
+  ASSERT_EQ(out.size(), 3u);
+  EXPECT_EQ(out[1].values<float>(), (std::vector<float>{4, 5, 6, 7}));
+  const auto told = opened(kChunks, {{"output", "2:2,2:2,2:2"}});
+  ASSERT_NE(told, nullptr);
+  EXPECT_EQ(told->outputs().size(), 3u);
+}
+
+TEST_F(Pytorch, AListOfUnknownLengthIsRefusedWithALineToPaste) {
+  const Error error = error_of(torchscript(kChunks));
+  EXPECT_EQ(error.code, Code::SPEC_MISMATCH) << error.message();
+  EXPECT_NE(error.what.find("how many tensors"), std::string::npos);
+  EXPECT_NE(error.fix.find("framework=pytorch"), std::string::npos);
+  EXPECT_NE(error.fix.find("inputtype=float32"), std::string::npos) << error.fix;
+}
+
+TEST_F(Pytorch, BoolsComeOutAsBytes) {
+  const auto model = opened("def forward(self, x: Tensor) -> Tensor:\n  return torch.gt(x, 0)");
+  const auto out = invoke(model, {floats({3}, {-1, 0, 1})});
+  ASSERT_EQ(out.size(), 1u);
+  EXPECT_EQ(text_of(out[0].info), "uint8[3]");
+  EXPECT_EQ(out[0].values<uint8_t>(), (std::vector<uint8_t>{0, 0, 1}));
+}
+
+TEST_F(Pytorch, AScalarHasRankZero) {
+  const auto model = opened("def forward(self, x: Tensor) -> Tensor:\n  return torch.sum(x)");
+  const auto out = invoke(model, {floats({4}, {1, 2, 3, 4})});
+  ASSERT_EQ(out.size(), 1u);
+  EXPECT_EQ(out[0].info.rank, 0u);
+  EXPECT_EQ(out[0].values<float>(), std::vector<float>{10});
+}
+
+// What lies in memory in another order than its shape says comes out in the shape's order.
+TEST_F(Pytorch, ATransposedViewIsPutInOrder) {
+  const auto model =
+      opened("def forward(self, x: Tensor) -> Tensor:\n  return torch.transpose(x, 0, 1)");
+  const auto out = invoke(model, {floats({2, 3}, {1, 2, 3, 4, 5, 6})});
+  ASSERT_EQ(out.size(), 1u);
+  EXPECT_EQ(text_of(out[0].info), "float32[3, 2]");
+  EXPECT_EQ(out[0].values<float>(), (std::vector<float>{1, 4, 2, 5, 3, 6}));
+}
+
+// A convolution's weights tell the rank, the channels and the type of the input.
+TEST_F(Pytorch, WeightsOfAConvolutionTellTheInput) {
+  const auto model = opened(
+      "def forward(self, x: Tensor) -> Tensor:\n"
+      "  w = torch.ones([4, 3, 1, 1])\n"
+      "  return torch.conv2d(x, w, None, [1, 1], [0, 0], [1, 1], 1)");
+  ASSERT_NE(model, nullptr);
+  EXPECT_EQ(text_of(model->inputs()[0]), "float32[-1, 3, -1, -1]");
+  EXPECT_EQ(model->inputs()[0].layout, uint32_t{WEIR_LAYOUT_NCHW});
+}
+
+// Four invokes, for libtorch profiles the first and compiles for the second.
+TEST_F(Pytorch, ShapesMayChangeFromFrameToFrame) {
+  const auto model = opened(
+      "def forward(self, x: Tensor) -> Tensor:\n  return torch.relu(torch.sub(torch.mul(x, x), "
+      "1))");
+  for (const int64_t n : {1, 5, 2, 5, 7}) {
+    const auto out = invoke(model, {floats({n}, std::vector<float>(static_cast<size_t>(n), 3))});
+    ASSERT_EQ(out.size(), 1u);
+    EXPECT_EQ(out[0].values<float>(), std::vector<float>(static_cast<size_t>(n), 8));
+  }
+}
+
+TEST_F(Pytorch, ASizeThatDependsOnDataIsSaidFrameByFrame) {
+  const auto model = opened("def forward(self, x: Tensor) -> Tensor:\n  return torch.nonzero(x)");
+  ASSERT_NE(model, nullptr);
+  EXPECT_TRUE(model->info().flags & WEIR_MODEL_DYNAMIC_OUTPUT);
+  const auto shapes = model->resolve({make_tensor(WEIR_FLOAT32, {4}).info});
+  ASSERT_TRUE(shapes) << shapes.error().message();
+  EXPECT_EQ(text_of((*shapes)[0]), "int64[-1, -1]");
+  const auto out = invoke(model, {floats({4}, {0, 7, 0, 9})});
+  ASSERT_EQ(out.size(), 1u);
+  EXPECT_EQ(out[0].values<int64_t>(), (std::vector<int64_t>{1, 3}));
+}
+
+TEST_F(Pytorch, AModelThatWritesItsInputDoesNotWriteTheStreams) {
+  const auto model = opened(
+      "def forward(self, x: Tensor) -> Tensor:\n"
+      "  y = torch.view(x, [-1])\n"
+      "  z = torch.add_(y, 1)\n"
+      "  return torch.mul(x, 10)");
+  ASSERT_NE(model, nullptr);
+  std::vector<float> data{1, 2};
+  weir_tensor in{}, out{};
+  in.info = make_tensor(WEIR_FLOAT32, {2}).info;
+  in.data = data.data();
+  in.bytes = 8;
+  weir_frame in_frame{}, out_frame{};
+  in_frame.n_tensors = out_frame.n_tensors = 1;
+  in_frame.tensors = &in;
+  out_frame.tensors = &out;
+  ASSERT_TRUE(model->invoke(in_frame, out_frame));
+  EXPECT_EQ(data, (std::vector<float>{1, 2}));
+  EXPECT_EQ(static_cast<const float*>(out.data)[1], 30);
+  out.release(out.owner);
+}
+
+// The result is libtorch's own memory, given away; an input that is passed through is not.
+TEST_F(Pytorch, OutputsAreGivenAwayAndInputsAreNot) {
+  const auto model =
+      opened("def forward(self, x: Tensor) -> Tuple[Tensor, Tensor]:\n  return (x, torch.neg(x))");
+  ASSERT_NE(model, nullptr);
+  EXPECT_TRUE(model->info().flags & WEIR_MODEL_ALLOCATES_OUTPUT);
+  std::vector<float> data{1, 2};
+  weir_tensor in{}, out[2]{};
+  in.info = make_tensor(WEIR_FLOAT32, {2}).info;
+  in.data = data.data();
+  in.bytes = 8;
+  weir_frame in_frame{}, out_frame{};
+  in_frame.n_tensors = 1;
+  in_frame.tensors = &in;
+  out_frame.n_tensors = 2;
+  out_frame.tensors = out;
+  ASSERT_TRUE(model->invoke(in_frame, out_frame));
+  EXPECT_NE(out[0].data, in.data);
+  data = {0, 0};
+  EXPECT_EQ(static_cast<const float*>(out[0].data)[1], 2);
+  EXPECT_EQ(static_cast<const float*>(out[1].data)[1], -2);
+  for (auto& tensor : out) tensor.release(tensor.owner);
+}
+
+TEST_F(Pytorch, ArgumentsWithDefaultsKeepThem) {
+  const auto model =
+      opened("def forward(self, x: Tensor, scale: int=3) -> Tensor:\n  return torch.mul(x, scale)");
+  ASSERT_NE(model, nullptr);
+  EXPECT_EQ(model->inputs().size(), 1u);
+  EXPECT_EQ(invoke(model, {floats({1}, {5})})[0].values<float>(), std::vector<float>{15});
+}
+
+TEST_F(Pytorch, OptionsTurnFreezingAndOptimisingOff) {
+  for (const Options& options : {Options{{"Freeze", "false"}}, {{"optimize", "off"}}, {}}) {
+    const auto model = opened(kDouble, options);
+    EXPECT_EQ(invoke(model, {floats({1}, {4})})[0].values<float>(), std::vector<float>{8});
+    const std::string said = model->info().metadata_json;
+    EXPECT_NE(said.find(options.empty() ? R"("optimized":true)" : R"("optimized":false)"),
+              std::string::npos)
+        << said;
+  }
+  EXPECT_TRUE(take_log().empty());
+  opened(kDouble, {{"Frezze", "false"}});
+  const auto log = take_log();
+  ASSERT_EQ(log.size(), 1u);
+  EXPECT_NE(log[0].find("Frezze is not known"), std::string::npos) << log[0];
+}
+
+}  // namespace
+}  // namespace weir::engine_test

@@ -1,0 +1,17 @@
+// From libtorch's exceptions, which hold pages, to one line and the operator that failed.
+#pragma once
+#include <string>
+#include <string_view>
+
+#include "weir/result.hpp"
+
+namespace weir::engine {
+
+// "RuntimeError: mat1 and mat2 shapes cannot be multiplied (1x4 and 5x2) (in torch.linear)".
+std::string torch_reason(std::string_view text);
+// What failed while a file was loaded.
+Error torch_load_error(const std::string& model, std::string_view text);
+// What failed while it ran.
+Error torch_run_error(std::string_view text);
+
+}  // namespace weir::engine

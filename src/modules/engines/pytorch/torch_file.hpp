@@ -1,0 +1,32 @@
+// What kind of file a .pt is, told from its bytes before libtorch sees it.
+#pragma once
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "weir/result.hpp"
+
+namespace weir::engine {
+
+// How sure the first bytes make one that libtorch writes such files: 0 to 100.
+int torch_score(std::span<const unsigned char> head) noexcept;
+
+// The checksum of zip archives.
+uint32_t crc32(std::span<const std::byte> bytes) noexcept;
+
+// An entry that is compressed: its checksum is to be held against what comes out of it.
+struct CompressedEntry {
+  std::string name;  // without the folder that bears the model's name
+  uint32_t crc = 0;
+};
+
+// The compressed entries of a whole zip archive with TorchScript's code in it. MODEL_UNSUPPORTED
+// names a state dict or a pickled Python object; MODEL_INVALID what is cut, damaged or of another
+// format. The archive is the zip of PKWARE's appnote, ZIP64 too; the checksums of stored entries
+// are held against them: libtorch 1.13 does not look at checksums, and its parser ends the process
+// over some damaged code.
+Result<std::vector<CompressedEntry>> check_torch_file(std::span<const std::byte> file);
+
+}  // namespace weir::engine

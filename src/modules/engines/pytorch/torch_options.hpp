@@ -1,0 +1,17 @@
+// The options of the libtorch engine.
+#pragma once
+#include "declared_tensors.hpp"
+
+namespace weir::engine {
+
+struct TorchOptions {
+  int threads = 1;  // within one operator
+  bool freeze = true, optimize = true;
+  DeclaredTensors declared;
+
+  // NumThreads:N, Freeze:{true,false}, Optimize:{true,false} and what DeclaredTensors takes.
+  // Unknown keys are logged; a value that cannot be used is OPTION_VALUE.
+  static Result<TorchOptions> read(const weir_open& request);
+};
+
+}  // namespace weir::engine

@@ -1,0 +1,258 @@
+// libtorch, in this file alone: loading, freezing, looking into the graph, running.
+#include "pytorch/torch_program.hpp"
+
+#include <ATen/Parallel.h>
+#include <c10/core/InferenceMode.h>
+#include <caffe2/serialize/inline_container.h>
+#include <dlfcn.h>
+#include <torch/csrc/api/include/torch/version.h>
+#include <torch/csrc/jit/api/module.h>
+#include <torch/csrc/jit/passes/inliner.h>
+#include <torch/csrc/jit/serialization/import.h>
+
+#include <atomic>
+#include <optional>
+#include <sstream>
+
+#include "pytorch/torch_errors.hpp"
+#include "pytorch/torch_graph.hpp"
+#include "pytorch/torch_tensors.hpp"
+
+namespace weir::engine {
+namespace {
+
+using torch::jit::IValue;
+
+// libtorch's own exceptions, those of its interpreter, and what the standard library throws in it.
+template <class Body, class Say>
+auto caught(Body&& body, Say&& say) -> decltype(body()) {
+  try {
+    return body();
+  } catch (const c10::Error& e) {
+    return say(std::string_view(e.what_without_backtrace()));
+  } catch (const std::bad_alloc&) {
+    throw;
+  } catch (const std::exception& e) {
+    return say(std::string_view(e.what()));
+  }
+}
+
+// The BLAS that Debian's alternatives chose for libtorch; it stays open with libtorch.
+void* blas() {
+  static void* const handle = dlopen("libblas.so.3", RTLD_LAZY | RTLD_NOLOAD);
+  return handle;
+}
+
+// OpenMP counts threads for each thread that calls it, OpenBLAS for the process.
+void use_threads(int threads) {
+  thread_local int set_here = 0;
+  if (set_here != threads) at::set_num_threads(threads);
+  set_here = threads;
+  static std::atomic<int> set_in_blas{0};
+  if (set_in_blas.exchange(threads) == threads || !blas()) return;
+  if (const auto set = reinterpret_cast<void (*)(int)>(dlsym(blas(), "openblas_set_num_threads")))
+    set(threads);
+}
+
+Status flatten(const IValue& value, std::vector<at::Tensor>* out) {
+  if (value.isTensor()) {
+    if (value.toTensor().defined()) out->push_back(dense(value.toTensor()));
+  } else if (value.isTensorList()) {
+    for (const at::Tensor& tensor : value.toTensorList()) out->push_back(dense(tensor));
+  } else if (value.isTuple()) {
+    for (const auto& part : value.toTupleRef().elements())
+      if (auto status = flatten(part, out); !status) return status;
+  } else if (!value.isNone()) {
+    return unsupported_value("output", value.tagKind());
+  }
+  return ok();
+}
+
+uint64_t bytes_of_weights(const torch::jit::Module& module) {
+  uint64_t bytes = 0;
+  for (const auto& tensor : module.parameters()) bytes += tensor.nbytes();
+  for (const auto& tensor : module.buffers()) bytes += tensor.nbytes();
+  return bytes;
+}
+
+// What comes out of compressed entries, against their checksums.
+Status check_entries(std::istream* stream, std::span<const CompressedEntry> entries,
+                     const std::string& name) {
+  if (entries.empty()) return ok();
+  caffe2::serialize::PyTorchStreamReader reader(stream);
+  for (const auto& entry : entries) {
+    const auto [data, bytes] = reader.getRecord(entry.name);
+    if (crc32({static_cast<const std::byte*>(data.get()), bytes}) != entry.crc)
+      return Error{Code::MODEL_INVALID,
+                   "the file is truncated, damaged or not a TorchScript model",
+                   name + ": " + entry.name + " has another checksum",
+                   "a complete TorchScript archive",
+                   "",
+                   "fetch or save the model again"};
+  }
+  return ok();
+}
+
+// Inlined and apart from the module's own, which runs.
+std::shared_ptr<torch::jit::Graph> graph_of(const torch::jit::Module& module) {
+  auto graph = module.get_method("forward").graph()->copy();
+  torch::jit::Inline(*graph);
+  return graph;
+}
+
+Status read_interface(const torch::jit::Module& module, TorchFacts* facts) {
+  const auto graph = graph_of(module);
+  const auto& arguments = module.get_method("forward").function().getSchema().arguments();
+  GraphReader reader(*graph, facts);
+  for (size_t i = 1; i < arguments.size(); ++i) {
+    const bool tensor = arguments[i].type()->isSubtypeOf(c10::TensorType::get());
+    if (!tensor && arguments[i].default_value()) break;  // left to its default
+    if (!tensor)
+      return unsupported_value("input " + arguments[i].name(),
+                               arguments[i].type()->annotation_str());
+    reader.input(*graph->inputs().at(i));
+  }
+  reader.operators();
+  if (graph->outputs().size() != 1) return unsupported_value("output", "nothing");
+  auto count = count_tensors(graph->outputs()[0], graph->outputs()[0]->type());
+  if (!count) return count.error();
+  facts->outputs = *count;
+  return ok();
+}
+
+}  // namespace
+
+struct TorchProgram::Parts {
+  torch::jit::Module module;
+  std::optional<torch::jit::Method> method;  // forward of it, when it is as it runs
+  TorchFacts facts;
+
+  Result<std::vector<at::Tensor>> forward(std::vector<IValue> inputs, int threads) const {
+    const c10::InferenceMode inference;
+    use_threads(threads);
+    std::vector<at::Tensor> out;
+    out.reserve(facts.outputs.value_or(1));
+    if (auto status = flatten((*method)(std::move(inputs)), &out); !status) return status.error();
+    return out;
+  }
+};
+
+TorchProgram::TorchProgram(std::unique_ptr<Parts> parts) : parts_(std::move(parts)) {}
+TorchProgram::~TorchProgram() = default;
+
+Result<std::unique_ptr<TorchProgram>> TorchProgram::load(
+    std::span<const std::byte> file, std::span<const CompressedEntry> compressed,
+    const std::string& name, bool freeze, bool optimize) {
+  using Loaded = Result<std::unique_ptr<TorchProgram>>;
+  return caught(
+      [&]() -> Loaded {
+        std::istringstream stream(
+            std::string(reinterpret_cast<const char*>(file.data()), file.size()));
+        if (auto status = check_entries(&stream, compressed, name); !status) return status.error();
+        stream.clear();
+        stream.seekg(0);
+        auto parts = std::make_unique<Parts>();
+        auto& module = parts->module;
+        module = torch::jit::load(stream, at::kCPU);
+        module.eval();
+        if (!module.find_method("forward"))
+          return Error{Code::MODEL_UNSUPPORTED,
+                       "the model has no method forward",
+                       name,
+                       "",
+                       "",
+                       "save a module with a method forward"};
+        parts->facts.weight_bytes = bytes_of_weights(module);
+        if (freeze) module = torch::jit::freeze(module);
+        if (auto status = read_interface(module, &parts->facts); !status) {
+          Error error = status.error();
+          error.offered = name + ": " + error.offered;
+          return error;
+        }
+        if (freeze && optimize) module = torch::jit::optimize_for_inference(module);
+        parts->facts.writes_inputs = writes_any_input(graph_of(module));
+        parts->method = module.get_method("forward");
+        return std::unique_ptr<TorchProgram>(new TorchProgram(std::move(parts)));
+      },
+      [&](std::string_view text) -> Loaded { return torch_load_error(name, text); });
+}
+
+const TorchFacts& TorchProgram::facts() const noexcept {
+  return parts_->facts;
+}
+
+Result<std::vector<weir_tensor_info>> TorchProgram::rehearse(
+    std::span<const weir_tensor_info> inputs, int threads) const {
+  using Infos = Result<std::vector<weir_tensor_info>>;
+  const auto attempt = [&](bool ones) {
+    return caught(
+        [&]() -> Infos {
+          std::vector<IValue> values;
+          for (const auto& info : inputs) {
+            const auto type = to_torch(info.type);
+            if (!type) return no_such_type(info);
+            const at::IntArrayRef shape(info.shape, info.rank);
+            values.emplace_back(ones ? at::ones(shape, *type) : at::zeros(shape, *type));
+          }
+          const auto tensors = parts_->forward(std::move(values), threads);
+          if (!tensors) return tensors.error();
+          std::vector<weir_tensor_info> out;
+          for (const auto& tensor : *tensors) {
+            auto info = torch_info(tensor);
+            if (!info) return info.error();
+            out.push_back(*info);
+          }
+          return out;
+        },
+        [](std::string_view text) -> Infos { return torch_run_error(text); });
+  };
+  auto found = attempt(false);
+  if (!found && found.error().code == Code::INVOKE_FAILED)
+    if (auto again = attempt(true)) return again;
+  return found;
+}
+
+Status TorchProgram::run(std::span<const weir_tensor> in, std::span<weir_tensor> out,
+                         int threads) const {
+  return caught(
+      [&]() -> Status {
+        std::vector<IValue> values;
+        values.reserve(in.size() + 1);
+        for (const auto& tensor : in) {
+          const auto type = to_torch(tensor.info.type);
+          if (!type) return no_such_type(tensor.info);
+          auto value = at::from_blob(tensor.data, {tensor.info.shape, tensor.info.rank}, *type);
+          values.emplace_back(parts_->facts.writes_inputs ? value.clone() : std::move(value));
+        }
+        auto tensors = parts_->forward(std::move(values), threads);
+        if (!tensors) return tensors.error();
+        if (tensors->size() != out.size())
+          return Error{Code::INVOKE_FAILED,
+                       "the model gave another number of tensors than before",
+                       std::to_string(tensors->size()),
+                       std::to_string(out.size()),
+                       "",
+                       ""};
+        for (size_t i = 0; i < out.size(); ++i)
+          if (auto status = hand_over((*tensors)[i], i, in, &out[i]); !status) return status;
+        return ok();
+      },
+      [](std::string_view text) -> Status { return torch_run_error(text); });
+}
+
+std::string TorchProgram::version() {
+  return TORCH_VERSION;
+}
+
+std::string TorchProgram::path() {
+  Dl_info info{};
+  return dladdr(reinterpret_cast<const void*>(&at::get_num_threads), &info) && info.dli_fname
+             ? info.dli_fname
+             : "";
+}
+
+bool TorchProgram::has_fast_blas() {
+  return at::hasMKL() || (blas() && dlsym(blas(), "openblas_get_config"));
+}
+
+}  // namespace weir::engine

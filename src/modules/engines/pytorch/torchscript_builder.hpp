@@ -1,0 +1,19 @@
+// Small TorchScript archives for tests, written entry by entry: a zip archive of stored files.
+#pragma once
+#include <cstddef>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace weir::engine_test {
+
+using ZipEntries = std::vector<std::pair<std::string, std::string>>;  // name, content
+std::vector<std::byte> zip(const ZipEntries& entries);
+
+// A module without weights. `methods`: the lines of its methods, from "def forward(self, ..." on,
+// as Python writes them, without indentation in front.
+std::vector<std::byte> torchscript(const std::string& methods, const std::string& version = "3");
+// The entries of that archive.
+ZipEntries torchscript_entries(const std::string& methods, const std::string& version = "3");
+
+}  // namespace weir::engine_test

@@ -1,0 +1,28 @@
+// Damaged TensorFlow Lite models: nothing crashes, nothing hangs.
+#include "damaged_model.hpp"
+#include "tensorflow-lite/tflite_builder.hpp"
+
+namespace weir::engine_test {
+namespace {
+
+class TensorflowLiteDamaged : public EngineTest {};
+
+TEST_F(TensorflowLiteDamaged, VersionsOfASmallModelAreRefusedOrRun) {
+  const auto counts = run_damaged(*engine(), tflite_negation().bytes(), folder_);
+  EXPECT_EQ(counts.refused + counts.failed + counts.ran + counts.large, kDamagedVersions);
+  EXPECT_GT(counts.refused, kDamagedVersions / 3) << "what was cut, at least";
+}
+
+TEST_F(TensorflowLiteDamaged, VersionsOfRealModelsAreRefusedOrRun) {
+  for (const char* file :
+       {"models/misc/add.tflite", "models/sensor/point_history_classifier.tflite"}) {
+    const auto path = shared_file(file);
+    if (path.empty()) GTEST_SKIP() << "../shared/" << file << " is not there";
+    const auto counts = run_damaged(*engine(), read_bytes(path), folder_);
+    EXPECT_GT(counts.refused, kDamagedVersions / 3) << file;
+    EXPECT_GT(counts.ran, 0) << file;
+  }
+}
+
+}  // namespace
+}  // namespace weir::engine_test

@@ -1,0 +1,113 @@
+// Shapes, buffers, quantisation and sparsity of tensors.
+#include "tflite-file/tflite_tensor.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <optional>
+#include <vector>
+
+namespace weir::engine {
+namespace {
+
+constexpr uint64_t kTensorBytesLimit = uint64_t{1} << 31;
+
+// Bytes per element in the order of TensorType; 0: of no fixed size.
+constexpr std::array<uint8_t, 18> kElementBytes{4, 2, 4,  1, 8, 0, 1, 2, 8,
+                                                1, 8, 16, 8, 0, 0, 4, 2, 1};
+constexpr uint8_t kInt4 = 17;  // two elements a byte
+
+using Shape = std::vector<int32_t>;
+
+bool quantization_fits(const FlatTable& table, const Shape& shape) {
+  if (!table) return true;
+  table.vector(0, 4);
+  table.vector(1, 4);
+  const FlatVector scale = table.vector(2, 4), zero_point = table.vector(3, 8);
+  if (table.scalar<uint8_t>(4, 0) == 1) table.table(5).vector(0, 1);
+  const auto axis = table.scalar<int32_t>(6, 0);
+  for (uint32_t i = 0; i < scale.size(); ++i)
+    if (const auto value = scale.scalar<float>(i); !std::isfinite(value) || value < 0) return false;
+  if (scale.size() <= 1) return zero_point.size() <= 1;
+  return axis >= 0 && static_cast<size_t>(axis) < shape.size() &&
+         static_cast<int64_t>(scale.size()) == shape[static_cast<size_t>(axis)] &&
+         (zero_point.size() == 0 || zero_point.size() == scale.size());
+}
+
+bool sparsity_fits(const FlatTable& table, const Shape& shape) {
+  if (!table) return true;
+  const auto rank = static_cast<uint32_t>(shape.size());
+  const FlatVector order = table.vector(0, 4), blocks = table.vector(1, 4);
+  const FlatVector dimensions = table.vector(2, 4);
+  if (order.size() != rank + blocks.size() || dimensions.size() != order.size()) return false;
+  if (order.size() > 2 * kTfliteRankLimit) return false;
+  for (uint32_t i = 0; i < order.size(); ++i)
+    if (order.scalar<uint32_t>(i) >= order.size()) return false;
+  for (uint32_t i = 0; i < blocks.size(); ++i)
+    if (blocks.scalar<uint32_t>(i) >= rank) return false;
+  for (uint32_t i = 0; i < dimensions.size(); ++i) {
+    const FlatTable dimension = dimensions.table(i);
+    for (const uint32_t field : {2u, 4u}) {
+      const auto kind = dimension.scalar<uint8_t>(field, 0);  // vectors of int32, uint16, uint8
+      if (kind > 3) return false;
+      if (kind > 0) dimension.table(field + 1).vector(0, kind == 1 ? 4 : kind == 2 ? 2 : 1);
+    }
+  }
+  return true;
+}
+
+// Nothing for a shape whose tensor would be beyond the limit.
+std::optional<uint64_t> bytes_of(uint8_t type, const Shape& shape) {
+  uint64_t bytes = std::max<uint64_t>(kElementBytes[type], 1);
+  for (const int32_t extent : shape) {
+    if (extent < 0) return std::nullopt;
+    bytes *= static_cast<uint64_t>(extent);
+    if (bytes > kTensorBytesLimit) return std::nullopt;
+  }
+  return bytes;
+}
+
+}  // namespace
+
+Error tflite_damage(const FlatFile& file, const std::string& finding) {
+  return {
+      Code::MODEL_INVALID,
+      "the file is truncated, damaged or not a TensorFlow Lite model",
+      file.damaged() ? "an offset or length leads out of the file: it was cut or changed" : finding,
+      "a complete .tflite model",
+      "",
+      "fetch or export the model again; weir inspect MODEL"};
+}
+
+Result<TfliteTensor> check_tflite_tensor(FlatFile* file, const FlatTable& tensor,
+                                         std::span<const FlatVector> buffers) {
+  const FlatVector extents = tensor.vector(0, 4), signature = tensor.vector(7, 4);
+  const auto type = tensor.scalar<uint8_t>(1, 0);
+  const auto buffer = tensor.scalar<uint32_t>(2, 0);
+  tensor.string(3);
+  const auto damage = [file](const std::string& finding) { return tflite_damage(*file, finding); };
+  if (file->damaged()) return damage("");
+  if (type >= kElementBytes.size()) return damage("element type " + std::to_string(type));
+  if (buffer >= buffers.size()) return damage("a tensor names a buffer that is not there");
+  if (extents.size() > kTfliteRankLimit || signature.size() > kTfliteRankLimit)
+    return damage("a tensor of rank " + std::to_string(std::max(extents.size(), signature.size())));
+  if (signature.size() > 0 && signature.size() != extents.size())
+    return damage("a tensor with two ranks");
+  Shape shape;
+  for (uint32_t i = 0; i < extents.size(); ++i) shape.push_back(extents.scalar<int32_t>(i));
+  const auto bytes = bytes_of(type, shape);
+  if (!bytes) return damage("a tensor of impossible shape");
+  const FlatTable sparsity = tensor.table(6);
+  const uint32_t stored = buffers[buffer].size();
+  const bool of_fixed_size = kElementBytes[type] > 0 && type != kInt4 && !sparsity;
+  if (stored > 0 && of_fixed_size && stored != *bytes)
+    return damage("the value of a tensor has " + std::to_string(stored) + " bytes instead of " +
+                  std::to_string(*bytes));
+  if (!quantization_fits(tensor.table(4), shape) || !sparsity_fits(sparsity, shape))
+    return damage("the quantisation or sparsity of a tensor does not fit its shape");
+  if (file->damaged()) return damage("");
+  return TfliteTensor{
+      .variable = tensor.scalar<uint8_t>(5, 0) != 0, .constant = stored > 0, .empty = *bytes == 0};
+}
+
+}  // namespace weir::engine

@@ -1,0 +1,9 @@
+#!/usr/bin/python3
+"""Prints a C++ header that holds the text of a file: embed_text.py CONSTANT FILE."""
+
+import pathlib
+import sys
+
+name, path = sys.argv[1], pathlib.Path(sys.argv[2])
+print(f"// The text of {path.name}.\n#pragma once\n\nnamespace weir::python {{\n\n"
+      f'inline constexpr char {name}[] = R"text({path.read_text()})text";\n\n}}  // namespace weir::python')

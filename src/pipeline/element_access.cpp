@@ -1,0 +1,191 @@
+// Everything is checked before GObject sees it, which would print a warning and go on.
+#include "pipeline/element_access.hpp"
+
+#include <utility>
+#include <vector>
+
+#include "core/text/text.hpp"
+#include "weir/pipeline.h"
+
+namespace weir::pipeline {
+namespace {
+
+std::string list(const std::vector<std::string>& words) {
+  std::string out;
+  for (const auto& word : words) out += (out.empty() ? "" : ", ") + word;
+  return "one of: " + (out.empty() ? "none" : out);
+}
+
+Error not_there(std::string what, const std::string& word, const std::vector<std::string>& there) {
+  const std::string close = nearest(word, there);
+  return Error{Code::OPTION_VALUE,
+               std::move(what),
+               word,
+               list(there),
+               close.empty() ? "" : "did you mean " + close + "?",
+               ""};
+}
+
+std::vector<std::string> names_in(GstBin* bin) {
+  std::vector<std::string> out;
+  const gst::Unique<GstIterator, gst_iterator_free> all(gst_bin_iterate_recurse(bin));
+  GValue item = G_VALUE_INIT;
+  GstIteratorResult result;
+  while ((result = gst_iterator_next(all.get(), &item)) == GST_ITERATOR_OK ||
+         result == GST_ITERATOR_RESYNC) {
+    if (result == GST_ITERATOR_RESYNC) {
+      gst_iterator_resync(all.get());
+      out.clear();
+      continue;
+    }
+    out.emplace_back(GST_OBJECT_NAME(g_value_get_object(&item)));
+    g_value_reset(&item);
+  }
+  g_value_unset(&item);
+  return out;
+}
+
+class Value {
+ public:
+  explicit Value(GType type) { g_value_init(&value_, type); }
+  Value(const Value&) = delete;
+  Value& operator=(const Value&) = delete;
+  ~Value() { g_value_unset(&value_); }
+  GValue* get() noexcept { return &value_; }
+
+ private:
+  GValue value_ = G_VALUE_INIT;
+};
+
+Result<GParamSpec*> find_property(GstElement* element, const std::string& property) {
+  auto* type = G_OBJECT_GET_CLASS(element);
+  if (auto* spec = g_object_class_find_property(type, property.c_str())) return spec;
+  std::vector<std::string> names;
+  guint count = 0;
+  const gst::Unique<GParamSpec*, g_free> all(g_object_class_list_properties(type, &count));
+  for (guint i = 0; i < count; ++i) names.emplace_back(all.get()[i]->name);
+  return not_there(kind_of(element) + " has no such property", property, names);
+}
+
+Error refused(GstElement* element, const GParamSpec& spec, const std::string& offered,
+              std::string needed) {
+  return Error{Code::OPTION_VALUE,
+               kind_of(element) + " does not take this value for " + spec.name,
+               offered,
+               std::move(needed),
+               "",
+               "gst-inspect-1.0 " + kind_of(element)};
+}
+
+}  // namespace
+
+std::string kind_of(GstElement* element) {
+  GstElementFactory* factory = gst_element_get_factory(element);
+  return factory ? gst_plugin_feature_get_name(GST_PLUGIN_FEATURE(factory))
+                 : G_OBJECT_TYPE_NAME(element);
+}
+
+Error wrong_kind(GstElement* element, const std::string& needed) {
+  return Error{Code::OPTION_VALUE,
+               std::string(GST_OBJECT_NAME(element)) + " is another element than this call is for",
+               kind_of(element),
+               needed,
+               "",
+               ""};
+}
+
+Result<gst::Ref<GstElement>> find_element(GstBin* bin, const std::string& name) {
+  auto element = gst::Ref<GstElement>::adopt(gst_bin_get_by_name(bin, name.c_str()));
+  if (element) return element;
+  return not_there("no element of the pipeline has this name", name, names_in(bin));
+}
+
+Status set_valve(GstElement* element, bool open) {
+  if (kind_of(element) != "valve") return wrong_kind(element, "valve");
+  g_object_set(element, "drop", open ? FALSE : TRUE, nullptr);
+  return ok();
+}
+
+Status select_pad(GstElement* element, const std::string& name) {
+  const std::string kind = kind_of(element);
+  const bool in = kind == "input-selector";
+  if (!in && kind != "output-selector")
+    return wrong_kind(element, "input-selector or output-selector");
+  std::vector<std::string> names;
+  gst::Ref<GstPad> found;
+  GST_OBJECT_LOCK(element);
+  for (GList* at = in ? element->sinkpads : element->srcpads; at; at = at->next) {
+    names.emplace_back(GST_OBJECT_NAME(at->data));
+    if (names.back() == name) found = gst::Ref<GstPad>::share(GST_PAD(at->data));
+  }
+  GST_OBJECT_UNLOCK(element);
+  if (!found) return not_there(kind + " has no such pad", name, names);
+  g_object_set(element, "active-pad", found.get(), nullptr);
+  return ok();
+}
+
+Status set_property(GstElement* element, const std::string& property, const std::string& text) {
+  const auto found = find_property(element, property);
+  if (!found) return found.error();
+  GParamSpec* spec = *found;
+  if (!(spec->flags & G_PARAM_WRITABLE) || (spec->flags & G_PARAM_CONSTRUCT_ONLY))
+    return refused(element, *spec, text, "nothing: it can only be read");
+  Value value(spec->value_type);
+  if (spec->value_type == G_TYPE_STRING)
+    g_value_set_string(value.get(), text.c_str());
+  else if (!gst_value_deserialize_with_pspec(value.get(), text.c_str(), spec))
+    return refused(element, *spec, text, std::string("a ") + g_type_name(spec->value_type));
+  // Corrects what is out of range, and says so.
+  if (g_param_value_validate(spec, value.get())) {
+    const gst::UniqueText nearest_value(gst_value_serialize(value.get()));
+    return refused(element, *spec, text,
+                   std::string("a value in its range, such as ") +
+                       (nearest_value ? nearest_value.get() : "the default"));
+  }
+  g_object_set_property(G_OBJECT(element), property.c_str(), value.get());
+  return ok();
+}
+
+Result<std::string> get_property(GstElement* element, const std::string& property) {
+  const auto found = find_property(element, property);
+  if (!found) return found.error();
+  if (!((*found)->flags & G_PARAM_READABLE))
+    return refused(element, **found, "", "a value: it can only be set");
+  Value value((*found)->value_type);
+  g_object_get_property(G_OBJECT(element), property.c_str(), value.get());
+  if (G_VALUE_HOLDS_STRING(value.get())) {
+    const char* text = g_value_get_string(value.get());
+    return std::string(text ? text : "");
+  }
+  gst::UniqueText text(gst_value_serialize(value.get()));
+  if (!text) text.reset(g_strdup_value_contents(value.get()));
+  return std::string(text ? text.get() : "");
+}
+
+Result<int> property_type(GstElement* element, const std::string& property) {
+  const auto found = find_property(element, property);
+  if (!found) return found.error();
+  const GType type = (*found)->value_type;
+  constexpr std::pair<GType, int> kTypes[]{
+      {G_TYPE_BOOLEAN, WEIR_PROPERTY_BOOL},  {G_TYPE_INT, WEIR_PROPERTY_INT32},
+      {G_TYPE_UINT, WEIR_PROPERTY_UINT32},   {G_TYPE_INT64, WEIR_PROPERTY_INT64},
+      {G_TYPE_UINT64, WEIR_PROPERTY_UINT64}, {G_TYPE_LONG, WEIR_PROPERTY_INT64},
+      {G_TYPE_ULONG, WEIR_PROPERTY_UINT64},  {G_TYPE_DOUBLE, WEIR_PROPERTY_DOUBLE},
+      {G_TYPE_FLOAT, WEIR_PROPERTY_DOUBLE},  {G_TYPE_STRING, WEIR_PROPERTY_STRING}};
+  for (const auto& [known, number] : kTypes)
+    if (known == type) return number;
+  return static_cast<int>(G_TYPE_IS_ENUM(type) ? WEIR_PROPERTY_ENUM : WEIR_PROPERTY_OTHER);
+}
+
+Result<int> get_enum(GstElement* element, const std::string& property) {
+  const auto found = find_property(element, property);
+  if (!found) return found.error();
+  if (!G_TYPE_IS_ENUM((*found)->value_type) || !((*found)->flags & G_PARAM_READABLE))
+    return refused(element, **found, g_type_name((*found)->value_type),
+                   "a property that is an enum and can be read");
+  Value value((*found)->value_type);
+  g_object_get_property(G_OBJECT(element), property.c_str(), value.get());
+  return static_cast<int>(g_value_get_enum(value.get()));
+}
+
+}  // namespace weir::pipeline

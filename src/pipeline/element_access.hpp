@@ -1,0 +1,28 @@
+// Elements of a pipeline by name: valves, selectors, properties as text.
+#pragma once
+#include <gst/gst.h>
+
+#include <string>
+
+#include "gstcpp/ref.hpp"
+#include "weir/result.hpp"
+
+namespace weir::pipeline {
+
+// OPTION_VALUE with the names that are there.
+Result<gst::Ref<GstElement>> find_element(GstBin* bin, const std::string& name);
+// The name of its factory: "valve".
+std::string kind_of(GstElement* element);
+// OPTION_VALUE: the element is of another kind than `needed` says.
+Error wrong_kind(GstElement* element, const std::string& needed);
+
+Status set_valve(GstElement* element, bool open);
+Status select_pad(GstElement* element, const std::string& pad);
+Status set_property(GstElement* element, const std::string& property, const std::string& text);
+Result<std::string> get_property(GstElement* element, const std::string& property);
+// One of weir_property_type.
+Result<int> property_type(GstElement* element, const std::string& property);
+// OPTION_VALUE when the property is no enum.
+Result<int> get_enum(GstElement* element, const std::string& property);
+
+}  // namespace weir::pipeline

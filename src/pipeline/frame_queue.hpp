@@ -1,0 +1,91 @@
+// FrameQueue: frames on their way from a stream's thread to a program's.
+#pragma once
+#include <chrono>
+#include <condition_variable>
+#include <deque>
+#include <mutex>
+#include <optional>
+#include <utility>
+
+namespace weir::pipeline {
+
+enum class Full { Waits, DropsOldest };
+
+// Thread-safe.
+template <class Frame>
+class FrameQueue {
+ public:
+  using Time = std::optional<std::chrono::steady_clock::time_point>;  // nullopt: no limit
+
+  // Empty, with room for `limit` frames; 0: for any number.
+  void open(size_t limit, Full full) {
+    std::lock_guard lock(mutex_);
+    frames_.clear();
+    limit_ = limit;
+    full_ = full;
+    closed_ = ended_ = false;
+  }
+  // Lets everybody go who waits; what is put from now on is dropped.
+  void close() {
+    std::lock_guard lock(mutex_);
+    closed_ = true;
+    frames_.clear();
+    changed_.notify_all();
+  }
+  // The stream has ended: what is inside can still be taken.
+  void end() {
+    std::lock_guard lock(mutex_);
+    ended_ = true;
+    changed_.notify_all();
+  }
+  // Wakes takers, whose `interrupted` has changed.
+  void wake() {
+    std::lock_guard lock(mutex_);
+    changed_.notify_all();
+  }
+
+  void put(Frame frame) {
+    std::unique_lock lock(mutex_);
+    const auto room = [this] { return closed_ || limit_ == 0 || frames_.size() < limit_; };
+    if (full_ == Full::DropsOldest && !room()) frames_.pop_front();
+    changed_.wait(lock, room);
+    if (closed_) return;
+    frames_.push_back(std::move(frame));
+    changed_.notify_all();
+  }
+
+  // Nothing when the time has passed, the stream has ended, the queue is closed, or interrupted().
+  template <class Interrupted>
+  std::optional<Frame> take(Time until, Interrupted&& interrupted) {
+    std::unique_lock lock(mutex_);
+    const auto over = [&] { return !frames_.empty() || ended_ || closed_ || interrupted(); };
+    if (until)
+      changed_.wait_until(lock, *until, over);
+    else
+      changed_.wait(lock, over);
+    if (frames_.empty()) return std::nullopt;
+    std::optional<Frame> out(std::move(frames_.front()));
+    frames_.pop_front();
+    changed_.notify_all();
+    return out;
+  }
+  // The stream has ended and everything was taken.
+  bool ended() const {
+    std::lock_guard lock(mutex_);
+    return ended_ && frames_.empty();
+  }
+  bool closed() const {
+    std::lock_guard lock(mutex_);
+    return closed_;
+  }
+
+ private:
+  mutable std::mutex mutex_;  // guards the rest
+  std::condition_variable changed_;
+  std::deque<Frame> frames_;
+  size_t limit_ = 0;
+  Full full_ = Full::Waits;
+  bool closed_ = true, ended_ = false;
+};
+
+}  // namespace weir::pipeline

@@ -1,0 +1,51 @@
+// FrameSink: a tensor_sink or appsink, and the frames that it hands over.
+#pragma once
+#include <gst/gst.h>
+
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "gstcpp/ref.hpp"
+#include "pipeline/frame_queue.hpp"
+#include "pipeline/pulled_frame.hpp"
+
+namespace weir::pipeline {
+
+class FrameSink {
+ public:
+  struct Arrived {
+    gst::Ref<GstBuffer> buffer;
+    gst::Ref<GstCaps> caps;
+  };
+  using Queue = FrameQueue<Arrived>;
+  using Function = std::function<Status(const std::shared_ptr<const PulledFrame>&)>;
+
+  static bool is_sink(const std::string& kind) {
+    return kind == "tensor_sink" || kind == "appsink";
+  }
+  explicit FrameSink(gst::Ref<GstElement> element);
+  ~FrameSink();  // the element is stopped
+  FrameSink(const FrameSink&) = delete;
+  FrameSink& operator=(const FrameSink&) = delete;
+
+  Queue& queue() noexcept { return queue_; }
+  // Opens the queue as the element's properties say.
+  void open();
+  // While the element is stopped.
+  void set_function(Function function) { function_ = std::move(function); }
+
+ private:
+  static void on_tensors(GstElement* element, GstBuffer* buffer, FrameSink* self);
+  static GstFlowReturn on_sample(GstElement* element, FrameSink* self);
+  static void on_end(GstElement* element, FrameSink* self);
+  void arrived(Arrived frame);
+
+  gst::Ref<GstElement> element_;
+  std::vector<gulong> handlers_;
+  Queue queue_;
+  Function function_;  // empty: frames go into the queue
+};
+
+}  // namespace weir::pipeline

@@ -1,0 +1,77 @@
+// Pipeline: GStreamer's, made from text, with its sources and sinks by name and its errors as
+// values.
+#pragma once
+#include <gst/gst.h>
+
+#include <atomic>
+#include <chrono>
+#include <functional>
+#include <map>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+
+#include "pipeline/frame_sink.hpp"
+#include "pipeline/frame_source.hpp"
+
+namespace weir::pipeline {
+
+enum class Answer { Done, TimePassed, Ended };  // weir_pipeline_answer
+
+// Thread-safe, as pipeline.h says, which documents each function.
+class Pipeline {
+ public:
+  static Result<std::unique_ptr<Pipeline>> parse(const char* text);
+  ~Pipeline();
+  Pipeline(const Pipeline&) = delete;
+  Pipeline& operator=(const Pipeline&) = delete;
+
+  Status start() { return change(GST_STATE_PLAYING); }
+  Status pause() { return change(GST_STATE_PAUSED); }
+  Status stop();
+  GstState state() const;
+  // Below 0: no limit.
+  Result<Answer> wait(std::chrono::nanoseconds limit);
+
+  Status push(const std::string& name, std::span<const weir_tensor> tensors, int64_t pts,
+              int64_t duration);
+  Status end(const std::string& name);
+  struct Pulled {
+    Answer answer = Answer::Done;
+    std::shared_ptr<const PulledFrame> frame;
+  };
+  Result<Pulled> pull(const std::string& name, std::chrono::nanoseconds limit);
+  Result<bool> ended(const std::string& name) const;
+  Status on_frame(const std::string& name, FrameSink::Function function);
+  // While stopped.
+  Status on_state(std::function<void(GstState)> function);
+
+  Result<gst::Ref<GstElement>> element(const std::string& name) const;
+  GstBin* bin() const noexcept { return GST_BIN(pipeline_.get()); }
+
+ private:
+  explicit Pipeline(gst::Ref<GstElement> pipeline);
+  static GstBusSyncReply on_message(GstBus* bus, GstMessage* message, gpointer self);
+  void took_error(const Error& error);
+  void took_state(GstMessage* message);
+  std::optional<Error> failed() const;
+  Status change(GstState state);
+  Result<FrameSink*> sink(const std::string& name) const;
+  Result<FrameSource*> source(const std::string& name) const;
+
+  gst::Ref<GstElement> pipeline_;
+  // Made by the constructor; the maps do not change.
+  std::map<std::string, std::unique_ptr<FrameSink>, std::less<>> sinks_;
+  std::map<std::string, std::unique_ptr<FrameSource>, std::less<>> sources_;
+  std::mutex changes_;                      // held while the state changes; taken before mutex_
+  std::atomic<bool> stopped_ = true;        // written while changes_ is held
+  std::function<void(GstState)> on_state_;  // set while stopped
+  std::atomic<GstState> told_state_ = GST_STATE_READY;  // of on_state_; READY: stopped
+  mutable std::mutex mutex_;                            // guards the rest
+  std::condition_variable changed_;
+  std::optional<Error> error_;  // the first since the start
+  bool ended_ = false;
+};
+
+}  // namespace weir::pipeline

@@ -1,0 +1,44 @@
+// PulledFrame: a buffer that came out of a pipeline, as tensors.
+#pragma once
+#include <gst/gst.h>
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "gstcpp/frame_reader.hpp"
+#include "gstcpp/ref.hpp"
+#include "weir/abi.h"
+
+namespace weir::pipeline {
+
+class PulledFrame {
+ public:
+  // Streams that are no tensors are one uint8 tensor. FORMAT_UNSUPPORTED for sparse ones; what
+  // FrameReader says of buffers that are not what the caps say.
+  static Result<std::shared_ptr<const PulledFrame>> read(gst::Ref<GstBuffer> buffer,
+                                                         const gst::Ref<GstCaps>& caps);
+  ~PulledFrame();
+  PulledFrame(const PulledFrame&) = delete;
+  PulledFrame& operator=(const PulledFrame&) = delete;
+
+  // Live as long as the frame.
+  const std::vector<weir_tensor>& tensors() const noexcept { return tensors_; }
+  const std::string& caps() const noexcept { return caps_; }
+  int64_t pts() const noexcept;  // ns, -1 = none
+  int64_t duration() const noexcept;
+
+ private:
+  explicit PulledFrame(gst::Ref<GstBuffer> buffer) : buffer_(std::move(buffer)) {}
+  Status read_tensors(const FrameSpec& spec);
+  Status read_bytes();
+  void add(const TensorSpec& spec, std::span<std::byte> bytes);
+
+  gst::Ref<GstBuffer> buffer_;
+  gst::FrameReader reader_;
+  std::unique_ptr<gst::Mapped> bytes_;  // of a stream that is no tensors
+  std::string caps_;
+  std::vector<weir_tensor> tensors_;
+};
+
+}  // namespace weir::pipeline

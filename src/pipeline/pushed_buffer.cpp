@@ -1,0 +1,137 @@
+// Checked before anything is copied.
+#include "pipeline/pushed_buffer.hpp"
+
+#include <algorithm>
+#include <cstring>
+#include <limits>
+
+#include "core/tensor/packed_tensors.hpp"
+#include "core/tensor/tensor_header.hpp"
+#include "gstcpp/frame_errors.hpp"
+
+namespace weir::pipeline {
+namespace {
+
+std::string name_of_tensor(size_t index) {
+  return "tensor " + std::to_string(index);
+}
+
+Result<Shape> shape_of(const weir_tensor_info& info, size_t index) {
+  Shape shape{1};
+  if (info.rank == 0) return shape;
+  for (uint32_t i = 0; i < info.rank; ++i) {
+    const int64_t extent = info.shape[info.rank - 1 - i];
+    if (extent < 1 || extent > std::numeric_limits<uint32_t>::max())
+      return Error{Code::SPEC_MISMATCH,
+                   name_of_tensor(index) + " has a shape that no stream has",
+                   "an extent of " + std::to_string(extent),
+                   "1 to 4294967295",
+                   "axis " + std::to_string(info.rank - 1 - i),
+                   ""};
+    shape[i] = static_cast<uint32_t>(extent);
+  }
+  return shape;
+}
+
+// What goes into one memory: header and payload of a tensor, or the payload alone.
+size_t chunk_bytes(const weir_tensor& tensor, Format format) {
+  return tensor.bytes + (format == Format::Flexible ? kTensorHeaderBytes : 0);
+}
+
+std::byte* write_chunk(const weir_tensor& tensor, const TensorSpec& spec, Format format,
+                       std::byte* at) {
+  if (format == Format::Flexible) {
+    TensorHeader header;
+    header.spec = spec;
+    header.format = Format::Flexible;
+    write_tensor_header(header, std::span<std::byte, kTensorHeaderBytes>(at, kTensorHeaderBytes));
+    at += kTensorHeaderBytes;
+  }
+  if (tensor.bytes > 0) std::memcpy(at, tensor.data, tensor.bytes);
+  return at + tensor.bytes;
+}
+
+}  // namespace
+
+Result<TensorSpec> pushed_spec(const weir_tensor& tensor, const TensorSpec* expected,
+                               size_t index) {
+  if (tensor.info.type >= WEIR_TYPE_END)
+    return Error{Code::TYPE_SYNTAX,
+                 name_of_tensor(index) + " has a type that is not known",
+                 std::to_string(tensor.info.type),
+                 "one of enum weir_type",
+                 "",
+                 ""};
+  TensorSpec spec{static_cast<ElementType>(tensor.info.type), {}, ""};
+  if (tensor.info.rank <= WEIR_RANK_LIMIT) {
+    auto shape = shape_of(tensor.info, index);
+    if (!shape) return shape.error();
+    spec.shape = *shape;
+  } else if (expected) {
+    spec.shape = expected->shape;
+  } else {
+    return Error{Code::SPEC_MISMATCH,
+                 name_of_tensor(index) + " has no shape, and the appsrc has no caps that say it",
+                 std::string(name_of(spec.type)) + ", " + std::to_string(tensor.bytes) + " bytes",
+                 "a shape, or caps in the text",
+                 "",
+                 "appsrc name=... caps=other/tensors,format=static,num_tensors=1,dimensions=...,"
+                 "types=" +
+                     std::string(name_of(spec.type)) + ",framerate=0/1"};
+  }
+  if (expected && !expected->same_layout(spec))
+    return Error{Code::SPEC_MISMATCH,
+                 name_of_tensor(index) + " is not what the caps of the appsrc say",
+                 spec.to_string(),
+                 expected->to_string(),
+                 first_difference({spec}, {*expected}),
+                 ""};
+  const auto bytes = spec.bytes();
+  if (!bytes || *bytes != tensor.bytes || (!tensor.data && tensor.bytes > 0))
+    return Error{Code::FRAME_SIZE,
+                 name_of_tensor(index) + " has another size than its shape says",
+                 tensor.data ? std::to_string(tensor.bytes) + " bytes" : "no memory",
+                 (bytes ? std::to_string(*bytes) : "too many") + " bytes: " + spec.to_string(),
+                 "",
+                 ""};
+  return spec;
+}
+
+Result<gst::Ref<GstBuffer>> pushed_buffer(std::span<const weir_tensor> tensors,
+                                          std::span<const TensorSpec> specs, Format format) {
+  auto buffer = gst::Ref<GstBuffer>::adopt(gst_buffer_new());
+  const auto append = [&](size_t bytes, auto&& write) -> Status {
+    GstMemory* memory = gst_allocator_alloc(nullptr, bytes, nullptr);
+    if (!memory) return gst::memory_ran_out();
+    gst_buffer_append_memory(buffer.get(), memory);
+    const gst::MappedMemory map(memory, GST_MAP_WRITE);
+    if (!map) return gst::memory_not_mapped();
+    write(map.bytes().data());
+    return ok();
+  };
+  const size_t alone = tensors.size() > kMemoryLimit ? kMemoryLimit - 1 : tensors.size();
+  for (size_t i = 0; i < alone; ++i) {
+    const auto status = append(chunk_bytes(tensors[i], format), [&](std::byte* at) {
+      write_chunk(tensors[i], specs[i], format, at);
+    });
+    if (!status) return status.error();
+  }
+  if (alone == tensors.size()) return buffer;
+  std::vector<uint64_t> sizes;
+  size_t total = kPackedHeaderBytes;
+  for (const auto& tensor : tensors.subspan(alone)) {
+    sizes.push_back(chunk_bytes(tensor, format));
+    total += sizes.back();
+  }
+  const auto status = append(total, [&](std::byte* at) {
+    write_packed_header(specs.subspan(alone), sizes,
+                        std::span<std::byte, kPackedHeaderBytes>(at, kPackedHeaderBytes));
+    at += kPackedHeaderBytes;
+    for (size_t i = alone; i < tensors.size(); ++i)
+      at = write_chunk(tensors[i], specs[i], format, at);
+  });
+  if (!status) return status.error();
+  return buffer;
+}
+
+}  // namespace weir::pipeline

@@ -1,0 +1,53 @@
+// The plug-in: registers the elements and the tracer, nothing else.
+#include <gst/gst.h>
+
+#include "core/process/process_object.hpp"
+#include "library/process.h"
+#include "neighbours.hpp"
+
+// One line for each folder below src/elements.
+#define WEIR_ELEMENTS(X) \
+  X(join)                \
+  X(tensor_aggregator)   \
+  X(tensor_converter)    \
+  X(tensor_crop)         \
+  X(tensor_debug)        \
+  X(tensor_decoder)      \
+  X(tensor_demux)        \
+  X(tensor_filter)       \
+  X(tensor_if)           \
+  X(tensor_merge)        \
+  X(tensor_mux)          \
+  X(tensor_overlay)      \
+  X(tensor_preprocess)   \
+  X(tensor_rate)         \
+  X(tensor_reposink)     \
+  X(tensor_reposrc)      \
+  X(tensor_sink)         \
+  X(tensor_sparse_dec)   \
+  X(tensor_sparse_enc)   \
+  X(tensor_split)        \
+  X(tensor_transform)
+
+namespace weir {
+#define WEIR_DECLARE(name) bool register_##name(GstPlugin*);
+WEIR_ELEMENTS(WEIR_DECLARE)
+bool register_tracer(GstPlugin*);
+}  // namespace weir
+
+static gboolean plugin_init(GstPlugin* plugin) {
+  weir::process::take_objects_from(weir_process_object);  // before anything asks for one
+  const bool gives_way = weir::plugin::gives_way(plugin);
+  bool registered = weir::register_tracer(plugin);
+#define WEIR_REGISTER(name)                                   \
+  if (!gives_way || weir::plugin::is_only_of_weir(#name)) {   \
+    weir::plugin::tell_of_another(plugin, #name);             \
+    registered = registered && weir::register_##name(plugin); \
+  }
+  WEIR_ELEMENTS(WEIR_REGISTER)
+  return registered;
+}
+
+GST_PLUGIN_DEFINE(GST_VERSION_MAJOR, GST_VERSION_MINOR, weir,
+                  "Neural networks as filters of streams", plugin_init, VERSION, "LGPL", PACKAGE,
+                  "https://gstreamer.freedesktop.org")

@@ -1,0 +1,128 @@
+// An engine of somebody else that uses every part of the interface, in C++. In: float32 of any
+// length. Out: "scaled", as long, times `factor`; "positive", those above 0, as many as there are.
+#include <weir/engine.hpp>
+#include <weir/picture_map.hpp>
+
+#include <cmath>
+#include <cstdlib>
+#include <cstring>
+#include <thread>
+#include <vector>
+
+namespace {
+
+using weir::Code;
+using weir::Failure;
+
+class EveryPart {
+ public:
+  static constexpr uint64_t kFlags = WEIR_ENGINE_NEEDS_NO_MODEL | WEIR_ENGINE_MODEL_IS_NO_FILE;
+  static constexpr const char* kOptions = R"([
+    {"name": "factor", "type": "number", "default": "1", "help": "what the input is multiplied with"},
+    {"name": "repeat", "type": "integer", "default": "1", "help": "outputs per input, asynchronous"}])";
+
+  explicit EveryPart(const weir::OpenRequest& request) {
+    factor_ = number(request.options, "factor", 1);
+    repeat_ = static_cast<int>(number(request.options, "repeat", 1));
+  }
+  ~EveryPart() {
+    for (auto& thread : threads_) thread.join();
+  }
+  std::span<const weir_tensor_info> inputs() const { return {&input_, 1}; }
+  std::span<const weir_tensor_info> outputs() const { return outputs_; }
+  void describe(weir_model_info& info) const {
+    info.flags |= WEIR_MODEL_DYNAMIC_OUTPUT | WEIR_MODEL_ALLOCATES_OUTPUT;
+    info.alignment = 64;
+    info.input_padding = 32;
+    info.weight_bytes = 4;
+    info.metadata_json = R"({"author": "somebody else"})";
+  }
+  void resolve(std::span<const weir_tensor_info> in, std::span<weir_tensor_info> out) {
+    out[0].shape[0] = in[0].shape[0];
+  }
+
+  bool invoke(const weir_frame& in, weir_frame& out) {
+    if (elements(in).size() == 1) return false;  // not worth an output
+    make(in, {out.tensors, out.n_tensors}, factor_);
+    return true;
+  }
+  void submit(const weir_frame& in, weir::Request& request) {
+    check(in);
+    threads_.emplace_back([this, &in, kept = std::move(request)]() mutable {
+      try {
+        for (int i = 0; i < repeat_ && !kept.cancelled(); ++i) {
+          weir_tensor tensors[2] = {};
+          make(in, tensors, factor_ + static_cast<float>(i));
+          kept.output(tensors);
+        }
+        kept.end();
+      } catch (const Failure& failure) {
+        kept.fail(failure.error());
+      }
+    });
+  }
+  void control(int op, const weir_option* option) {
+    if (op == WEIR_SET_OPTION && option && std::strcmp(option->key, "factor") == 0)
+      factor_ = std::strtof(option->value, nullptr);
+    else if (op != WEIR_WARM)
+      throw Failure(
+          {Code::OPTION_VALUE, "this engine has no such control", std::to_string(op), "", "", ""});
+  }
+
+ private:
+  static float number(const weir::Options& options, const char* key, float otherwise) {
+    const auto text = options.get(key);
+    if (!text) return otherwise;
+    char* end = nullptr;
+    const std::string copy(*text);
+    const float value = std::strtof(copy.c_str(), &end);
+    if (copy.empty() || *end)
+      throw Failure({Code::OPTION_VALUE, "an option is no number", std::string(key) + ":" + copy,
+                     "a number", "", "custom=factor:2.5"});
+    return value;
+  }
+  static std::span<const float> elements(const weir_frame& in) {
+    return weir::elements<const float>(in.tensors[0]);
+  }
+  void check(const weir_frame& in) const {
+    const auto& tensor = in.tensors[0];
+    if (reinterpret_cast<uintptr_t>(tensor.data) % 64 != 0 || tensor.capacity < tensor.bytes + 32)
+      throw Failure({Code::INTERNAL, "the wishes for memory were not met", "", "", "", ""});
+    for (const float x : elements(in))
+      if (std::isnan(x))
+        throw Failure({Code::INVOKE_FAILED, "a value is not a number", "NaN", "numbers",
+                       "the first NaN", "clean the input"});
+  }
+  // Memory that is there is written into; what is missing is allocated.
+  void make(const weir_frame& in, std::span<weir_tensor> out, float factor) const {
+    check(in);
+    const auto x = elements(in);
+    const auto room = [&](weir_tensor& tensor, const weir_tensor_info& info, size_t count) {
+      if (tensor.data) return;
+      weir_tensor_info exact = info;
+      exact.shape[0] = static_cast<int64_t>(count);
+      weir::allocate(&tensor, exact, count * sizeof(float));
+    };
+    room(out[0], outputs_[0], x.size());
+    const auto scaled = weir::elements<float>(out[0]);
+    std::vector<float> positive;
+    for (size_t i = 0; i < x.size(); ++i) {
+      scaled[i] = factor * x[i];
+      if (x[i] > 0) positive.push_back(x[i]);
+    }
+    room(out[1], outputs_[1], positive.size());
+    if (!positive.empty())
+      std::memcpy(out[1].data, positive.data(), positive.size() * sizeof(float));
+  }
+
+  float factor_ = 1;
+  int repeat_ = 1;
+  std::vector<std::thread> threads_;
+  weir_tensor_info input_ = weir::tensor_info("x", WEIR_FLOAT32, {-1});
+  std::vector<weir_tensor_info> outputs_{weir::tensor_info("scaled", WEIR_FLOAT32, {-1}),
+                                         weir::tensor_info("positive", WEIR_FLOAT32, {-1})};
+};
+
+}  // namespace
+
+WEIR_ENGINE(EveryPart, "outside-cpp", "1.0", "outside", "")

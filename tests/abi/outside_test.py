@@ -1,0 +1,163 @@
+#!/usr/bin/python3
+"""Modules of somebody else, built with the installed headers and pkg-config alone, and one run with each of their parts."""
+
+import os
+import pathlib
+import re
+import shutil
+import struct
+import subprocess
+import tempfile
+import unittest
+
+import tap_runner
+
+SOURCE = pathlib.Path(os.environ["WEIR_SOURCE"])
+MODULES = {"threshold": "threshold.cpp", "outside-cpp": "every_part.cpp", "outside-c": "every_part.c"}
+HEADER = 128  # bytes in front of each tensor of a flexible stream
+
+
+def run(command, **more):
+    return subprocess.run(command, capture_output=True, text=True, timeout=120, check=False, **more)
+
+
+class Outside(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.folder = pathlib.Path(tempfile.mkdtemp())
+        cls.addClassCleanup(shutil.rmtree, cls.folder)
+        root = cls.folder / "root"
+        installed = run(["meson", "install", "-C", os.environ["WEIR_BUILD"], "--destdir", root, "--tags", "devel", "--no-rebuild"])
+        if installed.returncode:
+            raise RuntimeError(installed.stdout + installed.stderr)
+        config = next(root.rglob("weir-module.pc")).parent
+        found = run(["pkg-config", "--cflags", "weir-module"],
+                    env={**os.environ, "PKG_CONFIG_LIBDIR": str(config), "PKG_CONFIG_SYSROOT_DIR": str(root)})
+        if found.returncode:
+            raise RuntimeError(found.stderr)
+        cls.flags = found.stdout.split()
+        for name, source in MODULES.items():
+            cls.build(name, source)
+        cls.env = {**os.environ, "WEIR_MODULE_PATH": str(cls.folder), "GST_TRACERS": "", "GST_DEBUG": ""}
+
+    @classmethod
+    def build(cls, name, source):
+        compiler = ["cc", "-std=c11"] if source.endswith(".c") else ["c++", "-std=c++20"]
+        built = run(compiler + ["-shared", "-fPIC", "-fvisibility=hidden", "-Wall", "-Wextra", "-Werror"] + cls.flags +
+                    [SOURCE / "tests/abi/outside" / source, "-o", cls.folder / f"libweir-engine-{name}.so", "-pthread"])
+        if built.returncode:
+            raise RuntimeError(built.stderr)
+
+    def play(self, frames, filter_text, element="float32"):
+        """Frames of equal length through one filter: what comes out, as bytes, and what was said."""
+        length = len(frames[0])
+        size = length * (4 if element == "float32" else 1)
+        data = b"".join(struct.pack(f"<{length}{'f' if element == 'float32' else 'B'}", *frame) for frame in frames)
+        (self.folder / "in.bin").write_bytes(data)
+        (self.folder / "out.bin").unlink(missing_ok=True)
+        line = (f"filesrc location={self.folder}/in.bin blocksize={size} ! application/octet-stream ! tensor_converter "
+                f"input-dim={length} input-type={element} ! tensor_filter {filter_text} ! filesink location={self.folder}/out.bin")
+        done = run([os.environ["WEIR_COMMAND"], "run", line], env=self.env)  # gst-launch-1.0 hangs now and then after an error
+        out = self.folder / "out.bin"
+        return (out.read_bytes() if out.exists() else b""), done.stdout + done.stderr, done.returncode
+
+    def flexible(self, data, sizes):
+        """Payloads, by the number of float32 that each is expected to have."""
+        out = []
+        for count in sizes:
+            self.assertGreaterEqual(len(data), HEADER + 4 * count)
+            out.append(list(struct.unpack(f"<{count}f", data[HEADER:HEADER + 4 * count])))
+            data = data[HEADER + 4 * count:]
+        self.assertEqual(data, b"", "there is more than was expected")
+        return out
+
+    def test_a_filter_in_under_thirty_lines(self):
+        lines = (SOURCE / "tests/abi/outside/threshold.cpp").read_text(encoding="utf-8").splitlines()
+        self.assertLess(len(lines), 30)
+        out, said, code = self.play([[1, 99, 100, 255]], "framework=threshold custom=limit:99", "uint8")
+        self.assertEqual(code, 0, said)
+        self.assertEqual(list(out), [0, 0, 1, 1])
+
+    def test_dynamic_shapes_and_memory_of_their_own(self):
+        for name in ("outside-c", "outside-cpp"):
+            with self.subTest(name):
+                out, said, code = self.play([[1, -2, 3], [-1, 4, -1]], f"framework={name} custom=factor:2")
+                self.assertEqual(code, 0, said)
+                self.assertEqual(self.flexible(out, [3, 2, 3, 1]), [[2, -4, 6], [1, 3], [-2, 8, -2], [4]])
+
+    def test_a_frame_that_they_drop(self):
+        for name in ("outside-c", "outside-cpp"):
+            with self.subTest(name):
+                out, said, code = self.play([[5], [6]], f"framework={name}")
+                self.assertEqual((out, code), (b"", 0), said)
+
+    def test_any_number_of_outputs_asynchronously(self):
+        for name in ("outside-c", "outside-cpp"):
+            with self.subTest(name):
+                out, said, code = self.play([[1, 2], [3, 4]], f"framework={name} invoke-async=true custom=repeat:2")
+                self.assertEqual(code, 0, said)
+                self.assertEqual(self.flexible(out, [2] * 8),
+                                 [[1, 2], [1, 2], [2, 4], [1, 2], [3, 4], [3, 4], [6, 8], [3, 4]])
+
+    def test_errors_in_their_words(self):
+        for name in ("outside-c", "outside-cpp"):
+            with self.subTest(name):
+                for more in ("", " invoke-async=true"):
+                    _, said, code = self.play([[1, float("nan")]], f"framework={name}{more}")
+                    self.assertNotEqual(code, 0)
+                    for words in ("WEIR-3006: a value is not a number", "offered: NaN", "needed: numbers",
+                                  "first difference: the first NaN", "fix: clean the input"):
+                        self.assertIn(words, said)
+                _, said, code = self.play([[1, 2]], f"framework={name} custom=factor:two")
+                self.assertNotEqual(code, 0)
+                self.assertRegex(said, "WEIR-1004: an option is no number")
+                self.assertIn("fix: custom=factor:2.5", said)
+
+    def test_options_with_types_and_help(self):
+        for name in MODULES:
+            with self.subTest(name):
+                done = run([os.environ["WEIR_COMMAND"], "inspect", "--framework", name], env=self.env)
+                self.assertEqual(done.returncode, 0, done.stderr)
+                option, kind, text = ("limit", "integer", "above it is 1") if name == "threshold" else \
+                    ("factor", "number", "what the input is multiplied with")
+                self.assertTrue(re.search(rf"{option} +{kind} +\S+ +{text}", done.stdout), done.stdout)
+
+    def test_a_module_for_another_major_version_is_refused(self):
+        include = self.folder / "other"
+        shutil.copytree(SOURCE / "include", include)
+        header = include / "weir/abi.h"
+        text = header.read_text(encoding="utf-8")
+        major = int(re.search(r"define WEIR_ABI_MAJOR (\d+)", text).group(1))
+        header.write_text(text.replace(f"WEIR_ABI_MAJOR {major}", f"WEIR_ABI_MAJOR {major + 1}"), encoding="utf-8")
+        built = run(["c++", "-std=c++20", "-shared", "-fPIC", f"-I{include}", SOURCE / "tests/abi/outside/threshold.cpp",
+                     "-o", self.folder / "libweir-engine-tomorrow.so"])
+        self.assertEqual(built.returncode, 0, built.stderr)
+        _, said, code = self.play([[1]], "framework=tomorrow", "uint8")
+        self.assertNotEqual(code, 0)
+        self.assertIn("WEIR-3007", said)
+        self.assertIn("the module was built for another major version of Weir's ABI: build it again", said)
+
+    def test_a_module_of_a_later_minor_version_runs(self):
+        """Every table and struct that may grow has grown; the frozen ones have not."""
+        include = self.folder / "later"
+        shutil.copytree(SOURCE / "include", include)
+        header = include / "weir/abi.h"
+        text = re.sub(r"define WEIR_ABI_MINOR (\d+)", lambda found: f"define WEIR_ABI_MINOR {int(found.group(1)) + 1}",
+                      header.read_text(encoding="utf-8"))
+        text, grown = re.subn(r"\n\} (weir_frame|weir_host|weir_open|weir_model_info|weir_engine|weir_module);",
+                              r"\n  void* of_tomorrow[4];\n} \1;", text)
+        self.assertEqual(grown, 6)
+        header.write_text(text, encoding="utf-8")
+        for name, source in (("later-c", "every_part.c"), ("later-cpp", "every_part.cpp")):
+            with self.subTest(name):
+                compiler = ["cc", "-std=c11"] if source.endswith(".c") else ["c++", "-std=c++20"]
+                built = run(compiler + ["-shared", "-fPIC", f"-I{include}", SOURCE / "tests/abi/outside" / source,
+                                        "-o", self.folder / f"libweir-engine-{name}.so", "-pthread"])
+                self.assertEqual(built.returncode, 0, built.stderr)
+                out, said, code = self.play([[1, -2, 3]], f"framework={name} custom=factor:2")
+                self.assertEqual(code, 0, said)
+                self.assertEqual(self.flexible(out, [3, 2]), [[2, -4, 6], [1, 3]])
+
+
+if __name__ == "__main__":
+    tap_runner.main()

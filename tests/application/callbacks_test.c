@@ -1,0 +1,237 @@
+/* Filters and conditions of the program, the elements that the configuration allows, and many
+ * threads at once. */
+#include <unistd.h>
+
+#include "check.h"
+#include "nnstreamer-single.h"
+#include "nnstreamer.h"
+#include "wait.h"
+
+static int invokes;
+
+/* y = 2 x; drops x = 13, fails with x = 99. */
+static int twice(const ml_tensors_data_h in, ml_tensors_data_h out, void* user_data) {
+  void* x = NULL;
+  float y[2];
+  size_t size = 0;
+  ++*(int*)user_data;
+  OK(ml_tensors_data_get_tensor_data(in, 0, &x, &size));
+  CHECK(size == sizeof y);
+  if (((float*)x)[0] == 13) return 1;
+  if (((float*)x)[0] == 99) return -5;
+  y[0] = 2 * ((float*)x)[0];
+  y[1] = 2 * ((float*)x)[1];
+  CHECK(ml_tensors_data_set_tensor_data(in, 0, y, sizeof y) == ML_ERROR_PERMISSION_DENIED);
+  OK(ml_tensors_data_set_tensor_data(out, 0, y, sizeof y));
+  return 0;
+}
+
+typedef struct {
+  Counter frames;
+  float last;
+} Seen;
+
+static void see(const ml_tensors_data_h data, const ml_tensors_info_h info, void* user_data) {
+  Seen* seen = user_data;
+  const float* values = floats(data, 0, 2);
+  (void)info;
+  seen->last = values ? values[0] : -1;
+  raise_count(&seen->frames);
+}
+
+static void a_filter_of_the_program_runs(void) {
+  Seen seen = {COUNTER, 0};
+  ml_tensors_info_h info = info_of(ML_TENSOR_TYPE_FLOAT32, 2, 0), empty = NULL;
+  ml_custom_easy_filter_h filter = NULL, second = NULL;
+  ml_pipeline_h pipe = NULL;
+  ml_pipeline_src_h src = NULL;
+  ml_pipeline_sink_h sink = NULL;
+  ml_pipeline_state_e state;
+  ml_tensors_data_h data = NULL;
+  int result = ML_ERROR_NONE;
+  OK(ml_tensors_info_create(&empty));
+  OK(ml_pipeline_custom_easy_filter_register("twice", info, info, twice, &invokes, &filter));
+  CHECK_REFUSED(
+      ml_pipeline_custom_easy_filter_register("twice", info, info, twice, &invokes, &second),
+      ML_ERROR_INVALID_PARAMETER, "twice");
+  CHECK_REFUSED(
+      ml_pipeline_custom_easy_filter_register("auto", info, info, twice, &invokes, &second),
+      ML_ERROR_INVALID_PARAMETER, "not auto or any");
+  CHECK_REFUSED(
+      ml_pipeline_custom_easy_filter_register("other", empty, info, twice, &invokes, &second),
+      ML_ERROR_INVALID_PARAMETER, "in describes no tensor");
+  CHECK_REFUSED(
+      ml_pipeline_custom_easy_filter_register("other", info, info, NULL, &invokes, &second),
+      ML_ERROR_INVALID_PARAMETER, "null pointer");
+  CHECK(second == NULL);
+  OK(
+      ml_pipeline_construct("appsrc name=in ! tensor_filter framework=custom-easy model=twice ! "
+                            "tensor_sink name=out sync=false",
+                            NULL, NULL, &pipe));
+  OK(ml_pipeline_sink_register(pipe, "out", see, &seen, &sink));
+  OK(ml_pipeline_src_get_handle(pipe, "in", &src));
+  OK(ml_pipeline_start(pipe));
+  OK(ml_pipeline_src_input_data(src, two_floats(3), ML_PIPELINE_BUF_POLICY_AUTO_FREE));
+  wait_for(&seen.frames, 1);
+  CHECK(seen.last == 6);
+  OK(ml_pipeline_src_input_data(src, two_floats(13), ML_PIPELINE_BUF_POLICY_AUTO_FREE));
+  OK(ml_pipeline_src_input_data(src, two_floats(4), ML_PIPELINE_BUF_POLICY_AUTO_FREE));
+  wait_for(&seen.frames, 2);
+  CHECK(seen.last == 8 && invokes == 3);
+  data = two_floats(99);
+  while (result == ML_ERROR_NONE)
+    result = ml_pipeline_src_input_data(src, data, ML_PIPELINE_BUF_POLICY_DO_NOT_FREE);
+  OK(ml_tensors_data_destroy(data));
+  CHECK_REFUSED(ml_pipeline_get_state(pipe, &state), ML_ERROR_STREAMS_PIPE,
+                "the callback of twice returned -5");
+  OK(ml_pipeline_destroy(pipe));
+  OK(ml_pipeline_custom_easy_filter_unregister(filter));
+  CHECK_REFUSED(ml_pipeline_custom_easy_filter_unregister(filter), ML_ERROR_INVALID_PARAMETER,
+                "custom is a handle that was destroyed");
+  OK(ml_tensors_info_destroy(info));
+  OK(ml_tensors_info_destroy(empty));
+}
+
+static void a_filter_that_is_unregistered_is_called_no_more(void) {
+  ml_tensors_info_h info = info_of(ML_TENSOR_TYPE_FLOAT32, 2, 0);
+  ml_custom_easy_filter_h filter = NULL;
+  ml_single_h single = NULL;
+  ml_tensors_data_h data = two_floats(1), out = NULL;
+  const int before = invokes;
+  OK(ml_pipeline_custom_easy_filter_register("gone", info, info, twice, &invokes, &filter));
+  OK(ml_single_open(&single, "gone", NULL, NULL, ML_NNFW_TYPE_CUSTOM_FILTER, ML_NNFW_HW_ANY));
+  OK(ml_single_invoke(single, data, &out));
+  OK(ml_tensors_data_destroy(out));
+  OK(ml_pipeline_custom_easy_filter_unregister(filter));
+  CHECK_REFUSED(ml_single_invoke(single, data, &out), ML_ERROR_STREAMS_PIPE,
+                "gone is no longer registered");
+  CHECK(invokes == before + 1);
+  OK(ml_single_close(single));
+  OK(ml_tensors_data_destroy(data));
+  OK(ml_tensors_info_destroy(info));
+}
+
+static int positive(const ml_tensors_data_h data, const ml_tensors_info_h info, int* result,
+                    void* user_data) {
+  const float* values = floats(data, 0, 2);
+  unsigned int count = 0;
+  (void)user_data;
+  OK(ml_tensors_info_get_count(info, &count));
+  CHECK(count == 1);
+  *result = values && values[0] > 0;
+  return 0;
+}
+
+static void a_condition_of_the_program_decides(void) {
+  Seen seen = {COUNTER, 0};
+  ml_pipeline_if_h condition = NULL, second = NULL;
+  ml_pipeline_h pipe = NULL;
+  ml_pipeline_src_h src = NULL;
+  ml_pipeline_sink_h sink = NULL;
+  OK(ml_pipeline_tensor_if_custom_register("positive", positive, NULL, &condition));
+  CHECK_REFUSED(ml_pipeline_tensor_if_custom_register("positive", positive, NULL, &second),
+                ML_ERROR_INVALID_PARAMETER, "cannot be registered under this name");
+  CHECK_REFUSED(ml_pipeline_tensor_if_custom_register("", positive, NULL, &second),
+                ML_ERROR_INVALID_PARAMETER, "needed: a name that is not empty and not taken");
+  CHECK_REFUSED(ml_pipeline_tensor_if_custom_register("x", NULL, NULL, &second),
+                ML_ERROR_INVALID_PARAMETER, "null pointer");
+  OK(ml_pipeline_construct(
+      "appsrc name=in ! tensor_if name=i compared-value=CUSTOM compared-value-option=positive "
+      "then=PASSTHROUGH else=SKIP i.src_0 ! tensor_sink name=out sync=false async=false",
+      NULL, NULL, &pipe));
+  OK(ml_pipeline_sink_register(pipe, "out", see, &seen, &sink));
+  OK(ml_pipeline_src_get_handle(pipe, "in", &src));
+  OK(ml_pipeline_start(pipe));
+  OK(ml_pipeline_src_input_data(src, two_floats(5), ML_PIPELINE_BUF_POLICY_AUTO_FREE));
+  OK(ml_pipeline_src_input_data(src, two_floats(-6), ML_PIPELINE_BUF_POLICY_AUTO_FREE));
+  OK(ml_pipeline_src_input_data(src, two_floats(7), ML_PIPELINE_BUF_POLICY_AUTO_FREE));
+  wait_for(&seen.frames, 2);
+  CHECK(seen.last == 7);
+  OK(ml_pipeline_destroy(pipe));
+  OK(ml_pipeline_tensor_if_custom_unregister(condition));
+  CHECK_REFUSED(ml_pipeline_tensor_if_custom_unregister(condition), ML_ERROR_INVALID_PARAMETER,
+                "if_custom is a handle that was destroyed");
+}
+
+static void write_configuration(const char* path, const char* text) {
+  FILE* file = fopen(path, "w");
+  CHECK(file != NULL);
+  if (!file) return;
+  fputs(text, file);
+  fclose(file);
+}
+
+static void only_elements_that_are_allowed(void) {
+  char path[] = "/tmp/weir-restriction-XXXXXX";
+  const int descriptor = mkstemp(path);
+  ml_pipeline_h pipe = NULL;
+  CHECK(descriptor >= 0);
+  close(descriptor);
+  setenv("WEIR_NNSTREAMER_ENABLE", "yes", 1);
+  setenv("NNSTREAMER_CONF", path, 1);
+  write_configuration(path,
+                      "[element-restriction]\nenable_element_restriction=1\n"
+                      "restricted_elements=videotestsrc,fakesink\n");
+  OK(ml_pipeline_construct("videotestsrc ! video/x-raw,width=8 ! fakesink", NULL, NULL, &pipe));
+  OK(ml_pipeline_destroy(pipe));
+  CHECK_REFUSED(ml_pipeline_construct("videotestsrc ! filesink name=f", NULL, NULL, &pipe),
+                ML_ERROR_PERMISSION_DENIED,
+                "the configuration does not allow this element in pipelines\n"
+                "  offered: filesink (f)\n  needed: one of: videotestsrc, fakesink\n"
+                "  fix: [element-restriction] restricted_elements of /tmp/weir-restriction-");
+  CHECK(pipe == NULL);
+  CHECK_REFUSED(ml_pipeline_construct("( videotestsrc ! identity ! fakesink )", NULL, NULL, &pipe),
+                ML_ERROR_PERMISSION_DENIED, "offered: identity");
+  write_configuration(path,
+                      "[element-restriction]\nenable_element_restriction=0\n"
+                      "restricted_elements=videotestsrc,fakesink\n");
+  OK(ml_pipeline_construct("videotestsrc ! identity ! fakesink", NULL, NULL, &pipe));
+  OK(ml_pipeline_destroy(pipe));
+  unsetenv("NNSTREAMER_CONF");
+  unlink(path);
+}
+
+static void* push_until_destroyed(void* src) {
+  int result = ML_ERROR_NONE;
+  ml_tensors_data_h data = two_floats(1);
+  while (result == ML_ERROR_NONE || result == ML_ERROR_TRY_AGAIN)
+    result = ml_pipeline_src_input_data(src, data, ML_PIPELINE_BUF_POLICY_DO_NOT_FREE);
+  CHECK(strstr(ml_error(), "the pipeline of this handle was destroyed"));
+  OK(ml_tensors_data_destroy(data));
+  return NULL;
+}
+
+static void a_pipeline_is_destroyed_under_busy_threads(void) {
+  enum { kThreads = 4 };
+  pthread_t threads[kThreads];
+  Seen seen = {COUNTER, 0};
+  ml_pipeline_h pipe = NULL;
+  ml_pipeline_src_h src = NULL;
+  ml_pipeline_sink_h sink = NULL;
+  int i;
+  OK(ml_pipeline_construct(
+      "appsrc name=in block=true max-buffers=2 ! queue ! tensor_sink name=out "
+      "sync=false",
+      NULL, NULL, &pipe));
+  OK(ml_pipeline_sink_register(pipe, "out", see, &seen, &sink));
+  OK(ml_pipeline_src_get_handle(pipe, "in", &src));
+  OK(ml_pipeline_start(pipe));
+  for (i = 0; i < kThreads; ++i)
+    CHECK(pthread_create(&threads[i], NULL, push_until_destroyed, src) == 0);
+  wait_for(&seen.frames, 50);
+  OK(ml_pipeline_destroy(pipe));
+  for (i = 0; i < kThreads; ++i) pthread_join(threads[i], NULL);
+  i = count_of(&seen.frames);
+  OK(ml_pipeline_sink_unregister(sink));
+  CHECK(count_of(&seen.frames) == i);
+  OK(ml_pipeline_src_release_handle(src));
+}
+
+int main(void) {
+  a_filter_of_the_program_runs();
+  a_filter_that_is_unregistered_is_called_no_more();
+  a_condition_of_the_program_decides();
+  only_elements_that_are_allowed();
+  a_pipeline_is_destroyed_under_busy_threads();
+  return result_of_checks();
+}

@@ -1,0 +1,75 @@
+/* For tests in C99: each check counts, one that fails is told and the rest goes on. */
+#ifndef CHECK_H
+#define CHECK_H
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "ml-tensors.h"
+
+static int failed_checks;
+
+/* Flushed: what was told stays when a later line ends the process. */
+#define TELL(...) (printf(__VA_ARGS__), fflush(stdout))
+
+#define CHECK(condition)                                             \
+  do {                                                               \
+    if (!(condition)) {                                              \
+      TELL("%s:%d: not true: %s\n", __FILE__, __LINE__, #condition); \
+      TELL("  last error: %s\n", ml_error());                        \
+      ++failed_checks;                                               \
+    }                                                                \
+  } while (0)
+
+/* The call answers `number`, and ml_error() has these words. */
+#define CHECK_REFUSED(call, number, words)                                                  \
+  do {                                                                                      \
+    const int answer_ = (call);                                                             \
+    if (answer_ != (number) || !strstr(ml_error(), words)) {                                \
+      TELL("%s:%d: %s gave %d with: %s\n  wanted %d with: %s\n", __FILE__, __LINE__, #call, \
+           answer_, ml_error(), (int)(number), words);                                      \
+      ++failed_checks;                                                                      \
+    }                                                                                       \
+  } while (0)
+
+#define OK(call) CHECK((call) == ML_ERROR_NONE)
+
+/* An info of one tensor, for ml_tensors_info_destroy. */
+static inline ml_tensors_info_h info_of(ml_tensor_type_e type, unsigned int first,
+                                        unsigned int second) {
+  ml_tensors_info_h info = NULL;
+  ml_tensor_dimension dimension = {0};
+  dimension[0] = first;
+  dimension[1] = second;
+  OK(ml_tensors_info_create(&info));
+  OK(ml_tensors_info_set_count(info, 1));
+  OK(ml_tensors_info_set_tensor_type(info, 0, type));
+  OK(ml_tensors_info_set_tensor_dimension(info, 0, dimension));
+  return info;
+}
+
+/* One tensor, float32 2: `first` and its negative; for ml_tensors_data_destroy. */
+static inline ml_tensors_data_h two_floats(float first) {
+  ml_tensors_info_h info = info_of(ML_TENSOR_TYPE_FLOAT32, 2, 0);
+  ml_tensors_data_h data = NULL;
+  const float values[2] = {first, -first};
+  OK(ml_tensors_data_create(info, &data));
+  OK(ml_tensors_data_set_tensor_data(data, 0, values, sizeof values));
+  OK(ml_tensors_info_destroy(info));
+  return data;
+}
+
+/* The values of tensor `index`, or NULL. */
+static inline const float* floats(ml_tensors_data_h data, unsigned int index, size_t count) {
+  void* memory = NULL;
+  size_t size = 0;
+  OK(ml_tensors_data_get_tensor_data(data, index, &memory, &size));
+  CHECK(size == count * sizeof(float));
+  return size == count * sizeof(float) ? (const float*)memory : NULL;
+}
+
+static inline int result_of_checks(void) {
+  if (failed_checks) printf("%d checks failed\n", failed_checks);
+  return failed_checks > 0;
+}
+#endif

@@ -1,0 +1,237 @@
+/* ml_pipeline_construct to _destroy, sinks and sources. */
+#include "check.h"
+#include "nnstreamer.h"
+#include "wait.h"
+
+typedef struct {
+  Counter frames;
+  float last;
+  unsigned int width;
+  ml_pipeline_h pipe;
+  ml_pipeline_sink_h sink;
+  ml_tensors_data_h data;
+} Seen;
+
+#define SEEN \
+  { COUNTER, 0, 0, NULL, NULL, NULL }
+
+static void see(const ml_tensors_data_h data, const ml_tensors_info_h info, void* user_data) {
+  Seen* seen = user_data;
+  void* memory = NULL;
+  size_t size = 0;
+  ml_tensor_dimension dimension;
+  OK(ml_tensors_data_get_tensor_data(data, 0, &memory, &size));
+  OK(ml_tensors_info_get_tensor_dimension(info, 0, dimension));
+  CHECK(size == dimension[0] * sizeof(float));
+  seen->last = ((const float*)memory)[0];
+  seen->width = dimension[0];
+  seen->data = data;
+  raise_count(&seen->frames);
+}
+
+static ml_pipeline_h construct(const char* text) {
+  ml_pipeline_h pipe = NULL;
+  OK(ml_pipeline_construct(text, NULL, NULL, &pipe));
+  return pipe;
+}
+
+static void frames_go_in_and_come_out(const char* text) {
+  Seen seen = SEEN, again = SEEN;
+  ml_pipeline_h pipe = construct(text);
+  ml_pipeline_src_h src = NULL;
+  ml_pipeline_sink_h sink = NULL, second = NULL;
+  ml_tensors_data_h data = two_floats(3);
+  void* memory;
+  size_t size;
+  OK(ml_pipeline_sink_register(pipe, "out", see, &seen, &sink));
+  OK(ml_pipeline_sink_register(pipe, "out", see, &again, &second));
+  OK(ml_pipeline_src_get_handle(pipe, "in", &src));
+  OK(ml_pipeline_start(pipe));
+  OK(ml_pipeline_src_input_data(src, data, ML_PIPELINE_BUF_POLICY_DO_NOT_FREE));
+  wait_for(&seen.frames, 1);
+  wait_for(&again.frames, 1);
+  CHECK(seen.last == 3 && seen.width == 2 && again.last == 3);
+  OK(ml_pipeline_src_input_data(src, data, ML_PIPELINE_BUF_POLICY_AUTO_FREE));
+  wait_for(&seen.frames, 2);
+  wait_for(&again.frames, 2);
+  CHECK_REFUSED(ml_tensors_data_get_tensor_data(data, 0, &memory, &size),
+                ML_ERROR_INVALID_PARAMETER, "data is a handle that was destroyed");
+  OK(ml_pipeline_sink_unregister(second));
+  OK(ml_pipeline_src_input_data(src, two_floats(4), ML_PIPELINE_BUF_POLICY_AUTO_FREE));
+  wait_for(&seen.frames, 3);
+  CHECK(seen.last == 4 && count_of(&again.frames) == 2);
+  OK(ml_pipeline_src_input_data_eos(src));
+  data = two_floats(5);
+  CHECK_REFUSED(ml_pipeline_src_input_data(src, data, ML_PIPELINE_BUF_POLICY_AUTO_FREE),
+                ML_ERROR_TRY_AGAIN, "the stream has ended and takes no more frames");
+  OK(ml_tensors_data_destroy(data));
+  OK(ml_pipeline_src_release_handle(src));
+  OK(ml_pipeline_destroy(pipe));
+  CHECK_REFUSED(ml_tensors_data_get_tensor_data(seen.data, 0, &memory, &size),
+                ML_ERROR_INVALID_PARAMETER, "was destroyed");
+  OK(ml_pipeline_sink_unregister(sink));
+}
+
+static void states_are_told(ml_pipeline_state_e state, void* user_data) {
+  Counter* counter = user_data; /* the sum of the states: NULL 1, PAUSED 3, PLAYING 4 */
+  int i;
+  for (i = 0; i < (int)state; ++i) raise_count(counter);
+}
+
+static void states_follow_the_calls(void) {
+  Counter sum = COUNTER;
+  ml_pipeline_h pipe = NULL;
+  ml_pipeline_state_e state;
+  OK(ml_pipeline_construct("videotestsrc is-live=true ! fakesink", states_are_told, &sum, &pipe));
+  OK(ml_pipeline_get_state(pipe, &state));
+  CHECK(state == ML_PIPELINE_STATE_NULL);
+  OK(ml_pipeline_stop(pipe));
+  OK(ml_pipeline_get_state(pipe, &state));
+  CHECK(state == ML_PIPELINE_STATE_NULL);
+  OK(ml_pipeline_start(pipe));
+  OK(ml_pipeline_get_state(pipe, &state));
+  CHECK(state == ML_PIPELINE_STATE_PLAYING);
+  wait_for(&sum, 3 + 4);
+  OK(ml_pipeline_stop(pipe));
+  OK(ml_pipeline_get_state(pipe, &state));
+  CHECK(state == ML_PIPELINE_STATE_PAUSED);
+  wait_for(&sum, 3 + 4 + 3);
+  OK(ml_pipeline_flush(pipe, false));
+  OK(ml_pipeline_get_state(pipe, &state));
+  CHECK(state == ML_PIPELINE_STATE_NULL);
+  wait_for(&sum, 3 + 4 + 3 + 1);
+  OK(ml_pipeline_flush(pipe, true));
+  OK(ml_pipeline_get_state(pipe, &state));
+  CHECK(state == ML_PIPELINE_STATE_PLAYING);
+  OK(ml_pipeline_destroy(pipe));
+}
+
+static int fail_always(const ml_tensors_data_h in, ml_tensors_data_h out, void* user_data) {
+  (void)in, (void)out, (void)user_data;
+  return -7;
+}
+
+static void a_failed_element_is_the_error_of_the_state(void) {
+  ml_pipeline_h pipe = construct(
+      "appsrc name=in ! tensor_filter framework=custom-easy model=fails ! "
+      "tensor_sink name=out sync=false");
+  ml_pipeline_src_h src = NULL;
+  ml_pipeline_state_e state = ML_PIPELINE_STATE_UNKNOWN;
+  ml_tensors_info_h info = info_of(ML_TENSOR_TYPE_FLOAT32, 4, 1);
+  ml_tensors_data_h data = NULL;
+  ml_custom_easy_filter_h filter = NULL;
+  int result = ML_ERROR_NONE;
+  OK(ml_pipeline_custom_easy_filter_register("fails", info, info, fail_always, NULL, &filter));
+  OK(ml_tensors_data_create(info, &data));
+  OK(ml_pipeline_src_get_handle(pipe, "in", &src));
+  OK(ml_pipeline_start(pipe));
+  while (result == ML_ERROR_NONE)
+    result = ml_pipeline_src_input_data(src, data, ML_PIPELINE_BUF_POLICY_DO_NOT_FREE);
+  CHECK(strstr(ml_error(), "the callback of fails returned -7"));
+  CHECK_REFUSED(ml_pipeline_get_state(pipe, &state), ML_ERROR_STREAMS_PIPE,
+                "the callback of fails returned -7");
+  CHECK(state != ML_PIPELINE_STATE_UNKNOWN);
+  OK(ml_pipeline_flush(pipe, false));
+  OK(ml_pipeline_get_state(pipe, &state));
+  OK(ml_pipeline_destroy(pipe));
+  OK(ml_pipeline_src_release_handle(src));
+  OK(ml_pipeline_custom_easy_filter_unregister(filter));
+  OK(ml_tensors_data_destroy(data));
+  OK(ml_tensors_info_destroy(info));
+}
+
+/* Reads the state, unregisters itself, and is told that it cannot stop its own pipeline. */
+static void meddle(const ml_tensors_data_h data, const ml_tensors_info_h info, void* user_data) {
+  Seen* seen = user_data;
+  ml_pipeline_state_e state;
+  const float one = 1;
+  (void)info;
+  OK(ml_pipeline_get_state(seen->pipe, &state));
+  CHECK_REFUSED(ml_pipeline_stop(seen->pipe), ML_ERROR_TRY_AGAIN,
+                "a callback of a pipeline cannot change its state");
+  CHECK_REFUSED(ml_pipeline_start(seen->pipe), ML_ERROR_TRY_AGAIN, "it would wait for itself");
+  CHECK_REFUSED(ml_pipeline_flush(seen->pipe, true), ML_ERROR_TRY_AGAIN, "a thread of the program");
+  CHECK_REFUSED(ml_pipeline_destroy(seen->pipe), ML_ERROR_TRY_AGAIN, "call from there");
+  CHECK_REFUSED(ml_tensors_data_set_tensor_data(data, 0, &one, sizeof one),
+                ML_ERROR_PERMISSION_DENIED, "this data is to be read only");
+  OK(ml_pipeline_sink_unregister(seen->sink));
+  raise_count(&seen->frames);
+}
+
+static void callbacks_may_call(void) {
+  Seen seen = SEEN, other = SEEN;
+  ml_pipeline_src_h src = NULL;
+  ml_pipeline_h pipe = seen.pipe = construct("appsrc name=in ! tensor_sink name=out sync=false");
+  OK(ml_pipeline_sink_register(pipe, "out", meddle, &seen, &seen.sink));
+  OK(ml_pipeline_sink_register(pipe, "out", see, &other, &other.sink));
+  OK(ml_pipeline_src_get_handle(pipe, "in", &src));
+  OK(ml_pipeline_start(pipe));
+  OK(ml_pipeline_src_input_data(src, two_floats(1), ML_PIPELINE_BUF_POLICY_AUTO_FREE));
+  OK(ml_pipeline_src_input_data(src, two_floats(2), ML_PIPELINE_BUF_POLICY_AUTO_FREE));
+  wait_for(&other.frames, 2);
+  CHECK(count_of(&seen.frames) == 1);
+  OK(ml_pipeline_destroy(pipe));
+  CHECK_REFUSED(ml_pipeline_sink_unregister(seen.sink), ML_ERROR_INVALID_PARAMETER,
+                "sink_handle is a handle that was destroyed");
+  OK(ml_pipeline_sink_unregister(other.sink));
+  OK(ml_pipeline_src_release_handle(src));
+}
+
+static void texts_and_names_are_refused(void) {
+  ml_pipeline_h pipe = &pipe;
+  ml_pipeline_src_h src = NULL;
+  ml_pipeline_sink_h sink = NULL;
+  ml_tensors_data_h data = two_floats(1);
+  Seen seen = SEEN;
+  CHECK_REFUSED(ml_pipeline_construct("videotestsrc ! fakesinc", NULL, NULL, &pipe),
+                ML_ERROR_INVALID_PARAMETER, "did you mean fakesink?");
+  CHECK(pipe == NULL);
+  CHECK_REFUSED(ml_pipeline_construct(NULL, NULL, NULL, &pipe), ML_ERROR_INVALID_PARAMETER,
+                "pipeline_description is a null pointer");
+  CHECK_REFUSED(ml_pipeline_construct("fakesink", NULL, NULL, NULL), ML_ERROR_INVALID_PARAMETER,
+                "pipe is a null pointer");
+  CHECK_REFUSED(ml_pipeline_start(NULL), ML_ERROR_INVALID_PARAMETER, "pipe is a null pointer");
+  CHECK_REFUSED(ml_pipeline_start(data), ML_ERROR_INVALID_PARAMETER,
+                "pipe is a handle of another kind");
+  pipe = construct("appsrc name=in ! tensor_sink name=out sync=false");
+  CHECK_REFUSED(ml_pipeline_sink_register(pipe, "oud", see, &seen, &sink),
+                ML_ERROR_INVALID_PARAMETER, "did you mean out?");
+  CHECK_REFUSED(ml_pipeline_sink_register(pipe, "in", see, &seen, &sink),
+                ML_ERROR_INVALID_PARAMETER,
+                "in is another element than this call is for\n  offered: appsrc\n"
+                "  needed: tensor_sink or appsink");
+  CHECK_REFUSED(ml_pipeline_sink_register(pipe, "out", NULL, &seen, &sink),
+                ML_ERROR_INVALID_PARAMETER, "null pointer");
+  CHECK_REFUSED(ml_pipeline_src_get_handle(pipe, "out", &src), ML_ERROR_INVALID_PARAMETER,
+                "needed: appsrc");
+  CHECK_REFUSED(ml_pipeline_src_get_handle(pipe, NULL, &src), ML_ERROR_INVALID_PARAMETER,
+                "null pointer");
+  OK(ml_pipeline_src_get_handle(pipe, "in", &src));
+  CHECK_REFUSED(ml_pipeline_src_input_data(src, data, ML_PIPELINE_BUF_POLICY_AUTO_FREE),
+                ML_ERROR_TRY_AGAIN, "it is stopped");
+  CHECK_REFUSED(ml_pipeline_src_input_data(src, data, (ml_pipeline_buf_policy_e)9),
+                ML_ERROR_INVALID_PARAMETER, "policy is no number");
+  CHECK_REFUSED(ml_pipeline_src_input_data(data, data, ML_PIPELINE_BUF_POLICY_AUTO_FREE),
+                ML_ERROR_INVALID_PARAMETER, "src_handle is a handle of another kind");
+  CHECK_REFUSED(ml_pipeline_src_input_data(src, NULL, ML_PIPELINE_BUF_POLICY_AUTO_FREE),
+                ML_ERROR_INVALID_PARAMETER, "data is a null pointer");
+  OK(ml_pipeline_destroy(pipe));
+  CHECK_REFUSED(ml_pipeline_destroy(pipe), ML_ERROR_INVALID_PARAMETER,
+                "pipe is a handle that was destroyed");
+  CHECK_REFUSED(ml_pipeline_src_input_data(src, data, ML_PIPELINE_BUF_POLICY_AUTO_FREE),
+                ML_ERROR_INVALID_PARAMETER, "the pipeline of this handle was destroyed");
+  OK(ml_pipeline_src_release_handle(src));
+  OK(ml_tensors_data_destroy(data));
+}
+
+int main(void) {
+  frames_go_in_and_come_out("appsrc name=in ! tensor_sink name=out sync=false");
+  frames_go_in_and_come_out(
+      "appsrc name=in ! tensor_transform mode=typecast option=float32 ! appsink name=out "
+      "sync=false");
+  states_follow_the_calls();
+  a_failed_element_is_the_error_of_the_state();
+  callbacks_may_call();
+  texts_and_names_are_refused();
+  return result_of_checks();
+}

@@ -1,0 +1,258 @@
+/* ml_single_*: the test engine's y = x + 1 on float32 with 4 columns and any number of rows. */
+#include <pthread.h>
+
+#include "check.h"
+#include "nnstreamer-single.h"
+#include "weir/custom_filter.h"
+
+static int add_one(const weir_host* host, const weir_frame* in, weir_frame* out, void* data,
+                   weir_error* error) {
+  const float* x = (const float*)in->tensors[0].data;
+  float* y = (float*)out->tensors[0].data;
+  uint64_t i;
+  (void)host, (void)data, (void)error;
+  for (i = 0; i < in->tensors[0].bytes / sizeof *x; ++i) y[i] = x[i] + 1;
+  return 0;
+}
+
+static pthread_mutex_t door = PTHREAD_MUTEX_INITIALIZER;
+
+static int wait_at_the_door(const weir_host* host, const weir_frame* in, weir_frame* out,
+                            void* data, weir_error* error) {
+  pthread_mutex_lock(&door);
+  pthread_mutex_unlock(&door);
+  return add_one(host, in, out, data, error);
+}
+
+static int as_many_rows(const weir_host* host, const weir_tensor_info* in, uint32_t n_in,
+                        weir_tensor_info* out, uint32_t n_out, void* data, weir_error* error) {
+  (void)host, (void)n_in, (void)n_out, (void)data, (void)error;
+  out[0].shape[0] = in[0].shape[0];
+  return 0;
+}
+
+/* float32 (rows, 4) to the same; rows -1: open. */
+static void register_filter(const char* name, int64_t rows, weir_filter_invoke invoke) {
+  weir_tensor_info info;
+  weir_filter filter;
+  memset(&info, 0, sizeof info);
+  memset(&filter, 0, sizeof filter);
+  info.type = WEIR_FLOAT32;
+  info.rank = 2;
+  info.shape[0] = rows;
+  info.shape[1] = 4;
+  info.batch_axis = WEIR_NO_BATCH_AXIS;
+  filter.struct_size = sizeof filter;
+  filter.n_inputs = filter.n_outputs = 1;
+  filter.inputs = filter.outputs = &info;
+  filter.invoke = invoke;
+  filter.resolve = rows < 0 ? as_many_rows : NULL;
+  CHECK(weir_filter_register(name, &filter, NULL) == 0);
+}
+
+static ml_tensors_data_h eight_floats(ml_tensors_info_h info) {
+  static const float x[8] = {1, 2, 3, 4, 5, 6, 7, 8};
+  ml_tensors_data_h data = NULL;
+  OK(ml_tensors_data_create(info, &data));
+  OK(ml_tensors_data_set_tensor_data(data, 0, x, sizeof x));
+  return data;
+}
+
+static ml_single_h open_plus_one(void) {
+  ml_single_h single = NULL;
+  OK(ml_single_open(&single, "plus-one", NULL, NULL, ML_NNFW_TYPE_CUSTOM_FILTER, ML_NNFW_HW_ANY));
+  return single;
+}
+
+static void a_model_answers(void) {
+  ml_tensors_info_h info = info_of(ML_TENSOR_TYPE_FLOAT32, 4, 2);
+  ml_tensors_data_h input = eight_floats(info), output = NULL, into = NULL;
+  ml_single_h single = open_plus_one();
+  const float *y, one = 1;
+  OK(ml_single_invoke(single, input, &output));
+  y = floats(output, 0, 8);
+  CHECK(y && y[0] == 2 && y[7] == 9);
+  CHECK_REFUSED(ml_tensors_data_set_tensor_data(output, 0, &one, sizeof one),
+                ML_ERROR_PERMISSION_DENIED, "this data is to be read only");
+  CHECK_REFUSED(ml_single_invoke_fast(single, input, output), ML_ERROR_INVALID_PARAMETER,
+                "the outputs cannot be written into this data");
+  OK(ml_tensors_data_create(info, &into));
+  OK(ml_single_invoke_fast(single, input, into));
+  y = floats(into, 0, 8);
+  CHECK(y && y[0] == 2 && y[7] == 9);
+  OK(ml_single_close(single));
+  y = floats(output, 0, 8);
+  CHECK(y && y[7] == 9);
+  OK(ml_tensors_data_destroy(output));
+  OK(ml_tensors_data_destroy(input));
+  OK(ml_tensors_data_destroy(into));
+  OK(ml_tensors_info_destroy(info));
+}
+
+static void infos_are_the_models(void) {
+  ml_tensors_info_h info = info_of(ML_TENSOR_TYPE_FLOAT32, 4, 2), got = NULL;
+  ml_tensor_dimension dimension;
+  ml_tensor_type_e type;
+  ml_single_h single = NULL;
+  char* text = NULL;
+  OK(ml_single_open(&single, "plus-one", info, info, ML_NNFW_TYPE_CUSTOM_FILTER, ML_NNFW_HW_CPU));
+  OK(ml_single_get_input_info(single, &got));
+  OK(ml_tensors_info_get_tensor_dimension(got, 0, dimension));
+  OK(ml_tensors_info_get_tensor_type(got, 0, &type));
+  CHECK(dimension[0] == 4 && dimension[1] == 2 && dimension[2] == 0);
+  CHECK(type == ML_TENSOR_TYPE_FLOAT32);
+  OK(ml_tensors_info_destroy(got));
+  OK(ml_single_get_output_info(single, &got));
+  OK(ml_tensors_info_get_tensor_dimension(got, 0, dimension));
+  CHECK(dimension[0] == 4 && dimension[1] == 2);
+  OK(ml_tensors_info_destroy(got));
+  OK(ml_single_get_property(single, "framework", &text));
+  CHECK(text && strcmp(text, "custom-easy") == 0);
+  free(text);
+  OK(ml_single_get_property(single, "accelerator", &text));
+  CHECK(text && strcmp(text, "cpu") == 0);
+  free(text);
+  OK(ml_single_get_property(single, "inputtype", &text));
+  CHECK(text && strcmp(text, "float32") == 0);
+  free(text);
+  OK(ml_single_close(single));
+  OK(ml_tensors_info_destroy(info));
+}
+
+static void open_dimensions_are_set(void) {
+  ml_tensors_info_h three = info_of(ML_TENSOR_TYPE_FLOAT32, 4, 3), out_info = NULL;
+  ml_tensors_info_h two = info_of(ML_TENSOR_TYPE_FLOAT32, 4, 2);
+  ml_tensors_info_h other = info_of(ML_TENSOR_TYPE_FLOAT32, 5, 3);
+  ml_tensors_data_h input = eight_floats(two), output = NULL;
+  ml_tensor_dimension dimension;
+  ml_single_h single = NULL;
+  const float* y;
+  char* text = NULL;
+  OK(ml_single_open(&single, "any-rows", NULL, NULL, ML_NNFW_TYPE_CUSTOM_FILTER, ML_NNFW_HW_ANY));
+  OK(ml_single_set_input_info(single, three));
+  OK(ml_single_get_property(single, "input", &text));
+  CHECK(text && strcmp(text, "4:3") == 0);
+  free(text);
+  OK(ml_single_set_property(single, "input", "4:7"));
+  OK(ml_single_get_property(single, "input", &text));
+  CHECK(text && strcmp(text, "4:7") == 0);
+  free(text);
+  OK(ml_single_invoke_dynamic(single, input, two, &output, &out_info));
+  OK(ml_tensors_info_get_tensor_dimension(out_info, 0, dimension));
+  CHECK(dimension[0] == 4 && dimension[1] == 2);
+  y = floats(output, 0, 8);
+  CHECK(y && y[7] == 9);
+  OK(ml_tensors_data_destroy(output));
+  OK(ml_tensors_info_destroy(out_info));
+  CHECK_REFUSED(ml_single_set_input_info(single, other), ML_ERROR_INVALID_PARAMETER, "5");
+  CHECK_REFUSED(ml_single_invoke_dynamic(single, input, three, &output, &out_info),
+                ML_ERROR_INVALID_PARAMETER,
+                "the input is another one than in_info says\n  offered: float32 4:2\n"
+                "  needed: float32 4:3");
+  CHECK(output == NULL && out_info == NULL);
+  CHECK_REFUSED(ml_single_set_property(single, "input", "4:3,4:3"), ML_ERROR_INVALID_PARAMETER,
+                "the model has another number of inputs");
+  OK(ml_single_close(single));
+  OK(ml_tensors_data_destroy(input));
+  OK(ml_tensors_info_destroy(two));
+  OK(ml_tensors_info_destroy(three));
+  OK(ml_tensors_info_destroy(other));
+}
+
+static void wrong_models_and_words_are_refused(void) {
+  ml_single_h single = &single;
+  ml_tensors_info_h info = info_of(ML_TENSOR_TYPE_UINT8, 4, 2), empty = NULL;
+  char* text = NULL;
+  OK(ml_tensors_info_create(&empty));
+  CHECK_REFUSED(ml_single_open(&single, "nosuch.so", NULL, NULL, ML_NNFW_TYPE_ANY, 0),
+                ML_ERROR_INVALID_PARAMETER, "WEIR-3003");
+  CHECK(single == NULL);
+  CHECK_REFUSED(ml_single_open(&single, "nosuch", NULL, NULL, ML_NNFW_TYPE_CUSTOM_FILTER, 0),
+                ML_ERROR_INVALID_PARAMETER, "nosuch");
+  CHECK_REFUSED(ml_single_open(&single, "x.dlc", NULL, NULL, ML_NNFW_TYPE_SNPE, 0),
+                ML_ERROR_NOT_SUPPORTED, "snpe");
+  CHECK_REFUSED(ml_single_open(&single, NULL, NULL, NULL, ML_NNFW_TYPE_ANY, 0),
+                ML_ERROR_INVALID_PARAMETER, "model is a null pointer");
+  CHECK_REFUSED(ml_single_open(NULL, "plus-one", NULL, NULL, ML_NNFW_TYPE_ANY, 0),
+                ML_ERROR_INVALID_PARAMETER, "single is a null pointer");
+  CHECK_REFUSED(ml_single_open(&single, "plus-one", NULL, NULL, (ml_nnfw_type_e)77, 0),
+                ML_ERROR_INVALID_PARAMETER, "nnfw is no number of ml_nnfw_type_e\n  offered: 77");
+  CHECK_REFUSED(
+      ml_single_open(&single, "plus-one", NULL, NULL, ML_NNFW_TYPE_CUSTOM_FILTER, (ml_nnfw_hw_e)3),
+      ML_ERROR_INVALID_PARAMETER, "hw is no number of ml_nnfw_hw_e\n  offered: 3");
+  CHECK_REFUSED(ml_single_open(&single, "plus-one", empty, NULL, ML_NNFW_TYPE_CUSTOM_FILTER, 0),
+                ML_ERROR_INVALID_PARAMETER, "input_info describes no tensor");
+  CHECK_REFUSED(ml_single_open(&single, "plus-one", info, NULL, ML_NNFW_TYPE_CUSTOM_FILTER, 0),
+                ML_ERROR_INVALID_PARAMETER, "uint8");
+  CHECK_REFUSED(ml_single_open(&single, "plus-one", NULL, info, ML_NNFW_TYPE_CUSTOM_FILTER, 0),
+                ML_ERROR_INVALID_PARAMETER, "the model has other outputs than output_info says");
+  CHECK_REFUSED(ml_single_get_property(single, "framework", &text), ML_ERROR_INVALID_PARAMETER,
+                "single is a null pointer");
+  single = open_plus_one();
+  CHECK_REFUSED(ml_single_get_property(single, "inputtipe", &text), ML_ERROR_INVALID_PARAMETER,
+                "did you mean inputtype?");
+  CHECK_REFUSED(ml_single_set_property(single, "model", "x"), ML_ERROR_INVALID_PARAMETER,
+                "can only be read");
+  CHECK_REFUSED(ml_single_get_property(single, NULL, &text), ML_ERROR_INVALID_PARAMETER,
+                "null pointer");
+  OK(ml_single_close(single));
+  CHECK_REFUSED(ml_single_close(single), ML_ERROR_INVALID_PARAMETER,
+                "single is a handle that was destroyed");
+  OK(ml_tensors_info_destroy(info));
+  OK(ml_tensors_info_destroy(empty));
+}
+
+static void wrong_inputs_are_refused(void) {
+  ml_tensors_info_h bytes = info_of(ML_TENSOR_TYPE_UINT8, 4, 2);
+  ml_tensors_info_h long_row = info_of(ML_TENSOR_TYPE_FLOAT32, 5, 2);
+  ml_tensors_data_h wrong_type = NULL, wrong_shape = NULL, output = NULL;
+  ml_single_h single = open_plus_one();
+  OK(ml_tensors_data_create(bytes, &wrong_type));
+  OK(ml_tensors_data_create(long_row, &wrong_shape));
+  CHECK_REFUSED(ml_single_invoke(single, wrong_type, &output), ML_ERROR_INVALID_PARAMETER, "uint8");
+  CHECK(output == NULL);
+  CHECK_REFUSED(ml_single_invoke(single, wrong_shape, &output), ML_ERROR_INVALID_PARAMETER,
+                "WEIR-2001");
+  CHECK_REFUSED(ml_single_invoke(single, NULL, &output), ML_ERROR_INVALID_PARAMETER,
+                "input is a null pointer");
+  CHECK_REFUSED(ml_single_invoke(single, wrong_type, NULL), ML_ERROR_INVALID_PARAMETER,
+                "output is a null pointer");
+  CHECK_REFUSED(ml_single_invoke(single, bytes, &output), ML_ERROR_INVALID_PARAMETER,
+                "input is a handle of another kind");
+  CHECK_REFUSED(ml_single_invoke(wrong_type, wrong_type, &output), ML_ERROR_INVALID_PARAMETER,
+                "single is a handle of another kind");
+  OK(ml_single_close(single));
+  OK(ml_tensors_data_destroy(wrong_type));
+  OK(ml_tensors_data_destroy(wrong_shape));
+  OK(ml_tensors_info_destroy(bytes));
+  OK(ml_tensors_info_destroy(long_row));
+}
+
+static void a_slow_model_runs_out_of_time(void) {
+  ml_tensors_info_h info = info_of(ML_TENSOR_TYPE_FLOAT32, 4, 2);
+  ml_tensors_data_h input = eight_floats(info), output = NULL;
+  ml_single_h single = NULL;
+  OK(ml_single_open(&single, "slow", NULL, NULL, ML_NNFW_TYPE_CUSTOM_FILTER, ML_NNFW_HW_ANY));
+  OK(ml_single_set_timeout(single, 20));
+  pthread_mutex_lock(&door);
+  CHECK_REFUSED(ml_single_invoke(single, input, &output), ML_ERROR_TIMED_OUT,
+                "an answer within 20 ms");
+  pthread_mutex_unlock(&door);
+  CHECK(output == NULL);
+  OK(ml_single_close(single));
+  OK(ml_tensors_data_destroy(input));
+  OK(ml_tensors_info_destroy(info));
+}
+
+int main(void) {
+  register_filter("plus-one", 2, add_one);
+  register_filter("any-rows", -1, add_one);
+  register_filter("slow", 2, wait_at_the_door);
+  a_model_answers();
+  infos_are_the_models();
+  open_dimensions_are_set();
+  wrong_models_and_words_are_refused();
+  wrong_inputs_are_refused();
+  a_slow_model_runs_out_of_time();
+  return result_of_checks();
+}

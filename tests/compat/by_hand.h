@@ -1,0 +1,26 @@
+/* The published layouts of data, written by hand: nothing of include/nnstreamer. */
+#ifndef BY_HAND_H
+#define BY_HAND_H
+#include <stddef.h>
+#include <stdint.h>
+
+struct tensor {
+  char* name;
+  int type;
+  uint32_t dimension[16];
+};
+struct tensors {
+  unsigned num;
+  struct tensor first[16];
+  struct tensor* more;
+  int format;
+};
+struct config {
+  struct tensors info;
+  int rate_n, rate_d;
+};
+struct memory {
+  void* data;
+  size_t size;
+};
+#endif

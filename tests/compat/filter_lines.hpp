@@ -1,0 +1,30 @@
+// What tests of such filters share: lines, frames and what is said.
+#pragma once
+#include <cstdlib>
+
+#include "elements/tests/element_harness.hpp"
+
+namespace weir::test {
+
+inline std::string filter_folder() {
+  return std::getenv("WEIR_COMPAT_FILTERS");
+}
+inline std::string filter_file(const std::string& name) {
+  return filter_folder() + "/" + name + ".so";
+}
+// What comes of one frame; nothing: it was dropped or refused.
+template <class T, class Out = T>
+std::vector<Out> pushed(const Harness& h, const std::vector<T>& in) {
+  if (gst_harness_push(h.get(), frame<T>(in)) != GST_FLOW_OK) return {};
+  const auto out = Ref<GstBuffer>::adopt(gst_harness_try_pull(h.get()));
+  return out ? values<Out>(out.get()) : std::vector<Out>{};
+}
+// What the bus says when a frame is refused.
+template <class T>
+std::string frame_error(const Harness& h, const std::vector<T>& in) {
+  Errors errors(h);
+  EXPECT_EQ(gst_harness_push(h.get(), frame<T>(in)), GST_FLOW_ERROR);
+  return errors.next();
+}
+
+}  // namespace weir::test

@@ -1,0 +1,181 @@
+// Filters of a program and of libraries by name: NNS_custom_easy_*, tensor_filter_cpp. This program
+// links with libnnstreamer.so, as users' do.
+#include <cerrno>
+#include <cstring>
+#include <stdexcept>
+
+#include "filter_lines.hpp"
+#include "nnstreamer_plugin_api_util.h"
+#include "tensor_filter_cpp.hh"
+#include "tensor_filter_custom_easy.h"
+
+namespace {
+
+using namespace weir::test;
+
+class Info {
+ public:
+  Info(const char* dimensions, const char* types) {
+    gst_tensors_info_init(&info_);
+    info_.num_tensors = gst_tensors_info_parse_dimensions_string(&info_, dimensions);
+    gst_tensors_info_parse_types_string(&info_, types);
+  }
+  ~Info() { gst_tensors_info_free(&info_); }
+  Info(const Info&) = delete;
+  Info& operator=(const Info&) = delete;
+  GstTensorsInfo* get() { return &info_; }
+
+ private:
+  GstTensorsInfo info_;
+};
+
+struct Easy {
+  explicit Easy(const char* given) : name(given) {}
+  ~Easy() { NNS_custom_easy_unregister(name); }
+  Easy(const Easy&) = delete;
+  Easy& operator=(const Easy&) = delete;
+  const char* name;
+};
+
+int add(void* data, const GstTensorFilterProperties* prop, const GstTensorMemory* in,
+        GstTensorMemory* out) {
+  if (prop->num_models != 1 || std::strcmp(prop->model_files[0], "adder") != 0) return -1;
+  const auto* x = static_cast<const uint8_t*>(in[0].data);
+  if (x[0] == 100) return 1;
+  if (x[0] == 101) return -EIO;
+  if (x[0] == 102) throw std::runtime_error("no such number");
+  for (size_t i = 0; i < out[0].size; ++i)
+    static_cast<uint8_t*>(out[0].data)[i] = static_cast<uint8_t>(x[i] + *static_cast<int*>(data));
+  return 0;
+}
+
+// As many bytes as the first number says; with 9 two tensors, with 17 as many.
+int grow(void*, const GstTensorsInfo* in_info, GstTensorsInfo* out_info, const GstTensorMemory* in,
+         GstTensorMemory* out) {
+  if (in_info->num_tensors != 1) return -1;
+  const uint8_t count = *static_cast<const uint8_t*>(in[0].data);
+  out_info->num_tensors = count == 9 ? 2 : count == 17 ? 17 : 1;
+  for (unsigned i = 0; i < out_info->num_tensors; ++i) {
+    auto* info = gst_tensors_info_get_nth_info(out_info, i);
+    info->type = _NNS_UINT8;
+    info->dimension[0] = count;
+    out[i].data = std::malloc(count);
+    out[i].size = count;
+    std::memset(out[i].data, count, count);
+  }
+  return 0;
+}
+
+const std::string kLine = "tensor_filter framework=custom-easy model=adder";
+const std::string kTwo = tensors("uint8", "2");
+
+TEST(CompatProgram, FunctionIsAFilter) {
+  int number = 5;
+  Info two("2", "uint8");
+  ASSERT_EQ(NNS_custom_easy_register("adder", add, &number, two.get(), two.get()), 0);
+  const Easy adder("adder");
+  auto h = harness_of(kLine, kTwo);
+  EXPECT_EQ(pushed<uint8_t>(h, {1, 2}), (Bytes{6, 7}));
+  EXPECT_EQ(pushed<uint8_t>(h, {100, 2}), Bytes{}) << "dropped";
+  EXPECT_SAYS(frame_error<uint8_t>(h, {101, 2}), "-5 (Input/output error)");
+  h = harness_of(kLine, kTwo);
+  EXPECT_SAYS(frame_error<uint8_t>(h, {102, 2}), "threw out of its function");
+}
+
+TEST(CompatProgram, FunctionDecidesSizes) {
+  Info one("1", "uint8");
+  ASSERT_EQ(NNS_custom_easy_dynamic_register("grower", grow, nullptr, one.get()), 0);
+  const Easy grower("grower");
+  const std::string line = "tensor_filter framework=custom-easy model=grower ";
+  auto h = harness_of(line + "invoke-dynamic=true", tensors("uint8", "1"));
+  for (const uint8_t count : {uint8_t{3}, uint8_t{1}}) {
+    const auto out = pushed<uint8_t>(h, {count});
+    ASSERT_EQ(out.size(), 128u + count);
+    EXPECT_EQ(out.back(), count);
+  }
+  ASSERT_EQ(gst_harness_push(h.get(), frame<uint8_t>({9})), GST_FLOW_OK);
+  const auto two = Ref<GstBuffer>::adopt(gst_harness_pull(h.get()));
+  EXPECT_EQ(gst_buffer_n_memory(two.get()), 2u);
+  EXPECT_EQ(content(two.get()).size(), 2 * (128u + 9));
+  const auto said = frame_error<uint8_t>(h, {17});
+  EXPECT_SAYS(said, "gave more outputs than are expected\n  offered: 17\n  needed: at most 16");
+  EXPECT_SAYS(start_error(line), "invoke-dynamic=true");
+}
+
+TEST(CompatProgram, NamesAndDescriptionsAreChecked) {
+  Info two("2", "uint8"), none("0", "uint8");
+  EXPECT_EQ(NNS_custom_easy_register("adder", add, nullptr, two.get(), two.get()), 0);
+  const Easy adder("adder");
+  EXPECT_EQ(NNS_custom_easy_register("adder", add, nullptr, two.get(), two.get()), -EINVAL);
+  for (const char* name : {"any", "AUTO", "", "a,b"})
+    EXPECT_EQ(NNS_custom_easy_register(name, add, nullptr, two.get(), two.get()), -EINVAL) << name;
+  EXPECT_EQ(NNS_custom_easy_register(nullptr, add, nullptr, two.get(), two.get()), -EINVAL);
+  EXPECT_EQ(NNS_custom_easy_register("x", nullptr, nullptr, two.get(), two.get()), -EINVAL);
+  EXPECT_EQ(NNS_custom_easy_register("x", add, nullptr, none.get(), two.get()), -EINVAL);
+  EXPECT_EQ(NNS_custom_easy_register("x", add, nullptr, two.get(), nullptr), -EINVAL);
+  EXPECT_EQ(NNS_custom_easy_dynamic_register("x", nullptr, nullptr, two.get()), -EINVAL);
+  EXPECT_EQ(NNS_custom_easy_unregister("x"), -EINVAL);
+  EXPECT_EQ(NNS_custom_easy_unregister(nullptr), -EINVAL);
+  EXPECT_SAYS(start_error("tensor_filter framework=custom-easy model=x"), "one of: adder");
+}
+
+TEST(CompatProgram, LibraryBringsTheFunction) {
+  auto h = harness_of("tensor_filter framework=custom-easy model=easy", kTwo);
+  EXPECT_EQ(pushed<uint8_t>(h, {1, 255}), (Bytes{2, 0}));
+}
+
+TEST(CompatProgram, LibraryBringsObjects) {
+  const std::string library = "," + filter_file("object");
+  auto h = harness_of("tensor_filter framework=cpp model=negated" + library, tensors("int8", "3"));
+  EXPECT_EQ(pushed<int8_t>(h, {1, -2, 3}), (std::vector<int8_t>{-1, 2, -3}));
+  h = harness_of("tensor_filter framework=cpp model=counted", tensors("float32", "5"));
+  EXPECT_EQ((pushed<float, uint8_t>(h, {9, 9, 9, 9, 9})), (Bytes{0, 1, 2, 3, 4}));
+}
+
+class Object : public tensor_filter_cpp {
+ public:
+  explicit Object(const char* name) : tensor_filter_cpp(name) {}
+  int getInputDim(GstTensorsInfo* info) override {
+    info->num_tensors = 1;
+    info->info[0].type = _NNS_UINT8;
+    info->info[0].dimension[0] = 2;
+    return 0;
+  }
+  int getOutputDim(GstTensorsInfo* info) override { return getInputDim(info); }
+  int setInputDim(const GstTensorsInfo*, GstTensorsInfo*) override { return -1; }
+  int invoke(const GstTensorMemory* in, GstTensorMemory* out) override {
+    if (*static_cast<const uint8_t*>(in[0].data) == 0) throw std::runtime_error("nothing");
+    std::memcpy(out[0].data, in[0].data, 2);
+    return 0;
+  }
+  bool isAllocatedBeforeInvoke() override { return true; }
+};
+
+TEST(CompatProgram, ObjectIsAFilter) {
+  Object object("object"), same("object"), reserved("Any");
+  ASSERT_EQ(object._register(), 0);
+  EXPECT_EQ(object._register(), -EINVAL);
+  EXPECT_EQ(same._register(), -EINVAL);
+  EXPECT_EQ(reserved._register(), -EINVAL);
+  EXPECT_EQ(tensor_filter_cpp::__register(nullptr), -EINVAL);
+  {
+    auto h = harness_of("tensor_filter framework=cpp model=object", kTwo);
+    EXPECT_EQ(pushed<uint8_t>(h, {1, 2}), (Bytes{1, 2}));
+    EXPECT_SAYS(frame_error<uint8_t>(h, {0, 2}), "the filter object threw out of invoke");
+  }
+  EXPECT_EQ(object._unregister(), 0);
+  EXPECT_EQ(object._unregister(), -EINVAL);
+  EXPECT_SAYS(start_error("tensor_filter framework=cpp model=object"),
+              "no filter class has this name");
+}
+
+TEST(CompatProgram, ObjectThatGoesIsRegisteredNoLonger) {
+  {
+    Object object("short");
+    ASSERT_EQ(object._register(), 0);
+  }
+  Object again("short");
+  EXPECT_EQ(again._register(), 0);
+}
+
+}  // namespace

@@ -1,0 +1,117 @@
+// Filter sub-plugins with invoke-async=true that dispatch outputs when invoke has returned.
+#include <thread>
+
+#include "elements/tensor_filter/adder_harness.hpp"
+#include "elements/tensor_filter/async_filter.hpp"
+#include "filter_lines.hpp"
+
+namespace {
+
+using namespace weir::test;
+using weir::test::async::End;
+using weir::test::async::flush;
+
+const std::string kThree = tensors("uint8", "3");
+
+// An element whose filter has a thread that dispatches what it is told through a pipe, and answers
+// through another.
+class Later {
+ public:
+  Later()
+      : harness(harness_of("tensor_filter framework=header1 invoke-async=true custom=later:" +
+                               to_.reader() + ":" + from_.writer(),
+                           kThree)) {}
+  ~Later() {
+    to_.put(0);  // the thread ends
+    harness.reset();
+  }
+  Later(const Later&) = delete;
+  Later& operator=(const Later&) = delete;
+  // Returns when it was dispatched.
+  void dispatch(uint8_t number) const {
+    to_.put(static_cast<char>(number));
+    EXPECT_EQ(from_.next(), static_cast<char>(number));
+  }
+
+ private:
+  const Pipe to_, from_;
+
+ public:
+  Harness harness;
+};
+
+GstFlowReturn push(const Harness& h, GstClockTime pts) {
+  GstBuffer* buffer = frame<uint8_t>({1, 2, 3});
+  GST_BUFFER_PTS(buffer) = pts;
+  return gst_harness_push(h.get(), buffer);
+}
+void expect_output(const Harness& h, uint8_t number, GstClockTime pts) {
+  const auto out = Ref<GstBuffer>::adopt(gst_harness_pull(h.get()));
+  ASSERT_TRUE(out);
+  EXPECT_EQ(content(out.get()), Bytes(3, number));
+  EXPECT_EQ(GST_BUFFER_PTS(out.get()), pts);
+}
+
+TEST(CompatSubPluginAsync, WhatComesWhenInvokeHasReturnedBelongsToItsFrame) {
+  const Later later;
+  const Harness& h = later.harness;
+  ASSERT_EQ(push(h, 10), GST_FLOW_OK);
+  for (const uint8_t number : {uint8_t{5}, uint8_t{6}}) {
+    later.dispatch(number);
+    expect_output(h, number, 10);
+  }
+  ASSERT_EQ(push(h, 20), GST_FLOW_OK);
+  later.dispatch(7);
+  expect_output(h, 7, 20);
+  EXPECT_EQ(stat(h, "tensor_filter", "consumed"), 1u) << "the second is open";
+}
+
+TEST(CompatSubPluginAsync, TheEndOfTheStreamComesBehindTheLastOutput) {
+  const Later later;
+  const Harness& h = later.harness;
+  ASSERT_EQ(push(h, 10), GST_FLOW_OK);
+  later.dispatch(5);
+  End end(h);
+  gst_harness_push_event(h.get(), gst_event_new_eos());
+  end.wait();  // until nothing has come for a while
+  expect_output(h, 5, 10);
+  EXPECT_EQ(stat(h, "tensor_filter", "consumed"), 1u);
+  EXPECT_EQ(stat(h, "tensor_filter", "held"), 0u);
+}
+
+TEST(CompatSubPluginAsync, AFlushGivesTheOpenFrameUp) {
+  const Later later;
+  const Harness& h = later.harness;
+  ASSERT_EQ(push(h, 10), GST_FLOW_OK);
+  flush(h);
+  EXPECT_EQ(stat(h, "tensor_filter", "dropped-flush"), 1u);
+  later.dispatch(5);  // to nobody
+  ASSERT_EQ(push(h, 20), GST_FLOW_OK);
+  later.dispatch(6);
+  expect_output(h, 6, 20);
+}
+
+TEST(CompatSubPluginAsync, WhatComesTooLateFailsTheNextFrame) {
+  const Later later;
+  const Harness& h = later.harness;
+  Errors errors(h);
+  ASSERT_EQ(push(h, 10), GST_FLOW_OK);
+  while (stat(h, "tensor_filter", "consumed") != 1) std::this_thread::yield();
+  testing::internal::CaptureStderr();
+  later.dispatch(5);
+  EXPECT_SAYS(testing::internal::GetCapturedStderr(), "gave an output after its frame had ended");
+  EXPECT_EQ(push(h, 20), GST_FLOW_ERROR);
+  EXPECT_SAYS(errors.next(),
+              "WEIR-5003: the filter header1 gave an output after its frame had ended");
+}
+
+TEST(CompatSubPluginAsync, WhatComesWhileItIsClosedReachesNobody) {
+  auto h = harness_of("tensor_filter framework=header1 custom=late invoke-async=true", kThree);
+  ASSERT_EQ(push(h, 10), GST_FLOW_OK);
+  for (int i = 0; i < 3; ++i) EXPECT_TRUE(Ref<GstBuffer>::adopt(gst_harness_pull(h.get())));
+  testing::internal::CaptureStderr();
+  h.reset();
+  EXPECT_SAYS(testing::internal::GetCapturedStderr(), "while it was closed: nobody waits for it");
+}
+
+}  // namespace

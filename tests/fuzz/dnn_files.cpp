@@ -1,0 +1,26 @@
+// Fuzz target: what the modules on OpenCV read of a network's files before OpenCV sees them. The
+// first byte says which: a .prototxt, a .caffemodel, a .pb or a .cfg.
+#include <cstdint>
+#include <span>
+
+#include "opencv-dnn/dnn_description.hpp"
+
+extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
+  if (size == 0) return 0;
+  const auto file = std::as_bytes(std::span(data + 1, size - 1));
+  const std::string_view text(reinterpret_cast<const char*>(file.data()), file.size());
+  switch (data[0] % 4) {
+    case 0:
+      (void)weir::engine::describe_caffe(text);
+      break;
+    case 1:
+      (void)weir::engine::check_caffe_weights(file);
+      break;
+    case 2:
+      (void)weir::engine::describe_tensorflow(file);
+      break;
+    default:
+      (void)weir::engine::describe_darknet(text);
+  }
+  return 0;
+}

@@ -1,0 +1,10 @@
+// Fuzz target: what the libtorch module reads of a zip archive before libtorch sees it.
+#include <cstdint>
+#include <span>
+
+#include "pytorch/torch_file.hpp"
+
+extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
+  (void)weir::engine::check_torch_file(std::as_bytes(std::span(data, size)));
+  return 0;
+}

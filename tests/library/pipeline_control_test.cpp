@@ -1,0 +1,208 @@
+// Valves, selectors, properties, and what a program may ask for that is not there.
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "says.hpp"
+#include "weir/pipeline.hpp"
+
+namespace {
+
+using namespace std::chrono_literals;
+using weir::Pipeline;
+using Values = std::vector<float>;
+
+constexpr auto kLong = 60s;
+
+Pipeline parse(const std::string& text) {
+  auto pipeline = Pipeline::parse(text);
+  if (!pipeline) throw std::runtime_error(pipeline.error().message());
+  return *std::move(pipeline);
+}
+weir::Status push(Pipeline& p, const std::string& name, float value) {
+  const Values values{value};
+  return p.push(name, std::span<const float>(values), {.shape = {1}});
+}
+float pulled(Pipeline& p, const std::string& name) {
+  const auto frame = p.pull<float>(name, kLong);
+  if (!frame) ADD_FAILURE() << frame.error().message();
+  return frame && *frame ? (*(**frame)[0].as<float>())[0] : NAN;
+}
+
+TEST(PipelineControl, AValveDropsWhileItIsClosed) {
+  Pipeline p =
+      parse("appsrc name=in ! valve name=v drop-mode=forward-sticky-events ! tensor_sink name=out");
+  auto valve = p.valve("v");
+  ASSERT_TRUE(p.start());
+  ASSERT_TRUE(push(p, "in", 1));
+  EXPECT_EQ(pulled(p, "out"), 1);
+  ASSERT_TRUE(valve.close());
+  EXPECT_TRUE(*p.get<bool>("v", "drop"));
+  ASSERT_TRUE(push(p, "in", 2));
+  ASSERT_TRUE(p.end("in"));
+  EXPECT_TRUE(std::isnan(pulled(p, "out"))) << "frame 2 is gone, the end is not";
+  ASSERT_TRUE(valve.open());
+  EXPECT_FALSE(*p.get<bool>("v", "drop"));
+}
+
+TEST(PipelineControl, ASelectorTakesTheChosenInput) {
+  Pipeline p = parse(
+      "input-selector name=s sync-streams=false ! tensor_sink name=out "
+      "appsrc name=a ! s.sink_0 appsrc name=b ! s.sink_1");
+  ASSERT_TRUE(p.selector("s").select("sink_1"));
+  ASSERT_TRUE(p.start());
+  ASSERT_TRUE(push(p, "a", 1));
+  ASSERT_TRUE(push(p, "b", 2));
+  EXPECT_EQ(pulled(p, "out"), 2);
+}
+
+TEST(PipelineControl, ASelectorSendsToTheChosenOutput) {
+  Pipeline p = parse(
+      "appsrc name=in ! output-selector name=s pad-negotiation-mode=active "
+      "s.src_0 ! tensor_sink name=a async=false s.src_1 ! tensor_sink name=b async=false");
+  ASSERT_TRUE(p.selector("s").select("src_1"));
+  ASSERT_TRUE(p.start());
+  ASSERT_TRUE(push(p, "in", 5));
+  EXPECT_EQ(pulled(p, "b"), 5);
+  EXPECT_REFUSED(p.selector("s").select("src_7"), OPTION_VALUE, "needed: one of: src_0, src_1");
+  EXPECT_REFUSED(p.selector("a").select("src_0"), OPTION_VALUE,
+                 "a is another element than this call is for\n  offered: tensor_sink\n"
+                 "  needed: input-selector or output-selector");
+}
+
+TEST(PipelineControl, PropertiesAsTextAndTyped) {
+  Pipeline p = parse("videotestsrc name=v ! tensor_converter name=c ! tensor_sink name=out");
+  ASSERT_TRUE(p.set("v", "pattern", "ball"));
+  EXPECT_EQ(*p.get("v", "pattern"), "ball");
+  ASSERT_TRUE(p.set("v", "num-buffers", 7));
+  EXPECT_EQ(*p.get<int>("v", "num-buffers"), 7);
+  ASSERT_TRUE(p.set("v", "is-live", true));
+  EXPECT_TRUE(*p.get<bool>("v", "is-live"));
+  ASSERT_TRUE(p.set("out", "max-bitrate", uint64_t{1} << 40));
+  EXPECT_EQ(*p.get<uint64_t>("out", "max-bitrate"), uint64_t{1} << 40);
+  EXPECT_NE(p.get("c", "stats")->find("received"), std::string::npos);
+  EXPECT_EQ(*p.get("v", "name"), "v");
+}
+
+TEST(PipelineControl, DoublesGoThroughTextUnchanged) {
+  Pipeline p = parse("identity name=i ! fakesink");
+  for (const float value : {0.1f, 1.0f / 3, 0.0f, 1.0f}) {
+    ASSERT_TRUE(p.set("i", "drop-probability", value));
+    EXPECT_EQ(*p.get<float>("i", "drop-probability"), value);
+  }
+}
+
+TEST(PipelineControl, RefusesPropertiesAndValues) {
+  Pipeline p = parse("videotestsrc name=v ! tensor_converter name=c ! tensor_sink name=out");
+  EXPECT_REFUSED(p.set("v", "patern", "ball"), OPTION_VALUE, "did you mean pattern?");
+  EXPECT_REFUSED(p.set("v", "pattern", "football-and-more"), OPTION_VALUE,
+                 "videotestsrc does not take this value for pattern");
+  EXPECT_REFUSED(p.set("out", "signal-rate", 501), OPTION_VALUE,
+                 "a value in its range, such as 500");
+  EXPECT_REFUSED(p.set("c", "stats", "x"), OPTION_VALUE, "it can only be read");
+  EXPECT_REFUSED(p.get<int>("v", "pattern"), OPTION_VALUE, "no value of the type");
+  EXPECT_REFUSED(p.get("v", "nothing-like-it"), OPTION_VALUE, "videotestsrc has no such property");
+  EXPECT_REFUSED(p.get("w", "pattern"), OPTION_VALUE,
+                 "no element of the pipeline has this name\n  offered: w\n  needed: one of: ");
+}
+
+TEST(PipelineControl, RefusesElementsOfAnotherKind) {
+  Pipeline p = parse("appsrc name=in ! tensor_sink name=out");
+  ASSERT_TRUE(p.start());
+  EXPECT_REFUSED(push(p, "out", 1), OPTION_VALUE, "needed: appsrc");
+  EXPECT_REFUSED(push(p, "inn", 1), OPTION_VALUE, "did you mean in?");
+  EXPECT_REFUSED(p.pull("in", 1ms), OPTION_VALUE, "needed: tensor_sink or appsink");
+  EXPECT_REFUSED(p.end("out"), OPTION_VALUE, "needed: appsrc");
+  EXPECT_REFUSED(p.ended("in"), OPTION_VALUE, "needed: tensor_sink or appsink");
+  EXPECT_REFUSED(p.valve("in").open(), OPTION_VALUE, "needed: valve");
+  EXPECT_REFUSED(p.on_frame("in", [](const weir::Frame&) {}), OPTION_VALUE,
+                 "tensor_sink or appsink");
+}
+
+TEST(PipelineControl, RefusesTextsThatAreNoPipeline) {
+  EXPECT_REFUSED(Pipeline::parse("tensor_filtre ! fakesink"), OPTION_VALUE,
+                 "first difference: did you mean tensor_filter?");
+  EXPECT_REFUSED(Pipeline::parse("fakesrc ! "), OPTION_SYNTAX, "the text of the pipeline");
+  EXPECT_REFUSED(Pipeline::parse(""), OPTION_SYNTAX, "the text of the pipeline");
+  EXPECT_REFUSED(Pipeline::parse("fakesrc nothing=1 ! fakesink"), OPTION_SYNTAX, "nothing");
+}
+
+TEST(PipelineControl, RefusesFramesThatSayTooLittle) {
+  Pipeline p = parse("appsrc name=in ! tensor_sink name=out");
+  ASSERT_TRUE(p.start());
+  const Values x{1, 2};
+  EXPECT_REFUSED(p.push("in", std::span<const float>(x)), SPEC_MISMATCH,
+                 "tensor 0 has no shape, and the appsrc has no caps that say it");
+  EXPECT_REFUSED(p.push("in", std::span<const float>(x), {.shape = {3}}), FRAME_SIZE,
+                 "offered: 8 bytes\n  needed: 12 bytes: float32 3");
+  EXPECT_REFUSED(p.push("in", std::span<const float>(x), {.shape = {2, -1}}), SPEC_MISMATCH,
+                 "an extent of -1");
+  EXPECT_REFUSED(p.push("in", std::span<const weir::TensorView>()), LIMIT_EXCEEDED, "1 to 256");
+  const std::vector<weir::TensorView> odd{weir::TensorView(x.data(), 8, 77, {2})};
+  EXPECT_REFUSED(p.push("in", odd), TYPE_SYNTAX, "a type that is not known");
+}
+
+TEST(PipelineControl, ErrorsOfElementsAreThoseOfEveryCallUntilStop) {
+  Pipeline p = parse(
+      "appsrc name=in ! tensor_filter framework=fake model=/proc/self/comm name=f ! tensor_sink "
+      "name=out");
+  ASSERT_TRUE(p.start());
+  const Values x{1, 2, 3};
+  ASSERT_TRUE(p.push("in", std::span<const float>(x), {.shape = {1, 3}}));
+  EXPECT_REFUSED(p.pull("out", kLong), SPEC_MISMATCH, "WEIR-2001: f: the stream does not fit");
+  EXPECT_REFUSED(p.wait(kLong), SPEC_MISMATCH, "needed: 1 tensor: float32 4:?");
+  EXPECT_REFUSED(push(p, "in", 1), SPEC_MISMATCH, "f: the stream does not fit");
+  EXPECT_REFUSED(p.start(), SPEC_MISMATCH, "f: the stream does not fit");
+  ASSERT_TRUE(p.stop());
+  ASSERT_TRUE(p.start());
+  const Values four{1, 2, 3, 4};
+  const auto again = p.push("in", std::span<const float>(four), {.shape = {1, 4}});
+  ASSERT_TRUE(again) << again.error().message();
+  EXPECT_EQ(pulled(p, "out"), 2);
+}
+
+TEST(PipelineControl, ErrorsOfForeignElementsHaveACode) {
+  Pipeline p = parse("filesrc location=/no/such/file name=f ! fakesink");
+  EXPECT_REFUSED(p.start(), FILE_NOT_FOUND, "f: Resource not found");
+}
+
+TEST(PipelineControl, RefusesToReadAFrameAsAnotherType) {
+  Pipeline p = parse("appsrc name=in ! tensor_sink name=out");
+  ASSERT_TRUE(p.start());
+  ASSERT_TRUE(push(p, "in", 1));
+  EXPECT_REFUSED(p.pull<uint8_t>("out", kLong), SPEC_MISMATCH, "the tensor is of another type");
+}
+
+TEST(PipelineControl, SparseFramesNameTheElementThatIsMissing) {
+  Pipeline p = parse("appsrc name=in ! tensor_sparse_enc ! tensor_sink name=out");
+  ASSERT_TRUE(p.start());
+  ASSERT_TRUE(push(p, "in", 1));
+  EXPECT_REFUSED(p.pull("out", kLong), FORMAT_UNSUPPORTED,
+                 "fix: tensor_sparse_dec in front of the sink");
+}
+
+TEST(PipelineControl, NullPointersAreErrors) {
+  weir_pipeline* p = nullptr;
+  EXPECT_EQ(weir_pipeline_parse(nullptr, &p, nullptr), -WEIR_OPTION_VALUE);
+  EXPECT_EQ(weir_pipeline_parse("fakesrc ! fakesink", nullptr, nullptr), -WEIR_OPTION_VALUE);
+  EXPECT_EQ(weir_pipeline_start(nullptr, nullptr), -WEIR_OPTION_VALUE);
+  EXPECT_EQ(weir_pipeline_get_state(nullptr), -WEIR_OPTION_VALUE);
+  EXPECT_EQ(weir_pipeline_wait(nullptr, 0, nullptr), -WEIR_OPTION_VALUE);
+  ASSERT_EQ(weir_pipeline_parse("appsrc name=in ! fakesink", &p, nullptr), WEIR_OK);
+  weir_pulled* frame = nullptr;
+  char* text = nullptr;
+  EXPECT_EQ(weir_pipeline_push(p, "in", nullptr, 1, -1, -1, nullptr), -WEIR_OPTION_VALUE);
+  EXPECT_EQ(weir_pipeline_pull(p, nullptr, 0, &frame, nullptr), -WEIR_OPTION_VALUE);
+  EXPECT_EQ(weir_pipeline_pull(p, "in", 0, nullptr, nullptr), -WEIR_OPTION_VALUE);
+  EXPECT_EQ(weir_pipeline_set(p, "in", "blocksize", nullptr, nullptr), -WEIR_OPTION_VALUE);
+  EXPECT_EQ(weir_pipeline_get(p, "in", nullptr, &text, nullptr), -WEIR_OPTION_VALUE);
+  EXPECT_EQ(weir_pipeline_get(p, nullptr, "blocksize", &text, nullptr), -WEIR_OPTION_VALUE);
+  EXPECT_EQ(weir_pipeline_select(p, "in", nullptr, nullptr), -WEIR_OPTION_VALUE);
+  EXPECT_EQ(weir_pipeline_set_valve(p, nullptr, 1, nullptr), -WEIR_OPTION_VALUE);
+  weir_pipeline_free(p);
+  weir_pipeline_free(nullptr);
+  weir_pulled_free(nullptr);
+  weir_pipeline_text_free(nullptr);
+}
+
+}  // namespace

@@ -1,0 +1,274 @@
+// pipeline.hpp over the shared library: frames in and out, errors as values.
+#include "weir/pipeline.hpp"
+
+#include <gtest/gtest.h>
+
+#include <array>
+#include <future>
+#include <thread>
+
+#include "says.hpp"
+#include "weir/custom_condition.hpp"
+
+namespace {
+
+using namespace std::chrono_literals;
+using weir::Code;
+using weir::Frame;
+using weir::Pipeline;
+using weir::PipelineState;
+using weir::TensorShape;
+using weir::TensorView;
+using Values = std::vector<float>;
+
+constexpr auto kLong = 60s;  // never reached where the test passes
+
+Pipeline parse(const std::string& text) {
+  auto pipeline = Pipeline::parse(text);
+  if (!pipeline) throw std::runtime_error(pipeline.error().message());
+  return *std::move(pipeline);
+}
+Pipeline started(const std::string& text) {
+  Pipeline pipeline = parse(text);
+  if (const auto status = pipeline.start(); !status)
+    throw std::runtime_error(status.error().message());
+  return pipeline;
+}
+Values pulled(Pipeline& pipeline, const std::string& name) {
+  const auto frame = pipeline.pull<float>(name, kLong);
+  if (!frame) throw std::runtime_error(frame.error().message());
+  if (!*frame) return {};
+  const auto all = *(**frame)[0].as<float>();
+  return {all.begin(), all.end()};
+}
+std::span<const float> span(const Values& values) {
+  return values;
+}
+
+TEST(Pipeline, PushesThroughAModelAndPulls) {
+  Pipeline p = started(
+      "appsrc name=in ! tensor_filter framework=fake model=/proc/self/comm ! tensor_sink name=out");
+  const Values x{1, 2, 3, 4};
+  for (int i = 0; i < 3; ++i)
+    ASSERT_TRUE(p.push("in", span(x), {.shape = {1, 4}, .pts = i * 10ms, .duration = 10ms}));
+  for (int i = 0; i < 3; ++i) {
+    const auto frame = p.pull<float>("out", kLong);
+    ASSERT_TRUE(frame) << frame.error().message();
+    ASSERT_TRUE(*frame);
+    EXPECT_EQ((*frame)->pts(), i * 10ms);
+    EXPECT_EQ((*frame)->duration(), 10ms);
+    ASSERT_EQ((*frame)->size(), 1u);
+    EXPECT_EQ((**frame)[0].info().type, WEIR_FLOAT32);
+    EXPECT_EQ((**frame)[0].info().elements(), 4);
+    const auto y = *(**frame)[0].as<float>();
+    EXPECT_EQ(Values(y.begin(), y.end()), (Values{2, 3, 4, 5}));
+  }
+  EXPECT_FALSE(*p.ended("out"));
+  ASSERT_TRUE(p.end("in"));
+  const auto last = p.pull("out", kLong);
+  ASSERT_TRUE(last) << last.error().message();
+  EXPECT_FALSE(*last);
+  EXPECT_TRUE(*p.ended("out"));
+  const auto ended = p.wait(kLong);
+  ASSERT_TRUE(ended) << ended.error().message();
+  EXPECT_TRUE(*ended);
+  EXPECT_REFUSED(p.push("in", span(x), {.shape = {1, 4}}), CANCELLED, "the stream has ended");
+}
+
+TEST(Pipeline, PushesFramesOfManyTensors) {
+  for (const size_t count : {size_t{2}, size_t{16}, size_t{20}}) {
+    Pipeline p = started("appsrc name=in ! tensor_sink name=out");
+    std::vector<std::vector<int16_t>> data;
+    for (size_t i = 0; i < count; ++i) data.emplace_back(i + 1, static_cast<int16_t>(i));
+    std::vector<TensorView> views;
+    for (const auto& one : data)
+      views.emplace_back(one, TensorShape{static_cast<int64_t>(one.size())});
+    ASSERT_TRUE(p.push("in", views));
+    const auto frame = p.pull<int16_t>("out", kLong);
+    ASSERT_TRUE(frame) << frame.error().message();
+    ASSERT_EQ((*frame)->size(), count);
+    for (size_t i = 0; i < count; ++i) {
+      const auto got = *(**frame)[i].as<int16_t>();
+      EXPECT_EQ(std::vector<int16_t>(got.begin(), got.end()), data[i]) << i << " of " << count;
+    }
+  }
+}
+
+TEST(Pipeline, WritesNewCapsWhenShapesChange) {
+  Pipeline p = started("appsrc name=in ! tensor_sink name=out");
+  const Values x{1, 2, 3, 4, 5, 6};
+  ASSERT_TRUE(p.push("in", span(x), {.shape = {2, 3}}));
+  ASSERT_TRUE(p.push("in", span(x), {.shape = {6}}));
+  EXPECT_EQ((**p.pull("out", kLong))[0].info().shape, (TensorShape{2, 3}));
+  EXPECT_EQ((**p.pull("out", kLong))[0].info().shape, (TensorShape{6}));
+}
+
+TEST(Pipeline, TakesTheShapeFromTheCapsOfTheText) {
+  Pipeline p = started(
+      "appsrc name=in caps=other/tensors,format=static,num_tensors=1,dimensions=(string)2:1,"
+      "types=float32,framerate=0/1 ! tensor_sink name=out");
+  ASSERT_TRUE(p.push("in", span({7, 8})));
+  EXPECT_EQ(pulled(p, "out"), (Values{7, 8}));
+  EXPECT_REFUSED(p.push("in", span({7, 8, 9})), FRAME_SIZE, "offered: 12 bytes\n  needed: 8 bytes");
+  EXPECT_REFUSED(p.push("in", span({7, 8, 9}), {.shape = {1, 3}}), SPEC_MISMATCH,
+                 "tensor 0 is not what the caps of the appsrc say");
+  const std::array<int32_t, 2> integers{7, 8};
+  EXPECT_REFUSED(p.push("in", std::span<const int32_t>(integers)), SPEC_MISMATCH,
+                 "type is int32, needed is float32");
+  const std::vector<TensorView> two{integers, integers};
+  EXPECT_REFUSED(p.push("in", two), SPEC_MISMATCH, "number of tensors");
+}
+
+TEST(Pipeline, PushesFlexibleTensors) {
+  Pipeline p = started(
+      "appsrc name=in caps=other/tensors,format=flexible,framerate=0/1 ! tensor_sink name=out");
+  ASSERT_TRUE(p.push("in", span({1, 2, 3}), {.shape = {3}}));
+  ASSERT_TRUE(p.push("in", span({4}), {.shape = {1, 1}}));
+  EXPECT_EQ(pulled(p, "out"), (Values{1, 2, 3}));
+  EXPECT_EQ(pulled(p, "out"), (Values{4}));
+}
+
+TEST(Pipeline, PushesPicturesAndPullsBytes) {
+  Pipeline p = started(
+      "appsrc name=in caps=video/x-raw,format=GRAY8,width=4,height=2,framerate=30/1 ! "
+      "tee name=t ! queue ! appsink name=raw t. ! queue ! tensor_converter ! tensor_sink name=out");
+  const std::vector<uint8_t> picture{1, 2, 3, 4, 5, 6, 7, 8};
+  ASSERT_TRUE(p.push("in", std::span<const uint8_t>(picture), {.pts = 0ns}));
+  const auto raw = p.pull<uint8_t>("raw", kLong), out = p.pull<uint8_t>("out", kLong);
+  ASSERT_TRUE(raw && *raw && out && *out);
+  EXPECT_EQ((**raw)[0].info().shape, (TensorShape{8}));
+  EXPECT_EQ((*raw)->caps().substr(0, 11), "video/x-raw");
+  EXPECT_EQ((**out)[0].info().elements(), 8);
+  const std::vector<uint8_t> half(4);
+  EXPECT_REFUSED(p.push("in", std::span<const uint8_t>(half)), FRAME_SIZE,
+                 "a picture has another size");
+  EXPECT_REFUSED(p.push("in", span({1, 2})), SPEC_MISMATCH, "one tensor of bytes");
+}
+
+TEST(Pipeline, KeepsFramesUntilTheyArePulledAndLosesNone) {
+  Pipeline p = started("appsrc name=in ! tensor_sink name=out");
+  for (float i = 0; i < 200; ++i) ASSERT_TRUE(p.push("in", span({i}), {.shape = {1}}));
+  ASSERT_TRUE(p.end("in"));
+  const auto early = p.wait(20ms);
+  ASSERT_TRUE(early) << early.error().message();
+  EXPECT_FALSE(*early) << "the stream waits with frame 65";
+  for (float i = 0; i < 200; ++i) ASSERT_EQ(pulled(p, "out"), (Values{i}));
+  EXPECT_TRUE(*p.wait(kLong));
+}
+
+TEST(Pipeline, AppsinkDropsTheOldestWhereItsTextSaysSo) {
+  Pipeline p = started("appsrc name=in ! appsink name=out max-buffers=2 drop=true");
+  for (float i = 0; i < 10; ++i) ASSERT_TRUE(p.push("in", span({i}), {.shape = {1}}));
+  ASSERT_TRUE(p.end("in"));
+  EXPECT_TRUE(*p.wait(kLong));
+  EXPECT_EQ(pulled(p, "out"), (Values{8}));
+  EXPECT_EQ(pulled(p, "out"), (Values{9}));
+  EXPECT_EQ(pulled(p, "out"), (Values{}));
+}
+
+TEST(Pipeline, PullGivesUpWhenTheTimeHasPassed) {
+  Pipeline p = started("appsrc name=in ! tensor_sink name=out");
+  const auto nothing = p.pull("out", 1ms);
+  ASSERT_TRUE(nothing) << nothing.error().message();
+  EXPECT_FALSE(*nothing);
+  EXPECT_FALSE(*p.ended("out"));
+}
+
+TEST(Pipeline, CallsAFunctionForEachFrame) {
+  Pipeline p = parse("appsrc name=in ! tensor_sink name=out");
+  std::vector<Frame> kept;
+  ASSERT_TRUE(p.on_frame("out", [&](const Frame& frame) { kept.push_back(frame); }));
+  ASSERT_TRUE(p.start());
+  for (float i = 0; i < 100; ++i) ASSERT_TRUE(p.push("in", span({i}), {.shape = {1}}));
+  ASSERT_TRUE(p.end("in"));
+  ASSERT_TRUE(*p.wait(kLong));
+  ASSERT_EQ(kept.size(), 100u);
+  EXPECT_EQ((*kept[99][0].as<float>())[0], 99);
+  EXPECT_REFUSED(p.on_frame("out", {}), OPTION_VALUE, "is chosen while the pipeline is stopped");
+  ASSERT_TRUE(p.stop());
+  ASSERT_TRUE(p.on_frame("out", {}));
+}
+
+TEST(Pipeline, AFunctionThatThrowsEndsTheStreamWithItsWords) {
+  Pipeline p = parse("appsrc name=in ! tensor_sink name=out");
+  ASSERT_TRUE(p.on_frame("out", [](const Frame&) { throw std::runtime_error("no more"); }));
+  ASSERT_TRUE(p.start());
+  ASSERT_TRUE(p.push("in", span({1}), {.shape = {1}}));
+  EXPECT_REFUSED(p.wait(kLong), CALLBACK_FAILED, "out: the function for frames failed: no more");
+}
+
+TEST(Pipeline, MovesAndEndsWhileFramesFlow) {
+  std::atomic<int> calls = 0;
+  {
+    Pipeline p = parse("appsrc name=in ! tensor_sink name=out");
+    ASSERT_TRUE(p.on_frame("out", [&](const Frame&) { ++calls; }));
+    ASSERT_TRUE(p.start());
+    for (float i = 0; i < 1000; ++i) ASSERT_TRUE(p.push("in", span({i}), {.shape = {1}}));
+    Pipeline moved = std::move(p);
+    p = started("appsrc name=in ! tensor_sink name=out");
+    p = std::move(moved);
+    ASSERT_TRUE(p.push("in", span({1}), {.shape = {1}}));
+  }
+  const int at_the_end = calls;
+  EXPECT_LE(at_the_end, 1001);
+  EXPECT_EQ(calls, at_the_end);
+}
+
+TEST(Pipeline, StopsWhileSomebodyPulls) {
+  Pipeline p = started("appsrc name=in ! tensor_sink name=out");
+  std::promise<void> began;
+  std::jthread puller([&] {
+    began.set_value();
+    EXPECT_REFUSED(p.pull("out"), CANCELLED, "gives no frames: it is stopped");
+  });
+  began.get_future().wait();
+  ASSERT_TRUE(p.stop());
+}
+
+// Threads that wait for room, for each other, or are on their way: none pushes into what is
+// stopped.
+TEST(Pipeline, StopsWhileThreadsPush) {
+  for (int i = 0; i < 100; ++i) {
+    Pipeline p = started("appsrc name=in block=true max-buffers=1 ! tensor_sink name=out");
+    std::vector<std::jthread> pushers;
+    for (int thread = 0; thread < 4; ++thread)
+      pushers.emplace_back([&] {
+        while (p.push("in", span({1}), {.shape = {1}})) {
+        }
+      });
+    pulled(p, "out");
+    ASSERT_TRUE(p.stop());
+  }
+}
+
+TEST(Pipeline, StartsAgainAfterAStop) {
+  Pipeline p = parse("appsrc name=in ! tensor_sink name=out");
+  EXPECT_EQ(p.state(), PipelineState::Stopped);
+  for (float i = 0; i < 3; ++i) {
+    ASSERT_TRUE(p.start());
+    EXPECT_EQ(p.state(), PipelineState::Playing);
+    ASSERT_TRUE(p.push("in", span({i}), {.shape = {1}}));
+    EXPECT_EQ(pulled(p, "out"), (Values{i}));
+    ASSERT_TRUE(p.pause());
+    EXPECT_EQ(p.state(), PipelineState::Paused);
+    ASSERT_TRUE(p.stop());
+    EXPECT_EQ(p.state(), PipelineState::Stopped);
+  }
+  EXPECT_REFUSED(p.push("in", span({1}), {.shape = {1}}), CANCELLED, "fix: pipeline.start()");
+  EXPECT_REFUSED(p.pull("out", 1ms), CANCELLED, "it is stopped");
+}
+
+// The plug-in and this program have one register of conditions between them.
+TEST(Pipeline, AsksAConditionThatTheProgramRegistered) {
+  const weir::RegisteredCondition above("above-two", [](const weir_frame& frame) {
+    return *static_cast<const float*>(frame.tensors[0].data) > 2;
+  });
+  Pipeline p = started(
+      "appsrc name=in ! tensor_if name=i compared-value=CUSTOM compared-value-option=above-two "
+      "then=PASSTHROUGH else=SKIP i.src_0 ! tensor_sink name=out");
+  for (float i = 0; i < 5; ++i) ASSERT_TRUE(p.push("in", span({i}), {.shape = {1}}));
+  EXPECT_EQ(pulled(p, "out"), (Values{3}));
+  EXPECT_EQ(pulled(p, "out"), (Values{4}));
+}
+
+}  // namespace

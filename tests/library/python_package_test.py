@@ -1,0 +1,286 @@
+#!/usr/bin/python3
+"""The package weir: models and pipelines with NumPy arrays, and what is wrong in words."""
+
+import gc
+import os
+import pathlib
+import re
+import subprocess
+import sys
+import tempfile
+import threading
+import unittest
+
+import tap_runner
+
+try:
+    import numpy as np
+    import weir
+except ImportError as missing:
+    print(f"1..0 # SKIP {missing}")
+    sys.exit(0)
+
+SOURCE = pathlib.Path(os.environ["WEIR_SOURCE"])
+SCRIPTS = SOURCE / "src" / "modules" / "engines" / "python3"
+MODEL = SOURCE / "models" / "clock_digits.onnx"
+LOOP = "appsrc name=in ! {} ! tensor_sink name=out"
+
+
+def engine(name):
+    return any((pathlib.Path(p) / f"libweir-engine-{name}.so").exists() for p in os.environ["WEIR_MODULE_PATH"].split(":"))
+
+
+class Files(unittest.TestCase):
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.folder = pathlib.Path(folder.name)
+        self.any = self.folder / "any.model"
+        self.any.write_text("x")
+
+    def script(self, text):
+        path = self.folder / f"script{len(list(self.folder.iterdir()))}.py"
+        path.write_text("import numpy as np\nfrom weir import TensorShape\n" + text)
+        return path
+
+    def error(self, call, *arguments, **more):
+        with self.assertRaises(weir.Error) as raised:
+            call(*arguments, **more)
+        return raised.exception
+
+
+class Models(Files):
+    """The engine `fake` adds 1 to float32 (?, 4); `scaling` multiplies any length."""
+
+    def test_a_model_says_what_it_is(self):
+        with weir.Model(self.any, engine="fake") as model:
+            self.assertEqual(model.engine, "fake")
+            (x,), (y,) = model.inputs, model.outputs
+            self.assertEqual((x.name, x.dtype, x.shape), ("x", np.float32, (None, 4)))
+            self.assertEqual((y.name, y.scale, y.zero_point), ("y", 0, 0))
+            self.assertIn("float32 (?, 4) x", repr(x))
+
+    def test_arrays_go_in_and_come_out(self):
+        model = weir.Model(str(self.any), engine="fake")
+        x = np.arange(8, dtype=np.float32).reshape(2, 4)
+        (y,) = model.invoke(x)
+        np.testing.assert_array_equal(y, x + 1)
+        np.testing.assert_array_equal(model.invoke([x[::-1]])[0], x[::-1] + 1, "views that are not dense")
+        self.assertEqual(y.shape, (2, 4))
+        self.assertFalse(y.flags.writeable)
+
+    def test_outputs_outlive_their_model(self):
+        model = weir.Model(self.any, engine="fake")
+        (y,) = model.invoke(np.zeros((1, 4), np.float32))
+        model.close()
+        del model
+        gc.collect()
+        np.testing.assert_array_equal(y, np.ones((1, 4)))
+
+    def test_shapes_can_be_set(self):
+        model = weir.Model(self.any, engine="fake")
+        model.reshape([(3, 4)])
+        self.assertEqual(model.inputs[0].shape, (3, 4))
+        self.assertEqual(model.outputs[0].shape, (3, 4))
+        self.assertEqual(self.error(model.reshape, [(3, 5)]).code, weir.Code.SPEC_MISMATCH)
+
+    def test_batches(self):
+        model = weir.Model(self.any, engine="fake")
+        frames = [np.full((1, 4), i, np.float32) for i in range(3)]
+        for i, (y,) in enumerate(model.invoke_batch(frames)):
+            np.testing.assert_array_equal(y, np.full((1, 4), i + 1))
+
+    def test_options_and_dropped_frames(self):
+        model = weir.Model(self.any, engine="scaling", options={"factor": 2.5})
+        np.testing.assert_array_equal(model.invoke(np.array([2, 4], np.float32))[0], [5, 10])
+        self.assertIsNone(weir.Model(self.any, engine="fake", options={"drop-at": 0}).invoke(np.zeros((1, 4), np.float32)))
+
+    def test_what_is_wrong_is_said_in_parts(self):
+        error = self.error(weir.Model, "/no/such/file.onnx", engine="fake")
+        self.assertEqual(error.code, weir.Code.MODEL_NOT_FOUND)
+        self.assertEqual(error.code, 3003)
+        self.assertEqual(error.what, "the model file is not there")
+        self.assertEqual(error.offered, "/no/such/file.onnx")
+        self.assertEqual(error.fix, "model=/path/to/the/model")
+        self.assertIn("WEIR-3003: the model file is not there\n  offered: /no/such/file.onnx", str(error))
+
+    def test_wrong_arrays_are_named(self):
+        model = weir.Model(self.any, engine="fake")
+        error = self.error(model.invoke, np.zeros((1, 4)))
+        self.assertEqual((error.code, error.offered, error.needed), (weir.Code.SPEC_MISMATCH, "float64", "float32"))
+        self.assertIn("input 0 (x)", error.what)
+        self.assertEqual(self.error(model.invoke, np.zeros((1, 5), np.float32)).code, weir.Code.SPEC_MISMATCH)
+        self.assertIn("number of tensors", str(self.error(model.invoke, [])))
+        for dtype in (">f4", complex, object, "U1", bool):
+            self.assertEqual(self.error(model.invoke, np.zeros((1, 4), dtype)).code, weir.Code.TYPE_SYNTAX, dtype)
+        with self.assertRaises(ValueError):
+            weir.Model(self.any, engine="fake", timeout=-1)
+
+    def test_a_closed_model_is_said_to_be_closed(self):
+        model = weir.Model(self.any, engine="fake")
+        model.close()
+        model.close()
+        with self.assertRaisesRegex(ValueError, "the model is closed"):
+            model.invoke(np.zeros((1, 4), np.float32))
+
+    def test_threads_share_a_model(self):
+        model, wrong = weir.Model(self.any, engine="fake"), []
+
+        def work(i):
+            x = np.full((1, 4), i, np.float32)
+            wrong.extend(1 for _ in range(200) if not (model.invoke(x)[0] == i + 1).all())
+
+        threads = [threading.Thread(target=work, args=(i,)) for i in range(4)]
+        for thread in threads:
+            thread.start()
+        for thread in threads:
+            thread.join()
+        self.assertEqual(wrong, [])
+
+    @unittest.skipUnless(engine("onnxruntime"), "the engine onnxruntime is not built")
+    def test_a_network(self):
+        model = weir.Model(MODEL, threads=1)
+        zeros = np.zeros([d or 1 for d in model.inputs[0].shape], np.float32)
+        (scores,) = model.invoke(zeros)
+        self.assertEqual(scores.dtype, np.float32)
+        self.assertTrue(np.isfinite(scores).all())
+
+    def test_a_script_is_a_model_in_the_same_interpreter(self):
+        model = weir.Model(SCRIPTS / "average.py", options={"custom": "3 2 2"})
+        self.assertEqual(model.inputs[0].shape, (1, 2, 2, 3))
+        (mean,) = model.invoke(np.arange(12, dtype=np.uint8).reshape(1, 2, 2, 3))
+        np.testing.assert_array_equal(mean, [4.5, 5.5, 6.5])
+        (same,) = weir.Model(SCRIPTS / "passthrough.py").invoke(np.arange(3, dtype=np.int16))
+        np.testing.assert_array_equal(same, [0, 1, 2])
+
+    def test_a_script_that_fails_is_a_weir_error(self):
+        path = self.script("class CustomFilter:\n  def setInputDim(self, dims): return dims\n"
+                           "  def invoke(self, arrays): raise KeyError('lost')\n")
+        error = self.error(weir.Model(path).invoke, np.zeros(1, np.uint8))
+        self.assertEqual(error.what, "the script failed: KeyError: 'lost'")
+        self.assertIn(f"{path}:5 in invoke", error.offered)
+
+
+class Pipelines(Files):
+    def test_frames_go_through(self):
+        with weir.Pipeline(LOOP.format("tensor_transform mode=arithmetic option=mul:2,add:1")) as pipeline:
+            self.assertEqual(pipeline.state, "playing")
+            for i in range(3):
+                pipeline.push("in", np.arange(4, dtype=np.float32) + i, pts=i * 10**8)
+            pipeline.end("in")
+            for i in range(3):
+                frame = pipeline.pull("out", timeout=60)
+                self.assertEqual((len(frame), frame.pts, frame.duration), (1, i * 10**8, None))
+                np.testing.assert_array_equal(frame[0], (np.arange(4) + i) * 2 + 1)
+            self.assertIsNone(pipeline.pull("out", timeout=60))
+            self.assertTrue(pipeline.ended("out"))
+            self.assertTrue(pipeline.wait(60))
+        self.assertEqual(pipeline.state, "stopped")
+
+    def test_frames_outlive_their_pipeline(self):
+        pipeline = weir.Pipeline(LOOP.format("identity"))
+        pipeline.start()
+        pipeline.push("in", [np.array([1, 2], np.int32), np.array([3], np.uint8)])
+        frame = pipeline.pull("out", 60)
+        first, second = frame
+        self.assertIn("other/tensors", frame.caps)
+        pipeline.close()
+        del pipeline, frame
+        gc.collect()
+        np.testing.assert_array_equal(first, [1, 2])
+        np.testing.assert_array_equal(second, [3])
+        self.assertFalse(first.flags.writeable)
+
+    def test_a_function_gets_the_frames(self):
+        pipeline, got = weir.Pipeline(LOOP.format("identity")), []
+        pipeline.on_frame("out", lambda frame: got.append(frame[0].tolist()))
+        with pipeline:
+            for i in range(5):
+                pipeline.push("in", np.array([i], np.uint8))
+            pipeline.end("in")
+            self.assertTrue(pipeline.wait(60))
+        self.assertEqual(got, [[0], [1], [2], [3], [4]])
+
+    def test_what_a_function_raises_ends_the_stream(self):
+        pipeline = weir.Pipeline(LOOP.format("identity"))
+
+        def fail(frame):
+            raise RuntimeError("not this one")
+
+        pipeline.on_frame("out", fail)
+        with pipeline:
+            pipeline.push("in", np.zeros(1, np.uint8))
+            error = self.error(pipeline.wait, 60)
+            self.assertEqual(error.code, weir.Code.CALLBACK_FAILED)
+            self.assertIn("not this one", str(error))
+
+    def test_properties(self):
+        pipeline = weir.Pipeline(LOOP.format("identity name=i silent=true ! valve name=v"))
+        self.assertEqual(pipeline.get("i", "silent"), "true")
+        pipeline.set("i", "silent", False)
+        self.assertEqual(pipeline.get("i", "silent"), "false")
+        pipeline.set("i", "sleep-time", 7)
+        self.assertEqual(pipeline.get("i", "sleep-time"), "7")
+        pipeline.open_valve("v", False)
+        self.assertEqual(pipeline.get("v", "drop"), "true")
+        self.assertEqual(self.error(pipeline.set, "i", "silnt", True).code, weir.Code.OPTION_VALUE)
+
+    def test_what_is_wrong_is_said(self):
+        self.assertIn("did you mean tensor_filter?", str(self.error(weir.Pipeline, "tensor_filtre")))
+        with weir.Pipeline(LOOP.format(f"tensor_filter framework=fake model={self.any}")) as pipeline:
+            pipeline.push("in", np.zeros((1, 5), np.float32))
+            error = self.error(pipeline.pull, "out", 60)
+            self.assertEqual(error.code, weir.Code.SPEC_MISMATCH)
+
+    def test_a_script_of_the_pipeline_runs_in_the_same_interpreter(self):
+        filters = f"tensor_filter model={SCRIPTS / 'passthrough.py'} ! queue ! tensor_filter model={SCRIPTS / 'passthrough.py'}"
+        with weir.Pipeline(LOOP.format(filters)) as pipeline:
+            for i in range(50):
+                pipeline.push("in", np.full(1000, i, np.int64))
+            for i in range(50):
+                self.assertEqual(pipeline.pull("out", 60)[0][999], i)
+
+    def test_a_program_may_end_while_its_pipeline_plays(self):
+        program = ("import weir, numpy\n"
+                   f"p = weir.Pipeline('videotestsrc is-live=true ! tensor_converter ! tensor_filter model={SCRIPTS}/passthrough.py"
+                   " ! tensor_sink name=out')\n"
+                   "p.on_frame('out', lambda frame: None)\np.start()\n"
+                   "q = weir.Pipeline('videotestsrc ! tensor_converter ! tensor_sink name=out')\nq.start()\nq.pull('out', 60)\n"
+                   "print('end')")
+        done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=60, check=False)
+        self.assertEqual((done.returncode, done.stdout), (0, "end\n"), done.stderr)
+
+
+class Guide(unittest.TestCase):
+    def test_what_the_guide_shows_runs(self):
+        blocks = re.findall(r"```python\n(.*?)```", (SOURCE / "docs" / "guide" / "python.md").read_text(), re.DOTALL)
+        programs = [block for block in blocks if "import weir\n" in block]
+        self.assertGreater(len(programs), 3)
+        for block in programs:
+            with self.subTest(block=block):
+                if ".onnx\", threads" in block and not engine("onnxruntime"):
+                    continue
+                done = subprocess.run([sys.executable, "-c", block], cwd=SOURCE, capture_output=True, text=True, timeout=60,
+                                      check=False)
+                self.assertEqual(done.returncode, 0, done.stderr)
+
+    def test_its_filter_turns_pictures(self):
+        text = (SOURCE / "docs" / "guide" / "python.md").read_text()
+        script = re.search(r"```python\n(.*?)```", text, re.DOTALL)[1]
+        with tempfile.NamedTemporaryFile("w", suffix=".py") as file:
+            file.write(script)
+            file.flush()
+            picture = np.arange(24, dtype=np.uint8).reshape(1, 2, 4, 3)
+            np.testing.assert_array_equal(weir.Model(file.name).invoke(picture)[0], picture[:, ::-1])
+
+
+class Shapes(unittest.TestCase):
+    def test_scripts_and_programs_have_one_class(self):
+        import nnstreamer_python
+        self.assertIs(nnstreamer_python.TensorShape, weir.TensorShape)
+        self.assertEqual(weir.TensorShape([2, 3]).dims, [2, 3] + [0] * 14)
+        self.assertEqual(weir.TensorShape([1], float).getType(), np.float64)
+
+
+if __name__ == "__main__":
+    tap_runner.main()

@@ -1,0 +1,135 @@
+#!/usr/bin/python3
+"""The same weights in four formats, each through its own engine in a pipeline of its own, give the same numbers.
+
+The nets are MTCNN's (../shared/MANIFEST.md, MTCNN facts): ONNX and TorchScript take the picture as it is, Caffe and
+TensorFlow Lite the picture with rows and columns exchanged.
+"""
+
+import os
+import pathlib
+import subprocess
+import tempfile
+import unittest
+
+import numpy
+
+import tap_runner
+
+SOURCE = pathlib.Path(os.environ["WEIR_SOURCE"])
+SHARED = pathlib.Path(os.environ.get("WEIR_DATA") or SOURCE / "../shared")
+MTCNN = SHARED / "models/face/mtcnn"
+TOLERANCE = 1e-4
+LEAKED = r"object-alive, type-name=\(string\)\w+|CRITICAL|WARNING|ERROR"
+
+
+def built(engine):
+    folders = os.environ["WEIR_MODULE_PATH"].split(":")
+    return any((pathlib.Path(f) / f"libweir-engine-{engine}.so").exists() for f in folders)
+
+
+def dimensions(array):
+    return ":".join(str(extent) for extent in reversed(array.shape))
+
+
+class EnginesAgree(unittest.TestCase):
+    def setUp(self):
+        if not MTCNN.is_dir():
+            self.skipTest(f"{MTCNN} is not there")
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.folder = pathlib.Path(folder.name)
+
+    def play(self, line):
+        done = subprocess.run(["gst-launch-1.0", "-q", *line.split()], capture_output=True, text=True, timeout=200)
+        self.assertEqual(done.returncode, 0, done.stderr[-2000:])
+        self.assertNotRegex(done.stderr, LEAKED)
+
+    def filtered(self, array, properties):
+        """The float32 values that leave a tensor_filter, all outputs one behind the other."""
+        source, result = self.folder / "in.raw", self.folder / "out.raw"
+        array.astype("<f4").tofile(source)
+        self.play(f"filesrc location={source} blocksize={array.size * 4} ! application/octet-stream ! "
+                  f"tensor_converter input-dim={dimensions(array)} input-type=float32 ! tensor_filter {properties} ! "
+                  f"filesink location={result}")
+        return numpy.fromfile(result, "<f4")
+
+    def photo(self, width, height):
+        """Faces, as float32 of rows, columns, colours around zero, through the elements that do so."""
+        result = self.folder / "photo.raw"
+        self.play(f"filesrc location={SHARED / 'media/face/faces.jpg'} ! jpegdec ! videoconvert ! videoscale ! "
+                  f"video/x-raw,format=RGB,width={width},height={height} ! tensor_converter ! tensor_transform "
+                  f"mode=arithmetic option=typecast:float32,add:-127.5,div:128 ! filesink location={result}")
+        return numpy.fromfile(result, "<f4").reshape(height, width, 3)
+
+    def outputs(self, photo, number, name):
+        """{format: values as the untransposed net orders them} of each engine that is built."""
+        planes = photo.transpose(2, 0, 1)[None]  # [1, 3, h, w]
+        turned = photo.transpose(2, 1, 0)[None]  # [1, 3, w, h]
+        rows = photo.transpose(1, 0, 2)[None]  # [1, w, h, 3]
+        runs = {"onnxruntime": (planes, f"model={MTCNN}/onnx/{name}.onnx"),
+                "pytorch": (planes, f"model={MTCNN}/torchscript/{name}.pt input={dimensions(planes)}"),
+                "caffe": (turned, f"model={MTCNN}/caffe/det{number}.prototxt,{MTCNN}/caffe/det{number}.caffemodel "
+                                  f"input={dimensions(turned)}"),
+                "tensorflow-lite": (rows, f"model={MTCNN}/tflite/{name}.tflite")}
+        return {engine: self.filtered(array, f"framework={engine} {properties}")
+                for engine, (array, properties) in runs.items() if built(engine)}
+
+    def compare(self, found):
+        self.assertGreater(len(found), 1, "one engine alone agrees with itself")
+        first = next(iter(found))
+        for engine, arrays in found.items():
+            for role, array in arrays.items():
+                other = found[first][role]
+                self.assertEqual(array.shape, other.shape)
+                self.assertGreater(other.std(), 1e-3, "the numbers differ among themselves")
+                self.assertLess(abs(array - other).max(), TOLERANCE, f"{role} of {engine} and of {first}")
+
+    def test_proposals_over_a_whole_photo(self):
+        """P-Net at the size that the .tflite is stored in: 1280x960; its map is 635x475."""
+        width, height, columns, rows = 1280, 960, 635, 475
+        cells = columns * rows
+        found = {}
+        for engine, values in self.outputs(self.photo(width, height), 1, "pnet").items():
+            self.assertEqual(values.size, 6 * cells, engine)
+            if engine == "caffe":  # the box first; columns in front of rows
+                box, face = values[:4 * cells], values[4 * cells:]
+                box, face = (v.reshape(-1, columns, rows).transpose(0, 2, 1) for v in (box, face))
+            elif engine == "tensorflow-lite":
+                face, box = values[:2 * cells], values[2 * cells:]
+                face, box = (v.reshape(columns, rows, -1).transpose(2, 1, 0) for v in (face, box))
+            else:
+                face, box = (v.reshape(-1, rows, columns) for v in (values[:2 * cells], values[2 * cells:]))
+            self.assertLess(abs(face.sum(axis=0) - 1).max(), 1e-5, f"{engine}: a softmax")
+            found[engine] = {"face": face, "box": box}
+        self.compare(found)
+
+    def vectors(self, number, name, side, places):
+        """`places`: of Caffe's and TensorFlow Lite's outputs, where each role begins."""
+        found = {}
+        for engine, values in self.outputs(self.photo(side, side), number, name).items():
+            order = places.get(engine, {"face": (0, 2), "box": (2, 6), "points": (6, 16)})
+            found[engine] = {role: values[slice(*order[role])] for role in places["roles"]}
+            self.assertEqual(values.size, sum(len(v) for v in found[engine].values()), engine)
+        self.compare(found)
+
+    def test_refinement(self):
+        self.vectors(2, "rnet", 24, {"roles": ["face", "box"], "caffe": {"box": (0, 4), "face": (4, 6)}})
+
+    def test_landmarks(self):
+        self.vectors(3, "onet", 48, {"roles": ["face", "box", "points"],
+                                     "caffe": {"box": (0, 4), "points": (4, 14), "face": (14, 16)}})
+
+    @unittest.skipUnless(built("caffe") and built("onnxruntime"), "the engine caffe or onnxruntime is not built")
+    def test_ultraface(self):
+        """Scores of the Caffe and the ONNX net; the boxes of the latter are decoded (MANIFEST.md)."""
+        photo = self.photo(320, 240).transpose(2, 0, 1)[None]
+        stem = SHARED / "models/face/ultraface_RFB-320"
+        scores = self.filtered(photo, f"model={stem}.onnx output-combination=o0")
+        caffe = self.filtered(photo, f"model={stem}.caffemodel outputname=scores")
+        self.assertEqual(scores.shape, (2 * 4420,))
+        self.assertGreater(scores.reshape(-1, 2)[:, 1].max(), 0.9, "it sees the faces")
+        self.assertLess(abs(scores - caffe).max(), TOLERANCE)
+
+
+if __name__ == "__main__":
+    tap_runner.main()

@@ -1,0 +1,241 @@
+#!/usr/bin/python3
+"""The face detection example on the photos and the video of ../shared, against the reference's faces.
+
+What holds (../shared/MANIFEST.md, MTCNN facts): each consensus face is found with IoU of at least 0.7, its landmarks are
+off by at most 0.2 of its width and in the median by 0.05, and no face scored 0.95 is in neither of the reference's lists.
+"""
+
+import json
+import math
+import os
+import pathlib
+import shutil
+import statistics
+import subprocess
+import sys
+import tempfile
+import unittest
+
+import tap_runner
+
+SOURCE = pathlib.Path(os.environ["WEIR_SOURCE"])
+BUILD = pathlib.Path(os.environ["WEIR_BUILD"])
+SHARED = pathlib.Path(os.environ.get("WEIR_DATA") or SOURCE / "../shared")
+NETWORKS = SHARED / "models/face/mtcnn"
+LEAST_OVERLAP, MOST_OFF, MEDIAN_OFF, SURE, SAME = 0.7, 0.2, 0.05, 0.95, 0.5
+
+
+def overlap(a, b):
+    width = min(a[2], b[2]) - max(a[0], b[0])
+    height = min(a[3], b[3]) - max(a[1], b[1])
+    if width <= 0 or height <= 0:
+        return 0
+    areas = [(box[2] - box[0]) * (box[3] - box[1]) for box in (a, b)]
+    return width * height / (sum(areas) - width * height)
+
+
+CONTROL, ROS = BUILD / "examples/mtcnn/control/mtcnn-control", BUILD / "examples/mtcnn/control/ros/mtcnn-ros-camera"
+
+
+def run(*arguments, control=False):
+    return subprocess.run([SOURCE / "examples/mtcnn/run", *(["--control"] if control else []), *map(str, arguments)],
+                          capture_output=True, text=True, timeout=300, env={**os.environ, "WEIR_BUILD": str(BUILD)})
+
+
+def built(engine):
+    return any((pathlib.Path(f) / f"libweir-engine-{engine}.so").exists() for f in os.environ["WEIR_MODULE_PATH"].split(":"))
+
+
+class Faces(unittest.TestCase):
+    def setUp(self):
+        if not NETWORKS.is_dir():
+            self.skipTest(f"{NETWORKS} is not there")
+        self.reference = json.loads((SHARED / "media/reference_results.json").read_text())
+
+    def found(self, *arguments, **options):
+        done = run("--models", NETWORKS, "--json", *arguments, **options)
+        self.assertEqual(done.returncode, 0, done.stderr[-2000:])
+        self.assertNotRegex(done.stderr, r"object-alive, type-name=\(string\)\w+|CRITICAL|WARNING")
+        return [json.loads(line) for line in done.stdout.splitlines()]
+
+    def hold(self, faces, reference, name):
+        """The worst landmark of each consensus face, in widths."""
+        off = []
+        for face in reference["consensus"]:
+            best = max(faces, key=lambda one: overlap(one["box"], face["box"]), default=None)
+            self.assertIsNotNone(best, f"{name}: no face, not {face}")
+            self.assertGreaterEqual(overlap(best["box"], face["box"]), LEAST_OVERLAP, f"{name}: {face} and {best}")
+            width = face["box"][2] - face["box"][0]
+            off.append(max(math.dist(*points) for points in zip(best["landmarks"], face["landmarks"])) / width)
+            self.assertLessEqual(off[-1], MOST_OFF, f"{name}: {face} and {best}")
+        known = [face["box"] for resampler in ("area", "linear") for face in reference[resampler]["faces"]]
+        for face in faces:
+            if face["score"] >= SURE:
+                self.assertTrue(any(overlap(face["box"], box) >= SAME for box in known), f"{name}: {face} is nobody's")
+        return off
+
+    def test_photos(self):
+        self.photos()
+
+    def test_onnxruntime(self):
+        if not built("onnxruntime"):
+            self.skipTest("the engine onnxruntime is not built")
+        self.photos("--framework", "onnxruntime")
+        self.video("--framework", "onnxruntime")
+
+    def test_photos_of_the_control(self):
+        if not CONTROL.exists():
+            self.skipTest("the control is not built")
+        self.photos(control=True)
+
+    def test_kernels_of_our_own(self):
+        """With eight bits a number; in float32 they are the default."""
+        options = ("--framework", "mtcnn-kernels", "--custom", "Precision:int8")
+        self.photos(*options)
+        self.video(*options)
+        photo = ("--framework", "mtcnn-kernels", "--min-face", 20, SHARED / "media/face/faces.jpg")
+        with tempfile.TemporaryDirectory() as folder:
+            (pathlib.Path(folder) / "onnx_nhwc").symlink_to(NETWORKS / "onnx_nhwc")
+            fetched = run("--models", folder, "--json", *photo)
+        self.assertEqual(fetched.returncode, 0, fetched.stderr[-2000:])
+        self.assertEqual(len(json.loads(fetched.stdout)), len(self.found(*photo)[0]), "the files that fetch brings")
+        done = run("--models", NETWORKS, "--framework", "mtcnn-kernels", "--custom", "Precision:2", SHARED / "media/face/faces.jpg")
+        self.assertEqual(done.returncode, 1)
+        self.assertIn("needed: float32 or int8", done.stderr)
+
+    def photos(self, *options, control=False):
+        off = []
+        for name, reference in self.reference["mtcnn"].items():
+            pictures = self.found(*options, "--min-face", reference["minsize"], SHARED / "media/face" / name, control=control)
+            self.assertEqual(len(pictures), 1, name)
+            off += self.hold(pictures[0], reference, name)
+        self.assertGreater(len(off), 10)
+        self.assertLessEqual(statistics.median(off), MEDIAN_OFF)
+
+    def test_nodes_over_topics(self):
+        """P-, R- and O-Net as ROS 1 nodes: the numbers of the control, and its refusals."""
+        if not (ROS.exists() and shutil.which("roslaunch")):
+            self.skipTest("ROS 1 is not installed (libroscpp-dev, python3-roslaunch)")
+        photo = SHARED / "media/face/faces.jpg"
+        self.assertEqual(self.found("--ros", photo), self.found(photo, control=True))
+        with tempfile.TemporaryDirectory() as folder:
+            done = run("--ros", "--json", "--models", folder, photo)
+            self.assertEqual((done.returncode, done.stdout), (1, ""))
+            self.assertIn("onnx/pnet.onnx", done.stderr)
+        done = run("--ros", "--json", "--models", NETWORKS, SOURCE / "README.md")
+        self.assertEqual((done.returncode, done.stdout), (1, ""))
+        self.assertIn("control: ", done.stderr)
+
+    def test_formats(self):
+        """The same weights in other formats and orders of the picture, each by its engine: the same faces."""
+        photo = ("--min-face", 20, SHARED / "media/face/faces.jpg")
+        if not built("onnxruntime"):
+            self.skipTest("the engine onnxruntime is not built")
+        wanted = self.found("--framework", "onnxruntime", *photo)[0]
+        self.assertEqual(len(wanted), 6)
+        runs = {engine: ("--framework", engine) for engine in ("pytorch", "caffe", "tensorflow-lite") if built(engine)}
+        with tempfile.TemporaryDirectory() as folder:
+            (pathlib.Path(folder) / "onnx_nhwc").symlink_to(NETWORKS / "onnx_nhwc")
+            runs["colours beside each other"] = ("--framework", "onnxruntime", "--models", folder)
+            for name, options in runs.items():
+                done = run(*(options if "--models" in options else ("--models", NETWORKS, *options)), "--json", *photo)
+                self.assertEqual(done.returncode, 0, f"{name}: {done.stderr[-2000:]}")
+                found = json.loads(done.stdout)
+                self.assertEqual(len(found), 6, name)
+                for one, other in zip(found, wanted):
+                    numbers = [(*face["box"], face["score"], *(n for point in face["landmarks"] for n in point)) for face in (one, other)]
+                    self.assertLess(max(abs(a - b) for a, b in zip(*numbers)), 0.2, f"{name}: {one} and {other}")
+
+    def test_video(self):
+        self.video()
+
+    def video(self, *options):
+        video = self.reference["mtcnn_video"]["street_1080p25.mp4"]
+        pictures = self.found(*options, SHARED / "media/video/street_1080p25.mp4")
+        self.assertEqual(len(pictures), video["frames"], "a list for each picture")
+        for number, reference in video["refs"].items():
+            self.hold(pictures[int(number)], reference, f"frame {number}")
+
+    def test_annotated_clip(self):
+        """A clip of the display branch: every picture, at the video's size."""
+        with tempfile.TemporaryDirectory() as folder:
+            clip = pathlib.Path(folder) / "faces.mkv"
+            done = run("--models", NETWORKS, "--output", clip, SHARED / "media/video/faces_800x720.mp4")
+            self.assertEqual(done.returncode, 0, done.stderr[-2000:])
+            self.assertGreater(clip.stat().st_size, 100_000)
+
+    def test_files_that_are_none(self):
+        done = run("--models", NETWORKS, "--json", SOURCE / "README.md")
+        self.assertEqual(done.returncode, 1)
+        self.assertEqual(done.stdout, "")
+        done = run("--models", NETWORKS, "--json", SOURCE / "nowhere.jpg")
+        self.assertEqual(done.returncode, 1)
+        self.assertRegex(done.stderr, r"WEIR-\d+: ")
+
+    def test_networks_that_are_not_there(self):
+        with tempfile.TemporaryDirectory() as folder:
+            done = run("--models", folder, SHARED / "media/face/faces.jpg")
+            self.assertEqual(done.returncode, 1)
+            self.assertIn("WEIR-4001: MTCNN's networks are not there", done.stderr)
+            self.assertIn("fix: examples/mtcnn/fetch", done.stderr)
+        done = run("--models", NETWORKS, "--framework", "abacus", SHARED / "media/face/faces.jpg")
+        self.assertIn("WEIR-1004: MTCNN's networks are in no format for this framework", done.stderr)
+        self.assertIn("onnxruntime, mtcnn-kernels, pytorch, caffe or tensorflow-lite", done.stderr)
+
+    def test_pictures_smaller_than_a_face(self):
+        self.assertEqual(self.found("--min-face", 1000, SHARED / "media/face/faces.jpg"), [[]])
+        video = SHARED / "media/video/pose_1.mp4"
+        nobody = self.found("--min-face", 4096, video)
+        self.assertEqual(nobody, [[]] * len(nobody))
+        self.assertGreater(len(nobody), 1, "a list for each picture")
+
+    def test_smallest_faces_that_are_none(self):
+        for size, words in (("0", "Value 0 not in range"), ("11", "Value 11 not in range"), ("5000", "Value 5000 not in range"),
+                            ("-1", "--min-face"), ("many", "--min-face")):
+            done = run("--models", NETWORKS, "--json", "--min-face", size, SHARED / "media/face/faces.jpg")
+            self.assertGreater(done.returncode, 0, size)
+            self.assertEqual(done.stdout, "", size)
+            self.assertIn(words, done.stderr)
+
+    def test_a_cascade_that_stands_still(self):
+        """A clip that has a picture every second, and a result has to come every tenth of one."""
+        sys.path.insert(0, str(SOURCE / "examples/mtcnn/measure"))
+        import clips
+
+        with tempfile.TemporaryDirectory() as folder:
+            clip = clips.Clip(SHARED / "media/video/pose_1.mp4").again(pathlib.Path(folder) / "slow.mkv", 1, 4)
+            done = run("--models", NETWORKS, "--live", "--min-face", 100, "--patience", 0.1, clip)
+        self.assertEqual(done.returncode, 1, done.stderr)
+        self.assertIn("no results come", done.stderr)
+        self.assertIn("offered: none for 0.1 seconds", done.stderr)
+        self.assertIn("needed: one for each picture", done.stderr)
+
+    def test_patience_that_is_none(self):
+        done = run("--models", NETWORKS, "--patience", 0, SHARED / "media/face/faces.jpg")
+        self.assertGreater(done.returncode, 0)
+        self.assertIn("--patience", done.stderr)
+
+    def test_what_is_not_there_is_named(self):
+        for options, program, fix in (((), "mtcnn", "make build"), (("--control",), "mtcnn-control", "libopencv-imgproc-dev"),
+                                      (("--ros",), "mtcnn-ros-camera", "libroscpp-dev")):
+            done = run("--build", "/nowhere", *options, "clip.mp4")
+            self.assertEqual(done.returncode, 1)
+            self.assertRegex(done.stderr, f"{program} is not built\n  fix: .*{fix}")
+
+    def test_networks_are_fetched_or_their_source_is_named(self):
+        """Without ../shared, where the network does not reach."""
+        with tempfile.TemporaryDirectory() as home:
+            nowhere = {name: value for name, value in os.environ.items() if name not in ("MTCNN_MODELS", "WEIR_DATA")}
+            nowhere |= {"XDG_CACHE_HOME": home, "https_proxy": "http://127.0.0.1:9", "no_proxy": ""}
+            example = pathlib.Path(home) / "checkout/examples/mtcnn"
+            example.mkdir(parents=True)
+            for name in ("run", "fetch"):
+                shutil.copy(SOURCE / "examples/mtcnn" / name, example)
+            done = subprocess.run([example / "run", "--build", BUILD, "clip.mp4"], capture_output=True, text=True, env=nowhere)
+            self.assertEqual((done.returncode, done.stdout), (1, ""))
+            self.assertIn(f"they are fetched\n  looked in: {home}/shared/models/face/mtcnn, {home}/weir/mtcnn\n", done.stderr)
+            self.assertRegex(done.stderr, r"https://\S+/pnet\.onnx cannot be reached: .*\n  fix: put the file, SHA-256 [0-9a-f]{64}, into ")
+
+
+if __name__ == "__main__":
+    tap_runner.main()

@@ -1,0 +1,114 @@
+#!/usr/bin/python3
+"""`weir new filter`: what it writes builds with what is installed, runs, and its test can fail."""
+
+import os
+import pathlib
+import shutil
+import subprocess
+import tempfile
+import unittest
+
+import tap_runner
+
+COMMAND = pathlib.Path(os.environ["WEIR_COMMAND"])
+FILES = {"Makefile", "README.md", "meson.build", "test.sh"}
+SOURCES = {"c": "filter.c", "c++": "filter.cpp", "python": "filter.py", "lua": "filter.lua"}
+ENGINES = {"python": "python3", "lua": "lua"}
+
+
+def run(*command, **more):
+    return subprocess.run([str(c) for c in command], capture_output=True, text=True, timeout=200, check=False, **more)
+
+
+def has_engine(name):
+    folders = os.environ["WEIR_MODULE_PATH"].split(":")
+    return any((pathlib.Path(folder) / f"libweir-engine-{name}.so").exists() for folder in folders)
+
+
+class NewFilter(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.root = pathlib.Path(tempfile.mkdtemp())
+        cls.addClassCleanup(shutil.rmtree, cls.root)
+        installed = run("meson", "install", "-C", os.environ["WEIR_BUILD"], "--destdir", cls.root, "--tags", "devel", "--no-rebuild")
+        if installed.returncode:
+            raise RuntimeError(installed.stdout + installed.stderr)
+        config = next(cls.root.rglob("weir-module.pc")).parent
+        cls.env = {**os.environ, "PKG_CONFIG_LIBDIR": str(config), "PKG_CONFIG_SYSROOT_DIR": str(cls.root), "GST_TRACERS": "",
+                   "GST_DEBUG": "", "CFLAGS": "-O2 -Wall -Wextra -Wpedantic -Werror", "CXXFLAGS": "-O2 -Wall -Wextra -Wpedantic -Werror"}
+
+    def setUp(self):
+        self.folder = pathlib.Path(tempfile.mkdtemp(prefix="weir new "))
+        self.addCleanup(shutil.rmtree, self.folder)
+
+    def write(self, *words):
+        return run(COMMAND, "new", "filter", *words, cwd=self.folder)
+
+    def good(self, done):
+        self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+        return done.stdout
+
+    def refused(self, done, code, *said):
+        self.assertEqual(done.returncode, code, done.stdout + done.stderr)
+        for words in said:
+            self.assertIn(words, done.stdout + done.stderr)
+        self.assertEqual(list(self.folder.iterdir()), self.there)
+
+    def test_each_language_builds_runs_and_has_a_test(self):
+        for language, source in SOURCES.items():
+            with self.subTest(language):
+                name = f"of-{language.replace('+', 'p')}_2"
+                said = self.good(self.write("--language", language, name))
+                made = self.folder / name
+                self.assertEqual({path.name for path in made.iterdir()}, FILES | {source})
+                self.assertIn(f"cd {name} && make test", said)
+                for path in made.iterdir():
+                    self.assertNotIn("my-filter", path.read_text())
+                    self.assertNotIn("MyFilter", path.read_text())
+                if language in ENGINES and not has_engine(ENGINES[language]):
+                    self.skipTest(f"the engine {ENGINES[language]} is not built")
+                self.assertIn(f"{name} works", self.good(run("make", "-C", made, "test", env=self.env)))
+                self.good(run("meson", "setup", made / "build", made, env=self.env))
+                self.good(run("meson", "test", "-C", made / "build", env=self.env))
+
+    def test_the_test_fails_where_the_filter_does_something_else(self):
+        self.good(self.write("-l", "c", "other"))
+        source = self.folder / "other" / "filter.c"
+        source.write_text(source.read_text().replace("255 - x[i]", "254 - x[i]"))
+        done = run("make", "-C", source.parent, "test", env=self.env)
+        self.assertNotEqual(done.returncode, 0)
+        self.assertIn("differ", done.stdout + done.stderr)
+
+    def test_the_name_is_one_in_pipelines_too(self):
+        self.good(self.write("-l", "c++", "by-name"))
+        made = self.folder / "by-name"
+        self.assertIn("class ByName {", (made / "filter.cpp").read_text())
+        self.good(run("make", "-C", made, env=self.env))
+        (made / "by-name.so").rename(made / "libweir-engine-by-name.so")
+        said = self.good(run(COMMAND, "inspect", "--framework", "by-name", env={**self.env, "WEIR_MODULE_PATH": str(made)}))
+        self.assertIn("Engine  by-name 1", said)
+
+    def test_what_cannot_be_is_refused_and_nothing_is_written(self):
+        (self.folder / "there").mkdir()
+        self.there = [self.folder / "there"]
+        self.refused(self.write("-l", "c", "there"), 1, "WEIR-4010: there is something of this name already", "there-2")
+        self.refused(self.write("-l", "cpp", "x"), 1, "WEIR-1004: there is no template for this language",
+                     "one of: c, c++, lua, python", "did you mean c++?")
+        self.refused(self.write("-l", "rust", "x"), 1, "--language rust")
+        for name in ("", "Big", "1st", "-x1", "a b", "../up", "a/b", "x" * 65, "auto", "any", "m\u00e4h"):
+            with self.subTest(name):
+                self.refused(self.write("-l", "c", "--", name), 1, "WEIR-1004: this cannot be the name of a filter")
+        self.refused(self.write("x"), 2, "--language")
+        self.refused(self.write("-l", "c"), 2, "NAME")
+        self.refused(run(COMMAND, "new", cwd=self.folder), 2)
+
+    def test_a_folder_that_cannot_be_written_to_is_told(self):
+        if os.geteuid() == 0:
+            self.skipTest("nothing is closed to root")
+        self.folder.chmod(0o500)
+        self.there = []
+        self.refused(self.write("-l", "c", "x"), 1, "WEIR-4010: a file of the new filter cannot be written")
+
+
+if __name__ == "__main__":
+    tap_runner.main()

@@ -1,0 +1,34 @@
+// RequestPads: ways from a tee to further pads of an element, requested and released while it
+// plays.
+#pragma once
+#include <gst/gst.h>
+
+#include <string>
+#include <vector>
+
+#include "gstcpp/ref.hpp"
+
+namespace weir::soak {
+
+class RequestPads {
+ public:
+  // Both are in one pipeline.
+  RequestPads(GstElement* tee, GstElement* element);
+
+  size_t size() const { return ways_.size(); }
+  // Returns what is wrong, as remove() does.
+  std::string add();
+  // Takes the way `index` out; what lies in it is dropped. Returns what is wrong, "" for nothing.
+  std::string remove(size_t index);
+
+ private:
+  struct Way {
+    gst::Ref<GstPad> tee_pad, request_pad;
+    gst::Ref<GstElement> queue;
+  };
+
+  gst::Ref<GstElement> pipeline_, tee_, element_;
+  std::vector<Way> ways_;
+};
+
+}  // namespace weir::soak

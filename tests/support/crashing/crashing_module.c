@@ -1,0 +1,11 @@
+/* A module that ends its process when it is asked what it has. */
+#include <signal.h>
+#include <stddef.h>
+
+#include "weir/abi.h"
+
+__attribute__((visibility("default"))) const weir_module* weir_module_entry(const weir_host* host) {
+  (void)host;
+  raise(SIGSEGV);
+  return NULL;
+}
