@@ -42,7 +42,7 @@ Found found(const std::vector<std::byte>& dense, NonzeroElements kind, size_t mo
   values.resize(count * kind.size);
   out.values = values;
   out.indices.resize(count);
-  std::memcpy(out.indices.data(), indices.data(), count * 4);
+  if (count > 0) std::memcpy(out.indices.data(), indices.data(), count * 4);
   return out;
 }
 

@@ -110,6 +110,7 @@ Result<Plan> plan(const Request& r, const std::vector<TensorSpec>& input) {
   if (plan.step > most) return cannot_flush(r, most);
   plan.passes_through = plan.in == plan.out && plan.step == plan.out;
   for (size_t i = 0; i < input.size(); ++i) {
+    if (!input[i].bytes()) return too_big(input[i], r);
     auto out = output_of(r, i, input[i]);
     if (!out) return out.error();
     TensorSpec memory = *out;
