@@ -8,6 +8,7 @@
 #include <unordered_map>
 #include <utility>
 
+#include "core/infer/engine_functions.hpp"
 #include "core/infer/host.hpp"
 #include "core/infer/model.hpp"
 #include "core/process/process_object.hpp"
@@ -245,17 +246,15 @@ bool is_cancelled(const weir_request* handle) noexcept {
 }
 
 bool answers_asynchronously(const Session& session) noexcept {
-  const weir_engine& engine = session.model().engine();
-  return engine.struct_size >= offsetof(weir_engine, submit) + sizeof engine.submit &&
-         engine.submit && (session.model().info().flags & WEIR_MODEL_ASYNC) != 0;
+  return function_of(session.model().engine(), &weir_engine::submit) &&
+         (session.model().info().flags & WEIR_MODEL_ASYNC) != 0;
 }
 
 namespace {
 
 void cancel(Session& session, weir_request* request) {
-  const weir_engine& engine = session.model().engine();
-  if (engine.struct_size >= offsetof(weir_engine, cancel) + sizeof engine.cancel && engine.cancel)
-    engine.cancel(session.handle(), request);
+  if (const auto call = function_of(session.model().engine(), &weir_engine::cancel))
+    call(session.handle(), request);
 }
 
 }  // namespace

@@ -6,6 +6,8 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
+#include "core/infer/engine_functions.hpp"
+
 namespace weir::infer {
 
 const char kAllDeclared[] = R"([
@@ -34,10 +36,10 @@ namespace {
 constexpr char kOwnName[] = "framework";
 
 std::set<std::string> option_names(const weir_engine& engine) {
-  constexpr size_t needed = offsetof(weir_engine, options_json) + sizeof(engine.options_json);
   std::set<std::string> out;
-  if (engine.struct_size < needed || !engine.options_json) return out;
-  const auto list = nlohmann::json::parse(engine.options_json, nullptr, false);
+  const char* const options = function_of(engine, &weir_engine::options_json);
+  if (!options) return out;
+  const auto list = nlohmann::json::parse(options, nullptr, false);
   if (!list.is_array()) return out;
   for (const auto& option : list)
     if (const auto name = option.is_object() ? option.find("name") : option.end();

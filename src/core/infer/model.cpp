@@ -6,6 +6,7 @@
 #include <cstddef>
 
 #include "core/infer/declared_options.hpp"
+#include "core/infer/engine_functions.hpp"
 #include "core/infer/host.hpp"
 #include "core/infer/model_file.hpp"
 
@@ -150,20 +151,8 @@ Result<bool> Session::invoke(const weir_frame& in, weir_frame& out) {
 }
 
 Status Session::control(weir_control op) {
-  const weir_engine& engine = model_->engine();
-  constexpr size_t needed = offsetof(weir_engine, control) + sizeof(engine.control);
-  if (engine.struct_size < needed || !engine.control)
-    return Error{Code::MODEL_UNSUPPORTED,
-                 "the engine takes no orders besides frames",
-                 engine.name,
-                 "an engine with control",
-                 "",
-                 ""};
   const auto lock = take_turn();
-  weir_error error;
-  const int result = engine.control(handle_, op, nullptr, &error);
-  if (result < 0) return take_error(&error, result, "the engine does not do what it is told");
-  return ok();
+  return give_order(model_->engine(), handle_, op, nullptr);
 }
 
 }  // namespace weir::infer

@@ -10,16 +10,9 @@ namespace weir::infer {
 namespace {
 
 using namespace std::chrono_literals;
+using sum_engine::floats;
 using sum_engine::rules;
 using sum_engine::seen;
-
-ModelShape floats(int64_t rows, int64_t columns) {
-  ModelShape shape;
-  shape.type = ElementType::Float32;
-  shape.rank_known = true;
-  shape.shape = {rows, columns};
-  return shape;
-}
 
 class ModelBatchesTest : public ::testing::Test {
  protected:

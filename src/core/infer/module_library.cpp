@@ -10,6 +10,7 @@
 
 #include "core/custom/builtin_engines.hpp"
 #include "core/infer/configured.hpp"
+#include "core/infer/engine_functions.hpp"
 #include "core/infer/host.hpp"
 #include "core/infer/known_engines.hpp"
 #include "core/infer/module_check.hpp"
@@ -279,10 +280,10 @@ std::vector<const weir_converter_type*> ModuleLibrary::converters() {
 }
 
 std::vector<std::string> accelerators_of(const weir_engine& engine) {
-  constexpr size_t needed = offsetof(weir_engine, extension) + sizeof(engine.extension);
   std::vector<std::string> out;
-  if (engine.struct_size < needed || !engine.extension) return out;
-  const auto* list = static_cast<const char*>(engine.extension("weir.accelerators/1"));
+  const auto extension = function_of(engine, &weir_engine::extension);
+  if (!extension) return out;
+  const auto* list = static_cast<const char*>(extension("weir.accelerators/1"));
   for (const auto name : split(list ? list : "", ","))
     if (const auto word = strip(name); !word.empty()) out.emplace_back(word);
   return out;

@@ -9,16 +9,9 @@
 namespace weir::infer {
 namespace {
 
+using sum_engine::floats;
 using sum_engine::rules;
 using sum_engine::seen;
-
-ModelShape floats(int64_t rows, int64_t columns) {
-  ModelShape shape;
-  shape.type = ElementType::Float32;
-  shape.rank_known = true;
-  shape.shape = {rows, columns};
-  return shape;
-}
 
 class SharedModelTest : public ::testing::Test {
  protected:

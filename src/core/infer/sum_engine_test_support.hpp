@@ -13,6 +13,7 @@
 #include <thread>
 #include <vector>
 
+#include "core/filter/model_shape.hpp"
 #include "core/infer/model.hpp"
 #include "weir/abi.h"
 
@@ -32,6 +33,15 @@ inline SumModel* of(weir_model* model) {
 }
 inline SumSession* of(weir_session* session) {
   return reinterpret_cast<SumSession*>(session);
+}
+
+// A tensor of a model, as users write it.
+inline ModelShape floats(int64_t rows, int64_t columns) {
+  ModelShape shape;
+  shape.type = ElementType::Float32;
+  shape.rank_known = true;
+  shape.shape = {rows, columns};
+  return shape;
 }
 
 struct Rules {

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cstring>
 
+#include "core/infer/engine_functions.hpp"
 #include "core/infer/host.hpp"
 #include "core/infer/module_library.hpp"
 
@@ -124,20 +125,11 @@ Status WorkerServer::control(MessageReader* call) {
   const bool with_option = call->take<uint8_t>() != 0;
   const std::string key = call->text(), value = call->text();
   if (!call->complete()) return unreadable();
-  const weir_engine& engine = model_->engine();
-  constexpr size_t kNeeded = offsetof(weir_engine, control) + sizeof engine.control;
-  if (engine.struct_size < kNeeded || !engine.control)
-    return Error{Code::MODEL_UNSUPPORTED,
-                 "the engine takes no orders besides frames",
-                 engine.name,
-                 "an engine with control",
-                 "",
-                 ""};
   const weir_option option{key.c_str(), value.c_str()};
-  weir_error error;
-  const int result = engine.control(session_, op, with_option ? &option : nullptr, &error);
-  if (result < 0)
-    return infer::take_error(&error, result, "the engine does not do what it is told");
+  if (auto done =
+          infer::give_order(model_->engine(), session_, op, with_option ? &option : nullptr);
+      !done)
+    return done;
   writer_.begin(Kind::Done);
   return ok();
 }

@@ -1,0 +1,22 @@
+// Functions of an engine that it may leave out, or that came after its version of the table.
+#pragma once
+#include "weir/abi.h"
+#include "weir/result.hpp"
+
+namespace weir::infer {
+
+// A function of the engine's table, or null where it has none or its table ends before it.
+template <typename Function>
+Function function_of(const weir_engine& engine, Function weir_engine::*member) noexcept {
+  static constexpr weir_engine kTable{};
+  const auto* const begin = reinterpret_cast<const char*>(&kTable);
+  const auto* const end = reinterpret_cast<const char*>(&(kTable.*member) + 1);
+  return engine.struct_size >= static_cast<size_t>(end - begin) ? engine.*member : nullptr;
+}
+
+// Tells the engine something besides frames; `option` may be null. An error for an engine that
+// takes no orders, or that does not do this one.
+Status give_order(const weir_engine& engine, weir_session* session, int order,
+                  const weir_option* option);
+
+}  // namespace weir::infer
