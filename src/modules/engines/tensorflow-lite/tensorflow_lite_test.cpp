@@ -1,6 +1,5 @@
 // TensorFlow Lite through the C table: types, shapes, memory, options.
 #include <nlohmann/json.hpp>
-#include <thread>
 
 #include "engine_fixture.hpp"
 #include "tensorflow-lite/tflite_builder.hpp"
@@ -242,103 +241,6 @@ TEST_F(TensorflowLite, MemoryOfAnOutputOutlivesModelAndSession) {
   EXPECT_EQ(static_cast<float*>(out.data)[1], -7);
   EXPECT_EQ(out.bytes, sizeof x);
   out.release(out.owner);
-}
-
-TEST_F(TensorflowLite, SessionsOfOneModelRunAtOnce) {
-  const auto path = folder_.write("model.tflite", tflite_negation({-1}).bytes());
-  std::vector<std::thread> threads;
-  std::vector<int> good(4);
-  for (size_t t = 0; t < good.size(); ++t)
-    threads.emplace_back([&, t] {
-      auto model = OpenEngine::open(*engine(), path);
-      for (int i = 0; model && i < 50; ++i) {
-        const auto size = static_cast<int64_t>(t * 7 + 1);
-        const std::vector<float> x(static_cast<size_t>(size), static_cast<float>(i));
-        const auto y = (*model)->invoke({make_tensor<float>(WEIR_FLOAT32, {size}, x)});
-        good[t] += y && (*y)[0].values<float>().back() == -static_cast<float>(i);
-      }
-    });
-  for (auto& thread : threads) thread.join();
-  EXPECT_EQ(good, std::vector<int>(4, 50));
-}
-
-// x + state, where the state that an SVDF keeps is its last inputs.
-TfliteBuilder summing() {
-  const auto svdf_options = FlatValue::table({{0, FlatValue::scalar(int32_t{1})}});
-  return TfliteBuilder()
-      .input("x", kTfFloat, {1, 1})
-      .constant<float>("features", kTfFloat, {1, 1}, {1})
-      .constant<float>("time", kTfFloat, {1, 3}, {1, 1, 1})
-      .variable("state", kTfFloat, {1, 3})
-      .output("y", kTfFloat, {1, 1})
-      .node(kOpSvdf, {"x", "features", "time", "", "state"}, {"y"})
-      .options(6, svdf_options);
-}
-
-TEST_F(TensorflowLite, StateLastsUntilItIsReset) {
-  auto model = open(summing());
-  ASSERT_TRUE(model) << model.error().message();
-  EXPECT_NE((*model)->info().flags & WEIR_MODEL_STATEFUL, 0u);
-  const auto run = [&](float x) {
-    const auto y = (*model)->invoke({make_tensor<float>(WEIR_FLOAT32, {1, 1}, {x})});
-    return y ? (*y)[0].values<float>()[0] : -1;
-  };
-  EXPECT_EQ(run(1), 1);
-  EXPECT_EQ(run(2), 3);
-  EXPECT_EQ(run(4), 7);
-  EXPECT_EQ(run(8), 14);  // the first has left the window
-  EXPECT_TRUE((*model)->control(WEIR_RESET_STATE));
-  EXPECT_EQ(run(1), 1);
-  EXPECT_TRUE((*model)->control(WEIR_WARM));  // leaves no trace
-  EXPECT_EQ(run(1), 1);
-}
-
-// The first session runs the interpreter that opening the model needed, the others have their own.
-TEST_F(TensorflowLite, SessionsHaveStateOfTheirOwn) {
-  const auto path = folder_.write("model.tflite", summing().bytes());
-  const char* const paths[] = {path.c_str()};
-  weir_open request{};
-  request.struct_size = sizeof request;
-  request.n_models = 1;
-  request.paths = paths;
-  weir_error error{};
-  weir_model* model = nullptr;
-  ASSERT_EQ(engine()->open(&request, &model, &error), 0);
-  std::vector<weir_session*> sessions(3);
-  for (auto& session : sessions)
-    ASSERT_EQ(engine()->session_new(model, nullptr, 0, &session, &error), 0);
-  const auto run = [&](weir_session* session, float x) {
-    auto in = make_tensor<float>(WEIR_FLOAT32, {1, 1}, {x});
-    float y = -1;
-    weir_tensor tensors[2] = {};
-    for (auto& tensor : tensors) {
-      tensor.info = in.info;
-      tensor.bytes = tensor.capacity = sizeof y;
-      tensor.fence_fd = -1;
-    }
-    tensors[0].data = in.bytes.data();
-    tensors[1].data = &y;
-    weir_frame frames[2] = {};
-    for (int i = 0; i < 2; ++i) {
-      frames[i].struct_size = sizeof frames[i];
-      frames[i].n_tensors = 1;
-      frames[i].tensors = &tensors[i];
-      frames[i].pts = frames[i].duration = frames[i].deadline = -1;
-    }
-    EXPECT_EQ(engine()->invoke(session, &frames[0], &frames[1], &error), 0);
-    return y;
-  };
-  EXPECT_EQ(run(sessions[0], 1), 1);
-  EXPECT_EQ(run(sessions[1], 10), 10);
-  EXPECT_EQ(run(sessions[0], 2), 3);
-  EXPECT_EQ(run(sessions[2], 100), 100);
-  EXPECT_EQ(run(sessions[1], 20), 30);
-  for (auto* session : sessions) engine()->session_free(session);
-  weir_session* later = nullptr;
-  ASSERT_EQ(engine()->session_new(model, nullptr, 0, &later, &error), 0);
-  EXPECT_EQ(run(later, 5), 5) << "and none of a session that is gone";
-  engine()->session_free(later);
-  engine()->close(model);
 }
 
 TEST_F(TensorflowLite, WarmRunsWithoutAFrame) {
