@@ -5,6 +5,8 @@
 #include <optional>
 
 #include "core/text/text.hpp"
+#include "gstcpp/property_text.hpp"
+#include "launch_words.hpp"
 
 namespace weir::app {
 namespace {
@@ -97,6 +99,17 @@ std::optional<Token> quoted_word(const std::string& message, const std::string& 
   return Token{begin, begin + parts[1].size()};
 }
 
+// Where a word that sets this property begins in `text`.
+std::optional<Token> assignment(const gst::RefusedProperty& of, const std::string& text) {
+  const auto words = launch_words(text);
+  if (!words) return std::nullopt;
+  const std::string begin = of.property + "=";
+  for (const auto& word : *words)
+    if (of.value ? word.text == begin + *of.value : word.text.starts_with(begin))
+      return Token{word.at, word.at + word.text.size()};
+  return std::nullopt;
+}
+
 // With the text and a caret below the place, which then say what was offered.
 void show_place(const std::string& text, const std::optional<Token>& place, Error* error) {
   if (!place) return;
@@ -107,7 +120,8 @@ void show_place(const std::string& text, const std::optional<Token>& place, Erro
       static_cast<size_t>(g_utf8_strlen(line.c_str(), static_cast<gssize>(place->begin)));
   const std::string caret = caret_line(line, column);
   const size_t end_of_line = caret.rfind('\n');
-  error->difference += " near character " + std::to_string(column + 1) + "\n    " +
+  if (!error->difference.empty()) error->difference += " ";
+  error->difference += "near character " + std::to_string(column + 1) + "\n    " +
                        caret.substr(0, end_of_line) + "\n    " + caret.substr(end_of_line + 1);
   error->offered.clear();
 }
@@ -122,21 +136,25 @@ Error missing_element(const std::string& name) {
           close.empty() ? "weir doctor" : close + " in place of " + name + ", or weir doctor"};
 }
 
+Error property_error(gst::RefusedProperty refused, const std::string& text) {
+  show_place(text, assignment(refused, text), &refused.error);
+  refused.error.offered = refused.property + (refused.value ? "=" + *refused.value : "");
+  return std::move(refused.error);
+}
+
 Error parse_error(const std::string& text, const GError* error, GstParseContext* context) {
+  if (auto refused = error ? gst::refused_property(*error) : std::nullopt)
+    return property_error(*std::move(refused), text);
   const auto is = [error](GstParseError kind) {
     return g_error_matches(error, GST_PARSE_ERROR, static_cast<gint>(kind)) != FALSE;
   };
   Error out{Code::OPTION_SYNTAX, "the pipeline cannot be read", "", "", "", ""};
   out.difference = error ? text_of(error->message) : "GStreamer gives no reason";
-  const auto quoted = split(out.difference, "\"");  // no property "x" in element "y"
   const gst::Unique<char*, g_strfreev> missing(gst_parse_context_get_missing_elements(context));
   if (is(GST_PARSE_ERROR_NO_SUCH_ELEMENT) && missing && *missing)
     out = missing_element(*missing);
   else if (is(GST_PARSE_ERROR_SYNTAX))
     out.needed = "elements with ! between them, as for gst-launch-1.0";
-  else if ((is(GST_PARSE_ERROR_NO_SUCH_PROPERTY) || is(GST_PARSE_ERROR_COULD_NOT_SET_PROPERTY)) &&
-           quoted.size() > 3)
-    out.fix = "gst-inspect-1.0 " + std::string(quoted[3]);
   out.offered = text;
   if (is(GST_PARSE_ERROR_SYNTAX))
     show_place(text, last_token_read(text), &out);

@@ -114,6 +114,29 @@ class Run(Case):
         self.assertIn("fix: gst-inspect-1.0 fakesink", said)
         self.assertEqual(self.place("fakesrc ! queue leaky=maybe ! fakesink")[1], "leaky=maybe ! fakesink")
 
+    def test_a_word_that_a_property_does_not_know_comes_with_those_it_knows(self):
+        line = "videotestsrc ! video/x-raw,format=RGB ! tensor_preprocess name=p width=8 height=8 "
+        said, rest = self.place(line + "layout=NHCW ! fakesink")
+        self.assertEqual(rest, "layout=NHCW ! fakesink")
+        for words in ("WEIR-1004: tensor_preprocess does not take this value for layout", "offered: layout=NHCW",
+                      "needed: one of: auto, NHWC, NCHW\n", "did you mean NHWC? near character",
+                      "fix: gst-inspect-1.0 tensor_preprocess\n"):
+            self.assertIn(words, said)
+        # Where another element has a property of this name, and where the value is quoted.
+        said, rest = self.place('audiotestsrc ! audio/x-raw,layout=interleaved ! fakesink ' + line + 'layout = "NH WC" ! fakesink')
+        self.assertEqual(rest, 'layout = "NH WC" ! fakesink')
+        self.assertIn("offered: layout=NH WC\n", said)
+        said, rest = self.place(*line.split(), "fit=leterbox", "!", "fakesink")
+        self.assertEqual(rest, "fit=leterbox ! fakesink")
+        self.assertIn("did you mean letterbox?", said)
+        self.good(weir("run", line.replace("videotestsrc", "videotestsrc num-buffers=1") + "layout=NCHW fit=letterbox ! fakesink"))
+
+    def test_an_unknown_property_comes_with_the_nearest_one(self):
+        said, rest = self.place("videotestsrc ! tensor_converter ! tensor_transform mode=typecast optoin=int8 ! fakesink")
+        self.assertEqual(rest, "optoin=int8 ! fakesink")
+        for words in ("WEIR-1004: tensor_transform has no such property", "offered: optoin\n", "did you mean option?"):
+            self.assertIn(words, said)
+
     def test_what_cannot_be_linked_is_refused(self):
         self.refused(weir("run", "videotestsrc ! audio/x-raw ! fakesink"), 1, "offered: videotestsrc ! audio", "can't handle caps")
 

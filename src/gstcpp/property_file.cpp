@@ -6,41 +6,47 @@
 #include "core/text/property_file.hpp"
 #include "core/text/text.hpp"
 #include "gstcpp/error.hpp"
+#include "gstcpp/property_text.hpp"
 #include "gstcpp/ref.hpp"
 
 namespace weir::gst {
 namespace {
 
-void set_by_text(GObject* object, const GParamSpec* property, const std::string& text) {
+Status set_by_text(GObject* object, GParamSpec* property, const std::string& text) {
   const char* name = property->name;
   switch (G_TYPE_FUNDAMENTAL(property->value_type)) {
     case G_TYPE_BOOLEAN:
       g_object_set(object, name, gboolean{equal_ignoring_case(text, "true")}, nullptr);
-      return;
+      return ok();
     case G_TYPE_INT:
     case G_TYPE_UINT:
       g_object_set(object, name, std::atoi(text.c_str()), nullptr);
-      return;
+      return ok();
     case G_TYPE_INT64:
     case G_TYPE_UINT64:
       g_object_set(object, name, gint64{g_ascii_strtoll(text.c_str(), nullptr, 10)}, nullptr);
-      return;
+      return ok();
     case G_TYPE_FLOAT:
     case G_TYPE_DOUBLE:
       g_object_set(object, name, g_ascii_strtod(text.c_str(), nullptr), nullptr);
-      return;
+      return ok();
     case G_TYPE_STRING:
       g_object_set(object, name, text.c_str(), nullptr);
-      return;
+      return ok();
     default:
-      gst_util_set_object_arg(object, name, text.c_str());
+      break;
   }
+  Value value(property->value_type);
+  if (auto status = read_value(GST_ELEMENT(object), property, text, value.get()); !status)
+    return status;
+  g_object_set_property(object, name, value.get());
+  return ok();
 }
 
 // The property of this name that a file may set, or why there is none.
-Result<const GParamSpec*> writable_property(GObject* object, const std::string& key) {
+Result<GParamSpec*> writable_property(GObject* object, const std::string& key) {
   GObjectClass* type = G_OBJECT_GET_CLASS(object);
-  const GParamSpec* property = g_object_class_find_property(type, key.c_str());
+  GParamSpec* property = g_object_class_find_property(type, key.c_str());
   if (property && (property->flags & G_PARAM_WRITABLE) != 0) return property;
   if (property)
     return Error{Code::OPTION_VALUE,
@@ -81,10 +87,9 @@ Status set_properties_from_file(GObject* object, const std::string& path,
   for (const auto& [key, value] : parse_property_file({text.get(), size})) {
     if (key == "config-file") continue;
     const auto property = writable_property(object, std::string(key));
-    if (property)
-      set_by_text(object, *property, std::string(value));
-    else if (passed_over)
-      passed_over->push_back(property.error());
+    const Status set =
+        property ? set_by_text(object, *property, std::string(value)) : Status(property.error());
+    if (!set && passed_over) passed_over->push_back(set.error());
   }
   return ok();
 }

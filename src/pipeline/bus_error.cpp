@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "core/text/text.hpp"
+#include "gstcpp/property_text.hpp"
 #include "gstcpp/ref.hpp"
 
 namespace weir::pipeline {
@@ -67,6 +68,7 @@ Error error_of(GstMessage* message) {
 }
 
 Error parse_error(const GError& error, const char* text) {
+  if (auto refused = gst::refused_property(error)) return std::move(refused->error);
   const bool unknown = g_error_matches(&error, GST_PARSE_ERROR, GST_PARSE_ERROR_NO_SUCH_ELEMENT);
   const std::string word = unknown ? quoted(error.message) : "";
   const std::string close = word.empty() ? "" : nearest(word, element_names());

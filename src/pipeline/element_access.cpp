@@ -4,27 +4,14 @@
 #include <utility>
 #include <vector>
 
-#include "core/text/text.hpp"
+#include "core/text/choice.hpp"
 #include "weir/pipeline.h"
 
 namespace weir::pipeline {
 namespace {
 
-std::string list(const std::vector<std::string>& words) {
-  std::string out;
-  for (const auto& word : words) out += (out.empty() ? "" : ", ") + word;
-  return "one of: " + (out.empty() ? "none" : out);
-}
-
-Error not_there(std::string what, const std::string& word, const std::vector<std::string>& there) {
-  const std::string close = nearest(word, there);
-  return Error{Code::OPTION_VALUE,
-               std::move(what),
-               word,
-               list(there),
-               close.empty() ? "" : "did you mean " + close + "?",
-               ""};
-}
+using gst::find_property;
+using gst::Value;
 
 std::vector<std::string> names_in(GstBin* bin) {
   std::vector<std::string> out;
@@ -45,28 +32,6 @@ std::vector<std::string> names_in(GstBin* bin) {
   return out;
 }
 
-class Value {
- public:
-  explicit Value(GType type) { g_value_init(&value_, type); }
-  Value(const Value&) = delete;
-  Value& operator=(const Value&) = delete;
-  ~Value() { g_value_unset(&value_); }
-  GValue* get() noexcept { return &value_; }
-
- private:
-  GValue value_ = G_VALUE_INIT;
-};
-
-Result<GParamSpec*> find_property(GstElement* element, const std::string& property) {
-  auto* type = G_OBJECT_GET_CLASS(element);
-  if (auto* spec = g_object_class_find_property(type, property.c_str())) return spec;
-  std::vector<std::string> names;
-  guint count = 0;
-  const gst::Unique<GParamSpec*, g_free> all(g_object_class_list_properties(type, &count));
-  for (guint i = 0; i < count; ++i) names.emplace_back(all.get()[i]->name);
-  return not_there(kind_of(element) + " has no such property", property, names);
-}
-
 Error refused(GstElement* element, const GParamSpec& spec, const std::string& offered,
               std::string needed) {
   return Error{Code::OPTION_VALUE,
@@ -78,12 +43,6 @@ Error refused(GstElement* element, const GParamSpec& spec, const std::string& of
 }
 
 }  // namespace
-
-std::string kind_of(GstElement* element) {
-  GstElementFactory* factory = gst_element_get_factory(element);
-  return factory ? gst_plugin_feature_get_name(GST_PLUGIN_FEATURE(factory))
-                 : G_OBJECT_TYPE_NAME(element);
-}
 
 Error wrong_kind(GstElement* element, const std::string& needed) {
   return Error{Code::OPTION_VALUE,
@@ -97,7 +56,7 @@ Error wrong_kind(GstElement* element, const std::string& needed) {
 Result<gst::Ref<GstElement>> find_element(GstBin* bin, const std::string& name) {
   auto element = gst::Ref<GstElement>::adopt(gst_bin_get_by_name(bin, name.c_str()));
   if (element) return element;
-  return not_there("no element of the pipeline has this name", name, names_in(bin));
+  return not_one_of("no element of the pipeline has this name", name, names_in(bin));
 }
 
 Status set_valve(GstElement* element, bool open) {
@@ -119,7 +78,7 @@ Status select_pad(GstElement* element, const std::string& name) {
     if (names.back() == name) found = gst::Ref<GstPad>::share(GST_PAD(at->data));
   }
   GST_OBJECT_UNLOCK(element);
-  if (!found) return not_there(kind + " has no such pad", name, names);
+  if (!found) return not_one_of(kind + " has no such pad", name, names);
   g_object_set(element, "active-pad", found.get(), nullptr);
   return ok();
 }
@@ -131,10 +90,7 @@ Status set_property(GstElement* element, const std::string& property, const std:
   if (!(spec->flags & G_PARAM_WRITABLE) || (spec->flags & G_PARAM_CONSTRUCT_ONLY))
     return refused(element, *spec, text, "nothing: it can only be read");
   Value value(spec->value_type);
-  if (spec->value_type == G_TYPE_STRING)
-    g_value_set_string(value.get(), text.c_str());
-  else if (!gst_value_deserialize_with_pspec(value.get(), text.c_str(), spec))
-    return refused(element, *spec, text, std::string("a ") + g_type_name(spec->value_type));
+  if (auto status = gst::read_value(element, spec, text, value.get()); !status) return status;
   // Corrects what is out of range, and says so.
   if (g_param_value_validate(spec, value.get())) {
     const gst::UniqueText nearest_value(gst_value_serialize(value.get()));

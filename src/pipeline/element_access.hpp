@@ -4,15 +4,16 @@
 
 #include <string>
 
+#include "gstcpp/property_text.hpp"
 #include "gstcpp/ref.hpp"
 #include "weir/result.hpp"
 
 namespace weir::pipeline {
 
+using gst::kind_of;
+
 // OPTION_VALUE with the names that are there.
 Result<gst::Ref<GstElement>> find_element(GstBin* bin, const std::string& name);
-// The name of its factory: "valve".
-std::string kind_of(GstElement* element);
 // OPTION_VALUE: the element is of another kind than `needed` says.
 Error wrong_kind(GstElement* element, const std::string& needed);
 

@@ -97,6 +97,8 @@ TEST(PipelineControl, RefusesPropertiesAndValues) {
   EXPECT_REFUSED(p.set("v", "patern", "ball"), OPTION_VALUE, "did you mean pattern?");
   EXPECT_REFUSED(p.set("v", "pattern", "football-and-more"), OPTION_VALUE,
                  "videotestsrc does not take this value for pattern");
+  EXPECT_REFUSED(p.set("v", "pattern", "bal"), OPTION_VALUE, "did you mean ball?");
+  EXPECT_REFUSED(p.set("v", "horizontal-speed", "fast"), OPTION_VALUE, "needed: a gint");
   EXPECT_REFUSED(p.set("out", "signal-rate", 501), OPTION_VALUE,
                  "a value in its range, such as 500");
   EXPECT_REFUSED(p.set("c", "stats", "x"), OPTION_VALUE, "it can only be read");
@@ -124,7 +126,16 @@ TEST(PipelineControl, RefusesTextsThatAreNoPipeline) {
                  "first difference: did you mean tensor_filter?");
   EXPECT_REFUSED(Pipeline::parse("fakesrc ! "), OPTION_SYNTAX, "the text of the pipeline");
   EXPECT_REFUSED(Pipeline::parse(""), OPTION_SYNTAX, "the text of the pipeline");
-  EXPECT_REFUSED(Pipeline::parse("fakesrc nothing=1 ! fakesink"), OPTION_SYNTAX, "nothing");
+  EXPECT_REFUSED(Pipeline::parse("fakesrc nothing=1 ! fakesink"), OPTION_VALUE,
+                 "fakesrc has no such property\n  offered: nothing");
+  EXPECT_REFUSED(Pipeline::parse("videotestsrc patern=ball ! fakesink"), OPTION_VALUE,
+                 "did you mean pattern?");
+  EXPECT_REFUSED(Pipeline::parse("fakesrc ! queue leaky=upstraem ! fakesink"), OPTION_VALUE,
+                 "queue does not take this value for leaky\n  offered: upstraem\n"
+                 "  needed: one of: no, upstream, downstream\n"
+                 "  first difference: did you mean upstream?");
+  EXPECT_REFUSED(Pipeline::parse("fakesrc ! ! fakesink"), OPTION_SYNTAX,
+                 "the text of the pipeline");
 }
 
 TEST(PipelineControl, RefusesFramesThatSayTooLittle) {

@@ -38,6 +38,15 @@ TEST(Text, FindsTheNearestWord) {
   EXPECT_EQ(nearest("caffe", words), "");
 }
 
+TEST(Text, TwoLettersThatChangedPlacesAreOneTypingError) {
+  const std::vector<std::string> layouts{"auto", "NHWC", "NCHW"};
+  EXPECT_EQ(nearest("NHCW", layouts), "NHWC");  // the first of both that are one away
+  EXPECT_EQ(nearest("ncwh", layouts), "NCHW");
+  EXPECT_EQ(nearest("HNWC", layouts), "NHWC");
+  EXPECT_EQ(nearest("CWHN", layouts), "");  // two
+  EXPECT_EQ(nearest("NC", layouts), "");
+}
+
 TEST(Text, ComparesWithoutCase) {
   EXPECT_TRUE(equal_ignoring_case("AuTo", "auto"));
   EXPECT_FALSE(equal_ignoring_case("auto", "aut"));

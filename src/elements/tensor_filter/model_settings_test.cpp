@@ -99,6 +99,18 @@ TEST(ModelSettings, ConfigFileTellsOfKeysThatAreNotKnown) {
   EXPECT_SAYS(filter.warning, "did you mean framework?");
 }
 
+TEST(ModelSettings, ConfigFileTellsOfWordsThatAreNone) {
+  const AdderFiles files;
+  const auto path = files.write("filter.conf", "when-busy=drop-odl\n");
+  const Started filter(adder(files.model(4), "config-file=" + path));
+  EXPECT_SAYS(filter.warning,
+              "WEIR-1004: tensor_filter does not take this value for when-busy\n"
+              "  offered: drop-odl\n  needed: one of: unset, block, drop-new, drop-old\n"
+              "  first difference: did you mean drop-old?");
+  const auto right = files.write("filter.conf", "when-busy=drop-old\n");
+  EXPECT_EQ(Started(adder(files.model(4), "config-file=" + right)).warning, "");
+}
+
 TEST(ModelSettings, AConfigFileThatIsNotThereIsAnError) {
   const AdderFiles files;
   EXPECT_SAYS(start_error(adder(files.model(4), "config-file=/nowhere/f.conf")),

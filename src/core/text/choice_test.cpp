@@ -1,0 +1,26 @@
+// Words that are none of those there are.
+#include "core/text/choice.hpp"
+
+#include <gtest/gtest.h>
+
+#include <vector>
+
+namespace weir {
+namespace {
+
+const std::vector<std::string> kFits{"auto", "stretch", "letterbox"};
+
+TEST(Choice, SaysTheWordsAndTheNearestOne) {
+  EXPECT_EQ(not_one_of("no such fit", "leterbox", kFits).message(),
+            "WEIR-1004: no such fit\n  offered: leterbox\n"
+            "  needed: one of: auto, stretch, letterbox\n"
+            "  first difference: did you mean letterbox?");
+}
+
+TEST(Choice, GuessesNothingWhereNoWordIsNear) {
+  EXPECT_EQ(not_one_of("no such fit", "crop", kFits).difference, "");
+  EXPECT_EQ(not_one_of("no such fit", "crop", {}).needed, "one of: none");
+}
+
+}  // namespace
+}  // namespace weir
