@@ -5,6 +5,8 @@
 #include <filesystem>
 #include <string>
 #include <string_view>
+#include <utility>
+#include <vector>
 
 #include "core/config/configuration.hpp"
 #include "core/config/ini.hpp"
@@ -75,16 +77,20 @@ bool is_only_of_weir(const char* element) noexcept {
 }
 
 void tell_of_another(GstPlugin* plugin, const char* element) {
-  const auto feature =
+  auto feature =
       gst::Ref<GstPluginFeature>::adopt(gst_registry_lookup_feature(gst_registry_get(), element));
   // The type is there once the plug-in is loaded, of which nobody may be asked while one is.
   if (!feature || !GST_IS_ELEMENT_FACTORY(feature.get()) ||
       gst_element_factory_get_element_type(GST_ELEMENT_FACTORY(feature.get())) == 0)
     return;
   const auto owner = gst::Ref<GstPlugin>::adopt(gst_plugin_feature_get_plugin(feature.get()));
-  if (owner && owner.get() != plugin)
-    GST_WARNING("%s is Weir's from now on, and was that of the plug-in %s (%s): weir doctor",
-                element, gst_plugin_get_name(owner.get()), gst_plugin_get_filename(owner.get()));
+  if (!owner || owner.get() == plugin) return;
+  GST_WARNING("%s is Weir's from now on, and was that of the plug-in %s (%s): weir doctor", element,
+              gst_plugin_get_name(owner.get()), gst_plugin_get_filename(owner.get()));
+  // The registry frees the factory that loses its name, and classes of elements that are in use
+  // point to it without a reference: it stays until the process ends.
+  static auto& in_use = *new std::vector<gst::Ref<GstPluginFeature>>;
+  in_use.push_back(std::move(feature));
 }
 
 }  // namespace weir::plugin
