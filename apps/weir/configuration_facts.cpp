@@ -7,7 +7,7 @@ namespace weir::app {
 namespace {
 
 const char* state(const config::ConfigurationFile& file) {
-  return file.found ? "read" : "not there";
+  return file.read ? "read" : file.found ? "cannot be read" : "not there";
 }
 
 }  // namespace

@@ -91,10 +91,12 @@ void Configuration::read(const std::string& path, bool wanted) {
   if (std::any_of(files_.begin(), files_.end(), known)) return;
   std::error_code ignored;
   const bool found = std::filesystem::exists(path, ignored);
-  files_.push_back({path, found});
+  auto& file = files_.emplace_back(ConfigurationFile{path, found});
   if (!found && !wanted) return;
   const auto ini = ini_files().read(path);
+  file.read = true;
   for (Error fault : ini->faults) {
+    if (fault.code == Code::FILE_NOT_FOUND) file.read = false;
     if (fault.code == Code::FILE_NOT_FOUND && wanted)
       fault.needed = "the file that WEIR_CONFIG names";
     faults_.push_back(std::move(fault));

@@ -21,6 +21,7 @@ struct Setting {
 struct ConfigurationFile {
   std::string path;
   bool found = false;
+  bool read = false;  // false too where it is there and cannot be read: faults() says why
 };
 
 class Configuration {

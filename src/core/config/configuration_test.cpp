@@ -2,6 +2,7 @@
 #include "core/config/configuration.hpp"
 
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <cstdlib>
 #include <filesystem>
@@ -89,6 +90,36 @@ TEST_F(ConfigurationTest, SaysThatTheNamedFileIsMissing) {
   EXPECT_EQ(missing.faults()[0].code, Code::FILE_NOT_FOUND);
   EXPECT_SAYS(missing.faults()[0].message(), "offered: /no/such/weir.ini");
   EXPECT_SAYS(missing.faults()[0].message(), "needed: the file that WEIR_CONFIG names");
+}
+
+TEST_F(ConfigurationTest, SaysWhyAFileThatIsThereCannotBeRead) {
+  fs::create_directories(folder_ / "weir/weir.ini");
+  const auto c = with({{"XDG_CONFIG_HOME", folder_.string()}});
+  ASSERT_FALSE(c.files().empty());
+  EXPECT_TRUE(c.files()[0].found);
+  EXPECT_FALSE(c.files()[0].read);
+  ASSERT_EQ(c.faults().size(), 1u);
+  EXPECT_SAYS(c.faults()[0].message(), "WEIR-4001: the configuration file cannot be read");
+  EXPECT_SAYS(c.faults()[0].message(), "offered: " + (folder_ / "weir/weir.ini").string());
+  EXPECT_SAYS(c.faults()[0].message(), "it is a folder");
+}
+
+// root may read every file, so the test is another user for that long.
+TEST_F(ConfigurationTest, SaysThatAFileMayNotBeRead) {
+  constexpr uid_t kNobody = 65534;
+  const auto path = write("closed.ini", "[module]\npath=/m\n");
+  fs::permissions(path, fs::perms::none);
+  const bool root = geteuid() == 0;
+  if (root && seteuid(kNobody) != 0) GTEST_SKIP() << "there is no other user here";
+  const auto c = with({{"WEIR_CONFIG", path}});
+  if (root) {
+    ASSERT_EQ(seteuid(0), 0);
+  }
+  EXPECT_FALSE(c.files()[0].read);
+  ASSERT_EQ(c.faults().size(), 1u);
+  EXPECT_SAYS(c.faults()[0].message(), "offered: " + path);
+  EXPECT_SAYS(c.faults()[0].message(), "Permission denied");
+  EXPECT_TRUE(c.all().empty());
 }
 
 TEST_F(ConfigurationTest, NamesSettingsThatNobodyKnows) {

@@ -1,16 +1,50 @@
 // Line by line, within bounds.
 #include "core/config/ini.hpp"
 
+#include <algorithm>
+#include <cerrno>
+#include <cstdint>
 #include <filesystem>
 #include <fstream>
+#include <system_error>
 
 #include "core/text/text.hpp"
 
 namespace weir::config {
 namespace {
 
+namespace fs = std::filesystem;
+
 constexpr size_t kMostBytes = 1 << 20, kMostInLine = 4096, kMostEntries = 4096, kMostFaults = 16;
 constexpr size_t kMostShown = 60;
+
+// How many bytes the character is that `text` begins with; 0: none of UTF-8 that can be shown.
+size_t character_at(std::string_view text) {
+  const auto byte = [&](size_t i) -> uint32_t { return static_cast<unsigned char>(text[i]); };
+  const uint32_t first = byte(0);
+  if (first < 0x80) return first >= ' ' && first != 0x7F;
+  const size_t bytes = first >= 0xF0 ? 4 : first >= 0xE0 ? 3 : 2;
+  if (first < 0xC2 || first > 0xF4 || text.size() < bytes) return 0;
+  uint32_t code = first & (0xFFu >> (bytes + 1));
+  for (size_t i = 1; i < bytes; ++i) {
+    if ((byte(i) & 0xC0) != 0x80) return 0;
+    code = code << 6 | (byte(i) & 0x3F);
+  }
+  constexpr uint32_t kLeast[] = {0, 0, 0xA0, 0x800, 0x10000};  // 0x80 to 0x9F are orders
+  return code >= kLeast[bytes] && code <= 0x10FFFF && (code < 0xD800 || code > 0xDFFF) ? bytes : 0;
+}
+
+// The beginning of what a file has, for terminals and JSON: UTF-8, and ? for each byte that is not.
+std::string shown(std::string_view text) {
+  std::string out;
+  while (!text.empty()) {
+    const size_t bytes = character_at(text);
+    if (out.size() + std::max<size_t>(bytes, 1) > kMostShown) return out + "...";
+    out += bytes ? text.substr(0, bytes) : "?";
+    text.remove_prefix(std::max<size_t>(bytes, 1));
+  }
+  return out;
+}
 
 class Parser {
  public:
@@ -27,12 +61,8 @@ class Parser {
     return std::move(out_);
   }
   void fault(std::string_view text, const std::string& what, const std::string& needed) {
-    std::string offered(text.substr(0, kMostShown));
-    for (char& c : offered)
-      if (static_cast<unsigned char>(c) < ' ') c = '?';
-    if (text.size() > kMostShown) offered += "...";
     out_.faults.push_back({Code::OPTION_SYNTAX, name_ + ":" + std::to_string(line_) + ": " + what,
-                           offered, needed, "", ""});
+                           shown(text), needed, "", ""});
   }
 
  private:
@@ -74,6 +104,20 @@ class Parser {
   Ini out_;
 };
 
+// "it is a folder", "Permission denied".
+std::string why_closed(fs::file_type type, const std::error_code& failed, int number) {
+  switch (type) {
+    case fs::file_type::not_found:
+      return "it is not there";
+    case fs::file_type::directory:
+      return "it is a folder";
+    case fs::file_type::regular:
+      return std::generic_category().message(number);
+    default:
+      return failed ? failed.message() : "it is no regular file";
+  }
+}
+
 }  // namespace
 
 Ini parse_ini(std::string_view text, const std::string& name) {
@@ -85,12 +129,14 @@ Ini parse_ini(std::string_view text, const std::string& name) {
 
 Ini read_ini(const std::string& path) {
   std::error_code failed;
+  const auto type = fs::status(path, failed).type();
   std::ifstream file;
-  if (std::filesystem::is_regular_file(path, failed)) file.open(path, std::ios::binary);
+  errno = 0;
+  if (type == fs::file_type::regular) file.open(path, std::ios::binary);
   if (!file.is_open())
     return {{},
             {{Code::FILE_NOT_FOUND, "the configuration file cannot be read", path,
-              "a file that can be read", "", ""}}};
+              "a file that can be read", why_closed(type, failed, errno), ""}}};
   std::string text(kMostBytes + 1, '\0');
   file.read(text.data(), static_cast<std::streamsize>(text.size()));
   text.resize(static_cast<size_t>(file.gcount()));

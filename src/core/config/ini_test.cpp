@@ -54,6 +54,23 @@ TEST(Ini, NamesFileAndLineOfWhatCannotBeRead) {
   EXPECT_SAYS(text, "/etc/x.ini:8: the name of a group cannot be read\n  offered: []");
 }
 
+TEST(Ini, ShowsOfALineWhatATerminalAndJsonCanTake) {
+  const auto offered = [](const std::string& line) {
+    const auto ini = parse_ini("[g]\n" + line + "\n", "x");
+    return ini.faults.empty() ? "" : ini.faults[0].offered;
+  };
+  EXPECT_EQ(offered("gr\xC3\xBC\xC3\x9F \xE2\x82\xAC \xF0\x9F\x98\x80"),
+            "gr\xC3\xBC\xC3\x9F \xE2\x82\xAC \xF0\x9F\x98\x80");
+  EXPECT_EQ(offered("a\x1B[2Jb\x7F"), "a?[2Jb?");
+  EXPECT_EQ(offered("b\xC2\x9B"), "b??") << "an order of eight bits";
+  EXPECT_EQ(offered("\xFF\xC3:\x80\xE2\x82"), "??:???");
+  EXPECT_EQ(offered("\xC0\xAF\xED\xA0\x80\xF4\x90\x80\x80\xE0\x80\xAF"), "????????????")
+      << "overlong, surrogates, behind the last";
+  EXPECT_EQ(offered(std::string(60, 'a')), std::string(60, 'a'));
+  EXPECT_EQ(offered(std::string(59, 'a') + "\xC3\xBC"), std::string(59, 'a') + "...")
+      << "no half character";
+}
+
 TEST(Ini, PassesOverLinesThatAreNoText) {
   const auto ini = parse_ini(std::string_view("[g]\na\0b=1\nk=v\n", 15), "x");
   EXPECT_EQ(entries(ini), "g/k=v@3");
