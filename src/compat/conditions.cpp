@@ -71,21 +71,12 @@ int ask(const weir_host* host, const weir_frame* frame, int* answer, void* data,
 
 int nnstreamer_if_custom_register(const char* name, tensor_if_custom func, void* data) {
   if (!given(__func__, {name, reinterpret_cast<const void*>(func)})) return -EINVAL;
-  return or_else(__func__, -ENOMEM, [&] {
-    if (auto status = weir::subplugin::check_name(name); !status) {
-      warn("nnstreamer_if_custom_register", status.error());
-      return -EINVAL;
-    }
-    const int result = weir_condition_register(name, ask, condition_of(func, data));
-    if (result == WEIR_OK) return 0;
-    if (result == -WEIR_OUT_OF_MEMORY) return -ENOMEM;
-    warn("nnstreamer_if_custom_register",
-         "another condition has the name " + std::string(name) + " already");
-    return -EINVAL;
+  return register_name(__func__, "condition", name, [&] {
+    return weir_condition_register(name, ask, condition_of(func, data));
   });
 }
 
 int nnstreamer_if_custom_unregister(const char* name) {
   if (!given(__func__, {name})) return -EINVAL;
-  return weir_condition_unregister(name) == WEIR_OK ? 0 : -EINVAL;
+  return answer_of(__func__, weir_condition_unregister(name));
 }

@@ -2,7 +2,7 @@
 #include <cerrno>
 
 #include "compat/filter_model.hpp"
-#include "compat/guard.hpp"
+#include "compat/registration.hpp"
 #include "core/infer/host.hpp"
 #include "nnstreamer_plugin_api_util.h"
 #include "tensor_filter_custom_easy.h"
@@ -56,25 +56,16 @@ class EasyFunction final : public OpenFilter {
   GstTensorsInfo in_, out_;
 };
 
-class EasyModel : public FilterModel {
- public:
-  explicit EasyModel(std::shared_ptr<OpenFilter> filter) : FilterModel(std::move(filter)) {}
-};
-
 int invoke(const weir_host* host, const weir_frame* in, weir_frame* out, void* data,
            weir_error* error) {
   weir::accept_host(host);
   return weir::guarded(error,
-                       [&] { return static_cast<EasyModel*>(data)->invoke(*in, *out) ? 0 : 1; });
+                       [&] { return static_cast<FilterModel*>(data)->invoke(*in, *out) ? 0 : 1; });
 }
 
-int answer_of(int code) {
-  return code == WEIR_OK ? 0 : code == -WEIR_OUT_OF_MEMORY ? -ENOMEM : -EINVAL;
-}
-
-std::unique_ptr<EasyModel> make_model(const char* name, NNS_custom_invoke fixed,
-                                      NNS_custom_invoke_dynamic dynamic, void* data,
-                                      const GstTensorsInfo& in, const GstTensorsInfo* out) {
+std::unique_ptr<FilterModel> make_model(const char* name, NNS_custom_invoke fixed,
+                                        NNS_custom_invoke_dynamic dynamic, void* data,
+                                        const GstTensorsInfo& in, const GstTensorsInfo* out) {
   const weir_option options[] = {{"invoke-dynamic", dynamic ? "true" : "false"}};
   const char* const paths[] = {name};
   const weir::OpenRequest request{paths, weir::Options(options, 1), "", 0};
@@ -83,7 +74,7 @@ std::unique_ptr<EasyModel> make_model(const char* name, NNS_custom_invoke fixed,
   function->fixed = fixed;
   function->dynamic = dynamic;
   function->data = data;
-  return std::make_unique<EasyModel>(std::move(function));
+  return std::make_unique<FilterModel>(std::move(function));
 }
 
 int add(const char* caller, const char* name, NNS_custom_invoke fixed,
@@ -92,7 +83,7 @@ int add(const char* caller, const char* name, NNS_custom_invoke fixed,
   const auto function =
       fixed ? reinterpret_cast<const void*>(fixed) : reinterpret_cast<const void*>(dynamic);
   if (!given(caller, {name, function, in}) || (!dynamic && !given(caller, {out}))) return -EINVAL;
-  try {
+  return answered(caller, [&] {
     weir::accept_host(&weir::infer::host());
     auto model = make_model(name, fixed, dynamic, data, *in, out);
     weir_filter filter{};
@@ -104,23 +95,12 @@ int add(const char* caller, const char* name, NNS_custom_invoke fixed,
     filter.outputs = model->outputs().data();
     filter.invoke = invoke;
     filter.data = model.get();
-    filter.release = [](void* owned) { delete static_cast<EasyModel*>(owned); };
+    filter.release = [](void* owned) { delete static_cast<FilterModel*>(owned); };
     weir_error* error = nullptr;
     const int code = weir_filter_register(name, &filter, &error);
     if (code == WEIR_OK) static_cast<void>(model.release());
-    if (error) {
-      warn(caller, weir_error_message(error));
-      weir_error_free(error);
-    }
-    return answer_of(code);
-  } catch (const weir::Failure& failure) {
-    warn(caller, failure.error());
-  } catch (const std::bad_alloc&) {
-    return -ENOMEM;
-  } catch (const std::exception& e) {
-    warn(caller, e.what());
-  }
-  return -EINVAL;
+    return answer_of(caller, code, error);
+  });
 }
 
 }  // namespace
@@ -137,5 +117,5 @@ int NNS_custom_easy_dynamic_register(const char* name, NNS_custom_invoke_dynamic
 
 int NNS_custom_easy_unregister(const char* name) {
   if (!given(__func__, {name})) return -EINVAL;
-  return weir_filter_unregister(name) == WEIR_OK ? 0 : -EINVAL;
+  return answer_of(__func__, weir_filter_unregister(name));
 }

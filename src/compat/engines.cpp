@@ -29,11 +29,6 @@ std::shared_ptr<OpenFilter> open_framework(const OpenRequest& request) {
                             : open_v1(*framework, std::move(properties));
 }
 
-class SubPlugin : public FilterModel {
- public:
-  explicit SubPlugin(const OpenRequest& request) : FilterModel(open_framework(request)) {}
-};
-
 Failure not_loaded(const std::string& file, const std::string& offered, const std::string& needed,
                    const std::string& fix) {
   return Failure({Code::MODULE_REFUSED, "the custom filter " + file + " cannot be loaded", offered,
@@ -66,11 +61,6 @@ std::shared_ptr<OpenFilter> open_file(const OpenRequest& request) {
   return open_class(**symbol, std::make_unique<Properties>("custom", file, request));
 }
 
-class CustomFile : public FilterModel {
- public:
-  explicit CustomFile(const OpenRequest& request) : FilterModel(open_file(request)) {}
-};
-
 struct Engine {
   const void* descriptor;
   std::string name;
@@ -99,7 +89,7 @@ const weir_engine* engine_of(const void* descriptor) {
     for (const auto& engine : engines().all)
       if (engine.descriptor == descriptor && engine.name == facts->name) return &engine.table;
     auto& engine = engines().all.emplace_back(Engine{descriptor, facts->name, {}});
-    engine.table = engine_table<SubPlugin>(engine.name.c_str(), "1", "", "");
+    engine.table = engine_table<Opened<open_framework>>(engine.name.c_str(), "1", "", "");
     engine.table.flags = (facts->runs_without_model ? uint64_t{WEIR_ENGINE_NEEDS_NO_MODEL} : 0) |
                          (facts->verifies_paths ? 0 : uint64_t{WEIR_ENGINE_MODEL_IS_NO_FILE});
     return &engine.table;
@@ -109,7 +99,7 @@ const weir_engine* engine_of(const void* descriptor) {
 const weir_engine& class_engine() {
   static const weir_engine table = [] {
     accept_host(&infer::host());
-    return engine_table<CustomFile>("custom", "1", "", "");
+    return engine_table<Opened<open_file>>("custom", "1", "", "");
   }();
   return table;
 }

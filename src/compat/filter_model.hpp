@@ -13,6 +13,7 @@ namespace weir::compat {
 class FilterModel {
  public:
   static constexpr const char* kOptions = infer::kAllDeclared;
+  explicit FilterModel(std::shared_ptr<OpenFilter> filter);
 
   // What weir::engine_table() asks of an engine.
   std::span<const weir_tensor_info> inputs() const { return inputs_.infos; }
@@ -22,9 +23,6 @@ class FilterModel {
   bool invoke(const weir_frame& in, weir_frame& out);
   void submit(const weir_frame& in, Request& request);
   void control(int op, const weir_option* option);
-
- protected:
-  explicit FilterModel(std::shared_ptr<OpenFilter> filter);
 
  private:
   void follow(const weir_frame& in);
@@ -41,6 +39,13 @@ class FilterModel {
   std::vector<weir_tensor_info> stream_;   // the inputs that the filter was told of
   Described answers_;                      // the outputs for them
   std::vector<GstTensorMemory> in_, out_;  // of the frame
+};
+
+// For weir::engine_table(): models of the filters that `open` opens, which throws Failure.
+template <std::shared_ptr<OpenFilter> (*open)(const OpenRequest&)>
+class Opened : public FilterModel {
+ public:
+  explicit Opened(const OpenRequest& request) : FilterModel(open(request)) {}
 };
 
 }  // namespace weir::compat

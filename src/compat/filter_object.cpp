@@ -6,7 +6,7 @@
 #include <mutex>
 
 #include "compat/filter_model.hpp"
-#include "compat/guard.hpp"
+#include "compat/registration.hpp"
 #include "core/infer/host.hpp"
 #include "tensor_filter_cpp.hh"
 #include "weir/custom_filter.h"
@@ -75,11 +75,6 @@ std::shared_ptr<OpenFilter> open_object(const weir::OpenRequest& request) {
   return std::make_shared<OpenObject>(object, std::make_unique<Properties>("cpp", name, request));
 }
 
-class ObjectModel : public FilterModel {
- public:
-  explicit ObjectModel(const weir::OpenRequest& request) : FilterModel(open_object(request)) {}
-};
-
 thread_local const char* name_of_entry = nullptr;
 
 // Copied at once by who asks for it.
@@ -95,17 +90,19 @@ const weir_module* entry(const weir_host* host) {
                                         nullptr,
                                         nullptr,
                                         nullptr};
-  table = weir::engine_table<ObjectModel>(name_of_entry, "1", "", "");
+  table = weir::engine_table<Opened<open_object>>(name_of_entry, "1", "", "");
   table.flags = WEIR_ENGINE_NEEDS_NO_MODEL | WEIR_ENGINE_MODEL_IS_NO_FILE;
   return &module;
 }
+
+constexpr char kRegister[] = "tensor_filter_cpp::__register";
 
 int add(tensor_filter_cpp* filter) {
   const std::string name = filter->getName();
   {
     std::lock_guard lock(objects().mutex);
     if (objects().all.contains(name)) {
-      warn("tensor_filter_cpp::__register", "another object has the name " + name + " already");
+      warn(kRegister, "another object has the name " + name + " already");
       return -EINVAL;
     }
     name_of_entry = objects().names.emplace_back(name).c_str();
@@ -116,13 +113,9 @@ int add(tensor_filter_cpp* filter) {
   weir_error* error = nullptr;
   const int code = weir_filter_class_register(name.c_str(), entry, &error);
   if (code == WEIR_OK) return 0;
-  if (error) {
-    warn("tensor_filter_cpp::__register", weir_error_message(error));
-    weir_error_free(error);
-  }
   std::lock_guard lock(objects().mutex);
   objects().all.erase(name);
-  return code == -WEIR_OUT_OF_MEMORY ? -ENOMEM : -EINVAL;
+  return answer_of(kRegister, code, error);
 }
 
 }  // namespace
@@ -142,17 +135,17 @@ tensor_filter_cpp::~tensor_filter_cpp() {
 }
 
 int tensor_filter_cpp::__register(tensor_filter_cpp* filter) {
-  if (!given("tensor_filter_cpp::__register", {filter})) return -EINVAL;
-  return or_else("tensor_filter_cpp::__register", -EINVAL, [&] { return add(filter); });
+  if (!given(kRegister, {filter})) return -EINVAL;
+  return answered(kRegister, [&] { return add(filter); });
 }
 
 int tensor_filter_cpp::__unregister(const char* modelName) {
   if (!given("tensor_filter_cpp::__unregister", {modelName})) return -EINVAL;
-  return or_else("tensor_filter_cpp::__unregister", -EINVAL, [&]() -> int {
+  return answered("tensor_filter_cpp::__unregister", [&] {
     std::lock_guard lock(objects().mutex);
     const auto found = objects().all.find(modelName);
     if (found == objects().all.end()) return -EINVAL;
     objects().all.erase(found);
-    return weir_filter_class_unregister(modelName) == WEIR_OK ? 0 : -EINVAL;
+    return answer_of("tensor_filter_cpp::__unregister", weir_filter_class_unregister(modelName));
   });
 }

@@ -1,10 +1,6 @@
 // nnstreamer_filter_probe() and what belongs to it.
-#include <cstdarg>
-
 #include "compat/framework_check.hpp"
-#include "compat/guard.hpp"
-#include "core/subplugin/loader.hpp"
-#include "core/subplugin/table.hpp"
+#include "compat/registration.hpp"
 #include "nnstreamer_plugin_api_filter.h"
 
 using namespace weir::compat;
@@ -24,35 +20,19 @@ int nnstreamer_filter_probe(GstTensorFilterFramework* framework) {
 }
 
 void nnstreamer_filter_exit(const char* name) {
-  if (!given(__func__, {name})) return;
-  attempt(__func__, [&] {
-    if (!weir::subplugin::table().remove(Kind::Filter, name))
-      warn("nnstreamer_filter_exit", std::string("no filter has the name ") + name);
-  });
+  unregister_descriptor(__func__, Kind::Filter, name);
 }
 
 const GstTensorFilterFramework* nnstreamer_filter_find(const char* name) {
-  using Framework = const GstTensorFilterFramework*;
-  if (!given(__func__, {name})) return nullptr;
-  return or_else<Framework>(__func__, nullptr, [&]() -> Framework {
-    const auto found = weir::subplugin::open(Kind::Filter, name);
-    if (!found) warn("nnstreamer_filter_find", found.error());
-    return found ? static_cast<Framework>(*found) : nullptr;
-  });
+  return static_cast<const GstTensorFilterFramework*>(
+      find_descriptor(__func__, Kind::Filter, name));
 }
 
 void nnstreamer_filter_set_custom_property_desc(const char* name, const char* key, ...) {
-  if (!given(__func__, {name})) return;
-  va_list pairs;
-  va_start(pairs, key);
-  attempt(__func__, [&] {
-    for (; key; key = va_arg(pairs, const char*)) {
-      const char* text = va_arg(pairs, const char*);
-      if (!text) break;
-      weir::subplugin::table().describe(Kind::Filter, name, key, text);
-    }
-  });
-  va_end(pairs);
+  va_list texts;
+  va_start(texts, key);
+  describe(__func__, Kind::Filter, name, key, texts);
+  va_end(texts);
 }
 
 void nnstreamer_filter_dispatch_output_async(GstTensorFilterProperties* prop,

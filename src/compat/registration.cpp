@@ -1,8 +1,6 @@
 // Into the table, with words for what is refused.
 #include "compat/registration.hpp"
 
-#include <cerrno>
-
 namespace weir::compat {
 
 using subplugin::Kind;
@@ -72,26 +70,25 @@ void describe(const char* function, Kind kind, const char* name, const char* key
   });
 }
 
+int answer_of(const char* function, int code, weir_error* error) {
+  if (error) {
+    warn(function, weir_error_message(error));
+    weir_error_free(error);
+  }
+  return code == WEIR_OK ? 0 : code == -WEIR_OUT_OF_MEMORY ? -ENOMEM : -EINVAL;
+}
+
 int register_function(const char* function, subplugin::Functions& functions, const char* name,
                       subplugin::AnyFunction callback, void* data) noexcept {
   if (!given(function, {name, reinterpret_cast<const void*>(callback)})) return -EINVAL;
-  return or_else(function, -ENOMEM, [&] {
-    if (auto status = subplugin::check_name(name); !status) {
-      warn(function, status.error());
-      return -EINVAL;
-    }
-    const int result = functions.add(name, callback, data);
-    if (result == WEIR_OK) return 0;
-    if (result == -WEIR_OUT_OF_MEMORY) return -ENOMEM;
-    warn(function, "another function has the name " + std::string(name) + " already");
-    return -EINVAL;
-  });
+  return register_name(function, "function", name,
+                       [&] { return functions.add(name, callback, data); });
 }
 
 int unregister_function(const char* function, subplugin::Functions& functions,
                         const char* name) noexcept {
   if (!given(function, {name})) return -EINVAL;
-  return functions.remove(name, WEIR_CALLBACK_UNKNOWN) == WEIR_OK ? 0 : -EINVAL;
+  return answer_of(function, functions.remove(name, WEIR_CALLBACK_UNKNOWN));
 }
 
 }  // namespace weir::compat

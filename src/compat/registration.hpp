@@ -1,11 +1,15 @@
 // What the registering functions of sub-plugins share.
 #pragma once
+#include <cerrno>
 #include <cstdarg>
 #include <initializer_list>
+#include <new>
 
 #include "compat/guard.hpp"
 #include "core/subplugin/loader.hpp"
 #include "core/subplugin/table.hpp"
+#include "weir/error.h"
+#include "weir/module.hpp"
 
 namespace weir::compat {
 
@@ -25,6 +29,38 @@ const void* find_descriptor(const char* function, subplugin::Kind kind, const ch
 // Pairs of key and text, ended with NULL.
 void describe(const char* function, subplugin::Kind kind, const char* name, const char* key,
               va_list texts) noexcept;
+
+// 0, -EINVAL, -ENOMEM: what a function of libweir returned. Its error goes to the log and is freed.
+int answer_of(const char* function, int code, weir_error* error = nullptr);
+// The same of what `body` returns; what it throws goes to the log.
+template <class Body>
+int answered(const char* function, Body&& body) noexcept {
+  try {
+    return body();
+  } catch (const Failure& failure) {
+    warn(function, failure.error());
+  } catch (const std::bad_alloc&) {
+    return -ENOMEM;
+  } catch (const std::exception& e) {
+    warn(function, e.what());
+  }
+  return -EINVAL;
+}
+
+// Checks `name` and says where `add`, a function of libweir, finds it taken. `what`: "function".
+template <class Add>
+int register_name(const char* function, const char* what, const char* name, Add&& add) noexcept {
+  return answered(function, [&] {
+    if (auto status = subplugin::check_name(name); !status) {
+      warn(function, status.error());
+      return -EINVAL;
+    }
+    const int answer = answer_of(function, add());
+    if (answer == -EINVAL)
+      warn(function, std::string("another ") + what + " has the name " + name + " already");
+    return answer;
+  });
+}
 
 // Functions of a program by name: 0, -EINVAL, -ENOMEM.
 int register_function(const char* function, subplugin::Functions& functions, const char* name,
