@@ -37,7 +37,7 @@ typedef enum ML_ANY_INT {
   ML_ERROR_OUT_OF_MEMORY = -ENOMEM,
   ML_ERROR_TIMED_OUT = -ETIMEDOUT,   /* ml_single_set_timeout */
   ML_ERROR_TRY_AGAIN = -EAGAIN,      /* not in this state, not from this callback */
-  ML_ERROR_IO_ERROR = -EIO,          /* a file is not there or cannot be read */
+  ML_ERROR_IO_ERROR = -EIO,          /* a file that is no model is not there or cannot be read */
   ML_ERROR_STREAMS_PIPE = -ESTRPIPE, /* an element of the pipeline has failed */
   ML_ERROR_NOT_SUPPORTED = -ENOTSUP, /* an engine or element that is not installed */
   ML_ERROR_UNKNOWN = -0x40000000     /* a fault inside; the words tell it */

@@ -1,12 +1,18 @@
-/* A filter sub-plugin of version 0, `life`, that adds the number in its model's file to float32 4
- * and tells its life to the pipe custom=FD: o(pen), c(lose), s(uspend), r(esume). A FD with a + in
- * front: it knows suspend and resume. */
+/* A filter sub-plugin that adds the number in its model's file to as many float32 as the second
+ * number there says (4 without) and tells its life to the pipe custom=FD: o(pen), c(lose),
+ * s(uspend), r(esume), R(eload). A FD with a + in front: it knows suspend and resume. `life` is of
+ * version 0; with VERSION=1 it is `life1`, of version 1. */
 #include <errno.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <unistd.h>
 
 #include "nnstreamer_plugin_api_filter.h"
+
+struct model {
+  float number;
+  unsigned count;
+};
 
 static int pipe_end, sleeps;
 
@@ -16,17 +22,19 @@ static void tell(char what) {
 
 static int begin(const GstTensorFilterProperties* prop, void** priv) {
   FILE* file = fopen(prop->model_files[0], "r");
-  float* number = malloc(sizeof *number);
-  const int good = file && number && fscanf(file, "%f", number) == 1;
+  struct model* model = malloc(sizeof *model);
+  int read = 0;
+  if (file && model) read = fscanf(file, "%f %u", &model->number, &model->count);
   if (file) fclose(file);
-  if (!good) {
-    free(number);
+  if (read < 1) {
+    free(model);
     return -EIO;
   }
+  if (read < 2) model->count = 4;
   sleeps = prop->custom_properties[0] == '+';
   pipe_end = atoi(prop->custom_properties);
   tell('o');
-  *priv = number;
+  *priv = model;
   return 0;
 }
 
@@ -36,43 +44,102 @@ static void end(const GstTensorFilterProperties* prop, void** priv) {
   free(*priv);
 }
 
-static int four(const GstTensorFilterProperties* prop, void** priv, GstTensorsInfo* info) {
-  (void)prop;
-  (void)priv;
+static void describe(const struct model* model, GstTensorsInfo* info) {
   info->num_tensors = 1;
   info->info[0].type = _NNS_FLOAT32;
-  info->info[0].dimension[0] = 4;
+  info->info[0].dimension[0] = model->count;
+}
+
+static int add(const struct model* model, const GstTensorMemory* in, GstTensorMemory* out) {
+  unsigned i;
+  for (i = 0; i < model->count; ++i)
+    ((float*)out[0].data)[i] = ((const float*)in[0].data)[i] + model->number;
   return 0;
 }
 
-static int add(const GstTensorFilterProperties* prop, void** priv, const GstTensorMemory* in,
-               GstTensorMemory* out) {
-  int i;
-  (void)prop;
-  for (i = 0; i < 4; ++i)
-    ((float*)out[0].data)[i] = ((const float*)in[0].data)[i] + *(const float*)*priv;
-  return 0;
-}
-
-static int event(event_ops op, GstTensorFilterFrameworkEventData* data) {
-  (void)data;
+static int hear(event_ops op) {
+  if (op == RELOAD_MODEL) tell('R');
   if (!sleeps || (op != SUSPEND && op != RESUME)) return -ENOENT;
   tell(op == SUSPEND ? 's' : 'r');
   return 0;
 }
 
-static GstTensorFilterFramework framework;
+static GstTensorFilterFramework framework = {.open = begin, .close = end};
+
+#if VERSION == 1
+static int about(const GstTensorFilterFramework* self, const GstTensorFilterProperties* prop,
+                 void* priv, GstTensorFilterFrameworkInfo* info) {
+  (void)self;
+  (void)prop;
+  (void)priv;
+  info->name = "life1";
+  info->verify_model_path = 1;
+  return 0;
+}
+static int tensors(const GstTensorFilterFramework* self, const GstTensorFilterProperties* prop,
+                   void* priv, model_info_ops op, GstTensorsInfo* in, GstTensorsInfo* out) {
+  (void)self;
+  (void)prop;
+  if (op != GET_IN_OUT_INFO) return -ENOENT;
+  describe(priv, in);
+  describe(priv, out);
+  return 0;
+}
+static int invoke(const GstTensorFilterFramework* self, GstTensorFilterProperties* prop, void* priv,
+                  const GstTensorMemory* in, GstTensorMemory* out) {
+  (void)self;
+  (void)prop;
+  return add(priv, in, out);
+}
+static int event(const GstTensorFilterFramework* self, const GstTensorFilterProperties* prop,
+                 void* priv, event_ops op, GstTensorFilterFrameworkEventData* data) {
+  (void)self;
+  (void)prop;
+  (void)priv;
+  (void)data;
+  return hear(op);
+}
+
+__attribute__((constructor)) static void begin_all(void) {
+  framework.version = GST_TENSOR_FILTER_FRAMEWORK_V1;
+  framework.invoke = invoke;
+  framework.getFrameworkInfo = about;
+  framework.getModelInfo = tensors;
+  framework.eventHandler = event;
+  nnstreamer_filter_probe(&framework);
+}
+#else
+static int tensors(const GstTensorFilterProperties* prop, void** priv, GstTensorsInfo* info) {
+  (void)prop;
+  describe(*priv, info);
+  return 0;
+}
+static int invoke(const GstTensorFilterProperties* prop, void** priv, const GstTensorMemory* in,
+                  GstTensorMemory* out) {
+  (void)prop;
+  return add(*priv, in, out);
+}
+static int reload(const GstTensorFilterProperties* prop, void** priv) {
+  (void)prop;
+  (void)priv;
+  tell('R');
+  return 0;
+}
+static int event(event_ops op, GstTensorFilterFrameworkEventData* data) {
+  (void)data;
+  return hear(op);
+}
 
 __attribute__((constructor)) static void begin_all(void) {
   static char name[] = "life";
   framework.version = GST_TENSOR_FILTER_FRAMEWORK_V0;
-  framework.open = begin;
-  framework.close = end;
   framework.name = name;
   framework.verify_model_path = 1;
-  framework.invoke_NN = add;
-  framework.getInputDimension = four;
-  framework.getOutputDimension = four;
+  framework.invoke_NN = invoke;
+  framework.getInputDimension = tensors;
+  framework.getOutputDimension = tensors;
+  framework.reloadModel = reload;
   framework.handleEvent = event;
   nnstreamer_filter_probe(&framework);
 }
+#endif
