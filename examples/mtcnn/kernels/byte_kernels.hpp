@@ -28,13 +28,6 @@ struct ConvolveByteRow {
 };
 void convolve(const ConvolveByteRow& row);
 
-struct PoolByteRow {
-  const uint8_t* rows[3] = {};
-  size_t height = 0, width = 0;
-  size_t channels = 0, in_step = 0, out_step = 0;  // numbers from one pixel to the next
-  size_t in_pixels = 0, out_pixels = 0;
-  uint8_t* out = nullptr;
-};
-void pool(const PoolByteRow& row);
+void pool(const PoolRow<uint8_t>& row);
 
 }  // namespace mtcnn::kernels

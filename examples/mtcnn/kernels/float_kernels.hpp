@@ -32,14 +32,15 @@ void convolve(const ConvolveRow& row);
 
 // The largest of `height` rows and `width` columns of pixels at every second pixel; what would lie
 // behind the last pixel of a row counts nothing.
+template <class Number>
 struct PoolRow {
-  const float* rows[3] = {};
+  const Number* rows[3] = {};
   size_t height = 0, width = 0;
   size_t channels = 0, in_step = 0, out_step = 0;  // numbers from one pixel to the next
   size_t in_pixels = 0, out_pixels = 0;
-  float* out = nullptr;
+  Number* out = nullptr;
 };
-void pool(const PoolRow& row);
+void pool(const PoolRow<float>& row);
 
 // out[i] = in[i]
 void widen(const uint8_t* in, size_t count, float* out);

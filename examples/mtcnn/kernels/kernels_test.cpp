@@ -131,7 +131,7 @@ TEST(ByteKernels, ConvolutionIsThatOfAPlainLoop) {
 }
 
 // Kernels of 2 and 3 over odd and even rows, with and without a row too few below.
-template <class Row, class Number>
+template <class Number>
 void pools_like_a_plain_loop(const std::vector<Number>& in) {
   for_each_target([&] {
     for (const size_t kernel : {2, 3})
@@ -141,15 +141,15 @@ void pools_like_a_plain_loop(const std::vector<Number>& in) {
             const size_t in_step = padded(channels), length = pixels * in_step + kRowMargin;
             const size_t wanted = pixels <= kernel ? 1 : (pixels - kernel + 1) / 2 + 1;
             std::vector<Number> out(wanted * channels + kRowMargin);
-            Row row{{&in[0], &in[length], &in[2 * length]},
-                    height,
-                    kernel,
-                    channels,
-                    in_step,
-                    channels,
-                    pixels,
-                    wanted,
-                    out.data()};
+            PoolRow<Number> row{{&in[0], &in[length], &in[2 * length]},
+                                height,
+                                kernel,
+                                channels,
+                                in_step,
+                                channels,
+                                pixels,
+                                wanted,
+                                out.data()};
             pool(row);
             for (size_t p = 0; p < wanted; ++p)
               for (size_t c = 0; c < channels; ++c) {
@@ -164,10 +164,10 @@ void pools_like_a_plain_loop(const std::vector<Number>& in) {
 }
 
 TEST(FloatKernels, PoolingIsThatOfAPlainLoop) {
-  pools_like_a_plain_loop<PoolRow>(some(3 * (22 * 48 + kRowMargin), 5));
+  pools_like_a_plain_loop(some(3 * (22 * 48 + kRowMargin), 5));
 }
 TEST(ByteKernels, PoolingIsThatOfAPlainLoop) {
-  pools_like_a_plain_loop<PoolByteRow>(some_bytes<uint8_t>(3 * (22 * 48 + kRowMargin), 5));
+  pools_like_a_plain_loop(some_bytes<uint8_t>(3 * (22 * 48 + kRowMargin), 5));
 }
 
 TEST(FloatKernels, BytesBecomeTheSameNumbers) {

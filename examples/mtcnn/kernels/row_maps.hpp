@@ -2,15 +2,11 @@
 // looks at, so that all of it stays in the cache.
 #pragma once
 #include <algorithm>
-#include <type_traits>
 #include <vector>
 
 #include "layers.hpp"
 
 namespace mtcnn::kernels {
-
-template <class Number>
-using PoolOf = std::conditional_t<sizeof(Number) == 1, PoolByteRow, PoolRow>;
 
 // `Number`: float, or uint8_t for eight bits a number.
 template <class Number>
@@ -129,7 +125,7 @@ void RowMaps<Number>::make_row(size_t number, size_t y) {
   make(number - 1, y * stage.stride + count - 1);
   for (size_t r = 0; r < count; ++r) rows[r] = in.row(y * stage.stride + r);
   if (!stage.pools) return stage.layer->apply(rows, in.step, stage.width, stage.row(y));
-  PoolOf<Number> pooled;
+  PoolRow<Number> pooled;
   std::copy_n(rows, count, pooled.rows);
   pooled.height = count;
   pooled.width = stage.kernel;
