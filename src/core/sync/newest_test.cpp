@@ -24,11 +24,36 @@ TEST(Newest, IsUsedUntilTheNextComes) {
   EXPECT_EQ(value_at(&newest, 20, 100), 1);
   newest.bring(30, item(2));
   newest.bring(40, item(3));
-  EXPECT_EQ(value_at(&newest, 31, 100), 3);
+  EXPECT_EQ(value_at(&newest, 41, 100), 3);
   const auto counts = newest.counts();
   EXPECT_EQ(counts.used, 2u);
   EXPECT_EQ(counts.replaced, 1u);
   EXPECT_EQ(counts.waiting, 0u);
+}
+
+TEST(Newest, IsNotOfALaterTimeWhereThereIsAnEarlierOne) {
+  Newest<int> newest;
+  for (int i = 1; i <= 5; ++i) newest.bring(10 * i, item(i));
+  EXPECT_EQ(value_at(&newest, 5, 100), 1) << "the first of the later ones";
+  EXPECT_EQ(value_at(&newest, 29, 100), 2);
+  EXPECT_EQ(value_at(&newest, 30, 100), 3);
+  EXPECT_EQ(value_at(&newest, 30, 100), 3);
+  EXPECT_EQ(newest.counts().waiting, 2u);
+  EXPECT_EQ(value_at(&newest, kNoTime, 1), 5) << "without a time the newest of all";
+  const auto counts = newest.counts();
+  EXPECT_EQ(counts.used, 4u);
+  EXPECT_EQ(counts.replaced, 1u);
+  EXPECT_EQ(counts.waiting, 0u);
+}
+
+TEST(Newest, HoldsSoManyAheadOfTheirTimeAndNoMore) {
+  constexpr int kMany = static_cast<int>(Newest<int>::kMostHeld) + 3;
+  Newest<int> newest;
+  for (int i = 0; i < kMany; ++i) newest.bring(i, item(i));
+  EXPECT_EQ(newest.counts().replaced, 3u);
+  EXPECT_EQ(newest.counts().waiting, Newest<int>::kMostHeld);
+  EXPECT_EQ(value_at(&newest, 0, 0), 3);
+  EXPECT_EQ(value_at(&newest, kMany, 0), kMany - 1);
 }
 
 TEST(Newest, IsTooFarBeyondItsAgeInBothDirections) {
@@ -40,6 +65,7 @@ TEST(Newest, IsTooFarBeyondItsAgeInBothDirections) {
   EXPECT_EQ(value_at(&newest, 899, 100), -1);
   EXPECT_EQ(value_at(&newest, INT64_MAX, 0), 1);
   EXPECT_EQ(value_at(&newest, kNoTime, 100), 1);
+  newest.clear();
   newest.bring(INT64_MAX, item(2));
   EXPECT_EQ(value_at(&newest, INT64_MIN + 1, UINT64_MAX), 2);
   EXPECT_EQ(value_at(&newest, INT64_MIN + 1, 1), -1);

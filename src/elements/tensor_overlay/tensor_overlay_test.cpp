@@ -25,6 +25,21 @@ TEST(TensorOverlay, DrawsTheNewestResultsOnEachPicture) {
   b.expect_results_balance();
 }
 
+// As where a file is decoded faster than it is shown.
+TEST(TensorOverlay, KeepsResultsOfLaterPicturesForThose) {
+  const Both b("");
+  b.bring({1, 1, 7, 6, 0.5f, 0}, 0);
+  b.bring({0, 1, 6, 6, 0.5f, 1}, 2 * kTenth);
+  b.bring({0, 0, 3, 3, 0.5f, 2}, 3 * kTenth);
+  EXPECT_EQ(b.picture(kSmall, 0), small_with({{1, 1, 7, 6}}));
+  EXPECT_EQ(b.picture(kSmall, kTenth), small_with({{1, 1, 7, 6}}));
+  EXPECT_EQ(b.picture(kSmall, 2 * kTenth), small_with({{0, 1, 6, 6, 1}}));
+  EXPECT_EQ(b.stat("results-held"), 1u);
+  EXPECT_EQ(b.picture(kSmall, 3 * kTenth), small_with({{0, 0, 3, 3, 2}}));
+  EXPECT_EQ(b.stat("results-drawn"), 3u);
+  b.expect_results_balance();
+}
+
 TEST(TensorOverlay, LeavesOutWhatIsTooOldOrTooYoung) {
   const Both b("max-age=100000000");
   const Bytes drawn = small_with({{1, 1, 7, 6}});
