@@ -50,10 +50,14 @@ std::string size_text(const Size& size, char between) {
 
 // Pictures become what a network takes; then `what` says how large.
 std::string prepared(const Networks& networks, const std::string& what) {
-  const std::string numbers =
-      networks.bytes ? "type=uint8" : "type=float32 mean=127.5 scale=0.0078125";
-  return " ! tensor_preprocess " + numbers +
-         " layout=" + std::string(networks.planes ? "NCHW " : "NHWC ") + what +
+  const bool bytes = networks.bytes || networks.rounded;
+  return " ! tensor_preprocess " +
+         std::string(bytes ? "type=uint8" : "type=float32 mean=127.5 scale=0.0078125") +
+         " layout=" + (networks.planes ? "NCHW " : "NHWC ") + what +
+         (networks.bytes || !networks.rounded
+              ? ""
+              : " ! tensor_transform mode=arithmetic "
+                "option=typecast:float32,add:-127.5,mul:0.0078125") +
          (!networks.turned  ? ""
           : networks.planes ? " ! tensor_transform mode=transpose option=1:0:2:3"
                             : " ! tensor_transform mode=transpose option=0:2:1:3");
@@ -117,8 +121,13 @@ weir::Result<Networks> find_networks(const std::string& framework, const std::st
   std::string looked_for;
   for (const Format& format : kFormats) {
     if (framework != format.framework) continue;
-    Networks out{framework,    {},           format.turned, format.planes,
-                 format.bytes, format.fixed, format.custom};
+    Networks out{.framework = framework,
+                 .files = {},
+                 .turned = format.turned,
+                 .planes = format.planes,
+                 .bytes = format.bytes,
+                 .fixed = format.fixed,
+                 .custom = format.custom};
     bool there = true;
     for (int i = 0; i < 3; ++i) {
       const fs::path stem = fs::path(folder) / format.folder / format.names[i];

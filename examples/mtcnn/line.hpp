@@ -14,6 +14,7 @@ struct Networks {
   bool turned = false;    // rows and columns of the picture are exchanged
   bool planes = true;     // colours are planes (NCHW), or beside each other (NHWC)
   bool bytes = false;     // it takes the picture's bytes as they are
+  bool rounded = false;   // what is cut and resized is rounded to bytes all the same
   bool fixed = false;     // the file says sizes that input= must replace, and a batch has one size
   std::string custom;     // custom= of each, may be empty; behind what the format needs
 };

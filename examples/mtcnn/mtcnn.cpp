@@ -20,7 +20,7 @@ struct Options {
   std::string input, framework = "mtcnn-kernels", models, custom, output, report;
   uint32_t min_face = 40;
   double rate = 0, patience = 60;
-  bool json = false, live = false, show = false, draw = false;
+  bool json = false, live = false, show = false, draw = false, rounded = false;
   bool draws() const { return draw || show || !output.empty(); }
 };
 
@@ -125,6 +125,7 @@ weir::Status play(const Options& options) {
   if (!networks) return networks.error();
   std::string& custom = networks->custom;
   custom += (custom.empty() || options.custom.empty() ? "" : ",") + options.custom;
+  networks->rounded = options.rounded;
   const auto picture = size_of(options.input);
   if (!picture) return picture.error();
   const Setup setup{*picture, pyramid(*picture, options.min_face), networks->turned};
@@ -183,6 +184,8 @@ int main(int argc, char** argv) {
       "mtcnn-kernels, onnxruntime, tensorflow-lite, pytorch or caffe; else mtcnn-kernels");
   app.add_option("--models", options.models, "The folder of the networks' files")->required();
   app.add_option("--custom", options.custom, "Options of the engine, as custom= takes them");
+  app.add_flag("--rounded", options.rounded,
+               "Round what is resized to bytes, as mtcnn-kernels takes it: to compare engines");
   app.add_option("--output", options.output, "A clip (.mkv) with the faces drawn");
   app.add_flag("--draw", options.draw, "Draw, and show it to nobody at the clip's rate");
   app.add_flag("--show", options.show, "Show it in a window");
