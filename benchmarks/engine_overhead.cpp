@@ -4,7 +4,6 @@
 
 #include <cstdlib>
 #include <cstring>
-#include <fstream>
 #include <memory>
 #include <sstream>
 
@@ -12,6 +11,7 @@
 #include "one_core.hpp"
 #include "rounds.hpp"
 #include "stream_stage.hpp"
+#include "written_memory.hpp"
 
 namespace {
 
@@ -51,15 +51,6 @@ class EngineInIdentity : public Stage {
  private:
   static void invoke(GstElement*, GstBuffer*, EngineFloor* floor) { floor->run(1); }
 };
-
-// Pages that this process alone wrote: neither a library's code, which is read from its file and
-// shared, nor memory that was never touched.
-long written_kib() {
-  std::ifstream rollup("/proc/self/smaps_rollup");
-  for (std::string line; std::getline(rollup, line);)
-    if (line.starts_with("Private_Dirty:")) return std::atol(line.c_str() + 14);
-  return 0;
-}
 
 }  // namespace
 

@@ -1,66 +1,57 @@
-// What sessions of one model cost in memory: opened for each user, or once under a key.
+// What filters of one model cost in memory: each with a model of its own, or all under one key.
 //
-// model_memory FRAMEWORK MODEL USERS shared|apart: prints the growth of this process in KiB (the
-// pages that only it maps) from before the model was opened to after each user's warming invoke.
-#include <cstdio>
+// model_memory ENGINE MODELS DIMENSIONS TYPE FILTERS shared|apart: prints what this process wrote
+// in KiB once that many filters (0 too) have run a frame. tools/bench starts a process for each
+// number.
+#include <malloc.h>
+
 #include <cstdlib>
 #include <cstring>
-#include <fstream>
-#include <memory>
-#include <string>
-#include <vector>
 
-#include "core/infer/model_table.hpp"
-#include "core/infer/module_library.hpp"
+#include "stream_stage.hpp"
+#include "written_memory.hpp"
 
 namespace {
 
-using namespace weir;
+using weir::bench::Stage;
 
-long private_kib() {
-  std::ifstream rollup("/proc/self/smaps_rollup");
-  long sum = 0;
-  for (std::string line; std::getline(rollup, line);)
-    if (line.starts_with("Private_")) sum += std::atol(line.substr(line.find(':') + 1).c_str());
-  return sum;
+// The size of a frame of "3:224:224:1".
+size_t bytes_of(const char* dimensions, const char* type) {
+  size_t bytes = std::strcmp(type, "uint8") == 0 ? 1 : sizeof(float);
+  for (const char* at = dimensions; at; at = std::strchr(at, ':')) {
+    at += *at == ':';
+    bytes *= std::strtoul(at, nullptr, 10);
+  }
+  return bytes;
 }
 
-[[noreturn]] void fail(const Error& error) {
-  std::fprintf(stderr, "%s\n", error.message().c_str());
-  std::exit(1);
-}
-
-// A user whose session has invoked once.
-std::unique_ptr<infer::ModelUse> warmed(const infer::ModelSource& source, const char* key) {
-  auto found = infer::ModelTable::instance().find(key, source);
-  auto use = infer::ModelUse::create(std::move(found.model), 1);
-  if (!use) fail(use.error());
-  const auto frame = (*use)->begin();
-  if (!frame) fail(frame.error());
-  auto inputs = model_shapes(frame->model().inputs());
-  for (auto& input : inputs)
-    for (auto& extent : input.shape)
-      if (extent < 0) extent = 1;
-  if (const auto outputs = (*use)->resolve(inputs); !outputs) fail(outputs.error());
-  if (const auto status = frame->session().control(WEIR_WARM); !status) fail(status.error());
-  return *std::move(use);
+// Filters behind each other on one thread, which get one and the same frame; nobody keeps a result.
+std::string filters(const char* engine, const char* models, int count, const char* key) {
+  std::string text = "tee name=all ";
+  for (int i = 0; i < count; ++i)
+    text += std::string("all. ! tensor_filter framework=") + engine + " model=" + models + key +
+            " threads=1 ! fakesink async=false enable-last-sample=false ";
+  return text + "all. ! identity";  // the last of them: the others are through
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
-  if (argc != 5) return 2;
-  const auto engine = infer::ModuleLibrary::instance().engine(argv[1]);
-  if (!engine) fail(engine.error());
-  infer::ModelSource source;
-  source.engine = *engine;
-  source.options.paths = {argv[2]};
-  source.options.threads = 1;
-  const bool shared = std::strcmp(argv[4], "shared") == 0;
-  // The engine's library, its threads and a user beside are there before anything is counted.
-  const auto beside = warmed(source, "");
-  const long before = private_kib();
-  std::vector<std::unique_ptr<infer::ModelUse>> users;
-  for (int i = 0; i < std::atoi(argv[3]); ++i) users.push_back(warmed(source, shared ? "k" : ""));
-  std::printf("{\"kib\": %ld}\n", private_kib() - before);
+  // Else malloc learns from the blocks that the first model gives back, keeps such blocks from then
+  // on, and whoever comes next seems to need so much less.
+  mallopt(M_MMAP_THRESHOLD, 128 << 10);
+  gst_init(&argc, &argv);
+  if (argc != 7) return 2;
+  const std::string caps =
+      std::string("other/tensor,type=") + argv[4] + ",framerate=30/1,dimension=(string)" + argv[3];
+  const size_t bytes = bytes_of(argv[3], argv[4]);
+  const char* const key =
+      std::strcmp(argv[6], "shared") == 0 ? " shared-tensor-filter-key=measured" : "";
+  // Once before, and closed again: the plug-ins, the engine's library, its threads and its tables
+  // are there whatever is counted, and are not counted.
+  Stage(caps, bytes, filters(argv[1], argv[2], 1, ""), 1).run(1);
+  malloc_trim(0);
+  Stage stage(caps, bytes, filters(argv[1], argv[2], std::atoi(argv[5]), key), 1);
+  stage.run(1);
+  std::printf("{\"kib\": %ld}\n", weir::bench::written_kib());
 }

@@ -4,6 +4,8 @@
 #include <gst/gst.h>
 
 #include <condition_variable>
+#include <cstdio>
+#include <cstdlib>
 #include <mutex>
 #include <string>
 
@@ -28,7 +30,8 @@ class Stage {
     g_signal_connect(out.get(), "handoff", G_CALLBACK(on_frame), this);
     buffer_ = Ref<GstBuffer>::adopt(gst_buffer_new_allocate(nullptr, bytes, nullptr));
     gst_buffer_memset(buffer_.get(), 0, 0, bytes);
-    gst_element_set_state(pipeline_.get(), GST_STATE_PLAYING);
+    if (gst_element_set_state(pipeline_.get(), GST_STATE_PLAYING) == GST_STATE_CHANGE_FAILURE)
+      fail();
   }
   ~Stage() { gst_element_set_state(pipeline_.get(), GST_STATE_NULL); }
   Stage(const Stage&) = delete;
@@ -45,6 +48,15 @@ class Stage {
   Ref<GstElement> pipeline_;
 
  private:
+  // A stage that cannot play would wait for its frames for ever.
+  [[noreturn]] void fail() {
+    const auto bus = Ref<GstBus>::adopt(gst_element_get_bus(pipeline_.get()));
+    GstMessage* message = gst_bus_pop_filtered(bus.get(), GST_MESSAGE_ERROR);
+    GError* error = nullptr;
+    if (message) gst_message_parse_error(message, &error, nullptr);
+    std::fprintf(stderr, "%s\n", error ? error->message : "the pipeline does not play");
+    std::exit(1);
+  }
   static void on_frame(GstElement*, GstBuffer*, GstPad*, Stage* self) {
     std::lock_guard lock(self->mutex_);
     if (--self->wanted_ == 0) self->done_.notify_one();
