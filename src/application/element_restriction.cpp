@@ -1,15 +1,32 @@
 // [element-restriction] of nnstreamer.ini and of NNSTREAMER_element-restriction_KEY.
 #include "element_restriction.hpp"
 
+#include <cstdio>
+#include <mutex>
+
 #include "core/config/ini.hpp"
 #include "core/config/nnstreamer.hpp"
 #include "core/text/text.hpp"
 
 namespace weir::application {
+namespace {
+
+// Once in a process: a restriction that cannot be read is none.
+void tell_faults(const config::NnstreamerConfiguration& configuration) {
+  static std::once_flag told;
+  if (configuration.faults().empty()) return;
+  std::call_once(told, [&configuration] {
+    for (const auto& fault : configuration.faults())
+      std::fprintf(stderr, "weir: configuration: %s\n", fault.message().c_str());
+  });
+}
+
+}  // namespace
 
 std::optional<ElementRestriction> element_restriction() {
   constexpr const char* kGroup = "element-restriction";
   const auto configuration = config::NnstreamerConfiguration::load();
+  tell_faults(configuration);
   const auto enabled = configuration.find(kGroup, "enable_element_restriction");
   if (!enabled || !config::truth(enabled->value, false)) return std::nullopt;
   ElementRestriction out{{}, enabled->origin};

@@ -161,6 +161,28 @@ static void write_configuration(const char* path, const char* text) {
   fclose(file);
 }
 
+/* What constructing a pipeline writes to standard error. */
+static const char* told_by_construct(void) {
+  static char text[2000];
+  FILE* file = tmpfile();
+  const int was = dup(STDERR_FILENO);
+  ml_pipeline_h pipe = NULL;
+  size_t bytes;
+  CHECK(file && was >= 0);
+  fflush(stderr);
+  dup2(fileno(file), STDERR_FILENO);
+  OK(ml_pipeline_construct("videotestsrc ! fakesink", NULL, NULL, &pipe));
+  fflush(stderr);
+  dup2(was, STDERR_FILENO);
+  close(was);
+  OK(ml_pipeline_destroy(pipe));
+  rewind(file);
+  bytes = fread(text, 1, sizeof text - 1, file);
+  text[bytes] = '\0';
+  fclose(file);
+  return text;
+}
+
 static void only_elements_that_are_allowed(void) {
   char path[] = "/tmp/weir-restriction-XXXXXX";
   const int descriptor = mkstemp(path);
@@ -187,8 +209,10 @@ static void only_elements_that_are_allowed(void) {
                       "restricted_elements=videotestsrc,fakesink\n");
   OK(ml_pipeline_construct("videotestsrc ! identity ! fakesink", NULL, NULL, &pipe));
   OK(ml_pipeline_destroy(pipe));
-  unsetenv("NNSTREAMER_CONF");
   unlink(path);
+  CHECK(strstr(told_by_construct(), "NNSTREAMER_CONF names no regular file and is passed over"));
+  CHECK(strcmp(told_by_construct(), "") == 0); /* once is enough */
+  unsetenv("NNSTREAMER_CONF");
 }
 
 static void* push_until_destroyed(void* src) {
