@@ -35,6 +35,8 @@ class BlockSums {
   // samples, blocks being counted from the plane's first sample. Precondition: wanted, and made.
   // Behind the last one are kRowBlock elements more, of any value.
   const uint16_t* row(size_t row, size_t block) const noexcept;
+  // From one row to the next.
+  size_t stride(size_t block) const noexcept { return width(block); }
 
  private:
   size_t begin(size_t block) const noexcept { return (low_ + block - 1) / block; }

@@ -139,9 +139,12 @@ class PlanRun {
     const auto sums = std::find_if(sums_.all.begin(), sums_.all.end(), [&](const BlockSums& of) {
       return of.is_of(t_.bands[band].plane, grid.low, grid.high);
     });
-    for (size_t k = 0; k < weights.size(); ++k) {
-      w_.sum_rows[k] = sums->row(grid.rows.first(target) + k, grid.block);
-      w_.row_weights[k] = weights[k] / static_cast<float>(grid.block);
+    const uint16_t* row = sums->row(grid.rows.first(target), grid.block);
+    const size_t stride = sums->stride(grid.block);
+    const float share = 1.0f / static_cast<float>(grid.block);  // a power of two: exact
+    for (size_t k = 0; k < weights.size(); ++k, row += stride) {
+      w_.sum_rows[k] = row;
+      w_.row_weights[k] = weights[k] * share;
     }
     blend_sums(w_.sum_rows.data(), w_.row_weights.data(), weights.size(), grid.bytes / grid.block,
                w_.blended.data());
