@@ -20,6 +20,7 @@ struct Complaint {
   std::string id;       // "WEIR-2001", "" when it is not one of Weir's
   std::string what, offered, needed, difference, fix;
   std::string debug;  // GStreamer's own words for it
+  bool operator==(const Complaint&) const = default;
 };
 
 enum class Ending { Eos, Error, Interrupted };

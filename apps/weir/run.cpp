@@ -94,12 +94,14 @@ void print_complaint(const char* kind, const Complaint& complaint) {
   std::fputs(text.c_str(), stderr);
 }
 
-// Where one of Weir's elements says what is wrong, those around it only say that something is.
+// Where one of Weir's elements says what is wrong, those around it only say that something is. What
+// a source tries again, as caps, fails again in the same words.
 void print_errors(const std::vector<Complaint>& errors) {
   const auto ours = [](const Complaint& complaint) { return !complaint.id.empty(); };
   const bool any_ours = std::any_of(errors.begin(), errors.end(), ours);
-  for (const auto& error : errors)
-    if (!any_ours || ours(error)) print_complaint("error", error);
+  for (auto error = errors.begin(); error != errors.end(); ++error)
+    if ((!any_ours || ours(*error)) && std::find(errors.begin(), error, *error) == error)
+      print_complaint("error", *error);
 }
 
 void print_text(const PipelineRun& run, Ending ending) {

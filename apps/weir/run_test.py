@@ -69,6 +69,11 @@ class Run(Case):
         done = weir("run", "videotestsrc num-buffers=1 ! tensor_converter ! tensor_transform mode=typecast option=flot32 ! fakesink")
         self.refused(done, 1, "WEIR-1001", "flot32", "fix: ", "Failed after")
 
+    def test_an_error_that_is_posted_again_is_told_once(self):
+        done = weir("run", "videotestsrc num-buffers=1 ! video/x-raw,format=NV12 ! tensor_converter name=c ! fakesink")
+        self.refused(done, 1, "error from c: WEIR-2002: this video format is no tensor")
+        self.assertEqual(done.stderr.count("error from c: "), 1, done.stderr)
+
     def test_errors_of_elements_are_json_too(self):
         done = weir("run", "--json", "videotestsrc num-buffers=1 ! tensor_converter"
                     " ! tensor_transform name=cast mode=typecast option=flot32 ! fakesink")
