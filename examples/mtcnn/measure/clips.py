@@ -55,22 +55,21 @@ class Clip:
         self.path = path
         self.coded = samples(f"filesrc location={quoted(path)} ! parsebin name=p p. ! video/x-h264,alignment=au;"
                              "video/x-h265,alignment=au;video/x-vp8;video/x-vp9;image/jpeg;video/x-theora")
-        times = sorted(one.get_buffer().pts for one in self.coded)
-        self.order = {pts: place for place, pts in enumerate(times)}
 
     def __len__(self):
         return len(self.coded)
 
     def again(self, path, rate, count):
-        """`count` pictures at `rate` a second, from the beginning and again from the beginning. The codes are the clip's own."""
+        """`count` pictures at `rate` a second, from the beginning and again from the beginning. The codes are the clip's own.
+
+        Codes come in another order than they are shown: of the last that are taken some between them may be missing, and the
+        others move together.
+        """
         period = SECOND // rate
-        pieces = []
-        for place in range(count):
-            turn, number = divmod(place, len(self))
-            buffer = self.coded[number].get_buffer()
-            pts = (turn * len(self) + self.order[buffer.pts]) * period
-            pieces.append((buffer, pts, period, buffer.has_flags(Gst.BufferFlags.DELTA_UNIT)))
-        write(path, self.coded[0].get_caps(), pieces)
+        taken = [(place // len(self), self.coded[place % len(self)].get_buffer()) for place in range(count)]
+        shown = {one: place for place, one in enumerate(sorted((turn, buffer.pts) for turn, buffer in taken))}
+        write(path, self.coded[0].get_caps(),
+              [(buffer, shown[turn, buffer.pts] * period, period, buffer.has_flags(Gst.BufferFlags.DELTA_UNIT)) for turn, buffer in taken])
         return path
 
     def pictures(self, path, first, count, rate=1):
