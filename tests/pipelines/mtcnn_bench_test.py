@@ -15,6 +15,7 @@ SOURCE = pathlib.Path(os.environ["WEIR_SOURCE"])
 BUILD = pathlib.Path(os.environ["WEIR_BUILD"])
 SHARED = pathlib.Path(os.environ.get("WEIR_DATA") or SOURCE / "../shared")
 VIDEO = SHARED / "media/video/street_1080p25.mp4"
+NETWORKS = SHARED / "models/face/mtcnn"
 BENCH = SOURCE / "examples/mtcnn/bench"
 sys.path.insert(0, str(SOURCE / "examples/mtcnn/measure"))
 import lines  # noqa: E402
@@ -66,14 +67,19 @@ class Arithmetic(unittest.TestCase):
         each, once, count = parts.of_latencies(rounds)
         self.assertEqual([one["latency, ms"] for one in each], [9, 12])
         self.assertEqual(each[0]["regions and R-Net, ms"], 3)
-        self.assertEqual((once, count), ({"latency, p99, ms": 27}, 4))
+        self.assertEqual((once, count), ({"latency, slowest, ms": 27}, 4))
+
+    def test_a_hundred_pictures_have_a_slowest_hundredth(self):
+        of = {count: [{"pictures": [[0, 0, 0, n] for n in range(1, count + 1)]}] for count in (99, 100)}
+        self.assertEqual(parts.of_latencies(of[99])[1:], ({"latency, slowest, ms": 99}, 99))
+        self.assertEqual(parts.of_latencies(of[100])[1:], ({"latency, p99, ms": 99}, 100))
 
 
 class Table(unittest.TestCase):
     RESULTS = {"machine": "a machine", "clip": "a clip",
                "fast": {"weir": [{"pictures per second": 18.0}, {"pictures per second": 20.0}, {"pictures per second": 19.0}],
                         "control": [{"pictures per second": 10.0}, {"pictures per second": 9.0}, {"pictures per second": 9.5}]},
-               "floor": [{"pictures per second": 30.0}, {"pictures per second": 38.0}, {"pictures per second": 40.0}]}
+               "floor": {"onnxruntime": [{"pictures per second": rate, "pictures": [[2, 3, 4, 9]]} for rate in (30.0, 38.0, 40.0)]}}
 
     def test_medians_spread_and_shares(self):
         self.assertIn("| pictures per second | 19 (18 to 20); 50 % | 9.5 (9 to 10); 25 % | 38 | 2.00 |",
@@ -81,7 +87,16 @@ class Table(unittest.TestCase):
 
     def test_without_a_floor_no_percentage(self):
         text = table.markdown({name: value for name, value in self.RESULTS.items() if name != "floor"})
-        self.assertIn("| pictures per second | 19 (18 to 20) | 9.5 (9 to 10) | - | 2.00 |", text.splitlines())
+        self.assertIn("| pictures per second | 19 (18 to 20) | 9.5 (9 to 10) | 2.00 |", text.splitlines())
+
+    def test_each_program_against_the_floor_of_its_engine(self):
+        fast = {**self.RESULTS["fast"], "kernels": [{"pictures per second": 39.0}]}
+        floor = {**self.RESULTS["floor"], "mtcnn-kernels": [{"pictures per second": 52.0, "pictures": [[1, 1, 1, 3]]}]}
+        latency = {"kernels": [{"pictures": [[2, 2, 2, 6]]}]}
+        found = table.markdown({**self.RESULTS, "fast": fast, "floor": floor, "latency": latency}).splitlines()
+        self.assertEqual(found[0].split(" | ")[4:6], ["floor", "floor of own kernels"])
+        self.assertIn("| pictures per second | 19 (18 to 20); 50 % | 39; 75 % | 9.5 (9 to 10); 25 % | 38 | 52 | 2.00 | 4.11 |", found)
+        self.assertIn("| latency, ms | - | 6; 200 % | - | 9 | 3 | - | - |", found)
 
     def test_who_was_not_measured(self):
         results = {**self.RESULTS, "live": {"weir": [{"display: pictures per second": 29.5}]}}
@@ -106,7 +121,7 @@ class Lines(unittest.TestCase):
         counted = [name for names, _ in lines.PARTS.values() for name in names.split()]
         self.assertEqual(len(counted), len(set(counted)))
         sources = {str(f.relative_to(folder)) for pattern in ("*.[ch]pp", "*.msg", "*.launch") for f in folder.rglob(pattern)}
-        others = {f for f in sources if f.endswith("_test.cpp") or f.startswith("kernels/") or f == "control/floor.cpp"}
+        others = {f for f in sources if f.endswith("_test.cpp") or f.startswith("kernels/") or f.startswith("control/floor")}
         self.assertEqual(sources - set(counted), others)
 
 
@@ -129,6 +144,38 @@ class Clips(unittest.TestCase):
             self.assertEqual([time - times[0] for time in times], [place * clips.SECOND for place in range(4)])
 
 
+@unittest.skipUnless(NETWORKS.is_dir(), "no networks")
+class KernelsFloor(unittest.TestCase):
+    def floor(self, models, asked, *options):
+        with tempfile.TemporaryDirectory() as folder:
+            file = pathlib.Path(folder) / "asked"
+            file.write_text(asked)
+            return subprocess.run([SOURCE / "examples/mtcnn/run", "--build", BUILD, "--kernels-floor", "--models", models, *options, file],
+                                  capture_output=True, text=True, timeout=300)
+
+    def test_repeats_what_was_asked(self):
+        """More regions take longer, and a picture without any asks P-Net alone: the least of ten times each, which no other load makes."""
+        done = self.floor(NETWORKS, "640 360 400 200\n640 360 2 1\n640 360 0 0\n" * 10, "--threads", "2")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        found = json.loads(done.stdout)
+        self.assertEqual(len(found["pictures"]), 30)
+        many, few, none = ([min(column) for column in zip(*found["pictures"][kind::3])] for kind in range(3))
+        for network in (1, 2):
+            self.assertGreater(many[network], few[network])
+            self.assertGreater(few[network], none[network])
+        self.assertGreater(none[0], 0)
+        for picture in found["pictures"]:
+            self.assertAlmostEqual(sum(picture[:3]), picture[3], delta=0.01)
+        self.assertGreater(found["rate"], 0)
+        self.assertGreater(found["cpu_ms"], 0)
+
+    def test_refusals(self):
+        for models, asked, words in ((NETWORKS, "", "says nothing"), (SOURCE, "640 360 1 1\n", "onnx/pnet.onnx cannot be read")):
+            done = self.floor(models, asked)
+            self.assertEqual((done.returncode, done.stdout), (1, ""))
+            self.assertIn(words, done.stderr)
+
+
 @unittest.skipUnless(VIDEO.exists() and (BUILD / "examples/mtcnn/control/mtcnn-floor").exists(), "no clip, or no control is built")
 class Run(unittest.TestCase):
     def bench(self, *arguments):
@@ -142,7 +189,13 @@ class Run(unittest.TestCase):
             done = self.bench("--only", "floor", "--more", *few)
             self.assertEqual(done.returncode, 0, done.stderr[-2000:])
             results = json.loads((pathlib.Path(folder) / "mtcnn.json").read_text())
-            self.assertEqual(len(results["floor"]), 2)
+            self.assertEqual({engine: len(rounds) for engine, rounds in results["floor"].items()}, {"onnxruntime": 2, "mtcnn-kernels": 2})
+            for rounds in results["floor"].values():
+                self.assertEqual([len(picture) for picture in rounds[0]["pictures"]], [4] * 6)
+                for stages in rounds[0]["pictures"]:
+                    self.assertGreater(stages[0], 0)
+                    self.assertAlmostEqual(sum(stages[:3]), stages[3], delta=0.01)
+                self.assertGreater(rounds[0]["pictures per second"], 0)
             for who in ("weir", "control"):
                 self.assertEqual(len(results["fast"][who]), 1)
                 self.assertEqual([len(picture) for picture in results["latency"][who][0]["pictures"]], [4])

@@ -1,60 +1,27 @@
-// The engine alone: the invokes that the control made for the pictures of a clip, same sizes and
-// batches, on numbers of no meaning and with nothing around them.
+// An engine alone: the invokes that the control made for the pictures of a clip, same sizes and
+// batches, on numbers of no meaning and with nothing around them. It is built twice: mtcnn-floor
+// for ONNX Runtime, mtcnn-kernels-floor for the kernels of our own.
 //
 //   mtcnn-floor --models FOLDER [--min-face N] [--threads N] ASKED
 //
-// ASKED is what mtcnn-control --asked wrote. Prints JSON: "ms", the medians of P-, R-, O-Net's and
-// all invokes of a picture on one thread, "p99" of the latter; "rate", pictures per second on N
-// threads, each with one network of each kind, and "cpu_ms", the CPU time of a picture there.
+// ASKED is what mtcnn-control --asked wrote. Prints JSON: "pictures", the milliseconds of P-, R-,
+// O-Net's and all invokes of each picture on one thread; "rate", pictures per second on N threads,
+// each with one network of each kind, and "cpu_ms", the CPU time of a picture there.
 #include <sys/resource.h>
 
 #include <CLI/CLI.hpp>
-#include <algorithm>
 #include <chrono>
 #include <cstdio>
 #include <fstream>
 #include <memory>
 #include <thread>
 
-#include "../cascade.hpp"
-#include "network.hpp"
+#include "floor.hpp"
 
 namespace {
 
-struct Asked {
-  mtcnn::Size picture;
-  int64_t refined = 0, marked = 0;  // regions of R-Net and of O-Net
-};
-
-class Invokes {
- public:
-  Invokes(const std::string& models, uint32_t min_face)
-      : p_(control::p_net(env_, models, 1)),
-        r_(control::r_net(env_, models, 1)),
-        o_(control::o_net(env_, models, 1)),
-        min_face_(min_face) {}
-  void p(const Asked& asked) {
-    for (const auto& layer : mtcnn::pyramid(asked.picture, min_face_))
-      one(p_, {1, 3, layer.height, layer.width});
-  }
-  void r(const Asked& asked) {
-    one(r_, {asked.refined, 3, mtcnn::kRefineSide, mtcnn::kRefineSide});
-  }
-  void o(const Asked& asked) {
-    one(o_, {asked.marked, 3, mtcnn::kLandmarkSide, mtcnn::kLandmarkSide});
-  }
-
- private:
-  void one(control::Network& network, const control::Shape& shape) {
-    numbers_.resize(static_cast<size_t>(shape[0] * shape[1] * shape[2] * shape[3]), 0.1f);
-    if (shape[0] > 0) network.run(numbers_, shape);
-  }
-  Ort::Env env_;
-  control::Network p_, r_, o_;
-  uint32_t min_face_;
-  std::vector<float> numbers_;
-};
-
+using control::Asked;
+using control::Invokes;
 using Clock = std::chrono::steady_clock;
 
 double ms(Clock::duration time) {
@@ -70,34 +37,19 @@ double cpu_seconds() {
   return seconds(usage.ru_utime) + seconds(usage.ru_stime);
 }
 
-double median(std::vector<double> all) {
-  std::ranges::sort(all);
-  const size_t n = all.size();
-  return (all[(n - 1) / 2] + all[n / 2]) / 2;
-}
+struct Times {
+  double p, r, o, all;  // ms
+};
 
-double p99(std::vector<double> all) {
-  std::ranges::sort(all);
-  return all[(99 * all.size() + 99) / 100 - 1];
-}
-
-// Medians of P, R, O and of all three, and the 99th percentile of the last.
-std::array<double, 5> one_thread(Invokes& invokes, const std::vector<Asked>& pictures) {
-  std::vector<double> times[4];
-  for (const Asked& picture : pictures) {
-    const auto begin = Clock::now();
-    invokes.p(picture);
-    const auto p = Clock::now();
-    invokes.r(picture);
-    const auto r = Clock::now();
-    invokes.o(picture);
-    const auto o = Clock::now();
-    times[0].push_back(ms(p - begin));
-    times[1].push_back(ms(r - p));
-    times[2].push_back(ms(o - r));
-    times[3].push_back(ms(o - begin));
-  }
-  return {median(times[0]), median(times[1]), median(times[2]), median(times[3]), p99(times[3])};
+Times one_picture(Invokes& invokes, const Asked& picture) {
+  const auto begin = Clock::now();
+  invokes.p(picture);
+  const auto p = Clock::now();
+  invokes.r(picture);
+  const auto r = Clock::now();
+  invokes.o(picture);
+  const auto o = Clock::now();
+  return {ms(p - begin), ms(r - p), ms(o - r), ms(o - begin)};
 }
 
 int run(const std::string& file, const std::string& models, uint32_t min_face, int threads) {
@@ -109,28 +61,29 @@ int run(const std::string& file, const std::string& models, uint32_t min_face, i
     return std::fprintf(stderr, "mtcnn-floor: %s says nothing\n", file.c_str()), 1;
   std::vector<std::unique_ptr<Invokes>> all;
   for (int i = 0; i < threads; ++i) {
-    all.push_back(std::make_unique<Invokes>(models, min_face));
-    one_thread(*all.back(), {pictures.front()});  // the first meets what is not warm
+    all.push_back(control::make_invokes(models, min_face));
+    one_picture(*all.back(), pictures.front());  // the first meets what is not warm
   }
-  const auto medians = one_thread(*all.front(), pictures);
+  std::string alone;
+  for (const Asked& picture : pictures) {
+    const Times took = one_picture(*all.front(), picture);
+    char text[100];
+    std::snprintf(text, sizeof text, "%s[%.3f, %.3f, %.3f, %.3f]", alone.empty() ? "" : ", ",
+                  took.p, took.r, took.o, took.all);
+    alone += text;
+  }
   const double cpu = cpu_seconds();
   const auto begin = Clock::now();
   {
     std::vector<std::jthread> running;
     for (size_t i = 0; i < all.size(); ++i)
       running.emplace_back([&, i] {
-        for (size_t k = i; k < pictures.size(); k += all.size()) {
-          all[i]->p(pictures[k]);
-          all[i]->r(pictures[k]);
-          all[i]->o(pictures[k]);
-        }
+        for (size_t k = i; k < pictures.size(); k += all.size()) one_picture(*all[i], pictures[k]);
       });
   }
   const double took = ms(Clock::now() - begin), count = static_cast<double>(pictures.size());
-  std::printf(
-      "{\"ms\": [%.3f, %.3f, %.3f, %.3f], \"p99\": %.3f, \"rate\": %.3f, \"cpu_ms\": %.3f}\n",
-      medians[0], medians[1], medians[2], medians[3], medians[4], count * 1e3 / took,
-      (cpu_seconds() - cpu) * 1e3 / count);
+  std::printf("{\"pictures\": [%s], \"rate\": %.3f, \"cpu_ms\": %.3f}\n", alone.c_str(),
+              count * 1e3 / took, (cpu_seconds() - cpu) * 1e3 / count);
   return 0;
 }
 
@@ -140,7 +93,7 @@ int main(int argc, char** argv) {
   std::string asked, models;
   uint32_t min_face = 40;
   int threads = 1;
-  CLI::App app{"The engine's own time for the invokes of mtcnn-control"};
+  CLI::App app{"An engine's own time for the invokes of mtcnn-control"};
   app.add_option("ASKED", asked, "What mtcnn-control --asked wrote")->required();
   app.add_option("--models", models, "The folder of the networks' files")->required();
   app.add_option("--min-face", min_face, "As the control had it; else 40");

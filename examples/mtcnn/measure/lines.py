@@ -1,7 +1,7 @@
 """Lines of code by part.
 
 The rule: a line counts when something is left of it without its comments (// and /* */ of C++, # of messages, <!-- --> of XML).
-Options of the command line and what takes the times count. Build descriptions, tests, this folder, mtcnn-floor and kernels/, which
+Options of the command line and what takes the times count. Build descriptions, tests, this folder, the floors and kernels/, which
 is an engine in the place of ONNX Runtime, do not.
 """
 

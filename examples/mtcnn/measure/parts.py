@@ -9,6 +9,7 @@ from processes import watch
 
 STAGES = ("pyramid and P-Net", "regions and R-Net", "regions and O-Net")
 WEIR = {"weir": ["--framework", "onnxruntime", "--custom", "NumThreads:1"], "kernels": ["--framework", "mtcnn-kernels"]}  # the pipeline, with either engine
+FLOORS = {"onnxruntime": "--floor", "mtcnn-kernels": "--kernels-floor"}  # of each engine
 LIVE_RATE = 30  # pictures per second of the camera
 SETTLE = 1.0  # seconds of a live run that are left out
 MAPPED, RSS, THREADS = "mapped memory, MB", "peak RSS, MB", "threads"
@@ -25,9 +26,13 @@ class Programs:
         """(Watched, the report of the times)"""
         own = WEIR.get(who) or [f"--{who}"]
         self.report.unlink(missing_ok=True)
-        report = [] if who == "floor" else ["--report", self.report]
-        seen = watch([*self.run, *own, *report, *options, clip])
-        return seen, json.loads(seen.text if who == "floor" else self.report.read_text())
+        seen = watch([*self.run, *own, "--report", self.report, *options, clip])
+        return seen, json.loads(self.report.read_text())
+
+    def floor(self, engine, *arguments):
+        """(Watched, what it prints)"""
+        seen = watch([*self.run, FLOORS[engine], *arguments])
+        return seen, json.loads(seen.text)
 
 
 def fast(programs, who, clip):
@@ -50,14 +55,18 @@ def latency(programs, who, clip):
 
 
 def of_latencies(rounds):
-    """Rows of a program's rounds: medians of each round; of the slowest hundredth all rounds together."""
+    """Rows of a program's rounds: medians of each round; of the slowest hundredth all rounds together.
+
+    Fewer than a hundred pictures have none: then it is the slowest, and is called so.
+    """
     out = []
     for one in rounds:
         columns = list(zip(*one["pictures"]))
         out.append({"latency, ms": statistics.median(columns[3]),
                     **{f"{name}, ms": statistics.median(column) for name, column in zip(STAGES, columns)}})
     whole = [picture[3] for one in rounds for picture in one["pictures"]]
-    return out, {"latency, p99, ms": numbers.percentile(whole, 0.99)}, len(whole)
+    name, share = ("p99", 0.99) if len(whole) >= 100 else ("slowest", 1)
+    return out, {f"latency, {name}, ms": numbers.percentile(whole, share)}, len(whole)
 
 
 def live(programs, who, clip, offered):
@@ -88,18 +97,17 @@ def memory(programs, who, clip, warm_up, seconds):
 
 
 def asked(programs, clip):
-    """What the networks are asked for the clip, for floor()."""
+    """What the control asks of the networks for the clip, for floor()."""
     path = programs.folder / "asked"
     watch([*programs.run, "--control", "--asked", path, clip])
     return path
 
 
-def floor(programs, what, cores):
-    """The engine's own time for the same invokes in a bare loop: on one thread, and with all cores busy."""
-    seen, one = programs.watched("floor", what)
-    _, all_cores = programs.watched("floor", what, "--threads", cores)
-    return {"latency, ms": one["ms"][3], "latency, p99, ms": one["p99"], **{f"{name}, ms": ms for name, ms in zip(STAGES, one["ms"])},
-            "pictures per second": all_cores["rate"], "results per second at 30": min(all_cores["rate"], LIVE_RATE),
+def floor(programs, engine, what, cores):
+    """An engine's own time for the same invokes in a bare loop: on one thread, and with all cores busy."""
+    seen, one = programs.floor(engine, what)
+    _, all_cores = programs.floor(engine, "--threads", cores, what)
+    return {"pictures": one["pictures"], "pictures per second": all_cores["rate"], "results per second at 30": min(all_cores["rate"], LIVE_RATE),
             "CPU ms per picture": all_cores["cpu_ms"], "CPU share, cores": all_cores["cpu_ms"] * all_cores["rate"] / 1e3,
             RSS: seen.peak_rss, MAPPED: seen.mapped, THREADS: seen.threads, "RSS at 30, peak, MB": seen.peak_rss,
             "RSS at 30, median, MB": seen.peak_rss,

@@ -7,6 +7,7 @@ import parts
 import table
 
 COLOURS = {"weir": "#1f5f9f", "kernels": "#30a060", "control": "#d08020", "ros": "#808080"}
+FLOORS = {"onnxruntime": ("#b00020", "ONNX Runtime alone"), "mtcnn-kernels": ("#006020", "own kernels alone")}
 
 
 def draw(path, title, commands):
@@ -20,7 +21,7 @@ def block(name, rows):
 
 
 def bars(path, title, unit, rows, names, floor):
-    """One group of bars for each row: the programs, with least and most, and the floor as a line across."""
+    """One group of bars for each row: the programs, with least and most, and the floors as lines across."""
     who = [one for one in table.NAMES if any(one in rows.get(name, {}) for name in names)]
     commands, plots = ["set style fill solid 0.85", f"set ylabel '{unit}'", "set yrange [0:]", "set offsets 0, 0, graph 0.1, 0",
                        f"set boxwidth {0.9 / (len(who) + 1):.3f}",
@@ -33,10 +34,13 @@ def bars(path, title, unit, rows, names, floor):
         commands += block(one, data)
         plots += [f"${one} using 1:2 with boxes lc rgb '{COLOURS[one]}' title '{table.NAMES[one]}'",
                   f"${one} using 1:2:3:4 with yerrorbars lc rgb 'black' pt 0 ps 0 lw 1.5 notitle"]
-    known = [(place, floor[name]) for place, name in enumerate(names) if name in floor]
-    if known:
-        commands += block("floor", known)
-        plots.append("$floor using 1:2:(0.45) with xerrorbars lc rgb '#b00020' lw 2 pt 0 title 'the engine alone'")
+    for turn, (engine, of_rows) in enumerate(floor.items()):
+        colour, title_of = FLOORS[engine]
+        known = [(place, of_rows[name]) for place, name in enumerate(names) if name in of_rows]
+        if not known:
+            continue
+        commands += block(f"floor{turn}", known)
+        plots.append(f"$floor{turn} using 1:2:(0.45) with xerrorbars lc rgb '{colour}' lw 2 pt 0 title '{title_of}'")
     draw(path, title, [*commands, "plot " + ", ".join(plots)])
 
 

@@ -5,6 +5,7 @@ import numbers_of as numbers
 import parts
 
 NAMES = {"weir": "Weir", "kernels": "Weir, own kernels", "control": "control", "ros": "three ROS nodes"}
+FLOORS = {"onnxruntime": "floor", "mtcnn-kernels": "floor of own kernels"}
 
 
 def number(value):
@@ -39,9 +40,18 @@ def gathered(results):
 
 
 def floors(results):
-    """The floor of each row, the median of its rounds."""
-    rounds = results.get("floor", [])
-    return {name: numbers.middle([one[name] for one in rounds])[0] for name in (rounds[0] if rounds else {})}
+    """{engine: {row: its floor, the median of its rounds}}"""
+    out = {}
+    for engine, rounds in results.get("floor", {}).items():
+        medians, once, _ = parts.of_latencies(rounds)
+        whole = [{**one, **latencies} for one, latencies in zip(rounds, medians)]
+        out[engine] = once | {name: numbers.middle([one[name] for one in whole])[0] for name in whole[0] if name != "pictures"}
+    return out
+
+
+def floor_of(floor, who):
+    """{row: the floor of the engine that a program has}"""
+    return floor.get("mtcnn-kernels" if who == "kernels" else "onnxruntime", {})
 
 
 def ratio(row, who, other):
@@ -55,11 +65,11 @@ def measured(results):
     rows, floor = gathered(results), floors(results)
     who = [one for one in NAMES if any(one in row for row in rows.values())]
     pairs = [(one, other) for other in who if other not in parts.WEIR for one in who if one in parts.WEIR]
-    head = ["", *(NAMES[one] for one in who), "floor", *(f"{NAMES[one]} / {NAMES[other]}" for one, other in pairs)]
+    head = ["", *(NAMES[one] for one in who), *(FLOORS[engine] for engine in floor), *(f"{NAMES[one]} / {NAMES[other]}" for one, other in pairs)]
     out = ["| " + " | ".join(head) + " |", "|" + "---|" * len(head)]
     for name, row in rows.items():
-        cells = [name, *(words(row.get(one, []), floor.get(name)) for one in who),
-                 number(floor[name]) if name in floor else "-", *(ratio(row, *pair) for pair in pairs)]
+        cells = [name, *(words(row.get(one, []), floor_of(floor, one).get(name)) for one in who),
+                 *(number(one[name]) if name in one else "-" for one in floor.values()), *(ratio(row, *pair) for pair in pairs)]
         out.append("| " + " | ".join(cells) + " |")
     return out
 
@@ -75,7 +85,7 @@ def counted():
 
 def markdown(results):
     pooled = [f"{parts.of_latencies(rounds)[2]} ({NAMES[who]})" for who, rounds in results.get("latency", {}).items()]
-    note = ["", f"{results['machine']}; {results['clip']}. Medians (least to most of the rounds); a percentage is of the floor."]
+    note = ["", f"{results['machine']}; {results['clip']}. Medians (least to most of the rounds); a percentage is of the floor of the program's engine."]
     if pooled:
-        note.append(f"Pictures behind the p99: {', '.join(pooled)}.")
+        note.append(f"Pictures behind the p99, or the slowest of fewer than 100: {', '.join(pooled)}.")
     return "\n".join([*measured(results), *note, "", *counted()]) + "\n"

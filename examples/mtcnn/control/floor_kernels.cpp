@@ -1,0 +1,68 @@
+// The kernels of our own, in float32, without the engine's module around them.
+#include <fstream>
+#include <iterator>
+#include <stdexcept>
+#include <vector>
+
+#include "../kernels/runner.hpp"
+#include "floor.hpp"
+
+namespace control {
+namespace {
+
+namespace kernels = mtcnn::kernels;
+
+std::unique_ptr<kernels::Runner> runner_of(const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
+  const std::string bytes((std::istreambuf_iterator<char>(file)), {});
+  if (!file) throw std::runtime_error(path + " cannot be read");
+  const auto network = kernels::read_network(std::as_bytes(std::span(bytes)), path);
+  if (!network) throw std::runtime_error(network.error().message());
+  return kernels::make_runner(*network, kernels::Precision::Float32);
+}
+
+class OfKernels final : public Invokes {
+ public:
+  OfKernels(const std::string& models, uint32_t min_face)
+      : p_(runner_of(models + "/onnx/pnet.onnx")),
+        r_(runner_of(models + "/onnx/rnet.onnx")),
+        o_(runner_of(models + "/onnx/onet.onnx")),
+        min_face_(min_face) {}
+  void p(const Asked& asked) override {
+    for (const auto& layer : mtcnn::pyramid(asked.picture, min_face_))
+      one(*p_, 1, layer.width, layer.height);
+  }
+  void r(const Asked& asked) override {
+    one(*r_, asked.refined, mtcnn::kRefineSide, mtcnn::kRefineSide);
+  }
+  void o(const Asked& asked) override {
+    one(*o_, asked.marked, mtcnn::kLandmarkSide, mtcnn::kLandmarkSide);
+  }
+
+ private:
+  static constexpr size_t kMostOutputs[] = {2, 4, 10};  // numbers of a place, of each output
+
+  void one(kernels::Runner& runner, size_t count, uint32_t width, uint32_t height) {
+    if (count == 0) return;
+    bytes_.resize(3 * count * width * height, 140);
+    const auto map = runner.map_size(width, height);
+    float* out[3];
+    for (size_t i = 0; i < 3; ++i) {
+      out_[i].resize(kMostOutputs[i] * count * map.width * map.height);
+      out[i] = out_[i].data();
+    }
+    runner.run(bytes_.data(), count, width, height, out);
+  }
+  std::unique_ptr<kernels::Runner> p_, r_, o_;
+  uint32_t min_face_;
+  std::vector<uint8_t> bytes_;
+  std::vector<float> out_[3];
+};
+
+}  // namespace
+
+std::unique_ptr<Invokes> make_invokes(const std::string& models, uint32_t min_face) {
+  return std::make_unique<OfKernels>(models, min_face);
+}
+
+}  // namespace control
