@@ -37,6 +37,7 @@ CollectorPads::CollectorPads(GstElement* element, GstPad* source, Ledger* ledger
   gst_pad_set_event_function(source, on_source_event);
   gst_pad_set_query_function(source, on_source_query);
   gst_pad_use_fixed_caps(source);
+  mark_waits_for_all(element);
 }
 
 CollectorPads::~CollectorPads() = default;

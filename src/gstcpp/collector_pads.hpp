@@ -52,7 +52,7 @@ class CollectorPads final : private sync::Consumer<Input> {
 
   void configure(const sync::Options& options, OnBackwardsTime backwards, uint64_t max_wait_ns,
                  uint64_t max_bytes);
-  // Before READY becomes PAUSED. GRAPH_STALLS when a pad is fed by this element alone: the order in
+  // Before READY becomes PAUSED. GRAPH_STALLS when a pad waits for this element: the order in
   // which a bin starts such a loop is open, so that it may stop without a word.
   Status start();
   void stop();  // before PAUSED becomes READY: wakes every thread

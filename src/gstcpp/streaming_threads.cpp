@@ -14,27 +14,16 @@ std::string name_of(gpointer object) {
 }
 
 struct Walk {
-  GstElement* element;
-  bool through_queues;
   Feed feed;
   std::vector<GstPad*> seen;  // borrowed: links of a playing graph
-  bool itself = false, others = false;
 
   void source(GstPad* pad) {
     const auto parent = Ref<GstElement>::adopt(gst_pad_get_parent_element(pad));
     if (parent) feed.path.push_back(name_of(parent.get()));
-    if (parent.get() == element) {
-      itself = true;
-      if (through_queues) return;
-    }
     const bool task = has_task(pad);
-    if (task) feed.threads.push_back(Ref<GstPad>::share(pad));
-    if (task && !through_queues) return;
+    if (task) return feed.threads.push_back(Ref<GstPad>::share(pad));
     const auto sinks = linked_inside(pad);
-    if (sinks.empty()) {
-      others = true;
-      feed.known = feed.known && task;
-    }
+    if (sinks.empty()) feed.known = false;
     for (const auto& sink : sinks) up(sink.get());
   }
   void up(GstPad* sink) {
@@ -42,10 +31,64 @@ struct Walk {
     seen.push_back(sink);
     const auto peer = Ref<GstPad>::adopt(gst_pad_get_peer(sink));
     if (peer) return source(peer.get());
-    others = true;
     feed.known = false;
   }
 };
+
+GQuark waits_for_all_quark() {
+  static const GQuark quark = g_quark_from_static_string("weir-waits-for-all-pads");
+  return quark;
+}
+
+// Whether anything can come to a pad while `element` has sent nothing. What has no end of its own
+// above it is taken to be fed: a source, or a pad that may be linked later.
+struct Start {
+  GstElement* element;
+  std::vector<GstPad*> asked, known;  // on the way to here, and known to be fed; borrowed
+
+  bool is_fed(GstPad* sink) {
+    if (std::find(known.begin(), known.end(), sink) != known.end()) return true;
+    const bool fed = has_start(sink);
+    if (fed) known.push_back(sink);
+    return fed;
+  }
+  bool has_start(GstPad* sink) {
+    const auto peer = Ref<GstPad>::adopt(gst_pad_get_peer(sink));
+    if (!peer) return true;
+    const auto parent = Ref<GstElement>::adopt(gst_pad_get_parent_element(peer.get()));
+    if (parent.get() == element || std::find(asked.begin(), asked.end(), sink) != asked.end())
+      return false;
+    const auto sinks = linked_inside(peer.get());
+    if (sinks.empty()) return true;
+    asked.push_back(sink);
+    const auto fed = [this](const auto& one) { return is_fed(one.get()); };
+    const bool all =
+        parent && g_object_get_qdata(G_OBJECT(parent.get()), waits_for_all_quark()) != nullptr;
+    const bool out = all ? std::all_of(sinks.begin(), sinks.end(), fed)
+                         : std::any_of(sinks.begin(), sinks.end(), fed);
+    asked.pop_back();
+    return out;
+  }
+};
+
+// The sink pads that all passes which comes to `sink`, up to where a thread begins or ways meet:
+// who pushes into `sink` is in each of them, and holds its stream lock.
+std::vector<Ref<GstPad>> only_way(GstPad* sink) {
+  std::vector<Ref<GstPad>> out;
+  for (auto at = Ref<GstPad>::share(sink);;) {
+    const auto peer = Ref<GstPad>::adopt(gst_pad_get_peer(at.get()));
+    if (!peer || has_task(peer.get())) return out;
+    const auto before = linked_inside(peer.get());
+    if (before.size() != 1 || std::find(out.begin(), out.end(), before[0]) != out.end()) return out;
+    out.push_back(at = before[0]);
+  }
+}
+
+bool meet(const std::vector<Ref<GstPad>>& a, const std::vector<Ref<GstPad>>& b) {
+  return std::any_of(a.begin(), a.end(), [&b](const auto& pad) {
+    return std::find(b.begin(), b.end(), pad) != b.end();
+  });
+}
 
 std::string branch(const Feed& feed, const std::string& tee, const std::string& pad) {
   std::string text;
@@ -65,7 +108,7 @@ std::string meeting(const Feed& a, const Feed& b) {
 Error loop(const std::string& element, const std::string& pad) {
   return Error{Code::GRAPH_STALLS,
                "an element waits for its own output",
-               pad + " of " + element + " is fed by nothing but " + element,
+               pad + " of " + element + " gets nothing before " + element + " has sent something",
                "a loop is cut, so that its first frame is there",
                pad,
                "... ! tensor_reposink slot-index=0   tensor_reposrc slot-index=0 caps=... ! " +
@@ -74,27 +117,30 @@ Error loop(const std::string& element, const std::string& pad) {
 
 }  // namespace
 
-Feed feed_of(GstElement* element, GstPad* sink) {
-  Walk walk{element, false, {}, {}};
+void mark_waits_for_all(GstElement* element) {
+  g_object_set_qdata(G_OBJECT(element), waits_for_all_quark(), element);
+}
+
+Feed feed_of(GstPad* sink) {
+  Walk walk;
   walk.up(sink);
-  Walk whole{element, true, {}, {}};
-  whole.up(sink);
-  walk.feed.from_itself = whole.itself && !whole.others;
   return walk.feed;
 }
 
 Status can_be_fed(GstElement* element, GstPad* sink) {
-  if (!feed_of(element, sink).from_itself) return ok();
-  return loop(name_of(element), name_of(sink));
+  Start start{element, {}, {}};
+  return start.is_fed(sink) ? ok() : Status(loop(name_of(element), name_of(sink)));
 }
 
 Status can_wait(GstElement* element, GstPad* waiting, GstPad* empty) {
   const std::string name = name_of(element), first = name_of(waiting), second = name_of(empty);
-  const Feed other = feed_of(element, empty);
-  const Feed own = feed_of(element, waiting);
-  const bool certain = own.known && other.known && own.threads.size() == 1 &&
-                       other.threads.size() == 1 && own.threads[0].get() == other.threads[0].get();
-  if (!certain) return ok();
+  const Feed other = feed_of(empty);
+  const Feed own = feed_of(waiting);
+  const bool one_thread = own.known && other.known && own.threads.size() == 1 &&
+                          other.threads.size() == 1 &&
+                          own.threads[0].get() == other.threads[0].get();
+  // Also where any of several threads goes, but one at a time: behind another muxer.
+  if (!one_thread && !meet(only_way(waiting), only_way(empty))) return ok();
   const std::string tee = meeting(own, other);
   return Error{
       Code::GRAPH_STALLS,

@@ -14,15 +14,16 @@ struct Feed {
   std::vector<Ref<GstPad>> threads;  // source pads with a task, each the start of a thread
   std::vector<std::string> path;     // elements that the thread passes, from the pad upstream
   bool known = true;                 // false: a source without a task is among them
-  bool from_itself = false;          // everything that comes has left `element` before
 };
 // Up to the pads whose tasks push, queues among them.
-Feed feed_of(GstElement* element, GstPad* sink);
+Feed feed_of(GstPad* sink);
 
-// GRAPH_STALLS when nothing can ever come to `sink` but what `element` has sent itself.
+// Says of an element that it sends nothing before each of its sink pads got something.
+void mark_waits_for_all(GstElement* element);
+// GRAPH_STALLS when nothing can come to `sink` before `element` has sent something itself.
 Status can_be_fed(GstElement* element, GstPad* sink);
-// GRAPH_STALLS when `empty` can get nothing while `waiting` holds the thread that feeds both, or
-// when all that feeds it comes from `element` itself.
+// GRAPH_STALLS when `empty` can get nothing while `waiting` holds the thread that feeds both, or a
+// pad through which all has to come that feeds both.
 Status can_wait(GstElement* element, GstPad* waiting, GstPad* empty);
 
 }  // namespace weir::gst

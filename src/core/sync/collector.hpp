@@ -207,11 +207,11 @@ class Collector {
                       "",
                       "max-bytes=" + needed};
     ledger_->dropped(DropReason::Error);
+    lock.unlock();
+    consumer_->refused(error);  // before others fail, who know no reason
+    lock.lock();
     flow_ = kRefused;
     tell();
-    lock.unlock();
-    consumer_->refused(error);
-    lock.lock();
     return kRefused;
   }
 
@@ -296,14 +296,12 @@ class Collector {
     if (empty.empty() || max_wait_ > Clock::duration::zero()) return true;
     lock.unlock();
     const Status status = consumer_->may_wait(id, empty);
+    if (!status) consumer_->refused(status.error());  // before others fail, who know no reason
     lock.lock();
     if (status) return true;
     flow_ = kRefused;
     lanes_.drop_head(id, DropReason::Error);
     tell();
-    lock.unlock();
-    consumer_->refused(status.error());
-    lock.lock();
     return false;
   }
 

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <atomic>
+#include <functional>
 #include <future>
 
 namespace weir::sync {
@@ -25,6 +26,7 @@ struct Recorder : Consumer<int> {
     ended = true;
   }
   void refused(const Error& error) override {
+    if (on_refused) on_refused();
     std::lock_guard lock(mutex);
     errors.push_back(error.message());
   }
@@ -43,9 +45,10 @@ struct Recorder : Consumer<int> {
   std::vector<std::thread::id> threads;  // that made each row
   std::thread::id ended_by;              // set before `ended`
   std::vector<std::string> errors;
+  std::function<void()> on_refused;
   std::promise<void> gate;
   std::atomic<bool> hold{false};
-  bool stalls = false;
+  std::atomic<bool> stalls{false};
   std::atomic<bool> ended{false};
   int flow = kOk;
 };
@@ -311,6 +314,29 @@ TEST_F(Collecting, AGraphThatStallsIsRefusedInsteadOfWaiting) {
   EXPECT_EQ(collector.offer(a, 1, 10), kRefused);
   ASSERT_EQ(out.errors.size(), 1u);
   EXPECT_EQ(dropped(DropReason::Error), 1u);
+}
+
+// Whose flow fails posts an error that knows no reason: the one with the reason must be there
+// first.
+TEST_F(Collecting, TheReasonIsToldBeforeOthersFail) {
+  for (const bool by_bytes : {false, true}) {
+    Recorder consumer;
+    Ledger counts;
+    Collector<int> pads(&counts, &consumer);
+    pads.configure({Mode::NoSync, {}, {}}, OnBackwardsTime::Pass, {}, by_bytes ? 10 : 0);
+    pads.start();
+    const LaneId a = pads.add(), b = pads.add();
+    if (!by_bytes) pads.add();
+    std::future<int> first =
+        std::async(std::launch::async, [&] { return pads.offer(a, 1, 0, 10); });
+    while (pads.waiting() != 1) std::this_thread::yield();
+    auto before = std::future_status::ready;
+    consumer.on_refused = [&] { before = first.wait_for(200ms); };
+    consumer.stalls = !by_bytes;
+    EXPECT_EQ(pads.offer(b, 2, 0, 10), kRefused);
+    EXPECT_EQ(first.get(), kRefused);
+    EXPECT_EQ(before, std::future_status::timeout);
+  }
 }
 
 TEST_F(Collecting, AnOutputThatIsUnderWayIsFinishedBeforeAFlushEnds) {

@@ -84,6 +84,30 @@ TEST(TensorMuxGraph, BranchesWithoutQueuesAreToldWhereTheyBelong) {
       << error;
 }
 
+// Two threads feed the first mux. Either makes its output, and holds it where the branches meet.
+TEST(TensorMuxGraph, BranchesBehindAnotherMuxAreToldToo) {
+  const std::string first =
+      std::string(kSource) + "first. " + kSource + "first. tensor_mux name=first ! ";
+  for (const char* branches : {"tee name=t t. ! mux.sink_0 t. ! mux.sink_1 ",
+                               "tee name=t t. ! mux.sink_0 t. ! identity ! mux.sink_1 ",
+                               "tensor_demux name=t t.src_0 ! mux.sink_0 t.src_1 ! mux.sink_1 "}) {
+    Graph graph(first + branches + "tensor_mux name=mux ! fakesink");
+    const std::string error = graph.run();
+    EXPECT_NE(error.find("WEIR-5001"), std::string::npos) << error;
+    EXPECT_NE(error.find("sink_0 and sink_1 of mux, both fed through t "), std::string::npos)
+        << error;
+    EXPECT_NE(error.find("t. ! queue ! mux.sink_0"), std::string::npos) << error;
+  }
+}
+
+TEST(TensorMuxGraph, BranchesWithQueuesBehindAnotherMuxMeet) {
+  Graph graph(std::string(kSource) + "first. " + kSource +
+              "first. tensor_mux name=first ! tensor_demux name=d d.src_0 ! queue ! mux.sink_0 "
+              "d.src_1 ! mux.sink_1 tensor_mux name=mux ! tensor_sink name=out");
+  EXPECT_EQ(graph.run(), "");
+  EXPECT_EQ(graph.stat("out", "received"), 10u);
+}
+
 TEST(TensorMuxGraph, AQueueInOneOfTwoBranchesIsEnough) {
   Graph graph(std::string(kSource) +
               "tee name=t  t. ! queue ! mux.sink_0  t. ! mux.sink_1  tensor_mux name=mux ! "
@@ -111,6 +135,18 @@ TEST(TensorMuxGraph, ALoopIsToldHowToBeCut) {
     EXPECT_NE(error.find("tensor_reposink"), std::string::npos) << error;
     EXPECT_NE(error.find("sink_1"), std::string::npos) << error;
   }
+}
+
+// Each has a source too, and waits for the other.
+TEST(TensorMuxGraph, ALoopThroughTwoMuxesIsToldHowToBeCut) {
+  Graph graph(std::string(kSource) + "a.sink_0  " + kSource +
+              "b.sink_0  tensor_mux name=a ! tee name=x x. ! queue ! fakesink x. ! queue ! "
+              "b.sink_1  tensor_merge name=b ! tee name=y y. ! queue ! fakesink y. ! queue ! "
+              "a.sink_1");
+  const std::string error = graph.run();
+  EXPECT_NE(error.find("WEIR-5001"), std::string::npos) << error;
+  EXPECT_NE(error.find("sink_1 of "), std::string::npos) << error;
+  EXPECT_NE(error.find("tensor_reposink"), std::string::npos) << error;
 }
 
 TEST(TensorMuxGraph, TwoSourcesNeedNoQueue) {
