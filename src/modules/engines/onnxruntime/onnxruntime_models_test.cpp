@@ -48,6 +48,18 @@ TEST_F(OnnxRuntimeModels, AllOpenWithTheListedTensorsAndRun) {
   }
 }
 
+// Its 200 weights are inputs of the graph too, and ONNX Runtime warns of each.
+TEST_F(OnnxRuntimeModels, AWarningOfEachWeightIsOneWarning) {
+  const auto path = shared_file("models/face/ultraface_RFB-320.onnx");
+  if (path.empty()) GTEST_SKIP() << "../shared/models/face is not there";
+  take_log();
+  ASSERT_NE(opened(path), nullptr);
+  const auto lines = take_log();
+  ASSERT_EQ(lines.size(), 2u) << lines.size() << " lines, the first: " << lines[0];
+  EXPECT_NE(lines[0].find("appears in graph inputs"), std::string::npos) << lines[0];
+  EXPECT_NE(lines[1].find(" more of this kind"), std::string::npos) << lines[1];
+}
+
 TEST_F(OnnxRuntimeModels, MnistReadsTheNine) {
   const auto model_path = shared_file("models/classification/mnist.onnx");
   if (model_path.empty()) GTEST_SKIP() << "../shared/models/classification/mnist.onnx is not there";

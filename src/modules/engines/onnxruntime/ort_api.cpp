@@ -2,6 +2,7 @@
 #include "onnxruntime/ort_api.hpp"
 
 #include <mutex>
+#include <utility>
 
 #include "module_host.hpp"
 
@@ -22,14 +23,40 @@ weir_log_level level_of(OrtLoggingLevel severity) {
   }
 }
 
+thread_local FoldedWarnings* folded = nullptr;
+
 // Errors come back as values too, with more words: here they are for those who debug.
 void ORT_API_CALL forward_log(void*, OrtLoggingLevel severity, const char*, const char*,
-                              const char*, const char* message) {
+                              const char* place, const char* message) {
   const auto level = level_of(severity);
+  if (level == WEIR_LOG_WARNING && folded && folded->folds(place ? place : "")) return;
   log(level == WEIR_LOG_ERROR ? WEIR_LOG_INFO : level, message ? message : "");
 }
 
 }  // namespace
+
+FoldedWarnings::FoldedWarnings() : outer_(std::exchange(folded, this)) {}
+
+FoldedWarnings::~FoldedWarnings() {
+  folded = outer_;
+  tell();
+}
+
+bool FoldedWarnings::folds(const char* place) {
+  if (!place_.empty() && place_ == place) {
+    ++repeated_;
+    return true;
+  }
+  tell();
+  place_ = place;
+  return false;
+}
+
+void FoldedWarnings::tell() {
+  if (repeated_ > 0)
+    log(WEIR_LOG_WARNING, "and " + std::to_string(repeated_) + " more of this kind");
+  repeated_ = 0;
+}
 
 OrtFailure take(const OrtApi& api, OrtStatus* status) {
   if (!status) return {};

@@ -44,6 +44,26 @@ struct OrtFailure {
 };
 OrtFailure take(const OrtApi& api, OrtStatus* status);
 
+// While it lives: what ONNX Runtime warns of on this thread from one place of its code, for each
+// weight of a model say, is logged once, with the number of the others behind it.
+class FoldedWarnings {
+ public:
+  FoldedWarnings();
+  ~FoldedWarnings();
+  FoldedWarnings(const FoldedWarnings&) = delete;
+  FoldedWarnings& operator=(const FoldedWarnings&) = delete;
+
+  // Whether the warning is another one from the place of the last.
+  bool folds(const char* place);
+
+ private:
+  void tell();
+
+  FoldedWarnings* outer_;
+  std::string place_;
+  size_t repeated_ = 0;
+};
+
 // unique_ptr of an ORT object; the deleter knows the API it came from.
 template <class T>
 using OrtOwner = std::unique_ptr<T, void(ORT_API_CALL*)(T*)>;

@@ -144,6 +144,7 @@ Status OrtModel::create_session(const ModelBytes& file, const OrtOptions& option
     if (auto bad =
             take(api, api.AddSessionConfigEntry(settings->get(), key.c_str(), value.c_str())))
       return refused(bad, key + ":" + value);
+  const FoldedWarnings folded;
   OrtSession* session = nullptr;
   OrtStatus* status = file.path.empty()
                           ? api.CreateSessionFromArray(runtime_->environment(), file.bytes.data(),
