@@ -13,12 +13,6 @@ bool is_number(const std::string& text) {
   return !text.empty() && text.find_first_not_of("0123456789.-") == std::string::npos;
 }
 
-bool is_plain(std::string_view text) {
-  constexpr std::string_view kPlain =
-      "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789%+,-./:=@_";
-  return !text.empty() && text.find_first_not_of(kPlain) == std::string_view::npos;
-}
-
 bool is_control(char c) {
   return static_cast<unsigned char>(c) < ' ' || c == '\x7f';
 }
@@ -81,23 +75,6 @@ std::string table(std::vector<std::vector<std::string>> rows, std::string_view i
     out += line + "\n";
   }
   return out;
-}
-
-std::string shell_word(std::string_view text) {
-  if (is_plain(text)) return std::string(text);
-  std::string out = "'";
-  for (const char c : text) out += c == '\'' ? std::string("'\\''") : std::string(1, c);
-  return out + "'";
-}
-
-std::string launch_value(std::string_view text) {
-  if (is_plain(text)) return std::string(text);
-  std::string quoted = "\"";
-  for (const char c : text) {
-    if (c == '"' || c == '\\') quoted += '\\';
-    quoted += c;
-  }
-  return shell_word(quoted + "\"");
 }
 
 }  // namespace weir::app

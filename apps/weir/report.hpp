@@ -5,6 +5,7 @@
 #include <string_view>
 #include <vector>
 
+#include "core/text/pasted.hpp"
 #include "weir/result.hpp"
 
 namespace weir::app {
@@ -21,10 +22,5 @@ int report(const Error& error, bool json);
 // Columns as wide as their longest cell; a column whose cells are all numbers goes to the right.
 // The first row is the heading. Control characters, which names in files may have, become blanks.
 std::string table(std::vector<std::vector<std::string>> rows, std::string_view indent);
-
-// One word of a POSIX shell's command line, quoted only where needed.
-std::string shell_word(std::string_view text);
-// A property's value inside a pipeline description that a shell passes on: quoted for both.
-std::string launch_value(std::string_view text);
 
 }  // namespace weir::app

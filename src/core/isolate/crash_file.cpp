@@ -13,6 +13,7 @@
 #include "core/infer/model_shapes.hpp"
 #include "core/isolate/descriptor.hpp"
 #include "core/tensor/tensor_header.hpp"
+#include "core/text/pasted.hpp"
 
 namespace weir::isolate {
 namespace {
@@ -53,7 +54,8 @@ Descriptor new_file(const std::string& folder, std::string* path) {
 }  // namespace
 
 std::string CrashFile::line(const std::string& element) const {
-  return "gst-launch-1.0 filesrc location=" + path + " blocksize=" + std::to_string(bytes) +
+  return "gst-launch-1.0 filesrc location=" + launch_value(path) +
+         " blocksize=" + std::to_string(bytes) +
          " ! other/tensors,format=flexible,framerate=0/1 ! " + element + " ! fakesink";
 }
 

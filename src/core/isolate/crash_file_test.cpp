@@ -87,6 +87,16 @@ TEST_F(CrashFileTest, SaysHowToRunItAgain) {
                 "tensor_filter model=m.onnx ! fakesink");
 }
 
+TEST_F(CrashFileTest, SaysItForAShellWhateverTheFolderIsCalled) {
+  CrashFile file;
+  file.path = "/media/my frames/it's.tensors";
+  file.bytes = 132;
+  EXPECT_EQ(file.line("tensor_filter"),
+            "gst-launch-1.0 filesrc location='\"/media/my frames/it'\\''s.tensors\"' "
+            "blocksize=132 ! other/tensors,format=flexible,framerate=0/1 ! tensor_filter ! "
+            "fakesink");
+}
+
 TEST_F(CrashFileTest, SaysWhyItIsNotWritten) {
   const auto file = save_frame(folder_ + "/not-there", frame_);
   ASSERT_FALSE(file);

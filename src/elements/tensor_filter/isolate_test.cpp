@@ -180,11 +180,12 @@ TEST(TensorFilterIsolated, SaysAtTheStartWhatIsWrong) {
 TEST(TensorFilterIsolated, KeepsTheFrameAndTheLineRunsItAgain) {
   const std::string folder = testing::TempDir() + "weir-isolate-" + std::to_string(getpid());
   fs::create_directories(folder);
-  auto h = filter("crash-folder=" + folder);
+  auto h = filter("isolate-timeout=9000 isolate-memory=2000 crash-folder=" + folder);
   Errors errors(h);
   EXPECT_EQ(gst_harness_push(h.get(), frame(Bytes{kCrash, 5, 6, 7})), GST_FLOW_OK);
   EXPECT_EQ(stat_of(h, "worker-frames-saved"), 1u);
   const std::string warning = errors.next_warning();
+  EXPECT_SAYS(warning, " isolate-memory=2000 isolate-timeout=9000 isolate=process on-crash=error");
   const std::string before = "fix: gst-launch-1.0 ";
   const size_t at = warning.find(before);
   ASSERT_NE(at, std::string::npos) << warning;

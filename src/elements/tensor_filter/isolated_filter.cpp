@@ -1,24 +1,38 @@
 // From properties to isolation, and from its counts to stats.
 #include "elements/tensor_filter/isolated_filter.hpp"
 
+#include <utility>
+
+#include "core/text/pasted.hpp"
 #include "gstcpp/error.hpp"
 #include "gstcpp/ref.hpp"
 
 namespace weir {
 namespace {
 
-// As gst-launch-1.0 reads it in a shell.
 std::string property(const char* name, const std::string& value) {
-  if (value.empty()) return "";
-  const bool plain = value.find_first_not_of(
-                         "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ"
-                         "0123456789_-./:,+=@") == std::string::npos;
-  std::string quoted;
-  for (const char c : value) {
-    if (c == '"' || c == '\\') quoted += '\\';
-    quoted += c;
-  }
-  return std::string(" ") + name + "=" + (plain ? value : "'\"" + quoted + "\"'");
+  return value.empty() ? "" : std::string(" ") + name + "=" + launch_value(value);
+}
+
+// The element that does the same to the same frame: what makes the model, and the limits of its
+// process, without which a frame that eats memory would eat the machine's.
+std::string repeated(const FilterSettings& s) {
+  std::string out = "tensor_filter";
+  for (const auto& [name, value] : {std::pair{"framework", s.framework},
+                                    {"model", s.model},
+                                    {"custom", s.custom},
+                                    {"accelerator", s.accelerator},
+                                    {"input", s.input},
+                                    {"inputtype", s.inputtype},
+                                    {"inputname", s.inputname},
+                                    {"output", s.output},
+                                    {"outputtype", s.outputtype},
+                                    {"outputname", s.outputname}})
+    out += property(name, value);
+  if (s.isolate_memory) out += property("isolate-memory", std::to_string(s.isolate_memory));
+  if (s.isolate_timeout != FilterSettings().isolate_timeout)
+    out += property("isolate-timeout", std::to_string(s.isolate_timeout));
+  return out + " isolate=process on-crash=error";
 }
 
 // An element that may be gone.
@@ -46,8 +60,7 @@ std::shared_ptr<isolate::Isolation> isolation_of(const FilterSettings& s, bool a
   out->memory_mib = s.isolate_memory;
   out->on_crash = s.on_crash;
   out->crash_folder = s.crash_folder;
-  out->repeat = "tensor_filter" + property("framework", s.framework) + property("model", s.model) +
-                property("custom", s.custom) + " isolate=process on-crash=error";
+  out->repeat = repeated(s);
   out->monitor = std::move(monitor);
   return out;
 }
