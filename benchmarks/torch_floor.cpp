@@ -15,7 +15,6 @@ class TorchFloor : public EngineFloor {
  public:
   TorchFloor(const std::string& model, const std::vector<int64_t>& shape, bool uint8)
       : input_(at::zeros(shape, uint8 ? at::kByte : at::kFloat)) {
-    at::set_num_threads(1);
     void* blas = dlopen("libblas.so.3", RTLD_LAZY | RTLD_NOLOAD);
     const auto set =
         reinterpret_cast<void (*)(int)>(blas ? dlsym(blas, "openblas_set_num_threads") : nullptr);
@@ -25,6 +24,7 @@ class TorchFloor : public EngineFloor {
     module_ = torch::jit::optimize_for_inference(module_ = torch::jit::freeze(module_));
   }
   void run(int frames) override {
+    at::set_num_threads(1);  // of the thread that calls
     const c10::InferenceMode inference;
     const auto forward = module_.get_method("forward");
     for (int i = 0; i < frames; ++i) (void)forward({input_});
