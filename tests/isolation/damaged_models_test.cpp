@@ -117,6 +117,7 @@ std::vector<Files> models() {
   const std::string caffe = folder + "face/mtcnn/caffe/det1";
   out.push_back({folder + "sensor/keypoint_classifier.tflite"});
   out.push_back({folder + "tf/mnist.pb"});
+  out.push_back({folder + "torchscript/sample_4x4x4x4x4_two_input_one_output.pt"});
   out.push_back({caffe + ".caffemodel", caffe + ".prototxt"});
   out.push_back({caffe + ".prototxt", caffe + ".caffemodel"});
   return out;
@@ -138,6 +139,8 @@ TEST_P(DamagedModels, AreRefusedOrRun) {
   infer::OpenOptions options;
   options.paths = {file.string()};
   options.paths.insert(options.paths.end(), GetParam().begin() + 1, GetParam().end());
+  if (original.extension() == ".pt")  // programs do not say what they take
+    options.options = {{"input", "4:4:4:4:4,4:4:4:4:4"}, {"inputtype", "float32,float32"}};
   options.threads = 1;
   options.host_context = isolation;
   const auto outcome = [&](const std::string& bytes) {

@@ -50,7 +50,8 @@ void compare(const Case& c, int width, int height, double most) {
   ASSERT_EQ(ours.size(), theirs.total() * 3);
   const auto* const wanted = theirs.ptr<Value>();
   for (size_t i = 0; i < ours.size(); ++i)
-    ASSERT_NEAR(double{ours[i]}, double{wanted[i]}, most) << "element " << i;
+    ASSERT_NEAR(static_cast<double>(ours[i]), static_cast<double>(wanted[i]), most)
+        << "element " << i;
 }
 
 TEST(OpenCv, BytesAreAtMostOneStepApart) {
