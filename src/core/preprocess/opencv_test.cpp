@@ -45,6 +45,7 @@ void compare(const Case& c, int width, int height, double most) {
                   static_cast<size_t>(plane.stride));
   if (!kBytes) picture.convertTo(picture, CV_32F);
   cv::Mat theirs;
+  cv::setNumThreads(1);  // what threads of OpenCV do is not looked into here
   cv::resize(picture, theirs, {width, height}, 0, 0, c.theirs);
   ASSERT_TRUE(theirs.isContinuous());
   ASSERT_EQ(ours.size(), theirs.total() * 3);
