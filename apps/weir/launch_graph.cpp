@@ -65,7 +65,7 @@ class Reader {
     }
     if (pending_) return nothing_behind(pending_at_);
     if (graph_.elements.empty())
-      return launch_error(text_, 0, "it is empty", "elements with ! between them");
+      return launch_error(text_, 0, "there is nothing in it", "elements with ! between them");
     if (auto status = connect(); !status) return status.error();
     return std::move(graph_);
   }

@@ -1,10 +1,9 @@
 // Blanks around = belong to the word.
 #include "launch_words.hpp"
 
-#include <algorithm>
 #include <cctype>
 
-#include "core/text/text.hpp"
+#include "core/text/place.hpp"
 
 namespace weir::app {
 namespace {
@@ -78,16 +77,11 @@ class Cutter {
 }  // namespace
 
 Error launch_error(std::string_view text, size_t at, std::string what, std::string needed) {
-  std::string line(text);
-  std::replace_if(line.begin(), line.end(), blank, ' ');
-  const std::string caret = caret_line(line, at);
-  const size_t end_of_line = caret.rfind('\n');
   return Error{Code::OPTION_SYNTAX,
                "the pipeline cannot be read: " + what,
                "",
                std::move(needed),
-               "near character " + std::to_string(at + 1) + "\n    " +
-                   caret.substr(0, end_of_line) + "\n    " + caret.substr(end_of_line + 1),
+               place_in(text, at),
                ""};
 }
 

@@ -116,10 +116,10 @@ class Pbtxt(Case):
         self.assertIn("From pbtxt to a pipeline is not there", self.good(parser("", "--from-pbtxt")))
 
     def test_texts_that_cannot_be_read_say_where(self):
-        for text, words in {"": "it is empty", "! a": "a link begins with nothing", "a ! ! b": "near character 5",
+        for text, words in {"": "it is empty", "! a": "a link begins with nothing", "a ! ! b": "at character 5",
                             "a !": "a link ends with nothing", "a ! video/x-raw": "a link ends with nothing",
                             "a ! b location='x": "a quote has no end", "x=1 a": "a property stands behind no element",
-                            "a ! b ! x=1": "near character 9", "a ! /b": "this is no element",
+                            "a ! b ! x=1": "at character 9", "a ! /b": "this is no element",
                             "tee name=tea ! a te. ! b": "no element is called te"}.items():
             with self.subTest(text):
                 self.refused(parser(text), 1, words)

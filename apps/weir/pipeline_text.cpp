@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <optional>
 
+#include "core/text/place.hpp"
 #include "core/text/text.hpp"
 #include "gstcpp/property_text.hpp"
 #include "launch_words.hpp"
@@ -113,16 +114,8 @@ std::optional<Token> assignment(const gst::RefusedProperty& of, const std::strin
 // With the text and a caret below the place, which then say what was offered.
 void show_place(const std::string& text, const std::optional<Token>& place, Error* error) {
   if (!place) return;
-  std::string line = text;
-  std::replace_if(
-      line.begin(), line.end(), [](char c) { return c == '\n' || c == '\t'; }, ' ');
-  const auto column =
-      static_cast<size_t>(g_utf8_strlen(line.c_str(), static_cast<gssize>(place->begin)));
-  const std::string caret = caret_line(line, column);
-  const size_t end_of_line = caret.rfind('\n');
   if (!error->difference.empty()) error->difference += " ";
-  error->difference += "near character " + std::to_string(column + 1) + "\n    " +
-                       caret.substr(0, end_of_line) + "\n    " + caret.substr(end_of_line + 1);
+  error->difference += place_in(text, place->begin);
   error->offered.clear();
 }
 

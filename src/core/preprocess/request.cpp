@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <string>
 
+#include "core/text/place.hpp"
 #include "core/text/text.hpp"
 
 namespace weir::preprocess {
@@ -15,7 +16,7 @@ Error unreadable(std::string_view name, std::string_view text, size_t position, 
                std::string(name) + " cannot be read",
                std::string(name) + "=" + std::string(text),
                needed,
-               "at character " + std::to_string(position + 1) + ":\n" + caret_line(text, position),
+               place_in(text, position),
                fix};
 }
 

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <string>
 
+#include "core/text/place.hpp"
 #include "core/text/text.hpp"
 
 namespace weir {
@@ -18,7 +19,7 @@ Error syntax(std::string_view text, size_t place) {
                "framerate cannot be read and is ignored",
                "\"" + std::string(text) + "\"",
                "N/D, two whole numbers from 1 to 2147483647",
-               "at character " + std::to_string(place + 1) + ":\n" + caret_line(text, place),
+               place_in(text, place),
                "framerate=30/1"};
 }
 

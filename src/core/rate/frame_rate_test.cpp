@@ -135,15 +135,15 @@ TEST(FrameRate, IsReadAsAFraction) {
 TEST(FrameRate, ThatCannotBeReadShowsItsPlace) {
   const struct {
     const char *text, *place;
-  } cases[] = {{"x/1", "\nx/1\n^"},
-               {"30", "\n30\n  ^"},
-               {"30/", "\n30/\n   ^"},
-               {"30/x", "\n30/x\n   ^"},
-               {"0/1", "\n0/1\n^"},
-               {"30/0", "\n30/0\n   ^"},
-               {"-30/1", "\n-30/1\n^"},
-               {"30/1/2", "\n30/1/2\n   ^"},
-               {"2147483648/1", "\n2147483648/1\n^"}};
+  } cases[] = {{"x/1", "\n    x/1\n    ^"},
+               {"30", "\n    30\n      ^"},
+               {"30/", "\n    30/\n       ^"},
+               {"30/x", "\n    30/x\n       ^"},
+               {"0/1", "\n    0/1\n    ^"},
+               {"30/0", "\n    30/0\n       ^"},
+               {"-30/1", "\n    -30/1\n    ^"},
+               {"30/1/2", "\n    30/1/2\n       ^"},
+               {"2147483648/1", "\n    2147483648/1\n    ^"}};
   for (const auto& c : cases) {
     const auto rate = parse_frame_rate(c.text);
     ASSERT_FALSE(rate) << c.text;

@@ -8,6 +8,7 @@
 #include "core/sync/no_sync.hpp"
 #include "core/sync/refresh.hpp"
 #include "core/sync/slowest.hpp"
+#include "core/text/place.hpp"
 #include "core/text/text.hpp"
 
 namespace weir::sync {
@@ -24,9 +25,9 @@ constexpr std::array kWords{
     Word{"base", Mode::BasePad, true}, Word{"fastest", Mode::Refresh, true}};
 
 Error bad_option(std::string_view text, size_t place, const char* needed) {
-  return Error{Code::OPTION_SYNTAX,     "sync-option cannot be read",
-               std::string(text),       needed,
-               caret_line(text, place), "sync-mode=basepad sync-option=0:33333333"};
+  return Error{Code::OPTION_SYNTAX,   "sync-option cannot be read",
+               std::string(text),     needed,
+               place_in(text, place), "sync-mode=basepad sync-option=0:33333333"};
 }
 
 }  // namespace

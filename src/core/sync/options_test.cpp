@@ -65,11 +65,11 @@ TEST(SyncOptions, ABadBaseIsToldWithItsPlace) {
     const auto base = parse_base(text);
     ASSERT_FALSE(base) << text;
     EXPECT_EQ(base.error().code, Code::OPTION_SYNTAX);
-    EXPECT_EQ(base.error().difference, std::string(text) + "\n^");
+    EXPECT_EQ(base.error().difference, "at character 1:\n    " + std::string(text) + "\n    ^");
   }
   const auto base = parse_base("12:3ms");
   ASSERT_FALSE(base);
-  EXPECT_EQ(base.error().difference, "12:3ms\n   ^");
+  EXPECT_EQ(base.error().difference, "at character 4:\n    12:3ms\n       ^");
   EXPECT_FALSE(parse_base("1:2:3"));
 }
 

@@ -104,8 +104,4 @@ std::string nearest(std::string_view word, std::span<const std::string> candidat
   return best;
 }
 
-std::string caret_line(std::string_view text, size_t position) {
-  return std::string(text) + "\n" + std::string(std::min(position, text.size()), ' ') + "^";
-}
-
 }  // namespace weir

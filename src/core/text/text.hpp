@@ -25,7 +25,5 @@ std::optional<int64_t> parse_signed(std::string_view text) noexcept;  // one lea
 std::optional<double> parse_double(std::string_view text) noexcept;
 // The candidate with the least edit distance, "" when none is close (more than a third differs).
 std::string nearest(std::string_view word, std::span<const std::string> candidates);
-// The text, and below it a caret under `position`.
-std::string caret_line(std::string_view text, size_t position);
 
 }  // namespace weir

@@ -53,9 +53,5 @@ TEST(Text, ComparesWithoutCase) {
   EXPECT_EQ(lower("ABC-1"), "abc-1");
 }
 
-TEST(Text, MarksAPlace) {
-  EXPECT_EQ(caret_line("abc", 1), "abc\n ^");
-}
-
 }  // namespace
 }  // namespace weir

@@ -101,7 +101,7 @@ TEST(Clamp, RefusesWhatItCannotRead) {
     const char *option, *needed, *caret;
   };
   for (const auto& [option, needed, caret] :
-       std::initializer_list<Case>{{"", "a number", "at the end"},
+       std::initializer_list<Case>{{"", "a number", "it is empty"},
                                    {"a:1", "a number", "character 1"},
                                    {"1", "':' and the highest value", "at the end"},
                                    {"0:x", "a number", "character 3"},

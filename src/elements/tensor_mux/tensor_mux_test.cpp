@@ -322,7 +322,7 @@ TEST(TensorMux, ABaseThatCannotBeReadStopsTheStart) {
   EXPECT_EQ(mux.play(), GST_STATE_CHANGE_FAILURE);
   const std::string error = mux.error();
   EXPECT_NE(error.find("WEIR-1001"), std::string::npos) << error;
-  EXPECT_NE(error.find("0:5ms\n  ^"), std::string::npos) << error;
+  EXPECT_NE(error.find("    0:5ms\n      ^"), std::string::npos) << error;
 }
 
 TEST(TensorMux, ABaseThatIsNotThereIsNamed) {

@@ -90,7 +90,7 @@ TEST(Crop, ThatCannotBeReadIsShownWithItsPlace) {
   const auto text =
       error_of(h, [&] { EXPECT_EQ(gst_harness_push(h.get(), frame(ramp(12))), GST_FLOW_ERROR); });
   expect_words(text, "crop cannot be read");
-  expect_words(text, "at character 5:\n1:2:0:3\n    ^");
+  expect_words(text, "at character 5:\n    1:2:0:3\n        ^");
 }
 
 }  // namespace

@@ -179,7 +179,7 @@ TEST(TensorPreprocess, RefusesAColourMatrixItDoesNotKnow) {
 }
 
 TEST(TensorPreprocess, ShowsThePlaceOfOddOptions) {
-  expect_words(error_of_start("mean=1,x"), "at character 3:\n1,x\n  ^");
+  expect_words(error_of_start("mean=1,x"), "at character 3:\n    1,x\n      ^");
   expect_words(error_of_start("scale=1..2"), "scale cannot be read");
   expect_words(error_of_start("quantisation=1"), "needed: SCALE:ZERO_POINT");
   expect_words(error_of_start("type=floaty"), "WEIR-1003");

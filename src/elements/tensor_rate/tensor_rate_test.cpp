@@ -199,7 +199,7 @@ TEST(TensorRate, IgnoresAFramerateThatCannotBeReadAndShowsThePlace) {
   g_object_set(element.get(), "framerate", "30/x", nullptr);
   const std::string warning = errors.next_warning();
   EXPECT_SAYS(warning, "WEIR-1001: framerate cannot be read and is ignored");
-  EXPECT_SAYS(warning, "30/x\n   ^");
+  EXPECT_SAYS(warning, "    30/x\n       ^");
   gchar* text = nullptr;
   g_object_get(element.get(), "framerate", &text, nullptr);
   EXPECT_STREQ(text, "10/1");
