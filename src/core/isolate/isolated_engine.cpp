@@ -123,9 +123,15 @@ Status IsolatedSession::with_worker(Call&& call) {
 
 Result<int> IsolatedSession::invoke(const weir_frame& in, weir_frame& out) {
   if (model_.isolation.monitor->stopped()) return cancelled();
-  Worker* worker = supervisor_->ready();
+  const bool waits = model_.isolation.on_crash == OnCrash::Wait;
+  Worker* worker = waits ? supervisor_->wait() : supervisor_->ready();
+  if (worker && worker->ended_idle()) {
+    const Error error = ended(worker->idle_end(), nullptr);
+    if (!waits) return lose_frame(error);
+    worker = supervisor_->wait();
+  }
+  if (!worker && model_.isolation.monitor->stopped()) return cancelled();
   if (!worker) return lose_frame(nobody());
-  if (worker->ended_idle()) return lose_frame(ended(worker->idle_end(), nullptr));
   uint64_t copied = 0;
   auto result = worker->invoke(in, out, *model_.arena, &copied);
   model_.isolation.monitor->add(&MonitorCounts::bytes_copied, copied);

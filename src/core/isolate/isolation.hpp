@@ -21,8 +21,12 @@ namespace weir::isolate {
 enum class OnCrash {
   Restart,  // the frame is dropped; so are those that come until a new worker is ready
   Drop,     // the frame is dropped, and every one after it
-  Error     // the frame, and every one after it, is an error
+  Error,    // the frame, and every one after it, is an error
+  Wait      // the frame is dropped; those that come wait for the new worker
 };
+inline bool restarts(OnCrash on_crash) noexcept {
+  return on_crash == OnCrash::Restart || on_crash == OnCrash::Wait;
+}
 
 struct MonitorCounts {
   uint64_t ended = 0;         // workers that crashed, left, lied, or went beyond their memory

@@ -65,7 +65,7 @@ void Supervisor::remember(int op, const weir_option& option) {
 // With the mutex held: what follows the end of a worker.
 void Supervisor::leave(std::unique_ptr<Worker> worker) {
   ended_ = std::move(worker);
-  state_ = on_crash_ == OnCrash::Restart ? State::Starting : State::Gone;
+  state_ = restarts(on_crash_) ? State::Starting : State::Gone;
   const auto now = RestartBackoff::Clock::now();
   start_at_ = now + backoff_.ended(now);
 }

@@ -191,6 +191,35 @@ TEST_F(WorkerEnd, DropsFramesWithoutWaitingWhileANewOneStarts) {
   EXPECT_EQ(counts().ended, 4u);
 }
 
+TEST_F(WorkerEnd, LosesOnlyTheFrameThatDidItWhereTheOthersWait) {
+  isolation_.on_crash = OnCrash::Wait;
+  ASSERT_TRUE(open());
+  for (uint8_t i = 1; i <= 3; ++i) {
+    EXPECT_FALSE(*run({kCrash}));
+    EXPECT_EQ(result_of({0, i}), i) << "by the next process";
+  }
+  EXPECT_EQ(counts().frames_lost, 3u);
+  EXPECT_EQ(counts().restarted, 3u);
+  const auto id = static_cast<pid_t>(result_of({kProcess}));
+  ASSERT_EQ(kill(id, SIGKILL), 0);
+  siginfo_t info{};
+  ASSERT_EQ(waitid(P_PID, static_cast<id_t>(id), &info, WEXITED | WNOWAIT), 0);
+  EXPECT_EQ(result_of({0, 9}), 9u) << "an end between two frames loses none";
+  EXPECT_EQ(counts().frames_lost, 3u);
+}
+
+TEST_F(WorkerEnd, AStopEndsTheWaitForANewOne) {
+  isolation_.on_crash = OnCrash::Wait;
+  ASSERT_TRUE(open());
+  for (int i = 0; i < 5; ++i) EXPECT_FALSE(*run({kCrash}));  // the next restart is 800 ms away
+  std::thread stopper([this] { isolation_.monitor->stop(); });
+  const auto next = run({0});
+  stopper.join();
+  ASSERT_FALSE(next);
+  EXPECT_EQ(next.error().code, Code::CANCELLED);
+  EXPECT_EQ(counts().restarted, 4u);
+}
+
 TEST_F(WorkerEnd, BetweenFramesIsNoFramesFault) {
   isolation_.crash_folder = testing::TempDir();
   ASSERT_TRUE(open());

@@ -48,6 +48,8 @@ struct EnumType<isolate::OnCrash> {
         {static_cast<int>(isolate::OnCrash::Drop),
          "The frame is dropped, and every one after it until the element is started again", "drop"},
         {static_cast<int>(isolate::OnCrash::Error), "An error ends the pipeline", "error"},
+        {static_cast<int>(isolate::OnCrash::Wait),
+         "The frame is dropped, and a new process started; frames until then wait for it", "wait"},
         {0, nullptr, nullptr}};
     static const GType t = g_enum_register_static("WeirFilterOnCrash", kValues);
     return t;

@@ -231,6 +231,38 @@ TEST(TensorFilterIsolated, KeepsTheOrderOfSeveralProcesses) {
   }
 }
 
+TEST(TensorFilterIsolated, FramesWaitForANewProcessWhereOnCrashSaysSo) {
+  for (const char* workers : {"", " workers=2"}) {
+    auto h = filter(std::string("on-crash=wait") + workers);
+    Errors errors(h);
+    const Bytes orders{1, 2, kCrash, 3, 4, 5, kCrash, 6, 7};
+    for (const uint8_t order : orders)
+      ASSERT_EQ(
+          gst_harness_push(h.get(), frame(Bytes{order > 100 ? order : uint8_t{0}, order, 0, 0})),
+          GST_FLOW_OK);
+    for (uint8_t i = 1; i <= 7; ++i) {
+      const auto out = Ref<GstBuffer>::adopt(gst_harness_pull(h.get()));
+      ASSERT_TRUE(out) << workers;
+      EXPECT_EQ(result_of(out.get()), i);
+    }
+    EXPECT_EQ(stat_of(h, "worker-frames-lost"), 2u);
+    EXPECT_EQ(stat_of(h, "dropped-policy"), 2u);
+    EXPECT_EQ(errors.next(), "");
+  }
+}
+
+// The wait of the fourth restart, 400 ms, ends by the stop.
+TEST(TensorFilterIsolated, AStopEndsTheWaitForANewProcess) {
+  auto h = filter("on-crash=wait");
+  for (int i = 0; i < 4; ++i) gst_harness_push(h.get(), frame(Bytes{kCrash, 0, 0, 0}));
+  std::thread source([&h] { gst_harness_push(h.get(), frame(Bytes{0, 1, 0, 0})); });
+  while (stat_of(h, "held") != 1) std::this_thread::yield();
+  EXPECT_EQ(gst_element_set_state(element_of(h, "tensor_filter").get(), GST_STATE_READY),
+            GST_STATE_CHANGE_SUCCESS);
+  source.join();
+  EXPECT_EQ(stat_of(h, "received"), stat_of(h, "consumed") + stat_of(h, "dropped"));
+}
+
 TEST(TensorFilterIsolated, StartsAgainWithNewProcesses) {
   auto h = filter("on-crash=drop");
   EXPECT_EQ(gst_harness_push(h.get(), frame(Bytes{kCrash, 0, 0, 0})), GST_FLOW_OK);
