@@ -87,7 +87,11 @@ Result<Object> load_script(const std::string& path, const char* class_name,
   all.push_back(text_of(path));
   all.push_back(text_of(class_name));
   for (auto& argument : arguments) all.push_back(std::move(argument));
-  return call(*names, "load", std::move(all), Code::MODULE_REFUSED);
+  auto loaded = call(*names, "load", std::move(all), Code::MODULE_REFUSED);
+  if (loaded) return loaded;
+  Error error = loaded.error();
+  if (error.offered.empty()) error.offered = path;  // no line of the script was at fault
+  return error;
 }
 
 }  // namespace weir::python

@@ -162,7 +162,8 @@ INSTANTIATE_TEST_SUITE_P(
 
 TEST_F(Python3, SaysWhatIsWrongWithAFile) {
   EXPECT_SAYS(open_error("/nonexistent/x.py"), "WEIR-3003: the model file is not there");
-  EXPECT_SAYS(open_error(write("weir_nothing", "")), "the script has no class CustomFilter");
+  const auto nothing = write("weir_nothing", "");
+  EXPECT_SAYS(open_error(nothing), "the script has no class CustomFilter\n  offered: " + nothing);
   EXPECT_SAYS(open_error(write("weir_bytes", std::string("\xff\xfe\0\1", 4))), "the script failed");
   EXPECT_SAYS(open_error(write("weir_arguments", kHead + kFour + kInvoke), "1 2"),
               "WEIR-3007: the script failed: TypeError");
