@@ -149,7 +149,8 @@ typedef struct {
                   weir_tensor* out);
   /* Ends or continues a submit(), from any thread: 1..N times, the last with more = 0, after which
    * the request and its input are gone. status: as invoke returns; out: one output, or NULL = none
-   * with this call. Its tensors are taken over: the host releases them. */
+   * with this call. Its tensors are taken over: the host releases them. May wait until earlier
+   * outputs were taken, but not for the end of other requests. */
   void (*complete)(weir_request*, int status, weir_frame* out, uint32_t more);
   /* The request's error, to be filled through fail() before complete() with a status below 0. */
   weir_error* (*error_of)(weir_request*);

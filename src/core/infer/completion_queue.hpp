@@ -9,6 +9,7 @@
 // Entries that need no work (events of a stream) are appended and keep their place among the
 // others. Every function may be called from any thread.
 #pragma once
+#include <algorithm>
 #include <condition_variable>
 #include <cstdint>
 #include <deque>
@@ -88,6 +89,35 @@ class CompletionQueue {
     room_.notify_one();
     if (first_ == next_) quiet_.notify_all();
     return true;
+  }
+
+  // Something leaves without the end of any work that goes on: it is handed over, or will be.
+  bool leaves() const {
+    std::lock_guard lock(mutex_);
+    return draining_ ||
+           (first_ < next_ && (slot(first_).entry.has_value() || slot(first_).passed_over()));
+  }
+  // Its entries are the next ones to leave.
+  bool is_next(const Ticket& ticket) const {
+    std::lock_guard lock(mutex_);
+    return ticket.number_ == first_;
+  }
+  // Takes out the oldest entry that waits and is `of_this_kind`, as if it had not been added.
+  // drain() is to be called behind it.
+  template <class Kind>
+  std::optional<Entry> take_oldest(Kind&& of_this_kind) {
+    std::lock_guard lock(mutex_);
+    for (uint64_t n = first_; n < next_; ++n) {
+      Slot& waiting = slot(n);
+      auto taken = waiting.take_first(of_this_kind);
+      if (!taken) continue;
+      if (waiting.passed_over() && std::exchange(waiting.counted, false)) {
+        --open_;
+        room_.notify_one();
+      }
+      return taken;
+    }
+    return std::nullopt;
   }
 
   // An entry that is finished already. False while the queue is flushing: the entry is dropped.
@@ -187,6 +217,16 @@ class CompletionQueue {
       }
       return taken;
     }
+    template <class Kind>
+    std::optional<Entry> take_first(Kind&& of_this_kind) {
+      if (!entry || of_this_kind(*entry)) return take();
+      if (!further) return std::nullopt;
+      const auto at = std::find_if(further->begin(), further->end(), of_this_kind);
+      if (at == further->end()) return std::nullopt;
+      std::optional<Entry> taken(std::move(*at));
+      further->erase(at);
+      return taken;
+    }
   };
 
   // Null when the ticket is no longer open. Called locked.
@@ -197,6 +237,7 @@ class CompletionQueue {
   }
 
   Slot& slot(uint64_t number) { return slots_[number % slots_.size()]; }
+  const Slot& slot(uint64_t number) const { return slots_[number % slots_.size()]; }
   std::optional<Ticket> take_place() {
     if (flushing_) return std::nullopt;
     ++open_;

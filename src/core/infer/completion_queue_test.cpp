@@ -324,5 +324,52 @@ TEST(CompletionQueue, LetsMoreInWhenItBecomesDeeper) {
   EXPECT_EQ(drained(queue), (std::vector<int>{1, 2}));
 }
 
+TEST(CompletionQueue, TellsWhatLeavesByItself) {
+  Queue queue(2);
+  const auto a = queue.submit(), b = queue.submit();
+  EXPECT_TRUE(queue.is_next(*a));
+  EXPECT_FALSE(queue.is_next(*b));
+  queue.add(*b, 20);
+  EXPECT_FALSE(queue.leaves()) << "it waits for the end of the oldest";
+  queue.add(*a, 10);
+  EXPECT_TRUE(queue.leaves());
+  bool while_handed_over = false;
+  queue.drain([&](int) { while_handed_over = queue.leaves(); });
+  EXPECT_TRUE(while_handed_over);
+  EXPECT_FALSE(queue.leaves());
+  queue.end(*a);
+  EXPECT_TRUE(queue.leaves()) << "the next one's";
+  EXPECT_EQ(drained(queue), std::vector<int>{20});
+  EXPECT_TRUE(queue.is_next(*b));
+}
+
+TEST(CompletionQueue, GivesBackTheOldestOfAKind) {
+  Queue queue(2);
+  const auto odd = [](int n) { return n % 2 == 1; };
+  const auto a = queue.submit();
+  queue.append(100);
+  const auto b = queue.submit();
+  for (const int n : {2, 3, 4}) queue.add(*a, n);
+  for (const int n : {5, 6}) queue.add(*b, n);
+  EXPECT_EQ(queue.take_oldest(odd), 3);
+  EXPECT_EQ(queue.take_oldest(odd), 5);
+  EXPECT_EQ(queue.take_oldest(odd), std::nullopt);
+  queue.end(*a), queue.end(*b);
+  EXPECT_EQ(drained(queue), (std::vector<int>{2, 4, 100, 6}));
+}
+
+TEST(CompletionQueue, FreesThePlaceOfAnEntryThatIsGivenBack) {
+  Queue queue(1);
+  const auto a = queue.submit();
+  queue.complete(*a, 1);
+  EXPECT_EQ(queue.take_oldest([](int) { return true; }), 1);
+  EXPECT_TRUE(drained(queue).empty());
+  const auto b = queue.try_submit();
+  ASSERT_TRUE(b);
+  queue.complete(*b, 2);
+  EXPECT_EQ(drained(queue), std::vector<int>{2});
+  EXPECT_TRUE(queue.wait_until_empty());
+}
+
 }  // namespace
 }  // namespace weir::infer

@@ -12,6 +12,7 @@
 #include <memory>
 #include <mutex>
 
+#include "core/infer/held_bytes.hpp"
 #include "core/timer/idle_watch.hpp"
 #include "elements/tensor_filter/filter_plan.hpp"
 #include "elements/tensor_filter/opened_model.hpp"
@@ -39,13 +40,17 @@ class AsyncFrames {
   Status begin(std::shared_ptr<const OpenedModel> model, FilterPlan plan);
   // How many frames may be in work.
   size_t depth() const;
-  // Streaming thread: waits until the engine has room; where the model was replaced, until the one
-  // before has answered all frames. False while flushing.
-  Result<bool> wait_for_room();
+  using Answer = infer::HeldBytes::Answer;
+  using Share = infer::HeldBytes::Share;
+  // Streaming thread: whether there is room for a frame of `bytes`, which `share` then has: in the
+  // engine, and below the bound of bytes; where the model was replaced, only when the one before
+  // has answered all frames. With `waits` never Full.
+  Result<Answer> make_room(bool waits, const std::shared_ptr<infer::HeldBytes>& held,
+                           uint64_t bytes, Share* share);
   // Streaming thread. False while flushing: the frame was not begun, and its ticket is still the
   // caller's; so it is with an error.
   Result<bool> submit(gst::Ref<GstBuffer> buffer, GstClockTime deadline,
-                      const OutputQueue::Ticket& ticket);
+                      const OutputQueue::Ticket& ticket, Share share);
 
   // Gives up what is in work: how many frames nobody will hear of.
   size_t flush();
@@ -57,8 +62,9 @@ class AsyncFrames {
  private:
   using Frame = infer::ModelUse::Frame;
   std::shared_ptr<const Frame> frame() const;
-  Result<bool> follow_model();
-  void end_of_patience(std::chrono::milliseconds limit);
+  Result<Answer> follow_model(bool waits);
+  // False: it is not the engine that is waited for.
+  bool end_of_patience(std::chrono::milliseconds limit);
 
   FrameFlow* flow_;
   std::shared_ptr<const OpenedModel> model_;  // streaming thread only; and so is plan_

@@ -37,8 +37,9 @@ class BatchFlow::Invokers {
 class BatchFlow::Frame final : public infer::BatchJob {
  public:
   Frame(BatchFlow* flow, std::unique_ptr<FrameInvoker> invoker, gst::Ref<GstBuffer> buffer,
-        const Ticket& ticket)
+        const Ticket& ticket, infer::HeldBytes::Share share)
       : flow_(flow),
+        share_(std::move(share)),
         invokers_(flow->invokers_),
         invoker_(std::move(invoker)),
         buffer_(std::move(buffer)),
@@ -62,6 +63,7 @@ class BatchFlow::Frame final : public infer::BatchJob {
 
  private:
   BatchFlow* flow_;  // outlives the stream, which outlives this
+  infer::HeldBytes::Share share_;
   std::shared_ptr<Invokers> invokers_;
   std::unique_ptr<FrameInvoker> invoker_;
   gst::Ref<GstBuffer> buffer_;
@@ -115,10 +117,12 @@ void BatchFlow::begin(std::shared_ptr<const OpenedModel> model, FilterPlan plan,
   last_run_ = 0;
 }
 
-void BatchFlow::add(gst::Ref<GstBuffer> buffer, const Ticket& ticket) {
+void BatchFlow::add(gst::Ref<GstBuffer> buffer, const Ticket& ticket,
+                    infer::HeldBytes::Share share) {
   auto invoker = invokers_->take();
   if (!invoker) return end_(ticket, invoker.error());
-  auto frame = std::make_unique<Frame>(this, *std::move(invoker), std::move(buffer), ticket);
+  auto frame = std::make_unique<Frame>(this, *std::move(invoker), std::move(buffer), ticket,
+                                       std::move(share));
   if (auto status = frame->read(); !status) return frame->failed(status.error());
   stream()->add(std::move(frame));
 }

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "core/infer/batch_group.hpp"
+#include "core/infer/held_bytes.hpp"
 #include "core/infer/invoke_statistics.hpp"
 #include "core/ledger/ledger.hpp"
 #include "elements/tensor_filter/frame_invoker.hpp"
@@ -37,7 +38,8 @@ class BatchFlow {
   void begin(std::shared_ptr<const OpenedModel> model, FilterPlan plan,
              std::chrono::nanoseconds timeout);
   // Streaming thread. A frame that cannot be read is ended at once.
-  void add(gst::Ref<GstBuffer> buffer, const Ticket& ticket);
+  // `share` is let go with it.
+  void add(gst::Ref<GstBuffer> buffer, const Ticket& ticket, infer::HeldBytes::Share share);
   // Nobody is to wait for frames of this filter until the next add(): the stream ended.
   void pause();
   // The elements behind hold the stream up, so that no frame can be added now.

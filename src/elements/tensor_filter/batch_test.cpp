@@ -298,6 +298,27 @@ TEST(TensorFilterBatch, ALiveStreamIsToldOfTheTimeout) {
   EXPECT_EQ(gst_harness_query_latency(alone.get()), 3 * GST_MSECOND) << "nothing is gathered";
 }
 
+// No frame goes for its time-out, and never are there four.
+TEST(TensorFilterBatch, ABatchGoesWithWhatMayBeHeld) {
+  auto h = harness_of(line(std::string("batch-size=4 max-bytes=32") + kHour), kCaps);
+  push(h, 0, 6);
+  push_eos(h);
+  wait_for_eos(h);
+  expect_next(h, 0, 6);
+  EXPECT_GE(stat(h, "tensor_filter", "batches"), 3u) << "of two frames at most";
+  EXPECT_EQ(stat(h, "tensor_filter", "bytes-most"), 32u);
+}
+
+TEST(TensorFilterBatch, AFrameBeyondWhatMayBeHeldIsDropped) {
+  for (const char* when_busy : {"drop-new", "drop-old"}) {
+    auto h = harness_of(
+        line(std::string("batch-size=4 max-bytes=32") + kHour + "when-busy=" + when_busy), kCaps);
+    push(h, 0, 3);
+    expect_next(h, 0, 2);
+    EXPECT_EQ(stat(h, "tensor_filter", "dropped-policy"), 1u) << when_busy;
+  }
+}
+
 TEST(TensorFilterBatch, SaysWhyAModelCannotBeBatched) {
   const std::string state = start_error(line("batch-size=2 custom=stateful:1"));
   EXPECT_SAYS(state, "WEIR-3013: the model keeps state from frame to frame");

@@ -132,9 +132,10 @@ inline constexpr std::tuple kFilterProperties{
                   gst::Changeable::InReady, 0, 1024},
     gst::Property{"when-busy", &FilterSettings::when_busy,
                   "What becomes of a frame that comes while every worker is busy"},
-    gst::Property{"max-bytes", &FilterSettings::max_bytes,
-                  "Bytes of input frames that wait or are in work, with workers or when-busy; at "
-                  "the bound when-busy decides; 0 = any"},
+    gst::Property{
+        "max-bytes", &FilterSettings::max_bytes,
+        "Bytes of input frames that wait or are in work, and with invoke-async of outputs "
+        "that wait; at the bound when-busy decides; 0 = any"},
     gst::Property{"isolate", &FilterSettings::isolate,
                   "Where the engine runs: what it does to its own process cannot reach this one"},
     gst::Property{"isolate-timeout", &FilterSettings::isolate_timeout,

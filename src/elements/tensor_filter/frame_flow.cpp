@@ -59,12 +59,15 @@ void FrameFlow::open(const FilterSettings& settings) {
   // One batch may be gathered while another is run.
   if (gathers) queue_.set_depth(size_t{2} * settings.batch_size);
   // An engine's own thread does not wait for the elements behind.
-  queue_.open(gathers || settings.invoke_async);
+  auto held = std::make_shared<infer::HeldBytes>(limits.bytes, limits.when_busy);
+  queue_.open(gathers || settings.invoke_async, held);
   if (settings.invoke_async)
     async_.limit_silence(std::chrono::milliseconds(settings.async_timeout));
   batch_.open();
   std::lock_guard lock(workers_mutex_);
-  if (on_workers && !gathers)
+  held_ = std::move(held);
+  counts_held_ = gathers || settings.invoke_async;
+  if (on_workers && !counts_held_)
     workers_ = std::make_unique<infer::WorkerPool<Job>>(
         limits, [this](size_t worker, Job job) { run(worker, std::move(job)); });
 }
@@ -169,18 +172,24 @@ GstFlowReturn FrameFlow::hand_on(gst::Ref<GstBuffer> buffer, GstClockTime deadli
 
 GstFlowReturn FrameFlow::gather(gst::Ref<GstBuffer> buffer) {
   if (const auto flow = refusal(); flow != GST_FLOW_OK) return refuse(flow);
+  infer::HeldBytes::Share share;
+  using Answer = infer::HeldBytes::Answer;
+  const uint64_t bytes = gst_buffer_get_size(buffer.get());
+  auto answer = infer::HeldBytes::try_frame(held_, bytes, &share);
+  if (answer == Answer::Full) {
+    batch_.pause();  // what is held is all that there can be: a batch goes without more
+    answer = infer::HeldBytes::take_frame(held_, bytes, &share);
+  }
+  if (answer != Answer::Taken) return give_up(answer);
   auto ticket = queue_.try_submit();
   while (!ticket && drops_old_ && !flushing_ && batch_.drop_oldest()) ticket = queue_.try_submit();
-  if (!ticket && !waits_ && !flushing_) {
-    ledger_->dropped(DropReason::Policy);
-    return queue_.tell_flow();
-  }
+  if (!ticket && !waits_ && !flushing_) return give_up(Answer::Full);
   if (!ticket) {
     batch_.held_up();
     ticket = queue_.submit();
   }
   if (!ticket) return refuse(GST_FLOW_FLUSHING);
-  batch_.add(std::move(buffer), *ticket);
+  batch_.add(std::move(buffer), *ticket, std::move(share));
   const auto flow = queue_.tell_flow();
   const GstFlowReturn failed = failed_;
   return failed != GST_FLOW_OK ? failed : flow;
@@ -244,6 +253,7 @@ void FrameFlow::finish(const Ticket& ticket, Made made) {
 void FrameFlow::fail_all(const Error& error) {
   auto none = GST_FLOW_OK;
   if (failed_.compare_exchange_strong(none, flow_of(error))) gst::post_error(element_, error);
+  held_->refuse_frames();
 }
 
 GstFlowReturn FrameFlow::refusal() const noexcept {
@@ -260,6 +270,7 @@ void FrameFlow::drain() {
 
 void FrameFlow::flush() {
   flushing_ = true;
+  held_->refuse();
   std::vector<Job> waiting;
   {
     std::lock_guard lock(workers_mutex_);
@@ -275,6 +286,7 @@ void FrameFlow::resume() {
   queue_.resume();
   async_.resume();
   failed_ = GST_FLOW_OK;
+  held_->resume();
   flushing_ = false;
   std::lock_guard lock(workers_mutex_);
   if (workers_) workers_->resume();
@@ -322,6 +334,11 @@ void FrameFlow::add_stats(GstStructure* stats) const {
       pool = workers_->state();
     else  // the thread that brings the frames is the worker
       pool.workers = 1, pool.busy = static_cast<size_t>(ledger_->snapshot().held());
+    if (counts_held_) {
+      const auto held = held_->state();
+      pool.bytes_held = held.held, pool.bytes_most = held.most;
+      gst_structure_set(stats, "outputs-dropped", G_TYPE_UINT64, held.dropped, nullptr);
+    }
   }
   gst_structure_set(stats, "workers", G_TYPE_UINT64, uint64_t{pool.workers}, "workers-busy",
                     G_TYPE_UINT64, uint64_t{pool.busy}, "mean-busy", G_TYPE_DOUBLE, pool.mean_busy,

@@ -47,10 +47,9 @@ class FrameFlow {
   void finish(const Ticket& ticket, Made made);
   // Of an engine that answers asynchronously, on any thread: one output, and the end of a frame,
   // `took` after it was begun. Errors as in finish().
-  void add(const Ticket& ticket, gst::Ref<GstBuffer> output) {
-    queue_.add(ticket, std::move(output));
-  }
+  Status add(const Ticket& ticket, gst::Ref<GstBuffer> output);
   void end(const Ticket& ticket, const Status& status, std::chrono::nanoseconds took);
+  infer::HeldBytes::State held() const { return held_->state(); }
   // The engine has said something.
   void heard() { async_.heard(); }
   // What comes from now on is refused, until resume(). Of several errors the first is posted.
@@ -109,11 +108,20 @@ class FrameFlow {
   void check_latency() noexcept;
   GstFlowReturn take_async(gst::Ref<GstBuffer> buffer, GstClockTime deadline);
 
+  // Of a frame that is not taken: it is dropped because all is full, or there was a flush or a
+  // failure.
+  GstFlowReturn give_up(infer::HeldBytes::Answer answer);
+
   Ledger* ledger_;                 // borrowed
   GstElement* element_ = nullptr;  // borrowed: the owner
   OutputQueue queue_;
   std::shared_ptr<const Invokers> invokers_;  // streaming thread only
-  bool asynchronous_ = false;                 // streaming thread only; `async_` has the frames
+  // Of frames that batches and engines of their own threads have, and of the latter's outputs;
+  // workers have a bound of their own. Replaced while no pad is active, by workers_mutex_ too.
+  std::shared_ptr<infer::HeldBytes> held_ =
+      std::make_shared<infer::HeldBytes>(0, infer::WhenBusy::Block);
+  bool counts_held_ = false;   // guarded by workers_mutex_: stats show those bytes
+  bool asynchronous_ = false;  // streaming thread only; `async_` has the frames
   AsyncFrames async_{this};
   infer::InvokeStatistics statistics_;
   LatencyReport report_;

@@ -1,6 +1,8 @@
 // Pushes what is finished, in order.
 #include "elements/tensor_filter/output_queue.hpp"
 
+#include <vector>
+
 namespace weir {
 
 void OutputQueue::set_pad(GstPad* source) {
@@ -8,7 +10,27 @@ void OutputQueue::set_pad(GstPad* source) {
   task_.set(source, [this] { drain(); });
 }
 
-void OutputQueue::open(bool with_task) {
+class OutputQueue::Waiting final : public infer::HeldBytes::Results {
+ public:
+  Waiting(Queue* queue, const Ticket& ticket) : queue_(queue), ticket_(ticket) {}
+  bool leave() const override { return queue_->leaves(); }
+  bool is_next() const override { return queue_->is_next(ticket_); }
+  std::optional<uint64_t> drop_oldest() override {
+    auto entry =
+        queue_->take_oldest([](const Entry& e) { return std::holds_alternative<Part>(e); });
+    if (!entry) return std::nullopt;
+    dropped_.push_back(std::get<Part>(*std::move(entry)));
+    return dropped_.back().bytes;
+  }
+
+ private:
+  Queue* queue_;
+  const Ticket& ticket_;
+  std::vector<Part> dropped_;  // freed without a lock: the engine may hear of its memory
+};
+
+void OutputQueue::open(bool with_task, std::shared_ptr<infer::HeldBytes> held) {
+  held_ = std::move(held);
   with_task_ = with_task;
   task_.open();
 }
@@ -22,8 +44,16 @@ GstFlowReturn OutputQueue::finish(const Ticket& ticket, gst::Ref<GstBuffer> outp
   return flow_;
 }
 
-void OutputQueue::add(const Ticket& ticket, gst::Ref<GstBuffer> output) {
-  if (queue_.add(ticket, Part{std::move(output)})) push_finished();
+infer::HeldBytes::Room OutputQueue::add(const Ticket& ticket, gst::Ref<GstBuffer> output) {
+  const uint64_t bytes = gst_buffer_get_size(output.get());
+  Waiting waiting(&queue_, ticket);
+  const auto room = held_->take_result(bytes, waiting);
+  if (room != infer::HeldBytes::Room::Taken) return room;
+  if (queue_.add(ticket, Part{std::move(output), bytes}))
+    push_finished();
+  else
+    held_->release_result(bytes);
+  return room;
 }
 
 void OutputQueue::end(const Ticket& ticket) {
@@ -47,9 +77,11 @@ bool OutputQueue::send(gst::Ref<GstEvent> event) {
 }
 
 void OutputQueue::flush() {
-  for (const Entry& entry : queue_.flush())
+  for (const Entry& entry : queue_.flush()) {
     if (std::holds_alternative<gst::Ref<GstBuffer>>(entry) || std::holds_alternative<Ended>(entry))
       ledger_->dropped(DropReason::Flush);
+    if (const auto* part = std::get_if<Part>(&entry)) held_->release_result(part->bytes);
+  }
 }
 
 void OutputQueue::resume() {
@@ -63,6 +95,7 @@ void OutputQueue::push_finished() {
 
 void OutputQueue::drain() {
   queue_.drain([this](Entry entry) { push(std::move(entry)); });
+  if (with_task_) held_->moved();
 }
 
 void OutputQueue::push(Entry entry) noexcept {
@@ -77,6 +110,7 @@ void OutputQueue::push(Entry entry) noexcept {
   } else if (auto* part = std::get_if<Part>(&entry)) {
     ledger_->pushed();
     flow_ = gst_pad_push(source_, part->buffer.release());
+    held_->release_result(part->bytes);
   } else {
     ledger_->consumed();
   }

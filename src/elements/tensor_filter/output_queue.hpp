@@ -4,9 +4,11 @@
 #include <gst/gst.h>
 
 #include <atomic>
+#include <memory>
 #include <variant>
 
 #include "core/infer/completion_queue.hpp"
+#include "core/infer/held_bytes.hpp"
 #include "core/ledger/ledger.hpp"
 #include "gstcpp/push_task.hpp"
 #include "gstcpp/ref.hpp"
@@ -16,6 +18,7 @@ namespace weir {
 class OutputQueue {
   struct Part {  // one of a frame's outputs
     gst::Ref<GstBuffer> buffer;
+    uint64_t bytes;
   };
   struct Ended {};  // behind the last of them
   using Entry = std::variant<gst::Ref<GstBuffer>, gst::Ref<GstEvent>, Part, Ended>;
@@ -30,7 +33,8 @@ class OutputQueue {
 
   // With a task the source pad's own thread pushes, so that whoever ends a frame does not wait for
   // the elements behind; else whoever ends the oldest pushes. Before the pads are activated.
-  void open(bool with_task);
+  // `held` counts the bytes of what add() is given, until it has been pushed.
+  void open(bool with_task, std::shared_ptr<infer::HeldBytes> held);
   // Before the pads are deactivated, and after.
   void stop() { task_.close(); }
   void close() { task_.join(); }
@@ -44,7 +48,9 @@ class OutputQueue {
   // pad.
   GstFlowReturn finish(const Ticket& ticket, gst::Ref<GstBuffer> output);
   // One of several outputs of a frame; in the ledger pushed. Nothing happens when it was flushed.
-  void add(const Ticket& ticket, gst::Ref<GstBuffer> output);
+  // At the bound of the bytes it waits until outputs were pushed, or is dropped; Stuck: those that
+  // are held wait for the end of an older frame.
+  infer::HeldBytes::Room add(const Ticket& ticket, gst::Ref<GstBuffer> output);
   // Ends a frame whose outputs were added; in the ledger consumed, or dropped when it was flushed.
   void end(const Ticket& ticket);
   // Ends a frame that gives no output. False: it was flushed. The caller enters it in the ledger.
@@ -72,6 +78,7 @@ class OutputQueue {
   void resume();
 
  private:
+  class Waiting;  // those outputs, as HeldBytes asks for them
   void push_finished();
   void drain();
   void push(Entry entry) noexcept;
@@ -80,7 +87,8 @@ class OutputQueue {
   Ledger* ledger_;
   gst::PushTask task_;
   bool with_task_ = false;
-  GstPad* source_ = nullptr;  // borrowed from the element
+  std::shared_ptr<infer::HeldBytes> held_;  // replaced while no pad is active
+  GstPad* source_ = nullptr;                // borrowed from the element
   Queue queue_;
   std::atomic<GstFlowReturn> flow_{GST_FLOW_OK};
   std::atomic<bool> flow_is_told_{false};

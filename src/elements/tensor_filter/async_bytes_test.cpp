@@ -1,0 +1,231 @@
+// invoke-async at its bounds: max-bytes of frames in work and of outputs that wait, and when-busy.
+// The engine is tests/support/async_engine.cpp; every frame and every output has 16 bytes.
+#include <thread>
+
+#include "elements/tensor_filter/async_filter.hpp"
+
+namespace {
+
+using namespace weir::test;
+using namespace weir::test::async;
+
+using Numbers = std::vector<float>;
+
+// Elements behind that take no buffer until they are let.
+class Closed {
+ public:
+  explicit Closed(const Harness& h) {
+    gst_pad_add_probe(h->sinkpad, GST_PAD_PROBE_TYPE_BUFFER, hold, this, nullptr);
+  }
+  ~Closed() { open(); }
+  void wait_until_one_is_held() {
+    std::unique_lock lock(mutex_);
+    changed_.wait(lock, [this] { return came_; });
+  }
+  void open() {
+    std::lock_guard lock(mutex_);
+    open_ = true;
+    changed_.notify_all();
+  }
+
+ private:
+  static GstPadProbeReturn hold(GstPad*, GstPadProbeInfo*, gpointer data) {
+    auto* self = static_cast<Closed*>(data);
+    std::unique_lock lock(self->mutex_);
+    self->came_ = true;
+    self->changed_.notify_all();
+    self->changed_.wait(lock, [self] { return self->open_; });
+    return GST_PAD_PROBE_OK;
+  }
+  std::mutex mutex_;  // guards the rest
+  std::condition_variable changed_;
+  bool came_ = false, open_ = false;
+};
+
+void wait_for_stat(const Harness& h, const char* name, uint64_t value) {
+  while (stat(h, kFilter, name) != value) std::this_thread::yield();
+}
+Numbers all(const Harness& h) {
+  End end(h);
+  gst_harness_push_event(h.get(), gst_event_new_eos());
+  end.wait();
+  Numbers out;
+  while (gst_harness_buffers_in_queue(h.get()) > 0) out.push_back(pull(h));
+  return out;
+}
+// One output that is held outside, and a frame of which nine are made: 9 to 17. Of these three fit,
+// beside their frame and the one outside.
+void give_nine_behind_one(const Harness& h, Closed& outside) {
+  push(h, 1);
+  outside.wait_until_one_is_held();
+  wait_for_stat(h, "bytes-held", 16);
+  push(h, 9);
+}
+
+TEST(TensorFilterAsyncBytes, KeepsTheEngineWaitingAtTheBound) {
+  auto h = harness("in-flight:2", "max-bytes=80");
+  Closed outside(h);
+  give_nine_behind_one(h, outside);
+  wait_for_stat(h, "bytes-held", 80);
+  outside.open();
+  EXPECT_EQ(all(h), (Numbers{1, 9, 10, 11, 12, 13, 14, 15, 16, 17}));
+  EXPECT_EQ(stat(h, kFilter, "bytes-most"), 80u);
+  EXPECT_EQ(stat(h, kFilter, "bytes-held"), 0u);
+  EXPECT_EQ(stat(h, kFilter, "outputs-dropped"), 0u);
+  expect_sums(h);
+}
+
+TEST(TensorFilterAsyncBytes, DropsNewOutputs) {
+  auto h = harness("in-flight:2", "max-bytes=80 when-busy=drop-new");
+  Closed outside(h);
+  give_nine_behind_one(h, outside);
+  wait_for_stat(h, "invokes", 2);
+  outside.open();
+  EXPECT_EQ(all(h), (Numbers{1, 9, 10, 11}));
+  EXPECT_EQ(stat(h, kFilter, "bytes-most"), 80u);
+  EXPECT_EQ(stat(h, kFilter, "outputs-dropped"), 6u);
+  EXPECT_EQ(stat(h, kFilter, "consumed"), 2u);
+  expect_sums(h);
+}
+
+TEST(TensorFilterAsyncBytes, DropsOldOutputs) {
+  auto h = harness("in-flight:2", "max-bytes=80 when-busy=drop-old");
+  Closed outside(h);
+  give_nine_behind_one(h, outside);
+  wait_for_stat(h, "invokes", 2);
+  outside.open();
+  EXPECT_EQ(all(h), (Numbers{1, 15, 16, 17}));
+  EXPECT_EQ(stat(h, kFilter, "bytes-most"), 80u);
+  EXPECT_EQ(stat(h, kFilter, "outputs-dropped"), 6u);
+  expect_sums(h);
+}
+
+// Each output is more than the bound.
+TEST(TensorFilterAsyncBytes, NeverStopsAStream) {
+  for (const char* custom : {"in-flight:1", "in-flight:3", "in-flight:1,inline:1"}) {
+    auto h = harness(custom, "max-bytes=1");
+    Numbers expected;
+    for (int i = 0; i < 20; ++i) {
+      for (int k = 0; k < i % 4; ++k) expected.push_back(static_cast<float>(i % 4 + k));
+      ASSERT_EQ(push(h, static_cast<float>(i % 4)), GST_FLOW_OK);
+    }
+    EXPECT_EQ(all(h), expected) << custom;
+    expect_sums(h);
+  }
+}
+
+// The newest of three frames is answered first: what it gives waits for the engine's next answers.
+TEST(TensorFilterAsyncBytes, FailsWhereOnlyTheEngineCouldMakeRoom) {
+  auto h = harness("outputs:3,in-flight:3,reverse:3", "max-bytes=64");
+  Errors errors(h);
+  for (int i = 0; i < 3; ++i) ASSERT_EQ(push(h, static_cast<float>(i)), GST_FLOW_OK);
+  const std::string error = await(errors);
+  EXPECT_SAYS(error,
+              "WEIR-2006: outputs that wait for those of an older frame are more bytes than "
+              "max-bytes allows");
+  EXPECT_SAYS(error, "offered: 64 bytes held and an output of 16 beside them, max-bytes=64");
+  EXPECT_SAYS(error, "needed: max-bytes of 80 or more, 0 = any; or when-busy=drop-new or drop-old");
+  EXPECT_SAYS(error, "fix: tensor_filter invoke-async=true max-bytes=80");
+  all(h);
+  EXPECT_EQ(stat(h, kFilter, "bytes-most"), 64u);
+  expect_sums(h);
+}
+
+TEST(TensorFilterAsyncBytes, DropsWhereOnlyTheEngineCouldMakeRoom) {
+  for (const char* when_busy : {"drop-new", "drop-old"}) {
+    auto h = harness("outputs:3,in-flight:3,reverse:3",
+                     "max-bytes=64 when-busy=" + std::string(when_busy));
+    for (int i = 0; i < 3; ++i) ASSERT_EQ(push(h, static_cast<float>(10 * i)), GST_FLOW_OK);
+    const auto out = all(h);
+    EXPECT_TRUE(std::is_sorted(out.begin(), out.end()));
+    EXPECT_EQ(stat(h, kFilter, "pushed") + stat(h, kFilter, "outputs-dropped"), 9u);
+    EXPECT_GE(stat(h, kFilter, "outputs-dropped"), 2u);
+    EXPECT_EQ(stat(h, kFilter, "consumed"), 3u);
+    expect_sums(h);
+  }
+}
+
+TEST(TensorFilterAsyncBytes, BoundsFramesInWork) {
+  auto h = harness("outputs:1,in-flight:8,never:1", "max-bytes=32");
+  push(h, 1);
+  push(h, 2);
+  GstFlowReturn flow = GST_FLOW_OK;
+  std::thread streaming([&] { flow = push(h, 3); });
+  wait_for_stat(h, "received", 3);
+  EXPECT_EQ(stat(h, kFilter, "bytes-held"), 32u);
+  gst_harness_push_event(h.get(), gst_event_new_flush_start());
+  streaming.join();
+  EXPECT_EQ(flow, GST_FLOW_FLUSHING);
+  EXPECT_EQ(stat(h, kFilter, "bytes-most"), 32u);
+  EXPECT_EQ(stat(h, kFilter, "dropped-flush"), 3u);
+  expect_sums(h);
+}
+
+TEST(TensorFilterAsyncBytes, LetsAnOutputThatWaitsGoWithAFlush) {
+  auto h = harness("in-flight:2", "max-bytes=80");
+  Closed outside(h);
+  give_nine_behind_one(h, outside);
+  wait_for_stat(h, "bytes-held", 80);
+  gst_harness_push_event(h.get(), gst_event_new_flush_start());
+  outside.open();
+  gst_harness_push_event(h.get(), gst_event_new_flush_stop(TRUE));
+  EXPECT_EQ(stat(h, kFilter, "held"), 0u);
+  wait_for_stat(h, "bytes-held", 0);
+  expect_sums(h);
+}
+
+TEST(TensorFilterAsyncBytes, StopsWhileAnOutputWaits) {
+  auto h = harness("in-flight:2", "max-bytes=80");
+  Closed outside(h);
+  give_nine_behind_one(h, outside);
+  wait_for_stat(h, "bytes-held", 80);
+  const auto element = element_of(h, kFilter);
+  std::thread stop([&] { gst_element_set_state(element.get(), GST_STATE_NULL); });
+  wait_for_stat(h, "held", 0);
+  outside.open();
+  stop.join();
+  EXPECT_EQ(stat(element.get(), "held"), 0u);
+}
+
+// An engine that waits for the elements behind is not silent. The other filter has the same
+// time-out and begins to wait later.
+TEST(TensorFilterAsyncBytes, BlamesNoEngineThatIsKeptWaiting) {
+  auto h = harness("in-flight:2", "max-bytes=80 async-timeout=40");
+  Errors errors(h);
+  Closed outside(h);
+  give_nine_behind_one(h, outside);
+  wait_for_stat(h, "bytes-held", 80);
+  auto other = harness("never:1", "async-timeout=40");
+  Errors others(other);
+  push(other, 1);
+  EXPECT_SAYS(await(others), "WEIR-3015");
+  EXPECT_EQ(errors.next(), "");
+  outside.open();
+  EXPECT_EQ(all(h).size(), 10u);
+}
+
+TEST(TensorFilterAsyncBytes, FailsWhereTheBoundNeverBecomesFree) {
+  auto h = harness("outputs:1,in-flight:8,never:1", "max-bytes=16 async-timeout=20");
+  Errors errors(h);
+  push(h, 1);
+  EXPECT_EQ(push(h, 2), GST_FLOW_ERROR) << "after the time-out";
+  EXPECT_SAYS(await(errors), "async-timeout=20 ms, frames in work: 1, and one waits for max-bytes");
+  expect_sums(h);
+}
+
+// ---- When every place is taken ----------------------------------------------------------------
+
+TEST(TensorFilterAsyncBusy, DropsTheFrameForWhichThereIsNoPlace) {
+  for (const char* when_busy : {"drop-new", "drop-old"})
+    for (const char* more : {"in-flight:1", "in-flight:8"}) {
+      auto h = harness(std::string("outputs:1,never:1,") + more,
+                       "max-bytes=16 when-busy=" + std::string(when_busy));
+      for (int i = 0; i < 4; ++i) EXPECT_EQ(push(h, 1), GST_FLOW_OK) << "the source goes on";
+      EXPECT_EQ(stat(h, kFilter, "dropped-policy"), 3u) << more;
+      EXPECT_EQ(stat(h, kFilter, "held"), 1u);
+      flush(h);
+      expect_sums(h);
+    }
+}
+
+}  // namespace
