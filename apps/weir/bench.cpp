@@ -31,6 +31,33 @@ bool ran(const BenchCase& one) {
   return !one.error && !one.rounds.empty();
 }
 
+constexpr std::string_view kNotLowered = "none: ";
+
+bool is_lowered(const BenchCase& one) {
+  if (one.rounds.empty()) return false;
+  const auto& lowering = one.rounds[0].lowering;
+  return !lowering.empty() && !lowering.starts_with(kNotLowered);
+}
+
+// As a table names who runs it: an engine may hand a graph over, translated.
+std::string engine_cell(const BenchCase& one) {
+  if (!is_lowered(one)) return one.engine;
+  const auto& runner = one.rounds[0].lowering;
+  return one.engine + (runner == one.engine ? " (lowered)" : " (lowered to " + runner + ")");
+}
+
+// An option that was only tried and that the model leaves as it is.
+bool has_no_effect(const BenchOptions& options, const BenchCase& one, const Measured& measured) {
+  return one.custom != options.custom && measured.lowering.starts_with(kNotLowered);
+}
+
+Refusal no_effect(const BenchCase& one, const Measured& measured) {
+  return {one.engine + ", " + one.custom,
+          {Code::MODEL_UNSUPPORTED, "the option changes nothing for this model", one.custom,
+           "a graph of which every operator is lowered",
+           measured.lowering.substr(kNotLowered.size()), "leave the option out"}};
+}
+
 // What an error says of one case may hold for others, which are not tried then.
 bool shares_error(const BenchCase& failed, const BenchCase& other) {
   if (failed.engine != other.engine) return false;
@@ -49,10 +76,11 @@ bool shares_error(const BenchCase& failed, const BenchCase& other) {
 }
 
 // Rounds in turn, so that what the machine does meanwhile hits all cases alike.
-void run(const BenchOptions& options, std::vector<BenchCase>* cases) {
-  for (int round = 0; round < kRounds; ++round)
-    for (auto& one : *cases) {
-      if (one.error) continue;
+void run(const BenchOptions& options, BenchPlan* plan) {
+  auto& cases = plan->cases;
+  for (int round = 0; round < kRounds; ++round) {
+    for (auto& one : cases) {
+      if (one.error || one.is_dropped) continue;
       BenchCaseOptions request;
       request.model = options.model;
       request.engine = one.engine;
@@ -63,14 +91,22 @@ void run(const BenchOptions& options, std::vector<BenchCase>* cases) {
       request.seconds = options.seconds / kRounds;
       request.patience = options.patience;
       const auto measured = run_case(request);
+      if (measured && has_no_effect(options, one, *measured)) {
+        plan->refused.push_back(no_effect(one, *measured));
+        for (auto& other : cases)
+          other.is_dropped |= other.engine == one.engine && other.custom == one.custom;
+        continue;
+      }
       if (measured) {
         one.rounds.push_back(*measured);
         continue;
       }
       one.error = measured.error();
-      for (auto& other : *cases)
+      for (auto& other : cases)
         if (!other.error && shares_error(one, other)) other.error = one.error;
     }
+    std::erase_if(cases, [](const BenchCase& one) { return one.is_dropped; });
+  }
 }
 
 std::vector<const BenchCase*> by_time(const std::vector<BenchCase>& cases) {
@@ -98,7 +134,7 @@ const BenchCase& best_of(const std::vector<const BenchCase*>& ordered) {
 }
 
 std::string name_of(const BenchCase& one) {
-  std::string out = one.engine + ", threads " + std::to_string(one.threads) + ", batch " +
+  std::string out = engine_cell(one) + ", threads " + std::to_string(one.threads) + ", batch " +
                     std::to_string(one.batch);
   return one.custom.empty() ? out : out + ", " + one.custom;
 }
@@ -110,7 +146,7 @@ struct Failure {
 };
 std::vector<Failure> failures_of(const BenchPlan& plan) {
   std::vector<Failure> out;
-  for (const auto& refusal : plan.refused) out.push_back({refusal.engine, refusal.error});
+  for (const auto& refusal : plan.refused) out.push_back({refusal.cases, refusal.error});
   std::vector<const BenchCase*> told;
   for (const auto& one : plan.cases) {
     if (!one.error) continue;
@@ -165,6 +201,11 @@ Result<LaunchLine> line_of(const BenchOptions& options, const BenchCase& fastest
   auto line = launch_line(options.model, fastest.engine, inputs,
                           card ? card::preparation(card->inputs[0]) : "",
                           properties_of(fastest, options.words));
+  if (is_lowered(fastest))
+    line.notes.push_back(
+        "lowered: the graph is translated for " + fastest.rounds[0].lowering +
+        ", and results may differ by some steps from those of the engine that the file is made for;"
+        " compare them before you rely on it");
   if (fastest.batch > 1)
     line.notes.push_back("batch-size gathers frames: each waits for " +
                          std::to_string(fastest.batch - 1) + " others");
@@ -177,6 +218,7 @@ Json json_of(const BenchCase& one) {
           {"threads", one.threads},
           {"batch", one.batch},
           {"custom", one.custom},
+          {"lowered_to", is_lowered(one) ? Json(one.rounds[0].lowering) : Json(nullptr)},
           {"ms", ms},
           {"frames_per_second", 1e3 / ms},
           {"load_ms", median_of(one, &Measured::load_ms)},
@@ -202,7 +244,7 @@ void print_text(const BenchOptions& options, const BenchPlan& plan,
       {"engine", "threads", "batch", "options", "ms per frame", "frames/s", "load ms", "MiB"}};
   for (const auto* one : ordered) {
     const double ms = median_of(*one, &Measured::ms);
-    rows.push_back({one->engine, std::to_string(one->threads), std::to_string(one->batch),
+    rows.push_back({engine_cell(*one), std::to_string(one->threads), std::to_string(one->batch),
                     one->custom.empty() ? "-" : one->custom,
                     decimals(ms, ms < 0.01 ? 6
                                  : ms < 1  ? 4
@@ -263,7 +305,7 @@ int bench(const BenchOptions& options) {
   }
   auto plan = plan_bench(options);
   if (!plan) return report(plan.error(), options.json);
-  run(options, &plan->cases);
+  run(options, &*plan);
   const auto ordered = by_time(plan->cases);
   if (ordered.empty()) return report(nothing_ran(options, *plan), options.json);
   const auto line = line_of(options, best_of(ordered), card);

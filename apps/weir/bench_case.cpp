@@ -16,6 +16,7 @@
 #include "core/infer/module_library.hpp"
 #include "engine_options.hpp"
 #include "made_up_inputs.hpp"
+#include "model_description.hpp"
 #include "model_paths.hpp"
 #include "report.hpp"
 #include "weir/module.hpp"
@@ -75,6 +76,8 @@ class Case {
       return status.error();
     return out;
   }
+
+  const infer::Model& model() const { return session_->model(); }
 
   Status invoke() {
     for (size_t i = 0; i < outputs_.size(); ++i)
@@ -153,7 +156,13 @@ class Case {
   weir_frame in_{}, out_{};
 };
 
-// {"ms", "load_ms", "mib", "threads", "batch"}
+std::string lowering_of(const infer::Model& model) {
+  const Json told = model_description(model)["metadata"];
+  const auto found = told.is_object() ? told.find("lowering") : told.end();
+  return found != told.end() && found->is_string() ? found->get<std::string>() : "";
+}
+
+// {"ms", "load_ms", "mib", "lowering", "threads", "batch"}
 Result<Json> measure(const BenchCaseOptions& options) {
   const double memory_before = memory_of_process("VmRSS");
   const auto start = Clock::now();
@@ -178,6 +187,7 @@ Result<Json> measure(const BenchCaseOptions& options) {
   return Json{{"ms", *middle},
               {"load_ms", load},
               {"mib", std::max(memory, 0.0) / kKibibytesPerMebibyte},
+              {"lowering", lowering_of((*opened)->model())},
               {"threads", options.threads},
               {"batch", options.batch}};
 }

@@ -16,10 +16,11 @@ struct BenchCase {
   std::string custom;            // "": the engine's defaults
   std::vector<Measured> rounds;  // of those that went well
   std::optional<Error> error;    // it is run no more
+  bool is_dropped = false;       // nor is it a case: its options change nothing
 };
 
 struct Refusal {
-  std::string engine;
+  std::string cases;  // an engine, or one with such options
   Error error;
 };
 

@@ -138,7 +138,8 @@ Result<Measured> run_case(const BenchCaseOptions& options) {
   if (told.contains("error")) return error_of(told["error"]);
   if (told.value("threads", 0) != options.threads || told.value("batch", 0) != options.batch)
     return Error{Code::INTERNAL, "another case was measured than was asked for", text, "", "", ""};
-  return Measured{told.value("ms", 0.0), told.value("load_ms", 0.0), told.value("mib", 0.0)};
+  return Measured{told.value("ms", 0.0), told.value("load_ms", 0.0), told.value("mib", 0.0),
+                  told.value("lowering", std::string())};
 }
 
 }  // namespace weir::app

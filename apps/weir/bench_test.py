@@ -3,6 +3,7 @@
 
 import json
 import os
+import pathlib
 import re
 import unittest
 
@@ -10,6 +11,10 @@ import tap_runner
 from weir_case import HAS_ONNX, MODEL, SOURCE, Case, weir
 
 SHORT = ("--seconds", "0.05")
+SHARED = pathlib.Path(os.environ.get("WEIR_DATA") or SOURCE / "../shared")
+QUANTISED = SHARED / "models/classification/mobilenet_v1_0.25_224_quant.tflite"
+WITH_ITS_OWN_OPERATOR = SHARED / "models/detection/coco_ssd_mobilenet_v1_1.0_quant.tflite"
+CAN_LOWER = HAS_ONNX and "tensorflow-lite" in os.environ["WEIR_MODULE_PATH"] and QUANTISED.is_file()
 LUA = SOURCE / "src/modules/engines/lua/halves.lua"
 
 
@@ -102,6 +107,37 @@ class Bench(Case):
         told = json.loads(self.good(done))
         self.assertEqual([(c["engine"], c["threads"]) for c in told["cases"]], [("lua", 1)])
         self.runs(told["launch"])
+
+    @unittest.skipUnless(CAN_LOWER, "onnxruntime or tensorflow-lite is not built, or ../shared is not there")
+    def test_a_lowered_graph_is_a_row_that_names_what_runs_it(self):
+        cache = {"XDG_CACHE_HOME": str(self.folder)}
+        words = ("bench", "--seconds", "0.3", "-t", "1", "-b", "1")
+        said = self.good(weir(*words, QUANTISED, **cache))
+        rows = re.findall(r"^  (\S+(?: \([^)]*\))?) +1 +1 +(\S+) +[\d.]+ ", said, re.M)
+        self.assertEqual(set(rows), {("tensorflow-lite (lowered to onnxruntime)", "Lowering:onnxruntime"),
+                                     ("onnxruntime (lowered)", "-"), ("tensorflow-lite", "-"), ("tensorflow-lite", "Delegate:None")})
+        self.assertIn("lowered", rows[0][0], "the fastest, by a factor")
+        fastest = re.search(r"The fastest: (.*), threads 1, batch 1(?:, Lowering:onnxruntime)?\n  (.*)\n  note: (.*)\n", said)
+        self.assertIn("lowered", fastest[1])
+        self.assertRegex(fastest[2], r"framework=(onnxruntime |tensorflow-lite .*custom=Lowering:onnxruntime )")
+        self.assertRegex(fastest[3], "^lowered: the graph is translated for onnxruntime, and results may differ by some steps")
+        told = json.loads(self.good(weir(*words, "--json", "-e", "tensorflow-lite", "--custom", "Lowering:onnxruntime", QUANTISED, **cache)))
+        self.assertEqual([c["lowered_to"] for c in told["cases"]], ["onnxruntime"])
+        self.runs(told["launch"])
+
+    @unittest.skipUnless(CAN_LOWER, "onnxruntime or tensorflow-lite is not built, or ../shared is not there")
+    def test_a_graph_that_is_not_lowered_is_no_row_of_its_own(self):
+        told = json.loads(self.good(weir("bench", "--json", "--seconds", "0.05", "-t", "1,2", WITH_ITS_OWN_OPERATOR,
+                                         XDG_CACHE_HOME=str(self.folder))))
+        self.assertEqual({(c["engine"], c["custom"], c["lowered_to"]) for c in told["cases"]},
+                         {("tensorflow-lite", "", None), ("tensorflow-lite", "Delegate:None", None)})
+        refused = {r["case"]: r["error"] for r in told["not_measured"]}
+        self.assertEqual(set(refused), {"onnxruntime", "tensorflow-lite, Lowering:onnxruntime", "tensorflow-lite, batch 4"})
+        self.assertIn("the operator TFLite_Detection_PostProcess", refused["onnxruntime"]["what"])
+        without = refused["tensorflow-lite, Lowering:onnxruntime"]
+        self.assertEqual((without["what"], without["fix"]), ("the option changes nothing for this model", "leave the option out"))
+        self.assertIn("TFLite_Detection_PostProcess", without["difference"])
+        self.assertNotIn("onnxruntime", told["for_other_files"])
 
     def test_batches_that_a_model_refuses_are_told_and_the_rest_is_measured(self):
         said = self.good(weir("bench", "-e", "fake", "-t", "1,2", "-b", "1,4", "--custom", "stateful:1", *SHORT, self.model()))

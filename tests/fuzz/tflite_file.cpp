@@ -2,8 +2,8 @@
 #include <cstdint>
 #include <span>
 
-#include "tensorflow-lite/tflite_metadata.hpp"
 #include "tflite-file/tflite_file.hpp"
+#include "tflite-file/tflite_metadata.hpp"
 
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   const auto file = std::as_bytes(std::span(data, size));

@@ -57,6 +57,40 @@ TEST_F(Lowering, TheOtherEngineTakesWhatIsLowered) {
   EXPECT_EQ((*y)[0].values<int8_t>(), (std::vector<int8_t>{-128, -1, 0, 127}));
 }
 
+TEST_F(Lowering, TheOtherEngineSaysWhatTheFileSays) {
+  const auto path =
+      folder_.write("model.tflite", TfliteBuilder()
+                                        .input("x", kTfUint8, {1, 2, 2, 3})
+                                        .quantized({{0.25f}, {7}})
+                                        .constant<int32_t>("s", kTfInt32, {2}, {1, 12})
+                                        .output("y", kTfUint8, {1, 12})
+                                        .quantized({{0.25f}, {7}})
+                                        .node(kOpReshape, {"x", "s"}, {"y"})
+                                        .bytes());
+  const auto model = OpenEngine::open(*other_engine(), path);
+  ASSERT_TRUE(model) << model.error().message();
+  for (const auto& info : {(*model)->inputs()[0], (*model)->outputs()[0]}) {
+    EXPECT_EQ(info.scale, 0.25f);
+    EXPECT_EQ(info.zero_point, 7);
+  }
+  EXPECT_EQ((*model)->inputs()[0].layout, uint32_t{WEIR_LAYOUT_NHWC});
+  EXPECT_NE(std::string((*model)->info().metadata_json).find(R"("lowering":"onnxruntime")"),
+            std::string::npos);
+}
+
+// Who asks the engines about a file hears of both, and of the one that it is made for first.
+TEST_F(Lowering, BothEnginesClaimTheFile) {
+  const auto bytes = tflite_negation().bytes();
+  const auto score = [&](const weir_engine& engine) {
+    int out = -1;
+    weir_error error{};
+    EXPECT_GE(engine.probe("model.bin", bytes.data(), bytes.size(), &out, &error), 0);
+    return out;
+  };
+  EXPECT_GT(score(*other_engine()), 0);
+  EXPECT_GT(score(*engine()), score(*other_engine()));
+}
+
 TEST_F(Lowering, TheOtherEngineRefusesWhatIsNotLoweredAndNamesIt) {
   const auto path = folder_.write("model.tflite", tflite_negation().bytes());
   const auto model = OpenEngine::open(*other_engine(), path);

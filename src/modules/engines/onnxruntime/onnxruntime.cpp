@@ -2,6 +2,7 @@
 #include "engine_table.hpp"
 #include "onnxruntime/ort_model.hpp"
 #include "onnxruntime/ort_runner.hpp"
+#include "tflite-file/tflite_file.hpp"
 
 namespace weir::engine {
 namespace {
@@ -22,7 +23,8 @@ struct OnnxRuntimeEngine {
   using Session = OrtRunner;
 
   static int probe(const std::string&, std::span<const unsigned char> head) {
-    return onnx_score(head);
+    constexpr int kLowered = 40;  // less than the engine that such files are made for
+    return tflite_score(head) > 0 ? kLowered : onnx_score(head);
   }
   static std::optional<LibraryFacts> library() {
     const auto runtime = OrtRuntime::instance();

@@ -2,8 +2,9 @@
 #include "onnxruntime/ort_model.hpp"
 
 #include <algorithm>
+#include <optional>
 
-#include "lowering/lowering.hpp"
+#include "lowering/lowered_facts.hpp"
 #include "model_bytes.hpp"
 #include "module_host.hpp"
 #include "onnxruntime/ort_metadata.hpp"
@@ -75,22 +76,30 @@ bool is_tflite(std::span<const std::byte> bytes) {
   return tflite_score({reinterpret_cast<const unsigned char*>(bytes.data()), bytes.size()}) > 0;
 }
 
+// What the file of a model that was lowered says of it.
+struct LoweredFacts {
+  std::vector<PortQuantization> inputs, outputs;
+  std::string metadata;
+};
+
 // A TensorFlow Lite model becomes the ONNX model that is opened instead.
-Status lower(ModelBytes* file, const OrtRuntime& runtime, OrtOptions* options) {
-  const auto lowered = lower_tflite(file->bytes, {options->lowering_cache, runtime.version()});
+Result<LoweredFacts> lower(ModelBytes* file, const OrtRuntime& runtime, OrtOptions* options) {
+  auto lowered = lower_tflite(file->bytes, {options->lowering_cache, runtime.version()});
   if (!lowered) {
     Error error = lowered.error();
     error.offered = file->name() + (error.offered.empty() ? "" : ": " + error.offered);
     if (error.code == Code::MODEL_UNSUPPORTED) error.fix = "framework=tensorflow-lite";
     return error;
   }
+  LoweredFacts facts{std::move(lowered->inputs), std::move(lowered->outputs),
+                     lowered_metadata(file->bytes)};
   const auto* bytes = reinterpret_cast<const std::byte*>(lowered->onnx.data());
   file->owned.assign(bytes, bytes + lowered->onnx.size());
   file->bytes = file->owned;
   file->path.clear();
   // What the lowered graph computes in real numbers must not be quantised anew.
   options->config.emplace_back("session.disable_quant_qdq", "1");
-  return ok();
+  return facts;
 }
 
 }  // namespace
@@ -102,8 +111,12 @@ Result<std::unique_ptr<OrtModel>> OrtModel::open(const weir_open& request) {
   if (!options) return options.error();
   auto file = read_model(request);
   if (!file) return file.error();
-  if (is_tflite(file->bytes))
-    if (auto status = lower(&*file, **runtime, &*options); !status) return status.error();
+  std::optional<LoweredFacts> source;
+  if (is_tflite(file->bytes)) {
+    auto lowered = lower(&*file, **runtime, &*options);
+    if (!lowered) return lowered.error();
+    source = *std::move(lowered);
+  }
   auto summary = read_onnx(file->bytes);
   if (!summary) {
     Error error = summary.error();
@@ -124,7 +137,12 @@ Result<std::unique_ptr<OrtModel>> OrtModel::open(const weir_open& request) {
   model->mark_batch_axis();
   model->shapes_depend_on_data_ = summary->shapes_depend_on_data();
   model->weight_bytes_ = summary->weight_bytes;
-  model->metadata_ = ort_metadata_json(**runtime, model->session(), *summary);
+  if (source) {
+    lay_over(source->inputs, model->inputs_.infos);
+    lay_over(source->outputs, model->outputs_.infos);
+  }
+  model->metadata_ = source ? std::move(source->metadata)
+                            : ort_metadata_json(**runtime, model->session(), *summary);
   return model;
 }
 

@@ -6,10 +6,9 @@
 #include <vector>
 
 #include "engine_options.hpp"
+#include "lowering/lowered_facts.hpp"
 #include "lowering/lowering.hpp"
 #include "model_bytes.hpp"
-#include "tensorflow-lite/tflite_metadata.hpp"
-#include "tflite-file/tflite_file.hpp"
 #include "weir/find_engine.h"
 
 namespace weir::engine {
@@ -83,17 +82,6 @@ Result<LoweringChoice> lowering_choice(const weir_open& request) {
   return out;
 }
 
-std::string metadata_of(const ModelBytes& file) {
-  const auto summary = read_tflite(file.bytes);
-  if (!summary) return "{}";
-  const nlohmann::json out{
-      {"custom_metadata_map", tflite_properties(file.bytes, summary->metadata)},
-      {"description", summary->description},
-      {"lowering", "onnxruntime"},
-      {"operators", summary->operators}};
-  return out.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
-}
-
 std::string with_reason(const char* metadata, const std::string& why) {
   auto out = nlohmann::json::parse(text_or_empty(metadata), nullptr, false);
   if (!out.is_object()) out = nlohmann::json::object();
@@ -162,7 +150,7 @@ int open_lowered(const weir_open& request, const LoweringChoice& choice, ChosenM
   out->lowered = true;
   out->input_scales = std::move(lowered->inputs);
   out->output_scales = std::move(lowered->outputs);
-  out->metadata = metadata_of(*file);
+  out->metadata = lowered_metadata(file->bytes);
   log(WEIR_LOG_INFO, "Lowering:onnxruntime: ONNX Runtime runs " + file->name() +
                          (lowered->cached ? ", lowered before" : ""));
   return WEIR_OK;
@@ -189,14 +177,6 @@ void close(weir_model* model) {
   });
 }
 
-void scale(std::span<const PortQuantization> from, std::vector<weir_tensor_info>* to) {
-  for (size_t i = 0; i < to->size() && i < from.size(); ++i) {
-    (*to)[i].scale = from[i].scale;
-    (*to)[i].zero_point = from[i].zero_point;
-    if ((*to)[i].rank == 4) (*to)[i].layout = WEIR_LAYOUT_NHWC;
-  }
-}
-
 int info(weir_model* model, weir_model_info* info, weir_error* error) {
   auto& chosen = of(model);
   const int result = chosen.engine->info(chosen.model, info, error);
@@ -210,8 +190,8 @@ int info(weir_model* model, weir_model_info* info, weir_error* error) {
     if (chosen.inputs.empty() && chosen.outputs.empty()) {
       chosen.inputs.assign(info->inputs, info->inputs + info->n_inputs);
       chosen.outputs.assign(info->outputs, info->outputs + info->n_outputs);
-      scale(chosen.input_scales, &chosen.inputs);
-      scale(chosen.output_scales, &chosen.outputs);
+      lay_over(chosen.input_scales, chosen.inputs);
+      lay_over(chosen.output_scales, chosen.outputs);
     }
     info->inputs = chosen.inputs.data();
     info->outputs = chosen.outputs.data();

@@ -6,8 +6,8 @@
 
 #include "model_bytes.hpp"
 #include "module_host.hpp"
-#include "tensorflow-lite/tflite_metadata.hpp"
 #include "tensorflow-lite/tflite_types.hpp"
+#include "tflite-file/tflite_metadata.hpp"
 
 namespace weir::engine {
 namespace {

@@ -1,5 +1,5 @@
 // Walking metadata and the archive behind a model, never out of their bytes.
-#include "tensorflow-lite/tflite_metadata.hpp"
+#include "tflite-file/tflite_metadata.hpp"
 
 #include <charconv>
 #include <cstdint>
