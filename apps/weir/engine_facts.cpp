@@ -12,10 +12,16 @@ namespace {
 namespace fs = std::filesystem;
 
 // Path and version of the engine's library, where the module tells ("weir.library/1"); null when it
-// does not, or when the library is not there.
+// does not, or when the library is of no use.
 const char* const* library_of(const weir_engine& engine) {
   if (!engine.extension) return nullptr;
   return static_cast<const char* const*>(engine.extension("weir.library/1"));
+}
+
+// What is wrong with the library and what mends that ("weir.library-problem/1"); else null.
+const char* const* library_problem_of(const weir_engine& engine) {
+  if (!engine.extension) return nullptr;
+  return static_cast<const char* const*>(engine.extension("weir.library-problem/1"));
 }
 
 void look_at(EngineFact* fact) {
@@ -25,9 +31,11 @@ void look_at(EngineFact* fact) {
     fact->version = engine_version(**engine);
     const auto* library = library_of(**engine);
     if (library) fact->library = library[0];
-    const bool found = library || !(*engine)->extension;
-    fact->state = found ? EngineState::Usable : EngineState::NotInstalled;
-    if (!found) fact->problem = "the module is there, the engine's library is not";
+    const auto* problem = library ? nullptr : library_problem_of(**engine);
+    fact->state = problem ? EngineState::NotInstalled : EngineState::Usable;
+    if (!problem) return;
+    fact->problem = problem[0];
+    fact->install = problem[1];
     return;
   }
   if (fact->file.empty()) {

@@ -85,6 +85,10 @@ class Doctor(Case):
             self.assertIn(f"{name} is not installed", said)
             self.assertIn(f"tools/setup --engine {name}", said)
 
+    def test_an_engine_that_says_nothing_of_a_library_is_usable(self):
+        engines = {e["name"]: e for e in json.loads(self.good(weir("doctor", "--json")))["engines"]}
+        self.assertEqual((engines["adder"]["state"], engines["adder"]["problem"]), ("usable", ""))
+
     def test_a_module_that_cannot_be_used_is_named(self):
         (self.folder / "libweir-engine-onnxruntime.so").write_text("no module")
         said = self.good(weir("doctor", WEIR_MODULE_PATH=str(self.folder)))

@@ -21,7 +21,7 @@ constexpr std::array kEngines{
     KnownEngine{"caffe", "", "caffemodel,prototxt", kOpencvInstall},
     KnownEngine{"darknet", "", "weights,cfg", kOpencvInstall},
     KnownEngine{"python3", "python", "py", "apt-get install libpython3.11 python3-numpy"},
-    KnownEngine{"lua", "", "lua", "tools/setup"},
+    KnownEngine{"lua", "", "lua", "apt-get install libluajit-5.1-2"},
     KnownEngine{"custom", "", "so", ""},
     KnownEngine{"custom-easy", "", "", ""},
     KnownEngine{"cpp", "", "", ""},

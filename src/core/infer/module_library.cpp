@@ -46,15 +46,20 @@ const T* find_in(const T* const* tables, std::string_view name) {
 
 // The module is there and a library that it links is not, or not in the version it was built with.
 Error with_install_line(Error error, const KnownEngine& known) {
-  if (known.install.empty() ||
-      error.message().find("cannot open shared object file") == std::string::npos)
-    return error;
-  return Error{Code::ENGINE_NOT_INSTALLED,
-               "a library of the engine " + std::string(known.name) + " is not installed",
-               error.offered,
-               "that library, in that version",
-               "",
-               std::string(known.install) + " && make build"};
+  const auto says = [&](const char* words) {
+    return error.offered.find(words) != std::string::npos;
+  };
+  const bool is_missing = says("cannot open shared object file");
+  const bool is_other = says("undefined symbol") || says("version `");
+  if (known.install.empty() || (!is_missing && !is_other)) return error;
+  return Error{
+      Code::ENGINE_NOT_INSTALLED,
+      "a library of the engine " + std::string(known.name) +
+          (is_missing ? " is not installed" : " is another than the module was built with"),
+      error.offered,
+      "that library, in that version",
+      "",
+      std::string(known.install) + " && make build"};
 }
 
 // Other names for `framework=word`, where nothing has that one (specification 4.2).

@@ -5,7 +5,7 @@
 //   kLibrary                    what errors call its library: "ONNX Runtime"
 //   Model, Session              a Session may use its Model, which the host keeps until it is gone
 //   static int probe(const std::string& path, std::span<const unsigned char> head);
-//   static std::optional<LibraryFacts> library();       nothing: it is not installed
+//   static Result<LibraryFacts> library();              ENGINE_NOT_INSTALLED: or not usable
 // and may have
 //   kAccelerators               comma list for "weir.accelerators/1"; "cpu" without
 //   kFlags                      abi.h: weir_engine_flag
@@ -18,7 +18,6 @@
 
 #include <array>
 #include <memory>
-#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -123,19 +122,31 @@ struct EngineTable {
     });
   }
   // "weir.library/1": const char* const[2] = path and version of the engine's library; null when
-  // it is not installed.
+  // it is not installed, or of no use. "weir.library-problem/1": const char* const[2] = what is
+  // wrong with it and the command that mends that, until the thread asks again; else null.
   static const void* extension(const char* id) {
     if (!id) return nullptr;
+    if (std::string_view(id) == "weir.library-problem/1") return library_problem();
     if (std::string_view(id) == "weir.accelerators/1") {
       if constexpr (requires { Engine::kAccelerators; }) return Engine::kAccelerators;
       return "cpu";
     }
     if (std::string_view(id) != "weir.library/1") return nullptr;
-    const std::optional<LibraryFacts> found = Engine::library();
+    const Result<LibraryFacts> found = Engine::library();
     if (!found) return nullptr;
     static const LibraryFacts facts = *found;
     static const std::array library{facts.path.c_str(), facts.version.c_str()};
     return library.data();
+  }
+  static const void* library_problem() {
+    const Result<LibraryFacts> found = Engine::library();
+    if (found) return nullptr;
+    thread_local Error problem;
+    thread_local std::array<const char*, 2> texts;
+    problem = found.error();
+    if (!problem.offered.empty()) problem.what += ": " + problem.offered;
+    texts = {problem.what.c_str(), problem.fix.c_str()};
+    return texts.data();
   }
 
   static weir_engine make() {

@@ -69,10 +69,12 @@ PyObject* names_of(const char* name, const char* source) {
 // NumPy is imported here, so that its absence is told by name.
 Status import_numpy() {
   const Locked lock;
-  if (module_of_ours("weir_numpy", "import numpy")) return ok();
+  const auto found = module_of_ours("weir_numpy", "import numpy");
+  if (found) return ok();
+  // One that is built for another Python is there, and says so in the exception.
   return Error{Code::ENGINE_NOT_INSTALLED,
                "NumPy is not installed for this Python",
-               "",
+               found.error().what,
                "NumPy, of Python's own version",
                "",
                "apt-get install python3-numpy"};

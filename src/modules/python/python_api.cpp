@@ -4,6 +4,7 @@
 #include <dlfcn.h>
 
 #include <cstdlib>
+#include <cstring>
 #include <string>
 
 namespace weir::python {
@@ -36,6 +37,28 @@ Result<void*> open_library() {
   return not_installed(std::string("no ") + kLibraries[0]);
 }
 
+// "3.11.2 (main, ...)": whether that is 3.9 or later.
+bool is_recent(const char* version) {
+  char* rest = nullptr;
+  const long major = std::strtol(version, &rest, 10);
+  const long minor = *rest == '.' ? std::strtol(rest + 1, nullptr, 10) : 0;
+  return major == 3 && minor >= 9;
+}
+
+// Its first word: behind it stand the compiler and the day.
+std::string short_version(const char* version) {
+  return std::string(version, std::strcspn(version, " "));
+}
+
+Error not_usable(void* library, const std::string& offered) {
+  Dl_info place{};
+  void* symbol = dlsym(library, "Py_GetVersion");
+  const bool known = symbol && dladdr(symbol, &place) != 0 && place.dli_fname;
+  Error error = not_installed((known ? place.dli_fname + std::string(": ") : "") + offered);
+  error.what = "the Python on this machine cannot be used";
+  return error;
+}
+
 }  // namespace
 
 Result<PythonApi> find_python() {
@@ -46,6 +69,9 @@ Result<PythonApi> find_python() {
     if (!opened) return opened.error();
     library = *opened;
   }
+  const auto version = reinterpret_cast<const char* (*)()>(dlsym(library, "Py_GetVersion"));
+  if (version && !is_recent(version()))
+    return not_usable(library, "Python " + short_version(version()) + " is another version");
   PythonApi api;
   const char* missing = nullptr;
 #define WEIR_PYTHON_FIND(result, name, arguments)                          \
@@ -53,7 +79,7 @@ Result<PythonApi> find_python() {
   if (!api.name) missing = #name;
   WEIR_PYTHON_FUNCTIONS(WEIR_PYTHON_FIND)
 #undef WEIR_PYTHON_FIND
-  if (missing) return not_installed(std::string("a library without ") + missing);
+  if (missing) return not_usable(library, std::string("a library without ") + missing);
   api.Py_SetProgramName =
       reinterpret_cast<void (*)(const wchar_t*)>(dlsym(library, "Py_SetProgramName"));
   return api;

@@ -20,10 +20,10 @@ struct LuaEngine {
   static int probe(const std::string& path, std::span<const unsigned char> head) {
     return lua_score(path, head);
   }
-  static std::optional<LibraryFacts> library() {
+  static Result<LibraryFacts> library() {
     const auto api = LuaApi::instance();
-    if (!api) return std::nullopt;
-    return LibraryFacts{(*api)->path, "LuaJIT 2.1"};
+    if (!api) return api.error();
+    return LibraryFacts{(*api)->path, (*api)->version};
   }
 };
 

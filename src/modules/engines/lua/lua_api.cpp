@@ -20,6 +20,30 @@ Error not_installed(std::string what, std::string offered) {
           "apt-get install libluajit-5.1-2"};
 }
 
+// What the library says of itself; jit.version_num is 20100 for 2.1.0.
+struct Version {
+  std::string text;
+  double number = 0;
+};
+
+Version version_of(const LuaApi& api) {
+  lua_State* state = api.luaL_newstate();
+  if (!state) return {};
+  Version out;
+  api.lua_pushcclosure(state, api.luaopen_jit, 0);
+  api.lua_pushstring(state, "jit");
+  if (api.lua_pcall(state, 1, 0, 0) == 0) api.lua_getfield(state, kLuaGlobals, "jit");
+  if (api.lua_gettop(state) == 1 && api.lua_type(state, 1) == kLuaTable) {
+    api.lua_getfield(state, 1, "version_num");
+    out.number = api.lua_tonumber(state, -1);
+    api.lua_getfield(state, 1, "version");
+    const char* text = api.lua_tolstring(state, -1, nullptr);
+    out.text = text ? text : "";
+  }
+  api.lua_close(state);
+  return out;
+}
+
 Result<std::unique_ptr<const LuaApi>> load() {
   void* handle = dlopen(kLibrary, RTLD_NOW | RTLD_LOCAL);
   if (!handle) {
@@ -42,6 +66,17 @@ Result<std::unique_ptr<const LuaApi>> load() {
   Dl_info place{};
   if (dladdr(reinterpret_cast<void*>(api->luaL_newstate), &place) && place.dli_fname)
     api->path = place.dli_fname;
+  constexpr double kLeast = 20100;
+  const Version version = version_of(*api);
+  if (version.number < kLeast) {
+    Error error =
+        not_installed("the LuaJIT on this machine cannot be used",
+                      (api->path.empty() ? kLibrary : api->path) + ": " +
+                          (version.text.empty() ? "no version" : version.text) + " is too old");
+    dlclose(handle);
+    return error;
+  }
+  api->version = version.text;
   return std::unique_ptr<const LuaApi>(std::move(api));
 }
 

@@ -58,7 +58,8 @@ struct LuaApi {
 #define WEIR_LUA_POINTER(result, name, arguments) result(*name) arguments = nullptr;
   WEIR_LUA_FUNCTIONS(WEIR_LUA_POINTER)
 #undef WEIR_LUA_POINTER
-  std::string path;  // of the library
+  std::string path;     // of the library
+  std::string version;  // as it says itself: "LuaJIT 2.1.0-beta3"
 
   // Opened once for the process; a missing library is looked for again at the next call.
   // ENGINE_NOT_INSTALLED when it is not there or not LuaJIT 2.1 with FFI.

@@ -26,9 +26,9 @@ struct OnnxRuntimeEngine {
     constexpr int kLowered = 40;  // less than the engine that such files are made for
     return tflite_score(head) > 0 ? kLowered : onnx_score(head);
   }
-  static std::optional<LibraryFacts> library() {
+  static Result<LibraryFacts> library() {
     const auto runtime = OrtRuntime::instance();
-    if (!runtime) return std::nullopt;
+    if (!runtime) return runtime.error();
     return LibraryFacts{(*runtime)->path(), (*runtime)->version()};
   }
 };

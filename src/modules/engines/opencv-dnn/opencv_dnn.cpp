@@ -39,9 +39,7 @@ struct OpencvEngine {
     };
     return ends(dnn_engine.weights_ending) || ends(dnn_engine.description_ending) ? 50 : 0;
   }
-  static std::optional<LibraryFacts> library() {
-    return LibraryFacts{DnnNet::path(), DnnNet::version()};
-  }
+  static Result<LibraryFacts> library() { return LibraryFacts{DnnNet::path(), DnnNet::version()}; }
 };
 
 }  // namespace

@@ -20,12 +20,12 @@ struct Python3Engine {
     const std::string_view text(reinterpret_cast<const char*>(head.data()), head.size());
     return text.find("class CustomFilter") == std::string_view::npos ? 0 : 90;
   }
-  static std::optional<LibraryFacts> library() {
+  static Result<LibraryFacts> library() {
     const auto api = python::find_python();
     Dl_info info{};
-    if (!api || dladdr(reinterpret_cast<const void*>(api->Py_GetVersion), &info) == 0)
-      return std::nullopt;
-    return LibraryFacts{info.dli_fname, api->Py_GetVersion()};
+    if (!api) return api.error();
+    const bool placed = dladdr(reinterpret_cast<const void*>(api->Py_GetVersion), &info) != 0;
+    return LibraryFacts{placed && info.dli_fname ? info.dli_fname : "", api->Py_GetVersion()};
   }
 };
 

@@ -215,7 +215,8 @@ TEST(Python3WithoutNumpy, IsNamedWithTheCommandThatBringsIt) {
         std::_Exit(0);
       },
       testing::ExitedWithCode(0),
-      "(NumPy is not installed for this Python(.|\n)*apt-get install python3-numpy|Python is not "
+      "(NumPy is not installed for this Python(.|\n)*ImportError: none here(.|\n)*"
+      "apt-get install python3-numpy|Python is not "
       "installed)");
 }
 

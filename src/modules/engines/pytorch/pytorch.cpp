@@ -27,7 +27,7 @@ struct PytorchEngine {
   static int probe(const std::string&, std::span<const unsigned char> head) {
     return torch_score(head);
   }
-  static std::optional<LibraryFacts> library() {
+  static Result<LibraryFacts> library() {
     return LibraryFacts{TorchProgram::path(), TorchProgram::version()};
   }
 };

@@ -26,9 +26,9 @@ struct TensorflowLiteEngine {
   static int probe(const std::string&, std::span<const unsigned char> head) {
     return tflite_score(head);
   }
-  static std::optional<LibraryFacts> library() {
+  static Result<LibraryFacts> library() {
     const auto api = TfliteApi::instance();
-    if (!api) return std::nullopt;
+    if (!api) return api.error();
     return LibraryFacts{(*api)->path, (*api)->version_text};
   }
   static weir_engine around(const weir_engine& own) { return choosing_table(own); }

@@ -1,9 +1,34 @@
 // Opening libtensorflowlite_c.
 #include "tensorflow-lite/tflite_api.hpp"
 
+#include <charconv>
 #include <mutex>
 
+#include "engine_options.hpp"
+
 namespace weir::engine {
+namespace {
+
+// "2.9.0": whether that is 2.9 or a later 2. Before, XNNPACK's options had another layout.
+bool is_recent(std::string_view version) {
+  int numbers[2]{};
+  const char* end = version.data() + version.size();
+  const auto major = std::from_chars(version.data(), end, numbers[0]);
+  if (major.ec == std::errc() && major.ptr != end && *major.ptr == '.')
+    std::from_chars(major.ptr + 1, end, numbers[1]);
+  return numbers[0] == 2 && numbers[1] >= 9;
+}
+
+Error not_usable(std::string offered) {
+  return {Code::ENGINE_NOT_INSTALLED,
+          "the library of TensorFlow Lite cannot be used",
+          std::move(offered),
+          "the C library of TensorFlow Lite 2.9 or a later 2",
+          "",
+          "tools/setup --engine tensorflow-lite"};
+}
+
+}  // namespace
 
 Result<const TfliteApi*> TfliteApi::instance() {
   static std::mutex mutex;  // guards `api`
@@ -44,13 +69,10 @@ Result<std::unique_ptr<const TfliteApi>> TfliteApi::load() {
   want(&api->invoke, "TfLiteInterpreterInvoke");
   want(&api->copy_from, "TfLiteTensorCopyFromBuffer");
   want(&api->quantization, "TfLiteTensorQuantizationParams");
-  if (!missing.empty())
-    return Error{Code::ENGINE_NOT_INSTALLED,
-                 "the library of TensorFlow Lite cannot be used",
-                 library->path() + ": no symbol " + missing,
-                 "the C library of TensorFlow Lite 2.9",
-                 "",
-                 "tools/setup --engine tensorflow-lite"};
+  if (!missing.empty()) return not_usable(library->path() + ": no symbol " + missing);
+  if (!is_recent(text_or_empty(api->version())))
+    return not_usable(library->path() + ": version " + std::string(text_or_empty(api->version())) +
+                      " is another one");
   want(&api->modify_graph, "TfLiteInterpreterModifyGraphWithDelegate");
   want(&api->reset_variables, "TfLiteInterpreterResetVariableTensors");
   want(&api->xnnpack_create, "TfLiteXNNPackDelegateCreate");
