@@ -6,6 +6,7 @@
 #include <cstring>
 #include <string>
 
+#include "core/condition/narrow_sum.hpp"
 #include "core/split/pick_list.hpp"
 #include "core/transform/number_rules.hpp"
 
@@ -57,21 +58,6 @@ T element_at(std::span<const std::byte> bytes, size_t index) noexcept {
   return value;
 }
 
-// Narrow whole numbers: partial sums in 32 bits, for as many as they hold, go four to a vector.
-template <class T>
-int64_t sum_of_narrow(std::span<const std::byte> bytes) noexcept {
-  constexpr size_t kChunk = 32768;  // times 65535 is below 2^31
-  const size_t count = bytes.size() / sizeof(T);
-  int64_t total = 0;
-  for (size_t from = 0; from < count; from += kChunk) {
-    const size_t to = std::min(from + kChunk, count);
-    int32_t part = 0;
-    for (size_t i = from; i < to; ++i) part += element_at<T>(bytes, i);
-    total += part;
-  }
-  return total;
-}
-
 // Whole numbers up to 32 bits add up exactly for as many elements as a tensor may have in memory.
 template <class T>
 double sum_of_wide(std::span<const std::byte> bytes) noexcept {
@@ -91,8 +77,10 @@ double sum_of_wide(std::span<const std::byte> bytes) noexcept {
 
 template <class T>
 double sum(std::span<const std::byte> bytes) noexcept {
-  if constexpr (std::integral<T> && sizeof(T) <= 2)
-    return static_cast<double>(sum_of_narrow<T>(bytes));
+  if constexpr (std::integral<T> && sizeof(T) == 1)
+    return static_cast<double>(sum_of_bytes(bytes, std::signed_integral<T>));
+  else if constexpr (std::integral<T> && sizeof(T) == 2)
+    return static_cast<double>(sum_of_words(bytes, std::signed_integral<T>));
   else
     return sum_of_wide<T>(bytes);
 }
