@@ -5,9 +5,9 @@
 
 #include <random>
 #include <string>
-#include <thread>
 #include <vector>
 
+#include "becomes.hpp"
 #include "gstcpp/ref.hpp"
 
 namespace weir::testing {
@@ -66,9 +66,14 @@ class Edited {
     return value;
   }
   // Outputs go on after an edit.
-  void wait_for_more(guint64 frames) const {
+  [[nodiscard]] bool more_come(guint64 frames) const {
     const guint64 until = stat("pushed") + frames;
-    while (stat("pushed") < until && error().empty()) std::this_thread::yield();
+    return becomes_true([&] { return stat("pushed") >= until || !error().empty(); },
+                        [&] {
+                          return std::to_string(until) + " frames pushed, with " +
+                                 std::to_string(branches_.size()) + " branches; there are " +
+                                 std::to_string(stat("pushed"));
+                        });
   }
   // The first one of the element; branches whose pad is gone may complain.
   const std::string& error() const {
@@ -102,16 +107,18 @@ void edit(const std::string& element, unsigned seed) {
   Edited graph(element);
   graph.add(false);
   graph.play();
-  graph.wait_for_more(1);
+  ASSERT_TRUE(graph.more_come(1));
   for (int i = 0; i < kEdits; ++i) {
     const bool more = graph.branches() == 1 || (graph.branches() < kBranches && random() % 2 == 0);
     if (more)
       graph.add(random() % 3 == 0);
     else
       graph.remove(random() % graph.branches());
-    if (random() % 4 != 0) graph.wait_for_more(1 + random() % 3);
+    if (random() % 4 != 0) {
+      ASSERT_TRUE(graph.more_come(1 + random() % 3)) << "edit " << i;
+    }
   }
-  graph.wait_for_more(3);
+  ASSERT_TRUE(graph.more_come(3));
   EXPECT_EQ(graph.error(), "");
   graph.stop();
   EXPECT_EQ(graph.stat("held"), 0u);

@@ -3,13 +3,12 @@
 #include <gst/gst.h>
 #include <gtest/gtest.h>
 
-#include <condition_variable>
 #include <future>
 #include <mutex>
 #include <string>
-#include <thread>
 #include <vector>
 
+#include "becomes.hpp"
 #include "gstcpp/ref.hpp"
 
 namespace weir::testing {
@@ -117,7 +116,13 @@ class ManyInputs {
                 GstFlowReturn flow = GST_FLOW_OK) {
     std::vector<std::future<GstFlowReturn>> pushes;
     for (size_t i = 0; i < frames.size(); ++i) pushes.push_back(push_later(i, frames[i], pts));
-    for (auto& push : pushes) EXPECT_EQ(push.get(), flow);
+    for (size_t i = 0; i < pushes.size(); ++i) {
+      if (pushes[i].wait_for(kLongestWait) != std::future_status::ready) {
+        ADD_FAILURE() << "waited in vain for the push to input " << i << " to come back";
+        stop();
+      }
+      EXPECT_EQ(pushes[i].get(), flow);
+    }
   }
 
   GstPad* sink_of(size_t input) const { return inputs_[input].sink.get(); }
@@ -128,10 +133,6 @@ class ManyInputs {
   std::vector<Ref<GstBuffer>> buffers() {
     std::lock_guard lock(mutex_);
     return buffers_;
-  }
-  void wait_for_buffers(size_t count) {
-    std::unique_lock lock(mutex_);
-    changed_.wait(lock, [&] { return buffers_.size() >= count; });
   }
   std::vector<Ref<GstEvent>> events(GstEventType type) {
     std::lock_guard lock(mutex_);
@@ -161,8 +162,14 @@ class ManyInputs {
     gst_structure_get_uint64(stats.get(), name, &value);
     return value;
   }
-  void wait_for_stat(const char* name, guint64 value) const {
-    while (stat(name) != value) std::this_thread::yield();
+  // In vain, the element is stopped, for who waits in it must come back to let the test end.
+  void wait_for_stat(const char* name, guint64 value) {
+    const bool came = becomes_true([&] { return stat(name) == value; },
+                                   [&] {
+                                     return std::string(name) + " = " + std::to_string(value) +
+                                            ", which is " + std::to_string(stat(name));
+                                   });
+    if (!came) stop();
   }
 
  private:
@@ -195,7 +202,6 @@ class ManyInputs {
     ManyInputs* self = of(pad);
     std::lock_guard lock(self->mutex_);
     self->buffers_.push_back(Ref<GstBuffer>::adopt(buffer));
-    self->changed_.notify_all();
     return GST_FLOW_OK;
   }
   static gboolean on_event(GstPad* pad, GstObject*, GstEvent* event) {
@@ -210,7 +216,6 @@ class ManyInputs {
   Ref<GstPad> sink_;
   std::vector<Source> inputs_;
   std::mutex mutex_;  // guards the rest
-  std::condition_variable changed_;
   std::vector<Ref<GstBuffer>> buffers_;
   std::vector<Ref<GstEvent>> events_;
 };

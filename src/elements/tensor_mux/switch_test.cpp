@@ -3,8 +3,8 @@
 #include <gtest/gtest.h>
 
 #include <string>
-#include <thread>
 
+#include "becomes.hpp"
 #include "gstcpp/ref.hpp"
 
 namespace weir::testing {
@@ -41,9 +41,13 @@ class Playing {
     gst_structure_get_uint64(stats.get(), name, &value);
     return value;
   }
-  void wait_for_more() const {
+  [[nodiscard]] bool more_come() const {
     const guint64 until = stat("pushed") + 5;
-    while (stat("pushed") < until && error().empty()) std::this_thread::yield();
+    return becomes_true([&] { return stat("pushed") >= until || !error().empty(); },
+                        [&] {
+                          return std::to_string(until) + " frames pushed; there are " +
+                                 std::to_string(stat("pushed"));
+                        });
   }
   // The first one.
   const std::string& error() const {
@@ -75,12 +79,12 @@ TEST(TensorMuxSwitch, AValveClosesAndOpensABranch) {
       source(4) + "mux.sink_0  " + source(8) +
       "valve name=valve ! mux.sink_1  tensor_mux name=mux max-wait=2000000 ! tensor_sink");
   for (int i = 0; i < 3; ++i) {
-    graph.wait_for_more();
+    ASSERT_TRUE(graph.more_come());
     g_object_set(graph.element("valve").get(), "drop", TRUE, nullptr);
-    graph.wait_for_more();
+    ASSERT_TRUE(graph.more_come());
     g_object_set(graph.element("valve").get(), "drop", FALSE, nullptr);
   }
-  graph.wait_for_more();
+  ASSERT_TRUE(graph.more_come());
   graph.expect_sums();
 }
 
@@ -94,12 +98,12 @@ TEST(TensorMuxSwitch, AnInputSelectorChangesTheSource) {
                   mode + " ! tensor_sink");
     const auto selector = graph.element("in");
     for (int i = 0; i < 6; ++i) {
-      graph.wait_for_more();
+      ASSERT_TRUE(graph.more_come());
       const auto pad = Ref<GstPad>::adopt(
           gst_element_get_static_pad(selector.get(), i % 2 == 0 ? "sink_1" : "sink_0"));
       g_object_set(selector.get(), "active-pad", pad.get(), nullptr);
     }
-    graph.wait_for_more();
+    ASSERT_TRUE(graph.more_come());
     graph.expect_sums();
   }
 }
@@ -110,12 +114,13 @@ TEST(TensorMuxSwitch, AnOutputSelectorChangesThePad) {
                 "output-selector name=to  to.src_0 ! queue ! mux.sink_0  to.src_1 ! queue ! "
                 "mux.sink_1  tensor_mux name=mux sync-mode=refresh max-wait=2000000 ! tensor_sink");
   const auto selector = graph.element("to");
-  while (graph.stat("received") == 0) std::this_thread::yield();
+  ASSERT_TRUE(becomes_true([&] { return graph.stat("received") > 0; },
+                           [] { return "the first frame at tensor_mux"; }));
   for (int i = 0; i < 6; ++i) {
     const auto pad = Ref<GstPad>::adopt(
         gst_element_get_static_pad(selector.get(), i % 2 == 0 ? "src_1" : "src_0"));
     g_object_set(selector.get(), "active-pad", pad.get(), nullptr);
-    graph.wait_for_more();
+    ASSERT_TRUE(graph.more_come());
   }
   graph.expect_sums();
 }

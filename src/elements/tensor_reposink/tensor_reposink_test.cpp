@@ -2,6 +2,7 @@
 #include <future>
 #include <thread>
 
+#include "becomes.hpp"
 #include "elements/tests/element_harness.hpp"
 
 namespace weir::test {
@@ -94,7 +95,8 @@ TEST(TensorReposink, AWaitSurvivesAPause) {
   const Harness sink = harness_of(slot(0), kByte);
   gst_harness_push(sink.get(), frame(Bytes{1, 1}));
   auto second = pushing(sink, {2, 2});
-  while (stat(sink, "tensor_reposink", "received") < 2) std::this_thread::yield();
+  EXPECT_TRUE(becomes_true([&] { return stat(sink, "tensor_reposink", "received") == 2; },
+                           [] { return "the second frame at tensor_reposink"; }));
   // Each way back to PLAYING may meet the wait where it holds GstBaseSink's lock.
   for (int i = 0; i < 200; ++i) {
     EXPECT_EQ(gst_element_set_state(sink->element, GST_STATE_PAUSED), GST_STATE_CHANGE_SUCCESS);
