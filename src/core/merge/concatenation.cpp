@@ -1,5 +1,5 @@
 // Rows of all inputs, interleaved by shuffles where they are short, else in tiles that stay in the
-// first cache.
+// first cache, or past the caches where both blocks and tensor are large.
 #include "core/merge/concatenation.hpp"
 
 #include <algorithm>
@@ -7,11 +7,13 @@
 #include <string>
 
 #include "core/merge/interleave.hpp"
+#include "core/merge/streamed_copy.hpp"
 
 namespace weir {
 namespace {
 
 constexpr size_t kTileBytes = 16384;
+constexpr size_t kStreamedBytes = size_t{8} << 20, kStreamedBlock = 1024;
 
 uint32_t dim(const Shape& shape, size_t i) {
   return std::max<uint32_t>(shape[i], 1);
@@ -116,8 +118,19 @@ Result<Concatenation> Concatenation::plan(std::span<const TensorSpec> inputs, si
   return out;
 }
 
+void Concatenation::run_streamed(std::span<const std::span<const std::byte>> inputs,
+                                 std::byte* out) const {
+  for (size_t row = 0; row < rows_; ++row)
+    for (size_t pad = 0; pad < blocks_.size(); out += blocks_[pad++])
+      copy_streamed(out, inputs[pad].data() + row * blocks_[pad], blocks_[pad]);
+  flush_streamed();
+}
+
 void Concatenation::run(std::span<const std::span<const std::byte>> inputs,
                         std::span<std::byte> out) const {
+  if (out.size() >= kStreamedBytes &&
+      *std::min_element(blocks_.begin(), blocks_.end()) >= kStreamedBlock)
+    return run_streamed(inputs, out.data());
   const size_t tile = std::max<size_t>(kTileBytes / row_, 1);
   const size_t done = interleave_rows(inputs, blocks_, rows_, out.data());
   for (size_t row = done; row < rows_; row += tile) {

@@ -19,6 +19,8 @@ class Concatenation {
   void run(std::span<const std::span<const std::byte>> inputs, std::span<std::byte> out) const;
 
  private:
+  void run_streamed(std::span<const std::span<const std::byte>> inputs, std::byte* out) const;
+
   TensorSpec output_;
   std::vector<size_t> blocks_;  // bytes in a row, of each input
   size_t row_ = 0;              // their sum

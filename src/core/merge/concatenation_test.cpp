@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cstring>
 #include <random>
 
 namespace weir {
@@ -87,6 +88,36 @@ TEST(Concatenation, TilesDoNotShow) {
   for (size_t i = 0; i < 640 * 48; ++i) {
     for (size_t c = 0; c < 3; ++c) ASSERT_EQ(got.bytes[4 * i + c], inputs[0][3 * i + c]);
     ASSERT_EQ(got.bytes[4 * i + 3], inputs[1][i]);
+  }
+}
+
+// Past the caches, where blocks begin anywhere within a line. A row has the bytes of every
+// dimension up to the merged one, of each input one behind the other.
+TEST(Concatenation, LargeTensorsAreRowsOfBlocks) {
+  const size_t inner[] = {5 * 8, 231 * 5 * 8, 230 * 231 * 5 * 8};  // bytes below dimension 1, 2, 3
+  for (const size_t dimension : {1u, 2u, 3u}) {
+    std::vector<TensorSpec> specs;
+    std::vector<Bytes> inputs;
+    for (const uint32_t extra : {0u, 3u}) {
+      Shape shape{5, 231, 230, 2};
+      shape[dimension] += extra;
+      specs.push_back({ElementType::Float64, shape, ""});
+      inputs.emplace_back(static_cast<size_t>(*specs.back().bytes()));
+      for (size_t i = 0; i < inputs.back().size(); ++i)
+        inputs.back()[i] = static_cast<std::byte>(i * 31 / 7 + extra);
+    }
+    const Merged got = merge(specs, inputs, dimension);
+    ASSERT_GE(got.bytes.size(), size_t{8} << 20);
+    const std::byte* at = got.bytes.data();
+    const size_t block = inner[dimension - 1] * specs[0].shape[dimension];
+    for (size_t row = 0; row < inputs[0].size() / block; ++row)
+      for (size_t pad = 0; pad < 2; ++pad) {
+        const size_t size = inner[dimension - 1] * specs[pad].shape[dimension];
+        ASSERT_EQ(std::memcmp(at, inputs[pad].data() + row * size, size), 0)
+            << "dimension " << dimension << ", row " << row << ", pad " << pad;
+        at += size;
+      }
+    EXPECT_EQ(at, got.bytes.data() + got.bytes.size());
   }
 }
 

@@ -1,0 +1,34 @@
+// Copies of every length from and to every place within a line, on every target of this CPU.
+#include "core/merge/streamed_copy.hpp"
+
+#include <gtest/gtest.h>
+#include <hwy/highway.h>
+
+#include <vector>
+
+namespace weir {
+namespace {
+
+TEST(StreamedCopy, WritesWhatItIsToldAndNothingBeside) {
+  constexpr size_t kLine = 64, kLongest = 3 * kLine;
+  std::vector<std::byte> from(kLongest + kLine), to(kLongest + 2 * kLine);
+  for (size_t i = 0; i < from.size(); ++i) from[i] = static_cast<std::byte>(i + 1);
+  for (const int64_t target : hwy::SupportedAndGeneratedTargets()) {
+    hwy::SetSupportedTargetsForTest(target);
+    SCOPED_TRACE(hwy::TargetName(target));
+    for (size_t at = 0; at < kLine; at += 3)
+      for (size_t length = 0; length <= kLongest; ++length) {
+        const size_t begin = length % kLine;  // of what is read: another place within its line
+        std::fill(to.begin(), to.end(), std::byte{0});
+        copy_streamed(to.data() + at, from.data() + begin, length);
+        flush_streamed();
+        for (size_t i = 0; i < to.size(); ++i)
+          ASSERT_EQ(to[i], i >= at && i < at + length ? from[begin + i - at] : std::byte{0})
+              << length << " bytes to " << at << ", byte " << i;
+      }
+  }
+  hwy::SetSupportedTargetsForTest(0);
+}
+
+}  // namespace
+}  // namespace weir
