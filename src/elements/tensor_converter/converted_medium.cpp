@@ -98,8 +98,7 @@ Result<MediumFrames> ConvertedMedium::frames(gst::Ref<GstBuffer> buffer, Ledger*
   for (auto& tensor : frame->tensors) {
     out.tensors.push_back(tensor.spec());
     GstMemory* memory = memory_of(tensor, ledger);
-    if (!memory)
-      return Error{Code::OUT_OF_MEMORY, "no memory for an output buffer", "", "", "", ""};
+    if (!memory) return gst::memory_ran_out();
     gst_buffer_append_memory(out.buffer.get(), memory);
   }
   if (auto status = gather(frames_per_tensor_, &out.tensors); !status) return status.error();

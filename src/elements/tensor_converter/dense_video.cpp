@@ -148,7 +148,7 @@ Result<gst::Ref<GstBuffer>> DenseVideo::copy_rows(GstBuffer* buffer, Ledger* led
   auto out = pooled();
   if (!out) {
     gst_video_frame_unmap(&frame);
-    return Error{Code::OUT_OF_MEMORY, "no memory for an output buffer", "", "", "", ""};
+    return gst::memory_ran_out();
   }
   {
     const gst::Mapped map(out.get(), GST_MAP_WRITE);

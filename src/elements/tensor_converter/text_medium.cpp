@@ -46,7 +46,7 @@ Result<MediumFrames> TextMedium::frames(gst::Ref<GstBuffer> buffer, Ledger* ledg
 
 Result<MediumFrames> TextMedium::padded(GstBuffer* buffer, size_t size, Ledger* ledger) const {
   auto out = gst::Ref<GstBuffer>::adopt(gst::allocate_buffer(frame_bytes_));
-  if (!out) return Error{Code::OUT_OF_MEMORY, "no memory for an output buffer", "", "", "", ""};
+  if (!out) return gst::memory_ran_out();
   gst_buffer_copy_into(out.get(), buffer, GST_BUFFER_COPY_METADATA, 0, static_cast<gsize>(-1));
   {
     const gst::Mapped to(out.get(), GST_MAP_WRITE);

@@ -9,6 +9,7 @@
 #include "gstcpp/base_classes.hpp"
 #include "gstcpp/collector_pads.hpp"
 #include "gstcpp/deferred_memory.hpp"
+#include "gstcpp/frame_errors.hpp"
 #include "gstcpp/frame_pool.hpp"
 #include "gstcpp/frame_reader.hpp"
 #include "gstcpp/tensor_caps.hpp"
@@ -224,7 +225,7 @@ class TensorCrop : public gst::Element<TensorCrop, gst::PlainElement>, public gs
       pool_ = *std::move(pool);
     }
     auto out = pool_.acquire();
-    if (!out) return Error{Code::OUT_OF_MEMORY, "no memory for an output buffer", "", "", "", ""};
+    if (!out) return gst::memory_ran_out();
     gst::FramePool::Writer writer;
     if (auto status = writer.map(pool_, out.get(), Format::Flexible); !status)
       return status.error();

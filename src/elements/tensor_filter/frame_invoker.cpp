@@ -10,13 +10,10 @@
 #include "elements/tensor_filter/buffer_owner.hpp"
 #include "elements/tensor_filter/model_info.hpp"
 #include "elements/tensor_filter/output_size.hpp"
+#include "gstcpp/frame_errors.hpp"
 
 namespace weir {
 namespace {
-
-Error out_of_memory() {
-  return Error{Code::OUT_OF_MEMORY, "no memory for an output buffer", "", "", "", ""};
-}
 
 // Memory that an engine allocated, kept until the GstMemory goes.
 struct EngineMemory {
@@ -45,10 +42,10 @@ Result<gst::TensorPiece> copy_of(const TensorSpec& spec, std::span<const std::by
                                  std::optional<Format> header) {
   const size_t head = header ? kTensorHeaderBytes : 0;
   auto memory = gst::Ref<GstMemory>::adopt(gst::allocate_memory(head + bytes.size()));
-  if (!memory) return out_of_memory();
+  if (!memory) return gst::memory_ran_out();
   {
     const gst::MappedMemory map(memory.get(), GST_MAP_WRITE);
-    if (!map) return out_of_memory();
+    if (!map) return gst::memory_ran_out();
     if (header) write_header(spec, *header, map.bytes());
     if (!bytes.empty()) std::memcpy(map.bytes().data() + head, bytes.data(), bytes.size());
   }
@@ -248,7 +245,7 @@ Status FrameInvoker::begin(GstBuffer* in) {
 // A buffer of the pool, mapped for writing.
 Result<gst::Ref<GstBuffer>> FrameInvoker::acquire() {
   auto pooled = pool_.acquire();
-  if (!pooled) return out_of_memory();
+  if (!pooled) return gst::memory_ran_out();
   *pool_allocated_ = pool_.stats().allocated;
   if (auto status = writer_.map(pool_, pooled.get(), plan_.header_format()); !status) {
     writer_.unmap();  // before the buffer goes

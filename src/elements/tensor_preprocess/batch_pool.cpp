@@ -5,7 +5,7 @@
 #include <bit>
 
 #include "core/tensor/tensor_header.hpp"
-#include "elements/tensor_preprocess/picture_work.hpp"
+#include "gstcpp/frame_errors.hpp"
 
 namespace weir {
 namespace {
@@ -63,7 +63,7 @@ Result<gst::Ref<GstBuffer>> BatchPool::acquire(size_t parts) {
       if (auto status = renew(needed); !status) return status.error();
   }
   auto buffer = pool_.acquire();
-  if (!buffer) return no_output_memory();
+  if (!buffer) return gst::memory_ran_out();
   if (most_ > 0) return buffer;
   TensorHeader header;
   header.spec = batch_of(parts);

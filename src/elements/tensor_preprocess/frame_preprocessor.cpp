@@ -1,6 +1,8 @@
 // Maps, prepares, unmaps.
 #include "elements/tensor_preprocess/frame_preprocessor.hpp"
 
+#include "gstcpp/frame_errors.hpp"
+
 namespace weir {
 
 using preprocess::Plan;
@@ -45,7 +47,7 @@ Status FramePreprocessor::allocate_as(const gst::Allocation& allocation) {
 
 Result<gst::Ref<GstBuffer>> FramePreprocessor::acquire(GstBuffer*) {
   auto buffer = pool_.acquire();
-  if (!buffer) return no_output_memory();
+  if (!buffer) return gst::memory_ran_out();
   return buffer;
 }
 

@@ -42,8 +42,4 @@ class PictureWork {
   std::optional<preprocess::Rect> crop_;
 };
 
-inline Error no_output_memory() {
-  return Error{Code::OUT_OF_MEMORY, "no memory for an output buffer", "", "", "", ""};
-}
-
 }  // namespace weir
