@@ -151,7 +151,11 @@ Result<BatchShapes> shapes_of_batch(const BatchAxes& axes, size_t batch_size, co
     out.outputs = *std::move(one);
   }
   auto all = resolve(of_frames(frame, axes.inputs, batch_size));
-  if (!all) return all.error();
+  if (!all) {
+    Error error = all.error();
+    if (error.fix.empty()) error.fix = kExport;
+    return error;
+  }
   if (axes.fixed) out.outputs = of_one_frame(*all, axes.outputs, batch_size);
   for (size_t i = 0; i < all->size(); ++i) {
     const auto who = name_of_tensor("output", i, (*all)[i]);

@@ -163,6 +163,7 @@ TEST(BatchAxis, WhatTheModelSaysAgainstTheShapesIsPassedOn) {
       });
   ASSERT_FALSE(shapes);
   EXPECT_EQ(shapes.error().what, "at most one row");
+  EXPECT_EQ(shapes.error().fix, "export the model with a dynamic first axis, or set batch-size=1");
 }
 
 }  // namespace
