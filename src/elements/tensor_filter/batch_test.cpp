@@ -331,7 +331,9 @@ TEST(TensorFilterBatch, SaysWhyAModelCannotBeBatched) {
               "fix: export the model with a dynamic first axis, or set batch-size=1");
   const std::string workers = start_error(line("batch-size=2 workers=3"));
   EXPECT_SAYS(workers, "WEIR-1004: frames that are gathered are run one batch at a time");
-  EXPECT_SAYS(workers, "offered: workers=3");
+  EXPECT_SAYS(workers, "in one session\n  offered: workers=3 with batch-size=2");
+  EXPECT_SAYS(workers, "needed: workers=1, and more threads of the engine for each batch; or");
+  EXPECT_SAYS(workers, "fix: tensor_filter batch-size=2 workers=1 threads=");
   EXPECT_SAYS(start_error(line("batch-size=2", "scaling")),
               "input 0 (values): its only dimension is that of one frame");
   const std::string flexible =

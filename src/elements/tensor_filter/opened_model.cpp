@@ -133,12 +133,14 @@ Status OpenedModel::read_tensors(const infer::Model& model, const FilterSettings
                  "",
                  "tensor_filter invoke-async=true batch-size=1"};
   if (s.workers > 1)
-    return Error{Code::OPTION_VALUE,
-                 "frames that are gathered are run one batch at a time",
-                 "workers=" + std::to_string(s.workers),
-                 "workers=1, or batch-size=1",
-                 "",
-                 "tensor_filter batch-size=" + std::to_string(batch_size_) + " workers=1"};
+    return Error{
+        Code::OPTION_VALUE,
+        "frames that are gathered are run one batch at a time, in one session",
+        "workers=" + std::to_string(s.workers) + " with batch-size=" + std::to_string(batch_size_),
+        "workers=1, and more threads of the engine for each batch; or batch-size=1",
+        "",
+        "tensor_filter batch-size=" + std::to_string(batch_size_) + " workers=1 threads=" +
+            std::to_string(static_cast<int>(s.workers) * std::max(s.threads, 1))};
   auto axes = infer::find_batch_axes(model.info().flags, inputs, outputs, batch_size_);
   if (!axes) return axes.error();
   inputs_ = model_shapes(infer::of_one_frame(inputs, axes->inputs, batch_size_));
