@@ -26,6 +26,10 @@
 //     void submit(const weir_frame& in, weir::Request& request);
 //         for invoke-async=true: moves the request away and answers it from any thread, with any
 //         number of outputs; `in` may be read until then
+//     void cancel(const weir_request* request);
+//         nobody waits any more for the submit() whose Request has this id(): end() it soon. From
+//         any thread, perhaps when it has just ended; an engine that has no use for the call asks
+//         Request::cancelled() now and then
 //     void control(int op, const weir_option* option);
 //         op: weir_control
 //     static constexpr const char* kOptions = "[...]";                 abi.h: options_json
@@ -64,6 +68,8 @@ class Request {
     module_host->complete(std::exchange(handle_, nullptr), -WEIR_INVOKE_FAILED, nullptr, 0);
   }
 
+  // What cancel() is given; null when it was answered.
+  const weir_request* id() const noexcept { return handle_; }
   // Nobody waits any more: end() as soon as may be.
   bool cancelled() const noexcept { return module_host->cancelled(handle_) != 0; }
   // One output of all the model's tensors; the host takes their memory over.
@@ -157,6 +163,12 @@ struct EngineFace {
     // What threw after it had given the request away is answered by whoever has it.
     return result < 0 && given.release() ? result : WEIR_OK;
   }
+  static void cancel(weir_session* session, weir_request* request) {
+    guarded(nullptr, [&] {
+      of(session).cancel(request);
+      return WEIR_OK;
+    });
+  }
   static int control(weir_session* session, int op, const weir_option* option, weir_error* error) {
     return guarded(error, [&] {
       of(session).control(op, option);
@@ -186,6 +198,7 @@ weir_engine engine_table(const char* name, const char* version, const char* alia
   table.resolve = Face::resolve;
   table.invoke = Face::invoke;
   if constexpr (Face::kSubmits) table.submit = Face::submit;
+  if constexpr (requires(Engine & e) { e.cancel(nullptr); }) table.cancel = Face::cancel;
   if constexpr (requires(Engine & e) { e.control(0, nullptr); }) table.control = Face::control;
   if constexpr (requires { Engine::kOptions; }) table.options_json = Engine::kOptions;
   if constexpr (requires { Engine::kFlags; }) table.flags = Engine::kFlags;

@@ -31,13 +31,18 @@ class Outside(unittest.TestCase):
         if installed.returncode:
             raise RuntimeError(installed.stdout + installed.stderr)
         config = next(root.rglob("weir-module.pc")).parent
-        found = run(["pkg-config", "--cflags", "weir-module"],
-                    env={**os.environ, "PKG_CONFIG_LIBDIR": str(config), "PKG_CONFIG_SYSROOT_DIR": str(root)})
+        cls.pkg_config = {"PKG_CONFIG_LIBDIR": str(config), "PKG_CONFIG_SYSROOT_DIR": str(root)}
+        found = run(["pkg-config", "--cflags", "weir-module"], env={**os.environ, **cls.pkg_config})
         if found.returncode:
             raise RuntimeError(found.stderr)
         cls.flags = found.stdout.split()
         for name, source in MODULES.items():
             cls.build(name, source)
+        found = run(["pkg-config", "--cflags", "--libs", "gstreamer-1.0"])
+        built = run(["cc", "-std=c11", "-Wall", "-Wextra", "-Werror", SOURCE / "tests/abi/outside/edited.c", "-o", cls.folder / "edited"] +
+                    found.stdout.split())
+        if built.returncode:
+            raise RuntimeError(found.stderr + built.stderr)
         cls.env = {**os.environ, "WEIR_MODULE_PATH": str(cls.folder), "GST_TRACERS": "", "GST_DEBUG": ""}
 
     @classmethod
@@ -112,6 +117,46 @@ class Outside(unittest.TestCase):
                 self.assertNotEqual(code, 0)
                 self.assertRegex(said, "WEIR-1004: an option is no number")
                 self.assertIn("fix: custom=factor:2.5", said)
+
+    def edit(self, name, command):
+        """A frame whose answer takes an hour; the command comes in the middle of it. What was said on stderr and on stdout."""
+        line = f"tensor_filter name=f framework={name} invoke-async=true async-timeout=0 custom=rest:3600 ! fakesink async=false"
+        with subprocess.Popen([self.folder / "edited", line], env=self.env, text=True, stdin=subprocess.PIPE, stdout=subprocess.PIPE,
+                              stderr=subprocess.PIPE) as program:
+            said = ""
+            try:
+                program.stdin.write("frame\n")
+                program.stdin.flush()
+                while "a request rests" not in said:
+                    more = program.stderr.readline()
+                    self.assertTrue(more, said)
+                    said += more
+                answered, rest = program.communicate(command, timeout=120)  # far below an hour, far above what it takes
+            finally:
+                program.kill()
+            self.assertEqual(program.returncode, 0, said + rest)
+            return said + rest, answered
+
+    def test_a_request_that_a_flush_or_a_stop_cancels(self):
+        for name in ("outside-c", "outside-cpp"):
+            with self.subTest(name):
+                said, answered = self.edit(name, "stop\n")
+                self.assertEqual(said.count(f"{name}: cancel() was called"), 1, said)
+                self.assertIn("stopped: held 0, pushed 0\n", answered)
+                # The second frame gets the place of the first, which was cancelled.
+                said, answered = self.edit(name, "flush\nframe\nstop\n")
+                self.assertEqual(said.count(f"{name}: cancel() was called"), 2, said)
+                self.assertEqual(said.count(f"{name}: a request rests"), 2, said)
+                self.assertIn("flushed: held 0, pushed 0\n", answered)
+                self.assertIn("stopped: held 0, pushed 0\n", answered)
+
+    def test_a_request_that_is_cancelled_at_its_time_out(self):
+        for name in ("outside-c", "outside-cpp"):
+            with self.subTest(name):
+                _, said, code = self.play([[1, 2]], f"framework={name} invoke-async=true async-timeout=100 custom=rest:3600")
+                self.assertNotEqual(code, 0)
+                self.assertIn("WEIR-3015: the engine has said nothing of its frames in time", said)
+                self.assertIn(f"{name}: cancel() was called", said)
 
     def test_options_with_types_and_help(self):
         for name in MODULES:

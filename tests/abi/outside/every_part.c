@@ -1,9 +1,11 @@
 /* An engine of somebody else that uses every part of the interface, in C. In: float32 of any
  * length. Out: "scaled", as long, times `factor`; "positive", those above 0, as many as there are.
  */
+#define _POSIX_C_SOURCE 200809L
 #include <pthread.h>
 #include <stdlib.h>
 #include <string.h>
+#include <time.h>
 #include <weir/abi.h>
 
 static const weir_host* host;
@@ -11,7 +13,7 @@ static const weir_host* host;
 struct weir_model {
   weir_tensor_info input, outputs[2];
   float factor;
-  int repeat;
+  int repeat, rest;
 };
 struct weir_session {
   struct weir_model* model;
@@ -19,6 +21,9 @@ struct weir_session {
   int started;
   const weir_frame* in;
   weir_request* request;
+  pthread_mutex_t mutex; /* guards what follows */
+  pthread_cond_t changed;
+  weir_request* cancelled; /* the last one that was */
 };
 
 static int number(const weir_option* option, float* value, weir_error* error) {
@@ -44,6 +49,7 @@ static int open_model(const weir_open* request, weir_model** out, weir_error* er
     }
     if (strcmp(request->options[i].key, "factor") == 0) model->factor = value;
     if (strcmp(request->options[i].key, "repeat") == 0) model->repeat = (int)value;
+    if (strcmp(request->options[i].key, "rest") == 0) model->rest = (int)value;
   }
   weir_tensor_info values = {.type = WEIR_FLOAT32,
                              .rank = 1,
@@ -84,6 +90,8 @@ static int session_new(weir_model* model, const weir_option* options, uint32_t n
   *out = calloc(1, sizeof **out);
   if (!*out) return -WEIR_OUT_OF_MEMORY;
   (*out)->model = model;
+  pthread_mutex_init(&(*out)->mutex, NULL);
+  pthread_cond_init(&(*out)->changed, NULL);
   return WEIR_OK;
 }
 
@@ -94,6 +102,8 @@ static void join(weir_session* session) {
 
 static void session_free(weir_session* session) {
   join(session);
+  pthread_cond_destroy(&session->changed);
+  pthread_mutex_destroy(&session->mutex);
   free(session);
 }
 
@@ -154,10 +164,23 @@ static int invoke(weir_session* session, const weir_frame* in, weir_frame* out, 
   return make(session->model, in, out->tensors, session->model->factor, error);
 }
 
+/* A long computation, which cancel() ends. */
+static void rest(weir_session* session, const weir_request* request) {
+  struct timespec end;
+  host->log(WEIR_LOG_WARNING, "outside-c", "a request rests");
+  clock_gettime(CLOCK_REALTIME, &end);
+  end.tv_sec += session->model->rest;
+  pthread_mutex_lock(&session->mutex);
+  while (session->cancelled != request)
+    if (pthread_cond_timedwait(&session->changed, &session->mutex, &end) != 0) break;
+  pthread_mutex_unlock(&session->mutex);
+}
+
 static void* answer(void* data) {
   weir_session* session = data;
   weir_request* request = session->request;
   int result = WEIR_OK;
+  if (session->model->rest > 0) rest(session, request);
   for (int i = 0; i < session->model->repeat && result == WEIR_OK && !host->cancelled(request);
        ++i) {
     weir_tensor tensors[2];
@@ -184,7 +207,11 @@ static int submit(weir_session* session, const weir_frame* in, weir_request* req
 }
 
 static void cancel(weir_session* session, weir_request* request) {
-  (void)session, (void)request; /* answer() polls host->cancelled */
+  pthread_mutex_lock(&session->mutex);
+  session->cancelled = request;
+  pthread_cond_broadcast(&session->changed);
+  pthread_mutex_unlock(&session->mutex);
+  host->log(WEIR_LOG_WARNING, "outside-c", "cancel() was called");
 }
 
 static int control(weir_session* session, int op, const weir_option* option, weir_error* error) {
@@ -210,7 +237,9 @@ static const weir_engine engine = {
         "[{\"name\": \"factor\", \"type\": \"number\", \"default\": \"1\","
         "  \"help\": \"what the input is multiplied with\"},"
         " {\"name\": \"repeat\", \"type\": \"integer\", \"default\": \"1\","
-        "  \"help\": \"outputs per input, asynchronous\"}]",
+        "  \"help\": \"outputs per input, asynchronous\"},"
+        " {\"name\": \"rest\", \"type\": \"integer\", \"default\": \"0\","
+        "  \"help\": \"seconds that an asynchronous answer takes\"}]",
     .flags = WEIR_ENGINE_NEEDS_NO_MODEL | WEIR_ENGINE_MODEL_IS_NO_FILE,
     .probe = probe,
     .open = open_model,

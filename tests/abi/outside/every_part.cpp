@@ -3,9 +3,12 @@
 #include <weir/engine.hpp>
 #include <weir/picture_map.hpp>
 
+#include <chrono>
 #include <cmath>
+#include <condition_variable>
 #include <cstdlib>
 #include <cstring>
+#include <mutex>
 #include <thread>
 #include <vector>
 
@@ -19,11 +22,13 @@ class EveryPart {
   static constexpr uint64_t kFlags = WEIR_ENGINE_NEEDS_NO_MODEL | WEIR_ENGINE_MODEL_IS_NO_FILE;
   static constexpr const char* kOptions = R"([
     {"name": "factor", "type": "number", "default": "1", "help": "what the input is multiplied with"},
-    {"name": "repeat", "type": "integer", "default": "1", "help": "outputs per input, asynchronous"}])";
+    {"name": "repeat", "type": "integer", "default": "1", "help": "outputs per input, asynchronous"},
+    {"name": "rest", "type": "integer", "default": "0", "help": "seconds that an asynchronous answer takes"}])";
 
   explicit EveryPart(const weir::OpenRequest& request) {
     factor_ = number(request.options, "factor", 1);
     repeat_ = static_cast<int>(number(request.options, "repeat", 1));
+    rest_ = std::chrono::seconds(static_cast<int>(number(request.options, "rest", 0)));
   }
   ~EveryPart() {
     for (auto& thread : threads_) thread.join();
@@ -50,6 +55,7 @@ class EveryPart {
     check(in);
     threads_.emplace_back([this, &in, kept = std::move(request)]() mutable {
       try {
+        if (rest_.count() > 0) rest(kept.id());
         for (int i = 0; i < repeat_ && !kept.cancelled(); ++i) {
           weir_tensor tensors[2] = {};
           make(in, tensors, factor_ + static_cast<float>(i));
@@ -61,6 +67,14 @@ class EveryPart {
       }
     });
   }
+  void cancel(const weir_request* request) {
+    {
+      std::lock_guard lock(mutex_);
+      cancelled_ = request;
+      changed_.notify_all();
+    }
+    weir::module_host->log(WEIR_LOG_WARNING, "outside-cpp", "cancel() was called");
+  }
   void control(int op, const weir_option* option) {
     if (op == WEIR_SET_OPTION && option && std::strcmp(option->key, "factor") == 0)
       factor_ = std::strtof(option->value, nullptr);
@@ -70,6 +84,12 @@ class EveryPart {
   }
 
  private:
+  // A long computation, which cancel() ends.
+  void rest(const weir_request* request) {
+    weir::module_host->log(WEIR_LOG_WARNING, "outside-cpp", "a request rests");
+    std::unique_lock lock(mutex_);
+    changed_.wait_for(lock, rest_, [&] { return cancelled_ == request; });
+  }
   static float number(const weir::Options& options, const char* key, float otherwise) {
     const auto text = options.get(key);
     if (!text) return otherwise;
@@ -117,6 +137,10 @@ class EveryPart {
 
   float factor_ = 1;
   int repeat_ = 1;
+  std::chrono::seconds rest_{0};
+  std::mutex mutex_;  // guards cancelled_
+  std::condition_variable changed_;
+  const weir_request* cancelled_ = nullptr;  // the last one that was
   std::vector<std::thread> threads_;
   weir_tensor_info input_ = weir::tensor_info("x", WEIR_FLOAT32, {-1});
   std::vector<weir_tensor_info> outputs_{weir::tensor_info("scaled", WEIR_FLOAT32, {-1}),
