@@ -127,7 +127,7 @@ LaunchLine launch_line(const std::string& model, const std::string& framework,
                        : bytes_source(inputs);
   out.command = "gst-launch-1.0 " + source + " ! tensor_filter";
   if (!framework.empty()) out.command += " framework=" + launch_value(framework);
-  out.command += " model=" + launch_value(model);
+  if (!model.empty()) out.command += " model=" + launch_value(model);
   if (!properties.empty()) out.command += " " + properties;
   out.command += " ! fakesink";
   if (std::any_of(inputs.begin(), inputs.end(), is_open))

@@ -77,8 +77,24 @@ class Outside(unittest.TestCase):
         return out
 
     def test_a_filter_in_under_thirty_lines(self):
-        lines = (SOURCE / "tests/abi/outside/threshold.cpp").read_text(encoding="utf-8").splitlines()
-        self.assertLess(len(lines), 30)
+        """The guide's listing is the source that is built here, and its commands are run as they stand."""
+        guide = (SOURCE / "docs/guide/write-a-filter.md").read_text(encoding="utf-8")
+        listing = re.search(r"```cpp\n(.*?)```", guide, re.DOTALL).group(1)
+        comment, source = (SOURCE / "tests/abi/outside/threshold.cpp").read_text(encoding="utf-8").split("\n", 1)
+        self.assertTrue(comment.startswith("//"))
+        self.assertEqual(listing, source)
+        self.assertLess(len(listing.splitlines()), 30)
+        folder = self.folder / "guide"
+        folder.mkdir()
+        (folder / "threshold.cpp").write_text(listing, encoding="utf-8")
+        commands = re.search(r"```text\n(.*?)```", guide, re.DOTALL).group(1)
+        self.assertIn("$(pkg-config --cflags weir-module)", commands)
+        self.assertIn("framework=threshold custom=limit:99", commands)
+        weir = pathlib.Path(os.environ["WEIR_COMMAND"]).parent
+        done = run(["bash", "-eu", "-c", commands], cwd=folder, env={**self.env, **self.pkg_config, "PATH": f"{weir}:{os.environ['PATH']}"})
+        self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+        self.assertRegex(done.stdout, r"limit +integer +127 +above it is 1")
+        self.assertIn("EOS", done.stdout)
         out, said, code = self.play([[1, 99, 100, 255]], "framework=threshold custom=limit:99", "uint8")
         self.assertEqual(code, 0, said)
         self.assertEqual(list(out), [0, 0, 1, 1])
@@ -166,6 +182,11 @@ class Outside(unittest.TestCase):
                 option, kind, text = ("limit", "integer", "above it is 1") if name == "threshold" else \
                     ("factor", "number", "what the input is multiplied with")
                 self.assertTrue(re.search(rf"{option} +{kind} +\S+ +{text}", done.stdout), done.stdout)
+                # The line to paste names no model, for there is none, and runs.
+                line = re.search(rf"gst-launch-1.0 (.*tensor_filter framework={name} ! fakesink)", done.stdout)
+                self.assertTrue(line, done.stdout)
+                done = run(["sh", "-c", f"{os.environ['WEIR_COMMAND']} run {line.group(1)}"], env=self.env)
+                self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
 
     def test_a_module_for_another_major_version_is_refused(self):
         include = self.folder / "other"
