@@ -41,6 +41,20 @@ TEST_F(PytorchModels, LenetReadsTheNine) {
   for (size_t i = 0; i < 9; ++i) EXPECT_LE(scores[i], 1) << i;
 }
 
+TEST_F(PytorchModels, LenetRefusesOtherShapesInWords) {
+  const auto path = shared_file("models/torchscript/pytorch_lenet5.pt");
+  if (path.empty()) GTEST_SKIP() << "../shared/models/torchscript is not there";
+  for (int i = 0; i < 4; ++i) {
+    const auto model = OpenEngine::open(*engine(), path);
+    ASSERT_TRUE(model) << model.error().message();
+    for (const std::vector<int64_t>& shape : {std::vector<int64_t>{1}, {28, 28}, {1, 28, 28}}) {
+      const auto found = (*model)->resolve({make_tensor(WEIR_UINT8, shape).info});
+      ASSERT_FALSE(found);
+      EXPECT_EQ(found.error().code, Code::SPEC_MISMATCH) << found.error().message();
+    }
+  }
+}
+
 // Their code: (x + 1, h + 2), and x + y.
 TEST_F(PytorchModels, SamplesOfTwoInputs) {
   const auto two = shared_file("models/torchscript/sample_3x4_two_input_two_output.pt");

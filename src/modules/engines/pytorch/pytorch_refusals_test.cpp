@@ -110,6 +110,28 @@ TEST_F(PytorchRefuses, ShapesThatTheModelDoesNotTakeInLibtorchsWords) {
   ASSERT_FALSE(frame);
 }
 
+// Freezing throws away the methods that libtorch's trace of an error names.
+TEST_F(PytorchRefuses, ShapesThatAMethodOfTheModelDoesNotTake) {
+  const auto model =
+      opened(torchscript("def forward(self, x: Tensor) -> Tensor:\n"
+                         "  return torch.relu((self).second((self).first(x)))\n"
+                         "def first(self, x: Tensor) -> Tensor:\n"
+                         "  return torch.transpose(x, 1, 0)\n"
+                         "def second(self, x: Tensor) -> Tensor:\n"
+                         "  return torch.matmul(x, torch.ones([2, 5]))"));
+  ASSERT_NE(model, nullptr);
+  ASSERT_TRUE(model->resolve({make_tensor(WEIR_FLOAT32, {2, 3}).info}));
+  for (int i = 0; i < 20; ++i) {
+    const auto rank = model->resolve({make_tensor(WEIR_FLOAT32, {3}).info});
+    ASSERT_FALSE(rank);
+    EXPECT_EQ(rank.error().code, Code::SPEC_MISMATCH);
+    EXPECT_HAS(rank.error().difference, "Dimension out of range");
+    const auto size = model->resolve({make_tensor(WEIR_FLOAT32, {4, 3}).info});
+    ASSERT_FALSE(size);
+    EXPECT_HAS(size.error().difference, "mat1 and mat2 shapes cannot be multiplied (3x4 and 2x5)");
+  }
+}
+
 TEST_F(PytorchRefuses, AWrongRank) {
   const auto model =
       opened(torchscript("def forward(self, x: Tensor) -> Tensor:\n"

@@ -123,6 +123,7 @@ Status read_interface(const torch::jit::Module& module, TorchFacts* facts) {
 }  // namespace
 
 struct TorchProgram::Parts {
+  std::shared_ptr<torch::jit::CompilationUnit> classes;  // as loaded: load() says why
   torch::jit::Module module;
   std::optional<torch::jit::Method> method;  // forward of it, when it is as it runs
   TorchFacts facts;
@@ -163,7 +164,15 @@ Result<std::unique_ptr<TorchProgram>> TorchProgram::load(
                        "",
                        "save a module with a method forward"};
         parts->facts.weight_bytes = bytes_of_weights(module);
-        if (freeze) module = torch::jit::freeze(module);
+        if (freeze) {
+          // What is inlined refers to the method that it comes from, for the traces of errors.
+          // freeze() inlines in a copy of the class and then throws methods of the copy away: a
+          // trace would read freed memory. Inlined before, all refers to the methods of the class
+          // that was loaded.
+          parts->classes = module._ivalue()->compilation_unit();
+          torch::jit::Inline(*module.get_method("forward").graph());
+          module = torch::jit::freeze(module);
+        }
         if (auto status = read_interface(module, &parts->facts); !status) {
           Error error = status.error();
           error.offered = name + ": " + error.offered;
