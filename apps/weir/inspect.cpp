@@ -1,5 +1,6 @@
 // `weir inspect MODEL`: what a model takes and gives, which engine runs it and why, and a line that
 // runs it. Without a model: the engine alone.
+#include <algorithm>
 #include <cstdio>
 #include <limits>
 #include <memory>
@@ -52,6 +53,16 @@ Status read_tensors(const TensorWords& words, Inspected* found) {
   return ok();
 }
 
+// What a line chooses for the model, tried: "" where the model takes it, or leaves nothing open.
+std::string refusal_of_chosen(const Inspected& found) {
+  const auto session = infer::Session::create(found.opened);
+  if (!session) return session.error().what;
+  const auto outputs = (*session)->resolve(chosen_inputs(found.inputs));
+  if (outputs) return "";
+  const Error& error = outputs.error();
+  return error.difference.empty() ? error.what : error.difference;
+}
+
 LaunchLine line_of(const InspectOptions& options, const Inspected& found,
                    const Result<card::Card>& card) {
   std::string properties = property_text(options.words);
@@ -59,6 +70,9 @@ LaunchLine line_of(const InspectOptions& options, const Inspected& found,
     properties += (properties.empty() ? "custom=" : " custom=") + launch_value(options.custom);
   auto line = launch_line(found.model, found.framework, found.inputs,
                           card ? card::preparation(card->inputs[0]) : "", properties);
+  const bool chose = std::any_of(found.inputs.begin(), found.inputs.end(), leaves_open);
+  if (const auto refusal = chose ? refusal_of_chosen(found) : ""; !refusal.empty())
+    line.notes.push_back("tried, and the model does not take what the line chose: " + refusal);
   if (found.inputs.empty())
     line.notes.push_back(
         "weir inspect --input 3:224:224:1 --inputtype uint8 says what comes out of such a stream");

@@ -94,12 +94,22 @@ std::string bytes_source(const std::vector<weir_tensor_info>& inputs) {
          " input-type=" + join_types(specs);
 }
 
-bool is_open(const weir_tensor_info& info) {
-  return info.rank == WEIR_RANK_UNKNOWN || info.type >= WEIR_TYPE_END ||
-         std::any_of(info.shape, info.shape + info.rank, [](int64_t n) { return n < 0; });
+// As options of weir inspect say it.
+std::string chosen_words(const std::vector<weir_tensor_info>& inputs) {
+  std::string shapes, types;
+  for (const auto& info : chosen_inputs(inputs)) {
+    shapes += (shapes.empty() ? "" : ",") + caps_order(info);
+    types += (types.empty() ? "" : ",") + type_name(info);
+  }
+  return "--input " + shapes + " --inputtype " + types;
 }
 
 }  // namespace
+
+bool leaves_open(const weir_tensor_info& info) {
+  return info.rank == WEIR_RANK_UNKNOWN || info.type >= WEIR_TYPE_END ||
+         std::any_of(info.shape, info.shape + info.rank, [](int64_t n) { return n < 0; });
+}
 
 std::string caps_order(const weir_tensor_info& info) {
   if (info.rank == WEIR_RANK_UNKNOWN) return "?";
@@ -130,8 +140,10 @@ LaunchLine launch_line(const std::string& model, const std::string& framework,
   if (!model.empty()) out.command += " model=" + launch_value(model);
   if (!properties.empty()) out.command += " " + properties;
   out.command += " ! fakesink";
-  if (std::any_of(inputs.begin(), inputs.end(), is_open))
-    out.notes.push_back("the model leaves sizes open; the line chose some");
+  if (std::any_of(inputs.begin(), inputs.end(), leaves_open))
+    out.notes.push_back("the model leaves sizes open, and the line chose " + chosen_words(inputs) +
+                        "; others: weir inspect --input DIMENSIONS --inputtype TYPES " +
+                        launch_value(model));
   if (inputs.empty())
     out.notes.push_back("the model takes whatever tensors the stream has; the line feeds pictures");
   else if (!picture)

@@ -23,6 +23,8 @@ std::string type_name(const weir_tensor_info& info);
 LaunchLine launch_line(const std::string& model, const std::string& framework,
                        const std::vector<weir_tensor_info>& inputs, const std::string& preparation,
                        const std::string& properties = "");
+// Whether the model leaves the type, the rank or a size to the stream.
+bool leaves_open(const weir_tensor_info& info);
 // The inputs with the sizes that such a line chooses where the model leaves them open.
 std::vector<weir_tensor_info> chosen_inputs(std::vector<weir_tensor_info> inputs);
 

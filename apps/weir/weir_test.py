@@ -13,6 +13,10 @@ import tap_runner
 from weir_case import HAS_ONNX, MODEL, PLUGIN, SOURCE, Case, weir
 
 
+SHARED = pathlib.Path(os.environ.get("WEIR_DATA") or SOURCE / "../shared")
+LENET = SHARED / "models/torchscript/pytorch_lenet5.pt"
+
+
 class Usage(Case):
     def test_help_names_the_subcommands(self):
         said = self.good(weir("--help"))
@@ -254,12 +258,25 @@ class Inspect(Case):
         said, told = self.inspected("quantised.bin")
         self.assertRegex(said, r"0 +picture +uint8 +3:\?:\?:1 +\(1, \?, \?, 3\) +NHWC +0\.0078125 \* \(value - 128\)\n")
         self.assertRegex(said, r"0 +classes +uint8 +5:1 +\(1, 5\) +none +the value\n")
-        self.assertIn("note: the model leaves sizes open", said)
+        self.assertIn("note: the model leaves sizes open, and the line chose --input 3:224:224:1 --inputtype uint8; "
+                      f"others: weir inspect --input DIMENSIONS --inputtype TYPES {told['model']}\n", said)
+        self.assertFalse(any("does not take" in note for note in told["notes"]))
         self.assertEqual(told["inputs"][0], {
             "name": "picture", "type": "uint8", "dimension": "3:?:?:1", "shape": [1, None, None, 3], "layout": "NHWC",
             "quantisation": {"scale": 0.0078125, "zero_point": 128}})
         self.assertIsNone(told["outputs"][0]["quantisation"])
         self.assertEqual(told["engine"]["version"], "3.1")
+
+    @unittest.skipUnless(LENET.is_file() and "pytorch" in os.environ["WEIR_MODULE_PATH"], "pytorch is not built, or ../shared is not there")
+    def test_what_a_line_chose_and_the_model_does_not_take_is_told(self):
+        told = json.loads(self.good(weir("inspect", "--json", LENET)))
+        self.assertIn(f"the model leaves sizes open, and the line chose --input 1 --inputtype float32; others: weir inspect --input "
+                      f"DIMENSIONS --inputtype TYPES {LENET}", told["notes"])
+        refused = [note for note in told["notes"] if note.startswith("tried, and the model does not take what the line chose: ")]
+        self.assertRegex(" ".join(refused), "Dimension out of range")
+        told = json.loads(self.good(weir("inspect", "--json", "--input", "1:28:28:1", "--inputtype", "uint8", LENET)))
+        self.assertFalse(any("chose" in note for note in told["notes"]))
+        self.runs(told["launch"])
 
     def test_what_the_file_says_of_itself_is_shown(self):
         said, told = self.inspected("quantised.bin")
