@@ -1,12 +1,14 @@
 #!/usr/bin/python3
-"""The same weights in four formats, each through its own engine in a pipeline of its own, give the same numbers.
+"""The same weights in four formats, each through its own engine in a pipeline of its own, give the same numbers; and
+a network of Darknet's those that NumPy computes.
 
-The nets are MTCNN's (../shared/MANIFEST.md, MTCNN facts): ONNX and TorchScript take the picture as it is, Caffe and
+The nets of four formats are MTCNN's (../shared/MANIFEST.md, MTCNN facts): ONNX and TorchScript take the picture as it is, Caffe and
 TensorFlow Lite the picture with rows and columns exchanged.
 """
 
 import os
 import pathlib
+import struct
 import subprocess
 import tempfile
 import unittest
@@ -31,10 +33,8 @@ def dimensions(array):
     return ":".join(str(extent) for extent in reversed(array.shape))
 
 
-class EnginesAgree(unittest.TestCase):
+class Filtered(unittest.TestCase):
     def setUp(self):
-        if not MTCNN.is_dir():
-            self.skipTest(f"{MTCNN} is not there")
         folder = tempfile.TemporaryDirectory()
         self.addCleanup(folder.cleanup)
         self.folder = pathlib.Path(folder.name)
@@ -52,6 +52,68 @@ class EnginesAgree(unittest.TestCase):
                   f"tensor_converter input-dim={dimensions(array)} input-type=float32 ! tensor_filter {properties} ! "
                   f"filesink location={result}")
         return numpy.fromfile(result, "<f4")
+
+
+DARKNET = """[net]
+batch=1
+width=12
+height=10
+channels=3
+
+[convolutional]
+batch_normalize=1
+filters=4
+size=3
+stride=1
+pad=1
+activation=leaky
+
+[maxpool]
+size=2
+stride=2
+
+[convolutional]
+filters=5
+size=1
+stride=1
+pad=1
+activation=linear
+"""
+
+
+@unittest.skipUnless(built("darknet"), "the engine darknet is not built")
+class Darknet(Filtered):
+    def test_a_network_gives_what_numpy_computes(self):
+        """Darknet's layers as its source has them: a batch's mean and variance with 1e-6, leaky with 0.1."""
+        random = numpy.random.default_rng(5)
+        beta, mean = random.normal(size=(2, 4)).astype("<f4")
+        gamma, variance = random.uniform(0.5, 2, (2, 4)).astype("<f4")
+        first = random.normal(size=(4, 3, 3, 3)).astype("<f4")
+        bias, second = random.normal(size=5).astype("<f4"), random.normal(size=(5, 4)).astype("<f4")
+        cfg, weights = self.folder / "net.cfg", self.folder / "net.weights"
+        cfg.write_text(DARKNET)
+        weights.write_bytes(struct.pack("<iiiq", 0, 2, 0, 0) + b"".join(
+            part.tobytes() for part in (beta, gamma, mean, variance, first, bias, second)))
+        pictures = random.uniform(0, 1, (2, 3, 10, 12)).astype("<f4")
+
+        padded = numpy.pad(pictures.astype(float), ((0, 0), (0, 0), (1, 1), (1, 1)))
+        x = sum(numpy.einsum("fc,nchw->nfhw", first[:, :, i, j].astype(float), padded[:, :, i:i + 10, j:j + 12])
+                for i in range(3) for j in range(3))
+        planes = (slice(None), None, None)
+        x = (x - mean[planes]) / numpy.sqrt(variance[planes].astype(float) + 1e-6) * gamma[planes] + beta[planes]
+        x = numpy.where(x > 0, x, 0.1 * x).reshape(2, 4, 5, 2, 6, 2).max((3, 5))
+        expected = numpy.einsum("gf,nfhw->nghw", second.astype(float), x) + bias[planes]
+
+        for properties in (f"framework=darknet model={cfg},{weights}", f"model={cfg}", f"model={weights}"):
+            found = numpy.concatenate([self.filtered(picture[None], properties) for picture in pictures])
+            self.assertLess(abs(found.reshape(expected.shape) - expected).max(), 1e-5)
+
+
+class EnginesAgree(Filtered):
+    def setUp(self):
+        if not MTCNN.is_dir():
+            self.skipTest(f"{MTCNN} is not there")
+        super().setUp()
 
     def photo(self, width, height):
         """Faces, as float32 of rows, columns, colours around zero, through the elements that do so."""
