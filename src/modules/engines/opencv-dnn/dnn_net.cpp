@@ -130,17 +130,22 @@ Result<cv::Mat> to_mat(const DnnInput& input) {
   return out;
 }
 
+// OpenCV has no code for it, only words.
+bool tells_of_a_lack(const std::string& reason) {
+  for (const char* words : {"an't create layer", "nknown layer type", "ot implemented",
+                            "ot supported", "nsupported"})  // large or small in front
+    if (reason.find(words) != std::string::npos) return true;
+  return false;
+}
+
 Error load_error(const std::string& model, const std::string& reason) {
-  const bool lacks = reason.find("Can't create layer") != std::string::npos ||
-                     reason.find("Unknown layer type") != std::string::npos ||
-                     reason.find("not implemented") != std::string::npos;
   Error error{Code::MODEL_INVALID,
               "OpenCV cannot load the network",
               model + ": " + reason,
               "",
               "",
               "fetch the files again; both must be of the same network"};
-  if (!lacks) return error;
+  if (!tells_of_a_lack(reason)) return error;
   error.code = Code::MODEL_UNSUPPORTED;
   error.what = "the network has a layer that OpenCV lacks";
   error.fix = "export the network to ONNX or TensorFlow Lite, whose engines know more layers";

@@ -34,6 +34,16 @@ TEST_F(OpencvDnnRefuses, ALayerThatOpencvLacksByName) {
   EXPECT_HAS(darknet.message(), "frobnicate");
 }
 
+TEST_F(OpencvDnnRefuses, AnActivationThatOpencvLacksByName) {
+  const Error error = error_of(
+      open_darknet("[net]\nbatch=1\nwidth=3\nheight=2\nchannels=2\n"
+                   "[convolutional]\nfilters=1\nsize=1\nstride=1\npad=0\nactivation=frobnicate\n",
+                   darknet_weights({0.5f, 2, -1})));
+  EXPECT_EQ(error.code, Code::MODEL_UNSUPPORTED) << error.message();
+  EXPECT_HAS(error.offered, "frobnicate");
+  EXPECT_HAS(error.fix, "export the network to ONNX");
+}
+
 TEST_F(OpencvDnnRefuses, InputsOfTextByTheirKind) {
   for (const char* name : {"models/tf/DS_CNN_S.pb", "models/audio/conv_actions_frozen.pb"}) {
     const auto path = shared_file(name);
