@@ -1,6 +1,7 @@
 // Opening libonnxruntime.
 #include "onnxruntime/ort_api.hpp"
 
+#include <cstdlib>
 #include <mutex>
 #include <utility>
 
@@ -31,6 +32,13 @@ void ORT_API_CALL forward_log(void*, OrtLoggingLevel severity, const char*, cons
   const auto level = level_of(severity);
   if (level == WEIR_LOG_WARNING && folded && folded->folds(place ? place : "")) return;
   log(level == WEIR_LOG_ERROR ? WEIR_LOG_INFO : level, message ? message : "");
+}
+
+// The vendor's builds from 1.29 on tell Microsoft which models a process opens, and keep a number
+// for the machine in the user's cache, from the moment that there is an environment. They read this
+// variable when they make the first; one that the user has set stays.
+void keep_the_library_silent() {
+  setenv("ORT_DISABLE_TELEMETRY", "1", 0);
 }
 
 }  // namespace
@@ -98,6 +106,7 @@ Result<std::shared_ptr<const OrtRuntime>> OrtRuntime::load() {
   const OrtApi* api = base->GetApi(ORT_API_VERSION);
   if (!api) return unusable("version " + out->version_ + " is too old");
   out->api_ = api;
+  keep_the_library_silent();
   if (auto bad =
           take(*api, api->CreateEnvWithCustomLogger(forward_log, nullptr, ORT_LOGGING_LEVEL_WARNING,
                                                     "weir", &out->environment_)))
