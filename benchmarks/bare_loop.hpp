@@ -3,6 +3,7 @@
 #include <dlfcn.h>
 #include <onnxruntime_c_api.h>
 
+#include <cstdlib>
 #include <cstring>
 #include <stdexcept>
 #include <string>
@@ -20,6 +21,7 @@ class BareLoop {
     const auto base = reinterpret_cast<const OrtApiBase* (*)()>(dlsym(handle, "OrtGetApiBase"));
     api_ = base()->GetApi(ORT_API_VERSION);
     if (!api_) throw std::runtime_error("the library is older than its header");
+    setenv("ORT_DISABLE_TELEMETRY", "1", 0);  // as the engine does: its threads would be measured
     check(api_->CreateEnv(ORT_LOGGING_LEVEL_ERROR, "bare", &env_));
     OrtSessionOptions* options = nullptr;
     check(api_->CreateSessionOptions(&options));

@@ -25,7 +25,7 @@ struct Options {
 };
 
 int run(const Options& options) {
-  Ort::Env env;
+  Ort::Env env = control::silent_environment();
   control::Propose propose(env, options.models, options.threads, options.min_face);
   control::Refine refine(env, options.models, options.threads);
   control::Mark mark(env, options.models, options.threads);

@@ -28,7 +28,7 @@ class OfOnnxRuntime final : public Invokes {
     numbers_.resize(3 * count * width * height, 0.1f);
     if (count > 0) network.run(numbers_, {static_cast<int64_t>(count), 3, height, width});
   }
-  Ort::Env env_;
+  Ort::Env env_ = silent_environment();
   Network p_, r_, o_;
   uint32_t min_face_;
   std::vector<float> numbers_;

@@ -3,6 +3,7 @@
 #include <onnxruntime_cxx_api.h>
 
 #include <array>
+#include <cstdlib>
 #include <span>
 #include <string>
 #include <vector>
@@ -10,6 +11,13 @@
 namespace control {
 
 using Shape = std::array<int64_t, 4>;
+
+// From 1.29 on the vendor's library reports opened models, on threads of its own: off, as in Weir's
+// engine.
+inline Ort::Env silent_environment() {
+  setenv("ORT_DISABLE_TELEMETRY", "1", 0);
+  return Ort::Env();
+}
 
 class Network {
  public:

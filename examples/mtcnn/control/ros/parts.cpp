@@ -42,7 +42,7 @@ struct P : Part {
   Numbers find(const cv::Mat& picture, const Numbers&) override {
     return numbers_of(stage.find(picture));
   }
-  Ort::Env env;
+  Ort::Env env = silent_environment();
   Propose stage;
 };
 
@@ -52,7 +52,7 @@ struct Behind : Part {
   Numbers find(const cv::Mat& picture, const Numbers& regions) override {
     return numbers_of(stage.find(picture, boxes_of(regions)));
   }
-  Ort::Env env;
+  Ort::Env env = silent_environment();
   Stage stage;
 };
 
