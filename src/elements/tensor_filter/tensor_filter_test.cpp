@@ -371,7 +371,10 @@ TEST(TensorFilter, TurnsWhatSuchAnEngineThrowsIntoErrors) {
   ASSERT_TRUE(message);
   GError* error = nullptr;
   gst_message_parse_error(message.get(), &error, nullptr);
-  EXPECT_NE(std::string(error->message).find("thrown in an engine"), std::string::npos);
+  EXPECT_EQ(std::string(error->message).find("WEIR-5003: the filter's class threw an exception"),
+            0u)
+      << error->message << ": not a fault of Weir";
+  EXPECT_NE(std::string(error->message).find("offered: thrown in an engine"), std::string::npos);
   g_error_free(error);
   gst_element_set_bus(element.get(), nullptr);
   EXPECT_EQ(gst_harness_push(h.get(), frame<float>({1, 2, 3, 4})), GST_FLOW_OK)
