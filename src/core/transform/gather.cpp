@@ -8,7 +8,7 @@ namespace weir::transform {
 namespace {
 
 constexpr size_t kBlockBytes = 16384;  // in the L1 cache with what is made of it
-constexpr size_t kLongRun = 256;       // elements: worth a call of the kernel
+constexpr size_t kLongRun = 1024;      // bytes: to copy them costs more than a call of the kernel
 
 }  // namespace
 
@@ -44,8 +44,8 @@ Counters GatherKernel::run(std::span<const std::byte> in, std::span<std::byte> o
     return {};
   }
   const size_t elements = runs_.bytes / size_of(work_.from);
-  return elements >= kLongRun && elements % work_.kernel->period() == 0 ? run_each(in, out)
-                                                                        : run_blocks(in, out);
+  return runs_.bytes >= kLongRun && elements % work_.kernel->period() == 0 ? run_each(in, out)
+                                                                           : run_blocks(in, out);
 }
 
 Counters GatherKernel::run_each(std::span<const std::byte> in,
