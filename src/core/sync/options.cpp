@@ -50,7 +50,7 @@ Result<Mode> parse_mode(std::string_view text) {
                std::string(text),
                "nosync, slowest, basepad or refresh",
                "",
-               near.empty() ? "sync-mode=slowest" : "sync-mode=" + near};
+               near.empty() ? "" : "sync-mode=" + near};
 }
 
 std::optional<Error> old_word(std::string_view text) {

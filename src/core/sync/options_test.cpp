@@ -42,7 +42,10 @@ TEST(SyncOptions, ATypoIsToldWithTheWordThatWasMeant) {
   EXPECT_EQ(mode.error().offered, "slowst");
   EXPECT_EQ(mode.error().fix, "sync-mode=slowest");
   EXPECT_NE(mode.error().needed.find("nosync, slowest, basepad or refresh"), std::string::npos);
-  EXPECT_FALSE(parse_mode(""));
+  for (const char* unlike : {"", "quick"}) {
+    ASSERT_FALSE(parse_mode(unlike));
+    EXPECT_EQ(parse_mode(unlike).error().fix, "") << "no word was meant that is known";
+  }
 }
 
 TEST(SyncOptions, EachModeIsNamedAsItIsParsed) {

@@ -150,11 +150,15 @@ TEST(TensorMerge, OptionsWithATypoStopTheStart) {
 }
 
 TEST(TensorMerge, AnUnknownSyncModeFallsToNosync) {
-  ManyInputs merge("tensor_merge sync-mode=slow");
+  ManyInputs merge("tensor_merge sync-mode=quick");
   merge.add(caps("1").c_str());
   merge.add(caps("1").c_str());
   merge.play();
-  EXPECT_NE(merge.warning().find("WEIR-1005"), std::string::npos);
+  const std::string warning = merge.warning();
+  EXPECT_NE(warning.find("WEIR-1005: sync-mode is not known, and nosync is taken"),
+            std::string::npos)
+      << warning;
+  EXPECT_NE(warning.find("fix: sync-mode=nosync"), std::string::npos) << warning;
   auto first = merge.push_later(0, Bytes{1}, 10);
   EXPECT_EQ(merge.push(1, Bytes{2}, 500), GST_FLOW_OK);
   first.get();

@@ -57,7 +57,13 @@ inline Result<SyncChoice> sync_choice(const SyncSettings& settings, sync::Mode f
   SyncChoice out;
   const auto mode = sync::parse_mode(settings.sync_mode);
   out.options.mode = mode ? *mode : fallback;
-  if (!mode) out.mode_status = mode.error();
+  if (!mode) {
+    const std::string usual(sync::name_of(fallback));
+    Error error = mode.error();
+    error.what += ", and " + usual + " is taken";
+    if (error.fix.empty()) error.fix = "sync-mode=" + usual;
+    out.mode_status = std::move(error);
+  }
   if (auto old = sync::old_word(settings.sync_mode)) out.mode_status = *std::move(old);
   if (out.options.mode != sync::Mode::BasePad) return out;
   const auto base = sync::parse_base(settings.sync_option);
