@@ -3,11 +3,14 @@
 // A slot comes with the first writer or reader that names it and goes with the last. It holds one
 // frame: a writer waits until a reader has taken it, a reader waits until there is one. Whatever
 // can end a wait wakes all who wait at the slot: frames, the end of either side, a flush,
-// interrupt(), a move to another slot. Frames are moved, never copied; none is destroyed under the
+// interrupt(), a move to another slot. Who waits where the other side has nobody is told so, once a
+// slot. Frames are moved, never copied; none is destroyed, and nobody told anything, under the
 // lock.
 #pragma once
+#include <chrono>
 #include <condition_variable>
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <memory>
 #include <mutex>
@@ -26,6 +29,13 @@ enum class Take {
   Restarted,  // a writer was flushed: what was on its way is lost, the loop begins anew
   Ended,      // each writer has ended, and what they left is taken
   Interrupted,
+};
+
+// Who is told that an end waits alone, with the number of its slot, and after how long: the other
+// side may come a moment later.
+struct Alone {
+  std::function<void(uint32_t)> tell = {};
+  std::chrono::milliseconds after{1000};
 };
 
 template <class Frame>
@@ -105,7 +115,8 @@ class SlotTable {
     }
 
    protected:
-    End(SlotTable& table, Side Slot::*side) : table_(table), side_(side) {}
+    End(SlotTable& table, Side Slot::*side, Side Slot::*other, Alone alone)
+        : table_(table), alone_(std::move(alone)), side_(side), other_(other) {}
     ~End() { detach(); }
 
     // Waits until `ready` says so of the slot that this end is at; null when interrupted.
@@ -114,7 +125,17 @@ class SlotTable {
       while (slot_ && !interrupted_) {
         if (ready(*slot_)) return slot_.get();
         const auto here = slot_;  // a move takes the slot from under the wait
-        here->changed.wait(lock);
+        const auto is_alone = [&] { return slot_ == here && ((*here).*other_).open == 0; };
+        if (told_ || !alone_.tell || !is_alone()) {
+          here->changed.wait(lock);
+        } else if (here->changed.wait_for(lock, alone_.after) == std::cv_status::timeout &&
+                   is_alone() && !interrupted_) {
+          told_ = true;
+          const uint32_t index = index_;
+          lock.unlock();
+          alone_.tell(index);
+          lock.lock();
+        }
       }
       return nullptr;
     }
@@ -138,7 +159,7 @@ class SlotTable {
       slot_ = slot;
       index_ = index;
       ++slot->ends;
-      ended_ = false;
+      ended_ = told_ = false;
       side().join();
       wake();
     }
@@ -155,15 +176,19 @@ class SlotTable {
       return left;
     }
 
+    const Alone alone_;
     Side Slot::*side_;
+    Side Slot::*other_;
     uint32_t index_ = 0;
     bool interrupted_ = false, ended_ = false;
+    bool told_ = false;  // that it is alone in this slot
   };
 
  public:
   class Writer : public End {
    public:
-    explicit Writer(SlotTable& table) : End(table, &Slot::writers) {}
+    explicit Writer(SlotTable& table, Alone alone = {})
+        : End(table, &Slot::writers, &Slot::readers, std::move(alone)) {}
 
     // Waits for room. The frame is moved from only when it is stored.
     Put put(Frame& frame) {
@@ -191,7 +216,8 @@ class SlotTable {
 
   class Reader : public End {
    public:
-    explicit Reader(SlotTable& table) : End(table, &Slot::readers) {}
+    explicit Reader(SlotTable& table, Alone alone = {})
+        : End(table, &Slot::readers, &Slot::writers, std::move(alone)) {}
 
     // Waits for a frame, or for what comes instead of one.
     Taken<Frame> take() {

@@ -55,6 +55,43 @@ TEST_F(SlotsByNumber, IsThereFromTheFirstEndThatNamesItToTheLast) {
   EXPECT_EQ(table.size(), 0u);
 }
 
+// Who waits alone is told after a while, once a slot, and goes on waiting.
+TEST_F(SlotsByNumber, TellsAnEndThatWaitsAlone) {
+  std::promise<uint32_t> told;
+  Table::Reader lonely(table, {[&](uint32_t slot) { told.set_value(slot); }, {}});
+  lonely.attach(5);
+  auto taken = std::async(std::launch::async, [&] { return lonely.take(); });
+  EXPECT_EQ(told.get_future().get(), 5u);
+  writer.attach(5);
+  EXPECT_EQ(put(writer, 8), Put::Stored);
+  EXPECT_EQ(value_of(taken.get()), 8) << "a second word would have thrown";
+  writer.detach();
+  lonely.interrupt();
+  EXPECT_EQ(lonely.take().outcome, Take::Interrupted);
+}
+
+TEST_F(SlotsByNumber, TellsAWriterWhoseFrameNobodyTakes) {
+  std::promise<uint32_t> told;
+  Table::Writer lonely(table, {[&](uint32_t slot) { told.set_value(slot); }, {}});
+  lonely.attach(2);
+  EXPECT_EQ(put(lonely, 1), Put::Stored) << "the first has its place";
+  auto second = std::async(std::launch::async, [&] { return put(lonely, 2); });
+  EXPECT_EQ(told.get_future().get(), 2u);
+  reader.attach(2);
+  EXPECT_EQ(value_of(reader.take()), 1);
+  EXPECT_EQ(second.get(), Put::Stored);
+}
+
+TEST_F(SlotsByNumber, TellsNobodyWhoWaitsForAnOtherThatIsThere) {
+  Table::Reader reader_in_company(table, {[](uint32_t) { ADD_FAILURE() << "not alone"; }, {}});
+  writer.attach(0);
+  reader_in_company.attach(0);
+  auto taken = std::async(std::launch::async, [&] { return reader_in_company.take(); });
+  EXPECT_EQ(taken.wait_for(std::chrono::milliseconds(20)), std::future_status::timeout);
+  put(writer, 3);
+  EXPECT_EQ(value_of(taken.get()), 3);
+}
+
 TEST_F(SlotsByNumber, KeepsAFrameForAReaderThatComesLater) {
   writer.attach(0);
   EXPECT_EQ(put(writer, 1), Put::Stored);

@@ -6,6 +6,7 @@
 #include "core/ledger/ledger.hpp"
 #include "core/loop/slot_table.hpp"
 #include "gstcpp/ref.hpp"
+#include "weir/result.hpp"
 
 namespace weir {
 
@@ -17,6 +18,9 @@ struct StoredFrame {
 
 using Repository = loop::SlotTable<StoredFrame>;
 Repository& repository();
+
+// For an end that waits in a slot that has no `missing`, the element of the other end.
+Error lone_end(const char* missing, uint32_t slot);
 
 // A frame that went with its slot.
 inline void count_left(const std::optional<StoredFrame>& frame) {

@@ -163,7 +163,9 @@ class TensorReposink : public gst::Element<TensorReposink, gst::BaseSink> {
                  ""};
   }
 
-  Repository::Writer writer_{repository()};
+  Repository::Writer writer_{repository(), {[this](uint32_t slot) {
+                               gst::post_warning(element(), lone_end("tensor_reposrc", slot));
+                             }}};
   FrameSpec spec_;     // this and what follows: streaming thread only
   Ref<GstCaps> caps_;  // of spec_
 };

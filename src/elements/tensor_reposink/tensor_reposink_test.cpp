@@ -81,6 +81,24 @@ TEST(TensorReposink, HoldsOneFrameUntilItIsTakenAndThenHasConsumedIt) {
   EXPECT_EQ(stat(sink, "tensor_reposink", "held"), 0u);
 }
 
+// A slot-index with a typo: the other end is somewhere else.
+TEST(TensorReposink, TellsThatNobodyTakesItsFrames) {
+  const Harness sink = harness_of(slot(4), kByte);
+  Errors errors(sink);
+  gst_harness_push(sink.get(), frame(Bytes{1, 1}));
+  auto second = pushing(sink, {2, 2});
+  std::string warning;
+  EXPECT_TRUE(becomes_true([&] { return !(warning = errors.next_warning()).empty(); },
+                           [] { return "a warning"; }));
+  EXPECT_SAYS(warning, "WEIR-5001: a loop has one end only");
+  EXPECT_SAYS(warning, "no tensor_reposrc slot-index=4");
+  EXPECT_SAYS(warning, "fix: tensor_reposrc slot-index=4");
+  const Harness source = source_of(4);
+  EXPECT_EQ(pulled(source), (Bytes{0, 0}));
+  EXPECT_EQ(pulled(source), (Bytes{1, 1}));
+  EXPECT_EQ(second.get(), GST_FLOW_OK) << "it waited on";
+}
+
 TEST(TensorReposink, AWaitEndsWithTheElement) {
   const Harness sink = harness_of(slot(0), kByte);
   gst_harness_push(sink.get(), frame(Bytes{1, 1}));

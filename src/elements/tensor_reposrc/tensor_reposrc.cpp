@@ -229,7 +229,9 @@ class TensorReposrc : public gst::Element<TensorReposrc, gst::PushSource> {
     return ok();
   }
 
-  Repository::Reader reader_{repository()};
+  Repository::Reader reader_{repository(), {[this](uint32_t slot) {
+                               gst::post_warning(element(), lone_end("tensor_reposink", slot));
+                             }}};
   // Made in start(), then streaming thread only.
   bool fresh_ = true;
   Ref<GstCaps> caps_;     // the property

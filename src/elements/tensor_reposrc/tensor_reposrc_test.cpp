@@ -1,6 +1,7 @@
 // tensor_reposrc in a harness: the first frame, what it asks for, what it refuses, what ends it.
 #include <algorithm>
 
+#include "becomes.hpp"
 #include "elements/tests/element_harness.hpp"
 
 namespace weir::test {
@@ -180,6 +181,21 @@ TEST(TensorReposrc, ANewSlotIndexTakesTheWaitAlong) {
   gst_harness_push(sink.get(), frame(ramp(8)));
   g_object_set(element_of(h, "tensor_reposrc").get(), "slot-index", 5u, nullptr);
   EXPECT_EQ(content(pulled(h).get()), ramp(8));
+}
+
+TEST(TensorReposrc, TellsThatNobodyGivesItFrames) {
+  const Harness h = harness_of(source(kFloats, "slot-index=6"));
+  Errors errors(h);
+  gst_harness_play(h.get());
+  EXPECT_TRUE(pulled(h));
+  std::string warning;
+  EXPECT_TRUE(becomes_true([&] { return !(warning = errors.next_warning()).empty(); },
+                           [] { return "a warning"; }));
+  EXPECT_SAYS(warning, "WEIR-5001: a loop has one end only");
+  EXPECT_SAYS(warning, "fix: tensor_reposink slot-index=6");
+  const Harness sink = harness_of("tensor_reposink slot-index=6", kFloats);
+  gst_harness_push(sink.get(), frame(ramp(8)));
+  EXPECT_EQ(content(pulled(h).get()), ramp(8)) << "it waited on";
 }
 
 TEST(TensorReposrc, WaitsNoLongerThanItsElementPlays) {
