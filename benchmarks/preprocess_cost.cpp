@@ -26,6 +26,16 @@ constexpr char kTensor[] =
     "tensor_transform mode=arithmetic option=typecast:float32,mul:0.00392156863 ! "
     "tensor_transform mode=transpose option=1:2:0:3 ! other/tensors,format=static";
 
+// Pages that nobody wrote are all the same one, which never leaves the nearest cache.
+void write_frames(ElementStage& stage) {
+  stage.push(8, [](GstBuffer* buffer) {
+    GstMapInfo map;
+    if (!gst_buffer_map(buffer, &map, GST_MAP_WRITE)) std::abort();
+    for (gsize i = 0; i < map.size; ++i) map.data[i] = static_cast<guint8>(i * 31 + i / 1920);
+    gst_buffer_unmap(buffer, &map);
+  });
+}
+
 void classic_chains(int rounds) {
   ElementStage convert_first("videoconvert ! videoscale" + std::string(kTensor), kVideo, kBytes);
   ElementStage scale_first("videoscale ! videoconvert" + std::string(kTensor), kVideo, kBytes);
@@ -33,6 +43,8 @@ void classic_chains(int rounds) {
   ElementStage preprocess(
       "tensor_preprocess width=640 height=640 fit=letterbox scale=0.00392156863 layout=NCHW",
       kVideo, kBytes);
+  for (ElementStage* stage : {&convert_first, &scale_first, &together, &preprocess})
+    write_frames(*stage);
   const auto costs = weir::bench::medians(
       {[&] { convert_first.push(kFrames); }, [&] { scale_first.push(kFrames); },
        [&] { together.push(kFrames); }, [&] { preprocess.push(kFrames); }},
@@ -70,6 +82,8 @@ void pyramid(const Pyramid& p, int rounds) {
   ElementStage first("tensor_preprocess sizes=" + size(p.width, p.height) + kNumbers + p.method,
                      kVideo, kBytes);
   ElementStage all("tensor_preprocess sizes=" + sizes + kNumbers + p.method, kVideo, kBytes);
+  write_frames(first);
+  write_frames(all);
   std::vector<std::byte> memory(static_cast<size_t>(pixels) * 3 * sizeof(float));
   const auto costs = weir::bench::medians({[&] { first.push(kFrames); }, [&] { all.push(kFrames); },
                                            [&] {
@@ -100,6 +114,7 @@ void regions(const char* format, size_t bytes, int rounds) {
       "regions=";
   ElementStage none("identity", caps.c_str(), bytes);
   ElementStage cut(launch + "meta", caps.c_str(), bytes);
+  write_frames(cut);
   const auto costs = weir::bench::medians(
       {[&] { none.push(kFrames, add_regions); }, [&] { cut.push(kFrames, add_regions); }}, rounds);
   weir::bench::report("64 regions of Full HD " + std::string(format) + " to 48x48: CPU time",

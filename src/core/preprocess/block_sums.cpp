@@ -1,8 +1,9 @@
-// Each level is made of the one before.
+// Each level is made of the one before it.
 #include "core/preprocess/block_sums.hpp"
 
 #include <algorithm>
 #include <bit>
+#include <cstring>
 
 #include "core/preprocess/row_kernels.hpp"
 
@@ -49,50 +50,107 @@ void AddBytePairs(const uint8_t* in, size_t step, size_t blocks, uint16_t* out) 
   add_plainly(in, step, done, blocks, out);
 }
 
-// A block is one lane of T.
+// A block is one lane of T. Whole vectors, also at the end.
 template <class T>
-size_t add_lanes(const uint16_t* in, size_t blocks, uint16_t* out) {
-  size_t done = 0;
-#if HWY_TARGET != HWY_SCALAR
+void add_lanes(const uint16_t* in, size_t blocks, uint16_t* out) {
   const hn::ScalableTag<T> d;
   const hn::Repartition<uint16_t, decltype(d)> d16;
-  const size_t lanes = hn::Lanes(d);
-  for (; done + lanes <= blocks; done += lanes) {
+  for (size_t b = 0; b < blocks; b += hn::Lanes(d)) {
     hn::Vec<decltype(d)> even, odd;
     // Highway's loads and stores are unaligned ones: nothing is read through the pointers.
-    hn::LoadInterleaved2(d, reinterpret_cast<const T*>(in) + 2 * done, even, odd);
+    hn::LoadInterleaved2(d, reinterpret_cast<const T*>(in) + 2 * b, even, odd);
     hn::StoreU(hn::Add(hn::BitCast(d16, even), hn::BitCast(d16, odd)), d16,
-               out + done * (sizeof(T) / 2));
+               out + b * (sizeof(T) / 2));
   }
-#else
-  (void)in, (void)blocks, (void)out;
-#endif
-  return done;
 }
 
 void AddPairs(const uint16_t* in, size_t step, size_t blocks, uint16_t* out) {
-  const size_t done = step == 1   ? add_lanes<uint16_t>(in, blocks, out)
-                      : step == 2 ? add_lanes<uint32_t>(in, blocks, out)
-                      : step == 4 ? add_lanes<uint64_t>(in, blocks, out)
-                                  : 0;
-  add_plainly(in, step, done, blocks, out);
+#if HWY_TARGET != HWY_SCALAR
+  if (step == 1) return add_lanes<uint16_t>(in, blocks, out);
+  if (step == 2) return add_lanes<uint32_t>(in, blocks, out);
+  if (step == 4) return add_lanes<uint64_t>(in, blocks, out);
+#endif
+  add_plainly(in, step, 0, blocks, out);
 }
 
-void BlendSums(const uint16_t* const* rows, const float* weights, size_t taps, size_t count,
-               float* out) {
-  const hn::ScalableTag<float> d;
-  const hn::RebindToSigned<decltype(d)> di;
-  const hn::Rebind<uint16_t, decltype(d)> sums;
-  const size_t lanes = hn::Lanes(d);
-  const auto load = [&](size_t k, size_t i) HWY_ATTR {
-    return hn::ConvertTo(d, hn::PromoteTo(di, hn::LoadU(sums, rows[k] + i)));
-  };
-  for (size_t i = 0; i < count; i += lanes) {
-    auto sum = hn::Mul(hn::Set(d, weights[0]), load(0, i));
-    for (size_t k = 1; k < taps; ++k) sum = hn::MulAdd(hn::Set(d, weights[k]), load(k, i), sum);
-    hn::StoreU(sum, d, out + i);
+void add_to(const uint16_t* in, size_t count, bool begins, uint16_t* sum) {
+  const hn::ScalableTag<uint16_t> d;
+  for (size_t i = 0; i < count; i += hn::Lanes(d)) {
+    const auto before = begins ? hn::Zero(d) : hn::LoadU(d, sum + i);
+    hn::StoreU(hn::Add(hn::LoadU(d, in + i), before), d, sum + i);
   }
 }
+
+void AddRows(const SumRows& rows, size_t step, std::span<SumLevel> levels) {
+  for (size_t r = rows.first; r < rows.first + rows.count; ++r) {
+    AddBytePairs(rows.memory + static_cast<ptrdiff_t>(r) * rows.stride, step, rows.pair_count,
+                 rows.pairs);
+    const uint16_t* from = rows.pairs;
+    for (SumLevel& l : levels) {
+      const bool alone = l.sums != nullptr && l.rows_log2 == 0;
+      uint16_t* const row = alone ? l.sums : l.row;
+      AddPairs(from + l.skipped, step, l.blocks, row);
+      from = row;
+      if (l.sums == nullptr) continue;
+      const size_t mask = (size_t{1} << l.rows_log2) - 1;
+      const bool begins = (r & mask) == 0 || (r == rows.first && !rows.begun);
+      if (!alone) add_to(row, l.blocks * step, begins, l.sums);
+      if ((r & mask) == mask) l.sums += l.stride;
+    }
+  }
+}
+
+#if HWY_TARGET == HWY_SCALAR  // no vector that has the lanes of two blocks
+
+void BlendSums(const SumBlend& blend, size_t step, size_t blocks, float* const* out) {
+  for (size_t i = 0; i < blocks * step; ++i) {
+    float sum = 0;
+    for (size_t k = 0; k < blend.count; ++k) {
+      const float weight = k == 0 ? blend.first : k + 1 < blend.count ? blend.between : blend.last;
+      sum += weight * static_cast<float>(blend.rows[k * blend.stride + i]);
+    }
+    out[i % step][i / step] = sum;
+  }
+}
+
+#else
+
+void BlendSums(const SumBlend& blend, size_t step, size_t blocks, float* const* out) {
+  const hn::ScalableTag<float> d;
+  const hn::RebindToUnsigned<decltype(d)> d32;
+  const hn::Repartition<uint16_t, decltype(d)> d16;
+  const hn::Half<decltype(d16)> half;
+  const hn::RebindToSigned<decltype(d)> whole;
+  const size_t lanes = hn::Lanes(d);
+  for (size_t i = 0; i < blocks * step; i += 2 * lanes) {
+    const uint16_t* row = blend.rows + i;
+    auto a = hn::Zero(d), b = a;
+    const auto add = [&](float weight, auto sums) HWY_ATTR {
+      const auto of = hn::Set(d, weight);
+      auto low = hn::PromoteTo(whole, hn::LowerHalf(half, sums));
+      auto high = hn::PromoteTo(whole, hn::UpperHalf(half, sums));
+      if (step == 2) {
+        const auto both = hn::BitCast(d32, sums);
+        low = hn::BitCast(whole, hn::And(both, hn::Set(d32, 0xFFFF)));
+        high = hn::BitCast(whole, hn::ShiftRight<16>(both));
+      }
+      a = hn::MulAdd(of, hn::ConvertTo(d, low), a);
+      b = hn::MulAdd(of, hn::ConvertTo(d, high), b);
+    };
+    add(blend.first, hn::LoadU(d16, row));
+    for (size_t k = 1; k + 1 < blend.count;) {
+      auto sums = hn::LoadU(d16, row + k * blend.stride);
+      const size_t end = std::min(k + blend.at_once, blend.count - 1);
+      while (++k < end) sums = hn::Add(sums, hn::LoadU(d16, row + k * blend.stride));
+      add(blend.between, sums);
+    }
+    if (blend.count > 1) add(blend.last, hn::LoadU(d16, row + (blend.count - 1) * blend.stride));
+    hn::StoreU(a, d, step == 1 ? out[0] + i : out[0] + i / 2);
+    hn::StoreU(b, d, step == 1 ? out[0] + i + lanes : out[1] + i / 2);
+  }
+}
+
+#endif
 
 }  // namespace weir::preprocess::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
@@ -100,19 +158,14 @@ HWY_AFTER_NAMESPACE();
 #if HWY_ONCE
 namespace weir::preprocess {
 
-HWY_EXPORT(AddBytePairs);
-HWY_EXPORT(AddPairs);
+HWY_EXPORT(AddRows);
 HWY_EXPORT(BlendSums);
 
-void add_byte_pairs(const uint8_t* in, size_t step, size_t blocks, uint16_t* out) noexcept {
-  HWY_DYNAMIC_DISPATCH(AddBytePairs)(in, step, blocks, out);
+void add_rows(const SumRows& rows, size_t step, std::span<SumLevel> levels) noexcept {
+  HWY_DYNAMIC_DISPATCH(AddRows)(rows, step, levels);
 }
-void add_pairs(const uint16_t* in, size_t step, size_t blocks, uint16_t* out) noexcept {
-  HWY_DYNAMIC_DISPATCH(AddPairs)(in, step, blocks, out);
-}
-void blend_sums(const uint16_t* const* rows, const float* weights, size_t taps, size_t count,
-                float* out) noexcept {
-  HWY_DYNAMIC_DISPATCH(BlendSums)(rows, weights, taps, count, out);
+void blend_sums(const SumBlend& blend, size_t step, size_t blocks, float* const* out) noexcept {
+  HWY_DYNAMIC_DISPATCH(BlendSums)(blend, step, blocks, out);
 }
 
 namespace {
@@ -123,49 +176,70 @@ size_t level_of(size_t block) noexcept {
 
 }  // namespace
 
-void BlockSums::want(size_t first_row, size_t end_row, size_t block) noexcept {
+const BlockSums::Level& BlockSums::level(size_t block) const noexcept {
+  return levels_[level_of(block)];
+}
+BlockSums::Level& BlockSums::level(size_t block) noexcept {
+  return levels_[level_of(block)];
+}
+
+void BlockSums::want(size_t first_row, size_t end_row, size_t block, size_t rows) noexcept {
   first_row_ = std::min(first_row_, first_row);
   end_row_ = std::max(end_row_, end_row);
   most_ = std::max(most_, block);
   made_ = first_row_;
+  Level& l = level(block);
+  const auto log2 = static_cast<unsigned>(std::countr_zero(rows));
+  l.rows_log2 = l.wanted ? std::min(l.rows_log2, log2) : log2;
+  l.wanted = true;
+}
+
+void BlockSums::clear() noexcept {
+  first_row_ = SIZE_MAX, end_row_ = 0, most_ = 0;
+  for (Level& l : levels_) l.wanted = false;
 }
 
 void BlockSums::reserve() {
   if (most_ == 0) return;
-  const auto at_least = [](std::vector<uint16_t>* memory, size_t size) {
+  const auto at_least = [](RowMemory<uint16_t>* memory, size_t size) {
     if (memory->size() < size) memory->resize(size);
   };
-  at_least(&pairs_, width(2));
-  for (size_t block = kLeastBlock; block <= most_; block *= 2)
-    at_least(&levels_[level_of(block)], width(block) * (end_row_ - first_row_) + kRowBlock);
+  at_least(&pairs_, width(2) + 2 * kRowBlock);
+  for (size_t block = kLeastBlock; block <= most_; block *= 2) {
+    Level& l = level(block);
+    at_least(&l.row, width(block) + 2 * kRowBlock);
+    if (l.wanted)
+      at_least(&l.sums, width(block) * (sums_before(l, end_row_ - 1) + 1) + 2 * kRowBlock);
+  }
 }
 
-// Level by level, and where no block is left over at the ends of the rows, all of them as one row.
+// All levels of a row while it is in the nearest cache; what of them is wanted for several rows at
+// once is a part of the bytes only. Sums end within the next ones, which are made after them.
 void BlockSums::make(const uint8_t* memory, ptrdiff_t stride, size_t end_row) noexcept {
   if (made_ >= end_row) return;
-  const size_t done = made_ - first_row_, rows = end_row - made_;
-  uint16_t* to = levels_[0].data() + done * width(kLeastBlock);
-  for (; made_ < end_row; ++made_, to += width(kLeastBlock)) {
-    const uint8_t* row = memory + static_cast<ptrdiff_t>(made_) * stride;
-    add_byte_pairs(row + 2 * begin(2) * step_, step_, end(2) - begin(2), pairs_.data());
-    add_pairs(pairs_.data() + skipped(kLeastBlock), step_, end(kLeastBlock) - begin(kLeastBlock),
-              to);
+  std::array<SumLevel, 5> levels;
+  size_t count = 0;
+  for (size_t block = kLeastBlock; block <= most_; block *= 2) {
+    Level& l = level(block);
+    uint16_t* const sums =
+        l.wanted ? l.sums.data() + sums_before(l, made_) * width(block) : nullptr;
+    levels[count++] = {skipped(block), end(block) - begin(block), l.row.data(), sums, width(block),
+                       l.rows_log2};
   }
-  for (size_t block = 2 * kLeastBlock; block <= most_; block *= 2) {
-    const uint16_t* from = levels_[level_of(block / 2)].data() + done * width(block / 2);
-    to = levels_[level_of(block)].data() + done * width(block);
-    const size_t blocks = end(block) - begin(block);
-    if (width(block / 2) == 2 * width(block)) {
-      add_pairs(from, step_, blocks * rows, to);
-      continue;
-    }
-    for (size_t r = 0; r < rows; ++r)
-      add_pairs(from + r * width(block / 2) + skipped(block), step_, blocks, to + r * width(block));
-  }
+  const SumRows rows{memory + 2 * begin(2) * step_,
+                     stride,
+                     made_,
+                     end_row - made_,
+                     end(2) - begin(2),
+                     pairs_.data(),
+                     made_ > first_row_};
+  add_rows(rows, step_, {levels.data(), count});
+  made_ = end_row;
 }
 
 const uint16_t* BlockSums::row(size_t row, size_t block) const noexcept {
-  return levels_[level_of(block)].data() + (row - first_row_) * width(block);
+  const Level& l = level(block);
+  return l.sums.data() + sums_before(l, row) * width(block);
 }
 
 }  // namespace weir::preprocess

@@ -1,15 +1,21 @@
-// BlockSums: the samples of each row of a plane added up in blocks, for all layers of a pyramid
-// that are made of whole blocks.
+// BlockSums: the samples of a plane added up in blocks, for all layers of a pyramid that are made
+// of whole blocks.
 #pragma once
 #include <array>
 #include <cstddef>
 #include <cstdint>
-#include <vector>
+#include <span>
+
+#include "core/preprocess/row_memory.hpp"
 
 namespace weir::preprocess {
 
-// Blocks are of 4, 8, 16, 32 or 64 samples: sums of bytes fit into 16 bits.
+// Blocks are of 4, 8, 16, 32 or 64 samples of a row: sums of bytes fit into 16 bits, also those of
+// most_rows() rows.
 inline constexpr size_t kLeastBlock = 4, kMostBlock = 64;
+constexpr size_t most_rows(size_t block) noexcept {
+  return 256 / block;
+}
 
 // The samples from low to below high of some rows of a plane, whose samples are `step` lanes of a
 // byte.
@@ -22,9 +28,11 @@ class BlockSums {
   }
   size_t plane() const noexcept { return plane_; }
 
-  void want(size_t first_row, size_t end_row, size_t block) noexcept;
+  // `rows`: how many, a power of two up to most_rows(block), may be added up too; from multiples of
+  // it on.
+  void want(size_t first_row, size_t end_row, size_t block, size_t rows) noexcept;
   // Nothing is wanted any more; memory is kept.
-  void clear() noexcept { first_row_ = SIZE_MAX, end_row_ = 0, most_ = 0; }
+  void clear() noexcept;
   // Allocates what make() writes.
   void reserve();
   // The rows in front of `end_row` that were not made yet: row r of the plane begins at memory +
@@ -32,10 +40,13 @@ class BlockSums {
   void make(const uint8_t* memory, ptrdiff_t stride, size_t end_row) noexcept;
 
   // Lane l of the b-th block at b * step + l; the first block is the first one that lies within the
-  // samples, blocks being counted from the plane's first sample. Precondition: wanted, and made.
-  // Behind the last one are kRowBlock elements more, of any value.
+  // samples, blocks being counted from the plane's first sample. The sum of the rows that were
+  // added up, beginning with this one. Precondition: such blocks are wanted, and made. Behind the
+  // last one are kRowBlock elements more, of any value.
   const uint16_t* row(size_t row, size_t block) const noexcept;
-  // From one row to the next.
+  // How many rows are added up: the least that was wanted.
+  size_t rows(size_t block) const noexcept { return size_t{1} << level(block).rows_log2; }
+  // To the rows behind them.
   size_t stride(size_t block) const noexcept { return width(block); }
 
  private:
@@ -48,18 +59,59 @@ class BlockSums {
     return (2 * begin(block) - begin(block / 2)) * step_;
   }
 
+  struct Level {
+    bool wanted = false;
+    unsigned rows_log2 = 0;    // of how many are added up
+    RowMemory<uint16_t> sums;  // what is wanted
+    RowMemory<uint16_t> row;   // of the row in work
+  };
+  const Level& level(size_t block) const noexcept;
+  Level& level(size_t block) noexcept;
+  // Rows of sums before those of `row`.
+  size_t sums_before(const Level& level, size_t row) const noexcept {
+    return (row >> level.rows_log2) - (first_row_ >> level.rows_log2);
+  }
+
   size_t plane_, low_, high_, step_;
   size_t first_row_ = SIZE_MAX, end_row_ = 0, made_ = 0, most_ = 0;
-  std::array<std::vector<uint16_t>, 5> levels_;  // of 4 to 64
-  std::vector<uint16_t> pairs_;
+  std::array<Level, 5> levels_;  // of 4 to 64
+  RowMemory<uint16_t> pairs_;
 };
 
-// out[b * step + l] = in[2 * b * step + l] + in[(2 * b + 1) * step + l]
-void add_byte_pairs(const uint8_t* in, size_t step, size_t blocks, uint16_t* out) noexcept;
-void add_pairs(const uint16_t* in, size_t step, size_t blocks, uint16_t* out) noexcept;
+// Sums in work: of `blocks` blocks, each of two of the level before, from element `skipped` of its
+// row on.
+struct SumLevel {
+  size_t skipped = 0, blocks = 0;
+  uint16_t* row = nullptr;
+  // Where the rows go: as many as 2 to the power of rows_log2 are added up, beginning with the
+  // multiples of it. Null: nowhere.
+  uint16_t* sums = nullptr;
+  size_t stride = 0;
+  unsigned rows_log2 = 0;
+};
+// Rows of a plane, `count` of them, the first of which is number `first`: pairs of bytes are added
+// up to `pairs`, these to the first level and so on. Rows of sums go on, and may be of any value,
+// up to kRowBlock elements behind their blocks. begun: whether a row before was added to the first
+// sums.
+struct SumRows {
+  const uint8_t* memory = nullptr;
+  ptrdiff_t stride = 0;
+  size_t first = 0, count = 0, pair_count = 0;
+  uint16_t* pairs = nullptr;
+  bool begun = false;
+};
+void add_rows(const SumRows& rows, size_t step, std::span<SumLevel> levels) noexcept;
 
-// out[i] = sum over k of weights[k] * rows[k][i]. Rows and `out` go on to a multiple of kRowBlock.
-void blend_sums(const uint16_t* const* rows, const float* weights, size_t taps, size_t count,
-                float* out) noexcept;
+// Rows of sums of blocks of which a row is made: row k begins at rows + k * stride and has the
+// weight `first`, the last one `last`, those between them `between`.
+struct SumBlend {
+  const uint16_t* rows = nullptr;
+  size_t stride = 0, count = 0;
+  float first = 0, between = 0, last = 0;
+  size_t at_once = 1;  // so many rows can be added up in 16 bits
+};
+// Lane l of block b, b * step + l of each row, to out[l][b]. `step`: 1 or 2. Rows and `out` go on
+// to a multiple of kRowBlock.
+void blend_sums(const SumBlend& blend, size_t step, size_t blocks, float* const* out) noexcept;
 
 }  // namespace weir::preprocess

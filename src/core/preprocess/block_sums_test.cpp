@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <random>
 #include <string>
 
 #include "core/preprocess/plan_reference.hpp"
@@ -16,53 +17,101 @@ namespace {
 using testing::Pixels;
 using transform::test::for_each_target;
 
-TEST(BlockSums, AddsNeighbouringSamplesLaneByLane) {
-  std::mt19937 random(3);
-  for (const size_t step : {1u, 2u, 3u, 4u})
-    for (const size_t blocks : {0u, 1u, 2u, 15u, 31u, 64u, 133u}) {
-      std::vector<uint8_t> bytes(2 * blocks * step);
-      std::vector<uint16_t> numbers(bytes.size());
-      for (auto& byte : bytes) byte = static_cast<uint8_t>(random());
-      for (auto& number : numbers) number = static_cast<uint16_t>(random() % 0x8000);
-      for_each_target([&] {
-        std::vector<uint16_t> of_bytes(blocks * step + 1, 7), of_numbers(blocks * step + 1, 7);
-        add_byte_pairs(bytes.data(), step, blocks, of_bytes.data());
-        add_pairs(numbers.data(), step, blocks, of_numbers.data());
-        for (size_t b = 0; b < blocks; ++b)
-          for (size_t l = 0; l < step; ++l) {
-            const size_t i = 2 * b * step + l;
-            ASSERT_EQ(of_bytes[b * step + l], bytes[i] + bytes[i + step]) << step << " " << b;
-            ASSERT_EQ(of_numbers[b * step + l], numbers[i] + numbers[i + step]) << step << " " << b;
-          }
-        EXPECT_EQ(of_bytes.back(), 7);
-        EXPECT_EQ(of_numbers.back(), 7);
-      });
-    }
+// Of the rows [first, end), each `together` of them added up, in blocks of `block` samples.
+struct Wanted {
+  size_t first, end, block, together;
+};
+
+// Rows of random bytes, the last one first in memory.
+struct Upwards {
+  static constexpr size_t kRows = 19, kSamples = 700;
+  explicit Upwards(size_t samples_step) : step(samples_step), bytes(kRows * kSamples * step) {
+    std::mt19937 random(4);
+    for (auto& byte : bytes) byte = static_cast<uint8_t>(random());
+    std::fill_n(bytes.begin(), 3 * kSamples * step, uint8_t{255});  // the largest sums
+  }
+  const uint8_t* memory() const { return bytes.data() + (kRows - 1) * kSamples * step; }
+  ptrdiff_t stride() const { return -static_cast<ptrdiff_t>(kSamples * step); }
+  int sum(size_t row, size_t rows, size_t sample, size_t samples, size_t lane) const {
+    int out = 0;
+    for (size_t r = row; r < row + rows; ++r)
+      for (size_t i = sample; i < sample + samples; ++i)
+        out += bytes[((kRows - 1 - r) * kSamples + i) * step + lane];
+    return out;
+  }
+  size_t step;
+  std::vector<uint8_t> bytes;
+};
+
+void expect_sums(const BlockSums& sums, const Upwards& plane, const Wanted& wanted, size_t low,
+                 size_t high) {
+  const size_t block = wanted.block, together = wanted.together;
+  ASSERT_EQ(sums.rows(block), together);
+  for (size_t row = wanted.first; row < wanted.end; row += together)
+    for (size_t b = (low + block - 1) / block, n = 0; b < high / block; ++b, ++n)
+      for (size_t l = 0; l < plane.step; ++l)
+        ASSERT_EQ(sums.row(row, block)[n * plane.step + l],
+                  plane.sum(row, together, b * block, block, l))
+            << "row " << row << ", block " << b << " of " << block << ", step " << plane.step;
 }
 
 TEST(BlockSums, AreOfWholeBlocksAndMadeAsTheyAreWanted) {
-  constexpr size_t kRows = 9, kStep = 2, kSamples = 300;
-  std::vector<uint8_t> plane(kRows * kSamples * kStep);
-  std::mt19937 random(4);
-  for (auto& byte : plane) byte = static_cast<uint8_t>(random());
-  const ptrdiff_t upwards = -static_cast<ptrdiff_t>(kSamples * kStep);
-  for (const auto& [low, high] : {std::pair<size_t, size_t>{0, 256}, {4, 300}, {128, 192}}) {
-    BlockSums sums(0, low, high, kStep);
-    sums.want(3, 5, 4);
-    sums.want(2, 8, 64);
-    sums.reserve();
-    const uint8_t* last = plane.data() + (kRows - 1) * kSamples * kStep;
-    for (const size_t end : {4u, 3u, 8u}) sums.make(last, upwards, end);
-    for (size_t row = 2; row < 8; ++row)
-      for (size_t block = kLeastBlock; block <= kMostBlock; block *= 2)
-        for (size_t b = (low + block - 1) / block, n = 0; b < high / block; ++b, ++n)
-          for (size_t l = 0; l < kStep; ++l) {
-            int sum = 0;
-            for (size_t i = 0; i < block; ++i)
-              sum += plane[((kRows - 1 - row) * kSamples + b * block + i) * kStep + l];
-            ASSERT_EQ(sums.row(row, block)[n * kStep + l], sum) << row << " " << block << " " << b;
-          }
+  const std::vector<std::vector<Wanted>> all{
+      {{3, 5, 4, 1}, {2, 18, 64, 1}},
+      {{8, 16, 4, 4}, {5, 18, 16, 1}},
+      {{0, 16, 4, 16}, {8, 16, 8, 8}, {16, 18, 32, 2}},
+      {{4, 8, 64, 4}, {1, 18, 32, 1}, {1, 17, 8, 1}, {1, 17, 4, 1}, {1, 17, 16, 1}}};
+  for (const size_t step : {1u, 2u, 3u, 4u}) {
+    const Upwards plane(step);
+    for (const auto& [low, high] :
+         {std::pair<size_t, size_t>{0, 256}, {4, 700}, {128, 192}, {64, 640}})
+      for (const auto& wanted : all)
+        for_each_target([&] {
+          BlockSums sums(0, low, high, step);
+          for (const Wanted& w : wanted) sums.want(w.first, w.end, w.block, w.together);
+          sums.reserve();
+          for (const size_t end : {6u, 3u, 7u, 18u}) sums.make(plane.memory(), plane.stride(), end);
+          for (const Wanted& w : wanted) expect_sums(sums, plane, w, low, high);
+        });
   }
+}
+
+TEST(BlockSums, TakeAsManyRowsAtOnceAsAllWantersCan) {
+  const Upwards plane(1);
+  BlockSums sums(0, 0, 256, 1);
+  sums.want(0, 16, 4, 8);
+  sums.want(2, 16, 4, 2);
+  sums.reserve();
+  sums.make(plane.memory(), plane.stride(), 16);
+  expect_sums(sums, plane, {0, 16, 4, 2}, 0, 256);
+  sums.clear();
+  sums.want(8, 16, 4, 8);
+  sums.reserve();
+  sums.make(plane.memory(), plane.stride(), 16);
+  expect_sums(sums, plane, {8, 16, 4, 8}, 0, 256);
+}
+
+TEST(BlockSums, AreBlendedWithTheWeightsOfTheirRows) {
+  constexpr size_t kStride = 150, kMostRows = 40;
+  std::mt19937 random(6);
+  std::vector<uint16_t> numbers(kStride * kMostRows + 2 * kRowBlock);
+  for (auto& number : numbers) number = static_cast<uint16_t>(random() % 4081);  // 16 * 255
+  for (const size_t step : {1u, 2u})
+    for (const size_t count : {1u, 2u, 3u, 17u, 18u, 19u, 40u})
+      for_each_target([&] {
+        const size_t blocks = kStride / step;
+        const SumBlend blend{numbers.data(), kStride, count, 0.25f, 0.5f, 0.125f, 16};
+        std::vector<float> lanes[2];
+        for (auto& lane : lanes) lane.resize(padded(blocks));
+        float* const out[2] = {lanes[0].data(), lanes[1].data()};
+        blend_sums(blend, step, blocks, out);
+        for (size_t i = 0; i < blocks * step; ++i) {
+          double sum = 0.25 * numbers[i];
+          for (size_t k = 1; k < count; ++k)
+            sum += (k + 1 < count ? 0.5 : 0.125) * numbers[k * kStride + i];
+          ASSERT_EQ(lanes[i % step][i / step], sum) << step << ", " << count << " rows, " << i;
+        }
+      });
 }
 
 Preparation of_area(const Pixels& pixels, uint32_t width, uint32_t height) {
@@ -76,24 +125,25 @@ Preparation of_area(const Pixels& pixels, uint32_t width, uint32_t height) {
 }
 
 TEST(PlanOfBlocks, GivesWhatTheFormulasSay) {
-  for (const char* format : {"GRAY8", "RGB", "NV12"}) {
-    Pixels pixels(format, 384, 21, 5, 3);
-    const double most = pixels.picture.format.model == ColorModel::Yuv ? 1.0 / 16 : 1.0 / 64;
-    for (const uint32_t width : {48u, 2u})
-      for (const bool second : {false, true}) {
-        pixels.picture.cosited_columns = second;
-        auto p = of_area(pixels, width, 8);
-        if (second) p.crop = Rect{96, 3, 288, 17};
-        const auto wanted = testing::reference(p, pixels);
-        for_each_target([&] {
-          const auto out = testing::run<float>(p, pixels);
-          ASSERT_EQ(out.size(), wanted.size());
-          for (size_t i = 0; i < out.size(); ++i)
-            ASSERT_NEAR(double{out[i]}, wanted[i], most)
-                << format << " to " << width << ", element " << i;
-        });
-      }
-  }
+  for (const char* format : {"GRAY8", "RGB", "NV12", "I420"})
+    for (const uint32_t height : {21u, 32u, 64u}) {
+      Pixels pixels(format, 384, height, 5, 3);
+      const double most = pixels.picture.format.model == ColorModel::Yuv ? 1.0 / 16 : 1.0 / 64;
+      for (const uint32_t width : {48u, 2u})
+        for (const bool second : {false, true}) {
+          pixels.picture.cosited_columns = second;
+          auto p = of_area(pixels, width, 8);
+          if (second) p.crop = Rect{96, 3, 288, 17};
+          const auto wanted = testing::reference(p, pixels);
+          for_each_target([&] {
+            const auto out = testing::run<float>(p, pixels);
+            ASSERT_EQ(out.size(), wanted.size());
+            for (size_t i = 0; i < out.size(); ++i)
+              ASSERT_NEAR(double{out[i]}, wanted[i], most)
+                  << format << " to " << width << ", element " << i;
+          });
+        }
+    }
 }
 
 // Big enough for several stripes; layers of whole blocks and others, letterboxed ones too.
@@ -103,8 +153,14 @@ TEST(PlanOfBlocks, LayersOfAPyramidAreThoseOfPlansAlone) {
     for (const Fit fit : {Fit::Stretch, Fit::Letterbox}) {
       std::vector<Plan> plans;
       std::vector<std::vector<float>> wanted;
-      for (const auto& [width, height] :
-           {std::pair{512u, 275u}, {256u, 275u}, {100u, 77u}, {64u, 68u}, {3u, 5u}, {1u, 1u}}) {
+      for (const auto& [width, height] : {std::pair{512u, 275u},
+                                          {256u, 275u},
+                                          {256u, 100u},
+                                          {128u, 275u},
+                                          {100u, 77u},
+                                          {64u, 68u},
+                                          {3u, 5u},
+                                          {1u, 1u}}) {
         auto p = of_area(pixels, width, height);
         p.fit = fit;
         plans.push_back(*Plan::make(p));

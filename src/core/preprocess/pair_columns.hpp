@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "core/preprocess/axis.hpp"
+#include "core/preprocess/row_memory.hpp"
 
 namespace weir::preprocess {
 
@@ -22,14 +23,14 @@ int16_t pair_share(double second) noexcept;
 inline constexpr size_t kWindow = 16;  // bytes in which one instruction looks others up
 
 struct PairColumns {
-  size_t step = 1, count = 0;   // bytes of a sample; pixels
-  std::vector<uint32_t> at;     // where a pixel's first sample begins; the second one is behind
-  std::vector<int16_t> shares;  // pair_share() for each lane of each pixel, zeros behind
+  size_t step = 1, count = 0;  // bytes of a sample; pixels
+  std::vector<uint32_t> at;    // where a pixel's first sample begins; the second one is behind
+  RowMemory<int16_t> shares;   // pair_share() for each lane of each pixel, zeros behind
   // Where neighbours lie near enough: `group` pixels at once are looked up in the window at
   // windows[g], byte by byte as lookup[16 * g ...] says. Else group is 1.
   size_t group = 1;
   std::vector<uint32_t> windows;
-  std::vector<uint8_t> lookup;
+  RowMemory<uint8_t> lookup;
 
   // Precondition: the axis has at most two weights a target and uses two samples or more. Rows
   // begin with sample low(). Memory is kept.

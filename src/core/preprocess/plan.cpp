@@ -2,6 +2,7 @@
 #include "core/preprocess/plan.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cstring>
 #include <string>
 
@@ -12,6 +13,13 @@ namespace weir::preprocess {
 namespace {
 
 constexpr float kGrayOfRgb[3] = {0.299f, 0.587f, 0.114f};
+
+// Asks for memory that is read, or written, a row later: no CPU follows rows from page to page.
+template <int written>
+void fetch(const void* memory, size_t bytes) noexcept {
+  for (size_t at = 0; at < bytes; at += 64)
+    __builtin_prefetch(static_cast<const std::byte*>(memory) + at, written);
+}
 
 // Whether the rows that are read lie within the plane's memory.
 bool holds(const Plane& plane, const Grid& grid) {
@@ -32,14 +40,14 @@ bool holds(const Plane& plane, const Grid& grid) {
 class PlanRun {
  public:
   PlanRun(const PlanTables& tables, const Planes& planes, std::span<std::byte> out,
-          Workspace* workspace, bool streamed, const FrameSums& sums)
+          Workspace* workspace, const RowOptions& options, const FrameSums& sums)
       : t_(tables),
         p_(tables.preparation),
         planes_(planes),
         out_(out),
         w_(*workspace),
         sums_(sums),
-        streamed_(streamed) {}
+        options_(options) {}
 
   Status check() const {
     const uint64_t needed = *p_.tensor().bytes();
@@ -110,15 +118,31 @@ class PlanRun {
         continue;
       }
       const auto* memory = reinterpret_cast<const uint8_t*>(plane.memory.data());
+      const auto row_at = [&](size_t row) {
+        return memory + static_cast<ptrdiff_t>(plane.offset + grid.first_byte) +
+               static_cast<ptrdiff_t>(row) * plane.stride;
+      };
       const size_t rows = grid.rows.weights(target).size();
-      for (size_t k = 0; k < rows; ++k)
-        w_.rows[k] = memory + static_cast<ptrdiff_t>(plane.offset + grid.first_byte) +
-                     static_cast<ptrdiff_t>(grid.rows.first(target) + k) * plane.stride;
+      for (size_t k = 0; k < rows; ++k) w_.rows[k] = row_at(grid.rows.first(target) + k);
+      if (!options_.cached && target + 1 < grid.rows.targets() && grid.bytes <= 64 * count()) {
+        const size_t first = grid.rows.first(target + 1);
+        const size_t end = std::min<size_t>(first + rows, grid.rows.high());
+        for (size_t row = first; row < end; ++row) fetch<0>(row_at(row), grid.bytes);
+      }
       if (grid.paired)
         resize_pairs(grid, b, target);
       else
         resize_taps(grid, b, target);
     }
+  }
+
+  // Where the lanes of the band's samples go, those that are not used into a row of their own.
+  std::array<float*, 4> lanes_of(size_t band) const noexcept {
+    std::array<float*, 4> out;
+    out.fill(w_.lanes[3].data());
+    for (size_t l = 0; l < t_.lanes.size(); ++l)
+      if (t_.lanes[l].band == band) out[t_.lanes[l].offset] = w_.lanes[l].data();
+    return out;
   }
 
   void resize_pairs(const Grid& grid, size_t band, uint32_t target) noexcept {
@@ -127,11 +151,8 @@ class PlanRun {
     sample_pairs(w_.rows.data(), weights.size(), grid.pairs, pairs);
     const int16_t below = weights.size() == 2 ? pair_share(double{weights[1]}) : int16_t{0};
     blend_pairs(pairs, weights.size(), grid.pairs, below, w_.samples.data());
-    float* const unused = w_.lanes[3].data();
-    float* lanes[4] = {unused, unused, unused, unused};
-    for (size_t l = 0; l < t_.lanes.size(); ++l)
-      if (t_.lanes[l].band == band) lanes[t_.lanes[l].offset] = w_.lanes[l].data();
-    split_lanes(w_.samples.data(), pair_lanes(grid.sampling.step), count(), lanes);
+    const auto lanes = lanes_of(band);
+    split_lanes(w_.samples.data(), pair_lanes(grid.sampling.step), count(), lanes.data());
   }
 
   void resize_sums(const Grid& grid, size_t band, uint32_t target) noexcept {
@@ -139,15 +160,22 @@ class PlanRun {
     const auto sums = std::find_if(sums_.all.begin(), sums_.all.end(), [&](const BlockSums& of) {
       return of.is_of(t_.bands[band].plane, grid.low, grid.high);
     });
-    const uint16_t* row = sums->row(grid.rows.first(target), grid.block);
-    const size_t stride = sums->stride(grid.block);
+    const size_t rows = sums->rows(grid.block);
     const float share = 1.0f / static_cast<float>(grid.block);  // a power of two: exact
-    for (size_t k = 0; k < weights.size(); ++k, row += stride) {
-      w_.sum_rows[k] = row;
-      w_.row_weights[k] = weights[k] * share;
-    }
-    blend_sums(w_.sum_rows.data(), w_.row_weights.data(), weights.size(), grid.bytes / grid.block,
-               w_.blended.data());
+    const auto weight = [&](size_t row) {
+      return weights[std::min(row, weights.size() - 1)] * share;
+    };
+    const SumBlend blend{sums->row(grid.rows.first(target), grid.block),
+                         sums->stride(grid.block),
+                         weights.size() / rows,
+                         weight(0),
+                         weight(1),
+                         weight(weights.size() - 1),
+                         most_rows(grid.block)};
+    if (grid.whole_blocks)
+      return blend_sums(blend, grid.sampling.step, count(), lanes_of(band).data());
+    float* const blended = w_.blended.data();
+    blend_sums(blend, 1, grid.bytes / grid.block, &blended);
     gather(grid, band);
   }
 
@@ -190,8 +218,11 @@ class PlanRun {
     const void* rows[3] = {};
     for (size_t c = 0; c < p_.channels(); ++c) {
       std::byte* const to = together ? w_.numbers[c].data() : place(c, x, y);
-      write_numbers(t_.numbers[c], p_.type, channel_row(c), count(), to, streamed_ && !together);
+      write_numbers(t_.numbers[c], p_.type, channel_row(c), count(), to,
+                    options_.streamed && !together);
       rows[c] = to;
+      if (!options_.streamed && !together && y + 1 < p_.height)
+        fetch<1>(place(c, x, y + 1), count() * element_bytes());
     }
     if (together) interleave_three(rows, element_bytes(), count(), place(0, x, y));
   }
@@ -202,7 +233,7 @@ class PlanRun {
   std::span<std::byte> out_;
   Workspace& w_;
   const FrameSums& sums_;
-  const bool streamed_;
+  const RowOptions& options_;
 };
 
 Result<Plan> Plan::make(Preparation preparation) {
@@ -237,8 +268,6 @@ void Plan::grow(Workspace* w) const {
   const size_t count = padded(tables_->placement.content.width);
   for (const Grid& grid : tables_->grids) {
     at_least(&w->rows, grid.rows.most_weights());
-    at_least(&w->sum_rows, grid.rows.most_weights());
-    at_least(&w->row_weights, grid.rows.most_weights());
     if (!grid.paired) {
       at_least(&w->blended, padded(grid.bytes));
       continue;
@@ -278,15 +307,15 @@ void Plan::for_sums(uint32_t first, uint32_t count, FrameSums* sums, F&& f) cons
 
 void Plan::want_sums(uint32_t first, uint32_t count, FrameSums* sums) const {
   for_sums(first, count, sums, [](BlockSums& of, const Grid& grid, size_t begin, size_t end) {
-    of.want(begin, end, grid.block);
+    of.want(begin, end, grid.block, grid.block_rows);
   });
 }
 
 Status Plan::run_rows(const Planes& planes, std::span<std::byte> out, uint32_t first,
-                      uint32_t count, Workspace* workspace, bool streamed, FrameSums* sums) const {
-  const bool alone = sums == nullptr;
-  if (alone) sums = &workspace->sums;
-  PlanRun run(*tables_, planes, out, workspace, streamed, *sums);
+                      uint32_t count, Workspace* workspace, const RowOptions& options) const {
+  const bool alone = options.sums == nullptr;
+  FrameSums* const sums = alone ? &workspace->sums : options.sums;
+  PlanRun run(*tables_, planes, out, workspace, options, *sums);
   if (auto status = run.check(); !status) return status;
   if (count == 0) return ok();
   if (alone) {
@@ -301,7 +330,7 @@ Status Plan::run_rows(const Planes& planes, std::span<std::byte> out, uint32_t f
   });
   const uint32_t height = preparation().height;
   for (uint32_t y = first; y < height && y - first < count; ++y) run.row(y);
-  if (streamed) end_streaming();
+  if (options.streamed) end_streaming();
   return ok();
 }
 

@@ -13,6 +13,7 @@
 #include "core/preprocess/block_sums.hpp"
 #include "core/preprocess/placement.hpp"
 #include "core/preprocess/preparation.hpp"
+#include "core/preprocess/row_memory.hpp"
 
 namespace weir::preprocess {
 
@@ -50,15 +51,22 @@ class Workspace {
  private:
   friend class PlanRun;
   friend class Plan;
-  std::vector<float> blended;
-  std::vector<std::vector<float>> lanes;  // the last one for what is not used
-  std::vector<std::byte> pairs[2];
-  std::vector<int16_t> samples;
-  std::vector<std::vector<std::byte>> numbers;
+  RowMemory<float> blended;
+  std::vector<RowMemory<float>> lanes;  // the last one for what is not used
+  RowMemory<std::byte> pairs[2];
+  RowMemory<int16_t> samples;
+  std::vector<RowMemory<std::byte>> numbers;
   std::vector<const uint8_t*> rows;
-  std::vector<const uint16_t*> sum_rows;
-  std::vector<float> row_weights;
   FrameSums sums;
+};
+
+struct RowOptions {
+  bool streamed =
+      false;            // past the caches where it can be done, for tensors that do not stay there
+  bool cached = false;  // the picture's rows were just read: none are fetched ahead
+  // Cleared for these planes, then wanted and reserved for all rows to come, each tensor's from the
+  // first on; null: they are made in the workspace.
+  FrameSums* sums = nullptr;
 };
 
 struct PlanTables;
@@ -82,12 +90,9 @@ class Plan {
   void want_sums(uint32_t first, uint32_t count, FrameSums* sums) const;
 
   // Writes the rows [first, first + count) of the tensor. `out` is the whole tensor, any alignment.
-  // streamed: past the caches where that can be done, for tensors that do not stay in them.
-  // sums: cleared for these planes, then wanted and reserved for all rows to come, each tensor's
-  // from the first on; null: they are made in the workspace. FRAME_SIZE when a plane is shorter
-  // than the picture needs or `out` is not the tensor's size.
+  // FRAME_SIZE when a plane is shorter than the picture needs or `out` is not the tensor's size.
   Status run_rows(const Planes& planes, std::span<std::byte> out, uint32_t first, uint32_t count,
-                  Workspace* workspace, bool streamed = false, FrameSums* sums = nullptr) const;
+                  Workspace* workspace, const RowOptions& options = {}) const;
   Status run(const Planes& planes, std::span<std::byte> out, Workspace* workspace) const {
     return run_rows(planes, out, 0, preparation().height, workspace);
   }

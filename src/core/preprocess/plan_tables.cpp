@@ -2,6 +2,7 @@
 #include "core/preprocess/plan_tables.hpp"
 
 #include <algorithm>
+#include <bit>
 #include <numeric>
 
 namespace weir::preprocess {
@@ -80,6 +81,19 @@ size_t block_of(const Preparation& p, const Placement& place, const Lane& lane) 
   return block < kLeastBlock ? 1 : block;
 }
 
+// How many rows of its blocks may be added up before they get their weight, 1 for none: the largest
+// power of two of which the target's rows are made, where their weight is one too. Then the sums
+// are exact, however many of their rows were added up.
+size_t block_rows_of(const Preparation& p, const Placement& place, const Lane& lane, size_t block) {
+  const uint32_t pixels = lane.halved ? 2 : 1;
+  const uint32_t y = place.source.y, height = place.source.height, targets = place.content.height;
+  const bool between = lane.halved && p.source.cosited_rows;
+  if (between || y % pixels != 0 || height % (pixels * targets) != 0) return 1;
+  const size_t rows = height / pixels / targets;
+  if (!std::has_single_bit(rows)) return 1;
+  return std::min(std::gcd(y / pixels, rows), most_rows(block));
+}
+
 void lay(Grid* grid, const Preparation& p, const Placement& place, const Lane& lane) {
   Axis& x = grid->columns;
   const Sampling columns{lane.halved, p.source.cosited_columns};
@@ -97,6 +111,8 @@ void lay(Grid* grid, const Preparation& p, const Placement& place, const Lane& l
     const auto blocks = static_cast<uint32_t>(grid->block);
     x.lay(p.resize, {grid->low / blocks, (grid->high - grid->low) / blocks, place.content.width},
           {});
+    grid->block_rows = block_rows_of(p, place, lane, grid->block);
+    grid->whole_blocks = x.most_weights() == 1 && lane.step <= 2;
   }
   if (grid->paired)
     grid->pairs.lay(x, lane.step);

@@ -7,6 +7,7 @@
 #include "core/preprocess/pair_columns.hpp"
 #include "core/preprocess/placement.hpp"
 #include "core/preprocess/row_kernels.hpp"
+#include "core/preprocess/row_memory.hpp"
 
 namespace weir::preprocess {
 
@@ -20,11 +21,13 @@ struct Grid {
   bool paired = false;
   PairColumns pairs;
   size_t taps = 0;
-  std::vector<int32_t> index;
-  std::vector<float> weights;
+  RowMemory<int32_t> index;
+  RowMemory<float> weights;
   // Above 1 where each target pixel of `area` is made of whole blocks of so many samples, of which
-  // the columns are: index and weights then are of BlockSums.
-  size_t block = 1;
+  // the columns are: index and weights then are of BlockSums. Of so many rows at once, where that
+  // changes no number.
+  size_t block = 1, block_rows = 1;
+  bool whole_blocks = false;   // each target pixel is one block: nothing is to be gathered
   uint32_t low = 0, high = 0;  // the samples of a row that are read
 };
 

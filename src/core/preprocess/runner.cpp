@@ -27,7 +27,7 @@ Rows rows_of(const Plan& plan, uint64_t part, uint64_t parts) {
 // Into how many stripes a part is cut, so that all layers of a pyramid read one while it is in the
 // cache. Regions lie here and there.
 uint64_t stripes_of(std::span<const Job> jobs, uint64_t parts) {
-  constexpr uint64_t kPixels = uint64_t{1} << 18;
+  constexpr uint64_t kPixels = uint64_t{1} << 16;
   if (jobs.size() < 2) return 1;
   for (const Job& job : jobs)
     if (!(job.plan->placement().source == jobs[0].plan->placement().source)) return 1;
@@ -67,8 +67,9 @@ void Runner::run_part(size_t part, const Planes& planes, std::span<const Job> jo
     for (const Job& job : jobs) {
       const auto [first, count] = rows_of(*job.plan, stripe, parts * stripes);
       if (count == 0) continue;
-      [[maybe_unused]] const Status checked = job.plan->run_rows(
-          planes, job.out, first, count, &workspaces_[part], streamed, &sums_[part]);
+      [[maybe_unused]] const Status checked =
+          job.plan->run_rows(planes, job.out, first, count, &workspaces_[part],
+                             {streamed, stripes > 1 && &job != jobs.data(), &sums_[part]});
     }
 }
 
