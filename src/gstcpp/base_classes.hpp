@@ -50,7 +50,8 @@ struct BaseTransform {
     static const auto query = k->query;
     k->sink_event = [](Instance* self, GstEvent* e) {
       if (GST_EVENT_TYPE(e) == GST_EVENT_CAPS) keep_queries_of<Impl>(self);
-      return event(self, e);
+      CapsTrial trial(GST_ELEMENT_CAST(self), e);
+      return trial.ended(event(self, e));
     };
     k->submit_input_buffer = [](Instance* self, gboolean discont, GstBuffer* buffer) {
       if (GST_PAD_NEEDS_RECONFIGURE(GST_BASE_TRANSFORM_SRC_PAD(self))) keep_queries_of<Impl>(self);
@@ -58,6 +59,7 @@ struct BaseTransform {
     };
     k->query = [](Instance* self, GstPadDirection direction, GstQuery* q) {
       if (GST_QUERY_TYPE(q) == GST_QUERY_ALLOCATION) keep_queries_of<Impl>(self);
+      const CapsTrial trial(GST_ELEMENT_CAST(self), q);
       return query(self, direction, q);
     };
   }
@@ -86,6 +88,11 @@ struct BaseSink {
     WEIR_BIND_SLOT(render);
     WEIR_BIND_SLOT(unlock);
     WEIR_BIND_SLOT(unlock_stop);
+    static const auto answer = k->event;
+    k->event = [](Instance* self, GstEvent* e) {
+      CapsTrial trial(GST_ELEMENT_CAST(self), e);
+      return trial.ended(answer(self, e));
+    };
   }
 };
 

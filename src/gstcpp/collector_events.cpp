@@ -26,8 +26,9 @@ gboolean CollectorPads::on_sink_event(GstPad* pad, GstObject* parent, GstEvent* 
   auto held = Ref<GstEvent>::adopt(event);
   auto* data = static_cast<Pad*>(gst_pad_get_element_private(pad));
   if (!data) return FALSE;
-  return guarded<gboolean>(GST_ELEMENT_CAST(parent),
-                           [&] { return data->owner->sink_event(*data, std::move(held)); });
+  CapsTrial trial(GST_ELEMENT_CAST(parent), event);
+  return trial.ended(guarded<gboolean>(
+      GST_ELEMENT_CAST(parent), [&] { return data->owner->sink_event(*data, std::move(held)); }));
 }
 
 // Called before the stream lock is taken: whoever waits in chain() leaves it.

@@ -118,8 +118,10 @@ class Element {
   }
   template <auto Method>
   static gboolean pad_event(GstPad* pad, GstObject* parent, GstEvent* event) {
-    return guarded<gboolean>(GST_ELEMENT_CAST(parent),
-                             [&]() -> gboolean { return call<Method>(of(parent), pad, event); });
+    CapsTrial trial(GST_ELEMENT_CAST(parent), event);
+    return trial.ended(guarded<gboolean>(GST_ELEMENT_CAST(parent), [&]() -> gboolean {
+      return call<Method>(of(parent), pad, event);
+    }));
   }
   template <auto Method>
   static gboolean pad_query(GstPad* pad, GstObject* parent, GstQuery* query) {
@@ -215,6 +217,15 @@ class Element {
     return structure;
   }
 
+  static GstStateChangeReturn change_state_of(GstElement* element, GstStateChange change) {
+    if (change == GST_STATE_CHANGE_READY_TO_PAUSED) forget_refusal(element);
+    if constexpr (requires { &Impl::change_state; })
+      return guarded<GstStateChangeReturn>(
+          element, [&] { return call<&Impl::change_state>(of(element), change); });
+    else
+      return GST_ELEMENT_CLASS(parent_class_)->change_state(element, change);
+  }
+
   static void class_init(Class* k, gpointer) {
     parent_class_ = g_type_class_peek_parent(k);
     auto* object = G_OBJECT_CLASS(k);
@@ -242,8 +253,7 @@ class Element {
       for (auto& pad : Impl::kPads) gst_element_class_add_static_pad_template(element, &pad);
     if constexpr (requires { Impl::install_signals(G_TYPE_FROM_CLASS(k)); })
       Impl::install_signals(G_TYPE_FROM_CLASS(k));
-    if constexpr (requires { &Impl::change_state; })
-      bind<&Impl::change_state>(element->change_state);
+    element->change_state = change_state_of;
     if constexpr (requires { &Impl::request_new_pad; }) {
       bind<&Impl::request_new_pad>(element->request_new_pad);
       bind<&Impl::release_pad>(element->release_pad);

@@ -42,14 +42,63 @@ GstStructure* details_of(const Error& error) {
       G_TYPE_STRING, error.difference.c_str(), "fix", G_TYPE_STRING, error.fix.c_str(), nullptr);
 }
 
+thread_local GstElement* trying_caps = nullptr;
+
+GQuark refusal_quark() {
+  static const GQuark quark = g_quark_from_static_string("weir-refusal");
+  return quark;
+}
+
+void remember_refusal(GstElement* element, char* text) {
+  GST_OBJECT_LOCK(element);
+  const auto before = g_object_steal_qdata(G_OBJECT(element), refusal_quark());
+  if (text) g_object_set_qdata_full(G_OBJECT(element), refusal_quark(), text, g_free);
+  GST_OBJECT_UNLOCK(element);
+  g_free(before);
+}
+
+// Remembers what caps are refused with.
+bool was_refused_so(GstElement* element, const std::string& text) {
+  GST_OBJECT_LOCK(element);
+  const auto* before =
+      static_cast<const char*>(g_object_get_qdata(G_OBJECT(element), refusal_quark()));
+  const bool same = before && text == before;
+  GST_OBJECT_UNLOCK(element);
+  if (!same) remember_refusal(element, g_strdup(text.c_str()));
+  return same;
+}
+
 void post(GstElement* element, GstMessageType type, const Error& error) {
   const Domain domain = domain_of(error.code);
+  const std::string text = error.message();
+  if (type == GST_MESSAGE_ERROR && element == trying_caps && was_refused_so(element, text)) {
+    GST_INFO_OBJECT(element, "caps refused again: %s", text.c_str());
+    return;
+  }
   gst_element_message_full_with_details(element, type, domain.quark, domain.code,
-                                        g_strdup(error.message().c_str()), nullptr, __FILE__,
-                                        __func__, __LINE__, details_of(error));
+                                        g_strdup(text.c_str()), nullptr, __FILE__, __func__,
+                                        __LINE__, details_of(error));
 }
 
 }  // namespace
+
+CapsTrial::CapsTrial(GstElement* element, bool of_caps)
+    : element_(of_caps ? element : nullptr), outer_(trying_caps) {
+  if (of_caps) trying_caps = element;
+}
+
+CapsTrial::~CapsTrial() {
+  trying_caps = outer_;
+}
+
+gboolean CapsTrial::ended(gboolean taken) {
+  if (element_ && taken) forget_refusal(element_);
+  return taken;
+}
+
+void forget_refusal(GstElement* element) {
+  remember_refusal(element, nullptr);
+}
 
 void post_error(GstElement* element, const Error& error) {
   post(element, GST_MESSAGE_ERROR, error);

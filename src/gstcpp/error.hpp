@@ -12,4 +12,28 @@ namespace weir::gst {
 void post_error(GstElement* element, const Error& error);
 void post_warning(GstElement* element, const Error& error);
 
+// While one lives, its element answers an event or a query in this thread. Sources try refused caps
+// again: of errors over caps, the very one that was posted last is not posted again until caps are
+// taken or forget_refusal().
+class CapsTrial {
+ public:
+  CapsTrial(GstElement* element, GstEvent* event)
+      : CapsTrial(element, GST_EVENT_TYPE(event) == GST_EVENT_CAPS) {}
+  CapsTrial(GstElement* element, GstQuery* query)
+      : CapsTrial(element, GST_QUERY_TYPE(query) == GST_QUERY_ACCEPT_CAPS ||
+                               GST_QUERY_TYPE(query) == GST_QUERY_CAPS) {}
+  CapsTrial(const CapsTrial&) = delete;
+  CapsTrial& operator=(const CapsTrial&) = delete;
+  ~CapsTrial();
+  // Gives `taken` back, the answer to an event.
+  gboolean ended(gboolean taken);
+
+ private:
+  CapsTrial(GstElement* element, bool of_caps);
+
+  GstElement* const element_;  // null: it is not about caps
+  GstElement* const outer_;    // what was tried in this thread before
+};
+void forget_refusal(GstElement* element);
+
 }  // namespace weir::gst

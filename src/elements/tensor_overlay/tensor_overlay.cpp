@@ -113,7 +113,6 @@ class TensorOverlay : public gst::CountedTransform<TensorOverlay> {
   }
 
   Status set_caps(GstCaps* in, GstCaps*) {
-    video_.reset();
     auto video = OverlayVideo::make(in, names_, settings().show_scores, painter_);
     if (!video) return video.error();
     video_ = *std::move(video);
@@ -128,10 +127,12 @@ class TensorOverlay : public gst::CountedTransform<TensorOverlay> {
       gst_event_parse_caps(event, &caps);
       if (const Status known = check_drawable(caps); !known) {
         gst_event_unref(event);
-        video_.reset();
+        refused_ = true;
         gst::post_error(element(), known.error());
         return FALSE;
       }
+      refused_ = !parent_class()->sink_event(self(), event);
+      return !refused_;
     }
     return parent_class()->sink_event(self(), event);
   }
@@ -169,7 +170,7 @@ class TensorOverlay : public gst::CountedTransform<TensorOverlay> {
 
   GstFlowReturn prepare_output_buffer(GstBuffer* in, GstBuffer** out) {
     *out = in;
-    if (!video_) {
+    if (!video_ || refused_) {
       ledger_.dropped(DropReason::Error);
       return GST_FLOW_NOT_NEGOTIATED;
     }
@@ -255,6 +256,9 @@ class TensorOverlay : public gst::CountedTransform<TensorOverlay> {
   ResultsPad::Limits limits_;
   draw::Style style_;
   std::optional<OverlayVideo> video_;
+  // The caps that came last were: frames are none of the caps before. The base class does not set
+  // these again when they come back.
+  bool refused_ = false;
   ResultsPad::Results found_;  // for the picture in work
   BufferCopies copies_;
   std::atomic<uint64_t> boxes_{0}, outside_{0}, below_score_{0};

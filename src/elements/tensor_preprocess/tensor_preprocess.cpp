@@ -127,7 +127,6 @@ class TensorPreprocess : public gst::CountedTransform<TensorPreprocess> {
   }
 
   Status set_caps(GstCaps* in, GstCaps* out) {
-    work_.reset();
     Status status = configure(in, out);
     told_ = !status;
     return status;
@@ -142,7 +141,8 @@ class TensorPreprocess : public gst::CountedTransform<TensorPreprocess> {
     if (const Status known = check_format(caps); !known) return refused(event, known.error());
     const auto held = Ref<GstCaps>::share(caps);
     told_ = false;
-    if (parent_class()->sink_event(self(), event)) return TRUE;
+    refused_ = !parent_class()->sink_event(self(), event);
+    if (!refused_) return TRUE;
     if (told_) return FALSE;
     const auto ours = Ref<GstCaps>::adopt(transform_caps(GST_PAD_SINK, held.get(), nullptr));
     if (const auto error = mismatch_behind(source(), current(), ours.get()))
@@ -189,7 +189,7 @@ class TensorPreprocess : public gst::CountedTransform<TensorPreprocess> {
   }
 
   GstFlowReturn prepare_output_buffer(GstBuffer* in, GstBuffer** out) {
-    if (!work_) {
+    if (!work_ || refused_) {
       ledger_.dropped(DropReason::Error);
       return GST_FLOW_NOT_NEGOTIATED;
     }
@@ -272,7 +272,7 @@ class TensorPreprocess : public gst::CountedTransform<TensorPreprocess> {
   // Frames that follow are not of the caps before.
   gboolean refused(GstEvent* caps, const Error& error) {
     gst_event_unref(caps);
-    work_.reset();
+    refused_ = true;
     gst::post_error(element(), error);
     return FALSE;
   }
@@ -344,6 +344,9 @@ class TensorPreprocess : public gst::CountedTransform<TensorPreprocess> {
   gst::Allocation allocation_;                  // as the next element asks; streaming thread
   std::unique_ptr<PictureWork> work_;           // made when caps come; streaming thread
   bool told_ = false;  // whether set_caps said why it failed; streaming thread
+  // Whether the caps that came last were: frames are none of the caps before, which the base class
+  // does not set again when they come back. Streaming thread.
+  bool refused_ = false;
 };
 
 }  // namespace

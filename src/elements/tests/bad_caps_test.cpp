@@ -64,6 +64,8 @@ std::vector<Change> changes() {
   all.push_back({"converter_audio", "not_a_tensor",
                  "audio/x-raw,format=S24LE,layout=interleaved,rate=8000,channels=2", 0,
                  "WEIR-2002: this audio format"});
+  all.push_back(
+      {"preprocess", "not_prepared", video("Y444", 8, 4), 0, "WEIR-2002: pictures of this"});
   all.push_back({"preprocess", "planes", video("I420", 6, 6), 72, ""});
   all.push_back({"overlay", "size", video("NV12", 3, 5), 96, ""});
   all.push_back({"overlay", "format", video("BGRx", 8, 4), 128, ""});
@@ -97,8 +99,36 @@ std::vector<Change> changes() {
   all.push_back({"decoder_video", "no_picture", tensors("2:4:4", "uint8"), 0, "WEIR-2"});
   return all;
 }
-INSTANTIATE_TEST_SUITE_P(All, ChangedCaps, testing::ValuesIn(changes()), [](const auto& info) {
+std::string name_of(const testing::TestParamInfo<Change>& info) {
   return info.param.element + "_" + info.param.name;
-});
+}
+INSTANTIATE_TEST_SUITE_P(All, ChangedCaps, testing::ValuesIn(changes()), name_of);
+
+// Sources try what was refused several times.
+class RefusedCaps : public testing::TestWithParam<Change> {};
+
+TEST_P(RefusedCaps, AreToldOnceUntilSomethingChanges) {
+  const Change& change = GetParam();
+  const Subject& subject = subject_of(change);
+  constexpr const char* kNothingSaid = "refused the caps";
+  Bench bench(subject.line);
+  ASSERT_EQ(bench.start(subject.caps), "");
+  const std::string error = bench.set_caps(change.caps);
+  EXPECT_SAYS(error, change.refused);
+  for (int i = 0; i < 3; ++i) EXPECT_EQ(bench.set_caps(change.caps), kNothingSaid);
+  EXPECT_EQ(bench.set_caps(subject.caps), "");
+  EXPECT_EQ(bench.push(zeros(subject.bytes)), "");
+  EXPECT_EQ(bench.set_caps(change.caps), error) << "after caps that were taken";
+  EXPECT_EQ(bench.set_caps(change.caps), kNothingSaid);
+  bench.stop();
+  EXPECT_EQ(bench.start(change.caps), error) << "after READY";
+}
+
+std::vector<Change> refusals() {
+  auto all = changes();
+  std::erase_if(all, [](const Change& change) { return change.refused[0] == 0; });
+  return all;
+}
+INSTANTIATE_TEST_SUITE_P(All, RefusedCaps, testing::ValuesIn(refusals()), name_of);
 
 }  // namespace
