@@ -56,6 +56,16 @@ std::string reasons(const Json& stats) {
   return out;
 }
 
+// Frames whose work one pass did for several elements: here, or in the one behind.
+std::string fusion(const Json& stats) {
+  std::string out;
+  for (const auto& [name, words] :
+       {std::pair{"fused-frames", " fused"}, {"deferred-frames", " left to the next"}})
+    if (stats.value(name, uint64_t{0}) > 0)
+      out += (out.empty() ? "" : ", ") + stats[name].dump() + words;
+  return out;
+}
+
 }  // namespace
 
 Json ledgers(GstElement* pipeline) {
@@ -83,12 +93,17 @@ std::string ledger_table(const Json& ledgers) {
   if (ledgers.empty()) return "";
   std::vector<std::vector<std::string>> rows{
       {"element", "received", "consumed", "held", "pushed", "dropped", "bytes copied", "why"}};
+  std::vector<std::string> fusions{"in one pass"};
   for (const auto& ledger : ledgers) {
     const Json& stats = ledger["stats"];
     rows.push_back({ledger["name"].get<std::string>(), number(stats, "received"),
                     number(stats, "consumed"), number(stats, "held"), number(stats, "pushed"),
                     number(stats, "dropped"), number(stats, "bytes-copied"), reasons(stats)});
+    fusions.push_back(fusion(stats));
   }
+  const bool any =
+      std::any_of(fusions.begin() + 1, fusions.end(), [](const auto& f) { return !f.empty(); });
+  for (size_t i = 0; any && i < rows.size(); ++i) rows[i].push_back(fusions[i]);
   return table(rows, "  ");
 }
 

@@ -69,6 +69,14 @@ class Run(Case):
         done = weir("run", "videotestsrc num-buffers=1 ! tensor_converter ! tensor_transform mode=typecast option=flot32 ! fakesink")
         self.refused(done, 1, "WEIR-1001", "flot32", "fix: ", "Failed after")
 
+    def test_the_ledger_shows_transforms_that_share_a_pass(self):
+        line = "videotestsrc num-buffers=3 ! video/x-raw,format=GRAY8 ! tensor_converter ! tensor_transform name=first mode=typecast option=float32"
+        said = self.good(weir("run", f"{line} ! tensor_transform name=last mode=arithmetic option=mul:2 ! fakesink"))
+        self.assertRegex(said, r"why +in one pass\n")
+        self.assertRegex(said, r"\n +first .* 3 left to the next\n")
+        self.assertRegex(said, r"\n +last .* 3 fused\n")
+        self.assertNotIn("in one pass", self.good(weir("run", f"{line} ! fakesink")))
+
     def test_an_error_that_is_posted_again_is_told_once(self):
         done = weir("run", "videotestsrc num-buffers=1 ! video/x-raw,format=NV12 ! tensor_converter name=c ! fakesink")
         self.refused(done, 1, "error from c: WEIR-2002: this video format is no tensor")
