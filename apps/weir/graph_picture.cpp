@@ -73,11 +73,13 @@ std::string arrow(const trace::Route& route, const trace::Layout& layout, const 
     curve(left(place) + (forward ? 0 : kWidth), middle(place));
     curve(left(place) + (forward ? kWidth : 0), middle(place));
   }
+  // The number of frames lies beside a line that comes from above or below, not across it.
+  const bool from_above = y < middle(to);
   curve(left(to) - 7, middle(to));
   return "<g><title>" + escaped(title) +
          "</title><path class=\"link\" marker-end=\"url(#tip)\" d=\"" + path +
          "\"/><text class=\"count\" x=\"" + number(left(to) - 12) + "\" y=\"" +
-         number(middle(to) - 6) + "\">" + escaped(what) + "</text></g>\n";
+         number(middle(to) + (from_above ? 15 : -6)) + "\">" + escaped(what) + "</text></g>\n";
 }
 
 }  // namespace
@@ -102,12 +104,15 @@ std::string graph_picture(const Json& summary, const std::vector<size_t>& shown)
   const double width =
       2 * kMargin + static_cast<double>(layout.columns) * (kWidth + kAcross) - kAcross;
   const double height = 2 * kMargin + layout.rows * (kHeight + kBetween) - kBetween;
-  std::string out = "<div class=\"wide\"><svg id=\"graph\" role=\"img\" width=\"" + number(width) +
-                    "\" height=\"" + number(height) + "\" viewBox=\"0 0 " + number(width) + " " +
-                    number(height) +
-                    "\"><defs><marker id=\"tip\" viewBox=\"0 0 8 8\" refX=\"1\" refY=\"4\" "
-                    "markerWidth=\"8\" markerHeight=\"8\" orient=\"auto\"><path class=\"tip\" "
-                    "d=\"M0,0 L8,4 L0,8 z\"/></marker></defs>\n";
+  // As wide as the page where that leaves its words readable.
+  std::string out =
+      "<div class=\"wide\"><svg id=\"graph\" role=\"img\" width=\"" + number(width) +
+      "\" style=\"max-width: 100%; height: auto; min-width: " + fixed(width * 0.6, 0) +
+      "px\" height=\"" + number(height) + "\" viewBox=\"0 0 " + number(width) + " " +
+      number(height) +
+      "\"><defs><marker id=\"tip\" viewBox=\"0 0 8 8\" refX=\"1\" refY=\"4\" "
+      "markerWidth=\"8\" markerHeight=\"8\" orient=\"auto\"><path class=\"tip\" "
+      "d=\"M0,0 L8,4 L0,8 z\"/></marker></defs>\n";
   for (size_t i = 0; i < links.size(); ++i) {
     const Json& link = *links[i];
     const std::string title = link["from_pad"].get<std::string>() + " to " +
