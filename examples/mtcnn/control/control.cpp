@@ -9,6 +9,7 @@
 
 #include "../faces_text.hpp"
 #include "../stage_times.hpp"
+#include "floor_asked.hpp"
 #include "pictures.hpp"
 #include "stages.hpp"
 
@@ -29,10 +30,12 @@ int run(const Options& options) {
   control::Propose propose(env, options.models, options.threads, options.min_face);
   control::Refine refine(env, options.models, options.threads);
   control::Mark mark(env, options.models, options.threads);
-  const std::unique_ptr<FILE, int (*)(FILE*)> asked(
-      options.asked.empty() ? nullptr : std::fopen(options.asked.c_str(), "w"), std::fclose);
+  control::AskedFile asked(options.asked);
   mtcnn::StageTimes times;
   const auto find = [&](const cv::Mat& picture, int64_t pts) {
+    propose.keep(asked.wanted(0));
+    refine.keep(asked.wanted(1));
+    mark.keep(asked.wanted(2));
     times.reached(Stage::Begin, pts);
     auto regions = propose.find(picture);
     times.reached(Stage::Proposed, pts);
@@ -43,10 +46,13 @@ int run(const Options& options) {
     const auto faces = mark.find(picture, std::move(regions));
     times.reached(Stage::Marked, pts);
     if (options.json) std::printf("%s\n", mtcnn::faces_text(faces).c_str());
-    if (asked)
-      std::fprintf(asked.get(), "%d %d %zu %zu\n", picture.cols, picture.rows, refined, marked);
+    asked.add({{static_cast<uint32_t>(picture.cols), static_cast<uint32_t>(picture.rows)},
+               refined,
+               marked});
   };
   if (!control::for_each_picture(options.source, find)) return 1;
+  if (!asked.write())
+    return std::fprintf(stderr, "mtcnn-control: %s: cannot be written\n", options.asked.c_str()), 1;
   if (options.report.empty()) return 0;
   times.copied(propose.copied() + refine.copied() + mark.copied());
   const auto status = times.write(options.report);

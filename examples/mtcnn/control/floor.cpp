@@ -1,6 +1,6 @@
 // An engine alone: the invokes that the control made for the pictures of a clip, same sizes and
-// batches, on numbers of no meaning and with nothing around them. It is built twice: mtcnn-floor
-// for ONNX Runtime, mtcnn-kernels-floor for the kernels of our own.
+// batches, on numbers that it had for one of the pictures, and with nothing around them. It is
+// built twice: mtcnn-floor for ONNX Runtime, mtcnn-kernels-floor for the kernels of our own.
 //
 //   mtcnn-floor --models FOLDER [--min-face N] [--threads N] ASKED
 //
@@ -10,9 +10,9 @@
 #include <sys/resource.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <chrono>
 #include <cstdio>
-#include <fstream>
 #include <memory>
 #include <thread>
 
@@ -22,6 +22,7 @@ namespace {
 
 using control::Asked;
 using control::Invokes;
+using control::Seen;
 using Clock = std::chrono::steady_clock;
 
 double ms(Clock::duration time) {
@@ -53,15 +54,20 @@ Times one_picture(Invokes& invokes, const Asked& picture) {
 }
 
 int run(const std::string& file, const std::string& models, uint32_t min_face, int threads) {
-  std::vector<Asked> pictures;
-  std::ifstream in(file);
-  for (Asked one; in >> one.picture.width >> one.picture.height >> one.refined >> one.marked;)
-    pictures.push_back(one);
+  const std::vector<Asked> pictures = control::read_asked(file);
   if (pictures.empty())
     return std::fprintf(stderr, "mtcnn-floor: %s says nothing\n", file.c_str()), 1;
+  Asked most;
+  for (const Asked& one : pictures) {
+    most.picture.width = std::max(most.picture.width, one.picture.width);
+    most.picture.height = std::max(most.picture.height, one.picture.height);
+    most.refined = std::max(most.refined, one.refined);
+    most.marked = std::max(most.marked, one.marked);
+  }
+  const Seen seen = control::read_seen(file);
   std::vector<std::unique_ptr<Invokes>> all;
   for (int i = 0; i < threads; ++i) {
-    all.push_back(control::make_invokes(models, min_face));
+    all.push_back(control::make_invokes(models, min_face, most, seen));
     one_picture(*all.back(), pictures.front());  // the first meets what is not warm
   }
   std::string alone;

@@ -1,18 +1,11 @@
 // What floor.cpp repeats, and the engine that does it.
 #pragma once
-#include <cstdint>
 #include <memory>
 #include <string>
 
-#include "../cascade.hpp"
+#include "floor_asked.hpp"
 
 namespace control {
-
-// What the networks were asked for one picture.
-struct Asked {
-  mtcnn::Size picture;
-  size_t refined = 0, marked = 0;  // regions of R-Net and of O-Net
-};
 
 // One network of each kind, for one thread at a time. Errors are exceptions.
 class Invokes {
@@ -22,7 +15,9 @@ class Invokes {
   virtual void r(const Asked& asked) = 0;
   virtual void o(const Asked& asked) = 0;
 };
-// Of the engine that the program is built with; the networks' files lie in `models`.
-std::unique_ptr<Invokes> make_invokes(const std::string& models, uint32_t min_face);
+// Of the engine that the program is built with; the networks' files lie in `models`. `most`: of
+// the clip's pictures the largest, and of regions the most.
+std::unique_ptr<Invokes> make_invokes(const std::string& models, uint32_t min_face,
+                                      const Asked& most, const Seen& seen);
 
 }  // namespace control

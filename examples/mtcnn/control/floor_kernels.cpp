@@ -23,46 +23,51 @@ std::unique_ptr<kernels::Runner> runner_of(const std::string& path) {
 
 class OfKernels final : public Invokes {
  public:
-  OfKernels(const std::string& models, uint32_t min_face)
+  OfKernels(const std::string& models, uint32_t min_face, const Asked& most, const Seen& seen)
       : p_(runner_of(models + "/onnx/pnet.onnx")),
         r_(runner_of(models + "/onnx/rnet.onnx")),
         o_(runner_of(models + "/onnx/onet.onnx")),
-        min_face_(min_face) {}
+        min_face_(min_face),
+        bytes_(inputs_of(most, min_face, seen)) {}
   void p(const Asked& asked) override {
-    for (const auto& layer : mtcnn::pyramid(asked.picture, min_face_))
-      one(*p_, 1, layer.width, layer.height);
+    size_t at = 0;
+    for (const auto& layer : mtcnn::pyramid(asked.picture, min_face_)) {
+      one(*p_, &bytes_[0][at], 1, layer.width, layer.height);
+      at += 3 * size_t{layer.width} * layer.height;
+    }
   }
   void r(const Asked& asked) override {
-    one(*r_, asked.refined, mtcnn::kRefineSide, mtcnn::kRefineSide);
+    one(*r_, bytes_[1].data(), asked.refined, mtcnn::kRefineSide, mtcnn::kRefineSide);
   }
   void o(const Asked& asked) override {
-    one(*o_, asked.marked, mtcnn::kLandmarkSide, mtcnn::kLandmarkSide);
+    one(*o_, bytes_[2].data(), asked.marked, mtcnn::kLandmarkSide, mtcnn::kLandmarkSide);
   }
 
  private:
   static constexpr size_t kMostOutputs[] = {2, 4, 10};  // numbers of a place, of each output
 
-  void one(kernels::Runner& runner, size_t count, uint32_t width, uint32_t height) {
+  void one(kernels::Runner& runner, const uint8_t* bytes, size_t count, uint32_t width,
+           uint32_t height) {
     if (count == 0) return;
-    bytes_.resize(3 * count * width * height, 140);
     const auto map = runner.map_size(width, height);
     float* out[3];
     for (size_t i = 0; i < 3; ++i) {
       out_[i].resize(kMostOutputs[i] * count * map.width * map.height);
       out[i] = out_[i].data();
     }
-    runner.run(bytes_.data(), count, width, height, out);
+    runner.run(bytes, count, width, height, out);
   }
   std::unique_ptr<kernels::Runner> p_, r_, o_;
   uint32_t min_face_;
-  std::vector<uint8_t> bytes_;
+  Seen bytes_;
   std::vector<float> out_[3];
 };
 
 }  // namespace
 
-std::unique_ptr<Invokes> make_invokes(const std::string& models, uint32_t min_face) {
-  return std::make_unique<OfKernels>(models, min_face);
+std::unique_ptr<Invokes> make_invokes(const std::string& models, uint32_t min_face,
+                                      const Asked& most, const Seen& seen) {
+  return std::make_unique<OfKernels>(models, min_face, most, seen);
 }
 
 }  // namespace control

@@ -5,39 +5,64 @@
 namespace control {
 namespace {
 
+// Numbers as the networks take them, colours in planes, of pictures of `places` pixels.
+void add_planes(std::span<const uint8_t> bytes, size_t places, std::vector<float>* out) {
+  for (; bytes.size() >= 3 * places; bytes = bytes.subspan(3 * places))
+    for (size_t c = 0; c < 3; ++c)
+      for (size_t i = 0; i < places; ++i)
+        out->push_back((static_cast<float>(bytes[3 * i + c]) - 127.5f) / 128);
+}
+
 class OfOnnxRuntime final : public Invokes {
  public:
-  OfOnnxRuntime(const std::string& models, uint32_t min_face)
+  OfOnnxRuntime(const std::string& models, uint32_t min_face, const Asked& most, const Seen& seen)
       : p_(p_net(env_, models, 1)),
         r_(r_net(env_, models, 1)),
         o_(o_net(env_, models, 1)),
-        min_face_(min_face) {}
+        min_face_(min_face) {
+    const Seen inputs = inputs_of(most, min_face, seen);
+    std::span<const uint8_t> layers(inputs[0]);
+    for (const auto& layer : mtcnn::pyramid(most.picture, min_face)) {
+      const size_t places = size_t{layer.width} * layer.height;
+      add_planes(layers.first(3 * places), places, &numbers_[0]);
+      layers = layers.subspan(3 * places);
+    }
+    add_planes(inputs[1], mtcnn::kRefineSide * mtcnn::kRefineSide, &numbers_[1]);
+    add_planes(inputs[2], mtcnn::kLandmarkSide * mtcnn::kLandmarkSide, &numbers_[2]);
+  }
   void p(const Asked& asked) override {
+    size_t at = 0;
     for (const auto& layer : mtcnn::pyramid(asked.picture, min_face_))
-      one(p_, 1, layer.width, layer.height);
+      at += one(p_, 0, at, 1, layer.width, layer.height);
   }
   void r(const Asked& asked) override {
-    one(r_, asked.refined, mtcnn::kRefineSide, mtcnn::kRefineSide);
+    one(r_, 1, 0, asked.refined, mtcnn::kRefineSide, mtcnn::kRefineSide);
   }
   void o(const Asked& asked) override {
-    one(o_, asked.marked, mtcnn::kLandmarkSide, mtcnn::kLandmarkSide);
+    one(o_, 2, 0, asked.marked, mtcnn::kLandmarkSide, mtcnn::kLandmarkSide);
   }
 
  private:
-  void one(Network& network, size_t count, uint32_t width, uint32_t height) {
-    numbers_.resize(3 * count * width * height, 0.1f);
-    if (count > 0) network.run(numbers_, {static_cast<int64_t>(count), 3, height, width});
+  // How many numbers it took from `at` on.
+  size_t one(Network& network, size_t of, size_t at, size_t count, uint32_t width,
+             uint32_t height) {
+    const size_t length = 3 * count * width * height;
+    if (count > 0)
+      network.run(std::span(numbers_[of]).subspan(at, length),
+                  {static_cast<int64_t>(count), 3, height, width});
+    return length;
   }
   Ort::Env env_ = silent_environment();
   Network p_, r_, o_;
   uint32_t min_face_;
-  std::vector<float> numbers_;
+  std::vector<float> numbers_[3];
 };
 
 }  // namespace
 
-std::unique_ptr<Invokes> make_invokes(const std::string& models, uint32_t min_face) {
-  return std::make_unique<OfOnnxRuntime>(models, min_face);
+std::unique_ptr<Invokes> make_invokes(const std::string& models, uint32_t min_face,
+                                      const Asked& most, const Seen& seen) {
+  return std::make_unique<OfOnnxRuntime>(models, min_face, most, seen);
 }
 
 }  // namespace control

@@ -38,6 +38,7 @@ void Input::take(const cv::Mat& picture, size_t index, size_t count, cv::Size si
   numbers_.resize(3 * plane * count);
   shape_ = {static_cast<int64_t>(count), 3, side.height, side.width};
   cv::resize(picture, resized_, side, 0, 0, cv::INTER_LINEAR);
+  if (kept_) kept_->insert(kept_->end(), resized_.datastart, resized_.dataend);
   resized_.convertTo(apart_, CV_32F, 0.0078125, -127.5 * 0.0078125);
   cv::Mat planes[3];
   float* out = numbers_.data() + 3 * plane * index;

@@ -17,12 +17,15 @@ class Input {
   const Shape& shape() const { return shape_; }
   // Bytes that were put into other memory a second time: colours that are set apart in planes.
   uint64_t copied() const { return copied_; }
+  // What take() makes from now on goes there too, as bytes before they are numbers; null: nowhere.
+  void keep(std::vector<uint8_t>* bytes) { kept_ = bytes; }
 
  private:
   cv::Mat resized_, apart_;
   std::vector<float> numbers_;
   Shape shape_{};
   uint64_t copied_ = 0;
+  std::vector<uint8_t>* kept_ = nullptr;
 };
 
 class Propose {
@@ -31,6 +34,7 @@ class Propose {
       : network_(p_net(env, models, threads)), min_face_(min_face) {}
   std::vector<weir::Box> find(const cv::Mat& picture);
   uint64_t copied() const { return input_.copied(); }
+  void keep(std::vector<uint8_t>* bytes) { input_.keep(bytes); }
 
  private:
   Network network_;
@@ -44,6 +48,7 @@ class Refine {
       : network_(r_net(env, models, threads)) {}
   std::vector<weir::Box> find(const cv::Mat& picture, std::vector<weir::Box> regions);
   uint64_t copied() const { return input_.copied(); }
+  void keep(std::vector<uint8_t>* bytes) { input_.keep(bytes); }
 
  private:
   Network network_;
@@ -56,6 +61,7 @@ class Mark {
       : network_(o_net(env, models, threads)) {}
   std::vector<mtcnn::Face> find(const cv::Mat& picture, std::vector<weir::Box> regions);
   uint64_t copied() const { return input_.copied(); }
+  void keep(std::vector<uint8_t>* bytes) { input_.keep(bytes); }
 
  private:
   Network network_;

@@ -1,0 +1,79 @@
+// What is written for the floor is what it reads, and goes round where more is asked than was seen.
+#include "floor_asked.hpp"
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
+
+namespace control {
+namespace {
+
+using Bytes = std::vector<uint8_t>;
+
+TEST(BytesOf, BeginAnewWhereWhatWasSeenEnds) {
+  EXPECT_EQ(bytes_of({1, 2, 3}, 7), (Bytes{1, 2, 3, 1, 2, 3, 1}));
+  EXPECT_EQ(bytes_of({1, 2, 3}, 2), (Bytes{1, 2}));
+  EXPECT_EQ(bytes_of({1, 2, 3}, 0), Bytes{});
+}
+
+TEST(BytesOf, AreOneValueWhereNothingWasSeen) {
+  EXPECT_EQ(bytes_of({}, 2), (Bytes{140, 140}));
+}
+
+TEST(InputsOf, HaveTheLayersOfThePyramidAndAllRegions) {
+  const auto inputs = inputs_of({{24, 24}, 2, 1}, 12, {});  // layers of 24, 18 and 13 pixels
+  EXPECT_EQ(inputs[0].size(), 3u * (24 * 24 + 18 * 18 + 13 * 13));
+  EXPECT_EQ(inputs[1].size(), 2u * 3 * 24 * 24);
+  EXPECT_EQ(inputs[2].size(), 3u * 48 * 48);
+}
+
+class AskedFiles : public testing::Test {
+ protected:
+  void SetUp() override {
+    folder_ = testing::TempDir() + "floor_asked";
+    std::filesystem::create_directories(folder_);
+  }
+  void TearDown() override { std::filesystem::remove_all(folder_); }
+  std::string folder_;
+};
+
+TEST_F(AskedFiles, KeepTheFirstPictureThatANetworkSaw) {
+  AskedFile file(folder_ + "/asked");
+  *file.wanted(0) = {1, 2};
+  file.add({{640, 360}, 0, 0});  // without regions
+  EXPECT_EQ(file.wanted(0), nullptr);
+  ASSERT_NE(file.wanted(1), nullptr);
+  *file.wanted(1) = {3};
+  *file.wanted(2) = {4, 5};
+  file.add({{640, 360}, 20, 3});
+  EXPECT_EQ(file.wanted(1), nullptr);
+  EXPECT_EQ(file.wanted(2), nullptr);
+  ASSERT_TRUE(file.write());
+
+  const auto asked = read_asked(folder_ + "/asked");
+  ASSERT_EQ(asked.size(), 2u);
+  EXPECT_EQ(asked[0].refined, 0u);
+  EXPECT_EQ(asked[1].picture.width, 640u);
+  EXPECT_EQ(asked[1].picture.height, 360u);
+  EXPECT_EQ(asked[1].refined, 20u);
+  EXPECT_EQ(asked[1].marked, 3u);
+  EXPECT_EQ(read_seen(folder_ + "/asked"), (Seen{Bytes{1, 2}, Bytes{3}, Bytes{4, 5}}));
+}
+
+TEST_F(AskedFiles, OfNoNameAreNotWritten) {
+  AskedFile file("");
+  EXPECT_EQ(file.wanted(0), nullptr);
+  file.add({{640, 360}, 1, 1});
+  EXPECT_TRUE(file.write());
+}
+
+TEST_F(AskedFiles, ThatCannotBeWrittenOrReadAreToldApart) {
+  AskedFile file(folder_ + "/nowhere/asked");
+  file.add({{640, 360}, 1, 1});
+  EXPECT_FALSE(file.write());
+  EXPECT_TRUE(read_asked(folder_ + "/nowhere/asked").empty());
+  EXPECT_EQ(read_seen(folder_ + "/nowhere/asked"), Seen{});
+}
+
+}  // namespace
+}  // namespace control
