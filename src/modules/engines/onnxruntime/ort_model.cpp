@@ -123,10 +123,12 @@ Result<std::unique_ptr<OrtModel>> OrtModel::open(const weir_open& request) {
     error.offered = file->name() + ": " + error.offered;
     return error;
   }
-  // ONNX Runtime reads a file itself, for weights may lie in other files beside it.
-  if (!file->path.empty()) file->owned = {};
-
   std::unique_ptr<OrtModel> model(new OrtModel(*runtime));
+  if (options->optimization == ORT_ENABLE_ALL && summary->operators.contains("PRelu"))
+    if (auto status = model->take_own_operators(&*file); !status) return status.error();
+  // ONNX Runtime reads a file itself, for weights may lie in other files beside it.
+  if (!model->own_ && !file->path.empty()) file->owned = {};
+
   if (auto status = model->create_session(*file, *options); !status) return status.error();
   auto inputs = model->read_ports(true, *summary);
   if (!inputs) return inputs.error();
@@ -146,6 +148,17 @@ Result<std::unique_ptr<OrtModel>> OrtModel::open(const weir_open& request) {
   return model;
 }
 
+Status OrtModel::take_own_operators(ModelBytes* file) {
+  auto changed = with_own_prelu(file->bytes);
+  if (!changed) return ok();
+  auto own = OwnOperators::shared(runtime_);
+  if (!own) return own.error();
+  own_ = *std::move(own);
+  file->owned = *std::move(changed);
+  file->bytes = file->owned;
+  return ok();
+}
+
 Status OrtModel::create_session(const ModelBytes& file, const OrtOptions& options) {
   const OrtApi& api = runtime_->api();
   auto settings = make<OrtSessionOptions>(api, api.ReleaseSessionOptions, api.CreateSessionOptions);
@@ -162,9 +175,13 @@ Status OrtModel::create_session(const ModelBytes& file, const OrtOptions& option
     if (auto bad =
             take(api, api.AddSessionConfigEntry(settings->get(), key.c_str(), value.c_str())))
       return refused(bad, key + ":" + value);
+  if (own_)
+    if (auto bad = take(api, api.AddCustomOpDomain(settings->get(), own_->domain())))
+      return Error{
+          Code::INTERNAL, "ONNX Runtime refuses an operator of Weir", bad.text, "", "", ""};
   const FoldedWarnings folded;
   OrtSession* session = nullptr;
-  OrtStatus* status = file.path.empty()
+  OrtStatus* status = file.path.empty() || own_
                           ? api.CreateSessionFromArray(runtime_->environment(), file.bytes.data(),
                                                        file.bytes.size(), settings->get(), &session)
                           : api.CreateSession(runtime_->environment(), file.path.c_str(),

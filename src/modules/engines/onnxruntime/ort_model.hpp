@@ -10,6 +10,7 @@
 #include "onnxruntime/ort_api.hpp"
 #include "onnxruntime/ort_arena.hpp"
 #include "onnxruntime/ort_options.hpp"
+#include "onnxruntime/own_prelu.hpp"
 #include "weir/abi.h"
 
 namespace weir::engine {
@@ -40,6 +41,7 @@ class OrtModel {
 
  private:
   explicit OrtModel(std::shared_ptr<const OrtRuntime> runtime);
+  Status take_own_operators(ModelBytes* file);
   Status create_session(const ModelBytes& file, const OrtOptions& options);
   Result<OrtPorts> read_ports(bool inputs, const OnnxSummary& summary) const;
   Status read_port(const OrtTypeInfo& type, const OnnxSummary& summary, OrtPorts* ports) const;
@@ -49,6 +51,7 @@ class OrtModel {
 
   std::shared_ptr<const OrtRuntime> runtime_;  // outlives the session
   std::shared_ptr<const OrtArena> arena_;      // likewise
+  std::shared_ptr<const OwnOperators> own_;    // likewise; null where the model has none of them
   OrtOwner<OrtSession> session_;
   OrtPorts inputs_, outputs_;
   bool shapes_depend_on_data_ = false;
