@@ -4,6 +4,7 @@
 import json
 import os
 import pathlib
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -21,6 +22,7 @@ sys.path.insert(0, str(SOURCE / "examples/mtcnn/measure"))
 import lines  # noqa: E402
 import numbers_of as numbers  # noqa: E402
 import parts  # noqa: E402
+import processes  # noqa: E402
 import table  # noqa: E402
 
 
@@ -123,6 +125,17 @@ class Lines(unittest.TestCase):
         sources = {str(f.relative_to(folder)) for pattern in ("*.[ch]pp", "*.msg", "*.launch") for f in folder.rglob(pattern)}
         others = {f for f in sources if f.endswith("_test.cpp") or f.startswith("kernels/") or f.startswith("control/floor")}
         self.assertEqual(sources - set(counted), others)
+
+
+class Processes(unittest.TestCase):
+    def test_the_watchers_memory_is_not_the_programs(self):
+        """A child begins as a copy of this process, and the system keeps that one's peak for it."""
+        own = bytearray(os.urandom(1 << 20) * 150)
+        with tempfile.TemporaryDirectory() as folder:
+            program = shutil.copy(shutil.which("sleep"), pathlib.Path(folder) / "mtcnn-sleep")
+            seen = processes.watch([program, "0.5"])
+        self.assertGreater(seen.peak_rss, 0)
+        self.assertLess(seen.peak_rss, len(own) / (1 << 20) / 2)
 
 
 @unittest.skipUnless(VIDEO.exists(), "no clip")

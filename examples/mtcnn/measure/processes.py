@@ -26,6 +26,7 @@ class Watched:
 class _Seen:
     cpu: float
     rss: float
+    peak: float
     mapped: float
     threads: int
 
@@ -40,7 +41,7 @@ def look(pid):
         status = dict(line.split(":", 1) for line in (folder / "status").read_text().splitlines())
         fields = (folder / "stat").read_text().rsplit(") ", 1)[1].split()
         return _Seen((int(fields[11]) + int(fields[12])) / TICK, int(status["VmRSS"].split()[0]) / 1024,
-                     int(status["VmPeak"].split()[0]) / 1024, int(status["Threads"]))
+                     int(status["VmHWM"].split()[0]) / 1024, int(status["VmPeak"].split()[0]) / 1024, int(status["Threads"]))
     except (OSError, ValueError, KeyError, IndexError):
         return None
 
@@ -60,12 +61,13 @@ def watch(command, environment=None):
     begin = time.monotonic()
     child = subprocess.Popen([str(word) for word in command], stdout=subprocess.PIPE, text=True, env=environment)
     ended = threading.Event()
-    cpu, samples, mapped, threads, rss = {}, [], [0.0], [0], [0.0]
+    cpu, peaks, samples, mapped, threads, rss = {}, {}, [], [0.0], [0], [0.0]
 
     def follow():
         while not ended.wait(EVERY):
             seen = {pid: one for pid in family(child.pid) if (one := look(pid))}
             cpu.update({pid: one.cpu for pid, one in seen.items()})
+            peaks.update({pid: one.peak for pid, one in seen.items()})
             if seen:
                 rss.append(sum(one.rss for one in seen.values()))
                 samples.append((time.monotonic(), rss[-1]))
@@ -83,6 +85,7 @@ def watch(command, environment=None):
     if child.returncode:
         raise SystemExit(f"bench: {' '.join(map(str, command))} ended with {child.returncode}")
     alone = len(cpu) == 1  # then the system's own account is exact
+    # ru_maxrss would be this process's own where that is larger: a child begins as its copy.
     return Watched(seconds, usage.ru_utime + usage.ru_stime if alone else sum(cpu.values()),
-                   usage.ru_maxrss / 1024 if alone else max(rss), max(mapped), max(threads),
+                   max(peaks.values()) if alone else max(rss), max(mapped), max(threads),
                    [(time - samples[0][0], value) for time, value in samples], text)
