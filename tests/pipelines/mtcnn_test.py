@@ -89,10 +89,11 @@ class Faces(unittest.TestCase):
         self.photos(control=True)
 
     def test_kernels_of_our_own(self):
-        """With eight bits a number; in float32 they are the default."""
-        options = ("--framework", "mtcnn-kernels", "--custom", "Precision:int8")
-        self.photos(*options)
-        self.video(*options)
+        """With eight bits a number in all networks, and in P-Net alone; in float32 they are the default."""
+        for precision in ("int8", "mixed"):
+            options = ("--framework", "mtcnn-kernels", "--custom", "Precision:" + precision)
+            self.photos(*options)
+            self.video(*options)
         photo = ("--framework", "mtcnn-kernels", "--min-face", 20, SHARED / "media/face/faces.jpg")
         with tempfile.TemporaryDirectory() as folder:
             (pathlib.Path(folder) / "onnx_nhwc").symlink_to(NETWORKS / "onnx_nhwc")
@@ -101,7 +102,7 @@ class Faces(unittest.TestCase):
         self.assertEqual(len(json.loads(fetched.stdout)), len(self.found(*photo)[0]), "the files that fetch brings")
         done = run("--models", NETWORKS, "--framework", "mtcnn-kernels", "--custom", "Precision:2", SHARED / "media/face/faces.jpg")
         self.assertEqual(done.returncode, 1)
-        self.assertIn("needed: float32 or int8", done.stderr)
+        self.assertIn("needed: float32, mixed or int8", done.stderr)
 
     def photos(self, *options, control=False):
         off = []

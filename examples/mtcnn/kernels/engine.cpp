@@ -18,12 +18,15 @@ void check(const weir::Status& status) {
   if (!status) throw Failure(status.error());
 }
 
-Precision precision_of(const weir::Options& options) {
+// Mixed: P-Net, which only proposes, with eight bits; what decides on a face in float32.
+Precision precision_of(const weir::Options& options, const NetworkPlan& plan) {
   const auto text = options.get("Precision").value_or("float32");
   if (text == "float32") return Precision::Float32;
   if (text == "int8") return Precision::Int8;
+  if (text == "mixed") return plan.dense ? Precision::Float32 : Precision::Int8;
   throw Failure({Code::OPTION_VALUE, "the option Precision has a value that cannot be used",
-                 "Precision:" + std::string(text), "float32 or int8", "", "custom=Precision:int8"});
+                 "Precision:" + std::string(text), "float32, mixed or int8", "",
+                 "custom=Precision:int8"});
 }
 
 weir::engine::ModelBytes bytes_of(const weir::OpenRequest& request) {
@@ -42,8 +45,8 @@ Network network_of(const weir::OpenRequest& request) {
 class Engine {
  public:
   static constexpr const char* kOptions = R"([
-    {"name": "Precision", "type": "float32|int8", "default": "float32",
-     "help": "int8 is faster where the CPU has VNNI, and less sure of faint faces"}])";
+    {"name": "Precision", "type": "float32|mixed|int8", "default": "float32",
+     "help": "int8 is faster where the CPU has VNNI, and less sure of faint faces; mixed: P-Net alone has it"}])";
 
   explicit Engine(const weir::OpenRequest& request) : Engine(network_of(request), request) {}
 
@@ -78,7 +81,7 @@ class Engine {
 
  private:
   Engine(const Network& network, const weir::OpenRequest& request)
-      : plan_(*network.plan), runner_(make_runner(network, precision_of(request.options))) {
+      : plan_(*network.plan), runner_(make_runner(network, precision_of(request.options, plan_))) {
     const int64_t side = plan_.dense ? int64_t{plan_.side} : -1;
     input_ = weir::tensor_info("picture", WEIR_UINT8, {-1, side, side, 3});
     static constexpr const char* kNames[] = {"prob", "reg", "landmark"};

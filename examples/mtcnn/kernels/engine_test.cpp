@@ -61,6 +61,26 @@ TEST_F(KernelsEngine, GivesTheNumbersOfPlainLoopsInBothPrecisionsOfABatch) {
   EXPECT_EQ(text_of((*rough)[0].info), "float32[2, 2]");
 }
 
+TEST_F(KernelsEngine, MixedIsEightBitsOfTheProposalNetworkAlone) {
+  std::vector<uint8_t> pixels(24 * 24 * 3);
+  for (size_t i = 0; i < pixels.size(); ++i) pixels[i] = static_cast<uint8_t>(i * i / 7);
+  const auto in = make_tensor(WEIR_UINT8, {1, 24, 24, 3}, pixels);
+  std::vector<float> boxes[3][2];  // of float32, mixed and int8, of P- and R-Net
+  for (size_t p = 0; p < 3; ++p)
+    for (size_t network = 0; network < 2; ++network) {
+      const char* kPrecisions[] = {"float32", "mixed", "int8"};
+      const auto model = opened(network, kPrecisions[p]);
+      ASSERT_TRUE(model);
+      const auto out = model->invoke({in});
+      ASSERT_TRUE(out) << out.error().message();
+      boxes[p][network] = (*out)[1].values<float>();
+    }
+  EXPECT_EQ(boxes[1][0], boxes[2][0]);
+  EXPECT_NE(boxes[1][0], boxes[0][0]);
+  EXPECT_EQ(boxes[1][1], boxes[0][1]);
+  EXPECT_NE(boxes[1][1], boxes[2][1]);
+}
+
 TEST_F(KernelsEngine, AnEmptyBatchGivesNoRows) {
   const auto model = opened(1);
   ASSERT_TRUE(model);
@@ -119,7 +139,7 @@ TEST_F(KernelsEngine, RefusesOptionsAndFilesThatAreNone) {
   ASSERT_FALSE(option);
   EXPECT_EQ(option.error().code, Code::OPTION_VALUE);
   EXPECT_EQ(option.error().offered, "Precision:float16");
-  EXPECT_EQ(option.error().needed, "float32 or int8");
+  EXPECT_EQ(option.error().needed, "float32, mixed or int8");
   const auto nowhere = OpenEngine::open(*weir::engine_test::engine(), folder_.path("none.onnx"));
   ASSERT_FALSE(nowhere);
   EXPECT_EQ(nowhere.error().code, Code::MODEL_NOT_FOUND);
