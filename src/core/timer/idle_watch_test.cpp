@@ -1,21 +1,15 @@
 // When nothing happens.
 #include "core/timer/idle_watch.hpp"
 
-#include <gtest/gtest.h>
+#include "core/timer/timer_test_support.hpp"
 
 namespace weir {
 namespace {
 
 using namespace std::chrono_literals;
 
-class IdleWatchTest : public ::testing::Test {
+class IdleWatchTest : public TimersTest {
  protected:
-  void advance(TimerQueue::Clock::duration by) {
-    now_ += by;
-    queue_.run_due();
-  }
-  TimerQueue::Clock::time_point now_{1h};
-  TimerQueue queue_{[this] { return now_; }};
   int calls_ = 0;
   bool ready_ = true;
   IdleWatch watch_{queue_, 100ms, [this] {

@@ -1,24 +1,16 @@
 // Timers with a clock that the test moves, and the thread of the process.
 #include "core/timer/timer_queue.hpp"
 
-#include <gtest/gtest.h>
-
 #include <future>
+
+#include "core/timer/timer_test_support.hpp"
 
 namespace weir {
 namespace {
 
 using namespace std::chrono_literals;
 
-class TimerQueueTest : public ::testing::Test {
- protected:
-  void advance(TimerQueue::Clock::duration by) {
-    now_ += by;
-    queue_.run_due();
-  }
-  TimerQueue::Clock::time_point now_{1h};
-  TimerQueue queue_{[this] { return now_; }};
-};
+class TimerQueueTest : public TimersTest {};
 
 TEST_F(TimerQueueTest, CallsOnceWhenTheTimeHasCome) {
   int calls = 0;
