@@ -3,9 +3,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "weir/abi.h"
-
-static const weir_host* host;
+#include "one_engine.h"
 
 struct weir_model {
   uint32_t n_inputs;
@@ -115,14 +113,3 @@ static const weir_engine engine = {
     .session_free = session_free,
     .invoke = invoke,
 };
-static const weir_engine* const engines[] = {&engine, NULL};
-static const weir_module module = {.struct_size = sizeof module,
-                                   .abi_major = WEIR_ABI_MAJOR,
-                                   .abi_minor = WEIR_ABI_MINOR,
-                                   .engines = engines};
-
-__attribute__((visibility("default"))) const weir_module* weir_module_entry(
-    const weir_host* given) {
-  host = given;
-  return &module;
-}
