@@ -1,8 +1,7 @@
 // The fixture of the tests of one engine module. WEIR_MODULE_FILE is its path.
 #pragma once
-#include <gtest/gtest.h>
-
 #include "engine_test_host.hpp"
+#include "says.hpp"
 
 namespace weir::engine_test {
 

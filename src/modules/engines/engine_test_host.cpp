@@ -323,6 +323,29 @@ Result<std::vector<TestTensor>> OpenEngine::invoke(const std::vector<TestTensor>
   return results;
 }
 
+OneToOne::OneToOne(const std::vector<int64_t>& shape, std::span<float> x) {
+  in_frame.struct_size = out_frame.struct_size = sizeof in_frame;
+  in_frame.n_tensors = out_frame.n_tensors = 1;
+  in_frame.tensors = &in;
+  out_frame.tensors = &out;
+  in.info = make_tensor(WEIR_FLOAT32, shape).info;
+  in.data = x.data();
+  in.bytes = in.capacity = x.size_bytes();
+}
+
+OneToOne::OneToOne(const std::vector<int64_t>& shape, std::span<float> x,
+                   const std::vector<int64_t>& out_shape, std::span<float> y)
+    : OneToOne(shape, x) {
+  out.info = make_tensor(WEIR_FLOAT32, out_shape).info;
+  out.data = y.data();
+  out.bytes = out.capacity = y.size_bytes();
+}
+
+Code OneToOne::code_of(OpenEngine& model) {
+  const Status status = through(model);
+  return status ? Code::INTERNAL : status.error().code;
+}
+
 std::vector<TestTensor> zero_inputs(const OpenEngine& model) {
   std::vector<TestTensor> out;
   for (const auto& info : model.inputs()) {

@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <map>
 #include <memory>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -115,6 +116,22 @@ class OpenEngine {
   weir_session* session_ = nullptr;
   weir_model_info info_{};
   size_t engine_allocated_ = 0;
+};
+
+// Frames of one float32 tensor each, in memory of the test. They point into the object, which stays
+// where it is.
+struct OneToOne {
+  OneToOne(const std::vector<int64_t>& shape, std::span<float> x);  // no memory for the output
+  OneToOne(const std::vector<int64_t>& shape, std::span<float> x,
+           const std::vector<int64_t>& out_shape, std::span<float> y);
+  OneToOne(const OneToOne&) = delete;
+  OneToOne& operator=(const OneToOne&) = delete;
+
+  Status through(OpenEngine& model) { return model.invoke(in_frame, out_frame); }
+  Code code_of(OpenEngine& model);  // INTERNAL when nothing is refused
+
+  weir_tensor in{}, out{};
+  weir_frame in_frame{}, out_frame{};
 };
 
 // Zeros in the model's own shapes, 1 for what is open.

@@ -241,17 +241,10 @@ TEST_F(LuaRefuses, InputsThatDoNotFit) {
 TEST_F(LuaRefuses, FramesOfAnotherSizeThanTheySay) {
   const auto model = script(script_text("y[1] = x[4]"));
   ASSERT_NE(model, nullptr);
-  auto x = make_tensor(WEIR_FLOAT32, {4});
-  weir_tensor in{}, out{};
-  in.data = x.bytes.data();
-  in.bytes = in.capacity = 8;
-  in.info = x.info;
-  weir_frame from{}, to{};
-  from.struct_size = to.struct_size = sizeof from;
-  from.n_tensors = to.n_tensors = 1;
-  from.tensors = &in;
-  to.tensors = &out;
-  const Status status = model->invoke(from, to);
+  float x[2] = {};
+  OneToOne frames({4}, x);
+  const weir_tensor& out = frames.out;
+  const Status status = frames.through(*model);
   ASSERT_FALSE(status);
   EXPECT_EQ(status.error().code, Code::FRAME_SIZE);
   EXPECT_EQ(out.data, nullptr);

@@ -328,17 +328,10 @@ TEST_F(Lua, SessionsHaveGlobalsOfTheirOwnAndRunAtOnce) {
 TEST_F(Lua, AnOutputWithoutMemoryGetsSome) {
   const auto model = script(script_text("y[4] = 9"));
   ASSERT_NE(model, nullptr);
-  auto x = make_tensor(WEIR_FLOAT32, {4});
-  weir_tensor in{}, out{};
-  in.data = x.bytes.data();
-  in.bytes = in.capacity = x.bytes.size();
-  in.info = x.info;
-  weir_frame from{}, to{};
-  from.struct_size = to.struct_size = sizeof from;
-  from.n_tensors = to.n_tensors = 1;
-  from.tensors = &in;
-  to.tensors = &out;
-  ASSERT_TRUE(model->invoke(from, to));
+  float x[4] = {};
+  OneToOne frames({4}, x);
+  const weir_tensor& out = frames.out;
+  ASSERT_TRUE(frames.through(*model));
   ASSERT_EQ(out.bytes, 16u);
   EXPECT_EQ(static_cast<const float*>(out.data)[3], 9);
   out.release(out.owner);

@@ -148,20 +148,10 @@ TEST_F(OnnxRuntimeRefuses, FramesThatLie) {
   const auto model = opened(negation());
   ASSERT_NE(model, nullptr);
   std::vector<float> x(6), y(6);
-  weir_tensor in{}, out{};
-  in.info = out.info = make_tensor(WEIR_FLOAT32, {2, 3}).info;
-  in.data = x.data();
-  out.data = y.data();
-  in.bytes = out.bytes = 24;
-  weir_frame in_frame{}, out_frame{};
-  in_frame.n_tensors = out_frame.n_tensors = 1;
-  in_frame.tensors = &in;
-  out_frame.tensors = &out;
-  ASSERT_TRUE(model->invoke(in_frame, out_frame));
-  const auto code = [&] {
-    const auto status = model->invoke(in_frame, out_frame);
-    return status ? Code::INTERNAL : status.error().code;
-  };
+  OneToOne frames({2, 3}, x, {2, 3}, y);
+  weir_tensor &in = frames.in, &out = frames.out;
+  ASSERT_TRUE(frames.through(*model));
+  const auto code = [&] { return frames.code_of(*model); };
   in.bytes = 20;
   EXPECT_EQ(code(), Code::FRAME_SIZE);
   in.bytes = 24;
@@ -193,18 +183,8 @@ TEST_F(OnnxRuntimeRefuses, OutputMemoryOfAnotherShape) {
       OnnxBuilder().input("x", kFloat, {"n"}).output("y", kFloat, {"m"}).node("Neg", {"x"}, {"y"}));
   ASSERT_NE(model, nullptr);
   std::vector<float> x(6), y(2);
-  weir_tensor in{}, out{};
-  in.info = make_tensor(WEIR_FLOAT32, {6}).info;
-  out.info = make_tensor(WEIR_FLOAT32, {2}).info;
-  in.data = x.data();
-  out.data = y.data();
-  in.bytes = 24;
-  out.bytes = 8;
-  weir_frame in_frame{}, out_frame{};
-  in_frame.n_tensors = out_frame.n_tensors = 1;
-  in_frame.tensors = &in;
-  out_frame.tensors = &out;
-  const auto status = model->invoke(in_frame, out_frame);
+  OneToOne frames({6}, x, {2}, y);
+  const auto status = frames.through(*model);
   ASSERT_FALSE(status);
   EXPECT_TRUE(status.error().code == Code::INVOKE_FAILED ||
               status.error().code == Code::SPEC_MISMATCH)

@@ -2,9 +2,8 @@
 #include <cmath>
 #include <limits>
 #include <nlohmann/json.hpp>
-#include <thread>
 
-#include "engine_fixture.hpp"
+#include "engine_laws.hpp"
 #include "engine_library.hpp"
 #include "onnxruntime/onnx_builder.hpp"
 
@@ -118,15 +117,7 @@ TEST_F(OnnxRuntime, InputsAndOutputsKeepTheModelsOrderAndNames) {
                         .node("Sub", {"b", "a"}, {"difference"})
                         .node("Add", {"b", "a"}, {"a sum"}));
   ASSERT_TRUE(model) << model.error().message();
-  EXPECT_STREQ((*model)->inputs()[0].name, "b");
-  EXPECT_STREQ((*model)->inputs()[1].name, "a");
-  EXPECT_STREQ((*model)->outputs()[0].name, "difference");
-  EXPECT_STREQ((*model)->outputs()[1].name, "a sum");
-  const auto out = (*model)->invoke(
-      {make_tensor<float>(WEIR_FLOAT32, {1}, {5}), make_tensor<float>(WEIR_FLOAT32, {1}, {3})});
-  ASSERT_TRUE(out) << out.error().message();
-  EXPECT_EQ((*out)[0].values<float>()[0], 2);
-  EXPECT_EQ((*out)[1].values<float>()[0], 8);
+  expect_order_and_names(**model);
 }
 
 TEST_F(OnnxRuntime, OpenDimensionsAreMinusOneAndFollowTheInputByName) {
@@ -135,14 +126,7 @@ TEST_F(OnnxRuntime, OpenDimensionsAreMinusOneAndFollowTheInputByName) {
                         .output("y", kFloat, {"n", "3"})
                         .node("Neg", {"x"}, {"y"}));
   ASSERT_TRUE(model) << model.error().message();
-  EXPECT_EQ(text_of((*model)->inputs()[0]), "float32[-1, 3]");
-  EXPECT_EQ((*model)->inputs()[0].batch_axis, 0u);
-  const auto out = (*model)->resolve({make_tensor(WEIR_FLOAT32, {7, 3}).info});
-  ASSERT_TRUE(out) << out.error().message();
-  EXPECT_EQ(text_of((*out)[0]), "float32[7, 3]");
-  const auto open_still = (*model)->resolve((*model)->inputs());
-  ASSERT_TRUE(open_still) << open_still.error().message();
-  EXPECT_EQ(text_of((*open_still)[0]), "float32[-1, 3]");
+  expect_rows_of_the_stream(**model);
 }
 
 TEST_F(OnnxRuntime, OpenDimensionsWithoutANameComeFromARunOnZeros) {
@@ -199,16 +183,10 @@ TEST_F(OnnxRuntime, AnInputThatIsAnOutputIsCopied) {
                         .node("Identity", {"x"}, {"y"}));
   ASSERT_TRUE(model) << model.error().message();
   float x[] = {1, 2};
-  weir_tensor in{}, out{};
-  in.info = make_tensor(WEIR_FLOAT32, {2}).info;
-  in.data = x;
-  in.bytes = sizeof x;
-  weir_frame in_frame{}, out_frame{};
-  in_frame.n_tensors = out_frame.n_tensors = 1;
-  in_frame.tensors = &in;
-  out_frame.tensors = &out;
-  const auto status = (*model)->invoke(in_frame, out_frame);
+  OneToOne frames({2}, x);
+  const auto status = frames.through(**model);
   ASSERT_TRUE(status) << status.error().message();
+  const weir_tensor& out = frames.out;
   ASSERT_NE(out.release, nullptr);
   EXPECT_NE(out.data, x);
   EXPECT_EQ(static_cast<float*>(out.data)[1], 2);
@@ -229,26 +207,19 @@ TEST_F(OnnxRuntime, ReadsAndWritesTheCallersMemory) {
 }
 
 TEST_F(OnnxRuntime, MemoryOfAnOutputOutlivesModelAndSession) {
-  weir_tensor in{}, out{};
   float x[] = {0, 7, 0, 0};
+  OneToOne frames({4}, x);
   {
     auto model = open(OnnxBuilder()
                           .input("x", kFloat, {"4"})
                           .output("y", kInt64, {"1", "found"})
                           .node("NonZero", {"x"}, {"y"}));
     ASSERT_TRUE(model) << model.error().message();
-    in.info = make_tensor(WEIR_FLOAT32, {4}).info;
-    in.data = x;
-    in.bytes = sizeof x;
-    weir_frame in_frame{}, out_frame{};
-    in_frame.n_tensors = out_frame.n_tensors = 1;
-    in_frame.tensors = &in;
-    out_frame.tensors = &out;
-    const auto status = (*model)->invoke(in_frame, out_frame);
+    const auto status = frames.through(**model);
     ASSERT_TRUE(status) << status.error().message();
   }
-  EXPECT_EQ(*static_cast<int64_t*>(out.data), 1);
-  out.release(out.owner);
+  EXPECT_EQ(*static_cast<int64_t*>(frames.out.data), 1);
+  frames.out.release(frames.out.owner);
 }
 
 TEST_F(OnnxRuntime, SessionsOfOneModelRunAtOnce) {
@@ -258,20 +229,7 @@ TEST_F(OnnxRuntime, SessionsOfOneModelRunAtOnce) {
                          .node("Neg", {"x"}, {"y"})
                          .bytes();
   const auto path = folder_.write("model.onnx", bytes);
-  std::vector<std::thread> threads;
-  std::vector<int> good(4);
-  for (size_t t = 0; t < good.size(); ++t)
-    threads.emplace_back([&, t] {
-      auto model = OpenEngine::open(*engine(), path);
-      for (int i = 0; model && i < 50; ++i) {
-        const auto size = static_cast<int64_t>(t * 7 + 1);
-        const std::vector<float> x(static_cast<size_t>(size), static_cast<float>(i));
-        const auto y = (*model)->invoke({make_tensor<float>(WEIR_FLOAT32, {size}, x)});
-        good[t] += y && (*y)[0].values<float>().back() == -static_cast<float>(i);
-      }
-    });
-  for (auto& thread : threads) thread.join();
-  EXPECT_EQ(good, std::vector<int>(4, 50));
+  expect_threads_to_run_at_once(path);
 }
 
 TEST_F(OnnxRuntime, WarmRunsWithoutAFrame) {

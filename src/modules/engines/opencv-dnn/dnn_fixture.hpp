@@ -1,13 +1,10 @@
 // The fixture of the tests of the three engines that OpenCV runs.
 #pragma once
-#include <gtest/gtest.h>
-
 #include "engine_test_host.hpp"
 #include "opencv-dnn/dnn_builders.hpp"
+#include "says.hpp"
 
 namespace weir::engine_test {
-
-#define EXPECT_HAS(text, part) EXPECT_NE((text).find(part), std::string::npos) << (text)
 
 class DnnTest : public ::testing::Test {
  protected:

@@ -9,12 +9,12 @@ class OpencvDnnRefuses : public DnnTest {};
 TEST_F(OpencvDnnRefuses, FilesThatAreNotThere) {
   const Error both = error_of(OpenEngine::open(engine("caffe"), folder_.path("none.caffemodel")));
   EXPECT_EQ(both.code, Code::SPEC_MISMATCH);
-  EXPECT_HAS(both.offered, "none.prototxt is not there");
+  EXPECT_SAYS(both.offered, "none.prototxt is not there");
   EXPECT_EQ(both.fix, "model=net.prototxt,net.caffemodel");
   const Error graph = error_of(OpenEngine::open(engine("tensorflow"), folder_.path("none.pb")));
   EXPECT_EQ(graph.code, Code::MODEL_NOT_FOUND);
   const Error cfg = error_of(OpenEngine::open(engine("darknet"), write("a.cfg", "[net]\n")));
-  EXPECT_HAS(cfg.offered, "a.weights is not there");
+  EXPECT_SAYS(cfg.offered, "a.weights is not there");
 }
 
 TEST_F(OpencvDnnRefuses, ALayerThatOpencvLacksByName) {
@@ -23,15 +23,15 @@ TEST_F(OpencvDnnRefuses, ALayerThatOpencvLacksByName) {
                  "layer { name: \"odd\" type: \"Frobnicate\" bottom: \"data\" top: \"odd\" }\n",
                  product_weights()));
   EXPECT_EQ(caffe.code, Code::MODEL_UNSUPPORTED) << caffe.message();
-  EXPECT_HAS(caffe.offered, "Frobnicate");
+  EXPECT_SAYS(caffe.offered, "Frobnicate");
   const Error tensorflow = error_of(open_tensorflow(
       graph({placeholder("x", {1, 3}), TensorflowNode("odd", "Frobnicate", {"x"}).type("T")})));
   EXPECT_EQ(tensorflow.code, Code::MODEL_UNSUPPORTED) << tensorflow.message();
-  EXPECT_HAS(tensorflow.offered, "Frobnicate");
+  EXPECT_SAYS(tensorflow.offered, "Frobnicate");
   const Error darknet = error_of(
       open_darknet("[net]\nwidth=2\nheight=2\n[frobnicate]\nsize=1\n", darknet_weights({})));
   EXPECT_EQ(darknet.code, Code::MODEL_UNSUPPORTED) << darknet.message();
-  EXPECT_HAS(darknet.message(), "frobnicate");
+  EXPECT_SAYS(darknet.message(), "frobnicate");
 }
 
 TEST_F(OpencvDnnRefuses, AnActivationThatOpencvLacksByName) {
@@ -50,8 +50,8 @@ TEST_F(OpencvDnnRefuses, InputsOfTextByTheirKind) {
     if (path.empty()) GTEST_SKIP() << "../shared/models is not there";
     const Error error = error_of(OpenEngine::open(engine("tensorflow"), path));
     EXPECT_EQ(error.code, Code::MODEL_UNSUPPORTED);
-    EXPECT_HAS(error.what, "wav_data");
-    EXPECT_HAS(error.offered, "string");
+    EXPECT_SAYS(error.what, "wav_data");
+    EXPECT_SAYS(error.offered, "string");
   }
 }
 
@@ -66,13 +66,13 @@ TEST_F(OpencvDnnRefuses, DescriptionsThatCannotBeReadByTheirLine) {
   for (const auto& [text, words] : texts) {
     const Error error = error_of(open_caffe(text, product_weights()));
     EXPECT_EQ(error.code, Code::MODEL_INVALID);
-    EXPECT_HAS(error.offered, words);
-    EXPECT_HAS(error.offered, "net.prototxt");
+    EXPECT_SAYS(error.offered, words);
+    EXPECT_SAYS(error.offered, "net.prototxt");
   }
   std::string deep;
   for (int i = 0; i < 100; ++i) deep += "a {";
-  EXPECT_HAS(error_of(open_caffe(deep, product_weights())).offered, "without end");
-  EXPECT_HAS(error_of(open_caffe("name: \"a\"", product_weights())).what, "names no layer");
+  EXPECT_SAYS(error_of(open_caffe(deep, product_weights())).offered, "without end");
+  EXPECT_SAYS(error_of(open_caffe("name: \"a\"", product_weights())).what, "names no layer");
   for (const auto& [text, words] : std::vector<std::pair<std::string, std::string>>{
            {"width=3\n", "line 1"},
            {"[net\n", "a section without its end"},
@@ -81,7 +81,7 @@ TEST_F(OpencvDnnRefuses, DescriptionsThatCannotBeReadByTheirLine) {
            {"[net]\nwidth=3\n[convolutional]\nsize=1\n", "no height"}}) {
     const Error error = error_of(open_darknet(text, darknet_weights({})));
     EXPECT_EQ(error.code, Code::MODEL_INVALID) << text;
-    EXPECT_HAS(error.offered, words);
+    EXPECT_SAYS(error.offered, words);
   }
 }
 
@@ -90,17 +90,17 @@ TEST_F(OpencvDnnRefuses, WeightsThatWereCutOrLie) {
   for (size_t size = 1; size < whole.size(); ++size) {
     const Error error = error_of(open_caffe(kProduct, whole.substr(0, size)));
     EXPECT_EQ(error.code, Code::MODEL_INVALID) << size << error.message();
-    EXPECT_HAS(error.offered, "net.caffemodel");
+    EXPECT_SAYS(error.offered, "net.caffemodel");
   }
   const Error lie = error_of(open_caffe(
       kProduct, caffemodel({caffe_layer("fc", "InnerProduct", {{{2, 3000000}, {1, 2, 3}}})})));
-  EXPECT_HAS(lie.offered, "a blob of 3 values whose shape says 6000000");
+  EXPECT_SAYS(lie.offered, "a blob of 3 values whose shape says 6000000");
   const Error huge = error_of(open_caffe(
       kProduct,
       caffemodel({caffe_layer("fc", "InnerProduct", {{{1ull << 40, 1ull << 40}, {1}}})})));
   EXPECT_EQ(huge.code, Code::MODEL_INVALID) << huge.message();
   const Error none = error_of(open_caffe(kProduct, MessageBuilder().bytes(1, "a").text()));
-  EXPECT_HAS(none.offered, "no layer in it");
+  EXPECT_SAYS(none.offered, "no layer in it");
 }
 
 TEST_F(OpencvDnnRefuses, DarknetsWeightsThatWereCut) {
@@ -112,7 +112,7 @@ TEST_F(OpencvDnnRefuses, DarknetsWeightsThatWereCut) {
   for (const size_t size : {size_t{8}, size_t{20}, whole.size() / 2, whole.size() - 8}) {
     const Error error = error_of(open_darknet(cfg, whole.substr(0, size)));
     EXPECT_EQ(error.code, Code::MODEL_INVALID) << size << error.message();
-    EXPECT_HAS(error.offered, "net.weights");
+    EXPECT_SAYS(error.offered, "net.weights");
   }
 }
 
@@ -133,13 +133,13 @@ TEST_F(OpencvDnnRefuses, GraphsThatWereCut) {
 TEST_F(OpencvDnnRefuses, NamesThatTheNetworkLacks) {
   const Error input = error_of(open_caffe(kProduct, product_weights(), {{"inputname", "dota"}}));
   EXPECT_EQ(input.code, Code::SPEC_MISMATCH);
-  EXPECT_HAS(input.what, "inputname");
+  EXPECT_SAYS(input.what, "inputname");
   EXPECT_EQ(input.fix, "inputname=data");
   const Error output = error_of(open_caffe(kProduct, product_weights(), {{"outputname", "prob"}}));
   EXPECT_EQ(output.code, Code::SPEC_MISMATCH);
-  EXPECT_HAS(output.needed, "one of: fc");
+  EXPECT_SAYS(output.needed, "one of: fc");
   const Error count = error_of(open_caffe(kProduct, product_weights(), {{"input", "3:1,3:1"}}));
-  EXPECT_HAS(count.what, "another number of inputs");
+  EXPECT_SAYS(count.what, "another number of inputs");
 }
 
 TEST_F(OpencvDnnRefuses, ShapesThatTheNetworkDoesNotTake) {
@@ -147,14 +147,14 @@ TEST_F(OpencvDnnRefuses, ShapesThatTheNetworkDoesNotTake) {
   ASSERT_TRUE(model);
   const auto rank = (*model)->resolve({make_tensor(WEIR_FLOAT32, {3}).info});
   ASSERT_FALSE(rank);
-  EXPECT_HAS(rank.error().difference, "rank 1 instead of 2");
+  EXPECT_SAYS(rank.error().difference, "rank 1 instead of 2");
   const auto size = (*model)->invoke({make_tensor(WEIR_FLOAT32, {1, 4})});
   ASSERT_FALSE(size);
-  EXPECT_HAS(size.error().difference, "dimension 1 is 4 instead of 3");
+  EXPECT_SAYS(size.error().difference, "dimension 1 is 4 instead of 3");
   const Error wish = error_of(open_caffe(kProduct, product_weights(), {{"input", "4:1"}}));
   EXPECT_EQ(wish.code, Code::SPEC_MISMATCH) << wish.message();
-  EXPECT_HAS(wish.offered, "float32 4:1 (data)");
-  EXPECT_HAS(wish.difference, "fc");
+  EXPECT_SAYS(wish.offered, "float32 4:1 (data)");
+  EXPECT_SAYS(wish.difference, "fc");
 }
 
 // Weights of another network: R-Net's behind P-Net's description.
@@ -174,23 +174,11 @@ TEST_F(OpencvDnnRefuses, FramesThatLieAndGoesOn) {
   const auto model = open_caffe(kProduct, product_weights());
   ASSERT_TRUE(model);
   std::vector<float> x{1, 1, 1}, y(2);
-  weir_tensor in{}, out{};
-  in.info = make_tensor(WEIR_FLOAT32, {1, 3}).info;
-  out.info = make_tensor(WEIR_FLOAT32, {1, 2}).info;
-  in.data = x.data();
-  out.data = y.data();
-  in.bytes = 12;
-  out.bytes = 8;
-  weir_frame in_frame{}, out_frame{};
-  in_frame.n_tensors = out_frame.n_tensors = 1;
-  in_frame.tensors = &in;
-  out_frame.tensors = &out;
-  ASSERT_TRUE((*model)->invoke(in_frame, out_frame));
+  OneToOne frames({1, 3}, x, {1, 2}, y);
+  weir_tensor &in = frames.in, &out = frames.out;
+  ASSERT_TRUE(frames.through(**model));
   EXPECT_EQ(y, (std::vector<float>{16, 35}));
-  const auto code = [&] {
-    const auto status = (*model)->invoke(in_frame, out_frame);
-    return status ? Code::INTERNAL : status.error().code;
-  };
+  const auto code = [&] { return frames.code_of(**model); };
   in.bytes = 8;
   EXPECT_EQ(code(), Code::FRAME_SIZE);
   in.bytes = 12;
@@ -209,11 +197,11 @@ TEST_F(OpencvDnnRefuses, OptionsWithValuesThatCannotBe) {
   for (const auto& [key, value] : Options{{"NumThreads", "0"}, {"NumThreads", "two"}}) {
     const Error error = error_of(open_caffe(kProduct, product_weights(), {{key, value}}));
     EXPECT_EQ(error.code, Code::OPTION_VALUE);
-    EXPECT_HAS(error.offered, value);
+    EXPECT_SAYS(error.offered, value);
   }
   const Error type = error_of(open_caffe(kProduct, product_weights(), {{"inputtype", "int64"}}));
   EXPECT_EQ(type.code, Code::SPEC_MISMATCH) << type.message();
-  EXPECT_HAS(type.fix, "mode=typecast");
+  EXPECT_SAYS(type.fix, "mode=typecast");
 }
 
 }  // namespace

@@ -164,15 +164,15 @@ TEST_F(OpencvDnn, SaysWhatItIs) {
     EXPECT_STREQ(engine(name).name, name);
     const auto* library = static_cast<const char* const*>(engine(name).extension("weir.library/1"));
     ASSERT_NE(library, nullptr);
-    EXPECT_HAS(std::string(library[0]), "opencv");
+    EXPECT_SAYS(std::string(library[0]), "opencv");
     EXPECT_STREQ(library[1], "4.6.0");
   }
   const auto model = open_caffe(kProduct, product_weights(), {{"NumThread", "2"}});
   ASSERT_TRUE(model);
-  EXPECT_HAS(std::string((*model)->info().metadata_json), R"("operators":["InnerProduct"])");
+  EXPECT_SAYS(std::string((*model)->info().metadata_json), R"("operators":["InnerProduct"])");
   const auto log = take_log();
   ASSERT_EQ(log.size(), 1u);
-  EXPECT_HAS(log[0], "NumThread is not known");
+  EXPECT_SAYS(log[0], "NumThread is not known");
 }
 
 }  // namespace

@@ -171,18 +171,11 @@ TEST_F(Pytorch, AModelThatWritesItsInputDoesNotWriteTheStreams) {
       "  return torch.mul(x, 10)");
   ASSERT_NE(model, nullptr);
   std::vector<float> data{1, 2};
-  weir_tensor in{}, out{};
-  in.info = make_tensor(WEIR_FLOAT32, {2}).info;
-  in.data = data.data();
-  in.bytes = 8;
-  weir_frame in_frame{}, out_frame{};
-  in_frame.n_tensors = out_frame.n_tensors = 1;
-  in_frame.tensors = &in;
-  out_frame.tensors = &out;
-  ASSERT_TRUE(model->invoke(in_frame, out_frame));
+  OneToOne frames({2}, data);
+  ASSERT_TRUE(frames.through(*model));
   EXPECT_EQ(data, (std::vector<float>{1, 2}));
-  EXPECT_EQ(static_cast<const float*>(out.data)[1], 30);
-  out.release(out.owner);
+  EXPECT_EQ(static_cast<const float*>(frames.out.data)[1], 30);
+  frames.out.release(frames.out.owner);
 }
 
 // The result is libtorch's own memory, given away; an input that is passed through is not.

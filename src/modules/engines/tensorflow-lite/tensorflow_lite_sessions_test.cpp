@@ -1,7 +1,5 @@
 // Sessions of one TensorFlow Lite model: at once, and each with a state of its own.
-#include <thread>
-
-#include "engine_fixture.hpp"
+#include "engine_laws.hpp"
 #include "tensorflow-lite/tflite_builder.hpp"
 
 namespace weir::engine_test {
@@ -11,20 +9,7 @@ class TensorflowLiteSessions : public EngineTest {};
 
 TEST_F(TensorflowLiteSessions, SessionsOfOneModelRunAtOnce) {
   const auto path = folder_.write("model.tflite", tflite_negation({-1}).bytes());
-  std::vector<std::thread> threads;
-  std::vector<int> good(4);
-  for (size_t t = 0; t < good.size(); ++t)
-    threads.emplace_back([&, t] {
-      auto model = OpenEngine::open(*engine(), path);
-      for (int i = 0; model && i < 50; ++i) {
-        const auto size = static_cast<int64_t>(t * 7 + 1);
-        const std::vector<float> x(static_cast<size_t>(size), static_cast<float>(i));
-        const auto y = (*model)->invoke({make_tensor<float>(WEIR_FLOAT32, {size}, x)});
-        good[t] += y && (*y)[0].values<float>().back() == -static_cast<float>(i);
-      }
-    });
-  for (auto& thread : threads) thread.join();
-  EXPECT_EQ(good, std::vector<int>(4, 50));
+  expect_threads_to_run_at_once(path);
 }
 
 // x + state, where the state that an SVDF keeps is its last inputs.

@@ -1,7 +1,7 @@
 // TensorFlow Lite through the C table: types, shapes, memory, options.
 #include <nlohmann/json.hpp>
 
-#include "engine_fixture.hpp"
+#include "engine_laws.hpp"
 #include "tensorflow-lite/tflite_builder.hpp"
 
 namespace weir::engine_test {
@@ -127,28 +127,13 @@ TEST_F(TensorflowLite, InputsAndOutputsKeepTheModelsOrderAndNames) {
                         .node(kOpSub, {"b", "a"}, {"difference"})
                         .node(kOpAdd, {"b", "a"}, {"a sum"}));
   ASSERT_TRUE(model) << model.error().message();
-  EXPECT_STREQ((*model)->inputs()[0].name, "b");
-  EXPECT_STREQ((*model)->inputs()[1].name, "a");
-  EXPECT_STREQ((*model)->outputs()[0].name, "difference");
-  EXPECT_STREQ((*model)->outputs()[1].name, "a sum");
-  const auto out = (*model)->invoke(
-      {make_tensor<float>(WEIR_FLOAT32, {1}, {5}), make_tensor<float>(WEIR_FLOAT32, {1}, {3})});
-  ASSERT_TRUE(out) << out.error().message();
-  EXPECT_EQ((*out)[0].values<float>()[0], 2);
-  EXPECT_EQ((*out)[1].values<float>()[0], 8);
+  expect_order_and_names(**model);
 }
 
 TEST_F(TensorflowLite, OpenDimensionsAreMinusOneAndTakeTheStreamsSizes) {
   auto model = open(tflite_negation({-1, 3}));
   ASSERT_TRUE(model) << model.error().message();
-  EXPECT_EQ(text_of((*model)->inputs()[0]), "float32[-1, 3]");
-  EXPECT_EQ((*model)->inputs()[0].batch_axis, 0u);
-  const auto out = (*model)->resolve({make_tensor(WEIR_FLOAT32, {7, 3}).info});
-  ASSERT_TRUE(out) << out.error().message();
-  EXPECT_EQ(text_of((*out)[0]), "float32[7, 3]");
-  const auto open_still = (*model)->resolve((*model)->inputs());
-  ASSERT_TRUE(open_still) << open_still.error().message();
-  EXPECT_EQ(text_of((*open_still)[0]), "float32[-1, 3]");
+  expect_rows_of_the_stream(**model);
 }
 
 TEST_F(TensorflowLite, AFixedShapeIsResizedAndBackAgain) {
@@ -222,21 +207,15 @@ TEST_F(TensorflowLite, WritesIntoTheCallersMemory) {
 }
 
 TEST_F(TensorflowLite, MemoryOfAnOutputOutlivesModelAndSession) {
-  weir_tensor in{}, out{};
   float x[] = {0, 7, 0, 0};
+  OneToOne frames({4}, x);
   {
     auto model = open(tflite_negation({4}));
     ASSERT_TRUE(model) << model.error().message();
-    in.info = make_tensor(WEIR_FLOAT32, {4}).info;
-    in.data = x;
-    in.bytes = sizeof x;
-    weir_frame in_frame{}, out_frame{};
-    in_frame.n_tensors = out_frame.n_tensors = 1;
-    in_frame.tensors = &in;
-    out_frame.tensors = &out;
-    const auto status = (*model)->invoke(in_frame, out_frame);
+    const auto status = frames.through(**model);
     ASSERT_TRUE(status) << status.error().message();
   }
+  const weir_tensor& out = frames.out;
   ASSERT_NE(out.release, nullptr);
   EXPECT_EQ(static_cast<float*>(out.data)[1], -7);
   EXPECT_EQ(out.bytes, sizeof x);
