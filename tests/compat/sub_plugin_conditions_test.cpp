@@ -32,7 +32,7 @@ TEST(SubPluginCondition, DecidesByAllTensorsOfTheFrame) {
   const auto remove = WEIR_LIBRARY(nnstreamer_if_custom_unregister);
   ASSERT_EQ(add("c-named", second_is_seven, &calls), 0);
   Branches element(kNamed);
-  element.caps(static_caps(2, "2:1,1:3", "uint8,int16"));
+  element.caps(test::tensors("uint8,int16", "2:1,1:3"));
   ASSERT_EQ(element.push(frame_of({{1, 2}, {7, 0, 0, 0, 0, 0}})), GST_FLOW_OK);
   ASSERT_EQ(element.push(frame_of({{3, 4}, {6, 0, 0, 0, 0, 0}})), GST_FLOW_OK);
   EXPECT_EQ(content(element.take("src_0").get(), 0), (Bytes{1, 2}));

@@ -73,21 +73,13 @@ TEST(SubPluginDecoder, IsListed) {
 }
 
 TEST(SubPluginDecoder, TellsOfOptionsThatItRefusesAndGoesOn) {
-  const auto element = Ref<GstElement>::adopt(GST_ELEMENT(gst_object_ref_sink(
-      gst_parse_launch("tensor_decoder mode=adding option1=x option3=y", nullptr))));
-  const auto bus = Ref<GstBus>::adopt(gst_bus_new());
-  gst_element_set_bus(element.get(), bus.get());
+  const auto element = lone_element("tensor_decoder mode=adding option1=x option3=y");
+  Errors errors(element.get());
   EXPECT_EQ(gst_element_set_state(element.get(), GST_STATE_PAUSED), GST_STATE_CHANGE_SUCCESS);
-  const auto message = Ref<GstMessage>::adopt(gst_bus_pop_filtered(bus.get(), GST_MESSAGE_WARNING));
-  gst_element_set_state(element.get(), GST_STATE_NULL);
-  gst_element_set_bus(element.get(), nullptr);
-  ASSERT_TRUE(message);
-  GError* error = nullptr;
-  gst_message_parse_warning(message.get(), &error, nullptr);
-  EXPECT_SAYS(std::string(error->message),
+  EXPECT_SAYS(errors.next_warning(),
               "WEIR-1004: the decoder adding does not take an option and goes on without it\n  "
               "offered: option3=y");
-  g_error_free(error);
+  gst_element_set_state(element.get(), GST_STATE_NULL);
 }
 
 TEST(SubPluginDecoder, SaysWhatIsWrongWithItsCaps) {

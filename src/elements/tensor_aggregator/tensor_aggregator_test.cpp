@@ -217,9 +217,7 @@ TEST(TensorAggregator, BeginsAnewBehindAFlush) {
   ASSERT_EQ(gst_harness_push(h.get(), frame(Bytes{1})), GST_FLOW_OK);
   gst_harness_push_event(h.get(), gst_event_new_flush_start());
   gst_harness_push_event(h.get(), gst_event_new_flush_stop(TRUE));
-  GstSegment segment;
-  gst_segment_init(&segment, GST_FORMAT_TIME);
-  gst_harness_push_event(h.get(), gst_event_new_segment(&segment));
+  gst_harness_push_event(h.get(), time_segment());
   EXPECT_EQ(count(h, "dropped-flush"), 1u);
   for (const uint8_t value : {2, 3})
     ASSERT_EQ(gst_harness_push(h.get(), frame(Bytes{value})), GST_FLOW_OK);

@@ -122,9 +122,7 @@ TEST(ConverterModule, ForgetsAtAFlushAndAtOtherCaps) {
   EXPECT_EQ(converted(h, "count"), std::vector{2});
   gst_harness_push_event(h.get(), gst_event_new_flush_start());
   gst_harness_push_event(h.get(), gst_event_new_flush_stop(TRUE));
-  GstSegment segment;
-  gst_segment_init(&segment, GST_FORMAT_TIME);
-  gst_harness_push_event(h.get(), gst_event_new_segment(&segment));
+  gst_harness_push_event(h.get(), time_segment());
   EXPECT_EQ(converted(h, "count"), std::vector{1});
   EXPECT_EQ(change_caps(h, "application/x-numbers,framerate=20/1"), "");
   EXPECT_EQ(converted(h, "count"), std::vector{1});

@@ -199,13 +199,8 @@ TEST(TensorConverterMemory, PassesTheEnginesWishesOnAndMeetsThem) {
   ASSERT_TRUE(out);
   const Mapped map(out.get(), GST_MAP_READ);
   for (size_t i = 0; i < 12; ++i) EXPECT_EQ(map.as<const float>()[i], static_cast<float>(i + 1));
-  const auto filter = Ref<GstElement>::adopt(gst_harness_find_element(h.get(), "tensor_filter"));
-  GstStructure* stats = nullptr;
-  g_object_get(filter.get(), "stats", &stats, nullptr);
-  guint64 copied = 1;
-  gst_structure_get_uint64(stats, "bytes-copied", &copied);
-  gst_structure_free(stats);
-  EXPECT_EQ(copied, 0u) << "the transform's memory is as the engine wants it";
+  EXPECT_EQ(test::stat(h, "tensor_filter", "bytes-copied"), 0u)
+      << "the transform's memory is as the engine wants it";
   gst_buffer_pool_set_active(pool.get(), FALSE);
 }
 

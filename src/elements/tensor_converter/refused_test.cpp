@@ -1,34 +1,13 @@
 // Formats that no tensor has: the error names them and the element that converts them, however the
 // pipeline asks for them; and what can be converted before is never led into such an error.
 #include "elements/tensor_converter/converter_harness.hpp"
+#include "elements/tests/played_pipeline.hpp"
 
 namespace {
 
 using namespace weir::testing_tensor_converter;
 
 // The first error of a pipeline; "" when it comes to its end.
-std::string error_of_pipeline(const std::string& line) {
-  GError* parse_error = nullptr;
-  const Unique<GstElement, gst_object_unref> pipeline(gst_parse_launch(line.c_str(), &parse_error));
-  if (parse_error) {
-    const std::string text = std::string("not linked: ") + parse_error->message;
-    g_error_free(parse_error);
-    return text;
-  }
-  const auto bus = Ref<GstBus>::adopt(gst_element_get_bus(pipeline.get()));
-  gst_element_set_state(pipeline.get(), GST_STATE_PLAYING);
-  const auto message = Ref<GstMessage>::adopt(gst_bus_timed_pop_filtered(
-      bus.get(), 20 * GST_SECOND, GstMessageType(GST_MESSAGE_ERROR | GST_MESSAGE_EOS)));
-  gst_element_set_state(pipeline.get(), GST_STATE_NULL);
-  if (!message) return "nothing came";
-  if (GST_MESSAGE_TYPE(message.get()) == GST_MESSAGE_EOS) return "";
-  GError* error = nullptr;
-  gst_message_parse_error(message.get(), &error, nullptr);
-  const std::string text = error->message;
-  g_error_free(error);
-  return text;
-}
-
 class RefusedVideo : public testing::TestWithParam<const char*> {};
 
 TEST_P(RefusedVideo, NamesTheLineThatConvertsIt) {

@@ -125,9 +125,7 @@ TEST(ConverterTime, CountsWhatAFlushAndOtherCapsThrowAway) {
   gst_harness_push_event(h.get(), gst_event_new_flush_start());
   gst_harness_push_event(h.get(), gst_event_new_flush_stop(TRUE));
   EXPECT_EQ(stat(h, "dropped-flush"), 1u);
-  GstSegment segment;
-  gst_segment_init(&segment, GST_FORMAT_TIME);
-  gst_harness_push_event(h.get(), gst_event_new_segment(&segment));
+  gst_harness_push_event(h.get(), time_segment());
   ASSERT_EQ(gst_harness_push(h.get(), frame(Bytes(4))), GST_FLOW_OK);
   EXPECT_EQ(change_caps(h, video("GRAY8", 4, 1) + ",pixel-aspect-ratio=4/3"), "");
   EXPECT_EQ(stat(h, "dropped-flush"), 1u) << "the tensors are the same";

@@ -28,14 +28,7 @@ struct Transformed : Crop {
   static Ref<GstPad> pad_of(GstElement* element, const char* name) {
     return Ref<GstPad>::adopt(gst_element_get_static_pad(element, name));
   }
-  uint64_t transform_stat(const char* name) const {
-    GstStructure* raw = nullptr;
-    g_object_get(transform.get(), "stats", &raw, nullptr);
-    const gst::Unique<GstStructure, gst_structure_free> stats(raw);
-    guint64 value = G_MAXUINT64;
-    gst_structure_get_uint64(stats.get(), name, &value);
-    return value;
-  }
+  uint64_t transform_stat(const char* name) const { return test::stat(transform.get(), name); }
 
   Ref<GstElement> transform;
 };

@@ -71,9 +71,7 @@ TEST(TensorDecoderStream, TellsTheDecoderOfAFlush) {
   EXPECT_EQ(decoded(h, frame(Bytes{9})), Bytes{2});
   gst_harness_push_event(h.get(), gst_event_new_flush_start());
   gst_harness_push_event(h.get(), gst_event_new_flush_stop(TRUE));
-  GstSegment segment;
-  gst_segment_init(&segment, GST_FORMAT_TIME);
-  gst_harness_push_event(h.get(), gst_event_new_segment(&segment));
+  gst_harness_push_event(h.get(), time_segment());
   EXPECT_EQ(decoded(h, frame(Bytes{9})), Bytes{1});
   expect_law(h, 3, 3);
 }

@@ -157,24 +157,14 @@ TEST(TensorDecoder, ReadsItsPropertiesFromAFile) {
 }
 
 TEST(TensorDecoder, WarnsOfWhatAPropertyFileNamesInVain) {
-  auto element = Ref<GstElement>::adopt(GST_ELEMENT(gst_object_ref_sink(gst_parse_launch(
-      ("tensor_decoder " + property_file("mode=octet_stream\noptoin1=BGR\nqqqqqqqqqq=1\n"
-                                         "sub-plugins=none\nconfig-file=/nowhere\n"))
-          .c_str(),
-      nullptr))));
-  auto bus = Ref<GstBus>::adopt(gst_bus_new());
-  gst_element_set_bus(element.get(), bus.get());
+  const auto element = lone_element("tensor_decoder " +
+                                    property_file("mode=octet_stream\noptoin1=BGR\nqqqqqqqqqq=1\n"
+                                                  "sub-plugins=none\nconfig-file=/nowhere\n"));
+  Errors errors(element.get());
   gst_element_set_state(element.get(), GST_STATE_PAUSED);
   gst_element_set_state(element.get(), GST_STATE_NULL);
   std::vector<std::string> warnings;
-  while (auto message =
-             Ref<GstMessage>::adopt(gst_bus_pop_filtered(bus.get(), GST_MESSAGE_WARNING))) {
-    GError* error = nullptr;
-    gst_message_parse_warning(message.get(), &error, nullptr);
-    warnings.emplace_back(error->message);
-    g_error_free(error);
-  }
-  gst_element_set_bus(element.get(), nullptr);
+  for (std::string text; !(text = errors.next_warning()).empty();) warnings.push_back(text);
   ASSERT_EQ(warnings.size(), 3u);
   EXPECT_SAYS(warnings[0], "WEIR-1004: config-file names a property that is not known");
   EXPECT_SAYS(warnings[0], "offered: optoin1");
@@ -250,9 +240,7 @@ TEST(TensorDecoder, GoesOnAfterAFlush) {
   EXPECT_EQ(gst_harness_push(h.get(), frame(Bytes{1, 2})), GST_FLOW_OK);
   gst_harness_push_event(h.get(), gst_event_new_flush_start());
   gst_harness_push_event(h.get(), gst_event_new_flush_stop(TRUE));
-  GstSegment segment;
-  gst_segment_init(&segment, GST_FORMAT_TIME);
-  gst_harness_push_event(h.get(), gst_event_new_segment(&segment));
+  gst_harness_push_event(h.get(), time_segment());
   EXPECT_EQ(gst_harness_push(h.get(), frame(Bytes{3, 4})), GST_FLOW_OK);
   EXPECT_EQ(stat(h, "received"), 2u);
   EXPECT_EQ(stat(h, "pushed"), 2u);

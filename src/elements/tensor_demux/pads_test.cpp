@@ -1,4 +1,6 @@
 // Pads of tensor_demux: when they come, what goes to them, how flows combine; and what is refused.
+#include <cstring>
+
 #include "elements/tests/branches.hpp"
 
 namespace weir::testing {
@@ -70,11 +72,11 @@ TEST(TensorDemuxPads, FollowCapsThatChange) {
   Branches demux("tensor_demux");
   demux.caps(kTwo);
   ASSERT_EQ(demux.push(two()), GST_FLOW_OK);
-  demux.caps(static_caps(2, "1,3", "uint8,uint8"));
+  demux.caps(test::tensors("uint8,uint8", "1,3"));
   ASSERT_EQ(demux.push(frame_of({{1}, {2, 3, 4}})), GST_FLOW_OK);
   EXPECT_SAYS(demux.branch("src_1").caps(), "dimensions=(string)3");
   EXPECT_EQ(demux.branch("src_1").events, names({"stream-start", "caps", "segment", "caps"}));
-  demux.caps(static_caps(3, "1,3,1", "uint8,uint8,uint8"));
+  demux.caps(test::tensors("uint8,uint8,uint8", "1,3,1"));
   ASSERT_EQ(demux.push(frame_of({{1}, {2, 3, 4}, {5}})), GST_FLOW_OK);
   EXPECT_EQ(demux.added().back(), "src_2");
   EXPECT_EQ(demux.branch("src_1").events.size(), 4u) << "the same caps are not sent again";
@@ -128,9 +130,7 @@ TEST(TensorDemuxFlow, GoesOnAfterAFlush) {
   EXPECT_EQ(demux.push(two()), GST_FLOW_FLUSHING);
   EXPECT_TRUE(demux.send(gst_event_new_flush_stop(TRUE)));
   demux.branch("src_0").flow = demux.branch("src_1").flow = GST_FLOW_OK;
-  GstSegment segment;
-  gst_segment_init(&segment, GST_FORMAT_TIME);
-  demux.send(gst_event_new_segment(&segment));
+  demux.send(test::time_segment());
   EXPECT_EQ(demux.push(two()), GST_FLOW_OK);
   EXPECT_EQ(demux.branch("src_1").events,
             names({"stream-start", "caps", "segment", "flush-start", "flush-stop", "segment"}));
@@ -219,7 +219,7 @@ TEST(TensorDemuxRefuses, HeadersThatLie) {
 TEST(TensorDemuxRefuses, PackedTensorsThatLie) {
   std::string dimensions = "1", types = "uint8";
   for (int i = 1; i < 18; ++i) dimensions += ",1", types += ",uint8";
-  const std::string caps = static_caps(18, dimensions, types);
+  const std::string caps = test::tensors(types, dimensions);
   std::vector<Bytes> memories(16, Bytes{1});
   EXPECT_SAYS(refused(caps, frame_of(memories)), "has no packed header");
   memories.back().resize(20000);
@@ -241,9 +241,7 @@ TEST(TensorDemuxRefuses, CapsThatThePadBehindDoesNotTake) {
 
 TEST(TensorDemuxRefuses, ABufferBeforeCaps) {
   Branches demux("tensor_demux");
-  GstSegment segment;
-  gst_segment_init(&segment, GST_FORMAT_TIME);
-  demux.send(gst_event_new_segment(&segment));
+  demux.send(test::time_segment());
   EXPECT_EQ(demux.push(two()), GST_FLOW_NOT_NEGOTIATED);
   EXPECT_SAYS(demux.error(), "WEIR-2003: a buffer came before caps");
   demux.expect_balance();

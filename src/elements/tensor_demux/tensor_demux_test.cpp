@@ -27,7 +27,7 @@ Bytes bytes_of(size_t i) {
 std::string caps_of(size_t count) {
   std::vector<TensorSpec> specs;
   for (size_t i = 0; i < count; ++i) specs.push_back(spec_of(i));
-  return static_caps(static_cast<int>(count), join_shapes(specs), join_types(specs));
+  return test::tensors(join_types(specs), join_shapes(specs));
 }
 Bytes with_header(size_t i) {
   std::array<std::byte, kTensorHeaderBytes> header;
@@ -194,7 +194,7 @@ TEST(TensorDemux, ReadsChunksBehindEachOther) {
 
 TEST(TensorDemux, CopiesMemoryThatMayNotBeShared) {
   Branches demux("tensor_demux");
-  demux.caps(static_caps(2, "2,2", "uint8,uint8"));
+  demux.caps(test::tensors("uint8,uint8", "2,2"));
   GstBuffer* in = frame_of({{1, 2}, {3, 4}});
   GST_MINI_OBJECT_FLAG_SET(gst_buffer_peek_memory(in, 1), GST_MEMORY_FLAG_NO_SHARE);
   ASSERT_EQ(demux.push(in), GST_FLOW_OK);
@@ -213,7 +213,7 @@ TEST(TensorDemux, AddsHeadersWhereThePadBehindWantsThem) {
 
 TEST(TensorDemux, MetadataGoesAlong) {
   Branches demux("tensor_demux");
-  demux.caps(static_caps(2, "3:4:2,3:8:6", "uint8,uint8"));
+  demux.caps(test::tensors("uint8,uint8", "3:4:2,3:8:6"));
   GstBuffer* in = frame_of({Bytes(24), Bytes(144)});
   GST_BUFFER_PTS(in) = 5;
   GST_BUFFER_DTS(in) = 4;
@@ -245,7 +245,7 @@ TEST(TensorDemux, MetadataGoesAlong) {
 
 TEST(TensorDemux, RegionsOfABatchHoldForEveryTensor) {
   Branches demux("tensor_demux");
-  demux.caps(static_caps(2, "3:4:2:2,5:2", "uint8,uint8"));
+  demux.caps(test::tensors("uint8,uint8", "3:4:2:2,5:2"));
   GstBuffer* in = frame_of({Bytes(48), Bytes(10)});
   gst::set_picture_maps(in, {picture_as_it_is(4, 2, false), picture_as_it_is(8, 6, false)},
                         gst::MapsOf::Regions);

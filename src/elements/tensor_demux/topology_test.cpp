@@ -20,11 +20,7 @@ Ref<GstPad> source_pad(const Branches& demux, const char* name) {
 // A bare pad that takes these caps only.
 struct Taker {
   explicit Taker(const char* caps_text) {
-    const auto caps = Ref<GstCaps>::adopt(gst_caps_from_string(caps_text));
-    const auto pad_template = Ref<GstPadTemplate>::adopt(GST_PAD_TEMPLATE(gst_object_ref_sink(
-        gst_pad_template_new("sink", GST_PAD_SINK, GST_PAD_ALWAYS, caps.get()))));
-    pad = Ref<GstPad>::adopt(
-        GST_PAD(gst_object_ref_sink(gst_pad_new_from_template(pad_template.get(), "taker"))));
+    pad = test::lone_sink_pad(caps_text, "taker");
     gst_pad_set_element_private(pad.get(), this);
     gst_pad_set_chain_function(pad.get(), [](GstPad* to, GstObject*, GstBuffer* buffer) {
       ++static_cast<Taker*>(gst_pad_get_element_private(to))->frames;
@@ -36,11 +32,7 @@ struct Taker {
   Taker(const Taker&) = delete;
   Taker& operator=(const Taker&) = delete;
   ~Taker() { gst_pad_set_active(pad.get(), FALSE); }
-  std::string caps() const {
-    const auto now = Ref<GstCaps>::adopt(gst_pad_get_current_caps(pad.get()));
-    const UniqueText text{now ? gst_caps_to_string(now.get()) : g_strdup("")};
-    return text.get();
-  }
+  std::string caps() const { return test::current_caps(pad.get()); }
 
   Ref<GstPad> pad;
   int frames = 0;
@@ -119,9 +111,7 @@ TEST(TensorDemuxTopology, FlushesWhilePadsAreMade) {
     flusher.join();
     EXPECT_EQ(demux.push(two()), GST_FLOW_FLUSHING);
     demux.send(gst_event_new_flush_stop(TRUE));
-    GstSegment segment;
-    gst_segment_init(&segment, GST_FORMAT_TIME);
-    demux.send(gst_event_new_segment(&segment));
+    demux.send(test::time_segment());
     EXPECT_EQ(demux.push(two()), GST_FLOW_OK);
     EXPECT_EQ(demux.branch("src_1").buffers.empty(), false);
     demux.expect_balance();

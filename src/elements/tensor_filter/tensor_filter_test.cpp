@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "elements/tests/element_harness.hpp"
+#include "elements/tests/played_pipeline.hpp"
 #include "gstcpp/frame_parts.hpp"
 
 namespace {
@@ -315,9 +315,7 @@ TEST(TensorFilter, TakesNothingWhileFlushingAndGoesOnAfterwards) {
   gst_harness_push_event(h.get(), gst_event_new_flush_start());
   EXPECT_EQ(gst_harness_push(h.get(), frame(kEight)), GST_FLOW_FLUSHING);
   gst_harness_push_event(h.get(), gst_event_new_flush_stop(TRUE));
-  GstSegment segment;
-  gst_segment_init(&segment, GST_FORMAT_TIME);
-  gst_harness_push_event(h.get(), gst_event_new_segment(&segment));
+  gst_harness_push_event(h.get(), time_segment());
   EXPECT_EQ(gst_harness_push(h.get(), frame(kEight)), GST_FLOW_OK);
   const auto element = filter_of(h);
   EXPECT_EQ(stat(element.get(), "received"), stat(element.get(), "consumed"));
@@ -326,22 +324,10 @@ TEST(TensorFilter, TakesNothingWhileFlushingAndGoesOnAfterwards) {
 
 // The message comes from tensor_filter, not a plain "not negotiated" from the elements before it.
 TEST(TensorFilter, SaysWhatItNeedsBehindACapsfilterThatDoesNotFit) {
-  const Unique<GstElement, gst_object_unref> pipeline(
-      gst_parse_launch(("videotestsrc num-buffers=1 ! video/x-raw,format=GRAY8,width=5,height=3 ! "
-                        "tensor_converter ! " +
-                        line() + " ! fakesink")
-                           .c_str(),
-                       nullptr));
-  gst_element_set_state(pipeline.get(), GST_STATE_PLAYING);
-  const auto bus = Ref<GstBus>::adopt(gst_element_get_bus(pipeline.get()));
-  const auto message = Ref<GstMessage>::adopt(gst_bus_timed_pop_filtered(
-      bus.get(), 10 * GST_SECOND, GstMessageType(GST_MESSAGE_ERROR | GST_MESSAGE_EOS)));
-  gst_element_set_state(pipeline.get(), GST_STATE_NULL);
-  ASSERT_TRUE(message && GST_MESSAGE_TYPE(message.get()) == GST_MESSAGE_ERROR);
-  GError* error = nullptr;
-  gst_message_parse_error(message.get(), &error, nullptr);
-  const std::string text = error->message;
-  g_error_free(error);
+  const std::string text = error_of_pipeline(
+      "videotestsrc num-buffers=1 ! video/x-raw,format=GRAY8,width=5,height=3 ! tensor_converter "
+      "! " +
+      line() + " ! fakesink");
   EXPECT_NE(text.find("WEIR-2001"), std::string::npos) << text;
   EXPECT_NE(text.find("needed: "), std::string::npos) << text;
 }
@@ -363,20 +349,14 @@ TEST(TensorFilter, TurnsWhatSuchAnEngineThrowsIntoErrors) {
             std::string::npos);
   auto h = harness(scaling("throw-at:1"), kFour);
   EXPECT_EQ(gst_harness_push(h.get(), frame<float>({1, 2, 3, 4})), GST_FLOW_OK);
-  const auto element = filter_of(h);
-  const auto bus = Ref<GstBus>::adopt(gst_bus_new());
-  gst_element_set_bus(element.get(), bus.get());
-  EXPECT_EQ(gst_harness_push(h.get(), frame<float>({1, 2, 3, 4})), GST_FLOW_ERROR);
-  const auto message = Ref<GstMessage>::adopt(gst_bus_pop_filtered(bus.get(), GST_MESSAGE_ERROR));
-  ASSERT_TRUE(message);
-  GError* error = nullptr;
-  gst_message_parse_error(message.get(), &error, nullptr);
-  EXPECT_EQ(std::string(error->message).find("WEIR-5003: the filter's class threw an exception"),
-            0u)
-      << error->message << ": not a fault of Weir";
-  EXPECT_NE(std::string(error->message).find("offered: thrown in an engine"), std::string::npos);
-  g_error_free(error);
-  gst_element_set_bus(element.get(), nullptr);
+  {
+    Errors errors(filter_of(h).get());
+    EXPECT_EQ(gst_harness_push(h.get(), frame<float>({1, 2, 3, 4})), GST_FLOW_ERROR);
+    const std::string error = errors.next();
+    EXPECT_EQ(error.find("WEIR-5003: the filter's class threw an exception"), 0u)
+        << error << ": not a fault of Weir";
+    EXPECT_SAYS(error, "offered: thrown in an engine");
+  }
   EXPECT_EQ(gst_harness_push(h.get(), frame<float>({1, 2, 3, 4})), GST_FLOW_OK)
       << "the next frame runs";
 }

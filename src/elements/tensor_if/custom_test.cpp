@@ -39,7 +39,7 @@ TEST(TensorIfCustom, DecidesByAllTensorsOfTheFrame) {
     return bytes[0] == bytes[1];
   });
   Branches element(kNamed);
-  element.caps(static_caps(2, "2:1,1:3", "uint8,int16"));
+  element.caps(test::tensors("uint8,int16", "2:1,1:3"));
   for (const auto& first : {Bytes{4, 4}, Bytes{4, 5}}) {
     GstBuffer* in = frame_of({first, Bytes(6)});
     GST_BUFFER_PTS(in) = 5;
@@ -55,7 +55,7 @@ TEST(TensorIfCustom, MayBeRegisteredAfterTheProperties) {
   Branches element("tensor_if compared-value=CUSTOM");
   g_object_set(element.element(), "compared-value-option", "named", nullptr);
   EXPECT_SAYS(element.warning(), "WEIR-5002: no condition is registered under this name");
-  element.caps(static_caps(1, "1", "uint8"));
+  element.caps(test::tensors("uint8", "1"));
   const auto named = registered("named", [](const weir_frame&) { return true; });
   EXPECT_EQ(element.push(frame_of({{1}})), GST_FLOW_OK);
   EXPECT_TRUE(element.has("src_0"));
@@ -64,7 +64,7 @@ TEST(TensorIfCustom, MayBeRegisteredAfterTheProperties) {
 TEST(TensorIfCustom, OfAnUnknownNameIsAnErrorAtTheFirstFrame) {
   const auto other = registered("other", [](const weir_frame&) { return true; });
   Branches element(kNamed);
-  element.caps(static_caps(1, "1", "uint8"));
+  element.caps(test::tensors("uint8", "1"));
   EXPECT_EQ(element.error(), "");
   EXPECT_EQ(element.push(frame_of({{1}})), GST_FLOW_ERROR);
   const std::string error = element.error();
@@ -79,7 +79,7 @@ TEST(TensorIfCustom, ThatThrowsEndsTheStreamWithItsWords) {
   const auto named = registered(
       "named", [](const weir_frame&) -> bool { throw std::runtime_error("no, not today"); });
   Branches element(kNamed);
-  element.caps(static_caps(1, "1", "uint8"));
+  element.caps(test::tensors("uint8", "1"));
   EXPECT_EQ(element.push(frame_of({{1}})), GST_FLOW_ERROR);
   EXPECT_SAYS(element.error(), "WEIR-5003: the condition named failed: no, not today");
   element.expect_balance();
@@ -93,7 +93,7 @@ TEST(TensorIfCustom, InCMayDropFrames) {
   const auto add = exported<decltype(&weir_condition_register)>("weir_condition_register");
   ASSERT_EQ(add("named", drop, nullptr), WEIR_OK);
   Branches element(kNamed);
-  element.caps(static_caps(1, "1", "uint8"));
+  element.caps(test::tensors("uint8", "1"));
   EXPECT_EQ(element.push(frame_of({{1}})), GST_FLOW_OK);
   EXPECT_TRUE(element.added().empty());
   EXPECT_EQ(element.stat("dropped-policy"), 1u);

@@ -1,4 +1,6 @@
 // tensor_if: which way frames take and what leaves there.
+#include <cstring>
+
 #include "elements/tests/branches.hpp"
 #include "gstcpp/tensor_meta.hpp"
 
@@ -6,7 +8,7 @@ namespace weir::testing {
 namespace {
 
 std::string one(const std::string& dimensions, const std::string& type = "uint8") {
-  return static_caps(1, dimensions, type);
+  return test::tensors(type, dimensions);
 }
 std::vector<std::string> names(std::initializer_list<const char*> list) {
   return {list.begin(), list.end()};
@@ -78,7 +80,7 @@ TEST(TensorIf, PadsComeWithTheFirstFrameOfTheirWay) {
 
 TEST(TensorIf, PassesTheVeryBufferOn) {
   Branches element("tensor_if compared-value-option=0,1 operator=EQ supplied-value=3");
-  element.caps(static_caps(2, "2,2", "uint8,uint8"));
+  element.caps(test::tensors("uint8,uint8", "2,2"));
   GstBuffer* in = frame_of({{1, 2}, {3, 4}});
   ASSERT_EQ(element.push(in), GST_FLOW_OK);
   EXPECT_EQ(element.take("src_0").get(), in);
@@ -102,7 +104,7 @@ TEST(TensorIf, PicksTensorsInTheOrderAsked) {
   Branches element(
       "tensor_if compared-value-option=0,0 supplied-value=1 then=TENSORPICK then-option=2,0 "
       "else=7 else-option=1");
-  element.caps(static_caps(3, "1:2:3,8:6,2", "uint8,uint8,int16"));
+  element.caps(test::tensors("uint8,uint8,int16", "1:2:3,8:6,2"));
   for (const uint8_t first : {1, 0}) {
     GstBuffer* in = frame_of({{first, 1, 2, 3, 4, 5}, Bytes(48, 7), {1, 2, 3, 4}});
     gst::set_picture_maps(in, {picture_as_it_is(2, 3, false), picture_as_it_is(8, 6, true),
@@ -126,7 +128,7 @@ TEST(TensorIf, PicksTensorsInTheOrderAsked) {
 
 TEST(TensorIf, FindsItsElementInOneMemoryOfMany) {
   Branches element("tensor_if compared-value-option=1:2,1 operator=EQ supplied-value=-7");
-  element.caps(static_caps(2, "3,2:3", "uint8,int16"));
+  element.caps(test::tensors("uint8,int16", "3,2:3"));
   std::vector<int16_t> second{0, 1, 2, 3, 4, -7};
   Bytes bytes(12);
   std::memcpy(bytes.data(), second.data(), 12);
@@ -152,7 +154,7 @@ TEST(TensorIf, ComparesAveragesOfEveryTensor) {
     const int last = tensors - 1;
     Branches element("tensor_if compared-value=TENSOR_AVERAGE_VALUE compared-value-option=" +
                      std::to_string(last) + " operator=EQ supplied-value=" + std::to_string(last));
-    element.caps(static_caps(tensors, dimensions, types));
+    element.caps(test::tensors(types, dimensions));
     // As one memory, which is read by the sizes of the caps: the same for more than 16 tensors.
     Bytes all;
     for (int i = 0; i < tensors; ++i)

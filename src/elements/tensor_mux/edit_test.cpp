@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "becomes.hpp"
-#include "gstcpp/ref.hpp"
+#include "elements/tests/element_parts.hpp"
 
 namespace weir::testing {
 namespace {
@@ -22,9 +22,7 @@ constexpr size_t kBranches = 5;  // at most
 class Edited {
  public:
   explicit Edited(const std::string& element) {
-    const std::string launch = element + " name=mux ! tensor_sink name=out";
-    pipeline_ = Ref<GstElement>::adopt(
-        GST_ELEMENT(gst_object_ref_sink(gst_parse_launch(launch.c_str(), nullptr))));
+    pipeline_ = test::lone_element(element + " name=mux ! tensor_sink name=out");
     mux_ = Ref<GstElement>::adopt(gst_bin_get_by_name(GST_BIN(pipeline_.get()), "mux"));
   }
   ~Edited() { gst_element_set_state(pipeline_.get(), GST_STATE_NULL); }
@@ -57,17 +55,10 @@ class Edited {
     gst_element_set_state(branch.bin.get(), GST_STATE_NULL);
     gst_bin_remove(GST_BIN(pipeline_.get()), branch.bin.get());
   }
-  guint64 stat(const char* name) const {
-    GstStructure* raw = nullptr;
-    g_object_get(mux_.get(), "stats", &raw, nullptr);
-    const Unique<GstStructure, gst_structure_free> stats(raw);
-    guint64 value = 0;
-    gst_structure_get_uint64(stats.get(), name, &value);
-    return value;
-  }
+  uint64_t stat(const char* name) const { return test::stat(mux_.get(), name); }
   // Outputs go on after an edit.
-  [[nodiscard]] bool more_come(guint64 frames) const {
-    const guint64 until = stat("pushed") + frames;
+  [[nodiscard]] bool more_come(uint64_t frames) const {
+    const uint64_t until = stat("pushed") + frames;
     return becomes_true([&] { return stat("pushed") >= until || !error().empty(); },
                         [&] {
                           return std::to_string(until) + " frames pushed, with " +
@@ -83,10 +74,7 @@ class Edited {
           gst_bus_pop_filtered(bus.get(), GST_MESSAGE_ERROR));
       if (!message) break;
       if (GST_MESSAGE_SRC(message.get()) != GST_OBJECT_CAST(mux_.get())) continue;
-      GError* error = nullptr;
-      gst_message_parse_error(message.get(), &error, nullptr);
-      const Unique<GError, g_error_free> held(error);
-      error_ = error->message;
+      error_ = test::text_of(message.get());
     }
     return error_;
   }

@@ -1,62 +1,16 @@
 // tensor_mux in whole pipelines: branches that meet again, with and without queues; loops.
-#include <gst/gst.h>
-#include <gtest/gtest.h>
-
-#include <stdexcept>
 #include <string>
 
-#include "gstcpp/ref.hpp"
+#include "elements/tests/played_pipeline.hpp"
 
 namespace weir::testing {
 namespace {
-
-using gst::Ref;
-using gst::Unique;
 
 constexpr char kSource[] =
     "videotestsrc num-buffers=10 ! video/x-raw,format=GRAY8,width=4,height=4,framerate=30/1 ! "
     "tensor_converter ! ";
 
-class Graph {
- public:
-  explicit Graph(const std::string& launch) {
-    GError* error = nullptr;
-    GstElement* made = gst_parse_launch(launch.c_str(), &error);
-    const Unique<GError, g_error_free> held(error);
-    if (error) throw std::runtime_error(error->message);
-    pipeline_ = Ref<GstElement>::adopt(GST_ELEMENT(gst_object_ref_sink(made)));
-  }
-  ~Graph() { gst_element_set_state(pipeline_.get(), GST_STATE_NULL); }
-  Graph(const Graph&) = delete;
-  Graph& operator=(const Graph&) = delete;
-
-  // "" at the end of the stream, else the error.
-  std::string run() {
-    gst_element_set_state(pipeline_.get(), GST_STATE_PLAYING);
-    const auto bus = Ref<GstBus>::adopt(gst_element_get_bus(pipeline_.get()));
-    const Unique<GstMessage, gst_message_unref> message(gst_bus_timed_pop_filtered(
-        bus.get(), 60 * GST_SECOND, GstMessageType(GST_MESSAGE_ERROR | GST_MESSAGE_EOS)));
-    if (!message) return "nothing in a minute";
-    if (GST_MESSAGE_TYPE(message.get()) == GST_MESSAGE_EOS) return "";
-    GError* error = nullptr;
-    gst_message_parse_error(message.get(), &error, nullptr);
-    const Unique<GError, g_error_free> held(error);
-    return error->message;
-  }
-  guint64 stat(const char* element, const char* name) const {
-    const auto found =
-        Ref<GstElement>::adopt(gst_bin_get_by_name(GST_BIN(pipeline_.get()), element));
-    GstStructure* raw = nullptr;
-    g_object_get(found.get(), "stats", &raw, nullptr);
-    const Unique<GstStructure, gst_structure_free> stats(raw);
-    guint64 value = G_MAXUINT64;
-    gst_structure_get_uint64(stats.get(), name, &value);
-    return value;
-  }
-
- private:
-  Ref<GstElement> pipeline_;
-};
+using Graph = test::PlayedPipeline;
 
 TEST(TensorMuxGraph, BranchesWithQueuesMeetAgain) {
   for (const char* mode : {"nosync", "slowest", "basepad", "refresh"}) {
@@ -64,7 +18,7 @@ TEST(TensorMuxGraph, BranchesWithQueuesMeetAgain) {
                 "tee name=t  t. ! queue ! mux.sink_1  t. ! queue ! mux.sink_0  tensor_mux name=mux "
                 "sync-mode=" +
                 mode + " ! tensor_sink name=out");
-    EXPECT_EQ(graph.run(), "") << mode;
+    EXPECT_EQ(graph.plays_to_its_end(), "") << mode;
     EXPECT_EQ(graph.stat("mux", "received"), 20u) << mode;
     EXPECT_GE(graph.stat("out", "received"), 10u) << mode;
     EXPECT_EQ(graph.stat("mux", "held"), 0u) << mode;
@@ -75,7 +29,7 @@ TEST(TensorMuxGraph, BranchesWithoutQueuesAreToldWhereTheyBelong) {
   Graph graph(std::string(kSource) +
               "tee name=t  t. ! mux.sink_0  t. ! tensor_transform name=mul mode=arithmetic "
               "option=mul:2 ! mux.sink_1  tensor_mux name=mux ! fakesink");
-  const std::string error = graph.run();
+  const std::string error = graph.plays_to_its_end();
   EXPECT_NE(error.find("WEIR-5001"), std::string::npos) << error;
   EXPECT_NE(error.find("sink_0 and sink_1 of mux"), std::string::npos) << error;
   EXPECT_NE(error.find("through t "), std::string::npos) << error;
@@ -92,7 +46,7 @@ TEST(TensorMuxGraph, BranchesBehindAnotherMuxAreToldToo) {
                                "tee name=t t. ! mux.sink_0 t. ! identity ! mux.sink_1 ",
                                "tensor_demux name=t t.src_0 ! mux.sink_0 t.src_1 ! mux.sink_1 "}) {
     Graph graph(first + branches + "tensor_mux name=mux ! fakesink");
-    const std::string error = graph.run();
+    const std::string error = graph.plays_to_its_end();
     EXPECT_NE(error.find("WEIR-5001"), std::string::npos) << error;
     EXPECT_NE(error.find("sink_0 and sink_1 of mux, both fed through t "), std::string::npos)
         << error;
@@ -104,7 +58,7 @@ TEST(TensorMuxGraph, BranchesWithQueuesBehindAnotherMuxMeet) {
   Graph graph(std::string(kSource) + "first. " + kSource +
               "first. tensor_mux name=first ! tensor_demux name=d d.src_0 ! queue ! mux.sink_0 "
               "d.src_1 ! mux.sink_1 tensor_mux name=mux ! tensor_sink name=out");
-  EXPECT_EQ(graph.run(), "");
+  EXPECT_EQ(graph.plays_to_its_end(), "");
   EXPECT_EQ(graph.stat("out", "received"), 10u);
 }
 
@@ -112,7 +66,7 @@ TEST(TensorMuxGraph, AQueueInOneOfTwoBranchesIsEnough) {
   Graph graph(std::string(kSource) +
               "tee name=t  t. ! queue ! mux.sink_0  t. ! mux.sink_1  tensor_mux name=mux ! "
               "tensor_sink name=out");
-  EXPECT_EQ(graph.run(), "");
+  EXPECT_EQ(graph.plays_to_its_end(), "");
   EXPECT_EQ(graph.stat("out", "received"), 10u);
 }
 
@@ -120,7 +74,7 @@ TEST(TensorMuxGraph, BranchesInsideABinAreSeen) {
   Graph graph(std::string(kSource) +
               "tee name=t  t. ! mux.sink_0  t. ! ( identity ) ! mux.sink_1  "
               "tensor_mux name=mux ! fakesink");
-  const std::string error = graph.run();
+  const std::string error = graph.plays_to_its_end();
   EXPECT_NE(error.find("WEIR-5001"), std::string::npos) << error;
 }
 
@@ -130,7 +84,7 @@ TEST(TensorMuxGraph, ALoopIsToldHowToBeCut) {
                 "mux.sink_0  tensor_mux name=mux ! tee name=t  t. ! queue "
                 "! fakesink  t. ! " +
                 between + " ! mux.sink_1");
-    const std::string error = graph.run();
+    const std::string error = graph.plays_to_its_end();
     EXPECT_NE(error.find("WEIR-5001"), std::string::npos) << error;
     EXPECT_NE(error.find("tensor_reposink"), std::string::npos) << error;
     EXPECT_NE(error.find("sink_1"), std::string::npos) << error;
@@ -143,7 +97,7 @@ TEST(TensorMuxGraph, ALoopThroughTwoMuxesIsToldHowToBeCut) {
               "b.sink_0  tensor_mux name=a ! tee name=x x. ! queue ! fakesink x. ! queue ! "
               "b.sink_1  tensor_merge name=b ! tee name=y y. ! queue ! fakesink y. ! queue ! "
               "a.sink_1");
-  const std::string error = graph.run();
+  const std::string error = graph.plays_to_its_end();
   EXPECT_NE(error.find("WEIR-5001"), std::string::npos) << error;
   EXPECT_NE(error.find("sink_1 of "), std::string::npos) << error;
   EXPECT_NE(error.find("tensor_reposink"), std::string::npos) << error;
@@ -152,7 +106,7 @@ TEST(TensorMuxGraph, ALoopThroughTwoMuxesIsToldHowToBeCut) {
 TEST(TensorMuxGraph, TwoSourcesNeedNoQueue) {
   Graph graph(std::string(kSource) + "mux.  " + kSource +
               "mux.  tensor_mux name=mux ! tensor_sink name=out");
-  EXPECT_EQ(graph.run(), "");
+  EXPECT_EQ(graph.plays_to_its_end(), "");
   EXPECT_EQ(graph.stat("out", "received"), 10u);
 }
 

@@ -9,32 +9,25 @@
 #include <vector>
 
 #include "becomes.hpp"
-#include "gstcpp/ref.hpp"
+#include "elements/tests/element_parts.hpp"
 
 namespace weir::testing {
 
 using gst::Ref;
-using Bytes = std::vector<uint8_t>;
+using test::Bytes;
 
 inline Ref<GstBuffer> buffer_of(const std::vector<Bytes>& memories, GstClockTime pts) {
   auto buffer = Ref<GstBuffer>::adopt(gst_buffer_new());
-  for (const Bytes& bytes : memories) {
-    GstMemory* memory = gst_allocator_alloc(nullptr, bytes.size(), nullptr);
-    const gst::MappedMemory map(memory, GST_MAP_WRITE);
-    std::copy(bytes.begin(), bytes.end(), reinterpret_cast<uint8_t*>(map.bytes().data()));
-    gst_buffer_append_memory(buffer.get(), memory);
-  }
+  for (const Bytes& bytes : memories)
+    gst_buffer_append_memory(buffer.get(), test::memory_of(bytes));
   GST_BUFFER_PTS(buffer.get()) = pts;
   return buffer;
 }
 
 inline std::vector<Bytes> memories_of(GstBuffer* buffer) {
   std::vector<Bytes> out;
-  for (guint i = 0; i < gst_buffer_n_memory(buffer); ++i) {
-    const gst::MappedMemory map(gst_buffer_peek_memory(buffer, i), GST_MAP_READ);
-    const auto* data = reinterpret_cast<const uint8_t*>(map.bytes().data());
-    out.emplace_back(data, data + map.bytes().size());
-  }
+  for (guint i = 0; i < gst_buffer_n_memory(buffer); ++i)
+    out.push_back(test::content(gst_buffer_peek_memory(buffer, i)));
   return out;
 }
 
@@ -45,11 +38,7 @@ class ManyInputs {
         gst_parse_launch_full(launch.c_str(), nullptr, GST_PARSE_FLAG_FATAL_ERRORS, nullptr))));
     bus_ = Ref<GstBus>::adopt(gst_bus_new());
     gst_element_set_bus(element_.get(), bus_.get());
-    const auto caps = Ref<GstCaps>::adopt(gst_caps_from_string(sink_caps));
-    auto* pad_template = gst_pad_template_new("sink", GST_PAD_SINK, GST_PAD_ALWAYS, caps.get());
-    sink_ = Ref<GstPad>::adopt(
-        GST_PAD(gst_object_ref_sink(gst_pad_new_from_template(pad_template, "sink"))));
-    gst_object_unref(pad_template);
+    sink_ = test::lone_sink_pad(sink_caps);
     gst_pad_set_element_private(sink_.get(), this);
     gst_pad_set_chain_function(sink_.get(), on_buffer);
     gst_pad_set_event_function(sink_.get(), on_event);
@@ -72,8 +61,7 @@ class ManyInputs {
   // A new input, with caps and a segment when `caps` is given.
   size_t add(const char* caps, const char* name = "sink_%u") {
     Source source;
-    source.pad =
-        Ref<GstPad>::adopt(GST_PAD(gst_object_ref_sink(gst_pad_new(nullptr, GST_PAD_SRC))));
+    source.pad = test::lone_pad(gst_pad_new(nullptr, GST_PAD_SRC));
     source.sink = Ref<GstPad>::adopt(gst_element_get_static_pad(element_.get(), name));
     source.requested = !source.sink;
     if (source.requested)
@@ -89,9 +77,7 @@ class ManyInputs {
   void set_caps(size_t input, const char* text) {
     const auto caps = Ref<GstCaps>::adopt(gst_caps_from_string(text));
     event(input, gst_event_new_caps(caps.get()));
-    GstSegment segment;
-    gst_segment_init(&segment, GST_FORMAT_TIME);
-    event(input, gst_event_new_segment(&segment));
+    event(input, test::time_segment());
   }
   void remove(size_t input) { drop(inputs_[input]); }
   bool event(size_t input, GstEvent* event) {
@@ -147,23 +133,12 @@ class ManyInputs {
     for (const auto& event : events_) out.emplace_back(GST_EVENT_TYPE_NAME(event.get()));
     return out;
   }
-  std::string caps() const {
-    const auto caps = Ref<GstCaps>::adopt(gst_pad_get_current_caps(sink_.get()));
-    const gst::UniqueText text{caps ? gst_caps_to_string(caps.get()) : g_strdup("")};
-    return text.get();
-  }
-  std::string error() { return message(GST_MESSAGE_ERROR); }
-  std::string warning() { return message(GST_MESSAGE_WARNING); }
-  guint64 stat(const char* name) const {
-    GstStructure* raw = nullptr;
-    g_object_get(element_.get(), "stats", &raw, nullptr);
-    const gst::Unique<GstStructure, gst_structure_free> stats(raw);
-    guint64 value = G_MAXUINT64;
-    gst_structure_get_uint64(stats.get(), name, &value);
-    return value;
-  }
+  std::string caps() const { return test::current_caps(sink_.get()); }
+  std::string error() { return test::take_message(bus_.get(), GST_MESSAGE_ERROR); }
+  std::string warning() { return test::take_message(bus_.get(), GST_MESSAGE_WARNING); }
+  uint64_t stat(const char* name) const { return test::stat(element_.get(), name); }
   // In vain, the element is stopped, for who waits in it must come back to let the test end.
-  void wait_for_stat(const char* name, guint64 value) {
+  void wait_for_stat(const char* name, uint64_t value) {
     const bool came = becomes_true([&] { return stat(name) == value; },
                                    [&] {
                                      return std::string(name) + " = " + std::to_string(value) +
@@ -183,17 +158,6 @@ class ManyInputs {
     gst_pad_set_active(source.pad.get(), FALSE);
     if (!source.requested) gst_pad_unlink(source.pad.get(), source.sink.get());
     source = {};
-  }
-  std::string message(GstMessageType type) {
-    const gst::Unique<GstMessage, gst_message_unref> found(gst_bus_pop_filtered(bus_.get(), type));
-    if (!found) return "";
-    GError* error = nullptr;
-    if (type == GST_MESSAGE_ERROR)
-      gst_message_parse_error(found.get(), &error, nullptr);
-    else
-      gst_message_parse_warning(found.get(), &error, nullptr);
-    const gst::Unique<GError, g_error_free> held(error);
-    return error->message;
   }
   static ManyInputs* of(GstPad* pad) {
     return static_cast<ManyInputs*>(gst_pad_get_element_private(pad));

@@ -5,13 +5,12 @@
 #include <string>
 
 #include "becomes.hpp"
-#include "gstcpp/ref.hpp"
+#include "elements/tests/element_parts.hpp"
 
 namespace weir::testing {
 namespace {
 
 using gst::Ref;
-using gst::Unique;
 
 std::string source(int width, int height = 1) {
   return "videotestsrc ! video/x-raw,format=GRAY8,framerate=1000/1,width=" + std::to_string(width) +
@@ -20,9 +19,7 @@ std::string source(int width, int height = 1) {
 
 class Playing {
  public:
-  explicit Playing(const std::string& launch)
-      : pipeline_(Ref<GstElement>::adopt(
-            GST_ELEMENT(gst_object_ref_sink(gst_parse_launch(launch.c_str(), nullptr))))) {
+  explicit Playing(const std::string& launch) : pipeline_(test::lone_element(launch)) {
     gst_element_set_state(pipeline_.get(), GST_STATE_PLAYING);
   }
   ~Playing() { stop(); }
@@ -33,16 +30,9 @@ class Playing {
   Ref<GstElement> element(const char* name) const {
     return Ref<GstElement>::adopt(gst_bin_get_by_name(GST_BIN(pipeline_.get()), name));
   }
-  guint64 stat(const char* name) const {
-    GstStructure* raw = nullptr;
-    g_object_get(element("mux").get(), "stats", &raw, nullptr);
-    const Unique<GstStructure, gst_structure_free> stats(raw);
-    guint64 value = 0;
-    gst_structure_get_uint64(stats.get(), name, &value);
-    return value;
-  }
+  uint64_t stat(const char* name) const { return test::stat(element("mux").get(), name); }
   [[nodiscard]] bool more_come() const {
-    const guint64 until = stat("pushed") + 5;
+    const uint64_t until = stat("pushed") + 5;
     return becomes_true([&] { return stat("pushed") >= until || !error().empty(); },
                         [&] {
                           return std::to_string(until) + " frames pushed; there are " +
@@ -52,13 +42,8 @@ class Playing {
   // The first one.
   const std::string& error() const {
     const auto bus = Ref<GstBus>::adopt(gst_element_get_bus(pipeline_.get()));
-    const Unique<GstMessage, gst_message_unref> message(
-        error_.empty() ? gst_bus_pop_filtered(bus.get(), GST_MESSAGE_ERROR) : nullptr);
-    if (!message) return error_;
-    GError* error = nullptr;
-    gst_message_parse_error(message.get(), &error, nullptr);
-    const Unique<GError, g_error_free> held(error);
-    return error_ = error->message;
+    if (error_.empty()) error_ = test::take_message(bus.get(), GST_MESSAGE_ERROR);
+    return error_;
   }
   // Everything that came went somewhere, and nothing was an error.
   void expect_sums() {

@@ -1,5 +1,6 @@
 // What tensor_overlay refuses, by its words.
 #include "elements/tensor_overlay/overlay_harness.hpp"
+#include "elements/tests/video_lies.hpp"
 #include "gstcpp/tensor_meta.hpp"
 
 namespace weir::overlay_test {
@@ -48,10 +49,8 @@ TEST(OverlayRefuses, ResultsBeforeTheirCaps) {
   Errors errors(element.get());
   gst_element_set_state(element.get(), GST_STATE_PLAYING);
   const auto pad = Ref<GstPad>::adopt(gst_element_get_static_pad(element.get(), "results"));
-  GstSegment segment;
-  gst_segment_init(&segment, GST_FORMAT_TIME);
   gst_pad_send_event(pad.get(), gst_event_new_stream_start("test"));
-  gst_pad_send_event(pad.get(), gst_event_new_segment(&segment));
+  gst_pad_send_event(pad.get(), time_segment());
   EXPECT_EQ(gst_pad_chain(pad.get(), frame<float>({0, 0, 1, 1}, 0)), GST_FLOW_ERROR);
   const auto text = errors.next();
   EXPECT_SAYS(text, "WEIR-2003: a buffer came before caps");
@@ -97,35 +96,13 @@ TEST(OverlayRefuses, APictureThatIsTooShort) {
 }
 
 TEST(OverlayRefuses, MetadataThatLie) {
-  const struct {
-    GstVideoFormat format;
-    guint width, height;
-    gsize offset;
-    gint stride;
-    const char* words;
-  } cases[] = {{GST_VIDEO_FORMAT_BGR, 8, 6, 0, 24, "metadata of a video buffer are of another"},
-               {GST_VIDEO_FORMAT_RGB, 7, 6, 0, 24, "offered: RGB 7x6"},
-               {GST_VIDEO_FORMAT_RGB, 8, 6, kSmall, 24, "plane 0 at byte 144"},
-               {GST_VIDEO_FORMAT_RGB, 8, 6, 1, 24, "a picture is shorter than its size says"},
-               {GST_VIDEO_FORMAT_RGB, 8, 6, 0, 25, "a picture is shorter than its size says"},
-               {GST_VIDEO_FORMAT_RGB, 8, 6, 0, -24, "a picture is shorter than its size says"},
-               {GST_VIDEO_FORMAT_RGB, 8, 6, 0, G_MININT, "a picture is shorter than its size"}};
-  for (const auto& c : cases) {
+  for (const auto& lie : video_lies(8, 6)) {
     const Both b("");
     b.bring({1, 1, 7, 6, 1, 0}, 0);
     Errors errors(b.element.get());
-    GstBuffer* in = timed(frame(Bytes(kSmall)), 0);
-    gsize offsets[GST_VIDEO_MAX_PLANES] = {0};
-    gint strides[GST_VIDEO_MAX_PLANES] = {24};
-    GstVideoMeta* meta = gst_buffer_add_video_meta_full(
-        in, GST_VIDEO_FRAME_FLAG_NONE, GST_VIDEO_FORMAT_RGB, 8, 6, 1, offsets, strides);
-    meta->format = c.format;
-    meta->width = c.width;
-    meta->height = c.height;
-    meta->offset[0] = c.offset;
-    meta->stride[0] = c.stride;
+    GstBuffer* in = with_lie(timed(frame(Bytes(kSmall)), 0), 8, 6, lie);
     EXPECT_EQ(gst_harness_push(b.pictures.get(), in), GST_FLOW_ERROR);
-    EXPECT_TRUE(says(errors, c.words));
+    EXPECT_TRUE(says(errors, lie.words));
     EXPECT_EQ(b.stat("dropped-error"), 1u);
     b.expect_results_balance();
   }

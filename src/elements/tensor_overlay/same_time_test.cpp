@@ -92,9 +92,7 @@ TEST(SameTime, LetsAWaitingPictureGoOnWhenTheResultsAreFlushed) {
   pictures.join();
   EXPECT_EQ(b.picture(kSmall, 1), Bytes(kSmall));
   gst_harness_push_event(b.results.get(), gst_event_new_flush_stop(TRUE));
-  GstSegment segment;
-  gst_segment_init(&segment, GST_FORMAT_TIME);
-  gst_harness_push_event(b.results.get(), gst_event_new_segment(&segment));
+  gst_harness_push_event(b.results.get(), time_segment());
   b.bring({0, 0, 8, 6, 1, 0}, 2);
   EXPECT_EQ(b.picture(kSmall, 2), small_with({{0, 0, 8, 6}}));
   b.expect_results_balance();

@@ -174,9 +174,7 @@ TEST(TensorOverlay, ForgetsResultsWhenEitherStreamIsFlushed) {
     b.bring({1, 1, 7, 6, 1, 0}, 0);
     gst_harness_push_event(flushed->get(), gst_event_new_flush_start());
     gst_harness_push_event(flushed->get(), gst_event_new_flush_stop(TRUE));
-    GstSegment segment;
-    gst_segment_init(&segment, GST_FORMAT_TIME);
-    gst_harness_push_event(flushed->get(), gst_event_new_segment(&segment));
+    gst_harness_push_event(flushed->get(), time_segment());
     EXPECT_EQ(b.picture(kSmall, 0), Bytes(kSmall));
     b.bring({1, 1, 7, 6, 1, 0}, 0);
     EXPECT_EQ(b.picture(kSmall, 0), small_with({{1, 1, 7, 6}}));

@@ -3,6 +3,8 @@
 #include <fstream>
 
 #include "elements/tensor_preprocess/preprocess_harness.hpp"
+#include "elements/tests/played_pipeline.hpp"
+#include "elements/tests/video_lies.hpp"
 
 namespace weir::preprocess_test {
 namespace {
@@ -31,34 +33,12 @@ TEST(TensorPreprocess, RefusesAFrameThatIsTooShort) {
 }
 
 TEST(TensorPreprocess, RefusesMetadataThatLie) {
-  gsize offsets[GST_VIDEO_MAX_PLANES] = {0, 0, 0, 0};
-  const struct {
-    GstVideoFormat format;
-    guint width, height;
-    gsize offset;
-    gint stride;
-    const char* words;
-  } cases[] = {{GST_VIDEO_FORMAT_BGR, 4, 3, 0, 12, "metadata of a video buffer are of another"},
-               {GST_VIDEO_FORMAT_RGB, 3, 3, 0, 12, "offered: RGB 3x3"},
-               {GST_VIDEO_FORMAT_RGB, 4, 3, 36, 12, "plane 0 at byte 36"},
-               {GST_VIDEO_FORMAT_RGB, 4, 3, 1, 12, "a picture is shorter than its size says"},
-               {GST_VIDEO_FORMAT_RGB, 4, 3, 0, 13, "a picture is shorter than its size says"},
-               {GST_VIDEO_FORMAT_RGB, 4, 3, 0, -12, "a picture is shorter than its size says"}};
-  for (const auto& c : cases) {
+  for (const auto& lie : video_lies(4, 3)) {
     auto h = harness("width=2 height=3", video("RGB", 4, 3));
     const auto text = error_of(h, [&] {
-      GstBuffer* in = frame(ramp(36));
-      gint strides[GST_VIDEO_MAX_PLANES] = {12, 0, 0, 0};
-      GstVideoMeta* meta = gst_buffer_add_video_meta_full(
-          in, GST_VIDEO_FRAME_FLAG_NONE, GST_VIDEO_FORMAT_RGB, 4, 3, 1, offsets, strides);
-      meta->format = c.format;
-      meta->width = c.width;
-      meta->height = c.height;
-      meta->offset[0] = c.offset;
-      meta->stride[0] = c.stride;
-      EXPECT_EQ(gst_harness_push(h.get(), in), GST_FLOW_ERROR);
+      EXPECT_EQ(gst_harness_push(h.get(), with_lie(frame(ramp(36)), 4, 3, lie)), GST_FLOW_ERROR);
     });
-    expect_words(text, c.words);
+    expect_words(text, lie.words.c_str());
   }
 }
 
@@ -105,41 +85,17 @@ TEST(TensorPreprocess, RefusesAnotherFormatInTheMiddleOfAStream) {
   EXPECT_EQ(stat(h, "pushed"), 1u);
 }
 
-// What a pipeline says that plays to its end or to an error.
-std::string said_by_pipeline(const std::string& launch) {
-  GError* unlinked = nullptr;
-  const auto pipeline = Ref<GstElement>::adopt(
-      GST_ELEMENT(gst_object_ref_sink(gst_parse_launch(launch.c_str(), &unlinked))));
-  if (unlinked) {
-    const std::string text = std::string("not linked: ") + unlinked->message;
-    g_error_free(unlinked);
-    return text;
-  }
-  gst_element_set_state(pipeline.get(), GST_STATE_PLAYING);
-  const auto bus = Ref<GstBus>::adopt(gst_element_get_bus(pipeline.get()));
-  const auto message = Ref<GstMessage>::adopt(gst_bus_timed_pop_filtered(
-      bus.get(), 60 * GST_SECOND, GstMessageType(GST_MESSAGE_EOS | GST_MESSAGE_ERROR)));
-  gst_element_set_state(pipeline.get(), GST_STATE_NULL);
-  if (!message) return "nothing";
-  if (GST_MESSAGE_TYPE(message.get()) == GST_MESSAGE_EOS) return "end of stream";
-  GError* error = nullptr;
-  gst_message_parse_error(message.get(), &error, nullptr);
-  const std::string text = error->message;
-  g_error_free(error);
-  return text;
-}
-
 TEST(TensorPreprocess, NamesAFormatThatASourceIsSetTo) {
   const std::string source = "videotestsrc num-buffers=2 ! video/x-raw,format=YUY2 ! ";
   const std::string behind = "tensor_preprocess width=4 height=4 ! fakesink";
-  expect_words(said_by_pipeline(source + behind), "fix: videoconvert ! tensor_preprocess");
-  EXPECT_EQ(said_by_pipeline(source + "videoconvert ! " + behind), "end of stream");
+  expect_words(error_of_pipeline(source + behind), "fix: videoconvert ! tensor_preprocess");
+  EXPECT_EQ(error_of_pipeline(source + "videoconvert ! " + behind), "");
   // A source that is free to choose does not choose what is refused.
-  EXPECT_EQ(said_by_pipeline("videotestsrc num-buffers=2 ! " + behind), "end of stream");
-  EXPECT_EQ(said_by_pipeline("videotestsrc num-buffers=2 ! "
-                             "video/x-raw,format={YUY2,AYUV,NV12} ! " +
-                             behind),
-            "end of stream");
+  EXPECT_EQ(error_of_pipeline("videotestsrc num-buffers=2 ! " + behind), "");
+  EXPECT_EQ(error_of_pipeline("videotestsrc num-buffers=2 ! "
+                              "video/x-raw,format={YUY2,AYUV,NV12} ! " +
+                              behind),
+            "");
 }
 
 TEST(TensorPreprocess, IsLinkedBehindASourceOfNothingItTakesToSayWhy) {
@@ -147,10 +103,11 @@ TEST(TensorPreprocess, IsLinkedBehindASourceOfNothingItTakesToSayWhy) {
   const std::string behind = "tensor_preprocess width=4 height=4 ! ";
   for (const char* rest : {"queue ! fakesink", "other/tensors,format=static ! fakesink",
                            "tensor_transform mode=typecast option=float32 ! tensor_sink"})
-    expect_words(said_by_pipeline(source + behind + rest), "fix: videoconvert ! tensor_preprocess");
+    expect_words(error_of_pipeline(source + behind + rest),
+                 "fix: videoconvert ! tensor_preprocess");
   // What it can make of no video at all is no excuse.
   expect_words(
-      said_by_pipeline(source + behind + "other/tensors,dimensions=(string)3:5:4:1 ! fakesink"),
+      error_of_pipeline(source + behind + "other/tensors,dimensions=(string)3:5:4:1 ! fakesink"),
       "not linked: ");
 }
 
@@ -226,8 +183,7 @@ TEST_F(Card, SaysEverythingThatIsNotSet) {
 }
 
 TEST_F(Card, IsReadAgainAtEachStart) {
-  const auto element = Ref<GstElement>::adopt(GST_ELEMENT(
-      gst_object_ref_sink(gst_parse_launch(("tensor_preprocess card=" + path_).c_str(), nullptr))));
+  const auto element = lone_element("tensor_preprocess card=" + path_);
   EXPECT_EQ(gst_element_set_state(element.get(), GST_STATE_PAUSED), GST_STATE_CHANGE_FAILURE);
   write(kPicture);
   EXPECT_EQ(gst_element_set_state(element.get(), GST_STATE_PAUSED), GST_STATE_CHANGE_SUCCESS);

@@ -173,9 +173,7 @@ TEST(TensorRate, CountsWhatAFlushThrowsAwayAndBeginsAnew) {
   gst_harness_push_event(h.get(), gst_event_new_flush_start());
   gst_harness_push_event(h.get(), gst_event_new_flush_stop(TRUE));
   EXPECT_EQ(stat(h, kRate, "dropped-flush"), 1u);
-  GstSegment segment;
-  gst_segment_init(&segment, GST_FORMAT_TIME);
-  gst_harness_push_event(h.get(), gst_event_new_segment(&segment));
+  gst_harness_push_event(h.get(), time_segment());
   push(h, 1, 40 * kMs);
   push(h, 2, 340 * kMs);
   EXPECT_EQ(pull_all(h), (std::vector<Out>{{1, 40 * kMs}}));

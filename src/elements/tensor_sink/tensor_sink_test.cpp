@@ -1,19 +1,14 @@
 // tensor_sink in a harness: signals, their rate, what it takes and refuses.
-#include <gst/check/gstharness.h>
 #include <gst/check/gsttestclock.h>
-#include <gtest/gtest.h>
 
 #include <string>
 #include <vector>
 
-#include "gstcpp/ref.hpp"
+#include "elements/tests/element_harness.hpp"
 
 namespace {
 
-using weir::gst::Mapped;
-using weir::gst::Ref;
-using weir::gst::Unique;
-using Harness = Unique<GstHarness, gst_harness_teardown>;
+using namespace weir::test;
 
 constexpr char kBytes[] = "other/tensor,dimension=(string)2,type=uint8,framerate=30/1";
 
@@ -45,14 +40,7 @@ class TensorSink : public ::testing::Test {
     gst_buffer_fill(buffer, 0, bytes, 2);
     return gst_harness_push(h_.get(), buffer);
   }
-  guint64 stat(const char* name) {
-    GstStructure* raw = nullptr;
-    g_object_get(element_.get(), "stats", &raw, nullptr);
-    const Unique<GstStructure, gst_structure_free> stats(raw);
-    guint64 value = G_MAXUINT64;
-    gst_structure_get_uint64(stats.get(), name, &value);
-    return value;
-  }
+  uint64_t stat(const char* name) { return weir::test::stat(element_.get(), name); }
 
   Harness h_;
   Ref<GstElement> element_;

@@ -184,17 +184,7 @@ TEST(TensorSparseDec, RefusesMemoryThatIsCut) {
 }
 
 TEST(TensorSparseDec, RefusesABufferBeforeCaps) {
-  const auto element = lone_element(kDec);
-  Errors errors(element.get());
-  gst_element_set_state(element.get(), GST_STATE_PAUSED);
-  auto pad = Ref<GstPad>::adopt(gst_element_get_static_pad(element.get(), "sink"));
-  gst_pad_send_event(pad.get(), gst_event_new_stream_start("test"));
-  GstSegment segment;
-  gst_segment_init(&segment, GST_FORMAT_TIME);
-  gst_pad_send_event(pad.get(), gst_event_new_segment(&segment));
-  EXPECT_EQ(gst_pad_chain(pad.get(), frame(Bytes(1))), GST_FLOW_NOT_NEGOTIATED);
-  EXPECT_SAYS(errors.next(), "WEIR-2003: a buffer came before caps");
-  gst_element_set_state(element.get(), GST_STATE_NULL);
+  EXPECT_SAYS(error_before_caps(kDec), "WEIR-2003: a buffer came before caps");
 }
 
 }  // namespace

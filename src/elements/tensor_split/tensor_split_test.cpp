@@ -13,7 +13,7 @@ Bytes ramp(size_t size) {
   return out;
 }
 std::string one(const std::string& dimensions, const std::string& type = "uint8") {
-  return static_caps(1, dimensions, type);
+  return test::tensors(type, dimensions);
 }
 std::vector<std::string> names(std::initializer_list<const char*> list) {
   return {list.begin(), list.end()};

@@ -258,9 +258,7 @@ TEST(ChangingTransforms, GoOnAfterAFlush) {
   EXPECT_TRUE(gst_harness_push_event(h, gst_event_new_flush_start()));
   EXPECT_EQ(chain.push(in), GST_FLOW_FLUSHING);
   EXPECT_TRUE(gst_harness_push_event(h, gst_event_new_flush_stop(TRUE)));
-  GstSegment segment;
-  gst_segment_init(&segment, GST_FORMAT_TIME);
-  gst_harness_push_event(h, gst_event_new_segment(&segment));
+  gst_harness_push_event(h, weir::test::time_segment());
   EXPECT_EQ(chain.result(in)[0], limited(added(in[0])));
   for (const char* name : {"a", "b"}) {
     const uint64_t received = chain.stat(name, "received");
@@ -291,9 +289,7 @@ TEST(ChangingTransforms, AFrameThatAProbeKeptIsThereWhenTheElementsAreGone) {
 // A whole pipeline with an appsink "sink" at its end.
 class Pipeline {
  public:
-  explicit Pipeline(const std::string& line)
-      : top_(Ref<GstElement>::adopt(
-            GST_ELEMENT(gst_object_ref_sink(gst_parse_launch(line.c_str(), nullptr))))) {}
+  explicit Pipeline(const std::string& line) : top_(weir::test::lone_element(line)) {}
   ~Pipeline() { gst_element_set_state(top_.get(), GST_STATE_NULL); }
   Pipeline(const Pipeline&) = delete;
   Pipeline& operator=(const Pipeline&) = delete;

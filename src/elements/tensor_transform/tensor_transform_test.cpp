@@ -126,25 +126,12 @@ TEST(TensorTransform, RefusesABufferOfTheWrongSize) {
   EXPECT_EQ(gst_harness_push(h.get(), frame(std::vector<uint8_t>{1, 2})), GST_FLOW_ERROR);
 }
 
-std::string start_error(const std::string& properties) {
-  auto element = Ref<GstElement>::adopt(GST_ELEMENT(
-      gst_object_ref_sink(gst_parse_launch(("tensor_transform " + properties).c_str(), nullptr))));
-  auto bus = Ref<GstBus>::adopt(gst_bus_new());
-  gst_element_set_bus(element.get(), bus.get());
-  EXPECT_EQ(gst_element_set_state(element.get(), GST_STATE_PAUSED), GST_STATE_CHANGE_FAILURE);
-  auto message = Ref<GstMessage>::adopt(gst_bus_pop_filtered(bus.get(), GST_MESSAGE_ERROR));
-  gst_element_set_state(element.get(), GST_STATE_NULL);
-  gst_element_set_bus(element.get(), nullptr);
-  if (!message) return "";
-  GError* error = nullptr;
-  gst_message_parse_error(message.get(), &error, nullptr);
-  const std::string text = error->message;
-  g_error_free(error);
-  return text;
+std::string error_of(const std::string& properties) {
+  return start_error("tensor_transform " + properties);
 }
 
 TEST(TensorTransform, MarksThePlaceOfATypo) {
-  const std::string text = start_error("mode=arithmetic option=typecast:float32,ad:1");
+  const std::string text = error_of("mode=arithmetic option=typecast:float32,ad:1");
   EXPECT_NE(text.find("WEIR-1001"), std::string::npos) << text;
   EXPECT_NE(text.find("at character 18"), std::string::npos) << text;
 }
@@ -157,11 +144,11 @@ TEST(TensorTransform, RefusesOptionsThatCannotBeRead) {
         "mode=dimchg option=0", "mode=stand option=mean", "mode=clamp option=1",
         "mode=padding option=lft:1", "mode=transpose option=0:0:1:3", "mode=transpose option=1:2",
         "mode=transpose option=x", "mode=typecast option=int8 apply=x"})
-    EXPECT_NE(start_error(properties).find("WEIR-1001"), std::string::npos) << properties;
+    EXPECT_NE(error_of(properties).find("WEIR-1001"), std::string::npos) << properties;
 }
 
 TEST(TensorTransform, NeedsAModeAndAnOption) {
-  EXPECT_NE(start_error("").find("mode and option are not set"), std::string::npos);
+  EXPECT_NE(error_of("").find("mode and option are not set"), std::string::npos);
 }
 
 }  // namespace

@@ -10,8 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "gstcpp/ref.hpp"
-#include "says.hpp"
+#include "elements/tests/element_parts.hpp"
 
 namespace weir::testing_bad_input {
 
@@ -21,12 +20,10 @@ using gst::Unique;
 class Bench {
  public:
   explicit Bench(const std::string& line)
-      : element_(Ref<GstElement>::adopt(
-            GST_ELEMENT(gst_object_ref_sink(gst_parse_launch(line.c_str(), nullptr))))),
+      : element_(test::lone_element(line)),
         bus_(Ref<GstBus>::adopt(gst_bus_new())),
         sink_(Ref<GstPad>::adopt(gst_element_get_static_pad(element_.get(), "sink"))),
-        end_(Ref<GstPad>::adopt(
-            GST_PAD(gst_object_ref_sink(gst_pad_new_from_static_template(&kAnything, "end"))))) {
+        end_(test::lone_pad(gst_pad_new_from_static_template(&kAnything, "end"))) {
     gst_element_set_bus(element_.get(), bus_.get());
     gst_pad_set_element_private(end_.get(), this);
     gst_pad_set_chain_function(end_.get(), take);
@@ -48,18 +45,14 @@ class Bench {
       return said(GST_MESSAGE_ERROR, "did not start");
     gst_pad_send_event(sink_.get(), gst_event_new_stream_start("bench"));
     const std::string error = set_caps(caps);
-    GstSegment segment;
-    gst_segment_init(&segment, GST_FORMAT_TIME);
-    if (error.empty()) gst_pad_send_event(sink_.get(), gst_event_new_segment(&segment));
+    if (error.empty()) gst_pad_send_event(sink_.get(), test::time_segment());
     return error;
   }
   std::string start_without_caps() {
     if (gst_element_set_state(element_.get(), GST_STATE_PLAYING) == GST_STATE_CHANGE_FAILURE)
       return said(GST_MESSAGE_ERROR, "did not start");
     gst_pad_send_event(sink_.get(), gst_event_new_stream_start("bench"));
-    GstSegment segment;
-    gst_segment_init(&segment, GST_FORMAT_TIME);
-    gst_pad_send_event(sink_.get(), gst_event_new_segment(&segment));
+    gst_pad_send_event(sink_.get(), test::time_segment());
     return "";
   }
   std::string set_caps(const std::string& text) {
@@ -82,14 +75,7 @@ class Bench {
     gst_bus_set_flushing(bus_.get(), TRUE);
     gst_bus_set_flushing(bus_.get(), FALSE);
   }
-  uint64_t stat(const char* name) const {
-    GstStructure* raw = nullptr;
-    g_object_get(element_.get(), "stats", &raw, nullptr);
-    const Unique<GstStructure, gst_structure_free> stats(raw);
-    guint64 value = 0;
-    EXPECT_TRUE(gst_structure_get_uint64(stats.get(), name, &value)) << name;
-    return value;
-  }
+  uint64_t stat(const char* name) const { return test::stat(element_.get(), name); }
   uint64_t outputs() const { return outputs_; }
   // From here on the bytes of outputs are kept.
   void keep_bytes() { keeps_ = true; }
@@ -124,13 +110,7 @@ class Bench {
   }
   std::string said(GstMessageType type, const char* otherwise) {
     const auto message = Ref<GstMessage>::adopt(gst_bus_pop_filtered(bus_.get(), type));
-    if (!message) return otherwise;
-    GError* error = nullptr;
-    (type == GST_MESSAGE_ERROR ? gst_message_parse_error : gst_message_parse_warning)(
-        message.get(), &error, nullptr);
-    const std::string text = error->message;
-    g_error_free(error);
-    return text;
+    return message ? test::text_of(message.get()) : otherwise;
   }
 
   Ref<GstElement> element_;
@@ -156,8 +136,7 @@ inline GstBuffer* zeros(size_t bytes) {
 }
 inline std::string tensors(const std::string& dims, const std::string& type,
                            const std::string& rate = "30/1") {
-  return "other/tensors,format=(string)static,num_tensors=(int)1,dimensions=(string)" + dims +
-         ",types=(string)" + type + ",framerate=(fraction)" + rate;
+  return test::tensors(type, dims, rate);
 }
 inline std::string video(const std::string& format, int width, int height,
                          const std::string& rate = "30/1") {

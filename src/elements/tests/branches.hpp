@@ -3,7 +3,6 @@
 #include <gst/gst.h>
 #include <gtest/gtest.h>
 
-#include <cstring>
 #include <map>
 #include <memory>
 #include <mutex>
@@ -11,42 +10,23 @@
 #include <string>
 #include <vector>
 
-#include "gstcpp/ref.hpp"
-#include "says.hpp"
+#include "elements/tests/element_parts.hpp"
 
 namespace weir::testing {
 
 using gst::Ref;
-using gst::Unique;
 using gst::UniqueText;
-using Bytes = std::vector<uint8_t>;
+using test::Bytes;
+using test::content;
 
-inline Bytes content(GstMemory* memory) {
-  const gst::MappedMemory map(memory, GST_MAP_READ);
-  const auto bytes = map.bytes();
-  Bytes out(bytes.size());
-  if (!out.empty()) std::memcpy(out.data(), bytes.data(), out.size());
-  return out;
-}
 inline Bytes content(GstBuffer* buffer, guint index) {
   return content(gst_buffer_peek_memory(buffer, index));
-}
-inline GstMemory* memory_of(const Bytes& bytes) {
-  GstMemory* memory = gst_allocator_alloc(nullptr, bytes.size(), nullptr);
-  const gst::MappedMemory map(memory, GST_MAP_WRITE);
-  if (!bytes.empty()) std::memcpy(map.bytes().data(), bytes.data(), bytes.size());
-  return memory;
 }
 // A memory for each.
 inline GstBuffer* frame_of(const std::vector<Bytes>& tensors) {
   GstBuffer* buffer = gst_buffer_new();
-  for (const auto& bytes : tensors) gst_buffer_append_memory(buffer, memory_of(bytes));
+  for (const auto& bytes : tensors) gst_buffer_append_memory(buffer, test::memory_of(bytes));
   return buffer;
-}
-inline std::string static_caps(int count, const std::string& dimensions, const std::string& types) {
-  return "other/tensors,format=static,num_tensors=" + std::to_string(count) +
-         ",dimensions=(string)\"" + dimensions + "\",types=(string)\"" + types +
-         "\",framerate=30/1";
 }
 inline constexpr char kFlexibleCaps[] = "other/tensors,format=flexible,framerate=30/1";
 
@@ -58,11 +38,7 @@ class Branches {
     std::vector<std::string> events;  // names, in order; read when no thread sends any
     std::mutex mutex;                 // a flush starts beside what streams: guards events
     GstFlowReturn flow = GST_FLOW_OK;
-    std::string caps() const {
-      const auto caps = Ref<GstCaps>::adopt(gst_pad_get_current_caps(pad.get()));
-      const UniqueText text{caps ? gst_caps_to_string(caps.get()) : g_strdup("")};
-      return text.get();
-    }
+    std::string caps() const { return test::current_caps(pad.get()); }
     std::string stream_id() const {
       const UniqueText text{gst_pad_get_stream_id(pad.get())};
       return text.get();
@@ -73,13 +49,12 @@ class Branches {
   explicit Branches(const std::string& launch, std::map<std::string, std::string> taken = {},
                     std::set<std::string> unlinked = {})
       : taken_(std::move(taken)), unlinked_(std::move(unlinked)) {
-    element_ = Ref<GstElement>::adopt(
-        GST_ELEMENT(gst_object_ref_sink(gst_parse_launch(launch.c_str(), nullptr))));
+    element_ = test::lone_element(launch);
     bus_ = Ref<GstBus>::adopt(gst_bus_new());
     gst_element_set_bus(element_.get(), bus_.get());
     g_signal_connect(element_.get(), "pad-added", G_CALLBACK(pad_added), this);
     g_signal_connect(element_.get(), "no-more-pads", G_CALLBACK(no_more_pads), this);
-    source_ = Ref<GstPad>::adopt(GST_PAD(gst_object_ref_sink(gst_pad_new("source", GST_PAD_SRC))));
+    source_ = test::lone_pad(gst_pad_new("source", GST_PAD_SRC));
     const auto sink = Ref<GstPad>::adopt(gst_element_get_static_pad(element_.get(), "sink"));
     gst_pad_link(source_.get(), sink.get());
     gst_pad_set_active(source_.get(), TRUE);
@@ -103,9 +78,7 @@ class Branches {
     const auto caps = Ref<GstCaps>::adopt(gst_caps_from_string(text.c_str()));
     send(gst_event_new_caps(caps.get()));
     if (std::exchange(segment_sent_, true)) return;
-    GstSegment segment;
-    gst_segment_init(&segment, GST_FORMAT_TIME);
-    send(gst_event_new_segment(&segment));
+    send(test::time_segment());
   }
   GstFlowReturn push(GstBuffer* buffer) { return gst_pad_push(source_.get(), buffer); }
   // The only frame that came to the pad since the last call.
@@ -126,29 +99,16 @@ class Branches {
   std::string message(GstMessageType type) {
     const auto message = Ref<GstMessage>::adopt(gst_bus_pop_filtered(bus_.get(), type));
     if (!message) return "";
-    GError* error = nullptr;
-    (type == GST_MESSAGE_WARNING ? gst_message_parse_warning : gst_message_parse_error)(
-        message.get(), &error, nullptr);
-    const std::string out = error->message;
-    domain_ = g_quark_to_string(error->domain);
-    code_ = error->code;
-    g_error_free(error);
-    return out;
+    last_ = test::error_in(message.get());
+    return last_->message;
   }
   std::string error() { return message(GST_MESSAGE_ERROR); }
   std::string warning() { return message(GST_MESSAGE_WARNING); }
   // Of the last message.
-  const std::string& domain() const { return domain_; }
-  int code() const { return code_; }
+  std::string domain() const { return g_quark_to_string(last_->domain); }
+  int code() const { return last_->code; }
 
-  uint64_t stat(const char* name) const {
-    GstStructure* raw = nullptr;
-    g_object_get(element_.get(), "stats", &raw, nullptr);
-    const Unique<GstStructure, gst_structure_free> stats(raw);
-    guint64 value = UINT64_MAX;
-    gst_structure_get_uint64(stats.get(), name, &value);
-    return value;
-  }
+  uint64_t stat(const char* name) const { return test::stat(element_.get(), name); }
   // received = consumed + dropped, nothing held.
   void expect_balance() const {
     EXPECT_EQ(stat("received"), stat("consumed") + stat("dropped"));
@@ -169,13 +129,9 @@ class Branches {
   }
   void join(GstPad* pad, const std::string& name) {
     const auto known = taken_.find(name);
-    const auto caps = Ref<GstCaps>::adopt(
-        gst_caps_from_string(known == taken_.end() ? "ANY" : known->second.c_str()));
-    const auto pad_template = Ref<GstPadTemplate>::adopt(GST_PAD_TEMPLATE(gst_object_ref_sink(
-        gst_pad_template_new("sink", GST_PAD_SINK, GST_PAD_ALWAYS, caps.get()))));
     auto branch = std::make_unique<Branch>();
-    GstPad* sink = gst_pad_new_from_template(pad_template.get(), name.c_str());
-    branch->pad = Ref<GstPad>::adopt(GST_PAD(gst_object_ref_sink(sink)));
+    branch->pad = test::lone_sink_pad(known == taken_.end() ? "ANY" : known->second, name);
+    GstPad* sink = branch->pad.get();
     gst_pad_set_element_private(sink, branch.get());
     gst_pad_set_chain_function(sink, [](GstPad* to, GstObject*, GstBuffer* buffer) {
       auto* own = static_cast<Branch*>(gst_pad_get_element_private(to));
@@ -204,8 +160,7 @@ class Branches {
   bool started_ = false, segment_sent_ = false;
   std::vector<std::string> added_;
   int no_more_pads_ = 0;
-  std::string domain_;
-  int code_ = 0;
+  gst::Unique<GError, g_error_free> last_;  // message
   std::map<std::string, std::unique_ptr<Branch>> branches_;
 };
 

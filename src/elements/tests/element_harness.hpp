@@ -1,23 +1,17 @@
 // What the tests of all elements share: a harness, frames, caps, statistics, messages from the bus.
 #pragma once
 #include <gst/check/gstharness.h>
-#include <gtest/gtest.h>
 
-#include <algorithm>
 #include <numeric>
 #include <string>
 #include <vector>
 
-#include "gstcpp/ref.hpp"
-#include "says.hpp"
+#include "elements/tests/element_parts.hpp"
 
 namespace weir::test {
 
 using gst::Mapped;
-using gst::Ref;
-using gst::Unique;
 using Harness = Unique<GstHarness, gst_harness_teardown>;
-using Bytes = std::vector<uint8_t>;
 
 // A line of elements between two pads of the test. No caps are sent for an empty text.
 inline Harness harness_of(const std::string& launch, const std::string& caps = "") {
@@ -30,14 +24,6 @@ inline std::string video(const std::string& format, int width, int height,
                          const std::string& more = "") {
   return "video/x-raw,format=" + format + ",width=" + std::to_string(width) +
          ",height=" + std::to_string(height) + ",framerate=10/1,interlace-mode=progressive" + more;
-}
-// Static tensors; dimensions and types are comma lists, one part for each tensor.
-inline std::string tensors(const std::string& types, const std::string& dimensions,
-                           const std::string& rate = "30/1") {
-  const auto count = 1 + std::count(types.begin(), types.end(), ',');
-  return "other/tensors,format=static,num_tensors=" + std::to_string(count) +
-         ",dimensions=(string)\"" + dimensions + "\",types=(string)\"" + types +
-         "\",framerate=" + rate;
 }
 
 // 0, 1, 2, ... 255, 0, ...
@@ -67,44 +53,14 @@ inline Bytes content(GstBuffer* b) {
 
 // The caps of what comes out.
 inline std::string caps_text(const Harness& h) {
-  const auto caps = Ref<GstCaps>::adopt(gst_pad_get_current_caps(h->sinkpad));
-  if (!caps) return "";
-  const gst::UniqueText text{gst_caps_to_string(caps.get())};
-  return text.get();
+  return current_caps(h->sinkpad);
 }
 
 inline Ref<GstElement> element_of(const Harness& h, const char* factory) {
   return Ref<GstElement>::adopt(gst_harness_find_element(h.get(), factory));
 }
-inline Unique<GstStructure, gst_structure_free> stats(GstElement* element) {
-  GstStructure* raw = nullptr;
-  g_object_get(element, "stats", &raw, nullptr);
-  return Unique<GstStructure, gst_structure_free>(raw);
-}
-// One number of the property `stats`.
-inline uint64_t stat(GstElement* element, const char* name) {
-  guint64 value = UINT64_MAX;
-  EXPECT_TRUE(gst_structure_get_uint64(stats(element).get(), name, &value)) << name;
-  return value;
-}
 inline uint64_t stat(const Harness& h, const char* factory, const char* name) {
   return stat(element_of(h, factory).get(), name);
-}
-
-// The text of an error or a warning; "" for none.
-inline std::string text_of(GstMessage* message) {
-  if (!message) return "";
-  GError* error = nullptr;
-  if (GST_MESSAGE_TYPE(message) == GST_MESSAGE_WARNING)
-    gst_message_parse_warning(message, &error, nullptr);
-  else
-    gst_message_parse_error(message, &error, nullptr);
-  const std::string text = error->message;
-  g_error_free(error);
-  return text;
-}
-inline std::string take_message(GstBus* bus, GstMessageType type) {
-  return text_of(Ref<GstMessage>::adopt(gst_bus_pop_filtered(bus, type)).get());
 }
 
 // A bus of its own for an element, or for what a harness holds, while it lives.
@@ -127,12 +83,6 @@ class Errors {
   Ref<GstBus> bus_;
 };
 
-// An element that no bin holds.
-inline Ref<GstElement> lone_element(const std::string& launch) {
-  return Ref<GstElement>::adopt(
-      GST_ELEMENT(gst_object_ref_sink(gst_parse_launch(launch.c_str(), nullptr))));
-}
-
 // The first error of an element that is brought to PAUSED and, where there are any, given caps.
 inline std::string start_error(const std::string& launch, const std::string& caps = "") {
   const auto element = lone_element(launch);
@@ -145,6 +95,20 @@ inline std::string start_error(const std::string& launch, const std::string& cap
     gst_pad_send_event(pad.get(), gst_event_new_caps(given.get()));
   }
   const std::string error = errors.next();  // a pipeline empties its bus on the way to NULL
+  gst_element_set_state(element.get(), GST_STATE_NULL);
+  return error;
+}
+
+// The error of an element that gets a buffer before any caps.
+inline std::string error_before_caps(const std::string& launch) {
+  const auto element = lone_element(launch);
+  Errors errors(element.get());
+  gst_element_set_state(element.get(), GST_STATE_PAUSED);
+  const auto pad = Ref<GstPad>::adopt(gst_element_get_static_pad(element.get(), "sink"));
+  gst_pad_send_event(pad.get(), gst_event_new_stream_start("test"));
+  gst_pad_send_event(pad.get(), time_segment());
+  EXPECT_EQ(gst_pad_chain(pad.get(), frame(Bytes(1))), GST_FLOW_NOT_NEGOTIATED);
+  const std::string error = errors.next();
   gst_element_set_state(element.get(), GST_STATE_NULL);
   return error;
 }

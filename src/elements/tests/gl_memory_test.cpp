@@ -15,19 +15,6 @@ bool has_elements() {
   return static_cast<bool>(found);
 }
 
-std::string error_of_pipeline(const std::string& launch) {
-  GError* unlinked = nullptr;
-  auto pipeline = Ref<GstElement>::adopt(
-      GST_ELEMENT(gst_object_ref_sink(gst_parse_launch(launch.c_str(), &unlinked))));
-  if (unlinked) {
-    std::string text = std::string("not linked: ") + unlinked->message;
-    g_error_free(unlinked);
-    return text;
-  }
-  pipeline = {};
-  return PlayedPipeline(launch).plays_to_its_end();
-}
-
 class GlMemory : public testing::Test {
  protected:
   void SetUp() override {

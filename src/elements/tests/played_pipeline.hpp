@@ -73,4 +73,14 @@ class PlayedPipeline {
   Ref<GstBus> bus_;
 };
 
+// What a pipeline says that is played to its end: "" or the error; "not linked: ..." of one that is
+// none.
+inline std::string error_of_pipeline(const std::string& launch) {
+  GError* raw = nullptr;
+  const Unique<GstElement, gst_object_unref> parsed(gst_parse_launch(launch.c_str(), &raw));
+  const Unique<GError, g_error_free> unlinked(raw);
+  if (unlinked) return std::string("not linked: ") + unlinked->message;
+  return PlayedPipeline(launch).plays_to_its_end();
+}
+
 }  // namespace weir::test
