@@ -123,6 +123,19 @@ class Graph {
   bool external_ = false, good_ = false;
 };
 
+// OperatorSetIdProto, domain 1, version 2: whether it is of ONNX's own operators before version 7,
+// when slopes of one axis were the channels' wherever that lay.
+bool has_old_slopes(Bytes operators) {
+  ProtobufReader reader(operators);
+  std::string domain;
+  uint64_t version = 0;
+  for (ProtobufReader::Field field; reader.next(&field);) {
+    if (field.number == 1) domain = field.text();
+    if (field.number == 2) version = field.value;
+  }
+  return (domain.empty() || domain == "ai.onnx") && version < 7;
+}
+
 }  // namespace
 
 std::optional<std::vector<std::byte>> with_own_prelu(Bytes file) {
@@ -136,6 +149,7 @@ std::optional<std::vector<std::byte>> with_own_prelu(Bytes file) {
       varint(&out, field.value);
       continue;
     }
+    if (field.number == 8 && has_old_slopes(field.bytes)) return std::nullopt;
     const auto graph = field.number == 7 ? Graph(field.bytes).changed() : std::vector<std::byte>();
     changes = changes || !graph.empty();
     part(&out, field.number, graph.empty() ? field.bytes : Bytes(graph));
