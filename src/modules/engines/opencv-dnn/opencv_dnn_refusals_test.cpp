@@ -40,8 +40,8 @@ TEST_F(OpencvDnnRefuses, AnActivationThatOpencvLacksByName) {
                    "[convolutional]\nfilters=1\nsize=1\nstride=1\npad=0\nactivation=frobnicate\n",
                    darknet_weights({0.5f, 2, -1})));
   EXPECT_EQ(error.code, Code::MODEL_UNSUPPORTED) << error.message();
-  EXPECT_HAS(error.offered, "frobnicate");
-  EXPECT_HAS(error.fix, "export the network to ONNX");
+  EXPECT_SAYS(error.offered, "frobnicate");
+  EXPECT_SAYS(error.fix, "export the network to ONNX");
 }
 
 TEST_F(OpencvDnnRefuses, InputsOfTextByTheirKind) {

@@ -123,10 +123,10 @@ TEST_F(PytorchRefuses, ShapesThatAMethodOfTheModelDoesNotTake) {
     const auto rank = model->resolve({make_tensor(WEIR_FLOAT32, {3}).info});
     ASSERT_FALSE(rank);
     EXPECT_EQ(rank.error().code, Code::SPEC_MISMATCH);
-    EXPECT_HAS(rank.error().difference, "Dimension out of range");
+    EXPECT_SAYS(rank.error().difference, "Dimension out of range");
     const auto size = model->resolve({make_tensor(WEIR_FLOAT32, {4, 3}).info});
     ASSERT_FALSE(size);
-    EXPECT_HAS(size.error().difference, "mat1 and mat2 shapes cannot be multiplied (3x4 and 2x5)");
+    EXPECT_SAYS(size.error().difference, "mat1 and mat2 shapes cannot be multiplied (3x4 and 2x5)");
   }
 }
 
