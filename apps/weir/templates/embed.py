@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""Writes the files of a folder of templates as a C++ source: embed.py FOLDER OUTPUT FILE..."""
+"""Writes templates as a C++ source: embed.py FOLDER OUTPUT LANGUAGE/FILE=KEPT..., KEPT a path below FOLDER."""
 
 import pathlib
 import sys
@@ -14,11 +14,15 @@ def main():
     folder, output, names = pathlib.Path(sys.argv[1]), pathlib.Path(sys.argv[2]), sys.argv[3:]
     parts = ["// The templates of `weir new`, as apps/weir/templates/embed.py wrote them.", '#include "templates.hpp"',
              "namespace weir::app {", "namespace {"]
-    rows = []
-    for number, name in enumerate(names):
-        parts.append(f"constexpr char kText{number}[] = {{{literal((folder / name).read_text(encoding='utf-8'))}}};")
-        language, _, file = name.partition("/")
-        rows.append(f'{{"{language}", "{file}", {{kText{number}, sizeof kText{number}}}}}')
+    numbers, rows = {}, []
+    for name in names:
+        template, _, kept = name.partition("=")
+        if kept not in numbers:
+            numbers[kept] = len(numbers)
+            text = literal((folder / kept).read_text(encoding="utf-8"))
+            parts.append(f"constexpr char kText{numbers[kept]}[] = {{{text}}};")
+        language, _, file = template.partition("/")
+        rows.append(f'{{"{language}", "{file}", {{kText{numbers[kept]}, sizeof kText{numbers[kept]}}}}}')
     parts += [f"constexpr Template kTemplates[] = {{{', '.join(rows)}}};", "}  // namespace",
               "std::span<const Template> filter_templates() noexcept { return kTemplates; }", "}  // namespace weir::app", ""]
     output.write_text("\n".join(parts), encoding="utf-8")
