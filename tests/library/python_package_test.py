@@ -12,6 +12,7 @@ import threading
 import unittest
 
 import tap_runner
+from built_modules import has_engine
 
 try:
     import numpy as np
@@ -24,10 +25,6 @@ SOURCE = pathlib.Path(os.environ["WEIR_SOURCE"])
 SCRIPTS = SOURCE / "src" / "modules" / "engines" / "python3"
 MODEL = SOURCE / "models" / "clock_digits.onnx"
 LOOP = "appsrc name=in ! {} ! tensor_sink name=out"
-
-
-def engine(name):
-    return any((pathlib.Path(p) / f"libweir-engine-{name}.so").exists() for p in os.environ["WEIR_MODULE_PATH"].split(":"))
 
 
 class Files(unittest.TestCase):
@@ -137,7 +134,7 @@ class Models(Files):
             thread.join()
         self.assertEqual(wrong, [])
 
-    @unittest.skipUnless(engine("onnxruntime"), "the engine onnxruntime is not built")
+    @unittest.skipUnless(has_engine("onnxruntime"), "the engine onnxruntime is not built")
     def test_a_network(self):
         model = weir.Model(MODEL, threads=1)
         zeros = np.zeros([d or 1 for d in model.inputs[0].shape], np.float32)
@@ -258,7 +255,7 @@ class Guide(unittest.TestCase):
         self.assertGreater(len(programs), 3)
         for block in programs:
             with self.subTest(block=block):
-                if ".onnx\", threads" in block and not engine("onnxruntime"):
+                if ".onnx\", threads" in block and not has_engine("onnxruntime"):
                     continue
                 done = subprocess.run([sys.executable, "-c", block], cwd=SOURCE, capture_output=True, text=True, timeout=60,
                                       check=False)

@@ -9,6 +9,7 @@ import tempfile
 import unittest
 
 import tap_runner
+from built_modules import has_engine
 
 SOURCE = pathlib.Path(os.environ["WEIR_SOURCE"])
 SHARED = pathlib.Path(os.environ.get("WEIR_DATA") or SOURCE / "../shared")
@@ -34,11 +35,6 @@ INPUTS = {  # what the files leave open: dimensions and type of each input
 VALUES = {("audio/conv_actions_frozen.tflite", 1): 16000}  # an input, of int32, that is more than a signal: the rate
 BYTES = {"int8": 1, "uint8": 1, "int16": 2, "uint16": 2, "float16": 2, "int32": 4, "uint32": 4, "float32": 4,
          "int64": 8, "uint64": 8, "float64": 8}
-
-
-def built(engine):
-    folders = os.environ["WEIR_MODULE_PATH"].split(":")
-    return any((pathlib.Path(f) / f"libweir-engine-{engine}.so").exists() for f in folders)
 
 
 def size(dimensions, kind):
@@ -89,7 +85,7 @@ class AllModels(unittest.TestCase):
         for path in sorted((SHARED / "models").rglob("*")):
             name = str(path.relative_to(SHARED / "models"))
             engine = ENGINES.get(path.suffix)
-            if not engine or not built(engine):
+            if not engine or not has_engine(engine):
                 continue
             seen.add(name)
             with self.subTest(model=name):
@@ -106,7 +102,7 @@ class AllModels(unittest.TestCase):
                 self.assertEqual(done.returncode, 0, done.stderr[-1500:])
                 self.assertNotRegex(done.stderr, "CRITICAL|ERROR")
                 ran += 1
-        listed = {name for name in [*REFUSED, *INPUTS] if built(ENGINES[pathlib.Path(name).suffix])}
+        listed = {name for name in [*REFUSED, *INPUTS] if has_engine(ENGINES[pathlib.Path(name).suffix])}
         self.assertEqual(listed - seen, set(), "all that is listed is there")
         self.assertEqual(refused, len(listed & set(REFUSED)))
         self.assertGreater(ran, 3)

@@ -11,6 +11,7 @@ import sys
 import unittest
 
 import tap_runner
+from built_modules import has_engine
 
 SOURCE = pathlib.Path(os.environ["WEIR_SOURCE"])
 SECONDS = 120
@@ -47,8 +48,7 @@ def missing(command):
     if "../shared/" in command and not (SOURCE / "../shared").exists():
         return "../shared"
     for ending, engine in ENGINES.items():
-        modules = [pathlib.Path(p) / f"libweir-engine-{engine}.so" for p in os.environ["WEIR_MODULE_PATH"].split(":")]
-        if ending in command and not any(m.exists() for m in modules):
+        if ending in command and not has_engine(engine):
             return f"the engine {engine}"
     if (".lua" in command or "framework=lua" in command) and not ctypes.util.find_library("luajit-5.1"):
         return "LuaJIT"

@@ -6,44 +6,24 @@ The nets of four formats are MTCNN's (../shared/MANIFEST.md, MTCNN facts): ONNX 
 TensorFlow Lite the picture with rows and columns exchanged.
 """
 
-import os
-import pathlib
 import struct
-import subprocess
-import tempfile
 import unittest
 
 import numpy
 
 import tap_runner
+from built_modules import has_engine
+from reference_models import MEDIA, MODELS, PipelineCase
 
-SOURCE = pathlib.Path(os.environ["WEIR_SOURCE"])
-SHARED = pathlib.Path(os.environ.get("WEIR_DATA") or SOURCE / "../shared")
-MTCNN = SHARED / "models/face/mtcnn"
+MTCNN = MODELS / "face/mtcnn"
 TOLERANCE = 1e-4
-LEAKED = r"object-alive, type-name=\(string\)\w+|CRITICAL|WARNING|ERROR"
-
-
-def built(engine):
-    folders = os.environ["WEIR_MODULE_PATH"].split(":")
-    return any((pathlib.Path(f) / f"libweir-engine-{engine}.so").exists() for f in folders)
 
 
 def dimensions(array):
     return ":".join(str(extent) for extent in reversed(array.shape))
 
 
-class Filtered(unittest.TestCase):
-    def setUp(self):
-        folder = tempfile.TemporaryDirectory()
-        self.addCleanup(folder.cleanup)
-        self.folder = pathlib.Path(folder.name)
-
-    def play(self, line):
-        done = subprocess.run(["gst-launch-1.0", "-q", *line.split()], capture_output=True, text=True, timeout=200)
-        self.assertEqual(done.returncode, 0, done.stderr[-2000:])
-        self.assertNotRegex(done.stderr, LEAKED)
-
+class Filtered(PipelineCase):
     def filtered(self, array, properties):
         """The float32 values that leave a tensor_filter, all outputs one behind the other."""
         source, result = self.folder / "in.raw", self.folder / "out.raw"
@@ -81,7 +61,7 @@ activation=linear
 """
 
 
-@unittest.skipUnless(built("darknet"), "the engine darknet is not built")
+@unittest.skipUnless(has_engine("darknet"), "the engine darknet is not built")
 class Darknet(Filtered):
     def test_a_network_gives_what_numpy_computes(self):
         """Darknet's layers as its source has them: a batch's mean and variance with 1e-6, leaky with 0.1."""
@@ -118,7 +98,7 @@ class EnginesAgree(Filtered):
     def photo(self, width, height):
         """Faces, as float32 of rows, columns, colours around zero, through the elements that do so."""
         result = self.folder / "photo.raw"
-        self.play(f"filesrc location={SHARED / 'media/face/faces.jpg'} ! jpegdec ! videoconvert ! videoscale ! "
+        self.play(f"filesrc location={MEDIA / 'face/faces.jpg'} ! jpegdec ! videoconvert ! videoscale ! "
                   f"video/x-raw,format=RGB,width={width},height={height} ! tensor_converter ! tensor_transform "
                   f"mode=arithmetic option=typecast:float32,add:-127.5,div:128 ! filesink location={result}")
         return numpy.fromfile(result, "<f4").reshape(height, width, 3)
@@ -134,7 +114,7 @@ class EnginesAgree(Filtered):
                                   f"input={dimensions(turned)}"),
                 "tensorflow-lite": (rows, f"model={MTCNN}/tflite/{name}.tflite")}
         return {engine: self.filtered(array, f"framework={engine} {properties}")
-                for engine, (array, properties) in runs.items() if built(engine)}
+                for engine, (array, properties) in runs.items() if has_engine(engine)}
 
     def compare(self, found):
         self.assertGreater(len(found), 1, "one engine alone agrees with itself")
@@ -181,11 +161,11 @@ class EnginesAgree(Filtered):
         self.vectors(3, "onet", 48, {"roles": ["face", "box", "points"],
                                      "caffe": {"box": (0, 4), "points": (4, 14), "face": (14, 16)}})
 
-    @unittest.skipUnless(built("caffe") and built("onnxruntime"), "the engine caffe or onnxruntime is not built")
+    @unittest.skipUnless(has_engine("caffe") and has_engine("onnxruntime"), "the engine caffe or onnxruntime is not built")
     def test_ultraface(self):
         """Scores of the Caffe and the ONNX net; the boxes of the latter are decoded (MANIFEST.md)."""
         photo = self.photo(320, 240).transpose(2, 0, 1)[None]
-        stem = SHARED / "models/face/ultraface_RFB-320"
+        stem = MODELS / "face/ultraface_RFB-320"
         scores = self.filtered(photo, f"model={stem}.onnx output-combination=o0")
         caffe = self.filtered(photo, f"model={stem}.caffemodel outputname=scores")
         self.assertEqual(scores.shape, (2 * 4420,))

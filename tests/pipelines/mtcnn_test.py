@@ -17,6 +17,7 @@ import tempfile
 import unittest
 
 import tap_runner
+from built_modules import has_engine
 
 SOURCE = pathlib.Path(os.environ["WEIR_SOURCE"])
 BUILD = pathlib.Path(os.environ["WEIR_BUILD"])
@@ -40,10 +41,6 @@ CONTROL, ROS = BUILD / "examples/mtcnn/control/mtcnn-control", BUILD / "examples
 def run(*arguments, control=False):
     return subprocess.run([SOURCE / "examples/mtcnn/run", *(["--control"] if control else []), *map(str, arguments)],
                           capture_output=True, text=True, timeout=300, env={**os.environ, "WEIR_BUILD": str(BUILD)})
-
-
-def built(engine):
-    return any((pathlib.Path(f) / f"libweir-engine-{engine}.so").exists() for f in os.environ["WEIR_MODULE_PATH"].split(":"))
 
 
 class Faces(unittest.TestCase):
@@ -78,7 +75,7 @@ class Faces(unittest.TestCase):
         self.photos()
 
     def test_onnxruntime(self):
-        if not built("onnxruntime"):
+        if not has_engine("onnxruntime"):
             self.skipTest("the engine onnxruntime is not built")
         self.photos("--framework", "onnxruntime")
         self.video("--framework", "onnxruntime")
@@ -130,11 +127,11 @@ class Faces(unittest.TestCase):
     def test_formats(self):
         """The same weights in other formats and orders of the picture, each by its engine: the same faces."""
         photo = ("--min-face", 20, SHARED / "media/face/faces.jpg")
-        if not built("onnxruntime"):
+        if not has_engine("onnxruntime"):
             self.skipTest("the engine onnxruntime is not built")
         wanted = self.found("--framework", "onnxruntime", *photo)[0]
         self.assertEqual(len(wanted), 6)
-        runs = {engine: ("--framework", engine) for engine in ("pytorch", "caffe", "tensorflow-lite") if built(engine)}
+        runs = {engine: ("--framework", engine) for engine in ("pytorch", "caffe", "tensorflow-lite") if has_engine(engine)}
         with tempfile.TemporaryDirectory() as folder:
             (pathlib.Path(folder) / "onnx_nhwc").symlink_to(NETWORKS / "onnx_nhwc")
             runs["colours beside each other"] = ("--framework", "onnxruntime", "--models", folder)
@@ -151,7 +148,7 @@ class Faces(unittest.TestCase):
 
     def test_kernels_of_our_own_see_what_onnxruntime_sees(self):
         """The default, which takes pictures as bytes, and ONNX Runtime on the same bytes: the same faces on all photos."""
-        if not built("onnxruntime"):
+        if not has_engine("onnxruntime"):
             self.skipTest("the engine onnxruntime is not built")
         for name, reference in self.reference["mtcnn"].items():
             photo = ("--min-face", reference["minsize"], SHARED / "media/face" / name)

@@ -9,6 +9,7 @@ import tempfile
 import unittest
 
 import tap_runner
+from built_modules import has_engine
 
 COMMAND = pathlib.Path(os.environ["WEIR_COMMAND"])
 FILES = {"Makefile", "README.md", "meson.build", "test.sh"}
@@ -18,11 +19,6 @@ ENGINES = {"python": "python3", "lua": "lua"}
 
 def run(*command, **more):
     return subprocess.run([str(c) for c in command], capture_output=True, text=True, timeout=200, check=False, **more)
-
-
-def has_engine(name):
-    folders = os.environ["WEIR_MODULE_PATH"].split(":")
-    return any((pathlib.Path(folder) / f"libweir-engine-{name}.so").exists() for folder in folders)
 
 
 class NewFilter(unittest.TestCase):

@@ -9,15 +9,12 @@ import unittest
 
 import numpy
 
+from built_modules import has_engine
+
 SOURCE = pathlib.Path(os.environ["WEIR_SOURCE"])
 SHARED = pathlib.Path(os.environ.get("WEIR_DATA") or SOURCE / "../shared")
 MODELS, MEDIA = SHARED / "models", SHARED / "media"
 LEAKED = r"object-alive, type-name=\(string\)\w+|CRITICAL|WARNING|ERROR"
-
-
-def built(engine):
-    folders = os.environ["WEIR_MODULE_PATH"].split(":")
-    return any((pathlib.Path(f) / f"libweir-engine-{engine}.so").exists() for f in folders)
 
 
 def results(name="reference_results"):
@@ -67,10 +64,8 @@ def from_centres(centres, sizes):
     return numpy.concatenate([centres - sizes / 2, centres + sizes / 2], axis=1)
 
 
-class ReferenceCase(unittest.TestCase):
+class PipelineCase(unittest.TestCase):
     def setUp(self):
-        if not MODELS.is_dir():
-            self.skipTest(f"{MODELS} is not there")
         folder = tempfile.TemporaryDirectory()
         self.addCleanup(folder.cleanup)
         self.folder = pathlib.Path(folder.name)
@@ -79,6 +74,13 @@ class ReferenceCase(unittest.TestCase):
         done = subprocess.run(["gst-launch-1.0", "-q", *line.split()], capture_output=True, text=True, timeout=200)
         self.assertEqual(done.returncode, 0, done.stderr[-2000:])
         self.assertNotRegex(done.stderr, LEAKED)
+
+
+class ReferenceCase(PipelineCase):
+    def setUp(self):
+        if not MODELS.is_dir():
+            self.skipTest(f"{MODELS} is not there")
+        super().setUp()
 
     def picture(self, name, form="RGB"):
         """Rows, columns, colours."""
@@ -98,7 +100,7 @@ class ReferenceCase(unittest.TestCase):
         """Arrays through tensor_filter: one for each of `outputs`, which are (shape, type), and each frame."""
         model = MODELS / model
         engine = {".onnx": "onnxruntime", ".tflite": "tensorflow-lite"}[model.suffix]
-        if not built(engine):
+        if not has_engine(engine):
             self.skipTest(f"the engine {engine} is not built")
         sources = []
         for number, array in enumerate(inputs):
