@@ -1,6 +1,6 @@
 #!/usr/bin/python3
-"""Tests of tools/setup, tools/install, tools/uninstall and tools/count-tests.py, in folders of their own and with
-stand-ins for npm, apt and dpkg: nothing is fetched and nothing installed. The last line is `N passed, N failed`.
+"""Tests of tools/setup, tools/configure, tools/install, tools/uninstall and tools/count-tests.py, in folders of their
+own and with stand-ins for npm, apt and dpkg: nothing is fetched and nothing installed. The last line is `N passed, N failed`.
 """
 
 import base64
@@ -203,6 +203,19 @@ class Setup(unittest.TestCase):
         self.assertEqual(result.returncode, 1)
         self.assertIn("tools/setup --yes", result.stderr)
         self.assertEqual(self.calls(), "")
+
+
+class Configure(unittest.TestCase):
+    def test_goes_on_where_it_was_interrupted(self):
+        root = pathlib.Path(self.enterContext(tempfile.TemporaryDirectory(prefix="weir configure ")))
+        (root / "tools").mkdir()
+        shutil.copy(TOOLS / "configure", root / "tools")
+        (root / "meson.build").write_text("project('toy')\n")
+        built = root / "build" / "build.ninja"
+        for _ in range(2):
+            subprocess.run([root / "tools" / "configure", "build"], capture_output=True, check=True)
+            self.assertTrue(built.exists())
+            built.unlink()  # as it is gone when Meson is stopped while it configures anew
 
 
 class Install(unittest.TestCase):
