@@ -17,7 +17,7 @@ Result<std::shared_ptr<BatchGroup>> make_group(const std::shared_ptr<Batches>& b
                                                const std::shared_ptr<SharedModel>& shared,
                                                const BatchAxes& axes, size_t batch_size,
                                                const Infos& frame) {
-  auto created = ModelUse::create(shared, 1);
+  auto created = ModelUse::create(shared, 1, ModelUse::For::Others);
   if (!created) return created.error();
   const std::shared_ptr<ModelUse> use = *std::move(created);
   std::vector<std::vector<ModelShape>> answers;  // the names that infos point to

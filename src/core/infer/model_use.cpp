@@ -45,11 +45,11 @@ bool SessionSet::wait_until_free(std::chrono::milliseconds limit) const {
 }
 
 Result<std::unique_ptr<ModelUse>> ModelUse::create(std::shared_ptr<SharedModel> shared,
-                                                   size_t sessions) {
+                                                   size_t sessions, For user) {
   std::lock_guard opening(shared->opening_);
   const auto pool = shared->opened_pool();
   if (!pool) return pool.error();
-  std::unique_ptr<ModelUse> use(new ModelUse(shared, sessions));
+  std::unique_ptr<ModelUse> use(new ModelUse(shared, sessions, user));
   auto set = SessionSet::create(*pool, sessions);
   if (!set) return set.error();
   use->set_ = *std::move(set);

@@ -63,7 +63,9 @@ ModelSource SharedModel::source() const {
 
 size_t SharedModel::users() const {
   std::lock_guard lock(mutex_);
-  return uses_.size();
+  return static_cast<size_t>(std::count_if(uses_.begin(), uses_.end(), [](const ModelUse* use) {
+    return use->user_ == ModelUse::For::Itself;
+  }));
 }
 
 uint64_t SharedModel::reloads() const {

@@ -70,6 +70,7 @@ class SharedModel : public std::enable_shared_from_this<SharedModel> {
   Status open();
   const std::string& key() const noexcept { return key_; }
   ModelSource source() const;
+  // Uses that are there for themselves.
   size_t users() const;
   uint64_t reloads() const;
   // The model as it is now: null while it is closed by suspension.
@@ -118,9 +119,11 @@ class SharedModel : public std::enable_shared_from_this<SharedModel> {
 // What one filter (or batch of filters) uses of a model. Thread-safe.
 class ModelUse {
  public:
+  // Batches work for filters that have uses of their own.
+  enum class For { Itself, Others };
   // `sessions`: how many frames are worked on at a time; 0 = none, only the model is kept open.
   static Result<std::unique_ptr<ModelUse>> create(std::shared_ptr<SharedModel> shared,
-                                                  size_t sessions);
+                                                  size_t sessions, For user = For::Itself);
   ~ModelUse();  // after the last Frame is gone
   ModelUse(const ModelUse&) = delete;
   ModelUse& operator=(const ModelUse&) = delete;
@@ -170,8 +173,8 @@ class ModelUse {
     bool resolved = false;
     std::vector<ModelShape> inputs, outputs;
   };
-  ModelUse(std::shared_ptr<SharedModel> shared, size_t sessions)
-      : shared_(std::move(shared)), sessions_(sessions) {}
+  ModelUse(std::shared_ptr<SharedModel> shared, size_t sessions, For user)
+      : shared_(std::move(shared)), sessions_(sessions), user_(user) {}
   static Result<std::shared_ptr<SessionSet>> prepared(std::shared_ptr<SessionPool> pool,
                                                       size_t sessions, const Shapes& shapes,
                                                       bool warm);
@@ -180,6 +183,7 @@ class ModelUse {
 
   const std::shared_ptr<SharedModel> shared_;
   const size_t sessions_;
+  const For user_;
   mutable std::mutex mutex_;         // guards the rest
   std::shared_ptr<SessionSet> set_;  // null: closed by suspension
   bool asleep_ = false;              // the engine has suspended the sessions of set_

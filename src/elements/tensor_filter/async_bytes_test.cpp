@@ -215,6 +215,17 @@ TEST(TensorFilterAsyncBytes, FailsWhereTheBoundNeverBecomesFree) {
 
 // ---- When every place is taken ----------------------------------------------------------------
 
+TEST(TensorFilterAsyncBusy, SaysThatWorkersDoNothing) {
+  const auto element = lone_element(filter("outputs:1", "workers=3"));
+  Errors messages(element.get());
+  gst_element_set_state(element.get(), GST_STATE_PAUSED);
+  const auto text = messages.next_warning();
+  gst_element_set_state(element.get(), GST_STATE_NULL);
+  EXPECT_SAYS(text, "WEIR-1004: workers do nothing where the engine has its own threads");
+  EXPECT_SAYS(text, "offered: workers=3 with invoke-async=true");
+  EXPECT_SAYS(text, "fix: tensor_filter invoke-async=true workers=1");
+}
+
 TEST(TensorFilterAsyncBusy, DropsTheFrameForWhichThereIsNoPlace) {
   for (const char* when_busy : {"drop-new", "drop-old"})
     for (const char* more : {"in-flight:1", "in-flight:8"}) {

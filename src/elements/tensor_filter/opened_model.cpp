@@ -46,6 +46,19 @@ Status check_parts(const FilterSettings& s) {
   return ok();
 }
 
+// Batches have a session of their own, for all that share the model.
+size_t sessions_of(const FilterSettings& s, std::vector<Error>* warnings) {
+  if (s.batch_size > 1) return 0;
+  if (!s.invoke_async) return size_t{s.workers} * s.invoke_threads;
+  if (s.workers > 1)
+    warnings->push_back({Code::OPTION_VALUE,
+                         "workers do nothing where the engine has its own threads",
+                         "workers=" + std::to_string(s.workers) + " with invoke-async=true",
+                         "workers=1: the model says how many frames may be in work", "",
+                         "tensor_filter invoke-async=true workers=1"});
+  return 1;
+}
+
 }  // namespace
 
 Result<std::unique_ptr<OpenedModel>> OpenedModel::open(const FilterSettings& s,
@@ -65,9 +78,7 @@ Result<std::unique_ptr<OpenedModel>> OpenedModel::open(const FilterSettings& s,
   opened->monitor_ = std::move(monitor);
   auto found = infer::ModelTable::instance().find(shared_key(s, warnings), *source);
   warn(found.not_shared);
-  // Batches have a session of their own, for all that share the model.
-  auto use = infer::ModelUse::create(std::move(found.model),
-                                     s.batch_size > 1 ? 0 : s.workers * s.invoke_threads);
+  auto use = infer::ModelUse::create(std::move(found.model), sessions_of(s, warnings));
   if (!use) return use.error();
   opened->use_ = *std::move(use);
   const auto frame = opened->begin();

@@ -71,6 +71,14 @@ TEST(SharedBatch, OneFrameOfEachStreamMakesABatch) {
   }
 }
 
+// Who adds up weights-bytes / shared-by has each model once.
+TEST(SharedBatch, TheSessionOfTheBatchesIsNoFurtherFilter) {
+  const Streams streams(2, std::string("batch-size=2") + kHour);
+  for (size_t s = 0; s < 2; ++s) streams.push(s, 0);
+  for (size_t s = 0; s < 2; ++s) streams.expect_next(s, 0);
+  for (size_t s = 0; s < 2; ++s) EXPECT_EQ(streams.count(s, "shared-by"), 2u);
+}
+
 TEST(SharedBatch, AStreamThatEndedHoldsNobody) {
   const Streams streams(2, std::string("batch-size=4") + kHour);
   streams.push(0, 0);
