@@ -1,10 +1,11 @@
-// Opens every engine module once.
+// Opens every engine module once, in a copy of the process before.
 #include "engine_facts.hpp"
 
 #include <filesystem>
 
 #include "core/infer/known_engines.hpp"
 #include "core/infer/module_library.hpp"
+#include "trial.hpp"
 
 namespace weir::app {
 namespace {
@@ -26,6 +27,14 @@ const char* const* library_problem_of(const weir_engine& engine) {
 
 void look_at(EngineFact* fact) {
   fact->file = module_file(fact->name);
+  if (!fact->file.empty())
+    fact->problem =
+        ending_of([&] { static_cast<void>(infer::ModuleLibrary::instance().engine(fact->name)); });
+  if (!fact->problem.empty()) {
+    fact->state = EngineState::Refused;
+    fact->problem = "the module cannot be loaded: " + fact->problem;
+    return;
+  }
   const auto engine = infer::ModuleLibrary::instance().engine(fact->name);
   if (engine) {
     fact->version = engine_version(**engine);

@@ -1,8 +1,9 @@
-// Opens every decoder and converter module once.
+// Opens every decoder and converter module once, in a copy of the process before.
 #include "module_facts.hpp"
 
 #include "core/infer/module_library.hpp"
 #include "engine_facts.hpp"
+#include "trial.hpp"
 
 namespace weir::app {
 namespace {
@@ -13,7 +14,10 @@ std::vector<ModuleFact> facts(const char* kind, const std::vector<std::string>& 
   std::vector<ModuleFact> out;
   for (const auto& name : names) {
     ModuleFact fact{name, module_file(name, kind), ""};
-    if (const auto module = open(name); !module) {
+    if (!fact.file.empty()) fact.problem = ending_of([&] { static_cast<void>(open(name)); });
+    if (!fact.problem.empty())
+      fact.problem = "the module cannot be loaded: " + fact.problem;
+    else if (const auto module = open(name); !module) {
       const Error& error = module.error();
       fact.problem = error.what + (error.offered.empty() ? "" : ": " + error.offered);
     }

@@ -119,6 +119,17 @@ class Doctor(Case):
         self.assertIn({"group": "filter", "key": "priority_onnx", "value": "a, b", "origin": f"{path}:2"}, told["settings"])
         self.assertEqual(told["problems"], [])
 
+    def test_doctor_lives_through_a_module_that_crashes(self):
+        shutil.copy(pathlib.Path(os.environ["WEIR_CRASHING_MODULES"]) / "libweir-engine-crashing.so", self.folder)
+        shutil.copy(self.folder / "libweir-engine-crashing.so", self.folder / "libweir-decoder-crashing.so")
+        path = f"{self.folder}:{os.environ['WEIR_MODULE_PATH']}"
+        told = json.loads(self.good(weir("doctor", "--json", WEIR_MODULE_PATH=path)))
+        engines = {engine["name"]: engine for engine in told["engines"]}
+        self.assertEqual(engines["crashing"]["state"], "refused")
+        self.assertRegex(engines["crashing"]["problem"], r"the module cannot be loaded: it ends the process: (signal 11|exit\()")
+        self.assertEqual(engines["scaling"]["state"], "usable", "the others are looked at as ever")
+        self.assertIn("it ends the process", self.good(weir("doctor", WEIR_MODULE_PATH=path)))
+
     def test_doctor_names_lines_of_the_configuration_that_are_wrong(self):
         path = self.ini("[filter]\nhello\npriorty_onnx=a\n")
         said = self.good(weir("doctor", WEIR_CONFIG=str(path)))
