@@ -4,6 +4,7 @@
 import json
 import os
 import pathlib
+import re
 import shutil
 import subprocess
 import sys
@@ -86,6 +87,17 @@ class Table(unittest.TestCase):
     def test_medians_spread_and_shares(self):
         self.assertIn("| pictures per second | 19 (18 to 20); 50 % | 9.5 (9 to 10); 25 % | 38 | 2.00 |",
                       table.markdown(self.RESULTS).splitlines())
+
+    def test_a_floor_that_decodes_is_a_row_of_its_own(self):
+        label = parts.DECODES["pictures per second"]
+        self.assertNotIn(label, table.markdown(self.RESULTS))
+        floor = {"onnxruntime": [{**one, label: one["pictures per second"] / 2} for one in self.RESULTS["floor"]["onnxruntime"]]}
+        found = table.markdown({**self.RESULTS, "floor": floor}).splitlines()
+        rows = {line.split(" | ")[0]: line for line in found}
+        bare, decoding = rows["| pictures per second"].split(" | "), rows["| " + label].split(" | ")
+        share = [int(re.search(r"; (\d+) %", cell).group(1)) for cell in (bare[1], decoding[1])]
+        self.assertAlmostEqual(share[1], 2 * share[0], delta=1)
+        self.assertEqual(bare[1].split(";")[0], decoding[1].split(";")[0])
 
     def test_without_a_floor_no_percentage(self):
         text = table.markdown({name: value for name, value in self.RESULTS.items() if name != "floor"})
@@ -182,7 +194,20 @@ class KernelsFloor(unittest.TestCase):
         self.assertGreater(found["rate"], 0)
         self.assertGreater(found["cpu_ms"], 0)
 
+    @unittest.skipUnless(VIDEO.exists(), "no clip")
+    def test_decodes_as_well(self):
+        """Beside the bare loop, and each picture costs more."""
+        done = self.floor(NETWORKS, "1920 1080 4 1\n" * 20, "--min-face", "300", "--clip", VIDEO)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        found = json.loads(done.stdout)
+        self.assertGreater(found["decoding"]["cpu_ms"], found["cpu_ms"])
+        self.assertGreater(found["decoding"]["rate"], 0)
+
     def test_refusals(self):
+        for clip in (SOURCE / "README.md", SOURCE / "nowhere.mp4"):
+            done = self.floor(NETWORKS, "640 360 1 1\n", "--clip", clip)
+            self.assertEqual((done.returncode, done.stdout), (1, ""))
+            self.assertIn(f"{clip} cannot be decoded", done.stderr)
         for models, asked, words in ((NETWORKS, "", "says nothing"), (SOURCE, "640 360 1 1\n", "onnx/pnet.onnx cannot be read")):
             done = self.floor(models, asked)
             self.assertEqual((done.returncode, done.stdout), (1, ""))

@@ -2,21 +2,25 @@
 // batches, on numbers that it had for one of the pictures, and with nothing around them. It is
 // built twice: mtcnn-floor for ONNX Runtime, mtcnn-kernels-floor for the kernels of our own.
 //
-//   mtcnn-floor --models FOLDER [--min-face N] [--threads N] ASKED
+//   mtcnn-floor --models FOLDER [--min-face N] [--threads N] [--clip FILE] ASKED
 //
 // ASKED is what mtcnn-control --asked wrote. Prints JSON: "pictures", the milliseconds of P-, R-,
 // O-Net's and all invokes of each picture on one thread; "rate", pictures per second on N threads,
-// each with one network of each kind, and "cpu_ms", the CPU time of a picture there.
+// each with one network of each kind, and "cpu_ms", the CPU time of a picture there. With --clip
+// also "decoding", the same two where each picture is decoded first: what no program can pass that
+// has a clip to read.
 #include <sys/resource.h>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <atomic>
 #include <chrono>
 #include <cstdio>
 #include <memory>
 #include <thread>
 
 #include "floor.hpp"
+#include "floor_clip.hpp"
 
 namespace {
 
@@ -53,7 +57,31 @@ Times one_picture(Invokes& invokes, const Asked& picture) {
   return {ms(p - begin), ms(r - p), ms(o - r), ms(o - begin)};
 }
 
-int run(const std::string& file, const std::string& models, uint32_t min_face, int threads) {
+// "rate" and "cpu_ms" of all pictures on as many threads as there are `all`; of `clip`, where there
+// is one, each picture is decoded first.
+std::string on_all_threads(const std::vector<std::unique_ptr<Invokes>>& all,
+                           const std::vector<Asked>& pictures, control::DecodedClip* clip) {
+  std::atomic<size_t> next = 0, done = 0;
+  const double cpu = cpu_seconds();
+  const auto begin = Clock::now();
+  {
+    std::vector<std::jthread> running;
+    for (const auto& invokes : all)
+      running.emplace_back([&] {
+        for (size_t k = next++; k < pictures.size() && (!clip || clip->next()); k = next++, ++done)
+          one_picture(*invokes, pictures[k]);
+      });
+  }
+  const double took = ms(Clock::now() - begin),
+               count = static_cast<double>(std::max<size_t>(done, 1));
+  char text[80];
+  std::snprintf(text, sizeof text, "\"rate\": %.3f, \"cpu_ms\": %.3f", count * 1e3 / took,
+                (cpu_seconds() - cpu) * 1e3 / count);
+  return text;
+}
+
+int run(const std::string& file, const std::string& clip, const std::string& models,
+        uint32_t min_face, int threads) {
   const std::vector<Asked> pictures = control::read_asked(file);
   if (pictures.empty())
     return std::fprintf(stderr, "mtcnn-floor: %s says nothing\n", file.c_str()), 1;
@@ -78,35 +106,31 @@ int run(const std::string& file, const std::string& models, uint32_t min_face, i
                   took.p, took.r, took.o, took.all);
     alone += text;
   }
-  const double cpu = cpu_seconds();
-  const auto begin = Clock::now();
-  {
-    std::vector<std::jthread> running;
-    for (size_t i = 0; i < all.size(); ++i)
-      running.emplace_back([&, i] {
-        for (size_t k = i; k < pictures.size(); k += all.size()) one_picture(*all[i], pictures[k]);
-      });
+  const std::string bare = on_all_threads(all, pictures, nullptr);
+  std::string decoding;
+  if (!clip.empty()) {
+    control::DecodedClip decoded(clip);
+    decoding = ", \"decoding\": {" + on_all_threads(all, pictures, &decoded) + "}";
   }
-  const double took = ms(Clock::now() - begin), count = static_cast<double>(pictures.size());
-  std::printf("{\"pictures\": [%s], \"rate\": %.3f, \"cpu_ms\": %.3f}\n", alone.c_str(),
-              count * 1e3 / took, (cpu_seconds() - cpu) * 1e3 / count);
+  std::printf("{\"pictures\": [%s], %s%s}\n", alone.c_str(), bare.c_str(), decoding.c_str());
   return 0;
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
-  std::string asked, models;
+  std::string asked, clip, models;
   uint32_t min_face = 40;
   int threads = 1;
   CLI::App app{"An engine's own time for the invokes of mtcnn-control"};
   app.add_option("ASKED", asked, "What mtcnn-control --asked wrote")->required();
   app.add_option("--models", models, "The folder of the networks' files")->required();
   app.add_option("--min-face", min_face, "As the control had it; else 40");
+  app.add_option("--clip", clip, "The clip that was asked about, to be decoded in a second run");
   app.add_option("--threads", threads, "That run at once; else 1")->check(CLI::Range(1, 64));
   CLI11_PARSE(app, argc, argv);
   try {
-    return run(asked, models, min_face, threads);
+    return run(asked, clip, models, min_face, threads);
   } catch (const std::exception& e) {
     std::fprintf(stderr, "mtcnn-floor: %s\n", e.what());
     return 1;

@@ -36,6 +36,8 @@ def gathered(results):
                         rows.setdefault(name, {}).setdefault(who, []).append(value)
             for name, value in once.items():
                 rows.setdefault(name, {})[who] = [value]
+    if any(label in one for rounds in results.get("floor", {}).values() for one in rounds for label in parts.DECODES.values()):
+        rows = {key: row for name, row in rows.items() for key in (name, parts.DECODES.get(name, name))}
     return rows
 
 
