@@ -229,6 +229,14 @@ class Faces(unittest.TestCase):
             done = run("--build", "/nowhere", *options, "clip.mp4")
             self.assertEqual(done.returncode, 1)
             self.assertRegex(done.stderr, f"{program} is not built\n  fix: .*{fix}")
+        with tempfile.TemporaryDirectory() as folder:
+            nodes = pathlib.Path(folder) / "examples/mtcnn/control/ros"
+            nodes.mkdir(parents=True)
+            for name in ("camera", "p", "r", "o"):
+                (nodes / f"mtcnn-ros-{name}").touch()
+            done = run("--build", folder, "--ros", "clip.mp4")
+        self.assertEqual(done.returncode, 1)
+        self.assertRegex(done.stderr, r"package\.xml is not built\n  fix: .*libroscpp-dev")
 
     def test_networks_are_fetched_or_their_source_is_named(self):
         """Without ../shared, where the network does not reach."""
