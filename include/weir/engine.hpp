@@ -100,30 +100,9 @@ template <class Engine>
 struct EngineFace {
   static constexpr bool kSubmits = requires { &Engine::submit; };
   static Engine& of(void* handle) { return *static_cast<Engine*>(handle); }
-  // What the class throws is its own failure, not a fault of Weir.
-  template <class Body>
-  static int guarded_call(weir_error* error, const Body& body) noexcept {
-    const auto failure = [](const char* text) {
-      return Failure({Code::CALLBACK_FAILED, "the filter's class threw an exception", text, "", "",
-                      "throw weir::Failure, which has words of its own"});
-    };
-    return guarded(error, [&]() -> int {
-      try {
-        return body();
-      } catch (const Failure&) {
-        throw;
-      } catch (const std::bad_alloc&) {
-        throw;
-      } catch (const std::exception& e) {
-        throw failure(e.what());
-      } catch (...) {
-        throw failure("of no type that std::exception knows");
-      }
-    });
-  }
   static int open(const weir_open* request, weir_model** out, weir_error* error) {
     *out = nullptr;
-    return guarded_call(error, [&] {
+    return guarded(error, [&] {
       const OpenRequest given{{request->paths, request->paths ? request->n_models : 0},
                               Options(request->options, request->n_options),
                               request->accelerator ? request->accelerator : "",
@@ -134,7 +113,7 @@ struct EngineFace {
   }
   static void close(weir_model* model) { delete reinterpret_cast<Engine*>(model); }
   static int info(weir_model* model, weir_model_info* info, weir_error* error) {
-    return guarded_call(error, [&] {
+    return guarded(error, [&] {
       const auto inputs = of(model).inputs(), outputs = of(model).outputs();
       info->n_inputs = static_cast<uint32_t>(inputs.size());
       info->n_outputs = static_cast<uint32_t>(outputs.size());
@@ -156,7 +135,7 @@ struct EngineFace {
   static void session_free(weir_session*) {}
   static int resolve(weir_session* session, const weir_tensor_info* in, uint32_t n_in,
                      weir_tensor_info* out, uint32_t n_out, weir_error* error) {
-    return guarded_call(error, [&] {
+    return guarded(error, [&] {
       if constexpr (requires { of(session).resolve(std::span(in, n_in), std::span(out, n_out)); })
         of(session).resolve(std::span(in, n_in), std::span(out, n_out));
       return WEIR_OK;
@@ -164,7 +143,7 @@ struct EngineFace {
   }
   static int invoke(weir_session* session, const weir_frame* in, weir_frame* out,
                     weir_error* error) {
-    return guarded_call(error, [&] {
+    return guarded(error, [&] {
       if constexpr (requires { of(session).invoke(*in, *out); })
         return of(session).invoke(*in, *out) ? 0 : 1;
       else
@@ -177,7 +156,7 @@ struct EngineFace {
   static int submit(weir_session* session, const weir_frame* in, weir_request* request,
                     weir_error* error) {
     Request given(request);
-    const int result = guarded_call(error, [&] {
+    const int result = guarded(error, [&] {
       of(session).submit(*in, given);
       return WEIR_OK;
     });
@@ -191,7 +170,7 @@ struct EngineFace {
     });
   }
   static int control(weir_session* session, int op, const weir_option* option, weir_error* error) {
-    return guarded_call(error, [&] {
+    return guarded(error, [&] {
       of(session).control(op, option);
       return WEIR_OK;
     });

@@ -66,8 +66,10 @@ inline int fail(weir_error* to, const Error& error) {
 // error: nothing of C++ leaves the module.
 template <class Body>
 int guarded(weir_error* to, Body&& body) noexcept {
-  const auto say = [to](int code, const char* what) {  // allocates nothing here
-    return module_host->fail(to, code, what, nullptr, nullptr, nullptr, nullptr);
+  // These allocate nothing here.
+  const auto threw = [to](const char* text) {
+    return module_host->fail(to, WEIR_CALLBACK_FAILED, "a class in C++ threw an exception", text,
+                             nullptr, nullptr, "throw weir::Failure, which has words of its own");
   };
   try {
     if constexpr (std::is_same_v<decltype(body()), Status>) {
@@ -79,11 +81,12 @@ int guarded(weir_error* to, Body&& body) noexcept {
   } catch (const Failure& failure) {
     return fail(to, failure.error());
   } catch (const std::bad_alloc&) {
-    return say(WEIR_OUT_OF_MEMORY, "memory ran out in a module");
+    return module_host->fail(to, WEIR_OUT_OF_MEMORY, "memory ran out in a module", nullptr, nullptr,
+                             nullptr, nullptr);
   } catch (const std::exception& e) {
-    return say(WEIR_INTERNAL, e.what());
+    return threw(e.what());
   } catch (...) {
-    return say(WEIR_INTERNAL, "an unknown exception in a module");
+    return threw("of no type that std::exception knows");
   }
 }
 

@@ -103,9 +103,10 @@ TEST(ConverterModule, ThatFailsIsAnErrorWithItsWords) {
   auto h = harness("", kNumbers);
   const std::pair<const char*, const char*> faults[] = {
       {"failure", "WEIR-1004: failed as ordered"},
-      {"exception", "WEIR-9002: thrown in a converter"},
+      {"exception",
+       "WEIR-5003: a class in C++ threw an exception\n  offered: thrown in a converter"},
       {"memory", "WEIR-9001: memory ran out in a module"},
-      {"number", "WEIR-9002: an unknown exception in a module"},
+      {"number", "offered: of no type that std::exception knows"},
       {"nothing", "WEIR-9002: a converter made no tensors"},
       {"many", "WEIR-2006: a frame has too many tensors"},
       {"", "WEIR-2004: a buffer is empty"},

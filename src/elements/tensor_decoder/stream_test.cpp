@@ -27,9 +27,10 @@ TEST(TensorDecoderStream, TurnsWhatADecoderThrowsIntoErrors) {
     EXPECT_SAYS(failure, "first difference: the first difference");
     EXPECT_SAYS(failure, "needed: another option2");
     EXPECT_SAYS(failure, "fix: option2=nothing");
-    EXPECT_SAYS(said("exception"), "WEIR-9002: thrown in a decoder");
+    EXPECT_SAYS(said("exception"),
+                "WEIR-5003: a class in C++ threw an exception\n  offered: thrown in a decoder");
     EXPECT_SAYS(said("memory"), "WEIR-9001: memory ran out in a module");
-    EXPECT_SAYS(said("number"), "WEIR-9002: an unknown exception in a module");
+    EXPECT_SAYS(said("number"), "offered: of no type that std::exception knows");
   }
 }
 

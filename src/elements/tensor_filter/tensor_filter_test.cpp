@@ -353,7 +353,7 @@ TEST(TensorFilter, TurnsWhatSuchAnEngineThrowsIntoErrors) {
     Errors errors(filter_of(h).get());
     EXPECT_EQ(gst_harness_push(h.get(), frame<float>({1, 2, 3, 4})), GST_FLOW_ERROR);
     const std::string error = errors.next();
-    EXPECT_EQ(error.find("WEIR-5003: the filter's class threw an exception"), 0u)
+    EXPECT_EQ(error.find("WEIR-5003: a class in C++ threw an exception"), 0u)
         << error << ": not a fault of Weir";
     EXPECT_SAYS(error, "offered: thrown in an engine");
   }
