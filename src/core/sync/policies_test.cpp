@@ -249,6 +249,21 @@ TEST(Missing, WithoutTheBaseThereIsNoOutput) {
   EXPECT_EQ(d.uses, (Uses{Use::Nothing, Use::Discard}));
 }
 
+// A gap held the round up, and then its pad was missing: the heads go, and their time with them.
+TEST(Missing, ARoundWithoutHeadsBeginsAnew) {
+  for (const Mode mode : {Mode::Slowest, Mode::BasePad}) {
+    const auto held_up = decide_for(mode, {head(0), gap(0)});
+    EXPECT_EQ(held_up.outcome, Outcome::Wait) << name_of(mode);
+    const auto given_up = decide_for(mode, {head(0), kMissing}, held_up.round);
+    EXPECT_EQ(given_up.uses, (Uses{Use::Discard, Use::Nothing})) << name_of(mode);
+    EXPECT_TRUE(given_up.round.need_set) << name_of(mode);
+    const auto d = decide_for(mode, {with_kept(head(60), 0), head(60)}, given_up.round);
+    EXPECT_EQ(d.outcome, Outcome::Emit) << name_of(mode);
+    EXPECT_EQ(d.round.current, 60u) << name_of(mode);
+    EXPECT_EQ(d.uses, (Uses{Use::Head, Use::Head})) << name_of(mode);
+  }
+}
+
 Decision decide_late(std::vector<PadView> pads, Stamp limit) {
   return decide({Mode::Lateness, {}, limit}, {}, pads);
 }

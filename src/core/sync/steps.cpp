@@ -15,6 +15,9 @@ Decision end_of_stream(const Round& round, size_t pads) {
 
 Decision discard_heads(const Round& round, std::span<const PadView> pads) {
   Decision out = wait_for_more(round, pads.size());
+  out.round.need_set = true;  // what a gap held up has no heads any more
+  out.round.deciding.reset();
+  out.round.counted.clear();
   for (size_t i = 0; i < pads.size(); ++i)
     if (pads[i].state == PadState::Head) out.uses[i] = Use::Discard;
   return out;

@@ -8,7 +8,7 @@ namespace weir::sync {
 Decision wait_for_more(const Round& round, size_t pads);
 // A decision that ends the stream.
 Decision end_of_stream(const Round& round, size_t pads);
-// Discards every head.
+// Discards every head; the round begins anew.
 Decision discard_heads(const Round& round, std::span<const PadView> pads);
 // Step A of nosync, slowest and refresh. The first pad whose head has the highest time decides;
 // none does when all are below `current`.

@@ -205,6 +205,26 @@ TEST(TensorMuxShutdown, AGapLetsTheOthersGoOn) {
   mux.expect_no_frame_lost();
 }
 
+// As a tensor_crop that finds no regions: gaps alone, of which nosync and basepad make nothing.
+TEST(TensorMuxShutdown, APadOfGapsAloneHoldsNothingForEverWithMaxWait) {
+  for (const char* mode : {"nosync", "slowest", "basepad"}) {
+    Two mux(with_mode(mode) + " max-wait=1000000");
+    for (uint8_t i = 0; i < 5; ++i) {
+      mux.event(1, gst_event_new_gap(10 * i, 10));
+      EXPECT_EQ(mux.push(0, Bytes{i}, 10 * i), GST_FLOW_OK) << mode;
+    }
+    EXPECT_TRUE(mux.buffers().empty()) << mode;
+    g_object_set(mux.element(), "max-wait", guint64{0}, nullptr);
+    auto back = mux.push_later(1, Bytes{8}, 60);
+    mux.wait_for_stat("received", 6);
+    EXPECT_EQ(mux.push(0, Bytes{7}, 60), GST_FLOW_OK) << mode;
+    EXPECT_EQ(back.get(), GST_FLOW_OK) << mode;
+    ASSERT_EQ(mux.buffers().size(), 1u) << mode;
+    EXPECT_EQ(memories_of(mux.buffers()[0].get()), (std::vector<Bytes>{{7}, {8}})) << mode;
+    mux.expect_no_frame_lost();
+  }
+}
+
 TEST(TensorMuxShutdown, TimesThatGoBackAreDroppedWhenAskedFor) {
   Two mux("tensor_mux on-backwards-time=drop");
   mux.push_all({{1}, {2}}, 50);
