@@ -7,10 +7,10 @@
 
 #include "core/infer/host.hpp"
 #include "core/infer/module_library.hpp"
-#include "core/infer/usable_cores.hpp"
 #include "core/text/text.hpp"
 #include "engine_facts.hpp"
 #include "engine_options.hpp"
+#include "machine/usable_cores.hpp"
 #include "model_paths.hpp"
 
 namespace weir::app {
@@ -45,7 +45,7 @@ bool recognises(const weir_engine& engine, const std::string& path) {
 
 std::vector<int> default_threads() {
   std::vector<int> out;
-  const int cores = infer::usable_cores();
+  const int cores = usable_cores();
   for (int threads = 1; threads < cores; threads *= 2) out.push_back(threads);
   out.push_back(cores);
   return out;

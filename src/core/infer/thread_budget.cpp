@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-#include "core/infer/usable_cores.hpp"
+#include "machine/usable_cores.hpp"
 
 namespace weir::infer {
 int share_of(const ThreadUse& own, const std::vector<ThreadUse>& others, int cores) noexcept {

@@ -1,7 +1,6 @@
 // tensor_filter with workers: frames at once, their order, sessions, threads of the engine.
 #include "elements/tensor_filter/gated_filter.hpp"
-
-#include "core/infer/usable_cores.hpp"
+#include "machine/usable_cores.hpp"
 
 namespace weir::test {
 namespace {
@@ -174,7 +173,7 @@ TEST(FilterWorkers, AnswerADrainQueryWhenAllIsPushed) {
 }
 
 int share(int workers) {
-  return std::max(1, infer::usable_cores() / workers);
+  return std::max(1, usable_cores() / workers);
 }
 
 TEST(FilterThreads, AreTheEnginesChoiceForALoneFilter) {
@@ -203,7 +202,7 @@ TEST(FilterThreads, AreSharedAmongTheFiltersOfAPipeline) {
   auto wanted = gate().seen().threads_wanted;
   gst_element_set_state(pipeline.get(), GST_STATE_NULL);
   std::sort(wanted.begin(), wanted.end());
-  const int each = std::max(1, (infer::usable_cores() - 1) / 2);
+  const int each = std::max(1, (usable_cores() - 1) / 2);
   std::vector<int> expected{1, each, each};
   EXPECT_EQ(wanted, expected);
 }

@@ -4,7 +4,7 @@
 #include <algorithm>
 
 #include "engine_options.hpp"
-#include "processor.hpp"
+#include "usable_cores.hpp"
 
 namespace weir::engine {
 namespace {

@@ -6,8 +6,8 @@
 
 #include "engine_options.hpp"
 #include "opencv-dnn/dnn_files.hpp"
-#include "processor.hpp"
 #include "tensor_check.hpp"
+#include "usable_cores.hpp"
 
 namespace weir::engine {
 namespace {

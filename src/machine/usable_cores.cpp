@@ -1,5 +1,5 @@
 // Counting cores from the affinity mask, /sys and the control group, as the engines count them.
-#include "core/infer/usable_cores.hpp"
+#include "usable_cores.hpp"
 
 #include <sched.h>
 
@@ -10,7 +10,7 @@
 #include <set>
 #include <utility>
 
-namespace weir::infer {
+namespace weir {
 namespace {
 
 int read_number(const std::string& path, int otherwise) {
@@ -60,4 +60,4 @@ int usable_cores(const std::string& root) {
   return cores;
 }
 
-}  // namespace weir::infer
+}  // namespace weir

@@ -1,13 +1,14 @@
-// Cores counted in a tree of files that the test writes.
-#include "core/infer/usable_cores.hpp"
+// Cores counted on this machine, and in a tree of files that the test writes.
+#include "usable_cores.hpp"
 
 #include <gtest/gtest.h>
 #include <sched.h>
 
 #include <filesystem>
 #include <fstream>
+#include <thread>
 
-namespace weir::infer {
+namespace weir {
 namespace {
 
 namespace fs = std::filesystem;
@@ -62,5 +63,25 @@ TEST_F(UsableCores, TakesAQuotaThatCannotBeReadForNone) {
   EXPECT_GE(without, 1);
 }
 
+TEST(UsableCoresOfThisMachine, AreBetweenOneAndItsProcessors) {
+  EXPECT_GE(usable_cores(), 1);
+  EXPECT_LE(usable_cores(), static_cast<int>(std::max(1u, std::thread::hardware_concurrency())));
+}
+
+TEST(UsableCoresOfThisMachine, FollowTheAffinityOfTheThread) {
+  int found = 0;
+  std::thread([&found] {
+    cpu_set_t mask;
+    ASSERT_EQ(sched_getaffinity(0, sizeof mask, &mask), 0);
+    int first = 0;
+    while (!CPU_ISSET(first, &mask)) ++first;
+    CPU_ZERO(&mask);
+    CPU_SET(first, &mask);
+    ASSERT_EQ(sched_setaffinity(0, sizeof mask, &mask), 0);
+    found = usable_cores();
+  }).join();
+  EXPECT_EQ(found, 1);
+}
+
 }  // namespace
-}  // namespace weir::infer
+}  // namespace weir
