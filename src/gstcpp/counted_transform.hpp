@@ -25,8 +25,8 @@ class CountedTransform : public Element<Impl, BaseTransform> {
  protected:
   // The frame in work is lost to `error`.
   GstFlowReturn failed(const Error& error) {
-    post_error(this->element(), error);
     ledger_.dropped(DropReason::Error);
+    post_error(this->element(), error);
     return GST_FLOW_ERROR;
   }
 

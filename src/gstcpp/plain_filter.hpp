@@ -64,8 +64,8 @@ class PlainFilter : public Element<Impl, PlainElement> {
  protected:
   // A received frame that is lost to `error`.
   GstFlowReturn failed(const Error& error) {
-    post_error(this->element(), error);
     ledger_.dropped(DropReason::Error);
+    post_error(this->element(), error);
     return error.code == Code::NOT_NEGOTIATED ? GST_FLOW_NOT_NEGOTIATED : GST_FLOW_ERROR;
   }
   static Error before_caps() {

@@ -77,9 +77,13 @@ std::string with_next_index(std::string_view option) {
 Status check_order(OptionReader& reader, const std::vector<uint8_t>& order) {
   if (order.size() < kShortForm)
     return reader.syntax_error("at least four indices, such as 1:0:2:3", kExample);
-  const auto highest = *std::max_element(order.begin(), order.end());
-  if (highest >= order.size()) {
-    reader.go_to(0);
+  const auto beyond = std::find_if(order.begin(), order.end(),
+                                   [&](uint8_t index) { return index >= order.size(); });
+  if (beyond != order.end()) {
+    size_t place = 0;  // behind as many colons as there are indices before it
+    for (auto index = order.begin(); index != beyond; ++index)
+      place = reader.text().find(':', place) + 1;
+    reader.go_to(place);
     return reader.syntax_error(
         "each of the indices 0 to " + std::to_string(order.size() - 1) + " once", kExample);
   }

@@ -243,5 +243,15 @@ TEST(TransposeOption, FourIndicesEndWithThree) {
   EXPECT_TRUE(parse(Mode::Transpose, "3:0:1:2:4"));
 }
 
+TEST(TransposeOption, PointsAtTheIndexThatNoDimensionHas) {
+  for (const auto& [option, place] :
+       {std::pair{"1:2:0:4", "at character 7:\n    1:2:0:4\n          ^"},
+        {"1:12:0:2:3", "at character 3:\n    1:12:0:2:3\n      ^"}}) {
+    const auto operation = parse(Mode::Transpose, option);
+    ASSERT_FALSE(operation);
+    EXPECT_EQ(operation.error().difference, place);
+  }
+}
+
 }  // namespace
 }  // namespace weir::transform

@@ -196,8 +196,8 @@ class TensorConverter : public gst::Element<TensorConverter, gst::PlainElement> 
 
  private:
   GstFlowReturn fail(const Error& error) {
-    gst::post_error(element(), error);
     ledger_.dropped(DropReason::Error);
+    gst::post_error(element(), error);
     return error.code == Code::NOT_NEGOTIATED ? GST_FLOW_NOT_NEGOTIATED : GST_FLOW_ERROR;
   }
 

@@ -132,8 +132,8 @@ class TensorDecoder : public gst::Element<TensorDecoder, gst::BaseTransform> {
     const auto kept = decode(in, out);
     reader_.clear();
     if (!kept) {
-      gst::post_error(element(), kept.error());
       ledger_.dropped(DropReason::Error);
+      gst::post_error(element(), kept.error());
       return GST_FLOW_ERROR;
     }
     if (!*kept) {

@@ -317,8 +317,8 @@ void FrameFlow::check_latency() noexcept {
 }
 
 GstFlowReturn FrameFlow::fail(const Error& error) {
-  gst::post_error(element_, error);
   ledger_->dropped(DropReason::Error);
+  gst::post_error(element_, error);
   return flow_of(error);
 }
 

@@ -94,8 +94,8 @@ class TensorReposink : public gst::Element<TensorReposink, gst::BaseSink> {
     const auto ledger = ledger_.get();
     ledger->received();
     if (const Status status = check_size(buffer); !status) {
-      gst::post_error(element(), status.error());
       ledger->dropped(DropReason::Error);
+      gst::post_error(element(), status.error());
       return GST_FLOW_ERROR;
     }
     StoredFrame frame{Ref<GstBuffer>::share(buffer), caps_, ledger};

@@ -145,8 +145,8 @@ class TensorReposrc : public gst::Element<TensorReposrc, gst::PushSource> {
     taken.frame->ledger->consumed();
     ledger_.received();
     if (const Status status = check(taken.frame->caps); !status) {
-      gst::post_error(element(), status.error());
       ledger_.dropped(DropReason::Error);
+      gst::post_error(element(), status.error());
       return GST_FLOW_EOS;
     }
     ledger_.consumed_and_pushed();

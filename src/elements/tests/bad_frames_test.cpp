@@ -35,6 +35,9 @@ TEST_P(BadFrame, OfAnotherSizeIsNamedOrTaken) {
     const std::string words = expected(bytes);
     EXPECT_EQ(error.empty(), words.empty()) << bytes << " bytes: " << error;
     EXPECT_SAYS(error, words) << bytes << " bytes";
+    if (!error.empty()) {
+      EXPECT_EQ(bench.dropped_when_told(), 1u) << "counted before it is told";
+    }
     expect_sound_again(bench, subject, 2);
   }
 }

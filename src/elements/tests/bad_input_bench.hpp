@@ -25,6 +25,7 @@ class Bench {
         sink_(Ref<GstPad>::adopt(gst_element_get_static_pad(element_.get(), "sink"))),
         end_(test::lone_pad(gst_pad_new_from_static_template(&kAnything, "end"))) {
     gst_element_set_bus(element_.get(), bus_.get());
+    gst_bus_set_sync_handler(bus_.get(), told, this, nullptr);
     gst_pad_set_element_private(end_.get(), this);
     gst_pad_set_chain_function(end_.get(), take);
     gst_pad_set_active(end_.get(), TRUE);
@@ -76,6 +77,8 @@ class Bench {
     gst_bus_set_flushing(bus_.get(), FALSE);
   }
   uint64_t stat(const char* name) const { return test::stat(element_.get(), name); }
+  // What the property said when the last error was posted.
+  uint64_t dropped_when_told() const { return dropped_when_told_; }
   uint64_t outputs() const { return outputs_; }
   // From here on the bytes of outputs are kept.
   void keep_bytes() { keeps_ = true; }
@@ -95,6 +98,12 @@ class Bench {
   static inline GstStaticPadTemplate kAnything =
       GST_STATIC_PAD_TEMPLATE("end", GST_PAD_SINK, GST_PAD_ALWAYS, GST_STATIC_CAPS_ANY);
 
+  static GstBusSyncReply told(GstBus*, GstMessage* message, gpointer self) {
+    auto* bench = static_cast<Bench*>(self);
+    if (GST_MESSAGE_TYPE(message) == GST_MESSAGE_ERROR)
+      bench->dropped_when_told_ = bench->stat("dropped");
+    return GST_BUS_PASS;
+  }
   static GstFlowReturn take(GstPad* pad, GstObject*, GstBuffer* buffer) {
     auto* bench = static_cast<Bench*>(gst_pad_get_element_private(pad));
     ++bench->outputs_;
@@ -116,7 +125,7 @@ class Bench {
   Ref<GstElement> element_;
   Ref<GstBus> bus_;
   Ref<GstPad> sink_, end_;
-  uint64_t outputs_ = 0;
+  uint64_t outputs_ = 0, dropped_when_told_ = 0;
   bool keeps_ = false;
   std::vector<uint8_t> bytes_;
   GstClockTime last_time_ = GST_CLOCK_TIME_NONE;
