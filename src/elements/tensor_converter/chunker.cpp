@@ -105,6 +105,7 @@ gst::Ref<GstBuffer> Chunker::next() {
   }
   auto out = gst::Ref<GstBuffer>::adopt(gst_adapter_take_buffer(adapter_.get(), wanted));
   if (!out) return {};
+  if (waiting_.front() < wanted) copied_ += wanted;
   finish(wanted);
   out = gst::Ref<GstBuffer>::adopt(gst_buffer_make_writable(out.release()));
   GST_BUFFER_PTS(out.get()) = pts;

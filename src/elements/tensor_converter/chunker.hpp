@@ -35,6 +35,8 @@ class Chunker {
   gst::Ref<GstBuffer> next();  // null when there are not enough frames
   // Buffers whose last byte left since this was asked last.
   uint64_t take_finished() noexcept { return std::exchange(finished_, 0); }
+  // Bytes of several buffers that were gathered in one memory since this was asked last.
+  uint64_t take_copied() noexcept { return std::exchange(copied_, 0); }
 
  private:
   void finish(size_t bytes);
@@ -49,7 +51,7 @@ class Chunker {
   GstClockTime duration_of_input_ = GST_CLOCK_TIME_NONE;
   uint64_t frames_of_input_ = 1;
   std::deque<size_t> waiting_;  // bytes that wait, of each buffer in the adapter
-  uint64_t finished_ = 0;
+  uint64_t finished_ = 0, copied_ = 0;
 };
 
 }  // namespace weir

@@ -249,5 +249,17 @@ TEST(TensorConverterMemory, KeepsWhatWasSaidBehindAQueueWhileFramesFlow) {
   EXPECT_EQ(alignment_of_next(h, 6), 4096u);
 }
 
+// Of tensors that lie in one buffer nothing is copied, of others each byte once.
+TEST(TensorConverterMemory, CountsWhatIsGatheredFromSeveralBuffers) {
+  for (const auto& [bytes, copied] : {std::pair{12u, 0u}, {36u, 0u}, {18u, 12u}, {6u, 36u}}) {
+    const auto h = harness("input-dim=2 input-type=uint8 frames-per-tensor=6",
+                           "application/octet-stream,framerate=30/1");
+    for (size_t sent = 0; sent < 36; sent += bytes)
+      ASSERT_EQ(gst_harness_push(h.get(), frame(ramp(bytes))), GST_FLOW_OK);
+    ASSERT_EQ(gst_harness_buffers_received(h.get()), 3u);
+    EXPECT_EQ(stat(h, "bytes-copied"), copied) << "from buffers of " << bytes;
+  }
+}
+
 }  // namespace
 }  // namespace weir::testing_tensor_converter

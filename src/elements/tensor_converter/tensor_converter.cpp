@@ -127,6 +127,7 @@ class TensorConverter : public gst::Element<TensorConverter, gst::PlainElement> 
     while (flow == GST_FLOW_OK) {
       auto out = chunker.next();
       if (!out) break;
+      ledger_.copied(chunker.take_copied());
       if (client) gst::set_client(out.get(), *client);
       flow = push(std::move(out));
     }
