@@ -97,7 +97,7 @@ TEST_F(DirectTest, KeepsItsShapesWhenTheEngineRefusesOthers) {
 
 TEST_F(DirectTest, SaysWhatTheEngineSays) {
   TestModel::invoke_body = [](In, Out) -> bool { throw std::runtime_error("thrown inside"); };
-  EXPECT_REFUSED(open()->invoke(std::array{lend(kTwo, {1, 2})}), INTERNAL, "thrown inside");
+  EXPECT_REFUSED(open()->invoke(std::array{lend(kTwo, {1, 2})}), CALLBACK_FAILED, "thrown inside");
 }
 
 TEST_F(DirectTest, RefusesOutputsThatTheEngineDoesNotDescribe) {

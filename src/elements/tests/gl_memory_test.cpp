@@ -65,7 +65,7 @@ Seen seen_behind(const std::string& caps, const std::string& between, const std:
 struct Line {
   const char* caps;
   std::string elements;
-  bool rows_are_apart;  // so that the converter copies them
+  bool is_copied;  // so that the converter copies them
 };
 
 TEST_F(GlMemory, IsReadAsSystemMemoryIs) {
@@ -75,7 +75,7 @@ TEST_F(GlMemory, IsReadAsSystemMemoryIs) {
   const Line lines[] = {
       {rgba, "tensor_converter name=first", false},
       {apart, "tensor_converter name=first", true},
-      {rgba, "tensor_converter name=first frames-per-tensor=2", false},
+      {rgba, "tensor_converter name=first frames-per-tensor=2", true},
       {rgba, "tensor_converter name=first ! tensor_transform mode=typecast option=float32", false},
       {rgba, "tensor_converter name=first ! tensor_transform mode=arithmetic option=add:1", false},
       {apart, "tensor_converter name=first ! tensor_transform mode=arithmetic option=add:1", true},
@@ -94,7 +94,7 @@ TEST_F(GlMemory, IsReadAsSystemMemoryIs) {
     EXPECT_EQ(gl.frames, system.frames) << line.caps << " ! " << line.elements;
     EXPECT_EQ(system.in_textures, 0u);
     EXPECT_EQ(gl.in_textures, 4u) << line.caps << " ! " << line.elements;
-    if (line.rows_are_apart)
+    if (line.is_copied)
       EXPECT_GT(gl.copied, 0u) << line.elements;
     else
       EXPECT_EQ(gl.copied, 0u) << line.elements;
