@@ -234,7 +234,12 @@ Result<Card> read(const std::string& path) {
   std::error_code ignored;
   std::ifstream file(path, std::ios::binary);
   if (!file.is_open() || !fs::is_regular_file(path, ignored))
-    return Error{Code::FILE_NOT_FOUND, "the model card cannot be read", path, "a file", "", ""};
+    return Error{Code::FILE_NOT_FOUND,
+                 "the model card cannot be read",
+                 path,
+                 "a file",
+                 "",
+                 "the path of a card; docs/cards.md says what stands in one"};
   std::string text(kBytesLimit + 1, '\0');
   file.read(text.data(), static_cast<std::streamsize>(text.size()));
   text.resize(static_cast<size_t>(file.gcount()));

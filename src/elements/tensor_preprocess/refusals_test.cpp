@@ -193,6 +193,7 @@ TEST_F(Card, IsReadAgainAtEachStart) {
 TEST_F(Card, IsMissing) {
   const auto text = error_of_start("card=" + path_);
   expect_words(text, "WEIR-4001: the model card cannot be read");
+  expect_words(text, "fix: the path of a card; docs/cards.md says what stands in one");
   expect_words(text, path_.c_str());
 }
 
