@@ -45,11 +45,12 @@ class Case(unittest.TestCase):
         self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
         return done.stdout
 
-    def runs(self, line):
+    def runs(self, line, **environment):
         """Runs a line for a shell. gst-launch-1.0 cannot load a plug-in that is built with a sanitizer."""
         if SANITIZED:
             line = re.sub(r"^gst-launch-1\.0 ", f"{COMMAND} run ", line)
-        self.good(subprocess.run(["bash", "-c", line], cwd=SOURCE, capture_output=True, text=True, timeout=60))
+        self.good(subprocess.run(["bash", "-c", line], cwd=SOURCE, env={**os.environ, **environment}, capture_output=True,
+                                 text=True, timeout=60))
 
     def refused(self, done, code, *said):
         self.assertEqual(done.returncode, code, done.stdout + done.stderr)

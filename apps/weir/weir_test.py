@@ -287,7 +287,7 @@ class Inspect(Case):
         self.assertRegex(" ".join(refused), "Dimension out of range")
         told = json.loads(self.good(weir("inspect", "--json", "--input", "1:28:28:1", "--inputtype", "uint8", LENET, **WITHOUT_LEAKS)))
         self.assertFalse(any("chose" in note for note in told["notes"]))
-        self.runs(told["launch"])
+        self.runs(told["launch"], **WITHOUT_LEAKS)
 
     def test_what_the_file_says_of_itself_is_shown(self):
         said, told = self.inspected("quantised.bin")
