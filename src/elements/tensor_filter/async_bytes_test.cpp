@@ -4,6 +4,7 @@
 
 #include "becomes.hpp"
 #include "elements/tensor_filter/async_filter.hpp"
+#include "elements/tests/closed_pad.hpp"
 
 namespace {
 
@@ -11,37 +12,6 @@ using namespace weir::test;
 using namespace weir::test::async;
 
 using Numbers = std::vector<float>;
-
-// Elements behind that take no buffer until they are let.
-class Closed {
- public:
-  explicit Closed(const Harness& h) {
-    gst_pad_add_probe(h->sinkpad, GST_PAD_PROBE_TYPE_BUFFER, hold, this, nullptr);
-  }
-  ~Closed() { open(); }
-  void wait_until_one_is_held() {
-    std::unique_lock lock(mutex_);
-    changed_.wait(lock, [this] { return came_; });
-  }
-  void open() {
-    std::lock_guard lock(mutex_);
-    open_ = true;
-    changed_.notify_all();
-  }
-
- private:
-  static GstPadProbeReturn hold(GstPad*, GstPadProbeInfo*, gpointer data) {
-    auto* self = static_cast<Closed*>(data);
-    std::unique_lock lock(self->mutex_);
-    self->came_ = true;
-    self->changed_.notify_all();
-    self->changed_.wait(lock, [self] { return self->open_; });
-    return GST_PAD_PROBE_OK;
-  }
-  std::mutex mutex_;  // guards the rest
-  std::condition_variable changed_;
-  bool came_ = false, open_ = false;
-};
 
 void wait_for_stat(const Harness& h, const char* name, uint64_t value) {
   EXPECT_TRUE(becomes_true([&] { return stat(h, kFilter, name) == value; },
@@ -57,7 +27,7 @@ Numbers all(const Harness& h) {
 }
 // One output that is held outside, and a frame of which nine are made: 9 to 17. Of these three fit,
 // beside their frame and the one outside.
-void give_nine_behind_one(const Harness& h, Closed& outside) {
+void give_nine_behind_one(const Harness& h, ClosedPad& outside) {
   push(h, 1);
   outside.wait_until_one_is_held();
   wait_for_stat(h, "bytes-held", 16);
@@ -66,7 +36,7 @@ void give_nine_behind_one(const Harness& h, Closed& outside) {
 
 TEST(TensorFilterAsyncBytes, KeepsTheEngineWaitingAtTheBound) {
   auto h = harness("in-flight:2", "max-bytes=80");
-  Closed outside(h);
+  ClosedPad outside(h->sinkpad);
   give_nine_behind_one(h, outside);
   wait_for_stat(h, "bytes-held", 80);
   outside.open();
@@ -79,7 +49,7 @@ TEST(TensorFilterAsyncBytes, KeepsTheEngineWaitingAtTheBound) {
 
 TEST(TensorFilterAsyncBytes, DropsNewOutputs) {
   auto h = harness("in-flight:2", "max-bytes=80 when-busy=drop-new");
-  Closed outside(h);
+  ClosedPad outside(h->sinkpad);
   give_nine_behind_one(h, outside);
   wait_for_stat(h, "invokes", 2);
   outside.open();
@@ -92,7 +62,7 @@ TEST(TensorFilterAsyncBytes, DropsNewOutputs) {
 
 TEST(TensorFilterAsyncBytes, DropsOldOutputs) {
   auto h = harness("in-flight:2", "max-bytes=80 when-busy=drop-old");
-  Closed outside(h);
+  ClosedPad outside(h->sinkpad);
   give_nine_behind_one(h, outside);
   wait_for_stat(h, "invokes", 2);
   outside.open();
@@ -165,7 +135,7 @@ TEST(TensorFilterAsyncBytes, BoundsFramesInWork) {
 
 TEST(TensorFilterAsyncBytes, LetsAnOutputThatWaitsGoWithAFlush) {
   auto h = harness("in-flight:2", "max-bytes=80");
-  Closed outside(h);
+  ClosedPad outside(h->sinkpad);
   give_nine_behind_one(h, outside);
   wait_for_stat(h, "bytes-held", 80);
   gst_harness_push_event(h.get(), gst_event_new_flush_start());
@@ -178,7 +148,7 @@ TEST(TensorFilterAsyncBytes, LetsAnOutputThatWaitsGoWithAFlush) {
 
 TEST(TensorFilterAsyncBytes, StopsWhileAnOutputWaits) {
   auto h = harness("in-flight:2", "max-bytes=80");
-  Closed outside(h);
+  ClosedPad outside(h->sinkpad);
   give_nine_behind_one(h, outside);
   wait_for_stat(h, "bytes-held", 80);
   const auto element = element_of(h, kFilter);
@@ -194,7 +164,7 @@ TEST(TensorFilterAsyncBytes, StopsWhileAnOutputWaits) {
 TEST(TensorFilterAsyncBytes, BlamesNoEngineThatIsKeptWaiting) {
   auto h = harness("in-flight:2", "max-bytes=80 async-timeout=40");
   Errors errors(h);
-  Closed outside(h);
+  ClosedPad outside(h->sinkpad);
   give_nine_behind_one(h, outside);
   wait_for_stat(h, "bytes-held", 80);
   auto other = harness("never:1", "async-timeout=40");

@@ -1,9 +1,9 @@
 // What becomes of frames that come while the model is busy, and of flushes, failures and state
 // changes while frames are in work.
 #include <atomic>
-#include <mutex>
 
 #include "elements/tensor_filter/gated_filter.hpp"
+#include "elements/tests/closed_pad.hpp"
 
 namespace weir::test {
 namespace {
@@ -156,45 +156,12 @@ TEST(FilterWorkersFlush, LetGoWhoWaits) {
   EXPECT_EQ(f.stat("dropped-flush"), 3u);
 }
 
-// A pad probe in which the worker stands until it is let go.
-class Standing {
- public:
-  explicit Standing(GstPad* pad) : pad_(pad) {
-    id_ = gst_pad_add_probe(pad, GST_PAD_PROBE_TYPE_BUFFER, stand, this, nullptr);
-  }
-  ~Standing() { gst_pad_remove_probe(pad_, id_); }
-  void wait_for_worker() {
-    std::unique_lock lock(mutex_);
-    changed_.wait(lock, [&] { return inside_; });
-  }
-  void let_go() {
-    std::lock_guard lock(mutex_);
-    free_ = true;
-    changed_.notify_all();
-  }
-
- private:
-  static GstPadProbeReturn stand(GstPad*, GstPadProbeInfo*, gpointer data) {
-    auto* self = static_cast<Standing*>(data);
-    std::unique_lock lock(self->mutex_);
-    self->inside_ = true;
-    self->changed_.notify_all();
-    self->changed_.wait(lock, [&] { return self->free_; });
-    return GST_PAD_PROBE_OK;
-  }
-  GstPad* pad_;
-  gulong id_;
-  std::mutex mutex_;  // guards the rest
-  std::condition_variable changed_;
-  bool inside_ = false, free_ = false;
-};
-
 TEST(FilterWorkersFlush, EndOnlyWhenNoOldFrameIsBeingPushed) {
   GatedFilter f("when-busy=block", true);
   const auto source = Ref<GstPad>::adopt(gst_element_get_static_pad(f.element(), "src"));
-  Standing standing(source.get());
+  ClosedPad standing(source.get());
   f.push(0);
-  standing.wait_for_worker();
+  standing.wait_until_one_is_held();
   std::atomic<bool> let_go{false}, was_let_go{false}, started{false};
   std::thread other([&] {
     gst_harness_push_event(f.get(), gst_event_new_flush_start());
@@ -205,7 +172,7 @@ TEST(FilterWorkersFlush, EndOnlyWhenNoOldFrameIsBeingPushed) {
   while (!started) std::this_thread::yield();
   for (int i = 0; i < 100; ++i) std::this_thread::yield();
   let_go = true;
-  standing.let_go();
+  standing.open();
   other.join();
   EXPECT_TRUE(was_let_go);
 }

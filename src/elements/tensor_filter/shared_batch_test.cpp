@@ -1,12 +1,11 @@
 // Filters that share a model by its key gather their frames into common batches: what one stream
 // does is nothing to the others.
 #include <atomic>
-#include <condition_variable>
 #include <fstream>
-#include <mutex>
 #include <random>
 #include <thread>
 
+#include "elements/tests/closed_pad.hpp"
 #include "elements/tests/element_harness.hpp"
 
 namespace {
@@ -100,36 +99,14 @@ TEST(SharedBatch, ADeadStreamCostsNoMoreThanTheTimeout) {
 
 TEST(SharedBatch, ASinkThatDoesNotGoOnHoldsItsOwnStreamOnly) {
   const Streams streams(2, std::string("batch-size=2") + kHour);
-  struct Gate {
-    std::mutex mutex;
-    std::condition_variable changed;
-    bool reached = false, open = false;
-  } gate;
-  gst_pad_add_probe(
-      streams[0]->sinkpad, GST_PAD_PROBE_TYPE_BUFFER,
-      [](GstPad*, GstPadProbeInfo*, gpointer data) {
-        auto* g = static_cast<Gate*>(data);
-        std::unique_lock lock(g->mutex);
-        g->reached = true;
-        g->changed.notify_all();
-        g->changed.wait(lock, [g] { return g->open; });
-        return GST_PAD_PROBE_OK;
-      },
-      &gate, nullptr);
+  ClosedPad sink(streams[0]->sinkpad);
   streams.push(0, 0);
   streams.push(1, 0);
-  {
-    std::unique_lock lock(gate.mutex);
-    gate.changed.wait(lock, [&] { return gate.reached; });
-  }
+  sink.wait_until_one_is_held();
   streams.expect_next(1, 0);
   for (int n = 1; n < 41; ++n) streams.push(1, n);
   for (int n = 1; n < 41; ++n) streams.expect_next(1, n);
-  {
-    const std::lock_guard lock(gate.mutex);
-    gate.open = true;
-    gate.changed.notify_all();
-  }
+  sink.open();
   streams.expect_next(0, 0);
 }
 
