@@ -36,16 +36,23 @@ bool PairColumns::fits(size_t pixels, size_t row_bytes) const noexcept {
 }
 
 void PairColumns::lay_windows(size_t row_bytes) {
-  const size_t most = kWindow / pair_bytes(step);
+  const size_t lanes = pair_lanes(step), most = kBlockLanes / lanes;
   group = fits(most, row_bytes) ? most : most > 2 && fits(most / 2, row_bytes) ? most / 2 : 1;
-  windows.clear();
   if (group == 1) return;
-  lookup.assign((count + group - 1) / group * kWindow, 0);
+  const size_t blocks = (count + most - 1) / most;
+  const size_t padded = (blocks + kBlocksPadded - 1) / kBlocksPadded * kBlocksPadded;
+  for (size_t p = 0; p < parts(); ++p) {
+    windows[p].assign(padded, 0);
+    for (auto& samples : lookup[p]) samples.assign(padded * kWindow, kNothingHere);
+  }
   for (size_t t = 0; t < count; ++t) {
-    if (t % group == 0)
-      windows.push_back(std::min(at[t], static_cast<uint32_t>(row_bytes - kWindow)));
-    uint8_t* const to = &lookup[t / group * kWindow + t % group * pair_bytes(step)];
-    for (size_t b = 0; b < 2 * step; ++b) to[b] = static_cast<uint8_t>(at[t] - windows.back() + b);
+    const size_t block = t / most, part = t % most / group;
+    uint32_t& window = windows[part][block];
+    if (t % group == 0) window = std::min(at[t], static_cast<uint32_t>(row_bytes - kWindow));
+    for (size_t sample = 0; sample < 2; ++sample)
+      for (size_t l = 0; l < step; ++l)
+        lookup[part][sample][block * kWindow + (t % most * lanes + l) * sizeof(int16_t)] =
+            static_cast<uint8_t>(at[t] - window + sample * step + l);
   }
 }
 

@@ -21,16 +21,23 @@ constexpr size_t pair_bytes(size_t step) noexcept {
 int16_t pair_share(double second) noexcept;
 
 inline constexpr size_t kWindow = 16;  // bytes in which one instruction looks others up
+inline constexpr size_t kBlockLanes = kWindow / sizeof(int16_t);
+inline constexpr size_t kBlocksPadded = 4;     // what the widest vectors take at once
+inline constexpr uint8_t kNothingHere = 0x80;  // in a lookup: the byte becomes 0
 
 struct PairColumns {
   size_t step = 1, count = 0;  // bytes of a sample; pixels
   std::vector<uint32_t> at;    // where a pixel's first sample begins; the second one is behind
   RowMemory<int16_t> shares;   // pair_share() for each lane of each pixel, zeros behind
-  // Where neighbours lie near enough: `group` pixels at once are looked up in the window at
-  // windows[g], byte by byte as lookup[16 * g ...] says. Else group is 1.
+  // Where neighbours lie near enough: `group` pixels are looked up at once in a window of the row.
+  // Each kBlockLanes lanes of the result are a block, of one window or two: part p of block b is
+  // read at windows[p][b], and its first and second samples go where lookup[p][0] and [1] have it
+  // at 16 * b, as lanes of 16 bits. Blocks are padded to a multiple of kBlocksPadded. Else group
+  // is 1.
   size_t group = 1;
-  std::vector<uint32_t> windows;
-  RowMemory<uint8_t> lookup;
+  size_t parts() const noexcept { return kBlockLanes / pair_lanes(step) / group; }
+  std::vector<uint32_t> windows[2];
+  RowMemory<uint8_t> lookup[2][2];
 
   // Precondition: the axis has at most two weights a target and uses two samples or more. Rows
   // begin with sample low(). Memory is kept.

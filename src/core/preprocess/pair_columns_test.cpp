@@ -30,13 +30,12 @@ void expect_blended(const Axis& axis, size_t step, size_t row_count, const PairC
   const Rows rows((axis.high() - axis.low()) * step, 3);
   const size_t lanes = pair_lanes(step), count = axis.targets();
   std::vector<std::byte> pairs[2];
-  for (auto& one : pairs) one.resize(padded(count) * pair_bytes(step) + kWindow);
+  for (auto& one : pairs) one.resize(pairs_memory(padded(count), step));
   std::byte* const taken[2] = {pairs[0].data(), pairs[1].data()};
   const uint8_t* const from[2] = {rows.above.data(), rows.below.data()};
   std::vector<int16_t> out(padded(count) * lanes);
   const int16_t down = pair_share(0.3);
-  sample_pairs(from, row_count, columns, taken);
-  blend_pairs(taken, row_count, columns, down, out.data());
+  blend_pairs(from, row_count, columns, down, taken, out.data());
   for (size_t t = 0; t < count; ++t)
     for (size_t l = 0; l < step; ++l) {
       const auto blended = [&](const std::vector<uint8_t>& row) {

@@ -23,15 +23,20 @@ int16_t share_of(int difference, int16_t share) {
   return static_cast<int16_t>((difference * share + (1 << 14)) >> 15);
 }
 
-void BlendPairs(const std::byte* const* pairs, size_t row_count, const PairColumns& columns,
-                int16_t row_share, int16_t* out) {
-  const size_t step = columns.step, lanes = pair_lanes(step);
+int blended(int first, int second, int16_t share) {
+  return 128 * first + share_of(128 * (first - second), share);
+}
+
+// first(row, lane) lies step before the second sample.
+template <class First>
+void blend(const PairColumns& columns, size_t row_count, int16_t row_share, int16_t* out,
+           First&& first) {
+  const size_t lanes = pair_lanes(columns.step);
   for (size_t i = 0; i < columns.count * lanes; ++i) {
-    if (i % lanes >= step) continue;
+    if (i % lanes >= columns.step) continue;
     const auto at = [&](size_t row) {
-      const std::byte* pair = pairs[row] + i / lanes * pair_bytes(step) + i % lanes;
-      const int first = 128 * std::to_integer<int>(pair[0]);
-      return first + share_of(first - 128 * std::to_integer<int>(pair[step]), columns.shares[i]);
+      const uint8_t* sample = first(row, i / lanes) + i % lanes;
+      return blended(sample[0], sample[columns.step], columns.shares[i]);
     };
     const int value = at(0);
     out[i] =
@@ -39,12 +44,18 @@ void BlendPairs(const std::byte* const* pairs, size_t row_count, const PairColum
   }
 }
 
-void SampleGroups(const uint8_t* const* rows, size_t row_count, const PairColumns& columns,
-                  std::byte* const* out) {
+void BlendPairs(const std::byte* const* pairs, size_t row_count, const PairColumns& columns,
+                int16_t row_share, int16_t* out) {
   const size_t bytes = pair_bytes(columns.step);
-  for (size_t row = 0; row < row_count; ++row)
-    for (size_t t = 0; t < columns.count; ++t)
-      std::memcpy(out[row] + t * bytes, rows[row] + columns.at[t], 2 * columns.step);
+  blend(columns, row_count, row_share, out, [&](size_t row, size_t pixel) {
+    return reinterpret_cast<const uint8_t*>(pairs[row]) + pixel * bytes;
+  });
+}
+
+void BlendWindows(const uint8_t* const* rows, size_t row_count, const PairColumns& columns,
+                  int16_t row_share, int16_t* out) {
+  blend(columns, row_count, row_share, out,
+        [&](size_t row, size_t pixel) { return rows[row] + columns.at[pixel]; });
 }
 
 #else
@@ -55,7 +66,7 @@ using V = hn::Vec<S>;
 static_assert(hn::MaxLanes(S()) <= kRowBlock);
 
 // Where the bytes of 16 bytes of pairs go, as lanes of 16 bits: the first samples, the second ones.
-constexpr uint8_t kNone = 0x80;
+constexpr uint8_t kNone = kNothingHere;
 #define WEIR_LANES(a, b, c, d, e, f, g, h) \
   { a, kNone, b, kNone, c, kNone, d, kNone, e, kNone, f, kNone, g, kNone, h, kNone }
 alignas(16) constexpr uint8_t kLanes[4][2][16] = {
@@ -65,13 +76,11 @@ alignas(16) constexpr uint8_t kLanes[4][2][16] = {
     {WEIR_LANES(0, 1, 2, 3, 8, 9, 10, 11), WEIR_LANES(4, 5, 6, 7, 12, 13, 14, 15)}};
 #undef WEIR_LANES
 
-// One row: (1 - share) * first + share * second, times 128.
-template <class Table>
-V blended(const std::byte* pairs, Table first, Table second, V shares) {
-  const auto bytes = hn::LoadU(B(), reinterpret_cast<const uint8_t*>(pairs));
-  const auto a = hn::BitCast(S(), hn::TableLookupBytesOr0(bytes, first));
-  const auto b = hn::BitCast(S(), hn::TableLookupBytesOr0(bytes, second));
-  return hn::Add(hn::ShiftLeft<7>(a), hn::MulFixedPoint15(hn::ShiftLeft<7>(hn::Sub(a, b)), shares));
+// (1 - share) * first + share * second, times 128.
+template <class Vector>
+Vector blended(Vector first, Vector second, Vector shares) {
+  const auto difference = hn::ShiftLeft<7>(hn::Sub(first, second));
+  return hn::Add(hn::ShiftLeft<7>(first), hn::MulFixedPoint15(difference, shares));
 }
 
 void BlendPairs(const std::byte* const* pairs, size_t row_count, const PairColumns& columns,
@@ -84,55 +93,78 @@ void BlendPairs(const std::byte* const* pairs, size_t row_count, const PairColum
   const size_t lanes = columns.count * pair_lanes(step);
   for (size_t i = 0; i < lanes; i += hn::Lanes(d)) {
     const auto shares = hn::LoadU(d, columns.shares.data() + i);
-    auto value = blended(pairs[0] + 2 * i, first, second, shares);
-    if (row_count == 2) {
-      const auto below = blended(pairs[1] + 2 * i, first, second, shares);
-      value = hn::Add(value, hn::MulFixedPoint15(hn::Sub(value, below), down));
-    }
+    const auto row = [&](const std::byte* from) {
+      const auto bytes = hn::LoadU(B(), reinterpret_cast<const uint8_t*>(from) + 2 * i);
+      return blended(hn::BitCast(d, hn::TableLookupBytesOr0(bytes, first)),
+                     hn::BitCast(d, hn::TableLookupBytesOr0(bytes, second)), shares);
+    };
+    auto value = row(pairs[0]);
+    if (row_count == 2)
+      value = hn::Add(value, hn::MulFixedPoint15(hn::Sub(value, row(pairs[1])), down));
     hn::StoreU(value, d, out + i);
   }
 }
 
-void SampleGroups(const uint8_t* const* rows, size_t row_count, const PairColumns& columns,
-                  std::byte* const* out) {
-  const hn::FixedTag<uint8_t, kWindow> d;
-  const size_t bytes = columns.group * pair_bytes(columns.step), groups = columns.windows.size();
-  const uint32_t* const windows = columns.windows.data();
-  const uint8_t* lookup = columns.lookup.data();
-  const uint8_t *above = rows[0], *below = rows[row_count - 1];
-  auto* to_above = reinterpret_cast<uint8_t*>(out[0]);
-  auto* to_below = reinterpret_cast<uint8_t*>(out[row_count - 1]);
-  for (size_t g = 0; g < groups; ++g, lookup += kWindow, to_above += bytes, to_below += bytes) {
-    const auto order = hn::LoadU(d, lookup);
-    hn::StoreU(hn::TableLookupBytes(hn::LoadU(d, above + windows[g]), order), d, to_above);
+// As many blocks as a vector holds; one where its length is known only when it runs.
+constexpr size_t kBlocks = HWY_HAVE_SCALABLE ? 1 : hn::MaxLanes(B()) / kWindow;
+static_assert(kBlocks <= kBlocksPadded);
+
+template <size_t blocks>
+auto load_windows(const uint8_t* row, const uint32_t* windows) {
+  const hn::FixedTag<uint8_t, blocks * kWindow> d;
+  if constexpr (blocks == 1)
+    return hn::LoadU(d, row + windows[0]);
+  else
+    return hn::Combine(d, load_windows<blocks / 2>(row, windows + blocks / 2),
+                       load_windows<blocks / 2>(row, windows));
+}
+
+template <size_t parts>
+void blend_windows(const uint8_t* const* rows, size_t row_count, const PairColumns& columns,
+                   int16_t row_share, int16_t* out) {
+  const hn::FixedTag<uint8_t, kBlocks * kWindow> bytes;
+  const hn::Repartition<int16_t, decltype(bytes)> d;
+  const auto down = hn::Set(d, row_share);
+  const size_t lanes = columns.count * pair_lanes(columns.step);
+  const int16_t* const shares = columns.shares.data();
+  const uint32_t* windows[2] = {columns.windows[0].data(), columns.windows[1].data()};
+  const uint8_t* lookup[2][2];
+  for (size_t p = 0; p < parts; ++p)
+    for (size_t sample = 0; sample < 2; ++sample)
+      lookup[p][sample] = columns.lookup[p][sample].data();
+  for (size_t i = 0; i < lanes; i += hn::Lanes(d)) {
+    const size_t block = i / kBlockLanes;
+    const auto share = hn::LoadU(d, shares + i);
+    const auto row = [&](const uint8_t* from) {
+      const auto window = load_windows<kBlocks>(from, windows[0] + block);
+      const auto sample = [&](size_t which) {
+        return hn::TableLookupBytesOr0(window, hn::LoadU(bytes, lookup[0][which] + 2 * i));
+      };
+      auto first = sample(0), second = sample(1);
+      if constexpr (parts == 2) {
+        const auto other = load_windows<kBlocks>(from, windows[1] + block);
+        const auto other_sample = [&](size_t which) {
+          return hn::TableLookupBytesOr0(other, hn::LoadU(bytes, lookup[1][which] + 2 * i));
+        };
+        first = hn::Or(first, other_sample(0));
+        second = hn::Or(second, other_sample(1));
+      }
+      return blended(hn::BitCast(d, first), hn::BitCast(d, second), share);
+    };
+    auto value = row(rows[0]);
     if (row_count == 2)
-      hn::StoreU(hn::TableLookupBytes(hn::LoadU(d, below + windows[g]), order), d, to_below);
+      value = hn::Add(value, hn::MulFixedPoint15(hn::Sub(value, row(rows[1])), down));
+    hn::StoreU(value, d, out + i);
   }
+}
+
+void BlendWindows(const uint8_t* const* rows, size_t row_count, const PairColumns& columns,
+                  int16_t row_share, int16_t* out) {
+  if (columns.parts() == 1) return blend_windows<1>(rows, row_count, columns, row_share, out);
+  blend_windows<2>(rows, row_count, columns, row_share, out);
 }
 
 #endif
-
-void SplitLanes(const int16_t* in, size_t lanes, size_t count, float* const* out) {
-  const hn::ScalableTag<float> d;
-  const hn::Rebind<int16_t, decltype(d)> half;
-  const hn::RebindToSigned<decltype(d)> whole;
-  const auto store = [&](auto value, float* to) {
-    const auto number = hn::ConvertTo(d, hn::PromoteTo(whole, value));
-    hn::StoreU(hn::Mul(number, hn::Set(d, 1.0f / 128)), d, to);
-  };
-  for (size_t i = 0; i < count; i += hn::Lanes(d)) {
-    hn::Vec<decltype(half)> v[4];
-    if (lanes == 1) {
-      store(hn::LoadU(half, in + i), out[0] + i);
-    } else if (lanes == 2) {
-      hn::LoadInterleaved2(half, in + 2 * i, v[0], v[1]);
-      for (size_t l = 0; l < 2; ++l) store(v[l], out[l] + i);
-    } else {
-      hn::LoadInterleaved4(half, in + 4 * i, v[0], v[1], v[2], v[3]);
-      for (size_t l = 0; l < 4; ++l) store(v[l], out[l] + i);
-    }
-  }
-}
 
 }  // namespace weir::preprocess::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
@@ -140,9 +172,8 @@ HWY_AFTER_NAMESPACE();
 #if HWY_ONCE
 namespace weir::preprocess {
 
-HWY_EXPORT(SampleGroups);
 HWY_EXPORT(BlendPairs);
-HWY_EXPORT(SplitLanes);
+HWY_EXPORT(BlendWindows);
 
 namespace {
 
@@ -176,24 +207,22 @@ uint64_t six_bytes_at(const uint8_t* at) noexcept {
     return uint64_t{low} << 32 | uint64_t{high} << 16;
 }
 
-}  // namespace
-
 void sample_pairs(const uint8_t* const* rows, size_t row_count, const PairColumns& columns,
                   std::byte* const* out) noexcept {
-  if (columns.group > 1) return HWY_DYNAMIC_DISPATCH(SampleGroups)(rows, row_count, columns, out);
   if (columns.step == 1) return sample<uint16_t>(rows, row_count, columns, out, word_at<uint16_t>);
   if (columns.step == 2) return sample<uint32_t>(rows, row_count, columns, out, word_at<uint32_t>);
   if (columns.step == 3) return sample<uint64_t>(rows, row_count, columns, out, six_bytes_at);
   sample<uint64_t>(rows, row_count, columns, out, word_at<uint64_t>);
 }
 
-void blend_pairs(const std::byte* const* pairs, size_t row_count, const PairColumns& columns,
-                 int16_t row_share, int16_t* out) noexcept {
-  HWY_DYNAMIC_DISPATCH(BlendPairs)(pairs, row_count, columns, row_share, out);
-}
+}  // namespace
 
-void split_lanes(const int16_t* in, size_t lanes, size_t count, float* const* out) noexcept {
-  HWY_DYNAMIC_DISPATCH(SplitLanes)(in, lanes, count, out);
+void blend_pairs(const uint8_t* const* rows, size_t row_count, const PairColumns& columns,
+                 int16_t row_share, std::byte* const* pairs, int16_t* out) noexcept {
+  if (columns.group > 1)
+    return HWY_DYNAMIC_DISPATCH(BlendWindows)(rows, row_count, columns, row_share, out);
+  sample_pairs(rows, row_count, columns, pairs);
+  HWY_DYNAMIC_DISPATCH(BlendPairs)(pairs, row_count, columns, row_share, out);
 }
 
 }  // namespace weir::preprocess

@@ -7,18 +7,15 @@
 
 namespace weir::preprocess {
 
-// Takes the pairs out of one row, or of two: pair t to byte t * pair_bytes(step). Writes up to
-// kWindow bytes behind the last one.
-void sample_pairs(const uint8_t* const* rows, size_t row_count, const PairColumns& columns,
-                  std::byte* const* out) noexcept;
+// Memory for the pairs of one row where they are taken one by one.
+constexpr size_t pairs_memory(size_t padded_pixels, size_t step) noexcept {
+  return padded_pixels * pair_bytes(step);
+}
 
 // Blends the samples of each pair, then the two rows (or takes the only one): out[i] is 128 times
-// the value, rounded after each of both. Has an element for each lane; `row_share` is the second
-// row's pair_share(). Reads and writes up to padded(count) pixels.
-void blend_pairs(const std::byte* const* pairs, size_t row_count, const PairColumns& columns,
-                 int16_t row_share, int16_t* out) noexcept;
-
-// Lane l of each pixel to out[l], divided by 128 again. `lanes`: 1, 2 or 4.
-void split_lanes(const int16_t* in, size_t lanes, size_t count, float* const* out) noexcept;
+// the value, rounded after each of both, for each lane of each pixel. `row_share` is the second
+// row's pair_share(). `pairs`: pairs_memory() for each row. Writes up to padded(count) pixels.
+void blend_pairs(const uint8_t* const* rows, size_t row_count, const PairColumns& columns,
+                 int16_t row_share, std::byte* const* pairs, int16_t* out) noexcept;
 
 }  // namespace weir::preprocess

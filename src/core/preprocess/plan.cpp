@@ -12,13 +12,10 @@
 namespace weir::preprocess {
 namespace {
 
-constexpr float kGrayOfRgb[3] = {0.299f, 0.587f, 0.114f};
-
-// Asks for memory that is read, or written, a row later: no CPU follows rows from page to page.
-template <int written>
+// Asks for memory that is read a row later: no CPU follows rows from page to page.
 void fetch(const void* memory, size_t bytes) noexcept {
   for (size_t at = 0; at < bytes; at += 64)
-    __builtin_prefetch(static_cast<const std::byte*>(memory) + at, written);
+    __builtin_prefetch(static_cast<const std::byte*>(memory) + at);
 }
 
 // Whether the rows that are read lie within the plane's memory.
@@ -47,7 +44,9 @@ class PlanRun {
         out_(out),
         w_(*workspace),
         sums_(sums),
-        options_(options) {}
+        options_(options),
+        floats_(p_.type == ElementType::Float32 &&
+                reinterpret_cast<uintptr_t>(out.data()) % sizeof(float) == 0) {}
 
   Status check() const {
     const uint64_t needed = *p_.tensor().bytes();
@@ -82,7 +81,6 @@ class PlanRun {
     pad(y, 0, content.x);
     pad(y, content.x + content.width, p_.width);
     resize(y - content.y);
-    to_channels();
     write(y);
   }
 
@@ -127,7 +125,7 @@ class PlanRun {
       if (!options_.cached && target + 1 < grid.rows.targets() && grid.bytes <= 64 * count()) {
         const size_t first = grid.rows.first(target + 1);
         const size_t end = std::min<size_t>(first + rows, grid.rows.high());
-        for (size_t row = first; row < end; ++row) fetch<0>(row_at(row), grid.bytes);
+        for (size_t row = first; row < end; ++row) fetch(row_at(row), grid.bytes);
       }
       if (grid.paired)
         resize_pairs(grid, b, target);
@@ -148,11 +146,8 @@ class PlanRun {
   void resize_pairs(const Grid& grid, size_t band, uint32_t target) noexcept {
     const auto weights = grid.rows.weights(target);
     std::byte* const pairs[2] = {w_.pairs[0].data(), w_.pairs[1].data()};
-    sample_pairs(w_.rows.data(), weights.size(), grid.pairs, pairs);
     const int16_t below = weights.size() == 2 ? pair_share(double{weights[1]}) : int16_t{0};
-    blend_pairs(pairs, weights.size(), grid.pairs, below, w_.samples.data());
-    const auto lanes = lanes_of(band);
-    split_lanes(w_.samples.data(), pair_lanes(grid.sampling.step), count(), lanes.data());
+    blend_pairs(w_.rows.data(), weights.size(), grid.pairs, below, pairs, w_.samples[band].data());
   }
 
   void resize_sums(const Grid& grid, size_t band, uint32_t target) noexcept {
@@ -192,39 +187,45 @@ class PlanRun {
                    grid.taps, count(), w_.lanes[l].data());
   }
 
-  // The first rows of w_.lanes become R, G, B or gray.
-  void to_channels() noexcept {
-    const ColorModel model = p_.source.format.model;
-    float* const rows[3] = {w_.lanes[0].data(), w_.lanes[1].data(), w_.lanes[2].data()};
-    if (t_.lanes.size() == 1) {
-      if (p_.source.range == Range::Limited)
-        transform_gray(t_.gray_factor, t_.gray_add, rows[0], count());
-    } else if (model == ColorModel::Yuv) {
-      transform_colors(t_.colors, rows, count());
-    } else if (p_.order == ChannelOrder::Gray) {
-      mix_to_gray(kGrayOfRgb, rows, count());
-    }
+  LaneRow lane_row(size_t lane) const noexcept {
+    const LaneSource& of = t_.lanes[lane];
+    const Grid& grid = t_.grids[t_.bands[of.band].grid];
+    if (!grid.paired) return {w_.lanes[lane].data()};
+    return {nullptr, w_.samples[of.band].data(), pair_lanes(grid.sampling.step), of.offset};
   }
 
-  const float* channel_row(size_t channel) const noexcept {
-    if (t_.lanes.size() == 1) return w_.lanes[0].data();
-    const bool reversed = p_.order == ChannelOrder::Bgr;
-    return w_.lanes[reversed ? 2 - channel : channel].data();
+  void finish(const NumberRule* rules, const FloatTarget& to) noexcept {
+    LaneRow in[3];
+    for (size_t s = 0; s < t_.colors.samples; ++s) in[s] = lane_row(t_.samples[s]);
+    finish_row(in, t_.colors, rules, to, count());
   }
 
+  // Floats go where they belong; all else by way of the rows of w_.lanes.
   void write(uint32_t y) noexcept {
     const uint32_t x = t_.placement.content.x;
     const bool together = p_.layout == Layout::Nhwc && p_.channels() == 3;
+    const bool streamed = options_.streamed && !together && floats_;
+    const bool direct = floats_ && !streamed;
+    FloatTarget to{{}, direct && together, !direct};
+    for (size_t c = 0; c < p_.channels(); ++c)
+      to.rows[c] = direct ? floats_at(c, x, y) : w_.lanes[c].data();
+    constexpr NumberRule kAsTheyAre[3];
+    finish(floats_ ? t_.numbers.data() : kAsTheyAre, to);
+    if (direct) return;
     const void* rows[3] = {};
     for (size_t c = 0; c < p_.channels(); ++c) {
-      std::byte* const to = together ? w_.numbers[c].data() : place(c, x, y);
-      write_numbers(t_.numbers[c], p_.type, channel_row(c), count(), to,
-                    options_.streamed && !together);
-      rows[c] = to;
-      if (!options_.streamed && !together && y + 1 < p_.height)
-        fetch<1>(place(c, x, y + 1), count() * element_bytes());
+      if (streamed) {
+        stream_row(w_.lanes[c].data(), count(), floats_at(c, x, y));
+        continue;
+      }
+      std::byte* const numbers = together ? w_.numbers[c].data() : place(c, x, y);
+      write_numbers(t_.numbers[c], p_.type, w_.lanes[c].data(), count(), numbers);
+      rows[c] = numbers;
     }
     if (together) interleave_three(rows, element_bytes(), count(), place(0, x, y));
+  }
+  float* floats_at(size_t channel, uint32_t x, uint32_t y) const noexcept {
+    return reinterpret_cast<float*>(place(channel, x, y));
   }
 
   const PlanTables& t_;
@@ -234,6 +235,7 @@ class PlanRun {
   Workspace& w_;
   const FrameSums& sums_;
   const RowOptions& options_;
+  const bool floats_;  // the tensor is of float32 and lies where those may lie
 };
 
 Result<Plan> Plan::make(Preparation preparation) {
@@ -266,14 +268,15 @@ void Plan::grow(Workspace* w) const {
     if (memory->size() < size) memory->resize(size);
   };
   const size_t count = padded(tables_->placement.content.width);
+  at_least(&w->samples, tables_->bands.size());
   for (const Grid& grid : tables_->grids) {
     at_least(&w->rows, grid.rows.most_weights());
     if (!grid.paired) {
       at_least(&w->blended, padded(grid.bytes));
       continue;
     }
-    for (auto& pairs : w->pairs) at_least(&pairs, count * pair_bytes(grid.sampling.step) + kWindow);
-    at_least(&w->samples, count * pair_lanes(grid.sampling.step));
+    for (auto& pairs : w->pairs) at_least(&pairs, pairs_memory(count, grid.sampling.step));
+    for (auto& samples : w->samples) at_least(&samples, count * pair_lanes(grid.sampling.step));
   }
   at_least(&w->lanes, 4);
   for (auto& lane : w->lanes) at_least(&lane, count);

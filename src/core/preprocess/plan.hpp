@@ -54,7 +54,7 @@ class Workspace {
   RowMemory<float> blended;
   std::vector<RowMemory<float>> lanes;  // the last one for what is not used
   RowMemory<std::byte> pairs[2];
-  RowMemory<int16_t> samples;
+  std::vector<RowMemory<int16_t>> samples;  // of each band
   std::vector<RowMemory<std::byte>> numbers;
   std::vector<const uint8_t*> rows;
   FrameSums sums;

@@ -31,7 +31,7 @@ LumaShares luma_shares(ColorMatrix matrix) noexcept {
 }
 
 // The matrix solved for R'G'B', from luma and chroma of the range.
-ColorTransform color_transform(ColorMatrix matrix, Range range) {
+void set_matrix(ColorMatrix matrix, Range range, ColorTransform* out) {
   const auto [kr, kb] = luma_shares(matrix);
   const double kg = 1 - kr - kb;
   const bool full = range == Range::Full;
@@ -40,12 +40,10 @@ ColorTransform color_transform(ColorMatrix matrix, Range range) {
   const double red = 2 * (1 - kr) * chroma, blue = 2 * (1 - kb) * chroma;
   const double rows[3][3] = {
       {luma, 0, red}, {luma, -blue * kb / kg, -red * kr / kg}, {luma, blue, 0}};
-  ColorTransform out{};
   for (size_t r = 0; r < 3; ++r) {
-    for (size_t c = 0; c < 3; ++c) out.of[r][c] = static_cast<float>(rows[r][c]);
-    out.add[r] = static_cast<float>(-black * luma - 128 * (rows[r][1] + rows[r][2]));
+    for (size_t c = 0; c < 3; ++c) out->of[r][c] = static_cast<float>(rows[r][c]);
+    out->add[r] = static_cast<float>(-black * luma - 128 * (rows[r][1] + rows[r][2]));
   }
-  return out;
 }
 
 void lay_taps(Grid* grid) {
@@ -154,9 +152,7 @@ PlanTables::PlanTables(Preparation given)
     : preparation(std::move(given)), placement(place(preparation)) {
   const Preparation& p = preparation;
   lay_bands();
-  colors = color_transform(p.source.matrix, p.source.range);
-  gray_factor = colors.of[0][0];
-  gray_add = p.source.range == Range::Full ? 0.0f : -16 * gray_factor;
+  lay_colors();
   for (size_t c = 0; c < p.channels(); ++c) {
     NumberRule rule{static_cast<float>(at(p.mean, c, 0)), static_cast<float>(at(p.scale, c, 1)), 1,
                     0};
@@ -167,6 +163,34 @@ PlanTables::PlanTables(Preparation given)
     numbers.push_back(rule);
   }
   if (p.fit == Fit::Letterbox) padding = padding_rows(p, numbers);
+}
+
+// In the order of the target's channels. Of luma alone, each of them is the gray.
+void PlanTables::lay_colors() {
+  const Preparation& p = preparation;
+  constexpr float kGrayOfRgb[3] = {0.299f, 0.587f, 0.114f};
+  const ColorModel model = p.source.format.model;
+  colors.channels = p.channels();
+  colors.samples = std::max(colors.channels, lanes.size());
+  if (lanes.size() == 1) {
+    samples.fill(0);
+    colors.computed = p.source.range == Range::Limited;
+    const float luma = 255.0f / 219;
+    for (size_t r = 0; r < 3; ++r) colors.of[r][0] = luma, colors.add[r] = -16 * luma;
+    return;
+  }
+  const bool reversed = p.order == ChannelOrder::Bgr;
+  colors.computed = model == ColorModel::Yuv || p.order == ChannelOrder::Gray;
+  if (model == ColorModel::Yuv) {
+    set_matrix(p.source.matrix, p.source.range, &colors);
+    if (!reversed) return;
+    std::swap(colors.of[0], colors.of[2]);
+    std::swap(colors.add[0], colors.add[2]);
+  } else if (p.order == ChannelOrder::Gray) {
+    std::copy_n(kGrayOfRgb, 3, colors.of[0]);
+  } else if (reversed) {
+    std::swap(samples[0], samples[2]);
+  }
 }
 
 void PlanTables::set_crop(const Rect& crop) {

@@ -1,5 +1,6 @@
 // PlanTables: what a plan knows before the first frame.
 #pragma once
+#include <array>
 #include <vector>
 
 #include "core/preprocess/axis.hpp"
@@ -51,13 +52,15 @@ struct PlanTables {
   std::vector<Grid> grids;
   std::vector<Band> bands;
   std::vector<LaneSource> lanes;  // the samples that the target needs: 1 or 3
-  ColorTransform colors{};        // of Y'CbCr
-  float gray_factor = 1, gray_add = 0;
+  ColorTransform colors;
+  // The lane that is sample s of the transform.
+  std::array<size_t, 3> samples{0, 1, 2};
   std::vector<NumberRule> numbers;  // by channel of the target
   std::vector<std::byte> padding;   // NHWC: one row of pixels; NCHW: one row for each channel
 
  private:
   size_t grid_of(const Lane& lane, size_t known);
+  void lay_colors();
   void lay_bands();
 };
 

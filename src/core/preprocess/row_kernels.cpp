@@ -2,7 +2,9 @@
 #include "core/preprocess/row_kernels.hpp"
 
 #include <algorithm>
+#include <bit>
 #include <cstring>
+#include <type_traits>
 
 #include "core/transform/float16_bits.hpp"
 
@@ -75,46 +77,75 @@ void GatherRow(const float* in, const int32_t* index, const float* weights, size
   }
 }
 
-V pixel_range(F d, V v) {
-  return hn::Min(hn::Max(v, hn::Zero(d)), hn::Set(d, 255.0f));
+// Lane `offset` of pairs of 16 bits, of which the first lies where the CPU has the low half.
+template <class Words>
+HWY_INLINE Words lane_of_pairs(Words pairs, size_t offset) {
+  const bool low = (offset == 0) == (std::endian::native == std::endian::little);
+  return hn::ShiftRight<16>(low ? hn::ShiftLeft<16>(pairs) : pairs);
 }
 
-void TransformColors(const ColorTransform& t, float* const* rows, size_t count) {
-  const F d;
-  for (size_t i = 0; i < count; i += hn::Lanes(d)) {
-    const auto a = hn::LoadU(d, rows[0] + i);
-    const auto b = hn::LoadU(d, rows[1] + i);
-    const auto c = hn::LoadU(d, rows[2] + i);
-    for (size_t r = 0; r < 3; ++r) {
-      auto sum = hn::MulAdd(hn::Set(d, t.of[r][0]), a, hn::Set(d, t.add[r]));
-      sum = hn::MulAdd(hn::Set(d, t.of[r][1]), b, sum);
-      sum = hn::MulAdd(hn::Set(d, t.of[r][2]), c, sum);
-      hn::StoreU(pixel_range(d, sum), d, rows[r] + i);
-    }
-  }
+// What each of the samples comes from.
+enum class From { Floats, OneLane, OneThenTwoLanes, FourLanes, Any };
+
+size_t lanes_of(const LaneRow& row) {
+  return row.floats ? 0 : row.lanes;
+}
+From from_of(const LaneRow* in, size_t samples) {
+  const size_t first = lanes_of(in[0]);
+  if (samples == 1) return first == 0 ? From::Floats : first == 1 ? From::OneLane : From::Any;
+  const size_t others = lanes_of(in[1]);
+  if (others != lanes_of(in[2])) return From::Any;
+  if (first == 1 && others == 2) return From::OneThenTwoLanes;
+  if (first != others) return From::Any;
+  return first == 0   ? From::Floats
+         : first == 1 ? From::OneLane
+         : first == 4 ? From::FourLanes
+                      : From::Any;
 }
 
-void TransformGray(float factor, float add, float* row, size_t count) {
-  const F d;
-  for (size_t i = 0; i < count; i += hn::Lanes(d)) {
-    const auto value = hn::MulAdd(hn::Set(d, factor), hn::LoadU(d, row + i), hn::Set(d, add));
-    hn::StoreU(pixel_range(d, value), d, row + i);
-  }
+// Pixels [i, i + Lanes(d)) of a row with so many lanes; 0: of floats.
+HWY_INLINE V load_lane(F d, const LaneRow& row, size_t lanes, size_t i) {
+  if (lanes == 0) return hn::LoadU(d, row.floats + i);
+  const int16_t* const from = row.samples + i * lanes;
+#if HWY_TARGET == HWY_SCALAR
+  return hn::Set(d, static_cast<float>(from[row.offset]) * (1.0f / 128));
+#else
+  const I di;
+  const hn::Repartition<int16_t, I> halves;
+  const auto scaled = [&](auto numbers) HWY_ATTR {
+    return hn::Mul(hn::ConvertTo(d, numbers), hn::Set(d, 1.0f / 128));
+  };
+  if (lanes == 1) return scaled(hn::PromoteTo(di, hn::LoadU(hn::Rebind<int16_t, I>(), from)));
+  const auto words = hn::BitCast(di, hn::LoadU(halves, from));
+  if (lanes == 2) return scaled(lane_of_pairs(words, row.offset));
+  const auto others = hn::BitCast(di, hn::LoadU(halves, from + hn::Lanes(halves)));
+  const auto pairs =
+      row.offset < 2 ? hn::ConcatEven(di, others, words) : hn::ConcatOdd(di, others, words);
+  return scaled(lane_of_pairs(pairs, row.offset % 2));
+#endif
+}
+template <From from>
+HWY_INLINE V load_sample(F d, const LaneRow* in, size_t sample, size_t i) {
+  const size_t lanes = from == From::Floats            ? 0
+                       : from == From::OneLane         ? 1
+                       : from == From::OneThenTwoLanes ? (sample == 0 ? 1 : 2)
+                       : from == From::FourLanes       ? 4
+                                                       : lanes_of(in[sample]);
+  return load_lane(d, in[sample], lanes, i);
 }
 
-void MixToGray(const float* of, float* const* rows, size_t count) {
-  const F d;
-  for (size_t i = 0; i < count; i += hn::Lanes(d)) {
-    auto sum = hn::Mul(hn::Set(d, of[0]), hn::LoadU(d, rows[0] + i));
-    sum = hn::MulAdd(hn::Set(d, of[1]), hn::LoadU(d, rows[1] + i), sum);
-    sum = hn::MulAdd(hn::Set(d, of[2]), hn::LoadU(d, rows[2] + i), sum);
-    hn::StoreU(sum, d, rows[0] + i);
-  }
+template <size_t samples>
+HWY_INLINE V color_of(F d, const ColorTransform& t, size_t channel, V a, V b, V c) {
+  const float* const of = t.of[channel];
+  auto sum = hn::MulAdd(hn::Set(d, of[0]), a, hn::Set(d, t.add[channel]));
+  if constexpr (samples == 3)
+    sum = hn::MulAdd(hn::Set(d, of[2]), c, hn::MulAdd(hn::Set(d, of[1]), b, sum));
+  return hn::Min(hn::Max(sum, hn::Zero(d)), hn::Set(d, 255.0f));
 }
 
 // Subtracted, then multiplied: the same roundings as tensor_transform's add and mul.
-V number(F d, const NumberRule& rule, const float* at) {
-  return hn::Mul(hn::Sub(hn::LoadU(d, at), hn::Set(d, rule.mean)), hn::Set(d, rule.scale));
+HWY_INLINE V number(F d, const NumberRule& rule, V color) {
+  return hn::Mul(hn::Sub(color, hn::Set(d, rule.mean)), hn::Set(d, rule.scale));
 }
 
 // Calls vector(i) for the whole vectors of `count` numbers, each of which stores a vector at the
@@ -129,23 +160,95 @@ void store_exactly(size_t lanes, size_t step, size_t count, T* out, Store&& vect
   std::memcpy(static_cast<void*>(out + step * i), rest, step * (count - i) * sizeof(T));
 }
 
-// Past the caches, but for the ends of the row, which share their vectors with its neighbours.
-template <class Make>
-void stream_floats(F d, size_t count, float* out, Make&& make) {
+// Vectors of pixels from `first` on, to out[c] or all channels together to out[0].
+template <From from, size_t samples, size_t channels>
+void finish_vectors(const LaneRow* in, const ColorTransform& t, const NumberRule* rules,
+                    bool together, size_t first, size_t vectors, float* const* out) {
+  const F d;
   const size_t lanes = hn::Lanes(d);
-  const size_t behind = reinterpret_cast<uintptr_t>(out) / sizeof(float) % lanes;
-  const size_t head = std::min(count, behind > 0 ? lanes - behind : 0);
-  const auto part = [&](size_t begin, size_t end) {
-    if (begin == end) return;
-    const size_t from = end < lanes ? 0 : end - lanes;  // nothing behind the row is read
-    float numbers[hn::MaxLanes(F())];
-    hn::StoreU(make(from), d, numbers);
-    std::memcpy(out + begin, numbers + (begin - from), (end - begin) * sizeof(float));
+  for (size_t at = 0; at < vectors * lanes; at += lanes) {
+    auto a = load_sample<from>(d, in, 0, first + at), b = a, c = a;
+    if constexpr (samples == 3) {
+      b = load_sample<from>(d, in, 1, first + at);
+      c = load_sample<from>(d, in, 2, first + at);
+    }
+    if (t.computed) {
+      const auto x = a, y = b, z = c;
+      a = color_of<samples>(d, t, 0, x, y, z);
+      if constexpr (channels == 3) {
+        b = color_of<samples>(d, t, 1, x, y, z);
+        c = color_of<samples>(d, t, 2, x, y, z);
+      }
+    }
+    a = number(d, rules[0], a);
+    if constexpr (channels == 3) {
+      b = number(d, rules[1], b);
+      c = number(d, rules[2], c);
+      if (together) {
+        hn::StoreInterleaved3(a, b, c, d, out[0] + 3 * at);
+        continue;
+      }
+      hn::StoreU(b, d, out[1] + at);
+      hn::StoreU(c, d, out[2] + at);
+    }
+    hn::StoreU(a, d, out[0] + at);
+  }
+}
+
+template <size_t samples, size_t channels>
+void finish(const LaneRow* in, const ColorTransform& t, const NumberRule* rules,
+            const FloatTarget& to, size_t count) {
+  const auto vectors = [&](size_t first, size_t number, float* const* out) {
+    const auto run = [&](auto kind) {
+      finish_vectors<kind(), samples, channels>(in, t, rules, to.together, first, number, out);
+    };
+    switch (from_of(in, samples)) {
+      case From::Floats:
+        return run(std::integral_constant<From, From::Floats>());
+      case From::OneLane:
+        return run(std::integral_constant<From, From::OneLane>());
+      case From::OneThenTwoLanes:
+        return run(std::integral_constant<From, From::OneThenTwoLanes>());
+      case From::FourLanes:
+        return run(std::integral_constant<From, From::FourLanes>());
+      case From::Any:
+        return run(std::integral_constant<From, From::Any>());
+    }
   };
-  part(0, head);
-  size_t i = head;
-  for (; i + lanes <= count; i += lanes) hn::Stream(make(i), d, out + i);
-  part(i, count);
+  const size_t lanes = hn::Lanes(F()), whole = count / lanes * lanes;
+  const size_t rows = to.together ? 1 : channels, step = channels / rows;
+  float* out[channels];
+  const auto from = [&](size_t first) {
+    for (size_t c = 0; c < rows; ++c) out[c] = to.rows[c] + step * first;
+    return out;
+  };
+  vectors(0, count / lanes, to.rows);
+  if (whole == count) return;
+  if (to.padded) return vectors(whole, 1, from(whole));
+  if (whole > 0) return vectors(count - lanes, 1, from(count - lanes));  // some of them again
+  float rest[channels][hn::MaxLanes(F())];
+  for (size_t c = 0; c < channels; ++c) out[c] = rest[c];
+  vectors(0, 1, out);
+  for (size_t c = 0; c < rows; ++c) std::memcpy(to.rows[c], rest[c], step * count * sizeof(float));
+}
+
+void FinishRow(const LaneRow* in, const ColorTransform& t, const NumberRule* rules,
+               const FloatTarget& to, size_t count) {
+  if (t.channels == 3) return finish<3, 3>(in, t, rules, to, count);
+  if (t.samples == 3) return finish<3, 1>(in, t, rules, to, count);
+  finish<1, 1>(in, t, rules, to, count);
+}
+
+// Past the caches, but for the ends of the row: no line of memory is written both ways.
+void StreamRow(const float* row, size_t count, float* out) {
+  constexpr size_t kLine = 64 / sizeof(float);
+  const hn::CappedTag<float, kLine> d;
+  const size_t behind = reinterpret_cast<uintptr_t>(out) / sizeof(float) % kLine;
+  const size_t head = std::min(count, (kLine - behind) % kLine);
+  const size_t end = head + (count - head) / kLine * kLine;
+  std::memcpy(out, row, head * sizeof(float));
+  for (size_t i = head; i < end; i += hn::Lanes(d)) hn::Stream(hn::LoadU(d, row + i), d, out + i);
+  std::memcpy(out + end, row + end, (count - end) * sizeof(float));
 }
 
 template <class T>
@@ -155,7 +258,7 @@ void write_integers(const NumberRule& rule, const float* row, size_t count, T* o
   const hn::Rebind<T, F> bytes;
   const auto bound = hn::Set(d, 65536.0f);
   store_exactly(hn::Lanes(d), 1, count, out, [&](size_t i, T* to) {
-    const auto value = hn::Div(number(d, rule, row + i), hn::Set(d, rule.divisor));
+    const auto value = hn::Div(number(d, rule, hn::LoadU(d, row + i)), hn::Set(d, rule.divisor));
     const auto near = hn::Max(hn::Min(value, bound), hn::Neg(bound));
     const auto rounded = hn::Add(hn::NearestInt(near), hn::Set(di, rule.zero_point));
     hn::StoreU(hn::DemoteTo(bytes, rounded), bytes, to);
@@ -163,17 +266,15 @@ void write_integers(const NumberRule& rule, const float* row, size_t count, T* o
 }
 
 void WriteNumbers(const NumberRule& rule, ElementType type, const float* row, size_t count,
-                  void* out, bool streamed) {
+                  void* out) {
   const F d;
   if (type == ElementType::UInt8)
     return write_integers(rule, row, count, static_cast<uint8_t*>(out));
   if (type == ElementType::Int8) return write_integers(rule, row, count, static_cast<int8_t*>(out));
-  if (streamed && type == ElementType::Float32 && reinterpret_cast<uintptr_t>(out) % 4 == 0)
-    return stream_floats(d, count, static_cast<float*>(out),
-                         [&](size_t i) { return number(d, rule, row + i); });
   if (type == ElementType::Float32)
-    return store_exactly(hn::Lanes(d), 1, count, static_cast<float*>(out),
-                         [&](size_t i, float* to) { hn::StoreU(number(d, rule, row + i), d, to); });
+    return store_exactly(
+        hn::Lanes(d), 1, count, static_cast<float*>(out),
+        [&](size_t i, float* to) { hn::StoreU(number(d, rule, hn::LoadU(d, row + i)), d, to); });
   float16 halves[kRowBlock];
   for (size_t i = 0; i < count; i += kRowBlock) {
     for (size_t k = 0; k < kRowBlock; ++k)
@@ -209,10 +310,9 @@ namespace weir::preprocess {
 
 HWY_EXPORT(BlendRows);
 HWY_EXPORT(GatherRow);
-HWY_EXPORT(TransformColors);
-HWY_EXPORT(TransformGray);
-HWY_EXPORT(MixToGray);
+HWY_EXPORT(FinishRow);
 HWY_EXPORT(WriteNumbers);
+HWY_EXPORT(StreamRow);
 HWY_EXPORT(InterleaveThree);
 
 void blend_rows(const uint8_t* const* rows, const float* weights, size_t taps, size_t bytes,
@@ -223,18 +323,16 @@ void gather_row(const float* in, const int32_t* index, const float* weights, siz
                 size_t count, float* out) noexcept {
   HWY_DYNAMIC_DISPATCH(GatherRow)(in, index, weights, taps, count, out);
 }
-void transform_colors(const ColorTransform& transform, float* const* rows, size_t count) noexcept {
-  HWY_DYNAMIC_DISPATCH(TransformColors)(transform, rows, count);
-}
-void transform_gray(float factor, float add, float* row, size_t count) noexcept {
-  HWY_DYNAMIC_DISPATCH(TransformGray)(factor, add, row, count);
-}
-void mix_to_gray(const float* of, float* const* rows, size_t count) noexcept {
-  HWY_DYNAMIC_DISPATCH(MixToGray)(of, rows, count);
+void finish_row(const LaneRow* in, const ColorTransform& transform, const NumberRule* rules,
+                const FloatTarget& to, size_t count) noexcept {
+  HWY_DYNAMIC_DISPATCH(FinishRow)(in, transform, rules, to, count);
 }
 void write_numbers(const NumberRule& rule, ElementType type, const float* row, size_t count,
-                   void* out, bool streamed) noexcept {
-  HWY_DYNAMIC_DISPATCH(WriteNumbers)(rule, type, row, count, out, streamed);
+                   void* out) noexcept {
+  HWY_DYNAMIC_DISPATCH(WriteNumbers)(rule, type, row, count, out);
+}
+void stream_row(const float* row, size_t count, float* out) noexcept {
+  HWY_DYNAMIC_DISPATCH(StreamRow)(row, count, out);
 }
 void end_streaming() noexcept {
   hwy::FlushStream();

@@ -23,27 +23,47 @@ void blend_rows(const uint8_t* const* rows, const float* weights, size_t taps, s
 void gather_row(const float* in, const int32_t* index, const float* weights, size_t taps,
                 size_t count, float* out) noexcept;
 
-// Three rows and what each of them becomes: out[r] = sum over c of of[r][c] * in[c] + add[r],
-// limited to 0..255. In place.
-struct ColorTransform {
-  float of[3][3];
-  float add[3];
+// The samples of one kind in a row: `floats`, or lane `offset` of the `lanes` (1, 2 or 4) that each
+// pixel has in `samples`, which are 128 times the value. Readable up to padded(count) pixels.
+struct LaneRow {
+  const float* floats = nullptr;
+  const int16_t* samples = nullptr;
+  size_t lanes = 1, offset = 0;
 };
-void transform_colors(const ColorTransform& transform, float* const* rows, size_t count) noexcept;
-// The same for one row: row = row * factor + add, limited to 0..255.
-void transform_gray(float factor, float add, float* row, size_t count) noexcept;
-// The first row becomes of[0] * a + of[1] * b + of[2] * c.
-void mix_to_gray(const float* of, float* const* rows, size_t count) noexcept;
+
+// What the samples of a pixel are as the colors of the target's channels: 3 of 3, 1 of 3, 1 of 1.
+// Channel r is the sum over s of of[r][s] * sample s + add[r], limited to 0..255; where nothing is
+// computed it is sample r.
+struct ColorTransform {
+  size_t samples = 3, channels = 3;
+  bool computed = false;
+  float of[3][3] = {};
+  float add[3] = {};
+};
 
 // number = (pixel - mean) * scale; for integers number / divisor + zero_point, rounded.
 struct NumberRule {
   float mean = 0, scale = 1, divisor = 1;
   int32_t zero_point = 0;
 };
+
+// Where the numbers of channel c go, rows[c]; together: all to rows[0], a0 b0 c0 a1 b1 c1 ...
+struct FloatTarget {
+  float* rows[3] = {};
+  bool together = false;
+  bool padded = false;  // rows as long as padded(count): what lies behind their numbers is free
+};
+// Writes `count` numbers a channel, by rules[c], at any alignment of floats, as they would be
+// written as float32. Has as many sources as the transform has samples; padded rows may be sources.
+void finish_row(const LaneRow* in, const ColorTransform& transform, const NumberRule* rules,
+                const FloatTarget& to, size_t count) noexcept;
+
 // Writes `count` elements of `type` (one that check_target() lets through), at any alignment.
-// streamed: past the caches where the type allows; end_streaming() before another thread reads.
 void write_numbers(const NumberRule& rule, ElementType type, const float* row, size_t count,
-                   void* out, bool streamed = false) noexcept;
+                   void* out) noexcept;
+
+// Copies past the caches; end_streaming() before another thread reads.
+void stream_row(const float* row, size_t count, float* out) noexcept;
 void end_streaming() noexcept;
 
 // out = a0 b0 c0 a1 b1 c1 ..., at any alignment; elements of 1, 2 or 4 bytes.
