@@ -333,7 +333,6 @@ Status Plan::run_rows(const Planes& planes, std::span<std::byte> out, uint32_t f
   });
   const uint32_t height = preparation().height;
   for (uint32_t y = first; y < height && y - first < count; ++y) run.row(y);
-  if (options.streamed) end_streaming();
   return ok();
 }
 

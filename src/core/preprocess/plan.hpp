@@ -61,8 +61,9 @@ class Workspace {
 };
 
 struct RowOptions {
-  bool streamed =
-      false;            // past the caches where it can be done, for tensors that do not stay there
+  // Past the caches where it can be done, for tensors that do not stay there; end_streaming() is
+  // called before another thread reads.
+  bool streamed = false;
   bool cached = false;  // the picture's rows were just read: none are fetched ahead
   // Cleared for these planes, then wanted and reserved for all rows to come, each tensor's from the
   // first on; null: they are made in the workspace.

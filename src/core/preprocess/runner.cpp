@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <exception>
 
+#include "core/preprocess/row_kernels.hpp"
+
 namespace weir::preprocess {
 namespace {
 
@@ -71,6 +73,7 @@ void Runner::run_part(size_t part, const Planes& planes, std::span<const Job> jo
           job.plan->run_rows(planes, job.out, first, count, &workspaces_[part],
                              {streamed, stripes > 1 && &job != jobs.data(), &sums_[part]});
     }
+  if (streamed) end_streaming();
 }
 
 Status Runner::run(const Planes& planes, std::span<const Job> jobs) {
