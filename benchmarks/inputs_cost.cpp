@@ -1,8 +1,9 @@
 // Elements of many inputs: tensor_mux over more and more pads against threads that only meet,
 // tensor_merge along each dimension and tensor_crop against the bare copies.
-#include <barrier>
+#include <condition_variable>
 #include <cstdlib>
 #include <cstring>
+#include <mutex>
 
 #include "core/tensor/tensor_header.hpp"
 #include "inputs_stage.hpp"
@@ -27,12 +28,24 @@ std::string tensor(const std::string& dims) {
   return "other/tensor,dimension=(string)" + dims + ",type=uint8,framerate=30/1";
 }
 
+// Threads that sleep until all are there; std::barrier spins before, which a stream does not do.
 void meet(int threads, int times) {
-  std::barrier gate(threads);
+  std::mutex mutex;
+  std::condition_variable met;
+  int here = 0, meeting = 0;
   std::vector<std::thread> all;
   for (int t = 0; t < threads; ++t)
     all.emplace_back([&] {
-      for (int i = 0; i < times; ++i) gate.arrive_and_wait();
+      for (int i = 0; i < times; ++i) {
+        std::unique_lock lock(mutex);
+        if (++here < threads) {
+          met.wait(lock, [&] { return meeting > i; });
+          continue;
+        }
+        here = 0;
+        ++meeting;
+        met.notify_all();
+      }
     });
   for (auto& thread : all) thread.join();
 }
@@ -45,9 +58,10 @@ void measure_mux(int rounds) {
     const auto costs = weir::bench::least(
         {[&] { meet(pads, kMuxFrames); }, [&] { stage.push(kMuxFrames); }}, rounds);
     const double floor = costs[0].cpu / kMuxFrames * 1e6;
-    weir::bench::report("tensor_mux of " + std::to_string(pads) + " pads: CPU of a frame out",
-                        "threads at a barrier, " + std::to_string(static_cast<int>(floor)) + " us",
-                        costs[1].cpu / costs[0].cpu, "x", 2);
+    weir::bench::report(
+        "tensor_mux of " + std::to_string(pads) + " pads: CPU of a frame out",
+        "threads that only meet, " + std::to_string(static_cast<int>(floor)) + " us",
+        costs[1].cpu / costs[0].cpu, "x", 2);
   }
 }
 
