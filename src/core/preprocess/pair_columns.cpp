@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "core/preprocess/row_kernels.hpp"
+#include "core/preprocess/wide_windows.hpp"
 
 namespace weir::preprocess {
 
@@ -25,19 +26,41 @@ void PairColumns::lay(const Axis& axis, size_t sample_bytes) {
     at[t] = static_cast<uint32_t>((first - axis.low()) * step);
     std::fill_n(shares.begin() + static_cast<ptrdiff_t>(t * lanes), lanes, pair_share(second));
   }
-  lay_windows((axis.high() - axis.low()) * step);
+  group = 1;
+  wide = 0;
+  const size_t row_bytes = (axis.high() - axis.low()) * step;
+  if (has_wide_windows()) lay_wide_windows(row_bytes);
+  if (wide == 0) lay_windows(row_bytes);
 }
 
-bool PairColumns::fits(size_t pixels, size_t row_bytes) const noexcept {
-  if (row_bytes < kWindow) return false;
+bool PairColumns::fits(size_t pixels, size_t window, size_t row_bytes) const noexcept {
+  if (row_bytes < window) return false;
   for (size_t t = 0; t < count; t += pixels)
-    if (at[std::min(t + pixels, count) - 1] + 2 * step > at[t] + kWindow) return false;
+    if (at[std::min(t + pixels, count) - 1] + 2 * step > at[t] + window) return false;
   return true;
+}
+
+void PairColumns::lay_wide_windows(size_t row_bytes) {
+  const size_t lanes = pair_lanes(step), pixels = kWideLanes / lanes;
+  wide = fits(pixels, kWideBytes, row_bytes)       ? kWideBytes
+         : fits(pixels, 2 * kWideBytes, row_bytes) ? 2 * kWideBytes
+                                                   : 0;
+  if (wide == 0) return;
+  windows[0].assign((count + pixels - 1) / pixels, 0);
+  lookup[0][0].assign(windows[0].size() * kWideBytes, 0);
+  for (size_t t = 0; t < count; ++t) {
+    uint32_t& window = windows[0][t / pixels];
+    if (t % pixels == 0) window = std::min(at[t], static_cast<uint32_t>(row_bytes - wide));
+    for (size_t l = 0; l < step; ++l)
+      lookup[0][0][(t * lanes + l) * sizeof(int16_t)] = static_cast<uint8_t>(at[t] - window + l);
+  }
 }
 
 void PairColumns::lay_windows(size_t row_bytes) {
   const size_t lanes = pair_lanes(step), most = kBlockLanes / lanes;
-  group = fits(most, row_bytes) ? most : most > 2 && fits(most / 2, row_bytes) ? most / 2 : 1;
+  group = fits(most, kWindow, row_bytes)                   ? most
+          : most > 2 && fits(most / 2, kWindow, row_bytes) ? most / 2
+                                                           : 1;
   if (group == 1) return;
   const size_t blocks = (count + most - 1) / most;
   const size_t padded = (blocks + kBlocksPadded - 1) / kBlocksPadded * kBlocksPadded;

@@ -7,6 +7,8 @@
 
 #include "core/preprocess/pair_kernels.hpp"
 #include "core/preprocess/row_kernels.hpp"
+#include "core/preprocess/wide_windows.hpp"
+#include "core/transform/avx512_bytes.hpp"
 #include "core/transform/transform_test_support.hpp"
 
 namespace weir::preprocess {
@@ -68,8 +70,8 @@ TEST(PairColumns, BlendsTheNeighboursOfEachPixel) {
                      std::to_string(targets));
         const Axis axis(resize, {7, length, targets}, {});
         PairColumns columns;
-        columns.lay(axis, step);
         transform::test::for_each_target([&] {
+          columns.lay(axis, step);
           expect_blended(axis, step, 1, columns);
           expect_blended(axis, step, 2, columns);
         });
@@ -77,6 +79,7 @@ TEST(PairColumns, BlendsTheNeighboursOfEachPixel) {
 }
 
 TEST(PairColumns, LooksNeighboursUpTogetherWhereTheyLieNear) {
+  transform::allow_avx512_bytes(false);
   const auto group = [](size_t step, uint32_t length, uint32_t targets) {
     PairColumns columns;
     columns.lay(Axis(Resize::Bilinear, {0, length, targets}, {}), step);
@@ -90,6 +93,24 @@ TEST(PairColumns, LooksNeighboursUpTogetherWhereTheyLieNear) {
   EXPECT_EQ(group(4, 64, 64), 2u);
   EXPECT_EQ(group(4, 192, 64), 1u);
   EXPECT_EQ(group(1, 15, 15), 1u);  // no window fits in the row
+  transform::allow_avx512_bytes(true);
+}
+
+TEST(PairColumns, TakesWindowsOfWholeVectorsWhereTheCpuHasThem) {
+  if (!has_wide_windows()) GTEST_SKIP() << "no AVX-512 with VBMI";
+  const auto wide = [](size_t step, uint32_t length, uint32_t targets) {
+    PairColumns columns;
+    columns.lay(Axis(Resize::Bilinear, {0, length, targets}, {}), step);
+    return columns.wide;
+  };
+  EXPECT_EQ(wide(1, 64, 64), 64u);
+  EXPECT_EQ(wide(1, 640, 320), 64u);
+  EXPECT_EQ(wide(1, 960, 320), 128u);
+  EXPECT_EQ(wide(1, 1280, 320), 128u);
+  EXPECT_EQ(wide(1, 1600, 320), 0u);
+  EXPECT_EQ(wide(2, 960, 320), 128u);
+  EXPECT_EQ(wide(4, 640, 160), 128u);
+  EXPECT_EQ(wide(1, 63, 63), 0u);  // no window fits in the row
 }
 
 TEST(PairColumns, HoldsTheWholeSecondSample) {

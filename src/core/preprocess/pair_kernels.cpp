@@ -6,6 +6,7 @@
 #include <cstring>
 
 #include "core/preprocess/row_kernels.hpp"
+#include "core/preprocess/wide_windows.hpp"
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "core/preprocess/pair_kernels.cpp"
@@ -219,6 +220,7 @@ void sample_pairs(const uint8_t* const* rows, size_t row_count, const PairColumn
 
 void blend_pairs(const uint8_t* const* rows, size_t row_count, const PairColumns& columns,
                  int16_t row_share, std::byte* const* pairs, int16_t* out) noexcept {
+  if (columns.wide > 0) return blend_wide_windows(rows, row_count, columns, row_share, out);
   if (columns.group > 1)
     return HWY_DYNAMIC_DISPATCH(BlendWindows)(rows, row_count, columns, row_share, out);
   sample_pairs(rows, row_count, columns, pairs);

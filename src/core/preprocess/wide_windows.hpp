@@ -1,0 +1,18 @@
+// Pairs of samples out of windows of 64 or 128 bytes, where the CPU picks bytes from whole vectors
+// (AVX-512 with VBMI).
+#pragma once
+#include "core/preprocess/pair_columns.hpp"
+
+namespace weir::preprocess {
+
+// 32 lanes of 16 bits: what one window makes.
+inline constexpr size_t kWideLanes = 32, kWideBytes = 64;
+
+// Whether this CPU has it, and a test did not say that it shall be as if it had not.
+bool has_wide_windows() noexcept;
+
+// blend_pairs() of columns that are `wide`.
+void blend_wide_windows(const uint8_t* const* rows, size_t row_count, const PairColumns& columns,
+                        int16_t row_share, int16_t* out) noexcept;
+
+}  // namespace weir::preprocess
