@@ -44,6 +44,7 @@ void meet(int threads, int times) {
         }
         here = 0;
         ++meeting;
+        lock.unlock();
         met.notify_all();
       }
     });

@@ -7,7 +7,7 @@
 #include <string>
 
 #include "core/merge/interleave.hpp"
-#include "core/merge/streamed_copy.hpp"
+#include "core/simd/streamed_copy.hpp"
 
 namespace weir {
 namespace {

@@ -23,8 +23,8 @@ class BlockSums {
  public:
   BlockSums(size_t plane, size_t low, size_t high, size_t step) noexcept
       : plane_(plane), low_(low), high_(high), step_(step) {}
-  bool is_of(size_t plane, size_t low, size_t high) const noexcept {
-    return plane == plane_ && low == low_ && high == high_;
+  bool is_of(size_t plane, size_t low, size_t high, size_t step) const noexcept {
+    return plane == plane_ && low == low_ && high == high_ && step == step_;
   }
   size_t plane() const noexcept { return plane_; }
 

@@ -2,11 +2,20 @@
 #include "core/preprocess/pair_columns.hpp"
 
 #include <algorithm>
+#include <bit>
 
 #include "core/preprocess/row_kernels.hpp"
 #include "core/preprocess/wide_windows.hpp"
 
 namespace weir::preprocess {
+namespace {
+
+// Of a lane of 16 bits.
+constexpr size_t low_byte(size_t lane) noexcept {
+  return lane * sizeof(int16_t) + (std::endian::native == std::endian::little ? 0 : 1);
+}
+
+}  // namespace
 
 int16_t pair_share(double second) noexcept {
   return static_cast<int16_t>(-static_cast<int32_t>(second * 32768 + 0.5));
@@ -52,7 +61,7 @@ void PairColumns::lay_wide_windows(size_t row_bytes) {
     uint32_t& window = windows[0][t / pixels];
     if (t % pixels == 0) window = std::min(at[t], static_cast<uint32_t>(row_bytes - wide));
     for (size_t l = 0; l < step; ++l)
-      lookup[0][0][(t * lanes + l) * sizeof(int16_t)] = static_cast<uint8_t>(at[t] - window + l);
+      lookup[0][0][low_byte(t * lanes + l)] = static_cast<uint8_t>(at[t] - window + l);
   }
 }
 
@@ -63,10 +72,10 @@ void PairColumns::lay_windows(size_t row_bytes) {
                                                            : 1;
   if (group == 1) return;
   const size_t blocks = (count + most - 1) / most;
-  const size_t padded = (blocks + kBlocksPadded - 1) / kBlocksPadded * kBlocksPadded;
+  const size_t padded_blocks = (blocks + kBlocksPadded - 1) / kBlocksPadded * kBlocksPadded;
   for (size_t p = 0; p < parts(); ++p) {
-    windows[p].assign(padded, 0);
-    for (auto& samples : lookup[p]) samples.assign(padded * kWindow, kNothingHere);
+    windows[p].assign(padded_blocks, 0);
+    for (auto& samples : lookup[p]) samples.assign(padded_blocks * kWindow, kNothingHere);
   }
   for (size_t t = 0; t < count; ++t) {
     const size_t block = t / most, part = t % most / group;
@@ -74,7 +83,7 @@ void PairColumns::lay_windows(size_t row_bytes) {
     if (t % group == 0) window = std::min(at[t], static_cast<uint32_t>(row_bytes - kWindow));
     for (size_t sample = 0; sample < 2; ++sample)
       for (size_t l = 0; l < step; ++l)
-        lookup[part][sample][block * kWindow + (t % most * lanes + l) * sizeof(int16_t)] =
+        lookup[part][sample][block * kWindow + low_byte(t % most * lanes + l)] =
             static_cast<uint8_t>(at[t] - window + sample * step + l);
   }
 }

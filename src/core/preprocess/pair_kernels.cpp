@@ -28,7 +28,7 @@ int blended(int first, int second, int16_t share) {
   return 128 * first + share_of(128 * (first - second), share);
 }
 
-// first(row, lane) lies step before the second sample.
+// first(row, pixel): where the pixel's first sample begins; the second one lies step behind.
 template <class First>
 void blend(const PairColumns& columns, size_t row_count, int16_t row_share, int16_t* out,
            First&& first) {
@@ -63,19 +63,27 @@ void BlendWindows(const uint8_t* const* rows, size_t row_count, const PairColumn
 
 using S = hn::ScalableTag<int16_t>;
 using B = hn::Repartition<uint8_t, S>;
-using V = hn::Vec<S>;
 static_assert(hn::MaxLanes(S()) <= kRowBlock);
 
 // Where the bytes of 16 bytes of pairs go, as lanes of 16 bits: the first samples, the second ones.
-constexpr uint8_t kNone = kNothingHere;
-#define WEIR_LANES(a, b, c, d, e, f, g, h) \
-  { a, kNone, b, kNone, c, kNone, d, kNone, e, kNone, f, kNone, g, kNone, h, kNone }
+#if __BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__
+#define WEIR_LANE(a) a, kNothingHere
+#else
+#define WEIR_LANE(a) kNothingHere, a
+#endif
+#define WEIR_LANES(a, b, c, d, e, f, g, h)                                              \
+  {                                                                                     \
+    WEIR_LANE(a), WEIR_LANE(b), WEIR_LANE(c), WEIR_LANE(d), WEIR_LANE(e), WEIR_LANE(f), \
+        WEIR_LANE(g), WEIR_LANE(h)                                                      \
+  }
 alignas(16) constexpr uint8_t kLanes[4][2][16] = {
     {WEIR_LANES(0, 2, 4, 6, 8, 10, 12, 14), WEIR_LANES(1, 3, 5, 7, 9, 11, 13, 15)},
     {WEIR_LANES(0, 1, 4, 5, 8, 9, 12, 13), WEIR_LANES(2, 3, 6, 7, 10, 11, 14, 15)},
-    {WEIR_LANES(0, 1, 2, kNone, 8, 9, 10, kNone), WEIR_LANES(3, 4, 5, kNone, 11, 12, 13, kNone)},
+    {WEIR_LANES(0, 1, 2, kNothingHere, 8, 9, 10, kNothingHere),
+     WEIR_LANES(3, 4, 5, kNothingHere, 11, 12, 13, kNothingHere)},
     {WEIR_LANES(0, 1, 2, 3, 8, 9, 10, 11), WEIR_LANES(4, 5, 6, 7, 12, 13, 14, 15)}};
 #undef WEIR_LANES
+#undef WEIR_LANE
 
 // (1 - share) * first + share * second, times 128.
 template <class Vector>

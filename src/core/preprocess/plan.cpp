@@ -8,6 +8,7 @@
 
 #include "core/preprocess/pair_kernels.hpp"
 #include "core/preprocess/plan_tables.hpp"
+#include "core/simd/streamed_copy.hpp"
 
 namespace weir::preprocess {
 namespace {
@@ -153,7 +154,7 @@ class PlanRun {
   void resize_sums(const Grid& grid, size_t band, uint32_t target) noexcept {
     const auto weights = grid.rows.weights(target);
     const auto sums = std::find_if(sums_.all.begin(), sums_.all.end(), [&](const BlockSums& of) {
-      return of.is_of(t_.bands[band].plane, grid.low, grid.high);
+      return of.is_of(t_.bands[band].plane, grid.low, grid.high, grid.sampling.step);
     });
     const size_t rows = sums->rows(grid.block);
     const float share = 1.0f / static_cast<float>(grid.block);  // a power of two: exact
@@ -196,11 +197,11 @@ class PlanRun {
 
   void finish(const NumberRule* rules, const FloatTarget& to) noexcept {
     LaneRow in[3];
-    for (size_t s = 0; s < t_.colors.samples; ++s) in[s] = lane_row(t_.samples[s]);
+    for (size_t s = 0; s < t_.colors.samples; ++s) in[s] = lane_row(t_.lane_of_sample[s]);
     finish_row(in, t_.colors, rules, to, count());
   }
 
-  // Floats go where they belong; all else by way of the rows of w_.lanes.
+  // Floats go where they belong; what is streamed, and all else, by way of the rows of w_.lanes.
   void write(uint32_t y) noexcept {
     const uint32_t x = t_.placement.content.x;
     const bool together = p_.layout == Layout::Nhwc && p_.channels() == 3;
@@ -208,14 +209,15 @@ class PlanRun {
     const bool direct = floats_ && !streamed;
     FloatTarget to{{}, direct && together, !direct};
     for (size_t c = 0; c < p_.channels(); ++c)
-      to.rows[c] = direct ? floats_at(c, x, y) : w_.lanes[c].data();
+      to.rows[c] = direct ? reinterpret_cast<float*>(place(c, x, y)) : w_.lanes[c].data();
     constexpr NumberRule kAsTheyAre[3];
     finish(floats_ ? t_.numbers.data() : kAsTheyAre, to);
     if (direct) return;
     const void* rows[3] = {};
     for (size_t c = 0; c < p_.channels(); ++c) {
       if (streamed) {
-        stream_row(w_.lanes[c].data(), count(), floats_at(c, x, y));
+        copy_streamed(place(c, x, y), reinterpret_cast<const std::byte*>(w_.lanes[c].data()),
+                      count() * sizeof(float));
         continue;
       }
       std::byte* const numbers = together ? w_.numbers[c].data() : place(c, x, y);
@@ -224,10 +226,6 @@ class PlanRun {
     }
     if (together) interleave_three(rows, element_bytes(), count(), place(0, x, y));
   }
-  float* floats_at(size_t channel, uint32_t x, uint32_t y) const noexcept {
-    return reinterpret_cast<float*>(place(channel, x, y));
-  }
-
   const PlanTables& t_;
   const Preparation& p_;
   const Planes& planes_;
@@ -296,7 +294,7 @@ void Plan::for_sums(uint32_t first, uint32_t count, FrameSums* sums, F&& f) cons
     const Grid& grid = tables_->grids[band.grid];
     if (grid.block == 1) continue;
     auto found = std::find_if(sums->all.begin(), sums->all.end(), [&](const BlockSums& of) {
-      return of.is_of(band.plane, grid.low, grid.high);
+      return of.is_of(band.plane, grid.low, grid.high, grid.sampling.step);
     });
     if (found == sums->all.end()) {
       sums->all.emplace_back(band.plane, grid.low, grid.high, grid.sampling.step);

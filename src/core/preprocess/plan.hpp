@@ -61,8 +61,8 @@ class Workspace {
 };
 
 struct RowOptions {
-  // Past the caches where it can be done, for tensors that do not stay there; end_streaming() is
-  // called before another thread reads.
+  // Past the caches where it can be done, for tensors that do not stay there. The caller calls
+  // flush_streamed() before another thread reads.
   bool streamed = false;
   bool cached = false;  // the picture's rows were just read: none are fetched ahead
   // Cleared for these planes, then wanted and reserved for all rows to come, each tensor's from the

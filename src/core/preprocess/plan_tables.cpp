@@ -173,7 +173,7 @@ void PlanTables::lay_colors() {
   colors.channels = p.channels();
   colors.samples = std::max(colors.channels, lanes.size());
   if (lanes.size() == 1) {
-    samples.fill(0);
+    lane_of_sample.fill(0);
     colors.computed = p.source.range == Range::Limited;
     const float luma = 255.0f / 219;
     for (size_t r = 0; r < 3; ++r) colors.of[r][0] = luma, colors.add[r] = -16 * luma;
@@ -189,7 +189,7 @@ void PlanTables::lay_colors() {
   } else if (p.order == ChannelOrder::Gray) {
     std::copy_n(kGrayOfRgb, 3, colors.of[0]);
   } else if (reversed) {
-    std::swap(samples[0], samples[2]);
+    std::swap(lane_of_sample[0], lane_of_sample[2]);
   }
 }
 

@@ -53,10 +53,9 @@ struct PlanTables {
   std::vector<Band> bands;
   std::vector<LaneSource> lanes;  // the samples that the target needs: 1 or 3
   ColorTransform colors;
-  // The lane that is sample s of the transform.
-  std::array<size_t, 3> samples{0, 1, 2};
-  std::vector<NumberRule> numbers;  // by channel of the target
-  std::vector<std::byte> padding;   // NHWC: one row of pixels; NCHW: one row for each channel
+  std::array<size_t, 3> lane_of_sample{0, 1, 2};  // of the transform
+  std::vector<NumberRule> numbers;                // by channel of the target
+  std::vector<std::byte> padding;  // NHWC: one row of pixels; NCHW: one row for each channel
 
  private:
   size_t grid_of(const Lane& lane, size_t known);

@@ -59,11 +59,11 @@ TEST(Plan, ResizesEachFormatAsTheFormulasSay) {
 TEST(Plan, TakesAnotherCropAsIfMadeForIt) {
   std::mt19937 random(11);
   const auto below = [&](uint32_t bound) { return static_cast<uint32_t>(random() % bound); };
-  for (const char* format : {"RGB", "GRAY8", "NV12", "I420"})
+  for (const char* format : {"RGB", "RGBx", "GRAY8", "NV12", "I420"})
     for (const Resize resize : kResizes)
       for (const Fit fit : {Fit::Stretch, Fit::Letterbox, Fit::CentreCrop}) {
         const Pixels pixels(format, 61, 47, 5, 3);
-        auto p = preparation(pixels, 9, 12);
+        auto p = preparation(pixels, 40, 12);
         p.resize = resize;
         p.fit = fit;
         auto plan = Plan::make(p);
@@ -74,7 +74,7 @@ TEST(Plan, TakesAnotherCropAsIfMadeForIt) {
           p.crop = Rect{x, y, 1 + below(61 - x), 1 + below(47 - y)};
           ASSERT_TRUE(plan->set_crop(*p.crop));
           plan->grow(&workspace);
-          std::vector<float> out(size_t{9} * 12 * 3);
+          std::vector<float> out(size_t{40} * 12 * 3);
           const auto bytes = std::as_writable_bytes(std::span(out));
           ASSERT_TRUE(plan->run(pixels.planes, bytes, &workspace));
           ASSERT_EQ(out, run<float>(p, pixels)) << format << " " << i;
@@ -107,6 +107,23 @@ TEST(Plan, ResizesAnyPartAsTheFormulasSay) {
                   1 + below(p.source.height - part.y)};
     const auto numbers = reference(p, pixels);
     for_each_target([&] { expect_near(run<float>(p, pixels), numbers, most_off(p)); });
+  }
+}
+
+// Luma of four samples and chroma of two, which come out in different ways; and a width at which a
+// vector's lanes lie in two windows of a row.
+TEST(Plan, MixesLanesOfDifferentKinds) {
+  for (const char* format : {"NV12", "I420"}) {
+    const Pixels pixels(format, 40, 32, 5, 3);
+    auto p = preparation(pixels, 8, 8);
+    p.resize = Resize::Area;
+    p.crop = Rect{2, 0, 32, 32};
+    for_each_target([&] { expect_near(run<float>(p, pixels), reference(p, pixels), most_off(p)); });
+  }
+  for (const char* format : {"GRAY8", "RGBx", "NV12"}) {
+    const Pixels pixels(format, 230, 9, 5, 3);
+    const auto p = preparation(pixels, 70, 4);
+    for_each_target([&] { expect_near(run<float>(p, pixels), reference(p, pixels), most_off(p)); });
   }
 }
 
@@ -245,6 +262,7 @@ TEST(Plan, WritesTheSameNumbersPastTheCaches) {
         const Pixels pixels("NV12", 50, 40);
         auto p = preparation(pixels, width, 7);
         p.layout = layout;
+        p.fit = shift == 4 ? Fit::Letterbox : Fit::Stretch;
         const auto plan = Plan::make(p);
         ASSERT_TRUE(plan);
         auto workspace = plan->workspace();

@@ -10,7 +10,6 @@
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "core/preprocess/row_kernels.cpp"
-#include <hwy/cache_control.h>
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
@@ -198,21 +197,21 @@ void finish_vectors(const LaneRow* in, const ColorTransform& t, const NumberRule
 template <size_t samples, size_t channels>
 void finish(const LaneRow* in, const ColorTransform& t, const NumberRule* rules,
             const FloatTarget& to, size_t count) {
-  const auto vectors = [&](size_t first, size_t number, float* const* out) {
-    const auto run = [&](auto kind) {
-      finish_vectors<kind(), samples, channels>(in, t, rules, to.together, first, number, out);
+  const auto run = [&](size_t first, size_t vectors, float* const* out) {
+    const auto of = [&](auto kind) {
+      finish_vectors<kind(), samples, channels>(in, t, rules, to.together, first, vectors, out);
     };
     switch (from_of(in, samples)) {
       case From::Floats:
-        return run(std::integral_constant<From, From::Floats>());
+        return of(std::integral_constant<From, From::Floats>());
       case From::OneLane:
-        return run(std::integral_constant<From, From::OneLane>());
+        return of(std::integral_constant<From, From::OneLane>());
       case From::OneThenTwoLanes:
-        return run(std::integral_constant<From, From::OneThenTwoLanes>());
+        return of(std::integral_constant<From, From::OneThenTwoLanes>());
       case From::FourLanes:
-        return run(std::integral_constant<From, From::FourLanes>());
+        return of(std::integral_constant<From, From::FourLanes>());
       case From::Any:
-        return run(std::integral_constant<From, From::Any>());
+        return of(std::integral_constant<From, From::Any>());
     }
   };
   const size_t lanes = hn::Lanes(F()), whole = count / lanes * lanes;
@@ -222,14 +221,16 @@ void finish(const LaneRow* in, const ColorTransform& t, const NumberRule* rules,
     for (size_t c = 0; c < rows; ++c) out[c] = to.rows[c] + step * first;
     return out;
   };
-  vectors(0, count / lanes, to.rows);
+  run(0, count / lanes, to.rows);
   if (whole == count) return;
-  if (to.padded) return vectors(whole, 1, from(whole));
-  if (whole > 0) return vectors(count - lanes, 1, from(count - lanes));  // some of them again
-  float rest[channels][hn::MaxLanes(F())];
-  for (size_t c = 0; c < channels; ++c) out[c] = rest[c];
-  vectors(0, 1, out);
-  for (size_t c = 0; c < rows; ++c) std::memcpy(to.rows[c], rest[c], step * count * sizeof(float));
+  if (to.padded) return run(whole, 1, from(whole));
+  if (whole > 0) return run(count - lanes, 1, from(count - lanes));  // some of them again
+  constexpr size_t kMost = hn::MaxLanes(F());
+  float rest[channels * kMost];
+  for (size_t c = 0; c < channels; ++c) out[c] = rest + c * kMost;
+  run(0, 1, out);
+  for (size_t c = 0; c < rows; ++c)
+    std::memcpy(to.rows[c], rest + c * kMost, step * count * sizeof(float));
 }
 
 void FinishRow(const LaneRow* in, const ColorTransform& t, const NumberRule* rules,
@@ -237,18 +238,6 @@ void FinishRow(const LaneRow* in, const ColorTransform& t, const NumberRule* rul
   if (t.channels == 3) return finish<3, 3>(in, t, rules, to, count);
   if (t.samples == 3) return finish<3, 1>(in, t, rules, to, count);
   finish<1, 1>(in, t, rules, to, count);
-}
-
-// Past the caches, but for the ends of the row: no line of memory is written both ways.
-void StreamRow(const float* row, size_t count, float* out) {
-  constexpr size_t kLine = 64 / sizeof(float);
-  const hn::CappedTag<float, kLine> d;
-  const size_t behind = reinterpret_cast<uintptr_t>(out) / sizeof(float) % kLine;
-  const size_t head = std::min(count, (kLine - behind) % kLine);
-  const size_t end = head + (count - head) / kLine * kLine;
-  std::memcpy(out, row, head * sizeof(float));
-  for (size_t i = head; i < end; i += hn::Lanes(d)) hn::Stream(hn::LoadU(d, row + i), d, out + i);
-  std::memcpy(out + end, row + end, (count - end) * sizeof(float));
 }
 
 template <class T>
@@ -312,7 +301,6 @@ HWY_EXPORT(BlendRows);
 HWY_EXPORT(GatherRow);
 HWY_EXPORT(FinishRow);
 HWY_EXPORT(WriteNumbers);
-HWY_EXPORT(StreamRow);
 HWY_EXPORT(InterleaveThree);
 
 void blend_rows(const uint8_t* const* rows, const float* weights, size_t taps, size_t bytes,
@@ -330,12 +318,6 @@ void finish_row(const LaneRow* in, const ColorTransform& transform, const Number
 void write_numbers(const NumberRule& rule, ElementType type, const float* row, size_t count,
                    void* out) noexcept {
   HWY_DYNAMIC_DISPATCH(WriteNumbers)(rule, type, row, count, out);
-}
-void stream_row(const float* row, size_t count, float* out) noexcept {
-  HWY_DYNAMIC_DISPATCH(StreamRow)(row, count, out);
-}
-void end_streaming() noexcept {
-  hwy::FlushStream();
 }
 void interleave_three(const void* const* rows, size_t element_bytes, size_t count,
                       void* out) noexcept {

@@ -54,17 +54,14 @@ struct FloatTarget {
   bool padded = false;  // rows as long as padded(count): what lies behind their numbers is free
 };
 // Writes `count` numbers a channel, by rules[c], at any alignment of floats, as they would be
-// written as float32. Has as many sources as the transform has samples; padded rows may be sources.
+// written as float32. Has as many sources as the transform has samples. Padded rows may be sources;
+// of others the last vector may be made twice.
 void finish_row(const LaneRow* in, const ColorTransform& transform, const NumberRule* rules,
                 const FloatTarget& to, size_t count) noexcept;
 
 // Writes `count` elements of `type` (one that check_target() lets through), at any alignment.
 void write_numbers(const NumberRule& rule, ElementType type, const float* row, size_t count,
                    void* out) noexcept;
-
-// Copies past the caches; end_streaming() before another thread reads.
-void stream_row(const float* row, size_t count, float* out) noexcept;
-void end_streaming() noexcept;
 
 // out = a0 b0 c0 a1 b1 c1 ..., at any alignment; elements of 1, 2 or 4 bytes.
 void interleave_three(const void* const* rows, size_t element_bytes, size_t count,

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <exception>
 
-#include "core/preprocess/row_kernels.hpp"
+#include "core/simd/streamed_copy.hpp"
 
 namespace weir::preprocess {
 namespace {
@@ -73,7 +73,7 @@ void Runner::run_part(size_t part, const Planes& planes, std::span<const Job> jo
           job.plan->run_rows(planes, job.out, first, count, &workspaces_[part],
                              {streamed, stripes > 1 && &job != jobs.data(), &sums_[part]});
     }
-  if (streamed) end_streaming();
+  if (streamed) flush_streamed();
 }
 
 Status Runner::run(const Planes& planes, std::span<const Job> jobs) {

@@ -42,6 +42,57 @@ TEST(Runner, GivesTheSameFromAnyNumberOfThreads) {
   }
 }
 
+// The last vector of a row is made twice; it must not reach the next thread's row.
+TEST(Runner, WritesFloatsBesideEachOther) {
+  const Pixels pixels("I420", 90, 50, 2);
+  for (const Layout layout : {Layout::Nchw, Layout::Nhwc}) {
+    auto p = preparation(pixels, 37, 64);
+    p.fit = Fit::Stretch;
+    p.type = ElementType::Float32;
+    p.layout = layout;
+    const auto wanted = testing::run<float>(p, pixels);
+    ASSERT_FALSE(wanted.empty());
+    const Plan plan = *Plan::make(p);
+    Runner runner(4);
+    for (int frame = 0; frame < 50; ++frame) {
+      std::vector<float> out(wanted.size());
+      ASSERT_TRUE(run(&runner, plan, pixels.planes, std::as_writable_bytes(std::span(out))));
+      ASSERT_EQ(out, wanted);
+    }
+  }
+}
+
+// 17 MB of tensors go past the caches.
+TEST(Runner, StreamsWhatStaysInNoCache) {
+  const Pixels pixels("NV12", 64, 48, 2);
+  auto p = preparation(pixels, 1201, 1201);
+  p.type = ElementType::Float32;
+  p.layout = Layout::Nchw;
+  const auto wanted = testing::run<float>(p, pixels);
+  ASSERT_GE(wanted.size() * sizeof(float), size_t{16} << 20);
+  for (const size_t threads : {1u, 3u}) {
+    const Plan plan = *Plan::make(p);
+    Runner runner(threads);
+    std::vector<float> out(wanted.size());
+    ASSERT_TRUE(run(&runner, plan, pixels.planes, std::as_writable_bytes(std::span(out))));
+    EXPECT_TRUE(out == wanted) << threads << " threads";
+  }
+}
+
+TEST(Runner, TakesPicturesOfAnotherFormat) {
+  Runner runner(1);
+  for (const char* format : {"GRAY8", "RGBx", "NV12", "RGB"}) {
+    const Pixels pixels(format, 16, 16, 0, 3);
+    auto p = preparation(pixels, 4, 4);
+    p.resize = Resize::Area;
+    const auto wanted = testing::run<uint8_t>(p, pixels);
+    std::vector<uint8_t> out(wanted.size());
+    ASSERT_TRUE(
+        run(&runner, *Plan::make(p), pixels.planes, std::as_writable_bytes(std::span(out))));
+    EXPECT_EQ(out, wanted) << format;
+  }
+}
+
 TEST(Runner, RunsSeveralPlansOverOnePicture) {
   const Pixels pixels("NV12", 90, 50, 2);
   std::vector<Plan> plans;

@@ -1,5 +1,5 @@
 // Copies of every length from and to every place within a line, on every target of this CPU.
-#include "core/merge/streamed_copy.hpp"
+#include "core/simd/streamed_copy.hpp"
 
 #include <gtest/gtest.h>
 #include <hwy/highway.h>

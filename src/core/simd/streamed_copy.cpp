@@ -1,13 +1,13 @@
 // Whole lines of the cache go past it; what is left at both ends goes the usual way, for a line of
 // which only a part came past the caches would cost more than it saves.
-#include "core/merge/streamed_copy.hpp"
+#include "core/simd/streamed_copy.hpp"
 
 #include <algorithm>
 #include <cstdint>
 #include <cstring>
 
 #undef HWY_TARGET_INCLUDE
-#define HWY_TARGET_INCLUDE "core/merge/streamed_copy.cpp"
+#define HWY_TARGET_INCLUDE "core/simd/streamed_copy.cpp"
 #include <hwy/cache_control.h>
 #include <hwy/foreach_target.h>  // compiles this file once per CPU target
 #include <hwy/highway.h>
