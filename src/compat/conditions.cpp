@@ -50,7 +50,7 @@ int ask(const weir_host* host, const weir_frame* frame, int* answer, void* data,
     weir::FrameSpec spec{weir::Format::Static, {}, {}};
     std::vector<GstTensorMemory> memories;
     for (uint32_t i = 0; i < frame->n_tensors; ++i) {
-      auto tensor = weir::infer::spec_of(frame->tensors[i].info);
+      auto tensor = weir::infer::spec_of("tensor_if", frame->tensors[i].info);
       if (!tensor)
         return host->fail(error, WEIR_INTERNAL, tensor.error().what.c_str(), nullptr, nullptr,
                           nullptr, nullptr);

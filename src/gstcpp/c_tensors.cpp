@@ -12,7 +12,8 @@ namespace {
 constexpr size_t kOwn = NNS_TENSOR_MEMORY_MAX;
 
 Error nonsense(const std::string& who, const std::string& what, const std::string& needed) {
-  return {Code::INTERNAL, who + " says tensors that cannot be", what, needed, "", "mend " + who};
+  return {Code::CALLBACK_FAILED, who + " says tensors that cannot be", what, needed, "",
+          "mend " + who};
 }
 
 // What a callee wrote there may be no value of the enumeration.

@@ -17,8 +17,8 @@ class CTensors {
   CTensors(const CTensors&) = delete;
   CTensors& operator=(const CTensors&) = delete;
   GstTensorsConfig* get() noexcept { return &config_; }
-  // As ours. INTERNAL, naming `who`, for a count, format, type or dimensions that cannot be; a
-  // flexible stream may have no tensors.
+  // As ours. CALLBACK_FAILED, naming `who`, for a count, format, type or dimensions that cannot be;
+  // a flexible stream may have no tensors.
   Result<FrameSpec> spec(const std::string& who) const;
 
  private:

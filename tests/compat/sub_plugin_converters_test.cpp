@@ -1,5 +1,8 @@
 // Converters for NNStreamer in tensor_converter: sub_plugins/converter.c is built against our
 // headers, bare_converter.c against structs laid out by hand; and functions of this program.
+#include <memory>
+#include <stdexcept>
+
 #include "elements/tensor_converter/converter_harness.hpp"
 #include "nnstreamer_plugin_api_converter.h"
 #include "nnstreamer_plugin_api_util.h"
@@ -103,7 +106,7 @@ TEST(SubPluginConverter, RefusesAStreamWithWords) {
   EXPECT_SAYS(caps_error("", caps("refuse")), "WEIR-2002: the converter bytes refuses this stream");
   EXPECT_SAYS(caps_error("", caps("refuse")), "offered: x-test/bytes");
   EXPECT_SAYS(caps_error("", caps("first-dims")),
-              "WEIR-9002: the converter bytes says tensors that cannot be");
+              "WEIR-5003: the converter bytes says tensors that cannot be");
 }
 
 TEST(SubPluginConverter, HasItsFramesGathered) {
@@ -135,7 +138,7 @@ TEST(SubPluginConverter, CannotHaveAllFramesGathered) {
 TEST(SubPluginConverter, IsNotBelieved) {
   EXPECT_SAYS(said("null"), "WEIR-5003: the converter bytes made nothing of a frame");
   EXPECT_SAYS(said("no-buffer"), "WEIR-5003: the converter bytes gives something else for a frame");
-  const std::string nonsense = "WEIR-9002: the converter bytes says tensors that cannot be\n";
+  const std::string nonsense = "WEIR-5003: the converter bytes says tensors that cannot be\n";
   EXPECT_SAYS(said("count"), nonsense + "  offered: 300 tensors\n  needed: 1 to 256");
   EXPECT_SAYS(said("none"), nonsense + "  offered: 0 tensors");
   EXPECT_SAYS(said("extra"), nonsense + "  offered: 20 tensors, `extra` is NULL");
@@ -187,6 +190,63 @@ TEST(SubPluginConverter, RunsScriptsByItsOpen) {
               "WEIR-5003: the converter python3 cannot open the script\n  offered: /a/missing.py: "
               "open returned -2");
   setenv("WEIR_MODULE_PATH", modules.c_str(), 1);
+}
+
+// A program may take its converter back, and its memory too, while a pipeline uses it.
+TEST(SubPluginConverter, GoesOnAfterItWasUnregistered) {
+  auto own = std::make_unique<NNStreamerExternalConverter>(
+      *WEIR_LIBRARY(nnstreamer_converter_find)("bytes"));
+  own->name = "x-test/short-lived";
+  ASSERT_TRUE(WEIR_LIBRARY(registerExternalConverter)(own.get()));
+  auto h = harness("", caps("", "short-lived"));
+  EXPECT_EQ(content(converted(h, {1, 2}).get()), (Bytes{1, 2}));
+  WEIR_LIBRARY(unregisterExternalConverter)("x-test/short-lived");
+  *own = {};
+  own.reset();
+  EXPECT_EQ(content(converted(h, {3, 4}).get()), (Bytes{3, 4}));
+}
+
+GstBuffer* throwing(GstBuffer*, GstTensorsConfig*, void*) {
+  throw std::runtime_error("out of convert");
+}
+gboolean throwing_config(const GstCaps*, GstTensorsConfig*) {
+  throw std::runtime_error("out of get_out_config");
+}
+GstCaps* throwing_caps(const GstTensorsConfig*) {
+  throw 42;
+}
+
+TEST(SubPluginConverter, MayThrowWhichIsToldWithItsName) {
+  const auto add = WEIR_LIBRARY(registerExternalConverter);
+  auto own = *WEIR_LIBRARY(nnstreamer_converter_find)("bytes");
+  own.name = "x-test/throwing";
+  own.convert = throwing;
+  ASSERT_TRUE(add(&own));
+  {
+    auto h = harness("", caps("", "throwing"));
+    const auto text = error_of(h, frame({1}));
+    EXPECT_SAYS(text, "WEIR-5003: the converter x-test/throwing threw an exception");
+    EXPECT_SAYS(text, "offered: out of convert");
+    EXPECT_EQ(stat(h, "dropped-error"), 1u);
+    EXPECT_EQ(stat(h, "held"), 0u);
+  }
+  own.get_out_config = throwing_config;
+  EXPECT_SAYS(caps_error("", caps("", "throwing")), "offered: out of get_out_config");
+  own.query_caps = throwing_caps;
+  EXPECT_EQ(accepted(harness("", video("RGB", 4, 1)), "x-test/none"), "EMPTY");
+  WEIR_LIBRARY(unregisterExternalConverter)(own.name);
+}
+
+TEST(ConverterFunction, MayThrowWhichIsToldWithItsName) {
+  const auto function = [](GstBuffer* in, void*, GstTensorsConfig* config) {
+    return throwing(in, config, nullptr);
+  };
+  ASSERT_EQ(WEIR_LIBRARY(nnstreamer_converter_custom_register)("throwing", function, nullptr), 0);
+  auto h = harness("mode=custom-code:throwing", video("GRAY8", 4, 1));
+  EXPECT_SAYS(error_of(h, frame({1, 2, 3, 4})),
+              "WEIR-5003: the function throwing threw an exception\n  offered: out of convert");
+  EXPECT_EQ(stat(h, "dropped-error"), 1u);
+  EXPECT_EQ(WEIR_LIBRARY(nnstreamer_converter_custom_unregister)("throwing"), 0);
 }
 
 // The buffer's bytes twice, as a tensor of two rows; no buffer for a first byte of 255.

@@ -1,6 +1,7 @@
 // Decoders for NNStreamer as modes of tensor_decoder: sub_plugins/decoder.c is built against our
 // headers, bare_decoder.c against a struct laid out by hand.
 #include <fstream>
+#include <stdexcept>
 
 #include "elements/tensor_decoder/decoder_harness.hpp"
 #include "nnstreamer_plugin_api_decoder.h"
@@ -85,7 +86,7 @@ TEST(SubPluginDecoder, TellsOfOptionsThatItRefusesAndGoesOn) {
 TEST(SubPluginDecoder, SaysWhatIsWrongWithItsCaps) {
   EXPECT_SAYS(said("no-caps"), "WEIR-2001: the decoder adding makes nothing of these tensors");
   EXPECT_SAYS(said("no-caps"), "offered: 1 tensor: uint8 3");
-  EXPECT_SAYS(said("any-caps"), "WEIR-9002: the decoder adding gives no caps that say anything");
+  EXPECT_SAYS(said("any-caps"), "WEIR-5003: the decoder adding gives no caps that say anything");
   EXPECT_SAYS(said("any-caps"), "offered: ANY");
   EXPECT_SAYS(said("empty-caps"), "offered: EMPTY");
   EXPECT_SAYS(said("no-caps-at-all"), "offered: something else");
@@ -247,6 +248,18 @@ TEST(CustomCodeDecoder, MustBeRegisteredAndMustMakeSomething) {
   EXPECT_SAYS(error_of("mode=custom-code option1=failing", kThree, {1, 2, 3}),
               "the function failing made nothing of a frame and says ok");
   remove("failing");
+}
+
+int throwing(const GstTensorMemory*, const GstTensorsConfig*, void*, GstBuffer*) {
+  throw std::runtime_error("no such label");
+}
+
+TEST(CustomCodeDecoder, MayThrowWhichIsToldWithItsName) {
+  ASSERT_EQ(WEIR_LIBRARY(nnstreamer_decoder_custom_register)("throwing", throwing, nullptr), 0);
+  const auto text = error_of("mode=custom-code option1=throwing", kThree, {1, 2, 3});
+  EXPECT_SAYS(text, "WEIR-5003: the function throwing threw an exception");
+  EXPECT_SAYS(text, "offered: no such label");
+  WEIR_LIBRARY(nnstreamer_decoder_custom_unregister)("throwing");
 }
 
 }  // namespace

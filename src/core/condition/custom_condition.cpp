@@ -1,6 +1,7 @@
 // The register of conditions, and calling one.
 #include "core/condition/custom_condition.hpp"
 
+#include "core/infer/called.hpp"
 #include "core/infer/host.hpp"
 #include "core/process/process_object.hpp"
 
@@ -33,10 +34,13 @@ Result<std::optional<bool>> CustomCondition::decide(const weir_frame& frame) {
   if (!entry_) return unknown_condition(name_);
   weir_error error;
   int answer = 0;
-  const int result = entry_->function(&infer::host(), &frame, &answer, entry_->data, &error);
-  if (result == 0) return std::optional<bool>(answer != 0);
-  if (result > 0) return std::optional<bool>();
-  const Error said = infer::take_error(&error, result, "it gave no reason");
+  const auto result = infer::called("the condition " + name_, "return host->fail(...)", [&] {
+    return entry_->function(&infer::host(), &frame, &answer, entry_->data, &error);
+  });
+  if (!result) return result.error();
+  if (*result == 0) return std::optional<bool>(answer != 0);
+  if (*result > 0) return std::optional<bool>();
+  const Error said = infer::take_error(&error, *result, "it gave no reason");
   return Error{Code::CALLBACK_FAILED, "the condition " + name_ + " failed: " + said.what,
                said.offered,          said.needed,
                said.difference,       said.fix};

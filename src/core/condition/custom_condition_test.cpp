@@ -70,6 +70,18 @@ TEST(CustomCondition, SaysWhoFailedAndWhy) {
   EXPECT_EQ(weir_condition_unregister("above"), WEIR_OK);
 }
 
+TEST(CustomCondition, MayThrowWhichIsToldWithItsName) {
+  const auto throwing = [](const weir_host*, const weir_frame*, int*, void*, weir_error*) -> int {
+    throw std::runtime_error("thrown in a condition");
+  };
+  ASSERT_EQ(weir_condition_register("throwing", throwing, nullptr), WEIR_OK);
+  CustomCondition condition("throwing");
+  const auto text = decide(&condition, 1).error().message();
+  EXPECT_SAYS(text, "WEIR-5003: the condition throwing threw an exception");
+  EXPECT_SAYS(text, "offered: thrown in a condition");
+  EXPECT_EQ(weir_condition_unregister("throwing"), WEIR_OK);
+}
+
 TEST(CustomCondition, OfAnUnknownNameSaysWhichThereAre) {
   ASSERT_EQ(weir_condition_register("one", above, nullptr), WEIR_OK);
   ASSERT_EQ(weir_condition_register("two", above, nullptr), WEIR_OK);

@@ -1,6 +1,7 @@
 // What a converter made of one frame: checked before anything of it is believed.
 #pragma once
 #include <optional>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -39,13 +40,15 @@ struct ConvertedFrame {
   std::optional<Fraction> rate;          // where the frame says its own
 };
 
-// What a converter says of a tensor, as ours. INTERNAL when it is beyond the limits or not known.
-Result<TensorSpec> spec_of(const weir_tensor_info& info);
+// What the converter `who` says of a tensor, as ours. CALLBACK_FAILED when it is beyond the limits
+// or not known.
+Result<TensorSpec> spec_of(const std::string& who, const weir_tensor_info& info);
 
 // The room that a converter fills. One frame at a time.
 class ConverterRoom {
  public:
-  ConverterRoom() : tensors_(WEIR_TENSOR_LIMIT) {}
+  // `who` made the tensors, in errors: "the converter numbers".
+  explicit ConverterRoom(std::string who) : who_(std::move(who)), tensors_(WEIR_TENSOR_LIMIT) {}
   ~ConverterRoom() { release(); }
   ConverterRoom(const ConverterRoom&) = delete;
   ConverterRoom& operator=(const ConverterRoom&) = delete;
@@ -55,11 +58,15 @@ class ConverterRoom {
   // What was filled, where convert() returned `result` and maybe filled `error`; the rest is
   // released.
   Result<ConvertedFrame> take(int result, weir_error* error);
+  // After a call that has no result: `error`, and everything is released.
+  Error give_up(Error error) noexcept;
 
  private:
   Result<ConvertedFrame> checked(int result, weir_error* error);
   void release() noexcept;
+  Status check_memory(const TensorSpec& spec, const weir_tensor& tensor) const;
 
+  const std::string who_;
   std::vector<weir_tensor> tensors_;
   weir_frame frame_{};
 };

@@ -9,10 +9,14 @@
 namespace weir::infer {
 namespace {
 
+std::string name_of(const weir_converter_type& type) {
+  return "the converter " + std::string(type.name);
+}
+
 class ModuleConverter final : public Converter {
  public:
   ModuleConverter(const weir_converter_type& type, weir_converter* handle)
-      : type_(type), handle_(handle), rate_(rate_of(type)) {}
+      : who_(name_of(type)), type_(type), handle_(handle), rate_(rate_of(type)) {}
   ~ModuleConverter() override { type_.close(handle_); }
   ModuleConverter(const ModuleConverter&) = delete;
   ModuleConverter& operator=(const ModuleConverter&) = delete;
@@ -22,18 +26,18 @@ class ModuleConverter final : public Converter {
     std::vector<weir_tensor_info> infos(WEIR_TENSOR_LIMIT);
     uint32_t count = WEIR_TENSOR_LIMIT;
     const int result = type_.configure(handle_, caps.c_str(), infos.data(), &count, &error);
-    if (result < 0) return take_error(&error, result, "the converter refuses these caps");
+    if (result < 0) return take_error(&error, result, who_ + " refuses these caps");
     if (count > WEIR_TENSOR_LIMIT)
-      return Error{Code::INTERNAL,
-                   "a converter says more tensors than there is room for",
+      return Error{Code::CALLBACK_FAILED,
+                   who_ + " says more tensors than there is room for",
                    std::to_string(count),
                    "at most 256",
                    "",
-                   "mend the converter"};
+                   "mend " + who_};
     std::vector<TensorSpec> specs;
     for (uint32_t i = 0; i < count; ++i) {
       if (open_parts(infos[i])) return std::vector<TensorSpec>{};
-      const auto spec = spec_of(infos[i]);
+      const auto spec = spec_of(who_, infos[i]);
       if (!spec) return spec.error();
       specs.push_back(*spec);
     }
@@ -48,12 +52,12 @@ class ModuleConverter final : public Converter {
     if (out && !out->tensors.empty() && rate_ &&
         rate_->rate(handle_, &rate.numerator, &rate.denominator) == 1) {
       if (!rate.valid())
-        return Error{Code::INTERNAL,
-                     "a converter says a frame rate that cannot be",
+        return Error{Code::CALLBACK_FAILED,
+                     who_ + " says a frame rate that cannot be",
                      std::to_string(rate.numerator) + "/" + std::to_string(rate.denominator),
                      "0/1 or more",
                      "",
-                     "mend the converter"};
+                     "mend " + who_};
       out->rate = rate;
     }
     return out;
@@ -80,10 +84,11 @@ class ModuleConverter final : public Converter {
     return std::any_of(info.shape, info.shape + rank, [](int64_t extent) { return extent == -1; });
   }
 
+  const std::string who_;
   const weir_converter_type& type_;
   weir_converter* handle_;
   const weir_converter_rate* rate_;  // null: frames have the rate of the stream
-  ConverterRoom room_;
+  ConverterRoom room_{who_};
 };
 
 }  // namespace
@@ -96,9 +101,14 @@ Result<std::unique_ptr<Converter>> Converter::open(const weir_converter_type& ty
   weir_converter* handle = nullptr;
   const int result =
       type.open(pairs.data(), static_cast<uint32_t>(pairs.size()), nullptr, &handle, &error);
-  if (result < 0 || !handle)
-    return take_error(&error, result < 0 ? result : -WEIR_INTERNAL,
-                      "the converter cannot be opened");
+  if (result < 0) return take_error(&error, result, name_of(type) + " cannot be opened");
+  if (!handle)
+    return Error{Code::CALLBACK_FAILED,
+                 name_of(type) + " cannot be opened",
+                 "0 and no handle from its open",
+                 "a handle, or a number below 0",
+                 "",
+                 "mend " + name_of(type)};
   return std::unique_ptr<Converter>(std::make_unique<ModuleConverter>(type, handle));
 }
 

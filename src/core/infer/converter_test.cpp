@@ -110,7 +110,8 @@ class ConverterTest : public testing::Test {
     };
     const auto frame = converter_->convert({});
     if (frame) return "";
-    EXPECT_EQ(frame.error().code, Code::INTERNAL);
+    EXPECT_EQ(frame.error().code, Code::CALLBACK_FAILED);
+    EXPECT_EQ(frame.error().fix, "mend the converter script");
     return frame.error().message();
   }
 
@@ -168,13 +169,19 @@ TEST_F(ConverterTest, GivesBackWhatAFailedCallAllocated) {
 TEST_F(ConverterTest, NamesAFailureWithoutWords) {
   script.convert = [](auto*, auto*, auto*) { return -WEIR_FRAME_SIZE; };
   EXPECT_SAYS(converter_->convert({}).error().message(),
-              "WEIR-2004: the converter failed on a frame");
+              "WEIR-2004: the converter script failed on a frame");
+  for (const int number : {-5, -123456}) {
+    script.convert = [number](auto*, auto*, auto*) { return number; };
+    const auto said = converter_->convert({}).error().message();
+    EXPECT_SAYS(said, "WEIR-5003: the converter script failed on a frame");
+    EXPECT_SAYS(said, "offered: it returned " + std::to_string(number));
+  }
 }
 
 TEST_F(ConverterTest, BelievesNoCount) {
   for (const uint32_t count : {0u, WEIR_TENSOR_LIMIT + 1u, UINT32_MAX})
     EXPECT_SAYS(refusal([count](weir_frame* out) { out->n_tensors = count; }),
-                "a converter made no tensors, or more than there is room for");
+                "the converter script made no tensors, or more than there is room for");
   weir_tensor own = good(8);
   own.release = nullptr;
   EXPECT_SAYS(refusal([&own](weir_frame* out) { out->tensors = &own; }), "in the room that it was");
@@ -193,7 +200,7 @@ TEST_F(ConverterTest, BelievesNoDescription) {
   };
   for (const auto& fault : faults) {
     EXPECT_SAYS(refusal([&](weir_frame* out) { fault(out->tensors[0].info); }),
-                "a converter describes a tensor that cannot be");
+                "the converter script describes a tensor that cannot be");
     EXPECT_EQ(released, 1);
   }
 }
@@ -207,10 +214,10 @@ TEST_F(ConverterTest, BelievesNoMemory) {
   };
   for (const auto& fault : faults)
     EXPECT_SAYS(refusal([&](weir_frame* out) { fault(out->tensors[0]); }),
-                "a tensor that is not dense in host memory");
+                "the converter script made a tensor that is not dense in host memory");
   for (const uint64_t bytes : {uint64_t{0}, uint64_t{7}, uint64_t{9}, UINT64_MAX})
     EXPECT_SAYS(refusal([bytes](weir_frame* out) { out->tensors[0].bytes = bytes; }),
-                "a tensor of another size than it says");
+                "the converter script made a tensor of another size than it says");
 }
 
 TEST_F(ConverterTest, SaysItsTensorsOrThatTheyAreNotKnownYet) {
@@ -233,7 +240,8 @@ TEST_F(ConverterTest, SaysItsTensorsOrThatTheyAreNotKnownYet) {
                 *n = 1;
                 return 0;
               })->empty());
-  EXPECT_EQ(configured([](auto*, auto* n) { return *n = 257, 0; }).error().code, Code::INTERNAL);
+  EXPECT_EQ(configured([](auto*, auto* n) { return *n = 257, 0; }).error().code,
+            Code::CALLBACK_FAILED);
   EXPECT_EQ(configured([](auto* out, auto* n) {
               out[0] = good(-2).info;
               *n = 1;
@@ -241,16 +249,16 @@ TEST_F(ConverterTest, SaysItsTensorsOrThatTheyAreNotKnownYet) {
             })
                 .error()
                 .code,
-            Code::INTERNAL);
+            Code::CALLBACK_FAILED);
   EXPECT_SAYS(configured([](auto*, auto*) { return -WEIR_FORMAT_UNSUPPORTED; }).error().message(),
-              "WEIR-2002: the converter refuses these caps");
+              "WEIR-2002: the converter script refuses these caps");
 }
 
 TEST_F(ConverterTest, TellsWhyItCannotBeOpened) {
   EXPECT_SAYS(Converter::open(kType, {{"script", "refused"}}).error().message(),
               "WEIR-4001: no such script");
   EXPECT_SAYS(Converter::open(kType, {{"script", "null"}}).error().message(),
-              "the converter cannot be opened");
+              "WEIR-5003: the converter script cannot be opened\n  offered: 0 and no handle");
 }
 
 TEST_F(ConverterTest, ForgetsAtAReset) {

@@ -3,6 +3,7 @@
 
 #include <optional>
 
+#include "core/infer/called.hpp"
 #include "core/infer/custom_converter.hpp"
 #include "core/infer/named_functions.hpp"
 #include "core/process/process_object.hpp"
@@ -27,7 +28,7 @@ Error unknown(const std::string& name) {
 
 class CustomConverter final : public Converter {
  public:
-  explicit CustomConverter(std::string name) : name_(std::move(name)) {}
+  explicit CustomConverter(std::string name) : name_(std::move(name)), room_(who()) {}
 
   Result<std::vector<TensorSpec>> configure(const std::string& caps) override {
     caps_ = caps;
@@ -40,12 +41,21 @@ class CustomConverter final : public Converter {
       if (!function_) return unknown(name_);
     }
     weir_error error;
-    const int result = function_->function(&host(), caps_.c_str(), &in, room_.prepare(in),
-                                           function_->data, &error);
-    return room_.take(result, &error);
+    weir_frame* out = room_.prepare(in);
+    const auto result = called(who(), "return host->fail(...)", [&] {
+      return function_->function(&host(), caps_.c_str(), &in, out, function_->data, &error);
+    });
+    if (!result) return room_.give_up(result.error());
+    auto frame = room_.take(*result, &error);
+    if (frame || !error.set) return frame;
+    Error said = frame.error();
+    said.what = who() + " failed: " + said.what;
+    return said;
   }
 
  private:
+  std::string who() const { return "the function " + name_; }
+
   std::string name_, caps_;
   std::optional<Functions::Entry> function_;
   ConverterRoom room_;

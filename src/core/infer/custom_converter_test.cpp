@@ -68,7 +68,7 @@ TEST(CustomConverter, MayDropAndFail) {
   ASSERT_TRUE(converter->configure("fail"));
   const auto failed = converted(converter.get());
   EXPECT_EQ(failed.error().code, Code::INVOKE_FAILED);
-  EXPECT_EQ(failed.error().what, "as ordered");
+  EXPECT_EQ(failed.error().what, "the function add failed: as ordered");
   EXPECT_EQ(weir_converter_unregister("add"), WEIR_OK);
 }
 

@@ -35,6 +35,11 @@ std::string text_of(const char* text) {
 int code_of(int result) {
   return result == INT_MIN ? WEIR_INTERNAL : std::abs(result);
 }
+bool is_known(int code) {
+#define WEIR_IS_CODE(name, number, title) code == number ||
+  return WEIR_ERROR_CODES(WEIR_IS_CODE) false;
+#undef WEIR_IS_CODE
+}
 
 int fail(weir_error* error, int code, const char* what, const char* offered, const char* needed,
          const char* difference, const char* fix) {
@@ -127,7 +132,14 @@ void set_log_function(LogFunction function) noexcept {
 
 Error take_error(weir_error* error, int result, const std::string& fallback) {
   if (error->set) return std::move(error->error);
-  return Error{static_cast<Code>(code_of(result)), fallback, "", "", "", ""};
+  if (is_known(code_of(result)))
+    return Error{static_cast<Code>(code_of(result)), fallback, "", "", "", ""};
+  return Error{Code::CALLBACK_FAILED,
+               fallback,
+               "it returned " + std::to_string(result),
+               "0, or a code of weir/codes.h below 0 with words through host->fail",
+               "",
+               ""};
 }
 
 }  // namespace weir::infer

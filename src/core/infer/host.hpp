@@ -32,7 +32,8 @@ const weir_host& host() noexcept;
 using LogFunction = void (*)(int level, const char* module, const char* text);
 void set_log_function(LogFunction function) noexcept;
 
-// The Error behind a negative return; a module that filled none gets `fallback`.
+// The Error behind a negative return; a module that filled none gets `fallback`, and
+// CALLBACK_FAILED where the number is no code.
 Error take_error(weir_error* error, int result, const std::string& fallback);
 
 }  // namespace weir::infer

@@ -107,7 +107,7 @@ TEST(ConverterModule, ThatFailsIsAnErrorWithItsWords) {
        "WEIR-5003: a class in C++ threw an exception\n  offered: thrown in a converter"},
       {"memory", "WEIR-9001: memory ran out in a module"},
       {"number", "offered: of no type that std::exception knows"},
-      {"nothing", "WEIR-9002: a converter made no tensors"},
+      {"nothing", "WEIR-5003: the converter numbers made no tensors"},
       {"many", "WEIR-2006: a frame has too many tensors"},
       {"", "WEIR-2004: a buffer is empty"},
       {"no numbers", "WEIR-2006: a converter describes a tensor that cannot be"},
@@ -145,7 +145,7 @@ TEST(ConverterModule, MaySayTheFrameRate) {
   EXPECT_EQ(converted(h, "2"), std::vector{2}) << "a frame that says none changes none";
   EXPECT_SAYS(caps_text(h), "framerate=(fraction)25/1");
   const auto error = error_of(h, text("no rate"));
-  EXPECT_SAYS(error, "WEIR-9002: a converter says a frame rate that cannot be");
+  EXPECT_SAYS(error, "WEIR-5003: the converter numbers says a frame rate that cannot be");
   EXPECT_SAYS(error, "offered: 25/0");
   EXPECT_EQ(stat(h, "dropped-error"), 1u);
 }

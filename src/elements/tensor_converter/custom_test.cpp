@@ -2,6 +2,7 @@
 #include <dlfcn.h>
 
 #include <cstring>
+#include <stdexcept>
 
 #include "elements/tensor_converter/converter_harness.hpp"
 #include "weir/custom_converter.h"
@@ -79,11 +80,54 @@ TEST(ConverterCustomCode, MayFailAndDrop) {
   int frames = 0;
   const Registered registered("split", split, &frames);
   auto h = harness("mode=custom-code:split", kBytes);
-  EXPECT_SAYS(error_of(h, frame({0xFF})), "WEIR-3006: the first byte is 255");
+  EXPECT_SAYS(error_of(h, frame({0xFF})),
+              "WEIR-3006: the function split failed: the first byte is 255");
   EXPECT_EQ(error_of(h, frame({0xFE})), "");
   EXPECT_SAYS(error_of(h, gst_buffer_new()), "WEIR-2004: a buffer is empty");
   EXPECT_EQ(stat(h, "dropped-error"), 2u);
   EXPECT_EQ(stat(h, "dropped-policy"), 1u);
+}
+
+// Allocates, then fails in a way that no C function has.
+int throwing(const weir_host* host, const char*, const weir_frame*, weir_frame* out, void* data,
+             weir_error*) {
+  EXPECT_EQ(host->allocate(nullptr, WEIR_MEMORY_HOST, 8, 64, &out->tensors[3]), WEIR_OK);
+  if (data) throw std::runtime_error("thrown in a function");
+  throw 42;
+}
+
+TEST(ConverterCustomCode, MayThrowWhichIsToldWithItsNameAndCounted) {
+  int words = 0;
+  for (int* data : {&words, static_cast<int*>(nullptr)}) {
+    const Registered registered("throwing", throwing, data);
+    auto h = harness("mode=custom-code:throwing", kBytes);
+    const auto text = error_of(h, frame({1}));
+    EXPECT_SAYS(text, "WEIR-5003: the function throwing threw an exception");
+    EXPECT_SAYS(text,
+                data ? "offered: thrown in a function" : "offered: what is no std::exception");
+    EXPECT_SAYS(text, "fix: catch it there and return host->fail(...)");
+    EXPECT_EQ(stat(h, "dropped-error"), 1u);
+    EXPECT_EQ(stat(h, "held"), 0u);
+  }
+}
+
+// A tensor of less than it says.
+int cheating(const weir_host* host, const char*, const weir_frame* in, weir_frame* out, void*,
+             weir_error*) {
+  weir_tensor& to = out->tensors[0];
+  EXPECT_EQ(host->allocate(nullptr, WEIR_MEMORY_HOST, 1, 64, &to), WEIR_OK);
+  to.info = in->tensors[0].info;
+  out->n_tensors = 1;
+  return WEIR_OK;
+}
+
+TEST(ConverterCustomCode, ThatCheatsIsNamed) {
+  const Registered registered("cheating", cheating, nullptr);
+  auto h = harness("mode=custom-code:cheating", kBytes);
+  const auto text = error_of(h, frame({1, 2, 3}));
+  EXPECT_SAYS(text, "WEIR-5003: the function cheating made a tensor of another size than it says");
+  EXPECT_SAYS(text, "offered: 1 bytes\n  needed: 3 bytes for uint8 3");
+  EXPECT_SAYS(text, "fix: mend the function cheating");
 }
 
 TEST(ConverterCustomCode, OfAnUnknownNameIsAnErrorAtTheFirstFrame) {

@@ -1,6 +1,7 @@
 // Calling into C: nothing that comes back is believed.
 #include "elements/tensor_converter/sub_plugin_medium.hpp"
 
+#include "core/infer/called.hpp"
 #include "core/subplugin/loader.hpp"
 
 namespace weir {
@@ -22,11 +23,18 @@ Error failed(const std::string& who, const std::string& what, const std::string&
 // Its caps; null, with a line in the log, where it gives none.
 Ref<GstCaps> caps_of(const NNStreamerExternalConverter& type) {
   gst::CTensors config;
-  auto caps = Ref<GstCaps>::adopt(type.query_caps(config.get()));
+  const std::string who = std::string("the converter ") + type.name;
+  const auto answer =
+      infer::called(who, "return caps", [&] { return type.query_caps(config.get()); });
+  if (!answer) {
+    subplugin::tell_once(who, "its query_caps threw an exception (" + answer.error().offered +
+                                  "), and is passed over");
+    return {};
+  }
+  auto caps = Ref<GstCaps>::adopt(*answer);
   if (caps && GST_IS_CAPS(caps.get()) && !gst_caps_is_any(caps.get())) return caps;
-  subplugin::tell_once(std::string("the converter ") + type.name,
-                       caps ? "its query_caps gives ANY or no caps, and is passed over"
-                            : "its query_caps gives NULL, and is passed over");
+  subplugin::tell_once(who, caps ? "its query_caps gives ANY or no caps, and is passed over"
+                                 : "its query_caps gives NULL, and is passed over");
   return {};
 }
 
@@ -73,7 +81,7 @@ class LentBuffer {
 }  // namespace
 
 SubPluginMedium::SubPluginMedium(const NNStreamerExternalConverter& type)
-    : name_("the converter " + std::string(type.name)), type_(&type) {}
+    : name_("the converter " + std::string(type.name)), type_(type) {}
 
 SubPluginMedium::SubPluginMedium(std::string name, tensor_converter_custom function, void* data)
     : name_("the function " + std::move(name)), function_(function), data_(data) {}
@@ -87,10 +95,12 @@ Result<std::unique_ptr<Medium>> SubPluginMedium::open(const NNStreamerExternalCo
   std::unique_ptr<SubPluginMedium> medium(new SubPluginMedium(type));
   if (script) {
     if (!type.open) return failed(medium->name_, "takes no script", *script, "one with open");
-    const int result = type.open(script->c_str(), &medium->data_);
-    if (result < 0)
+    const auto result = infer::called(medium->name_, "return a number below 0",
+                                      [&] { return type.open(script->c_str(), &medium->data_); });
+    if (!result) return result.error();
+    if (*result < 0)
       return failed(medium->name_, "cannot open the script",
-                    *script + ": open returned " + std::to_string(result), "0 or more");
+                    *script + ": open returned " + std::to_string(*result), "0 or more");
     medium->opened_ = true;
   }
   return std::unique_ptr<Medium>(std::move(medium));
@@ -99,7 +109,10 @@ Result<std::unique_ptr<Medium>> SubPluginMedium::open(const NNStreamerExternalCo
 Result<FrameSpec> SubPluginMedium::first_spec(const GstCaps* caps) const {
   if (!type_) return FrameSpec{Format::Static, {{ElementType::UInt8, Shape{1, 1, 1, 1}, ""}}, {}};
   gst::CTensors config;
-  if (!type_->get_out_config(caps, config.get())) {
+  const auto accepted = infer::called(name_, "return FALSE",
+                                      [&] { return type_->get_out_config(caps, config.get()); });
+  if (!accepted) return accepted.error();
+  if (!*accepted) {
     const gst::UniqueText text{gst_caps_to_string(caps)};
     return Error{Code::FORMAT_UNSUPPORTED,
                  name_ + " refuses this stream",
@@ -129,15 +142,21 @@ Result<StreamPlan> SubPluginMedium::configure(const GstCaps* caps, const Wishes&
   return plan;
 }
 
-Ref<GstBuffer> SubPluginMedium::convert(GstBuffer* in, GstTensorsConfig* config) {
+Result<Ref<GstBuffer>> SubPluginMedium::convert(GstBuffer* in, GstTensorsConfig* config) {
   LentBuffer lent(in);
-  return lent.take(type_ ? type_->convert(lent.get(), config, data_)
-                         : function_(lent.get(), data_, config));
+  const auto made = infer::called(name_, "return NULL", [&] {
+    return type_ ? type_->convert(lent.get(), config, data_) : function_(lent.get(), data_, config);
+  });
+  auto taken = lent.take(made ? *made : nullptr);
+  if (!made) return made.error();
+  return taken;
 }
 
 Result<MediumFrames> SubPluginMedium::frames(Ref<GstBuffer> buffer, Ledger* ledger) {
   gst::CTensors config({Format::Static, {}, rate_});
-  auto made = convert(buffer.get(), config.get());
+  auto converted = convert(buffer.get(), config.get());
+  if (!converted) return converted.error();
+  auto made = *std::move(converted);
   if (!made) return failed(name_, "made nothing of a frame", "NULL", "a buffer");
   if (!GST_IS_BUFFER(made.get()))
     return failed(name_, "gives something else for a frame", "no buffer", "a buffer");

@@ -31,10 +31,11 @@ class SubPluginMedium final : public Medium {
   explicit SubPluginMedium(const NNStreamerExternalConverter& type);
   // What comes of these caps, where the next element does not say it.
   Result<FrameSpec> first_spec(const GstCaps* caps) const;
-  gst::Ref<GstBuffer> convert(GstBuffer* in, GstTensorsConfig* config);
+  Result<gst::Ref<GstBuffer>> convert(GstBuffer* in, GstTensorsConfig* config);
 
   const std::string name_;
-  const NNStreamerExternalConverter* type_ = nullptr;  // null: a function
+  // A copy: the program may take its own back while this one runs. None: a function.
+  const std::optional<NNStreamerExternalConverter> type_;
   tensor_converter_custom function_ = nullptr;
   void* data_ = nullptr;  // of the function, or what the converter's open gave
   bool opened_ = false;

@@ -25,7 +25,7 @@ void* BufferSink::reserve(uint64_t bytes) {
 
 Status BufferSink::share_input(uint32_t index) {
   if (!out_ || index >= reader_->tensors().size())
-    return Error{Code::INTERNAL,
+    return Error{Code::CALLBACK_FAILED,
                  "a decoder shares a tensor that is not there",
                  std::to_string(index),
                  "",

@@ -26,7 +26,7 @@ Result<Ref<GstCaps>> ModuleDecoder::configure(const FrameSpec& input) {
   auto caps = Ref<GstCaps>::adopt(sink.caps().empty() ? nullptr
                                                       : gst_caps_from_string(sink.caps().c_str()));
   if (!caps || gst_caps_is_empty(caps.get()) || gst_caps_is_any(caps.get()))
-    return Error{Code::INTERNAL,
+    return Error{Code::CALLBACK_FAILED,
                  "the decoder gives no caps that can be read",
                  "\"" + sink.caps() + "\"",
                  "caps as text, for example text/x-raw,format=(string)utf8",

@@ -37,7 +37,7 @@ TEST(TensorDecoderStream, TurnsWhatADecoderThrowsIntoErrors) {
 TEST(TensorDecoderStream, NeedsCapsOfTheDecoder) {
   for (const char* where : {"no-caps", "bad-caps"}) {
     const std::string said = error_of(erring(where, "nothing"), kOne, {1});
-    EXPECT_SAYS(said, "WEIR-9002: the decoder gives no caps that can be read");
+    EXPECT_SAYS(said, "WEIR-5003: the decoder gives no caps that can be read");
     EXPECT_SAYS(said, "for example text/x-raw,format=(string)utf8");
   }
 }

@@ -1,6 +1,7 @@
 // Calling into C: nothing that comes back is believed.
 #include "elements/tensor_decoder/sub_plugin_decoder.hpp"
 
+#include "core/infer/called.hpp"
 #include "core/subplugin/table.hpp"
 #include "gstcpp/c_tensors.hpp"
 
@@ -84,7 +85,7 @@ Result<Ref<GstCaps>> SubPluginDecoder::configure(const FrameSpec& input) {
                  "tensor_transform in front of tensor_decoder makes others"};
   if (!GST_IS_CAPS(caps.get()) || gst_caps_is_empty(caps.get()) || gst_caps_is_any(caps.get()))
     return Error{
-        Code::INTERNAL,
+        Code::CALLBACK_FAILED,
         name_ + " gives no caps that say anything",
         GST_IS_CAPS(caps.get()) ? gst_caps_is_any(caps.get()) ? "ANY" : "EMPTY" : "something else",
         "caps, for example text/x-raw,format=(string)utf8",
@@ -98,7 +99,11 @@ Result<bool> SubPluginDecoder::decode(const FrameSpec& input, GstBuffer*,
   gst::CTensors config(of_frame(input, reader));
   const auto memories = gst::c_memories(reader);
   std::lock_guard lock(mutex_);
-  return taken(name_, type_.decode(&priv_, config.get(), memories.data(), out), out);
+  const auto flow = infer::called(name_, "return a flow below 0", [&] {
+    return type_.decode(&priv_, config.get(), memories.data(), out);
+  });
+  if (!flow) return flow.error();
+  return taken(name_, *flow, out);
 }
 
 Result<OpenedDecoder> CustomCodeDecoder::open(const std::string& name) {
@@ -128,7 +133,12 @@ Result<bool> CustomCodeDecoder::decode(const FrameSpec& input, GstBuffer*,
                                        const gst::FrameReader& reader, GstBuffer* out, Ledger*) {
   gst::CTensors config(of_frame(input, reader));
   const auto memories = gst::c_memories(reader);
-  return taken("the function " + name_, function_(memories.data(), config.get(), data_, out), out);
+  const std::string who = "the function " + name_;
+  const auto flow = infer::called(who, "return a number below 0", [&] {
+    return function_(memories.data(), config.get(), data_, out);
+  });
+  if (!flow) return flow.error();
+  return taken(who, *flow, out);
 }
 
 }  // namespace weir

@@ -24,7 +24,7 @@ class SubPluginDecoder final : public FrameDecoder {
 
  private:
   SubPluginDecoder(const GstTensorDecoderDef& type, void* priv);
-  const GstTensorDecoderDef& type_;
+  const GstTensorDecoderDef type_;  // a copy: the program may take its own back meanwhile
   const std::string name_;
   std::mutex mutex_;  // caps queries come from any thread; guards what follows, and each call
   void* priv_;
