@@ -169,25 +169,14 @@ Status CollectorPads::negotiate(const Inputs& inputs) {
   auto combined = combiner_->combine_specs(specs);
   if (!combined) return combined.error();
   const auto chosen = choose_caps(source_, *combined);
-  if (!chosen) {
-    const auto peer = Ref<GstCaps>::adopt(gst_pad_peer_query_caps(source_, nullptr));
-    const UniqueText text{gst_caps_to_string(peer.get())};
-    return Error{Code::SPEC_MISMATCH,
-                 "the element behind takes no such stream",
-                 combined->to_string(),
-                 text.get(),
-                 "",
-                 ""};
-  }
+  if (!chosen) return send_caps(source_, *combined, nullptr);
   const auto output = fixed_spec_from_caps(chosen.get());
   if (!output) return output.error();
   const auto old = Ref<GstCaps>::adopt(gst_pad_get_current_caps(source_));
   const bool changed = !old || !gst_caps_is_equal(old.get(), chosen.get());
-  if (changed && !gst_pad_push_event(source_, gst_event_new_caps(chosen.get()))) {
+  if (changed) {
+    if (auto status = send_caps(source_, *combined, chosen.get()); !status) return status;
     if (GST_PAD_IS_FLUSHING(source_)) return ok();
-    const UniqueText text{gst_caps_to_string(chosen.get())};
-    return Error{
-        Code::NOT_NEGOTIATED, "the element behind refused the caps", text.get(), "", "", ""};
   }
   if (auto status = combiner_->configure(*output); !status) return status;
   specs_.clear();

@@ -43,6 +43,7 @@ GstStructure* details_of(const Error& error) {
 }
 
 thread_local GstElement* trying_caps = nullptr;
+thread_local uint64_t errors_posted = 0;
 
 GQuark refusal_quark() {
   static const GQuark quark = g_quark_from_static_string("weir-refusal");
@@ -71,6 +72,7 @@ bool was_refused_so(GstElement* element, const std::string& text) {
 void post(GstElement* element, GstMessageType type, const Error& error) {
   const Domain domain = domain_of(error.code);
   const std::string text = error.message();
+  if (type == GST_MESSAGE_ERROR) ++errors_posted;
   if (type == GST_MESSAGE_ERROR && element == trying_caps && was_refused_so(element, text)) {
     GST_INFO_OBJECT(element, "caps refused again: %s", text.c_str());
     return;
@@ -102,6 +104,10 @@ void forget_refusal(GstElement* element) {
 
 void post_error(GstElement* element, const Error& error) {
   post(element, GST_MESSAGE_ERROR, error);
+}
+
+uint64_t errors_posted_by_this_thread() noexcept {
+  return errors_posted;
 }
 
 void post_warning(GstElement* element, const Error& error) {

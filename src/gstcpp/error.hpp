@@ -35,5 +35,8 @@ class CapsTrial {
   GstElement* const outer_;    // what was tried in this thread before
 };
 void forget_refusal(GstElement* element);
+// How many there were, those that CapsTrial kept back too: whether a call into other elements ended
+// in an error that was told.
+uint64_t errors_posted_by_this_thread() noexcept;
 
 }  // namespace weir::gst

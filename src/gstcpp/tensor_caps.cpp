@@ -7,6 +7,8 @@
 #include <string>
 #include <vector>
 
+#include "gstcpp/error.hpp"
+
 namespace weir::gst {
 namespace {
 
@@ -283,29 +285,45 @@ bool peer_wants_flexible(GstPad* source_pad) {
   return wish_of_peer(source_pad).flexible;
 }
 
-Status send_caps(GstPad* source_pad, const FrameSpec& spec, GstCaps* caps) {
+namespace {
+
+// A push of caps succeeds whatever the elements behind answer, and only Weir's say in words what
+// they refuse: they accept all caps that they can speak of, so that these come to them.
+bool were_taken_or_told(GstPad* source_pad, GstCaps* caps) {
   const auto linked = Ref<GstPad>::adopt(gst_pad_get_peer(source_pad));
+  if (linked && !gst_pad_query_accept_caps(linked.get(), caps)) return false;
+  const uint64_t told_before = errors_posted_by_this_thread();
+  gst_pad_push_event(source_pad, gst_event_new_caps(caps));
+  if (!linked || GST_PAD_IS_FLUSHING(source_pad)) return true;  // its element is being shut
+  const auto taken = Ref<GstCaps>::adopt(gst_pad_get_current_caps(linked.get()));
+  if (taken && gst_caps_is_equal(taken.get(), caps)) return true;
+  if (errors_posted_by_this_thread() != told_before) return true;
+  const auto wanted = Ref<GstCaps>::adopt(gst_pad_query_caps(linked.get(), nullptr));
+  return gst_caps_can_intersect(caps, wanted.get());  // somebody holds the event back
+}
+
+}  // namespace
+
+Status send_caps(GstPad* source_pad, const FrameSpec& spec, GstCaps* caps) {
+  if (caps && were_taken_or_told(source_pad, caps)) return ok();
   const auto peer = Ref<GstCaps>::adopt(gst_pad_peer_query_caps(source_pad, nullptr));
-  const bool taken = caps && (!linked || gst_caps_can_intersect(caps, peer.get()));
-  if (taken && gst_pad_push_event(source_pad, gst_event_new_caps(caps))) return ok();
-  if (taken && GST_PAD_IS_FLUSHING(source_pad)) return ok();  // its element is being shut
   const UniqueText needed{gst_caps_to_string(peer.get())};
   const auto parent = Ref<GstObject>::adopt(gst_pad_get_parent(source_pad));
   GstElementFactory* factory = parent && GST_IS_ELEMENT(parent.get())
                                    ? gst_element_get_factory(GST_ELEMENT(parent.get()))
                                    : nullptr;
   const std::string name = factory ? GST_OBJECT_NAME(factory) : "this one";
-  const auto wanted = fixed_spec_from_caps(peer.get());
-  return Error{Code::SPEC_MISMATCH,
-               "the element behind " + name + " does not take its tensors",
-               spec.to_string(),
-               needed.get(),
-               wanted ? first_difference(spec.tensors, wanted->tensors) : "",
-               spec.format == Format::Static
-                   ? "other/tensors,format=static,dimensions=(string)\"" +
-                         join_shapes(spec.tensors) + "\",types=(string)\"" +
-                         join_types(spec.tensors) + "\""
-                   : "other/tensors,format=" + std::string(name_of(spec.format))};
+  const auto wanted = spec_from_caps(peer.get());
+  return Error{
+      Code::SPEC_MISMATCH,
+      "the element behind " + name + " does not take its tensors",
+      spec.to_string(),
+      needed.get(),
+      wanted && wanted->info_valid() ? first_difference(spec.tensors, wanted->tensors) : "",
+      spec.format == Format::Static
+          ? "other/tensors,format=static,dimensions=(string)\"" + join_shapes(spec.tensors) +
+                "\",types=(string)\"" + join_types(spec.tensors) + "\""
+          : "other/tensors,format=" + std::string(name_of(spec.format))};
 }
 
 Ref<GstCaps> choose_caps(GstPad* source_pad, const FrameSpec& spec) {

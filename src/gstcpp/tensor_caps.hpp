@@ -27,8 +27,8 @@ Ref<GstCaps> possible_caps(GstPad* pad, const FrameSpec& spec, const GstCaps* pe
 // Rule A of section 1.5: the one caps that an element which pushes its own caps event sets on its
 // source pad. Null when the peer and the pad's template leave nothing.
 Ref<GstCaps> choose_caps(GstPad* source_pad, const FrameSpec& spec);
-// Sends `caps` on, which are for `spec`, when the next element takes them (a push says nothing of
-// that before a buffer comes). SPEC_MISMATCH with both sides; `caps` may be null.
+// Sends `caps` on, which are for `spec`. SPEC_MISMATCH with both sides when the elements behind do
+// not take them and none of them posts an error of its own; `caps` may be null.
 Status send_caps(GstPad* source_pad, const FrameSpec& spec, GstCaps* caps);
 // Whether rule A would choose flexible because the peer wants it.
 bool peer_wants_flexible(GstPad* source_pad);

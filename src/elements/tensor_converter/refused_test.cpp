@@ -95,6 +95,25 @@ TEST(ConverterRefuses, TensorsThatAreStaticOrSparse) {
   }
 }
 
+// A capsfilter refuses without a word.
+TEST(ConverterRefuses, ToBeSilentWhereTheElementsBehindAre) {
+  const std::string source =
+      "videotestsrc num-buffers=2 ! video/x-raw,format=RGB,width=8,height=4 ! tensor_converter ! ";
+  for (const char* between : {"", "queue ! ", "identity ! "}) {
+    const auto text = error_of_pipeline(source + between +
+                                        "other/tensors,format=static,num_tensors=1,dimensions="
+                                        "(string)3:8:5:1,types=(string)uint8 ! fakesink");
+    EXPECT_SAYS(text, "WEIR-2001: the element behind tensor_converter does not take its tensors");
+    EXPECT_SAYS(text, "offered: 1 tensor: uint8 3:8:4:1");
+    EXPECT_SAYS(text, "dimensions=(string)3:8:5:1");
+    EXPECT_SAYS(text, "first difference: tensor 0: dimension is 3:8:4:1, needed is 3:8:5:1");
+    EXPECT_SAYS(text, "fix: other/tensors,format=static,dimensions=(string)\"3:8:4:1\"");
+  }
+  const auto theirs =
+      error_of_pipeline(source + "tensor_transform mode=transpose option=9:9 ! fakesink");
+  EXPECT_EQ(theirs.find("behind tensor_converter"), std::string::npos) << "says it better";
+}
+
 TEST(ConverterRefuses, OtherStreamsAsPadsDo) {
   EXPECT_EQ(caps_error("", "image/jpeg"), "");
   const std::string size = ",format=RGBA,width=8,height=2";

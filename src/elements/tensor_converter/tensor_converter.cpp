@@ -297,30 +297,16 @@ class TensorConverter : public gst::Element<TensorConverter, gst::PlainElement> 
   // Sends the caps of the plan's tensors on.
   Status announce() {
     auto out = gst::choose_caps(source_, plan_.spec);
-    if (!out)
-      return Error{Code::SPEC_MISMATCH,
-                   "the element behind tensor_converter takes no such tensors",
-                   plan_.spec.to_string(),
-                   "",
-                   "",
-                   ""};
+    if (auto status = gst::send_caps(source_, plan_.spec, out.get()); !status) return status;
     const auto chosen = gst::spec_from_caps(out.get());
     if (!chosen) return chosen.error();
     output_format_ = chosen->format;
-    if (gst_pad_push_event(source_, gst_event_new_caps(out.get()))) {
-      const auto answer = gst::ask_peer(source_, out.get(), ledger_);
-      if (answer) allocation_ = gst::allocation_of(answer.get(), allocation_);
-      deferral_ = answer && output_format_ == Format::Static && plan_.frames_out == 1 &&
-                  gst::deferral_is_offered(answer.get(), source_);
-      return ok();
-    }
-    if (GST_PAD_IS_FLUSHING(source_)) return ok();  // no refusal: this element is being shut
-    return Error{Code::SPEC_MISMATCH,
-                 "the element behind tensor_converter refuses the tensors",
-                 plan_.spec.to_string(),
-                 "",
-                 "",
-                 ""};
+    if (GST_PAD_IS_FLUSHING(source_)) return ok();  // this element is being shut
+    const auto answer = gst::ask_peer(source_, out.get(), ledger_);
+    if (answer) allocation_ = gst::allocation_of(answer.get(), allocation_);
+    deferral_ = answer && output_format_ == Format::Static && plan_.frames_out == 1 &&
+                gst::deferral_is_offered(answer.get(), source_);
+    return ok();
   }
 
   Result<MediumFrames> convert(Ref<GstBuffer> buffer) {
@@ -332,7 +318,9 @@ class TensorConverter : public gst::Element<TensorConverter, gst::PlainElement> 
                    "",
                    "put a capsfilter behind the source"};
     if (gst_buffer_get_size(buffer.get()) == 0)
-      return Error{Code::FRAME_SIZE, "a buffer is empty", "0 bytes", "at least one frame", "", ""};
+      return Error{
+          Code::FRAME_SIZE,          "a buffer is empty", "0 bytes", "at least one frame", "",
+          "check the element before"};
     auto frames = medium_->frames(std::move(buffer), &ledger_);
     if (!frames || frames->tensors.empty()) return frames;
     const bool changed = !first_difference(frames->tensors, plan_.spec.tensors).empty();

@@ -347,6 +347,19 @@ TEST(TensorMux, RefusesABufferThatIsTooSmall) {
   EXPECT_NE(error.find("3 bytes in 1 memories"), std::string::npos) << error;
 }
 
+TEST(TensorMux, SaysWhatTheNextElementDoesNotTake) {
+  ManyInputs mux("tensor_mux",
+                 "other/tensors,format=static,num_tensors=1,dimensions=(string)3,"
+                 "types=(string)uint8,framerate=(fraction)30/1");
+  mux.add("other/tensor,dimension=(string)2,type=(string)uint8,framerate=(fraction)30/1");
+  mux.play();
+  EXPECT_NE(mux.push(0, filled(2, 7), 0), GST_FLOW_OK);
+  const std::string error = mux.error();
+  EXPECT_SAYS(error, "WEIR-2001: the element behind tensor_mux does not take its tensors");
+  EXPECT_SAYS(error, "offered: 1 tensor: uint8 2\n");
+  EXPECT_SAYS(error, "first difference: tensor 0: dimension is 2, needed is 3");
+}
+
 TEST(TensorMux, RefusesHeadersThatLie) {
   ManyInputs mux("tensor_mux");
   mux.add(kFlexible);
