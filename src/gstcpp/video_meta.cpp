@@ -10,6 +10,20 @@ std::string size_text(uint64_t width, uint64_t height) {
   return std::to_string(width) + "x" + std::to_string(height);
 }
 
+// Of a frame whose rows lie without the padding that GStreamer's have.
+size_t unpadded_size(const GstVideoInfo& video) {
+  size_t all = 0;
+  for (guint plane = 0; plane < GST_VIDEO_INFO_N_PLANES(&video); ++plane) {
+    gint components[GST_VIDEO_MAX_COMPONENTS];
+    gst_video_format_info_component(video.finfo, plane, components);
+    const auto first = static_cast<guint>(components[0]);
+    all += static_cast<size_t>(GST_VIDEO_INFO_COMP_WIDTH(&video, first)) *
+           static_cast<size_t>(GST_VIDEO_INFO_COMP_PSTRIDE(&video, first)) *
+           static_cast<size_t>(GST_VIDEO_INFO_COMP_HEIGHT(&video, first));
+  }
+  return all;
+}
+
 }  // namespace
 
 Status check_video_meta(const GstVideoInfo& video, const GstVideoMeta& meta) {
@@ -17,17 +31,46 @@ Status check_video_meta(const GstVideoInfo& video, const GstVideoMeta& meta) {
                     meta.n_planes == GST_VIDEO_INFO_N_PLANES(&video) &&
                     meta.width >= static_cast<guint>(GST_VIDEO_INFO_WIDTH(&video)) &&
                     meta.height >= static_cast<guint>(GST_VIDEO_INFO_HEIGHT(&video));
-  if (!same)
-    return Error{Code::FORMAT_UNSUPPORTED,
-                 "the metadata of a video buffer are of another picture than its caps",
-                 std::string(gst_video_format_to_string(meta.format)) + " " +
-                     size_text(meta.width, meta.height),
-                 std::string(GST_VIDEO_INFO_NAME(&video)) + " " +
-                     size_text(static_cast<uint64_t>(GST_VIDEO_INFO_WIDTH(&video)),
-                               static_cast<uint64_t>(GST_VIDEO_INFO_HEIGHT(&video))),
+  if (same) return ok();
+  const bool planes = meta.n_planes != GST_VIDEO_INFO_N_PLANES(&video);
+  const auto text = [planes](const char* format, std::string size, guint count) {
+    return std::string(format) + " " + size +
+           (planes ? " in planes: " + std::to_string(count) : "");
+  };
+  return Error{Code::FORMAT_UNSUPPORTED,
+               "the metadata of a video buffer are of another picture than its caps",
+               text(gst_video_format_to_string(meta.format), size_text(meta.width, meta.height),
+                    meta.n_planes),
+               text(GST_VIDEO_INFO_NAME(&video),
+                    size_text(static_cast<uint64_t>(GST_VIDEO_INFO_WIDTH(&video)),
+                              static_cast<uint64_t>(GST_VIDEO_INFO_HEIGHT(&video))),
+                    GST_VIDEO_INFO_N_PLANES(&video)),
+               "",
+               "check the element before"};
+}
+
+Status check_video_size(const GstVideoInfo& video, size_t bytes) {
+  const size_t needed = GST_VIDEO_INFO_SIZE(&video);
+  if (bytes >= needed && bytes / needed == 1) return ok();
+  const std::string offered = std::to_string(bytes) + " bytes";
+  if (bytes >= needed)
+    return Error{Code::FRAME_SIZE,
+                 "a video buffer holds more than one frame",
+                 offered,
+                 std::to_string(needed) + " bytes",
                  "",
-                 "check the element before"};
-  return ok();
+                 "rawvideoparse behind the source cuts it into frames"};
+  const bool unpadded = bytes == unpadded_size(video);
+  return Error{Code::FRAME_SIZE,
+               "a video buffer is shorter than its caps say",
+               offered,
+               std::to_string(needed) + " bytes",
+               unpadded
+                   ? "rows without padding; GStreamer's of this width are " +
+                         std::to_string(GST_VIDEO_INFO_PLANE_STRIDE(&video, 0)) + " bytes apart"
+                   : "",
+               unpadded ? "gst_buffer_add_video_meta_full() with the strides that there are"
+                        : "check the element before"};
 }
 
 }  // namespace weir::gst

@@ -43,13 +43,9 @@ Result<gst::Ref<GstBuffer>> DenseVideo::from(gst::Ref<GstBuffer> buffer, Ledger*
   if (meta)
     if (auto status = gst::check_video_meta(video_, *meta); !status) return status.error();
   if (is_dense(buffer.get())) return buffer;
-  if (!meta && gst_buffer_get_size(buffer.get()) / GST_VIDEO_INFO_SIZE(&video_) > 1)
-    return Error{Code::FRAME_SIZE,
-                 "a video buffer holds more than one frame",
-                 std::to_string(gst_buffer_get_size(buffer.get())) + " bytes",
-                 std::to_string(GST_VIDEO_INFO_SIZE(&video_)) + " bytes",
-                 "",
-                 "rawvideoparse ! tensor_converter"};
+  if (!meta)
+    if (auto status = gst::check_video_size(video_, gst_buffer_get_size(buffer.get())); !status)
+      return status.error();
   if (auto view = view_of(buffer.get())) return view;
   return copy_rows(buffer.get(), ledger);
 }

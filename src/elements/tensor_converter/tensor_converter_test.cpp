@@ -158,7 +158,7 @@ TEST(TensorConverter, RefusesSeveralFramesInOneVideoBuffer) {
   auto h = harness("", video("RGB", 8, 2));
   const auto text = error_of(h, frame(ramp(96)));
   EXPECT_SAYS(text, "WEIR-2004: a video buffer holds more than one frame");
-  EXPECT_SAYS(text, "fix: rawvideoparse ! tensor_converter");
+  EXPECT_SAYS(text, "fix: rawvideoparse behind the source");
   auto longer = Ref<GstBuffer>::adopt(gst_harness_push_and_pull(h.get(), frame(ramp(95))));
   EXPECT_EQ(content(longer.get()), ramp(48)) << "what is behind one frame is padding";
 }

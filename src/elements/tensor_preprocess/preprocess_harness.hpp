@@ -55,6 +55,13 @@ inline void expect_words(const std::string& text, const char* words) {
   EXPECT_NE(text.find(words), std::string::npos) << text << "\nlacks " << words;
 }
 
+// Of one frame, as GStreamer lays it out.
+inline size_t frame_bytes(const std::string& format, guint width, guint height) {
+  GstVideoInfo info;
+  gst_video_info_set_format(&info, gst_video_format_from_string(format.c_str()), width, height);
+  return info.size;
+}
+
 inline GstVideoCropMeta* crop(GstBuffer* in, guint x, guint y, guint width, guint height) {
   GstVideoCropMeta* meta = gst_buffer_add_video_crop_meta(in);
   meta->x = x;

@@ -23,7 +23,7 @@ TEST(Pyramid, EachLayerIsTheSinglePicture) {
       auto h = harness("sizes=40x30,20x15,7x5,64x36,1x1" + more, caps);
       for (const bool cropped : {false, true}) {
         const auto picture = [&] {
-          GstBuffer* in = frame(ramp(64 * 36 * 3));
+          GstBuffer* in = frame(ramp(frame_bytes(format, 64, 36)));
           if (cropped) crop(in, 5, 7, 31, 13);
           return in;
         };

@@ -55,12 +55,13 @@ TEST(Regions, AreTheSinglePicturesOfTheirParts) {
       // More and fewer from frame to frame: the plans are those of other regions before.
       for (const size_t count : {2u, 5u, 1u, 4u, 5u}) {
         const size_t first = 5 - count;
-        const auto out =
-            out_of(h, with_boxes(frame(ramp(64 * 36 * 3)), {boxes + first, boxes + first + count}));
+        const auto out = out_of(h, with_boxes(frame(ramp(frame_bytes(format, 64, 36))),
+                                              {boxes + first, boxes + first + count}));
         ASSERT_TRUE(out);
         Bytes wanted;
         for (size_t i = first; i < 5; ++i)
-          for (const uint8_t byte : single(size, caps, frame(ramp(64 * 36 * 3)), boxes[i]))
+          for (const uint8_t byte :
+               single(size, caps, frame(ramp(frame_bytes(format, 64, 36))), boxes[i]))
             wanted.push_back(byte);
         ASSERT_FALSE(wanted.empty());
         EXPECT_EQ(bytes_of(out.get(), kTensorHeaderBytes), wanted) << format << more << count;

@@ -138,7 +138,7 @@ class TensorPreprocess : public gst::CountedTransform<TensorPreprocess> {
     if (GST_EVENT_TYPE(event) != GST_EVENT_CAPS) return parent_class()->sink_event(self(), event);
     GstCaps* caps = nullptr;
     gst_event_parse_caps(event, &caps);
-    if (const Status known = check_format(caps); !known) return refused(event, known.error());
+    if (const Status known = check_video(caps); !known) return refused(event, known.error());
     const auto held = Ref<GstCaps>::share(caps);
     told_ = false;
     refused_ = !parent_class()->sink_event(self(), event);
@@ -150,12 +150,12 @@ class TensorPreprocess : public gst::CountedTransform<TensorPreprocess> {
     return FALSE;
   }
 
-  // Pads refuse caps without a word: formats that are not taken come to sink_event.
+  // Pads refuse caps without a word: video that is not taken comes to sink_event.
   gboolean query(GstPadDirection direction, GstQuery* query) {
     GstCaps* caps = nullptr;
     if (direction == GST_PAD_SINK && GST_QUERY_TYPE(query) == GST_QUERY_ACCEPT_CAPS) {
       gst_query_parse_accept_caps(query, &caps);
-      if (!check_format(caps)) return gst_query_set_accept_caps_result(query, TRUE), TRUE;
+      if (!check_video(caps)) return gst_query_set_accept_caps_result(query, TRUE), TRUE;
     }
     const gboolean answered = parent_class()->query(self(), direction, query);
     if (GST_QUERY_TYPE(query) != GST_QUERY_CAPS || !answered) return answered;
@@ -309,7 +309,12 @@ class TensorPreprocess : public gst::CountedTransform<TensorPreprocess> {
       return tensor_mismatch(request, ours.to_string(), output->to_string(), difference);
     GstVideoInfo video;
     if (!gst_video_info_from_caps(&video, in))
-      return Error{Code::FORMAT_UNSUPPORTED, "the video caps cannot be read", "", "", "", ""};
+      return Error{Code::FORMAT_UNSUPPORTED,
+                   "the video caps cannot be read",
+                   gst::UniqueText(gst_caps_to_string(in)).get(),
+                   "a format, a width and a height",
+                   "",
+                   "videoconvert ! tensor_preprocess"};
     return begin(*request, *std::move(preparations), video);
   }
 

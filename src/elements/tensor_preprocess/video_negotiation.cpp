@@ -2,6 +2,7 @@
 #include "elements/tensor_preprocess/video_negotiation.hpp"
 
 #include <string>
+#include <string_view>
 
 #include "gstcpp/device_caps.hpp"
 #include "gstcpp/tensor_caps.hpp"
@@ -12,6 +13,17 @@ using gst::Ref;
 using preprocess::Request;
 
 namespace {
+
+constexpr int kMostPixels = 65536;  // of a side, as in the pad's template
+
+Error unreadable(const GstStructure* video) {
+  return Error{Code::FORMAT_UNSUPPORTED,
+               "the video caps cannot be read",
+               gst::UniqueText(gst_structure_to_string(video)).get(),
+               "a format, a width and a height",
+               "",
+               "videoconvert ! tensor_preprocess"};
+}
 
 // Fixed; other/tensors where that is possible.
 Ref<GstCaps> first_choice(const GstCaps* caps) {
@@ -86,15 +98,33 @@ Ref<GstCaps> with_other_formats(GstPad* sink, Ref<GstCaps> known, const GstCaps*
   return Ref<GstCaps>::adopt(gst_caps_merge(known.release(), rest.release()));
 }
 
-Status check_format(const GstCaps* caps) {
+Status check_video(const GstCaps* caps) {
   if (gst_caps_is_any(caps) || gst_caps_is_empty(caps)) return ok();
   if (auto status = gst::check_memory(caps, "tensor_preprocess"); !status) return status;
   const GstStructure* first = gst_caps_get_structure(caps, 0);
+  if (!gst_structure_has_name(first, "video/x-raw")) return ok();
   const char* format = gst_structure_get_string(first, "format");
-  if (!format || !gst_structure_has_name(first, "video/x-raw")) return ok();
-  const auto known = preprocess::picture_format(format);
-  if (known) return ok();
-  return known.error();
+  int width = 0, height = 0;
+  const bool sized = gst_structure_get_int(first, "width", &width) &&
+                     gst_structure_get_int(first, "height", &height);
+  if (!format || !sized) return unreadable(first);
+  if (const auto known = preprocess::picture_format(format); !known) return known.error();
+  if (width < 1 || height < 1 || width > kMostPixels || height > kMostPixels)
+    return Error{Code::LIMIT_EXCEEDED,
+                 "a picture is too big or has no pixels",
+                 std::to_string(width) + "x" + std::to_string(height),
+                 "1x1 to 65536x65536",
+                 "",
+                 "videoscale or videocrop in front of tensor_preprocess"};
+  const char* mode = gst_structure_get_string(first, "interlace-mode");
+  if (mode && std::string_view(mode) != "progressive")
+    return Error{Code::FORMAT_UNSUPPORTED,
+                 "interlaced video cannot be prepared",
+                 mode,
+                 "interlace-mode=progressive",
+                 "",
+                 "deinterlace ! tensor_preprocess"};
+  return ok();
 }
 
 Error tensor_mismatch(const Result<Request>& request, std::string offered, std::string needed,

@@ -25,8 +25,8 @@ gst::Ref<GstCaps> closed(GstPad* source, gst::Ref<GstCaps> open,
 // A format that is not taken is shown while elements are linked and where `filter` has no other, so
 // that its caps come to the element, which refuses them with words. Takes `known`.
 gst::Ref<GstCaps> with_other_formats(GstPad* sink, gst::Ref<GstCaps> known, const GstCaps* filter);
-// FORMAT_UNSUPPORTED for caps of such a format.
-Status check_format(const GstCaps* caps);
+// Why caps of a stream, raw video, are not taken; ok for those that pads may judge.
+Status check_video(const GstCaps* caps);
 
 Error tensor_mismatch(const Result<preprocess::Request>& request, std::string offered,
                       std::string needed, std::string difference);

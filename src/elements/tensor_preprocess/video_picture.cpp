@@ -103,9 +103,8 @@ Status MappedPicture::map(const GstVideoInfo& video, GstBuffer* buffer, GstMapFl
   const size_t bytes = gst_buffer_get_size(buffer);
   if (meta) {
     if (auto status = check_meta(video, *meta, bytes); !status) return status;
-  } else if (bytes < GST_VIDEO_INFO_SIZE(&video)) {
-    return too_short(std::to_string(bytes) + " bytes",
-                     std::to_string(GST_VIDEO_INFO_SIZE(&video)) + " bytes");
+  } else if (auto status = gst::check_video_size(video, bytes); !status) {
+    return status.error();
   }
   mapped_ = gst_video_frame_map(&frame_, &video, buffer, flags);
   if (!mapped_) return gst::memory_not_mapped();

@@ -15,9 +15,8 @@ class BadFrame : public EachElement {
     const bool video = name.starts_with("converter") && GetParam().caps.starts_with("video");
     if (video || name.starts_with("preprocess"))
       return bytes < GetParam().bytes ? "WEIR-2004: a video buffer is shorter than its caps say"
-             : bytes >= 2 * GetParam().bytes && video
-                 ? "WEIR-2004: a video buffer holds more than one frame"
-                 : "";
+             : bytes >= 2 * GetParam().bytes ? "WEIR-2004: a video buffer holds more than one frame"
+                                             : "";
     if (name == "converter_audio") return bytes % 4 ? "WEIR-2004: " : "";
     if (name == "converter_bytes") return bytes % 16 ? "WEIR-2004: " : "";
     return "WEIR-2004: a buffer has another size than its caps say";

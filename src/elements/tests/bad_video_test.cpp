@@ -62,6 +62,39 @@ INSTANTIATE_TEST_SUITE_P(
         Rows{"more_planes", {8, 8}, {0, 32}, 8, 4, kOther, kOther, GST_VIDEO_FORMAT_NV12}),
     [](const auto& info) { return std::string(info.param.name); });
 
+// Padded rows of which the last may be cut, and rows without the padding that caps imply.
+TEST(PaddedRows, ThatAreCutOrNotThereAreNamed) {
+  for (const std::string line : {"tensor_converter", "tensor_preprocess width=4 height=4"}) {
+    Bench bench(line);
+    ASSERT_EQ(bench.start(video("GRAY8", 5, 2)), "");
+    EXPECT_EQ(bench.push(zeros(16)), "") << "rows of 8 bytes";
+    for (const size_t bytes : {size_t{15}, size_t{13}}) {
+      const std::string cut = bench.push(zeros(bytes));
+      EXPECT_SAYS(cut, "WEIR-2004: a video buffer is shorter than its caps say");
+      EXPECT_SAYS(cut, "offered: " + std::to_string(bytes) + " bytes\n  needed: 16 bytes");
+      EXPECT_SAYS(cut, "fix: check the element before");
+    }
+    const std::string bare = bench.push(zeros(10));
+    EXPECT_SAYS(bare, "rows without padding; GStreamer's of this width are 8 bytes apart");
+    EXPECT_SAYS(bare, "fix: gst_buffer_add_video_meta_full()");
+    bench.expect_balance(4);
+  }
+  Bench nv12("tensor_preprocess width=4 height=4");
+  ASSERT_EQ(nv12.start(video("NV12", 5, 3)), "");
+  EXPECT_SAYS(nv12.push(zeros(15 + 2 * 6)), "rows without padding");
+}
+
+TEST(PaddedRows, OfAnotherNumberOfPlanesAreNamed) {
+  Bench bench("tensor_converter");
+  ASSERT_EQ(bench.start(video("RGBP", 4, 2)), "");
+  gsize offsets[] = {0, 8};
+  gint strides[] = {4, 4};
+  GstBuffer* in = zeros(24);
+  gst_buffer_add_video_meta_full(in, GST_VIDEO_FRAME_FLAG_NONE, GST_VIDEO_FORMAT_RGBP, 4, 2, 2,
+                                 offsets, strides);
+  EXPECT_SAYS(bench.push(in), "offered: RGBP 4x2 in planes: 2\n  needed: RGBP 4x2 in planes: 3");
+}
+
 struct Size {
   int width, height;
 };
