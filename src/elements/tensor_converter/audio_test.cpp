@@ -105,6 +105,19 @@ TEST(ConverterAudio, TakesOtherCapsInTheMiddleOfAStream) {
   EXPECT_SAYS(change_caps(h, audio("F32BE", 1)), "this audio format is no tensor");
 }
 
+TEST(ConverterAudio, OfAnotherRateIsNotPutBehindSamplesThatWait) {
+  const std::string caps = "audio/x-raw,format=S16LE,layout=interleaved,channels=1,rate=";
+  auto h = harness("frames-per-tensor=160", caps + "16000");
+  ASSERT_EQ(gst_harness_push(h.get(), frame(Bytes(1000))), GST_FLOW_OK);  // 20 samples wait
+  for (int i = 0; i < 3; ++i) gst_buffer_unref(gst_harness_pull(h.get()));
+  EXPECT_EQ(change_caps(h, caps + "8000"), "");
+  EXPECT_EQ(stat(h, "dropped-flush"), 1u) << "the buffer of which a part waited";
+  auto out = Ref<GstBuffer>::adopt(gst_harness_push_and_pull(h.get(), frame(ramp(320))));
+  EXPECT_EQ(content(out.get()), ramp(320));
+  EXPECT_EQ(GST_BUFFER_PTS(out.get()), 500 * GST_SECOND / 16000) << "behind the 500 samples";
+  EXPECT_EQ(GST_BUFFER_DURATION(out.get()), 20 * GST_MSECOND);
+}
+
 TEST(ConverterAudio, IsAskedForAsTheNextElementWantsIt) {
   Harness h{gst_harness_new_parse("tensor_converter")};
   gst_harness_set_sink_caps_str(

@@ -26,6 +26,7 @@ GstClockTime later(GstClockTime time, GstClockTime by) noexcept {
 void Chunker::configure(size_t frame_bytes, uint64_t frames_out, Fraction rate) {
   frame_bytes_ = frame_bytes;
   frames_out_ = frames_out;
+  if (!(rate == rate_)) keep_time_of_next();
   // Frames of another rate are counted from where those before end.
   if (!(rate == rate_) && GST_CLOCK_TIME_IS_VALID(anchor_) && known(rate_)) {
     anchor_ = later(anchor_, time_of(frames_since_, rate_));
@@ -49,7 +50,8 @@ uint64_t Chunker::clear() {
 
 void Chunker::stamp(GstBuffer* buffer, uint64_t frames, GstClockTime fallback) {
   const bool duration_given = GST_BUFFER_DURATION_IS_VALID(buffer);
-  if (!duration_given && known(rate_)) GST_BUFFER_DURATION(buffer) = time_of(frames, rate_);
+  duration_is_counted_ = !duration_given && known(rate_);
+  if (duration_is_counted_) GST_BUFFER_DURATION(buffer) = time_of(frames, rate_);
   const bool follows = known(rate_) && GST_CLOCK_TIME_IS_VALID(anchor_);
   if (GST_BUFFER_PTS_IS_VALID(buffer) || !follows) {
     if (!GST_BUFFER_PTS_IS_VALID(buffer)) GST_BUFFER_PTS(buffer) = fallback;
@@ -89,6 +91,35 @@ void Chunker::finish(size_t bytes) {
   if (!waiting_.empty()) waiting_.front() -= bytes;
 }
 
+Chunker::Times Chunker::times_of_next() const {
+  guint64 pts_distance = 0, dts_distance = 0;
+  Times out{gst_adapter_prev_pts(adapter_.get(), &pts_distance),
+            gst_adapter_prev_dts(adapter_.get(), &dts_distance)};
+  if (!known(rate_)) return out;
+  if (GST_CLOCK_TIME_IS_VALID(out.pts))
+    out.pts = later(out.pts, time_of(pts_distance / frame_bytes_, rate_));
+  if (GST_CLOCK_TIME_IS_VALID(out.dts))
+    out.dts = later(out.dts, time_of(dts_distance / frame_bytes_, rate_));
+  return out;
+}
+
+void Chunker::keep_time_of_next() {
+  const size_t bytes = gst_adapter_available(adapter_.get());
+  if (bytes == 0) return;
+  const auto [pts, dts] = times_of_next();
+  GstBufferList* waiting = gst_adapter_take_buffer_list(adapter_.get(), bytes);
+  for (guint i = 0; i < gst_buffer_list_length(waiting); ++i) {
+    GstBuffer* buffer = gst_buffer_ref(gst_buffer_list_get(waiting, i));
+    if (i == 0) {
+      buffer = gst_buffer_make_writable(buffer);
+      GST_BUFFER_PTS(buffer) = pts;
+      GST_BUFFER_DTS(buffer) = dts;
+    }
+    gst_adapter_push(adapter_.get(), buffer);
+  }
+  gst_buffer_list_unref(waiting);
+}
+
 gst::Ref<GstBuffer> Chunker::next() {
   if (whole_) {
     ++finished_;
@@ -96,13 +127,7 @@ gst::Ref<GstBuffer> Chunker::next() {
   }
   const size_t wanted = frame_bytes_ * frames_out_;
   if (gst_adapter_available(adapter_.get()) < wanted) return {};
-  guint64 pts_distance = 0, dts_distance = 0;
-  GstClockTime pts = gst_adapter_prev_pts(adapter_.get(), &pts_distance);
-  GstClockTime dts = gst_adapter_prev_dts(adapter_.get(), &dts_distance);
-  if (known(rate_)) {
-    if (GST_CLOCK_TIME_IS_VALID(pts)) pts = later(pts, time_of(pts_distance / frame_bytes_, rate_));
-    if (GST_CLOCK_TIME_IS_VALID(dts)) dts = later(dts, time_of(dts_distance / frame_bytes_, rate_));
-  }
+  const auto [pts, dts] = times_of_next();
   auto out = gst::Ref<GstBuffer>::adopt(gst_adapter_take_buffer(adapter_.get(), wanted));
   if (!out) return {};
   if (waiting_.front() < wanted) copied_ += wanted;
@@ -110,7 +135,9 @@ gst::Ref<GstBuffer> Chunker::next() {
   out = gst::Ref<GstBuffer>::adopt(gst_buffer_make_writable(out.release()));
   GST_BUFFER_PTS(out.get()) = pts;
   GST_BUFFER_DTS(out.get()) = dts;
-  if (GST_CLOCK_TIME_IS_VALID(duration_of_input_))
+  if (duration_is_counted_)
+    GST_BUFFER_DURATION(out.get()) = time_of(frames_out_, rate_);
+  else if (GST_CLOCK_TIME_IS_VALID(duration_of_input_))
     GST_BUFFER_DURATION(out.get()) =
         gst_util_uint64_scale(duration_of_input_, frames_out_, frames_of_input_);
   return out;

@@ -39,6 +39,11 @@ class Chunker {
   uint64_t take_copied() noexcept { return std::exchange(copied_, 0); }
 
  private:
+  struct Times {
+    GstClockTime pts, dts;
+  };
+  Times times_of_next() const;  // of the first frame that waits
+  void keep_time_of_next();     // in its buffer: the rate that counts to it goes
   void finish(size_t bytes);
 
   gst::Ref<GstAdapter> adapter_;
@@ -50,7 +55,8 @@ class Chunker {
   uint64_t frames_since_ = 0;                  // frames from the anchor to the next buffer
   GstClockTime duration_of_input_ = GST_CLOCK_TIME_NONE;
   uint64_t frames_of_input_ = 1;
-  std::deque<size_t> waiting_;  // bytes that wait, of each buffer in the adapter
+  bool duration_is_counted_ = false;  // not given: of an output it is counted as well
+  std::deque<size_t> waiting_;        // bytes that wait, of each buffer in the adapter
   uint64_t finished_ = 0, copied_ = 0;
 };
 

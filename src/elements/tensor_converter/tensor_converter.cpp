@@ -279,7 +279,11 @@ class TensorConverter : public gst::Element<TensorConverter, gst::PlainElement> 
     if (!wanted) return wanted.error();
     auto plan = (*medium)->configure(caps, *wanted);
     if (!plan) return plan.error();
-    if (plan->frame_bytes != plan_.frame_bytes || plan->frames_out != plan_.frames_out ||
+    // Samples of another rate are no neighbours in time; pictures of another rate still are.
+    const bool resampled =
+        (*medium)->type() == MediaType::Audio && !(plan->spec.rate == plan_.spec.rate);
+    if (resampled || plan->frame_bytes != plan_.frame_bytes ||
+        plan->frames_out != plan_.frames_out ||
         !first_difference(plan->spec.tensors, plan_.spec.tensors).empty())
       drop_waiting_of_other_kind();
     plan_ = *std::move(plan);

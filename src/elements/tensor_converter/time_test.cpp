@@ -109,6 +109,35 @@ TEST(ConverterTime, OfAGatheredTensorIsThatOfItsFirstFrame) {
   }
 }
 
+TEST(ConverterTime, OfFramesThatWaitIsThatOfTheirOwnRate) {
+  auto h = bytes_at_ntsc("frames-per-tensor=4");
+  ASSERT_EQ(gst_harness_push(h.get(), timed(Bytes(24), 3 * GST_SECOND, GST_CLOCK_TIME_NONE)),
+            GST_FLOW_OK);  // frames 4 and 5 wait
+  gst_buffer_unref(gst_harness_pull(h.get()));
+  EXPECT_EQ(change_caps(h, "application/octet-stream,framerate=1/1"), "");
+  for (const uint64_t time : {8u, 20u})
+    ASSERT_EQ(gst_harness_push(h.get(), timed(Bytes(12), time * GST_SECOND, GST_CLOCK_TIME_NONE)),
+              GST_FLOW_OK);
+  // Of the frames at 4, 5, 8, 9 / 10, 20, 21, 22: NTSC's first two, then one a second.
+  for (const uint64_t time : {3 * GST_SECOND + ntsc_time(4), 10 * uint64_t{GST_SECOND}}) {
+    auto out = Ref<GstBuffer>::adopt(gst_harness_pull(h.get()));
+    EXPECT_EQ(GST_BUFFER_PTS(out.get()), time);
+  }
+  EXPECT_EQ(stat(h, "dropped"), 0u);
+}
+
+TEST(ConverterTime, LastsAsLongAsItsFramesExactly) {
+  auto h = bytes_at_ntsc("frames-per-tensor=300");
+  for (uint64_t i = 0; i < 600; ++i)
+    ASSERT_EQ(gst_harness_push(h.get(), timed(Bytes(4), ntsc_time(i), GST_CLOCK_TIME_NONE)),
+              GST_FLOW_OK);
+  for (uint64_t i = 0; i < 2; ++i) {
+    auto out = Ref<GstBuffer>::adopt(gst_harness_pull(h.get()));
+    EXPECT_EQ(GST_BUFFER_PTS(out.get()), ntsc_time(300 * i));
+    EXPECT_EQ(GST_BUFFER_DURATION(out.get()), ntsc_time(300)) << "10.01 s";
+  }
+}
+
 TEST(ConverterTime, CountsWhatWaitsAtTheEnd) {
   auto h = bytes_at_ntsc("frames-per-tensor=3");
   for (int i = 0; i < 5; ++i) ASSERT_EQ(gst_harness_push(h.get(), frame(Bytes(4))), GST_FLOW_OK);
