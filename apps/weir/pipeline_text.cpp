@@ -135,6 +135,26 @@ Error property_error(gst::RefusedProperty refused, const std::string& text) {
   return std::move(refused.error);
 }
 
+// could not link A to B, B can't handle caps CAPS
+// What makes a stream of these caps one that B may take; "" where it is A that does not have them.
+std::string converter_of(const std::string& said) {
+  constexpr std::string_view kTo = " to ", kCaps = " can't handle caps ";
+  const size_t to = said.find(kTo), comma = said.find(", "), caps_at = said.find(kCaps);
+  if (to == std::string::npos || comma == std::string::npos || caps_at == std::string::npos)
+    return "";
+  const std::string target = said.substr(to + kTo.size(), comma - to - kTo.size());
+  if (said.substr(comma + 2, caps_at - comma - 2) != target) return "";
+  const auto caps =
+      gst::Ref<GstCaps>::adopt(gst_caps_from_string(said.c_str() + caps_at + kCaps.size()));
+  if (!caps || gst_caps_is_any(caps.get()) || gst_caps_is_empty(caps.get())) return "";
+  const std::string name = gst_structure_get_name(gst_caps_get_structure(caps.get(), 0));
+  const char* converter = name == "video/x-raw"              ? "videoconvert ! videoscale"
+                          : name == "audio/x-raw"            ? "audioconvert ! audioresample"
+                          : name.starts_with("other/tensor") ? "tensor_transform"
+                                                             : "";
+  return *converter ? std::string(converter) + " between these caps and " + target : "";
+}
+
 Error parse_error(const std::string& text, const GError* error, GstParseContext* context) {
   if (auto refused = error ? gst::refused_property(*error) : std::nullopt)
     return property_error(*std::move(refused), text);
@@ -146,6 +166,8 @@ Error parse_error(const std::string& text, const GError* error, GstParseContext*
   const gst::Unique<char*, g_strfreev> missing(gst_parse_context_get_missing_elements(context));
   if (is(GST_PARSE_ERROR_NO_SUCH_ELEMENT) && missing && *missing)
     out = missing_element(*missing);
+  else if (is(GST_PARSE_ERROR_LINK))
+    out.fix = converter_of(out.difference);
   else if (is(GST_PARSE_ERROR_SYNTAX))
     out.needed = "elements with ! between them, as for gst-launch-1.0";
   out.offered = text;

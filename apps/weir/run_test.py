@@ -152,7 +152,18 @@ class Run(Case):
             self.assertIn(words, said)
 
     def test_what_cannot_be_linked_is_refused(self):
-        self.refused(weir("run", "videotestsrc ! audio/x-raw ! fakesink"), 1, "offered: videotestsrc ! audio", "can't handle caps")
+        done = weir("run", "videotestsrc ! audio/x-raw ! fakesink")
+        self.refused(done, 1, "offered: videotestsrc ! audio", "can't handle caps")
+        self.assertNotIn("fix:", done.stderr, "no element makes audio of this source")
+
+    def test_what_cannot_be_linked_comes_with_the_element_that_converts_it(self):
+        behind = "queue name=q ! tensor_converter ! fakesink videotestsrc num-buffers=2 ! video/x-raw,format=NV12 "
+        said = weir("run", behind + "! q.")
+        self.refused(said, 1, "q can't handle caps video/x-raw, format=(string)NV12",
+                     "fix: videoconvert ! videoscale between these caps and q")
+        self.assertEqual(weir("run", behind + "! videoconvert ! videoscale ! q.").returncode, 0)
+        said = weir("run", "queue name=q ! audio/x-raw,format=U8,rate=8000 ! fakesink audiotestsrc ! audio/x-raw,format=S16LE ! q.")
+        self.refused(said, 1, "fix: audioconvert ! audioresample between these caps and q")
 
     def test_an_unknown_element_is_refused_with_its_place_and_a_guess(self):
         said, rest = self.place("videotestsrc ! tensor_convertr ! fakesink")
