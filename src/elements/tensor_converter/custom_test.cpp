@@ -163,4 +163,24 @@ TEST(ConverterMode, WithoutANameIsIgnoredAndAnUnknownWordIsNot) {
   EXPECT_SAYS(caps_error("mode=custom:x", kBytes), "WEIR-1005: tensor_converter has no such mode");
 }
 
+// gst_parse_launch() sets properties before the element stands in a pipeline that has a bus.
+TEST(ConverterMode, WithoutANameIsToldOnceSomebodyHearsIt) {
+  const auto pipeline = lone_element(
+      "videotestsrc num-buffers=2 ! video/x-raw,format=RGB,width=8,height=4 ! "
+      "tensor_converter mode=custom-code ! fakesink");
+  const auto bus = Ref<GstBus>::adopt(gst_element_get_bus(pipeline.get()));
+  gst_element_set_state(pipeline.get(), GST_STATE_PLAYING);
+  const auto next = [&bus] {
+    const auto message = Ref<GstMessage>::adopt(gst_bus_timed_pop_filtered(
+        bus.get(), 60 * GST_SECOND,
+        GstMessageType(GST_MESSAGE_WARNING | GST_MESSAGE_ERROR | GST_MESSAGE_EOS)));
+    return !message                                             ? "nothing"
+           : GST_MESSAGE_TYPE(message.get()) == GST_MESSAGE_EOS ? "the end"
+                                                                : text_of(message.get());
+  };
+  EXPECT_SAYS(next(), "WEIR-1001: the mode has no name behind a colon");
+  EXPECT_EQ(next(), "the end") << "told once, and ignored";
+  gst_element_set_state(pipeline.get(), GST_STATE_NULL);
+}
+
 }  // namespace

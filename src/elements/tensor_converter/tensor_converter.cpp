@@ -76,8 +76,9 @@ class TensorConverter : public gst::Element<TensorConverter, gst::PlainElement> 
   void property_changed(const char* name) {
     if (std::strcmp(name, "mode") != 0) return;
     const auto mode = parse_converter_mode(settings().mode);
+    mode_is_told_ = false;
     if (!mode)
-      gst::post_warning(element(), mode.error());
+      warn_of_mode(mode.error());
     else if (mode->kind == ConverterMode::Kind::CustomCode && !is_custom_code(mode->name))
       gst::post_warning(element(),
                         {Code::CONVERTER_UNKNOWN, "no function is registered under this name yet",
@@ -202,6 +203,12 @@ class TensorConverter : public gst::Element<TensorConverter, gst::PlainElement> 
     return error.code == Code::NOT_NEGOTIATED ? GST_FLOW_NOT_NEGOTIATED : GST_FLOW_ERROR;
   }
 
+  // Before an element stands in a pipeline nobody hears it: then it is told again when caps come.
+  void warn_of_mode(const Error& error) {
+    mode_is_told_ = GST_ELEMENT_BUS(element()) != nullptr;
+    gst::post_warning(element(), error);
+  }
+
   void give_up_client(uint64_t lost) {
     if (lost == 0) return;  // nothing waited for more
     ledger_.dropped(DropReason::Policy, lost);
@@ -272,7 +279,8 @@ class TensorConverter : public gst::Element<TensorConverter, gst::PlainElement> 
     medium_.reset();
     auto mode = parse_converter_mode(settings().mode);
     if (!mode && mode.error().code != Code::OPTION_SYNTAX) return mode.error();
-    // What has no name was told when it was set, and is ignored.
+    if (!mode && !mode_is_told_) warn_of_mode(mode.error());
+    // What has no name is ignored.
     auto medium = medium_for(caps, mode ? *mode : ConverterMode{});
     if (!medium) return medium.error();
     const auto wanted = wishes(settings(), source_);
@@ -375,6 +383,7 @@ class TensorConverter : public gst::Element<TensorConverter, gst::PlainElement> 
   gst::BackwardsTimes times_;
   GstSegment segment_{};
   ClientStreams streams_{[this](uint64_t lost) { give_up_client(lost); }};
+  std::atomic<bool> mode_is_told_{false};  // a warning of it, to somebody
   // Written by the streaming thread, shown by stats:
   std::atomic<uint64_t> missing_times_{0}, clients_given_up_{0};
 };

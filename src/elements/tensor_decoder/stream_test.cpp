@@ -42,6 +42,20 @@ TEST(TensorDecoderStream, NeedsCapsOfTheDecoder) {
   }
 }
 
+// GstBaseTransform refuses that without a word.
+TEST(TensorDecoderStream, SaysWhatTheNextElementDoesNotTake) {
+  const Harness h{gst_harness_new_parse("tensor_decoder mode=direct_video")};
+  Errors errors(h);
+  gst_harness_set_sink_caps_str(h.get(), "video/x-raw,format=RGB,width=9,height=[1,100]");
+  gst_harness_set_src_caps_str(h.get(), tensor("uint8", "3:8:4").c_str());
+  const std::string error = errors.next();
+  EXPECT_SAYS(error, "WEIR-2001: the element behind tensor_decoder does not take its result");
+  EXPECT_SAYS(error, "width=(int)8");
+  EXPECT_SAYS(error, "needed: video/x-raw, format=(string)RGB, width=(int)9");
+  EXPECT_SAYS(error, "fix: tensor_decoder ! videoconvert ! videoscale");
+  EXPECT_EQ(errors.next(), "") << "told once";
+}
+
 TEST(TensorDecoderStream, GivesNoMemoryBeforeThereIsAFrame) {
   EXPECT_SAYS(error_of(erring("early-memory", "nothing"), kOne, {1}), "WEIR-9001");
 }

@@ -125,7 +125,14 @@ class TensorDecoder : public gst::Element<TensorDecoder, gst::BaseTransform> {
   gboolean sink_event(GstEvent* event) {
     const bool flushed = GST_EVENT_TYPE(event) == GST_EVENT_FLUSH_STOP;
     if (flushed && decoder_) decoder_->reset();
-    return parent_class()->sink_event(self(), event);
+    if (GST_EVENT_TYPE(event) != GST_EVENT_CAPS) return parent_class()->sink_event(self(), event);
+    GstCaps* caps = nullptr;
+    gst_event_parse_caps(event, &caps);
+    const auto held = Ref<GstCaps>::share(caps);
+    const uint64_t told = gst::errors_posted_by_this_thread();
+    if (parent_class()->sink_event(self(), event)) return TRUE;
+    if (told == gst::errors_posted_by_this_thread()) tell_why_not(held.get());
+    return FALSE;
   }
 
   GstFlowReturn transform(GstBuffer* in, GstBuffer* out) {
@@ -158,6 +165,23 @@ class TensorDecoder : public gst::Element<TensorDecoder, gst::BaseTransform> {
     if (out) return *out;
     gst::post_error(element(), out.error());
     return Ref<GstCaps>::adopt(gst_caps_new_empty());
+  }
+
+  // After caps that GstBaseTransform refused by itself, which it does without a word.
+  void tell_why_not(GstCaps* caps) {
+    const auto ours = output_for(caps);
+    const auto theirs =
+        Ref<GstCaps>::adopt(gst_pad_peer_query_caps(GST_BASE_TRANSFORM_SRC_PAD(self()), nullptr));
+    if (gst_caps_can_intersect(ours.get(), theirs.get())) return;
+    const bool picture =
+        !gst_caps_is_any(ours.get()) && !gst_caps_is_empty(ours.get()) &&
+        gst_structure_has_name(gst_caps_get_structure(ours.get(), 0), "video/x-raw");
+    gst::post_error(element(), {Code::SPEC_MISMATCH,
+                                "the element behind tensor_decoder does not take its result",
+                                gst::UniqueText(gst_caps_to_string(ours.get())).get(),
+                                gst::UniqueText(gst_caps_to_string(theirs.get())).get(), "",
+                                picture ? "tensor_decoder ! videoconvert ! videoscale"
+                                        : "another mode= of tensor_decoder"});
   }
 
   Result<bool> decode(GstBuffer* in, GstBuffer* out) {

@@ -49,6 +49,8 @@ def convert(script, arrays):
         raise TypeError("convert returns (tensors_info, out_array, rate_n, rate_d), not "
                         + (f"{len(made)} values" if isinstance(made, tuple) else type(made).__name__))
     shapes, arrays, rate_n, rate_d = made
+    if not len(shapes):
+        raise ValueError("convert returns no tensors: at least one TensorShape with its array")
     if len(shapes) != len(arrays):
         raise ValueError(f"{len(shapes)} TensorShapes for {len(arrays)} arrays")
     tensors = tuple(bytes_of(i, *pair) for i, pair in enumerate(zip(shapes, arrays)))
@@ -66,6 +68,7 @@ class Script {
     if (!path)
       throw weir::Failure({weir::Code::OPTION_VALUE, "no script is named", "", "a file of Python",
                            "", "tensor_converter mode=custom-script:/path/to/script.py"});
+    path_ = *path;
     const Locked lock;
     weir::value_or_throw(weir::python::script_names());
     names_ = weir::value_or_throw(weir::python::module_of_ours("weir_converting", kConverting));
@@ -121,7 +124,9 @@ class Script {
       fill(made.get(), output);
       return std::nullopt;
     } catch (const weir::Failure& failure) {
-      return failure.error();
+      weir::Error error = failure.error();
+      if (error.offered.empty()) error.offered = path_;  // no line of the script is to blame
+      return error;
     }
   }
 
@@ -169,6 +174,7 @@ class Script {
   PyObject* names_ = nullptr;  // our functions; live until the process ends
   Object script_;
   std::optional<std::pair<int32_t, int32_t>> rate_;
+  std::string path_;                 // of the script
   std::optional<weir::Error> kept_;  // set once the script kept what it must not keep
 };
 
