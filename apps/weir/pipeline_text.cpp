@@ -148,10 +148,9 @@ std::string converter_of(const std::string& said) {
       gst::Ref<GstCaps>::adopt(gst_caps_from_string(said.c_str() + caps_at + kCaps.size()));
   if (!caps || gst_caps_is_any(caps.get()) || gst_caps_is_empty(caps.get())) return "";
   const std::string name = gst_structure_get_name(gst_caps_get_structure(caps.get(), 0));
-  const char* converter = name == "video/x-raw"              ? "videoconvert ! videoscale"
-                          : name == "audio/x-raw"            ? "audioconvert ! audioresample"
-                          : name.starts_with("other/tensor") ? "tensor_transform"
-                                                             : "";
+  const char* converter = name == "video/x-raw"   ? "videoconvert ! videoscale"
+                          : name == "audio/x-raw" ? "audioconvert ! audioresample"
+                                                  : "";
   return *converter ? std::string(converter) + " between these caps and " + target : "";
 }
 

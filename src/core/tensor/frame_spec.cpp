@@ -73,19 +73,36 @@ std::string TensorSpec::to_string() const {
   return std::string(name_of(type)) + " " + (dims.empty() ? "?" : dims);
 }
 
+namespace {
+
+// The first part that is no number, which Shape::parse() takes for the end of the dimensions: a
+// typo there would go unheard. Empty: there is none.
+std::string_view no_number_in(std::string_view shape) {
+  for (const auto part : split(shape, ":", kRankLimit)) {
+    const auto word = strip(part);
+    if (word.empty()) return {};
+    if (word.find_first_not_of("0123456789") != std::string_view::npos) return word;
+  }
+  return {};
+}
+
+}  // namespace
+
 Result<std::vector<Shape>> parse_shape_list(std::string_view text) {
   std::vector<Shape> out;
   if (strip(text).empty()) return out;
   const auto parts = split(text, kListSeparators);
   if (parts.size() > kTensorLimit) return too_many("dimensions", parts.size());
   for (const auto part : parts) {
+    const auto word = no_number_in(part);
     out.push_back(Shape::parse(part));
-    if (!out.back().valid())
+    if (!out.back().valid() || !word.empty())
       return Error{Code::DIMENSION_SYNTAX,
                    "a dimension cannot be read",
                    std::string(text),
                    "whole numbers above 0 from the innermost outwards, joined by ':'",
-                   "at \"" + std::string(part) + "\"",
+                   (word.empty() ? "at \"" : "at \"" + std::string(word) + "\" of \"") +
+                       std::string(part) + "\"",
                    "3:224:224:1"};
   }
   return out;

@@ -28,10 +28,27 @@ TEST(Lists, NameThePlaceOfAnError) {
   const auto shapes = parse_shape_list("3:224,x:4");
   ASSERT_FALSE(shapes);
   EXPECT_EQ(shapes.error().code, Code::DIMENSION_SYNTAX);
-  EXPECT_EQ(shapes.error().difference, "at \"x:4\"");
+  EXPECT_EQ(shapes.error().difference, "at \"x\" of \"x:4\"");
   const auto types = parse_type_list("uint8,float23");
   ASSERT_FALSE(types);
   EXPECT_EQ(types.error().difference, "at \"float23\"");
+}
+
+TEST(Lists, TakeNoWordForTheEndOfTheDimensions) {
+  std::string seventeen = "2";
+  for (int i = 0; i < 15; ++i) seventeen += ":2";
+  EXPECT_TRUE(parse_shape_list(seventeen));
+  seventeen += ":3";
+  for (const std::string& text :
+       {std::string("3:64:48:y"), std::string("3:64:4x8"), std::string("4,3:64:-1"), seventeen}) {
+    const auto shapes = parse_shape_list(text);
+    ASSERT_FALSE(shapes) << text;
+    EXPECT_EQ(shapes.error().code, Code::DIMENSION_SYNTAX);
+    EXPECT_EQ(shapes.error().offered, text);
+  }
+  EXPECT_EQ(parse_shape_list("3:64:4x8").error().difference, "at \"4x8\" of \"3:64:4x8\"");
+  for (const char* text : {"3:4:0:0", "3:4::", " 3 : 4 "})
+    EXPECT_EQ(parse_shape_list(text)->at(0).to_string(), "3:4") << text;
 }
 
 TEST(Lists, HaveAtMost256Entries) {
