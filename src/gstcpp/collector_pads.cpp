@@ -258,6 +258,22 @@ Status CollectorPads::may_wait(sync::LaneId waiting, const std::vector<sync::Lan
   return ok();
 }
 
+void CollectorPads::waits_behind_gaps(sync::LaneId waiting, const std::vector<sync::LaneId>& gaps) {
+  std::string own, others;
+  {
+    std::lock_guard lock(pads_mutex_);
+    if (const Pad* pad = pad_of(waiting)) own = name_of(pad->pad);
+    for (const auto lane : gaps)
+      if (const Pad* pad = pad_of(lane)) others += (others.empty() ? "" : ", ") + name_of(pad->pad);
+  }
+  if (own.empty() || others.empty()) return;
+  post_warning(element_,
+               Error{Code::GRAPH_STALLS, "a frame waits for a pad that brings gaps alone",
+                     "a frame on " + own + ", and GAP events past its time on " + others,
+                     "a frame on " + others + ": in this sync-mode a gap cannot stand for it", "",
+                     "max-wait=1000000000"});
+}
+
 std::vector<Ref<GstPad>> CollectorPads::sink_pads() {
   std::vector<Ref<GstPad>> out;
   std::lock_guard lock(pads_mutex_);

@@ -74,6 +74,7 @@ class CollectorPads final : private sync::Consumer<Input> {
   void end() override;
   void refused(const Error& error) override;
   Status may_wait(sync::LaneId waiting, const std::vector<sync::LaneId>& empty) override;
+  void waits_behind_gaps(sync::LaneId waiting, const std::vector<sync::LaneId>& gaps) override;
 
   GstFlowReturn chain(Pad& pad, Ref<GstBuffer> buffer);
   void watch_time(Pad& pad, const sync::Stamp& time);

@@ -28,13 +28,18 @@ struct Consumer {
   virtual void refused(const Error& error) = 0;
   // `waiting` is about to wait for `empty`. An error: they would wait for ever, it is refused.
   virtual Status may_wait(LaneId waiting, const std::vector<LaneId>& empty) = 0;
+  // `waiting` has waited long for `gaps`, which have had gaps alone past its time, and waits on.
+  // Told once from start to stop.
+  virtual void waits_behind_gaps(LaneId waiting, const std::vector<LaneId>& gaps) = 0;
 };
+
+inline constexpr Clock::duration kGapPatience = std::chrono::seconds(1);
 
 template <class Frame>
 class Collector {
  public:
-  Collector(Ledger* ledger, Consumer<Frame>* consumer)
-      : ledger_(ledger), consumer_(consumer), lanes_(ledger) {}
+  Collector(Ledger* ledger, Consumer<Frame>* consumer, Clock::duration gap_patience = kGapPatience)
+      : ledger_(ledger), consumer_(consumer), gap_patience_(gap_patience), lanes_(ledger) {}
 
   // `max_bytes` bounds the bytes of all frames that are held, 0 = any; one frame alone may be more.
   void configure(const Options& options, OnBackwardsTime backwards, Clock::duration max_wait,
@@ -53,6 +58,7 @@ class Collector {
     flow_ = kOk;
     most_bytes_ = 0;
     linked_ = started_ = true;
+    told_of_gaps_ = false;
   }
   void stop() {
     std::lock_guard lock(mutex_);
@@ -95,8 +101,10 @@ class Collector {
   // No frame before `end` will come.
   void gap(LaneId id, Time end) {
     std::unique_lock lock(mutex_);
+    const bool waited = a_head_waits_behind_gaps();
     lanes_.gap(id, end);
     work(lock);
+    if (!waited && a_head_waits_behind_gaps()) tell();  // who waits counts the time from here
   }
   void end(LaneId id) {
     std::unique_lock lock(mutex_);
@@ -307,7 +315,8 @@ class Collector {
 
   void wait(Lock& lock, const typename Lanes<Frame>::Lane& lane) {
     const auto since = lane.arrived;
-    if (soon(lock, lane.id)) return;
+    const LaneId id = lane.id;
+    if (soon(lock, id) || waited_behind_gaps(lock, id)) return;
     ++waiting_;
     std::optional<Clock::time_point> deadline;
     if (max_wait_ > Clock::duration::zero()) deadline = lanes_.next_deadline(since, max_wait_);
@@ -316,6 +325,31 @@ class Collector {
     else if (changed_.wait_until(lock, *deadline) == std::cv_status::timeout)
       if (lanes_.mark_missing(since, max_wait_, Clock::now())) tell();
     --waiting_;
+  }
+  // Of one that is not told yet; empty with max-wait, which ends the wait.
+  std::vector<LaneId> gaps_before(LaneId id) {
+    if (told_of_gaps_ || max_wait_ > Clock::duration::zero()) return {};
+    return lanes_.waited_for_behind_gaps(options_.mode, id);
+  }
+  bool a_head_waits_behind_gaps() {
+    const auto& lanes = lanes_.all();
+    return std::any_of(lanes.begin(), lanes.end(),
+                       [this](const auto& lane) { return !gaps_before(lane.id).empty(); });
+  }
+  // Who waits behind gaps may wait for ever: the user is told. False: it is none of them.
+  bool waited_behind_gaps(Lock& lock, LaneId id) {
+    const uint64_t before = changes_;
+    const auto gaps = gaps_before(id);
+    if (gaps.empty()) return false;
+    ++waiting_;
+    changed_.wait_for(lock, gap_patience_, [&] { return changes_ != before; });
+    --waiting_;
+    if (changes_ != before) return true;
+    told_of_gaps_ = true;
+    lock.unlock();
+    consumer_->waits_behind_gaps(id, gaps);
+    lock.lock();
+    return true;
   }
   // Streams that run as fast as they can are a few microseconds apart, less than it takes to sleep
   // and to be woken.
@@ -339,6 +373,7 @@ class Collector {
   std::condition_variable changed_;
   Ledger* const ledger_;
   Consumer<Frame>* const consumer_;
+  const Clock::duration gap_patience_;
   Lanes<Frame> lanes_;
   Options options_;
   OnBackwardsTime backwards_ = OnBackwardsTime::Pass;
@@ -348,7 +383,7 @@ class Collector {
   std::vector<LaneId> flushing_;
   int flow_ = kOk;
   bool linked_ = true;  // when the last output left
-  bool started_ = false;
+  bool started_ = false, told_of_gaps_ = false;
   static constexpr int kYields = 20;
   uint64_t changes_ = 0;
   bool running_ = false;  // runner_ makes an output

@@ -34,6 +34,7 @@ struct Recorder : Consumer<int> {
     if (stalls) return Error{Code::GRAPH_STALLS, "stalls", "", "", "", ""};
     return ok();
   }
+  void waits_behind_gaps(LaneId, const std::vector<LaneId>&) override {}
   size_t count() {
     std::lock_guard lock(mutex);
     return rows.size();

@@ -172,6 +172,22 @@ class Lanes {
     return out;
   }
 
+  // Lanes whose gaps have passed the time of the head of `waiting`, and are waited for all the
+  // same: nosync pairs by number, and basepad takes the first frame of a pad however late it is.
+  // Empty where another lane is waited for too, or the policy needs no more than a later gap.
+  std::vector<LaneId> waited_for_behind_gaps(Mode mode, LaneId waiting) {
+    std::vector<LaneId> out;
+    const Lane* own = find(waiting);
+    if (!own || !own->head || (mode != Mode::NoSync && mode != Mode::BasePad)) return out;
+    for (const Lane& lane : lanes_) {
+      if (lane.head || lane.missing) continue;
+      const bool by_gap = lane.gap_end && !lane.ended && *lane.gap_end > own->head_time.value_or(0);
+      if (!by_gap || (mode == Mode::BasePad && lane.kept)) return {};
+      out.push_back(lane.id);
+    }
+    return out;
+  }
+
   // One decision of the policy, applied. OPTION_VALUE when the base pad is not there.
   Result<Step<Frame>> step(const Options& options) {
     if (options.mode == Mode::BasePad && options.base.pad >= lanes_.size() && !lanes_.empty())

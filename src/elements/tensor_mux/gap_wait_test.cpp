@@ -1,0 +1,30 @@
+// tensor_mux: a pad that brings gaps alone, where the policy cannot go on by them.
+#include "elements/tensor_mux/many_inputs.hpp"
+#include "says.hpp"
+
+namespace weir::testing {
+namespace {
+
+TEST(TensorMuxGaps, AloneAreToldWhereAFrameWaitsForThem) {
+  for (const std::string mode : {"nosync", "basepad"}) {
+    ManyInputs mux("tensor_mux sync-mode=" + mode);
+    for (int i = 0; i < 2; ++i) mux.add(caps_of_bytes(1).c_str());
+    mux.play();
+    auto push = mux.push_later(0, Bytes{1}, 30);
+    mux.wait_for_stat("received", 1);
+    for (GstClockTime time = 0; time < 50; time += 10) mux.event(1, gst_event_new_gap(time, 10));
+    std::string warning;
+    EXPECT_TRUE(becomes_true([&] { return !(warning = mux.warning()).empty(); },
+                             [] { return "a warning"; }));
+    EXPECT_SAYS(warning, "WEIR-5001: a frame waits for a pad that brings gaps alone");
+    EXPECT_SAYS(warning, "offered: a frame on sink_0, and GAP events past its time on sink_1");
+    EXPECT_SAYS(warning, "needed: a frame on sink_1");
+    EXPECT_SAYS(warning, "fix: max-wait=");
+    EXPECT_EQ(mux.push(1, Bytes{2}, 60), GST_FLOW_OK) << "it waited on";
+    EXPECT_EQ(push.get(), GST_FLOW_OK);
+    EXPECT_EQ(memories_of(mux.buffers().at(0).get()), (std::vector<Bytes>{{1}, {2}})) << mode;
+  }
+}
+
+}  // namespace
+}  // namespace weir::testing
