@@ -1,5 +1,4 @@
 // Filter sub-plugins with invoke-async=true that dispatch outputs when invoke has returned.
-#include <thread>
 
 #include "elements/tensor_filter/adder_harness.hpp"
 #include "elements/tensor_filter/async_filter.hpp"
@@ -96,7 +95,7 @@ TEST(CompatSubPluginAsync, WhatComesTooLateFailsTheNextFrame) {
   const Harness& h = later.harness;
   Errors errors(h);
   ASSERT_EQ(push(h, 10), GST_FLOW_OK);
-  while (stat(h, "tensor_filter", "consumed") != 1) std::this_thread::yield();
+  wait_for_stat(h, "tensor_filter", "consumed", 1);
   testing::internal::CaptureStderr();
   later.dispatch(5);
   EXPECT_SAYS(testing::internal::GetCapturedStderr(), "gave an output after its frame had ended");

@@ -3,6 +3,7 @@
 #include <future>
 #include <thread>
 
+#include "becomes.hpp"
 #include "core/direct/direct_test_engine.hpp"
 
 namespace weir::direct {
@@ -26,7 +27,7 @@ class TimeoutTest : public DirectTest {
   }
   // Until the model that was closed has gone: an invoke that was left behind is over then.
   static void wait_for_close() {
-    while (TestModel::closed == 0) std::this_thread::yield();
+    EXPECT_TRUE(becomes_true([] { return TestModel::closed != 0; }, "the end of the model"));
   }
   std::promise<void> gate_;
   std::atomic<float> last_input_ = 0;
@@ -62,15 +63,15 @@ TEST_F(TimeoutTest, IsUnusableUntilTheInvokeHasEnded) {
   model->set_limit(0ns);
   EXPECT_REFUSED(model->invoke(std::array{lend(x, {1, 2})}), WORKER_TIMEOUT, "still works");
   gate_.set_value();
-  for (;;) {
+  const auto answers = [&] {
     const auto outcome = model->invoke(std::array{lend(x, {1, 2})});
-    if (outcome) {
+    if (outcome)
       EXPECT_EQ(values(outcome->results), (Values{2, 3}));
-      break;
-    }
-    ASSERT_EQ(outcome.error().code, Code::WORKER_TIMEOUT);
-    std::this_thread::yield();
-  }
+    else
+      EXPECT_EQ(outcome.error().code, Code::WORKER_TIMEOUT);
+    return outcome.has_value() || outcome.error().code != Code::WORKER_TIMEOUT;
+  };
+  EXPECT_TRUE(becomes_true(answers, "an answer of the model"));
   EXPECT_EQ(ended_, 2);
 }
 

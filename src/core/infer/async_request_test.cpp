@@ -4,6 +4,8 @@
 #include <deque>
 #include <thread>
 
+#include "becomes.hpp"
+
 namespace weir::infer::async_test {
 namespace {
 
@@ -156,7 +158,7 @@ TEST_F(AsyncRequest, IsOwedToWhoWaitsForRoomBehindAbandonedOnes) {
   EXPECT_FALSE(requests.owes()) << "nobody waits for what was given up";
   bool room = true;
   std::thread waiter([&] { room = requests.wait_for_room(); });
-  while (!requests.owes()) std::this_thread::yield();
+  EXPECT_TRUE(becomes_true([&] { return requests.owes(); }, "somebody who waits for room"));
   requests.fail({Code::WORKER_TIMEOUT, "too slow", "", "", "", ""});
   waiter.join();
   EXPECT_FALSE(room);

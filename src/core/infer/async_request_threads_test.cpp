@@ -5,6 +5,8 @@
 #include <random>
 #include <thread>
 
+#include "becomes.hpp"
+
 namespace weir::infer::async_test {
 namespace {
 
@@ -14,7 +16,7 @@ TEST_F(AsyncRequest, IsNotFreedWhileAReceiverIsCalled) {
     std::atomic<bool> entered{false}, leave{false}, left{false};
     void output(weir_frame&) noexcept override {
       entered = true;
-      while (!leave) std::this_thread::yield();
+      EXPECT_TRUE(becomes_true([&] { return leave.load(); }, "the leave to go on"));
       left = true;
     }
     void end(Status) noexcept override {}
@@ -24,12 +26,13 @@ TEST_F(AsyncRequest, IsNotFreedWhileAReceiverIsCalled) {
   ASSERT_TRUE(*infer::submit(*session, in_, slow));
   Output output(1);
   std::thread engine([&] { complete(submitted[0], &output, true); });
-  while (!slow->entered) std::this_thread::yield();
+  EXPECT_TRUE(becomes_true([&] { return slow->entered.load(); }, "the call of the receiver"));
   std::thread closer([&] {
     session.reset();
     EXPECT_TRUE(slow->left);
   });
-  while (!host().cancelled(submitted[0])) std::this_thread::yield();
+  EXPECT_TRUE(
+      becomes_true([&] { return host().cancelled(submitted[0]); }, "the end of the session"));
   slow->leave = true;
   engine.join();
   closer.join();

@@ -7,6 +7,8 @@
 #include <thread>
 #include <vector>
 
+#include "becomes.hpp"
+
 namespace weir::infer {
 namespace {
 
@@ -231,7 +233,7 @@ TEST(CompletionQueue, TakesNothingAfterAFlushWhileOthersStillHandOver) {
       handed_over = true;
     });
   });
-  while (!flushed) std::this_thread::yield();
+  EXPECT_TRUE(becomes_true([&] { return flushed.load(); }, "the flush"));
   queue.resume();
   EXPECT_TRUE(handed_over);
   other.join();

@@ -8,12 +8,16 @@
 #include <functional>
 #include <thread>
 
+#include "becomes.hpp"
+
 namespace weir::infer {
 namespace {
 
 using Answer = HeldBytes::Answer;
 using Room = HeldBytes::Room;
 using Share = HeldBytes::Share;
+
+constexpr char kResult[] = "a result that waits";
 
 // A queue of which the test says what leaves.
 struct Queue final : HeldBytes::Results {
@@ -89,9 +93,9 @@ TEST(HeldBytes, WaitsUntilResultsHaveLeft) {
   queue.asked = [&] { ++asked; };
   EXPECT_EQ(held->take_result(20, queue), Room::Taken);
   std::thread engine([&] { EXPECT_EQ(held->take_result(15, queue), Room::Taken); });
-  while (!held->state().result_waits) std::this_thread::yield();
+  EXPECT_TRUE(becomes_true([&] { return held->state().result_waits; }, kResult));
   held->release_result(14);
-  while (asked < 2 || !held->state().result_waits) std::this_thread::yield();
+  EXPECT_TRUE(becomes_true([&] { return asked >= 2 && held->state().result_waits; }, kResult));
   EXPECT_EQ(held->state().held, 6u) << "a byte is missing";
   held->release_result(1);
   engine.join();
@@ -107,7 +111,7 @@ TEST(HeldBytes, SaysWhereOnlyTheEngineCouldMakeRoom) {
   EXPECT_EQ(held->take_result(1, queue), Room::Stuck) << "of a frame behind an older one";
   queue.others_leave = true;
   std::thread engine([&] { EXPECT_EQ(held->take_result(1, queue), Room::Stuck); });
-  while (!held->state().result_waits) std::this_thread::yield();
+  EXPECT_TRUE(becomes_true([&] { return held->state().result_waits; }, kResult));
   queue.others_leave = false;
   held->moved();
   engine.join();
@@ -132,7 +136,8 @@ TEST(HeldBytes, LetsGoWhoWaits) {
   EXPECT_EQ(held->take_result(5, queue), Room::Taken);
   std::thread brings([&] { EXPECT_EQ(HeldBytes::take_frame(held, 1, &b), Answer::Refused); });
   std::thread engine([&] { EXPECT_EQ(held->take_result(1, queue), Room::Refused); });
-  while (!held->state().frame_waits || !held->state().result_waits) std::this_thread::yield();
+  EXPECT_TRUE(becomes_true([&] { return held->state().frame_waits && held->state().result_waits; },
+                           "a frame and a result that wait"));
   held->refuse();
   brings.join();
   engine.join();

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include "becomes.hpp"
 #include "core/infer/sum_engine_test_support.hpp"
 #include "says.hpp"
 
@@ -120,7 +121,7 @@ TEST_F(SharedModelTest, AFrameKeepsTheModelThatItBeganWith) {
   auto old_frame = std::make_unique<ModelUse::Frame>(*(*use)->begin());
   const auto path = files_.write("b", "7 4");
   std::thread loader([&] { EXPECT_TRUE(model->replace(source(path))); });
-  while (model->reloads() == 0) std::this_thread::yield();
+  EXPECT_TRUE(becomes_true([&] { return model->reloads() > 0; }, "the other model"));
   EXPECT_EQ(run(**use), 7) << "a frame that begins now";
   EXPECT_EQ(run(*old_frame), 5) << "a frame that began before";
   old_frame.reset();

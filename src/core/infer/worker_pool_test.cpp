@@ -7,6 +7,8 @@
 #include <atomic>
 #include <optional>
 
+#include "becomes.hpp"
+
 namespace weir::infer {
 namespace {
 
@@ -285,11 +287,9 @@ struct HeldUp {
     for (int i = 0; i < 4; ++i) put(i);
     places.wait_for(0);
     places.wait_for(1);
-    bringer = std::thread([this] {
-      for (const int job : {4, 5}) put(job);
-    });
+    bringer = std::thread([this] { put(4), put(5); });
     id = bringer.get_id();
-    while (!pool.state().holds_up) std::this_thread::yield();
+    EXPECT_TRUE(becomes_true([&] { return pool.state().holds_up; }, "a held up bringer"));
   }
   ~HeldUp() {
     places.open();
@@ -355,7 +355,7 @@ TEST(WorkerPool, LendsNoPlaceOfAWorkerThatIsAlone) {
     for (const int job : {2, 3})
       if (pool.make_room(1).granted) pool.put(job, 1);
   });
-  while (!pool.state().holds_up) std::this_thread::yield();
+  EXPECT_TRUE(becomes_true([&] { return pool.state().holds_up; }, "a held up bringer"));
   places.let_go(0);
   EXPECT_EQ(places.wait_for(1).thread, places.wait_for(0).thread);
   places.open();

@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <thread>
 
+#include "becomes.hpp"
 #include "core/isolate/isolated_test_support.hpp"
 #include "core/tensor/tensor_header.hpp"
 
@@ -85,7 +86,8 @@ TEST_F(WorkerEnd, ByTheStopOfItsUserIsNoCrash) {
   ASSERT_TRUE(open());
   const auto id = static_cast<pid_t>(result_of({kProcess}));
   std::thread stopper([this, id] {
-    for (const long before = computed(id); computed(id) < before + 5;) std::this_thread::yield();
+    const long before = computed(id);
+    EXPECT_TRUE(becomes_true([&] { return computed(id) >= before + 5; }, "the model to compute"));
     isolation_.monitor->stop();
   });
   const auto lost = run({kLoop});

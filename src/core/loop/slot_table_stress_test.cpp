@@ -7,6 +7,7 @@
 #include <thread>
 #include <vector>
 
+#include "becomes.hpp"
 #include "core/loop/slot_table.hpp"
 
 namespace weir::loop {
@@ -56,10 +57,10 @@ TEST(SlotTableStress, ManyWritersAndReadersLoseAndDoubleNothing) {
       Table::Writer writer(table);
       writer.attach(0);
       ++attached;
-      while (attached < kWriters) std::this_thread::yield();
+      EXPECT_TRUE(becomes_true([&] { return attached == kWriters; }, "all writers at the slot"));
       for (int i = 0; i < kFrames; ++i) ASSERT_EQ(put(writer, w * kFrames + i), Put::Stored);
       writer.end();
-      while (attached > 0) std::this_thread::yield();
+      EXPECT_TRUE(becomes_true([&] { return attached == 0; }, "the end of all readers"));
     });
     threads.emplace_back([&] {
       Table::Reader reader(table);

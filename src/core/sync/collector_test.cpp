@@ -6,6 +6,9 @@
 #include <atomic>
 #include <functional>
 #include <future>
+#include <string>
+
+#include "becomes.hpp"
 
 namespace weir::sync {
 namespace {
@@ -64,7 +67,8 @@ class Collecting : public ::testing::Test {
     return std::async(std::launch::async, [=, this] { return collector.offer(lane, frame, time); });
   }
   void wait_for_waiting(size_t threads) {
-    while (collector.waiting() != threads) std::this_thread::yield();
+    EXPECT_TRUE(becomes_true([&] { return collector.waiting() == threads; },
+                             [&] { return std::to_string(threads) + " threads that wait"; }));
   }
   uint64_t dropped(DropReason reason) {
     return ledger.snapshot().dropped[static_cast<size_t>(reason)];
@@ -132,7 +136,7 @@ TEST_F(Collecting, WaitsBeyondTheBoundForWhatIsBeingMade) {
   const size_t before = out.count();  // each keeps a frame: 60
   out.hold = true;
   auto making = bring(a, 4);
-  while (collector.bytes_held().second < 80) std::this_thread::yield();
+  EXPECT_TRUE(becomes_true([&] { return collector.bytes_held().second >= 80; }, "80 bytes held"));
   auto next = bring(b, 5);
   wait_for_waiting(1);
   auto beyond = bring(c, 6);
@@ -153,7 +157,7 @@ TEST_F(Collecting, LetsGoWhoWaitsForBytes) {
   EXPECT_EQ(first.get(), kOk);
   out.hold = true;
   auto second = std::async(std::launch::async, [&] { return collector.offer(a, 3, 0, 20); });
-  while (collector.bytes_held().second < 60) std::this_thread::yield();
+  EXPECT_TRUE(becomes_true([&] { return collector.bytes_held().second >= 60; }, "60 bytes held"));
   auto third = std::async(std::launch::async, [&] { return collector.offer(b, 4, 0, 41); });
   wait_for_waiting(1);
   collector.flush_start(b);
@@ -330,7 +334,7 @@ TEST_F(Collecting, TheReasonIsToldBeforeOthersFail) {
     if (!by_bytes) pads.add();
     std::future<int> first =
         std::async(std::launch::async, [&] { return pads.offer(a, 1, 0, 10); });
-    while (pads.waiting() != 1) std::this_thread::yield();
+    EXPECT_TRUE(becomes_true([&] { return pads.waiting() == 1; }, "a thread that waits"));
     auto before = std::future_status::ready;
     consumer.on_refused = [&] { before = first.wait_for(200ms); };
     consumer.stalls = !by_bytes;
@@ -344,7 +348,7 @@ TEST_F(Collecting, AnOutputThatIsUnderWayIsFinishedBeforeAFlushEnds) {
   out.hold = true;
   const LaneId a = collector.add(), b = collector.add();
   auto first = offer(a, 1, 10), second = offer(b, 2, 10);
-  while (ledger.snapshot().consumed < 2) std::this_thread::yield();
+  EXPECT_TRUE(becomes_true([&] { return ledger.snapshot().consumed >= 2; }, "2 frames consumed"));
   collector.flush_start(a);
   auto stopped = std::async(std::launch::async, [&] { return collector.flush_stop(a); });
   EXPECT_EQ(out.count(), 0u);

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "becomes.hpp"
 #include "elements/tests/element_harness.hpp"
 
 namespace weir::test {
@@ -93,7 +94,7 @@ inline bool is_suspended(GstElement* filter) {
 }
 
 inline void wait_until_suspended(GstElement* filter) {
-  while (!is_suspended(filter)) g_thread_yield();
+  EXPECT_TRUE(becomes_true([&] { return is_suspended(filter); }, "the suspension of the model"));
 }
 
 }  // namespace weir::test

@@ -2,7 +2,6 @@
 // The engine is tests/support/async_engine.cpp; every frame and every output has 16 bytes.
 #include <thread>
 
-#include "becomes.hpp"
 #include "elements/tensor_filter/async_filter.hpp"
 #include "elements/tests/closed_pad.hpp"
 
@@ -13,10 +12,6 @@ using namespace weir::test::async;
 
 using Numbers = std::vector<float>;
 
-void wait_for_stat(const Harness& h, const char* name, uint64_t value) {
-  EXPECT_TRUE(becomes_true([&] { return stat(h, kFilter, name) == value; },
-                           [&] { return std::string(name) + " = " + std::to_string(value); }));
-}
 Numbers all(const Harness& h) {
   End end(h);
   gst_harness_push_event(h.get(), gst_event_new_eos());
@@ -30,7 +25,7 @@ Numbers all(const Harness& h) {
 void give_nine_behind_one(const Harness& h, ClosedPad& outside) {
   push(h, 1);
   outside.wait_until_one_is_held();
-  wait_for_stat(h, "bytes-held", 16);
+  wait_for_stat(h, kFilter, "bytes-held", 16);
   push(h, 9);
 }
 
@@ -38,11 +33,11 @@ TEST(TensorFilterAsyncBytes, KeepsTheEngineWaitingAtTheBound) {
   auto h = harness("in-flight:2", "max-bytes=80");
   ClosedPad outside(h->sinkpad);
   give_nine_behind_one(h, outside);
-  wait_for_stat(h, "bytes-held", 80);
+  wait_for_stat(h, kFilter, "bytes-held", 80);
   outside.open();
   EXPECT_EQ(all(h), (Numbers{1, 9, 10, 11, 12, 13, 14, 15, 16, 17}));
   EXPECT_EQ(stat(h, kFilter, "bytes-most"), 80u);
-  wait_for_stat(h, "bytes-held", 0);  // a frame is let go behind its push
+  wait_for_stat(h, kFilter, "bytes-held", 0);  // a frame is let go behind its push
   EXPECT_EQ(stat(h, kFilter, "outputs-dropped"), 0u);
   expect_sums(h);
 }
@@ -51,7 +46,7 @@ TEST(TensorFilterAsyncBytes, DropsNewOutputs) {
   auto h = harness("in-flight:2", "max-bytes=80 when-busy=drop-new");
   ClosedPad outside(h->sinkpad);
   give_nine_behind_one(h, outside);
-  wait_for_stat(h, "invokes", 2);
+  wait_for_stat(h, kFilter, "invokes", 2);
   outside.open();
   EXPECT_EQ(all(h), (Numbers{1, 9, 10, 11}));
   EXPECT_EQ(stat(h, kFilter, "bytes-most"), 80u);
@@ -64,7 +59,7 @@ TEST(TensorFilterAsyncBytes, DropsOldOutputs) {
   auto h = harness("in-flight:2", "max-bytes=80 when-busy=drop-old");
   ClosedPad outside(h->sinkpad);
   give_nine_behind_one(h, outside);
-  wait_for_stat(h, "invokes", 2);
+  wait_for_stat(h, kFilter, "invokes", 2);
   outside.open();
   EXPECT_EQ(all(h), (Numbers{1, 15, 16, 17}));
   EXPECT_EQ(stat(h, kFilter, "bytes-most"), 80u);
@@ -123,7 +118,7 @@ TEST(TensorFilterAsyncBytes, BoundsFramesInWork) {
   push(h, 2);
   GstFlowReturn flow = GST_FLOW_OK;
   std::thread streaming([&] { flow = push(h, 3); });
-  wait_for_stat(h, "received", 3);
+  wait_for_stat(h, kFilter, "received", 3);
   EXPECT_EQ(stat(h, kFilter, "bytes-held"), 32u);
   gst_harness_push_event(h.get(), gst_event_new_flush_start());
   streaming.join();
@@ -137,12 +132,12 @@ TEST(TensorFilterAsyncBytes, LetsAnOutputThatWaitsGoWithAFlush) {
   auto h = harness("in-flight:2", "max-bytes=80");
   ClosedPad outside(h->sinkpad);
   give_nine_behind_one(h, outside);
-  wait_for_stat(h, "bytes-held", 80);
+  wait_for_stat(h, kFilter, "bytes-held", 80);
   gst_harness_push_event(h.get(), gst_event_new_flush_start());
   outside.open();
   gst_harness_push_event(h.get(), gst_event_new_flush_stop(TRUE));
   EXPECT_EQ(stat(h, kFilter, "held"), 0u);
-  wait_for_stat(h, "bytes-held", 0);
+  wait_for_stat(h, kFilter, "bytes-held", 0);
   expect_sums(h);
 }
 
@@ -150,10 +145,10 @@ TEST(TensorFilterAsyncBytes, StopsWhileAnOutputWaits) {
   auto h = harness("in-flight:2", "max-bytes=80");
   ClosedPad outside(h->sinkpad);
   give_nine_behind_one(h, outside);
-  wait_for_stat(h, "bytes-held", 80);
+  wait_for_stat(h, kFilter, "bytes-held", 80);
   const auto element = element_of(h, kFilter);
   std::thread stop([&] { gst_element_set_state(element.get(), GST_STATE_NULL); });
-  wait_for_stat(h, "held", 0);
+  wait_for_stat(h, kFilter, "held", 0);
   outside.open();
   stop.join();
   EXPECT_EQ(stat(element.get(), "held"), 0u);
@@ -166,7 +161,7 @@ TEST(TensorFilterAsyncBytes, BlamesNoEngineThatIsKeptWaiting) {
   Errors errors(h);
   ClosedPad outside(h->sinkpad);
   give_nine_behind_one(h, outside);
-  wait_for_stat(h, "bytes-held", 80);
+  wait_for_stat(h, kFilter, "bytes-held", 80);
   auto other = harness("never:1", "async-timeout=40");
   Errors others(other);
   push(other, 1);

@@ -4,7 +4,6 @@
 #include <fstream>
 #include <mutex>
 #include <string>
-#include <thread>
 
 #include "becomes.hpp"
 #include "elements/tests/element_harness.hpp"
@@ -65,13 +64,12 @@ inline void flush(const Harness& h) {
 // The next error; waits for it.
 inline std::string await(Errors& errors) {
   std::string text;
-  while ((text = errors.next()).empty()) std::this_thread::yield();
+  EXPECT_TRUE(becomes_true([&] { return !(text = errors.next()).empty(); }, "an error"));
   return text;
 }
 // Of frames that a time-out ends, the first one's error is told before the last one is counted.
 inline void expect_sums(const Harness& h) {
-  EXPECT_TRUE(becomes_true([&] { return stat(h, kFilter, "held") == 0; },
-                           [] { return "the end of all frames"; }));
+  wait_for_stat(h, kFilter, "held", 0);
   EXPECT_EQ(stat(h, kFilter, "received"),
             stat(h, kFilter, "consumed") + stat(h, kFilter, "dropped"));
 }

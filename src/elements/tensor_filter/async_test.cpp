@@ -218,7 +218,7 @@ TEST(TensorFilterAsync, LetsAWaitingFrameGoWhenItIsFlushed) {
   push(h, 1);
   GstFlowReturn flow = GST_FLOW_OK;
   std::thread streaming([&] { flow = push(h, 2); });
-  while (stat(h, kFilter, "received") < 2) std::this_thread::yield();
+  wait_for_stat(h, kFilter, "received", 2);
   gst_harness_push_event(h.get(), gst_event_new_flush_start());
   streaming.join();
   EXPECT_EQ(flow, GST_FLOW_FLUSHING);

@@ -2,7 +2,6 @@
 // been.
 #include <array>
 #include <fstream>
-#include <thread>
 
 #include "core/tensor/tensor_header.hpp"
 #include "elements/tests/element_harness.hpp"
@@ -189,7 +188,7 @@ TEST(TensorFilterBatch, FailsTheStreamWhenTheEngineFails) {
   expect_next(h, 0, 2);
   gst_harness_push(h.get(), numbered(2));
   gst_harness_push(h.get(), numbered(3));
-  while (count(h, "dropped-error") < 2) std::this_thread::yield();
+  wait_for_stat(h, "tensor_filter", "dropped-error", 2);
   EXPECT_SAYS(errors.next(), "ordered to fail");
   EXPECT_EQ(errors.next(), "") << "one error for the batch";
   EXPECT_EQ(gst_harness_push(h.get(), numbered(4)), GST_FLOW_ERROR);

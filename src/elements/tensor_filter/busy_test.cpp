@@ -2,6 +2,7 @@
 // changes while frames are in work.
 #include <atomic>
 
+#include "becomes.hpp"
 #include "elements/tensor_filter/gated_filter.hpp"
 #include "elements/tests/closed_pad.hpp"
 
@@ -169,7 +170,7 @@ TEST(FilterWorkersFlush, EndOnlyWhenNoOldFrameIsBeingPushed) {
     gst_harness_push_event(f.get(), gst_event_new_flush_stop(TRUE));
     was_let_go = let_go.load();
   });
-  while (!started) std::this_thread::yield();
+  EXPECT_TRUE(becomes_true([&] { return started.load(); }, "the beginning of the flush"));
   for (int i = 0; i < 100; ++i) std::this_thread::yield();
   let_go = true;
   standing.open();
@@ -226,7 +227,8 @@ void answer_with(GstPad* pad, GstFlowReturn flow) {
 TEST(FilterWorkersFlow, ReachesWhoBringsTheFrames) {
   GatedFilter f("workers=2", true);
   answer_with(f.get()->sinkpad, GST_FLOW_EOS);
-  while (f.push(0) == GST_FLOW_OK) std::this_thread::yield();
+  EXPECT_TRUE(
+      becomes_true([&] { return f.push(0) != GST_FLOW_OK; }, "the refusal of the elements behind"));
   EXPECT_EQ(f.push(1), GST_FLOW_EOS);
   f.expect_all_accounted();
   EXPECT_GE(f.stat("dropped-eos"), 1u);
@@ -235,10 +237,11 @@ TEST(FilterWorkersFlow, ReachesWhoBringsTheFrames) {
 TEST(FilterWorkersFlow, GoesOnWhereNothingIsLinkedYet) {
   GatedFilter f("workers=2", true);
   answer_with(f.get()->sinkpad, GST_FLOW_NOT_LINKED);
-  while (f.push(0) == GST_FLOW_OK) std::this_thread::yield();
+  EXPECT_TRUE(
+      becomes_true([&] { return f.push(0) != GST_FLOW_OK; }, "the refusal of the elements behind"));
   const uint64_t invokes = f.stat("invokes");
   EXPECT_EQ(f.push(1), GST_FLOW_NOT_LINKED);
-  while (f.stat("invokes") == invokes) std::this_thread::yield();
+  EXPECT_TRUE(becomes_true([&] { return f.stat("invokes") != invokes; }, "another invoke"));
   EXPECT_EQ(f.stat("dropped"), 0u);
 }
 

@@ -7,6 +7,7 @@
 #include <memory>
 #include <stdexcept>
 
+#include "becomes.hpp"
 #include "elements/tests/element_harness.hpp"
 #include "weir/custom_filter.hpp"
 
@@ -281,7 +282,7 @@ TEST(TensorFilterCustomEasy, MayBeCalledByAllWorkersWhereItSaysSo) {
   const auto named = registered(
       [&](In in, Out out) {
         ++inside;
-        while (inside < 2) g_thread_yield();  // the other one comes
+        EXPECT_TRUE(becomes_true([&] { return inside >= 2; }, "the other thread in the filter"));
         twice(in, out);
       },
       std::move(description));

@@ -4,7 +4,6 @@
 #include <fstream>
 #include <functional>
 #include <string>
-#include <thread>
 #include <vector>
 
 #include "elements/tests/element_harness.hpp"
@@ -59,7 +58,7 @@ class GatedFilter {
   guint waiting_outside() const { return gst_harness_buffers_in_queue(get()); }
   uint64_t stat(const char* name) const { return test::stat(element(), name); }
   void wait_for_stat(const char* name, uint64_t value) const {
-    while (stat(name) != value) std::this_thread::yield();
+    test::wait_for_stat(element(), name, value);
   }
   // received = consumed + dropped + held holds by itself; nothing may be left.
   void expect_all_accounted() const {

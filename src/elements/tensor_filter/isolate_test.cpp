@@ -9,6 +9,7 @@
 #include <thread>
 #include <vector>
 
+#include "becomes.hpp"
 #include "elements/tests/element_harness.hpp"
 
 namespace {
@@ -48,14 +49,15 @@ uint64_t stat_of(const Harness& h, const char* name) {
 
 // Frames come and are dropped until the new worker is there.
 bool pushed_until_something_comes(const Harness& h) {
-  const gint64 give_up = g_get_monotonic_time() + 60 * G_USEC_PER_SEC;
-  while (g_get_monotonic_time() < give_up) {
-    if (gst_harness_push(h.get(), frame(Bytes{0, 1, 2, 3})) != GST_FLOW_OK) return false;
-    if (const auto out = Ref<GstBuffer>::adopt(gst_harness_try_pull(h.get())))
-      return result_of(out.get()) == 6;
-    g_thread_yield();
-  }
-  return false;
+  GstFlowReturn flow = GST_FLOW_OK;
+  Ref<GstBuffer> out;
+  const auto comes_or_fails = [&] {
+    flow = gst_harness_push(h.get(), frame(Bytes{0, 1, 2, 3}));
+    out = Ref<GstBuffer>::adopt(gst_harness_try_pull(h.get()));
+    return out || flow != GST_FLOW_OK;
+  };
+  return becomes_true(comes_or_fails, "a result of the new process") && flow == GST_FLOW_OK &&
+         result_of(out.get()) == 6;
 }
 
 TEST(TensorFilterIsolated, RunsTheModelInAnotherProcess) {
@@ -110,7 +112,7 @@ TEST_P(StoppedWhileItHangs, EndsTheProcessAtOnce) {
   Errors errors(h);
   const auto process = static_cast<pid_t>(result(h, {kProcess, 0, 0, 0}));
   std::thread source([&h] { gst_harness_push(h.get(), frame(Bytes{kLoop, 0, 0, 0})); });
-  while (stat_of(h, "held") != 1) std::this_thread::yield();
+  wait_for_stat(h, "tensor_filter", "held", 1);
   const auto element = element_of(h, "tensor_filter");
   EXPECT_EQ(gst_element_set_state(element.get(), GST_STATE_READY), GST_STATE_CHANGE_SUCCESS);
   source.join();
@@ -129,7 +131,7 @@ INSTANTIATE_TEST_SUITE_P(WhateverTheWay, StoppedWhileItHangs,
 TEST(TensorFilterIsolated, RunsAgainAfterAStopWhileItHung) {
   auto h = filter("isolate-timeout=0");
   std::thread source([&h] { gst_harness_push(h.get(), frame(Bytes{kLoop, 0, 0, 0})); });
-  while (stat_of(h, "held") != 1) std::this_thread::yield();
+  wait_for_stat(h, "tensor_filter", "held", 1);
   const auto element = element_of(h, "tensor_filter");
   gst_element_set_state(element.get(), GST_STATE_READY);
   source.join();
@@ -256,7 +258,7 @@ TEST(TensorFilterIsolated, AStopEndsTheWaitForANewProcess) {
   auto h = filter("on-crash=wait");
   for (int i = 0; i < 4; ++i) gst_harness_push(h.get(), frame(Bytes{kCrash, 0, 0, 0}));
   std::thread source([&h] { gst_harness_push(h.get(), frame(Bytes{0, 1, 0, 0})); });
-  while (stat_of(h, "held") != 1) std::this_thread::yield();
+  wait_for_stat(h, "tensor_filter", "held", 1);
   EXPECT_EQ(gst_element_set_state(element_of(h, "tensor_filter").get(), GST_STATE_READY),
             GST_STATE_CHANGE_SUCCESS);
   source.join();

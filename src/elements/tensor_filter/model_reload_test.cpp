@@ -3,6 +3,7 @@
 #include <future>
 #include <thread>
 
+#include "becomes.hpp"
 #include "elements/tensor_filter/adder_harness.hpp"
 
 namespace {
@@ -221,7 +222,8 @@ TEST(ModelReload, OfSeveralEventsTheLastOneWins) {
   const auto last = files.model(9);  // the file is complete before it is asked for
   gst_harness_push_event(h.get(), update_event(last));
   gate.put('x');
-  while (text_property(filter.get(), "model") != last) std::this_thread::yield();
+  EXPECT_TRUE(becomes_true([&] { return text_property(filter.get(), "model") == last; },
+                           "the model that was asked for last"));
   EXPECT_EQ(pushed_sum(h), 9);
   EXPECT_LE(stat(filter.get(), "reloads"), 8u);
 }
@@ -237,7 +239,7 @@ TEST(ModelReload, AnEventThatAsksForNothingGoodLeavesTheModel) {
   EXPECT_SAYS(messages.next_warning(), "evt_update_model names no model");
   gst_harness_push_event(h.get(), update_event("/nowhere/m"));
   std::string text;
-  while ((text = messages.next_warning()).empty()) std::this_thread::yield();
+  EXPECT_TRUE(becomes_true([&] { return !(text = messages.next_warning()).empty(); }, "a warning"));
   EXPECT_SAYS(text, "WEIR-3003");
   EXPECT_EQ(pushed_sum(h), 1);
 }

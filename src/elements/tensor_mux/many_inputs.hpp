@@ -8,7 +8,6 @@
 #include <string>
 #include <vector>
 
-#include "becomes.hpp"
 #include "elements/tests/element_parts.hpp"
 
 namespace weir::testing {
@@ -139,12 +138,7 @@ class ManyInputs {
   uint64_t stat(const char* name) const { return test::stat(element_.get(), name); }
   // In vain, the element is stopped, for who waits in it must come back to let the test end.
   void wait_for_stat(const char* name, uint64_t value) {
-    const bool came = becomes_true([&] { return stat(name) == value; },
-                                   [&] {
-                                     return std::string(name) + " = " + std::to_string(value) +
-                                            ", which is " + std::to_string(stat(name));
-                                   });
-    if (!came) stop();
+    if (!test::wait_for_stat(element_.get(), name, value)) stop();
   }
 
  private:

@@ -99,8 +99,8 @@ TEST(TensorMuxSwitch, AnOutputSelectorChangesThePad) {
                 "output-selector name=to  to.src_0 ! queue ! mux.sink_0  to.src_1 ! queue ! "
                 "mux.sink_1  tensor_mux name=mux sync-mode=refresh max-wait=2000000 ! tensor_sink");
   const auto selector = graph.element("to");
-  ASSERT_TRUE(becomes_true([&] { return graph.stat("received") > 0; },
-                           [] { return "the first frame at tensor_mux"; }));
+  ASSERT_TRUE(
+      becomes_true([&] { return graph.stat("received") > 0; }, "the first frame at tensor_mux"));
   for (int i = 0; i < 6; ++i) {
     const auto pad = Ref<GstPad>::adopt(
         gst_element_get_static_pad(selector.get(), i % 2 == 0 ? "src_1" : "src_0"));

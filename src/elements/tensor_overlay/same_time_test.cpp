@@ -70,7 +70,7 @@ void expect_let_go(const std::function<void(const Both&)>& by) {
     EXPECT_EQ(gst_harness_push(b.pictures.get(), timed(frame(Bytes(kSmall)), 0)),
               GST_FLOW_FLUSHING);
   });
-  while (b.stat("received") == 0) std::this_thread::yield();
+  test::wait_for_stat(b.element.get(), "received", 1);
   by(b);
   pictures.join();
 }
@@ -87,7 +87,7 @@ TEST(SameTime, LetsAWaitingPictureGoWhenItIsFlushed) {
 TEST(SameTime, LetsAWaitingPictureGoOnWhenTheResultsAreFlushed) {
   const Both b(kLong);
   std::thread pictures([&] { EXPECT_EQ(b.picture(kSmall, 0), Bytes(kSmall)); });
-  while (b.stat("received") == 0) std::this_thread::yield();
+  test::wait_for_stat(b.element.get(), "received", 1);
   gst_harness_push_event(b.results.get(), gst_event_new_flush_start());
   pictures.join();
   EXPECT_EQ(b.picture(kSmall, 1), Bytes(kSmall));

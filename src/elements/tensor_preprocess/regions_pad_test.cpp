@@ -138,7 +138,7 @@ TEST(RegionsPad, LetsAWaitingPictureGoWhenTheElementStops) {
   });
   const auto e =
       Ref<GstElement>::adopt(gst_harness_find_element(b.pictures.get(), "tensor_preprocess"));
-  while (stat(b.pictures, "received") == 0) std::this_thread::yield();
+  wait_for_stat(b.pictures, "tensor_preprocess", "received", 1);
   gst_element_set_state(e.get(), GST_STATE_NULL);
   pictures.join();
 }
@@ -148,7 +148,7 @@ TEST(RegionsPad, LetsAWaitingPictureGoOnWhenTheBoxesAreFlushed) {
   std::thread pictures([&] {
     EXPECT_EQ(gst_harness_push(b.pictures.get(), timed(frame(ramp(12)), 0)), GST_FLOW_OK);
   });
-  while (stat(b.pictures, "received") == 0) std::this_thread::yield();
+  wait_for_stat(b.pictures, "tensor_preprocess", "received", 1);
   gst_harness_push_event(b.regions.get(), gst_event_new_flush_start());
   pictures.join();
   EXPECT_EQ(stat(b.pictures, "dropped-policy"), 1u);

@@ -88,8 +88,8 @@ TEST(TensorReposink, TellsThatNobodyTakesItsFrames) {
   gst_harness_push(sink.get(), frame(Bytes{1, 1}));
   auto second = pushing(sink, {2, 2});
   std::string warning;
-  EXPECT_TRUE(becomes_true([&] { return !(warning = errors.next_warning()).empty(); },
-                           [] { return "a warning"; }));
+  EXPECT_TRUE(
+      becomes_true([&] { return !(warning = errors.next_warning()).empty(); }, "a warning"));
   EXPECT_SAYS(warning, "WEIR-5001: a loop has one end only");
   EXPECT_SAYS(warning, "no tensor_reposrc slot-index=4");
   EXPECT_SAYS(warning, "fix: tensor_reposrc slot-index=4");
@@ -113,8 +113,7 @@ TEST(TensorReposink, AWaitSurvivesAPause) {
   const Harness sink = harness_of(slot(0), kByte);
   gst_harness_push(sink.get(), frame(Bytes{1, 1}));
   auto second = pushing(sink, {2, 2});
-  EXPECT_TRUE(becomes_true([&] { return stat(sink, "tensor_reposink", "received") == 2; },
-                           [] { return "the second frame at tensor_reposink"; }));
+  wait_for_stat(sink, "tensor_reposink", "received", 2);
   // Each way back to PLAYING may meet the wait where it holds GstBaseSink's lock.
   for (int i = 0; i < 200; ++i) {
     EXPECT_EQ(gst_element_set_state(sink->element, GST_STATE_PAUSED), GST_STATE_CHANGE_SUCCESS);

@@ -189,8 +189,8 @@ TEST(TensorReposrc, TellsThatNobodyGivesItFrames) {
   gst_harness_play(h.get());
   EXPECT_TRUE(pulled(h));
   std::string warning;
-  EXPECT_TRUE(becomes_true([&] { return !(warning = errors.next_warning()).empty(); },
-                           [] { return "a warning"; }));
+  EXPECT_TRUE(
+      becomes_true([&] { return !(warning = errors.next_warning()).empty(); }, "a warning"));
   EXPECT_SAYS(warning, "WEIR-5001: a loop has one end only");
   EXPECT_SAYS(warning, "fix: tensor_reposink slot-index=6");
   const Harness sink = harness_of("tensor_reposink slot-index=6", kFloats);

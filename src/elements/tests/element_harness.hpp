@@ -62,6 +62,9 @@ inline Ref<GstElement> element_of(const Harness& h, const char* factory) {
 inline uint64_t stat(const Harness& h, const char* factory, const char* name) {
   return stat(element_of(h, factory).get(), name);
 }
+inline bool wait_for_stat(const Harness& h, const char* factory, const char* name, uint64_t value) {
+  return wait_for_stat(element_of(h, factory).get(), name, value);
+}
 
 // A bus of its own for an element, or for what a harness holds, while it lives.
 class Errors {

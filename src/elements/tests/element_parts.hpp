@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "becomes.hpp"
 #include "gstcpp/ref.hpp"
 #include "says.hpp"
 
@@ -79,6 +80,14 @@ inline uint64_t stat(GstElement* element, const char* name) {
   guint64 value = UINT64_MAX;
   EXPECT_TRUE(gst_structure_get_uint64(stats(element).get(), name, &value)) << name;
   return value;
+}
+// Whether it came to `value`; otherwise the test has failed.
+inline bool wait_for_stat(GstElement* element, const char* name, uint64_t value) {
+  return becomes_true([&] { return stat(element, name) == value; },
+                      [&] {
+                        return std::string(name) + " = " + std::to_string(value) + ", which is " +
+                               std::to_string(stat(element, name));
+                      });
 }
 
 // What an error or a warning holds.

@@ -3,20 +3,25 @@
 #include <gtest/gtest.h>
 
 #include <chrono>
-#include <string>
 #include <thread>
+#include <type_traits>
 
 // Far more than a busy machine takes, also under a sanitizer, and less than the suite gives a
 // program: who waits in vain says for what.
 inline constexpr std::chrono::seconds kLongestWait{60};
 
-// Whether `holds` came true; otherwise the test fails with what `awaited` says.
+// Whether `holds` came true; otherwise the test fails with what was `awaited`: a text, or a
+// function that makes one when the wait is over.
 template <class Condition, class Text>
-[[nodiscard]] bool becomes_true(const Condition& holds, const Text& awaited) {
-  const auto end = std::chrono::steady_clock::now() + kLongestWait;
+[[nodiscard]] bool becomes_true(const Condition& holds, const Text& awaited,
+                                std::chrono::steady_clock::duration longest = kLongestWait) {
+  const auto end = std::chrono::steady_clock::now() + longest;
   while (!holds()) {
     if (std::chrono::steady_clock::now() > end) {
-      ADD_FAILURE() << "waited in vain for " << awaited();
+      if constexpr (std::is_invocable_v<const Text&>)
+        ADD_FAILURE() << "waited in vain for " << awaited();
+      else
+        ADD_FAILURE() << "waited in vain for " << awaited;
       return false;
     }
     std::this_thread::yield();

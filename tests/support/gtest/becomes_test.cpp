@@ -1,0 +1,32 @@
+// The waits of tests end.
+#include "becomes.hpp"
+
+#include <gtest/gtest-spi.h>
+
+namespace {
+
+using namespace std::chrono_literals;
+
+constexpr auto kNever = [] { return false; };
+
+TEST(BecomesTrue, WaitsUntilItHolds) {
+  int asked = 0;
+  EXPECT_TRUE(becomes_true([&] { return ++asked == 3; }, "the third time"));
+  EXPECT_EQ(asked, 3);
+}
+
+TEST(BecomesTrue, FailsTheTestAndNamesWhatDidNotCome) {
+  bool came = true;
+  EXPECT_NONFATAL_FAILURE(came = becomes_true(kNever, "rain", 0s), "waited in vain for rain");
+  EXPECT_FALSE(came);
+}
+
+TEST(BecomesTrue, AsksWhatToNameWhenTheWaitIsOver) {
+  int asked = 0;
+  const auto counts = [&] { return ++asked < 0; };
+  const auto name = [&] { return asked > 0 ? "what was asked for" : "nothing yet"; };
+  EXPECT_NONFATAL_FAILURE(EXPECT_FALSE(becomes_true(counts, name, 0s)),
+                          "waited in vain for what was asked for");
+}
+
+}  // namespace
