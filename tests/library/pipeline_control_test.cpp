@@ -80,7 +80,7 @@ TEST(PipelineControl, PropertiesAsTextAndTyped) {
   EXPECT_TRUE(*p.get<bool>("v", "is-live"));
   ASSERT_TRUE(p.set("out", "max-bitrate", uint64_t{1} << 40));
   EXPECT_EQ(*p.get<uint64_t>("out", "max-bitrate"), uint64_t{1} << 40);
-  EXPECT_NE(p.get("c", "stats")->find("received"), std::string::npos);
+  EXPECT_SAYS(*p.get("c", "stats"), "received");
   EXPECT_EQ(*p.get("v", "name"), "v");
 }
 

@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include "says.hpp"
+
 namespace weir {
 namespace {
 
@@ -30,9 +32,8 @@ TEST(GatheredTensor, HasLimits) {
   for (const auto& [shape, frames] :
        {std::pair{"1:1:1:1:1:1:1:1:1:1:1:1:1:1:1:2", 2u}, std::pair{"4294967295:1073741824", 4u}}) {
     const auto text = gathered(shape, frames);
-    EXPECT_NE(text.find("WEIR-2006: frames of this tensor cannot be gathered"), std::string::npos)
-        << text;
-    EXPECT_NE(text.find("fix: tensor_converter frames-per-tensor=1"), std::string::npos) << text;
+    EXPECT_SAYS(text, "WEIR-2006: frames of this tensor cannot be gathered");
+    EXPECT_SAYS(text, "fix: tensor_converter frames-per-tensor=1");
   }
 }
 

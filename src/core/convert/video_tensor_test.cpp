@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include "says.hpp"
+
 namespace weir {
 namespace {
 
@@ -32,7 +34,7 @@ TEST(VideoTensor, RefusesOtherFormatsWithTheLineToPaste) {
   const auto r = video_tensor("NV12", 8, 4, 1);
   ASSERT_FALSE(r);
   EXPECT_EQ(r.error().code, Code::FORMAT_UNSUPPORTED);
-  EXPECT_NE(r.error().fix.find("videoconvert"), std::string::npos);
+  EXPECT_SAYS(r.error().fix, "videoconvert");
   EXPECT_FALSE(video_tensor("rgb", 8, 4, 1));
 }
 

@@ -4,6 +4,7 @@
 #include <random>
 
 #include "core/draw/draw_test_support.hpp"
+#include "says.hpp"
 
 namespace weir::draw {
 namespace {
@@ -108,7 +109,7 @@ TEST(Canvas, RefusesPlanesThatAreTooShort) {
       const auto canvas = Canvas::make(picture.picture, picture.planes);
       ASSERT_FALSE(canvas) << format << " " << what;
       EXPECT_EQ(canvas.error().code, Code::FRAME_SIZE);
-      EXPECT_NE(canvas.error().message().find("shorter than its size says"), std::string::npos);
+      EXPECT_SAYS(canvas.error().message(), "shorter than its size says");
       picture.planes[last] = whole;
     };
     picture.planes[last].memory = whole.memory.first(whole.memory.size() - 6);

@@ -5,6 +5,8 @@
 
 #include <limits>
 
+#include "says.hpp"
+
 namespace weir::draw {
 namespace {
 
@@ -107,8 +109,8 @@ TEST(Detections, HaveOneWayBackEachOrOneForAll) {
   const auto wrong = read(4, {0, 0, 1, 1, 0, 0, 1, 1, 0, 0, 1, 1}, {first, second});
   ASSERT_FALSE(wrong);
   EXPECT_EQ(wrong.error().code, Code::SPEC_MISMATCH);
-  EXPECT_NE(wrong.error().message().find("2 ways back"), std::string::npos);
-  EXPECT_NE(wrong.error().message().find("one for each of 3 rows"), std::string::npos);
+  EXPECT_SAYS(wrong.error().message(), "2 ways back");
+  EXPECT_SAYS(wrong.error().message(), "one for each of 3 rows");
 }
 
 TEST(Detections, OfAMapThatIsNoneAreNotFinite) {
@@ -128,7 +130,7 @@ TEST(Detections, AreOneTensorOfFloats) {
     const auto status = check_detections(spec);
     ASSERT_FALSE(status) << spec.to_string();
     EXPECT_EQ(status.error().code, Code::SPEC_MISMATCH);
-    EXPECT_NE(status.error().message().find("one tensor float32 K:N"), std::string::npos);
+    EXPECT_SAYS(status.error().message(), "one tensor float32 K:N");
   }
   for (const uint32_t k : {4u, 5u, 6u, 8u, 16u, kNumberLimit})
     EXPECT_TRUE(check_detections({ElementType::Float32, {k, 3, 1, 1}, ""})) << k;

@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include "says.hpp"
+
 namespace weir {
 namespace {
 
@@ -42,7 +44,7 @@ TEST(ChooseTensors, NamesThePropertyAndTheIndex) {
   EXPECT_EQ(choose_tensors(tensors, {}, "input-combination")->size(), 1u);
   const auto r = choose_tensors(tensors, {1}, "input-combination");
   ASSERT_FALSE(r);
-  EXPECT_NE(r.error().what.find("input-combination"), std::string::npos);
+  EXPECT_SAYS(r.error().what, "input-combination");
   EXPECT_NE(r.error().offered.find('1'), std::string::npos);
 }
 

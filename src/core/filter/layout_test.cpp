@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include "says.hpp"
+
 namespace weir {
 namespace {
 
@@ -18,8 +20,8 @@ TEST(Layout, WhatIsNotKnownIsNoneAndIsTold) {
   EXPECT_EQ(parse_layout_list("NHWC,NHCW,x", "outputlayout", &warning), (Numbers{1, 3, 3}));
   ASSERT_TRUE(warning);
   const auto text = warning->message();
-  EXPECT_NE(text.find("offered: outputlayout=NHWC,NHCW,x"), std::string::npos) << text;
-  EXPECT_NE(text.find("at \"NHCW\""), std::string::npos) << text;
+  EXPECT_SAYS(text, "offered: outputlayout=NHWC,NHCW,x");
+  EXPECT_SAYS(text, "at \"NHCW\"");
   warning.reset();
   parse_layout_list("NHWC", "inputlayout", &warning);
   EXPECT_FALSE(warning);

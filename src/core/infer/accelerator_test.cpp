@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include "says.hpp"
+
 namespace weir::infer {
 namespace {
 
@@ -60,8 +62,8 @@ TEST(Accelerator, WhatCannotBeReadIsNoneAndSaysWhere) {
     EXPECT_EQ(choose_accelerator(parse_accelerator(text, &warning), {"cpu"}), "none") << text;
     ASSERT_TRUE(warning) << text;
     EXPECT_EQ(warning->code, Code::OPTION_VALUE);
-    EXPECT_NE(warning->message().find(words), std::string::npos) << warning->message();
-    EXPECT_NE(warning->message().find(text), std::string::npos);
+    EXPECT_SAYS(warning->message(), words);
+    EXPECT_SAYS(warning->message(), text);
   }
   std::optional<Error> warning;
   parse_accelerator("true:(cpu,!npu)", &warning);

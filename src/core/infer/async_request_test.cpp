@@ -5,6 +5,7 @@
 #include <thread>
 
 #include "becomes.hpp"
+#include "says.hpp"
 
 namespace weir::infer::async_test {
 namespace {
@@ -102,7 +103,7 @@ TEST_F(AsyncRequest, FailsWithTheEnginesWordsAndTakesNothingBehind) {
               nullptr, nullptr);
   host().complete(submitted[0], -WEIR_INVOKE_FAILED, nullptr, 1);
   ASSERT_EQ(heard.ends.size(), 1u);
-  EXPECT_NE(heard.ends[0].find("WEIR-3006: too hot"), std::string::npos) << heard.ends[0];
+  EXPECT_SAYS(heard.ends[0], "WEIR-3006: too hot");
   EXPECT_EQ(session->requests().in_flight(), 1u) << "the engine still works on it";
   EXPECT_FALSE(last_.expired()) << "and reads its memory";
   Output output(1);
@@ -113,7 +114,7 @@ TEST_F(AsyncRequest, FailsWithTheEnginesWordsAndTakesNothingBehind) {
   EXPECT_EQ(session->requests().in_flight(), 0u);
   ASSERT_TRUE(*submit(*session, &heard));
   complete(submitted[1], nullptr, false, -WEIR_OUT_OF_MEMORY);
-  EXPECT_NE(heard.ends[1].find("WEIR-9001: the engine failed on a frame"), std::string::npos);
+  EXPECT_SAYS(heard.ends[1], "WEIR-9001: the engine failed on a frame");
 }
 
 TEST_F(AsyncRequest, EndsWithAnErrorOfTheHostAndIsCancelledByTheFlushBehind) {
@@ -126,7 +127,7 @@ TEST_F(AsyncRequest, EndsWithAnErrorOfTheHostAndIsCancelledByTheFlushBehind) {
   EXPECT_TRUE(requests.owes());
   requests.fail({Code::WORKER_TIMEOUT, "too slow", "", "", "", ""});
   ASSERT_EQ(heard.ends.size(), 2u);
-  EXPECT_NE(heard.ends[0].find("WEIR-3015: too slow"), std::string::npos) << heard.ends[0];
+  EXPECT_SAYS(heard.ends[0], "WEIR-3015: too slow");
   EXPECT_EQ(heard.ends[1], heard.ends[0]);
   EXPECT_FALSE(requests.owes());
   EXPECT_EQ(requests.in_flight(), 2u) << "the engine may still work on them";

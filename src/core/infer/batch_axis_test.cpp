@@ -5,6 +5,8 @@
 
 #include <algorithm>
 
+#include "says.hpp"
+
 namespace weir::infer {
 namespace {
 
@@ -56,7 +58,7 @@ TEST(BatchAxis, TheEnginesWordGoesFirst) {
 TEST(BatchAxis, AModelWithStateIsRefused) {
   const Error error = refused({tensor({-1, 4})}, {tensor({-1, 4})}, 2, WEIR_MODEL_STATEFUL);
   EXPECT_EQ(error.code, Code::BATCH_UNSUPPORTED);
-  EXPECT_NE(error.what.find("keeps state"), std::string::npos);
+  EXPECT_SAYS(error.what, "keeps state");
   EXPECT_EQ(error.offered, "batch-size=2");
   EXPECT_EQ(error.fix, "set batch-size=1 and give each stream a tensor_filter of its own");
 }

@@ -6,6 +6,8 @@
 #include <fstream>
 #include <map>
 
+#include "says.hpp"
+
 namespace weir::infer {
 namespace {
 
@@ -114,7 +116,7 @@ TEST(EngineChoice, IsRefusedWhereNobodyClaimsTheFile) {
            {}, {"model"}, {"model."}, {"a.jpg"}, {"a.onnx", "b.onnx"}, {"a.pb", "a.pb"}}) {
     const auto choice = chosen(paths, kBoth);
     EXPECT_EQ(choice.engine, "");
-    EXPECT_NE(choice.reason.find("WEIR-3001: no engine claims this model file"), std::string::npos);
+    EXPECT_SAYS(choice.reason, "WEIR-3001: no engine claims this model file");
   }
 }
 

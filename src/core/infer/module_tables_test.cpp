@@ -7,6 +7,8 @@
 
 #include <cstring>
 
+#include "says.hpp"
+
 namespace weir::infer {
 namespace {
 
@@ -109,11 +111,9 @@ TEST(ModuleTables, ThatAreTooShortAreRefusedInWords) {
   ASSERT_FALSE(tables);
   EXPECT_EQ(tables.error().code, Code::MODULE_REFUSED);
   const std::string said = tables.error().message();
-  EXPECT_NE(said.find("head.so"), std::string::npos) << said;
-  EXPECT_NE(said.find("an engine with a table of " + std::to_string(offsetof(weir_engine, open)) +
-                      " bytes"),
-            std::string::npos)
-      << said;
+  EXPECT_SAYS(said, "head.so");
+  EXPECT_SAYS(
+      said, "an engine with a table of " + std::to_string(offsetof(weir_engine, open)) + " bytes");
 }
 
 TEST(ModuleTables, OfAnotherMajorVersionAreRefused) {
@@ -123,7 +123,7 @@ TEST(ModuleTables, OfAnotherMajorVersionAreRefused) {
   const weir_module module = module_of(engines);
   const auto tables = ModuleTables::copy(&module, "other.so");
   ASSERT_FALSE(tables);
-  EXPECT_NE(tables.error().message().find("ABI version 2"), std::string::npos);
+  EXPECT_SAYS(tables.error().message(), "ABI version 2");
 }
 
 }  // namespace

@@ -5,6 +5,8 @@
 
 #include <set>
 
+#include "says.hpp"
+
 struct weir_model {
   int number;
 };
@@ -124,8 +126,8 @@ TEST_F(WorkerSessions, RefusesSeveralWorkersForAModelThatKeepsState) {
   const auto all = made(0, WEIR_MODEL_STATEFUL, 2);
   ASSERT_FALSE(all);
   EXPECT_EQ(all.error().code, Code::OPTION_VALUE);
-  EXPECT_NE(all.error().message().find("keeps state from frame to frame"), std::string::npos);
-  EXPECT_NE(all.error().message().find("offered: workers=2"), std::string::npos);
+  EXPECT_SAYS(all.error().message(), "keeps state from frame to frame");
+  EXPECT_SAYS(all.error().message(), "offered: workers=2");
   EXPECT_TRUE(made(0, WEIR_MODEL_STATEFUL, 1));
 }
 

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "core/tensor/tensor_header.hpp"
+#include "says.hpp"
 
 namespace weir::isolate {
 namespace {
@@ -101,11 +102,11 @@ TEST_F(CrashFileTest, SaysWhyItIsNotWritten) {
   const auto file = save_frame(folder_ + "/not-there", frame_);
   ASSERT_FALSE(file);
   EXPECT_EQ(file.error().code, Code::FILE_NOT_WRITTEN);
-  EXPECT_NE(file.error().message().find("No such file or directory"), std::string::npos);
+  EXPECT_SAYS(file.error().message(), "No such file or directory");
   tensors_[1].info.shape[0] = -1;
   const auto open = save_frame(folder_, frame_);
   ASSERT_FALSE(open);
-  EXPECT_NE(open.error().message().find("tensor 1 has an open shape"), std::string::npos);
+  EXPECT_SAYS(open.error().message(), "tensor 1 has an open shape");
   EXPECT_TRUE(fs::is_empty(folder_)) << "no half file stays";
 }
 

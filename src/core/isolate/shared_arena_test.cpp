@@ -7,6 +7,8 @@
 #include <cerrno>
 #include <set>
 
+#include "says.hpp"
+
 namespace weir::isolate {
 namespace {
 
@@ -45,8 +47,7 @@ TEST(SharedBlock, SaysWhatItCannotHave) {
   const auto block = SharedBlock::create(SIZE_MAX, Sharing::ReadByWorker);
   ASSERT_FALSE(block);
   EXPECT_EQ(block.error().code, Code::OUT_OF_MEMORY);
-  EXPECT_NE(block.error().message().find("no shared memory for a worker process"),
-            std::string::npos);
+  EXPECT_SAYS(block.error().message(), "no shared memory for a worker process");
 }
 
 TEST(SharedArena, KnowsWhereBytesLie) {

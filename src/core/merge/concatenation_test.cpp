@@ -6,6 +6,8 @@
 #include <cstring>
 #include <random>
 
+#include "says.hpp"
+
 namespace weir {
 namespace {
 
@@ -128,7 +130,7 @@ TEST(Concatenation, TypesThatDifferAreToldWithBothSides) {
   ASSERT_FALSE(plan);
   EXPECT_EQ(plan.error().code, Code::SPEC_MISMATCH);
   EXPECT_EQ(plan.error().offered, "pad 1: float32 2:3");
-  EXPECT_NE(plan.error().needed.find("uint8 2:3"), std::string::npos);
+  EXPECT_SAYS(plan.error().needed, "uint8 2:3");
   EXPECT_EQ(plan.error().difference, "type is float32, needed is uint8");
   EXPECT_EQ(plan.error().fix, "tensor_transform mode=typecast option=uint8");
 }

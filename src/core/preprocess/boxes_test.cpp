@@ -5,6 +5,8 @@
 
 #include <limits>
 
+#include "says.hpp"
+
 namespace weir::preprocess {
 namespace {
 
@@ -52,7 +54,7 @@ TEST(Boxes, OfAnotherTypeOrShapeAreRefused) {
     const auto status = check_boxes(spec);
     ASSERT_FALSE(status);
     EXPECT_EQ(status.error().code, Code::SPEC_MISMATCH);
-    EXPECT_NE(status.error().message().find("uint32 4:N or float32 4:N"), std::string::npos);
+    EXPECT_SAYS(status.error().message(), "uint32 4:N or float32 4:N");
   }
   EXPECT_TRUE(check_boxes({ElementType::UInt32, {4, 7, 1, 1}, ""}));
   EXPECT_TRUE(check_boxes({ElementType::UInt32, {4}, ""}));

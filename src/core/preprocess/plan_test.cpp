@@ -8,6 +8,7 @@
 
 #include "core/preprocess/plan_reference.hpp"
 #include "core/transform/transform_test_support.hpp"
+#include "says.hpp"
 
 namespace weir::preprocess {
 namespace {
@@ -294,7 +295,7 @@ TEST(Plan, RefusesMemoryThatIsTooShort) {
     const auto status = plan->run(planes, out, &workspace);
     ASSERT_FALSE(status) << format;
     EXPECT_EQ(status.error().code, Code::FRAME_SIZE);
-    EXPECT_NE(status.error().message().find("shorter than its size says"), std::string::npos);
+    EXPECT_SAYS(status.error().message(), "shorter than its size says");
     planes = pixels.planes;
     planes[0].stride = -1;
     EXPECT_FALSE(plan->run(planes, out, &workspace));
@@ -304,7 +305,7 @@ TEST(Plan, RefusesMemoryThatIsTooShort) {
     EXPECT_FALSE(plan->run(planes, out, &workspace));
     const auto small = plan->run(pixels.planes, std::span(out).first(9), &workspace);
     ASSERT_FALSE(small);
-    EXPECT_NE(small.error().message().find("needed: 768 bytes"), std::string::npos);
+    EXPECT_SAYS(small.error().message(), "needed: 768 bytes");
   }
 }
 
@@ -367,7 +368,7 @@ TEST(Plan, RefusesWhatCannotBeDone) {
     spoil(&p);
     const auto plan = Plan::make(p);
     ASSERT_FALSE(plan) << words;
-    EXPECT_NE(plan.error().message().find(words), std::string::npos) << plan.error().message();
+    EXPECT_SAYS(plan.error().message(), words);
   }
 }
 

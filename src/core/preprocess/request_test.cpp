@@ -5,15 +5,14 @@
 
 #include <string>
 
+#include "says.hpp"
+
 namespace weir::preprocess {
 namespace {
 
 template <class T>
 std::string refusal(const Result<T>& result) {
   return result ? "" : result.error().message();
-}
-bool says(const std::string& text, const char* words) {
-  return text.find(words) != std::string::npos;
 }
 
 // The place of a character counted from 1, as an error tells it; an empty text says so.
@@ -31,8 +30,8 @@ TEST(Request, ReadsNumbers) {
 TEST(Request, ShowsThePlaceInNumbers) {
   for (const char* text : {"1,x,3", "1,,3", "", "1,nan,2", "1,2 3,4"}) {
     const auto words = refusal(parse_numbers("mean", text));
-    EXPECT_TRUE(says(words, "WEIR-1001: mean cannot be read")) << text;
-    EXPECT_TRUE(says(words, place(text, 3).c_str())) << words;
+    EXPECT_SAYS(words, "WEIR-1001: mean cannot be read") << text;
+    EXPECT_SAYS(words, place(text, 3));
   }
 }
 
@@ -41,11 +40,11 @@ TEST(Request, ReadsAQuantisation) {
   ASSERT_TRUE(q);
   EXPECT_EQ(q->scale, 0.0078125);
   EXPECT_EQ(q->zero_point, -128);
-  EXPECT_TRUE(says(refusal(parse_quantisation("x:1")), "at character 1"));
-  EXPECT_TRUE(says(refusal(parse_quantisation("0.5")), "at the end:"));
-  EXPECT_TRUE(says(refusal(parse_quantisation("0.5:1.5")), "at character 5"));
-  EXPECT_TRUE(says(refusal(parse_quantisation("0.5:1:2")), "needed: SCALE:ZERO_POINT"));
-  EXPECT_TRUE(says(refusal(parse_quantisation("0.5:99999999999")), "at character 5"));
+  EXPECT_SAYS(refusal(parse_quantisation("x:1")), "at character 1");
+  EXPECT_SAYS(refusal(parse_quantisation("0.5")), "at the end:");
+  EXPECT_SAYS(refusal(parse_quantisation("0.5:1.5")), "at character 5");
+  EXPECT_SAYS(refusal(parse_quantisation("0.5:1:2")), "needed: SCALE:ZERO_POINT");
+  EXPECT_SAYS(refusal(parse_quantisation("0.5:99999999999")), "at character 5");
 }
 
 TEST(Request, ReadsSizes) {
@@ -67,19 +66,19 @@ TEST(Request, ShowsThePlaceInSizes) {
                {"6x4,3X2", 5}, {"1x99999999999999999999", 3}};
   for (const auto& c : cases) {
     const auto words = refusal(parse_sizes(c.text));
-    EXPECT_TRUE(says(words, "WEIR-1001: sizes cannot be read")) << c.text << words;
-    EXPECT_TRUE(says(words, place(c.text, c.place).c_str())) << c.text << "\n" << words;
+    EXPECT_SAYS(words, "WEIR-1001: sizes cannot be read") << c.text;
+    EXPECT_SAYS(words, place(c.text, c.place)) << c.text;
   }
   std::string many = "1x1";
   for (int i = 0; i < 15; ++i) many += ",1x1";
   EXPECT_EQ(parse_sizes(many)->size(), 16u);
-  EXPECT_TRUE(says(refusal(parse_sizes(many + ",1x1")), "offered: sizes of 17 layers"));
+  EXPECT_SAYS(refusal(parse_sizes(many + ",1x1")), "offered: sizes of 17 layers");
 }
 
 TEST(Request, ReadsATypeByItsName) {
   EXPECT_EQ(*parse_type("float16"), ElementType::Float16);
-  EXPECT_TRUE(says(refusal(parse_type("float")), "WEIR-1003"));
-  EXPECT_TRUE(says(refusal(parse_type("float")), "offered: type=float"));
+  EXPECT_SAYS(refusal(parse_type("float")), "WEIR-1003");
+  EXPECT_SAYS(refusal(parse_type("float")), "offered: type=float");
 }
 
 card::Card card_with(std::vector<int64_t> shape, card::Layout layout, card::Color color) {
@@ -150,12 +149,12 @@ TEST(Request, TakesTheInputOfACardThatIsNamed) {
   card.inputs[0].name = "1";  // a name wins over a number
   EXPECT_EQ(size("1"), 30u);
   const auto open = refusal(with_card({}, card));
-  EXPECT_TRUE(says(open, "the model card does not say which picture this is"));
-  EXPECT_TRUE(says(open, "one of them: 0 or 1, 1 or right, 2"));
+  EXPECT_SAYS(open, "the model card does not say which picture this is");
+  EXPECT_SAYS(open, "one of them: 0 or 1, 1 or right, 2");
   for (const char* none : {"3", "middle", "-1", "Right"}) {
     const auto text = refusal(with_card({}, card, none));
-    EXPECT_TRUE(says(text, "the model card has no such input")) << none;
-    EXPECT_TRUE(says(text, (std::string("offered: card-input=") + none).c_str()));
+    EXPECT_SAYS(text, "the model card has no such input") << none;
+    EXPECT_SAYS(text, std::string("offered: card-input=") + none);
   }
 }
 
@@ -167,8 +166,8 @@ TEST(Request, ReadsACrop) {
       {"1:2:3:4:5", 9}, {"-1:0:3:4", 1}, {"0:0:65537:1", 5}, {"0:0:4294967297:1", 5}};
   for (const auto& [text, character] : odd) {
     const auto message = refusal(parse_crop(text));
-    EXPECT_TRUE(says(message, "crop cannot be read")) << text;
-    EXPECT_TRUE(says(message, place(text, character).c_str())) << text << message;
+    EXPECT_SAYS(message, "crop cannot be read") << text;
+    EXPECT_SAYS(message, place(text, character)) << text;
   }
 }
 
@@ -197,7 +196,7 @@ TEST(Request, WinsOverACard) {
 TEST(Request, RefusesACardOfSeveralPictures) {
   auto card = card_with({3, 20, 30}, card::Layout::Nchw, card::Color::Bgr);
   card.inputs.push_back(card.inputs[0]);
-  EXPECT_TRUE(says(refusal(with_card({}, card)), "2 inputs"));
+  EXPECT_SAYS(refusal(with_card({}, card)), "2 inputs");
 }
 
 std::string resolved(const Request& request, const char* shape, ElementType type) {
@@ -230,8 +229,8 @@ TEST(Request, ChoosesTheTypeThatHoldsItsNumbers) {
 TEST(Request, SaysThatTheSizeIsNotKnown) {
   Request request;
   request.width = 4;
-  EXPECT_TRUE(says(refusal(resolve(request, {})), "the size of the tensor is not known"));
-  EXPECT_TRUE(says(refusal(resolve(request, {})), "fix: tensor_preprocess width=224"));
+  EXPECT_SAYS(refusal(resolve(request, {})), "the size of the tensor is not known");
+  EXPECT_SAYS(refusal(resolve(request, {})), "fix: tensor_preprocess width=224");
 }
 
 TEST(Request, OffersEachTensorItCanGive) {

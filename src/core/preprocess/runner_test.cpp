@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "core/preprocess/plan_reference.hpp"
+#include "says.hpp"
 
 namespace weir::preprocess {
 namespace {
@@ -129,7 +130,7 @@ TEST(Runner, TellsAnErrorOnceAndGoesOn) {
     planes[0].memory = planes[0].memory.first(100);
     const auto status = run(&runner, plan, planes, out);
     ASSERT_FALSE(status);
-    EXPECT_NE(status.error().message().find("plane 0 of 100 bytes"), std::string::npos);
+    EXPECT_SAYS(status.error().message(), "plane 0 of 100 bytes");
     EXPECT_TRUE(run(&runner, plan, pixels.planes, out));
   }
 }

@@ -9,6 +9,7 @@
 #include <string>
 
 #include "becomes.hpp"
+#include "says.hpp"
 
 namespace weir::sync {
 namespace {
@@ -111,10 +112,9 @@ TEST_F(Collecting, SaysWhatBoundTheStreamsNeed) {
   EXPECT_EQ(collector.offer(b, 2, 0, 20), kRefused) << "a waits for b";
   EXPECT_EQ(first.get(), kRefused);
   ASSERT_EQ(out.errors.size(), 1u);
-  EXPECT_NE(out.errors[0].find("more bytes than max-bytes allows"), std::string::npos);
-  EXPECT_NE(out.errors[0].find("30 bytes held and a frame of 20 beside them, max-bytes=49"),
-            std::string::npos);
-  EXPECT_NE(out.errors[0].find("fix: max-bytes=50"), std::string::npos);
+  EXPECT_SAYS(out.errors[0], "more bytes than max-bytes allows");
+  EXPECT_SAYS(out.errors[0], "30 bytes held and a frame of 20 beside them, max-bytes=49");
+  EXPECT_SAYS(out.errors[0], "fix: max-bytes=50");
   EXPECT_EQ(dropped(DropReason::Error), 2u);
 }
 

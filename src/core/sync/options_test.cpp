@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include "says.hpp"
+
 namespace weir::sync {
 namespace {
 
@@ -24,11 +26,9 @@ TEST(SyncOptions, AnOldWordIsToldWithTheOneOfToday) {
     ASSERT_TRUE(told) << word;
     EXPECT_EQ(told->code, Code::MODE_UNKNOWN);
     EXPECT_EQ(told->offered, word);
-    EXPECT_NE(
-        told->what.find(
-            std::string("is an old word that NNStreamer 2.7 does not know, and is taken for ") +
-            today),
-        std::string::npos);
+    EXPECT_SAYS(
+        told->what,
+        std::string("is an old word that NNStreamer 2.7 does not know, and is taken for ") + today);
     EXPECT_EQ(told->fix, std::string("sync-mode=") + today);
   }
   for (const char* word : {"basepad", "refresh", "slowest", "nosync", "fast", ""})
@@ -41,7 +41,7 @@ TEST(SyncOptions, ATypoIsToldWithTheWordThatWasMeant) {
   EXPECT_EQ(mode.error().code, Code::MODE_UNKNOWN);
   EXPECT_EQ(mode.error().offered, "slowst");
   EXPECT_EQ(mode.error().fix, "sync-mode=slowest");
-  EXPECT_NE(mode.error().needed.find("nosync, slowest, basepad or refresh"), std::string::npos);
+  EXPECT_SAYS(mode.error().needed, "nosync, slowest, basepad or refresh");
   for (const char* unlike : {"", "quick"}) {
     ASSERT_FALSE(parse_mode(unlike));
     EXPECT_EQ(parse_mode(unlike).error().fix, "") << "no word was meant that is known";

@@ -7,6 +7,8 @@
 #include <cstring>
 #include <random>
 
+#include "says.hpp"
+
 namespace weir {
 namespace {
 
@@ -109,7 +111,7 @@ Result<Bytes> with_word(size_t at, uint32_t value) {
 void expect_invalid(const Result<Bytes>& result, const std::string& words) {
   ASSERT_FALSE(result);
   EXPECT_EQ(result.error().code, Code::HEADER_INVALID);
-  EXPECT_NE(result.error().message().find(words), std::string::npos) << result.error().message();
+  EXPECT_SAYS(result.error().message(), words);
 }
 
 TEST(Sparse, NamesWhatIsWrong) {

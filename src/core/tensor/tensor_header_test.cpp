@@ -9,6 +9,7 @@
 
 #include "core/tensor/packed_tensors.hpp"
 #include "core/tensor/sparse.hpp"
+#include "says.hpp"
 
 namespace weir {
 namespace {
@@ -67,14 +68,14 @@ TEST(TensorHeader, ThatLiesIsRefused) {
     const auto header = read_tensor_chunk(b);
     ASSERT_FALSE(header) << lie.at;
     EXPECT_EQ(header.error().code, Code::HEADER_INVALID);
-    EXPECT_NE(header.error().what.find(lie.words), std::string::npos) << header.error().what;
+    EXPECT_SAYS(header.error().what, lie.words);
   }
 }
 
 TEST(TensorHeader, WithAProductBeyondLimitsIsRefused) {
   Bytes b = golden();
   for (size_t i = 0; i < 16; ++i) put(b, 12 + 4 * i, 0xFFFFFFFF);
-  EXPECT_NE(read_tensor_header(b).error().what.find("overflow"), std::string::npos);
+  EXPECT_SAYS(read_tensor_header(b).error().what, "overflow");
 }
 
 TEST(TensorHeader, ThatIsCutIsRefused) {

@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include "says.hpp"
+
 namespace weir::trace {
 namespace {
 
@@ -38,7 +40,7 @@ TEST(TraceOptions, ThatAreNoNumbersOfRecordsAreRefused) {
        {"limit", "limit=", "limit=0", "limit=-1", "limit=1e6", "limit=99999999999999"}) {
     const auto options = read_options(text);
     ASSERT_FALSE(options) << text;
-    EXPECT_NE(options.error().message().find("limit= with a number of records"), std::string::npos);
+    EXPECT_SAYS(options.error().message(), "limit= with a number of records");
   }
 }
 

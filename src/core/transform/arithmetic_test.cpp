@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include "says.hpp"
+
 namespace weir::transform {
 namespace {
 
@@ -81,7 +83,7 @@ TEST(ArithmeticOption, ATypecastAtTheEndIsIgnoredWithAWarning) {
   ASSERT_TRUE(operation);
   EXPECT_EQ(std::get<Arithmetic>(operation->what).to, ElementType::End);
   ASSERT_EQ(operation->warnings.size(), 1u);
-  EXPECT_NE(operation->warnings[0].find("ignored"), std::string::npos);
+  EXPECT_SAYS(operation->warnings[0], "ignored");
 }
 
 TEST(ArithmeticOption, ATypecastInTheMiddleIsRefusedAndMovedInTheFix) {

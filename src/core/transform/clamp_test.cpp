@@ -1,6 +1,8 @@
 // mode=clamp: grammar, and every type against comparisons in long double, which holds all of them.
 #include "core/transform/transform_test_support.hpp"
 
+#include "says.hpp"
+
 namespace weir::transform {
 namespace {
 
@@ -110,9 +112,8 @@ TEST(Clamp, RefusesWhatItCannotRead) {
                                    {"5:-1", "the lowest value first", "character 3"}}) {
     const auto operation = parse(Mode::Clamp, option);
     ASSERT_FALSE(operation) << option;
-    EXPECT_NE(operation.error().needed.find(needed), std::string::npos) << option;
-    EXPECT_NE(operation.error().difference.find(caret), std::string::npos)
-        << operation.error().difference;
+    EXPECT_SAYS(operation.error().needed, needed) << option;
+    EXPECT_SAYS(operation.error().difference, caret);
   }
   EXPECT_EQ(parse(Mode::Clamp, "5:-1").error().fix, "option=-1:5");
 }

@@ -1,6 +1,8 @@
 // mode=dimchg: grammar, shapes, and data as NumPy's moveaxis gives them.
 #include "core/transform/transform_test_support.hpp"
 
+#include "says.hpp"
+
 namespace weir::transform {
 namespace {
 
@@ -62,7 +64,7 @@ TEST(Dimchg, WarnsWhenNothingMoves) {
   const auto operation = parse(Mode::Dimchg, "2:2");
   ASSERT_TRUE(operation);
   ASSERT_EQ(operation->warnings.size(), 1u);
-  EXPECT_NE(operation->warnings[0].find("changes nothing"), std::string::npos);
+  EXPECT_SAYS(operation->warnings[0], "changes nothing");
   EXPECT_TRUE(
       test::plan_of(Mode::Dimchg, "2:2", {ElementType::UInt8, {3, 4, 5}, ""}, true).is_copy());
   EXPECT_TRUE(parse(Mode::Dimchg, "0:15")->warnings.empty());
@@ -80,8 +82,7 @@ TEST(Dimchg, RefusesWhatItCannotRead) {
            {"0:1:2", "the end"}}) {
     const auto operation = parse(Mode::Dimchg, option);
     ASSERT_FALSE(operation) << option;
-    EXPECT_NE(operation.error().needed.find(needed), std::string::npos)
-        << option << ": " << operation.error().needed;
+    EXPECT_SAYS(operation.error().needed, needed) << option << ": " << operation.error().needed;
     EXPECT_EQ(operation.error().fix, "option=0:2");
   }
 }

@@ -1,6 +1,8 @@
 // mode=padding: grammar, shapes, and data against plain index loops.
 #include "core/transform/transform_test_support.hpp"
 
+#include "says.hpp"
+
 namespace weir::transform {
 namespace {
 
@@ -102,8 +104,7 @@ TEST(Padding, RefusesWhatItCannotRead) {
            {"left:1,layout:NHWC,top:1", "the end behind the layout"}}) {
     const auto operation = parse(Mode::Padding, option);
     ASSERT_FALSE(operation) << option;
-    EXPECT_NE(operation.error().needed.find(needed), std::string::npos)
-        << option << ": " << operation.error().needed;
+    EXPECT_SAYS(operation.error().needed, needed) << option << ": " << operation.error().needed;
   }
 }
 

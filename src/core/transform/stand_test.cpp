@@ -1,6 +1,8 @@
 // mode=stand: grammar, and results against the specification's running average, element by element.
 #include "core/transform/transform_test_support.hpp"
 
+#include "says.hpp"
+
 namespace weir::transform {
 namespace {
 
@@ -269,8 +271,7 @@ TEST(Stand, RefusesWhatItCannotRead) {
            {"dc-average:float32x", "or the end"}}) {
     const auto operation = parse(Mode::Stand, option);
     ASSERT_FALSE(operation) << option;
-    EXPECT_NE(operation.error().needed.find(needed), std::string::npos)
-        << option << ": " << operation.error().needed;
+    EXPECT_SAYS(operation.error().needed, needed) << option << ": " << operation.error().needed;
   }
 }
 

@@ -3,6 +3,7 @@
 #include <numeric>
 
 #include "core/transform/transform_test_support.hpp"
+#include "says.hpp"
 
 namespace weir::transform {
 namespace {
@@ -227,8 +228,7 @@ TEST(TransposeOption, OtherTextsAreRefused) {
     const auto operation = parse(Mode::Transpose, option);
     ASSERT_FALSE(operation) << option;
     EXPECT_EQ(operation.error().code, Code::OPTION_SYNTAX) << option;
-    EXPECT_NE(operation.error().difference.find(*option ? "^" : "it is empty"), std::string::npos)
-        << option;
+    EXPECT_SAYS(operation.error().difference, *option ? "^" : "it is empty") << option;
   }
   for (const char* option : {"16:0:1:2:3", "99999999999999999999:0:1:3"})
     EXPECT_EQ(parse(Mode::Transpose, option).error().code, Code::OPTION_VALUE) << option;

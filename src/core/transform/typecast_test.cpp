@@ -1,6 +1,8 @@
 // Typecast: options, all 121 pairs of types, and golden values of the rows that saturate or wrap.
 #include "core/transform/transform_test_support.hpp"
 
+#include "says.hpp"
+
 namespace weir::transform {
 namespace {
 
@@ -167,8 +169,7 @@ TEST(Typecast, OtherOptionsAreRefusedWithTheNearestName) {
     const auto operation = parse(Mode::Typecast, option);
     ASSERT_FALSE(operation) << option;
     EXPECT_EQ(operation.error().code, Code::OPTION_SYNTAX) << option;
-    EXPECT_NE(operation.error().difference.find(*option ? "^" : "it is empty"), std::string::npos)
-        << option;
+    EXPECT_SAYS(operation.error().difference, *option ? "^" : "it is empty") << option;
   }
   EXPECT_EQ(parse(Mode::Typecast, "flaot32").error().fix, "option=float32");
   EXPECT_EQ(parse(Mode::Typecast, "uint88").error().fix, "option=uint8");

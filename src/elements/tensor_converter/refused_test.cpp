@@ -154,7 +154,7 @@ TEST(ConverterRefuses, NoMemoryOfADeviceWhereTheSystemsIsOffered) {
   const auto both = answer(
       "video/x-raw(memory:GLMemory),format=RGBA,width=8,height=2;"
       "video/x-raw,format=RGBA,width=8,height=2");
-  EXPECT_EQ(both.find("GLMemory"), std::string::npos) << both;
+  EXPECT_LACKS(both, "GLMemory");
   EXPECT_SAYS(both, "format=(string)RGBA");
   EXPECT_SAYS(answer("video/x-raw(memory:GLMemory),format=RGBA"), "GLMemory");
 }

@@ -19,8 +19,8 @@ TEST_P(VideoFormat, BecomesATensorWithoutACopy) {
   const Bytes in = ramp(info.size);
   auto out = Ref<GstBuffer>::adopt(gst_harness_push_and_pull(h.get(), frame(in)));
   ASSERT_TRUE(out);
-  EXPECT_NE(caps_text(h).find(tensor), std::string::npos) << caps_text(h);
-  EXPECT_NE(caps_text(h).find("other/tensors"), std::string::npos);
+  EXPECT_SAYS(caps_text(h), tensor);
+  EXPECT_SAYS(caps_text(h), "other/tensors");
   if (std::string(format) != "RGBP" && std::string(format) != "BGRP") {
     EXPECT_EQ(content(out.get()), in);
     EXPECT_EQ(stat(h, "bytes-copied"), 0u);
@@ -204,26 +204,20 @@ TEST(TensorConverter, RefusesBuffersThatAreNoWholeFrames) {
 
 TEST(TensorConverter, SaysWhatABytesStreamNeeds) {
   const auto text = caps_error("", "application/octet-stream");
-  EXPECT_NE(text.find("tensor_converter input-dim=3:224:224:1 input-type=uint8"), std::string::npos)
-      << text;
+  EXPECT_SAYS(text, "tensor_converter input-dim=3:224:224:1 input-type=uint8");
 }
 
 TEST(TensorConverter, NamesTheDifferenceToWhatTheUserSaid) {
   const auto text = caps_error("input-dim=3:9:2:1 input-type=uint8", video("RGB", 8, 2));
-  EXPECT_NE(text.find("WEIR-2001"), std::string::npos) << text;
-  EXPECT_NE(text.find("3:8:2:1, needed is 3:9:2:1"), std::string::npos) << text;
+  EXPECT_SAYS(text, "WEIR-2001");
+  EXPECT_SAYS(text, "3:8:2:1, needed is 3:9:2:1");
 }
 
 TEST(TensorConverter, RefusesPropertiesWithATypo) {
-  EXPECT_NE(
-      caps_error("input-dim=x input-type=uint8", "application/octet-stream").find("WEIR-1002"),
-      std::string::npos);
-  EXPECT_NE(
-      caps_error("input-dim=3 input-type=uint9", "application/octet-stream").find("WEIR-1003"),
-      std::string::npos);
-  EXPECT_NE(
-      caps_error("input-dim=3,4 input-type=uint8", "application/octet-stream").find("WEIR-1004"),
-      std::string::npos);
+  EXPECT_SAYS(caps_error("input-dim=x input-type=uint8", "application/octet-stream"), "WEIR-1002");
+  EXPECT_SAYS(caps_error("input-dim=3 input-type=uint9", "application/octet-stream"), "WEIR-1003");
+  EXPECT_SAYS(caps_error("input-dim=3,4 input-type=uint8", "application/octet-stream"),
+              "WEIR-1004");
 }
 
 }  // namespace

@@ -159,7 +159,7 @@ void expect_refused(Ref<GstBuffer> raw, const Bytes& info, const char* code) {
   Crop crop;
   auto first = crop.push_later(0, raw), second = crop.push_later(1, info, 0);
   EXPECT_TRUE(first.get() == GST_FLOW_ERROR || second.get() == GST_FLOW_ERROR);
-  EXPECT_NE(crop.error().find(code), std::string::npos) << code;
+  EXPECT_SAYS(crop.error(), code);
   EXPECT_TRUE(crop.buffers().empty());
 }
 

@@ -131,10 +131,10 @@ TEST(TensorMerge, PadsThatDoNotFitAreToldWithBothSides) {
   auto first = merge.push_later(0, Bytes(6), 0), second = merge.push_later(1, Bytes(8), 0);
   EXPECT_TRUE(first.get() == GST_FLOW_ERROR || second.get() == GST_FLOW_ERROR);
   const std::string error = merge.error();
-  EXPECT_NE(error.find("WEIR-2001"), std::string::npos) << error;
-  EXPECT_NE(error.find("pad 1: uint8 2:4"), std::string::npos) << error;
-  EXPECT_NE(error.find("pad 0: uint8 2:3"), std::string::npos) << error;
-  EXPECT_NE(error.find("dimension 1 is 4, needed is 3"), std::string::npos) << error;
+  EXPECT_SAYS(error, "WEIR-2001");
+  EXPECT_SAYS(error, "pad 1: uint8 2:4");
+  EXPECT_SAYS(error, "pad 0: uint8 2:3");
+  EXPECT_SAYS(error, "dimension 1 is 4, needed is 3");
 }
 
 TEST(TensorMerge, OptionsWithATypoStopTheStart) {
@@ -145,7 +145,7 @@ TEST(TensorMerge, OptionsWithATypoStopTheStart) {
   for (const auto& [launch, code] : lines) {
     ManyInputs merge(launch);
     EXPECT_EQ(merge.play(), GST_STATE_CHANGE_FAILURE) << launch;
-    EXPECT_NE(merge.error().find(code), std::string::npos) << launch;
+    EXPECT_SAYS(merge.error(), code) << launch;
   }
 }
 
@@ -155,10 +155,8 @@ TEST(TensorMerge, AnUnknownSyncModeFallsToNosync) {
   merge.add(caps("1").c_str());
   merge.play();
   const std::string warning = merge.warning();
-  EXPECT_NE(warning.find("WEIR-1005: sync-mode is not known, and nosync is taken"),
-            std::string::npos)
-      << warning;
-  EXPECT_NE(warning.find("fix: sync-mode=nosync"), std::string::npos) << warning;
+  EXPECT_SAYS(warning, "WEIR-1005: sync-mode is not known, and nosync is taken");
+  EXPECT_SAYS(warning, "fix: sync-mode=nosync");
   auto first = merge.push_later(0, Bytes{1}, 10);
   EXPECT_EQ(merge.push(1, Bytes{2}, 500), GST_FLOW_OK);
   first.get();
@@ -170,7 +168,7 @@ TEST(TensorMerge, RefusesABufferThatIsTooSmall) {
   merge.add(caps("4").c_str());
   merge.play();
   EXPECT_EQ(merge.push(0, Bytes{1, 2, 3}, 0), GST_FLOW_ERROR);
-  EXPECT_NE(merge.error().find("WEIR-2004"), std::string::npos);
+  EXPECT_SAYS(merge.error(), "WEIR-2004");
 }
 
 }  // namespace

@@ -30,12 +30,10 @@ TEST(TensorMuxGraph, BranchesWithoutQueuesAreToldWhereTheyBelong) {
               "tee name=t  t. ! mux.sink_0  t. ! tensor_transform name=mul mode=arithmetic "
               "option=mul:2 ! mux.sink_1  tensor_mux name=mux ! fakesink");
   const std::string error = graph.plays_to_its_end();
-  EXPECT_NE(error.find("WEIR-5001"), std::string::npos) << error;
-  EXPECT_NE(error.find("sink_0 and sink_1 of mux"), std::string::npos) << error;
-  EXPECT_NE(error.find("through t "), std::string::npos) << error;
-  EXPECT_NE(error.find("t. ! queue ! mux.sink_0   t. ! queue ! mul ! mux.sink_1"),
-            std::string::npos)
-      << error;
+  EXPECT_SAYS(error, "WEIR-5001");
+  EXPECT_SAYS(error, "sink_0 and sink_1 of mux");
+  EXPECT_SAYS(error, "through t ");
+  EXPECT_SAYS(error, "t. ! queue ! mux.sink_0   t. ! queue ! mul ! mux.sink_1");
 }
 
 // Two threads feed the first mux. Either makes its output, and holds it where the branches meet.
@@ -47,10 +45,9 @@ TEST(TensorMuxGraph, BranchesBehindAnotherMuxAreToldToo) {
                                "tensor_demux name=t t.src_0 ! mux.sink_0 t.src_1 ! mux.sink_1 "}) {
     Graph graph(first + branches + "tensor_mux name=mux ! fakesink");
     const std::string error = graph.plays_to_its_end();
-    EXPECT_NE(error.find("WEIR-5001"), std::string::npos) << error;
-    EXPECT_NE(error.find("sink_0 and sink_1 of mux, both fed through t "), std::string::npos)
-        << error;
-    EXPECT_NE(error.find("t. ! queue ! mux.sink_0"), std::string::npos) << error;
+    EXPECT_SAYS(error, "WEIR-5001");
+    EXPECT_SAYS(error, "sink_0 and sink_1 of mux, both fed through t ");
+    EXPECT_SAYS(error, "t. ! queue ! mux.sink_0");
   }
 }
 
@@ -75,7 +72,7 @@ TEST(TensorMuxGraph, BranchesInsideABinAreSeen) {
               "tee name=t  t. ! mux.sink_0  t. ! ( identity ) ! mux.sink_1  "
               "tensor_mux name=mux ! fakesink");
   const std::string error = graph.plays_to_its_end();
-  EXPECT_NE(error.find("WEIR-5001"), std::string::npos) << error;
+  EXPECT_SAYS(error, "WEIR-5001");
 }
 
 TEST(TensorMuxGraph, ALoopIsToldHowToBeCut) {
@@ -85,9 +82,9 @@ TEST(TensorMuxGraph, ALoopIsToldHowToBeCut) {
                 "! fakesink  t. ! " +
                 between + " ! mux.sink_1");
     const std::string error = graph.plays_to_its_end();
-    EXPECT_NE(error.find("WEIR-5001"), std::string::npos) << error;
-    EXPECT_NE(error.find("tensor_reposink"), std::string::npos) << error;
-    EXPECT_NE(error.find("sink_1"), std::string::npos) << error;
+    EXPECT_SAYS(error, "WEIR-5001");
+    EXPECT_SAYS(error, "tensor_reposink");
+    EXPECT_SAYS(error, "sink_1");
   }
 }
 
@@ -98,9 +95,9 @@ TEST(TensorMuxGraph, ALoopThroughTwoMuxesIsToldHowToBeCut) {
               "b.sink_1  tensor_merge name=b ! tee name=y y. ! queue ! fakesink y. ! queue ! "
               "a.sink_1");
   const std::string error = graph.plays_to_its_end();
-  EXPECT_NE(error.find("WEIR-5001"), std::string::npos) << error;
-  EXPECT_NE(error.find("sink_1 of "), std::string::npos) << error;
-  EXPECT_NE(error.find("tensor_reposink"), std::string::npos) << error;
+  EXPECT_SAYS(error, "WEIR-5001");
+  EXPECT_SAYS(error, "sink_1 of ");
+  EXPECT_SAYS(error, "tensor_reposink");
 }
 
 TEST(TensorMuxGraph, TwoSourcesNeedNoQueue) {

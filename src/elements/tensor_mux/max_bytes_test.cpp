@@ -8,9 +8,6 @@ namespace {
 Bytes zeros(size_t size) {
   return Bytes(size, 0);
 }
-void expect_says(const std::string& text, const std::string& words) {
-  EXPECT_NE(text.find(words), std::string::npos) << text;
-}
 
 TEST(MaxBytes, BoundsWhatMuxAndMergeHold) {
   for (const char* line : {"tensor_mux max-bytes=40", "tensor_merge option=0 max-bytes=40"}) {
@@ -40,9 +37,9 @@ TEST(MaxBytes, SaysHowManyAreNeeded) {
     EXPECT_EQ(element.push(1, zeros(10), 0), GST_FLOW_ERROR) << line;
     EXPECT_EQ(first.get(), GST_FLOW_ERROR) << line;
     const std::string text = element.error();
-    expect_says(text, "WEIR-2006: frames that go together are more bytes than max-bytes allows");
-    expect_says(text, "offered: 10 bytes held and a frame of 10 beside them, max-bytes=19");
-    expect_says(text, "fix: max-bytes=20");
+    EXPECT_SAYS(text, "WEIR-2006: frames that go together are more bytes than max-bytes allows");
+    EXPECT_SAYS(text, "offered: 10 bytes held and a frame of 10 beside them, max-bytes=19");
+    EXPECT_SAYS(text, "fix: max-bytes=20");
     EXPECT_EQ(element.stat("dropped-error"), 2u);
     EXPECT_EQ(element.stat("held"), 0u);
   }
@@ -57,7 +54,7 @@ TEST(MaxBytes, SaysSoForCropToo) {
   crop.wait_for_stat("bytes-held", 40);
   EXPECT_EQ(crop.push(1, zeros(144), 0), GST_FLOW_ERROR);
   EXPECT_EQ(raw.get(), GST_FLOW_ERROR);
-  expect_says(crop.error(), "fix: max-bytes=184");
+  EXPECT_SAYS(crop.error(), "fix: max-bytes=184");
 }
 
 }  // namespace

@@ -6,12 +6,6 @@
 namespace weir::overlay_test {
 namespace {
 
-testing::AssertionResult says(Errors& errors, const std::string& words) {
-  const auto text = errors.next();
-  if (text.find(words) != std::string::npos) return testing::AssertionSuccess();
-  return testing::AssertionFailure() << text << "\nlacks " << words;
-}
-
 TEST(OverlayRefuses, ResultsOfAnotherLayout) {
   for (const std::string& caps :
        {tensors("uint8", "6:2"), tensors("float32", "3:2"), tensors("float32", "7:2"),
@@ -30,7 +24,7 @@ TEST(OverlayRefuses, FlexibleFramesOfSeveralTensors) {
   const Both b("", video("RGB", 8, 6), "other/tensors,format=flexible,framerate=10/1");
   Errors errors(b.element.get());
   EXPECT_EQ(gst_harness_push(b.results.get(), frame(Bytes(5), 0)), GST_FLOW_ERROR);
-  EXPECT_TRUE(says(errors, "WEIR-2005"));
+  EXPECT_SAYS(errors.next(), "WEIR-2005");
   EXPECT_EQ(b.stat("results-refused"), 1u);
   b.expect_results_balance();
 }
@@ -39,7 +33,7 @@ TEST(OverlayRefuses, ResultsThatAreTooShort) {
   const Both b("");
   Errors errors(b.element.get());
   EXPECT_EQ(b.bring({1, 2, 3}, 0), GST_FLOW_ERROR);
-  EXPECT_TRUE(says(errors, "WEIR-2004"));
+  EXPECT_SAYS(errors.next(), "WEIR-2004");
   EXPECT_EQ(b.stat("results-refused"), 1u);
   EXPECT_EQ(b.picture(kSmall, 0), Bytes(kSmall));
 }
@@ -90,7 +84,7 @@ TEST(OverlayRefuses, APictureThatIsTooShort) {
   b.bring({1, 1, 7, 6, 1, 0}, 0);
   Errors errors(b.element.get());
   EXPECT_TRUE(b.picture(kSmall - 1, 0).empty());
-  EXPECT_TRUE(says(errors, "WEIR-2004: a video buffer is shorter than its caps say"));
+  EXPECT_SAYS(errors.next(), "WEIR-2004: a video buffer is shorter than its caps say");
   EXPECT_EQ(b.stat("dropped-error"), 1u);
   EXPECT_EQ(b.picture(kSmall, 0), small_with({{1, 1, 7, 6}}));
 }
@@ -102,7 +96,7 @@ TEST(OverlayRefuses, MetadataThatLie) {
     Errors errors(b.element.get());
     GstBuffer* in = with_lie(timed(frame(Bytes(kSmall)), 0), 8, 6, lie);
     EXPECT_EQ(gst_harness_push(b.pictures.get(), in), GST_FLOW_ERROR);
-    EXPECT_TRUE(says(errors, lie.words));
+    EXPECT_SAYS(errors.next(), lie.words);
     EXPECT_EQ(b.stat("dropped-error"), 1u);
     b.expect_results_balance();
   }

@@ -77,20 +77,20 @@ TEST(Crop, OutsideOfThePictureIsRefused) {
     set_crop(h, outside);
     const auto text =
         error_of(h, [&] { EXPECT_EQ(gst_harness_push(h.get(), frame(ramp(12))), GST_FLOW_ERROR); });
-    expect_words(text, "the crop is not within the picture");
-    expect_words(text, "needed: a part of 4x3");
+    EXPECT_SAYS(text, "the crop is not within the picture");
+    EXPECT_SAYS(text, "needed: a part of 4x3");
     EXPECT_EQ(stat(h, "dropped-error"), 1u);
   }
 }
 
 TEST(Crop, ThatCannotBeReadIsShownWithItsPlace) {
-  expect_words(error_of_start("width=2 height=1 crop=1:2:3"), "needed: X:Y:WIDTH:HEIGHT");
+  EXPECT_SAYS(error_of_start("width=2 height=1 crop=1:2:3"), "needed: X:Y:WIDTH:HEIGHT");
   auto h = harness("width=2 height=1", video("GRAY8", 4, 3));
   set_crop(h, "1:2:0:3");
   const auto text =
       error_of(h, [&] { EXPECT_EQ(gst_harness_push(h.get(), frame(ramp(12))), GST_FLOW_ERROR); });
-  expect_words(text, "crop cannot be read");
-  expect_words(text, "at character 5:\n    1:2:0:3\n        ^");
+  EXPECT_SAYS(text, "crop cannot be read");
+  EXPECT_SAYS(text, "at character 5:\n    1:2:0:3\n        ^");
 }
 
 }  // namespace

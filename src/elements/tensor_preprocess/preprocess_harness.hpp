@@ -51,9 +51,6 @@ inline std::string error_with_caps(const std::string& properties, const std::str
 inline std::string error_of_start(const std::string& properties) {
   return start_error("tensor_preprocess " + properties);
 }
-inline void expect_words(const std::string& text, const char* words) {
-  EXPECT_NE(text.find(words), std::string::npos) << text << "\nlacks " << words;
-}
 
 // Of one frame, as GStreamer lays it out.
 inline size_t frame_bytes(const std::string& format, guint width, guint height) {

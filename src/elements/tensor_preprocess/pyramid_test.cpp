@@ -47,8 +47,8 @@ TEST(Pyramid, EachLayerIsTheSinglePicture) {
 TEST(Pyramid, CapsAndMapsAreOfEachLayer) {
   auto h = harness("sizes=32x18,16x16 layout=NHWC fit=letterbox", video("GRAY8", 64, 36));
   const auto out = Ref<GstBuffer>::adopt(gst_harness_push_and_pull(h.get(), frame(ramp(64 * 36))));
-  expect_words(caps_text(h), "num_tensors=(int)2");
-  expect_words(caps_text(h), "3:32:18:1\\,3:16:16:1");
+  EXPECT_SAYS(caps_text(h), "num_tensors=(int)2");
+  EXPECT_SAYS(caps_text(h), "3:32:18:1\\,3:16:16:1");
   const auto maps = gst::picture_maps(out.get());
   ASSERT_EQ(maps.size(), 2u);
   EXPECT_EQ(maps[0].to_source({32, 18}).x, 64);
@@ -80,21 +80,21 @@ TEST(Pyramid, HasAtMostSixteenLayers) {
   const auto out = Ref<GstBuffer>::adopt(gst_harness_push_and_pull(h.get(), frame(ramp(1200))));
   ASSERT_TRUE(out);
   EXPECT_EQ(gst_buffer_n_memory(out.get()), 16u);
-  expect_words(error_of_start(sizes + ",1x1"), "offered: sizes of 17 layers");
+  EXPECT_SAYS(error_of_start(sizes + ",1x1"), "offered: sizes of 17 layers");
 }
 
 TEST(Pyramid, RefusesSizesThatCannotBeRead) {
   const auto text = error_of_start("sizes=640x480,320y240");
-  expect_words(text, "WEIR-1001: sizes cannot be read");
-  expect_words(text, "at character 9");
-  expect_words(text, "640x480,320y240\n");
-  expect_words(text, "sizes=640x640,320x320,160x160");
+  EXPECT_SAYS(text, "WEIR-1001: sizes cannot be read");
+  EXPECT_SAYS(text, "at character 9");
+  EXPECT_SAYS(text, "640x480,320y240\n");
+  EXPECT_SAYS(text, "sizes=640x640,320x320,160x160");
 }
 
 TEST(Pyramid, ExcludesWidthAndHeight) {
   const auto text = error_of_start("sizes=8x8 height=4");
-  expect_words(text, "WEIR-1004");
-  expect_words(text, "offered: width=0 height=4 sizes=8x8");
+  EXPECT_SAYS(text, "WEIR-1004");
+  EXPECT_SAYS(text, "offered: width=0 height=4 sizes=8x8");
 }
 
 TEST(Pyramid, NamesTheFirstLayerThatDoesNotFit) {
@@ -102,8 +102,8 @@ TEST(Pyramid, NamesTheFirstLayerThatDoesNotFit) {
       "sizes=4x3,2x1", video("RGB", 8, 6),
       "other/tensors,format=static,num_tensors=2,dimensions=(string)\"3:4:3:1,3:2:2:1\","
       "types=(string)\"uint8,uint8\",framerate=10/1");
-  expect_words(text, "the element behind tensor_preprocess needs another tensor");
-  expect_words(text, "3:2:2:1");
+  EXPECT_SAYS(text, "the element behind tensor_preprocess needs another tensor");
+  EXPECT_SAYS(text, "3:2:2:1");
 }
 
 }  // namespace

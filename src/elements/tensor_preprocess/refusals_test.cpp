@@ -16,8 +16,8 @@ TEST(TensorPreprocess, RefusesACropBeyondThePicture) {
     crop(in, 3, 0, 2, 1);
     EXPECT_EQ(gst_harness_push(h.get(), in), GST_FLOW_ERROR);
   });
-  expect_words(text, "the crop is not within the picture");
-  expect_words(text, "2x1 at 3,0");
+  EXPECT_SAYS(text, "the crop is not within the picture");
+  EXPECT_SAYS(text, "2x1 at 3,0");
   EXPECT_EQ(stat(h, "dropped-error"), 1u);
 }
 
@@ -25,8 +25,8 @@ TEST(TensorPreprocess, RefusesAFrameThatIsTooShort) {
   auto h = harness("width=2 height=1", video("RGB", 4, 3));
   const auto text =
       error_of(h, [&] { EXPECT_EQ(gst_harness_push(h.get(), frame(ramp(35))), GST_FLOW_ERROR); });
-  expect_words(text, "WEIR-2004");
-  expect_words(text, "offered: 35 bytes");
+  EXPECT_SAYS(text, "WEIR-2004");
+  EXPECT_SAYS(text, "offered: 35 bytes");
   EXPECT_EQ(stat(h, "received"), 1u);
   EXPECT_EQ(stat(h, "dropped-error"), 1u);
   EXPECT_EQ(stat(h, "held"), 0u);
@@ -38,7 +38,7 @@ TEST(TensorPreprocess, RefusesMetadataThatLie) {
     const auto text = error_of(h, [&] {
       EXPECT_EQ(gst_harness_push(h.get(), with_lie(frame(ramp(36)), 4, 3, lie)), GST_FLOW_ERROR);
     });
-    expect_words(text, lie.words.c_str());
+    EXPECT_SAYS(text, lie.words);
   }
 }
 
@@ -71,8 +71,8 @@ TEST(TensorPreprocess, RefusesVideoThatIsNoProgressivePicture) {
 
 TEST(TensorPreprocess, SaysThatTheSizeIsNotKnown) {
   const auto text = error_with_caps("width=4", video("RGB", 4, 2));
-  expect_words(text, "the size of the tensor is not known");
-  expect_words(text, "fix: tensor_preprocess width=224 height=224");
+  EXPECT_SAYS(text, "the size of the tensor is not known");
+  EXPECT_SAYS(text, "fix: tensor_preprocess width=224 height=224");
 }
 
 TEST(TensorPreprocess, NamesTheFirstDifferenceToWhatIsWantedBehind) {
@@ -80,11 +80,11 @@ TEST(TensorPreprocess, NamesTheFirstDifferenceToWhatIsWantedBehind) {
       "other/tensors,format=static,num_tensors=1,dimensions=(string)3:4:3:1,"
       "types=(string)float32,framerate=10/1";
   const auto size = error_with_caps("width=5 height=3", video("RGB", 4, 2), behind);
-  expect_words(size, "WEIR-2001: the element behind tensor_preprocess needs another tensor");
-  expect_words(size, "3:5:3:1");
-  expect_words(size, "3:4:3:1");
-  expect_words(error_with_caps("type=uint8", video("RGB", 4, 2), behind),
-               "the element behind tensor_preprocess needs another tensor");
+  EXPECT_SAYS(size, "WEIR-2001: the element behind tensor_preprocess needs another tensor");
+  EXPECT_SAYS(size, "3:5:3:1");
+  EXPECT_SAYS(size, "3:4:3:1");
+  EXPECT_SAYS(error_with_caps("type=uint8", video("RGB", 4, 2), behind),
+              "the element behind tensor_preprocess needs another tensor");
 }
 
 TEST(TensorPreprocess, NamesAFormatItDoesNotTake) {
@@ -93,10 +93,10 @@ TEST(TensorPreprocess, NamesAFormatItDoesNotTake) {
     gst_harness_set_src_caps_str(h.get(), video("YUY2", 4, 4).c_str());
     EXPECT_EQ(gst_harness_push(h.get(), frame(ramp(32))), GST_FLOW_NOT_NEGOTIATED);
   });
-  expect_words(text, "WEIR-2002: pictures of this format cannot be prepared");
-  expect_words(text, "offered: YUY2");
-  expect_words(text, "GRAY8, NV12, I420");
-  expect_words(text, "fix: videoconvert ! tensor_preprocess");
+  EXPECT_SAYS(text, "WEIR-2002: pictures of this format cannot be prepared");
+  EXPECT_SAYS(text, "offered: YUY2");
+  EXPECT_SAYS(text, "GRAY8, NV12, I420");
+  EXPECT_SAYS(text, "fix: videoconvert ! tensor_preprocess");
   EXPECT_EQ(stat(h, "consumed"), 0u);
 }
 
@@ -107,7 +107,7 @@ TEST(TensorPreprocess, RefusesAnotherFormatInTheMiddleOfAStream) {
     gst_harness_set_src_caps_str(h.get(), video("v210", 4, 4).c_str());
     EXPECT_EQ(gst_harness_push(h.get(), frame(ramp(512))), GST_FLOW_NOT_NEGOTIATED);
   });
-  expect_words(text, "offered: v210");
+  EXPECT_SAYS(text, "offered: v210");
   EXPECT_EQ(stat(h, "received"), 1u);  // no frame comes behind caps that are refused
   EXPECT_EQ(stat(h, "pushed"), 1u);
 }
@@ -115,7 +115,7 @@ TEST(TensorPreprocess, RefusesAnotherFormatInTheMiddleOfAStream) {
 TEST(TensorPreprocess, NamesAFormatThatASourceIsSetTo) {
   const std::string source = "videotestsrc num-buffers=2 ! video/x-raw,format=YUY2 ! ";
   const std::string behind = "tensor_preprocess width=4 height=4 ! fakesink";
-  expect_words(error_of_pipeline(source + behind), "fix: videoconvert ! tensor_preprocess");
+  EXPECT_SAYS(error_of_pipeline(source + behind), "fix: videoconvert ! tensor_preprocess");
   EXPECT_EQ(error_of_pipeline(source + "videoconvert ! " + behind), "");
   // A source that is free to choose does not choose what is refused.
   EXPECT_EQ(error_of_pipeline("videotestsrc num-buffers=2 ! " + behind), "");
@@ -130,10 +130,9 @@ TEST(TensorPreprocess, IsLinkedBehindASourceOfNothingItTakesToSayWhy) {
   const std::string behind = "tensor_preprocess width=4 height=4 ! ";
   for (const char* rest : {"queue ! fakesink", "other/tensors,format=static ! fakesink",
                            "tensor_transform mode=typecast option=float32 ! tensor_sink"})
-    expect_words(error_of_pipeline(source + behind + rest),
-                 "fix: videoconvert ! tensor_preprocess");
+    EXPECT_SAYS(error_of_pipeline(source + behind + rest), "fix: videoconvert ! tensor_preprocess");
   // What it can make of no video at all is no excuse.
-  expect_words(
+  EXPECT_SAYS(
       error_of_pipeline(source + behind + "other/tensors,dimensions=(string)3:5:4:1 ! fakesink"),
       "not linked: ");
 }
@@ -147,9 +146,9 @@ TEST(TensorPreprocess, RefusesPicturesInTheMemoryOfADevice) {
     const std::string caps =
         std::string("video/x-raw(") + memory + "),format=NV12,width=8,height=2,framerate=10/1";
     const auto text = error_with_caps("width=4 height=4", caps);
-    expect_words(text, "WEIR-2002: these pictures lie in a device's memory");
-    expect_words(text, memory);
-    expect_words(text, fix);
+    EXPECT_SAYS(text, "WEIR-2002: these pictures lie in a device's memory");
+    EXPECT_SAYS(text, memory);
+    EXPECT_SAYS(text, fix);
     auto h = harness("width=4 height=4", video("RGB", 4, 4));
     EXPECT_EQ(pushed<uint8_t>(h, frame(ramp(48))), ramp(48));
     EXPECT_EQ(error_of(h, [&] { gst_harness_set_src_caps_str(h.get(), caps.c_str()); }), text);
@@ -159,21 +158,20 @@ TEST(TensorPreprocess, RefusesPicturesInTheMemoryOfADevice) {
 TEST(TensorPreprocess, RefusesAColourMatrixItDoesNotKnow) {
   const auto text =
       error_with_caps("width=4 height=2", video("NV12", 4, 2, ",colorimetry=smpte240m"));
-  expect_words(text, "WEIR-2002: the colour matrix of the video is not known");
+  EXPECT_SAYS(text, "WEIR-2002: the colour matrix of the video is not known");
 }
 
 TEST(TensorPreprocess, ShowsThePlaceOfOddOptions) {
-  expect_words(error_of_start("mean=1,x"), "at character 3:\n    1,x\n      ^");
-  expect_words(error_of_start("scale=1..2"), "scale cannot be read");
-  expect_words(error_of_start("quantisation=1"), "needed: SCALE:ZERO_POINT");
-  expect_words(error_of_start("type=floaty"), "WEIR-1003");
-  expect_words(error_with_caps("width=4 height=4 mean=1,2", video("RGB", 4, 4)),
-               "mean of 2 numbers");
-  expect_words(error_with_caps("width=4 height=4 type=int64", video("RGB", 4, 4)),
-               "needed: uint8, int8, float16 or float32");
-  expect_words(
-      error_with_caps("width=4 height=4 type=uint8 quantisation=1:256", video("RGB", 4, 4)),
-      "0 to 255");
+  EXPECT_SAYS(error_of_start("mean=1,x"), "at character 3:\n    1,x\n      ^");
+  EXPECT_SAYS(error_of_start("scale=1..2"), "scale cannot be read");
+  EXPECT_SAYS(error_of_start("quantisation=1"), "needed: SCALE:ZERO_POINT");
+  EXPECT_SAYS(error_of_start("type=floaty"), "WEIR-1003");
+  EXPECT_SAYS(error_with_caps("width=4 height=4 mean=1,2", video("RGB", 4, 4)),
+              "mean of 2 numbers");
+  EXPECT_SAYS(error_with_caps("width=4 height=4 type=int64", video("RGB", 4, 4)),
+              "needed: uint8, int8, float16 or float32");
+  EXPECT_SAYS(error_with_caps("width=4 height=4 type=uint8 quantisation=1:256", video("RGB", 4, 4)),
+              "0 to 255");
 }
 
 class Card : public testing::Test {
@@ -197,7 +195,7 @@ TEST_F(Card, SaysEverythingThatIsNotSet) {
   write(kPicture);
   auto h = harness("card=" + path_, video("RGB", 4, 2));
   const auto out = pushed<float>(h, frame(ramp(24)));
-  expect_words(caps_text(h), "4:2:3:1");
+  EXPECT_SAYS(caps_text(h), "4:2:3:1");
   ASSERT_EQ(out.size(), 24u);
   for (size_t i = 0; i < 24; ++i) {
     const size_t channel = i / 8, pixel = i % 8;
@@ -219,21 +217,21 @@ TEST_F(Card, IsReadAgainAtEachStart) {
 
 TEST_F(Card, IsMissing) {
   const auto text = error_of_start("card=" + path_);
-  expect_words(text, "WEIR-4001: the model card cannot be read");
-  expect_words(text, "fix: the path of a card; docs/cards.md says what stands in one");
-  expect_words(text, path_.c_str());
+  EXPECT_SAYS(text, "WEIR-4001: the model card cannot be read");
+  EXPECT_SAYS(text, "fix: the path of a card; docs/cards.md says what stands in one");
+  EXPECT_SAYS(text, path_);
 }
 
 TEST_F(Card, HasNoPicture) {
   write("");
-  expect_words(error_of_start("card=" + path_), "a list of at least one input");
+  EXPECT_SAYS(error_of_start("card=" + path_), "a list of at least one input");
   write(R"({"type": "float32", "shape": [10], "layout": "NHWC", "color": "RGB"})");
-  expect_words(error_of_start("card=" + path_), "the extents of one picture");
+  EXPECT_SAYS(error_of_start("card=" + path_), "the extents of one picture");
   write(std::string(kPicture) + "," + kPicture);
-  expect_words(error_of_start("card=" + path_), "2 inputs");
-  expect_words(error_of_start("card=" + path_ + " card-input=2"),
-               "the model card has no such input");
-  expect_words(error_of_start("card-input=2"), "card-input without a card says nothing");
+  EXPECT_SAYS(error_of_start("card=" + path_), "2 inputs");
+  EXPECT_SAYS(error_of_start("card=" + path_ + " card-input=2"),
+              "the model card has no such input");
+  EXPECT_SAYS(error_of_start("card-input=2"), "card-input without a card says nothing");
 }
 
 TEST_F(Card, HasSeveralInputsOfWhichOneIsTaken) {
@@ -242,9 +240,9 @@ TEST_F(Card, HasSeveralInputsOfWhichOneIsTaken) {
   other.insert(1, R"("name": "small", )");
   write(std::string(kPicture) + "," + other);
   const auto named = harness("card-input=small card=" + path_, video("RGB", 4, 2));
-  expect_words(caps_text(named), "5:6:3:1");
+  EXPECT_SAYS(caps_text(named), "5:6:3:1");
   const auto first = harness("card-input=0 card=" + path_, video("RGB", 4, 2));
-  expect_words(caps_text(first), "4:2:3:1");
+  EXPECT_SAYS(caps_text(first), "4:2:3:1");
 }
 
 }  // namespace

@@ -164,19 +164,19 @@ TEST(RegionsPad, RefusesWhatIsNoBox) {
           (std::string("other/tensors,format=static,num_tensors=1,framerate=10/1,") + tensor)
               .c_str());
     });
-    expect_words(text, "the stream of regions is not of boxes");
-    expect_words(text, "x, y, width and height of each box");
+    EXPECT_SAYS(text, "the stream of regions is not of boxes");
+    EXPECT_SAYS(text, "x, y, width and height of each box");
   }
   auto b = both("");
   const auto text = error_of(b.pictures, [&] {
     EXPECT_EQ(gst_harness_push(b.regions.get(), boxes<uint32_t>({1, 2}, 0)), GST_FLOW_ERROR);
   });
-  expect_words(text, "WEIR-");
+  EXPECT_SAYS(text, "WEIR-");
 }
 
 TEST(RegionsPad, BelongsToItsProperty) {
-  expect_words(error_of_start("regions=pad"), "there is no stream of boxes");
-  expect_words(error_of_start("name=p fakesrc ! p.regions"), "boxes come that are not used");
+  EXPECT_SAYS(error_of_start("regions=pad"), "there is no stream of boxes");
+  EXPECT_SAYS(error_of_start("name=p fakesrc ! p.regions"), "boxes come that are not used");
 }
 
 }  // namespace

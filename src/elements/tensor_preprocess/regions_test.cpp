@@ -51,7 +51,7 @@ TEST(Regions, AreTheSinglePicturesOfTheirParts) {
       const std::string size = "width=7 height=5" + more;
       const auto caps = video(format, 64, 36);
       auto h = harness("regions=meta " + size, caps);
-      expect_words(caps_text(h), "format=(string)flexible");
+      EXPECT_SAYS(caps_text(h), "format=(string)flexible");
       // More and fewer from frame to frame: the plans are those of other regions before.
       for (const size_t count : {2u, 5u, 1u, 4u, 5u}) {
         const size_t first = 5 - count;
@@ -121,7 +121,7 @@ TEST(Regions, AreOfThePictureInMemoryWithinItsCrop) {
     crop(bad, 3, 0, 2, 1);
     EXPECT_EQ(gst_harness_push(h.get(), bad), GST_FLOW_ERROR);
   });
-  expect_words(text, "the crop is not within the picture");
+  EXPECT_SAYS(text, "the crop is not within the picture");
   EXPECT_EQ(stat(h, "dropped-error"), 1u);
 }
 
@@ -192,8 +192,8 @@ TEST(Regions, FillAStaticBatch) {
     EXPECT_EQ(bytes_of(out.get()), cases[i]);
     EXPECT_EQ(gst::picture_maps(out.get()).size(), std::min<size_t>(counts[i], 3));
   }
-  expect_words(caps_text(h), "format=(string)static");
-  expect_words(caps_text(h), "1:2:1:3");
+  EXPECT_SAYS(caps_text(h), "format=(string)static");
+  EXPECT_SAYS(caps_text(h), "1:2:1:3");
   EXPECT_EQ(stat(h, "regions"), 9u);
   EXPECT_EQ(stat(h, "regions-beyond-limit"), 2u);
   EXPECT_EQ(stat(h, "pool-allocated"), 1u);
@@ -211,20 +211,20 @@ TEST(Regions, TakeTheSizeOfAStaticBatchFromBehind) {
 }
 
 TEST(Regions, RefuseWhatCannotBe) {
-  expect_words(error_of_start("regions=meta sizes=4x4"), "regions are cut in one size");
-  expect_words(error_of_start("max-regions=4"), "max-regions without regions says nothing");
-  expect_words(error_with_caps("regions=meta", video("RGB", 8, 6)),
-               "the size of the tensor is not known");
+  EXPECT_SAYS(error_of_start("regions=meta sizes=4x4"), "regions are cut in one size");
+  EXPECT_SAYS(error_of_start("max-regions=4"), "max-regions without regions says nothing");
+  EXPECT_SAYS(error_with_caps("regions=meta", video("RGB", 8, 6)),
+              "the size of the tensor is not known");
   const char* four =
       "other/tensors,format=static,num_tensors=1,dimensions=(string)3:4:3:4,"
       "types=(string)uint8,framerate=10/1";
   const auto other =
       error_with_caps("regions=meta max-regions=2 width=4 height=3", video("RGB", 8, 6), four);
-  expect_words(other, "the element behind tensor_preprocess needs another tensor");
-  expect_words(other, "3:4:3:2");
+  EXPECT_SAYS(other, "the element behind tensor_preprocess needs another tensor");
+  EXPECT_SAYS(other, "3:4:3:2");
   const auto flexible = error_with_caps("regions=meta width=4 height=3", video("RGB", 8, 6), four);
-  expect_words(flexible, "format=(string)flexible");
-  expect_words(flexible, "max-regions");
+  EXPECT_SAYS(flexible, "format=(string)flexible");
+  EXPECT_SAYS(flexible, "max-regions");
 }
 
 TEST(Regions, OfAFrameThatIsTooShortAreRefused) {
@@ -233,7 +233,7 @@ TEST(Regions, OfAFrameThatIsTooShortAreRefused) {
     EXPECT_EQ(gst_harness_push(h.get(), with_boxes(frame(ramp(35)), {{0, 0, 1, 1}})),
               GST_FLOW_ERROR);
   });
-  expect_words(text, "offered: 35 bytes");
+  EXPECT_SAYS(text, "offered: 35 bytes");
   EXPECT_EQ(stat(h, "dropped-error"), 1u);
 }
 

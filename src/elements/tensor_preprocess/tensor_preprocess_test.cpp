@@ -7,9 +7,9 @@ namespace {
 TEST(TensorPreprocess, PassesPixelsOfTheSameSize) {
   auto h = harness("width=4 height=2", video("RGB", 4, 2));
   EXPECT_EQ(pushed<uint8_t>(h, frame(ramp(24))), ramp(24));
-  expect_words(caps_text(h), "types=(string)uint8");
-  expect_words(caps_text(h), "3:4:2:1");
-  expect_words(caps_text(h), "framerate=(fraction)10/1");
+  EXPECT_SAYS(caps_text(h), "types=(string)uint8");
+  EXPECT_SAYS(caps_text(h), "3:4:2:1");
+  EXPECT_SAYS(caps_text(h), "framerate=(fraction)10/1");
 }
 
 TEST(TensorPreprocess, NormalisesEachChannelAndTransposes) {
@@ -21,7 +21,7 @@ TEST(TensorPreprocess, NormalisesEachChannelAndTransposes) {
     EXPECT_EQ(out[4 + x], (static_cast<float>(3 * x + 1) - 1) * 2);
     EXPECT_EQ(out[8 + x], (static_cast<float>(3 * x) - 2) * 4);
   }
-  expect_words(caps_text(h), "float32");
+  EXPECT_SAYS(caps_text(h), "float32");
 }
 
 TEST(TensorPreprocess, ConvertsLimitedAndFullRange) {

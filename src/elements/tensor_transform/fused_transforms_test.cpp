@@ -164,7 +164,7 @@ TEST(FusedTransforms, RefuseAFrameOfTheWrongSizeWhereItComesIn) {
     EXPECT_EQ(chain.push(random_frame({size}, 1)), GST_FLOW_ERROR);
     const std::string error = chain.error();
     EXPECT_EQ(error.rfind("a: ", 0), 0u) << error;
-    EXPECT_NE(error.find(std::to_string(size) + " bytes in memory 0"), std::string::npos) << error;
+    EXPECT_SAYS(error, std::to_string(size) + " bytes in memory 0");
     EXPECT_EQ(chain.stat("a", "received"), 2u);
     EXPECT_EQ(chain.stat("a", "consumed"), 1u);
     EXPECT_EQ(chain.stat("a", "dropped-error"), 1u);

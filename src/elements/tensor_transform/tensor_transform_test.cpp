@@ -132,8 +132,8 @@ std::string error_of(const std::string& properties) {
 
 TEST(TensorTransform, MarksThePlaceOfATypo) {
   const std::string text = error_of("mode=arithmetic option=typecast:float32,ad:1");
-  EXPECT_NE(text.find("WEIR-1001"), std::string::npos) << text;
-  EXPECT_NE(text.find("at character 18"), std::string::npos) << text;
+  EXPECT_SAYS(text, "WEIR-1001");
+  EXPECT_SAYS(text, "at character 18");
 }
 
 TEST(TensorTransform, RefusesOptionsThatCannotBeRead) {
@@ -144,11 +144,11 @@ TEST(TensorTransform, RefusesOptionsThatCannotBeRead) {
         "mode=dimchg option=0", "mode=stand option=mean", "mode=clamp option=1",
         "mode=padding option=lft:1", "mode=transpose option=0:0:1:3", "mode=transpose option=1:2",
         "mode=transpose option=x", "mode=typecast option=int8 apply=x"})
-    EXPECT_NE(error_of(properties).find("WEIR-1001"), std::string::npos) << properties;
+    EXPECT_SAYS(error_of(properties), "WEIR-1001") << properties;
 }
 
 TEST(TensorTransform, NeedsAModeAndAnOption) {
-  EXPECT_NE(error_of("").find("mode and option are not set"), std::string::npos);
+  EXPECT_SAYS(error_of(""), "mode and option are not set");
 }
 
 }  // namespace

@@ -6,6 +6,7 @@
 #include <cstdlib>
 
 #include "engine_test_host.hpp"
+#include "says.hpp"
 
 namespace weir::engine {
 namespace {
@@ -42,8 +43,8 @@ TEST_F(EngineLibraryPlaces, AMissingLibraryIsNamedWithTheCommandThatBringsIt) {
   ASSERT_FALSE(library);
   EXPECT_EQ(library.error().code, Code::ENGINE_NOT_INSTALLED);
   EXPECT_EQ(library.error().what, "Frob is not installed");
-  EXPECT_NE(library.error().offered.find("libfrob.so.1"), std::string::npos);
-  EXPECT_NE(library.error().offered.find(folder_.path("")), std::string::npos);
+  EXPECT_SAYS(library.error().offered, "libfrob.so.1");
+  EXPECT_SAYS(library.error().offered, folder_.path(""));
   EXPECT_EQ(library.error().fix, "tools/setup --engine frob");
 }
 
@@ -54,7 +55,7 @@ TEST_F(EngineLibraryPlaces, AFileThatIsNoLibraryIsSaidToBeThere) {
   const auto library = EngineLibrary::open("frob", "Frob", {"libfrob.so.1", "libfrob.so"});
   ASSERT_FALSE(library);
   EXPECT_EQ(library.error().code, Code::ENGINE_NOT_INSTALLED);
-  EXPECT_NE(library.error().what.find("is there and cannot be loaded"), std::string::npos);
+  EXPECT_SAYS(library.error().what, "is there and cannot be loaded");
 }
 
 TEST_F(EngineLibraryPlaces, ASymbolThatIsNotThereIsNull) {

@@ -1,6 +1,8 @@
 // direct_video: formats by channels, rows padded to four bytes, what is no picture.
 #include "decoder_test_fixture.hpp"
 
+#include "says.hpp"
+
 namespace weir::testing_decoders {
 namespace {
 

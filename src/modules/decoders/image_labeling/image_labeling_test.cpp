@@ -4,6 +4,7 @@
 
 #include "core/tensor/float16.hpp"
 #include "decoder_test_fixture.hpp"
+#include "says.hpp"
 
 namespace weir::testing_decoders {
 namespace {

@@ -5,6 +5,7 @@
 #include <random>
 
 #include "engine_fixture.hpp"
+#include "says.hpp"
 #include "tensorflow-lite/tflite_builder.hpp"
 
 namespace weir::engine_test {
@@ -46,7 +47,7 @@ class LoweringTest : public EngineTest {
     take_log();
     auto model = OpenEngine::open(*engine(), path, kLowered, 1);
     const std::string words = logged();
-    EXPECT_NE(words.find("ONNX Runtime runs"), std::string::npos) << words;
+    EXPECT_SAYS(words, "ONNX Runtime runs");
     if (!model) ADD_FAILURE() << model.error().message();
     return model ? *std::move(model) : nullptr;
   }

@@ -3,6 +3,7 @@
 #include <nlohmann/json.hpp>
 
 #include "lowering/lowering_fixture.hpp"
+#include "says.hpp"
 
 namespace weir::engine_test {
 namespace {
@@ -64,10 +65,8 @@ TEST_F(LoweringModels, ACustomOperatorStaysWithTensorFlowLiteAndIsNamed) {
   const auto model = OpenEngine::open(*engine(), path, kLowered, 1);
   ASSERT_TRUE(model) << model.error().message();
   const std::string words = logged();
-  EXPECT_NE(words.find("TFLite_Detection_PostProcess (number 64) is not lowered"),
-            std::string::npos)
-      << words;
-  EXPECT_NE(words.find("TensorFlow Lite runs it"), std::string::npos) << words;
+  EXPECT_SAYS(words, "TFLite_Detection_PostProcess (number 64) is not lowered");
+  EXPECT_SAYS(words, "TensorFlow Lite runs it");
   const auto metadata = nlohmann::json::parse((*model)->info().metadata_json);
   EXPECT_EQ(metadata["lowering"],
             "none: the operator TFLite_Detection_PostProcess (number 64) is not lowered to ONNX "
@@ -83,7 +82,7 @@ TEST_F(LoweringModels, YamnetStaysForItsFourierTransform) {
   ASSERT_TRUE(model) << model.error().message();
   const auto metadata = nlohmann::json::parse((*model)->info().metadata_json);
   const auto why = metadata["lowering"].get<std::string>();
-  EXPECT_NE(why.find("the operator RFFT2D (number 8) is not lowered"), std::string::npos) << why;
+  EXPECT_SAYS(why, "the operator RFFT2D (number 8) is not lowered");
   EXPECT_TRUE((*model)->invoke(zero_inputs(**model)));
 }
 

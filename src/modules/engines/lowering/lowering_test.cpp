@@ -1,6 +1,8 @@
 // Choosing the lowering: what it takes, what it leaves to TensorFlow Lite, what it refuses.
 #include "lowering/lowering_fixture.hpp"
 
+#include "says.hpp"
+
 namespace weir::engine_test {
 namespace {
 
@@ -10,8 +12,8 @@ TEST_F(Lowering, AnOperatorThatIsNotLoweredStaysWithTensorFlowLiteAndIsNamed) {
   const auto model = open(tflite_negation().bytes(), kLowered);
   ASSERT_TRUE(model) << model.error().message();
   const std::string words = logged();
-  EXPECT_NE(words.find("the operator NEG (number 1) is not lowered"), std::string::npos) << words;
-  EXPECT_NE(words.find("TensorFlow Lite runs it"), std::string::npos) << words;
+  EXPECT_SAYS(words, "the operator NEG (number 1) is not lowered");
+  EXPECT_SAYS(words, "TensorFlow Lite runs it");
   const auto y = (*model)->invoke({make_tensor<float>(WEIR_FLOAT32, {2, 3}, {1, 2, 3, -4, 5, 6})});
   ASSERT_TRUE(y) << y.error().message();
   EXPECT_EQ((*y)[0].values<float>(), (std::vector<float>{-1, -2, -3, 4, -5, -6}));
@@ -20,7 +22,7 @@ TEST_F(Lowering, AnOperatorThatIsNotLoweredStaysWithTensorFlowLiteAndIsNamed) {
 TEST_F(Lowering, IsOffUnlessItIsAskedFor) {
   for (const auto& options : {Options{}, Options{{"Lowering", "None"}}}) {
     ASSERT_TRUE(open(tflite_negation().bytes(), options));
-    EXPECT_EQ(logged().find("Lowering"), std::string::npos);
+    EXPECT_LACKS(logged(), "Lowering");
   }
 }
 
@@ -74,8 +76,7 @@ TEST_F(Lowering, TheOtherEngineSaysWhatTheFileSays) {
     EXPECT_EQ(info.zero_point, 7);
   }
   EXPECT_EQ((*model)->inputs()[0].layout, uint32_t{WEIR_LAYOUT_NHWC});
-  EXPECT_NE(std::string((*model)->info().metadata_json).find(R"("lowering":"onnxruntime")"),
-            std::string::npos);
+  EXPECT_SAYS(std::string((*model)->info().metadata_json), R"("lowering":"onnxruntime")");
 }
 
 // Who asks the engines about a file hears of both, and of the one that it is made for first.
@@ -106,7 +107,7 @@ TEST_F(Lowering, ADamagedFileIsRefusedAsWithoutIt) {
   bytes.resize(bytes.size() / 2);
   const auto error = error_of(bytes, kLowered);
   EXPECT_EQ(error.code, Code::MODEL_INVALID);
-  EXPECT_NE(error.offered.find("model.bin"), std::string::npos);
+  EXPECT_SAYS(error.offered, "model.bin");
 }
 
 }  // namespace

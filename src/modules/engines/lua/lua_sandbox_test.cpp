@@ -2,6 +2,7 @@
 #include <fstream>
 
 #include "lua/lua_test_support.hpp"
+#include "says.hpp"
 
 namespace weir::engine_test {
 namespace {

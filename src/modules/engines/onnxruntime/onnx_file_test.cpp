@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "onnxruntime/onnx_builder.hpp"
+#include "says.hpp"
 
 namespace weir::engine {
 namespace {
@@ -49,7 +50,7 @@ TEST(OnnxFile, RefusesACutWithinTheGraphAndSaysHowMuchIsMissing) {
   const auto summary = read_onnx(bytes);
   ASSERT_FALSE(summary);
   EXPECT_EQ(summary.error().code, Code::MODEL_INVALID);
-  EXPECT_NE(summary.error().offered.find("bytes too early"), std::string::npos);
+  EXPECT_SAYS(summary.error().offered, "bytes too early");
 }
 
 TEST(OnnxFile, EveryCutAndEveryFlippedBitEndsInAnAnswer) {
@@ -83,7 +84,7 @@ TEST(OnnxFile, RefusesGraphsWithinGraphsWithoutEnd) {
   const auto* data = reinterpret_cast<const std::byte*>(model.data());
   const auto summary = read_onnx({data, model.size()});
   ASSERT_FALSE(summary);
-  EXPECT_NE(summary.error().offered.find("graphs within graphs"), std::string::npos);
+  EXPECT_SAYS(summary.error().offered, "graphs within graphs");
 }
 
 TEST(OnnxFile, KnowsAnOnnxFileByItsFirstBytes) {

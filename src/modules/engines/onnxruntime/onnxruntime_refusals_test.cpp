@@ -3,6 +3,7 @@
 
 #include "engine_fixture.hpp"
 #include "onnxruntime/onnx_builder.hpp"
+#include "says.hpp"
 
 namespace weir::engine_test {
 namespace {
@@ -25,7 +26,7 @@ TEST_F(OnnxRuntimeRefuses, AModelThatIsNotThere) {
   const auto model = OpenEngine::open(*engine(), folder_.path("none.onnx"));
   ASSERT_FALSE(model);
   EXPECT_EQ(model.error().code, Code::MODEL_NOT_FOUND);
-  EXPECT_NE(model.error().offered.find("none.onnx"), std::string::npos);
+  EXPECT_SAYS(model.error().offered, "none.onnx");
 }
 
 TEST_F(OnnxRuntimeRefuses, AFolder) {
@@ -66,7 +67,7 @@ TEST_F(OnnxRuntimeRefuses, FilesThatAreNoModel) {
   EXPECT_EQ(error_of(std::vector<std::byte>(4096)).code, Code::MODEL_INVALID);
   const Error error = error_of({std::byte('P'), std::byte('N'), std::byte('G')});
   EXPECT_EQ(error.code, Code::MODEL_INVALID);
-  EXPECT_NE(error.message().find("not an ONNX model"), std::string::npos) << error.message();
+  EXPECT_SAYS(error.message(), "not an ONNX model");
 }
 
 TEST_F(OnnxRuntimeRefuses, AnUnknownOperatorByItsName) {
@@ -77,7 +78,7 @@ TEST_F(OnnxRuntimeRefuses, AnUnknownOperatorByItsName) {
                                    .also_uses("com.example")
                                    .bytes());
   EXPECT_EQ(error.code, Code::MODEL_UNSUPPORTED) << error.message();
-  EXPECT_NE(error.message().find("Frobnicate"), std::string::npos) << error.message();
+  EXPECT_SAYS(error.message(), "Frobnicate");
 }
 
 TEST_F(OnnxRuntimeRefuses, AnOperatorWithoutAKernelForItsType) {
@@ -87,7 +88,7 @@ TEST_F(OnnxRuntimeRefuses, AnOperatorWithoutAKernelForItsType) {
                                    .node("Relu", {"x"}, {"y"})
                                    .bytes());
   EXPECT_TRUE(error.code == Code::MODEL_UNSUPPORTED || error.code == Code::MODEL_INVALID);
-  EXPECT_NE(error.message().find("Relu"), std::string::npos) << error.message();
+  EXPECT_SAYS(error.message(), "Relu");
 }
 
 TEST_F(OnnxRuntimeRefuses, TensorsOfText) {
@@ -97,8 +98,8 @@ TEST_F(OnnxRuntimeRefuses, TensorsOfText) {
                                    .node("Identity", {"words"}, {"y"})
                                    .bytes());
   EXPECT_EQ(error.code, Code::MODEL_UNSUPPORTED);
-  EXPECT_NE(error.message().find("words"), std::string::npos) << error.message();
-  EXPECT_NE(error.message().find("string"), std::string::npos) << error.message();
+  EXPECT_SAYS(error.message(), "words");
+  EXPECT_SAYS(error.message(), "string");
 }
 
 TEST_F(OnnxRuntimeRefuses, Sequences) {
@@ -118,7 +119,7 @@ TEST_F(OnnxRuntimeRefuses, OptionsWithValuesThatCannotBe) {
                                                       {"Spinning", "maybe"}}) {
     const Error error = error_of(negation().bytes(), {{key, value}});
     EXPECT_EQ(error.code, Code::OPTION_VALUE) << key << value;
-    EXPECT_NE(error.offered.find(value), std::string::npos);
+    EXPECT_SAYS(error.offered, value);
     EXPECT_FALSE(error.fix.empty());
   }
 }
@@ -138,10 +139,9 @@ TEST_F(OnnxRuntimeRefuses, InputsThatDoNotFit) {
   EXPECT_EQ(code({make_tensor(WEIR_INT32, {2, 3})}), Code::SPEC_MISMATCH);
   const auto out = model->resolve({make_tensor(WEIR_FLOAT32, {2, 4}).info});
   ASSERT_FALSE(out);
-  EXPECT_NE(out.error().offered.find("float32 4:2"), std::string::npos) << out.error().message();
-  EXPECT_NE(out.error().difference.find("dimension 1 is 4 instead of 3"), std::string::npos)
-      << out.error().message();
-  EXPECT_NE(out.error().needed.find("float32 3:2 (x)"), std::string::npos);
+  EXPECT_SAYS(out.error().offered, "float32 4:2") << out.error().message();
+  EXPECT_SAYS(out.error().difference, "dimension 1 is 4 instead of 3") << out.error().message();
+  EXPECT_SAYS(out.error().needed, "float32 3:2 (x)");
 }
 
 TEST_F(OnnxRuntimeRefuses, FramesThatLie) {

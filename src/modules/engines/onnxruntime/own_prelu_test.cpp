@@ -6,6 +6,7 @@
 
 #include "engine_fixture.hpp"
 #include "onnxruntime/onnx_builder.hpp"
+#include "says.hpp"
 
 namespace weir::engine_test {
 namespace {
@@ -124,9 +125,7 @@ TEST_F(OwnPrelu, OfAnotherNumberOfChannelsIsRefused) {
   ASSERT_TRUE(opened) << opened.error().message();
   const auto y = (*opened)->invoke({make_tensor<float>(WEIR_FLOAT32, {1, 2}, {1, 2})});
   ASSERT_FALSE(y);
-  EXPECT_NE(y.error().message().find("PRelu: slopes of another number than the channels"),
-            std::string::npos)
-      << y.error().message();
+  EXPECT_SAYS(y.error().message(), "PRelu: slopes of another number than the channels");
 }
 
 }  // namespace

@@ -1,6 +1,8 @@
 // What the engines of OpenCV refuse, and in which words.
 #include "opencv-dnn/dnn_fixture.hpp"
 
+#include "says.hpp"
+
 namespace weir::engine_test {
 namespace {
 

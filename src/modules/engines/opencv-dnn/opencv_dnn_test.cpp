@@ -2,6 +2,7 @@
 #include <cmath>
 
 #include "opencv-dnn/dnn_fixture.hpp"
+#include "says.hpp"
 
 namespace weir::engine_test {
 namespace {

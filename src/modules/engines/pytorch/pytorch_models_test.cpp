@@ -2,6 +2,7 @@
 #include <cmath>
 
 #include "engine_fixture.hpp"
+#include "says.hpp"
 
 namespace weir::engine_test {
 namespace {
@@ -127,9 +128,8 @@ TEST_F(PytorchModels, StateDictsAreRefusedByName) {
     const auto model = OpenEngine::open(*engine(), path);
     ASSERT_FALSE(model);
     EXPECT_EQ(model.error().code, Code::MODEL_UNSUPPORTED);
-    EXPECT_NE(model.error().offered.find("state dict"), std::string::npos)
-        << model.error().message();
-    EXPECT_NE(model.error().fix.find("torch.jit.script"), std::string::npos);
+    EXPECT_SAYS(model.error().offered, "state dict") << model.error().message();
+    EXPECT_SAYS(model.error().fix, "torch.jit.script");
   }
 }
 

@@ -1,6 +1,7 @@
 // What the libtorch engine refuses, and in which words.
 #include "engine_fixture.hpp"
 #include "pytorch/torchscript_builder.hpp"
+#include "says.hpp"
 
 namespace weir::engine_test {
 namespace {

@@ -3,6 +3,7 @@
 
 #include "engine_fixture.hpp"
 #include "pytorch/torchscript_builder.hpp"
+#include "says.hpp"
 
 #if defined(__SANITIZE_ADDRESS__)
 // LeakSanitizer ends in a fault of its own when it looks through libtorch's thread-local memory.
@@ -97,9 +98,9 @@ TEST_F(Pytorch, AListWhoseLengthTheModelDecidesIsTriedOnTheInputThatTheUserSays)
 TEST_F(Pytorch, AListOfUnknownLengthIsRefusedWithALineToPaste) {
   const Error error = error_of(torchscript(kChunks));
   EXPECT_EQ(error.code, Code::SPEC_MISMATCH) << error.message();
-  EXPECT_NE(error.what.find("how many tensors"), std::string::npos);
-  EXPECT_NE(error.fix.find("framework=pytorch"), std::string::npos);
-  EXPECT_NE(error.fix.find("inputtype=float32"), std::string::npos) << error.fix;
+  EXPECT_SAYS(error.what, "how many tensors");
+  EXPECT_SAYS(error.fix, "framework=pytorch");
+  EXPECT_SAYS(error.fix, "inputtype=float32");
 }
 
 TEST_F(Pytorch, BoolsComeOutAsBytes) {
@@ -215,15 +216,13 @@ TEST_F(Pytorch, OptionsTurnFreezingAndOptimisingOff) {
     const auto model = opened(kDouble, options);
     EXPECT_EQ(invoke(model, {floats({1}, {4})})[0].values<float>(), std::vector<float>{8});
     const std::string said = model->info().metadata_json;
-    EXPECT_NE(said.find(options.empty() ? R"("optimized":true)" : R"("optimized":false)"),
-              std::string::npos)
-        << said;
+    EXPECT_SAYS(said, options.empty() ? R"("optimized":true)" : R"("optimized":false)");
   }
   EXPECT_TRUE(take_log().empty());
   opened(kDouble, {{"Frezze", "false"}});
   const auto log = take_log();
   ASSERT_EQ(log.size(), 1u);
-  EXPECT_NE(log[0].find("Frezze is not known"), std::string::npos) << log[0];
+  EXPECT_SAYS(log[0], "Frezze is not known");
 }
 
 }  // namespace

@@ -2,6 +2,7 @@
 #include <nlohmann/json.hpp>
 
 #include "engine_laws.hpp"
+#include "says.hpp"
 #include "tensorflow-lite/tflite_builder.hpp"
 
 namespace weir::engine_test {
@@ -160,7 +161,7 @@ TEST_F(TensorflowLite, AFixedShapeIsOpenWhereTheUserSaysSo) {
   EXPECT_FALSE((*model)->resolve({make_tensor(WEIR_FLOAT32, {4}).info})) << "the rank stays";
   const auto refused = EngineTest::open(tflite_negation({2, 3}).bytes(), {{"Resize", "perhaps"}});
   ASSERT_FALSE(refused);
-  EXPECT_NE(refused.error().message().find("true or false"), std::string::npos);
+  EXPECT_SAYS(refused.error().message(), "true or false");
 }
 
 // A refused shape leaves the session as it was.
@@ -250,7 +251,7 @@ TEST_F(TensorflowLite, SaysWhereTheModelComesFrom) {
   auto model = open(tflite_negation().description("made by \xFF hand"));
   ASSERT_TRUE(model) << model.error().message();
   const auto json = nlohmann::json::parse((*model)->info().metadata_json);
-  EXPECT_NE(json["description"].get<std::string>().find("hand"), std::string::npos);
+  EXPECT_SAYS(json["description"].get<std::string>(), "hand");
   EXPECT_EQ(json["operators"], 1);
   EXPECT_EQ(json["xnnpack"], true);
 }
@@ -282,12 +283,12 @@ TEST_F(TensorflowLite, WarnsOfOptionsThatItDoesNotKnow) {
   EXPECT_TRUE(open(tflite_negation(), {{"NumThread", "2"}}));
   auto log = take_log();
   ASSERT_EQ(log.size(), 1u);
-  EXPECT_NE(log[0].find("NumThread is not known"), std::string::npos) << log[0];
-  EXPECT_NE(log[0].find("NumThreads, Delegate"), std::string::npos) << log[0];
+  EXPECT_SAYS(log[0], "NumThread is not known");
+  EXPECT_SAYS(log[0], "NumThreads, Delegate");
   EXPECT_TRUE(open(tflite_negation(), {{"Delegate", "GPU"}}));
   log = take_log();
   ASSERT_EQ(log.size(), 1u);
-  EXPECT_NE(log[0].find("delegate GPU is not available"), std::string::npos) << log[0];
+  EXPECT_SAYS(log[0], "delegate GPU is not available");
 }
 
 TEST_F(TensorflowLite, OpensAModelGivenAsBytesThatGoAtOnce) {

@@ -5,6 +5,7 @@
 
 #include <limits>
 
+#include "says.hpp"
 #include "tensorflow-lite/tflite_builder.hpp"
 
 namespace weir::engine {
@@ -33,9 +34,6 @@ std::string refusal(const TfliteBuilder& model) {
   EXPECT_EQ(summary.error().code, Code::MODEL_INVALID);
   EXPECT_FALSE(summary.error().fix.empty());
   return summary.error().offered;
-}
-bool says(const std::string& text, const std::string& words) {
-  return text.find(words) != std::string::npos;
 }
 
 TEST(TfliteFile, TellsWhatIsInside) {
@@ -87,7 +85,7 @@ TEST(TfliteFile, SaysThatAFileWasCut) {
   bytes.resize(bytes.size() / 2);
   const auto summary = read_tflite(bytes);
   ASSERT_FALSE(summary);
-  EXPECT_TRUE(says(summary.error().offered, "it was cut or changed")) << summary.error().message();
+  EXPECT_SAYS(summary.error().offered, "it was cut or changed") << summary.error().message();
 }
 
 TEST(TfliteFile, EveryByteThatIsChangedEndsInAnAnswer) {
@@ -105,32 +103,32 @@ TEST(TfliteFile, EveryByteThatIsChangedEndsInAnAnswer) {
 TEST(TfliteFile, RefusesWhatIsNoModel) {
   EXPECT_FALSE(read_tflite({}));
   const auto error = read_tflite(std::vector<std::byte>(64)).error();
-  EXPECT_TRUE(says(error.offered, "no mark TFL3")) << error.message();
+  EXPECT_SAYS(error.offered, "no mark TFL3") << error.message();
 }
 
 TEST(TfliteFile, RefusesAnotherVersionOfTheSchema) {
-  EXPECT_TRUE(says(refusal(small_model().version(2)), "version is 2, not 3"));
+  EXPECT_SAYS(refusal(small_model().version(2)), "version is 2, not 3");
 }
 
 TEST(TfliteFile, RefusesAModelWithoutOperators) {
-  EXPECT_TRUE(says(refusal(TfliteBuilder().input("x", kTfFloat, {1})), "no operators"));
+  EXPECT_SAYS(refusal(TfliteBuilder().input("x", kTfFloat, {1})), "no operators");
 }
 
 TEST(TfliteFile, RefusesAGraphWithoutAnOutput) {
-  EXPECT_TRUE(says(refusal(TfliteBuilder()
-                               .input("x", kTfFloat, {1})
-                               .tensor("y", kTfFloat, {1})
-                               .node(kOpNeg, {"x"}, {"y"})),
-                   "no output"));
+  EXPECT_SAYS(refusal(TfliteBuilder()
+                          .input("x", kTfFloat, {1})
+                          .tensor("y", kTfFloat, {1})
+                          .node(kOpNeg, {"x"}, {"y"})),
+              "no output");
 }
 
 TEST(TfliteFile, RefusesATensorThatIsUsedBeforeItIsMade) {
-  EXPECT_TRUE(says(refusal(TfliteBuilder()
-                               .input("x", kTfFloat, {1})
-                               .tensor("never", kTfFloat, {1})
-                               .output("y", kTfFloat, {1})
-                               .node(kOpAdd, {"x", "never"}, {"y"})),
-                   "before it is made"));
+  EXPECT_SAYS(refusal(TfliteBuilder()
+                          .input("x", kTfFloat, {1})
+                          .tensor("never", kTfFloat, {1})
+                          .output("y", kTfFloat, {1})
+                          .node(kOpAdd, {"x", "never"}, {"y"})),
+              "before it is made");
 }
 
 TEST(TfliteFile, TakesATensorOfNoElementsThatNothingMakes) {
@@ -146,38 +144,38 @@ TEST(TfliteFile, TakesATensorOfNoElementsThatNothingMakes) {
 }
 
 TEST(TfliteFile, RefusesAnOutputThatNothingMakes) {
-  EXPECT_TRUE(says(refusal(tflite_negation().output("z", kTfFloat, {1})), "made by no operator"));
+  EXPECT_SAYS(refusal(tflite_negation().output("z", kTfFloat, {1})), "made by no operator");
 }
 
 TEST(TfliteFile, RefusesATensorThatIsNotThere) {
-  EXPECT_TRUE(says(refusal(TfliteBuilder()
-                               .input("x", kTfFloat, {1})
-                               .output("y", kTfFloat, {1})
-                               .node(kOpAdd, {"x", "nobody"}, {"y"})),
-                   "a tensor that is not there"));
+  EXPECT_SAYS(refusal(TfliteBuilder()
+                          .input("x", kTfFloat, {1})
+                          .output("y", kTfFloat, {1})
+                          .node(kOpAdd, {"x", "nobody"}, {"y"})),
+              "a tensor that is not there");
 }
 
 TEST(TfliteFile, RefusesImpossibleShapes) {
-  EXPECT_TRUE(says(refusal(tflite_negation({-5})), "impossible shape"));
-  EXPECT_TRUE(says(refusal(tflite_negation({1 << 20, 1 << 20, 1 << 20})), "impossible shape"));
-  EXPECT_TRUE(says(refusal(tflite_negation(std::vector<int32_t>(17, 1))), "rank 17"));
+  EXPECT_SAYS(refusal(tflite_negation({-5})), "impossible shape");
+  EXPECT_SAYS(refusal(tflite_negation({1 << 20, 1 << 20, 1 << 20})), "impossible shape");
+  EXPECT_SAYS(refusal(tflite_negation(std::vector<int32_t>(17, 1))), "rank 17");
 }
 
 TEST(TfliteFile, RefusesAnElementTypeThatIsNone) {
-  EXPECT_TRUE(says(refusal(TfliteBuilder()
-                               .input("x", 99, {1})
-                               .output("y", kTfFloat, {1})
-                               .node(kOpNeg, {"x"}, {"y"})),
-                   "element type 99"));
+  EXPECT_SAYS(refusal(TfliteBuilder()
+                          .input("x", 99, {1})
+                          .output("y", kTfFloat, {1})
+                          .node(kOpNeg, {"x"}, {"y"})),
+              "element type 99");
 }
 
 TEST(TfliteFile, RefusesAConstantThatIsShorterThanItsShape) {
-  EXPECT_TRUE(says(refusal(TfliteBuilder()
-                               .input("x", kTfFloat, {4})
-                               .constant<float>("c", kTfFloat, {4}, {1, 2, 3})
-                               .output("y", kTfFloat, {4})
-                               .node(kOpAdd, {"x", "c"}, {"y"})),
-                   "12 bytes instead of 16"));
+  EXPECT_SAYS(refusal(TfliteBuilder()
+                          .input("x", kTfFloat, {4})
+                          .constant<float>("c", kTfFloat, {4}, {1, 2, 3})
+                          .output("y", kTfFloat, {4})
+                          .node(kOpAdd, {"x", "c"}, {"y"})),
+              "12 bytes instead of 16");
 }
 
 TEST(TfliteFile, RefusesScalesThatAreNone) {
@@ -190,12 +188,12 @@ TEST(TfliteFile, RefusesScalesThatAreNone) {
   };
   EXPECT_EQ(scaled({{0.5f}, {3}}), "");
   EXPECT_EQ(scaled({{0.5f, 1}, {3, 3}, 0}), "");
-  EXPECT_TRUE(says(scaled({{-1}, {3}}), "quantisation"));
-  EXPECT_TRUE(says(scaled({{std::numeric_limits<float>::infinity()}, {3}}), "quantisation"));
-  EXPECT_TRUE(says(scaled({{std::numeric_limits<float>::quiet_NaN()}, {3}}), "quantisation"));
-  EXPECT_TRUE(says(scaled({{1, 1}, {3, 3}, 2}), "quantisation"));        // there is no axis 2
-  EXPECT_TRUE(says(scaled({{1, 1, 1}, {3, 3, 3}, 0}), "quantisation"));  // axis 0 has 2 rows
-  EXPECT_TRUE(says(scaled({{1, 1}, {3}, 0}), "quantisation"));
+  EXPECT_SAYS(scaled({{-1}, {3}}), "quantisation");
+  EXPECT_SAYS(scaled({{std::numeric_limits<float>::infinity()}, {3}}), "quantisation");
+  EXPECT_SAYS(scaled({{std::numeric_limits<float>::quiet_NaN()}, {3}}), "quantisation");
+  EXPECT_SAYS(scaled({{1, 1}, {3, 3}, 2}), "quantisation");        // there is no axis 2
+  EXPECT_SAYS(scaled({{1, 1, 1}, {3, 3, 3}, 0}), "quantisation");  // axis 0 has 2 rows
+  EXPECT_SAYS(scaled({{1, 1}, {3}, 0}), "quantisation");
 }
 
 TEST(TfliteFile, RefusesASubgraphThatCallsItself) {
@@ -210,17 +208,17 @@ TEST(TfliteFile, RefusesASubgraphThatCallsItself) {
         .node(kOpIf, {"if", "x"}, {"y"})
         .options(92, options);
   };
-  EXPECT_TRUE(says(refusal(model(branches(0, 0))), "calls itself"));
-  EXPECT_TRUE(says(refusal(model(branches(1, 1))), "no subgraph"));
-  EXPECT_TRUE(says(refusal(model(branches(-1, 0))), "no subgraph"));
+  EXPECT_SAYS(refusal(model(branches(0, 0))), "calls itself");
+  EXPECT_SAYS(refusal(model(branches(1, 1))), "no subgraph");
+  EXPECT_SAYS(refusal(model(branches(-1, 0))), "no subgraph");
 }
 
 TEST(TfliteFile, RefusesACustomOperatorWithoutAName) {
-  EXPECT_TRUE(says(refusal(TfliteBuilder()
-                               .input("x", kTfFloat, {1})
-                               .output("y", kTfFloat, {1})
-                               .node(kOpCustom, {"x"}, {"y"})),
-                   "without a name"));
+  EXPECT_SAYS(refusal(TfliteBuilder()
+                          .input("x", kTfFloat, {1})
+                          .output("y", kTfFloat, {1})
+                          .node(kOpCustom, {"x"}, {"y"})),
+              "without a name");
 }
 
 }  // namespace

@@ -1,0 +1,44 @@
+// What the failures of these macros show.
+#include "says.hpp"
+
+#include <gtest/gtest-spi.h>
+
+#include <deque>
+
+namespace {
+
+// Messages that are gone once they are read, as those of a bus are.
+class Messages {
+ public:
+  std::string next() {
+    if (left_.empty()) return "";
+    std::string first = left_.front();
+    left_.pop_front();
+    return first;
+  }
+
+ private:
+  std::deque<std::string> left_{"WEIR-3006: too hot\n  fix: wait", "WEIR-2004: too short"};
+};
+
+TEST(ExpectSays, FindsWordsAnywhere) {
+  Messages messages;
+  EXPECT_SAYS(messages.next(), "too hot\n");
+  EXPECT_SAYS(messages.next(), std::string("WEIR-2004"));
+}
+
+TEST(ExpectSays, ShowsTheWholeTextAndTheWords) {
+  Messages one;
+  EXPECT_NONFATAL_FAILURE(EXPECT_SAYS(one.next(), "too cold"), "WEIR-3006: too hot\n  fix: wait");
+  EXPECT_SAYS(one.next(), "too short") << "no message is read twice";
+  Messages other;
+  EXPECT_NONFATAL_FAILURE(EXPECT_SAYS(other.next(), "too cold"), "\"too cold\"");
+}
+
+TEST(ExpectLacks, FailsWhereTheWordsAre) {
+  Messages messages;
+  EXPECT_NONFATAL_FAILURE(EXPECT_LACKS(messages.next(), "fix:"), "WEIR-3006: too hot");
+  EXPECT_LACKS(messages.next(), "fix:");
+}
+
+}  // namespace
