@@ -4,6 +4,9 @@
 #include "core/infer/called.hpp"
 #include "core/infer/host.hpp"
 #include "core/process/process_object.hpp"
+#include "core/sync/backwards_time.hpp"
+#include "core/text/text.hpp"
+#include "weir/module.hpp"
 
 namespace weir::condition {
 namespace {
@@ -14,15 +17,43 @@ Functions& functions() {
   return all;
 }
 
+// What the function was given: "a frame of uint8 2:1, int16 3 at 0:00:00.100000000".
+std::string text_of(const weir_frame& frame) {
+  std::string out;
+  for (uint32_t i = 0; i < frame.n_tensors; ++i)
+    out += (out.empty() ? "" : ", ") + describe(frame.tensors[i].info);
+  out = "a frame of " + out;
+  return frame.pts < 0 ? out : out + " at " + time_text(static_cast<uint64_t>(frame.pts));
+}
+
+Error failed(const std::string& name, int result, weir_error* error, const weir_frame& frame) {
+  if (!error->set)
+    return Error{Code::CALLBACK_FAILED,
+                 "the condition " + name + " failed and did not say why",
+                 "it returned " + std::to_string(result) + " for " + text_of(frame),
+                 "0; above 0 to drop the frame; below 0 with words through host->fail",
+                 "",
+                 ""};
+  Error said = infer::take_error(error, result, "");
+  said.what = "the condition " + name + " failed: " + said.what;
+  said.code = Code::CALLBACK_FAILED;
+  if (said.offered.empty()) said.offered = text_of(frame);
+  return said;
+}
+
 }  // namespace
 
 Error unknown_condition(const std::string& name) {
+  const std::string close = nearest(name, functions().names());
+  const std::string option = "compared-value-option=";
   return Error{Code::CALLBACK_UNKNOWN,
                "no condition is registered under this name",
-               "compared-value-option=" + name,
+               option + name,
                functions().one_of(),
-               "",
-               "weir_condition_register(\"" + name + "\", function, data) before the first frame"};
+               close.empty() ? "" : "did you mean " + close + "?",
+               close.empty() ? "weir_condition_register(\"" + name +
+                                   "\", function, data) before the first frame"
+                             : option + close};
 }
 
 bool is_custom_condition(std::string_view name) {
@@ -40,10 +71,7 @@ Result<std::optional<bool>> CustomCondition::decide(const weir_frame& frame) {
   if (!result) return result.error();
   if (*result == 0) return std::optional<bool>(answer != 0);
   if (*result > 0) return std::optional<bool>();
-  const Error said = infer::take_error(&error, *result, "it gave no reason");
-  return Error{Code::CALLBACK_FAILED, "the condition " + name_ + " failed: " + said.what,
-               said.offered,          said.needed,
-               said.difference,       said.fix};
+  return failed(name_, *result, &error, frame);
 }
 
 }  // namespace weir::condition

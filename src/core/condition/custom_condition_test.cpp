@@ -65,8 +65,11 @@ TEST(CustomCondition, SaysWhoFailedAndWhy) {
   EXPECT_SAYS(text, "WEIR-5003: the condition above failed: 255 is too much");
   EXPECT_SAYS(text, "offered: 255");
   EXPECT_SAYS(text, "needed: less");
-  EXPECT_SAYS(decide(&condition, 254).error().message(),
-              "WEIR-5003: the condition above failed: it");
+  const auto silent = decide(&condition, 254).error().message();
+  EXPECT_SAYS(silent, "WEIR-5003: the condition above failed and did not say why");
+  EXPECT_SAYS(silent, "offered: it returned -");
+  EXPECT_SAYS(silent, " for a frame of ");
+  EXPECT_SAYS(silent, "needed: 0; above 0 to drop the frame");
   EXPECT_EQ(weir_condition_unregister("above"), WEIR_OK);
 }
 
@@ -93,6 +96,15 @@ TEST(CustomCondition, OfAnUnknownNameSaysWhichThereAre) {
   EXPECT_SAYS(text, "weir_condition_register(\"three\", function, data)");
   EXPECT_EQ(weir_condition_unregister("one"), WEIR_OK);
   EXPECT_EQ(weir_condition_unregister("two"), WEIR_OK);
+}
+
+TEST(CustomCondition, OfAnAlmostRightNameSaysWhichIsMeant) {
+  ASSERT_EQ(weir_condition_register("bright", above, nullptr), WEIR_OK);
+  CustomCondition condition("brigth");
+  const auto text = decide(&condition, 1).error().message();
+  EXPECT_SAYS(text, "did you mean bright?");
+  EXPECT_SAYS(text, "fix: compared-value-option=bright");
+  EXPECT_EQ(weir_condition_unregister("bright"), WEIR_OK);
 }
 
 TEST(CustomCondition, NeedsANameOfItsOwnAndAFunction) {

@@ -4,6 +4,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "core/infer/named_objects.hpp"
 #include "weir/codes.h"
@@ -33,6 +34,7 @@ class NamedFunctions {
   }
   std::optional<Entry> find(std::string_view name) const { return entries_.find(name); }
   std::string one_of() const { return entries_.one_of(); }
+  std::vector<std::string> names() const { return entries_.names(); }
 
  private:
   NamedObjects<Entry> entries_;

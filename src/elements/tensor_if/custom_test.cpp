@@ -80,8 +80,12 @@ TEST(TensorIfCustom, ThatThrowsEndsTheStreamWithItsWords) {
       "named", [](const weir_frame&) -> bool { throw std::runtime_error("no, not today"); });
   Branches element(kNamed);
   element.caps(test::tensors("uint8", "1"));
-  EXPECT_EQ(element.push(frame_of({{1}})), GST_FLOW_ERROR);
-  EXPECT_SAYS(element.error(), "WEIR-5003: the condition named failed: no, not today");
+  GstBuffer* in = frame_of({{1}});
+  GST_BUFFER_PTS(in) = 1500 * GST_MSECOND;
+  EXPECT_EQ(element.push(in), GST_FLOW_ERROR);
+  const std::string error = element.error();
+  EXPECT_SAYS(error, "WEIR-5003: the condition named failed: no, not today");
+  EXPECT_SAYS(error, "offered: a frame of uint8 1 at 0:00:01.500000000");
   element.expect_balance();
 }
 
