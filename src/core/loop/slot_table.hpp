@@ -114,6 +114,12 @@ class SlotTable {
       reopen();
     }
 
+    // Another of its kind, which has not ended, is at the same slot: a frame goes to one of them.
+    bool shares_slot() const {
+      std::lock_guard lock(table_.mutex_);
+      return slot_ && !ended_ && ((*slot_).*side_).open > 1;
+    }
+
    protected:
     End(SlotTable& table, Side Slot::*side, Side Slot::*other, Alone alone)
         : table_(table), alone_(std::move(alone)), side_(side), other_(other) {}

@@ -317,6 +317,25 @@ TEST_F(SlotsByNumber, TheEndOutlivesTheWriterButNotItsSuccessor) {
   EXPECT_EQ(value_of(reader.take()), 1);
 }
 
+TEST_F(SlotsByNumber, SaysWhetherAnotherReaderIsThere) {
+  Table::Reader other(table);
+  reader.attach(2);
+  writer.attach(2);
+  EXPECT_FALSE(reader.shares_slot()) << "a writer is no reader";
+  other.attach(2);
+  EXPECT_TRUE(reader.shares_slot());
+  other.end();
+  EXPECT_FALSE(reader.shares_slot()) << "it takes nothing any more";
+  other.attach(2);
+  reader.move(3);
+  EXPECT_FALSE(other.shares_slot());
+  reader.move(2);
+  EXPECT_TRUE(other.shares_slot());
+  reader.detach();
+  EXPECT_FALSE(other.shares_slot());
+  EXPECT_FALSE(reader.shares_slot());
+}
+
 TEST_F(SlotsByNumber, GivesEachFrameToOneOfSeveralReaders) {
   Table::Reader second(table);
   writer.attach(0);

@@ -15,6 +15,9 @@ namespace {
 using gst::Ref;
 
 constexpr uint32_t kNotSet = UINT32_MAX;
+constexpr char kSampleCaps[] =
+    "tensor_reposrc slot-index=0 "
+    "caps=\"other/tensor,dimension=(string)4:1:1:1,type=float32,framerate=30/1\"";
 
 std::string text_of(const GstCaps* caps) {
   const gst::UniqueText text{gst_caps_to_string(caps)};
@@ -72,7 +75,9 @@ class TensorReposrc : public gst::Element<TensorReposrc, gst::PushSource> {
   }
 
   void property_changed(const char* name) {
-    if (std::string_view(name) == "slot-index") count_left(reader_.move(settings().slot_index));
+    if (std::string_view(name) != "slot-index") return;
+    count_left(reader_.move(settings().slot_index));
+    tell_of_others();
   }
 
   Status start() {
@@ -83,8 +88,7 @@ class TensorReposrc : public gst::Element<TensorReposrc, gst::PushSource> {
                    "",
                    "the caps of the frames that go round the loop",
                    "",
-                   "tensor_reposrc slot-index=0 "
-                   "caps=\"other/tensor,dimension=(string)4:1:1:1,type=float32,framerate=30/1\""};
+                   kSampleCaps};
     if (s.slot_index == kNotSet)
       return Error{Code::OPTION_VALUE,
                    "the property slot-index is not set",
@@ -96,6 +100,7 @@ class TensorReposrc : public gst::Element<TensorReposrc, gst::PushSource> {
     ledger_.reset();
     fresh_ = true;
     reader_.attach(s.slot_index);
+    tell_of_others();
     return ok();
   }
 
@@ -169,6 +174,18 @@ class TensorReposrc : public gst::Element<TensorReposrc, gst::PushSource> {
  private:
   GstPad* pad() const { return GST_BASE_SRC_PAD(self()); }
 
+  // A loop whose frame goes to another source stops, without a word.
+  void tell_of_others() {
+    if (!reader_.shares_slot()) return;
+    const uint32_t slot = settings().slot_index;
+    const std::string index = "slot-index=" + std::to_string(slot);
+    gst::post_warning(element(),
+                      Error{Code::GRAPH_STALLS, "two sources take frames out of one slot",
+                            "another tensor_reposrc " + index,
+                            "a slot for each tensor_reposrc: a frame goes to one of them alone", "",
+                            "tensor_reposrc slot-index=" + std::to_string(slot + 1)});
+  }
+
   // What goes downstream. Behind EOS nothing is taken any more, and the sink must not wait for it.
   void sees(GstEvent* event) {
     if (GST_EVENT_TYPE(event) == GST_EVENT_EOS) reader_.end();
@@ -177,14 +194,18 @@ class TensorReposrc : public gst::Element<TensorReposrc, gst::PushSource> {
 
   Status plan(const Ref<GstCaps>& caps) {
     auto spec = gst::fixed_spec_from_caps(caps.get());
-    if (!spec) return spec.error();
+    if (!spec) {
+      Error error = spec.error();
+      error.fix = kSampleCaps;
+      return error;
+    }
     if (spec->format != Format::Static)
       return Error{Code::FORMAT_UNSUPPORTED,
                    "a loop carries static tensors only",
                    text_of(caps.get()),
                    "format=static",
                    "",
-                   ""};
+                   kSampleCaps};
     auto pool = gst::FramePool::make(spec->tensors, Format::Static);
     if (!pool) return pool.error();
     caps_ = caps;

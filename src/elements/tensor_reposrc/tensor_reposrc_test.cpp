@@ -198,6 +198,20 @@ TEST(TensorReposrc, TellsThatNobodyGivesItFrames) {
   EXPECT_EQ(content(pulled(h).get()), ramp(8)) << "it waited on";
 }
 
+TEST(TensorReposrc, TellsThatAnotherTakesFramesOutOfItsSlot) {
+  const Harness first = harness_of(source(kFloats, "slot-index=6"));
+  Errors of_first(first);
+  gst_harness_play(first.get());
+  const Harness second = harness_of(source(kFloats, "slot-index=6"));
+  Errors of_second(second);
+  gst_harness_play(second.get());
+  const std::string warning = of_second.next_warning();
+  EXPECT_SAYS(warning, "WEIR-5001: two sources take frames out of one slot");
+  EXPECT_SAYS(warning, "offered: another tensor_reposrc slot-index=6");
+  EXPECT_SAYS(warning, "fix: tensor_reposrc slot-index=7");
+  EXPECT_EQ(of_first.next_warning(), "") << "it was alone when it came";
+}
+
 TEST(TensorReposrc, WaitsNoLongerThanItsElementPlays) {
   const Harness h = playing(source(kFloats));
   EXPECT_TRUE(pulled(h));
