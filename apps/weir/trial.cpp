@@ -32,6 +32,11 @@ constexpr int kReturned = 42;  // exit() in a module gives others
 
 }  // namespace
 
+// A copy, and not this program started anew: it has what is loaded here, so `load` also meets what
+// two libraries do to each other. Threads that libraries have started are not in the copy, but the
+// locks they held are. glibc's fork frees those of malloc and stdio; a thread that was just loading
+// something, or had a lock of its own library, may make `load` hang or crash. Threads that loading
+// has started wait for work, and the alarm ends what hangs: at worst a good module is called bad.
 std::string ending_of(const std::function<void()>& load) {
   const pid_t child = fork();
   if (child == 0) run(load);
