@@ -3,6 +3,7 @@
 #include <string>
 
 #include "core/tensor/frame_spec.hpp"
+#include "core/tensor/packed_tensors.hpp"
 
 namespace weir::gst {
 
@@ -15,6 +16,21 @@ inline Error wrong_frame_size(const FrameSpec& spec, const std::string& offered,
       spec.to_string() + (spec.bytes() ? " = " + std::to_string(*spec.bytes()) + " bytes" : ""),
       difference,
       "check the element before this one: its caps and its buffers must agree"};
+}
+
+// The same, where an element has many pads: which one it came to.
+inline Error on_pad(Error error, const std::string& pad) {
+  error.offered += (error.offered.empty() ? "on " : " on ") + pad;
+  return error;
+}
+
+// OK for a buffer as large as its caps say, with the packed header or without it.
+inline Status whole_frame(const FrameSpec& spec, uint64_t bytes) {
+  const auto needed = spec.bytes();
+  const bool packed = spec.tensors.size() > kMemoryLimit;
+  if (needed && (bytes == *needed || (packed && bytes == *needed + kPackedHeaderBytes)))
+    return ok();
+  return wrong_frame_size(spec, std::to_string(bytes) + " bytes", "");
 }
 
 inline Error memory_not_mapped() {

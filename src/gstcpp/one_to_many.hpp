@@ -43,6 +43,7 @@ class OneToMany : public Element<Impl, PlainElement> {
     if (change == GST_STATE_CHANGE_READY_TO_PAUSED) {
       ledger_.reset();
       spec_.reset();
+      failed_ = false;
       outputs_.start();
       if (const Status status = impl()->prepare(this->settings()); !status) {
         post_error(this->element(), status.error());
@@ -59,14 +60,14 @@ class OneToMany : public Element<Impl, PlainElement> {
     ledger_.received();
     if (!spec_) {
       ledger_.dropped(DropReason::Error);
-      post_error(this->element(), {Code::NOT_NEGOTIATED, "a buffer came before caps", "", "caps",
-                                   "", "put a tensor_converter in front"});
+      fail({Code::NOT_NEGOTIATED, "a buffer came before caps", "", "caps", "",
+            "put a tensor_converter in front"});
       return GST_FLOW_NOT_NEGOTIATED;
     }
     const Result<Routed> routed = impl()->route(std::move(buffer));
     if (!routed) {
       ledger_.dropped(DropReason::Error);
-      post_error(this->element(), routed.error());
+      fail(routed.error());
       return routed.error().code == Code::SPEC_MISMATCH ? GST_FLOW_NOT_NEGOTIATED : GST_FLOW_ERROR;
     }
     if (routed->dropped)
@@ -83,13 +84,14 @@ class OneToMany : public Element<Impl, PlainElement> {
         GstCaps* caps = nullptr;
         gst_event_parse_caps(raw, &caps);
         const Status status = take_caps(caps);
-        if (!status) post_error(this->element(), status.error());
+        if (!status) fail(status.error());
         return status.has_value();
       }
       case GST_EVENT_EOS:
         if constexpr (requires { impl()->ending(); })
           if (spec_) impl()->ending();
-        if (!outputs_.any()) post_error(this->element(), nothing_left());
+        // What went wrong before says why nothing left.
+        if (!outputs_.any() && !failed_) fail(nothing_left());
         break;
       default:
         break;
@@ -118,6 +120,11 @@ class OneToMany : public Element<Impl, PlainElement> {
  private:
   Impl* impl() { return static_cast<Impl*>(this); }
 
+  void fail(const Error& error) {
+    failed_ = true;
+    post_error(this->element(), error);
+  }
+
   Error nothing_left() const {
     const uint64_t frames = ledger_.snapshot().received;
     const bool none = frames == 0;
@@ -142,6 +149,7 @@ class OneToMany : public Element<Impl, PlainElement> {
 
   GstPad* sink_ = nullptr;         // owned by the element
   std::optional<FrameSpec> spec_;  // streaming thread
+  bool failed_ = false;            // likewise: since the start
 };
 
 }  // namespace weir::gst

@@ -131,7 +131,12 @@ Status append_flexible(GstBuffer* buffer, Ledger* ledger, std::vector<TensorPiec
   const size_t first = pieces->size();
   const guint memories = gst_buffer_n_memory(buffer);
   if (memories == 0)
-    return Error{Code::FRAME_SIZE, "a buffer is empty", "0 bytes", "at least one tensor", "", ""};
+    return Error{Code::FRAME_SIZE,
+                 "a buffer is empty",
+                 "0 bytes",
+                 "at least one tensor",
+                 "",
+                 "check the element or program that wrote the stream"};
   for (guint i = 0; i < memories; ++i) {
     GstMemory* memory = gst_buffer_peek_memory(buffer, i);
     const auto ranges = chunks_of(memory, i, memories);

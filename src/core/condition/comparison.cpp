@@ -114,8 +114,11 @@ double average(ElementType type, std::span<const std::byte> bytes) noexcept {
 Result<Comparison> Comparison::make(const Condition& condition,
                                     const std::vector<TensorSpec>& tensors) {
   const Place& place = *condition.place;
-  if (place.tensor >= tensors.size())
-    return index_beyond("compared-value-option", "tensor", place.tensor, tensors.size());
+  if (place.tensor >= tensors.size()) {
+    Error error = index_beyond("compared-value-option", "tensor", place.tensor, tensors.size());
+    if (condition.compared == ComparedValue::Element) error.fix = "compared-value-option=0:0:0:0,0";
+    return error;
+  }
   const TensorSpec& tensor = tensors[place.tensor];
   const auto bytes = tensor.bytes();
   if (!bytes)

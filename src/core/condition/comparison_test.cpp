@@ -220,6 +220,7 @@ TEST(Comparison, RefusesWhatTheStreamHasNot) {
   EXPECT_SAYS(text, "tensor 0 is uint8 3:4");
   EXPECT_SAYS(refused(ComparedValue::Element, "0:0:1,0"), "coordinate 1 in dimension 2");
   EXPECT_SAYS(refused(ComparedValue::Element, "0,1"), "index 1");
+  EXPECT_SAYS(refused(ComparedValue::Element, "0,1"), "fix: compared-value-option=0:0:0:0,0");
   EXPECT_SAYS(refused(ComparedValue::Average, "9"), "there are 1 tensors");
 }
 

@@ -37,13 +37,18 @@ Status fits(const TensorSpec& one, const TensorSpec& first, size_t pad, size_t d
     error.fix = "tensor_transform mode=typecast option=" + std::string(name_of(first.type));
     return error;
   }
+  std::vector<size_t> differ;
   for (size_t d = 0; d < kRankLimit; ++d)
-    if (d != dimension && dim(one.shape, d) != dim(first.shape, d))
-      return mismatch(one, first, pad,
-                      "dimension " + std::to_string(d) + " is " +
-                          std::to_string(dim(one.shape, d)) + ", needed is " +
-                          std::to_string(dim(first.shape, d)));
-  return ok();
+    if (dim(one.shape, d) != dim(first.shape, d)) differ.push_back(d);
+  if (differ.empty() || (differ.size() == 1 && differ[0] == dimension)) return ok();
+  const size_t d = differ[0] == dimension ? differ[1] : differ[0];
+  Error error =
+      mismatch(one, first, pad,
+               "dimension " + std::to_string(d) + " is " + std::to_string(dim(one.shape, d)) +
+                   ", needed is " + std::to_string(dim(first.shape, d)));
+  // Where they differ along one dimension alone, they fit along that one.
+  if (differ.size() == 1) error.fix = "tensor_merge mode=linear option=" + std::to_string(d);
+  return error;
 }
 
 // `count` blocks that lie dense go `stride` bytes apart.

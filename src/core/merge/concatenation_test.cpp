@@ -135,6 +135,19 @@ TEST(Concatenation, TypesThatDifferAreToldWithBothSides) {
   EXPECT_EQ(plan.error().fix, "tensor_transform mode=typecast option=uint8");
 }
 
+TEST(Concatenation, SizesThatFitAlongAnotherDimensionAreToldWithIt) {
+  const auto fix = [](const Shape& one, const Shape& two, size_t dimension) {
+    const std::vector<TensorSpec> specs{{ElementType::UInt8, one, ""},
+                                        {ElementType::UInt8, two, ""}};
+    const auto plan = Concatenation::plan(specs, dimension);
+    EXPECT_FALSE(plan);
+    return plan ? std::string() : plan.error().fix;
+  };
+  EXPECT_EQ(fix(Shape{2, 3, 5}, Shape{2, 3, 4}, 0), "tensor_merge mode=linear option=2");
+  EXPECT_EQ(fix(Shape{2, 3}, Shape{7, 3}, 1), "tensor_merge mode=linear option=0");
+  EXPECT_EQ(fix(Shape{2, 3}, Shape{7, 4}, 0), "") << "they fit along none";
+}
+
 TEST(Concatenation, SizesThatDifferAreToldWithTheirDimension) {
   const std::vector<TensorSpec> specs{{ElementType::UInt8, Shape{2, 3, 5}, ""},
                                       {ElementType::UInt8, Shape{2, 3, 4}, ""}};

@@ -4,6 +4,7 @@
 
 #include "elements/tensor_aggregator/window_stream.hpp"
 #include "gstcpp/backwards_time.hpp"
+#include "gstcpp/frame_errors.hpp"
 #include "gstcpp/latency.hpp"
 #include "gstcpp/per_client.hpp"
 #include "gstcpp/plain_filter.hpp"
@@ -160,7 +161,11 @@ class TensorAggregator : public gst::PlainFilter<TensorAggregator> {
   }
 
   void warn_of_size(const WindowSetup& setup) {
-    const size_t rank = setup.input.tensors[0].shape.rank();
+    const auto& shape = setup.input.tensors[0].shape;
+    const size_t rank = shape.rank();
+    const uint64_t frames = setup.plan.in;
+    size_t fits = rank - 1;  // the outermost that holds whole frames
+    while (fits > 0 && shape[fits] % frames != 0) --fits;
     gst::post_warning(
         element(),
         {Code::OPTION_VALUE,
@@ -168,17 +173,12 @@ class TensorAggregator : public gst::PlainFilter<TensorAggregator> {
          "have another size than they say",
          "frames-dim=" + std::to_string(setup.dimension) + ", " + setup.input.to_string(),
          "0 to " + std::to_string(rank - 1), "",
-         "tensor_aggregator frames-dim=" + std::to_string(rank - 1)});
+         shape[fits] % frames != 0 ? "" : "tensor_aggregator frames-dim=" + std::to_string(fits)});
   }
 
   GstFlowReturn pass(Ref<GstBuffer> in) {
-    const auto needed = setup_->input.bytes();
-    if (needed && gst_buffer_get_size(in.get()) < *needed)
-      return failed({Code::FRAME_SIZE, "a buffer has another size than its caps say",
-                     std::to_string(gst_buffer_get_size(in.get())) + " bytes",
-                     setup_->input.to_string() + " = " + std::to_string(*needed) + " bytes",
-                     "the buffer is too small",
-                     "check the element before this one: its caps and its buffers must agree"});
+    if (auto status = gst::whole_frame(setup_->input, gst_buffer_get_size(in.get())); !status)
+      return failed(status.error());
     ledger_.consumed_and_pushed();
     return gst_pad_push(source_, in.release());
   }

@@ -255,16 +255,17 @@ TEST(TensorAggregator, NamesADimensionThatIsNoMultiple) {
 }
 
 TEST(TensorAggregator, RefusesFramesOfAnotherSize) {
-  for (const char* properties : {"frames-out=2 frames-dim=0", "frames-dim=0"}) {
-    auto h = aggregator(properties, tensors("uint8", "4"));
-    Errors errors(h);
-    EXPECT_EQ(gst_harness_push(h.get(), frame(Bytes(3))), GST_FLOW_ERROR);
-    const std::string error = errors.next();
-    EXPECT_SAYS(error, "WEIR-2004: a buffer has another size than its caps say");
-    EXPECT_SAYS(error, "3 bytes");
-    EXPECT_EQ(count(h, "dropped-error"), 1u);
-    EXPECT_EQ(count(h, "held"), 0u);
-  }
+  for (const char* properties : {"frames-out=2 frames-dim=0", "frames-dim=0"})
+    for (const size_t bytes : {size_t{3}, size_t{5}}) {
+      auto h = aggregator(properties, tensors("uint8", "4"));
+      Errors errors(h);
+      EXPECT_EQ(gst_harness_push(h.get(), frame(Bytes(bytes))), GST_FLOW_ERROR);
+      const std::string error = errors.next();
+      EXPECT_SAYS(error, "WEIR-2004: a buffer has another size than its caps say");
+      EXPECT_SAYS(error, std::to_string(bytes) + " bytes");
+      EXPECT_EQ(count(h, "dropped-error"), 1u);
+      EXPECT_EQ(count(h, "held"), 0u);
+    }
 }
 
 TEST(TensorAggregator, SaysWhatTheNextElementDoesNotTake) {
@@ -290,6 +291,20 @@ TEST(TensorAggregator, WarnsWhenCapsCannotTellTheFrames) {
   for (int i = 0; i < 2; ++i) ASSERT_EQ(gst_harness_push(h.get(), frame(ramp(12))), GST_FLOW_OK);
   auto out = Ref<GstBuffer>::adopt(gst_harness_pull(h.get()));
   EXPECT_EQ(gst_buffer_get_size(out.get()), 24u);
+}
+
+TEST(TensorAggregator, NamesADimensionThatHoldsWholeFrames) {
+  const auto fix = [](const char* dimensions) {
+    auto h = aggregator("frames-in=2 frames-out=4", "");
+    Errors errors(h);
+    gst_harness_set_src_caps_str(h.get(), tensors("uint8", dimensions).c_str());
+    const std::string warning = errors.next_warning();
+    EXPECT_SAYS(warning, "frames-dim lies beyond");
+    return warning;
+  };
+  EXPECT_SAYS(fix("3:4:1"), "fix: tensor_aggregator frames-dim=1");
+  EXPECT_EQ(fix("3:5:4:1").find("frames-dim=3"), std::string::npos);
+  EXPECT_EQ(fix("3:4:3").find("fix: tensor_aggregator frames-dim=2"), std::string::npos);
 }
 
 }  // namespace

@@ -236,8 +236,9 @@ class TensorCrop : public gst::Element<TensorCrop, gst::PlainElement>, public gs
   }
 
   Result<Ref<GstBuffer>> cropped(const gst::Input& raw, const gst::Input& info) {
-    if (auto s = raw_.read(raw.buffer.get(), *raw.spec); !s) return s.error();
-    if (auto s = info_.read(info.buffer.get(), *info.spec); !s) return s.error();
+    if (auto s = raw_.read(raw.buffer.get(), *raw.spec); !s) return gst::on_pad(s.error(), "raw");
+    if (auto s = info_.read(info.buffer.get(), *info.spec); !s)
+      return gst::on_pad(s.error(), "info");
     const gst::TensorView& whole = raw_.tensors()[0];
     if (whole.format == Format::Sparse || info_.tensors()[0].format == Format::Sparse)
       return Error{

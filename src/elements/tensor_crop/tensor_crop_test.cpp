@@ -165,6 +165,7 @@ void expect_refused(Ref<GstBuffer> raw, const Bytes& info, const char* code) {
 
 TEST(TensorCrop, RefusesFramesOfAnotherSize) {
   expect_refused(buffer_of({Bytes(39)}, 0), info_of({0, 0, 1, 1}), "WEIR-2004");
+  expect_refused(buffer_of({Bytes(39)}, 0), info_of({0, 0, 1, 1}), "39 bytes in memory 0 on raw");
 }
 
 TEST(TensorCrop, RefusesHeadersThatLie) {

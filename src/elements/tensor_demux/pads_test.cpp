@@ -155,6 +155,18 @@ TEST(TensorDemuxRefuses, AnIndexBeyondTheTensorsWithAWarning) {
   EXPECT_EQ(demux.branch("src_1").events, names({"stream-start", "eos"}));
 }
 
+// A sink behind the first pad may hold the first frame until the sink behind the other has one too.
+TEST(TensorDemuxRefuses, AnIndexBeyondTheTensorsBeforeAnythingIsPushed) {
+  Branches demux("tensor_demux tensorpick=0,7");
+  const auto refuse = +[](GstElement*, GstPad*, Branches* self) {
+    if (self->has("src_0")) self->branch("src_0").flow = GST_FLOW_ERROR;
+  };
+  g_signal_connect(demux.element(), "pad-added", G_CALLBACK(refuse), &demux);
+  demux.caps(kTwo);
+  EXPECT_EQ(demux.push(two()), GST_FLOW_ERROR);
+  EXPECT_SAYS(demux.warning(), "index 7");
+}
+
 TEST(TensorDemuxRefuses, OnlyIndicesBeyondTheTensors) {
   Branches demux("tensor_demux tensorpick=0:9");
   demux.caps(kTwo);
@@ -169,6 +181,15 @@ TEST(TensorDemuxRefuses, ATypoWhenItStarts) {
   const std::string error = demux.error();
   EXPECT_SAYS(error, "WEIR-1001: tensorpick cannot be read");
   EXPECT_SAYS(error, "    0,l\n      ^");
+}
+
+TEST(TensorDemuxRefuses, AndNamesNoOtherReasonAtTheEnd) {
+  Branches demux("tensor_demux");
+  demux.caps(kTwo);
+  EXPECT_EQ(demux.push(frame_of({{1}, {2}})), GST_FLOW_ERROR);
+  EXPECT_SAYS(demux.error(), "WEIR-2004");
+  demux.send(gst_event_new_eos());
+  EXPECT_EQ(demux.error(), "");
 }
 
 TEST(TensorDemuxRefuses, AnEndWithoutAFrame) {
@@ -195,7 +216,8 @@ TEST(TensorDemuxRefuses, BuffersOfAnotherSize) {
   EXPECT_SAYS(refused(kTwo, frame_of({{1}, {2}})), "1 bytes in memory 0");
   EXPECT_SAYS(refused(kTwo, frame_of({{1, 2}})), "2 bytes in 1 memories");
   EXPECT_SAYS(refused(kTwo, gst_buffer_new()), "the buffer is too small");
-  EXPECT_SAYS(refused(kFlexibleCaps, gst_buffer_new()), "a buffer is empty");
+  EXPECT_SAYS(refused(kFlexibleCaps, gst_buffer_new()),
+              "a buffer is empty\n  offered: 0 bytes\n  needed: at least one tensor\n  fix: check");
 }
 
 TEST(TensorDemuxRefuses, HeadersThatLie) {

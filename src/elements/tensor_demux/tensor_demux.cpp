@@ -60,9 +60,11 @@ class TensorDemux : public gst::OneToMany<TensorDemux> {
       outputs_.expect(groups_.size());
     }
     for (size_t i = 0; i < groups_.size(); ++i) outputs_.output(i);
+    // Before anything is pushed: a sink behind the first pad may wait for that of a pad without.
+    for (Group& group : groups_) tell_if_missing(&group);
     gst::Routed routed{GST_FLOW_OK, true};
     for (size_t i = 0; i < groups_.size(); ++i) {
-      if (!is_there(&groups_[i])) continue;
+      if (!is_there(groups_[i])) continue;
       auto frame = frame_of(buffer.get(), &groups_[i], &outputs_.output(i));
       if (!frame) return frame.error();
       routed.dropped = false;
@@ -97,13 +99,12 @@ class TensorDemux : public gst::OneToMany<TensorDemux> {
     for (size_t i = groups_.size(); i < tensors; ++i) add_group({i});
   }
 
-  bool is_there(Group* group) {
-    const size_t count = parts_.parts().size();
-    if (group->highest < count) return true;
-    // Without tensorpick a frame of a flexible stream may have fewer tensors than another.
-    if (!picked_.empty() && !std::exchange(group->warned, true))
-      gst::post_warning(element(), index_beyond("tensorpick", "tensor", group->highest, count));
-    return false;
+  bool is_there(const Group& group) const { return group.highest < parts_.parts().size(); }
+  // Without tensorpick a frame of a flexible stream may have fewer tensors than another.
+  void tell_if_missing(Group* group) {
+    if (is_there(*group) || picked_.empty() || std::exchange(group->warned, true)) return;
+    gst::post_warning(element(),
+                      index_beyond("tensorpick", "tensor", group->highest, parts_.parts().size()));
   }
 
   Result<Ref<GstBuffer>> frame_of(GstBuffer* in, Group* group, gst::SometimesPads::Output* output) {

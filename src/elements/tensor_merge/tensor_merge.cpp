@@ -101,7 +101,8 @@ class TensorMerge : public SyncElement<TensorMerge> {
     views_.clear();
     for (size_t i = 0; i < inputs.frames.size(); ++i) {
       const gst::Input& input = inputs.frames[i];
-      if (auto s = readers_[i].read(input.buffer.get(), *input.spec); !s) return s.error();
+      if (auto s = readers_[i].read(input.buffer.get(), *input.spec); !s)
+        return gst::on_pad(s.error(), "pad " + std::to_string(i));
       ledger_.copied(readers_[i].bytes_copied());
       views_.push_back(readers_[i].tensors()[0].payload);
     }

@@ -168,7 +168,9 @@ TEST(TensorMerge, RefusesABufferThatIsTooSmall) {
   merge.add(caps("4").c_str());
   merge.play();
   EXPECT_EQ(merge.push(0, Bytes{1, 2, 3}, 0), GST_FLOW_ERROR);
-  EXPECT_SAYS(merge.error(), "WEIR-2004");
+  const std::string error = merge.error();
+  EXPECT_SAYS(error, "WEIR-2004");
+  EXPECT_SAYS(error, "3 bytes in memory 0 on pad 0");
 }
 
 }  // namespace

@@ -2,6 +2,7 @@
 #include <algorithm>
 
 #include "elements/tensor_mux/sync_element.hpp"
+#include "gstcpp/frame_errors.hpp"
 #include "gstcpp/sharing_buffer.hpp"
 #include "gstcpp/tensor_caps.hpp"
 #include "gstcpp/tensor_meta.hpp"
@@ -63,7 +64,7 @@ class TensorMux : public SyncElement<TensorMux> {
       owners.push_back(input.buffer.get());
       const size_t first = pieces.size();
       auto status = gst::append_pieces(input.buffer.get(), *input.spec, &ledger_, &pieces);
-      if (!status) return status.error();
+      if (!status) return gst::on_pad(status.error(), "pad " + std::to_string(owners.size() - 1));
       if (format_ == Format::Static || input.spec->format != Format::Static) continue;
       for (size_t i = first; i < pieces.size(); ++i) {
         auto piece = gst::with_header(pieces[i], &ledger_);

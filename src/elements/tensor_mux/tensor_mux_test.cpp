@@ -340,7 +340,7 @@ TEST(TensorMux, RefusesABufferThatIsTooSmall) {
   EXPECT_EQ(mux.push(0, Bytes{1, 2, 3}, 0), GST_FLOW_ERROR);
   const std::string error = mux.error();
   EXPECT_SAYS(error, "WEIR-2004");
-  EXPECT_SAYS(error, "3 bytes in 1 memories");
+  EXPECT_SAYS(error, "3 bytes in 1 memories on pad 0");
 }
 
 TEST(TensorMux, SaysWhatTheNextElementDoesNotTake) {

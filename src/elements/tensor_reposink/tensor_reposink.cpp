@@ -3,6 +3,7 @@
 
 #include "elements/tensor_reposink/repository.hpp"
 #include "gstcpp/base_classes.hpp"
+#include "gstcpp/frame_errors.hpp"
 #include "gstcpp/tensor_caps.hpp"
 
 namespace weir {
@@ -152,15 +153,7 @@ class TensorReposink : public gst::Element<TensorReposink, gst::BaseSink> {
   }
 
   Status check_size(GstBuffer* buffer) const {
-    const uint64_t needed = spec_.bytes().value_or(UINT64_MAX);
-    const gsize size = gst_buffer_get_size(buffer);
-    if (size >= needed) return ok();
-    return Error{Code::FRAME_SIZE,
-                 "a frame is smaller than its caps say",
-                 std::to_string(size) + " bytes",
-                 std::to_string(needed) + " bytes for " + spec_.to_string(),
-                 "",
-                 ""};
+    return gst::whole_frame(spec_, gst_buffer_get_size(buffer));
   }
 
   Repository::Writer writer_{repository(), {[this](uint32_t slot) {

@@ -206,15 +206,18 @@ TEST(TensorReposink, ANewSlotIndexTakesTheWaitAlong) {
   EXPECT_EQ(stat(sink, "tensor_reposink", "dropped-eos"), 1u);
 }
 
-TEST(TensorReposink, NamesAFrameThatIsTooSmall) {
-  const Harness sink = harness_of(slot(0), kByte);
-  Errors errors(sink);
-  EXPECT_EQ(gst_harness_push(sink.get(), frame(Bytes{1})), GST_FLOW_ERROR);
-  const std::string text = errors.next();
-  EXPECT_SAYS(text, "WEIR-2004");
-  EXPECT_SAYS(text, "1 bytes");
-  EXPECT_SAYS(text, "2 bytes for 1 tensor");
-  EXPECT_EQ(stat(sink, "tensor_reposink", "dropped-error"), 1u);
+TEST(TensorReposink, NamesAFrameOfAnotherSize) {
+  for (const size_t bytes : {size_t{0}, size_t{1}, size_t{3}}) {
+    const Harness sink = harness_of(slot(0), kByte);
+    Errors errors(sink);
+    EXPECT_EQ(gst_harness_push(sink.get(), frame(Bytes(bytes))), GST_FLOW_ERROR);
+    const std::string text = errors.next();
+    EXPECT_SAYS(text, "WEIR-2004: a buffer has another size than its caps say");
+    EXPECT_SAYS(text, "offered: " + std::to_string(bytes) + " bytes");
+    EXPECT_SAYS(text, "needed: 1 tensor: uint8 2 = 2 bytes");
+    EXPECT_SAYS(text, "fix: check the element before this one");
+    EXPECT_EQ(stat(sink, "tensor_reposink", "dropped-error"), 1u);
+  }
 }
 
 TEST(TensorReposink, NamesCapsThatDoNotSayWhatTheTensorsAre) {
