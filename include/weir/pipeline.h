@@ -90,7 +90,8 @@ WEIR_EXPORT void weir_pulled_free(weir_pulled* frame);               /* NULL: no
 /* The element valve `name`. */
 WEIR_EXPORT int weir_pipeline_set_valve(weir_pipeline* pipeline, const char* name, int open,
                                         weir_error** error);
-/* The element input-selector or output-selector `name`: its pad, such as "sink_1". */
+/* The element input-selector or output-selector `name`: its pad, such as "sink_1". A frame that is
+ * on its way through an output-selector still goes to the pad before; then it changes. */
 WEIR_EXPORT int weir_pipeline_select(weir_pipeline* pipeline, const char* name, const char* pad,
                                      weir_error** error);
 /* Properties as text, as gst-launch-1.0 writes them. OPTION_VALUE for a property that is not there,

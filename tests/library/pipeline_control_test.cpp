@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <future>
 
 #include "says.hpp"
 #include "weir/pipeline.hpp"
@@ -68,6 +69,31 @@ TEST(PipelineControl, ASelectorSendsToTheChosenOutput) {
   EXPECT_REFUSED(p.selector("a").select("src_0"), OPTION_VALUE,
                  "a is another element than this call is for\n  offered: tensor_sink\n"
                  "  needed: input-selector or output-selector");
+}
+
+// GStreamer's output-selector would send a frame that is on its way to the new pad without caps.
+TEST(PipelineControl, AnOutputIsChosenBetweenTwoFrames) {
+  Pipeline p = parse(
+      "appsrc name=in ! output-selector name=s "
+      "s.src_0 ! tensor_sink name=a async=false s.src_1 ! tensor_sink name=b async=false");
+  const auto active = [&p] {
+    const auto text = p.get("s", "active-pad");
+    return text ? *text : text.error().message();
+  };
+  std::promise<void> arrived, go_on;
+  ASSERT_TRUE(p.on_frame("a", [&](const weir::Frame&) {
+    arrived.set_value();
+    go_on.get_future().wait();
+  }));
+  ASSERT_TRUE(p.start());
+  ASSERT_TRUE(push(p, "in", 1));
+  arrived.get_future().wait();
+  ASSERT_TRUE(p.selector("s").select("src_1"));
+  EXPECT_SAYS(active(), "src_0") << "a frame is on its way";
+  go_on.set_value();
+  ASSERT_TRUE(push(p, "in", 2));
+  EXPECT_EQ(pulled(p, "b"), 2);
+  EXPECT_SAYS(active(), "src_1");
 }
 
 TEST(PipelineControl, PropertiesAsTextAndTyped) {
