@@ -9,8 +9,18 @@
 #include "gstcpp/frame_errors.hpp"
 #include "gstcpp/memory_part.hpp"
 #include "gstcpp/tensor_meta.hpp"
+#include "gstcpp/tensor_pieces.hpp"
 
 namespace weir {
+namespace {
+
+void write_header(const TensorSpec& spec, std::span<std::byte> out) {
+  TensorHeader header;
+  header.spec = spec;
+  write_tensor_header(header, out.first<kTensorHeaderBytes>());
+}
+
+}  // namespace
 
 bool chosen(const TensorChoice& choice, size_t index) noexcept {
   return choice.empty() || std::find(choice.begin(), choice.end(), index) != choice.end();
@@ -181,14 +191,6 @@ Status FrameTransformer::run_pooled(GstBuffer* in, GstBuffer* out, Ledger* ledge
 
 Status FrameTransformer::run_by_memory(GstBuffer* in, GstBuffer* out, Ledger* ledger) {
   const auto& views = reader_.tensors();
-  if (views.size() > kMemoryLimit)
-    return Error{Code::LIMIT_EXCEEDED,
-                 "transforming some of more than 16 tensors is not possible",
-                 std::to_string(views.size()) + " tensors",
-                 "at most 16, or all tensors of a static "
-                 "stream",
-                 "",
-                 "tensor_demux before the transform, tensor_mux behind it"};
   for (const size_t index : choice_)
     if (index >= views.size())
       return Error{Code::OPTION_VALUE,
@@ -197,6 +199,7 @@ Status FrameTransformer::run_by_memory(GstBuffer* in, GstBuffer* out, Ledger* le
                    "0 to " + std::to_string(views.size() - 1),
                    "",
                    ""};
+  if (views.size() > kMemoryLimit) return run_packed(out, ledger);
   for (size_t i = 0; i < views.size(); ++i) {
     if (!chosen(choice_, i)) {
       append_untouched(views[i], in, out, ledger);
@@ -205,6 +208,35 @@ Status FrameTransformer::run_by_memory(GstBuffer* in, GstBuffer* out, Ledger* le
     }
   }
   return ok();
+}
+
+// More tensors than a buffer has memories: nothing is shared.
+Status FrameTransformer::run_packed(GstBuffer* out, Ledger* ledger) {
+  const auto& views = reader_.tensors();
+  const size_t head = headers_wanted() ? kTensorHeaderBytes : 0;
+  std::vector<TensorSpec> specs;
+  std::vector<uint64_t> sizes;
+  for (size_t i = 0; i < views.size(); ++i) {
+    specs.push_back(views[i].spec);
+    if (chosen(choice_, i)) {
+      const auto cached = plan_for(i, views[i].spec);
+      if (!cached) return cached.error();
+      specs.back() = (*cached)->output;
+    }
+    sizes.push_back(head + *specs.back().bytes());
+  }
+  return gst::append_filled(specs, sizes, out, [&](size_t i, std::span<std::byte> bytes) -> Status {
+    if (head) write_header(specs[i], bytes);
+    const auto target = bytes.subspan(head);
+    if (chosen(choice_, i)) {
+      const auto counters = plans_[i]->plan->apply(views[i].payload, target);
+      if (counters.divisions_by_zero > 0) ledger->divided_by_zero(counters.divisions_by_zero);
+    } else {
+      std::copy(views[i].payload.begin(), views[i].payload.end(), target.begin());
+      ledger->copied(target.size());
+    }
+    return ok();
+  });
 }
 
 Status FrameTransformer::append_transformed(size_t index, const gst::TensorView& view,
@@ -226,11 +258,7 @@ Result<FrameTransformer::Appended> FrameTransformer::append_output(const TensorS
   gst_buffer_append_memory(out, memory);
   Appended appended{gst::MappedMemory(memory, GST_MAP_WRITE), head};
   if (!appended.map) return gst::memory_ran_out();
-  if (head) {
-    TensorHeader header;
-    header.spec = spec;
-    write_tensor_header(header, appended.map.bytes().first<kTensorHeaderBytes>());
-  }
+  if (head) write_header(spec, appended.map.bytes());
   return appended;
 }
 
@@ -248,11 +276,7 @@ void FrameTransformer::append_untouched(const gst::TensorView& view, GstBuffer* 
   gst_buffer_append_memory(out, memory);
   const gst::MappedMemory map(memory, GST_MAP_WRITE);
   if (!map) return;
-  if (head) {
-    TensorHeader header;
-    header.spec = view.spec;
-    write_tensor_header(header, map.bytes().first<kTensorHeaderBytes>());
-  }
+  if (head) write_header(view.spec, map.bytes());
   std::memcpy(map.bytes().data() + head, view.payload.data(), view.payload.size());
   ledger->copied(view.payload.size());
 }

@@ -98,6 +98,7 @@ class FrameTransformer {
   Status run_alone(GstBuffer* in, GstBuffer* out, Ledger* ledger);
   Status run_pooled(GstBuffer* in, GstBuffer* out, Ledger* ledger);
   Status run_by_memory(GstBuffer* in, GstBuffer* out, Ledger* ledger);
+  Status run_packed(GstBuffer* out, Ledger* ledger);
   Status append_transformed(size_t index, const gst::TensorView& view, GstBuffer* out,
                             Ledger* ledger);
   void append_untouched(const gst::TensorView& view, GstBuffer* in, GstBuffer* out, Ledger* ledger);

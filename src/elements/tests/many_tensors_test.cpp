@@ -185,6 +185,34 @@ TEST_P(ManyTensors, WhatPassesThemOnLeavesThemAsTheyWere) {
   }
 }
 
+// All of them, and the first and the last alone.
+TEST_P(ManyTensors, TensorTransformWorksOnAllOrSome) {
+  const size_t last = GetParam().count - 1;
+  for (const bool some : {false, true}) {
+    std::string line = "tensor_transform mode=arithmetic option=add:1";
+    if (some) line += " apply=0," + std::to_string(last);
+    ManyInputs transform(line);
+    transform.add(caps().c_str(), "sink");
+    transform.play();
+    for (int frame = 0; frame < 2; ++frame)
+      ASSERT_EQ(transform.push(0, buffer_of(memories(), 0)), GST_FLOW_OK) << transform.error();
+    Memories expected = memories();
+    for (size_t i = 0, at = 19224; i <= last; ++i) {
+      const bool packed = last >= 16 && i >= 15;
+      const size_t begin = (packed ? at : 0) + (GetParam().flexible ? 128 : 0);
+      const Numbers& numbers = numbers_of(i);
+      const size_t elements = elements_of(dimensions_of(GetParam(), i));
+      for (size_t e = 0; e < elements && (!some || i == 0 || i == last); ++e)
+        numbers.write(number_at(i, e) + 1,
+                      expected[packed ? 15 : i].data() + begin + e * numbers.bytes);
+      if (packed) at += tensor_of(GetParam(), i).size();
+    }
+    ASSERT_EQ(transform.buffers().size(), 2u);
+    for (const auto& buffer : transform.buffers())
+      EXPECT_EQ(memories_of(buffer.get()), expected) << line;
+  }
+}
+
 // Zeros first, as many and as large as the caps say, and then what the other end got.
 TEST_P(ManyStaticTensors, ALoopCarriesThem) {
   const auto sink = test::harness_of("tensor_reposink", caps());
