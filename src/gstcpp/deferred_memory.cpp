@@ -21,7 +21,8 @@ struct FreeAligned {
 
 struct DeferredMemory : GstMemory {
   std::mutex mutex;  // guards the rest; held while computing, never while the source is released
-  DeferredSource source;                          // until `bytes` are there
+  std::vector<DeferredSource> sources;            // until `bytes` are there
+  std::vector<std::byte> prefix;                  // before what they make
   std::unique_ptr<std::byte, FreeAligned> bytes;  // null until the first map
   std::shared_ptr<DeferredCounts> counts;
 };
@@ -37,34 +38,44 @@ DeferredMemory& of(GstMemory* memory) {
   return *static_cast<DeferredMemory*>(memory);
 }
 
+// Writes the header and what the plan makes to *at, which moves behind them.
+bool compute(const DeferredSource& source, std::byte** at, DeferredCounts& counts) {
+  const auto& plan = *source.plan;
+  const size_t in_bytes = *plan.input().bytes(), out_bytes = *plan.output().bytes();
+  const MappedMemory in(gst_buffer_peek_memory(source.buffer.get(), source.memory), GST_MAP_READ);
+  if (!in || in.bytes().size() < in_bytes) return false;
+  std::byte* const out = std::copy(source.header.begin(), source.header.end(), *at);
+  const auto counters = plan.apply(in.bytes().first(in_bytes), {out, out_bytes});
+  counts.divisions_by_zero += counters.divisions_by_zero;
+  if (plan.is_gather()) counts.bytes_gathered += out_bytes;
+  *at = out + out_bytes;
+  return true;
+}
+
 // Precondition: the mutex is held.
 bool compute(DeferredMemory& memory) {
-  if (!memory.source.plan) return false;
-  const auto& plan = *memory.source.plan;
-  const auto& header = memory.source.header;
-  const size_t in_bytes = *plan.input().bytes(), out_bytes = *plan.output().bytes();
-  const MappedMemory in(gst_buffer_peek_memory(memory.source.buffer.get(), memory.source.memory),
-                        GST_MAP_READ);
-  if (!in || in.bytes().size() < in_bytes) return false;
+  if (memory.sources.empty()) return false;
   memory.bytes.reset(static_cast<std::byte*>(
-      ::operator new (header.size() + out_bytes, std::align_val_t{kAlignment}, std::nothrow)));
+      ::operator new (memory.maxsize, std::align_val_t{kAlignment}, std::nothrow)));
   if (!memory.bytes) return false;
-  std::copy(header.begin(), header.end(), memory.bytes.get());
-  const auto counters =
-      plan.apply(in.bytes().first(in_bytes), {memory.bytes.get() + header.size(), out_bytes});
-  memory.counts->divisions_by_zero += counters.divisions_by_zero;
-  if (plan.is_gather()) memory.counts->bytes_gathered += out_bytes;
+  std::byte* at = std::copy(memory.prefix.begin(), memory.prefix.end(), memory.bytes.get());
+  for (const DeferredSource& source : memory.sources) {
+    if (!compute(source, &at, *memory.counts)) {
+      memory.bytes.reset();
+      return false;
+    }
+  }
   ++memory.counts->computed;
   return true;
 }
 
 gpointer map(GstMemory* base, gsize, GstMapFlags) {
   auto& memory = of(base);
-  DeferredSource done;
+  std::vector<DeferredSource> done;
   const std::lock_guard lock(memory.mutex);
   if (!memory.bytes) {
     if (!compute(memory)) return nullptr;
-    std::swap(done, memory.source);
+    std::swap(done, memory.sources);
   }
   return memory.bytes.get();
 }
@@ -135,10 +146,19 @@ GType offer_api() {
 }  // namespace
 
 GstMemory* make_deferred_memory(DeferredSource source, std::shared_ptr<DeferredCounts> counts) {
+  std::vector<DeferredSource> sources;
+  sources.push_back(std::move(source));
+  return make_deferred_memory(std::move(sources), {}, std::move(counts));
+}
+
+GstMemory* make_deferred_memory(std::vector<DeferredSource> sources, std::vector<std::byte> prefix,
+                                std::shared_ptr<DeferredCounts> counts) {
   auto* memory = new (std::nothrow) DeferredMemory();
   if (!memory) return nullptr;
-  const size_t bytes = source.header.size() + *source.plan->output().bytes();
-  memory->source = std::move(source);
+  size_t bytes = prefix.size();
+  for (const auto& source : sources) bytes += source.header.size() + *source.plan->output().bytes();
+  memory->sources = std::move(sources);
+  memory->prefix = std::move(prefix);
   memory->counts = std::move(counts);
   gst_memory_init(memory, GstMemoryFlags(0), allocator(), nullptr, bytes, kAlignment - 1, 0, bytes);
   return memory;
@@ -149,19 +169,24 @@ bool is_deferred_memory(GstMemory* memory) {
 }
 
 std::optional<DeferredSource> deferred_source(GstMemory* base) {
-  if (!is_deferred_memory(base)) return std::nullopt;
+  auto sources = deferred_sources(base);
+  if (sources.size() != 1) return std::nullopt;
+  return std::move(sources[0]);
+}
+
+std::vector<DeferredSource> deferred_sources(GstMemory* base) {
+  if (!is_deferred_memory(base)) return {};
   auto& memory = of(base);
   const std::lock_guard lock(memory.mutex);
-  if (memory.bytes || !memory.source.plan || memory.offset != 0 || memory.size != memory.maxsize)
-    return std::nullopt;
-  return memory.source;
+  if (memory.bytes || memory.offset != 0 || memory.size != memory.maxsize) return {};
+  return memory.sources;
 }
 
 void forget_deferred_source(GstMemory* base) {
   auto& memory = of(base);
-  DeferredSource done;
+  std::vector<DeferredSource> done;
   const std::lock_guard lock(memory.mutex);
-  std::swap(done, memory.source);
+  std::swap(done, memory.sources);
 }
 
 void offer_deferral(GstQuery* query, GstPad* sink) {

@@ -35,8 +35,15 @@ struct DeferredSource {
 // the source cannot be mapped, is too small or memory runs out. Null when memory ran out.
 GstMemory* make_deferred_memory(DeferredSource source, std::shared_ptr<DeferredCounts> counts);
 
+// The same of `prefix` and, one behind the other, what each source makes: the packed memory of a
+// frame of more than 16 tensors. Precondition: there is a source.
+GstMemory* make_deferred_memory(std::vector<DeferredSource> sources, std::vector<std::byte> prefix,
+                                std::shared_ptr<DeferredCounts> counts);
+
 bool is_deferred_memory(GstMemory* memory);
-// The source of a deferred memory that nobody has mapped or resized yet, else nullopt.
+// The sources of a deferred memory that nobody has mapped or resized yet, else none.
+std::vector<DeferredSource> deferred_sources(GstMemory* memory);
+// Of one that has a single source, else nullopt.
 std::optional<DeferredSource> deferred_source(GstMemory* memory);
 
 // Lets go of the source: from then on the memory cannot be mapped. For an element that nobody

@@ -1,6 +1,7 @@
 // tensor_crop before an element that takes views, and the pool for what is copied.
 #include <cstring>
 
+#include "core/tensor/packed_tensors.hpp"
 #include "elements/tensor_crop/crop_test_support.hpp"
 
 namespace weir::testing {
@@ -110,13 +111,75 @@ TEST(CropViews, AreNotForAnElementThatNeedsTheWholeTensor) {
   EXPECT_EQ(crop.stat("bytes-copied"), 4u);
 }
 
-TEST(CropViews, AreNotForMoreThanABufferHolds) {
-  Crop crop;
+// `count` regions of one pixel or two, at places that `shift` moves; and what is to come of each.
+struct ManyRegions {
+  ManyRegions(uint32_t count, uint32_t shift) {
+    for (uint32_t i = 0; i < count; ++i) {
+      const uint32_t x = (i + shift) % 4, y = (i + 3 * shift) % 4, width = 1 + (i + shift) % 2;
+      numbers.insert(numbers.end(), {x, y, width, 1});
+      const Bytes all = picture();
+      const auto from = all.begin() + 10 * y + 2 * x;
+      cut.push_back(region({2, width, 1}, {from, from + 2 * width}));
+      plus.push_back(plus_100({2, width, 1}, {from, from + 2 * width}));
+    }
+  }
   std::vector<uint32_t> numbers;
-  for (uint32_t i = 0; i < 17; ++i) numbers.insert(numbers.end(), {i % 5, i % 4, 1, 1});
-  crop.push_both(info_of(numbers));
-  EXPECT_EQ(crop.stat("regions-shared"), 0u);
-  EXPECT_EQ(crop.stat("bytes-copied"), 34u);
+  std::vector<Bytes> cut, plus;
+};
+// The tensors of a frame, those of the packed 16th memory too.
+std::vector<Bytes> tensors_of(GstBuffer* buffer) {
+  std::vector<Bytes> out = memories_of(buffer);
+  if (out.size() < kMemoryLimit) return out;
+  const Bytes last = out.back();
+  const auto bytes = std::as_bytes(std::span(last));
+  if (!is_packed(bytes)) return out;
+  out.pop_back();
+  const auto ranges = read_packed_tensors(bytes, Format::Flexible);
+  EXPECT_TRUE(ranges);
+  for (const ByteRange& range : *ranges) {
+    const auto from = last.begin() + static_cast<std::ptrdiff_t>(range.offset);
+    out.emplace_back(from, from + static_cast<std::ptrdiff_t>(range.size));
+  }
+  return out;
+}
+
+TEST(CropViews, AreAsManyAsThereAreRegions) {
+  for (const uint32_t count : {15u, 16u, 17u, 40u, 256u}) {
+    Transformed crop("arithmetic", kAdd);
+    for (uint32_t frame = 0; frame < 4; ++frame)  // of other sizes, and twice of the same
+      crop.push_both(info_of(ManyRegions(count, frame / 2).numbers));
+    ASSERT_EQ(crop.buffers().size(), 4u);
+    for (uint32_t frame = 0; frame < 4; ++frame)
+      EXPECT_EQ(tensors_of(crop.buffers()[frame].get()), ManyRegions(count, frame / 2).plus)
+          << count << " regions, frame " << frame;
+    EXPECT_EQ(crop.stat("bytes-copied"), 0u) << count;
+    EXPECT_EQ(crop.stat("regions-shared"), 4u * count);
+    EXPECT_EQ(crop.transform_stat("fused-frames"), 4u);
+  }
+}
+
+// As they lie in a frame that was copied.
+TEST(CropViews, OfMoreThanABufferHoldsArePackedForWhoeverMapsThem) {
+  const ManyRegions many(40, 1);
+  Transformed crop("arithmetic", kAdd);
+  std::vector<Bytes> seen;
+  const auto in = Transformed::pad_of(crop.transform.get(), "sink");
+  gst_pad_add_probe(
+      in.get(), GST_PAD_PROBE_TYPE_BUFFER,
+      [](GstPad*, GstPadProbeInfo* info, gpointer into) {
+        *static_cast<std::vector<Bytes>*>(into) = memories_of(GST_PAD_PROBE_INFO_BUFFER(info));
+        return GST_PAD_PROBE_OK;
+      },
+      &seen, nullptr);
+  crop.push_both(info_of(many.numbers));
+  Crop copies;
+  copies.push_both(info_of(many.numbers));
+  EXPECT_EQ(crop.stat("regions-shared"), 40u);
+  EXPECT_EQ(copies.stat("regions-shared"), 0u);
+  EXPECT_EQ(seen, memories_of(copies.buffers().at(0).get()));
+  EXPECT_EQ(tensors_of(copies.buffers()[0].get()), many.cut);
+  EXPECT_EQ(tensors_of(crop.buffers().at(0).get()), many.plus);
+  EXPECT_EQ(crop.stat("bytes-copied"), copies.stat("bytes-copied"));
 }
 
 TEST(CropPool, BuffersOfRegionsOfTheSameSizesComeBack) {

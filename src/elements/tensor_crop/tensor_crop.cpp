@@ -4,6 +4,7 @@
 #include <optional>
 
 #include "core/crop/regions.hpp"
+#include "core/tensor/packed_tensors.hpp"
 #include "core/tensor/tensor_header.hpp"
 #include "gstcpp/allocation.hpp"
 #include "gstcpp/base_classes.hpp"
@@ -162,12 +163,10 @@ class TensorCrop : public gst::Element<TensorCrop, gst::PlainElement>, public gs
   // somebody maps one, copies into the pool's buffers are quicker.
   Ref<GstBuffer> views_of(GstBuffer* raw, const gst::TensorView& whole,
                           const std::vector<Region>& regions) {
-    if (!views_wanted_ || counts_->computed != computed_before_ || regions.size() > kMemoryLimit ||
-        whole.memory < 0)
-      return {};
+    if (!views_wanted_ || counts_->computed != computed_before_ || whole.memory < 0) return {};
     const auto memory = static_cast<guint>(whole.memory);
     if (!gst_memory_is_type(gst_buffer_peek_memory(raw, memory), GST_ALLOCATOR_SYSMEM)) return {};
-    auto out = Ref<GstBuffer>::adopt(gst_buffer_new());
+    std::vector<gst::DeferredSource> views;
     for (const Region& region : regions) {
       auto layout = layout_of(whole.spec, region);
       layout.offset += whole.header_bytes;
@@ -175,14 +174,38 @@ class TensorCrop : public gst::Element<TensorCrop, gst::PlainElement>, public gs
       if (!plan) return {};  // further than a plan reaches
       std::vector<std::byte> header(kTensorHeaderBytes);
       write_header(plan->output(), header);
-      GstMemory* const view = gst::make_deferred_memory(
-          {Ref<GstBuffer>::share(raw), memory,
-           std::make_shared<const transform::Plan>(*std::move(plan)), std::move(header)},
-          counts_);
+      views.push_back({Ref<GstBuffer>::share(raw), memory,
+                       std::make_shared<const transform::Plan>(*std::move(plan)),
+                       std::move(header)});
+    }
+    auto out = buffer_of(std::move(views));
+    if (out) regions_shared_ += regions.size();
+    return out;
+  }
+
+  // A memory for each, from the 16th on one for all where there are more than 16.
+  Ref<GstBuffer> buffer_of(std::vector<gst::DeferredSource> views) const {
+    auto out = Ref<GstBuffer>::adopt(gst_buffer_new());
+    const size_t alone = views.size() > kMemoryLimit ? kMemoryLimit - 1 : views.size();
+    for (size_t i = 0; i < alone; ++i) {
+      GstMemory* const view = gst::make_deferred_memory(std::move(views[i]), counts_);
       if (!view) return {};
       gst_buffer_append_memory(out.get(), view);
     }
-    regions_shared_ += regions.size();
+    views.erase(views.begin(), views.begin() + static_cast<std::ptrdiff_t>(alone));
+    if (views.empty()) return out;
+    std::vector<TensorSpec> specs;
+    std::vector<uint64_t> sizes;
+    for (const auto& view : views) {
+      specs.push_back(view.plan->output());
+      sizes.push_back(view.header.size() + *specs.back().bytes());
+    }
+    std::vector<std::byte> prefix(kPackedHeaderBytes);
+    write_packed_header(specs, sizes, std::span(prefix).first<kPackedHeaderBytes>());
+    GstMemory* const packed =
+        gst::make_deferred_memory(std::move(views), std::move(prefix), counts_);
+    if (!packed) return {};
+    gst_buffer_append_memory(out.get(), packed);
     return out;
   }
 

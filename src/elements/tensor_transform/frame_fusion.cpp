@@ -61,26 +61,31 @@ void FrameTransformer::find_views(GstBuffer* in) {
   sources_.clear();
   if (!takes_views()) return;
   for (guint i = 0; i < gst_buffer_n_memory(in); ++i) {
-    auto source = gst::deferred_source(gst_buffer_peek_memory(in, i));
-    if (!source || source->header.empty()) return sources_.clear();
-    auto cached = plan_for(i, source->plan->output());
-    if (!cached || !fuse(**cached, &*source)) return sources_.clear();
-    sources_.push_back(*std::move(source));
+    auto sources = gst::deferred_sources(gst_buffer_peek_memory(in, i));
+    if (sources.empty()) return sources_.clear();
+    for (auto& source : sources) {
+      if (source.header.empty()) return sources_.clear();
+      auto cached = plan_for(sources_.size(), source.plan->output());
+      if (!cached || !fuse(**cached, &source)) return sources_.clear();
+      sources_.push_back(std::move(source));
+    }
   }
 }
 
-// From the second frame whose tensors are as large as those before on: a pool's.
+// From the second frame whose tensors are as large as those before on: a pool's, which knows the
+// packed memory of more than 16 tensors too.
 gst::Ref<GstBuffer> FrameTransformer::buffer_for_views() {
   std::vector<TensorSpec> specs;
   for (const auto& source : sources_) specs.push_back(source.plan->output());
   const auto alike = [](const TensorSpec& a, const TensorSpec& b) { return a.same_layout(b); };
-  views_pooled_ =
+  const bool as_before =
       std::equal(specs.begin(), specs.end(), view_specs_.begin(), view_specs_.end(), alike);
-  if (!views_pooled_) {
-    view_specs_ = std::move(specs);
+  if (!as_before) {
+    view_specs_ = specs;
     view_pool_ = {};
-    return gst::Ref<GstBuffer>::adopt(gst_buffer_new());
   }
+  views_pooled_ = as_before || specs.size() > kMemoryLimit;
+  if (!views_pooled_) return gst::Ref<GstBuffer>::adopt(gst_buffer_new());
   if (!view_pool_) {
     auto pool =
         gst::FramePool::make(std::move(specs), output_.format, MediaType::Tensor, allocation_);
