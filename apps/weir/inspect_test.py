@@ -138,7 +138,7 @@ class Inspect(Case):
         self.assertEqual([t["type"] for t in told["outputs"]], ["uint8", "int32"])
         self.assertIn("input=3:8:8:1,5 inputtype=uint8,int32", told["launch"])
         self.runs(told["launch"])
-        self.refused(weir("inspect", "--input", "x:8", script), 1, "WEIR-1002", 'at "x:8"')
+        self.refused(weir("inspect", "--input", "x:8", script), 1, "WEIR-1002", 'at "x" of "x:8"')
 
     def test_a_script_in_lua(self):
         script = SOURCE / "src/modules/engines/lua/halves.lua"
