@@ -49,24 +49,24 @@ TEST(TensorPreprocess, RefusesVideoThatIsNoProgressivePicture) {
   for (const char* size : {"width=0,height=2", "width=2,height=0", "width=65537,height=1",
                            "width=1,height=2147483647", "width=-3,height=2"}) {
     const auto text = said(std::string("format=RGB,") + size);
-    expect_words(text, "WEIR-2006: a picture is too big or has no pixels");
-    expect_words(text, "needed: 1x1 to 65536x65536");
-    expect_words(text, "fix: videoscale or videocrop");
+    EXPECT_SAYS(text, "WEIR-2006: a picture is too big or has no pixels");
+    EXPECT_SAYS(text, "needed: 1x1 to 65536x65536");
+    EXPECT_SAYS(text, "fix: videoscale or videocrop");
   }
   const auto interlaced = said("format=NV12,width=8,height=2,interlace-mode=interleaved");
-  expect_words(interlaced, "WEIR-2002: interlaced video cannot be prepared");
-  expect_words(interlaced, "offered: interleaved");
-  expect_words(interlaced, "fix: deinterlace ! tensor_preprocess");
+  EXPECT_SAYS(interlaced, "WEIR-2002: interlaced video cannot be prepared");
+  EXPECT_SAYS(interlaced, "offered: interleaved");
+  EXPECT_SAYS(interlaced, "fix: deinterlace ! tensor_preprocess");
   for (const char* little : {"width=8,height=2", "format=RGB", "format=RGB,width=8"}) {
     const auto text = said(little);
-    expect_words(text, "WEIR-2002: the video caps cannot be read");
-    expect_words(text, "needed: a format, a width and a height");
+    EXPECT_SAYS(text, "WEIR-2002: the video caps cannot be read");
+    EXPECT_SAYS(text, "needed: a format, a width and a height");
   }
   for (const char* caps : {"width=70000,height=2", "width=64,height=48,interlace-mode=interleaved"})
-    expect_words(error_of_pipeline(std::string("videotestsrc num-buffers=2 ! video/x-raw,"
-                                               "format=NV12,") +
-                                   caps + " ! tensor_preprocess width=4 height=4 ! fakesink"),
-                 "tensor_preprocess");
+    EXPECT_SAYS(error_of_pipeline(std::string("videotestsrc num-buffers=2 ! video/x-raw,"
+                                              "format=NV12,") +
+                                  caps + " ! tensor_preprocess width=4 height=4 ! fakesink"),
+                "tensor_preprocess");
 }
 
 TEST(TensorPreprocess, SaysThatTheSizeIsNotKnown) {
