@@ -3,6 +3,7 @@
 
 #include <future>
 
+#include "becomes.hpp"
 #include "core/sync/collector.hpp"
 
 namespace weir::sync {
@@ -83,7 +84,7 @@ TEST(BehindGaps, AreToldOnceAndWaitedForStill) {
     collector.start();
     const LaneId a = collector.add(), b = collector.add();
     auto offered = std::async(std::launch::async, [&] { return collector.offer(a, 1, 30); });
-    while (collector.waiting() == 0) std::this_thread::yield();
+    EXPECT_TRUE(becomes_true([&] { return collector.waiting() > 0; }, "a frame that waits"));
     for (const Time end : {20, 40, 60}) collector.gap(b, end);
     EXPECT_EQ(out.told.get_future().get(), (std::pair{a, Ids{b}})) << name_of(mode);
     EXPECT_TRUE(out.rows.empty());
@@ -91,7 +92,7 @@ TEST(BehindGaps, AreToldOnceAndWaitedForStill) {
     EXPECT_EQ(offered.get(), kOk);
     EXPECT_EQ(out.rows, (std::vector<std::vector<int>>{{1, 2}})) << name_of(mode);
     auto next = std::async(std::launch::async, [&] { return collector.offer(a, 3, 80); });
-    while (collector.waiting() == 0) std::this_thread::yield();
+    EXPECT_TRUE(becomes_true([&] { return collector.waiting() > 0; }, "a frame that waits"));
     collector.gap(b, 90);
     collector.stop();
     EXPECT_NE(next.get(), kOk);
