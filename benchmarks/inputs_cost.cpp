@@ -150,8 +150,8 @@ void measure_crop(int rounds) {
 }
 
 // An identity between the two keeps the regions from being views.
-void measure_views(int rounds) {
-  const auto inputs = crop_inputs(buffer_of(kPicture), regions_of(16));
+void measure_views(uint32_t regions, int rounds) {
+  const auto inputs = crop_inputs(buffer_of(kPicture), regions_of(regions));
   const std::string clamp = "tensor_transform mode=clamp option=10:200";
   InputsStage copied("tensor_crop", inputs, {"identity", clamp}),
       viewed("tensor_crop", inputs, {clamp});
@@ -159,9 +159,10 @@ void measure_views(int rounds) {
   const auto costs =
       weir::bench::least({[&] { copied.push(kFrames); }, [&] { viewed.push(kFrames); }}, rounds);
   const auto floor = static_cast<int>(costs[0].cpu / kFrames * 1e6);
-  weir::bench::report("tensor_crop of 16 regions of 128x128 as views, and clamp: CPU",
-                      "the same with copies, " + std::to_string(floor) + " us",
-                      costs[1].cpu / costs[0].cpu, "x", 1);
+  weir::bench::report(
+      "tensor_crop of " + std::to_string(regions) + " regions of 128x128 as views, and clamp: CPU",
+      "the same with copies, " + std::to_string(floor) + " us", costs[1].cpu / costs[0].cpu, "x",
+      1);
 }
 
 }  // namespace
@@ -172,5 +173,5 @@ int main(int argc, char** argv) {
   measure_mux(rounds);
   measure_merge(rounds);
   measure_crop(rounds);
-  measure_views(rounds);
+  for (const uint32_t regions : {16, 64}) measure_views(regions, rounds);
 }
