@@ -33,6 +33,15 @@ inline Status whole_frame(const FrameSpec& spec, uint64_t bytes) {
   return wrong_frame_size(spec, std::to_string(bytes) + " bytes", "");
 }
 
+inline Error buffer_is_empty() {
+  return Error{Code::FRAME_SIZE,
+               "a buffer is empty",
+               "0 bytes",
+               "at least one tensor",
+               "",
+               "check the element or program that wrote the stream"};
+}
+
 inline Error memory_not_mapped() {
   return Error{
       Code::MAP_FAILED,

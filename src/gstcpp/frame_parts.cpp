@@ -86,13 +86,7 @@ Status FrameParts::add_chunk(std::span<const std::byte> chunk, size_t offset) {
 
 Status FrameParts::read_headers(GstBuffer* buffer) {
   const size_t memories = gst_buffer_n_memory(buffer);
-  if (memories == 0)
-    return Error{Code::FRAME_SIZE,
-                 "a buffer is empty",
-                 "0 bytes",
-                 "at least one tensor",
-                 "",
-                 "check the element or program that wrote the stream"};
+  if (memories == 0) return buffer_is_empty();
   size_t base = 0;
   for (size_t i = 0; i < memories; ++i) {
     const MappedMemory map(gst_buffer_peek_memory(buffer, static_cast<guint>(i)), GST_MAP_READ);

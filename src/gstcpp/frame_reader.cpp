@@ -101,13 +101,7 @@ Status FrameReader::add_chunk(std::span<std::byte> chunk, size_t capacity, int m
 
 Status FrameReader::read_headers(GstBuffer* buffer, const FrameSpec& spec, GstMapFlags flags) {
   if (auto status = map(buffer, flags); !status) return status;
-  if (maps_.empty())
-    return Error{Code::FRAME_SIZE,
-                 "a buffer is empty",
-                 "0 bytes",
-                 "at least one tensor",
-                 "",
-                 "check the element or program that wrote the stream"};
+  if (maps_.empty()) return buffer_is_empty();
   const auto add_ranges = [&](const std::vector<ByteRange>& ranges, const MappedMemory& memory) {
     Status status = ok();
     for (const auto& [offset, size] : ranges)

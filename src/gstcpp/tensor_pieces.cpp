@@ -7,29 +7,17 @@
 
 #include "core/tensor/packed_tensors.hpp"
 #include "core/tensor/tensor_header.hpp"
+#include "gstcpp/frame_errors.hpp"
 #include "gstcpp/memory_part.hpp"
 
 namespace weir::gst {
 namespace {
 
 Error wrong_size(const FrameSpec& spec, GstBuffer* buffer) {
-  return Error{Code::FRAME_SIZE,
-               "a buffer has another size than its caps say",
-               std::to_string(gst_buffer_get_size(buffer)) + " bytes in " +
-                   std::to_string(gst_buffer_n_memory(buffer)) + " memories",
-               spec.to_string() + " = " + std::to_string(spec.bytes().value_or(0)) + " bytes",
-               "",
-               "check the element before this one: its caps and its buffers must agree"};
-}
-
-Error no_mapping() {
-  return Error{Code::MAP_FAILED,
-               "the memory of a buffer cannot be mapped",
-               "",
-               "system memory",
-               "",
-               "put the element that downloads from the device in between (gldownload, for "
-               "example)"};
+  return wrong_frame_size(spec,
+                          std::to_string(gst_buffer_get_size(buffer)) + " bytes in " +
+                              std::to_string(gst_buffer_n_memory(buffer)) + " memories",
+                          "");
 }
 
 size_t size_of(GstMemory* memory) {
@@ -48,7 +36,7 @@ Status append_ranges(GstMemory* memory, const std::vector<ByteRange>& ranges, Le
                      std::vector<TensorPiece>* pieces) {
   for (const auto& range : ranges) {
     auto part = part_of(memory, range, ledger);
-    if (!part) return no_mapping();
+    if (!part) return memory_not_mapped();
     pieces->push_back({std::move(part), {}});
   }
   return ok();
@@ -59,7 +47,7 @@ Status read_specs(std::vector<TensorPiece>* pieces, size_t first) {
   for (size_t i = first; i < pieces->size(); ++i) {
     TensorPiece& piece = (*pieces)[i];
     const MappedMemory map(piece.memory.get(), GST_MAP_READ);
-    if (!map) return no_mapping();
+    if (!map) return memory_not_mapped();
     const auto header = read_tensor_chunk(map.bytes());
     if (!header) return header.error();
     piece.spec = header->spec;
@@ -90,7 +78,7 @@ Status append_static(GstBuffer* buffer, const FrameSpec& spec, Ledger* ledger,
     std::vector<ByteRange> ranges;
     {
       const MappedMemory map(last, GST_MAP_READ);
-      if (!map) return no_mapping();
+      if (!map) return memory_not_mapped();
       auto read = read_packed_tensors(map.bytes(), Format::Static);
       if (!read) return read.error();
       ranges = *std::move(read);
@@ -104,7 +92,7 @@ Status append_static(GstBuffer* buffer, const FrameSpec& spec, Ledger* ledger,
     if (!needed || gst_buffer_get_size(buffer) < *needed) return wrong_size(spec, buffer);
     if (memories > 1) ledger->copied(gst_buffer_get_size(buffer));
     const auto all = Ref<GstMemory>::adopt(gst_buffer_get_all_memory(buffer));
-    if (!all) return no_mapping();
+    if (!all) return memory_not_mapped();
     std::vector<ByteRange> ranges;
     size_t offset = 0;
     for (const auto& tensor : spec.tensors) {
@@ -120,7 +108,7 @@ Status append_static(GstBuffer* buffer, const FrameSpec& spec, Ledger* ledger,
 // The chunks of one memory of a flexible stream.
 Result<std::vector<ByteRange>> chunks_of(GstMemory* memory, guint index, guint memories) {
   const MappedMemory map(memory, GST_MAP_READ);
-  if (!map) return no_mapping();
+  if (!map) return memory_not_mapped();
   if (memories == 1) return walk_chunks(map.bytes());
   if (index + 1 == kMemoryLimit && is_packed(map.bytes()))
     return read_packed_tensors(map.bytes(), Format::Flexible);
@@ -130,13 +118,7 @@ Result<std::vector<ByteRange>> chunks_of(GstMemory* memory, guint index, guint m
 Status append_flexible(GstBuffer* buffer, Ledger* ledger, std::vector<TensorPiece>* pieces) {
   const size_t first = pieces->size();
   const guint memories = gst_buffer_n_memory(buffer);
-  if (memories == 0)
-    return Error{Code::FRAME_SIZE,
-                 "a buffer is empty",
-                 "0 bytes",
-                 "at least one tensor",
-                 "",
-                 "check the element or program that wrote the stream"};
+  if (memories == 0) return buffer_is_empty();
   for (guint i = 0; i < memories; ++i) {
     GstMemory* memory = gst_buffer_peek_memory(buffer, i);
     const auto ranges = chunks_of(memory, i, memories);
@@ -162,7 +144,7 @@ Result<TensorPiece> with_header(const TensorPiece& piece, Ledger* ledger) {
   auto memory = Ref<GstMemory>::adopt(
       gst_allocator_alloc(nullptr, kTensorHeaderBytes + from.bytes().size(), nullptr));
   const MappedMemory to(memory.get(), GST_MAP_WRITE);
-  if (!from || !to) return no_mapping();
+  if (!from || !to) return memory_not_mapped();
   TensorHeader header;
   header.spec = piece.spec;
   write_tensor_header(header, to.bytes().first<kTensorHeaderBytes>());
@@ -192,7 +174,7 @@ Status append_packed(std::span<const TensorSpec> specs, std::span<const uint64_t
       Ref<GstMemory>::adopt(gst_allocator_alloc(nullptr, static_cast<gsize>(total), nullptr));
   {
     const MappedMemory map(memory.get(), GST_MAP_WRITE);
-    if (!map) return no_mapping();
+    if (!map) return memory_not_mapped();
     write_packed_header(specs, sizes, map.bytes().first<kPackedHeaderBytes>());
     size_t at = kPackedHeaderBytes;
     for (size_t i = 0; i < sizes.size(); ++i) {
@@ -216,7 +198,7 @@ Status append_filled(std::span<const TensorSpec> specs, std::span<const uint64_t
         Ref<GstMemory>::adopt(gst_allocator_alloc(nullptr, static_cast<gsize>(sizes[i]), nullptr));
     {
       const MappedMemory map(memory.get(), GST_MAP_WRITE);
-      if (!map) return no_mapping();
+      if (!map) return memory_not_mapped();
       if (auto status = fill(i, map.bytes()); !status) return status;
     }
     gst_buffer_append_memory(buffer, memory.release());
@@ -239,7 +221,7 @@ Status append_tensors(std::span<TensorPiece> pieces, GstBuffer* buffer, Ledger* 
   return append_packed(specs, sizes, alone, buffer,
                        [&](size_t n, std::span<std::byte> bytes) -> Status {
                          const MappedMemory from(pieces[n].memory.get(), GST_MAP_READ);
-                         if (!from) return no_mapping();
+                         if (!from) return memory_not_mapped();
                          std::memcpy(bytes.data(), from.bytes().data(), bytes.size());
                          ledger->copied(bytes.size());
                          return ok();
