@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "core/text/choice.hpp"
+#include "gstcpp/output_selector.hpp"
 #include "weir/pipeline.h"
 
 namespace weir::pipeline {
@@ -40,25 +41,6 @@ Error refused(GstElement* element, const GParamSpec& spec, const std::string& of
                std::move(needed),
                "",
                "gst-inspect-1.0 " + kind_of(element)};
-}
-
-GstPadProbeReturn make_active(GstPad*, GstPadProbeInfo*, gpointer pad) {
-  const auto selector =
-      gst::Ref<GstElement>::adopt(gst_pad_get_parent_element(static_cast<GstPad*>(pad)));
-  if (selector) g_object_set(selector.get(), "active-pad", pad, nullptr);
-  return GST_PAD_PROBE_REMOVE;
-}
-
-// An output-selector whose pad changes while a frame is on its way through it sends this frame to
-// the new pad ahead of caps and segment (GStreamer 1.22): the pad is changed between two frames.
-void switch_between_frames(GstElement* selector, const gst::Ref<GstPad>& pad) {
-  const auto sink = gst::Ref<GstPad>::adopt(gst_element_get_static_pad(selector, "sink"));
-  const auto feeding = gst::Ref<GstPad>::adopt(gst_pad_get_peer(sink.get()));
-  if (!feeding)
-    g_object_set(selector, "active-pad", pad.get(), nullptr);
-  else
-    gst_pad_add_probe(feeding.get(), GST_PAD_PROBE_TYPE_IDLE, make_active,
-                      gst_object_ref(pad.get()), gst_object_unref);
 }
 
 }  // namespace
@@ -101,7 +83,7 @@ Status select_pad(GstElement* element, const std::string& name) {
   if (in)
     g_object_set(element, "active-pad", found.get(), nullptr);
   else
-    switch_between_frames(element, found);
+    gst::switch_output(found);
   return ok();
 }
 

@@ -1,6 +1,8 @@
 // What is built, what is changed, and what must hold afterwards.
 #include "edited_pipeline.hpp"
 
+#include "gstcpp/output_selector.hpp"
+
 namespace weir::soak {
 namespace {
 
@@ -128,11 +130,8 @@ std::string EditedPipeline::remove_branch(Removal removal) {
   return wrong;
 }
 
-// Makes one of the two pads of a selector the one in use.
-void EditedPipeline::set(const char* element, const char* property, const char* pad) {
-  const auto selector = find(element);
-  const auto chosen = Ref<GstPad>::adopt(gst_element_get_static_pad(selector.get(), pad));
-  g_object_set(selector.get(), property, chosen.get(), nullptr);
+Ref<GstPad> EditedPipeline::pad(const char* element, const char* name) const {
+  return Ref<GstPad>::adopt(gst_element_get_static_pad(find(element).get(), name));
 }
 
 std::string EditedPipeline::pause() {
@@ -167,8 +166,9 @@ std::string EditedPipeline::change() {
       g_object_set(find("valve").get(), "drop", any(2), nullptr);
       return "";
     case 7:
-      set("in", "active-pad", any(2) ? "sink_0" : "sink_1");
-      set("out", "active-pad", any(2) ? "src_0" : "src_1");
+      g_object_set(find("in").get(), "active-pad", pad("in", any(2) ? "sink_0" : "sink_1").get(),
+                   nullptr);
+      gst::switch_output(pad("out", any(2) ? "src_0" : "src_1"));
       return "";
     case 8:
       width_ = 8 + any(4) * 8;

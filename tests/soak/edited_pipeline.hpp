@@ -37,10 +37,10 @@ class EditedPipeline {
   static void feed(GstAppSrc* source, guint, gpointer self);
   void add_branch();
   std::string remove_branch(Removal removal);
-  void set(const char* element, const char* property, const char* pad);
   std::string pause();
   std::string edit_pads(RequestPads& pads);
   Ref<GstElement> find(const char* name) const;
+  Ref<GstPad> pad(const char* element, const char* name) const;
   void watch(const char* sink, Arrivals* arrivals);
   std::string change();
   std::string bus_error() const;

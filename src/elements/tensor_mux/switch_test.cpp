@@ -6,6 +6,7 @@
 
 #include "becomes.hpp"
 #include "elements/tests/element_parts.hpp"
+#include "gstcpp/output_selector.hpp"
 
 namespace weir::testing {
 namespace {
@@ -93,20 +94,6 @@ TEST(TensorMuxSwitch, AnInputSelectorChangesTheSource) {
   }
 }
 
-// While no frame is on its way through the selector: such a frame would go to the new pad ahead of
-// its caps (GStreamer 1.22).
-void switch_between_frames(GstElement* selector, const char* pad) {
-  const auto sink = Ref<GstPad>::adopt(gst_element_get_static_pad(selector, "sink"));
-  const auto feeding = Ref<GstPad>::adopt(gst_pad_get_peer(sink.get()));
-  const auto make_active = [](GstPad*, GstPadProbeInfo*, gpointer to) {
-    const auto parent = Ref<GstElement>::adopt(gst_pad_get_parent_element(GST_PAD(to)));
-    g_object_set(parent.get(), "active-pad", to, nullptr);
-    return GST_PAD_PROBE_REMOVE;
-  };
-  gst_pad_add_probe(feeding.get(), GST_PAD_PROBE_TYPE_IDLE, make_active,
-                    gst_element_get_static_pad(selector, pad), gst_object_unref);
-}
-
 // An output-selector feeds one pad or the other.
 TEST(TensorMuxSwitch, AnOutputSelectorChangesThePad) {
   Playing graph(source(4) +
@@ -116,7 +103,8 @@ TEST(TensorMuxSwitch, AnOutputSelectorChangesThePad) {
   ASSERT_TRUE(
       becomes_true([&] { return graph.stat("received") > 0; }, "the first frame at tensor_mux"));
   for (int i = 0; i < 6; ++i) {
-    switch_between_frames(selector.get(), i % 2 == 0 ? "src_1" : "src_0");
+    gst::switch_output(Ref<GstPad>::adopt(
+        gst_element_get_static_pad(selector.get(), i % 2 == 0 ? "src_1" : "src_0")));
     ASSERT_TRUE(graph.more_come());
   }
   graph.expect_sums();

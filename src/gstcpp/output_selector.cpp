@@ -1,0 +1,36 @@
+// An idle probe in front of the selector.
+#include "gstcpp/output_selector.hpp"
+
+namespace weir::gst {
+namespace {
+
+// The selector sends a segment by itself.
+gboolean send_on(GstPad*, GstEvent** event, gpointer pad) {
+  if (GST_EVENT_TYPE(*event) == GST_EVENT_STREAM_START || GST_EVENT_TYPE(*event) == GST_EVENT_CAPS)
+    gst_pad_push_event(GST_PAD(pad), gst_event_ref(*event));
+  return TRUE;
+}
+
+GstPadProbeReturn make_active(GstPad* feeding, GstPadProbeInfo*, gpointer pad) {
+  const auto selector = Ref<GstElement>::adopt(gst_pad_get_parent_element(GST_PAD(pad)));
+  if (!selector) return GST_PAD_PROBE_REMOVE;  // released meanwhile
+  g_object_set(selector.get(), "active-pad", pad, nullptr);
+  gst_pad_sticky_events_foreach(feeding, send_on, pad);
+  return GST_PAD_PROBE_REMOVE;
+}
+
+}  // namespace
+
+void switch_output(const Ref<GstPad>& pad) {
+  const auto selector = Ref<GstElement>::adopt(gst_pad_get_parent_element(pad.get()));
+  if (!selector) return;
+  const auto sink = Ref<GstPad>::adopt(gst_element_get_static_pad(selector.get(), "sink"));
+  const auto feeding = Ref<GstPad>::adopt(gst_pad_get_peer(sink.get()));
+  if (feeding)
+    gst_pad_add_probe(feeding.get(), GST_PAD_PROBE_TYPE_IDLE, make_active,
+                      gst_object_ref(pad.get()), gst_object_unref);
+  else
+    g_object_set(selector.get(), "active-pad", pad.get(), nullptr);
+}
+
+}  // namespace weir::gst
