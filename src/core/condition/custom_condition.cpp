@@ -4,7 +4,6 @@
 #include "core/infer/called.hpp"
 #include "core/infer/host.hpp"
 #include "core/process/process_object.hpp"
-#include "core/sync/backwards_time.hpp"
 #include "core/text/text.hpp"
 #include "weir/module.hpp"
 
@@ -26,16 +25,16 @@ std::string text_of(const weir_frame& frame) {
   return frame.pts < 0 ? out : out + " at " + time_text(static_cast<uint64_t>(frame.pts));
 }
 
-Error failed(const std::string& name, int result, weir_error* error, const weir_frame& frame) {
+Error failed(const std::string& who, int result, weir_error* error, const weir_frame& frame) {
   if (!error->set)
     return Error{Code::CALLBACK_FAILED,
-                 "the condition " + name + " failed and did not say why",
+                 who + " failed and did not say why",
                  "it returned " + std::to_string(result) + " for " + text_of(frame),
                  "0; above 0 to drop the frame; below 0 with words through host->fail",
                  "",
                  ""};
   Error said = infer::take_error(error, result, "");
-  said.what = "the condition " + name + " failed: " + said.what;
+  said.what = who + " failed: " + said.what;
   said.code = Code::CALLBACK_FAILED;
   if (said.offered.empty()) said.offered = text_of(frame);
   return said;
@@ -65,13 +64,13 @@ Result<std::optional<bool>> CustomCondition::decide(const weir_frame& frame) {
   if (!entry_) return unknown_condition(name_);
   weir_error error;
   int answer = 0;
-  const auto result = infer::called("the condition " + name_, "return host->fail(...)", [&] {
+  const auto result = infer::called(who_, "return host->fail(...)", [&] {
     return entry_->function(&infer::host(), &frame, &answer, entry_->data, &error);
   });
   if (!result) return result.error();
   if (*result == 0) return std::optional<bool>(answer != 0);
   if (*result > 0) return std::optional<bool>();
-  return failed(name_, *result, &error, frame);
+  return failed(who_, *result, &error, frame);
 }
 
 }  // namespace weir::condition

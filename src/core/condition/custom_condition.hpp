@@ -13,13 +13,14 @@ namespace weir::condition {
 // Looks the name up when it is first asked. One thread at a time.
 class CustomCondition {
  public:
-  explicit CustomCondition(std::string name) : name_(std::move(name)) {}
+  explicit CustomCondition(std::string name)
+      : name_(std::move(name)), who_("the condition " + name_) {}
   // nullopt: drop the frame. CALLBACK_UNKNOWN with the names that are there, CALLBACK_FAILED with
   // what the function said.
   Result<std::optional<bool>> decide(const weir_frame& frame);
 
  private:
-  std::string name_;
+  std::string name_, who_;
   std::optional<infer::NamedFunctions<weir_condition_function>::Entry> entry_;
 };
 

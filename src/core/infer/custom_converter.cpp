@@ -28,7 +28,8 @@ Error unknown(const std::string& name) {
 
 class CustomConverter final : public Converter {
  public:
-  explicit CustomConverter(std::string name) : name_(std::move(name)), room_(who()) {}
+  explicit CustomConverter(std::string name)
+      : name_(std::move(name)), who_("the function " + name_), room_(who_) {}
 
   Result<std::vector<TensorSpec>> configure(const std::string& caps) override {
     caps_ = caps;
@@ -42,21 +43,20 @@ class CustomConverter final : public Converter {
     }
     weir_error error;
     weir_frame* out = room_.prepare(in);
-    const auto result = called(who(), "return host->fail(...)", [&] {
+    const auto result = called(who_, "return host->fail(...)", [&] {
       return function_->function(&host(), caps_.c_str(), &in, out, function_->data, &error);
     });
     if (!result) return room_.give_up(result.error());
     auto frame = room_.take(*result, &error);
     if (frame || !error.set) return frame;
     Error said = frame.error();
-    said.what = who() + " failed: " + said.what;
+    said.what = who_ + " failed: " + said.what;
     return said;
   }
 
  private:
-  std::string who() const { return "the function " + name_; }
-
-  std::string name_, caps_;
+  const std::string name_, who_;
+  std::string caps_;
   std::optional<Functions::Entry> function_;
   ConverterRoom room_;
 };

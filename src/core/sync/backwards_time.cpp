@@ -1,19 +1,9 @@
 // Words for times that go backwards.
 #include "core/sync/backwards_time.hpp"
 
-#include <cinttypes>
-#include <cstdio>
+#include "core/text/text.hpp"
 
 namespace weir {
-
-std::string time_text(uint64_t nanoseconds) {
-  constexpr uint64_t kSecond = 1'000'000'000;
-  const uint64_t seconds = nanoseconds / kSecond;
-  char text[48];
-  std::snprintf(text, sizeof text, "%" PRIu64 ":%02" PRIu64 ":%02" PRIu64 ".%09" PRIu64,
-                seconds / 3600, seconds / 60 % 60, seconds % 60, nanoseconds % kSecond);
-  return text;
-}
 
 Error backwards_time(uint64_t time, uint64_t before, OnBackwardsTime what) {
   const bool dropped = what == OnBackwardsTime::Drop;

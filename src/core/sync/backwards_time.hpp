@@ -2,7 +2,6 @@
 #pragma once
 #include <cstdint>
 #include <optional>
-#include <string>
 
 #include "weir/result.hpp"
 
@@ -31,8 +30,5 @@ class BackwardsTimeWatch {
 
 // TIME_INVALID: names both times, what becomes of such frames, and the property.
 Error backwards_time(uint64_t time, uint64_t before, OnBackwardsTime what);
-
-// "0:00:01.500000000"
-std::string time_text(uint64_t nanoseconds);
 
 }  // namespace weir

@@ -3,7 +3,9 @@
 
 #include <algorithm>
 #include <charconv>
+#include <cinttypes>
 #include <cmath>
+#include <cstdio>
 
 namespace weir {
 namespace {
@@ -102,6 +104,15 @@ std::string nearest(std::string_view word, std::span<const std::string> candidat
     best = candidate;
   }
   return best;
+}
+
+std::string time_text(uint64_t nanoseconds) {
+  constexpr uint64_t kSecond = 1'000'000'000;
+  const uint64_t seconds = nanoseconds / kSecond;
+  char text[48];
+  std::snprintf(text, sizeof text, "%" PRIu64 ":%02" PRIu64 ":%02" PRIu64 ".%09" PRIu64,
+                seconds / 3600, seconds / 60 % 60, seconds % 60, nanoseconds % kSecond);
+  return text;
 }
 
 }  // namespace weir

@@ -1,4 +1,4 @@
-// Small text helpers for the grammars of properties. Locale plays no part.
+// Small text helpers for the grammars of properties, and for messages. Locale plays no part.
 #pragma once
 #include <cstddef>
 #include <cstdint>
@@ -25,5 +25,6 @@ std::optional<int64_t> parse_signed(std::string_view text) noexcept;  // one lea
 std::optional<double> parse_double(std::string_view text) noexcept;
 // The candidate with the least edit distance, "" when none is close (more than a third differs).
 std::string nearest(std::string_view word, std::span<const std::string> candidates);
+std::string time_text(uint64_t nanoseconds);  // "0:00:01.500000000"
 
 }  // namespace weir

@@ -53,5 +53,11 @@ TEST(Text, ComparesWithoutCase) {
   EXPECT_EQ(lower("ABC-1"), "abc-1");
 }
 
+TEST(Text, TimesHaveHoursAndNanoseconds) {
+  EXPECT_EQ(time_text(0), "0:00:00.000000000");
+  EXPECT_EQ(time_text(3'723'000'000'001), "1:02:03.000000001");
+  EXPECT_EQ(time_text(UINT64_MAX), "5124095:34:33.709551615");
+}
+
 }  // namespace
 }  // namespace weir

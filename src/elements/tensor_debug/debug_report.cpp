@@ -1,7 +1,7 @@
 // Nothing here can fail: what cannot be read is said so.
 #include "elements/tensor_debug/debug_report.hpp"
 
-#include "core/sync/backwards_time.hpp"
+#include "core/text/text.hpp"
 #include "gstcpp/query_meta.hpp"
 #include "gstcpp/tensor_caps.hpp"
 

@@ -133,12 +133,11 @@ Result<bool> CustomCodeDecoder::decode(const FrameSpec& input, GstBuffer*,
                                        const gst::FrameReader& reader, GstBuffer* out, Ledger*) {
   gst::CTensors config(of_frame(input, reader));
   const auto memories = gst::c_memories(reader);
-  const std::string who = "the function " + name_;
-  const auto flow = infer::called(who, "return a number below 0", [&] {
+  const auto flow = infer::called(who_, "return a number below 0", [&] {
     return function_(memories.data(), config.get(), data_, out);
   });
   if (!flow) return flow.error();
-  return taken(who, *flow, out);
+  return taken(who_, *flow, out);
 }
 
 }  // namespace weir

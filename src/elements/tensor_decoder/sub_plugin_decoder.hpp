@@ -34,15 +34,15 @@ class CustomCodeDecoder final : public FrameDecoder {
  public:
   // CALLBACK_UNKNOWN with the names that there are.
   static Result<OpenedDecoder> open(const std::string& name);
-  CustomCodeDecoder(std::string name, tensor_decoder_custom function, void* data)
-      : name_(std::move(name)), function_(function), data_(data) {}
+  CustomCodeDecoder(const std::string& name, tensor_decoder_custom function, void* data)
+      : who_("the function " + name), function_(function), data_(data) {}
 
   Result<gst::Ref<GstCaps>> configure(const FrameSpec& input) override;
   Result<bool> decode(const FrameSpec& input, GstBuffer* in, const gst::FrameReader& reader,
                       GstBuffer* out, Ledger* ledger) override;
 
  private:
-  const std::string name_;
+  const std::string who_;
   tensor_decoder_custom function_;
   void* data_;
 };
