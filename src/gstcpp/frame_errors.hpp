@@ -1,5 +1,7 @@
 // Errors of buffers that are not what their caps say.
 #pragma once
+#include <gst/gst.h>
+
 #include <string>
 
 #include "core/tensor/frame_spec.hpp"
@@ -16,6 +18,15 @@ inline Error wrong_frame_size(const FrameSpec& spec, const std::string& offered,
       spec.to_string() + (spec.bytes() ? " = " + std::to_string(*spec.bytes()) + " bytes" : ""),
       difference,
       "check the element before this one: its caps and its buffers must agree"};
+}
+
+inline Error wrong_frame_size(const FrameSpec& spec, GstBuffer* buffer,
+                              const std::string& difference) {
+  const auto memories = gst_buffer_n_memory(buffer);
+  return wrong_frame_size(spec,
+                          std::to_string(gst_buffer_get_size(buffer)) + " bytes in " +
+                              std::to_string(memories) + (memories == 1 ? " memory" : " memories"),
+                          difference);
 }
 
 // The same, where an element has many pads: which one it came to.

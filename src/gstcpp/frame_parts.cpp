@@ -47,10 +47,7 @@ Status FrameParts::read_static(GstBuffer* buffer) {
               std::to_string(parts_[i].size) + " bytes");
   }
   if (!one_each && gst_buffer_get_size(buffer) < offset)
-    return wrong_frame_size(spec_,
-                            std::to_string(gst_buffer_get_size(buffer)) + " bytes in " +
-                                std::to_string(memories) + " memories",
-                            "the buffer is too small");
+    return wrong_frame_size(spec_, buffer, "the buffer is too small");
   return ok();
 }
 

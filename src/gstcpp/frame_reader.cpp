@@ -71,11 +71,7 @@ Status FrameReader::read_static(GstBuffer* buffer, const FrameSpec& spec, GstMap
 Status FrameReader::split_by_size(GstBuffer* buffer, const FrameSpec& spec, GstMapFlags flags) {
   const size_t total = gst_buffer_get_size(buffer);
   const auto needed = spec.bytes();
-  if (!needed || total < *needed)
-    return wrong_frame_size(spec,
-                            std::to_string(total) + " bytes in " +
-                                std::to_string(gst_buffer_n_memory(buffer)) + " memories",
-                            "the buffer is too small");
+  if (!needed || total < *needed) return wrong_frame_size(spec, buffer, "the buffer is too small");
   if (!gst_buffer_map(buffer, &whole_, flags)) return memory_not_mapped();
   whole_buffer_ = buffer;
   if (gst_buffer_n_memory(buffer) > 1) copied_ = total;

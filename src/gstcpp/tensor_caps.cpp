@@ -304,8 +304,7 @@ bool were_taken_or_told(GstPad* source_pad, GstCaps* caps) {
 
 }  // namespace
 
-Status send_caps(GstPad* source_pad, const FrameSpec& spec, GstCaps* caps) {
-  if (caps && were_taken_or_told(source_pad, caps)) return ok();
+Error refused_behind(GstPad* source_pad, std::string offered, std::string fix) {
   const auto peer = Ref<GstCaps>::adopt(gst_pad_peer_query_caps(source_pad, nullptr));
   const UniqueText needed{gst_caps_to_string(peer.get())};
   const auto parent = Ref<GstObject>::adopt(gst_pad_get_parent(source_pad));
@@ -313,17 +312,27 @@ Status send_caps(GstPad* source_pad, const FrameSpec& spec, GstCaps* caps) {
                                    ? gst_element_get_factory(GST_ELEMENT(parent.get()))
                                    : nullptr;
   const std::string name = factory ? GST_OBJECT_NAME(factory) : "this one";
+  return Error{Code::SPEC_MISMATCH,
+               "the element behind " + name + " does not take its result",
+               std::move(offered),
+               needed.get(),
+               "",
+               std::move(fix)};
+}
+
+Status send_caps(GstPad* source_pad, const FrameSpec& spec, GstCaps* caps) {
+  if (caps && were_taken_or_told(source_pad, caps)) return ok();
+  Error error = refused_behind(source_pad, spec.to_string(),
+                               spec.format == Format::Static
+                                   ? "other/tensors,format=static,dimensions=(string)\"" +
+                                         join_shapes(spec.tensors) + "\",types=(string)\"" +
+                                         join_types(spec.tensors) + "\""
+                                   : "other/tensors,format=" + std::string(name_of(spec.format)));
+  const auto peer = Ref<GstCaps>::adopt(gst_pad_peer_query_caps(source_pad, nullptr));
   const auto wanted = spec_from_caps(peer.get());
-  return Error{
-      Code::SPEC_MISMATCH,
-      "the element behind " + name + " does not take its tensors",
-      spec.to_string(),
-      needed.get(),
-      wanted && wanted->info_valid() ? first_difference(spec.tensors, wanted->tensors) : "",
-      spec.format == Format::Static
-          ? "other/tensors,format=static,dimensions=(string)\"" + join_shapes(spec.tensors) +
-                "\",types=(string)\"" + join_types(spec.tensors) + "\""
-          : "other/tensors,format=" + std::string(name_of(spec.format))};
+  if (wanted && wanted->info_valid())
+    error.difference = first_difference(spec.tensors, wanted->tensors);
+  return error;
 }
 
 Ref<GstCaps> choose_caps(GstPad* source_pad, const FrameSpec& spec) {

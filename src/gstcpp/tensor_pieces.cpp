@@ -13,13 +13,6 @@
 namespace weir::gst {
 namespace {
 
-Error wrong_size(const FrameSpec& spec, GstBuffer* buffer) {
-  return wrong_frame_size(spec,
-                          std::to_string(gst_buffer_get_size(buffer)) + " bytes in " +
-                              std::to_string(gst_buffer_n_memory(buffer)) + " memories",
-                          "");
-}
-
 size_t size_of(GstMemory* memory) {
   return gst_memory_get_sizes(memory, nullptr, nullptr);
 }
@@ -68,7 +61,7 @@ Status append_static(GstBuffer* buffer, const FrameSpec& spec, Ledger* ledger,
   const size_t alone = count > kMemoryLimit ? kMemoryLimit - 1 : count;
   const size_t first = pieces->size();
   if (memories == std::min(count, kMemoryLimit)) {
-    if (!lies_so(buffer, spec, alone)) return wrong_size(spec, buffer);
+    if (!lies_so(buffer, spec, alone)) return wrong_frame_size(spec, buffer, "");
     for (size_t i = 0; i < alone; ++i)
       pieces->push_back(
           {Ref<GstMemory>::share(gst_buffer_peek_memory(buffer, static_cast<guint>(i))),
@@ -83,13 +76,14 @@ Status append_static(GstBuffer* buffer, const FrameSpec& spec, Ledger* ledger,
       if (!read) return read.error();
       ranges = *std::move(read);
     }
-    if (ranges.size() != count - alone) return wrong_size(spec, buffer);
+    if (ranges.size() != count - alone) return wrong_frame_size(spec, buffer, "");
     for (size_t i = 0; i < ranges.size(); ++i)
-      if (ranges[i].size != spec.tensors[alone + i].bytes()) return wrong_size(spec, buffer);
+      if (ranges[i].size != spec.tensors[alone + i].bytes())
+        return wrong_frame_size(spec, buffer, "");
     if (auto status = append_ranges(last, ranges, ledger, pieces); !status) return status;
   } else {
     const auto needed = spec.bytes();
-    if (!needed || gst_buffer_get_size(buffer) < *needed) return wrong_size(spec, buffer);
+    if (!needed || gst_buffer_get_size(buffer) < *needed) return wrong_frame_size(spec, buffer, "");
     if (memories > 1) ledger->copied(gst_buffer_get_size(buffer));
     const auto all = Ref<GstMemory>::adopt(gst_buffer_get_all_memory(buffer));
     if (!all) return memory_not_mapped();

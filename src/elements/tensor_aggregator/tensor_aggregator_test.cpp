@@ -274,7 +274,7 @@ TEST(TensorAggregator, SaysWhatTheNextElementDoesNotTake) {
   gst_harness_set_sink_caps_str(h.get(), tensors("uint8", "3").c_str());
   gst_harness_set_src_caps_str(h.get(), tensors("uint8", "1").c_str());
   const std::string error = errors.next();
-  EXPECT_SAYS(error, "WEIR-2001: the element behind tensor_aggregator does not take its tensors");
+  EXPECT_SAYS(error, "WEIR-2001: the element behind tensor_aggregator does not take its result");
   EXPECT_SAYS(error, "offered: 1 tensor: uint8 2\n");
   EXPECT_SAYS(error, "first difference: tensor 0: dimension is 2, needed is 3");
 }

@@ -177,7 +177,7 @@ TEST(ConverterFlexible, BeginsWithWhatTheNextElementWants) {
   EXPECT_SAYS(caps_text(h), "dimension=(string)4:1, type=(string)uint8");
   EXPECT_EQ(error_of(h, frame(tensor(bytes_of(4), ramp(4)))), "");
   const auto text = error_of(h, frame(tensor(bytes_of(5), ramp(5))));
-  EXPECT_SAYS(text, "WEIR-2001: the element behind tensor_converter does not take its tensors");
+  EXPECT_SAYS(text, "WEIR-2001: the element behind tensor_converter does not take its result");
   EXPECT_SAYS(text, "first difference: tensor 0: dimension is 5, needed is 4:1");
   EXPECT_EQ(stat(h, "dropped-error"), 1u);
 }

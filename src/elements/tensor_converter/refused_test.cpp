@@ -103,7 +103,7 @@ TEST(ConverterRefuses, ToBeSilentWhereTheElementsBehindAre) {
     const auto text = error_of_pipeline(source + between +
                                         "other/tensors,format=static,num_tensors=1,dimensions="
                                         "(string)3:8:5:1,types=(string)uint8 ! fakesink");
-    EXPECT_SAYS(text, "WEIR-2001: the element behind tensor_converter does not take its tensors");
+    EXPECT_SAYS(text, "WEIR-2001: the element behind tensor_converter does not take its result");
     EXPECT_SAYS(text, "offered: 1 tensor: uint8 3:8:4:1");
     EXPECT_SAYS(text, "dimensions=(string)3:8:5:1");
     EXPECT_SAYS(text, "first difference: tensor 0: dimension is 3:8:4:1, needed is 3:8:5:1");

@@ -170,18 +170,16 @@ class TensorDecoder : public gst::Element<TensorDecoder, gst::BaseTransform> {
   // After caps that GstBaseTransform refused by itself, which it does without a word.
   void tell_why_not(GstCaps* caps) {
     const auto ours = output_for(caps);
-    const auto theirs =
-        Ref<GstCaps>::adopt(gst_pad_peer_query_caps(GST_BASE_TRANSFORM_SRC_PAD(self()), nullptr));
+    GstPad* pad = GST_BASE_TRANSFORM_SRC_PAD(self());
+    const auto theirs = Ref<GstCaps>::adopt(gst_pad_peer_query_caps(pad, nullptr));
     if (gst_caps_can_intersect(ours.get(), theirs.get())) return;
     const bool picture =
         !gst_caps_is_any(ours.get()) && !gst_caps_is_empty(ours.get()) &&
         gst_structure_has_name(gst_caps_get_structure(ours.get(), 0), "video/x-raw");
-    gst::post_error(element(), {Code::SPEC_MISMATCH,
-                                "the element behind tensor_decoder does not take its result",
-                                gst::UniqueText(gst_caps_to_string(ours.get())).get(),
-                                gst::UniqueText(gst_caps_to_string(theirs.get())).get(), "",
-                                picture ? "tensor_decoder ! videoconvert ! videoscale"
-                                        : "another mode= of tensor_decoder"});
+    gst::post_error(element(),
+                    gst::refused_behind(pad, gst::UniqueText(gst_caps_to_string(ours.get())).get(),
+                                        picture ? "tensor_decoder ! videoconvert ! videoscale"
+                                                : "another mode= of tensor_decoder"));
   }
 
   Result<bool> decode(GstBuffer* in, GstBuffer* out) {

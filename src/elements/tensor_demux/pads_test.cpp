@@ -214,7 +214,7 @@ TEST(TensorDemuxRefuses, BuffersOfAnotherSize) {
   EXPECT_SAYS(refused(kTwo, frame_of({{1}, {2}})),
               "WEIR-2004: a buffer has another size than its caps say");
   EXPECT_SAYS(refused(kTwo, frame_of({{1}, {2}})), "1 bytes in memory 0");
-  EXPECT_SAYS(refused(kTwo, frame_of({{1, 2}})), "2 bytes in 1 memories");
+  EXPECT_SAYS(refused(kTwo, frame_of({{1, 2}})), "2 bytes in 1 memory");
   EXPECT_SAYS(refused(kTwo, gst_buffer_new()), "the buffer is too small");
   EXPECT_SAYS(refused(kFlexibleCaps, gst_buffer_new()),
               "a buffer is empty\n  offered: 0 bytes\n  needed: at least one tensor\n  fix: check");

@@ -126,8 +126,7 @@ TEST(TensorFilterDynamic, SaysWhenTheElementBehindTakesNoFlexibleTensors) {
   Errors errors(h);
   gst_harness_set_src_caps_str(h.get(), kFour.c_str());
   const std::string text = errors.next();
-  EXPECT_SAYS(text,
-              "WEIR-2001: the element behind tensor_filter does not take tensors of any size");
+  EXPECT_SAYS(text, "WEIR-2001: the element behind tensor_filter does not take its result");
   EXPECT_SAYS(text, "fix: other/tensors,format=flexible");
 }
 

@@ -6,23 +6,15 @@
 namespace weir {
 namespace {
 
-Error refused(const FrameSpec& spec, GstCaps* peer) {
-  const gst::UniqueText text{gst_caps_to_string(peer)};
+Error refused(GstPad* source, const FrameSpec& spec) {
   if (spec.format == Format::Flexible)
-    return Error{Code::SPEC_MISMATCH,
-                 "the element behind tensor_filter does not take tensors of any size",
-                 "format=flexible: the model decides with each frame, or invoke-dynamic=true",
-                 text.get(),
-                 "",
-                 "other/tensors,format=flexible"};
-  return Error{Code::SPEC_MISMATCH,
-               "the element behind tensor_filter does not take its output",
-               spec.to_string(),
-               text.get(),
-               "",
-               "other/tensors,format=static,num_tensors=" + std::to_string(spec.tensors.size()) +
-                   ",dimensions=(string)" + join_shapes(spec.tensors) +
-                   ",types=" + join_types(spec.tensors)};
+    return gst::refused_behind(
+        source, "format=flexible: the model decides with each frame, or invoke-dynamic=true",
+        "other/tensors,format=flexible");
+  return gst::refused_behind(source, spec.to_string(),
+                             "other/tensors,format=static,num_tensors=" +
+                                 std::to_string(spec.tensors.size()) + ",dimensions=(string)" +
+                                 join_shapes(spec.tensors) + ",types=" + join_types(spec.tensors));
 }
 
 }  // namespace
@@ -32,7 +24,7 @@ Result<gst::Ref<GstCaps>> choose_output_caps(GstPad* source, const FrameSpec& sp
   const auto possible = gst::possible_caps(source, spec, peer.get());
   auto meet = gst::Ref<GstCaps>::adopt(
       gst_caps_intersect_full(possible.get(), peer.get(), GST_CAPS_INTERSECT_FIRST));
-  if (gst_caps_is_empty(meet.get())) return refused(spec, peer.get());
+  if (gst_caps_is_empty(meet.get())) return refused(source, spec);
   return gst::Ref<GstCaps>::adopt(gst_caps_fixate(gst_caps_truncate(meet.release())));
 }
 

@@ -76,7 +76,7 @@ TEST(TensorIfRefuses, BuffersOfAnotherSize) {
   const std::string properties = "supplied-value=1 compared-value-option=0,0";
   EXPECT_SAYS(at_the_first_frame(properties, frame_of({Bytes(12), Bytes(1)})),
               "WEIR-2004: a buffer has another size than its caps say");
-  EXPECT_SAYS(at_the_first_frame(properties, frame_of({Bytes(13)})), "13 bytes in 1 memories");
+  EXPECT_SAYS(at_the_first_frame(properties, frame_of({Bytes(13)})), "13 bytes in 1 memory");
   EXPECT_SAYS(at_the_first_frame(properties, gst_buffer_new()), "the buffer is too small");
 }
 

@@ -340,7 +340,7 @@ TEST(TensorMux, RefusesABufferThatIsTooSmall) {
   EXPECT_EQ(mux.push(0, Bytes{1, 2, 3}, 0), GST_FLOW_ERROR);
   const std::string error = mux.error();
   EXPECT_SAYS(error, "WEIR-2004");
-  EXPECT_SAYS(error, "3 bytes in 1 memories on pad 0");
+  EXPECT_SAYS(error, "3 bytes in 1 memory on pad 0");
 }
 
 TEST(TensorMux, SaysWhatTheNextElementDoesNotTake) {
@@ -351,7 +351,7 @@ TEST(TensorMux, SaysWhatTheNextElementDoesNotTake) {
   mux.play();
   EXPECT_NE(mux.push(0, filled(2, 7), 0), GST_FLOW_OK);
   const std::string error = mux.error();
-  EXPECT_SAYS(error, "WEIR-2001: the element behind tensor_mux does not take its tensors");
+  EXPECT_SAYS(error, "WEIR-2001: the element behind tensor_mux does not take its result");
   EXPECT_SAYS(error, "first difference: tensor 0: dimension is 2, needed is 3");
 }
 

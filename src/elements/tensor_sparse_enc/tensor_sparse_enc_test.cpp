@@ -126,7 +126,7 @@ TEST(TensorSparseEnc, SaysWhenTheNextElementTakesNoSparseTensors) {
   gst_harness_set_sink_caps_str(h.get(), tensors("uint8", "4").c_str());
   gst_harness_set_src_caps_str(h.get(), tensors("uint8", "4").c_str());
   const std::string error = errors.next();
-  EXPECT_SAYS(error, "WEIR-2001: the element behind tensor_sparse_enc does not take its tensors");
+  EXPECT_SAYS(error, "WEIR-2001: the element behind tensor_sparse_enc does not take its result");
   EXPECT_SAYS(error, "offered: sparse tensors\n  needed: other/tensors, format=(string)static");
 }
 

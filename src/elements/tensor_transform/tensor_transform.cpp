@@ -257,11 +257,10 @@ class TensorTransform : public gst::CountedTransform<TensorTransform> {
     const auto ours = Ref<GstCaps>::adopt(transform_caps(GST_PAD_SINK, caps, nullptr));
     const auto theirs = Ref<GstCaps>::adopt(gst_pad_peer_query_caps(pad, nullptr));
     if (gst_caps_can_intersect(ours.get(), theirs.get())) return;
-    gst::post_error(element(), {Code::SPEC_MISMATCH,
-                                "the element behind tensor_transform does not take its result",
-                                gst::UniqueText(gst_caps_to_string(ours.get())).get(),
-                                gst::UniqueText(gst_caps_to_string(theirs.get())).get(), "",
-                                "tensor_transform mode=typecast option=TYPE changes the type"});
+    gst::post_error(element(),
+                    gst::refused_behind(pad, gst::UniqueText(gst_caps_to_string(ours.get())).get(),
+                                        "tensor_transform mode=typecast option=TYPE changes the "
+                                        "type"));
   }
 
   using OperationResult = Result<transform::Operation>;
