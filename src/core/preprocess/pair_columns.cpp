@@ -51,15 +51,16 @@ bool PairColumns::fits(size_t pixels, size_t window, size_t row_bytes) const noe
 
 void PairColumns::lay_wide_windows(size_t row_bytes) {
   const size_t lanes = pair_lanes(step), pixels = kWideLanes / lanes;
-  wide = fits(pixels, kWideBytes, row_bytes)       ? kWideBytes
-         : fits(pixels, 2 * kWideBytes, row_bytes) ? 2 * kWideBytes
-                                                   : 0;
+  wide = 1;
+  while (wide <= kWideVectors && !fits(pixels, wide * kWideBytes, row_bytes)) ++wide;
+  if (wide > kWideVectors) wide = 0;
   if (wide == 0) return;
   windows[0].assign((count + pixels - 1) / pixels, 0);
   lookup[0][0].assign(windows[0].size() * kWideBytes, 0);
   for (size_t t = 0; t < count; ++t) {
     uint32_t& window = windows[0][t / pixels];
-    if (t % pixels == 0) window = std::min(at[t], static_cast<uint32_t>(row_bytes - wide));
+    if (t % pixels == 0)
+      window = std::min(at[t], static_cast<uint32_t>(row_bytes - wide * kWideBytes));
     for (size_t l = 0; l < step; ++l)
       lookup[0][0][low_byte(t * lanes + l)] = static_cast<uint8_t>(at[t] - window + l);
   }

@@ -38,8 +38,8 @@ struct PairColumns {
   size_t parts() const noexcept { return kBlockLanes / pair_lanes(step) / group; }
   std::vector<uint32_t> windows[2];
   RowMemory<uint8_t> lookup[2][2];
-  // Bytes of windows that make a whole vector of the result, 0 for none. Window w is read at
-  // windows[0][w], and the first samples are looked up as lookup[0][0] has it at 64 * w.
+  // Vectors of bytes in windows that make a whole vector of the result, 0 for none. Window w is
+  // read at windows[0][w], and the first samples are looked up as lookup[0][0] has it at 64 * w.
   size_t wide = 0;
 
   // Precondition: the axis has at most two weights a target and uses two samples or more. Rows

@@ -64,6 +64,8 @@ TEST(PairColumns, BlendsTheNeighboursOfEachPixel) {
                                           {90u, 30u},
                                           {90u, 21u},
                                           {200u, 25u},
+                                          {330u, 70u},
+                                          {500u, 70u},
                                           {300u, 3u}})
       for (const Resize resize : {Resize::Bilinear, Resize::Nearest}) {
         SCOPED_TRACE(std::to_string(step) + ": " + std::to_string(length) + " to " +
@@ -103,13 +105,16 @@ TEST(PairColumns, TakesWindowsOfWholeVectorsWhereTheCpuHasThem) {
     columns.lay(Axis(Resize::Bilinear, {0, length, targets}, {}), step);
     return columns.wide;
   };
-  EXPECT_EQ(wide(1, 64, 64), 64u);
-  EXPECT_EQ(wide(1, 640, 320), 64u);
-  EXPECT_EQ(wide(1, 960, 320), 128u);
-  EXPECT_EQ(wide(1, 1280, 320), 128u);
-  EXPECT_EQ(wide(1, 1600, 320), 0u);
-  EXPECT_EQ(wide(2, 960, 320), 128u);
-  EXPECT_EQ(wide(4, 640, 160), 128u);
+  EXPECT_EQ(wide(1, 64, 64), 1u);
+  EXPECT_EQ(wide(1, 640, 320), 1u);
+  EXPECT_EQ(wide(1, 960, 320), 2u);
+  EXPECT_EQ(wide(1, 1280, 320), 2u);
+  EXPECT_EQ(wide(1, 1600, 320), 3u);
+  EXPECT_EQ(wide(1, 2240, 320), 4u);
+  EXPECT_EQ(wide(1, 2880, 320), 0u);
+  EXPECT_EQ(wide(2, 960, 320), 2u);
+  EXPECT_EQ(wide(4, 640, 160), 2u);
+  EXPECT_EQ(wide(3, 1280, 160), 3u);
   EXPECT_EQ(wide(1, 63, 63), 0u);  // no window fits in the row
 }
 

@@ -22,10 +22,23 @@ bool has_wide_windows() noexcept {
 
 namespace {
 
-template <bool two_vectors, bool two_rows>
+constexpr __mmask64 kLowBytes = 0x5555555555555555;  // of each lane of 16 bits
+
+// The bytes at `places` of so many vectors, as lanes of 16 bits. `beyond`: the places past the
+// first two vectors.
+template <size_t vectors>
+WEIR_WITH_AVX512_BYTES __m512i look_up(const __m512i* in, __m512i places, __mmask64 beyond) {
+  if constexpr (vectors == 1) return _mm512_maskz_permutexvar_epi8(kLowBytes, places, in[0]);
+  const __m512i near = _mm512_maskz_permutex2var_epi8(kLowBytes, in[0], places, in[1]);
+  if constexpr (vectors == 3) return _mm512_mask_permutexvar_epi8(near, beyond, places, in[2]);
+  if constexpr (vectors == 4)
+    return _mm512_mask_mov_epi8(near, beyond, _mm512_permutex2var_epi8(in[2], places, in[3]));
+  return near;
+}
+
+template <size_t vectors, bool two_rows>
 WEIR_WITH_AVX512_BYTES void blend(const uint8_t* const* rows, const PairColumns& columns,
                                   int16_t row_share, int16_t* out) noexcept {
-  constexpr __mmask64 kLowBytes = 0x5555555555555555;  // of each lane of 16 bits
   const __m512i to_second = _mm512_set1_epi8(static_cast<char>(columns.step));
   const __m512i down = _mm512_set1_epi16(row_share);
   const uint32_t* const windows = columns.windows[0].data();
@@ -34,18 +47,15 @@ WEIR_WITH_AVX512_BYTES void blend(const uint8_t* const* rows, const PairColumns&
   for (size_t w = 0, count = columns.windows[0].size(); w < count; ++w) {
     const __m512i first = _mm512_loadu_si512(lookup + w * kWideBytes);
     const __m512i second = _mm512_add_epi8(first, to_second);
+    const __mmask64 first_beyond = vectors > 2 ? _mm512_movepi8_mask(first) & kLowBytes : 0;
+    const __mmask64 second_beyond = vectors > 2 ? _mm512_movepi8_mask(second) & kLowBytes : 0;
     const __m512i share = _mm512_loadu_si512(shares + w * kWideLanes);
     const auto row = [&](const uint8_t* from) WEIR_WITH_AVX512_BYTES {
-      const __m512i low = _mm512_loadu_si512(from + windows[w]);
-      __m512i a, b;
-      if constexpr (two_vectors) {
-        const __m512i high = _mm512_loadu_si512(from + windows[w] + kWideBytes);
-        a = _mm512_maskz_permutex2var_epi8(kLowBytes, low, first, high);
-        b = _mm512_maskz_permutex2var_epi8(kLowBytes, low, second, high);
-      } else {
-        a = _mm512_maskz_permutexvar_epi8(kLowBytes, first, low);
-        b = _mm512_maskz_permutexvar_epi8(kLowBytes, second, low);
-      }
+      __m512i in[vectors];
+      for (size_t v = 0; v < vectors; ++v)
+        in[v] = _mm512_loadu_si512(from + windows[w] + v * kWideBytes);
+      const __m512i a = look_up<vectors>(in, first, first_beyond);
+      const __m512i b = look_up<vectors>(in, second, second_beyond);
       const __m512i difference = _mm512_slli_epi16(_mm512_sub_epi16(a, b), 7);
       return _mm512_add_epi16(_mm512_slli_epi16(a, 7), _mm512_mulhrs_epi16(difference, share));
     };
@@ -61,12 +71,12 @@ WEIR_WITH_AVX512_BYTES void blend(const uint8_t* const* rows, const PairColumns&
 
 void blend_wide_windows(const uint8_t* const* rows, size_t row_count, const PairColumns& columns,
                         int16_t row_share, int16_t* out) noexcept {
-  if (columns.wide == kWideBytes)
-    row_count == 2 ? blend<false, true>(rows, columns, row_share, out)
-                   : blend<false, false>(rows, columns, row_share, out);
-  else
-    row_count == 2 ? blend<true, true>(rows, columns, row_share, out)
-                   : blend<true, false>(rows, columns, row_share, out);
+  using Blend = void (*)(const uint8_t* const*, const PairColumns&, int16_t, int16_t*) noexcept;
+  constexpr Blend kBlends[kWideVectors][2] = {{blend<1, false>, blend<1, true>},
+                                              {blend<2, false>, blend<2, true>},
+                                              {blend<3, false>, blend<3, true>},
+                                              {blend<4, false>, blend<4, true>}};
+  kBlends[columns.wide - 1][row_count - 1](rows, columns, row_share, out);
 }
 
 #else

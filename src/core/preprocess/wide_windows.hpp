@@ -1,5 +1,5 @@
-// Pairs of samples out of windows of 64 or 128 bytes, where the CPU picks bytes from whole vectors
-// (AVX-512 with VBMI).
+// Pairs of samples out of windows of one to four vectors of 64 bytes, where the CPU picks bytes
+// from whole vectors (AVX-512 with VBMI).
 #pragma once
 #include "core/preprocess/pair_columns.hpp"
 
@@ -7,6 +7,7 @@ namespace weir::preprocess {
 
 // 32 lanes of 16 bits: what one window makes.
 inline constexpr size_t kWideLanes = 32, kWideBytes = 64;
+inline constexpr size_t kWideVectors = 4;  // a byte tells a place in so many
 
 // Whether this CPU has it, and a test did not say that it shall be as if it had not.
 bool has_wide_windows() noexcept;
