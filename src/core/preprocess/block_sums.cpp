@@ -16,14 +16,24 @@ HWY_BEFORE_NAMESPACE();
 namespace weir::preprocess::HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
-template <class From>
-void add_plainly(const From* in, size_t step, size_t from, size_t blocks, uint16_t* out) {
-  for (size_t b = from; b < blocks; ++b)
-    for (size_t l = 0; l < step; ++l)
-      out[b * step + l] = static_cast<uint16_t>(in[2 * b * step + l] + in[(2 * b + 1) * step + l]);
+// Of so many rows.
+template <size_t rows, class From>
+void add_plainly(const From* in, ptrdiff_t stride, size_t step, size_t from, size_t blocks,
+                 uint16_t* out) {
+  for (size_t i = from * step; i < blocks * step; ++i) {
+    const From* const first = in + (i / step * 2 * step + i % step);
+    unsigned sum = 0;
+    for (size_t r = 0; r < rows; ++r) {
+      const From* const at = first + static_cast<ptrdiff_t>(r) * stride;
+      sum += at[0] + at[step];
+    }
+    out[i] = static_cast<uint16_t>(sum);
+  }
 }
 
-void AddBytePairs(const uint8_t* in, size_t step, size_t blocks, uint16_t* out) {
+template <size_t rows>
+void add_byte_pairs(const uint8_t* in, ptrdiff_t stride, size_t step, size_t blocks,
+                    uint16_t* out) {
   size_t done = 0;
 #if HWY_TARGET != HWY_SCALAR
   const hn::ScalableTag<uint16_t> d;
@@ -38,8 +48,13 @@ void AddBytePairs(const uint8_t* in, size_t step, size_t blocks, uint16_t* out) 
   };
   if (step <= 2)
     for (; (done + lanes / step) <= blocks; done += lanes / step) {
-      const auto x = hn::BitCast(d, hn::LoadU(bytes, in + 2 * done * step));
-      const auto even = hn::And(x, low), odd = hn::ShiftRight<8>(x);
+      auto even = hn::Zero(d), odd = even;
+      for (size_t r = 0; r < rows; ++r) {
+        const uint8_t* const row = in + static_cast<ptrdiff_t>(r) * stride;
+        const auto x = hn::BitCast(d, hn::LoadU(bytes, row + 2 * done * step));
+        even = hn::Add(even, hn::And(x, low));
+        odd = hn::Add(odd, hn::ShiftRight<8>(x));
+      }
       if (step == 1)
         hn::StoreU(hn::Add(even, odd), d, out + done);
       else
@@ -47,7 +62,7 @@ void AddBytePairs(const uint8_t* in, size_t step, size_t blocks, uint16_t* out) 
                    out + 2 * done);
     }
 #endif
-  add_plainly(in, step, done, blocks, out);
+  add_plainly<rows>(in, stride, step, done, blocks, out);
 }
 
 // A block is one lane of T. Whole vectors, also at the end.
@@ -70,7 +85,7 @@ void AddPairs(const uint16_t* in, size_t step, size_t blocks, uint16_t* out) {
   if (step == 2) return add_lanes<uint32_t>(in, blocks, out);
   if (step == 4) return add_lanes<uint64_t>(in, blocks, out);
 #endif
-  add_plainly(in, step, 0, blocks, out);
+  add_plainly<1>(in, 0, step, 0, blocks, out);
 }
 
 void add_to(const uint16_t* in, size_t count, bool begins, uint16_t* sum) {
@@ -82,9 +97,12 @@ void add_to(const uint16_t* in, size_t count, bool begins, uint16_t* sum) {
 }
 
 void AddRows(const SumRows& rows, size_t step, std::span<SumLevel> levels) {
-  for (size_t r = rows.first; r < rows.first + rows.count; ++r) {
-    AddBytePairs(rows.memory + static_cast<ptrdiff_t>(r) * rows.stride, step, rows.pair_count,
-                 rows.pairs);
+  size_t together = 1;
+  for (size_t r = rows.first; r < rows.first + rows.count; r += together) {
+    const uint8_t* const memory = rows.memory + static_cast<ptrdiff_t>(r) * rows.stride;
+    together = rows.alone[r / kRowsTogether] ? 1 : kRowsTogether;
+    const auto add = together == 1 ? add_byte_pairs<1> : add_byte_pairs<kRowsTogether>;
+    add(memory, rows.stride, step, rows.pair_count, rows.pairs);
     const uint16_t* from = rows.pairs;
     for (SumLevel& l : levels) {
       const bool alone = l.sums != nullptr && l.rows_log2 == 0;
@@ -95,7 +113,7 @@ void AddRows(const SumRows& rows, size_t step, std::span<SumLevel> levels) {
       const size_t mask = (size_t{1} << l.rows_log2) - 1;
       const bool begins = (r & mask) == 0 || (r == rows.first && !rows.begun);
       if (!alone) add_to(row, l.blocks * step, begins, l.sums);
-      if ((r & mask) == mask) l.sums += l.stride;
+      if (((r + together) & mask) == 0) l.sums += l.stride;
     }
   }
 }
@@ -104,11 +122,12 @@ void AddRows(const SumRows& rows, size_t step, std::span<SumLevel> levels) {
 
 void BlendSums(const SumBlend& blend, size_t step, size_t blocks, float* const* out) {
   for (size_t i = 0; i < blocks * step; ++i) {
-    float sum = 0;
-    for (size_t k = 0; k < blend.count; ++k) {
-      const float weight = k == 0 ? blend.first : k + 1 < blend.count ? blend.between : blend.last;
-      sum += weight * static_cast<float>(blend.rows[k * blend.stride + i]);
-    }
+    const auto at = [&](size_t k) { return int32_t{blend.rows[k * blend.stride + i]}; };
+    int32_t between = 0;
+    for (size_t k = 1; k + 1 < blend.count; ++k) between += at(k);
+    float sum = blend.first * static_cast<float>(at(0));
+    if (blend.count > 2) sum += blend.between * static_cast<float>(between);
+    if (blend.count > 1) sum += blend.last * static_cast<float>(at(blend.count - 1));
     out[i % step][i / step] = sum;
   }
 }
@@ -125,26 +144,35 @@ void BlendSums(const SumBlend& blend, size_t step, size_t blocks, float* const* 
   for (size_t i = 0; i < blocks * step; i += 2 * lanes) {
     const uint16_t* row = blend.rows + i;
     auto a = hn::Zero(d), b = a;
-    const auto add = [&](float weight, auto sums) HWY_ATTR {
-      const auto of = hn::Set(d, weight);
-      auto low = hn::PromoteTo(whole, hn::LowerHalf(half, sums));
-      auto high = hn::PromoteTo(whole, hn::UpperHalf(half, sums));
-      if (step == 2) {
-        const auto both = hn::BitCast(d32, sums);
-        low = hn::BitCast(whole, hn::And(both, hn::Set(d32, 0xFFFF)));
-        high = hn::BitCast(whole, hn::ShiftRight<16>(both));
+    auto low = hn::Zero(whole), high = low;
+    const auto split = [&](auto sums) HWY_ATTR {
+      if (step == 1) {
+        low = hn::Add(low, hn::PromoteTo(whole, hn::LowerHalf(half, sums)));
+        high = hn::Add(high, hn::PromoteTo(whole, hn::UpperHalf(half, sums)));
+        return;
       }
-      a = hn::MulAdd(of, hn::ConvertTo(d, low), a);
-      b = hn::MulAdd(of, hn::ConvertTo(d, high), b);
+      const auto both = hn::BitCast(d32, sums);
+      low = hn::Add(low, hn::BitCast(whole, hn::And(both, hn::Set(d32, 0xFFFF))));
+      high = hn::Add(high, hn::BitCast(whole, hn::ShiftRight<16>(both)));
     };
-    add(blend.first, hn::LoadU(d16, row));
+    const auto weigh = [&](float weight) HWY_ATTR {
+      a = hn::MulAdd(hn::Set(d, weight), hn::ConvertTo(d, low), a);
+      b = hn::MulAdd(hn::Set(d, weight), hn::ConvertTo(d, high), b);
+      low = high = hn::Zero(whole);
+    };
+    split(hn::LoadU(d16, row));
+    weigh(blend.first);
     for (size_t k = 1; k + 1 < blend.count;) {
       auto sums = hn::LoadU(d16, row + k * blend.stride);
       const size_t end = std::min(k + blend.at_once, blend.count - 1);
       while (++k < end) sums = hn::Add(sums, hn::LoadU(d16, row + k * blend.stride));
-      add(blend.between, sums);
+      split(sums);
     }
-    if (blend.count > 1) add(blend.last, hn::LoadU(d16, row + (blend.count - 1) * blend.stride));
+    if (blend.count > 2) weigh(blend.between);
+    if (blend.count > 1) {
+      split(hn::LoadU(d16, row + (blend.count - 1) * blend.stride));
+      weigh(blend.last);
+    }
     hn::StoreU(a, d, step == 1 ? out[0] + i : out[0] + i / 2);
     hn::StoreU(b, d, step == 1 ? out[0] + i + lanes : out[1] + i / 2);
   }
@@ -192,15 +220,38 @@ void BlockSums::want(size_t first_row, size_t end_row, size_t block, size_t rows
   const auto log2 = static_cast<unsigned>(std::countr_zero(rows));
   l.rows_log2 = l.wanted ? std::min(l.rows_log2, log2) : log2;
   l.wanted = true;
+  all_alone_ = all_alone_ || rows == 2;
+}
+
+void BlockSums::want_alone(size_t row) {
+  const size_t group = row / kRowsTogether;
+  if (alone_.size() <= group) alone_.resize(group + 1);
+  alone_[group] = 1;
 }
 
 void BlockSums::clear() noexcept {
   first_row_ = SIZE_MAX, end_row_ = 0, most_ = 0;
+  all_alone_ = false;
+  alone_.clear();
   for (Level& l : levels_) l.wanted = false;
+}
+
+// Of a group that is not whole, each row is alone.
+void BlockSums::lay_groups() {
+  const size_t first = first_row_ / kRowsTogether, end = (end_row_ - 1) / kRowsTogether + 1;
+  if (first_row_ % kRowsTogether > 0) want_alone(first_row_);
+  if (end_row_ % kRowsTogether > 0) want_alone(end_row_);
+  alone_.resize(end);
+  if (all_alone_) std::fill(alone_.begin(), alone_.end(), uint8_t{1});
+  before_.resize(end - first + 1);
+  for (size_t g = first; g < end; ++g)
+    before_[g - first + 1] =
+        before_[g - first] + static_cast<uint32_t>(alone_[g] ? kRowsTogether : 1);
 }
 
 void BlockSums::reserve() {
   if (most_ == 0) return;
+  lay_groups();
   const auto at_least = [](RowMemory<uint16_t>* memory, size_t size) {
     if (memory->size() < size) memory->resize(size);
   };
@@ -217,6 +268,8 @@ void BlockSums::reserve() {
 // once is a part of the bytes only. Sums end within the next ones, which are made after them.
 void BlockSums::make(const uint8_t* memory, ptrdiff_t stride, size_t end_row) noexcept {
   if (made_ >= end_row) return;
+  if (!alone_[(end_row - 1) / kRowsTogether])
+    end_row = ((end_row - 1) / kRowsTogether + 1) * kRowsTogether;
   std::array<SumLevel, 5> levels;
   size_t count = 0;
   for (size_t block = kLeastBlock; block <= most_; block *= 2) {
@@ -232,6 +285,7 @@ void BlockSums::make(const uint8_t* memory, ptrdiff_t stride, size_t end_row) no
                      end_row - made_,
                      end(2) - begin(2),
                      pairs_.data(),
+                     alone_.data(),
                      made_ > first_row_};
   add_rows(rows, step_, {levels.data(), count});
   made_ = end_row;

@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <span>
+#include <vector>
 
 #include "core/preprocess/row_memory.hpp"
 
@@ -16,6 +17,7 @@ inline constexpr size_t kLeastBlock = 4, kMostBlock = 64;
 constexpr size_t most_rows(size_t block) noexcept {
   return 256 / block;
 }
+inline constexpr size_t kRowsTogether = most_rows(kMostBlock);
 
 // The samples from low to below high of some rows of a plane, whose samples are `step` lanes of a
 // byte.
@@ -29,8 +31,9 @@ class BlockSums {
   size_t plane() const noexcept { return plane_; }
 
   // `rows`: how many, a power of two up to most_rows(block), may be added up too; from multiples of
-  // it on.
+  // it on. Where it is 1, kRowsTogether are, except for groups of them with a row of want_alone().
   void want(size_t first_row, size_t end_row, size_t block, size_t rows) noexcept;
+  void want_alone(size_t row);
   // Nothing is wanted any more; memory is kept.
   void clear() noexcept;
   // Allocates what make() writes.
@@ -44,8 +47,16 @@ class BlockSums {
   // added up, beginning with this one. Precondition: such blocks are wanted, and made. Behind the
   // last one are kRowBlock elements more, of any value.
   const uint16_t* row(size_t row, size_t block) const noexcept;
-  // How many rows are added up: the least that was wanted.
-  size_t rows(size_t block) const noexcept { return size_t{1} << level(block).rows_log2; }
+  // How many rows are added up there at most.
+  size_t most_rows_of(size_t block) const noexcept {
+    const size_t rows = size_t{1} << level(block).rows_log2;
+    return rows == 1 ? kRowsTogether : rows;
+  }
+  // Rows of sums from that of `row` to that of the last of `rows` rows.
+  size_t sums_of(size_t row, size_t rows, size_t block) const noexcept {
+    const Level& l = level(block);
+    return sums_before(l, row + rows - 1) - sums_before(l, row) + 1;
+  }
   // To the rows behind them.
   size_t stride(size_t block) const noexcept { return width(block); }
 
@@ -69,13 +80,20 @@ class BlockSums {
   Level& level(size_t block) noexcept;
   // Rows of sums before those of `row`.
   size_t sums_before(const Level& level, size_t row) const noexcept {
-    return (row >> level.rows_log2) - (first_row_ >> level.rows_log2);
+    if (level.rows_log2 > 0) return (row >> level.rows_log2) - (first_row_ >> level.rows_log2);
+    const size_t group = row / kRowsTogether;
+    return before_[group - first_row_ / kRowsTogether] + (alone_[group] ? row % kRowsTogether : 0);
   }
+  void lay_groups();
 
   size_t plane_, low_, high_, step_;
   size_t first_row_ = SIZE_MAX, end_row_ = 0, made_ = 0, most_ = 0;
   std::array<Level, 5> levels_;  // of 4 to 64
   RowMemory<uint16_t> pairs_;
+  bool all_alone_ = false;
+  std::vector<uint8_t> alone_;  // of each group of kRowsTogether rows, from the plane's first on
+  std::vector<uint32_t>
+      before_;  // rows of sums before those of a group, from that of first_row_ on
 };
 
 // Sums in work: of `blocks` blocks, each of two of the level before, from element `skipped` of its
@@ -84,13 +102,14 @@ struct SumLevel {
   size_t skipped = 0, blocks = 0;
   uint16_t* row = nullptr;
   // Where the rows go: as many as 2 to the power of rows_log2 are added up, beginning with the
-  // multiples of it. Null: nowhere.
+  // multiples of it; of 0 those that are added at once. Null: nowhere.
   uint16_t* sums = nullptr;
   size_t stride = 0;
   unsigned rows_log2 = 0;
 };
 // Rows of a plane, `count` of them, the first of which is number `first`: pairs of bytes are added
-// up to `pairs`, these to the first level and so on. Rows of sums go on, and may be of any value,
+// up to `pairs`, these to the first level and so on, kRowsTogether rows at once from multiples of
+// it on where they are not alone[row / kRowsTogether]. Rows of sums go on, and may be of any value,
 // up to kRowBlock elements behind their blocks. begun: whether a row before was added to the first
 // sums.
 struct SumRows {
@@ -98,12 +117,14 @@ struct SumRows {
   ptrdiff_t stride = 0;
   size_t first = 0, count = 0, pair_count = 0;
   uint16_t* pairs = nullptr;
+  const uint8_t* alone = nullptr;
   bool begun = false;
 };
 void add_rows(const SumRows& rows, size_t step, std::span<SumLevel> levels) noexcept;
 
 // Rows of sums of blocks of which a row is made: row k begins at rows + k * stride and has the
-// weight `first`, the last one `last`, those between them `between`.
+// weight `first`, the last one `last`, those between them `between`. The latter are added up before
+// they get their weight: how many rows a row is the sum of changes nothing.
 struct SumBlend {
   const uint16_t* rows = nullptr;
   size_t stride = 0, count = 0;

@@ -17,7 +17,9 @@ namespace {
 using testing::Pixels;
 using transform::test::for_each_target;
 
-// Of the rows [first, end), each `together` of them added up, in blocks of `block` samples.
+constexpr size_t kAlone = 13;  // a row that is asked for by itself
+
+// Of the rows [first, end), each `together` of them may be added up, in blocks of `block` samples.
 struct Wanted {
   size_t first, end, block, together;
 };
@@ -45,14 +47,23 @@ struct Upwards {
 
 void expect_sums(const BlockSums& sums, const Upwards& plane, const Wanted& wanted, size_t low,
                  size_t high) {
-  const size_t block = wanted.block, together = wanted.together;
-  ASSERT_EQ(sums.rows(block), together);
-  for (size_t row = wanted.first; row < wanted.end; row += together)
+  const size_t block = wanted.block;
+  for (size_t row = wanted.first, together = 0; row < wanted.end; row += together) {
+    together = 1;  // what one row of sums is of
+    while (row + together < wanted.end && sums.sums_of(row, together + 1, block) == 1) ++together;
+    ASSERT_LE(together, sums.most_rows_of(block));
+    const bool alone = row <= kAlone && kAlone < row + together;
+    if (wanted.together > 1) {
+      ASSERT_EQ(together, wanted.together);
+    } else if (alone) {
+      ASSERT_EQ(together, 1u);
+    }
     for (size_t b = (low + block - 1) / block, n = 0; b < high / block; ++b, ++n)
       for (size_t l = 0; l < plane.step; ++l)
         ASSERT_EQ(sums.row(row, block)[n * plane.step + l],
                   plane.sum(row, together, b * block, block, l))
             << "row " << row << ", block " << b << " of " << block << ", step " << plane.step;
+  }
 }
 
 TEST(BlockSums, AreOfWholeBlocksAndMadeAsTheyAreWanted) {
@@ -60,6 +71,7 @@ TEST(BlockSums, AreOfWholeBlocksAndMadeAsTheyAreWanted) {
       {{3, 5, 4, 1}, {2, 18, 64, 1}},
       {{8, 16, 4, 4}, {5, 18, 16, 1}},
       {{0, 16, 4, 16}, {8, 16, 8, 8}, {16, 18, 32, 2}},
+      {{0, 18, 64, 1}, {8, 16, 8, 8}},
       {{4, 8, 64, 4}, {1, 18, 32, 1}, {1, 17, 8, 1}, {1, 17, 4, 1}, {1, 17, 16, 1}}};
   for (const size_t step : {1u, 2u, 3u, 4u}) {
     const Upwards plane(step);
@@ -68,7 +80,11 @@ TEST(BlockSums, AreOfWholeBlocksAndMadeAsTheyAreWanted) {
       for (const auto& wanted : all)
         for_each_target([&] {
           BlockSums sums(0, low, high, step);
-          for (const Wanted& w : wanted) sums.want(w.first, w.end, w.block, w.together);
+          for (const Wanted& w : wanted) {
+            sums.want(w.first, w.end, w.block, w.together);
+            if (w.together > 1) continue;
+            for (const size_t row : {w.first, kAlone, w.end - 1}) sums.want_alone(row);
+          }
           sums.reserve();
           for (const size_t end : {6u, 3u, 7u, 18u}) sums.make(plane.memory(), plane.stride(), end);
           for (const Wanted& w : wanted) expect_sums(sums, plane, w, low, high);
@@ -122,6 +138,22 @@ Preparation of_area(const Pixels& pixels, uint32_t width, uint32_t height) {
   p.type = ElementType::Float32;
   p.resize = Resize::Area;
   return p;
+}
+
+// More rows than 16 bits hold the sums of.
+TEST(PlanOfBlocks, OfTallPicturesAreExactToo) {
+  for (const char* format : {"GRAY8", "NV12"}) {
+    const Pixels pixels(format, 64, 1024, 3);
+    for (const auto& [width, height] : {std::pair{16u, 4u}, {4u, 4u}, {2u, 3u}, {1u, 1u}}) {
+      const auto p = of_area(pixels, width, height);
+      const auto wanted = testing::reference(p, pixels);
+      for_each_target([&] {
+        const auto out = testing::run<float>(p, pixels);
+        for (size_t i = 0; i < out.size(); ++i)
+          ASSERT_NEAR(double{out[i]}, wanted[i], 1.0 / 256) << width << "x" << height;
+      });
+    }
+  }
 }
 
 TEST(PlanOfBlocks, GivesWhatTheFormulasSay) {

@@ -156,18 +156,18 @@ class PlanRun {
     const auto sums = std::find_if(sums_.all.begin(), sums_.all.end(), [&](const BlockSums& of) {
       return of.is_of(t_.bands[band].plane, grid.low, grid.high, grid.sampling.step);
     });
-    const size_t rows = sums->rows(grid.block);
+    const size_t rows = sums->sums_of(grid.rows.first(target), weights.size(), grid.block);
     const float share = 1.0f / static_cast<float>(grid.block);  // a power of two: exact
     const auto weight = [&](size_t row) {
       return weights[std::min(row, weights.size() - 1)] * share;
     };
     const SumBlend blend{sums->row(grid.rows.first(target), grid.block),
                          sums->stride(grid.block),
-                         weights.size() / rows,
+                         rows,
                          weight(0),
                          weight(1),
                          weight(weights.size() - 1),
-                         most_rows(grid.block)};
+                         most_rows(grid.block) / sums->most_rows_of(grid.block)};
     if (grid.whole_blocks)
       return blend_sums(blend, grid.sampling.step, count(), lanes_of(band).data());
     float* const blended = w_.blended.data();
@@ -309,6 +309,14 @@ void Plan::for_sums(uint32_t first, uint32_t count, FrameSums* sums, F&& f) cons
 void Plan::want_sums(uint32_t first, uint32_t count, FrameSums* sums) const {
   for_sums(first, count, sums, [](BlockSums& of, const Grid& grid, size_t begin, size_t end) {
     of.want(begin, end, grid.block, grid.block_rows);
+    if (grid.block_rows > 1) return;
+    // A target's first and last rows have weights of their own.
+    for (size_t t = 0; t < grid.rows.targets(); ++t) {
+      const size_t low = grid.rows.first(t), high = low + grid.rows.weights(t).size();
+      if (low < begin || high > end) continue;
+      of.want_alone(low);
+      of.want_alone(high - 1);
+    }
   });
 }
 
