@@ -105,14 +105,14 @@ void AddRows(const SumRows& rows, size_t step, std::span<SumLevel> levels) {
     add(memory, rows.stride, step, rows.pair_count, rows.pairs);
     const uint16_t* from = rows.pairs;
     for (SumLevel& l : levels) {
-      const bool alone = l.sums != nullptr && l.rows_log2 == 0;
-      uint16_t* const row = alone ? l.sums : l.row;
+      const size_t mask = (size_t{1} << l.rows_log2) - 1;
+      const bool whole = l.sums != nullptr && ((r | (r + together)) & mask) == 0;
+      uint16_t* const row = whole ? l.sums : l.row;
       AddPairs(from + l.skipped, step, l.blocks, row);
       from = row;
       if (l.sums == nullptr) continue;
-      const size_t mask = (size_t{1} << l.rows_log2) - 1;
       const bool begins = (r & mask) == 0 || (r == rows.first && !rows.begun);
-      if (!alone) add_to(row, l.blocks * step, begins, l.sums);
+      if (!whole) add_to(row, l.blocks * step, begins, l.sums);
       if (((r + together) & mask) == 0) l.sums += l.stride;
     }
   }

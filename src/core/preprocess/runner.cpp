@@ -71,7 +71,7 @@ void Runner::run_part(size_t part, const Planes& planes, std::span<const Job> jo
       if (count == 0) continue;
       [[maybe_unused]] const Status checked =
           job.plan->run_rows(planes, job.out, first, count, &workspaces_[part],
-                             {streamed, stripes > 1 && &job != jobs.data(), &sums_[part]});
+                             {streamed, stripes > 1 && &job != jobs.data(), true, &sums_[part]});
     }
   if (streamed) flush_streamed();
 }
