@@ -15,7 +15,7 @@ using weir::bench::InputLine;
 using weir::bench::InputsStage;
 using weir::gst::Ref;
 
-constexpr int kMuxFrames = 2000, kPictures = 8;
+constexpr int kMuxFrames = 2000, kPictures = 40;
 constexpr size_t kWidth = 1920, kHeight = 1080, kPicture = 3 * kWidth * kHeight;
 
 Ref<GstBuffer> buffer_of(size_t bytes) {
