@@ -178,6 +178,53 @@ TEST(PlanOfBlocks, GivesWhatTheFormulasSay) {
     }
 }
 
+// Layers of any sizes, of parts of the picture that change from frame to frame: each gives what it
+// gives alone, and what the formulas say.
+TEST(PlanOfBlocks, RandomLayersAndPartsOfPicturesAgree) {
+  for (uint32_t seed = 1; seed <= 12; ++seed) {
+    std::mt19937 random(seed);
+    const auto any = [&](uint32_t from, uint32_t to) {
+      return from + static_cast<uint32_t>(random() % (to - from + 1));
+    };
+    const char* const formats[] = {"GRAY8", "NV12", "I420", "RGB"};
+    const uint32_t width = any(4, 40) * 8, height = any(1, 150);
+    const Pixels pixels(formats[seed % 4], width, height, seed, any(0, 9));
+    Runner runner(any(1, 3));
+    for (int frame = 0; frame < 3; ++frame) {
+      std::optional<Rect> crop;
+      if (frame > 0) {
+        const uint32_t x = any(0, width / 16) * 4, y = any(0, height - 1);
+        crop = Rect{x, y, any(1, (width - x) / 4) * 4, any(1, height - y)};
+      }
+      const uint32_t w = crop ? crop->width : width, h = crop ? crop->height : height;
+      std::vector<Preparation> layers;
+      std::vector<Plan> plans;
+      std::vector<std::vector<float>> out;
+      for (uint32_t left = any(1, 4); left > 0; --left) {
+        const uint32_t factor = 2u << any(0, 5);
+        auto layer = of_area(pixels, std::max(1u, any(0, 3) > 0 ? w / factor : any(1, 20)),
+                             std::max(1u, any(0, 1) > 0 ? h / factor : any(1, 20)));
+        layer.crop = crop;
+        layers.push_back(layer);
+        plans.push_back(*Plan::make(layer));
+        out.emplace_back(layer.channels() * layer.width * layer.height);
+      }
+      std::vector<Job> jobs;
+      for (size_t i = 0; i < plans.size(); ++i)
+        jobs.push_back({&plans[i], std::as_writable_bytes(std::span(out[i]))});
+      ASSERT_TRUE(runner.run(pixels.planes, jobs));
+      for (size_t i = 0; i < layers.size(); ++i) {
+        SCOPED_TRACE("seed " + std::to_string(seed) + ", frame " + std::to_string(frame) +
+                     ", layer " + std::to_string(i));
+        ASSERT_EQ(out[i], testing::run<float>(layers[i], pixels));
+        const auto wanted = testing::reference(layers[i], pixels);
+        for (size_t k = 0; k < wanted.size(); ++k)
+          ASSERT_NEAR(double{out[i][k]}, wanted[k], 1.0 / 16) << "element " << k;
+      }
+    }
+  }
+}
+
 // Big enough for several stripes; layers of whole blocks and others, letterboxed ones too.
 TEST(PlanOfBlocks, LayersOfAPyramidAreThoseOfPlansAlone) {
   for (const uint32_t seed : {1u, 2u}) {
