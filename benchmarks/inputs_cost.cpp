@@ -1,5 +1,7 @@
 // Elements of many inputs: tensor_mux over more and more pads against threads that only meet,
 // tensor_merge along each dimension and tensor_crop against the bare copies.
+#include <algorithm>
+#include <atomic>
 #include <condition_variable>
 #include <cstdlib>
 #include <cstring>
@@ -64,6 +66,42 @@ void measure_mux(int rounds) {
         "threads that only meet, " + std::to_string(static_cast<int>(floor)) + " us",
         costs[1].cpu / costs[0].cpu, "x", 2);
   }
+}
+
+// Keeps every core busy while it lives.
+class OtherWork {
+ public:
+  OtherWork() {
+    for (unsigned i = std::max(std::thread::hardware_concurrency(), 1u); i > 0; --i)
+      threads_.emplace_back([this] {
+        while (!over_.load(std::memory_order_relaxed)) {
+        }
+      });
+  }
+  ~OtherWork() {
+    over_ = true;
+    for (auto& thread : threads_) thread.join();
+  }
+  OtherWork(const OtherWork&) = delete;
+  OtherWork& operator=(const OtherWork&) = delete;
+
+ private:
+  std::atomic<bool> over_{false};
+  std::vector<std::thread> threads_;
+};
+
+// A thread that gives its core away while it waits gets it back a time slice later.
+void measure_mux_beside_others(int rounds) {
+  constexpr int kPads = 4, kFrames = 500;
+  InputsStage stage("tensor_mux sync-mode=nosync",
+                    std::vector<InputLine>(kPads, {"sink_%u", tensor("1024"), buffer_of(1024)}));
+  const OtherWork others;
+  const auto costs =
+      weir::bench::medians({[] { meet(kPads, kFrames); }, [&] { stage.push(kFrames); }}, rounds);
+  const auto floor = static_cast<int>(costs[0].wall / kFrames * 1e6);
+  weir::bench::report("tensor_mux of 4 pads, other work on every core: wall of a frame out",
+                      "threads that only meet, " + std::to_string(floor) + " us",
+                      costs[1].wall / costs[0].wall, "x", 2);
 }
 
 // Blocks of both inputs one behind the other, as a plain loop has them.
@@ -171,6 +209,7 @@ int main(int argc, char** argv) {
   gst_init(&argc, &argv);
   const int rounds = argc > 1 ? std::atoi(argv[1]) : 15;
   measure_mux(rounds);
+  measure_mux_beside_others(rounds);
   measure_merge(rounds);
   measure_crop(rounds);
   for (const uint32_t regions : {16, 64}) measure_views(regions, rounds);

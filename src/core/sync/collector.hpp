@@ -316,7 +316,7 @@ class Collector {
   void wait(Lock& lock, const typename Lanes<Frame>::Lane& lane) {
     const auto since = lane.arrived;
     const LaneId id = lane.id;
-    if (soon(lock, id) || waited_behind_gaps(lock, id)) return;
+    if (waited_behind_gaps(lock, id)) return;
     ++waiting_;
     std::optional<Clock::time_point> deadline;
     if (max_wait_ > Clock::duration::zero()) deadline = lanes_.next_deadline(since, max_wait_);
@@ -351,19 +351,6 @@ class Collector {
     lock.lock();
     return true;
   }
-  // Streams that run as fast as they can are a few microseconds apart, less than it takes to sleep
-  // and to be woken.
-  bool soon(Lock& lock, LaneId id) {
-    const uint64_t before = changes_;
-    ++waiting_;
-    for (int i = 0; i < kYields && changes_ == before; ++i) {
-      lock.unlock();
-      std::this_thread::yield();
-      lock.lock();
-    }
-    --waiting_;
-    return changes_ != before || !lanes_.find(id);
-  }
   void tell() {
     ++changes_;
     changed_.notify_all();
@@ -384,7 +371,6 @@ class Collector {
   int flow_ = kOk;
   bool linked_ = true;  // when the last output left
   bool started_ = false, told_of_gaps_ = false;
-  static constexpr int kYields = 20;
   uint64_t changes_ = 0;
   bool running_ = false;  // runner_ makes an output
   std::thread::id runner_;
