@@ -121,13 +121,21 @@ void AddRows(const SumRows& rows, size_t step, std::span<SumLevel> levels) {
 #if HWY_TARGET == HWY_SCALAR  // no vector that has the lanes of two blocks
 
 void BlendSums(const SumBlend& blend, size_t step, size_t blocks, float* const* out) {
+  const bool alike = blend.first == blend.between && blend.between == blend.last;
   for (size_t i = 0; i < blocks * step; ++i) {
     const auto at = [&](size_t k) { return int32_t{blend.rows[k * blend.stride + i]}; };
-    int32_t between = 0;
-    for (size_t k = 1; k + 1 < blend.count; ++k) between += at(k);
-    float sum = blend.first * static_cast<float>(at(0));
-    if (blend.count > 2) sum += blend.between * static_cast<float>(between);
-    if (blend.count > 1) sum += blend.last * static_cast<float>(at(blend.count - 1));
+    float sum = 0;
+    int32_t held = 0;
+    const auto weigh = [&](float weight) {
+      sum += weight * static_cast<float>(held);
+      held = 0;
+    };
+    held = at(0);
+    if (!alike) weigh(blend.first);
+    for (size_t k = 1; k + 1 < blend.count; ++k) held += at(k);
+    if (!alike && blend.count > 2) weigh(blend.between);
+    if (blend.count > 1) held += at(blend.count - 1);
+    if (alike || blend.count > 1) weigh(blend.last);
     out[i % step][i / step] = sum;
   }
 }
@@ -135,6 +143,7 @@ void BlendSums(const SumBlend& blend, size_t step, size_t blocks, float* const* 
 #else
 
 void BlendSums(const SumBlend& blend, size_t step, size_t blocks, float* const* out) {
+  const bool alike = blend.first == blend.between && blend.between == blend.last;
   const hn::ScalableTag<float> d;
   const hn::RebindToUnsigned<decltype(d)> d32;
   const hn::Repartition<uint16_t, decltype(d)> d16;
@@ -161,18 +170,16 @@ void BlendSums(const SumBlend& blend, size_t step, size_t blocks, float* const* 
       low = high = hn::Zero(whole);
     };
     split(hn::LoadU(d16, row));
-    weigh(blend.first);
+    if (!alike) weigh(blend.first);
     for (size_t k = 1; k + 1 < blend.count;) {
       auto sums = hn::LoadU(d16, row + k * blend.stride);
       const size_t end = std::min(k + blend.at_once, blend.count - 1);
       while (++k < end) sums = hn::Add(sums, hn::LoadU(d16, row + k * blend.stride));
       split(sums);
     }
-    if (blend.count > 2) weigh(blend.between);
-    if (blend.count > 1) {
-      split(hn::LoadU(d16, row + (blend.count - 1) * blend.stride));
-      weigh(blend.last);
-    }
+    if (!alike && blend.count > 2) weigh(blend.between);
+    if (blend.count > 1) split(hn::LoadU(d16, row + (blend.count - 1) * blend.stride));
+    if (alike || blend.count > 1) weigh(blend.last);
     hn::StoreU(a, d, step == 1 ? out[0] + i : out[0] + i / 2);
     hn::StoreU(b, d, step == 1 ? out[0] + i + lanes : out[1] + i / 2);
   }

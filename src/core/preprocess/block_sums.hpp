@@ -31,7 +31,8 @@ class BlockSums {
   size_t plane() const noexcept { return plane_; }
 
   // `rows`: how many, a power of two up to most_rows(block), may be added up too; from multiples of
-  // it on. Where it is 1, kRowsTogether are, except for groups of them with a row of want_alone().
+  // it on. Where it is 1, kRowsTogether may be, from multiples of it on: whole groups without a row
+  // of want_alone(), where nobody wants 2.
   void want(size_t first_row, size_t end_row, size_t block, size_t rows) noexcept;
   void want_alone(size_t row);
   // Nothing is wanted any more; memory is kept.
@@ -123,8 +124,8 @@ struct SumRows {
 void add_rows(const SumRows& rows, size_t step, std::span<SumLevel> levels) noexcept;
 
 // Rows of sums of blocks of which a row is made: row k begins at rows + k * stride and has the
-// weight `first`, the last one `last`, those between them `between`. The latter are added up before
-// they get their weight: how many rows a row is the sum of changes nothing.
+// weight `first`, the last one `last`, those between them `between`. Rows of one weight are added
+// up before they get it: how many rows of bytes a row is the sum of changes nothing.
 struct SumBlend {
   const uint16_t* rows = nullptr;
   size_t stride = 0, count = 0;

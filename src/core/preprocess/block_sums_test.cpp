@@ -92,6 +92,21 @@ TEST(BlockSums, AreOfWholeBlocksAndMadeAsTheyAreWanted) {
   }
 }
 
+TEST(BlockSums, AreOfFourRowsWhereNoneIsAskedForByItself) {
+  const Upwards plane(1);
+  BlockSums sums(0, 0, 256, 1);
+  sums.want(1, 18, 64, 1);  // no whole groups at its ends
+  sums.want_alone(9);
+  sums.reserve();
+  sums.make(plane.memory(), plane.stride(), 5);
+  sums.make(plane.memory(), plane.stride(), 18);
+  EXPECT_EQ(sums.sums_of(4, 4, 64), 1u);
+  EXPECT_EQ(sums.sums_of(1, 17, 64), 3u + 1 + 4 + 1 + 2);
+  for (const auto& [row, rows] :
+       {std::pair<size_t, size_t>{3, 1}, {4, 4}, {9, 1}, {12, 4}, {17, 1}})
+    EXPECT_EQ(sums.row(row, 64)[0], plane.sum(row, rows, 0, 64, 0)) << row;
+}
+
 TEST(BlockSums, TakeAsManyRowsAtOnceAsAllWantersCan) {
   const Upwards plane(1);
   BlockSums sums(0, 0, 256, 1);
@@ -153,6 +168,29 @@ TEST(PlanOfBlocks, OfTallPicturesAreExactToo) {
           ASSERT_NEAR(double{out[i]}, wanted[i], 1.0 / 256) << width << "x" << height;
       });
     }
+  }
+}
+
+// More than float32 holds the sums of, with rows that layers share in other ways in each part.
+TEST(PlanOfBlocks, OfTallPicturesDoNotDependOnOtherLayersOrThreads) {
+  Pixels pixels("GRAY8", 64, 2048, 3);
+  for (auto& byte : pixels.memory) byte |= std::byte{224};
+  std::vector<Plan> plans;
+  std::vector<std::vector<float>> alone;
+  for (const uint32_t height : {1u, 2u, 3u, 7u}) {
+    const auto p = of_area(pixels, 1, height);
+    plans.push_back(*Plan::make(p));
+    alone.push_back(testing::run<float>(p, pixels));
+  }
+  for (const size_t threads : {1u, 2u, 3u}) {
+    Runner runner(threads);
+    std::vector<std::vector<float>> out;
+    for (const auto& one : alone) out.emplace_back(one.size());
+    std::vector<Job> jobs;
+    for (size_t i = 0; i < plans.size(); ++i)
+      jobs.push_back({&plans[i], std::as_writable_bytes(std::span(out[i]))});
+    ASSERT_TRUE(runner.run(pixels.planes, jobs));
+    EXPECT_EQ(out, alone) << threads << " threads";
   }
 }
 

@@ -32,6 +32,11 @@ bool holds(const Plane& plane, const Grid& grid) {
   return low >= 0 && high + static_cast<int64_t>(grid.bytes) <= size;
 }
 
+// Behind the last row that the target is made of.
+size_t end_of(const Grid& grid, size_t target) {
+  return grid.rows.first(target) + grid.rows.weights(target).size();
+}
+
 }  // namespace
 
 // One frame on its way through the tables.
@@ -282,7 +287,7 @@ void Plan::grow(Workspace* w) const {
   for (auto& numbers : w->numbers) at_least(&numbers, count * sizeof(float));
 }
 
-// f(sums, grid, first row, end row) for what the rows of the tensor read.
+// f(sums, grid, first target, last target) for the rows of the tensor.
 template <class F>
 void Plan::for_sums(uint32_t first, uint32_t count, FrameSums* sums, F&& f) const {
   const Rect& content = tables_->placement.content;
@@ -301,21 +306,18 @@ void Plan::for_sums(uint32_t first, uint32_t count, FrameSums* sums, F&& f) cons
       found = sums->all.end() - 1;
     }
     const size_t last = end - 1 - content.y;
-    f(*found, grid, grid.rows.first(begin - content.y),
-      grid.rows.first(last) + grid.rows.weights(last).size());
+    f(*found, grid, begin - content.y, last);
   }
 }
 
 void Plan::want_sums(uint32_t first, uint32_t count, FrameSums* sums) const {
-  for_sums(first, count, sums, [](BlockSums& of, const Grid& grid, size_t begin, size_t end) {
-    of.want(begin, end, grid.block, grid.block_rows);
+  for_sums(first, count, sums, [](BlockSums& of, const Grid& grid, size_t top, size_t bottom) {
+    of.want(grid.rows.first(top), end_of(grid, bottom), grid.block, grid.block_rows);
     if (grid.block_rows > 1) return;
     // A target's first and last rows have weights of their own.
-    for (size_t t = 0; t < grid.rows.targets(); ++t) {
-      const size_t low = grid.rows.first(t), high = low + grid.rows.weights(t).size();
-      if (low < begin || high > end) continue;
-      of.want_alone(low);
-      of.want_alone(high - 1);
+    for (size_t t = top; t <= bottom; ++t) {
+      of.want_alone(grid.rows.first(t));
+      of.want_alone(end_of(grid, t) - 1);
     }
   });
 }
@@ -333,10 +335,10 @@ Status Plan::run_rows(const Planes& planes, std::span<std::byte> out, uint32_t f
     want_sums(first, count, sums);
     sums->reserve();
   }
-  for_sums(first, count, sums, [&](BlockSums& of, const Grid&, size_t, size_t end) {
+  for_sums(first, count, sums, [&](BlockSums& of, const Grid& grid, size_t, size_t bottom) {
     const Plane& plane = planes[of.plane()];
     of.make(reinterpret_cast<const uint8_t*>(plane.memory.data()) + plane.offset, plane.stride,
-            end);
+            end_of(grid, bottom));
   });
   const uint32_t height = preparation().height;
   for (uint32_t y = first; y < height && y - first < count; ++y) run.row(y);

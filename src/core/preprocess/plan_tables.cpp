@@ -80,8 +80,7 @@ size_t block_of(const Preparation& p, const Placement& place, const Lane& lane) 
 }
 
 // How many rows of its blocks may be added up before they get their weight, 1 for none: the largest
-// power of two of which the target's rows are made, where their weight is one too. Then the sums
-// are exact, however many of their rows were added up.
+// power of two of which the target's rows are made, where their weight is one too.
 size_t block_rows_of(const Preparation& p, const Placement& place, const Lane& lane, size_t block) {
   const uint32_t pixels = lane.halved ? 2 : 1;
   const uint32_t y = place.source.y, height = place.source.height, targets = place.content.height;

@@ -69,7 +69,7 @@ void Runner::run_part(size_t part, const Planes& planes, std::span<const Job> jo
     for (const Job& job : jobs) {
       const auto [first, count] = rows_of(*job.plan, stripe, parts * stripes);
       if (count == 0) continue;
-      [[maybe_unused]] const Status checked =
+      [[maybe_unused]] const Status never_fails =
           job.plan->run_rows(planes, job.out, first, count, &workspaces_[part],
                              {streamed, stripes > 1 && &job != jobs.data(), true, &sums_[part]});
     }
