@@ -1,4 +1,4 @@
-// An idle probe in front of the selector.
+// An idle probe in front of the selector, and one for what comes next.
 #include "gstcpp/output_selector.hpp"
 
 namespace weir::gst {
@@ -11,11 +11,31 @@ gboolean send_on(GstPad*, GstEvent** event, gpointer pad) {
   return TRUE;
 }
 
+bool is_active(GstPad* pad, GstElement* selector) {
+  GstPad* active = nullptr;
+  g_object_get(selector, "active-pad", &active, nullptr);
+  return Ref<GstPad>::adopt(active).get() == pad;
+}
+
+// In the streaming thread, ahead of caps, frames and what else comes within the stream.
+GstPadProbeReturn tell_pad(GstPad* feeding, GstPadProbeInfo* info, gpointer pad) {
+  if (GST_PAD_PROBE_INFO_TYPE(info) & GST_PAD_PROBE_TYPE_EVENT_DOWNSTREAM) {
+    const GstEventType type = GST_EVENT_TYPE(GST_PAD_PROBE_INFO_EVENT(info));
+    const bool serialized = gst_event_type_get_flags(type) & GST_EVENT_TYPE_SERIALIZED;
+    if (!serialized || type == GST_EVENT_STREAM_START) return GST_PAD_PROBE_OK;
+  }
+  const auto selector = Ref<GstElement>::adopt(gst_pad_get_parent_element(GST_PAD(pad)));
+  if (selector && is_active(GST_PAD(pad), selector.get()))
+    gst_pad_sticky_events_foreach(feeding, send_on, pad);
+  return GST_PAD_PROBE_REMOVE;
+}
+
 GstPadProbeReturn make_active(GstPad* feeding, GstPadProbeInfo*, gpointer pad) {
   const auto selector = Ref<GstElement>::adopt(gst_pad_get_parent_element(GST_PAD(pad)));
   if (!selector) return GST_PAD_PROBE_REMOVE;  // released meanwhile
   g_object_set(selector.get(), "active-pad", pad, nullptr);
-  gst_pad_sticky_events_foreach(feeding, send_on, pad);
+  gst_pad_add_probe(feeding, GST_PAD_PROBE_TYPE_DATA_DOWNSTREAM, tell_pad, gst_object_ref(pad),
+                    gst_object_unref);
   return GST_PAD_PROBE_REMOVE;
 }
 

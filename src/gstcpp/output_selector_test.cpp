@@ -4,7 +4,6 @@
 #include <gtest/gtest.h>
 
 #include <string>
-#include <vector>
 
 namespace weir::gst {
 namespace {
@@ -56,7 +55,15 @@ class OutputSelectorTest : public ::testing::Test {
   void send_frame() { gst_pad_push(feeding_.get(), gst_buffer_new()); }
 
   static gboolean note_event(GstPad* pad, GstObject*, GstEvent* event) {
-    note(pad, GST_EVENT_TYPE_NAME(event));
+    std::string what = GST_EVENT_TYPE_NAME(event);
+    if (GST_EVENT_TYPE(event) == GST_EVENT_CAPS) {
+      GstCaps* caps = nullptr;
+      int width = 0;
+      gst_event_parse_caps(event, &caps);
+      gst_structure_get_int(gst_caps_get_structure(caps, 0), "width", &width);
+      what += "-" + std::to_string(width);
+    }
+    note(pad, what);
     gst_event_unref(event);
     return TRUE;
   }
@@ -81,11 +88,21 @@ class OutputSelectorTest : public ::testing::Test {
 TEST_F(OutputSelectorTest, TheNewPadGetsFirstWhatTheSelectorGot) {
   link();
   switch_output(ends_[1].selected);
-  EXPECT_EQ(ends_[1].seen, "stream-start caps");
+  EXPECT_EQ(ends_[1].seen, "");  // nothing goes downstream in this thread
   send_caps(16);
+  EXPECT_EQ(ends_[1].seen, "stream-start caps-16");
   send_frame();
-  EXPECT_EQ(ends_[1].seen, "stream-start caps segment frame");
-  EXPECT_EQ(ends_[0].seen, "stream-start caps segment");
+  EXPECT_EQ(ends_[1].seen, "stream-start caps-16 segment frame");
+  EXPECT_EQ(ends_[0].seen, "stream-start caps-8 segment");
+}
+
+TEST_F(OutputSelectorTest, APadGivenUpBeforeTheNextFrameIsToldNothing) {
+  link();
+  switch_output(ends_[1].selected);
+  switch_output(ends_[0].selected);
+  send_frame();
+  EXPECT_EQ(ends_[1].seen, "");
+  EXPECT_EQ(ends_[0].seen, "stream-start caps-8 segment frame");
 }
 
 TEST_F(OutputSelectorTest, APadChosenAgainIsToldOnlyWhatIsNew) {
@@ -105,7 +122,7 @@ TEST_F(OutputSelectorTest, BeforeItIsLinkedThePadIsChosenAtOnce) {
   switch_output(ends_[1].selected);
   link();
   send_frame();
-  EXPECT_EQ(ends_[1].seen, "stream-start caps segment frame");
+  EXPECT_EQ(ends_[1].seen, "stream-start caps-8 segment frame");
 }
 
 TEST_F(OutputSelectorTest, APadThatWasReleasedIsLetBe) {
@@ -113,7 +130,7 @@ TEST_F(OutputSelectorTest, APadThatWasReleasedIsLetBe) {
   gst_element_release_request_pad(selector_.get(), ends_[1].selected.get());
   switch_output(ends_[1].selected);
   send_frame();
-  EXPECT_EQ(ends_[0].seen, "stream-start caps segment frame");
+  EXPECT_EQ(ends_[0].seen, "stream-start caps-8 segment frame");
 }
 
 }  // namespace
