@@ -304,9 +304,9 @@ bool were_taken_or_told(GstPad* source_pad, GstCaps* caps) {
 
 }  // namespace
 
-Error refused_behind(GstPad* source_pad, std::string offered, std::string fix) {
-  const auto peer = Ref<GstCaps>::adopt(gst_pad_peer_query_caps(source_pad, nullptr));
-  const UniqueText needed{gst_caps_to_string(peer.get())};
+Error refused_behind(GstPad* source_pad, const GstCaps* peer, std::string offered,
+                     std::string fix) {
+  const UniqueText needed{gst_caps_to_string(peer)};
   const auto parent = Ref<GstObject>::adopt(gst_pad_get_parent(source_pad));
   GstElementFactory* factory = parent && GST_IS_ELEMENT(parent.get())
                                    ? gst_element_get_factory(GST_ELEMENT(parent.get()))
@@ -322,13 +322,13 @@ Error refused_behind(GstPad* source_pad, std::string offered, std::string fix) {
 
 Status send_caps(GstPad* source_pad, const FrameSpec& spec, GstCaps* caps) {
   if (caps && were_taken_or_told(source_pad, caps)) return ok();
-  Error error = refused_behind(source_pad, spec.to_string(),
+  const auto peer = Ref<GstCaps>::adopt(gst_pad_peer_query_caps(source_pad, nullptr));
+  Error error = refused_behind(source_pad, peer.get(), spec.to_string(),
                                spec.format == Format::Static
                                    ? "other/tensors,format=static,dimensions=(string)\"" +
                                          join_shapes(spec.tensors) + "\",types=(string)\"" +
                                          join_types(spec.tensors) + "\""
                                    : "other/tensors,format=" + std::string(name_of(spec.format)));
-  const auto peer = Ref<GstCaps>::adopt(gst_pad_peer_query_caps(source_pad, nullptr));
   const auto wanted = spec_from_caps(peer.get());
   if (wanted && wanted->info_valid())
     error.difference = first_difference(spec.tensors, wanted->tensors);

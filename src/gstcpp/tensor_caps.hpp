@@ -32,8 +32,9 @@ Ref<GstCaps> choose_caps(GstPad* source_pad, const FrameSpec& spec);
 // Sends `caps` on, which are for `spec`. SPEC_MISMATCH with both sides when the elements behind do
 // not take them and none of them posts an error of its own; `caps` may be null.
 Status send_caps(GstPad* source_pad, const FrameSpec& spec, GstCaps* caps);
-// SPEC_MISMATCH: the element behind that of the pad does not take its result, which is `offered`.
-Error refused_behind(GstPad* source_pad, std::string offered, std::string fix);
+// SPEC_MISMATCH: the element behind that of the pad takes `peer` alone, and not its result, which
+// is `offered`.
+Error refused_behind(GstPad* source_pad, const GstCaps* peer, std::string offered, std::string fix);
 // Whether rule A would choose flexible because the peer wants it.
 bool peer_wants_flexible(GstPad* source_pad);
 

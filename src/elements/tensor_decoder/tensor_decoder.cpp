@@ -177,7 +177,8 @@ class TensorDecoder : public gst::Element<TensorDecoder, gst::BaseTransform> {
         !gst_caps_is_any(ours.get()) && !gst_caps_is_empty(ours.get()) &&
         gst_structure_has_name(gst_caps_get_structure(ours.get(), 0), "video/x-raw");
     gst::post_error(element(),
-                    gst::refused_behind(pad, gst::UniqueText(gst_caps_to_string(ours.get())).get(),
+                    gst::refused_behind(pad, theirs.get(),
+                                        gst::UniqueText(gst_caps_to_string(ours.get())).get(),
                                         picture ? "tensor_decoder ! videoconvert ! videoscale"
                                                 : "another mode= of tensor_decoder"));
   }

@@ -6,12 +6,12 @@
 namespace weir {
 namespace {
 
-Error refused(GstPad* source, const FrameSpec& spec) {
+Error refused(GstPad* source, const GstCaps* peer, const FrameSpec& spec) {
   if (spec.format == Format::Flexible)
     return gst::refused_behind(
-        source, "format=flexible: the model decides with each frame, or invoke-dynamic=true",
+        source, peer, "format=flexible: the model decides with each frame, or invoke-dynamic=true",
         "other/tensors,format=flexible");
-  return gst::refused_behind(source, spec.to_string(),
+  return gst::refused_behind(source, peer, spec.to_string(),
                              "other/tensors,format=static,num_tensors=" +
                                  std::to_string(spec.tensors.size()) + ",dimensions=(string)" +
                                  join_shapes(spec.tensors) + ",types=" + join_types(spec.tensors));
@@ -24,7 +24,7 @@ Result<gst::Ref<GstCaps>> choose_output_caps(GstPad* source, const FrameSpec& sp
   const auto possible = gst::possible_caps(source, spec, peer.get());
   auto meet = gst::Ref<GstCaps>::adopt(
       gst_caps_intersect_full(possible.get(), peer.get(), GST_CAPS_INTERSECT_FIRST));
-  if (gst_caps_is_empty(meet.get())) return refused(source, spec);
+  if (gst_caps_is_empty(meet.get())) return refused(source, peer.get(), spec);
   return gst::Ref<GstCaps>::adopt(gst_caps_fixate(gst_caps_truncate(meet.release())));
 }
 

@@ -258,7 +258,8 @@ class TensorTransform : public gst::CountedTransform<TensorTransform> {
     const auto theirs = Ref<GstCaps>::adopt(gst_pad_peer_query_caps(pad, nullptr));
     if (gst_caps_can_intersect(ours.get(), theirs.get())) return;
     gst::post_error(element(),
-                    gst::refused_behind(pad, gst::UniqueText(gst_caps_to_string(ours.get())).get(),
+                    gst::refused_behind(pad, theirs.get(),
+                                        gst::UniqueText(gst_caps_to_string(ours.get())).get(),
                                         "tensor_transform mode=typecast option=TYPE changes the "
                                         "type"));
   }
