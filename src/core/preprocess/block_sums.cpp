@@ -20,15 +20,13 @@ namespace hn = hwy::HWY_NAMESPACE;
 template <size_t rows, class From>
 void add_plainly(const From* in, ptrdiff_t stride, size_t step, size_t from, size_t blocks,
                  uint16_t* out) {
-  for (size_t i = from * step; i < blocks * step; ++i) {
-    const From* const first = in + (i / step * 2 * step + i % step);
-    unsigned sum = 0;
-    for (size_t r = 0; r < rows; ++r) {
-      const From* const at = first + static_cast<ptrdiff_t>(r) * stride;
-      sum += at[0] + at[step];
+  for (size_t b = from; b < blocks; ++b)
+    for (size_t l = 0; l < step; ++l) {
+      const From* at = in + 2 * b * step + l;
+      unsigned sum = 0;
+      for (size_t r = 0; r < rows; ++r, at += stride) sum += at[0] + at[step];
+      out[b * step + l] = static_cast<uint16_t>(sum);
     }
-    out[i] = static_cast<uint16_t>(sum);
-  }
 }
 
 template <size_t rows>
@@ -125,12 +123,11 @@ void BlendSums(const SumBlend& blend, size_t step, size_t blocks, float* const* 
   for (size_t i = 0; i < blocks * step; ++i) {
     const auto at = [&](size_t k) { return int32_t{blend.rows[k * blend.stride + i]}; };
     float sum = 0;
-    int32_t held = 0;
+    int32_t held = at(0);
     const auto weigh = [&](float weight) {
       sum += weight * static_cast<float>(held);
       held = 0;
     };
-    held = at(0);
     if (!alike) weigh(blend.first);
     for (size_t k = 1; k + 1 < blend.count; ++k) held += at(k);
     if (!alike && blend.count > 2) weigh(blend.between);

@@ -93,8 +93,8 @@ class BlockSums {
   RowMemory<uint16_t> pairs_;
   bool all_alone_ = false;
   std::vector<uint8_t> alone_;  // of each group of kRowsTogether rows, from the plane's first on
-  std::vector<uint32_t>
-      before_;  // rows of sums before those of a group, from that of first_row_ on
+  // Rows of sums before those of a group, from that of first_row_ on.
+  std::vector<uint32_t> before_;
 };
 
 // Sums in work: of `blocks` blocks, each of two of the level before, from element `skipped` of its

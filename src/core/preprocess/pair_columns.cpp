@@ -53,8 +53,10 @@ void PairColumns::lay_wide_windows(size_t row_bytes) {
   const size_t lanes = pair_lanes(step), pixels = kWideLanes / lanes;
   wide = 1;
   while (wide <= kWideVectors && !fits(pixels, wide * kWideBytes, row_bytes)) ++wide;
-  if (wide > kWideVectors) wide = 0;
-  if (wide == 0) return;
+  if (wide > kWideVectors) {
+    wide = 0;
+    return;
+  }
   windows[0].assign((count + pixels - 1) / pixels, 0);
   lookup[0][0].assign(windows[0].size() * kWideBytes, 0);
   for (size_t t = 0; t < count; ++t) {
