@@ -304,6 +304,13 @@ bool were_taken_or_told(GstPad* source_pad, GstCaps* caps) {
 
 }  // namespace
 
+std::string caps_to_paste(const FrameSpec& spec) {
+  const std::string out = "other/tensors,format=" + std::string(name_of(spec.format));
+  if (spec.format != Format::Static) return out;
+  return out + ",dimensions=(string)\"" + join_shapes(spec.tensors) + "\",types=(string)\"" +
+         join_types(spec.tensors) + "\"";
+}
+
 Error refused_behind(GstPad* source_pad, const GstCaps* peer, std::string offered,
                      std::string fix) {
   const UniqueText needed{gst_caps_to_string(peer)};
@@ -323,12 +330,7 @@ Error refused_behind(GstPad* source_pad, const GstCaps* peer, std::string offere
 Status send_caps(GstPad* source_pad, const FrameSpec& spec, GstCaps* caps) {
   if (caps && were_taken_or_told(source_pad, caps)) return ok();
   const auto peer = Ref<GstCaps>::adopt(gst_pad_peer_query_caps(source_pad, nullptr));
-  Error error = refused_behind(source_pad, peer.get(), spec.to_string(),
-                               spec.format == Format::Static
-                                   ? "other/tensors,format=static,dimensions=(string)\"" +
-                                         join_shapes(spec.tensors) + "\",types=(string)\"" +
-                                         join_types(spec.tensors) + "\""
-                                   : "other/tensors,format=" + std::string(name_of(spec.format)));
+  Error error = refused_behind(source_pad, peer.get(), spec.to_string(), caps_to_paste(spec));
   const auto wanted = spec_from_caps(peer.get());
   if (wanted && wanted->info_valid())
     error.difference = first_difference(spec.tensors, wanted->tensors);

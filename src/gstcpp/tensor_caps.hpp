@@ -32,6 +32,8 @@ Ref<GstCaps> choose_caps(GstPad* source_pad, const FrameSpec& spec);
 // Sends `caps` on, which are for `spec`. SPEC_MISMATCH with both sides when the elements behind do
 // not take them and none of them posts an error of its own; `caps` may be null.
 Status send_caps(GstPad* source_pad, const FrameSpec& spec, GstCaps* caps);
+// Caps of the spec as a line for a pipeline, quoted where they are lists.
+std::string caps_to_paste(const FrameSpec& spec);
 // SPEC_MISMATCH: the element behind that of the pad takes `peer` alone, and not its result, which
 // is `offered`.
 Error refused_behind(GstPad* source_pad, const GstCaps* peer, std::string offered, std::string fix);

@@ -7,14 +7,12 @@ namespace weir {
 namespace {
 
 Error refused(GstPad* source, const GstCaps* peer, const FrameSpec& spec) {
-  if (spec.format == Format::Flexible)
-    return gst::refused_behind(
-        source, peer, "format=flexible: the model decides with each frame, or invoke-dynamic=true",
-        "other/tensors,format=flexible");
-  return gst::refused_behind(source, peer, spec.to_string(),
-                             "other/tensors,format=static,num_tensors=" +
-                                 std::to_string(spec.tensors.size()) + ",dimensions=(string)" +
-                                 join_shapes(spec.tensors) + ",types=" + join_types(spec.tensors));
+  const bool flexible = spec.format == Format::Flexible;
+  return gst::refused_behind(
+      source, peer,
+      flexible ? "format=flexible: the model decides with each frame, or invoke-dynamic=true"
+               : spec.to_string(),
+      gst::caps_to_paste(spec));
 }
 
 }  // namespace

@@ -117,9 +117,7 @@ class TensorSparseDec : public SparseFilter<TensorSparseDec> {
                  came.to_string(),
                  needed.to_string(),
                  difference,
-                 "other/tensors,format=static,num_tensors=" + std::to_string(came.tensors.size()) +
-                     ",dimensions=(string)\"" + join_shapes(came.tensors) + "\",types=(string)\"" +
-                     join_types(came.tensors) + "\""};
+                 gst::caps_to_paste(came)};
   }
 
   // Streaming thread only:

@@ -320,13 +320,9 @@ class TensorTransform : public gst::CountedTransform<TensorTransform> {
     if (difference.empty()) return ok();
     FrameSpec needed = output;
     needed.tensors = computed;
-    return Error{Code::SPEC_MISMATCH,
-                 "the caps behind tensor_transform do not fit its result",
-                 output.to_string(),
-                 needed.to_string(),
-                 difference,
-                 "other/tensors,format=static,dimensions=(string)" + join_shapes(computed) +
-                     ",types=" + join_types(computed)};
+    return Error{Code::SPEC_MISMATCH, "the caps behind tensor_transform do not fit its result",
+                 output.to_string(),  needed.to_string(),
+                 difference,          gst::caps_to_paste(needed)};
   }
 
   mutable std::mutex operation_mutex_;  // guards operation_; never held with the settings lock
