@@ -63,8 +63,10 @@ void PairColumns::lay_wide_windows(size_t row_bytes) {
     uint32_t& window = windows[0][t / pixels];
     if (t % pixels == 0)
       window = std::min(at[t], static_cast<uint32_t>(row_bytes - wide * kWideBytes));
-    for (size_t l = 0; l < step; ++l)
-      lookup[0][0][low_byte(t * lanes + l)] = static_cast<uint8_t>(at[t] - window + l);
+    for (size_t l = 0; l < step; ++l) {
+      lookup[0][0][2 * (t * lanes + l)] = static_cast<uint8_t>(at[t] - window + l);
+      lookup[0][0][2 * (t * lanes + l) + 1] = static_cast<uint8_t>(at[t] - window + l + step);
+    }
   }
 }
 

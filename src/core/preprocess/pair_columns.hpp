@@ -39,7 +39,8 @@ struct PairColumns {
   std::vector<uint32_t> windows[2];
   RowMemory<uint8_t> lookup[2][2];
   // Vectors of bytes in windows that make a whole vector of the result, 0 for none. Window w is
-  // read at windows[0][w], and the first samples are looked up as lookup[0][0] has it at 64 * w.
+  // read at windows[0][w]; lookup[0][0] has at 64 * w, for each lane, where its first and its
+  // second sample are.
   size_t wide = 0;
 
   // Precondition: the axis has at most two weights a target and uses two samples or more. Rows

@@ -22,14 +22,13 @@ bool has_wide_windows() noexcept {
 
 namespace {
 
-constexpr __mmask64 kLowBytes = 0x5555555555555555;  // of each lane of 16 bits
+constexpr __mmask64 kAllBytes = ~__mmask64{0};  // GCC 12 warns of intrinsics without a mask
 
-// The bytes at `places` of so many vectors, as lanes of 16 bits. `beyond`: the places past the
-// first two vectors.
+// The bytes at `places` of so many vectors. `beyond`: the places past the first two vectors.
 template <size_t vectors>
 WEIR_WITH_AVX512_BYTES __m512i look_up(const __m512i* in, __m512i places, __mmask64 beyond) {
-  if constexpr (vectors == 1) return _mm512_maskz_permutexvar_epi8(kLowBytes, places, in[0]);
-  const __m512i near = _mm512_maskz_permutex2var_epi8(kLowBytes, in[0], places, in[1]);
+  if constexpr (vectors == 1) return _mm512_maskz_permutexvar_epi8(kAllBytes, places, in[0]);
+  const __m512i near = _mm512_permutex2var_epi8(in[0], places, in[1]);
   if constexpr (vectors == 3) return _mm512_mask_permutexvar_epi8(near, beyond, places, in[2]);
   if constexpr (vectors == 4)
     return _mm512_mask_mov_epi8(near, beyond, _mm512_permutex2var_epi8(in[2], places, in[3]));
@@ -39,23 +38,21 @@ WEIR_WITH_AVX512_BYTES __m512i look_up(const __m512i* in, __m512i places, __mmas
 template <size_t vectors, bool two_rows>
 WEIR_WITH_AVX512_BYTES void blend(const uint8_t* const* rows, const PairColumns& columns,
                                   int16_t row_share, int16_t* out) noexcept {
-  const __m512i to_second = _mm512_set1_epi8(static_cast<char>(columns.step));
   const __m512i down = _mm512_set1_epi16(row_share);
+  const __m512i low_bytes = _mm512_set1_epi16(0xFF);
   const uint32_t* const windows = columns.windows[0].data();
   const uint8_t* const lookup = columns.lookup[0][0].data();
   const int16_t* const shares = columns.shares.data();
   for (size_t w = 0, count = columns.windows[0].size(); w < count; ++w) {
-    const __m512i first = _mm512_loadu_si512(lookup + w * kWideBytes);
-    const __m512i second = _mm512_add_epi8(first, to_second);
-    const __mmask64 first_beyond = vectors > 2 ? _mm512_movepi8_mask(first) & kLowBytes : 0;
-    const __mmask64 second_beyond = vectors > 2 ? _mm512_movepi8_mask(second) & kLowBytes : 0;
+    const __m512i places = _mm512_loadu_si512(lookup + w * kWideBytes);
+    const __mmask64 beyond = vectors > 2 ? _mm512_movepi8_mask(places) : 0;
     const __m512i share = _mm512_loadu_si512(shares + w * kWideLanes);
     const auto row = [&](const uint8_t* from) WEIR_WITH_AVX512_BYTES {
       __m512i in[vectors];
       for (size_t v = 0; v < vectors; ++v)
         in[v] = _mm512_loadu_si512(from + windows[w] + v * kWideBytes);
-      const __m512i a = look_up<vectors>(in, first, first_beyond);
-      const __m512i b = look_up<vectors>(in, second, second_beyond);
+      const __m512i both = look_up<vectors>(in, places, beyond);
+      const __m512i a = _mm512_and_si512(both, low_bytes), b = _mm512_srli_epi16(both, 8);
       const __m512i difference = _mm512_slli_epi16(_mm512_sub_epi16(a, b), 7);
       return _mm512_add_epi16(_mm512_slli_epi16(a, 7), _mm512_mulhrs_epi16(difference, share));
     };
