@@ -95,12 +95,14 @@ void add_to(const uint16_t* in, size_t count, bool begins, uint16_t* sum) {
 }
 
 void AddRows(const SumRows& rows, size_t step, std::span<SumLevel> levels) {
+  static_assert(kRowsTogether == 4);
+  constexpr decltype(&add_byte_pairs<1>) kAdd[] = {add_byte_pairs<1>, add_byte_pairs<2>,
+                                                   add_byte_pairs<3>, add_byte_pairs<4>};
   size_t together = 1;
   for (size_t r = rows.first; r < rows.first + rows.count; r += together) {
     const uint8_t* const memory = rows.memory + static_cast<ptrdiff_t>(r) * rows.stride;
-    together = rows.alone[r / kRowsTogether] ? 1 : kRowsTogether;
-    const auto add = together == 1 ? add_byte_pairs<1> : add_byte_pairs<kRowsTogether>;
-    add(memory, rows.stride, step, rows.pair_count, rows.pairs);
+    for (together = 1; !rows.begins[r + together];) ++together;
+    kAdd[together - 1](memory, rows.stride, step, rows.pair_count, rows.pairs);
     const uint16_t* from = rows.pairs;
     for (SumLevel& l : levels) {
       const size_t mask = (size_t{1} << l.rows_log2) - 1;
@@ -113,6 +115,17 @@ void AddRows(const SumRows& rows, size_t step, std::span<SumLevel> levels) {
       if (!whole) add_to(row, l.blocks * step, begins, l.sums);
       if (((r + together) & mask) == 0) l.sums += l.stride;
     }
+  }
+}
+
+void AddSums(const SumAdd& add, size_t elements, unsigned shift, int16_t* out) {
+  const hn::ScalableTag<uint16_t> d;
+  const hn::RebindToSigned<decltype(d)> to;
+  for (size_t i = 0; i < elements; i += hn::Lanes(d)) {
+    auto sum = hn::LoadU(d, add.rows + i);
+    for (size_t k = 1; k < add.count; ++k)
+      sum = hn::Add(sum, hn::LoadU(d, add.rows + k * add.stride + i));
+    hn::StoreU(hn::BitCast(to, hn::ShiftLeftSame(sum, static_cast<int>(shift))), to, out + i);
   }
 }
 
@@ -192,12 +205,16 @@ namespace weir::preprocess {
 
 HWY_EXPORT(AddRows);
 HWY_EXPORT(BlendSums);
+HWY_EXPORT(AddSums);
 
 void add_rows(const SumRows& rows, size_t step, std::span<SumLevel> levels) noexcept {
   HWY_DYNAMIC_DISPATCH(AddRows)(rows, step, levels);
 }
 void blend_sums(const SumBlend& blend, size_t step, size_t blocks, float* const* out) noexcept {
   HWY_DYNAMIC_DISPATCH(BlendSums)(blend, step, blocks, out);
+}
+void add_sums(const SumAdd& add, size_t elements, unsigned shift, int16_t* out) noexcept {
+  HWY_DYNAMIC_DISPATCH(AddSums)(add, elements, shift, out);
 }
 
 namespace {
@@ -224,38 +241,34 @@ void BlockSums::want(size_t first_row, size_t end_row, size_t block, size_t rows
   const auto log2 = static_cast<unsigned>(std::countr_zero(rows));
   l.rows_log2 = l.wanted ? std::min(l.rows_log2, log2) : log2;
   l.wanted = true;
-  all_alone_ = all_alone_ || rows == 2;
 }
 
-void BlockSums::want_alone(size_t row) {
-  const size_t group = row / kRowsTogether;
-  if (alone_.size() <= group) alone_.resize(group + 1);
-  alone_[group] = 1;
+void BlockSums::want_begin(size_t row) {
+  if (begins_.size() <= row) begins_.resize(row + 1);
+  begins_[row] = 1;
 }
 
 void BlockSums::clear() noexcept {
   first_row_ = SIZE_MAX, end_row_ = 0, most_ = 0;
-  all_alone_ = false;
-  alone_.clear();
+  begins_.clear();
   for (Level& l : levels_) l.wanted = false;
 }
 
-// Of a group that is not whole, each row is alone.
-void BlockSums::lay_groups() {
-  const size_t first = first_row_ / kRowsTogether, end = (end_row_ - 1) / kRowsTogether + 1;
-  if (first_row_ % kRowsTogether > 0) want_alone(first_row_);
-  if (end_row_ % kRowsTogether > 0) want_alone(end_row_);
-  alone_.resize(end);
-  if (all_alone_) std::fill(alone_.begin(), alone_.end(), uint8_t{1});
-  before_.resize(end - first + 1);
-  for (size_t g = first; g < end; ++g)
-    before_[g - first + 1] =
-        before_[g - first] + static_cast<uint32_t>(alone_[g] ? kRowsTogether : 1);
+void BlockSums::lay_runs() {
+  const bool in_pairs = std::any_of(levels_.begin(), levels_.end(),
+                                    [](const Level& l) { return l.wanted && l.rows_log2 == 1; });
+  const size_t step = in_pairs ? 2 : kRowsTogether;
+  begins_.resize(end_row_ + 1);
+  begins_[first_row_] = begins_[end_row_] = 1;
+  for (size_t row = first_row_ / step * step + step; row < end_row_; row += step) begins_[row] = 1;
+  before_.resize(end_row_ - first_row_);
+  for (size_t row = first_row_ + 1; row < end_row_; ++row)
+    before_[row - first_row_] = before_[row - first_row_ - 1] + begins_[row];
 }
 
 void BlockSums::reserve() {
   if (most_ == 0) return;
-  lay_groups();
+  lay_runs();
   const auto at_least = [](RowMemory<uint16_t>* memory, size_t size) {
     if (memory->size() < size) memory->resize(size);
   };
@@ -272,8 +285,7 @@ void BlockSums::reserve() {
 // once is a part of the bytes only. Sums end within the next ones, which are made after them.
 void BlockSums::make(const uint8_t* memory, ptrdiff_t stride, size_t end_row) noexcept {
   if (made_ >= end_row) return;
-  if (!alone_[(end_row - 1) / kRowsTogether])
-    end_row = ((end_row - 1) / kRowsTogether + 1) * kRowsTogether;
+  while (!begins_[end_row]) ++end_row;
   std::array<SumLevel, 5> levels;
   size_t count = 0;
   for (size_t block = kLeastBlock; block <= most_; block *= 2) {
@@ -289,7 +301,7 @@ void BlockSums::make(const uint8_t* memory, ptrdiff_t stride, size_t end_row) no
                      end_row - made_,
                      end(2) - begin(2),
                      pairs_.data(),
-                     alone_.data(),
+                     begins_.data(),
                      made_ > first_row_};
   add_rows(rows, step_, {levels.data(), count});
   made_ = end_row;

@@ -31,10 +31,11 @@ class BlockSums {
   size_t plane() const noexcept { return plane_; }
 
   // `rows`: how many, a power of two up to most_rows(block), may be added up too; from multiples of
-  // it on. Where it is 1, kRowsTogether may be, from multiples of it on: whole groups without a row
-  // of want_alone(), where nobody wants 2.
+  // it on. Where it is 1, rows are that lie between two multiples of kRowsTogether and between two
+  // rows of want_begin().
   void want(size_t first_row, size_t end_row, size_t block, size_t rows) noexcept;
-  void want_alone(size_t row);
+  // The row is not added to those before it.
+  void want_begin(size_t row);
   // Nothing is wanted any more; memory is kept.
   void clear() noexcept;
   // Allocates what make() writes.
@@ -82,19 +83,18 @@ class BlockSums {
   // Rows of sums before those of `row`.
   size_t sums_before(const Level& level, size_t row) const noexcept {
     if (level.rows_log2 > 0) return (row >> level.rows_log2) - (first_row_ >> level.rows_log2);
-    const size_t group = row / kRowsTogether;
-    return before_[group - first_row_ / kRowsTogether] + (alone_[group] ? row % kRowsTogether : 0);
+    return before_[row - first_row_];
   }
-  void lay_groups();
+  void lay_runs();
 
   size_t plane_, low_, high_, step_;
   size_t first_row_ = SIZE_MAX, end_row_ = 0, made_ = 0, most_ = 0;
   std::array<Level, 5> levels_;  // of 4 to 64
   RowMemory<uint16_t> pairs_;
-  bool all_alone_ = false;
-  std::vector<uint8_t> alone_;  // of each group of kRowsTogether rows, from the plane's first on
-  // Rows of sums before those of a group, from that of first_row_ on.
-  std::vector<uint32_t> before_;
+  // Whether a run of rows that are added up at once begins with a row, from the plane's first on;
+  // the last one is the row behind them all.
+  std::vector<uint8_t> begins_;
+  std::vector<uint32_t> before_;  // runs before that of a row, from first_row_ on
 };
 
 // Sums in work: of `blocks` blocks, each of two of the level before, from element `skipped` of its
@@ -109,16 +109,16 @@ struct SumLevel {
   unsigned rows_log2 = 0;
 };
 // Rows of a plane, `count` of them, the first of which is number `first`: pairs of bytes are added
-// up to `pairs`, these to the first level and so on, kRowsTogether rows at once from multiples of
-// it on where they are not alone[row / kRowsTogether]. Rows of sums go on, and may be of any value,
-// up to kRowBlock elements behind their blocks. begun: whether a row before was added to the first
-// sums.
+// up to `pairs`, these to the first level and so on, up to kRowsTogether rows at once: from one
+// with begins[row] to the next, which the row behind them all is. Rows of sums go on, and may be of
+// any value, up to kRowBlock elements behind their blocks. begun: whether a row before was added to
+// the first sums.
 struct SumRows {
   const uint8_t* memory = nullptr;
   ptrdiff_t stride = 0;
   size_t first = 0, count = 0, pair_count = 0;
   uint16_t* pairs = nullptr;
-  const uint8_t* alone = nullptr;
+  const uint8_t* begins = nullptr;
   bool begun = false;
 };
 void add_rows(const SumRows& rows, size_t step, std::span<SumLevel> levels) noexcept;
@@ -135,5 +135,13 @@ struct SumBlend {
 // Lane l of block b, b * step + l of each row, to out[l][b]. `step`: 1 or 2. Rows and `out` go on
 // to a multiple of kRowBlock.
 void blend_sums(const SumBlend& blend, size_t step, size_t blocks, float* const* out) noexcept;
+
+// out[i] = 2 to the power of `shift` times the sum over k of rows[k * stride + i], which fits into
+// 16 bits. Rows and `out` go on to a multiple of kRowBlock.
+struct SumAdd {
+  const uint16_t* rows = nullptr;
+  size_t stride = 0, count = 0;
+};
+void add_sums(const SumAdd& add, size_t elements, unsigned shift, int16_t* out) noexcept;
 
 }  // namespace weir::preprocess

@@ -83,7 +83,10 @@ TEST(BlockSums, AreOfWholeBlocksAndMadeAsTheyAreWanted) {
           for (const Wanted& w : wanted) {
             sums.want(w.first, w.end, w.block, w.together);
             if (w.together > 1) continue;
-            for (const size_t row : {w.first, kAlone, w.end - 1}) sums.want_alone(row);
+            for (const size_t row : {w.first, kAlone, w.end - 1}) {
+              sums.want_begin(row);
+              sums.want_begin(row + 1);
+            }
           }
           sums.reserve();
           for (const size_t end : {6u, 3u, 7u, 18u}) sums.make(plane.memory(), plane.stride(), end);
@@ -92,19 +95,21 @@ TEST(BlockSums, AreOfWholeBlocksAndMadeAsTheyAreWanted) {
   }
 }
 
-TEST(BlockSums, AreOfFourRowsWhereNoneIsAskedForByItself) {
+TEST(BlockSums, AreOfUpToFourRowsThatBeginWhereTheyShall) {
   const Upwards plane(1);
   BlockSums sums(0, 0, 256, 1);
-  sums.want(1, 18, 64, 1);  // no whole groups at its ends
-  sums.want_alone(9);
+  sums.want(1, 19, 64, 1);
+  for (const size_t row : {9u, 10u, 15u}) sums.want_begin(row);
   sums.reserve();
   sums.make(plane.memory(), plane.stride(), 5);
-  sums.make(plane.memory(), plane.stride(), 18);
-  EXPECT_EQ(sums.sums_of(4, 4, 64), 1u);
-  EXPECT_EQ(sums.sums_of(1, 17, 64), 3u + 1 + 4 + 1 + 2);
-  for (const auto& [row, rows] :
-       {std::pair<size_t, size_t>{3, 1}, {4, 4}, {9, 1}, {12, 4}, {17, 1}})
+  sums.make(plane.memory(), plane.stride(), 19);
+  const std::vector<std::pair<size_t, size_t>> runs{{1, 3},  {4, 4},  {8, 1},  {9, 1},
+                                                    {10, 2}, {12, 3}, {15, 1}, {16, 3}};
+  EXPECT_EQ(sums.sums_of(1, 18, 64), runs.size());
+  for (const auto& [row, rows] : runs) {
+    EXPECT_EQ(sums.sums_of(row, rows, 64), 1u) << row;
     EXPECT_EQ(sums.row(row, 64)[0], plane.sum(row, rows, 0, 64, 0)) << row;
+  }
 }
 
 TEST(BlockSums, TakeAsManyRowsAtOnceAsAllWantersCan) {
@@ -143,6 +148,24 @@ TEST(BlockSums, AreBlendedWithTheWeightsOfTheirRows) {
           ASSERT_EQ(lanes[i % step][i / step], sum) << step << ", " << count << " rows, " << i;
         }
       });
+}
+
+TEST(BlockSums, AreAddedUpAndShifted) {
+  constexpr size_t kStride = 150, kMostRows = 8;
+  std::mt19937 random(8);
+  std::vector<uint16_t> numbers(kStride * kMostRows + 2 * kRowBlock);
+  for (auto& number : numbers) number = static_cast<uint16_t>(random() % 1021);  // 4 * 255
+  numbers[0] = 1020;
+  for (const auto& [count, shift] : {std::pair{1u, 5u}, {2u, 4u}, {3u, 3u}, {8u, 2u}})
+    for_each_target([&] {
+      std::vector<int16_t> out(padded(kStride));
+      add_sums({numbers.data(), kStride, count}, kStride, shift, out.data());
+      for (size_t i = 0; i < kStride; ++i) {
+        int sum = 0;
+        for (size_t k = 0; k < count; ++k) sum += numbers[k * kStride + i];
+        ASSERT_EQ(out[i], sum << shift) << count << " rows, " << i;
+      }
+    });
 }
 
 Preparation of_area(const Pixels& pixels, uint32_t width, uint32_t height) {

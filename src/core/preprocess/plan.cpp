@@ -162,6 +162,10 @@ class PlanRun {
       return of.is_of(t_.bands[band].plane, grid.low, grid.high, grid.sampling.step);
     });
     const size_t rows = sums->sums_of(grid.rows.first(target), weights.size(), grid.block);
+    if (grid.few_samples)
+      return add_sums(
+          {sums->row(grid.rows.first(target), grid.block), sums->stride(grid.block), rows},
+          count() * grid.sampling.step, grid.sum_shift, w_.samples[band].data());
     const float share = 1.0f / static_cast<float>(grid.block);  // a power of two: exact
     const auto weight = [&](size_t row) {
       return weights[std::min(row, weights.size() - 1)] * share;
@@ -196,8 +200,8 @@ class PlanRun {
   LaneRow lane_row(size_t lane) const noexcept {
     const LaneSource& of = t_.lanes[lane];
     const Grid& grid = t_.grids[t_.bands[of.band].grid];
-    if (!grid.paired) return {w_.lanes[lane].data()};
-    return {nullptr, w_.samples[of.band].data(), pair_lanes(grid.sampling.step), of.offset};
+    if (grid.lanes() == 0) return {w_.lanes[lane].data()};
+    return {nullptr, w_.samples[of.band].data(), grid.lanes(), of.offset};
   }
 
   void finish(const NumberRule* rules, const FloatTarget& to) noexcept {
@@ -274,12 +278,11 @@ void Plan::grow(Workspace* w) const {
   at_least(&w->samples, tables_->bands.size());
   for (const Grid& grid : tables_->grids) {
     at_least(&w->rows, grid.rows.most_weights());
-    if (!grid.paired) {
+    for (auto& samples : w->samples) at_least(&samples, count * grid.lanes());
+    if (!grid.paired)
       at_least(&w->blended, padded(grid.bytes));
-      continue;
-    }
-    for (auto& pairs : w->pairs) at_least(&pairs, pairs_memory(count, grid.sampling.step));
-    for (auto& samples : w->samples) at_least(&samples, count * pair_lanes(grid.sampling.step));
+    else
+      for (auto& pairs : w->pairs) at_least(&pairs, pairs_memory(count, grid.sampling.step));
   }
   at_least(&w->lanes, 4);
   for (auto& lane : w->lanes) at_least(&lane, count);
@@ -314,11 +317,12 @@ void Plan::want_sums(uint32_t first, uint32_t count, FrameSums* sums) const {
   for_sums(first, count, sums, [](BlockSums& of, const Grid& grid, size_t top, size_t bottom) {
     of.want(grid.rows.first(top), end_of(grid, bottom), grid.block, grid.block_rows);
     if (grid.block_rows > 1) return;
-    // A target's first and last rows have weights of their own.
-    for (size_t t = top; t <= bottom; ++t) {
-      of.want_alone(grid.rows.first(t));
-      of.want_alone(end_of(grid, t) - 1);
-    }
+    // A target's first and last rows may have weights of their own.
+    for (size_t t = top; t <= bottom; ++t)
+      for (const size_t row : {size_t{grid.rows.first(t)}, end_of(grid, t) - 1}) {
+        of.want_begin(row);
+        of.want_begin(row + 1);
+      }
   });
 }
 

@@ -79,16 +79,28 @@ size_t block_of(const Preparation& p, const Placement& place, const Lane& lane) 
   return block < kLeastBlock ? 1 : block;
 }
 
-// How many rows of its blocks may be added up before they get their weight, 1 for none: the largest
-// power of two of which the target's rows are made, where their weight is one too.
-size_t block_rows_of(const Preparation& p, const Placement& place, const Lane& lane, size_t block) {
+// The rows that each row of the target is made of where their weights are alike and a power of two,
+// else 0.
+size_t like_rows_of(const Preparation& p, const Placement& place, const Lane& lane) {
   const uint32_t pixels = lane.halved ? 2 : 1;
   const uint32_t y = place.source.y, height = place.source.height, targets = place.content.height;
   const bool between = lane.halved && p.source.cosited_rows;
-  if (between || y % pixels != 0 || height % (pixels * targets) != 0) return 1;
+  if (between || y % pixels != 0 || height % (pixels * targets) != 0) return 0;
   const size_t rows = height / pixels / targets;
-  if (!std::has_single_bit(rows)) return 1;
-  return std::min(std::gcd(y / pixels, rows), most_rows(block));
+  return std::has_single_bit(rows) ? rows : 0;
+}
+
+// How sums of blocks become pixels. Of rows like that as many may be added up before they get their
+// weight as the largest power of two says that all begin and end at multiples of.
+void lay_sums(Grid* grid, const Preparation& p, const Placement& place, const Lane& lane) {
+  constexpr size_t kMostSamples = 128;
+  const size_t rows = like_rows_of(p, place, lane), block = grid->block;
+  const size_t first = place.source.y / (lane.halved ? 2 : 1);
+  grid->block_rows = rows == 0 ? 1 : std::min(std::gcd(first, rows), most_rows(block));
+  grid->whole_blocks = grid->columns.most_weights() == 1 && lane.step <= 2;
+  grid->few_samples = grid->whole_blocks && rows > 0 && rows * block <= kMostSamples;
+  if (grid->few_samples)
+    grid->sum_shift = static_cast<unsigned>(std::countr_zero(kMostSamples / (rows * block)));
 }
 
 void lay(Grid* grid, const Preparation& p, const Placement& place, const Lane& lane) {
@@ -104,12 +116,12 @@ void lay(Grid* grid, const Preparation& p, const Placement& place, const Lane& l
   grid->bytes = size_t{x.high() - x.low()} * lane.step;
   grid->paired = x.most_weights() <= 2 && grid->rows.most_weights() <= 2 && x.high() - x.low() >= 2;
   grid->block = block_of(p, place, lane);
+  grid->few_samples = false;
   if (grid->block > 1) {
     const auto blocks = static_cast<uint32_t>(grid->block);
     x.lay(p.resize, {grid->low / blocks, (grid->high - grid->low) / blocks, place.content.width},
           {});
-    grid->block_rows = block_rows_of(p, place, lane, grid->block);
-    grid->whole_blocks = x.most_weights() == 1 && lane.step <= 2;
+    lay_sums(grid, p, place, lane);
   }
   if (grid->paired)
     grid->pairs.lay(x, lane.step);

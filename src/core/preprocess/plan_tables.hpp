@@ -28,8 +28,17 @@ struct Grid {
   // the columns are: index and weights then are of BlockSums. Of so many rows at once, where that
   // changes no number.
   size_t block = 1, block_rows = 1;
-  bool whole_blocks = false;   // each target pixel is one block: nothing is to be gathered
+  bool whole_blocks = false;  // each target pixel is one block: nothing is to be gathered
+  // Whether a pixel is the sum of so few samples that 2 to the power of sum_shift of it are 128
+  // times their mean in 16 bits, as pairs are.
+  bool few_samples = false;
+  unsigned sum_shift = 0;
   uint32_t low = 0, high = 0;  // the samples of a row that are read
+
+  // The lanes of 16 bits that a pixel's samples have, 128 times the value; 0: they are floats.
+  size_t lanes() const noexcept {
+    return paired ? pair_lanes(sampling.step) : few_samples ? sampling.step : 0;
+  }
 };
 
 struct Band {

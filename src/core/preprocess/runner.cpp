@@ -29,7 +29,7 @@ Rows rows_of(const Plan& plan, uint64_t part, uint64_t parts) {
 // Into how many stripes a part is cut, so that all layers of a pyramid read one while it is in the
 // cache. Regions lie here and there.
 uint64_t stripes_of(std::span<const Job> jobs, uint64_t parts) {
-  constexpr uint64_t kPixels = uint64_t{1} << 16;
+  constexpr uint64_t kPixels = uint64_t{1} << 17;
   if (jobs.size() < 2) return 1;
   for (const Job& job : jobs)
     if (!(job.plan->placement().source == jobs[0].plan->placement().source)) return 1;
