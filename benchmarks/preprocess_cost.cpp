@@ -20,7 +20,7 @@ constexpr int kFrames = 5;
 constexpr size_t kBytes = size_t{1920} * 1080 * 3 / 2;
 constexpr char kVideo[] =
     "video/x-raw,format=NV12,width=1920,height=1080,framerate=30/1,interlace-mode=progressive,"
-    "pixel-aspect-ratio=1/1,colorimetry=bt709";
+    "pixel-aspect-ratio=1/1,colorimetry=bt709,chroma-site=mpeg2";
 constexpr char kTensor[] =
     " ! video/x-raw,format=RGB,width=640,height=640,pixel-aspect-ratio=1/1 ! tensor_converter ! "
     "tensor_transform mode=arithmetic option=typecast:float32,mul:0.00392156863 ! "

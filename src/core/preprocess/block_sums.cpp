@@ -16,20 +16,23 @@ HWY_BEFORE_NAMESPACE();
 namespace weir::preprocess::HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
-// Of so many rows.
-template <size_t rows, class From>
+// Of so many rows, whose blocks are of two `From`.
+template <size_t rows, bool cosited, class From>
 void add_plainly(const From* in, ptrdiff_t stride, size_t step, size_t from, size_t blocks,
                  uint16_t* out) {
   for (size_t b = from; b < blocks; ++b)
     for (size_t l = 0; l < step; ++l) {
       const From* at = in + 2 * b * step + l;
       unsigned sum = 0;
-      for (size_t r = 0; r < rows; ++r, at += stride) sum += at[0] + at[step];
+      for (size_t r = 0; r < rows; ++r, at += stride) {
+        sum += cosited ? 3 * at[0] + 4 * at[step] : at[0] + at[step];
+        if (cosited && b + 1 < blocks) sum += at[2 * step];
+      }
       out[b * step + l] = static_cast<uint16_t>(sum);
     }
 }
 
-template <size_t rows>
+template <size_t rows, bool cosited>
 void add_byte_pairs(const uint8_t* in, ptrdiff_t stride, size_t step, size_t blocks,
                     uint16_t* out) {
   size_t done = 0;
@@ -40,27 +43,42 @@ void add_byte_pairs(const uint8_t* in, ptrdiff_t stride, size_t step, size_t blo
   const hn::RepartitionToWide<decltype(d)> wide;
   const auto low = hn::Set(d, uint16_t{0xFF});
   const auto low_half = hn::Set(wide, uint32_t{0xFFFF});
-  const auto together = [&](auto pairs) HWY_ATTR {
+  const auto load = [&](size_t row, size_t at) HWY_ATTR {
+    return hn::BitCast(d, hn::LoadU(bytes, in + static_cast<ptrdiff_t>(row) * stride + at));
+  };
+  // Of the first samples, the second ones and those behind them.
+  const auto counted = [](auto first, auto second, auto behind) HWY_ATTR {
+    if constexpr (!cosited) return hn::Add(first, second);
+    const auto both = hn::Add(first, second);
+    return hn::Add(hn::Add(both, hn::Add(both, both)), hn::Add(second, behind));
+  };
+  // The lanes of a kind, of which two pairs follow each other.
+  const auto together = [&](auto pairs, auto behind) HWY_ATTR {
     const auto x = hn::BitCast(wide, pairs);
-    return hn::Add(hn::And(x, low_half), hn::ShiftRight<16>(x));
+    return counted(hn::And(x, low_half), hn::ShiftRight<16>(x),
+                   hn::And(hn::BitCast(wide, behind), low_half));
   };
   if (step <= 2)
-    for (; (done + lanes / step) <= blocks; done += lanes / step) {
-      auto even = hn::Zero(d), odd = even;
+    for (; done + lanes / step + (cosited ? 1 : 0) <= blocks; done += lanes / step) {
+      auto even = hn::Zero(d), odd = even, even_behind = even, odd_behind = even;
       for (size_t r = 0; r < rows; ++r) {
-        const uint8_t* const row = in + static_cast<ptrdiff_t>(r) * stride;
-        const auto x = hn::BitCast(d, hn::LoadU(bytes, row + 2 * done * step));
+        const auto x = load(r, 2 * done * step);
         even = hn::Add(even, hn::And(x, low));
         odd = hn::Add(odd, hn::ShiftRight<8>(x));
+        if constexpr (!cosited) continue;
+        const auto behind = load(r, 2 * (done + 1) * step);
+        even_behind = hn::Add(even_behind, hn::And(behind, low));
+        odd_behind = hn::Add(odd_behind, hn::ShiftRight<8>(behind));
       }
       if (step == 1)
-        hn::StoreU(hn::Add(even, odd), d, out + done);
+        hn::StoreU(counted(even, odd, even_behind), d, out + done);
       else
-        hn::StoreU(hn::BitCast(d, hn::Or(together(even), hn::ShiftLeft<16>(together(odd)))), d,
-                   out + 2 * done);
+        hn::StoreU(hn::BitCast(d, hn::Or(together(even, even_behind),
+                                         hn::ShiftLeft<16>(together(odd, odd_behind)))),
+                   d, out + 2 * done);
     }
 #endif
-  add_plainly<rows>(in, stride, step, done, blocks, out);
+  add_plainly<rows, cosited>(in, stride, step, done, blocks, out);
 }
 
 // A block is one lane of T. Whole vectors, also at the end.
@@ -83,7 +101,7 @@ void AddPairs(const uint16_t* in, size_t step, size_t blocks, uint16_t* out) {
   if (step == 2) return add_lanes<uint32_t>(in, blocks, out);
   if (step == 4) return add_lanes<uint64_t>(in, blocks, out);
 #endif
-  add_plainly<1>(in, 0, step, 0, blocks, out);
+  add_plainly<1, false>(in, 0, step, 0, blocks, out);
 }
 
 void add_to(const uint16_t* in, size_t count, bool begins, uint16_t* sum) {
@@ -94,21 +112,31 @@ void add_to(const uint16_t* in, size_t count, bool begins, uint16_t* sum) {
   }
 }
 
-void AddRows(const SumRows& rows, size_t step, std::span<SumLevel> levels) {
+template <bool cosited>
+void add_byte_pairs(size_t rows, const uint8_t* in, ptrdiff_t stride, size_t step, size_t blocks,
+                    uint16_t* out) {
   static_assert(kRowsTogether == 4);
-  constexpr decltype(&add_byte_pairs<1>) kAdd[] = {add_byte_pairs<1>, add_byte_pairs<2>,
-                                                   add_byte_pairs<3>, add_byte_pairs<4>};
+  constexpr decltype(&add_byte_pairs<1, cosited>) kAdd[] = {
+      add_byte_pairs<1, cosited>, add_byte_pairs<2, cosited>, add_byte_pairs<3, cosited>,
+      add_byte_pairs<4, cosited>};
+  kAdd[rows - 1](in, stride, step, blocks, out);
+}
+
+void AddRows(const SumRows& rows, size_t step, std::span<SumLevel> levels) {
+  const auto add_bytes = rows.cosited ? add_byte_pairs<true> : add_byte_pairs<false>;
   size_t together = 1;
   for (size_t r = rows.first; r < rows.first + rows.count; r += together) {
-    const uint8_t* const memory = rows.memory + static_cast<ptrdiff_t>(r) * rows.stride;
     for (together = 1; !rows.begins[r + together];) ++together;
-    kAdd[together - 1](memory, rows.stride, step, rows.pair_count, rows.pairs);
-    const uint16_t* from = rows.pairs;
+    const uint16_t* from = nullptr;
     for (SumLevel& l : levels) {
       const size_t mask = (size_t{1} << l.rows_log2) - 1;
       const bool whole = l.sums != nullptr && ((r | (r + together)) & mask) == 0;
       uint16_t* const row = whole ? l.sums : l.row;
-      AddPairs(from + l.skipped, step, l.blocks, row);
+      if (from == nullptr)
+        add_bytes(together, rows.memory + static_cast<ptrdiff_t>(r) * rows.stride, rows.stride,
+                  step, l.blocks, row);
+      else
+        AddPairs(from + l.skipped, step, l.blocks, row);
       from = row;
       if (l.sums == nullptr) continue;
       const bool begins = (r & mask) == 0 || (r == rows.first && !rows.begun);
@@ -272,7 +300,6 @@ void BlockSums::reserve() {
   const auto at_least = [](RowMemory<uint16_t>* memory, size_t size) {
     if (memory->size() < size) memory->resize(size);
   };
-  at_least(&pairs_, width(2) + 2 * kRowBlock);
   for (size_t block = kLeastBlock; block <= most_; block *= 2) {
     Level& l = level(block);
     at_least(&l.row, width(block) + 2 * kRowBlock);
@@ -286,7 +313,7 @@ void BlockSums::reserve() {
 void BlockSums::make(const uint8_t* memory, ptrdiff_t stride, size_t end_row) noexcept {
   if (made_ >= end_row) return;
   while (!begins_[end_row]) ++end_row;
-  std::array<SumLevel, 5> levels;
+  std::array<SumLevel, std::tuple_size_v<decltype(levels_)>> levels;
   size_t count = 0;
   for (size_t block = kLeastBlock; block <= most_; block *= 2) {
     Level& l = level(block);
@@ -295,15 +322,14 @@ void BlockSums::make(const uint8_t* memory, ptrdiff_t stride, size_t end_row) no
     levels[count++] = {skipped(block), end(block) - begin(block), l.row.data(), sums, width(block),
                        l.rows_log2};
   }
-  const SumRows rows{memory + 2 * begin(2) * step_,
+  const SumRows rows{memory + kLeastBlock * begin(kLeastBlock) * of_.step,
                      stride,
                      made_,
                      end_row - made_,
-                     end(2) - begin(2),
-                     pairs_.data(),
+                     of_.cosited,
                      begins_.data(),
                      made_ > first_row_};
-  add_rows(rows, step_, {levels.data(), count});
+  add_rows(rows, of_.step, {levels.data(), count});
   made_ = end_row;
 }
 

@@ -11,26 +11,38 @@
 
 namespace weir::preprocess {
 
-// Blocks are of 4, 8, 16, 32 or 64 samples of a row: sums of bytes fit into 16 bits, also those of
-// most_rows() rows.
-inline constexpr size_t kLeastBlock = 4, kMostBlock = 64;
-constexpr size_t most_rows(size_t block) noexcept {
-  return 256 / block;
+// Blocks are of 2, 4, 8, 16, 32 or 64 samples of a row: sums of bytes fit into 16 bits, also those
+// of most_rows() rows. Where the samples are co-sited (in the middle of the left one of two
+// pixels), blocks of pixels begin and end at a quarter of a sample: their samples are counted four
+// times, the first one three times and the one behind them once; they are of 16 at most.
+inline constexpr size_t kLeastBlock = 2;
+constexpr size_t counted(bool cosited) noexcept {
+  return cosited ? 4 : 1;
 }
-inline constexpr size_t kRowsTogether = most_rows(kMostBlock);
+constexpr size_t most_block(bool cosited) noexcept {
+  return 64 / counted(cosited);
+}
+constexpr size_t most_rows(size_t block, bool cosited) noexcept {
+  return 256 / counted(cosited) / block;
+}
+inline constexpr size_t kRowsTogether = 4;
+static_assert(most_rows(most_block(false), false) == kRowsTogether &&
+              most_rows(most_block(true), true) == kRowsTogether);
 
-// The samples from low to below high of some rows of a plane, whose samples are `step` lanes of a
-// byte.
+// Samples of some rows of a plane.
+struct SummedSamples {
+  size_t plane = 0, low = 0, high = 0;  // from low to below high of each row
+  size_t step = 1;                      // lanes of a byte
+  bool cosited = false;                 // nothing is counted behind the last one
+  bool operator==(const SummedSamples&) const = default;
+};
+
 class BlockSums {
  public:
-  BlockSums(size_t plane, size_t low, size_t high, size_t step) noexcept
-      : plane_(plane), low_(low), high_(high), step_(step) {}
-  bool is_of(size_t plane, size_t low, size_t high, size_t step) const noexcept {
-    return plane == plane_ && low == low_ && high == high_ && step == step_;
-  }
-  size_t plane() const noexcept { return plane_; }
+  explicit BlockSums(const SummedSamples& of) noexcept : of_(of) {}
+  const SummedSamples& of() const noexcept { return of_; }
 
-  // `rows`: how many, a power of two up to most_rows(block), may be added up too; from multiples of
+  // `rows`: how many, a power of two up to most_rows(), may be added up too; from multiples of
   // it on. Where it is 1, rows are that lie between two multiples of kRowsTogether and between two
   // rows of want_begin().
   void want(size_t first_row, size_t end_row, size_t block, size_t rows) noexcept;
@@ -63,13 +75,13 @@ class BlockSums {
   size_t stride(size_t block) const noexcept { return width(block); }
 
  private:
-  size_t begin(size_t block) const noexcept { return (low_ + block - 1) / block; }
-  size_t end(size_t block) const noexcept { return high_ / block; }
-  size_t width(size_t block) const noexcept { return (end(block) - begin(block)) * step_; }
+  size_t begin(size_t block) const noexcept { return (of_.low + block - 1) / block; }
+  size_t end(size_t block) const noexcept { return of_.high / block; }
+  size_t width(size_t block) const noexcept { return (end(block) - begin(block)) * of_.step; }
 
   // Lanes of the blocks before that are no part of the first one.
   size_t skipped(size_t block) const noexcept {
-    return (2 * begin(block) - begin(block / 2)) * step_;
+    return block == kLeastBlock ? 0 : (2 * begin(block) - begin(block / 2)) * of_.step;
   }
 
   struct Level {
@@ -87,10 +99,9 @@ class BlockSums {
   }
   void lay_runs();
 
-  size_t plane_, low_, high_, step_;
+  SummedSamples of_;
   size_t first_row_ = SIZE_MAX, end_row_ = 0, made_ = 0, most_ = 0;
-  std::array<Level, 5> levels_;  // of 4 to 64
-  RowMemory<uint16_t> pairs_;
+  std::array<Level, 6> levels_;  // of 2 to 64
   // Whether a run of rows that are added up at once begins with a row, from the plane's first on;
   // the last one is the row behind them all.
   std::vector<uint8_t> begins_;
@@ -98,7 +109,7 @@ class BlockSums {
 };
 
 // Sums in work: of `blocks` blocks, each of two of the level before, from element `skipped` of its
-// row on.
+// row on. Those of the first level are of pairs of samples.
 struct SumLevel {
   size_t skipped = 0, blocks = 0;
   uint16_t* row = nullptr;
@@ -108,16 +119,16 @@ struct SumLevel {
   size_t stride = 0;
   unsigned rows_log2 = 0;
 };
-// Rows of a plane, `count` of them, the first of which is number `first`: pairs of bytes are added
-// up to `pairs`, these to the first level and so on, up to kRowsTogether rows at once: from one
-// with begins[row] to the next, which the row behind them all is. Rows of sums go on, and may be of
-// any value, up to kRowBlock elements behind their blocks. begun: whether a row before was added to
-// the first sums.
+// Rows of a plane, `count` of them, the first of which is number `first`: pairs of samples are
+// added up to the first level, these to the next and so on, up to kRowsTogether rows at once: from
+// one with begins[row] to the next, which the row behind them all is. Rows of sums go on, and may
+// be of any value, up to kRowBlock elements behind their blocks. begun: whether a row before was
+// added to the first sums.
 struct SumRows {
   const uint8_t* memory = nullptr;
   ptrdiff_t stride = 0;
-  size_t first = 0, count = 0, pair_count = 0;
-  uint16_t* pairs = nullptr;
+  size_t first = 0, count = 0;
+  bool cosited = false;  // where the first level's last block ends no sample is behind it
   const uint8_t* begins = nullptr;
   bool begun = false;
 };

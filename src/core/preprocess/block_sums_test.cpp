@@ -37,17 +37,25 @@ struct Upwards {
   int sum(size_t row, size_t rows, size_t sample, size_t samples, size_t lane) const {
     int out = 0;
     for (size_t r = row; r < row + rows; ++r)
-      for (size_t i = sample; i < sample + samples; ++i)
-        out += bytes[((kRows - 1 - r) * kSamples + i) * step + lane];
+      for (size_t i = sample; i < sample + samples; ++i) out += at(r, i, lane);
     return out;
+  }
+  // Four times the sum from a quarter of a sample on to a quarter behind the last one, if there is
+  // one.
+  int shifted_sum(size_t row, size_t rows, size_t sample, size_t samples, size_t lane,
+                  bool one_more) const {
+    int out = 4 * sum(row, rows, sample, samples, lane) - sum(row, rows, sample, 1, lane);
+    return one_more ? out + sum(row, rows, sample + samples, 1, lane) : out;
+  }
+  int at(size_t row, size_t sample, size_t lane) const {
+    return bytes[((kRows - 1 - row) * kSamples + sample) * step + lane];
   }
   size_t step;
   std::vector<uint8_t> bytes;
 };
 
-void expect_sums(const BlockSums& sums, const Upwards& plane, const Wanted& wanted, size_t low,
-                 size_t high) {
-  const size_t block = wanted.block;
+void expect_sums(const BlockSums& sums, const Upwards& plane, const Wanted& wanted) {
+  const size_t block = wanted.block, low = sums.of().low, high = sums.of().high;
   for (size_t row = wanted.first, together = 0; row < wanted.end; row += together) {
     together = 1;  // what one row of sums is of
     while (row + together < wanted.end && sums.sums_of(row, together + 1, block) == 1) ++together;
@@ -61,25 +69,21 @@ void expect_sums(const BlockSums& sums, const Upwards& plane, const Wanted& want
     for (size_t b = (low + block - 1) / block, n = 0; b < high / block; ++b, ++n)
       for (size_t l = 0; l < plane.step; ++l)
         ASSERT_EQ(sums.row(row, block)[n * plane.step + l],
-                  plane.sum(row, together, b * block, block, l))
+                  sums.of().cosited ? plane.shifted_sum(row, together, b * block, block, l,
+                                                        (b + 1) * block < high)
+                                    : plane.sum(row, together, b * block, block, l))
             << "row " << row << ", block " << b << " of " << block << ", step " << plane.step;
   }
 }
 
-TEST(BlockSums, AreOfWholeBlocksAndMadeAsTheyAreWanted) {
-  const std::vector<std::vector<Wanted>> all{
-      {{3, 5, 4, 1}, {2, 18, 64, 1}},
-      {{8, 16, 4, 4}, {5, 18, 16, 1}},
-      {{0, 16, 4, 16}, {8, 16, 8, 8}, {16, 18, 32, 2}},
-      {{0, 18, 64, 1}, {8, 16, 8, 8}},
-      {{4, 8, 64, 4}, {1, 18, 32, 1}, {1, 17, 8, 1}, {1, 17, 4, 1}, {1, 17, 16, 1}}};
+void expect_sums_as_wanted(bool cosited, const std::vector<std::vector<Wanted>>& all) {
   for (const size_t step : {1u, 2u, 3u, 4u}) {
     const Upwards plane(step);
     for (const auto& [low, high] :
          {std::pair<size_t, size_t>{0, 256}, {4, 700}, {128, 192}, {64, 640}})
       for (const auto& wanted : all)
         for_each_target([&] {
-          BlockSums sums(0, low, high, step);
+          BlockSums sums({0, low, high, step, cosited});
           for (const Wanted& w : wanted) {
             sums.want(w.first, w.end, w.block, w.together);
             if (w.together > 1) continue;
@@ -90,14 +94,30 @@ TEST(BlockSums, AreOfWholeBlocksAndMadeAsTheyAreWanted) {
           }
           sums.reserve();
           for (const size_t end : {6u, 3u, 7u, 18u}) sums.make(plane.memory(), plane.stride(), end);
-          for (const Wanted& w : wanted) expect_sums(sums, plane, w, low, high);
+          for (const Wanted& w : wanted) expect_sums(sums, plane, w);
         });
   }
 }
 
+TEST(BlockSums, AreOfWholeBlocksAndMadeAsTheyAreWanted) {
+  expect_sums_as_wanted(
+      false, {{{3, 5, 4, 1}, {2, 18, 64, 1}},
+              {{8, 16, 4, 4}, {5, 18, 16, 1}, {2, 17, 2, 1}},
+              {{0, 16, 4, 16}, {8, 16, 8, 8}, {16, 18, 32, 2}},
+              {{0, 18, 64, 1}, {8, 16, 8, 8}, {0, 16, 2, 16}},
+              {{4, 8, 64, 4}, {1, 18, 32, 1}, {1, 17, 8, 1}, {1, 17, 4, 1}, {1, 17, 16, 1}}});
+}
+
+TEST(BlockSums, OfCositedSamplesAreAQuarterFurtherRight) {
+  expect_sums_as_wanted(true, {{{3, 5, 2, 1}, {2, 18, 16, 1}},
+                               {{8, 16, 4, 4}, {5, 18, 16, 1}},
+                               {{0, 16, 2, 16}, {8, 16, 4, 8}, {16, 18, 8, 2}},
+                               {{4, 8, 16, 4}, {1, 18, 8, 1}, {1, 17, 4, 1}, {1, 17, 2, 1}}});
+}
+
 TEST(BlockSums, AreOfUpToFourRowsThatBeginWhereTheyShall) {
   const Upwards plane(1);
-  BlockSums sums(0, 0, 256, 1);
+  BlockSums sums({0, 0, 256, 1});
   sums.want(1, 19, 64, 1);
   for (const size_t row : {9u, 10u, 15u}) sums.want_begin(row);
   sums.reserve();
@@ -114,17 +134,17 @@ TEST(BlockSums, AreOfUpToFourRowsThatBeginWhereTheyShall) {
 
 TEST(BlockSums, TakeAsManyRowsAtOnceAsAllWantersCan) {
   const Upwards plane(1);
-  BlockSums sums(0, 0, 256, 1);
+  BlockSums sums({0, 0, 256, 1});
   sums.want(0, 16, 4, 8);
   sums.want(2, 16, 4, 2);
   sums.reserve();
   sums.make(plane.memory(), plane.stride(), 16);
-  expect_sums(sums, plane, {0, 16, 4, 2}, 0, 256);
+  expect_sums(sums, plane, {0, 16, 4, 2});
   sums.clear();
   sums.want(8, 16, 4, 8);
   sums.reserve();
   sums.make(plane.memory(), plane.stride(), 16);
-  expect_sums(sums, plane, {8, 16, 4, 8}, 0, 256);
+  expect_sums(sums, plane, {8, 16, 4, 8});
 }
 
 TEST(BlockSums, AreBlendedWithTheWeightsOfTheirRows) {
@@ -222,11 +242,11 @@ TEST(PlanOfBlocks, GivesWhatTheFormulasSay) {
     for (const uint32_t height : {21u, 32u, 64u}) {
       Pixels pixels(format, 384, height, 5, 3);
       const double most = pixels.picture.format.model == ColorModel::Yuv ? 1.0 / 16 : 1.0 / 64;
-      for (const uint32_t width : {48u, 2u})
+      for (const uint32_t width : {96u, 48u, 12u, 2u, 1u})
         for (const bool second : {false, true}) {
           pixels.picture.cosited_columns = second;
           auto p = of_area(pixels, width, 8);
-          if (second) p.crop = Rect{96, 3, 288, 17};
+          if (second && width < 96) p.crop = Rect{96, 3, 288, 17};
           const auto wanted = testing::reference(p, pixels);
           for_each_target([&] {
             const auto out = testing::run<float>(p, pixels);
@@ -239,6 +259,26 @@ TEST(PlanOfBlocks, GivesWhatTheFormulasSay) {
     }
 }
 
+// Two rows at once, of which another layer wants each: they begin where no four rows do.
+TEST(PlanOfBlocks, LayersThatShareSomeRowsOnlyAreThoseOfPlansAlone) {
+  const Pixels pixels("GRAY8", 48, 122, 5);
+  std::vector<Plan> plans;
+  std::vector<std::vector<float>> wanted, out;
+  std::vector<Job> jobs;
+  for (const uint32_t height : {2u, 11u}) {
+    auto p = of_area(pixels, 1, height);
+    p.crop = Rect{12, 78, 24, 32};
+    plans.push_back(*Plan::make(p));
+    wanted.push_back(testing::run<float>(p, pixels));
+    out.emplace_back(wanted.back().size());
+  }
+  for (size_t i = 0; i < plans.size(); ++i)
+    jobs.push_back({&plans[i], std::as_writable_bytes(std::span(out[i]))});
+  Runner runner(1);
+  ASSERT_TRUE(runner.run(pixels.planes, jobs));
+  EXPECT_EQ(out, wanted);
+}
+
 // Layers of any sizes, of parts of the picture that change from frame to frame: each gives what it
 // gives alone, and what the formulas say.
 TEST(PlanOfBlocks, RandomLayersAndPartsOfPicturesAgree) {
@@ -249,7 +289,9 @@ TEST(PlanOfBlocks, RandomLayersAndPartsOfPicturesAgree) {
     };
     const char* const formats[] = {"GRAY8", "NV12", "I420", "RGB"};
     const uint32_t width = any(4, 40) * 8, height = any(1, 150);
-    const Pixels pixels(formats[seed % 4], width, height, seed, any(0, 9));
+    Pixels pixels(formats[seed % 4], width, height, seed, any(0, 9));
+    pixels.picture.cosited_columns = any(0, 1);
+    pixels.picture.cosited_rows = any(0, 1);
     Runner runner(any(1, 3));
     for (int frame = 0; frame < 3; ++frame) {
       std::optional<Rect> crop;
@@ -289,7 +331,8 @@ TEST(PlanOfBlocks, RandomLayersAndPartsOfPicturesAgree) {
 // Big enough for several stripes; layers of whole blocks and others, letterboxed ones too.
 TEST(PlanOfBlocks, LayersOfAPyramidAreThoseOfPlansAlone) {
   for (const uint32_t seed : {1u, 2u}) {
-    const Pixels pixels("NV12", 1024, 1100, seed);
+    Pixels pixels("NV12", 1024, 1100, seed);
+    pixels.picture.cosited_columns = seed == 2;
     for (const Fit fit : {Fit::Stretch, Fit::Letterbox}) {
       std::vector<Plan> plans;
       std::vector<std::vector<float>> wanted;
@@ -308,8 +351,8 @@ TEST(PlanOfBlocks, LayersOfAPyramidAreThoseOfPlansAlone) {
       }
       for (const size_t threads : {1u, 3u}) {
         Runner runner(threads);
-        const Pixels other("NV12", 1024, 1100, seed + 7);
-        for (const Pixels* frame : {&other, &pixels}) {
+        Pixels other("NV12", 1024, 1100, seed + 7);
+        for (Pixels* frame : {&other, &pixels}) {
           std::vector<std::vector<float>> out;
           for (const auto& one : wanted) out.emplace_back(one.size());
           std::vector<Job> jobs;

@@ -158,15 +158,21 @@ class PlanRun {
 
   void resize_sums(const Grid& grid, size_t band, uint32_t target) noexcept {
     const auto weights = grid.rows.weights(target);
-    const auto sums = std::find_if(sums_.all.begin(), sums_.all.end(), [&](const BlockSums& of) {
-      return of.is_of(t_.bands[band].plane, grid.low, grid.high, grid.sampling.step);
+    const auto sums = std::find_if(sums_.all.begin(), sums_.all.end(), [&](const BlockSums& one) {
+      return one.of() == grid.summed(t_.bands[band].plane);
     });
     const size_t rows = sums->sums_of(grid.rows.first(target), weights.size(), grid.block);
-    if (grid.few_samples)
-      return add_sums(
-          {sums->row(grid.rows.first(target), grid.block), sums->stride(grid.block), rows},
-          count() * grid.sampling.step, grid.sum_shift, w_.samples[band].data());
-    const float share = 1.0f / static_cast<float>(grid.block);  // a power of two: exact
+    const size_t step = grid.sampling.step;
+    if (grid.few_samples) {
+      int16_t* const out = w_.samples[band].data();
+      add_sums({sums->row(grid.rows.first(target), grid.block), sums->stride(grid.block), rows},
+               count() * step, grid.sum_shift, out);
+      for (size_t i = (count() - 1) * step; i < count() * step; ++i)
+        out[i] = static_cast<int16_t>(static_cast<float>(out[i]) * grid.last_scale + 0.5f);
+      return;
+    }
+    // A power of two: exact.
+    const float share = 1.0f / static_cast<float>(grid.block * counted(grid.cosited));
     const auto weight = [&](size_t row) {
       return weights[std::min(row, weights.size() - 1)] * share;
     };
@@ -176,9 +182,13 @@ class PlanRun {
                          weight(0),
                          weight(1),
                          weight(weights.size() - 1),
-                         most_rows(grid.block) / sums->most_rows_of(grid.block)};
-    if (grid.whole_blocks)
-      return blend_sums(blend, grid.sampling.step, count(), lanes_of(band).data());
+                         most_rows(grid.block, grid.cosited) / sums->most_rows_of(grid.block)};
+    if (grid.whole_blocks) {
+      const auto lanes = lanes_of(band);
+      blend_sums(blend, step, count(), lanes.data());
+      for (size_t l = 0; l < step; ++l) lanes[l][count() - 1] *= grid.last_scale;
+      return;
+    }
     float* const blended = w_.blended.data();
     blend_sums(blend, 1, grid.bytes / grid.block, &blended);
     gather(grid, band);
@@ -301,11 +311,11 @@ void Plan::for_sums(uint32_t first, uint32_t count, FrameSums* sums, F&& f) cons
   for (const Band& band : tables_->bands) {
     const Grid& grid = tables_->grids[band.grid];
     if (grid.block == 1) continue;
-    auto found = std::find_if(sums->all.begin(), sums->all.end(), [&](const BlockSums& of) {
-      return of.is_of(band.plane, grid.low, grid.high, grid.sampling.step);
-    });
+    const SummedSamples of = grid.summed(band.plane);
+    auto found = std::find_if(sums->all.begin(), sums->all.end(),
+                              [&](const BlockSums& one) { return one.of() == of; });
     if (found == sums->all.end()) {
-      sums->all.emplace_back(band.plane, grid.low, grid.high, grid.sampling.step);
+      sums->all.emplace_back(of);
       found = sums->all.end() - 1;
     }
     const size_t last = end - 1 - content.y;
@@ -316,13 +326,15 @@ void Plan::for_sums(uint32_t first, uint32_t count, FrameSums* sums, F&& f) cons
 void Plan::want_sums(uint32_t first, uint32_t count, FrameSums* sums) const {
   for_sums(first, count, sums, [](BlockSums& of, const Grid& grid, size_t top, size_t bottom) {
     of.want(grid.rows.first(top), end_of(grid, bottom), grid.block, grid.block_rows);
-    if (grid.block_rows > 1) return;
-    // A target's first and last rows may have weights of their own.
-    for (size_t t = top; t <= bottom; ++t)
-      for (const size_t row : {size_t{grid.rows.first(t)}, end_of(grid, t) - 1}) {
-        of.want_begin(row);
-        of.want_begin(row + 1);
-      }
+    if (grid.block_rows >= kRowsTogether) return;
+    for (size_t t = top; t <= bottom; ++t) {
+      const size_t first = grid.rows.first(t), end = end_of(grid, t);
+      of.want_begin(first);
+      of.want_begin(end);
+      if (grid.block_rows > 1) continue;
+      of.want_begin(first + 1);  // the first and the last one may have weights of their own
+      of.want_begin(end - 1);
+    }
   });
 }
 
@@ -340,7 +352,7 @@ Status Plan::run_rows(const Planes& planes, std::span<std::byte> out, uint32_t f
     sums->reserve();
   }
   for_sums(first, count, sums, [&](BlockSums& of, const Grid& grid, size_t, size_t bottom) {
-    const Plane& plane = planes[of.plane()];
+    const Plane& plane = planes[of.of().plane];
     of.make(reinterpret_cast<const uint8_t*>(plane.memory.data()) + plane.offset, plane.stride,
             end_of(grid, bottom));
   });

@@ -48,6 +48,7 @@ void set_matrix(ColorMatrix matrix, Range range, ColorTransform* out) {
 
 void lay_taps(Grid* grid) {
   const Axis& x = grid->columns;
+  const size_t last = x.targets() - 1;
   grid->taps = x.most_weights();
   const size_t stride = padded(x.targets());
   grid->index.assign(stride * grid->taps, 0);
@@ -58,7 +59,7 @@ void lay_taps(Grid* grid) {
       const bool used = k < weights.size();
       const size_t sample = x.first(t) - x.low() + (used ? k : 0);
       grid->index[k * stride + t] = static_cast<int32_t>(sample * grid->sampling.step);
-      grid->weights[k * stride + t] = used ? weights[k] : 0.0f;
+      grid->weights[k * stride + t] = used ? weights[k] * (t == last ? grid->last_scale : 1) : 0.0f;
     }
   }
 }
@@ -69,14 +70,14 @@ size_t block_of(const Preparation& p, const Placement& place, const Lane& lane) 
   const uint32_t pixels = lane.halved ? 2 : 1;
   const auto [x, y, width, height] = place.source;
   const uint32_t targets = place.content.width;
-  const bool between = lane.halved && p.source.cosited_columns;
-  if (p.resize != Resize::Area || between || x % pixels != 0 || width % (pixels * targets) != 0 ||
+  const bool cosited = lane.halved && p.source.cosited_columns;
+  if (p.resize != Resize::Area || x % pixels != 0 || width % (pixels * targets) != 0 ||
       width < p.source.width / 2)
     return 1;
   const auto both = std::gcd(x / pixels, width / pixels / targets);
-  size_t block = kMostBlock;
+  size_t block = most_block(cosited);
   while (block > 1 && both % block != 0) block /= 2;
-  return block < kLeastBlock ? 1 : block;
+  return block;
 }
 
 // The rows that each row of the target is made of where their weights are alike and a power of two,
@@ -96,11 +97,17 @@ void lay_sums(Grid* grid, const Preparation& p, const Placement& place, const La
   constexpr size_t kMostSamples = 128;
   const size_t rows = like_rows_of(p, place, lane), block = grid->block;
   const size_t first = place.source.y / (lane.halved ? 2 : 1);
-  grid->block_rows = rows == 0 ? 1 : std::min(std::gcd(first, rows), most_rows(block));
+  grid->block_rows =
+      rows == 0 ? 1 : std::min(std::gcd(first, rows), most_rows(block, grid->cosited));
   grid->whole_blocks = grid->columns.most_weights() == 1 && lane.step <= 2;
-  grid->few_samples = grid->whole_blocks && rows > 0 && rows * block <= kMostSamples;
+  if (grid->cosited) {
+    const auto of_last = static_cast<float>((grid->high - grid->low) / grid->columns.targets());
+    grid->last_scale = of_last / (of_last - 0.25f);
+  }
+  const size_t samples = rows * block * counted(grid->cosited);
+  grid->few_samples = grid->whole_blocks && rows > 0 && samples <= kMostSamples;
   if (grid->few_samples)
-    grid->sum_shift = static_cast<unsigned>(std::countr_zero(kMostSamples / (rows * block)));
+    grid->sum_shift = static_cast<unsigned>(std::countr_zero(kMostSamples / samples));
 }
 
 void lay(Grid* grid, const Preparation& p, const Placement& place, const Lane& lane) {
@@ -115,8 +122,10 @@ void lay(Grid* grid, const Preparation& p, const Placement& place, const Lane& l
   grid->first_byte = size_t{x.low()} * lane.step;
   grid->bytes = size_t{x.high() - x.low()} * lane.step;
   grid->paired = x.most_weights() <= 2 && grid->rows.most_weights() <= 2 && x.high() - x.low() >= 2;
-  grid->block = block_of(p, place, lane);
+  grid->block = grid->paired ? 1 : block_of(p, place, lane);
+  grid->cosited = columns.halved && columns.cosited;
   grid->few_samples = false;
+  grid->last_scale = 1;
   if (grid->block > 1) {
     const auto blocks = static_cast<uint32_t>(grid->block);
     x.lay(p.resize, {grid->low / blocks, (grid->high - grid->low) / blocks, place.content.width},

@@ -34,7 +34,14 @@ struct Grid {
   bool few_samples = false;
   unsigned sum_shift = 0;
   uint32_t low = 0, high = 0;  // the samples of a row that are read
+  bool cosited = false;        // the columns' samples, of two pixels each
+  // By what the last pixel is multiplied that was made of co-sited blocks: a quarter of a sample is
+  // not there.
+  float last_scale = 1;
 
+  SummedSamples summed(size_t plane) const noexcept {
+    return {plane, low, high, sampling.step, cosited};
+  }
   // The lanes of 16 bits that a pixel's samples have, 128 times the value; 0: they are floats.
   size_t lanes() const noexcept {
     return paired ? pair_lanes(sampling.step) : few_samples ? sampling.step : 0;
