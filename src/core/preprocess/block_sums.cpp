@@ -32,6 +32,42 @@ void add_plainly(const From* in, ptrdiff_t stride, size_t step, size_t from, siz
     }
 }
 
+#if HWY_TARGET != HWY_SCALAR
+
+// Whole vectors of blocks of three or four lanes; how many there are.
+template <size_t rows, size_t step>
+size_t add_packed_pairs(const uint8_t* in, ptrdiff_t stride, size_t blocks, uint16_t* out) {
+  const hn::ScalableTag<uint16_t> d;
+  const hn::Repartition<uint8_t, decltype(d)> bytes;
+  const auto add_to = [&](auto& sum, auto samples) HWY_ATTR {
+    const auto x = hn::BitCast(d, samples);
+    sum = hn::Add(sum, hn::Add(hn::And(x, hn::Set(d, uint16_t{0xFF})), hn::ShiftRight<8>(x)));
+  };
+  size_t done = 0;
+  for (; done + hn::Lanes(d) <= blocks; done += hn::Lanes(d)) {
+    auto a = hn::Zero(d), b = a, c = a, e = a;
+    for (size_t r = 0; r < rows; ++r) {
+      const uint8_t* const row = in + static_cast<ptrdiff_t>(r) * stride + 2 * done * step;
+      hn::Vec<decltype(bytes)> w, x, y, z;
+      if constexpr (step == 3)
+        hn::LoadInterleaved3(bytes, row, w, x, y);
+      else
+        hn::LoadInterleaved4(bytes, row, w, x, y, z);
+      add_to(a, w);
+      add_to(b, x);
+      add_to(c, y);
+      if constexpr (step == 4) add_to(e, z);
+    }
+    if constexpr (step == 3)
+      hn::StoreInterleaved3(a, b, c, d, out + done * step);
+    else
+      hn::StoreInterleaved4(a, b, c, e, d, out + done * step);
+  }
+  return done;
+}
+
+#endif
+
 template <size_t rows, bool cosited>
 void add_byte_pairs(const uint8_t* in, ptrdiff_t stride, size_t step, size_t blocks,
                     uint16_t* out) {
@@ -58,7 +94,9 @@ void add_byte_pairs(const uint8_t* in, ptrdiff_t stride, size_t step, size_t blo
     return counted(hn::And(x, low_half), hn::ShiftRight<16>(x),
                    hn::And(hn::BitCast(wide, behind), low_half));
   };
-  if (step <= 2)
+  // What the first sample of two is, the low byte tells.
+  constexpr bool any_order = !cosited || std::endian::native == std::endian::little;
+  if (step <= 2 && any_order)
     for (; done + lanes / step + (cosited ? 1 : 0) <= blocks; done += lanes / step) {
       auto even = hn::Zero(d), odd = even, even_behind = even, odd_behind = even;
       for (size_t r = 0; r < rows; ++r) {
@@ -77,6 +115,9 @@ void add_byte_pairs(const uint8_t* in, ptrdiff_t stride, size_t step, size_t blo
                                          hn::ShiftLeft<16>(together(odd, odd_behind)))),
                    d, out + 2 * done);
     }
+  if (step > 2 && !cosited)
+    done = step == 3 ? add_packed_pairs<rows, 3>(in, stride, blocks, out)
+                     : add_packed_pairs<rows, 4>(in, stride, blocks, out);
 #endif
   add_plainly<rows, cosited>(in, stride, step, done, blocks, out);
 }
@@ -96,12 +137,25 @@ void add_lanes(const uint16_t* in, size_t blocks, uint16_t* out) {
 }
 
 void AddPairs(const uint16_t* in, size_t step, size_t blocks, uint16_t* out) {
+  size_t done = 0;
 #if HWY_TARGET != HWY_SCALAR
   if (step == 1) return add_lanes<uint16_t>(in, blocks, out);
   if (step == 2) return add_lanes<uint32_t>(in, blocks, out);
   if (step == 4) return add_lanes<uint64_t>(in, blocks, out);
+  const hn::ScalableTag<uint16_t> d;
+  const hn::RepartitionToWide<decltype(d)> wide;
+  const hn::Rebind<uint16_t, decltype(wide)> half;
+  const auto together = [&](auto pairs) HWY_ATTR {
+    const auto x = hn::BitCast(wide, pairs);
+    return hn::TruncateTo(half, hn::Add(x, hn::ShiftRight<16>(x)));
+  };
+  for (; done + hn::Lanes(wide) <= blocks; done += hn::Lanes(wide)) {
+    hn::Vec<decltype(d)> a, b, c;
+    hn::LoadInterleaved3(d, in + 6 * done, a, b, c);
+    hn::StoreInterleaved3(together(a), together(b), together(c), half, out + 3 * done);
+  }
 #endif
-  add_plainly<1, false>(in, 0, step, 0, blocks, out);
+  add_plainly<1, false>(in, 0, step, done, blocks, out);
 }
 
 void add_to(const uint16_t* in, size_t count, bool begins, uint16_t* sum) {
