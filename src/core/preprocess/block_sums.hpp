@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "core/preprocess/row_memory.hpp"
+#include "core/preprocess/sum_kernels.hpp"
 
 namespace weir::preprocess {
 
@@ -25,7 +26,6 @@ constexpr size_t most_block(bool cosited) noexcept {
 constexpr size_t most_rows(size_t block, bool cosited) noexcept {
   return 256 / counted(cosited) / block;
 }
-inline constexpr size_t kRowsTogether = 4;
 static_assert(most_rows(most_block(false), false) == kRowsTogether &&
               most_rows(most_block(true), true) == kRowsTogether);
 
@@ -107,52 +107,5 @@ class BlockSums {
   std::vector<uint8_t> begins_;
   std::vector<uint32_t> before_;  // runs before that of a row, from first_row_ on
 };
-
-// Sums in work: of `blocks` blocks, each of two of the level before, from element `skipped` of its
-// row on. Those of the first level are of pairs of samples.
-struct SumLevel {
-  size_t skipped = 0, blocks = 0;
-  uint16_t* row = nullptr;
-  // Where the rows go: as many as 2 to the power of rows_log2 are added up, beginning with the
-  // multiples of it; of 0 those that are added at once. Null: nowhere.
-  uint16_t* sums = nullptr;
-  size_t stride = 0;
-  unsigned rows_log2 = 0;
-};
-// Rows of a plane, `count` of them, the first of which is number `first`: pairs of samples are
-// added up to the first level, these to the next and so on, up to kRowsTogether rows at once: from
-// one with begins[row] to the next, which the row behind them all is. Rows of sums go on, and may
-// be of any value, up to kRowBlock elements behind their blocks. begun: whether a row before was
-// added to the first sums.
-struct SumRows {
-  const uint8_t* memory = nullptr;
-  ptrdiff_t stride = 0;
-  size_t first = 0, count = 0;
-  bool cosited = false;  // where the first level's last block ends no sample is behind it
-  const uint8_t* begins = nullptr;
-  bool begun = false;
-};
-void add_rows(const SumRows& rows, size_t step, std::span<SumLevel> levels) noexcept;
-
-// Rows of sums of blocks of which a row is made: row k begins at rows + k * stride and has the
-// weight `first`, the last one `last`, those between them `between`. Rows of one weight are added
-// up before they get it: how many rows of bytes a row is the sum of changes nothing.
-struct SumBlend {
-  const uint16_t* rows = nullptr;
-  size_t stride = 0, count = 0;
-  float first = 0, between = 0, last = 0;
-  size_t at_once = 1;  // so many rows can be added up in 16 bits
-};
-// Lane l of block b, b * step + l of each row, to out[l][b]. `step`: 1 or 2. Rows and `out` go on
-// to a multiple of kRowBlock.
-void blend_sums(const SumBlend& blend, size_t step, size_t blocks, float* const* out) noexcept;
-
-// out[i] = 2 to the power of `shift` times the sum over k of rows[k * stride + i], which fits into
-// 16 bits. Rows and `out` go on to a multiple of kRowBlock.
-struct SumAdd {
-  const uint16_t* rows = nullptr;
-  size_t stride = 0, count = 0;
-};
-void add_sums(const SumAdd& add, size_t elements, unsigned shift, int16_t* out) noexcept;
 
 }  // namespace weir::preprocess

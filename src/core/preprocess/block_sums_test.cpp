@@ -1,20 +1,17 @@
-// Sums of blocks against plain loops, and plans that are made of them against the formulas.
+// Sums of blocks against plain loops.
 #include "core/preprocess/block_sums.hpp"
 
 #include <gtest/gtest.h>
 
 #include <random>
-#include <string>
+#include <vector>
 
-#include "core/preprocess/plan_reference.hpp"
 #include "core/preprocess/row_kernels.hpp"
-#include "core/preprocess/runner.hpp"
 #include "core/transform/transform_test_support.hpp"
 
 namespace weir::preprocess {
 namespace {
 
-using testing::Pixels;
 using transform::test::for_each_target;
 
 constexpr size_t kAlone = 13;  // a row that is asked for by itself
@@ -186,187 +183,6 @@ TEST(BlockSums, AreAddedUpAndShifted) {
         ASSERT_EQ(out[i], sum << shift) << count << " rows, " << i;
       }
     });
-}
-
-Preparation of_area(const Pixels& pixels, uint32_t width, uint32_t height) {
-  Preparation p;
-  p.source = pixels.picture;
-  p.width = width;
-  p.height = height;
-  p.type = ElementType::Float32;
-  p.resize = Resize::Area;
-  return p;
-}
-
-// More rows than 16 bits hold the sums of.
-TEST(PlanOfBlocks, OfTallPicturesAreExactToo) {
-  for (const char* format : {"GRAY8", "NV12"}) {
-    const Pixels pixels(format, 64, 1024, 3);
-    for (const auto& [width, height] : {std::pair{16u, 4u}, {4u, 4u}, {2u, 3u}, {1u, 1u}}) {
-      const auto p = of_area(pixels, width, height);
-      const auto wanted = testing::reference(p, pixels);
-      for_each_target([&] {
-        const auto out = testing::run<float>(p, pixels);
-        for (size_t i = 0; i < out.size(); ++i)
-          ASSERT_NEAR(double{out[i]}, wanted[i], 1.0 / 256) << width << "x" << height;
-      });
-    }
-  }
-}
-
-// More than float32 holds the sums of, with rows that layers share in other ways in each part.
-TEST(PlanOfBlocks, OfTallPicturesDoNotDependOnOtherLayersOrThreads) {
-  Pixels pixels("GRAY8", 64, 2048, 3);
-  for (auto& byte : pixels.memory) byte |= std::byte{224};
-  std::vector<Plan> plans;
-  std::vector<std::vector<float>> alone;
-  for (const uint32_t height : {1u, 2u, 3u, 7u}) {
-    const auto p = of_area(pixels, 1, height);
-    plans.push_back(*Plan::make(p));
-    alone.push_back(testing::run<float>(p, pixels));
-  }
-  for (const size_t threads : {1u, 2u, 3u}) {
-    Runner runner(threads);
-    std::vector<std::vector<float>> out;
-    for (const auto& one : alone) out.emplace_back(one.size());
-    std::vector<Job> jobs;
-    for (size_t i = 0; i < plans.size(); ++i)
-      jobs.push_back({&plans[i], std::as_writable_bytes(std::span(out[i]))});
-    ASSERT_TRUE(runner.run(pixels.planes, jobs));
-    EXPECT_EQ(out, alone) << threads << " threads";
-  }
-}
-
-TEST(PlanOfBlocks, GivesWhatTheFormulasSay) {
-  for (const char* format : {"GRAY8", "RGB", "NV12", "I420"})
-    for (const uint32_t height : {21u, 32u, 64u}) {
-      Pixels pixels(format, 384, height, 5, 3);
-      const double most = pixels.picture.format.model == ColorModel::Yuv ? 1.0 / 16 : 1.0 / 64;
-      for (const uint32_t width : {96u, 48u, 12u, 2u, 1u})
-        for (const bool second : {false, true}) {
-          pixels.picture.cosited_columns = second;
-          auto p = of_area(pixels, width, 8);
-          if (second && width < 96) p.crop = Rect{96, 3, 288, 17};
-          const auto wanted = testing::reference(p, pixels);
-          for_each_target([&] {
-            const auto out = testing::run<float>(p, pixels);
-            ASSERT_EQ(out.size(), wanted.size());
-            for (size_t i = 0; i < out.size(); ++i)
-              ASSERT_NEAR(double{out[i]}, wanted[i], most)
-                  << format << " to " << width << ", element " << i;
-          });
-        }
-    }
-}
-
-// Two rows at once, of which another layer wants each: they begin where no four rows do.
-TEST(PlanOfBlocks, LayersThatShareSomeRowsOnlyAreThoseOfPlansAlone) {
-  const Pixels pixels("GRAY8", 48, 122, 5);
-  std::vector<Plan> plans;
-  std::vector<std::vector<float>> wanted, out;
-  std::vector<Job> jobs;
-  for (const uint32_t height : {2u, 11u}) {
-    auto p = of_area(pixels, 1, height);
-    p.crop = Rect{12, 78, 24, 32};
-    plans.push_back(*Plan::make(p));
-    wanted.push_back(testing::run<float>(p, pixels));
-    out.emplace_back(wanted.back().size());
-  }
-  for (size_t i = 0; i < plans.size(); ++i)
-    jobs.push_back({&plans[i], std::as_writable_bytes(std::span(out[i]))});
-  Runner runner(1);
-  ASSERT_TRUE(runner.run(pixels.planes, jobs));
-  EXPECT_EQ(out, wanted);
-}
-
-// Layers of any sizes, of parts of the picture that change from frame to frame: each gives what it
-// gives alone, and what the formulas say.
-TEST(PlanOfBlocks, RandomLayersAndPartsOfPicturesAgree) {
-  for (uint32_t seed = 1; seed <= 12; ++seed) {
-    std::mt19937 random(seed);
-    const auto any = [&](uint32_t from, uint32_t to) {
-      return from + static_cast<uint32_t>(random() % (to - from + 1));
-    };
-    const char* const formats[] = {"GRAY8", "NV12", "I420", "RGB"};
-    const uint32_t width = any(4, 40) * 8, height = any(1, 150);
-    Pixels pixels(formats[seed % 4], width, height, seed, any(0, 9));
-    pixels.picture.cosited_columns = any(0, 1);
-    pixels.picture.cosited_rows = any(0, 1);
-    Runner runner(any(1, 3));
-    for (int frame = 0; frame < 3; ++frame) {
-      std::optional<Rect> crop;
-      if (frame > 0) {
-        const uint32_t x = any(0, width / 16) * 4, y = any(0, height - 1);
-        crop = Rect{x, y, any(1, (width - x) / 4) * 4, any(1, height - y)};
-      }
-      const uint32_t w = crop ? crop->width : width, h = crop ? crop->height : height;
-      std::vector<Preparation> layers;
-      std::vector<Plan> plans;
-      std::vector<std::vector<float>> out;
-      for (uint32_t left = any(1, 4); left > 0; --left) {
-        const uint32_t factor = 2u << any(0, 5);
-        auto layer = of_area(pixels, std::max(1u, any(0, 3) > 0 ? w / factor : any(1, 20)),
-                             std::max(1u, any(0, 1) > 0 ? h / factor : any(1, 20)));
-        layer.crop = crop;
-        layers.push_back(layer);
-        plans.push_back(*Plan::make(layer));
-        out.emplace_back(layer.channels() * layer.width * layer.height);
-      }
-      std::vector<Job> jobs;
-      for (size_t i = 0; i < plans.size(); ++i)
-        jobs.push_back({&plans[i], std::as_writable_bytes(std::span(out[i]))});
-      ASSERT_TRUE(runner.run(pixels.planes, jobs));
-      for (size_t i = 0; i < layers.size(); ++i) {
-        SCOPED_TRACE("seed " + std::to_string(seed) + ", frame " + std::to_string(frame) +
-                     ", layer " + std::to_string(i));
-        ASSERT_EQ(out[i], testing::run<float>(layers[i], pixels));
-        const auto wanted = testing::reference(layers[i], pixels);
-        for (size_t k = 0; k < wanted.size(); ++k)
-          ASSERT_NEAR(double{out[i][k]}, wanted[k], 1.0 / 16) << "element " << k;
-      }
-    }
-  }
-}
-
-// Big enough for several stripes; layers of whole blocks and others, letterboxed ones too.
-TEST(PlanOfBlocks, LayersOfAPyramidAreThoseOfPlansAlone) {
-  for (const uint32_t seed : {1u, 2u}) {
-    Pixels pixels("NV12", 1024, 1100, seed);
-    pixels.picture.cosited_columns = seed == 2;
-    for (const Fit fit : {Fit::Stretch, Fit::Letterbox}) {
-      std::vector<Plan> plans;
-      std::vector<std::vector<float>> wanted;
-      for (const auto& [width, height] : {std::pair{512u, 275u},
-                                          {256u, 275u},
-                                          {256u, 100u},
-                                          {128u, 275u},
-                                          {100u, 77u},
-                                          {64u, 68u},
-                                          {3u, 5u},
-                                          {1u, 1u}}) {
-        auto p = of_area(pixels, width, height);
-        p.fit = fit;
-        plans.push_back(*Plan::make(p));
-        wanted.push_back(testing::run<float>(p, pixels));
-      }
-      for (const size_t threads : {1u, 3u}) {
-        Runner runner(threads);
-        Pixels other("NV12", 1024, 1100, seed + 7);
-        for (Pixels* frame : {&other, &pixels}) {
-          std::vector<std::vector<float>> out;
-          for (const auto& one : wanted) out.emplace_back(one.size());
-          std::vector<Job> jobs;
-          for (size_t i = 0; i < plans.size(); ++i)
-            jobs.push_back({&plans[i], std::as_writable_bytes(std::span(out[i]))});
-          ASSERT_TRUE(runner.run(frame->planes, jobs));
-          if (frame == &pixels)
-            EXPECT_EQ(out, wanted) << threads << " threads";
-          else
-            EXPECT_NE(out, wanted) << "a frame's sums are its own";
-        }
-      }
-    }
-  }
 }
 
 }  // namespace

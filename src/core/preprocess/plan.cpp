@@ -8,6 +8,7 @@
 
 #include "core/preprocess/pair_kernels.hpp"
 #include "core/preprocess/plan_tables.hpp"
+#include "core/preprocess/sum_kernels.hpp"
 #include "core/simd/streamed_copy.hpp"
 
 namespace weir::preprocess {
