@@ -4,7 +4,6 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
-#include <span>
 #include <vector>
 
 #include "core/preprocess/row_memory.hpp"
@@ -41,10 +40,14 @@ class BlockSums {
  public:
   explicit BlockSums(const SummedSamples& of) noexcept : of_(of) {}
   const SummedSamples& of() const noexcept { return of_; }
+  bool wanted() const noexcept { return most_ > 0; }
+  // Of other samples, in the same memory. Precondition: not wanted().
+  void aim_at(const SummedSamples& of) noexcept { of_ = of; }
 
-  // `rows`: how many, a power of two up to most_rows(), may be added up too; from multiples of
-  // it on. Where it is 1, rows are that lie between two multiples of kRowsTogether and between two
-  // rows of want_begin().
+  // `rows`: how many, a power of two up to most_rows(), may be added up too, from multiples of it
+  // on; of all wanters the least counts. Where that is 1, up to kRowsTogether are, between two
+  // multiples of it (of 2 where somebody wants 2) and two rows of want_begin(): whoever wants less
+  // than kRowsTogether says so of each row that no row before may be added to.
   void want(size_t first_row, size_t end_row, size_t block, size_t rows) noexcept;
   // The row is not added to those before it.
   void want_begin(size_t row);

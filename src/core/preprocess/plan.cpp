@@ -118,7 +118,7 @@ class PlanRun {
     for (size_t b = 0; b < t_.bands.size(); ++b) {
       const Grid& grid = t_.grids[t_.bands[b].grid];
       const Plane& plane = planes_[t_.bands[b].plane];
-      if (grid.block > 1) {
+      if (grid.sums.block > 1) {
         resize_sums(grid, b, target);
         continue;
       }
@@ -162,36 +162,40 @@ class PlanRun {
     const auto sums = std::find_if(sums_.all.begin(), sums_.all.end(), [&](const BlockSums& one) {
       return one.of() == grid.summed(t_.bands[band].plane);
     });
-    const size_t rows = sums->sums_of(grid.rows.first(target), weights.size(), grid.block);
+    const size_t rows = sums->sums_of(grid.rows.first(target), weights.size(), grid.sums.block);
     const size_t step = grid.sampling.step;
-    if (grid.few_samples) {
+    if (grid.sums.few) {
       int16_t* const out = w_.samples[band].data();
-      add_sums({sums->row(grid.rows.first(target), grid.block), sums->stride(grid.block), rows},
-               count() * step, grid.sum_shift, out);
+      add_sums({sums->row(grid.rows.first(target), grid.sums.block), sums->stride(grid.sums.block),
+                rows},
+               count() * step, grid.sums.shift, out);
+      if (grid.sums.last_scale == 1) return;
       for (size_t i = (count() - 1) * step; i < count() * step; ++i)
-        out[i] = static_cast<int16_t>(static_cast<float>(out[i]) * grid.last_scale + 0.5f);
+        out[i] = static_cast<int16_t>(static_cast<float>(out[i]) * grid.sums.last_scale + 0.5f);
       return;
     }
     // A power of two: exact.
-    const float share = 1.0f / static_cast<float>(grid.block * counted(grid.cosited));
+    const float share = 1.0f / static_cast<float>(grid.sums.block * counted(grid.cosited));
     const auto weight = [&](size_t row) {
       return weights[std::min(row, weights.size() - 1)] * share;
     };
-    const SumBlend blend{sums->row(grid.rows.first(target), grid.block),
-                         sums->stride(grid.block),
-                         rows,
-                         weight(0),
-                         weight(1),
-                         weight(weights.size() - 1),
-                         most_rows(grid.block, grid.cosited) / sums->most_rows_of(grid.block)};
-    if (grid.whole_blocks) {
+    const SumBlend blend{
+        sums->row(grid.rows.first(target), grid.sums.block),
+        sums->stride(grid.sums.block),
+        rows,
+        weight(0),
+        weight(1),
+        weight(weights.size() - 1),
+        most_rows(grid.sums.block, grid.cosited) / sums->most_rows_of(grid.sums.block)};
+    if (grid.sums.whole) {
       const auto lanes = lanes_of(band);
       blend_sums(blend, step, count(), lanes.data());
-      for (size_t l = 0; l < step; ++l) lanes[l][count() - 1] *= grid.last_scale;
+      if (grid.sums.last_scale == 1) return;
+      for (size_t l = 0; l < step; ++l) lanes[l][count() - 1] *= grid.sums.last_scale;
       return;
     }
     float* const blended = w_.blended.data();
-    blend_sums(blend, 1, grid.bytes / grid.block, &blended);
+    blend_sums(blend, 1, grid.bytes / grid.sums.block, &blended);
     gather(grid, band);
   }
 
@@ -311,13 +315,17 @@ void Plan::for_sums(uint32_t first, uint32_t count, FrameSums* sums, F&& f) cons
   if (begin == end) return;
   for (const Band& band : tables_->bands) {
     const Grid& grid = tables_->grids[band.grid];
-    if (grid.block == 1) continue;
+    if (grid.sums.block == 1) continue;
     const SummedSamples of = grid.summed(band.plane);
     auto found = std::find_if(sums->all.begin(), sums->all.end(),
                               [&](const BlockSums& one) { return one.of() == of; });
     if (found == sums->all.end()) {
-      sums->all.emplace_back(of);
-      found = sums->all.end() - 1;
+      found = std::find_if(sums->all.begin(), sums->all.end(),
+                           [](const BlockSums& one) { return !one.wanted(); });
+      if (found == sums->all.end())
+        found = sums->all.emplace(found, of);
+      else
+        found->aim_at(of);
     }
     const size_t last = end - 1 - content.y;
     f(*found, grid, begin - content.y, last);
@@ -326,13 +334,13 @@ void Plan::for_sums(uint32_t first, uint32_t count, FrameSums* sums, F&& f) cons
 
 void Plan::want_sums(uint32_t first, uint32_t count, FrameSums* sums) const {
   for_sums(first, count, sums, [](BlockSums& of, const Grid& grid, size_t top, size_t bottom) {
-    of.want(grid.rows.first(top), end_of(grid, bottom), grid.block, grid.block_rows);
-    if (grid.block_rows >= kRowsTogether) return;
+    of.want(grid.rows.first(top), end_of(grid, bottom), grid.sums.block, grid.sums.rows);
+    if (grid.sums.rows >= kRowsTogether) return;
     for (size_t t = top; t <= bottom; ++t) {
       const size_t first = grid.rows.first(t), end = end_of(grid, t);
       of.want_begin(first);
       of.want_begin(end);
-      if (grid.block_rows > 1) continue;
+      if (grid.sums.rows > 1) continue;
       of.want_begin(first + 1);  // the first and the last one may have weights of their own
       of.want_begin(end - 1);
     }

@@ -28,9 +28,8 @@ using Planes = std::array<Plane, 3>;  // as many as the format has; the others a
 // What the plans of one frame share, made as far as they have come.
 class FrameSums {
  public:
-  // Nothing is wanted any more. Memory is kept, but not for ever new crops.
+  // Nothing is wanted any more. Memory is kept, for other crops too.
   void clear() {
-    if (all.size() > 16) all.clear();
     for (auto& of : all) of.clear();
   }
   void reserve() {

@@ -1,7 +1,6 @@
 // Plans that are made of sums of blocks against the formulas, and against themselves among others.
 #include <gtest/gtest.h>
 
-#include <optional>
 #include <random>
 #include <string>
 
@@ -106,42 +105,48 @@ TEST(PlanOfBlocks, LayersThatShareSomeRowsOnlyAreThoseOfPlansAlone) {
   EXPECT_EQ(out, wanted);
 }
 
-// Layers of any sizes, of parts of the picture that change from frame to frame: each gives what it
-// gives alone, and what the formulas say.
+// Layers of any sizes, of parts of the picture that change from frame to frame, one for all or one
+// for each: they give what new plans give alone, and what the formulas say.
 TEST(PlanOfBlocks, RandomLayersAndPartsOfPicturesAgree) {
-  for (uint32_t seed = 1; seed <= 12; ++seed) {
+  for (uint32_t seed = 1; seed <= 15; ++seed) {
     std::mt19937 random(seed);
     const auto any = [&](uint32_t from, uint32_t to) {
       return from + static_cast<uint32_t>(random() % (to - from + 1));
     };
-    const char* const formats[] = {"GRAY8", "NV12", "I420", "RGB"};
+    const char* const formats[] = {"GRAY8", "NV12", "I420", "RGB", "RGBA"};
     const uint32_t width = any(4, 40) * 8, height = any(1, 150);
-    Pixels pixels(formats[seed % 4], width, height, seed, any(0, 9));
+    Pixels pixels(formats[seed % 5], width, height, seed, any(0, 9));
     pixels.picture.cosited_columns = any(0, 1);
     pixels.picture.cosited_rows = any(0, 1);
+    std::vector<Preparation> layers;
+    std::vector<Plan> plans;
+    std::vector<std::vector<float>> out;
+    std::vector<Job> jobs;
+    for (uint32_t left = any(1, 4); left > 0; --left) {
+      const uint32_t factor = 2u << any(0, 5);
+      layers.push_back(of_area(pixels, std::max(1u, any(0, 3) > 0 ? width / factor : any(1, 20)),
+                               std::max(1u, any(0, 1) > 0 ? height / factor : any(1, 20))));
+      plans.push_back(*Plan::make(layers.back()));
+      out.emplace_back(layers.back().channels() * layers.back().width * layers.back().height);
+    }
+    for (size_t i = 0; i < plans.size(); ++i)
+      jobs.push_back({&plans[i], std::as_writable_bytes(std::span(out[i]))});
+    // Often of so many samples that some layer is made of whole blocks.
+    const auto some_part = [&]() -> Rect {
+      const uint32_t x = any(0, width / 16) * 4, y = any(0, height - 1);
+      const uint32_t blocks = layers[any(0, 99) % layers.size()].width << any(1, 5);
+      const uint32_t most = width - x;
+      return {x, y, any(0, 2) > 0 && blocks <= most ? blocks : any(1, most), any(1, height - y)};
+    };
     Runner runner(any(1, 3));
-    for (int frame = 0; frame < 3; ++frame) {
-      std::optional<Rect> crop;
-      if (frame > 0) {
-        const uint32_t x = any(0, width / 16) * 4, y = any(0, height - 1);
-        crop = Rect{x, y, any(1, (width - x) / 4) * 4, any(1, height - y)};
+    for (int frame = 0; frame < 4; ++frame) {
+      const bool each = any(0, 3) == 0;
+      Rect part{0, 0, width, height};
+      for (size_t i = 0; i < plans.size() && frame > 0; ++i) {
+        if (i == 0 || each) part = some_part();
+        layers[i].crop = part;
+        ASSERT_TRUE(plans[i].set_crop(part));
       }
-      const uint32_t w = crop ? crop->width : width, h = crop ? crop->height : height;
-      std::vector<Preparation> layers;
-      std::vector<Plan> plans;
-      std::vector<std::vector<float>> out;
-      for (uint32_t left = any(1, 4); left > 0; --left) {
-        const uint32_t factor = 2u << any(0, 5);
-        auto layer = of_area(pixels, std::max(1u, any(0, 3) > 0 ? w / factor : any(1, 20)),
-                             std::max(1u, any(0, 1) > 0 ? h / factor : any(1, 20)));
-        layer.crop = crop;
-        layers.push_back(layer);
-        plans.push_back(*Plan::make(layer));
-        out.emplace_back(layer.channels() * layer.width * layer.height);
-      }
-      std::vector<Job> jobs;
-      for (size_t i = 0; i < plans.size(); ++i)
-        jobs.push_back({&plans[i], std::as_writable_bytes(std::span(out[i]))});
       ASSERT_TRUE(runner.run(pixels.planes, jobs));
       for (size_t i = 0; i < layers.size(); ++i) {
         SCOPED_TRACE("seed " + std::to_string(seed) + ", frame " + std::to_string(frame) +

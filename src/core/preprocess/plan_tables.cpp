@@ -59,7 +59,8 @@ void lay_taps(Grid* grid) {
       const bool used = k < weights.size();
       const size_t sample = x.first(t) - x.low() + (used ? k : 0);
       grid->index[k * stride + t] = static_cast<int32_t>(sample * grid->sampling.step);
-      grid->weights[k * stride + t] = used ? weights[k] * (t == last ? grid->last_scale : 1) : 0.0f;
+      grid->weights[k * stride + t] =
+          used ? weights[k] * (t == last ? grid->sums.last_scale : 1) : 0.0f;
     }
   }
 }
@@ -91,23 +92,22 @@ size_t like_rows_of(const Preparation& p, const Placement& place, const Lane& la
   return std::has_single_bit(rows) ? rows : 0;
 }
 
-// How sums of blocks become pixels. Of rows like that as many may be added up before they get their
-// weight as the largest power of two says that all begin and end at multiples of.
+// How sums of blocks become pixels. Where rows are alike, as many are added up before they get
+// their weight as the largest power of two at whose multiples all begin and end.
 void lay_sums(Grid* grid, const Preparation& p, const Placement& place, const Lane& lane) {
-  constexpr size_t kMostSamples = 128;
-  const size_t rows = like_rows_of(p, place, lane), block = grid->block;
+  const size_t rows = like_rows_of(p, place, lane), block = grid->sums.block;
   const size_t first = place.source.y / (lane.halved ? 2 : 1);
-  grid->block_rows =
+  grid->sums.rows =
       rows == 0 ? 1 : std::min(std::gcd(first, rows), most_rows(block, grid->cosited));
-  grid->whole_blocks = grid->columns.most_weights() == 1 && lane.step <= 2;
+  grid->sums.whole = grid->columns.most_weights() == 1 && lane.step <= 2;
   if (grid->cosited) {
     const auto of_last = static_cast<float>((grid->high - grid->low) / grid->columns.targets());
-    grid->last_scale = of_last / (of_last - 0.25f);
+    grid->sums.last_scale = of_last / (of_last - 0.25f);
   }
   const size_t samples = rows * block * counted(grid->cosited);
-  grid->few_samples = grid->whole_blocks && rows > 0 && samples <= kMostSamples;
-  if (grid->few_samples)
-    grid->sum_shift = static_cast<unsigned>(std::countr_zero(kMostSamples / samples));
+  grid->sums.few = grid->sums.whole && rows > 0 && samples <= kSampleScale;
+  if (grid->sums.few)
+    grid->sums.shift = static_cast<unsigned>(std::countr_zero(kSampleScale / samples));
 }
 
 void lay(Grid* grid, const Preparation& p, const Placement& place, const Lane& lane) {
@@ -122,12 +122,11 @@ void lay(Grid* grid, const Preparation& p, const Placement& place, const Lane& l
   grid->first_byte = size_t{x.low()} * lane.step;
   grid->bytes = size_t{x.high() - x.low()} * lane.step;
   grid->paired = x.most_weights() <= 2 && grid->rows.most_weights() <= 2 && x.high() - x.low() >= 2;
-  grid->block = grid->paired ? 1 : block_of(p, place, lane);
   grid->cosited = columns.halved && columns.cosited;
-  grid->few_samples = false;
-  grid->last_scale = 1;
-  if (grid->block > 1) {
-    const auto blocks = static_cast<uint32_t>(grid->block);
+  grid->sums = {};
+  if (!grid->paired) grid->sums.block = block_of(p, place, lane);
+  if (grid->sums.block > 1) {
+    const auto blocks = static_cast<uint32_t>(grid->sums.block);
     x.lay(p.resize, {grid->low / blocks, (grid->high - grid->low) / blocks, place.content.width},
           {});
     lay_sums(grid, p, place, lane);

@@ -12,6 +12,20 @@
 
 namespace weir::preprocess {
 
+// How each target pixel of `area` is made of whole blocks of so many samples, which BlockSums adds
+// up for all layers; 1: it is not. Of so many rows at once, where that changes no number.
+struct GridSums {
+  size_t block = 1, rows = 1;
+  bool whole = false;  // each target pixel is one block: nothing is to be gathered
+  // Whether a pixel is the sum of so few samples that 2 to the power of `shift` of it are
+  // kSampleScale times their mean in 16 bits, as pairs are.
+  bool few = false;
+  unsigned shift = 0;
+  // By what the last pixel of a row is multiplied that was made of co-sited blocks: a quarter of a
+  // sample is not there.
+  float last_scale = 1;
+};
+
 // Planes that are sampled alike: what the pixels of the target are made of.
 struct Grid {
   Lane sampling;
@@ -24,27 +38,17 @@ struct Grid {
   size_t taps = 0;
   RowMemory<int32_t> index;
   RowMemory<float> weights;
-  // Above 1 where each target pixel of `area` is made of whole blocks of so many samples, of which
-  // the columns are: index and weights then are of BlockSums. Of so many rows at once, where that
-  // changes no number.
-  size_t block = 1, block_rows = 1;
-  bool whole_blocks = false;  // each target pixel is one block: nothing is to be gathered
-  // Whether a pixel is the sum of so few samples that 2 to the power of sum_shift of it are 128
-  // times their mean in 16 bits, as pairs are.
-  bool few_samples = false;
-  unsigned sum_shift = 0;
+  GridSums sums;  // where a block is of several samples, index and weights are of blocks
   uint32_t low = 0, high = 0;  // the samples of a row that are read
   bool cosited = false;        // the columns' samples, of two pixels each
-  // By what the last pixel is multiplied that was made of co-sited blocks: a quarter of a sample is
-  // not there.
-  float last_scale = 1;
 
   SummedSamples summed(size_t plane) const noexcept {
     return {plane, low, high, sampling.step, cosited};
   }
-  // The lanes of 16 bits that a pixel's samples have, 128 times the value; 0: they are floats.
+  // The lanes of 16 bits that a pixel's samples have, kSampleScale times the value; 0: they are
+  // floats.
   size_t lanes() const noexcept {
-    return paired ? pair_lanes(sampling.step) : few_samples ? sampling.step : 0;
+    return paired ? pair_lanes(sampling.step) : sums.few ? sampling.step : 0;
   }
 };
 

@@ -107,12 +107,12 @@ HWY_INLINE V load_lane(F d, const LaneRow& row, size_t lanes, size_t i) {
   if (lanes == 0) return hn::LoadU(d, row.floats + i);
   const int16_t* const from = row.samples + i * lanes;
 #if HWY_TARGET == HWY_SCALAR
-  return hn::Set(d, static_cast<float>(from[row.offset]) * (1.0f / 128));
+  return hn::Set(d, static_cast<float>(from[row.offset]) * (1.0f / kSampleScale));
 #else
   const I di;
   const hn::Repartition<int16_t, I> halves;
   const auto scaled = [&](auto numbers) HWY_ATTR {
-    return hn::Mul(hn::ConvertTo(d, numbers), hn::Set(d, 1.0f / 128));
+    return hn::Mul(hn::ConvertTo(d, numbers), hn::Set(d, 1.0f / kSampleScale));
   };
   if (lanes == 1) return scaled(hn::PromoteTo(di, hn::LoadU(hn::Rebind<int16_t, I>(), from)));
   const auto words = hn::BitCast(di, hn::LoadU(halves, from));

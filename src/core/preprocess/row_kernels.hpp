@@ -23,8 +23,12 @@ void blend_rows(const uint8_t* const* rows, const float* weights, size_t taps, s
 void gather_row(const float* in, const int32_t* index, const float* weights, size_t taps,
                 size_t count, float* out) noexcept;
 
+// What samples of 16 bits are multiplied by.
+inline constexpr size_t kSampleScale = 128;
+
 // The samples of one kind in a row: `floats`, or lane `offset` of the `lanes` (1, 2 or 4) that each
-// pixel has in `samples`, which are 128 times the value. Readable up to padded(count) pixels.
+// pixel has in `samples`, which are kSampleScale times the value. Readable up to padded(count)
+// pixels.
 struct LaneRow {
   const float* floats = nullptr;
   const int16_t* samples = nullptr;

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <bit>
-#include <cstring>
 
 #include "core/preprocess/row_kernels.hpp"
 
@@ -40,7 +39,7 @@ template <size_t rows, size_t step>
 size_t add_packed_pairs(const uint8_t* in, ptrdiff_t stride, size_t blocks, uint16_t* out) {
   const hn::ScalableTag<uint16_t> d;
   const hn::Repartition<uint8_t, decltype(d)> bytes;
-  const auto add_to = [&](auto& sum, auto samples) HWY_ATTR {
+  const auto add_pairs = [&](auto& sum, auto samples) HWY_ATTR {
     const auto x = hn::BitCast(d, samples);
     sum = hn::Add(sum, hn::Add(hn::And(x, hn::Set(d, uint16_t{0xFF})), hn::ShiftRight<8>(x)));
   };
@@ -54,10 +53,10 @@ size_t add_packed_pairs(const uint8_t* in, ptrdiff_t stride, size_t blocks, uint
         hn::LoadInterleaved3(bytes, row, w, x, y);
       else
         hn::LoadInterleaved4(bytes, row, w, x, y, z);
-      add_to(a, w);
-      add_to(b, x);
-      add_to(c, y);
-      if constexpr (step == 4) add_to(e, z);
+      add_pairs(a, w);
+      add_pairs(b, x);
+      add_pairs(c, y);
+      if constexpr (step == 4) add_pairs(e, z);
     }
     if constexpr (step == 3)
       hn::StoreInterleaved3(a, b, c, d, out + done * step);

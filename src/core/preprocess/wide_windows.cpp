@@ -22,12 +22,11 @@ bool has_wide_windows() noexcept {
 
 namespace {
 
-constexpr __mmask64 kAllBytes = ~__mmask64{0};  // GCC 12 warns of intrinsics without a mask
-
 // The bytes at `places` of so many vectors. `beyond`: the places past the first two vectors.
 template <size_t vectors>
 WEIR_WITH_AVX512_BYTES __m512i look_up(const __m512i* in, __m512i places, __mmask64 beyond) {
-  if constexpr (vectors == 1) return _mm512_maskz_permutexvar_epi8(kAllBytes, places, in[0]);
+  if constexpr (vectors == 1)  // GCC 12 warns of the same without a mask
+    return _mm512_maskz_permutexvar_epi8(~__mmask64{0}, places, in[0]);
   const __m512i near = _mm512_permutex2var_epi8(in[0], places, in[1]);
   if constexpr (vectors == 3) return _mm512_mask_permutexvar_epi8(near, beyond, places, in[2]);
   if constexpr (vectors == 4)
