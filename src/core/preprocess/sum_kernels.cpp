@@ -158,12 +158,10 @@ void AddPairs(const uint16_t* in, size_t step, size_t blocks, uint16_t* out) {
   add_plainly<1, false>(in, 0, step, done, blocks, out);
 }
 
-void add_to(const uint16_t* in, size_t count, bool begins, uint16_t* sum) {
+void add_to(const uint16_t* in, size_t count, uint16_t* sum) {
   const hn::ScalableTag<uint16_t> d;
-  for (size_t i = 0; i < count; i += hn::Lanes(d)) {
-    const auto before = begins ? hn::Zero(d) : hn::LoadU(d, sum + i);
-    hn::StoreU(hn::Add(hn::LoadU(d, in + i), before), d, sum + i);
-  }
+  for (size_t i = 0; i < count; i += hn::Lanes(d))
+    hn::StoreU(hn::Add(hn::LoadU(d, in + i), hn::LoadU(d, sum + i)), d, sum + i);
 }
 
 template <bool cosited>
@@ -184,8 +182,9 @@ void AddRows(const SumRows& rows, size_t step, std::span<SumLevel> levels) {
     const uint16_t* from = nullptr;
     for (SumLevel& l : levels) {
       const size_t mask = (size_t{1} << l.rows_log2) - 1;
-      const bool whole = l.sums != nullptr && ((r | (r + together)) & mask) == 0;
-      uint16_t* const row = whole ? l.sums : l.row;
+      const bool begins =
+          l.sums != nullptr && ((r & mask) == 0 || (r == rows.first && !rows.begun));
+      uint16_t* const row = begins ? l.sums : l.row;
       if (from == nullptr)
         add_bytes(together, rows.memory + static_cast<ptrdiff_t>(r) * rows.stride, rows.stride,
                   step, l.blocks, row);
@@ -193,8 +192,7 @@ void AddRows(const SumRows& rows, size_t step, std::span<SumLevel> levels) {
         AddPairs(from + l.skipped, step, l.blocks, row);
       from = row;
       if (l.sums == nullptr) continue;
-      const bool begins = (r & mask) == 0 || (r == rows.first && !rows.begun);
-      if (!whole) add_to(row, l.blocks * step, begins, l.sums);
+      if (!begins) add_to(row, l.blocks * step, l.sums);
       if (((r + together) & mask) == 0) l.sums += l.stride;
     }
   }
