@@ -95,9 +95,11 @@ void BlockSums::make(const uint8_t* memory, ptrdiff_t stride, size_t end_row) no
   made_ = end_row;
 }
 
-const uint16_t* BlockSums::row(size_t row, size_t block) const noexcept {
+SummedRows BlockSums::of_rows(size_t row, size_t count, size_t block) const noexcept {
   const Level& l = level(block);
-  return l.sums.data() + sums_before(l, row) * width(block);
+  const size_t first = sums_before(l, row);
+  return {l.sums.data() + first * width(block), width(block),
+          sums_before(l, row + count - 1) - first + 1};
 }
 
 }  // namespace weir::preprocess

@@ -59,23 +59,16 @@ class BlockSums {
   // r * stride. Precondition: wanted, and reserved since.
   void make(const uint8_t* memory, ptrdiff_t stride, size_t end_row) noexcept;
 
-  // Lane l of the b-th block at b * step + l; the first block is the first one that lies within the
-  // samples, blocks being counted from the plane's first sample. The sum of the rows that were
-  // added up, beginning with this one. Precondition: such blocks are wanted, and made. Behind the
-  // last one are kRowBlock elements more, of any value.
-  const uint16_t* row(size_t row, size_t block) const noexcept;
+  // Of `count` rows from `row` on: lane l of the b-th block at b * step + l; the first block is the
+  // first one that lies within the samples, blocks being counted from the plane's first sample.
+  // Each row of sums is of the rows that were added up. Precondition: such blocks are wanted, and
+  // made. Behind the last one are kRowBlock elements more, of any value.
+  SummedRows of_rows(size_t row, size_t count, size_t block) const noexcept;
   // How many rows are added up there at most.
   size_t most_rows_of(size_t block) const noexcept {
     const size_t rows = size_t{1} << level(block).rows_log2;
     return rows == 1 ? kRowsTogether : rows;
   }
-  // Rows of sums from that of `row` to that of the last of `rows` rows.
-  size_t sums_of(size_t row, size_t rows, size_t block) const noexcept {
-    const Level& l = level(block);
-    return sums_before(l, row + rows - 1) - sums_before(l, row) + 1;
-  }
-  // To the rows behind them.
-  size_t stride(size_t block) const noexcept { return width(block); }
 
  private:
   size_t begin(size_t block) const noexcept { return (of_.low + block - 1) / block; }

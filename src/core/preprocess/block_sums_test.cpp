@@ -55,7 +55,8 @@ void expect_sums(const BlockSums& sums, const Upwards& plane, const Wanted& want
   const size_t block = wanted.block, low = sums.of().low, high = sums.of().high;
   for (size_t row = wanted.first, together = 0; row < wanted.end; row += together) {
     together = 1;  // what one row of sums is of
-    while (row + together < wanted.end && sums.sums_of(row, together + 1, block) == 1) ++together;
+    while (row + together < wanted.end && sums.of_rows(row, together + 1, block).count == 1)
+      ++together;
     ASSERT_LE(together, sums.most_rows_of(block));
     const bool alone = row <= kAlone && kAlone < row + together;
     if (wanted.together > 1) {
@@ -65,7 +66,7 @@ void expect_sums(const BlockSums& sums, const Upwards& plane, const Wanted& want
     }
     for (size_t b = (low + block - 1) / block, n = 0; b < high / block; ++b, ++n)
       for (size_t l = 0; l < plane.step; ++l)
-        ASSERT_EQ(sums.row(row, block)[n * plane.step + l],
+        ASSERT_EQ(sums.of_rows(row, 1, block).rows[n * plane.step + l],
                   sums.of().cosited ? plane.shifted_sum(row, together, b * block, block, l,
                                                         (b + 1) * block < high)
                                     : plane.sum(row, together, b * block, block, l))
@@ -122,10 +123,10 @@ TEST(BlockSums, AreOfUpToFourRowsThatBeginWhereTheyShall) {
   sums.make(plane.memory(), plane.stride(), 19);
   const std::vector<std::pair<size_t, size_t>> runs{{1, 3},  {4, 4},  {8, 1},  {9, 1},
                                                     {10, 2}, {12, 3}, {15, 1}, {16, 3}};
-  EXPECT_EQ(sums.sums_of(1, 18, 64), runs.size());
+  EXPECT_EQ(sums.of_rows(1, 18, 64).count, runs.size());
   for (const auto& [row, rows] : runs) {
-    EXPECT_EQ(sums.sums_of(row, rows, 64), 1u) << row;
-    EXPECT_EQ(sums.row(row, 64)[0], plane.sum(row, rows, 0, 64, 0)) << row;
+    EXPECT_EQ(sums.of_rows(row, rows, 64).count, 1u) << row;
+    EXPECT_EQ(sums.of_rows(row, 1, 64).rows[0], plane.sum(row, rows, 0, 64, 0)) << row;
   }
 }
 
@@ -153,7 +154,7 @@ TEST(BlockSums, AreBlendedWithTheWeightsOfTheirRows) {
     for (const size_t count : {1u, 2u, 3u, 17u, 18u, 19u, 40u})
       for_each_target([&] {
         const size_t blocks = kStride / step;
-        const SumBlend blend{numbers.data(), kStride, count, 0.25f, 0.5f, 0.125f, 16};
+        const SumBlend blend{{numbers.data(), kStride, count}, 0.25f, 0.5f, 0.125f, 16};
         std::vector<float> lanes[2];
         for (auto& lane : lanes) lane.resize(padded(blocks));
         float* const out[2] = {lanes[0].data(), lanes[1].data()};

@@ -158,45 +158,40 @@ class PlanRun {
   }
 
   void resize_sums(const Grid& grid, size_t band, uint32_t target) noexcept {
-    const auto weights = grid.rows.weights(target);
     const auto sums = std::find_if(sums_.all.begin(), sums_.all.end(), [&](const BlockSums& one) {
       return one.of() == grid.summed(t_.bands[band].plane);
     });
-    const size_t rows = sums->sums_of(grid.rows.first(target), weights.size(), grid.sums.block);
-    const size_t step = grid.sampling.step;
-    if (grid.sums.few) {
-      int16_t* const out = w_.samples[band].data();
-      add_sums({sums->row(grid.rows.first(target), grid.sums.block), sums->stride(grid.sums.block),
-                rows},
-               count() * step, grid.sums.shift, out);
-      if (grid.sums.last_scale == 1) return;
-      for (size_t i = (count() - 1) * step; i < count() * step; ++i)
-        out[i] = static_cast<int16_t>(static_cast<float>(out[i]) * grid.sums.last_scale + 0.5f);
-      return;
-    }
+    const auto weights = grid.rows.weights(target);
+    const size_t block = grid.sums.block;
+    const SummedRows rows = sums->of_rows(grid.rows.first(target), weights.size(), block);
+    if (grid.sums.few) return add_few(grid, rows, w_.samples[band].data());
     // A power of two: exact.
-    const float share = 1.0f / static_cast<float>(grid.sums.block * counted(grid.cosited));
+    const float share = 1.0f / static_cast<float>(block * counted(grid.cosited));
     const auto weight = [&](size_t row) {
       return weights[std::min(row, weights.size() - 1)] * share;
     };
-    const SumBlend blend{
-        sums->row(grid.rows.first(target), grid.sums.block),
-        sums->stride(grid.sums.block),
-        rows,
-        weight(0),
-        weight(1),
-        weight(weights.size() - 1),
-        most_rows(grid.sums.block, grid.cosited) / sums->most_rows_of(grid.sums.block)};
-    if (grid.sums.whole) {
-      const auto lanes = lanes_of(band);
-      blend_sums(blend, step, count(), lanes.data());
-      if (grid.sums.last_scale == 1) return;
-      for (size_t l = 0; l < step; ++l) lanes[l][count() - 1] *= grid.sums.last_scale;
-      return;
-    }
+    const SumBlend blend{rows, weight(0), weight(1), weight(weights.size() - 1),
+                         most_rows(block, grid.cosited) / sums->most_rows_of(block)};
+    if (grid.sums.whole) return blend_whole(grid, blend, lanes_of(band));
     float* const blended = w_.blended.data();
-    blend_sums(blend, 1, grid.bytes / grid.sums.block, &blended);
+    blend_sums(blend, 1, grid.bytes / block, &blended);
     gather(grid, band);
+  }
+
+  void add_few(const Grid& grid, const SummedRows& rows, int16_t* out) noexcept {
+    const size_t step = grid.sampling.step;
+    add_sums(rows, count() * step, grid.sums.shift, out);
+    if (grid.sums.last_scale == 1) return;
+    for (size_t i = (count() - 1) * step; i < count() * step; ++i)
+      out[i] = static_cast<int16_t>(static_cast<float>(out[i]) * grid.sums.last_scale + 0.5f);
+  }
+
+  void blend_whole(const Grid& grid, const SumBlend& blend,
+                   const std::array<float*, 4>& lanes) noexcept {
+    const size_t step = grid.sampling.step;
+    blend_sums(blend, step, count(), lanes.data());
+    if (grid.sums.last_scale == 1) return;
+    for (size_t l = 0; l < step; ++l) lanes[l][count() - 1] *= grid.sums.last_scale;
   }
 
   void resize_taps(const Grid& grid, size_t band, uint32_t target) noexcept {

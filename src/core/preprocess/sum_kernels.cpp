@@ -198,13 +198,13 @@ void AddRows(const SumRows& rows, size_t step, std::span<SumLevel> levels) {
   }
 }
 
-void AddSums(const SumAdd& add, size_t elements, unsigned shift, int16_t* out) {
+void AddSums(const SummedRows& in, size_t elements, unsigned shift, int16_t* out) {
   const hn::ScalableTag<uint16_t> d;
   const hn::RebindToSigned<decltype(d)> to;
   for (size_t i = 0; i < elements; i += hn::Lanes(d)) {
-    auto sum = hn::LoadU(d, add.rows + i);
-    for (size_t k = 1; k < add.count; ++k)
-      sum = hn::Add(sum, hn::LoadU(d, add.rows + k * add.stride + i));
+    auto sum = hn::LoadU(d, in.rows + i);
+    for (size_t k = 1; k < in.count; ++k)
+      sum = hn::Add(sum, hn::LoadU(d, in.rows + k * in.stride + i));
     hn::StoreU(hn::BitCast(to, hn::ShiftLeftSame(sum, static_cast<int>(shift))), to, out + i);
   }
 }
@@ -293,8 +293,8 @@ void add_rows(const SumRows& rows, size_t step, std::span<SumLevel> levels) noex
 void blend_sums(const SumBlend& blend, size_t step, size_t blocks, float* const* out) noexcept {
   HWY_DYNAMIC_DISPATCH(BlendSums)(blend, step, blocks, out);
 }
-void add_sums(const SumAdd& add, size_t elements, unsigned shift, int16_t* out) noexcept {
-  HWY_DYNAMIC_DISPATCH(AddSums)(add, elements, shift, out);
+void add_sums(const SummedRows& in, size_t elements, unsigned shift, int16_t* out) noexcept {
+  HWY_DYNAMIC_DISPATCH(AddSums)(in, elements, shift, out);
 }
 
 }  // namespace weir::preprocess

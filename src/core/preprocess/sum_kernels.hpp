@@ -34,12 +34,16 @@ struct SumRows {
 };
 void add_rows(const SumRows& rows, size_t step, std::span<SumLevel> levels) noexcept;
 
-// Rows of sums of blocks of which a row is made: row k begins at rows + k * stride and has the
-// weight `first`, the last one `last`, those between them `between`. Rows of one weight are added
-// up before they get it: how many rows of bytes a row is the sum of changes nothing.
-struct SumBlend {
+// Rows of sums of blocks of which a row is made: row k begins at rows + k * stride.
+struct SummedRows {
   const uint16_t* rows = nullptr;
   size_t stride = 0, count = 0;
+};
+
+// The first row has the weight `first`, the last one `last`, those between them `between`. Rows of
+// one weight are added up before they get it: how many rows of bytes a row is the sum of changes
+// nothing.
+struct SumBlend : SummedRows {
   float first = 0, between = 0, last = 0;
   size_t at_once = 1;  // so many rows can be added up in 16 bits
 };
@@ -47,12 +51,8 @@ struct SumBlend {
 // to a multiple of kRowBlock.
 void blend_sums(const SumBlend& blend, size_t step, size_t blocks, float* const* out) noexcept;
 
-// out[i] = 2 to the power of `shift` times the sum over k of rows[k * stride + i], which fits into
-// 16 bits. Rows and `out` go on to a multiple of kRowBlock.
-struct SumAdd {
-  const uint16_t* rows = nullptr;
-  size_t stride = 0, count = 0;
-};
-void add_sums(const SumAdd& add, size_t elements, unsigned shift, int16_t* out) noexcept;
+// out[i] = 2 to the power of `shift` times the sum of element i of all rows, which fits into 16
+// bits. Rows and `out` go on to a multiple of kRowBlock.
+void add_sums(const SummedRows& in, size_t elements, unsigned shift, int16_t* out) noexcept;
 
 }  // namespace weir::preprocess
