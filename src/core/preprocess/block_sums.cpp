@@ -84,14 +84,14 @@ void BlockSums::make(const uint8_t* memory, ptrdiff_t stride, size_t end_row) no
     levels[count++] = {skipped(block), end(block) - begin(block), l.row.data(), sums, width(block),
                        l.rows_log2};
   }
-  const SumRows rows{memory + kLeastBlock * begin(kLeastBlock) * of_.step,
+  const SumRows rows{memory + kLeastBlock * begin(kLeastBlock) * samples_.step,
                      stride,
                      made_,
                      end_row - made_,
-                     of_.cosited,
+                     samples_.cosited,
                      begins_.data(),
                      made_ > first_row_};
-  add_rows(rows, of_.step, {levels.data(), count});
+  add_rows(rows, samples_.step, {levels.data(), count});
   made_ = end_row;
 }
 

@@ -38,11 +38,11 @@ struct SummedSamples {
 
 class BlockSums {
  public:
-  explicit BlockSums(const SummedSamples& of) noexcept : of_(of) {}
-  const SummedSamples& of() const noexcept { return of_; }
+  explicit BlockSums(const SummedSamples& of) noexcept : samples_(of) {}
+  const SummedSamples& samples() const noexcept { return samples_; }
   bool wanted() const noexcept { return most_ > 0; }
   // Of other samples, in the same memory. Precondition: not wanted().
-  void aim_at(const SummedSamples& of) noexcept { of_ = of; }
+  void aim_at(const SummedSamples& of) noexcept { samples_ = of; }
 
   // `rows`: how many, a power of two up to most_rows(), may be added up too, from multiples of it
   // on; of all wanters the least counts. Where that is 1, up to kRowsTogether are, between two
@@ -71,13 +71,13 @@ class BlockSums {
   }
 
  private:
-  size_t begin(size_t block) const noexcept { return (of_.low + block - 1) / block; }
-  size_t end(size_t block) const noexcept { return of_.high / block; }
-  size_t width(size_t block) const noexcept { return (end(block) - begin(block)) * of_.step; }
+  size_t begin(size_t block) const noexcept { return (samples_.low + block - 1) / block; }
+  size_t end(size_t block) const noexcept { return samples_.high / block; }
+  size_t width(size_t block) const noexcept { return (end(block) - begin(block)) * samples_.step; }
 
   // Lanes of the blocks before that are no part of the first one.
   size_t skipped(size_t block) const noexcept {
-    return block == kLeastBlock ? 0 : (2 * begin(block) - begin(block / 2)) * of_.step;
+    return block == kLeastBlock ? 0 : (2 * begin(block) - begin(block / 2)) * samples_.step;
   }
 
   struct Level {
@@ -95,7 +95,7 @@ class BlockSums {
   }
   void lay_runs();
 
-  SummedSamples of_;
+  SummedSamples samples_;
   size_t first_row_ = SIZE_MAX, end_row_ = 0, made_ = 0, most_ = 0;
   std::array<Level, 6> levels_;  // of 2 to 64
   // Whether a run of rows that are added up at once begins with a row, from the plane's first on;

@@ -52,7 +52,7 @@ struct Upwards {
 };
 
 void expect_sums(const BlockSums& sums, const Upwards& plane, const Wanted& wanted) {
-  const size_t block = wanted.block, low = sums.of().low, high = sums.of().high;
+  const size_t block = wanted.block, low = sums.samples().low, high = sums.samples().high;
   for (size_t row = wanted.first, together = 0; row < wanted.end; row += together) {
     together = 1;  // what one row of sums is of
     while (row + together < wanted.end && sums.of_rows(row, together + 1, block).count == 1)
@@ -67,9 +67,9 @@ void expect_sums(const BlockSums& sums, const Upwards& plane, const Wanted& want
     for (size_t b = (low + block - 1) / block, n = 0; b < high / block; ++b, ++n)
       for (size_t l = 0; l < plane.step; ++l)
         ASSERT_EQ(sums.of_rows(row, 1, block).rows[n * plane.step + l],
-                  sums.of().cosited ? plane.shifted_sum(row, together, b * block, block, l,
-                                                        (b + 1) * block < high)
-                                    : plane.sum(row, together, b * block, block, l))
+                  sums.samples().cosited ? plane.shifted_sum(row, together, b * block, block, l,
+                                                             (b + 1) * block < high)
+                                         : plane.sum(row, together, b * block, block, l))
             << "row " << row << ", block " << b << " of " << block << ", step " << plane.step;
   }
 }

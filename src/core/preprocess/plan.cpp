@@ -159,7 +159,7 @@ class PlanRun {
 
   void resize_sums(const Grid& grid, size_t band, uint32_t target) noexcept {
     const auto sums = std::find_if(sums_.all.begin(), sums_.all.end(), [&](const BlockSums& one) {
-      return one.of() == grid.summed(t_.bands[band].plane);
+      return one.samples() == grid.summed(t_.bands[band].plane);
     });
     const auto weights = grid.rows.weights(target);
     const size_t block = grid.sums.block;
@@ -313,7 +313,7 @@ void Plan::for_sums(uint32_t first, uint32_t count, FrameSums* sums, F&& f) cons
     if (grid.sums.block == 1) continue;
     const SummedSamples of = grid.summed(band.plane);
     auto found = std::find_if(sums->all.begin(), sums->all.end(),
-                              [&](const BlockSums& one) { return one.of() == of; });
+                              [&](const BlockSums& one) { return one.samples() == of; });
     if (found == sums->all.end()) {
       found = std::find_if(sums->all.begin(), sums->all.end(),
                            [](const BlockSums& one) { return !one.wanted(); });
@@ -356,7 +356,7 @@ Status Plan::run_rows(const Planes& planes, std::span<std::byte> out, uint32_t f
     sums->reserve();
   }
   for_sums(first, count, sums, [&](BlockSums& of, const Grid& grid, size_t, size_t bottom) {
-    const Plane& plane = planes[of.of().plane];
+    const Plane& plane = planes[of.samples().plane];
     of.make(reinterpret_cast<const uint8_t*>(plane.memory.data()) + plane.offset, plane.stride,
             end_of(grid, bottom));
   });

@@ -24,6 +24,14 @@ Preparation of_area(const Pixels& pixels, uint32_t width, uint32_t height) {
   return p;
 }
 
+// Each plan into the tensor of its number.
+std::vector<Job> jobs_of(const std::vector<Plan>& plans, std::vector<std::vector<float>>* out) {
+  std::vector<Job> jobs;
+  for (size_t i = 0; i < plans.size(); ++i)
+    jobs.push_back({&plans[i], std::as_writable_bytes(std::span((*out)[i]))});
+  return jobs;
+}
+
 // More rows than 16 bits hold the sums of.
 TEST(PlanOfBlocks, OfTallPicturesAreExactToo) {
   for (const char* format : {"GRAY8", "NV12"}) {
@@ -55,9 +63,7 @@ TEST(PlanOfBlocks, OfTallPicturesDoNotDependOnOtherLayersOrThreads) {
     Runner runner(threads);
     std::vector<std::vector<float>> out;
     for (const auto& one : alone) out.emplace_back(one.size());
-    std::vector<Job> jobs;
-    for (size_t i = 0; i < plans.size(); ++i)
-      jobs.push_back({&plans[i], std::as_writable_bytes(std::span(out[i]))});
+    const auto jobs = jobs_of(plans, &out);
     ASSERT_TRUE(runner.run(pixels.planes, jobs));
     EXPECT_EQ(out, alone) << threads << " threads";
   }
@@ -90,7 +96,6 @@ TEST(PlanOfBlocks, LayersThatShareSomeRowsOnlyAreThoseOfPlansAlone) {
   const Pixels pixels("GRAY8", 48, 122, 5);
   std::vector<Plan> plans;
   std::vector<std::vector<float>> wanted, out;
-  std::vector<Job> jobs;
   for (const uint32_t height : {2u, 11u}) {
     auto p = of_area(pixels, 1, height);
     p.crop = Rect{12, 78, 24, 32};
@@ -98,8 +103,7 @@ TEST(PlanOfBlocks, LayersThatShareSomeRowsOnlyAreThoseOfPlansAlone) {
     wanted.push_back(testing::run<float>(p, pixels));
     out.emplace_back(wanted.back().size());
   }
-  for (size_t i = 0; i < plans.size(); ++i)
-    jobs.push_back({&plans[i], std::as_writable_bytes(std::span(out[i]))});
+  const auto jobs = jobs_of(plans, &out);
   Runner runner(1);
   ASSERT_TRUE(runner.run(pixels.planes, jobs));
   EXPECT_EQ(out, wanted);
@@ -121,7 +125,6 @@ TEST(PlanOfBlocks, RandomLayersAndPartsOfPicturesAgree) {
     std::vector<Preparation> layers;
     std::vector<Plan> plans;
     std::vector<std::vector<float>> out;
-    std::vector<Job> jobs;
     for (uint32_t left = any(1, 4); left > 0; --left) {
       const uint32_t factor = 2u << any(0, 5);
       layers.push_back(of_area(pixels, std::max(1u, any(0, 3) > 0 ? width / factor : any(1, 20)),
@@ -129,8 +132,7 @@ TEST(PlanOfBlocks, RandomLayersAndPartsOfPicturesAgree) {
       plans.push_back(*Plan::make(layers.back()));
       out.emplace_back(layers.back().channels() * layers.back().width * layers.back().height);
     }
-    for (size_t i = 0; i < plans.size(); ++i)
-      jobs.push_back({&plans[i], std::as_writable_bytes(std::span(out[i]))});
+    const auto jobs = jobs_of(plans, &out);
     // Often of so many samples that some layer is made of whole blocks.
     const auto some_part = [&]() -> Rect {
       const uint32_t x = any(0, width / 16) * 4, y = any(0, height - 1);
@@ -187,9 +189,7 @@ TEST(PlanOfBlocks, LayersOfAPyramidAreThoseOfPlansAlone) {
         for (Pixels* frame : {&other, &pixels}) {
           std::vector<std::vector<float>> out;
           for (const auto& one : wanted) out.emplace_back(one.size());
-          std::vector<Job> jobs;
-          for (size_t i = 0; i < plans.size(); ++i)
-            jobs.push_back({&plans[i], std::as_writable_bytes(std::span(out[i]))});
+          const auto jobs = jobs_of(plans, &out);
           ASSERT_TRUE(runner.run(frame->planes, jobs));
           if (frame == &pixels)
             EXPECT_EQ(out, wanted) << threads << " threads";
