@@ -80,42 +80,38 @@ TEST(PairColumns, BlendsTheNeighboursOfEachPixel) {
       }
 }
 
+PairColumns laid(size_t step, uint32_t length, uint32_t targets) {
+  PairColumns columns;
+  columns.lay(Axis(Resize::Bilinear, {0, length, targets}, {}), step);
+  return columns;
+}
+
 TEST(PairColumns, LooksNeighboursUpTogetherWhereTheyLieNear) {
   transform::allow_avx512_bytes(false);
-  const auto group = [](size_t step, uint32_t length, uint32_t targets) {
-    PairColumns columns;
-    columns.lay(Axis(Resize::Bilinear, {0, length, targets}, {}), step);
-    return columns.group;
-  };
-  EXPECT_EQ(group(1, 64, 64), 8u);
-  EXPECT_EQ(group(1, 192, 64), 4u);
-  EXPECT_EQ(group(1, 640, 64), 1u);
-  EXPECT_EQ(group(2, 192, 64), 2u);
-  EXPECT_EQ(group(3, 192, 64), 2u);
-  EXPECT_EQ(group(4, 64, 64), 2u);
-  EXPECT_EQ(group(4, 192, 64), 1u);
-  EXPECT_EQ(group(1, 15, 15), 1u);  // no window fits in the row
+  EXPECT_EQ(laid(1, 64, 64).group, 8u);
+  EXPECT_EQ(laid(1, 192, 64).group, 4u);
+  EXPECT_EQ(laid(1, 640, 64).group, 1u);
+  EXPECT_EQ(laid(2, 192, 64).group, 2u);
+  EXPECT_EQ(laid(3, 192, 64).group, 2u);
+  EXPECT_EQ(laid(4, 64, 64).group, 2u);
+  EXPECT_EQ(laid(4, 192, 64).group, 1u);
+  EXPECT_EQ(laid(1, 15, 15).group, 1u);  // no window fits in the row
   transform::allow_avx512_bytes(true);
 }
 
 TEST(PairColumns, TakesWindowsOfWholeVectorsWhereTheCpuHasThem) {
   if (!has_wide_windows()) GTEST_SKIP() << "no AVX-512 with VBMI";
-  const auto wide = [](size_t step, uint32_t length, uint32_t targets) {
-    PairColumns columns;
-    columns.lay(Axis(Resize::Bilinear, {0, length, targets}, {}), step);
-    return columns.wide;
-  };
-  EXPECT_EQ(wide(1, 64, 64), 1u);
-  EXPECT_EQ(wide(1, 640, 320), 1u);
-  EXPECT_EQ(wide(1, 960, 320), 2u);
-  EXPECT_EQ(wide(1, 1280, 320), 2u);
-  EXPECT_EQ(wide(1, 1600, 320), 3u);
-  EXPECT_EQ(wide(1, 2240, 320), 4u);
-  EXPECT_EQ(wide(1, 2880, 320), 0u);
-  EXPECT_EQ(wide(2, 960, 320), 2u);
-  EXPECT_EQ(wide(4, 640, 160), 2u);
-  EXPECT_EQ(wide(3, 1280, 160), 3u);
-  EXPECT_EQ(wide(1, 63, 63), 0u);  // no window fits in the row
+  EXPECT_EQ(laid(1, 64, 64).wide, 1u);
+  EXPECT_EQ(laid(1, 640, 320).wide, 1u);
+  EXPECT_EQ(laid(1, 960, 320).wide, 2u);
+  EXPECT_EQ(laid(1, 1280, 320).wide, 2u);
+  EXPECT_EQ(laid(1, 1600, 320).wide, 3u);
+  EXPECT_EQ(laid(1, 2240, 320).wide, 4u);
+  EXPECT_EQ(laid(1, 2880, 320).wide, 0u);
+  EXPECT_EQ(laid(2, 960, 320).wide, 2u);
+  EXPECT_EQ(laid(4, 640, 160).wide, 2u);
+  EXPECT_EQ(laid(3, 1280, 160).wide, 3u);
+  EXPECT_EQ(laid(1, 63, 63).wide, 0u);  // no window fits in the row
 }
 
 TEST(PairColumns, HoldsTheWholeSecondSample) {

@@ -9,6 +9,7 @@
 #include "core/preprocess/pair_kernels.hpp"
 #include "core/preprocess/plan_tables.hpp"
 #include "core/preprocess/sum_kernels.hpp"
+#include "core/preprocess/tap_kernels.hpp"
 #include "core/simd/streamed_copy.hpp"
 
 namespace weir::preprocess {
@@ -201,6 +202,9 @@ class PlanRun {
   }
 
   void gather(const Grid& grid, size_t band) noexcept {
+    if (grid.sampling.step > 2)
+      return gather_pixels(w_.blended.data(), grid.index.data(), grid.weights.data(), grid.taps,
+                           count(), lanes_of(band).data());
     for (size_t l = 0; l < t_.lanes.size(); ++l)
       if (t_.lanes[l].band == band)
         gather_row(w_.blended.data() + t_.lanes[l].offset, grid.index.data(), grid.weights.data(),
@@ -290,7 +294,7 @@ void Plan::grow(Workspace* w) const {
     at_least(&w->rows, grid.rows.most_weights());
     for (auto& samples : w->samples) at_least(&samples, count * grid.lanes());
     if (!grid.paired)
-      at_least(&w->blended, padded(grid.bytes));
+      at_least(&w->blended, padded(grid.bytes) + kRowBlock);
     else
       for (auto& pairs : w->pairs) at_least(&pairs, pairs_memory(count, grid.sampling.step));
   }

@@ -53,14 +53,14 @@ void lay_taps(Grid* grid) {
   const size_t stride = padded(x.targets());
   grid->index.assign(stride * grid->taps, 0);
   grid->weights.assign(stride * grid->taps, 0.0f);
-  for (size_t t = 0; t < x.targets(); ++t) {
-    const auto weights = x.weights(t);
+  for (size_t t = 0; t < stride; ++t) {
+    const size_t target = std::min(t, last);
+    const auto weights = x.weights(target);
     for (size_t k = 0; k < grid->taps; ++k) {
-      const bool used = k < weights.size();
-      const size_t sample = x.first(t) - x.low() + (used ? k : 0);
+      const size_t sample = x.first(target) - x.low() + std::min(k, weights.size() - 1);
       grid->index[k * stride + t] = static_cast<int32_t>(sample * grid->sampling.step);
       grid->weights[k * stride + t] =
-          used ? weights[k] * (t == last ? grid->sums.last_scale : 1) : 0.0f;
+          k < weights.size() ? weights[k] * (t == last ? grid->sums.last_scale : 1) : 0.0f;
     }
   }
 }

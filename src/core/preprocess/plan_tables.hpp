@@ -32,7 +32,7 @@ struct Grid {
   size_t first_byte = 0, bytes = 0;  // of each row, what is read
   Axis rows, columns;
   // Whether a target pixel is made of no more than two rows and two samples of each. Then the
-  // columns are `pairs`, else `index` and `weights`, which are those of gather_row().
+  // columns are `pairs`, else `index` and `weights`, which are those of tap_kernels.hpp.
   bool paired = false;
   PairColumns pairs;
   size_t taps = 0;

@@ -22,60 +22,6 @@ using I = hn::RebindToSigned<F>;
 using V = hn::Vec<F>;
 static_assert(hn::MaxLanes(F()) <= kRowBlock);
 
-V load_bytes(F d, const uint8_t* at) {
-  const hn::Rebind<uint8_t, F> bytes;
-  return hn::ConvertTo(d, hn::PromoteTo(I(), hn::LoadU(bytes, at)));
-}
-
-void BlendRows(const uint8_t* const* rows, const float* weights, size_t taps, size_t bytes,
-               float* out) {
-  const F d;
-  const size_t lanes = hn::Lanes(d);
-  size_t i = 0;
-  const auto whole = [&](auto value) {
-    for (i = 0; i + lanes <= bytes; i += lanes) hn::StoreU(value(i), d, out + i);
-  };
-  const auto w0 = hn::Set(d, weights[0]);
-  if (taps == 1) {
-    whole([&](size_t at) { return load_bytes(d, rows[0] + at); });
-  } else if (taps == 2) {
-    const auto w1 = hn::Set(d, weights[1]);
-    whole([&](size_t at) {
-      return hn::MulAdd(w1, load_bytes(d, rows[1] + at), hn::Mul(w0, load_bytes(d, rows[0] + at)));
-    });
-  } else {
-    whole([&](size_t at) {
-      auto sum = hn::Mul(w0, load_bytes(d, rows[0] + at));
-      for (size_t k = 1; k < taps; ++k)
-        sum = hn::MulAdd(hn::Set(d, weights[k]), load_bytes(d, rows[k] + at), sum);
-      return sum;
-    });
-  }
-  for (; i < bytes; ++i) {
-    float sum = taps == 1 ? static_cast<float>(rows[0][i]) : 0.0f;
-    if (taps > 1)
-      for (size_t k = 0; k < taps; ++k) sum += weights[k] * static_cast<float>(rows[k][i]);
-    out[i] = sum;
-  }
-}
-
-void GatherRow(const float* in, const int32_t* index, const float* weights, size_t taps,
-               size_t count, float* out) {
-  const F d;
-  const I di;
-  const size_t stride = padded(count);
-  for (size_t i = 0; i < count; i += hn::Lanes(d)) {
-    auto sum = hn::GatherIndex(d, in, hn::LoadU(di, index + i));
-    if (taps > 1) sum = hn::Mul(sum, hn::LoadU(d, weights + i));
-    for (size_t k = 1; k < taps; ++k) {
-      const size_t at = k * stride + i;
-      sum = hn::MulAdd(hn::LoadU(d, weights + at),
-                       hn::GatherIndex(d, in, hn::LoadU(di, index + at)), sum);
-    }
-    hn::StoreU(sum, d, out + i);
-  }
-}
-
 // Lane `offset` of pairs of 16 bits, of which the first lies where the CPU has the low half.
 template <class Words>
 HWY_INLINE Words lane_of_pairs(Words pairs, size_t offset) {
@@ -297,20 +243,10 @@ HWY_AFTER_NAMESPACE();
 #if HWY_ONCE
 namespace weir::preprocess {
 
-HWY_EXPORT(BlendRows);
-HWY_EXPORT(GatherRow);
 HWY_EXPORT(FinishRow);
 HWY_EXPORT(WriteNumbers);
 HWY_EXPORT(InterleaveThree);
 
-void blend_rows(const uint8_t* const* rows, const float* weights, size_t taps, size_t bytes,
-                float* out) noexcept {
-  HWY_DYNAMIC_DISPATCH(BlendRows)(rows, weights, taps, bytes, out);
-}
-void gather_row(const float* in, const int32_t* index, const float* weights, size_t taps,
-                size_t count, float* out) noexcept {
-  HWY_DYNAMIC_DISPATCH(GatherRow)(in, index, weights, taps, count, out);
-}
 void finish_row(const LaneRow* in, const ColorTransform& transform, const NumberRule* rules,
                 const FloatTarget& to, size_t count) noexcept {
   HWY_DYNAMIC_DISPATCH(FinishRow)(in, transform, rules, to, count);

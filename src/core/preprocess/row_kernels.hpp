@@ -14,15 +14,6 @@ constexpr size_t padded(size_t elements) noexcept {
   return (elements + kRowBlock - 1) / kRowBlock * kRowBlock;
 }
 
-// out[i] = sum over k of weights[k] * rows[k][i], for exactly `bytes` elements.
-void blend_rows(const uint8_t* const* rows, const float* weights, size_t taps, size_t bytes,
-                float* out) noexcept;
-
-// out[i] = sum over k of weights[k * stride + i] * in[index[k * stride + i]], stride being
-// padded(count). With one tap the weights are not read: they are 1.
-void gather_row(const float* in, const int32_t* index, const float* weights, size_t taps,
-                size_t count, float* out) noexcept;
-
 // What samples of 16 bits are multiplied by.
 inline constexpr size_t kSampleScale = 128;
 

@@ -1,0 +1,178 @@
+// One source for all vector widths: compiled once per CPU target.
+#include "core/preprocess/tap_kernels.hpp"
+
+#include "core/preprocess/row_kernels.hpp"
+
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "core/preprocess/tap_kernels.cpp"
+#include <hwy/foreach_target.h>
+#include <hwy/highway.h>
+
+HWY_BEFORE_NAMESPACE();
+namespace weir::preprocess::HWY_NAMESPACE {
+
+namespace hn = hwy::HWY_NAMESPACE;
+using F = hn::ScalableTag<float>;
+using I = hn::RebindToSigned<F>;
+using V = hn::Vec<F>;
+static_assert(hn::MaxLanes(F()) <= kRowBlock);
+
+V load_bytes(F d, const uint8_t* at) {
+  const hn::Rebind<uint8_t, F> bytes;
+  return hn::ConvertTo(d, hn::PromoteTo(I(), hn::LoadU(bytes, at)));
+}
+
+void BlendRows(const uint8_t* const* rows, const float* weights, size_t taps, size_t bytes,
+               float* out) {
+  const F d;
+  const size_t lanes = hn::Lanes(d);
+  size_t i = 0;
+  const auto whole = [&](auto value) {
+    for (i = 0; i + lanes <= bytes; i += lanes) hn::StoreU(value(i), d, out + i);
+  };
+  const auto w0 = hn::Set(d, weights[0]);
+  if (taps == 1) {
+    whole([&](size_t at) { return load_bytes(d, rows[0] + at); });
+  } else if (taps == 2) {
+    const auto w1 = hn::Set(d, weights[1]);
+    whole([&](size_t at) {
+      return hn::MulAdd(w1, load_bytes(d, rows[1] + at), hn::Mul(w0, load_bytes(d, rows[0] + at)));
+    });
+  } else {
+    whole([&](size_t at) {
+      auto sum = hn::Mul(w0, load_bytes(d, rows[0] + at));
+      for (size_t k = 1; k < taps; ++k)
+        sum = hn::MulAdd(hn::Set(d, weights[k]), load_bytes(d, rows[k] + at), sum);
+      return sum;
+    });
+  }
+  for (; i < bytes; ++i) {
+    float sum = taps == 1 ? static_cast<float>(rows[0][i]) : 0.0f;
+    if (taps > 1)
+      for (size_t k = 0; k < taps; ++k) sum += weights[k] * static_cast<float>(rows[k][i]);
+    out[i] = sum;
+  }
+}
+
+// The numbers at `places` of so many vectors.
+template <size_t vectors>
+HWY_INLINE V look_up(F d, const V* in, hn::Vec<I> places) {
+  const I di;
+  const size_t lanes = hn::Lanes(d);
+  const auto within =
+      hn::IndicesFromVec(d, hn::And(places, hn::Set(di, static_cast<int32_t>(lanes - 1))));
+  auto found = hn::TableLookupLanes(in[0], within);
+  for (size_t v = 1; v < vectors; ++v) {
+    const auto here = hn::Gt(places, hn::Set(di, static_cast<int32_t>(v * lanes - 1)));
+    found = hn::IfThenElse(hn::RebindMask(d, here), hn::TableLookupLanes(in[v], within), found);
+  }
+  return found;
+}
+
+// The weighted samples of a vector of targets, each of which take(k) gives.
+template <class Take>
+HWY_INLINE V weighted(F d, const float* weights, size_t taps, size_t stride, Take&& take) {
+  auto sum = take(0);
+  if (taps > 1) sum = hn::Mul(sum, hn::LoadU(d, weights));
+  for (size_t k = 1; k < taps; ++k)
+    sum = hn::MulAdd(hn::LoadU(d, weights + k * stride), take(k), sum);
+  return sum;
+}
+
+// All samples lie in so many vectors.
+template <size_t vectors>
+V from_window(const float* in, const int32_t* index, const float* weights, size_t taps,
+              size_t stride) {
+  const F d;
+  const I di;
+  V window[vectors];
+  for (size_t v = 0; v < vectors; ++v) window[v] = hn::LoadU(d, in + index[0] + v * hn::Lanes(d));
+  const auto first = hn::Set(di, index[0]);
+  return weighted(d, weights, taps, stride, [&](size_t k) HWY_ATTR {
+    return look_up<vectors>(d, window, hn::Sub(hn::LoadU(di, index + k * stride), first));
+  });
+}
+
+// A gather loads samples one by one: vectors are looked up in where the samples lie near.
+void GatherRow(const float* in, const int32_t* index, const float* weights, size_t taps,
+               size_t count, float* out) {
+  const F d;
+  const I di;
+  const size_t lanes = hn::Lanes(d), stride = padded(count);
+  const auto vector = [&](const int32_t* at, const float* by) HWY_ATTR {
+    if constexpr (hn::MaxLanes(F()) >= 8) {
+      const int32_t last = at[(taps - 1) * stride + lanes - 1];
+      switch (static_cast<size_t>(last - at[0]) / lanes) {
+        case 0:
+          return from_window<1>(in, at, by, taps, stride);
+        case 1:
+          return from_window<2>(in, at, by, taps, stride);
+        case 2:
+          return from_window<3>(in, at, by, taps, stride);
+        case 3:
+          return from_window<4>(in, at, by, taps, stride);
+        default:
+          break;
+      }
+    }
+    return weighted(d, by, taps, stride, [&](size_t k) HWY_ATTR {
+      return hn::GatherIndex(d, in, hn::LoadU(di, at + k * stride));
+    });
+  };
+  for (size_t i = 0; i < count; i += lanes) hn::StoreU(vector(index + i, weights + i), d, out + i);
+}
+
+// A pixel is a vector of four, of which a row of three-lane pixels has one too many.
+void GatherPixels(const float* in, const int32_t* index, const float* weights, size_t taps,
+                  size_t count, float* const* out) {
+#if HWY_TARGET == HWY_SCALAR
+  for (size_t l = 0; l < 4; ++l) GatherRow(in + l, index, weights, taps, count, out[l]);
+#else
+  const F d;
+  const hn::FixedTag<float, 4> four;
+  const size_t lanes = hn::Lanes(d), stride = padded(count);
+  for (size_t i = 0; i < count; i += lanes) {
+    float pixels[4 * hn::MaxLanes(F())];
+    for (size_t p = 0; p < lanes; ++p) {
+      const size_t at = i + p;
+      auto sum = hn::LoadU(four, in + index[at]);
+      if (taps > 1) sum = hn::Mul(sum, hn::Set(four, weights[at]));
+      for (size_t k = stride + at; k < taps * stride; k += stride)
+        sum = hn::MulAdd(hn::Set(four, weights[k]), hn::LoadU(four, in + index[k]), sum);
+      hn::StoreU(sum, four, pixels + 4 * p);
+    }
+    V a, b, c, e;
+    hn::LoadInterleaved4(d, pixels, a, b, c, e);
+    hn::StoreU(a, d, out[0] + i);
+    hn::StoreU(b, d, out[1] + i);
+    hn::StoreU(c, d, out[2] + i);
+    hn::StoreU(e, d, out[3] + i);
+  }
+#endif
+}
+
+}  // namespace weir::preprocess::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace weir::preprocess {
+
+HWY_EXPORT(BlendRows);
+HWY_EXPORT(GatherRow);
+HWY_EXPORT(GatherPixels);
+
+void blend_rows(const uint8_t* const* rows, const float* weights, size_t taps, size_t bytes,
+                float* out) noexcept {
+  HWY_DYNAMIC_DISPATCH(BlendRows)(rows, weights, taps, bytes, out);
+}
+void gather_row(const float* in, const int32_t* index, const float* weights, size_t taps,
+                size_t count, float* out) noexcept {
+  HWY_DYNAMIC_DISPATCH(GatherRow)(in, index, weights, taps, count, out);
+}
+void gather_pixels(const float* in, const int32_t* index, const float* weights, size_t taps,
+                   size_t count, float* const* out) noexcept {
+  HWY_DYNAMIC_DISPATCH(GatherPixels)(in, index, weights, taps, count, out);
+}
+
+}  // namespace weir::preprocess
+#endif

@@ -1,0 +1,23 @@
+// Pixels that are sums of any number of samples: the loops over one row.
+#pragma once
+#include <cstddef>
+#include <cstdint>
+
+namespace weir::preprocess {
+
+// out[i] = sum over k of weights[k] * rows[k][i], for exactly `bytes` elements.
+void blend_rows(const uint8_t* const* rows, const float* weights, size_t taps, size_t bytes,
+                float* out) noexcept;
+
+// out[i] = sum over k of weights[k * stride + i] * in[index[k * stride + i]], stride being
+// padded(count). With one tap the weights are not read: they are 1. The index falls neither
+// from i to i + 1, up to the stride, nor from tap to tap; `in` is readable up to kRowBlock elements
+// behind the last.
+void gather_row(const float* in, const int32_t* index, const float* weights, size_t taps,
+                size_t count, float* out) noexcept;
+// The same of pixels of four lanes side by side: lane l to out[l]. Where pixels
+// have three lanes the fourth is any.
+void gather_pixels(const float* in, const int32_t* index, const float* weights, size_t taps,
+                   size_t count, float* const* out) noexcept;
+
+}  // namespace weir::preprocess
