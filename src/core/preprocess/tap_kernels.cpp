@@ -1,6 +1,8 @@
 // One source for all vector widths: compiled once per CPU target.
 #include "core/preprocess/tap_kernels.hpp"
 
+#include <algorithm>
+
 #include "core/preprocess/row_kernels.hpp"
 
 #undef HWY_TARGET_INCLUDE
@@ -27,24 +29,36 @@ void BlendRows(const uint8_t* const* rows, const float* weights, size_t taps, si
   const F d;
   const size_t lanes = hn::Lanes(d);
   size_t i = 0;
-  const auto whole = [&](auto value) {
-    for (i = 0; i + lanes <= bytes; i += lanes) hn::StoreU(value(i), d, out + i);
-  };
-  const auto w0 = hn::Set(d, weights[0]);
-  if (taps == 1) {
-    whole([&](size_t at) { return load_bytes(d, rows[0] + at); });
-  } else if (taps == 2) {
-    const auto w1 = hn::Set(d, weights[1]);
-    whole([&](size_t at) {
-      return hn::MulAdd(w1, load_bytes(d, rows[1] + at), hn::Mul(w0, load_bytes(d, rows[0] + at)));
-    });
-  } else {
-    whole([&](size_t at) {
-      auto sum = hn::Mul(w0, load_bytes(d, rows[0] + at));
-      for (size_t k = 1; k < taps; ++k)
-        sum = hn::MulAdd(hn::Set(d, weights[k]), load_bytes(d, rows[k] + at), sum);
-      return sum;
-    });
+  for (; i + 4 * lanes <= bytes; i += 4 * lanes) {
+    const uint8_t* row = rows[0] + i;
+    auto a = load_bytes(d, row), b = load_bytes(d, row + lanes);
+    auto c = load_bytes(d, row + 2 * lanes), e = load_bytes(d, row + 3 * lanes);
+    if (taps > 1) {
+      const auto w = hn::Set(d, weights[0]);
+      a = hn::Mul(w, a);
+      b = hn::Mul(w, b);
+      c = hn::Mul(w, c);
+      e = hn::Mul(w, e);
+    }
+    for (size_t k = 1; k < taps; ++k) {
+      const auto w = hn::Set(d, weights[k]);
+      row = rows[k] + i;
+      a = hn::MulAdd(w, load_bytes(d, row), a);
+      b = hn::MulAdd(w, load_bytes(d, row + lanes), b);
+      c = hn::MulAdd(w, load_bytes(d, row + 2 * lanes), c);
+      e = hn::MulAdd(w, load_bytes(d, row + 3 * lanes), e);
+    }
+    hn::StoreU(a, d, out + i);
+    hn::StoreU(b, d, out + i + lanes);
+    hn::StoreU(c, d, out + i + 2 * lanes);
+    hn::StoreU(e, d, out + i + 3 * lanes);
+  }
+  for (; i + lanes <= bytes; i += lanes) {
+    auto sum = load_bytes(d, rows[0] + i);
+    if (taps > 1) sum = hn::Mul(hn::Set(d, weights[0]), sum);
+    for (size_t k = 1; k < taps; ++k)
+      sum = hn::MulAdd(hn::Set(d, weights[k]), load_bytes(d, rows[k] + i), sum);
+    hn::StoreU(sum, d, out + i);
   }
   for (; i < bytes; ++i) {
     float sum = taps == 1 ? static_cast<float>(rows[0][i]) : 0.0f;
@@ -56,16 +70,18 @@ void BlendRows(const uint8_t* const* rows, const float* weights, size_t taps, si
 
 // The numbers at `places` of so many vectors.
 template <size_t vectors>
-HWY_INLINE V look_up(F d, const V* in, hn::Vec<I> places) {
+HWY_INLINE V look_up(F d, V first, V second, V third, V fourth, hn::Vec<I> places) {
   const I di;
-  const size_t lanes = hn::Lanes(d);
-  const auto within =
-      hn::IndicesFromVec(d, hn::And(places, hn::Set(di, static_cast<int32_t>(lanes - 1))));
-  auto found = hn::TableLookupLanes(in[0], within);
-  for (size_t v = 1; v < vectors; ++v) {
-    const auto here = hn::Gt(places, hn::Set(di, static_cast<int32_t>(v * lanes - 1)));
-    found = hn::IfThenElse(hn::RebindMask(d, here), hn::TableLookupLanes(in[v], within), found);
-  }
+  const auto lanes = static_cast<int32_t>(hn::Lanes(d));
+  const auto within = hn::IndicesFromVec(d, hn::And(places, hn::Set(di, lanes - 1)));
+  const auto from = [&](int32_t vector, V in, V otherwise) HWY_ATTR {
+    const auto here = hn::Gt(places, hn::Set(di, vector * lanes - 1));
+    return hn::IfThenElse(hn::RebindMask(d, here), hn::TableLookupLanes(in, within), otherwise);
+  };
+  V found = hn::TableLookupLanes(first, within);
+  if constexpr (vectors > 1) found = from(1, second, found);
+  if constexpr (vectors > 2) found = from(2, third, found);
+  if constexpr (vectors > 3) found = from(3, fourth, found);
   return found;
 }
 
@@ -85,11 +101,14 @@ V from_window(const float* in, const int32_t* index, const float* weights, size_
               size_t stride) {
   const F d;
   const I di;
-  V window[vectors];
-  for (size_t v = 0; v < vectors; ++v) window[v] = hn::LoadU(d, in + index[0] + v * hn::Lanes(d));
   const auto first = hn::Set(di, index[0]);
+  const auto vector = [&](size_t number) HWY_ATTR {
+    return hn::LoadU(d, in + index[0] + std::min(number, vectors - 1) * hn::Lanes(d));
+  };
+  const auto a = vector(0), b = vector(1), c = vector(2), e = vector(3);
   return weighted(d, weights, taps, stride, [&](size_t k) HWY_ATTR {
-    return look_up<vectors>(d, window, hn::Sub(hn::LoadU(di, index + k * stride), first));
+    const auto places = hn::Sub(hn::LoadU(di, index + k * stride), first);
+    return look_up<vectors>(d, a, b, c, e, places);
   });
 }
 
