@@ -85,7 +85,7 @@ HWY_INLINE V look_up(F d, V first, V second, V third, V fourth, hn::Vec<I> place
   return found;
 }
 
-// The weighted samples of a vector of targets, each of which take(k) gives.
+// A vector of targets: take(k) gives the k-th sample of each.
 template <class Take>
 HWY_INLINE V weighted(F d, const float* weights, size_t taps, size_t stride, Take&& take) {
   auto sum = take(0);
@@ -95,7 +95,7 @@ HWY_INLINE V weighted(F d, const float* weights, size_t taps, size_t stride, Tak
   return sum;
 }
 
-// All samples lie in so many vectors.
+// All samples lie in so many vectors; those that are not looked at are the last one again.
 template <size_t vectors>
 V from_window(const float* in, const int32_t* index, const float* weights, size_t taps,
               size_t stride) {
@@ -112,7 +112,8 @@ V from_window(const float* in, const int32_t* index, const float* weights, size_
   });
 }
 
-// A gather loads samples one by one: vectors are looked up in where the samples lie near.
+// A gather loads samples one by one: vectors are looked up in where the samples lie near, unless
+// they are so short that few do.
 void GatherRow(const float* in, const int32_t* index, const float* weights, size_t taps,
                size_t count, float* out) {
   const F d;
@@ -141,7 +142,7 @@ void GatherRow(const float* in, const int32_t* index, const float* weights, size
   for (size_t i = 0; i < count; i += lanes) hn::StoreU(vector(index + i, weights + i), d, out + i);
 }
 
-// A pixel is a vector of four, of which a row of three-lane pixels has one too many.
+// A pixel is a vector of four; of three lanes, the fourth is the first of the next pixel.
 void GatherPixels(const float* in, const int32_t* index, const float* weights, size_t taps,
                   size_t count, float* const* out) {
 #if HWY_TARGET == HWY_SCALAR

@@ -35,7 +35,7 @@ struct Taps {
             (static_cast<size_t>(static_cast<double>(target) * factor) + k) * step);
         weights[k * stride + i] = taps == 1 ? 1 : static_cast<float>(random() % 8) / 8;
       }
-    in.resize(static_cast<size_t>(index.back()) + kRowBlock);  // nothing behind it may be read
+    in.resize(static_cast<size_t>(index.back()) + kRowBlock);
     for (float& number : in) number = static_cast<float>(random() % 256);
   }
 
