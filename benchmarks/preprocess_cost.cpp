@@ -45,8 +45,8 @@ void classic_chains(int rounds) {
       "method=";
   const std::vector<std::string> classic{"videoconvert ! videoscale", "videoscale ! videoconvert",
                                          "videoconvertscale"};
-  // The chains are bilinear: they look at four pixels of nine, of which `area` takes all. A half is
-  // a guard, not a target of the field.
+  // The chains are bilinear: they look at four pixels of nine, where `area` takes all. A half is a
+  // guard, not a target of the field.
   const std::vector<std::pair<std::string, double>> methods{{"bilinear", 1.0 / 3}, {"area", 0.5}};
   std::deque<ElementStage> stages;
   for (const auto& chain : classic) stages.emplace_back(chain + kTensor, kVideo, kBytes);

@@ -51,8 +51,8 @@ void lay_taps(Grid* grid) {
   const size_t last = x.targets() - 1;
   grid->taps = x.most_weights();
   const size_t stride = padded(x.targets());
-  grid->index.assign(stride * grid->taps, 0);
-  grid->weights.assign(stride * grid->taps, 0.0f);
+  grid->index.resize(stride * grid->taps);
+  grid->weights.resize(stride * grid->taps);
   for (size_t t = 0; t < stride; ++t) {
     const size_t target = std::min(t, last);
     const auto weights = x.weights(target);

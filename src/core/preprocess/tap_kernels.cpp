@@ -61,9 +61,9 @@ void BlendRows(const uint8_t* const* rows, const float* weights, size_t taps, si
     hn::StoreU(sum, d, out + i);
   }
   for (; i < bytes; ++i) {
-    float sum = taps == 1 ? static_cast<float>(rows[0][i]) : 0.0f;
-    if (taps > 1)
-      for (size_t k = 0; k < taps; ++k) sum += weights[k] * static_cast<float>(rows[k][i]);
+    auto sum = static_cast<float>(rows[0][i]);
+    if (taps > 1) sum *= weights[0];
+    for (size_t k = 1; k < taps; ++k) sum += weights[k] * static_cast<float>(rows[k][i]);
     out[i] = sum;
   }
 }

@@ -6,7 +6,8 @@
 
 namespace weir::preprocess {
 
-// out[i] = sum over k of weights[k] * rows[k][i], for exactly `bytes` elements.
+// out[i] = sum over k of weights[k] * rows[k][i], for exactly `bytes` elements. With one tap its
+// weight is not read: it is 1.
 void blend_rows(const uint8_t* const* rows, const float* weights, size_t taps, size_t bytes,
                 float* out) noexcept;
 
