@@ -26,7 +26,7 @@ void PairColumns::lay(const Axis& axis, size_t sample_bytes) {
   count = axis.targets();
   const size_t lanes = pair_lanes(step);
   at.resize(count);
-  shares.assign(padded(count) * lanes, 0);
+  shares.assign(padded(count) * lanes + kWideLanes, 0);
   for (size_t t = 0; t < count; ++t) {
     const auto weights = axis.weights(t);
     // Where there is none behind the last sample: a pair of which only the second counts.
@@ -50,22 +50,28 @@ bool PairColumns::fits(size_t pixels, size_t window, size_t row_bytes) const noe
 }
 
 void PairColumns::lay_wide_windows(size_t row_bytes) {
-  const size_t lanes = pair_lanes(step), pixels = kWideLanes / lanes;
-  wide = 1;
-  while (wide <= kWideVectors && !fits(pixels, wide * kWideBytes, row_bytes)) ++wide;
-  if (wide > kWideVectors) {
-    wide = 0;
-    return;
-  }
+  const size_t lanes = pair_lanes(step);
+  const auto vectors_for = [&](size_t pixels) -> size_t {
+    for (size_t vectors = 1; vectors <= kWideVectors; ++vectors)
+      if (fits(pixels, vectors * kWideBytes, row_bytes)) return vectors;
+    return 0;
+  };
+  wide_lanes = kWideLanes;
+  while ((wide = vectors_for(wide_lanes / lanes)) == 0 && wide_lanes > kFewestWideLanes)
+    wide_lanes /= 2;
+  if (wide == 0) return;
+  const size_t pixels = wide_lanes / lanes;
   windows[0].assign((count + pixels - 1) / pixels, 0);
   lookup[0][0].assign(windows[0].size() * kWideBytes, 0);
   for (size_t t = 0; t < count; ++t) {
     uint32_t& window = windows[0][t / pixels];
     if (t % pixels == 0)
       window = std::min(at[t], static_cast<uint32_t>(row_bytes - wide * kWideBytes));
+    uint8_t* const places =
+        lookup[0][0].data() + t / pixels * kWideBytes + 2 * (t % pixels * lanes);
     for (size_t l = 0; l < step; ++l) {
-      lookup[0][0][2 * (t * lanes + l)] = static_cast<uint8_t>(at[t] - window + l);
-      lookup[0][0][2 * (t * lanes + l) + 1] = static_cast<uint8_t>(at[t] - window + l + step);
+      places[2 * l] = static_cast<uint8_t>(at[t] - window + l);
+      places[2 * l + 1] = static_cast<uint8_t>(at[t] - window + l + step);
     }
   }
 }

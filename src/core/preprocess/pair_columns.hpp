@@ -38,10 +38,10 @@ struct PairColumns {
   size_t parts() const noexcept { return kBlockLanes / pair_lanes(step) / group; }
   std::vector<uint32_t> windows[2];
   RowMemory<uint8_t> lookup[2][2];
-  // Vectors of bytes in windows that make a whole vector of the result, 0 for none. Window w is
-  // read at windows[0][w]; lookup[0][0] has at 64 * w, for each lane, where its first and its
-  // second sample are.
-  size_t wide = 0;
+  // Vectors of bytes in a window out of which `wide_lanes` lanes of the result are picked, 0 for
+  // none. Window w is read at windows[0][w]; lookup[0][0] has at 64 * w, for each lane, where its
+  // first and its second sample are. The farther neighbours lie, the fewer lanes a window makes.
+  size_t wide = 0, wide_lanes = 0;
 
   // Precondition: the axis has at most two weights a target and uses two samples or more. Rows
   // begin with sample low(). Memory is kept.

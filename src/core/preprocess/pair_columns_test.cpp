@@ -37,7 +37,7 @@ void expect_blended(const Axis& axis, size_t step, size_t row_count, const PairC
   const uint8_t* const from[2] = {rows.above.data(), rows.below.data()};
   std::vector<int16_t> out(padded(count) * lanes);
   const int16_t down = pair_share(0.3);
-  blend_pairs(from, row_count, columns, down, taken, out.data());
+  blend_pairs({from, from, row_count}, columns, down, taken, out.data());
   for (size_t t = 0; t < count; ++t)
     for (size_t l = 0; l < step; ++l) {
       const auto blended = [&](const std::vector<uint8_t>& row) {
@@ -66,7 +66,10 @@ TEST(PairColumns, BlendsTheNeighboursOfEachPixel) {
                                           {200u, 25u},
                                           {330u, 70u},
                                           {500u, 70u},
-                                          {300u, 3u}})
+                                          {300u, 3u},
+                                          {1300u, 90u},
+                                          {1300u, 41u},
+                                          {2000u, 17u}})
       for (const Resize resize : {Resize::Bilinear, Resize::Nearest}) {
         SCOPED_TRACE(std::to_string(step) + ": " + std::to_string(length) + " to " +
                      std::to_string(targets));
@@ -107,11 +110,27 @@ TEST(PairColumns, TakesWindowsOfWholeVectorsWhereTheCpuHasThem) {
   EXPECT_EQ(laid(1, 1280, 320).wide, 2u);
   EXPECT_EQ(laid(1, 1600, 320).wide, 3u);
   EXPECT_EQ(laid(1, 2240, 320).wide, 4u);
-  EXPECT_EQ(laid(1, 2880, 320).wide, 0u);
   EXPECT_EQ(laid(2, 960, 320).wide, 2u);
   EXPECT_EQ(laid(4, 640, 160).wide, 2u);
   EXPECT_EQ(laid(3, 1280, 160).wide, 3u);
   EXPECT_EQ(laid(1, 63, 63).wide, 0u);  // no window fits in the row
+}
+
+// What a whole vector of pixels would need of bytes does not fit into four of them.
+TEST(PairColumns, MakesPartsOfVectorsOutOfWindowsWhereNeighboursLieFar) {
+  if (!has_wide_windows()) GTEST_SKIP() << "no AVX-512 with VBMI";
+  const auto windows = [](size_t step, uint32_t factor) {
+    const PairColumns columns = laid(step, 320 * factor, 320);
+    return std::pair(columns.wide, columns.wide_lanes);
+  };
+  EXPECT_EQ(windows(1, 7), std::pair(size_t{4}, size_t{32}));
+  EXPECT_EQ(windows(1, 9), std::pair(size_t{3}, size_t{16}));   // 15 * 9 + 2 bytes
+  EXPECT_EQ(windows(1, 16), std::pair(size_t{4}, size_t{16}));  // 15 * 16 + 2
+  EXPECT_EQ(windows(1, 20), std::pair(size_t{3}, size_t{8}));   // 7 * 20 + 2
+  EXPECT_EQ(windows(1, 36), std::pair(size_t{4}, size_t{8}));   // 7 * 36 + 2
+  EXPECT_EQ(windows(1, 37).first, 0u);
+  EXPECT_EQ(windows(2, 20), std::pair(size_t{2}, size_t{8}));   // 3 * 40 + 4
+  EXPECT_EQ(windows(4, 20), std::pair(size_t{4}, size_t{16}));  // 3 * 80 + 8
 }
 
 TEST(PairColumns, HoldsTheWholeSecondSample) {

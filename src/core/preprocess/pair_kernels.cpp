@@ -53,10 +53,10 @@ void BlendPairs(const std::byte* const* pairs, size_t row_count, const PairColum
   });
 }
 
-void BlendWindows(const uint8_t* const* rows, size_t row_count, const PairColumns& columns,
-                  int16_t row_share, int16_t* out) {
-  blend(columns, row_count, row_share, out,
-        [&](size_t row, size_t pixel) { return rows[row] + columns.at[pixel]; });
+void BlendWindows(const SourceRows& from, const PairColumns& columns, int16_t row_share,
+                  int16_t* out) {
+  blend(columns, from.count, row_share, out,
+        [&](size_t row, size_t pixel) { return from.rows[row] + columns.at[pixel]; });
 }
 
 #else
@@ -129,13 +129,14 @@ auto load_windows(const uint8_t* row, const uint32_t* windows) {
 }
 
 template <size_t parts>
-void blend_windows(const uint8_t* const* rows, size_t row_count, const PairColumns& columns,
-                   int16_t row_share, int16_t* out) {
+void blend_windows(const SourceRows& from, const PairColumns& columns, int16_t row_share,
+                   int16_t* out) {
   const hn::FixedTag<uint8_t, kBlocks * kWindow> bytes;
   const hn::Repartition<int16_t, decltype(bytes)> d;
   const auto down = hn::Set(d, row_share);
   const size_t lanes = columns.count * pair_lanes(columns.step);
   const int16_t* const shares = columns.shares.data();
+  const uint8_t *const next_above = from.next[0], *const next_below = from.next[from.count - 1];
   const uint32_t* windows[2] = {columns.windows[0].data(), columns.windows[1].data()};
   const uint8_t* lookup[2][2];
   for (size_t p = 0; p < parts; ++p)
@@ -144,14 +145,18 @@ void blend_windows(const uint8_t* const* rows, size_t row_count, const PairColum
   for (size_t i = 0; i < lanes; i += hn::Lanes(d)) {
     const size_t block = i / kBlockLanes;
     const auto share = hn::LoadU(d, shares + i);
-    const auto row = [&](const uint8_t* from) {
-      const auto window = load_windows<kBlocks>(from, windows[0] + block);
+    for (size_t b = 0; b < kBlocks; b += 2) {  // two blocks are made of some 64 bytes at most
+      __builtin_prefetch(next_above + windows[0][block + b]);
+      __builtin_prefetch(next_below + windows[0][block + b]);
+    }
+    const auto row = [&](const uint8_t* in) {
+      const auto window = load_windows<kBlocks>(in, windows[0] + block);
       const auto sample = [&](size_t which) {
         return hn::TableLookupBytesOr0(window, hn::LoadU(bytes, lookup[0][which] + 2 * i));
       };
       auto first = sample(0), second = sample(1);
       if constexpr (parts == 2) {
-        const auto other = load_windows<kBlocks>(from, windows[1] + block);
+        const auto other = load_windows<kBlocks>(in, windows[1] + block);
         const auto other_sample = [&](size_t which) {
           return hn::TableLookupBytesOr0(other, hn::LoadU(bytes, lookup[1][which] + 2 * i));
         };
@@ -160,17 +165,17 @@ void blend_windows(const uint8_t* const* rows, size_t row_count, const PairColum
       }
       return blended(hn::BitCast(d, first), hn::BitCast(d, second), share);
     };
-    auto value = row(rows[0]);
-    if (row_count == 2)
-      value = hn::Add(value, hn::MulFixedPoint15(hn::Sub(value, row(rows[1])), down));
+    auto value = row(from.rows[0]);
+    if (from.count == 2)
+      value = hn::Add(value, hn::MulFixedPoint15(hn::Sub(value, row(from.rows[1])), down));
     hn::StoreU(value, d, out + i);
   }
 }
 
-void BlendWindows(const uint8_t* const* rows, size_t row_count, const PairColumns& columns,
-                  int16_t row_share, int16_t* out) {
-  if (columns.parts() == 1) return blend_windows<1>(rows, row_count, columns, row_share, out);
-  blend_windows<2>(rows, row_count, columns, row_share, out);
+void BlendWindows(const SourceRows& from, const PairColumns& columns, int16_t row_share,
+                  int16_t* out) {
+  if (columns.parts() == 1) return blend_windows<1>(from, columns, row_share, out);
+  blend_windows<2>(from, columns, row_share, out);
 }
 
 #endif
@@ -188,11 +193,14 @@ namespace {
 
 // Pairs that lie far from each other, one by one.
 template <class Pair, class Read>
-void sample(const uint8_t* const* rows, size_t row_count, const PairColumns& columns,
-            std::byte* const* out, Read read) noexcept {
-  const uint8_t *above = rows[0], *below = rows[row_count - 1];
-  std::byte *to_above = out[0], *to_below = out[row_count - 1];
+void sample(const SourceRows& from, const PairColumns& columns, std::byte* const* out,
+            Read read) noexcept {
+  const uint8_t *above = from.rows[0], *below = from.rows[from.count - 1];
+  const uint8_t *next_above = from.next[0], *next_below = from.next[from.count - 1];
+  std::byte *to_above = out[0], *to_below = out[from.count - 1];
   for (size_t t = 0; t < columns.count; ++t) {
+    __builtin_prefetch(next_above + columns.at[t]);
+    __builtin_prefetch(next_below + columns.at[t]);
     const Pair pair = read(above + columns.at[t]), other = read(below + columns.at[t]);
     std::memcpy(to_above + t * sizeof(Pair), &pair, sizeof(Pair));
     std::memcpy(to_below + t * sizeof(Pair), &other, sizeof(Pair));
@@ -216,23 +224,22 @@ uint64_t six_bytes_at(const uint8_t* at) noexcept {
     return uint64_t{low} << 32 | uint64_t{high} << 16;
 }
 
-void sample_pairs(const uint8_t* const* rows, size_t row_count, const PairColumns& columns,
+void sample_pairs(const SourceRows& from, const PairColumns& columns,
                   std::byte* const* out) noexcept {
-  if (columns.step == 1) return sample<uint16_t>(rows, row_count, columns, out, word_at<uint16_t>);
-  if (columns.step == 2) return sample<uint32_t>(rows, row_count, columns, out, word_at<uint32_t>);
-  if (columns.step == 3) return sample<uint64_t>(rows, row_count, columns, out, six_bytes_at);
-  sample<uint64_t>(rows, row_count, columns, out, word_at<uint64_t>);
+  if (columns.step == 1) return sample<uint16_t>(from, columns, out, word_at<uint16_t>);
+  if (columns.step == 2) return sample<uint32_t>(from, columns, out, word_at<uint32_t>);
+  if (columns.step == 3) return sample<uint64_t>(from, columns, out, six_bytes_at);
+  sample<uint64_t>(from, columns, out, word_at<uint64_t>);
 }
 
 }  // namespace
 
-void blend_pairs(const uint8_t* const* rows, size_t row_count, const PairColumns& columns,
-                 int16_t row_share, std::byte* const* pairs, int16_t* out) noexcept {
-  if (columns.wide > 0) return blend_wide_windows(rows, row_count, columns, row_share, out);
-  if (columns.group > 1)
-    return HWY_DYNAMIC_DISPATCH(BlendWindows)(rows, row_count, columns, row_share, out);
-  sample_pairs(rows, row_count, columns, pairs);
-  HWY_DYNAMIC_DISPATCH(BlendPairs)(pairs, row_count, columns, row_share, out);
+void blend_pairs(const SourceRows& from, const PairColumns& columns, int16_t row_share,
+                 std::byte* const* pairs, int16_t* out) noexcept {
+  if (columns.wide > 0) return blend_wide_windows(from, columns, row_share, out);
+  if (columns.group > 1) return HWY_DYNAMIC_DISPATCH(BlendWindows)(from, columns, row_share, out);
+  sample_pairs(from, columns, pairs);
+  HWY_DYNAMIC_DISPATCH(BlendPairs)(pairs, from.count, columns, row_share, out);
 }
 
 }  // namespace weir::preprocess

@@ -4,6 +4,7 @@
 #include <cstdint>
 
 #include "core/preprocess/pair_columns.hpp"
+#include "core/preprocess/source_rows.hpp"
 
 namespace weir::preprocess {
 
@@ -15,7 +16,7 @@ constexpr size_t pairs_memory(size_t padded_pixels, size_t step) noexcept {
 // Blends the samples of each pair, then the two rows (or takes the only one): out[i] is 128 times
 // the value, rounded after each of both, for each lane of each pixel. `row_share` is the second
 // row's pair_share(). `pairs`: pairs_memory() for each row. Writes up to padded(count) pixels.
-void blend_pairs(const uint8_t* const* rows, size_t row_count, const PairColumns& columns,
-                 int16_t row_share, std::byte* const* pairs, int16_t* out) noexcept;
+void blend_pairs(const SourceRows& from, const PairColumns& columns, int16_t row_share,
+                 std::byte* const* pairs, int16_t* out) noexcept;
 
 }  // namespace weir::preprocess

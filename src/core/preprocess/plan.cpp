@@ -15,12 +15,6 @@
 namespace weir::preprocess {
 namespace {
 
-// Asks for memory that is read a row later: no CPU follows rows from page to page.
-void fetch(const void* memory, size_t bytes) noexcept {
-  for (size_t at = 0; at < bytes; at += 64)
-    __builtin_prefetch(static_cast<const std::byte*>(memory) + at);
-}
-
 // Whether the rows that are read lie within the plane's memory.
 bool holds(const Plane& plane, const Grid& grid) {
   constexpr int64_t kMost = int64_t{1} << 40;
@@ -128,18 +122,21 @@ class PlanRun {
         return memory + static_cast<ptrdiff_t>(plane.offset + grid.first_byte) +
                static_cast<ptrdiff_t>(row) * plane.stride;
       };
-      const size_t rows = grid.rows.weights(target).size();
-      for (size_t k = 0; k < rows; ++k) w_.rows[k] = row_at(grid.rows.first(target) + k);
-      if (!options_.cached && target + 1 < grid.rows.targets() && grid.bytes <= 64 * count()) {
-        const size_t first = grid.rows.first(target + 1);
-        const size_t end = std::min<size_t>(first + rows, grid.rows.high());
-        for (size_t row = first; row < end; ++row) fetch(row_at(row), grid.bytes);
+      const size_t count = grid.rows.weights(target).size();
+      const size_t next = grid.rows.first(std::min(target + 1, t_.placement.content.height - 1));
+      for (size_t k = 0; k < count; ++k) {
+        w_.rows[k] = row_at(grid.rows.first(target) + k);
+        w_.next_rows[k] = row_at(std::min<size_t>(next + k, grid.rows.high() - 1));
       }
       if (grid.paired)
         resize_pairs(grid, b, target);
       else
         resize_taps(grid, b, target);
     }
+  }
+
+  SourceRows source_rows(size_t count) const noexcept {
+    return {w_.rows.data(), w_.next_rows.data(), count};
   }
 
   // Where the lanes of the band's samples go, those that are not used into a row of their own.
@@ -155,7 +152,7 @@ class PlanRun {
     const auto weights = grid.rows.weights(target);
     std::byte* const pairs[2] = {w_.pairs[0].data(), w_.pairs[1].data()};
     const int16_t below = weights.size() == 2 ? pair_share(double{weights[1]}) : int16_t{0};
-    blend_pairs(w_.rows.data(), weights.size(), grid.pairs, below, pairs, w_.samples[band].data());
+    blend_pairs(source_rows(weights.size()), grid.pairs, below, pairs, w_.samples[band].data());
   }
 
   void resize_sums(const Grid& grid, size_t band, uint32_t target) noexcept {
@@ -197,7 +194,7 @@ class PlanRun {
 
   void resize_taps(const Grid& grid, size_t band, uint32_t target) noexcept {
     const auto weights = grid.rows.weights(target);
-    blend_rows(w_.rows.data(), weights.data(), weights.size(), grid.bytes, w_.blended.data());
+    blend_rows(source_rows(weights.size()), weights.data(), grid.bytes, w_.blended.data());
     gather(grid, band);
   }
 
@@ -292,6 +289,7 @@ void Plan::grow(Workspace* w) const {
   at_least(&w->samples, tables_->bands.size());
   for (const Grid& grid : tables_->grids) {
     at_least(&w->rows, grid.rows.most_weights());
+    at_least(&w->next_rows, grid.rows.most_weights());
     for (auto& samples : w->samples) at_least(&samples, count * grid.lanes());
     if (!grid.paired)
       at_least(&w->blended, padded(grid.bytes) + kRowBlock);

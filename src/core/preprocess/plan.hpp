@@ -55,7 +55,7 @@ class Workspace {
   RowMemory<std::byte> pairs[2];
   std::vector<RowMemory<int16_t>> samples;  // of each band
   std::vector<RowMemory<std::byte>> numbers;
-  std::vector<const uint8_t*> rows;
+  std::vector<const uint8_t*> rows, next_rows;
   FrameSums sums;
 };
 
@@ -63,7 +63,6 @@ struct RowOptions {
   // Past the caches where it can be done, for tensors that do not stay there. The caller calls
   // flush_streamed() before another thread reads.
   bool streamed = false;
-  bool cached = false;   // the picture's rows were just read: none are fetched ahead
   bool checked = false;  // by a call for no rows, of the same planes and tensor
   // Cleared for these planes, then wanted and reserved for all rows to come, each tensor's from the
   // first on; null: they are made in the workspace.

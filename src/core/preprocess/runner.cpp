@@ -72,10 +72,7 @@ void Runner::run_part(size_t part, const Planes& planes, std::span<const Job> jo
       if (count == 0) continue;
       [[maybe_unused]] const Status never_fails =
           job.plan->run_rows(planes, job.out, first, count, &workspaces_[part],
-                             {.streamed = streamed,
-                              .cached = stripes > 1 && &job != jobs.data(),
-                              .checked = true,
-                              .sums = &sums_[part]});
+                             {.streamed = streamed, .checked = true, .sums = &sums_[part]});
     }
   if (streamed) flush_streamed();
 }

@@ -34,9 +34,12 @@ void add_plainly(const From* in, ptrdiff_t stride, size_t step, size_t from, siz
 
 #if HWY_TARGET != HWY_SCALAR
 
+constexpr size_t kLine = 64;  // bytes that come into the cache together
+
 // Whole vectors of blocks of three or four lanes; how many there are.
 template <size_t rows, size_t step>
-size_t add_packed_pairs(const uint8_t* in, ptrdiff_t stride, size_t blocks, uint16_t* out) {
+size_t add_packed_pairs(const uint8_t* in, ptrdiff_t stride, ptrdiff_t next, size_t blocks,
+                        uint16_t* out) {
   const hn::ScalableTag<uint16_t> d;
   const hn::Repartition<uint8_t, decltype(d)> bytes;
   const auto add_pairs = [&](auto& sum, auto samples) HWY_ATTR {
@@ -48,6 +51,8 @@ size_t add_packed_pairs(const uint8_t* in, ptrdiff_t stride, size_t blocks, uint
     auto a = hn::Zero(d), b = a, c = a, e = a;
     for (size_t r = 0; r < rows; ++r) {
       const uint8_t* const row = in + static_cast<ptrdiff_t>(r) * stride + 2 * done * step;
+      for (size_t at = 0; at < 2 * hn::Lanes(d) * step; at += kLine)
+        __builtin_prefetch(row + next + at);
       hn::Vec<decltype(bytes)> w, x, y, z;
       if constexpr (step == 3)
         hn::LoadInterleaved3(bytes, row, w, x, y);
@@ -68,9 +73,10 @@ size_t add_packed_pairs(const uint8_t* in, ptrdiff_t stride, size_t blocks, uint
 
 #endif
 
+// `next`: bytes from a row to the one that will be read soon (SourceRows tells why).
 template <size_t rows, bool cosited>
-void add_byte_pairs(const uint8_t* in, ptrdiff_t stride, size_t step, size_t blocks,
-                    uint16_t* out) {
+void add_byte_pairs(const uint8_t* in, ptrdiff_t stride, [[maybe_unused]] ptrdiff_t next,
+                    size_t step, size_t blocks, uint16_t* out) {
   size_t done = 0;
 #if HWY_TARGET != HWY_SCALAR
   const hn::ScalableTag<uint16_t> d;
@@ -101,6 +107,7 @@ void add_byte_pairs(const uint8_t* in, ptrdiff_t stride, size_t step, size_t blo
       auto even = hn::Zero(d), odd = even, even_behind = even, odd_behind = even;
       for (size_t r = 0; r < rows; ++r) {
         const auto x = load(r, 2 * done * step);
+        __builtin_prefetch(in + static_cast<ptrdiff_t>(r) * stride + next + 2 * done * step);
         even = hn::Add(even, hn::And(x, low));
         odd = hn::Add(odd, hn::ShiftRight<8>(x));
         if constexpr (!cosited) continue;
@@ -116,8 +123,8 @@ void add_byte_pairs(const uint8_t* in, ptrdiff_t stride, size_t step, size_t blo
                    d, out + 2 * done);
     }
   if (step > 2 && !cosited)
-    done = step == 3 ? add_packed_pairs<rows, 3>(in, stride, blocks, out)
-                     : add_packed_pairs<rows, 4>(in, stride, blocks, out);
+    done = step == 3 ? add_packed_pairs<rows, 3>(in, stride, next, blocks, out)
+                     : add_packed_pairs<rows, 4>(in, stride, next, blocks, out);
 #endif
   add_plainly<rows, cosited>(in, stride, step, done, blocks, out);
 }
@@ -165,13 +172,13 @@ void add_to(const uint16_t* in, size_t count, uint16_t* sum) {
 }
 
 template <bool cosited>
-void add_byte_pairs(size_t rows, const uint8_t* in, ptrdiff_t stride, size_t step, size_t blocks,
-                    uint16_t* out) {
+void add_byte_pairs(size_t rows, const uint8_t* in, ptrdiff_t stride, ptrdiff_t next, size_t step,
+                    size_t blocks, uint16_t* out) {
   static_assert(kRowsTogether == 4);
   constexpr decltype(&add_byte_pairs<1, cosited>) kAdd[] = {
       add_byte_pairs<1, cosited>, add_byte_pairs<2, cosited>, add_byte_pairs<3, cosited>,
       add_byte_pairs<4, cosited>};
-  kAdd[rows - 1](in, stride, step, blocks, out);
+  kAdd[rows - 1](in, stride, next, step, blocks, out);
 }
 
 void AddRows(const SumRows& rows, size_t step, std::span<SumLevel> levels) {
@@ -179,6 +186,8 @@ void AddRows(const SumRows& rows, size_t step, std::span<SumLevel> levels) {
   size_t together = 1;
   for (size_t r = rows.first; r < rows.first + rows.count; r += together) {
     for (together = 1; !rows.begins[r + together];) ++together;
+    const bool last = r + 2 * together > rows.first + rows.count;
+    const ptrdiff_t next = last ? 0 : static_cast<ptrdiff_t>(together) * rows.stride;
     const uint16_t* from = nullptr;
     for (SumLevel& l : levels) {
       const size_t mask = (size_t{1} << l.rows_log2) - 1;
@@ -187,7 +196,7 @@ void AddRows(const SumRows& rows, size_t step, std::span<SumLevel> levels) {
       uint16_t* const row = begins ? l.sums : l.row;
       if (from == nullptr)
         add_bytes(together, rows.memory + static_cast<ptrdiff_t>(r) * rows.stride, rows.stride,
-                  step, l.blocks, row);
+                  next, step, l.blocks, row);
       else
         AddPairs(from + l.skipped, step, l.blocks, row);
       from = row;

@@ -24,12 +24,14 @@ V load_bytes(F d, const uint8_t* at) {
   return hn::ConvertTo(d, hn::PromoteTo(I(), hn::LoadU(bytes, at)));
 }
 
-void BlendRows(const uint8_t* const* rows, const float* weights, size_t taps, size_t bytes,
-               float* out) {
+void BlendRows(const SourceRows& from, const float* weights, size_t bytes, float* out) {
+  const uint8_t* const* const rows = from.rows;
+  const size_t taps = from.count;
   const F d;
   const size_t lanes = hn::Lanes(d);
   size_t i = 0;
   for (; i + 4 * lanes <= bytes; i += 4 * lanes) {
+    for (size_t k = 0; k < taps; ++k) __builtin_prefetch(from.next[k] + i);
     const uint8_t* row = rows[0] + i;
     auto a = load_bytes(d, row), b = load_bytes(d, row + lanes);
     auto c = load_bytes(d, row + 2 * lanes), e = load_bytes(d, row + 3 * lanes);
@@ -181,9 +183,8 @@ HWY_EXPORT(BlendRows);
 HWY_EXPORT(GatherRow);
 HWY_EXPORT(GatherPixels);
 
-void blend_rows(const uint8_t* const* rows, const float* weights, size_t taps, size_t bytes,
-                float* out) noexcept {
-  HWY_DYNAMIC_DISPATCH(BlendRows)(rows, weights, taps, bytes, out);
+void blend_rows(const SourceRows& from, const float* weights, size_t bytes, float* out) noexcept {
+  HWY_DYNAMIC_DISPATCH(BlendRows)(from, weights, bytes, out);
 }
 void gather_row(const float* in, const int32_t* index, const float* weights, size_t taps,
                 size_t count, float* out) noexcept {

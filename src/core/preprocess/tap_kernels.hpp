@@ -4,12 +4,13 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "core/preprocess/source_rows.hpp"
+
 namespace weir::preprocess {
 
-// out[i] = sum over k of weights[k] * rows[k][i], for exactly `bytes` elements. With one tap its
-// weight is not read: it is 1.
-void blend_rows(const uint8_t* const* rows, const float* weights, size_t taps, size_t bytes,
-                float* out) noexcept;
+// out[i] = sum over k of weights[k] * from.rows[k][i], for exactly `bytes` elements. With one row
+// its weight is not read: it is 1.
+void blend_rows(const SourceRows& from, const float* weights, size_t bytes, float* out) noexcept;
 
 // out[i] = sum over k of weights[k * stride + i] * in[index[k * stride + i]], stride being
 // padded(count). With one tap the weights are not read: they are 1. The index falls neither from i

@@ -35,9 +35,11 @@ WEIR_WITH_AVX512_BYTES __m512i look_up(const __m512i* in, __m512i places, __mmas
 }
 
 template <size_t vectors, bool two_rows>
-WEIR_WITH_AVX512_BYTES void blend(const uint8_t* const* rows, const PairColumns& columns,
+WEIR_WITH_AVX512_BYTES void blend(const SourceRows& from, const PairColumns& columns,
                                   int16_t row_share, int16_t* out) noexcept {
   const __m512i down = _mm512_set1_epi16(row_share);
+  const size_t lanes = columns.wide_lanes;
+  const auto made = static_cast<__mmask32>((uint64_t{1} << lanes) - 1);
   const __m512i low_bytes = _mm512_set1_epi16(0xFF);
   const uint32_t* const windows = columns.windows[0].data();
   const uint8_t* const lookup = columns.lookup[0][0].data();
@@ -45,34 +47,37 @@ WEIR_WITH_AVX512_BYTES void blend(const uint8_t* const* rows, const PairColumns&
   for (size_t w = 0, count = columns.windows[0].size(); w < count; ++w) {
     const __m512i places = _mm512_loadu_si512(lookup + w * kWideBytes);
     const __mmask64 beyond = vectors > 2 ? _mm512_movepi8_mask(places) : 0;
-    const __m512i share = _mm512_loadu_si512(shares + w * kWideLanes);
-    const auto row = [&](const uint8_t* from) WEIR_WITH_AVX512_BYTES {
+    const __m512i share = _mm512_loadu_si512(shares + w * lanes);
+    for (size_t v = 0; v < vectors; ++v)
+      for (size_t r = 0; r <= two_rows; ++r)
+        __builtin_prefetch(from.next[r] + windows[w] + v * kWideBytes);
+    const auto row = [&](const uint8_t* bytes) WEIR_WITH_AVX512_BYTES {
       __m512i in[vectors];
       for (size_t v = 0; v < vectors; ++v)
-        in[v] = _mm512_loadu_si512(from + windows[w] + v * kWideBytes);
+        in[v] = _mm512_loadu_si512(bytes + windows[w] + v * kWideBytes);
       const __m512i both = look_up<vectors>(in, places, beyond);
       const __m512i a = _mm512_and_si512(both, low_bytes), b = _mm512_srli_epi16(both, 8);
       const __m512i difference = _mm512_slli_epi16(_mm512_sub_epi16(a, b), 7);
       return _mm512_add_epi16(_mm512_slli_epi16(a, 7), _mm512_mulhrs_epi16(difference, share));
     };
-    __m512i value = row(rows[0]);
+    __m512i value = row(from.rows[0]);
     if constexpr (two_rows)
-      value =
-          _mm512_add_epi16(value, _mm512_mulhrs_epi16(_mm512_sub_epi16(value, row(rows[1])), down));
-    _mm512_storeu_si512(out + w * kWideLanes, value);
+      value = _mm512_add_epi16(
+          value, _mm512_mulhrs_epi16(_mm512_sub_epi16(value, row(from.rows[1])), down));
+    _mm512_mask_storeu_epi16(out + w * lanes, made, value);
   }
 }
 
 }  // namespace
 
-void blend_wide_windows(const uint8_t* const* rows, size_t row_count, const PairColumns& columns,
-                        int16_t row_share, int16_t* out) noexcept {
-  using Blend = void (*)(const uint8_t* const*, const PairColumns&, int16_t, int16_t*) noexcept;
+void blend_wide_windows(const SourceRows& from, const PairColumns& columns, int16_t row_share,
+                        int16_t* out) noexcept {
+  using Blend = void (*)(const SourceRows&, const PairColumns&, int16_t, int16_t*) noexcept;
   constexpr Blend kBlends[kWideVectors][2] = {{blend<1, false>, blend<1, true>},
                                               {blend<2, false>, blend<2, true>},
                                               {blend<3, false>, blend<3, true>},
                                               {blend<4, false>, blend<4, true>}};
-  kBlends[columns.wide - 1][row_count - 1](rows, columns, row_share, out);
+  kBlends[columns.wide - 1][from.count - 1](from, columns, row_share, out);
 }
 
 #else
@@ -80,8 +85,7 @@ void blend_wide_windows(const uint8_t* const* rows, size_t row_count, const Pair
 bool has_wide_windows() noexcept {
   return false;
 }
-void blend_wide_windows(const uint8_t* const*, size_t, const PairColumns&, int16_t,
-                        int16_t*) noexcept {
+void blend_wide_windows(const SourceRows&, const PairColumns&, int16_t, int16_t*) noexcept {
   std::abort();  // no columns are wide
 }
 
