@@ -48,25 +48,28 @@ From from_of(const LaneRow* in, size_t samples) {
                       : From::Any;
 }
 
-// Pixels [i, i + Lanes(d)) of a row with so many lanes; 0: of floats.
+// What a sample is of a lane: floats are as they are.
+float unit_of(const LaneRow& row) {
+  return row.floats ? 1.0f : 1.0f / kSampleScale;
+}
+
+// Pixels [i, i + Lanes(d)) of a row with so many lanes, in its units; 0: of floats.
 HWY_INLINE V load_lane(F d, const LaneRow& row, size_t lanes, size_t i) {
   if (lanes == 0) return hn::LoadU(d, row.floats + i);
   const int16_t* const from = row.samples + i * lanes;
 #if HWY_TARGET == HWY_SCALAR
-  return hn::Set(d, static_cast<float>(from[row.offset]) * (1.0f / kSampleScale));
+  return hn::Set(d, static_cast<float>(from[row.offset]));
 #else
   const I di;
   const hn::Repartition<int16_t, I> halves;
-  const auto scaled = [&](auto numbers) HWY_ATTR {
-    return hn::Mul(hn::ConvertTo(d, numbers), hn::Set(d, 1.0f / kSampleScale));
-  };
-  if (lanes == 1) return scaled(hn::PromoteTo(di, hn::LoadU(hn::Rebind<int16_t, I>(), from)));
+  if (lanes == 1)
+    return hn::ConvertTo(d, hn::PromoteTo(di, hn::LoadU(hn::Rebind<int16_t, I>(), from)));
   const auto words = hn::BitCast(di, hn::LoadU(halves, from));
-  if (lanes == 2) return scaled(lane_of_pairs(words, row.offset));
+  if (lanes == 2) return hn::ConvertTo(d, lane_of_pairs(words, row.offset));
   const auto others = hn::BitCast(di, hn::LoadU(halves, from + hn::Lanes(halves)));
   const auto pairs =
       row.offset < 2 ? hn::ConcatEven(di, others, words) : hn::ConcatOdd(di, others, words);
-  return scaled(lane_of_pairs(pairs, row.offset % 2));
+  return hn::ConvertTo(d, lane_of_pairs(pairs, row.offset % 2));
 #endif
 }
 template <From from>
@@ -107,10 +110,16 @@ void store_exactly(size_t lanes, size_t step, size_t count, T* out, Store&& vect
 
 // Vectors of pixels from `first` on, to out[c] or all channels together to out[0].
 template <From from, size_t samples, size_t channels>
-void finish_vectors(const LaneRow* in, const ColorTransform& t, const NumberRule* rules,
-                    bool together, size_t first, size_t vectors, float* const* out) {
+void finish_vectors(const LaneRow* in, ColorTransform t, const NumberRule* rules, bool together,
+                    size_t first, size_t vectors, float* const* out) {
   const F d;
   const size_t lanes = hn::Lanes(d);
+  // By a power of two: each product is what it would be of the sample's value.
+  float units[samples];
+  for (size_t s = 0; s < samples; ++s) {
+    units[s] = unit_of(in[s]);
+    for (size_t c = 0; c < channels; ++c) t.of[c][s] *= units[s];
+  }
   for (size_t at = 0; at < vectors * lanes; at += lanes) {
     auto a = load_sample<from>(d, in, 0, first + at), b = a, c = a;
     if constexpr (samples == 3) {
@@ -123,6 +132,12 @@ void finish_vectors(const LaneRow* in, const ColorTransform& t, const NumberRule
       if constexpr (channels == 3) {
         b = color_of<samples>(d, t, 1, x, y, z);
         c = color_of<samples>(d, t, 2, x, y, z);
+      }
+    } else {
+      a = hn::Mul(a, hn::Set(d, units[0]));
+      if constexpr (samples == 3) {
+        b = hn::Mul(b, hn::Set(d, units[1]));
+        c = hn::Mul(c, hn::Set(d, units[2]));
       }
     }
     a = number(d, rules[0], a);
