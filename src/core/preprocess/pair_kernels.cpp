@@ -136,6 +136,7 @@ void blend_windows(const SourceRows& from, const PairColumns& columns, int16_t r
   const auto down = hn::Set(d, row_share);
   const size_t lanes = columns.count * pair_lanes(columns.step);
   const int16_t* const shares = columns.shares.data();
+  const uint8_t *const above = from.rows[0], *const below = from.rows[from.count - 1];
   const uint8_t *const next_above = from.next[0], *const next_below = from.next[from.count - 1];
   const uint32_t* windows[2] = {columns.windows[0].data(), columns.windows[1].data()};
   const uint8_t* lookup[2][2];
@@ -165,9 +166,9 @@ void blend_windows(const SourceRows& from, const PairColumns& columns, int16_t r
       }
       return blended(hn::BitCast(d, first), hn::BitCast(d, second), share);
     };
-    auto value = row(from.rows[0]);
+    auto value = row(above);
     if (from.count == 2)
-      value = hn::Add(value, hn::MulFixedPoint15(hn::Sub(value, row(from.rows[1])), down));
+      value = hn::Add(value, hn::MulFixedPoint15(hn::Sub(value, row(below)), down));
     hn::StoreU(value, d, out + i);
   }
 }

@@ -76,6 +76,15 @@ class PlanRun {
     return ok();
   }
 
+  // What all rows have alike, before the first one. By a power of two: each product is the same.
+  void begin() noexcept {
+    colors_ = t_.colors;
+    for (size_t s = 0; s < colors_.samples; ++s) {
+      in_[s] = lane_row(t_.lane_of_sample[s]);
+      for (auto& channel : colors_.of) channel[s] *= in_[s].unit();
+    }
+  }
+
   void row(uint32_t y) noexcept {
     const Rect& content = t_.placement.content;
     const bool padded_only = y < content.y || y >= content.y + content.height;
@@ -215,12 +224,6 @@ class PlanRun {
     return {nullptr, w_.samples[of.band].data(), grid.lanes(), of.offset};
   }
 
-  void finish(const NumberRule* rules, const FloatTarget& to) noexcept {
-    LaneRow in[3];
-    for (size_t s = 0; s < t_.colors.samples; ++s) in[s] = lane_row(t_.lane_of_sample[s]);
-    finish_row(in, t_.colors, rules, to, count());
-  }
-
   // Floats go where they belong; what is streamed, and all else, by way of the rows of w_.lanes.
   void write(uint32_t y) noexcept {
     const uint32_t x = t_.placement.content.x;
@@ -231,7 +234,7 @@ class PlanRun {
     for (size_t c = 0; c < p_.channels(); ++c)
       to.rows[c] = direct ? reinterpret_cast<float*>(place(c, x, y)) : w_.lanes[c].data();
     constexpr NumberRule kAsTheyAre[3];
-    finish(floats_ ? t_.numbers.data() : kAsTheyAre, to);
+    finish_row(in_, colors_, floats_ ? t_.numbers.data() : kAsTheyAre, to, count());
     if (direct) return;
     const void* rows[3] = {};
     for (size_t c = 0; c < p_.channels(); ++c) {
@@ -253,6 +256,8 @@ class PlanRun {
   Workspace& w_;
   const FrameSums& sums_;
   const RowOptions& options_;
+  LaneRow in_[3];
+  ColorTransform colors_;
   const bool floats_;  // the tensor is of float32 and lies where those may lie
 };
 
@@ -362,6 +367,7 @@ Status Plan::run_rows(const Planes& planes, std::span<std::byte> out, uint32_t f
     of.make(reinterpret_cast<const uint8_t*>(plane.memory.data()) + plane.offset, plane.stride,
             end_of(grid, bottom));
   });
+  run.begin();
   const uint32_t height = preparation().height;
   for (uint32_t y = first; y < height && y - first < count; ++y) run.row(y);
   return ok();

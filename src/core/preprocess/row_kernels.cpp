@@ -48,11 +48,6 @@ From from_of(const LaneRow* in, size_t samples) {
                       : From::Any;
 }
 
-// What a sample is of a lane: floats are as they are.
-float unit_of(const LaneRow& row) {
-  return row.floats ? 1.0f : 1.0f / kSampleScale;
-}
-
 // Pixels [i, i + Lanes(d)) of a row with so many lanes, in its units; 0: of floats.
 HWY_INLINE V load_lane(F d, const LaneRow& row, size_t lanes, size_t i) {
   if (lanes == 0) return hn::LoadU(d, row.floats + i);
@@ -110,16 +105,10 @@ void store_exactly(size_t lanes, size_t step, size_t count, T* out, Store&& vect
 
 // Vectors of pixels from `first` on, to out[c] or all channels together to out[0].
 template <From from, size_t samples, size_t channels>
-void finish_vectors(const LaneRow* in, ColorTransform t, const NumberRule* rules, bool together,
-                    size_t first, size_t vectors, float* const* out) {
+void finish_vectors(const LaneRow* in, const ColorTransform& t, const NumberRule* rules,
+                    bool together, size_t first, size_t vectors, float* const* out) {
   const F d;
   const size_t lanes = hn::Lanes(d);
-  // By a power of two: each product is what it would be of the sample's value.
-  float units[samples];
-  for (size_t s = 0; s < samples; ++s) {
-    units[s] = unit_of(in[s]);
-    for (size_t c = 0; c < channels; ++c) t.of[c][s] *= units[s];
-  }
   for (size_t at = 0; at < vectors * lanes; at += lanes) {
     auto a = load_sample<from>(d, in, 0, first + at), b = a, c = a;
     if constexpr (samples == 3) {
@@ -134,10 +123,10 @@ void finish_vectors(const LaneRow* in, ColorTransform t, const NumberRule* rules
         c = color_of<samples>(d, t, 2, x, y, z);
       }
     } else {
-      a = hn::Mul(a, hn::Set(d, units[0]));
+      a = hn::Mul(a, hn::Set(d, in[0].unit()));
       if constexpr (samples == 3) {
-        b = hn::Mul(b, hn::Set(d, units[1]));
-        c = hn::Mul(c, hn::Set(d, units[2]));
+        b = hn::Mul(b, hn::Set(d, in[1].unit()));
+        c = hn::Mul(c, hn::Set(d, in[2].unit()));
       }
     }
     a = number(d, rules[0], a);

@@ -24,6 +24,9 @@ struct LaneRow {
   const float* floats = nullptr;
   const int16_t* samples = nullptr;
   size_t lanes = 1, offset = 0;
+
+  // What one of the numbers in the row is of a sample.
+  float unit() const noexcept { return floats ? 1.0f : 1.0f / kSampleScale; }
 };
 
 // What the samples of a pixel are as the colors of the target's channels: 3 of 3, 1 of 3, 1 of 1.
@@ -49,8 +52,9 @@ struct FloatTarget {
   bool padded = false;  // rows as long as padded(count): what lies behind their numbers is free
 };
 // Writes `count` numbers a channel, by rules[c], at any alignment of floats, as they would be
-// written as float32. Has as many sources as the transform has samples. Padded rows may be sources;
-// of others the last vector may be made twice.
+// written as float32. `transform.of` is for the numbers as they lie in their rows: what it is for
+// samples, times their unit(). Has as many sources as the transform has samples. Padded rows may be
+// sources; of others the last vector may be made twice.
 void finish_row(const LaneRow* in, const ColorTransform& transform, const NumberRule* rules,
                 const FloatTarget& to, size_t count) noexcept;
 

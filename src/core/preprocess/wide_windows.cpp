@@ -38,6 +38,8 @@ template <size_t vectors, bool two_rows>
 WEIR_WITH_AVX512_BYTES void blend(const SourceRows& from, const PairColumns& columns,
                                   int16_t row_share, int16_t* out) noexcept {
   const __m512i down = _mm512_set1_epi16(row_share);
+  const uint8_t* const rows[2] = {from.rows[0], from.rows[two_rows]};
+  const uint8_t* const next[2] = {from.next[0], from.next[two_rows]};
   const size_t lanes = columns.wide_lanes;
   const auto made = static_cast<__mmask32>((uint64_t{1} << lanes) - 1);
   const __m512i low_bytes = _mm512_set1_epi16(0xFF);
@@ -50,7 +52,7 @@ WEIR_WITH_AVX512_BYTES void blend(const SourceRows& from, const PairColumns& col
     const __m512i share = _mm512_loadu_si512(shares + w * lanes);
     for (size_t v = 0; v < vectors; ++v)
       for (size_t r = 0; r <= two_rows; ++r)
-        __builtin_prefetch(from.next[r] + windows[w] + v * kWideBytes);
+        __builtin_prefetch(next[r] + windows[w] + v * kWideBytes);
     const auto row = [&](const uint8_t* bytes) WEIR_WITH_AVX512_BYTES {
       __m512i in[vectors];
       for (size_t v = 0; v < vectors; ++v)
@@ -60,10 +62,10 @@ WEIR_WITH_AVX512_BYTES void blend(const SourceRows& from, const PairColumns& col
       const __m512i difference = _mm512_slli_epi16(_mm512_sub_epi16(a, b), 7);
       return _mm512_add_epi16(_mm512_slli_epi16(a, 7), _mm512_mulhrs_epi16(difference, share));
     };
-    __m512i value = row(from.rows[0]);
+    __m512i value = row(rows[0]);
     if constexpr (two_rows)
-      value = _mm512_add_epi16(
-          value, _mm512_mulhrs_epi16(_mm512_sub_epi16(value, row(from.rows[1])), down));
+      value =
+          _mm512_add_epi16(value, _mm512_mulhrs_epi16(_mm512_sub_epi16(value, row(rows[1])), down));
     _mm512_mask_storeu_epi16(out + w * lanes, made, value);
   }
 }
