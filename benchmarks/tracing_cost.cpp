@@ -95,7 +95,11 @@ void on_frame(GstElement*, GstBuffer*, GstPad*, Slices* slices) {
 }
 
 GstBusSyncReply on_message(GstBus*, GstMessage* message, gpointer) {
-  if (GST_MESSAGE_TYPE(message) != GST_MESSAGE_ERROR) return GST_BUS_DROP;
+  if (GST_MESSAGE_TYPE(message) == GST_MESSAGE_EOS) fail("the stream ended");
+  if (GST_MESSAGE_TYPE(message) != GST_MESSAGE_ERROR) {
+    gst_message_unref(message);
+    return GST_BUS_DROP;
+  }
   GError* error = nullptr;
   gst_message_parse_error(message, &error, nullptr);
   fail(error->message);
@@ -107,7 +111,9 @@ int main(int argc, char** argv) {
   weir::bench::stay_on_one_core();
   gst_init(&argc, &argv);
   if (argc != 5) fail("TRACER FRAMES SLICES LINE");
-  Slices slices(argv[1], std::atoi(argv[2]), static_cast<size_t>(std::atoi(argv[3])));
+  const int frames = std::atoi(argv[2]), count = std::atoi(argv[3]);
+  if (frames < 1 || count < 1) fail("FRAMES and SLICES are numbers from 1 on");
+  Slices slices(argv[1], frames, static_cast<size_t>(count));
   const std::string line =
       std::string(argv[4]) + " ! fakesink name=out async=false signal-handoffs=true";
   GError* error = nullptr;
