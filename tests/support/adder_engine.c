@@ -2,13 +2,15 @@
  * model's file says "ADD WIDTH", and "gate" behind that for a model whose opening waits for a byte
  * of the pipe gate:FD. What happens is told as a byte to the pipe tell:FD: o opened, g waits at the
  * gate, c closed, s put to sleep, r woken. Options: sleeps:yes (knows how to be suspended),
- * sessions:N (max_sessions), fail:N (the model that adds N fails in each invoke). */
+ * sessions:N (max_sessions), fail:N (the model that adds N fails in each invoke). It reports an
+ * execution on three spinning threads. */
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
 
 #include "one_engine.h"
+#include "weir/execution.h"
 
 struct weir_model {
   weir_tensor_info tensor;
@@ -117,7 +119,17 @@ static int control(weir_session* session, int op, const weir_option* option, wei
   return WEIR_OK;
 }
 
+static int describe_execution(weir_model* model, weir_execution* out) {
+  (void)model;
+  out->threads = 3;
+  out->spins = 1;
+  return WEIR_OK;
+}
+
+static const weir_execution_calls execution_calls = {sizeof execution_calls, describe_execution};
+
 static const void* extension(const char* id) {
+  if (strcmp(id, WEIR_EXECUTION) == 0) return &execution_calls;
   return strcmp(id, "weir.accelerators/1") == 0 ? "gpu,cpu" : NULL;
 }
 

@@ -99,6 +99,14 @@ Status Model::read_info() {
   return ok();
 }
 
+std::optional<weir_execution> Model::execution() const {
+  if (!engine_.extension) return std::nullopt;
+  const auto* calls = static_cast<const weir_execution_calls*>(engine_.extension(WEIR_EXECUTION));
+  weir_execution out{sizeof out, 0, 0};
+  if (!calls || calls->describe(handle_, &out) < 0) return std::nullopt;
+  return out;
+}
+
 Model::~Model() {
   engine_.close(handle_);
 }

@@ -3,12 +3,14 @@
 #include <algorithm>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "core/infer/async_request.hpp"
 #include "weir/abi.h"
+#include "weir/execution.h"
 #include "weir/result.hpp"
 
 namespace weir::infer {
@@ -38,6 +40,8 @@ class Model {
   // Live as long as the model.
   const std::vector<weir_tensor_info>& inputs() const noexcept { return inputs_; }
   const std::vector<weir_tensor_info>& outputs() const noexcept { return outputs_; }
+  // How the engine runs the model at present; nothing where it does not tell. Any thread.
+  std::optional<weir_execution> execution() const;
 
  private:
   Model(const weir_engine& engine, weir_model* handle) : engine_(engine), handle_(handle) {}

@@ -283,6 +283,10 @@ void OpenedModel::add_stats(GstStructure* stats) const {
                     guint64{shared.reloads()}, "suspended", G_TYPE_BOOLEAN,
                     gboolean{use_->suspended()}, "accelerator", G_TYPE_STRING,
                     shared.source().options.accelerator.c_str(), nullptr);
+  const auto execution = model ? model->execution() : std::nullopt;
+  if (!execution) return;
+  gst_structure_set(stats, "threads", G_TYPE_INT, static_cast<int>(execution->threads), "spinning",
+                    G_TYPE_BOOLEAN, gboolean{execution->spins != 0}, nullptr);
 }
 
 Result<FilterPlan> OpenedModel::plan_for(const FrameSpec& input) const {

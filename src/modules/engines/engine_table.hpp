@@ -10,19 +10,24 @@
 //   kAccelerators               comma list for "weir.accelerators/1"; "cpu" without
 //   kFlags                      abi.h: weir_engine_flag
 //   static weir_engine around(const weir_engine& own);  the table that stands in front of its own
+// Model has open and describe, and may have
+//   weir_execution execution() const noexcept;   how it runs, for "weir.execution/1"
 // Session has create, resolve and invoke, and may have
 //   Status warm();              WEIR_WARM; without, there is nothing to warm
 //   Status reset_state();       WEIR_RESET_STATE; without, there is no state
 #pragma once
 #include <malloc.h>
 
+#include <algorithm>
 #include <array>
+#include <cstring>
 #include <memory>
 #include <span>
 #include <string>
 #include <string_view>
 
 #include "module_host.hpp"
+#include "weir/execution.h"
 
 namespace weir::engine {
 
@@ -121,12 +126,23 @@ struct EngineTable {
       }
     });
   }
+  static int execution(weir_model* model, weir_execution* out) {
+    weir_execution found = of(model).execution();
+    found.struct_size = std::min<uint32_t>(out->struct_size, sizeof found);
+    std::memcpy(out, &found, found.struct_size);
+    return WEIR_OK;
+  }
   // "weir.library/1": const char* const[2] = path and version of the engine's library; null when
   // it is not installed, or of no use. "weir.library-problem/1": const char* const[2] = what is
   // wrong with it and the command that mends that, until the thread asks again; else null.
   static const void* extension(const char* id) {
     if (!id) return nullptr;
     if (std::string_view(id) == "weir.library-problem/1") return library_problem();
+    if constexpr (requires(const Model& model) { model.execution(); })
+      if (std::string_view(id) == WEIR_EXECUTION) {
+        static constexpr weir_execution_calls calls{sizeof calls, execution};
+        return &calls;
+      }
     if (std::string_view(id) == "weir.accelerators/1") {
       if constexpr (requires { Engine::kAccelerators; }) return Engine::kAccelerators;
       return "cpu";

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "weir/abi.h"
+#include "weir/execution.h"
 #include "weir/result.hpp"
 
 struct weir_error {
@@ -108,6 +109,12 @@ class OpenEngine {
   Status control(int op);
   // Of the last invoke: how many outputs the engine allocated.
   size_t engine_allocated() const { return engine_allocated_; }
+  // How the engine runs the model; all 0 where it does not tell.
+  weir_execution execution() const {
+    weir_execution out{sizeof out, 0, 0};
+    const auto* calls = static_cast<const weir_execution_calls*>(engine_.extension(WEIR_EXECUTION));
+    return calls && calls->describe(model_, &out) == 0 ? out : weir_execution{};
+  }
 
  private:
   explicit OpenEngine(const weir_engine& engine) : engine_(engine) {}

@@ -11,11 +11,11 @@ struct OnnxRuntimeEngine {
   static constexpr const char *kName = "onnxruntime", *kAliases = "onnx", *kEndings = "onnx,ort",
                               *kLibrary = "ONNX Runtime";
   static constexpr const char* kOptions = R"([
-    {"name": "NumThreads", "type": "integer", "default": "the cores", "help": "threads of one invoke"},
+    {"name": "NumThreads", "type": "integer", "default": "all cores for the only filter of the process, else its share", "help": "threads of one invoke"},
     {"name": "GraphOptimization", "type": "none|basic|extended|all", "default": "all",
      "help": "how far ONNX Runtime rewrites the graph"},
-    {"name": "Spinning", "type": "boolean", "default": "false",
-     "help": "threads wait for work without sleeping"},
+    {"name": "Spinning", "type": "boolean", "default": "true for the only filter of the process, else false",
+     "help": "between two operators threads wait without sleeping"},
     {"name": "LoweringCache", "type": "boolean", "default": "true",
      "help": "graphs of .tflite models, once translated, are kept in ~/.cache/weir"},
     {"name": "session.*", "type": "text", "default": "", "help": "an entry of the session's configuration"}])";

@@ -7,6 +7,7 @@
 #include "engine_library.hpp"
 #include "onnxruntime/onnx_builder.hpp"
 #include "says.hpp"
+#include "usable_cores.hpp"
 
 namespace weir::engine_test {
 namespace {
@@ -272,6 +273,32 @@ TEST_F(OnnxRuntime, TakesItsOptions) {
   const auto log = take_log();
   ASSERT_EQ(log.size(), 1u);
   EXPECT_SAYS(log[0], "NumThread is not known");
+}
+
+TEST_F(OnnxRuntime, TheOnlyModelGetsAllCoresAndSpins) {
+  const auto model =
+      OnnxBuilder().input("x", kFloat, {"2"}).output("y", kFloat, {"2"}).node("Neg", {"x"}, {"y"});
+  const auto cores = static_cast<uint32_t>(usable_cores());
+  struct Case {
+    Options options;
+    int threads;
+    uint32_t expected;
+    bool spins;
+  };
+  const Case cases[] = {{{}, 0, cores, cores > 1},
+                        {{{"Spinning", "false"}}, 0, cores, false},
+                        {{{"session.intra_op.allow_spinning", "0"}}, 0, cores, false},
+                        {{}, 3, 3, false},
+                        {{}, 1, 1, false},
+                        {{{"NumThreads", "2"}}, 2, 2, false},
+                        {{{"Spinning", "true"}}, 2, 2, true}};
+  for (const auto& [options, threads, expected, spins] : cases) {
+    const auto opened = EngineTest::open(model.bytes(), options, threads);
+    ASSERT_TRUE(opened) << opened.error().message();
+    EXPECT_EQ((*opened)->execution().threads, expected);
+    EXPECT_EQ((*opened)->execution().spins, spins ? 1u : 0u);
+  }
+  EXPECT_TRUE(take_log().empty()) << "no key of the configuration is set twice";
 }
 
 TEST_F(OnnxRuntime, OpensAModelGivenAsBytes) {

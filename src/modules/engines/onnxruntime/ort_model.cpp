@@ -98,7 +98,7 @@ Result<LoweredFacts> lower(ModelBytes* file, const OrtRuntime& runtime, OrtOptio
   file->bytes = file->owned;
   file->path.clear();
   // What the lowered graph computes in real numbers must not be quantised anew.
-  options->config.emplace_back("session.disable_quant_qdq", "1");
+  options->config.insert_or_assign("session.disable_quant_qdq", std::string("1"));
   return facts;
 }
 
@@ -107,7 +107,7 @@ Result<LoweredFacts> lower(ModelBytes* file, const OrtRuntime& runtime, OrtOptio
 Result<std::unique_ptr<OrtModel>> OrtModel::open(const weir_open& request) {
   auto runtime = OrtRuntime::instance();
   if (!runtime) return runtime.error();
-  auto options = OrtOptions::read(request);
+  auto options = OrtOptions::read(request, (*runtime)->version());
   if (!options) return options.error();
   auto file = read_model(request);
   if (!file) return file.error();
@@ -130,6 +130,8 @@ Result<std::unique_ptr<OrtModel>> OrtModel::open(const weir_open& request) {
   if (!model->own_ && !file->path.empty()) file->owned = {};
 
   if (auto status = model->create_session(*file, *options); !status) return status.error();
+  model->threads_ = options->threads;
+  model->spins_ = options->spins && options->threads > 1;
   auto inputs = model->read_ports(true, *summary);
   if (!inputs) return inputs.error();
   model->inputs_ = *std::move(inputs);

@@ -12,6 +12,7 @@
 #include "onnxruntime/ort_options.hpp"
 #include "onnxruntime/own_prelu.hpp"
 #include "weir/abi.h"
+#include "weir/execution.h"
 
 namespace weir::engine {
 
@@ -31,6 +32,9 @@ class OrtModel {
   OrtModel& operator=(const OrtModel&) = delete;
 
   void describe(weir_model_info* info) const;
+  weir_execution execution() const noexcept {
+    return {sizeof(weir_execution), static_cast<uint32_t>(threads_), spins_};
+  }
 
   const OrtRuntime& runtime() const noexcept { return *runtime_; }
   const std::shared_ptr<const OrtRuntime>& shared_runtime() const noexcept { return runtime_; }
@@ -56,6 +60,8 @@ class OrtModel {
   OrtPorts inputs_, outputs_;
   bool shapes_depend_on_data_ = false;
   uint64_t weight_bytes_ = 0;
+  int threads_ = 1;
+  bool spins_ = false;
   std::string metadata_;
 };
 

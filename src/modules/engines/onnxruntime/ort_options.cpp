@@ -2,6 +2,7 @@
 #include "onnxruntime/ort_options.hpp"
 
 #include <algorithm>
+#include <cstdio>
 
 #include "engine_options.hpp"
 #include "usable_cores.hpp"
@@ -10,6 +11,8 @@ namespace weir::engine {
 namespace {
 
 constexpr int kThreadLimit = 1024;  // a typo must not start a million threads
+constexpr int kSpinMicroseconds = 50;
+constexpr char kAllowSpinning[] = "session.intra_op.allow_spinning";
 
 Result<GraphOptimizationLevel> optimization_option(std::string_view text) {
   static constexpr std::pair<const char*, GraphOptimizationLevel> kLevels[]{
@@ -27,6 +30,22 @@ Result<GraphOptimizationLevel> optimization_option(std::string_view text) {
                "custom=GraphOptimization:all"};
 }
 
+void set_spinning(bool spins, OrtOptions* out) {
+  out->spins = spins;
+  out->config.insert_or_assign(kAllowSpinning, std::string(spins ? "1" : "0"));
+}
+
+// ONNX Runtime spins for some 20 ms before it sleeps, a whole core of a live stream, and lets users
+// say how long from 1.26 on; before that, spinning can only end with each invoke.
+void bound_spinning(const std::string& version, OrtOptions* out) {
+  int major = 0, minor = 0;
+  const bool known = std::sscanf(version.c_str(), "%d.%d", &major, &minor) == 2;
+  if (known && (major > 1 || (major == 1 && minor >= 26)))
+    out->config["session.intra_op.spin_duration_us"] = std::to_string(kSpinMicroseconds);
+  else
+    out->config.insert_or_assign("session.force_spinning_stop", std::string("1"));
+}
+
 Status apply(const weir_option& option, OrtOptions* out) {
   const auto key = text_or_empty(option.key), value = text_or_empty(option.value);
   if (same_word(key, "NumThreads")) {
@@ -40,13 +59,14 @@ Status apply(const weir_option& option, OrtOptions* out) {
   } else if (same_word(key, "Spinning")) {
     const auto spins = switch_option(key, value);
     if (!spins) return spins.error();
-    out->config.emplace_back("session.intra_op.allow_spinning", *spins ? "1" : "0");
+    set_spinning(*spins, out);
   } else if (same_word(key, "LoweringCache")) {
     const auto on = switch_option(key, value);
     if (!on) return on.error();
     out->lowering_cache = *on;
   } else if (key.find('.') != std::string_view::npos) {
-    out->config.emplace_back(key, value);
+    out->config[std::string(key)] = value;
+    if (key == kAllowSpinning) out->spins = value != "0";
   } else {
     warn_unknown_option(key,
                         "NumThreads, GraphOptimization, Spinning, LoweringCache, session.* keys");
@@ -56,9 +76,14 @@ Status apply(const weir_option& option, OrtOptions* out) {
 
 }  // namespace
 
-Result<OrtOptions> OrtOptions::read(const weir_open& request) {
+Result<OrtOptions> OrtOptions::read(const weir_open& request, const std::string& version) {
   OrtOptions out;
-  out.threads = request.threads > 0 ? std::min<int>(request.threads, kThreadLimit) : usable_cores();
+  out.config = {
+      {"session.inter_op.allow_spinning", "0"}, {kSharedArenaKey, "1"}, {kWeightsApartKey, "1"}};
+  const bool alone = request.threads <= 0;
+  out.threads = alone ? usable_cores() : std::min<int>(request.threads, kThreadLimit);
+  set_spinning(alone, &out);
+  if (alone) bound_spinning(version, &out);
   for (uint32_t i = 0; request.options && i < request.n_options; ++i)
     if (auto status = apply(request.options[i], &out); !status) return status.error();
   return out;

@@ -11,7 +11,7 @@ struct PytorchEngine {
   static constexpr const char *kName = "pytorch", *kAliases = "torch,libtorch",
                               *kEndings = "pt,pth,torchscript", *kLibrary = "libtorch";
   static constexpr const char* kOptions = R"([
-    {"name": "NumThreads", "type": "integer", "default": "the cores", "help": "threads of one invoke"},
+    {"name": "NumThreads", "type": "integer", "default": "by the work of a frame", "help": "threads of one invoke"},
     {"name": "Freeze", "type": "boolean", "default": "true",
      "help": "weights become constants of the graph, which is simplified"},
     {"name": "Optimize", "type": "boolean", "default": "true",

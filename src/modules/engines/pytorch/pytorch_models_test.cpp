@@ -3,6 +3,7 @@
 
 #include "engine_fixture.hpp"
 #include "says.hpp"
+#include "usable_cores.hpp"
 
 namespace weir::engine_test {
 namespace {
@@ -54,6 +55,35 @@ TEST_F(PytorchModels, LenetRefusesOtherShapesInWords) {
       EXPECT_EQ(found.error().code, Code::SPEC_MISMATCH) << found.error().message();
     }
   }
+}
+
+// P-Net runs on pictures of any size, so the stream's shape decides.
+TEST_F(PytorchModels, ThreadsFollowTheWorkOfAFrame) {
+  struct Case {
+    const char* name;
+    int64_t size;
+    int most;
+  };
+  for (const auto& [name, size, most] : {Case{"rnet.pt", 24, 1}, Case{"onet.pt", 48, 1},
+                                         Case{"pnet.pt", 96, 1}, Case{"pnet.pt", 320, 9}}) {
+    const auto path = shared_file(std::string("models/face/mtcnn/torchscript/") + name);
+    if (path.empty()) GTEST_SKIP() << name << " is not there";
+    const auto model = opened(path);
+    EXPECT_EQ(model->execution().threads, 0u) << "not known before the stream's shape is";
+    const auto outputs = model->resolve({make_tensor(WEIR_FLOAT32, {1, 3, size, size}).info});
+    ASSERT_TRUE(outputs) << outputs.error().message();
+    EXPECT_EQ(model->execution().threads, static_cast<uint32_t>(std::min(most, usable_cores())))
+        << name << " " << size;
+  }
+}
+
+TEST_F(PytorchModels, ThreadsThatAreAskedForStay) {
+  const auto path = shared_file("models/torchscript/pytorch_lenet5.pt");
+  if (path.empty()) GTEST_SKIP() << "models/torchscript is not there";
+  const auto model = OpenEngine::open(*engine(), path, {}, 2);
+  ASSERT_TRUE(model) << model.error().message();
+  ASSERT_TRUE((*model)->resolve({make_tensor(WEIR_UINT8, {1, 28, 28, 1}).info}));
+  EXPECT_EQ((*model)->execution().threads, 2u);
 }
 
 // Their code: (x + 1, h + 2), and x + y.

@@ -8,6 +8,7 @@
 #include "module_host.hpp"
 #include "pytorch/torch_file.hpp"
 #include "tensor_check.hpp"
+#include "usable_cores.hpp"
 
 namespace weir::engine {
 namespace {
@@ -43,6 +44,11 @@ std::string example_line(const std::string& name, size_t inputs) {
          " inputtype=" + types;
 }
 
+// By 20 models of 1 to 1800 million multiplications on two cores, libtorch 1.13 (README.md): one
+// thread computes 40 000 million a second, to wake a second one for an operator and wait for it
+// takes some 40 us, and weights come from memory at 8 GB a second.
+constexpr ThreadCosts kThreadCosts{.of_operator = 1.3e6, .of_invoke = 20e6, .of_weight = 20};
+
 void warn_of_slow_blas() {
   if (TorchProgram::has_fast_blas()) return;
   log(WEIR_LOG_WARNING,
@@ -57,6 +63,7 @@ Result<std::unique_ptr<TorchModel>> TorchModel::open(const weir_open& request) {
   auto options = TorchOptions::read(request);
   if (!options) return options.error();
   model->options_ = *std::move(options);
+  model->threads_ = model->options_.threads;
   const auto file = read_model(request);
   if (!file) return file.error();
   const auto compressed = check_torch_file(file->bytes);
@@ -78,6 +85,11 @@ Result<std::unique_ptr<TorchModel>> TorchModel::open(const weir_open& request) {
                                 {"optimized", model->options_.freeze && model->options_.optimize}};
   model->metadata_ = metadata.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
   return model;
+}
+
+void TorchModel::choose_threads(std::span<const weir_tensor_info> inputs) const {
+  if (options_.threads > 0) return;
+  threads_ = threads_for(program_->facts().work.estimate(inputs), kThreadCosts, usable_cores());
 }
 
 Status TorchModel::read_inputs(const std::string& name) {
@@ -109,7 +121,7 @@ Status TorchModel::read_outputs(const std::string& name) {
     return info.type != WEIR_TYPE_END && is_fixed(info);
   });
   if (!count && known) {
-    const auto found = program_->rehearse(inputs_, options_.threads);
+    const auto found = program_->rehearse(inputs_, threads());
     if (!found) return found.error();
     count = found->size();
   }

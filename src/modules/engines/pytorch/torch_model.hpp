@@ -1,11 +1,15 @@
 // TorchModel: a TorchScript model opened by libtorch, with what it says of its inputs and outputs.
 #pragma once
+#include <algorithm>
+#include <atomic>
 #include <memory>
+#include <span>
 #include <string>
 #include <vector>
 
 #include "pytorch/torch_options.hpp"
 #include "pytorch/torch_program.hpp"
+#include "weir/execution.h"
 
 namespace weir::engine {
 
@@ -20,7 +24,13 @@ class TorchModel {
   const TorchProgram& program() const noexcept { return *program_; }
   const std::vector<weir_tensor_info>& inputs() const noexcept { return inputs_; }
   const std::vector<weir_tensor_info>& outputs() const noexcept { return outputs_; }
-  int threads() const noexcept { return options_.threads; }
+  // Of one invoke: what was asked for, or the choice of choose_threads(); 1 before that.
+  int threads() const noexcept { return std::max(threads_.load(), 1); }
+  // For inputs of these shapes, by what the model computes for them.
+  void choose_threads(std::span<const weir_tensor_info> inputs) const;
+  weir_execution execution() const noexcept {
+    return {sizeof(weir_execution), static_cast<uint32_t>(threads_.load()), 0};
+  }
 
  private:
   TorchModel() = default;
@@ -28,6 +38,7 @@ class TorchModel {
   Status read_outputs(const std::string& name);
 
   TorchOptions options_;
+  mutable std::atomic<int> threads_{0};  // 0 = not chosen yet
   std::unique_ptr<TorchProgram> program_;
   std::vector<std::string> names_;  // of inputs
   std::vector<weir_tensor_info> inputs_, outputs_;

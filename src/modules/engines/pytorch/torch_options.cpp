@@ -4,7 +4,6 @@
 #include <algorithm>
 
 #include "engine_options.hpp"
-#include "usable_cores.hpp"
 
 namespace weir::engine {
 namespace {
@@ -38,7 +37,7 @@ Status apply(const weir_option& option, TorchOptions* out) {
 
 Result<TorchOptions> TorchOptions::read(const weir_open& request) {
   TorchOptions out;
-  out.threads = request.threads > 0 ? std::min<int>(request.threads, kThreadLimit) : usable_cores();
+  if (request.threads > 0) out.threads = std::min<int>(request.threads, kThreadLimit);
   for (uint32_t i = 0; request.options && i < request.n_options; ++i)
     if (auto status = apply(request.options[i], &out); !status) return status.error();
   return out;

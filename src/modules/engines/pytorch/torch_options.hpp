@@ -5,7 +5,7 @@
 namespace weir::engine {
 
 struct TorchOptions {
-  int threads = 1;  // within one operator
+  int threads = 0;  // within one operator; 0 = by the size of the model and its inputs
   bool freeze = true, optimize = true;
   DeclaredTensors declared;
 

@@ -17,6 +17,7 @@
 #include "pytorch/torch_errors.hpp"
 #include "pytorch/torch_graph.hpp"
 #include "pytorch/torch_tensors.hpp"
+#include "pytorch/torch_work_reader.hpp"
 
 namespace weir::engine {
 namespace {
@@ -103,6 +104,7 @@ std::shared_ptr<torch::jit::Graph> graph_of(const torch::jit::Module& module) {
 Status read_interface(const torch::jit::Module& module, TorchFacts* facts) {
   const auto graph = graph_of(module);
   const auto& arguments = module.get_method("forward").function().getSchema().arguments();
+  facts->work = TorchWorkReader::read(*graph);
   GraphReader reader(*graph, facts);
   for (size_t i = 1; i < arguments.size(); ++i) {
     const bool tensor = arguments[i].type()->isSubtypeOf(c10::TensorType::get());

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "pytorch/torch_file.hpp"
+#include "pytorch/torch_work.hpp"
 #include "weir/abi.h"
 #include "weir/result.hpp"
 
@@ -25,6 +26,7 @@ struct TorchFacts {
   bool writes_inputs = false;         // or may: frames are copied then
   bool sizes_depend_on_data = false;  // nonzero and the like
   uint64_t weight_bytes = 0;
+  TorchWork work;
 };
 
 class TorchProgram {

@@ -20,6 +20,7 @@ Status TorchRunner::resolve(std::span<const weir_tensor_info> in, std::span<weir
   });
   if (!whole) return ok();
   last_inputs_.assign(in.begin(), in.end());
+  model_.choose_threads(in);
   const auto found = model_.program().rehearse(in, model_.threads());
   if (!found) {
     if (found.error().code != Code::INVOKE_FAILED) return found.error();

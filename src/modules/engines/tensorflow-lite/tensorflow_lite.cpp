@@ -12,7 +12,7 @@ struct TensorflowLiteEngine {
                               *kEndings = "tflite", *kLibrary = "TensorFlow Lite";
   static constexpr const char* kAccelerators = "cpu,cpu.simd";
   static constexpr const char* kOptions = R"([
-    {"name": "NumThreads", "type": "integer", "default": "1", "help": "threads of one invoke"},
+    {"name": "NumThreads", "type": "integer", "default": "by the size of the model", "help": "threads of one invoke"},
     {"name": "Delegate", "type": "XNNPACK|None", "default": "XNNPACK", "help": "what runs the operators"},
     {"name": "Resize", "type": "boolean", "default": "false",
      "help": "inputs have the stream's shape, where the file says a fixed one"},

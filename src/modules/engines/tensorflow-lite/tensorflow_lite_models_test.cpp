@@ -4,6 +4,7 @@
 
 #include "engine_fixture.hpp"
 #include "says.hpp"
+#include "usable_cores.hpp"
 
 namespace weir::engine_test {
 namespace {
@@ -35,6 +36,21 @@ TEST_F(TensorflowLiteModels, AllOpenWithTheListedTensorsAndRun) {
     const auto outputs = model->invoke(inputs);
     ASSERT_TRUE(outputs) << outputs.error().message();
     for (const auto& output : *outputs) EXPECT_LACKS(text_of(output.info), "-1");
+  }
+}
+
+// 41 and 726 million multiplications.
+TEST_F(TensorflowLiteModels, LargeOnesGetSeveralThreads) {
+  const std::pair<const char*, int> cases[] = {
+      {"models/classification/mobilenet_v1_0.25_224_float.tflite", 1},
+      {"models/segmentation/deeplabv3_257_mv_gpu.tflite", 14},
+      {"models/classification/mobilenet_v2_1.0_224_quant.tflite", 1}};  // uint8: not by XNNPACK
+  for (const auto& [file, most] : cases) {
+    const auto path = shared_file(file);
+    if (path.empty()) GTEST_SKIP() << file << " is not there";
+    EXPECT_EQ(opened(path)->execution().threads,
+              static_cast<uint32_t>(std::min(most, usable_cores())))
+        << file;
   }
 }
 

@@ -4,6 +4,7 @@
 #include "engine_laws.hpp"
 #include "says.hpp"
 #include "tensorflow-lite/tflite_builder.hpp"
+#include "usable_cores.hpp"
 
 namespace weir::engine_test {
 namespace {
@@ -273,8 +274,13 @@ TEST_F(TensorflowLite, TakesThreadsFromTheOptionAndFromTheHost) {
   for (const auto* threads : {"1", "2", "999"}) {  // never more than there are cores
     auto model = open(tflite_negation({4}), {{"numthreads", threads}});
     ASSERT_TRUE(model) << model.error().message();
+    EXPECT_EQ((*model)->execution().threads,
+              static_cast<uint32_t>(std::min(std::atoi(threads), usable_cores())));
     EXPECT_TRUE((*model)->invoke({make_tensor(WEIR_FLOAT32, {4})}));
   }
+  const auto small = open(tflite_negation({4}));
+  ASSERT_TRUE(small) << small.error().message();
+  EXPECT_EQ((*small)->execution().threads, 1u);
   EXPECT_TRUE(open(tflite_negation({4}), {}, 2));
   EXPECT_TRUE(take_log().empty());
 }

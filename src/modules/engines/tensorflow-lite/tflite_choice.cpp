@@ -9,6 +9,7 @@
 #include "lowering/lowered_facts.hpp"
 #include "lowering/lowering.hpp"
 #include "model_bytes.hpp"
+#include "weir/execution.h"
 #include "weir/find_engine.h"
 
 namespace weir::engine {
@@ -137,7 +138,6 @@ int open_lowered(const weir_open& request, const LoweringChoice& choice, ChosenM
   inner.n_bytes = lowered->onnx.size();
   inner.options = choice.others.data();
   inner.n_options = static_cast<uint32_t>(choice.others.size());
-  if (inner.threads == 0) inner.threads = 1;  // as with TensorFlow Lite itself
   const int result = other->open(&inner, &out->model, error);
   const bool of_the_model = result == -static_cast<int>(Code::MODEL_INVALID) ||
                             result == -static_cast<int>(Code::MODEL_UNSUPPORTED);
@@ -234,6 +234,18 @@ int control(weir_session* session, int op, const weir_option* option, weir_error
   return of(session).engine->control(of(session).session, op, option, error);
 }
 
+int execution(weir_model* model, weir_execution* out) {
+  const auto* calls =
+      static_cast<const weir_execution_calls*>(of(model).engine->extension(WEIR_EXECUTION));
+  return calls ? calls->describe(of(model).model, out) : -WEIR_MODEL_UNSUPPORTED;
+}
+
+const void* extension(const char* id) {
+  static constexpr weir_execution_calls calls{sizeof calls, execution};
+  if (id && std::string_view(id) == WEIR_EXECUTION) return &calls;
+  return own_engine->extension(id);
+}
+
 }  // namespace
 
 weir_engine choosing_table(const weir_engine& own) {
@@ -247,6 +259,7 @@ weir_engine choosing_table(const weir_engine& own) {
   table.resolve = resolve;
   table.invoke = invoke;
   table.control = control;
+  table.extension = extension;
   return table;
 }
 

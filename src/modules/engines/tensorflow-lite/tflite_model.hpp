@@ -7,6 +7,7 @@
 
 #include "tensorflow-lite/tflite_interpreter.hpp"
 #include "tflite-file/tflite_file.hpp"
+#include "weir/execution.h"
 
 namespace weir::engine {
 
@@ -17,6 +18,9 @@ class TfliteModel {
   TfliteModel& operator=(const TfliteModel&) = delete;
 
   void describe(weir_model_info* info) const;
+  weir_execution execution() const noexcept {
+    return {sizeof(weir_execution), static_cast<uint32_t>(options_.threads), 0};
+  }
 
   const std::vector<weir_tensor_info>& inputs() const noexcept { return inputs_; }
   const std::vector<weir_tensor_info>& outputs() const noexcept { return outputs_; }

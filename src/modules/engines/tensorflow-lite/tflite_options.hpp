@@ -6,8 +6,7 @@
 namespace weir::engine {
 
 struct TfliteOptions {
-  // One by default: with two on a busy machine the median time rose 30-fold (engines.md).
-  int threads = 1;
+  int threads = 0;  // of one invoke; 0 = by the size of the model
   bool xnnpack = true;
   bool resize = false;  // the stream says the inputs' shapes, whatever the file says
 

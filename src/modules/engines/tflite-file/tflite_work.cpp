@@ -1,0 +1,56 @@
+// Counting multiplications by the shapes of weights and outputs. Numbers of operators: schema.fbs
+// (version 3) of TensorFlow, BuiltinOperator.
+#include "tflite-file/tflite_work.hpp"
+
+#include <optional>
+
+namespace weir::engine {
+namespace {
+
+constexpr int32_t kConv2d = 3, kDepthwiseConv2d = 4, kFullyConnected = 9, kTransposeConv = 67;
+
+// The product of the extents; nothing where one is open.
+std::optional<double> numbers_of(const TfliteGraphTensor& tensor) {
+  double numbers = 1;
+  for (const int64_t extent : tensor.shape) {
+    if (extent <= 0) return std::nullopt;
+    numbers *= static_cast<double>(extent);
+  }
+  return numbers;
+}
+
+// Weights are [out, height, width, in], of a depthwise convolution [1, height, width, out], of a
+// matrix product [out, in].
+double for_each_output(int32_t code, const TfliteGraphTensor& weights, double numbers) {
+  const size_t outputs_at = code == kDepthwiseConv2d ? weights.shape.size() - 1 : 0;
+  return numbers / static_cast<double>(weights.shape[outputs_at]);
+}
+
+}  // namespace
+
+Work tflite_work(const TfliteGraph& graph) {
+  Work work;
+  const auto tensor = [&graph](const std::vector<int32_t>& list,
+                               size_t index) -> const TfliteGraphTensor* {
+    if (index >= list.size() || list[index] < 0) return nullptr;
+    const auto at = static_cast<size_t>(list[index]);
+    return at < graph.tensors.size() ? &graph.tensors[at] : nullptr;
+  };
+  for (const auto& node : graph.operators) {
+    if (node.code != kConv2d && node.code != kDepthwiseConv2d && node.code != kFullyConnected &&
+        node.code != kTransposeConv)
+      continue;
+    const auto* weights = tensor(node.inputs, 1);
+    const auto* output = tensor(node.outputs, 0);
+    if (!weights || !output || weights->shape.empty()) continue;
+    if (weights->type != TfliteType::kFloat32 && weights->type != TfliteType::kInt8) continue;
+    const auto read = numbers_of(*weights), made = numbers_of(*output);
+    if (!read || !made) continue;
+    work.multiplications += *made * for_each_output(node.code, *weights, *read);
+    work.weights += *read;
+    ++work.operators;
+  }
+  return work;
+}
+
+}  // namespace weir::engine
