@@ -16,7 +16,19 @@ void fill(TensorSlot* slot, const weir_tensor& tensor, bool shared) {
   slot->shared = shared ? 1 : 0;
 }
 
+std::vector<TensorSlot> slots_for(const std::vector<weir_tensor_info>& infos) {
+  std::vector<TensorSlot> slots(infos.size());
+  for (size_t i = 0; i < infos.size(); ++i) {
+    slots[i].type = infos[i].type;
+    slots[i].elements = static_cast<double>(*tensor_bytes(infos[i]) / element_bytes(infos[i].type));
+  }
+  return slots;
+}
+
 }  // namespace
+
+LuaRunner::LuaRunner(const LuaModel& model)
+    : model_(model), inputs_(slots_for(model.inputs())), outputs_(slots_for(model.outputs())) {}
 
 Result<std::unique_ptr<LuaRunner>> LuaRunner::create(const LuaModel& model,
                                                      std::span<const weir_option>) {

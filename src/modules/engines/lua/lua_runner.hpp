@@ -21,8 +21,7 @@ class LuaRunner {
   Status reset_state() { return start(); }  // runs the script anew
 
  private:
-  explicit LuaRunner(const LuaModel& model)
-      : model_(model), inputs_(model.inputs().size()), outputs_(model.outputs().size()) {}
+  explicit LuaRunner(const LuaModel& model);
   Status start();
   Status take_inputs(const weir_frame& in);
   Status take_outputs(weir_frame& out);

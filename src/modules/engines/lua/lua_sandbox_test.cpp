@@ -106,5 +106,79 @@ TEST_F(LuaSandbox, PackagesGetNoFfiUnlessItIsAskedForToo) {
   EXPECT_EQ(result("y[1] = require('ffi').sizeof('int')", {{"Libraries", "package+ffi"}})[0], 4);
 }
 
+// changing(table, a, b, c): a field that the table lacks is a at its first read, then b, and c from
+// then on. ones(...): dimensions of 16 elements, of which 14 are such fields.
+constexpr char kChanging[] = R"lua(
+  local function changing(table, ...)
+    local values, reads = {...}, {}
+    return setmetatable(table, {__index = function(_, key)
+      reads[key] = math.min((reads[key] or 0) + 1, #values)
+      return values[reads[key]]
+    end})
+  end
+  local function ones(...)
+    return changing({16, nil, nil, nil, nil, nil, nil, nil, nil, nil, nil, nil, nil, nil, nil, 1}, ...)
+  end
+)lua";
+
+// The table of a tensor of 16 elements, for its first read and its second.
+struct ChangingCase {
+  const char* name;
+  const char* table;
+};
+class LuaChangingTable : public LuaTest, public ::testing::WithParamInterface<ChangingCase> {
+ protected:
+  static std::string tables(const std::string& input, const std::string& output) {
+    return std::string(kChanging) + "inputTensorsInfo = " + input +
+           "\noutputTensorsInfo = " + output + "\n";
+  }
+};
+
+constexpr char kSixteen[] = "{num = 1, dim = {{16}}, type = {'uint8'}}";
+
+TEST_P(LuaChangingTable, BoundsOfAnInputAreThoseOfItsMemory) {
+  const auto model = script(tables(GetParam().table, kSixteen) +
+                            "function nnstreamer_invoke() local x = input_tensor(1)\n"
+                            "output_tensor(1)[1] = #x  output_tensor(1)[2] = x[#x + 1] end");
+  ASSERT_NE(model, nullptr);
+  ASSERT_EQ(model->inputs().size(), 1u);
+  const auto y = model->invoke(zero_inputs(*model));
+  ASSERT_FALSE(y) << "an element behind the input was read";
+  EXPECT_SAYS(y.error().message(), "input_tensor(1)[17] is out of range: it has 16 elements");
+}
+
+TEST_P(LuaChangingTable, BoundsOfAnOutputAreThoseOfItsMemory) {
+  const auto model = script(tables(kSixteen, GetParam().table) +
+                            "function nnstreamer_invoke() local y = output_tensor(1)\n"
+                            "for i = 1, 16 do y[i] = i end  y[17] = 1 end");
+  ASSERT_NE(model, nullptr);
+  ASSERT_EQ(model->outputs().size(), 1u);
+  const auto y = model->invoke(zero_inputs(*model));
+  ASSERT_FALSE(y) << "an element behind the output was written";
+  EXPECT_SAYS(y.error().message(), "output_tensor(1)[17] is out of range: it has 16 elements");
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    All, LuaChangingTable,
+    ::testing::Values(
+        ChangingCase{"ThirdReadOfADimension",
+                     "{num = 1, dim = {ones(1, 1, 1.9999)}, type = {'uint8'}}"},
+        ChangingCase{"SecondReadOfADimension", "{num = 1, dim = {ones(1, 2)}, type = {'uint8'}}"},
+        ChangingCase{"NumberOfTensors", "changing({dim = {{16}}, type = {'uint8'}}, 1, 1, 1, 300)"},
+        ChangingCase{"ListOfDimensions", "changing({num = 1, type = {'uint8'}}, {{16}}, {{4096}})"},
+        ChangingCase{"ListOfTypes", "changing({num = 1, dim = {{16}}}, {'uint8'}, {'float64'})"}),
+    [](const auto& info) { return info.param.name; });
+
+TEST_F(LuaSandbox, AFractionInATableIsRefusedWhereverAMetamethodReturnsIt) {
+  const Error error =
+      refusal(std::string(kChanging) +
+              "inputTensorsInfo = {num = 1, dim = {ones(1.9999)}, type = {'uint8'}}\n"
+              "outputTensorsInfo = " +
+              kSixteen + "\nfunction nnstreamer_invoke() end");
+  EXPECT_EQ(error.code, Code::MODEL_INVALID);
+  EXPECT_SAYS(error.message(), "inputTensorsInfo.dim[1][15] is no dimension");
+  EXPECT_SAYS(error.message(), "1.9999");
+}
+
 }  // namespace
 }  // namespace weir::engine_test

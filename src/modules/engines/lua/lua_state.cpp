@@ -3,11 +3,13 @@
 #include "lua/lua_state.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdlib>
 #include <cstring>
 
 #include "lua/half_float.hpp"
 #include "lua/prelude.hpp"
+#include "tensor_check.hpp"
 
 namespace weir::engine {
 namespace {
@@ -229,39 +231,57 @@ Result<ScriptTensors> LuaState::describe() {
     api_.lua_settop(state_, 0);
     return error;
   }
+  auto tensors = read_flat_list();
+  api_.lua_settop(state_, 0);
+  return tensors;
+}
+
+Result<ScriptTensors> LuaState::read_flat_list() {
   int at = 0;
-  const auto next = [&] {
+  bool good = true;
+  const auto next = [&](int64_t least, int64_t most) {
     api_.lua_rawgeti(state_, 1, ++at);
     const double number = api_.lua_tonumber(state_, -1);
     api_.lua_settop(state_, -2);
-    return static_cast<int64_t>(number);
+    good = good && number >= static_cast<double>(least) && number <= static_cast<double>(most) &&
+           number == std::floor(number);
+    return good ? static_cast<int64_t>(number) : least;
   };
   ScriptTensors out;
   for (auto* list : {&out.inputs, &out.outputs}) {
-    list->resize(static_cast<size_t>(next()));
+    list->resize(static_cast<size_t>(next(1, WEIR_TENSOR_LIMIT)));
     for (auto& info : *list) {
-      info.type = static_cast<uint32_t>(next());
-      info.rank = static_cast<uint32_t>(next());
-      for (uint32_t i = 0; i < info.rank; ++i) info.shape[i] = next();
+      info.type = static_cast<uint32_t>(next(0, WEIR_TYPE_END - 1));
+      info.rank = static_cast<uint32_t>(next(1, WEIR_RANK_LIMIT));
+      for (uint32_t i = 0; i < info.rank; ++i) info.shape[i] = next(1, INT32_MAX);
       info.batch_axis = WEIR_NO_BATCH_AXIS;
+      good = good && tensor_bytes(info).has_value();
     }
   }
-  api_.lua_settop(state_, 0);
+  if (!good)
+    return Error{.code = Code::MODEL_INVALID,
+                 .what = "the tables of the script hold a number that no tensor has",
+                 .offered = {},
+                 .needed = "whole numbers in range",
+                 .difference = {},
+                 .fix = {}};
   return out;
 }
 
 int LuaState::bind_slots(lua_State* state) {
   const auto& given = *static_cast<const Binding*>(lua->lua_touserdata(state, 1));
   lua->lua_rawgeti(state, kLuaRegistry, given.function);
-  lua->lua_pushlightuserdata(state, given.inputs);
-  lua->lua_pushlightuserdata(state, given.outputs);
+  for (auto* slots : {given.inputs, given.outputs}) {
+    lua->lua_pushlightuserdata(state, slots->data());
+    lua->lua_pushnumber(state, static_cast<double>(slots->size()));
+  }
   lua->lua_pushnumber(state, sizeof(TensorSlot));
-  lua->lua_call(state, 3, 0);
+  lua->lua_call(state, 5, 0);
   return 0;
 }
 
 Status LuaState::bind(std::vector<TensorSlot>* inputs, std::vector<TensorSlot>* outputs) {
-  Binding binding{bind_, inputs->data(), outputs->data()};
+  Binding binding{bind_, inputs, outputs};
   if (const int status = api_.lua_cpcall(state_, bind_slots, &binding))
     return failure(Code::INTERNAL, "the tensors of a script cannot be made", status);
   return ok();

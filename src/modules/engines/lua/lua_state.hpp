@@ -12,11 +12,14 @@
 
 namespace weir::engine {
 
-// Where the elements of one tensor of the present frame are. The script's side reads `data` and
-// `shared` on each access; prelude.lua has the same struct.
+// Where the elements of one tensor of the current frame are. prelude.lua declares the same struct
+// down to `elements`. It reads `type` and `elements` once, in bind(), and `data` and `shared` on
+// each access.
 struct TensorSlot {
   void* data = nullptr;
-  int32_t shared = 0;  // nonzero: others read this memory, a script that writes gets `own` first
+  int32_t shared = 0;   // nonzero: others read this memory, a script that writes gets `own` first
+  uint32_t type = 0;    // weir_type
+  double elements = 0;  // the bounds of each access
   size_t bytes = 0;
   std::vector<std::byte> own;
 };
@@ -40,7 +43,8 @@ class LuaState {
   Status run(std::string_view text, const std::string& name);
   // What its tables say. MODEL_INVALID with the name of the field.
   Result<ScriptTensors> describe();
-  // One slot for each tensor that describe() told; they outlive the state.
+  // One slot for each tensor of describe(), with its type and number of elements. They outlive the
+  // state.
   Status bind(std::vector<TensorSlot>* inputs, std::vector<TensorSlot>* outputs);
   // Calls nnstreamer_invoke(). INVOKE_FAILED with file, line and traceback.
   Status invoke();
@@ -56,12 +60,14 @@ class LuaState {
   };
   struct Binding {
     int function;
-    TensorSlot *inputs, *outputs;
+    std::vector<TensorSlot>*inputs, *outputs;
   };
 
   LuaState(const LuaApi& api, const LuaOptions& options) : api_(api), options_(options) {}
   static void* within_budget(void* budget, void* block, size_t old_bytes, size_t bytes);
   static int prepare(lua_State* state);
+  // Of prelude.lua's describe(), which lies at place 1 of the stack.
+  Result<ScriptTensors> read_flat_list();
   static int bind_slots(lua_State* state);
   // Of what lies on top of the stack, which it takes away.
   Error failure(Code code, std::string what, int status);

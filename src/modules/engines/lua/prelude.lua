@@ -35,7 +35,7 @@ end
 
 -- ---- Tensors ----------------------------------------------------------------------------------
 
-local described  -- {inputs = {...}, outputs = {...}}, each {type = index, text = '...'}
+local described  -- {input = {...}, output = {...}}, of each tensor its text: 'uint8 3:224:224'
 
 -- Level 3: the line of the script that indexed the tensor.
 local function refuse_key(title, count, text, key)
@@ -56,12 +56,17 @@ local function to_number(title, key, value)
   return number
 end
 
+-- A TensorSlot of the host. The bounds of each access are the host's number of elements.
+local function slot_type(c_type)
+  return typeof('$ *', typeof('struct {' .. c_type .. ' *data; int32_t shared; uint32_t type; double elements; }'))
+end
+
 -- `shared`: others may read the memory, and a write needs a copy first.
-local function make_tensor(title, tensor, address, shared)
-  local element = names[tensor.type]
-  local text, count = tensor.text, tensor.count
-  local slot = cast(typeof('$ *', typeof('struct {' .. c_types[tensor.type] ..
-                                         ' *data; int32_t shared; }')), address)
+local function make_tensor(title, text, address, shared)
+  local slot = cast(slot_type('void'), address)
+  local kind, count = slot.type + 1, slot.elements
+  local element = names[kind]
+  slot = cast(slot_type(c_types[kind]), address)
   local meta = {}
 
   if element == 'float16' then
@@ -146,14 +151,17 @@ for _, role in ipairs({'input', 'output'}) do
   end
 end
 
--- `inputs` and `outputs`: the first of the slots that the host fills for each frame.
-local function bind(inputs, outputs, slot_bytes)
-  for role, first in pairs({input = inputs, output = outputs}) do
-    for i, tensor in ipairs(described[role]) do
-      local address = cast('char *', first) + (i - 1) * slot_bytes
-      tensors[role][i] = make_tensor(format('%s_tensor(%d)', role, i), tensor, address, role == 'input')
-    end
+-- `first`: the first of the `count` slots that the host fills for each frame.
+local function bind_role(role, first, count, slot_bytes)
+  for i = 1, count do
+    local address = cast('char *', first) + (i - 1) * slot_bytes
+    tensors[role][i] = make_tensor(format('%s_tensor(%d)', role, i), described[role][i], address, role == 'input')
   end
+end
+
+local function bind(inputs, input_count, outputs, output_count, slot_bytes)
+  bind_role('input', inputs, input_count, slot_bytes)
+  bind_role('output', outputs, output_count, slot_bytes)
 end
 
 -- ---- The script's tables ----------------------------------------------------------------------
@@ -173,12 +181,20 @@ local function whole(value, least, most)
   return type(value) == 'number' and value >= least and value <= most and value == floor(value)
 end
 
+-- A metamethod of the script may return another value each time, so each one is read once.
+local function copy(list, count)
+  local out = {}
+  for i = 1, count do out[i] = list[i] end
+  return out
+end
+
 -- {3, 224, 224} -> {224, 224, 3}: the host counts from the outermost one.
-local function read_dimensions(field, list)
-  if type(list) ~= 'table' then
-    fault(field .. ' is no list', show(list), 'a list of dimensions, innermost first: {3, 224, 224, 1}')
+local function read_dimensions(field, given)
+  if type(given) ~= 'table' then
+    fault(field .. ' is no list', show(given), 'a list of dimensions, innermost first: {3, 224, 224, 1}')
   end
-  local rank = #list
+  local rank = #given
+  local list = copy(given, rank)
   while rank > 1 and list[rank] == 0 do rank = rank - 1 end
   if rank == 0 or rank > most_dimensions then
     fault(field .. ' has a number of dimensions that no tensor has', tostring(rank), '1 to 16')
@@ -210,29 +226,29 @@ local function read_tensors(name)
     fault('the script has no table ' .. name, show(info),
           name .. " = {num = 1, dim = {{3, 224, 224, 1}}, type = {'uint8'}}")
   end
-  if not whole(info.num, least_tensors, most_tensors) then
-    fault(name .. '.num is no number of tensors', show(info.num), 'a whole number from 1 to 256')
+  local num = info.num
+  if not whole(num, least_tensors, most_tensors) then
+    fault(name .. '.num is no number of tensors', show(num), 'a whole number from 1 to 256')
   end
-  local out = {}
+  local lists = {}
   for _, field in ipairs({'dim', 'type'}) do
     local list = info[field]
     if type(list) ~= 'table' then
       fault(name .. '.' .. field .. ' is no list', show(list),
-            'a list with one entry for each of the ' .. info.num .. ' tensors')
-    elseif #list ~= info.num then
+            'a list with one entry for each of the ' .. num .. ' tensors')
+    elseif #list ~= num then
       fault(format('%s.%s has another length than %s.num says', name, field, name),
-            format('%d in the list', #list), tostring(info.num))
+            format('%d in the list', #list), tostring(num))
     end
+    lists[field] = copy(list, num)
   end
-  for i = 1, info.num do
-    local dimensions = read_dimensions(format('%s.dim[%d]', name, i), info.dim[i])
-    local kind = read_type(format('%s.type[%d]', name, i), info.type[i])
+  local out = {}
+  for i = 1, num do
+    local dimensions = read_dimensions(format('%s.dim[%d]', name, i), lists.dim[i])
+    local kind = read_type(format('%s.type[%d]', name, i), lists.type[i])
     local reversed = {}
     for d = #dimensions, 1, -1 do reversed[#reversed + 1] = dimensions[d] end
-    local count = 1
-    for _, extent in ipairs(dimensions) do count = count * extent end
-    out[i] = {type = kind, dimensions = dimensions, count = count,
-              text = names[kind] .. ' ' .. concat(reversed, ':')}
+    out[i] = {type = kind, dimensions = dimensions, text = names[kind] .. ' ' .. concat(reversed, ':')}
   end
   return out
 end
@@ -246,16 +262,17 @@ local function describe()
     if type(invoke) ~= 'function' then
       fault('the script has no function nnstreamer_invoke', show(invoke), 'function nnstreamer_invoke() ... end')
     end
-    local flat = {}
+    local flat, texts = {}, {input = {}, output = {}}
     for _, role in ipairs({'input', 'output'}) do
       flat[#flat + 1] = #read[role]
-      for _, tensor in ipairs(read[role]) do
+      for i, tensor in ipairs(read[role]) do
+        texts[role][i] = tensor.text
         flat[#flat + 1] = tensor.type - 1
         flat[#flat + 1] = #tensor.dimensions
         for _, extent in ipairs(tensor.dimensions) do flat[#flat + 1] = extent end
       end
     end
-    described = read
+    described = texts
     return flat
   end)
   if good then return result end
