@@ -143,6 +143,12 @@ Object view_of(const void* bytes, size_t size) {
   return Object::adopt(api.PyMemoryView_FromMemory(data, static_cast<ptrdiff_t>(size), kReadOnly));
 }
 
+HeldBuffer::HeldBuffer(PyObject* object, int flags)
+    : held_(api.PyObject_GetBuffer(object, &buffer_, flags) == 0) {}
+HeldBuffer::~HeldBuffer() {
+  if (held_) api.PyBuffer_Release(&buffer_);
+}
+
 Error take_exception(Code code) {
   PyObject *kind = nullptr, *value = nullptr, *trace = nullptr;
   api.PyErr_Fetch(&kind, &value, &trace);

@@ -61,6 +61,26 @@ Object text_of(std::string_view text);
 // Bytes of ours as a memoryview that cannot be written: valid while the bytes are.
 Object view_of(const void* bytes, size_t size);
 
+inline constexpr int kSimpleBuffer = 0;             // PyBUF_SIMPLE
+inline constexpr int kDenseWithFormat = 0x4 | 0x8;  // PyBUF_FORMAT | PyBUF_ND
+
+// The memory of an object, which stays where it is while this lives. `flags` say what is requested.
+class HeldBuffer {
+ public:
+  HeldBuffer(PyObject* object, int flags);
+  HeldBuffer(const HeldBuffer&) = delete;
+  HeldBuffer& operator=(const HeldBuffer&) = delete;
+  ~HeldBuffer();
+  // False: the object has no such memory, and Python's exception is set.
+  explicit operator bool() const noexcept { return held_; }
+  const Buffer& operator*() const noexcept { return buffer_; }
+  const Buffer* operator->() const noexcept { return &buffer_; }
+
+ private:
+  Buffer buffer_{};
+  bool held_;
+};
+
 // The exception that was raised, cleared, as an error.
 Error take_exception(Code code);
 

@@ -40,7 +40,8 @@ struct Buffer {
   X(int, PyDict_SetItemString, (PyObject*, const char*, PyObject*))      \
   X(PyObject*, PyObject_Call, (PyObject*, PyObject*, PyObject*))         \
   X(PyObject*, PyObject_GetAttrString, (PyObject*, const char*))         \
-  X(int, PyObject_IsInstance, (PyObject*, PyObject*))                    \
+  X(PyObject*, PyObject_Type, (PyObject*))                               \
+  X(int, PyType_IsSubtype, (PyObject*, PyObject*))                       \
   X(int, PyObject_IsTrue, (PyObject*))                                   \
   X(PyObject*, PyList_New, (ptrdiff_t))                                  \
   X(int, PyList_SetItem, (PyObject*, ptrdiff_t, PyObject*))              \

@@ -19,6 +19,7 @@ if "weir" in sys.modules:  # the program's own
 TYPES = {numpy.dtype(name): number for number, name in enumerate(
     ("int32", "uint32", "int16", "uint16", "int8", "uint8", "float64", "float32", "int64",
      "uint64", "float16"))}
+DTYPES = {number: dtype for dtype, number in TYPES.items()}
 loaded = 0
 
 names = types.ModuleType("nnstreamer_python")
@@ -51,11 +52,21 @@ def load(path, class_name, *arguments):
         del sys.modules[module.__name__]
         raise
 
+def whole(number):
+    value = int(number)
+    if value != float(number):
+        raise ValueError(f"a dimension is a whole number, not {number}")
+    return value
+
+# By its real type: an object may report any other as its __class__.
+def is_a(kind, value):
+    return issubclass(type(value), kind)
+
 def tensor_of(shape):
     dtype = numpy.dtype(shape.getType())
     if dtype not in TYPES:
         raise TypeError(f"{dtype} is no type of a tensor: it is one of {', '.join(map(str, TYPES))}")
-    dims = [int(d) for d in shape.getDims()]
+    dims = [whole(d) for d in shape.getDims()]
     while dims and dims[-1] == 0:
         dims.pop()
     if not dims or min(dims) < 1 or max(dims) >= 1 << 32 or len(dims) > MOST_DIMENSIONS:

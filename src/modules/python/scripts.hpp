@@ -15,7 +15,8 @@ Result<Object> load_script(const std::string& path, const char* class_name,
 
 // Under Locked: the number of abi.h for a tensor's type, and its dimensions, of an object that has
 // getType() and getDims() as TensorShape has. Our module of Python offers it as tensor_of(shape),
-// which gives (type, dimensions without the zeros behind them), or raises.
+// which gives (type, dimensions without the zeros behind them), or raises. It calls each method
+// once: a script may return something else the next time.
 Result<PyObject*> script_names();
 
 }  // namespace weir::python

@@ -14,7 +14,7 @@ using weir::python::PyObject;
 constexpr char kConverting[] = R"py(
 import gc, weakref
 import numpy
-from weir_scripts import tensor_of
+from weir_scripts import DTYPES, is_a, tensor_of
 
 # The arrays of a frame, and weak references to all that reads its memory.
 def begin(views):
@@ -31,25 +31,28 @@ def end(watched):
 
 def bytes_of(index, shape, array):
     kind, dims = tensor_of(shape)
-    if not isinstance(array, numpy.ndarray):
+    dtype = DTYPES[kind]
+    if not is_a(numpy.ndarray, array):
         raise TypeError(f"array {index} is no NumPy array but {type(array).__name__}")
-    if array.dtype not in (numpy.uint8, shape.getType()):
+    array = numpy.asarray(array)  # a subclass may report another type or size than its memory has
+    if array.dtype not in (numpy.uint8, dtype):
         raise TypeError(f"array {index} is of {array.dtype}: it is bytes, array.view(numpy.uint8)")
-    needed = numpy.dtype(shape.getType()).itemsize
+    needed = dtype.itemsize
     for d in dims:
         needed *= d
     if array.nbytes != needed:
         raise ValueError(f"array {index} has {array.nbytes} bytes: its TensorShape {list(dims)} of "
-                         f"{shape.getType()} has {needed}")
+                         f"{dtype} has {needed}")
     return kind, dims, numpy.ascontiguousarray(array)
 
 def convert(script, arrays):
     made = script.convert(arrays)
-    if not isinstance(made, tuple) or len(made) != 4:
+    if not is_a(tuple, made) or len(made) != 4:
         raise TypeError("convert returns (tensors_info, out_array, rate_n, rate_d), not "
-                        + (f"{len(made)} values" if isinstance(made, tuple) else type(made).__name__))
+                        + (f"{len(made)} values" if is_a(tuple, made) else type(made).__name__))
     shapes, arrays, rate_n, rate_d = made
-    if not len(shapes):
+    shapes, arrays = list(shapes), list(arrays)  # read once
+    if not shapes:
         raise ValueError("convert returns no tensors: at least one TensorShape with its array")
     if len(shapes) != len(arrays):
         raise ValueError(f"{len(shapes)} TensorShapes for {len(arrays)} arrays")
@@ -157,17 +160,18 @@ class Script {
     for (uint32_t i = 0; i < info.rank; ++i)
       info.shape[info.rank - 1 - i] = api_.PyLong_AsLongLong(api_.PyTuple_GetItem(dims, i));
     info.batch_axis = WEIR_NO_BATCH_AXIS;
-    weir::python::Buffer from{};
-    if (api_.PyObject_GetBuffer(api_.PyTuple_GetItem(tensor, 2), &from, 0) != 0)
-      throw weir::Failure(weir::python::take_exception(weir::Code::INVOKE_FAILED));
-    try {
-      const auto to = output.add(info);
-      std::memcpy(to.data(), from.bytes, std::min(to.size(), static_cast<size_t>(from.size)));
-    } catch (...) {
-      api_.PyBuffer_Release(&from);
-      throw;
-    }
-    api_.PyBuffer_Release(&from);
+    const weir::python::HeldBuffer from(api_.PyTuple_GetItem(tensor, 2),
+                                        weir::python::kSimpleBuffer);
+    if (!from) throw weir::Failure(weir::python::take_exception(weir::Code::INVOKE_FAILED));
+    const auto to = output.add(info);
+    if (to.size() != static_cast<size_t>(from->size))
+      throw weir::Failure(weir::Error{.code = weir::Code::FRAME_SIZE,
+                                      .what = "an array has another size than its TensorShape",
+                                      .offered = std::to_string(from->size) + " bytes",
+                                      .needed = std::to_string(to.size()) + " bytes",
+                                      .difference = {},
+                                      .fix = {}});
+    std::memcpy(to.data(), from->bytes, to.size());
   }
 
   const weir::python::PythonApi& api_;

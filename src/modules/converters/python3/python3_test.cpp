@@ -219,6 +219,20 @@ INSTANTIATE_TEST_SUITE_P(
         Fault{"return [TensorShape([2])], [[1, 2]], 0, 1", "array 0 is no NumPy array but list"},
         Fault{"return [TensorShape([3])], input_array, 0, 1", "array 0 has 2 bytes"},
         Fault{"return [TensorShape([2])], [numpy.zeros(2)], 0, 1", "array 0 is of float64"},
+        Fault{"class Array(numpy.ndarray): nbytes = 8\n"
+              "return [TensorShape([8])], [numpy.zeros(2, numpy.uint8).view(Array)], 0, 1",
+              "array 0 has 2 bytes: its TensorShape [8] of uint8 has 8"},
+        Fault{"class List(list):\n"
+              "  def __len__(self): return 1\n"
+              "return List([TensorShape([2])] * 2), input_array, 0, 1",
+              "2 TensorShapes for 1 arrays"},
+        Fault{"class Shape(TensorShape):\n"
+              "  types = [numpy.uint8, numpy.float64, numpy.float64]\n"
+              "  def getType(self): return self.types.pop(0)\n"
+              "return [Shape([2])], [numpy.zeros(2)], 0, 1",
+              "array 0 is of float64"},
+        Fault{"return [TensorShape([1.5])], input_array, 0, 1",
+              "a dimension is a whole number, not 1.5"},
         Fault{"return [TensorShape([2], numpy.complex64)], input_array, 0, 1",
               "complex64 is no type of a tensor"},
         Fault{"return [TensorShape([])], input_array, 0, 1", "1 to 16 dimensions of at least 1"},

@@ -8,9 +8,8 @@ namespace weir::engine {
 inline constexpr char kFilterNames[] = R"py(
 import gc, sys
 import numpy
-from weir_scripts import TYPES, TensorShape, tensor_of
+from weir_scripts import DTYPES, TensorShape, is_a, tensor_of
 
-DTYPES = {number: dtype for dtype, number in TYPES.items()}
 MOST_TENSORS = 256
 
 def has(script, name):
@@ -28,8 +27,9 @@ def is_told(script):
                          "getInputDim(self) and getOutputDim(self)")
 
 def tensors_of(method, shapes):
-    if not isinstance(shapes, (list, tuple)):
+    if not is_a((list, tuple), shapes):
         raise TypeError(f"{method} returns a list of TensorShape, not {type(shapes).__name__}")
+    shapes = list(shapes)  # read once: a subclass may have another length the next time
     if not 1 <= len(shapes) <= MOST_TENSORS:
         raise ValueError(f"{method} returned {len(shapes)} TensorShapes: 1 to {MOST_TENSORS} can be")
     for i, shape in enumerate(shapes):
@@ -49,36 +49,42 @@ def words(tensor):
     number, dims = tensor
     return f"{DTYPES[number]} {':'.join(map(str, dims))}"
 
-# What invoke returned, dense; or what is wrong with it.
+# One output, dense; or what is wrong with it.
+def dense(i, array, tensor):
+    number, dims = tensor
+    if not is_a(numpy.ndarray, array):
+        raise TypeError(f"output {i} is no NumPy array but {type(array).__name__}, needed is "
+                        f"{words(tensor)}")
+    array = numpy.asarray(array)  # a subclass may report another type or size than its memory has
+    if array.dtype != DTYPES[number]:
+        raise TypeError(f"output {i} is an array of {array.dtype}, needed is {words(tensor)}: "
+                        f"array.astype(numpy.{DTYPES[number]})")
+    needed = DTYPES[number].itemsize
+    for dim in dims:
+        needed *= dim
+    if array.nbytes != needed:
+        raise ValueError(f"output {i} has {array.nbytes} bytes, shape {array.shape}, needed are "
+                         f"{needed}: {words(tensor)}")
+    return numpy.ascontiguousarray(array, DTYPES[number])
+
+# What invoke returned, as a tuple of dense arrays.
 def checked(made, *tensors):
-    if not isinstance(made, (list, tuple)):
+    if not is_a((list, tuple), made):
         raise TypeError(f"invoke returns a list of NumPy arrays, not {type(made).__name__}")
+    made = list(made)
     if len(made) != len(tensors):
         raise ValueError(f"invoke returned {len(made)} arrays, needed are {len(tensors)}: "
                          f"{', '.join(map(words, tensors))}")
-    for i, (array, tensor) in enumerate(zip(made, tensors)):
-        number, dims = tensor
-        if not isinstance(array, numpy.ndarray):
-            raise TypeError(f"output {i} is no NumPy array but {type(array).__name__}, needed is "
-                            f"{words(tensor)}")
-        if array.dtype != DTYPES[number]:
-            raise TypeError(f"output {i} is an array of {array.dtype}, needed is {words(tensor)}: "
-                            f"array.astype(numpy.{DTYPES[number]})")
-        needed = DTYPES[number].itemsize
-        for dim in dims:
-            needed *= dim
-        if array.nbytes != needed:
-            raise ValueError(f"output {i} has {array.nbytes} bytes, shape {array.shape}, needed are "
-                             f"{needed}: {words(tensor)}")
-    return tuple(numpy.ascontiguousarray(array, DTYPES[number])
-                 for array, (number, _) in zip(made, tensors))
+    return tuple(dense(i, *pair) for i, pair in enumerate(zip(made, tensors)))
 
 def fresh():
     return [numpy.empty(1)]
 
-# References to an array that owns its memory, those of the call among them; 0 for any other.
+# References to an array that owns its memory, those of the call among them; 0 for any other. Of a
+# subclass nothing is known: it may report to own what it does not.
 def references(array):
-    return sys.getrefcount(array) if array.base is None and array.flags.owndata else 0
+    owns = type(array) is numpy.ndarray and array.base is None and array.flags.owndata
+    return sys.getrefcount(array) if owns else 0
 
 # The same of the list that it came in.
 def references_of_list(made):

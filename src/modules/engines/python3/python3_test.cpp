@@ -207,7 +207,12 @@ TEST_F(Python3Giving, CopiesWhatTheScriptMayStillWrite) {
         "    a = input_array[0] * 2\n    self.kept = [a, self.at(a)]\n    return self.kept\n",
         "    a = np.zeros(8, np.float32)\n    a[4:] = input_array[0] * 2\n"
         "    return [a[4:], self.at(a[4:])]\n",
-        "    a = input_array[0] * 2\n    return (a, self.at(a))\n"})
+        "    a = input_array[0] * 2\n    return (a, self.at(a))\n",
+        // A subclass that reports to own the memory of another array.
+        "    class Flags:\n      owndata = True\n"
+        "    class Array(np.ndarray):\n      base = None\n      flags = Flags()\n"
+        "    np.multiply(input_array[0], 2, out=self.own)\n"
+        "    return [self.own.view(Array), self.at(self.own)]\n"})
     EXPECT_FALSE(gives_its_memory(giving(lines))) << lines;
 }
 

@@ -78,7 +78,10 @@ Status PythonModel::measure() {
   const auto fresh = call("fresh", {}, Code::INTERNAL);
   if (!fresh) return fresh.error();
   list_references_ = count("references_of_list", fresh->get());
-  array_references_ = count("references", api_.PyList_GetItem(fresh->get(), 0));
+  // Held as PythonSession::write() holds it.
+  const Object array = Object::share(api_.PyList_GetItem(fresh->get(), 0));
+  const python::HeldBuffer buffer(array.get(), python::kDenseWithFormat);
+  array_references_ = count("references", array.get());
   return ok();
 }
 

@@ -36,7 +36,7 @@ class PythonModel {
   Result<python::Object> checked(const python::Object& made,
                                  std::span<const weir_tensor_info> outputs) const;
   // Of what invoke returned: whether nothing else has the list, or the array in such a list with
-  // its memory; then it is made read-only.
+  // its memory, apart from one reference and one buffer of ours; then it is made read-only.
   bool is_only_list(const python::Object& made) const;
   bool give_away(python::PyObject* array) const;
   void collect_garbage() const;

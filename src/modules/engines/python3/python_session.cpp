@@ -10,11 +10,11 @@ namespace weir::engine {
 namespace {
 
 using python::Buffer;
+using python::HeldBuffer;
+using python::kDenseWithFormat;
 using python::Locked;
 using python::Object;
 using python::PyObject;
-
-constexpr int kDenseWithFormat = 0x4 | 0x8;  // PyBUF_FORMAT | PyBUF_ND
 
 // The characters of module struct for a type, by kind; how many bytes one has is the machine's.
 std::string_view formats_of(uint32_t type) {
@@ -132,7 +132,7 @@ Result<Object> PythonSession::arrays_of(const weir_frame& in, const Object& owne
 Status PythonSession::write(const Object& made, weir_frame& out) const {
   const auto count = static_cast<ptrdiff_t>(out.n_tensors);
   const auto write_one = [&](PyObject* array, bool ours, ptrdiff_t i) {
-    return write(array, ours, static_cast<size_t>(i), out.tensors + i);
+    return write(Object::share(array), ours, static_cast<size_t>(i), out.tensors + i);
   };
   const bool counted = api_.PyList_Size(made.get()) == count;
   const bool ours = counted && needs_memory(out) && model_.is_only_list(made);
@@ -155,17 +155,15 @@ Status PythonSession::write(const Object& made, weir_frame& out) const {
 }
 
 // False: it is no dense array of that type and size.
-Result<bool> PythonSession::write(PyObject* array, bool ours, size_t index,
+Result<bool> PythonSession::write(const Object& array, bool ours, size_t index,
                                   weir_tensor* tensor) const {
   const auto& info = outputs_[index];
-  if (api_.PyObject_IsInstance(array, model_.numpy().array_type()) != 1) return false;
-  Buffer buffer{};
-  if (api_.PyObject_GetBuffer(array, &buffer, kDenseWithFormat) != 0) return false;
+  if (!is_array(array)) return false;
+  const HeldBuffer buffer(array.get(), kDenseWithFormat);
   const uint64_t needed = tensor_bytes(info).value_or(0);
-  const bool right = is_of(buffer, info.type) && static_cast<uint64_t>(buffer.size) == needed;
-  void* const data = buffer.bytes;
-  api_.PyBuffer_Release(&buffer);  // it refers to the array; the list goes on to
-  if (!right) return false;
+  if (!buffer || !is_of(*buffer, info.type) || static_cast<uint64_t>(buffer->size) != needed)
+    return false;
+  void* const data = buffer->bytes;
   if (!tensor->data && ours && hand_over(array, data, tensor)) {
     const char* name = tensor->info.name;
     tensor->info = info;
@@ -177,11 +175,18 @@ Result<bool> PythonSession::write(PyObject* array, bool ours, size_t index,
   return true;
 }
 
+// By its real type: the property __class__ of an object is the script's.
+bool PythonSession::is_array(const Object& object) const {
+  if (!object) return false;
+  const Object type = Object::adopt(api_.PyObject_Type(object.get()));
+  return api_.PyType_IsSubtype(type.get(), model_.numpy().array_type()) != 0;
+}
+
 // The frame keeps the array until its memory is freed, on whatever thread.
-bool PythonSession::hand_over(PyObject* array, void* data, weir_tensor* tensor) const {
-  if (!model_.give_away(array)) return false;
+bool PythonSession::hand_over(const Object& array, void* data, weir_tensor* tensor) const {
+  if (!model_.give_away(array.get())) return false;
   tensor->data = data;
-  tensor->owner = Object::share(array).release();
+  tensor->owner = Object::share(array.get()).release();
   tensor->release = [](void* kept) {
     const python::PythonApi& api = **python::interpreter();  // it ran: it made the array
     if (!api.Py_IsInitialized()) return;                     // the program is ending

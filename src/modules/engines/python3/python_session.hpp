@@ -26,8 +26,10 @@ class PythonSession {
   Result<python::Object> arrays_of(const weir_frame& in, const python::Object& owner) const;
   Status write(const python::Object& made, weir_frame& out) const;
   // `ours`: nothing else has the list that the array came in.
-  Result<bool> write(python::PyObject* array, bool ours, size_t index, weir_tensor* tensor) const;
-  bool hand_over(python::PyObject* array, void* data, weir_tensor* tensor) const;
+  Result<bool> write(const python::Object& array, bool ours, size_t index,
+                     weir_tensor* tensor) const;
+  bool is_array(const python::Object& object) const;
+  bool hand_over(const python::Object& array, void* data, weir_tensor* tensor) const;
 
   PythonModel& model_;
   const python::PythonApi& api_;
