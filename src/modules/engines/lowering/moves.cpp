@@ -107,7 +107,9 @@ Status lower_pad(LoweredGraph& graph, const TfliteGraphOperator& op) {
   for (size_t i = 0; i < rank; ++i) {
     pads[i] = (*given)[2 * i];
     pads[rank + i] = (*given)[2 * i + 1];
-    if (pads[i] < 0 || pads[rank + i] < 0 || input[i] + pads[i] + pads[rank + i] != output[i])
+    // Subtracted from the output: sums of what the file says can overflow.
+    if (pads[i] < 0 || pads[i] > output[i] || pads[rank + i] < 0 ||
+        pads[rank + i] > output[i] - pads[i] || input[i] != output[i] - pads[i] - pads[rank + i])
       return refuse("padding that does not give the output's shape");
   }
   graph.node("Pad", "", {ends->in, graph.shape(pads), padding}, ends->out);

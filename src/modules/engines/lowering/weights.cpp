@@ -18,15 +18,15 @@ Result<Weights> weights_of(const LoweredGraph& graph, int32_t index, int32_t cha
   if (count > 1 && (count != channels || tensor.axis != channel_axis))
     return refuse("weights with scales along another axis").error();
   const bool is_signed = tensor.type == TfliteType::kInt8;
-  const int64_t zero =
-      (tensor.zero_point.empty() ? 0 : tensor.zero_point[0]) + (is_signed ? 128 : 0);
+  const int64_t given = tensor.zero_point.empty() ? 0 : tensor.zero_point[0];
+  const int64_t moved = is_signed ? 128 : 0;  // from int8 to uint8
   if (std::any_of(tensor.zero_point.begin(), tensor.zero_point.end(),
-                  [&](int64_t z) { return z != tensor.zero_point[0]; }) ||
-      zero < 0 || zero > 255)
+                  [&](int64_t z) { return z != given; }) ||
+      given < -moved || given > 255 - moved)
     return refuse("zero points of weights that differ or are out of range").error();
   if (!std::all_of(tensor.scale.begin(), tensor.scale.end(), [](float s) { return s > 0; }))
     return refuse("a scale of weights that is 0").error();
-  Weights out{{}, tensor.scale, static_cast<uint8_t>(zero), is_signed};
+  Weights out{{}, tensor.scale, static_cast<uint8_t>(given + moved), is_signed};
   if (is_signed)
     out.data = moved_up(tensor.data);
   else
