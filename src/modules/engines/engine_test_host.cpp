@@ -2,6 +2,7 @@
 #include "engine_test_host.hpp"
 
 #include <dlfcn.h>
+#include <sys/resource.h>
 
 #include <algorithm>
 #include <cctype>
@@ -98,6 +99,12 @@ void let_find(const std::string& name, const weir_engine* engine) {
 std::vector<std::string> take_log() {
   const std::lock_guard lock(log_mutex);
   return std::exchange(log_lines, {});
+}
+
+uint64_t peak_resident_bytes() {
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  return static_cast<uint64_t>(usage.ru_maxrss) * 1024;
 }
 
 std::string shared_file(const std::string& relative) {

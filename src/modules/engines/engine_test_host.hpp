@@ -24,6 +24,9 @@ void let_find(const std::string& name, const weir_engine* engine);
 // What the module logged since the last call, one line each.
 std::vector<std::string> take_log();
 
+// The most memory that this process ever had in use at once.
+uint64_t peak_resident_bytes();
+
 // ../shared of the checkout, or WEIR_DATA; "" when a file is not there.
 std::string shared_file(const std::string& relative);
 // Paths, sorted, of all files under `relative` that end in `extension`.

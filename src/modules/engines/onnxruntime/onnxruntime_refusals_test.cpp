@@ -124,6 +124,30 @@ TEST_F(OnnxRuntimeRefuses, OptionsWithValuesThatCannotBe) {
   }
 }
 
+// x[n] -> y[m]: only a run says that m is n.
+TEST_F(OnnxRuntimeRefuses, ADryRunOnMoreThanALimitWhateverTheCapsSay) {
+  const auto model = opened(OnnxBuilder()
+                                .input("x", kFloat, {"n"})
+                                .output("y", kFloat, {"m"})
+                                .node("Relu", {"x"}, {"y"}));
+  ASSERT_NE(model, nullptr);
+  const auto small = model->resolve({make_tensor(WEIR_FLOAT32, {7}).info});
+  ASSERT_TRUE(small) << small.error().message();
+  EXPECT_EQ(text_of((*small)[0]), "float32[7]");
+  weir_tensor_info huge = make_tensor(WEIR_FLOAT32, {1}).info;
+  huge.shape[0] = int64_t{1} << 40;
+  const uint64_t before = peak_resident_bytes();
+  take_log();
+  const auto open = model->resolve({huge});
+  ASSERT_TRUE(open) << open.error().message();
+  EXPECT_EQ(text_of((*open)[0]), "float32[-1]") << "the first frame decides";
+  const auto lines = take_log();
+  ASSERT_EQ(lines.size(), 1u);
+  EXPECT_SAYS(lines[0], "the inputs are too large for a dry run");
+  EXPECT_TRUE(model->control(WEIR_WARM));
+  EXPECT_LT(peak_resident_bytes(), before + (uint64_t{1} << 28));
+}
+
 TEST_F(OnnxRuntimeRefuses, InputsThatDoNotFit) {
   const auto model = opened(negation());
   ASSERT_NE(model, nullptr);

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cstring>
 
+#include "dry_run.hpp"
 #include "module_host.hpp"
 #include "onnxruntime/symbolic_shapes.hpp"
 #include "tensor_check.hpp"
@@ -182,21 +183,13 @@ Status OrtRunner::invoke(const weir_frame& in, weir_frame& out) {
   return hand_over(in, out);
 }
 
-Status OrtRunner::rehearse(std::span<const weir_tensor_info> in, std::span<weir_tensor_info> out) {
-  std::vector<std::vector<std::byte>> memory;
-  std::vector<weir_tensor> inputs(in.size()), outputs(out.size());
-  for (size_t i = 0; i < in.size(); ++i) {
-    const auto bytes = tensor_bytes(in[i]);
-    if (!bytes)
-      return Error{Code::SPEC_MISMATCH, "an input is too large", describe(in[i]), "", "", ""};
-    memory.emplace_back(std::max<uint64_t>(*bytes, 1));
-    inputs[i].data = memory[i].data();
-    inputs[i].bytes = *bytes;
-    inputs[i].info = in[i];
-  }
+Status OrtRunner::dry_run(std::span<const weir_tensor_info> in, std::span<weir_tensor_info> out) {
+  auto inputs = DryRunInputs::create(in);
+  if (!inputs) return inputs.error();
+  std::vector<weir_tensor> outputs(out.size());
   weir_frame in_frame{}, out_frame{};
-  in_frame.n_tensors = static_cast<uint32_t>(inputs.size());
-  in_frame.tensors = inputs.data();
+  in_frame.n_tensors = static_cast<uint32_t>(in.size());
+  in_frame.tensors = inputs->tensors().data();
   out_frame.n_tensors = static_cast<uint32_t>(outputs.size());
   out_frame.tensors = outputs.data();
   const Status status = invoke(in_frame, out_frame);
@@ -222,9 +215,10 @@ Status OrtRunner::resolve(std::span<const weir_tensor_info> in, std::span<weir_t
   };
   if (fixed(out) || !fixed(in) || model_.shapes_depend_on_data()) return ok();
   std::vector<weir_tensor_info> found(out.begin(), out.end());
-  if (auto status = rehearse(in, found); !status) {
-    // Zeros may be values that this model refuses: the first frame will tell its shapes.
-    log(WEIR_LOG_INFO, "a run on zeros tells no output shapes: " + status.error().message());
+  if (auto status = dry_run(in, found); !status) {
+    if (status.error().code == Code::OUT_OF_MEMORY) return status;
+    // Too large, or zeros are values that this model refuses: the first frame decides the shapes.
+    log(WEIR_LOG_INFO, "a dry run finds no output shapes: " + status.error().message());
     return ok();
   }
   std::copy(found.begin(), found.end(), out.begin());
@@ -235,7 +229,8 @@ Status OrtRunner::warm() {
   const auto& inputs = last_inputs_.empty() ? model_.inputs().infos : last_inputs_;
   if (!std::all_of(inputs.begin(), inputs.end(), is_fixed)) return ok();
   std::vector<weir_tensor_info> out(model_.outputs().infos);
-  return rehearse(inputs, out);
+  const Status status = dry_run(inputs, out);
+  return !status && status.error().code == Code::LIMIT_EXCEEDED ? ok() : status;
 }
 
 }  // namespace weir::engine

@@ -14,7 +14,8 @@ class OrtRunner {
   static Result<std::unique_ptr<OrtRunner>> create(const OrtModel& model,
                                                    std::span<const weir_option> options);
 
-  // Output shapes: the model's names of open dimensions where they suffice, else a run on zeros.
+  // Output shapes: the model's names of open dimensions where they suffice, else a dry run on
+  // zeros.
   Status resolve(std::span<const weir_tensor_info> in, std::span<weir_tensor_info> out);
   // Nothing is copied but bool inputs, which are made 0 or 1. An output without data gets memory of
   // ONNX Runtime, its shape and a release function.
@@ -35,7 +36,7 @@ class OrtRunner {
                      ONNXTensorElementDataType type) const;
   Status shape_of(const OrtValue* value, weir_tensor_info* info) const;
   // Runs on zeros of these shapes and puts the outputs' shapes into `out`.
-  Status rehearse(std::span<const weir_tensor_info> in, std::span<weir_tensor_info> out);
+  Status dry_run(std::span<const weir_tensor_info> in, std::span<weir_tensor_info> out);
 
   const OrtModel& model_;
   const OrtApi& api_;

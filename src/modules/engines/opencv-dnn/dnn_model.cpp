@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
+#include "dry_run.hpp"
 #include "engine_options.hpp"
 #include "opencv-dnn/dnn_files.hpp"
 #include "tensor_check.hpp"
@@ -157,7 +158,7 @@ Status DnnModel::read_outputs(const DnnDescription& description) {
     outputs_[i].name = output_names_[i].c_str();
   }
   if (!std::all_of(inputs_.begin(), inputs_.end(), is_fixed)) return ok();
-  auto infos = rehearse(inputs_);
+  auto infos = dry_run(inputs_);
   if (!infos) return infos.error();
   outputs_ = *std::move(infos);
   return ok();
@@ -175,25 +176,11 @@ Result<std::vector<DnnOutput>> DnnModel::run(std::span<const weir_tensor> in) co
   return net_->run(inputs, output_names_, {pictures_.get(), output_names_.size()}, threads_);
 }
 
-Result<std::vector<weir_tensor_info>> DnnModel::rehearse(
+Result<std::vector<weir_tensor_info>> DnnModel::dry_run(
     std::span<const weir_tensor_info> in) const {
-  std::vector<std::vector<std::byte>> memory;
-  std::vector<weir_tensor> tensors(in.size());
-  for (size_t i = 0; i < in.size(); ++i) {
-    const auto bytes = tensor_bytes(in[i]);
-    if (!bytes || *bytes > INT32_MAX)
-      return Error{Code::SPEC_MISMATCH,
-                   "an input is too large for OpenCV",
-                   engine::describe(in[i]),
-                   "less than 2 GiB",
-                   "",
-                   ""};
-    memory.emplace_back(*bytes);
-    tensors[i].data = memory[i].data();
-    tensors[i].bytes = *bytes;
-    tensors[i].info = in[i];
-  }
-  const auto made = run(tensors);
+  auto inputs = DryRunInputs::create(in);
+  if (!inputs) return inputs.error();
+  const auto made = run(inputs->tensors());
   if (!made) {
     if (made.error().code != Code::INVOKE_FAILED) return made.error();
     return Error{Code::SPEC_MISMATCH,

@@ -28,7 +28,7 @@ class DnnModel {
   // One run on this memory. Used by one thread at a time: the model has one session.
   Result<std::vector<DnnOutput>> run(std::span<const weir_tensor> in) const;
   // The outputs for inputs of these shapes, by a run on zeros.
-  Result<std::vector<weir_tensor_info>> rehearse(std::span<const weir_tensor_info> in) const;
+  Result<std::vector<weir_tensor_info>> dry_run(std::span<const weir_tensor_info> in) const;
 
  private:
   DnnModel() = default;

@@ -28,7 +28,7 @@ Status DnnRunner::resolve(std::span<const weir_tensor_info> in, std::span<weir_t
   if (!std::all_of(in.begin(), in.end(), is_fixed)) return ok();
   last_inputs_.assign(in.begin(), in.end());
   if (same_shapes(in, model_.inputs())) return ok();  // tried when it was opened
-  auto found = model_.rehearse(in);
+  auto found = model_.dry_run(in);
   if (!found) return found.error();
   std::copy(found->begin(), found->end(), out.begin());
   return ok();
@@ -50,7 +50,7 @@ Status DnnRunner::invoke(const weir_frame& in, weir_frame& out) {
 Status DnnRunner::warm() {
   const auto& inputs = last_inputs_.empty() ? model_.inputs() : last_inputs_;
   if (!std::all_of(inputs.begin(), inputs.end(), is_fixed)) return ok();
-  const auto found = model_.rehearse(inputs);
+  const auto found = model_.dry_run(inputs);
   return found ? ok() : Status(found.error());
 }
 

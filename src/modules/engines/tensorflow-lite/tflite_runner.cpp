@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cstring>
 
+#include "dry_run.hpp"
 #include "module_host.hpp"
 #include "tensor_check.hpp"
 
@@ -55,11 +56,18 @@ Status TfliteRunner::reshape(std::span<const weir_tensor_info> in) {
     return error;
   }
   interpreter_ = *std::move(interpreter);
-  rehearsed_ = false;
+  dry_ran_ = false;
   return ok();
 }
 
-Status TfliteRunner::rehearse() {
+Status TfliteRunner::dry_run() {
+  std::vector<weir_tensor_info> infos;
+  for (size_t i = 0; i < model_.inputs().size(); ++i) {
+    const auto info = tflite_tensor_info(api_, *interpreter_->input(i));
+    if (!info) return info.error();
+    infos.push_back(*info);
+  }
+  if (auto status = check_dry_run(infos); !status) return status;
   for (size_t i = 0; i < model_.inputs().size(); ++i) {
     const TfLiteTensor* tensor = interpreter_->input(i);
     if (tensor->data.raw) std::memset(tensor->data.raw, 0, tensor->bytes);
@@ -79,17 +87,18 @@ Status TfliteRunner::resolve(std::span<const weir_tensor_info> in,
   const auto open = [this](size_t i) { return is_unallocated(*interpreter_->output(i)); };
   bool any_open = false;
   for (size_t i = 0; i < out.size(); ++i) any_open = any_open || open(i);
-  if (any_open && !rehearsed_ && !model_.summary().shapes_depend_on_data) {
-    // Zeros may be values that this model refuses: the first frame will tell its shapes.
-    const auto status = rehearse();
-    rehearsed_ = bool(status);
-    if (!status) log(WEIR_LOG_INFO, "a run on zeros tells no shapes: " + status.error().message());
+  if (any_open && !dry_ran_ && !model_.summary().shapes_depend_on_data) {
+    // Too large, or zeros are values that this model refuses: the first frame decides the shapes.
+    const auto status = dry_run();
+    dry_ran_ = bool(status);
+    if (!status)
+      log(WEIR_LOG_INFO, "a dry run finds no output shapes: " + status.error().message());
   }
   for (size_t i = 0; i < out.size(); ++i) {
     const auto now = tflite_tensor_info(api_, *interpreter_->output(i));
     if (!now) return now.error();
     out[i].rank = now->rank;
-    const bool known = rehearsed_ || !open(i);
+    const bool known = dry_ran_ || !open(i);
     for (uint32_t d = 0; d < now->rank; ++d) out[i].shape[d] = known ? now->shape[d] : -1;
   }
   return ok();
@@ -153,7 +162,7 @@ Status TfliteRunner::invoke(const weir_frame& in, weir_frame& out) {
 }
 
 Status TfliteRunner::warm() {
-  const Status ignored = rehearse();  // a model that refuses zeros is warm enough
+  const Status ignored = dry_run();  // a model that refuses zeros is warm enough
   return ignored ? ok() : ok();
 }
 

@@ -31,12 +31,12 @@ class TfliteRunner {
   Status reshape(std::span<const weir_tensor_info> in);
   Status copy_in(const weir_tensor& tensor, size_t index);
   Status copy_out(size_t index, weir_tensor* tensor);
-  Status rehearse();
+  Status dry_run();
 
   const TfliteModel& model_;
   const TfliteApi& api_;
   std::unique_ptr<TfliteInterpreter> interpreter_;
-  bool rehearsed_ = false;  // outputs that the graph sizes are known for the present shapes
+  bool dry_ran_ = false;  // outputs that the graph sizes are known for the present shapes
   std::vector<uint8_t> bools_;
 };
 
