@@ -195,6 +195,12 @@ TEST_F(OnnxRuntime, AnInputThatIsAnOutputIsCopied) {
   out.release(out.owner);
 }
 
+TEST_F(OnnxRuntime, TheTelemetryOfTheLibraryIsOff) {
+  const char* off = std::getenv("ORT_DISABLE_TELEMETRY");
+  ASSERT_NE(off, nullptr);
+  EXPECT_STREQ(off, "1");
+}
+
 TEST_F(OnnxRuntime, ReadsAndWritesTheCallersMemory) {
   auto model = open(OnnxBuilder()
                         .input("x", kFloat, {"1024"})

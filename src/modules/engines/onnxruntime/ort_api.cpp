@@ -1,10 +1,10 @@
 // Opening libonnxruntime.
 #include "onnxruntime/ort_api.hpp"
 
-#include <cstdlib>
 #include <mutex>
 #include <utility>
 
+#include "environment_variable.hpp"
 #include "module_host.hpp"
 
 namespace weir::engine {
@@ -34,11 +34,12 @@ void ORT_API_CALL forward_log(void*, OrtLoggingLevel severity, const char*, cons
   log(level == WEIR_LOG_ERROR ? WEIR_LOG_INFO : level, message ? message : "");
 }
 
-// The vendor's builds from 1.29 on tell Microsoft which models a process opens, and keep a number
-// for the machine in the user's cache, from the moment that there is an environment. They read this
-// variable when they make the first; one that the user has set stays.
-void keep_the_library_silent() {
-  setenv("ORT_DISABLE_TELEMETRY", "1", 0);
+// The vendor's builds from 1.29 on report to Microsoft which models a process opens, and keep a
+// number for the machine in the user's cache, from the moment that an OrtEnv exists: too early for
+// OrtApi::DisableTelemetryEvents. They read this variable when the first one is created; a value
+// that the user has set stays.
+void disable_telemetry() {
+  add_environment_variable("ORT_DISABLE_TELEMETRY=1");
 }
 
 }  // namespace
@@ -106,7 +107,7 @@ Result<std::shared_ptr<const OrtRuntime>> OrtRuntime::load() {
   const OrtApi* api = base->GetApi(ORT_API_VERSION);
   if (!api) return unusable("version " + out->version_ + " is too old");
   out->api_ = api;
-  keep_the_library_silent();
+  disable_telemetry();
   if (auto bad =
           take(*api, api->CreateEnvWithCustomLogger(forward_log, nullptr, ORT_LOGGING_LEVEL_WARNING,
                                                     "weir", &out->environment_)))

@@ -1,0 +1,34 @@
+// Replacing `environ` as a whole.
+#include "environment_variable.hpp"
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <cstring>
+#include <mutex>
+#include <new>
+#include <string>
+#include <vector>
+
+namespace weir::engine {
+
+void add_environment_variable(const char* assignment) {
+  static std::mutex mutex;
+  static auto& replaced = *new std::vector<char**>;  // each lives as long as a reader may
+  const std::lock_guard lock(mutex);
+  const std::string name(assignment, std::strcspn(assignment, "="));
+  if (std::getenv(name.c_str())) return;
+  char** const old = environ;
+  size_t count = 0;
+  while (old && old[count]) ++count;
+  auto* const longer = static_cast<char**>(std::malloc((count + 2) * sizeof(char*)));
+  if (!longer) throw std::bad_alloc();
+  std::copy_n(old, count, longer);
+  longer[count] = const_cast<char*>(assignment);
+  longer[count + 1] = nullptr;
+  replaced.push_back(longer);
+  __atomic_store_n(&environ, longer, __ATOMIC_RELEASE);
+}
+
+}  // namespace weir::engine
