@@ -5,6 +5,7 @@
 #include "pytorch/torch_file.hpp"
 
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
-  (void)weir::engine::check_torch_file(std::as_bytes(std::span(data, size)));
+  (void)weir::engine::check_torch_file(
+      weir::engine::ModelSource(std::as_bytes(std::span(data, size))));
   return 0;
 }

@@ -1,55 +1,64 @@
-// Reading a model file.
+// Reading a model file whole.
 #include "model_bytes.hpp"
 
-#include <cerrno>
-#include <cstring>
-#include <filesystem>
-#include <fstream>
-#include <system_error>
+#include <algorithm>
+
+#include "model_source.hpp"
 
 namespace weir::engine {
 namespace {
 
-namespace fs = std::filesystem;
+constexpr size_t kPieceBytes = size_t{16} << 20;
 
-Error not_found(const std::string& path, const std::string& why) {
-  return Error{Code::MODEL_NOT_FOUND,
-               "the model file cannot be read",
-               path + ": " + why,
-               "a regular file that this user may read",
-               "",
-               "model=/path/to/the/model"};
+Error too_large(const ModelSource& source, uint64_t most) {
+  return Error{.code = Code::MODEL_UNSUPPORTED,
+               .what = "the model file is larger than its format or engine can hold",
+               .offered = source.name() + ": " + std::to_string(source.size()) + " bytes",
+               .needed = "at most " + std::to_string(most) + " bytes",
+               .difference = {},
+               .fix =
+                   "export the model with its weights in a file of their own, where the format "
+                   "has that"};
+}
+
+Error cut_meanwhile(const ModelSource& source) {
+  return Error{.code = Code::MODEL_INVALID,
+               .what = "the model file was cut while it was read",
+               .offered = source.name(),
+               .needed = std::to_string(source.size()) + " bytes",
+               .difference = {},
+               .fix = "open the model when it is written completely"};
+}
+
+Status check_head(const ModelSource& source, const ModelLimits& limits) {
+  if (!limits.check_head) return ok();
+  std::vector<std::byte> head(std::min<uint64_t>(source.size(), kModelHead));
+  if (!source.read(0, head)) return cut_meanwhile(source);
+  auto status = limits.check_head(head);
+  if (status) return ok();
+  Error error = status.error();
+  error.offered = source.name() + (error.offered.empty() ? "" : ": " + error.offered);
+  return error;
 }
 
 }  // namespace
 
-Result<ModelBytes> read_model(const weir_open& request) {
+Result<ModelBytes> read_model(const weir_open& request, const ModelLimits& limits) {
+  auto source = ModelSource::open(request);
+  if (!source) return source.error();
+  if (source->size() > limits.most) return too_large(*source, limits.most);
+  if (auto status = check_head(*source, limits); !status) return status.error();
   ModelBytes out;
-  if (request.n_models == 0 && request.bytes && request.n_bytes > 0) {
-    out.bytes = {static_cast<const std::byte*>(request.bytes), request.n_bytes};
-    return out;
+  out.path = source->path();
+  out.bytes = source->memory();
+  if (out.path.empty()) return out;
+  out.owned.reserve(source->size());
+  while (out.owned.size() < source->size()) {
+    const size_t at = out.owned.size();
+    const auto piece = std::min<uint64_t>(kPieceBytes, source->size() - at);
+    out.owned.resize(at + piece);
+    if (!source->read(at, std::span(out.owned).subspan(at))) return cut_meanwhile(*source);
   }
-  if (request.n_models != 1 || !request.paths || !request.paths[0])
-    return Error{Code::SPEC_MISMATCH,
-                 "this engine takes exactly one model file",
-                 std::to_string(request.n_models) + " files",
-                 "1 file",
-                 "",
-                 "model=NAME"};
-  out.path = request.paths[0];
-  std::error_code failed;
-  const auto status = fs::status(out.path, failed);
-  if (!fs::exists(status)) return not_found(out.path, std::strerror(ENOENT));
-  if (!fs::is_regular_file(status)) return not_found(out.path, "not a regular file");
-  const auto size = fs::file_size(out.path, failed);
-  if (failed) return not_found(out.path, failed.message());
-  std::ifstream file(out.path, std::ios::binary);
-  if (!file) return not_found(out.path, std::strerror(errno));
-  out.owned.resize(size);
-  file.read(reinterpret_cast<char*>(out.owned.data()), static_cast<std::streamsize>(size));
-  out.owned.resize(static_cast<size_t>(std::max<std::streamsize>(file.gcount(), 0)));
-  if (out.owned.empty())
-    return Error{Code::MODEL_INVALID, "the model file is empty", out.path, "a model", "", ""};
   out.bytes = out.owned;
   return out;
 }

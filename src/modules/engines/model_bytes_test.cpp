@@ -2,8 +2,13 @@
 #include "model_bytes.hpp"
 
 #include <gtest/gtest.h>
+#include <sys/stat.h>
+
+#include <filesystem>
 
 #include "engine_test_host.hpp"
+#include "model_source.hpp"
+#include "says.hpp"
 
 namespace weir::engine {
 namespace {
@@ -55,6 +60,94 @@ TEST(ModelBytes, AnEmptyFileIsRefused) {
 TEST(ModelBytes, ExactlyOneModelIsNeeded) {
   EXPECT_EQ(code_of(read({})), Code::SPEC_MISMATCH);
   EXPECT_EQ(code_of(read({"a", "b"})), Code::SPEC_MISMATCH);
+}
+
+// A file of `size` bytes that takes no room: a zero wherever it is read.
+std::string sparse_file(const engine_test::TemporaryFolder& folder, uint64_t size) {
+  const auto path = folder.write("sparse", {std::byte{0}});
+  std::filesystem::resize_file(path, size);
+  return path;
+}
+
+TEST(ModelBytes, AFileBeyondTheLimitIsRefusedUnread) {
+  const engine_test::TemporaryFolder folder;
+  const char* paths[] = {nullptr};
+  weir_open request{};
+  request.n_models = 1;
+  request.paths = paths;
+  const auto path = sparse_file(folder, uint64_t{1} << 40);
+  paths[0] = path.c_str();
+  const auto result = read_model(request);
+  ASSERT_FALSE(result);
+  EXPECT_EQ(result.error().code, Code::MODEL_UNSUPPORTED);
+  EXPECT_SAYS(result.error().message(), "the model file is larger than its format or engine");
+  EXPECT_SAYS(result.error().message(), "sparse: 1099511627776 bytes");
+  EXPECT_SAYS(result.error().message(), "at most 2147483647 bytes");
+}
+
+TEST(ModelBytes, AFileWithAnotherHeadIsRefusedUnread) {
+  const engine_test::TemporaryFolder folder;
+  const auto path = sparse_file(folder, (uint64_t{1} << 31) - 1);
+  const char* paths[] = {path.c_str()};
+  weir_open request{};
+  request.n_models = 1;
+  request.paths = paths;
+  const uint64_t before = engine_test::peak_resident_bytes();
+  const auto result =
+      read_model(request, {.check_head = [](std::span<const std::byte> head) {
+                   return head.size() == kModelHead && head[0] == std::byte{0}
+                              ? Status(Error{Code::MODEL_INVALID, "no model", "zeros", "", "", ""})
+                              : ok();
+                 }});
+  ASSERT_FALSE(result);
+  EXPECT_EQ(result.error().offered, path + ": zeros");
+  EXPECT_LT(engine_test::peak_resident_bytes(), before + (uint64_t{1} << 28));
+}
+
+TEST(ModelBytes, AFileThatIsCutWhileItIsReadIsRefused) {
+  const engine_test::TemporaryFolder folder;
+  static std::string path;
+  path = folder.write("cut", std::vector<std::byte>(100000));
+  const char* paths[] = {path.c_str()};
+  weir_open request{};
+  request.n_models = 1;
+  request.paths = paths;
+  const auto result = read_model(request, {.check_head = [](std::span<const std::byte>) -> Status {
+                                   std::filesystem::resize_file(path, 5000);
+                                   return ok();
+                                 }});
+  ASSERT_FALSE(result);
+  EXPECT_EQ(result.error().code, Code::MODEL_INVALID);
+  EXPECT_SAYS(result.error().message(), "the model file was cut while it was read");
+  EXPECT_SAYS(result.error().message(), "100000 bytes");
+}
+
+TEST(ModelBytes, AFifoWithoutAWriterIsRefusedAndNotWaitedFor) {
+  const engine_test::TemporaryFolder folder;
+  ASSERT_EQ(mkfifo(folder.path("fifo").c_str(), 0600), 0);
+  EXPECT_EQ(code_of(read({folder.path("fifo")})), Code::MODEL_NOT_FOUND);
+}
+
+TEST(ModelSource, ReadsPartsOfAFileAndNothingBeyondIt) {
+  const engine_test::TemporaryFolder folder;
+  const auto path = folder.write("ten", std::vector<std::byte>(10, std::byte{7}));
+  const char* paths[] = {path.c_str()};
+  weir_open request{};
+  request.n_models = 1;
+  request.paths = paths;
+  const auto file = ModelSource::open(request);
+  ASSERT_TRUE(file);
+  const std::vector<std::byte> bytes(10, std::byte{7});
+  const ModelSource memory((std::span<const std::byte>(bytes)));
+  for (const ModelSource* source : {&*file, &memory}) {
+    EXPECT_EQ(source->size(), 10u);
+    std::byte part[4]{};
+    EXPECT_TRUE(source->read(6, part));
+    EXPECT_EQ(part[3], std::byte{7});
+    EXPECT_TRUE(source->read(10, {}));
+    EXPECT_FALSE(source->read(7, part));
+    EXPECT_FALSE(source->read(UINT64_MAX - 1, part));
+  }
 }
 
 }  // namespace

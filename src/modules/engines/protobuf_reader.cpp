@@ -55,4 +55,11 @@ bool ProtobufReader::next(Field* field) noexcept {
   }
 }
 
+bool can_begin_message(std::span<const std::byte> head) noexcept {
+  ProtobufReader reader(head);
+  for (ProtobufReader::Field field; reader.next(&field);) {
+  }
+  return reader.good() || reader.missing() > 0;
+}
+
 }  // namespace weir::engine

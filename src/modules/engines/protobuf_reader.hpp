@@ -42,4 +42,7 @@ class ProtobufReader {
   uint64_t missing_ = 0;
 };
 
+// Whether a message can begin with these bytes: it is good up to where they end.
+bool can_begin_message(std::span<const std::byte> head) noexcept;
+
 }  // namespace weir::engine

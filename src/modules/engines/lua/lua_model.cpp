@@ -14,6 +14,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
+constexpr uint64_t kMostSource = uint64_t{64} << 20;
 constexpr char kSourceName[] = "model";  // "model:3: ..." in messages
 
 struct Source {
@@ -47,7 +48,7 @@ Result<Source> read_source(const weir_open& request) {
                    "model=/path/to/script.lua"};
     return Source{text, kSourceName};
   }
-  const auto model = read_model(request);
+  const auto model = read_model(request, {.most = kMostSource});
   if (!model) return model.error();
   const auto* bytes = reinterpret_cast<const char*>(model->bytes.data());
   return Source{{bytes, model->bytes.size()},

@@ -28,6 +28,11 @@ Error damage(const ProtobufReader& reader, const char* part) {
   return invalid("the " + std::string(part) + " is no sequence of ONNX fields");
 }
 
+// ONNX Runtime's own format, a FlatBuffer.
+bool is_ort_format(std::span<const std::byte> head) {
+  return head.size() >= 8 && std::memcmp(head.data() + 4, "ORTM", 4) == 0;
+}
+
 class Walker {
  public:
   explicit Walker(OnnxSummary* out) : out_(out) {}
@@ -157,10 +162,14 @@ int onnx_score(std::span<const unsigned char> head) noexcept {
   return plausible ? 90 : 20;
 }
 
+Status check_onnx_head(std::span<const std::byte> head) {
+  if (is_ort_format(head) || can_begin_message(head)) return ok();
+  return invalid("the file is no sequence of ONNX fields");
+}
+
 Result<OnnxSummary> read_onnx(std::span<const std::byte> file) {
   OnnxSummary out;
-  const auto* head = reinterpret_cast<const unsigned char*>(file.data());
-  if (file.size() >= 8 && std::memcmp(head + 4, "ORTM", 4) == 0) return out;  // ORT's own format
+  if (is_ort_format(file)) return out;
   if (auto status = Walker(&out).model(file); !status) return status.error();
   return out;
 }

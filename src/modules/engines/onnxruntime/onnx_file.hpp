@@ -26,6 +26,9 @@ struct OnnxSummary {
 // How sure the first bytes make one that this is a model for ONNX Runtime: 0 to 100.
 int onnx_score(std::span<const unsigned char> head) noexcept;
 
+// By the first bytes of a file: MODEL_INVALID where the rest need not be read.
+Status check_onnx_head(std::span<const std::byte> head);
+
 // Walks the whole file: a file that was cut or damaged in its structure is MODEL_INVALID, and the
 // message says where. Weights are not looked at. Field numbers: onnx.proto3 of the ONNX project.
 Result<OnnxSummary> read_onnx(std::span<const std::byte> file);

@@ -1,5 +1,6 @@
 // What the ONNX Runtime engine refuses, and in which words.
 #include <cstdlib>
+#include <filesystem>
 
 #include "engine_fixture.hpp"
 #include "onnxruntime/onnx_builder.hpp"
@@ -145,6 +146,17 @@ TEST_F(OnnxRuntimeRefuses, ADryRunOnMoreThanALimitWhateverTheCapsSay) {
   ASSERT_EQ(lines.size(), 1u);
   EXPECT_SAYS(lines[0], "the inputs are too large for a dry run");
   EXPECT_TRUE(model->control(WEIR_WARM));
+  EXPECT_LT(peak_resident_bytes(), before + (uint64_t{1} << 28));
+}
+
+TEST_F(OnnxRuntimeRefuses, ALargeFileOfAnotherFormatUnread) {
+  const auto path = folder_.write("zeros.onnx", {std::byte{0}});
+  std::filesystem::resize_file(path, (uint64_t{1} << 31) - 1);
+  const uint64_t before = peak_resident_bytes();
+  const auto model = OpenEngine::open(*engine(), path);
+  ASSERT_FALSE(model);
+  EXPECT_EQ(model.error().code, Code::MODEL_INVALID);
+  EXPECT_SAYS(model.error().message(), "zeros.onnx: the file is no sequence of ONNX fields");
   EXPECT_LT(peak_resident_bytes(), before + (uint64_t{1} << 28));
 }
 

@@ -76,6 +76,10 @@ bool is_tflite(std::span<const std::byte> bytes) {
   return tflite_score({reinterpret_cast<const unsigned char*>(bytes.data()), bytes.size()}) > 0;
 }
 
+Status check_head(std::span<const std::byte> head) {
+  return is_tflite(head) ? ok() : check_onnx_head(head);
+}
+
 // What the file of a model that was lowered says of it.
 struct LoweredFacts {
   std::vector<PortQuantization> inputs, outputs;
@@ -109,7 +113,7 @@ Result<std::unique_ptr<OrtModel>> OrtModel::open(const weir_open& request) {
   if (!runtime) return runtime.error();
   auto options = OrtOptions::read(request, (*runtime)->version());
   if (!options) return options.error();
-  auto file = read_model(request);
+  auto file = read_model(request, {.check_head = check_head});
   if (!file) return file.error();
   std::optional<LoweredFacts> source;
   if (is_tflite(file->bytes)) {

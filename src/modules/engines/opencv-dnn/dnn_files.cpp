@@ -5,6 +5,7 @@
 
 #include "engine_options.hpp"
 #include "model_bytes.hpp"
+#include "protobuf_reader.hpp"
 
 namespace weir::engine {
 namespace {
@@ -27,13 +28,26 @@ Error wrong_files(const std::string& offered) {
                one ? "model=graph.pb" : "model=net." + text + ",net." + weights};
 }
 
-Result<std::vector<std::byte>> bytes_of(const std::string& path) {
+Status check_graph_head(std::span<const std::byte> head) {
+  return can_begin_message(head) ? ok() : Status(describe_tensorflow(head).error());
+}
+Status check_caffe_head(std::span<const std::byte> head) {
+  return can_begin_message(head) ? ok() : check_caffe_weights(head);
+}
+
+// What the weights' first bytes must be; null where any can be.
+decltype(ModelLimits::check_head) weights_head() {
+  if (dnn_engine.format == DnnFormat::Tensorflow) return check_graph_head;
+  return dnn_engine.format == DnnFormat::Caffe ? check_caffe_head : nullptr;
+}
+
+Result<std::vector<std::byte>> bytes_of(const std::string& path, const ModelLimits& limits = {}) {
   const char* paths[] = {path.c_str()};
   weir_open one{};
   one.struct_size = sizeof one;
   one.n_models = 1;
   one.paths = paths;
-  auto file = read_model(one);
+  auto file = read_model(one, limits);
   if (!file) return file.error();
   return std::move(file->owned);
 }
@@ -89,7 +103,7 @@ Result<DnnSource> read_dnn_files(const weir_open& request) {
   DnnSource out;
   out.files.format = dnn_engine.format;
   out.files.name = paths->weights;
-  auto weights = bytes_of(paths->weights);
+  auto weights = bytes_of(paths->weights, {.check_head = weights_head()});
   if (!weights) return weights.error();
   out.files.weights = *std::move(weights);
   if (!paths->description.empty()) {

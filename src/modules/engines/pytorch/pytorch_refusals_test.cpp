@@ -187,6 +187,20 @@ TEST_F(PytorchRefuses, AnInputTooLargeForAnyMemory) {
   EXPECT_EQ(shapes.error().code, Code::OUT_OF_MEMORY) << shapes.error().message();
 }
 
+TEST_F(PytorchRefuses, ADryRunOnMoreThanALimitWhateverTheCapsSay) {
+  const auto model =
+      opened(torchscript("def forward(self, x: Tensor) -> Tensor:\n  return x[0:2]"));
+  ASSERT_NE(model, nullptr);
+  weir_tensor_info huge = make_tensor(WEIR_FLOAT32, {1}).info;
+  huge.shape[0] = int64_t{1} << 29;
+  const uint64_t before = peak_resident_bytes();
+  const auto open = model->resolve({huge});
+  ASSERT_TRUE(open) << open.error().message();
+  EXPECT_EQ((*open)[0].rank, WEIR_RANK_UNKNOWN) << "the first frame decides";
+  EXPECT_TRUE(model->control(WEIR_WARM));
+  EXPECT_LT(peak_resident_bytes(), before + (uint64_t{1} << 28));
+}
+
 TEST_F(PytorchRefuses, OptionsWithValuesThatCannotBe) {
   for (const auto& [key, value] : Options{
            {"NumThreads", "0"}, {"NumThreads", "many"}, {"Freeze", "maybe"}, {"Optimize", "2"}}) {

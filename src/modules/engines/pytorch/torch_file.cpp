@@ -1,10 +1,11 @@
-// The directory of a zip archive.
+// Checking the directory of a zip archive and the checksums of its entries.
 #include "pytorch/torch_file.hpp"
 
 #include <algorithm>
 #include <array>
 #include <cstring>
 #include <optional>
+#include <set>
 #include <string>
 #include <string_view>
 
@@ -18,6 +19,8 @@ constexpr uint32_t kLocal = 0x04034b50, kCentral = 0x02014b50, kEnd = 0x06054b50
 constexpr uint32_t kEnd64 = 0x06064b50, kEnd64Locator = 0x07064b50;
 constexpr size_t kEndBytes = 22, kLocatorBytes = 20, kEnd64Bytes = 56, kCentralBytes = 46,
                  kLocalBytes = 30;
+constexpr uint64_t kMostDeflated = 1032;  // bytes that one byte of DEFLATE can become
+constexpr uint64_t kPieceBytes = 1 << 20;
 
 const char* const kSaveAsScript =
     "torch.jit.script(model).save(\"model.pt\"), or torch.jit.trace(model, example).save(...), in "
@@ -41,29 +44,28 @@ Error python_only(const std::string& offered) {
                kSaveAsScript};
 }
 
-class Bytes {
+// A piece of the file in memory, with numbers in it. Little-endian.
+class Record {
  public:
-  explicit Bytes(std::span<const std::byte> bytes) : bytes_(bytes) {}
-  size_t size() const noexcept { return bytes_.size(); }
-  bool has(uint64_t at, uint64_t count) const noexcept {
-    return at <= bytes_.size() && count <= bytes_.size() - at;
+  // False when the file has not so many bytes at that place.
+  bool read(const ModelSource& file, uint64_t at, size_t count) {
+    bytes_.resize(count);
+    return file.read(at, bytes_);
   }
-  // Little-endian. Precondition: has(at, sizeof(T)).
+  size_t size() const noexcept { return bytes_.size(); }
+  // Precondition: at + sizeof(T) <= size().
   template <class T>
-  T number(uint64_t at) const noexcept {
+  T number(size_t at) const noexcept {
     T out = 0;
     std::memcpy(&out, bytes_.data() + at, sizeof out);
     return out;
   }
-  std::span<const std::byte> part(uint64_t at, uint64_t count) const noexcept {
-    return bytes_.subspan(at, count);
-  }
-  std::string_view text(uint64_t at, size_t count) const noexcept {
-    return {reinterpret_cast<const char*>(bytes_.data()) + at, count};
+  std::string_view text() const noexcept {
+    return {reinterpret_cast<const char*>(bytes_.data()), bytes_.size()};
   }
 
  private:
-  std::span<const std::byte> bytes_;
+  std::vector<std::byte> bytes_;
 };
 
 struct Directory {
@@ -71,25 +73,35 @@ struct Directory {
 };
 
 // The record at the end, behind which there may be a comment of up to 64 KiB.
-std::optional<Directory> find_directory(const Bytes& file) {
-  if (file.size() < kEndBytes) return std::nullopt;
-  const size_t last = file.size() - kEndBytes;
-  for (size_t back = 0; back <= std::min<size_t>(last, 0xFFFF); ++back) {
-    const size_t at = last - back;
-    if (file.number<uint32_t>(at) != kEnd) continue;
-    Directory out{file.number<uint16_t>(at + 10), file.number<uint32_t>(at + 16)};
-    if (at < kLocatorBytes || file.number<uint32_t>(at - kLocatorBytes) != kEnd64Locator)
+std::optional<Directory> find_directory(const ModelSource& file) {
+  constexpr size_t kMostComment = 0xFFFF;
+  const auto tail = static_cast<size_t>(
+      std::min<uint64_t>(file.size(), kLocatorBytes + kEndBytes + kMostComment));
+  Record end;
+  if (tail < kEndBytes || !end.read(file, file.size() - tail, tail)) return std::nullopt;
+  for (size_t at = tail - kEndBytes + 1; at-- > 0;) {
+    if (end.number<uint32_t>(at) != kEnd) continue;
+    Directory out{end.number<uint16_t>(at + 10), end.number<uint32_t>(at + 16)};
+    if (at < kLocatorBytes || end.number<uint32_t>(at - kLocatorBytes) != kEnd64Locator) return out;
+    Record end64;
+    if (!end64.read(file, end.number<uint64_t>(at - kLocatorBytes + 8), kEnd64Bytes) ||
+        end64.number<uint32_t>(0) != kEnd64)
       return out;
-    const auto end64 = file.number<uint64_t>(at - kLocatorBytes + 8);
-    if (!file.has(end64, kEnd64Bytes) || file.number<uint32_t>(end64) != kEnd64) return out;
-    return Directory{file.number<uint64_t>(end64 + 32), file.number<uint64_t>(end64 + 48)};
+    return Directory{end64.number<uint64_t>(32), end64.number<uint64_t>(48)};
   }
   return std::nullopt;
 }
 
+// Where the bytes of an entry lie, its header among them.
+struct Extent {
+  uint64_t begin = 0, end = 0;
+};
+
 struct Contents {
   bool code = false, data = false, constants = false;
   std::vector<CompressedEntry> compressed;
+  std::set<std::string> names;
+  std::vector<Extent> extents;
 };
 
 // "name/data.pkl" -> "data.pkl": every entry lies in a folder that bears the model's name.
@@ -98,50 +110,98 @@ std::string_view inside(std::string_view name) {
   return slash == std::string_view::npos ? name : name.substr(slash + 1);
 }
 
-// One entry, whose place in the directory and whose beginning are within the file.
-Status check_entry(const Bytes& file, uint64_t at, uint64_t local, const std::string& name,
-                   Contents* out) {
-  const auto method = file.number<uint16_t>(at + 10);
-  const auto crc = file.number<uint32_t>(at + 16);
-  const uint64_t packed = file.number<uint32_t>(at + 20), bytes = file.number<uint32_t>(at + 24);
-  const uint64_t begin =
-      local + kLocalBytes + file.number<uint16_t>(local + 26) + file.number<uint16_t>(local + 28);
-  if (!file.has(begin, packed)) return invalid(name + " does not lie within the archive");
-  if (method == 8) {
-    out->compressed.push_back({name, crc});
+// A stored entry, whose checksum is compared once all entries are known.
+struct StoredEntry {
+  std::string name;
+  Extent data;
+  uint32_t crc = 0;
+};
+
+class DirectoryReader {
+ public:
+  explicit DirectoryReader(const ModelSource& file) : file_(file) {}
+
+  Result<Contents> read(const Directory& directory) {
+    uint64_t at = directory.at;
+    for (uint64_t i = 0; i < directory.entries; ++i) {
+      Record entry;
+      if (!entry.read(file_, at, kCentralBytes) || entry.number<uint32_t>(0) != kCentral)
+        return invalid("entry " + std::to_string(i) + " of the archive is not where it should be");
+      const auto name_bytes = entry.number<uint16_t>(28);
+      const uint64_t rest =
+          uint64_t{name_bytes} + entry.number<uint16_t>(30) + entry.number<uint16_t>(32);
+      Record name;
+      if (rest > file_.size() - at - kCentralBytes ||
+          !name.read(file_, at + kCentralBytes, name_bytes))
+        return invalid("the archive's directory is cut");
+      if (auto status = take(entry, std::string(name.text())); !status) return status.error();
+      at += kCentralBytes + rest;
+    }
+    if (auto status = check_extents(); !status) return status.error();
+    for (const auto& entry : stored_)
+      if (auto status = check_crc(entry); !status) return status.error();
+    return std::move(out_);
+  }
+
+ private:
+  Status take(const Record& entry, const std::string& name) {
+    const std::string part(inside(name));
+    if (!out_.names.insert(part).second) return invalid(name + " is twice in the archive");
+    out_.code = out_.code || part.starts_with("code/");
+    out_.data = out_.data || part == "data.pkl";
+    out_.constants = out_.constants || part == "constants.pkl";
+    const auto method = entry.number<uint16_t>(10);
+    const auto crc = entry.number<uint32_t>(16);
+    const uint64_t packed = entry.number<uint32_t>(20), bytes = entry.number<uint32_t>(24);
+    const uint64_t local = entry.number<uint32_t>(42);
+    // Longer numbers lie in an extra field of ZIP64: libtorch checks those entries itself.
+    if (packed == UINT32_MAX || local == UINT32_MAX) return ok();
+    Record header;
+    if (!header.read(file_, local, kLocalBytes) || header.number<uint32_t>(0) != kLocal)
+      return invalid(name + " does not lie within the archive");
+    const uint64_t begin =
+        local + kLocalBytes + header.number<uint16_t>(26) + header.number<uint16_t>(28);
+    if (begin > file_.size() || packed > file_.size() - begin)
+      return invalid(part + " does not lie within the archive");
+    out_.extents.push_back({local, begin + packed});
+    if (method == 8) {
+      if (bytes / kMostDeflated > packed)
+        return invalid(part + " has a size that no compression reaches");
+      out_.compressed.push_back({part, crc});
+      return ok();
+    }
+    if (method != 0 || packed != bytes) return invalid(part + " is packed in no known way");
+    stored_.push_back({part, {begin, begin + bytes}, crc});
     return ok();
   }
-  if (method != 0 || packed != bytes) return invalid(name + " is packed in no known way");
-  return crc32(file.part(begin, bytes)) == crc ? ok() : invalid(name + " has another checksum");
-}
 
-Result<Contents> read_directory(const Bytes& file, const Directory& directory) {
-  Contents out;
-  uint64_t at = directory.at;
-  for (uint64_t i = 0; i < directory.entries; ++i) {
-    if (!file.has(at, kCentralBytes) || file.number<uint32_t>(at) != kCentral)
-      return invalid("entry " + std::to_string(i) + " of the archive is not where it should be");
-    const auto name_bytes = file.number<uint16_t>(at + 28);
-    const uint64_t rest =
-        uint64_t{name_bytes} + file.number<uint16_t>(at + 30) + file.number<uint16_t>(at + 32);
-    if (!file.has(at + kCentralBytes, rest)) return invalid("the archive's directory is cut");
-    const auto name = file.text(at + kCentralBytes, name_bytes);
-    const uint64_t bytes = file.number<uint32_t>(at + 20), local = file.number<uint32_t>(at + 42);
-    const bool long_numbers = bytes == UINT32_MAX || local == UINT32_MAX;
-    if (!long_numbers &&
-        (!file.has(local, kLocalBytes + bytes) || file.number<uint32_t>(local) != kLocal))
-      return invalid(std::string(name) + " does not lie within the archive");
-    const auto part = inside(name);
-    if (!long_numbers)
-      if (auto status = check_entry(file, at, local, std::string(part), &out); !status)
-        return status.error();
-    out.code = out.code || part.starts_with("code/");
-    out.data = out.data || part == "data.pkl";
-    out.constants = out.constants || part == "constants.pkl";
-    at += kCentralBytes + rest;
+  // Entries that share bytes make an archive that is larger than its file, to any extent.
+  Status check_extents() {
+    auto& extents = out_.extents;
+    std::sort(extents.begin(), extents.end(),
+              [](const Extent& a, const Extent& b) { return a.begin < b.begin; });
+    for (size_t i = 1; i < extents.size(); ++i)
+      if (extents[i].begin < extents[i - 1].end)
+        return invalid("two entries of the archive share bytes at " +
+                       std::to_string(extents[i].begin));
+    return ok();
   }
-  return out;
-}
+
+  Status check_crc(const StoredEntry& entry) {
+    uint32_t crc = 0;
+    for (uint64_t at = entry.data.begin; at < entry.data.end; at += piece_.size()) {
+      piece_.resize(static_cast<size_t>(std::min<uint64_t>(kPieceBytes, entry.data.end - at)));
+      if (!file_.read(at, piece_)) return invalid(entry.name + " was cut while it was read");
+      crc = crc32(piece_, crc);
+    }
+    return crc == entry.crc ? ok() : Status(invalid(entry.name + " has another checksum"));
+  }
+
+  const ModelSource& file_;
+  Contents out_;
+  std::vector<StoredEntry> stored_;
+  std::vector<std::byte> piece_;
+};
 
 bool begins_with(std::span<const unsigned char> head, std::span<const unsigned char> magic) {
   return head.size() >= magic.size() && std::equal(magic.begin(), magic.end(), head.begin());
@@ -162,7 +222,7 @@ int torch_score(std::span<const unsigned char> head) noexcept {
              : 10;
 }
 
-uint32_t crc32(std::span<const std::byte> bytes) noexcept {
+uint32_t crc32(std::span<const std::byte> bytes, uint32_t before) noexcept {
   static const auto table = [] {
     std::array<uint32_t, 256> out{};
     for (uint32_t i = 0; i < out.size(); ++i) {
@@ -171,24 +231,26 @@ uint32_t crc32(std::span<const std::byte> bytes) noexcept {
     }
     return out;
   }();
-  uint32_t crc = ~0u;
+  uint32_t crc = ~before;
   for (const std::byte byte : bytes)
     crc = crc >> 8 ^ table[(crc ^ static_cast<uint8_t>(byte)) & 0xFF];
   return ~crc;
 }
 
-Result<std::vector<CompressedEntry>> check_torch_file(std::span<const std::byte> file) {
-  const std::span head(reinterpret_cast<const unsigned char*>(file.data()), file.size());
-  if (begins_with(head, kOldPickle))
+Result<std::vector<CompressedEntry>> check_torch_file(const ModelSource& file) {
+  std::array<std::byte, sizeof kOldPickle> head{};
+  const std::span start(head.data(), std::min<uint64_t>(file.size(), head.size()));
+  if (!file.read(0, start)) return invalid("the file cannot be read");
+  if (begins_with({reinterpret_cast<const unsigned char*>(start.data()), start.size()}, kOldPickle))
     return python_only("a state dict or Python object, as torch.save() wrote it before 1.6");
-  if (file.size() < 4 || std::memcmp(file.data(), "PK\3\4", 4) != 0)
+  if (start.size() < 4 || std::memcmp(start.data(), "PK\3\4", 4) != 0)
     return invalid("no zip archive");
-  const Bytes bytes(file);
-  const auto directory = find_directory(bytes);
+  const auto directory = find_directory(file);
   if (!directory) return invalid("a zip archive that was cut: its directory is missing");
-  auto contents = read_directory(bytes, *directory);
+  auto contents = DirectoryReader(file).read(*directory);
   if (!contents) return contents.error();
-  if (contents->code && contents->data && contents->constants) return contents->compressed;
+  if (contents->code && contents->data && contents->constants)
+    return std::move(contents->compressed);
   if (contents->data)
     return python_only("a state dict or Python object, as torch.save() writes it");
   return invalid("a zip archive without data.pkl and code");

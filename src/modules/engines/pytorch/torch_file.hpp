@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "model_source.hpp"
 #include "weir/result.hpp"
 
 namespace weir::engine {
@@ -13,8 +14,8 @@ namespace weir::engine {
 // How sure the first bytes make one that libtorch writes such files: 0 to 100.
 int torch_score(std::span<const unsigned char> head) noexcept;
 
-// The checksum of zip archives.
-uint32_t crc32(std::span<const std::byte> bytes) noexcept;
+// The checksum of zip archives: of these bytes, after others that have the checksum `before`.
+uint32_t crc32(std::span<const std::byte> bytes, uint32_t before = 0) noexcept;
 
 // An entry that is compressed: its checksum is to be held against what comes out of it.
 struct CompressedEntry {
@@ -24,9 +25,10 @@ struct CompressedEntry {
 
 // The compressed entries of a whole zip archive with TorchScript's code in it. MODEL_UNSUPPORTED
 // names a state dict or a pickled Python object; MODEL_INVALID what is cut, damaged or of another
-// format. The archive is the zip of PKWARE's appnote, ZIP64 too; the checksums of stored entries
-// are held against them: libtorch 1.13 does not look at checksums, and its parser ends the process
-// over some damaged code.
-Result<std::vector<CompressedEntry>> check_torch_file(std::span<const std::byte> file);
+// format, or has entries that share a name or bytes, which no writer makes: each byte is read at
+// most once. The archive is the zip of PKWARE's appnote, ZIP64 too; the checksums of stored entries
+// are compared: libtorch 1.13 does not look at checksums, and its parser ends the process over some
+// damaged code.
+Result<std::vector<CompressedEntry>> check_torch_file(const ModelSource& file);
 
 }  // namespace weir::engine

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
-#include "model_bytes.hpp"
 #include "module_host.hpp"
 #include "pytorch/torch_file.hpp"
 #include "tensor_check.hpp"
@@ -64,17 +63,17 @@ Result<std::unique_ptr<TorchModel>> TorchModel::open(const weir_open& request) {
   if (!options) return options.error();
   model->options_ = *std::move(options);
   model->threads_ = model->options_.threads;
-  const auto file = read_model(request);
+  const auto file = ModelSource::open(request);
   if (!file) return file.error();
-  const auto compressed = check_torch_file(file->bytes);
+  const auto compressed = check_torch_file(*file);
   if (!compressed) {
     Error error = compressed.error();
     error.offered = file->name() + ": " + error.offered;
     return error;
   }
   warn_of_slow_blas();
-  auto program = TorchProgram::load(file->bytes, *compressed, file->name(), model->options_.freeze,
-                                    model->options_.optimize);
+  auto program =
+      TorchProgram::load(*file, *compressed, model->options_.freeze, model->options_.optimize);
   if (!program) return program.error();
   model->program_ = *std::move(program);
   if (auto status = model->read_inputs(file->name()); !status) return status.error();
@@ -121,7 +120,7 @@ Status TorchModel::read_outputs(const std::string& name) {
     return info.type != WEIR_TYPE_END && is_fixed(info);
   });
   if (!count && known) {
-    const auto found = program_->rehearse(inputs_, threads());
+    const auto found = program_->dry_run(inputs_, threads());
     if (!found) return found.error();
     count = found->size();
   }

@@ -11,9 +11,11 @@
 #include <torch/csrc/jit/serialization/import.h>
 
 #include <atomic>
+#include <istream>
 #include <optional>
-#include <sstream>
 
+#include "dry_run.hpp"
+#include "pytorch/source_buffer.hpp"
 #include "pytorch/torch_errors.hpp"
 #include "pytorch/torch_graph.hpp"
 #include "pytorch/torch_tensors.hpp"
@@ -144,13 +146,14 @@ TorchProgram::TorchProgram(std::unique_ptr<Parts> parts) : parts_(std::move(part
 TorchProgram::~TorchProgram() = default;
 
 Result<std::unique_ptr<TorchProgram>> TorchProgram::load(
-    std::span<const std::byte> file, std::span<const CompressedEntry> compressed,
-    const std::string& name, bool freeze, bool optimize) {
+    const ModelSource& file, std::span<const CompressedEntry> compressed, bool freeze,
+    bool optimize) {
   using Loaded = Result<std::unique_ptr<TorchProgram>>;
+  const std::string name = file.name();
   return caught(
       [&]() -> Loaded {
-        std::istringstream stream(
-            std::string(reinterpret_cast<const char*>(file.data()), file.size()));
+        SourceBuffer buffer(file);
+        std::istream stream(&buffer);
         if (auto status = check_entries(&stream, compressed, name); !status) return status.error();
         stream.clear();
         stream.seekg(0);
@@ -192,18 +195,25 @@ const TorchFacts& TorchProgram::facts() const noexcept {
   return parts_->facts;
 }
 
-Result<std::vector<weir_tensor_info>> TorchProgram::rehearse(
+Result<std::vector<weir_tensor_info>> TorchProgram::dry_run(
     std::span<const weir_tensor_info> inputs, int threads) const {
   using Infos = Result<std::vector<weir_tensor_info>>;
+  auto created = DryRunInputs::create(inputs);
+  if (!created) return created.error();
+  // Shared with the tensors: a model with state may keep one.
+  const auto zeros = std::make_shared<DryRunInputs>(*std::move(created));
   const auto attempt = [&](bool ones) {
     return caught(
         [&]() -> Infos {
           std::vector<IValue> values;
-          for (const auto& info : inputs) {
-            const auto type = to_torch(info.type);
-            if (!type) return no_such_type(info);
-            const at::IntArrayRef shape(info.shape, info.rank);
-            values.emplace_back(ones ? at::ones(shape, *type) : at::zeros(shape, *type));
+          for (const auto& tensor : zeros->tensors()) {
+            const auto type = to_torch(tensor.info.type);
+            if (!type) return no_such_type(tensor.info);
+            const at::IntArrayRef shape(tensor.info.shape, tensor.info.rank);
+            auto value = ones ? at::ones(shape, *type)
+                              : at::from_blob(
+                                    tensor.data, shape, [zeros](void*) {}, *type);
+            values.emplace_back(parts_->facts.writes_inputs ? value.clone() : std::move(value));
           }
           const auto tensors = parts_->forward(std::move(values), threads);
           if (!tensors) return tensors.error();

@@ -31,20 +31,20 @@ struct TorchFacts {
 
 class TorchProgram {
  public:
-  // `name` is for messages. MODEL_UNSUPPORTED names an operator, an input or an output that cannot
-  // be; MODEL_INVALID for what libtorch cannot load.
-  static Result<std::unique_ptr<TorchProgram>> load(std::span<const std::byte> file,
+  // Reads `file` during the call. MODEL_UNSUPPORTED names an operator, an input or an output that
+  // cannot be; MODEL_INVALID for what libtorch cannot load.
+  static Result<std::unique_ptr<TorchProgram>> load(const ModelSource& file,
                                                     std::span<const CompressedEntry> compressed,
-                                                    const std::string& name, bool freeze,
-                                                    bool optimize);
+                                                    bool freeze, bool optimize);
   ~TorchProgram();
   TorchProgram(const TorchProgram&) = delete;
   TorchProgram& operator=(const TorchProgram&) = delete;
 
   const TorchFacts& facts() const noexcept;
-  // Runs on zeros, and where the model refuses those on ones. What `inputs` lack is an error.
-  Result<std::vector<weir_tensor_info>> rehearse(std::span<const weir_tensor_info> inputs,
-                                                 int threads) const;
+  // Runs on zeros, and where the model refuses those on ones. What `inputs` lack is an error, and
+  // LIMIT_EXCEEDED what is too large for a dry run (dry_run.hpp).
+  Result<std::vector<weir_tensor_info>> dry_run(std::span<const weir_tensor_info> inputs,
+                                                int threads) const;
   // Inputs are read where they are. An output with data is written into, another gets libtorch's
   // memory with its release function. Any thread, several at a time.
   Status run(std::span<const weir_tensor> in, std::span<weir_tensor> out, int threads) const;

@@ -1,4 +1,4 @@
-// Checking what comes, trial runs, running.
+// Checking inputs, dry runs, running.
 #include "pytorch/torch_runner.hpp"
 
 #include <algorithm>
@@ -21,8 +21,9 @@ Status TorchRunner::resolve(std::span<const weir_tensor_info> in, std::span<weir
   if (!whole) return ok();
   last_inputs_.assign(in.begin(), in.end());
   model_.choose_threads(in);
-  const auto found = model_.program().rehearse(in, model_.threads());
+  const auto found = model_.program().dry_run(in, model_.threads());
   if (!found) {
+    if (found.error().code == Code::LIMIT_EXCEEDED) return ok();  // the first frame decides
     if (found.error().code != Code::INVOKE_FAILED) return found.error();
     return Error{
         Code::SPEC_MISMATCH,
@@ -63,8 +64,8 @@ Status TorchRunner::warm() {
   if (last_inputs_.empty()) return ok();
   // libtorch looks at the first run and compiles for the second.
   for (int i = 0; i < 2; ++i)
-    if (const auto found = model_.program().rehearse(last_inputs_, model_.threads()); !found)
-      return found.error();
+    if (const auto found = model_.program().dry_run(last_inputs_, model_.threads()); !found)
+      return found.error().code == Code::LIMIT_EXCEEDED ? ok() : Status(found.error());
   return ok();
 }
 

@@ -14,7 +14,7 @@ class TorchRunner {
   static Result<std::unique_ptr<TorchRunner>> create(const TorchModel& model,
                                                      std::span<const weir_option> options);
 
-  // Output shapes by a trial run. Inputs that the model does not take are a SPEC_MISMATCH in
+  // Output shapes by a dry run. Inputs that the model does not take are a SPEC_MISMATCH in
   // libtorch's words.
   Status resolve(std::span<const weir_tensor_info> in, std::span<weir_tensor_info> out);
   Status invoke(const weir_frame& in, weir_frame& out);

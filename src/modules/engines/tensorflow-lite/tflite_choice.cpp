@@ -9,6 +9,7 @@
 #include "lowering/lowered_facts.hpp"
 #include "lowering/lowering.hpp"
 #include "model_bytes.hpp"
+#include "tflite-file/tflite_file.hpp"
 #include "weir/execution.h"
 #include "weir/find_engine.h"
 
@@ -116,7 +117,7 @@ int open_lowered(const weir_open& request, const LoweringChoice& choice, ChosenM
   if (!finder)
     return fail(error, {Code::ENGINE_NOT_INSTALLED, "this host lets no engine find another",
                         "Lowering:onnxruntime", "a newer Weir", "", "custom=Lowering:None"});
-  const auto file = read_model(request);
+  const auto file = read_model(request, {.check_head = check_tflite_head});
   if (!file) return fail(error, file.error());
   const weir_engine* other = nullptr;
   if (const int found = finder->find("onnxruntime", &other, error); found < 0) return found;

@@ -88,7 +88,7 @@ Result<std::unique_ptr<TfliteModel>> TfliteModel::open(const weir_open& request)
   if (!api) return api.error();
   const auto options = TfliteOptions::read(request);
   if (!options) return options.error();
-  auto file = read_model(request);
+  auto file = read_model(request, {.check_head = check_tflite_head});
   if (!file) return file.error();
   const size_t size = file->bytes.size();
   std::unique_ptr<TfliteModel> model(new TfliteModel(**api));

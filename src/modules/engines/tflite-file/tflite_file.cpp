@@ -254,9 +254,14 @@ int tflite_score(std::span<const unsigned char> head) noexcept {
   return head.size() >= 8 && std::memcmp(head.data() + 4, "TFL3", 4) == 0 ? 100 : 0;
 }
 
-Result<TfliteSummary> read_tflite(std::span<const std::byte> file) {
-  if (tflite_score({reinterpret_cast<const unsigned char*>(file.data()), file.size()}) == 0)
+Status check_tflite_head(std::span<const std::byte> head) {
+  if (tflite_score({reinterpret_cast<const unsigned char*>(head.data()), head.size()}) == 0)
     return tflite_damage(FlatFile({}), "no mark TFL3 behind the first 4 bytes");
+  return ok();
+}
+
+Result<TfliteSummary> read_tflite(std::span<const std::byte> file) {
+  if (auto status = check_tflite_head(file); !status) return status.error();
   FlatFile flat(file);
   TfliteSummary out;
   if (auto status = Walker(&flat, &out).model(); !status) return status.error();

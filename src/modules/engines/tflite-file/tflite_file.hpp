@@ -20,6 +20,9 @@ struct TfliteSummary {
 // How sure the first bytes make one that this is a model for TensorFlow Lite: 0 to 100.
 int tflite_score(std::span<const unsigned char> head) noexcept;
 
+// By the first bytes of a file: MODEL_INVALID where the rest need not be read.
+Status check_tflite_head(std::span<const std::byte> head);
+
 // TensorFlow Lite 2.9 trusts offsets and most indices of a file that is opened through its C API,
 // and reads or writes anywhere when they lie. So all that it follows is checked before: every
 // table, vector and string lies within the file, every index names something, sizes are possible,
