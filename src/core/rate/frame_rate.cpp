@@ -42,39 +42,60 @@ Result<std::optional<Fraction>> parse_frame_rate(std::string_view text) {
   return std::optional(Fraction{*numerator, *denominator});
 }
 
-uint64_t FrameRate::time_of(uint64_t ticks) const noexcept {
-  __extension__ using Wide = unsigned __int128;
+// Nanoseconds of one tick, times the rate's numerator.
+FrameRate::Wide FrameRate::tick_scale() const noexcept {
   constexpr uint64_t kSecond = 1'000'000'000;
-  const Wide time = Wide{ticks} * kSecond * static_cast<uint64_t>(rate_.denominator) /
-                    static_cast<uint64_t>(rate_.numerator);
-  return static_cast<uint64_t>(std::min(time, Wide{UINT64_MAX / 4}));
+  return Wide{kSecond} * static_cast<uint64_t>(rate_.denominator);
 }
 
-Tick FrameRate::next() const noexcept {
-  const uint64_t begin = time_of(ticks_);
-  return {ticks_, base_.value_or(0) + begin, time_of(ticks_ + 1) - begin};
+FrameRate::Wide FrameRate::offset_of(Wide tick) const noexcept {
+  return tick * tick_scale() / numerator();
 }
 
-Tick FrameRate::take() noexcept {
-  const Tick tick = next();
+// Precondition: `time` is not before the base.
+FrameRate::Wide FrameRate::first_tick_from(uint64_t time) const noexcept {
+  const Wide offset = time - base_.value_or(0);
+  return (offset * numerator() + tick_scale() - 1) / tick_scale();
+}
+
+std::optional<Tick> FrameRate::next() const noexcept {
+  const Wide begin = base_.value_or(0) + offset_of(ticks_);
+  const Wide end = base_.value_or(0) + offset_of(ticks_ + 1);
+  if (begin >= UINT64_MAX) return std::nullopt;
+  return Tick{static_cast<uint64_t>(ticks_), static_cast<uint64_t>(begin),
+              static_cast<uint64_t>(std::min<Wide>(end, UINT64_MAX) - begin)};
+}
+
+Tick FrameRate::skip_to(uint64_t time, Tick first) noexcept {
+  const Wide begin = ticks_;
+  ticks_ = first_tick_from(time);
+  const Wide end = std::min<Wide>(base_.value_or(0) + offset_of(ticks_), UINT64_MAX);
+  first.duration = static_cast<uint64_t>(end - first.time);
+  first.count = static_cast<uint64_t>(ticks_ - begin);
+  first.has_frame = false;
+  return first;
+}
+
+std::optional<Tick> FrameRate::take_before(uint64_t behind, uint64_t max_duplication) noexcept {
+  if (!held_ || tie_) return std::nullopt;
+  const auto tick = next();
+  if (!tick) return std::nullopt;
+  const uint64_t held = apart(*held_, tick->time), other = apart(behind, tick->time);
+  const bool between = tick->time > *held_ && tick->time < behind;
+  if (between && max_duplication > 0 && std::min(held, other) > max_duplication)
+    return skip_to(behind - max_duplication, *tick);
+  if (held > other) return std::nullopt;
+  tie_ = held == other;
   ++ticks_;
   return tick;
 }
 
-std::optional<Tick> FrameRate::take_before(uint64_t behind) noexcept {
-  if (!held_ || tie_) return std::nullopt;
-  const uint64_t next_time = next().time;
-  const uint64_t held = apart(*held_, next_time), other = apart(behind, next_time);
-  if (held > other) return std::nullopt;
-  tie_ = held == other;
-  return take();
-}
-
 std::optional<Tick> FrameRate::take_at_end(std::optional<uint64_t> end) noexcept {
   if (!held_) return std::nullopt;
-  const uint64_t next_time = next().time;
-  if (end ? next_time >= *end : next_time > *held_) return std::nullopt;
-  return take();
+  const auto tick = next();
+  if (!tick || (end ? tick->time >= *end : tick->time > *held_)) return std::nullopt;
+  ++ticks_;
+  return tick;
 }
 
 void FrameRate::hold(uint64_t time) noexcept {

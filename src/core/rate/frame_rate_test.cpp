@@ -103,6 +103,83 @@ TEST(FrameRate, DoesNotDriftOverAMillionTicks) {
   }
 }
 
+constexpr uint64_t kSecond = 1'000'000'000;
+
+// All ticks between two frames.
+std::vector<Tick> ticks_between(uint64_t first, uint64_t second, Fraction rate,
+                                uint64_t max_duplication) {
+  FrameRate converter(rate);
+  converter.hold(first);
+  std::vector<Tick> out;
+  while (const auto tick = converter.take_before(second, max_duplication)) out.push_back(*tick);
+  converter.hold(second);
+  while (const auto tick = converter.take_before(second + 1, max_duplication)) out.push_back(*tick);
+  return out;
+}
+
+TEST(FrameRate, LeavesTicksFarFromBothFramesEmpty) {
+  const uint64_t year = 365 * 24 * 3600 * kSecond;
+  const auto ticks = ticks_between(0, year, {30, 1}, 2 * kSecond);
+  ASSERT_EQ(ticks.size(), 61u + 1 + 61) << "ticks within 2 s of a frame, and one gap";
+  const Tick& gap = ticks[61];
+  EXPECT_FALSE(gap.has_frame);
+  EXPECT_EQ(gap.number, 61u);
+  EXPECT_EQ(gap.time, 61 * kSecond / 30);
+  EXPECT_EQ(gap.time + gap.duration, year - 2 * kSecond);
+  EXPECT_EQ(gap.count, year / kSecond * 30 - 60 - 61);
+  EXPECT_EQ(ticks[62].time, year - 2 * kSecond);
+  EXPECT_EQ(ticks[62].number, year / kSecond * 30 - 60) << "ticks are counted through the gap";
+  EXPECT_EQ(ticks.back().time, year);
+}
+
+TEST(FrameRate, FillsAGapUpToTheLimitAsItDoesWithoutOne) {
+  for (const uint64_t gap : {kSecond, 2 * kSecond, 4 * kSecond}) {
+    const auto limited = ticks_between(7, 7 + gap, {30, 1}, 2 * kSecond);
+    const auto unlimited = ticks_between(7, 7 + gap, {30, 1}, 0);
+    EXPECT_EQ(limited.size(), gap / kSecond * 30 + 1);
+    ASSERT_EQ(limited.size(), unlimited.size()) << gap;
+    for (size_t i = 0; i < limited.size(); ++i) {
+      EXPECT_TRUE(limited[i].has_frame) << gap << ", tick " << i;
+      EXPECT_EQ(limited[i].time, unlimited[i].time);
+    }
+  }
+}
+
+TEST(FrameRate, CoversTheWholeTimeForRandomGapsAndLimits) {
+  std::mt19937_64 random(5);
+  const Fraction rates[] = {{30, 1}, {30000, 1001}, {1, 7}, {2147483647, 1}, {1, 2147483647}};
+  for (int round = 0; round < 500; ++round) {
+    const Fraction rate = rates[random() % std::size(rates)];
+    const uint64_t interval = FrameRate(rate).interval();
+    const uint64_t limit = 1 + random() % (50 * interval + 1);
+    const uint64_t first = random() % kSecond;
+    const uint64_t second = first + random() % (1000 * interval + 1);
+    uint64_t end = first, number = 0;
+    for (const Tick& tick : ticks_between(first, second, rate, limit)) {
+      ASSERT_EQ(tick.time, end) << "no tick is lost or comes twice, round " << round;
+      ASSERT_EQ(tick.number, number);
+      const uint64_t nearest =
+          std::min(tick.time - first, std::max(second, tick.time) - std::min(second, tick.time));
+      ASSERT_EQ(tick.has_frame, nearest <= limit || tick.time >= second) << "round " << round;
+      end = tick.time + tick.duration;
+      number += tick.count;
+    }
+  }
+}
+
+TEST(FrameRate, HasNoTicksBeyondTheClocksRange) {
+  for (const Fraction rate : {Fraction{30, 1}, Fraction{2147483647, 1}, Fraction{1, 2147483647}}) {
+    FrameRate converter(rate);
+    converter.hold(5);
+    int ticks = 0;
+    for (; converter.take_before(UINT64_MAX - 1, 1); ++ticks) ASSERT_LT(ticks, 10);
+    EXPECT_GE(ticks, 1);
+    converter.hold(UINT64_MAX - 1);
+    while (converter.take_before(UINT64_MAX - 1, 1)) ASSERT_LT(++ticks, 20);
+    while (converter.take_at_end(UINT64_MAX)) ASSERT_LT(++ticks, 40);
+  }
+}
+
 TEST(FrameRate, EndsWithTheTickThatIsDue) {
   FrameRate converter({10, 1});
   EXPECT_FALSE(converter.take_at_end(UINT64_MAX)) << "nothing is held";
@@ -121,8 +198,8 @@ TEST(FrameRate, BeginsAnewWhenReset) {
   converter.reset();
   EXPECT_FALSE(converter.held());
   converter.hold(9);
-  EXPECT_EQ(converter.next().number, 0u);
-  EXPECT_EQ(converter.next().time, 9u);
+  EXPECT_EQ(converter.next()->number, 0u);
+  EXPECT_EQ(converter.next()->time, 9u);
 }
 
 TEST(FrameRate, IsReadAsAFraction) {

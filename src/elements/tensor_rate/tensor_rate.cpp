@@ -29,6 +29,7 @@ class TensorRate : public gst::CountedTransform<TensorRate> {
   };
   struct Settings {
     bool silent = true, throttle = true;
+    uint64_t max_duplication_time = 60 * GST_SECOND;
     std::string framerate;
     std::string framerate_read;      // the last text that could be read
     std::optional<Fraction> wanted;  // what it says
@@ -58,12 +59,17 @@ class TensorRate : public gst::CountedTransform<TensorRate> {
                     gst::Changeable::WhilePlaying},
       gst::Property{"framerate", &Settings::framerate, "N/D; empty: every frame passes",
                     gst::Changeable::WhilePlaying},
+      gst::Property{"max-duplication-time", &Settings::max_duplication_time,
+                    "Longest time in nanoseconds between a frame and its duplicates; the rest of a "
+                    "longer gap becomes a GAP event; 0 = fill every gap",
+                    gst::Changeable::WhilePlaying},
   };
 
   void property_changed(const char* name) {
     if (std::strcmp(name, "framerate") != 0) return;
-    const auto rate = parse_frame_rate(settings().framerate);
-    change_settings([&](Settings& s) {
+    Result<std::optional<Fraction>> rate = std::optional<Fraction>();
+    change_settings([&](Settings& s) {  // with the text, so that concurrent writers leave no mix
+      rate = parse_frame_rate(s.framerate);
       if (rate) {
         s.framerate_read = s.framerate;
         s.wanted = *rate;
@@ -80,7 +86,7 @@ class TensorRate : public gst::CountedTransform<TensorRate> {
 
   Status start() {
     ledger_.reset();
-    in_ = out_ = duplicate_ = drop_ = backwards_times_ = 0;
+    in_ = out_ = duplicate_ = drop_ = backwards_times_ = gap_events_ = gap_ticks_ = 0;
     if (const Status problem = settings().problem; !problem)
       gst::post_warning(element(), problem.error());
     return ok();
@@ -147,10 +153,14 @@ class TensorRate : public gst::CountedTransform<TensorRate> {
       return GST_BASE_TRANSFORM_FLOW_DROPPED;
     }
     GstFlowReturn flow = GST_FLOW_OK;
+    const uint64_t max_duplication = settings().max_duplication_time;
     while (flow == GST_FLOW_OK) {
-      const auto tick = rate_->take_before(*time);
+      const auto tick = rate_->take_before(*time, max_duplication);
       if (!tick) break;
-      flow = send(*tick);
+      if (tick->has_frame)
+        flow = send(*tick);
+      else
+        send_gap(*tick);
     }
     if (held_ && copies_ == 0) throttle(rate_->interval(), *time);
     release(DropReason::Policy);
@@ -183,7 +193,9 @@ class TensorRate : public gst::CountedTransform<TensorRate> {
   }
 
   void add_stats(GstStructure* stats) const {
-    gst_structure_set(stats, "backwards-times", G_TYPE_UINT64, backwards_times_.load(), nullptr);
+    gst_structure_set(stats, "backwards-times", G_TYPE_UINT64, backwards_times_.load(),
+                      "gap-events", G_TYPE_UINT64, gap_events_.load(), "gap-ticks", G_TYPE_UINT64,
+                      gap_ticks_.load(), nullptr);
   }
 
   Settings settings_;
@@ -195,9 +207,17 @@ class TensorRate : public gst::CountedTransform<TensorRate> {
 
   // Within all segments so far. A missing time-stamp is where the frame before ends.
   std::optional<uint64_t> time_of(GstBuffer* buffer) const {
-    if (GST_BUFFER_PTS_IS_VALID(buffer)) return GST_BUFFER_PTS(buffer) + segment_base();
+    if (GST_BUFFER_PTS_IS_VALID(buffer)) return sum(GST_BUFFER_PTS(buffer), segment_base());
+    return end_of_held_frame();
+  }
+  std::optional<uint64_t> end_of_held_frame() const {
     if (!held_ || !GST_BUFFER_DURATION_IS_VALID(held_.get())) return std::nullopt;
-    return *rate_->held() + GST_BUFFER_DURATION(held_.get());
+    return sum(*rate_->held(), GST_BUFFER_DURATION(held_.get()));
+  }
+  // Nothing beyond the range of GstClockTime.
+  static std::optional<uint64_t> sum(GstClockTime a, GstClockTime b) {
+    if (a >= GST_CLOCK_TIME_NONE - b) return std::nullopt;
+    return a + b;
   }
 
   void refuse(std::optional<uint64_t> time) {
@@ -227,6 +247,14 @@ class TensorRate : public gst::CountedTransform<TensorRate> {
     return gst_pad_push(GST_BASE_TRANSFORM_SRC_PAD(self()), out.release());
   }
 
+  void send_gap(const Tick& ticks) {
+    ++gap_events_;
+    gap_ticks_ += ticks.count;
+    GST_INFO_OBJECT(self(), "GAP event instead of %" G_GUINT64_FORMAT " frames", ticks.count);
+    gst_pad_push_event(GST_BASE_TRANSFORM_SRC_PAD(self()),
+                       gst_event_new_gap(ticks.time - segment_base(), ticks.duration));
+  }
+
   // The held frame has had all its ticks.
   void release(DropReason reason) {
     if (!held_) return;
@@ -245,12 +273,10 @@ class TensorRate : public gst::CountedTransform<TensorRate> {
     constexpr int kMostCopies = 25;
     if (!rate_ || !held_) return;
     const uint64_t stop = self()->segment.stop;
-    const auto& buffer = held_.get();
-    std::optional<uint64_t> end;
-    if (GST_BUFFER_DURATION_IS_VALID(buffer)) end = *rate_->held() + GST_BUFFER_DURATION(buffer);
+    auto end = end_of_held_frame();
     int most = 1;
     if (GST_CLOCK_TIME_IS_VALID(stop) && reason == DropReason::Eos) {
-      end = stop + segment_base();
+      end = sum(stop, segment_base());
       most = kMostCopies;
     }
     for (int i = 0; i < most; ++i) {
@@ -284,6 +310,7 @@ class TensorRate : public gst::CountedTransform<TensorRate> {
   // Any thread:
   std::atomic<GstClockTime> latency_{0};
   std::atomic<uint64_t> in_{0}, out_{0}, duplicate_{0}, drop_{0}, backwards_times_{0};
+  std::atomic<uint64_t> gap_events_{0}, gap_ticks_{0};
 };
 
 }  // namespace

@@ -167,6 +167,102 @@ TEST(TensorRate, FillsUpToTheEndOfTheSegment) {
   EXPECT_EQ(pull_all(long_one).size(), 25u);
 }
 
+struct Gap {
+  GstClockTime time, duration;
+  bool operator==(const Gap&) const = default;
+};
+std::ostream& operator<<(std::ostream& s, const Gap& g) {
+  return s << g.duration << " from " << g.time;
+}
+std::vector<Gap> gaps(const Harness& h) {
+  std::vector<Gap> out;
+  while (auto e = Ref<GstEvent>::adopt(gst_harness_try_pull_event(h.get()))) {
+    if (GST_EVENT_TYPE(e.get()) != GST_EVENT_GAP) continue;
+    auto& gap = out.emplace_back();
+    gst_event_parse_gap(e.get(), &gap.time, &gap.duration);
+  }
+  return out;
+}
+
+TEST(TensorRate, SendsAGapEventForTheMiddleOfALongGap) {
+  auto h = rate("framerate=10/1 max-duplication-time=300000000", "25/1");
+  push(h, 1, 0);
+  push(h, 2, 3600 * GST_SECOND);
+  push(h, 3, 3600 * GST_SECOND + 100 * kMs);
+  std::vector<Out> expected{{1, 0}, {1, 100 * kMs}, {1, 200 * kMs}, {1, 300 * kMs}};
+  for (GstClockTime before : {300, 200, 100, 0})
+    expected.push_back({2, 3600 * GST_SECOND - before * kMs});
+  EXPECT_EQ(pull_all(h), expected);
+  EXPECT_EQ(gaps(h), (std::vector<Gap>{{400 * kMs, 3600 * GST_SECOND - 700 * kMs}}));
+  EXPECT_EQ(stat(h, kRate, "gap-events"), 1u);
+  EXPECT_EQ(stat(h, kRate, "gap-ticks"), 36000u - 7);
+  EXPECT_EQ(counter(h, "duplicate"), 6u);
+  expect_sums(h);
+}
+
+TEST(TensorRate, FillsAGapOfTwoMinutesAndBoundsAGapOfAYear) {
+  auto h = rate("framerate=10/1", "25/1");
+  const GstClockTime year = 365 * 24 * 3600 * GST_SECOND;
+  push(h, 1, 0);
+  push(h, 2, 120 * GST_SECOND);
+  push(h, 3, 120 * GST_SECOND + 100 * kMs);
+  EXPECT_EQ(pull_all(h).size(), 1201u);
+  EXPECT_EQ(gaps(h), std::vector<Gap>{});
+  push(h, 4, year);
+  push(h, 5, year + 100 * kMs);
+  EXPECT_EQ(pull_all(h).size(), 1202u);
+  EXPECT_EQ(gaps(h).size(), 1u);
+  expect_sums(h);
+}
+
+TEST(TensorRate, FillsEveryGapWhereTheLimitIsZero) {
+  auto h = rate("framerate=1/1 max-duplication-time=0");
+  push(h, 1, 0);
+  push(h, 2, 3600 * GST_SECOND);
+  EXPECT_EQ(pull_all(h).size(), 1801u);
+  EXPECT_EQ(gaps(h), std::vector<Gap>{});
+  EXPECT_EQ(stat(h, kRate, "gap-ticks"), 0u);
+}
+
+// Flushes while tensor_rate fills a gap; the thread that fills it has the pad's stream lock.
+TEST(TensorRate, StopsFillingAGapAtAFlush) {
+  auto h = rate("framerate=1000/1 max-duplication-time=0");
+  struct Flush {
+    int buffers = 0;
+    GstPad* sink;
+  } flush{0,
+          Ref<GstPad>::adopt(gst_element_get_static_pad(element_of(h, kRate).get(), "sink")).get()};
+  const auto source =
+      Ref<GstPad>::adopt(gst_element_get_static_pad(element_of(h, kRate).get(), "src"));
+  const auto probe = +[](GstPad*, GstPadProbeInfo*, gpointer data) {
+    auto* f = static_cast<Flush*>(data);
+    if (++f->buffers == 10) gst_pad_send_event(f->sink, gst_event_new_flush_start());
+    return GST_PAD_PROBE_OK;
+  };
+  gst_pad_add_probe(source.get(), GST_PAD_PROBE_TYPE_BUFFER, probe, &flush, nullptr);
+  push(h, 1, 0);
+  EXPECT_EQ(gst_harness_push(h.get(), frame(Bytes{2}, 365 * 24 * 3600 * GST_SECOND)),
+            GST_FLOW_FLUSHING);
+  EXPECT_EQ(flush.buffers, 10);
+  gst_pad_send_event(flush.sink, gst_event_new_flush_stop(TRUE));
+  expect_sums(h);
+}
+
+TEST(TensorRate, DropsTimesBeyondTheClocksRange) {
+  auto h = rate("framerate=10/1", "25/1");
+  GstSegment segment;
+  gst_segment_init(&segment, GST_FORMAT_TIME);
+  segment.base = 5;
+  gst_harness_push_event(h.get(), gst_event_new_segment(&segment));
+  push(h, 1, 0);
+  push(h, 2, GST_CLOCK_TIME_NONE - 3);
+  EXPECT_EQ(stat(h, kRate, "dropped-time"), 1u);
+  push(h, 3, GST_CLOCK_TIME_NONE - 7, GST_CLOCK_TIME_NONE - 1);
+  push(h, 4, GST_CLOCK_TIME_NONE);
+  EXPECT_EQ(stat(h, kRate, "dropped-time"), 2u) << "the frame before has no end";
+  expect_sums(h);
+}
+
 TEST(TensorRate, CountsWhatAFlushThrowsAwayAndBeginsAnew) {
   auto h = rate("framerate=5/1");
   push(h, 0, 1 * GST_SECOND);
