@@ -11,6 +11,9 @@ namespace {
 bool has(GstEvent* event, GstEventTypeFlags flag) {
   return (gst_event_type_get_flags(GST_EVENT_TYPE(event)) & flag) != 0;
 }
+bool is_serialized(GstQuery* query) {
+  return (gst_query_type_get_flags(GST_QUERY_TYPE(query)) & GST_QUERY_TYPE_SERIALIZED) != 0;
+}
 
 }  // namespace
 
@@ -62,18 +65,22 @@ gboolean CollectorPads::sink_event(Pad& pad, Ref<GstEvent> event) {
       collector_.end(pad.lane);
       return TRUE;
     case GST_EVENT_FLUSH_START:
-      if (!collector_.flush_start(pad.lane)) return TRUE;
-      return gst_pad_push_event(source_, event.release());
+      return !collector_.flush_start(pad.lane) || send_flush(std::move(event));
     case GST_EVENT_FLUSH_STOP:
       pad.fed_by = nullptr;
       pad.last_time.reset();
       gst_segment_init(&pad.segment, GST_FORMAT_UNDEFINED);
-      if (!collector_.flush_stop(pad.lane)) return TRUE;
-      segment_due_ = true;
-      return gst_pad_push_event(source_, event.release());
+      return !collector_.flush_stop(pad.lane) || send_flush(std::move(event));
     default:
       return pass_on(pad, std::move(event));
   }
+}
+
+bool CollectorPads::send_flush(Ref<GstEvent> event) {
+  if (GST_EVENT_TYPE(event.get()) == GST_EVENT_FLUSH_STOP) segment_due_ = true;
+  const bool sent = gst_pad_push_event(source_, event.release());
+  collector_.flush_sent();
+  return sent;
 }
 
 gboolean CollectorPads::caps(Pad& pad, GstEvent* event) {
@@ -96,7 +103,23 @@ gboolean CollectorPads::pass_on(Pad& pad, Ref<GstEvent> event) {
       return TRUE;
     }
   }
-  return gst_pad_event_default(pad.pad, GST_OBJECT_CAST(element_), event.release());
+  if (!has(event.get(), GST_EVENT_TYPE_SERIALIZED))
+    return gst_pad_event_default(pad.pad, GST_OBJECT_CAST(element_), event.release());
+  gboolean taken = FALSE;
+  collector_.use_output(pad.lane, [&] {
+    taken = gst_pad_event_default(pad.pad, GST_OBJECT_CAST(element_), event.release());
+  });
+  return taken;
+}
+
+// A serialized query waits downstream for the buffer that is there.
+gboolean CollectorPads::on_sink_query(GstPad* pad, GstObject* parent, GstQuery* query) {
+  auto* data = static_cast<Pad*>(gst_pad_get_element_private(pad));
+  if (!data || !is_serialized(query)) return gst_pad_query_default(pad, parent, query);
+  gboolean answered = FALSE;
+  data->owner->collector_.use_output(data->lane,
+                                     [&] { answered = gst_pad_query_default(pad, parent, query); });
+  return answered;
 }
 
 void CollectorPads::begin_stream() {

@@ -42,16 +42,22 @@ CollectorPads::CollectorPads(GstElement* element, GstPad* source, Ledger* ledger
 
 CollectorPads::~CollectorPads() = default;
 
+// What is known of a pad lives as long as the GstPad: a thread that sends it an event while it is
+// released still has it.
 void CollectorPads::attach(GstPad* pad) {
-  auto made = std::make_unique<Pad>();
+  static const GQuark quark = g_quark_from_static_string("weir-collector-pad");
+  auto made = std::make_shared<Pad>();
   made->owner = this;
   made->pad = pad;
   made->lane = collector_.add();
   collector_.set_active(made->lane, false);
   gst_segment_init(&made->segment, GST_FORMAT_UNDEFINED);
+  g_object_set_qdata_full(G_OBJECT(pad), quark, new std::shared_ptr<Pad>(made),
+                          [](gpointer data) { delete static_cast<std::shared_ptr<Pad>*>(data); });
   gst_pad_set_element_private(pad, made.get());
   gst_pad_set_chain_function(pad, on_chain);
   gst_pad_set_event_function(pad, on_sink_event);
+  gst_pad_set_query_function(pad, on_sink_query);
   gst_pad_set_activatemode_function(pad, on_activate);
   std::lock_guard lock(pads_mutex_);
   pads_.push_back(std::move(made));
@@ -79,16 +85,25 @@ void CollectorPads::release(GstPad* pad) {
   auto* data = static_cast<Pad*>(gst_pad_get_element_private(pad));
   if (!data) return;
   const auto held = Ref<GstPad>::share(pad);
-  if (collector_.flush_stop(data->lane)) {
-    segment_due_ = true;
-    gst_pad_push_event(source_, gst_event_new_flush_stop(TRUE));
-  }
-  collector_.remove(data->lane);
+  if (collector_.remove(data->lane))
+    send_flush(Ref<GstEvent>::adopt(gst_event_new_flush_stop(TRUE)));
   gst_pad_set_active(pad, FALSE);
   gst_element_remove_pad(element_, pad);
   gst_pad_set_element_private(pad, nullptr);
-  std::lock_guard lock(pads_mutex_);
-  std::erase_if(pads_, [data](const auto& p) { return p.get() == data; });
+  {
+    std::lock_guard lock(pads_mutex_);
+    std::erase_if(pads_, [data](const auto& p) { return p.get() == data; });
+  }
+  proceed_later();
+}
+
+// Downstream may block what is pushed, which the thread that releases a pad must not wait for.
+void CollectorPads::proceed_later() {
+  if (GST_STATE(element_) < GST_STATE_PAUSED) return;
+  const auto proceed = +[](GstElement* element, gpointer self) {
+    guarded<void>(element, [&] { static_cast<CollectorPads*>(self)->collector_.proceed(); });
+  };
+  gst_element_call_async(element_, proceed, this, nullptr);
 }
 
 void CollectorPads::configure(const sync::Options& options, OnBackwardsTime backwards,
@@ -106,11 +121,13 @@ Status CollectorPads::start() {
   begun_ = told_of_time_ = false;
   segment_due_ = true;
   specs_.clear();
-  std::lock_guard lock(pads_mutex_);
-  pending_.clear();
-  for (const auto& pad : pads_) {
-    pad->fed_by = nullptr;
-    pad->last_time.reset();
+  {
+    std::lock_guard lock(pads_mutex_);
+    pending_.clear();
+    for (const auto& pad : pads_) {
+      pad->fed_by = nullptr;
+      pad->last_time.reset();
+    }
   }
   collector_.start();
   return ok();

@@ -46,6 +46,7 @@ class CollectorPads final : private sync::Consumer<Input> {
   // A new pad, in the order of requests; `wanted` (may be null) is its name if that is free. Null
   // when it is not.
   GstPad* request(GstPadTemplate* pad_template, const char* wanted);
+  // Pushes no buffer and no EOS itself: returns also while downstream blocks.
   void release(GstPad* pad);
   // Makes a pad that the element owns for its life one of the inputs.
   void attach(GstPad* pad);
@@ -81,6 +82,8 @@ class CollectorPads final : private sync::Consumer<Input> {
   gboolean sink_event(Pad& pad, Ref<GstEvent> event);
   gboolean caps(Pad& pad, GstEvent* event);
   gboolean pass_on(Pad& pad, Ref<GstEvent> event);
+  bool send_flush(Ref<GstEvent> event);
+  void proceed_later();
   gboolean latency(GstQuery* query);
   void begin_stream();
   // `time` of the first output; its running time follows that of the input.
@@ -93,6 +96,7 @@ class CollectorPads final : private sync::Consumer<Input> {
 
   static GstFlowReturn on_chain(GstPad*, GstObject*, GstBuffer*);
   static gboolean on_sink_event(GstPad*, GstObject*, GstEvent*);
+  static gboolean on_sink_query(GstPad*, GstObject*, GstQuery*);
   static gboolean on_activate(GstPad*, GstObject*, GstPadMode, gboolean);
   static gboolean on_source_event(GstPad*, GstObject*, GstEvent*);
   static gboolean on_source_query(GstPad*, GstObject*, GstQuery*);
@@ -106,7 +110,7 @@ class CollectorPads final : private sync::Consumer<Input> {
   std::atomic<OnBackwardsTime> backwards_{OnBackwardsTime::Pass};
 
   std::mutex pads_mutex_;  // guards pads_, counter_, pending_
-  std::vector<std::unique_ptr<Pad>> pads_;
+  std::vector<std::shared_ptr<Pad>> pads_;
   unsigned counter_ = 0;                // of pads since the element was made
   std::vector<Ref<GstEvent>> pending_;  // sticky, wait for the stream to begin
 

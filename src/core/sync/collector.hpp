@@ -52,7 +52,8 @@ class Collector {
     tell();
   }
   void start() {
-    std::lock_guard lock(mutex_);
+    std::unique_lock lock(mutex_);
+    wait_for_runner(lock);  // proceed() may still push what belongs to the time before stop()
     lanes_.clear_all(DropReason::Flush);
     for (const auto& lane : lanes_.all()) lanes_.begin(lane.id);
     flow_ = kOk;
@@ -65,6 +66,7 @@ class Collector {
     started_ = false;
     lanes_.clear_all(DropReason::Flush);
     flushing_.clear();
+    output_flushes_ = false;
     tell();
   }
 
@@ -73,13 +75,18 @@ class Collector {
     lanes_.add(++last_id_);
     return last_id_;
   }
-  void remove(LaneId id) {
+  // True where the output flushed for this lane alone, as flush_stop(). Makes no output: call
+  // proceed() on a thread that may block, for what becomes possible without the lane.
+  bool remove(LaneId id) {
     std::unique_lock lock(mutex_);
     lanes_.remove(id);
     std::erase(flushing_, id);
     tell();
-    // Who waits goes on by itself: the application's thread makes no output that others can make.
-    if (waiting_ == 0) work(lock);
+    return end_flush(lock);
+  }
+  void proceed() {
+    std::unique_lock lock(mutex_);
+    work(lock);
   }
 
   // Takes a frame of the lane, and waits until the policy took it; one thread for each lane. Beyond
@@ -126,28 +133,48 @@ class Collector {
     tell();
   }
 
-  // True for the first lane of all that flushes.
-  bool flush_start(LaneId id) {
-    std::lock_guard lock(mutex_);
-    if (std::find(flushing_.begin(), flushing_.end(), id) == flushing_.end())
-      flushing_.push_back(id);
+  // True for the first lane of all that flushes: then send FLUSH_START downstream and call
+  // flush_sent().
+  [[nodiscard]] bool flush_start(LaneId id) {
+    std::unique_lock lock(mutex_);
+    changed_.wait(lock, [this] { return !another_sends(); });
+    if (!lanes_.find(id)) return false;  // it was removed meanwhile
+    if (!is_flushing(id)) flushing_.push_back(id);
     lanes_.drop_head(id, DropReason::Flush);
     tell();
-    return flushing_.size() == 1;
+    if (output_flushes_) return false;
+    flush_sender_ = std::this_thread::get_id();
+    return output_flushes_ = true;
   }
-  // True for the last lane. Waits until what is being emitted has left.
-  bool flush_stop(LaneId id) {
+  // True for the last lane: then send FLUSH_STOP downstream and call flush_sent(). Waits until what
+  // is being emitted has left.
+  [[nodiscard]] bool flush_stop(LaneId id) {
     std::unique_lock lock(mutex_);
     if (std::erase(flushing_, id) == 0) return false;
     lanes_.begin(id);
-    if (!flushing_.empty()) return false;
-    ++waiting_for_runner_;
-    changed_.wait(lock, [&] { return !running_ || runner_ == std::this_thread::get_id(); });
-    --waiting_for_runner_;
-    lanes_.forget(DropReason::Flush);
-    flow_ = kOk;
-    linked_ = true;
+    return end_flush(lock);
+  }
+  // FLUSH_START and FLUSH_STOP go downstream in the order in which they were decided.
+  void flush_sent() {
+    std::lock_guard lock(mutex_);
+    flush_sender_.reset();
     tell();
+  }
+
+  // Calls `use` while no output is made, for what a lane sends downstream besides frames. False: it
+  // was not called, because the lane is not active, flushes or was removed.
+  template <class Use>
+  bool use_output(LaneId id, Use&& use) {
+    std::unique_lock lock(mutex_);
+    const auto may_wait = [&] { return refusal(id) != kFlushing; };
+    ++waiting_for_runner_;
+    changed_.wait(lock, [&] { return !another_runs() || !may_wait(); });
+    --waiting_for_runner_;
+    if (!may_wait()) return false;
+    const auto used = [&] { return use(), taken(); };
+    if (!running_) return run(lock, used), true;
+    lock.unlock();  // this thread runs already
+    used();
     return true;
   }
 
@@ -170,6 +197,27 @@ class Collector {
 
   bool is_flushing(LaneId id) const {
     return std::find(flushing_.begin(), flushing_.end(), id) != flushing_.end();
+  }
+  bool another_sends() const {
+    return flush_sender_ && *flush_sender_ != std::this_thread::get_id();
+  }
+  bool another_runs() const { return running_ && runner_ != std::this_thread::get_id(); }
+  void wait_for_runner(Lock& lock) {
+    ++waiting_for_runner_;
+    changed_.wait(lock, [this] { return !another_runs() && !another_sends(); });
+    --waiting_for_runner_;
+  }
+  bool end_flush(Lock& lock) {
+    if (!flushing_.empty() || !output_flushes_) return false;
+    wait_for_runner(lock);
+    if (!flushing_.empty() || !output_flushes_) return false;  // meanwhile
+    output_flushes_ = false;
+    flush_sender_ = std::this_thread::get_id();
+    lanes_.forget(DropReason::Flush);
+    flow_ = kOk;
+    linked_ = true;
+    tell();
+    return true;
   }
   int refusal(LaneId id) {
     const auto* lane = lanes_.find(id);
@@ -368,6 +416,8 @@ class Collector {
   uint64_t max_bytes_ = 0, most_bytes_ = 0;
   LaneId last_id_ = 0;
   std::vector<LaneId> flushing_;
+  bool output_flushes_ = false;                  // from flush_start() to flush_stop() with true
+  std::optional<std::thread::id> flush_sender_;  // sends FLUSH_START or FLUSH_STOP downstream
   int flow_ = kOk;
   bool linked_ = true;  // when the last output left
   bool started_ = false, told_of_gaps_ = false;

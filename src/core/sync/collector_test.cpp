@@ -25,10 +25,7 @@ struct Recorder : Consumer<int> {
     times.push_back(emission.time);
     return flow;
   }
-  void end() override {
-    ended_by = std::this_thread::get_id();
-    ended = true;
-  }
+  void end() override { ended = true; }
   void refused(const Error& error) override {
     if (on_refused) on_refused();
     std::lock_guard lock(mutex);
@@ -48,7 +45,6 @@ struct Recorder : Consumer<int> {
   std::vector<std::vector<int>> rows;
   std::vector<Time> times;
   std::vector<std::thread::id> threads;  // that made each row
-  std::thread::id ended_by;              // set before `ended`
   std::vector<std::string> errors;
   std::function<void()> on_refused;
   std::promise<void> gate;
@@ -160,7 +156,7 @@ TEST_F(Collecting, LetsGoWhoWaitsForBytes) {
   EXPECT_TRUE(becomes_true([&] { return collector.bytes_held().second >= 60; }, "60 bytes held"));
   auto third = std::async(std::launch::async, [&] { return collector.offer(b, 4, 0, 41); });
   wait_for_waiting(1);
-  collector.flush_start(b);
+  EXPECT_TRUE(collector.flush_start(b));
   EXPECT_EQ(third.get(), kFlushing);
   EXPECT_EQ(dropped(DropReason::Flush), 1u);
   out.gate.set_value();
@@ -209,8 +205,8 @@ TEST_F(Collecting, OnlyTheFirstAndTheLastFlushCount) {
 TEST_F(Collecting, FlushForgetsTheTime) {
   const LaneId a = collector.add();
   EXPECT_EQ(collector.offer(a, 1, 100), kOk);
-  collector.flush_start(a);
-  collector.flush_stop(a);
+  EXPECT_TRUE(collector.flush_start(a));
+  EXPECT_TRUE(collector.flush_stop(a));
   EXPECT_EQ(collector.offer(a, 2, 5), kOk);
   EXPECT_EQ(out.times, (std::vector<Time>{100, 5}));
 }
@@ -239,12 +235,112 @@ TEST_F(Collecting, WhoRemovesAPadMakesNoOutputThatThoseWhoWaitCanMake) {
   EXPECT_NE(out.threads[0], std::this_thread::get_id());
 }
 
-TEST_F(Collecting, WhoRemovesAPadEndsTheStreamWhereNobodyWaits) {
+TEST_F(Collecting, RemovalMakesNoOutputUntilProceedIsCalled) {
   use(Mode::Refresh);
   const LaneId a = collector.add(), b = collector.add();
   collector.end(a);
-  collector.remove(b);
-  EXPECT_EQ(out.ended_by, std::this_thread::get_id());
+  EXPECT_FALSE(collector.remove(b));
+  EXPECT_FALSE(out.ended);
+  collector.proceed();
+  EXPECT_TRUE(out.ended);
+}
+
+TEST_F(Collecting, UseOfTheOutputWaitsForWhatIsEmitted) {
+  const LaneId a = collector.add(), b = collector.add();
+  out.hold = true;
+  auto first = offer(a, 1, 10), second = offer(b, 2, 10);
+  EXPECT_TRUE(becomes_true([&] { return ledger.snapshot().consumed == 2; }, "an output"));
+  std::atomic<size_t> rows = 0;
+  auto use = std::async(std::launch::async,
+                        [&] { return collector.use_output(b, [&] { rows = out.count(); }); });
+  out.hold = false;
+  out.gate.set_value();
+  EXPECT_TRUE(use.get());
+  EXPECT_EQ(rows, 1u);
+  first.get(), second.get();
+}
+
+TEST_F(Collecting, RemovalEndsTheWaitToUseTheOutput) {
+  use(Mode::Refresh);
+  const LaneId a = collector.add(), b = collector.add();
+  auto first = offer(a, 1, 10), second = offer(b, 2, 10);
+  first.get(), second.get();
+  out.hold = true;
+  auto third = offer(a, 3, 20);
+  EXPECT_TRUE(becomes_true([&] { return ledger.snapshot().consumed == 3; }, "an output"));
+  bool was_used = false;
+  auto use = std::async(std::launch::async,
+                        [&] { return collector.use_output(b, [&] { was_used = true; }); });
+  EXPECT_FALSE(collector.remove(b));
+  EXPECT_FALSE(use.get());
+  EXPECT_FALSE(was_used);
+  out.hold = false;
+  out.gate.set_value();
+  EXPECT_EQ(third.get(), kOk);
+}
+
+TEST_F(Collecting, AFlushOfARemovedPadIsIgnored) {
+  const LaneId a = collector.add(), b = collector.add();
+  EXPECT_FALSE(collector.remove(b));
+  EXPECT_FALSE(collector.flush_start(b));
+  EXPECT_EQ(collector.offer(a, 1, 10), kOk) << "nothing flushes";
+}
+
+TEST_F(Collecting, RemovalOfTheOnlyPadThatFlushesEndsTheFlush) {
+  const LaneId a = collector.add(), b = collector.add(), c = collector.add();
+  EXPECT_TRUE(collector.flush_start(b));
+  EXPECT_FALSE(collector.flush_start(c));
+  EXPECT_FALSE(collector.remove(c));
+  EXPECT_TRUE(collector.remove(b));
+  EXPECT_EQ(collector.offer(a, 1, 10), kOk);
+}
+
+TEST_F(Collecting, AFlushEndsAfterItsStartWasSent) {
+  const LaneId a = collector.add(), b = collector.add();
+  EXPECT_TRUE(collector.flush_start(b));
+  std::atomic<bool> start_was_sent = false;
+  auto removal = std::async(std::launch::async, [&] {
+    const bool due = collector.remove(b);
+    EXPECT_TRUE(start_was_sent);
+    collector.flush_sent();
+    return due;
+  });
+  start_was_sent = true;
+  collector.flush_sent();
+  EXPECT_TRUE(removal.get());
+  EXPECT_EQ(collector.offer(a, 1, 10), kOk);
+}
+
+TEST_F(Collecting, ANewFlushBeginsAfterTheEndOfTheLastOneWasSent) {
+  const LaneId a = collector.add(), b = collector.add();
+  EXPECT_TRUE(collector.flush_start(a));
+  collector.flush_sent();
+  EXPECT_TRUE(collector.flush_stop(a));
+  std::atomic<bool> stop_was_sent = false;
+  auto start = std::async(std::launch::async, [&] {
+    const bool due = collector.flush_start(b);
+    EXPECT_TRUE(stop_was_sent);
+    return due;
+  });
+  stop_was_sent = true;
+  collector.flush_sent();
+  EXPECT_TRUE(start.get());
+}
+
+TEST_F(Collecting, AStartWaitsForAnOutputFromBeforeTheStop) {
+  const LaneId a = collector.add();
+  out.hold = true;
+  auto first = offer(a, 1, 10);
+  EXPECT_TRUE(becomes_true([&] { return ledger.snapshot().consumed == 1; }, "a frame in work"));
+  collector.stop();
+  out.flow = kFlushing;
+  auto started = std::async(std::launch::async, [&] { collector.start(); });
+  out.hold = false;
+  out.gate.set_value();
+  first.get();
+  started.get();
+  out.flow = kOk;
+  EXPECT_EQ(collector.offer(a, 2, 20), kOk) << "what came of that output is forgotten";
 }
 
 TEST_F(Collecting, APadThatIsNotActiveSendsItsThreadAway) {
@@ -275,6 +371,7 @@ TEST_F(Collecting, RemovalOfTheLastLivingPadEndsTheStream) {
   collector.end(a);
   EXPECT_FALSE(out.ended);
   collector.remove(b);
+  collector.proceed();
   EXPECT_TRUE(out.ended);
 }
 
@@ -349,7 +446,8 @@ TEST_F(Collecting, AnOutputThatIsUnderWayIsFinishedBeforeAFlushEnds) {
   const LaneId a = collector.add(), b = collector.add();
   auto first = offer(a, 1, 10), second = offer(b, 2, 10);
   EXPECT_TRUE(becomes_true([&] { return ledger.snapshot().consumed >= 2; }, "2 frames consumed"));
-  collector.flush_start(a);
+  EXPECT_TRUE(collector.flush_start(a));
+  collector.flush_sent();
   auto stopped = std::async(std::launch::async, [&] { return collector.flush_stop(a); });
   EXPECT_EQ(out.count(), 0u);
   out.gate.set_value();
@@ -379,6 +477,7 @@ TEST_F(Collecting, LosesNothingUncountedUnderThreads) {
     std::thread added([&] {
       mux.offer(late, 1, 100);
       mux.remove(late);
+      mux.proceed();
     });
     added.join();
     for (auto& thread : threads) thread.join();

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "core/sync/shared_output.hpp"
 #include "gstcpp/base_classes.hpp"
 #include "gstcpp/ref.hpp"
 
@@ -29,10 +30,7 @@ class Join : public gst::Element<Join, gst::PlainElement> {
     GST_OBJECT_UNLOCK(self());
     return count;
   }
-  Ref<GstPad> active_pad() const {
-    std::lock_guard lock(active_mutex_);
-    return active_;
-  }
+  Ref<GstPad> active_pad() const { return output_.active(); }
   static constexpr std::tuple kProperties{
       gst::ReadOnly{"n-pads", &Join::n_pads, "How many branches there are"},
       gst::ReadOnly{"active-pad", &Join::active_pad, "The branch that delivered last"},
@@ -51,16 +49,22 @@ class Join : public gst::Element<Join, gst::PlainElement> {
     GstPad* pad = gst_pad_new_from_template(pad_template, name.c_str());
     gst_pad_set_chain_function(pad, pad_chain<&Join::on_buffer>);
     gst_pad_set_event_function(pad, pad_event<&Join::on_event>);
+    gst_pad_set_query_function(pad, pad_query<&Join::on_query>);
     GST_PAD_SET_PROXY_CAPS(pad);
     GST_PAD_SET_PROXY_ALLOCATION(pad);
+    gst_pad_set_element_private(pad, this);
+    gst_pad_set_activatemode_function(pad, on_activate);
     gst_pad_set_active(pad, TRUE);
     if (!gst_element_add_pad(element(), pad)) return nullptr;  // the name is taken
     g_object_notify(G_OBJECT(self()), "n-pads");
     return pad;
   }
   void release_pad(GstPad* pad) {
+    const auto input = Ref<GstPad>::share(pad);
     gst_pad_set_active(pad, FALSE);
-    const bool was_active = forget(pad);
+    send_flush_stop(input);
+    const bool was_active = output_.remove(input);
+    forget_end(pad);
     gst_element_remove_pad(element(), pad);
     if (was_active) g_object_notify(G_OBJECT(self()), "active-pad");
     g_object_notify(G_OBJECT(self()), "n-pads");
@@ -70,8 +74,13 @@ class Join : public gst::Element<Join, gst::PlainElement> {
     if (change == GST_STATE_CHANGE_READY_TO_PAUSED) ledger_.reset();
     const auto result = parent_class()->change_state(element(), change);
     if (change == GST_STATE_CHANGE_PAUSED_TO_READY) {
-      set_active(nullptr);
+      output_.reset();
+      {
+        std::lock_guard lock(ended_mutex_);
+        ended_.clear();
+      }
       stream_id_.clear();
+      g_object_notify(G_OBJECT(self()), "active-pad");
     }
     return result;
   }
@@ -79,8 +88,13 @@ class Join : public gst::Element<Join, gst::PlainElement> {
   GstFlowReturn on_buffer(GstPad* pad, GstBuffer* raw) {
     auto buffer = Ref<GstBuffer>::adopt(raw);
     ledger_.received();
-    std::lock_guard lock(stream_mutex_);
-    if (active_pad().get() != pad) switch_to(pad);
+    const auto access = output_.acquire_as_active(Ref<GstPad>::share(pad));
+    if (access == Output::Access::Denied) {
+      ledger_.dropped(DropReason::Flush);
+      return GST_FLOW_FLUSHING;
+    }
+    const Turn turn(&output_);
+    if (access == Output::Access::Switched) send_stream_of(pad);
     const auto flow = gst_pad_push(source_, buffer.release());
     if (flow == GST_FLOW_EOS)
       ledger_.dropped(DropReason::Eos);
@@ -102,14 +116,37 @@ class Join : public gst::Element<Join, gst::PlainElement> {
         return FALSE;
       }
     }
+    const auto input = Ref<GstPad>::share(pad);
+    if (type == GST_EVENT_FLUSH_START) {
+      if (!output_.flush_start(input)) return TRUE;
+      const gboolean sent = gst_pad_push_event(source_, owned.release());
+      output_.flush_sent();
+      return sent;
+    }
+    if (type == GST_EVENT_FLUSH_STOP) {
+      forget_end(pad);
+      send_flush_stop(input, std::move(owned));
+      output_.open(input);
+      return TRUE;
+    }
     const bool last = note_end(pad, type);
-    // Of a branch that is not heard the sticky events wait on its pad until it is.
-    if (active_pad().get() != pad && !last) return TRUE;
+    // The sticky events of an inactive branch stay on its pad until the branch becomes active.
+    if (output_.active() != input && !last) return TRUE;
     if (!(gst_event_type_get_flags(type) & GST_EVENT_TYPE_SERIALIZED))
       return gst_pad_push_event(source_, owned.release());
-    std::lock_guard lock(stream_mutex_);
+    if (!output_.acquire(input)) return FALSE;
+    const Turn turn(&output_);
+    if (const auto active = output_.active(); active && active != input) return TRUE;  // by now
     if (type == GST_EVENT_STREAM_START) remember_stream(event);
     return gst_pad_push_event(source_, owned.release());
+  }
+
+  // A serialized query waits downstream for the buffer that is there.
+  gboolean on_query(GstPad* pad, GstQuery* query) {
+    if (!is_serialized(query)) return gst_pad_query_default(pad, GST_OBJECT_CAST(self()), query);
+    if (!output_.acquire(Ref<GstPad>::share(pad))) return FALSE;
+    const Turn turn(&output_);
+    return gst_pad_query_default(pad, GST_OBJECT_CAST(self()), query);
   }
 
   Settings settings_;
@@ -121,21 +158,43 @@ class Join : public gst::Element<Join, gst::PlainElement> {
     return static_cast<bool>(pad);
   }
 
-  // Whether it was the one that is heard.
-  bool forget(GstPad* pad) {
-    std::lock_guard lock(active_mutex_);
-    std::erase(ended_, pad);
-    const bool was_active = active_.get() == pad;
-    if (was_active) active_ = {};
-    return was_active;
+  static bool is_serialized(GstQuery* query) {
+    return (gst_query_type_get_flags(GST_QUERY_TYPE(query)) & GST_QUERY_TYPE_SERIALIZED) != 0;
   }
-  void set_active(GstPad* pad) {
-    {
-      std::lock_guard lock(active_mutex_);
-      active_ = Ref<GstPad>::share(pad);
-      if (!pad) ended_.clear();
-    }
-    g_object_notify(G_OBJECT(self()), "active-pad");
+
+  using Output = sync::SharedOutput<Ref<GstPad>>;
+  // Releases the output at the end of a scope.
+  class Turn {
+   public:
+    explicit Turn(Output* output) : output_(output) {}
+    Turn(const Turn&) = delete;
+    Turn& operator=(const Turn&) = delete;
+    ~Turn() { output_->release(); }
+
+   private:
+    Output* const output_;
+  };
+
+  // GStreamer calls this before it waits for the thread of the pad: a thread that waits for the
+  // output leaves it.
+  static gboolean on_activate(GstPad* pad, GstObject*, GstPadMode mode, gboolean active) {
+    if (mode != GST_PAD_MODE_PUSH) return FALSE;
+    auto* join = static_cast<Join*>(gst_pad_get_element_private(pad));
+    const auto input = Ref<GstPad>::share(pad);
+    active ? join->output_.open(input) : join->output_.close(input);
+    return TRUE;
+  }
+
+  // Ends the flush of the output, where it flushes for this branch.
+  void send_flush_stop(const Ref<GstPad>& input, Ref<GstEvent> event = {}) {
+    if (!output_.flush_stop(input)) return;
+    gst_pad_push_event(source_, event ? event.release() : gst_event_new_flush_stop(TRUE));
+    output_.flush_sent();
+  }
+
+  void forget_end(GstPad* pad) {
+    std::lock_guard lock(ended_mutex_);
+    std::erase(ended_, pad);
   }
 
   void remember_stream(GstEvent* stream_start) {
@@ -145,8 +204,8 @@ class Join : public gst::Element<Join, gst::PlainElement> {
   }
 
   // Sends what describes the stream of `pad`: its start only where it is another stream.
-  void switch_to(GstPad* pad) {
-    set_active(pad);
+  void send_stream_of(GstPad* pad) {
+    g_object_notify(G_OBJECT(self()), "active-pad");
     const auto send = +[](GstPad*, GstEvent** event, gpointer user) -> gboolean {
       auto* join = static_cast<Join*>(user);
       const auto type = GST_EVENT_TYPE(*event);
@@ -174,13 +233,13 @@ class Join : public gst::Element<Join, gst::PlainElement> {
                        [&](const auto& other) { return other.get() != pad && f(other.get()); });
   }
 
-  // Whether the stream ends with this event: nobody was heard, and every other branch has ended.
+  // Whether the stream ends with this event: no branch is active, and every other one has ended.
   bool note_end(GstPad* pad, GstEventType type) {
-    std::lock_guard lock(active_mutex_);
-    if (type == GST_EVENT_STREAM_START || type == GST_EVENT_FLUSH_STOP) std::erase(ended_, pad);
+    if (type == GST_EVENT_STREAM_START) forget_end(pad);
     if (type != GST_EVENT_EOS) return false;
+    std::lock_guard lock(ended_mutex_);
     ended_.push_back(pad);
-    return !active_ && !any_other_sink(pad, [this](GstPad* other) {
+    return !output_.active() && !any_other_sink(pad, [this](GstPad* other) {
       return std::find(ended_.begin(), ended_.end(), other) == ended_.end();
     });
   }
@@ -208,11 +267,10 @@ class Join : public gst::Element<Join, gst::PlainElement> {
 
   GstPad* source_ = nullptr;  // owned by the element
   std::atomic<uint32_t> next_pad_{0};
-  std::mutex stream_mutex_;          // one branch pushes at a time; taken before active_mutex_
-  std::string stream_id_;            // that was sent last; guarded by stream_mutex_
-  mutable std::mutex active_mutex_;  // guards active_ and ended_
-  Ref<GstPad> active_;               // null until somebody delivers
-  std::vector<GstPad*> ended_;       // that had EOS; addresses only
+  Output output_;
+  std::string stream_id_;       // sent last; of the thread that has the output
+  std::mutex ended_mutex_;      // guards ended_
+  std::vector<GstPad*> ended_;  // branches that had EOS; addresses only
 };
 
 }  // namespace

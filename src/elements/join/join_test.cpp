@@ -1,11 +1,16 @@
 // join with pads of the test: who is heard, what is sent again, what is refused, and no waiting.
+#include <atomic>
+#include <future>
+#include <optional>
 #include <thread>
 
+#include "elements/tests/closed_pad.hpp"
 #include "elements/tests/element_harness.hpp"
 
 namespace {
 
 using namespace weir::test;
+using namespace std::chrono_literals;
 
 constexpr char kCaps[] =
     "other/tensors,format=static,num_tensors=1,dimensions=1,types=uint8,"
@@ -186,6 +191,139 @@ TEST_F(JoinTest, LosesNothingUnderThreads) {
   EXPECT_EQ(pulled().size(), size_t{kBranches} * kFrames);
   EXPECT_EQ(stat(h_->element, "received"), uint64_t{kBranches} * kFrames);
   EXPECT_EQ(stat(h_->element, "held"), 0u);
+}
+
+// Two branches: the first one blocks downstream, the second one waits for its turn.
+class BlockedJoinTest : public JoinTest {
+ protected:
+  void SetUp() override {
+    JoinTest::SetUp();
+    blocking_ = branch("a");
+    waiting_ = branch("b");
+    source_ = Ref<GstPad>::adopt(gst_element_get_static_pad(h_->element, "src"));
+    closed_.emplace(source_.get());
+    first_ = push_later(blocking_, 1);
+    closed_->wait_until_one_is_held();
+    second_ = push_later(waiting_, 2);
+    EXPECT_TRUE(wait_for_stat(h_->element, "received", 2));
+  }
+  void TearDown() override {
+    closed_.reset();  // both threads come back
+    if (first_.valid()) first_.get();
+    if (second_.valid()) second_.get();
+    source_ = {};
+    JoinTest::TearDown();
+  }
+  static std::future<GstFlowReturn> push_later(GstPad* pad, uint8_t value) {
+    return std::async(std::launch::async, [=] { return gst_pad_push(pad, frame(Bytes{value})); });
+  }
+  template <class T>
+  static bool returns(const std::future<T>& call, const char* what) {
+    return becomes_true([&] { return call.wait_for(0s) == std::future_status::ready; }, what, 10s);
+  }
+  void expect_that_second_leaves() {
+    ASSERT_TRUE(returns(second_, "the thread that waits for its turn"));
+    EXPECT_EQ(second_.get(), GST_FLOW_FLUSHING);
+    EXPECT_EQ(stat(h_->element, "dropped-flush"), 1u);
+  }
+  void expect_that_first_is_delivered() {
+    closed_->open();
+    EXPECT_EQ(first_.get(), GST_FLOW_OK);
+    EXPECT_EQ(pulled(), Bytes{1});
+    EXPECT_EQ(stat(h_->element, "held"), 0u);
+  }
+
+  GstPad *blocking_ = nullptr, *waiting_ = nullptr;
+  Ref<GstPad> source_;
+  std::optional<ClosedPad> closed_;
+  std::future<GstFlowReturn> first_, second_;
+};
+
+TEST_F(BlockedJoinTest, ReleasesABranchThatWaits) {
+  const auto sink = Ref<GstPad>::adopt(gst_pad_get_peer(waiting_));
+  const auto release = std::async(
+      std::launch::async, [&] { gst_element_release_request_pad(h_->element, sink.get()); });
+  const bool released = returns(release, "the release of the pad");
+  if (!released) closed_->open();
+  ASSERT_TRUE(released);
+  expect_that_second_leaves();
+  EXPECT_EQ(pads(), 1u);
+  EXPECT_EQ(active(), "sink_0");
+  expect_that_first_is_delivered();
+}
+
+TEST_F(BlockedJoinTest, FlushesABranchThatWaits) {
+  EXPECT_TRUE(gst_pad_push_event(waiting_, gst_event_new_flush_start()));
+  expect_that_second_leaves();
+  EXPECT_TRUE(gst_pad_push_event(waiting_, gst_event_new_flush_stop(TRUE)));
+  expect_that_first_is_delivered();
+  EXPECT_EQ(events(), (Names{"stream-start a", "caps", "segment 0"})) << "no flush downstream";
+  gst_pad_push_event(waiting_, time_segment());
+  EXPECT_EQ(gst_pad_push(waiting_, frame(Bytes{3})), GST_FLOW_OK) << "after the flush";
+  EXPECT_EQ(pulled(), Bytes{3});
+}
+
+TEST_F(BlockedJoinTest, DeactivatesABranchThatWaits) {
+  const auto sink = Ref<GstPad>::adopt(gst_pad_get_peer(waiting_));
+  const auto deactivation =
+      std::async(std::launch::async, [&] { return gst_pad_set_active(sink.get(), FALSE); });
+  const bool returned = returns(deactivation, "the deactivation of the pad");
+  if (!returned) closed_->open();
+  ASSERT_TRUE(returned);
+  expect_that_second_leaves();
+  expect_that_first_is_delivered();
+}
+
+// A serialized query waits downstream too, for the stream lock that the blocked buffer has.
+TEST_F(JoinTest, ReleasesABranchThatWaitsWithASerializedQuery) {
+  GstPad *a = branch("a"), *b = branch("b");
+  const auto asked = Ref<GstPad>::adopt(gst_pad_get_peer(b));
+  std::future<GstFlowReturn> first;
+  std::future<void> second, release;
+  ClosedPad closed(h_->sinkpad);
+  first = std::async(std::launch::async, [&] { return gst_pad_push(a, frame(Bytes{1})); });
+  closed.wait_until_one_is_held();
+  std::atomic<bool> begun = false;
+  gst_pad_add_probe(
+      asked.get(), GstPadProbeType(GST_PAD_PROBE_TYPE_QUERY_DOWNSTREAM | GST_PAD_PROBE_TYPE_PUSH),
+      +[](GstPad*, GstPadProbeInfo*, gpointer flag) {
+        *static_cast<std::atomic<bool>*>(flag) = true;
+        return GST_PAD_PROBE_OK;
+      },
+      &begun, nullptr);
+  second = std::async(std::launch::async, [&] {
+    const Unique<GstQuery, gst_query_unref> query(gst_query_new_drain());
+    gst_pad_peer_query(b, query.get());
+  });
+  EXPECT_TRUE(becomes_true([&] { return begun.load(); }, "the query"));
+  release = std::async(std::launch::async,
+                       [&] { gst_element_release_request_pad(h_->element, asked.get()); });
+  EXPECT_EQ(release.wait_for(10s), std::future_status::ready);
+  closed.open();
+  EXPECT_EQ(first.get(), GST_FLOW_OK);
+}
+
+TEST_F(JoinTest, HoldsOtherBranchesWhileTheActiveOneFlushes) {
+  GstPad *a = branch("a"), *b = branch("b");
+  EXPECT_EQ(gst_pad_push(a, frame(Bytes{1})), GST_FLOW_OK);
+  events();
+  EXPECT_TRUE(gst_pad_push_event(a, gst_event_new_flush_start()));
+  auto other = std::async(std::launch::async, [&] { return gst_pad_push(b, frame(Bytes{2})); });
+  EXPECT_TRUE(wait_for_stat(h_->element, "received", 2));
+  EXPECT_TRUE(gst_pad_push_event(a, gst_event_new_flush_stop(TRUE)));
+  EXPECT_EQ(other.get(), GST_FLOW_OK);
+  EXPECT_EQ(events(), (Names{"flush-start", "flush-stop", "stream-start b", "caps", "segment 1"}));
+  EXPECT_EQ(pulled(), (Bytes{1, 2}));
+}
+
+TEST_F(JoinTest, EndsTheFlushOfABranchThatIsReleased) {
+  GstPad *a = branch("a"), *b = branch("b");
+  EXPECT_EQ(gst_pad_push(a, frame(Bytes{1})), GST_FLOW_OK);
+  EXPECT_TRUE(gst_pad_push_event(a, gst_event_new_flush_start()));
+  const auto sink = Ref<GstPad>::adopt(gst_pad_get_peer(a));
+  gst_element_release_request_pad(h_->element, sink.get());
+  EXPECT_EQ(gst_pad_push(b, frame(Bytes{2})), GST_FLOW_OK);
+  EXPECT_EQ(pulled(), (Bytes{1, 2}));
 }
 
 }  // namespace
