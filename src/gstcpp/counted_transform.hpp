@@ -7,16 +7,27 @@
 
 namespace weir::gst {
 
+// Why a frame was lost to `flow`, a return of GstBaseTransform's submit_input_buffer().
+inline DropReason drop_reason_of(GstFlowReturn flow) {
+  switch (static_cast<int>(flow)) {
+    case GST_BASE_TRANSFORM_FLOW_DROPPED:
+      return DropReason::Qos;
+    case GST_FLOW_EOS:
+      return DropReason::Eos;
+    case GST_FLOW_FLUSHING:
+      return DropReason::Flush;
+    default:
+      return DropReason::Error;
+  }
+}
+
 template <class Impl>
 class CountedTransform : public Element<Impl, BaseTransform> {
  public:
   GstFlowReturn submit_input_buffer(gboolean discont, GstBuffer* buffer) {
     ledger_.received();
     const auto flow = this->parent_class()->submit_input_buffer(this->self(), discont, buffer);
-    if (flow == GST_BASE_TRANSFORM_FLOW_DROPPED)
-      ledger_.dropped(DropReason::Qos);
-    else if (flow != GST_FLOW_OK)
-      ledger_.dropped(flow == GST_FLOW_EOS ? DropReason::Eos : DropReason::Error);
+    if (flow != GST_FLOW_OK) ledger_.dropped(drop_reason_of(flow));
     return flow;
   }
 

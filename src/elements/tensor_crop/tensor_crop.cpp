@@ -1,6 +1,7 @@
 // tensor_crop: the regions that one stream names are cut out of the tensors of another.
 #include <algorithm>
 #include <atomic>
+#include <mutex>
 #include <optional>
 
 #include "core/crop/regions.hpp"
@@ -136,6 +137,7 @@ class TensorCrop : public gst::Element<TensorCrop, gst::PlainElement>, public gs
 
  private:
   void configure_pads() {
+    std::lock_guard lock(configure_mutex_);
     const auto [lateness, max_bytes, silent] = settings();
     sync::Options options;
     options.mode = sync::Mode::Lateness;
@@ -289,6 +291,7 @@ class TensorCrop : public gst::Element<TensorCrop, gst::PlainElement>, public gs
     return out;
   }
 
+  std::mutex configure_mutex_;  // newer settings are applied later; taken before the settings lock
   std::optional<gst::CollectorPads> pads_;
   gst::FrameReader raw_, info_;         // of the thread that makes an output
   std::vector<TensorSpec> last_specs_;  // likewise: of the last frame that was copied

@@ -5,7 +5,7 @@
 #include <memory>
 
 #include "elements/tensor_decoder/frame_decoder.hpp"
-#include "gstcpp/base_classes.hpp"
+#include "gstcpp/counted_transform.hpp"
 #include "gstcpp/property_file.hpp"
 #include "gstcpp/tensor_caps.hpp"
 
@@ -21,7 +21,7 @@ size_t bytes_of_picture(const GstCaps* caps) {
   return raw && gst_video_info_from_caps(&info, caps) ? GST_VIDEO_INFO_SIZE(&info) : 0;
 }
 
-class TensorDecoder : public gst::Element<TensorDecoder, gst::BaseTransform> {
+class TensorDecoder : public gst::CountedTransform<TensorDecoder> {
  public:
   static constexpr gst::ElementInfo kInfo{
       "WeirTensorDecoder", "tensor_decoder", "TensorDecoder", "Converter/Tensor",
@@ -91,9 +91,7 @@ class TensorDecoder : public gst::Element<TensorDecoder, gst::BaseTransform> {
   }
 
   GstCaps* transform_caps(GstPadDirection direction, GstCaps* caps, GstCaps* filter) {
-    auto result = direction == GST_PAD_SRC ? Ref<GstCaps>::adopt(gst_pad_get_pad_template_caps(
-                                                 GST_BASE_TRANSFORM_SINK_PAD(self())))
-                                           : output_for(caps);
+    auto result = direction == GST_PAD_SRC ? input_template() : output_or_empty(caps);
     if (!filter) return result.release();
     return gst_caps_intersect_full(filter, result.get(), GST_CAPS_INTERSECT_FIRST);
   }
@@ -107,19 +105,20 @@ class TensorDecoder : public gst::Element<TensorDecoder, gst::BaseTransform> {
     return caps ? ok() : Status(caps.error());
   }
 
-  GstFlowReturn submit_input_buffer(gboolean discont, GstBuffer* buffer) {
-    ledger_.received();
-    const auto flow = parent_class()->submit_input_buffer(self(), discont, buffer);
-    if (flow != GST_FLOW_OK)
-      ledger_.dropped(flow == GST_BASE_TRANSFORM_FLOW_DROPPED ? DropReason::Qos
-                                                              : DropReason::Error);
-    return flow;
-  }
-
   GstFlowReturn prepare_output_buffer(GstBuffer* in, GstBuffer** out) {
     *out = gst_buffer_new();
     gst_buffer_copy_into(*out, in, GST_BUFFER_COPY_METADATA, 0, static_cast<gsize>(-1));
     return GST_FLOW_OK;
+  }
+
+  gboolean query(GstPadDirection direction, GstQuery* query) {
+    if (direction != GST_PAD_SINK || GST_QUERY_TYPE(query) != GST_QUERY_ACCEPT_CAPS)
+      return parent_class()->query(self(), direction, query);
+    // Caps that the decoder refuses come to sink_event, which posts the reason.
+    GstCaps* caps = nullptr;
+    gst_query_parse_accept_caps(query, &caps);
+    gst_query_set_accept_caps_result(query, gst_caps_can_intersect(caps, input_template().get()));
+    return TRUE;
   }
 
   gboolean sink_event(GstEvent* event) {
@@ -138,11 +137,7 @@ class TensorDecoder : public gst::Element<TensorDecoder, gst::BaseTransform> {
   GstFlowReturn transform(GstBuffer* in, GstBuffer* out) {
     const auto kept = decode(in, out);
     reader_.clear();
-    if (!kept) {
-      ledger_.dropped(DropReason::Error);
-      gst::post_error(element(), kept.error());
-      return GST_FLOW_ERROR;
-    }
+    if (!kept) return failed(kept.error());
     if (!*kept) {
       ledger_.dropped(DropReason::Policy);
       return GST_BASE_TRANSFORM_FLOW_DROPPED;
@@ -152,24 +147,35 @@ class TensorDecoder : public gst::Element<TensorDecoder, gst::BaseTransform> {
   }
 
   Settings settings_;
-  Ledger ledger_;
 
  private:
-  Ref<GstCaps> output_for(GstCaps* caps) {
+  Ref<GstCaps> input_template() const {
+    return Ref<GstCaps>::adopt(gst_pad_get_pad_template_caps(GST_BASE_TRANSFORM_SINK_PAD(self())));
+  }
+
+  // For queries, which post no error.
+  Ref<GstCaps> output_or_empty(GstCaps* caps) {
+    auto out = output_for(caps);
+    if (out) return *std::move(out);
+    GST_DEBUG_OBJECT(self(), "no output for these caps: %s", out.error().message().c_str());
+    return Ref<GstCaps>::adopt(gst_caps_new_empty());
+  }
+
+  Result<Ref<GstCaps>> output_for(GstCaps* caps) {
     const auto any = [] { return Ref<GstCaps>::adopt(gst_caps_new_any()); };
     if (!gst_caps_is_fixed(caps)) return any();
     std::lock_guard lock(probe_mutex_);
     if (!probe_) return any();
     const auto spec = gst::fixed_spec_from_caps(caps);
-    auto out = spec ? probe_->configure(*spec) : spec.error();
-    if (out) return *out;
-    gst::post_error(element(), out.error());
-    return Ref<GstCaps>::adopt(gst_caps_new_empty());
+    if (!spec) return spec.error();
+    return probe_->configure(*spec);
   }
 
   // After caps that GstBaseTransform refused by itself, which it does without a word.
   void tell_why_not(GstCaps* caps) {
-    const auto ours = output_for(caps);
+    const auto output = output_for(caps);
+    if (!output) return gst::post_error(element(), output.error());
+    const auto& ours = *output;
     GstPad* pad = GST_BASE_TRANSFORM_SRC_PAD(self());
     const auto theirs = Ref<GstCaps>::adopt(gst_pad_peer_query_caps(pad, nullptr));
     if (gst_caps_can_intersect(ours.get(), theirs.get())) return;

@@ -78,6 +78,34 @@ TEST(TensorDecoder, RefusesWhatIsNoPicture) {
   }
 }
 
+// Queries ask what would be; a pipeline must not stop for the answer.
+TEST(TensorDecoder, PostsNoErrorForAQuery) {
+  auto h = harness("mode=direct_video", "");
+  Errors errors(h);
+  const auto element = element_of(h, "tensor_decoder");
+  const auto sink = Ref<GstPad>::adopt(gst_element_get_static_pad(element.get(), "sink"));
+  const auto caps = Ref<GstCaps>::adopt(gst_caps_from_string(tensor("float32", "3:4:2").c_str()));
+  Ref<GstCaps>::adopt(gst_pad_query_caps(sink.get(), caps.get()));
+  gst_pad_query_accept_caps(sink.get(), caps.get());
+  EXPECT_EQ(errors.next(), "");
+  gst_pad_send_event(sink.get(), gst_event_new_stream_start("test"));
+  EXPECT_FALSE(gst_pad_send_event(sink.get(), gst_event_new_caps(caps.get())));
+  EXPECT_SAYS(errors.next(), "takes one picture") << "caps do post it";
+  EXPECT_EQ(errors.next(), "");
+}
+
+TEST(TensorDecoder, CountsAFrameThatMeetsAFlushAsFlushed) {
+  auto h = harness("mode=octet_stream", tensor("uint8", "4"));
+  gst_buffer_unref(gst_harness_push_and_pull(h.get(), frame(Bytes(4))));
+  const auto source =
+      Ref<GstPad>::adopt(gst_element_get_static_pad(element_of(h, "tensor_decoder").get(), "src"));
+  gst_pad_push_event(source.get(), gst_event_new_flush_start());
+  gst_pad_mark_reconfigure(source.get());
+  EXPECT_EQ(gst_harness_push(h.get(), frame(Bytes(4))), GST_FLOW_FLUSHING);
+  EXPECT_EQ(stat(h, "dropped-flush"), 1u);
+  EXPECT_EQ(stat(h, "dropped-error"), 0u);
+}
+
 TEST(TensorDecoder, NeedsAStaticStream) {
   const std::string said =
       error_of("mode=direct_video", "other/tensors,format=flexible,framerate=30/1", Bytes(128));

@@ -4,6 +4,7 @@
 // ledger_, and is a gst::Combiner. It may have Status prepare(const Settings&), which is called
 // when it starts and when a property changes.
 #pragma once
+#include <mutex>
 #include <optional>
 
 #include "elements/tensor_mux/sync_settings.hpp"
@@ -55,17 +56,24 @@ class SyncElement : public gst::Element<Impl, gst::PlainElement>, public gst::Co
   Impl& impl() { return static_cast<Impl&>(*this); }
 
   Status configure_pads() {
-    const auto settings = this->settings();
-    if constexpr (requires { impl().prepare(settings); })
-      if (auto status = impl().prepare(settings); !status) return status;
-    const auto choice = sync_choice(settings, Impl::kFallback);
+    const auto choice = configure_by_settings();
     if (!choice) return choice.error();
     if (!choice->mode_status) gst::post_warning(this->element(), choice->mode_status.error());
-    pads_->configure(choice->options, settings.on_backwards_time, settings.max_wait,
-                     settings.max_bytes);
     return ok();
   }
+  Result<SyncChoice> configure_by_settings() {
+    std::lock_guard lock(configure_mutex_);
+    const auto settings = this->settings();
+    if constexpr (requires { impl().prepare(settings); })
+      if (auto status = impl().prepare(settings); !status) return status.error();
+    auto choice = sync_choice(settings, Impl::kFallback);
+    if (choice)
+      pads_->configure(choice->options, settings.on_backwards_time, settings.max_wait,
+                       settings.max_bytes);
+    return choice;
+  }
 
+  std::mutex configure_mutex_;  // newer settings are applied later; taken before the settings lock
   std::optional<gst::CollectorPads> pads_;
 };
 

@@ -8,6 +8,7 @@
 #include "elements/tensor_preprocess/regions_pad.hpp"
 #include "elements/tensor_preprocess/video_negotiation.hpp"
 #include "gstcpp/counted_transform.hpp"
+#include "gstcpp/derived_setting.hpp"
 #include "gstcpp/tensor_caps.hpp"
 #include "gstcpp/tensor_meta.hpp"
 
@@ -61,7 +62,6 @@ class TensorPreprocess : public gst::CountedTransform<TensorPreprocess> {
       crop_changed_ = true;
       return;
     }
-    std::lock_guard lock(request_mutex_);
     request_.reset();
   }
 
@@ -71,14 +71,17 @@ class TensorPreprocess : public gst::CountedTransform<TensorPreprocess> {
     boxes_pad_ = gst_pad_new_from_template(pad_template, "regions");
     gst_pad_set_chain_function(boxes_pad_, &Shell::chain<&TensorPreprocess::boxes_chain>);
     gst_pad_set_event_function(boxes_pad_, &Shell::pad_event<&TensorPreprocess::boxes_event>);
+    // Nothing of it leaves: events and queries of the pad end here too.
+    gst_pad_set_iterate_internal_links_function(
+        boxes_pad_, [](GstPad*, GstObject*) -> GstIterator* { return nullptr; });
     gst_pad_set_active(boxes_pad_, TRUE);
     gst_element_add_pad(element(), boxes_pad_);
     return boxes_pad_;
   }
   void release_pad(GstPad* pad) {
-    boxes_.end();
-    boxes_pad_ = nullptr;
     gst_pad_set_active(pad, FALSE);
+    boxes_.end();  // after the last box, which would be waited for
+    boxes_pad_ = nullptr;
     gst_element_remove_pad(element(), pad);
   }
 
@@ -287,10 +290,7 @@ class TensorPreprocess : public gst::CountedTransform<TensorPreprocess> {
 
   // The card is read once, then again when a property changes.
   Result<Request> current() const {
-    const Settings s = settings();
-    std::lock_guard lock(request_mutex_);
-    if (!request_) request_.emplace(request_of(s));
-    return *request_;
+    return *request_.get([this] { return request_of(settings()); });
   }
 
   Status configure(GstCaps* in, GstCaps* out) {
@@ -338,8 +338,7 @@ class TensorPreprocess : public gst::CountedTransform<TensorPreprocess> {
     return ok();
   }
 
-  mutable std::mutex request_mutex_;  // guards request_; never held with the settings lock
-  mutable std::optional<Result<Request>> request_;
+  gst::DerivedSetting<Result<Request>> request_;
   std::atomic<bool> crop_changed_{false};
   std::atomic<uint64_t> pool_allocated_{0};  // shown by stats
   std::atomic<uint64_t> regions_{0}, regions_empty_{0}, regions_beyond_limit_{0}, boxes_late_{0};

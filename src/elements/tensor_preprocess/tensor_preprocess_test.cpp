@@ -1,5 +1,6 @@
 // tensor_preprocess in a harness: numbers, caps, metadata of buffers.
 #include "elements/tensor_preprocess/preprocess_harness.hpp"
+#include "elements/tests/meanwhile.hpp"
 
 namespace weir::preprocess_test {
 namespace {
@@ -52,6 +53,21 @@ TEST(TensorPreprocess, TakesSizeTypeAndLayoutFromBehind) {
   GstVideoInfo info;
   gst_video_info_set_format(&info, GST_VIDEO_FORMAT_I420, 20, 10);
   EXPECT_EQ(pushed<uint16_t>(h, frame(Bytes(info.size, 128))).size(), 36u);
+}
+
+TEST(TensorPreprocess, QueriesFollowTheSizeThatWasSetLast) {
+  const auto element = lone_element("tensor_preprocess width=4 height=4");
+  const auto source = Ref<GstPad>::adopt(gst_element_get_static_pad(element.get(), "src"));
+  const auto offered = [&] {
+    const auto caps = Ref<GstCaps>::adopt(gst_pad_query_caps(source.get(), nullptr));
+    return std::string(gst::UniqueText(gst_caps_to_string(caps.get())).get());
+  };
+  Meanwhile reader([&] { offered(); });
+  for (int round = 0; round < 200; ++round)
+    for (const guint width : {5u, 6u}) {
+      g_object_set(element.get(), "width", width, nullptr);
+      ASSERT_NE(offered().find("3:" + std::to_string(width) + ":4"), std::string::npos) << round;
+    }
 }
 
 TEST(TensorPreprocess, FitsTheOldSpellingOfOneTensor) {

@@ -6,6 +6,7 @@
 #include "core/text/text.hpp"
 #include "elements/tensor_transform/frame_transformer.hpp"
 #include "gstcpp/counted_transform.hpp"
+#include "gstcpp/derived_setting.hpp"
 #include "gstcpp/tensor_caps.hpp"
 
 namespace weir::gst {
@@ -70,7 +71,7 @@ class TensorTransform : public gst::CountedTransform<TensorTransform> {
 
   Status start() {
     ledger_.reset();
-    fused_frames_ = deferred_frames_ = 0;
+    fused_frames_ = deferred_frames_ = pool_allocated_ = 0;
     counts_->divisions_by_zero = 0;
     return load();
   }
@@ -81,21 +82,20 @@ class TensorTransform : public gst::CountedTransform<TensorTransform> {
   }
 
   void property_changed(const char*) {
-    std::lock_guard lock(operation_mutex_);
-    operation_.reset();
+    options_.reset();
   }
 
   GstCaps* transform_caps(GstPadDirection direction, GstCaps* caps, GstCaps* filter) {
     GstPad* other = direction == GST_PAD_SINK ? GST_BASE_TRANSFORM_SRC_PAD(self())
                                               : GST_BASE_TRANSFORM_SINK_PAD(self());
     auto result = Ref<GstCaps>::adopt(gst_caps_new_empty());
-    const auto operation = current();
+    const auto options = current();
     for (guint i = 0; i < gst_caps_get_size(caps); ++i) {
       const auto one = Ref<GstCaps>::adopt(gst_caps_copy_nth(caps, i));
       auto spec = gst::spec_from_caps(one.get());
       if (!spec) continue;
-      if (operation && *operation)
-        convert(direction, **operation, &*spec);
+      if (*options)
+        convert(direction, **options, &*spec);
       else
         for (auto& t : spec->tensors) t = TensorSpec{};
       auto candidates = gst::possible_caps(other, *spec, filter);
@@ -141,16 +141,13 @@ class TensorTransform : public gst::CountedTransform<TensorTransform> {
   }
 
   Status configure(GstCaps* in, GstCaps* out) {
-    if (!transformer_)
-      if (auto status = load(); !status) return status;
+    if (auto status = load(); !status) return status;
     const auto input = gst::fixed_spec_from_caps(in);
     if (!input) return input.error();
     const auto output = gst::fixed_spec_from_caps(out);
     if (!output) return output.error();
     if (input->format == Format::Static) {
-      const auto operation = current();
-      if (!operation || !*operation) return missing_option();
-      auto computed = transformed(**operation, choice_, input->tensors);
+      auto computed = transformed((*loaded_)->operation, (*loaded_)->choice, input->tensors);
       if (!computed) return computed.error();
       if (output->format == Format::Static)
         if (auto status = check_output(*output, *computed); !status) return status;
@@ -193,6 +190,7 @@ class TensorTransform : public gst::CountedTransform<TensorTransform> {
   GstFlowReturn transform(GstBuffer* in, GstBuffer* out) {
     const auto work = transformer_->run(in, out, &ledger_);
     if (!work) return failed(work.error());
+    pool_allocated_ = transformer_->pool_allocated();
     fused_frames_ += work->fused;
     deferred_frames_ += work->deferred;
     ledger_.consumed_and_pushed();
@@ -203,10 +201,8 @@ class TensorTransform : public gst::CountedTransform<TensorTransform> {
     const uint64_t late = counts_->divisions_by_zero;
     gst_structure_set(stats, "fused-frames", G_TYPE_UINT64, fused_frames_.load(), "deferred-frames",
                       G_TYPE_UINT64, deferred_frames_.load(), "integer-divisions-by-zero",
-                      G_TYPE_UINT64, ledger_.snapshot().integer_divisions_by_zero + late, nullptr);
-    if (!transformer_) return;
-    gst_structure_set(stats, "pool-allocated", G_TYPE_UINT64, transformer_->pool_allocated(),
-                      nullptr);
+                      G_TYPE_UINT64, ledger_.snapshot().integer_divisions_by_zero + late,
+                      "pool-allocated", G_TYPE_UINT64, pool_allocated_.load(), nullptr);
   }
 
   Settings settings_;
@@ -249,9 +245,11 @@ class TensorTransform : public gst::CountedTransform<TensorTransform> {
   void tell_why_not(GstCaps* caps) {
     const auto input = gst::fixed_spec_from_caps(caps);
     if (!input) return gst::post_error(element(), input.error());
-    const auto operation = current();
-    if (input->format == Format::Static && operation && *operation)
-      if (const auto computed = transformed(**operation, choice_, input->tensors); !computed)
+    const auto options = current();
+    if (input->format == Format::Static && *options)
+      if (const auto computed =
+              transformed((*options)->operation, (*options)->choice, input->tensors);
+          !computed)
         return gst::post_error(element(), computed.error());
     GstPad* pad = GST_BASE_TRANSFORM_SRC_PAD(self());
     const auto ours = Ref<GstCaps>::adopt(transform_caps(GST_PAD_SINK, caps, nullptr));
@@ -264,45 +262,62 @@ class TensorTransform : public gst::CountedTransform<TensorTransform> {
                                         "type"));
   }
 
-  using OperationResult = Result<transform::Operation>;
-  // The parsed option; empty while mode or option are not set.
-  std::optional<OperationResult> current() const {
-    const Settings s = settings();
-    std::lock_guard lock(operation_mutex_);
-    if (!operation_ && s.mode != transform::Mode::Unknown && s.option)
-      operation_.emplace(transform::parse(s.mode, *s.option));
-    return operation_;
+  // What the properties say.
+  struct Options {
+    transform::Operation operation;
+    TensorChoice choice;
+    bool accelerate;
+  };
+  using SharedOptions = std::shared_ptr<const Result<Options>>;
+  // Any thread.
+  SharedOptions current() const {
+    return options_.get([this] { return parse(settings()); });
   }
 
-  Status load() {
-    const Settings s = settings();
-    const auto operation = current();
-    if (!operation) return missing_option();
-    if (!*operation) return operation->error();
-    choice_.clear();
-    for (const auto part : split(s.apply, ",")) {
+  static Result<Options> parse(const Settings& s) {
+    if (s.mode == transform::Mode::Unknown || !s.option) return missing_option();
+    auto operation = transform::parse(s.mode, *s.option);
+    if (!operation) return operation.error();
+    auto choice = parse_choice(s.apply);
+    if (!choice) return choice.error();
+    return Options{*std::move(operation), *std::move(choice), s.acceleration};
+  }
+
+  static Result<TensorChoice> parse_choice(const std::string& apply) {
+    TensorChoice choice;
+    for (const auto part : split(apply, ",")) {
       const auto text = strip(part);
       if (text.empty()) continue;
       const auto index = parse_unsigned(text);
       if (!index || *index >= kTensorLimit)
-        return Error{Code::OPTION_SYNTAX,
-                     "apply cannot be read",
-                     s.apply,
-                     "a comma list of tensor indices",
-                     std::string(text),
-                     "apply=0,2"};
-      choice_.push_back(static_cast<size_t>(*index));
+        return Error{.code = Code::OPTION_SYNTAX,
+                     .what = "apply cannot be read",
+                     .offered = apply,
+                     .needed = "a comma list of tensor indices",
+                     .difference = std::string(text),
+                     .fix = "apply=0,2"};
+      choice.push_back(static_cast<size_t>(*index));
     }
-    transformer_ =
-        std::make_unique<FrameTransformer>(**operation, choice_, s.acceleration, counts_);
+    return choice;
+  }
+
+  // A transformer for the present options; options that change while a stream plays take effect
+  // with the next caps.
+  Status load() {
+    auto options = current();
+    if (!*options) return options->error();
+    if (transformer_ && loaded_ == options) return ok();
+    const auto& [operation, choice, accelerate] = **options;
+    transformer_ = std::make_unique<FrameTransformer>(operation, choice, accelerate, counts_);
+    loaded_ = std::move(options);
     return ok();
   }
 
-  void convert(GstPadDirection direction, const transform::Operation& operation,
-               FrameSpec* spec) const {
+  static void convert(GstPadDirection direction, const Options& options, FrameSpec* spec) {
+    const auto& operation = options.operation;
     for (size_t i = 0; i < spec->tensors.size(); ++i) {
       auto& t = spec->tensors[i];
-      if (!chosen(choice_, i)) continue;
+      if (!chosen(options.choice, i)) continue;
       const transform::TemplateSpec known{t.type, t.shape};
       const std::optional<transform::TemplateSpec> other =
           direction == GST_PAD_SRC ? transform::input_candidates(operation, known)
@@ -325,13 +340,12 @@ class TensorTransform : public gst::CountedTransform<TensorTransform> {
                  difference,          gst::caps_to_paste(needed)};
   }
 
-  mutable std::mutex operation_mutex_;  // guards operation_; never held with the settings lock
-  mutable std::optional<OperationResult> operation_;
-  bool told_ = false;    // whether set_caps said why it failed; streaming thread
-  TensorChoice choice_;  // set in start, read while streaming
+  gst::DerivedSetting<Result<Options>> options_;
+  bool told_ = false;     // whether set_caps said why it failed; streaming thread
+  SharedOptions loaded_;  // of transformer_, without an error; streaming thread, as transformer_
   std::unique_ptr<FrameTransformer> transformer_;
   const std::shared_ptr<gst::DeferredCounts> counts_ = std::make_shared<gst::DeferredCounts>();
-  std::atomic<uint64_t> fused_frames_{0}, deferred_frames_{0};
+  std::atomic<uint64_t> fused_frames_{0}, deferred_frames_{0}, pool_allocated_{0};
 };
 
 }  // namespace

@@ -1,0 +1,71 @@
+// tensor_transform while several threads use it: properties, queries, stats and state changes.
+#include <algorithm>
+
+#include "elements/tests/element_harness.hpp"
+#include "elements/tests/meanwhile.hpp"
+
+namespace {
+
+using namespace weir::test;
+
+constexpr char kFloats[] = "other/tensor,dimension=(string)4,type=(string)float32,framerate=30/1";
+
+std::string output_type(GstElement* element) {
+  const auto source = Ref<GstPad>::adopt(gst_element_get_static_pad(element, "src"));
+  const auto caps = Ref<GstCaps>::adopt(gst_pad_query_caps(source.get(), nullptr));
+  const char* type = gst_structure_get_string(gst_caps_get_structure(caps.get(), 0), "type");
+  return type ? type : "";
+}
+
+TEST(TensorTransformSettings, StatsAreReadWhileItRestarts) {
+  auto h = harness_of("tensor_transform mode=typecast option=uint8", kFloats);
+  const auto element = element_of(h, "tensor_transform");
+  std::atomic<uint64_t> most = 0;
+  Meanwhile reader([&] { most = std::max(most.load(), stat(element.get(), "pool-allocated")); });
+  for (int round = 0; round < 100; ++round) {
+    gst_element_set_state(element.get(), GST_STATE_READY);
+    gst_element_set_state(element.get(), GST_STATE_PLAYING);
+  }
+}
+
+TEST(TensorTransformSettings, StatsStillShowThePoolAfterTheEnd) {
+  auto h = harness_of("tensor_transform mode=typecast option=uint8", kFloats);
+  gst_buffer_unref(gst_harness_push_and_pull(h.get(), frame(std::vector<float>(4))));
+  EXPECT_EQ(stat(h, "tensor_transform", "pool-allocated"), 1u);
+  gst_element_set_state(element_of(h, "tensor_transform").get(), GST_STATE_READY);
+  EXPECT_EQ(stat(h, "tensor_transform", "pool-allocated"), 1u);
+}
+
+TEST(TensorTransformSettings, QueriesFollowTheOptionThatWasSetLast) {
+  const auto element = lone_element("tensor_transform mode=typecast option=uint8");
+  Meanwhile reader([&] { output_type(element.get()); });
+  for (int round = 0; round < 300; ++round)
+    for (const char* type : {"int16", "float64"}) {
+      g_object_set(element.get(), "option", type, nullptr);
+      ASSERT_EQ(output_type(element.get()), type) << "round " << round;
+    }
+}
+
+TEST(TensorTransformSettings, AnOptionThatChangesTakesEffectWithTheNextCaps) {
+  auto h = harness_of("tensor_transform mode=typecast option=uint8", kFloats);
+  const auto element = element_of(h, "tensor_transform");
+  auto out = Ref<GstBuffer>::adopt(
+      gst_harness_push_and_pull(h.get(), frame(std::vector<float>{1, 2, 3, 4})));
+  EXPECT_EQ(values<uint8_t>(out.get()), (std::vector<uint8_t>{1, 2, 3, 4}));
+  g_object_set(element.get(), "option", "int16", nullptr);
+  out = Ref<GstBuffer>::adopt(
+      gst_harness_push_and_pull(h.get(), frame(std::vector<float>{1, 2, 3, 4})));
+  EXPECT_EQ(gst_buffer_get_size(out.get()), 4u);
+  gst_harness_set_src_caps_str(
+      h.get(), "other/tensor,dimension=(string)2,type=(string)float32,framerate=30/1");
+  out = Ref<GstBuffer>::adopt(gst_harness_push_and_pull(h.get(), frame(std::vector<float>{5, 6})));
+  EXPECT_SAYS(caps_text(h), "type=(string)int16");
+  EXPECT_EQ(values<int16_t>(out.get()), (std::vector<int16_t>{5, 6}));
+}
+
+TEST(TensorTransformSettings, ABadApplyIsNamedWhenItStarts) {
+  EXPECT_SAYS(start_error("tensor_transform mode=typecast option=uint8 apply=0,y"),
+              "WEIR-1001: apply cannot be read\n  offered: 0,y");
+}
+
+}  // namespace

@@ -1,0 +1,35 @@
+// Meanwhile: a second thread that uses an element while the test changes it.
+#pragma once
+#include <atomic>
+#include <thread>
+
+#include "becomes.hpp"
+
+namespace weir::test {
+
+// Calls `use` on a thread of its own until it goes out of scope.
+template <class Use>
+class Meanwhile {
+ public:
+  explicit Meanwhile(Use use)
+      : thread_([this, use] {
+          while (!over_) {
+            use();
+            ++rounds_;
+          }
+        }) {}
+  Meanwhile(const Meanwhile&) = delete;
+  Meanwhile& operator=(const Meanwhile&) = delete;
+  ~Meanwhile() {
+    EXPECT_TRUE(becomes_true([this] { return rounds_ > 0; }, "the other thread"));
+    over_ = true;
+    thread_.join();
+  }
+
+ private:
+  std::atomic<bool> over_ = false;
+  std::atomic<uint64_t> rounds_ = 0;
+  std::thread thread_;
+};
+
+}  // namespace weir::test

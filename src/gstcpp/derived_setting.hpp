@@ -1,0 +1,35 @@
+// DerivedSetting<T>: what an element computes from its settings, kept until they change.
+#pragma once
+#include <memory>
+#include <mutex>
+
+namespace weir::gst {
+
+// Any thread may call get(), and reset() after it has changed the settings. `compute` reads the
+// settings itself: it is called under a lock that reset() takes too, so that a value of older
+// settings cannot be kept. Lock order: this lock, then the settings lock.
+//
+//   Result<Request> current() const {
+//     return *request_.get([this] { return request_of(settings()); });
+//   }
+//   void property_changed(const char*) { request_.reset(); }
+template <class T>
+class DerivedSetting {
+ public:
+  template <class Compute>
+  std::shared_ptr<const T> get(Compute&& compute) const {
+    std::lock_guard lock(mutex_);
+    if (!value_) value_ = std::make_shared<const T>(compute());
+    return value_;
+  }
+  void reset() {
+    std::lock_guard lock(mutex_);
+    value_.reset();
+  }
+
+ private:
+  mutable std::mutex mutex_;  // guards value_
+  mutable std::shared_ptr<const T> value_;
+};
+
+}  // namespace weir::gst
