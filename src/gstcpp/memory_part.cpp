@@ -1,6 +1,7 @@
 // Sharing, or copying what refuses to be shared.
 #include "gstcpp/memory_part.hpp"
 
+#include "gstcpp/allocation.hpp"
 #include "gstcpp/frame_errors.hpp"
 #include "gstcpp/ref.hpp"
 
@@ -15,6 +16,16 @@ GstMemory* part_of(GstMemory* memory, size_t offset, size_t size, bool* copied) 
     if (GstMemory* shared = gst_memory_share(memory, from, length)) return shared;
   *copied = true;
   return gst_memory_copy(memory, from, length);
+}
+
+Result<Ref<GstMemory>> merged_memory(GstBuffer* buffer) {
+  const size_t bytes = gst_buffer_get_size(buffer);
+  auto merged = Ref<GstMemory>::adopt(allocate_memory(bytes));
+  if (!merged) return memory_ran_out();
+  const MappedMemory map(merged.get(), GST_MAP_WRITE);
+  if (!map) return memory_ran_out();
+  if (gst_buffer_extract(buffer, 0, map.bytes().data(), bytes) != bytes) return memory_not_mapped();
+  return merged;
 }
 
 namespace {

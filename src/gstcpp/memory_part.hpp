@@ -4,6 +4,7 @@
 
 #include <cstddef>
 
+#include "gstcpp/ref.hpp"
 #include "weir/result.hpp"
 
 namespace weir::gst {
@@ -11,6 +12,9 @@ namespace weir::gst {
 // Shared where the memory allows that, else copied, which `copied` tells. All of it is the memory
 // itself. The caller owns the result; null when it can neither be shared nor be mapped.
 GstMemory* part_of(GstMemory* memory, size_t offset, size_t size, bool* copied);
+
+// A copy of all bytes of the buffer in one memory. Errors: MAP_FAILED, OUT_OF_MEMORY.
+Result<Ref<GstMemory>> merged_memory(GstBuffer* buffer);
 
 // Whether every memory of the buffer can be mapped for reading; tried where it is not the system's.
 bool can_be_read(GstBuffer* buffer);

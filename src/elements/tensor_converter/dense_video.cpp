@@ -5,7 +5,7 @@
 #include <cstring>
 
 #include "gstcpp/frame_errors.hpp"
-#include "gstcpp/memory_part.hpp"
+#include "gstcpp/mapped_video.hpp"
 #include "gstcpp/video_meta.hpp"
 
 namespace weir {
@@ -132,7 +132,6 @@ gst::Ref<GstBuffer> DenseVideo::pooled() {
 
 Result<gst::Ref<GstBuffer>> DenseVideo::copy_rows(GstBuffer* buffer, Ledger* ledger) {
   const auto needed = needed_bytes(buffer);
-  GstVideoFrame frame;
   if (!needed || gst_buffer_get_size(buffer) < *needed)
     return Error{Code::FRAME_SIZE,
                  "a video buffer is shorter than its caps say",
@@ -140,26 +139,24 @@ Result<gst::Ref<GstBuffer>> DenseVideo::copy_rows(GstBuffer* buffer, Ledger* led
                  needed ? std::to_string(*needed) + " bytes" : "offsets and strides within it",
                  "",
                  "check the element before"};
-  if (!gst_video_frame_map(&frame, &video_, buffer, GST_MAP_READ)) return gst::memory_not_mapped();
+  gst::MappedVideo picture;
+  if (auto status = picture.map(video_, buffer, GST_MAP_READ); !status) return status.error();
   auto out = pooled();
-  if (!out) {
-    gst_video_frame_unmap(&frame);
-    return gst::memory_ran_out();
-  }
+  if (!out) return gst::memory_ran_out();
   {
     const gst::Mapped map(out.get(), GST_MAP_WRITE);
+    if (!map) return gst::memory_ran_out();
     std::byte* to = map.bytes().data();
-    const guint planes = GST_VIDEO_FRAME_N_PLANES(&frame);
-    for (guint plane = 0; plane < planes; ++plane) {
-      const auto* from = static_cast<const std::byte*>(GST_VIDEO_FRAME_PLANE_DATA(&frame, plane));
-      const ptrdiff_t stride = GST_VIDEO_FRAME_PLANE_STRIDE(&frame, plane);
+    const guint planes = GST_VIDEO_INFO_N_PLANES(&video_);
+    for (guint i = 0; i < planes; ++i) {
+      const auto& plane = picture.planes()[i];
+      const std::byte* from = plane.bytes.data() + plane.offset;
       for (uint32_t row = 0; row < tensor_.rows / planes; ++row, to += tensor_.row_bytes)
-        std::memcpy(to, from + static_cast<ptrdiff_t>(row) * stride, tensor_.row_bytes);
+        std::memcpy(to, from + static_cast<ptrdiff_t>(row) * plane.stride, tensor_.row_bytes);
     }
   }
-  gst_video_frame_unmap(&frame);
   gst_buffer_copy_into(out.get(), buffer, GST_BUFFER_COPY_METADATA, 0, static_cast<gsize>(-1));
-  ledger->copied(frame_bytes());
+  ledger->copied(frame_bytes() + picture.bytes_copied());
   return out;
 }
 

@@ -54,9 +54,10 @@ Result<OverlayVideo> OverlayVideo::make(const GstCaps* caps, std::vector<std::st
 }
 
 Result<draw::Drawn> OverlayVideo::draw(const draw::Detections& detections, const draw::Style& style,
-                                       GstBuffer* buffer) {
+                                       GstBuffer* buffer, Ledger* ledger) {
   MappedPicture mapped;
   if (auto status = mapped.map(video_, buffer, GST_MAP_READWRITE); !status) return status.error();
+  ledger->copied(mapped.bytes_copied());
   const PictureSize size = size_of_picture(video_, buffer);
   picture_.width = size.width;
   picture_.height = size.height;

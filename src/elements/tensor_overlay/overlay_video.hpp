@@ -5,6 +5,7 @@
 #include <memory>
 
 #include "core/draw/overlay.hpp"
+#include "core/ledger/ledger.hpp"
 #include "weir/result.hpp"
 
 namespace weir {
@@ -18,9 +19,10 @@ class OverlayVideo {
   static Result<OverlayVideo> make(const GstCaps* caps, std::vector<std::string> names,
                                    bool show_scores, std::shared_ptr<draw::TextPainter> painter);
 
-  // `buffer` is writable. Errors: MappedPicture::map(), Canvas::make().
+  // `buffer` is writable; bytes that are copied to map it count in `ledger`.
+  // Errors: MappedPicture::map(), Canvas::make().
   Result<draw::Drawn> draw(const draw::Detections& detections, const draw::Style& style,
-                           GstBuffer* buffer);
+                           GstBuffer* buffer, Ledger* ledger);
 
  private:
   OverlayVideo(const GstVideoInfo& video, const preprocess::Picture& picture)

@@ -194,7 +194,7 @@ class TensorOverlay : public gst::CountedTransform<TensorOverlay> {
         gst::post_warning(element(), *no_text_);
         no_text_.reset();
       }
-      const auto drawn = video_->draw(*found, style_, buffer);
+      const auto drawn = video_->draw(*found, style_, buffer, &ledger_);
       if (!drawn) return failed(drawn.error());
       ++pictures_drawn_;
       boxes_ += drawn->boxes;

@@ -211,6 +211,24 @@ TEST(TensorOverlay, KeepsToTheRowsOfItsBuffer) {
   EXPECT_EQ(b.pushed(in), small_with({{0, 0, 4, 4}}));
 }
 
+// The picture is drawn into all memories that it spans, with a GstVideoMeta and without.
+TEST(TensorOverlay, DrawsIntoAPictureOfSeveralMemories) {
+  for (const bool with_meta : {true, false}) {
+    const Both b("");
+    b.bring({1, 1, 7, 6, 1, 0}, 0);
+    GstBuffer* in = gst_buffer_new();
+    for (const size_t bytes : {size_t{25}, size_t{1}, kSmall - 26})
+      gst_buffer_append_memory(in, memory_of(Bytes(bytes)));
+    gsize offsets[GST_VIDEO_MAX_PLANES] = {0};
+    gint strides[GST_VIDEO_MAX_PLANES] = {24};
+    if (with_meta)
+      gst_buffer_add_video_meta_full(in, GST_VIDEO_FRAME_FLAG_NONE, GST_VIDEO_FORMAT_RGB, 8, 6, 1,
+                                     offsets, strides);
+    EXPECT_EQ(b.pushed(timed(in, 0)), small_with({{1, 1, 7, 6}})) << with_meta;
+    EXPECT_EQ(b.stat("bytes-copied"), kSmall) << with_meta;
+  }
+}
+
 // Random bits as numbers, in every format; memory of exactly the picture's size.
 TEST(TensorOverlay, SurvivesAnyNumbers) {
   uint32_t state = 7;

@@ -88,6 +88,7 @@ Status FramePreprocessor::run(GstBuffer* in, GstBuffer* out) {
   if (auto status = adapt(in); !status) return status;
   MappedPicture picture;
   if (auto status = picture.map(video_, in); !status) return status;
+  copied_ += picture.bytes_copied();
   Status status = writer_.map(pool_, out);
   if (status) {
     jobs_.clear();

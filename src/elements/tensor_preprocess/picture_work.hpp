@@ -3,6 +3,7 @@
 #include <gst/gst.h>
 
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "core/preprocess/boxes.hpp"
@@ -37,8 +38,11 @@ class PictureWork {
   virtual gst::MapsOf maps_of() const { return gst::MapsOf::Tensors; }
   virtual RegionCounts regions() const { return {}; }
   virtual uint64_t allocated() const = 0;  // buffers, since the work began
+  // Bytes that run() copied to read the picture since the last call.
+  uint64_t take_copied() noexcept { return std::exchange(copied_, 0); }
 
  protected:
+  uint64_t copied_ = 0;
   std::optional<preprocess::Rect> crop_;
 };
 

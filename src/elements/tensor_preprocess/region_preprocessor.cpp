@@ -97,6 +97,7 @@ Status RegionPreprocessor::run(GstBuffer* in, GstBuffer* out) {
   if (auto status = make_plans(); !status) return status;
   MappedPicture picture;
   if (auto status = picture.map(video_, in); !status) return status;
+  copied_ += picture.bytes_copied();
   const gst::MappedMemory map(gst_buffer_peek_memory(out, 0), GST_MAP_WRITE);
   if (!map)
     return Error{Code::MAP_FAILED, "an output buffer cannot be mapped for writing", "", "", "", ""};

@@ -213,7 +213,9 @@ class TensorPreprocess : public gst::CountedTransform<TensorPreprocess> {
   }
 
   GstFlowReturn transform(GstBuffer* in, GstBuffer* out) {
-    if (const Status status = work_->run(in, out); !status) return failed(status.error());
+    const Status status = work_->run(in, out);
+    ledger_.copied(work_->take_copied());
+    if (!status) return failed(status.error());
     pool_allocated_ = work_->allocated();
     const RegionCounts regions = work_->regions();
     regions_ += regions.prepared;

@@ -1,9 +1,9 @@
 // Pictures in GStreamer's memory. What would make GStreamer complain is refused before.
 #include "elements/tensor_preprocess/video_picture.hpp"
 
+#include <algorithm>
 #include <string>
 
-#include "gstcpp/frame_errors.hpp"
 #include "gstcpp/video_meta.hpp"
 
 namespace weir {
@@ -94,10 +94,6 @@ Status narrow(PictureSize* picture, const std::optional<preprocess::Rect>& part)
   return ok();
 }
 
-MappedPicture::~MappedPicture() {
-  if (mapped_) gst_video_frame_unmap(&frame_);
-}
-
 Status MappedPicture::map(const GstVideoInfo& video, GstBuffer* buffer, GstMapFlags flags) {
   const GstVideoMeta* meta = gst_buffer_get_video_meta(buffer);
   const size_t bytes = gst_buffer_get_size(buffer);
@@ -106,15 +102,11 @@ Status MappedPicture::map(const GstVideoInfo& video, GstBuffer* buffer, GstMapFl
   } else if (auto status = gst::check_video_size(video, bytes); !status) {
     return status.error();
   }
-  mapped_ = gst_video_frame_map(&frame_, &video, buffer, flags);
-  if (!mapped_) return gst::memory_not_mapped();
-  for (guint i = 0; i < GST_VIDEO_FRAME_N_PLANES(&frame_); ++i) {
-    // With metadata each plane is mapped on its own, else all of them as one.
-    const GstMapInfo& info = frame_.map[meta ? i : 0];
-    const auto* data = static_cast<const guint8*>(GST_VIDEO_FRAME_PLANE_DATA(&frame_, i));
-    writable_[i] = {reinterpret_cast<std::byte*>(info.data), info.size};
-    planes_[i] = {writable_[i], static_cast<size_t>(data - info.data),
-                  GST_VIDEO_FRAME_PLANE_STRIDE(&frame_, i)};
+  if (auto status = mapped_.map(video, buffer, flags); !status) return status;
+  const size_t planes = std::min<size_t>(GST_VIDEO_INFO_N_PLANES(&video), planes_.size());
+  for (size_t i = 0; i < planes; ++i) {
+    const auto& plane = mapped_.planes()[i];
+    planes_[i] = {plane.bytes, plane.offset, plane.stride};
   }
   return ok();
 }

@@ -2,10 +2,10 @@
 #pragma once
 #include <gst/video/video.h>
 
-#include <array>
 #include <span>
 
 #include "core/preprocess/plan.hpp"
+#include "gstcpp/mapped_video.hpp"
 #include "weir/result.hpp"
 
 namespace weir {
@@ -26,23 +26,20 @@ Status narrow(PictureSize* picture, const std::optional<preprocess::Rect>& part)
 // A buffer's planes, mapped for as long as the object lives.
 class MappedPicture {
  public:
-  MappedPicture() = default;
-  MappedPicture(const MappedPicture&) = delete;
-  MappedPicture& operator=(const MappedPicture&) = delete;
-  ~MappedPicture();
-
   // Once. FRAME_SIZE when the buffer is shorter than its metadata or caps say, FORMAT_UNSUPPORTED
-  // when its metadata are of another picture, MAP_FAILED.
+  // when its metadata are of another picture, MAP_FAILED, OUT_OF_MEMORY.
   Status map(const GstVideoInfo& video, GstBuffer* buffer, GstMapFlags flags = GST_MAP_READ);
   const preprocess::Planes& planes() const noexcept { return planes_; }
   // All that is mapped for a plane, after map() with GST_MAP_WRITE too.
-  std::span<std::byte> writable(size_t plane) const noexcept { return writable_[plane]; }
+  std::span<std::byte> writable(size_t plane) const noexcept {
+    return mapped_.planes()[plane].bytes;
+  }
+  // By merging the memories of the buffer, where a plane continues in the next one.
+  size_t bytes_copied() const noexcept { return mapped_.bytes_copied(); }
 
  private:
-  GstVideoFrame frame_;
-  bool mapped_ = false;
+  gst::MappedVideo mapped_;
   preprocess::Planes planes_;
-  std::array<std::span<std::byte>, 3> writable_;
 };
 
 }  // namespace weir
