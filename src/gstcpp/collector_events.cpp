@@ -99,7 +99,7 @@ gboolean CollectorPads::pass_on(Pad& pad, Ref<GstEvent> event) {
   if (has(event.get(), GST_EVENT_TYPE_STICKY)) {
     std::lock_guard lock(pads_mutex_);
     if (!begun_) {
-      pending_.push_back(std::move(event));
+      pending_.push(std::move(event));
       return TRUE;
     }
   }
@@ -140,12 +140,12 @@ void CollectorPads::begin_segment(uint64_t start, uint64_t time,
   const uint64_t ahead = time - std::min(start, time);
   if (running_time) segment.base = *running_time - std::min(*running_time, ahead);
   gst_pad_push_event(source_, gst_event_new_segment(&segment));
-  std::vector<Ref<GstEvent>> pending;
+  EarlyEvents pending;
   {
     std::lock_guard lock(pads_mutex_);
-    pending.swap(pending_);
+    std::swap(pending, pending_);
   }
-  for (auto& event : pending) gst_pad_push_event(source_, event.release());
+  pending.send(source_);
 }
 
 gboolean CollectorPads::on_source_event(GstPad* pad, GstObject* parent, GstEvent* event) {

@@ -13,6 +13,7 @@
 
 #include "core/sync/collector.hpp"
 #include "core/tensor/frame_spec.hpp"
+#include "gstcpp/early_events.hpp"
 #include "gstcpp/ref.hpp"
 
 namespace weir::gst {
@@ -111,8 +112,8 @@ class CollectorPads final : private sync::Consumer<Input> {
 
   std::mutex pads_mutex_;  // guards pads_, counter_, pending_
   std::vector<std::shared_ptr<Pad>> pads_;
-  unsigned counter_ = 0;                // of pads since the element was made
-  std::vector<Ref<GstEvent>> pending_;  // sticky, wait for the stream to begin
+  unsigned counter_ = 0;  // of pads since the element was made
+  EarlyEvents pending_;   // sticky, until the stream begins
 
   // Of the thread that makes an output.
   std::vector<std::shared_ptr<const FrameSpec>> specs_;  // the caps on the source pad stand for

@@ -136,6 +136,25 @@ TEST(TensorMuxShutdown, APadThatGoesWhileItFlushesEndsTheFlush) {
   EXPECT_EQ(mux.events(GST_EVENT_SEGMENT).size(), 2u) << "a flush takes the segment away";
 }
 
+// Of many tags before the stream begins the newest are pushed, in their order.
+TEST(TensorMux, KeepsABoundedNumberOfTagsUntilItsStreamBegins) {
+  Two mux("tensor_mux");
+  constexpr guint kTags = 1000;
+  for (guint i = 1; i <= kTags; ++i)
+    mux.event(0, gst_event_new_tag(gst_tag_list_new(GST_TAG_BITRATE, i, nullptr)));
+  mux.push_all({{1}, {2}}, 100);
+  const auto tags = mux.events(GST_EVENT_TAG);
+  EXPECT_LE(tags.size(), 100u);
+  ASSERT_FALSE(tags.empty());
+  for (size_t i = 0; i < tags.size(); ++i) {
+    GstTagList* list = nullptr;
+    guint bitrate = 0;
+    gst_event_parse_tag(tags[i].get(), &list);
+    ASSERT_TRUE(gst_tag_list_get_uint(list, GST_TAG_BITRATE, &bitrate));
+    EXPECT_EQ(bitrate, kTags - tags.size() + i + 1);
+  }
+}
+
 TEST(TensorMuxShutdown, TheEndOfOnePadEndsTheStream) {
   for (const char* mode : {"nosync", "slowest", "basepad"}) {
     Two mux(with_mode(mode));

@@ -1,7 +1,6 @@
 // tensor_sparse_dec: sparse tensors become dense ones.
-#include <utility>
-
 #include "elements/tensor_sparse_enc/sparse_filter.hpp"
+#include "gstcpp/early_events.hpp"
 #include "gstcpp/frame_errors.hpp"
 #include "gstcpp/frame_pool.hpp"
 
@@ -64,12 +63,12 @@ class TensorSparseDec : public SparseFilter<TensorSparseDec> {
   bool take_event(GstEvent* event) {
     const auto type = GST_EVENT_TYPE(event);
     if (type == GST_EVENT_FLUSH_STOP) early_.clear();
-    if (type == GST_EVENT_EOS) release_early();
+    if (type == GST_EVENT_EOS) early_.send(source_);
     const bool serialized = gst_event_type_get_flags(type) & GST_EVENT_TYPE_SERIALIZED;
     if (pool_ || !serialized || type <= GST_EVENT_CAPS || type == GST_EVENT_FLUSH_STOP ||
         type == GST_EVENT_EOS)
       return false;
-    early_.push_back(Ref<GstEvent>::adopt(event));
+    early_.push(Ref<GstEvent>::adopt(event));
     return true;
   }
 
@@ -84,10 +83,6 @@ class TensorSparseDec : public SparseFilter<TensorSparseDec> {
   }
 
  private:
-  void release_early() {
-    for (auto& event : std::exchange(early_, {})) gst_pad_push_event(source_, event.release());
-  }
-
   // Sends caps for such tensors, `given` or by the rules of section 1.5, and makes their pool.
   Status announce(const std::vector<TensorSpec>& tensors, GstCaps* given) {
     FrameSpec spec{Format::Static, tensors, input_.rate};
@@ -100,7 +95,7 @@ class TensorSparseDec : public SparseFilter<TensorSparseDec> {
       pool = gst::FramePool::make(tensors, Format::Static, MediaType::Tensor, allocation_);
     if (!pool) return pool.error();
     pool_ = *std::move(pool);
-    release_early();
+    early_.send(source_);
     return ok();
   }
 
@@ -121,10 +116,10 @@ class TensorSparseDec : public SparseFilter<TensorSparseDec> {
   }
 
   // Streaming thread only:
-  bool fixed_ = false;                // the next element fixed the tensors
-  std::vector<Ref<GstEvent>> early_;  // serialized events that came before there were caps to send
-  gst::Allocation allocation_;        // as the next element asks
-  gst::FramePool pool_;               // of the tensors that were announced; none before that
+  bool fixed_ = false;          // the next element fixed the tensors
+  gst::EarlyEvents early_;      // until there are caps to send
+  gst::Allocation allocation_;  // as the next element asks
+  gst::FramePool pool_;         // of the tensors that were announced; none before that
   gst::FramePool::Writer writer_;
   std::vector<std::span<const std::byte>> chunks_;  // of the frame in work
 };

@@ -94,6 +94,30 @@ TEST(TensorSparseDec, SendsCapsAheadOfWhatCameAfterThem) {
   EXPECT_EQ(order, (std::vector<std::string>{"stream-start", "caps", "segment", "tag"}));
 }
 
+// Of many events before the first frame the newest of each type wait, in their order.
+TEST(TensorSparseDec, KeepsABoundedNumberOfEventsUntilItSendsCaps) {
+  auto h = harness_of(kDec, kSparse);
+  gst_harness_push_event(h.get(), gst_event_new_tag(gst_tag_list_new_empty()));
+  constexpr GstClockTime kGaps = 1000;
+  for (GstClockTime i = 0; i < kGaps; ++i) gst_harness_push_event(h.get(), gst_event_new_gap(i, 1));
+  ASSERT_EQ(push(h, chunk({1}, "1")), GST_FLOW_OK);
+  std::vector<std::string> others;
+  std::vector<GstClockTime> gaps;
+  while (auto event = Ref<GstEvent>::adopt(gst_harness_try_pull_event(h.get()))) {
+    GstClockTime start = 0;
+    if (GST_EVENT_TYPE(event.get()) != GST_EVENT_GAP) {
+      others.emplace_back(GST_EVENT_TYPE_NAME(event.get()));
+      continue;
+    }
+    gst_event_parse_gap(event.get(), &start, nullptr);
+    gaps.push_back(start);
+  }
+  EXPECT_EQ(others, (std::vector<std::string>{"stream-start", "caps", "segment", "tag"}));
+  EXPECT_LE(gaps.size(), 100u);
+  ASSERT_FALSE(gaps.empty());
+  for (size_t i = 0; i < gaps.size(); ++i) EXPECT_EQ(gaps[i], kGaps - gaps.size() + i);
+}
+
 TEST(TensorSparseDec, EndsAStreamThatHadNoFrame) {
   auto h = harness_of(kDec, kSparse);
   gst_harness_push_event(h.get(), gst_event_new_eos());

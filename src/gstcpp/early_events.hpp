@@ -1,0 +1,38 @@
+// EarlyEvents: serialized events that came before their stream can begin downstream.
+#pragma once
+#include <gst/gst.h>
+
+#include <algorithm>
+#include <utility>
+#include <vector>
+
+#include "gstcpp/ref.hpp"
+
+namespace weir::gst {
+
+// Not thread-safe.
+class EarlyEvents {
+ public:
+  // Of more events of one type the newest are kept: downstream has not seen the older ones, and
+  // each newer one says the same or replaces it (GAP, TAG, SEGMENT).
+  static constexpr std::ptrdiff_t kMostOfAType = 32;
+
+  void push(Ref<GstEvent> event) {
+    const auto same_type = [type = GST_EVENT_TYPE(event.get())](const Ref<GstEvent>& other) {
+      return GST_EVENT_TYPE(other.get()) == type;
+    };
+    if (std::ranges::count_if(events_, same_type) == kMostOfAType)
+      events_.erase(std::ranges::find_if(events_, same_type));
+    events_.push_back(std::move(event));
+  }
+  // Pushes them in their order; none wait afterwards.
+  void send(GstPad* source) {
+    for (auto& event : std::exchange(events_, {})) gst_pad_push_event(source, event.release());
+  }
+  void clear() { events_.clear(); }
+
+ private:
+  std::vector<Ref<GstEvent>> events_;
+};
+
+}  // namespace weir::gst
