@@ -107,7 +107,7 @@ Status FrameTransformer::run_views(GstBuffer* out, Ledger* ledger) {
     if (!in || in.bytes().size() < plan->input().bytes()) return source_not_mapped(memory);
     Appended appended;
     if (!views_pooled_) {
-      auto made = append_output(plan->output(), out);
+      auto made = append_output(plan->output(), *plan->output().bytes(), out);
       if (!made) return made.error();
       appended = *std::move(made);
     }

@@ -201,11 +201,9 @@ Status FrameTransformer::run_by_memory(GstBuffer* in, GstBuffer* out, Ledger* le
                    ""};
   if (views.size() > kMemoryLimit) return run_packed(out, ledger);
   for (size_t i = 0; i < views.size(); ++i) {
-    if (!chosen(choice_, i)) {
-      append_untouched(views[i], in, out, ledger);
-    } else if (auto status = append_transformed(i, views[i], out, ledger); !status) {
-      return status;
-    }
+    const Status status = chosen(choice_, i) ? append_transformed(i, views[i], out, ledger)
+                                             : append_untouched(views[i], in, out, ledger);
+    if (!status) return status;
   }
   return ok();
 }
@@ -243,7 +241,8 @@ Status FrameTransformer::append_transformed(size_t index, const gst::TensorView&
                                             GstBuffer* out, Ledger* ledger) {
   auto cached = plan_for(index, view.spec);
   if (!cached) return cached.error();
-  const auto target = append_output((*cached)->output, out);
+  const TensorSpec& spec = (*cached)->output;
+  const auto target = append_output(spec, *spec.bytes(), out);
   if (!target) return target.error();
   const auto counters = (*cached)->plan->apply(view.payload, target->payload());
   if (counters.divisions_by_zero > 0) ledger->divided_by_zero(counters.divisions_by_zero);
@@ -251,9 +250,10 @@ Status FrameTransformer::append_transformed(size_t index, const gst::TensorView&
 }
 
 Result<FrameTransformer::Appended> FrameTransformer::append_output(const TensorSpec& spec,
+                                                                   size_t bytes,
                                                                    GstBuffer* out) const {
   const size_t head = headers_wanted() ? kTensorHeaderBytes : 0;
-  GstMemory* memory = gst::allocate_memory(head + *spec.bytes());
+  GstMemory* memory = gst::allocate_memory(head + bytes);
   if (!memory) return gst::memory_ran_out();
   gst_buffer_append_memory(out, memory);
   Appended appended{gst::MappedMemory(memory, GST_MAP_WRITE), head};
@@ -262,23 +262,19 @@ Result<FrameTransformer::Appended> FrameTransformer::append_output(const TensorS
   return appended;
 }
 
-void FrameTransformer::append_untouched(const gst::TensorView& view, GstBuffer* in, GstBuffer* out,
-                                        Ledger* ledger) {
+Status FrameTransformer::append_untouched(const gst::TensorView& view, GstBuffer* in,
+                                          GstBuffer* out, Ledger* ledger) const {
   const bool had_header = view.header_bytes > 0;
   if (view.memory >= 0 && had_header == headers_wanted()) {
     gst_buffer_append_memory(
         out, gst_memory_ref(gst_buffer_peek_memory(in, static_cast<guint>(view.memory))));
-    return;
+    return ok();
   }
-  const size_t head = headers_wanted() ? kTensorHeaderBytes : 0;
-  GstMemory* memory = gst::allocate_memory(head + view.payload.size());
-  if (!memory) return;
-  gst_buffer_append_memory(out, memory);
-  const gst::MappedMemory map(memory, GST_MAP_WRITE);
-  if (!map) return;
-  if (head) write_header(view.spec, map.bytes());
-  std::memcpy(map.bytes().data() + head, view.payload.data(), view.payload.size());
+  const auto target = append_output(view.spec, view.payload.size(), out);
+  if (!target) return target.error();
+  std::memcpy(target->payload().data(), view.payload.data(), view.payload.size());
   ledger->copied(view.payload.size());
+  return ok();
 }
 
 }  // namespace weir

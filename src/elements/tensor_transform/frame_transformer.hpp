@@ -86,8 +86,8 @@ class FrameTransformer {
     size_t head = 0;
     std::span<std::byte> payload() const { return map.bytes().subspan(head); }
   };
-  // A memory for the tensor at the end of `out`, its header written where one is wanted.
-  Result<Appended> append_output(const TensorSpec& spec, GstBuffer* out) const;
+  // A memory for a tensor of `bytes` at the end of `out`, its header written where one is wanted.
+  Result<Appended> append_output(const TensorSpec& spec, size_t bytes, GstBuffer* out) const;
   bool may_defer(GstBuffer* in) const;
   Result<gst::Ref<GstBuffer>> deferred_output(GstBuffer* in);
   bool has_source_alone(GstBuffer* in) const;
@@ -101,7 +101,8 @@ class FrameTransformer {
   Status run_packed(GstBuffer* out, Ledger* ledger);
   Status append_transformed(size_t index, const gst::TensorView& view, GstBuffer* out,
                             Ledger* ledger);
-  void append_untouched(const gst::TensorView& view, GstBuffer* in, GstBuffer* out, Ledger* ledger);
+  Status append_untouched(const gst::TensorView& view, GstBuffer* in, GstBuffer* out,
+                          Ledger* ledger) const;
   bool headers_wanted() const noexcept { return output_.format != Format::Static; }
 
   transform::Operation operation_;
