@@ -5,20 +5,12 @@
 #include <sched.h>
 #include <sys/socket.h>
 
-#include <algorithm>
 #include <cerrno>
 #include <cstring>
 #include <iterator>
 
 namespace weir::isolate {
 namespace {
-
-int milliseconds_to(const Deadline& deadline) {
-  if (!deadline) return -1;
-  const auto left = *deadline - std::chrono::steady_clock::now();
-  const auto ms = std::chrono::ceil<std::chrono::milliseconds>(left).count();
-  return static_cast<int>(std::clamp<int64_t>(ms, 0, 1 << 30));
-}
 
 bool would_wait() {
   return errno == EAGAIN || errno == EWOULDBLOCK;
@@ -39,9 +31,10 @@ Passage Channel::wait(short events, const Deadline& deadline) const {
                         {process_, POLLIN, 0},
                         {stop_, POLLIN, 0},
                         {cancel_, POLLIN, 0}};
-    const int ready = poll(watched, std::size(watched), milliseconds_to(deadline));
+    const int ready = poll(watched, std::size(watched), poll_timeout(deadline));
     if (ready < 0 && errno == EINTR) continue;
     if (ready < 0) return Passage::Ended;
+    if (ready == 0 && !is_over(deadline)) continue;
     if (ready == 0) return Passage::TimedOut;
     // What it sent before it ended is read first.
     if (watched[0].revents & events) return Passage::Done;

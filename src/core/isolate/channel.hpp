@@ -2,17 +2,15 @@
 // other process.
 #pragma once
 #include <chrono>
-#include <optional>
 #include <span>
 #include <vector>
 
+#include "core/isolate/deadline.hpp"
 #include "core/isolate/descriptor.hpp"
 #include "core/isolate/message.hpp"
 #include "core/isolate/usual_wait.hpp"
 
 namespace weir::isolate {
-
-using Deadline = std::optional<std::chrono::steady_clock::time_point>;  // none: for ever
 
 enum class Passage {
   Done,

@@ -96,11 +96,10 @@ void Supervisor::run() {
 
 // Ended by a stop as well as by the time; ended() and remember() have nothing to tell meanwhile.
 void Supervisor::wait_for_start(std::unique_lock<std::mutex>* lock) {
-  const auto left = start_at_ - RestartBackoff::Clock::now();
+  const Deadline until = start_at_;
   lock->unlock();
   pollfd watched[] = {{cancel_.get(), POLLIN, 0}, {settings_.stop, POLLIN, 0}};
-  poll(watched, std::size(watched),
-       static_cast<int>(std::chrono::ceil<std::chrono::milliseconds>(left).count()));
+  poll(watched, std::size(watched), poll_timeout(until));  // run() asks again where it was early
   lock->lock();
   if (!watched[1].revents) return;
   state_ = State::Gone;

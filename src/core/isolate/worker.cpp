@@ -32,7 +32,8 @@ Result<std::unique_ptr<Worker>> Worker::start(const WorkerSettings& settings, in
 Status Worker::open(int cancel) {
   channel_ = Channel(process_->take_socket(), process_->descriptor(), settings_.stop, cancel);
   auto until = deadline(kOnce);
-  if (until) until = std::max(*until, std::chrono::steady_clock::now() + settings_.least_for_start);
+  const auto least = deadline_in(settings_.least_for_start);
+  if (until && (!least || *least > *until)) until = least;
   const auto passage = channel_.receive(until, &answer_);
   if (passage == Passage::Cancelled) return lost(passage, "at its start");
   MessageReader hello(answer_.body);
@@ -78,7 +79,7 @@ Worker::~Worker() {
 
 Deadline Worker::deadline(int times) const {
   if (settings_.timeout.count() <= 0) return std::nullopt;
-  return std::chrono::steady_clock::now() + times * settings_.timeout;
+  return deadline_in(settings_.timeout, times);
 }
 
 std::string Worker::on_frame() const {

@@ -17,6 +17,8 @@ extern "C" {  // glibc 2.36 does not say so itself
 #include <cstdlib>
 #include <cstring>
 
+#include "core/isolate/deadline.hpp"
+
 extern char** environ;
 
 namespace weir::isolate {
@@ -114,14 +116,12 @@ void WorkerProcess::kill() noexcept {
 
 std::optional<std::string> WorkerProcess::wait(std::chrono::milliseconds patience) {
   if (end_) return end_;
-  const auto until = std::chrono::steady_clock::now() + patience;
+  const Deadline until = deadline_in(patience);
   pollfd watched{process_.get(), POLLIN, 0};
   int ready = 0;
   do {
-    const auto left =
-        std::chrono::ceil<std::chrono::milliseconds>(until - std::chrono::steady_clock::now());
-    ready = poll(&watched, 1, left.count() > 0 ? static_cast<int>(left.count()) : 0);
-  } while (ready < 0 && errno == EINTR);
+    ready = poll(&watched, 1, poll_timeout(until));
+  } while ((ready < 0 && errno == EINTR) || (ready == 0 && !is_over(until)));
   if (ready <= 0) return std::nullopt;
   siginfo_t info{};
   if (waitid(P_PIDFD, static_cast<id_t>(process_.get()), &info, WEXITED) == 0)

@@ -1,0 +1,40 @@
+// Deadlines, and the time-outs of poll() made from them.
+#pragma once
+#include <algorithm>
+#include <chrono>
+#include <climits>
+#include <cstdint>
+#include <optional>
+
+namespace weir::isolate {
+
+using Deadline = std::optional<std::chrono::steady_clock::time_point>;  // none: never
+
+// `times` * `time` after `now`; none where that is later than the clock can tell.
+inline Deadline deadline_in(
+    std::chrono::milliseconds time, int times = 1,
+    std::chrono::steady_clock::time_point now = std::chrono::steady_clock::now()) noexcept {
+  using std::chrono::steady_clock;
+  const auto most =
+      std::chrono::floor<std::chrono::milliseconds>(steady_clock::time_point::max() - now);
+  if (time > most / times) return std::nullopt;
+  return now + times * time;
+}
+
+// For poll(): -1 (no limit) only without a deadline, 0 when it has passed. Rounded up, so that a
+// time-out is no earlier than the deadline; far deadlines are cut, so poll() may return before
+// them.
+inline int poll_timeout(const Deadline& deadline, std::chrono::steady_clock::time_point now =
+                                                      std::chrono::steady_clock::now()) noexcept {
+  if (!deadline) return -1;
+  if (*deadline <= now) return 0;
+  const auto left = std::chrono::ceil<std::chrono::milliseconds>(*deadline - now).count();
+  return static_cast<int>(std::min<int64_t>(left, INT_MAX));
+}
+
+// Has it passed?
+inline bool is_over(const Deadline& deadline) noexcept {
+  return deadline && std::chrono::steady_clock::now() >= *deadline;
+}
+
+}  // namespace weir::isolate

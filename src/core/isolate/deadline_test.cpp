@@ -1,0 +1,54 @@
+// Deadlines near, past and beyond what the clock can tell.
+#include "core/isolate/deadline.hpp"
+
+#include <gtest/gtest.h>
+
+namespace weir::isolate {
+namespace {
+
+using namespace std::chrono_literals;
+using Clock = std::chrono::steady_clock;
+using std::chrono::milliseconds;
+
+const Clock::time_point kNow{1h};
+
+TEST(PollTimeout, IsUnlimitedWithoutADeadlineOnly) {
+  EXPECT_EQ(poll_timeout(std::nullopt, kNow), -1);
+  EXPECT_EQ(poll_timeout(kNow, kNow), 0);
+  for (const auto late : {1ns, 1'000'000ns, 1'500'000ns, 3'600'000'000'000ns})
+    EXPECT_EQ(poll_timeout(kNow - late, kNow), 0) << late.count() << " ns late";
+  EXPECT_EQ(poll_timeout(Clock::time_point::min() + 2h, kNow), 0);
+}
+
+TEST(PollTimeout, IsRoundedUp) {
+  EXPECT_EQ(poll_timeout(kNow + 1ns, kNow), 1);
+  EXPECT_EQ(poll_timeout(kNow + 10ms, kNow), 10);
+  EXPECT_EQ(poll_timeout(kNow + 10ms + 1ns, kNow), 11);
+}
+
+TEST(PollTimeout, IsCutWhereAnIntEnds) {
+  EXPECT_EQ(poll_timeout(kNow + milliseconds(int64_t{INT_MAX}), kNow), INT_MAX);
+  EXPECT_EQ(poll_timeout(kNow + milliseconds(int64_t{INT_MAX} + 1), kNow), INT_MAX);
+  EXPECT_EQ(poll_timeout(Clock::time_point::max(), kNow), INT_MAX);
+}
+
+TEST(DeadlineIn, IsNoneBeyondTheClock) {
+  EXPECT_EQ(deadline_in(10ms, 3, kNow), kNow + 30ms);
+  EXPECT_EQ(deadline_in(milliseconds(UINT32_MAX), 10, kNow),
+            kNow + milliseconds(10 * int64_t{UINT32_MAX}))
+      << "the longest isolate-timeout";
+  EXPECT_EQ(deadline_in(milliseconds::max(), 1, kNow), std::nullopt);
+  EXPECT_EQ(deadline_in(milliseconds::max() / 5, 10, kNow), std::nullopt) << "no overflow";
+  const auto most = std::chrono::floor<milliseconds>(Clock::time_point::max() - kNow);
+  EXPECT_EQ(deadline_in(most, 1, kNow), kNow + most);
+  EXPECT_EQ(deadline_in(most + 1ms, 1, kNow), std::nullopt);
+}
+
+TEST(IsOver, HoldsFromTheDeadlineOn) {
+  EXPECT_FALSE(is_over(std::nullopt));
+  EXPECT_TRUE(is_over(Clock::now()));
+  EXPECT_FALSE(is_over(Clock::time_point::max()));
+}
+
+}  // namespace
+}  // namespace weir::isolate
