@@ -1,138 +1,120 @@
-// A seccomp filter: everything is allowed but what would reach out of the process.
+// From rules to BPF: one comparison for each call, then its rules in their order.
 #include "core/isolate/system_call_filter.hpp"
 
 #include <linux/audit.h>
-#include <linux/filter.h>
 #include <linux/seccomp.h>
-#include <sched.h>
 #include <sys/prctl.h>
-#include <sys/syscall.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
-#include <vector>
 
 namespace weir::isolate {
 namespace {
 
-#if defined(__x86_64__)
-constexpr uint32_t kMachine = AUDIT_ARCH_X86_64;
-#elif defined(__aarch64__)
-constexpr uint32_t kMachine = AUDIT_ARCH_AARCH64;
+static_assert(__BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__, "the low half of an argument is first");
+
+#if defined(__aarch64__)
+constexpr uint32_t kArchitecture = AUDIT_ARCH_AARCH64;
 #else
-constexpr uint32_t kMachine = 0;
+constexpr uint32_t kArchitecture = AUDIT_ARCH_X86_64;
 #endif
 
 using Program = std::vector<sock_filter>;
 
-void load(Program* p, size_t offset) {
-  p->push_back(BPF_STMT(BPF_LD | BPF_W | BPF_ABS, static_cast<uint32_t>(offset)));
+void load(Program* out, size_t offset) {
+  out->push_back(BPF_STMT(BPF_LD | BPF_W | BPF_ABS, static_cast<uint32_t>(offset)));
 }
-void load_argument(Program* p, size_t index) {  // its lower half
-  load(p, offsetof(seccomp_data, args) + index * sizeof(uint64_t));
+void skip_unless(Program* out, uint16_t comparison, uint32_t value, size_t steps) {
+  out->push_back(BPF_JUMP(static_cast<uint16_t>(BPF_JMP | comparison | BPF_K), value, 0,
+                          static_cast<uint8_t>(steps)));
 }
-void answer(Program* p, int number) {
-  p->push_back(BPF_STMT(BPF_RET | BPF_K, SECCOMP_RET_ERRNO | static_cast<uint32_t>(number)));
-}
-void allow(Program* p) {
-  p->push_back(BPF_STMT(BPF_RET | BPF_K, SECCOMP_RET_ALLOW));
-}
-// The next `steps` are taken only when what is loaded equals, or has one of the bits of, `value`.
-void when_equal(Program* p, uint32_t value, uint8_t steps) {
-  p->push_back(BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, value, 0, steps));
-}
-void when_any_bit(Program* p, uint32_t value, uint8_t steps) {
-  p->push_back(BPF_JUMP(BPF_JMP | BPF_JSET | BPF_K, value, 0, steps));
+void decide(Program* out, int error) {
+  out->push_back(BPF_STMT(BPF_RET | BPF_K, error == 0
+                                               ? SECCOMP_RET_ALLOW
+                                               : SECCOMP_RET_ERRNO | static_cast<uint32_t>(error)));
 }
 
-Program program() {
-  Program p;
-  load(&p, offsetof(seccomp_data, arch));
-  p.push_back(BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, kMachine, 1, 0));
-  answer(&p, ENOSYS);  // calls of another kind of program have other numbers
-  load(&p, offsetof(seccomp_data, nr));
-#if defined(__x86_64__)
-  constexpr uint32_t kX32 = 0x40000000;
-  when_any_bit(&p, kX32, 1);
-  answer(&p, ENOSYS);
-#endif
-  // The C library asks for clone3 first, whose flags no filter can see, and takes clone then.
-  for (const long call : {SYS_clone3, SYS_io_uring_setup}) {
-    when_equal(&p, static_cast<uint32_t>(call), 1);
-    answer(&p, ENOSYS);
+struct HalfCheck {
+  size_t offset;
+  uint32_t mask, value;
+};
+
+// BPF computes with 32 bits: an argument is checked in two halves.
+std::vector<HalfCheck> halves(const SystemCallRule& rule) {
+  std::vector<HalfCheck> out;
+  for (const auto& check : rule.checks)
+    for (const unsigned half : {0u, 1u}) {
+      const auto mask = static_cast<uint32_t>(check.mask >> (32 * half));
+      const auto value = static_cast<uint32_t>(check.value >> (32 * half));
+      const size_t offset = offsetof(seccomp_data, args) + 8 * check.argument + 4 * half;
+      if (mask != 0) out.push_back({offset, mask, value});
+    }
+  return out;
+}
+
+// Decides when all checks hold; else goes on behind itself.
+Program program_of(const SystemCallRule& rule) {
+  constexpr size_t kStepsOfACheck = 3;
+  const auto checks = halves(rule);
+  Program out;
+  for (size_t left = checks.size(); const auto& check : checks) {
+    load(&out, check.offset);
+    out.push_back(BPF_STMT(BPF_ALU | BPF_AND | BPF_K, check.mask));
+    skip_unless(&out, BPF_JEQ, check.value, --left * kStepsOfACheck + 1);
   }
-  for (const long call : {
-           SYS_socket,
-           SYS_execve,
-           SYS_execveat,
-           SYS_ptrace,
-           SYS_process_vm_readv,
-           SYS_process_vm_writev,
-           SYS_setns,
-           SYS_unshare,
-           SYS_mount,
-           SYS_umount2,
-           SYS_pivot_root,
-           SYS_chroot,
-           SYS_tkill,
-           SYS_rt_sigqueueinfo,
-           SYS_rt_tgsigqueueinfo,
-           SYS_pidfd_open,
-           SYS_pidfd_send_signal,
-           SYS_pidfd_getfd,
-           SYS_bpf,
-           SYS_perf_event_open,
-           SYS_userfaultfd,
-           SYS_keyctl,
-           SYS_add_key,
-           SYS_request_key,
-           SYS_init_module,
-           SYS_finit_module,
-           SYS_delete_module,
-           SYS_kexec_load,
-           SYS_reboot,
-#ifdef SYS_fork
-           SYS_fork,
-           SYS_vfork,
-#endif
-       }) {
-    when_equal(&p, static_cast<uint32_t>(call), 1);
-    answer(&p, EPERM);
+  decide(&out, rule.error);
+  return out;
+}
+
+// The rules for one call. EPERM where none of them decides.
+Program program_of(std::span<const SystemCallRule> rules) {
+  Program out;
+  for (const auto& rule : rules) {
+    const Program part = program_of(rule);
+    out.insert(out.end(), part.begin(), part.end());
   }
-  // New threads, no new processes.
-  when_equal(&p, SYS_clone, 4);
-  load_argument(&p, 0);
-  when_any_bit(&p, CLONE_THREAD, 1);
-  allow(&p);
-  answer(&p, EPERM);
-  // Signals to itself only; abort() needs that.
-  for (const long call : {SYS_kill, SYS_tgkill}) {
-    when_equal(&p, static_cast<uint32_t>(call), 4);
-    load_argument(&p, 0);
-    when_equal(&p, static_cast<uint32_t>(getpid()), 1);
-    allow(&p);
-    answer(&p, EPERM);
-  }
-  // It ends with its pipeline.
-  when_equal(&p, SYS_prctl, 4);
-  load_argument(&p, 0);
-  when_equal(&p, PR_SET_PDEATHSIG, 1);
-  answer(&p, EPERM);
-  allow(&p);
-  allow(&p);
-  return p;
+  if (!halves(rules.back()).empty()) decide(&out, EPERM);
+  return out;
 }
 
 }  // namespace
 
+std::vector<sock_filter> compile(std::span<const SystemCallRule> rules) {
+  Program out;
+  load(&out, offsetof(seccomp_data, arch));
+  out.push_back(BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, kArchitecture, 1, 0));
+  decide(&out, ENOSYS);  // programs of another kind number calls in another way
+  load(&out, offsetof(seccomp_data, nr));
+  skip_unless(&out, BPF_JGT, kNewestCall, 1);
+  decide(&out, ENOSYS);
+  while (!rules.empty()) {
+    const auto is_same = [&](const SystemCallRule& rule) { return rule.call == rules[0].call; };
+    const auto end = std::find_if_not(rules.begin(), rules.end(), is_same);
+    const auto part = program_of(rules.first(static_cast<size_t>(end - rules.begin())));
+    const auto call = static_cast<uint32_t>(rules[0].call);
+    if (part.size() <= UINT8_MAX) {
+      skip_unless(&out, BPF_JEQ, call, part.size());
+    } else {  // too far for a conditional jump
+      out.push_back(BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, call, 1, 0));
+      out.push_back(BPF_STMT(BPF_JMP | BPF_JA, static_cast<uint32_t>(part.size())));
+    }
+    out.insert(out.end(), part.begin(), part.end());
+    rules = rules.subspan(static_cast<size_t>(end - rules.begin()));
+  }
+  decide(&out, EPERM);
+  return out;
+}
+
 std::string filter_system_calls() {
-  if (kMachine == 0) return "this kind of machine is not known";
-  if (prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0) != 0) return std::strerror(errno);
-  Program steps = program();
+  const auto rules = worker_rules(getpid());
+  if (rules.empty()) return "there is no table of system calls for this architecture";
+  auto steps = compile(rules);
   const sock_fprog filter{static_cast<unsigned short>(steps.size()), steps.data()};
+  if (prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0) != 0) return std::strerror(errno);
   if (prctl(PR_SET_SECCOMP, SECCOMP_MODE_FILTER, &filter) != 0) return std::strerror(errno);
   return "";
 }

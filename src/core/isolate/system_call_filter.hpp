@@ -1,10 +1,20 @@
-// The system calls that a worker process may not make.
+// The seccomp filter of a worker process: rules for system calls as a program of classic BPF.
 #pragma once
+#include <linux/filter.h>
+
+#include <span>
 #include <string>
+#include <vector>
+
+#include "core/isolate/system_call_rules.hpp"
 
 namespace weir::isolate {
 
-// Puts the filter on this thread and those it will start, for ever. "" or why it could not.
+// The program for seccomp(2). Rules for one call stand in a row.
+std::vector<sock_filter> compile(std::span<const SystemCallRule> rules);
+
+// Puts the filter for workers on this thread and those it will start, for ever. Returns "" or why
+// the kernel refused.
 std::string filter_system_calls();
 
 }  // namespace weir::isolate
