@@ -27,6 +27,13 @@ void leave_signals_to_the_pipeline() {
   for (const int number : {SIGINT, SIGTERM, SIGHUP, SIGPIPE}) signal(number, SIG_IGN);
 }
 
+// A thread may pin itself to a CPU, but not another thread (core/isolate/system_call_rules.cpp).
+// OpenMP ends the process when it cannot pin the threads that it starts.
+void leave_threads_unpinned() {
+  for (const char* name : {"OMP_PROC_BIND", "OMP_PLACES", "GOMP_CPU_AFFINITY", "KMP_AFFINITY"})
+    unsetenv(name);
+}
+
 }  // namespace
 
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
@@ -49,6 +56,7 @@ int main(int argc, char** argv) {
   }
   if (!end_with(static_cast<pid_t>(std::atol(argv[1])))) return 2;
   leave_signals_to_the_pipeline();
+  leave_threads_unpinned();
   weir::process::take_objects_from(weir_process_object);  // before anything asks for one
   try {
     const auto confinement = weir::isolate::confine(std::strtoull(argv[2], nullptr, 10));

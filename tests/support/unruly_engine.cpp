@@ -2,6 +2,7 @@
 // is the sum of the bytes, as one uint64; the first byte of a frame says what else happens.
 // Options: open:WORD does it when the model is opened, output:dynamic lets the engine allocate its
 // output, frames it cannot know the size of: as many bytes as the input has, each one greater.
+#include <pthread.h>
 #include <signal.h>
 #include <sys/socket.h>
 #include <sys/wait.h>
@@ -9,13 +10,19 @@
 
 #include <atomic>
 #include <cerrno>
+#include <condition_variable>
 #include <cstdlib>
 #include <cstring>
+#include <iterator>
+#include <mutex>
 #include <numeric>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include "weir/engine.hpp"
+// After it: an error code is named like a macro of this header.
+#include <sys/mman.h>
 
 namespace {
 
@@ -38,6 +45,21 @@ enum Order : uint8_t {
   kDrop,
   kProcess,     // its own id, as the result
   kKeepMemory,  // reads behind the input: padding
+  kSystemCall,  // a SystemCallOrder; the result is errno, or kSucceeded and the value
+  kThreads,     // starts and joins some; the result is their number
+  kGenerate,    // writes a function into memory and calls it; the result is what it returns
+  kVariable     // named by the bytes behind: is it in the environment?
+};
+
+constexpr uint64_t kSucceeded = uint64_t{1} << 32;
+
+// The layout of a frame for kSystemCall. Behind it lie the bytes that arguments point to.
+struct SystemCallOrder {
+  uint8_t order;
+  uint8_t pointers;  // bit i: arguments[i] is a place in those bytes
+  uint8_t unused[6];
+  int64_t number;
+  int64_t arguments[6];
 };
 
 [[noreturn]] void loop_for_ever() {
@@ -70,6 +92,57 @@ uint64_t try_to_exec() {
   char* const arguments[] = {name, nullptr};
   char* const environment[] = {nullptr};
   return tried(execve(name, arguments, environment));
+}
+
+uint64_t make_system_call(const uint8_t* bytes, uint64_t size) {
+  SystemCallOrder order;
+  if (size < sizeof order) return EINVAL;
+  std::memcpy(&order, bytes, sizeof order);
+  std::vector<uint8_t> data(bytes + sizeof order, bytes + size);  // that the kernel may write
+  auto& a = order.arguments;
+  for (size_t i = 0; i < std::size(a); ++i)
+    if (order.pointers >> i & 1) a[i] = reinterpret_cast<int64_t>(data.data() + a[i]);
+  const long value = syscall(order.number, a[0], a[1], a[2], a[3], a[4], a[5]);
+  if (value < 0) return static_cast<uint64_t>(errno);
+  return kSucceeded | static_cast<uint32_t>(value);
+}
+
+// Each waits for its turn. The last is named by this one: the kernel checks that in /proc.
+uint64_t start_threads() {
+  constexpr uint64_t kNumber = 4;
+  std::mutex mutex;
+  std::condition_variable changed;
+  uint64_t turn = 0;
+  std::vector<std::thread> threads;
+  std::unique_lock hold(mutex);
+  for (uint64_t i = 0; i < kNumber; ++i)
+    threads.emplace_back([&, i] {
+      std::unique_lock lock(mutex);
+      changed.wait(lock, [&] { return turn == i; });
+      ++turn;
+      changed.notify_all();
+    });
+  const bool named = pthread_setname_np(threads.back().native_handle(), "unruly") == 0;
+  hold.unlock();
+  for (auto& thread : threads) thread.join();
+  return named ? turn : 0;
+}
+
+uint64_t generate_code() {
+#if defined(__x86_64__)
+  const uint8_t code[] = {0xB8, 42, 0, 0, 0, 0xC3};  // mov eax, 42; ret
+#else
+  const uint32_t code[] = {0x52800540, 0xD65F03C0};  // mov w0, #42; ret
+#endif
+  constexpr size_t kPage = 65536;
+  void* at = mmap(nullptr, kPage, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+  if (at == MAP_FAILED) return 0;
+  std::memcpy(at, code, sizeof code);
+  if (mprotect(at, kPage, PROT_READ | PROT_EXEC) != 0) return 0;
+  __builtin___clear_cache(static_cast<char*>(at), static_cast<char*>(at) + sizeof code);
+  const int result = reinterpret_cast<int (*)()>(at)();
+  munmap(at, kPage);
+  return static_cast<uint64_t>(result);
 }
 
 void talk_nonsense() {
@@ -166,6 +239,20 @@ class Unruly {
       case kKeepMemory:
         *result = in.capacity;
         return;
+      case kSystemCall:
+        *result = make_system_call(bytes, in.bytes);
+        return;
+      case kThreads:
+        *result = start_threads();
+        return;
+      case kGenerate:
+        *result = generate_code();
+        return;
+      case kVariable: {
+        const std::string name(reinterpret_cast<const char*>(bytes + 1), in.bytes - 1);
+        *result = getenv(name.c_str()) ? 1 : 0;
+        return;
+      }
       default:
         return;
     }

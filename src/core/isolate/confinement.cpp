@@ -1,15 +1,14 @@
-// Limits first, what forbids setting them last.
+// The steps of confinement, from the memory limit to the filter of system calls.
 #include "core/isolate/confinement.hpp"
 
-#include <fcntl.h>
-#include <sched.h>
 #include <sys/resource.h>
-#include <unistd.h>
 
 #include <cerrno>
 #include <cstring>
+#include <utility>
 
-#include "core/isolate/descriptor.hpp"
+#include "core/isolate/landlock.hpp"
+#include "core/isolate/privileges.hpp"
 #include "core/isolate/system_call_filter.hpp"
 
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
@@ -36,33 +35,42 @@ std::string limit_memory(uint64_t mib) {
 #endif
 }
 
-void write_file(const char* path, const std::string& text) {
-  const Descriptor file(open(path, O_WRONLY | O_CLOEXEC));
-  if (file && write(file.get(), text.data(), text.size()) < 0) return;  // nobody: as good as any
-}
+class Report {
+ public:
+  // `refused` is the reason of the kernel; "" where the restriction holds.
+  void add(const std::string& held, const std::string& remains, const std::string& refused) {
+    if (refused.empty()) return append(&out_.text, held);
+    append(&out_.text, remains + " (" + refused + ")");
+    append(&out_.refused, remains + " (" + refused + ")");
+  }
+  Confinement finish(const std::string& memory) {
+    append(&out_.text, memory);
+    return std::move(out_);
+  }
 
-// A network of its own, without a device that is up. Without the right to that, one comes with a
-// user namespace, in which the process stays the user that it was.
-std::string leave_network() {
-  if (unshare(CLONE_NEWNET) == 0) return "no network";
-  const std::string user = std::to_string(geteuid()), group = std::to_string(getegid());
-  if (unshare(CLONE_NEWUSER | CLONE_NEWNET) != 0)
-    return std::string("the network of this machine (") + std::strerror(errno) + ")";
-  write_file("/proc/self/uid_map", user + " " + user + " 1");
-  write_file("/proc/self/setgroups", "deny");
-  write_file("/proc/self/gid_map", group + " " + group + " 1");
-  return "no network";
-}
+ private:
+  static void append(std::string* list, const std::string& part) {
+    *list += (list->empty() ? "" : ", ") + part;
+  }
+  Confinement out_;
+};
 
 }  // namespace
 
-std::string confine(uint64_t memory_mib) {
+// Each step needs rights that the next ones take away.
+Confinement confine(uint64_t memory_mib) {
   const std::string memory = limit_memory(memory_mib);
-  const std::string network = leave_network();
-  const std::string refused = filter_system_calls();
-  return (refused.empty() ? "no new sockets, programs or processes"
-                          : "new sockets, programs and processes (" + refused + ")") +
-         ", " + network + ", " + memory;
+  const Namespaces namespaces = enter_namespaces();
+  const std::string privileges = drop_privileges();
+  const std::string files = restrict_files();
+  const std::string calls = filter_system_calls();
+  Report report;
+  report.add("no new sockets, programs or processes", "new sockets, programs and processes", calls);
+  report.add("no network", "the network of this machine", namespaces.network);
+  report.add("no capabilities", "the capabilities of the pipeline", privileges);
+  report.add("a user namespace of its own", "the user namespace of the pipeline", namespaces.user);
+  report.add("no files of other processes in /proc", "files of other processes in /proc", files);
+  return report.finish(memory);
 }
 
 }  // namespace weir::isolate

@@ -1,13 +1,19 @@
-// What a worker process takes away from itself before it touches a module or a model.
+// What a worker process gives up before it touches a module or a model.
 #pragma once
 #include <cstdint>
 #include <string>
 
 namespace weir::isolate {
 
-// For the one thread of a process that is about to become a worker. No network of this machine, no
-// new programs, processes or sockets, no signals to others, at most `memory_mib` MiB of private
-// memory (0 = no limit). Returns what of it the kernel allowed, in words.
-std::string confine(uint64_t memory_mib);
+struct Confinement {
+  std::string text;     // each restriction, or what remains where the kernel refused it and why
+  std::string refused;  // the latter alone; "" = every restriction holds
+};
+
+// For the one thread of a process that is about to become a worker. Restricts it for ever to its
+// own memory and threads and the files of its user: no network, no new programs, processes or
+// sockets, no capabilities, no reach into other processes, at most `memory_mib` MiB of private
+// memory (0 = no limit).
+Confinement confine(uint64_t memory_mib);
 
 }  // namespace weir::isolate

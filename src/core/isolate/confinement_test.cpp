@@ -1,6 +1,7 @@
 // What a module in a worker process cannot do, and how long it lives.
 #include <poll.h>
 #include <spawn.h>
+#include <sys/syscall.h>
 #include <sys/wait.h>
 
 extern "C" {  // glibc 2.36 does not say so itself
@@ -10,16 +11,18 @@ extern "C" {  // glibc 2.36 does not say so itself
 #include <cerrno>
 #include <cstdio>
 #include <cstdlib>
+#include <thread>
 
 #include "core/isolate/descriptor.hpp"
 #include "core/isolate/isolated_test_support.hpp"
+#include "refused_calls.hpp"
 
 extern char** environ;
 
 namespace weir::isolate {
 namespace {
 
-class Confinement : public IsolatedTest {
+class Confined : public IsolatedTest {
  protected:
   void SetUp() override {
     IsolatedTest::SetUp();
@@ -27,24 +30,78 @@ class Confinement : public IsolatedTest {
   }
 };
 
-TEST_F(Confinement, SaysWhatItIs) {
-  const std::string words = isolation_.monitor->confinement();
-  EXPECT_SAYS(words, "no new sockets, programs or processes");
-  EXPECT_SAYS(words, "network");
-  EXPECT_SAYS(words, "any memory");
+TEST_F(Confined, SaysWhatItIs) {
+  const std::string text = isolation_.monitor->confinement().text;
+  EXPECT_SAYS(text, "new sockets, programs");
+  for (const char* part : {"network", "capabilities", "user namespace", "/proc", "any memory"})
+    EXPECT_SAYS(text, part);
 }
 
-TEST_F(Confinement, AllowsNoSocket) {
+TEST_F(Confined, AllowsNoSocket) {
   EXPECT_EQ(result_of({kSocket}), uint64_t{EPERM});
 }
-TEST_F(Confinement, AllowsNoProcess) {
+TEST_F(Confined, AllowsNoProcess) {
   EXPECT_EQ(result_of({kFork}), uint64_t{EPERM});
 }
-TEST_F(Confinement, AllowsNoProgram) {
+TEST_F(Confined, AllowsNoProgram) {
   EXPECT_EQ(result_of({kExec}), uint64_t{EPERM});
 }
-TEST_F(Confinement, AllowsNoSignalToOthers) {
+TEST_F(Confined, AllowsNoSignalToOthers) {
   EXPECT_EQ(result_of({kKillParent}), uint64_t{EPERM});
+}
+
+// libgomp ends a process in which it cannot pin the threads that it starts.
+TEST_F(IsolatedTest, LeavesThreadsOfOpenMpUnpinned) {
+  const auto is_set = [this](const std::string& name) {
+    Bytes order{kVariable};
+    order.insert(order.end(), name.begin(), name.end());
+    return result_of(order);
+  };
+  setenv("OMP_PROC_BIND", "true", 1);
+  setenv("OMP_NUM_THREADS", "2", 0);
+  const Status status = open();
+  unsetenv("OMP_PROC_BIND");
+  ASSERT_TRUE(status) << status.error().message();
+  EXPECT_EQ(is_set("OMP_PROC_BIND"), 0u);
+  EXPECT_EQ(is_set("OMP_NUM_THREADS"), 1u);
+}
+
+// A worker of a kernel, or of a container, that has not all of the means.
+class PartialConfinement : public IsolatedTest {
+ protected:
+  void open_without(std::initializer_list<long> calls, int error) {
+    std::thread([&] {
+      refuse_calls(calls, error);
+      const Status status = open();
+      ASSERT_TRUE(status) << status.error().message();
+      EXPECT_EQ(result_of({0, 1, 2}), 3u);
+      EXPECT_EQ(result_of({kFork}), uint64_t{EPERM}) << "the other restrictions hold";
+      TearDown();
+    }).join();
+    confinement_ = isolation_.monitor->confinement();
+  }
+  Confinement confinement_;
+};
+
+TEST_F(PartialConfinement, ReportsThatThereIsNoNamespace) {
+  open_without({SYS_unshare}, EPERM);
+  EXPECT_SAYS(confinement_.refused, "the user namespace of the pipeline (Operation not permitted)");
+  EXPECT_SAYS(confinement_.refused, "the network of this machine (Operation not permitted)");
+  EXPECT_SAYS(confinement_.text, confinement_.refused.substr(0, confinement_.refused.find(',')));
+  EXPECT_SAYS(confinement_.text, "no new sockets, programs or processes");
+  EXPECT_SAYS(confinement_.text, "no capabilities");
+}
+
+TEST_F(PartialConfinement, ReportsThatThereIsNoLandlock) {
+  open_without({SYS_landlock_create_ruleset}, ENOSYS);
+  EXPECT_SAYS(confinement_.refused, "files of other processes in /proc (Function not implemented)");
+  EXPECT_SAYS(confinement_.text, "files of other processes in /proc (Function not implemented)");
+  EXPECT_SAYS(confinement_.text, "no capabilities");
+}
+
+TEST_F(PartialConfinement, ReportsThatCapabilitiesRemain) {
+  open_without({SYS_capset}, EPERM);
+  EXPECT_SAYS(confinement_.refused, "the capabilities of the pipeline (Operation not permitted)");
 }
 
 class Program : public IsolatedTest {

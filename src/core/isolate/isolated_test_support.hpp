@@ -31,7 +31,11 @@ enum Order : uint8_t {
   kFail,
   kDrop,
   kProcess,
-  kKeepMemory
+  kKeepMemory,
+  kSystemCall,
+  kThreads,
+  kGenerate,
+  kVariable
 };
 
 using Bytes = std::vector<uint8_t>;

@@ -12,6 +12,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/isolate/confinement.hpp"
 #include "core/isolate/descriptor.hpp"
 #include "weir/result.hpp"
 
@@ -64,14 +65,14 @@ class Monitor {
     std::lock_guard lock(mutex_);
     return counts_;
   }
-  // What the worker cannot do, as it said itself.
-  std::string confinement() const {
+  // As the newest worker reported it.
+  Confinement confinement() const {
     std::lock_guard lock(mutex_);
     return confinement_;
   }
-  void set_confinement(const std::string& words) {
+  void set_confinement(const Confinement& confinement) {
     std::lock_guard lock(mutex_);
-    confinement_ = words;
+    confinement_ = confinement;
   }
   void add(uint64_t MonitorCounts::*which, uint64_t number = 1) {
     std::lock_guard lock(mutex_);
@@ -87,7 +88,7 @@ class Monitor {
   const Descriptor stop_{eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)};
   mutable std::mutex mutex_;  // guards the rest
   MonitorCounts counts_;
-  std::string confinement_;
+  Confinement confinement_;
   std::function<void(const Error&)> listener_;
 };
 

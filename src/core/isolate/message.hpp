@@ -13,10 +13,10 @@
 namespace weir::isolate {
 
 // Goes up with every change of a message: a worker of another version is refused.
-inline constexpr uint32_t kProtocol = 2;
+inline constexpr uint32_t kProtocol = 3;
 
 enum class Kind : uint32_t {
-  // from the worker, once: protocol, confinement
+  // from the worker, once: protocol, the two texts of Confinement
   Hello = 1,
   // to the worker, and what it answers
   Open,     // -> Opened: what the model is

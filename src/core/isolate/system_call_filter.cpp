@@ -114,7 +114,6 @@ std::string filter_system_calls() {
   if (rules.empty()) return "there is no table of system calls for this architecture";
   auto steps = compile(rules);
   const sock_fprog filter{static_cast<unsigned short>(steps.size()), steps.data()};
-  if (prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0) != 0) return std::strerror(errno);
   if (prctl(PR_SET_SECCOMP, SECCOMP_MODE_FILTER, &filter) != 0) return std::strerror(errno);
   return "";
 }

@@ -38,7 +38,8 @@ Status Worker::open(int cancel) {
   if (passage == Passage::Cancelled) return lost(passage, "at its start");
   MessageReader hello(answer_.body);
   const auto protocol = hello.take<uint32_t>();
-  confinement_ = hello.text();
+  confinement_.text = hello.text();
+  confinement_.refused = hello.text();
   if (passage != Passage::Done || answer_.kind != Kind::Hello || !hello.complete() ||
       protocol != kProtocol) {
     const auto end = process_->wait(passage == Passage::Ended ? kToBeSeenEnding : 0s);

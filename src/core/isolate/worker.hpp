@@ -7,6 +7,7 @@
 
 #include "core/isolate/calls.hpp"
 #include "core/isolate/channel.hpp"
+#include "core/isolate/confinement.hpp"
 #include "core/isolate/model_facts.hpp"
 #include "core/isolate/shared_arena.hpp"
 #include "core/isolate/worker_process.hpp"
@@ -34,8 +35,7 @@ class Worker {
   ~Worker();
 
   const std::shared_ptr<const ModelFacts>& facts() const noexcept { return facts_; }
-  // What the process cannot do, in words.
-  const std::string& confinement() const noexcept { return confinement_; }
+  const Confinement& confinement() const noexcept { return confinement_; }
   bool alive() const noexcept { return alive_; }
   // Did it end by itself while nothing was asked of it? Then alive() is false from here on.
   bool ended_idle();
@@ -73,7 +73,7 @@ class Worker {
   std::unique_ptr<WorkerProcess> process_;
   Channel channel_;
   std::shared_ptr<const ModelFacts> facts_;
-  std::string confinement_;
+  Confinement confinement_;
   bool alive_ = true;
   uint64_t invokes_ = 0;
   MessageWriter writer_;

@@ -106,14 +106,15 @@ TEST_F(WorkerEnd, ByTheStopOfItsUserIsNoCrash) {
 }
 
 bool memory_is_limited(const Monitor& monitor) {
-  return monitor.confinement().find("sanitizer") == std::string::npos;
+  return monitor.confinement().text.find("sanitizer") == std::string::npos;
 }
 
 TEST_F(WorkerEnd, ByMemoryBeyondTheLimit) {
   isolation_.memory_mib = 256;
   ASSERT_TRUE(open());
-  if (!memory_is_limited(*isolation_.monitor)) GTEST_SKIP() << isolation_.monitor->confinement();
-  EXPECT_SAYS(isolation_.monitor->confinement(), "at most 256 MiB");
+  if (!memory_is_limited(*isolation_.monitor))
+    GTEST_SKIP() << isolation_.monitor->confinement().text;
+  EXPECT_SAYS(isolation_.monitor->confinement().text, "at most 256 MiB");
   expect_restart(kEatMemory, "the model went beyond its memory limit");
   EXPECT_SAYS(told_[0], "isolate-memory=256 MiB");
   EXPECT_SAYS(told_[0], "fix: isolate-memory=512");
@@ -136,7 +137,8 @@ TEST_F(WorkerEnd, AtTheStartIsAnErrorWhateverThePolicy) {
 TEST_F(WorkerEnd, AtTheStartByMemoryBeyondTheLimit) {
   isolation_.memory_mib = 256;
   ASSERT_TRUE(open());
-  if (!memory_is_limited(*isolation_.monitor)) GTEST_SKIP() << isolation_.monitor->confinement();
+  if (!memory_is_limited(*isolation_.monitor))
+    GTEST_SKIP() << isolation_.monitor->confinement().text;
   EXPECT_SAYS(open_error("memory"), "the model went beyond its memory limit");
 }
 

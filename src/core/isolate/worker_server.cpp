@@ -22,10 +22,11 @@ WorkerServer::~WorkerServer() {
   if (session_) model_->engine().session_free(session_);
 }
 
-bool WorkerServer::serve(const std::string& confinement) {
+bool WorkerServer::serve(const Confinement& confinement) {
   writer_.begin(Kind::Hello);
   writer_.put(kProtocol);
-  writer_.text(confinement);
+  writer_.text(confinement.text);
+  writer_.text(confinement.refused);
   auto passage = channel_.send(writer_.finish(), {});
   Message message;
   while (passage == Passage::Done) {

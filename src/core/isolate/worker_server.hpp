@@ -8,6 +8,7 @@
 #include "core/infer/model.hpp"
 #include "core/isolate/calls.hpp"
 #include "core/isolate/channel.hpp"
+#include "core/isolate/confinement.hpp"
 #include "core/isolate/model_facts.hpp"
 #include "core/isolate/shared_block.hpp"
 
@@ -21,7 +22,7 @@ class WorkerServer {
   WorkerServer& operator=(const WorkerServer&) = delete;
 
   // Greets, then answers until the other end is closed. False: the conversation broke.
-  bool serve(const std::string& confinement);
+  bool serve(const Confinement& confinement);
 
  private:
   // Each fills writer_ with its answer; an Error becomes one.

@@ -1,6 +1,7 @@
 // tensor_filter isolate=process with the unruly engine of tests/support: whatever the model does to
 // its process, the pipeline goes on as on-crash says.
 #include <signal.h>
+#include <sys/syscall.h>
 #include <unistd.h>
 
 #include <filesystem>
@@ -11,6 +12,7 @@
 
 #include "becomes.hpp"
 #include "elements/tests/element_harness.hpp"
+#include "refused_calls.hpp"
 
 namespace {
 
@@ -74,6 +76,30 @@ TEST(TensorFilterIsolated, RunsTheModelInAnotherProcess) {
   const auto all = stats(element_of(h, "tensor_filter").get());
   EXPECT_SAYS(std::string(gst_structure_get_string(all.get(), "worker-confinement")),
               "no new sockets, programs or processes");
+}
+
+// Warnings of the log.
+void keep_warning(GstDebugCategory*, GstDebugLevel level, const char*, const char*, gint, GObject*,
+                  GstDebugMessage* message, gpointer text) {
+  if (level == GST_LEVEL_WARNING)
+    *static_cast<std::string*>(text) += std::string(gst_debug_message_get(message)) + "\n";
+}
+
+TEST(TensorFilterIsolated, WarnsOfWhatTheKernelRefuses) {
+  std::string warnings;
+  (gst_debug_add_log_function)(keep_warning, &warnings, nullptr);
+  const auto before = gst_debug_get_default_threshold();
+  gst_debug_set_default_threshold(GST_LEVEL_WARNING);
+  std::thread([] {
+    refuse_calls({SYS_unshare}, EPERM);
+    auto h = filter();
+    EXPECT_EQ(result(h, {0, 1, 2, 3}), 6u);
+  }).join();
+  gst_debug_set_default_threshold(before);
+  gst_debug_remove_log_function_by_data(&warnings);
+  EXPECT_SAYS(warnings,
+              "the kernel leaves to the worker process: the network of this machine "
+              "(Operation not permitted)");
 }
 
 TEST(TensorFilterIsolated, GoesOnAfterACrash) {

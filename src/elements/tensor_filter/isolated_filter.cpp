@@ -76,14 +76,21 @@ std::shared_ptr<isolate::Monitor> make_monitor(const FilterSettings& settings,
   return monitor;
 }
 
+void log_confinement(const isolate::Monitor& monitor, GstElement* element) {
+  const auto [text, refused] = monitor.confinement();
+  GST_INFO_OBJECT(element, "worker process: %s", text.c_str());
+  if (!refused.empty())
+    GST_WARNING_OBJECT(element, "the kernel leaves to the worker process: %s", refused.c_str());
+}
+
 void add_worker_stats(const isolate::Monitor& monitor, GstStructure* stats) {
   const auto c = monitor.counts();
-  gst_structure_set(stats, "worker-ended", G_TYPE_UINT64, c.ended, "worker-timeouts", G_TYPE_UINT64,
-                    c.timed_out, "worker-restarts", G_TYPE_UINT64, c.restarted,
-                    "worker-not-started", G_TYPE_UINT64, c.not_started, "worker-frames-lost",
-                    G_TYPE_UINT64, c.frames_lost, "worker-frames-saved", G_TYPE_UINT64,
-                    c.frames_saved, "worker-bytes-copied", G_TYPE_UINT64, c.bytes_copied,
-                    "worker-confinement", G_TYPE_STRING, monitor.confinement().c_str(), nullptr);
+  gst_structure_set(
+      stats, "worker-ended", G_TYPE_UINT64, c.ended, "worker-timeouts", G_TYPE_UINT64, c.timed_out,
+      "worker-restarts", G_TYPE_UINT64, c.restarted, "worker-not-started", G_TYPE_UINT64,
+      c.not_started, "worker-frames-lost", G_TYPE_UINT64, c.frames_lost, "worker-frames-saved",
+      G_TYPE_UINT64, c.frames_saved, "worker-bytes-copied", G_TYPE_UINT64, c.bytes_copied,
+      "worker-confinement", G_TYPE_STRING, monitor.confinement().text.c_str(), nullptr);
 }
 
 }  // namespace weir

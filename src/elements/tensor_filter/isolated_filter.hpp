@@ -19,6 +19,9 @@ std::shared_ptr<isolate::Isolation> isolation_of(const FilterSettings& settings,
 // with on-crash=error they are errors, which somebody else posts.
 std::shared_ptr<isolate::Monitor> make_monitor(const FilterSettings& settings, GstElement* element);
 
+// INFO: how the worker process is confined. WARNING: what of it the kernel refused.
+void log_confinement(const isolate::Monitor& monitor, GstElement* element);
+
 void add_worker_stats(const isolate::Monitor& monitor, GstStructure* stats);
 
 }  // namespace weir

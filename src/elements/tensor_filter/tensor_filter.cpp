@@ -250,7 +250,7 @@ class TensorFilter : public gst::Element<TensorFilter, gst::PlainElement> {
     auto opened = OpenedModel::open(chosen, monitor, &warnings);
     if (!opened) return opened.error();
     for (const auto& warning : warnings) gst::post_warning(element(), warning);
-    if (monitor) GST_INFO_OBJECT(self(), "worker process: %s", monitor->confinement().c_str());
+    if (monitor) log_confinement(*monitor, element());
     std::lock_guard lock(model_mutex_);
     model_ = *std::move(opened);
     monitor_ = std::move(monitor);
