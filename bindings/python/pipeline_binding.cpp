@@ -182,7 +182,8 @@ void bind_pipeline(py::module_& module) {
           py::arg("name"))
       .def("on_frame", &on_frame, py::arg("name"), py::arg("function"),
            "Called with each Frame on a thread of the stream, instead of pulling; None: pulled "
-           "again. What it raises ends the stream.")
+           "again. What it raises ends the stream. It cannot stop, pause or start its own pipeline "
+           "(weir.Error, CANCELLED) but may close it.")
       .def("set", &set, py::arg("element"), py::arg("property"), py::arg("value"))
       .def(
           "get",

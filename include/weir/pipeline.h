@@ -4,9 +4,13 @@
  *
  * Functions that return int: 0 = success; -code (codes.h) = failure, with *error set to an object
  * for weir_error_free unless `error` is NULL; above 0 where it is said. What an element reports on
- * its bus is an error of every later call, until weir_pipeline_stop. Any thread may call; not from
- * within a frame function, but for weir_pulled_*. No pointer may be NULL unless said; one that is
- * gives -WEIR_OPTION_VALUE. Times are in ns, -1 = none. */
+ * its bus is an error of every later call, until weir_pipeline_stop. No pointer may be NULL unless
+ * said; one that is gives -WEIR_OPTION_VALUE. Times are in ns, -1 = none.
+ *
+ * Any thread may call. A callback must not wait for itself: weir_pipeline_stop fails with CANCELLED
+ * on every thread of the pipeline's own stream (frame and state functions, custom filters,
+ * conditions, converters, decoders); weir_pipeline_start, _pause and _wait without a limit fail
+ * with CANCELLED in frame and state functions. weir_pipeline_free works everywhere. */
 #ifndef WEIR_PIPELINE_H
 #define WEIR_PIPELINE_H
 #include "weir/abi.h"
@@ -30,17 +34,22 @@ enum weir_pipeline_answer {
 /* Starts GStreamer where the program has not. OPTION_SYNTAX for a text that cannot be read,
  * OPTION_VALUE for an element that is not there. */
 WEIR_EXPORT int weir_pipeline_parse(const char* text, weir_pipeline** pipeline, weir_error** error);
-WEIR_EXPORT void weir_pipeline_free(weir_pipeline* pipeline); /* stops it; NULL: nothing */
+/* Stops and frees the pipeline; NULL: no effect. No frame or state function runs after it returns.
+ * Called in a callback, it returns at once and the stream stops when that callback has returned. */
+WEIR_EXPORT void weir_pipeline_free(weir_pipeline* pipeline);
 
 /* Start also goes on from a pause. It returns before the first frame has come through. */
 WEIR_EXPORT int weir_pipeline_start(weir_pipeline* pipeline, weir_error** error);
+/* Returns at once even when a sink's queue is full; that sink reaches the paused state with the
+ * next weir_pipeline_pull. */
 WEIR_EXPORT int weir_pipeline_pause(weir_pipeline* pipeline, weir_error** error);
 /* Frames inside and frames not pulled are gone, errors too. */
 WEIR_EXPORT int weir_pipeline_stop(weir_pipeline* pipeline, weir_error** error);
 /* One of weir_pipeline_state: where it is, or where it is on its way to. */
 WEIR_EXPORT int weir_pipeline_get_state(weir_pipeline* pipeline);
 /* Until every stream has ended: WEIR_PIPELINE_DONE, or WEIR_PIPELINE_TIME_PASSED. timeout_ns -1: no
- * limit. Frames that nobody pulls stop their stream: see weir_pipeline_pull. */
+ * limit. CANCELLED when another thread stops the pipeline meanwhile. Frames that nobody pulls stop
+ * their stream: see weir_pipeline_pull. */
 WEIR_EXPORT int weir_pipeline_wait(weir_pipeline* pipeline, int64_t timeout_ns, weir_error** error);
 
 /* Hands a frame to the appsrc `name`; bytes are copied. Where the text gives the appsrc caps, the
@@ -72,7 +81,7 @@ WEIR_EXPORT int weir_pipeline_on_frame(weir_pipeline* pipeline, const char* name
                                        weir_error** error);
 
 /* Called each time the whole pipeline has another state (weir_pipeline_state), on the thread that
- * changed it. It may not change the state itself. Only while stopped; NULL: nobody. */
+ * changed it. It cannot change the state itself (CANCELLED). Only while stopped; NULL: no calls. */
 typedef void (*weir_state_function)(int state, void* data);
 WEIR_EXPORT int weir_pipeline_on_state(weir_pipeline* pipeline, weir_state_function function,
                                        void* data, weir_error** error);

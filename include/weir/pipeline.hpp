@@ -8,8 +8,10 @@
 //   pipeline.pull<float>("out", std::chrono::seconds(1));
 //
 // What an element reports on its bus is the error of every later call, until stop(). Any thread may
-// call; not from within a function given to on_frame. After a move the object left behind may only
-// be assigned to or destroyed.
+// call. In a function given to on_frame, and in any other callback on a thread of the stream,
+// stop() fails with CANCELLED; start(), pause() and wait() without a limit do so in on_frame. The
+// object may be destroyed there: the stream then stops once the function has returned. After a move
+// the object left behind may only be assigned to or destroyed.
 #pragma once
 #include <charconv>
 #include <chrono>
@@ -193,7 +195,8 @@ class Pipeline {
   // Called on a thread of the stream for each frame, instead of pulling. Chosen while stopped; an
   // empty function: pulled again. What it throws ends the stream with CALLBACK_FAILED.
   Status on_frame(const std::string& name, std::function<void(const Frame&)> function) {
-    auto kept = function ? std::make_unique<Function>(std::move(function)) : nullptr;
+    std::unique_ptr<Kept> kept;
+    if (function) kept = std::make_unique<Kept>(std::make_shared<Function>(std::move(function)));
     CError error;
     const auto status = error.status(weir_pipeline_on_frame(
         handle(), name.c_str(), kept ? hand_over : nullptr, kept.get(), error.place()));
@@ -248,6 +251,7 @@ class Pipeline {
 
  private:
   using Function = std::function<void(const Frame&)>;
+  using Kept = std::shared_ptr<const Function>;  // a call keeps it too: it may destroy the pipeline
 
   explicit Pipeline(weir_pipeline* pipeline) { state_->pipeline.reset(pipeline); }
   weir_pipeline* handle() const noexcept { return state_->pipeline.get(); }
@@ -265,7 +269,9 @@ class Pipeline {
     try {
       weir_pulled* kept = weir_pulled_keep(frame);
       if (!kept) return failed("memory ran out");
-      (*static_cast<const Function*>(data))(Frame(kept));
+      Frame owned(kept);
+      const Kept function = *static_cast<const Kept*>(data);
+      (*function)(owned);
       return WEIR_OK;
     } catch (const std::exception& e) {
       return failed(e.what());
@@ -302,7 +308,7 @@ class Pipeline {
     void operator()(weir_pipeline* pipeline) const noexcept { weir_pipeline_free(pipeline); }
   };
   struct State {
-    std::map<std::string, std::unique_ptr<Function>> functions;
+    std::map<std::string, std::unique_ptr<Kept>> functions;
     std::unique_ptr<weir_pipeline, Free> pipeline;  // goes first: it calls the functions
   };
   std::unique_ptr<State> state_ = std::make_unique<State>();

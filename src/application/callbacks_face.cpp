@@ -4,7 +4,7 @@
 
 #include "answer.hpp"
 #include "capi-nnstreamer/nnstreamer.h"
-#include "gate.hpp"
+#include "core/infer/call_gate.hpp"
 #include "tensors_data.hpp"
 #include "weir/c_error.hpp"
 #include "weir/custom_condition.h"
@@ -21,7 +21,7 @@ struct Callback {
   std::string name;
   Function function;
   void* data;
-  Gate gate;
+  infer::CallGate gate;
 };
 using FilterCallback = Callback<ml_custom_easy_invoke_cb>;
 using ConditionCallback = Callback<ml_pipeline_if_custom_cb>;
@@ -49,7 +49,7 @@ int refuse(const weir_host* host, weir_error* error, const std::string& what) {
 template <class Callback, class Body>
 int call(Callback& callback, const weir_host* host, weir_error* error, Body&& body) noexcept {
   try {
-    const Gate::Visit visit(callback.gate);
+    const infer::CallGate::Visit visit(callback.gate);
     if (!visit) return refuse(host, error, callback.name + " is no longer registered");
     const int result = body();
     if (result >= 0) return result;

@@ -120,6 +120,13 @@ Status Pipeline::not_from_its_callback() const {
                "tell another thread, and call from there"};
 }
 
+Status Pipeline::stop() {
+  const auto pipeline = use();
+  if (!pipeline) return pipeline.error();
+  CError error;
+  return error.status(weir_pipeline_stop(pipeline->get(), error.place()));
+}
+
 void Pipeline::close() {
   {
     std::lock_guard lock(mutex_);

@@ -49,6 +49,8 @@ class Pipeline : public Object, public std::enable_shared_from_this<Pipeline> {
   Result<Use> use();
   // CANCELLED: this thread is in a callback of this pipeline.
   Status not_from_its_callback() const;
+  // CANCELLED: this thread belongs to the stream.
+  Status stop();
   // Stops it, waits for all uses, frees it. Not from its callbacks.
   void close();
 

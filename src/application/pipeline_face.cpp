@@ -85,6 +85,7 @@ int ml_pipeline_destroy(ml_pipeline_h pipe) {
     const auto found = Handles::all().find<Pipeline>(pipe, "pipe");
     if (!found) return fail(found.error());
     if (auto status = (*found)->not_from_its_callback(); !status) return fail(status.error());
+    if (auto status = (*found)->stop(); !status) return fail(status.error());
     const auto taken = Handles::all().take<Pipeline>(pipe, "pipe");
     if (!taken) return fail(taken.error());
     (*taken)->close();

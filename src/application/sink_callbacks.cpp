@@ -53,7 +53,7 @@ void SinkCallbacks::hand_over(const weir_pulled* frame) {
   const LentHandle info_handle(std::make_shared<TensorsInfo>(data->tensors()));
   const InCallback here(pipeline_);
   for (const auto& callback : callbacks) {
-    const Gate::Visit visit(callback->gate);
+    const infer::CallGate::Visit visit(callback->gate);
     if (visit) callback->function(data_handle.get(), info_handle.get(), callback->data);
   }
 }

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "capi-nnstreamer/nnstreamer.h"
-#include "gate.hpp"
+#include "core/infer/call_gate.hpp"
 #include "weir/pipeline.h"
 
 namespace weir::application {
@@ -13,7 +13,7 @@ namespace weir::application {
 struct SinkCallback {
   ml_pipeline_sink_cb function = nullptr;
   void* data = nullptr;
-  Gate gate;
+  infer::CallGate gate;
 };
 
 // Thread-safe.

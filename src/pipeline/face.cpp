@@ -61,6 +61,8 @@ int weir_pipeline_parse(const char* text, weir_pipeline** pipeline, weir_error**
 }
 
 void weir_pipeline_free(weir_pipeline* pipeline) {
+  if (!pipeline) return;
+  Pipeline::dispose(std::move(pipeline->pipeline));
   delete pipeline;
 }
 

@@ -38,18 +38,25 @@ class FrameQueue {
     ended_ = true;
     changed_.notify_all();
   }
-  // Wakes takers, whose `interrupted` has changed.
+  // Wakes waiting calls, whose `interrupted` has changed.
   void wake() {
     std::lock_guard lock(mutex_);
     changed_.notify_all();
   }
 
-  void put(Frame frame) {
+  // Waits until put() has room, the queue is closed, or interrupted(). Returns at once where put()
+  // drops the oldest frame.
+  template <class Interrupted>
+  void wait_for_room(Interrupted&& interrupted) {
     std::unique_lock lock(mutex_);
-    const auto room = [this] { return closed_ || limit_ == 0 || frames_.size() < limit_; };
-    if (full_ == Full::DropsOldest && !room()) frames_.pop_front();
-    changed_.wait(lock, room);
+    changed_.wait(
+        lock, [&] { return has_room() || full_ == Full::DropsOldest || closed_ || interrupted(); });
+  }
+  // Never waits. A frame that comes without wait_for_room() is kept beyond the limit.
+  void put(Frame frame) {
+    std::lock_guard lock(mutex_);
     if (closed_) return;
+    if (full_ == Full::DropsOldest && !has_room()) frames_.pop_front();
     frames_.push_back(std::move(frame));
     changed_.notify_all();
   }
@@ -80,6 +87,8 @@ class FrameQueue {
   }
 
  private:
+  bool has_room() const { return limit_ == 0 || frames_.size() < limit_; }
+
   mutable std::mutex mutex_;  // guards the rest
   std::condition_variable changed_;
   std::deque<Frame> frames_;

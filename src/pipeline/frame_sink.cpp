@@ -12,7 +12,10 @@ constexpr size_t kFramesOfATensorSink = 64;  // pipeline.h says it
 
 }  // namespace
 
-FrameSink::FrameSink(gst::Ref<GstElement> element) : element_(std::move(element)) {
+FrameSink::FrameSink(gst::Ref<GstElement> element, infer::CallGate& callbacks)
+    : element_(std::move(element)),
+      pad_(gst::Ref<GstPad>::adopt(gst_element_get_static_pad(element_.get(), "sink"))),
+      callbacks_(callbacks) {
   const auto connect = [this](const char* signal, GCallback function) {
     handlers_.push_back(g_signal_connect(element_.get(), signal, function, this));
   };
@@ -23,9 +26,13 @@ FrameSink::FrameSink(gst::Ref<GstElement> element) : element_(std::move(element)
     connect("new-data", G_CALLBACK(on_tensors));
   }
   connect("eos", G_CALLBACK(on_end));
+  constexpr int kProbed =
+      GST_PAD_PROBE_TYPE_BUFFER | GST_PAD_PROBE_TYPE_BUFFER_LIST | GST_PAD_PROBE_TYPE_EVENT_FLUSH;
+  probe_ = gst_pad_add_probe(pad_.get(), GstPadProbeType(kProbed), on_pad, this, nullptr);
 }
 
 FrameSink::~FrameSink() {
+  gst_pad_remove_probe(pad_.get(), probe_);
   for (const gulong handler : handlers_) g_signal_handler_disconnect(element_.get(), handler);
 }
 
@@ -36,10 +43,9 @@ void FrameSink::open() {
               gst_app_sink_get_drop(sink) ? Full::DropsOldest : Full::Waits);
 }
 
-void FrameSink::on_tensors(GstElement* element, GstBuffer* buffer, FrameSink* self) {
-  const auto pad = gst::Ref<GstPad>::adopt(gst_element_get_static_pad(element, "sink"));
+void FrameSink::on_tensors(GstElement*, GstBuffer* buffer, FrameSink* self) {
   self->arrived({gst::Ref<GstBuffer>::share(buffer),
-                 gst::Ref<GstCaps>::adopt(gst_pad_get_current_caps(pad.get()))});
+                 gst::Ref<GstCaps>::adopt(gst_pad_get_current_caps(self->pad_.get()))});
 }
 
 GstFlowReturn FrameSink::on_sample(GstElement* element, FrameSink* self) {
@@ -52,6 +58,17 @@ GstFlowReturn FrameSink::on_sample(GstElement* element, FrameSink* self) {
   return GST_FLOW_OK;
 }
 
+// A full queue blocks the stream here, before the sink takes its preroll lock: a change of state
+// needs that lock, and must not wait for a pull.
+GstPadProbeReturn FrameSink::on_pad(GstPad* pad, GstPadProbeInfo* info, gpointer data) {
+  auto* self = static_cast<FrameSink*>(data);
+  if (GST_PAD_PROBE_INFO_TYPE(info) & GST_PAD_PROBE_TYPE_EVENT_FLUSH)
+    self->queue_.wake();
+  else if (!self->function_)
+    self->queue_.wait_for_room([pad] { return GST_PAD_IS_FLUSHING(pad); });
+  return GST_PAD_PROBE_OK;
+}
+
 void FrameSink::on_end(GstElement*, FrameSink* self) {
   self->queue_.end();
 }
@@ -59,6 +76,8 @@ void FrameSink::on_end(GstElement*, FrameSink* self) {
 void FrameSink::arrived(Arrived frame) {
   if (!frame.buffer) return;
   if (!function_) return queue_.put(std::move(frame));
+  const infer::CallGate::Visit visit(callbacks_);
+  if (!visit) return;
   const auto read = PulledFrame::read(std::move(frame.buffer), frame.caps);
   const Status status = read ? function_(*read) : Status(read.error());
   if (!status) gst::post_error(element_.get(), status.error());

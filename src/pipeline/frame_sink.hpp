@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "core/infer/call_gate.hpp"
 #include "gstcpp/ref.hpp"
 #include "pipeline/frame_queue.hpp"
 #include "pipeline/pulled_frame.hpp"
@@ -25,7 +26,8 @@ class FrameSink {
   static bool is_sink(const std::string& kind) {
     return kind == "tensor_sink" || kind == "appsink";
   }
-  explicit FrameSink(gst::Ref<GstElement> element);
+  // The function of set_function() is called through `callbacks`.
+  FrameSink(gst::Ref<GstElement> element, infer::CallGate& callbacks);
   ~FrameSink();  // the element is stopped
   FrameSink(const FrameSink&) = delete;
   FrameSink& operator=(const FrameSink&) = delete;
@@ -40,10 +42,14 @@ class FrameSink {
   static void on_tensors(GstElement* element, GstBuffer* buffer, FrameSink* self);
   static GstFlowReturn on_sample(GstElement* element, FrameSink* self);
   static void on_end(GstElement* element, FrameSink* self);
+  static GstPadProbeReturn on_pad(GstPad* pad, GstPadProbeInfo* info, gpointer self);
   void arrived(Arrived frame);
 
   gst::Ref<GstElement> element_;
+  gst::Ref<GstPad> pad_;
+  infer::CallGate& callbacks_;
   std::vector<gulong> handlers_;
+  gulong probe_ = 0;
   Queue queue_;
   Function function_;  // empty: frames go into the queue
 };

@@ -20,6 +20,15 @@ Time until(std::chrono::nanoseconds limit) {
   return Clock::now() + limit;
 }
 
+Error own_thread() {
+  return Error{.code = Code::CANCELLED,
+               .what = "a callback cannot change the state of its own pipeline",
+               .offered = "a call on a thread of the stream, which the call would wait for",
+               .needed = "a call on another thread",
+               .difference = "",
+               .fix = "return from the callback, and call pipeline.stop() on another thread"};
+}
+
 Status gstreamer_is_there() {
   GError* raw = nullptr;
   if (gst_init_check(nullptr, nullptr, &raw)) return ok();
@@ -52,7 +61,8 @@ Result<std::unique_ptr<Pipeline>> Pipeline::parse(const char* text) {
   return std::unique_ptr<Pipeline>(new Pipeline(std::move(element)));
 }
 
-Pipeline::Pipeline(gst::Ref<GstElement> pipeline) : pipeline_(std::move(pipeline)) {
+Pipeline::Pipeline(gst::Ref<GstElement> pipeline)
+    : pipeline_(std::move(pipeline)), link_(std::make_shared<BusLink>()) {
   const gst::Unique<GstIterator, gst_iterator_free> all(
       gst_bin_iterate_recurse(GST_BIN(pipeline_.get())));
   const auto add = [](const GValue* item, gpointer data) {
@@ -60,42 +70,84 @@ Pipeline::Pipeline(gst::Ref<GstElement> pipeline) : pipeline_(std::move(pipeline
     auto* element = GST_ELEMENT(g_value_get_object(item));
     const std::string kind = kind_of(element), name = GST_OBJECT_NAME(element);
     if (FrameSink::is_sink(kind))
-      self->sinks_[name] = std::make_unique<FrameSink>(gst::Ref<GstElement>::share(element));
+      self->sinks_[name] =
+          std::make_unique<FrameSink>(gst::Ref<GstElement>::share(element), self->callbacks_);
     if (kind == "appsrc")
       self->sources_[name] = std::make_unique<FrameSource>(GST_APP_SRC(element));
   };
   gst_iterator_foreach(all.get(), add, this);
   const auto bus = gst::Ref<GstBus>::adopt(gst_element_get_bus(pipeline_.get()));
-  gst_bus_set_sync_handler(bus.get(), on_message, this, nullptr);
+  link_->pipeline = this;
+  gst_bus_set_sync_handler(
+      bus.get(), on_message, new std::shared_ptr<BusLink>(link_),
+      [](gpointer link) { delete static_cast<std::shared_ptr<BusLink>*>(link); });
 }
 
 Pipeline::~Pipeline() {
-  (void)stop();
+  halt();
   const auto bus = gst::Ref<GstBus>::adopt(gst_element_get_bus(pipeline_.get()));
   gst_bus_set_sync_handler(bus.get(), nullptr, nullptr, nullptr);
+  // A thread that posted before may be in the handler now, or may be about to enter it.
+  link_->gate.close();
+}
+
+void Pipeline::dispose(std::unique_ptr<Pipeline> pipeline) noexcept {
+  if (!pipeline->is_own_thread()) return;
+  pipeline->callbacks_.close();
+  Pipeline* left = pipeline.release();
+  try {
+    std::thread([left]() noexcept { delete left; }).detach();
+  } catch (const std::system_error&) {
+    // Without a thread the pipeline stays until the process ends, with its callbacks closed.
+  }
+}
+
+bool Pipeline::is_own_thread() const {
+  if (callbacks_.is_inside()) return true;
+  std::lock_guard lock(mutex_);
+  return streaming_threads_.contains(std::this_thread::get_id());
 }
 
 // On whichever thread posts. Nobody reads the bus itself.
 GstBusSyncReply Pipeline::on_message(GstBus*, GstMessage* message, gpointer data) {
-  auto* self = static_cast<Pipeline*>(data);
-  if (GST_MESSAGE_TYPE(message) == GST_MESSAGE_ERROR) self->took_error(error_of(message));
-  if (GST_MESSAGE_TYPE(message) == GST_MESSAGE_EOS &&
-      GST_MESSAGE_SRC(message) == GST_OBJECT_CAST(self->pipeline_.get())) {
-    std::lock_guard lock(self->mutex_);
-    self->ended_ = true;
-    self->changed_.notify_all();
-  }
-  if (GST_MESSAGE_TYPE(message) == GST_MESSAGE_STATE_CHANGED &&
-      GST_MESSAGE_SRC(message) == GST_OBJECT_CAST(self->pipeline_.get()))
-    self->took_state(message);
-  // Not here: it asks elements whose locks the posting thread may hold.
-  if (GST_MESSAGE_TYPE(message) == GST_MESSAGE_LATENCY)
-    gst_element_call_async(
-        self->pipeline_.get(),
-        [](GstElement* pipeline, gpointer) { gst_bin_recalculate_latency(GST_BIN(pipeline)); },
-        nullptr, nullptr);
+  const auto link = *static_cast<std::shared_ptr<BusLink>*>(data);
+  if (const infer::CallGate::Visit visit(link->gate); visit) link->pipeline->handle(message);
   gst_message_unref(message);
   return GST_BUS_DROP;
+}
+
+void Pipeline::handle(GstMessage* message) {
+  const bool is_own = GST_MESSAGE_SRC(message) == GST_OBJECT_CAST(pipeline_.get());
+  switch (GST_MESSAGE_TYPE(message)) {
+    case GST_MESSAGE_ERROR:
+      return took_error(error_of(message));
+    case GST_MESSAGE_STATE_CHANGED:
+      return is_own ? took_state(message) : void();
+    case GST_MESSAGE_STREAM_STATUS:
+      return took_stream_status(message);
+    case GST_MESSAGE_LATENCY:
+      // Not here: it queries elements whose locks the posting thread may hold.
+      return gst_element_call_async(
+          pipeline_.get(),
+          [](GstElement* pipeline, gpointer) { gst_bin_recalculate_latency(GST_BIN(pipeline)); },
+          nullptr, nullptr);
+    case GST_MESSAGE_EOS: {
+      std::lock_guard lock(mutex_);
+      ended_ = ended_ || is_own;
+      return changed_.notify_all();
+    }
+    default:
+      return;
+  }
+}
+
+// Posted by each thread of the stream as it begins and as it ends.
+void Pipeline::took_stream_status(GstMessage* message) {
+  GstStreamStatusType type = GST_STREAM_STATUS_TYPE_CREATE;
+  gst_message_parse_stream_status(message, &type, nullptr);
+  std::lock_guard lock(mutex_);
+  if (type == GST_STREAM_STATUS_TYPE_ENTER) streaming_threads_.insert(std::this_thread::get_id());
+  if (type == GST_STREAM_STATUS_TYPE_LEAVE) streaming_threads_.erase(std::this_thread::get_id());
 }
 
 void Pipeline::took_error(const Error& error) {
@@ -112,7 +164,8 @@ void Pipeline::took_state(GstMessage* message) {
   GstState state = GST_STATE_NULL;
   gst_message_parse_state_changed(message, nullptr, &state, nullptr);
   state = std::max(state, GST_STATE_READY);
-  if (told_state_.exchange(state) != state) on_state_(state);
+  if (told_state_.exchange(state) == state) return;
+  if (const infer::CallGate::Visit visit(callbacks_); visit) on_state_(state);
 }
 
 std::optional<Error> Pipeline::failed() const {
@@ -121,6 +174,7 @@ std::optional<Error> Pipeline::failed() const {
 }
 
 Status Pipeline::change(GstState state) {
+  if (callbacks_.is_inside()) return own_thread();
   std::lock_guard changes(changes_);
   if (const auto error = failed()) return *error;
   if (stopped_) {
@@ -139,16 +193,27 @@ Status Pipeline::change(GstState state) {
 }
 
 Status Pipeline::stop() {
+  if (is_own_thread()) return own_thread();
+  halt();
+  return ok();
+}
+
+void Pipeline::halt() {
+  const auto close_queues = [this] {
+    for (const auto& [name, sink] : sinks_) sink->queue().close();
+  };
+  close_queues();  // ends a start or pause that waits for the stream
   std::lock_guard changes(changes_);
-  for (const auto& [name, sink] : sinks_) sink->queue().close();
+  close_queues();  // which that start has opened
   gst_element_set_state(pipeline_.get(), GST_STATE_NULL);
   for (const auto& [name, source] : sources_) source->stopped();
   stopped_ = true;
   std::lock_guard lock(mutex_);
   error_.reset();
   ended_ = false;
+  ++stops_;
+  streaming_threads_.clear();
   changed_.notify_all();
-  return ok();
 }
 
 GstState Pipeline::state() const {
@@ -159,13 +224,16 @@ GstState Pipeline::state() const {
 
 Result<Answer> Pipeline::wait(std::chrono::nanoseconds limit) {
   const Time time = until(limit);
+  if (!time && callbacks_.is_inside()) return own_thread();
   std::unique_lock lock(mutex_);
-  const auto over = [this] { return ended_ || error_; };
+  const uint64_t stops = stops_;
+  const auto over = [&] { return ended_ || error_ || stops_ != stops; };
   if (time)
     changed_.wait_until(lock, *time, over);
   else
     changed_.wait(lock, over);
   if (error_) return *error_;
+  if (stops_ != stops) return not_started();
   return ended_ ? Answer::Done : Answer::TimePassed;
 }
 
@@ -229,30 +297,41 @@ Result<bool> Pipeline::ended(const std::string& name) const {
   return (*from)->queue().ended();
 }
 
+namespace {
+
+Error chosen_while_stopped(const std::string& what, const std::string& offered, const char* fix) {
+  return Error{.code = Code::OPTION_VALUE,
+               .what = what + " is chosen while the pipeline is stopped",
+               .offered = offered,
+               .needed = "a pipeline that is stopped",
+               .difference = "",
+               .fix = fix};
+}
+
+}  // namespace
+
 Status Pipeline::on_frame(const std::string& name, FrameSink::Function function) {
   const auto to = sink(name);
   if (!to) return to.error();
+  const auto chosen = [&] {
+    return chosen_while_stopped("the function for frames", name,
+                                "pipeline.on_frame(...) before pipeline.start()");
+  };
+  if (callbacks_.is_inside()) return chosen();
   std::lock_guard changes(changes_);
-  if (!stopped_)
-    return Error{Code::OPTION_VALUE,
-                 "the function for frames is chosen while the pipeline is stopped",
-                 name,
-                 "a pipeline that is stopped",
-                 "",
-                 "pipeline.on_frame(...) before pipeline.start()"};
+  if (!stopped_) return chosen();
   (*to)->set_function(std::move(function));
   return ok();
 }
 
 Status Pipeline::on_state(std::function<void(GstState)> function) {
+  const auto chosen = [] {
+    return chosen_while_stopped("the function for states", "a pipeline that has started",
+                                "weir_pipeline_stop(pipeline, NULL)");
+  };
+  if (callbacks_.is_inside()) return chosen();
   std::lock_guard changes(changes_);
-  if (!stopped_)
-    return Error{Code::OPTION_VALUE,
-                 "the function for states is chosen while the pipeline is stopped",
-                 "a pipeline that has started",
-                 "a pipeline that is stopped",
-                 "",
-                 "weir_pipeline_stop(pipeline, NULL)"};
+  if (!stopped_) return chosen();
   on_state_ = std::move(function);
   return ok();
 }

@@ -9,9 +9,12 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <set>
 #include <span>
 #include <string>
+#include <thread>
 
+#include "core/infer/call_gate.hpp"
 #include "pipeline/frame_sink.hpp"
 #include "pipeline/frame_source.hpp"
 
@@ -23,12 +26,16 @@ enum class Answer { Done, TimePassed, Ended };  // weir_pipeline_answer
 class Pipeline {
  public:
   static Result<std::unique_ptr<Pipeline>> parse(const char* text);
+  // Destroys the pipeline: here, or on a thread of its own when this thread belongs to the stream
+  // and cannot wait for itself. No callback starts after it has returned.
+  static void dispose(std::unique_ptr<Pipeline> pipeline) noexcept;
   ~Pipeline();
   Pipeline(const Pipeline&) = delete;
   Pipeline& operator=(const Pipeline&) = delete;
 
   Status start() { return change(GST_STATE_PLAYING); }
   Status pause() { return change(GST_STATE_PAUSED); }
+  // CANCELLED in a callback of this pipeline; stop() also on any other thread of its stream.
   Status stop();
   GstState state() const;
   // Below 0: no limit.
@@ -52,15 +59,26 @@ class Pipeline {
 
  private:
   explicit Pipeline(gst::Ref<GstElement> pipeline);
-  static GstBusSyncReply on_message(GstBus* bus, GstMessage* message, gpointer self);
+  // The way from the bus to the pipeline. The bus keeps it alive as long as a message needs it.
+  struct BusLink {
+    infer::CallGate gate;
+    Pipeline* pipeline;
+  };
+  static GstBusSyncReply on_message(GstBus* bus, GstMessage* message, gpointer link);
+  void handle(GstMessage* message);
   void took_error(const Error& error);
   void took_state(GstMessage* message);
+  void took_stream_status(GstMessage* message);
+  bool is_own_thread() const;
+  void halt();
   std::optional<Error> failed() const;
   Status change(GstState state);
   Result<FrameSink*> sink(const std::string& name) const;
   Result<FrameSource*> source(const std::string& name) const;
 
   gst::Ref<GstElement> pipeline_;
+  infer::CallGate callbacks_;  // of the program
+  std::shared_ptr<BusLink> link_;
   // Made by the constructor; the maps do not change.
   std::map<std::string, std::unique_ptr<FrameSink>, std::less<>> sinks_;
   std::map<std::string, std::unique_ptr<FrameSource>, std::less<>> sources_;
@@ -72,6 +90,8 @@ class Pipeline {
   std::condition_variable changed_;
   std::optional<Error> error_;  // the first since the start
   bool ended_ = false;
+  uint64_t stops_ = 0;                           // calls of stop() so far
+  std::set<std::thread::id> streaming_threads_;  // that run now
 };
 
 }  // namespace weir::pipeline

@@ -111,6 +111,40 @@ static void a_filter_that_is_unregistered_is_called_no_more(void) {
   OK(ml_tensors_info_destroy(info));
 }
 
+static ml_pipeline_h destroyed;
+
+static int destroying(const ml_tensors_data_h in, ml_tensors_data_h out, void* user_data) {
+  (void)in;
+  (void)out;
+  CHECK_REFUSED(ml_pipeline_destroy(destroyed), ML_ERROR_TRY_AGAIN,
+                "a callback cannot change the state of its own pipeline");
+  CHECK_REFUSED(ml_pipeline_flush(destroyed, true), ML_ERROR_TRY_AGAIN, "a call on another thread");
+  raise_count(user_data);
+  return 0;
+}
+
+/* On a thread of the stream: the pipeline would wait for the callback, and the callback for it. */
+static void a_filter_cannot_destroy_its_pipeline(void) {
+  Counter calls = COUNTER;
+  ml_tensors_info_h info = info_of(ML_TENSOR_TYPE_FLOAT32, 2, 0);
+  ml_custom_easy_filter_h filter = NULL;
+  ml_pipeline_src_h src = NULL;
+  OK(ml_pipeline_custom_easy_filter_register("destroying", info, info, destroying, &calls,
+                                             &filter));
+  OK(
+      ml_pipeline_construct("appsrc name=in ! tensor_filter framework=custom-easy model=destroying "
+                            "! tensor_sink",
+                            NULL, NULL, &destroyed));
+  OK(ml_pipeline_src_get_handle(destroyed, "in", &src));
+  OK(ml_pipeline_start(destroyed));
+  OK(ml_pipeline_src_input_data(src, two_floats(1), ML_PIPELINE_BUF_POLICY_AUTO_FREE));
+  wait_for(&calls, 1);
+  OK(ml_pipeline_src_release_handle(src));
+  OK(ml_pipeline_destroy(destroyed));
+  OK(ml_pipeline_custom_easy_filter_unregister(filter));
+  OK(ml_tensors_info_destroy(info));
+}
+
 static int positive(const ml_tensors_data_h data, const ml_tensors_info_h info, int* result,
                     void* user_data) {
   const float* values = floats(data, 0, 2);
@@ -254,6 +288,7 @@ static void a_pipeline_is_destroyed_under_busy_threads(void) {
 int main(void) {
   a_filter_of_the_program_runs();
   a_filter_that_is_unregistered_is_called_no_more();
+  a_filter_cannot_destroy_its_pipeline();
   a_condition_of_the_program_decides();
   only_elements_that_are_allowed();
   a_pipeline_is_destroyed_under_busy_threads();

@@ -211,6 +211,49 @@ class Pipelines(Files):
             self.assertEqual(error.code, weir.Code.CALLBACK_FAILED)
             self.assertIn("not this one", str(error))
 
+    def test_a_function_cannot_stop_its_own_pipeline(self):
+        pipeline = weir.Pipeline(LOOP.format("identity"))
+        raised = []
+        called = threading.Event()
+
+        def stop(frame):
+            for call in (pipeline.stop, pipeline.pause, pipeline.start):
+                try:
+                    call()
+                except weir.Error as error:
+                    raised.append(error)
+            called.set()
+
+        pipeline.on_frame("out", stop)
+        pipeline.start()
+        pipeline.push("in", np.zeros(4, np.float32))
+        self.assertTrue(called.wait(60))
+        self.assertEqual([error.code for error in raised], [weir.Code.CANCELLED] * 3)
+        self.assertIn("a callback cannot change the state of its own pipeline", str(raised[0]))
+        pipeline.stop()
+        self.assertEqual(pipeline.state, "stopped")
+
+    def test_a_function_may_close_its_own_pipeline(self):
+        pipeline = weir.Pipeline(LOOP.format("identity"))
+        frames = []
+        pushed, closed = threading.Event(), threading.Event()
+
+        def close(frame):
+            pushed.wait(60)
+            frames.append(frame)
+            pipeline.close()
+            closed.set()
+
+        pipeline.on_frame("out", close)
+        pipeline.start()
+        for _ in range(5):
+            pipeline.push("in", np.zeros(4, np.float32))
+        pushed.set()
+        self.assertTrue(closed.wait(60))
+        with self.assertRaisesRegex(ValueError, "the pipeline is closed"):
+            pipeline.stop()
+        self.assertEqual(len(frames), 1)
+
     def test_properties(self):
         pipeline = weir.Pipeline(LOOP.format("identity name=i silent=true ! valve name=v"))
         self.assertEqual(pipeline.get("i", "silent"), "true")

@@ -1,4 +1,4 @@
-// Gate: callbacks of the program go through it, until it is closed.
+// CallGate: every call of a program's function passes through it until it is closed.
 #pragma once
 #include <algorithm>
 #include <condition_variable>
@@ -6,12 +6,16 @@
 #include <thread>
 #include <vector>
 
-namespace weir::application {
+namespace weir::infer {
 
-// Thread-safe. The program's function is called with no lock held.
-class Gate {
+// Thread-safe. The function is called while no lock is held.
+//
+//   const CallGate::Visit visit(gate);
+//   if (visit) function(data);
+class CallGate {
  public:
-  // Waits for other threads that are inside; nobody comes in any more.
+  // Lets no further call in and waits for the calls of other threads. A call of this very thread
+  // goes on: a function may close its own gate.
   void close() {
     std::unique_lock lock(mutex_);
     closed_ = true;
@@ -20,11 +24,20 @@ class Gate {
       return std::all_of(inside_.begin(), inside_.end(), [&](auto id) { return id == me; });
     });
   }
+  bool is_closed() const {
+    std::lock_guard lock(mutex_);
+    return closed_;
+  }
+  // True in a call of this thread.
+  bool is_inside() const {
+    std::lock_guard lock(mutex_);
+    return std::find(inside_.begin(), inside_.end(), std::this_thread::get_id()) != inside_.end();
+  }
 
-  // Inside as long as it lives, where it is true; false: the gate is closed.
+  // A call, for as long as it lives. False: the gate is closed, and nothing may be called.
   class Visit {
    public:
-    explicit Visit(Gate& gate) : gate_(gate.enter() ? &gate : nullptr) {}
+    explicit Visit(CallGate& gate) : gate_(gate.enter() ? &gate : nullptr) {}
     Visit(const Visit&) = delete;
     Visit& operator=(const Visit&) = delete;
     ~Visit() {
@@ -33,7 +46,7 @@ class Gate {
     explicit operator bool() const noexcept { return gate_ != nullptr; }
 
    private:
-    Gate* gate_;
+    CallGate* gate_;
   };
 
  private:
@@ -49,10 +62,10 @@ class Gate {
     changed_.notify_all();
   }
 
-  std::mutex mutex_;  // guards the rest
+  mutable std::mutex mutex_;  // guards the rest
   std::condition_variable changed_;
   std::vector<std::thread::id> inside_;
   bool closed_ = false;
 };
 
-}  // namespace weir::application
+}  // namespace weir::infer
