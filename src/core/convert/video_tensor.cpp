@@ -48,14 +48,16 @@ Result<VideoTensor> video_tensor(std::string_view format, uint32_t width, uint32
   out.spec.shape = layout->planar ? Shape{width, height, layout->channels, frames_per_tensor}
                                   : Shape{layout->channels, width, height, frames_per_tensor};
   out.row_bytes = uint64_t{width} * (layout->planar ? 1 : layout->channels) * size_of(layout->type);
-  out.rows = layout->planar ? height * layout->channels : height;
-  if (!out.spec.valid() || !out.spec.bytes())
-    return Error{Code::LIMIT_EXCEEDED,
-                 "a video frame is too big or empty",
-                 out.spec.to_string(),
-                 "",
-                 "",
-                 ""};
+  const uint64_t rows = layout->planar ? uint64_t{height} * layout->channels : height;
+  out.rows = static_cast<uint32_t>(rows);
+  if (frames_per_tensor == 0 || rows > UINT32_MAX || !out.spec.valid() || !out.spec.bytes())
+    return Error{
+        .code = Code::LIMIT_EXCEEDED,
+        .what = "a video frame is too big or empty",
+        .offered = out.spec.to_string(),
+        .needed = "at least one pixel and one frame, and fewer than 2^32 rows in all planes",
+        .difference = "",
+        .fix = ""};
   return out;
 }
 

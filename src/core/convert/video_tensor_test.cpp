@@ -41,6 +41,15 @@ TEST(VideoTensor, RefusesOtherFormatsWithTheLineToPaste) {
 TEST(VideoTensor, RefusesNothingAndTooMuch) {
   EXPECT_FALSE(video_tensor("RGB", 0, 4, 1));
   EXPECT_FALSE(video_tensor("RGBA", 4294967295u, 4294967295u, 4294967295u));
+  EXPECT_FALSE(video_tensor("RGB", 8, 4, 0)) << "no frame";
+}
+
+TEST(VideoTensor, RefusesMorePlanarRowsThanCanBeCounted) {
+  const auto r = video_tensor("RGBP", 1, 1431655766u, 1);  // 3 * 1431655766 = 2^32 + 2
+  ASSERT_FALSE(r);
+  EXPECT_EQ(r.error().code, Code::LIMIT_EXCEEDED);
+  EXPECT_SAYS(r.error().needed, "rows");
+  EXPECT_EQ(video_tensor("RGBP", 1, 1431655765u, 1)->rows, 4294967295u);
 }
 
 }  // namespace
