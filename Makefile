@@ -16,7 +16,7 @@ MESON_FLAGS ?=
 
 export DESTDIR
 
-.PHONY: help setup configure build test demo demo-faces bench bench-mtcnn install uninstall clean distclean fuzz soak docs format lint
+.PHONY: help setup configure build test demo demo-faces bench bench-mtcnn install uninstall clean distclean fuzz fuzz-keep soak docs format lint
 .NOTPARALLEL:
 
 help:
@@ -66,6 +66,10 @@ uninstall:
 #: make fuzz        run each fuzz target for FUZZ_SECONDS=60, starting from the corpus
 fuzz: setup
 	@tools/fuzz build-fuzz $(FUZZ_SECONDS) $(JOBS)
+
+#: make fuzz-keep   add to tests/fuzz/corpus what make fuzz found
+fuzz-keep: setup
+	@tools/fuzz --keep build-fuzz
 
 #: make soak        edit playing pipelines at random for SOAK_SECONDS=600: lost frames, growth of memory
 soak: build

@@ -1,0 +1,17 @@
+// Fuzz target: .tflite files translated for ONNX Runtime. What is translated is a whole ONNX file.
+#include "lowering/lowering.hpp"
+
+#include "fuzz_input.hpp"
+#include "onnxruntime/onnx_file.hpp"
+
+extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
+  const auto file = std::as_bytes(std::span(data, size));
+  const auto lowered = weir::engine::lower_tflite(file, {.cache = false, .runtime = "fuzz"});
+  if (!lowered) {
+    weir::fuzz::require(!lowered.error().what.empty(), "an error has a text");
+    return 0;
+  }
+  const auto onnx = weir::engine::read_onnx(std::as_bytes(std::span(lowered->onnx)));
+  weir::fuzz::require(static_cast<bool>(onnx), "a translated model is an ONNX file");
+  return 0;
+}

@@ -1,0 +1,33 @@
+// MemoryFile: a text as a file that parsers of files can open, without a disk.
+#pragma once
+#include <sys/mman.h>
+#include <unistd.h>
+
+#include <string>
+#include <string_view>
+
+#include "fuzz_input.hpp"
+
+#undef MAP_FAILED  // of sys/mman.h: weir/codes.h has a code of this name
+
+namespace weir::fuzz {
+
+class MemoryFile {
+ public:
+  explicit MemoryFile(std::string_view text) : descriptor_(memfd_create("fuzz", MFD_CLOEXEC)) {
+    require(descriptor_ >= 0, "a file in memory can be made");
+    require(write(descriptor_, text.data(), text.size()) == static_cast<ssize_t>(text.size()),
+            "a file in memory can be written");
+  }
+  ~MemoryFile() { close(descriptor_); }
+  MemoryFile(const MemoryFile&) = delete;
+  MemoryFile& operator=(const MemoryFile&) = delete;
+
+  std::string path() const { return "/proc/self/fd/" + std::to_string(descriptor_); }
+  int descriptor() const noexcept { return descriptor_; }
+
+ private:
+  int descriptor_;
+};
+
+}  // namespace weir::fuzz
