@@ -33,6 +33,19 @@ OpenCall OpenCall::take(MessageReader* message) {
   return out;
 }
 
+weir_tensor without_pointers(const weir_tensor& tensor) {
+  weir_tensor out = tensor;
+  out.data = nullptr;
+  out.release = nullptr;
+  out.owner = nullptr;
+  out.info.name = nullptr;
+  return out;
+}
+
+bool has_legal_rank(const weir_tensor_info& info) noexcept {
+  return info.rank <= WEIR_RANK_LIMIT || info.rank == WEIR_RANK_UNKNOWN;
+}
+
 std::optional<uint64_t> place(uint64_t bytes, uint64_t* end) {
   constexpr uint64_t kMost = uint64_t{1} << 62;
   if (bytes > kMost || *end > kMost) return std::nullopt;

@@ -23,6 +23,11 @@ struct OpenCall {
   static OpenCall take(MessageReader* message);
 };
 
+// A copy that holds no address: one process's addresses mean nothing in the other.
+weir_tensor without_pointers(const weir_tensor& tensor);
+// Whether the shape can be read.
+bool has_legal_rank(const weir_tensor_info& info) noexcept;
+
 struct BlockCall {
   uint64_t id, bytes;
   uint32_t writable;

@@ -11,10 +11,6 @@ using namespace std::chrono_literals;
 constexpr auto kToClose = 2s, kToBeSeenEnding = 1s;
 constexpr int kOnce = 10;  // times the time for an invoke
 
-bool rank_is_legal(const weir_tensor_info& info) {
-  return info.rank <= WEIR_RANK_LIMIT || info.rank == WEIR_RANK_UNKNOWN;
-}
-
 }  // namespace
 
 Result<std::unique_ptr<Worker>> Worker::start(const WorkerSettings& settings, int cancel) {
@@ -169,7 +165,7 @@ Status Worker::resolve(std::span<const weir_tensor_info> in, std::span<weir_tens
   const auto infos = TensorInfos::take(&resolved);
   if (!resolved.complete() || infos.list().size() != out.size())
     return lied(doing, "shapes that cannot be read");
-  if (!std::all_of(infos.list().begin(), infos.list().end(), rank_is_legal))
+  if (!std::all_of(infos.list().begin(), infos.list().end(), has_legal_rank))
     return lied(doing, "a rank beyond the limit");
   for (size_t i = 0; i < out.size(); ++i) {
     const char* name = out[i].name;

@@ -11,15 +11,6 @@ namespace {
 constexpr uint64_t kMostEngineBytes = uint64_t{1} << 30;  // of outputs that an engine allocates
 constexpr size_t kBlocksBeforeSweep = 64;
 
-weir_tensor without_pointers(const weir_tensor& tensor) {
-  weir_tensor out = tensor;
-  out.data = nullptr;
-  out.release = nullptr;
-  out.owner = nullptr;
-  out.info.name = nullptr;
-  return out;
-}
-
 }  // namespace
 
 void Worker::forget_blocks_that_are_gone() {

@@ -106,7 +106,10 @@ Status WorkerServer::open(MessageReader* message) {
 Status WorkerServer::resolve(MessageReader* call) {
   const auto inputs = TensorInfos::take(call);
   auto outputs = TensorInfos::take(call);
-  if (!call->complete()) return unreadable();
+  const auto legal = [](const TensorInfos& infos) {
+    return std::ranges::all_of(infos.list(), has_legal_rank);
+  };
+  if (!call->complete() || !legal(inputs) || !legal(outputs)) return unreadable();
   if (const weir_engine& engine = model_->engine(); engine.resolve) {
     weir_error error;
     const int result =

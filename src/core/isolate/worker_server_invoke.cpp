@@ -17,12 +17,29 @@ Error memory_is_missing() {
                ""};
 }
 
+Error unreadable_frame(const char* difference) {
+  return Error{.code = Code::INTERNAL,
+               .what = "a worker process cannot read a frame",
+               .offered = "",
+               .needed = "",
+               .difference = difference,
+               .fix = ""};
+}
+
 }  // namespace
 
+// The pipeline may be damaged too: a tensor gets addresses of this process alone, and no size
+// beyond its memory.
 Status WorkerServer::read_frame(MessageReader* call) {
   const auto frame = call->take<FrameCall>();
-  inputs_.assign(std::min<uint32_t>(frame.inputs, WEIR_TENSOR_LIMIT), {});
-  outputs_.assign(std::min<uint32_t>(frame.outputs, WEIR_TENSOR_LIMIT), {});
+  // A model that does not say its tensors before the first frame takes any number of them.
+  const auto fits = [](uint32_t count, const auto& model) {
+    return model.empty() ? count <= WEIR_TENSOR_LIMIT : count == model.size();
+  };
+  if (!fits(frame.inputs, model_->inputs()) || !fits(frame.outputs, model_->outputs()))
+    return unreadable_frame("another number of tensors than the model has");
+  inputs_.assign(frame.inputs, {});
+  outputs_.assign(frame.outputs, {});
   places_.assign(outputs_.size(), 0);
   given_.assign(outputs_.size(), false);
   output_block_ = frame.output_block;
@@ -46,18 +63,23 @@ Status WorkerServer::read_frame(MessageReader* call) {
   out_.tensors = outputs_.data();
   for (size_t i = 0; i < inputs_.size(); ++i) {
     const auto input = call->take<InputCall>();
-    inputs_[i] = input.tensor;
+    inputs_[i] = without_pointers(input.tensor);
     if (i < model_->inputs().size()) inputs_[i].info.name = model_->inputs()[i].name;
     inputs_[i].data = at(input.block, input.offset, input.tensor.capacity);
-    if (!inputs_[i].data) return memory_is_missing();
+    if (!inputs_[i].data || input.tensor.bytes > input.tensor.capacity) return memory_is_missing();
+    if (!has_legal_rank(inputs_[i].info))
+      return unreadable_frame("a tensor with more than 16 dimensions");
   }
   for (size_t i = 0; i < outputs_.size(); ++i) {
     const auto output = call->take<OutputCall>();
-    outputs_[i] = output.tensor;
+    outputs_[i] = without_pointers(output.tensor);
     if (i < model_->outputs().size()) outputs_[i].info.name = model_->outputs()[i].name;
     places_[i] = output.offset;
     given_[i] = output.given != 0;
+    if (!has_legal_rank(outputs_[i].info))
+      return unreadable_frame("a tensor with more than 16 dimensions");
     if (!given_[i]) continue;
+    outputs_[i].capacity = output.tensor.bytes;
     outputs_[i].data = at(output_block_, output.offset, output.tensor.bytes);
     if (!outputs_[i].data) return memory_is_missing();
   }
