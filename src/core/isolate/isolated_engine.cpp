@@ -1,13 +1,16 @@
 // The functions of the table, and what follows the end of a process.
 #include "core/isolate/isolated_engine.hpp"
 
+#include <atomic>
 #include <exception>
 #include <new>
+#include <string_view>
 
 #include "core/custom/other_process.hpp"
 #include "core/infer/host.hpp"
 #include "core/isolate/crash_file.hpp"
 #include "core/isolate/supervisor.hpp"
+#include "weir/execution.h"
 
 namespace weir::isolate {
 namespace {
@@ -33,6 +36,7 @@ struct IsolatedModel {
   std::unique_ptr<Supervisor> first;  // until a session takes it
   std::shared_ptr<const ModelFacts> facts;
   std::shared_ptr<SharedArena> arena;
+  std::atomic<uint32_t> threads{0}, spins{0};  // of the engine in the process; any thread
 
   Result<std::unique_ptr<Supervisor>> supervisor() {
     if (first) return std::move(first);
@@ -48,7 +52,12 @@ class IsolatedSession {
       : model_(*model), supervisor_(std::move(supervisor)) {}
 
   Status resolve(std::span<const weir_tensor_info> in, std::span<weir_tensor_info> out) {
-    return with_worker([&](Worker& worker) { return worker.resolve(in, out); });
+    return with_worker([&](Worker& worker) {
+      auto status = worker.resolve(in, out);
+      model_.threads = worker.execution().threads;
+      model_.spins = worker.execution().spins;
+      return status;
+    });
   }
   Status control(int op, const weir_option* option) {
     auto status = with_worker([&](Worker& worker) { return worker.control(op, option); });
@@ -253,6 +262,19 @@ int control(weir_session* session, int op, const weir_option* option, weir_error
   });
 }
 
+int execution(weir_model* handle, weir_execution* out) {
+  const IsolatedModel& model = model_of(handle);
+  if (model.threads == 0) return -WEIR_MODEL_UNSUPPORTED;
+  out->threads = model.threads;
+  out->spins = model.spins;
+  return WEIR_OK;
+}
+
+const void* extension(const char* id) {
+  static constexpr weir_execution_calls calls{sizeof calls, execution};
+  return id && std::string_view(id) == WEIR_EXECUTION ? &calls : nullptr;
+}
+
 weir_engine table() {
   weir_engine out{};
   out.struct_size = sizeof out;
@@ -270,6 +292,7 @@ weir_engine table() {
   out.resolve = resolve;
   out.invoke = invoke;
   out.control = control;
+  out.extension = extension;
   return out;
 }
 

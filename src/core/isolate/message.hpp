@@ -13,7 +13,7 @@
 namespace weir::isolate {
 
 // Goes up with every change of a message: a worker of another version is refused.
-inline constexpr uint32_t kProtocol = 3;
+inline constexpr uint32_t kProtocol = 4;
 
 enum class Kind : uint32_t {
   // from the worker, once: protocol, the two texts of Confinement
@@ -22,7 +22,7 @@ enum class Kind : uint32_t {
   Open,     // -> Opened: what the model is
   Block,    // a shared memory with its descriptor; no answer
   Forget,   // a block that is used no more; no answer
-  Resolve,  // -> Resolved: shapes of the outputs
+  Resolve,  // -> Resolved: shapes of the outputs, and how the engine runs the model
   Invoke,   // -> Invoked: what came out
   Fetch,    // -> Done: outputs that the engine allocated are in the block
   Control,  // -> Done

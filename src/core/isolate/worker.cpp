@@ -163,6 +163,8 @@ Status Worker::resolve(std::span<const weir_tensor_info> in, std::span<weir_tens
   if (auto status = ask(Kind::Resolved, deadline(kOnce), doing); !status) return status;
   MessageReader resolved(answer_.body);
   const auto infos = TensorInfos::take(&resolved);
+  execution_.threads = resolved.take<uint32_t>();
+  execution_.spins = resolved.take<uint32_t>();
   if (!resolved.complete() || infos.list().size() != out.size())
     return lied(doing, "shapes that cannot be read");
   if (!std::all_of(infos.list().begin(), infos.list().end(), has_legal_rank))

@@ -11,6 +11,7 @@
 #include "core/isolate/model_facts.hpp"
 #include "core/isolate/shared_arena.hpp"
 #include "core/isolate/worker_process.hpp"
+#include "weir/execution.h"
 
 namespace weir::isolate {
 
@@ -37,6 +38,8 @@ class Worker {
   const std::shared_ptr<const ModelFacts>& facts() const noexcept { return facts_; }
   const Confinement& confinement() const noexcept { return confinement_; }
   bool alive() const noexcept { return alive_; }
+  // As of the last resolve(); threads are 0 where the engine does not report them.
+  const weir_execution& execution() const noexcept { return execution_; }
   // Did it end by itself while nothing was asked of it? Then alive() is false from here on.
   bool ended_idle();
   // The error for a worker that ended_idle().
@@ -73,6 +76,7 @@ class Worker {
   std::unique_ptr<WorkerProcess> process_;
   Channel channel_;
   std::shared_ptr<const ModelFacts> facts_;
+  weir_execution execution_{sizeof(weir_execution), 0, 0};
   Confinement confinement_;
   bool alive_ = true;
   uint64_t invokes_ = 0;

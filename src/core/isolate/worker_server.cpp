@@ -121,6 +121,9 @@ Status WorkerServer::resolve(MessageReader* call) {
   writer_.begin(Kind::Resolved);
   for (auto& info : outputs.list()) info.name = nullptr;  // the other side knows them
   put_infos(outputs.list(), &writer_);
+  const auto execution = model_->execution().value_or(weir_execution{});
+  writer_.put(execution.threads);
+  writer_.put(execution.spins);
   return ok();
 }
 

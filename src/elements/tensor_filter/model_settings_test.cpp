@@ -79,14 +79,17 @@ TEST(ModelSettings, FrameworkAndModelComeInAnyOrder) {
 
 TEST(ModelSettings, StatsShowTheThreadsThatTheEngineChose) {
   const AdderFiles files;
-  auto h = harness_of("tensor_filter framework=adder model=" + files.model(3), kAdderCaps);
-  const auto shown = stats(element_of(h, "tensor_filter").get());
-  int threads = 0;
-  gboolean spinning = FALSE;
-  EXPECT_TRUE(gst_structure_get_int(shown.get(), "threads", &threads));
-  EXPECT_TRUE(gst_structure_get_boolean(shown.get(), "spinning", &spinning));
-  EXPECT_EQ(threads, 3);
-  EXPECT_TRUE(spinning);
+  for (const std::string where : {"", " isolate=process"}) {
+    auto h =
+        harness_of("tensor_filter framework=adder model=" + files.model(3) + where, kAdderCaps);
+    const auto shown = stats(element_of(h, "tensor_filter").get());
+    int threads = 0;
+    gboolean spinning = FALSE;
+    EXPECT_TRUE(gst_structure_get_int(shown.get(), "threads", &threads)) << where;
+    EXPECT_TRUE(gst_structure_get_boolean(shown.get(), "spinning", &spinning)) << where;
+    EXPECT_EQ(threads, 3) << where;
+    EXPECT_TRUE(spinning) << where;
+  }
 }
 
 TEST(ModelSettings, ConfigFileSetsPropertiesOfEachKind) {
