@@ -3,6 +3,7 @@
 #include <thread>
 
 #include "engine_fixture.hpp"
+#include "memory_law.hpp"
 
 namespace weir::engine_test {
 

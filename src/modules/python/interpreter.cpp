@@ -20,7 +20,8 @@ def describe(kind, value, trace):
     where = [f"{f.filename}:{f.lineno} in {f.name}: {f.line}" for f in traceback.extract_tb(trace)
              if os.path.exists(f.filename)]
     # A text of Python may hold what UTF-8 has no place for.
-    return tuple(t.encode("utf-8", "backslashreplace").decode() for t in (what, "; ".join(where)))
+    texts = (t.encode("utf-8", "backslashreplace").decode() for t in (what, "; ".join(where)))
+    return *texts, isinstance(value, MemoryError)
 )py";
 
 std::string utf8(PyObject* text) {
@@ -48,8 +49,10 @@ Object none_if_null(PyObject* object) {
 // Null with the exception set.
 Object called(PyObject* callable, std::vector<Object> arguments) {
   Object tuple = Object::adopt(api.PyTuple_New(static_cast<ptrdiff_t>(arguments.size())));
-  for (size_t i = 0; tuple && i < arguments.size(); ++i)
+  for (size_t i = 0; tuple && i < arguments.size(); ++i) {
+    if (!arguments[i]) return {};  // memory ran out when it was made
     api.PyTuple_SetItem(tuple.get(), static_cast<ptrdiff_t>(i), arguments[i].release());
+  }
   return Object::adopt(tuple ? api.PyObject_Call(callable, tuple.get(), nullptr) : nullptr);
 }
 
@@ -163,6 +166,7 @@ Error take_exception(Code code) {
     forget_exception();
     return {code, "the script failed, and so did saying why", "", "", "", ""};
   }
+  if (api.PyObject_IsTrue(api.PyTuple_GetItem(words.get(), 2)) == 1) code = Code::OUT_OF_MEMORY;
   return {code,
           "the script failed: " + utf8(api.PyTuple_GetItem(words.get(), 0)),
           utf8(api.PyTuple_GetItem(words.get(), 1)),

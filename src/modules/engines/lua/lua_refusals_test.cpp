@@ -2,6 +2,7 @@
 #include <algorithm>
 
 #include "lua/lua_test_support.hpp"
+#include "memory_law.hpp"
 #include "says.hpp"
 
 namespace weir::engine_test {
@@ -222,6 +223,12 @@ TEST_F(LuaRefuses, MemoryThatWasFreedCountsNoMore) {
   EXPECT_EQ(result("for i = 1, 200 do local s = string.rep('x', 2^20) .. i end  y[1] = 1",
                    {{"MemoryLimit", "16"}}),
             (std::vector<float>{1, 0, 0, 0}));
+}
+
+TEST_F(LuaRefuses, ToRunWithoutMemoryAndGoesOnWhenThereIsSome) {
+  const auto text = script_text("for i = 1, #x do y[i] = -x[i] end", "float32", "float32", 1 << 22);
+  expect_errors_without_memory(
+      {*engine(), folder_.write("model.lua", bytes_of(text)), {1 << 22}, folder_.path("")});
 }
 
 TEST_F(LuaRefuses, InputsThatDoNotFit) {

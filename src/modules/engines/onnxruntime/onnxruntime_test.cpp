@@ -195,6 +195,16 @@ TEST_F(OnnxRuntime, AnInputThatIsAnOutputIsCopied) {
   out.release(out.owner);
 }
 
+TEST_F(OnnxRuntime, WithoutMemoryGivesErrorsAndGoesOnWhenThereIsSome) {
+  const auto bytes = OnnxBuilder()
+                         .input("x", kFloat, {"n"})
+                         .output("y", kFloat, {"n"})
+                         .node("Neg", {"x"}, {"y"})
+                         .bytes();
+  expect_errors_without_memory(
+      {*engine(), folder_.write("model.onnx", bytes), {1 << 22}, folder_.path("")});
+}
+
 TEST_F(OnnxRuntime, TheTelemetryOfTheLibraryIsOff) {
   const char* off = std::getenv("ORT_DISABLE_TELEMETRY");
   ASSERT_NE(off, nullptr);

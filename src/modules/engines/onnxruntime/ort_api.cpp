@@ -75,6 +75,13 @@ OrtFailure take(const OrtApi& api, OrtStatus* status) {
   return failure;
 }
 
+bool is_out_of_memory(const OrtFailure& failure) {
+  for (const char* words : {"Cannot allocate memory", "pthread_create failed", "bad_alloc",
+                            "bad allocation", "Failed to allocate memory"})
+    if (failure.text.find(words) != std::string::npos) return true;
+  return false;
+}
+
 Result<std::shared_ptr<const OrtRuntime>> OrtRuntime::instance() {
   static std::mutex mutex;  // guards `runtime`
   static std::shared_ptr<const OrtRuntime> runtime;

@@ -43,6 +43,8 @@ struct OrtFailure {
   explicit operator bool() const noexcept { return code != ORT_OK; }
 };
 OrtFailure take(const OrtApi& api, OrtStatus* status);
+// ONNX Runtime has no code for it: memory, or a thread, that the system refused.
+bool is_out_of_memory(const OrtFailure& failure);
 
 // While it lives: what ONNX Runtime warns of on this thread from one place of its code, for each
 // weight of a model say, is logged once, with the number of the others behind it.

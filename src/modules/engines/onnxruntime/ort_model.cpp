@@ -22,6 +22,13 @@ bool mentions(const std::string& text, std::initializer_list<const char*> words)
 // ONNX Runtime's codes tell little apart (an unknown operator is an INVALID_GRAPH or a FAIL): its
 // words, which name the operator, decide together with them.
 Error load_error(const OrtFailure& failure, const std::string& model) {
+  if (is_out_of_memory(failure))
+    return Error{.code = Code::OUT_OF_MEMORY,
+                 .what = "ONNX Runtime has no memory or threads to load the model",
+                 .offered = model + ": " + failure.text,
+                 .needed = {},
+                 .difference = {},
+                 .fix = "custom=NumThreads:1"};
   const bool unsupported =
       failure.code == ORT_NOT_IMPLEMENTED ||
       mentions(failure.text, {"is not a registered function/op", "Could not find an implementation",

@@ -13,6 +13,13 @@ namespace weir::engine {
 namespace {
 
 Error invoke_error(const OrtFailure& failure) {
+  if (is_out_of_memory(failure))
+    return Error{.code = Code::OUT_OF_MEMORY,
+                 .what = "ONNX Runtime has no memory for a frame",
+                 .offered = failure.text,
+                 .needed = {},
+                 .difference = {},
+                 .fix = {}};
   const bool shapes = failure.code == ORT_INVALID_ARGUMENT;
   return Error{shapes ? Code::SPEC_MISMATCH : Code::INVOKE_FAILED,
                shapes ? "ONNX Runtime refuses the shape or type of a tensor"

@@ -1,6 +1,6 @@
 // What the engines of OpenCV refuse, and in which words.
+#include "memory_law.hpp"
 #include "opencv-dnn/dnn_fixture.hpp"
-
 #include "says.hpp"
 
 namespace weir::engine_test {
@@ -17,6 +17,16 @@ TEST_F(OpencvDnnRefuses, FilesThatAreNotThere) {
   EXPECT_EQ(graph.code, Code::MODEL_NOT_FOUND);
   const Error cfg = error_of(OpenEngine::open(engine("darknet"), write("a.cfg", "[net]\n")));
   EXPECT_SAYS(cfg.offered, "a.weights is not there");
+}
+
+TEST_F(OpencvDnnRefuses, ToRunWithoutMemoryAndGoesOnWhenThereIsSome) {
+  write("net.caffemodel", caffemodel({caffe_layer("none", "Power", {})}));
+  const auto path = write(
+      "net.prototxt",
+      "layer { name: \"x\" type: \"Input\" top: \"x\"\n"
+      "  input_param { shape { dim: [1, 1, 2048, 2048] } } }\n"
+      "layer { name: \"y\" type: \"Power\" bottom: \"x\" top: \"y\" power_param { scale: -1 } }\n");
+  expect_errors_without_memory({engine("caffe"), path, {1, 1, 2048, 2048}, folder_.path("")});
 }
 
 TEST_F(OpencvDnnRefuses, ALayerThatOpencvLacksByName) {

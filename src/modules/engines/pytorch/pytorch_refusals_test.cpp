@@ -1,5 +1,5 @@
 // What the libtorch engine refuses, and in which words.
-#include "engine_fixture.hpp"
+#include "engine_laws.hpp"
 #include "pytorch/torchscript_builder.hpp"
 #include "says.hpp"
 
@@ -199,6 +199,12 @@ TEST_F(PytorchRefuses, ADryRunOnMoreThanALimitWhateverTheCapsSay) {
   EXPECT_EQ((*open)[0].rank, WEIR_RANK_UNKNOWN) << "the first frame decides";
   EXPECT_TRUE(model->control(WEIR_WARM));
   EXPECT_LT(peak_resident_bytes(), before + (uint64_t{1} << 28));
+}
+
+TEST_F(PytorchRefuses, ToRunWithoutMemoryAndGoesOnWhenThereIsSome) {
+  const auto bytes = torchscript("def forward(self, x: Tensor) -> Tensor:\n  return -x");
+  expect_errors_without_memory(
+      {*engine(), folder_.write("model.pt", bytes), {1 << 22}, folder_.path("")});
 }
 
 TEST_F(PytorchRefuses, OptionsWithValuesThatCannotBe) {

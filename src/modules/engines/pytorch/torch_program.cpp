@@ -20,6 +20,7 @@
 #include "pytorch/torch_graph.hpp"
 #include "pytorch/torch_tensors.hpp"
 #include "pytorch/torch_work_reader.hpp"
+#include "thread_room.hpp"
 
 namespace weir::engine {
 namespace {
@@ -46,15 +47,22 @@ void* blas() {
   return handle;
 }
 
-// OpenMP counts threads for each thread that calls it, OpenBLAS for the process.
-void use_threads(int threads) {
+// OpenMP counts threads for each thread that calls it, OpenBLAS for the process. The threads are
+// started here, where it is known that they can be: libpthreadpool's and those of OpenMP.
+Status use_threads(int threads) {
   thread_local int set_here = 0;
-  if (set_here != threads) at::set_num_threads(threads);
+  if (set_here != threads) {
+    if (threads > 1)
+      if (auto status = check_thread_room(2 * (threads - 1)); !status) return status;
+    at::set_num_threads(threads);
+    at::parallel_for(0, threads, 1, [](int64_t, int64_t) {});
+  }
   set_here = threads;
   static std::atomic<int> set_in_blas{0};
-  if (set_in_blas.exchange(threads) == threads || !blas()) return;
+  if (set_in_blas.exchange(threads) == threads || !blas()) return ok();
   if (const auto set = reinterpret_cast<void (*)(int)>(dlsym(blas(), "openblas_set_num_threads")))
     set(threads);
+  return ok();
 }
 
 Status flatten(const IValue& value, std::vector<at::Tensor>* out) {
@@ -134,7 +142,7 @@ struct TorchProgram::Parts {
 
   Result<std::vector<at::Tensor>> forward(std::vector<IValue> inputs, int threads) const {
     const c10::InferenceMode inference;
-    use_threads(threads);
+    if (auto status = use_threads(threads); !status) return status.error();
     std::vector<at::Tensor> out;
     out.reserve(facts.outputs.value_or(1));
     if (auto status = flatten((*method)(std::move(inputs)), &out); !status) return status.error();

@@ -12,6 +12,11 @@ TEST_F(TensorflowLiteSessions, SessionsOfOneModelRunAtOnce) {
   expect_threads_to_run_at_once(path);
 }
 
+TEST_F(TensorflowLiteSessions, WithoutMemoryGiveErrorsAndGoOnWhenThereIsSome) {
+  const auto path = folder_.write("model.tflite", tflite_negation({-1}).bytes());
+  expect_errors_without_memory({*engine(), path, {1 << 22}, folder_.path("")});
+}
+
 // x + state, where the state that an SVDF keeps is its last inputs.
 TfliteBuilder summing() {
   const auto svdf_options = FlatValue::table({{0, FlatValue::scalar(int32_t{1})}});

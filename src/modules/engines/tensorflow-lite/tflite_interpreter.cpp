@@ -6,6 +6,7 @@
 
 #include "module_host.hpp"
 #include "tensor_check.hpp"
+#include "thread_room.hpp"
 
 namespace weir::engine {
 namespace {
@@ -55,7 +56,9 @@ Result<std::unique_ptr<TfliteInterpreter>> TfliteInterpreter::create(
       options.xnnpack && api.modify_graph && api.xnnpack_create && api.xnnpack_delete;
   std::unique_ptr<TfliteInterpreter> out(new TfliteInterpreter(api));
   if (delegate) {
-    if (out->build(model, options, true, shapes)) return out;
+    const auto status = out->build(model, options, true, shapes);
+    if (status) return out;
+    if (status.error().code == Code::OUT_OF_MEMORY) return status.error();
     log(WEIR_LOG_INFO, "XNNPACK does not take this model: " + out->complaints_);
     out.reset(new TfliteInterpreter(api));
   }
@@ -73,6 +76,8 @@ Status TfliteInterpreter::build(const TfLiteModel* model, const TfliteOptions& o
   interpreter_.reset(api_.interpreter_create(model, settings.get()));
   if (!interpreter_) return load_error(complaints_);
   if (auto status = resize(shapes); !status) return status;
+  if (delegate && options.threads > 1)
+    if (auto status = check_thread_room(options.threads - 1); !status) return status;
   if (delegate && !delegate_graph(options.threads)) return load_error(complaints_);
   if (api_.allocate_tensors(interpreter_.get()) == kTfLiteOk) return ok();
   Error error = load_error(complaints_);

@@ -1,0 +1,32 @@
+// A script without memory: errors, and it runs again when there is some.
+#include "memory_law.hpp"
+#include "script_filter_test_support.hpp"
+
+namespace weir::python_test {
+namespace {
+
+class Python3Memory : public Python3 {};
+
+// In its own process the module gets the host of the engine tests.
+void run_and_exit(const std::string& path) {
+  const std::vector<int64_t> shape{1 << 22};
+  const weir_engine* engine = engine_test::load_module(WEIR_MODULE_FILE);
+  if (!engine) std::_Exit(1);
+  const auto folder = std::filesystem::path(path).lexically_normal().parent_path();
+  engine_test::run_without_memory_and_exit({*engine, path, shape, folder.string()});
+}
+
+TEST_F(Python3Memory, WithoutItAScriptGivesErrorsAndGoesOnWhenThereIsSome) {
+  if (!engine_test::kCanLimitAddressSpace) GTEST_SKIP() << "sanitizers use the address space up";
+  GTEST_FLAG_SET(death_test_style, "threadsafe");
+  const auto path = write("negative", kHead +
+                                          "  def getInputDim(self):\n"
+                                          "    return [TensorShape([1 << 22], np.float32)]\n"
+                                          "  getOutputDim = getInputDim\n"
+                                          "  def invoke(self, input_array):\n"
+                                          "    return [-input_array[0]]\n");
+  EXPECT_EXIT(run_and_exit(path), testing::ExitedWithCode(0), "errors, then successes");
+}
+
+}  // namespace
+}  // namespace weir::python_test

@@ -1,0 +1,38 @@
+// Whether threads can be started.
+#include "thread_room.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cstdio>
+
+#include "memory_law.hpp"
+#include "says.hpp"
+
+namespace weir::engine {
+namespace {
+
+TEST(ThreadRoom, IsThereForAFewThreads) {
+  EXPECT_TRUE(check_thread_room(0));
+  EXPECT_TRUE(check_thread_room(4));
+}
+
+TEST(ThreadRoom, IsNotThereWithoutMemoryForStacks) {
+  if (!engine_test::kCanLimitAddressSpace) GTEST_SKIP() << "sanitizers use the address space up";
+  GTEST_FLAG_SET(death_test_style, "threadsafe");
+  EXPECT_EXIT(
+      {
+        Status status = ok();
+        {
+          const engine_test::AddressSpaceLimit limit(uint64_t{20} << 20);  // for two stacks
+          status = check_thread_room(64);
+        }
+        std::fprintf(stderr, "%s", status ? "started" : status.error().message().c_str());
+        std::_Exit(check_thread_room(2) ? 0 : 1);
+      },
+      testing::ExitedWithCode(0),
+      "WEIR-9001: the system starts no more threads for the engine(.|\n)* of 64: (.|\n)*"
+      "fix: custom=NumThreads:1");
+}
+
+}  // namespace
+}  // namespace weir::engine
