@@ -6,6 +6,7 @@
 
 #include <atomic>
 #include <cstdlib>
+#include <deque>
 #include <string>
 #include <thread>
 #include <vector>
@@ -18,7 +19,16 @@ std::string value_of(const char* name) {
   return value ? value : "not set";
 }
 
+// Another name at each call, and text that lives as long as the process.
+const char* fresh(const std::string& value, std::string* name) {
+  static int count = 0;
+  static std::deque<std::string> kept;
+  *name = "WEIR_TEST_" + std::to_string(++count);
+  return kept.emplace_back(*name + "=" + value).c_str();
+}
+
 TEST(EnvironmentVariable, IsSetAndLeavesTheOldEnvironmentAsItIs) {
+  unsetenv("WEIR_TEST_OF_GLIBC");
   setenv("WEIR_TEST_OF_GLIBC", "1", 1);  // `environ` is memory that setenv() allocated
   char** const old = environ;
   const std::vector<char*> entries = [old] {
@@ -26,8 +36,9 @@ TEST(EnvironmentVariable, IsSetAndLeavesTheOldEnvironmentAsItIs) {
     for (char** entry = old; *entry; ++entry) out.push_back(*entry);
     return out;
   }();
-  add_environment_variable("WEIR_TEST_ADDED=2");
-  EXPECT_EQ(value_of("WEIR_TEST_ADDED"), "2");
+  std::string name;
+  add_environment_variable(fresh("2", &name));
+  EXPECT_EQ(value_of(name.c_str()), "2");
   EXPECT_EQ(value_of("WEIR_TEST_OF_GLIBC"), "1");
   EXPECT_NE(environ, old) << "readers of the old environment would see it change";
   for (size_t i = 0; i < entries.size(); ++i) EXPECT_EQ(old[i], entries[i]);
@@ -43,18 +54,16 @@ TEST(EnvironmentVariable, ThatIsSetStays) {
 }
 
 TEST(EnvironmentVariable, CanBeChangedAndTakenAwayByTheProgram) {
-  add_environment_variable("WEIR_TEST_CHANGED=1");
-  setenv("WEIR_TEST_CHANGED", "2", 1);
-  EXPECT_EQ(value_of("WEIR_TEST_CHANGED"), "2");
-  unsetenv("WEIR_TEST_CHANGED");
-  EXPECT_EQ(value_of("WEIR_TEST_CHANGED"), "not set");
+  std::string name;
+  add_environment_variable(fresh("1", &name));
+  setenv(name.c_str(), "2", 1);
+  EXPECT_EQ(value_of(name.c_str()), "2");
+  unsetenv(name.c_str());
+  EXPECT_EQ(value_of(name.c_str()), "not set");
 }
 
 TEST(EnvironmentVariable, CanBeSetWhileThreadsReadOthers) {
   setenv("WEIR_TEST_READ", "always", 1);
-  static std::vector<std::string> assignments;
-  for (int i = 0; i < 200; ++i)
-    assignments.push_back("WEIR_TEST_" + std::to_string(i) + "=" + std::to_string(i));
   std::atomic<bool> done = false;
   std::atomic<int> wrong = 0;
   std::vector<std::thread> readers;
@@ -62,11 +71,12 @@ TEST(EnvironmentVariable, CanBeSetWhileThreadsReadOthers) {
     readers.emplace_back([&] {
       while (!done) wrong += value_of("WEIR_TEST_READ") != "always";
     });
-  for (const auto& assignment : assignments) add_environment_variable(assignment.c_str());
+  std::string name;
+  for (int i = 0; i < 200; ++i) add_environment_variable(fresh(std::to_string(i), &name));
   done = true;
   for (auto& reader : readers) reader.join();
   EXPECT_EQ(wrong, 0);
-  EXPECT_EQ(value_of("WEIR_TEST_199"), "199");
+  EXPECT_EQ(value_of(name.c_str()), "199");
 }
 
 }  // namespace
