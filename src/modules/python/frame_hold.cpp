@@ -1,10 +1,10 @@
 // A capsule whose end is told.
-#include "python3/frame_hold.hpp"
+#include "frame_hold.hpp"
 
-#include "module_host.hpp"
 #include "weir/hold_frame.h"
+#include "weir/module.hpp"
 
-namespace weir::engine {
+namespace weir::python {
 
 constexpr char kName[] = "weir.frame";
 
@@ -14,8 +14,8 @@ struct FrameHold::State {
   void* owner;
 };
 
-FrameHold::FrameHold(const python::PythonApi& api) : state_(new State{this, nullptr, nullptr}) {
-  owner_ = python::Object::adopt(api.PyCapsule_New(state_, kName, end));
+FrameHold::FrameHold(const PythonApi& api) : state_(new State{this, nullptr, nullptr}) {
+  owner_ = Object::adopt(api.PyCapsule_New(state_, kName, end));
   if (owner_) return;
   delete state_;
   state_ = nullptr;
@@ -27,7 +27,7 @@ FrameHold::~FrameHold() {
 }
 
 bool FrameHold::let_go() noexcept {
-  { const python::Object last = std::move(owner_); }
+  { const Object last = std::move(owner_); }
   return is_gone();
 }
 
@@ -37,11 +37,11 @@ bool FrameHold::keep(const weir_frame& frame) {
   return holder && holder->hold(&frame, &state_->release, &state_->owner) == WEIR_OK;
 }
 
-void FrameHold::end(python::PyObject* capsule) {
-  const python::PythonApi& api = **python::interpreter();  // it runs: it calls us
+void FrameHold::end(PyObject* capsule) {
+  const PythonApi& api = **interpreter();  // it runs: it calls us
   const std::unique_ptr<State> state(static_cast<State*>(api.PyCapsule_GetPointer(capsule, kName)));
   if (state->hold) state->hold->state_ = nullptr;
   if (state->release) state->release(state->owner);
 }
 
-}  // namespace weir::engine
+}  // namespace weir::python

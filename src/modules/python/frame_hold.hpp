@@ -5,19 +5,19 @@
 #include "interpreter.hpp"
 #include "weir/abi.h"
 
-namespace weir::engine {
+namespace weir::python {
 
 // Under Locked. The arrays of a frame have an object of Python for their owner, and so has every
 // view of them and every buffer that is taken from them; it goes with the last one.
 class FrameHold {
  public:
-  explicit FrameHold(const python::PythonApi& api);
+  explicit FrameHold(const PythonApi& api);
   FrameHold(const FrameHold&) = delete;
   FrameHold& operator=(const FrameHold&) = delete;
   ~FrameHold();
 
   // Null with Python's exception set when memory ran out.
-  const python::Object& owner() const noexcept { return owner_; }
+  const Object& owner() const noexcept { return owner_; }
   // Gives our own reference up: true when it was the last.
   bool let_go() noexcept;
   bool is_gone() const noexcept { return state_ == nullptr; }
@@ -27,10 +27,10 @@ class FrameHold {
 
  private:
   struct State;
-  static void end(python::PyObject* capsule);
+  static void end(PyObject* capsule);
 
   State* state_;  // of the capsule; null when that is gone
-  python::Object owner_;
+  Object owner_;
 };
 
-}  // namespace weir::engine
+}  // namespace weir::python

@@ -6,8 +6,7 @@
 namespace weir::python {
 namespace {
 
-constexpr int kReadOnly = 0x100;  // PyBUF_READ
-constexpr int kFileInput = 257;   // Py_file_input
+constexpr int kFileInput = 257;  // Py_file_input
 
 PythonApi api;  // written once, before anybody has a pointer to it
 
@@ -138,12 +137,6 @@ Result<Object> call(PyObject* names, const char* function, std::vector<Object> a
 Object text_of(std::string_view text) {
   return Object::adopt(
       api.PyUnicode_FromStringAndSize(text.data(), static_cast<ptrdiff_t>(text.size())));
-}
-
-Object view_of(const void* bytes, size_t size) {
-  static char nothing = 0;
-  char* data = size > 0 ? static_cast<char*>(const_cast<void*>(bytes)) : &nothing;
-  return Object::adopt(api.PyMemoryView_FromMemory(data, static_cast<ptrdiff_t>(size), kReadOnly));
 }
 
 HeldBuffer::HeldBuffer(PyObject* object, int flags)

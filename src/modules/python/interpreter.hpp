@@ -58,8 +58,6 @@ Result<Object> call(PyObject* names, const char* function, std::vector<Object> a
                     Code code);
 
 Object text_of(std::string_view text);
-// Bytes of ours as a memoryview that cannot be written: valid while the bytes are.
-Object view_of(const void* bytes, size_t size);
 
 inline constexpr int kSimpleBuffer = 0;             // PyBUF_SIMPLE
 inline constexpr int kDenseWithFormat = 0x4 | 0x8;  // PyBUF_FORMAT | PyBUF_ND

@@ -58,7 +58,6 @@ struct Buffer {
   X(PyObject*, PyUnicode_AsUTF8String, (PyObject*))                      \
   X(int, PyBytes_AsStringAndSize, (PyObject*, char**, ptrdiff_t*))       \
   X(long long, PyLong_AsLongLong, (PyObject*))                           \
-  X(PyObject*, PyMemoryView_FromMemory, (char*, ptrdiff_t, int))         \
   X(int, PyObject_GetBuffer, (PyObject*, Buffer*, int))                  \
   X(void, PyBuffer_Release, (Buffer*))                                   \
   X(PyObject*, PyErr_Occurred, ())                                       \

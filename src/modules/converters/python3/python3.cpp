@@ -2,6 +2,8 @@
 #include <cstring>
 #include <optional>
 
+#include "frame_hold.hpp"
+#include "numpy_api.hpp"
 #include "scripts.hpp"
 #include "weir/converter.hpp"
 
@@ -12,22 +14,12 @@ using weir::python::Object;
 using weir::python::PyObject;
 
 constexpr char kConverting[] = R"py(
-import gc, weakref
+import gc
 import numpy
 from weir_scripts import DTYPES, is_a, tensor_of
 
-# The arrays of a frame, and weak references to all that reads its memory.
-def begin(views):
-    arrays = [numpy.frombuffer(view, numpy.uint8) if view.nbytes else numpy.empty(0, numpy.uint8)
-              for view in views]
-    return arrays, [weakref.ref(x) for a in arrays if a.size for x in (a, a.base)]
-
-def end(watched):
-    if any(ref() is not None for ref in watched):
-        gc.collect()  # what holds it may be a cycle
-    if any(ref() is not None for ref in watched):
-        raise BufferError("the script keeps an array of its input, whose memory is gone after "
-                          "convert: keep a copy, array.copy()")
+def collect():
+    gc.collect()
 
 def bytes_of(index, shape, array):
     kind, dims = tensor_of(shape)
@@ -63,6 +55,15 @@ def convert(script, arrays):
     return rate_n, rate_d, tensors
 )py";
 
+weir::Error kept_its_input() {
+  return {.code = weir::Code::INVOKE_FAILED,
+          .what = "the script keeps an array of its input, whose memory is gone after convert",
+          .offered = {},
+          .needed = "a copy",
+          .difference = {},
+          .fix = "array.copy()"};
+}
+
 class Script {
  public:
   explicit Script(const weir::Options& options)
@@ -74,6 +75,7 @@ class Script {
     path_ = *path;
     const Locked lock;
     weir::value_or_throw(weir::python::script_names());
+    numpy_ = weir::value_or_throw(weir::python::Numpy::open(api_));
     names_ = weir::value_or_throw(weir::python::module_of_ours("weir_converting", kConverting));
     script_ =
         weir::value_or_throw(weir::python::load_script(std::string(*path), "CustomConverter", {}));
@@ -90,18 +92,16 @@ class Script {
   bool convert(const weir_frame& frame, weir::ConverterOutput& output) {
     if (kept_) throw weir::Failure(*kept_);
     const Locked lock;
-    Object watched;
-    std::optional<weir::Error> failed;
-    {
-      const Object begun = call("begin", views_of(frame));
-      watched = Object::share(api_.PyTuple_GetItem(begun.get(), 1));
-      failed = run(api_.PyTuple_GetItem(begun.get(), 0), output);
-    }
-    try {
-      call("end", std::move(watched));
-    } catch (const weir::Failure& failure) {
-      kept_ = failure.error();  // the script could read memory that is gone: never again
-      throw;
+    weir::python::FrameHold hold(api_);
+    if (!hold.owner()) throw weir::Failure(weir::python::take_exception(weir::Code::OUT_OF_MEMORY));
+    const auto failed = run(frame, hold.owner(), output);
+    if (!hold.let_go()) {
+      call("collect");  // what holds it may be a cycle
+      if (!hold.is_gone()) {
+        kept_ = kept_its_input();  // the script could read memory that is gone: never again
+        kept_->offered = path_;
+        throw weir::Failure(*kept_);
+      }
     }
     if (failed) throw weir::Failure(*failed);
     return true;
@@ -110,20 +110,25 @@ class Script {
   std::optional<std::pair<int32_t, int32_t>> rate() const noexcept { return rate_; }
 
  private:
-  Object views_of(const weir_frame& frame) const {
-    Object views = Object::adopt(api_.PyTuple_New(frame.n_tensors));
-    for (uint32_t i = 0; views && i < frame.n_tensors; ++i) {
-      Object view = weir::python::view_of(frame.tensors[i].data, frame.tensors[i].bytes);
-      if (!view) throw weir::Failure(weir::python::take_exception(weir::Code::OUT_OF_MEMORY));
-      api_.PyTuple_SetItem(views.get(), i, view.release());
+  // Arrays of bytes over the frame's memory, all with `owner`.
+  Object arrays_of(const weir_frame& frame, const Object& owner) const {
+    static char nothing = 0;
+    Object arrays = Object::adopt(api_.PyList_New(frame.n_tensors));
+    for (uint32_t i = 0; arrays && i < frame.n_tensors; ++i) {
+      const auto& tensor = frame.tensors[i];
+      Object array = numpy_.view(WEIR_UINT8, tensor.bytes > 0 ? tensor.data : &nothing,
+                                 static_cast<int64_t>(tensor.bytes), owner);
+      if (!array) throw weir::Failure(weir::python::take_exception(weir::Code::OUT_OF_MEMORY));
+      api_.PyList_SetItem(arrays.get(), i, array.release());
     }
-    if (!views) throw weir::Failure(weir::python::take_exception(weir::Code::OUT_OF_MEMORY));
-    return views;
+    if (!arrays) throw weir::Failure(weir::python::take_exception(weir::Code::OUT_OF_MEMORY));
+    return arrays;
   }
 
-  std::optional<weir::Error> run(PyObject* arrays, weir::ConverterOutput& output) {
+  std::optional<weir::Error> run(const weir_frame& frame, const Object& owner,
+                                 weir::ConverterOutput& output) {
     try {
-      const Object made = call("convert", Object::share(script_.get()), Object::share(arrays));
+      const Object made = call("convert", Object::share(script_.get()), arrays_of(frame, owner));
       fill(made.get(), output);
       return std::nullopt;
     } catch (const weir::Failure& failure) {
@@ -175,6 +180,7 @@ class Script {
   }
 
   const weir::python::PythonApi& api_;
+  weir::python::Numpy numpy_;
   PyObject* names_ = nullptr;  // our functions; live until the process ends
   Object script_;
   std::optional<std::pair<int32_t, int32_t>> rate_;

@@ -96,7 +96,7 @@ Status PythonSession::invoke(const weir_frame& in, weir_frame& out) {
     else if (auto status = check_memory(in.tensors[i], i, "input"); !status)
       return status;
   const Locked lock;
-  FrameHold hold(api_);
+  python::FrameHold hold(api_);
   if (!hold.owner()) return python::take_exception(Code::OUT_OF_MEMORY);
   const Status status = run(in, out, hold.owner());
   if (hold.let_go() || hold.keep(in)) return status;

@@ -5,7 +5,7 @@
 #include <span>
 #include <vector>
 
-#include "python3/frame_hold.hpp"
+#include "frame_hold.hpp"
 #include "python3/python_model.hpp"
 
 namespace weir::engine {
