@@ -3,7 +3,7 @@
 
 #include <linux/audit.h>
 #include <linux/seccomp.h>
-#include <sys/prctl.h>
+#include <sys/syscall.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -114,8 +114,11 @@ std::string filter_system_calls() {
   if (rules.empty()) return "there is no table of system calls for this architecture";
   auto steps = compile(rules);
   const sock_fprog filter{static_cast<unsigned short>(steps.size()), steps.data()};
-  if (prctl(PR_SET_SECCOMP, SECCOMP_MODE_FILTER, &filter) != 0) return std::strerror(errno);
-  return "";
+  // On every thread: a library that the environment preloads may have started one.
+  const long other =
+      syscall(SYS_seccomp, SECCOMP_SET_MODE_FILTER, SECCOMP_FILTER_FLAG_TSYNC, &filter);
+  if (other > 0) return "thread " + std::to_string(other) + " has a filter of its own";
+  return other == 0 ? "" : std::strerror(errno);
 }
 
 }  // namespace weir::isolate

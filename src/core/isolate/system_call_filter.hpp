@@ -13,8 +13,8 @@ namespace weir::isolate {
 // The program for seccomp(2). Rules for one call stand in a row.
 std::vector<sock_filter> compile(std::span<const SystemCallRule> rules);
 
-// Puts the filter for workers on this thread and those it will start, for ever. Returns "" or why
-// the kernel refused.
+// Puts the filter for workers on all threads of this process, which has no_new_privs, for ever.
+// Returns "" or why the kernel refused.
 std::string filter_system_calls();
 
 }  // namespace weir::isolate

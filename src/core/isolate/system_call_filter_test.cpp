@@ -12,9 +12,12 @@
 #include <sys/resource.h>
 #include <sys/socket.h>
 #include <sys/syscall.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 #include <cerrno>
 #include <cstring>
+#include <future>
 #include <set>
 
 namespace weir::isolate {
@@ -235,6 +238,29 @@ TEST_F(WorkerRules, ConnectNoSocket) {
   EXPECT_EQ(answer_to(SYS_socketpair, {AF_INET, SOCK_STREAM}), EPERM);
   EXPECT_EQ(answer_to(SYS_getsockopt, {3, SOL_SOCKET, SO_TYPE}), 0);
   EXPECT_EQ(answer_to(SYS_getsockopt, {3, SOL_SOCKET, SO_PEERCRED}), EPERM);
+}
+
+// In a child process: a thread that runs already tries to make a socket.
+int errors_of_a_socket_in_a_filtered_process() {
+  std::promise<void> filtered;
+  auto error = std::async(std::launch::async, [ready = filtered.get_future()]() mutable {
+    ready.wait();
+    return socket(AF_UNIX, SOCK_STREAM, 0) < 0 ? errno : 0;
+  });
+  prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0);
+  const bool done = filter_system_calls().empty();
+  filtered.set_value();
+  return done ? error.get() : -1;
+}
+
+TEST(FilterSystemCalls, HoldsForThreadsThatRunAlready) {
+  if (worker_rules(kSelf).empty()) GTEST_SKIP() << "there is no table for this architecture";
+  const pid_t child = fork();
+  if (child == 0) _exit(errors_of_a_socket_in_a_filtered_process());
+  int status = 0;
+  ASSERT_EQ(waitpid(child, &status, 0), child);
+  ASSERT_TRUE(WIFEXITED(status));
+  EXPECT_EQ(WEXITSTATUS(status), EPERM);
 }
 
 }  // namespace
