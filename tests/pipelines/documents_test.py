@@ -70,6 +70,14 @@ class Documents(unittest.TestCase):
         done = subprocess.run(["/usr/bin/python3", "-c", leaking], capture_output=True, text=True, timeout=SECONDS)
         self.assertIn("object-alive, type-name=(string)GstBin", re.findall(LEAKED, done.stderr))
 
+    @unittest.skipUnless(os.environ.get("WEIR_SANITIZED"), "this build has no sanitizers")
+    def test_a_sanitizer_would_be_heard(self):
+        command = ("gst-launch-1.0 videotestsrc num-buffers=1 ! video/x-raw,format=GRAY8 ! tensor_converter ! "
+                   "tensor_filter framework=unruly model=README.md custom=open:overflow ! fakesink")
+        done = subprocess.run(["bash", "-c", command], cwd=SOURCE, timeout=SECONDS, text=True, capture_output=True)
+        self.assertNotEqual(done.returncode, 0, done.stdout + done.stderr)
+        self.assertIn("heap-buffer-overflow", done.stderr)
+
     def test_each_command_runs(self):
         count = 0
         for document in documents():
@@ -84,7 +92,7 @@ class Documents(unittest.TestCase):
                     said = done.stdout + done.stderr
                     self.assertEqual(done.returncode, 0, said)
                     self.assertEqual(re.findall(LEAKED, said), [], command)
-                    for word in ("CRITICAL", "WARNING", "ERROR"):
+                    for word in ("CRITICAL", "WARNING", "ERROR", "runtime error"):
                         self.assertNotIn(word, said)
         self.assertGreater(count, 5, "the READMEs have pipelines")
 
