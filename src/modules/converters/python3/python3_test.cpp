@@ -191,8 +191,7 @@ TEST_F(Python3, MustNotKeepItsInput) {
   auto opened = open_path(
       converting("self.kept = input_array\nreturn [TensorShape([1])], input_array, 0, 1"));
   ASSERT_TRUE(opened);
-  for (int i = 0; i < 2; ++i)
-    EXPECT_SAYS(convert(**opened, {{1}}).error, "fix: array.copy()");
+  for (int i = 0; i < 2; ++i) EXPECT_SAYS(convert(**opened, {{1}}).error, "fix: array.copy()");
   for (const char* kept :
        {"memoryview(input_array[0])", "input_array[0][:]", "memoryview(input_array[0].base)"}) {
     auto view = open_path(converting("self.kept = " + std::string(kept) +
