@@ -225,5 +225,40 @@ TEST_F(Pytorch, OptionsTurnFreezingAndOptimisingOff) {
   EXPECT_SAYS(log[0], "Frezze is not known");
 }
 
+// A module that returns the frame before, which it keeps as an attribute.
+std::vector<std::byte> frame_before() {
+  auto entries = torchscript_entries(
+      "last : Optional[Tensor]\n"
+      "def forward(self, x: Tensor) -> Tensor:\n"
+      "  last = self.last\n"
+      "  if torch.__isnot__(last, None):\n"
+      "    out = torch.mul(unchecked_cast(Tensor, last), 1)\n"
+      "  else:\n"
+      "    out = torch.mul(x, 0)\n"
+      "  self.last = x\n"
+      "  return out");
+  auto& object = entries[0].second;
+  object.insert(object.rfind("ub."), std::string("X\4\0\0\0last", 9) + "N");
+  return zip(entries);
+}
+
+TEST_F(Pytorch, AnInputThatAModelKeepsIsItsOwnCopy) {
+  const auto model = EngineTest::opened(frame_before(), {{"input", "2"}, {"inputtype", "float32"}});
+  ASSERT_NE(model, nullptr);
+  std::vector<float> x{1, 2};
+  OneToOne first({2}, x);
+  ASSERT_TRUE(first.through(*model));
+  first.out.release(first.out.owner);
+  x = {8, 9};  // the frame is gone, and its memory another's
+  std::vector<float> next{3, 4};
+  OneToOne second({2}, next);
+  const auto status = second.through(*model);
+  ASSERT_TRUE(status) << status.error().message();
+  const auto* out = static_cast<const float*>(second.out.data);
+  EXPECT_EQ(out[0], 1);
+  EXPECT_EQ(out[1], 2);
+  second.out.release(second.out.owner);
+}
+
 }  // namespace
 }  // namespace weir::engine_test

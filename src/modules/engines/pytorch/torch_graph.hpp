@@ -100,6 +100,10 @@ class GraphReader {
     info->shape[1] = weights.size(1) * groups->toInt();
     if (info->rank == 4) info->layout = WEIR_LAYOUT_NCHW;
   }
+  // An attribute that forward may append an input to.
+  static bool is_container(c10::TypeKind kind) {
+    return kind == c10::TypeKind::ListType || kind == c10::TypeKind::DictType;
+  }
   void visit(const torch::jit::Block* block) {
     static constexpr std::array kByData{
         "aten::nonzero",  "aten::nonzero_numpy", "aten::masked_select",     "aten::_unique",
@@ -107,7 +111,9 @@ class GraphReader {
     for (const auto* node : block->nodes()) {
       const std::string name = node->kind().toQualString();
       if (!name.starts_with("prim::")) facts_.operators.insert(name);
-      if (name == "prim::SetAttr") facts_.has_state = true;
+      if (name == "prim::SetAttr") facts_.has_state = facts_.keeps_inputs = true;
+      if (name == "prim::GetAttr" && is_container(node->output()->type()->kind()))
+        facts_.keeps_inputs = true;
       for (const char* by_data : kByData)
         if (name == by_data || (name == "aten::where" && node->inputs().size() == 1))
           facts_.sizes_depend_on_data = true;

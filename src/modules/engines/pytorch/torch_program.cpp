@@ -245,13 +245,14 @@ Status TorchProgram::run(std::span<const weir_tensor> in, std::span<weir_tensor>
                          int threads) const {
   return caught(
       [&]() -> Status {
+        const bool copied = parts_->facts.writes_inputs || parts_->facts.keeps_inputs;
         std::vector<IValue> values;
         values.reserve(in.size() + 1);
         for (const auto& tensor : in) {
           const auto type = to_torch(tensor.info.type);
           if (!type) return no_such_type(tensor.info);
           auto value = at::from_blob(tensor.data, {tensor.info.shape, tensor.info.rank}, *type);
-          values.emplace_back(parts_->facts.writes_inputs ? value.clone() : std::move(value));
+          values.emplace_back(copied ? value.clone() : std::move(value));
         }
         auto tensors = parts_->forward(std::move(values), threads);
         if (!tensors) return tensors.error();

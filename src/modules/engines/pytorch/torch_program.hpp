@@ -24,6 +24,7 @@ struct TorchFacts {
   std::set<std::string> operators;    // "aten::conv2d" ...
   bool has_state = false;             // forward stores into attributes
   bool writes_inputs = false;         // or may: frames are copied then
+  bool keeps_inputs = false;          // or may, in an attribute: frames are copied then too
   bool sizes_depend_on_data = false;  // nonzero and the like
   uint64_t weight_bytes = 0;
   TorchWork work;
