@@ -2,7 +2,7 @@
 -- script's tables. Scripts reach the functions made here and never what these close over: neither
 -- `ffi` nor an address. Functions of libraries are kept in locals, for scripts may replace them.
 local ffi, globals, half_to_float, float_to_half, unshare = ...
-local error, ipairs, load, pairs, pcall, rawget = error, ipairs, load, pairs, pcall, rawget
+local error, ipairs, load, pcall, rawget = error, ipairs, load, pcall, rawget
 local select, tonumber, tostring, type = select, tonumber, tostring, type
 local concat, floor, format, lower = table.concat, math.floor, string.format, string.lower
 local cast, metatype, typeof = ffi.cast, ffi.metatype, ffi.typeof
