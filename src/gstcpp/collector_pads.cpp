@@ -137,6 +137,14 @@ void CollectorPads::stop() {
   collector_.stop();
 }
 
+void CollectorPads::forget_streams() {
+  std::lock_guard lock(pads_mutex_);
+  for (const auto& pad : pads_) {
+    pad->spec.reset();
+    gst_segment_init(&pad->segment, GST_FORMAT_UNDEFINED);
+  }
+}
+
 void CollectorPads::add_stats(GstStructure* stats) const {
   const auto counts = collector_.counts();
   const auto [held, most] = collector_.bytes_held();
@@ -211,6 +219,7 @@ int CollectorPads::emit(Inputs inputs) {
     begin_stream();
     auto buffer = made_of(inputs);
     if (!buffer) {
+      ledger_->lost(DropReason::Error, inputs.used_first);
       post_error(element_, buffer.error());
       return GST_FLOW_ERROR;
     }

@@ -58,6 +58,8 @@ class CollectorPads final : private sync::Consumer<Input> {
   // which a bin starts such a loop is open, so that it may stop without a word.
   Status start();
   void stop();  // before PAUSED becomes READY: wakes every thread
+  // After PAUSED became READY: caps and segments of the inputs are not those of the next streams.
+  void forget_streams();
   void add_stats(GstStructure* stats) const;
   GstPad* source() const noexcept { return source_; }
 

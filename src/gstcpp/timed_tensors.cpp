@@ -50,6 +50,11 @@ Status TimedTensors::handle(GstEvent* event) {
   return ok();
 }
 
+void TimedTensors::forget_stream() {
+  spec_ = {};
+  gst_segment_init(&segment_, GST_FORMAT_TIME);
+}
+
 Status TimedTensors::receive(GstBuffer* buffer) {
   if (spec_.format == Format::End)
     return Error{Code::NOT_NEGOTIATED,

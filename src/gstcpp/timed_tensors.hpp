@@ -21,6 +21,8 @@ class TimedTensors {
   Status handle(GstEvent* event);
   // Errors: NOT_NEGOTIATED before caps, FrameReader::read(), bring().
   Status receive(GstBuffer* buffer);
+  // While the pad is inactive: its caps and segment are not those of the next stream.
+  void forget_stream();
 
  protected:
   TimedTensors();

@@ -45,6 +45,13 @@ class Ledger {
   void dropped(DropReason reason, uint64_t frames = 1) noexcept {
     change([&](auto& s) { s.dropped[static_cast<size_t>(reason)] += frames; });
   }
+  // Frames that counted as consumed, and are lost to `reason` with the output they were for.
+  void lost(DropReason reason, uint64_t frames) noexcept {
+    change([&](auto& s) {
+      s.consumed -= frames;
+      s.dropped[static_cast<size_t>(reason)] += frames;
+    });
+  }
   void copied(uint64_t bytes) noexcept {
     change([&](auto& s) { s.bytes_copied += bytes; });
   }

@@ -25,6 +25,7 @@ struct Emission {
   Time time = 0;
   size_t metadata_pad = 0;    // index into frames
   std::vector<Frame> frames;  // in pad order
+  uint64_t used_first = 0;    // of them, for the first time: they count as consumed
 };
 
 template <class Frame>
@@ -201,9 +202,9 @@ class Lanes {
       clear_all(DropReason::Eos);
       return Step<Frame>{Outcome::End, true, {}};
     }
-    Step<Frame> out{decision.outcome, false, {round_.current, decision.metadata_pad, {}}};
+    Step<Frame> out{decision.outcome, false, {round_.current, decision.metadata_pad, {}, 0}};
     if (decision.outcome == Outcome::Emit) out.emission.frames.reserve(lanes_.size());
-    uint64_t used_first = 0;
+    uint64_t& used_first = out.emission.used_first;
     for (size_t i = 0; i < lanes_.size(); ++i)
       used_first += apply(lanes_[i], decision.uses[i], &out) ? 1 : 0;
     if (used_first > 0) ledger_->consumed(used_first);

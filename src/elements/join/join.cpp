@@ -55,7 +55,10 @@ class Join : public gst::Element<Join, gst::PlainElement> {
     gst_pad_set_element_private(pad, this);
     gst_pad_set_activatemode_function(pad, on_activate);
     gst_pad_set_active(pad, TRUE);
-    if (!gst_element_add_pad(element(), pad)) return nullptr;  // the name is taken
+    if (!gst_element_add_pad(element(), pad)) {  // the name is taken
+      output_.remove(Ref<GstPad>::adopt(GST_PAD_CAST(gst_object_ref_sink(pad))));
+      return nullptr;
+    }
     g_object_notify(G_OBJECT(self()), "n-pads");
     return pad;
   }

@@ -91,7 +91,9 @@ class TensorCrop : public gst::Element<TensorCrop, gst::PlainElement>, public gs
       }
     }
     if (transition == GST_STATE_CHANGE_PAUSED_TO_READY) pads_->stop();
-    return parent_class()->change_state(element(), transition);
+    const auto result = parent_class()->change_state(element(), transition);
+    if (transition == GST_STATE_CHANGE_PAUSED_TO_READY) pads_->forget_streams();
+    return result;
   }
   void property_changed(const char*) { configure_pads(); }
 

@@ -39,7 +39,9 @@ class SyncElement : public gst::Element<Impl, gst::PlainElement>, public gst::Co
       }
     }
     if (transition == GST_STATE_CHANGE_PAUSED_TO_READY) pads_->stop();
-    return this->parent_class()->change_state(this->element(), transition);
+    const auto result = this->parent_class()->change_state(this->element(), transition);
+    if (transition == GST_STATE_CHANGE_PAUSED_TO_READY) pads_->forget_streams();
+    return result;
   }
 
   void property_changed(const char*) {

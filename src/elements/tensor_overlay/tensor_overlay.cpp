@@ -93,7 +93,9 @@ class TensorOverlay : public gst::CountedTransform<TensorOverlay> {
       results_.start(s.sync, s.coordinates);
     }
     if (change == GST_STATE_CHANGE_PAUSED_TO_READY) results_.stop();
-    return GST_ELEMENT_CLASS(parent_class())->change_state(element(), change);
+    const auto result = GST_ELEMENT_CLASS(parent_class())->change_state(element(), change);
+    if (change == GST_STATE_CHANGE_PAUSED_TO_READY) results_.forget_stream();
+    return result;
   }
 
   GstFlowReturn results_chain(GstBuffer* raw) {

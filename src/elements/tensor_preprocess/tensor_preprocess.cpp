@@ -89,7 +89,9 @@ class TensorPreprocess : public gst::CountedTransform<TensorPreprocess> {
   GstStateChangeReturn change_state(GstStateChange change) {
     if (change == GST_STATE_CHANGE_READY_TO_PAUSED) boxes_.start();
     if (change == GST_STATE_CHANGE_PAUSED_TO_READY) boxes_.stop();
-    return GST_ELEMENT_CLASS(parent_class())->change_state(element(), change);
+    const auto result = GST_ELEMENT_CLASS(parent_class())->change_state(element(), change);
+    if (change == GST_STATE_CHANGE_PAUSED_TO_READY) boxes_.forget_stream();
+    return result;
   }
 
   GstFlowReturn boxes_chain(GstBuffer* raw) {

@@ -80,6 +80,7 @@ class TensorReposink : public gst::Element<TensorReposink, gst::BaseSink> {
     if (transition != GST_STATE_CHANGE_PAUSED_TO_READY) take_no_part_in_preroll();
     if (transition == GST_STATE_CHANGE_PAUSED_TO_READY || result == GST_STATE_CHANGE_FAILURE)
       count_left(writer_.detach());
+    if (transition == GST_STATE_CHANGE_PAUSED_TO_READY) caps_ = {};
     return result;
   }
 
@@ -94,10 +95,10 @@ class TensorReposink : public gst::Element<TensorReposink, gst::BaseSink> {
   GstFlowReturn render(GstBuffer* buffer) {
     const auto ledger = ledger_.get();
     ledger->received();
-    if (const Status status = check_size(buffer); !status) {
+    if (const Status status = check(buffer); !status) {
       ledger->dropped(DropReason::Error);
       gst::post_error(element(), status.error());
-      return GST_FLOW_ERROR;
+      return caps_ ? GST_FLOW_ERROR : GST_FLOW_NOT_NEGOTIATED;
     }
     StoredFrame frame{Ref<GstBuffer>::share(buffer), caps_, ledger};
     for (;;) {
@@ -152,7 +153,14 @@ class TensorReposink : public gst::Element<TensorReposink, gst::BaseSink> {
     GST_BASE_SINK_PREROLL_UNLOCK(self());
   }
 
-  Status check_size(GstBuffer* buffer) const {
+  Status check(GstBuffer* buffer) const {
+    if (!caps_)
+      return Error{.code = Code::NOT_NEGOTIATED,
+                   .what = "a buffer came before caps",
+                   .offered = "",
+                   .needed = "caps",
+                   .difference = "",
+                   .fix = "tensor_converter ! tensor_reposink"};
     return gst::whole_frame(spec_, gst_buffer_get_size(buffer));
   }
 
@@ -160,7 +168,7 @@ class TensorReposink : public gst::Element<TensorReposink, gst::BaseSink> {
                                gst::post_warning(element(), lone_end("tensor_reposrc", slot));
                              }}};
   FrameSpec spec_;     // this and what follows: streaming thread only
-  Ref<GstCaps> caps_;  // of spec_
+  Ref<GstCaps> caps_;  // of spec_; null before there are any
 };
 
 }  // namespace

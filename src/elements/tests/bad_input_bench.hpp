@@ -1,16 +1,17 @@
-// One element between a hand that pushes anything and a pad that takes everything.
+// One element whose input under test gets anything, and whose outputs are all taken.
 #pragma once
 #include <gst/gst.h>
 #include <gst/video/video.h>
 #include <gtest/gtest.h>
 
+#include <atomic>
 #include <cstdlib>
-#include <fstream>
-#include <ostream>
+#include <future>
+#include <memory>
 #include <string>
 #include <vector>
 
-#include "elements/tests/element_parts.hpp"
+#include "elements/tests/bad_input_subjects.hpp"
 
 namespace weir::testing_bad_input {
 
@@ -19,40 +20,48 @@ using gst::Unique;
 
 class Bench {
  public:
-  explicit Bench(const std::string& line)
-      : element_(test::lone_element(line)),
-        bus_(Ref<GstBus>::adopt(gst_bus_new())),
-        sink_(Ref<GstPad>::adopt(gst_element_get_static_pad(element_.get(), "sink"))),
-        end_(test::lone_pad(gst_pad_new_from_static_template(&kAnything, "end"))) {
-    gst_element_set_bus(element_.get(), bus_.get());
-    gst_bus_set_sync_handler(bus_.get(), told, this, nullptr);
-    gst_pad_set_element_private(end_.get(), this);
-    gst_pad_set_chain_function(end_.get(), take);
-    gst_pad_set_active(end_.get(), TRUE);
-    const auto source = Ref<GstPad>::adopt(gst_element_get_static_pad(element_.get(), "src"));
-    if (source) gst_pad_link(source.get(), end_.get());
+  explicit Bench(const std::string& line) : Bench(Subject{"", line, "", 0}) {}
+  explicit Bench(const Subject& subject)
+      : subject_(subject),
+        element_(test::lone_element(subject.line)),
+        bus_(Ref<GstBus>::adopt(gst_bus_new())) {
+    gst_bus_set_sync_handler(bus_.get(), on_message, this, nullptr);
+    if (!subject.partner.empty()) partner_ = test::lone_element(subject.partner);
+    for (const auto& element : {element_, partner_}) attach(element.get());
+    GstElement* const owner = is_source() ? partner_.get() : element_.get();
+    std::vector<std::string> names{subject.pad};
+    for (const auto& companion : subject.companions) names.push_back(companion.pad);
+    std::sort(names.begin(), names.end());  // request pads are inputs in the order of requests
+    for (const auto& name : names) sinks_.push_back(sink_pad(owner, name));
+    const auto index = [&names](const std::string& name) {
+      return static_cast<size_t>(std::find(names.begin(), names.end(), name) - names.begin());
+    };
+    sink_ = sinks_[index(subject.pad)];
+    for (const auto& companion : subject.companions)
+      companions_.push_back({companion, sinks_[index(companion.pad)], {}});
   }
   Bench(const Bench&) = delete;
   Bench& operator=(const Bench&) = delete;
   ~Bench() {
-    gst_element_set_state(element_.get(), GST_STATE_NULL);
-    gst_element_set_bus(element_.get(), nullptr);
-    gst_pad_set_active(end_.get(), FALSE);
+    set_state(GST_STATE_NULL);
+    companions_.clear();
+    for (const auto& element : {element_, partner_}) {
+      if (!element) continue;
+      g_signal_handlers_disconnect_by_data(element.get(), this);
+      gst_element_set_bus(element.get(), nullptr);
+    }
+    for (const auto& end : ends_) gst_pad_set_active(end.get(), FALSE);
   }
 
   // Plays from the start of a stream with these caps; "" or the error.
   std::string start(const std::string& caps) {
-    if (gst_element_set_state(element_.get(), GST_STATE_PLAYING) == GST_STATE_CHANGE_FAILURE)
-      return said(GST_MESSAGE_ERROR, "did not start");
-    gst_pad_send_event(sink_.get(), gst_event_new_stream_start("bench"));
+    if (std::string error = play(); !error.empty()) return error;
     const std::string error = set_caps(caps);
     if (error.empty()) gst_pad_send_event(sink_.get(), test::time_segment());
     return error;
   }
   std::string start_without_caps() {
-    if (gst_element_set_state(element_.get(), GST_STATE_PLAYING) == GST_STATE_CHANGE_FAILURE)
-      return said(GST_MESSAGE_ERROR, "did not start");
-    gst_pad_send_event(sink_.get(), gst_event_new_stream_start("bench"));
+    if (std::string error = play(); !error.empty()) return error;
     gst_pad_send_event(sink_.get(), test::time_segment());
     return "";
   }
@@ -64,19 +73,31 @@ class Bench {
   }
   // "" when the buffer was taken.
   std::string push(GstBuffer* buffer) {
+    for (auto& companion : companions_)
+      if (companion.what.brings == Companion::Brings::EachFrame) bring(companion);
     const GstFlowReturn flow = gst_pad_chain(sink_.get(), buffer);
-    if (flow == GST_FLOW_OK) return "";
-    return said(GST_MESSAGE_ERROR, gst_flow_get_name(flow));
+    if (flow != GST_FLOW_OK) return said(GST_MESSAGE_ERROR, gst_flow_get_name(flow));
+    for (auto& companion : companions_)  // their frames went with the buffer
+      if (companion.push.valid()) companion.push.get();
+    return is_source() ? error_of_source() : "";
   }
   std::string warning() { return said(GST_MESSAGE_WARNING, ""); }
   void stop() {
-    gst_element_set_state(element_.get(), GST_STATE_READY);
-    gst_pad_set_active(end_.get(), FALSE);
-    gst_pad_set_active(end_.get(), TRUE);
+    set_state(GST_STATE_READY);
+    for (auto& companion : companions_) companion.push = {};
+    companion_frames_ = 0;
+    for (const auto& end : ends_) {
+      gst_pad_set_active(end.get(), FALSE);
+      gst_pad_set_active(end.get(), TRUE);
+    }
     gst_bus_set_flushing(bus_.get(), TRUE);
     gst_bus_set_flushing(bus_.get(), FALSE);
   }
   uint64_t stat(const char* name) const { return test::stat(element_.get(), name); }
+  // Buffers that came to the input under test; 0 where nothing counts them.
+  uint64_t received() const {
+    return *subject_.counter ? stat(subject_.counter) - companion_frames_ : 0;
+  }
   // What the property said when the last error was posted.
   uint64_t dropped_when_told() const { return dropped_when_told_; }
   uint64_t outputs() const { return outputs_; }
@@ -85,20 +106,109 @@ class Bench {
   const std::vector<uint8_t>& bytes() const { return bytes_; }  // of all of them
   GstClockTime last_time() const { return last_time_; }
   bool has_output() const {
-    const auto source = Ref<GstPad>::adopt(gst_element_get_static_pad(element_.get(), "src"));
-    return static_cast<bool>(source);
+    return subject_.makes_outputs && GST_ELEMENT_CAST(element_.get())->srcpads != nullptr;
   }
+  // `received` buffers came to the input under test.
   void expect_balance(uint64_t received) const {
-    EXPECT_EQ(stat("received"), received);
-    EXPECT_EQ(stat("received"), stat("consumed") + stat("dropped") + stat("held"));
-    EXPECT_LE(stat("held"), stat("received"));
+    if (*subject_.counter) {
+      EXPECT_EQ(this->received(), received);
+    }
+    const auto all = test::stats(element_.get());
+    const auto number = [&all](const char* name) {
+      guint64 value = 0;
+      EXPECT_TRUE(gst_structure_get_uint64(all.get(), name, &value)) << name;
+      return value;
+    };
+    EXPECT_EQ(number("received"), number("consumed") + number("dropped") + number("held"));
+    EXPECT_LE(number("held"), number("received"));
   }
 
  private:
   static inline GstStaticPadTemplate kAnything =
       GST_STATIC_PAD_TEMPLATE("end", GST_PAD_SINK, GST_PAD_ALWAYS, GST_STATIC_CAPS_ANY);
 
-  static GstBusSyncReply told(GstBus*, GstMessage* message, gpointer self) {
+  struct Running {
+    Companion what;
+    Ref<GstPad> pad;
+    std::future<GstFlowReturn> push;
+  };
+
+  // The element under test has no input: what its partner gets comes to it.
+  bool is_source() const { return GST_OBJECT_FLAG_IS_SET(element_.get(), GST_ELEMENT_FLAG_SOURCE); }
+
+  void attach(GstElement* element) {
+    if (!element) return;
+    gst_element_set_bus(element, bus_.get());
+    g_signal_connect(element, "pad-added", G_CALLBACK(on_pad), this);
+    const auto source = Ref<GstPad>::adopt(gst_element_get_static_pad(element, "src"));
+    if (source) take_all_of(source.get());
+  }
+  static Ref<GstPad> sink_pad(GstElement* element, const std::string& name) {
+    if (!element) return {};  // a source alone
+    auto pad = Ref<GstPad>::adopt(gst_element_get_static_pad(element, name.c_str()));
+    if (!pad) pad = Ref<GstPad>::adopt(gst_element_request_pad_simple(element, name.c_str()));
+    return pad;
+  }
+  void take_all_of(GstPad* source) {
+    auto end = test::lone_pad(gst_pad_new_from_static_template(&kAnything, "end"));
+    gst_pad_set_element_private(end.get(), this);
+    gst_pad_set_chain_function(end.get(), take);
+    gst_pad_set_active(end.get(), TRUE);
+    gst_pad_link(source, end.get());
+    ends_.push_back(std::move(end));
+  }
+  static void on_pad(GstElement*, GstPad* pad, gpointer self) {
+    if (GST_PAD_IS_SRC(pad)) static_cast<Bench*>(self)->take_all_of(pad);
+  }
+
+  GstStateChangeReturn set_state(GstState state) {
+    const auto result = gst_element_set_state(element_.get(), state);
+    if (partner_) gst_element_set_state(partner_.get(), state);
+    return result;
+  }
+  std::string play() {
+    if (set_state(GST_STATE_PLAYING) == GST_STATE_CHANGE_FAILURE)
+      return said(GST_MESSAGE_ERROR, "did not start");
+    for (auto& companion : companions_) begin(companion);
+    gst_pad_send_event(sink_.get(), gst_event_new_stream_start("bench"));
+    return "";
+  }
+  void begin(Running& companion) {
+    GstPad* const pad = companion.pad.get();
+    const auto caps = Ref<GstCaps>::adopt(gst_caps_from_string(companion.what.caps.c_str()));
+    gst_pad_send_event(pad, gst_event_new_stream_start("companion"));
+    EXPECT_TRUE(gst_pad_send_event(pad, gst_event_new_caps(caps.get())));
+    gst_pad_send_event(pad, test::time_segment());
+    if (companion.what.brings == Companion::Brings::OneFrame) bring(companion);
+  }
+  // A frame that waits for its partner comes on a thread of its own; one at a time.
+  void bring(Running& companion) {
+    using namespace std::chrono_literals;
+    // A frame that no buffer has met yet still waits.
+    if (companion.push.valid() && companion.push.wait_for(0s) != std::future_status::ready) return;
+    const uint64_t before = stat("received");
+    ++companion_frames_;
+    companion.push = std::async(std::launch::async, [pad = companion.pad, &companion] {
+      return gst_pad_chain(pad.get(), buffer_with(companion.what.frame));
+    });
+    EXPECT_TRUE(becomes_true([&] { return stat("received") > before; }, "the other input"));
+    if (companion.what.brings == Companion::Brings::OneFrame) companion.push.get();
+  }
+  // What the source says of the buffer that its partner took.
+  std::string error_of_source() {
+    const auto settled = [this] {
+      const uint64_t handed_on = test::stat(partner_.get(), "consumed");
+      return test::stat(partner_.get(), "held") == 0 && stat("received") == handed_on &&
+             stat("held") == 0;
+    };
+    EXPECT_TRUE(becomes_true(settled, "the source"));
+    if (stat("dropped") == 0) return "";
+    const auto message = Ref<GstMessage>::adopt(
+        gst_bus_timed_pop_filtered(bus_.get(), 10 * GST_SECOND, GST_MESSAGE_ERROR));
+    return test::text_of(message.get());
+  }
+
+  static GstBusSyncReply on_message(GstBus*, GstMessage* message, gpointer self) {
     auto* bench = static_cast<Bench*>(self);
     if (GST_MESSAGE_TYPE(message) == GST_MESSAGE_ERROR)
       bench->dropped_when_told_ = bench->stat("dropped");
@@ -122,67 +232,18 @@ class Bench {
     return message ? test::text_of(message.get()) : otherwise;
   }
 
-  Ref<GstElement> element_;
+  const Subject subject_;
+  Ref<GstElement> element_, partner_;
   Ref<GstBus> bus_;
-  Ref<GstPad> sink_, end_;
-  uint64_t outputs_ = 0, dropped_when_told_ = 0;
+  std::vector<Ref<GstPad>> sinks_, ends_;
+  Ref<GstPad> sink_;
+  std::vector<Running> companions_;
+  uint64_t companion_frames_ = 0;
+  std::atomic<uint64_t> outputs_ = 0, dropped_when_told_ = 0;
+  std::atomic<GstClockTime> last_time_ = GST_CLOCK_TIME_NONE;
   bool keeps_ = false;
   std::vector<uint8_t> bytes_;
-  GstClockTime last_time_ = GST_CLOCK_TIME_NONE;
 };
-
-// An element with caps and the size of a frame that it takes.
-struct Subject {
-  const char* name;
-  std::string line, caps;
-  size_t bytes;
-};
-
-inline GstBuffer* zeros(size_t bytes) {
-  GstBuffer* buffer = gst_buffer_new_allocate(nullptr, bytes, nullptr);
-  gst_buffer_memset(buffer, 0, 0, bytes);
-  return buffer;
-}
-inline std::string tensors(const std::string& dims, const std::string& type,
-                           const std::string& rate = "30/1") {
-  return test::tensors(type, dims, rate);
-}
-inline std::string video(const std::string& format, int width, int height,
-                         const std::string& rate = "30/1") {
-  return "video/x-raw,format=" + format + ",width=" + std::to_string(width) +
-         ",height=" + std::to_string(height) + ",interlace-mode=progressive,framerate=" + rate;
-}
-inline std::string fake_filter() {
-  const std::string path = testing::TempDir() + "weir-bad-input.bin";
-  std::ofstream(path) << "the engine looks at nothing of it";
-  return "tensor_filter framework=fake model=" + path;
-}
-
-// Every element, and its ways of work that differ in how they read.
-inline const std::vector<Subject>& subjects() {
-  static const std::vector<Subject> all{
-      {"converter", "tensor_converter", video("RGB", 8, 4), 96},
-      {"converter_chunks", "tensor_converter frames-per-tensor=2", video("RGB", 8, 4), 96},
-      {"converter_audio", "tensor_converter",
-       "audio/x-raw,format=S16LE,layout=interleaved,rate=8000,channels=2", 64},
-      {"converter_bytes", "tensor_converter input-dim=16 input-type=uint8",
-       "application/octet-stream,framerate=30/1", 16},
-      {"preprocess", "tensor_preprocess width=4 height=4", video("RGB", 8, 4), 96},
-      {"preprocess_yuv", "tensor_preprocess width=4 height=4 method=area", video("NV12", 8, 4), 48},
-      {"transform_type", "tensor_transform mode=typecast option=float32", tensors("4:4", "uint8"),
-       16},
-      {"transform_in_place", "tensor_transform mode=arithmetic option=add:1",
-       tensors("4:4", "uint8"), 16},
-      {"transform_order", "tensor_transform mode=transpose option=1:0:2:3", tensors("4:4", "uint8"),
-       16},
-      {"filter", fake_filter(), tensors("4:4", "float32"), 64},
-      {"decoder", "tensor_decoder mode=octet_stream", tensors("4:4", "uint8"), 16},
-      {"decoder_video", "tensor_decoder mode=direct_video", tensors("3:4:4", "uint8"), 48},
-      {"overlay", "tensor_overlay", video("NV12", 8, 4), 48},
-      {"sink", "tensor_sink", tensors("4:4", "uint8"), 16},
-  };
-  return all;
-}
 
 // After a fault: the ledger adds up, and from READY on the element works as if nothing was.
 inline void expect_sound_again(Bench& bench, const Subject& subject, uint64_t received) {
@@ -190,21 +251,22 @@ inline void expect_sound_again(Bench& bench, const Subject& subject, uint64_t re
   bench.stop();
   EXPECT_EQ(bench.start(subject.caps), "") << "after READY";
   const uint64_t before = bench.outputs();
-  for (int i = 0; i < 2; ++i) EXPECT_EQ(bench.push(zeros(subject.bytes)), "") << "after READY";
+  for (GstClockTime i = 0; i < 2; ++i) {
+    GstBuffer* in = subject.good_frame();
+    GST_BUFFER_PTS(in) = i * GST_SECOND / 30;
+    EXPECT_EQ(bench.push(in), "") << "after READY";
+  }
   if (bench.has_output()) {
-    EXPECT_GT(bench.outputs(), before);
+    EXPECT_TRUE(becomes_true([&] { return bench.outputs() > before; }, "an output"));
   }
   bench.expect_balance(2);
 }
 
-inline void PrintTo(const Subject& subject, std::ostream* out) {
-  *out << subject.name;
-}
+class EachElement : public ::testing::TestWithParam<Subject> {};
 
-class EachElement : public testing::TestWithParam<Subject> {};
-
-#define WEIR_FOR_EACH_ELEMENT(Suite)                                  \
-  INSTANTIATE_TEST_SUITE_P(All, Suite, testing::ValuesIn(subjects()), \
+#define WEIR_FOR_EACH_OF(Suite, Subjects)                             \
+  INSTANTIATE_TEST_SUITE_P(All, Suite, ::testing::ValuesIn(Subjects), \
                            [](const auto& info) { return std::string(info.param.name); })
+#define WEIR_FOR_EACH_ELEMENT(Suite) WEIR_FOR_EACH_OF(Suite, subjects())
 
 }  // namespace weir::testing_bad_input

@@ -103,6 +103,18 @@ INSTANTIATE_TEST_SUITE_P(
              "tensor_filter framework=fake model=/nonexistent.bin",
              kTensor,
              {"WEIR-3003", "nonexistent.bin"}},
+        Typo{"merge_dimension",
+             "tensor_merge option=x",
+             kTensor,
+             {"option names no dimension", "x"}},
+        Typo{"mux_base",
+             "tensor_mux sync-mode=basepad sync-option=0:y",
+             kTensor,
+             {"WEIR-1001: sync-option cannot be read", "0:y"}},
+        Typo{"if_value", "tensor_if supplied-value=z", kTensor, {"WEIR-1", "z"}},
+        Typo{"split_segment", "tensor_split tensorseg=a:b", kTensor, {"WEIR-1", "a:b"}},
+        Typo{"demux_pick", "tensor_demux tensorpick=w", kTensor, {"WEIR-1", "w"}},
+        Typo{"no_loop_caps", "tensor_reposrc slot-index=903", "", {"property caps is not set"}},
         Typo{"no_model", "tensor_filter framework=fake", kTensor, {"WEIR-"}}),
     [](const auto& info) { return std::string(info.param.name); });
 

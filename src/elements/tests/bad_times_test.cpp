@@ -15,10 +15,10 @@ TEST_P(BadTime, IsTakenAndCounted) {
       {kNone, kNone},           {5 * GST_SECOND, kNone}, {3 * GST_SECOND, 1}, {0, 0},
       {kHuge, kHuge},           {kHuge, kNone},          {kNone, kHuge},      {kNone, kNone},
       {G_MAXINT64, G_MAXINT64}, {kNone, kNone},          {7, kNone},          {kNone, kNone}};
-  Bench bench(subject.line);
+  Bench bench(subject);
   ASSERT_EQ(bench.start(subject.caps), "");
   for (const auto& [pts, duration] : times) {
-    GstBuffer* in = zeros(subject.bytes);
+    GstBuffer* in = subject.good_frame();
     GST_BUFFER_PTS(in) = pts;
     GST_BUFFER_DTS(in) = pts;
     GST_BUFFER_DURATION(in) = duration;
@@ -36,12 +36,14 @@ TEST_P(BadTime, IsTakenAndCounted) {
 TEST_P(BadTime, OfAnExtremeFrameRateIsNoFault) {
   const Subject& subject = GetParam();
   if (subject.caps.find("framerate") == std::string::npos) return;  // of audio: its samples'
+  const std::string name = subject.name;
+  if (name == "join" || name == "reposrc") return;  // another branch or a property fixes the rate
   for (const char* rate : {"0/1", "1/2147483647", "2147483647/1"}) {
     const std::string caps =
         subject.caps.substr(0, subject.caps.find("framerate")) + "framerate=" + rate;
-    Bench bench(subject.line);
+    Bench bench(subject);
     ASSERT_EQ(bench.start(caps), "") << rate;
-    for (int i = 0; i < 3; ++i) EXPECT_EQ(bench.push(zeros(subject.bytes)), "") << rate;
+    for (int i = 0; i < 3; ++i) EXPECT_EQ(bench.push(subject.good_frame()), "") << rate;
     expect_sound_again(bench, subject, 3);
   }
 }

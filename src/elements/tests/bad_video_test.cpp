@@ -25,7 +25,7 @@ TEST_P(LyingRows, AreNamedBeforeTheyAreRead) {
   for (const auto& subject : subjects()) {
     const std::string name = subject.name;
     if (name != "converter" && name != "preprocess") continue;
-    Bench bench(subject.line);
+    Bench bench(subject);
     ASSERT_EQ(bench.start(subject.caps), "");
     GstBuffer* in = zeros(96);
     auto offsets = rows.offsets;
@@ -170,7 +170,7 @@ TEST(EnormousTensor, IsNamedBeforeItIsAllocated) {
   for (const auto& subject : subjects()) {
     const std::string name = subject.name;
     if (!name.starts_with("transform") && name != "decoder" && name != "filter") continue;
-    Bench bench(subject.line);
+    Bench bench(subject);
     const std::string refused = bench.start(tensors(dims, "uint8"));
     const std::string error = refused.empty() ? bench.push(zeros(16)) : refused;
     EXPECT_TRUE(error.find("WEIR-2") != std::string::npos ||

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "elements/tests/element_parts.hpp"
 #include "gstcpp/property_text.hpp"
 #include "gstcpp/ref.hpp"
 #include "says.hpp"
@@ -32,20 +33,10 @@ struct Parsed {
   Unique<GError, g_error_free> error;
 };
 
-std::vector<std::string> element_names() {
-  std::vector<std::string> out;
-  GList* all = gst_registry_get_feature_list_by_plugin(gst_registry_get(), "weir");
-  for (GList* item = all; item; item = item->next)
-    if (GST_IS_ELEMENT_FACTORY(item->data))
-      out.emplace_back(gst_plugin_feature_get_name(GST_PLUGIN_FEATURE(item->data)));
-  gst_plugin_feature_list_free(all);
-  return out;
-}
-
 // "tensor_preprocess layout=" to its words.
 std::map<std::string, std::vector<std::string>> properties_of_words() {
   std::map<std::string, std::vector<std::string>> out;
-  for (const auto& name : element_names()) {
+  for (const auto& name : test::element_names()) {
     const Parsed element(name);
     if (!element.read) continue;
     guint count = 0;

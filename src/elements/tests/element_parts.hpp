@@ -25,6 +25,16 @@ inline Ref<GstElement> lone_element(const std::string& launch) {
   EXPECT_FALSE(error) << launch << ": " << error->message;
   return Ref<GstElement>::adopt(GST_ELEMENT(gst_object_ref_sink(made)));
 }
+// All elements of the plug-in.
+inline std::vector<std::string> element_names() {
+  std::vector<std::string> out;
+  GList* all = gst_registry_get_feature_list_by_plugin(gst_registry_get(), "weir");
+  for (GList* item = all; item; item = item->next)
+    if (GST_IS_ELEMENT_FACTORY(item->data))
+      out.emplace_back(gst_plugin_feature_get_name(GST_PLUGIN_FEATURE(item->data)));
+  gst_plugin_feature_list_free(all);
+  return out;
+}
 // A pad that no element holds, as gst_pad_new() and the like return it.
 inline Ref<GstPad> lone_pad(GstPad* made) {
   return Ref<GstPad>::adopt(GST_PAD(gst_object_ref_sink(made)));

@@ -152,6 +152,6 @@ TEST(MemoryKindOfPaddedRows, IsReadOrNamed) {
   expect_sound_again(bench, subject, 1);
 }
 
-WEIR_FOR_EACH_ELEMENT(MemoryKind);
+WEIR_FOR_EACH_OF(MemoryKind, single_input_subjects());
 
 }  // namespace
