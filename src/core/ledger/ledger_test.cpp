@@ -27,6 +27,17 @@ TEST(Ledger, HeldIsWhatIsNeitherConsumedNorDropped) {
   EXPECT_EQ(s.pushed, 4u);
 }
 
+TEST(Ledger, FramesThatAreLostWithTheirOutputAreNotConsumed) {
+  Ledger ledger;
+  for (int i = 0; i < 3; ++i) ledger.received();
+  ledger.consumed(3);
+  ledger.lost(DropReason::Error, 2);
+  const auto all = ledger.snapshot();
+  EXPECT_EQ(all.consumed, 1u);
+  EXPECT_EQ(all.dropped[static_cast<size_t>(DropReason::Error)], 2u);
+  EXPECT_EQ(all.held(), 0u);
+}
+
 TEST(Ledger, LosesNothingUnderThreads) {
   Ledger ledger;
   std::vector<std::thread> threads;
