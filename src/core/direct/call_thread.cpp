@@ -8,6 +8,8 @@
 #include <thread>
 #include <utility>
 
+#include "core/timer/deadline.hpp"
+
 namespace weir::direct {
 
 struct CallThread::State {
@@ -45,11 +47,12 @@ void CallThread::serve(const std::shared_ptr<State>& state) {
 }
 
 bool CallThread::run(std::function<void()> call, std::chrono::nanoseconds limit) {
+  const auto until = deadline_after(std::chrono::steady_clock::now(), limit);
   std::unique_lock lock(state_->mutex);
   const uint64_t number = ++state_->given;
   state_->calls.push_back(std::move(call));
   state_->changed.notify_all();
-  return state_->changed.wait_for(lock, limit, [&] { return state_->ended >= number; });
+  return state_->changed.wait_until(lock, until, [&] { return state_->ended >= number; });
 }
 
 }  // namespace weir::direct

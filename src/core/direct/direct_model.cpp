@@ -11,6 +11,7 @@
 #include "core/direct/tensor_words.hpp"
 #include "core/infer/module_library.hpp"
 #include "core/text/text.hpp"
+#include "core/timer/deadline.hpp"
 
 namespace weir::direct {
 namespace {
@@ -108,7 +109,7 @@ class DirectModel::Turn {
   explicit Turn(std::shared_ptr<Core> core) : core_(std::move(core)) {
     std::unique_lock lock(core_->mutex);
     limit_ = core_->limit;
-    deadline_ = Clock::now() + limit_;
+    deadline_ = deadline_after(Clock::now(), limit_);
     const auto not_taken = [this] { return core_->turn != Core::Turns::Taken; };
     if (!limited()) {
       core_->free.wait(lock, not_taken);

@@ -34,6 +34,20 @@ class TimeoutTest : public DirectTest {
   std::atomic<int> ended_ = 0;
 };
 
+// A deadline of this length is beyond the end of the clock.
+TEST_F(TimeoutTest, TakesTheLongestLimitAsOneThatIsNotReached) {
+  gate_.set_value();
+  const auto model = open();
+  for (const auto limit :
+       {std::chrono::nanoseconds::max(), std::chrono::nanoseconds::max() - 1ns}) {
+    model->set_limit(limit);
+    const Values x{1, 2};
+    const auto outcome = model->invoke(std::array{lend(x, {1, 2})});
+    ASSERT_TRUE(outcome) << outcome.error().message();
+    EXPECT_EQ(values(outcome->results), (Values{2, 3}));
+  }
+}
+
 TEST_F(TimeoutTest, AnswersWithinTheLimitAsWithout) {
   gate_.set_value();
   const auto model = open();

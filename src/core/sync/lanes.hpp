@@ -14,6 +14,7 @@
 #include "core/ledger/ledger.hpp"
 #include "core/sync/backwards_time.hpp"
 #include "core/sync/options.hpp"
+#include "core/timer/deadline.hpp"
 
 namespace weir::sync {
 
@@ -156,7 +157,7 @@ class Lanes {
     bool found = false;
     for (Lane& lane : lanes_) {
       if (lane.head || lane.ended || lane.missing) continue;
-      if (std::max(since, lane.empty_since) + patience > now) continue;
+      if (deadline_after(std::max(since, lane.empty_since), patience) > now) continue;
       lane.missing = found = true;
       ++counts_.missed;
     }
@@ -167,7 +168,7 @@ class Lanes {
     std::optional<Clock::time_point> out;
     for (const Lane& lane : lanes_) {
       if (lane.head || lane.ended || lane.missing) continue;
-      const auto at = std::max(since, lane.empty_since) + patience;
+      const auto at = deadline_after(std::max(since, lane.empty_since), patience);
       if (!out || at < *out) out = at;
     }
     return out;

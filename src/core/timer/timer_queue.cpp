@@ -5,6 +5,8 @@
 #include <utility>
 #include <vector>
 
+#include "core/timer/deadline.hpp"
+
 namespace weir {
 
 TimerQueue& TimerQueue::instance() {
@@ -39,7 +41,7 @@ TimerQueue::Timer::~Timer() {
 }
 
 void TimerQueue::Timer::start(Clock::duration delay) {
-  const auto due = queue_.now() + delay;
+  const auto due = deadline_after(queue_.now(), delay);
   {
     std::lock_guard lock(queue_.mutex_);
     due_ = due;
