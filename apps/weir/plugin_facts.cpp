@@ -11,6 +11,7 @@
 #include "core/config/ini.hpp"
 #include "core/text/text.hpp"
 #include "gstcpp/ref.hpp"
+#include "machine/environment.hpp"
 
 namespace weir::app {
 namespace {
@@ -34,8 +35,8 @@ void add_folders(const char* list, std::vector<std::string>* out) {
 // GST_PLUGIN_PATH first, then the system's folders: the order of gst_init.
 std::vector<std::string> search_folders() {
   const auto variable = [](const char* versioned, const char* plain) {
-    const char* value = std::getenv(versioned);
-    return value ? value : std::getenv(plain);
+    const char* value = environment_variable(versioned);
+    return value ? value : environment_variable(plain);
   };
   std::vector<std::string> out;
   add_folders(variable("GST_PLUGIN_PATH_1_0", "GST_PLUGIN_PATH"), &out);
@@ -146,7 +147,7 @@ void find_forgotten(PluginFacts* facts) {
   if (facts->gives_way.empty() ||
       std::any_of(facts->elements.begin(), facts->elements.end(), is_filter))
     return;
-  const char* named = std::getenv("GST_REGISTRY");
+  const char* named = environment_variable("GST_REGISTRY");
   facts->conflicts.push_back(
       {kPluginName, facts->file,
        "Weir gives way (" + facts->gives_way +

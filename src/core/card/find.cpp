@@ -2,12 +2,12 @@
 #include "core/card/find.hpp"
 
 #include <algorithm>
-#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
 
 #include "core/text/text.hpp"
+#include "machine/environment.hpp"
 
 namespace weir::card {
 namespace {
@@ -32,7 +32,7 @@ std::string layout_name(Layout layout) {
 
 std::vector<std::string> card_folders() {
   std::vector<std::string> out;
-  if (const char* text = std::getenv("WEIR_CARD_PATH"))
+  if (const char* text = environment_variable("WEIR_CARD_PATH"))
     for (const auto part : split(text, ":"))
       if (!part.empty()) out.emplace_back(part);
   out.emplace_back(std::string(WEIR_DATA_DIR) + "/cards");

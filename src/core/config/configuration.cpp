@@ -4,12 +4,12 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <cstdlib>
 #include <filesystem>
 
 #include "core/config/ini_files.hpp"
 #include "core/config/known_settings.hpp"
 #include "core/text/text.hpp"
+#include "machine/environment.hpp"
 
 namespace weir::config {
 namespace {
@@ -48,7 +48,7 @@ void add_variables_only(const std::string& prefix, const std::string& key,
       continue;
     const std::string name(text.substr(0, equals));
     const auto known = [&](const auto& s) { return variable_of(s.group, s.key) == name; };
-    if (std::none_of(out->begin(), out->end(), known))
+    if (environment_variable(name.c_str()) && std::none_of(out->begin(), out->end(), known))
       out->push_back({"filter", key + lower(name.substr(prefix.size())),
                       std::string(text.substr(equals + 1)), name});
   }
@@ -68,7 +68,7 @@ std::string variable_of(std::string_view group, std::string_view key) {
 }
 
 Configuration Configuration::load() {
-  return Configuration([](const char* name) { return std::getenv(name); });
+  return Configuration(environment_variable);
 }
 
 uint64_t Configuration::files_read() {

@@ -2,11 +2,11 @@
 #include "core/config/nnstreamer.hpp"
 
 #include <algorithm>
-#include <cstdlib>
 #include <filesystem>
 
 #include "core/config/ini_files.hpp"
 #include "core/text/text.hpp"
+#include "machine/environment.hpp"
 
 namespace weir::config {
 namespace {
@@ -70,8 +70,11 @@ std::string unescaped(std::string_view value) {
 
 State state_of(const std::string& path) {
   std::error_code failed;
-  if (!fs::exists(path, failed)) return State::NotThere;
-  return fs::is_regular_file(path, failed) ? State::Read : State::NoFile;
+  const auto type = fs::status(path, failed).type();
+  if (type == fs::file_type::not_found) return State::NotThere;
+  // Of no known type: a folder on the way cannot be searched, and reading says so.
+  return type == fs::file_type::regular || type == fs::file_type::none ? State::Read
+                                                                       : State::NoFile;
 }
 
 Error not_absolute(const Setting& setting, const std::string& needed) {
@@ -106,7 +109,7 @@ const char* name_of(State state) noexcept {
 }
 
 NnstreamerConfiguration NnstreamerConfiguration::load() {
-  return NnstreamerConfiguration([](const char* name) { return std::getenv(name); });
+  return NnstreamerConfiguration(environment_variable);
 }
 
 NnstreamerConfiguration::NnstreamerConfiguration(const Environment& environment)
@@ -146,6 +149,7 @@ std::vector<Setting> NnstreamerConfiguration::read(const std::string& path, Stat
   const auto ini = files.read(path);
   const auto unread = [](const auto& f) { return f.code == Code::FILE_NOT_FOUND; };
   if (std::any_of(ini->faults.begin(), ini->faults.end(), unread)) *state = State::Unreadable;
+  if (!unread_ && !ini->faults.empty()) unread_ = ini->faults.front();
   faults_.insert(faults_.end(), ini->faults.begin(), ini->faults.end());
   std::vector<Setting> out;
   for (const auto& entry : ini->entries)

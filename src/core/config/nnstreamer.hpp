@@ -59,6 +59,8 @@ class NnstreamerConfiguration {
   }
   // Files and lines that cannot be read, truths that are none, paths that are not absolute.
   const std::vector<Error>& faults() const noexcept { return faults_; }
+  // The first fault of a file that is there and cannot be read or parsed: settings may be missing.
+  const std::optional<Error>& unread() const noexcept { return unread_; }
 
  private:
   void read_first_candidate();
@@ -75,6 +77,7 @@ class NnstreamerConfiguration {
   std::vector<Setting> main_, extra_;  // in the order of the lines
   std::array<std::vector<Folder>, kFolderKinds.size()> folders_;
   std::vector<Error> faults_;
+  std::optional<Error> unread_;
 };
 
 const char* name_of(NnstreamerConfiguration::State state) noexcept;

@@ -1,6 +1,7 @@
 // Started by posix_spawn, which is safe beside other threads; watched and waited for through a
 // pidfd, so that no signal handler is needed and nobody else's children are touched.
 #include "core/isolate/worker_process.hpp"
+#include "machine/environment.hpp"
 
 #include <fcntl.h>
 #include <poll.h>
@@ -14,7 +15,6 @@ extern "C" {  // glibc 2.36 does not say so itself
 }
 
 #include <cerrno>
-#include <cstdlib>
 #include <cstring>
 
 #include "core/isolate/deadline.hpp"
@@ -76,7 +76,7 @@ std::string words_for(const siginfo_t& info) {
 }  // namespace
 
 std::string WorkerProcess::program() {
-  const char* named = std::getenv("WEIR_WORKER");
+  const char* named = environment_variable("WEIR_WORKER");
   return named && *named ? named : WEIR_WORKER_PROGRAM;
 }
 

@@ -3,8 +3,9 @@
 
 #include <dlfcn.h>
 
-#include <cstdlib>
 #include <filesystem>
+
+#include "environment.hpp"
 
 namespace weir::engine {
 namespace {
@@ -45,7 +46,7 @@ Error not_installed(const std::string& name, const std::string& title, std::stri
 
 std::vector<std::string> library_folders(const std::string& name) {
   const auto under = [&name](const fs::path& root) { return (root / name / "lib").string(); };
-  const char* chosen = std::getenv("WEIR_ENGINES_DIR");
+  const char* chosen = environment_variable("WEIR_ENGINES_DIR");
   if (chosen && *chosen) return {under(chosen)};
   const fs::path module = module_path();
   std::vector<std::string> out{under(module.parent_path().parent_path() / "engines")};

@@ -1,5 +1,6 @@
 // Finding Python: in the process, or its library.
 #include "python_api.hpp"
+#include "environment.hpp"
 
 #include <dlfcn.h>
 
@@ -26,7 +27,7 @@ Error not_installed(std::string offered) {
 
 // Extension modules find Python's functions among the process's own: hence RTLD_GLOBAL.
 Result<void*> open_library() {
-  const char* chosen = std::getenv("WEIR_PYTHON_LIBRARY");
+  const char* chosen = environment_variable("WEIR_PYTHON_LIBRARY");
   if (chosen && *chosen) {
     if (void* library = dlopen(chosen, RTLD_NOW | RTLD_GLOBAL)) return library;
     const char* reason = dlerror();

@@ -11,6 +11,7 @@
 #include <filesystem>
 #include <system_error>
 
+#include "environment.hpp"
 #include "lowering/sha256.hpp"
 
 namespace weir::engine {
@@ -38,9 +39,9 @@ class Descriptor {
 
 std::string cache_folder() {
   const auto absolute = [](const char* path) { return path && path[0] == '/'; };
-  if (const char* chosen = std::getenv("XDG_CACHE_HOME"); absolute(chosen))
+  if (const char* chosen = environment_variable("XDG_CACHE_HOME"); absolute(chosen))
     return std::string(chosen) + "/weir/lowered";
-  const char* home = std::getenv("HOME");
+  const char* home = environment_variable("HOME");
   return absolute(home) ? std::string(home) + "/.cache/weir/lowered" : "";
 }
 

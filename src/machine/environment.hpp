@@ -1,0 +1,14 @@
+// environment_variable: the environment as far as the process may trust it.
+#pragma once
+#include <cstdlib>
+
+namespace weir {
+
+// Null when the variable is not set, and always in a program that has more rights than the user who
+// starts it (set-user-ID, set-group-ID, file capabilities): there, variables must not choose code
+// to load or files to read.
+inline const char* environment_variable(const char* name) noexcept {
+  return secure_getenv(name);
+}
+
+}  // namespace weir
