@@ -5,7 +5,8 @@
  * Functions that return int: 0 = success; -code (codes.h) = failure, with *error set to an object
  * for weir_error_free unless `error` is NULL; above 0 where it is said. What an element reports on
  * its bus is an error of every later call, until weir_pipeline_stop. No pointer may be NULL unless
- * said; one that is gives -WEIR_OPTION_VALUE. Times are in ns, -1 = none.
+ * said; one that is gives -WEIR_OPTION_VALUE, a count of 0, a time of -1, or "". Times are in ns,
+ * -1 = none.
  *
  * Any thread may call. A callback must not wait for itself: weir_pipeline_stop fails with CANCELLED
  * on every thread of the pipeline's own stream (frame and state functions, custom filters,
@@ -34,6 +35,14 @@ enum weir_pipeline_answer {
 /* Starts GStreamer where the program has not. OPTION_SYNTAX for a text that cannot be read,
  * OPTION_VALUE for an element that is not there. */
 WEIR_EXPORT int weir_pipeline_parse(const char* text, weir_pipeline** pipeline, weir_error** error);
+/* The same, with elements of the `n_allowed` factories in `allowed` only; the bins and capsfilters
+ * that a text makes of parentheses and caps are always allowed. 1, with *error naming the first
+ * other factory and *pipeline NULL, where the text names one: as an element, a URI, or in a
+ * property that takes elements. No element is made then. What bins such as decodebin add counts
+ * too: an element that is added later passes no data and is the error of every later call. */
+WEIR_EXPORT int weir_pipeline_parse_allowed(const char* text, const char* const* allowed,
+                                            uint32_t n_allowed, weir_pipeline** pipeline,
+                                            weir_error** error);
 /* Stops and frees the pipeline; NULL: no effect. No frame or state function runs after it returns.
  * Called in a callback, it returns at once and the stream stops when that callback has returned. */
 WEIR_EXPORT void weir_pipeline_free(weir_pipeline* pipeline);

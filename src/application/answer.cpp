@@ -40,7 +40,11 @@ ml_error_e number_of(Code code) noexcept {
 }  // namespace
 
 int fail(const Error& error) noexcept {
-  return fail(Refusal{number_of(error.code), error});
+  return fail(refusal(error));
+}
+
+Refusal refusal(const Error& error) {
+  return Refusal{number_of(error.code), error};
 }
 
 int fail(const Refusal& refusal) noexcept {

@@ -20,6 +20,8 @@ struct Refusal {
   Error error;
 };
 int fail(const Refusal& refusal) noexcept;
+// With the ml_error_e of its code.
+Refusal refusal(const Error& error);
 
 inline int answer(const Status& status) noexcept {
   return status ? static_cast<int>(ML_ERROR_NONE) : fail(status.error());

@@ -11,7 +11,7 @@
 namespace weir::application {
 namespace {
 
-// Once in a process: a restriction that cannot be read is none.
+// Once in a process.
 void tell_faults(const config::NnstreamerConfiguration& configuration) {
   static std::once_flag told;
   if (configuration.faults().empty()) return;
@@ -23,19 +23,25 @@ void tell_faults(const config::NnstreamerConfiguration& configuration) {
 
 }  // namespace
 
-std::optional<ElementRestriction> element_restriction() {
+Result<std::optional<ElementRestriction>> element_restriction() {
+  using None = std::optional<ElementRestriction>;
   constexpr const char* kGroup = "element-restriction";
   const auto configuration = config::NnstreamerConfiguration::load();
+  if (const auto& unread = configuration.unread()) {
+    Error error = *unread;
+    error.what = "a pipeline cannot be checked against [element-restriction]: " + error.what;
+    return error;
+  }
   tell_faults(configuration);
   const auto enabled = configuration.find(kGroup, "enable_element_restriction");
-  if (!enabled || !config::truth(enabled->value, false)) return std::nullopt;
+  if (!enabled || !config::truth(enabled->value, false)) return None();
   ElementRestriction out{{}, enabled->origin};
   const auto elements = configuration.find(kGroup, "restricted_elements");
-  if (!elements) return out;
+  if (!elements) return None(std::move(out));
   out.origin = elements->origin;
   for (const auto word : split(elements->value, ",; "))
     if (!strip(word).empty()) out.allowed.emplace_back(strip(word));
-  return out;
+  return None(std::move(out));
 }
 
 }  // namespace weir::application

@@ -4,6 +4,8 @@
 #include <string>
 #include <vector>
 
+#include "weir/result.hpp"
+
 namespace weir::application {
 
 struct ElementRestriction {
@@ -11,7 +13,8 @@ struct ElementRestriction {
   std::string origin;  // "/etc/nnstreamer.ini:7"
 };
 
-// nullopt: every element is allowed. Read anew with each call.
-std::optional<ElementRestriction> element_restriction();
+// nullopt: every element is allowed. Each call reads the configuration again. An error where a file
+// of it is there and cannot be read or parsed: whether it restricts elements is not known then.
+Result<std::optional<ElementRestriction>> element_restriction();
 
 }  // namespace weir::application

@@ -1,11 +1,9 @@
 // Uses are counted: a pipeline is freed by who destroys it, never by a thread of its own stream.
 #include "pipeline.hpp"
 
-#include <algorithm>
 #include <utility>
 #include <vector>
 
-#include "element_restriction.hpp"
 #include "weir/c_error.hpp"
 
 namespace weir::application {
@@ -27,11 +25,6 @@ Result<std::vector<Named>> elements_of(weir_pipeline* pipeline) {
   return out;
 }
 
-// Texts make these of caps and parentheses: nobody names them.
-bool of_the_text_itself(const std::string& kind) {
-  return kind == "capsfilter" || kind == "bin" || kind == "pipeline";
-}
-
 ml_pipeline_state_e number_of(int state) {
   if (state == WEIR_PIPELINE_PLAYING) return ML_PIPELINE_STATE_PLAYING;
   return state == WEIR_PIPELINE_PAUSED ? ML_PIPELINE_STATE_PAUSED : ML_PIPELINE_STATE_NULL;
@@ -39,13 +32,30 @@ ml_pipeline_state_e number_of(int state) {
 
 }  // namespace
 
-Result<std::shared_ptr<Pipeline>> Pipeline::construct(const char* text, StateCallback callback) {
+int Pipeline::parse(const char* text, const std::optional<ElementRestriction>& restriction,
+                    weir_pipeline** pipeline, weir_error** error) {
+  if (!restriction) return weir_pipeline_parse(text, pipeline, error);
+  std::vector<const char*> allowed;
+  for (const auto& name : restriction->allowed) allowed.push_back(name.c_str());
+  return weir_pipeline_parse_allowed(text, allowed.data(), static_cast<uint32_t>(allowed.size()),
+                                     pipeline, error);
+}
+
+std::variant<std::shared_ptr<Pipeline>, Refusal> Pipeline::construct(const char* text,
+                                                                     StateCallback callback) {
+  const auto restriction = element_restriction();
+  if (!restriction) return Refusal{ML_ERROR_PERMISSION_DENIED, restriction.error()};
   std::shared_ptr<Pipeline> out(new Pipeline);
   out->state_callback_ = callback;
   CError error;
-  const int result = weir_pipeline_parse(text, &out->pipeline_, error.place());
-  if (result < 0) return error.take(result);
-  if (auto status = out->connect(); !status) return status.error();
+  const int result = parse(text, *restriction, &out->pipeline_, error.place());
+  if (result < 0) return refusal(error.take(result));
+  if (result > 0) {
+    Error forbidden = error.take(-WEIR_OPTION_VALUE);
+    forbidden.fix = "[element-restriction] restricted_elements of " + (*restriction)->origin;
+    return Refusal{ML_ERROR_PERMISSION_DENIED, std::move(forbidden)};
+  }
+  if (auto status = out->connect(); !status) return refusal(status.error());
   return out;
 }
 
@@ -64,26 +74,6 @@ Status Pipeline::connect() {
   if (!state_callback_.function) return ok();
   CError error;
   return error.status(weir_pipeline_on_state(pipeline_, on_state, this, error.place()));
-}
-
-Status Pipeline::check_allowed() const {
-  const auto restriction = element_restriction();
-  if (!restriction) return ok();
-  const auto& allowed = restriction->allowed;
-  for (const auto& [name, kind] : kinds_) {
-    if (of_the_text_itself(kind) ||
-        std::find(allowed.begin(), allowed.end(), kind) != allowed.end())
-      continue;
-    std::string list;
-    for (const auto& word : allowed) list += (list.empty() ? "" : ", ") + word;
-    return Error{Code::OPTION_VALUE,
-                 "the configuration does not allow this element in pipelines",
-                 kind + " (" + name + ")",
-                 "one of: " + (list.empty() ? "none" : list),
-                 "",
-                 "[element-restriction] restricted_elements of " + restriction->origin};
-  }
-  return ok();
 }
 
 Pipeline::~Pipeline() {

@@ -5,7 +5,10 @@
 #include <memory>
 #include <mutex>
 #include <string>
+#include <variant>
 
+#include "answer.hpp"
+#include "element_restriction.hpp"
 #include "handles.hpp"
 #include "sink_callbacks.hpp"
 #include "weir/pipeline.h"
@@ -20,13 +23,12 @@ class Pipeline : public Object, public std::enable_shared_from_this<Pipeline> {
     ml_pipeline_state_cb function = nullptr;
     void* data = nullptr;
   };
-  // Errors of weir_pipeline_parse.
-  static Result<std::shared_ptr<Pipeline>> construct(const char* text, StateCallback callback);
+  // Errors of weir_pipeline_parse; ML_ERROR_PERMISSION_DENIED for an element that the configuration
+  // does not allow, and where the configuration cannot be read.
+  static std::variant<std::shared_ptr<Pipeline>, Refusal> construct(const char* text,
+                                                                    StateCallback callback);
   ~Pipeline() override;
   const char* kind() const noexcept override { return kKind; }
-
-  // OPTION_VALUE: the text names an element that the configuration does not allow.
-  Status check_allowed() const;
 
   // What keeps the pipeline open as long as it lives. OPTION_VALUE: it was destroyed.
   class Use {
@@ -62,6 +64,9 @@ class Pipeline : public Object, public std::enable_shared_from_this<Pipeline> {
  private:
   Pipeline() = default;
   void leave();
+  // 1: not allowed.
+  static int parse(const char* text, const std::optional<ElementRestriction>& restriction,
+                   weir_pipeline** pipeline, weir_error** error);
   Status connect();
   static void on_state(int state, void* self);
 

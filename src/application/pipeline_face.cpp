@@ -72,10 +72,8 @@ int ml_pipeline_construct(const char* pipeline_description, ml_pipeline_state_cb
     *pipe = nullptr;
     if (!pipeline_description) return fail(null_pointer("pipeline_description"));
     auto made = Pipeline::construct(pipeline_description, {cb, user_data});
-    if (!made) return fail(made.error());
-    if (auto status = (*made)->check_allowed(); !status)
-      return fail(Refusal{ML_ERROR_PERMISSION_DENIED, status.error()});
-    *pipe = Handles::all().add(*std::move(made));
+    if (const auto* refused = std::get_if<Refusal>(&made)) return fail(*refused);
+    *pipe = Handles::all().add(std::get<0>(std::move(made)));
     return static_cast<int>(ML_ERROR_NONE);
   });
 }

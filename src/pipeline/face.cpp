@@ -11,6 +11,7 @@ using namespace weir;
 using library::guarded;
 using library::keep;
 using library::null_pointer;
+using pipeline::AllowedElements;
 using pipeline::answer;
 using pipeline::Answer;
 using pipeline::Pipeline;
@@ -55,6 +56,35 @@ int weir_pipeline_parse(const char* text, weir_pipeline** pipeline, weir_error**
     *pipeline = nullptr;
     auto made = Pipeline::parse(text);
     if (!made) return keep(error, made.error());
+    *pipeline = std::make_unique<weir_pipeline>(weir_pipeline{*std::move(made)}).release();
+    return static_cast<int>(WEIR_OK);
+  });
+}
+
+int weir_pipeline_parse_allowed(const char* text, const char* const* allowed, uint32_t n_allowed,
+                                weir_pipeline** pipeline, weir_error** error) {
+  return guarded(error, [&] {
+    if (!text || !pipeline || (!allowed && n_allowed > 0))
+      return keep(error, null_pointer("text, allowed or pipeline"));
+    *pipeline = nullptr;
+    std::vector<std::string> names;
+    for (uint32_t i = 0; i < n_allowed; ++i) {
+      if (!allowed[i]) return keep(error, null_pointer("a name in allowed"));
+      names.emplace_back(allowed[i]);
+    }
+    const auto forbidden = [error](const Status& status) {
+      (void)keep(error, status.error());
+      return 1;
+    };
+    AllowedElements elements(std::move(names));
+    if (const auto status = pipeline::start_gstreamer(); !status)
+      return keep(error, status.error());
+    if (const auto status = elements.check(std::string_view(text)); !status)
+      return forbidden(status);
+    auto made = Pipeline::parse(text);
+    if (!made) return keep(error, made.error());
+    if (const auto status = (*made)->restrict_to(std::move(elements)); !status)
+      return forbidden(status);
     *pipeline = std::make_unique<weir_pipeline>(weir_pipeline{*std::move(made)}).release();
     return static_cast<int>(WEIR_OK);
   });
@@ -145,7 +175,7 @@ int weir_pipeline_on_frame(weir_pipeline* pipeline, const char* name, weir_frame
 }
 
 uint32_t weir_pulled_count(const weir_pulled* frame) {
-  return static_cast<uint32_t>(frame->frame->tensors().size());
+  return frame ? static_cast<uint32_t>(frame->frame->tensors().size()) : 0;
 }
 
 int weir_pulled_tensor(const weir_pulled* frame, uint32_t index, weir_tensor* tensor) {
@@ -155,19 +185,19 @@ int weir_pulled_tensor(const weir_pulled* frame, uint32_t index, weir_tensor* te
 }
 
 int64_t weir_pulled_pts(const weir_pulled* frame) {
-  return frame->frame->pts();
+  return frame ? frame->frame->pts() : -1;
 }
 
 int64_t weir_pulled_duration(const weir_pulled* frame) {
-  return frame->frame->duration();
+  return frame ? frame->frame->duration() : -1;
 }
 
 const char* weir_pulled_caps(const weir_pulled* frame) {
-  return frame->frame->caps().c_str();
+  return frame ? frame->frame->caps().c_str() : "";
 }
 
 weir_pulled* weir_pulled_keep(const weir_pulled* frame) {
-  return new (std::nothrow) weir_pulled(*frame);
+  return frame ? new (std::nothrow) weir_pulled(*frame) : nullptr;
 }
 
 void weir_pulled_free(weir_pulled* frame) {

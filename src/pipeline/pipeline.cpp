@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "core/timer/deadline.hpp"
 #include "gstcpp/error.hpp"
 #include "pipeline/bus_error.hpp"
 #include "pipeline/element_access.hpp"
@@ -14,10 +15,8 @@ using Clock = std::chrono::steady_clock;
 using Time = std::optional<Clock::time_point>;
 
 Time until(std::chrono::nanoseconds limit) {
-  // Far beyond any wait, and far from the end of the clock's numbers.
-  constexpr std::chrono::hours kForever(24 * 365 * 10);
-  if (limit.count() < 0 || limit > kForever) return std::nullopt;
-  return Clock::now() + limit;
+  if (limit.count() < 0) return std::nullopt;
+  return deadline_after(Clock::now(), limit);
 }
 
 Error own_thread() {
@@ -29,7 +28,9 @@ Error own_thread() {
                .fix = "return from the callback, and call pipeline.stop() on another thread"};
 }
 
-Status gstreamer_is_there() {
+}  // namespace
+
+Status start_gstreamer() {
   GError* raw = nullptr;
   if (gst_init_check(nullptr, nullptr, &raw)) return ok();
   const gst::Unique<GError, g_error_free> error(raw);
@@ -37,10 +38,8 @@ Status gstreamer_is_there() {
       Code::INTERNAL, "GStreamer cannot be started", error ? error->message : "", "", "", ""};
 }
 
-}  // namespace
-
 Result<std::unique_ptr<Pipeline>> Pipeline::parse(const char* text) {
-  if (auto status = gstreamer_is_there(); !status) return status.error();
+  if (auto status = start_gstreamer(); !status) return status.error();
   GError* raw = nullptr;
   auto* made = gst_parse_launch_full(text, nullptr, GST_PARSE_FLAG_FATAL_ERRORS, &raw);
   const gst::Unique<GError, g_error_free> error(raw);
@@ -59,6 +58,22 @@ Result<std::unique_ptr<Pipeline>> Pipeline::parse(const char* text) {
     element = std::move(whole);
   }
   return std::unique_ptr<Pipeline>(new Pipeline(std::move(element)));
+}
+
+Status Pipeline::restrict_to(AllowedElements allowed) {
+  if (auto status = allowed.check(bin()); !status) return status;
+  allowed_ = std::move(allowed);
+  added_handler_ =
+      g_signal_connect(pipeline_.get(), "deep-element-added", G_CALLBACK(on_added), this);
+  return ok();
+}
+
+// On whichever thread adds.
+void Pipeline::on_added(GstBin*, GstBin*, GstElement* element, Pipeline* self) {
+  if (const auto status = self->allowed_->check(element); !status) {
+    disable(element);
+    gst::post_error(self->pipeline_.get(), status.error());
+  }
 }
 
 Pipeline::Pipeline(gst::Ref<GstElement> pipeline)
@@ -85,6 +100,7 @@ Pipeline::Pipeline(gst::Ref<GstElement> pipeline)
 
 Pipeline::~Pipeline() {
   halt();
+  if (added_handler_ > 0) g_signal_handler_disconnect(pipeline_.get(), added_handler_);
   const auto bus = gst::Ref<GstBus>::adopt(gst_element_get_bus(pipeline_.get()));
   gst_bus_set_sync_handler(bus.get(), nullptr, nullptr, nullptr);
   // A thread that posted before may be in the handler now, or may be about to enter it.

@@ -15,10 +15,13 @@
 #include <thread>
 
 #include "core/infer/call_gate.hpp"
+#include "pipeline/allowed_elements.hpp"
 #include "pipeline/frame_sink.hpp"
 #include "pipeline/frame_source.hpp"
 
 namespace weir::pipeline {
+
+Status start_gstreamer();
 
 enum class Answer { Done, TimePassed, Ended };  // weir_pipeline_answer
 
@@ -32,6 +35,10 @@ class Pipeline {
   ~Pipeline();
   Pipeline(const Pipeline&) = delete;
   Pipeline& operator=(const Pipeline&) = delete;
+
+  // Once, while stopped. OPTION_VALUE: an element is not allowed; later ones are errors of the
+  // stream.
+  Status restrict_to(AllowedElements allowed);
 
   Status start() { return change(GST_STATE_PLAYING); }
   Status pause() { return change(GST_STATE_PAUSED); }
@@ -71,6 +78,7 @@ class Pipeline {
   void took_stream_status(GstMessage* message);
   bool is_own_thread() const;
   void halt();
+  static void on_added(GstBin* bin, GstBin* parent, GstElement* element, Pipeline* self);
   std::optional<Error> failed() const;
   Status change(GstState state);
   Result<FrameSink*> sink(const std::string& name) const;
@@ -79,6 +87,8 @@ class Pipeline {
   gst::Ref<GstElement> pipeline_;
   infer::CallGate callbacks_;  // of the program
   std::shared_ptr<BusLink> link_;
+  std::optional<AllowedElements> allowed_;  // written by restrict_to(); none: all
+  gulong added_handler_ = 0;
   // Made by the constructor; the maps do not change.
   std::map<std::string, std::unique_ptr<FrameSink>, std::less<>> sinks_;
   std::map<std::string, std::unique_ptr<FrameSource>, std::less<>> sources_;

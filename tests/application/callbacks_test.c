@@ -233,11 +233,32 @@ static void only_elements_that_are_allowed(void) {
   CHECK_REFUSED(ml_pipeline_construct("videotestsrc ! filesink name=f", NULL, NULL, &pipe),
                 ML_ERROR_PERMISSION_DENIED,
                 "the configuration does not allow this element in pipelines\n"
-                "  offered: filesink (f)\n  needed: one of: videotestsrc, fakesink\n"
+                "  offered: filesink\n  needed: one of: videotestsrc, fakesink\n"
                 "  fix: [element-restriction] restricted_elements of /tmp/weir-restriction-");
   CHECK(pipe == NULL);
   CHECK_REFUSED(ml_pipeline_construct("( videotestsrc ! identity ! fakesink )", NULL, NULL, &pipe),
                 ML_ERROR_PERMISSION_DENIED, "offered: identity");
+  CHECK_REFUSED(ml_pipeline_construct("( videotestsrc name=x ! fakesink name=y ) ( filesrc name=x "
+                                      "location=/etc/hostname ! filesink name=y )",
+                                      NULL, NULL, &pipe),
+                ML_ERROR_PERMISSION_DENIED, "offered: filesrc");
+  CHECK_REFUSED(ml_pipeline_construct("file:///etc/hostname ! fakesink", NULL, NULL, &pipe),
+                ML_ERROR_PERMISSION_DENIED, "offered: file");
+  CHECK_REFUSED(ml_pipeline_construct("videotestsrc ! nosuchelement", NULL, NULL, &pipe),
+                ML_ERROR_PERMISSION_DENIED, "offered: nosuchelement");
+  CHECK_REFUSED(ml_pipeline_construct("videotestsrc ! ", NULL, NULL, &pipe),
+                ML_ERROR_INVALID_PARAMETER, "");
+  CHECK(pipe == NULL);
+  /* What cannot be read may hold a restriction. */
+  write_configuration(path, "[element-restriction]\nenable_element_restriction\n");
+  CHECK_REFUSED(ml_pipeline_construct("videotestsrc ! fakesink", NULL, NULL, &pipe),
+                ML_ERROR_PERMISSION_DENIED,
+                "a pipeline cannot be checked against [element-restriction]: "
+                "/tmp/weir-restriction-");
+  setenv("NNSTREAMER_CONF", "/proc/self/mem", 1); /* opens, and cannot be read; by root neither */
+  CHECK_REFUSED(ml_pipeline_construct("videotestsrc ! fakesink", NULL, NULL, &pipe),
+                ML_ERROR_PERMISSION_DENIED, "/proc/self/mem");
+  setenv("NNSTREAMER_CONF", path, 1);
   write_configuration(path,
                       "[element-restriction]\nenable_element_restriction=0\n"
                       "restricted_elements=videotestsrc,fakesink\n");

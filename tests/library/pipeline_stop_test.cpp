@@ -111,9 +111,8 @@ TEST(PipelineFullQueue, LosesNoFrameInAPause) {
   for (float i = 0; i < 100; ++i) ASSERT_TRUE(push(p, i));
   EXPECT_EQ(pulled(p), 0);
   ASSERT_TRUE(returns(p, [&] { return p.pause(); }));
-  EXPECT_EQ(pulled(p), 1);
   ASSERT_TRUE(p.start());
-  for (float i = 2; i < 100; ++i) ASSERT_EQ(pulled(p), i);
+  for (float i = 1; i < 100; ++i) ASSERT_EQ(pulled(p), i);
 }
 
 // Sees the tensor_sink whose stream starts next, which the API does not show; with a reference.

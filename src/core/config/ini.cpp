@@ -139,6 +139,10 @@ Ini read_ini(const std::string& path) {
               "a file that can be read", why_closed(type, failed, errno), ""}}};
   std::string text(kMostBytes + 1, '\0');
   file.read(text.data(), static_cast<std::streamsize>(text.size()));
+  if (file.bad())
+    return {{},
+            {{Code::FILE_NOT_FOUND, "the configuration file cannot be read", path,
+              "a file that can be read", std::generic_category().message(errno), ""}}};
   text.resize(static_cast<size_t>(file.gcount()));
   return parse_ini(text, path);
 }
