@@ -15,7 +15,8 @@
  * Functions that return int: 0 = success; -code (codes.h) = failure, with *error set to an object
  * for weir_error_free unless `error` is NULL; above 0 only where it is said. Shapes are
  * outermost-first as in NumPy, -1 = open. Any thread may call; calls of one model wait for each
- * other. No pointer may be NULL unless said; one that is gives -WEIR_OPTION_VALUE. */
+ * other. No pointer may be NULL unless said; one that is gives -WEIR_OPTION_VALUE, a count of 0, or
+ * "" where a function returns text. */
 #ifndef WEIR_MODEL_H
 #define WEIR_MODEL_H
 #include "weir/abi.h"
@@ -76,8 +77,8 @@ WEIR_EXPORT int weir_model_output(const weir_loaded_model* model, uint32_t index
 WEIR_EXPORT int weir_model_reshape(weir_loaded_model* model, const weir_tensor_info* inputs,
                                    uint32_t n_inputs, weir_error** error);
 
-/* How long a later call may take, in ns; 0: without limit. With a limit inputs are copied and the
- * engine runs on a thread of the model. No engine can be stopped from outside: after
+/* How long a later call may take, in ns; 0 or below: without limit. With a limit inputs are copied
+ * and the engine runs on a thread of the model. No engine can be stopped from outside: after
  * -WEIR_WORKER_TIMEOUT (3015) the invoke goes on by itself, in memory of its own, and every call of
  * the model is -WEIR_WORKER_TIMEOUT until it has ended. */
 WEIR_EXPORT void weir_model_set_timeout(weir_loaded_model* model, int64_t timeout_ns);

@@ -105,37 +105,40 @@ void weir_model_close(weir_loaded_model* model) {
 }
 
 const char* weir_model_engine(const weir_loaded_model* model) {
-  return model->model->model().engine().name;
+  return model ? model->model->model().engine().name : "";
 }
 
 const char* weir_model_engine_version(const weir_loaded_model* model) {
-  const char* version = model->model->model().engine().version;
+  const char* version = model ? model->model->model().engine().version : nullptr;
   return version ? version : "";
 }
 
 const char* weir_model_metadata(const weir_loaded_model* model) {
-  return model->model->model().info().metadata_json;
+  return model ? model->model->model().info().metadata_json : nullptr;
 }
 
 uint32_t weir_model_input_count(const weir_loaded_model* model) {
-  return static_cast<uint32_t>(model->model->model().inputs().size());
+  return model ? static_cast<uint32_t>(model->model->model().inputs().size()) : 0;
 }
 
 uint32_t weir_model_output_count(const weir_loaded_model* model) {
-  return static_cast<uint32_t>(model->model->model().outputs().size());
+  return model ? static_cast<uint32_t>(model->model->model().outputs().size()) : 0;
 }
 
 int weir_model_input(const weir_loaded_model* model, uint32_t index, weir_tensor_info* info) {
+  if (!model) return -WEIR_OPTION_VALUE;
   return guarded(nullptr, [&] { return describe(model->model->inputs(), index, info); });
 }
 
 int weir_model_output(const weir_loaded_model* model, uint32_t index, weir_tensor_info* info) {
+  if (!model) return -WEIR_OPTION_VALUE;
   return guarded(nullptr, [&] { return describe(model->model->outputs(), index, info); });
 }
 
 int weir_model_reshape(weir_loaded_model* model, const weir_tensor_info* inputs, uint32_t n_inputs,
                        weir_error** error) {
   return guarded(error, [&] {
+    if (!model) return keep(error, null_pointer("model"));
     const auto wanted = list(inputs, n_inputs);
     const auto status = model->model->reshape({wanted.begin(), wanted.end()});
     return status ? static_cast<int>(WEIR_OK) : keep(error, status.error());
@@ -143,13 +146,13 @@ int weir_model_reshape(weir_loaded_model* model, const weir_tensor_info* inputs,
 }
 
 void weir_model_set_timeout(weir_loaded_model* model, int64_t timeout_ns) {
-  model->model->set_limit(Limit(timeout_ns > 0 ? timeout_ns : 0));
+  if (model) model->model->set_limit(Limit(timeout_ns > 0 ? timeout_ns : 0));
 }
 
 int weir_model_invoke(weir_loaded_model* model, const weir_tensor* inputs, uint32_t n_inputs,
                       weir_results** results, weir_error** error) {
   return guarded(error, [&] {
-    if (!results) return keep(error, null_pointer("results"));
+    if (!model || !results) return keep(error, null_pointer("model or results"));
     *results = nullptr;
     return hand_over(model->model->invoke(list(inputs, n_inputs)), results, error);
   });
@@ -158,7 +161,7 @@ int weir_model_invoke(weir_loaded_model* model, const weir_tensor* inputs, uint3
 int weir_model_invoke_into(weir_loaded_model* model, const weir_tensor* inputs, uint32_t n_inputs,
                            weir_tensor* outputs, uint32_t n_outputs, weir_error** error) {
   return guarded(error, [&] {
-    if (!outputs && n_outputs > 0) return keep(error, null_pointer("outputs"));
+    if (!model || (!outputs && n_outputs > 0)) return keep(error, null_pointer("model or outputs"));
     auto outcome = model->model->invoke(list(inputs, n_inputs), list(outputs, n_outputs));
     if (!outcome) return keep(error, outcome.error());
     return outcome->dropped ? 1 : 0;
@@ -168,18 +171,18 @@ int weir_model_invoke_into(weir_loaded_model* model, const weir_tensor* inputs, 
 int weir_model_invoke_batch(weir_loaded_model* model, const weir_tensor* inputs, uint32_t n_inputs,
                             uint32_t n_frames, weir_results** results, weir_error** error) {
   return guarded(error, [&] {
-    if (!results) return keep(error, null_pointer("results"));
+    if (!model || !results) return keep(error, null_pointer("model or results"));
     *results = nullptr;
     return hand_over(model->model->invoke_batch(list(inputs, n_inputs), n_frames), results, error);
   });
 }
 
 uint32_t weir_results_count(const weir_results* results) {
-  return static_cast<uint32_t>(results->results.tensors().size());
+  return results ? static_cast<uint32_t>(results->results.tensors().size()) : 0;
 }
 
 uint32_t weir_results_frames(const weir_results* results) {
-  return results->results.frames();
+  return results ? results->results.frames() : 0;
 }
 
 int weir_results_tensor(const weir_results* results, uint32_t index, weir_tensor* tensor) {
@@ -192,7 +195,7 @@ int weir_results_tensor(const weir_results* results, uint32_t index, weir_tensor
 
 int weir_results_frame_tensor(const weir_results* results, uint32_t frame, uint32_t index,
                               weir_tensor* tensor) {
-  if (!tensor || index >= weir_results_count(results) || frame >= results->results.frames())
+  if (!tensor || index >= weir_results_count(results) || frame >= weir_results_frames(results))
     return -WEIR_OPTION_VALUE;
   *tensor = results->results.of_frame(frame, index);
   return WEIR_OK;

@@ -4,5 +4,6 @@
 #include "core/process/process_object.hpp"
 
 void* weir_process_object(const char* name, size_t size, void* (*make)(void)) {
+  if (!name || !make) return nullptr;
   return weir::process::local_object(name, size, make);
 }

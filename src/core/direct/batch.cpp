@@ -40,7 +40,7 @@ Result<Batch> gather(std::span<const weir_tensor> inputs, uint32_t frames,
   if (model.flags & WEIR_MODEL_STATEFUL)
     return unsupported("the model keeps state between frames", std::to_string(frames) + " frames",
                        "one frame after the other");
-  const size_t each = declared.size();
+  const uint64_t each = declared.size();
   if (frames == 0 || inputs.size() != each * frames)
     return Error{
         Code::SPEC_MISMATCH,
@@ -52,26 +52,29 @@ Result<Batch> gather(std::span<const weir_tensor> inputs, uint32_t frames,
   for (size_t i = 0; i < each; ++i)
     if (auto status = check_axis(declared[i], frames, i); !status) return status.error();
   const auto one_declared = of_one_frame(declared), one_current = of_one_frame(current);
+  const auto described = [&](uint64_t frame) {
+    return described_inputs(inputs.subspan(frame * each, each), one_declared, one_current);
+  };
+  auto first = described(0);
+  if (!first) return first.error();
   Batch out;
-  for (uint32_t frame = 0; frame < frames; ++frame) {
-    auto infos = described_inputs(inputs.subspan(frame * each, each), one_declared, one_current);
+  out.infos = *first;
+  for (auto& info : out.infos) info.shape[0] = frames;
+  // A number of frames that no memory holds fails here, before the other frames are read.
+  out.memory = Results(out.infos);
+  if (auto status = out.memory.allocate(1); !status) return status.error();
+  for (uint32_t frame = 1; frame < frames; ++frame) {
+    const auto infos = described(frame);
     if (!infos) return infos.error();
-    if (frame == 0) {
-      out.infos = *std::move(infos);
-      continue;
-    }
     for (size_t i = 0; i < each; ++i)
-      if (const auto difference = shape_difference((*infos)[i], out.infos[i]); !difference.empty())
+      if (const auto difference = shape_difference((*infos)[i], (*first)[i]); !difference.empty())
         return Error{Code::SPEC_MISMATCH,
                      "the frames of a batch have different shapes",
                      "frame " + std::to_string(frame) + ": " + words((*infos)[i]),
-                     "as frame 0: " + words(out.infos[i]),
+                     "as frame 0: " + words((*first)[i]),
                      difference,
                      ""};
   }
-  for (auto& info : out.infos) info.shape[0] = frames;
-  out.memory = Results(out.infos);
-  if (auto status = out.memory.allocate(1); !status) return status.error();
   for (size_t i = 0; i < each; ++i) {
     auto* to = static_cast<char*>(out.memory.tensors()[i].data);
     for (uint32_t frame = 0; frame < frames; ++frame) {

@@ -41,6 +41,17 @@ TEST_F(DirectTest, GathersEachOfSeveralInputs) {
   EXPECT_EQ(values(outcome->results), (Values{10, 20, 300, 400}));
 }
 
+// The list claims tensors that are not there: none but the first may be read.
+TEST_F(DirectTest, RefusesMoreFramesThanMemoryHolds) {
+  TestModel::in = {tensor_info("x", WEIR_FLOAT32, {-1, int64_t{1} << 40})};
+  const float first = 1;
+  weir_tensor tensor = lend(std::span(&first, 1), {1, int64_t{1} << 40});
+  tensor.bytes = tensor.capacity = sizeof(float) * (uint64_t{1} << 40);
+  const size_t frames = size_t{1} << 31;
+  EXPECT_REFUSED(open()->invoke_batch(std::span(&tensor, frames), frames), OUT_OF_MEMORY,
+                 "(2147483648, 1099511627776)");
+}
+
 TEST_F(DirectTest, FillsAModelWhoseBatchIsFixed) {
   TestModel::in = {tensor_info("x", WEIR_FLOAT32, {2, 2})};
   TestModel::out = {tensor_info("y", WEIR_FLOAT32, {2, 2})};
