@@ -5,6 +5,7 @@
 #include "compat/guard.hpp"
 #include "compat/spec.hpp"
 #include "core/tensor/packed_tensors.hpp"
+#include "gstcpp/allocation.hpp"
 #include "gstcpp/ref.hpp"
 #include "nnstreamer_plugin_api.h"
 
@@ -70,15 +71,14 @@ GstMemory* packed_with(GstMemory* last, GstMemory* added, const GstTensorInfo& i
   header.extra[header.extra_count] = info;
   header.extra[header.extra_count++].name = nullptr;
   const auto data = packed ? old.bytes().subspan(sizeof header) : old.bytes();
-  GstMemory* made =
-      gst_allocator_alloc(nullptr, sizeof header + data.size() + more.bytes().size(), nullptr);
+  auto made = weir::gst::allocate_memory(sizeof header + data.size() + more.bytes().size());
   if (!made) return nullptr;
-  const Mapped to(made, GST_MAP_WRITE);
+  const Mapped to(made->get(), GST_MAP_WRITE);
   std::memcpy(to.bytes().data(), &header, sizeof header);
   std::copy(data.begin(), data.end(), to.bytes().begin() + sizeof header);
   std::copy(more.bytes().begin(), more.bytes().end(),
             to.bytes().begin() + static_cast<ptrdiff_t>(sizeof header + data.size()));
-  return made;
+  return made->release();
 }
 
 // Takes nothing over.

@@ -5,6 +5,7 @@
 #include <bit>
 #include <cstdlib>
 
+#include "gstcpp/frame_errors.hpp"
 #include "gstcpp/own_thread_query.hpp"
 #include "gstcpp/shared_allocator.hpp"
 
@@ -12,6 +13,19 @@ namespace weir::gst {
 namespace {
 
 constexpr size_t kMostAlignment = 4096, kMostPadding = 65536;  // what abi.h lets engines ask for
+// Below this GStreamer's allocator is quicker, and GstBuffer and GstMemory take as much by it.
+constexpr size_t kAlwaysThere = 4096;
+
+// Null when memory ran out.
+GstMemory* allocate_aligned(size_t bytes, size_t alignment, size_t padding) {
+  size_t capacity = 0, rounded = 0;
+  if (__builtin_add_overflow(bytes, padding, &capacity) ||
+      __builtin_add_overflow(capacity, alignment - 1, &rounded))
+    return nullptr;
+  void* data = std::aligned_alloc(alignment, rounded / alignment * alignment);
+  if (!data) return nullptr;
+  return gst_memory_new_wrapped(GstMemoryFlags(0), data, capacity, 0, bytes, data, std::free);
+}
 
 }  // namespace
 
@@ -23,31 +37,23 @@ GstAllocationParams Allocation::params() const noexcept {
   return out;
 }
 
-GstMemory* allocate_memory(size_t bytes, const Allocation& allocation) {
-  constexpr size_t kAlwaysThere = size_t{1} << 20;
-  if (allocation.allocator) {
+Result<Ref<GstMemory>> allocate_memory(size_t bytes, const Allocation& allocation) {
+  GstMemory* memory = nullptr;
+  if (allocation.allocator || bytes < kAlwaysThere) {
     auto params = allocation.params();
-    return gst_allocator_alloc(allocation.allocator.get(), bytes, &params);
+    memory = gst_allocator_alloc(allocation.allocator.get(), bytes, &params);
+  } else {
+    memory = allocate_aligned(bytes, allocation.alignment, allocation.padding);
   }
-  if (bytes < kAlwaysThere) {
-    auto params = allocation.params();
-    return gst_allocator_alloc(nullptr, bytes, &params);
-  }
-  const size_t alignment = allocation.alignment;
-  size_t capacity = 0, rounded = 0;
-  if (__builtin_add_overflow(bytes, allocation.padding, &capacity) ||
-      __builtin_add_overflow(capacity, alignment - 1, &rounded))
-    return nullptr;
-  void* data = std::aligned_alloc(alignment, rounded / alignment * alignment);
-  if (!data) return nullptr;
-  return gst_memory_new_wrapped(GstMemoryFlags(0), data, capacity, 0, bytes, data, std::free);
+  if (!memory) return memory_ran_out(bytes);
+  return Ref<GstMemory>::adopt(memory);
 }
 
-GstBuffer* allocate_buffer(size_t bytes, const Allocation& allocation) {
-  GstMemory* memory = allocate_memory(bytes, allocation);
-  if (!memory) return nullptr;
-  GstBuffer* buffer = gst_buffer_new();
-  gst_buffer_append_memory(buffer, memory);
+Result<Ref<GstBuffer>> allocate_buffer(size_t bytes, const Allocation& allocation) {
+  auto memory = allocate_memory(bytes, allocation);
+  if (!memory) return memory.error();
+  auto buffer = Ref<GstBuffer>::adopt(gst_buffer_new());
+  gst_buffer_append_memory(buffer.get(), memory->release());
   return buffer;
 }
 

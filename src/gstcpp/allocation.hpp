@@ -4,6 +4,7 @@
 
 #include "core/ledger/ledger.hpp"
 #include "gstcpp/ref.hpp"
+#include "weir/result.hpp"
 
 namespace weir::gst {
 
@@ -17,11 +18,12 @@ struct Allocation {
   GstAllocationParams params() const noexcept;
 };
 
-// Memory as `allocation` says; null when memory ran out, where GStreamer's own allocator would end
-// the process.
-GstMemory* allocate_memory(size_t bytes, const Allocation& allocation = {});
+// Memory as `allocation` says. Everything whose size comes from data, caps or properties is
+// allocated here: GStreamer's own allocator ends the process when memory runs out.
+// Errors: OUT_OF_MEMORY.
+Result<Ref<GstMemory>> allocate_memory(size_t bytes, const Allocation& allocation = {});
 // The same as a buffer with one memory.
-GstBuffer* allocate_buffer(size_t bytes, const Allocation& allocation = {});
+Result<Ref<GstBuffer>> allocate_buffer(size_t bytes, const Allocation& allocation = {});
 
 // What an answered query asks for at most, no less than the default; `unasked` when it asks
 // nothing.

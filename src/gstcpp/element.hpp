@@ -5,6 +5,7 @@
 // failure value, and never crosses into C. Impl may also have
 //   void property_changed(const char* name)   after a write, without the settings lock
 //   Ledger ledger_                            shown as the read-only property "stats"
+//   BufferLimit buffer_limit_                 shown as the property "max-buffer-size"
 //   void add_stats(GstStructure*) const       its own fields of "stats"
 #pragma once
 #include <exception>
@@ -13,6 +14,7 @@
 #include <new>
 #include <tuple>
 
+#include "core/limit/buffer_limit.hpp"
 #include "gstcpp/error.hpp"
 #include "gstcpp/ledger_stats.hpp"
 #include "gstcpp/property.hpp"
@@ -180,6 +182,11 @@ class Element {
     Impl* impl = of(o);
     if (!impl) return;
     guarded<void>(GST_ELEMENT_CAST(o), [&] {
+      if (id == limit_id()) {
+        if constexpr (requires { impl->buffer_limit_; })
+          impl->buffer_limit_.set_bytes(g_value_get_uint64(v));
+        return;
+      }
       with_property(id, [&](const auto& p) {
         if constexpr (requires { p.field; }) {
           std::lock_guard lock(impl->settings_mutex_);
@@ -198,6 +205,11 @@ class Element {
         g_value_take_boxed(v, stats(*impl));
         return;
       }
+      if (id == limit_id()) {
+        if constexpr (requires { impl->buffer_limit_; })
+          g_value_set_uint64(v, impl->buffer_limit_.bytes());
+        return;
+      }
       with_property(id, [&](const auto& p) {
         if constexpr (requires { p.get; }) {
           to_gvalue((impl->*p.get)(), v);
@@ -211,6 +223,7 @@ class Element {
   static constexpr guint stats_id() {
     return static_cast<guint>(std::tuple_size_v<std::decay_t<decltype(Impl::kProperties)>> + 1);
   }
+  static constexpr guint limit_id() { return stats_id() + 1; }
   static GstStructure* stats(const Impl& impl) {
     GstStructure* structure = to_structure(impl.ledger_.snapshot());
     if constexpr (requires { impl.add_stats(structure); }) impl.add_stats(structure);
@@ -243,6 +256,15 @@ class Element {
         g_param_spec_boxed(
             "stats", "stats", "Frames received, consumed, dropped by reason, held and pushed",
             GST_TYPE_STRUCTURE, GParamFlags(G_PARAM_READABLE | G_PARAM_STATIC_STRINGS)));
+    if constexpr (requires(Impl & impl) { impl.buffer_limit_; })
+      g_object_class_install_property(
+          object, limit_id(),
+          g_param_spec_uint64(
+              "max-buffer-size", "max-buffer-size",
+              "Largest output buffer in bytes; a larger one is an error before it is allocated; "
+              "0 = no limit",
+              0, G_MAXUINT64, BufferLimit::kDefaultBytes,
+              writable_flags(Changeable::WhilePlaying)));
 
     auto* element = GST_ELEMENT_CLASS(k);
     gst_element_class_set_static_metadata(element, Impl::kInfo.long_name, Impl::kInfo.klass,

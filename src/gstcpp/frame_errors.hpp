@@ -63,8 +63,13 @@ inline Error memory_not_mapped() {
       "put the element that downloads from the device in between (gldownload, for example)"};
 }
 
-inline Error memory_ran_out() {
-  return Error{Code::OUT_OF_MEMORY, "no memory for an output buffer", "", "", "", ""};
+inline Error memory_ran_out(uint64_t bytes) {
+  return Error{.code = Code::OUT_OF_MEMORY,
+               .what = "memory ran out",
+               .offered = {},
+               .needed = std::to_string(bytes) + " bytes for a buffer",
+               .difference = {},
+               .fix = {}};
 }
 
 }  // namespace weir::gst

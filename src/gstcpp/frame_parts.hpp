@@ -38,9 +38,9 @@ class FrameParts {
 };
 
 // The bytes of `buffer` as one memory: the buffer's own, or a part of one, by reference. Copied,
-// and counted in `copied`, when they lie in several or their memory may not be shared. Null when
-// memory ran out.
-GstMemory* share_bytes(GstBuffer* buffer, size_t offset, size_t size, uint64_t* copied);
+// and counted in `copied`, when they lie in several or their memory may not be shared.
+// Errors: MAP_FAILED, OUT_OF_MEMORY.
+Result<Ref<GstMemory>> share_bytes(GstBuffer* buffer, size_t offset, size_t size, uint64_t* copied);
 
 // A buffer of the tensors that `chosen` names (indices below parts.parts().size()), with the
 // metadata of `in`. From the 16th tensor of it on they are copied into a packed memory.

@@ -9,6 +9,7 @@
 
 #include "core/tensor/packed_tensors.hpp"
 #include "core/tensor/tensor_header.hpp"
+#include "gstcpp/frame_errors.hpp"
 
 namespace weir::gst {
 namespace {
@@ -46,7 +47,7 @@ std::span<const TensorSpec> packed_part(const std::vector<TensorSpec>& tensors) 
                                        : std::span<const TensorSpec>();
 }
 
-GstMemory* packed_memory(const PoolState& s) {
+Result<Ref<GstMemory>> packed_memory(const PoolState& s) {
   size_t total = kPackedHeaderBytes;
   for (const auto& spec : packed_part(s.tensors))
     total += header_bytes_of(s.format) + *spec.bytes();
@@ -59,11 +60,11 @@ GstFlowReturn alloc_buffer(GstBufferPool* pool, GstBuffer** out, GstBufferPoolAc
   const bool packed = s.tensors.size() > kMemoryLimit;
   const size_t alone = packed ? kMemoryLimit - 1 : s.tensors.size();
   for (size_t i = 0; i < alone + (packed ? 1 : 0); ++i) {
-    GstMemory* memory =
+    auto memory =
         i < alone ? allocate_memory(header_bytes_of(s.format) + *s.tensors[i].bytes(), s.allocation)
                   : packed_memory(s);
     if (!memory) return GST_FLOW_ERROR;
-    gst_buffer_append_memory(buffer.get(), memory);
+    gst_buffer_append_memory(buffer.get(), memory->release());
   }
   {
     std::lock_guard lock(s.mutex);
@@ -196,10 +197,16 @@ Result<FramePool> FramePool::make(std::vector<TensorSpec> tensors, Format format
   return out;
 }
 
-Ref<GstBuffer> FramePool::acquire() {
+Result<Ref<GstBuffer>> FramePool::acquire() {
   GstBuffer* buffer = nullptr;
-  if (gst_buffer_pool_acquire_buffer(pool_.get(), &buffer, nullptr) != GST_FLOW_OK) return {};
+  if (gst_buffer_pool_acquire_buffer(pool_.get(), &buffer, nullptr) != GST_FLOW_OK)
+    return memory_ran_out(state_of(pool_.get()).total_bytes);
   return Ref<GstBuffer>::adopt(buffer);
+}
+
+Result<Ref<GstBuffer>> FramePool::acquire(const BufferLimit& limit) {
+  if (auto status = limit.check(state_of(pool_.get()).total_bytes); !status) return status.error();
+  return acquire();
 }
 
 Status FramePool::Writer::map(const FramePool& pool, GstBuffer* buffer, Format format) {

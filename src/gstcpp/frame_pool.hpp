@@ -6,6 +6,7 @@
 #include <span>
 #include <vector>
 
+#include "core/limit/buffer_limit.hpp"
 #include "core/tensor/frame_spec.hpp"
 #include "gstcpp/allocation.hpp"
 #include "gstcpp/ref.hpp"
@@ -28,9 +29,11 @@ class FramePool {
                                 size_t retain = 8);
   FramePool() = default;
 
-  // A buffer to write into; null when memory ran out. One of a single memory may be shortened; it
-  // gets its length back in the pool.
-  Ref<GstBuffer> acquire();
+  // A buffer to write into. One of a single memory may be shortened; it gets its length back in the
+  // pool. Errors: OUT_OF_MEMORY.
+  Result<Ref<GstBuffer>> acquire();
+  // The same. LIMIT_EXCEEDED when the buffers of the pool are larger than the limit.
+  Result<Ref<GstBuffer>> acquire(const BufferLimit& limit);
   // Maps a buffer of this pool for writing: one span per tensor, valid until unmap().
   class Writer {
    public:

@@ -4,20 +4,34 @@
 #include <string>
 
 #include "gstcpp/frame_errors.hpp"
+#include "gstcpp/memory_part.hpp"
 
 namespace weir::gst {
 void FrameReader::clear() noexcept {
   views_.clear();
   maps_.clear();
-  if (whole_buffer_) gst_buffer_unmap(whole_buffer_, &whole_);
-  whole_buffer_ = nullptr;
+  whole_ = {};
 }
 
 Status FrameReader::read(GstBuffer* buffer, const FrameSpec& spec, GstMapFlags flags) {
   clear();
   copied_ = 0;
   if (spec.format == Format::Static) return read_static(buffer, spec, flags);
-  return read_headers(buffer, spec, flags);
+  if (auto status = read_headers(buffer, spec, flags); !status) return status;
+  return spec.format == Format::Sparse ? ok() : check_dense();
+}
+
+// Users of views read as many bytes as the dimensions say, which a sparse payload does not have.
+Status FrameReader::check_dense() const {
+  for (size_t i = 0; i < views_.size(); ++i)
+    if (views_[i].format == Format::Sparse)
+      return Error{.code = Code::FORMAT_UNSUPPORTED,
+                   .what = "a tensor of a flexible stream is sparse",
+                   .offered = views_[i].spec.to_string(),
+                   .needed = "dense tensors",
+                   .difference = "tensor " + std::to_string(i),
+                   .fix = "other/tensors,format=sparse ! tensor_sparse_dec"};
+  return ok();
 }
 
 Status FrameReader::map(GstBuffer* buffer, GstMapFlags flags) {
@@ -72,14 +86,20 @@ Status FrameReader::split_by_size(GstBuffer* buffer, const FrameSpec& spec, GstM
   const size_t total = gst_buffer_get_size(buffer);
   const auto needed = spec.bytes();
   if (!needed || total < *needed) return wrong_frame_size(spec, buffer, "the buffer is too small");
-  if (!gst_buffer_map(buffer, &whole_, flags)) return memory_not_mapped();
-  whole_buffer_ = buffer;
-  if (gst_buffer_n_memory(buffer) > 1) copied_ = total;
-  const std::span bytes(reinterpret_cast<std::byte*>(whole_.data), whole_.size);
+  auto whole = one_memory(buffer);
+  if (!whole) return whole.error();
+  whole_ = *std::move(whole);
+  if (gst_buffer_n_memory(buffer) > 1) {
+    copied_ = total;
+    if (flags & GST_MAP_WRITE) gst_buffer_replace_all_memory(buffer, gst_memory_ref(whole_.get()));
+  }
+  maps_.emplace_back(whole_.get(), flags);
+  if (!maps_.back()) return memory_not_mapped();
+  const auto bytes = maps_.back().bytes();
   size_t offset = 0;
   for (size_t i = 0; i < spec.tensors.size(); ++i) {
     const auto size = static_cast<size_t>(*spec.tensors[i].bytes());
-    add_static(i, spec, bytes.subspan(offset, size), whole_.maxsize - offset, -1);
+    add_static(i, spec, bytes.subspan(offset, size), maps_.back().capacity() - offset, -1);
     offset += size;
   }
   return ok();

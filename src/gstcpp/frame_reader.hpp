@@ -25,6 +25,7 @@ struct TensorView {
 // allocated. The views live until the next read() or clear(), which unmap.
 class FrameReader {
  public:
+  // FORMAT_UNSUPPORTED: a tensor of a flexible stream is sparse.
   // Static: the memories must have the sizes of the spec; another number of memories is re-split
   // by the computed sizes. Flexible and sparse: headers are read and checked. More than 16 tensors
   // are found in the packed last memory.
@@ -38,14 +39,14 @@ class FrameReader {
   Status read_static(GstBuffer* buffer, const FrameSpec& spec, GstMapFlags flags);
   Status split_by_size(GstBuffer* buffer, const FrameSpec& spec, GstMapFlags flags);
   Status read_headers(GstBuffer* buffer, const FrameSpec& spec, GstMapFlags flags);
+  Status check_dense() const;
   Status add_chunk(std::span<std::byte> chunk, size_t capacity, int memory);
   void add_static(size_t index, const FrameSpec& spec, std::span<std::byte> bytes, size_t capacity,
                   int memory);
 
+  Ref<GstMemory> whole_;  // of a buffer whose memories are not its tensors; outlives maps_
   std::vector<MappedMemory> maps_;
   std::vector<TensorView> views_;
-  GstBuffer* whole_buffer_ = nullptr;  // mapped as one; borrowed
-  GstMapInfo whole_ = GST_MAP_INFO_INIT;
   uint64_t copied_ = 0;
 };
 

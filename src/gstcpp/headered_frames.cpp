@@ -14,8 +14,9 @@ Result<Ref<GstBuffer>> HeaderedFrames::copy(GstBuffer* in, const std::vector<Ten
     pool_ = *std::move(pool);
     media_ = media;
   }
-  auto out = pool_.acquire();
-  if (!out) return memory_ran_out();
+  auto acquired = pool_.acquire();
+  if (!acquired) return acquired;
+  auto out = *std::move(acquired);
   FramePool::Writer writer;
   if (auto status = writer.map(pool_, out.get()); !status) return status.error();
   size_t offset = 0;

@@ -73,7 +73,7 @@ Status MappedVideo::map(const GstVideoInfo& video, GstBuffer* buffer, GstMapFlag
 }
 
 Status MappedVideo::map_merged(const GstVideoInfo& video, GstBuffer* buffer, GstMapFlags flags) {
-  auto merged = merged_memory(buffer);
+  auto merged = one_memory(buffer);
   if (!merged) return merged.error();
   merged_ = *std::move(merged);
   copied_ = gst_buffer_get_size(buffer);

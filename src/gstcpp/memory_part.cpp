@@ -1,29 +1,41 @@
 // Sharing, or copying what refuses to be shared.
 #include "gstcpp/memory_part.hpp"
 
+#include <cstring>
+
 #include "gstcpp/allocation.hpp"
 #include "gstcpp/frame_errors.hpp"
 #include "gstcpp/ref.hpp"
 
 namespace weir::gst {
 
-GstMemory* part_of(GstMemory* memory, size_t offset, size_t size, bool* copied) {
+Result<Ref<GstMemory>> part_of(GstMemory* memory, size_t offset, size_t size, bool* copied) {
   *copied = false;
   if (offset == 0 && size == gst_memory_get_sizes(memory, nullptr, nullptr))
-    return gst_memory_ref(memory);
+    return Ref<GstMemory>::share(memory);
   const auto from = static_cast<gssize>(offset), length = static_cast<gssize>(size);
   if (!GST_MEMORY_FLAG_IS_SET(memory, GST_MEMORY_FLAG_NO_SHARE))
-    if (GstMemory* shared = gst_memory_share(memory, from, length)) return shared;
+    if (GstMemory* shared = gst_memory_share(memory, from, length))
+      return Ref<GstMemory>::adopt(shared);
+  const MappedMemory source(memory, GST_MAP_READ);
+  if (!source) return memory_not_mapped();
+  auto copy = allocate_memory(size);
+  if (!copy) return copy;
+  const MappedMemory target(copy->get(), GST_MAP_WRITE);
+  if (!target) return memory_ran_out(size);
+  std::memcpy(target.bytes().data(), source.bytes().subspan(offset, size).data(), size);
   *copied = true;
-  return gst_memory_copy(memory, from, length);
+  return copy;
 }
 
-Result<Ref<GstMemory>> merged_memory(GstBuffer* buffer) {
+Result<Ref<GstMemory>> one_memory(GstBuffer* buffer) {
+  if (gst_buffer_n_memory(buffer) == 1)
+    return Ref<GstMemory>::share(gst_buffer_peek_memory(buffer, 0));
   const size_t bytes = gst_buffer_get_size(buffer);
-  auto merged = Ref<GstMemory>::adopt(allocate_memory(bytes));
-  if (!merged) return memory_ran_out();
-  const MappedMemory map(merged.get(), GST_MAP_WRITE);
-  if (!map) return memory_ran_out();
+  auto merged = allocate_memory(bytes);
+  if (!merged) return merged;
+  const MappedMemory map(merged->get(), GST_MAP_WRITE);
+  if (!map) return memory_ran_out(bytes);
   if (gst_buffer_extract(buffer, 0, map.bytes().data(), bytes) != bytes) return memory_not_mapped();
   return merged;
 }
@@ -49,10 +61,6 @@ bool can_be_read(GstBuffer* buffer) {
 bool can_be_written(GstBuffer* buffer) {
   return gst_buffer_is_writable(buffer) && gst_buffer_is_all_memory_writable(buffer) &&
          can_be_mapped(buffer, GST_MAP_READWRITE);
-}
-
-Error why_no_memory(GstBuffer* buffer) {
-  return can_be_read(buffer) ? memory_ran_out() : memory_not_mapped();
 }
 
 }  // namespace weir::gst

@@ -20,8 +20,8 @@ void keep_maps_of(std::span<const size_t> chosen, size_t tensors, GstBuffer* buf
   set_picture_maps(buffer, std::move(kept));
 }
 
-GstMemory* packed(GstBuffer* in, const std::vector<FramePart>& parts,
-                  std::span<const size_t> chosen, uint64_t* copied) {
+Result<Ref<GstMemory>> packed(GstBuffer* in, const std::vector<FramePart>& parts,
+                              std::span<const size_t> chosen, uint64_t* copied) {
   std::vector<TensorSpec> specs;
   std::vector<uint64_t> sizes;
   for (const size_t index : chosen) {
@@ -29,13 +29,15 @@ GstMemory* packed(GstBuffer* in, const std::vector<FramePart>& parts,
     sizes.push_back(parts[index].size);
   }
   const size_t total = std::accumulate(sizes.begin(), sizes.end(), kPackedHeaderBytes);
-  GstMemory* memory = allocate_memory(total);
-  if (!memory) return nullptr;
-  const MappedMemory map(memory, GST_MAP_WRITE);
+  auto memory = allocate_memory(total);
+  if (!memory) return memory;
+  const MappedMemory map(memory->get(), GST_MAP_WRITE);
+  if (!map) return memory_ran_out(total);
   write_packed_header(specs, sizes, map.bytes().first<kPackedHeaderBytes>());
   size_t at = kPackedHeaderBytes;
   for (const size_t index : chosen)
     at += gst_buffer_extract(in, parts[index].offset, map.bytes().data() + at, parts[index].size);
+  if (at != total) return memory_not_mapped();
   *copied += total - kPackedHeaderBytes;
   return memory;
 }
@@ -48,10 +50,12 @@ Ref<GstBuffer> buffer_like(GstBuffer* in) {
   return out;
 }
 
-GstMemory* share_bytes(GstBuffer* buffer, size_t offset, size_t size, uint64_t* copied) {
+Result<Ref<GstMemory>> share_bytes(GstBuffer* buffer, size_t offset, size_t size,
+                                   uint64_t* copied) {
   guint index = 0, length = 0;
   gsize skip = 0;
-  if (!gst_buffer_find_memory(buffer, offset, size, &index, &length, &skip)) return nullptr;
+  if (!gst_buffer_find_memory(buffer, offset, size, &index, &length, &skip))
+    return memory_not_mapped();
   GstMemory* memory = gst_buffer_peek_memory(buffer, index);
   const bool may_share = !GST_MEMORY_IS_NO_SHARE(memory);
   if (length == 1 && may_share) {
@@ -59,12 +63,15 @@ GstMemory* share_bytes(GstBuffer* buffer, size_t offset, size_t size, uint64_t* 
     GstMemory* shared =
         all ? gst_memory_ref(memory)
             : gst_memory_share(memory, static_cast<gssize>(skip), static_cast<gssize>(size));
-    if (shared) return shared;
+    if (shared) return Ref<GstMemory>::adopt(shared);
   }
-  GstMemory* own = allocate_memory(size);
-  if (!own) return nullptr;
-  const MappedMemory map(own, GST_MAP_WRITE);
-  *copied += gst_buffer_extract(buffer, offset, map.bytes().data(), size);
+  auto own = allocate_memory(size);
+  if (!own) return own;
+  const MappedMemory map(own->get(), GST_MAP_WRITE);
+  if (!map) return memory_ran_out(size);
+  if (gst_buffer_extract(buffer, offset, map.bytes().data(), size) != size)
+    return memory_not_mapped();
+  *copied += size;
   return own;
 }
 
@@ -74,14 +81,14 @@ Result<Ref<GstBuffer>> pick_tensors(GstBuffer* in, const FrameParts& parts,
   const size_t alone = chosen.size() > kMemoryLimit ? kMemoryLimit - 1 : chosen.size();
   for (const size_t index : chosen.first(alone)) {
     const FramePart& part = parts.parts()[index];
-    GstMemory* memory = share_bytes(in, part.offset, part.size, copied);
-    if (!memory) return memory_ran_out();
-    gst_buffer_append_memory(out.get(), memory);
+    auto memory = share_bytes(in, part.offset, part.size, copied);
+    if (!memory) return memory.error();
+    gst_buffer_append_memory(out.get(), memory->release());
   }
   if (alone < chosen.size()) {
-    GstMemory* memory = packed(in, parts.parts(), chosen.subspan(alone), copied);
-    if (!memory) return memory_ran_out();
-    gst_buffer_append_memory(out.get(), memory);
+    auto memory = packed(in, parts.parts(), chosen.subspan(alone), copied);
+    if (!memory) return memory.error();
+    gst_buffer_append_memory(out.get(), memory->release());
   }
   keep_maps_of(chosen, parts.parts().size(), out.get());
   return out;
@@ -90,14 +97,18 @@ Result<Ref<GstBuffer>> pick_tensors(GstBuffer* in, const FrameParts& parts,
 Result<Ref<GstBuffer>> copy_tensors(GstBuffer* in, const FrameParts& parts,
                                     std::span<const size_t> chosen, FramePool* pool,
                                     uint64_t* copied) {
-  auto out = pool->acquire();
-  if (!out) return memory_ran_out();
+  auto acquired = pool->acquire();
+  if (!acquired) return acquired;
+  auto out = *std::move(acquired);
   gst_buffer_copy_into(out.get(), in, GST_BUFFER_COPY_METADATA, 0, static_cast<gsize>(-1));
   FramePool::Writer writer;
   if (auto status = writer.map(*pool, out.get()); !status) return status.error();
   for (size_t i = 0; i < chosen.size(); ++i) {
     const FramePart& part = parts.parts()[chosen[i]];
-    *copied += gst_buffer_extract(in, part.offset, writer.payloads()[i].data(), part.size);
+    const auto& payload = writer.payloads()[i];
+    if (gst_buffer_extract(in, part.offset, payload.data(), part.size) != part.size)
+      return memory_not_mapped();
+    *copied += part.size;
   }
   writer.unmap();
   keep_maps_of(chosen, parts.parts().size(), out.get());

@@ -32,7 +32,10 @@ GstMemory* alloc(GstAllocator* allocator, gsize size, GstAllocationParams* param
   const Arena& arena = *reinterpret_cast<Allocator*>(allocator)->arena;
   Block block = fits ? arena->allocate(total) : nullptr;
   if (!block && params->prefix > 0) return gst_allocator_alloc(nullptr, size, params);
-  if (!block) return allocate_memory(size, {params->align + 1, params->padding, {}});
+  if (!block) {
+    auto memory = allocate_memory(size, {params->align + 1, params->padding, {}});
+    return memory ? memory->release() : nullptr;
+  }
   std::byte* const data = block->data();
   const gsize whole = block->bytes();
   return gst_memory_new_wrapped(params->flags, data, whole, params->prefix, size,

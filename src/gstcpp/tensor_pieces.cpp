@@ -7,6 +7,7 @@
 
 #include "core/tensor/packed_tensors.hpp"
 #include "core/tensor/tensor_header.hpp"
+#include "gstcpp/allocation.hpp"
 #include "gstcpp/frame_errors.hpp"
 #include "gstcpp/memory_part.hpp"
 
@@ -18,9 +19,9 @@ size_t size_of(GstMemory* memory) {
 }
 
 // A part of a memory; a copy where memory cannot be shared.
-Ref<GstMemory> part_of(GstMemory* memory, ByteRange range, Ledger* ledger) {
+Result<Ref<GstMemory>> part_of(GstMemory* memory, ByteRange range, Ledger* ledger) {
   bool copied = false;
-  auto part = Ref<GstMemory>::adopt(gst::part_of(memory, range.offset, range.size, &copied));
+  auto part = gst::part_of(memory, range.offset, range.size, &copied);
   if (copied) ledger->copied(range.size);
   return part;
 }
@@ -29,8 +30,8 @@ Status append_ranges(GstMemory* memory, const std::vector<ByteRange>& ranges, Le
                      std::vector<TensorPiece>* pieces) {
   for (const auto& range : ranges) {
     auto part = part_of(memory, range, ledger);
-    if (!part) return memory_not_mapped();
-    pieces->push_back({std::move(part), {}});
+    if (!part) return part.error();
+    pieces->push_back({*std::move(part), {}});
   }
   return ok();
 }
@@ -85,15 +86,15 @@ Status append_static(GstBuffer* buffer, const FrameSpec& spec, Ledger* ledger,
     const auto needed = spec.bytes();
     if (!needed || gst_buffer_get_size(buffer) < *needed) return wrong_frame_size(spec, buffer, "");
     if (memories > 1) ledger->copied(gst_buffer_get_size(buffer));
-    const auto all = Ref<GstMemory>::adopt(gst_buffer_get_all_memory(buffer));
-    if (!all) return memory_not_mapped();
+    const auto all = one_memory(buffer);
+    if (!all) return all.error();
     std::vector<ByteRange> ranges;
     size_t offset = 0;
     for (const auto& tensor : spec.tensors) {
       ranges.push_back({offset, static_cast<size_t>(*tensor.bytes())});
       offset += ranges.back().size;
     }
-    if (auto status = append_ranges(all.get(), ranges, ledger, pieces); !status) return status;
+    if (auto status = append_ranges(all->get(), ranges, ledger, pieces); !status) return status;
   }
   for (size_t i = 0; i < count; ++i) (*pieces)[first + i].spec = spec.tensors[i];
   return ok();
@@ -135,16 +136,17 @@ Status append_pieces(GstBuffer* buffer, const FrameSpec& spec, Ledger* ledger,
 
 Result<TensorPiece> with_header(const TensorPiece& piece, Ledger* ledger) {
   const MappedMemory from(piece.memory.get(), GST_MAP_READ);
-  auto memory = Ref<GstMemory>::adopt(
-      gst_allocator_alloc(nullptr, kTensorHeaderBytes + from.bytes().size(), nullptr));
-  const MappedMemory to(memory.get(), GST_MAP_WRITE);
-  if (!from || !to) return memory_not_mapped();
+  if (!from) return memory_not_mapped();
+  auto memory = allocate_memory(kTensorHeaderBytes + from.bytes().size());
+  if (!memory) return memory.error();
+  const MappedMemory to(memory->get(), GST_MAP_WRITE);
+  if (!to) return memory_not_mapped();
   TensorHeader header;
   header.spec = piece.spec;
   write_tensor_header(header, to.bytes().first<kTensorHeaderBytes>());
   std::memcpy(to.bytes().data() + kTensorHeaderBytes, from.bytes().data(), from.bytes().size());
   ledger->copied(from.bytes().size());
-  return TensorPiece{std::move(memory), piece.spec};
+  return TensorPiece{*std::move(memory), piece.spec};
 }
 
 namespace {
@@ -164,10 +166,10 @@ using Fill = std::function<Status(size_t n, std::span<std::byte> bytes)>;
 Status append_packed(std::span<const TensorSpec> specs, std::span<const uint64_t> sizes,
                      size_t first, GstBuffer* buffer, const Fill& fill) {
   const auto total = std::accumulate(sizes.begin(), sizes.end(), uint64_t{kPackedHeaderBytes});
-  auto memory =
-      Ref<GstMemory>::adopt(gst_allocator_alloc(nullptr, static_cast<gsize>(total), nullptr));
+  auto memory = allocate_memory(static_cast<size_t>(total));
+  if (!memory) return memory.error();
   {
-    const MappedMemory map(memory.get(), GST_MAP_WRITE);
+    const MappedMemory map(memory->get(), GST_MAP_WRITE);
     if (!map) return memory_not_mapped();
     write_packed_header(specs, sizes, map.bytes().first<kPackedHeaderBytes>());
     size_t at = kPackedHeaderBytes;
@@ -177,7 +179,7 @@ Status append_packed(std::span<const TensorSpec> specs, std::span<const uint64_t
       at += size;
     }
   }
-  gst_buffer_append_memory(buffer, memory.release());
+  gst_buffer_append_memory(buffer, memory->release());
   return ok();
 }
 
@@ -188,14 +190,14 @@ Status append_filled(std::span<const TensorSpec> specs, std::span<const uint64_t
   if (specs.size() > kTensorLimit) return too_many(specs.size());
   const size_t alone = specs.size() > kMemoryLimit ? kMemoryLimit - 1 : specs.size();
   for (size_t i = 0; i < alone; ++i) {
-    auto memory =
-        Ref<GstMemory>::adopt(gst_allocator_alloc(nullptr, static_cast<gsize>(sizes[i]), nullptr));
+    auto memory = allocate_memory(static_cast<size_t>(sizes[i]));
+    if (!memory) return memory.error();
     {
-      const MappedMemory map(memory.get(), GST_MAP_WRITE);
+      const MappedMemory map(memory->get(), GST_MAP_WRITE);
       if (!map) return memory_not_mapped();
       if (auto status = fill(i, map.bytes()); !status) return status;
     }
-    gst_buffer_append_memory(buffer, memory.release());
+    gst_buffer_append_memory(buffer, memory->release());
   }
   if (alone == specs.size()) return ok();
   return append_packed(specs.subspan(alone), sizes.subspan(alone), alone, buffer, fill);

@@ -19,7 +19,7 @@ struct TensorPiece {
 
 // Appends the tensors of `buffer`, whose caps say `spec`. Nothing is mapped in a static stream that
 // lies as it should. What must be copied (memories that are merged) is counted in `ledger`.
-// Errors: FRAME_SIZE, HEADER_INVALID, MAP_FAILED.
+// Errors: FRAME_SIZE, HEADER_INVALID, MAP_FAILED, OUT_OF_MEMORY.
 Status append_pieces(GstBuffer* buffer, const FrameSpec& spec, Ledger* ledger,
                      std::vector<TensorPiece>* pieces);
 
@@ -31,7 +31,8 @@ Result<TensorPiece> with_header(const TensorPiece& piece, Ledger* ledger);
 Status append_tensors(std::span<TensorPiece> pieces, GstBuffer* buffer, Ledger* ledger);
 
 // Memories of these tensors, laid out in the same way, are allocated and appended; `fill` writes
-// the n-th into `bytes` of its size (with a header, if the stream has headers). MAP_FAILED.
+// the n-th into `bytes` of its size (with a header, if the stream has headers).
+// Errors: MAP_FAILED, OUT_OF_MEMORY.
 Status append_filled(std::span<const TensorSpec> specs, std::span<const uint64_t> sizes,
                      GstBuffer* buffer,
                      const std::function<Status(size_t n, std::span<std::byte> bytes)>& fill);

@@ -7,6 +7,7 @@
 
 #include "core/tensor/packed_tensors.hpp"
 #include "core/tensor/tensor_header.hpp"
+#include "gstcpp/allocation.hpp"
 #include "gstcpp/frame_errors.hpp"
 
 namespace weir::pipeline {
@@ -101,12 +102,14 @@ Result<gst::Ref<GstBuffer>> pushed_buffer(std::span<const weir_tensor> tensors,
                                           std::span<const TensorSpec> specs, Format format) {
   auto buffer = gst::Ref<GstBuffer>::adopt(gst_buffer_new());
   const auto append = [&](size_t bytes, auto&& write) -> Status {
-    GstMemory* memory = gst_allocator_alloc(nullptr, bytes, nullptr);
-    if (!memory) return gst::memory_ran_out();
-    gst_buffer_append_memory(buffer.get(), memory);
-    const gst::MappedMemory map(memory, GST_MAP_WRITE);
-    if (!map) return gst::memory_not_mapped();
-    write(map.bytes().data());
+    auto memory = gst::allocate_memory(bytes);
+    if (!memory) return memory.error();
+    {
+      const gst::MappedMemory map(memory->get(), GST_MAP_WRITE);
+      if (!map) return gst::memory_not_mapped();
+      write(map.bytes().data());
+    }
+    gst_buffer_append_memory(buffer.get(), memory->release());
     return ok();
   };
   const size_t alone = tensors.size() > kMemoryLimit ? kMemoryLimit - 1 : tensors.size();

@@ -72,6 +72,8 @@ class TensorAggregator : public gst::PlainFilter<TensorAggregator> {
   GstFlowReturn take_buffer(Ref<GstBuffer> in) {
     if (!setup_) return failed(before_caps());
     if (setup_->plan.passes_through) return pass(std::move(in));
+    if (const auto status = buffer_limit_.check(setup_->window_bytes); !status)
+      return failed(status.error());
     WindowStream& stream = clients_.of(gst::client_of(in.get()).value_or(0));
     if (!times_.may_pass(element(), GST_BUFFER_PTS(in.get()), &stream.times)) {
       ledger_.dropped(DropReason::Time);
@@ -130,6 +132,7 @@ class TensorAggregator : public gst::PlainFilter<TensorAggregator> {
   }
 
   Settings settings_;
+  BufferLimit buffer_limit_{kInfo.factory_name};
 
  private:
   Result<std::shared_ptr<WindowSetup>> make_setup(const FrameSpec& input) const {
@@ -148,6 +151,10 @@ class TensorAggregator : public gst::PlainFilter<TensorAggregator> {
   Status announce(WindowSetup* setup) {
     if (setup->plan.size_differs) warn_of_size(*setup);
     const FrameSpec output{Format::Static, setup->plan.output, setup->input.rate};
+    setup->window_bytes =
+        FrameSpec{Format::Static, setup->plan.memory, {}}.bytes().value_or(UINT64_MAX);
+    if (!setup->plan.passes_through)
+      if (auto status = buffer_limit_.check(setup->window_bytes); !status) return status;
     const auto caps = gst::choose_caps(source_, output);
     if (auto status = gst::send_caps(source_, output, caps.get()); !status) return status;
     if (setup->plan.passes_through) return set_latency(0), ok();

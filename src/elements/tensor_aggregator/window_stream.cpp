@@ -12,10 +12,6 @@ namespace {
 
 using gst::Ref;
 
-Error out_of_memory() {
-  return Error{Code::OUT_OF_MEMORY, "no memory for a window", "", "", "", ""};
-}
-
 auto fields(const PictureMap& m) {
   return std::tie(m.xx, m.xy, m.x0, m.yx, m.yy, m.y0, m.source_width, m.source_height, m.width,
                   m.height, m.x_dimension, m.y_dimension);
@@ -128,17 +124,17 @@ bool WindowStream::leaves_by_memory(uint64_t begin) {
   return true;
 }
 
-GstMemory* WindowStream::part_of_input(size_t tensor, uint64_t begin, uint64_t* copied) {
+Result<Ref<GstMemory>> WindowStream::part_of_input(size_t tensor, uint64_t begin,
+                                                   uint64_t* copied) {
   const auto& plan = setup_->plan;
   const size_t bytes = plan.layouts[tensor].frame_bytes;
-  if (begin / plan.in != last_buffer_of(begin)) return nullptr;
+  if (begin / plan.in != last_buffer_of(begin)) return Ref<GstMemory>();
   Arrived& holder = holder_of(begin);
   const int memory = holder.reader.tensors()[tensor].memory;
-  if (memory < 0) return nullptr;
+  if (memory < 0) return Ref<GstMemory>();
   bool is_copy = false;
-  GstMemory* part =
-      gst::part_of(gst_buffer_peek_memory(holder.buffer.get(), static_cast<guint>(memory)),
-                   begin % plan.in * bytes, plan.out * bytes, &is_copy);
+  auto part = gst::part_of(gst_buffer_peek_memory(holder.buffer.get(), static_cast<guint>(memory)),
+                           begin % plan.in * bytes, plan.out * bytes, &is_copy);
   if (is_copy && part) *copied += plan.out * bytes;
   return part;
 }
@@ -157,7 +153,9 @@ Result<Ref<GstBuffer>> WindowStream::assembled(uint64_t begin, uint64_t* copied)
   for (size_t i = 0; i < plan.layouts.size(); ++i) {
     const window::Layout& layout = plan.layouts[i];
     const size_t bytes = layout.frame_bytes * static_cast<size_t>(plan.out);
-    GstMemory* memory = layout.is_plain() ? part_of_input(i, begin, copied) : nullptr;
+    auto part = layout.is_plain() ? part_of_input(i, begin, copied) : Ref<GstMemory>();
+    if (!part) return part.error();
+    GstMemory* memory = part->release();
     if (!memory && layout.is_plain() && !strips_.empty())
       memory = strips_[i].window(
           begin, [&](uint64_t frame) { return frame_of(i, frame); }, copied);
@@ -174,8 +172,8 @@ Result<Ref<GstBuffer>> WindowStream::assembled(uint64_t begin, uint64_t* copied)
 
 Result<Ref<GstBuffer>> WindowStream::gathered(uint64_t begin, uint64_t* copied) {
   auto out = setup_->pool.acquire();
-  if (!out) return out_of_memory();
-  if (auto status = writer_.map(setup_->pool, out.get()); !status) return status.error();
+  if (!out) return out;
+  if (auto status = writer_.map(setup_->pool, out->get()); !status) return status.error();
   for (size_t i = 0; i < setup_->plan.layouts.size(); ++i)
     place_all(i, begin, writer_.payloads()[i], copied);
   writer_.unmap();

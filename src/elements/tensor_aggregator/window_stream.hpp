@@ -21,6 +21,7 @@ struct WindowSetup {
   FrameSpec input;
   window::Plan plan;
   size_t dimension = 15;
+  uint64_t window_bytes = 0;
   gst::FramePool pool;  // of plan.memory
 };
 
@@ -55,7 +56,8 @@ class WindowStream {
   Arrived& holder_of(uint64_t frame);
   std::span<const std::byte> frame_of(size_t tensor, uint64_t frame);
   bool leaves_by_memory(uint64_t begin);
-  GstMemory* part_of_input(size_t tensor, uint64_t begin, uint64_t* copied);
+  // A part of the buffer that holds the window's frames; null where no single one does.
+  Result<gst::Ref<GstMemory>> part_of_input(size_t tensor, uint64_t begin, uint64_t* copied);
   Result<gst::Ref<GstBuffer>> assembled(uint64_t begin, uint64_t* copied);
   Result<gst::Ref<GstBuffer>> gathered(uint64_t begin, uint64_t* copied);
   void place_all(size_t tensor, uint64_t begin, std::span<std::byte> out, uint64_t* copied);

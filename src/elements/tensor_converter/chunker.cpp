@@ -1,6 +1,8 @@
 // A GstAdapter with exact time.
 #include "elements/tensor_converter/chunker.hpp"
 
+#include "gstcpp/allocation.hpp"
+#include "gstcpp/frame_errors.hpp"
 #include "gstcpp/memory_part.hpp"
 
 namespace weir {
@@ -67,10 +69,13 @@ void Chunker::stamp(GstBuffer* buffer, uint64_t frames, GstClockTime fallback) {
   }
 }
 
-bool Chunker::push(gst::Ref<GstBuffer> buffer) {
+Status Chunker::push(gst::Ref<GstBuffer> buffer, const BufferLimit& limit) {
   const size_t bytes = gst_buffer_get_size(buffer.get());
   const bool whole = waiting_.empty() && bytes / frame_bytes_ == frames_out_;
-  if (!whole && !gst::can_be_read(buffer.get())) return false;
+  const size_t wanted = frame_bytes_ * frames_out_;
+  if (!whole && wanted > bytes)
+    if (auto status = limit.check(wanted); !status) return status;
+  if (!whole && !gst::can_be_read(buffer.get())) return gst::memory_not_mapped();
   duration_of_input_ = GST_BUFFER_DURATION(buffer.get());
   frames_of_input_ = bytes / frame_bytes_;
   if (whole) {
@@ -79,7 +84,7 @@ bool Chunker::push(gst::Ref<GstBuffer> buffer) {
     gst_adapter_push(adapter_.get(), buffer.release());
     waiting_.push_back(bytes);
   }
-  return true;
+  return ok();
 }
 
 void Chunker::finish(size_t bytes) {
@@ -120,17 +125,38 @@ void Chunker::keep_time_of_next() {
   gst_buffer_list_unref(waiting);
 }
 
-gst::Ref<GstBuffer> Chunker::next() {
+// GstAdapter would end the process when memory runs out.
+Result<gst::Ref<GstBuffer>> Chunker::gather(size_t bytes) {
+  auto out = gst::allocate_buffer(bytes);
+  if (!out) return out;
+  const gst::Mapped map(out->get(), GST_MAP_WRITE);
+  if (!map) return gst::memory_ran_out(bytes);
+  gst_adapter_copy(adapter_.get(), map.bytes().data(), 0, bytes);
+  GstBufferList* parts = gst_adapter_take_buffer_list(adapter_.get(), bytes);
+  for (guint i = 0; i < gst_buffer_list_length(parts); ++i)
+    gst_buffer_copy_into(out->get(), gst_buffer_list_get(parts, i), GST_BUFFER_COPY_META, 0,
+                         static_cast<gsize>(-1));
+  gst_buffer_list_unref(parts);
+  copied_ += bytes;
+  return out;
+}
+
+Result<gst::Ref<GstBuffer>> Chunker::next() {
   if (whole_) {
     ++finished_;
     return std::exchange(whole_, {});
   }
   const size_t wanted = frame_bytes_ * frames_out_;
-  if (gst_adapter_available(adapter_.get()) < wanted) return {};
+  if (gst_adapter_available(adapter_.get()) < wanted) return gst::Ref<GstBuffer>();
   const auto [pts, dts] = times_of_next();
-  auto out = gst::Ref<GstBuffer>::adopt(gst_adapter_take_buffer(adapter_.get(), wanted));
-  if (!out) return {};
-  if (waiting_.front() < wanted) copied_ += wanted;
+  gst::Ref<GstBuffer> out;
+  if (waiting_.front() < wanted) {
+    auto gathered = gather(wanted);
+    if (!gathered) return gathered;
+    out = *std::move(gathered);
+  } else {
+    out = gst::Ref<GstBuffer>::adopt(gst_adapter_take_buffer(adapter_.get(), wanted));
+  }
   finish(wanted);
   out = gst::Ref<GstBuffer>::adopt(gst_buffer_make_writable(out.release()));
   GST_BUFFER_PTS(out.get()) = pts;

@@ -4,6 +4,7 @@
 
 #include <deque>
 
+#include "core/limit/buffer_limit.hpp"
 #include "core/tensor/frame_spec.hpp"
 #include "gstcpp/ref.hpp"
 
@@ -29,10 +30,12 @@ class Chunker {
   void stamp(GstBuffer* buffer, uint64_t frames, GstClockTime fallback);
 
   // Takes the buffer. When it holds exactly one output's frames and none wait, next() gives it back
-  // as it is. False, and nothing is taken, when its frames must be cut or gathered and its memory
-  // cannot be read.
-  bool push(gst::Ref<GstBuffer> buffer);
-  gst::Ref<GstBuffer> next();  // null when there are not enough frames
+  // as it is. Otherwise its frames are cut or gathered. MAP_FAILED when they cannot be read and
+  // LIMIT_EXCEEDED when an output gathered from several buffers is larger than `limit`; the buffer
+  // is not taken then.
+  Status push(gst::Ref<GstBuffer> buffer, const BufferLimit& limit);
+  // Null when there are not enough frames. OUT_OF_MEMORY; the frames wait on then.
+  Result<gst::Ref<GstBuffer>> next();
   // Buffers whose last byte left since this was asked last.
   uint64_t take_finished() noexcept { return std::exchange(finished_, 0); }
   // Bytes of several buffers that were gathered in one memory since this was asked last.
@@ -45,6 +48,7 @@ class Chunker {
   Times times_of_next() const;  // of the first frame that waits
   void keep_time_of_next();     // in its buffer: the rate that counts to it goes
   void finish(size_t bytes);
+  Result<gst::Ref<GstBuffer>> gather(size_t bytes);
 
   gst::Ref<GstAdapter> adapter_;
   gst::Ref<GstBuffer> whole_;

@@ -32,19 +32,20 @@ weir_tensor bytes_of(const gst::MappedMemory& memory) {
   return tensor;
 }
 
-// What has no release is the converter's own and is copied; null when memory ran out.
-GstMemory* memory_of(infer::ConvertedTensor& tensor, Ledger* ledger) {
+// What has no release is the converter's own and is copied.
+Result<gst::Ref<GstMemory>> memory_of(infer::ConvertedTensor& tensor, Ledger* ledger) {
   const auto bytes = static_cast<size_t>(tensor.memory().bytes);
   if (tensor.memory().release) {
     const weir_tensor taken = tensor.take();
-    return gst_memory_new_wrapped(GstMemoryFlags(0), taken.data,
-                                  std::max<size_t>(bytes, taken.capacity), 0, bytes, taken.owner,
-                                  taken.release);
+    return gst::Ref<GstMemory>::adopt(gst_memory_new_wrapped(
+        GstMemoryFlags(0), taken.data, std::max<size_t>(bytes, taken.capacity), 0, bytes,
+        taken.owner, taken.release));
   }
-  GstMemory* copy = gst::allocate_memory(bytes);
-  if (!copy) return nullptr;
-  const gst::MappedMemory map(copy, GST_MAP_WRITE);
-  if (map) std::memcpy(map.bytes().data(), tensor.memory().data, bytes);
+  auto copy = gst::allocate_memory(bytes);
+  if (!copy) return copy;
+  const gst::MappedMemory map(copy->get(), GST_MAP_WRITE);
+  if (!map) return gst::memory_ran_out(bytes);
+  std::memcpy(map.bytes().data(), tensor.memory().data, bytes);
   ledger->copied(bytes);
   return copy;
 }
@@ -97,9 +98,9 @@ Result<MediumFrames> ConvertedMedium::frames(gst::Ref<GstBuffer> buffer, Ledger*
   out.rate = frame->rate;
   for (auto& tensor : frame->tensors) {
     out.tensors.push_back(tensor.spec());
-    GstMemory* memory = memory_of(tensor, ledger);
-    if (!memory) return gst::memory_ran_out();
-    gst_buffer_append_memory(out.buffer.get(), memory);
+    auto memory = memory_of(tensor, ledger);
+    if (!memory) return memory.error();
+    gst_buffer_append_memory(out.buffer.get(), memory->release());
   }
   if (auto status = gather(frames_per_tensor_, &out.tensors); !status) return status.error();
   if (auto status = agree(out.tensors, user_); !status) return status.error();

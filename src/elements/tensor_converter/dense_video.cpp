@@ -120,11 +120,11 @@ std::optional<size_t> DenseVideo::needed_bytes(GstBuffer* buffer) const {
   return static_cast<size_t>(needed);
 }
 
-gst::Ref<GstBuffer> DenseVideo::pooled() {
+Result<gst::Ref<GstBuffer>> DenseVideo::pooled() {
   if (!pool_) {
     auto pool =
         gst::FramePool::make({frame_tensor()}, Format::Static, MediaType::Tensor, allocation_);
-    if (!pool) return {};
+    if (!pool) return pool.error();
     pool_ = *std::move(pool);
   }
   return pool_.acquire();
@@ -142,10 +142,10 @@ Result<gst::Ref<GstBuffer>> DenseVideo::copy_rows(GstBuffer* buffer, Ledger* led
   gst::MappedVideo picture;
   if (auto status = picture.map(video_, buffer, GST_MAP_READ); !status) return status.error();
   auto out = pooled();
-  if (!out) return gst::memory_ran_out();
+  if (!out) return out;
   {
-    const gst::Mapped map(out.get(), GST_MAP_WRITE);
-    if (!map) return gst::memory_ran_out();
+    const gst::Mapped map(out->get(), GST_MAP_WRITE);
+    if (!map) return gst::memory_ran_out(frame_bytes());
     std::byte* to = map.bytes().data();
     const guint planes = GST_VIDEO_INFO_N_PLANES(&video_);
     for (guint i = 0; i < planes; ++i) {
@@ -155,7 +155,7 @@ Result<gst::Ref<GstBuffer>> DenseVideo::copy_rows(GstBuffer* buffer, Ledger* led
         std::memcpy(to, from + static_cast<ptrdiff_t>(row) * plane.stride, tensor_.row_bytes);
     }
   }
-  gst_buffer_copy_into(out.get(), buffer, GST_BUFFER_COPY_METADATA, 0, static_cast<gsize>(-1));
+  gst_buffer_copy_into(out->get(), buffer, GST_BUFFER_COPY_METADATA, 0, static_cast<gsize>(-1));
   ledger->copied(frame_bytes() + picture.bytes_copied());
   return out;
 }

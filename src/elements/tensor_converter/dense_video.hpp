@@ -34,7 +34,7 @@ class DenseVideo {
   // As the buffer's meta says, else the caps; bytes.
   size_t plane_offset(const GstVideoMeta* meta, guint plane) const noexcept;
   int64_t plane_stride(const GstVideoMeta* meta, guint plane) const noexcept;
-  gst::Ref<GstBuffer> pooled();
+  Result<gst::Ref<GstBuffer>> pooled();
   std::optional<size_t> needed_bytes(GstBuffer* buffer) const;
   TensorSpec frame_tensor() const;
   std::optional<StridedLayout> layout_of(const GstVideoMeta* meta) const;

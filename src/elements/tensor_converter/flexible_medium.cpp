@@ -50,13 +50,6 @@ Result<std::vector<TensorSpec>> FlexibleMedium::read(GstBuffer* buffer) {
   std::vector<TensorSpec> tensors;
   uint64_t needed = reader_.tensors().size() > kMemoryLimit ? kPackedHeaderBytes : 0;
   for (const auto& view : reader_.tensors()) {
-    if (view.format == Format::Sparse)
-      return Error{Code::FORMAT_UNSUPPORTED,
-                   "a tensor of a flexible stream is sparse",
-                   view.spec.to_string(),
-                   "dense tensors",
-                   "tensor " + std::to_string(tensors.size()),
-                   ""};
     needed += kTensorHeaderBytes + view.payload.size();
     tensors.push_back(view.spec);
   }

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "core/ledger/ledger.hpp"
+#include "core/limit/buffer_limit.hpp"
 #include "core/tensor/frame_spec.hpp"
 #include "gstcpp/allocation.hpp"
 #include "gstcpp/deferred_memory.hpp"
@@ -24,6 +25,7 @@ struct Wishes {
   uint32_t frames_per_tensor = 1;
   std::vector<TensorSpec> peer;  // what the next element fixes; empty when it does not
   bool peer_is_flexible = false;
+  const BufferLimit* limit = nullptr;  // of each output; the element's, which outlives the medium
 };
 
 // What a stream becomes, once its caps are known.

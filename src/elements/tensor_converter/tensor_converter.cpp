@@ -123,14 +123,20 @@ class TensorConverter : public gst::Element<TensorConverter, gst::PlainElement> 
     if (plan_.frame_bytes == 0) chunker.configure(size, plan_.frames_out, plan_.spec.rate);
     const uint64_t count = plan_.frame_bytes == 0 ? 1 : size / plan_.frame_bytes;
     if (set_timestamp_) chunker.stamp(buffer.get(), count, fallback_time());
-    if (!chunker.push(std::move(buffer))) return fail(gst::memory_not_mapped());
+    if (auto status = chunker.push(std::move(buffer), buffer_limit_); !status)
+      return fail(status.error());
     GstFlowReturn flow = GST_FLOW_OK;
     while (flow == GST_FLOW_OK) {
       auto out = chunker.next();
-      if (!out) break;
+      if (!out) {
+        gst::post_error(element(), out.error());
+        flow = GST_FLOW_ERROR;
+        break;
+      }
+      if (!*out) break;
       ledger_.copied(chunker.take_copied());
-      if (client) gst::set_client(out.get(), *client);
-      flow = push(std::move(out));
+      if (client) gst::set_client(out->get(), *client);
+      flow = push(*std::move(out));
     }
     ledger_.consumed(chunker.take_finished());
     return flow;
@@ -195,6 +201,7 @@ class TensorConverter : public gst::Element<TensorConverter, gst::PlainElement> 
 
   Settings settings_;
   Ledger ledger_;
+  BufferLimit buffer_limit_{kInfo.factory_name};
 
  private:
   GstFlowReturn fail(const Error& error) {
@@ -283,8 +290,9 @@ class TensorConverter : public gst::Element<TensorConverter, gst::PlainElement> 
     // What has no name is ignored.
     auto medium = medium_for(caps, mode ? *mode : ConverterMode{});
     if (!medium) return medium.error();
-    const auto wanted = wishes(settings(), source_);
+    auto wanted = wishes(settings(), source_);
     if (!wanted) return wanted.error();
+    wanted->limit = &buffer_limit_;
     auto plan = (*medium)->configure(caps, *wanted);
     if (!plan) return plan.error();
     // Samples of another rate are no neighbours in time; pictures of another rate still are.

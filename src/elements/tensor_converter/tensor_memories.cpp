@@ -27,26 +27,22 @@ Result<gst::Ref<GstBuffer>> one_memory_each(gst::Ref<GstBuffer> in,
   if (gst_buffer_n_memory(in.get()) > 1) ledger->copied(gst_buffer_get_size(in.get()));
   auto out = gst::Ref<GstBuffer>::adopt(gst_buffer_new());
   gst_buffer_copy_into(out.get(), in.get(), GST_BUFFER_COPY_METADATA, 0, static_cast<gsize>(-1));
-  GstMemory* all = gst_buffer_get_all_memory(in.get());
-  if (!all) return gst::why_no_memory(in.get());
+  auto all = gst::one_memory(in.get());
+  if (!all) return all.error();
   if (tensors.size() == 1 || tensors.size() > kMemoryLimit) {
-    gst_buffer_append_memory(out.get(), all);
+    gst_buffer_append_memory(out.get(), all->release());
     return out;
   }
   size_t offset = 0;
   for (const auto& tensor : tensors) {
     const auto size = static_cast<size_t>(*tensor.bytes());
     bool copied = false;
-    GstMemory* part = gst::part_of(all, offset, size, &copied);
-    if (!part) {
-      gst_memory_unref(all);
-      return gst::why_no_memory(in.get());
-    }
+    auto part = gst::part_of(all->get(), offset, size, &copied);
+    if (!part) return part.error();
     if (copied) ledger->copied(size);
-    gst_buffer_append_memory(out.get(), part);
+    gst_buffer_append_memory(out.get(), part->release());
     offset += size;
   }
-  gst_memory_unref(all);
   return out;
 }
 

@@ -33,6 +33,7 @@ Result<StreamPlan> TextMedium::configure(const GstCaps* caps, const Wishes& wish
   plan.frame_bytes = frame_bytes_ = size;
   plan.frames_out = wishes.frames_per_tensor;
   cut_said_ = false;
+  limit_ = wishes.limit;
   if (auto status = agree(plan.spec, wishes.tensors, "text"); !status) return status.error();
   return plan;
 }
@@ -45,8 +46,10 @@ Result<MediumFrames> TextMedium::frames(gst::Ref<GstBuffer> buffer, Ledger* ledg
 }
 
 Result<MediumFrames> TextMedium::padded(GstBuffer* buffer, size_t size, Ledger* ledger) const {
-  auto out = gst::Ref<GstBuffer>::adopt(gst::allocate_buffer(frame_bytes_));
-  if (!out) return gst::memory_ran_out();
+  if (auto status = limit_->check(frame_bytes_); !status) return status.error();
+  auto allocated = gst::allocate_buffer(frame_bytes_);
+  if (!allocated) return allocated.error();
+  auto out = *std::move(allocated);
   gst_buffer_copy_into(out.get(), buffer, GST_BUFFER_COPY_METADATA, 0, static_cast<gsize>(-1));
   {
     const gst::Mapped to(out.get(), GST_MAP_WRITE);

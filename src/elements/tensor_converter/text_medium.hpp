@@ -17,6 +17,7 @@ class TextMedium final : public Medium {
 
   size_t frame_bytes_ = 0;
   bool cut_said_ = false;
+  const BufferLimit* limit_ = nullptr;  // borrowed; set by configure()
 };
 
 }  // namespace weir

@@ -136,6 +136,7 @@ class TensorCrop : public gst::Element<TensorCrop, gst::PlainElement>, public gs
 
   Settings settings_;
   Ledger ledger_;
+  BufferLimit buffer_limit_{kInfo.factory_name};
 
  private:
   void configure_pads() {
@@ -154,6 +155,15 @@ class TensorCrop : public gst::Element<TensorCrop, gst::PlainElement>, public gs
     regions_empty_ += out.empty;
     regions_beyond_limit_ += out.beyond_limit;
     return out;
+  }
+
+  // Of a buffer with the regions and their headers. Regions may overlap: their sum may be any
+  // multiple of the tensor that they are cut out of.
+  static uint64_t output_bytes(const TensorSpec& whole, const std::vector<Region>& regions) {
+    uint64_t bytes = 0;
+    for (const Region& region : regions)
+      bytes += kTensorHeaderBytes + *part_of(whole, region).bytes();
+    return bytes;
   }
 
   static void write_header(const TensorSpec& spec, std::span<std::byte> out) {
@@ -252,9 +262,9 @@ class TensorCrop : public gst::Element<TensorCrop, gst::PlainElement>, public gs
       pool_ = *std::move(pool);
     }
     auto out = pool_.acquire();
-    if (!out) return gst::memory_ran_out();
+    if (!out) return out;
     gst::FramePool::Writer writer;
-    if (auto status = writer.map(pool_, out.get(), Format::Flexible); !status)
+    if (auto status = writer.map(pool_, out->get(), Format::Flexible); !status)
       return status.error();
     for (size_t i = 0; i < regions.size(); ++i)
       cut(whole.spec, whole.payload, regions[i], writer.payloads()[i]);
@@ -267,12 +277,10 @@ class TensorCrop : public gst::Element<TensorCrop, gst::PlainElement>, public gs
     if (auto s = info_.read(info.buffer.get(), *info.spec); !s)
       return gst::on_pad(s.error(), "info");
     const gst::TensorView& whole = raw_.tensors()[0];
-    if (whole.format == Format::Sparse || info_.tensors()[0].format == Format::Sparse)
-      return Error{
-          Code::FORMAT_UNSUPPORTED, "a sparse tensor cannot be cropped", "sparse", "dense", "",
-          "tensor_sparse_dec"};
     const Regions regions = regions_of(info_.tensors()[0], whole.spec);
     if (regions.inside.empty()) return Ref<GstBuffer>();
+    if (auto status = buffer_limit_.check(output_bytes(whole.spec, regions.inside)); !status)
+      return status.error();
     auto out = views_of(raw.buffer.get(), whole, regions.inside);
     if (!out) {
       auto copies = copies_of(whole, regions.inside);

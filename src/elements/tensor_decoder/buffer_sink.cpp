@@ -16,10 +16,15 @@ Status BufferSink::set_caps(const std::string& caps) {
 
 void* BufferSink::reserve(uint64_t bytes) {
   if (!out_ || bytes > G_MAXSSIZE) return nullptr;
-  GstMemory* memory = gst::allocate_memory(bytes);
-  if (!memory) return nullptr;
-  gst_buffer_append_memory(out_, memory);
-  maps_.emplace_back(memory, GST_MAP_WRITE);
+  auto allowed = limit_->check(reserved_ + bytes);
+  auto memory = allowed ? gst::allocate_memory(bytes) : std::move(allowed).error();
+  if (!memory) {
+    refusal_ = memory.error();
+    return nullptr;
+  }
+  reserved_ += bytes;
+  maps_.emplace_back(memory->get(), GST_MAP_WRITE);
+  gst_buffer_append_memory(out_, memory->release());
   return maps_.back() ? static_cast<void*>(maps_.back().bytes().data()) : nullptr;
 }
 
@@ -34,15 +39,15 @@ Status BufferSink::share_input(uint32_t index) {
   const auto& view = reader_->tensors()[index];
   if (view.memory >= 0) {
     bool copied = false;
-    GstMemory* part = gst::part_of(gst_buffer_peek_memory(in_, static_cast<guint>(view.memory)),
-                                   view.header_bytes, view.payload.size(), &copied);
-    if (!part) return gst::memory_ran_out();
+    auto part = gst::part_of(gst_buffer_peek_memory(in_, static_cast<guint>(view.memory)),
+                             view.header_bytes, view.payload.size(), &copied);
+    if (!part) return part.error();
     if (copied) ledger_->copied(view.payload.size());
-    gst_buffer_append_memory(out_, part);
+    gst_buffer_append_memory(out_, part->release());
     return ok();
   }
   void* copy = reserve(view.payload.size());
-  if (!copy) return gst::memory_ran_out();
+  if (!copy) return gst::memory_ran_out(view.payload.size());
   std::memcpy(copy, view.payload.data(), view.payload.size());
   ledger_->copied(view.payload.size());
   return ok();

@@ -2,11 +2,13 @@
 #pragma once
 #include <gst/gst.h>
 
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "core/infer/host.hpp"
 #include "core/ledger/ledger.hpp"
+#include "core/limit/buffer_limit.hpp"
 #include "gstcpp/frame_reader.hpp"
 
 namespace weir {
@@ -14,20 +16,26 @@ namespace weir {
 class BufferSink final : public weir_sink {
  public:
   BufferSink() = default;  // for configure: takes caps only
-  BufferSink(GstBuffer* in, GstBuffer* out, const gst::FrameReader* reader, Ledger* ledger)
-      : in_(in), out_(out), reader_(reader), ledger_(ledger) {}
+  BufferSink(GstBuffer* in, GstBuffer* out, const gst::FrameReader* reader,
+             const BufferLimit& limit, Ledger* ledger)
+      : in_(in), out_(out), reader_(reader), limit_(&limit), ledger_(ledger) {}
   ~BufferSink() = default;
 
   Status set_caps(const std::string& caps) override;
   void* reserve(uint64_t bytes) override;
   Status share_input(uint32_t index) override;
   const std::string& caps() const noexcept { return caps_; }
+  // Why reserve() returned null: LIMIT_EXCEEDED or OUT_OF_MEMORY.
+  const std::optional<Error>& refusal() const noexcept { return refusal_; }
 
  private:
   GstBuffer* in_ = nullptr;   // borrowed
   GstBuffer* out_ = nullptr;  // borrowed; null while configuring
   const gst::FrameReader* reader_ = nullptr;
+  const BufferLimit* limit_ = nullptr;  // borrowed
   Ledger* ledger_ = nullptr;
+  uint64_t reserved_ = 0;  // bytes
+  std::optional<Error> refusal_;
   std::string caps_;
   std::vector<gst::MappedMemory> maps_;  // of what was reserved, unmapped with the sink
 };

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "core/ledger/ledger.hpp"
+#include "core/limit/buffer_limit.hpp"
 #include "core/tensor/frame_spec.hpp"
 #include "gstcpp/frame_reader.hpp"
 #include "gstcpp/ref.hpp"
@@ -24,9 +25,10 @@ class FrameDecoder {
   // that to the host.
   virtual Result<gst::Ref<GstCaps>> configure(const FrameSpec& input) = 0;
   // `input` as configured last for the stream. Appends to `out`, which has the metadata of `in` and
-  // no memory; `reader` holds the tensors of `in`. False: the frame is dropped.
+  // no memory; `reader` holds the tensors of `in`. False: the frame is dropped. LIMIT_EXCEEDED when
+  // it asks for more memory than `limit` allows.
   virtual Result<bool> decode(const FrameSpec& input, GstBuffer* in, const gst::FrameReader& reader,
-                              GstBuffer* out, Ledger* ledger) = 0;
+                              GstBuffer* out, const BufferLimit& limit, Ledger* ledger) = 0;
   // The frames that follow do not continue those before.
   virtual void reset() noexcept {}
 };

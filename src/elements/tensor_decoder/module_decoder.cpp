@@ -39,9 +39,11 @@ Result<Ref<GstCaps>> ModuleDecoder::configure(const FrameSpec& input) {
 }
 
 Result<bool> ModuleDecoder::decode(const FrameSpec&, GstBuffer* in, const gst::FrameReader& reader,
-                                   GstBuffer* out, Ledger* ledger) {
-  BufferSink sink(in, out, &reader, ledger);
-  return decoder_->decode(arguments_.fill(reader, in), &sink);
+                                   GstBuffer* out, const BufferLimit& limit, Ledger* ledger) {
+  BufferSink sink(in, out, &reader, limit, ledger);
+  auto kept = decoder_->decode(arguments_.fill(reader, in), &sink);
+  if (sink.refusal()) return *sink.refusal();
+  return kept;
 }
 
 }  // namespace weir

@@ -16,7 +16,7 @@ class ModuleDecoder final : public FrameDecoder {
 
   Result<gst::Ref<GstCaps>> configure(const FrameSpec& input) override;
   Result<bool> decode(const FrameSpec& input, GstBuffer* in, const gst::FrameReader& reader,
-                      GstBuffer* out, Ledger* ledger) override;
+                      GstBuffer* out, const BufferLimit& limit, Ledger* ledger) override;
   void reset() noexcept override { decoder_->reset(); }
 
  private:

@@ -95,7 +95,8 @@ Result<Ref<GstCaps>> SubPluginDecoder::configure(const FrameSpec& input) {
 }
 
 Result<bool> SubPluginDecoder::decode(const FrameSpec& input, GstBuffer*,
-                                      const gst::FrameReader& reader, GstBuffer* out, Ledger*) {
+                                      const gst::FrameReader& reader, GstBuffer* out,
+                                      const BufferLimit&, Ledger*) {
   gst::CTensors config(of_frame(input, reader));
   const auto memories = gst::c_memories(reader);
   std::lock_guard lock(mutex_);
@@ -130,7 +131,8 @@ Result<Ref<GstCaps>> CustomCodeDecoder::configure(const FrameSpec& input) {
 }
 
 Result<bool> CustomCodeDecoder::decode(const FrameSpec& input, GstBuffer*,
-                                       const gst::FrameReader& reader, GstBuffer* out, Ledger*) {
+                                       const gst::FrameReader& reader, GstBuffer* out,
+                                       const BufferLimit&, Ledger*) {
   gst::CTensors config(of_frame(input, reader));
   const auto memories = gst::c_memories(reader);
   const auto flow = infer::called(who_, "return a number below 0", [&] {

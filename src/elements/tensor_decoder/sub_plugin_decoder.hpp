@@ -20,7 +20,7 @@ class SubPluginDecoder final : public FrameDecoder {
 
   Result<gst::Ref<GstCaps>> configure(const FrameSpec& input) override;
   Result<bool> decode(const FrameSpec& input, GstBuffer* in, const gst::FrameReader& reader,
-                      GstBuffer* out, Ledger* ledger) override;
+                      GstBuffer* out, const BufferLimit& limit, Ledger* ledger) override;
 
  private:
   SubPluginDecoder(const GstTensorDecoderDef& type, void* priv);
@@ -39,7 +39,7 @@ class CustomCodeDecoder final : public FrameDecoder {
 
   Result<gst::Ref<GstCaps>> configure(const FrameSpec& input) override;
   Result<bool> decode(const FrameSpec& input, GstBuffer* in, const gst::FrameReader& reader,
-                      GstBuffer* out, Ledger* ledger) override;
+                      GstBuffer* out, const BufferLimit& limit, Ledger* ledger) override;
 
  private:
   const std::string who_;

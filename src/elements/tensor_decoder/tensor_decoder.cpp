@@ -147,6 +147,7 @@ class TensorDecoder : public gst::CountedTransform<TensorDecoder> {
   }
 
   Settings settings_;
+  BufferLimit buffer_limit_{kInfo.factory_name};
 
  private:
   Ref<GstCaps> input_template() const {
@@ -192,7 +193,7 @@ class TensorDecoder : public gst::CountedTransform<TensorDecoder> {
   Result<bool> decode(GstBuffer* in, GstBuffer* out) {
     if (auto status = reader_.read(in, input_); !status) return status.error();
     ledger_.copied(reader_.bytes_copied());
-    auto kept = decoder_->decode(input_, in, reader_, out, &ledger_);
+    auto kept = decoder_->decode(input_, in, reader_, out, buffer_limit_, &ledger_);
     if (kept && *kept && gst_buffer_get_size(out) < picture_bytes_)
       return Error{Code::FRAME_SIZE,
                    "the decoder made less than a picture of its caps",

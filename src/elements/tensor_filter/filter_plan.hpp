@@ -7,6 +7,7 @@
 #include "core/filter/model_shape.hpp"
 #include "core/infer/batch_group.hpp"
 #include "core/infer/row_runner.hpp"
+#include "core/limit/buffer_limit.hpp"
 
 namespace weir {
 
@@ -25,6 +26,7 @@ struct FilterPlan {
   size_t padding = 0;                        // readable bytes behind each
   std::shared_ptr<infer::BatchGroup> batch;  // null: each frame is an invoke of its own
   infer::RowLimits rows;                     // of one invoke
+  const BufferLimit* limit = nullptr;        // of each output; borrowed from the element
 
   // The engine writes into memory of a pool.
   bool has_memory() const noexcept { return outputs_fixed && !engine_allocates; }

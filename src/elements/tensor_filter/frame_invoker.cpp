@@ -41,15 +41,15 @@ void write_header(const TensorSpec& spec, Format format, std::span<std::byte> at
 Result<gst::TensorPiece> copy_of(const TensorSpec& spec, std::span<const std::byte> bytes,
                                  std::optional<Format> header) {
   const size_t head = header ? kTensorHeaderBytes : 0;
-  auto memory = gst::Ref<GstMemory>::adopt(gst::allocate_memory(head + bytes.size()));
-  if (!memory) return gst::memory_ran_out();
+  auto memory = gst::allocate_memory(head + bytes.size());
+  if (!memory) return memory.error();
   {
-    const gst::MappedMemory map(memory.get(), GST_MAP_WRITE);
-    if (!map) return gst::memory_ran_out();
+    const gst::MappedMemory map(memory->get(), GST_MAP_WRITE);
+    if (!map) return gst::memory_ran_out(head + bytes.size());
     if (header) write_header(spec, *header, map.bytes());
     if (!bytes.empty()) std::memcpy(map.bytes().data() + head, bytes.data(), bytes.size());
   }
-  return gst::TensorPiece{std::move(memory), spec};
+  return gst::TensorPiece{*std::move(memory), spec};
 }
 
 // An engine that decides sizes with each frame may leave out the last ones: no bytes, no rank.
@@ -244,10 +244,10 @@ Status FrameInvoker::begin(GstBuffer* in) {
 
 // A buffer of the pool, mapped for writing.
 Result<gst::Ref<GstBuffer>> FrameInvoker::acquire() {
-  auto pooled = pool_.acquire();
-  if (!pooled) return gst::memory_ran_out();
+  auto pooled = plan_.limit ? pool_.acquire(*plan_.limit) : pool_.acquire();
+  if (!pooled) return pooled;
   *pool_allocated_ = pool_.stats().allocated;
-  if (auto status = writer_.map(pool_, pooled.get(), plan_.header_format()); !status) {
+  if (auto status = writer_.map(pool_, pooled->get(), plan_.header_format()); !status) {
     writer_.unmap();  // before the buffer goes
     return status.error();
   }

@@ -222,6 +222,7 @@ class TensorFilter : public gst::Element<TensorFilter, gst::PlainElement> {
 
   Settings settings_;
   Ledger ledger_;
+  BufferLimit buffer_limit_{kInfo.factory_name};
 
  private:
   GstPad* add_pad(const char* name) {
@@ -333,9 +334,12 @@ class TensorFilter : public gst::Element<TensorFilter, gst::PlainElement> {
   Status negotiate(GstCaps* input_caps) {
     const auto input = gst::fixed_spec_from_caps(input_caps);
     if (!input) return input.error();
+    if (auto status = buffer_limit_.check_input(*input); !status) return status;
     flow_.drain();
     auto plan = model_->plan_for(*input);
     if (!plan) return plan.error();
+    plan->limit = &buffer_limit_;
+    if (auto status = check_outputs(*plan); !status) return status;
     auto caps = choose_output_caps(source_, plan->output);
     if (!caps) return caps.error();
     const auto chosen = gst::spec_from_caps(caps->get());
@@ -345,6 +349,12 @@ class TensorFilter : public gst::Element<TensorFilter, gst::PlainElement> {
     // Caps that the peer takes go through, unless this element is being shut or flushed.
     flow_.send(Ref<GstEvent>::adopt(gst_event_new_caps(caps->get())));
     return ok();
+  }
+
+  // Of the sizes that are known before the first invoke.
+  Status check_outputs(const FilterPlan& plan) const {
+    return buffer_limit_.check(
+        FrameSpec{Format::Static, known_parts(plan.model_outputs), Fraction{}});
   }
 
   gboolean answer_caps(GstPad* pad, GstQuery* query) {

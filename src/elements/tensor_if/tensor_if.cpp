@@ -151,11 +151,10 @@ class TensorIf : public gst::OneToMany<TensorIf> {
       return std::optional(comparison.holds(std::span(element).first(comparison.bytes())));
     }
     uint64_t copied = 0;
-    const auto memory =
-        Ref<GstMemory>::adopt(gst::share_bytes(buffer, offset, comparison.bytes(), &copied));
-    if (!memory) return gst::memory_ran_out();
+    const auto memory = gst::share_bytes(buffer, offset, comparison.bytes(), &copied);
+    if (!memory) return memory.error();
     if (copied > 0) ledger_.copied(copied);
-    const gst::MappedMemory map(memory.get(), GST_MAP_READ);
+    const gst::MappedMemory map(memory->get(), GST_MAP_READ);
     if (!map) return gst::memory_not_mapped();
     return std::optional(comparison.holds(map.bytes()));
   }

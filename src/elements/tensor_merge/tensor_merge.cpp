@@ -73,6 +73,8 @@ class TensorMerge : public SyncElement<TensorMerge> {
   }
 
   Status configure(const FrameSpec&) override {
+    if (auto status = buffer_limit_.check({Format::Static, {plan_.output()}, {}}); !status)
+      return status;
     auto pool = gst::FramePool::make({plan_.output()}, Format::Static);
     if (!pool) return pool.error();
     pool_ = *std::move(pool);
@@ -93,6 +95,7 @@ class TensorMerge : public SyncElement<TensorMerge> {
 
   Settings settings_;
   Ledger ledger_;
+  BufferLimit buffer_limit_{kInfo.factory_name};
 
  private:
   // What is mapped for it stays mapped.
@@ -106,9 +109,9 @@ class TensorMerge : public SyncElement<TensorMerge> {
       ledger_.copied(readers_[i].bytes_copied());
       views_.push_back(readers_[i].tensors()[0].payload);
     }
-    auto out = pool_.acquire();
-    if (!out) return gst::memory_ran_out();
-    if (auto status = writer_.map(pool_, out.get()); !status) {
+    auto out = pool_.acquire(buffer_limit_);
+    if (!out) return out;
+    if (auto status = writer_.map(pool_, out->get()); !status) {
       writer_.unmap();
       return status.error();
     }

@@ -2,26 +2,21 @@
 #pragma once
 #include <gst/gst.h>
 
-#include "gstcpp/ref.hpp"
+#include "gstcpp/frame_pool.hpp"
 #include "weir/result.hpp"
 
 namespace weir {
 
 class BufferCopies {
  public:
-  BufferCopies() = default;
-  BufferCopies(const BufferCopies&) = delete;
-  BufferCopies& operator=(const BufferCopies&) = delete;
-  ~BufferCopies() { clear(); }
-
   // All bytes in one memory, with times, flags and metadata. OUT_OF_MEMORY, MAP_FAILED.
   Result<gst::Ref<GstBuffer>> copy_of(GstBuffer* buffer);
-  void clear();
+  void clear() { pool_ = {}; }
 
  private:
   Status set_size(size_t bytes);
 
-  gst::Ref<GstBufferPool> pool_;
+  gst::FramePool pool_;
   size_t bytes_ = 0;  // of a buffer of the pool
 };
 

@@ -54,7 +54,7 @@ Status BatchPool::allocate_as(const gst::Allocation& allocation) {
   return renew(room_);
 }
 
-Result<gst::Ref<GstBuffer>> BatchPool::acquire(size_t parts) {
+Result<gst::Ref<GstBuffer>> BatchPool::acquire(size_t parts, const BufferLimit& limit) {
   if (most_ == 0) {
     const bool huge = parts * *part_.bytes() > kRoundedBytes;
     const size_t needed = huge ? parts : std::bit_ceil(parts);
@@ -62,12 +62,11 @@ Result<gst::Ref<GstBuffer>> BatchPool::acquire(size_t parts) {
     if (needed > room_ || small_frames_ == kSmallFrames)
       if (auto status = renew(needed); !status) return status.error();
   }
-  auto buffer = pool_.acquire();
-  if (!buffer) return gst::memory_ran_out();
-  if (most_ > 0) return buffer;
+  auto buffer = pool_.acquire(limit);
+  if (!buffer || most_ > 0) return buffer;
   TensorHeader header;
   header.spec = batch_of(parts);
-  GstMemory* memory = gst_buffer_peek_memory(buffer.get(), 0);
+  GstMemory* memory = gst_buffer_peek_memory(buffer->get(), 0);
   gst_memory_resize(memory, 0, kTensorHeaderBytes + parts * *part_.bytes());
   const gst::MappedMemory map(memory, GST_MAP_WRITE);
   if (!map)

@@ -16,7 +16,7 @@ class BatchPool {
 
   // A buffer of one memory for `parts` parts (static: `most`), its header written. Precondition:
   // parts is above 0 and, where static, at most `most`. OUT_OF_MEMORY, LIMIT_EXCEEDED.
-  Result<gst::Ref<GstBuffer>> acquire(size_t parts);
+  Result<gst::Ref<GstBuffer>> acquire(size_t parts, const BufferLimit& limit);
   uint64_t allocated() const { return allocated_before_ + pool_.stats().allocated; }
 
  private:

@@ -45,10 +45,8 @@ Status FramePreprocessor::allocate_as(const gst::Allocation& allocation) {
   return ok();
 }
 
-Result<gst::Ref<GstBuffer>> FramePreprocessor::acquire(GstBuffer*) {
-  auto buffer = pool_.acquire();
-  if (!buffer) return gst::memory_ran_out();
-  return buffer;
+Result<gst::Ref<GstBuffer>> FramePreprocessor::acquire(GstBuffer*, const BufferLimit& limit) {
+  return pool_.acquire(limit);
 }
 
 // The plans are made again when a buffer's picture has another size; another crop they take.

@@ -19,7 +19,7 @@ class FramePreprocessor : public PictureWork {
       std::vector<preprocess::Preparation> preparations, const GstVideoInfo& video, size_t threads);
 
   Status allocate_as(const gst::Allocation& allocation) override;
-  Result<gst::Ref<GstBuffer>> acquire(GstBuffer* in) override;
+  Result<gst::Ref<GstBuffer>> acquire(GstBuffer* in, const BufferLimit& limit) override;
   // Errors: MappedPicture::map(), Plan::make() for the crop, Plan::run_rows().
   Status run(GstBuffer* in, GstBuffer* out) override;
   std::vector<PictureMap> ways_back() const override;

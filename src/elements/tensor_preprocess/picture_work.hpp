@@ -6,6 +6,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/limit/buffer_limit.hpp"
 #include "core/preprocess/boxes.hpp"
 #include "gstcpp/allocation.hpp"
 #include "gstcpp/ref.hpp"
@@ -29,8 +30,8 @@ class PictureWork {
   // Of the next picture, instead of its metadata.
   virtual void set_boxes(std::vector<preprocess::Box>) {}
   // A buffer for run() to write what is made of `in`; one without memory when that is nothing.
-  // OUT_OF_MEMORY, or what makes `in` no picture to work on.
-  virtual Result<gst::Ref<GstBuffer>> acquire(GstBuffer* in) = 0;
+  // OUT_OF_MEMORY, LIMIT_EXCEEDED, or what makes `in` no picture to work on.
+  virtual Result<gst::Ref<GstBuffer>> acquire(GstBuffer* in, const BufferLimit& limit) = 0;
   // After acquire() with the same `in`.
   virtual Status run(GstBuffer* in, GstBuffer* out) = 0;
   // For each tensor, or each region, of the last frame; none when nothing was made of it.

@@ -83,13 +83,13 @@ Status RegionPreprocessor::make_plans() {
   return ok();
 }
 
-Result<gst::Ref<GstBuffer>> RegionPreprocessor::acquire(GstBuffer* in) {
+Result<gst::Ref<GstBuffer>> RegionPreprocessor::acquire(GstBuffer* in, const BufferLimit& limit) {
   PictureSize size = size_of_picture(video_, in);
   if (auto status = narrow(&size, crop_); !status) return status.error();
   if (auto status = adapt(size); !status) return status.error();
   find_regions(in, size.crop.value_or(Rect{0, 0, size.width, size.height}));
   if (regions_.empty()) return gst::Ref<GstBuffer>::adopt(gst_buffer_new());
-  return pool_.acquire(regions_.size());
+  return pool_.acquire(regions_.size(), limit);
 }
 
 Status RegionPreprocessor::run(GstBuffer* in, GstBuffer* out) {

@@ -32,7 +32,7 @@ class RegionPreprocessor : public PictureWork {
     return pool_.allocate_as(allocation);
   }
   void set_boxes(std::vector<preprocess::Box> boxes) override { boxes_ = std::move(boxes); }
-  Result<gst::Ref<GstBuffer>> acquire(GstBuffer* in) override;
+  Result<gst::Ref<GstBuffer>> acquire(GstBuffer* in, const BufferLimit& limit) override;
   Status run(GstBuffer* in, GstBuffer* out) override;
   std::vector<PictureMap> ways_back() const override;
   gst::MapsOf maps_of() const override { return gst::MapsOf::Regions; }

@@ -207,7 +207,7 @@ class TensorPreprocess : public gst::CountedTransform<TensorPreprocess> {
       ledger_.dropped(DropReason::Flush);
       return GST_FLOW_FLUSHING;
     }
-    auto buffer = work_->acquire(in);
+    auto buffer = work_->acquire(in, buffer_limit_);
     if (!buffer) return failed(buffer.error());
     copy_metadata(in, buffer->get());
     *out = buffer->release();
@@ -239,6 +239,7 @@ class TensorPreprocess : public gst::CountedTransform<TensorPreprocess> {
   }
 
   Settings settings_;
+  BufferLimit buffer_limit_{kInfo.factory_name};
 
  private:
   GstPad* sink() const { return GST_BASE_TRANSFORM_SINK_PAD(self()); }

@@ -170,6 +170,7 @@ class TensorReposrc : public gst::Element<TensorReposrc, gst::PushSource> {
 
   Settings settings_;
   Ledger ledger_;
+  BufferLimit buffer_limit_{kInfo.factory_name};
 
  private:
   GstPad* pad() const { return GST_BASE_SRC_PAD(self()); }
@@ -206,6 +207,7 @@ class TensorReposrc : public gst::Element<TensorReposrc, gst::PushSource> {
                    "format=static",
                    "",
                    kSampleCaps};
+    if (auto status = buffer_limit_.check(*spec); !status) return status;
     auto pool = gst::FramePool::make(spec->tensors, Format::Static);
     if (!pool) return pool.error();
     caps_ = caps;
@@ -216,20 +218,20 @@ class TensorReposrc : public gst::Element<TensorReposrc, gst::PushSource> {
 
   // A frame of zeros, without a time-stamp.
   GstFlowReturn zeros(GstBuffer** out) {
-    auto buffer = pool_.acquire();
+    auto buffer = pool_.acquire(buffer_limit_);
     gst::FramePool::Writer writer;
     if (!buffer) {
-      gst::post_error(element(), Error{Code::OUT_OF_MEMORY, "memory ran out", "", "", "", ""});
+      gst::post_error(element(), buffer.error());
       return GST_FLOW_ERROR;
     }
-    if (const Status status = writer.map(pool_, buffer.get()); !status) {
+    if (const Status status = writer.map(pool_, buffer->get()); !status) {
       gst::post_error(element(), status.error());
       return GST_FLOW_ERROR;
     }
     for (const auto& payload : writer.payloads()) std::memset(payload.data(), 0, payload.size());
     writer.unmap();
     ledger_.pushed();
-    *out = buffer.release();
+    *out = buffer->release();
     return GST_FLOW_OK;
   }
 

@@ -48,14 +48,14 @@ class TensorSparseDec : public SparseFilter<TensorSparseDec> {
       headers_.push_back(*std::move(header));
     }
     if (auto status = settle(std::move(tensors)); !status) return status.error();
-    auto out = pool_.acquire();
-    if (!out) return gst::memory_ran_out();
-    auto status = writer_.map(pool_, out.get());
+    auto out = pool_.acquire(buffer_limit_);
+    if (!out) return out;
+    auto status = writer_.map(pool_, out->get());
     for (size_t i = 0; status && i < headers_.size(); ++i)
       status = read_sparse(headers_[i], chunks_[i], writer_.payloads()[i]);
     writer_.unmap();
     if (!status) return status.error();
-    gst_buffer_copy_into(out.get(), in, GST_BUFFER_COPY_METADATA, 0, static_cast<gsize>(-1));
+    gst_buffer_copy_into(out->get(), in, GST_BUFFER_COPY_METADATA, 0, static_cast<gsize>(-1));
     return out;
   }
 
@@ -82,10 +82,13 @@ class TensorSparseDec : public SparseFilter<TensorSparseDec> {
     allocation_ = {};
   }
 
+  BufferLimit buffer_limit_{kInfo.factory_name};
+
  private:
   // Sends caps for such tensors, `given` or by the rules of section 1.5, and makes their pool.
   Status announce(const std::vector<TensorSpec>& tensors, GstCaps* given) {
     FrameSpec spec{Format::Static, tensors, input_.rate};
+    if (auto status = buffer_limit_.check(spec); !status) return status;
     auto caps = given ? Ref<GstCaps>::share(given) : gst::choose_caps(source_, spec);
     auto pool = gst::FramePool::make(tensors, Format::Static);
     if (!pool) return pool.error();

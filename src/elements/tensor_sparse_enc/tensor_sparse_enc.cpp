@@ -68,11 +68,11 @@ class TensorSparseEnc : public SparseFilter<TensorSparseEnc> {
       sizes.push_back(kTensorHeaderBytes + *headers_[i].payload_bytes());
       total += sizes.back();
     }
-    GstMemory* memory = gst::allocate_memory(total);
-    if (memory) gst_buffer_append_memory(out, memory);
-    const gst::MappedMemory map =
-        memory ? gst::MappedMemory(memory, GST_MAP_WRITE) : gst::MappedMemory();
-    if (!map) return gst::memory_ran_out();
+    auto memory = gst::allocate_memory(total);
+    if (!memory) return memory.error();
+    const gst::MappedMemory map(memory->get(), GST_MAP_WRITE);
+    if (!map) return gst::memory_ran_out(total);
+    gst_buffer_append_memory(out, memory->release());
     if (packed) {
       const auto first = input_.tensors.begin() + static_cast<std::ptrdiff_t>(begin);
       const std::vector<TensorSpec> specs(first, input_.tensors.end());

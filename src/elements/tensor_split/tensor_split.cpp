@@ -3,6 +3,7 @@
 #include "core/split/segments.hpp"
 #include "gstcpp/frame_errors.hpp"
 #include "gstcpp/frame_parts.hpp"
+#include "gstcpp/memory_part.hpp"
 #include "gstcpp/one_to_many.hpp"
 #include "gstcpp/tensor_meta.hpp"
 
@@ -119,12 +120,11 @@ class TensorSplit : public gst::OneToMany<TensorSplit> {
 
   Result<Ref<GstBuffer>> shared(GstBuffer* in, const Branch& branch) {
     uint64_t copied = 0;
-    GstMemory* memory =
-        gst::share_bytes(in, branch.segment.offset, branch.segment.block_bytes, &copied);
-    if (!memory) return gst::memory_ran_out();
+    auto memory = gst::share_bytes(in, branch.segment.offset, branch.segment.block_bytes, &copied);
+    if (!memory) return memory.error();
     if (copied > 0) ledger_.copied(copied);
     auto out = gst::buffer_like(in);
-    gst_buffer_append_memory(out.get(), memory);
+    gst_buffer_append_memory(out.get(), memory->release());
     return out;
   }
 
@@ -134,11 +134,14 @@ class TensorSplit : public gst::OneToMany<TensorSplit> {
       if (!pool) return pool.error();
       branch->pool = *std::move(pool);
     }
-    auto out = branch->pool.acquire();
-    if (!out) return gst::memory_ran_out();
+    auto acquired = branch->pool.acquire();
+    if (!acquired) return acquired;
+    auto out = *std::move(acquired);
     gst_buffer_copy_into(out.get(), in, GST_BUFFER_COPY_METADATA, 0, static_cast<gsize>(-1));
-    const bool merged = gst_buffer_n_memory(in) > 1;  // by mapping
-    const gst::Mapped from(in, GST_MAP_READ);
+    const bool merged = gst_buffer_n_memory(in) > 1;
+    const auto whole = gst::one_memory(in);
+    if (!whole) return whole.error();
+    const gst::MappedMemory from(whole->get(), GST_MAP_READ);
     if (!from) return gst::memory_not_mapped();
     gst::FramePool::Writer writer;
     if (auto status = writer.map(branch->pool, out.get()); !status) return status.error();

@@ -74,7 +74,7 @@ void FrameTransformer::find_views(GstBuffer* in) {
 
 // From the second frame whose tensors are as large as those before on: a pool's, which knows the
 // packed memory of more than 16 tensors too.
-gst::Ref<GstBuffer> FrameTransformer::buffer_for_views() {
+Result<gst::Ref<GstBuffer>> FrameTransformer::buffer_for_views() {
   std::vector<TensorSpec> specs;
   for (const auto& source : sources_) specs.push_back(source.plan->output());
   const auto alike = [](const TensorSpec& a, const TensorSpec& b) { return a.same_layout(b); };
@@ -89,10 +89,10 @@ gst::Ref<GstBuffer> FrameTransformer::buffer_for_views() {
   if (!view_pool_) {
     auto pool =
         gst::FramePool::make(std::move(specs), output_.format, MediaType::Tensor, allocation_);
-    if (!pool) return {};
+    if (!pool) return pool.error();
     view_pool_ = *std::move(pool);
   }
-  auto out = view_pool_.acquire();
+  auto out = view_pool_.acquire(limit_);
   view_buffers_ = view_pool_.stats().allocated;
   return out;
 }
@@ -134,13 +134,14 @@ bool FrameTransformer::may_defer(GstBuffer* in) const {
 }
 
 Result<gst::Ref<GstBuffer>> FrameTransformer::deferred_output(GstBuffer* in) {
+  if (auto status = limit_.check(output_); !status) return status.error();
   if (sources_.empty())
     for (size_t i = 0; i < input_.tensors.size(); ++i)
       sources_.push_back({gst::Ref<GstBuffer>::share(in), static_cast<guint>(i), plans_[i]->plan});
   auto out = gst::Ref<GstBuffer>::adopt(gst_buffer_new());
   for (auto& source : sources_) {
     GstMemory* memory = gst::make_deferred_memory(std::move(source), counts_);
-    if (!memory) return gst::memory_ran_out();
+    if (!memory) return gst::memory_ran_out(sizeof(GstMemory));
     gst_buffer_append_memory(out.get(), memory);
   }
   sources_.clear();

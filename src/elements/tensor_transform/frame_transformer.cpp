@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <numeric>
 #include <utility>
 
 #include "core/transform/picture.hpp"
@@ -116,20 +117,15 @@ Result<gst::Ref<GstBuffer>> FrameTransformer::output_for(GstBuffer* in) {
   work_.fused = !sources_.empty();
   work_.deferred = !flexible && may_defer(in);
   if (work_.deferred) return deferred_output(in);
-  if (work_.fused && flexible) {
-    auto out = buffer_for_views();
-    if (!out) return gst::memory_ran_out();
-    return out;
-  }
+  if (work_.fused && flexible) return buffer_for_views();
   if (work_.fused) {
     if (auto source = take_source(in)) return source;
   } else if (in_place_ && gst::can_be_written(in) &&
              gst_buffer_n_memory(in) == input_.tensors.size()) {
     return gst::Ref<GstBuffer>::share(in);
   }
-  auto out = pooled_ ? pool_.acquire() : gst::Ref<GstBuffer>::adopt(gst_buffer_new());
-  if (!out) return gst::memory_ran_out();
-  return out;
+  if (pooled_) return pool_.acquire(limit_);
+  return gst::Ref<GstBuffer>::adopt(gst_buffer_new());
 }
 
 void FrameTransformer::move_pictures(GstBuffer* out) const {
@@ -223,6 +219,8 @@ Status FrameTransformer::run_packed(GstBuffer* out, Ledger* ledger) {
     }
     sizes.push_back(head + *specs.back().bytes());
   }
+  const auto total = std::accumulate(sizes.begin(), sizes.end(), uint64_t{0});
+  if (auto status = limit_.check(total); !status) return status;
   return gst::append_filled(specs, sizes, out, [&](size_t i, std::span<std::byte> bytes) -> Status {
     if (head) write_header(specs[i], bytes);
     const auto target = bytes.subspan(head);
@@ -253,11 +251,13 @@ Result<FrameTransformer::Appended> FrameTransformer::append_output(const TensorS
                                                                    size_t bytes,
                                                                    GstBuffer* out) const {
   const size_t head = headers_wanted() ? kTensorHeaderBytes : 0;
-  GstMemory* memory = gst::allocate_memory(head + bytes);
-  if (!memory) return gst::memory_ran_out();
-  gst_buffer_append_memory(out, memory);
-  Appended appended{gst::MappedMemory(memory, GST_MAP_WRITE), head};
-  if (!appended.map) return gst::memory_ran_out();
+  if (auto status = limit_.check(gst_buffer_get_size(out) + head + bytes); !status)
+    return status.error();
+  auto memory = gst::allocate_memory(head + bytes);
+  if (!memory) return memory.error();
+  Appended appended{gst::MappedMemory(memory->get(), GST_MAP_WRITE), head};
+  if (!appended.map) return gst::memory_ran_out(head + bytes);
+  gst_buffer_append_memory(out, memory->release());
   if (head) write_header(spec, appended.map.bytes());
   return appended;
 }

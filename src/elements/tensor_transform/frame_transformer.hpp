@@ -28,11 +28,12 @@ Result<std::vector<TensorSpec>> transformed(const transform::Operation& operatio
 class FrameTransformer {
  public:
   FrameTransformer(transform::Operation operation, TensorChoice choice, bool accelerate,
-                   std::shared_ptr<gst::DeferredCounts> counts)
+                   std::shared_ptr<gst::DeferredCounts> counts, const BufferLimit& limit)
       : operation_(std::move(operation)),
         choice_(std::move(choice)),
         accelerate_(accelerate),
-        counts_(std::move(counts)) {}
+        counts_(std::move(counts)),
+        limit_(limit) {}
 
   // Before the first frame and whenever caps change.
   Status configure(const FrameSpec& input, const FrameSpec& output);
@@ -79,7 +80,7 @@ class FrameTransformer {
   void find_views(GstBuffer* in);
   // Puts the plan of both into `source`; false where there is none.
   static bool fuse(Cached& cached, gst::DeferredSource* source);
-  gst::Ref<GstBuffer> buffer_for_views();
+  Result<gst::Ref<GstBuffer>> buffer_for_views();
   Status run_views(GstBuffer* out, Ledger* ledger);
   struct Appended {
     gst::MappedMemory map;
@@ -109,6 +110,7 @@ class FrameTransformer {
   TensorChoice choice_;
   bool accelerate_;
   std::shared_ptr<gst::DeferredCounts> counts_;
+  const BufferLimit& limit_;  // borrowed from the element
   FrameSpec input_, output_;
   std::vector<std::optional<Cached>> plans_;  // by tensor index
   bool pooled_ = false;                       // static to static, every tensor transformed

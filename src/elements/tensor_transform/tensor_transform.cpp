@@ -206,6 +206,7 @@ class TensorTransform : public gst::CountedTransform<TensorTransform> {
   }
 
   Settings settings_;
+  BufferLimit buffer_limit_{kInfo.factory_name};
 
  private:
   static Error missing_option() {
@@ -308,7 +309,8 @@ class TensorTransform : public gst::CountedTransform<TensorTransform> {
     if (!*options) return options->error();
     if (transformer_ && loaded_ == options) return ok();
     const auto& [operation, choice, accelerate] = **options;
-    transformer_ = std::make_unique<FrameTransformer>(operation, choice, accelerate, counts_);
+    transformer_ = std::make_unique<FrameTransformer>(operation, choice, accelerate, counts_,
+                                                      buffer_limit_);
     loaded_ = std::move(options);
     return ok();
   }

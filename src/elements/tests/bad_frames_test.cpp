@@ -104,4 +104,22 @@ TEST_P(BadFrame, WithFlagsOfEveryKindIsTaken) {
 
 WEIR_FOR_EACH_ELEMENT(BadFrame);
 
+// 4 values where the dimensions say a million: what reads by the dimensions would read beyond them.
+TEST(SparseTensorInAFlexibleStream, IsRejectedBeforeItIsRead) {
+  std::vector<uint32_t> words(32 + 5);
+  words[0] = 0xFEEDCCED, words[1] = 0xDE001000, words[2] = 5, words[3] = 1000000;
+  words[19] = 2, words[20] = 4, words[21] = 4;  // sparse, a tensor, 4 values and their indices
+  const std::string flexible = "other/tensors,format=flexible,framerate=30/1";
+  for (const std::string& line :
+       {std::string("tensor_converter"), std::string("tensor_transform mode=clamp option=0:9"),
+        fake_filter(), std::string("tensor_decoder mode=octet_stream")}) {
+    Bench bench(line);
+    ASSERT_EQ(bench.start(flexible), "") << line;
+    GstBuffer* in = gst_buffer_new_allocate(nullptr, 128 + 20, nullptr);
+    gst_buffer_fill(in, 0, words.data(), 128 + 20);
+    EXPECT_SAYS(bench.push(in), "WEIR-2002: a tensor of a flexible stream is sparse") << line;
+    bench.expect_balance(1);
+  }
+}
+
 }  // namespace
