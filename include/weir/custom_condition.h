@@ -28,13 +28,15 @@ typedef int (*weir_condition_function)(const weir_host* host, const weir_frame* 
 #endif
 
 /* Registers `condition` under `name`, which is copied. An element looks the name up at its first
- * frame, and keeps function and data until its caps or properties change or it stops: `data` must
- * live so long. Thread-safe. Returns 0, -WEIR_OPTION_VALUE when the name is empty or taken or
- * `condition` is NULL, -WEIR_OUT_OF_MEMORY. */
+ * frame; `data` must live until weir_condition_unregister has returned. Thread-safe. Returns 0,
+ * -WEIR_OPTION_VALUE when the name is empty or taken or `condition` is NULL, -WEIR_OUT_OF_MEMORY.
+ */
 WEIR_EXPORT int weir_condition_register(const char* name, weir_condition_function condition,
                                         void* data);
-/* Frees the name; elements that run go on with what they have. Thread-safe. Returns 0, or
- * -WEIR_CALLBACK_UNKNOWN when no function has this name. */
+/* Frees the name. No call of the function runs once this returns and none begins: it waits for the
+ * calls of other threads, and later frames are errors (CALLBACK_UNKNOWN) until the name is
+ * registered again. The function may call it. Thread-safe. Returns 0, or -WEIR_CALLBACK_UNKNOWN
+ * when no function has this name. */
 WEIR_EXPORT int weir_condition_unregister(const char* name);
 
 #ifdef __cplusplus

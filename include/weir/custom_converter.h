@@ -34,12 +34,13 @@ typedef int (*weir_convert_function)(const weir_host* host, const char* caps, co
 #endif
 
 /* Registers `convert` under `name`, which is copied. An element looks the name up at its first
- * frame, and keeps function and data until its caps change or it stops: `data` must live so long.
- * Thread-safe. Returns 0, -WEIR_OPTION_VALUE when the name is empty or taken or `convert` is NULL,
- * -WEIR_OUT_OF_MEMORY. */
+ * frame; `data` must live until weir_converter_unregister has returned. Thread-safe. Returns 0,
+ * -WEIR_OPTION_VALUE when the name is empty or taken or `convert` is NULL, -WEIR_OUT_OF_MEMORY. */
 WEIR_EXPORT int weir_converter_register(const char* name, weir_convert_function convert,
                                         void* data);
-/* Frees the name; elements that run go on with what they have. Thread-safe. Returns 0, or
+/* Frees the name. No call of the function runs once this returns and none begins: it waits for the
+ * calls of other threads, and later frames are errors (CONVERTER_UNKNOWN) until the name is
+ * registered again. The function may call it. Thread-safe. Returns 0, or
  * -WEIR_CONVERTER_UNKNOWN when no function has this name. */
 WEIR_EXPORT int weir_converter_unregister(const char* name);
 

@@ -60,9 +60,11 @@ typedef struct {
  * be. */
 WEIR_EXPORT int weir_filter_register(const char* name, const weir_filter* filter,
                                      weir_error** error);
-/* Frees the name. Elements that have the filter go on with it; `release` is called when the last
- * one stops, at once where there is none. Thread-safe. Returns 0, or -WEIR_CALLBACK_UNKNOWN when no
- * filter has this name. */
+/* Frees the name. With a `release` function, elements that have the filter go on with it, and
+ * `release` is called when the last one stops, at once where there is none. Without one, no call of
+ * the filter runs once this returns and none begins: it waits for the calls of other threads, and
+ * later frames are errors (CALLBACK_UNKNOWN). A function of the filter may call it. Thread-safe.
+ * Returns 0, or -WEIR_CALLBACK_UNKNOWN when no filter has this name. */
 WEIR_EXPORT int weir_filter_unregister(const char* name);
 
 /* Registers an engine of the process under `name`, for framework=cpp: each element that names it

@@ -20,7 +20,7 @@ struct Condition {
   void* data;
 };
 
-// One for each pair: an element may still call what was unregistered, so none is ever freed.
+// One for each pair, and none is ever freed: a function may unregister itself.
 Condition* condition_of(tensor_if_custom function, void* data) {
   struct Kept {
     std::mutex mutex;  // guards all

@@ -3,7 +3,9 @@
 
 #include "compat/filter_model.hpp"
 #include "compat/registration.hpp"
+#include "core/infer/call_gate.hpp"
 #include "core/infer/host.hpp"
+#include "core/infer/named_objects.hpp"
 #include "nnstreamer_plugin_api_util.h"
 #include "tensor_filter_custom_easy.h"
 #include "weir/custom_filter.h"
@@ -12,11 +14,21 @@ using namespace weir::compat;
 
 namespace {
 
+using Gate = std::shared_ptr<weir::infer::CallGate>;
+
+// By the names of the filters.
+weir::infer::NamedObjects<Gate>& gates() {
+  static auto& all = *new weir::infer::NamedObjects<Gate>;
+  return all;
+}
+
 class EasyFunction final : public OpenFilter {
  public:
   NNS_custom_invoke fixed = nullptr;
   NNS_custom_invoke_dynamic dynamic = nullptr;
   void* data = nullptr;
+  // Elements keep the filter; the program's function and data are its own once it unregisters them.
+  const Gate gate = std::make_shared<weir::infer::CallGate>();
 
   EasyFunction(std::unique_ptr<Properties> properties, const GstTensorsInfo& in,
                const GstTensorsInfo* out)
@@ -37,6 +49,13 @@ class EasyFunction final : public OpenFilter {
   }
   int set_inputs(const GstTensorsInfo*, GstTensorsInfo*) override { return -ENOENT; }
   int invoke(const GstTensorMemory* in, GstTensorMemory* out) override {
+    const weir::infer::CallGate::Visit visit(*gate);
+    if (!visit)
+      throw weir::Failure({weir::Code::CALLBACK_UNKNOWN,
+                           "the filter " + name() + " is no longer registered",
+                           "a frame after it was unregistered",
+                           "a filter that stays registered while a pipeline uses it", "",
+                           "stop the pipeline before NNS_custom_easy_unregister()"});
     if (fixed) return call("its function", [&] { return fixed(data, prop(), in, out); });
     return call("its function",
                 [&] { return dynamic(data, &prop()->input_meta, &prop()->output_meta, in, out); });
@@ -63,9 +82,9 @@ int invoke(const weir_host* host, const weir_frame* in, weir_frame* out, void* d
                        [&] { return static_cast<FilterModel*>(data)->invoke(*in, *out) ? 0 : 1; });
 }
 
-std::unique_ptr<FilterModel> make_model(const char* name, NNS_custom_invoke fixed,
-                                        NNS_custom_invoke_dynamic dynamic, void* data,
-                                        const GstTensorsInfo& in, const GstTensorsInfo* out) {
+std::shared_ptr<EasyFunction> make_function(const char* name, NNS_custom_invoke fixed,
+                                            NNS_custom_invoke_dynamic dynamic, void* data,
+                                            const GstTensorsInfo& in, const GstTensorsInfo* out) {
   const weir_option options[] = {{"invoke-dynamic", dynamic ? "true" : "false"}};
   const char* const paths[] = {name};
   const weir::OpenRequest request{paths, weir::Options(options, 1), "", 0};
@@ -74,7 +93,7 @@ std::unique_ptr<FilterModel> make_model(const char* name, NNS_custom_invoke fixe
   function->fixed = fixed;
   function->dynamic = dynamic;
   function->data = data;
-  return std::make_unique<FilterModel>(std::move(function));
+  return function;
 }
 
 int add(const char* caller, const char* name, NNS_custom_invoke fixed,
@@ -85,7 +104,8 @@ int add(const char* caller, const char* name, NNS_custom_invoke fixed,
   if (!given(caller, {name, function, in}) || (!dynamic && !given(caller, {out}))) return -EINVAL;
   return answered(caller, [&] {
     weir::accept_host(&weir::infer::host());
-    auto model = make_model(name, fixed, dynamic, data, *in, out);
+    const auto easy = make_function(name, fixed, dynamic, data, *in, out);
+    auto model = std::make_unique<FilterModel>(easy);
     weir_filter filter{};
     filter.struct_size = sizeof filter;
     filter.flags = dynamic ? uint32_t{WEIR_FILTER_DYNAMIC} : 0;
@@ -98,7 +118,10 @@ int add(const char* caller, const char* name, NNS_custom_invoke fixed,
     filter.release = [](void* owned) { delete static_cast<FilterModel*>(owned); };
     weir_error* error = nullptr;
     const int code = weir_filter_register(name, &filter, &error);
-    if (code == WEIR_OK) static_cast<void>(model.release());
+    if (code == WEIR_OK) {
+      static_cast<void>(model.release());
+      gates().add(name, easy->gate);
+    }
     return answer_of(caller, code, error);
   });
 }
@@ -117,5 +140,10 @@ int NNS_custom_easy_dynamic_register(const char* name, NNS_custom_invoke_dynamic
 
 int NNS_custom_easy_unregister(const char* name) {
   if (!given(__func__, {name})) return -EINVAL;
-  return answer_of(__func__, weir_filter_unregister(name));
+  return or_else(__func__, -ENOMEM, [&] {
+    const int code = weir_filter_unregister(name);
+    if (code == WEIR_OK)
+      if (const auto gate = gates().remove(name)) (*gate)->close();
+    return answer_of(__func__, code);
+  });
 }

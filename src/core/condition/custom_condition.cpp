@@ -60,11 +60,11 @@ bool is_custom_condition(std::string_view name) {
 }
 
 Result<std::optional<bool>> CustomCondition::decide(const weir_frame& frame) {
-  if (!entry_) entry_ = functions().find(name_);
+  if (!entry_ || entry_->gate->is_closed()) entry_ = functions().find(name_);
   if (!entry_) return unknown_condition(name_);
   weir_error error;
   int answer = 0;
-  const auto result = infer::called(who_, "return host->fail(...)", [&] {
+  const auto result = infer::called(*entry_->gate, who_, "return host->fail(...)", [&] {
     return entry_->function(&infer::host(), &frame, &answer, entry_->data, &error);
   });
   if (!result) return result.error();

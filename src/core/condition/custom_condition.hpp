@@ -10,7 +10,8 @@
 
 namespace weir::condition {
 
-// Looks the name up when it is first asked. One thread at a time.
+// Looks the name up for the first frame, and again once what it found is unregistered. One thread
+// at a time.
 class CustomCondition {
  public:
   explicit CustomCondition(std::string name)

@@ -3,6 +3,10 @@
 
 #include <gtest/gtest.h>
 
+#include <atomic>
+#include <future>
+#include <thread>
+
 #include <cstring>
 #include <stdexcept>
 
@@ -43,9 +47,44 @@ TEST(CustomCondition, CallsTheFunctionWithItsData) {
   EXPECT_EQ(*decide(&condition, 5), false);
   EXPECT_EQ(*decide(&condition, 0), std::nullopt);
   EXPECT_EQ(weir_condition_unregister("above"), WEIR_OK);
-  EXPECT_EQ(*decide(&condition, 6), true) << "one that runs goes on";
+  EXPECT_EQ(decide(&condition, 6).error().code, Code::CALLBACK_UNKNOWN) << "its data may be gone";
+  int other_limit = 7;
+  ASSERT_EQ(weir_condition_register("above", above, &other_limit), WEIR_OK);
+  EXPECT_EQ(*decide(&condition, 6), false) << "the one that has the name now";
+  EXPECT_EQ(weir_condition_unregister("above"), WEIR_OK);
   CustomCondition later("above");
   EXPECT_EQ(decide(&later, 6).error().code, Code::CALLBACK_UNKNOWN);
+}
+
+TEST(CustomCondition, IsAwaitedWhenItIsUnregistered) {
+  struct Slow {
+    std::promise<void> entered, unregistered;
+    std::atomic<bool> has_ended = false;
+  } slow;
+  const auto function = [](const weir_host*, const weir_frame*, int*, void* data, weir_error*) {
+    auto* to = static_cast<Slow*>(data);
+    to->entered.set_value();
+    to->unregistered.get_future().wait_for(std::chrono::milliseconds(50));
+    to->has_ended = true;
+    return 0;
+  };
+  ASSERT_EQ(weir_condition_register("slow", function, &slow), WEIR_OK);
+  CustomCondition condition("slow");
+  std::jthread caller([&] { EXPECT_TRUE(decide(&condition, 1)); });
+  slow.entered.get_future().wait();
+  EXPECT_EQ(weir_condition_unregister("slow"), WEIR_OK);
+  EXPECT_TRUE(slow.has_ended);
+  slow.unregistered.set_value();
+}
+
+TEST(CustomCondition, MayUnregisterItself) {
+  const auto function = [](const weir_host*, const weir_frame*, int*, void*, weir_error*) {
+    return weir_condition_unregister("own");
+  };
+  ASSERT_EQ(weir_condition_register("own", function, nullptr), WEIR_OK);
+  CustomCondition condition("own");
+  EXPECT_EQ(*decide(&condition, 1), false);
+  EXPECT_FALSE(decide(&condition, 1));
 }
 
 TEST(CustomCondition, MayBeRegisteredAfterItIsNamed) {

@@ -106,6 +106,20 @@ std::unique_lock<std::mutex> NamedFilter::take_turn() {
                                            : std::unique_lock(turn_);
 }
 
+template <class Body>
+Result<int> NamedFilter::call(Body&& body) {
+  // A function that unregisters itself waits for calls inside the gate, not for those before it.
+  const auto lock = take_turn();
+  const infer::CallGate::Visit visit(gate_);
+  if (visit) return body();
+  return Error{Code::CALLBACK_UNKNOWN,
+               "the filter " + name_ + " is no longer registered",
+               "a frame after it was unregistered",
+               "a filter that stays registered, or one with a release function",
+               "",
+               "stop the pipeline before weir_filter_unregister(\"" + name_ + "\")"};
+}
+
 Error NamedFilter::failed(int result, weir_error* error) const {
   if (!error->set)
     return Error{Code::CALLBACK_FAILED,
@@ -121,12 +135,13 @@ Error NamedFilter::failed(int result, weir_error* error) const {
 
 Status NamedFilter::resolve(std::span<const weir_tensor_info> in, std::span<weir_tensor_info> out) {
   if (!filter_.resolve) return ok();
-  const auto lock = take_turn();
   weir_error error;
-  const int result =
-      filter_.resolve(&infer::host(), in.data(), static_cast<uint32_t>(in.size()), out.data(),
-                      static_cast<uint32_t>(out.size()), filter_.data, &error);
-  if (result < 0) return failed(result, &error);
+  const auto result = call([&] {
+    return filter_.resolve(&infer::host(), in.data(), static_cast<uint32_t>(in.size()), out.data(),
+                           static_cast<uint32_t>(out.size()), filter_.data, &error);
+  });
+  if (!result) return result.error();
+  if (*result < 0) return failed(*result, &error);
   for (size_t i = 0; i < out.size(); ++i) {
     out[i].name = outputs_[i].name;
     if (const auto fault = fault_of(out[i]); !fault.empty())
@@ -141,11 +156,12 @@ Status NamedFilter::resolve(std::span<const weir_tensor_info> in, std::span<weir
 }
 
 Result<bool> NamedFilter::invoke(const weir_frame& in, weir_frame& out) {
-  const auto lock = take_turn();
   weir_error error;
-  const int result = filter_.invoke(&infer::host(), &in, &out, filter_.data, &error);
-  if (result < 0) return failed(result, &error);
-  return result == 0;
+  const auto result =
+      call([&] { return filter_.invoke(&infer::host(), &in, &out, filter_.data, &error); });
+  if (!result) return result.error();
+  if (*result < 0) return failed(*result, &error);
+  return *result == 0;
 }
 
 Result<std::shared_ptr<NamedFilter>> find_filter(const std::string& name) {
@@ -185,5 +201,7 @@ int weir_filter_register(const char* name, const weir_filter* filter, weir_error
 
 int weir_filter_unregister(const char* name) {
   const auto removed = weir::custom::filters().remove(name ? name : "");
-  return removed ? WEIR_OK : -WEIR_CALLBACK_UNKNOWN;
+  if (!removed) return -WEIR_CALLBACK_UNKNOWN;
+  (*removed)->unregistered();
+  return WEIR_OK;
 }

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "core/infer/call_gate.hpp"
 #include "weir/custom_filter.h"
 #include "weir/result.hpp"
 
@@ -24,6 +25,11 @@ class NamedFilter {
 
   // The data is its own from now on.
   void own(void (*release)(void*)) noexcept { release_ = release; }
+  // The name is free. Without `release` the program may now free the data: calls that run are
+  // awaited, and later ones fail.
+  void unregistered() {
+    if (!release_) gate_.close();
+  }
 
   const std::string& name() const noexcept { return name_; }
   uint32_t flags() const noexcept { return filter_.flags; }  // weir_filter_flag
@@ -38,6 +44,9 @@ class NamedFilter {
   NamedFilter(std::string name, const weir_filter& filter);
   std::vector<weir_tensor_info> copy(const weir_tensor_info* infos, uint32_t count);
   std::unique_lock<std::mutex> take_turn();
+  // CALLBACK_UNKNOWN: see unregistered().
+  template <class Body>
+  Result<int> call(Body&& body);
   Error failed(int result, weir_error* error) const;
 
   std::string name_;
@@ -45,7 +54,8 @@ class NamedFilter {
   void (*release_)(void*) = nullptr;
   std::deque<std::string> names_;  // of tensors
   std::vector<weir_tensor_info> inputs_, outputs_;
-  std::mutex turn_;  // held while a function that is not thread-safe runs
+  infer::CallGate gate_;
+  std::mutex turn_;  // taken before the gate; held while a function that is not thread-safe runs
 };
 
 // One that is registered, or that a library of its name registers when it is loaded

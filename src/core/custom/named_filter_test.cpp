@@ -3,6 +3,10 @@
 
 #include <gtest/gtest.h>
 
+#include <atomic>
+#include <future>
+#include <thread>
+
 #include "core/custom/custom_easy.hpp"
 #include "core/infer/host.hpp"
 #include "core/infer/model.hpp"
@@ -50,6 +54,7 @@ std::string refusal(const Description& description, const char* name = "refused"
 
 TEST(NamedFilter, IsAModelOfTheEngineCustomEasy) {
   Description description;
+  description.filter.release = [](void*) {};
   ASSERT_EQ(weir_filter_register("named", &description.filter, nullptr), WEIR_OK);
   const auto engine = infer::ModuleLibrary::instance().engine("custom-easy");
   ASSERT_TRUE(engine) << engine.error().message();
@@ -70,6 +75,44 @@ TEST(NamedFilter, IsAModelOfTheEngineCustomEasy) {
   EXPECT_TRUE(*(*session)->invoke(frame, frame));
   description.data = 1;
   EXPECT_FALSE(*(*session)->invoke(frame, frame)) << "above 0 drops the frame";
+}
+
+// Its data may be freed once it is unregistered: nothing says when else.
+TEST(NamedFilter, WithoutReleaseIsCalledNoMoreOnceUnregistered) {
+  struct Slow : Description {
+    std::promise<void> entered, unregistered;
+    std::atomic<bool> has_ended = false;
+  } slow;
+  slow.filter.data = &slow;
+  slow.filter.invoke = [](const weir_host*, const weir_frame*, weir_frame*, void* data,
+                          weir_error*) {
+    auto* to = static_cast<Slow*>(data);
+    to->entered.set_value();
+    to->unregistered.get_future().wait_for(std::chrono::milliseconds(50));
+    to->has_ended = true;
+    return 0;
+  };
+  ASSERT_EQ(weir_filter_register("slow", &slow.filter, nullptr), WEIR_OK);
+  const auto filter = *find_filter("slow");
+  weir_frame frame{};
+  std::jthread caller([&] { EXPECT_TRUE(filter->invoke(frame, frame)); });
+  slow.entered.get_future().wait();
+  EXPECT_EQ(weir_filter_unregister("slow"), WEIR_OK);
+  EXPECT_TRUE(slow.has_ended) << "the call that ran is awaited";
+  slow.unregistered.set_value();
+  caller.join();
+  EXPECT_REFUSED(filter->invoke(frame, frame), CALLBACK_UNKNOWN, "slow is no longer registered");
+}
+
+TEST(NamedFilter, MayUnregisterItself) {
+  Description description;
+  description.filter.invoke = [](const weir_host*, const weir_frame*, weir_frame*, void*,
+                                 weir_error*) { return weir_filter_unregister("own"); };
+  ASSERT_EQ(weir_filter_register("own", &description.filter, nullptr), WEIR_OK);
+  const auto filter = *find_filter("own");
+  weir_frame frame{};
+  EXPECT_TRUE(filter->invoke(frame, frame));
+  EXPECT_FALSE(filter->invoke(frame, frame));
 }
 
 TEST(NamedFilter, SaysWhyItFailed) {

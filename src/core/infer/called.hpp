@@ -5,6 +5,7 @@
 #include <type_traits>
 #include <utility>
 
+#include "core/infer/call_gate.hpp"
 #include "weir/result.hpp"
 
 namespace weir::infer {
@@ -29,6 +30,21 @@ Result<std::invoke_result_t<Body>> called(const std::string& who, const char* in
   } catch (...) {
     return threw("what is no std::exception");
   }
+}
+
+// The same for a function that the program may unregister: CALLBACK_UNKNOWN once it has.
+template <class Body>
+Result<std::invoke_result_t<Body>> called(CallGate& gate, const std::string& who,
+                                          const char* instead, Body&& body) {
+  const CallGate::Visit visit(gate);
+  if (!visit)
+    return Error{Code::CALLBACK_UNKNOWN,
+                 who + " is no longer registered",
+                 "a frame after it was unregistered",
+                 "a function that stays registered while a pipeline uses it",
+                 "",
+                 "stop the pipeline before you unregister the function"};
+  return called(who, instead, std::forward<Body>(body));
 }
 
 }  // namespace weir::infer

@@ -37,13 +37,13 @@ class CustomConverter final : public Converter {
     return std::vector<TensorSpec>{};
   }
   Result<ConvertedFrame> convert(const weir_frame& in) override {
-    if (!function_) {
+    if (!function_ || function_->gate->is_closed()) {
       function_ = functions().find(name_);
       if (!function_) return unknown(name_);
     }
     weir_error error;
     weir_frame* out = room_.prepare(in);
-    const auto result = called(who_, "return host->fail(...)", [&] {
+    const auto result = called(*function_->gate, who_, "return host->fail(...)", [&] {
       return function_->function(&host(), caps_.c_str(), &in, out, function_->data, &error);
     });
     if (!result) return room_.give_up(result.error());

@@ -83,7 +83,8 @@ std::unique_ptr<Medium> custom_code(const std::string& name) {
       infer::is_custom_converter(name) ? std::nullopt : subplugin::custom_converters().find(name);
   if (!theirs) return std::make_unique<ConvertedMedium>(infer::custom_converter(name));
   return std::make_unique<SubPluginMedium>(
-      name, reinterpret_cast<tensor_converter_custom>(theirs->function), theirs->data);
+      name, reinterpret_cast<tensor_converter_custom>(theirs->function), theirs->data,
+      theirs->gate);
 }
 
 }  // namespace

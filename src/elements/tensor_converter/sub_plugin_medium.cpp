@@ -83,8 +83,12 @@ class LentBuffer {
 SubPluginMedium::SubPluginMedium(const NNStreamerExternalConverter& type)
     : name_("the converter " + std::string(type.name)), type_(type) {}
 
-SubPluginMedium::SubPluginMedium(std::string name, tensor_converter_custom function, void* data)
-    : name_("the function " + std::move(name)), function_(function), data_(data) {}
+SubPluginMedium::SubPluginMedium(std::string name, tensor_converter_custom function, void* data,
+                                 std::shared_ptr<infer::CallGate> gate)
+    : name_("the function " + std::move(name)),
+      function_(function),
+      gate_(std::move(gate)),
+      data_(data) {}
 
 SubPluginMedium::~SubPluginMedium() {
   if (opened_ && type_->close) type_->close(&data_);
@@ -144,7 +148,7 @@ Result<StreamPlan> SubPluginMedium::configure(const GstCaps* caps, const Wishes&
 
 Result<Ref<GstBuffer>> SubPluginMedium::convert(GstBuffer* in, GstTensorsConfig* config) {
   LentBuffer lent(in);
-  const auto made = infer::called(name_, "return NULL", [&] {
+  const auto made = infer::called(*gate_, name_, "return NULL", [&] {
     return type_ ? type_->convert(lent.get(), config, data_) : function_(lent.get(), data_, config);
   });
   auto taken = lent.take(made ? *made : nullptr);

@@ -7,6 +7,7 @@
 #include <optional>
 #include <string>
 
+#include "core/infer/call_gate.hpp"
 #include "elements/tensor_converter/flexible_medium.hpp"
 #include "gstcpp/c_tensors.hpp"
 #include "nnstreamer/nnstreamer_plugin_api_converter.h"
@@ -19,7 +20,9 @@ class SubPluginMedium final : public Medium {
   // Is told `script` where there is one. CALLBACK_FAILED when it cannot be opened.
   static Result<std::unique_ptr<Medium>> open(const NNStreamerExternalConverter& type,
                                               const std::optional<std::string>& script = {});
-  SubPluginMedium(std::string name, tensor_converter_custom function, void* data);
+  // Of a function of the program, which is called through `gate`.
+  SubPluginMedium(std::string name, tensor_converter_custom function, void* data,
+                  std::shared_ptr<infer::CallGate> gate);
   ~SubPluginMedium() override;
 
   Result<StreamPlan> configure(const GstCaps* caps, const Wishes& wishes) override;
@@ -37,6 +40,7 @@ class SubPluginMedium final : public Medium {
   // A copy: the program may take its own back while this one runs. None: a function.
   const std::optional<NNStreamerExternalConverter> type_;
   tensor_converter_custom function_ = nullptr;
+  std::shared_ptr<infer::CallGate> gate_ = std::make_shared<infer::CallGate>();
   void* data_ = nullptr;  // of the function, or what the converter's open gave
   bool opened_ = false;
   std::vector<TensorSpec> user_;

@@ -118,7 +118,7 @@ Result<OpenedDecoder> CustomCodeDecoder::open(const std::string& name) {
                  "nnstreamer_decoder_custom_register(\"" + name +
                      "\", function, data) before the pipeline starts"};
   const auto decoder = std::make_shared<CustomCodeDecoder>(
-      name, reinterpret_cast<tensor_decoder_custom>(entry->function), entry->data);
+      name, reinterpret_cast<tensor_decoder_custom>(entry->function), entry->data, entry->gate);
   return OpenedDecoder{decoder, decoder, {}};
 }
 
@@ -135,7 +135,7 @@ Result<bool> CustomCodeDecoder::decode(const FrameSpec& input, GstBuffer*,
                                        const BufferLimit&, Ledger*) {
   gst::CTensors config(of_frame(input, reader));
   const auto memories = gst::c_memories(reader);
-  const auto flow = infer::called(who_, "return a number below 0", [&] {
+  const auto flow = infer::called(*gate_, who_, "return a number below 0", [&] {
     return function_(memories.data(), config.get(), data_, out);
   });
   if (!flow) return flow.error();

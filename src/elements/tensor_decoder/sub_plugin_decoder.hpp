@@ -5,6 +5,7 @@
 #include <mutex>
 #include <string>
 
+#include "core/infer/call_gate.hpp"
 #include "elements/tensor_decoder/frame_decoder.hpp"
 #include "nnstreamer/nnstreamer_plugin_api_decoder.h"
 #include "nnstreamer/tensor_decoder_custom.h"
@@ -34,8 +35,9 @@ class CustomCodeDecoder final : public FrameDecoder {
  public:
   // CALLBACK_UNKNOWN with the names that there are.
   static Result<OpenedDecoder> open(const std::string& name);
-  CustomCodeDecoder(const std::string& name, tensor_decoder_custom function, void* data)
-      : who_("the function " + name), function_(function), data_(data) {}
+  CustomCodeDecoder(const std::string& name, tensor_decoder_custom function, void* data,
+                    std::shared_ptr<infer::CallGate> gate)
+      : who_("the function " + name), function_(function), data_(data), gate_(std::move(gate)) {}
 
   Result<gst::Ref<GstCaps>> configure(const FrameSpec& input) override;
   Result<bool> decode(const FrameSpec& input, GstBuffer* in, const gst::FrameReader& reader,
@@ -45,6 +47,7 @@ class CustomCodeDecoder final : public FrameDecoder {
   const std::string who_;
   tensor_decoder_custom function_;
   void* data_;
+  const std::shared_ptr<infer::CallGate> gate_;  // closed once the function is unregistered
 };
 
 }  // namespace weir
