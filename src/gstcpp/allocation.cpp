@@ -13,7 +13,8 @@ namespace weir::gst {
 namespace {
 
 constexpr size_t kMostAlignment = 4096, kMostPadding = 65536;  // what abi.h lets engines ask for
-// Below this GStreamer's allocator is quicker, and GstBuffer and GstMemory take as much by it.
+// Smaller memory comes from GStreamer's allocator, which is faster. A process that cannot get a
+// page cannot get a GstBuffer either.
 constexpr size_t kAlwaysThere = 4096;
 
 // Null when memory ran out.
