@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "core/infer/host.hpp"
-#include "fuzz_input.hpp"
+#include "guarded_memory.hpp"
 #include "lua/lua_model.hpp"
 #include "lua/lua_runner.hpp"
 #include "module_host.hpp"
@@ -27,15 +27,15 @@ local function answer()
   at = at + 1
   return answers[(at - 1) % #answers + 1]
 end
+-- A list whose first and last entries are there. Each read of another one gets the next answer.
 local function list(plain)
   if not changing then return plain end
-  return setmetatable({}, {
-    __index = function(_, key)
-      local value = answer()
-      if value == 0 then return rawget(plain, key) end
-      return value
-    end,
-    __len = function() return answer() end})
+  local reads = {}
+  return setmetatable(holes(answers[1] or 1), {__index = function(_, key)
+    if type(key) ~= 'number' or key < 1 then return nil end
+    reads[key] = (reads[key] or 0) + 1
+    return answers[(reads[key] - 1) % #answers + 1]
+  end})
 end
 local function info()
   local dimensions, types = {}, {}
@@ -52,6 +52,7 @@ outputTensorsInfo = info()
 function nnstreamer_invoke()
   for i = 1, tensors do
     local from, to = input_tensor(i), output_tensor(i)
+    pcall(function() to[math.floor(#to)] = from[math.floor(#from)] end)
     for _, place in ipairs(answers) do
       pcall(function() to[place] = from[place] end)
       pcall(function() to[#to + place] = from[#from] end)
@@ -73,7 +74,10 @@ std::string script_of(FuzzInput* input) {
                                      "uint64", "UINT16", "none"};
   std::string out = "changing = " + std::string(input->flag() ? "true" : "false");
   out += "\ntensors = " + std::to_string(input->below(4));
-  out += "\nrank = " + std::to_string(input->below(18));
+  const uint32_t rank = input->below(18);
+  out += "\nrank = " + std::to_string(rank) + "\nfunction holes(edge) return {edge";
+  for (uint32_t i = 2; i < rank; ++i) out += ", nil";
+  out += rank > 1 ? ", edge} end" : "} end";
   out += "\nkinds = {'" + std::string(kTypes[input->below(kTypes.size())]) + "', '" +
          kTypes[input->below(kTypes.size())] + "'}\nanswers = {";
   for (int i = 0; i < 64 && !input->empty(); ++i) {
@@ -85,7 +89,7 @@ std::string script_of(FuzzInput* input) {
 
 // A frame with memory of its own for each tensor, as many bytes as the script's tables say.
 struct Frame {
-  std::vector<std::vector<std::byte>> memories;
+  std::vector<weir::fuzz::GuardedMemory> memories;
   std::vector<weir_tensor> tensors;
   weir_frame frame{};
 
