@@ -71,7 +71,7 @@ class Documents(unittest.TestCase):
         self.assertIn("object-alive, type-name=(string)GstBin", re.findall(LEAKED, done.stderr))
 
     @unittest.skipUnless(os.environ.get("WEIR_SANITIZED"), "this build has no sanitizers")
-    def test_a_sanitizer_would_be_heard(self):
+    def test_a_memory_fault_fails_the_pipeline(self):
         command = ("gst-launch-1.0 videotestsrc num-buffers=1 ! video/x-raw,format=GRAY8 ! tensor_converter ! "
                    "tensor_filter framework=unruly model=README.md custom=open:overflow ! fakesink")
         done = subprocess.run(["bash", "-c", command], cwd=SOURCE, timeout=SECONDS, text=True, capture_output=True)
