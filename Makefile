@@ -16,7 +16,7 @@ MESON_FLAGS ?=
 
 export DESTDIR
 
-.PHONY: help setup configure build test demo demo-faces bench bench-mtcnn install uninstall clean distclean fuzz fuzz-keep soak docs format lint
+.PHONY: help setup configure build test demo demo-faces bench bench-mtcnn install uninstall clean distclean fuzz fuzz-keep tsan soak docs format lint
 .NOTPARALLEL:
 
 help:
@@ -70,6 +70,10 @@ fuzz: setup
 #: make fuzz-keep   add to tests/fuzz/corpus what make fuzz found
 fuzz-keep: setup
 	@tools/fuzz --keep build-fuzz
+
+#: make tsan        run every test under ThreadSanitizer, which knows GLib's locks (TSAN_FLAGS='--suite library')
+tsan: setup
+	@tools/tsan build-tsan $(TSAN_FLAGS)
 
 #: make soak        edit playing pipelines at random for SOAK_SECONDS=600: lost frames, growth of memory
 soak: build
