@@ -69,7 +69,9 @@ class UnreadableConfiguration(Case):
         for kind in ("folder", "pipe", "loop", "binary", "long"):
             with self.subTest(kind):
                 path, words = self.file(kind, kind + ".ini")
-                if kind not in ("binary", "long"):
+                if kind == "loop":  # a link that cannot be followed may stand for a file
+                    words = f"the configuration file cannot be read: {path} (Too many levels of symbolic links)"
+                elif kind not in ("binary", "long"):
                     words = f"NNSTREAMER_CONF names no regular file and is passed over: {path}"
                 variables = {"NNSTREAMER_CONF": str(path), "WEIR_NNSTREAMER_ENABLE": "yes"}
                 told = json.loads(self.good(weir("doctor", "--json", **variables)))["nnstreamer"]

@@ -72,7 +72,7 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   std::thread reader([socket = ends[0]] { read_answers(socket); });
   std::thread worker([socket = ends[1]] {
     WorkerServer server{Descriptor(socket)};
-    (void)server.serve("nothing");
+    (void)server.serve({"nothing", ""});
   });
   {
     Channel pipeline{Descriptor(dup(ends[0]))};
