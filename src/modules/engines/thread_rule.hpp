@@ -27,6 +27,7 @@ inline int threads_for(const Work& work, const ThreadCosts& costs, int cores) {
   if (work.operators == 0) return 1;
   const double all = work.multiplications + costs.of_weight * work.weights;
   const double threads = std::min(all / work.operators / costs.of_operator, all / costs.of_invoke);
+  if (!(threads >= 1)) return 1;  // not a number, too: sizes come from the model's file
   return static_cast<int>(std::clamp(threads, 1.0, static_cast<double>(std::max(cores, 1))));
 }
 

@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <limits>
+
 #include "pytorch/torch_work.hpp"
 #include "tflite-file/tflite_work.hpp"
 
@@ -25,6 +27,14 @@ TEST(ThreadRule, ManySmallOperatorsAreForOneThread) {
 
 TEST(ThreadRule, WeightsCountAsTheTimeOfReadingThem) {
   EXPECT_EQ(threads_for({.multiplications = 2e6, .weights = 2e6, .operators = 2}, kCosts, 8), 4);
+}
+
+TEST(ThreadRule, WorkThatIsNoNumberIsOneThread) {
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  const double infinity = std::numeric_limits<double>::infinity();
+  EXPECT_EQ(threads_for({.multiplications = nan, .operators = 1}, kCosts, 8), 1);
+  EXPECT_EQ(threads_for({.multiplications = infinity, .operators = 1}, kCosts, 8), 8);
+  EXPECT_EQ(threads_for({.multiplications = -infinity, .operators = 1}, kCosts, 8), 1);
 }
 
 TEST(ThreadRule, UnknownWorkAndNoCoresAreOneThread) {

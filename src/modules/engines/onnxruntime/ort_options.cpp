@@ -41,7 +41,7 @@ void bound_spinning(const std::string& version, OrtOptions* out) {
   int major = 0, minor = 0;
   const bool known = std::sscanf(version.c_str(), "%d.%d", &major, &minor) == 2;
   if (known && (major > 1 || (major == 1 && minor >= 26)))
-    out->config["session.intra_op.spin_duration_us"] = std::to_string(kSpinMicroseconds);
+    out->config.emplace("session.intra_op.spin_duration_us", std::to_string(kSpinMicroseconds));
   else
     out->config.insert_or_assign("session.force_spinning_stop", std::string("1"));
 }
@@ -82,10 +82,11 @@ Result<OrtOptions> OrtOptions::read(const weir_open& request, const std::string&
       {"session.inter_op.allow_spinning", "0"}, {kSharedArenaKey, "1"}, {kWeightsApartKey, "1"}};
   const bool alone = request.threads <= 0;
   out.threads = alone ? usable_cores() : std::min<int>(request.threads, kThreadLimit);
-  set_spinning(alone, &out);
-  if (alone) bound_spinning(version, &out);
   for (uint32_t i = 0; request.options && i < request.n_options; ++i)
     if (auto status = apply(request.options[i], &out); !status) return status.error();
+  if (out.config.contains(kAllowSpinning)) return out;
+  set_spinning(alone, &out);
+  if (alone) bound_spinning(version, &out);
   return out;
 }
 

@@ -4,6 +4,7 @@
 #include "engine_fixture.hpp"
 #include "pytorch/torchscript_builder.hpp"
 #include "says.hpp"
+#include "usable_cores.hpp"
 
 #if defined(__SANITIZE_ADDRESS__)
 // LeakSanitizer ends in a fault of its own when it looks through libtorch's thread-local memory.
@@ -209,6 +210,13 @@ TEST_F(Pytorch, ArgumentsWithDefaultsKeepThem) {
   ASSERT_NE(model, nullptr);
   EXPECT_EQ(model->inputs().size(), 1u);
   EXPECT_EQ(invoke(model, {floats({1}, {5})})[0].values<float>(), std::vector<float>{15});
+}
+
+TEST_F(Pytorch, AModelWhoseWorkIsUnknownGetsAllCores) {
+  const auto model = open(torchscript("def forward(self, x: Tensor) -> Tensor:\n  return x"));
+  ASSERT_TRUE(model) << model.error().message();
+  ASSERT_TRUE((*model)->resolve({make_tensor(WEIR_FLOAT32, {4}).info}));
+  EXPECT_EQ((*model)->execution().threads, static_cast<uint32_t>(usable_cores()));
 }
 
 TEST_F(Pytorch, OptionsTurnFreezingAndOptimisingOff) {

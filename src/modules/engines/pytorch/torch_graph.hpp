@@ -100,9 +100,22 @@ class GraphReader {
     info->shape[1] = weights.size(1) * groups->toInt();
     if (info->rank == 4) info->layout = WEIR_LAYOUT_NCHW;
   }
-  // An attribute that forward may append an input to.
-  static bool is_container(c10::TypeKind kind) {
-    return kind == c10::TypeKind::ListType || kind == c10::TypeKind::DictType;
+  // Whether a value of this type may hold a tensor.
+  static bool can_hold_tensor(const c10::Type& type) {
+    const auto kind = type.kind();
+    if (kind == c10::TypeKind::TensorType || kind == c10::TypeKind::AnyType) return true;
+    const auto inner = type.containedTypes();
+    return std::any_of(inner.begin(), inner.end(),
+                       [](const auto& part) { return can_hold_tensor(*part); });
+  }
+  // Whether forward may append an input to an attribute of this type, at any depth.
+  static bool can_keep_tensor(const c10::Type& type) {
+    const auto kind = type.kind();
+    if (kind == c10::TypeKind::ListType || kind == c10::TypeKind::DictType)
+      return can_hold_tensor(type);
+    const auto inner = type.containedTypes();
+    return std::any_of(inner.begin(), inner.end(),
+                       [](const auto& part) { return can_keep_tensor(*part); });
   }
   void visit(const torch::jit::Block* block) {
     static constexpr std::array kByData{
@@ -112,7 +125,8 @@ class GraphReader {
       const std::string name = node->kind().toQualString();
       if (!name.starts_with("prim::")) facts_.operators.insert(name);
       if (name == "prim::SetAttr") facts_.has_state = facts_.keeps_inputs = true;
-      if (name == "prim::GetAttr" && is_container(node->output()->type()->kind()))
+      if (name == "aten::set_" ||
+          (name == "prim::GetAttr" && can_keep_tensor(*node->output()->type())))
         facts_.keeps_inputs = true;
       for (const char* by_data : kByData)
         if (name == by_data || (name == "aten::where" && node->inputs().size() == 1))

@@ -88,7 +88,8 @@ Result<std::unique_ptr<TorchModel>> TorchModel::open(const weir_open& request) {
 
 void TorchModel::choose_threads(std::span<const weir_tensor_info> inputs) const {
   if (options_.threads > 0) return;
-  threads_ = threads_for(program_->facts().work.estimate(inputs), kThreadCosts, usable_cores());
+  const Work work = program_->facts().work.estimate(inputs);
+  threads_ = work.operators == 0 ? usable_cores() : threads_for(work, kThreadCosts, usable_cores());
 }
 
 Status TorchModel::read_inputs(const std::string& name) {

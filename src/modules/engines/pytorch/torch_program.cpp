@@ -50,14 +50,13 @@ void* blas() {
 // OpenMP counts threads for each thread that calls it, OpenBLAS for the process. The threads are
 // started here, where it is known that they can be: libpthreadpool's and those of OpenMP.
 Status use_threads(int threads) {
-  thread_local int set_here = 0;
-  if (set_here != threads) {
-    if (threads > 1)
-      if (auto status = check_thread_room(2 * (threads - 1)); !status) return status;
-    at::set_num_threads(threads);
-    at::parallel_for(0, threads, 1, [](int64_t, int64_t) {});
-  }
+  thread_local int set_here = 0, started_here = 1;
+  if (threads > started_here)
+    if (auto status = check_thread_room(2 * (threads - 1)); !status) return status;
+  if (set_here != threads) at::set_num_threads(threads);
+  if (threads > started_here) at::parallel_for(0, threads, 1, [](int64_t, int64_t) {});
   set_here = threads;
+  started_here = std::max(started_here, threads);
   static std::atomic<int> set_in_blas{0};
   if (set_in_blas.exchange(threads) == threads || !blas()) return ok();
   if (const auto set = reinterpret_cast<void (*)(int)>(dlsym(blas(), "openblas_set_num_threads")))

@@ -55,9 +55,10 @@ class TorchWorkReader {
   static void convolution(const Node& node, bool transposed, size_t groups_at,
                           TorchWork::Step* step) {
     const auto weights = tensor_at(node, 1);
-    if (!weights || weights->dim() < 3) return;
+    if (!weights || weights->dim() < 3 || weights->numel() == 0) return;
     const auto groups = torch::jit::toIValue(node.input(groups_at));
-    const double parts = groups && groups->isInt() ? static_cast<double>(groups->toInt()) : 1;
+    const double parts =
+        groups && groups->isInt() ? static_cast<double>(std::max<int64_t>(groups->toInt(), 1)) : 1;
     const auto first = static_cast<double>(weights->size(0)),
                second = static_cast<double>(weights->size(1)) * parts;
     const double stride = std::max(product_at(node, 3), 1.0);
