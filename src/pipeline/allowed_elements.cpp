@@ -39,6 +39,17 @@ bool takes_element(const std::string& factory_name, const std::string& property)
   return spec && g_type_is_a(spec->value_type, GST_TYPE_ELEMENT);
 }
 
+// A property "child::property" of a GstChildProxy, whose child is not known yet: an element where
+// the value begins with the name of one.
+bool may_name_element(const std::string& property, const std::string& value) {
+  if (property.find("::") == std::string::npos) return false;
+  const auto named = launch_elements(value);
+  return std::any_of(named.factories.begin(), named.factories.end(), [](const auto& name) {
+    return static_cast<bool>(
+        gst::Ref<GstElementFactory>::adopt(gst_element_factory_find(name.c_str())));
+  });
+}
+
 bool handles(GstElementFactory* factory, const std::string& scheme) {
   const gchar* const* known = gst_element_factory_get_uri_protocols(factory);
   for (; known && *known; ++known)
@@ -77,7 +88,9 @@ Status AllowedElements::check(std::string_view description, int depth) const {
   for (const auto& scheme : named.uri_schemes)
     if (auto status = check_scheme(scheme); !status) return status;
   for (const auto& property : named.properties) {
-    if (!takes_element(property.factory, property.name)) continue;
+    if (!takes_element(property.factory, property.name) &&
+        !may_name_element(property.name, property.value))
+      continue;
     if (depth == kDeepest) return forbidden(property.value, factories_);
     if (auto status = check(property.value, depth + 1); !status) return status;
   }

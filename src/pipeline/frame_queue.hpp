@@ -2,6 +2,7 @@
 #pragma once
 #include <chrono>
 #include <condition_variable>
+#include <cstdint>
 #include <deque>
 #include <mutex>
 #include <optional>
@@ -44,13 +45,22 @@ class FrameQueue {
     changed_.notify_all();
   }
 
-  // Waits until put() has room, the queue is closed, or interrupted(). Returns at once where put()
-  // drops the oldest frame.
+  // A flush: wait_for_room() returns, also where the flush has ended before it looks.
+  void flush() {
+    std::lock_guard lock(mutex_);
+    ++flushes_;
+    changed_.notify_all();
+  }
+
+  // Waits until put() has room, the queue is closed, flush(), or interrupted(). Returns at once
+  // where put() drops the oldest frame.
   template <class Interrupted>
   void wait_for_room(Interrupted&& interrupted) {
     std::unique_lock lock(mutex_);
-    changed_.wait(
-        lock, [&] { return has_room() || full_ == Full::DropsOldest || closed_ || interrupted(); });
+    changed_.wait(lock, [&, flushes = flushes_] {
+      return has_room() || full_ == Full::DropsOldest || closed_ || flushes_ != flushes ||
+             interrupted();
+    });
   }
   // Never waits. A frame that comes without wait_for_room() is kept beyond the limit.
   void put(Frame frame) {
@@ -91,6 +101,7 @@ class FrameQueue {
 
   mutable std::mutex mutex_;  // guards the rest
   std::condition_variable changed_;
+  uint64_t flushes_ = 0;
   std::deque<Frame> frames_;
   size_t limit_ = 0;
   Full full_ = Full::Waits;

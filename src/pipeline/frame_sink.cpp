@@ -63,7 +63,7 @@ GstFlowReturn FrameSink::on_sample(GstElement* element, FrameSink* self) {
 GstPadProbeReturn FrameSink::on_pad(GstPad* pad, GstPadProbeInfo* info, gpointer data) {
   auto* self = static_cast<FrameSink*>(data);
   if (GST_PAD_PROBE_INFO_TYPE(info) & GST_PAD_PROBE_TYPE_EVENT_FLUSH)
-    self->queue_.wake();
+    self->queue_.flush();
   else if (!self->function_)
     self->queue_.wait_for_room([pad] { return GST_PAD_IS_FLUSHING(pad); });
   return GST_PAD_PROBE_OK;

@@ -191,7 +191,11 @@ std::optional<Error> Pipeline::failed() const {
 
 Status Pipeline::change(GstState state) {
   if (callbacks_.is_inside()) return own_thread();
-  std::lock_guard changes(changes_);
+  // On a streaming thread a stop that is under way waits for this very call.
+  const bool must_not_wait = is_own_thread();
+  const auto changes =
+      must_not_wait ? std::unique_lock(changes_, std::try_to_lock) : std::unique_lock(changes_);
+  if (!changes) return own_thread();
   if (const auto error = failed()) return *error;
   if (stopped_) {
     for (const auto& [name, sink] : sinks_) sink->open();

@@ -79,8 +79,8 @@ TEST_F(PipelineAllowed, RefusesEveryOtherElement) {
         "( fakesrc name=x ! fakesink name=y ) ( filesrc name=x ! filesink name=y )",
         "filesink.( fakesrc )", "fakesrc name=\"a b\"filesink", "fakesrc ! FakeSink",
         "testholder inner=filesink", "testholder inner=\"fakesrc ! filesink location=\\\"/x\\\"\"",
-        "testholder inner=\"testholder inner=filesink\"", "file:///etc/hostname ! fakesink",
-        "fakesrc ! FILE:///tmp/x"}) {
+        "testholder inner=\"testholder inner=filesink\"", "testholder inner::sink=filesink",
+        "file:///etc/hostname ! fakesink", "fakesrc ! FILE:///tmp/x"}) {
     const std::string why = refusal(text, kFakes);
     EXPECT_SAYS(why, "forbidden: WEIR-1004: the configuration does not allow this element") << text;
     EXPECT_SAYS(why, "needed: one of: fakesrc, fakesink, testholder") << text;

@@ -65,8 +65,8 @@ class Join : public gst::Element<Join, gst::PlainElement> {
   void release_pad(GstPad* pad) {
     const auto input = Ref<GstPad>::share(pad);
     gst_pad_set_active(pad, FALSE);
+    const bool was_active = output_.remove(input);  // no flush of it can begin any more
     send_flush_stop(input);
-    const bool was_active = output_.remove(input);
     forget_end(pad);
     gst_element_remove_pad(element(), pad);
     if (was_active) g_object_notify(G_OBJECT(self()), "active-pad");
