@@ -309,8 +309,8 @@ class TensorTransform : public gst::CountedTransform<TensorTransform> {
     if (!*options) return options->error();
     if (transformer_ && loaded_ == options) return ok();
     const auto& [operation, choice, accelerate] = **options;
-    transformer_ = std::make_unique<FrameTransformer>(operation, choice, accelerate, counts_,
-                                                      buffer_limit_);
+    transformer_ =
+        std::make_unique<FrameTransformer>(operation, choice, accelerate, counts_, buffer_limit_);
     loaded_ = std::move(options);
     return ok();
   }

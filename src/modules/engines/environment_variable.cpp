@@ -8,7 +8,6 @@
 #include <cstring>
 #include <mutex>
 #include <new>
-#include <string>
 #include <vector>
 
 namespace weir::engine {
@@ -17,11 +16,11 @@ void add_environment_variable(const char* assignment) {
   static std::mutex mutex;
   static auto& replaced = *new std::vector<char**>;  // each lives as long as a reader may
   const std::lock_guard lock(mutex);
-  const std::string name(assignment, std::strcspn(assignment, "="));
-  if (std::getenv(name.c_str())) return;
+  const size_t name = std::strcspn(assignment, "=") + 1;
   char** const old = environ;
   size_t count = 0;
-  while (old && old[count]) ++count;
+  for (; old && old[count]; ++count)
+    if (std::strncmp(old[count], assignment, name) == 0) return;
   auto* const longer = static_cast<char**>(std::malloc((count + 2) * sizeof(char*)));
   if (!longer) throw std::bad_alloc();
   std::copy_n(old, count, longer);

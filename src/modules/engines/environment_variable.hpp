@@ -5,7 +5,7 @@ namespace weir::engine {
 
 // Sets NAME to the value in `assignment`, "NAME=value", which lives for ever; a variable that is
 // set already stays as it is. Unlike setenv(), it changes and frees nothing that a concurrent
-// getenv() reads: the environment is replaced by a longer copy in one step, and the old one stays.
+// reader sees: the environment is replaced by a longer copy in one step, and the old one stays.
 // Calls are serialised. A thread that calls setenv() or putenv() at the same time must not exist,
 // as always.
 void add_environment_variable(const char* assignment);
