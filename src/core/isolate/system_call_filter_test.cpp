@@ -240,7 +240,7 @@ TEST_F(WorkerRules, ConnectNoSocket) {
   EXPECT_EQ(answer_to(SYS_getsockopt, {3, SOL_SOCKET, SO_PEERCRED}), EPERM);
 }
 
-// In a child process: a thread that runs already tries to make a socket.
+// In a process of its own: a thread that runs already tries to make a socket.
 int errors_of_a_socket_in_a_filtered_process() {
   std::promise<void> filtered;
   auto error = std::async(std::launch::async, [ready = filtered.get_future()]() mutable {
@@ -255,12 +255,9 @@ int errors_of_a_socket_in_a_filtered_process() {
 
 TEST(FilterSystemCalls, HoldsForThreadsThatRunAlready) {
   if (worker_rules(kSelf).empty()) GTEST_SKIP() << "there is no table for this architecture";
-  const pid_t child = fork();
-  if (child == 0) _exit(errors_of_a_socket_in_a_filtered_process());
-  int status = 0;
-  ASSERT_EQ(waitpid(child, &status, 0), child);
-  ASSERT_TRUE(WIFEXITED(status));
-  EXPECT_EQ(WEXITSTATUS(status), EPERM);
+  GTEST_FLAG_SET(death_test_style, "threadsafe");
+  EXPECT_EXIT(_exit(errors_of_a_socket_in_a_filtered_process()), testing::ExitedWithCode(EPERM),
+              "");
 }
 
 }  // namespace

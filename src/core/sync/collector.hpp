@@ -168,7 +168,7 @@ class Collector {
     std::unique_lock lock(mutex_);
     const auto may_wait = [&] { return refusal(id) != kFlushing; };
     ++waiting_for_runner_;
-    changed_.wait(lock, [&] { return !another_runs() || !may_wait(); });
+    changed_.wait(lock, [&] { return (!another_runs() && !another_sends()) || !may_wait(); });
     --waiting_for_runner_;
     if (!may_wait()) return false;
     const auto used = [&] { return use(), taken(); };
@@ -238,8 +238,9 @@ class Collector {
   }
   int wait_for_bytes(Lock& lock, LaneId id, uint64_t bytes) {
     while (!has_room(bytes)) {
-      if (!running_ && !advance(lock)) return beyond_bytes(lock, bytes);
-      if (running_) {
+      const bool flushes = !flushing_.empty();  // what is held may be used when it ends
+      if (!running_ && !flushes && !advance(lock)) return beyond_bytes(lock, bytes);
+      if (running_ || flushes) {
         ++waiting_, ++waiting_for_runner_;
         changed_.wait(lock);
         --waiting_, --waiting_for_runner_;
@@ -295,8 +296,15 @@ class Collector {
     }
   }
 
-  // One step of the policy. False: nothing could be done.
+  // One step of the policy. False: nothing could be done. Downstream takes nothing until FLUSH_STOP
+  // was sent.
   bool advance(Lock& lock) {
+    if (another_sends()) {
+      ++waiting_;
+      changed_.wait(lock, [this] { return !another_sends(); });
+      --waiting_;
+      return true;
+    }
     if (running_ || !flushing_.empty()) return false;
     auto step = lanes_.step(options_);
     if (!step) {

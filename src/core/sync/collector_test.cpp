@@ -1,80 +1,10 @@
 // The collector under threads: who waits is always woken, nothing is lost uncounted.
-#include "core/sync/collector.hpp"
-
-#include <gtest/gtest.h>
-
-#include <atomic>
-#include <functional>
-#include <future>
-#include <string>
-
-#include "becomes.hpp"
-#include "says.hpp"
+#include "core/sync/collecting.hpp"
 
 namespace weir::sync {
 namespace {
 
 using namespace std::chrono_literals;
-
-struct Recorder : Consumer<int> {
-  int emit(Emission<int> emission) override {
-    if (hold) gate.get_future().wait();
-    std::lock_guard lock(mutex);
-    threads.push_back(std::this_thread::get_id());
-    rows.push_back(std::move(emission.frames));
-    times.push_back(emission.time);
-    return flow;
-  }
-  void end() override { ended = true; }
-  void refused(const Error& error) override {
-    if (on_refused) on_refused();
-    std::lock_guard lock(mutex);
-    errors.push_back(error.message());
-  }
-  Status may_wait(LaneId, const std::vector<LaneId>&) override {
-    if (stalls) return Error{Code::GRAPH_STALLS, "stalls", "", "", "", ""};
-    return ok();
-  }
-  void waits_behind_gaps(LaneId, const std::vector<LaneId>&) override {}
-  size_t count() {
-    std::lock_guard lock(mutex);
-    return rows.size();
-  }
-
-  std::mutex mutex;
-  std::vector<std::vector<int>> rows;
-  std::vector<Time> times;
-  std::vector<std::thread::id> threads;  // that made each row
-  std::vector<std::string> errors;
-  std::function<void()> on_refused;
-  std::promise<void> gate;
-  std::atomic<bool> hold{false};
-  std::atomic<bool> stalls{false};
-  std::atomic<bool> ended{false};
-  int flow = kOk;
-};
-
-class Collecting : public ::testing::Test {
- protected:
-  explicit Collecting() { collector.start(); }
-  void use(Mode mode, Clock::duration max_wait = {}) {
-    collector.configure({mode, {}, {}}, OnBackwardsTime::Pass, max_wait);
-  }
-  std::future<int> offer(LaneId lane, int frame, Stamp time) {
-    return std::async(std::launch::async, [=, this] { return collector.offer(lane, frame, time); });
-  }
-  void wait_for_waiting(size_t threads) {
-    EXPECT_TRUE(becomes_true([&] { return collector.waiting() == threads; },
-                             [&] { return std::to_string(threads) + " threads that wait"; }));
-  }
-  uint64_t dropped(DropReason reason) {
-    return ledger.snapshot().dropped[static_cast<size_t>(reason)];
-  }
-
-  Ledger ledger;
-  Recorder out;
-  Collector<int> collector{&ledger, &out};
-};
 
 TEST_F(Collecting, AThreadWaitsUntilItsFrameIsTaken) {
   const LaneId a = collector.add(), b = collector.add();
@@ -156,7 +86,7 @@ TEST_F(Collecting, LetsGoWhoWaitsForBytes) {
   EXPECT_TRUE(becomes_true([&] { return collector.bytes_held().second >= 60; }, "60 bytes held"));
   auto third = std::async(std::launch::async, [&] { return collector.offer(b, 4, 0, 41); });
   wait_for_waiting(1);
-  EXPECT_TRUE(collector.flush_start(b));
+  EXPECT_TRUE(flush_start(b));
   EXPECT_EQ(third.get(), kFlushing);
   EXPECT_EQ(dropped(DropReason::Flush), 1u);
   out.gate.set_value();
@@ -173,42 +103,6 @@ TEST_F(Collecting, StopWakesWhoWaits) {
   EXPECT_EQ(dropped(DropReason::Flush), 1u);
   EXPECT_EQ(collector.offer(a, 2, 20), kFlushing);
   EXPECT_EQ(ledger.snapshot().held(), 0u);
-}
-
-TEST_F(Collecting, FlushWakesTheThreadOfItsPadOnly) {
-  const LaneId a = collector.add(), b = collector.add(), c = collector.add();
-  auto first = offer(a, 1, 10), second = offer(b, 2, 10);
-  wait_for_waiting(2);
-  EXPECT_TRUE(collector.flush_start(a));
-  EXPECT_EQ(first.get(), kFlushing);
-  wait_for_waiting(1);
-  EXPECT_EQ(collector.offer(a, 9, 10), kFlushing);
-  EXPECT_TRUE(collector.flush_stop(a));
-  auto again = offer(a, 3, 10);
-  wait_for_waiting(2);
-  EXPECT_EQ(collector.offer(c, 4, 10), kOk);
-  EXPECT_EQ(second.get(), kOk);
-  EXPECT_EQ(again.get(), kOk);
-  EXPECT_EQ(out.rows, (std::vector<std::vector<int>>{{3, 2, 4}}));
-  EXPECT_EQ(dropped(DropReason::Flush), 2u);
-}
-
-TEST_F(Collecting, OnlyTheFirstAndTheLastFlushCount) {
-  const LaneId a = collector.add(), b = collector.add();
-  EXPECT_TRUE(collector.flush_start(a));
-  EXPECT_FALSE(collector.flush_start(b));
-  EXPECT_FALSE(collector.flush_stop(a));
-  EXPECT_TRUE(collector.flush_stop(b));
-  EXPECT_FALSE(collector.flush_stop(b));
-}
-
-TEST_F(Collecting, FlushForgetsTheTime) {
-  const LaneId a = collector.add();
-  EXPECT_EQ(collector.offer(a, 1, 100), kOk);
-  EXPECT_TRUE(collector.flush_start(a));
-  EXPECT_TRUE(collector.flush_stop(a));
-  EXPECT_EQ(collector.offer(a, 2, 5), kOk);
-  EXPECT_EQ(out.times, (std::vector<Time>{100, 5}));
 }
 
 TEST_F(Collecting, RemovalOfAPadWakesItAndLetsTheOthersGoOn) {
@@ -277,54 +171,6 @@ TEST_F(Collecting, RemovalEndsTheWaitToUseTheOutput) {
   out.hold = false;
   out.gate.set_value();
   EXPECT_EQ(third.get(), kOk);
-}
-
-TEST_F(Collecting, AFlushOfARemovedPadIsIgnored) {
-  const LaneId a = collector.add(), b = collector.add();
-  EXPECT_FALSE(collector.remove(b));
-  EXPECT_FALSE(collector.flush_start(b));
-  EXPECT_EQ(collector.offer(a, 1, 10), kOk) << "nothing flushes";
-}
-
-TEST_F(Collecting, RemovalOfTheOnlyPadThatFlushesEndsTheFlush) {
-  const LaneId a = collector.add(), b = collector.add(), c = collector.add();
-  EXPECT_TRUE(collector.flush_start(b));
-  EXPECT_FALSE(collector.flush_start(c));
-  EXPECT_FALSE(collector.remove(c));
-  EXPECT_TRUE(collector.remove(b));
-  EXPECT_EQ(collector.offer(a, 1, 10), kOk);
-}
-
-TEST_F(Collecting, AFlushEndsAfterItsStartWasSent) {
-  const LaneId a = collector.add(), b = collector.add();
-  EXPECT_TRUE(collector.flush_start(b));
-  std::atomic<bool> start_was_sent = false;
-  auto removal = std::async(std::launch::async, [&] {
-    const bool due = collector.remove(b);
-    EXPECT_TRUE(start_was_sent);
-    collector.flush_sent();
-    return due;
-  });
-  start_was_sent = true;
-  collector.flush_sent();
-  EXPECT_TRUE(removal.get());
-  EXPECT_EQ(collector.offer(a, 1, 10), kOk);
-}
-
-TEST_F(Collecting, ANewFlushBeginsAfterTheEndOfTheLastOneWasSent) {
-  const LaneId a = collector.add(), b = collector.add();
-  EXPECT_TRUE(collector.flush_start(a));
-  collector.flush_sent();
-  EXPECT_TRUE(collector.flush_stop(a));
-  std::atomic<bool> stop_was_sent = false;
-  auto start = std::async(std::launch::async, [&] {
-    const bool due = collector.flush_start(b);
-    EXPECT_TRUE(stop_was_sent);
-    return due;
-  });
-  stop_was_sent = true;
-  collector.flush_sent();
-  EXPECT_TRUE(start.get());
 }
 
 TEST_F(Collecting, AStartWaitsForAnOutputFromBeforeTheStop) {
@@ -439,21 +285,6 @@ TEST_F(Collecting, TheReasonIsToldBeforeOthersFail) {
     EXPECT_EQ(first.get(), kRefused);
     EXPECT_EQ(before, std::future_status::timeout);
   }
-}
-
-TEST_F(Collecting, AnOutputThatIsUnderWayIsFinishedBeforeAFlushEnds) {
-  out.hold = true;
-  const LaneId a = collector.add(), b = collector.add();
-  auto first = offer(a, 1, 10), second = offer(b, 2, 10);
-  EXPECT_TRUE(becomes_true([&] { return ledger.snapshot().consumed >= 2; }, "2 frames consumed"));
-  EXPECT_TRUE(collector.flush_start(a));
-  collector.flush_sent();
-  auto stopped = std::async(std::launch::async, [&] { return collector.flush_stop(a); });
-  EXPECT_EQ(out.count(), 0u);
-  out.gate.set_value();
-  EXPECT_TRUE(stopped.get());
-  EXPECT_EQ(out.count(), 1u);
-  first.get(), second.get();
 }
 
 // Four pads at different rates, one removed and added again on the way, then the end.
