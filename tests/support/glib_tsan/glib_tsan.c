@@ -24,11 +24,13 @@ enum { kTryLock = 1 << 4, kTryLockFailed = 1 << 5, kReentrant = 1 << 1, kRead = 
     __atomic_load_n(&found, __ATOMIC_ACQUIRE);                                                \
   })
 
+/* As tries: these have no order. GStreamer takes the locks of two pads and of their elements in
+ * either one. */
 static void before_lock(void* mutex, unsigned flags) {
-  if (__tsan_mutex_pre_lock) __tsan_mutex_pre_lock(mutex, flags);
+  if (__tsan_mutex_pre_lock) __tsan_mutex_pre_lock(mutex, flags | kTryLock);
 }
 static void after_lock(void* mutex, unsigned flags) {
-  if (__tsan_mutex_post_lock) __tsan_mutex_post_lock(mutex, flags, 1);
+  if (__tsan_mutex_post_lock) __tsan_mutex_post_lock(mutex, flags | kTryLock, 1);
 }
 static void before_unlock(void* mutex, unsigned flags) {
   if (__tsan_mutex_pre_unlock) __tsan_mutex_pre_unlock(mutex, flags);
@@ -49,12 +51,12 @@ static void release(void* address) {
     REAL(function)(mutex);          \
     after_lock(mutex, flags);       \
   }
-#define TRY_LOCK(function, type, flags)                                              \
-  gboolean function(type* mutex) {                                                   \
-    before_lock(mutex, (flags) | kTryLock);                                          \
-    const gboolean locked = REAL(function)(mutex);                                   \
-    after_lock(mutex, (flags) | kTryLock | (locked ? 0 : (unsigned)kTryLockFailed)); \
-    return locked;                                                                   \
+#define TRY_LOCK(function, type, flags)                                   \
+  gboolean function(type* mutex) {                                        \
+    before_lock(mutex, flags);                                            \
+    const gboolean locked = REAL(function)(mutex);                        \
+    after_lock(mutex, (flags) | (locked ? 0 : (unsigned)kTryLockFailed)); \
+    return locked;                                                        \
   }
 #define UNLOCK(function, type, flags) \
   void function(type* mutex) {        \
