@@ -281,6 +281,14 @@ Ref<GstCaps> possible_caps(GstPad* pad, const FrameSpec& spec, const GstCaps* pe
   return all;
 }
 
+Ref<GstCaps> without_dimensions(Ref<GstCaps> caps) {
+  auto open = Ref<GstCaps>::adopt(gst_caps_make_writable(caps.release()));
+  for (guint i = 0; i < gst_caps_get_size(open.get()); ++i)
+    gst_structure_remove_fields(gst_caps_get_structure(open.get(), i), "dimension", "dimensions",
+                                nullptr);
+  return open;
+}
+
 bool peer_wants_flexible(GstPad* source_pad) {
   return wish_of_peer(source_pad).flexible;
 }

@@ -26,6 +26,10 @@ Result<FrameSpec> fixed_spec_from_caps(const GstCaps* caps);
 // Where `peer` (may be null) spells an equal dimension in its own way, that spelling is used.
 Ref<GstCaps> possible_caps(GstPad* pad, const FrameSpec& spec, const GstCaps* peer);
 
+// The same caps with the dimensions left open: as a filter of a caps query they let a peer answer
+// with dimensions that are equal and written with more or fewer 1s at the end.
+Ref<GstCaps> without_dimensions(Ref<GstCaps> caps);
+
 // Rule A of section 1.5: the one caps that an element which pushes its own caps event sets on its
 // source pad. Null when the peer and the pad's template leave nothing.
 Ref<GstCaps> choose_caps(GstPad* source_pad, const FrameSpec& spec);

@@ -85,22 +85,14 @@ class TensorTransform : public gst::CountedTransform<TensorTransform> {
     options_.reset();
   }
 
+  // GstBaseTransform passes no filter for the caps of a stream, and compares the result with the
+  // caps of the peer as text.
   GstCaps* transform_caps(GstPadDirection direction, GstCaps* caps, GstCaps* filter) {
-    GstPad* other = direction == GST_PAD_SINK ? GST_BASE_TRANSFORM_SRC_PAD(self())
-                                              : GST_BASE_TRANSFORM_SINK_PAD(self());
-    auto result = Ref<GstCaps>::adopt(gst_caps_new_empty());
-    const auto options = current();
-    for (guint i = 0; i < gst_caps_get_size(caps); ++i) {
-      const auto one = Ref<GstCaps>::adopt(gst_caps_copy_nth(caps, i));
-      auto spec = gst::spec_from_caps(one.get());
-      if (!spec) continue;
-      if (*options)
-        convert(direction, **options, &*spec);
-      else
-        for (auto& t : spec->tensors) t = TensorSpec{};
-      auto candidates = gst::possible_caps(other, *spec, filter);
-      result = Ref<GstCaps>::adopt(gst_caps_merge(result.release(), candidates.release()));
-    }
+    Ref<GstCaps> peer;
+    if (!filter && direction == GST_PAD_SINK && gst_caps_is_fixed(caps))
+      peer =
+          Ref<GstCaps>::adopt(gst_pad_peer_query_caps(GST_BASE_TRANSFORM_SRC_PAD(self()), nullptr));
+    auto result = converted(direction, caps, filter ? filter : peer.get());
     if (!filter) return result.release();
     return gst_caps_intersect_full(result.get(), filter, GST_CAPS_INTERSECT_FIRST);
   }
@@ -218,6 +210,27 @@ class TensorTransform : public gst::CountedTransform<TensorTransform> {
                  "tensor_transform mode=arithmetic option=typecast:float32,add:-127.5,div:127.5"};
   }
 
+  // Caps of the other pad for `caps` on the pad of `direction`, with equal dimensions as `spelling`
+  // (may be null) has them.
+  Ref<GstCaps> converted(GstPadDirection direction, GstCaps* caps, const GstCaps* spelling) {
+    GstPad* other = direction == GST_PAD_SINK ? GST_BASE_TRANSFORM_SRC_PAD(self())
+                                              : GST_BASE_TRANSFORM_SINK_PAD(self());
+    auto result = Ref<GstCaps>::adopt(gst_caps_new_empty());
+    const auto options = current();
+    for (guint i = 0; i < gst_caps_get_size(caps); ++i) {
+      const auto one = Ref<GstCaps>::adopt(gst_caps_copy_nth(caps, i));
+      auto spec = gst::spec_from_caps(one.get());
+      if (!spec) continue;
+      if (*options)
+        convert(direction, **options, &*spec);
+      else
+        for (auto& t : spec->tensors) t = TensorSpec{};
+      auto candidates = gst::possible_caps(other, *spec, spelling);
+      result = Ref<GstCaps>::adopt(gst_caps_merge(result.release(), candidates.release()));
+    }
+    return result;
+  }
+
   // What a pad takes. GstBaseTransform would put caps first that need no change, were there any:
   // behind a change of the type these are flexible ones, and a static stream would become flexible.
   Ref<GstCaps> caps_of(GstPadDirection direction, GstCaps* filter) {
@@ -233,13 +246,19 @@ class TensorTransform : public gst::CountedTransform<TensorTransform> {
     Ref<GstCaps> wanted;
     if (filter) {
       const auto here = meet(Ref<GstCaps>::share(filter), template_of(pad));
-      wanted = meet(Ref<GstCaps>::adopt(transform_caps(direction, here.get(), nullptr)),
-                    template_of(other));
+      wanted = gst::without_dimensions(
+          meet(converted(direction, here.get(), nullptr), template_of(other)));
     }
     const auto there =
         meet(Ref<GstCaps>::adopt(gst_pad_peer_query_caps(other, wanted.get())), template_of(other));
-    return meet(Ref<GstCaps>::adopt(transform_caps(GST_PAD_DIRECTION(other), there.get(), filter)),
-                template_of(pad));
+    auto caps =
+        meet(Ref<GstCaps>::adopt(transform_caps(GST_PAD_DIRECTION(other), there.get(), filter)),
+             template_of(pad));
+    if (filter) return caps;
+    // A capsfilter compares what it gets here as text. How it writes dimensions is known with its
+    // caps, which are compared as dimensions.
+    auto open = gst::without_dimensions(Ref<GstCaps>::adopt(gst_caps_copy(caps.get())));
+    return Ref<GstCaps>::adopt(gst_caps_merge(caps.release(), open.release()));
   }
 
   // After caps that GstBaseTransform refused by itself, which it does without a word.
