@@ -17,7 +17,7 @@ Time window_of(const PadView& base, Time duration) {
 
 // Nothing = not known yet.
 Use step_b(const PadView& pad, Time current, Time window) {
-  if (pad.state == PadState::Missing) return Use::Kept;
+  if (pad.state == PadState::Missing || pad.state == PadState::Ended) return Use::Kept;
   if (pad.state == PadState::Gap) {
     const bool too_far = pad.gap_end > current && pad.gap_end - current > window;
     return pad.has_kept && too_far ? Use::Kept : Use::Nothing;
@@ -27,12 +27,16 @@ Use step_b(const PadView& pad, Time current, Time window) {
   return pad.has_kept && *pad.head - current > window ? Use::Kept : Use::Head;
 }
 
-// No base frame can be before the end of its gap: heads that are will be too old.
+// No base frame can be before the end of its gap: heads that are will be too old. Their pads have
+// their part in the round.
 Decision base_has_a_gap(const Round& round, std::span<const PadView> pads, Time gap_end) {
   Decision out = wait_for_more(round, pads.size());
-  for (size_t i = 0; i < pads.size(); ++i)
-    if (pads[i].state == PadState::Head && pads[i].head && *pads[i].head < gap_end)
-      out.uses[i] = Use::Discard;
+  out.round.counted.resize(pads.size(), false);
+  for (size_t i = 0; i < pads.size(); ++i) {
+    if (pads[i].state != PadState::Head || !pads[i].head || *pads[i].head >= gap_end) continue;
+    out.uses[i] = Use::Discard;
+    out.round.counted[i] = true;
+  }
   return out;
 }
 
@@ -41,6 +45,7 @@ Round step_a(const Round& round, const PadView& base, size_t index) {
   if (base.head) out.current = *base.head;
   out.deciding = index;
   out.need_set = false;
+  out.counted.clear();
   return out;
 }
 
@@ -52,7 +57,7 @@ bool never_fed_and_missing(const PadView& pad) {
 
 Decision decide_base_pad(const Round& round, std::span<const PadView> pads, size_t base,
                          Time duration) {
-  switch (readiness_of_all(pads)) {
+  switch (readiness_of_all(round, pads)) {
     case Readiness::Over:
       return end_of_stream(round, pads.size());
     case Readiness::NotYet:

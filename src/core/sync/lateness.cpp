@@ -8,7 +8,7 @@
 namespace weir::sync {
 
 Decision decide_lateness(const Round& round, std::span<const PadView> pads, Stamp limit) {
-  switch (readiness_of_all(pads)) {
+  switch (readiness_of_all(round, pads)) {
     case Readiness::Over:
       return end_of_stream(round, pads.size());
     case Readiness::NotYet:

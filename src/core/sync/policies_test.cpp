@@ -53,6 +53,35 @@ TEST(Policies, ThreeEndWithTheFirstPadThatEnds) {
   }
 }
 
+TEST(Policies, APadThatEndsWhileARoundIsRepeatedHasPartWithItsKeptFrame) {
+  for (const Mode mode : {Mode::Slowest, Mode::BasePad}) {
+    const Round repeated{30, false, 0, {}};
+    const auto d = decide_for(mode, {head(30), with_kept(kEnded, 20)}, repeated);
+    EXPECT_EQ(d.outcome, Outcome::Emit) << name_of(mode);
+    EXPECT_EQ(d.round.current, 30u) << name_of(mode);
+    EXPECT_EQ(d.uses, (Uses{Use::Head, Use::Kept})) << name_of(mode);
+    EXPECT_TRUE(d.round.need_set) << name_of(mode);
+    const auto waits = decide_for(mode, {head(30), with_kept(kEnded, 20), kEmpty}, repeated);
+    EXPECT_EQ(waits.outcome, Outcome::Wait) << name_of(mode);
+  }
+}
+
+TEST(Policies, APadThatEndsWhileARoundIsRepeatedEndsTheStreamWithoutAKeptFrame) {
+  for (const Mode mode : {Mode::Slowest, Mode::BasePad}) {
+    const Round repeated{30, false, 0, {}};
+    EXPECT_EQ(decide_for(mode, {head(30), kEnded}, repeated).outcome, Outcome::End)
+        << name_of(mode);
+    const auto all = decide_for(mode, {with_kept(kEnded, 20), with_kept(kEnded, 20)}, repeated);
+    EXPECT_EQ(all.outcome, Outcome::End) << name_of(mode);
+  }
+}
+
+TEST(Policies, ANewRoundEndsWithAPadThatHasEndedWhateverItKeeps) {
+  for (const Mode mode : kWaiting)
+    EXPECT_EQ(decide_for(mode, {head(30), with_kept(kEnded, 20)}).outcome, Outcome::End)
+        << name_of(mode);
+}
+
 TEST(Policies, RefreshEndsWithTheLast) {
   EXPECT_EQ(decide_for(Mode::Refresh, {kEmpty, with_kept(kEnded, 1)}).outcome, Outcome::Wait);
   EXPECT_EQ(decide_for(Mode::Refresh, {kEnded, kEnded}).outcome, Outcome::End);
@@ -121,6 +150,17 @@ TEST(Slowest, TheHeadBehindOneThatWasTooOldDoesNotRaiseTheTime) {
   EXPECT_EQ(d.outcome, Outcome::Emit);
   EXPECT_EQ(d.round.current, 40u);
   EXPECT_EQ(d.uses, (Uses{Use::Head, Use::Head}));
+}
+
+TEST(Slowest, APadWhoseFrameWasTooOldForTheRoundHasPartInItAlsoWhenItEnds) {
+  const Round begun{30, true, {}, {false, true}};
+  EXPECT_EQ(decide_for(Mode::Slowest, {kEmpty, with_kept(kEnded, 29)}, begun).outcome,
+            Outcome::Wait);
+  const auto d = decide_for(Mode::Slowest, {head(40), with_kept(kEnded, 29)}, begun);
+  EXPECT_EQ(d.outcome, Outcome::Emit);
+  EXPECT_EQ(d.uses, (Uses{Use::Head, Use::Kept}));
+  EXPECT_EQ(decide_for(Mode::Slowest, {kEnded, with_kept(kEnded, 29)}, begun).outcome,
+            Outcome::End);
 }
 
 TEST(Slowest, HoldsWhatMayBeginANewStream) {
@@ -195,6 +235,16 @@ TEST(BasePad, AGapOfTheBaseDiscardsWhatLiesBeforeItsEnd) {
   EXPECT_EQ(decide_for(Mode::BasePad, {gap(50), head(49)}).uses,
             (Uses{Use::Nothing, Use::Discard}));
   EXPECT_EQ(decide_for(Mode::BasePad, {gap(50), head(50)}).uses, Uses(2, Use::Nothing));
+}
+
+TEST(BasePad, APadThatEndsAfterAFrameBeforeTheGapOfTheBaseHasPartInItsRound) {
+  const auto gap_of_base = decide_for(Mode::BasePad, {gap(50), head(49)});
+  const auto waits = decide_for(Mode::BasePad, {gap(50), with_kept(kEnded, 49)}, gap_of_base.round);
+  EXPECT_EQ(waits.outcome, Outcome::Wait);
+  const auto d = decide_for(Mode::BasePad, {head(50), with_kept(kEnded, 49)}, waits.round);
+  EXPECT_EQ(d.outcome, Outcome::Emit);
+  EXPECT_EQ(d.uses, (Uses{Use::Head, Use::Kept}));
+  EXPECT_TRUE(d.round.counted.empty());
 }
 
 TEST(BasePad, AGapBeyondTheWindowSettlesThatTheKeptFrameIsUsed) {

@@ -35,7 +35,7 @@ bool kept_is_nearer(const PadView& pad, Time current, Time head) {
 
 // Nothing = not known yet.
 Use step_b(const PadView& pad, Time current) {
-  if (pad.state == PadState::Missing) return Use::Kept;
+  if (pad.state == PadState::Missing || pad.state == PadState::Ended) return Use::Kept;
   if (pad.state == PadState::Gap) {
     const bool later = pad.gap_end > current;
     return later && kept_is_nearer(pad, current, pad.gap_end) ? Use::Kept : Use::Nothing;
@@ -70,7 +70,7 @@ bool never_fed_and_missing(const PadView& pad) {
 }  // namespace
 
 Decision decide_slowest(const Round& round, std::span<const PadView> pads) {
-  switch (readiness_of_all(pads)) {
+  switch (readiness_of_all(round, pads)) {
     case Readiness::Over:
       return end_of_stream(round, pads.size());
     case Readiness::NotYet:

@@ -44,13 +44,17 @@ Decision emit(const Round& round, std::vector<Use> uses) {
   return out;
 }
 
-Readiness readiness_of_all(std::span<const PadView> pads) {
-  bool all = true, fresh = false;
-  for (const PadView& pad : pads) {
-    if (pad.state == PadState::Ended) return Readiness::Over;
+Readiness readiness_of_all(const Round& round, std::span<const PadView> pads) {
+  bool all = true, fresh = false, over = !pads.empty();
+  for (size_t i = 0; i < pads.size(); ++i) {
+    const PadView& pad = pads[i];
+    const bool had_part = !round.need_set || (i < round.counted.size() && round.counted[i]);
+    if (pad.state == PadState::Ended && !(had_part && pad.has_kept)) return Readiness::Over;
+    over = over && pad.state == PadState::Ended;
     all = all && pad.state != PadState::Empty;
     fresh = fresh || pad.state == PadState::Head;
   }
+  if (over) return Readiness::Over;
   return all && fresh ? Readiness::Ready : Readiness::NotYet;
 }
 

@@ -19,7 +19,7 @@ Decision emit(const Round& round, std::vector<Use> uses);
 enum class Readiness { Ready, NotYet, Over };
 // Whether each pad has a head, a gap or is missing, and one of them a head (Ready); or is waited
 // for (NotYet): what repeats kept frames alone would never end; or has ended (Over, which goes
-// first).
-Readiness readiness_of_all(std::span<const PadView> pads);
+// first). A pad that ends while the round is repeated counts as missing when it has a kept frame.
+Readiness readiness_of_all(const Round& round, std::span<const PadView> pads);
 
 }  // namespace weir::sync

@@ -34,6 +34,7 @@ struct Model {
       if (next[p] == in[p].size()) return true;
     return false;
   }
+  bool ended(size_t p) const { return next[p] == in[p].size(); }
   Stamp head(size_t p) const { return in[p][next[p]]; }
   Stamp last(size_t p) const { return kept[p] < 0 ? Stamp{} : in[p][static_cast<size_t>(kept[p])]; }
   int pop(size_t p) { return kept[p] = static_cast<int>(next[p]++); }
@@ -43,7 +44,7 @@ struct Model {
   }
   void skip_before(Time current) {
     for (size_t p = 0; p < in.size(); ++p)
-      while (next[p] < in[p].size() && head(p) && *head(p) < current) pop(p);
+      while (!ended(p) && head(p) && *head(p) < current) pop(p);
   }
 };
 
@@ -65,11 +66,11 @@ Rows model_of_slowest(const Streams& in) {
   for (Time current = 0; !m.over();) {
     current = m.highest(current);
     m.skip_before(current);
-    if (m.over()) break;
     Row row{current, {}};
     for (size_t p = 0; p < in.size(); ++p) {
-      const Stamp head = m.head(p), last = m.last(p);
-      const bool keep = head && last && distance(current, *last) < distance(current, *head);
+      const Stamp head = m.ended(p) ? Stamp{} : m.head(p), last = m.last(p);
+      const bool keep =
+          m.ended(p) || (head && last && distance(current, *last) < distance(current, *head));
       row.frames.push_back(keep ? m.kept[p] : m.pop(p));
     }
     out.push_back(row);
@@ -87,10 +88,10 @@ Rows model_of_base_pad(const Streams& in, const Base& base) {
     if (first && before && *first != *before)
       window = std::min(base.duration, distance(*first, *before) - 1);
     m.skip_before(current);
-    if (m.over()) break;
     Row row{current, {}};
     for (size_t p = 0; p < in.size(); ++p) {
-      const bool keep = m.head(p) && m.kept[p] >= 0 && distance(current, *m.head(p)) > window;
+      const bool keep =
+          m.ended(p) || (m.head(p) && m.kept[p] >= 0 && distance(current, *m.head(p)) > window);
       row.frames.push_back(keep ? m.kept[p] : m.pop(p));
     }
     out.push_back(row);
@@ -99,18 +100,22 @@ Rows model_of_base_pad(const Streams& in, const Base& base) {
 }
 
 // Step by step in pad order as the specification words it, where a round that returns has popped
-// from the pads before the late one. Ends where a pad has no head.
+// from the pads before the late one. Ends where a round begins and a pad has no head.
 Rows literal_slowest(const Streams& in) {
   Model m(in);
   Rows out;
   Time current = 0;
   bool need_set = true;
-  while (!m.over()) {
+  while (!need_set || !m.over()) {
     if (need_set) current = m.highest(current);
     need_set = false;
     Row row{current, {}};
     bool returned = false;
     for (size_t p = 0; p < in.size() && !returned; ++p) {
+      if (m.ended(p)) {
+        row.frames.push_back(m.kept[p]);
+        continue;
+      }
       const Time head = *m.head(p);
       if (head < current) {
         m.pop(p);
@@ -296,6 +301,33 @@ TEST(SyncStreams, InfraRed30GoesWithColour29) {
       EXPECT_EQ(rows[0].frames, swapped ? (std::vector{0, 1}) : (std::vector{1, 0}));
     }
   }
+}
+
+Streams at_rates(std::vector<std::pair<size_t, Time>> frames_and_rates) {
+  Streams out;
+  for (const auto& [frames, rate] : frames_and_rates) {
+    auto& pad = out.emplace_back();
+    for (Time i = 0; i < frames; ++i) pad.emplace_back(i * 1'000'000'000 / rate);
+  }
+  return out;
+}
+
+// Numbers of the specification, 6.1 and 11.2.
+TEST(SyncStreams, TheLastFrameIsPairedWithOneOfAPadThatHasEnded) {
+  for (unsigned seed = 0; seed < 20; ++seed) {
+    const Rows slowest = play({Mode::Slowest, {}, {}}, at_rates({{30, 30}, {13, 12}}), seed).rows;
+    ASSERT_EQ(slowest.size(), 13u);
+    EXPECT_EQ(slowest.back(), (Row{1'000'000'000, {29, 12}}));
+    const Rows base = play({Mode::BasePad, {1, 0}, {}}, at_rates({{20, 10}, {50, 25}}), seed).rows;
+    ASSERT_EQ(base.size(), 49u);
+    EXPECT_EQ(base.back(), (Row{1'920'000'000, {19, 48}}));
+  }
+}
+
+TEST(SyncStreams, APadWithoutFramesEndsTheStreamInARepeatedRoundToo) {
+  for (unsigned seed = 0; seed < 20; ++seed)
+    for (const Mode mode : {Mode::NoSync, Mode::Slowest, Mode::BasePad})
+      EXPECT_EQ(play({mode, {}, {}}, {{10, 20}, {}}, seed).rows, Rows{}) << name_of(mode);
 }
 
 TEST(SyncStreams, AStreamThatBeginsAnewOnAllPadsIsPairedAgain) {
