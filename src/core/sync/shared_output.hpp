@@ -2,6 +2,7 @@
 #pragma once
 #include <algorithm>
 #include <condition_variable>
+#include <cstdint>
 #include <mutex>
 #include <optional>
 #include <thread>
@@ -10,16 +11,17 @@
 
 namespace weir::sync {
 
-// The input that pushed last is the active one. A thread that waits for the output leaves as soon
-// as its input is closed, so that an input can flush, stop and go away while another one blocks in
-// the output. While the output flushes for one input, the others wait. Input() stands for no input.
+// Inputs push in the order in which they arrive. The one that arrived last is the active one, also
+// while it waits for its turn. A thread that waits for the output leaves as soon as its input is
+// closed, so that an input can flush, stop and go away while another one blocks in the output.
+// While the output flushes for one input, the others wait. Input() stands for no input.
 template <class Input>
 class SharedOutput {
  public:
   enum class Access {
     Denied,    // the input is closed
-    Granted,   // and the input was the active one already; call release()
-    Switched,  // and the input has become the active one; call release()
+    Granted,   // and the input pushed last; call release()
+    Switched,  // and another input pushed last, or this one was passed over; call release()
   };
 
   // An input is closed until open(), and from close() on: while it is inactive or flushes.
@@ -36,13 +38,20 @@ class SharedOutput {
   // Waits until no other input uses the output. False: the input is closed.
   [[nodiscard]] bool acquire(const Input& input) {
     std::unique_lock lock(mutex_);
-    return wait_for_turn(lock, input);
+    return wait_for_turn(lock, input, false);
   }
-  // The same, and the input becomes the active one.
+  // The same, and the input becomes the active one at once.
   Access acquire_as_active(const Input& input) {
     std::unique_lock lock(mutex_);
-    if (!wait_for_turn(lock, input)) return Access::Denied;
-    return std::exchange(active_, input) == input ? Access::Granted : Access::Switched;
+    if (!wait_for_turn(lock, input, true)) return Access::Denied;
+    const bool passed_over = std::exchange(passed_over_, false);
+    return std::exchange(last_, input) == input && !passed_over ? Access::Granted
+                                                                : Access::Switched;
+  }
+  // The input, which is not active, had something to send that the output does not get.
+  void pass_over(const Input& input) {
+    std::lock_guard lock(mutex_);
+    passed_over_ = passed_over_ || last_ == input;
   }
   void release() {
     std::lock_guard lock(mutex_);
@@ -50,14 +59,14 @@ class SharedOutput {
     changed_.notify_all();
   }
 
-  // The input flushes from here on. True where it is active: then send FLUSH_START downstream and
+  // The input flushes from here on. True where it pushed last: then send FLUSH_START downstream and
   // call flush_sent().
   [[nodiscard]] bool flush_start(const Input& input) {
     std::unique_lock lock(mutex_);
     std::erase(open_, input);
     changed_.notify_all();
     wait_for_sender(lock);
-    if (!(active_ == input) || flushing_ == input) return false;
+    if (!(last_ == input) || flushing_ == input) return false;
     flushing_ = input;
     sender_ = std::this_thread::get_id();
     return true;
@@ -85,40 +94,55 @@ class SharedOutput {
     std::lock_guard lock(mutex_);
     std::erase(open_, input);
     changed_.notify_all();
-    const bool was_active = active_ == input;
-    if (was_active) active_ = Input();
+    const bool was_active = active_now() == input;
+    if (last_ == input) last_ = Input();
     return was_active;
   }
   // No input is active and nothing flushes; open inputs stay open.
   void reset() {
     std::lock_guard lock(mutex_);
-    active_ = flushing_ = Input();
+    last_ = flushing_ = Input();
+    passed_over_ = false;
     changed_.notify_all();
   }
 
   Input active() const {
     std::lock_guard lock(mutex_);
-    return active_;
+    return active_now();
   }
   size_t waiting() const {  // threads in acquire()
     std::lock_guard lock(mutex_);
-    return waiting_;
+    return waiting_.size();
   }
 
  private:
   using Lock = std::unique_lock<std::mutex>;
+  struct Waiter {
+    uint64_t ticket = 0;
+    Input input{};
+    bool as_active = false;
+  };
 
+  Input active_now() const {
+    const auto found = std::find_if(waiting_.rbegin(), waiting_.rend(),
+                                    [](const Waiter& w) { return w.as_active; });
+    return found == waiting_.rend() ? last_ : found->input;
+  }
   bool is_open(const Input& input) const {
     return std::find(open_.begin(), open_.end(), input) != open_.end();
   }
   // False: the input is closed.
-  bool wait_for_turn(Lock& lock, const Input& input) {
-    const auto is_free = [this] { return !in_use_ && flushing_ == Input(); };
-    ++waiting_;
+  bool wait_for_turn(Lock& lock, const Input& input, bool as_active) {
+    const uint64_t ticket = next_ticket_++;
+    if (is_open(input)) waiting_.push_back({ticket, input, as_active});
+    const auto is_free = [&] {
+      return !in_use_ && flushing_ == Input() && waiting_.front().ticket == ticket;
+    };
     changed_.wait(lock, [&] { return !is_open(input) || is_free(); });
-    --waiting_;
-    if (!is_open(input)) return false;
-    return in_use_ = true;
+    std::erase_if(waiting_, [ticket](const Waiter& w) { return w.ticket == ticket; });
+    if (is_open(input)) return in_use_ = true;
+    changed_.notify_all();  // the next one may be first now
+    return false;
   }
   void wait_for_sender(Lock& lock) {
     changed_.wait(lock, [this] { return !sender_ || *sender_ == std::this_thread::get_id(); });
@@ -127,10 +151,12 @@ class SharedOutput {
   mutable std::mutex mutex_;  // guards everything below; never held while the output is used
   std::condition_variable changed_;
   std::vector<Input> open_;
-  Input active_{}, flushing_{};
+  std::vector<Waiter> waiting_;  // in the order of their arrival
+  uint64_t next_ticket_ = 0;
+  Input last_{}, flushing_{};  // last_ pushed last
+  bool passed_over_ = false;   // of last_, since it pushed
   bool in_use_ = false, stops_flush_ = false;
   std::optional<std::thread::id> sender_;  // of FLUSH_START or FLUSH_STOP
-  size_t waiting_ = 0;
 };
 
 }  // namespace weir::sync

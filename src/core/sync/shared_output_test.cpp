@@ -49,6 +49,51 @@ TEST_F(SharedOutputTest, AnotherInputWaitsUntilTheOutputIsReleased) {
   output.release();
 }
 
+TEST_F(SharedOutputTest, AnInputThatWaitsIsActiveAtOnce) {
+  EXPECT_EQ(output.acquire_as_active(1), Access::Switched);
+  auto second = acquire_later(2);
+  EXPECT_EQ(output.active(), 2);
+  output.close(2);
+  EXPECT_EQ(second.get(), Access::Denied);
+  EXPECT_EQ(output.active(), 1) << "nothing of input 2 waits any more";
+  output.release();
+  EXPECT_EQ(output.acquire_as_active(1), Access::Granted) << "input 2 sent nothing";
+}
+
+TEST_F(SharedOutputTest, InputsPushInTheOrderOfTheirArrival) {
+  EXPECT_EQ(output.acquire_as_active(1), Access::Switched);
+  std::vector<int> order;
+  std::vector<std::future<void>> inputs;
+  for (int input = 5; input > 1; --input) {
+    output.open(input);
+    const size_t before = output.waiting();
+    inputs.push_back(std::async(std::launch::async, [&, input] {
+      EXPECT_EQ(output.acquire_as_active(input), Access::Switched);
+      order.push_back(input);
+      output.release();
+    }));
+    EXPECT_TRUE(becomes_true([&] { return output.waiting() == before + 1; }, "a waiting thread"));
+    EXPECT_EQ(output.active(), input) << "the one that arrived last";
+  }
+  output.release();
+  for (auto& input : inputs) input.get();
+  EXPECT_EQ(order, (std::vector{5, 4, 3, 2}));
+  EXPECT_EQ(output.active(), 2);
+}
+
+TEST_F(SharedOutputTest, AnInputThatIsPassedOverIsSwitchedToAgain) {
+  EXPECT_EQ(output.acquire_as_active(1), Access::Switched);
+  output.release();
+  output.pass_over(2);
+  EXPECT_EQ(output.acquire_as_active(1), Access::Granted) << "another one was passed over";
+  output.release();
+  output.pass_over(1);
+  EXPECT_EQ(output.acquire_as_active(1), Access::Switched);
+  output.release();
+  EXPECT_EQ(output.acquire_as_active(1), Access::Granted);
+  output.release();
+}
+
 TEST_F(SharedOutputTest, ClosingAnInputWakesItsThread) {
   EXPECT_EQ(output.acquire_as_active(1), Access::Switched);
   auto second = acquire_later(2);
@@ -64,7 +109,7 @@ TEST_F(SharedOutputTest, AFlushWakesTheThreadOfItsInputOnly) {
   EXPECT_EQ(output.acquire_as_active(1), Access::Switched);
   output.open(3);
   auto second = acquire_later(2), third = acquire_later(3);
-  EXPECT_FALSE(output.flush_start(2)) << "input 1 is active";
+  EXPECT_FALSE(output.flush_start(2)) << "input 1 pushed last";
   EXPECT_EQ(second.get(), Access::Denied);
   EXPECT_EQ(output.waiting(), 1u);
   EXPECT_FALSE(output.flush_stop(2));

@@ -33,7 +33,7 @@ class Join : public gst::Element<Join, gst::PlainElement> {
   Ref<GstPad> active_pad() const { return output_.active(); }
   static constexpr std::tuple kProperties{
       gst::ReadOnly{"n-pads", &Join::n_pads, "How many branches there are"},
-      gst::ReadOnly{"active-pad", &Join::active_pad, "The branch that delivered last"},
+      gst::ReadOnly{"active-pad", &Join::active_pad, "The branch whose frame arrived last"},
   };
 
   void constructed() {
@@ -133,13 +133,13 @@ class Join : public gst::Element<Join, gst::PlainElement> {
       return TRUE;
     }
     const bool last = note_end(pad, type);
-    // The sticky events of an inactive branch stay on its pad until the branch becomes active.
-    if (output_.active() != input && !last) return TRUE;
+    if (output_.active() != input && !last) return pass_over(input, type);
     if (!(gst_event_type_get_flags(type) & GST_EVENT_TYPE_SERIALIZED))
       return gst_pad_push_event(source_, owned.release());
     if (!output_.acquire(input)) return FALSE;
     const Turn turn(&output_);
-    if (const auto active = output_.active(); active && active != input) return TRUE;  // by now
+    if (const auto active = output_.active(); active && active != input && !last)  // by now
+      return pass_over(input, type);
     if (type == GST_EVENT_STREAM_START) remember_stream(event);
     return gst_pad_push_event(source_, owned.release());
   }
@@ -195,6 +195,13 @@ class Join : public gst::Element<Join, gst::PlainElement> {
     output_.flush_sent();
   }
 
+  // The sticky events of an inactive branch stay on its pad until the branch becomes active.
+  gboolean pass_over(const Ref<GstPad>& input, GstEventType type) {
+    if ((gst_event_type_get_flags(type) & GST_EVENT_TYPE_STICKY) != 0 && type != GST_EVENT_EOS)
+      output_.pass_over(input);
+    return TRUE;
+  }
+
   void forget_end(GstPad* pad) {
     std::lock_guard lock(ended_mutex_);
     std::erase(ended_, pad);
@@ -236,13 +243,13 @@ class Join : public gst::Element<Join, gst::PlainElement> {
                        [&](const auto& other) { return other.get() != pad && f(other.get()); });
   }
 
-  // Whether the stream ends with this event: no branch is active, and every other one has ended.
+  // Whether the stream ends with this event, of whatever branch: every other one has ended.
   bool note_end(GstPad* pad, GstEventType type) {
     if (type == GST_EVENT_STREAM_START) forget_end(pad);
     if (type != GST_EVENT_EOS) return false;
     std::lock_guard lock(ended_mutex_);
     ended_.push_back(pad);
-    return !output_.active() && !any_other_sink(pad, [this](GstPad* other) {
+    return !GST_PAD_IS_EOS(source_) && !any_other_sink(pad, [this](GstPad* other) {
       return std::find(ended_.begin(), ended_.end(), other) == ended_.end();
     });
   }

@@ -239,6 +239,50 @@ class BlockedJoinTest : public JoinTest {
   std::future<GstFlowReturn> first_, second_;
 };
 
+// Specification 6.10: the branch whose frame arrives becomes active at once.
+TEST_F(BlockedJoinTest, TheEndOfABranchDoesNotEndTheStreamWhileAFrameOfAnotherWaits) {
+  EXPECT_TRUE(becomes_true([&] { return active() == "sink_1"; }, "the second branch", 10s));
+  auto first_and_end = std::async(std::launch::async, [&] {
+    EXPECT_EQ(first_.get(), GST_FLOW_OK);
+    return gst_pad_push_event(blocking_, gst_event_new_eos());
+  });
+  closed_->open();
+  EXPECT_TRUE(first_and_end.get());
+  EXPECT_EQ(second_.get(), GST_FLOW_OK);
+  EXPECT_EQ(pulled(), (Bytes{1, 2}));
+  EXPECT_EQ(events(),
+            (Names{"stream-start a", "caps", "segment 0", "stream-start b", "caps", "segment 1"}));
+  EXPECT_TRUE(gst_pad_push_event(waiting_, gst_event_new_eos()));
+  EXPECT_EQ(events(), Names{"eos"});
+  EXPECT_EQ(stat(h_->element, "held"), 0u);
+}
+
+// The branch that delivered last is active again.
+TEST_F(BlockedJoinTest, ABranchWhoseFrameIsLostToAFlushDoesNotEndTheStream) {
+  EXPECT_TRUE(becomes_true([&] { return active() == "sink_1"; }, "the second branch", 10s));
+  EXPECT_TRUE(gst_pad_push_event(waiting_, gst_event_new_flush_start()));
+  expect_that_second_leaves();
+  EXPECT_TRUE(gst_pad_push_event(waiting_, gst_event_new_flush_stop(TRUE)));
+  EXPECT_EQ(active(), "sink_0");
+  expect_that_first_is_delivered();
+  events();
+  EXPECT_TRUE(gst_pad_push_event(waiting_, gst_event_new_eos()));
+  EXPECT_EQ(events(), Names{}) << "the first branch is active";
+  EXPECT_TRUE(gst_pad_push_event(blocking_, gst_event_new_eos()));
+  EXPECT_EQ(events(), Names{"eos"}) << "once";
+}
+
+TEST_F(JoinTest, SendsWhatABranchHadToSayWhileAnotherWasActive) {
+  GstPad *a = branch("a"), *b = branch("b");
+  EXPECT_EQ(gst_pad_push(a, frame(Bytes{1})), GST_FLOW_OK);
+  EXPECT_EQ(gst_pad_push(b, frame(Bytes{2})), GST_FLOW_OK);
+  events();
+  gst_pad_push_event(a, gst_event_new_tag(gst_tag_list_new(GST_TAG_TITLE, "a", nullptr)));
+  EXPECT_EQ(events(), Names{});
+  EXPECT_EQ(gst_pad_push(a, frame(Bytes{3})), GST_FLOW_OK);
+  EXPECT_EQ(events(), (Names{"stream-start a", "caps", "segment 0", "tag"}));
+}
+
 TEST_F(BlockedJoinTest, ReleasesABranchThatWaits) {
   const auto sink = Ref<GstPad>::adopt(gst_pad_get_peer(waiting_));
   const auto release = std::async(
