@@ -3,6 +3,7 @@
 #include <gst/gst.h>
 
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -24,11 +25,23 @@ class BufferSink final : public weir_sink {
   Status set_caps(const std::string& caps) override;
   void* reserve(uint64_t bytes) override;
   Status share_input(uint32_t index) override;
+  // Gives the buffer what was reserved and shared, in that order: a memory for each, from the 16th
+  // on one for all where there are more than 16. LIMIT_EXCEEDED, OUT_OF_MEMORY, MAP_FAILED.
+  Status finish();
   const std::string& caps() const noexcept { return caps_; }
   // Why reserve() returned null: LIMIT_EXCEEDED or OUT_OF_MEMORY.
   const std::optional<Error>& refusal() const noexcept { return refusal_; }
 
  private:
+  struct Part {
+    gst::Ref<GstMemory> memory;
+    std::span<const std::byte> bytes;  // of the input, to be copied; where there is no memory
+  };
+  static size_t size_of(const Part& part);
+  static Status copy(const Part& part, std::span<std::byte> out);
+  // One memory with the bytes of the parts.
+  Result<gst::Ref<GstMemory>> joined(std::span<const Part> parts);
+
   GstBuffer* in_ = nullptr;   // borrowed
   GstBuffer* out_ = nullptr;  // borrowed; null while configuring
   const gst::FrameReader* reader_ = nullptr;
@@ -37,7 +50,8 @@ class BufferSink final : public weir_sink {
   uint64_t reserved_ = 0;  // bytes
   std::optional<Error> refusal_;
   std::string caps_;
-  std::vector<gst::MappedMemory> maps_;  // of what was reserved, unmapped with the sink
+  std::vector<Part> parts_;              // of the output
+  std::vector<gst::MappedMemory> maps_;  // of what was reserved, until finish()
 };
 
 }  // namespace weir

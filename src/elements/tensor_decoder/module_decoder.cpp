@@ -43,6 +43,8 @@ Result<bool> ModuleDecoder::decode(const FrameSpec&, GstBuffer* in, const gst::F
   BufferSink sink(in, out, &reader, limit, ledger);
   auto kept = decoder_->decode(arguments_.fill(reader, in), &sink);
   if (sink.refusal()) return *sink.refusal();
+  if (!kept || !*kept) return kept;
+  if (auto status = sink.finish(); !status) return status.error();
   return kept;
 }
 

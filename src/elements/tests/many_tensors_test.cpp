@@ -166,6 +166,25 @@ TEST_P(ManyTensors, TensorCropCutsTheFirst) {
   EXPECT_EQ(memories_of(crop.buffers()[0].get()), expected);
 }
 
+// A buffer has 16 memories at most.
+TEST_P(ManyTensors, OctetStreamHasTheirBytes) {
+  ManyInputs decoder("tensor_decoder mode=octet_stream");
+  decoder.add(caps().c_str(), "sink");
+  decoder.play();
+  Memories expected(std::min<size_t>(GetParam().count, 16));
+  for (const size_t i : all()) {
+    const Bytes payload = payload_of(GetParam(), i);
+    Bytes& memory = expected[std::min<size_t>(i, 15)];
+    memory.insert(memory.end(), payload.begin(), payload.end());
+  }
+  for (int frame = 0; frame < 2; ++frame)
+    ASSERT_EQ(decoder.push(0, buffer_of(memories(), 0)), GST_FLOW_OK) << decoder.error();
+  ASSERT_EQ(decoder.buffers().size(), 2u);
+  for (const auto& buffer : decoder.buffers()) EXPECT_EQ(memories_of(buffer.get()), expected);
+  const size_t copied = GetParam().count > 16 ? expected[15].size() : 0;
+  EXPECT_EQ(decoder.stat("bytes-copied"), 2 * copied);
+}
+
 // What sends frames on as they are leaves every memory as it was.
 TEST_P(ManyTensors, WhatPassesThemOnLeavesThemAsTheyWere) {
   std::vector<std::pair<const char*, const char*>> lines{{"join", "sink_%u"},
