@@ -51,13 +51,14 @@ Regions read_regions(const TensorSpec& spec, std::span<const std::byte> payload,
 }
 
 TensorSpec part_of(const TensorSpec& whole, const Region& region) {
-  return {whole.type, Shape{dim(whole.shape, 0), region.width, region.height}, ""};
+  return {whole.type, Shape{dim(whole.shape, 0), region.width, region.height, 1}, ""};
 }
 
 StridedLayout layout_of(const TensorSpec& whole, const Region& region) {
   const auto element = static_cast<int64_t>(size_of(whole.type));
   const int64_t pixel = element * dim(whole.shape, 0), line = pixel * dim(whole.shape, 1);
-  return {static_cast<uint64_t>(region.y * line + region.x * pixel), {element, pixel, line}};
+  return {static_cast<uint64_t>(region.y * line + region.x * pixel),
+          {element, pixel, line, region.height * line}};
 }
 
 void cut(const TensorSpec& whole, std::span<const std::byte> in, const Region& region,

@@ -107,7 +107,7 @@ TEST(Regions, CutsAgreeWithTheCoordinates) {
 
 TEST(Regions, MissingDimensionsAreOne) {
   const TensorSpec line{ElementType::UInt8, Shape{3, 4}, ""};
-  EXPECT_EQ(part_of(line, {1, 0, 2, 1}).shape.to_string(), "3:2:1");
+  EXPECT_EQ(part_of(line, {1, 0, 2, 1}).shape.to_string(), "3:2:1:1");
 }
 
 }  // namespace

@@ -31,8 +31,10 @@ inline Bytes picture() {
   for (uint8_t i = 0; i < 40; ++i) out.push_back(i);
   return out;
 }
+// Specification 6.9: the header has four dimensions.
 inline Bytes region(const Shape& shape, const Bytes& payload) {
-  Bytes out = header_of(ElementType::UInt8, shape, Format::Flexible);
+  Bytes out =
+      header_of(ElementType::UInt8, Shape{shape[0], shape[1], shape[2], 1}, Format::Flexible);
   out.insert(out.end(), payload.begin(), payload.end());
   return out;
 }

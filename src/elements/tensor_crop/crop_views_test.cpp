@@ -38,7 +38,7 @@ constexpr char kAdd[] = "add:100";
 
 // A tensor of tensor_transform, whose headers say static.
 Bytes transformed(const Shape& shape, const Bytes& payload) {
-  Bytes out = header_of(ElementType::UInt8, shape, Format::Static);
+  Bytes out = header_of(ElementType::UInt8, Shape{shape[0], shape[1], shape[2], 1}, Format::Static);
   out.insert(out.end(), payload.begin(), payload.end());
   return out;
 }

@@ -72,7 +72,7 @@ TEST(TensorCrop, TakesFlexibleFramesOfAnyType) {
   crop.push_both(buffer_of({raw}, 0), info_of({1, 0, 1, 2}), 0);
   const auto out = memories_of(crop.buffers().at(0).get());
   ASSERT_EQ(out.size(), 1u);
-  Bytes expected = header_of(ElementType::Float32, Shape{1, 1, 2}, Format::Flexible);
+  Bytes expected = header_of(ElementType::Float32, Shape{1, 1, 2, 1}, Format::Flexible);
   const float part[] = {2, 4};
   expected.resize(expected.size() + sizeof part);
   std::memcpy(expected.data() + kTensorHeaderBytes, part, sizeof part);

@@ -134,7 +134,7 @@ TEST_P(ManyTensors, TensorCropCutsTheFirst) {
     append_word(&out, numbers_of(0).code, 4);
     append_dimensions(&out,
                       {static_cast<uint32_t>(channels), static_cast<uint32_t>(right - regions[r]),
-                       static_cast<uint32_t>(bottom - regions[r + 1])});
+                       static_cast<uint32_t>(bottom - regions[r + 1]), 1});
     append_word(&out, 1, 4);  // flexible
     append_word(&out, 4, 4);
     out.resize(128);
