@@ -88,12 +88,12 @@ class Branches(unittest.TestCase):
                 self.assertEqual(list(numpy.frombuffer(chunk[12:12 + 16], "<u4")), tensor.dims)
                 self.assertEqual(chunk[128:], tensor.frames[i].tobytes())
 
-    def test_split_takes_the_next_bytes(self):
+    def test_split_takes_the_next_bytes_in_the_order_of_the_segments(self):
         tensor = Tensor(self.random, "int16", [3, 4, 5])
         flat = tensor.frames.reshape(FRAMES, -1)
         got = self.play([tensor], "tensor_split tensorseg=3:4:2,7,1:29 tensorpick=2,0", ["src_0", "src_1"])
-        self.assertEqual(got[0], flat[:, 31:].tobytes())
-        self.assertEqual(got[1], flat[:, :24].tobytes())
+        self.assertEqual(got[0], flat[:, :24].tobytes())
+        self.assertEqual(got[1], flat[:, 31:].tobytes())
 
     def test_split_cuts_along_any_dimension(self):
         for element in TYPES:

@@ -205,13 +205,12 @@ Result<SplitPlan> plan_split(const SplitRequest& request, const TensorSpec& inpu
                  "split-dim=0 split-parts=" + std::to_string(request.parts)};
   auto plan = request.dimension ? along_dimension(request, input) : in_a_line(request, input);
   if (!plan || request.picks.empty()) return plan;
-  std::vector<Segment> picked;
+  std::vector<bool> picked(plan->segments.size());
   for (const size_t index : request.picks) {
-    if (index >= plan->segments.size())
-      return index_beyond("tensorpick", "segment", index, plan->segments.size());
-    picked.push_back(plan->segments[index]);
+    if (index >= picked.size()) return index_beyond("tensorpick", "segment", index, picked.size());
+    picked[index] = true;
   }
-  plan->segments = std::move(picked);
+  std::erase_if(plan->segments, [&](const Segment& segment) { return !picked[segment.index]; });
   return plan;
 }
 

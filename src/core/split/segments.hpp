@@ -14,7 +14,7 @@ namespace weir {
 
 struct SplitRequest {
   std::vector<Shape> segments;      // tensorseg
-  std::vector<size_t> picks;        // segments that leave, in their order; empty: all
+  std::vector<size_t> picks;        // segments that leave, in any order; empty: all
   std::optional<size_t> dimension;  // to cut along, 0 is the innermost; none: in a line
   uint32_t parts = 0;               // so many equal segments along `dimension`; 0: as `segments`
 };
@@ -40,7 +40,7 @@ struct Segment {
 
 struct SplitPlan {
   TensorSpec input;
-  std::vector<Segment> segments;   // those picked
+  std::vector<Segment> segments;   // those picked, by ascending index
   std::optional<Error> left_over;  // a part of the tensor that is in no segment, as a warning
 };
 

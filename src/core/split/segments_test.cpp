@@ -102,16 +102,19 @@ TEST(Split, InALineTakesTheNextBytes) {
   EXPECT_EQ(plan->segments[2].spec.shape.to_string(), "1:7");
 }
 
-TEST(Split, PickedSegmentsKeepTheirOwnDimensions) {
+// Specification 6.5: pads are numbered in the order of the segments.
+TEST(Split, PickedSegmentsKeepTheirOrderAndTheirOwnDimensions) {
   auto request = line("1:4,2:4,3:4");
-  request.picks = {2, 0};
-  const auto plan = plan_split(request, tensor(ElementType::UInt8, {4, 6}));
-  ASSERT_TRUE(plan);
-  ASSERT_EQ(plan->segments.size(), 2u);
-  EXPECT_EQ(plan->segments[0].spec.shape.to_string(), "3:4");
-  EXPECT_EQ(plan->segments[0].offset, 12u);
-  EXPECT_EQ(plan->segments[1].spec.shape.to_string(), "1:4");
-  EXPECT_EQ(plan->segments[1].offset, 0u);
+  for (const auto& picks : {std::vector<size_t>{2, 0}, {0, 2}, {2, 0, 2}}) {
+    request.picks = picks;
+    const auto plan = plan_split(request, tensor(ElementType::UInt8, {4, 6}));
+    ASSERT_TRUE(plan);
+    ASSERT_EQ(plan->segments.size(), 2u);
+    EXPECT_EQ(plan->segments[0].spec.shape.to_string(), "1:4");
+    EXPECT_EQ(plan->segments[0].offset, 0u);
+    EXPECT_EQ(plan->segments[1].spec.shape.to_string(), "3:4");
+    EXPECT_EQ(plan->segments[1].offset, 12u);
+  }
 }
 
 TEST(Split, AlongADimensionEqualsAWalkOverTheElements) {

@@ -36,8 +36,9 @@ class TensorSplit : public gst::OneToMany<TensorSplit> {
   };
   static constexpr std::tuple kProperties{
       gst::Property{"silent", &Settings::silent, "Accepted for compatibility; has no effect"},
-      gst::Property{"tensorpick", &Settings::tensorpick,
-                    "Which segments leave, by index; empty = all"},
+      gst::Property{
+          "tensorpick", &Settings::tensorpick,
+          "Which segments leave, by index, always in the order of the segments; empty = all"},
       gst::Property{"tensorseg", &Settings::tensorseg,
                     "Dimensions of each segment, as in 3:4:1,3:4:2; with split-dim also the sizes "
                     "along it, as in 1,2"},
@@ -64,11 +65,8 @@ class TensorSplit : public gst::OneToMany<TensorSplit> {
     parts_.configure(spec);
     branches_.clear();
     input_ = spec.tensors[0];
-    // What was never set is told with the first frame, what does not fit at once.
-    const bool told_nothing = request_.segments.empty() && request_.parts == 0;
-    if (told_nothing) return ok();
     auto plan = plan_split(request_, input_);
-    if (!plan) return plan.error();
+    if (!plan) return ok();  // the first frame is refused: caps may be those of a placeholder
     if (plan->left_over) gst::post_warning(element(), *plan->left_over);
     for (const auto& segment : plan->segments)
       branches_.push_back({segment, FrameSpec{Format::Static, {segment.spec}, spec.rate}, {}});
