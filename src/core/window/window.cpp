@@ -153,12 +153,12 @@ void place(const Layout& layout, uint64_t index, uint64_t frames, std::span<cons
   }
 }
 
-uint64_t time_of(uint64_t frames, uint64_t in, const Fraction& rate) noexcept {
+uint64_t time_of(uint64_t frames, const Fraction& rate) noexcept {
   if (!rate.valid() || rate.numerator == 0) return 0;
   __extension__ using Wide = unsigned __int128;
   constexpr uint64_t kSecond = 1'000'000'000;
   const Wide time = Wide{frames} * kSecond * static_cast<uint64_t>(rate.denominator) /
-                    (Wide{in} * static_cast<uint64_t>(rate.numerator));
+                    static_cast<uint64_t>(rate.numerator);
   return static_cast<uint64_t>(std::min(time, Wide{UINT64_MAX / 2}));
 }
 

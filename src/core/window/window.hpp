@@ -49,8 +49,8 @@ Result<Plan> plan(const Request& request, const std::vector<TensorSpec>& input);
 void place(const Layout& layout, uint64_t index, uint64_t frames, std::span<const std::byte> frame,
            std::span<std::byte> out) noexcept;
 
-// Nanoseconds that so many frames last when a buffer of `in` frames lasts one period of `rate`,
-// rounded down once. 0 when the rate is not known or 0.
-uint64_t time_of(uint64_t frames, uint64_t in, const Fraction& rate) noexcept;
+// Nanoseconds that so many frames of `rate` last, rounded down once. 0 when the rate is not known
+// or 0.
+uint64_t time_of(uint64_t frames, const Fraction& rate) noexcept;
 
 }  // namespace weir::window

@@ -195,14 +195,14 @@ TEST(Window, PlacesBlocksOfEverySize) {
 TEST(Window, HasExactTimesAfterAMillionFrames) {
   constexpr Fraction kNtsc{30000, 1001};
   for (const uint64_t frames : {1ull, 29ull, 999'999ull, 1'000'000ull, 123'456'789'012ull}) {
-    // n * 1001 s / 30000 / 4, in whole and rest so that 64 bits do.
-    const uint64_t numerator = frames * 1001, denominator = 30000 * 4;
+    // n * 1001 s / 30000, in whole and rest so that 64 bits do.
+    const uint64_t numerator = frames * 1001, denominator = 30000;
     const uint64_t expected = numerator / denominator * 1'000'000'000 +
                               numerator % denominator * 1'000'000'000 / denominator;
-    EXPECT_EQ(time_of(frames, 4, kNtsc), expected);
+    EXPECT_EQ(time_of(frames, kNtsc), expected);
   }
-  EXPECT_EQ(time_of(5, 1, {0, 1}), 0u);
-  EXPECT_EQ(time_of(5, 1, {-1, -1}), 0u);
+  EXPECT_EQ(time_of(5, {0, 1}), 0u);
+  EXPECT_EQ(time_of(5, {-1, -1}), 0u);
 }
 
 }  // namespace

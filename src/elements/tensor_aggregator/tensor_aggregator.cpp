@@ -163,7 +163,7 @@ class TensorAggregator : public gst::PlainFilter<TensorAggregator> {
         gst::FramePool::make(setup->plan.memory, Format::Static, MediaType::Tensor, allocation_);
     if (!pool) return pool.error();
     setup->pool = *std::move(pool);
-    set_latency(window::time_of(setup->plan.buffers_waited(), 1, setup->input.rate));
+    set_latency(window::time_of(setup->plan.buffers_waited() * setup->plan.in, setup->input.rate));
     return ok();
   }
 

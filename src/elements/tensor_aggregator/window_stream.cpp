@@ -190,7 +190,7 @@ void WindowStream::describe(GstBuffer* out, uint64_t begin) {
   if (begin % plan.in != 0) GST_BUFFER_FLAG_UNSET(out, GST_BUFFER_FLAG_DISCONT);
   const auto at = [&](const KnownTime& known) {
     if (!GST_CLOCK_TIME_IS_VALID(known.time) || plan.in == 1) return known.time;
-    return known.time + window::time_of(begin - known.frame, plan.in, setup_->input.rate);
+    return known.time + window::time_of(begin - known.frame, setup_->input.rate);
   };
   GST_BUFFER_PTS(out) = at(holder.pts);
   GST_BUFFER_DTS(out) = at(holder.dts);

@@ -9,10 +9,10 @@ using namespace weir::test;
 constexpr char kName[] = "tensor_aggregator";
 constexpr GstClockTime kNone = GST_CLOCK_TIME_NONE, kNine = 9 * GST_SECOND;
 
-// In integers of 128 bits: frames of 30000/1001 buffers a second, `in` frames in each.
-uint64_t ntsc_time(uint64_t frames, uint64_t in) {
+// In integers of 128 bits: 30000/1001 frames a second.
+uint64_t ntsc_time(uint64_t frames) {
   __extension__ using Wide = unsigned __int128;
-  return static_cast<uint64_t>(Wide{frames} * 1001 * 1000000000 / (Wide{30000} * in));
+  return static_cast<uint64_t>(Wide{frames} * 1001 * 1000000000 / 30000);
 }
 
 TEST(WindowTime, IsThatOfItsFirstFrame) {
@@ -30,14 +30,36 @@ TEST(WindowTime, IsThatOfItsFirstFrame) {
   }
 }
 
+// Specification 6.6: a frame is 1/framerate later than the one before it.
 TEST(WindowTime, OfAFrameInsideABufferIsCountedFromTheBuffers) {
   auto h = harness_of("tensor_aggregator frames-in=4 frames-out=1 frames-dim=0",
-                      tensors("uint8", "4", "10/1"));
-  ASSERT_EQ(gst_harness_push(h.get(), frame(ramp(4), 1000, 100 * GST_MSECOND)), GST_FLOW_OK);
-  for (uint64_t i = 0; i < 4; ++i) {
+                      tensors("uint8", "4", "40/1"));
+  for (const uint64_t start : {1000u, 100'001'000u}) {
+    ASSERT_EQ(gst_harness_push(h.get(), frame(ramp(4), start, 100 * GST_MSECOND)), GST_FLOW_OK);
+    for (uint64_t i = 0; i < 4; ++i) {
+      auto out = Ref<GstBuffer>::adopt(gst_harness_pull(h.get()));
+      EXPECT_EQ(GST_BUFFER_PTS(out.get()), start + i * 25 * GST_MSECOND);
+      EXPECT_EQ(GST_BUFFER_DURATION(out.get()), 25 * GST_MSECOND);
+    }
+  }
+}
+
+// The numbers of the specification, 6.6: what tensor_converter put together keeps its times when it
+// is taken apart.
+TEST(WindowTime, OfFramesThatAConverterPutTogetherIsTheirOwn) {
+  auto h = harness_of(
+      "tensor_converter frames-per-tensor=3 ! tensor_aggregator frames-in=3 frames-out=1 "
+      "frames-dim=3",
+      "video/x-raw,format=GRAY8,width=4,height=4,framerate=30/1,interlace-mode=progressive");
+  std::vector<GstClockTime> times;
+  for (uint64_t i = 0; i < 6; ++i) {
+    times.push_back(gst_util_uint64_scale(i, GST_SECOND, 30));
+    ASSERT_EQ(gst_harness_push(h.get(), frame(Bytes(16), times[i], GST_SECOND / 30)), GST_FLOW_OK);
+  }
+  for (const GstClockTime time : times) {
     auto out = Ref<GstBuffer>::adopt(gst_harness_pull(h.get()));
-    EXPECT_EQ(GST_BUFFER_PTS(out.get()), 1000 + i * 25 * GST_MSECOND);
-    EXPECT_EQ(GST_BUFFER_DURATION(out.get()), 25 * GST_MSECOND);
+    EXPECT_NEAR(static_cast<double>(GST_BUFFER_PTS(out.get())), static_cast<double>(time), 1);
+    EXPECT_NEAR(static_cast<double>(GST_BUFFER_DURATION(out.get())), GST_SECOND / 30, 1);
   }
 }
 
@@ -49,8 +71,7 @@ TEST(WindowTime, DoesNotDriftOverAMillionFrames) {
     ASSERT_EQ(gst_harness_push(h.get(), frame(Bytes(1000), i ? kNone : 5, kNone)), GST_FLOW_OK);
     for (uint64_t k = 0; k < 10; ++k) {
       auto out = Ref<GstBuffer>::adopt(gst_harness_pull(h.get()));
-      ASSERT_EQ(GST_BUFFER_PTS(out.get()), 5 + ntsc_time(1000 * i + 100 * k, 1000))
-          << i << " " << k;
+      ASSERT_EQ(GST_BUFFER_PTS(out.get()), 5 + ntsc_time(1000 * i + 100 * k)) << i << " " << k;
     }
   }
 }
