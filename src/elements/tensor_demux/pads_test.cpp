@@ -137,11 +137,59 @@ TEST(TensorDemuxFlow, GoesOnAfterAFlush) {
   demux.expect_balance();
 }
 
-TEST(TensorDemuxRefuses, AnIndexBeyondTheTensorsWithAWarning) {
-  Branches demux("tensor_demux tensorpick=1,7");
+// A flexible frame of `count` tensors of one byte.
+GstBuffer* flexible_frame(size_t count) {
+  std::vector<Bytes> memories;
+  for (size_t i = 0; i < count; ++i) {
+    Bytes memory(128);  // specification 1.7
+    const auto put = [&](size_t word, uint32_t value) {
+      std::memcpy(&memory[4 * word], &value, 4);
+    };
+    put(0, 0xfeedcced);
+    put(1, 0xDE001000);
+    put(2, 5);  // uint8
+    put(3, 1);
+    put(20, 4);  // of a tensor
+    memory.push_back(static_cast<uint8_t>(i));
+    memories.push_back(std::move(memory));
+  }
+  return frame_of(memories);
+}
+
+TEST(TensorDemuxRefuses, AnIndexBeyondTheTensorsOfAStaticStream) {
+  for (const char* picks : {"1,7", "7", "0:7", "0,1:7"}) {
+    Branches demux(std::string("tensor_demux tensorpick=") + picks);
+    demux.caps(kTwo);
+    EXPECT_EQ(demux.push(two()), GST_FLOW_ERROR);
+    const std::string error = demux.error();
+    EXPECT_SAYS(error, "WEIR-1004: tensorpick names a tensor that is not there");
+    EXPECT_SAYS(error, "index 7");
+    EXPECT_SAYS(error, "there are 2 tensors");
+    EXPECT_TRUE(demux.added().empty()) << "before a pad is made";
+    EXPECT_EQ(demux.stat("dropped-error"), 1u);
+    demux.send(gst_event_new_eos());
+    EXPECT_EQ(demux.error(), "");
+  }
+}
+
+// Caps may be those of a placeholder.
+TEST(TensorDemuxRefuses, NoIndexBeforeAFrame) {
+  Branches demux("tensor_demux tensorpick=1");
+  demux.caps(
+      "other/"
+      "tensors,format=static,num_tensors=1,dimensions=(string)1,types=(string)uint8,framerate=30/"
+      "1");
+  EXPECT_EQ(demux.error(), "");
   demux.caps(kTwo);
-  ASSERT_EQ(demux.push(two()), GST_FLOW_OK);
-  ASSERT_EQ(demux.push(two()), GST_FLOW_OK);
+  EXPECT_EQ(demux.push(two()), GST_FLOW_OK);
+  EXPECT_EQ(content(demux.take("src_0").get(), 0), Bytes{3});
+}
+
+TEST(TensorDemuxRefuses, AnIndexBeyondTheTensorsOfAFlexibleFrameWithAWarning) {
+  Branches demux("tensor_demux tensorpick=1,7");
+  demux.caps(kFlexibleCaps);
+  ASSERT_EQ(demux.push(flexible_frame(2)), GST_FLOW_OK);
+  ASSERT_EQ(demux.push(flexible_frame(2)), GST_FLOW_OK);
   EXPECT_EQ(demux.branch("src_0").buffers.size(), 2u);
   EXPECT_TRUE(demux.branch("src_1").events.empty());
   EXPECT_EQ(demux.branch("src_1").caps(), "");
@@ -150,6 +198,7 @@ TEST(TensorDemuxRefuses, AnIndexBeyondTheTensorsWithAWarning) {
   EXPECT_SAYS(warning, "index 7");
   EXPECT_SAYS(warning, "there are 2 tensors");
   EXPECT_EQ(demux.warning(), "") << "told once";
+  EXPECT_EQ(demux.error(), "");
   EXPECT_EQ(demux.stat("pushed-src_1"), 0u);
   demux.send(gst_event_new_eos());
   EXPECT_EQ(demux.branch("src_1").events, names({"stream-start", "eos"}));
@@ -162,15 +211,15 @@ TEST(TensorDemuxRefuses, AnIndexBeyondTheTensorsBeforeAnythingIsPushed) {
     if (self->has("src_0")) self->branch("src_0").flow = GST_FLOW_ERROR;
   };
   g_signal_connect(demux.element(), "pad-added", G_CALLBACK(refuse), &demux);
-  demux.caps(kTwo);
-  EXPECT_EQ(demux.push(two()), GST_FLOW_ERROR);
+  demux.caps(kFlexibleCaps);
+  EXPECT_EQ(demux.push(flexible_frame(2)), GST_FLOW_ERROR);
   EXPECT_SAYS(demux.warning(), "index 7");
 }
 
-TEST(TensorDemuxRefuses, OnlyIndicesBeyondTheTensors) {
+TEST(TensorDemuxRefuses, OnlyIndicesBeyondTheTensorsOfAFlexibleFrame) {
   Branches demux("tensor_demux tensorpick=0:9");
-  demux.caps(kTwo);
-  EXPECT_EQ(demux.push(two()), GST_FLOW_OK);
+  demux.caps(kFlexibleCaps);
+  EXPECT_EQ(demux.push(flexible_frame(2)), GST_FLOW_OK);
   EXPECT_SAYS(demux.warning(), "index 9");
   EXPECT_EQ(demux.stat("dropped-policy"), 1u);
 }

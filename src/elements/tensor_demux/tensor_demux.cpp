@@ -59,9 +59,13 @@ class TensorDemux : public gst::OneToMany<TensorDemux> {
       one_group_each(parts_.parts().size());
       outputs_.expect(groups_.size());
     }
+    // Not with the caps, which may be those of a placeholder. In a flexible stream each frame has
+    // its own number of tensors.
+    for (const Group& group : groups_)
+      if (parts_.spec().format == Format::Static && !is_there(group)) return missing(group);
     for (size_t i = 0; i < groups_.size(); ++i) outputs_.output(i);
     // Before anything is pushed: a sink behind the first pad may wait for that of a pad without.
-    for (Group& group : groups_) tell_if_missing(&group);
+    for (Group& group : groups_) warn_if_missing(&group);
     gst::Routed routed{GST_FLOW_OK, true};
     for (size_t i = 0; i < groups_.size(); ++i) {
       if (!is_there(groups_[i])) continue;
@@ -101,10 +105,12 @@ class TensorDemux : public gst::OneToMany<TensorDemux> {
 
   bool is_there(const Group& group) const { return group.highest < parts_.parts().size(); }
   // Without tensorpick a frame of a flexible stream may have fewer tensors than another.
-  void tell_if_missing(Group* group) {
+  void warn_if_missing(Group* group) {
     if (is_there(*group) || picked_.empty() || std::exchange(group->warned, true)) return;
-    gst::post_warning(element(),
-                      index_beyond("tensorpick", "tensor", group->highest, parts_.parts().size()));
+    gst::post_warning(element(), missing(*group));
+  }
+  Error missing(const Group& group) const {
+    return index_beyond("tensorpick", "tensor", group.highest, parts_.parts().size());
   }
 
   Result<Ref<GstBuffer>> frame_of(GstBuffer* in, Group* group, gst::SometimesPads::Output* output) {
