@@ -63,9 +63,9 @@ Result<StreamPlan> ConvertedMedium::configure(const GstCaps* caps, const Wishes&
   plan.spec.rate = rate_of(caps);
   plan.frames_out = frames_per_tensor_;
   user_ = wishes.tensors;
-  plan.spec.tensors = !user_.empty()         ? user_
-                      : !wishes.peer.empty() ? wishes.peer
-                                             : *std::move(tensors);
+  plan_before_the_first(wishes, &plan);
+  if (!plan.first_frame_decides) return plan;
+  plan.spec.tensors = *std::move(tensors);
   if (plan.spec.tensors.empty()) plan.spec.tensors = {{ElementType::UInt8, Shape{1, 1, 1, 1}, ""}};
   return plan;
 }

@@ -19,7 +19,7 @@ Result<StreamPlan> FlexibleMedium::configure(const GstCaps* caps, const Wishes& 
   StreamPlan plan;
   plan.spec.format = Format::Static;
   plan.spec.rate = rate_of(caps);
-  plan.spec.tensors = before_the_first(wishes);
+  plan_before_the_first(wishes, &plan);
   return plan;
 }
 

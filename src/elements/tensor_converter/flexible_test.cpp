@@ -182,6 +182,86 @@ TEST(ConverterFlexible, BeginsWithWhatTheNextElementWants) {
   EXPECT_EQ(stat(h, "dropped-error"), 1u);
 }
 
+// A capsfilter behind it that does not say the type.
+class ConverterWaits : public ::testing::Test {
+ protected:
+  static Harness converter(const std::string& wanted) {
+    auto h = harness_of("tensor_converter ! capsfilter caps=\"" + wanted + "\"");
+    Errors errors(h);
+    gst_harness_set_src_caps_str(h.get(), kFlexible);
+    EXPECT_EQ(errors.next(), "");
+    return h;
+  }
+  static std::vector<std::string> events(const Harness& h) {
+    std::vector<std::string> out;
+    while (GstEvent* raw = gst_harness_try_pull_event(h.get())) {
+      const auto event = Ref<GstEvent>::adopt(raw);
+      out.emplace_back(GST_EVENT_TYPE_NAME(raw));
+    }
+    return out;
+  }
+  const std::string wanted_ = "other/tensor,dimension=(string)3:4:4:1";
+  const TensorSpec picture_{ElementType::UInt8, Shape{3, 4, 4}, ""};
+};
+using Names = std::vector<std::string>;
+
+TEST_F(ConverterWaits, ForTheFirstFrameWhereAPlaceholderIsRefused) {
+  const auto h = converter(wanted_);
+  Errors errors(h);
+  gst_harness_push_event(h.get(), gst_event_new_gap(0, 1));
+  EXPECT_EQ(errors.next(), "");
+  EXPECT_EQ(events(h), Names{"stream-start"}) << "no caps and nothing that goes after them";
+  for (int i = 0; i < 2; ++i) {
+    auto out = Ref<GstBuffer>::adopt(
+        gst_harness_push_and_pull(h.get(), frame(tensor(picture_, ramp(48)))));
+    EXPECT_EQ(content(out.get()), ramp(48));
+  }
+  EXPECT_EQ(events(h), (Names{"caps", "segment"}));
+  EXPECT_SAYS(caps_text(h), "dimension=(string)3:4:4:1, type=(string)uint8");
+  gst_harness_push_event(h.get(), gst_event_new_gap(0, 1));
+  EXPECT_EQ(events(h), Names{"gap"});
+}
+
+TEST_F(ConverterWaits, BehindATransformToo) {
+  const auto h = harness_of(
+      "tensor_converter ! tensor_transform mode=typecast option=float32 ! capsfilter caps=\"" +
+      wanted_ + "\"");
+  Errors errors(h);
+  gst_harness_set_src_caps_str(h.get(), kFlexible);
+  EXPECT_EQ(errors.next(), "");
+  EXPECT_EQ(gst_harness_push(h.get(), frame(tensor(picture_, ramp(48)))), GST_FLOW_OK);
+  EXPECT_EQ(errors.next(), "");
+  EXPECT_SAYS(caps_text(h), "type=(string)float32");
+}
+
+TEST_F(ConverterWaits, AndFailsWithAFrameThatIsRefused) {
+  for (const uint32_t size : {1u, 5u}) {
+    const auto h = converter(wanted_);
+    const auto text = error_of(h, frame(tensor(bytes_of(size), ramp(size))));
+    EXPECT_SAYS(text, "WEIR-2001: the element behind tensor_converter does not take its result");
+    EXPECT_SAYS(text, "offered: 1 tensor: uint8 " + std::to_string(size));
+  }
+}
+
+TEST_F(ConverterWaits, NotWhereThePlaceholderIsTaken) {
+  const auto h = converter("other/tensor");
+  EXPECT_EQ(events(h), (Names{"stream-start", "caps", "segment"}));
+}
+
+TEST_F(ConverterWaits, NotWhereTheUserSaysWhatComes) {
+  const auto h = harness_of("tensor_converter input-dim=5 input-type=uint8 ! capsfilter caps=\"" +
+                            wanted_ + "\"");
+  Errors errors(h);
+  gst_harness_set_src_caps_str(h.get(), kFlexible);
+  EXPECT_SAYS(errors.next(), "the element behind tensor_converter does not take its result");
+}
+
+TEST_F(ConverterWaits, AndEndsWithoutAFrame) {
+  const auto h = converter(wanted_);
+  EXPECT_TRUE(gst_harness_push_event(h.get(), gst_event_new_eos()));
+  EXPECT_EQ(events(h), (Names{"stream-start", "eos"}));
+}
+
 TEST(ConverterFlexible, GetsHeadersAgainWhenTheNextElementWantsThem) {
   Harness h{gst_harness_new_parse("tensor_converter")};
   gst_harness_set_sink_caps_str(h.get(), "other/tensors,format=flexible");

@@ -12,10 +12,11 @@ Fraction rate_of(const GstCaps* caps) {
   return there && rate.valid() ? rate : Fraction{0, 1};
 }
 
-std::vector<TensorSpec> before_the_first(const Wishes& wishes) {
-  if (!wishes.tensors.empty()) return wishes.tensors;
-  if (!wishes.peer.empty()) return wishes.peer;
-  return {{ElementType::UInt8, Shape{1}, ""}};
+void plan_before_the_first(const Wishes& wishes, StreamPlan* plan) {
+  const auto& known = wishes.tensors.empty() ? wishes.peer : wishes.tensors;
+  plan->first_frame_decides = known.empty();
+  plan->spec.tensors = known;
+  if (known.empty()) plan->spec.tensors = {{ElementType::UInt8, Shape{1}, ""}};
 }
 
 Status one_frame_each(const Wishes& wishes, const char* what) {

@@ -34,6 +34,9 @@ struct StreamPlan {
   uint64_t frame_bytes = 0;  // of one frame of input; 0: each buffer is one frame of any size
   uint64_t frames_out = 1;   // frames in each output
   std::optional<PictureMap> picture;  // the way back from each output, where there is a picture
+  // Neither the user nor downstream says what the tensors are: frames do, and `spec` may be a
+  // placeholder.
+  bool first_frame_decides = false;
 };
 
 struct MediumFrames {
@@ -63,8 +66,8 @@ class Medium {
 // The frame rate in the caps; 0/1 when they have none.
 Fraction rate_of(const GstCaps* caps);
 // What caps say until a first frame tells its tensors: what the user said, else what the next
-// element fixes, else one uint8 of one element.
-std::vector<TensorSpec> before_the_first(const Wishes& wishes);
+// element fixes, else one uint8 of one element as a placeholder.
+void plan_before_the_first(const Wishes& wishes, StreamPlan* plan);
 // OPTION_VALUE when frames-per-tensor is more than 1; `what` cannot be gathered.
 Status one_frame_each(const Wishes& wishes, const char* what);
 // The tensors of one frame -> those of an output of `frames_per_tensor`. OPTION_VALUE where there

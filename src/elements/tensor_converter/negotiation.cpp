@@ -51,6 +51,13 @@ Result<Wishes> wishes(const ConverterSettings& settings, GstPad* source) {
   return out;
 }
 
+bool is_taken(GstPad* source, const FrameSpec& spec) {
+  const auto caps = gst::choose_caps(source, spec);
+  if (!caps) return false;
+  const auto taken = Ref<GstCaps>::adopt(gst_pad_peer_query_caps(source, caps.get()));
+  return !gst_caps_is_empty(taken.get());
+}
+
 Ref<GstCaps> offered_caps(GstPad* sink, GstPad* source, const GstCaps* filter, bool any_media) {
   // What registered itself after the element's class was made is not in the template.
   auto all = Ref<GstCaps>::adopt(gst_caps_merge(gst_pad_get_pad_template_caps(sink),

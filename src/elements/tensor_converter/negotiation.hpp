@@ -8,6 +8,9 @@ namespace weir {
 // DIMENSION_SYNTAX, TYPE_SYNTAX, or OPTION_VALUE when the two lists differ in number.
 Result<Wishes> wishes(const ConverterSettings& settings, GstPad* source);
 
+// Whether downstream takes caps of `spec`.
+bool is_taken(GstPad* source, const FrameSpec& spec);
+
 // What the sink pad takes: first what fits the next element (specification 2, "Caps query"), then
 // all else of the template: the message of the element that refuses it says more than a pipeline
 // that cannot be linked. For the same reason, where nothing of that fits `filter` (may be null),

@@ -141,7 +141,8 @@ Result<StreamPlan> SubPluginMedium::configure(const GstCaps* caps, const Wishes&
   auto spec = first_spec(caps);
   if (!spec) return spec.error();
   if (auto status = gather(frames_per_tensor_, &spec->tensors); !status) return status.error();
-  plan.spec.tensors = spec->tensors.empty() ? before_the_first(wishes) : std::move(spec->tensors);
+  plan_before_the_first(wishes, &plan);
+  if (!spec->tensors.empty()) plan.spec.tensors = std::move(spec->tensors);
   if (spec->rate.valid()) plan.spec.rate = spec->rate;
   return plan;
 }

@@ -161,7 +161,12 @@ class TensorConverter : public gst::Element<TensorConverter, gst::PlainElement> 
         drop_waiting(DropReason::Flush);
         if (medium_) medium_->reset();
         gst_segment_init(&segment_, GST_FORMAT_TIME);
+        held_segment_ = {};
         break;
+      case GST_EVENT_GAP:
+        if (!waits_for_frame_) break;
+        gst_event_unref(event);
+        return TRUE;
       default:
         break;
     }
@@ -246,6 +251,8 @@ class TensorConverter : public gst::Element<TensorConverter, gst::PlainElement> 
     allocation_ = {};
     headered_.clear();
     gst_segment_init(&segment_, GST_FORMAT_TIME);
+    waits_for_frame_ = false;
+    held_segment_ = {};
   }
 
   GstClockTime fallback_time() const {
@@ -263,7 +270,7 @@ class TensorConverter : public gst::Element<TensorConverter, gst::PlainElement> 
       gst_segment_copy_into(segment, &segment_);
       times_.watch_segment(segment_);
       streams_.times_begin_anew();
-      return gst_pad_event_default(sink_, GST_OBJECT_CAST(self()), event);
+      return send_segment(Ref<GstEvent>::adopt(event));
     }
     const bool bytes = segment->format == GST_FORMAT_BYTES;
     const uint64_t start = segment->start;
@@ -279,7 +286,13 @@ class TensorConverter : public gst::Element<TensorConverter, gst::PlainElement> 
     const bool timed = medium_ && plan_.frame_bytes > 0 && known(plan_.spec.rate);
     segment_.start = timed ? time_of(start / plan_.frame_bytes, plan_.spec.rate) : 0;
     segment_.time = segment_.position = segment_.start;
-    return gst_pad_push_event(source_, gst_event_new_segment(&segment_));
+    return send_segment(Ref<GstEvent>::adopt(gst_event_new_segment(&segment_)));
+  }
+  // Caps go before it.
+  gboolean send_segment(Ref<GstEvent> segment) {
+    if (!waits_for_frame_) return gst_pad_push_event(source_, segment.release());
+    held_segment_ = std::move(segment);
+    return TRUE;
   }
 
   Status negotiate(GstCaps* caps) {
@@ -305,7 +318,10 @@ class TensorConverter : public gst::Element<TensorConverter, gst::PlainElement> 
     plan_ = *std::move(plan);
     set_timestamp_ = settings().set_timestamp;
     times_.decide(settings().on_backwards_time);
-    if (auto status = announce(); !status) return status;
+    // Downstream need not take a placeholder.
+    waits_for_frame_ = plan_.first_frame_decides && !is_taken(source_, plan_.spec);
+    if (!waits_for_frame_)
+      if (auto status = announce(); !status) return status;
     if (plan_.frame_bytes > 0)
       streams_.configure(plan_.frame_bytes, plan_.frames_out, plan_.spec.rate);
     medium_ = *std::move(medium);
@@ -321,6 +337,8 @@ class TensorConverter : public gst::Element<TensorConverter, gst::PlainElement> 
     const auto chosen = gst::spec_from_caps(out.get());
     if (!chosen) return chosen.error();
     output_format_ = chosen->format;
+    waits_for_frame_ = false;
+    if (held_segment_) gst_pad_push_event(source_, held_segment_.release());
     if (GST_PAD_IS_FLUSHING(source_)) return ok();  // this element is being shut
     const auto answer = gst::ask_peer(source_, out.get(), ledger_);
     if (answer) allocation_ = gst::allocation_of(answer.get(), allocation_);
@@ -349,7 +367,8 @@ class TensorConverter : public gst::Element<TensorConverter, gst::PlainElement> 
     plan_.spec.tensors = frames->tensors;
     if (paced) plan_.spec.rate = *frames->rate;
     if (changed) drop_waiting_of_other_kind();
-    if (!paced && (!changed || plan_.spec.format == Format::Flexible)) return frames;
+    const bool known = !changed || plan_.spec.format == Format::Flexible;
+    if (!paced && known && !waits_for_frame_) return frames;
     const Status status = announce();
     if (status) return frames;
     plan_.spec = std::move(before);
@@ -390,6 +409,8 @@ class TensorConverter : public gst::Element<TensorConverter, gst::PlainElement> 
   bool set_timestamp_ = true;
   gst::BackwardsTimes times_;
   GstSegment segment_{};
+  bool waits_for_frame_ = false;  // before caps are sent, with which the first one decides
+  Ref<GstEvent> held_segment_;    // goes after them
   ClientStreams streams_{[this](uint64_t lost) { give_up_client(lost); }};
   std::atomic<bool> mode_is_told_{false};  // a warning of it, to somebody
   // Written by the streaming thread, shown by stats:
