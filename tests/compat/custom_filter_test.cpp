@@ -57,6 +57,18 @@ TEST(CompatCustomFilter, FollowsTheStreamsSizes) {
   EXPECT_SAYS(caps_text(h), "dimensions=(string)\"3:2\\,5\"");
 }
 
+// Specification 4.3: an error for every framework. setInputDim tells the outputs once caps came.
+TEST(CompatCustomFilter, RefusesOutputPropertiesThatContradictTheModel) {
+  const auto caps = tensors("uint8", "3:2");
+  for (const char* wrong : {"output=3:3", "outputtype=int8", "output=3:2 outputtype=float32"})
+    EXPECT_SAYS(start_error(line("passthrough", wrong), caps),
+                "WEIR-2001: output contradicts the model")
+        << wrong;
+  EXPECT_SAYS(start_error(line("passthrough", "output=3:2,1"), caps), "another number of tensors");
+  auto h = harness_of(line("passthrough", "output=3:2:1 outputtype=uint8"), caps);
+  EXPECT_EQ(pushed<uint8_t>(h, {1, 2, 3, 4, 5, 6}), (Bytes{1, 2, 3, 4, 5, 6}));
+}
+
 TEST(CompatCustomFilter, CallsTheLibraryThoughItNamesNone) {
   auto h = harness_of(line("average"), tensors("uint8", "2:3:1"));
   ASSERT_EQ(gst_harness_push(h.get(), frame<uint8_t>({1, 10, 2, 20, 6, 60})), GST_FLOW_OK);

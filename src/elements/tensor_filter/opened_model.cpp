@@ -105,6 +105,8 @@ Result<std::unique_ptr<OpenedModel>> OpenedModel::open(const FilterSettings& s,
   if (!outputs) return outputs.error();
   opened->inputs_ = *std::move(inputs);
   opened->outputs_ = *std::move(outputs);
+  opened->output_ = s.output;
+  opened->outputtype_ = s.outputtype;
   set_names(s.inputname, &opened->inputs_);
   set_names(s.outputname, &opened->outputs_);
   for (const bool input : {true, false}) {
@@ -174,8 +176,10 @@ Status OpenedModel::plan_batch(const FrameSpec& input, FilterPlan* plan) const {
   auto batch =
       infer::join_model_batch(use_->shared(), batch_axes_, batch_size_, plan->model_inputs);
   if (!batch) return batch.error();
+  auto outputs = with_user_settings(std::move(batch->outputs), output_, outputtype_, "output");
+  if (!outputs) return outputs.error();
   plan->batch = std::move(batch->group);
-  plan->model_outputs = std::move(batch->outputs);
+  plan->model_outputs = *std::move(outputs);
   for (size_t i = 0; i < plan->model_outputs.size(); ++i)
     plan->model_outputs[i].name = outputs_[i].name;
   return ok();
@@ -211,6 +215,11 @@ Result<std::vector<ModelShape>> OpenedModel::complete(std::vector<ModelShape> re
                  list_shapes(resolved),
                  "number of tensors",
                  "leave output and outputtype away: the model says it"};
+  if (!resolved.empty()) {
+    auto agreed = with_user_settings(std::move(resolved), output_, outputtype_, "output");
+    if (!agreed) return agreed.error();
+    resolved = *std::move(agreed);
+  }
   auto outputs = completed(std::move(resolved), outputs_);
   if (outputs.empty())
     return Error{Code::MODEL_UNSUPPORTED,

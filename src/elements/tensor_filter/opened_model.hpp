@@ -57,7 +57,7 @@ class OpenedModel {
   Status read_combinations(const FilterSettings& settings);
   Status check_choice(const std::vector<ModelShape>& outputs) const;
   // What the engine says of its outputs for a stream, with what the user says of those it leaves
-  // open.
+  // open. SPEC_MISMATCH where the user contradicts it.
   Result<std::vector<ModelShape>> complete(std::vector<ModelShape> resolved) const;
   Status read_invocation(const infer::Session& session) const;
 
@@ -68,6 +68,7 @@ class OpenedModel {
   infer::RowLimits rows_;
   infer::BatchAxes batch_axes_;               // where batch_size_ > 1
   std::vector<ModelShape> inputs_, outputs_;  // of one frame
+  std::string output_, outputtype_;           // as the user has them
   std::vector<size_t> input_choice_;
   OutputCombination output_choice_;
   gst::Ref<GstAllocator> shared_memory_;  // where worker processes read; null = none do

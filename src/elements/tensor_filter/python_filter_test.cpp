@@ -1,6 +1,7 @@
 // Scripts of Python in pipelines, in this process and in others. Skipped without Python or NumPy.
 #include <algorithm>
 #include <cstdlib>
+#include <cstring>
 #include <fstream>
 #include <thread>
 
@@ -49,6 +50,50 @@ TEST_F(PythonFilter, PassesFramesOfAnyKind) {
     EXPECT_EQ(GST_BUFFER_PTS(out.get()), GST_SECOND);
     EXPECT_SAYS(caps_text(h), "3:4:2:1");
   }
+}
+
+// Specification 4.3: an error for every framework, also where outputs are known with the stream
+// only.
+TEST_F(PythonFilter, RefusesOutputPropertiesThatContradictTheModel) {
+  const auto caps = tensors("uint8", "3:4:2:1");
+  for (const char* where : {"", " isolate=process"})
+    for (const char* wrong :
+         {"output=3:4:3", "outputtype=int8", "output=3:4:2 outputtype=float32", "output=3:4:2,1"}) {
+      const auto text =
+          start_error(filter(example("passthrough"), std::string(wrong) + where), caps);
+      EXPECT_SAYS(text, "WEIR-2001: output") << wrong << where;
+    }
+}
+
+TEST_F(PythonFilter, TakesOutputPropertiesThatAgreeWithTheModel) {
+  for (const char* right : {"output=3:4:2", "output=3:4:2:1:1", "outputtype=uint8",
+                            "output=3:4:2:1 outputtype=uint8"}) {
+    auto h = harness_of(filter(example("passthrough"), right), tensors("uint8", "3:4:2:1"));
+    const auto out = pushed(h, frame(ramp(24)));
+    ASSERT_TRUE(out) << right;
+    EXPECT_SAYS(caps_text(h), "3:4:2:1") << right;
+  }
+}
+
+// Bytes behind a header; specification 1.7.
+Bytes flexible(uint32_t count) {
+  Bytes out(128 + count);
+  const auto put = [&](size_t word, uint32_t value) { std::memcpy(&out[4 * word], &value, 4); };
+  put(0, 0xfeedcced);
+  put(1, 0xDE001000);
+  put(2, 5);  // uint8
+  put(3, count);
+  put(20, 4);  // of a tensor
+  return out;
+}
+
+TEST_F(PythonFilter, RefusesAFlexibleFrameWhoseOutputIsAnotherThanTheUserSays) {
+  auto h = harness_of(filter(example("passthrough"), "output=4 outputtype=uint8"),
+                      "other/tensors,format=flexible,framerate=30/1");
+  Errors errors(h);
+  EXPECT_EQ(gst_harness_push(h.get(), frame(flexible(4))), GST_FLOW_OK) << errors.next();
+  EXPECT_NE(gst_harness_push(h.get(), frame(flexible(5))), GST_FLOW_OK);
+  EXPECT_SAYS(errors.next(), "output contradicts the model");
 }
 
 TEST_F(PythonFilter, IsFoundByTheEndingOfItsFile) {
