@@ -57,17 +57,19 @@ Result<MediumFrames> AudioMedium::frames(gst::Ref<GstBuffer> buffer, Ledger*) {
 }
 
 std::string AudioMedium::caps_for(const TensorSpec& peer, const Fraction& rate) {
+  const bool any_format = peer.type == ElementType::End;
   const std::string format = audio_format_of(peer.type);
-  if (format.empty()) {
+  if (format.empty() && !any_format) {
     if (peer.type == ElementType::Float16)
       GST_WARNING("the next element wants float16, and no audio has it");
     return "";
   }
   if (peer.shape[0] > G_MAXINT || peer.shape.min_rank() > 2) return "";
   const bool rate_known = rate.valid() && rate.numerator > 0 && rate.denominator == 1;
-  return "audio/x-raw, format=(string)" + format + ", layout=(string)interleaved, channels=(int)" +
-         std::to_string(peer.shape[0]) + ", rate=(int)" +
-         (rate_known ? std::to_string(rate.numerator) : "[ 1, 2147483647 ]") + "; ";
+  return "audio/x-raw, " + (any_format ? "" : "format=(string)" + format + ", ") +
+         "layout=(string)interleaved, channels=(int)" + std::to_string(peer.shape[0]) +
+         ", rate=(int)" + (rate_known ? std::to_string(rate.numerator) : "[ 1, 2147483647 ]") +
+         "; ";
 }
 
 }  // namespace weir

@@ -133,6 +133,9 @@ TEST(ConverterAudio, IsAskedForAsTheNextElementWantsIt) {
   gst_harness_set_sink_caps_str(
       h.get(), "other/tensor,dimension=(string)2:160,type=(string)float16,framerate=16000/1");
   EXPECT_SAYS(accepted(h, any), "format=(string){ F32LE, S16LE }");
+  gst_harness_set_sink_caps_str(h.get(), "other/tensor,dimension=(string)2:160");
+  const std::string channels = "audio/x-raw, format=(string){ F32LE, S16LE }, channels=(int)2, ";
+  EXPECT_EQ(accepted(h, any).substr(0, channels.size()), channels) << "of any type";
 }
 
 }  // namespace

@@ -1,6 +1,8 @@
 // Caps on both sides of tensor_converter.
 #include "elements/tensor_converter/negotiation.hpp"
 
+#include <algorithm>
+
 #include "elements/tensor_converter/media.hpp"
 #include "elements/tensor_converter/sub_plugin_medium.hpp"
 #include "gstcpp/device_caps.hpp"
@@ -11,12 +13,16 @@ namespace {
 
 using gst::Ref;
 
-// The static tensors that the next element fixes; without tensors when it does not.
+// The static tensors of which the next element fixes the dimensions, maybe the types too; without
+// tensors when it does not.
 FrameSpec wanted_by_peer(GstPad* source) {
   const auto peer = Ref<GstCaps>::adopt(gst_pad_peer_query_caps(source, nullptr));
   if (gst_caps_is_any(peer.get()) || gst_caps_is_empty(peer.get())) return {};
   const auto spec = gst::spec_from_caps(peer.get());
-  return spec && spec->format == Format::Static && spec->info_valid() ? *spec : FrameSpec{};
+  if (!spec || spec->format != Format::Static || spec->tensors.empty()) return {};
+  const auto shape_is_known = [](const TensorSpec& tensor) { return tensor.shape.valid(); };
+  return std::all_of(spec->tensors.begin(), spec->tensors.end(), shape_is_known) ? *spec
+                                                                                 : FrameSpec{};
 }
 
 // Media whose caps come to the element, in any format and memory.
@@ -46,7 +52,7 @@ Result<Wishes> wishes(const ConverterSettings& settings, GstPad* source) {
     out.tensors.push_back({(*types)[i], (*shapes)[i], ""});
   out.shapes = *std::move(shapes);
   out.frames_per_tensor = settings.frames_per_tensor;
-  out.peer = wanted_by_peer(source).tensors;
+  if (const FrameSpec peer = wanted_by_peer(source); peer.info_valid()) out.peer = peer.tensors;
   out.peer_is_flexible = gst::peer_wants_flexible(source);
   return out;
 }

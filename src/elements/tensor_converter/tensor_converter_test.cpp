@@ -48,6 +48,49 @@ TEST(TensorConverter, TakesThePaddingOfRowsAway) {
   EXPECT_EQ(stat(h, "bytes-copied"), 30u);
 }
 
+// Specification 2: the dimensions decide, with a type or without.
+TEST(TensorConverter, OffersPicturesOfTheSizeThatTheNextElementWantsFirst) {
+  const std::string any =
+      "video/x-raw,format={GRAY8,RGB,BGRx,RGBP},width=[1,999],height=[1,999],framerate=[0/1,60/"
+      "1],interlace-mode=progressive";
+  const std::pair<const char*, const char*> cases[] = {
+      {"1:16:12:1", "GRAY8"}, {"3:16:12", "RGB"}, {"4:16:12:1:1", "BGRx"}, {"16:12:3:1", "RGBP"}};
+  for (const auto& [dimension, format] : cases)
+    for (const char* more : {"", ",type=uint8"}) {
+      const auto h = harness_of("tensor_converter");
+      gst_harness_set_sink_caps_str(h.get(), ("other/tensor,dimension=(string)" +
+                                              std::string(dimension) + more + ",framerate=7/1")
+                                                 .c_str());
+      const std::string said = accepted(h, any);
+      EXPECT_SAYS(said.substr(0, said.find(';')), std::string("format=(string)") + format + ",")
+          << dimension << more;
+      EXPECT_SAYS(said.substr(0, said.find(';')),
+                  "width=(int)16, height=(int)12, framerate=(fraction)7/1")
+          << dimension << more;
+    }
+}
+
+TEST(TensorConverter, OffersEverySizeWhereTheNextElementWantsNone) {
+  const std::string any =
+      "video/x-raw,format=RGB,width=[1,999],height=[1,999],framerate=[0/1,60/"
+      "1],interlace-mode=progressive";
+  for (const char* caps : {"other/tensor,type=uint8", "other/tensor,dimension=(string)3",
+                           "other/tensors,format=flexible"}) {
+    const auto h = harness_of("tensor_converter");
+    gst_harness_set_sink_caps_str(h.get(), caps);
+    EXPECT_SAYS(accepted(h, any), "width=(int)[ 1, 999 ], height=(int)[ 1, 999 ]") << caps;
+  }
+}
+
+// A transform that changes the type says the dimensions only.
+TEST(TensorConverter, OffersPicturesOfTheSizeThatAnElementBehindATransformWants) {
+  const auto h = harness_of(
+      "tensor_converter ! tensor_transform mode=typecast option=float32 ! capsfilter "
+      "caps=\"other/tensor,dimension=(string)3:16:12:1,type=float32\"");
+  EXPECT_SAYS(accepted(h, "video/x-raw,format=RGB,width=[1,999],height=[1,999]"),
+              "width=(int)16, height=(int)12");
+}
+
 TEST(TensorConverter, HonoursStridesAndOffsetsOfTheBuffer) {
   auto h = harness("", video("GRAY8", 4, 2));
   const Bytes in = ramp(40);
