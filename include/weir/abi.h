@@ -204,7 +204,7 @@ typedef struct {
   uint16_t abi_major, abi_minor;
   const char *name, *version, *aliases, *extensions; /* lists: comma-separated, "tflite" no dot */
   /* What custom= takes: [{"name":"threads","type":"integer","default":"1","help":"..."}], or NULL.
-   * type: boolean, integer, number, text, file, or the values themselves as "a|b". */
+   * type: boolean, integer, number, text, file, values: "a|b". "setting":"group/key" of weir.ini */
   const char* options_json;
   uint64_t flags; /* weir_engine_flag */
   /* Looks at the first n bytes: no load, no side effect. score 0 (not mine) to 100 (surely). */

@@ -133,6 +133,9 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   request.struct_size = sizeof request;
   request.n_models = 1;
   request.paths = &path;
+  const weir_option sandbox{"Sandbox", "true"};
+  request.options = &sandbox;
+  request.n_options = 1;
   const auto model = LuaModel::open(request);
   if (!model) {
     require(!model.error().what.empty(), "an error has a text");

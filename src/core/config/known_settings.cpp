@@ -14,6 +14,7 @@ constexpr std::array kSettings{
     KnownSetting{"filter", "priority_", "engines for files of this ending, first choice first"},
     KnownSetting{"filter", "path", "folders with libraries that bring filters by name"},
     KnownSetting{"filter", "enable_symlink", "a filter's file may be a symbolic link"},
+    KnownSetting{"lua", "sandbox", "scripts in Lua reach no files, programs and libraries"},
     KnownSetting{"module", "path", "folders with modules, before the built-in one"},
     KnownSetting{"plugin", "give_way", "elements with names of NNStreamer's are left to it"},
     KnownSetting{"nnstreamer", "enable", "nnstreamer.ini and sub-plugins for NNStreamer are used"},

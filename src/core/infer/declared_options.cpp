@@ -6,7 +6,9 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
+#include "core/infer/configured.hpp"
 #include "core/infer/engine_functions.hpp"
+#include "core/text/text.hpp"
 
 namespace weir::infer {
 
@@ -35,16 +37,29 @@ namespace {
 
 constexpr char kOwnName[] = "framework";
 
-std::set<std::string> option_names(const weir_engine& engine) {
-  std::set<std::string> out;
+struct OptionNames {
+  std::set<std::string> all;
+  std::vector<std::pair<std::string, std::string>> settings;  // name, "group/key" of weir.ini
+};
+
+OptionNames option_names(const weir_engine& engine) {
+  OptionNames out;
   const char* const options = function_of(engine, &weir_engine::options_json);
   if (!options) return out;
   const auto list = nlohmann::json::parse(options, nullptr, false);
   if (!list.is_array()) return out;
+  const auto text_of = [](const auto& option, const char* member) {
+    const auto found = option.is_object() ? option.find(member) : option.end();
+    return option.is_object() && found != option.end() && found->is_string()
+               ? std::optional(found->template get<std::string>())
+               : std::nullopt;
+  };
   for (const auto& option : list)
-    if (const auto name = option.is_object() ? option.find("name") : option.end();
-        option.is_object() && name != option.end() && name->is_string())
-      out.insert(name->get<std::string>());
+    if (const auto name = text_of(option, "name")) {
+      out.all.insert(*name);
+      if (const auto setting = text_of(option, "setting"))
+        out.settings.emplace_back(*name, *setting);
+    }
   return out;
 }
 
@@ -53,15 +68,36 @@ bool given(const OpenOptions& options, const std::string& name) {
                      [&](const auto& own) { return own.first == name; });
 }
 
+// Engines compare the keys of their options without regard to case.
+bool given_in_any_case(const OpenOptions& options, const std::string& name) {
+  return std::any_of(options.options.begin(), options.options.end(),
+                     [&](const auto& own) { return lower(own.first) == lower(name); });
+}
+
+// What the installation says of the options that the user did not give.
+void add_settings(const OptionNames& names, const OpenOptions& options,
+                  std::vector<std::pair<std::string, std::string>>* out) {
+  if (names.settings.empty()) return;
+  const auto configuration = infer::configuration();
+  for (const auto& [name, setting] : names.settings) {
+    const size_t slash = std::min(setting.find('/'), setting.size());
+    const auto found = configuration.find(setting.substr(0, slash),
+                                          setting.substr(std::min(slash + 1, setting.size())));
+    if (found && !given_in_any_case(options, name)) out->emplace_back(name, found->value);
+  }
+}
+
 }  // namespace
 
 std::vector<std::pair<std::string, std::string>> options_for(const weir_engine& engine,
                                                              const OpenOptions& options) {
   auto out = options.options;
   const auto taken = option_names(engine);
-  if (taken.contains(kOwnName)) out.emplace_back(kOwnName, engine.name);
+  if (taken.all.contains(kOwnName)) out.emplace_back(kOwnName, engine.name);
   for (const auto& declared : options.declared)
-    if (!given(options, declared.first) && taken.contains(declared.first)) out.push_back(declared);
+    if (!given(options, declared.first) && taken.all.contains(declared.first))
+      out.push_back(declared);
+  add_settings(taken, options, &out);
   return out;
 }
 
@@ -76,7 +112,7 @@ std::vector<std::pair<std::string, std::string>> identity_of(const weir_engine& 
 }
 
 std::vector<weir_option> options_for_inner(const weir_engine& inner, const weir_open& request) {
-  const auto taken = option_names(inner);
+  const auto taken = option_names(inner).all;
   const std::vector<weir_option> all(request.options, request.options + request.n_options);
   const auto own = std::find_if(all.rbegin(), all.rend(), [](const weir_option& option) {
     return option.key && std::string_view(option.key) == kOwnName;

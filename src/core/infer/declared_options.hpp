@@ -10,7 +10,8 @@ namespace weir::infer {
 
 // The options that this engine is opened with: the user's own, then the engine's name where its
 // options_json has "framework" (an engine that serves under several names), then of `declared`
-// those whose names are in its options_json and that the user did not give there.
+// those whose names are in its options_json and that the user did not give there, then the values
+// of weir.ini for the options that have a "setting" there and that the user did not give.
 std::vector<std::pair<std::string, std::string>> options_for(const weir_engine& engine,
                                                              const OpenOptions& options);
 

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <cstddef>
+#include <cstdlib>
 
 namespace weir::infer {
 namespace {
@@ -52,6 +53,43 @@ TEST(DeclaredOptions, AnEngineOfSeveralNamesIsToldItsOwn) {
   options.options = {{"framework", "a word of custom="}};
   EXPECT_EQ(options_for(engine, options),
             (Pairs{{"framework", "a word of custom="}, {"framework", "second"}, {"input", "3:4"}}));
+}
+
+// What the installation says of [filter] enable_symlink, for the length of a test.
+class Installation {
+ public:
+  explicit Installation(const char* value) { setenv(kVariable, value, 1); }
+  Installation(const Installation&) = delete;
+  Installation& operator=(const Installation&) = delete;
+  ~Installation() { unsetenv(kVariable); }
+
+ private:
+  static constexpr char kVariable[] = "WEIR_FILTER_ENABLE_SYMLINK";
+};
+
+constexpr char kWithSetting[] = R"([{"name": "Links", "setting": "filter/enable_symlink"}])";
+
+TEST(DeclaredOptions, ASettingOfTheInstallationIsThereWhereTheUserSaysNothing) {
+  OpenOptions options;
+  EXPECT_EQ(options_for(engine_with(kWithSetting), options), Pairs{});
+  const Installation says("yes");
+  EXPECT_EQ(options_for(engine_with(kWithSetting), options), (Pairs{{"Links", "yes"}}));
+  EXPECT_EQ(identity_of(engine_with(kWithSetting), options), (Pairs{{"Links", "yes"}}))
+      << "models that differ in it are not shared";
+  options.options = {{"links", "no"}};
+  EXPECT_EQ(options_for(engine_with(kWithSetting), options), (Pairs{{"links", "no"}}));
+}
+
+TEST(DeclaredOptions, ASettingThatThereIsNotChangesNothing) {
+  const Installation says("yes");
+  for (const char* setting : {"7", R"("")", R"("filter")", R"("filter/")", R"("/enable_symlink")",
+                              R"("filter/enable_symlink/")", "null"})
+    EXPECT_EQ(options_for(
+                  engine_with(
+                      (R"([{"name": "Links", "setting": )" + std::string(setting) + "}]").c_str()),
+                  {}),
+              Pairs{})
+        << setting;
 }
 
 // What `inner` gets when an engine that takes all was opened with `options`.

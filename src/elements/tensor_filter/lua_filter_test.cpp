@@ -1,5 +1,6 @@
 // tensor_filter with scripts in Lua: how a pipeline names them, their errors, and scripts that do
 // not return or end their process.
+#include <cstdlib>
 #include <fstream>
 #include <string>
 #include <vector>
@@ -128,6 +129,46 @@ TEST_F(LuaFilter, AnIsolatedScriptRunsNoPrograms) {
   auto h = filter("isolate=process custom=Libraries:os model=" +
                   script("output_tensor(1)[1] = os.execute('true') == 0 and 1 or 2"));
   EXPECT_EQ(result(h, {0, 0, 0, 0}), (std::vector<float>{2, 0}));
+}
+
+constexpr char kTime[] = "output_tensor(1)[1] = os.time() > 1e9 and 1 or 2";
+
+TEST_F(LuaFilter, ScriptsHaveTheStandardLibraries) {
+  for (const char* where : {"none", "process"}) {
+    auto h = filter("isolate=" + std::string(where) + " model=" + script(kTime));
+    EXPECT_EQ(result(h, {0, 0, 0, 0}), (std::vector<float>{1, 0})) << where;
+  }
+}
+
+TEST_F(LuaFilter, TheInstallationPutsScriptsIntoASandbox) {
+  const auto path = script(kTime);
+  const std::string ini = testing::TempDir() + "weir_lua_sandbox.ini";
+  std::ofstream(ini) << "[lua]\nsandbox = true\n";
+  for (const char* where : {"none", "process"}) {
+    setenv("WEIR_CONFIG", ini.c_str(), 1);
+    auto h = filter("isolate=" + std::string(where) + " model=" + path);
+    setenv("WEIR_CONFIG", "", 1);
+    Errors errors(h);
+    EXPECT_EQ(gst_harness_push(h.get(), frame(Bytes(4))), GST_FLOW_ERROR) << where;
+    const std::string error = errors.next();
+    EXPECT_SAYS(error, "global 'os' (a nil value)");
+    EXPECT_SAYS(error, "fix: custom=Libraries:os");
+  }
+}
+
+TEST_F(LuaFilter, APipelineGivesASandboxedScriptALibrary) {
+  setenv("WEIR_LUA_SANDBOX", "yes", 1);
+  for (const char* custom : {"Libraries:os", "Sandbox:false"}) {
+    auto h = filter("custom=" + std::string(custom) + " model=" + script(kTime));
+    EXPECT_EQ(result(h, {0, 0, 0, 0}), (std::vector<float>{1, 0})) << custom;
+  }
+  unsetenv("WEIR_LUA_SANDBOX");
+}
+
+TEST_F(LuaFilter, AWrongWordOfTheInstallationIsAnError) {
+  setenv("WEIR_LUA_SANDBOX", "perhaps", 1);
+  EXPECT_SAYS(start_error("tensor_filter model=" + script(kTime)), "Sandbox:perhaps");
+  unsetenv("WEIR_LUA_SANDBOX");
 }
 
 TEST_F(LuaFilter, AnotherScriptTakesItsPlaceWhileItRuns) {

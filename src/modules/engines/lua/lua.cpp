@@ -11,7 +11,9 @@ struct LuaEngine {
   static constexpr uint64_t kFlags = WEIR_ENGINE_MODEL_IS_NO_FILE;  // it may be the script itself
   static constexpr const char* kOptions = R"([
     {"name": "Libraries", "type": "text", "default": "",
-     "help": "of io, os, package, debug, jit, ffi, with + between them: what the script gets besides"},
+     "help": "libraries that the script gets too, with + between them: jit, ffi; in a sandbox also io, os, package, debug"},
+    {"name": "Sandbox", "type": "boolean", "default": "false", "setting": "lua/sandbox",
+     "help": "the script gets no io, os, package, debug, dofile, loadfile; default: [lua] sandbox of weir.ini"},
     {"name": "MemoryLimit", "type": "integer", "default": "256",
      "help": "MiB that Lua may allocate for one worker"}])";
   using Model = LuaModel;

@@ -31,6 +31,7 @@ using LuaAllocator = void* (*)(void* data, void* block, size_t old_bytes, size_t
   X(void, lua_pushstring, (lua_State*, const char*))                                    \
   X(void, lua_pushnumber, (lua_State*, double))                                         \
   X(void, lua_pushnil, (lua_State*))                                                    \
+  X(void, lua_pushboolean, (lua_State*, int))                                           \
   X(void, lua_getfield, (lua_State*, int, const char*))                                 \
   X(void, lua_setfield, (lua_State*, int, const char*))                                 \
   X(void, lua_rawgeti, (lua_State*, int, int))                                          \
@@ -70,6 +71,6 @@ struct LuaApi {
 inline constexpr int kLuaRegistry = -10000, kLuaGlobals = -10002, kLuaAllResults = -1;
 inline constexpr int kLuaOutOfMemory = 4;  // of lua_pcall
 inline constexpr int kLuaNil = 0, kLuaBoolean = 1, kLuaString = 4, kLuaTable = 5;
-inline constexpr int kLuaCountKibibytes = 3, kLuaCountRest = 4;  // of lua_gc
+inline constexpr int kLuaCountKibibytes = 3, kLuaCountRest = 4, kLuaSetStep = 7;  // of lua_gc
 
 }  // namespace weir::engine

@@ -2,6 +2,7 @@
 #include "lua/lua_options.hpp"
 
 #include <algorithm>
+#include <array>
 
 #include "engine_options.hpp"
 
@@ -45,6 +46,9 @@ const std::vector<std::string>& withheld_libraries() {
 }
 
 bool LuaOptions::opens(const char* library) const {
+  static constexpr std::array<std::string_view, 4> kStandard{"io", "os", "package", "debug"};
+  if (!sandbox && std::find(kStandard.begin(), kStandard.end(), library) != kStandard.end())
+    return true;
   return std::find(libraries.begin(), libraries.end(), library) != libraries.end();
 }
 
@@ -57,12 +61,16 @@ Result<LuaOptions> LuaOptions::read(const weir_open& request) {
       auto libraries = read_libraries(value);
       if (!libraries) return libraries.error();
       out.libraries = *std::move(libraries);
+    } else if (same_word(key, "Sandbox")) {
+      const auto sandbox = switch_option(key, value);
+      if (!sandbox) return sandbox.error();
+      out.sandbox = *sandbox;
     } else if (same_word(key, "MemoryLimit")) {
       const auto limit = number_option(key, value, 1);
       if (!limit) return limit.error();
       out.memory_limit = static_cast<uint64_t>(std::min(*limit, kMostMebibytes));
     } else {
-      warn_unknown_option(key, "Libraries, MemoryLimit");
+      warn_unknown_option(key, "Libraries, MemoryLimit, Sandbox");
     }
   }
   return out;

@@ -10,7 +10,8 @@
 namespace weir::engine {
 
 struct LuaOptions {
-  std::vector<std::string> libraries;  // that scripts get besides the harmless ones
+  std::vector<std::string> libraries;  // that custom= gives the script besides
+  bool sandbox = false;                // only the harmless standard libraries
   uint64_t memory_limit = 256;         // MiB of Lua's own memory, for each session
 
   // OPTION_VALUE for values that cannot be used; a warning in the log for unknown keys.
@@ -18,7 +19,7 @@ struct LuaOptions {
   bool opens(const char* library) const;
 };
 
-// What has to be asked for, "io" and so on.
+// What has to be asked for: "io" and so on in a sandbox, "jit" and "ffi" always.
 const std::vector<std::string>& withheld_libraries();
 
 }  // namespace weir::engine

@@ -220,9 +220,11 @@ TEST_F(LuaRefuses, MoreMemoryThanItMayHave) {
 }
 
 TEST_F(LuaRefuses, MemoryThatWasFreedCountsNoMore) {
-  EXPECT_EQ(result("for i = 1, 200 do local s = string.rep('x', 2^20) .. i end  y[1] = 1",
-                   {{"MemoryLimit", "16"}}),
-            (std::vector<float>{1, 0, 0, 0}));
+  for (const char* sandbox : {"true", "false"})
+    EXPECT_EQ(result("for i = 1, 200 do local s = string.rep('x', 2^20) .. i end  y[1] = 1",
+                     {{"MemoryLimit", "16"}, {"Sandbox", sandbox}}),
+              (std::vector<float>{1, 0, 0, 0}))
+        << sandbox;
 }
 
 TEST_F(LuaRefuses, ToRunWithoutMemoryAndGoesOnWhenThereIsSome) {
@@ -259,7 +261,7 @@ TEST_F(LuaRefuses, FramesOfAnotherSizeThanTheySay) {
 }
 
 TEST_F(LuaRefuses, AScriptThatSaysSomethingElseEachTime) {
-  // The only thing that differs from one run to the next in a script without libraries.
+  // This differs from one run to the next even in a sandbox.
   const auto model = script(
       "local n = tonumber(tostring({}):match('0x(%x+)'), 16) % 2^20 + 1\n"
       "inputTensorsInfo = {num = 1, dim = {{n}}, type = {'uint8'}}\n" +
@@ -289,7 +291,7 @@ TEST_F(LuaRefuses, LogsOptionsThatItDoesNotKnow) {
   const auto lines = take_log();
   EXPECT_TRUE(std::any_of(lines.begin(), lines.end(), [](const auto& line) {
     return line.find("Librarys") != std::string::npos &&
-           line.find("Libraries, MemoryLimit") != std::string::npos;
+           line.find("Libraries, MemoryLimit, Sandbox") != std::string::npos;
   }));
 }
 

@@ -1,4 +1,4 @@
-// What scripts cannot reach unless it is given to them.
+// custom=Sandbox:true: what scripts cannot reach unless it is given to them.
 #include <fstream>
 
 #include "lua/lua_test_support.hpp"
@@ -7,7 +7,19 @@
 namespace weir::engine_test {
 namespace {
 
-class LuaSandbox : public LuaTest {};
+class LuaSandbox : public LuaTest {
+ protected:
+  static Options sandboxed(Options options) {
+    options.emplace_back("Sandbox", "true");
+    return options;
+  }
+  Error failure(const std::string& body, const Options& options = {}) {
+    return LuaTest::failure(body, sandboxed(options));
+  }
+  std::vector<float> result(const std::string& body, const Options& options = {}) {
+    return LuaTest::result(body, sandboxed(options));
+  }
+};
 
 TEST_F(LuaSandbox, WithholdsLibrariesAndNamesTheOptionThatGivesThem) {
   for (const char* use : {"io.open('x')", "os.exit(1)", "debug.getupvalue(print, 1)", "jit.off()",

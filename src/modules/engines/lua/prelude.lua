@@ -1,8 +1,8 @@
 -- Runs before a script, in the script's state: makes the tensors that scripts see, and reads the
 -- script's tables. Scripts reach the functions made here and never what these close over: neither
 -- `ffi` nor an address. Functions of libraries are kept in locals, for scripts may replace them.
-local ffi, globals, half_to_float, float_to_half, unshare = ...
-local error, ipairs, load, pcall, rawget = error, ipairs, load, pcall, rawget
+local ffi, globals, half_to_float, float_to_half, unshare, sandbox = ...
+local error, ipairs, load, loadfile, pcall, rawget = error, ipairs, load, loadfile, pcall, rawget
 local select, tonumber, tostring, type = select, tonumber, tostring, type
 local concat, floor, format, lower = table.concat, math.floor, string.format, string.lower
 local cast, metatype, typeof = ffi.cast, ffi.metatype, ffi.typeof
@@ -21,16 +21,29 @@ unshare = cast('int (*)(void *)', unshare)
 -- ---- What scripts may call --------------------------------------------------------------------
 
 -- `newproxy`: without it no code of a script runs outside a call, where tensors have no memory.
-for _, name in ipairs({'dofile', 'loadfile', 'newproxy'}) do globals[name] = nil end
+globals.newproxy = nil
 string.dump = nil
 
--- Source text only: byte code can do anything.
+-- Source text only: byte code can do anything, and fails in other versions of LuaJIT.
 function globals.load(chunk, name, _, ...)
   if select('#', ...) > 0 then return load(chunk, name, 't', (...)) end
   return load(chunk, name, 't')
 end
 function globals.loadstring(text, name)
   return load(text, name or text, 't')
+end
+if sandbox then
+  globals.dofile, globals.loadfile = nil, nil
+else
+  function globals.loadfile(file, _, ...)
+    if select('#', ...) > 0 then return loadfile(file, 't', (...)) end
+    return loadfile(file, 't')
+  end
+  function globals.dofile(file)
+    local chunk, why = loadfile(file, 't')
+    if not chunk then error(why, 0) end
+    return chunk()
+  end
 end
 
 -- ---- Tensors ----------------------------------------------------------------------------------
