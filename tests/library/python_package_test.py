@@ -321,6 +321,23 @@ class Shapes(unittest.TestCase):
         self.assertEqual(weir.TensorShape([2, 3]).dims, [2, 3] + [0] * 14)
         self.assertEqual(weir.TensorShape([1], float).getType(), np.float64)
 
+    def test_a_shape_keeps_a_list_of_its_own(self):
+        dims = [2, 3]
+        shape, other = weir.TensorShape(dims), weir.TensorShape(dims, type=np.int8)
+        dims.append(4)
+        other.getDims()[0] = 9
+        self.assertEqual(shape.getDims(), [2, 3] + [0] * 14)
+        self.assertEqual(other.dims, [9, 3] + [0] * 14)
+        self.assertEqual(dims, [2, 3, 4])
+
+    def test_a_shape_of_nothing_is_zeros_of_uint8(self):
+        self.assertEqual((weir.TensorShape().dims, weir.TensorShape().type), ([0] * 16, np.dtype("uint8")))
+        for dims in ((1, 2), "12", {1}, 3):
+            with self.assertRaisesRegex(TypeError, "dimensions of a TensorShape are a list, not"):
+                weir.TensorShape(dims)
+        with self.assertRaisesRegex(ValueError, "17 dimensions: a tensor has at most 16"):
+            weir.TensorShape([1] * 17)
+
 
 if __name__ == "__main__":
     tap_runner.main()

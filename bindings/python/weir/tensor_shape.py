@@ -6,19 +6,22 @@ MOST_DIMENSIONS = 16
 
 
 class TensorShape:
-    """Dimensions innermost first, with zeros up to 16, and the type of the elements."""
+    """Dimensions innermost first, with zeros up to 16, and the type of the elements.
 
-    def __init__(self, dims, dtype=numpy.uint8):
-        self.setDims(dims)
-        self.type = numpy.dtype(dtype)
+    `dims` is a list of the shape's own: changes of the list that was given do not change it.
+    """
+
+    def __init__(self, dims=None, type=numpy.uint8):  # the name of the argument is NNStreamer's
+        self.setDims([] if dims is None else dims)
+        self.type = numpy.dtype(type)
 
     def setDims(self, dims):
         if not isinstance(dims, list):
             raise TypeError(f"the dimensions of a TensorShape are a list, not {type(dims).__name__}")
-        if len(dims) > MOST_DIMENSIONS:
-            raise ValueError(f"{len(dims)} dimensions: a tensor has at most {MOST_DIMENSIONS}")
-        dims.extend([0] * (MOST_DIMENSIONS - len(dims)))
-        self.dims = dims
+        own = list.copy(dims)
+        if len(own) > MOST_DIMENSIONS:
+            raise ValueError(f"{len(own)} dimensions: a tensor has at most {MOST_DIMENSIONS}")
+        self.dims = own + [0] * (MOST_DIMENSIONS - len(own))
 
     def getDims(self):
         return self.dims

@@ -144,6 +144,10 @@ INSTANTIATE_TEST_SUITE_P(
                   "  def invoke(self, a): pass\n  def getInputDim(self): return [TensorShape([])]\n"
                   "  def getOutputDim(self): return []\n",
                   "1 to 16 dimensions of at least 1"},
+        BadScript{"default",
+                  "  def invoke(self, a): pass\n  def getInputDim(self): return [TensorShape()]\n"
+                  "  def getOutputDim(self): return []\n",
+                  "1 to 16 dimensions of at least 1"},
         BadScript{"zero",
                   "  def invoke(self, a): pass\n  def getInputDim(self): return [TensorShape([2, "
                   "0, 2])]\n"

@@ -99,15 +99,47 @@ TEST_F(Python3, HasTheShapeClassThatUsersKnow) {
   const auto path = write(
       "shapes", kHead + kFour +
                     "  def invoke(self, input_array):\n"
-                    "    dims = [4, 2]\n"
-                    "    shape = TensorShape(dims)\n"
-                    "    assert dims == [4, 2] + [0] * 14, 'filled up in place'\n"
+                    "    shape = TensorShape([4, 2])\n"
+                    "    assert shape.getDims() == [4, 2] + [0] * 14\n"
                     "    assert shape.getType() == np.uint8 and shape.type == np.dtype('uint8')\n"
                     "    shape.setDims([1, 2, 3])\n"
                     "    assert shape.getDims() == shape.dims == [1, 2, 3] + [0] * 13\n"
                     "    import nnstreamer_python, weir\n"
                     "    assert weir.TensorShape([1]).dims[0] == 1\n"
                     "    return input_array\n");
+  EXPECT_EQ(opened(path).error_of({floats({1, 2, 3, 4})}), "");
+}
+
+TEST_F(Python3, ShapesKeepListsOfTheirOwn) {
+  const auto path =
+      write("lists", kHead + kFour +
+                         "  def invoke(self, input_array):\n"
+                         "    dims = [4, 2]\n"
+                         "    a, b = TensorShape(dims), TensorShape(dims)\n"
+                         "    assert dims == [4, 2], 'the list of the script grew'\n"
+                         "    dims[0] = 7\n"
+                         "    a.getDims()[1] = 9\n"
+                         "    assert a.dims[:3] == [4, 9, 0] and b.dims[:3] == [4, 2, 0]\n"
+                         "    a.setDims(b.getDims())\n"
+                         "    b.dims[0] = 1\n"
+                         "    assert a.dims[:2] == [4, 2] and len(a.dims) == 16\n"
+                         "    class Listed(list):\n"
+                         "      def __len__(self): return 16\n"
+                         "    assert TensorShape(Listed([3])).dims == [3] + [0] * 15\n"
+                         "    return input_array\n");
+  EXPECT_EQ(opened(path).error_of({floats({1, 2, 3, 4})}), "");
+}
+
+TEST_F(Python3, BothArgumentsOfAShapeMayBeLeftOut) {
+  const auto path = write(
+      "defaults", kHead + kFour +
+                      "  def invoke(self, input_array):\n"
+                      "    assert TensorShape().dims == [0] * 16\n"
+                      "    assert TensorShape().getType() == TensorShape([4]).type == np.uint8\n"
+                      "    assert TensorShape(type=np.int16).getType() == np.int16\n"
+                      "    assert TensorShape([4], type='float64').getType() == np.float64\n"
+                      "    assert TensorShape(dims=[4]).dims[0] == 4\n"
+                      "    return input_array\n");
   EXPECT_EQ(opened(path).error_of({floats({1, 2, 3, 4})}), "");
 }
 
