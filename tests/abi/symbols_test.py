@@ -35,5 +35,11 @@ for path in sys.argv[1:]:
     if needed != name.startswith(("libgst", "libweir.so", "libweir-pipeline", "libnnstreamer.so", "libcapi")):
         failed += 1
         print(f"FAILED {name}: {'does' if needed else 'does not'} name libweir.so.0")
+    # Whatever the release is called: programs of an earlier one find the library.
+    library = name.partition(".")[0]
+    if library in ("libweir", "libweir-pipeline", "libcapi-nnstreamer"):
+        if f"soname: [{library}.so.0]" not in read("readelf", "-d", path):
+            failed += 1
+            print(f"FAILED {name}: its soname is not {library}.so.0")
 print(f"{len(sys.argv) - 1} objects looked at, {failed} findings")
 sys.exit(failed > 0 or len(sys.argv) < 2)

@@ -1,0 +1,54 @@
+#!/usr/bin/python3
+"""`gst-inspect-1.0 --exists`: GStreamer takes an element only if its plug-in's version is at least GStreamer's own."""
+
+import os
+import pathlib
+import re
+import subprocess
+import unittest
+
+import tap_runner
+
+SOURCE = pathlib.Path(os.environ["WEIR_SOURCE"])
+# The folder `tests` beside them holds no element.
+ELEMENTS = sorted({path.parent.name for path in SOURCE.glob("src/elements/*/README.md")} - {"tests"})
+
+
+def output_of(*command):
+    return subprocess.run(command, capture_output=True, text=True, timeout=60, check=True).stdout
+
+
+def exists(*arguments):
+    quiet = {**os.environ, "GST_TRACERS": "", "GST_DEBUG": ""}
+    return subprocess.run(["gst-inspect-1.0", "--exists", *arguments], env=quiet, capture_output=True, timeout=60,
+                          check=False).returncode == 0
+
+
+class GstInspect(unittest.TestCase):
+    def test_every_element_exists(self):
+        self.assertIn("tensor_converter", ELEMENTS)
+        self.assertGreater(len(ELEMENTS), 20)
+        self.assertEqual([name for name in ELEMENTS if not exists(name)], [])
+
+    def test_every_element_is_of_a_version_that_scripts_ask_for(self):
+        # GStreamer's own here, that of Debian 13, and Weir's.
+        own = re.search(r"GStreamer (\d+\.\d+\.\d+)", output_of("gst-inspect-1.0", "--version"))[1]
+        for version in (own, "1.26.0", "3.0.0"):
+            with self.subTest(version):
+                self.assertEqual([name for name in ELEMENTS if not exists(f"--atleast-version={version}", name)], [])
+
+    def test_no_element_is_newer_than_weir(self):
+        major, minor, micro = map(int, re.fullmatch(r"weir (\d+)\.(\d+)\.(\d+)\n",
+                                                    output_of(os.environ["WEIR_COMMAND"], "--version")).groups())
+        for version in (f"{major}.{minor}.{micro + 1}", f"{major}.{minor + 1}.0", f"{major + 1}.0.0"):
+            with self.subTest(version):
+                self.assertEqual([name for name in ELEMENTS if exists(f"--atleast-version={version}", name)], [])
+
+    def test_what_is_no_element_does_not_exist(self):
+        for name in ("tensor_nothing", "weir_converter", ""):
+            with self.subTest(name):
+                self.assertFalse(exists(name))
+
+
+if __name__ == "__main__":
+    tap_runner.main()
