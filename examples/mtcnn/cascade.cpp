@@ -24,7 +24,8 @@ void thin(std::vector<Candidate>* candidates, float threshold) {
   *candidates = std::move(kept);
 }
 
-// Squares around the moved boxes, whole pixels, with something of the picture within.
+// Squares around the moved boxes, whole pixels, of which the picture shows at least one pixel of
+// R-Net's input in each direction.
 std::vector<Box> squares(std::span<const Candidate> candidates, Size picture) {
   const Box all{0, 0, static_cast<float>(picture.width), static_cast<float>(picture.height)};
   std::vector<Box> out;
@@ -32,7 +33,10 @@ std::vector<Box> squares(std::span<const Candidate> candidates, Size picture) {
     const Box square = weir::square_around(one.moved);
     const Box whole{std::round(square.x1), std::round(square.y1), std::round(square.x2),
                     std::round(square.y2)};
-    if (weir::common_part(whole, all).area() > 0) out.push_back(whole);
+    const Box part = weir::common_part(whole, all);
+    constexpr auto kSide = static_cast<float>(kRefineSide);
+    if (part.area() > 0 && std::min(part.width(), part.height()) * kSide >= whole.width())
+      out.push_back(whole);
     if (out.size() == kMostCandidates) break;
   }
   return out;

@@ -64,6 +64,16 @@ TEST(Join, MakesSquaresAndLeavesOutWhatIsOutside) {
   EXPECT_EQ(join(all, {100, 100}), (std::vector<Box>{{-5, 0, 15, 20}}));
 }
 
+// R-Net's input has 24 pixels: of 48 pixels of the picture at least two have to be seen.
+TEST(Join, LeavesOutWhatIsHardlySeen) {
+  const auto seen = [](const Box& box) { return join({{{}, box, 0.9f}}, {100, 100}).size() == 1; };
+  EXPECT_TRUE(seen({-46, 0, 2, 48}));
+  EXPECT_FALSE(seen({-47, 0, 1, 48}));
+  EXPECT_TRUE(seen({0, 98, 48, 146}));
+  EXPECT_FALSE(seen({0, 99, 48, 147}));
+  EXPECT_FALSE(seen({99, 99, 147, 147}));
+}
+
 TEST(Faces, LandmarksAreSharesOfTheRegion) {
   const std::vector<Box> regions{{100, 200, 200, 300}, {0, 0, 10, 10}};
   const std::vector<float> face{0.1f, 0.9f, 0.5f, 0.5f}, box(8, 0.f);

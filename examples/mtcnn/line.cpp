@@ -90,7 +90,8 @@ std::string in_parts(const Networks& networks, size_t rows) {
 std::string regions(const Networks& networks, int number, const char* name, uint32_t side,
                     size_t most, size_t rows) {
   const std::string length = std::to_string(side);
-  return prepared(networks, std::string("name=") + name + " regions=pad max-wait=60000000000" +
+  return prepared(networks, std::string("name=") + name +
+                                " regions=pad clip-regions=false max-wait=60000000000" +
                                 " threads=2 width=" + length + " height=" + length +
                                 (networks.fixed ? " max-regions=" + std::to_string(most) : "")) +
          " ! " + network(networks, number, {side, side}, most) + in_parts(networks, rows);

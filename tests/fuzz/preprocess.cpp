@@ -22,6 +22,11 @@ uint32_t side(FuzzInput* in) {
   return small == 255 ? in->take<uint32_t>() : small;
 }
 
+int64_t edge(FuzzInput* in) {
+  const auto near = in->take<int8_t>();
+  return near == -128 ? in->take<int64_t>() : near;
+}
+
 Preparation preparation_from(FuzzInput* in) {
   Preparation p;
   p.source.format = picture_formats()[in->byte() % picture_formats().size()];
@@ -51,7 +56,7 @@ Preparation preparation_from(FuzzInput* in) {
 
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   FuzzInput in(data, size);
-  const Preparation p = preparation_from(&in);
+  Preparation p = preparation_from(&in);
   Planes planes;
   std::vector<std::vector<std::byte>> memories;
   for (auto& plane : planes) {
@@ -59,6 +64,7 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
     plane = {memories.back(), in.take<uint16_t>(),
              static_cast<ptrdiff_t>(in.take<uint16_t>()) - 4096};
   }
+  if (in.byte() % 2) p.region = Box{edge(&in), edge(&in), edge(&in), edge(&in)};
   const auto numbers = parse_numbers("mean", in.text());
   const auto quantisation = parse_quantisation(in.text());
   const auto plan = Plan::make(p);

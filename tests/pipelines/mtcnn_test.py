@@ -9,6 +9,7 @@ import json
 import math
 import os
 import pathlib
+import re
 import shutil
 import statistics
 import subprocess
@@ -24,6 +25,7 @@ BUILD = pathlib.Path(os.environ["WEIR_BUILD"])
 SHARED = pathlib.Path(os.environ.get("WEIR_DATA") or SOURCE / "../shared")
 NETWORKS = SHARED / "models/face/mtcnn"
 LEAST_OVERLAP, MOST_OFF, MEDIAN_OFF, SURE, SAME = 0.7, 0.2, 0.05, 0.95, 0.5
+AT_THE_EDGE = 0.12  # of the face's width: a quarter of the face and more is not in the picture
 
 
 def overlap(a, b):
@@ -109,6 +111,42 @@ class Faces(unittest.TestCase):
             off += self.hold(pictures[0], reference, name)
         self.assertGreater(len(off), 10)
         self.assertLessEqual(statistics.median(off), MEDIAN_OFF)
+
+    def test_faces_at_the_edge_of_the_picture(self):
+        """A part of the face is cut off: it is found, and its landmarks are where they are in the whole photo."""
+        for control in (False, True):
+            if control and not CONTROL.exists():
+                self.skipTest("the control is not built")
+            for name, side, share in (("ivan.jpg", "bottom", 0.35), ("ivan.jpg", "right", 0.25), ("faces.jpg", "right", 0.25),
+                                      ("obama-1080p.jpg", "left", 0.2), ("obama-1080p.jpg", "top", 0.25)):
+                with self.subTest(f"{name} {side} {share}", control=control):
+                    self.at_the_edge(SHARED / "media/face" / name, side, share, control)
+
+    def at_the_edge(self, photo, side, share, control):
+        face = self.found(photo, control=control)[0][0]
+        left, top, right, bottom = face["box"]
+        # What stays of the photo: from the cut on, or up to it.
+        cut = {"left": left + share * (right - left), "right": right - share * (right - left),
+               "top": top + share * (bottom - top), "bottom": bottom - share * (bottom - top)}[side]
+        with tempfile.TemporaryDirectory() as folder:
+            part = pathlib.Path(folder) / "part.png"
+            width, height = self.size_of(photo)
+            away = {"left": cut, "top": cut, "right": width - cut, "bottom": height - cut}[side]
+            subprocess.run(f"gst-launch-1.0 -q filesrc location={photo} ! decodebin ! videoconvert ! video/x-raw,format=RGB ! "
+                           f"videocrop {side}={round(away)} ! pngenc ! filesink location={part}".split(), check=True, timeout=60)
+            faces = self.found(part, control=control)[0]
+        x, y = round(away) if side == "left" else 0, round(away) if side == "top" else 0
+        for one in faces:
+            one["box"] = [n + (x, y)[i % 2] for i, n in enumerate(one["box"])]
+        best = max(faces, key=lambda one: overlap(one["box"], face["box"]), default={"box": [0] * 4})
+        self.assertGreaterEqual(overlap(best["box"], face["box"]), LEAST_OVERLAP, faces)
+        off = max(math.dist((p[0] + x, p[1] + y), q) for p, q in zip(best["landmarks"], face["landmarks"])) / (right - left)
+        self.assertLessEqual(off, AT_THE_EDGE, f"{best} and {face}")
+
+    def size_of(self, photo):
+        done = subprocess.run(f"gst-launch-1.0 -v filesrc location={photo} ! decodebin ! fakesink".split(), capture_output=True,
+                              text=True, check=True, timeout=60)
+        return [int(re.search(rf"{side}=\(int\)(\d+)", done.stdout)[1]) for side in ("width", "height")]
 
     def test_nodes_over_topics(self):
         """P-, R- and O-Net as ROS 1 nodes: the numbers of the control, and its refusals."""

@@ -16,18 +16,23 @@ Size size_of(const cv::Mat& picture) {
   return {static_cast<uint32_t>(picture.cols), static_cast<uint32_t>(picture.rows)};
 }
 
-// The regions, clipped to the picture, as one batch.
-void cut(const cv::Mat& picture, std::vector<weir::Box>* regions, uint32_t side, Input* input) {
+// The regions, black outside of the picture, as one batch.
+void cut(const cv::Mat& picture, std::span<const weir::Box> regions, uint32_t side, Input* input) {
   const cv::Rect all(0, 0, picture.cols, picture.rows);
   const int length = static_cast<int>(side);
-  for (size_t i = 0; i < regions->size(); ++i) {
-    weir::Box& box = (*regions)[i];
-    const cv::Rect part = cv::Rect(cv::Point(static_cast<int>(box.x1), static_cast<int>(box.y1)),
-                                   cv::Point(static_cast<int>(box.x2), static_cast<int>(box.y2))) &
-                          all;
-    box = {static_cast<float>(part.x), static_cast<float>(part.y),
-           static_cast<float>(part.x + part.width), static_cast<float>(part.y + part.height)};
-    input->take(picture(part), i, regions->size(), {length, length});
+  cv::Mat padded;
+  for (size_t i = 0; i < regions.size(); ++i) {
+    const weir::Box& box = regions[i];
+    const cv::Rect whole(cv::Point(static_cast<int>(box.x1), static_cast<int>(box.y1)),
+                         cv::Point(static_cast<int>(box.x2), static_cast<int>(box.y2)));
+    const cv::Rect part = whole & all;
+    if (part == whole) {
+      input->take(picture(part), i, regions.size(), {length, length});
+      continue;
+    }
+    cv::copyMakeBorder(picture(part), padded, part.y - whole.y, whole.br().y - part.br().y,
+                       part.x - whole.x, whole.br().x - part.br().x, cv::BORDER_CONSTANT);
+    input->take(padded, i, regions.size(), {length, length});
   }
 }
 
@@ -71,14 +76,14 @@ std::vector<weir::Box> Propose::find(const cv::Mat& picture) {
 
 std::vector<weir::Box> Refine::find(const cv::Mat& picture, std::vector<weir::Box> regions) {
   if (regions.empty()) return {};
-  cut(picture, &regions, mtcnn::kRefineSide, &input_);
+  cut(picture, regions, mtcnn::kRefineSide, &input_);
   const auto out = network_.run(input_.numbers(), input_.shape());
   return mtcnn::refine(regions, values(out[0]), values(out[1]), size_of(picture));
 }
 
 std::vector<mtcnn::Face> Mark::find(const cv::Mat& picture, std::vector<weir::Box> regions) {
   if (regions.empty()) return {};
-  cut(picture, &regions, mtcnn::kLandmarkSide, &input_);
+  cut(picture, regions, mtcnn::kLandmarkSide, &input_);
   const auto out = network_.run(input_.numbers(), input_.shape());
   return mtcnn::faces(regions, values(out[0]), values(out[1]), values(out[2]));
 }

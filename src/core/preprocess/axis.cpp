@@ -17,15 +17,17 @@ void Axis::lay(Resize resize, const AxisPart& part, Sampling sampling) {
   high_ = (part.begin + part.length + pixels - 1) / pixels;
   const double shift = sampling.halved && sampling.cosited ? 0.25 : 0;
   const auto sample = [&](double pixel) { return pixel / pixels + shift; };
-  const double step = static_cast<double>(part.length) / part.targets;
+  const AxisWhole whole = part.whole.value_or(AxisWhole{part.begin, part.length, part.targets, 0});
+  const auto begin = static_cast<double>(whole.begin);
+  const double step = static_cast<double>(whole.length) / whole.targets;
   entries_.reserve(part.targets);
-  for (uint32_t t = 0; t < part.targets; ++t) {
+  for (uint32_t t = whole.first; t < whole.first + part.targets; ++t) {
     if (resize == Resize::Nearest)
-      add_nearest(part, sampling, t);
+      add_nearest(part, whole.begin + int64_t{t} * whole.length / whole.targets, sampling);
     else if (resize == Resize::Area && step / pixels > 1)
-      add_area(sample(part.begin + t * step), sample(part.begin + (t + 1) * step));
+      add_area(sample(begin + t * step), sample(begin + (t + 1) * step));
     else
-      add_bilinear(sample(part.begin + (t + 0.5) * step) - 0.5);
+      add_bilinear(sample(begin + (t + 0.5) * step) - 0.5);
   }
 }
 
@@ -35,9 +37,10 @@ void Axis::add(uint32_t first, std::span<const double> weights) {
   most_weights_ = std::max(most_weights_, weights.size());
 }
 
-void Axis::add_nearest(const AxisPart& part, Sampling sampling, size_t target) {
-  const auto pixel = static_cast<uint32_t>(part.begin + target * part.length / part.targets);
-  add(sampling.halved ? pixel / 2 : pixel, std::array{1.0});
+void Axis::add_nearest(const AxisPart& part, int64_t pixel, Sampling sampling) {
+  const int64_t last = int64_t{part.begin} + part.length - 1;
+  const auto inside = static_cast<uint32_t>(std::clamp<int64_t>(pixel, part.begin, last));
+  add(sampling.halved ? inside / 2 : inside, std::array{1.0});
 }
 
 void Axis::add_bilinear(double position) {

@@ -1,6 +1,7 @@
 // Axis: for each target pixel of one axis, the samples it is made of and their weights.
 #pragma once
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -8,9 +9,18 @@
 
 namespace weir::preprocess {
 
-// The part [begin, begin + length) of the picture, in pixels, laid on `targets` pixels.
+// [begin, begin + length), which may reach beyond the picture, laid on `targets` pixels, of which
+// those from `first` on are wanted.
+struct AxisWhole {
+  int64_t begin = 0;
+  uint32_t length = 0, targets = 0, first = 0;
+  bool operator==(const AxisWhole&) const = default;
+};
+// The part [begin, begin + length) of the picture, in pixels, and `targets` pixels: it is laid on
+// them, or it is what there is of `whole`, whose targets they are.
 struct AxisPart {
   uint32_t begin = 0, length = 0, targets = 0;
+  std::optional<AxisWhole> whole = std::nullopt;
 };
 
 // How the samples of a plane lie along the axis.
@@ -44,7 +54,7 @@ class Axis {
     size_t weights;
   };
   void add(uint32_t first, std::span<const double> weights);
-  void add_nearest(const AxisPart& part, Sampling sampling, size_t target);
+  void add_nearest(const AxisPart& part, int64_t pixel, Sampling sampling);
   void add_bilinear(double position);
   void add_area(double begin, double end);
 

@@ -9,12 +9,6 @@
 
 namespace weir::preprocess {
 
-// In pixels of the source picture; may reach beyond it.
-struct Box {
-  int64_t x = 0, y = 0, width = 0, height = 0;
-  bool operator==(const Box&) const = default;
-};
-
 // SPEC_MISMATCH unless it is uint32 or float32 4:N (further dimensions of 1): x, y, width, height
 // of each box.
 Status check_boxes(const TensorSpec& spec);

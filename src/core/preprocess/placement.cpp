@@ -2,6 +2,7 @@
 #include "core/preprocess/placement.hpp"
 
 #include <algorithm>
+#include <string>
 
 namespace weir::preprocess {
 namespace {
@@ -25,9 +26,65 @@ Rect middle(const Rect& whole, const Rect& shape) noexcept {
   return out;
 }
 
+// Above 0 for `b`.
+int64_t up(int64_t a, int64_t b) noexcept {
+  return a > 0 ? (a + b - 1) / b : -(-a / b);
+}
+
+// What of [begin, begin + length), laid on the targets [at, at + targets), has its middle in the
+// picture's part [low, low + size).
+struct Clipped {
+  uint32_t begin, length, at, targets;
+  AxisWhole whole;
+};
+Clipped clip(int64_t begin, uint32_t length, uint32_t at, uint32_t targets, uint32_t low,
+             uint32_t size) noexcept {
+  const int64_t high = int64_t{low} + size, twice = int64_t{2} * targets;
+  // Sides of more than 2^31 pixels are no regions, and what is so far away is not seen.
+  constexpr int64_t kFar = int64_t{1} << 40;
+  const int64_t near = std::clamp(begin, -kFar, kFar);
+  const auto target = [&](int64_t pixel) {  // the first whose middle is not before it
+    return std::clamp<int64_t>(up(twice * (pixel - near) - length, int64_t{2} * length), 0,
+                               targets);
+  };
+  const int64_t first = target(low), end = target(high);
+  const int64_t from = std::max<int64_t>(low, near), to = std::min<int64_t>(high, near + length);
+  if (end <= first || to <= from) return {low, 0, at, 0, {}};
+  return {static_cast<uint32_t>(from),
+          static_cast<uint32_t>(to - from),
+          at + static_cast<uint32_t>(first),
+          static_cast<uint32_t>(end - first),
+          {near, length, targets, static_cast<uint32_t>(first)}};
+}
+
 }  // namespace
 
+Placement place(const Preparation& p, const Rect& picture, const Box& region) noexcept {
+  constexpr int64_t kMost = int64_t{1} << 31;
+  Placement out{picture, Rect{0, 0, p.width, p.height}};
+  if (region.width < 1 || region.height < 1 || region.width > kMost || region.height > kMost) {
+    out.source.width = out.source.height = out.content.width = out.content.height = 0;
+    return out;
+  }
+  Rect part{0, 0, static_cast<uint32_t>(region.width), static_cast<uint32_t>(region.height)};
+  if (p.fit == Fit::Letterbox) out.content = middle(out.content, part);
+  if (p.fit == Fit::CentreCrop) part = middle(part, out.content);
+  const Rect content = out.content;
+  const Clipped x =
+      clip(region.x + part.x, part.width, content.x, content.width, picture.x, picture.width);
+  const Clipped y =
+      clip(region.y + part.y, part.height, content.y, content.height, picture.y, picture.height);
+  const bool seen = x.targets > 0 && y.targets > 0;
+  out.source = {x.begin, y.begin, seen ? x.length : 0, seen ? y.length : 0};
+  out.content = {x.at, y.at, seen ? x.targets : 0, seen ? y.targets : 0};
+  out.columns = x.whole;
+  out.rows = y.whole;
+  return out;
+}
+
 Placement place(const Preparation& p) noexcept {
+  if (p.region)
+    return place(p, p.crop.value_or(Rect{0, 0, p.source.width, p.source.height}), *p.region);
   Placement out{p.crop.value_or(Rect{0, 0, p.source.width, p.source.height}),
                 Rect{0, 0, p.width, p.height}};
   if (p.fit == Fit::Letterbox) out.content = middle(out.content, out.source);
@@ -35,13 +92,33 @@ Placement place(const Preparation& p) noexcept {
   return out;
 }
 
+Status check_region(const Preparation& p, const Rect& picture, const Box& region) {
+  if (place(p, picture, region).content.width > 0) return ok();
+  const auto text = [](const auto& part) {
+    return std::to_string(part.width) + "x" + std::to_string(part.height) + " at " +
+           std::to_string(part.x) + "," + std::to_string(part.y);
+  };
+  return Error{.code = Code::OPTION_VALUE,
+               .what = "the region shows nothing of the picture",
+               .offered = text(region),
+               .needed = "a region with pixels in " + text(picture),
+               .difference = "",
+               .fix = ""};
+}
+
 PictureMap way_back(const Preparation& p) noexcept {
-  const auto [source, content] = place(p);
-  const double scale_x = static_cast<double>(source.width) / content.width;
-  const double scale_y = static_cast<double>(source.height) / content.height;
+  const auto placed = place(p);
+  const auto& [source, content, of_columns, of_rows] = placed;
+  const AxisWhole columns =
+      of_columns.value_or(AxisWhole{source.x, source.width, content.width, 0});
+  const AxisWhole rows = of_rows.value_or(AxisWhole{source.y, source.height, content.height, 0});
+  const double scale_x = static_cast<double>(columns.length) / columns.targets;
+  const double scale_y = static_cast<double>(rows.length) / rows.targets;
+  const auto left = static_cast<double>(content.x) - columns.first;
+  const auto top = static_cast<double>(content.y) - rows.first;
   return picture_as_it_is(p.source.width, p.source.height, p.layout == Layout::Nchw)
-      .of_part(scale_x, source.x - scale_x * content.x, scale_y, source.y - scale_y * content.y,
-               p.width, p.height);
+      .of_part(scale_x, static_cast<double>(columns.begin) - scale_x * left, scale_y,
+               static_cast<double>(rows.begin) - scale_y * top, p.width, p.height);
 }
 
 }  // namespace weir::preprocess

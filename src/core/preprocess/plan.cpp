@@ -263,6 +263,10 @@ class PlanRun {
 
 Result<Plan> Plan::make(Preparation preparation) {
   if (auto status = check(preparation); !status) return status.error();
+  const Rect all{0, 0, preparation.source.width, preparation.source.height};
+  if (const auto& region = preparation.region)
+    if (auto status = check_region(preparation, preparation.crop.value_or(all), *region); !status)
+      return status.error();
   return Plan(std::make_shared<PlanTables>(std::move(preparation)));
 }
 
@@ -277,6 +281,14 @@ Status Plan::set_crop(const Rect& crop) {
   if (auto status = check_crop(preparation().source, crop); !status) return status;
   if (tables_.use_count() > 1) tables_ = std::make_shared<PlanTables>(*tables_);
   tables_->set_crop(crop);
+  return ok();
+}
+
+Status Plan::set_region(const Rect& picture, const Box& region) {
+  if (auto status = check_crop(preparation().source, picture); !status) return status;
+  if (auto status = check_region(preparation(), picture, region); !status) return status;
+  if (tables_.use_count() > 1) tables_ = std::make_shared<PlanTables>(*tables_);
+  tables_->set_region(picture, region);
   return ok();
 }
 

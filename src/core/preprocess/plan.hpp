@@ -85,6 +85,9 @@ class Plan {
 
   // Errors: check_crop(). Tables that no other plan shares are made again in their own memory.
   Status set_crop(const Rect& crop);
+  // A region of the part `picture`, which it may reach beyond. OPTION_VALUE where the tensor would
+  // show nothing of that part (place()).
+  Status set_region(const Rect& picture, const Box& region);
 
   // What run_rows() of these rows reads of `sums`, which several plans share.
   void want_sums(uint32_t first, uint32_t count, FrameSums* sums) const;

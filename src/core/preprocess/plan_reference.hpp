@@ -52,15 +52,20 @@ struct Pixels {
 };
 
 // The share of sample `index` in target pixel t, as the header says.
-inline double share(Resize resize, double begin, double length, double targets, double t,
-                    bool halved, bool cosited, int64_t index) {
+// Samples are those of the pixels from `from` to `to`.
+inline double share(Resize resize, const AxisWhole& whole, double from_pixel, double to_pixel,
+                    double t, bool halved, bool cosited, int64_t index) {
+  const auto begin = static_cast<double>(whole.begin);
+  const double length = whole.length, targets = whole.targets;
   const double pixels = halved ? 2 : 1, step = length / targets;
   const double shift = halved && cosited ? 0.5 : 0;  // in pixels
-  const int64_t low = static_cast<int64_t>(begin / pixels);
-  const int64_t high = static_cast<int64_t>(std::ceil((begin + length) / pixels));
+  const int64_t low = static_cast<int64_t>(from_pixel / pixels);
+  const int64_t high = static_cast<int64_t>(std::ceil(to_pixel / pixels));
+  t += whole.first;
   if (index < low || index >= high) return 0;
   if (resize == Resize::Nearest) {
-    const double pixel = begin + std::floor(t * length / targets);
+    const double pixel =
+        std::clamp(begin + std::floor(t * length / targets), from_pixel, to_pixel - 1);
     return static_cast<double>(index) == std::floor(pixel / pixels) ? 1 : 0;
   }
   if (resize == Resize::Area && step > pixels) {
@@ -81,13 +86,16 @@ inline double resized(const Preparation& p, const Placement& place, const Pixels
   const bool halved = p.source.format.lanes[lane].halved;
   const uint32_t columns = halved ? (p.source.width + 1) / 2 : p.source.width;
   const uint32_t rows = halved ? (p.source.height + 1) / 2 : p.source.height;
+  const Rect &part = place.source, &content = place.content;
+  const AxisWhole across = place.columns.value_or(AxisWhole{part.x, part.width, content.width, 0});
+  const AxisWhole down = place.rows.value_or(AxisWhole{part.y, part.height, content.height, 0});
   double sum = 0;
   for (uint32_t j = 0; j < rows; ++j) {
-    const double wy = share(p.resize, place.source.y, place.source.height, place.content.height, y,
-                            halved, p.source.cosited_rows, j);
+    const double wy =
+        share(p.resize, down, part.y, part.y + part.height, y, halved, p.source.cosited_rows, j);
     for (uint32_t i = 0; wy > 0 && i < columns; ++i) {
-      const double wx = share(p.resize, place.source.x, place.source.width, place.content.width, x,
-                              halved, p.source.cosited_columns, i);
+      const double wx = share(p.resize, across, part.x, part.x + part.width, x, halved,
+                              p.source.cosited_columns, i);
       if (wx > 0) sum += wy * wx * pixels.sample(lane, i, j);
     }
   }

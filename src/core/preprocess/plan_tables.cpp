@@ -72,8 +72,8 @@ size_t block_of(const Preparation& p, const Placement& place, const Lane& lane) 
   const auto [x, y, width, height] = place.source;
   const uint32_t targets = place.content.width;
   const bool cosited = lane.halved && p.source.cosited_columns;
-  if (p.resize != Resize::Area || x % pixels != 0 || width % (pixels * targets) != 0 ||
-      width < p.source.width / 2)
+  if (p.resize != Resize::Area || place.columns || x % pixels != 0 ||
+      width % (pixels * targets) != 0 || width < p.source.width / 2)
     return 1;
   const auto both = std::gcd(x / pixels, width / pixels / targets);
   size_t block = most_block(cosited);
@@ -113,10 +113,11 @@ void lay_sums(Grid* grid, const Preparation& p, const Placement& place, const La
 void lay(Grid* grid, const Preparation& p, const Placement& place, const Lane& lane) {
   Axis& x = grid->columns;
   const Sampling columns{lane.halved, p.source.cosited_columns};
-  x.lay(p.resize, {place.source.x, place.source.width, place.content.width}, columns);
+  x.lay(p.resize, {place.source.x, place.source.width, place.content.width, place.columns},
+        columns);
   grid->low = x.low();
   grid->high = x.high();
-  grid->rows.lay(p.resize, {place.source.y, place.source.height, place.content.height},
+  grid->rows.lay(p.resize, {place.source.y, place.source.height, place.content.height, place.rows},
                  {lane.halved, p.source.cosited_rows});
   grid->sampling = lane;
   grid->first_byte = size_t{x.low()} * lane.step;
@@ -181,7 +182,7 @@ PlanTables::PlanTables(Preparation given)
     }
     numbers.push_back(rule);
   }
-  if (p.fit == Fit::Letterbox) padding = padding_rows(p, numbers);
+  if (p.fit == Fit::Letterbox || p.region) padding = padding_rows(p, numbers);
 }
 
 // In the order of the target's channels. Of luma alone, each of them is the gray.
@@ -212,8 +213,17 @@ void PlanTables::lay_colors() {
   }
 }
 
+void PlanTables::set_region(const Rect& picture, const Box& region) {
+  preparation.crop = picture;
+  preparation.region = region;
+  if (padding.empty()) padding = padding_rows(preparation, numbers);
+  placement = place(preparation);
+  lay_bands();
+}
+
 void PlanTables::set_crop(const Rect& crop) {
   preparation.crop = crop;
+  preparation.region.reset();
   placement = place(preparation);
   lay_bands();
 }

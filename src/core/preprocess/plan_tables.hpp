@@ -66,6 +66,8 @@ struct PlanTables {
 
   // Precondition: check_crop(). Keeps the memory of the tables, and all that no crop changes.
   void set_crop(const Rect& crop);
+  // The same of a region that place() shows something of.
+  void set_region(const Rect& picture, const Box& region);
 
   Preparation preparation;
   Placement placement;

@@ -54,6 +54,12 @@ struct Rect {
   bool operator==(const Rect&) const = default;
 };
 
+// In pixels of the source picture; may reach beyond it.
+struct Box {
+  int64_t x = 0, y = 0, width = 0, height = 0;
+  bool operator==(const Box&) const = default;
+};
+
 struct Quantisation {
   double scale = 1;
   int32_t zero_point = 0;
@@ -62,6 +68,9 @@ struct Quantisation {
 struct Preparation {
   Picture source;
   std::optional<Rect> crop;  // the part of the picture that counts; none = all of it
+  // What is resized instead of that part; it may reach beyond it, and what is outside is padding.
+  // Target pixels whose middle lies within the part are made of its pixels alone.
+  std::optional<Box> region;
   uint32_t width = 0, height = 0;
   Resize resize = Resize::Bilinear;
   Fit fit = Fit::Stretch;

@@ -24,6 +24,7 @@ struct Request {
   double padding = 0;
   bool regions = false;       // a batch of parts of the picture, outermost dimension
   uint32_t most_regions = 0;  // of a static batch; 0 = flexible
+  bool clip_regions = true;   // else padding stands for what is outside of the picture
   std::optional<Fit> fit;
   std::optional<ChannelOrder> order;
   std::optional<std::vector<double>> mean, scale;

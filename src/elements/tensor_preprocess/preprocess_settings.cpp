@@ -52,6 +52,14 @@ Result<preprocess::Request> request_of(const PreprocessSettings& s) {
                  "regions=meta, regions=pad, or no max-regions",
                  "",
                  "tensor_preprocess regions=meta max-regions=" + std::to_string(s.max_regions)};
+  if (!request.regions && !s.clip_regions)
+    return Error{.code = Code::OPTION_VALUE,
+                 .what = "clip-regions without regions has no effect",
+                 .offered = "clip-regions=false",
+                 .needed = "regions=meta, regions=pad, or no clip-regions",
+                 .difference = "",
+                 .fix = "tensor_preprocess regions=meta clip-regions=false"};
+  request.clip_regions = s.clip_regions;
   request.resize = s.method;
   request.padding = s.padding_value;
   request.fit = chosen<preprocess::Fit>(s.fit);

@@ -90,6 +90,7 @@ struct PreprocessSettings {
   uint64_t max_wait = 1000000000;
   RegionsChoice regions = RegionsChoice::None;
   uint32_t max_regions = 0;
+  bool clip_regions = true;
   uint32_t threads = 1;
 };
 
@@ -109,6 +110,9 @@ inline constexpr std::tuple kPreprocessProperties{
                   "With regions: the batch of a static tensor, zeros behind the last region; 0 = a "
                   "flexible tensor of as many as there are",
                   gst::Changeable::InReady, 0u, kRegionLimit},
+    gst::Property{"clip-regions", &PreprocessSettings::clip_regions,
+                  "With regions: a region that sticks out of the picture is cut off at its edge; "
+                  "false = it keeps its proportions, and outside is padding-value"},
     gst::Property{
         "max-wait", &PreprocessSettings::max_wait,
         "With regions=pad: how long a picture waits for its boxes, nanoseconds; those for "
@@ -121,7 +125,8 @@ inline constexpr std::tuple kPreprocessProperties{
     gst::Property{"method", &PreprocessSettings::method, "How the picture is resized"},
     gst::Property{"fit", &PreprocessSettings::fit, "Where the picture goes in the tensor"},
     gst::Property{"padding-value", &PreprocessSettings::padding_value,
-                  "Pixel value around a letterboxed picture, before mean and scale",
+                  "Pixel value around a letterboxed picture, and outside of the picture with "
+                  "clip-regions=false, before mean and scale",
                   gst::Changeable::InReady, 0u, 255u},
     gst::Property{"channel-order", &PreprocessSettings::channel_order, "Channels of the tensor"},
     gst::Property{

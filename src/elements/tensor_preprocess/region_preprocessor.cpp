@@ -12,27 +12,27 @@ using preprocess::Plan;
 using preprocess::Preparation;
 using preprocess::Rect;
 
-RegionPreprocessor::RegionPreprocessor(const GstVideoInfo& video, Plan whole, uint32_t most,
-                                       BatchPool pool, size_t threads)
+RegionPreprocessor::RegionPreprocessor(const GstVideoInfo& video, Plan whole,
+                                       const RegionOptions& options, BatchPool pool, size_t threads)
     : video_(video),
       whole_(std::move(whole)),
-      most_(most),
+      options_(options),
       pool_(std::move(pool)),
       runner_(threads) {}
 
 Result<std::unique_ptr<RegionPreprocessor>> RegionPreprocessor::make(Preparation preparation,
                                                                      const GstVideoInfo& video,
-                                                                     uint32_t most,
+                                                                     const RegionOptions& options,
                                                                      size_t threads) {
   auto picture = picture_of(video);
   if (!picture) return picture.error();
   preparation.source = *picture;
-  auto pool = BatchPool::make(preparation.tensor(), most);
+  auto pool = BatchPool::make(preparation.tensor(), options.most);
   if (!pool) return pool.error();
   auto plan = Plan::make(std::move(preparation));
   if (!plan) return plan.error();
   return std::unique_ptr<RegionPreprocessor>(
-      new RegionPreprocessor(video, *std::move(plan), most, *std::move(pool), threads));
+      new RegionPreprocessor(video, *std::move(plan), options, *std::move(pool), threads));
 }
 
 Status RegionPreprocessor::adapt(const PictureSize& size) {
@@ -51,17 +51,23 @@ Status RegionPreprocessor::adapt(const PictureSize& size) {
 
 void RegionPreprocessor::find_regions(GstBuffer* in, const Rect& picture) {
   const uint64_t fitting = std::max<uint64_t>(kRegionBytesLimit / region_bytes(), 1);
-  const uint64_t most = most_ > 0 ? most_ : std::min<uint64_t>(fitting, kRegionLimit);
+  const uint64_t most =
+      options_.most > 0 ? options_.most : std::min<uint64_t>(fitting, kRegionLimit);
+  picture_ = picture;
   regions_.clear();
   counts_ = {};
-  const auto add = [&](const preprocess::Box& box) {
+  const auto shows_nothing = [&](const preprocess::Box& box) {
+    if (!options_.clip) return !preprocess::check_region(whole_.preparation(), picture, box);
     const Rect part = preprocess::common_part(picture, box);
-    if (part.width == 0 || part.height == 0)
+    return part.width == 0 || part.height == 0;
+  };
+  const auto add = [&](const preprocess::Box& box) {
+    if (shows_nothing(box))
       ++counts_.empty;
     else if (regions_.size() == most)
       ++counts_.beyond_limit;
     else
-      regions_.push_back(part);
+      regions_.push_back(box);
   };
   if (boxes_) {
     for (const preprocess::Box& box : *boxes_) add(box);
@@ -78,8 +84,12 @@ void RegionPreprocessor::find_regions(GstBuffer* in, const Rect& picture) {
 
 Status RegionPreprocessor::make_plans() {
   while (plans_.size() < regions_.size()) plans_.push_back(whole_);
-  for (size_t i = 0; i < regions_.size(); ++i)
-    if (auto status = plans_[i].set_crop(regions_[i]); !status) return status;
+  for (size_t i = 0; i < regions_.size(); ++i) {
+    const Status status = options_.clip
+                              ? plans_[i].set_crop(preprocess::common_part(picture_, regions_[i]))
+                              : plans_[i].set_region(picture_, regions_[i]);
+    if (!status) return status;
+  }
   return ok();
 }
 
@@ -102,7 +112,7 @@ Status RegionPreprocessor::run(GstBuffer* in, GstBuffer* out) {
   if (!map)
     return Error{Code::MAP_FAILED, "an output buffer cannot be mapped for writing", "", "", "", ""};
   std::span<std::byte> bytes = map.bytes();
-  if (most_ == 0) bytes = bytes.subspan(kTensorHeaderBytes);
+  if (options_.most == 0) bytes = bytes.subspan(kTensorHeaderBytes);
   jobs_.clear();
   for (size_t i = 0; i < regions_.size(); ++i) {
     jobs_.push_back({&plans_[i], bytes.first(region_bytes())});

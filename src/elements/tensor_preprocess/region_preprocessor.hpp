@@ -16,16 +16,21 @@ inline constexpr uint32_t kRegionLimit = 4096;  // in a frame
 // Of a flexible frame, whose size the stream says: no more regions than fit, but one.
 inline constexpr uint64_t kRegionBytesLimit = uint64_t{1} << 30;
 
+struct RegionOptions {
+  uint32_t most = 0;  // in a static tensor, zeros behind the last; 0 = a flexible tensor
+  bool clip = true;   // else padding stands for what is outside of the picture
+};
+
 // Each box that set_boxes() brought for the frame, or else each GstVideoRegionOfInterestMeta, in
 // their order, is clipped to the picture (to the crop where
-// there is one, in pixels of the picture in memory), cut and resized to one index of the outermost
-// dimension. What nothing is left of, and what is beyond the limit, is counted.
+// there is one, in pixels of the picture in memory) or padded outside of it, cut and resized to one
+// index of the outermost dimension. What shows nothing, and what is beyond the limit, is counted.
 class RegionPreprocessor : public PictureWork {
  public:
-  // `most` regions in a static tensor, zeros behind the last; 0 = a flexible tensor of as many as
-  // there are. Errors: picture_of(), Plan::make(), FramePool::make().
+  // Errors: picture_of(), Plan::make(), FramePool::make().
   static Result<std::unique_ptr<RegionPreprocessor>> make(preprocess::Preparation preparation,
-                                                          const GstVideoInfo& video, uint32_t most,
+                                                          const GstVideoInfo& video,
+                                                          const RegionOptions& options,
                                                           size_t threads);
 
   Status allocate_as(const gst::Allocation& allocation) override {
@@ -40,8 +45,8 @@ class RegionPreprocessor : public PictureWork {
   uint64_t allocated() const override { return pool_.allocated(); }
 
  private:
-  RegionPreprocessor(const GstVideoInfo& video, preprocess::Plan whole, uint32_t most,
-                     BatchPool pool, size_t threads);
+  RegionPreprocessor(const GstVideoInfo& video, preprocess::Plan whole,
+                     const RegionOptions& options, BatchPool pool, size_t threads);
   Status adapt(const PictureSize& size);
   void find_regions(GstBuffer* in, const preprocess::Rect& picture);
   Status make_plans();
@@ -49,14 +54,15 @@ class RegionPreprocessor : public PictureWork {
 
   GstVideoInfo video_;
   preprocess::Plan whole_;  // without a crop
-  uint32_t most_;           // 0 = flexible
+  RegionOptions options_;
   std::optional<std::vector<preprocess::Box>> boxes_;
   BatchPool pool_;
   preprocess::Runner runner_;
   RegionCounts counts_;
   // Of the frame in work; they keep their memory. A plan stays for each index and is laid anew on
   // each frame's region.
-  std::vector<preprocess::Rect> regions_;
+  preprocess::Rect picture_;
+  std::vector<preprocess::Box> regions_;
   std::vector<preprocess::Plan> plans_;
   std::vector<preprocess::Job> jobs_;
 };

@@ -46,6 +46,17 @@ Bytes pulled(const Harness& h) {
   return {span.begin(), span.end()};
 }
 
+TEST(RegionsPad, PadsBoxesThatBeginBeforeThePicture) {
+  auto b = both("max-regions=2 clip-regions=false padding-value=9",
+                "other/tensors,format=static,num_tensors=1,dimensions=(string)\"4:2\","
+                "types=(string)float32,framerate=10/1");
+  ASSERT_EQ(gst_harness_push(b.regions.get(), boxes<float>({-1, 0, 2, 1, 1, -1, 2, 1}, 0)),
+            GST_FLOW_OK);
+  ASSERT_EQ(gst_harness_push(b.pictures.get(), timed(frame(ramp(12)), 0)), GST_FLOW_OK);
+  EXPECT_EQ(pulled(b.pictures), (Bytes{9, 0, 0, 0})) << "the second is outside, its row is empty";
+  EXPECT_EQ(stat(b.pictures, "regions-empty"), 1u);
+}
+
 TEST(RegionsPad, CutsTheBoxesOfTheSameTime) {
   auto b = both("max-regions=2");
   for (const uint32_t i : {0u, 1u, 2u})

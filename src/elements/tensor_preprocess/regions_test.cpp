@@ -108,6 +108,41 @@ TEST(Regions, OutsideOfThePictureAreClippedOrSkippedAndCounted) {
   EXPECT_EQ(stat(h, "regions-beyond-limit"), 0u);
 }
 
+TEST(Regions, KeepTheirProportionsWherePaddingIsOutsideOfThePicture) {
+  auto h = harness(
+      "regions=meta clip-regions=false method=nearest padding-value=7 width=4 height=2 "
+      "channel-order=GRAY",
+      video("GRAY8", 4, 3));
+  const auto out = out_of(
+      h,
+      with_boxes(
+          frame(ramp(12)),
+          {{2, 2, 4, 2}, {0, 0, 4, 2}, {4, 0, 1, 1}, {kMost, kMost, kMost, kMost}, {3, 0, 2, 4}}));
+  ASSERT_TRUE(out);
+  EXPECT_EQ(bytes_of(out.get(), kTensorHeaderBytes),
+            (Bytes{10, 11, 7, 7, 7, 7, 7, 7, 0, 1, 2, 3, 4, 5, 6, 7, 3, 3, 7, 7, 7, 7, 7, 7}))
+      << "the middle of the last row is at 3, just below the picture";
+  EXPECT_EQ(stat(h, "regions"), 3u);
+  EXPECT_EQ(stat(h, "regions-empty"), 2u);
+  const auto maps = gst::picture_maps(out.get());
+  ASSERT_EQ(maps.size(), 3u);
+  EXPECT_DOUBLE_EQ(maps[0].to_source({4, 2}).x, 6);
+  EXPECT_DOUBLE_EQ(maps[0].to_source({4, 2}).y, 4);
+  EXPECT_DOUBLE_EQ(maps[2].to_source({0, 0}).x, 3);
+  EXPECT_DOUBLE_EQ(maps[2].to_source({4, 2}).y, 4);
+}
+
+TEST(Regions, ArePaddedOutsideOfThePicturesCrop) {
+  auto h =
+      harness("regions=meta clip-regions=false padding-value=7 width=2 height=1 channel-order=GRAY",
+              video("GRAY8", 4, 3));
+  GstBuffer* in = with_boxes(frame(ramp(12)), {{0, 1, 2, 1}, {3, 2, 2, 1}});
+  crop(in, 1, 1, 3, 2);
+  const auto out = out_of(h, in);
+  ASSERT_TRUE(out);
+  EXPECT_EQ(bytes_of(out.get(), kTensorHeaderBytes), (Bytes{7, 5, 11, 7}));
+}
+
 TEST(Regions, AreOfThePictureInMemoryWithinItsCrop) {
   auto h = harness("regions=meta width=2 height=1 channel-order=GRAY", video("GRAY8", 4, 3));
   GstBuffer* in = with_boxes(frame(ramp(12)), {{0, 0, 3, 2}, {0, 0, 1, 1}});
@@ -213,6 +248,7 @@ TEST(Regions, TakeTheSizeOfAStaticBatchFromBehind) {
 TEST(Regions, RefuseWhatCannotBe) {
   EXPECT_SAYS(error_of_start("regions=meta sizes=4x4"), "regions are cut in one size");
   EXPECT_SAYS(error_of_start("max-regions=4"), "max-regions without regions says nothing");
+  EXPECT_SAYS(error_of_start("clip-regions=false"), "clip-regions without regions has no effect");
   EXPECT_SAYS(error_with_caps("regions=meta", video("RGB", 8, 6)),
               "the size of the tensor is not known");
   const char* four =
