@@ -16,9 +16,22 @@ extern "C" {
 
 /* ---- Caps ---- */
 
+/* Whether these are the caps of a tensor stream: other/tensor or other/tensors. */
+NNS_EXPORT gboolean gst_structure_is_tensor_stream(const GstStructure* structure);
+/* video, audio, text, octet or tensor; _NNS_MEDIA_INVALID for other caps. */
+NNS_EXPORT media_type gst_structure_get_media_type(const GstStructure* structure);
+/* Reads one structure of the caps of a tensor stream: what it says is filled in, what it leaves
+ * open is not set. FALSE for other streams. `config` is initialised in either case and the caller's
+ * to free. */
+NNS_EXPORT gboolean gst_tensors_config_from_structure(GstTensorsConfig* config,
+                                                      const GstStructure* structure);
+/* The same of what the peer of `pad` has or takes; `is_fixed`, which may be NULL, says whether its
+ * caps are fixed. FALSE without a peer whose first caps are those of a tensor stream. */
+NNS_EXPORT gboolean gst_tensors_config_from_peer(GstPad* pad, GstTensorsConfig* config,
+                                                 gboolean* is_fixed);
 /* Reads other/tensor and other/tensors. With `validate`, caps that are not fixed or give no valid
- * configuration are FALSE; without, what the caps say is filled in. `config` is initialised, and
- * the caller's to free when TRUE came. */
+ * configuration are FALSE; without, what the caps say is filled in. `config` is initialised in
+ * either case, also where `caps` is NULL, and the caller's to free. */
 NNS_EXPORT gboolean gst_tensors_config_from_caps(GstTensorsConfig* config, const GstCaps* caps,
                                                  gboolean validate);
 /* other/tensors of a configuration; a part that is not known is left out. The caller's. */
@@ -29,6 +42,12 @@ NNS_EXPORT GstCaps* gst_tensor_caps_from_config(const GstTensorsConfig* config);
  * other/tensor for one tensor where the peer takes it, else other/tensors. NULL when the pad's
  * template allows none. The caller's. */
 NNS_EXPORT GstCaps* gst_tensor_pad_caps_from_config(GstPad* pad, const GstTensorsConfig* config);
+
+/* Whether caps of both kinds can meet: as gst_caps_can_intersect(), with dimensions equal that
+ * differ in trailing 1s only. */
+NNS_EXPORT gboolean gst_tensor_caps_can_intersect(GstCaps* caps1, GstCaps* caps2);
+/* Writes dimensions of `caps`, which must be writable, as `filter` writes equal ones. */
+NNS_EXPORT void gst_tensor_caps_update_dimension(GstCaps* caps, GstCaps* filter);
 
 /* ---- Headers of flexible and sparse tensors ---- */
 
@@ -48,6 +67,12 @@ NNS_EXPORT gboolean gst_tensor_meta_info_update_header(const GstTensorMetaInfo* 
 /* Reads the 128 bytes of `header`. FALSE when they are no header. */
 NNS_EXPORT gboolean gst_tensor_meta_info_parse_header(GstTensorMetaInfo* meta,
                                                       gconstpointer header);
+/* Reads the header at the beginning of a memory. FALSE where it has none. */
+NNS_EXPORT gboolean gst_tensor_meta_info_parse_memory(GstTensorMetaInfo* meta, GstMemory* memory);
+/* A new memory, the caller's: the header, then the bytes of `memory`, which stays the caller's.
+ * NULL when `meta` is not valid. */
+NNS_EXPORT GstMemory* gst_tensor_meta_info_append_header(GstTensorMetaInfo* meta,
+                                                         GstMemory* memory);
 /* Type and dimensions as a description, and back. */
 NNS_EXPORT gboolean gst_tensor_meta_info_convert(const GstTensorMetaInfo* meta,
                                                  GstTensorInfo* info);
@@ -55,6 +80,10 @@ NNS_EXPORT gboolean gst_tensor_info_convert_to_meta(const GstTensorInfo* info,
                                                     GstTensorMetaInfo* meta);
 
 /* ---- Buffers ---- */
+
+/* From now on memory of GStreamer's default allocator starts at a multiple of `alignment` bytes: a
+ * power of two, or the mask of one (15 means 16). 0 changes nothing. */
+NNS_EXPORT void gst_tensor_alloc_init(gsize alignment);
 
 /* Tensors in a buffer: its memories, and what the 16th packs. */
 NNS_EXPORT guint gst_tensor_buffer_get_count(GstBuffer* buffer);

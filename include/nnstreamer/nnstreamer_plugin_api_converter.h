@@ -34,7 +34,8 @@ typedef struct _NNStreamerExternalConverter {
 NNS_EXPORT int registerExternalConverter(NNStreamerExternalConverter* ex);
 /* Frees the name. */
 NNS_EXPORT void unregisterExternalConverter(const char* name);
-/* The descriptor, from the table or from a file of that name; NULL without. */
+/* The descriptor: a registered one, one from a file of that name, or one of Weir's own converters.
+ * NULL when there is none of this name. */
 NNS_EXPORT const NNStreamerExternalConverter* nnstreamer_converter_find(const char* name);
 /* Describes options: pairs of key and text, ended with NULL. Copied. */
 NNS_EXPORT void nnstreamer_converter_set_custom_property_desc(const char* name, const char* key,

@@ -38,7 +38,8 @@ typedef struct _GstTensorDecoderDef {
 NNS_EXPORT int nnstreamer_decoder_probe(GstTensorDecoderDef* decoder);
 /* Frees the name. */
 NNS_EXPORT void nnstreamer_decoder_exit(const char* name);
-/* The descriptor, from the table or from a file of that name; NULL without. */
+/* The descriptor: a registered one, one from a file of that name, or one of Weir's own decoders.
+ * NULL when there is none of this name. */
 NNS_EXPORT const GstTensorDecoderDef* nnstreamer_decoder_find(const char* name);
 /* Describes options: pairs of key and text, ended with NULL. Copied. */
 NNS_EXPORT void nnstreamer_decoder_set_custom_property_desc(const char* name, const char* key,

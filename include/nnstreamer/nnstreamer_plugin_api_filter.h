@@ -26,10 +26,11 @@ extern "C" {
 typedef struct _GstTensorFilterFramework GstTensorFilterFramework;
 
 /* A sub-plugin's own count of its work. Weir measures every invoke itself (latency=1, throughput=1)
- * and reads nothing through a descriptor's pointer. Members derived. */
+ * and reads nothing through a descriptor's pointer. Members' names derived. */
 typedef struct _GstTensorFilterFrameworkStatistics {
   int64_t total_invoke_num;
-  int64_t total_invoke_latency; /* microseconds */
+  int64_t total_invoke_latency;   /* microseconds */
+  int64_t total_overhead_latency; /* microseconds, of what is around the invokes */
 } GstTensorFilterFrameworkStatistics;
 
 /* Version 1: what the framework is. Strings and lists stay the sub-plugin's and must stay. */
@@ -56,16 +57,15 @@ typedef enum _event_ops {
   RELOAD_MODEL,          /* model_files and num_models: go on with that model. Weir opens another
                             one beside it instead, and so sends no *_PROP either */
   CUSTOM_PROP,           /* custom_properties changed */
-  SET_INPUT_PROP,        /* info: of the inputs */
-  SET_OUTPUT_PROP,       /* info: of the outputs */
+  SET_INPUT_PROP,        /* info and layout: of the inputs */
+  SET_OUTPUT_PROP,       /* info and layout: of the outputs */
   SET_ACCELERATOR,       /* hw_list and num_hw changed */
-  CHECK_HW_AVAILABILITY, /* 0 when `hw` is there */
+  CHECK_HW_AVAILABILITY, /* 0 when `hw` is there for `custom`, which may be NULL */
   SUSPEND,               /* give back what RESUME can bring again */
   RESUME
 } event_ops;
 
-/* The data of an event: the members that its line above names. The published interface gives no
- * layout; this one is derived: the members' types are those of GstTensorFilterProperties. */
+/* The data of an event: the members that its line above names. */
 typedef union _GstTensorFilterFrameworkEventData {
   void* data;
   __extension__ struct {
@@ -73,12 +73,18 @@ typedef union _GstTensorFilterFrameworkEventData {
     int num_models;
   };
   const char* custom_properties;
-  const GstTensorsInfo* info;
+  __extension__ struct {
+    const GstTensorsInfo* info;
+    tensors_layout layout;
+  };
   __extension__ struct {
     accl_hw* hw_list;
     int num_hw;
   };
-  accl_hw hw;
+  __extension__ struct {
+    accl_hw hw;
+    const char* custom;
+  };
 } GstTensorFilterFrameworkEventData;
 
 /* A descriptor. It must stay until nnstreamer_filter_exit(). */
@@ -134,8 +140,16 @@ struct _GstTensorFilterFramework {
 NNS_EXPORT int nnstreamer_filter_probe(GstTensorFilterFramework* framework);
 /* Frees the name. Elements that have a model open go on with the framework. */
 NNS_EXPORT void nnstreamer_filter_exit(const char* name);
-/* The descriptor, from the table or from a file of that name (nnstreamer.ini); NULL without. */
+/* The descriptor: a registered one, one from a file of that name (nnstreamer.ini), or one of Weir's
+ * own frameworks by name or alias. NULL when there is none of this name. */
 NNS_EXPORT const GstTensorFilterFramework* nnstreamer_filter_find(const char* name);
+/* What framework=auto takes for these files, without opening one; NULL when nothing claims them.
+ * `load_conf`: nnstreamer.ini has its say. The caller's: g_free(). */
+NNS_EXPORT gchar* gst_tensor_filter_detect_framework(const gchar* const* model_files,
+                                                     const guint num, const gboolean load_conf);
+/* Whether the framework runs on `hw`. `custom`, which may be NULL, is for those that ask for it. */
+NNS_EXPORT gboolean gst_tensor_filter_check_hw_availability(const gchar* name, const accl_hw hw,
+                                                            const gchar* custom);
 /* Describes keys of custom=: pairs of key and text, ended with NULL. Copied. */
 NNS_EXPORT void nnstreamer_filter_set_custom_property_desc(const char* name, const char* key,
                                                            ...) NNS_SENTINEL;
@@ -167,11 +181,28 @@ NNS_EXPORT void nnstreamer_filter_shared_model_replace(
 
 /* ---- Accelerators ---- */
 
-/* What accelerator= comes to: "(true|false)[:list]" and the names that are supported (ended with
- * NULL, or NULL). NULL or unset: `default_accelerator`; true without a listed one that is
- * supported: `auto_accelerator`, else the first supported. */
+/* The arguments of parse_accl_hw(). Those behind the first may be left out there, and are NULL. */
+typedef struct _parse_accl_args {
+  const char* in_accl;   /* accelerator=: "(true|false)[:list]"; NULL or "": not set */
+  const char** sup_accl; /* names that are supported, ended with NULL; NULL: all of them */
+  const char* auto_accl; /* chosen for true without a listed one that is supported; NULL: the first
+                            that is supported */
+  const char* def_accl;  /* chosen where nothing is set */
+} parse_accl_args;
+
+/* What accelerator= comes to (the grammar is that of tensor_filter's property). */
+NNS_EXPORT accl_hw parse_accl_hw_fill(parse_accl_args args);
+/* The same as a function, which objects of earlier builds call. */
 NNS_EXPORT accl_hw parse_accl_hw(const char* accelerators, const char** supported_accelerators,
                                  const char* auto_accelerator, const char* default_accelerator);
+#ifdef __cplusplus
+#define NNS_ACCL_ARGS(in, sup, by_auto, by_default, ...) \
+  (parse_accl_args{in, sup, by_auto, by_default})
+#else
+#define NNS_ACCL_ARGS(in, sup, by_auto, by_default, ...) \
+  ((parse_accl_args){in, sup, by_auto, by_default})
+#endif
+#define parse_accl_hw(...) parse_accl_hw_fill(NNS_ACCL_ARGS(__VA_ARGS__, NULL, NULL, NULL, NULL))
 /* "cpu.simd" to its number; ACCL_NONE for what is no name. */
 NNS_EXPORT accl_hw get_accl_hw_type(const char* name);
 /* And back; static, "none" for what is no number of one. */

@@ -17,6 +17,9 @@
 
 /* For parameters that a callback does not need. */
 #define NNS_UNUSED(name) (void)(name)
+#ifndef UNUSED
+#define UNUSED(name) NNS_UNUSED(name)
+#endif
 
 #ifdef __cplusplus
 extern "C" {

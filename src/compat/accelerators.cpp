@@ -33,14 +33,20 @@ accl_hw chosen(const weir::infer::AcceleratorWish& wish, const char** supported,
 
 }  // namespace
 
-accl_hw parse_accl_hw(const char* accelerators, const char** supported_accelerators,
-                      const char* auto_accelerator, const char* default_accelerator) {
+accl_hw parse_accl_hw_fill(parse_accl_args args) {
   return or_else(__func__, ACCL_NONE, [&] {
     std::optional<weir::Error> warning;
-    const auto wish = weir::infer::parse_accelerator(accelerators ? accelerators : "", &warning);
+    const auto wish = weir::infer::parse_accelerator(args.in_accl ? args.in_accl : "", &warning);
     if (warning) warn("parse_accl_hw", *warning);
-    return chosen(wish, supported_accelerators, auto_accelerator, default_accelerator);
+    return chosen(wish, args.sup_accl, args.auto_accl, args.def_accl);
   });
+}
+
+// The header has a macro of this name too.
+accl_hw(parse_accl_hw)(const char* accelerators, const char** supported_accelerators,
+                       const char* auto_accelerator, const char* default_accelerator) {
+  return parse_accl_hw_fill(
+      {accelerators, supported_accelerators, auto_accelerator, default_accelerator});
 }
 
 accl_hw get_accl_hw_type(const char* name) {

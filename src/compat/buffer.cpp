@@ -1,6 +1,9 @@
 // Tensors in buffers, also those that the 16th memory packs.
+#include <algorithm>
+#include <bit>
 #include <cstring>
 #include <span>
+#include <string>
 
 #include "compat/guard.hpp"
 #include "compat/spec.hpp"
@@ -14,6 +17,7 @@ using namespace weir::compat;
 namespace {
 
 constexpr guint kLast = NNS_TENSOR_MEMORY_MAX - 1;
+constexpr gsize kMallocAlignment = 8;  // what GStreamer's allocator has at least
 
 // In front of a 16th memory that packs several; entries are those of the tensors from the 17th on.
 struct PackedHeader {
@@ -22,26 +26,6 @@ struct PackedHeader {
   GstTensorInfo extra[NNS_TENSOR_SIZE_EXTRA_LIMIT];
 };
 static_assert(sizeof(PackedHeader) == weir::kPackedHeaderBytes);
-
-class Mapped {
- public:
-  Mapped(GstMemory* memory, GstMapFlags flags)
-      : memory_(memory), mapped_(gst_memory_map(memory, &map_, flags)) {}
-  ~Mapped() {
-    if (mapped_) gst_memory_unmap(memory_, &map_);
-  }
-  Mapped(const Mapped&) = delete;
-  Mapped& operator=(const Mapped&) = delete;
-  explicit operator bool() const { return mapped_; }
-  std::span<std::byte> bytes() const {
-    return {reinterpret_cast<std::byte*>(map_.data), mapped_ ? map_.size : 0};
-  }
-
- private:
-  GstMemory* memory_;
-  GstMapInfo map_{};
-  bool mapped_;
-};
 
 PackedHeader header_of(std::span<const std::byte> bytes) {
   PackedHeader header;
@@ -57,7 +41,7 @@ weir::Result<std::vector<weir::ByteRange>> ranges_in(std::span<const std::byte> 
 
 // The 16th memory with one more tensor behind what it holds; null when it cannot be mapped.
 GstMemory* packed_with(GstMemory* last, GstMemory* added, const GstTensorInfo& info) {
-  const Mapped old(last, GST_MAP_READ), more(added, GST_MAP_READ);
+  const weir::gst::MappedMemory old(last, GST_MAP_READ), more(added, GST_MAP_READ);
   if (!old || !more) return nullptr;
   const bool packed = weir::is_packed(old.bytes());
   PackedHeader header{};
@@ -73,7 +57,7 @@ GstMemory* packed_with(GstMemory* last, GstMemory* added, const GstTensorInfo& i
   const auto data = packed ? old.bytes().subspan(sizeof header) : old.bytes();
   auto made = weir::gst::allocate_memory(sizeof header + data.size() + more.bytes().size());
   if (!made) return nullptr;
-  const Mapped to(made->get(), GST_MAP_WRITE);
+  const weir::gst::MappedMemory to(made->get(), GST_MAP_WRITE);
   std::memcpy(to.bytes().data(), &header, sizeof header);
   std::copy(data.begin(), data.end(), to.bytes().begin() + sizeof header);
   std::copy(more.bytes().begin(), more.bytes().end(),
@@ -100,7 +84,7 @@ guint gst_tensor_buffer_get_count(GstBuffer* buffer) {
   if (!given(__func__, {buffer})) return 0;
   const guint count = gst_buffer_n_memory(buffer);
   if (count < NNS_TENSOR_MEMORY_MAX) return count;
-  const Mapped last(gst_buffer_peek_memory(buffer, kLast), GST_MAP_READ);
+  const weir::gst::MappedMemory last(gst_buffer_peek_memory(buffer, kLast), GST_MAP_READ);
   if (!last || !weir::is_packed(last.bytes())) return NNS_TENSOR_MEMORY_MAX;
   return or_else<guint>(__func__, 0, [&]() -> guint {
     const auto ranges = ranges_in(last.bytes());
@@ -117,7 +101,7 @@ GstMemory* gst_tensor_buffer_get_nth_memory(GstBuffer* buffer, guint index) {
     GstMemory* last = gst_buffer_peek_memory(buffer, kLast);
     weir::ByteRange range;
     {
-      const Mapped mapped(last, GST_MAP_READ);
+      const weir::gst::MappedMemory mapped(last, GST_MAP_READ);
       if (!mapped || !weir::is_packed(mapped.bytes()))
         return index == kLast ? gst_memory_ref(last) : nullptr;
       const auto ranges = ranges_in(mapped.bytes());
@@ -136,4 +120,13 @@ gboolean gst_tensor_buffer_append_memory(GstBuffer* buffer, GstMemory* memory,
                     append(buffer, memory, *info);
   gst_memory_unref(memory);
   return done;
+}
+
+void gst_tensor_alloc_init(gsize alignment) {
+  if (alignment == 0) return;
+  // A mask is one less than a power of two. GStreamer takes masks, too.
+  const gsize wanted = std::has_single_bit(alignment) ? alignment : alignment + 1;
+  if (!std::has_single_bit(wanted))
+    return warn(__func__, std::to_string(alignment) + " is no power of two, nor the mask of one");
+  gst_memory_alignment = std::max(wanted, kMallocAlignment) - 1;
 }

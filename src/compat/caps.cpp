@@ -6,6 +6,7 @@
 #include "nnstreamer_plugin_api.h"
 
 using namespace weir::compat;
+using weir::gst::Ref;
 
 namespace {
 
@@ -22,6 +23,19 @@ bool known(const weir::FrameSpec& spec) {
   return !spec.tensors.empty();
 }
 
+// What `read` finds; FALSE, with the reason in the log, where that is an error.
+template <class Read>
+gboolean fill(const char* function, GstTensorsConfig* config, Read read) noexcept {
+  return or_else(function, FALSE, [&]() -> gboolean {
+    const auto spec = read();
+    if (spec)
+      write(*spec, config);
+    else
+      warn(function, spec.error());
+    return spec ? TRUE : FALSE;
+  });
+}
+
 GstCaps* caps_of(GstStructure* structure) {
   GstCaps* caps = gst_caps_new_empty();
   gst_caps_append_structure(caps, structure);
@@ -30,19 +44,39 @@ GstCaps* caps_of(GstStructure* structure) {
 
 }  // namespace
 
+gboolean gst_tensors_config_from_structure(GstTensorsConfig* config,
+                                           const GstStructure* structure) {
+  if (!given(__func__, {config})) return FALSE;
+  gst_tensors_config_init(config);
+  if (!given(__func__, {structure})) return FALSE;
+  return fill(__func__, config, [&] {
+    const auto caps = Ref<GstCaps>::adopt(caps_of(gst_structure_copy(structure)));
+    return weir::gst::spec_from_caps(caps.get());
+  });
+}
+
 gboolean gst_tensors_config_from_caps(GstTensorsConfig* config, const GstCaps* caps,
                                       gboolean validate) {
-  if (!given(__func__, {config, caps})) return FALSE;
+  if (!given(__func__, {config})) return FALSE;
   gst_tensors_config_init(config);
-  return or_else(__func__, FALSE, [&]() -> gboolean {
-    const auto spec =
-        validate ? weir::gst::fixed_spec_from_caps(caps) : weir::gst::spec_from_caps(caps);
-    if (!spec) {
-      warn("gst_tensors_config_from_caps", spec.error());
-      return FALSE;
-    }
-    write(*spec, config);
-    return TRUE;
+  if (!given(__func__, {caps})) return FALSE;
+  return fill(__func__, config, [&] {
+    return validate ? weir::gst::fixed_spec_from_caps(caps) : weir::gst::spec_from_caps(caps);
+  });
+}
+
+gboolean gst_tensors_config_from_peer(GstPad* pad, GstTensorsConfig* config, gboolean* is_fixed) {
+  if (is_fixed) *is_fixed = FALSE;
+  if (!given(__func__, {config})) return FALSE;
+  gst_tensors_config_init(config);
+  if (!given(__func__, {pad}) || !GST_IS_PAD(pad)) return FALSE;
+  return fill(__func__, config, [&]() -> weir::Result<weir::FrameSpec> {
+    const auto peer = Ref<GstPad>::adopt(gst_pad_get_peer(pad));
+    auto caps = Ref<GstCaps>::adopt(peer ? gst_pad_get_current_caps(peer.get()) : nullptr);
+    if (!caps && peer) caps = Ref<GstCaps>::adopt(gst_pad_query_caps(peer.get(), nullptr));
+    auto spec = weir::gst::spec_from_caps(caps.get());
+    if (spec && is_fixed) *is_fixed = gst_caps_is_fixed(caps.get());
+    return spec;
   });
 }
 

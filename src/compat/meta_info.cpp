@@ -6,6 +6,8 @@
 #include "compat/guard.hpp"
 #include "compat/spec.hpp"
 #include "core/tensor/tensor_header.hpp"
+#include "gstcpp/allocation.hpp"
+#include "gstcpp/ref.hpp"
 #include "nnstreamer_plugin_api.h"
 
 using namespace weir::compat;
@@ -80,6 +82,34 @@ gboolean gst_tensor_meta_info_parse_header(GstTensorMetaInfo* meta, gconstpointe
     if (!weir::read_tensor_header(bytes)) return FALSE;
     read(bytes, meta);
     return TRUE;
+  });
+}
+
+gboolean gst_tensor_meta_info_parse_memory(GstTensorMetaInfo* meta, GstMemory* memory) {
+  if (!given(__func__, {meta, memory})) return FALSE;
+  const weir::gst::MappedMemory mapped(memory, GST_MAP_READ);
+  return mapped && mapped.bytes().size() >= weir::kTensorHeaderBytes &&
+         gst_tensor_meta_info_parse_header(meta, mapped.bytes().data());
+}
+
+GstMemory* gst_tensor_meta_info_append_header(GstTensorMetaInfo* meta, GstMemory* memory) {
+  if (!given(__func__, {meta, memory})) return nullptr;
+  return or_else<GstMemory*>(__func__, nullptr, [&]() -> GstMemory* {
+    const weir::gst::MappedMemory data(memory, GST_MAP_READ);
+    if (!data || !header_of(*meta)) return nullptr;
+    auto made = weir::gst::allocate_memory(weir::kTensorHeaderBytes + data.bytes().size());
+    if (!made) {
+      warn("gst_tensor_meta_info_append_header", made.error());
+      return nullptr;
+    }
+    {
+      const weir::gst::MappedMemory to(made->get(), GST_MAP_WRITE);
+      if (!to) return nullptr;
+      gst_tensor_meta_info_update_header(meta, to.bytes().data());
+      std::copy(data.bytes().begin(), data.bytes().end(),
+                to.bytes().begin() + weir::kTensorHeaderBytes);
+    }
+    return made->release();
   });
 }
 

@@ -3,9 +3,27 @@
 
 #include <algorithm>
 
+#include "core/text/text.hpp"
 #include "nnstreamer_plugin_api_util.h"
 
 namespace weir::compat {
+
+Shape parse_shape(std::string_view text) {
+  std::string numbers;
+  for (const auto part : split(text, ":", NNS_TENSOR_RANK_LIMIT)) {
+    const auto word = strip(part);
+    const auto digits = word.substr(0, word.find_first_not_of("0123456789"));
+    numbers += (numbers.empty() ? "" : ":") + std::string(digits.empty() ? word : digits);
+    if (word.empty()) break;
+  }
+  return Shape::parse(numbers);
+}
+
+std::string rank_text(const Shape& shape, unsigned rank, bool padding) {
+  if (rank == 0 || rank > NNS_TENSOR_RANK_LIMIT) return shape.to_string();
+  const size_t known = shape.rank();
+  return shape.with_rank(known > rank ? rank : known).to_string(padding ? rank : 0);
+}
 
 TensorSpec spec_of(const GstTensorInfo& info) {
   return {element_type(info.type), shape_of(info.dimension), info.name ? info.name : ""};

@@ -1,4 +1,6 @@
 // One tensor's description.
+#include <algorithm>
+
 #include "compat/guard.hpp"
 #include "compat/spec.hpp"
 #include "nnstreamer_plugin_api_util.h"
@@ -38,7 +40,12 @@ gboolean gst_tensor_info_is_equal(const GstTensorInfo* a, const GstTensorInfo* b
 }
 
 void gst_tensor_info_copy(GstTensorInfo* to, const GstTensorInfo* from) {
+  gst_tensor_info_copy_n(to, from, NNS_TENSOR_RANK_LIMIT);
+}
+
+void gst_tensor_info_copy_n(GstTensorInfo* to, const GstTensorInfo* from, const guint n) {
   if (!given(__func__, {to, from})) return;
   *to = *from;
   to->name = g_strdup(from->name);
+  std::fill(to->dimension + std::min<guint>(n, NNS_TENSOR_RANK_LIMIT), std::end(to->dimension), 0);
 }

@@ -38,7 +38,7 @@ gchar* joined(const char* function, const GstTensorsInfo* info,
 
 guint gst_tensors_info_parse_dimensions_string(GstTensorsInfo* info, const gchar* text) {
   return fill(__func__, info, text, ",.", [](std::string_view part, GstTensorInfo* to) {
-    const auto shape = weir::Shape::parse(part);
+    const auto shape = parse_shape(part);
     std::copy(shape.dims().begin(), shape.dims().end(), to->dimension);
   });
 }
@@ -58,6 +58,16 @@ guint gst_tensors_info_parse_names_string(GstTensorsInfo* info, const gchar* tex
 
 gchar* gst_tensors_info_get_dimensions_string(const GstTensorsInfo* info) {
   return joined(__func__, info, [](const auto& tensors) { return weir::join_shapes(tensors); });
+}
+gchar* gst_tensors_info_get_rank_dimensions_string(const GstTensorsInfo* info, const unsigned rank,
+                                                   gboolean padding) {
+  if (!given(__func__, {info}) || info->num_tensors == 0) return nullptr;
+  return or_else<gchar*>(__func__, nullptr, [&] {
+    std::string out;
+    for (const auto& tensor : spec_of(*info).tensors)
+      out += (out.empty() ? "" : ",") + rank_text(tensor.shape, rank, padding);
+    return text(out);
+  });
 }
 gchar* gst_tensors_info_get_types_string(const GstTensorsInfo* info) {
   return joined(__func__, info, weir::join_types);

@@ -5,7 +5,7 @@
 #include "nnstreamer_version.h"
 
 gchar* nnstreamer_version_string(void) {
-  return g_strdup(NNSTREAMER_VERSION);
+  return g_strdup("NNStreamer " NNSTREAMER_VERSION);
 }
 
 void nnstreamer_version_fetch(guint* major, guint* minor, guint* micro) {

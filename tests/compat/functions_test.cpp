@@ -215,7 +215,7 @@ TEST(CompatSharedModels, TheLastUserFrees) {
 }
 
 TEST(CompatVersion, IsThatOfTheInterface) {
-  EXPECT_EQ(taken(nnstreamer_version_string()), "2.7.0");
+  EXPECT_EQ(taken(nnstreamer_version_string()), "NNStreamer 2.7.0");
   guint major = 0, minor = 0;
   nnstreamer_version_fetch(&major, &minor, nullptr);
   EXPECT_EQ(major * 100 + minor, 207u);

@@ -73,7 +73,12 @@ class Installed(unittest.TestCase):
     def test_a_program_with_a_filter_of_its_own(self):
         program = self.build(SOURCE / "tests" / "compat" / "outside" / "easy_program.c", "nnstreamer")
         environment = {**os.environ, "LD_LIBRARY_PATH": f"{LIBRARIES}:{os.environ.get('LD_LIBRARY_PATH', '')}"}
-        self.assertEqual(good(run(program, env=environment)), f"2.7.0\n{235 * 235}\n{235 * 235}\n")
+        self.assertEqual(good(run(program, env=environment)), f"NNStreamer 2.7.0\n{235 * 235}\n{235 * 235}\n")
+
+    def test_a_program_that_calls_every_function(self):
+        for package in ("nnstreamer", "nnstreamer-internal"):
+            program = self.build(SOURCE / "tests" / "compat" / "outside" / "every_function.c", package)
+            self.assertEqual(good(run(program, env={**os.environ, "LD_LIBRARY_PATH": str(LIBRARIES)})), "as wanted\n")
 
     def test_custom_filters_and_sub_plugins(self):
         shared = ["-shared", "-fPIC", "-fvisibility=hidden", "-D_GNU_SOURCE"]
@@ -119,6 +124,10 @@ class Installed(unittest.TestCase):
         for package in ("nnstreamer", "nnstreamer-cpp", "nnstreamer-single", "nnstreamer-internal"):
             self.assertIn("-lnnstreamer", pkg_config("--libs", package), package)
             self.assertEqual(pkg_config("--modversion", package), ["2.7.0"])
+
+    def test_the_library_of_the_package_for_cpp_is_the_same_file(self):
+        self.assertIn("-lnnstreamer_filter_cpp", pkg_config("--libs", "nnstreamer-cpp"))
+        self.assertTrue((LIBRARIES / "libnnstreamer_filter_cpp.so").samefile(LIBRARIES / "libnnstreamer.so"))
 
 
 if __name__ == "__main__":

@@ -171,6 +171,27 @@ AT(GstTensorFilterFrameworkInfo, accl_default, 40);
 AT(GstTensorFilterFrameworkInfo, statistics, 48);
 SIZE(GstTensorFilterFrameworkInfo, 56);
 
+AT(GstTensorFilterFrameworkStatistics, total_invoke_num, 0);
+AT(GstTensorFilterFrameworkStatistics, total_invoke_latency, 8);
+AT(GstTensorFilterFrameworkStatistics, total_overhead_latency, 16);
+SIZE(GstTensorFilterFrameworkStatistics, 24);
+AT(GstTensorFilterFrameworkEventData, data, 0);
+AT(GstTensorFilterFrameworkEventData, model_files, 0);
+AT(GstTensorFilterFrameworkEventData, num_models, 8);
+AT(GstTensorFilterFrameworkEventData, custom_properties, 0);
+AT(GstTensorFilterFrameworkEventData, info, 0);
+AT(GstTensorFilterFrameworkEventData, layout, 8);
+AT(GstTensorFilterFrameworkEventData, hw_list, 0);
+AT(GstTensorFilterFrameworkEventData, num_hw, 8);
+AT(GstTensorFilterFrameworkEventData, hw, 0);
+AT(GstTensorFilterFrameworkEventData, custom, 8);
+SIZE(GstTensorFilterFrameworkEventData, 1032);
+AT(parse_accl_args, in_accl, 0);
+AT(parse_accl_args, sup_accl, 8);
+AT(parse_accl_args, auto_accl, 16);
+AT(parse_accl_args, def_accl, 24);
+SIZE(parse_accl_args, 32);
+
 AT(NNStreamer_custom_class, initfunc, 0);
 AT(NNStreamer_custom_class, exitfunc, 8);
 AT(NNStreamer_custom_class, getInputDim, 16);

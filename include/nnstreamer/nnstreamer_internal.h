@@ -1,0 +1,14 @@
+/* Everything of the interface that sub-plugins and programs share with the library: the functions
+ * on caps, descriptions, configuration and accelerators in one header. */
+#ifndef NNSTREAMER_INTERNAL_H
+#define NNSTREAMER_INTERNAL_H
+#include "nnstreamer_plugin_api.h"
+#include "nnstreamer_plugin_api_converter.h"
+#include "nnstreamer_plugin_api_decoder.h"
+#include "nnstreamer_plugin_api_filter.h"
+#include "nnstreamer_plugin_api_util.h"
+#include "nnstreamer_util.h"
+#include "nnstreamer_version.h"
+#include "tensor_typedef.h"
+
+#endif /* NNSTREAMER_INTERNAL_H */

@@ -1,0 +1,65 @@
+// Whether a framework runs on an accelerator: of sub-plugins as they say, of Weir's engines by
+// their lists.
+#include <algorithm>
+
+#include "compat/guard.hpp"
+#include "compat/properties.hpp"
+#include "core/infer/accelerator.hpp"
+#include "core/infer/module_library.hpp"
+#include "core/subplugin/loader.hpp"
+#include "nnstreamer_plugin_api_filter.h"
+
+using namespace weir::compat;
+
+namespace {
+
+bool in_list(const accl_hw* list, int count, accl_hw hw) {
+  return list && std::find(list, list + std::max(count, 0), hw) != list + std::max(count, 0);
+}
+
+// The event first; a framework that does not know it has a list.
+bool has_v1(const GstTensorFilterFramework& framework, accl_hw hw, const gchar* custom) {
+  const weir::OpenRequest nothing{{}, weir::Options(nullptr, 0), "", 0};
+  Properties properties("", "", nothing);
+  GstTensorFilterFrameworkEventData data{};
+  data.hw = hw;
+  data.custom = custom;
+  const int answer =
+      framework.eventHandler(&framework, properties.get(), nullptr, CHECK_HW_AVAILABILITY, &data);
+  if (answer != -ENOENT) return answer == 0;
+  GstTensorFilterFrameworkInfo info{};
+  if (framework.getFrameworkInfo(&framework, properties.get(), nullptr, &info) < 0) return false;
+  return in_list(info.hw_list, info.num_hw, hw);
+}
+
+bool has(const GstTensorFilterFramework& framework, accl_hw hw, const gchar* custom) {
+  if (framework.version >> 16 & 0xFFFF) return has_v1(framework, hw, custom);
+  return framework.checkAvailability && framework.checkAvailability(hw) == 0;
+}
+
+// An engine that says nothing runs on the CPU.
+bool has(const weir_engine& engine, accl_hw hw) {
+  if (hw == ACCL_AUTO || hw == ACCL_DEFAULT) return true;
+  const auto names = weir::infer::accelerators_of(engine);
+  if (names.empty()) return hw == ACCL_CPU;
+  return std::any_of(names.begin(), names.end(), [&](const auto& name) {
+    return weir::infer::accelerator_number(name) == static_cast<unsigned>(hw);
+  });
+}
+
+}  // namespace
+
+gboolean gst_tensor_filter_check_hw_availability(const gchar* name, const accl_hw hw,
+                                                 const gchar* custom) {
+  if (!given(__func__, {name})) return FALSE;
+  return or_else(__func__, FALSE, [&]() -> gboolean {
+    using weir::subplugin::Kind;
+    const auto sub_plugin = weir::subplugin::open(Kind::Filter, name);
+    if (sub_plugin && *sub_plugin)
+      return has(*static_cast<const GstTensorFilterFramework*>(*sub_plugin), hw, custom);
+    const auto engine = weir::infer::ModuleLibrary::instance().engine(name);
+    if (engine) return has(**engine, hw);
+    warn("gst_tensor_filter_check_hw_availability", engine.error());
+    return FALSE;
+  });
+}

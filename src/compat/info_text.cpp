@@ -1,0 +1,86 @@
+// Descriptions of tensors and streams for a reader.
+#include <algorithm>
+#include <string>
+
+#include "compat/guard.hpp"
+#include "compat/spec.hpp"
+#include "nnstreamer_plugin_api_util.h"
+
+using namespace weir::compat;
+
+namespace {
+
+// "out uint8 3:224:224".
+std::string words(const GstTensorInfo& info) {
+  const auto spec = spec_of(info);
+  const std::string name = spec.name.empty() ? "" : spec.name + " ";
+  if (spec.type == weir::ElementType::End && spec.shape.rank() == 0) return name + "unknown";
+  const auto* type = gst_tensor_get_type_string(info.type);
+  const auto shape = spec.shape.to_string();
+  return name + (type ? type : "unknown type") + " " + (shape.empty() ? "no dimension" : shape);
+}
+
+std::string words_at(const GstTensorsInfo& info, size_t index) {
+  const auto* tensor = index < info.num_tensors ? tensor_at(info, index) : nullptr;
+  return tensor ? words(*tensor) : "none";
+}
+
+std::string format_of(const GstTensorsInfo& info) {
+  const auto* format = gst_tensor_get_format_string(info.format);
+  return format ? format : "unknown";
+}
+
+size_t count_of(const GstTensorsInfo& info) {
+  return std::min<size_t>(info.num_tensors, NNS_TENSOR_SIZE_LIMIT);
+}
+
+// "static, 2 tensors: [0] uint8 3:4, [1] float32 5".
+std::string words(const GstTensorsInfo& info) {
+  const size_t count = count_of(info);
+  std::string out = format_of(info);
+  if (count == 0 && info.format != _NNS_TENSOR_FORMAT_STATIC) return out;
+  out += ", " + std::to_string(count) + (count == 1 ? " tensor" : " tensors");
+  for (size_t i = 0; i < count; ++i)
+    out += (i ? ", [" : ": [") + std::to_string(i) + "] " + words_at(info, i);
+  return out;
+}
+
+std::string comparison(const GstTensorsInfo& a, const GstTensorsInfo& b) {
+  std::string out = "format: " + format_of(a) + " | " + format_of(b) + " | " +
+                    (a.format == b.format ? "equal" : "not equal") + "\n";
+  out += "tensors: " + std::to_string(a.num_tensors) + " | " + std::to_string(b.num_tensors) +
+         " | " + (a.num_tensors == b.num_tensors ? "equal" : "not equal") + "\n";
+  for (size_t i = 0; i < std::max(count_of(a), count_of(b)); ++i) {
+    const auto* left = i < count_of(a) ? tensor_at(a, i) : nullptr;
+    const auto* right = i < count_of(b) ? tensor_at(b, i) : nullptr;
+    const bool equal = left && right && gst_tensor_info_is_equal(left, right);
+    out += "tensor " + std::to_string(i) + ": " + words_at(a, i) + " | " + words_at(b, i) + " | " +
+           (equal ? "equal" : "not equal") + "\n";
+  }
+  return out;
+}
+
+}  // namespace
+
+gchar* gst_tensor_info_to_string(const GstTensorInfo* info) {
+  if (!given(__func__, {info})) return nullptr;
+  return or_else<gchar*>(__func__, nullptr, [&] { return text(words(*info)); });
+}
+
+gchar* gst_tensors_info_to_string(const GstTensorsInfo* info) {
+  if (!given(__func__, {info})) return nullptr;
+  return or_else<gchar*>(__func__, nullptr, [&] { return text(words(*info)); });
+}
+
+gchar* gst_tensors_info_compare_to_string(const GstTensorsInfo* a, const GstTensorsInfo* b) {
+  if (!given(__func__, {a, b})) return nullptr;
+  return or_else<gchar*>(__func__, nullptr, [&] { return text(comparison(*a, *b)); });
+}
+
+gchar* gst_tensors_config_to_string(const GstTensorsConfig* config) {
+  if (!given(__func__, {config})) return nullptr;
+  return or_else<gchar*>(__func__, nullptr, [&] {
+    return text(words(config->info) + ", framerate " + std::to_string(config->rate_n) + "/" +
+                std::to_string(config->rate_d));
+  });
+}
