@@ -3,6 +3,7 @@
 
 #include <utility>
 
+#include "core/infer/custom_options.hpp"
 #include "core/text/text.hpp"
 #include "framework_names.hpp"
 #include "weir/c_error.hpp"
@@ -41,19 +42,6 @@ weir_tensor_info with_rank_of(const TensorSpec& spec, const weir_tensor_info& mo
     info.shape[i] = std::max<int64_t>(1, spec.shape[model.rank - 1 - i]);
   info.rank = model.rank;
   return info;
-}
-
-// key:value,key:value
-Pairs options_of(const std::string& custom) {
-  Pairs out;
-  for (const auto part : split(custom, ",")) {
-    const auto text = strip(part);
-    if (text.empty()) continue;
-    const size_t colon = text.find(':');
-    out.emplace_back(strip(text.substr(0, colon)),
-                     colon == std::string_view::npos ? "" : strip(text.substr(colon + 1)));
-  }
-  return out;
 }
 
 void declare(const char* prefix, const TensorSpecs& tensors, Pairs* out) {
@@ -101,7 +89,7 @@ Result<std::shared_ptr<Single>> Single::open(const SingleRequest& request) {
   std::vector<const char*> c_paths;
   for (const auto path : split(request.model, ",")) paths.emplace_back(strip(path));
   for (const auto& path : paths) c_paths.push_back(path.c_str());
-  const Pairs options = options_of(request.custom);
+  const Pairs options = infer::custom_options(request.custom);
   Pairs declared;
   declare("input", request.inputs, &declared);
   declare("output", request.outputs, &declared);

@@ -1,4 +1,5 @@
 // Converters of sub-plugins and of programs.
+#include "compat/builtin.hpp"
 #include "compat/registration.hpp"
 #include "nnstreamer_plugin_api_converter.h"
 #include "tensor_converter_custom.h"
@@ -20,8 +21,7 @@ void unregisterExternalConverter(const char* name) {
 }
 
 const NNStreamerExternalConverter* nnstreamer_converter_find(const char* name) {
-  return static_cast<const NNStreamerExternalConverter*>(
-      find_descriptor(__func__, Kind::Converter, name));
+  return find_descriptor(__func__, Kind::Converter, name, builtin_converter);
 }
 
 void nnstreamer_converter_set_custom_property_desc(const char* name, const char* key, ...) {

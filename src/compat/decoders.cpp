@@ -1,4 +1,5 @@
 // Decoders of sub-plugins and of programs.
+#include "compat/builtin.hpp"
 #include "compat/registration.hpp"
 #include "nnstreamer_plugin_api_decoder.h"
 #include "tensor_decoder_custom.h"
@@ -20,7 +21,7 @@ void nnstreamer_decoder_exit(const char* name) {
 }
 
 const GstTensorDecoderDef* nnstreamer_decoder_find(const char* name) {
-  return static_cast<const GstTensorDecoderDef*>(find_descriptor(__func__, Kind::Decoder, name));
+  return find_descriptor(__func__, Kind::Decoder, name, builtin_decoder);
 }
 
 void nnstreamer_decoder_set_custom_property_desc(const char* name, const char* key, ...) {

@@ -1,4 +1,5 @@
 // nnstreamer_filter_probe() and what belongs to it.
+#include "compat/builtin.hpp"
 #include "compat/framework_check.hpp"
 #include "compat/registration.hpp"
 #include "nnstreamer_plugin_api_filter.h"
@@ -24,8 +25,7 @@ void nnstreamer_filter_exit(const char* name) {
 }
 
 const GstTensorFilterFramework* nnstreamer_filter_find(const char* name) {
-  return static_cast<const GstTensorFilterFramework*>(
-      find_descriptor(__func__, Kind::Filter, name));
+  return find_descriptor(__func__, Kind::Filter, name, builtin_filter);
 }
 
 void nnstreamer_filter_set_custom_property_desc(const char* name, const char* key, ...) {

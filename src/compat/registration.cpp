@@ -48,16 +48,6 @@ void unregister_descriptor(const char* function, Kind kind, const char* name) no
   });
 }
 
-const void* find_descriptor(const char* function, Kind kind, const char* name) noexcept {
-  if (!given(function, {name})) return nullptr;
-  return or_else<const void*>(function, nullptr, [&]() -> const void* {
-    const auto found = subplugin::open(kind, name);
-    if (found) return *found;
-    warn(function, found.error());
-    return nullptr;
-  });
-}
-
 void describe(const char* function, Kind kind, const char* name, const char* key,
               va_list texts) noexcept {
   if (!given(function, {name, key})) return;

@@ -24,8 +24,21 @@ struct Needed {
 int register_descriptor(const char* function, subplugin::Kind kind, const char* name,
                         const void* descriptor, std::initializer_list<Needed> parts) noexcept;
 void unregister_descriptor(const char* function, subplugin::Kind kind, const char* name) noexcept;
-// From the table or a file; null, with a line in the log, without.
-const void* find_descriptor(const char* function, subplugin::Kind kind, const char* name) noexcept;
+// From the table or a file, else what `builtin` has of this name; null, with a line in the log,
+// without.
+template <class Descriptor>
+const Descriptor* find_descriptor(const char* function, subplugin::Kind kind, const char* name,
+                                  Result<const Descriptor*> (*builtin)(const char*)) noexcept {
+  if (!given(function, {name})) return nullptr;
+  return or_else<const Descriptor*>(function, nullptr, [&]() -> const Descriptor* {
+    const auto found = subplugin::open(kind, name);
+    if (found && *found) return static_cast<const Descriptor*>(*found);
+    const auto own = found ? builtin(name) : Result<const Descriptor*>(found.error());
+    if (own) return *own;
+    warn(function, own.error());
+    return nullptr;
+  });
+}
 // Pairs of key and text, ended with NULL.
 void describe(const char* function, subplugin::Kind kind, const char* name, const char* key,
               va_list texts) noexcept;

@@ -15,8 +15,8 @@ inline Shape shape_of(const tensor_dim dim) noexcept {
 }
 // As Shape::parse(), and of a part that begins with a number the number is read: "5U" is 5.
 Shape parse_shape(std::string_view text);
-// The first `rank` dimensions, with ":1" for missing ones where `padding`; all of them for a rank of
-// 0 or beyond 16.
+// The first `rank` dimensions, with ":1" for missing ones where `padding`; all of them for a rank
+// of 0 or beyond 16.
 std::string rank_text(const Shape& shape, unsigned rank, bool padding);
 TensorSpec spec_of(const GstTensorInfo& info);
 // `info` is written over.

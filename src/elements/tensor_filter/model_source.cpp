@@ -2,6 +2,7 @@
 #include "elements/tensor_filter/model_source.hpp"
 
 #include "core/infer/accelerator.hpp"
+#include "core/infer/custom_options.hpp"
 #include "core/infer/module_library.hpp"
 #include "core/isolate/isolated_engine.hpp"
 #include "core/text/text.hpp"
@@ -22,20 +23,6 @@ std::vector<std::string> paths_of(const std::string& model) {
 bool automatic(const std::string& framework) {
   return framework.empty() || equal_ignoring_case(framework, "auto") ||
          equal_ignoring_case(framework, "any");
-}
-
-// "NumThreads:2,Delegate:XNNPACK" -> options of the engine.
-std::vector<std::pair<std::string, std::string>> options_of(const std::string& custom) {
-  std::vector<std::pair<std::string, std::string>> out;
-  for (const auto part : split(custom, ",")) {
-    const auto text = strip(part);
-    if (text.empty()) continue;
-    const size_t colon = text.find(':');
-    const auto value =
-        colon == std::string_view::npos ? std::string_view{} : text.substr(colon + 1);
-    out.emplace_back(strip(text.substr(0, colon)), strip(value));
-  }
-  return out;
 }
 
 // Properties that engines may ask for by name (core/infer/declared_options.hpp).
@@ -87,7 +74,7 @@ Result<infer::ModelSource> model_source(const FilterSettings& s,
   infer::ModelSource source;
   source.engine = *engine;
   source.options.paths = paths;
-  source.options.options = options_of(s.custom);
+  source.options.options = infer::custom_options(s.custom);
   source.options.declared = declared(s);
   source.options.threads = s.threads;
   if (monitor) {

@@ -1,0 +1,186 @@
+// A descriptor over a converter of a module.
+#include <cstring>
+
+#include "compat/builtin.hpp"
+#include "compat/guard.hpp"
+#include "compat/slots.hpp"
+#include "compat/spec.hpp"
+#include "core/infer/converter.hpp"
+#include "core/infer/module_library.hpp"
+#include "gstcpp/allocation.hpp"
+#include "gstcpp/ref.hpp"
+
+namespace weir::compat {
+namespace {
+
+using gst::Ref;
+using infer::Converter;
+
+struct OpenConverter {
+  std::unique_ptr<Converter> converter;
+};
+
+Fraction rate_of(const GstCaps* caps) {
+  Fraction rate{0, 1};
+  if (gst_caps_get_size(caps) > 0)
+    gst_structure_get_fraction(gst_caps_get_structure(caps, 0), "framerate", &rate.numerator,
+                               &rate.denominator);
+  return rate;
+}
+
+gboolean output_config(const weir_converter_type& type, const GstCaps* caps,
+                       GstTensorsConfig* config) {
+  if (!given("get_out_config", {caps, config})) return FALSE;
+  gst_tensors_config_init(config);
+  return or_else("get_out_config", FALSE, [&]() -> gboolean {
+    const auto converter = Converter::open(type, {});
+    const gst::UniqueText text{gst_caps_to_string(caps)};
+    auto tensors = converter ? (*converter)->configure(text.get())
+                             : Result<std::vector<TensorSpec>>(converter.error());
+    if (!tensors) {
+      warn("get_out_config", tensors.error());
+      return FALSE;
+    }
+    write(FrameSpec{Format::Static, *std::move(tensors), rate_of(caps)}, config);
+    return TRUE;
+  });
+}
+
+// The memory of one tensor: what a converter keeps as its own is copied.
+Result<Ref<GstMemory>> memory_of(infer::ConvertedTensor& tensor) {
+  const auto bytes = static_cast<size_t>(tensor.memory().bytes);
+  if (tensor.memory().release) {
+    const weir_tensor taken = tensor.take();
+    return Ref<GstMemory>::adopt(gst_memory_new_wrapped(GstMemoryFlags(0), taken.data, bytes, 0,
+                                                        bytes, taken.owner, taken.release));
+  }
+  auto copy = gst::allocate_memory(bytes);
+  if (!copy) return copy;
+  const gst::MappedMemory map(copy->get(), GST_MAP_WRITE);
+  std::memcpy(map.bytes().data(), tensor.memory().data, bytes);
+  return copy;
+}
+
+Result<Ref<GstBuffer>> converted(Converter& converter, GstBuffer* in, GstTensorsConfig* config) {
+  std::vector<gst::MappedMemory> maps;
+  std::vector<weir_tensor> inputs;
+  for (guint i = 0; i < gst_buffer_n_memory(in); ++i) {
+    maps.emplace_back(gst_buffer_peek_memory(in, i), GST_MAP_READ);
+    inputs.push_back(weir_tensor{});
+    auto& tensor = inputs.back();
+    tensor.data = maps.back().bytes().data();
+    tensor.bytes = tensor.capacity = maps.back().bytes().size();
+    tensor.flags = WEIR_TENSOR_READONLY;
+    tensor.fence_fd = -1;
+    tensor.info.type = WEIR_UINT8;
+    tensor.info.rank = 1;
+    tensor.info.shape[0] = static_cast<int64_t>(tensor.bytes);
+    tensor.info.batch_axis = WEIR_NO_BATCH_AXIS;
+  }
+  weir_frame frame{};
+  frame.struct_size = sizeof frame;
+  frame.n_tensors = static_cast<uint32_t>(inputs.size());
+  frame.tensors = inputs.data();
+  const auto time = [](GstClockTime t) { return t <= G_MAXINT64 ? static_cast<int64_t>(t) : -1; };
+  frame.pts = time(GST_BUFFER_PTS(in));
+  frame.duration = time(GST_BUFFER_DURATION(in));
+  frame.deadline = -1;
+  auto made = converter.convert(frame);
+  if (!made) return made.error();
+  if (made->tensors.empty())
+    return Error{
+        Code::CALLBACK_FAILED, "the converter makes nothing of this buffer", "", "", "", ""};
+  auto out = Ref<GstBuffer>::adopt(gst_buffer_new());
+  gst_buffer_copy_into(out.get(), in, GST_BUFFER_COPY_METADATA, 0, static_cast<gsize>(-1));
+  FrameSpec spec{Format::Static, {}, made->rate.value_or(Fraction{config->rate_n, config->rate_d})};
+  for (auto& tensor : made->tensors) {
+    spec.tensors.push_back(tensor.spec());
+    auto memory = memory_of(tensor);
+    if (!memory) return memory.error();
+    GstTensorInfo info{};
+    write(tensor.spec(), &info);
+    const bool room = gst_tensor_buffer_append_memory(out.get(), memory->release(), &info);
+    gst_tensor_info_free(&info);
+    if (!room) return Error{Code::LIMIT_EXCEEDED, "too many tensors", "", "", "", ""};
+  }
+  gst_tensors_config_free(config);
+  write(spec, config);
+  return out;
+}
+
+// Without open() a converter for this buffer alone.
+GstBuffer* convert(const weir_converter_type& type, GstBuffer* in, GstTensorsConfig* config,
+                   void* priv) {
+  if (!given("convert", {in, config})) return nullptr;
+  return or_else<GstBuffer*>("convert", nullptr, [&]() -> GstBuffer* {
+    std::unique_ptr<Converter> own;
+    if (!priv) {
+      auto opened = Converter::open(type, {});
+      if (!opened) {
+        warn("convert", opened.error());
+        return nullptr;
+      }
+      own = *std::move(opened);
+    }
+    auto out = converted(own ? *own : *static_cast<OpenConverter*>(priv)->converter, in, config);
+    if (out) return out->release();
+    warn("convert", out.error());
+    return nullptr;
+  });
+}
+
+int open(const weir_converter_type& type, const char* script, void** priv) {
+  if (!given("open", {script, priv})) return -EINVAL;
+  return or_else("open", -EINVAL, [&] {
+    auto opened = Converter::open(type, {{"script", script}});
+    if (opened) {
+      *priv = new OpenConverter{*std::move(opened)};
+      return 0;
+    }
+    warn("open", opened.error());
+    return -EINVAL;
+  });
+}
+
+Slots<NNStreamerExternalConverter, weir_converter_type>& slots();
+
+template <size_t Number>
+struct Functions {
+  static NNStreamerExternalConverter descriptor() {
+    NNStreamerExternalConverter converter{};
+    converter.convert = [](GstBuffer* in, GstTensorsConfig* config, void* priv) {
+      return convert(slots().type(Number), in, config, priv);
+    };
+    converter.get_out_config = [](const GstCaps* caps, GstTensorsConfig* config) {
+      return output_config(slots().type(Number), caps, config);
+    };
+    converter.query_caps = [](const GstTensorsConfig*) {
+      return gst_caps_from_string(slots().type(Number).caps);
+    };
+    converter.open = [](const char* script, void** priv) {
+      return open(slots().type(Number), script, priv);
+    };
+    converter.close = [](void** priv) {
+      if (priv) delete static_cast<OpenConverter*>(std::exchange(*priv, nullptr));
+    };
+    return converter;
+  }
+};
+
+Slots<NNStreamerExternalConverter, weir_converter_type>& slots() {
+  using All = Slots<NNStreamerExternalConverter, weir_converter_type>;
+  static auto& all = *new All(slot_table<Functions>(std::make_index_sequence<All::kMost>()));
+  return all;
+}
+
+}  // namespace
+
+Result<const NNStreamerExternalConverter*> builtin_converter(const char* name) {
+  const auto type = infer::ModuleLibrary::instance().converter(name);
+  if (!type) return type.error();
+  return slots().of(**type, [&](NNStreamerExternalConverter& converter, size_t) {
+    converter.name = (*type)->name;
+  });
+}
+
+}  // namespace weir::compat

@@ -1,0 +1,235 @@
+// A descriptor over a decoder of a module.
+#include <array>
+#include <cstring>
+#include <list>
+#include <optional>
+
+#include "compat/builtin.hpp"
+#include "compat/guard.hpp"
+#include "compat/slots.hpp"
+#include "compat/spec.hpp"
+#include "core/infer/decoder.hpp"
+#include "core/infer/module_library.hpp"
+#include "core/tensor/tensor_header.hpp"
+#include "gstcpp/allocation.hpp"
+#include "gstcpp/frame_arguments.hpp"
+#include "gstcpp/ref.hpp"
+
+namespace weir::compat {
+namespace {
+
+using gst::Ref;
+constexpr int kOptions = 9;
+
+// What a decoder makes: its caps, or the memories of one frame.
+class Sink final : public weir_sink {
+ public:
+  explicit Sink(GstBuffer* out = nullptr, const std::vector<weir_tensor>* inputs = nullptr)
+      : out_(out), inputs_(inputs) {}
+
+  Status set_caps(const std::string& text) override {
+    caps = text;
+    return ok();
+  }
+  void* reserve(uint64_t bytes) override {
+    if (!out_ || bytes > G_MAXSSIZE) return nullptr;
+    auto memory = gst::allocate_memory(bytes);
+    if (!memory) return nullptr;
+    maps_.emplace_back(memory->get(), GST_MAP_WRITE);
+    gst_buffer_append_memory(out_, memory->release());
+    return maps_.back() ? maps_.back().bytes().data() : nullptr;
+  }
+  // A copy: the caller's memory is the caller's.
+  Status share_input(uint32_t index) override {
+    void* place = nullptr;
+    if (inputs_ && index < inputs_->size() && (place = reserve((*inputs_)[index].bytes))) {
+      std::memcpy(place, (*inputs_)[index].data, (*inputs_)[index].bytes);
+      return ok();
+    }
+    return Error{
+        Code::CALLBACK_FAILED, "an input cannot be shared", std::to_string(index), "", "", ""};
+  }
+
+  std::string caps;
+
+ private:
+  GstBuffer* out_;
+  const std::vector<weir_tensor>* inputs_;
+  std::list<gst::MappedMemory> maps_;
+};
+
+class OpenDecoder {
+ public:
+  explicit OpenDecoder(const weir_decoder_type& type) : type_(type) {}
+
+  // Takes effect with the next stream or frame: the decoder is opened again.
+  void set_option(size_t index, const char* value) {
+    options_[index] = value;
+    decoder_.reset();
+  }
+  Result<Ref<GstCaps>> configure(const FrameSpec& spec) {
+    if (!decoder_) {
+      infer::Decoder::Options options;
+      for (size_t i = 0; i < options_.size(); ++i)
+        if (options_[i]) options.emplace_back("option" + std::to_string(i + 1), *options_[i]);
+      auto opened = infer::Decoder::open(type_, options);
+      if (!opened) return opened.error();
+      decoder_ = *std::move(opened);
+    }
+    std::vector<weir_tensor_info> infos;
+    if (spec.format == Format::Static)
+      for (const auto& tensor : spec.tensors) infos.push_back(gst::tensor_info(tensor));
+    Sink sink;
+    configured_.reset();
+    if (auto status = decoder_->configure(infos, &sink); !status) return status.error();
+    auto caps = Ref<GstCaps>::adopt(gst_caps_from_string(sink.caps.c_str()));
+    if (!caps)
+      return Error{Code::CALLBACK_FAILED,
+                   "the decoder gives no caps that can be read",
+                   sink.caps,
+                   "caps as text",
+                   "",
+                   ""};
+    if (spec.rate.valid())
+      gst_caps_set_simple(caps.get(), "framerate", GST_TYPE_FRACTION, spec.rate.numerator,
+                          spec.rate.denominator, nullptr);
+    configured_ = spec;
+    return caps;
+  }
+  Result<bool> decode(const FrameSpec& spec, std::vector<weir_tensor> tensors, GstBuffer* out) {
+    if (!decoder_ || !configured_ || !(*configured_ == spec))
+      if (auto caps = configure(spec); !caps) return caps.error();
+    weir_frame frame{};
+    frame.struct_size = sizeof frame;
+    frame.n_tensors = static_cast<uint32_t>(tensors.size());
+    frame.tensors = tensors.data();
+    frame.pts = frame.duration = frame.deadline = -1;
+    Sink sink(out, &tensors);
+    return decoder_->decode(frame, &sink);
+  }
+
+ private:
+  const weir_decoder_type& type_;
+  std::array<std::optional<std::string>, kOptions> options_;
+  std::unique_ptr<infer::Decoder> decoder_;
+  std::optional<FrameSpec> configured_;
+};
+
+OpenDecoder* opened(void** priv) {
+  return static_cast<OpenDecoder*>(*priv);
+}
+
+weir_tensor tensor_of(const TensorSpec& spec, void* data, size_t bytes) {
+  weir_tensor tensor{};
+  tensor.data = data;
+  tensor.bytes = tensor.capacity = bytes;
+  tensor.flags = WEIR_TENSOR_READONLY;
+  tensor.fence_fd = -1;
+  tensor.info = gst::tensor_info(spec);
+  return tensor;
+}
+
+// Of a flexible stream each one begins with its header.
+Result<std::vector<weir_tensor>> tensors_of(const FrameSpec& spec, const GstTensorsConfig& config,
+                                            const GstTensorMemory* input) {
+  std::vector<weir_tensor> out;
+  for (size_t i = 0; i < config.info.num_tensors; ++i) {
+    if (spec.format == Format::Static) {
+      const auto bytes = spec.tensors[i].bytes();
+      if (!bytes || !input[i].data || input[i].size != *bytes)
+        return Error{
+            Code::FRAME_SIZE,
+            "a tensor has not the size of the stream",
+            "tensor " + std::to_string(i) + ": " + std::to_string(input[i].size) + " bytes",
+            spec.tensors[i].to_string(),
+            "",
+            ""};
+      out.push_back(tensor_of(spec.tensors[i], input[i].data, input[i].size));
+      continue;
+    }
+    auto* bytes = static_cast<std::byte*>(input[i].data);
+    const auto header = read_tensor_chunk({bytes, bytes ? input[i].size : 0});
+    if (!header) return header.error();
+    out.push_back(tensor_of(header->spec, bytes + kTensorHeaderBytes,
+                            static_cast<size_t>(header->payload_bytes().value_or(0))));
+  }
+  return out;
+}
+
+void leave(void** priv) {
+  if (priv) delete static_cast<OpenDecoder*>(std::exchange(*priv, nullptr));
+}
+
+int set_option(void** priv, int number, const char* value) {
+  if (!given("setOption", {priv, value}) || number < 0 || number >= kOptions) return FALSE;
+  return or_else("setOption", FALSE, [&] {
+    opened(priv)->set_option(static_cast<size_t>(number), value);
+    return TRUE;
+  });
+}
+
+GstCaps* output_caps(void** priv, const GstTensorsConfig* config) {
+  if (!given("getOutCaps", {priv, config})) return nullptr;
+  return or_else<GstCaps*>("getOutCaps", nullptr, [&]() -> GstCaps* {
+    auto caps = opened(priv)->configure(spec_of(*config));
+    if (caps) return caps->release();
+    warn("getOutCaps", caps.error());
+    return nullptr;
+  });
+}
+
+GstFlowReturn decode(void** priv, const GstTensorsConfig* config, const GstTensorMemory* input,
+                     GstBuffer* outbuf) {
+  if (!given("decode", {priv, config, input, outbuf})) return GST_FLOW_ERROR;
+  return or_else("decode", GST_FLOW_ERROR, [&] {
+    const auto spec = spec_of(*config);
+    auto tensors = tensors_of(spec, *config, input);
+    gst_buffer_remove_all_memory(outbuf);
+    const auto kept = tensors ? opened(priv)->decode(spec, *std::move(tensors), outbuf)
+                              : Result<bool>(tensors.error());
+    if (kept) return *kept ? GST_FLOW_OK : GST_FLOW_CUSTOM_SUCCESS;
+    warn("decode", kept.error());
+    return GST_FLOW_ERROR;
+  });
+}
+
+Slots<GstTensorDecoderDef, weir_decoder_type>& slots();
+
+template <size_t Number>
+struct Functions {
+  static GstTensorDecoderDef descriptor() {
+    GstTensorDecoderDef decoder{};
+    decoder.init = [](void** priv) -> int {
+      if (!given("init", {priv})) return FALSE;
+      return or_else("init", FALSE, [&] {
+        *priv = new OpenDecoder(slots().type(Number));
+        return TRUE;
+      });
+    };
+    decoder.exit = leave;
+    decoder.setOption = set_option;
+    decoder.getOutCaps = output_caps;
+    decoder.decode = decode;
+    decoder.getTransformSize = [](void**, const GstTensorsConfig*, GstCaps*, size_t, GstCaps*,
+                                  GstPadDirection) -> size_t { return 0; };
+    return decoder;
+  }
+};
+
+Slots<GstTensorDecoderDef, weir_decoder_type>& slots() {
+  using All = Slots<GstTensorDecoderDef, weir_decoder_type>;
+  static auto& all = *new All(slot_table<Functions>(std::make_index_sequence<All::kMost>()));
+  return all;
+}
+
+}  // namespace
+
+Result<const GstTensorDecoderDef*> builtin_decoder(const char* name) {
+  const auto type = infer::ModuleLibrary::instance().decoder(name);
+  if (!type) return type.error();
+  return slots().of(**type, [&](GstTensorDecoderDef& decoder, size_t) {
+    decoder.modename = const_cast<char*>((*type)->name);
+  });
+}
+
+}  // namespace weir::compat

@@ -1,0 +1,54 @@
+// Descriptors for Weir's own engines, decoders and converters. Most functions of a descriptor are
+// not told which one they belong to: each type gets functions of its own, by number.
+#pragma once
+#include <array>
+#include <atomic>
+#include <mutex>
+#include <utility>
+
+#include "weir/result.hpp"
+
+namespace weir::compat {
+
+// `Type` is a table of a module or of libweir: it stays until the process ends, as descriptors do.
+template <class Descriptor, class Type>
+class Slots {
+ public:
+  static constexpr size_t kMost = 64;
+  using Table = std::array<Descriptor, kMost>;
+  explicit Slots(const Table& table) : table_(table) {}
+  Slots(const Slots&) = delete;
+  Slots& operator=(const Slots&) = delete;
+
+  // The descriptor of `type`; `name_it(descriptor, number)` fills what is not a function, once.
+  template <class NameIt>
+  Result<const Descriptor*> of(const Type& type, NameIt name_it) {
+    std::lock_guard lock(mutex_);
+    for (size_t i = 0; i < count_; ++i)
+      if (types_[i] == &type) return &table_[i];
+    const size_t number = count_;
+    if (number == kMost)
+      return Error{
+          Code::LIMIT_EXCEEDED, "no descriptor is left", "", std::to_string(kMost), "", ""};
+    types_[number] = &type;
+    name_it(table_[number], number);
+    ++count_;
+    return &table_[number];
+  }
+  // Of a number that of() gave.
+  const Type& type(size_t number) const noexcept { return *types_[number].load(); }
+
+ private:
+  std::mutex mutex_;  // guards of()
+  Table table_;
+  std::array<std::atomic<const Type*>, kMost> types_{};
+  size_t count_ = 0;
+};
+
+// The table of Functions<0>::descriptor() and so on.
+template <template <size_t> class Functions, size_t... N>
+auto slot_table(std::index_sequence<N...>) {
+  return std::array{Functions<N>::descriptor()...};
+}
+
+}  // namespace weir::compat

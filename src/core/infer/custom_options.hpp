@@ -1,0 +1,14 @@
+// custom= of tensor_filter: "NumThreads:2,Delegate:XNNPACK".
+#pragma once
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+namespace weir::infer {
+
+// The options of an engine; a part without ":" has no value. Blanks around keys and values are not
+// theirs.
+std::vector<std::pair<std::string, std::string>> custom_options(std::string_view custom);
+
+}  // namespace weir::infer

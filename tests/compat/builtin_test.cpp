@@ -1,0 +1,286 @@
+// nnstreamer_filter_find() and its siblings for Weir's own engines, decoders and converters: what
+// they give is called as programs call it.
+#include <gst/gst.h>
+#include <gtest/gtest.h>
+
+#include <cstring>
+#include <numeric>
+#include <string>
+#include <vector>
+
+#include "nnstreamer_plugin_api_converter.h"
+#include "nnstreamer_plugin_api_decoder.h"
+#include "nnstreamer_plugin_api_filter.h"
+#include "tensor_filter_custom_easy.h"
+
+namespace {
+
+class Info {
+ public:
+  Info(const char* dimensions, const char* types) {
+    gst_tensors_info_init(&info_);
+    info_.num_tensors = gst_tensors_info_parse_dimensions_string(&info_, dimensions);
+    gst_tensors_info_parse_types_string(&info_, types);
+  }
+  ~Info() { gst_tensors_info_free(&info_); }
+  Info(const Info&) = delete;
+  Info& operator=(const Info&) = delete;
+  const GstTensorsInfo* get() const { return &info_; }
+
+ private:
+  GstTensorsInfo info_;
+};
+
+std::string taken(gchar* text) {
+  const std::string out = text ? text : "(none)";
+  g_free(text);
+  return out;
+}
+
+int squares(void*, const GstTensorFilterProperties*, const GstTensorMemory* in,
+            GstTensorMemory* out) {
+  for (size_t i = 0; i < in[0].size; ++i) {
+    const uint32_t x = static_cast<const uint8_t*>(in[0].data)[i];
+    static_cast<uint32_t*>(out[0].data)[i] = x * x;
+  }
+  return 0;
+}
+
+// A model of a framework, opened with the functions of its descriptor.
+class Opened {
+ public:
+  Opened(const char* framework, const char* model, const char* custom = nullptr)
+      : found(nnstreamer_filter_find(framework)), model_(model) {
+    gst_tensors_info_init(&prop.input_meta);
+    gst_tensors_info_init(&prop.output_meta);
+    prop.fwname = framework;
+    prop.model_files = &model_;
+    prop.num_models = 1;
+    prop.custom_properties = custom;
+    result = found ? found->open(&prop, &priv) : -1;
+  }
+  ~Opened() {
+    if (found) found->close(&prop, &priv);
+    EXPECT_EQ(priv, nullptr);
+    gst_tensors_info_free(&prop.output_meta);
+  }
+  Opened(const Opened&) = delete;
+  Opened& operator=(const Opened&) = delete;
+
+  int info(model_info_ops op, GstTensorsInfo* in, GstTensorsInfo* out) {
+    return found->getModelInfo(found, &prop, priv, op, in, out);
+  }
+  int invoke(const GstTensorMemory* in, GstTensorMemory* out) {
+    return found->invoke(found, &prop, priv, in, out);
+  }
+
+  const GstTensorFilterFramework* found;
+  GstTensorFilterProperties prop{};
+  void* priv = nullptr;
+  int result;
+
+ private:
+  const char* model_;
+};
+
+class BuiltInFilter : public testing::Test {
+ protected:
+  BuiltInFilter() {
+    const Info in("4", "uint8"), out("4", "uint32");
+    EXPECT_EQ(NNS_custom_easy_register("squares", squares, nullptr, in.get(), out.get()), 0);
+  }
+  ~BuiltInFilter() override { EXPECT_EQ(NNS_custom_easy_unregister("squares"), 0); }
+};
+
+TEST_F(BuiltInFilter, SaysWhatItIsAndWhatItsModelTakes) {
+  Opened opened("custom-easy", "squares");
+  ASSERT_NE(opened.found, nullptr);
+  ASSERT_EQ(opened.result, 0);
+  EXPECT_EQ(opened.found->version >> 16, UINT64_C(0xDEAFDEAD0001));
+  GstTensorFilterFrameworkInfo about{};
+  ASSERT_EQ(opened.found->getFrameworkInfo(opened.found, &opened.prop, nullptr, &about), 0);
+  EXPECT_STREQ(about.name, "custom-easy");
+  EXPECT_FALSE(about.verify_model_path);
+  ASSERT_GT(about.num_hw, 0);
+  EXPECT_EQ(about.hw_list[0], ACCL_CPU);
+  GstTensorsInfo in, out;
+  ASSERT_EQ(opened.info(GET_IN_OUT_INFO, &in, &out), 0);
+  EXPECT_EQ(taken(gst_tensors_info_get_dimensions_string(&in)), "4");
+  EXPECT_EQ(taken(gst_tensors_info_get_types_string(&out)), "uint32");
+  gst_tensors_info_free(&in);
+  gst_tensors_info_free(&out);
+}
+
+TEST_F(BuiltInFilter, InvokesIntoTheCallersMemoryAndIntoItsOwn) {
+  Opened opened("custom-easy", "squares");
+  ASSERT_EQ(opened.result, 0);
+  uint8_t numbers[] = {1, 2, 3, 255};
+  const uint32_t wanted[] = {1, 4, 9, 65025};
+  uint32_t place[4] = {};
+  const GstTensorMemory in{numbers, sizeof numbers};
+  GstTensorMemory out{place, sizeof place};
+  ASSERT_EQ(opened.invoke(&in, &out), 0);
+  EXPECT_EQ(std::memcmp(place, wanted, sizeof wanted), 0);
+  GstTensorMemory given{nullptr, 0};
+  ASSERT_EQ(opened.invoke(&in, &given), 0);
+  ASSERT_EQ(given.size, sizeof wanted);
+  EXPECT_EQ(std::memcmp(given.data, wanted, sizeof wanted), 0);
+  GstTensorFilterFrameworkEventData event{};
+  event.data = given.data;
+  EXPECT_EQ(
+      opened.found->eventHandler(opened.found, &opened.prop, opened.priv, DESTROY_NOTIFY, &event),
+      0);
+}
+
+TEST_F(BuiltInFilter, RefusesWhatCannotBe) {
+  Opened unknown("custom-easy", "no-such-function");
+  ASSERT_NE(unknown.found, nullptr);
+  EXPECT_LT(unknown.result, 0);
+  EXPECT_LT(unknown.invoke(nullptr, nullptr), 0);
+  Opened opened("custom-easy", "squares");
+  ASSERT_EQ(opened.result, 0);
+  uint8_t numbers[3] = {};
+  uint32_t place[4] = {};
+  const GstTensorMemory in{numbers, sizeof numbers};
+  GstTensorMemory out{place, sizeof place};
+  EXPECT_LT(opened.invoke(&in, &out), 0) << "3 bytes for 4 numbers";
+  uint8_t four[4] = {};
+  const GstTensorMemory good{four, sizeof four};
+  GstTensorMemory small{place, 8};
+  EXPECT_LT(opened.invoke(&good, &small), 0) << "8 bytes for 4 uint32";
+  const Info other("5", "uint8");
+  GstTensorsInfo ignored;
+  EXPECT_LT(opened.info(SET_INPUT_INFO, const_cast<GstTensorsInfo*>(other.get()), &ignored), 0);
+  EXPECT_LT(opened.found->open(nullptr, nullptr), 0);
+  EXPECT_LT(opened.found->getFrameworkInfo(opened.found, nullptr, nullptr, nullptr), 0);
+  EXPECT_EQ(nnstreamer_filter_find("no-such-framework"), nullptr);
+  EXPECT_EQ(nnstreamer_filter_find(nullptr), nullptr);
+}
+
+TEST_F(BuiltInFilter, IsOneDescriptorForEachEngine) {
+  const auto* easy = nnstreamer_filter_find("custom-easy");
+  EXPECT_EQ(nnstreamer_filter_find("custom-easy"), easy);
+  EXPECT_NE(nnstreamer_filter_find("custom"), easy);
+  EXPECT_NE(nnstreamer_filter_find("cpp"), nullptr);
+}
+
+GstTensorsConfig config_of(const char* dimensions, const char* types) {
+  GstTensorsConfig config;
+  gst_tensors_config_init(&config);
+  config.info.num_tensors = gst_tensors_info_parse_dimensions_string(&config.info, dimensions);
+  gst_tensors_info_parse_types_string(&config.info, types);
+  config.rate_n = 30;
+  config.rate_d = 1;
+  return config;
+}
+
+TEST(BuiltInDecoder, MakesPicturesAsItsOptionsSay) {
+  const auto* found = nnstreamer_decoder_find("direct_video");
+  ASSERT_NE(found, nullptr);
+  EXPECT_STREQ(found->modename, "direct_video");
+  EXPECT_EQ(nnstreamer_decoder_find("direct_video"), found);
+  EXPECT_NE(nnstreamer_decoder_find("octet_stream"), found);
+  void* priv = nullptr;
+  ASSERT_TRUE(found->init(&priv));
+  const auto config = config_of("3:4:2", "uint8");
+  GstCaps* caps = found->getOutCaps(&priv, &config);
+  ASSERT_NE(caps, nullptr);
+  const auto* structure = gst_caps_get_structure(caps, 0);
+  int width = 0;
+  EXPECT_STREQ(gst_structure_get_string(structure, "format"), "RGB");
+  EXPECT_TRUE(gst_structure_get_int(structure, "width", &width));
+  EXPECT_EQ(width, 4);
+  gst_caps_unref(caps);
+  EXPECT_TRUE(found->setOption(&priv, 0, "BGR"));
+  EXPECT_FALSE(found->setOption(&priv, 9, "BGR"));
+  caps = found->getOutCaps(&priv, &config);
+  EXPECT_STREQ(gst_structure_get_string(gst_caps_get_structure(caps, 0), "format"), "BGR");
+  gst_caps_unref(caps);
+  std::vector<uint8_t> pixels(24);
+  std::iota(pixels.begin(), pixels.end(), 1);
+  const GstTensorMemory memory{pixels.data(), pixels.size()};
+  GstBuffer* out = gst_buffer_new();
+  ASSERT_EQ(found->decode(&priv, &config, &memory, out), GST_FLOW_OK);
+  std::vector<uint8_t> read(24);
+  EXPECT_EQ(gst_buffer_extract(out, 0, read.data(), 100), 24u);
+  EXPECT_EQ(read, pixels);
+  const GstTensorMemory small{pixels.data(), 23};
+  EXPECT_EQ(found->decode(&priv, &config, &small, out), GST_FLOW_ERROR);
+  gst_buffer_unref(out);
+  found->exit(&priv);
+  EXPECT_EQ(priv, nullptr);
+}
+
+TEST(BuiltInDecoder, RefusesWhatItMakesNothingOf) {
+  const auto* found = nnstreamer_decoder_find("direct_video");
+  ASSERT_NE(found, nullptr);
+  void* priv = nullptr;
+  ASSERT_TRUE(found->init(&priv));
+  const auto config = config_of("7:4:2", "float64");
+  EXPECT_EQ(found->getOutCaps(&priv, &config), nullptr);
+  EXPECT_EQ(found->getOutCaps(&priv, nullptr), nullptr);
+  EXPECT_EQ(found->decode(&priv, &config, nullptr, nullptr), GST_FLOW_ERROR);
+  found->exit(&priv);
+  EXPECT_FALSE(found->init(nullptr));
+  EXPECT_EQ(nnstreamer_decoder_find("no_such_decoder"), nullptr);
+  EXPECT_EQ(nnstreamer_decoder_find(nullptr), nullptr);
+}
+
+GstBuffer* buffer_of(const std::string& text) {
+  GstBuffer* buffer = gst_buffer_new_memdup(text.data(), text.size());
+  GST_BUFFER_PTS(buffer) = 7;
+  return buffer;
+}
+
+TEST(BuiltInConverter, MakesTensorsOfABuffer) {
+  const auto* found = nnstreamer_converter_find("numbers");
+  ASSERT_NE(found, nullptr);
+  EXPECT_STREQ(found->name, "numbers");
+  GstCaps* caps = found->query_caps(nullptr);
+  ASSERT_NE(caps, nullptr);
+  EXPECT_TRUE(gst_structure_has_name(gst_caps_get_structure(caps, 0), "application/x-numbers"));
+  gst_caps_unref(caps);
+  caps = gst_caps_from_string("application/x-numbers, mode=(string)three, framerate=(fraction)5/1");
+  GstTensorsConfig config;
+  ASSERT_TRUE(found->get_out_config(caps, &config));
+  EXPECT_EQ(taken(gst_tensors_info_get_dimensions_string(&config.info)), "3:1");
+  EXPECT_EQ(config.rate_n, 5);
+  gst_caps_unref(caps);
+  GstBuffer* in = buffer_of("1 2 3;4 5");
+  GstBuffer* out = found->convert(in, &config, nullptr);
+  ASSERT_NE(out, nullptr);
+  EXPECT_EQ(gst_buffer_n_memory(out), 2u);
+  EXPECT_EQ(GST_BUFFER_PTS(out), 7u);
+  EXPECT_EQ(taken(gst_tensors_info_get_dimensions_string(&config.info)), "3,2");
+  EXPECT_EQ(config.rate_n, 5);
+  int32_t numbers[5] = {};
+  EXPECT_EQ(gst_buffer_extract(out, 0, numbers, sizeof numbers), sizeof numbers);
+  EXPECT_EQ(numbers[4], 5);
+  gst_buffer_unref(out);
+  gst_buffer_unref(in);
+  gst_tensors_config_free(&config);
+}
+
+TEST(BuiltInConverter, RefusesWhatCannotBe) {
+  const auto* found = nnstreamer_converter_find("numbers");
+  ASSERT_NE(found, nullptr);
+  GstTensorsConfig config;
+  GstCaps* caps = gst_caps_from_string("application/x-numbers, mode=(string)refused");
+  EXPECT_FALSE(found->get_out_config(caps, &config));
+  gst_caps_unref(caps);
+  GstBuffer* in = buffer_of("failure");
+  EXPECT_EQ(found->convert(in, &config, nullptr), nullptr);
+  EXPECT_EQ(found->convert(nullptr, &config, nullptr), nullptr);
+  gst_buffer_unref(in);
+  EXPECT_FALSE(found->get_out_config(nullptr, &config));
+  EXPECT_EQ(nnstreamer_converter_find("no_such_converter"), nullptr);
+  EXPECT_EQ(nnstreamer_converter_find(nullptr), nullptr);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  gst_init(&argc, &argv);
+  testing::InitGoogleTest(&argc, argv);
+  return RUN_ALL_TESTS();
+}
