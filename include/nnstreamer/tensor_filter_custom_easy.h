@@ -13,7 +13,9 @@
 extern "C" {
 #endif
 
-/* `func` gets `data` as priv and is called for one frame at a time. The descriptions are copied. */
+/* `func` gets `data` as priv and is called for one frame at a time. The descriptions are copied.
+ * One of format flexible says how many tensors there are and no more: each frame says its own
+ * inputs, and outputs are as the inputs of the same number. */
 NNS_EXPORT int NNS_custom_easy_register(const char* name, NNS_custom_invoke func, void* data,
                                         const GstTensorsInfo* in_info,
                                         const GstTensorsInfo* out_info);

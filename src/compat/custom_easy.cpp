@@ -1,4 +1,5 @@
 // Functions of a program as filters: NNS_custom_easy_*, over weir/custom_filter.h.
+#include <algorithm>
 #include <cerrno>
 
 #include "compat/filter_model.hpp"
@@ -13,6 +14,8 @@
 using namespace weir::compat;
 
 namespace {
+
+constexpr unsigned kMostTensors = NNS_TENSOR_SIZE_LIMIT;
 
 using Gate = std::shared_ptr<weir::infer::CallGate>;
 
@@ -45,9 +48,17 @@ class EasyFunction final : public OpenFilter {
   Known get_info(GstTensorsInfo* in, GstTensorsInfo* out) override {
     copy(in_, in);
     copy(out_, out);
-    return {true, fixed != nullptr};
+    return {true, fixed && out_.format == _NNS_TENSOR_FORMAT_STATIC};
   }
-  int set_inputs(const GstTensorsInfo*, GstTensorsInfo*) override { return -ENOENT; }
+  // Outputs of which only the number is said are as the inputs: what decides their sizes itself is
+  // registered as dynamic.
+  int set_inputs(const GstTensorsInfo* in, GstTensorsInfo* out) override {
+    if (out_.format == _NNS_TENSOR_FORMAT_STATIC) return -ENOENT;
+    if (out_.num_tensors > in->num_tensors) return -EINVAL;
+    copy(*in, out);
+    out->num_tensors = out_.num_tensors;
+    return 0;
+  }
   int invoke(const GstTensorMemory* in, GstTensorMemory* out) override {
     const weir::infer::CallGate::Visit visit(*gate);
     if (!visit)
@@ -82,6 +93,15 @@ int invoke(const weir_host* host, const weir_frame* in, weir_frame* out, void* d
                        [&] { return static_cast<FilterModel*>(data)->invoke(*in, *out) ? 0 : 1; });
 }
 
+int resolve(const weir_host* host, const weir_tensor_info* in, uint32_t n_in, weir_tensor_info* out,
+            uint32_t n_out, void* data, weir_error* error) {
+  weir::accept_host(host);
+  return weir::guarded(error, [&] {
+    static_cast<FilterModel*>(data)->resolve({in, n_in}, {out, n_out});
+    return 0;
+  });
+}
+
 std::shared_ptr<EasyFunction> make_function(const char* name, NNS_custom_invoke fixed,
                                             NNS_custom_invoke_dynamic dynamic, void* data,
                                             const GstTensorsInfo& in, const GstTensorsInfo* out) {
@@ -111,8 +131,13 @@ int add(const char* caller, const char* name, NNS_custom_invoke fixed,
     filter.flags = dynamic ? uint32_t{WEIR_FILTER_DYNAMIC} : 0;
     filter.n_inputs = static_cast<uint32_t>(model->inputs().size());
     filter.inputs = model->inputs().data();
-    filter.n_outputs = static_cast<uint32_t>(model->outputs().size());
-    filter.outputs = model->outputs().data();
+    // Of flexible ones the number is known.
+    const bool open = !dynamic && model->outputs().empty();
+    const auto opened = open_tensors(open ? std::min(out->num_tensors, kMostTensors) : 0);
+    const auto outputs = open ? std::span<const weir_tensor_info>(opened.infos) : model->outputs();
+    filter.n_outputs = static_cast<uint32_t>(outputs.size());
+    filter.outputs = outputs.data();
+    filter.resolve = open ? resolve : nullptr;
     filter.invoke = invoke;
     filter.data = model.get();
     filter.release = [](void* owned) { delete static_cast<FilterModel*>(owned); };

@@ -28,6 +28,8 @@ FilterModel::FilterModel(std::shared_ptr<OpenFilter> filter)
   if (known.inputs && (*in).format == _NNS_TENSOR_FORMAT_STATIC) {
     inputs_ = described(*in, filter_->name(), "input");
     filter_->properties().configure_inputs(inputs_.infos);
+  } else if (known.inputs && (*in).num_tensors <= WEIR_TENSOR_LIMIT) {
+    inputs_ = open_tensors((*in).num_tensors);  // a count: each frame says its own sizes
   }
   if (known.outputs && !dynamic_ && (*out).format == _NNS_TENSOR_FORMAT_STATIC) {
     outputs_ = described(*out, filter_->name(), "output");

@@ -82,6 +82,52 @@ TEST(CompatProgram, FunctionIsAFilter) {
   EXPECT_SAYS(frame_error<uint8_t>(h, {102, 2}), "threw out of its function");
 }
 
+class Flexible : public Info {
+ public:
+  explicit Flexible(unsigned count) : Info("", "") {
+    get()->num_tensors = count;
+    get()->format = _NNS_TENSOR_FORMAT_FLEXIBLE;
+  }
+};
+
+TEST(CompatProgram, FunctionTakesTensorsOfWhichTheNumberIsSaid) {
+  int number = 5;
+  Flexible one(1);
+  ASSERT_EQ(NNS_custom_easy_register("adder", add, &number, one.get(), one.get()), 0);
+  const Easy adder("adder");
+  auto h = harness_of(kLine, kTwo);
+  EXPECT_EQ(pushed<uint8_t>(h, {1, 2}), (Bytes{6, 7}));
+  EXPECT_SAYS(caps_text(h), "dimension=(string)2,");
+  h = harness_of(kLine, tensors("uint8", "3"));
+  EXPECT_EQ(pushed<uint8_t>(h, {1, 2, 3}), (Bytes{6, 7, 8}));
+  EXPECT_SAYS(start_error(kLine,
+                          "other/tensors,format=static,num_tensors=2,dimensions=(string)3.3,"
+                          "types=(string)uint8.uint8,framerate=30/1"),
+              "number of tensors");
+}
+
+TEST(CompatProgram, FunctionDecidesSizesForAnyInput) {
+  Flexible one(1);
+  ASSERT_EQ(NNS_custom_easy_dynamic_register("grower", grow, nullptr, one.get()), 0);
+  const Easy grower("grower");
+  auto h = harness_of("tensor_filter framework=custom-easy model=grower invoke-dynamic=true",
+                      tensors("uint8", "2"));
+  EXPECT_EQ(pushed<uint8_t>(h, {3, 0}).size(), 128u + 3);
+}
+
+TEST(CompatProgram, FunctionNeedsANumberOfTensors) {
+  int number = 5;
+  Flexible none(0), one(1), many(257);
+  EXPECT_EQ(NNS_custom_easy_register("adder", add, &number, none.get(), one.get()), -EINVAL);
+  EXPECT_EQ(NNS_custom_easy_register("adder", add, &number, one.get(), none.get()), -EINVAL);
+  EXPECT_EQ(NNS_custom_easy_register("adder", add, &number, many.get(), one.get()), -EINVAL);
+  EXPECT_EQ(NNS_custom_easy_dynamic_register("grower", grow, nullptr, none.get()), -EINVAL);
+  Flexible two(2);
+  ASSERT_EQ(NNS_custom_easy_register("adder", add, &number, one.get(), two.get()), 0);
+  const Easy adder("adder");
+  EXPECT_SAYS(start_error(kLine, kTwo), "refuses these inputs");
+}
+
 TEST(CompatProgram, FunctionDecidesSizes) {
   Info one("1", "uint8");
   ASSERT_EQ(NNS_custom_easy_dynamic_register("grower", grow, nullptr, one.get()), 0);
