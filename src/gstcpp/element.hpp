@@ -4,6 +4,9 @@
 // Each callback is a barrier: an Error or exception becomes an element message and the callback's
 // failure value, and never crosses into C. Impl may also have
 //   void property_changed(const char* name)   after a write, without the settings lock
+//   Status check_change(const char* name, const Settings& wanted) const
+//                                             before a write while frames may flow: an error is
+//                                             posted as a warning, and the old value stays
 //   Ledger ledger_                            shown as the read-only property "stats"
 //   BufferLimit buffer_limit_                 shown as the property "max-buffer-size"
 //   void add_stats(GstStructure*) const       its own fields of "stats"
@@ -187,15 +190,48 @@ class Element {
           impl->buffer_limit_.set_bytes(g_value_get_uint64(v));
         return;
       }
-      with_property(id, [&](const auto& p) {
-        if constexpr (requires { p.field; }) {
-          std::lock_guard lock(impl->settings_mutex_);
-          auto& field = impl->settings_.*p.field;
-          field = from_gvalue<std::decay_t<decltype(field)>>(v);
-        }
-      });
+      if (may_run(o) && !may_change(impl, id, v, spec)) return;
+      write(impl, id, v);
       if constexpr (requires { impl->property_changed(""); }) impl->property_changed(spec->name);
     });
+  }
+  static void write(Impl* impl, guint id, const GValue* v) {
+    with_property(id, [&](const auto& p) {
+      if constexpr (requires { p.field; }) {
+        std::lock_guard lock(impl->settings_mutex_);
+        auto& field = impl->settings_.*p.field;
+        field = from_gvalue<std::decay_t<decltype(field)>>(v);
+      }
+    });
+  }
+  static bool may_run(GObject* o) {
+    GST_OBJECT_LOCK(o);
+    const bool runs = GST_STATE(o) >= GST_STATE_PAUSED;
+    GST_OBJECT_UNLOCK(o);
+    return runs;
+  }
+  // Of an element that may have frames in work: false with a warning where the value cannot act.
+  static bool may_change(Impl* impl, guint id, const GValue* v, GParamSpec* spec) {
+    auto wanted = impl->settings();
+    bool same = false;
+    with_property(id, [&](const auto& p) {
+      if constexpr (requires { p.field; }) {
+        auto& field = wanted.*p.field;
+        auto value = from_gvalue<std::decay_t<decltype(field)>>(v);
+        same = value == field;
+        field = std::move(value);
+      }
+    });
+    if (!(spec->flags & GST_PARAM_MUTABLE_PLAYING)) {
+      if (!same) post_warning(impl->element(), property_is_fixed(spec->name, v));
+      return false;
+    }
+    if constexpr (requires { impl->check_change("", wanted); })
+      if (const Status status = impl->check_change(spec->name, wanted); !status) {
+        post_warning(impl->element(), status.error());
+        return false;
+      }
+    return true;
   }
   static void get_property(GObject* o, guint id, GValue* v, GParamSpec*) {
     Impl* impl = of(o);

@@ -3,6 +3,8 @@
 
 #include <string>
 
+#include "gstcpp/ref.hpp"
+
 namespace weir::gst {
 namespace {
 
@@ -108,6 +110,17 @@ void post_error(GstElement* element, const Error& error) {
 
 uint64_t errors_posted_by_this_thread() noexcept {
   return errors_posted;
+}
+
+Error property_is_fixed(const char* name, const GValue* value) {
+  const UniqueText text{gst_value_serialize(value)};
+  return Error{
+      .code = Code::OPTION_VALUE,
+      .what = std::string("the property ") + name + " cannot change while the element runs",
+      .offered = std::string(name) + "=" + (text ? text.get() : "NULL"),
+      .needed = "the element in the state NULL or READY",
+      .difference = "",
+      .fix = "gst_element_set_state (element, GST_STATE_READY)"};
 }
 
 void post_warning(GstElement* element, const Error& error) {

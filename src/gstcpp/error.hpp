@@ -11,6 +11,8 @@ namespace weir::gst {
 // needed, difference, fix (strings).
 void post_error(GstElement* element, const Error& error);
 void post_warning(GstElement* element, const Error& error);
+// OPTION_VALUE: the property cannot change to `value` while the element is PAUSED or PLAYING.
+Error property_is_fixed(const char* name, const GValue* value);
 
 // While one lives, its element answers an event or a query in this thread. Sources try refused caps
 // again: of errors over caps, the very one that was posted last is not posted again until caps are

@@ -48,6 +48,7 @@ struct Accessor {
   T S::*field;
   T (Impl::*get)() const;
   const char* blurb;
+  Changeable changeable = Changeable::InReady;
 };
 template <class S, class Impl>
 struct Gauge {
@@ -69,6 +70,8 @@ template <class Impl, class T>
 ReadOnly(const char*, T (Impl::*)() const, const char*) -> ReadOnly<Impl, T>;
 template <class S, class Impl, class T>
 Accessor(const char*, T S::*, T (Impl::*)() const, const char*) -> Accessor<S, Impl, T>;
+template <class S, class Impl, class T>
+Accessor(const char*, T S::*, T (Impl::*)() const, const char*, Changeable) -> Accessor<S, Impl, T>;
 template <class S, class Impl>
 Gauge(const char*, int S::*, int (Impl::*)() const, const char*, int, int) -> Gauge<S, Impl>;
 
@@ -185,7 +188,7 @@ GParamSpec* param_spec(const ReadOnly<Impl, T>& p) {
 }
 template <class S, class Impl, class T>
 GParamSpec* param_spec(const Accessor<S, Impl, T>& p) {
-  return param_spec(Property{p.name, p.field, p.blurb});
+  return param_spec(Property{p.name, p.field, p.blurb, p.changeable});
 }
 template <class S, class Impl>
 GParamSpec* param_spec(const Gauge<S, Impl>& p) {

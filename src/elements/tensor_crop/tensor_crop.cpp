@@ -62,7 +62,8 @@ class TensorCrop : public gst::Element<TensorCrop, gst::PlainElement>, public gs
                     "Bytes of all frames that are held; a frame beyond it waits for the output "
                     "that is being made, and is an error where that makes no room; 0 = any",
                     gst::Changeable::WhilePlaying},
-      gst::Property{"silent", &Settings::silent, "Accepted for compatibility; has no effect"},
+      gst::Property{"silent", &Settings::silent, "Accepted for compatibility; has no effect",
+                    gst::Changeable::WhilePlaying},
   };
 
   void constructed() {

@@ -61,7 +61,8 @@ struct EnumType<isolate::OnCrash> {
 namespace weir {
 
 inline constexpr std::tuple kFilterProperties{
-    gst::Property{"silent", &FilterSettings::silent, "Accepted for compatibility; has no effect"},
+    gst::Property{"silent", &FilterSettings::silent, "Accepted for compatibility; has no effect",
+                  gst::Changeable::WhilePlaying},
     gst::Property{"model", &FilterSettings::model,
                   "Path of the model file; several: comma list. While playing: see is-updatable",
                   gst::Changeable::WhilePlaying},

@@ -54,7 +54,8 @@ class TensorReposink : public gst::Element<TensorReposink, gst::BaseSink> {
                     500u},
       gst::Property{"slot-index", &Settings::slot_index, "The slot that frames go to",
                     gst::Changeable::WhilePlaying},
-      gst::Property{"silent", &Settings::silent, "Accepted for compatibility; has no effect"},
+      gst::Property{"silent", &Settings::silent, "Accepted for compatibility; has no effect",
+                    gst::Changeable::WhilePlaying},
   };
 
   void constructed() {

@@ -32,7 +32,8 @@ class TensorSink : public gst::Element<TensorSink, gst::BaseSink> {
                     gst::Changeable::WhilePlaying, 0u, 500u},
       gst::Property{"emit-signal", &Settings::emit_signal, "Emit new-data, stream-start and eos",
                     gst::Changeable::WhilePlaying},
-      gst::Property{"silent", &Settings::silent, "Accepted for compatibility; has no effect"},
+      gst::Property{"silent", &Settings::silent, "Accepted for compatibility; has no effect",
+                    gst::Changeable::WhilePlaying},
   };
 
   static void install_signals(GType type) {

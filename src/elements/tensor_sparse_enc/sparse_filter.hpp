@@ -21,7 +21,8 @@ class SparseFilter : public gst::PlainFilter<Impl> {
     bool silent = true;
   };
   static constexpr std::tuple kProperties{
-      gst::Property{"silent", &Settings::silent, "Accepted for compatibility; has no effect"},
+      gst::Property{"silent", &Settings::silent, "Accepted for compatibility; has no effect",
+                    gst::Changeable::WhilePlaying},
   };
 
   GstFlowReturn take_buffer(gst::Ref<GstBuffer> in) {
