@@ -46,23 +46,6 @@ TEST(TensorTransformSettings, QueriesFollowTheOptionThatWasSetLast) {
     }
 }
 
-TEST(TensorTransformSettings, AnOptionThatChangesTakesEffectWithTheNextCaps) {
-  auto h = harness_of("tensor_transform mode=typecast option=uint8", kFloats);
-  const auto element = element_of(h, "tensor_transform");
-  auto out = Ref<GstBuffer>::adopt(
-      gst_harness_push_and_pull(h.get(), frame(std::vector<float>{1, 2, 3, 4})));
-  EXPECT_EQ(values<uint8_t>(out.get()), (std::vector<uint8_t>{1, 2, 3, 4}));
-  g_object_set(element.get(), "option", "int16", nullptr);
-  out = Ref<GstBuffer>::adopt(
-      gst_harness_push_and_pull(h.get(), frame(std::vector<float>{1, 2, 3, 4})));
-  EXPECT_EQ(gst_buffer_get_size(out.get()), 4u);
-  gst_harness_set_src_caps_str(
-      h.get(), "other/tensor,dimension=(string)2,type=(string)float32,framerate=30/1");
-  out = Ref<GstBuffer>::adopt(gst_harness_push_and_pull(h.get(), frame(std::vector<float>{5, 6})));
-  EXPECT_SAYS(caps_text(h), "type=(string)int16");
-  EXPECT_EQ(values<int16_t>(out.get()), (std::vector<int16_t>{5, 6}));
-}
-
 TEST(TensorTransformSettings, ABadApplyIsNamedWhenItStarts) {
   EXPECT_SAYS(start_error("tensor_transform mode=typecast option=uint8 apply=0,y"),
               "WEIR-1001: apply cannot be read\n  offered: 0,y");

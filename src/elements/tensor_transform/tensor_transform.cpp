@@ -1,7 +1,10 @@
 // tensor_transform: changes the numbers, the type or the order of the tensors of a stream.
 #include <atomic>
+#include <cstring>
 #include <memory>
+#include <mutex>
 #include <utility>
+#include <vector>
 
 #include "core/text/text.hpp"
 #include "elements/tensor_transform/frame_transformer.hpp"
@@ -57,14 +60,17 @@ class TensorTransform : public gst::CountedTransform<TensorTransform> {
   uint32_t transpose_rank_limit() const {
     return kRankLimit;
   }
+  static constexpr auto kPlaying = gst::Changeable::WhilePlaying;
   static constexpr std::tuple kProperties{
-      gst::Property{"silent", &Settings::silent, "Accepted for compatibility; has no effect"},
-      gst::Property{"mode", &Settings::mode, "What to do with each tensor"},
-      gst::Property{"option", &Settings::option, "How to do it; its grammar depends on the mode"},
+      gst::Property{"silent", &Settings::silent, "Accepted for compatibility; has no effect",
+                    gst::Changeable::WhilePlaying},
+      gst::Property{"mode", &Settings::mode, "What to do with each tensor", kPlaying},
+      gst::Property{"option", &Settings::option, "How to do it; its grammar depends on the mode",
+                    kPlaying},
       gst::Property{"acceleration", &Settings::acceleration,
-                    "Use SIMD; the numbers are the same without"},
+                    "Use SIMD; the numbers are the same without", kPlaying},
       gst::Property{"apply", &Settings::apply,
-                    "Comma list of the tensors to transform, by index; empty = all"},
+                    "Comma list of the tensors to transform, by index; empty = all", kPlaying},
       gst::ReadOnly{"transpose-rank-limit", &TensorTransform::transpose_rank_limit,
                     "Highest rank that transpose takes"},
   };
@@ -73,16 +79,29 @@ class TensorTransform : public gst::CountedTransform<TensorTransform> {
     ledger_.reset();
     fused_frames_ = deferred_frames_ = pool_allocated_ = 0;
     counts_->divisions_by_zero = 0;
-    return load();
+    waiting_ = false;
+    // Both may come as late as the first frame.
+    return is_set(settings()) ? load() : ok();
   }
 
   bool stop() {
     transformer_.reset();
+    early_.clear();
+    set_good({});
     return true;
   }
 
   void property_changed(const char*) {
     options_.reset();
+  }
+  // A mode and its option come one after the other: only what fits no mode is refused at once.
+  Status check_change(const char* name, const Settings& wanted) const {
+    const auto options = parse(wanted);
+    if (options || !is_set(wanted) || std::strcmp(name, "mode") == 0) return ok();
+    if (std::strcmp(name, "option") == 0)
+      for (int mode = 0; mode <= static_cast<int>(transform::Mode::Padding); ++mode)
+        if (transform::parse(static_cast<transform::Mode>(mode), *wanted.option)) return ok();
+    return options.error();
   }
 
   // GstBaseTransform passes no filter for the caps of a stream, and compares the result with the
@@ -116,6 +135,7 @@ class TensorTransform : public gst::CountedTransform<TensorTransform> {
   }
 
   gboolean sink_event(GstEvent* event) {
+    if (hold(event)) return TRUE;
     if (GST_EVENT_TYPE(event) != GST_EVENT_CAPS) return parent_class()->sink_event(self(), event);
     GstCaps* caps = nullptr;
     gst_event_parse_caps(event, &caps);
@@ -124,6 +144,17 @@ class TensorTransform : public gst::CountedTransform<TensorTransform> {
     if (parent_class()->sink_event(self(), event)) return TRUE;
     if (!told_) tell_why_not(held.get());
     return FALSE;
+  }
+
+  GstFlowReturn submit_input_buffer(gboolean discont, GstBuffer* buffer) {
+    if (waiting_ && !begin()) {
+      ledger_.received();
+      gst_buffer_unref(buffer);
+      ledger_.dropped(DropReason::Error);
+      return GST_FLOW_NOT_NEGOTIATED;
+    }
+    if (transformer_ && !waiting_) follow_properties();
+    return gst::CountedTransform<TensorTransform>::submit_input_buffer(discont, buffer);
   }
 
   Status set_caps(GstCaps* in, GstCaps* out) {
@@ -216,7 +247,7 @@ class TensorTransform : public gst::CountedTransform<TensorTransform> {
     GstPad* other = direction == GST_PAD_SINK ? GST_BASE_TRANSFORM_SRC_PAD(self())
                                               : GST_BASE_TRANSFORM_SINK_PAD(self());
     auto result = Ref<GstCaps>::adopt(gst_caps_new_empty());
-    const auto options = current();
+    const auto options = effective();
     for (guint i = 0; i < gst_caps_get_size(caps); ++i) {
       const auto one = Ref<GstCaps>::adopt(gst_caps_copy_nth(caps, i));
       auto spec = gst::spec_from_caps(one.get());
@@ -265,7 +296,7 @@ class TensorTransform : public gst::CountedTransform<TensorTransform> {
   void tell_why_not(GstCaps* caps) {
     const auto input = gst::fixed_spec_from_caps(caps);
     if (!input) return gst::post_error(element(), input.error());
-    const auto options = current();
+    const auto options = effective();
     if (input->format == Format::Static && *options)
       if (const auto computed =
               transformed((*options)->operation, (*options)->choice, input->tensors);
@@ -282,8 +313,101 @@ class TensorTransform : public gst::CountedTransform<TensorTransform> {
                                         "type"));
   }
 
+  struct Options;
+  static bool is_set(const Settings& s) {
+    return s.mode != transform::Mode::Unknown && s.option.has_value();
+  }
+
+  // Before there are a mode and an option, caps and what comes after them stay here.
+  bool hold(GstEvent* event) {
+    const auto type = GST_EVENT_TYPE(event);
+    if (type == GST_EVENT_CAPS) {
+      waiting_ = !transformer_ && !is_set(settings());
+      early_.clear();
+      if (waiting_) gst_event_unref(event);  // the sink pad keeps it
+      return waiting_;
+    }
+    if (type == GST_EVENT_FLUSH_STOP) early_.clear();
+    const bool serialized = (gst_event_type_get_flags(type) & GST_EVENT_TYPE_SERIALIZED) != 0 &&
+                            type != GST_EVENT_FLUSH_STOP;
+    if (!waiting_ || !serialized) return false;
+    if (type == GST_EVENT_EOS) {
+      replay();
+      return false;
+    }
+    early_.push_back(Ref<GstEvent>::adopt(event));
+    return true;
+  }
+  void replay() {
+    for (auto& event : std::exchange(early_, {}))
+      parent_class()->sink_event(self(), event.release());
+  }
+  // The first frame is there.
+  bool begin() {
+    const auto options = current();
+    if (!*options) return gst::post_error(element(), options->error()), false;
+    const auto caps =
+        Ref<GstCaps>::adopt(gst_pad_get_current_caps(GST_BASE_TRANSFORM_SINK_PAD(self())));
+    waiting_ = false;
+    const auto later = std::exchange(early_, {});
+    if (!caps || !sink_event(gst_event_new_caps(caps.get()))) return false;
+    early_ = later;
+    replay();
+    return true;
+  }
+
+  // Between two frames: other options are taken where the stream can go on with them.
+  void follow_properties() {
+    const auto options = current();
+    if (options == loaded_ || options == refused_) return;
+    const Status status = *options ? can_follow(**options) : Status(options->error());
+    if (!status) {
+      refused_ = options;
+      gst::post_warning(element(), status.error());
+      if (*options) restore((*loaded_)->settings);  // else the other part may be on its way
+      return;
+    }
+    GstPad *sink = GST_BASE_TRANSFORM_SINK_PAD(self()),
+           *source = GST_BASE_TRANSFORM_SRC_PAD(self());
+    const auto in = Ref<GstCaps>::adopt(gst_pad_get_current_caps(sink));
+    const auto out = Ref<GstCaps>::adopt(gst_pad_get_current_caps(source));
+    // Where the caps stay as they are GstBaseTransform does not set them; where they do not, they
+    // are set with the frame.
+    if (in && out) static_cast<void>(configure(in.get(), out.get()));
+    gst_base_transform_reconfigure_src(self());
+    gst_base_transform_reconfigure_sink(self());
+  }
+  Status can_follow(const Options& options) {
+    const auto in =
+        Ref<GstCaps>::adopt(gst_pad_get_current_caps(GST_BASE_TRANSFORM_SINK_PAD(self())));
+    const auto input = gst::fixed_spec_from_caps(in.get());
+    if (!input) return input.error();
+    FrameSpec output = *input;
+    if (input->format == Format::Static) {
+      auto computed = transformed(options.operation, options.choice, input->tensors);
+      if (!computed) return computed.error();
+      output.tensors = *std::move(computed);
+    }
+    FrameTransformer trial(options.operation, options.choice, options.accelerate, counts_,
+                           buffer_limit_);
+    if (auto status = trial.configure(*input, output); !status) return status;
+    GstPad* pad = GST_BASE_TRANSFORM_SRC_PAD(self());
+    const auto ours = Ref<GstCaps>::adopt(transform_caps(GST_PAD_SINK, in.get(), nullptr));
+    const auto theirs = Ref<GstCaps>::adopt(gst_pad_peer_query_caps(pad, nullptr));
+    if (gst_caps_can_intersect(ours.get(), theirs.get())) return ok();
+    return gst::refused_behind(pad, theirs.get(),
+                               gst::UniqueText(gst_caps_to_string(ours.get())).get(),
+                               "a mode and an option whose result downstream takes");
+  }
+  // The properties say what is in force.
+  void restore(const Settings& good) {
+    change_settings([&](Settings& s) { s = good; });
+    options_.reset();
+  }
+
   // What the properties say.
   struct Options {
+    Settings settings;
     transform::Operation operation;
     TensorChoice choice;
     bool accelerate;
@@ -295,12 +419,12 @@ class TensorTransform : public gst::CountedTransform<TensorTransform> {
   }
 
   static Result<Options> parse(const Settings& s) {
-    if (s.mode == transform::Mode::Unknown || !s.option) return missing_option();
+    if (!is_set(s)) return missing_option();
     auto operation = transform::parse(s.mode, *s.option);
     if (!operation) return operation.error();
     auto choice = parse_choice(s.apply);
     if (!choice) return choice.error();
-    return Options{*std::move(operation), *std::move(choice), s.acceleration};
+    return Options{s, *std::move(operation), *std::move(choice), s.acceleration};
   }
 
   static Result<TensorChoice> parse_choice(const std::string& apply) {
@@ -321,15 +445,27 @@ class TensorTransform : public gst::CountedTransform<TensorTransform> {
     return choice;
   }
 
-  // A transformer for the present options; options that change while a stream plays take effect
-  // with the next caps.
-  Status load() {
+  // The same, or the last ones that could be read. Any thread.
+  SharedOptions effective() const {
     auto options = current();
+    if (*options) return options;
+    std::lock_guard lock(good_mutex_);
+    return good_ ? good_ : options;
+  }
+  void set_good(SharedOptions options) {
+    std::lock_guard lock(good_mutex_);
+    good_ = std::move(options);
+  }
+
+  // A transformer for the present options.
+  Status load() {
+    auto options = effective();
     if (!*options) return options->error();
     if (transformer_ && loaded_ == options) return ok();
-    const auto& [operation, choice, accelerate] = **options;
+    const auto& [settings, operation, choice, accelerate] = **options;
     transformer_ =
         std::make_unique<FrameTransformer>(operation, choice, accelerate, counts_, buffer_limit_);
+    set_good(options);
     loaded_ = std::move(options);
     return ok();
   }
@@ -362,6 +498,12 @@ class TensorTransform : public gst::CountedTransform<TensorTransform> {
   }
 
   gst::DerivedSetting<Result<Options>> options_;
+  mutable std::mutex good_mutex_;  // guards good_
+  SharedOptions good_;             // loaded_, for queries
+  SharedOptions refused_;          // told already; streaming thread
+  // Streaming thread: caps came, and there is no mode; what came after them.
+  bool waiting_ = false;
+  std::vector<Ref<GstEvent>> early_;
   bool told_ = false;     // whether set_caps said why it failed; streaming thread
   SharedOptions loaded_;  // of transformer_, without an error; streaming thread, as transformer_
   std::unique_ptr<FrameTransformer> transformer_;

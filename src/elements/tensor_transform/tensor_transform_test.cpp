@@ -147,8 +147,4 @@ TEST(TensorTransform, RefusesOptionsThatCannotBeRead) {
     EXPECT_SAYS(error_of(properties), "WEIR-1001") << properties;
 }
 
-TEST(TensorTransform, NeedsAModeAndAnOption) {
-  EXPECT_SAYS(error_of(""), "mode and option are not set");
-}
-
 }  // namespace

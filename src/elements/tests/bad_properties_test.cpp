@@ -70,7 +70,6 @@ INSTANTIATE_TEST_SUITE_P(
              "tensor_transform mode=clamp option=1:5 apply=0,x",
              kTensor,
              {"WEIR-1001", "apply cannot be read", "x"}},
-        Typo{"nothing", "tensor_transform", kTensor, {"WEIR-1001", "mode and option are not set"}},
         Typo{"mean", "tensor_preprocess width=4 height=4 mean=1,x,3", kVideo, {"WEIR-1", "1,x,3"}},
         Typo{"sizes", "tensor_preprocess sizes=4x4,4y4", kVideo, {"WEIR-1", "4y4"}},
         Typo{

@@ -1,0 +1,111 @@
+// tensor_transform whose properties change while frames flow, or come after the start.
+#include <string>
+#include <vector>
+
+#include "elements/tests/tuned.hpp"
+
+namespace {
+
+using namespace weir::test;
+using Bytes = std::vector<uint8_t>;
+
+constexpr char kBytes[] = "other/tensor,dimension=(string)3:2,type=uint8,framerate=30/1";
+const Bytes kSix{0, 1, 2, 127, 200, 255};
+
+Tuned tuned(const std::string& line) {
+  return {"tensor_transform", line, kBytes};
+}
+
+TEST(TuningTransform, AnotherOptionActsOnTheNextFrame) {
+  auto t = tuned("tensor_transform mode=arithmetic option=add:1");
+  EXPECT_EQ(t.push<uint8_t>(kSix), (Bytes{1, 2, 3, 128, 201, 255}));
+  t.set("option", "add:2");
+  EXPECT_EQ(t.get("option"), "add:2");
+  EXPECT_EQ(t.push<uint8_t>(kSix), (Bytes{2, 3, 4, 129, 202, 255}));
+}
+
+TEST(TuningTransform, AnotherModeNegotiatesAgain) {
+  auto t = tuned("tensor_transform mode=arithmetic option=add:1");
+  t.push<uint8_t>(kSix);
+  t.set("mode", "typecast");
+  t.set("option", "int16");
+  EXPECT_EQ(t.push<int16_t>(kSix), (std::vector<int16_t>{0, 1, 2, 127, 200, 255}));
+  EXPECT_SAYS(t.caps(), "type=(string)int16");
+  t.set("option", "1:0:2:3");
+  t.set("mode", "transpose");
+  EXPECT_EQ(t.push<uint8_t>(kSix), (Bytes{0, 127, 1, 200, 2, 255}));
+  EXPECT_SAYS(t.caps(), "dimension=(string)2:3");
+}
+
+TEST(TuningTransform, ApplyAndAccelerationAct) {
+  Tuned t("tensor_transform", "tensor_transform mode=arithmetic option=add:1 apply=1",
+          "other/tensors,format=static,num_tensors=2,dimensions=(string)\"2,4\","
+          "types=(string)\"uint8,uint8\",framerate=30/1");
+  EXPECT_EQ(t.push<uint8_t>(kSix), (Bytes{0, 1, 3, 128, 201, 255}));
+  t.set("apply", "0");
+  t.set("acceleration", "false");
+  EXPECT_EQ(t.push<uint8_t>(kSix), (Bytes{1, 2, 2, 127, 200, 255}));
+  t.set("apply", "2");
+  EXPECT_EQ(t.push<uint8_t>(kSix), (Bytes{1, 2, 2, 127, 200, 255}));
+  EXPECT_SAYS(t.messages.next_warning(), "apply");
+  EXPECT_EQ(t.get("apply"), "0");
+}
+
+TEST(TuningTransform, AnOptionThatNothingReadsIsRefusedAtOnce) {
+  auto t = tuned("tensor_transform mode=arithmetic option=add:1");
+  t.push<uint8_t>(kSix);
+  t.set("option", "garbage::");
+  EXPECT_EQ(t.get("option"), "add:1");
+  EXPECT_SAYS(t.messages.next_warning(), "WEIR-1001");
+  t.set("apply", "x");
+  EXPECT_EQ(t.get("apply"), "");
+  EXPECT_EQ(t.push<uint8_t>(kSix), (Bytes{1, 2, 3, 128, 201, 255}));
+}
+
+TEST(TuningTransform, HalfAChangeLeavesTheOldOneInForceWithAWarning) {
+  auto t = tuned("tensor_transform mode=arithmetic option=add:1");
+  t.push<uint8_t>(kSix);
+  t.set("mode", "transpose");
+  EXPECT_EQ(t.push<uint8_t>(kSix), (Bytes{1, 2, 3, 128, 201, 255}));
+  EXPECT_SAYS(t.messages.next_warning(), "WEIR-1001");
+  t.set("option", "1:0:2:3");
+  EXPECT_EQ(t.push<uint8_t>(kSix), (Bytes{0, 127, 1, 200, 2, 255}));
+}
+
+TEST(TuningTransform, WhatDownstreamDoesNotTakeIsRefusedAndReadsBackAsBefore) {
+  auto t = tuned(
+      "tensor_transform mode=arithmetic option=add:1 ! capsfilter "
+      "caps=other/tensor,dimension=(string)3:2,type=(string)uint8");
+  t.push<uint8_t>(kSix);
+  t.set("option", "typecast:float32,add:1");
+  EXPECT_EQ(t.push<uint8_t>(kSix), (Bytes{1, 2, 3, 128, 201, 255}));
+  EXPECT_SAYS(t.messages.next_warning(), "float32");
+  EXPECT_EQ(t.get("option"), "add:1");
+}
+
+TEST(TuningTransform, ModeAndOptionMayComeBeforeTheFirstFrame) {
+  auto t = tuned("tensor_transform");
+  t.set("mode", "arithmetic");
+  t.set("option", "add:1");
+  EXPECT_EQ(t.push<uint8_t>(kSix), (Bytes{1, 2, 3, 128, 201, 255}));
+  const auto segment =
+      Ref<GstEvent>::adopt(gst_pad_get_sticky_event(t.harness->sinkpad, GST_EVENT_SEGMENT, 0));
+  EXPECT_TRUE(segment) << "what came before the mode follows it";
+}
+
+TEST(TuningTransform, TheFirstFrameNeedsAMode) {
+  for (const char* line : {"tensor_transform", "tensor_transform mode=arithmetic"}) {
+    auto t = tuned(line);
+    EXPECT_EQ(gst_harness_push(t.harness.get(), frame(kSix)), GST_FLOW_NOT_NEGOTIATED) << line;
+    EXPECT_SAYS(t.messages.next(), "mode and option are not set");
+    EXPECT_EQ(stat(t.harness, "tensor_transform", "dropped-error"), 1u);
+  }
+}
+
+TEST(TuningTransform, AStreamWithoutFramesNeedsNone) {
+  auto t = tuned("tensor_transform");
+  EXPECT_TRUE(gst_harness_push_event(t.harness.get(), gst_event_new_eos()));
+  EXPECT_EQ(t.messages.next(), "");
+}
+
+}  // namespace
