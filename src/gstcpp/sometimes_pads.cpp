@@ -57,8 +57,22 @@ void SometimesPads::clear() {
   gst_flow_combiner_reset(combiner_.get());
 }
 
+void SometimesPads::keep() {
+  std::lock_guard lock(mutex_);
+  for (const auto& output : outputs_) {
+    if (!output) continue;
+    output->started = output->open = output->settled = output->begun_anew = false;
+    output->pushed = 0;
+  }
+  made_ = 0;
+  gst_flow_combiner_reset(combiner_.get());
+}
+
 SometimesPads::Output& SometimesPads::output(size_t index) {
-  if (index >= outputs_.size() || !outputs_[index]) make(index);
+  if (index >= outputs_.size() || !outputs_[index])
+    make(index);
+  else if (!outputs_[index]->started)
+    begin(outputs_[index].get());
   return *outputs_[index];
 }
 
@@ -73,11 +87,18 @@ void SometimesPads::make(size_t index) {
     outputs_[index] = std::move(output);
   }
   gst_flow_combiner_add_pad(combiner_.get(), pad);
+  begin(outputs_[index].get());
+}
+
+// A pad that was not there before is added to the element.
+void SometimesPads::begin(Output* output) {
+  GstPad* pad = output->pad.get();
+  output->started = true;
   gst_pad_set_active(pad, TRUE);
   const auto upstream =
       Ref<GstEvent>::adopt(gst_pad_get_sticky_event(sink_, GST_EVENT_STREAM_START, 0));
   gst_pad_push_event(pad, stream_start(pad, upstream.get()).release());
-  gst_element_add_pad(element_, pad);  // delayed links join here
+  if (!GST_OBJECT_PARENT(pad)) gst_element_add_pad(element_, pad);  // delayed links join here
   ++made_;
   if (made_ == expected_ && !std::exchange(told_all_, true)) gst_element_no_more_pads(element_);
 }

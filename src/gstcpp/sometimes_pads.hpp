@@ -22,6 +22,7 @@ class SometimesPads {
  public:
   struct Output {
     Ref<GstPad> pad;
+    bool started = false;            // its stream began
     std::atomic<bool> open = false;  // it has caps: buffers and events may go there
     bool settled = false;            // the caps are those of the stream as it is now
     bool begun_anew = false;         // a stream-start went there since the caps
@@ -42,6 +43,8 @@ class SometimesPads {
   void expect(size_t pads);
   // PAUSED->READY, when nothing streams any more: takes the pads away.
   void clear();
+  // The same for an element whose pads stay, with their links: their streams begin again.
+  void keep();
 
   // Streaming thread:
   bool any() const noexcept { return made_ > 0; }
@@ -73,6 +76,7 @@ class SometimesPads {
  private:
   using Combiner = Unique<GstFlowCombiner, gst_flow_combiner_free>;
   void make(size_t index);
+  void begin(Output* output);
   Ref<GstEvent> stream_start(GstPad* pad, GstEvent* upstream) const;
   void send_sticky_events(GstPad* pad) const;
   GstFlowReturn combined(GstFlowReturn flow) const noexcept;

@@ -24,6 +24,7 @@ class TensorIf : public gst::OneToMany<TensorIf> {
   static constexpr gst::ElementInfo kInfo{"WeirTensorIf", "tensor_if", "TensorIf", "Filter/Tensor",
                                           "Sends each frame one of two ways, by what is in it"};
   static constexpr const char* kSourceTemplate = "src";
+  static constexpr bool kKeepsPads = true;  // a pipeline made from text can be started again
   static inline GstStaticPadTemplate kPads[] = {
       GST_STATIC_PAD_TEMPLATE("sink", GST_PAD_SINK, GST_PAD_ALWAYS,
                               GST_STATIC_CAPS(WEIR_STATIC_TENSORS_CAPS)),
@@ -34,7 +35,8 @@ class TensorIf : public gst::OneToMany<TensorIf> {
   using Settings = IfSettings;
   static constexpr auto kPlaying = gst::Changeable::WhilePlaying;
   static constexpr std::tuple kProperties{
-      gst::Property{"silent", &Settings::silent, "Accepted for compatibility; has no effect"},
+      gst::Property{"silent", &Settings::silent, "Accepted for compatibility; has no effect",
+                    gst::Changeable::WhilePlaying},
       gst::Property{"compared-value", &Settings::compared_value,
                     "What is compared: an element, the average of a tensor, or what a registered "
                     "function says",
