@@ -7,8 +7,14 @@
 //   Result<Routed> route(Ref<GstBuffer>)                  one frame; it pushes to `outputs_`
 // and may have
 //   void ending()                                         EOS came and is about to go on
+//   Status follow(const Settings&)                        between two frames, after a change of
+//                                                         properties; an error is posted as a
+//                                                         warning, and they read back as before
+//   static constexpr bool kKeepsPads = true               they stay, with their links, in READY
 // A frame that has an error is counted as dropped, the error is on the bus.
 #pragma once
+#include <atomic>
+#include <functional>
 #include <optional>
 #include <string>
 
@@ -39,19 +45,26 @@ class OneToMany : public Element<Impl, PlainElement> {
     gst_element_add_pad(element, sink_);
   }
 
+  void property_changed(const char*) { changed_ = true; }
+
   GstStateChangeReturn change_state(GstStateChange change) {
     if (change == GST_STATE_CHANGE_READY_TO_PAUSED) {
       ledger_.reset();
       spec_.reset();
-      failed_ = false;
+      failed_ = changed_ = false;
       outputs_.start();
-      if (const Status status = impl()->prepare(this->settings()); !status) {
+      if (const Status status = impl()->prepare(remember_settings()); !status) {
         post_error(this->element(), status.error());
         return GST_STATE_CHANGE_FAILURE;
       }
     }
     const auto result = Base::parent_class()->change_state(this->element(), change);
-    if (change == GST_STATE_CHANGE_PAUSED_TO_READY) outputs_.clear();
+    if (change == GST_STATE_CHANGE_PAUSED_TO_READY) {
+      if constexpr (requires { Impl::kKeepsPads; })
+        outputs_.keep();
+      else
+        outputs_.clear();
+    }
     return result;
   }
 
@@ -64,6 +77,8 @@ class OneToMany : public Element<Impl, PlainElement> {
             "put a tensor_converter in front"});
       return GST_FLOW_NOT_NEGOTIATED;
     }
+    if constexpr (requires { impl()->follow(this->settings()); })
+      if (changed_.exchange(false)) follow_properties();
     const Result<Routed> routed = impl()->route(std::move(buffer));
     if (!routed) {
       ledger_.dropped(DropReason::Error);
@@ -120,6 +135,22 @@ class OneToMany : public Element<Impl, PlainElement> {
  private:
   Impl* impl() { return static_cast<Impl*>(this); }
 
+  // Of the stream as it is; they are what a refused change is undone to.
+  auto remember_settings() {
+    auto now = this->settings();
+    if constexpr (requires { impl()->follow(now); })
+      undo_ = [this, now] { this->change_settings([&](auto& settings) { settings = now; }); };
+    return now;
+  }
+  void follow_properties() {
+    const auto undo = undo_;
+    if (const Status status = impl()->follow(remember_settings()); !status) {
+      undo_ = undo;
+      undo_();
+      post_warning(this->element(), status.error());
+    }
+  }
+
   void fail(const Error& error) {
     failed_ = true;
     post_error(this->element(), error);
@@ -147,9 +178,11 @@ class OneToMany : public Element<Impl, PlainElement> {
     return ok();
   }
 
-  GstPad* sink_ = nullptr;         // owned by the element
-  std::optional<FrameSpec> spec_;  // streaming thread
-  bool failed_ = false;            // likewise: since the start
+  std::atomic<bool> changed_ = false;  // a property, since the last frame
+  std::function<void()> undo_;         // streaming thread, and while nothing streams
+  GstPad* sink_ = nullptr;             // owned by the element
+  std::optional<FrameSpec> spec_;      // streaming thread
+  bool failed_ = false;                // likewise: since the start
 };
 
 }  // namespace weir::gst

@@ -30,10 +30,12 @@ class TensorDemux : public gst::OneToMany<TensorDemux> {
     std::string tensorpick;
   };
   static constexpr std::tuple kProperties{
-      gst::Property{"silent", &Settings::silent, "Accepted for compatibility; has no effect"},
+      gst::Property{"silent", &Settings::silent, "Accepted for compatibility; has no effect",
+                    gst::Changeable::WhilePlaying},
       gst::Property{"tensorpick", &Settings::tensorpick,
                     "Which tensors leave: ',' between pads, ':' between tensors of one pad, as in "
-                    "0,1:2; empty = each on its own pad"},
+                    "0,1:2; empty = each on its own pad",
+                    gst::Changeable::WhilePlaying},
   };
 
   Status prepare(const Settings& settings) {
@@ -42,6 +44,25 @@ class TensorDemux : public gst::OneToMany<TensorDemux> {
     picked_ = *std::move(groups);
     groups_.clear();
     return ok();
+  }
+
+  Status check_change(const char*, const Settings& wanted) const {
+    const auto groups = parse_tensor_groups("tensorpick", wanted.tensorpick);
+    return groups ? ok() : Status(groups.error());
+  }
+  // Pads that no group has any more stay, and get nothing.
+  Status follow(const Settings& settings) {
+    auto groups = parse_tensor_groups("tensorpick", settings.tensorpick);
+    if (!groups) return groups.error();
+    const auto& tensors = parts_.spec().tensors;
+    for (const auto& group : *groups)
+      for (const size_t index : group)
+        if (parts_.spec().format == Format::Static && index >= tensors.size())
+          return index_beyond("tensorpick", "tensor", index, tensors.size());
+    picked_ = *std::move(groups);
+    const FrameSpec spec = parts_.spec();
+    outputs_.unsettle();
+    return configure(spec);
   }
 
   Status configure(const FrameSpec& spec) {

@@ -35,13 +35,16 @@ class TensorSplit : public gst::OneToMany<TensorSplit> {
     uint32_t split_parts = 0;
   };
   static constexpr std::tuple kProperties{
-      gst::Property{"silent", &Settings::silent, "Accepted for compatibility; has no effect"},
+      gst::Property{"silent", &Settings::silent, "Accepted for compatibility; has no effect",
+                    gst::Changeable::WhilePlaying},
       gst::Property{
           "tensorpick", &Settings::tensorpick,
-          "Which segments leave, by index, always in the order of the segments; empty = all"},
+          "Which segments leave, by index, always in the order of the segments; empty = all",
+          gst::Changeable::WhilePlaying},
       gst::Property{"tensorseg", &Settings::tensorseg,
                     "Dimensions of each segment, as in 3:4:1,3:4:2; with split-dim also the sizes "
-                    "along it, as in 1,2"},
+                    "along it, as in 1,2",
+                    gst::Changeable::WhilePlaying},
       gst::Property{"split-dim", &Settings::split_dim,
                     "Cut along this dimension, 0 is the innermost; -1 = segments follow each other "
                     "in memory",
@@ -52,13 +55,34 @@ class TensorSplit : public gst::OneToMany<TensorSplit> {
   };
 
   Status prepare(const Settings& settings) {
+    auto request = request_of(settings);
+    if (!request) return request.error();
+    request_ = *std::move(request);
+    return ok();
+  }
+  Status check_change(const char*, const Settings& wanted) const {
+    const auto request = request_of(wanted);
+    return request ? ok() : Status(request.error());
+  }
+  // Pads that no segment has any more stay, and get nothing.
+  Status follow(const Settings& settings) {
+    auto request = request_of(settings);
+    if (!request) return request.error();
+    if (const auto plan = plan_split(*request, input_); !plan) return plan.error();
+    request_ = *std::move(request);
+    const FrameSpec spec = parts_.spec();
+    outputs_.unsettle();
+    return configure(spec);
+  }
+  static Result<SplitRequest> request_of(const Settings& settings) {
     auto segments = parse_segments(settings.tensorseg);
     if (!segments) return segments.error();
     auto picks = parse_index_list("tensorpick", settings.tensorpick, kPickSeparators);
     if (!picks) return picks.error();
-    request_ = {*std::move(segments), *std::move(picks), std::nullopt, settings.split_parts};
-    if (settings.split_dim >= 0) request_.dimension = static_cast<size_t>(settings.split_dim);
-    return ok();
+    SplitRequest request{*std::move(segments), *std::move(picks), std::nullopt,
+                         settings.split_parts};
+    if (settings.split_dim >= 0) request.dimension = static_cast<size_t>(settings.split_dim);
+    return request;
   }
 
   Status configure(const FrameSpec& spec) {

@@ -1,0 +1,63 @@
+// tensor_split whose segments change while frames flow.
+#include "elements/tests/branches.hpp"
+
+namespace weir::testing {
+namespace {
+
+std::string read(const Branches& split, const char* property) {
+  gchar* raw = nullptr;
+  g_object_get(split.element(), property, &raw, nullptr);
+  const UniqueText text{raw};
+  return text.get();
+}
+
+TEST(TuningSplit, OtherSegmentsActOnTheNextFrame) {
+  Branches split("tensor_split tensorseg=1,3");
+  split.caps(test::tensors("uint8", "4"));
+  ASSERT_EQ(split.push(frame_of({{1, 2, 3, 4}})), GST_FLOW_OK);
+  EXPECT_EQ(content(split.take("src_0").get(), 0), Bytes{1});
+  EXPECT_EQ(content(split.take("src_1").get(), 0), (Bytes{2, 3, 4}));
+  g_object_set(split.element(), "tensorseg", "2,2", nullptr);
+  ASSERT_EQ(split.push(frame_of({{1, 2, 3, 4}})), GST_FLOW_OK);
+  EXPECT_EQ(content(split.take("src_0").get(), 0), (Bytes{1, 2}));
+  EXPECT_EQ(content(split.take("src_1").get(), 0), (Bytes{3, 4}));
+  EXPECT_SAYS(split.branch("src_0").caps(), "dimensions=(string)2");
+  g_object_set(split.element(), "tensorpick", "1", nullptr);
+  ASSERT_EQ(split.push(frame_of({{1, 2, 3, 4}})), GST_FLOW_OK);
+  EXPECT_EQ(content(split.take("src_0").get(), 0), (Bytes{3, 4}));
+  EXPECT_TRUE(split.branch("src_1").buffers.empty());
+}
+
+TEST(TuningSplit, SegmentsThatDoNotFitAreRefusedAndReadBackAsBefore) {
+  Branches split("tensor_split tensorseg=1,3");
+  split.caps(test::tensors("uint8", "4"));
+  ASSERT_EQ(split.push(frame_of({{1, 2, 3, 4}})), GST_FLOW_OK);
+  split.take("src_0");
+  g_object_set(split.element(), "tensorseg", "a:b", nullptr);
+  EXPECT_EQ(read(split, "tensorseg"), "1,3");
+  EXPECT_SAYS(split.warning(), "WEIR-1");
+  g_object_set(split.element(), "tensorseg", "3,3", nullptr);
+  ASSERT_EQ(split.push(frame_of({{1, 2, 3, 4}})), GST_FLOW_OK);
+  EXPECT_SAYS(split.warning(), "WEIR-");
+  EXPECT_EQ(read(split, "tensorseg"), "1,3");
+  EXPECT_EQ(content(split.take("src_0").get(), 0), Bytes{1});
+}
+
+TEST(TuningSplit, WhatIsFixedWhileItRunsIsRefusedWithAWarning) {
+  Branches split("tensor_split tensorseg=1,3");
+  g_object_set(split.element(), "split-dim", 0, nullptr);
+  int dimension = 9;
+  g_object_get(split.element(), "split-dim", &dimension, nullptr);
+  EXPECT_EQ(dimension, -1);
+  const auto text = split.warning();
+  EXPECT_SAYS(text, "WEIR-1004: the property split-dim cannot change while the element runs");
+  EXPECT_SAYS(text, "offered: split-dim=0");
+  EXPECT_SAYS(text, "gst_element_set_state (element, GST_STATE_READY)");
+  g_object_set(split.element(), "split-dim", -1, nullptr);
+  EXPECT_EQ(split.warning(), "") << "the value that it has";
+  g_object_set(split.element(), "silent", FALSE, nullptr);
+  EXPECT_EQ(split.warning(), "");
+}
+
+}  // namespace
+}  // namespace weir::testing
