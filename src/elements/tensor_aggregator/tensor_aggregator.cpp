@@ -1,6 +1,7 @@
 // tensor_aggregator: windows over the frames of a stream, gathered, cut and overlapping.
 #include <atomic>
 #include <memory>
+#include <vector>
 
 #include "elements/tensor_aggregator/window_stream.hpp"
 #include "gstcpp/backwards_time.hpp"
@@ -36,28 +37,36 @@ class TensorAggregator : public gst::PlainFilter<TensorAggregator> {
     OnBackwardsTime on_backwards_time = OnBackwardsTime::Pass;
     bool silent = true;
   };
+  static constexpr auto kPlaying = gst::Changeable::WhilePlaying;
   static constexpr std::tuple kProperties{
-      gst::Property{"frames-in", &Settings::frames_in, "Frames in each buffer that comes",
-                    gst::Changeable::InReady, 1u, G_MAXUINT},
-      gst::Property{"frames-out", &Settings::frames_out, "Frames in each window",
-                    gst::Changeable::InReady, 1u, G_MAXUINT},
+      gst::Property{"frames-in", &Settings::frames_in, "Frames in each buffer that comes", kPlaying,
+                    1u, G_MAXUINT},
+      gst::Property{"frames-out", &Settings::frames_out, "Frames in each window", kPlaying, 1u,
+                    G_MAXUINT},
       gst::Property{"frames-flush", &Settings::frames_flush,
-                    "Frames from one window to the next; 0 = frames-out"},
+                    "Frames from one window to the next; 0 = frames-out", kPlaying},
       gst::Property{"frames-dim", &Settings::frames_dim,
-                    "Dimension along which the frames of a buffer lie", gst::Changeable::InReady,
-                    0u, 15u},
+                    "Dimension along which the frames of a buffer lie", kPlaying, 0u, 15u},
       gst::Property{"concat", &Settings::concat,
-                    "Put frames together along frames-dim; else whole frame behind frame"},
+                    "Put frames together along frames-dim; else whole frame behind frame",
+                    kPlaying},
       gst::Property{"on-backwards-time", &Settings::on_backwards_time,
                     "What becomes of a frame whose time lies before that of the frame ahead"},
-      gst::Property{"silent", &Settings::silent, "Accepted for compatibility; has no effect"},
+      gst::Property{"silent", &Settings::silent, "Accepted for compatibility; has no effect",
+                    gst::Changeable::WhilePlaying},
   };
+
+  void property_changed(const char*) {
+    changed_ = true;
+  }
 
   Status take_caps(GstCaps* caps) {
     const auto spec = gst::fixed_spec_from_caps(caps);
     if (!spec) return spec.error();
+    if (changed_.exchange(false)) setup_ = nullptr;
     times_.decide(settings().on_backwards_time);
     if (setup_ && setup_->input == *spec) return announce(setup_.get());
+    in_force_ = settings();
     // Frames of other tensors cannot stand in one window.
     drop_held(DropReason::Flush);
     clients_.clear();
@@ -71,6 +80,11 @@ class TensorAggregator : public gst::PlainFilter<TensorAggregator> {
 
   GstFlowReturn take_buffer(Ref<GstBuffer> in) {
     if (!setup_) return failed(before_caps());
+    if (changed_.exchange(false))
+      if (const auto flow = follow_properties(); flow != GST_FLOW_OK) {
+        ledger_.dropped(DropReason::Error);
+        return flow;
+      }
     if (setup_->plan.passes_through) return pass(std::move(in));
     if (const auto status = buffer_limit_.check(setup_->window_bytes); !status)
       return failed(status.error());
@@ -135,6 +149,33 @@ class TensorAggregator : public gst::PlainFilter<TensorAggregator> {
   BufferLimit buffer_limit_{kInfo.factory_name};
 
  private:
+  // Between two frames: frames that wait for their window go into one of the new kind.
+  GstFlowReturn follow_properties() {
+    auto setup = make_setup(setup_->input);
+    if (const Status status = setup ? announce(setup->get()) : setup.error(); !status) {
+      change_settings([this](Settings& settings) { settings = in_force_; });
+      gst::post_warning(element(), status.error());
+      return GST_FLOW_OK;
+    }
+    in_force_ = settings();
+    std::vector<Ref<GstBuffer>> waiting;
+    clients_.for_each([&](WindowStream& stream) {
+      for (auto& buffer : stream.take_back(&ledger_)) waiting.push_back(std::move(buffer));
+    });
+    clients_.clear();
+    setup_ = *std::move(setup);
+    for (auto& buffer : waiting) {
+      if (setup_->plan.passes_through) {
+        if (const auto flow = pass(std::move(buffer)); flow != GST_FLOW_OK) return flow;
+        continue;
+      }
+      WindowStream& stream = clients_.of(gst::client_of(buffer.get()).value_or(0));
+      if (const auto status = stream.push(std::move(buffer), &ledger_); !status)
+        return failed(status.error());
+    }
+    return GST_FLOW_OK;
+  }
+
   Result<std::shared_ptr<WindowSetup>> make_setup(const FrameSpec& input) const {
     const Settings s = settings();
     auto plan = window::plan({s.frames_in, s.frames_out, s.frames_flush, s.frames_dim, s.concat},
@@ -209,7 +250,9 @@ class TensorAggregator : public gst::PlainFilter<TensorAggregator> {
   gst::BackwardsTimes times_;
   gst::PerClient<WindowStream> clients_{[this] { return WindowStream(setup_); },
                                         [this](WindowStream& s) { give_up_client(&s); }};
+  Settings in_force_;  // of setup_
   // Any thread:
+  std::atomic<bool> changed_{false};  // a property, since the setup was made
   std::atomic<GstClockTime> latency_{0};
   std::atomic<uint64_t> frames_lost_{0};
 };

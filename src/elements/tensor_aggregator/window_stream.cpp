@@ -99,6 +99,19 @@ void WindowStream::forget_before(uint64_t frame, DropReason reason, Ledger* ledg
   }
 }
 
+std::vector<Ref<GstBuffer>> WindowStream::take_back(Ledger* ledger) {
+  const auto& plan = setup_->plan;
+  const uint64_t begin = plan.begin(windows_);
+  forget_before((begin + plan.in - 1) / plan.in * plan.in, DropReason::Policy, ledger);
+  std::vector<Ref<GstBuffer>> out;
+  for (const auto& arrived : waiting_) {
+    arrived->reader.clear();
+    out.push_back(std::move(arrived->buffer));
+  }
+  waiting_.clear();
+  return out;
+}
+
 void WindowStream::clear(DropReason reason, Ledger* ledger) {
   frames_lost_ += arrived_ - std::min(arrived_, used_);
   forget_before(arrived_, reason, ledger);

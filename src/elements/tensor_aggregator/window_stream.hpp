@@ -34,6 +34,9 @@ class WindowStream {
   // The next window, null when frames are missing. Counts buffers whose last frame left.
   Result<gst::Ref<GstBuffer>> next(Ledger* ledger);
 
+  // Gives what waits back, for a stream of other windows; of a buffer some of whose frames were
+  // flushed none comes back.
+  std::vector<gst::Ref<GstBuffer>> take_back(Ledger* ledger);
   // Forgets what waits. Buffers of which a window had a frame count as consumed, others as dropped.
   void clear(DropReason reason, Ledger* ledger);
   // Frames that came in no window, of buffers that are gone.

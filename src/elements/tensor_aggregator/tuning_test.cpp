@@ -1,0 +1,54 @@
+// tensor_aggregator whose windows change while frames flow.
+#include "elements/tests/tuned.hpp"
+
+namespace {
+
+using namespace weir::test;
+
+Tuned tuned(const std::string& line) {
+  return {"tensor_aggregator", line, "other/tensor,dimension=(string)2,type=uint8,framerate=30/1"};
+}
+
+TEST(TuningAggregator, AnotherWindowActsOnTheNextFrameAndKeepsWhatWaits) {
+  auto t = tuned("tensor_aggregator frames-out=2 frames-dim=0");
+  EXPECT_EQ(t.push<>({1, 2}), Bytes{});
+  EXPECT_EQ(t.push<>({3, 4}), (Bytes{1, 2, 3, 4}));
+  EXPECT_EQ(t.push<>({5, 6}), Bytes{});
+  t.set("frames-out", "3");
+  EXPECT_EQ(t.get("frames-out"), "3");
+  EXPECT_EQ(t.push<>({7, 8}), Bytes{});
+  EXPECT_EQ(t.push<>({9, 10}), (Bytes{5, 6, 7, 8, 9, 10}));
+  EXPECT_SAYS(t.caps(), "dimensions=(string)6");
+  t.set("frames-out", "1");
+  EXPECT_EQ(t.push<>({11, 12}), (Bytes{11, 12}));
+  EXPECT_SAYS(t.caps(), "dimensions=(string)2");
+}
+
+TEST(TuningAggregator, FlushAndConcatAct) {
+  auto t = tuned("tensor_aggregator frames-out=2 frames-dim=0");
+  EXPECT_EQ(t.push<>({1, 2}), Bytes{});
+  t.set("frames-flush", "1");
+  EXPECT_EQ(t.push<>({3, 4}), (Bytes{1, 2, 3, 4}));
+  EXPECT_EQ(t.push<>({5, 6}), (Bytes{3, 4, 5, 6}));
+  t.set("concat", "false");
+  t.set("frames-in", "2");
+  t.set("frames-flush", "0");
+  EXPECT_EQ(t.push<>({7, 8}).size(), 2u) << "two frames in each buffer are a window";
+}
+
+TEST(TuningAggregator, AWindowThatCannotBeIsRefusedAndReadsBackAsBefore) {
+  auto t = tuned(
+      "tensor_aggregator frames-out=2 frames-dim=0 ! capsfilter "
+      "caps=other/tensor,dimension=(string)4");
+  EXPECT_EQ(t.push<>({1, 2}), Bytes{});
+  t.set("frames-out", "3");
+  EXPECT_EQ(t.push<>({3, 4}), (Bytes{1, 2, 3, 4}));
+  EXPECT_SAYS(t.messages.next_warning(), "WEIR-2001");
+  EXPECT_EQ(t.get("frames-out"), "2");
+  t.set("frames-in", "4");
+  EXPECT_EQ(t.push<>({1, 2}), Bytes{});
+  EXPECT_SAYS(t.messages.next_warning(), "WEIR-");
+  EXPECT_EQ(t.get("frames-in"), "1");
+}
+
+}  // namespace
