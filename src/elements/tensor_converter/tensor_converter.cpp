@@ -43,20 +43,23 @@ class TensorConverter : public gst::Element<TensorConverter, gst::PlainElement> 
     for (const auto& name : converter_names()) out += (out.empty() ? "" : ",") + name;
     return out;
   }
+  static constexpr auto kPlaying = gst::Changeable::WhilePlaying;
   static constexpr std::tuple kProperties{
-      gst::Property{"input-dim", &Settings::input_dim,
-                    "Dimensions of the tensors in a byte stream"},
+      gst::Property{"input-dim", &Settings::input_dim, "Dimensions of the tensors in a byte stream",
+                    kPlaying},
       gst::Property{"input-type", &Settings::input_type,
-                    "Element types of the tensors in a byte stream"},
+                    "Element types of the tensors in a byte stream", kPlaying},
       gst::Property{"frames-per-tensor", &Settings::frames_per_tensor, "Frames in each output",
-                    gst::Changeable::InReady, 1u, G_MAXUINT},
+                    kPlaying, 1u, G_MAXUINT},
       gst::Property{"set-timestamp", &Settings::set_timestamp,
-                    "Fill in missing time-stamps and durations"},
+                    "Fill in missing time-stamps and durations", kPlaying},
       gst::Property{"on-backwards-time", &Settings::on_backwards_time,
                     "What becomes of a frame whose time lies before that of the frame ahead"},
-      gst::Property{"silent", &Settings::silent, "Accepted for compatibility; has no effect"},
+      gst::Property{"silent", &Settings::silent, "Accepted for compatibility; has no effect",
+                    gst::Changeable::WhilePlaying},
       gst::Property{"mode", &Settings::mode,
-                    "custom-code:NAME for a registered function, custom-script:PATH for a script"},
+                    "custom-code:NAME for a registered function, custom-script:PATH for a script",
+                    kPlaying},
       gst::ReadOnly{"sub-plugins", &TensorConverter::sub_plugins,
                     "External converters that are installed"},
   };
@@ -73,17 +76,22 @@ class TensorConverter : public gst::Element<TensorConverter, gst::PlainElement> 
     gst_pad_set_query_function(sink_, (pad_query<&TensorConverter::on_query>));
   }
 
+  Status check_change(const char*, const Settings& wanted) const {
+    const auto mode = parse_converter_mode(wanted.mode);
+    if (!mode) return mode.error();
+    const bool unknown =
+        mode->kind == ConverterMode::Kind::CustomCode && !is_custom_code(mode->name);
+    return unknown ? Status(no_function(mode->name)) : ok();
+  }
   void property_changed(const char* name) {
+    changed_ = true;
     if (std::strcmp(name, "mode") != 0) return;
     const auto mode = parse_converter_mode(settings().mode);
     mode_is_told_ = false;
     if (!mode)
       warn_of_mode(mode.error());
     else if (mode->kind == ConverterMode::Kind::CustomCode && !is_custom_code(mode->name))
-      gst::post_warning(element(),
-                        {Code::CONVERTER_UNKNOWN, "no function is registered under this name yet",
-                         "mode=custom-code:" + mode->name, "", "",
-                         "weir_converter_register(\"" + mode->name + "\", function, data)"});
+      gst::post_warning(element(), no_function(mode->name));
   }
 
   GstStateChangeReturn change_state(GstStateChange change) {
@@ -101,6 +109,7 @@ class TensorConverter : public gst::Element<TensorConverter, gst::PlainElement> 
 
   GstFlowReturn on_buffer(GstBuffer* raw) {
     ledger_.received();
+    if (medium_ && changed_.exchange(false)) follow_properties();
     auto frames = convert(Ref<GstBuffer>::adopt(raw));
     if (!frames) return fail(frames.error());
     if (frames->warning) gst::post_warning(element(), *frames->warning);
@@ -148,6 +157,7 @@ class TensorConverter : public gst::Element<TensorConverter, gst::PlainElement> 
         const auto owned = Ref<GstEvent>::adopt(event);
         GstCaps* caps = nullptr;
         gst_event_parse_caps(event, &caps);
+        changed_ = false;
         const Status status = negotiate(caps);
         if (!status) gst::post_error(element(), status.error());
         return status.has_value();
@@ -209,6 +219,15 @@ class TensorConverter : public gst::Element<TensorConverter, gst::PlainElement> 
   BufferLimit buffer_limit_{kInfo.factory_name};
 
  private:
+  static Error no_function(const std::string& name) {
+    return {Code::CONVERTER_UNKNOWN,
+            "no function is registered under this name yet",
+            "mode=custom-code:" + name,
+            "",
+            "",
+            "weir_converter_register(\"" + name + "\", function, data)"};
+  }
+
   GstFlowReturn fail(const Error& error) {
     ledger_.dropped(DropReason::Error);
     gst::post_error(element(), error);
@@ -295,8 +314,22 @@ class TensorConverter : public gst::Element<TensorConverter, gst::PlainElement> 
     return TRUE;
   }
 
+  // Between two frames: the stream is negotiated again. What does not fit it leaves everything as
+  // it was.
+  void follow_properties() {
+    const auto caps = Ref<GstCaps>::adopt(gst_pad_get_current_caps(sink_));
+    if (!caps) return;
+    const Settings before = in_force_;
+    const Status status = negotiate(caps.get());
+    if (status) return;
+    change_settings([&](Settings& settings) { settings = before; });
+    gst::post_warning(element(), status.error());
+    static_cast<void>(negotiate(caps.get()));
+  }
+
   Status negotiate(GstCaps* caps) {
     medium_.reset();
+    in_force_ = settings();
     auto mode = parse_converter_mode(settings().mode);
     if (!mode && mode.error().code != Code::OPTION_SYNTAX) return mode.error();
     if (!mode && !mode_is_told_) warn_of_mode(mode.error());
@@ -400,6 +433,7 @@ class TensorConverter : public gst::Element<TensorConverter, gst::PlainElement> 
   GstPad* source_ = nullptr;  // owned by the element
   // Streaming thread only:
   std::unique_ptr<Medium> medium_;  // null until caps were taken
+  Settings in_force_;               // of medium_
   StreamPlan plan_;
   gst::Allocation allocation_;  // as the next element asks
   bool deferral_ = false;       // and whether it takes deferred memory
@@ -412,6 +446,7 @@ class TensorConverter : public gst::Element<TensorConverter, gst::PlainElement> 
   bool waits_for_frame_ = false;  // before caps are sent, with which the first one decides
   Ref<GstEvent> held_segment_;    // goes after them
   ClientStreams streams_{[this](uint64_t lost) { give_up_client(lost); }};
+  std::atomic<bool> changed_{false};       // a property, since caps were taken
   std::atomic<bool> mode_is_told_{false};  // a warning of it, to somebody
   // Written by the streaming thread, shown by stats:
   std::atomic<uint64_t> missing_times_{0}, clients_given_up_{0};
