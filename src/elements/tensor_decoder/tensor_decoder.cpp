@@ -1,6 +1,7 @@
 // tensor_decoder: the results of a network become labels, pictures or bytes.
 #include <gst/video/video.h>
 
+#include <atomic>
 #include <cstring>
 #include <memory>
 
@@ -48,24 +49,27 @@ class TensorDecoder : public gst::CountedTransform<TensorDecoder> {
     return out;
   }
   static constexpr char kOption[] = "An option of the decoder; see its README";
+  static constexpr auto kPlaying = gst::Changeable::WhilePlaying;
   static constexpr std::tuple kProperties{
-      gst::Property{"silent", &Settings::silent, "Accepted for compatibility; has no effect"},
-      gst::Property{"mode", &Settings::mode, "Name of the decoder"},
-      gst::Property{"option1", &Settings::option1, kOption},
-      gst::Property{"option2", &Settings::option2, kOption},
-      gst::Property{"option3", &Settings::option3, kOption},
-      gst::Property{"option4", &Settings::option4, kOption},
-      gst::Property{"option5", &Settings::option5, kOption},
-      gst::Property{"option6", &Settings::option6, kOption},
-      gst::Property{"option7", &Settings::option7, kOption},
-      gst::Property{"option8", &Settings::option8, kOption},
-      gst::Property{"option9", &Settings::option9, kOption},
+      gst::Property{"silent", &Settings::silent, "Accepted for compatibility; has no effect",
+                    gst::Changeable::WhilePlaying},
+      gst::Property{"mode", &Settings::mode, "Name of the decoder", kPlaying},
+      gst::Property{"option1", &Settings::option1, kOption, kPlaying},
+      gst::Property{"option2", &Settings::option2, kOption, kPlaying},
+      gst::Property{"option3", &Settings::option3, kOption, kPlaying},
+      gst::Property{"option4", &Settings::option4, kOption, kPlaying},
+      gst::Property{"option5", &Settings::option5, kOption, kPlaying},
+      gst::Property{"option6", &Settings::option6, kOption, kPlaying},
+      gst::Property{"option7", &Settings::option7, kOption, kPlaying},
+      gst::Property{"option8", &Settings::option8, kOption, kPlaying},
+      gst::Property{"option9", &Settings::option9, kOption, kPlaying},
       gst::Property{"config-file", &Settings::config_file,
-                    "File with lines of property=value, read when this is set"},
+                    "File with lines of property=value, read when this is set", kPlaying},
       gst::ReadOnly{"sub-plugins", &TensorDecoder::sub_plugins, "Decoders that are installed"},
   };
 
   void property_changed(const char* name) {
+    changed_ = true;
     if (std::strcmp(name, "config-file") != 0) return;
     config_file_.read(G_OBJECT(element()), settings().config_file);
   }
@@ -73,14 +77,11 @@ class TensorDecoder : public gst::CountedTransform<TensorDecoder> {
   Status start() {
     ledger_.reset();
     if (auto status = config_file_.report(element()); !status) return status;
-    const Settings s = settings();
-    auto opened = open_decoder(s.mode, {s.option1, s.option2, s.option3, s.option4, s.option5,
-                                        s.option6, s.option7, s.option8, s.option9});
+    changed_ = false;
+    in_force_ = settings();
+    auto opened = open_as(in_force_);
     if (!opened) return opened.error();
-    for (const auto& warning : opened->warnings) gst::post_warning(element(), warning);
-    std::lock_guard lock(probe_mutex_);
-    decoder_ = std::move(opened->decoder);
-    probe_ = std::move(opened->probe);
+    use(*std::move(opened));
     return ok();
   }
   bool stop() {
@@ -134,6 +135,11 @@ class TensorDecoder : public gst::CountedTransform<TensorDecoder> {
     return FALSE;
   }
 
+  GstFlowReturn submit_input_buffer(gboolean discont, GstBuffer* buffer) {
+    if (decoder_ && input_.valid() && changed_.exchange(false)) follow_properties();
+    return gst::CountedTransform<TensorDecoder>::submit_input_buffer(discont, buffer);
+  }
+
   GstFlowReturn transform(GstBuffer* in, GstBuffer* out) {
     const auto kept = decode(in, out);
     reader_.clear();
@@ -150,6 +156,47 @@ class TensorDecoder : public gst::CountedTransform<TensorDecoder> {
   BufferLimit buffer_limit_{kInfo.factory_name};
 
  private:
+  static Result<OpenedDecoder> open_as(const Settings& s) {
+    return open_decoder(s.mode, {s.option1, s.option2, s.option3, s.option4, s.option5, s.option6,
+                                 s.option7, s.option8, s.option9});
+  }
+  void use(OpenedDecoder opened) {
+    for (const auto& warning : opened.warnings) gst::post_warning(element(), warning);
+    std::lock_guard lock(probe_mutex_);
+    decoder_ = std::move(opened.decoder);
+    probe_ = std::move(opened.probe);
+  }
+
+  // Between two frames: another decoder takes the place of the one that runs, where the stream can
+  // go on with it.
+  void follow_properties() {
+    const Settings wanted = settings();
+    if (const Status status = follow(wanted); !status) {
+      change_settings([this](Settings& s) { s = in_force_; });
+      gst::post_warning(element(), status.error());
+      return;
+    }
+    in_force_ = wanted;
+    gst_base_transform_reconfigure_src(self());
+  }
+  Status follow(const Settings& wanted) {
+    auto opened = open_as(wanted);
+    if (!opened) return opened.error();
+    // Caps that stay as they are GstBaseTransform does not set: the decoder gets its tensors here.
+    const auto caps = opened->decoder->configure(input_);
+    if (!caps) return caps.error();
+    GstPad* pad = GST_BASE_TRANSFORM_SRC_PAD(self());
+    const auto theirs = Ref<GstCaps>::adopt(gst_pad_peer_query_caps(pad, nullptr));
+    if (!gst_caps_can_intersect(caps->get(), theirs.get()))
+      return gst::refused_behind(pad, theirs.get(),
+                                 gst::UniqueText(gst_caps_to_string(caps->get())).get(),
+                                 "another mode= of tensor_decoder");
+    if (auto probed = opened->probe->configure(input_); !probed) return probed.error();
+    picture_bytes_ = bytes_of_picture(caps->get());
+    use(*std::move(opened));
+    return ok();
+  }
+
   Ref<GstCaps> input_template() const {
     return Ref<GstCaps>::adopt(gst_pad_get_pad_template_caps(GST_BASE_TRANSFORM_SINK_PAD(self())));
   }
@@ -211,6 +258,8 @@ class TensorDecoder : public gst::CountedTransform<TensorDecoder> {
   size_t picture_bytes_ = 0;               // streaming thread; of the output, 0: no raw picture
   gst::FrameReader reader_;                // streaming thread
   gst::PropertyFile config_file_;
+  Settings in_force_;                 // of decoder_; streaming thread
+  std::atomic<bool> changed_{false};  // a property, since it was opened
 };
 
 }  // namespace
