@@ -34,25 +34,22 @@ class TensorMerge : public SyncElement<TensorMerge> {
   };
   static constexpr sync::Mode kFallback = sync::Mode::NoSync;
   static constexpr auto kProperties = std::tuple_cat(
-      std::tuple{gst::Property{"mode", &Settings::mode, "How tensors are merged: linear"},
+      std::tuple{gst::Property{"mode", &Settings::mode, "How tensors are merged: linear",
+                               gst::Changeable::WhilePlaying},
                  gst::Property{"option", &Settings::option,
-                               "The dimension along which, 0 to 15; 0 is the innermost"}},
+                               "The dimension along which, 0 to 15; 0 is the innermost",
+                               gst::Changeable::WhilePlaying}},
       kSyncProperties<Settings>);
 
   Status prepare(const Settings& settings) {
-    if (!equal_ignoring_case(strip(settings.mode), "linear"))
-      return Error{Code::MODE_UNKNOWN, "mode is not known", settings.mode, "linear", "",
-                   "mode=linear"};
-    const auto dimension = parse_unsigned(strip(settings.option));
-    if (!dimension || *dimension >= kRankLimit)
-      return Error{Code::OPTION_VALUE,
-                   "option names no dimension",
-                   settings.option,
-                   "a number from 0 to 15; 0 is the innermost dimension",
-                   "",
-                   "tensor_merge mode=linear option=2"};
-    dimension_ = static_cast<size_t>(*dimension);
+    const auto dimension = dimension_of(settings);
+    if (!dimension) return dimension.error();
+    wanted_ = *dimension;
     return ok();
+  }
+  Status check_change(const char*, const Settings& wanted) const {
+    const auto dimension = dimension_of(wanted);
+    return dimension ? ok() : Status(dimension.error());
   }
 
   Result<FrameSpec> combine_specs(const std::vector<const FrameSpec*>& inputs) override {
@@ -65,7 +62,9 @@ class TensorMerge : public SyncElement<TensorMerge> {
       out.rate.denominator = std::min(out.rate.denominator, input->rate.denominator);
       tensors.push_back(input->tensors[0]);
     }
+    const size_t before = dimension_.exchange(wanted_);
     auto plan = Concatenation::plan(tensors, dimension_);
+    if (!plan && before != dimension_) plan = undone_to(before, tensors, plan.error());
     if (!plan) return plan.error();
     plan_ = *std::move(plan);
     out.tensors = {plan_.output()};
@@ -98,6 +97,32 @@ class TensorMerge : public SyncElement<TensorMerge> {
   BufferLimit buffer_limit_{kInfo.factory_name};
 
  private:
+  static Result<size_t> dimension_of(const Settings& settings) {
+    if (!equal_ignoring_case(strip(settings.mode), "linear"))
+      return Error{Code::MODE_UNKNOWN, "mode is not known", settings.mode, "linear", "",
+                   "mode=linear"};
+    const auto dimension = parse_unsigned(strip(settings.option));
+    if (!dimension || *dimension >= kRankLimit)
+      return Error{Code::OPTION_VALUE,
+                   "option names no dimension",
+                   settings.option,
+                   "a number from 0 to 15; 0 is the innermost dimension",
+                   "",
+                   "tensor_merge mode=linear option=2"};
+    return static_cast<size_t>(*dimension);
+  }
+
+  // Tensors that flow already do not merge along the dimension that was set: `why`.
+  Result<Concatenation> undone_to(size_t before, const std::vector<TensorSpec>& tensors,
+                                  const Error& why) {
+    auto plan = Concatenation::plan(tensors, before);
+    if (!plan) return why;
+    wanted_ = dimension_ = before;
+    change_settings([before](Settings& settings) { settings.option = std::to_string(before); });
+    gst::post_warning(element(), why);
+    return plan;
+  }
+
   // What is mapped for it stays mapped.
   Result<Ref<GstBuffer>> merged(const gst::Inputs& inputs) {
     readers_.resize(inputs.frames.size());
@@ -129,7 +154,8 @@ class TensorMerge : public SyncElement<TensorMerge> {
     return {maps.begin(), maps.end()};
   }
 
-  std::atomic<size_t> dimension_{0};
+  std::atomic<size_t> wanted_{0};     // as the property says
+  std::atomic<size_t> dimension_{0};  // of plan_
   // Of the thread that makes an output.
   Concatenation plan_;
   gst::FramePool pool_;

@@ -48,6 +48,7 @@ class SyncElement : public gst::Element<Impl, gst::PlainElement>, public gst::Co
     if (GST_STATE(this->element()) <= GST_STATE_READY) return;
     if (const Status status = configure_pads(); !status)
       gst::post_warning(this->element(), status.error());
+    gst_pad_mark_reconfigure(pads_->source());  // what the properties decide is chosen again
     gst_element_post_message(this->element(),
                              gst_message_new_latency(GST_OBJECT_CAST(this->element())));
   }

@@ -45,7 +45,8 @@ inline constexpr std::tuple kSyncProperties{
                                              "pads began anew, so does the output",
                                              gst::Changeable::WhilePlaying},
     gst::Property<Settings, bool>{"silent", &Settings::silent,
-                                  "Accepted for compatibility; has no effect"},
+                                  "Accepted for compatibility; has no effect",
+                                  gst::Changeable::WhilePlaying},
 };
 
 struct SyncChoice {

@@ -1,5 +1,6 @@
 // tensor_reposrc: the start of a loop; a frame of zeros, then what tensor_reposink puts into the
 // slot.
+#include <atomic>
 #include <cstring>
 #include <string>
 
@@ -54,10 +55,12 @@ class TensorReposrc : public gst::Element<TensorReposrc, gst::PushSource> {
     bool silent = true;
   };
   static constexpr std::tuple kProperties{
-      gst::Property{"caps", &Settings::caps, "What the frames of the loop are: fixed tensor caps"},
+      gst::Property{"caps", &Settings::caps, "What the frames of the loop are: fixed tensor caps",
+                    gst::Changeable::WhilePlaying},
       gst::Property{"slot-index", &Settings::slot_index, "The slot that frames come from",
                     gst::Changeable::WhilePlaying, 0u, kNotSet - 1},
-      gst::Property{"silent", &Settings::silent, "Accepted for compatibility; has no effect"},
+      gst::Property{"silent", &Settings::silent, "Accepted for compatibility; has no effect",
+                    gst::Changeable::WhilePlaying},
   };
 
   void constructed() {
@@ -74,7 +77,11 @@ class TensorReposrc : public gst::Element<TensorReposrc, gst::PushSource> {
     gst::keep_queries_on_own_thread(pad(), &ledger_);
   }
 
+  Status check_change(const char* name, const Settings& wanted) const {
+    return std::string_view(name) == "caps" ? check_caps(wanted.caps) : ok();
+  }
   void property_changed(const char* name) {
+    if (std::string_view(name) == "caps") changed_ = true;
     if (std::string_view(name) != "slot-index") return;
     count_left(reader_.move(settings().slot_index));
     tell_of_others();
@@ -82,13 +89,8 @@ class TensorReposrc : public gst::Element<TensorReposrc, gst::PushSource> {
 
   Status start() {
     const Settings s = settings();
-    if (!s.caps)
-      return Error{Code::OPTION_VALUE,
-                   "the property caps is not set",
-                   "",
-                   "the caps of the frames that go round the loop",
-                   "",
-                   kSampleCaps};
+    changed_ = false;
+    if (auto status = check_caps(s.caps); !status) return status;
     if (s.slot_index == kNotSet)
       return Error{Code::OPTION_VALUE,
                    "the property slot-index is not set",
@@ -193,8 +195,15 @@ class TensorReposrc : public gst::Element<TensorReposrc, gst::PushSource> {
     if (GST_EVENT_TYPE(event) == GST_EVENT_FLUSH_STOP) reader_.begin();
   }
 
-  Status plan(const Ref<GstCaps>& caps) {
-    auto spec = gst::fixed_spec_from_caps(caps.get());
+  static Status check_caps(const Ref<GstCaps>& caps) {
+    if (!caps)
+      return Error{Code::OPTION_VALUE,
+                   "the property caps is not set",
+                   "",
+                   "the caps of the frames that go round the loop",
+                   "",
+                   kSampleCaps};
+    const auto spec = gst::fixed_spec_from_caps(caps.get());
     if (!spec) {
       Error error = spec.error();
       error.fix = kSampleCaps;
@@ -207,6 +216,12 @@ class TensorReposrc : public gst::Element<TensorReposrc, gst::PushSource> {
                    "format=static",
                    "",
                    kSampleCaps};
+    return ok();
+  }
+
+  Status plan(const Ref<GstCaps>& caps) {
+    auto spec = gst::fixed_spec_from_caps(caps.get());
+    if (!spec) return spec.error();
     if (auto status = buffer_limit_.check(*spec); !status) return status;
     auto pool = gst::FramePool::make(spec->tensors, Format::Static);
     if (!pool) return pool.error();
@@ -235,10 +250,20 @@ class TensorReposrc : public gst::Element<TensorReposrc, gst::PushSource> {
     return GST_FLOW_OK;
   }
 
+  // The property caps that was set while frames flow, from the first frame on that it describes.
+  void follow_caps(const FrameSpec& frame) {
+    const auto wanted = settings().caps;
+    const auto spec = gst::fixed_spec_from_caps(wanted.get());
+    if (!spec || !difference_of(frame, *spec).empty()) return;
+    changed_ = false;
+    if (plan(wanted)) gst_base_src_set_caps(GST_BASE_SRC(self()), wanted.get());
+  }
+
   Status check(const Ref<GstCaps>& caps) {
     if (caps.get() == checked_.get()) return ok();
     const auto spec = gst::fixed_spec_from_caps(caps.get());
     if (!spec) return spec.error();
+    if (changed_) follow_caps(*spec);
     const std::string difference = difference_of(*spec, spec_);
     if (!difference.empty())
       return Error{Code::SPEC_MISMATCH,
@@ -255,6 +280,7 @@ class TensorReposrc : public gst::Element<TensorReposrc, gst::PushSource> {
   Repository::Reader reader_{repository(), {[this](uint32_t slot) {
                                gst::post_warning(element(), lone_end("tensor_reposink", slot));
                              }}};
+  std::atomic<bool> changed_{false};  // the property caps, and no frame of that kind came yet
   // Made in start(), then streaming thread only.
   bool fresh_ = true;
   Ref<GstCaps> caps_;     // the property

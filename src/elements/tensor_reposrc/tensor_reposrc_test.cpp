@@ -48,6 +48,29 @@ std::string mismatch_of(const std::string& offered, const std::string& needed, s
   return errors.next();
 }
 
+TEST(TensorReposrc, FollowsCapsThatAreSetWhileItPlays) {
+  const Harness h = playing(source(tensor("uint8", "2"), "slot-index=40"));
+  EXPECT_EQ(gst_buffer_get_size(pulled(h).get()), 2u) << "zeros";
+  const auto element = element_of(h, "tensor_reposrc");
+  Errors messages(h);
+  const Harness sink = harness_of("tensor_reposink slot-index=40", tensor("uint8", "2"));
+  const auto wanted = Ref<GstCaps>::adopt(gst_caps_from_string(tensor("uint8", "3").c_str()));
+  g_object_set(element.get(), "caps", wanted.get(), nullptr);
+  gst_harness_push(sink.get(), frame(ramp(2)));
+  EXPECT_EQ(gst_buffer_get_size(pulled(h).get()), 2u) << "a frame of before";
+  gst_harness_set_src_caps_str(sink.get(), tensor("uint8", "3").c_str());
+  gst_harness_push(sink.get(), frame(ramp(3)));
+  EXPECT_EQ(gst_buffer_get_size(pulled(h).get()), 3u);
+  EXPECT_SAYS(caps_text(h), "dimension=(string)3");
+  const auto open = Ref<GstCaps>::adopt(gst_caps_from_string("other/tensors,format=flexible"));
+  g_object_set(element.get(), "caps", open.get(), nullptr);
+  EXPECT_SAYS(messages.next_warning(), "WEIR-");
+  GstCaps* raw = nullptr;
+  g_object_get(element.get(), "caps", &raw, nullptr);
+  const auto read = Ref<GstCaps>::adopt(raw);
+  EXPECT_TRUE(gst_caps_is_equal(read.get(), wanted.get()));
+}
+
 TEST(TensorReposrc, StartsWithTheDocumentedValues) {
   const auto element = lone_element("tensor_reposrc");
   guint index = 0;

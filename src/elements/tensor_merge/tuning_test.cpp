@@ -1,0 +1,50 @@
+// tensor_merge whose dimension changes while frames flow.
+#include "elements/tensor_mux/many_inputs.hpp"
+
+namespace weir::testing {
+namespace {
+
+constexpr char kCaps[] =
+    "other/tensor,dimension=(string)2:1,type=(string)uint8,framerate=(fraction)30/1";
+
+std::string option(const ManyInputs& merge) {
+  gchar* raw = nullptr;
+  g_object_get(merge.element(), "option", &raw, nullptr);
+  const gst::UniqueText text{raw};
+  return text.get();
+}
+
+TEST(TuningMerge, AnotherDimensionActsOnTheNextFrame) {
+  ManyInputs merge("tensor_merge mode=linear option=0");
+  merge.add(kCaps);
+  merge.add(kCaps);
+  merge.play();
+  merge.push_all({{1, 2}, {3, 4}}, 0);
+  EXPECT_SAYS(merge.caps(), "dimensions=(string)4:1");
+  g_object_set(merge.element(), "option", "1", nullptr);
+  merge.push_all({{1, 2}, {3, 4}}, 40);
+  EXPECT_SAYS(merge.caps(), "dimensions=(string)2:2");
+  EXPECT_EQ(merge.warning(), "");
+}
+
+TEST(TuningMerge, WhatCannotBeIsRefusedAndReadsBackAsBefore) {
+  ManyInputs merge("tensor_merge mode=linear option=0");
+  merge.add(kCaps);
+  merge.add("other/tensor,dimension=(string)3:1,type=(string)uint8,framerate=(fraction)30/1");
+  merge.play();
+  merge.push_all({{1, 2}, {3, 4, 5}}, 0);
+  g_object_set(merge.element(), "option", "x", nullptr);
+  EXPECT_EQ(option(merge), "0");
+  EXPECT_SAYS(merge.warning(), "option names no dimension");
+  g_object_set(merge.element(), "mode", "stacked", nullptr);
+  EXPECT_SAYS(merge.warning(), "mode is not known");
+  g_object_set(merge.element(), "option", "1", nullptr);
+  merge.push_all({{1, 2}, {3, 4, 5}}, 40);
+  EXPECT_SAYS(merge.warning(), "WEIR-");
+  EXPECT_EQ(option(merge), "0");
+  EXPECT_SAYS(merge.caps(), "dimensions=(string)5:1");
+  EXPECT_EQ(merge.error(), "");
+}
+
+}  // namespace
+}  // namespace weir::testing
