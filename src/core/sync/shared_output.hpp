@@ -1,6 +1,7 @@
 // SharedOutput<Input>: several inputs, each with a thread of its own, push to one output in turn.
 #pragma once
 #include <algorithm>
+#include <chrono>
 #include <condition_variable>
 #include <cstdint>
 #include <mutex>
@@ -47,6 +48,15 @@ class SharedOutput {
     const bool passed_over = std::exchange(passed_over_, false);
     return std::exchange(last_, input) == input && !passed_over ? Access::Granted
                                                                 : Access::Switched;
+  }
+  // Waits until the input is closed or not active any more, or `over` returns true, at most for
+  // `patience`. True when the time is up. `over` is called with the lock held, after each
+  // release().
+  template <class Over>
+  bool stays_active(const Input& input, std::chrono::steady_clock::duration patience, Over&& over) {
+    std::unique_lock lock(mutex_);
+    return !changed_.wait_for(
+        lock, patience, [&] { return !is_open(input) || !(active_now() == input) || over(); });
   }
   // The input, which is not active, had something to send that the output does not get.
   void pass_over(const Input& input) {

@@ -81,6 +81,23 @@ TEST_F(SharedOutputTest, InputsPushInTheOrderOfTheirArrival) {
   EXPECT_EQ(output.active(), 2);
 }
 
+TEST_F(SharedOutputTest, AnInputStaysActiveUntilAnotherOneArrives) {
+  using namespace std::chrono_literals;
+  constexpr auto kNever = [] { return false; };
+  EXPECT_EQ(output.acquire_as_active(1), Access::Switched);
+  output.release();
+  EXPECT_TRUE(output.stays_active(1, 1ms, kNever));
+  EXPECT_FALSE(output.stays_active(1, 60s, [] { return true; })) << "it is over";
+  EXPECT_FALSE(output.stays_active(2, 60s, kNever)) << "it is not active";
+  auto stays = std::async(std::launch::async, [&] { return output.stays_active(1, 60s, kNever); });
+  EXPECT_EQ(output.acquire_as_active(2), Access::Switched);
+  output.release();
+  EXPECT_FALSE(stays.get());
+  stays = std::async(std::launch::async, [&] { return output.stays_active(2, 60s, kNever); });
+  output.close(2);
+  EXPECT_FALSE(stays.get());
+}
+
 TEST_F(SharedOutputTest, AnInputThatIsPassedOverIsSwitchedToAgain) {
   EXPECT_EQ(output.acquire_as_active(1), Access::Switched);
   output.release();

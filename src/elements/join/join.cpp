@@ -1,6 +1,7 @@
 // join: several branches become one stream again; whoever delivers is the one that is heard.
 #include <algorithm>
 #include <atomic>
+#include <chrono>
 #include <memory>
 #include <mutex>
 #include <string>
@@ -14,6 +15,9 @@ namespace weir {
 namespace {
 
 using gst::Ref;
+
+// How long the end of the active branch waits for a frame or the end of the others.
+constexpr std::chrono::seconds kEndPatience{1};
 
 class Join : public gst::Element<Join, gst::PlainElement> {
  public:
@@ -97,6 +101,10 @@ class Join : public gst::Element<Join, gst::PlainElement> {
       return GST_FLOW_FLUSHING;
     }
     const Turn turn(&output_);
+    if (GST_PAD_IS_EOS(source_)) {
+      ledger_.dropped(DropReason::Eos);
+      return GST_FLOW_EOS;
+    }
     if (access == Output::Access::Switched) send_stream_of(pad);
     const auto flow = gst_pad_push(source_, buffer.release());
     if (flow == GST_FLOW_EOS)
@@ -132,8 +140,12 @@ class Join : public gst::Element<Join, gst::PlainElement> {
       output_.open(input);
       return TRUE;
     }
-    const bool last = note_end(pad, type);
+    // The first stream after the end, and the end of the last branch, are the element's.
+    const bool begins = type == GST_EVENT_STREAM_START && GST_PAD_IS_EOS(source_);
+    const bool last = note_end(pad, type) || begins;
     if (output_.active() != input && !last) return pass_over(input, type);
+    if (type == GST_EVENT_EOS && !last && others_may_deliver(pad) && !nobody_delivers_after(input))
+      return TRUE;
     if (!(gst_event_type_get_flags(type) & GST_EVENT_TYPE_SERIALIZED))
       return gst_pad_push_event(source_, owned.release());
     if (!output_.acquire(input)) return FALSE;
@@ -200,6 +212,20 @@ class Join : public gst::Element<Join, gst::PlainElement> {
     if ((gst_event_type_get_flags(type) & GST_EVENT_TYPE_STICKY) != 0 && type != GST_EVENT_EOS)
       output_.pass_over(input);
     return TRUE;
+  }
+
+  // Whether another branch has a stream that has not ended.
+  bool others_may_deliver(GstPad* pad) {
+    std::lock_guard lock(ended_mutex_);
+    return any_other_sink(pad, [this](GstPad* other) {
+      const auto caps = Ref<GstCaps>::adopt(gst_pad_get_current_caps(other));
+      return caps && std::find(ended_.begin(), ended_.end(), other) == ended_.end();
+    });
+  }
+  // Branches of one stream end at the same time, while queues in them still have frames. So the end
+  // of the active branch waits; but not for ever, since another branch may be closed by a valve.
+  bool nobody_delivers_after(const Ref<GstPad>& input) {
+    return output_.stays_active(input, kEndPatience, [this] { return GST_PAD_IS_EOS(source_); });
   }
 
   void forget_end(GstPad* pad) {

@@ -272,6 +272,65 @@ TEST_F(BlockedJoinTest, ABranchWhoseFrameIsLostToAFlushDoesNotEndTheStream) {
   EXPECT_EQ(events(), Names{"eos"}) << "once";
 }
 
+// The branches of one stream end together, and the queue of one of them has more frames than that
+// of the other.
+TEST_F(JoinTest, WaitsForFramesOfOtherBranchesWhenTheActiveOneEnds) {
+  GstPad *a = branch("a"), *b = branch("b");
+  EXPECT_EQ(gst_pad_push(a, frame(Bytes{1})), GST_FLOW_OK);
+  EXPECT_EQ(gst_pad_push(b, frame(Bytes{2})), GST_FLOW_OK);
+  auto end =
+      std::async(std::launch::async, [&] { return gst_pad_push_event(b, gst_event_new_eos()); });
+  for (uint8_t i = 3; i < 6; ++i) EXPECT_EQ(gst_pad_push(a, frame(Bytes{i})), GST_FLOW_OK);
+  EXPECT_TRUE(end.get());
+  EXPECT_EQ(pulled(), (Bytes{1, 2, 3, 4, 5}));
+  events();
+  EXPECT_TRUE(gst_pad_push_event(a, gst_event_new_eos()));
+  EXPECT_EQ(events(), Names{"eos"});
+}
+
+// As behind a valve that is closed.
+TEST_F(JoinTest, EndsWithTheActiveBranchWhenNoOtherDelivers) {
+  GstPad *a = branch("a"), *b = branch("b");
+  EXPECT_EQ(gst_pad_push(b, frame(Bytes{1})), GST_FLOW_OK);
+  EXPECT_EQ(gst_pad_push(a, frame(Bytes{2})), GST_FLOW_OK);
+  events();
+  EXPECT_TRUE(gst_pad_push_event(a, gst_event_new_eos()));
+  EXPECT_EQ(events(), Names{"eos"});
+  EXPECT_EQ(gst_pad_push(b, frame(Bytes{3})), GST_FLOW_EOS);
+  EXPECT_EQ(events(), Names{}) << "no stream begins by that";
+  EXPECT_EQ(stat(h_->element, "dropped-eos"), 1u);
+  EXPECT_EQ(pulled(), (Bytes{1, 2}));
+}
+
+TEST_F(JoinTest, GoesOnAfterTheEndWithABranchThatBeginsAStream) {
+  GstPad *a = branch("a"), *b = branch("b");
+  EXPECT_EQ(gst_pad_push(a, frame(Bytes{1})), GST_FLOW_OK);
+  EXPECT_TRUE(gst_pad_push_event(b, gst_event_new_eos()));
+  EXPECT_TRUE(gst_pad_push_event(a, gst_event_new_eos()));
+  events();
+  EXPECT_TRUE(gst_pad_push_event(b, gst_event_new_stream_start("again")));
+  EXPECT_TRUE(give_caps(b, kCaps));
+  EXPECT_TRUE(gst_pad_push_event(b, time_segment()));
+  EXPECT_EQ(gst_pad_push(b, frame(Bytes{2})), GST_FLOW_OK);
+  EXPECT_EQ(events(), (Names{"stream-start again", "caps", "segment 0"}));
+  EXPECT_EQ(pulled(), (Bytes{1, 2}));
+}
+
+TEST_F(JoinTest, AFlushEndsTheWaitForOtherBranches) {
+  GstPad* a = branch("a");
+  branch("b");
+  EXPECT_EQ(gst_pad_push(a, frame(Bytes{1})), GST_FLOW_OK);
+  events();
+  auto end =
+      std::async(std::launch::async, [&] { return gst_pad_push_event(a, gst_event_new_eos()); });
+  EXPECT_TRUE(gst_pad_push_event(a, gst_event_new_flush_start()));
+  end.get();
+  EXPECT_TRUE(gst_pad_push_event(a, gst_event_new_flush_stop(TRUE)));
+  gst_pad_push_event(a, time_segment());
+  EXPECT_EQ(gst_pad_push(a, frame(Bytes{2})), GST_FLOW_OK) << "after the flush";
+  EXPECT_EQ(pulled(), (Bytes{1, 2}));
+}
+
 TEST_F(JoinTest, SendsWhatABranchHadToSayWhileAnotherWasActive) {
   GstPad *a = branch("a"), *b = branch("b");
   EXPECT_EQ(gst_pad_push(a, frame(Bytes{1})), GST_FLOW_OK);
