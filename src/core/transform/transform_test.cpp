@@ -35,6 +35,17 @@ TEST(TransformMode, EachOptionIsReadByItsOwnMode) {
   }
 }
 
+// As everywhere where a type is named; specification 1.2.
+TEST(TransformMode, TheTypeOfATypecastMayHaveBlanksAround) {
+  for (const char* option : {"float32", " float32", "float32 ", "  FLOAT32\t"}) {
+    const auto operation = parse(Mode::Typecast, option);
+    ASSERT_TRUE(operation) << option;
+    EXPECT_EQ(output_candidates(*operation, {ElementType::UInt8, {3}}).type, ElementType::Float32);
+  }
+  for (const char* option : {"float 32", " float32x", "float32,", " ", ""})
+    EXPECT_FALSE(parse(Mode::Typecast, option)) << option;
+}
+
 TEST(TransformMode, NoModeIsAnError) {
   for (const Mode mode : {Mode::Unknown, static_cast<Mode>(99)}) {
     const auto operation = parse(mode, "float32");

@@ -20,9 +20,10 @@ std::vector<std::string> type_names() {
 }  // namespace
 
 Result<Operation> parse_typecast(std::string_view option) {
+  if (const auto type = parse_element_type(strip(option)); type != ElementType::End)
+    return Operation{Typecast{type}, {}};
   OptionReader reader("typecast", option);
-  const auto type = reader.take_type();
-  if (type != ElementType::End && reader.at_end()) return Operation{Typecast{type}, {}};
+  reader.take_type();  // the error points at what follows
   const auto names = type_names();
   const auto near = nearest(option, names);
   return reader.syntax_error(

@@ -164,7 +164,7 @@ TEST(Typecast, OptionIsATypeNameInAnyCase) {
 }
 
 TEST(Typecast, OtherOptionsAreRefusedWithTheNearestName) {
-  for (const char* option : {"", " uint8", "uint8 ", "uint8,", "uint88", "int", "float", "float3",
+  for (const char* option : {"", " ", "uint 8", "uint8,", "uint88", "int", "float", "float3",
                              "double", "uint8:int8", "8", "uint128"}) {
     const auto operation = parse(Mode::Typecast, option);
     ASSERT_FALSE(operation) << option;
