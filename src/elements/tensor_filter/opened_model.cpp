@@ -29,6 +29,12 @@ std::string shared_key(const FilterSettings& s, std::vector<Error>* warnings) {
   return "";
 }
 
+// False for none: a model that leaves the number of its tensors open.
+bool all_fixed(const std::vector<ModelShape>& shapes) {
+  return !shapes.empty() &&
+         std::all_of(shapes.begin(), shapes.end(), [](const auto& shape) { return shape.fixed(); });
+}
+
 // Settings under which a frame's batch cannot be run in parts.
 Status check_parts(const FilterSettings& s) {
   const auto other = [&](const std::string& what) {
@@ -319,19 +325,17 @@ Result<FilterPlan> OpenedModel::plan_for(const FrameSpec& input) const {
     auto fitted = fit(inputs_, *chosen);
     if (!fitted) return fitted.error();
     plan.model_inputs = *std::move(fitted);
-    if (batch_size_ == 1) {
-      auto outputs = use_->resolve(plan.model_inputs);
-      if (!outputs) return outputs.error();
-      auto complete_ones = complete(*std::move(outputs));
-      if (!complete_ones) return complete_ones.error();
-      plan.model_outputs = *std::move(complete_ones);
-    }
+  }
+  if (batch_size_ == 1 && all_fixed(plan.model_inputs)) {
+    auto outputs = use_->resolve(plan.model_inputs);
+    if (!outputs) return outputs.error();
+    auto complete_ones = complete(*std::move(outputs));
+    if (!complete_ones) return complete_ones.error();
+    plan.model_outputs = *std::move(complete_ones);
   }
   if (batch_size_ > 1)
     if (auto status = plan_batch(input, &plan); !status) return status.error();
-  const auto fixed = [](const auto& shape) { return shape.fixed(); };
-  plan.outputs_fixed = std::all_of(plan.model_outputs.begin(), plan.model_outputs.end(), fixed) &&
-                       std::all_of(plan.model_inputs.begin(), plan.model_inputs.end(), fixed);
+  plan.outputs_fixed = all_fixed(plan.model_outputs) && all_fixed(plan.model_inputs);
   plan.output.rate = input.rate;
   const bool flexible = dynamic_ || !plan.outputs_fixed;
   plan.output.format = flexible ? Format::Flexible : Format::Static;

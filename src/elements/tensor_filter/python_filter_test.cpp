@@ -87,9 +87,33 @@ Bytes flexible(uint32_t count) {
   return out;
 }
 
+constexpr char kFlexible[] = "other/tensors,format=flexible,framerate=30/1";
+
+// Outputs that only each frame tells are flexible tensors.
+TEST_F(PythonFilter, GivesFlexibleTensorsForFlexibleOnes) {
+  auto h = harness_of(filter(example("passthrough")), kFlexible);
+  for (const uint32_t count : {4u, 5u}) {
+    const auto out = pushed(h, frame(flexible(count)));
+    ASSERT_TRUE(out);
+    EXPECT_EQ(content(out.get()), flexible(count));
+  }
+  EXPECT_SAYS(caps_text(h), "other/tensors, format=(string)flexible");
+}
+
+// Specification 4.3: the framework is asked with the input that the user says.
+TEST_F(PythonFilter, KnowsItsOutputsOfAFlexibleStreamWhoseTensorsTheUserSays) {
+  auto h = harness_of(filter(example("passthrough"), "input=4:1 inputtype=uint8"), kFlexible);
+  const auto out = pushed(h, frame(flexible(4)));
+  ASSERT_TRUE(out);
+  EXPECT_EQ(content(out.get()), Bytes(4));
+  EXPECT_SAYS(caps_text(h), "other/tensor, dimension=(string)4:1, type=(string)uint8");
+  Errors errors(h);
+  EXPECT_NE(gst_harness_push(h.get(), frame(flexible(5))), GST_FLOW_OK);
+  EXPECT_SAYS(errors.next(), "the stream does not fit the model");
+}
+
 TEST_F(PythonFilter, RefusesAFlexibleFrameWhoseOutputIsAnotherThanTheUserSays) {
-  auto h = harness_of(filter(example("passthrough"), "output=4 outputtype=uint8"),
-                      "other/tensors,format=flexible,framerate=30/1");
+  auto h = harness_of(filter(example("passthrough"), "output=4 outputtype=uint8"), kFlexible);
   Errors errors(h);
   EXPECT_EQ(gst_harness_push(h.get(), frame(flexible(4))), GST_FLOW_OK) << errors.next();
   EXPECT_NE(gst_harness_push(h.get(), frame(flexible(5))), GST_FLOW_OK);
