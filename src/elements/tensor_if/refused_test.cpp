@@ -16,13 +16,6 @@ std::string at_the_start(const std::string& properties) {
   EXPECT_FALSE(element.started()) << properties;
   return element.error();
 }
-std::string at_the_caps(const std::string& properties) {
-  Branches element("tensor_if " + properties);
-  EXPECT_TRUE(element.started());
-  element.caps(kCaps);
-  EXPECT_EQ(element.push(frame()), GST_FLOW_NOT_NEGOTIATED);
-  return element.error();
-}
 std::string at_the_first_frame(const std::string& properties, GstBuffer* buffer = frame()) {
   Branches element("tensor_if " + properties);
   EXPECT_TRUE(element.started());
@@ -46,6 +39,23 @@ TEST(TensorIfRefuses, TyposWhenItStarts) {
               "    x\n    ^");
 }
 
+TEST(TensorIfRefuses, NothingBeforeAFrameSinceCapsMayBeOfAPlaceholder) {
+  Branches element(
+      "tensor_if compared-value-option=2:3,1 supplied-value=0 operator=EQ then=TENSORPICK "
+      "then-option=1");
+  element.caps(
+      "other/"
+      "tensors,format=static,num_tensors=1,dimensions=(string)1,types=(string)uint8,framerate=30/"
+      "1");
+  EXPECT_EQ(element.error(), "");
+  element.caps(
+      "other/"
+      "tensors,format=static,num_tensors=2,dimensions=(string)\"2,3:4\",types=(string)\"uint8,"
+      "uint8\",framerate=30/1");
+  EXPECT_EQ(element.push(frame_of({Bytes(2), Bytes(12)})), GST_FLOW_OK);
+  EXPECT_TRUE(element.has("src_0"));
+}
+
 TEST(TensorIfRefuses, WhatIsNotSetAtTheFirstFrame) {
   EXPECT_SAYS(at_the_first_frame(""), "WEIR-1004: tensor_if needs to be told what to compare\n");
   EXPECT_SAYS(at_the_first_frame("supplied-value=1"), "no compared-value-option");
@@ -58,17 +68,18 @@ TEST(TensorIfRefuses, WhatIsNotSetAtTheFirstFrame) {
               "else=TENSORPICK needs to be told which tensors");
 }
 
-TEST(TensorIfRefuses, WhatTheStreamHasNotWithItsCaps) {
-  const std::string element = at_the_caps("supplied-value=1 compared-value-option=1:4,0");
+TEST(TensorIfRefuses, WhatTheStreamHasNotWithItsFirstFrame) {
+  const std::string element = at_the_first_frame("supplied-value=1 compared-value-option=1:4,0");
   EXPECT_SAYS(element, "WEIR-1004: compared-value-option names an element that is not there");
   EXPECT_SAYS(element, "coordinate 4 in dimension 1");
   EXPECT_SAYS(element, "tensor 0 is uint8 3:4");
-  EXPECT_SAYS(at_the_caps("supplied-value=1 compared-value-option=0,2"), "there are 2 tensors");
-  EXPECT_SAYS(at_the_caps("supplied-value=1 compared-value=TENSOR_AVERAGE_VALUE "
-                          "compared-value-option=5"),
+  EXPECT_SAYS(at_the_first_frame("supplied-value=1 compared-value-option=0,2"),
+              "there are 2 tensors");
+  EXPECT_SAYS(at_the_first_frame("supplied-value=1 compared-value=TENSOR_AVERAGE_VALUE "
+                                 "compared-value-option=5"),
               "index 5");
-  EXPECT_SAYS(at_the_caps("supplied-value=1 compared-value-option=0,0 then=TENSORPICK "
-                          "then-option=0,9"),
+  EXPECT_SAYS(at_the_first_frame("supplied-value=1 compared-value-option=0,0 then=TENSORPICK "
+                                 "then-option=0,9"),
               "then-option names a tensor that is not there");
 }
 

@@ -74,11 +74,14 @@ class TensorIf : public gst::OneToMany<TensorIf> {
     parts_.configure(spec);
     const Settings s = settings();
     plan_.reset();
-    missing_ = missing_setting(s);  // told with the first frame
+    missing_ =
+        missing_setting(s);  // the first frame is refused: caps may be those of a placeholder
     if (missing_) return ok();
     auto plan = plan_if(s, spec);
-    if (!plan) return plan.error();
-    use(*std::move(plan));
+    if (plan)
+      use(*std::move(plan));
+    else
+      missing_ = plan.error();
     return ok();
   }
 
