@@ -2,9 +2,11 @@
 #include <algorithm>
 #include <atomic>
 #include <chrono>
+#include <map>
 #include <memory>
 #include <mutex>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include "core/sync/shared_output.hpp"
@@ -72,6 +74,7 @@ class Join : public gst::Element<Join, gst::PlainElement> {
     const bool was_active = output_.remove(input);  // no flush of it can begin any more
     send_flush_stop(input);
     forget_end(pad);
+    forget_thread(pad);
     gst_element_remove_pad(element(), pad);
     if (was_active) g_object_notify(G_OBJECT(self()), "active-pad");
     g_object_notify(G_OBJECT(self()), "n-pads");
@@ -85,6 +88,7 @@ class Join : public gst::Element<Join, gst::PlainElement> {
       {
         std::lock_guard lock(ended_mutex_);
         ended_.clear();
+        threads_.clear();
       }
       stream_id_.clear();
       g_object_notify(G_OBJECT(self()), "active-pad");
@@ -127,6 +131,7 @@ class Join : public gst::Element<Join, gst::PlainElement> {
         return FALSE;
       }
     }
+    if (type == GST_EVENT_CAPS || type == GST_EVENT_SEGMENT) remember_thread(pad);
     const auto input = Ref<GstPad>::share(pad);
     if (type == GST_EVENT_FLUSH_START) {
       if (!output_.flush_start(input)) return TRUE;
@@ -214,12 +219,21 @@ class Join : public gst::Element<Join, gst::PlainElement> {
     return TRUE;
   }
 
-  // Whether another branch has a stream that has not ended.
+  void forget_thread(GstPad* pad) {
+    std::lock_guard lock(ended_mutex_);
+    threads_.erase(pad);
+  }
+  void remember_thread(GstPad* pad) {
+    std::lock_guard lock(ended_mutex_);
+    threads_[pad] = std::this_thread::get_id();
+  }
+  // Whether another branch, which another thread feeds, has a stream that has not ended.
   bool others_may_deliver(GstPad* pad) {
     std::lock_guard lock(ended_mutex_);
     return any_other_sink(pad, [this](GstPad* other) {
-      const auto caps = Ref<GstCaps>::adopt(gst_pad_get_current_caps(other));
-      return caps && std::find(ended_.begin(), ended_.end(), other) == ended_.end();
+      const auto thread = threads_.find(other);
+      return thread != threads_.end() && thread->second != std::this_thread::get_id() &&
+             std::find(ended_.begin(), ended_.end(), other) == ended_.end();
     });
   }
   // Branches of one stream end at the same time, while queues in them still have frames. So the end
@@ -304,9 +318,10 @@ class Join : public gst::Element<Join, gst::PlainElement> {
   GstPad* source_ = nullptr;  // owned by the element
   std::atomic<uint32_t> next_pad_{0};
   Output output_;
-  std::string stream_id_;       // sent last; of the thread that has the output
-  std::mutex ended_mutex_;      // guards ended_
-  std::vector<GstPad*> ended_;  // branches that had EOS; addresses only
+  std::string stream_id_;                       // sent last; of the thread that has the output
+  std::mutex ended_mutex_;                      // guards ended_ and threads_
+  std::vector<GstPad*> ended_;                  // branches that had EOS; addresses only
+  std::map<GstPad*, std::thread::id> threads_;  // that feed the branches which have a stream
 };
 
 }  // namespace

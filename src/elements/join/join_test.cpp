@@ -294,12 +294,26 @@ TEST_F(JoinTest, EndsWithTheActiveBranchWhenNoOtherDelivers) {
   EXPECT_EQ(gst_pad_push(b, frame(Bytes{1})), GST_FLOW_OK);
   EXPECT_EQ(gst_pad_push(a, frame(Bytes{2})), GST_FLOW_OK);
   events();
-  EXPECT_TRUE(gst_pad_push_event(a, gst_event_new_eos()));
+  auto end =
+      std::async(std::launch::async, [&] { return gst_pad_push_event(a, gst_event_new_eos()); });
+  EXPECT_TRUE(end.get());
   EXPECT_EQ(events(), Names{"eos"});
   EXPECT_EQ(gst_pad_push(b, frame(Bytes{3})), GST_FLOW_EOS);
   EXPECT_EQ(events(), Names{}) << "no stream begins by that";
   EXPECT_EQ(stat(h_->element, "dropped-eos"), 1u);
   EXPECT_EQ(pulled(), (Bytes{1, 2}));
+}
+
+// Nothing could come from them before this event returns.
+TEST_F(JoinTest, DoesNotWaitForBranchesThatItsOwnThreadFeeds) {
+  GstPad *a = branch("a"), *b = branch("b");
+  EXPECT_EQ(gst_pad_push(b, frame(Bytes{1})), GST_FLOW_OK);
+  EXPECT_EQ(gst_pad_push(a, frame(Bytes{2})), GST_FLOW_OK);
+  events();
+  EXPECT_TRUE(gst_pad_push_event(a, gst_event_new_eos()));
+  EXPECT_EQ(events(), Names{"eos"});
+  EXPECT_TRUE(gst_pad_push_event(b, gst_event_new_eos()));
+  EXPECT_EQ(events(), Names{});
 }
 
 TEST_F(JoinTest, GoesOnAfterTheEndWithABranchThatBeginsAStream) {
