@@ -74,16 +74,24 @@ bool given_in_any_case(const OpenOptions& options, const std::string& name) {
                      [&](const auto& own) { return lower(own.first) == lower(name); });
 }
 
-// What the installation says of the options that the user did not give.
+// What the installation says of the options that the user did not give. A file that is there and
+// cannot be read may say anything: the engine gets a value that it refuses.
 void add_settings(const OptionNames& names, const OpenOptions& options,
                   std::vector<std::pair<std::string, std::string>>* out) {
   if (names.settings.empty()) return;
   const auto configuration = infer::configuration();
+  const auto& files = configuration.files();
+  const auto unread = std::find_if(files.begin(), files.end(),
+                                   [](const auto& file) { return file.found && !file.read; });
   for (const auto& [name, setting] : names.settings) {
     const size_t slash = std::min(setting.find('/'), setting.size());
     const auto found = configuration.find(setting.substr(0, slash),
                                           setting.substr(std::min(slash + 1, setting.size())));
-    if (found && !given_in_any_case(options, name)) out->emplace_back(name, found->value);
+    if (given_in_any_case(options, name)) continue;
+    if (found)
+      out->emplace_back(name, found->value);
+    else if (unread != files.end())
+      out->emplace_back(name, "unknown, because " + unread->path + " cannot be read");
   }
 }
 

@@ -80,6 +80,18 @@ TEST(DeclaredOptions, ASettingOfTheInstallationIsThereWhereTheUserSaysNothing) {
   EXPECT_EQ(options_for(engine_with(kWithSetting), options), (Pairs{{"links", "no"}}));
 }
 
+TEST(DeclaredOptions, ASettingOfAFileThatCannotBeReadIsNotTheDefault) {
+  const std::string folder = testing::TempDir();
+  setenv("WEIR_CONFIG", folder.c_str(), 1);  // a folder
+  const auto unknown = options_for(engine_with(kWithSetting), {});
+  OpenOptions own;
+  own.options = {{"Links", "no"}};
+  const auto given = options_for(engine_with(kWithSetting), own);
+  setenv("WEIR_CONFIG", "", 1);
+  EXPECT_EQ(unknown, (Pairs{{"Links", "unknown, because " + folder + " cannot be read"}}));
+  EXPECT_EQ(given, (Pairs{{"Links", "no"}}));
+}
+
 TEST(DeclaredOptions, ASettingThatThereIsNotChangesNothing) {
   const Installation says("yes");
   for (const char* setting : {"7", R"("")", R"("filter")", R"("filter/")", R"("/enable_symlink")",

@@ -165,6 +165,16 @@ TEST_F(LuaFilter, APipelineGivesASandboxedScriptALibrary) {
   unsetenv("WEIR_LUA_SANDBOX");
 }
 
+TEST_F(LuaFilter, AConfigurationThatCannotBeReadGivesNoScriptTheLibraries) {
+  const std::string folder = testing::TempDir();
+  setenv("WEIR_CONFIG", folder.c_str(), 1);
+  const auto error = start_error("tensor_filter model=" + script(kTime));
+  auto h = filter("custom=Sandbox:false model=" + script(kTime));
+  setenv("WEIR_CONFIG", "", 1);
+  EXPECT_SAYS(error, "Sandbox:unknown, because " + folder + " cannot be read");
+  EXPECT_EQ(result(h, {0, 0, 0, 0}), (std::vector<float>{1, 0}));
+}
+
 TEST_F(LuaFilter, AWrongWordOfTheInstallationIsAnError) {
   setenv("WEIR_LUA_SANDBOX", "perhaps", 1);
   EXPECT_SAYS(start_error("tensor_filter model=" + script(kTime)), "Sandbox:perhaps");

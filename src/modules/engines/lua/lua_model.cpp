@@ -78,8 +78,10 @@ Result<std::unique_ptr<LuaModel>> LuaModel::open(const weir_open& request) {
   if (!state) return state.error();
   model->state_bytes_ = (*state)->bytes();
   model->first_ = *std::move(state);
-  model->metadata_ =
-      nlohmann::json{{"language", "Lua"}, {"libraries", model->options_.libraries}}.dump();
+  model->metadata_ = nlohmann::json{{"language", "Lua"},
+                                    {"sandbox", model->options_.sandbox},
+                                    {"libraries", model->options_.libraries}}
+                         .dump();
   return model;
 }
 
