@@ -106,6 +106,27 @@ TEST(CompatProgram, FunctionTakesTensorsOfWhichTheNumberIsSaid) {
               "number of tensors");
 }
 
+TEST(CompatProgram, FilterTellsTheTensorsOfAFunction) {
+  int number = 5;
+  Info three("2,3:4,1", "uint8,int16,float32"), two("2,3", "uint8,uint8");
+  ASSERT_EQ(NNS_custom_easy_register("adder", add, &number, three.get(), two.get()), 0);
+  const Easy adder("adder");
+  const auto filter = lone_element(kLine);
+  const auto told = [&](const char* property) {
+    gchar* raw = nullptr;
+    g_object_get(filter.get(), property, &raw, nullptr);
+    const weir::gst::UniqueText text{raw};
+    return std::string(raw ? raw : "NULL");
+  };
+  EXPECT_EQ(told("input"), "2,3:4,1");
+  EXPECT_EQ(told("inputtype"), "uint8,int16,float32");
+  EXPECT_EQ(told("inputname"), ",,") << "three tensors without names";
+  EXPECT_EQ(told("inputranks"), "1,2,1");
+  EXPECT_EQ(told("inputlayout"), "ANY,ANY,ANY");
+  EXPECT_EQ(told("output"), "2,3");
+  EXPECT_EQ(told("outputname"), ",");
+}
+
 TEST(CompatProgram, FunctionDecidesSizesForAnyInput) {
   Flexible one(1);
   ASSERT_EQ(NNS_custom_easy_dynamic_register("grower", grow, nullptr, one.get()), 0);

@@ -5,6 +5,7 @@
 
 #include "core/infer/module_library.hpp"
 #include "elements/tensor_filter/admission.hpp"
+#include "elements/tensor_filter/filter_change.hpp"
 #include "elements/tensor_filter/filter_properties.hpp"
 #include "elements/tensor_filter/filter_threads.hpp"
 #include "elements/tensor_filter/frame_flow.hpp"
@@ -12,6 +13,7 @@
 #include "elements/tensor_filter/lag_watch.hpp"
 #include "elements/tensor_filter/model_info.hpp"
 #include "elements/tensor_filter/model_life.hpp"
+#include "elements/tensor_filter/model_report.hpp"
 #include "elements/tensor_filter/model_source.hpp"
 #include "elements/tensor_filter/opened_model.hpp"
 #include "elements/tensor_filter/output_caps.hpp"
@@ -24,12 +26,6 @@ namespace weir {
 namespace {
 
 using gst::Ref;
-
-std::string join(const std::vector<std::string>& names) {
-  std::string out;
-  for (const auto& name : names) out += (out.empty() ? "" : ",") + name;
-  return out;
-}
 
 class TensorFilter : public gst::Element<TensorFilter, gst::PlainElement> {
  public:
@@ -50,15 +46,25 @@ class TensorFilter : public gst::Element<TensorFilter, gst::PlainElement> {
     return model_ ? model_->engine() : framework_name(settings());
   }
   std::string sub_plugins() const {
-    return join(infer::ModuleLibrary::instance().engine_names());
+    std::string out;
+    for (const auto& name : infer::ModuleLibrary::instance().engine_names())
+      out += (out.empty() ? "" : ",") + name;
+    return out;
   }
-  std::string input_ranks() const {
-    std::lock_guard lock(model_mutex_);
-    return model_ ? ranks(model_->inputs()) : "";
+  // What the user said of the tensors; else what they are.
+  template <auto Own, bool Input, std::string (*Text)(const std::vector<ModelShape>&)>
+  std::string told() const {
+    const Settings s = settings();
+    return (s.*Own).empty() ? Text(tensors<Input>(s)) : s.*Own;
   }
-  std::string output_ranks() const {
-    std::lock_guard lock(model_mutex_);
-    return model_ ? ranks(model_->outputs()) : "";
+  template <auto Own, bool Input>
+  std::string told_layouts() const {
+    const Settings s = settings();
+    return (s.*Own).empty() ? layouts_text(tensors<Input>(s)) : layouts_text(s.*Own);
+  }
+  template <bool Input>
+  std::string told_ranks() const {
+    return ranks(tensors<Input>(settings()));
   }
   int latency() const {
     return settings().latency ? flow_.statistics().latency_us() : -1;
@@ -67,13 +73,41 @@ class TensorFilter : public gst::Element<TensorFilter, gst::PlainElement> {
     return settings().throughput ? flow_.statistics().throughput_milli() : -1;
   }
 
+  static constexpr auto kPlaying = gst::Changeable::WhilePlaying;
   static constexpr auto kProperties = std::tuple_cat(
       kFilterProperties,
       std::tuple{
+          gst::Accessor{"input", &Settings::input,
+                        &TensorFilter::told<&Settings::input, true, dimensions_text>,
+                        "Dimensions of the model's inputs, where the model leaves them open",
+                        kPlaying},
+          gst::Accessor{"inputtype", &Settings::inputtype,
+                        &TensorFilter::told<&Settings::inputtype, true, types_text>,
+                        "Element types of the model's inputs", kPlaying},
+          gst::Accessor{"inputname", &Settings::inputname,
+                        &TensorFilter::told<&Settings::inputname, true, names_text>,
+                        "Names of the model's inputs", kPlaying},
+          gst::Accessor{"inputlayout", &Settings::inputlayout,
+                        &TensorFilter::told_layouts<&Settings::inputlayout, true>,
+                        "NCHW, NHWC, ANY or NONE for each input", kPlaying},
+          gst::Accessor{"output", &Settings::output,
+                        &TensorFilter::told<&Settings::output, false, dimensions_text>,
+                        "Dimensions of the model's outputs", kPlaying},
+          gst::Accessor{"outputtype", &Settings::outputtype,
+                        &TensorFilter::told<&Settings::outputtype, false, types_text>,
+                        "Element types of the model's outputs", kPlaying},
+          gst::Accessor{"outputname", &Settings::outputname,
+                        &TensorFilter::told<&Settings::outputname, false, names_text>,
+                        "Names of the model's outputs", kPlaying},
+          gst::Accessor{"outputlayout", &Settings::outputlayout,
+                        &TensorFilter::told_layouts<&Settings::outputlayout, false>,
+                        "NCHW, NHWC, ANY or NONE for each output", kPlaying},
           gst::Accessor{"framework", &Settings::framework, &TensorFilter::framework,
-                        "Name of the engine; auto = found by the model file"},
-          gst::ReadOnly{"inputranks", &TensorFilter::input_ranks, "Ranks of the model's inputs"},
-          gst::ReadOnly{"outputranks", &TensorFilter::output_ranks, "Ranks of the model's outputs"},
+                        "Name of the engine; auto = found by the model file", kPlaying},
+          gst::ReadOnly{"inputranks", &TensorFilter::told_ranks<true>,
+                        "Ranks of the model's inputs"},
+          gst::ReadOnly{"outputranks", &TensorFilter::told_ranks<false>,
+                        "Ranks of the model's outputs"},
           gst::ReadOnly{"sub-plugins", &TensorFilter::sub_plugins, "Engines that are installed"},
           gst::Gauge{"latency", &Settings::latency, &TensorFilter::latency,
                      "Write 1 to enable; reads as the mean of the last 10 invokes in microseconds",
@@ -95,7 +129,11 @@ class TensorFilter : public gst::Element<TensorFilter, gst::PlainElement> {
     gst_pad_set_query_function(source_, (pad_query<&TensorFilter::on_source_query>));
   }
 
+  Status check_change(const char*, const Settings& wanted) const {
+    return check_lists(wanted);
+  }
   void property_changed(const char* name) {
+    changed_ = true;
     if (std::strcmp(name, "config-file") == 0)
       config_file_.read(G_OBJECT(element()), settings().config_file);
     if (std::strcmp(name, "model") == 0) replace_model();
@@ -124,6 +162,10 @@ class TensorFilter : public gst::Element<TensorFilter, gst::PlainElement> {
     ledger_.received();
     lag_.see(buffer.get());
     life_.touch();
+    if (const auto flow = follow(); flow != GST_FLOW_OK) {
+      ledger_.dropped(DropReason::Error);
+      return flow;
+    }
     if (const auto reason = admission_.refuses(buffer.get())) {
       ledger_.dropped(*reason);
       return GST_FLOW_OK;
@@ -140,7 +182,8 @@ class TensorFilter : public gst::Element<TensorFilter, gst::PlainElement> {
         const auto owned = Ref<GstEvent>::adopt(event);
         GstCaps* caps = nullptr;
         gst_event_parse_caps(event, &caps);
-        const Status status = negotiate(caps);
+        gst_pad_check_reconfigure(source_);
+        const Status status = negotiate(caps, true);
         life_.touch();  // it may have woken the model
         if (!status) gst::post_error(element(), status.error());
         return status.has_value();
@@ -226,9 +269,8 @@ class TensorFilter : public gst::Element<TensorFilter, gst::PlainElement> {
 
  private:
   GstPad* add_pad(const char* name) {
-    GstPadTemplate* pad_template =
-        gst_element_class_get_pad_template(GST_ELEMENT_GET_CLASS(element()), name);
-    GstPad* pad = gst_pad_new_from_template(pad_template, name);
+    auto* klass = GST_ELEMENT_GET_CLASS(element());
+    GstPad* pad = gst_pad_new_from_template(gst_element_class_get_pad_template(klass, name), name);
     gst_element_add_pad(element(), pad);
     return pad;
   }
@@ -256,6 +298,8 @@ class TensorFilter : public gst::Element<TensorFilter, gst::PlainElement> {
     model_ = *std::move(opened);
     monitor_ = std::move(monitor);
     model_text_ = chosen.model;
+    in_force_ = chosen;
+    changed_ = false;
     life_.start(model_, chosen);
     ledger_.reset();
     flow_.open(chosen);
@@ -277,12 +321,12 @@ class TensorFilter : public gst::Element<TensorFilter, gst::PlainElement> {
   void close() {
     life_.stop();
     flow_.close();
+    report_.forget();
     std::lock_guard lock(model_mutex_);
     model_.reset();
   }
 
-  // The property `model` was set: while the element runs, that model takes the place of the present
-  // one before this returns.
+  // The property `model` was set: while the element runs, that model is there before this returns.
   void replace_model() {
     Settings wanted = settings();
     wanted.threads = engine_threads_;
@@ -331,7 +375,68 @@ class TensorFilter : public gst::Element<TensorFilter, gst::PlainElement> {
       gst::post_warning(element(), status.error());
   }
 
-  Status negotiate(GstCaps* input_caps) {
+  template <bool Input>
+  std::vector<ModelShape> tensors(const Settings& s) const {
+    auto known = report_.of_stream();
+    if (!known) {
+      std::unique_lock lock(model_mutex_);
+      if (model_) return Input ? model_->inputs() : model_->outputs();
+      lock.unlock();
+      known = report_.of_settings(s);
+    }
+    if (!known) return {};
+    return Input ? known->inputs : known->outputs;
+  }
+
+  // Between two frames: properties changed, or downstream asks for other caps.
+  GstFlowReturn follow() {
+    const bool asked = gst_pad_check_reconfigure(source_);
+    const bool changed = changed_.exchange(false) && !open_the_same(settings(), in_force_);
+    if (!asked && !changed) return GST_FLOW_OK;
+    const auto caps = Ref<GstCaps>::adopt(gst_pad_get_current_caps(sink_));
+    if (!caps) return GST_FLOW_OK;
+    if (changed)
+      if (const Status status = open_again(caps.get()); !status) {
+        change_settings([this](Settings& s) { copy_model_settings(in_force_, &s); });
+        gst::post_warning(element(), status.error());
+        if (!asked) return GST_FLOW_OK;
+      }
+    const Status status = negotiate(caps.get(), false);
+    if (status) return GST_FLOW_OK;
+    gst::post_error(element(), status.error());
+    return GST_FLOW_NOT_NEGOTIATED;
+  }
+
+  // The model of the present properties in place of the one that runs, where it fits the stream.
+  Status open_again(GstCaps* caps) {
+    const auto input = gst::fixed_spec_from_caps(caps);
+    if (!input) return input.error();
+    Settings wanted = in_force_;
+    copy_model_settings(settings(), &wanted);
+    {
+      std::lock_guard lock(model_mutex_);
+      wanted.model = model_text_;
+    }
+    flow_.drain();
+    auto monitor = make_monitor(wanted, element());
+    std::vector<Error> warnings;
+    auto opened = OpenedModel::open(wanted, monitor, &warnings);
+    if (!opened) return opened.error();
+    const auto plan = (*opened)->plan_for(*input);
+    if (!plan) return plan.error();
+    if (const auto out = choose_output_caps(source_, plan->output); !out) return out.error();
+    for (const auto& warning : warnings) gst::post_warning(element(), warning);
+    life_.stop();
+    std::lock_guard lock(model_mutex_);
+    model_ = *std::move(opened);
+    monitor_ = std::move(monitor);
+    in_force_ = wanted;
+    life_.start(model_, wanted);
+    return ok();
+  }
+
+  // `begins`: caps came; else downstream knows the ones that it has.
+  Status negotiate(GstCaps* input_caps, bool begins) {
     const auto input = gst::fixed_spec_from_caps(input_caps);
     if (!input) return input.error();
     if (auto status = buffer_limit_.check_input(*input); !status) return status;
@@ -346,7 +451,10 @@ class TensorFilter : public gst::Element<TensorFilter, gst::PlainElement> {
     if (!chosen) return chosen.error();
     plan->output = *chosen;
     if (auto status = flow_.begin(model_, *plan); !status) return status;
-    // Caps that the peer takes go through, unless this element is being shut or flushed.
+    report_.negotiated({plan->model_inputs, plan->model_outputs});
+    const auto before = Ref<GstCaps>::adopt(gst_pad_get_current_caps(source_));
+    if (!begins && before && gst_caps_is_equal(before.get(), caps->get())) return ok();
+    // They go through, unless this element is being shut or flushed.
     flow_.send(Ref<GstEvent>::adopt(gst_event_new_caps(caps->get())));
     return ok();
   }
@@ -360,29 +468,8 @@ class TensorFilter : public gst::Element<TensorFilter, gst::PlainElement> {
   gboolean answer_caps(GstPad* pad, GstQuery* query) {
     GstCaps* filter = nullptr;
     gst_query_parse_caps(query, &filter);
-    auto caps = Ref<GstCaps>::adopt(gst_pad_get_pad_template_caps(pad));
-    {
-      std::lock_guard lock(model_mutex_);
-      FrameSpec spec;
-      const bool dynamic = model_ && pad == source_ && model_->is_dynamic();
-      spec.format = dynamic ? Format::Flexible : Format::Static;
-      if (model_ && pad == sink_ && !model_->combines_inputs())
-        spec.tensors = known_parts(model_->inputs());
-      else if (model_ && pad == source_)
-        spec.tensors = model_->known_outputs();
-      if (dynamic || !spec.tensors.empty()) caps = gst::possible_caps(pad, spec, filter);
-    }
-    if (filter) {
-      const auto narrowed = [filter](GstCaps* wide) {
-        return Ref<GstCaps>::adopt(gst_caps_intersect_full(filter, wide, GST_CAPS_INTERSECT_FIRST));
-      };
-      caps = narrowed(caps.get());
-      // What does not fit the model is refused in negotiate(), where the message can say what
-      // would.
-      if (pad == sink_ && gst_caps_is_empty(caps.get()))
-        caps = narrowed(Ref<GstCaps>::adopt(gst_pad_get_pad_template_caps(pad)).get());
-    }
-    gst_query_set_caps_result(query, caps.get());
+    std::lock_guard lock(model_mutex_);
+    gst_query_set_caps_result(query, offered_caps(pad, model_.get(), filter).get());
     return TRUE;
   }
 
@@ -393,7 +480,10 @@ class TensorFilter : public gst::Element<TensorFilter, gst::PlainElement> {
   std::shared_ptr<isolate::Monitor> monitor_;  // of the last worker processes; by model_mutex_ too
   FilterThreads threads_;
   std::atomic<int> engine_threads_{0};
-  std::string model_text_;  // what `model` says of it; guarded by model_mutex_
+  mutable ModelReport report_;
+  Settings in_force_;                 // of model_; streaming thread, and while nothing streams
+  std::atomic<bool> changed_{false};  // a property, since they were read
+  std::string model_text_;            // what `model` says of it; guarded by model_mutex_
   gst::PropertyFile config_file_;
   LagWatch lag_;
   FrameFlow flow_{&ledger_};

@@ -1,0 +1,84 @@
+// tensor_filter whose properties change while frames flow, and downstream that asks for other caps.
+#include "elements/tensor_filter/adder_harness.hpp"
+#include "elements/tests/tuned.hpp"
+
+namespace weir::test {
+namespace {
+
+using Floats = std::vector<float>;
+const Floats kFour{1, 2, 3, 4};
+
+Tuned tuned(const std::string& line) {
+  return {"tensor_filter", line, kAdderCaps};
+}
+
+TEST(TuningFilter, DownstreamThatAsksForFlexibleTensorsGetsThemWithTheNextFrame) {
+  AdderFiles files;
+  auto t =
+      tuned("tensor_filter framework=adder model=" + files.model(1) + " ! capsfilter name=wanted");
+  EXPECT_EQ((t.push<float, float>(kFour)), (Floats{2, 3, 4, 5}));
+  const auto wanted = element_of(t.harness, "capsfilter");
+  const auto ask = [&](const char* caps) {
+    gst_util_set_object_arg(G_OBJECT(wanted.get()), "caps", caps);
+  };
+  ask("other/tensors,format=flexible");
+  EXPECT_EQ((t.push<float, float>(kFour).size()), 4u + 32u) << "a header and four numbers";
+  EXPECT_SAYS(t.caps(), "format=(string)flexible");
+  ask("other/tensor; other/tensors,format=static");
+  EXPECT_EQ((t.push<float, float>(kFour)), (Floats{2, 3, 4, 5}));
+  EXPECT_EQ(t.messages.next(), "");
+}
+
+TEST(TuningFilter, AnotherOutputCombinationActsOnTheNextFrame) {
+  AdderFiles files;
+  auto t = tuned("tensor_filter framework=adder model=" + files.model(1));
+  EXPECT_EQ((t.push<float, float>(kFour)), (Floats{2, 3, 4, 5}));
+  t.set("output-combination", "i0,o0");
+  EXPECT_EQ((t.push<float, float>(kFour)), (Floats{1, 2, 3, 4, 2, 3, 4, 5}));
+  EXPECT_SAYS(t.caps(), "num_tensors=(int)2");
+  t.set("invoke-dynamic", "true");
+  t.set("output-combination", "");
+  EXPECT_EQ((t.push<float, float>(kFour).size()), 4u + 32u);
+  EXPECT_EQ(t.messages.next_warning(), "");
+}
+
+TEST(TuningFilter, WhatDoesNotFitIsRefusedAndReadsBackAsBefore) {
+  AdderFiles files;
+  auto t = tuned("tensor_filter framework=adder model=" + files.model(1));
+  EXPECT_EQ((t.push<float, float>(kFour)), (Floats{2, 3, 4, 5}));
+  const std::pair<const char*, const char*> refused[] = {{"input", "5"},
+                                                         {"outputtype", "int8"},
+                                                         {"framework", "no_such_engine"},
+                                                         {"output-combination", "o7"}};
+  for (const auto& [property, value] : refused) {
+    const auto before = t.get(property);
+    t.set(property, value);
+    EXPECT_EQ((t.push<float, float>(kFour)), (Floats{2, 3, 4, 5})) << property;
+    EXPECT_SAYS(t.messages.next_warning(), "WEIR-") << property;
+    EXPECT_EQ(t.get(property), before);
+  }
+  t.set("input", "a:b");
+  EXPECT_SAYS(t.messages.next_warning(), "WEIR-");
+  t.set("inputtype", "float33");
+  EXPECT_SAYS(t.messages.next_warning(), "float33");
+  t.set("workers", "2");
+  EXPECT_SAYS(t.messages.next_warning(), "workers cannot change while the element runs");
+  EXPECT_EQ(t.get("workers"), "1");
+  EXPECT_EQ(t.messages.next(), "") << "no error";
+}
+
+TEST(TuningFilter, CustomSuspendAndLayoutsAct) {
+  AdderFiles files;
+  auto t = tuned("tensor_filter framework=adder model=" + files.model(1));
+  EXPECT_EQ((t.push<float, float>(kFour)), (Floats{2, 3, 4, 5}));
+  t.set("suspend", "100000");
+  t.set("inputlayout", "nhwc");
+  t.set("inputname", "mine");
+  EXPECT_EQ((t.push<float, float>(kFour)), (Floats{2, 3, 4, 5}));
+  EXPECT_EQ(t.get("suspend"), "100000");
+  EXPECT_EQ(t.get("inputname"), "mine");
+  EXPECT_EQ(t.messages.next_warning(), "");
+}
+
+}  // namespace
+}  // namespace weir::test
