@@ -1,13 +1,12 @@
 // tensor_transform: changes the numbers, the type or the order of the tensors of a stream.
 #include <atomic>
-#include <cstring>
 #include <memory>
 #include <mutex>
 #include <utility>
 #include <vector>
 
-#include "core/text/text.hpp"
 #include "elements/tensor_transform/frame_transformer.hpp"
+#include "elements/tensor_transform/transform_options.hpp"
 #include "gstcpp/counted_transform.hpp"
 #include "gstcpp/derived_setting.hpp"
 #include "gstcpp/tensor_caps.hpp"
@@ -50,13 +49,8 @@ class TensorTransform : public gst::CountedTransform<TensorTransform> {
                               GST_STATIC_CAPS(WEIR_TRANSFORM_CAPS)),
   };
 
-  struct Settings {
-    bool silent = true;
-    transform::Mode mode = transform::Mode::Unknown;
-    std::optional<std::string> option;
-    bool acceleration = true;
-    std::string apply;
-  };
+  using Settings = TransformSettings;
+  using Options = TransformOptions;
   uint32_t transpose_rank_limit() const {
     return kRankLimit;
   }
@@ -94,14 +88,8 @@ class TensorTransform : public gst::CountedTransform<TensorTransform> {
   void property_changed(const char*) {
     options_.reset();
   }
-  // A mode and its option come one after the other: only what fits no mode is refused at once.
   Status check_change(const char* name, const Settings& wanted) const {
-    const auto options = parse(wanted);
-    if (options || !is_set(wanted) || std::strcmp(name, "mode") == 0) return ok();
-    if (std::strcmp(name, "option") == 0)
-      for (int mode = 0; mode <= static_cast<int>(transform::Mode::Padding); ++mode)
-        if (transform::parse(static_cast<transform::Mode>(mode), *wanted.option)) return ok();
-    return options.error();
+    return check_change_of(name, wanted);
   }
 
   // GstBaseTransform passes no filter for the caps of a stream, and compares the result with the
@@ -232,15 +220,6 @@ class TensorTransform : public gst::CountedTransform<TensorTransform> {
   BufferLimit buffer_limit_{kInfo.factory_name};
 
  private:
-  static Error missing_option() {
-    return Error{Code::OPTION_SYNTAX,
-                 "mode and option are not set",
-                 "",
-                 "a mode and an option that fits it",
-                 "",
-                 "tensor_transform mode=arithmetic option=typecast:float32,add:-127.5,div:127.5"};
-  }
-
   // Caps of the other pad for `caps` on the pad of `direction`, with equal dimensions as `spelling`
   // (may be null) has them.
   Ref<GstCaps> converted(GstPadDirection direction, GstCaps* caps, const GstCaps* spelling) {
@@ -313,11 +292,6 @@ class TensorTransform : public gst::CountedTransform<TensorTransform> {
                                         "type"));
   }
 
-  struct Options;
-  static bool is_set(const Settings& s) {
-    return s.mode != transform::Mode::Unknown && s.option.has_value();
-  }
-
   // Before there are a mode and an option, caps and what comes after them stay here.
   bool hold(GstEvent* event) {
     const auto type = GST_EVENT_TYPE(event);
@@ -388,8 +362,8 @@ class TensorTransform : public gst::CountedTransform<TensorTransform> {
       if (!computed) return computed.error();
       output.tensors = *std::move(computed);
     }
-    FrameTransformer trial(options.operation, options.choice, options.accelerate, counts_,
-                           buffer_limit_);
+    FrameTransformer trial(options.operation, options.choice, options.settings.acceleration,
+                           counts_, buffer_limit_);
     if (auto status = trial.configure(*input, output); !status) return status;
     GstPad* pad = GST_BASE_TRANSFORM_SRC_PAD(self());
     const auto ours = Ref<GstCaps>::adopt(transform_caps(GST_PAD_SINK, in.get(), nullptr));
@@ -406,43 +380,10 @@ class TensorTransform : public gst::CountedTransform<TensorTransform> {
   }
 
   // What the properties say.
-  struct Options {
-    Settings settings;
-    transform::Operation operation;
-    TensorChoice choice;
-    bool accelerate;
-  };
   using SharedOptions = std::shared_ptr<const Result<Options>>;
   // Any thread.
   SharedOptions current() const {
-    return options_.get([this] { return parse(settings()); });
-  }
-
-  static Result<Options> parse(const Settings& s) {
-    if (!is_set(s)) return missing_option();
-    auto operation = transform::parse(s.mode, *s.option);
-    if (!operation) return operation.error();
-    auto choice = parse_choice(s.apply);
-    if (!choice) return choice.error();
-    return Options{s, *std::move(operation), *std::move(choice), s.acceleration};
-  }
-
-  static Result<TensorChoice> parse_choice(const std::string& apply) {
-    TensorChoice choice;
-    for (const auto part : split(apply, ",")) {
-      const auto text = strip(part);
-      if (text.empty()) continue;
-      const auto index = parse_unsigned(text);
-      if (!index || *index >= kTensorLimit)
-        return Error{.code = Code::OPTION_SYNTAX,
-                     .what = "apply cannot be read",
-                     .offered = apply,
-                     .needed = "a comma list of tensor indices",
-                     .difference = std::string(text),
-                     .fix = "apply=0,2"};
-      choice.push_back(static_cast<size_t>(*index));
-    }
-    return choice;
+    return options_.get([this] { return parse_options(settings()); });
   }
 
   // The same, or the last ones that could be read. Any thread.
@@ -462,9 +403,9 @@ class TensorTransform : public gst::CountedTransform<TensorTransform> {
     auto options = effective();
     if (!*options) return options->error();
     if (transformer_ && loaded_ == options) return ok();
-    const auto& [settings, operation, choice, accelerate] = **options;
-    transformer_ =
-        std::make_unique<FrameTransformer>(operation, choice, accelerate, counts_, buffer_limit_);
+    const auto& [settings, operation, choice] = **options;
+    transformer_ = std::make_unique<FrameTransformer>(operation, choice, settings.acceleration,
+                                                      counts_, buffer_limit_);
     set_good(options);
     loaded_ = std::move(options);
     return ok();
