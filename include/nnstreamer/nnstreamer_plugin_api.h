@@ -81,8 +81,8 @@ NNS_EXPORT gboolean gst_tensor_info_convert_to_meta(const GstTensorInfo* info,
 
 /* ---- Buffers ---- */
 
-/* From now on memory of GStreamer's default allocator starts at a multiple of `alignment` bytes: a
- * power of two, or the mask of one (15 means 16). 0 changes nothing. */
+/* From now on memory of GStreamer's default allocator and of tensors starts at a multiple of
+ * `alignment` bytes: a power of two, or the mask of one (15 means 16). 0 changes nothing. */
 NNS_EXPORT void gst_tensor_alloc_init(gsize alignment);
 
 /* Tensors in a buffer: its memories, and what the 16th packs. */

@@ -44,7 +44,10 @@ Result<Ref<GstMemory>> allocate_memory(size_t bytes, const Allocation& allocatio
     auto params = allocation.params();
     memory = gst_allocator_alloc(allocation.allocator.get(), bytes, &params);
   } else {
-    memory = allocate_aligned(bytes, allocation.alignment, allocation.padding);
+    // A program may ask for more of all memory: gst_memory_alignment is a mask.
+    const size_t alignment =
+        std::max(allocation.alignment, std::bit_ceil(gst_memory_alignment + 1));
+    memory = allocate_aligned(bytes, alignment, allocation.padding);
   }
   if (!memory) return memory_ran_out(bytes);
   return Ref<GstMemory>::adopt(memory);

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <cstring>
+#include <fstream>
 #include <numeric>
 #include <string>
 #include <vector>
@@ -155,6 +156,35 @@ TEST_F(BuiltInFilter, RefusesWhatCannotBe) {
   EXPECT_LT(opened.found->getFrameworkInfo(opened.found, nullptr, nullptr, nullptr), 0);
   EXPECT_EQ(nnstreamer_filter_find("no-such-framework"), nullptr);
   EXPECT_EQ(nnstreamer_filter_find(nullptr), nullptr);
+}
+
+// y = x + 1 on float32 of any number of rows of four.
+TEST_F(BuiltInFilter, OfAnEngineInAModuleTakesTheSizesThatAreSaid) {
+  const std::string model = testing::TempDir() + "weir_built_in_model.bin";
+  std::ofstream(model) << "x";
+  Opened opened("fake", model.c_str());
+  ASSERT_EQ(opened.result, 0);
+  GstTensorFilterFrameworkInfo about{};
+  ASSERT_EQ(opened.found->getFrameworkInfo(opened.found, &opened.prop, nullptr, &about), 0);
+  EXPECT_TRUE(about.verify_model_path);
+  GstTensorsInfo in, out;
+  ASSERT_EQ(opened.info(GET_IN_OUT_INFO, &in, &out), 0);
+  EXPECT_EQ(taken(gst_tensors_info_get_dimensions_string(&in)), "4:1") << "1 for what is open";
+  gst_tensors_info_free(&in);
+  gst_tensors_info_free(&out);
+  const Info rows("4:2", "float32");
+  ASSERT_EQ(opened.info(SET_INPUT_INFO, const_cast<GstTensorsInfo*>(rows.get()), &out), 0);
+  EXPECT_EQ(taken(gst_tensors_info_get_dimensions_string(&out)), "4:2");
+  gst_tensors_info_free(&out);
+  std::vector<float> numbers(8), result(8), wanted(8);
+  std::iota(numbers.begin(), numbers.end(), 0.0f);
+  std::iota(wanted.begin(), wanted.end(), 1.0f);
+  const GstTensorMemory input{numbers.data(), numbers.size() * sizeof(float)};
+  GstTensorMemory output{result.data(), result.size() * sizeof(float)};
+  ASSERT_EQ(opened.invoke(&input, &output), 0);
+  EXPECT_EQ(result, wanted);
+  Opened missing("fake", "/nonexistent.bin");
+  EXPECT_LT(missing.result, 0);
 }
 
 TEST_F(BuiltInFilter, IsOneDescriptorForEachEngine) {

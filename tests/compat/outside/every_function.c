@@ -330,6 +330,27 @@ static gboolean default_memory_lies_at_a_multiple_of(gsize bytes) {
   return multiple;
 }
 
+/* Memory that the library itself makes for a tensor. */
+static gboolean tensor_memory_lies_at_a_multiple_of(gsize bytes) {
+  GstTensorInfo info;
+  GstTensorMetaInfo meta;
+  GstMemory *data = gst_allocator_alloc(NULL, 10000, NULL), *whole;
+  GstMapInfo map;
+  gboolean multiple = FALSE;
+  gst_tensor_info_init(&info);
+  info.type = _NNS_UINT8;
+  info.dimension[0] = 10000;
+  gst_tensor_info_convert_to_meta(&info, &meta);
+  whole = gst_tensor_meta_info_append_header(&meta, data);
+  if (whole && gst_memory_map(whole, &map, GST_MAP_READ)) {
+    multiple = ((guintptr)map.data) % bytes == 0;
+    gst_memory_unmap(whole, &map);
+  }
+  if (whole) gst_memory_unref(whole);
+  gst_memory_unref(data);
+  return multiple;
+}
+
 static void check_allocator(void) {
   int i;
   gst_tensor_alloc_init(0);
@@ -339,6 +360,7 @@ static void check_allocator(void) {
   CHECK(default_memory_lies_at_a_multiple_of(4096));
   gst_tensor_alloc_init(8191);
   for (i = 0; i < 8; ++i) CHECK(default_memory_lies_at_a_multiple_of(8192));
+  CHECK(tensor_memory_lies_at_a_multiple_of(8192));
   gst_tensor_alloc_init(16);
   CHECK(default_memory_lies_at_a_multiple_of(16));
 }
