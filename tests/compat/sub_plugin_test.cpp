@@ -1,6 +1,7 @@
 // tensor_filter with filter sub-plugins of NNStreamer's interface, found in the folders of
 // nnstreamer.ini.
 #include "filter_lines.hpp"
+#include "nnstreamer_plugin_api_filter.h"
 
 namespace {
 
@@ -34,6 +35,16 @@ TEST(CompatSubPlugin, Version1GivesItsMemoryOn) {
   auto h = harness_of(header1(""), kThree);
   EXPECT_EQ(pushed<uint8_t>(h, {1, 2, 3}), (Bytes{3, 2, 1}));
   EXPECT_EQ(stat(h, "tensor_filter", "bytes-copied"), 0u);
+}
+
+TEST(CompatSubPlugin, SaysWhichHardwareIsThere) {
+  const auto has = gst_tensor_filter_check_hw_availability;
+  for (const auto hw : {ACCL_CPU_SIMD, ACCL_NPU, ACCL_GPU})
+    EXPECT_TRUE(has("header1", hw, nullptr));
+  EXPECT_FALSE(has("header1", ACCL_NPU_SLSI, nullptr)) << "it is not in its list";
+  EXPECT_TRUE(has("header1", ACCL_NPU_EDGETPU, "usb")) << "asked by the event";
+  EXPECT_FALSE(has("header1", ACCL_NPU_EDGETPU, "pci"));
+  EXPECT_FALSE(has("hand0", ACCL_GPU, nullptr)) << "it has no checkAvailability";
 }
 
 TEST(CompatSubPlugin, RunsInAProcessOfItsOwn) {

@@ -148,6 +148,8 @@ static int event(const GstTensorFilterFramework* self, const GstTensorFilterProp
   (void)self;
   (void)prop;
   (void)priv;
+  if (op == CHECK_HW_AVAILABILITY && data->custom)
+    return data->hw == ACCL_NPU_EDGETPU && strcmp(data->custom, "usb") == 0 ? 0 : -EINVAL;
   if (op != DESTROY_NOTIFY) return -ENOENT;
   g_free(data->data);
   return 0;
