@@ -45,6 +45,7 @@ class TensorMerge : public SyncElement<TensorMerge> {
     const auto dimension = dimension_of(settings);
     if (!dimension) return dimension.error();
     wanted_ = *dimension;
+    if (GST_STATE(element()) <= GST_STATE_READY) dimension_ = *dimension;  // nothing to go back to
     return ok();
   }
   Status check_change(const char*, const Settings& wanted) const {
@@ -64,7 +65,12 @@ class TensorMerge : public SyncElement<TensorMerge> {
     }
     const size_t before = dimension_.exchange(wanted_);
     auto plan = Concatenation::plan(tensors, dimension_);
-    if (!plan && before != dimension_) plan = undone_to(before, tensors, plan.error());
+    if (before != dimension_) {
+      Status status = plan ? ok() : Status(plan.error());
+      if (plan) out.tensors = {plan->output()};
+      if (plan) status = taken_downstream(out);
+      if (!status) plan = undone_to(before, tensors, status.error());
+    }
     if (!plan) return plan.error();
     plan_ = *std::move(plan);
     out.tensors = {plan_.output()};
@@ -110,6 +116,16 @@ class TensorMerge : public SyncElement<TensorMerge> {
                    "",
                    "tensor_merge mode=linear option=2"};
     return static_cast<size_t>(*dimension);
+  }
+
+  Status taken_downstream(const FrameSpec& spec) const {
+    const auto pad = Ref<GstPad>::adopt(gst_element_get_static_pad(element(), "src"));
+    const auto caps = gst::choose_caps(pad.get(), spec);
+    if (!gst_pad_is_linked(pad.get()) ||
+        (caps && gst_pad_peer_query_accept_caps(pad.get(), caps.get())))
+      return ok();
+    const auto peer = Ref<GstCaps>::adopt(gst_pad_peer_query_caps(pad.get(), nullptr));
+    return gst::refused_behind(pad.get(), peer.get(), spec.to_string(), "another option=");
   }
 
   // Tensors that flow already do not merge along the dimension that was set: `why`.

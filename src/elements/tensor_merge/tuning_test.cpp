@@ -46,5 +46,33 @@ TEST(TuningMerge, WhatCannotBeIsRefusedAndReadsBackAsBefore) {
   EXPECT_EQ(merge.error(), "");
 }
 
+TEST(TuningMerge, AtTheStartThereIsNothingToGoBackTo) {
+  ManyInputs merge("tensor_merge mode=linear option=1");
+  merge.add(kCaps);
+  merge.add("other/tensor,dimension=(string)3:1,type=(string)uint8,framerate=(fraction)30/1");
+  merge.play();
+  auto first = merge.push_later(0, {1, 2}, 0);
+  merge.push(1, {3, 4, 5}, 0);
+  EXPECT_EQ(first.wait_for(kLongestWait), std::future_status::ready);
+  EXPECT_SAYS(merge.error(), "WEIR-");
+  EXPECT_EQ(option(merge), "1");
+}
+
+TEST(TuningMerge, WhatDownstreamDoesNotTakeIsRefused) {
+  ManyInputs merge("tensor_merge mode=linear option=0",
+                   "other/tensor,dimension=(string)4:1,type=(string)uint8,framerate=30/1");
+  merge.add(kCaps);
+  merge.add(kCaps);
+  merge.play();
+  merge.push_all({{1, 2}, {3, 4}}, 0);
+  g_object_set(merge.element(), "option", "1", nullptr);
+  merge.push_all({{5, 6}, {7, 8}}, 40);
+  EXPECT_SAYS(merge.warning(), "2:2");
+  EXPECT_EQ(option(merge), "0");
+  ASSERT_EQ(merge.buffers().size(), 2u);
+  EXPECT_EQ(memories_of(merge.buffers()[1].get()), (std::vector<Bytes>{{5, 6, 7, 8}}));
+  EXPECT_EQ(merge.error(), "");
+}
+
 }  // namespace
 }  // namespace weir::testing
