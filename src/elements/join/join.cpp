@@ -11,7 +11,9 @@
 
 #include "core/sync/shared_output.hpp"
 #include "gstcpp/base_classes.hpp"
+#include "gstcpp/internal_links.hpp"
 #include "gstcpp/ref.hpp"
+#include "gstcpp/streaming_threads.hpp"
 
 namespace weir {
 namespace {
@@ -227,14 +229,28 @@ class Join : public gst::Element<Join, gst::PlainElement> {
     std::lock_guard lock(ended_mutex_);
     threads_[pad] = std::this_thread::get_id();
   }
-  // Whether another branch, which another thread feeds, has a stream that has not ended.
+  // Whether another branch, which another thread feeds, has not ended.
   bool others_may_deliver(GstPad* pad) {
     std::lock_guard lock(ended_mutex_);
-    return any_other_sink(pad, [this](GstPad* other) {
+    return any_other_sink(pad, [this, pad](GstPad* other) {
+      if (std::find(ended_.begin(), ended_.end(), other) != ended_.end()) return false;
       const auto thread = threads_.find(other);
-      return thread != threads_.end() && thread->second != std::this_thread::get_id() &&
-             std::find(ended_.begin(), ended_.end(), other) == ended_.end();
+      if (thread == threads_.end()) return may_begin(other, pad);
+      return thread->second != std::this_thread::get_id();
     });
+  }
+  // Nothing came from `other` yet: the thread of its queue, another one than that of `pad`, may not
+  // have run so far.
+  static bool may_begin(GstPad* other, GstPad* pad) {
+    const auto theirs = gst::feed_of(other), own = gst::feed_of(pad);
+    const auto delivers = [&own](const Ref<GstPad>& start) {
+      const auto inputs = gst::linked_inside(start.get());
+      return std::find(own.threads.begin(), own.threads.end(), start) == own.threads.end() &&
+             (inputs.empty() || std::any_of(inputs.begin(), inputs.end(), [](const auto& input) {
+                return gst_pad_is_linked(input.get());
+              }));
+    };
+    return theirs.known && std::any_of(theirs.threads.begin(), theirs.threads.end(), delivers);
   }
   // Branches of one stream end at the same time, while queues in them still have frames. So the end
   // of the active branch waits; but not for ever, since another branch may be closed by a valve.
