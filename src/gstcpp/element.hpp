@@ -7,10 +7,15 @@
 //   Status check_change(const char* name, const Settings& wanted) const
 //                                             before a write while frames may flow: an error is
 //                                             posted as a warning, and the old value stays
+//   static bool is_followed(const char* name) whether follow_settings() looks at this property;
+//   else
+//                                             at all but "silent"
 //   Ledger ledger_                            shown as the read-only property "stats"
 //   BufferLimit buffer_limit_                 shown as the property "max-buffer-size"
 //   void add_stats(GstStructure*) const       its own fields of "stats"
 #pragma once
+#include <atomic>
+#include <cstring>
 #include <exception>
 #include <memory>
 #include <mutex>
@@ -19,6 +24,7 @@
 
 #include "core/limit/buffer_limit.hpp"
 #include "gstcpp/error.hpp"
+#include "gstcpp/followed_settings.hpp"
 #include "gstcpp/ledger_stats.hpp"
 #include "gstcpp/property.hpp"
 #include "weir/result.hpp"
@@ -149,6 +155,46 @@ class Element {
     f(static_cast<Impl*>(this)->settings_);
   }
 
+  // What the properties say is in force: the stream begins with it.
+  template <class Settings>
+  Settings take_settings(FollowedSettings<Settings>* followed) {
+    std::lock_guard lock(settings_mutex_);
+    is_written_ = false;
+    written_.reset();
+    *followed = {static_cast<Impl*>(this)->settings_, {}, {}};
+    return followed->in_force;
+  }
+  bool is_written() const noexcept { return is_written_; }  // since the last of these two calls
+  // Between two frames. Of what was written since the last call `judge` says whether the stream can
+  // go on with it, and lets it act if so. What it refuses reads back as before, with a warning.
+  // True: other settings are in force.
+  template <class Settings, class Judge>
+  bool follow_settings(FollowedSettings<Settings>* followed, Judge&& judge) {
+    if (!is_written_.exchange(false)) return false;
+    const auto [now, written] = take_written();
+    if (written.none()) return false;
+    const auto whole = followed->joined(Impl::kProperties, now, written);
+    if (!followed->differs(Impl::kProperties, whole, counts)) return false;
+    Status status = judge(whole);
+    const bool alone = !status && followed->waiting.any();
+    if (alone) {  // what was written now may act without what was refused before
+      if (!followed->differs(Impl::kProperties, now, counts)) return false;
+      status = judge(now);
+    }
+    {
+      std::lock_guard lock(settings_mutex_);
+      Settings& shown = static_cast<Impl*>(this)->settings_;
+      if (!status)
+        followed->refuse(Impl::kProperties, whole, written, &shown, written & ~written_);
+      else if (alone)
+        followed->in_force = now;
+      else
+        followed->accept(Impl::kProperties, whole, &shown, ~written_);
+    }
+    if (!status) post_warning(element(), status.error());
+    return status.has_value();
+  }
+
  private:
   static Impl* of(gpointer o) { return static_cast<Instance*>(o)->impl; }
 
@@ -201,8 +247,21 @@ class Element {
         std::lock_guard lock(impl->settings_mutex_);
         auto& field = impl->settings_.*p.field;
         field = from_gvalue<std::decay_t<decltype(field)>>(v);
+        if (!counts(p.name)) return;
+        impl->written_.set(id - 1);
+        impl->is_written_ = true;
       }
     });
+  }
+  static bool counts(const char* name) {
+    if constexpr (requires { Impl::is_followed(name); })
+      return Impl::is_followed(name);
+    else
+      return std::strcmp(name, "silent") != 0;
+  }
+  auto take_written() {
+    std::lock_guard lock(settings_mutex_);
+    return std::pair(static_cast<const Impl*>(this)->settings_, std::exchange(written_, {}));
   }
   static bool may_run(GObject* o) {
     GST_OBJECT_LOCK(o);
@@ -257,6 +316,7 @@ class Element {
     });
   }
   static constexpr guint stats_id() {
+    static_assert(std::tuple_size_v<std::decay_t<decltype(Impl::kProperties)>> <= 64);
     return static_cast<guint>(std::tuple_size_v<std::decay_t<decltype(Impl::kProperties)>> + 1);
   }
   static constexpr guint limit_id() { return stats_id() + 1; }
@@ -320,7 +380,9 @@ class Element {
   }
 
   static inline gpointer parent_class_ = nullptr;
-  mutable std::mutex settings_mutex_;  // guards Impl::settings_
+  mutable std::mutex settings_mutex_;  // guards Impl::settings_, written_
+  PropertyMask written_;               // since follow_settings() or take_settings()
+  std::atomic<bool> is_written_{false};
   Parent* self_ = nullptr;
 };
 

@@ -13,8 +13,6 @@
 //   static constexpr bool kKeepsPads = true               they stay, with their links, in READY
 // A frame that has an error is counted as dropped, the error is on the bus.
 #pragma once
-#include <atomic>
-#include <functional>
 #include <optional>
 #include <string>
 
@@ -45,15 +43,13 @@ class OneToMany : public Element<Impl, PlainElement> {
     gst_element_add_pad(element, sink_);
   }
 
-  void property_changed(const char*) { changed_ = true; }
-
   GstStateChangeReturn change_state(GstStateChange change) {
     if (change == GST_STATE_CHANGE_READY_TO_PAUSED) {
       ledger_.reset();
       spec_.reset();
-      failed_ = changed_ = false;
+      failed_ = false;
       outputs_.start();
-      if (const Status status = impl()->prepare(remember_settings()); !status) {
+      if (const Status status = impl()->prepare(this->take_settings(&impl()->followed_)); !status) {
         post_error(this->element(), status.error());
         return GST_STATE_CHANGE_FAILURE;
       }
@@ -78,7 +74,8 @@ class OneToMany : public Element<Impl, PlainElement> {
       return GST_FLOW_NOT_NEGOTIATED;
     }
     if constexpr (requires { impl()->follow(this->settings()); })
-      if (changed_.exchange(false)) follow_properties();
+      this->follow_settings(&impl()->followed_,
+                            [this](const auto& wanted) { return impl()->follow(wanted); });
     const Result<Routed> routed = impl()->route(std::move(buffer));
     if (!routed) {
       ledger_.dropped(DropReason::Error);
@@ -135,22 +132,6 @@ class OneToMany : public Element<Impl, PlainElement> {
  private:
   Impl* impl() { return static_cast<Impl*>(this); }
 
-  // Of the stream as it is; they are what a refused change is undone to.
-  auto remember_settings() {
-    auto now = this->settings();
-    if constexpr (requires { impl()->follow(now); })
-      undo_ = [this, now] { this->change_settings([&](auto& settings) { settings = now; }); };
-    return now;
-  }
-  void follow_properties() {
-    const auto undo = undo_;
-    if (const Status status = impl()->follow(remember_settings()); !status) {
-      undo_ = undo;
-      undo_();
-      post_warning(this->element(), status.error());
-    }
-  }
-
   void fail(const Error& error) {
     failed_ = true;
     post_error(this->element(), error);
@@ -178,11 +159,9 @@ class OneToMany : public Element<Impl, PlainElement> {
     return ok();
   }
 
-  std::atomic<bool> changed_ = false;  // a property, since the last frame
-  std::function<void()> undo_;         // streaming thread, and while nothing streams
-  GstPad* sink_ = nullptr;             // owned by the element
-  std::optional<FrameSpec> spec_;      // streaming thread
-  bool failed_ = false;                // likewise: since the start
+  GstPad* sink_ = nullptr;         // owned by the element
+  std::optional<FrameSpec> spec_;  // streaming thread
+  bool failed_ = false;            // likewise: since the start
 };
 
 }  // namespace weir::gst

@@ -56,22 +56,18 @@ class TensorAggregator : public gst::PlainFilter<TensorAggregator> {
                     gst::Changeable::WhilePlaying},
   };
 
-  void property_changed(const char*) {
-    changed_ = true;
-  }
-
   Status take_caps(GstCaps* caps) {
     const auto spec = gst::fixed_spec_from_caps(caps);
     if (!spec) return spec.error();
-    if (changed_.exchange(false)) setup_ = nullptr;
-    times_.decide(settings().on_backwards_time);
+    if (is_written()) setup_ = nullptr;
+    const Settings s = take_settings(&followed_);
+    times_.decide(s.on_backwards_time);
     if (setup_ && setup_->input == *spec) return announce(setup_.get());
-    in_force_ = settings();
     // Frames of other tensors cannot stand in one window.
     drop_held(DropReason::Flush);
     clients_.clear();
     setup_ = nullptr;
-    auto setup = make_setup(*spec);
+    auto setup = make_setup(*spec, s);
     if (!setup) return setup.error();
     if (auto status = announce(setup->get()); !status) return status;
     setup_ = *std::move(setup);
@@ -80,7 +76,7 @@ class TensorAggregator : public gst::PlainFilter<TensorAggregator> {
 
   GstFlowReturn take_buffer(Ref<GstBuffer> in) {
     if (!setup_) return failed(before_caps());
-    if (changed_.exchange(false))
+    if (is_written())
       if (const auto flow = follow_properties(); flow != GST_FLOW_OK) {
         ledger_.dropped(DropReason::Error);
         return flow;
@@ -151,19 +147,20 @@ class TensorAggregator : public gst::PlainFilter<TensorAggregator> {
  private:
   // Between two frames: frames that wait for their window go into one of the new kind.
   GstFlowReturn follow_properties() {
-    auto setup = make_setup(setup_->input);
-    if (const Status status = setup ? announce(setup->get()) : setup.error(); !status) {
-      change_settings([this](Settings& settings) { settings = in_force_; });
-      gst::post_warning(element(), status.error());
-      return GST_FLOW_OK;
-    }
-    in_force_ = settings();
+    std::shared_ptr<WindowSetup> made;
+    const auto judge = [&](const Settings& wanted) -> Status {
+      auto setup = make_setup(setup_->input, wanted);
+      if (!setup) return setup.error();
+      made = *std::move(setup);
+      return announce(made.get());
+    };
+    if (!follow_settings(&followed_, judge)) return GST_FLOW_OK;
     std::vector<Ref<GstBuffer>> waiting;
     clients_.for_each([&](WindowStream& stream) {
       for (auto& buffer : stream.take_back(&ledger_)) waiting.push_back(std::move(buffer));
     });
     clients_.clear();
-    setup_ = *std::move(setup);
+    setup_ = std::move(made);
     for (auto& buffer : waiting) {
       if (setup_->plan.passes_through) {
         if (const auto flow = pass(std::move(buffer)); flow != GST_FLOW_OK) return flow;
@@ -176,8 +173,7 @@ class TensorAggregator : public gst::PlainFilter<TensorAggregator> {
     return GST_FLOW_OK;
   }
 
-  Result<std::shared_ptr<WindowSetup>> make_setup(const FrameSpec& input) const {
-    const Settings s = settings();
+  Result<std::shared_ptr<WindowSetup>> make_setup(const FrameSpec& input, const Settings& s) const {
     auto plan = window::plan({s.frames_in, s.frames_out, s.frames_flush, s.frames_dim, s.concat},
                              input.tensors);
     if (!plan) return plan.error();
@@ -250,9 +246,8 @@ class TensorAggregator : public gst::PlainFilter<TensorAggregator> {
   gst::BackwardsTimes times_;
   gst::PerClient<WindowStream> clients_{[this] { return WindowStream(setup_); },
                                         [this](WindowStream& s) { give_up_client(&s); }};
-  Settings in_force_;  // of setup_
+  gst::FollowedSettings<Settings> followed_;  // of setup_
   // Any thread:
-  std::atomic<bool> changed_{false};  // a property, since the setup was made
   std::atomic<GstClockTime> latency_{0};
   std::atomic<uint64_t> frames_lost_{0};
 };

@@ -51,4 +51,21 @@ TEST(TuningAggregator, AWindowThatCannotBeIsRefusedAndReadsBackAsBefore) {
   EXPECT_EQ(t.get("frames-in"), "1");
 }
 
+TEST(TuningAggregator, ASecondWriteCompletesTheFirst) {
+  auto t = tuned(
+      "tensor_aggregator frames-out=2 frames-dim=0 ! capsfilter "
+      "caps=other/tensor,dimension=(string)4");
+  EXPECT_EQ(t.push<>({1, 2}), Bytes{});
+  t.set("frames-in", "2");
+  EXPECT_EQ(t.push<>({3, 4}), (Bytes{1, 2, 3, 4}));
+  EXPECT_SAYS(t.messages.next_warning(), "WEIR-2001");
+  EXPECT_EQ(t.get("frames-in"), "1");
+  t.set("frames-out", "4");
+  EXPECT_EQ(t.push<>({5, 6}), Bytes{});
+  EXPECT_EQ(t.push<>({7, 8}), (Bytes{5, 6, 7, 8}));
+  EXPECT_EQ(t.get("frames-in"), "2");
+  EXPECT_EQ(t.get("frames-out"), "4");
+  EXPECT_EQ(t.messages.next_warning(), "");
+}
+
 }  // namespace

@@ -84,7 +84,6 @@ class TensorConverter : public gst::Element<TensorConverter, gst::PlainElement> 
     return unknown ? Status(no_function(mode->name)) : ok();
   }
   void property_changed(const char* name) {
-    changed_ = true;
     if (std::strcmp(name, "mode") != 0) return;
     const auto mode = parse_converter_mode(settings().mode);
     mode_is_told_ = false;
@@ -109,7 +108,7 @@ class TensorConverter : public gst::Element<TensorConverter, gst::PlainElement> 
 
   GstFlowReturn on_buffer(GstBuffer* raw) {
     ledger_.received();
-    if (medium_ && changed_.exchange(false)) follow_properties();
+    if (medium_ && is_written()) follow_properties();
     auto frames = convert(Ref<GstBuffer>::adopt(raw));
     if (!frames) return fail(frames.error());
     if (frames->warning) gst::post_warning(element(), *frames->warning);
@@ -157,8 +156,7 @@ class TensorConverter : public gst::Element<TensorConverter, gst::PlainElement> 
         const auto owned = Ref<GstEvent>::adopt(event);
         GstCaps* caps = nullptr;
         gst_event_parse_caps(event, &caps);
-        changed_ = false;
-        const Status status = negotiate(caps);
+        const Status status = negotiate(caps, take_settings(&followed_));
         if (!status) gst::post_error(element(), status.error());
         return status.has_value();
       }
@@ -319,24 +317,22 @@ class TensorConverter : public gst::Element<TensorConverter, gst::PlainElement> 
   void follow_properties() {
     const auto caps = Ref<GstCaps>::adopt(gst_pad_get_current_caps(sink_));
     if (!caps) return;
-    const Settings before = in_force_;
-    const Status status = negotiate(caps.get());
-    if (status) return;
-    change_settings([&](Settings& settings) { settings = before; });
-    gst::post_warning(element(), status.error());
-    static_cast<void>(negotiate(caps.get()));
+    follow_settings(&followed_, [&](const Settings& wanted) {
+      const Status status = negotiate(caps.get(), wanted);
+      if (!status) static_cast<void>(negotiate(caps.get(), followed_.in_force));
+      return status;
+    });
   }
 
-  Status negotiate(GstCaps* caps) {
+  Status negotiate(GstCaps* caps, const Settings& s) {
     medium_.reset();
-    in_force_ = settings();
-    auto mode = parse_converter_mode(settings().mode);
+    auto mode = parse_converter_mode(s.mode);
     if (!mode && mode.error().code != Code::OPTION_SYNTAX) return mode.error();
     if (!mode && !mode_is_told_) warn_of_mode(mode.error());
     // What has no name is ignored.
     auto medium = medium_for(caps, mode ? *mode : ConverterMode{});
     if (!medium) return medium.error();
-    auto wanted = wishes(settings(), source_);
+    auto wanted = wishes(s, source_);
     if (!wanted) return wanted.error();
     wanted->limit = &buffer_limit_;
     auto plan = (*medium)->configure(caps, *wanted);
@@ -349,8 +345,8 @@ class TensorConverter : public gst::Element<TensorConverter, gst::PlainElement> 
         !first_difference(plan->spec.tensors, plan_.spec.tensors).empty())
       drop_waiting_of_other_kind();
     plan_ = *std::move(plan);
-    set_timestamp_ = settings().set_timestamp;
-    times_.decide(settings().on_backwards_time);
+    set_timestamp_ = s.set_timestamp;
+    times_.decide(s.on_backwards_time);
     // Downstream need not take a placeholder.
     waits_for_frame_ = plan_.first_frame_decides && !is_taken(source_, plan_.spec);
     if (!waits_for_frame_)
@@ -432,8 +428,8 @@ class TensorConverter : public gst::Element<TensorConverter, gst::PlainElement> 
   GstPad* sink_ = nullptr;    // owned by the element
   GstPad* source_ = nullptr;  // owned by the element
   // Streaming thread only:
-  std::unique_ptr<Medium> medium_;  // null until caps were taken
-  Settings in_force_;               // of medium_
+  std::unique_ptr<Medium> medium_;            // null until caps were taken
+  gst::FollowedSettings<Settings> followed_;  // of medium_
   StreamPlan plan_;
   gst::Allocation allocation_;  // as the next element asks
   bool deferral_ = false;       // and whether it takes deferred memory
@@ -446,7 +442,6 @@ class TensorConverter : public gst::Element<TensorConverter, gst::PlainElement> 
   bool waits_for_frame_ = false;  // before caps are sent, with which the first one decides
   Ref<GstEvent> held_segment_;    // goes after them
   ClientStreams streams_{[this](uint64_t lost) { give_up_client(lost); }};
-  std::atomic<bool> changed_{false};       // a property, since caps were taken
   std::atomic<bool> mode_is_told_{false};  // a warning of it, to somebody
   // Written by the streaming thread, shown by stats:
   std::atomic<uint64_t> missing_times_{0}, clients_given_up_{0};

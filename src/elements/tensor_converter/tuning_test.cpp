@@ -51,4 +51,19 @@ TEST(TuningConverter, WhatDoesNotFitTheStreamIsRefusedAndReadsBackAsBefore) {
   EXPECT_EQ(t.messages.next(), "") << "no error";
 }
 
+TEST(TuningConverter, ASecondWriteCompletesTheFirst) {
+  auto t = tuned("input-dim=4 input-type=uint8");
+  EXPECT_EQ(t.push<>({1, 2, 3, 4}).size(), 4u);
+  t.set("input-dim", "2,2");
+  EXPECT_EQ(t.push<>({1, 2, 3, 4}).size(), 4u);
+  EXPECT_SAYS(t.messages.next_warning(), "WEIR-");
+  EXPECT_EQ(t.get("input-dim"), "4");
+  t.set("input-type", "uint8,uint8");
+  EXPECT_EQ(t.push<>({1, 2, 3, 4}).size(), 4u);
+  EXPECT_SAYS(t.caps(), "num_tensors=(int)2");
+  EXPECT_EQ(t.get("input-dim"), "2,2");
+  EXPECT_EQ(t.get("input-type"), "uint8,uint8");
+  EXPECT_EQ(t.messages.next_warning(), "");
+}
+
 }  // namespace

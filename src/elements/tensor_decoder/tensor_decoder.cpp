@@ -1,7 +1,6 @@
 // tensor_decoder: the results of a network become labels, pictures or bytes.
 #include <gst/video/video.h>
 
-#include <atomic>
 #include <cstring>
 #include <memory>
 
@@ -69,7 +68,6 @@ class TensorDecoder : public gst::CountedTransform<TensorDecoder> {
   };
 
   void property_changed(const char* name) {
-    changed_ = true;
     if (std::strcmp(name, "config-file") != 0) return;
     config_file_.read(G_OBJECT(element()), settings().config_file);
   }
@@ -77,9 +75,7 @@ class TensorDecoder : public gst::CountedTransform<TensorDecoder> {
   Status start() {
     ledger_.reset();
     if (auto status = config_file_.report(element()); !status) return status;
-    changed_ = false;
-    in_force_ = settings();
-    auto opened = open_as(in_force_);
+    auto opened = open_as(take_settings(&followed_));
     if (!opened) return opened.error();
     use(*std::move(opened));
     return ok();
@@ -136,7 +132,7 @@ class TensorDecoder : public gst::CountedTransform<TensorDecoder> {
   }
 
   GstFlowReturn submit_input_buffer(gboolean discont, GstBuffer* buffer) {
-    if (decoder_ && input_.valid() && changed_.exchange(false)) follow_properties();
+    if (decoder_ && input_.valid() && is_written()) follow_properties();
     return gst::CountedTransform<TensorDecoder>::submit_input_buffer(discont, buffer);
   }
 
@@ -170,14 +166,8 @@ class TensorDecoder : public gst::CountedTransform<TensorDecoder> {
   // Between two frames: another decoder takes the place of the one that runs, where the stream can
   // go on with it.
   void follow_properties() {
-    const Settings wanted = settings();
-    if (const Status status = follow(wanted); !status) {
-      change_settings([this](Settings& s) { s = in_force_; });
-      gst::post_warning(element(), status.error());
-      return;
-    }
-    in_force_ = wanted;
-    gst_base_transform_reconfigure_src(self());
+    if (follow_settings(&followed_, [this](const Settings& wanted) { return follow(wanted); }))
+      gst_base_transform_reconfigure_src(self());
   }
   Status follow(const Settings& wanted) {
     auto opened = open_as(wanted);
@@ -258,8 +248,7 @@ class TensorDecoder : public gst::CountedTransform<TensorDecoder> {
   size_t picture_bytes_ = 0;               // streaming thread; of the output, 0: no raw picture
   gst::FrameReader reader_;                // streaming thread
   gst::PropertyFile config_file_;
-  Settings in_force_;                 // of decoder_; streaming thread
-  std::atomic<bool> changed_{false};  // a property, since it was opened
+  gst::FollowedSettings<Settings> followed_;  // of decoder_; streaming thread
 };
 
 }  // namespace

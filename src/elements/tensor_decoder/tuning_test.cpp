@@ -1,4 +1,6 @@
 // tensor_decoder whose mode and options change while frames flow.
+#include <fstream>
+
 #include "elements/tests/tuned.hpp"
 
 namespace {
@@ -45,6 +47,41 @@ TEST(TuningDecoder, WhatDownstreamDoesNotTakeIsRefused) {
   EXPECT_EQ(t.push<>(kPixels), kPixels);
   EXPECT_SAYS(t.messages.next_warning(), "video/x-raw");
   EXPECT_EQ(t.get("mode"), "octet_stream");
+}
+
+// A frame passes between two writes: the first alone is refused.
+TEST(TuningDecoder, ASecondWriteCompletesTheFirst) {
+  const std::string labels = testing::TempDir() + "weir-tuned-labels.txt";
+  std::ofstream(labels) << "a\nb\nc\nd\ne\nf\n";
+  Tuned t("tensor_decoder", "tensor_decoder mode=octet_stream",
+          "other/tensor,dimension=(string)6,type=uint8,framerate=30/1");
+  EXPECT_EQ(t.push<>(kPixels), kPixels);
+  t.set("mode", "image_labeling");
+  EXPECT_EQ(t.push<>(kPixels), kPixels);
+  EXPECT_SAYS(t.messages.next_warning(), "WEIR-");
+  EXPECT_EQ(t.get("mode"), "octet_stream");
+  t.set("option1", labels.c_str());
+  EXPECT_EQ(t.push<>(kPixels), (Bytes{'f', 0}));
+  EXPECT_EQ(t.get("mode"), "image_labeling");
+  EXPECT_EQ(t.get("option1"), labels);
+  EXPECT_EQ(t.messages.next_warning(), "");
+  EXPECT_EQ(t.messages.next(), "");
+}
+
+TEST(TuningDecoder, WhatWasRefusedLeavesOtherWritesAlone) {
+  auto t = tuned("tensor_decoder mode=direct_video");
+  t.push<>(kPixels);
+  t.set("mode", "no_such_decoder");
+  t.push<>(kPixels);
+  EXPECT_SAYS(t.messages.next_warning(), "WEIR-3010");
+  t.set("option1", "BGR");
+  EXPECT_EQ(t.push<>(kPixels).size(), 8u);
+  EXPECT_SAYS(t.caps(), "format=(string)BGR");
+  EXPECT_EQ(t.get("mode"), "direct_video");
+  EXPECT_EQ(t.get("option1"), "BGR");
+  t.set("mode", "direct_video");  // gives up what was refused
+  EXPECT_EQ(t.push<>(kPixels).size(), 8u);
+  EXPECT_EQ(t.messages.next_warning(), "");
 }
 
 }  // namespace

@@ -1,6 +1,7 @@
 // The list of them.
 #include "elements/tensor_filter/filter_change.hpp"
 
+#include <algorithm>
 #include <tuple>
 
 #include "core/tensor/frame_spec.hpp"
@@ -21,8 +22,16 @@ auto fields(const S& s) {
 
 }  // namespace
 
-bool open_the_same(const FilterSettings& a, const FilterSettings& b) {
-  return fields(a) == fields(b);
+bool opens_the_model(std::string_view property) {
+  static constexpr std::string_view kNames[] = {"framework",          "input",
+                                                "inputtype",          "inputname",
+                                                "inputlayout",        "output",
+                                                "outputtype",         "outputname",
+                                                "outputlayout",       "custom",
+                                                "accelerator",        "input-combination",
+                                                "output-combination", "shared-tensor-filter-key",
+                                                "invoke-dynamic",     "suspend"};
+  return std::ranges::find(kNames, property) != std::end(kNames);
 }
 
 void copy_model_settings(const FilterSettings& from, FilterSettings* to) {

@@ -1,12 +1,14 @@
 // Which properties of tensor_filter decide what model is opened and how: they may change while
 // frames flow, and take effect with the next one.
 #pragma once
+#include <string_view>
+
 #include "elements/tensor_filter/filter_settings.hpp"
 #include "weir/result.hpp"
 
 namespace weir {
 
-bool open_the_same(const FilterSettings& a, const FilterSettings& b);
+bool opens_the_model(std::string_view property);
 void copy_model_settings(const FilterSettings& from, FilterSettings* to);
 // An error for lists that cannot be read, whatever the model is.
 Status check_lists(const FilterSettings& settings);

@@ -132,8 +132,10 @@ class TensorFilter : public gst::Element<TensorFilter, gst::PlainElement> {
   Status check_change(const char*, const Settings& wanted) const {
     return check_lists(wanted);
   }
+  static bool is_followed(const char* name) {
+    return opens_the_model(name);
+  }
   void property_changed(const char* name) {
-    changed_ = true;
     if (std::strcmp(name, "config-file") == 0)
       config_file_.read(G_OBJECT(element()), settings().config_file);
     if (std::strcmp(name, "model") == 0) replace_model();
@@ -283,7 +285,7 @@ class TensorFilter : public gst::Element<TensorFilter, gst::PlainElement> {
 
   Status open() {
     if (auto status = config_file_.report(element()); !status) return status;
-    auto chosen = settings();
+    auto chosen = take_settings(&followed_);
     threads_.claim(chosen);  // settings may have changed in READY
     chosen.threads = threads_.chosen();
     if (const auto choice = automatic_engine(chosen))
@@ -299,7 +301,6 @@ class TensorFilter : public gst::Element<TensorFilter, gst::PlainElement> {
     monitor_ = std::move(monitor);
     model_text_ = chosen.model;
     in_force_ = chosen;
-    changed_ = false;
     life_.start(model_, chosen);
     ledger_.reset();
     flow_.open(chosen);
@@ -391,28 +392,24 @@ class TensorFilter : public gst::Element<TensorFilter, gst::PlainElement> {
   // Between two frames: properties changed, or downstream asks for other caps.
   GstFlowReturn follow() {
     const bool asked = gst_pad_check_reconfigure(source_);
-    const bool changed = changed_.exchange(false) && !open_the_same(settings(), in_force_);
-    if (!asked && !changed) return GST_FLOW_OK;
+    if (!asked && !is_written()) return GST_FLOW_OK;
     const auto caps = Ref<GstCaps>::adopt(gst_pad_get_current_caps(sink_));
     if (!caps) return GST_FLOW_OK;
-    if (changed)
-      if (const Status status = open_again(caps.get()); !status) {
-        change_settings([this](Settings& s) { copy_model_settings(in_force_, &s); });
-        gst::post_warning(element(), status.error());
-        if (!asked) return GST_FLOW_OK;
-      }
+    const bool changed = follow_settings(
+        &followed_, [&](const Settings& wanted) { return open_again(caps.get(), wanted); });
+    if (!asked && !changed) return GST_FLOW_OK;
     const Status status = negotiate(caps.get(), false);
     if (status) return GST_FLOW_OK;
     gst::post_error(element(), status.error());
     return GST_FLOW_NOT_NEGOTIATED;
   }
 
-  // The model of the present properties in place of the one that runs, where it fits the stream.
-  Status open_again(GstCaps* caps) {
+  // The model of these properties in place of the one that runs, where it fits the stream.
+  Status open_again(GstCaps* caps, const Settings& properties) {
     const auto input = gst::fixed_spec_from_caps(caps);
     if (!input) return input.error();
     Settings wanted = in_force_;
-    copy_model_settings(settings(), &wanted);
+    copy_model_settings(properties, &wanted);
     {
       std::lock_guard lock(model_mutex_);
       wanted.model = model_text_;
@@ -481,9 +478,9 @@ class TensorFilter : public gst::Element<TensorFilter, gst::PlainElement> {
   FilterThreads threads_;
   std::atomic<int> engine_threads_{0};
   mutable ModelReport report_;
-  Settings in_force_;                 // of model_; streaming thread, and while nothing streams
-  std::atomic<bool> changed_{false};  // a property, since they were read
-  std::string model_text_;            // what `model` says of it; guarded by model_mutex_
+  Settings in_force_;  // of model_; streaming thread, and while nothing streams
+  gst::FollowedSettings<Settings> followed_;  // likewise
+  std::string model_text_;                    // what `model` says of it; guarded by model_mutex_
   gst::PropertyFile config_file_;
   LagWatch lag_;
   FrameFlow flow_{&ledger_};

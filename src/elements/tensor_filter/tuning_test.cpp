@@ -80,5 +80,22 @@ TEST(TuningFilter, CustomSuspendAndLayoutsAct) {
   EXPECT_EQ(t.messages.next_warning(), "");
 }
 
+// The engine "fake" takes no frames of four rows with this option, which "adder" does not read.
+TEST(TuningFilter, ASecondWriteCompletesTheFirst) {
+  AdderFiles files;
+  auto t = tuned("tensor_filter framework=fake model=" + files.model(2));
+  const auto before = t.push<float, float>(kFour);
+  EXPECT_NE(before, (Floats{3, 4, 5, 6}));
+  t.set("custom", "rows:7");
+  EXPECT_EQ((t.push<float, float>(kFour)), before);
+  EXPECT_SAYS(t.messages.next_warning(), "WEIR-");
+  EXPECT_EQ(t.get("custom"), "");
+  t.set("framework", "adder");
+  EXPECT_EQ((t.push<float, float>(kFour)), (Floats{3, 4, 5, 6}));
+  EXPECT_EQ(t.get("custom"), "rows:7");
+  EXPECT_EQ(t.get("framework"), "adder");
+  EXPECT_EQ(t.messages.next_warning(), "");
+}
+
 }  // namespace
 }  // namespace weir::test

@@ -1,6 +1,5 @@
 // tensor_if: each frame takes one of two ways, by what is in it.
 #include <algorithm>
-#include <atomic>
 #include <cstring>
 
 #include "elements/tensor_if/if_settings.hpp"
@@ -59,7 +58,6 @@ class TensorIf : public gst::OneToMany<TensorIf> {
   };
 
   void property_changed(const char* name) {
-    changed_ = true;
     if (std::strncmp(name, "compared-value", std::strlen("compared-value")) != 0) return;
     const Settings s = settings();
     if (s.compared_value == condition::ComparedValue::Custom && !s.compared_value_option.empty() &&
@@ -70,9 +68,8 @@ class TensorIf : public gst::OneToMany<TensorIf> {
   Status prepare(const Settings& settings) { return check_texts(settings); }
 
   Status configure(const FrameSpec& spec) {
-    changed_ = false;
     parts_.configure(spec);
-    const Settings s = settings();
+    const Settings s = take_settings(&followed_);
     plan_.reset();
     missing_ =
         missing_setting(s);  // the first frame is refused: caps may be those of a placeholder
@@ -86,7 +83,7 @@ class TensorIf : public gst::OneToMany<TensorIf> {
   }
 
   Result<gst::Routed> route(Ref<GstBuffer> buffer) {
-    if (changed_.exchange(false)) follow_properties();
+    if (is_written()) follow_properties();
     if (!plan_) return *missing_;
     if (auto status = parts_.read(buffer.get()); !status) return status.error();
     const auto holds = decide(buffer.get());
@@ -113,6 +110,7 @@ class TensorIf : public gst::OneToMany<TensorIf> {
   }
 
   Settings settings_;
+  gst::FollowedSettings<Settings> followed_;  // streaming thread
 
  private:
   void use(IfPlan plan) {
@@ -123,21 +121,21 @@ class TensorIf : public gst::OneToMany<TensorIf> {
     outputs_.unsettle();
   }
 
-  // Between two frames. Settings that make no sense together, as between two changes, leave the
-  // old ones in force.
+  // Between two frames.
   void follow_properties() {
-    const Settings s = settings();
-    Status status = check_texts(s);
-    if (auto error = missing_setting(s); status && error) status = *std::move(error);
-    if (status) {
-      auto plan = plan_if(s, parts_.spec());
-      if (plan) return use(*std::move(plan));
-      status = plan.error();
+    if (plan_) {
+      follow_settings(&followed_, [this](const Settings& wanted) { return judge(wanted); });
+      return;
     }
-    if (plan_)
-      gst::post_warning(element(), status.error());
-    else
-      missing_ = status.error();
+    if (const Status status = judge(take_settings(&followed_)); !status) missing_ = status.error();
+  }
+  Status judge(const Settings& s) {
+    if (auto status = check_texts(s); !status) return status;
+    if (auto error = missing_setting(s)) return *std::move(error);
+    auto plan = plan_if(s, parts_.spec());
+    if (!plan) return plan.error();
+    use(*std::move(plan));
+    return ok();
   }
 
   Result<std::optional<bool>> decide(GstBuffer* buffer) {
@@ -171,7 +169,6 @@ class TensorIf : public gst::OneToMany<TensorIf> {
     return picked;
   }
 
-  std::atomic<bool> changed_ = false;  // a property, since the plan was made
   // Streaming thread:
   std::optional<IfPlan> plan_;
   std::optional<Error> missing_;  // set where there is no plan

@@ -59,5 +59,23 @@ TEST(TuningSplit, WhatIsFixedWhileItRunsIsRefusedWithAWarning) {
   EXPECT_EQ(split.warning(), "");
 }
 
+TEST(TuningSplit, ASecondWriteCompletesTheFirst) {
+  Branches split("tensor_split tensorseg=1,3 tensorpick=1");
+  split.caps(test::tensors("uint8", "4"));
+  ASSERT_EQ(split.push(frame_of({{1, 2, 3, 4}})), GST_FLOW_OK);
+  EXPECT_EQ(content(split.take("src_0").get(), 0), (Bytes{2, 3, 4}));
+  g_object_set(split.element(), "tensorseg", "4", nullptr);
+  ASSERT_EQ(split.push(frame_of({{1, 2, 3, 4}})), GST_FLOW_OK);
+  EXPECT_EQ(content(split.take("src_0").get(), 0), (Bytes{2, 3, 4}));
+  EXPECT_SAYS(split.warning(), "tensorpick names a segment that is not there");
+  EXPECT_EQ(read(split, "tensorseg"), "1,3");
+  g_object_set(split.element(), "tensorpick", "0", nullptr);
+  ASSERT_EQ(split.push(frame_of({{1, 2, 3, 4}})), GST_FLOW_OK);
+  EXPECT_EQ(content(split.take("src_0").get(), 0), (Bytes{1, 2, 3, 4}));
+  EXPECT_EQ(read(split, "tensorseg"), "4");
+  EXPECT_EQ(read(split, "tensorpick"), "0");
+  EXPECT_EQ(split.warning(), "");
+}
+
 }  // namespace
 }  // namespace weir::testing

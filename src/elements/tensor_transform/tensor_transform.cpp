@@ -75,7 +75,7 @@ class TensorTransform : public gst::CountedTransform<TensorTransform> {
     counts_->divisions_by_zero = 0;
     waiting_ = false;
     // Both may come as late as the first frame.
-    return is_set(settings()) ? load() : ok();
+    return is_set(take_settings(&followed_)) ? load() : ok();
   }
 
   bool stop() {
@@ -141,7 +141,7 @@ class TensorTransform : public gst::CountedTransform<TensorTransform> {
       ledger_.dropped(DropReason::Error);
       return GST_FLOW_NOT_NEGOTIATED;
     }
-    if (transformer_ && !waiting_) follow_properties();
+    if (transformer_ && !waiting_ && is_written()) follow_properties();
     return gst::CountedTransform<TensorTransform>::submit_input_buffer(discont, buffer);
   }
 
@@ -223,16 +223,20 @@ class TensorTransform : public gst::CountedTransform<TensorTransform> {
   // Caps of the other pad for `caps` on the pad of `direction`, with equal dimensions as `spelling`
   // (may be null) has them.
   Ref<GstCaps> converted(GstPadDirection direction, GstCaps* caps, const GstCaps* spelling) {
+    const auto options = effective();
+    return converted(direction, caps, spelling, *options ? &**options : nullptr);
+  }
+  Ref<GstCaps> converted(GstPadDirection direction, GstCaps* caps, const GstCaps* spelling,
+                         const Options* options) {
     GstPad* other = direction == GST_PAD_SINK ? GST_BASE_TRANSFORM_SRC_PAD(self())
                                               : GST_BASE_TRANSFORM_SINK_PAD(self());
     auto result = Ref<GstCaps>::adopt(gst_caps_new_empty());
-    const auto options = effective();
     for (guint i = 0; i < gst_caps_get_size(caps); ++i) {
       const auto one = Ref<GstCaps>::adopt(gst_caps_copy_nth(caps, i));
       auto spec = gst::spec_from_caps(one.get());
       if (!spec) continue;
-      if (*options)
-        convert(direction, **options, &*spec);
+      if (options)
+        convert(direction, *options, &*spec);
       else
         for (auto& t : spec->tensors) t = TensorSpec{};
       auto candidates = gst::possible_caps(other, *spec, spelling);
@@ -332,15 +336,13 @@ class TensorTransform : public gst::CountedTransform<TensorTransform> {
 
   // Between two frames: other options are taken where the stream can go on with them.
   void follow_properties() {
-    const auto options = current();
-    if (options == loaded_ || options == refused_) return;
-    const Status status = *options ? can_follow(**options) : Status(options->error());
-    if (!status) {
-      refused_ = options;
-      gst::post_warning(element(), status.error());
-      if (*options) restore((*loaded_)->settings);  // else the other part may be on its way
-      return;
-    }
+    const auto judge = [this](const Settings& wanted) -> Status {
+      const auto options = parse_options(wanted);
+      return options ? can_follow(*options) : Status(options.error());
+    };
+    const bool other = follow_settings(&followed_, judge);
+    options_.reset();  // the properties say what is in force
+    if (!other) return;
     GstPad *sink = GST_BASE_TRANSFORM_SINK_PAD(self()),
            *source = GST_BASE_TRANSFORM_SRC_PAD(self());
     const auto in = Ref<GstCaps>::adopt(gst_pad_get_current_caps(sink));
@@ -366,19 +368,13 @@ class TensorTransform : public gst::CountedTransform<TensorTransform> {
                            counts_, buffer_limit_);
     if (auto status = trial.configure(*input, output); !status) return status;
     GstPad* pad = GST_BASE_TRANSFORM_SRC_PAD(self());
-    const auto ours = Ref<GstCaps>::adopt(transform_caps(GST_PAD_SINK, in.get(), nullptr));
     const auto theirs = Ref<GstCaps>::adopt(gst_pad_peer_query_caps(pad, nullptr));
+    const auto ours = converted(GST_PAD_SINK, in.get(), theirs.get(), &options);
     if (gst_caps_can_intersect(ours.get(), theirs.get())) return ok();
     return gst::refused_behind(pad, theirs.get(),
                                gst::UniqueText(gst_caps_to_string(ours.get())).get(),
                                "a mode and an option whose result downstream takes");
   }
-  // The properties say what is in force.
-  void restore(const Settings& good) {
-    change_settings([&](Settings& s) { s = good; });
-    options_.reset();
-  }
-
   // What the properties say.
   using SharedOptions = std::shared_ptr<const Result<Options>>;
   // Any thread.
@@ -407,6 +403,7 @@ class TensorTransform : public gst::CountedTransform<TensorTransform> {
     transformer_ = std::make_unique<FrameTransformer>(operation, choice, settings.acceleration,
                                                       counts_, buffer_limit_);
     set_good(options);
+    followed_.in_force = settings;
     loaded_ = std::move(options);
     return ok();
   }
@@ -439,9 +436,9 @@ class TensorTransform : public gst::CountedTransform<TensorTransform> {
   }
 
   gst::DerivedSetting<Result<Options>> options_;
-  mutable std::mutex good_mutex_;  // guards good_
-  SharedOptions good_;             // loaded_, for queries
-  SharedOptions refused_;          // told already; streaming thread
+  mutable std::mutex good_mutex_;             // guards good_
+  SharedOptions good_;                        // loaded_, for queries
+  gst::FollowedSettings<Settings> followed_;  // of loaded_; streaming thread
   // Streaming thread: caps came, and there is no mode; what came after them.
   bool waiting_ = false;
   std::vector<Ref<GstEvent>> early_;

@@ -68,8 +68,27 @@ TEST(TuningTransform, HalfAChangeLeavesTheOldOneInForceWithAWarning) {
   t.set("mode", "transpose");
   EXPECT_EQ(t.push<uint8_t>(kSix), (Bytes{1, 2, 3, 128, 201, 255}));
   EXPECT_SAYS(t.messages.next_warning(), "WEIR-1001");
+  EXPECT_EQ(t.get("mode"), "arithmetic");
   t.set("option", "1:0:2:3");
   EXPECT_EQ(t.push<uint8_t>(kSix), (Bytes{0, 127, 1, 200, 2, 255}));
+  EXPECT_EQ(t.get("mode"), "transpose");
+  EXPECT_EQ(t.messages.next_warning(), "");
+}
+
+TEST(TuningTransform, WhatDownstreamDoesNotTakeIsCompletedByASecondWrite) {
+  auto t = tuned(
+      "tensor_transform mode=clamp option=0:1 ! capsfilter "
+      "caps=other/tensor,dimension=(string)3:2");
+  EXPECT_EQ(t.push<uint8_t>(kSix), (Bytes{0, 1, 1, 1, 1, 1}));
+  t.set("mode", "dimchg");  // 2:3
+  EXPECT_EQ(t.push<uint8_t>(kSix), (Bytes{0, 1, 1, 1, 1, 1}));
+  EXPECT_SAYS(t.messages.next_warning(), "WEIR-2001");
+  EXPECT_EQ(t.get("mode"), "clamp");
+  t.set("option", "2:3");
+  EXPECT_EQ(t.push<uint8_t>(kSix), kSix);
+  EXPECT_EQ(t.get("mode"), "dimchg");
+  EXPECT_EQ(t.get("option"), "2:3");
+  EXPECT_EQ(t.messages.next_warning(), "");
 }
 
 TEST(TuningTransform, WhatDownstreamDoesNotTakeIsRefusedAndReadsBackAsBefore) {
