@@ -129,7 +129,7 @@ class TensorTransform : public gst::CountedTransform<TensorTransform> {
     gst_event_parse_caps(event, &caps);
     const auto held = Ref<GstCaps>::share(caps);
     told_ = false;
-    if (parent_class()->sink_event(self(), event)) return TRUE;
+    if (parent_class()->sink_event(self(), event)) return replay(), TRUE;
     if (!told_) tell_why_not(held.get());
     return FALSE;
   }
@@ -301,13 +301,15 @@ class TensorTransform : public gst::CountedTransform<TensorTransform> {
     const auto type = GST_EVENT_TYPE(event);
     if (type == GST_EVENT_CAPS) {
       waiting_ = !transformer_ && !is_set(settings());
-      early_.clear();
       if (waiting_) gst_event_unref(event);  // the sink pad keeps it
       return waiting_;
     }
-    if (type == GST_EVENT_FLUSH_STOP) early_.clear();
-    const bool serialized = (gst_event_type_get_flags(type) & GST_EVENT_TYPE_SERIALIZED) != 0 &&
-                            type != GST_EVENT_FLUSH_STOP;
+    // A stream that begins anew goes ahead of its caps.
+    if (type == GST_EVENT_FLUSH_STOP || type == GST_EVENT_STREAM_START) {
+      early_.clear();
+      return false;
+    }
+    const bool serialized = (gst_event_type_get_flags(type) & GST_EVENT_TYPE_SERIALIZED) != 0;
     if (!waiting_ || !serialized) return false;
     if (type == GST_EVENT_EOS) {
       replay();
@@ -327,11 +329,7 @@ class TensorTransform : public gst::CountedTransform<TensorTransform> {
     const auto caps =
         Ref<GstCaps>::adopt(gst_pad_get_current_caps(GST_BASE_TRANSFORM_SINK_PAD(self())));
     waiting_ = false;
-    const auto later = std::exchange(early_, {});
-    if (!caps || !sink_event(gst_event_new_caps(caps.get()))) return false;
-    early_ = later;
-    replay();
-    return true;
+    return caps && sink_event(gst_event_new_caps(caps.get()));
   }
 
   // Between two frames: other options are taken where the stream can go on with them.

@@ -112,6 +112,23 @@ TEST(TuningTransform, ModeAndOptionMayComeBeforeTheFirstFrame) {
   EXPECT_TRUE(segment) << "what came before the mode follows it";
 }
 
+TEST(TuningTransform, OtherCapsBeforeTheFirstFrameKeepWhatCameBefore) {
+  auto t = tuned("tensor_transform");
+  gst_harness_push_event(t.harness.get(),
+                         gst_event_new_tag(gst_tag_list_new(GST_TAG_TITLE, "a title", nullptr)));
+  t.set("mode", "arithmetic");
+  t.set("option", "add:1");
+  const auto caps = Ref<GstCaps>::adopt(
+      gst_caps_from_string("other/tensor,dimension=(string)2:3,type=uint8,framerate=30/1"));
+  EXPECT_TRUE(gst_harness_push_event(t.harness.get(), gst_event_new_caps(caps.get())));
+  EXPECT_EQ(t.push<uint8_t>(kSix), (Bytes{1, 2, 3, 128, 201, 255}));
+  EXPECT_SAYS(t.caps(), "dimension=(string)2:3");
+  for (const auto type : {GST_EVENT_SEGMENT, GST_EVENT_TAG})
+    EXPECT_TRUE(Ref<GstEvent>::adopt(gst_pad_get_sticky_event(t.harness->sinkpad, type, 0)))
+        << gst_event_type_get_name(type);
+  EXPECT_EQ(t.messages.next(), "");
+}
+
 TEST(TuningTransform, TheFirstFrameNeedsAMode) {
   for (const char* line : {"tensor_transform", "tensor_transform mode=arithmetic"}) {
     auto t = tuned(line);
