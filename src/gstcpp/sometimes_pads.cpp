@@ -162,6 +162,15 @@ Result<bool> SometimesPads::settle(Output* output, const FrameSpec& spec) {
   return !same;
 }
 
+Status SometimesPads::takes(size_t index, const FrameSpec& spec) const {
+  if (index >= outputs_.size() || !outputs_[index] || !is_linked(*outputs_[index])) return ok();
+  GstPad* pad = outputs_[index]->pad.get();
+  const auto caps = choose_caps(pad, spec);
+  if (!caps) return not_taken(pad, spec, nullptr);
+  if (gst_pad_peer_query_accept_caps(pad, caps.get())) return ok();
+  return not_taken(pad, spec, caps.get());
+}
+
 GstFlowReturn SometimesPads::combined(GstFlowReturn flow) const noexcept {
   return flow == GST_FLOW_NOT_LINKED && made_ < expected_ ? GST_FLOW_OK : flow;
 }

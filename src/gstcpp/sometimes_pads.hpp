@@ -55,6 +55,8 @@ class SometimesPads {
   // Gives the pad caps for `spec` by rule A, where it has none or the stream changed or somebody
   // else was linked, and the events that are due. True when the caps are others than before.
   Result<bool> settle(Output* output, const FrameSpec& spec);
+  // Whether the element behind src_<index>, where there is one, would take `spec`.
+  Status takes(size_t index, const FrameSpec& spec) const;
   // The flow of all pads together after this buffer.
   GstFlowReturn push(Output* output, Ref<GstBuffer> buffer);
   // The same for a pad that is not linked, with no buffer: nobody would see it.

@@ -59,6 +59,10 @@ class TensorDemux : public gst::OneToMany<TensorDemux> {
       for (const size_t index : group)
         if (parts_.spec().format == Format::Static && index >= tensors.size())
           return index_beyond("tensorpick", "tensor", index, tensors.size());
+    for (size_t i = 0; i < (groups->empty() ? tensors.size() : groups->size()); ++i)
+      if (auto status = outputs_.takes(i, spec_of(groups->empty() ? std::vector{i} : (*groups)[i]));
+          !status)
+        return status;
     picked_ = *std::move(groups);
     const FrameSpec spec = parts_.spec();
     outputs_.unsettle();
@@ -113,13 +117,16 @@ class TensorDemux : public gst::OneToMany<TensorDemux> {
   };
 
   void add_group(const std::vector<size_t>& tensors) {
+    groups_.push_back(
+        {tensors, *std::max_element(tensors.begin(), tensors.end()), spec_of(tensors), {}, false});
+  }
+  // Of the pad that gets them.
+  FrameSpec spec_of(const std::vector<size_t>& tensors) const {
     const FrameSpec& whole = parts_.spec();
-    Group group{tensors, *std::max_element(tensors.begin(), tensors.end()), {}, {}, false};
-    group.spec.format = whole.format;
-    group.spec.rate = whole.rate;
+    FrameSpec spec{whole.format, {}, whole.rate};
     for (const size_t index : tensors)
-      if (index < whole.tensors.size()) group.spec.tensors.push_back(whole.tensors[index]);
-    groups_.push_back(std::move(group));
+      if (index < whole.tensors.size()) spec.tensors.push_back(whole.tensors[index]);
+    return spec;
   }
   void one_group_each(size_t tensors) {
     for (size_t i = groups_.size(); i < tensors; ++i) add_group({i});

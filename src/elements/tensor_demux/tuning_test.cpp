@@ -49,5 +49,23 @@ TEST(TuningDemux, APickThatCannotBeIsRefusedAndReadsBackAsBefore) {
   EXPECT_EQ(content(demux.take("src_0").get(), 0), Bytes{7});
 }
 
+TEST(TuningDemux, WhatDownstreamDoesNotTakeIsRefused) {
+  Branches demux("tensor_demux tensorpick=0",
+                 {{"src_0", "other/tensors,format=static,num_tensors=1"}});
+  demux.caps(kThree);
+  ASSERT_EQ(demux.push(frame_of({{7}, {8}, {9}})), GST_FLOW_OK);
+  demux.take("src_0");
+  g_object_set(demux.element(), "tensorpick", "1:2", nullptr);
+  ASSERT_EQ(demux.push(frame_of({{7}, {8}, {9}})), GST_FLOW_OK);
+  EXPECT_SAYS(demux.warning(), "WEIR-2001: the element behind src_0 takes no such tensors");
+  EXPECT_EQ(picked(demux), "0");
+  EXPECT_EQ(content(demux.take("src_0").get(), 0), Bytes{7});
+  EXPECT_EQ(demux.error(), "");
+  g_object_set(demux.element(), "tensorpick", "2,0:1", nullptr);
+  ASSERT_EQ(demux.push(frame_of({{7}, {8}, {9}})), GST_FLOW_OK);
+  EXPECT_EQ(content(demux.take("src_0").get(), 0), Bytes{9});
+  EXPECT_EQ(demux.warning(), "");
+}
+
 }  // namespace
 }  // namespace weir::testing

@@ -134,6 +134,9 @@ class TensorIf : public gst::OneToMany<TensorIf> {
     if (auto error = missing_setting(s)) return *std::move(error);
     auto plan = plan_if(s, parts_.spec());
     if (!plan) return plan.error();
+    for (size_t way = 0; way < 2; ++way)
+      if (const IfBranch& branch = plan->branches[way]; branch.behaviour != Behaviour::Skip)
+        if (auto status = outputs_.takes(way, branch.spec); !status) return status;
     use(*std::move(plan));
     return ok();
   }

@@ -224,5 +224,26 @@ TEST(TensorIfProperties, MayChangeBetweenFrames) {
   EXPECT_EQ(element.error(), "");
 }
 
+TEST(TensorIfProperties, AreRefusedWhereDownstreamDoesNotTakeTheResult) {
+  Branches element(
+      "tensor_if compared-value-option=0,0 operator=GT supplied-value=5 then=TENSORPICK "
+      "then-option=0 else=SKIP",
+      {{"src_0", "other/tensors,format=static,num_tensors=1"}});
+  element.caps(test::tensors("uint8,uint8", "1,1"));
+  ASSERT_EQ(element.push(frame_of({{9}, {7}})), GST_FLOW_OK);
+  EXPECT_EQ(content(element.take("src_0").get(), 0), Bytes{9});
+  g_object_set(element.element(), "then-option", "1,0", nullptr);
+  ASSERT_EQ(element.push(frame_of({{9}, {7}})), GST_FLOW_OK);
+  EXPECT_SAYS(element.warning(), "WEIR-2001: the element behind src_0 takes no such tensors");
+  EXPECT_EQ(content(element.take("src_0").get(), 0), Bytes{9});
+  gchar* raw = nullptr;
+  g_object_get(element.element(), "then-option", &raw, nullptr);
+  EXPECT_STREQ(UniqueText{raw}.get(), "0");
+  g_object_set(element.element(), "then-option", "1", nullptr);
+  ASSERT_EQ(element.push(frame_of({{9}, {7}})), GST_FLOW_OK);
+  EXPECT_EQ(content(element.take("src_0").get(), 0), Bytes{7});
+  EXPECT_EQ(element.error(), "");
+}
+
 }  // namespace
 }  // namespace weir::testing

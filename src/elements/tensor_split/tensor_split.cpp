@@ -68,9 +68,15 @@ class TensorSplit : public gst::OneToMany<TensorSplit> {
   Status follow(const Settings& settings) {
     auto request = request_of(settings);
     if (!request) return request.error();
-    if (const auto plan = plan_split(*request, input_); !plan) return plan.error();
-    request_ = *std::move(request);
+    const auto plan = plan_split(*request, input_);
+    if (!plan) return plan.error();
     const FrameSpec spec = parts_.spec();
+    for (size_t i = 0; i < plan->segments.size(); ++i)
+      if (auto status =
+              outputs_.takes(i, FrameSpec{Format::Static, {plan->segments[i].spec}, spec.rate});
+          !status)
+        return status;
+    request_ = *std::move(request);
     outputs_.unsettle();
     return configure(spec);
   }

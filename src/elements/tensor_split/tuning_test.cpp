@@ -77,5 +77,19 @@ TEST(TuningSplit, ASecondWriteCompletesTheFirst) {
   EXPECT_EQ(split.warning(), "");
 }
 
+TEST(TuningSplit, WhatDownstreamDoesNotTakeIsRefused) {
+  Branches split("tensor_split tensorseg=1,3",
+                 {{"src_1", "other/tensors,format=static,num_tensors=1,dimensions=(string)3"}});
+  split.caps(test::tensors("uint8", "4"));
+  ASSERT_EQ(split.push(frame_of({{1, 2, 3, 4}})), GST_FLOW_OK);
+  split.take("src_1");
+  g_object_set(split.element(), "tensorseg", "2,2", nullptr);
+  ASSERT_EQ(split.push(frame_of({{1, 2, 3, 4}})), GST_FLOW_OK);
+  EXPECT_SAYS(split.warning(), "WEIR-2001: the element behind src_1 takes no such tensors");
+  EXPECT_EQ(read(split, "tensorseg"), "1,3");
+  EXPECT_EQ(content(split.take("src_1").get(), 0), (Bytes{2, 3, 4}));
+  EXPECT_EQ(split.error(), "");
+}
+
 }  // namespace
 }  // namespace weir::testing
