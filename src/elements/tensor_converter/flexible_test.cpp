@@ -60,6 +60,25 @@ TEST(ConverterFlexible, ChangesItsCapsWheneverTheTensorsChangeAndOnlyThen) {
   EXPECT_EQ(changes, 4) << "the placeholder, 2, 3, 2";
 }
 
+TEST(ConverterFlexible, KeepsItsCapsWhenPropertiesChange) {
+  auto h = harness("", kFlexible);
+  const auto converter = element_of(h, "tensor_converter");
+  const auto push = [&] {
+    gst_buffer_unref(gst_harness_push_and_pull(h.get(), frame(tensor(bytes_of(2), ramp(2)))));
+  };
+  push();
+  g_object_set(converter.get(), "silent", FALSE, nullptr);
+  push();
+  g_object_set(converter.get(), "set-timestamp", FALSE, nullptr);
+  push();
+  int changes = 0;
+  while (GstEvent* raw = gst_harness_try_pull_event(h.get())) {
+    const auto event = Ref<GstEvent>::adopt(raw);
+    changes += GST_EVENT_TYPE(raw) == GST_EVENT_CAPS;
+  }
+  EXPECT_EQ(changes, 2) << "the placeholder, 2";
+}
+
 TEST(ConverterFlexible, MayHaveSeveralTensorsInOneMemoryOrInTheirOwn) {
   const Bytes a = tensor(bytes_of(2), {1, 2});
   const Bytes b = tensor({ElementType::Int16, Shape{2}, ""}, {3, 4, 5, 6});

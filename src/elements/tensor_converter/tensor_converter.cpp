@@ -156,7 +156,7 @@ class TensorConverter : public gst::Element<TensorConverter, gst::PlainElement> 
         const auto owned = Ref<GstEvent>::adopt(event);
         GstCaps* caps = nullptr;
         gst_event_parse_caps(event, &caps);
-        const Status status = negotiate(caps, take_settings(&followed_));
+        const Status status = negotiate(caps, take_settings(&followed_), false);
         if (!status) gst::post_error(element(), status.error());
         return status.has_value();
       }
@@ -318,13 +318,14 @@ class TensorConverter : public gst::Element<TensorConverter, gst::PlainElement> 
     const auto caps = Ref<GstCaps>::adopt(gst_pad_get_current_caps(sink_));
     if (!caps) return;
     follow_settings(&followed_, [&](const Settings& wanted) {
-      const Status status = negotiate(caps.get(), wanted);
-      if (!status) static_cast<void>(negotiate(caps.get(), followed_.in_force));
+      const Status status = negotiate(caps.get(), wanted, true);
+      if (!status) static_cast<void>(negotiate(caps.get(), followed_.in_force, true));
       return status;
     });
   }
 
-  Status negotiate(GstCaps* caps, const Settings& s) {
+  // `goes_on`: frames of a stream whose frames say what they are need no placeholder any more.
+  Status negotiate(GstCaps* caps, const Settings& s, bool goes_on) {
     medium_.reset();
     auto mode = parse_converter_mode(s.mode);
     if (!mode && mode.error().code != Code::OPTION_SYNTAX) return mode.error();
@@ -337,6 +338,9 @@ class TensorConverter : public gst::Element<TensorConverter, gst::PlainElement> 
     wanted->limit = &buffer_limit_;
     auto plan = (*medium)->configure(caps, *wanted);
     if (!plan) return plan.error();
+    const bool keeps =
+        goes_on && plan->first_frame_decides && plan->spec.format == plan_.spec.format;
+    if (keeps) plan->spec = plan_.spec;
     // Samples of another rate are no neighbours in time; pictures of another rate still are.
     const bool resampled =
         (*medium)->type() == MediaType::Audio && !(plan->spec.rate == plan_.spec.rate);
@@ -348,8 +352,8 @@ class TensorConverter : public gst::Element<TensorConverter, gst::PlainElement> 
     set_timestamp_ = s.set_timestamp;
     times_.decide(s.on_backwards_time);
     // Downstream need not take a placeholder.
-    waits_for_frame_ = plan_.first_frame_decides && !is_taken(source_, plan_.spec);
-    if (!waits_for_frame_)
+    if (!keeps) waits_for_frame_ = plan_.first_frame_decides && !is_taken(source_, plan_.spec);
+    if (!keeps && !waits_for_frame_)
       if (auto status = announce(); !status) return status;
     if (plan_.frame_bytes > 0)
       streams_.configure(plan_.frame_bytes, plan_.frames_out, plan_.spec.rate);
