@@ -1,6 +1,5 @@
 // A descriptor over a decoder of a module.
 #include <array>
-#include <cstring>
 #include <list>
 #include <optional>
 
@@ -12,6 +11,7 @@
 #include "core/infer/module_library.hpp"
 #include "core/tensor/tensor_header.hpp"
 #include "gstcpp/allocation.hpp"
+#include "gstcpp/buffer_parts.hpp"
 #include "gstcpp/frame_arguments.hpp"
 #include "gstcpp/ref.hpp"
 
@@ -36,18 +36,23 @@ class Sink final : public weir_sink {
     auto memory = gst::allocate_memory(bytes);
     if (!memory) return nullptr;
     maps_.emplace_back(memory->get(), GST_MAP_WRITE);
-    gst_buffer_append_memory(out_, memory->release());
+    parts_.push_back({*std::move(memory), {}});
     return maps_.back() ? maps_.back().bytes().data() : nullptr;
   }
   // A copy: the caller's memory is the caller's.
   Status share_input(uint32_t index) override {
-    void* place = nullptr;
-    if (inputs_ && index < inputs_->size() && (place = reserve((*inputs_)[index].bytes))) {
-      std::memcpy(place, (*inputs_)[index].data, (*inputs_)[index].bytes);
-      return ok();
-    }
-    return Error{
-        Code::CALLBACK_FAILED, "an input cannot be shared", std::to_string(index), "", "", ""};
+    if (!out_ || !inputs_ || index >= inputs_->size())
+      return Error{
+          Code::CALLBACK_FAILED, "an input cannot be shared", std::to_string(index), "", "", ""};
+    const weir_tensor& input = (*inputs_)[index];
+    parts_.push_back({{}, {static_cast<const std::byte*>(input.data), input.bytes}});
+    return ok();
+  }
+  // Gives the buffer what was reserved and shared.
+  Status finish() {
+    maps_.clear();
+    return gst::append_parts(parts_, out_,
+                             [](size_t bytes) { return gst::allocate_memory(bytes); });
   }
 
   std::string caps;
@@ -55,7 +60,8 @@ class Sink final : public weir_sink {
  private:
   GstBuffer* out_;
   const std::vector<weir_tensor>* inputs_;
-  std::list<gst::MappedMemory> maps_;
+  std::vector<gst::BufferPart> parts_;  // of the output
+  std::list<gst::MappedMemory> maps_;   // of what was reserved, until finish()
 };
 
 class OpenDecoder {
@@ -105,7 +111,10 @@ class OpenDecoder {
     frame.tensors = tensors.data();
     frame.pts = frame.duration = frame.deadline = -1;
     Sink sink(out, &tensors);
-    return decoder_->decode(frame, &sink);
+    auto kept = decoder_->decode(frame, &sink);
+    if (kept && *kept)
+      if (auto status = sink.finish(); !status) return status.error();
+    return kept;
   }
 
  private:

@@ -3,6 +3,7 @@
 #include <gst/gst.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cstring>
 #include <fstream>
 #include <numeric>
@@ -239,6 +240,36 @@ TEST(BuiltInDecoder, MakesPicturesAsItsOptionsSay) {
   gst_buffer_unref(out);
   found->exit(&priv);
   EXPECT_EQ(priv, nullptr);
+}
+
+// GStreamer joins the memories of a buffer by itself at the 17th one.
+TEST(BuiltInDecoder, MakesOneBufferOfManyTensors) {
+  const auto* found = nnstreamer_decoder_find("octet_stream");
+  ASSERT_NE(found, nullptr);
+  for (const size_t count : {1, 15, 16, 17, 20, 256}) {
+    std::string dimensions = "4", types = "uint8";
+    for (size_t i = 1; i < count; ++i) dimensions += ",4", types += ",uint8";
+    auto config = config_of(dimensions.c_str(), types.c_str());
+    ASSERT_EQ(config.info.num_tensors, count);
+    std::vector<uint8_t> bytes(4 * count);
+    std::iota(bytes.begin(), bytes.end(), uint8_t{1});
+    std::vector<GstTensorMemory> memories;
+    for (size_t i = 0; i < count; ++i) memories.push_back({bytes.data() + 4 * i, 4});
+    void* priv = nullptr;
+    ASSERT_TRUE(found->init(&priv));
+    GstBuffer* out = gst_buffer_new();
+    for (int frame = 0; frame < 2; ++frame) {
+      ASSERT_EQ(found->decode(&priv, &config, memories.data(), out), GST_FLOW_OK) << count;
+      std::vector<uint8_t> read(bytes.size());
+      EXPECT_EQ(gst_buffer_get_size(out), bytes.size()) << count;
+      EXPECT_EQ(gst_buffer_extract(out, 0, read.data(), read.size()), bytes.size()) << count;
+      EXPECT_EQ(read, bytes) << count;
+      EXPECT_EQ(gst_buffer_n_memory(out), std::min<size_t>(count, 16));
+    }
+    gst_buffer_unref(out);
+    found->exit(&priv);
+    gst_tensors_config_free(&config);
+  }
 }
 
 TEST(BuiltInDecoder, RefusesWhatItMakesNothingOf) {

@@ -1,11 +1,7 @@
 // Memory for decoders.
 #include "elements/tensor_decoder/buffer_sink.hpp"
 
-#include <cstring>
-
-#include "core/tensor/packed_tensors.hpp"
 #include "gstcpp/allocation.hpp"
-#include "gstcpp/frame_errors.hpp"
 #include "gstcpp/memory_part.hpp"
 
 namespace weir {
@@ -51,52 +47,16 @@ Status BufferSink::share_input(uint32_t index) {
   return ok();
 }
 
-size_t BufferSink::size_of(const Part& part) {
-  return part.memory ? gst_memory_get_sizes(part.memory.get(), nullptr, nullptr)
-                     : part.bytes.size();
-}
-
-Status BufferSink::copy(const Part& part, std::span<std::byte> out) {
-  gst::MappedMemory map;
-  if (part.memory) map = gst::MappedMemory(part.memory.get(), GST_MAP_READ);
-  if (part.memory && !map) return gst::memory_not_mapped();
-  const std::span<const std::byte> from = part.memory ? map.bytes() : part.bytes;
-  if (!from.empty()) std::memcpy(out.data(), from.data(), from.size());
-  return ok();
-}
-
-Result<gst::Ref<GstMemory>> BufferSink::joined(std::span<const Part> parts) {
-  size_t total = 0;
-  for (const Part& part : parts) total += size_of(part);
-  if (auto status = limit_->check(reserved_ + total); !status) return status.error();
-  auto memory = gst::allocate_memory(total);
-  if (!memory) return memory;
-  const gst::MappedMemory map(memory->get(), GST_MAP_WRITE);
-  if (!map) return gst::memory_not_mapped();
-  size_t at = 0;
-  for (const Part& part : parts) {
-    if (auto status = copy(part, map.bytes().subspan(at)); !status) return status.error();
-    at += size_of(part);
-  }
-  ledger_->copied(total);
-  reserved_ += total;
-  return memory;
-}
-
-// A buffer joins its memories by itself when it gets more than it can have, and maps them for that.
 Status BufferSink::finish() {
   maps_.clear();
-  const size_t alone = parts_.size() > kMemoryLimit ? kMemoryLimit - 1 : parts_.size();
-  const auto append = [this](std::span<const Part> parts) -> Status {
-    auto one = parts.size() == 1 && parts[0].memory ? Result(parts[0].memory) : joined(parts);
-    if (!one) return one.error();
-    gst_buffer_append_memory(out_, one->release());
-    return ok();
-  };
-  const std::span<const Part> parts(parts_);
-  for (size_t i = 0; i < alone; ++i)
-    if (auto status = append(parts.subspan(i, 1)); !status) return status;
-  return alone < parts.size() ? append(parts.subspan(alone)) : ok();
+  return gst::append_parts(parts_, out_, [this](size_t bytes) -> Result<gst::Ref<GstMemory>> {
+    if (auto status = limit_->check(reserved_ + bytes); !status) return status.error();
+    auto memory = gst::allocate_memory(bytes);
+    if (!memory) return memory;
+    ledger_->copied(bytes);
+    reserved_ += bytes;
+    return memory;
+  });
 }
 
 }  // namespace weir

@@ -3,13 +3,13 @@
 #include <gst/gst.h>
 
 #include <optional>
-#include <span>
 #include <string>
 #include <vector>
 
 #include "core/infer/host.hpp"
 #include "core/ledger/ledger.hpp"
 #include "core/limit/buffer_limit.hpp"
+#include "gstcpp/buffer_parts.hpp"
 #include "gstcpp/frame_reader.hpp"
 
 namespace weir {
@@ -33,15 +33,6 @@ class BufferSink final : public weir_sink {
   const std::optional<Error>& refusal() const noexcept { return refusal_; }
 
  private:
-  struct Part {
-    gst::Ref<GstMemory> memory;
-    std::span<const std::byte> bytes;  // of the input, to be copied; where there is no memory
-  };
-  static size_t size_of(const Part& part);
-  static Status copy(const Part& part, std::span<std::byte> out);
-  // One memory with the bytes of the parts.
-  Result<gst::Ref<GstMemory>> joined(std::span<const Part> parts);
-
   GstBuffer* in_ = nullptr;   // borrowed
   GstBuffer* out_ = nullptr;  // borrowed; null while configuring
   const gst::FrameReader* reader_ = nullptr;
@@ -50,7 +41,7 @@ class BufferSink final : public weir_sink {
   uint64_t reserved_ = 0;  // bytes
   std::optional<Error> refusal_;
   std::string caps_;
-  std::vector<Part> parts_;              // of the output
+  std::vector<gst::BufferPart> parts_;   // of the output
   std::vector<gst::MappedMemory> maps_;  // of what was reserved, until finish()
 };
 
