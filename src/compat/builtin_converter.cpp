@@ -8,6 +8,7 @@
 #include "core/infer/converter.hpp"
 #include "core/infer/module_library.hpp"
 #include "gstcpp/allocation.hpp"
+#include "gstcpp/frame_errors.hpp"
 #include "gstcpp/ref.hpp"
 
 namespace weir::compat {
@@ -57,7 +58,8 @@ Result<Ref<GstMemory>> memory_of(infer::ConvertedTensor& tensor) {
   auto copy = gst::allocate_memory(bytes);
   if (!copy) return copy;
   const gst::MappedMemory map(copy->get(), GST_MAP_WRITE);
-  std::memcpy(map.bytes().data(), tensor.memory().data, bytes);
+  if (!map) return gst::memory_not_mapped();
+  if (bytes) std::memcpy(map.bytes().data(), tensor.memory().data, bytes);
   return copy;
 }
 
@@ -66,6 +68,7 @@ Result<Ref<GstBuffer>> converted(Converter& converter, GstBuffer* in, GstTensors
   std::vector<weir_tensor> inputs;
   for (guint i = 0; i < gst_buffer_n_memory(in); ++i) {
     maps.emplace_back(gst_buffer_peek_memory(in, i), GST_MAP_READ);
+    if (!maps.back()) return gst::memory_not_mapped();
     inputs.push_back(weir_tensor{});
     auto& tensor = inputs.back();
     tensor.data = maps.back().bytes().data();

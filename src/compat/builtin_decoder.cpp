@@ -128,6 +128,14 @@ OpenDecoder* opened(void** priv) {
   return static_cast<OpenDecoder*>(*priv);
 }
 
+// Between init() and exit(); else a line in the log.
+bool is_open(const char* function, void** priv) {
+  if (!given(function, {priv})) return false;
+  if (*priv) return true;
+  warn(function, "the decoder is not open: call init() first, and nothing after exit()");
+  return false;
+}
+
 weir_tensor tensor_of(const TensorSpec& spec, void* data, size_t bytes) {
   weir_tensor tensor{};
   tensor.data = data;
@@ -170,7 +178,8 @@ void leave(void** priv) {
 }
 
 int set_option(void** priv, int number, const char* value) {
-  if (!given("setOption", {priv, value}) || number < 0 || number >= kOptions) return FALSE;
+  if (!is_open("setOption", priv) || !given("setOption", {value})) return FALSE;
+  if (number < 0 || number >= kOptions) return FALSE;
   return or_else("setOption", FALSE, [&] {
     opened(priv)->set_option(static_cast<size_t>(number), value);
     return TRUE;
@@ -178,7 +187,8 @@ int set_option(void** priv, int number, const char* value) {
 }
 
 GstCaps* output_caps(void** priv, const GstTensorsConfig* config) {
-  if (!given("getOutCaps", {priv, config})) return nullptr;
+  if (!is_open("getOutCaps", priv) || !given("getOutCaps", {config})) return nullptr;
+  if (!can_be("getOutCaps", config->info)) return nullptr;
   return or_else<GstCaps*>("getOutCaps", nullptr, [&]() -> GstCaps* {
     auto caps = opened(priv)->configure(spec_of(*config));
     if (caps) return caps->release();
@@ -189,7 +199,8 @@ GstCaps* output_caps(void** priv, const GstTensorsConfig* config) {
 
 GstFlowReturn decode(void** priv, const GstTensorsConfig* config, const GstTensorMemory* input,
                      GstBuffer* outbuf) {
-  if (!given("decode", {priv, config, input, outbuf})) return GST_FLOW_ERROR;
+  if (!is_open("decode", priv) || !given("decode", {config, input, outbuf})) return GST_FLOW_ERROR;
+  if (!can_be("decode", config->info)) return GST_FLOW_ERROR;
   return or_else("decode", GST_FLOW_ERROR, [&] {
     const auto spec = spec_of(*config);
     auto tensors = tensors_of(spec, *config, input);

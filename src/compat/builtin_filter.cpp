@@ -94,6 +94,7 @@ int no(const char* function, const Error& error) {
 int open(const weir_engine& engine, const GstTensorFilterProperties* prop, void** priv) {
   if (!given("open", {prop, priv})) return -EINVAL;
   *priv = nullptr;
+  if (!can_be("open", prop->input_meta) || !can_be("open", prop->output_meta)) return -EINVAL;
   return or_else("open", -EINVAL, [&] {
     const auto request = request_of(engine, *prop);
     if (request.paths.empty() && !(engine.flags & WEIR_ENGINE_NEEDS_NO_MODEL))
@@ -129,6 +130,7 @@ int model_tensors(direct::DirectModel& model, GstTensorsInfo* in, GstTensorsInfo
 }
 
 int set_inputs(direct::DirectModel& model, const GstTensorsInfo& in, GstTensorsInfo* out) {
+  if (!can_be("getModelInfo", in)) return -EINVAL;
   const auto now = model.inputs();
   Infos wanted;
   for (size_t i = 0; i < in.num_tensors; ++i)
@@ -175,6 +177,7 @@ int hand_over(const direct::Results& results, GstTensorFilterProperties* prop,
 int invoke(const Framework*, GstTensorFilterProperties* prop, void* priv,
            const GstTensorMemory* input, GstTensorMemory* output) {
   if (!given("invoke", {prop, priv, input, output})) return -EINVAL;
+  if (!can_be("invoke", prop->input_meta)) return -EINVAL;
   return or_else("invoke", -EINVAL, [&] {
     auto& model = *opened(priv)->model;
     const auto now = model.inputs();

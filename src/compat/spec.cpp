@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "compat/guard.hpp"
 #include "core/text/text.hpp"
 #include "nnstreamer_plugin_api_util.h"
 
@@ -50,6 +51,16 @@ GstTensorInfo* room_at(GstTensorsInfo& info, size_t index) noexcept {
     for (size_t i = 0; i < NNS_TENSOR_SIZE_EXTRA_LIMIT; ++i) gst_tensor_info_init(&info.extra[i]);
   }
   return tensor_at(info, index);
+}
+
+bool can_be(const char* function, const GstTensorsInfo& info) noexcept {
+  if (info.num_tensors <= NNS_TENSOR_SIZE_LIMIT) return true;
+  return or_else(function, false, [&] {
+    warn(function, Error{Code::LIMIT_EXCEEDED, "a description of more tensors than there can be",
+                         "num_tensors " + std::to_string(info.num_tensors),
+                         "at most " + std::to_string(NNS_TENSOR_SIZE_LIMIT), "", ""});
+    return false;
+  });
 }
 
 FrameSpec spec_of(const GstTensorsInfo& info) {

@@ -28,6 +28,8 @@ GstTensorInfo* tensor_at(GstTensorsInfo& info, size_t index) noexcept;
 // The same, with `extra` made where it is needed.
 GstTensorInfo* room_at(GstTensorsInfo& info, size_t index) noexcept;
 
+// False, with a line in the log, for more tensors than there can be.
+bool can_be(const char* function, const GstTensorsInfo& info) noexcept;
 // As many tensors as there can be; those without an entry are not valid.
 FrameSpec spec_of(const GstTensorsInfo& info);
 FrameSpec spec_of(const GstTensorsConfig& config);

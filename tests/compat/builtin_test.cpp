@@ -188,6 +188,29 @@ TEST_F(BuiltInFilter, OfAnEngineInAModuleTakesTheSizesThatAreSaid) {
   EXPECT_LT(missing.result, 0);
 }
 
+TEST_F(BuiltInFilter, RefusesMoreTensorsThanThereCanBe) {
+  Opened opened("custom-easy", "squares");
+  ASSERT_EQ(opened.result, 0);
+  Info many("4", "uint8");
+  uint8_t numbers[4] = {};
+  uint32_t place[4] = {};
+  const GstTensorMemory in{numbers, sizeof numbers};
+  GstTensorMemory out{place, sizeof place};
+  GstTensorsInfo ignored;
+  for (const unsigned count : {257u, 0xFFFFFFFFu}) {
+    auto said = *many.get();
+    said.num_tensors = count;
+    EXPECT_LT(opened.info(SET_INPUT_INFO, &said, &ignored), 0) << count;
+    opened.prop.input_meta.num_tensors = count;
+    EXPECT_LT(opened.invoke(&in, &out), 0) << count;
+    void* other = nullptr;
+    EXPECT_LT(opened.found->open(&opened.prop, &other), 0) << count;
+    EXPECT_EQ(other, nullptr);
+    opened.prop.input_meta.num_tensors = 0;
+  }
+  EXPECT_EQ(opened.invoke(&in, &out), 0);
+}
+
 TEST_F(BuiltInFilter, IsOneDescriptorForEachEngine) {
   const auto* easy = nnstreamer_filter_find("custom-easy");
   EXPECT_EQ(nnstreamer_filter_find("custom-easy"), easy);
@@ -285,6 +308,56 @@ TEST(BuiltInDecoder, RefusesWhatItMakesNothingOf) {
   EXPECT_FALSE(found->init(nullptr));
   EXPECT_EQ(nnstreamer_decoder_find("no_such_decoder"), nullptr);
   EXPECT_EQ(nnstreamer_decoder_find(nullptr), nullptr);
+}
+
+TEST(BuiltInDecoder, RefusesWhatIsNotOpen) {
+  const auto* found = nnstreamer_decoder_find("direct_video");
+  ASSERT_NE(found, nullptr);
+  const auto config = config_of("3:4:2", "uint8");
+  std::vector<uint8_t> pixels(24);
+  const GstTensorMemory memory{pixels.data(), pixels.size()};
+  GstBuffer* out = gst_buffer_new();
+  void* priv = nullptr;
+  for (const char* when : {"before init", "after exit"}) {
+    EXPECT_EQ(found->getOutCaps(&priv, &config), nullptr) << when;
+    EXPECT_FALSE(found->setOption(&priv, 0, "BGR")) << when;
+    EXPECT_EQ(found->decode(&priv, &config, &memory, out), GST_FLOW_ERROR) << when;
+    found->exit(&priv);
+    ASSERT_TRUE(found->init(&priv));
+    EXPECT_EQ(found->decode(&priv, &config, &memory, out), GST_FLOW_OK);
+    found->exit(&priv);
+  }
+  EXPECT_EQ(found->getOutCaps(nullptr, &config), nullptr);
+  EXPECT_FALSE(found->setOption(nullptr, 0, "BGR"));
+  EXPECT_EQ(found->decode(nullptr, &config, &memory, out), GST_FLOW_ERROR);
+  found->exit(nullptr);
+  gst_buffer_unref(out);
+}
+
+// 300 memories are there, but no stream has more than 256 tensors.
+TEST(BuiltInDecoder, RefusesMoreTensorsThanThereCanBe) {
+  const auto* found = nnstreamer_decoder_find("octet_stream");
+  ASSERT_NE(found, nullptr);
+  auto config = config_of("4", "uint8");
+  uint8_t bytes[4] = {};
+  const std::vector<GstTensorMemory> memories(300, {bytes, sizeof bytes});
+  void* priv = nullptr;
+  ASSERT_TRUE(found->init(&priv));
+  GstBuffer* out = gst_buffer_new();
+  for (const unsigned count : {257u, 300u, 0xFFFFFFFFu}) {
+    config.info.num_tensors = count;
+    for (const auto format : {_NNS_TENSOR_FORMAT_STATIC, _NNS_TENSOR_FORMAT_FLEXIBLE}) {
+      config.info.format = format;
+      EXPECT_EQ(found->decode(&priv, &config, memories.data(), out), GST_FLOW_ERROR) << count;
+      EXPECT_EQ(found->getOutCaps(&priv, &config), nullptr) << count;
+    }
+  }
+  config.info.format = _NNS_TENSOR_FORMAT_STATIC;
+  config.info.num_tensors = 20;  // and no `extra`
+  EXPECT_EQ(found->decode(&priv, &config, memories.data(), out), GST_FLOW_ERROR);
+  gst_buffer_unref(out);
+  found->exit(&priv);
+  gst_tensors_config_free(&config);
 }
 
 GstBuffer* buffer_of(const std::string& text) {
