@@ -89,31 +89,37 @@ Configuration::Configuration(const Environment& environment) : environment_(envi
 void Configuration::read(const std::string& path, bool wanted) {
   const auto known = [&](const auto& file) { return file.path == path; };
   if (std::any_of(files_.begin(), files_.end(), known)) return;
-  std::error_code ignored;
-  const bool found = std::filesystem::exists(path, ignored);
+  std::error_code hidden;
+  const bool found = std::filesystem::exists(path, hidden) || hidden;
   auto& file = files_.emplace_back(ConfigurationFile{path, found});
   if (!found && !wanted) return;
   const auto ini = ini_files().read(path);
+  const size_t before = entries_.size();
   file.read = true;
   for (Error fault : ini->faults) {
     if (fault.code == Code::FILE_NOT_FOUND) file.read = false;
     if (fault.code == Code::FILE_NOT_FOUND && wanted)
       fault.needed = "the file that WEIR_CONFIG names";
+    doubts_.push_back({before, "", "", "", fault});
     faults_.push_back(std::move(fault));
   }
   // Within one file the last line of a key counts.
   for (auto entry = ini->entries.rbegin(); entry != ini->entries.rend(); ++entry) {
     const std::string place = path + ":" + std::to_string(entry->line);
-    if (!is_known(entry->group, entry->key)) {
-      const auto close = nearest_known(entry->group, entry->key);
-      faults_.push_back({Code::OPTION_SYNTAX, place + ": no setting has this name",
-                         "[" + entry->group + "] " + entry->key,
-                         "a setting of docs/guide/configuration.md",
-                         close.empty() ? "" : "did you mean " + close + "?", ""});
-      continue;
-    }
-    entries_.push_back({entry->group, entry->key, entry->value, place});
+    if (is_known(entry->group, entry->key))
+      entries_.push_back({entry->group, entry->key, entry->value, place});
+    else
+      add_unknown(*entry, place, before);
   }
+}
+
+void Configuration::add_unknown(const IniEntry& entry, const std::string& place, size_t before) {
+  const auto close = nearest_known(entry.group, entry.key);
+  faults_.push_back({Code::OPTION_SYNTAX, place + ": no setting has this name",
+                     "[" + entry.group + "] " + entry.key,
+                     "a setting of docs/guide/configuration.md",
+                     close.empty() ? "" : "did you mean " + close + "?", ""});
+  doubts_.push_back({before, entry.group, entry.key, close, faults_.back()});
 }
 
 std::optional<Setting> Configuration::find(std::string_view group, std::string_view key) const {
@@ -122,6 +128,19 @@ std::optional<Setting> Configuration::find(std::string_view group, std::string_v
     return Setting{std::string(group), std::string(key), value, variable};
   for (const auto& entry : entries_)
     if (same(entry, group, key)) return entry;
+  return std::nullopt;
+}
+
+std::optional<Error> Configuration::doubt(std::string_view group, std::string_view key) const {
+  if (environment_(variable_of(group, key).c_str())) return std::nullopt;
+  const auto has_it = std::find_if(entries_.begin(), entries_.end(),
+                                   [&](const auto& entry) { return same(entry, group, key); });
+  const auto decides = static_cast<size_t>(has_it - entries_.begin());
+  const std::string name = "[" + std::string(group) + "] " + std::string(key);
+  for (const auto& each : doubts_)
+    if (each.before <= decides && (each.group.empty() || lower(each.group) == lower(group) ||
+                                   lower(each.key) == lower(key) || each.nearest == name))
+      return each.fault;
   return std::nullopt;
 }
 

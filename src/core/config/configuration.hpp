@@ -20,8 +20,8 @@ struct Setting {
 
 struct ConfigurationFile {
   std::string path;
-  bool found = false;
-  bool read = false;  // false too where it is there and cannot be read: faults() says why
+  bool found = false;  // true too where nobody may look whether it is there
+  bool read = false;   // false too where it is there and cannot be read: faults() says why
 };
 
 class Configuration {
@@ -38,6 +38,10 @@ class Configuration {
 
   // [group] key: the variable WEIR_GROUP_KEY, then the first file that has it.
   std::optional<Setting> find(std::string_view group, std::string_view key) const;
+  // Why find() may not be what the user meant: the first fault of a file that has the setting, or
+  // that is asked before the one that has it. A name that nobody knows is such a fault where group,
+  // key or a close name is that of the setting. A variable leaves no doubt.
+  std::optional<Error> doubt(std::string_view group, std::string_view key) const;
   // Every setting that has an effect, by group and key.
   std::vector<Setting> all() const;
   const std::vector<ConfigurationFile>& files() const noexcept { return files_; }
@@ -45,12 +49,19 @@ class Configuration {
   const std::vector<Error>& faults() const noexcept { return faults_; }
 
  private:
+  struct Doubt {
+    size_t before = 0;                // entries of files that are asked before this one
+    std::string group, key, nearest;  // of a name that nobody knows; "" = the file says anything
+    Error fault;
+  };
   void read(const std::string& path, bool wanted);
+  void add_unknown(const IniEntry& entry, const std::string& place, size_t before);
 
   Environment environment_;
   std::vector<ConfigurationFile> files_;
   std::vector<Setting> entries_;  // of the files; the first of one group and key has an effect
   std::vector<Error> faults_;
+  std::vector<Doubt> doubts_;
 };
 
 // "WEIR_FILTER_PRIORITY_TFLITE" of [filter] priority_tflite.

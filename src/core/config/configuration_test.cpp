@@ -137,6 +137,77 @@ TEST_F(ConfigurationTest, NamesSettingsThatNobodyKnows) {
   EXPECT_SAYS(text, path + ":7: the line is neither");
 }
 
+std::string doubt(const Configuration& configuration, const char* group = "lua",
+                  const char* key = "sandbox") {
+  const auto fault = configuration.doubt(group, key);
+  return fault ? fault->message() : "none";
+}
+
+TEST_F(ConfigurationTest, AnyFaultOfAFileIsADoubt) {
+  const std::pair<std::string, const char*> cases[] = {
+      {"[lua\nsandbox = true\n", ":1: the name of a group cannot be read"},
+      {"[lua]\nsandbox true\n", ":2: the line is neither"},
+      {"sandbox = true\n", ":1: the key is in no group"},
+      {"[lua]\nsandbox = true\n[filter]\nhello\n", ":4: the line is neither"},
+      {"[lua]\nsanbox = true\n", ":2: no setting has this name"},
+      {"[Lua]\nsandbox = true\n", ":2: no setting has this name"},
+      {"[other]\nSandbox = true\n", ":2: no setting has this name"},
+      {std::string((1 << 20) + 1, '\n'), ": the file is too long"},
+  };
+  for (const auto& [text, what] : cases) {
+    const auto path = write("doubt.ini", text);
+    EXPECT_SAYS(doubt(with({{"WEIR_CONFIG", path}})), path + what);
+    EXPECT_EQ(doubt(with({{"WEIR_CONFIG", path}, {"WEIR_LUA_SANDBOX", "false"}})), "none")
+        << "the variable decides";
+  }
+}
+
+TEST_F(ConfigurationTest, AFileWithoutAFaultLeavesNoDoubt) {
+  for (const char* text : {"", "# nothing\n", "[lua]\nsandbox = true\n", "[lua]\nsandbox =\n",
+                           "[module]\npath=/m\n[filter]\nnobody=1\n"})
+    EXPECT_EQ(doubt(with({{"WEIR_CONFIG", write("own.ini", text)}})), "none") << text;
+  EXPECT_EQ(doubt(with({{"WEIR_CONFIG", ""}})), "none");
+  EXPECT_EQ(doubt(with({{"HOME", (folder_ / "nobody").string()}})), "none") << "need not be there";
+}
+
+TEST_F(ConfigurationTest, ANamedFileThatIsNotThereIsADoubt) {
+  EXPECT_SAYS(doubt(with({{"WEIR_CONFIG", "/no/such/weir.ini"}})), "offered: /no/such/weir.ini");
+}
+
+// A link to itself: nobody can say whether there is a file.
+TEST_F(ConfigurationTest, AFileThatNobodyCanLookForIsADoubt) {
+  fs::create_symlink("weir.ini", folder_ / "home/.config/weir/weir.ini");
+  const auto c = with({{"HOME", (folder_ / "home").string()}});
+  EXPECT_TRUE(c.files()[0].found);
+  EXPECT_FALSE(c.files()[0].read);
+  EXPECT_SAYS(doubt(c), "offered: " + c.files()[0].path);
+  EXPECT_SAYS(doubt(c), "symbolic links");
+}
+
+TEST_F(ConfigurationTest, AFileInAClosedFolderIsADoubt) {
+  constexpr uid_t kNobody = 65534;
+  const auto path = write("home/.config/weir/weir.ini", "[lua]\nsandbox=true\n");
+  fs::permissions(folder_ / "home/.config/weir", fs::perms::none);
+  const bool root = geteuid() == 0;
+  if (root && seteuid(kNobody) != 0) GTEST_SKIP() << "there is no other user here";
+  const auto c = with({{"HOME", (folder_ / "home").string()}});
+  if (root) {
+    ASSERT_EQ(seteuid(0), 0);
+  }
+  fs::permissions(folder_ / "home/.config/weir", fs::perms::owner_all);
+  EXPECT_SAYS(doubt(c), "offered: " + path);
+  EXPECT_SAYS(doubt(c), "Permission denied");
+}
+
+// The user's file is asked first: what it says wins, and so does the doubt about it.
+TEST_F(ConfigurationTest, ADoubtIsAboutTheFilesUpToTheOneThatDecides) {
+  const auto home = (folder_ / "home").string();
+  const Variables first{{"HOME", home}};
+  write("home/.config/weir/weir.ini", "[module\npath=/m\n[lua]\nsandbox=false\n");
+  EXPECT_SAYS(doubt(with(first)), "weir.ini:1: ");
+  EXPECT_SAYS(doubt(with(first), "module", "path"), "weir.ini:1: ");
+}
+
 TEST_F(ConfigurationTest, ListsWhatHasAnEffect) {
   const auto path =
       write("own.ini", "[module]\npath=/m\n[filter]\npriority_onnx=a\npriority_onnx=b\n");

@@ -61,8 +61,8 @@ class Parser {
     return std::move(out_);
   }
   void fault(std::string_view text, const std::string& what, const std::string& needed) {
-    out_.faults.push_back({Code::OPTION_SYNTAX, name_ + ":" + std::to_string(line_) + ": " + what,
-                           shown(text), needed, "", ""});
+    const std::string place = name_ + (line_ ? ":" + std::to_string(line_) : "");
+    out_.faults.push_back({Code::OPTION_SYNTAX, place + ": " + what, shown(text), needed, "", ""});
   }
 
  private:

@@ -74,24 +74,31 @@ bool given_in_any_case(const OpenOptions& options, const std::string& name) {
                      [&](const auto& own) { return lower(own.first) == lower(name); });
 }
 
-// What the installation says of the options that the user did not give. A file that is there and
-// cannot be read may say anything: the engine gets a value that it refuses.
+// For the message of the engine that refuses it: which file, which line, what helps.
+std::string unknown(const Error& fault, const std::string& group, const std::string& key) {
+  const bool unread = fault.code == Code::FILE_NOT_FOUND;
+  std::string out = "unknown, because " +
+                    (unread ? fault.offered + " cannot be read: " + fault.difference : fault.what);
+  if (!unread && !fault.offered.empty()) out += " (" + fault.offered + ")";
+  if (!unread && !fault.difference.empty()) out += ", " + fault.difference;
+  return out + "; correct that file, or set the variable " + config::variable_of(group, key);
+}
+
+// What the installation says of the options that the user did not give. A file with a fault may
+// have meant anything: the engine gets a value that it refuses.
 void add_settings(const OptionNames& names, const OpenOptions& options,
                   std::vector<std::pair<std::string, std::string>>* out) {
   if (names.settings.empty()) return;
   const auto configuration = infer::configuration();
-  const auto& files = configuration.files();
-  const auto unread = std::find_if(files.begin(), files.end(),
-                                   [](const auto& file) { return file.found && !file.read; });
   for (const auto& [name, setting] : names.settings) {
-    const size_t slash = std::min(setting.find('/'), setting.size());
-    const auto found = configuration.find(setting.substr(0, slash),
-                                          setting.substr(std::min(slash + 1, setting.size())));
     if (given_in_any_case(options, name)) continue;
-    if (found)
+    const size_t slash = std::min(setting.find('/'), setting.size());
+    const auto group = setting.substr(0, slash);
+    const auto key = setting.substr(std::min(slash + 1, setting.size()));
+    if (const auto doubt = configuration.doubt(group, key))
+      out->emplace_back(name, unknown(*doubt, group, key));
+    else if (const auto found = configuration.find(group, key))
       out->emplace_back(name, found->value);
-    else if (unread != files.end())
-      out->emplace_back(name, "unknown, because " + unread->path + " cannot be read");
   }
 }
 

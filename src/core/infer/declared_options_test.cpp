@@ -5,6 +5,9 @@
 
 #include <cstddef>
 #include <cstdlib>
+#include <fstream>
+
+#include "says.hpp"
 
 namespace weir::infer {
 namespace {
@@ -88,8 +91,30 @@ TEST(DeclaredOptions, ASettingOfAFileThatCannotBeReadIsNotTheDefault) {
   own.options = {{"Links", "no"}};
   const auto given = options_for(engine_with(kWithSetting), own);
   setenv("WEIR_CONFIG", "", 1);
-  EXPECT_EQ(unknown, (Pairs{{"Links", "unknown, because " + folder + " cannot be read"}}));
+  EXPECT_EQ(unknown, (Pairs{{"Links", "unknown, because " + folder +
+                                          " cannot be read: it is a folder; correct that file, or "
+                                          "set the variable WEIR_FILTER_ENABLE_SYMLINK"}}));
   EXPECT_EQ(given, (Pairs{{"Links", "no"}}));
+}
+
+TEST(DeclaredOptions, ASettingOfAFileWithAFaultIsNotTheDefault) {
+  const std::string path = testing::TempDir() + "weir_declared_options.ini";
+  std::ofstream(path) << "[filter]\nenable_symlink no\n";
+  setenv("WEIR_CONFIG", path.c_str(), 1);
+  const auto unknown = options_for(engine_with(kWithSetting), {});
+  Pairs decided;
+  {
+    const Installation says("yes");
+    decided = options_for(engine_with(kWithSetting), {});
+  }
+  setenv("WEIR_CONFIG", "", 1);
+  ASSERT_EQ(unknown.size(), 1u);
+  EXPECT_EQ(unknown[0].first, "Links");
+  EXPECT_SAYS(unknown[0].second, "unknown, because " + path + ":2: the line is neither");
+  EXPECT_SAYS(unknown[0].second,
+              "(enable_symlink no); correct that file, or set the variable "
+              "WEIR_FILTER_ENABLE_SYMLINK");
+  EXPECT_EQ(decided, (Pairs{{"Links", "yes"}}));
 }
 
 TEST(DeclaredOptions, ASettingThatThereIsNotChangesNothing) {

@@ -175,6 +175,28 @@ TEST_F(LuaFilter, AConfigurationThatCannotBeReadGivesNoScriptTheLibraries) {
   EXPECT_EQ(result(h, {0, 0, 0, 0}), (std::vector<float>{1, 0}));
 }
 
+TEST_F(LuaFilter, AConfigurationWithAFaultGivesNoScriptTheLibraries) {
+  const std::string path = testing::TempDir() + "weir_lua_fault.ini";
+  const std::pair<std::string, const char*> cases[] = {
+      {"[lua\nsandbox = true\n", ":1: the name of a group cannot be read"},
+      {"[lua]\nsandbox true\n", ":2: the line is neither"},
+      {std::string((1 << 20) + 1, '\n'), ": the file is too long"},
+      {"", " cannot be read: it is not there"},  // no file
+  };
+  for (const auto& [text, what] : cases) {
+    std::remove(path.c_str());
+    if (!text.empty()) std::ofstream(path) << text;
+    for (const char* where : {"none", "process"}) {
+      setenv("WEIR_CONFIG", path.c_str(), 1);
+      const auto error =
+          start_error("tensor_filter isolate=" + std::string(where) + " model=" + script(kTime));
+      setenv("WEIR_CONFIG", "", 1);
+      EXPECT_SAYS(error, "Sandbox:unknown, because " + path + what);
+      EXPECT_SAYS(error, "set the variable WEIR_LUA_SANDBOX");
+    }
+  }
+}
+
 TEST_F(LuaFilter, AWrongWordOfTheInstallationIsAnError) {
   setenv("WEIR_LUA_SANDBOX", "perhaps", 1);
   EXPECT_SAYS(start_error("tensor_filter model=" + script(kTime)), "Sandbox:perhaps");
