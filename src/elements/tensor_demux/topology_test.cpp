@@ -139,7 +139,7 @@ TEST(TensorDemuxTopology, PipelinesStopInTheMiddle) {
     EXPECT_EQ(d.get()->numsrcpads, 0u);
     const auto bus = Ref<GstBus>::adopt(gst_element_get_bus(pipeline.get()));
     const auto error = Ref<GstMessage>::adopt(gst_bus_pop_filtered(bus.get(), GST_MESSAGE_ERROR));
-    EXPECT_FALSE(error);
+    EXPECT_FALSE(error) << test::text_of(error.get());
     gst_element_set_state(pipeline.get(), GST_STATE_NULL);
   }
 }
