@@ -17,7 +17,8 @@ Decision decide_no_sync(const Round& round, std::span<const PadView> pads) {
   std::vector<Use> uses(pads.size(), Use::Head);
   for (size_t i = 0; i < pads.size(); ++i) {
     if (pads[i].state == PadState::Gap) return wait_for_more(round, pads.size());
-    if (pads[i].state != PadState::Missing) continue;
+    // A pad ends within a round only where that was begun by another policy.
+    if (pads[i].state != PadState::Missing && pads[i].state != PadState::Ended) continue;
     if (!pads[i].has_kept) return discard_heads(round, pads);
     uses[i] = Use::Kept;
   }
