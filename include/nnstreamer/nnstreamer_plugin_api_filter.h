@@ -181,7 +181,7 @@ NNS_EXPORT void nnstreamer_filter_shared_model_replace(
 
 /* ---- Accelerators ---- */
 
-/* The arguments of parse_accl_hw(). Those behind the first may be left out there, and are NULL. */
+/* The arguments of parse_accl_hw(). All but the first are optional there and NULL by default. */
 typedef struct _parse_accl_args {
   const char* in_accl;   /* accelerator=: "(true|false)[:list]"; NULL or "": not set */
   const char** sup_accl; /* names that are supported, ended with NULL; NULL: all of them */

@@ -1,14 +1,12 @@
 // A descriptor over a converter of a module.
-#include <cstring>
-
 #include "compat/builtin.hpp"
 #include "compat/guard.hpp"
 #include "compat/slots.hpp"
 #include "compat/spec.hpp"
 #include "core/infer/converter.hpp"
 #include "core/infer/module_library.hpp"
-#include "gstcpp/allocation.hpp"
 #include "gstcpp/frame_errors.hpp"
+#include "gstcpp/module_values.hpp"
 #include "gstcpp/ref.hpp"
 
 namespace weir::compat {
@@ -47,46 +45,20 @@ gboolean output_config(const weir_converter_type& type, const GstCaps* caps,
   });
 }
 
-// The memory of one tensor: what a converter keeps as its own is copied.
-Result<Ref<GstMemory>> memory_of(infer::ConvertedTensor& tensor) {
-  const auto bytes = static_cast<size_t>(tensor.memory().bytes);
-  if (tensor.memory().release) {
-    const weir_tensor taken = tensor.take();
-    return Ref<GstMemory>::adopt(gst_memory_new_wrapped(GstMemoryFlags(0), taken.data, bytes, 0,
-                                                        bytes, taken.owner, taken.release));
-  }
-  auto copy = gst::allocate_memory(bytes);
-  if (!copy) return copy;
-  const gst::MappedMemory map(copy->get(), GST_MAP_WRITE);
-  if (!map) return gst::memory_not_mapped();
-  if (bytes) std::memcpy(map.bytes().data(), tensor.memory().data, bytes);
-  return copy;
-}
-
 Result<Ref<GstBuffer>> converted(Converter& converter, GstBuffer* in, GstTensorsConfig* config) {
   std::vector<gst::MappedMemory> maps;
   std::vector<weir_tensor> inputs;
   for (guint i = 0; i < gst_buffer_n_memory(in); ++i) {
     maps.emplace_back(gst_buffer_peek_memory(in, i), GST_MAP_READ);
     if (!maps.back()) return gst::memory_not_mapped();
-    inputs.push_back(weir_tensor{});
-    auto& tensor = inputs.back();
-    tensor.data = maps.back().bytes().data();
-    tensor.bytes = tensor.capacity = maps.back().bytes().size();
-    tensor.flags = WEIR_TENSOR_READONLY;
-    tensor.fence_fd = -1;
-    tensor.info.type = WEIR_UINT8;
-    tensor.info.rank = 1;
-    tensor.info.shape[0] = static_cast<int64_t>(tensor.bytes);
-    tensor.info.batch_axis = WEIR_NO_BATCH_AXIS;
+    inputs.push_back(gst::byte_tensor(maps.back()));
   }
   weir_frame frame{};
   frame.struct_size = sizeof frame;
   frame.n_tensors = static_cast<uint32_t>(inputs.size());
   frame.tensors = inputs.data();
-  const auto time = [](GstClockTime t) { return t <= G_MAXINT64 ? static_cast<int64_t>(t) : -1; };
-  frame.pts = time(GST_BUFFER_PTS(in));
-  frame.duration = time(GST_BUFFER_DURATION(in));
+  frame.pts = gst::abi_time(GST_BUFFER_PTS(in));
+  frame.duration = gst::abi_time(GST_BUFFER_DURATION(in));
   frame.deadline = -1;
   auto made = converter.convert(frame);
   if (!made) return made.error();
@@ -98,7 +70,7 @@ Result<Ref<GstBuffer>> converted(Converter& converter, GstBuffer* in, GstTensors
   FrameSpec spec{Format::Static, {}, made->rate.value_or(Fraction{config->rate_n, config->rate_d})};
   for (auto& tensor : made->tensors) {
     spec.tensors.push_back(tensor.spec());
-    auto memory = memory_of(tensor);
+    auto memory = gst::memory_of(tensor, nullptr);
     if (!memory) return memory.error();
     GstTensorInfo info{};
     write(tensor.spec(), &info);

@@ -13,6 +13,7 @@
 #include "gstcpp/allocation.hpp"
 #include "gstcpp/buffer_parts.hpp"
 #include "gstcpp/frame_arguments.hpp"
+#include "gstcpp/module_values.hpp"
 #include "gstcpp/ref.hpp"
 
 namespace weir::compat {
@@ -88,17 +89,8 @@ class OpenDecoder {
     Sink sink;
     configured_.reset();
     if (auto status = decoder_->configure(infos, &sink); !status) return status.error();
-    auto caps = Ref<GstCaps>::adopt(gst_caps_from_string(sink.caps.c_str()));
-    if (!caps)
-      return Error{Code::CALLBACK_FAILED,
-                   "the decoder gives no caps that can be read",
-                   sink.caps,
-                   "caps as text",
-                   "",
-                   ""};
-    if (spec.rate.valid())
-      gst_caps_set_simple(caps.get(), "framerate", GST_TYPE_FRACTION, spec.rate.numerator,
-                          spec.rate.denominator, nullptr);
+    auto caps = gst::caps_of_decoder(sink.caps, spec.rate);
+    if (!caps) return caps;
     configured_ = spec;
     return caps;
   }

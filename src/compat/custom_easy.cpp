@@ -50,8 +50,8 @@ class EasyFunction final : public OpenFilter {
     copy(out_, out);
     return {true, fixed && out_.format == _NNS_TENSOR_FORMAT_STATIC};
   }
-  // Outputs of which only the number is said are as the inputs: what decides their sizes itself is
-  // registered as dynamic.
+  // Flexible outputs have a number and no dimensions: they get those of the inputs. A function that
+  // chooses the sizes itself is registered as dynamic.
   int set_inputs(const GstTensorsInfo* in, GstTensorsInfo* out) override {
     if (out_.format == _NNS_TENSOR_FORMAT_STATIC) return -ENOENT;
     if (out_.num_tensors > in->num_tensors) return -EINVAL;

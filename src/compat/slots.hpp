@@ -1,5 +1,5 @@
-// Descriptors for Weir's own engines, decoders and converters. Most functions of a descriptor are
-// not told which one they belong to: each type gets functions of its own, by number.
+// Descriptors for Weir's own engines, decoders and converters. Most functions of a descriptor get
+// no pointer to it: each type gets functions of its own, by number.
 #pragma once
 #include <array>
 #include <atomic>

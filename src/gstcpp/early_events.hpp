@@ -25,9 +25,10 @@ class EarlyEvents {
       events_.erase(std::ranges::find_if(events_, same_type));
     events_.push_back(std::move(event));
   }
-  // Pushes them in their order; none wait afterwards.
+  // All of them, in their order; none wait afterwards.
+  std::vector<Ref<GstEvent>> take() { return std::exchange(events_, {}); }
   void send(GstPad* source) {
-    for (auto& event : std::exchange(events_, {})) gst_pad_push_event(source, event.release());
+    for (auto& event : take()) gst_pad_push_event(source, event.release());
   }
   void clear() { events_.clear(); }
 

@@ -7,9 +7,8 @@
 //   Status check_change(const char* name, const Settings& wanted) const
 //                                             before a write while frames may flow: an error is
 //                                             posted as a warning, and the old value stays
-//   static bool is_followed(const char* name) whether follow_settings() looks at this property;
-//   else
-//                                             at all but "silent"
+//   static bool is_followed(const char* name) whether follow_settings() judges this property;
+//                                             without it, all but "silent"
 //   Ledger ledger_                            shown as the read-only property "stats"
 //   BufferLimit buffer_limit_                 shown as the property "max-buffer-size"
 //   void add_stats(GstStructure*) const       its own fields of "stats"
@@ -170,7 +169,8 @@ class Element {
   // True: other settings are in force.
   template <class Settings, class Judge>
   bool follow_settings(FollowedSettings<Settings>* followed, Judge&& judge) {
-    if (!is_written_.exchange(false)) return false;
+    if (!is_written_) return false;
+    is_written_ = false;  // before take_written(): a write from here on is judged next time
     const auto [now, written] = take_written();
     if (written.none()) return false;
     const auto whole = followed->joined(Impl::kProperties, now, written);

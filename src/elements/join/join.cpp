@@ -75,8 +75,7 @@ class Join : public gst::Element<Join, gst::PlainElement> {
     gst_pad_set_active(pad, FALSE);
     const bool was_active = output_.remove(input);  // no flush of it can begin any more
     send_flush_stop(input);
-    forget_end(pad);
-    forget_thread(pad);
+    forget(pad);
     gst_element_remove_pad(element(), pad);
     if (was_active) g_object_notify(G_OBJECT(self()), "active-pad");
     g_object_notify(G_OBJECT(self()), "n-pads");
@@ -221,8 +220,9 @@ class Join : public gst::Element<Join, gst::PlainElement> {
     return TRUE;
   }
 
-  void forget_thread(GstPad* pad) {
+  void forget(GstPad* pad) {
     std::lock_guard lock(ended_mutex_);
+    std::erase(ended_, pad);
     threads_.erase(pad);
   }
   void remember_thread(GstPad* pad) {

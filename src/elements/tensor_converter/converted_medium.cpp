@@ -2,52 +2,15 @@
 #include "elements/tensor_converter/converted_medium.hpp"
 
 #include <algorithm>
-#include <cstring>
 
-#include "gstcpp/allocation.hpp"
 #include "gstcpp/frame_errors.hpp"
-#include "gstcpp/memory_part.hpp"
+#include "gstcpp/module_values.hpp"
 
 namespace weir {
 namespace {
 
-int64_t abi_time(GstClockTime time) {
-  return GST_CLOCK_TIME_IS_VALID(time) && time <= G_MAXINT64 ? static_cast<int64_t>(time) : -1;
-}
 GstClockTime gst_time(int64_t time) {
   return time < 0 ? GST_CLOCK_TIME_NONE : static_cast<GstClockTime>(time);
-}
-
-weir_tensor bytes_of(const gst::MappedMemory& memory) {
-  weir_tensor tensor{};
-  tensor.data = memory.bytes().data();
-  tensor.bytes = memory.bytes().size();
-  tensor.capacity = memory.capacity();
-  tensor.flags = WEIR_TENSOR_READONLY;
-  tensor.fence_fd = -1;
-  tensor.info.type = WEIR_UINT8;
-  tensor.info.rank = 1;
-  tensor.info.shape[0] = static_cast<int64_t>(tensor.bytes);
-  tensor.info.batch_axis = WEIR_NO_BATCH_AXIS;
-  return tensor;
-}
-
-// What has no release is the converter's own and is copied.
-Result<gst::Ref<GstMemory>> memory_of(infer::ConvertedTensor& tensor, Ledger* ledger) {
-  const auto bytes = static_cast<size_t>(tensor.memory().bytes);
-  if (tensor.memory().release) {
-    const weir_tensor taken = tensor.take();
-    return gst::Ref<GstMemory>::adopt(gst_memory_new_wrapped(
-        GstMemoryFlags(0), taken.data, std::max<size_t>(bytes, taken.capacity), 0, bytes,
-        taken.owner, taken.release));
-  }
-  auto copy = gst::allocate_memory(bytes);
-  if (!copy) return copy;
-  const gst::MappedMemory map(copy->get(), GST_MAP_WRITE);
-  if (!map) return gst::memory_ran_out(bytes);
-  std::memcpy(map.bytes().data(), tensor.memory().data, bytes);
-  ledger->copied(bytes);
-  return copy;
 }
 
 }  // namespace
@@ -76,14 +39,14 @@ Result<MediumFrames> ConvertedMedium::frames(gst::Ref<GstBuffer> buffer, Ledger*
   for (guint i = 0; i < gst_buffer_n_memory(buffer.get()); ++i) {
     maps.emplace_back(gst_buffer_peek_memory(buffer.get(), i), GST_MAP_READ);
     if (!maps.back()) return gst::memory_not_mapped();
-    inputs.push_back(bytes_of(maps.back()));
+    inputs.push_back(gst::byte_tensor(maps.back()));
   }
   weir_frame in{};
   in.struct_size = sizeof in;
   in.n_tensors = static_cast<uint32_t>(inputs.size());
   in.tensors = inputs.data();
-  in.pts = abi_time(GST_BUFFER_PTS(buffer.get()));
-  in.duration = abi_time(GST_BUFFER_DURATION(buffer.get()));
+  in.pts = gst::abi_time(GST_BUFFER_PTS(buffer.get()));
+  in.duration = gst::abi_time(GST_BUFFER_DURATION(buffer.get()));
   in.deadline = -1;
   if (GST_BUFFER_IS_DISCONT(buffer.get())) in.flags |= WEIR_FRAME_DISCONT;
   auto frame = converter_->convert(in);
@@ -98,7 +61,7 @@ Result<MediumFrames> ConvertedMedium::frames(gst::Ref<GstBuffer> buffer, Ledger*
   out.rate = frame->rate;
   for (auto& tensor : frame->tensors) {
     out.tensors.push_back(tensor.spec());
-    auto memory = memory_of(tensor, ledger);
+    auto memory = gst::memory_of(tensor, ledger);
     if (!memory) return memory.error();
     gst_buffer_append_memory(out.buffer.get(), memory->release());
   }

@@ -2,6 +2,7 @@
 #include "elements/tensor_decoder/module_decoder.hpp"
 
 #include "elements/tensor_decoder/buffer_sink.hpp"
+#include "gstcpp/module_values.hpp"
 
 namespace weir {
 
@@ -23,19 +24,7 @@ Result<Ref<GstCaps>> ModuleDecoder::configure(const FrameSpec& input) {
     for (const auto& tensor : input.tensors) infos.push_back(gst::tensor_info(tensor));
   BufferSink sink;
   if (auto status = decoder_->configure(infos, &sink); !status) return status.error();
-  auto caps = Ref<GstCaps>::adopt(sink.caps().empty() ? nullptr
-                                                      : gst_caps_from_string(sink.caps().c_str()));
-  if (!caps || gst_caps_is_empty(caps.get()) || gst_caps_is_any(caps.get()))
-    return Error{Code::CALLBACK_FAILED,
-                 "the decoder gives no caps that can be read",
-                 "\"" + sink.caps() + "\"",
-                 "caps as text, for example text/x-raw,format=(string)utf8",
-                 "",
-                 "mend the decoder's configure"};
-  if (input.rate.valid())
-    gst_caps_set_simple(caps.get(), "framerate", GST_TYPE_FRACTION, input.rate.numerator,
-                        input.rate.denominator, nullptr);
-  return caps;
+  return gst::caps_of_decoder(sink.caps(), input.rate);
 }
 
 Result<bool> ModuleDecoder::decode(const FrameSpec&, GstBuffer* in, const gst::FrameReader& reader,

@@ -9,7 +9,6 @@
 namespace weir {
 
 bool opens_the_model(std::string_view property);
-void copy_model_settings(const FilterSettings& from, FilterSettings* to);
 // An error for lists that cannot be read, whatever the model is.
 Status check_lists(const FilterSettings& settings);
 

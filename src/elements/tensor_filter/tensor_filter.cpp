@@ -53,17 +53,17 @@ class TensorFilter : public gst::Element<TensorFilter, gst::PlainElement> {
   }
   // What the user said of the tensors; else what they are.
   template <auto Own, bool Input, std::string (*Text)(const std::vector<ModelShape>&)>
-  std::string told() const {
+  std::string reported() const {
     const Settings s = settings();
     return (s.*Own).empty() ? Text(tensors<Input>(s)) : s.*Own;
   }
   template <auto Own, bool Input>
-  std::string told_layouts() const {
+  std::string reported_layouts() const {
     const Settings s = settings();
     return (s.*Own).empty() ? layouts_text(tensors<Input>(s)) : layouts_text(s.*Own);
   }
   template <bool Input>
-  std::string told_ranks() const {
+  std::string reported_ranks() const {
     return ranks(tensors<Input>(settings()));
   }
   int latency() const {
@@ -78,35 +78,35 @@ class TensorFilter : public gst::Element<TensorFilter, gst::PlainElement> {
       kFilterProperties,
       std::tuple{
           gst::Accessor{"input", &Settings::input,
-                        &TensorFilter::told<&Settings::input, true, dimensions_text>,
+                        &TensorFilter::reported<&Settings::input, true, dimensions_text>,
                         "Dimensions of the model's inputs, where the model leaves them open",
                         kPlaying},
           gst::Accessor{"inputtype", &Settings::inputtype,
-                        &TensorFilter::told<&Settings::inputtype, true, types_text>,
+                        &TensorFilter::reported<&Settings::inputtype, true, types_text>,
                         "Element types of the model's inputs", kPlaying},
           gst::Accessor{"inputname", &Settings::inputname,
-                        &TensorFilter::told<&Settings::inputname, true, names_text>,
+                        &TensorFilter::reported<&Settings::inputname, true, names_text>,
                         "Names of the model's inputs", kPlaying},
           gst::Accessor{"inputlayout", &Settings::inputlayout,
-                        &TensorFilter::told_layouts<&Settings::inputlayout, true>,
+                        &TensorFilter::reported_layouts<&Settings::inputlayout, true>,
                         "NCHW, NHWC, ANY or NONE for each input", kPlaying},
           gst::Accessor{"output", &Settings::output,
-                        &TensorFilter::told<&Settings::output, false, dimensions_text>,
+                        &TensorFilter::reported<&Settings::output, false, dimensions_text>,
                         "Dimensions of the model's outputs", kPlaying},
           gst::Accessor{"outputtype", &Settings::outputtype,
-                        &TensorFilter::told<&Settings::outputtype, false, types_text>,
+                        &TensorFilter::reported<&Settings::outputtype, false, types_text>,
                         "Element types of the model's outputs", kPlaying},
           gst::Accessor{"outputname", &Settings::outputname,
-                        &TensorFilter::told<&Settings::outputname, false, names_text>,
+                        &TensorFilter::reported<&Settings::outputname, false, names_text>,
                         "Names of the model's outputs", kPlaying},
           gst::Accessor{"outputlayout", &Settings::outputlayout,
-                        &TensorFilter::told_layouts<&Settings::outputlayout, false>,
+                        &TensorFilter::reported_layouts<&Settings::outputlayout, false>,
                         "NCHW, NHWC, ANY or NONE for each output", kPlaying},
           gst::Accessor{"framework", &Settings::framework, &TensorFilter::framework,
                         "Name of the engine; auto = found by the model file", kPlaying},
-          gst::ReadOnly{"inputranks", &TensorFilter::told_ranks<true>,
+          gst::ReadOnly{"inputranks", &TensorFilter::reported_ranks<true>,
                         "Ranks of the model's inputs"},
-          gst::ReadOnly{"outputranks", &TensorFilter::told_ranks<false>,
+          gst::ReadOnly{"outputranks", &TensorFilter::reported_ranks<false>,
                         "Ranks of the model's outputs"},
           gst::ReadOnly{"sub-plugins", &TensorFilter::sub_plugins, "Engines that are installed"},
           gst::Gauge{"latency", &Settings::latency, &TensorFilter::latency,
@@ -409,7 +409,9 @@ class TensorFilter : public gst::Element<TensorFilter, gst::PlainElement> {
     const auto input = gst::fixed_spec_from_caps(caps);
     if (!input) return input.error();
     Settings wanted = in_force_;
-    copy_model_settings(properties, &wanted);
+    gst::each_setting(kProperties, [&](const auto& p, size_t) {
+      if (opens_the_model(p.name)) wanted.*p.field = properties.*p.field;
+    });
     {
       std::lock_guard lock(model_mutex_);
       wanted.model = model_text_;

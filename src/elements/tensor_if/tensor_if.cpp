@@ -71,8 +71,8 @@ class TensorIf : public gst::OneToMany<TensorIf> {
     parts_.configure(spec);
     const Settings s = take_settings(&followed_);
     plan_.reset();
-    missing_ =
-        missing_setting(s);  // the first frame is refused: caps may be those of a placeholder
+    // The first frame is refused, not the caps, which may be those of a placeholder.
+    missing_ = missing_setting(s);
     if (missing_) return ok();
     auto plan = plan_if(s, spec);
     if (plan)

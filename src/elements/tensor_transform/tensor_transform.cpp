@@ -9,6 +9,7 @@
 #include "elements/tensor_transform/transform_options.hpp"
 #include "gstcpp/counted_transform.hpp"
 #include "gstcpp/derived_setting.hpp"
+#include "gstcpp/early_events.hpp"
 #include "gstcpp/tensor_caps.hpp"
 
 namespace weir::gst {
@@ -315,12 +316,11 @@ class TensorTransform : public gst::CountedTransform<TensorTransform> {
       replay();
       return false;
     }
-    early_.push_back(Ref<GstEvent>::adopt(event));
+    early_.push(Ref<GstEvent>::adopt(event));
     return true;
   }
   void replay() {
-    for (auto& event : std::exchange(early_, {}))
-      parent_class()->sink_event(self(), event.release());
+    for (auto& event : early_.take()) parent_class()->sink_event(self(), event.release());
   }
   // The first frame is there.
   bool begin() {
@@ -439,7 +439,7 @@ class TensorTransform : public gst::CountedTransform<TensorTransform> {
   gst::FollowedSettings<Settings> followed_;  // of loaded_; streaming thread
   // Streaming thread: caps came, and there is no mode; what came after them.
   bool waiting_ = false;
-  std::vector<Ref<GstEvent>> early_;
+  gst::EarlyEvents early_;
   bool told_ = false;     // whether set_caps said why it failed; streaming thread
   SharedOptions loaded_;  // of transformer_, without an error; streaming thread, as transformer_
   std::unique_ptr<FrameTransformer> transformer_;

@@ -3,6 +3,7 @@
 #include <vector>
 
 #include "elements/tests/tuned.hpp"
+#include "gstcpp/early_events.hpp"
 
 namespace {
 
@@ -126,6 +127,27 @@ TEST(TuningTransform, OtherCapsBeforeTheFirstFrameKeepWhatCameBefore) {
   for (const auto type : {GST_EVENT_SEGMENT, GST_EVENT_TAG})
     EXPECT_TRUE(Ref<GstEvent>::adopt(gst_pad_get_sticky_event(t.harness->sinkpad, type, 0)))
         << gst_event_type_get_name(type);
+  EXPECT_EQ(t.messages.next(), "");
+}
+
+// A source that sends nothing but gaps, for hours.
+TEST(TuningTransform, KeepsABoundedNumberOfGapsBeforeTheFirstFrame) {
+  auto t = tuned("tensor_transform");
+  constexpr GstClockTime kGaps = 1000;
+  for (GstClockTime i = 0; i < kGaps; ++i)
+    gst_harness_push_event(t.harness.get(), gst_event_new_gap(i, 1));
+  t.set("mode", "arithmetic");
+  t.set("option", "add:1");
+  EXPECT_EQ(t.push<uint8_t>(kSix), (Bytes{1, 2, 3, 128, 201, 255}));
+  size_t gaps = 0;
+  GstClockTime newest = 0;
+  while (const auto event = Ref<GstEvent>::adopt(gst_harness_try_pull_event(t.harness.get()))) {
+    if (GST_EVENT_TYPE(event.get()) != GST_EVENT_GAP) continue;
+    ++gaps;
+    gst_event_parse_gap(event.get(), &newest, nullptr);
+  }
+  EXPECT_EQ(gaps, size_t{weir::gst::EarlyEvents::kMostOfAType});
+  EXPECT_EQ(newest, kGaps - 1);
   EXPECT_EQ(t.messages.next(), "");
 }
 
