@@ -1,4 +1,5 @@
 // ONNX Runtime's C API in a bare loop: what tensor_filter is measured against.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <dlfcn.h>
 #include <onnxruntime_c_api.h>

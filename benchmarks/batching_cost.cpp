@@ -1,6 +1,7 @@
 // Four streams through one model, gathered into batches of four, against four filters that gather
 // nothing; beside what ONNX Runtime itself gains from batches of four. All on one core, so that
 // four threads are not more than one.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <gst/app/gstappsrc.h>
 #include <gst/gst.h>
 #include <condition_variable>

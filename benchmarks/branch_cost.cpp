@@ -1,5 +1,6 @@
 // What tensor_demux, tensor_split and tensor_if cost for each frame above GStreamer's identity, and
 // what their copies and passes cost against bare ones.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <algorithm>
 #include <cstring>
 

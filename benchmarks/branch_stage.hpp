@@ -1,5 +1,6 @@
 // BranchStage: an element whose source pads come when they are needed, driven from this thread with
 // frames of several memories.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <gst/gst.h>
 

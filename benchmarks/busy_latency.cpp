@@ -2,6 +2,7 @@
 // when-busy says; one JSON object a line for tools/plot. The model takes 20 ms for a frame (it only
 // waits, so that other load of the machine matters little); a frame's age counts from the moment at
 // which the source has it.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <gst/gst.h>
 
 #include <algorithm>

@@ -1,6 +1,7 @@
 // tensor_filter on what users write in C and C++: a function of the program (custom-easy), a class
 // (cpp), a shared object of Weir's interface (custom); CPU time of a frame of 1 KB above the same
 // copy in a bare loop. The least of interleaved rounds.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <cstdlib>
 #include <cstring>
 #include <vector>

@@ -1,4 +1,5 @@
 // ElementStage: an element, or several in a row, between two bare pads, driven from this thread.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <gst/gst.h>
 

@@ -1,5 +1,6 @@
 // A model of an engine in a bare loop, on memory made once: what tensor_filter is measured against.
 // One file for each engine fills make_floor().
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <cstdint>
 #include <memory>

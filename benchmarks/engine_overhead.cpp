@@ -1,5 +1,6 @@
 // appsrc ! tensor_filter ! fakesink against an engine in a bare loop, as filter_overhead does it
 // for ONNX Runtime; and what opening a model costs, in a process of its own.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <malloc.h>
 
 #include <cstdlib>

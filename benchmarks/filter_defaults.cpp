@@ -1,5 +1,6 @@
 // How fast filters run with the threads and the spinning that were chosen for them: one pipeline,
 // or several at once, each on a streaming thread of its own.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <cstdlib>
 #include <memory>
 #include <thread>

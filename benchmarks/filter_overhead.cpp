@@ -1,5 +1,6 @@
 // appsrc ! tensor_filter ! fakesink against ONNX Runtime in a bare loop: the same model, the same
 // settings, memory made once, on one core. Interleaved blocks of frames in one process.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <cstdlib>
 
 #include "filter_stage.hpp"

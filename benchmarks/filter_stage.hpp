@@ -1,4 +1,5 @@
 // A model in a pipeline, for benchmarks of tensor_filter.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <string>
 

@@ -1,4 +1,5 @@
 // What windows, a fixed rate and sparse tensors cost against the bytes that must move.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <cstring>
 #include <memory>
 #include <random>

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: LGPL-2.1-or-later */
 /* An engine for benchmarks: uint8 of any length, copied. The least that an engine can do. */
 #include <string.h>
 

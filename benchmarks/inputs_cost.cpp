@@ -1,5 +1,6 @@
 // Elements of many inputs: tensor_mux over more and more pads against threads that only meet,
 // tensor_merge along each dimension and tensor_crop against the bare copies.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <algorithm>
 #include <atomic>
 #include <condition_variable>

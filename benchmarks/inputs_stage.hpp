@@ -1,4 +1,5 @@
 // InputsStage: an element of many inputs between bare pads; one thread for each input.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <gst/gst.h>
 

@@ -1,5 +1,6 @@
 // What a worker process costs a frame: the same engine, the same frames, in this process and in
 // another, wall-clock time of the thread that brings the frames.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <gst/gst.h>
 
 #include <string>

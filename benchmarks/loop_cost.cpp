@@ -1,5 +1,6 @@
 // What a round of a loop through tensor_reposink and tensor_reposrc costs above the same elements
 // in a line, and that it does not grow with the frame.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <gst/gst.h>
 
 #include <stdexcept>

@@ -3,6 +3,7 @@
 // lowering_cost MODEL ROUNDS: one thread each, in turns, CPU time of the process, the least of the
 // rounds. Prints microseconds of an invoke for TensorFlow Lite, without its delegate where that is
 // not taken, and lowered, and milliseconds of opening: own, lowered anew, lowered from the cache.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <algorithm>
 #include <cstdio>
 #include <cstdlib>

@@ -1,5 +1,6 @@
 // What scripts in Lua cost: loops over the elements of a frame against the same loop in C, and a
 // frame through tensor_filter against a bare call of LuaJIT. CPU time, the least of the rounds.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <gst/gst.h>
 
 #include <cstring>

@@ -3,6 +3,7 @@
 // model_memory ENGINE MODELS DIMENSIONS TYPE FILTERS shared|apart: prints what this process wrote
 // in KiB once that many filters (0 too) have run a frame. tools/bench starts a process for each
 // number.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <malloc.h>
 
 #include <cstdlib>

@@ -1,5 +1,6 @@
 // Everything on one core: what threads of a pipeline win or lose by others, on cores that somebody
 // else uses too, is left out of a comparison with a loop on one thread.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <sched.h>
 

@@ -1,4 +1,5 @@
 // ONNX Runtime in a bare loop. WEIR_ENGINE_LIBRARY: the library that the module opens.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "bare_loop.hpp"
 #include "engine_floor.hpp"
 

@@ -1,4 +1,5 @@
 // OpenCV's DNN module in a bare loop.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <opencv2/dnn.hpp>
 
 #include "engine_floor.hpp"

@@ -1,6 +1,7 @@
 // What it costs that two cores share memory: one thread writes 150 KB, and then it, or a thread on
 // another core, adds them up, again and again. Times of each pass, as its own thread sees them; no
 // part of Weir is in it. other_core_cost ROUNDS
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <sched.h>
 #include <sys/mman.h>
 

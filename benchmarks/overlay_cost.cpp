@@ -1,5 +1,6 @@
 // Twenty boxes with labels and key points on a frame of Full HD: tensor_overlay against a plain
 // loop over the same pixels, and the copy of a frame that somebody else holds too.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <gst/gst.h>
 #include <gst/video/video.h>
 

@@ -1,5 +1,6 @@
 // A frame of Full HD to a network's input: tensor_preprocess against the elements it stands for,
 // pyramids against their first layer, regions.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <gst/gst.h>
 #include <gst/video/video.h>
 

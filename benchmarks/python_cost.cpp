@@ -1,6 +1,7 @@
 // What a filter in Python costs a frame of 150 KB: a script that gives its input on, against an
 // engine in C that copies it; in this process and in another. And what processes gain a script that
 // computes: two of them against Python's one lock. The least of interleaved rounds.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <gst/gst.h>
 
 #include <cstdlib>

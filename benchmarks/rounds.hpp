@@ -1,5 +1,6 @@
 // Interleaved rounds: each candidate runs once a round, so that what the machine does meanwhile
 // hits all alike; the median or the least of the rounds. Results leave as one JSON object a line,
+// SPDX-License-Identifier: LGPL-2.1-or-later
 // for tools/bench.
 #pragma once
 #include <time.h>

@@ -1,5 +1,6 @@
 // What a frame costs in the elements of routing as pads and frames grow; one JSON object a line for
 // tools/plot. CPU time of all threads, in microseconds.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <cstdio>
 #include <cstdlib>
 

@@ -1,4 +1,5 @@
 // A stream through something, for benchmarks: appsrc ! something ! fakesink.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <gst/app/gstappsrc.h>
 #include <gst/gst.h>

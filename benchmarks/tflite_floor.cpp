@@ -1,5 +1,6 @@
 // TensorFlow Lite with XNNPACK in a bare loop: the input is copied in, as the library's interface
 // has it. WEIR_ENGINE_LIBRARY: the library that the module opens.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <dlfcn.h>
 #include <tensorflow/lite/c/c_api.h>
 #include <tensorflow/lite/c/common.h>

@@ -1,4 +1,5 @@
 // libtorch in a bare loop, frozen and optimised as the engine does it.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <ATen/ATen.h>
 #include <ATen/Parallel.h>
 #include <c10/core/InferenceMode.h>

@@ -5,6 +5,7 @@
 // TRACER: its name in GStreamer's registry; `none` shows what the two halves of a process differ
 // by. FRAMES in each slice; SLICES before, and as many after. LINE: a source that does not end and
 // what stands behind it; a fakesink is added. Prints the median of the slices, seconds of a frame.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #define GST_USE_UNSTABLE_API
 #include <gst/gst.h>
 #include <gst/gsttracer.h>

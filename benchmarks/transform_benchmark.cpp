@@ -1,5 +1,6 @@
 // Speed of the transform beside two floors: a plain loop as g++ -O2 without vectors compiles it,
 // and the fastest pass that reads and writes the same bytes.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <benchmark/benchmark.h>
 
 #include <hwy/cache_control.h>

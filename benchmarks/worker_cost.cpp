@@ -2,6 +2,7 @@
 // one thread of the engine each. Interleaved blocks of frames in one process; the least of the
 // rounds, for what else runs on the machine only adds. And what the pipeline around a filter costs
 // by itself: CPU time of the same engine called bare by an `identity` in its place.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <algorithm>
 #include <cstdlib>
 #include <thread>

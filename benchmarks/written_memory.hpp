@@ -1,4 +1,5 @@
 // The memory of a process that counts when two are compared.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <cstdlib>
 #include <fstream>

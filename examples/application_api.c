@@ -1,3 +1,4 @@
+ * SPDX-License-Identifier: LGPL-2.1-or-later */
 /* A program on NNStreamer's application API: a filter of its own, alone and in a pipeline.
  *
  *   application_api 'tensor_filter framework=custom-easy model=twice'

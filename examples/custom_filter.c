@@ -1,3 +1,4 @@
+ * SPDX-License-Identifier: LGPL-2.1-or-later */
 /* A program with a filter of its own in C: y = x + step, on four numbers.
  *
  *   custom_filter 'tensor_filter framework=custom-easy model=step'

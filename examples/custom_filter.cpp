@@ -5,6 +5,7 @@
 //   custom_filter 'tensor_filter framework=custom-easy model=odd'
 //   custom_filter 'tensor_filter framework=cpp model=Power custom=exponent:3'
 //   c++ -std=c++20 custom_filter.cpp $(pkg-config --cflags --libs weir weir-pipeline)
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <algorithm>
 #include <cmath>
 #include <cstdio>

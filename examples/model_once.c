@@ -1,3 +1,4 @@
+ * SPDX-License-Identifier: LGPL-2.1-or-later */
 /* Opens a model whose engine is found by its name, or is given, runs it once on zeros, and says how
  * many bytes each output has.
  *

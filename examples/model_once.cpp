@@ -3,6 +3,7 @@
 //
 //   model_once MODEL [BYTES] [ENGINE]
 //   c++ -std=c++20 model_once.cpp -o model_once $(pkg-config --cflags --libs weir)
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <algorithm>
 #include <cstdio>
 #include <fstream>

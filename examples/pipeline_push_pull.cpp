@@ -2,6 +2,7 @@
 //
 //   pipeline_push_pull 'tensor_transform mode=arithmetic option=mul:2'
 //   c++ -std=c++20 pipeline_push_pull.cpp $(pkg-config --cflags --libs weir-pipeline)
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <cstdio>
 
 #include "weir/pipeline.hpp"

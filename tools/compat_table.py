@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: LGPL-2.1-or-later
 """The table of docs/guide/nnstreamer-elements.md: every property and mode of NNStreamer's elements, and its state in Weir.
 
 What NNStreamer has is in tools/nnstreamer-elements.txt, what Weir has in the pages that tools/gen-docs makes of the plug-in.

@@ -1,4 +1,5 @@
 #!/usr/bin/python3
+# SPDX-License-Identifier: LGPL-2.1-or-later
 """Counts the test cases of Meson's last test run and prints `N passed, N failed`.
 
 tools/count-tests.py BUILD STATUS, where STATUS is what `meson test` returned. GoogleTest and TAP programs

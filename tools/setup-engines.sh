@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: LGPL-2.1-or-later
 # The inference engines of tools/setup, which sources this file: which are missing, and fetching them.
 # An archive gets its name only when it agrees with its pin, a folder only when it is complete: an
 # interrupted call leaves nothing that a later one could take for whole.

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: LGPL-2.1-or-later
 # The Debian packages of tools/setup, which sources this file: which are missing, and installing them.
 # shellcheck shell=bash
 

@@ -1,4 +1,5 @@
 #!/usr/bin/python3
+# SPDX-License-Identifier: LGPL-2.1-or-later
 """Tests of tools/setup, tools/configure, tools/install, tools/uninstall and tools/count-tests.py, in folders of their
 own and with stand-ins for npm, apt and dpkg: nothing is fetched and nothing installed. The last line is `N passed, N failed`.
 """

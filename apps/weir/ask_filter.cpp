@@ -1,5 +1,6 @@
 // `nnstreamerCodeGenCustomFilter`: asks for what `weir new nnstreamer-filter` needs (specification
 // 8.4).
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <cstdio>
 #include <iostream>
 #include <string>

@@ -1,5 +1,6 @@
 // `weir bench MODEL`: the model on every engine, thread count and batch that can take it, in turn,
 // and the line that runs it fastest.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <algorithm>
 #include <cstdio>
 #include <tuple>

@@ -1,5 +1,6 @@
 // One case of `weir bench`: a model in this process, on one engine, with so many threads, frame by
 // frame or in batches.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <unistd.h>
 
 #include <algorithm>

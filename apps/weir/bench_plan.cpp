@@ -1,4 +1,5 @@
 // Engines by their names for files and their looks at the first bytes.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "bench_plan.hpp"
 
 #include <algorithm>

@@ -1,4 +1,5 @@
 // What `weir bench` measures: which engines take a model, and with what threads, batches, options.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <optional>
 #include <string>

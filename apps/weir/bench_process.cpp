@@ -1,4 +1,5 @@
 // This program again, as `weir bench-case`; the result comes through a pipe.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "bench_process.hpp"
 
 #include <fcntl.h>

@@ -1,4 +1,5 @@
 #!/usr/bin/python3
+# SPDX-License-Identifier: LGPL-2.1-or-later
 """`weir bench`: the table, the fastest line, and all that is not measured."""
 
 import json

@@ -1,4 +1,5 @@
 // Axes with the least and the greatest value; everything else is a tooltip.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "charts.hpp"
 
 #include <algorithm>

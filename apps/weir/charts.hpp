@@ -1,4 +1,5 @@
 // Charts as SVG: a level over time, a histogram.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <string>
 

@@ -1,5 +1,6 @@
 // `weir check`, `nnstreamer-check`: the configuration and the sub-plugins in the lines that
 // NNStreamer's own tool has (specification 8.2). `weir doctor` says more.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <gst/gst.h>
 
 #include <algorithm>

@@ -1,4 +1,5 @@
 #!/usr/bin/python3
+# SPDX-License-Identifier: LGPL-2.1-or-later
 """Tests of `weir check` and of the commands that are links to `weir`: the lines that scripts read."""
 
 import os

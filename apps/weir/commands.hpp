@@ -1,4 +1,5 @@
 // The subcommands of `weir`. Each returns the exit status of the process.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <string>
 #include <utility>

@@ -1,4 +1,5 @@
 // Which files were read, what they say, and who decided.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "configuration_facts.hpp"
 
 #include <cstdio>

@@ -1,4 +1,5 @@
 // The part of `weir doctor` about weir.ini.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include "core/config/configuration.hpp"
 #include "report.hpp"

@@ -1,4 +1,5 @@
 // `weir new nnstreamer-filter`: a source that exports NNStreamer_custom, and a file for make.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <algorithm>
 #include <array>
 #include <cctype>

@@ -1,5 +1,6 @@
 // `weir doctor`: what is installed and where, what is in the way, what is missing and what brings
 // it.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <cstdio>
 #include <map>
 

@@ -1,4 +1,5 @@
 // Opens every engine module once, in a copy of the process before.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "engine_facts.hpp"
 
 #include <filesystem>

@@ -1,4 +1,5 @@
 // What is known of each engine on this machine.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <string>
 #include <vector>

@@ -1,4 +1,5 @@
 #!/usr/bin/python3
+# SPDX-License-Identifier: LGPL-2.1-or-later
 """Engines whose module or library is missing, or of another version: what is said, and the line that mends it."""
 
 import json

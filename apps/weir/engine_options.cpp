@@ -1,4 +1,5 @@
 // Reading options_json of the ABI.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "engine_options.hpp"
 
 #include <cstdio>

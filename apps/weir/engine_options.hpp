@@ -1,4 +1,5 @@
 // The options that an engine says it takes.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <string>
 #include <utility>

@@ -1,4 +1,5 @@
 // Boxes for elements, arrows for links; the darker a box, the larger its share of the time.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "graph_picture.hpp"
 
 #include <algorithm>

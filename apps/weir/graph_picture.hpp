@@ -1,4 +1,5 @@
 // The graph of a run as SVG.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <string>
 #include <vector>

@@ -1,4 +1,5 @@
 // Escaping and units.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "html.hpp"
 
 #include <glib.h>

@@ -1,4 +1,5 @@
 // Text for HTML and SVG: escaped names, numbers for people.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <cstdint>
 #include <string>

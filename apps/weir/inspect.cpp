@@ -1,5 +1,6 @@
 // `weir inspect MODEL`: what a model takes and gives, which engine runs it and why, and a line that
 // runs it. Without a model: the engine alone.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <algorithm>
 #include <cstdio>
 #include <limits>

@@ -1,4 +1,5 @@
 // One pass over the words; names are looked up at the end, since a text may use them before.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "launch_graph.hpp"
 
 #include <algorithm>

@@ -1,4 +1,5 @@
 // Pictures come from videotestsrc, all else from /dev/zero through tensor_converter.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "launch_line.hpp"
 
 #include <algorithm>

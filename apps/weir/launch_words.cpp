@@ -1,4 +1,5 @@
 // Blanks around = belong to the word.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "launch_words.hpp"
 
 #include <cctype>

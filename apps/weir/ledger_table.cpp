@@ -1,4 +1,5 @@
 // Reads the property "stats" of each element that comes from Weir's plug-in.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "ledger_table.hpp"
 
 #include <algorithm>

@@ -1,4 +1,5 @@
 // Shapes and data that a model is measured with.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "made_up_inputs.hpp"
 
 #include <type_traits>

@@ -1,4 +1,5 @@
 // The command `weir`: reads the command line and calls a subcommand.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <gst/gst.h>
 
 #include <CLI/CLI.hpp>

@@ -1,4 +1,5 @@
 // Finding the card of a model.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "model_card.hpp"
 
 #include <glib.h>

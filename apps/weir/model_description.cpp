@@ -1,4 +1,5 @@
 // Metadata come from the model's file: any keys, any length.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "model_description.hpp"
 
 namespace weir::app {

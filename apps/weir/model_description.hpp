@@ -1,4 +1,5 @@
 // What a model says of itself: the metadata in its file, as its engine gives them.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <string>
 

@@ -1,4 +1,5 @@
 // MODEL of the command line: one file, or several with commas between them.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <string>
 #include <vector>

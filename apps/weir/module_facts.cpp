@@ -1,4 +1,5 @@
 // Opens every decoder and converter module once, in a copy of the process before.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "module_facts.hpp"
 
 #include "core/infer/module_library.hpp"

@@ -1,4 +1,5 @@
 // `weir new filter`: a folder with a filter that builds, runs and has a test.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <algorithm>
 #include <cctype>
 #include <cstdio>

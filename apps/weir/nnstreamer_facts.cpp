@@ -1,4 +1,5 @@
 // Every file and folder that is looked at, whether it is there, and who decided.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "nnstreamer_facts.hpp"
 
 #include <cstdio>

@@ -1,4 +1,5 @@
 // The part of `weir doctor` about nnstreamer.ini and the folders of sub-plugins.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include "core/config/nnstreamer.hpp"
 #include "report.hpp"

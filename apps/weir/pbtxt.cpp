@@ -1,4 +1,5 @@
 // `weir pbtxt`: a pipeline's text as a graph (specification 8.3).
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <cstdio>
 #include <iostream>
 #include <iterator>

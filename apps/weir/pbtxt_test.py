@@ -1,4 +1,5 @@
 #!/usr/bin/python3
+# SPDX-License-Identifier: LGPL-2.1-or-later
 """Tests of `weir pbtxt` and of what NNStreamer's users call it: exact text, from texts alone."""
 
 import os

@@ -1,4 +1,5 @@
 // Names of streams and nodes (specification 8.3).
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "pbtxt_text.hpp"
 
 namespace weir::app {

@@ -1,4 +1,5 @@
 // A main loop around a pipeline; probes count, the bus tells.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "pipeline_run.hpp"
 
 #include <glib-unix.h>

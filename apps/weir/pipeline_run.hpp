@@ -1,4 +1,5 @@
 // PipelineRun: plays a pipeline to its end and counts what reaches its sinks.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <gst/gst.h>
 

@@ -1,4 +1,5 @@
 // GStreamer's parser reads; its log says which word it read last, its error does not.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "pipeline_text.hpp"
 
 #include <algorithm>

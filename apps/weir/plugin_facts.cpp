@@ -1,4 +1,5 @@
 // Asks GStreamer's registry, and looks into its folders.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "plugin_facts.hpp"
 
 #include <gst/gst.h>

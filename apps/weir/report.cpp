@@ -1,4 +1,5 @@
 // Errors, tables and JSON for people and programs.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "report.hpp"
 
 #include <algorithm>

@@ -1,4 +1,5 @@
 // What the subcommands share for output: errors, tables, JSON.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <nlohmann/json.hpp>
 #include <string>

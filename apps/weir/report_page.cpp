@@ -1,4 +1,5 @@
 // Tables and pictures of a run, in the order in which one asks: what, where, how fast, why.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "report_page.hpp"
 
 #include <algorithm>

@@ -1,4 +1,5 @@
 #!/usr/bin/python3
+# SPDX-License-Identifier: LGPL-2.1-or-later
 """`weir run --report`: the page against the ledger of the same run, and as a browser shows it."""
 
 import html.parser

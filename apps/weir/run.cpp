@@ -1,4 +1,5 @@
 // `weir run PIPELINE`: plays a pipeline, shows how it goes, and ends with the ledger.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <unistd.h>
 
 #include <algorithm>

@@ -1,4 +1,5 @@
 #!/usr/bin/python3
+# SPDX-License-Identifier: LGPL-2.1-or-later
 """`weir run`: the ledger at the end, errors with their place, interrupts."""
 
 import json

@@ -1,4 +1,5 @@
 // What each file registers, or why it cannot be used.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "sub_plugin_facts.hpp"
 
 #include <cstdio>

@@ -1,4 +1,5 @@
 // The part of `weir doctor` about sub-plugins for NNStreamer.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include "report.hpp"
 

@@ -1,4 +1,5 @@
 // Finds the tracer by its name, as it comes from a plug-in.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "trace_session.hpp"
 
 #define GST_USE_UNSTABLE_API

@@ -1,4 +1,5 @@
 #!/usr/bin/python3
+# SPDX-License-Identifier: LGPL-2.1-or-later
 """The tracer `weir`: what GST_TRACERS=weir writes of a pipeline, against the ledger of the same run."""
 
 import collections

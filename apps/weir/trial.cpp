@@ -1,4 +1,5 @@
 // A fork, and what became of it.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "trial.hpp"
 
 #include <fcntl.h>

@@ -1,4 +1,5 @@
 #!/usr/bin/python3
+# SPDX-License-Identifier: LGPL-2.1-or-later
 """weir.ini and nnstreamer.ini that cannot be read, as a user meets them: `weir doctor`, and a pipeline that runs."""
 
 import json

@@ -1,4 +1,5 @@
 #!/usr/bin/python3
+# SPDX-License-Identifier: LGPL-2.1-or-later
 """The command `weir` and `weir doctor` as people and programs use them."""
 
 import json

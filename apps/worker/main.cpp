@@ -1,5 +1,6 @@
 // weir-worker: the process in which tensor_filter isolate=process runs a model. Started by it, with
 // a socket as descriptor 3; of no use by itself.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <signal.h>
 #include <sys/prctl.h>
 #include <unistd.h>

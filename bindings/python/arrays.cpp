@@ -1,4 +1,5 @@
 // Arrays lent and arrays made.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "arrays.hpp"
 
 #include "raised.hpp"

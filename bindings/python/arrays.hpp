@@ -1,4 +1,5 @@
 // NumPy arrays and the tensors of include/weir.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <pybind11/numpy.h>
 #include <pybind11/pybind11.h>

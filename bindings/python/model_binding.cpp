@@ -1,4 +1,5 @@
 // A model that a program of Python opens and invokes.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "model_binding.hpp"
 
 #include <pybind11/stl.h>

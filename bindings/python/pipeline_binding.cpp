@@ -1,4 +1,5 @@
 // A pipeline that a program of Python plays.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "pipeline_binding.hpp"
 
 #include <pybind11/stl.h>

@@ -1,4 +1,5 @@
 // The class of exceptions.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "raised.hpp"
 
 namespace weir::bindings {

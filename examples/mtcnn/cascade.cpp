@@ -1,4 +1,5 @@
 // The arithmetic of the cascade.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "cascade.hpp"
 
 #include <cmath>

@@ -1,5 +1,6 @@
 // What is MTCNN's own: the pyramid, and what its three networks' numbers mean (Zhang et al.,
 // arXiv:1604.02878; constants as everybody uses them). Boxes are in pixels of the picture.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <array>
 #include <cstdint>

@@ -1,4 +1,5 @@
 // The cascade's arithmetic on numbers made by hand.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "cascade.hpp"
 
 #include <gtest/gtest.h>

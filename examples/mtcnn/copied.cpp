@@ -1,4 +1,5 @@
 // The elements of the cascade's text, by their names: those it gives them, and those GStreamer
+// SPDX-License-Identifier: LGPL-2.1-or-later
 // does.
 #include "copied.hpp"
 

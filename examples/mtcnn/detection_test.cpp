@@ -1,4 +1,5 @@
 // weir/detection.hpp: overlaps by hand, suppression against a plain second implementation.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "weir/detection.hpp"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,5 @@
 // Faces as JSON.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "faces_text.hpp"
 
 #include <cstdio>

@@ -1,4 +1,5 @@
 // Faces as one JSON list.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <span>
 #include <string>

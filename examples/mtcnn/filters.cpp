@@ -1,4 +1,5 @@
 // The arithmetic of cascade.hpp on tensors.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "filters.hpp"
 
 #include <algorithm>

@@ -1,4 +1,5 @@
 // The cascade as filters of a pipeline.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <vector>
 

@@ -1,4 +1,5 @@
 // Formats of the networks, and the text of the pipeline.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "line.hpp"
 
 #include <filesystem>

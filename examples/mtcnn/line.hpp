@@ -1,4 +1,5 @@
 // The pipeline as text.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <string>
 #include <string_view>

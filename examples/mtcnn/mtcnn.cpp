@@ -1,5 +1,6 @@
 // Finds faces in a photo or a video: mtcnn --json PHOTO-OR-VIDEO prints them, mtcnn --output CLIP
 // VIDEO draws them on the video, which never waits for the networks. README.md says more.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <CLI/CLI.hpp>
 #include <cstdio>
 #include <filesystem>

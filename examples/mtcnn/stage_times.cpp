@@ -1,4 +1,5 @@
 // The times of each picture as JSON.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "stage_times.hpp"
 
 #include <algorithm>

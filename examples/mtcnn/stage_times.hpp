@@ -1,4 +1,5 @@
 // When each picture reached which point of the cascade, on one clock.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <array>
 #include <chrono>

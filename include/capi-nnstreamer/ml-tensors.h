@@ -1,3 +1,4 @@
+ * SPDX-License-Identifier: LGPL-2.1-or-later */
 /* What the calls of both headers share: errors, what tensors are (ml_tensors_info_*), the memory of
  * tensors (ml_tensors_data_*). C99. Included by nnstreamer.h and nnstreamer-single.h; link with
  * pkg-config capi-nnstreamer.

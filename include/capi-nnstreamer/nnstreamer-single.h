@@ -1,3 +1,4 @@
+ * SPDX-License-Identifier: LGPL-2.1-or-later */
 /* One model, invoked by the program itself: ml_single_*. C99; pkg-config capi-nnstreamer. What
  * stands behind it is weir/model.h, and docs/guide/from-nnstreamer.md says what is there. */
 #ifndef NNSTREAMER_SINGLE_H

@@ -1,3 +1,4 @@
+ * SPDX-License-Identifier: LGPL-2.1-or-later */
 /* Pipelines of a program: ml_pipeline_*. C99; pkg-config capi-nnstreamer. What stands behind it is
  * weir/pipeline.h, and docs/guide/from-nnstreamer.md says what is there.
  *

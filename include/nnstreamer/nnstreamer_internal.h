@@ -1,3 +1,4 @@
+ * SPDX-License-Identifier: LGPL-2.1-or-later */
 /* Everything of the interface that sub-plugins and programs share with the library: the functions
  * on caps, descriptions, configuration and accelerators in one header. */
 #ifndef NNSTREAMER_INTERNAL_H

@@ -1,3 +1,4 @@
+ * SPDX-License-Identifier: LGPL-2.1-or-later */
 /* Tensors in caps and buffers of GStreamer. Needs GStreamer.
  *
  * The published interface names these functions or their prefix; arguments and results are derived.

@@ -1,3 +1,4 @@
+ * SPDX-License-Identifier: LGPL-2.1-or-later */
 /* Converter sub-plugins: a stream of some caps to tensors, for tensor_converter.
  *
  * A sub-plugin is a shared object libnnstreamer_converter_NAME.so whose constructor calls

@@ -1,3 +1,4 @@
+ * SPDX-License-Identifier: LGPL-2.1-or-later */
 /* Decoder sub-plugins: tensors to something else, for `tensor_decoder mode=NAME`.
  *
  * A sub-plugin is a shared object libnnstreamer_decoder_NAME.so whose constructor calls

@@ -1,3 +1,4 @@
+ * SPDX-License-Identifier: LGPL-2.1-or-later */
 /* Filter sub-plugins: a framework that runs models for `tensor_filter framework=NAME`.
  *
  * A sub-plugin is a shared object libnnstreamer_filter_NAME.so whose constructor calls

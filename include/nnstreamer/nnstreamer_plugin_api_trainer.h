@@ -1,3 +1,4 @@
+ * SPDX-License-Identifier: LGPL-2.1-or-later */
 /* Trainer sub-plugins: a framework that trains models, for tensor_trainer.
  *
  * A sub-plugin is a shared object libnnstreamer_trainer_NAME.so whose constructor calls

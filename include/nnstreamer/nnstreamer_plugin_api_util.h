@@ -1,3 +1,4 @@
+ * SPDX-License-Identifier: LGPL-2.1-or-later */
 /* Types, dimensions and descriptions of tensors: reading, writing, comparing. Needs GLib.
  *
  * The published interface names these functions or their prefix; arguments and results are derived

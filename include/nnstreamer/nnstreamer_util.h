@@ -1,3 +1,4 @@
+ * SPDX-License-Identifier: LGPL-2.1-or-later */
 /* Small things that every part uses: exported names, printf checks, the log.
  *
  * The log goes where Weir's own goes: the debug category of GStreamer named `weir`

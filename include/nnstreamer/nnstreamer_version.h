@@ -1,3 +1,4 @@
+ * SPDX-License-Identifier: LGPL-2.1-or-later */
 /* Which release of NNStreamer's interface these headers and libnnstreamer.so stand for; not the
  * version of Weir. */
 #ifndef NNSTREAMER_VERSION_H

@@ -1,3 +1,4 @@
+ * SPDX-License-Identifier: LGPL-2.1-or-later */
 /* Converters of a program: `tensor_converter mode=custom-code:NAME`. Link with pkg-config
  * nnstreamer. */
 #ifndef NNSTREAMER_TENSOR_CONVERTER_CUSTOM_H

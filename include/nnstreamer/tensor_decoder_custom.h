@@ -1,3 +1,4 @@
+ * SPDX-License-Identifier: LGPL-2.1-or-later */
 /* Decoders of a program: `tensor_decoder mode=custom-code option1=NAME`. Link with pkg-config
  * nnstreamer. */
 #ifndef NNSTREAMER_TENSOR_DECODER_CUSTOM_H

@@ -1,3 +1,4 @@
+ * SPDX-License-Identifier: LGPL-2.1-or-later */
 /* A filter in a shared object: `tensor_filter framework=custom model=/path/to/lib.so`.
  *
  * The object exports one symbol, NNStreamer_custom, a pointer to the callbacks. initfunc must be

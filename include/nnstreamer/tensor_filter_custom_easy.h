@@ -1,3 +1,4 @@
+ * SPDX-License-Identifier: LGPL-2.1-or-later */
 /* A function of the program itself as a filter: `tensor_filter framework=custom-easy model=NAME`.
  *
  * Link with pkg-config nnstreamer. The functions return 0; -EINVAL for a name that is empty,

@@ -1,3 +1,4 @@
+ * SPDX-License-Identifier: LGPL-2.1-or-later */
 /* Conditions of a program: `tensor_if compared-value=CUSTOM compared-value-option=NAME`. Link with
  * pkg-config nnstreamer. */
 #ifndef NNSTREAMER_TENSOR_IF_H

@@ -1,3 +1,4 @@
+ * SPDX-License-Identifier: LGPL-2.1-or-later */
 /* The types that sub-plugins and custom filters share with the host: element types, dimensions,
  * tensors, and what a filter is told about its element.
  *

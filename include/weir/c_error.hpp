@@ -1,4 +1,5 @@
 // From the errors of the C faces to those of result.hpp.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <utility>
 

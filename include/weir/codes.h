@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: LGPL-2.1-or-later */
 /* The stable error codes of Weir. Each has a page docs/errors/WEIR-<number>.md. */
 #ifndef WEIR_CODES_H
 #define WEIR_CODES_H

@@ -1,3 +1,4 @@
+ * SPDX-License-Identifier: LGPL-2.1-or-later */
 /* An extension of external converters (weir_converter_type's `extension`): frames that say their
  * own frame rate. Without it the stream keeps the rate of the caps that came. */
 #ifndef WEIR_CONVERTER_RATE_H

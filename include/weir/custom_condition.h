@@ -1,3 +1,4 @@
+ * SPDX-License-Identifier: LGPL-2.1-or-later */
 /* Conditions of the process itself: `tensor_if compared-value=CUSTOM compared-value-option=NAME`
  * calls a function that the program registered under NAME. In C++: custom_condition.hpp.
  *

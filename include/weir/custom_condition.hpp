@@ -8,6 +8,7 @@
 // The callable runs on streaming threads, of several elements at once if several name it; what it
 // throws becomes an error on the bus and ends the stream. Tensors are as custom_condition.h says.
 // The object must outlive the pipelines that name it.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <exception>
 #include <functional>

@@ -1,3 +1,4 @@
+ * SPDX-License-Identifier: LGPL-2.1-or-later */
 /* Converters of the process itself: `tensor_converter mode=custom-code:NAME` calls a function that
  * the program registered under NAME.
  *

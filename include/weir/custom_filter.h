@@ -1,3 +1,4 @@
+ * SPDX-License-Identifier: LGPL-2.1-or-later */
 /* Filters of the process itself. `tensor_filter framework=custom-easy model=NAME` calls a function
  * that the program registered under NAME; `framework=cpp model=NAME` opens models of a class, which
  * a library may bring: `model=NAME,lib.so`. In C++: custom_filter.hpp.

@@ -3,6 +3,7 @@
 //
 //   const auto kept = weir::suppress(boxes, scores, 0.5f, weir::Overlap::OfUnion);
 //   for (const uint32_t i : kept) use(boxes[i]);
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <algorithm>
 #include <cstddef>

@@ -1,3 +1,4 @@
+ * SPDX-License-Identifier: LGPL-2.1-or-later */
 /* What went wrong, for programs: functions that take a weir_error** put a new object there when
  * they fail, for weir_error_free. NULL for the place: the return value is all. In C++: result.hpp.
  *

@@ -1,3 +1,4 @@
+ * SPDX-License-Identifier: LGPL-2.1-or-later */
 /* An extension of an engine (weir_engine's `extension`): how it runs a model, where it chose that
  * itself. `tensor_filter` shows it in `stats`. */
 #ifndef WEIR_EXECUTION_H

@@ -1,3 +1,4 @@
+ * SPDX-License-Identifier: LGPL-2.1-or-later */
 /* An extension of the host (weir_host's `extension`): for an engine that has another engine run
  * its model, as when a model is translated. */
 #ifndef WEIR_FIND_ENGINE_H

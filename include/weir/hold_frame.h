@@ -1,3 +1,4 @@
+ * SPDX-License-Identifier: LGPL-2.1-or-later */
 /* An extension of the host (weir_host's `extension`): input memory that outlives its invoke, for
  * engines that hand it to code which may keep it. */
 #ifndef WEIR_HOLD_FRAME_H

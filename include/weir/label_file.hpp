@@ -1,4 +1,5 @@
 // Label files: text in UTF-8, one label a line, the first for class 0.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <algorithm>
 #include <filesystem>

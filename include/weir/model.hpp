@@ -8,6 +8,7 @@
 //
 // Any thread may call; calls of one model wait for each other. After a move the object left behind
 // may only be assigned to or destroyed.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <chrono>
 #include <initializer_list>

@@ -1,5 +1,6 @@
 // What modules in C++ share: the host, errors on their way back through the C ABI, options, and
 // words for tensors. Header-only: a module links nothing of Weir. See engine.hpp and decoder.hpp.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <cstddef>
 #include <exception>

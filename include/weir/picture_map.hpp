@@ -1,4 +1,5 @@
 // PictureMap: where the pixels of a tensor lie in the picture that it was made from.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <cstddef>
 #include <cstdint>

@@ -1,5 +1,6 @@
 // Result<T>: a value, or an Error that says what went wrong and how to mend it.
 // Member names follow std::expected.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <optional>
 #include <string>

@@ -1,5 +1,6 @@
 // What a tensor is, for programs: type, shape, name; and memory that is lent as a tensor.
 // Shapes are outermost-first as in NumPy, -1 = open.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <cstddef>
 #include <cstdint>

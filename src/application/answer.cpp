@@ -1,4 +1,5 @@
 // The last error of each thread, and which number each code has.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "answer.hpp"
 
 namespace weir::application {

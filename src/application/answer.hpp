@@ -1,4 +1,5 @@
 // Answers of the C face: errors become numbers, and their words the thread's last error.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <exception>
 #include <new>

@@ -1,4 +1,5 @@
 // ml_pipeline_custom_easy_filter_* and ml_pipeline_tensor_if_custom_*.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <mutex>
 #include <vector>
 

@@ -1,4 +1,5 @@
 // ml_pipeline_element_*: properties with the type that the call names.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <charconv>
 #include <cstring>
 #include <optional>

@@ -1,4 +1,5 @@
 // [element-restriction] of nnstreamer.ini and of NNSTREAMER_element-restriction_KEY.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "element_restriction.hpp"
 
 #include <cstdio>

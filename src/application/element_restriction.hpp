@@ -1,4 +1,5 @@
 // Which elements the configuration allows in pipelines ([element-restriction], specification 8.1).
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <optional>
 #include <string>

@@ -1,4 +1,5 @@
 // Two tables.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "framework_names.hpp"
 
 #include <array>

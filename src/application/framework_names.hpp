@@ -1,4 +1,5 @@
 // The names that engines and accelerators have in Weir for the numbers of the C face.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <optional>
 #include <string>

@@ -1,4 +1,5 @@
 // Odd numbers far from any address of an object.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "handles.hpp"
 
 namespace weir::application {

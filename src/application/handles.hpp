@@ -1,5 +1,6 @@
 // Handles: numbers for objects, never given twice, so that a handle that is no longer good is told
 // from one that is.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <cstdint>
 #include <memory>

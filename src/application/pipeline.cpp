@@ -1,4 +1,5 @@
 // Uses are counted: a pipeline is freed by who destroys it, never by a thread of its own stream.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "pipeline.hpp"
 
 #include <utility>

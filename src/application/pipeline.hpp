@@ -1,4 +1,5 @@
 // Pipeline: one of the program's, and the ways to use it that end with it.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <condition_variable>
 #include <map>

@@ -1,4 +1,5 @@
 // ml_pipeline_construct to _destroy, sinks and sources.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "pipeline_part.hpp"
 #include "tensors_data.hpp"
 

@@ -1,4 +1,5 @@
 // Names are looked up in the pipeline, whose errors list those that are there.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "pipeline_part.hpp"
 
 namespace weir::application {

@@ -1,5 +1,6 @@
 // PipelinePart: an element of a pipeline, by its name, as the handles of sources, switches, valves
 // and elements have it.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <memory>
 #include <string>

@@ -1,4 +1,5 @@
 // Over weir/model.h: dimensions are turned round, and a rank that only 1s fill is no difference.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "single.hpp"
 
 #include <utility>

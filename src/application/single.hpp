@@ -1,4 +1,5 @@
 // Single: a model that a program of the C face opened.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <memory>
 #include <string>

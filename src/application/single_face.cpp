@@ -1,4 +1,5 @@
 // ml_single_*.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <cstring>
 
 #include "answer.hpp"

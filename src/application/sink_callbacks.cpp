@@ -1,4 +1,5 @@
 // Handles for each frame, which are gone when the callbacks have returned.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "sink_callbacks.hpp"
 
 #include <algorithm>

@@ -1,4 +1,5 @@
 // SinkCallbacks: who wants the frames of one tensor_sink or appsink.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <memory>
 #include <mutex>

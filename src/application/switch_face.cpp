@@ -1,4 +1,5 @@
 // ml_pipeline_switch_* and ml_pipeline_valve_*.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <cstdlib>
 #include <cstring>
 #include <vector>

@@ -1,4 +1,5 @@
 // TensorsData: memory of tensors, its own or somebody's who lives as long.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <cstddef>
 #include <memory>

@@ -1,4 +1,5 @@
 // Between the C face's descriptions and those of weir/abi.h.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "tensors_info.hpp"
 
 #include <algorithm>

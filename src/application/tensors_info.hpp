@@ -1,4 +1,5 @@
 // TensorsInfo: what tensors are, as a program of the C face describes them.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <mutex>
 #include <vector>

@@ -1,4 +1,5 @@
 // ml_tensors_info_*.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <cstdlib>
 #include <cstring>
 

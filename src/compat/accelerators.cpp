@@ -1,4 +1,5 @@
 // Accelerators as names and numbers.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <array>
 #include <string>
 

@@ -1,4 +1,5 @@
 // One output after the other.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "compat/async_answers.hpp"
 
 #include <algorithm>

@@ -1,4 +1,5 @@
 // AsyncAnswers: outputs that a filter hands over with nnstreamer_filter_dispatch_output_async().
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <chrono>
 #include <memory>

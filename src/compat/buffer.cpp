@@ -1,4 +1,5 @@
 // Tensors in buffers, also those that the 16th memory packs.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <algorithm>
 #include <bit>
 #include <cstring>

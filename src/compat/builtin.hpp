@@ -1,4 +1,5 @@
 // Descriptors with whose functions programs call Weir's own engines, decoders and converters.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include "nnstreamer_plugin_api_converter.h"
 #include "nnstreamer_plugin_api_decoder.h"

@@ -1,4 +1,5 @@
 // A descriptor over a converter of a module.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "compat/builtin.hpp"
 #include "compat/guard.hpp"
 #include "compat/slots.hpp"

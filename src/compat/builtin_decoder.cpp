@@ -1,4 +1,5 @@
 // A descriptor over a decoder of a module.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <array>
 #include <list>
 #include <optional>

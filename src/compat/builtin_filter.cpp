@@ -1,4 +1,5 @@
 // A descriptor of version 1 over a model that is opened and invoked without a pipeline.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <algorithm>
 #include <cstring>
 #include <map>

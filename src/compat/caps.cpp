@@ -1,4 +1,5 @@
 // Caps of streams.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "compat/guard.hpp"
 #include "compat/spec.hpp"
 #include "gstcpp/ref.hpp"

@@ -1,4 +1,5 @@
 // Conditions of programs for tensor_if: Weir's own register, with the C structs in front.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <cerrno>
 #include <map>
 #include <mutex>

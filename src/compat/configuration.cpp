@@ -1,4 +1,5 @@
 // Values of nnstreamer.ini, and what it decides: the framework of a model.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <string>
 #include <vector>
 

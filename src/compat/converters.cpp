@@ -1,4 +1,5 @@
 // Converters of sub-plugins and of programs.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "compat/builtin.hpp"
 #include "compat/registration.hpp"
 #include "nnstreamer_plugin_api_converter.h"

@@ -1,4 +1,5 @@
 // The callbacks of a shared object that exports NNStreamer_custom.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "compat/open_filter.hpp"
 
 namespace weir::compat {

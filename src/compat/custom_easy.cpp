@@ -1,4 +1,5 @@
 // Functions of a program as filters: NNS_custom_easy_*, over weir/custom_filter.h.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <algorithm>
 #include <cerrno>
 

@@ -1,4 +1,5 @@
 // Types and dimensions as text and numbers.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <algorithm>
 #include <array>
 #include <string>

@@ -1,4 +1,5 @@
 // Tables; the engines of sub-plugins are told their own name, for all of them have one code.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "compat/engines.hpp"
 
 #include <dlfcn.h>

@@ -1,4 +1,5 @@
 // Engines over filters for NNStreamer's interface.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include "weir/abi.h"
 

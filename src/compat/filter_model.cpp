@@ -1,4 +1,5 @@
 // Frames through callbacks.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "compat/filter_model.hpp"
 
 #include <algorithm>

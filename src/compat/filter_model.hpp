@@ -1,4 +1,5 @@
 // FilterModel: an OpenFilter as a model of one of Weir's engines.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <memory>
 #include <span>

@@ -1,4 +1,5 @@
 // Objects of tensor_filter_cpp as engines of framework=cpp.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <cerrno>
 #include <cstring>
 #include <deque>

@@ -1,4 +1,5 @@
 // nnstreamer_filter_probe() and what belongs to it.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "compat/builtin.hpp"
 #include "compat/framework_check.hpp"
 #include "compat/registration.hpp"

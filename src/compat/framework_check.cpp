@@ -1,4 +1,5 @@
 // Nothing of a descriptor is called before its version and functions are known to be there.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "compat/framework_check.hpp"
 
 #include <cstdio>

@@ -1,4 +1,5 @@
 // Can a descriptor be used, and what is it?
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <string>
 

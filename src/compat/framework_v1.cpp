@@ -1,4 +1,5 @@
 // Descriptors of version 1.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "compat/open_filter.hpp"
 
 namespace weir::compat {

@@ -1,4 +1,5 @@
 // At the border to C programs and sub-plugins: nothing is thrown across, a NULL is told.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <exception>
 #include <initializer_list>

@@ -1,5 +1,6 @@
 // Whether a framework runs on an accelerator: of sub-plugins as they say, of Weir's engines by
 // their lists.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <algorithm>
 
 #include "compat/guard.hpp"

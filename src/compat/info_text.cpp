@@ -1,4 +1,5 @@
 // Descriptions of tensors and streams for a reader.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <algorithm>
 #include <string>
 

@@ -1,4 +1,5 @@
 // What happens when the library is loaded.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <dlfcn.h>
 
 #include <filesystem>

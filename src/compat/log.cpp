@@ -1,4 +1,5 @@
 // nns_log*, and the lines of the library itself.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <cstdarg>
 #include <cstdio>
 #include <cstring>

@@ -1,4 +1,5 @@
 // Headers of flexible and sparse tensors.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <algorithm>
 #include <cstring>
 #include <optional>

@@ -1,4 +1,5 @@
 // OpenFilter: a filter for NNStreamer's interface with its model open, whatever version it is of.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <cerrno>
 #include <cstring>

@@ -1,4 +1,5 @@
 // The owner behind weir_tensor::release.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "compat/outputs.hpp"
 
 #include <algorithm>

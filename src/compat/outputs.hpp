@@ -1,4 +1,5 @@
 // Outputs of filters on their way to Weir: memory that is given away, sizes, what breaks.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <memory>
 #include <string>

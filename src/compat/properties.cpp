@@ -1,4 +1,5 @@
 // Options -> the C struct.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "compat/properties.hpp"
 
 #include <algorithm>

@@ -1,4 +1,5 @@
 // Properties: what a filter is told about its element, and what it points to.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <chrono>
 #include <string>

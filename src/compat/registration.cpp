@@ -1,4 +1,5 @@
 // Into the table, with words for what is refused.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "compat/registration.hpp"
 
 namespace weir::compat {

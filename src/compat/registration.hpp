@@ -1,4 +1,5 @@
 // What the registering functions of sub-plugins share.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <cerrno>
 #include <cstdarg>

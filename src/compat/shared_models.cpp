@@ -1,4 +1,5 @@
 // Interpreters that several elements use, by key (specification 4.6).
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <map>
 #include <mutex>
 #include <set>

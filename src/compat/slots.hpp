@@ -1,5 +1,6 @@
 // Descriptors for Weir's own engines, decoders and converters. Most functions of a descriptor get
 // no pointer to it: each type gets functions of its own, by number.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <array>
 #include <atomic>

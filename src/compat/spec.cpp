@@ -1,4 +1,5 @@
 // Values both ways.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "compat/spec.hpp"
 
 #include <algorithm>

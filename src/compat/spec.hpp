@@ -1,4 +1,5 @@
 // The C structs and the core's values, one into the other.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <glib.h>
 

@@ -1,4 +1,5 @@
 // Structures of caps: which stream, and dimensions that differ in trailing 1s only.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "compat/guard.hpp"
 #include "core/tensor/frame_spec.hpp"
 #include "gstcpp/ref.hpp"

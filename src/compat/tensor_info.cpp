@@ -1,4 +1,5 @@
 // One tensor's description.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <algorithm>
 
 #include "compat/guard.hpp"

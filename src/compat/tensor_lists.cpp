@@ -1,4 +1,5 @@
 // Descriptions of several tensors as text.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <algorithm>
 
 #include "compat/guard.hpp"

@@ -1,4 +1,5 @@
 // Checking and turning round: caps are innermost first, engines outermost first.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "compat/tensors.hpp"
 
 #include <algorithm>

@@ -1,4 +1,5 @@
 // Descriptions of tensors between Weir's engines and C structs; what callbacks said is checked.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <deque>
 #include <span>

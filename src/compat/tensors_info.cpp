@@ -1,4 +1,5 @@
 // The tensors of a frame, and a stream.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "compat/guard.hpp"
 #include "compat/spec.hpp"
 #include "nnstreamer_plugin_api_util.h"

@@ -1,4 +1,5 @@
 // Trainers of sub-plugins: checked and listed. No element runs them yet.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "compat/registration.hpp"
 #include "nnstreamer_plugin_api_trainer.h"
 

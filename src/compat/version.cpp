@@ -1,4 +1,5 @@
 // Which release of the interface this is.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <glib.h>
 
 #include "nnstreamer_plugin_api_util.h"

@@ -1,4 +1,5 @@
 // Between GStreamer's masks and our numbers.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "gstcpp/allocation.hpp"
 
 #include <algorithm>

@@ -1,4 +1,5 @@
 // Allocation: how the next element wants memory, by the ALLOCATION query.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <gst/gst.h>
 

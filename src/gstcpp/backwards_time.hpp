@@ -1,4 +1,5 @@
 // The property on-backwards-time: its enum type, one for all elements that have it.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <gst/gst.h>
 

@@ -1,4 +1,5 @@
 // The GStreamer base classes an element may stand on: which slots it may fill, by method name.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <gst/base/gstbasesink.h>
 #include <gst/base/gstbasetransform.h>

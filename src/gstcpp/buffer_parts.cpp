@@ -1,4 +1,5 @@
 // Appending, and copying into one memory.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "gstcpp/buffer_parts.hpp"
 
 #include <cstring>

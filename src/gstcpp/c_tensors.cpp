@@ -1,4 +1,5 @@
 // Member by member.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "gstcpp/c_tensors.hpp"
 
 #include <glib.h>

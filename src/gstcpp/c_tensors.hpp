@@ -1,4 +1,5 @@
 // A stream's tensors in the C structs of include/nnstreamer, and back, checked.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <vector>
 

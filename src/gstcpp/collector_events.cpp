@@ -1,4 +1,5 @@
 // Events and queries of the pads of an element of many inputs.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <algorithm>
 
 #include "gstcpp/collector_pads.hpp"

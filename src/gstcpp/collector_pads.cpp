@@ -1,4 +1,5 @@
 // Pads, and the way from the frames of all pads to one buffer.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "gstcpp/collector_pads.hpp"
 
 #include <algorithm>

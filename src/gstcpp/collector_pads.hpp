@@ -3,6 +3,7 @@
 // A buffer is handled on the thread that brings it, see core/sync/collector.hpp. Stream-start, caps
 // and segment of the output are its own; SEEK is refused; what each input's caps were goes with its
 // frames, so that caps may change while a frame from before is still in use.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <gst/gst.h>
 

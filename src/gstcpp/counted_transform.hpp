@@ -1,6 +1,7 @@
 // A GstBaseTransform whose ledger adds up: frames that the base class drops before transform() are
 // counted too. Impl's transform() or transform_ip() ends each frame it gets with one of
 // ledger_.consumed_and_pushed(), ledger_.dropped(reason) or failed(error).
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include "core/ledger/ledger.hpp"
 #include "gstcpp/base_classes.hpp"

@@ -1,4 +1,5 @@
 // A GstAllocator whose memories run a plan at their first map.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "gstcpp/deferred_memory.hpp"
 
 #include <algorithm>

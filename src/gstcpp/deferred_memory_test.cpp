@@ -1,4 +1,5 @@
 // Deferred memory by itself: what everybody may do with memory, and what must fail.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "gstcpp/deferred_memory.hpp"
 
 #include <gtest/gtest.h>

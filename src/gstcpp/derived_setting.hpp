@@ -1,4 +1,5 @@
 // DerivedSetting<T>: what an element computes from its settings, kept until they change.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <memory>
 #include <mutex>

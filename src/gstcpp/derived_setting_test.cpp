@@ -1,4 +1,5 @@
 // DerivedSetting: computed once, and never out of date after a change.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "gstcpp/derived_setting.hpp"
 
 #include <gtest/gtest.h>

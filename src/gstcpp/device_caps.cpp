@@ -1,4 +1,5 @@
 // Which element brings pictures out of which memory.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "gstcpp/device_caps.hpp"
 
 #include <array>

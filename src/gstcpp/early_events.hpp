@@ -1,4 +1,5 @@
 // EarlyEvents: serialized events that came before their stream can begin downstream.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <gst/gst.h>
 

@@ -1,4 +1,5 @@
 // FollowedSettings: properties that were written while frames flow, judged between two frames.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <bitset>
 #include <tuple>

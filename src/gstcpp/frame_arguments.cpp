@@ -1,4 +1,5 @@
 // Views of a buffer become weir_tensor.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "gstcpp/frame_arguments.hpp"
 
 namespace weir::gst {

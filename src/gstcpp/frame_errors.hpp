@@ -1,4 +1,5 @@
 // Errors of buffers that are not what their caps say.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <gst/gst.h>
 

@@ -1,4 +1,5 @@
 // Finding tensors in buffers.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "gstcpp/frame_parts.hpp"
 
 #include <algorithm>

@@ -1,6 +1,7 @@
 // FrameParts: where the tensors of a buffer lie, and buffers of some of them that share memory.
 //
 // Unlike FrameReader it maps nothing but headers: what only passes on is never looked at.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <gst/gst.h>
 

@@ -1,5 +1,6 @@
 // A GstBufferPool of multi-memory buffers with a free list of its own: GStreamer's default list
 // costs two system calls a buffer and knows no bound on what it retains.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "gstcpp/frame_pool.hpp"
 
 #include <algorithm>

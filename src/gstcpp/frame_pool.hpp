@@ -1,5 +1,6 @@
 // FramePool: output buffers of one stream. Bounds what it retains, never blocks, counts what it
 // had to allocate.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <gst/gst.h>
 

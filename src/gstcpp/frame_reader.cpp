@@ -1,4 +1,5 @@
 // Bounded reading of tensor buffers.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "gstcpp/frame_reader.hpp"
 
 #include <string>

@@ -1,4 +1,5 @@
 // FrameReader: the tensors of one buffer, mapped and checked against what the caps say.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <gst/gst.h>
 

@@ -1,4 +1,5 @@
 // Headers before tensors.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "gstcpp/headered_frames.hpp"
 
 #include "gstcpp/frame_errors.hpp"

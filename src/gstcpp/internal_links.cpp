@@ -1,4 +1,5 @@
 // Links and tasks as the pads tell them.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "gstcpp/internal_links.hpp"
 
 namespace weir::gst {

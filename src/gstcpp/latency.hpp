@@ -1,4 +1,5 @@
 // The LATENCY query of an element that holds frames.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <gst/gst.h>
 

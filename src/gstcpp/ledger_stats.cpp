@@ -1,4 +1,5 @@
 // LedgerSnapshot -> GstStructure.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "gstcpp/ledger_stats.hpp"
 
 #include <string>

@@ -1,4 +1,5 @@
 // The ledger as a GstStructure, for the property "stats".
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <gst/gst.h>
 

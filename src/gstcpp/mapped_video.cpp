@@ -1,4 +1,5 @@
 // GstVideoMeta's own mapping maps only the memory in which a plane begins.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "gstcpp/mapped_video.hpp"
 
 #include <algorithm>

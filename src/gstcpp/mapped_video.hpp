@@ -1,4 +1,5 @@
 // MappedVideo: the planes of a video buffer, mapped for as long as the object lives.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <gst/video/video.h>
 

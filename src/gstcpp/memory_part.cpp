@@ -1,4 +1,5 @@
 // Sharing, or copying what refuses to be shared.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "gstcpp/memory_part.hpp"
 
 #include <cstring>

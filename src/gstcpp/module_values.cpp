@@ -1,4 +1,5 @@
 // Conversion, with a copy where memory cannot be kept.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "gstcpp/module_values.hpp"
 
 #include <algorithm>

@@ -1,4 +1,5 @@
 // An idle probe in front of the selector, and one for what comes next.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "gstcpp/output_selector.hpp"
 
 namespace weir::gst {

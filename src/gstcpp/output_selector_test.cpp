@@ -1,4 +1,5 @@
 // switch_output: what the new pad gets, and when.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "gstcpp/output_selector.hpp"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,5 @@
 // Walks downstream to where other threads begin, and stops the query there.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "gstcpp/own_thread_query.hpp"
 
 #include <algorithm>

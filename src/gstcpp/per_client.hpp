@@ -1,4 +1,5 @@
 // PerClient: one T for each client of a query server (query_meta.hpp), an adapter for example.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <cstddef>
 #include <cstdint>

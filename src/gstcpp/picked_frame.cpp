@@ -1,4 +1,5 @@
 // Buffers made of some tensors of another.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <algorithm>
 #include <numeric>
 

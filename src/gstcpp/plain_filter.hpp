@@ -5,6 +5,7 @@
 //   void drop_held(DropReason)                 at EOS, at a flush and when the stream stops
 //   void forget()                              when the stream stops: caps and all that follows
 //   bool take_event(GstEvent*)                 optional: true when it took the event and owns it
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include "core/ledger/ledger.hpp"
 #include "gstcpp/base_classes.hpp"

@@ -3,6 +3,7 @@
 // Property: a field of the element's Settings; its default is the field's own initialiser.
 // ReadOnly: a method of the element. Accessor: a field that is written and a method that is read,
 // of one type. Gauge: the same for a switch that turns a number on.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <gst/gst.h>
 

@@ -1,4 +1,5 @@
 // Setting properties by text, with the rules of the specification for each type.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "gstcpp/property_file.hpp"
 
 #include <cstdlib>

@@ -1,4 +1,5 @@
 // GStreamer's parser says which property it could not set and not what the property takes.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "gstcpp/property_text.hpp"
 
 #include <vector>

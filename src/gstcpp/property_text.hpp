@@ -1,4 +1,5 @@
 // Properties as users write them: names and words that are refused come back with those there are.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <gst/gst.h>
 

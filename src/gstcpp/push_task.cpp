@@ -1,4 +1,5 @@
 // Starting, waking and ending the task.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "gstcpp/push_task.hpp"
 
 namespace weir::gst {

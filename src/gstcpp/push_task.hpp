@@ -1,4 +1,5 @@
 // PushTask: a task on a source pad that pushes what other threads have made ready.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <gst/gst.h>
 

@@ -1,4 +1,5 @@
 // The task of a source pad: woken, ended, started anew.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "gstcpp/push_task.hpp"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,5 @@
 // The meta by its names, whoever registered them.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "gstcpp/query_meta.hpp"
 
 namespace weir::gst {

@@ -1,5 +1,6 @@
 // Ref<T>: shared ownership of one GStreamer reference. Unique: sole ownership of a C object.
 // Mapped: a buffer or memory mapped for a scope.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <gst/gst.h>
 

@@ -1,4 +1,5 @@
 // GstMemory around blocks of an arena.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "gstcpp/shared_allocator.hpp"
 
 #include <memory>

@@ -1,5 +1,6 @@
 // A pool without buffers of its own: what is released to it lets memories and owners go, in this
 // order.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "gstcpp/sharing_buffer.hpp"
 
 #include <algorithm>

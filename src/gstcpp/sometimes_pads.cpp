@@ -1,4 +1,5 @@
 // Making pads, and what goes to them before and between buffers.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "gstcpp/sometimes_pads.hpp"
 
 #include <string>

@@ -1,4 +1,5 @@
 // Walks upstream over the links inside and between elements.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "gstcpp/streaming_threads.hpp"
 
 #include <algorithm>

@@ -1,4 +1,5 @@
 // Caps of tensor streams: reading, spelling, choosing.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "gstcpp/tensor_caps.hpp"
 
 #include <algorithm>

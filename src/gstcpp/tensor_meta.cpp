@@ -1,4 +1,5 @@
 // The GstMeta: copied with a buffer whatever becomes of its memory.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "gstcpp/tensor_meta.hpp"
 
 #include <algorithm>

@@ -1,4 +1,5 @@
 // Sharing memories out of buffers, and packing them into one.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "gstcpp/tensor_pieces.hpp"
 
 #include <cstring>

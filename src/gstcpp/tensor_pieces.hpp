@@ -1,4 +1,5 @@
 // TensorPieces: the memory of each tensor of a frame, shared out of its buffer.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <gst/gst.h>
 

@@ -1,4 +1,5 @@
 // Events and buffers of the pad.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "gstcpp/timed_tensors.hpp"
 
 #include "gstcpp/tensor_caps.hpp"

@@ -1,4 +1,5 @@
 // TimedTensors: a sink pad whose tensors go no further, but to the pictures of another pad.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <gst/gst.h>
 

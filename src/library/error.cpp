@@ -1,4 +1,5 @@
 // The parts of an error.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "weir/error.h"
 
 #include <memory>

@@ -1,4 +1,5 @@
 // At the border to C: errors become objects, nothing is thrown across.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <exception>
 #include <new>

@@ -1,4 +1,5 @@
 // The C face of models: pointers and sizes are checked here, everything else in core/direct.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "weir/model.h"
 
 #include <cstring>

@@ -1,4 +1,5 @@
 // The objects of the process, for GStreamer's plug-in, which contains core a second time.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "process.h"
 
 #include "core/process/process_object.hpp"

@@ -1,3 +1,4 @@
+ * SPDX-License-Identifier: LGPL-2.1-or-later */
 /* Between libweir and the plug-in of the same version; not installed, no interface for anyone else.
  */
 #ifndef WEIR_LIBRARY_PROCESS_H

@@ -1,4 +1,5 @@
 // environment_variable: the environment as far as the process may trust it.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <cstdlib>
 

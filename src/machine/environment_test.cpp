@@ -1,4 +1,5 @@
 // The environment of a program that has more rights than who starts it.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "environment.hpp"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,5 @@
 // Counting cores from the affinity mask, /sys and the control group, as the engines count them.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "usable_cores.hpp"
 
 #include <sched.h>

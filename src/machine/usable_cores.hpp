@@ -1,4 +1,5 @@
 // The cores that this process may use.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <string>
 

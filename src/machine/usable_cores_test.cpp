@@ -1,4 +1,5 @@
 // Cores counted on this machine, and in a tree of files that the test writes.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "usable_cores.hpp"
 
 #include <gtest/gtest.h>

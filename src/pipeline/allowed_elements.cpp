@@ -1,5 +1,6 @@
 // Descriptions are read by core; what a property or a scheme makes is known to GStreamer's
 // registry.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "pipeline/allowed_elements.hpp"
 
 #include <algorithm>

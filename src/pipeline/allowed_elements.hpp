@@ -1,4 +1,5 @@
 // AllowedElements: the only factories whose elements a pipeline may have.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <gst/gst.h>
 

@@ -1,4 +1,5 @@
 // GStreamer's domains to codes.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "pipeline/bus_error.hpp"
 
 #include <string>

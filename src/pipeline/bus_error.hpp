@@ -1,4 +1,5 @@
 // What elements report, as Weir's errors.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <gst/gst.h>
 

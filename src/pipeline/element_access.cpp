@@ -1,4 +1,5 @@
 // Everything is checked before GObject sees it, which would print a warning and go on.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "pipeline/element_access.hpp"
 
 #include <utility>

@@ -1,4 +1,5 @@
 // Elements of a pipeline by name: valves, selectors, properties as text.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <gst/gst.h>
 

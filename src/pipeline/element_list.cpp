@@ -1,4 +1,5 @@
 // Bins that the text makes itself, "( a ! b )", are no step down: what they hold is the text's.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "pipeline/element_list.hpp"
 
 #include <algorithm>

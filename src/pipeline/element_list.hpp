@@ -1,4 +1,5 @@
 // Which elements a pipeline has, and which pads an element has.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <gst/gst.h>
 

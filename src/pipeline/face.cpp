@@ -1,4 +1,5 @@
 // The C face: pointers and texts are checked here, everything else behind it.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "pipeline/face.hpp"
 
 #include <cstring>

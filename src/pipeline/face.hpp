@@ -1,4 +1,5 @@
 // What the functions of the C face have in common: pointers are checked, errors become objects.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <memory>
 

@@ -1,4 +1,5 @@
 // The C face of a pipeline's elements: which there are, valves, selectors, properties.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "pipeline/element_access.hpp"
 #include "pipeline/element_list.hpp"
 #include "pipeline/face.hpp"

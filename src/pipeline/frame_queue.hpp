@@ -1,4 +1,5 @@
 // FrameQueue: frames on their way from a stream's thread to a program's.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <chrono>
 #include <condition_variable>

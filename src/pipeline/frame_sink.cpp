@@ -1,4 +1,5 @@
 // Signals of the two sinks.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "pipeline/frame_sink.hpp"
 
 #include <gst/app/app.h>

@@ -1,4 +1,5 @@
 // FrameSink: a tensor_sink or appsink, and the frames that it hands over.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <gst/gst.h>
 

@@ -1,4 +1,5 @@
 // Caps first, frames behind them.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "pipeline/frame_source.hpp"
 
 #include <gst/video/video.h>

@@ -1,4 +1,5 @@
 // FrameSource: an appsrc, and the tensors that a program hands to it.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <gst/app/app.h>
 

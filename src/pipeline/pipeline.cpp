@@ -1,4 +1,5 @@
 // States, the bus, and the doors of the stream.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "pipeline/pipeline.hpp"
 
 #include <algorithm>

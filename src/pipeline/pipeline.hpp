@@ -1,4 +1,5 @@
 // Pipeline: GStreamer's, made from text, with its sources and sinks by name and its errors as
+// SPDX-License-Identifier: LGPL-2.1-or-later
 // values.
 #pragma once
 #include <gst/gst.h>

@@ -1,4 +1,5 @@
 // Buffers become tensors with their bounds checked.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "pipeline/pulled_frame.hpp"
 
 #include "gstcpp/frame_errors.hpp"

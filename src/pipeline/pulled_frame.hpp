@@ -1,4 +1,5 @@
 // PulledFrame: a buffer that came out of a pipeline, as tensors.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <gst/gst.h>
 

@@ -1,4 +1,5 @@
 // Checked before anything is copied.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "pipeline/pushed_buffer.hpp"
 
 #include <algorithm>

@@ -1,4 +1,5 @@
 // The tensors of a program as one buffer.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <gst/gst.h>
 

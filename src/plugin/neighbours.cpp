@@ -1,4 +1,5 @@
 // GStreamer keeps one element of each name, of the plug-in that registered it last.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "neighbours.hpp"
 
 #include <algorithm>

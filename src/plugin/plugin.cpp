@@ -1,4 +1,5 @@
 // The plug-in: registers the elements and the tracer, nothing else.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <gst/gst.h>
 
 #include "core/process/process_object.hpp"

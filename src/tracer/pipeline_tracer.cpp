@@ -1,4 +1,5 @@
 // Records of the data's way, and the graph around it.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "tracer/pipeline_tracer.hpp"
 
 #include <array>

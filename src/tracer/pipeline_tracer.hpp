@@ -1,4 +1,5 @@
 // PipelineTracer: what the hooks of GStreamer note. Hooks of the data's way take no lock.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <gst/gst.h>
 

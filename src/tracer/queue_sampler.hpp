@@ -1,4 +1,5 @@
 // WatchedQueue: is asked how full it is, once a millisecond at most; at each frame if it leaks.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <gst/gst.h>
 

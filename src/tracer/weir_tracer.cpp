@@ -1,4 +1,5 @@
 // The tracer `weir`: a GObject around a PipelineTracer, and the hooks that call it.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #define GST_USE_UNSTABLE_API
 #include <gst/gst.h>
 #include <gst/gsttracer.h>

@@ -1,3 +1,4 @@
+ * SPDX-License-Identifier: LGPL-2.1-or-later */
 /* The C headers compile as C11, alone, and its frozen structs have their sizes and offsets on LP64.
  */
 #include "weir/abi.h"

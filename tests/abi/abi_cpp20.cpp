@@ -1,4 +1,5 @@
 // Each public header compiles as C++20 on its own include path, and the C structs stay what C has.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "weir/abi.h"
 #include "weir/c_error.hpp"
 #include "weir/codes.h"

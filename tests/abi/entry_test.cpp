@@ -1,4 +1,5 @@
 // weir_module_entry of each module: NULL for a host that it cannot work with, and no crash.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <dlfcn.h>
 #include <gtest/gtest.h>
 

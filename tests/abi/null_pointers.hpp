@@ -1,4 +1,5 @@
 // Calls a function of a C API with each of its pointers NULL in turn.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <gtest/gtest.h>
 

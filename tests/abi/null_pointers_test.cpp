@@ -1,5 +1,6 @@
 // Every function of the C libraries with each of its pointers NULL: an error, never a crash. A
 // function that the lists of symbols name and this file does not is a failure.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "null_pointers.hpp"
 
 #include <cstdlib>

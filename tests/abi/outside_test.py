@@ -1,4 +1,5 @@
 #!/usr/bin/python3
+# SPDX-License-Identifier: LGPL-2.1-or-later
 """Modules of somebody else, built with the installed headers and pkg-config alone, and one run with each of their parts."""
 
 import os

@@ -1,4 +1,5 @@
 #!/usr/bin/python3
+# SPDX-License-Identifier: LGPL-2.1-or-later
 """What built objects export: modules weir_module_entry and nothing else, the plug-in what GStreamer asks for, libraries the
 list beside this file, which programs were linked with: names leave it with a new soname only."""
 

@@ -1,3 +1,4 @@
+ * SPDX-License-Identifier: LGPL-2.1-or-later */
 /* Filters and conditions of the program, the elements that the configuration allows, and many
  * threads at once. */
 #include <unistd.h>

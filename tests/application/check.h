@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: LGPL-2.1-or-later */
 /* For tests in C99: each check counts, one that fails is told and the rest goes on. */
 #ifndef CHECK_H
 #define CHECK_H

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: LGPL-2.1-or-later */
 /* ml_pipeline_switch_*, _valve_* and _element_*. */
 #include "check.h"
 #include "nnstreamer.h"

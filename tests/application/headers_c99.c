@@ -1,3 +1,4 @@
+ * SPDX-License-Identifier: LGPL-2.1-or-later */
 /* The public headers need C99 and nothing in front of them; numbers that streams and programs rely
  * on. */
 #include "nnstreamer-single.h"

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: LGPL-2.1-or-later */
 /* ml_pipeline_construct to _destroy, sinks and sources. */
 #include "check.h"
 #include "nnstreamer.h"

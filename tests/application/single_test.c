@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: LGPL-2.1-or-later */
 /* ml_single_*: the test engine's y = x + 1 on float32 with 4 columns and any number of rows. */
 #include <pthread.h>
 

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: LGPL-2.1-or-later */
 /* ml_tensors_info_*, ml_tensors_data_* and the handles that all calls have. */
 #include "check.h"
 

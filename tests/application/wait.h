@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: LGPL-2.1-or-later */
 /* A count that callbacks raise and tests wait for. */
 #ifndef WAIT_H
 #define WAIT_H

@@ -1,5 +1,6 @@
 // nnstreamer_filter_find() and its siblings for Weir's own engines, decoders and converters: what
 // they give is called as programs call it.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <gst/gst.h>
 #include <gtest/gtest.h>
 

@@ -1,4 +1,5 @@
 #!/usr/bin/python3
+# SPDX-License-Identifier: LGPL-2.1-or-later
 """`weir check` lists what was built for NNStreamer, with what it says of its properties; faulty files do it no harm."""
 
 import os

@@ -1,4 +1,5 @@
 // tensor_filter framework=custom with shared objects of NNStreamer's interface.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <unistd.h>
 
 #include <cmath>

@@ -1,4 +1,5 @@
 // Filter sub-plugins whose models are opened, put to sleep, replaced and shared.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "elements/tensor_filter/adder_harness.hpp"
 #include "filter_lines.hpp"
 

@@ -1,4 +1,5 @@
 // What tests of such filters share: lines, frames and what is said.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <cstdlib>
 

@@ -1,4 +1,5 @@
 // The functions of libnnstreamer.so on descriptions, text and accelerators.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <gtest/gtest.h>
 
 #include <algorithm>

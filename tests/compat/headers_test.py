@@ -1,4 +1,5 @@
 #!/usr/bin/python3
+# SPDX-License-Identifier: LGPL-2.1-or-later
 """Each header of include/nnstreamer compiles alone, as C99 and as C++11, without a warning."""
 
 import os

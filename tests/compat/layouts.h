@@ -1,3 +1,4 @@
+ * SPDX-License-Identifier: LGPL-2.1-or-later */
 /* The places of all members, laid out by hand from the published layouts (LP64): pointers and
  * sizes are 8 bytes, the others 4, each at a multiple of its size. Included by a C and a C++ file,
  * which say what CHECK is. */

@@ -1,5 +1,6 @@
 // Filters of a program and of libraries by name: NNS_custom_easy_*, tensor_filter_cpp. This program
 // links with libnnstreamer.so, as users' do.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <cerrno>
 #include <cstring>
 #include <stdexcept>

@@ -1,4 +1,5 @@
 // Filter sub-plugins with invoke-async=true that dispatch outputs when invoke has returned.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 
 #include "elements/tensor_filter/adder_harness.hpp"
 #include "elements/tensor_filter/async_filter.hpp"

@@ -1,4 +1,5 @@
 // tensor_if compared-value=CUSTOM with conditions that a program registers by NNStreamer's name.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "elements/tests/branches.hpp"
 #include "sub_plugin_harness.hpp"
 #include "tensor_if.h"

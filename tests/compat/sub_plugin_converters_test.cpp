@@ -1,5 +1,6 @@
 // Converters for NNStreamer in tensor_converter: sub_plugins/converter.c is built against our
 // headers, bare_converter.c against structs laid out by hand; and functions of this program.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <memory>
 #include <stdexcept>
 

@@ -1,5 +1,6 @@
 // Decoders for NNStreamer as modes of tensor_decoder: sub_plugins/decoder.c is built against our
 // headers, bare_decoder.c against a struct laid out by hand.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <fstream>
 #include <stdexcept>
 

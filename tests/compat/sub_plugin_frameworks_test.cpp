@@ -1,5 +1,6 @@
 // What framework=NAME and a model's ending mean where filters for NNStreamer are installed
 // (specification 4.2, 8.1).
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <algorithm>
 #include <fstream>
 

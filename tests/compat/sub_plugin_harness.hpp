@@ -1,5 +1,6 @@
 // What the tests of sub-plugins share: the functions of libnnstreamer.so, which the plug-in opens,
 // and folders of their own.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <dlfcn.h>
 #include <gtest/gtest.h>

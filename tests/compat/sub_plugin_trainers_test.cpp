@@ -1,4 +1,5 @@
 // Trainers for NNStreamer: opened, checked and listed; no element runs them yet.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/process/process_object.hpp"
 #include "core/subplugin/loader.hpp"
 #include "library/process.h"

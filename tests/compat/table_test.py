@@ -1,4 +1,5 @@
 #!/usr/bin/python3
+# SPDX-License-Identifier: LGPL-2.1-or-later
 """The table of NNStreamer's elements: what it tells of an element, and that the committed one is what the plug-in says."""
 
 import os

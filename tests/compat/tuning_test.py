@@ -1,4 +1,5 @@
 #!/usr/bin/python3
+# SPDX-License-Identifier: LGPL-2.1-or-later
 """A program in Python, through GObject introspection, that tunes properties while its pipelines play."""
 
 import os

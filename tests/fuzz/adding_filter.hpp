@@ -1,5 +1,6 @@
 // A filter of the process, for targets that need a model: framework=custom-easy model=adding takes
 // uint8 of any size and gives the number of the bytes and their sum.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <cstring>
 

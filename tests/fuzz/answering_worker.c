@@ -1,3 +1,4 @@
+ * SPDX-License-Identifier: LGPL-2.1-or-later */
 /* A worker process for the fuzz target worker_answer: sends the file that WEIR_FUZZ_ANSWERS names
  * to the pipeline, whatever it is asked, and ends when the pipeline has closed the connection. */
 #include <fcntl.h>

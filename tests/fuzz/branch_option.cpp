@@ -1,4 +1,5 @@
 // Fuzz target: the texts of tensor_demux, tensor_split and tensor_if, and what is done by them.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <cstdint>
 #include <cstdlib>
 #include <string_view>

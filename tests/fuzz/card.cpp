@@ -1,4 +1,5 @@
 // Fuzz target: model cards. One that is taken must give a pipeline.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <cstdint>
 #include <cstdlib>
 #include <string_view>

@@ -1,5 +1,6 @@
 // Fuzz target: the layers of the configuration: weir.ini, nnstreamer.ini, the file that this names,
 // and variables of the environment. The four are parts of the input, divided by zero bytes.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <map>
 #include <string>
 

@@ -1,6 +1,7 @@
 // Fuzz target: detections of any shape and value, read, moved by source maps and drawn into a
 // picture of any format; and the boxes of tensor_preprocess. Every row is counted once, and nothing
 // is drawn outside.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <array>
 #include <memory>
 #include <vector>

@@ -1,5 +1,6 @@
 // Fuzz target: what the modules on OpenCV read of a network's files before OpenCV sees them. The
 // first byte says which: a .prototxt, a .caffemodel, a .pb or a .cfg.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <cstdint>
 #include <span>
 

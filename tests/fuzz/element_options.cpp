@@ -1,5 +1,6 @@
 // Fuzz target: texts of properties with a grammar of their own. The first byte chooses the
 // property. What is refused has a text, and shapes and types come back from the text that is
+// SPDX-License-Identifier: LGPL-2.1-or-later
 // written of them.
 #include <cmath>
 #include <string>

@@ -1,5 +1,6 @@
 // FuzzInput: the bytes of one fuzz input, read from front to back; and require(), which reports a
 // broken law.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <algorithm>
 #include <cstddef>

@@ -1,5 +1,6 @@
 // GuardedMemory: bytes that end where a mebibyte begins which nobody may touch. Code that no
 // sanitizer sees, such as what LuaJIT compiles, ends with a signal there.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <sys/mman.h>
 

@@ -1,4 +1,5 @@
 // Fuzz target: files of groups and keys. What is read lies within the bounds and has its line.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <algorithm>
 #include <cstdint>
 #include <cstdlib>

@@ -1,4 +1,5 @@
 // Fuzz target: label files. What is accepted is UTF-8 text, one label for each line.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 
 #include <algorithm>
 #include <string>

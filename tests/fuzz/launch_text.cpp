@@ -1,5 +1,6 @@
 // Fuzz target: texts of pipelines, as `weir pbtxt` and nnstreamer-parser read them. Every link
 // stands once at each of its ends, elements of a type are numbered from 0, errors have words.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <algorithm>
 #include <cstdint>
 #include <cstdlib>

@@ -1,4 +1,5 @@
 // Fuzz target: .tflite files translated for ONNX Runtime. What is translated is a whole ONNX file.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "lowering/lowering.hpp"
 
 #include "fuzz_input.hpp"

@@ -2,6 +2,7 @@
 // answers with each time one of its tables is read, plain or through metatables, and places that it
 // reads and writes in each frame. A script of any text would soon be one that never ends, so the
 // text itself is fixed.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <array>
 #include <string>
 #include <vector>

@@ -1,5 +1,6 @@
 // Fuzz target: what raw video and audio of any format and size are as tensors, and several frames
 // as one. The bytes of the tensor are those of the medium.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <array>
 
 #include "core/convert/audio_tensor.hpp"

@@ -1,4 +1,5 @@
 // MemoryFile: a text as a file that parsers of files can open, without a disk.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <sys/mman.h>
 #include <unistd.h>

@@ -1,5 +1,6 @@
 // Fuzz target: the C API of models, called in any order, with NULL in any place and with sizes of
 // any kind. The memory that is lent is as large as what is said of it: more cannot be asked of a
+// SPDX-License-Identifier: LGPL-2.1-or-later
 // program.
 #include "weir/model.h"
 

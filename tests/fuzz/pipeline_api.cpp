@@ -1,6 +1,7 @@
 // Fuzz target: the C API of pipelines, called in any order, with NULL in any place, and with names,
 // properties and values of any text. The pipelines are those below: a description of any text could
 // write any file.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "weir/pipeline.h"
 
 #include <deque>

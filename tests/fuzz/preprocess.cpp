@@ -1,5 +1,6 @@
 // Fuzz target: preparations of any kind over planes of any size, offset and stride. What is refused
 // must be refused with words; what is not must stay within its memory.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <vector>
 
 #include "core/preprocess/plan.hpp"

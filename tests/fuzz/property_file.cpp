@@ -1,5 +1,6 @@
 // Fuzz target: files that the property config-file names. Keys and values are parts of the text, in
 // its order.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/text/property_file.hpp"
 
 #include "core/text/text.hpp"

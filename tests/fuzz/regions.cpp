@@ -1,5 +1,6 @@
 // Fuzz target: the regions of tensor_crop. Whatever numbers the stream of regions holds, each
 // region lies inside the tensor that is cut, and every group of four numbers is counted once.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <vector>
 
 #include "core/crop/regions.hpp"

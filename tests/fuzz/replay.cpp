@@ -1,5 +1,6 @@
 // Runs a fuzz target once for each file of a folder, its corpus, where there is no libFuzzer. What
 // fails ends the process: the last name that was printed is the file.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <algorithm>
 #include <cstdint>
 #include <cstdio>

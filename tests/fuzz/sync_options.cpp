@@ -1,4 +1,5 @@
 // Fuzz target: the properties sync-mode and sync-option, and the decisions of every policy on pads
+// SPDX-License-Identifier: LGPL-2.1-or-later
 // in any state.
 #include <algorithm>
 #include <string>

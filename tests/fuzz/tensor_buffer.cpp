@@ -1,5 +1,6 @@
 // Fuzz target: buffers of tensor streams, cut into memories anywhere. Every tensor that is found
 // lies in the buffer and has the bytes of its spec, whichever reader finds it.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <gst/gst.h>
 
 #include <vector>

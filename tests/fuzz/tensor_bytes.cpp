@@ -1,4 +1,5 @@
 // Fuzz target: every parser of bytes and texts of the tensor types. The first byte chooses.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <cstdint>
 #include <string_view>
 

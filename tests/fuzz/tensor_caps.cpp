@@ -1,5 +1,6 @@
 // Fuzz target: caps of tensor streams. A spec that caps give comes back from the caps that are
 // written of it.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "gstcpp/tensor_caps.hpp"
 
 #include <string>

@@ -1,4 +1,5 @@
 // Fuzz target: what the TensorFlow Lite module checks of a model file before the engine sees it.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <cstdint>
 #include <span>
 

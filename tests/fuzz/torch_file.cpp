@@ -1,4 +1,5 @@
 // Fuzz target: what the libtorch module reads of a zip archive before libtorch sees it.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <cstdint>
 #include <span>
 

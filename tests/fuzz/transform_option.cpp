@@ -1,6 +1,7 @@
 // Fuzz target: tensor_transform's options, and plans of what they say on a small tensor. The first
 // byte chooses the mode, the next three the type and the shape. The plain and the vector path must
 // agree.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <cstdint>
 #include <cstdlib>
 #include <cstring>

@@ -1,6 +1,7 @@
 // Fuzz target: what a pipeline reads from a worker process, which may have been taken over by its
 // model. The input is what the worker sends; the first byte says whether a right greeting and a
 // right model go ahead of it.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <unistd.h>
 
 #include <cstdlib>

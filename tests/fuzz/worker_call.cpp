@@ -1,6 +1,7 @@
 // Fuzz target: what a worker process reads from its pipeline. The input is a sequence of messages,
 // each a kind, a length and a body; the first byte says what goes ahead of them: a model that is
 // opened, a block of shared memory.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <sys/socket.h>
 
 #include <string>

@@ -1,5 +1,6 @@
 // Damaged model files of every format through their real engines, each in a worker process: refused
 // in words, or running with outputs of finite sizes; this process lives through all of them.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <gtest/gtest.h>
 
 #include <cstdlib>

@@ -1,4 +1,5 @@
 #!/usr/bin/python3
+# SPDX-License-Identifier: LGPL-2.1-or-later
 """The examples, compiled against an installed tree with nothing but what pkg-config says, and run.
 
 The tree lies in the build folder, below DESTDIR; headers and libraries of the checkout are out of reach.

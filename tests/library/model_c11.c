@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: LGPL-2.1-or-later */
 /* The C face of models from C11: the fake engine's y = x + 1, an error's parts, the limits. */
 #include <stdio.h>
 #include <string.h>

@@ -1,4 +1,5 @@
 // What programs in C may hand over wrongly: an error, never a crash.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <gtest/gtest.h>
 
 #include <array>

@@ -1,4 +1,5 @@
 // model.hpp over the shared library, with engines that modules bring.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "weir/model.hpp"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,5 @@
 // Pipelines of elements that are on a list.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <gst/gst.h>
 #include <gtest/gtest.h>
 

@@ -1,4 +1,5 @@
 // Valves, selectors, properties, and what a program may ask for that is not there.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <gtest/gtest.h>
 
 #include <cmath>

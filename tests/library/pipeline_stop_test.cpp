@@ -1,4 +1,5 @@
 // Pausing, stopping and freeing a pipeline: with a full queue, from callbacks, from other threads.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <gst/gst.h>
 #include <gtest/gtest.h>
 

@@ -1,4 +1,5 @@
 // pipeline.hpp over the shared library: frames in and out, errors as values.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "weir/pipeline.hpp"
 
 #include <gtest/gtest.h>

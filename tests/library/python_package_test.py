@@ -1,4 +1,5 @@
 #!/usr/bin/python3
+# SPDX-License-Identifier: LGPL-2.1-or-later
 """The package weir: models and pipelines with NumPy arrays, and what is wrong in words."""
 
 import gc

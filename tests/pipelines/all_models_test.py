@@ -1,4 +1,5 @@
 #!/usr/bin/python3
+# SPDX-License-Identifier: LGPL-2.1-or-later
 """Every model file of ../shared runs in a pipeline, or is refused for the reason that is listed here."""
 
 import json

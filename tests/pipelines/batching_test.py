@@ -1,4 +1,5 @@
 #!/usr/bin/python3
+# SPDX-License-Identifier: LGPL-2.1-or-later
 """Four streams through one model in common batches, against each stream through a filter of its own."""
 
 import os

@@ -1,4 +1,5 @@
 #!/usr/bin/python3
+# SPDX-License-Identifier: LGPL-2.1-or-later
 """tensor_demux, tensor_split and tensor_if in whole pipelines, held against NumPy."""
 
 import os

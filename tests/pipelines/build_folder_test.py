@@ -1,4 +1,5 @@
 #!/usr/bin/python3
+# SPDX-License-Identifier: LGPL-2.1-or-later
 """`meson devenv`: before anything is installed, the commands of the guides work from the build folder."""
 
 import os

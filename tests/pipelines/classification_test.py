@@ -1,4 +1,5 @@
 #!/usr/bin/python3
+# SPDX-License-Identifier: LGPL-2.1-or-later
 """Photos of ../shared through whole pipelines, held against its reference results.
 
 The reference pixels were scaled by another library, so scores differ a little. Where the reference's first

@@ -1,4 +1,5 @@
 #!/usr/bin/python3
+# SPDX-License-Identifier: LGPL-2.1-or-later
 """The demo's score against a clock computed another way, and the demo itself where its engine is built."""
 
 import datetime

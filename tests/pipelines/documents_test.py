@@ -1,4 +1,5 @@
 #!/usr/bin/python3
+# SPDX-License-Identifier: LGPL-2.1-or-later
 """Runs every gst-launch-1.0 line of every README, as it stands there; none may leak a GStreamer object."""
 
 import ctypes.util

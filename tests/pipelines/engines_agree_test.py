@@ -1,4 +1,5 @@
 #!/usr/bin/python3
+# SPDX-License-Identifier: LGPL-2.1-or-later
 """The same weights in four formats, each through its own engine in a pipeline of its own, give the same numbers; and
 a network of Darknet's those that NumPy computes.
 

@@ -1,4 +1,5 @@
 #!/usr/bin/python3
+# SPDX-License-Identifier: LGPL-2.1-or-later
 """tensor_aggregator, tensor_rate, tensor_sparse_enc and -dec, join and tensor_debug in whole pipelines, against NumPy."""
 
 import os

@@ -1,4 +1,5 @@
 #!/usr/bin/python3
+# SPDX-License-Identifier: LGPL-2.1-or-later
 """`gst-inspect-1.0 --exists`: GStreamer takes an element only if its plug-in's version is at least GStreamer's own."""
 
 import os

@@ -1,4 +1,5 @@
 #!/usr/bin/python3
+# SPDX-License-Identifier: LGPL-2.1-or-later
 """tensor_mux, tensor_merge and tensor_crop in whole pipelines, against NumPy."""
 
 import pathlib

@@ -1,4 +1,5 @@
 #!/usr/bin/python3
+# SPDX-License-Identifier: LGPL-2.1-or-later
 """Pictures of ../shared through TensorFlow Lite and through the lowered graph, from one decoder.
 
 Every value is compared: the same class, and no value further apart than docs/guide/lowering.md says.

@@ -1,4 +1,5 @@
 #!/usr/bin/python3
+# SPDX-License-Identifier: LGPL-2.1-or-later
 """examples/mtcnn/bench: its arithmetic on numbers made by hand, its table, its clips, and a small run."""
 
 import json

@@ -1,4 +1,5 @@
 #!/usr/bin/python3
+# SPDX-License-Identifier: LGPL-2.1-or-later
 """The face detection example on the photos and the video of ../shared, against the reference's faces.
 
 What holds (../shared/MANIFEST.md, MTCNN facts): each consensus face is found with IoU of at least 0.7, its landmarks are

@@ -1,4 +1,5 @@
 #!/usr/bin/python3
+# SPDX-License-Identifier: LGPL-2.1-or-later
 """`weir new filter`: what it writes builds with what is installed, runs, and its test can fail."""
 
 import os

@@ -1,4 +1,5 @@
 #!/usr/bin/python3
+# SPDX-License-Identifier: LGPL-2.1-or-later
 """A program that is Python itself plays a pipeline with a script: both run in the one interpreter."""
 
 import os

@@ -1,4 +1,5 @@
 #!/usr/bin/python3
+# SPDX-License-Identifier: LGPL-2.1-or-later
 """Recurrent cells in a loop of tensor_reposrc, tensor_mux, tensor_filter, tensor_demux and tensor_reposink."""
 
 import os

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: LGPL-2.1-or-later
 """For tests that hold real models against the reference results of ../shared: pictures as arrays, models in pipelines."""
 
 import json

@@ -1,4 +1,5 @@
 #!/usr/bin/python3
+# SPDX-License-Identifier: LGPL-2.1-or-later
 """Models that look at pictures, held against the reference results of ../shared: what is found, how sure, and where.
 
 gdkpixbufdec gives the pixels of libjpeg itself, as the references' decoder did; other decoders are a few steps off.

@@ -1,4 +1,5 @@
 #!/usr/bin/python3
+# SPDX-License-Identifier: LGPL-2.1-or-later
 """Models that hear, feel and read, held against the reference results of ../shared."""
 
 import wave

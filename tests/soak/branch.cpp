@@ -1,4 +1,5 @@
 // Branches behind a tee: adding, removing, counting.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "branch.hpp"
 
 namespace weir::soak {

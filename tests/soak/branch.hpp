@@ -1,5 +1,6 @@
 // Branch: a line of elements that is put behind a tee while the pipeline plays, and taken away
 // again. Each frame bears its number, so that the branch knows of each that is missing or out of
+// SPDX-License-Identifier: LGPL-2.1-or-later
 // place.
 #pragma once
 #include <gst/gst.h>

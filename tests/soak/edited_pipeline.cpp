@@ -1,4 +1,5 @@
 // What is built, what is changed, and what must hold afterwards.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "edited_pipeline.hpp"
 
 #include "gstcpp/output_selector.hpp"

@@ -1,5 +1,6 @@
 // EditedPipeline: a pipeline that is changed at random while it plays. Branches come and go, a
 // valve opens and closes, selectors switch, caps change, it pauses. A seed gives the same edits.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <gst/app/gstappsrc.h>
 #include <gst/gst.h>

@@ -1,5 +1,6 @@
 // A playing pipeline is edited at random: nothing hangs, nothing is lost but where a policy says
 // so, every ledger adds up. A seed that ever failed stays in the list.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "edited_pipeline.hpp"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,5 @@
 // tee -> queue -> request pad, made and taken apart.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "request_pads.hpp"
 
 #include <atomic>

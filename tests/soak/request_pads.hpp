@@ -1,5 +1,6 @@
 // RequestPads: ways from a tee to further pads of an element, requested and released while it
 // plays.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <gst/gst.h>
 

@@ -1,4 +1,5 @@
 // soak SECONDS: edits pipelines at random for so long, and tells what became of memory and frames.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <malloc.h>
 #include <unistd.h>
 

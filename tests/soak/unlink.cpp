@@ -1,4 +1,5 @@
 // An idle probe that unlinks.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "unlink.hpp"
 
 #include <atomic>

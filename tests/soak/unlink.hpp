@@ -1,4 +1,5 @@
 // Takes two pads apart while data flow.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <gst/gst.h>
 

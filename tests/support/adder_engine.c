@@ -1,3 +1,4 @@
+ * SPDX-License-Identifier: LGPL-2.1-or-later */
 /* An engine in C11 for tests of models that live: y = x + ADD on float32 [-1, WIDTH], where the
  * model's file says "ADD WIDTH", and "gate" behind that for a model whose opening waits for a byte
  * of the pipe gate:FD. What happens is told as a byte to the pipe tell:FD: o opened, g waits at the

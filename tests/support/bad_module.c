@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: LGPL-2.1-or-later */
 /* Modules that must be refused: one is built for each WEIR_BAD_... that the build defines. */
 #include <stddef.h>
 

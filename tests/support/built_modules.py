@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: LGPL-2.1-or-later
 """For tests in Python: which modules this build has."""
 
 import os

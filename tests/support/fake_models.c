@@ -1,3 +1,4 @@
+ * SPDX-License-Identifier: LGPL-2.1-or-later */
 /* An engine with models of many shapes for the tests of `weir inspect`. The name of the model's
  * file chooses one; each invoke gives zeros. */
 #include <stdlib.h>

@@ -1,4 +1,5 @@
 // The gate of the engine `gated`.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "gate.hpp"
 
 #include <algorithm>

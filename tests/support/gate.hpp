@@ -1,5 +1,6 @@
 // Gate: what each invoke of the engine `gated` runs into, and what it saw. One for the process,
 // shared by the engine and the tests, which say when a frame goes on: by its first number.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <condition_variable>
 #include <mutex>

@@ -1,6 +1,7 @@
 // An engine for tests: y = x + 1 on float32 [-1, 4], once the gate lets the frame go. Options:
 // max-sessions:N, thread-safe, stateful; fail:V and drop:V for the frame whose first number is V;
 // takes:US microseconds that every invoke takes, without the gate.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <chrono>
 #include <cstdlib>
 #include <cstring>

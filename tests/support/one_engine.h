@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: LGPL-2.1-or-later */
 /* What a test's module in C says of its one engine. Include it first, then define `engine`. */
 #pragma once
 #include "weir/abi.h"

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: LGPL-2.1-or-later
 """Writes small ONNX models by hand: enough of the format for networks of a test, and no library needed.
 
 A model is the text of its nodes and the arrays of its weights. Numbers of fields are those of onnx.proto3.

@@ -1,6 +1,7 @@
 // An engine in C++ for tests, as a user would write one: y = factor * x on float32 of any length.
 // Options: factor:NUMBER; throw-at:N (that invoke throws); any:N (takes any number of tensors, and
 // gives the first N of them, scaled).
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <algorithm>
 #include <cstdlib>
 #include <stdexcept>

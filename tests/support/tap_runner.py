@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: LGPL-2.1-or-later
 """Runs the unittest cases of the calling program and prints TAP, so that Meson counts each case.
 
 Test protocol `tap` in Meson. What went wrong goes to stderr, which Meson shows of such a program.

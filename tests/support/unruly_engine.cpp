@@ -2,6 +2,7 @@
 // is the sum of the bytes, as one uint64; the first byte of a frame says what else happens.
 // Options: open:WORD does it when the model is opened, output:dynamic lets the engine allocate its
 // output, frames it cannot know the size of: as many bytes as the input has, each one greater.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <pthread.h>
 #include <signal.h>
 #include <sys/socket.h>

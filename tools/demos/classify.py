@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: LGPL-2.1-or-later
 """Classifies a user's own photo or video: `weir inspect` says how, one pipeline does it."""
 
 import collections

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: LGPL-2.1-or-later
 """The clock demo: a network reads the time that timeoverlay draws over a noisy moving picture.
 
 One pipeline, live and in real time. A branch of it goes through the network to tensor_sink; what was read

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: LGPL-2.1-or-later
 """A contact sheet: pictures of a run in one PNG."""
 
 from PIL import Image

@@ -1,4 +1,5 @@
 #!/usr/bin/python3
+# SPDX-License-Identifier: LGPL-2.1-or-later
 """Scores models/clock_digits.onnx on clocks that timeoverlay really drew over noisy moving pictures.
 
 Frame n of a picture is due at n * STEP, so what its clock shows is known without reading it. The

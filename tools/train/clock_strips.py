@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: LGPL-2.1-or-later
 """Draws labelled clock strips from font glyphs: what the digit reader learns from and is scored on.
 
 A strip is the part of a picture that holds a clock's text, cut into CELLS cells of one character

@@ -1,4 +1,5 @@
 #!/usr/bin/python3
+# SPDX-License-Identifier: LGPL-2.1-or-later
 """Trains models/clock_digits.onnx, the reader of the clock that timeoverlay draws, and its card."""
 
 import argparse

@@ -1,4 +1,5 @@
 #!/usr/bin/python3
+# SPDX-License-Identifier: LGPL-2.1-or-later
 """Writes templates as a C++ source: embed.py FOLDER OUTPUT LANGUAGE/FILE=KEPT..., KEPT a path below FOLDER."""
 
 import pathlib

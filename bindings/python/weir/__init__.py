@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: LGPL-2.1-or-later
 """Weir: neural networks as filters of a stream, and models by themselves, with NumPy arrays.
 
 weir.Model runs one model of any engine, weir.Pipeline plays a pipeline, weir.TensorShape is for scripts that a pipeline

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: LGPL-2.1-or-later
 """A tensor's dimensions and type, as scripts of tensor_filter and tensor_converter say them."""
 
 import numpy

@@ -4,6 +4,7 @@
 // batching, and copies nothing that it need not.
 //
 //   mtcnn-control --models FOLDER [--min-face N] [--threads N] [--rate R] [--report FILE] INPUT
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <CLI/CLI.hpp>
 #include <cstdio>
 

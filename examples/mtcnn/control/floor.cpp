@@ -8,6 +8,7 @@
 // O-Net's and all invokes of each picture on one thread; "rate", pictures per second on N threads,
 // each with one network of each kind, and "cpu_ms", the CPU time of a picture there. With --clip
 // also "decoding", the same two where each picture is decoded first: what no program can pass that
+// SPDX-License-Identifier: LGPL-2.1-or-later
 // has a clip to read.
 #include <sys/resource.h>
 

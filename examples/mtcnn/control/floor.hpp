@@ -1,4 +1,5 @@
 // What floor.cpp repeats, and the engine that does it.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <memory>
 #include <string>

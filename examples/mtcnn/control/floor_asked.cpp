@@ -1,4 +1,5 @@
 // Text for what was asked, bytes for what was seen.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "floor_asked.hpp"
 
 #include <algorithm>

@@ -1,5 +1,6 @@
 // What the networks were asked for the pictures of a clip: mtcnn-control writes it, mtcnn-floor
 // repeats it.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <array>
 #include <cstddef>

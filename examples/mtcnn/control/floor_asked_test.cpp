@@ -1,4 +1,5 @@
 // What is written for the floor is what it reads, and goes round where more is asked than was seen.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "floor_asked.hpp"
 
 #include <gtest/gtest.h>

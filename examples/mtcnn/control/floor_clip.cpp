@@ -1,4 +1,5 @@
 // A pipeline that decodes.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "floor_clip.hpp"
 
 #include <gst/app/gstappsink.h>

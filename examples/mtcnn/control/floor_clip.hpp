@@ -1,4 +1,5 @@
 // The pictures of a clip, decoded and nothing more.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <memory>
 #include <string>

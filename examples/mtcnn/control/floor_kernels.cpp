@@ -1,4 +1,5 @@
 // The kernels of our own, in float32, without the engine's module around them.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <fstream>
 #include <iterator>
 #include <stdexcept>

@@ -1,4 +1,5 @@
 // ONNX Runtime's own API, as the control uses it.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "floor.hpp"
 #include "network.hpp"
 

@@ -1,4 +1,5 @@
 // A network in ONNX Runtime's own API: inputs and outputs by name, the input's memory the caller's.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <onnxruntime_cxx_api.h>
 

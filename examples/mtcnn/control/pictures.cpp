@@ -1,4 +1,5 @@
 // filesrc ! decodebin ! videoconvert ! appsink.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "pictures.hpp"
 
 namespace control {

@@ -1,4 +1,5 @@
 // Pictures of a file as R'G'B', by GStreamer: the control's and the ROS camera's.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <gst/app/gstappsink.h>
 #include <gst/gst.h>

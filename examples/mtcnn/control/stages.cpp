@@ -1,4 +1,5 @@
 // Pictures and regions become a network's input, and its output boxes.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "stages.hpp"
 
 #include <opencv2/imgproc.hpp>

@@ -1,5 +1,6 @@
 // The three parts of the cascade in OpenCV and ONNX Runtime, as the control and its ROS nodes use
 // them. A picture is 8-bit R'G'B'. Not thread-safe; errors are exceptions of Ort and cv.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <opencv2/core.hpp>
 

@@ -1,4 +1,5 @@
 // One source for all vector widths: compiled once per CPU target.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "byte_kernels.hpp"
 
 #include <cstring>

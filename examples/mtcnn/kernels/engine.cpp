@@ -1,4 +1,5 @@
 // The engine mtcnn-kernels: P-, R- or O-Net of an ONNX file by kernels of our own. README.md.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <array>
 
 #include "byte_kernels.hpp"

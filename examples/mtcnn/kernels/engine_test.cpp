@@ -1,4 +1,5 @@
 // The engine by its table: shapes, options, and what it refuses.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <limits>
 
 #include "damaged_model.hpp"

@@ -1,4 +1,5 @@
 // Each kernel on each target of this CPU against a loop over doubles.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #define HWY_WANT_AVX3_DL
 #include <gtest/gtest.h>
 #include <hwy/targets.h>

@@ -1,4 +1,5 @@
 // Weights in the kernels' order.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "layers.hpp"
 
 #include <algorithm>

@@ -1,4 +1,5 @@
 // One layer in the order in which a kernel reads its weights.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include "byte_kernels.hpp"
 #include "networks.hpp"

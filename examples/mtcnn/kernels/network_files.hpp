@@ -1,4 +1,5 @@
 // Networks with weights of chance for tests, as files and as plain loops over doubles.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <cmath>
 #include <random>

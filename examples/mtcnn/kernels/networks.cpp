@@ -1,4 +1,5 @@
 // The networks' plans, and weights held against them.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "networks.hpp"
 
 #include <array>

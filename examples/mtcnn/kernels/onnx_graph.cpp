@@ -1,4 +1,5 @@
 // ONNX files read field by field.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "onnx_graph.hpp"
 
 #include <cmath>

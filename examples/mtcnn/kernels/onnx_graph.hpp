@@ -1,4 +1,5 @@
 // The nodes and constants of an ONNX file (onnx.proto of the ONNX project), float32 alone.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <cstddef>
 #include <cstdint>

@@ -1,5 +1,6 @@
 // The convolutions and poolings of a network, row by row: each keeps the few rows that the next one
 // looks at, so that all of it stays in the cache.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <algorithm>
 #include <vector>

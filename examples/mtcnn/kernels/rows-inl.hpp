@@ -1,5 +1,6 @@
 // What the kernels of both precisions have in common, for one CPU target: how the pixels of a row
 // go in blocks that stay in registers, and pooling.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #if defined(MTCNN_ROWS_INL) == defined(HWY_TARGET_TOGGLE)
 #ifdef MTCNN_ROWS_INL
 #undef MTCNN_ROWS_INL

@@ -1,4 +1,5 @@
 // Maps, then the fully connected layer, then the heads.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "runner.hpp"
 
 #include <cmath>

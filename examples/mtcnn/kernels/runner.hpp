@@ -1,4 +1,5 @@
 // Pictures or regions through one of the networks.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <memory>
 

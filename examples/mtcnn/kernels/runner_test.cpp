@@ -1,4 +1,5 @@
 // Networks read from files and run, against plain loops; files that are none.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "runner.hpp"
 
 #include <gtest/gtest.h>

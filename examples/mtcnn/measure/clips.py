@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: LGPL-2.1-or-later
 """Clips for measuring, made of the user's: as often as wished, at another rate, as single pictures. Nothing is drawn anew."""
 
 import gi

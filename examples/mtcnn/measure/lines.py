@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: LGPL-2.1-or-later
 """Lines of code by part.
 
 The rule: a line counts when something is left of it without its comments (// and /* */ of C++, # of messages, <!-- --> of XML).

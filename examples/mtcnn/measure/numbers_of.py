@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: LGPL-2.1-or-later
 """The arithmetic of the figures: what a list of times and samples says."""
 
 import math

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: LGPL-2.1-or-later
 """The measurements: what is run, and which numbers come of it. A number's name is its row in the table."""
 
 import json

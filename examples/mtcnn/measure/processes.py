@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: LGPL-2.1-or-later
 """Runs a program and watches it and its children while it runs."""
 
 import dataclasses

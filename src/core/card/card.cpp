@@ -1,4 +1,5 @@
 // Cards from JSON, each field checked by name.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/card/card.hpp"
 
 #include <algorithm>

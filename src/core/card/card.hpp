@@ -1,4 +1,5 @@
 // A model card: how a model's pixels are prepared and what its outputs mean. docs/cards.md.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <cstdint>
 #include <map>

@@ -1,4 +1,5 @@
 // Cards from JSON, the pipelines they give, and what is refused.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/card/card.hpp"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,5 @@
 // Beside the model, by digest, from the model.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/card/find.hpp"
 
 #include <algorithm>

@@ -1,4 +1,5 @@
 // Which card goes with a model.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <functional>
 #include <string>

@@ -1,4 +1,5 @@
 // Which card is found for a model, and what is said when there is none.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/card/find.hpp"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,5 @@
 // ONNX metadata_props of the category Image, and TensorFlow Lite metadata.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/card/metadata.hpp"
 
 #include "core/text/text.hpp"

@@ -1,4 +1,5 @@
 // What a model's own metadata say of its picture.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <map>
 #include <optional>

@@ -1,4 +1,5 @@
 // The pipeline text that prepares pictures as a card says.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <charconv>
 
 #include "core/card/card.hpp"

@@ -1,4 +1,5 @@
 // Where the compared value lies, what it is, and the operators.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/condition/comparison.hpp"
 
 #include <algorithm>

@@ -1,4 +1,5 @@
 // Comparison: a condition for the tensors of one stream, and its answer for a frame.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <span>
 #include <vector>

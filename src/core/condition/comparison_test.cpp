@@ -1,4 +1,5 @@
 // Decisions against a plain comparison in the element's own type.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/condition/comparison.hpp"
 
 #include <gtest/gtest.h>

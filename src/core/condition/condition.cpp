@@ -1,4 +1,5 @@
 // Grammar of the properties of tensor_if.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/condition/condition.hpp"
 
 #include <algorithm>

@@ -1,4 +1,5 @@
 // Condition: what tensor_if asks of a frame, read from its properties. Needs no stream.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <array>
 #include <cstdint>

@@ -1,4 +1,5 @@
 // The register of conditions, and calling one.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/condition/custom_condition.hpp"
 
 #include "core/infer/called.hpp"

@@ -1,4 +1,5 @@
 // Conditions that the program registered: weir/custom_condition.h.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <optional>
 #include <string>

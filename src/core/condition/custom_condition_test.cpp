@@ -1,4 +1,5 @@
 // Conditions registered in the process, in C and in C++.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/condition/custom_condition.hpp"
 
 #include <gtest/gtest.h>

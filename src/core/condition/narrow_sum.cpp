@@ -1,5 +1,6 @@
 // Bytes are added up eight at a time, numbers of 16 bits in pairs. Those with a sign are moved up
 // by half their range first, or those without down, so that one kernel serves both.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/condition/narrow_sum.hpp"
 
 #include <algorithm>

@@ -1,4 +1,5 @@
 // Sums of many whole numbers of 8 and 16 bits, as fast as memory brings them.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <cstddef>
 #include <cstdint>

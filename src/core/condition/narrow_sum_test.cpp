@@ -1,4 +1,5 @@
 // Sums against closed forms and a plain loop, on every target of this CPU.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/condition/narrow_sum.hpp"
 
 #include <gtest/gtest.h>

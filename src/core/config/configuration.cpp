@@ -1,4 +1,5 @@
 // The files, and the environment before them.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/config/configuration.hpp"
 
 #include <unistd.h>

@@ -1,5 +1,6 @@
 // Configuration: what weir.ini and the environment say, and who said it
 // (docs/guide/configuration.md).
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <cstdint>
 #include <functional>

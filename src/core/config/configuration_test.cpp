@@ -1,4 +1,5 @@
 // Which file and which variable decides.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/config/configuration.hpp"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,5 @@
 // Line by line, within bounds.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/config/ini.hpp"
 
 #include <algorithm>

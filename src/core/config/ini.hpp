@@ -3,6 +3,7 @@
 //   # a comment
 //   [filter]
 //   priority_tflite = tensorflow-lite, onnxruntime
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <cstddef>
 #include <string>

@@ -1,4 +1,5 @@
 // What a file is, by stat.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/config/ini_files.hpp"
 
 #include <ctime>

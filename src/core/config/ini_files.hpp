@@ -1,4 +1,5 @@
 // IniFiles: files of groups and keys, read once for as long as they stay what they are.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <sys/stat.h>
 

@@ -1,4 +1,5 @@
 // When a file is read, and when it is not.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/config/ini_files.hpp"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,5 @@
 // Files of groups and keys, and lines that are none.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/config/ini.hpp"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,5 @@
 // The table.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/config/known_settings.hpp"
 
 #include <algorithm>

@@ -1,4 +1,5 @@
 // The settings of weir.ini, by name.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <span>
 #include <string>

@@ -1,4 +1,5 @@
 // The candidates, the settings, the folders.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/config/nnstreamer.hpp"
 
 #include <algorithm>

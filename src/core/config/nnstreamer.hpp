@@ -1,5 +1,6 @@
 // What nnstreamer.ini and the variables NNSTREAMER_* say, and who said it (specification 8.1;
 // docs/guide/configuration.md). Weir's own settings win over them.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <array>
 #include <optional>

@@ -1,5 +1,6 @@
 // Which of NNStreamer's files and variables decides, where sub-plugins are looked for, and what is
 // said of what cannot be used.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/config/nnstreamer.hpp"
 
 #include <gtest/gtest.h>

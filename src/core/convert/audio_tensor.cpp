@@ -1,4 +1,5 @@
 // The eight audio formats.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/convert/audio_tensor.hpp"
 
 #include <algorithm>

@@ -1,4 +1,5 @@
 // What raw interleaved audio is as a tensor (specification 2).
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <cstdint>
 #include <string>

@@ -1,4 +1,5 @@
 // Audio formats as tensors.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/convert/audio_tensor.hpp"
 
 #include <gtest/gtest.h>

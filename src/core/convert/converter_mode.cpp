@@ -1,4 +1,5 @@
 // Word and name.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/convert/converter_mode.hpp"
 
 #include "core/text/text.hpp"

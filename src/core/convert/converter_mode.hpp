@@ -1,4 +1,5 @@
 // The property mode of tensor_converter: "custom-code:NAME", "custom-script:PATH".
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <string>
 #include <string_view>

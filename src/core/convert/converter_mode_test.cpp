@@ -1,4 +1,5 @@
 // The property mode of tensor_converter.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/convert/converter_mode.hpp"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,5 @@
 // The dimension that counts frames.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/convert/gathered_tensor.hpp"
 
 #include <string>

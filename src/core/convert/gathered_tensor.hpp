@@ -1,4 +1,5 @@
 // Several frames of one tensor as one tensor.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include "core/tensor/frame_spec.hpp"
 

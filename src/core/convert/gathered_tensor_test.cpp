@@ -1,4 +1,5 @@
 // Shapes of several frames.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/convert/gathered_tensor.hpp"
 
 #include <gtest/gtest.h>

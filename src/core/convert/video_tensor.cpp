@@ -1,4 +1,5 @@
 // The fifteen video formats.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/convert/video_tensor.hpp"
 
 #include <algorithm>

@@ -1,4 +1,5 @@
 // Video formats as tensors.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/convert/video_tensor.hpp"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,5 @@
 // Reading, clipping and cutting.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/crop/regions.hpp"
 
 #include <algorithm>

@@ -1,4 +1,5 @@
 // Regions: where a tensor is cut, as another tensor says; and the cut.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <cstddef>
 #include <cstdint>

@@ -1,4 +1,5 @@
 // Regions of each element type, clipped; cuts against a model by coordinates.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/crop/regions.hpp"
 
 #include <gtest/gtest.h>

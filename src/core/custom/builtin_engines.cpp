@@ -1,4 +1,5 @@
 // One table of them.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/custom/builtin_engines.hpp"
 
 #include "core/custom/custom_easy.hpp"

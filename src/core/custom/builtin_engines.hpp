@@ -1,4 +1,5 @@
 // The engines that need no module file.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include "weir/abi.h"
 

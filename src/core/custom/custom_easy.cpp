@@ -1,4 +1,5 @@
 // The engine custom-easy: a model is a filter of the process.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/custom/custom_easy.hpp"
 
 #include <cstring>

@@ -1,4 +1,5 @@
 // The engine custom-easy: filters that a program registered (specification 4.11).
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <string>
 

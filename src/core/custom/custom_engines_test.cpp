@@ -1,4 +1,5 @@
 // The engines custom and cpp: files and classes that are found, and those that are refused.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <gtest/gtest.h>
 
 #include <cstdlib>

@@ -1,4 +1,5 @@
 // The first file is the engine.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/custom/custom_module.hpp"
 
 #include "core/custom/filter_library.hpp"

@@ -1,4 +1,5 @@
 // The engine custom: a shared object of the user's is the filter (specification 4.10).
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include "weir/abi.h"
 

@@ -1,4 +1,5 @@
 // The register of classes, and finding one in it or in a library.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/custom/filter_class.hpp"
 
 #include <memory>

@@ -1,4 +1,5 @@
 // dlopen after a look into the file.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/custom/filter_library.hpp"
 
 #include <dlfcn.h>

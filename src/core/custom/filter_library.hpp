@@ -1,4 +1,5 @@
 // A user's shared object with filters: framework=custom and framework=cpp.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <memory>
 #include <string>

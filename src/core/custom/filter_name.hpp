@@ -1,4 +1,5 @@
 // What registered filters and classes have in common: their names, and how refusals are answered.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <exception>
 #include <memory>

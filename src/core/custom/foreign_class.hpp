@@ -1,4 +1,5 @@
 // Shared objects with callbacks of NNStreamer's interface: who runs them.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include "weir/abi.h"
 #include "weir/result.hpp"

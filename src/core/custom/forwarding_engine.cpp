@@ -1,4 +1,5 @@
 // Handles that know the engine behind them.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/custom/forwarding_engine.hpp"
 
 #include "core/infer/declared_options.hpp"

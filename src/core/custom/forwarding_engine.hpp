@@ -1,4 +1,5 @@
 // ForwardingEngine: an engine whose models are another engine's, chosen when they are opened.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <memory>
 

@@ -1,4 +1,5 @@
 // The register of filters, and calling one.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/custom/named_filter.hpp"
 
 #include <algorithm>

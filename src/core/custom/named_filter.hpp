@@ -1,4 +1,5 @@
 // Filters that a program registered in this process: weir/custom_filter.h.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <deque>
 #include <memory>

@@ -1,4 +1,5 @@
 // Filters of the process: registered, called, refused.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/custom/named_filter.hpp"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,5 @@
 // By the engine's name and the parts of model=.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/custom/other_process.hpp"
 
 #include "core/custom/filter_library.hpp"

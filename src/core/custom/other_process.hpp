@@ -1,4 +1,5 @@
 // Which filters cannot leave the process that registered them.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <optional>
 #include <span>

@@ -1,4 +1,5 @@
 // Axis 0 only: there, frames lie one behind the other.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/direct/batch.hpp"
 
 #include <cstring>

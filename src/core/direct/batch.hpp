@@ -1,4 +1,5 @@
 // Gathering the inputs of several frames along the outermost axis.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <span>
 #include <vector>

@@ -1,4 +1,5 @@
 // Several frames in one invoke.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <array>
 
 #include "core/direct/direct_test_engine.hpp"

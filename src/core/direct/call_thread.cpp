@@ -1,4 +1,5 @@
 // A thread that nobody joins: it may be inside an engine that does not answer.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/direct/call_thread.hpp"
 
 #include <condition_variable>

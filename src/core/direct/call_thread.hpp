@@ -1,4 +1,5 @@
 // CallThread: runs one call at a time, for a caller that stops waiting when a limit has passed.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <chrono>
 #include <functional>

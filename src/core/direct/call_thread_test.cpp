@@ -1,4 +1,5 @@
 // Calls with a limit: those that end, those that are left behind.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/direct/call_thread.hpp"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,5 @@
 // Turns, shapes, and the two ways to invoke: here, or on a thread that may be left behind.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/direct/direct_model.hpp"
 
 #include <condition_variable>

@@ -1,4 +1,5 @@
 // DirectModel: a model that a program opens and invokes itself, with no pipeline around it.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <chrono>
 #include <memory>

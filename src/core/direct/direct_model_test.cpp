@@ -1,4 +1,5 @@
 // Invoking without a pipeline: shapes, memory, what engines may do.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/direct/direct_test_engine.hpp"
 
 namespace weir::direct {

@@ -1,4 +1,5 @@
 // What programs and engines may do wrong: each an error that names the tensor.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <array>
 
 #include "core/direct/direct_test_engine.hpp"

@@ -1,4 +1,5 @@
 // An engine whose model each test writes: tensors, flags, what resolve and invoke do.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <gtest/gtest.h>
 

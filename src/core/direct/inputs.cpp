@@ -1,4 +1,5 @@
 // Nothing that a program says of its memory is believed that can be checked.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/direct/inputs.hpp"
 
 #include <cstring>

@@ -1,5 +1,6 @@
 // Inputs: what a program hands to a model, held against what the model takes, and where the engine
 // wants it.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <span>
 #include <string>

@@ -1,4 +1,5 @@
 // Owning outputs.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/direct/results.hpp"
 
 #include <cstring>

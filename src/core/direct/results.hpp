@@ -1,4 +1,5 @@
 // Results: the outputs of one invoke, with the memory that they lie in.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <cstdint>
 #include <span>

@@ -1,4 +1,5 @@
 // Descriptions in words.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/direct/tensor_words.hpp"
 
 #include <algorithm>

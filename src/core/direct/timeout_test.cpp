@@ -1,4 +1,5 @@
 // Models that do not answer in time.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <array>
 #include <future>
 #include <thread>

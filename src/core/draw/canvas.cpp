@@ -1,4 +1,5 @@
 // Filled areas and masks, row by row.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/draw/canvas.hpp"
 
 #include <algorithm>

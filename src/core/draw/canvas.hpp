@@ -1,4 +1,5 @@
 // Canvas: draws into the memory of a picture, in the picture's own format.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <array>
 #include <cstddef>

@@ -1,4 +1,5 @@
 // Areas and masks against pixels set one by one.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/draw/canvas.hpp"
 
 #include <random>

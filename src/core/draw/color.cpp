@@ -1,4 +1,5 @@
 // Hues, matrices and bytes.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/draw/color.hpp"
 
 #include <algorithm>

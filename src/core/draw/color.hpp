@@ -1,4 +1,5 @@
 // Colours of classes, and what a colour is in the samples of a picture.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <array>
 #include <cstdint>

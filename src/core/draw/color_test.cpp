@@ -1,4 +1,5 @@
 // Colours and their samples.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/draw/color.hpp"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,5 @@
 // Rows of numbers to boxes and points.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/draw/detections.hpp"
 
 #include <algorithm>

@@ -3,6 +3,7 @@
 // A float32 tensor K:N is N rows of K numbers: x1, y1, x2, y2 (edges in pixels, x2 and y2 are the
 // first beyond the box); from K = 5 on a score (0 or less: nobody); from K = 6 on the index of a
 // class; then x, y of key points. Whole rows are those of weir/detection.hpp.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <cstddef>
 #include <cstdint>

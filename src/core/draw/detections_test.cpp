@@ -1,4 +1,5 @@
 // Tensors as detections.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/draw/detections.hpp"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,5 @@
 // For tests: pictures in memory, and a plain way to set one pixel of them.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <gtest/gtest.h>
 

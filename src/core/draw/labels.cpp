@@ -1,4 +1,5 @@
 // Masks by class and by per cent.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/draw/labels.hpp"
 
 #include <algorithm>

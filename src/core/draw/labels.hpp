@@ -1,4 +1,5 @@
 // Labels: the texts of classes and scores as masks, each painted once.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <memory>
 #include <string>

@@ -1,4 +1,5 @@
 // Which texts are painted, and how often.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/draw/labels.hpp"
 
 #include <gtest/gtest.h>

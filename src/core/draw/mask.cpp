@@ -1,4 +1,5 @@
 // Coverage of pixels to coverage of bytes.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/draw/mask.hpp"
 
 namespace weir::draw {

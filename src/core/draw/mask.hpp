@@ -1,4 +1,5 @@
 // Masks: how much of each pixel a shape covers.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <array>
 #include <cstdint>

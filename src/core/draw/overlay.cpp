@@ -1,4 +1,5 @@
 // From coordinates to areas.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/draw/overlay.hpp"
 
 #include <algorithm>

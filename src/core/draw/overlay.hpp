@@ -5,6 +5,7 @@
 // pixels whose middle is nearest to the point, those whose own middle is at most d / 2 away. A
 // label is a filled area above the box, or within it where there is no room above, moved into the
 // picture; labels are drawn last. Each class has its colour.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include "core/draw/canvas.hpp"
 #include "core/draw/detections.hpp"

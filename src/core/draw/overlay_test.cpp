@@ -1,4 +1,5 @@
 // Whole drawings against pixels set one by one by the rules of the header.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/draw/overlay.hpp"
 
 #include <cmath>

@@ -1,4 +1,5 @@
 // Grammar of the combination properties.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/filter/combination.hpp"
 
 #include <algorithm>

@@ -1,4 +1,5 @@
 // input-combination and output-combination: which tensors go to the model, which leave the filter.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <cstddef>
 #include <string_view>

@@ -1,4 +1,5 @@
 // input-combination and output-combination: what they choose and what they refuse.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/filter/combination.hpp"
 
 #include <gtest/gtest.h>

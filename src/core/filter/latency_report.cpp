@@ -1,4 +1,5 @@
 // The margins of the latency report, in whole numbers.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/filter/latency_report.hpp"
 
 #include <algorithm>

@@ -1,5 +1,6 @@
 // LatencyReport: what a filter says of its latency, and when what it said is no longer true
 // (specification 4.7). Times are nanoseconds. Thread-safe.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <cstdint>
 #include <mutex>

@@ -1,4 +1,5 @@
 // When a pipeline hears that a filter's latency is another.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/filter/latency_report.hpp"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,5 @@
 // Words for the order of a picture's dimensions.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/filter/layout.hpp"
 
 #include <algorithm>

@@ -1,4 +1,5 @@
 // The properties inputlayout and outputlayout (specification 4.1).
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <optional>
 #include <string>

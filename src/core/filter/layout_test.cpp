@@ -1,4 +1,5 @@
 // inputlayout and outputlayout.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/filter/layout.hpp"
 
 #include <gtest/gtest.h>

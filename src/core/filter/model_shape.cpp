@@ -1,4 +1,5 @@
 // Matching streams against models.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/filter/model_shape.hpp"
 
 #include <algorithm>

@@ -1,4 +1,5 @@
 // What a model says of one tensor, some of it open, and whether a stream's tensor fits it.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <cstdint>
 #include <string>

@@ -1,4 +1,5 @@
 // Whether streams fit models, and what the messages say when they do not.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/filter/model_shape.hpp"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,5 @@
 // Adds up the distances of frames.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/filter/throttle.hpp"
 
 #include <algorithm>

@@ -1,5 +1,6 @@
 // Throttle: which frames of a stream are worth an invoke when what stands behind takes fewer
 // (specification 4.7). Times are nanoseconds.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <atomic>
 #include <cstdint>

@@ -1,4 +1,5 @@
 // The throttle against a plain model of section 4.7, and by hand.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/filter/throttle.hpp"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,5 @@
 // Reading and choosing accelerators.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/infer/accelerator.hpp"
 
 #include <algorithm>

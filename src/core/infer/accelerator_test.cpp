@@ -1,4 +1,5 @@
 // The grammar of accelerator, and what is chosen of it (specification 4.4).
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/infer/accelerator.hpp"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,5 @@
 // A table of numbers for engines, and the life of each request.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/infer/async_request.hpp"
 
 #include <algorithm>

@@ -1,4 +1,5 @@
 // Requests of asynchronous engines: ends, abandoned ones, engines that say too much or nothing.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/infer/async_request_test_support.hpp"
 
 #include <deque>

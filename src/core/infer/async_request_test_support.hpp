@@ -1,5 +1,6 @@
 // What tests of asynchronous requests share: an engine that they end the requests of, a receiver
 // that remembers, outputs that count their releases.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <gtest/gtest.h>
 

@@ -1,4 +1,5 @@
 // Requests of asynchronous engines that end on many threads.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/infer/async_request_test_support.hpp"
 
 #include <atomic>

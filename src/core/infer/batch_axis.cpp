@@ -1,4 +1,5 @@
 // Finding and checking the axis of a batch.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/infer/batch_axis.hpp"
 
 #include <algorithm>

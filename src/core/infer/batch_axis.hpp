@@ -1,4 +1,5 @@
 // On which axis of a model's tensors the frames of a batch lie.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <cstddef>
 #include <cstdint>

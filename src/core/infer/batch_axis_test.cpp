@@ -1,4 +1,5 @@
 // Which models can run several frames at once, and what is said of the others.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/infer/batch_axis.hpp"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,5 @@
 // BatchClock: the time of a gatherer, and waiting for it; tests bring one that they set.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <chrono>
 #include <condition_variable>

@@ -1,4 +1,5 @@
 // The thread of a gatherer, and those that wait for it.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/infer/batch_gatherer.hpp"
 
 #include <algorithm>

@@ -1,5 +1,6 @@
 // The gatherer under threads: who waits for whom, and that each frame returns once, in order, to
 // its own stream.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/infer/batch_gatherer.hpp"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,5 @@
 // Finding the group of a stream.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/infer/batch_group.hpp"
 
 namespace weir::infer {

@@ -1,5 +1,6 @@
 // BatchGroup: a gatherer and what it runs, for streams whose frames have the same shapes; and the
 // groups of one model.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <functional>
 #include <map>

@@ -1,4 +1,5 @@
 // Streams of the same shapes share a group; it ends with its last stream.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/infer/batch_group.hpp"
 
 #include <gtest/gtest.h>

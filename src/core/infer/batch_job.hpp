@@ -1,4 +1,5 @@
 // BatchJob: one frame of one stream on its way through a batch.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <chrono>
 #include <cstdint>

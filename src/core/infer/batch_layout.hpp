@@ -1,4 +1,5 @@
 // Where the frames of a batch lie in its tensors.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <cstddef>
 #include <cstring>

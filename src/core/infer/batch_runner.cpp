@@ -1,4 +1,5 @@
 // Into the batch, through the model, out of the batch.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/infer/batch_runner.hpp"
 
 #include <algorithm>

@@ -1,4 +1,5 @@
 // BatchRunner: runs gathered frames as one invoke and gives each its part of the outputs.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <chrono>
 #include <functional>

@@ -1,4 +1,5 @@
 // What goes into a batch, what each frame gets back, and how batches fail.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/infer/batch_runner.hpp"
 
 #include <gtest/gtest.h>

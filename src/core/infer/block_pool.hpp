@@ -1,4 +1,5 @@
 // BlockPool: blocks of memory of one size, used again. Never waits, retains a bounded number.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <cstddef>
 #include <memory>

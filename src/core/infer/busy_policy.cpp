@@ -1,4 +1,5 @@
 // The rules of a busy pool.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/infer/busy_policy.hpp"
 
 namespace weir::infer {

@@ -1,4 +1,5 @@
 // The rules of a busy pool, one by one and by their laws over many loads.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/infer/busy_policy.hpp"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,5 @@
 // CallGate: every call of a program's function passes through it until it is closed.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <algorithm>
 #include <condition_variable>

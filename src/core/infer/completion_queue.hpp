@@ -8,6 +8,7 @@
 // What is added to the oldest ticket leaves at once; what is added to others waits for its turn.
 // Entries that need no work (events of a stream) are appended and keep their place among the
 // others. Every function may be called from any thread.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <algorithm>
 #include <condition_variable>

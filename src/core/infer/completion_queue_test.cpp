@@ -1,4 +1,5 @@
 // Order, bounds and flushing of the completion queue.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/infer/completion_queue.hpp"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,5 @@
 // Order of the completion queue when many threads finish work, and flushes between.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/infer/completion_queue.hpp"
 
 #include <gtest/gtest.h>

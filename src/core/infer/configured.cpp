@@ -1,4 +1,5 @@
 // Reading and telling.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/infer/configured.hpp"
 
 #include <mutex>

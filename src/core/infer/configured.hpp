@@ -1,4 +1,5 @@
 // The configuration, with its faults told once.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include "core/config/configuration.hpp"
 #include "core/config/nnstreamer.hpp"

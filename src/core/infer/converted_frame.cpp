@@ -1,4 +1,5 @@
 // Counts, types, shapes and sizes of a converter's tensors.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/infer/converted_frame.hpp"
 
 #include <algorithm>

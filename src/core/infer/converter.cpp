@@ -1,4 +1,5 @@
 // Owning what a converter's table gives.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/infer/converter.hpp"
 
 #include <algorithm>

@@ -1,4 +1,5 @@
 // Converter: an opened external converter of any module, or a function of the process.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <memory>
 #include <string>

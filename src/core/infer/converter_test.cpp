@@ -1,4 +1,5 @@
 // External converters through their C table: what they say is checked before it is believed.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/infer/converter.hpp"
 
 #include <gtest/gtest.h>

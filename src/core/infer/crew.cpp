@@ -1,4 +1,5 @@
 // Jobs over threads.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/infer/crew.hpp"
 
 #include <exception>

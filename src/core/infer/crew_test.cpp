@@ -1,4 +1,5 @@
 // Jobs shared out over threads.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/infer/crew.hpp"
 
 #include <gtest/gtest.h>

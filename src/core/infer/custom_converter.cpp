@@ -1,4 +1,5 @@
 // The register of functions, and a converter that calls one.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "weir/custom_converter.h"
 
 #include <optional>

@@ -1,4 +1,5 @@
 // Functions of the process under a name: weir/custom_converter.h.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <memory>
 #include <string>

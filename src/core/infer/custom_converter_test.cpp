@@ -1,4 +1,5 @@
 // Functions registered in the process.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/infer/custom_converter.hpp"
 
 #include <gtest/gtest.h>

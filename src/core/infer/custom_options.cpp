@@ -1,4 +1,5 @@
 // Splitting.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/infer/custom_options.hpp"
 
 #include "core/text/text.hpp"

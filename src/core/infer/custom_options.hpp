@@ -1,4 +1,5 @@
 // custom= of tensor_filter: "NumThreads:2,Delegate:XNNPACK".
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <string>
 #include <string_view>

@@ -1,4 +1,5 @@
 // custom= as key and value.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/infer/custom_options.hpp"
 
 #include <gtest/gtest.h>

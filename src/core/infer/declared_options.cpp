@@ -1,4 +1,5 @@
 // Names of options_json.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/infer/declared_options.hpp"
 
 #include <algorithm>

@@ -1,4 +1,5 @@
 // Which engines hear what the user says of a model's tensors.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/infer/declared_options.hpp"
 
 #include <gtest/gtest.h>

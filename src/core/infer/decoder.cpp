@@ -1,4 +1,5 @@
 // Owning what a decoder's table gives.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/infer/decoder.hpp"
 
 namespace weir::infer {

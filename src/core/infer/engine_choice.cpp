@@ -1,4 +1,5 @@
 // The lists, one after the other.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/infer/engine_choice.hpp"
 
 #include <algorithm>

@@ -1,4 +1,5 @@
 // Which engine, why, and which others.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/infer/engine_choice.hpp"
 
 #include <gtest/gtest.h>

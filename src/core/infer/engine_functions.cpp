@@ -1,4 +1,5 @@
 // Orders to engines.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/infer/engine_functions.hpp"
 
 #include "core/infer/host.hpp"

@@ -1,4 +1,5 @@
 // Functions of an engine that it may leave out, or that came after its version of the table.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include "weir/abi.h"
 #include "weir/result.hpp"

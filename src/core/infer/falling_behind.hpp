@@ -1,4 +1,5 @@
 // FallingBehind: whether frames of a live source come later and later. No clock of its own.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <chrono>
 

@@ -1,4 +1,5 @@
 // Shares, deadlines and fairness of batches.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/infer/gather_queue.hpp"
 
 #include <algorithm>

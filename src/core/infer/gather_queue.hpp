@@ -5,6 +5,7 @@
 // or when every stream that can bring something has given its share: batch-size divided by the
 // number of these streams, at least one frame. A stream that a batch went without is not waited for
 // until it brings a frame again.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <chrono>
 #include <deque>

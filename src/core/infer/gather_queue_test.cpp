@@ -1,4 +1,5 @@
 // When batches are due, what goes into them, and that nothing is lost on the way.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/infer/gather_queue.hpp"
 
 #include <gtest/gtest.h>

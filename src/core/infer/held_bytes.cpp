@@ -1,4 +1,5 @@
 // One bound for what goes in and what comes out.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/infer/held_bytes.hpp"
 
 #include <algorithm>

@@ -3,6 +3,7 @@
 //
 // A bound never stops a stream: what is alone is taken, however big it is. Every function may be
 // called from any thread.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <condition_variable>
 #include <cstdint>

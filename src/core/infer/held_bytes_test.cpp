@@ -1,4 +1,5 @@
 // One bound for frames in work and for the results that wait to leave.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/infer/held_bytes.hpp"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,5 @@
 // The frame of each thread, and who owns it.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/infer/held_frame.hpp"
 
 #include <new>

@@ -1,4 +1,5 @@
 // What can hold the memory of the frame that this thread invokes (include/weir/hold_frame.h).
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <memory>
 

@@ -1,4 +1,5 @@
 // Who may hold the memory of a frame, and when.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/infer/held_frame.hpp"
 
 #include <gtest/gtest.h>

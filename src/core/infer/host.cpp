@@ -1,4 +1,5 @@
 // The functions of weir_host and of the sink extension.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/infer/host.hpp"
 
 #include <atomic>

@@ -1,4 +1,5 @@
 // The host's side of the plug-in ABI: the table given to modules, errors that come back, sinks.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <cstdint>
 #include <string>

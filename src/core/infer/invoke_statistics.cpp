@@ -1,4 +1,5 @@
 // A log-bucket histogram and the reference's two moving numbers.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/infer/invoke_statistics.hpp"
 
 #include <algorithm>

@@ -1,4 +1,5 @@
 // InvokeStatistics: how long invokes take. Thread-safe, allocates nothing.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <array>
 #include <chrono>

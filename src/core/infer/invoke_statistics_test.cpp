@@ -1,4 +1,5 @@
 // Invoke statistics against the same numbers worked out by hand.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/infer/invoke_statistics.hpp"
 
 #include <gtest/gtest.h>

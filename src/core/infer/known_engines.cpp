@@ -1,4 +1,5 @@
 // The table of engines (specification 4.2: the extensions; engines.md: how they are had).
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/infer/known_engines.hpp"
 
 #include <algorithm>

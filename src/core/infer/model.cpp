@@ -1,4 +1,5 @@
 // Owning what an engine's table gives.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/infer/model.hpp"
 
 #include <algorithm>

@@ -1,4 +1,5 @@
 // Model and Session: an opened model of any engine, and one invocation context of it.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <algorithm>
 #include <memory>

@@ -1,4 +1,5 @@
 // Making the group: a session, its shapes, what changing them costs.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/infer/model_batches.hpp"
 
 #include <chrono>

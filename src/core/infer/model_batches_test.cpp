@@ -1,4 +1,5 @@
 // Filters of one model share its batches; the model changes between two of them.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/infer/model_batches.hpp"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,5 @@
 // weir_tensor_info <-> ModelShape.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/infer/model_shapes.hpp"
 
 #include <algorithm>

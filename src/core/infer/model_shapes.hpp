@@ -1,4 +1,5 @@
 // The ABI's tensor descriptions as ModelShape, and what two models differ in.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <vector>
 

@@ -1,4 +1,5 @@
 // Key -> model.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/infer/model_table.hpp"
 
 #include "core/process/process_object.hpp"

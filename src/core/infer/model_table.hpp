@@ -1,4 +1,5 @@
 // ModelTable: the models that filters of this process share by a key.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <map>
 #include <memory>

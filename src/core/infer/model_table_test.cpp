@@ -1,4 +1,5 @@
 // Which models are shared under a key, and which are not.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/infer/model_table.hpp"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,5 @@
 // Models and sessions over engines written here: what an engine may do wrong is an error, not a
+// SPDX-License-Identifier: LGPL-2.1-or-later
 // crash.
 #include "core/infer/model.hpp"
 

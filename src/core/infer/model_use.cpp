@@ -1,4 +1,5 @@
 // One filter's sessions: made, shaped, put to sleep, woken.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <algorithm>
 #include <atomic>
 

@@ -1,4 +1,5 @@
 // Reads a table only as far as its struct_size says that it goes.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/infer/module_check.hpp"
 
 #include <cstddef>

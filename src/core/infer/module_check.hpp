@@ -1,4 +1,5 @@
 // Is what a module hands over usable? Nothing of it is called before.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <string>
 

@@ -1,4 +1,5 @@
 // dlopen with plain words.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/infer/module_library.hpp"
 
 #include <dlfcn.h>

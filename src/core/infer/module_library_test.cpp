@@ -1,4 +1,5 @@
 // Finding modules, and refusing those that cannot be used: files of tests/support.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/infer/module_library.hpp"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,5 @@
 // Copying no more than struct_size says.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/infer/module_tables.hpp"
 
 #include <algorithm>

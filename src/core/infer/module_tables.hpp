@@ -1,5 +1,6 @@
 // ModuleTables: a module's tables as long as this host knows them, whatever header the module was
 // built with.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <deque>
 #include <memory>

@@ -1,4 +1,5 @@
 // Tables of other lengths than this host's.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/infer/module_tables.hpp"
 
 #include <gtest/gtest.h>

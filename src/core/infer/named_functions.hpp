@@ -1,4 +1,5 @@
 // NamedFunctions: functions that a program registered in this process, with their data.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <memory>
 #include <new>

@@ -1,4 +1,5 @@
 // NamedObjects: what a program registered in this process, by name.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <map>
 #include <mutex>

@@ -1,4 +1,5 @@
 // For tests: a job that is a number of a stream and writes down how it ended.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <functional>
 #include <optional>

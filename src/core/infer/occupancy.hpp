@@ -1,4 +1,5 @@
 // Occupancy: how many workers were busy, on average over time. No clock of its own.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <chrono>
 #include <cstddef>

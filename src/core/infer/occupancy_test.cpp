@@ -1,4 +1,5 @@
 // Means against sums by hand.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/infer/occupancy.hpp"
 
 #include <gtest/gtest.h>

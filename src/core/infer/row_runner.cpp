@@ -1,4 +1,5 @@
 // Cutting a frame by rows.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/infer/row_runner.hpp"
 
 #include <algorithm>

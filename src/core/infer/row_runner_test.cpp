@@ -1,4 +1,5 @@
 // Batches in parts: what each part gets, what comes back, what is refused.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/infer/row_runner.hpp"
 
 #include <gtest/gtest.h>

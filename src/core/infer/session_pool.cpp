@@ -1,4 +1,5 @@
 // Making sessions, and sharing them where the engine sets a limit.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/infer/session_pool.hpp"
 
 #include <algorithm>

@@ -1,4 +1,5 @@
 // SessionPool: the sessions of one opened model, as many as its engine allows.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <memory>
 #include <mutex>

@@ -1,4 +1,5 @@
 // Opening, replacing and closing the model behind its users.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/infer/shared_model.hpp"
 
 #include <algorithm>

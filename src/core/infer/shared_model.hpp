@@ -6,6 +6,7 @@
 //   (*frame).session().invoke(in, out);          // the same model for the whole frame
 //
 // Lock order: SharedModel::opening_, SharedModel::mutex_, ModelUse::mutex_, SessionSet::mutex_.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <chrono>
 #include <condition_variable>

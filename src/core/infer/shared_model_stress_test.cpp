@@ -1,4 +1,5 @@
 // Sharing, replacing and suspending under threads. ThreadSanitizer runs these too.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <gtest/gtest.h>
 
 #include "core/infer/model_table.hpp"

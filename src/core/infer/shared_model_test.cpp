@@ -1,4 +1,5 @@
 // Models that several users share, replace, suspend.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/infer/shared_model.hpp"
 
 #include <gtest/gtest.h>

@@ -2,6 +2,7 @@
 //
 // A model file holds "ADD WIDTH": float32 [-1, WIDTH] in and out. What the engine allows is set in
 // `rules`; what it does is counted in `seen`.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <atomic>
 #include <cstddef>

@@ -1,4 +1,5 @@
 // Shares of the cores.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/infer/thread_budget.hpp"
 
 #include <algorithm>

@@ -1,4 +1,5 @@
 // ThreadBudget: how the cores are shared among the models that this process runs.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <memory>
 #include <mutex>

@@ -1,4 +1,5 @@
 // Shares of the cores against sums by hand.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/infer/thread_budget.hpp"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,5 @@
 // A frame of zeros.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/infer/warm_up.hpp"
 
 #include <algorithm>

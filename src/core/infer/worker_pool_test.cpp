@@ -1,4 +1,5 @@
 // Jobs that the test holds back and lets go: order, bounds, drops, flushes, the end.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/infer/worker_pool.hpp"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,5 @@
 // Sessions for threads.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/infer/worker_sessions.hpp"
 
 #include <string>

@@ -1,4 +1,5 @@
 // How many models and sessions engines of each kind are asked for.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/infer/worker_sessions.hpp"
 
 #include <gtest/gtest.h>

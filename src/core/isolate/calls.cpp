@@ -1,4 +1,5 @@
 // The calls with lists in them.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/isolate/calls.hpp"
 
 namespace weir::isolate {

@@ -1,4 +1,5 @@
 // What a pipeline asks of its worker, field by field.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <cstdint>
 #include <optional>

@@ -1,4 +1,5 @@
 // Calls as they go, and where outputs find their place.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/isolate/calls.hpp"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,5 @@
 // Messages by sendmsg and recvmsg, never waiting in them.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/isolate/channel.hpp"
 
 #include <poll.h>

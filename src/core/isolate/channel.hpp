@@ -1,5 +1,6 @@
 // Channel: whole messages over a socket between two processes, with a time limit and an eye on the
 // other process.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <chrono>
 #include <span>

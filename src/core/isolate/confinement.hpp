@@ -1,4 +1,5 @@
 // What a worker process gives up before it touches a module or a model.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <cstdint>
 #include <string>

@@ -1,4 +1,5 @@
 // What a module in a worker process cannot do, and how long it lives.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <poll.h>
 #include <spawn.h>
 #include <sys/syscall.h>

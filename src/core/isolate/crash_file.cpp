@@ -1,4 +1,5 @@
 // Flexible tensors in a row: any flexible stream's reader takes them as one frame.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/isolate/crash_file.hpp"
 
 #include <fcntl.h>

@@ -1,4 +1,5 @@
 // A frame that ended a worker process, kept in a file that a pipeline can read again.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <string>
 

@@ -1,4 +1,5 @@
 // Frames in files: read back with the parser of flexible streams.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/isolate/crash_file.hpp"
 
 #include <gtest/gtest.h>

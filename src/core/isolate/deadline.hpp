@@ -1,4 +1,5 @@
 // Deadlines, and the time-outs of poll() made from them.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <algorithm>
 #include <chrono>

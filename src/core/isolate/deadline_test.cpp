@@ -1,4 +1,5 @@
 // Deadlines near, past and beyond what the clock can tell.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/isolate/deadline.hpp"
 
 #include <gtest/gtest.h>

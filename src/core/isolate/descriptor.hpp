@@ -1,4 +1,5 @@
 // Descriptor: sole owner of a file descriptor.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <unistd.h>
 

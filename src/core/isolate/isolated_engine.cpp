@@ -1,4 +1,5 @@
 // The functions of the table, and what follows the end of a process.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/isolate/isolated_engine.hpp"
 
 #include <atomic>

@@ -1,4 +1,5 @@
 // The engine that runs any engine in a process of its own.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <memory>
 #include <string>

@@ -1,4 +1,5 @@
 // A model in a process of its own does what it does in this one.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/isolate/isolated_engine.hpp"
 
 #include <sys/wait.h>

@@ -1,4 +1,5 @@
 // What tests of isolated models share: the unruly engine of tests/support behind a process.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <gtest/gtest.h>
 #include <unistd.h>

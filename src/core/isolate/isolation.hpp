@@ -1,4 +1,5 @@
 // Isolation: what a user says about a model in a worker process, and what became of it.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <poll.h>
 #include <sys/eventfd.h>

@@ -1,4 +1,5 @@
 // A ruleset that allows all but /proc and /sys, and of these what engines read.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/isolate/landlock.hpp"
 
 #include <dirent.h>

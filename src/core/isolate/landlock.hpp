@@ -1,4 +1,5 @@
 // Landlock: a process gives up files, and the right to reach other processes, without any
+// SPDX-License-Identifier: LGPL-2.1-or-later
 // privilege.
 #pragma once
 #include <string>

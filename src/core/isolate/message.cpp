@@ -1,4 +1,5 @@
 // Appending bytes.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/isolate/message.hpp"
 
 namespace weir::isolate {

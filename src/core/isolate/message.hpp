@@ -1,5 +1,6 @@
 // Messages between a pipeline and its worker process, written and read within bounds. Both ends are
 // of one build; what is read is not trusted all the same.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <cstddef>
 #include <cstdint>

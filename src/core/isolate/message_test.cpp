@@ -1,4 +1,5 @@
 // Messages within bounds: whatever comes, nothing is read beyond it.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/isolate/message.hpp"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,5 @@
 // Structs of the ABI go as they are, without their pointers; texts go behind them.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/isolate/model_facts.hpp"
 
 #include <algorithm>

@@ -1,4 +1,5 @@
 // ModelFacts: what an engine says of a model, as values that go from process to process.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <memory>
 #include <string>

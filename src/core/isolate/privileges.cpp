@@ -1,4 +1,5 @@
 // By unshare, capset and prctl; libcap is not needed for that.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/isolate/privileges.hpp"
 
 #include <fcntl.h>

@@ -1,4 +1,5 @@
 // Namespaces and capabilities: what a worker process has of the rights of its user.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <string>
 

@@ -1,5 +1,6 @@
 // What a module in a worker process reaches: it makes the calls itself. All of it is tried as the
 // user of the test, and where that is root, as another user too.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <fcntl.h>
 #include <linux/futex.h>
 #include <sched.h>

@@ -1,4 +1,5 @@
 // RestartBackoff: how long to wait before a worker process that ended is replaced.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <algorithm>
 #include <chrono>

@@ -1,4 +1,5 @@
 // Waits between workers, with times that are made up.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/isolate/restart_backoff.hpp"
 
 #include <gtest/gtest.h>

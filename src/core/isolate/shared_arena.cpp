@@ -1,4 +1,5 @@
 // Blocks by size and by address.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/isolate/shared_arena.hpp"
 
 #include <algorithm>

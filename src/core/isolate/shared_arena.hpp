@@ -1,4 +1,5 @@
 // SharedArena: memory for frames that worker processes read where it lies.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <map>
 #include <memory>

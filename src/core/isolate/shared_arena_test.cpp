@@ -1,4 +1,5 @@
 // Memory that two processes see: its seals, its places, its way back.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/isolate/shared_arena.hpp"
 
 #include <gtest/gtest.h>

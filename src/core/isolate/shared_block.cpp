@@ -1,4 +1,5 @@
 // Shared memory by memfd, sealed.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/isolate/shared_block.hpp"
 
 #include <fcntl.h>

@@ -1,4 +1,5 @@
 // SharedBlock: memory of this process that a worker process sees too.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <cstddef>
 #include <cstdint>

@@ -1,4 +1,5 @@
 // The thread that starts and buries workers.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/isolate/supervisor.hpp"
 
 #include <poll.h>

@@ -1,4 +1,5 @@
 // Supervisor: keeps one worker at hand, and replaces it when it ended.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <condition_variable>
 #include <memory>

@@ -1,4 +1,5 @@
 // From rules to BPF: one comparison for each call, then its rules in their order.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/isolate/system_call_filter.hpp"
 
 #include <linux/audit.h>

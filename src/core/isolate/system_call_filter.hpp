@@ -1,4 +1,5 @@
 // The seccomp filter of a worker process: rules for system calls as a program of classic BPF.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <linux/filter.h>
 

@@ -1,4 +1,5 @@
 // The filter as the kernel runs it: programs of BPF, interpreted.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/isolate/system_call_filter.hpp"
 
 #include <fcntl.h>

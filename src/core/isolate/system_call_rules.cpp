@@ -1,4 +1,5 @@
 // The table: first the calls that are allowed whatever their arguments, then those that depend on
+// SPDX-License-Identifier: LGPL-2.1-or-later
 // them.
 #include "core/isolate/system_call_rules.hpp"
 

@@ -1,4 +1,5 @@
 // What a worker process may ask of the kernel, as data.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <sys/types.h>
 

@@ -3,6 +3,7 @@
 // To sleep and to be woken from another core takes up to 60 us on a virtual machine. Where answers
 // come sooner than kMost, as they did of late, who waits looks for one for twice their time; where
 // they take longer, the wake-up is little of it, and the core is left to others at once.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <algorithm>
 #include <chrono>

@@ -1,4 +1,5 @@
 // How long an answer is looked for, from given waits: no clock.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/isolate/usual_wait.hpp"
 
 #include <gtest/gtest.h>

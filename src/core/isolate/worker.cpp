@@ -1,4 +1,5 @@
 // The life of a worker, and the calls that carry no tensors.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/isolate/worker.hpp"
 
 #include <algorithm>

@@ -1,4 +1,5 @@
 // Worker: one process with one opened model and one session of it.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <chrono>
 #include <memory>

@@ -1,4 +1,5 @@
 // Workers that end, hang or lie: the words, the counts, and what the policies make of it.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <signal.h>
 #include <sys/wait.h>
 

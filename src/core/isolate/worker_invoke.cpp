@@ -1,4 +1,5 @@
 // One frame through a worker: tensors through shared memory, everything else by message.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <algorithm>
 #include <cstring>
 

@@ -1,5 +1,6 @@
 // Started by posix_spawn, which is safe beside other threads; watched and waited for through a
 // pidfd, so that no signal handler is needed and nobody else's children are touched.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/isolate/worker_process.hpp"
 #include "machine/environment.hpp"
 

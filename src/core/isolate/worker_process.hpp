@@ -1,4 +1,5 @@
 // WorkerProcess: a process of the program weir-worker, from its start to its burial.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <sys/types.h>
 

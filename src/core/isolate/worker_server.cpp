@@ -1,4 +1,5 @@
 // Answers by calling the engine.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/isolate/worker_server.hpp"
 
 #include <algorithm>

@@ -1,4 +1,5 @@
 // The worker's side of the conversation: one model, one session, one question at a time.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <map>
 #include <memory>

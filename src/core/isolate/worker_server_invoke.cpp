@@ -1,4 +1,5 @@
 // A frame from shared memory through the engine and back.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <algorithm>
 #include <cstring>
 

@@ -1,4 +1,5 @@
 // Names and sums of the ledger.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/ledger/ledger.hpp"
 
 #include <numeric>

@@ -1,6 +1,7 @@
 // Ledger: where every frame of an element went.
 //
 // Law: received = consumed + dropped (all reasons) + held. Checked at EOS and after FLUSH.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <array>
 #include <cstdint>

@@ -1,4 +1,5 @@
 // The ledger's law: what came in went somewhere.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/ledger/ledger.hpp"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,5 @@
 // The check and its error.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/limit/buffer_limit.hpp"
 
 #include <algorithm>

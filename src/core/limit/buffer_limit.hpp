@@ -1,4 +1,5 @@
 // BufferLimit: how large an output buffer of an element may be; the property max-buffer-size.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <atomic>
 #include <cstdint>

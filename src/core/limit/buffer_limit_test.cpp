@@ -1,4 +1,5 @@
 // The limit on output buffers and its error text.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/limit/buffer_limit.hpp"
 
 #include <gtest/gtest.h>

@@ -6,6 +6,7 @@
 // interrupt(), a move to another slot. Who waits where the other side has nobody is told so, once a
 // slot. Frames are moved, never copied; none is destroyed, and nobody told anything, under the
 // lock.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <chrono>
 #include <condition_variable>

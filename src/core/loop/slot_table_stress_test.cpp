@@ -1,5 +1,6 @@
 // Slots under threads: nothing is lost or doubled, and no order of events leaves a waiter behind.
 // ThreadSanitizer runs these too.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <gtest/gtest.h>
 
 #include <atomic>

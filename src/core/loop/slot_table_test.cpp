@@ -1,4 +1,5 @@
 // What ends a wait at a slot, what is handed over, and when a slot comes and goes.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/loop/slot_table.hpp"
 
 #include <gtest/gtest.h>

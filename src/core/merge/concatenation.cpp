@@ -1,5 +1,6 @@
 // Rows of all inputs, interleaved by shuffles where they are short, else in tiles that stay in the
 // first cache, or past the caches where both blocks and tensor are large.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/merge/concatenation.hpp"
 
 #include <algorithm>

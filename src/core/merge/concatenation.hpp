@@ -1,4 +1,5 @@
 // Concatenation: several tensors become one along a dimension.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <cstddef>
 #include <span>

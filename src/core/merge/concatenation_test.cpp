@@ -1,4 +1,5 @@
 // Concatenation against an element-wise model, for random shapes, ranks, types and pads.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/merge/concatenation.hpp"
 
 #include <gtest/gtest.h>

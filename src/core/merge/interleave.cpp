@@ -1,4 +1,5 @@
 // A vector of each input is spread to the places of its blocks, and what is spread goes together.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/merge/interleave.hpp"
 
 #include <algorithm>

@@ -1,4 +1,5 @@
 // Rows of a few bytes: a block of each input, one behind the other.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <cstddef>
 #include <span>

@@ -1,4 +1,5 @@
 // Interleaved rows against a plain loop, on every target of this CPU.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/merge/interleave.hpp"
 
 #include <gtest/gtest.h>

@@ -1,5 +1,6 @@
 // What a runner allocates for frames, with every allocation of this program counted. Not with
 // sanitizers, which have such operators of their own.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <gtest/gtest.h>
 
 #include <atomic>

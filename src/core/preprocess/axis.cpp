@@ -1,4 +1,5 @@
 // The weights of nearest, bilinear and area.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/preprocess/axis.hpp"
 
 #include <algorithm>

@@ -1,4 +1,5 @@
 // Axis: for each target pixel of one axis, the samples it is made of and their weights.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <cstdint>
 #include <optional>

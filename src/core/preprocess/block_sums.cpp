@@ -1,4 +1,5 @@
 // Which rows are added up, and where the sums are.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/preprocess/block_sums.hpp"
 
 #include <algorithm>

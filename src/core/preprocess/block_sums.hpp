@@ -1,5 +1,6 @@
 // BlockSums: the samples of a plane added up in blocks, for all layers of a pyramid that are made
 // of whole blocks.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <array>
 #include <cstddef>

@@ -1,4 +1,5 @@
 // Sums of blocks against plain loops.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/preprocess/block_sums.hpp"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,5 @@
 // Numbers to boxes.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/preprocess/boxes.hpp"
 
 #include <algorithm>

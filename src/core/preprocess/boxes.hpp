@@ -1,4 +1,5 @@
 // Boxes: the regions of a picture as a tensor names them.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <cstddef>
 #include <cstdint>

@@ -1,4 +1,5 @@
 // The numbers of resizing against OpenCV's resize(), which preparation.hpp names.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <gtest/gtest.h>
 
 #include <opencv2/core.hpp>

@@ -1,4 +1,5 @@
 // Where the pairs lie.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/preprocess/pair_columns.hpp"
 
 #include <algorithm>

@@ -1,4 +1,5 @@
 // PairColumns: the columns of a resize that makes each pixel of two samples of a row.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <cstdint>
 #include <vector>

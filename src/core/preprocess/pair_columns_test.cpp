@@ -1,4 +1,5 @@
 // Pairs taken out of rows and blended, against the same arithmetic one number at a time.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/preprocess/pair_columns.hpp"
 
 #include <gtest/gtest.h>

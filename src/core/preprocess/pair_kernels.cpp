@@ -1,5 +1,6 @@
 // One source for all vector widths: compiled once per CPU target. 16 bits: 128 times a byte, and
 // its differences, fit and are rounded to 1/128 of a step of 255.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/preprocess/pair_kernels.hpp"
 
 #include <bit>

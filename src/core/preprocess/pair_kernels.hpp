@@ -1,4 +1,5 @@
 // The loops over one row where a target pixel is made of two rows and two samples of each.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <cstddef>
 #include <cstdint>

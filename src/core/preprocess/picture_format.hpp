@@ -1,4 +1,5 @@
 // PictureFormat: where the samples of a pixel lie in the memory of a decoded picture.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <array>
 #include <cstdint>

@@ -1,4 +1,5 @@
 // Stretch, letterbox and centred crop.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/preprocess/placement.hpp"
 
 #include <algorithm>

@@ -1,4 +1,5 @@
 // Placement: which part of a picture goes to which part of a tensor, and the way back.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include "core/preprocess/axis.hpp"
 #include "core/preprocess/preparation.hpp"

@@ -1,4 +1,5 @@
 // Where pictures go in tensors, and back.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/preprocess/placement.hpp"
 
 #include <gtest/gtest.h>

@@ -3,6 +3,7 @@
 //   auto plan = preprocess::Plan::make(preparation);
 //   auto workspace = plan->workspace();
 //   plan->run(planes, tensor_bytes, &workspace);
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <array>
 #include <cstddef>

@@ -1,4 +1,5 @@
 // Plans that are made of sums of blocks against the formulas, and against themselves among others.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <gtest/gtest.h>
 
 #include <random>

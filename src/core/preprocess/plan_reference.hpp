@@ -1,5 +1,6 @@
 // For tests: pictures of random bytes, and the formulas of preparation.hpp in double precision, one
 // number at a time.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,5 @@
 // Regions that stick out of the picture: padding outside, the same numbers inside.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <gtest/gtest.h>
 
 #include <cstring>

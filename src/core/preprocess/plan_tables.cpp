@@ -1,4 +1,5 @@
 // The tables of a plan.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/preprocess/plan_tables.hpp"
 
 #include <algorithm>

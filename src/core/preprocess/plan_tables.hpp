@@ -1,4 +1,5 @@
 // PlanTables: what a plan knows before the first frame.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <array>
 #include <vector>

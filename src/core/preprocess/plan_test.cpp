@@ -1,4 +1,5 @@
 // Plans against the plain formulas, and what they refuse.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/preprocess/plan.hpp"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,5 @@
 // What a preparation may say.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/preprocess/preparation.hpp"
 
 #include <algorithm>

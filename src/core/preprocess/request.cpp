@@ -1,4 +1,5 @@
 // Requests: texts, cards, and what the stream behind wants.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/preprocess/request.hpp"
 
 #include <algorithm>

@@ -1,5 +1,6 @@
 // Request: a preparation of which parts may be open, to be filled in by a model card and by the
 // tensor that is wanted behind.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <optional>
 #include <span>

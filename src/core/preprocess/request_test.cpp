@@ -1,4 +1,5 @@
 // Texts, cards and wishes become preparations.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/preprocess/request.hpp"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,5 @@
 // The loops over one row, for whatever vectors the CPU has.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <cstddef>
 #include <cstdint>

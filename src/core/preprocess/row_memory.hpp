@@ -1,4 +1,5 @@
 // RowMemory: a vector that begins where a cache line does, so that no vector of a row lies in two.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <cstddef>
 #include <new>

@@ -1,4 +1,5 @@
 // Frames over threads.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/preprocess/runner.hpp"
 
 #include <algorithm>

@@ -1,4 +1,5 @@
 // Runner: the memory and the threads that run plans.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <condition_variable>
 #include <cstdint>

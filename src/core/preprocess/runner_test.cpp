@@ -1,4 +1,5 @@
 // The same numbers from any number of threads.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/preprocess/runner.hpp"
 
 #include <gtest/gtest.h>

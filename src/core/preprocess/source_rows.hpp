@@ -1,4 +1,5 @@
 // SourceRows: the rows of a plane that a row of the tensor is made of.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <cstddef>
 #include <cstdint>

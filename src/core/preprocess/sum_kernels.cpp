@@ -1,4 +1,5 @@
 // One source for all vector widths: compiled once per CPU target. Each level is made of the one
+// SPDX-License-Identifier: LGPL-2.1-or-later
 // before it.
 #include "core/preprocess/sum_kernels.hpp"
 

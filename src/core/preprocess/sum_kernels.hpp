@@ -1,4 +1,5 @@
 // The loops over rows of sums of blocks.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <cstddef>
 #include <cstdint>

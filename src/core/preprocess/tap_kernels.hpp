@@ -1,5 +1,6 @@
 // Pixels that are sums of any number of samples: the loops over one row. padded() and kRowBlock:
 // row_kernels.hpp.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <cstddef>
 #include <cstdint>

@@ -1,5 +1,6 @@
 // Weighted samples taken out of a row, against a plain loop. All numbers are small multiples of an
 // eighth: sums of them are exact in any order.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <gtest/gtest.h>
 
 #include <algorithm>

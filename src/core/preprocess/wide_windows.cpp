@@ -1,4 +1,5 @@
 // The same arithmetic as in pair_kernels.cpp.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/preprocess/wide_windows.hpp"
 
 #include <hwy/highway.h>

@@ -1,5 +1,6 @@
 // Pairs of samples out of windows of one to four vectors of 64 bytes, where the CPU picks bytes
 // from whole vectors (AVX-512 with VBMI).
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include "core/preprocess/pair_columns.hpp"
 #include "core/preprocess/source_rows.hpp"

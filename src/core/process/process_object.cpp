@@ -1,4 +1,5 @@
 // A map of objects by name.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/process/process_object.hpp"
 
 #include <atomic>

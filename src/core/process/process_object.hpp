@@ -1,5 +1,6 @@
 // Objects of which a process has one, though it may hold several copies of this code: the library
 // libweir and GStreamer's plug-in each contain core. The plug-in takes its objects from the
+// SPDX-License-Identifier: LGPL-2.1-or-later
 // library.
 #pragma once
 #include <cstddef>

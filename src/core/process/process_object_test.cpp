@@ -1,4 +1,5 @@
 // One object of a name, wherever it is asked for.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/process/process_object.hpp"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,5 @@
 // Ticks are counted from the first frame, so that no rounding adds up (specification 6.8).
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/rate/frame_rate.hpp"
 
 #include <algorithm>

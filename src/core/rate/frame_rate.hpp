@@ -1,6 +1,7 @@
 // A stream of any rate brought to a fixed one: each tick takes the frame that is nearest in time.
 //
 // One frame is held until the one behind it is there. Times are nanoseconds.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <cstdint>
 #include <optional>

@@ -1,4 +1,5 @@
 // The rate against a plain model, tick by tick; the words of a framerate that cannot be read.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/rate/frame_rate.hpp"
 
 #include <gtest/gtest.h>

@@ -1,5 +1,6 @@
 // Whole lines of the cache go past it; what is left at both ends goes the usual way, for a line of
 // which only a part came past the caches would cost more than it saves.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/simd/streamed_copy.hpp"
 
 #include <algorithm>

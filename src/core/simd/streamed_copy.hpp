@@ -1,5 +1,6 @@
 // Copies of large blocks past the caches: a cache would read each line before it is written, and
 // give it up again before it is read.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <cstddef>
 

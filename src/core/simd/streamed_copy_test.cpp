@@ -1,4 +1,5 @@
 // Copies of every length from and to every place within a line, on every target of this CPU.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/simd/streamed_copy.hpp"
 
 #include <gtest/gtest.h>

@@ -2,6 +2,7 @@
 // run.
 //
 // Highway's library is not linked: version 1.0.3 measures the clock while it is loaded.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 // The functions are its own by name, and hidden: a process may have that library too.
 #undef HWY_SHARED_DEFINE
 #include "hwy/targets.h"

@@ -1,4 +1,5 @@
 // The targets that are found are those that Highway's own library finds.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <dlfcn.h>
 #include <gtest/gtest.h>
 

@@ -1,4 +1,5 @@
 // Grammar of index lists.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/split/pick_list.hpp"
 
 #include <string>

@@ -1,4 +1,5 @@
 // Lists of indices as users write them: which tensors of a frame, which segments of a tensor.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <cstddef>
 #include <string_view>

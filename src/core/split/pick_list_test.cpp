@@ -1,4 +1,5 @@
 // tensorpick and its like.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/split/pick_list.hpp"
 
 #include <gtest/gtest.h>

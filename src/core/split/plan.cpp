@@ -1,4 +1,5 @@
 // Where segments lie in their tensor, and gathering those that do not lie in one piece.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <algorithm>
 #include <cstring>
 #include <string>

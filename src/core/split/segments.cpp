@@ -1,4 +1,5 @@
 // The grammar of tensorseg and the way back of a segment.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/split/segments.hpp"
 
 #include <algorithm>

@@ -1,4 +1,5 @@
 // Segments: how one tensor is cut into several, in a line or along one of its dimensions.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <cstddef>
 #include <optional>

@@ -1,4 +1,5 @@
 // Cuts of a tensor against a plain walk over its elements.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/split/segments.hpp"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,5 @@
 // dlopen of what the folders have.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/subplugin/loader.hpp"
 
 #include <dlfcn.h>

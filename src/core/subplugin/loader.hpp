@@ -1,4 +1,5 @@
 // Finding and opening the files of sub-plugins for NNStreamer (specification 8.1).
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <string>
 #include <string_view>

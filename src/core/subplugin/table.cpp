@@ -1,4 +1,5 @@
 // The table, its words, and the process's one.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/subplugin/table.hpp"
 
 #include <algorithm>

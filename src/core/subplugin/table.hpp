@@ -1,6 +1,7 @@
 // What sub-plugins for NNStreamer have registered in this process: descriptors by kind and name.
 // Their layout is known to src/compat (filters, registration) and to the elements that call them;
 // core only keeps the pointers.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <map>
 #include <mutex>

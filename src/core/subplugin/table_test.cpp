@@ -1,4 +1,5 @@
 // What may be registered, and what is said of the rest.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/subplugin/table.hpp"
 
 #include <gtest/gtest.h>

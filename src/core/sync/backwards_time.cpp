@@ -1,4 +1,5 @@
 // Words for times that go backwards.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/sync/backwards_time.hpp"
 
 #include "core/text/text.hpp"

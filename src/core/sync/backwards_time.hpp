@@ -1,4 +1,5 @@
 // Time-stamps that go backwards: noticed, told, and left out where the user wants that.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <cstdint>
 #include <optional>

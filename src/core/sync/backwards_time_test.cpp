@@ -1,4 +1,5 @@
 // Which times go backwards, and what is said of them.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/sync/backwards_time.hpp"
 
 #include <gtest/gtest.h>

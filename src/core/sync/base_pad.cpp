@@ -1,4 +1,5 @@
 // basepad as a pure function.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/sync/base_pad.hpp"
 
 #include <algorithm>

@@ -9,6 +9,7 @@
 // A gap counts as a head that is at gap_end or later. A gap of the base discards what lies before
 // its end. A missing pad repeats its kept frame; without one, and when the base is missing, the
 // other heads are discarded.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include "core/sync/policy.hpp"
 

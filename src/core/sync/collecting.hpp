@@ -1,4 +1,5 @@
 // A Collector of numbers whose consumer records what it gets, for tests.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include "core/sync/collector.hpp"
 

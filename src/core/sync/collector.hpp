@@ -3,6 +3,7 @@
 // A frame is handled on the thread that brings it: offer() returns when the frame was taken as the
 // policy says, and the thread whose frame completes an output makes that output. There is no other
 // thread. Everything that waits here is woken by flush, end, removal of its pad, and stop.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <algorithm>
 #include <condition_variable>

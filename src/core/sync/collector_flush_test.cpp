@@ -1,4 +1,5 @@
 // Flushes of a collector: the first and the last pad count, and nothing is emitted in between.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/sync/collecting.hpp"
 
 namespace weir::sync {

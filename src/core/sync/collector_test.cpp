@@ -1,4 +1,5 @@
 // The collector under threads: who waits is always woken, nothing is lost uncounted.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/sync/collecting.hpp"
 
 namespace weir::sync {

@@ -1,4 +1,5 @@
 // Frames that wait behind gaps alone: for whom they wait, and that the user is told.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <gtest/gtest.h>
 
 #include <future>

@@ -1,4 +1,5 @@
 // lateness as a pure function.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/sync/lateness.hpp"
 
 #include <algorithm>

@@ -1,4 +1,5 @@
 // Newest<Item>: the newest of what one thread brings, for another that never waits for it.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <algorithm>
 #include <cstddef>

@@ -1,4 +1,5 @@
 // The newest of what comes, and how long it is good.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/sync/newest.hpp"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,5 @@
 // nosync as a pure function.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/sync/no_sync.hpp"
 
 #include "core/sync/steps.hpp"

@@ -1,4 +1,5 @@
 // Reading sync-mode and sync-option.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/sync/options.hpp"
 
 #include <array>

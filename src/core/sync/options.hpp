@@ -1,4 +1,5 @@
 // Options: which policy, as the properties sync-mode and sync-option say; and the call of it.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <optional>
 #include <string_view>

@@ -1,4 +1,5 @@
 // The words of sync-mode and sync-option, good and bad.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/sync/options.hpp"
 
 #include <gtest/gtest.h>

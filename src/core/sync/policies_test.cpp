@@ -1,4 +1,5 @@
 // Each rule of each policy, one decision at a time.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <gtest/gtest.h>
 
 #include "core/sync/options.hpp"

@@ -5,6 +5,7 @@
 //   Step B  each pad's frame for that time is found: its head, or the frame kept before.
 // A round is all or nothing: while one pad's head is too old for `current` (it is discarded, that
 // is kept), no other pad is changed.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <cstddef>
 #include <cstdint>

@@ -1,4 +1,5 @@
 // refresh as a pure function.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/sync/refresh.hpp"
 
 #include <algorithm>

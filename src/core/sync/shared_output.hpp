@@ -1,4 +1,5 @@
 // SharedOutput<Input>: several inputs, each with a thread of its own, push to one output in turn.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <algorithm>
 #include <chrono>

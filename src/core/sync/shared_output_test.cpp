@@ -1,4 +1,5 @@
 // SharedOutput under threads: one input at a time, and a closed input never waits.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/sync/shared_output.hpp"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,5 @@
 // slowest as a pure function.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/sync/slowest.hpp"
 
 #include <algorithm>

@@ -8,6 +8,7 @@
 //   3. else the head is popped, kept and used.
 // A gap counts as a head that is at gap_end or later: it never changes what is paired, only when
 // that is known. A missing pad repeats its kept frame; without one the other heads are discarded.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include "core/sync/policy.hpp"
 

@@ -1,4 +1,5 @@
 // Shared steps of the policies.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/sync/steps.hpp"
 
 #include <algorithm>

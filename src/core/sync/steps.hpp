@@ -1,4 +1,5 @@
 // Steps that several policies share.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include "core/sync/policy.hpp"
 

@@ -1,4 +1,5 @@
 // Whole random streams through the policies, against plain models of the specification.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <gtest/gtest.h>
 
 #include <random>

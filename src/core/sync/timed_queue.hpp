@@ -1,4 +1,5 @@
 // TimedQueue<Item>: finds what goes with a picture's time among what another thread brings.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <algorithm>
 #include <chrono>

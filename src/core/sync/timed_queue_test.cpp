@@ -1,4 +1,5 @@
 // What two threads hand over by its time.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/sync/timed_queue.hpp"
 
 #include <gtest/gtest.h>

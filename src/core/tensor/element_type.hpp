@@ -1,4 +1,5 @@
 // ElementType: the eleven kinds of numbers a tensor holds. The values are part of wire formats.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <cstddef>
 #include <cstdint>

@@ -1,4 +1,5 @@
 // Element types: names, sizes, and float16 against its definition.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/tensor/element_type.hpp"
 
 #include <gtest/gtest.h>

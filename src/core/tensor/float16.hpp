@@ -1,4 +1,5 @@
 // float16: IEEE 754 binary16 storage. Arithmetic happens in float.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <cstdint>
 

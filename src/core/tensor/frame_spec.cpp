@@ -1,4 +1,5 @@
 // Lists in properties and caps, and what makes two streams the same.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/tensor/frame_spec.hpp"
 
 #include <algorithm>

@@ -1,4 +1,5 @@
 // TensorSpec and FrameSpec: what one tensor is, and what each frame of a stream holds.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <cstdint>
 #include <string>

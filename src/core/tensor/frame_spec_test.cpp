@@ -1,4 +1,5 @@
 // Lists of tensors: reading, comparing, describing.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/tensor/frame_spec.hpp"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,5 @@
 // 64 elements in one step become 64 bits, of which those that are set are looked at.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/tensor/nonzero.hpp"
 
 #include <algorithm>

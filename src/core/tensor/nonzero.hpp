@@ -1,4 +1,5 @@
 // The elements of a dense tensor that are not zero: how many, and their values with their indices.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <cstddef>
 #include <cstdint>

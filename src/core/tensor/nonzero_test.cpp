@@ -1,4 +1,5 @@
 // Elements that are not zero, found on every target of this CPU as by a plain loop.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/tensor/nonzero.hpp"
 
 #include <gtest/gtest.h>

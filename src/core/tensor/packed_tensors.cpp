@@ -1,4 +1,5 @@
 // The packed last memory of frames with more than 16 tensors (specification 1.6).
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/tensor/packed_tensors.hpp"
 
 #include <algorithm>

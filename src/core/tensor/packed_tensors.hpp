@@ -1,4 +1,5 @@
 // More than 16 tensors: tensors from index 15 on share the last memory behind an "extra" header.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <cstddef>
 #include <span>

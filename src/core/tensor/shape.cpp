@@ -1,4 +1,5 @@
 // The dimension grammar and its equality (specification 1.4).
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/tensor/shape.hpp"
 
 #include <algorithm>

@@ -1,4 +1,5 @@
 // Shape: the dimensions of a tensor, innermost (fastest varying) first as in caps and headers.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <array>
 #include <cstdint>

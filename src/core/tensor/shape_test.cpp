@@ -1,4 +1,5 @@
 // The dimension grammar, its equality and its limits (specification 1.4).
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/tensor/shape.hpp"
 
 #include <gtest/gtest.h>

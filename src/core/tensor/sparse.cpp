@@ -1,4 +1,5 @@
 // Dense <-> sparse (specification 1.8).
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/tensor/sparse.hpp"
 
 #include <cstring>

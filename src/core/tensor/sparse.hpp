@@ -1,4 +1,5 @@
 // Sparse tensors: header, nnz values in index order, nnz flat u32 indices.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <cstddef>
 #include <span>

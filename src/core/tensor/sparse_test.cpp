@@ -1,4 +1,5 @@
 // Dense <-> sparse against a plain reading of the layout, and headers that lie.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/tensor/sparse.hpp"
 
 #include <gtest/gtest.h>

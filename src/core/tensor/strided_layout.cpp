@@ -1,4 +1,5 @@
 // Reach and runs of a strided tensor.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/tensor/strided_layout.hpp"
 
 namespace weir {

@@ -1,5 +1,6 @@
 // StridedLayout: a tensor that lies in memory with gaps: the rows of a padded picture, a region cut
 // out of it, a part along one dimension.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <array>
 #include <cstddef>

@@ -1,4 +1,5 @@
 // Strided tensors: how far they reach, and their runs in the order of the elements.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/tensor/strided_layout.hpp"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,5 @@
 // The 128-byte header (specification 1.7).
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/tensor/tensor_header.hpp"
 
 #include <algorithm>

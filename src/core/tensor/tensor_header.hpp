@@ -1,4 +1,5 @@
 // The 128-byte header in front of each flexible or sparse tensor, read by one bounded parser.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <cstddef>
 #include <cstdint>

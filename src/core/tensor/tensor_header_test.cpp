@@ -1,4 +1,5 @@
 // Headers against bytes laid out by hand from the specification, and headers that lie.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/tensor/tensor_header.hpp"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,5 @@
 // Words to choose from.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/text/choice.hpp"
 
 #include "core/text/text.hpp"

@@ -1,4 +1,5 @@
 // A word that is none of those there are, as an error.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <span>
 #include <string>

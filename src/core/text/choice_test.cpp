@@ -1,4 +1,5 @@
 // Words that are none of those there are.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/text/choice.hpp"
 
 #include <gtest/gtest.h>

@@ -1,5 +1,6 @@
 // Tokens as GStreamer's lexer cuts them: the longest match wins. What no rule takes is skipped, so
 // a name behind it counts as an element.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/text/launch_elements.hpp"
 
 #include <algorithm>

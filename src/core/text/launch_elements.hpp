@@ -1,4 +1,5 @@
 // What the description of a pipeline, as gst-launch-1.0 takes it, may make elements of.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <string>
 #include <string_view>

@@ -1,4 +1,5 @@
 // Names that a description makes elements of, checked against what gst_parse_launch 1.22 makes.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/text/launch_elements.hpp"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,5 @@
 // Quotes for the shell, and for GStreamer's pipeline descriptions within it.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/text/pasted.hpp"
 
 namespace weir {

@@ -1,4 +1,5 @@
 // Words of command lines that users paste into a shell.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <string>
 #include <string_view>

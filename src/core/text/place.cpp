@@ -1,4 +1,5 @@
 // Long texts are cut around the place, between characters.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/text/place.hpp"
 
 #include <algorithm>

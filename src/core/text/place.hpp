@@ -1,4 +1,5 @@
 // place_in: where in a text something is wrong, as the "first difference" of an Error.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <cstddef>
 #include <string>

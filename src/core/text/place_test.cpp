@@ -1,4 +1,5 @@
 // The place of an error in texts that are short, long, of several lines, not ASCII.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/text/place.hpp"
 
 #include <gtest/gtest.h>

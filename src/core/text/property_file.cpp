@@ -1,4 +1,5 @@
 // Lines of key=value.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/text/property_file.hpp"
 
 #include "core/text/text.hpp"

@@ -1,4 +1,5 @@
 // Property files: lines of key=value, as the property config-file names one.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <string_view>
 #include <utility>

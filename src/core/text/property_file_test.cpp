@@ -1,4 +1,5 @@
 // Property files: what counts as a line.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/text/property_file.hpp"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,5 @@
 // Small text helpers for the grammars of properties, and for messages. Locale plays no part.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <cstddef>
 #include <cstdint>

@@ -1,4 +1,5 @@
 // deadline_after: a point in time that stays in range however long the delay is.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <chrono>
 

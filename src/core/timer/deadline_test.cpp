@@ -1,4 +1,5 @@
 // Deadlines near and beyond the end of the clock.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/timer/deadline.hpp"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,5 @@
 // A timer that is started for the rest of the time rather than at each touch.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/timer/idle_watch.hpp"
 
 #include <utility>

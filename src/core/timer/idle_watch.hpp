@@ -1,4 +1,5 @@
 // IdleWatch: tells when nothing has happened for a while.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <atomic>
 #include <chrono>

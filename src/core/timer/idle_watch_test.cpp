@@ -1,4 +1,5 @@
 // When nothing happens.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/timer/idle_watch.hpp"
 
 #include "core/timer/timer_test_support.hpp"

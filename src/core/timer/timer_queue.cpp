@@ -1,4 +1,5 @@
 // One thread that sleeps until the next timer.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/timer/timer_queue.hpp"
 
 #include <algorithm>

@@ -4,6 +4,7 @@
 //   timer.start(std::chrono::milliseconds(500));
 //
 // The clock is given, so that tests move it by hand and call run_due().
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <chrono>
 #include <condition_variable>

@@ -1,4 +1,5 @@
 // Timers with a clock that the test moves, and the thread of the process.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/timer/timer_queue.hpp"
 
 #include <future>

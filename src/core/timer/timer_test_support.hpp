@@ -1,4 +1,5 @@
 // For tests: a queue of timers with a clock that the test moves.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <gtest/gtest.h>
 

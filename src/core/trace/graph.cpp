@@ -1,4 +1,5 @@
 // Addresses, when they were whose, and the ways between elements.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/trace/graph.hpp"
 
 #include <algorithm>

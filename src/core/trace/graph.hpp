@@ -1,5 +1,6 @@
 // Graph: the elements, pads and links that a tracer saw, and when, so that addresses in records
 // become names. Addresses are only compared, never followed.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <cstddef>
 #include <cstdint>

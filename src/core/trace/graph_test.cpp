@@ -1,4 +1,5 @@
 // Names behind addresses that come again, links over time, ghost pads.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/trace/graph.hpp"
 
 #include <gtest/gtest.h>

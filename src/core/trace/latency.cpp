@@ -1,4 +1,5 @@
 // Frames found again by their time-stamps.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/trace/latency.hpp"
 
 #include <algorithm>

@@ -1,4 +1,5 @@
 // Latency: from when a source pushed a frame to when one of the same time-stamp came to a sink.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <cstdint>
 #include <map>

@@ -1,4 +1,5 @@
 // Latency against values worked out by hand.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/trace/latency.hpp"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,5 @@
 // Columns by the longest way from a beginning; rows by the mean of what leads there.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/trace/layout.hpp"
 
 #include <algorithm>

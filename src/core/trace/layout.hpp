@@ -1,4 +1,5 @@
 // Layout: places boxes of a graph in columns from left to right, and routes for its arrows.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <cstddef>
 #include <utility>

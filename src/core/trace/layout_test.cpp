@@ -1,4 +1,5 @@
 // Boxes that do not overlap, arrows that lead to the right.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/trace/layout.hpp"
 
 #include <gtest/gtest.h>

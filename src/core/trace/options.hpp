@@ -1,4 +1,5 @@
 // Options: what stands in the brackets of GST_TRACERS="weir(...)".
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <cstddef>
 #include <string>

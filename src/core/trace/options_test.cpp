@@ -1,4 +1,5 @@
 // The brackets of GST_TRACERS="weir(...)".
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/trace/options.hpp"
 
 #include <gtest/gtest.h>

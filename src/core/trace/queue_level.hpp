@@ -1,4 +1,5 @@
 // QueueLevel: how many frames stood in a queue, from what went in, what left, and samples of it.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <cstddef>
 #include <cstdint>

@@ -1,4 +1,5 @@
 // Levels from what came and left, and how samples set them right.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/trace/queue_level.hpp"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,5 @@
 // Record: what a tracer notes of one moment. Fixed size, no text of its own, no ownership.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <cstdint>
 

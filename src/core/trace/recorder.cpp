@@ -1,4 +1,5 @@
 // Chunks of records behind each other, and the threads they belong to.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/trace/recorder.hpp"
 
 #include <pthread.h>

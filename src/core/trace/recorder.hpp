@@ -1,4 +1,5 @@
 // Recorder: a log of records for each thread. Writing takes no lock and copies 32 bytes.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <array>
 #include <atomic>

@@ -1,4 +1,5 @@
 // Logs of threads: complete, in order, bounded, readable while they are written.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/trace/recorder.hpp"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,5 @@
 // A stack for each thread.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/trace/spans.hpp"
 
 #include <algorithm>

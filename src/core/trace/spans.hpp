@@ -1,4 +1,5 @@
 // Spans: beginnings and ends of one thread paired, with the time of each that is its own.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <functional>
 #include <string>

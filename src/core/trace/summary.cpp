@@ -1,4 +1,5 @@
 // One pass over the spans of all threads.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/trace/summary.hpp"
 
 #include <algorithm>

@@ -1,4 +1,5 @@
 // Summary: what the records of a run come to.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <string>
 #include <vector>

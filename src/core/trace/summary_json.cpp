@@ -1,4 +1,5 @@
 // A Summary as JSON.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <nlohmann/json.hpp>
 
 #include "core/trace/summary.hpp"

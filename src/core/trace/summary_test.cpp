@@ -1,4 +1,5 @@
 // Sums of hand-made records against values worked out by hand.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/trace/summary.hpp"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,5 @@
 // One JSON object a line.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/trace/trace_events.hpp"
 
 #include <unistd.h>

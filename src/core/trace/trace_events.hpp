@@ -1,5 +1,6 @@
 // Writes a trace in the Trace Event Format, which Perfetto (ui.perfetto.dev) and Chrome's
 // about:tracing read.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <ostream>
 

@@ -1,4 +1,5 @@
 // The Trace Event Format, read back.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/trace/trace_events.hpp"
 
 #include <gtest/gtest.h>

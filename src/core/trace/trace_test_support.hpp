@@ -1,4 +1,5 @@
 // Records and graphs made by hand.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <string>
 

@@ -1,4 +1,5 @@
 // mode=arithmetic: its grammar, and what it means for types.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/transform/arithmetic.hpp"
 
 #include "core/text/text.hpp"

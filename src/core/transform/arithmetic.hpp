@@ -1,4 +1,5 @@
 // mode=arithmetic: [typecast:TYPE,][per-channel:(false|true@DIM),]OP:NUMBER[@CH],...
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include "core/transform/kernel.hpp"
 

@@ -1,4 +1,5 @@
 // The grammar of the arithmetic option, and what it means for types.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/transform/transform.hpp"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,5 @@
 // What AVX-512 has for bytes since VBMI and VNNI: sums of squares, pixels of three bytes.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/transform/avx512_bytes.hpp"
 
 #include <atomic>

@@ -2,6 +2,7 @@
 // products of bytes. Highway 1.0 has a target for both, but compiles it with instructions
 // (AVX-VNNI) that not all of these CPUs know. Callers are within the target AVX3 and ask
 // has_avx512_bytes().
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <cstddef>
 #include <cstdint>

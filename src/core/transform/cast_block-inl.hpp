@@ -1,6 +1,7 @@
 // cast_block: kChainBlock elements change their type. Included once per CPU target, inside
 // Highway's foreach_target; the loops have constant lengths and no branches, so compilers vectorise
 // them for each.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #if defined(WEIR_CAST_BLOCK_INL) == defined(HWY_TARGET_TOGGLE)
 #ifdef WEIR_CAST_BLOCK_INL
 #undef WEIR_CAST_BLOCK_INL

@@ -1,4 +1,5 @@
 // The element-wise chain: the plain scalar kernel, and the choice of how channels are walked.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/transform/chain.hpp"
 
 #include <algorithm>

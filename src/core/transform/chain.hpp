@@ -1,4 +1,5 @@
 // The element-wise chain: a conversion and any sequence of add, mul and div, in one pass.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <cstddef>
 #include <cstdint>

@@ -1,5 +1,6 @@
 // Chains of any types: a block is converted, each column runs over it while it is in the L1 cache.
 // The loops have constant lengths and no branches: the compiler vectorises them for each target.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <algorithm>
 #include <cstring>
 

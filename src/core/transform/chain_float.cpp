@@ -1,5 +1,6 @@
 // Chains to float32 from small integers and floats: load, convert, all columns, store, with nothing
 // but registers between.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <algorithm>
 #include <cstring>
 #include <numeric>

@@ -1,4 +1,5 @@
 // Builds the columns of a chain, and finds divisions that a multiplication does exactly.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/transform/chain_program.hpp"
 
 #include <algorithm>

@@ -1,4 +1,5 @@
 // ChainProgram: a chain's steps laid out for vectors, as columns of operands.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <cstddef>
 #include <cstdint>

@@ -1,4 +1,5 @@
 // Arithmetic: results against the rules written a second time, on each target and without.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <cinttypes>
 
 #include "core/transform/transform_test_support.hpp"

@@ -1,4 +1,5 @@
 // mode=clamp: its grammar, and its limits in each element type.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/transform/clamp.hpp"
 
 #include <algorithm>

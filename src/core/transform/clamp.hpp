@@ -1,4 +1,5 @@
 // mode=clamp: MIN:MAX limits every element to a range.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include "core/transform/kernel.hpp"
 

@@ -1,5 +1,6 @@
 // Clamps block by block; the loop has a constant length, so the compiler vectorises it for each
 // target.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <algorithm>
 #include <cstring>
 

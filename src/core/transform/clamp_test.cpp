@@ -1,4 +1,5 @@
 // mode=clamp: grammar, and every type against comparisons in long double, which holds all of them.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/transform/transform_test_support.hpp"
 
 #include "says.hpp"

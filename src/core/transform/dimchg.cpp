@@ -1,4 +1,5 @@
 // mode=dimchg: its grammar, and the transposition that it is.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/transform/dimchg.hpp"
 
 #include <algorithm>

@@ -1,4 +1,5 @@
 // mode=dimchg: FROM:TO moves one dimension to another place. A transposition with another name.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include "core/transform/kernel.hpp"
 

@@ -1,4 +1,5 @@
 // mode=dimchg: grammar, shapes, and data as NumPy's moveaxis gives them.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/transform/transform_test_support.hpp"
 
 #include "says.hpp"

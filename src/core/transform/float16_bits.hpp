@@ -1,5 +1,6 @@
 // float16 <-> float32 without branches, for loops that compilers vectorise. The same bits as
 // weir::float16 gives; a test holds the two together.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <bit>
 #include <cstdint>

@@ -1,4 +1,5 @@
 // Two kernels one after the other, block by block: what lies between them stays in the L1 cache.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include "core/transform/kernel.hpp"
 

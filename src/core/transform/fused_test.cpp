@@ -1,4 +1,5 @@
 // Two plans in one pass: the same bits as one after the other, or no fusion.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/transform/transform_test_support.hpp"
 
 namespace weir::transform {

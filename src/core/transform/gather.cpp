@@ -1,4 +1,5 @@
 // Runs together, or through a kernel run by run.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/transform/gather.hpp"
 
 #include <algorithm>

@@ -1,4 +1,5 @@
 // A tensor that lies with gaps, read in the order of its elements.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include "core/tensor/strided_layout.hpp"
 #include "core/transform/fused.hpp"

@@ -1,4 +1,5 @@
 // Tensors with gaps: the same bits as when their elements are first brought together.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/transform/transform_test_support.hpp"
 
 #include "says.hpp"

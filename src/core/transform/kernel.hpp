@@ -1,4 +1,5 @@
 // Kernel: what a Plan runs. One subclass per kind of work.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <cstddef>
 #include <span>

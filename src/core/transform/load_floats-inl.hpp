@@ -1,5 +1,6 @@
 // load_floats: a vector of floats from as many elements of another type; store_floats: past the
 // caches or into them. Included once per CPU target, inside Highway's foreach_target.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #if defined(WEIR_LOAD_FLOATS_INL) == defined(HWY_TARGET_TOGGLE)
 #ifdef WEIR_LOAD_FLOATS_INL
 #undef WEIR_LOAD_FLOATS_INL

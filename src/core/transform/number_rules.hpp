@@ -1,6 +1,7 @@
 // The number rules of the transform: how an element changes its type, and add, mul and div.
 // Specification 3, "Number conversion" as decided. Written without branches that depend on data,
 // so that compilers vectorise loops over them.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <concepts>
 #include <cstdint>

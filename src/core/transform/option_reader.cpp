@@ -1,4 +1,5 @@
 // Cursor over an option text.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/transform/option_reader.hpp"
 
 #include <algorithm>

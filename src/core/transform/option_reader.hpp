@@ -1,4 +1,5 @@
 // OptionReader: a cursor over an option text whose errors point at the place.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <optional>
 #include <string>

@@ -1,4 +1,5 @@
 // mode=padding: its grammar, shapes and kernel.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/transform/padding.hpp"
 
 #include <algorithm>

@@ -1,4 +1,5 @@
 // mode=padding: zeros around the three innermost dimensions.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include "core/transform/kernel.hpp"
 

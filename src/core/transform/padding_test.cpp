@@ -1,4 +1,5 @@
 // mode=padding: grammar, shapes, and data against plain index loops.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/transform/transform_test_support.hpp"
 
 #include "says.hpp"

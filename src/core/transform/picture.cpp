@@ -1,4 +1,5 @@
 // The map behind each operation.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/transform/picture.hpp"
 
 namespace weir::transform {

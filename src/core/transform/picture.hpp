@@ -1,4 +1,5 @@
 // What a transform does to the way back into the picture.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include "core/transform/transform.hpp"
 #include "weir/picture_map.hpp"

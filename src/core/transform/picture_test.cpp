@@ -1,4 +1,5 @@
 // The way back into the picture, through cuts, scales and transforms.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/transform/picture.hpp"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,5 @@
 // mode=stand: its grammar, and how a tensor is cut into strips.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/transform/stand.hpp"
 
 #include "core/transform/chain_program.hpp"

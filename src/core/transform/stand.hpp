@@ -1,5 +1,6 @@
 // mode=stand: (default|dc-average)[:TYPE][,per-channel:(true|false)] standardises a tensor by its
 // own mean and deviation.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include "core/transform/kernel.hpp"
 

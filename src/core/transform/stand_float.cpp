@@ -1,4 +1,5 @@
 // |x - mean| / deviation, or x - mean, in float32: load, convert, three or four operations, store.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <algorithm>
 #include <cmath>
 #include <cstring>

@@ -1,4 +1,5 @@
 // Mean and deviation of each of a few channels, and the passes that use them.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <cstddef>
 

@@ -1,4 +1,5 @@
 // A table of bytes with few steps, as a sum of comparisons.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/transform/stand_table.hpp"
 
 #undef HWY_TARGET_INCLUDE

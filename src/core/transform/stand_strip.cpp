@@ -1,5 +1,6 @@
 // Mean, deviation and result of a strip of any types, block by block in the L1 cache: one pass over
 // memory each.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <algorithm>
 #include <cmath>
 #include <cstring>

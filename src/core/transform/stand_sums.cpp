@@ -1,6 +1,7 @@
 // Mean and deviation of a few channels in one pass over memory. A row is a vector for each channel:
 // its positions are of the same channels in every row. Phase by phase, the vectors of a block of
 // rows, which stays in the cache, are added up in registers.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <algorithm>
 #include <cmath>
 #include <cstring>

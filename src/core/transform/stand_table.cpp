@@ -1,4 +1,5 @@
 // The table: one column of 256 results for each channel.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/transform/stand_table.hpp"
 
 #include <cmath>

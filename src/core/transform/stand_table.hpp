@@ -1,4 +1,5 @@
 // Standardises elements of 8 bits by a table of the 256 results.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <cstdint>
 

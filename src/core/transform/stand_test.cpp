@@ -1,4 +1,5 @@
 // mode=stand: grammar, and results against the specification's running average, element by element.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/transform/transform_test_support.hpp"
 
 #include "says.hpp"

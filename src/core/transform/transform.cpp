@@ -1,4 +1,5 @@
 // The front of the transform: each call goes to the operation's own file.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/transform/transform.hpp"
 
 #include <algorithm>

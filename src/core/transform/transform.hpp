@@ -5,6 +5,7 @@
 //   plan->apply(input_bytes, output_bytes);
 //
 // Grammars and number rules: docs/elements/tensor_transform.md. Dimensions are innermost-first.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <array>
 #include <cstddef>

@@ -1,4 +1,5 @@
 // The front of the transform: modes, negotiation, and float16 without branches.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/transform/transform.hpp"
 
 #include <gtest/gtest.h>

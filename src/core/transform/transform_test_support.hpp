@@ -1,5 +1,6 @@
 // For the tests of the transform: typed runs of a plan, each SIMD target, and the number rules
 // written a second time, over 128-bit integers, as the specification's table reads.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <gtest/gtest.h>
 #include <hwy/highway.h>

@@ -1,4 +1,5 @@
 // mode=transpose: D0:D1:D2:3, or a permutation of five and more indices.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include "core/transform/kernel.hpp"
 

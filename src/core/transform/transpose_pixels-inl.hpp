@@ -1,5 +1,6 @@
 // Planes of elements that are no vector lanes, such as a pixel of three bytes. Included once per
 // CPU target, inside Highway's foreach_target.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #if defined(WEIR_TRANSPOSE_PIXELS_INL) == defined(HWY_TARGET_TOGGLE)
 #ifdef WEIR_TRANSPOSE_PIXELS_INL
 #undef WEIR_TRANSPOSE_PIXELS_INL

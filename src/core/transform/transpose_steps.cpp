@@ -1,4 +1,5 @@
 // Takes a transposition apart, and runs it plainly.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/transform/transpose_steps.hpp"
 
 #include <algorithm>

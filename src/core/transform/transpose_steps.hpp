@@ -1,5 +1,6 @@
 // A transposition taken apart: axes that move together are one, and what stays contiguous is the
 // element.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <array>
 #include <cstddef>

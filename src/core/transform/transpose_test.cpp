@@ -1,4 +1,5 @@
 // Transpose: grammar, shapes, and data against plain index loops.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <algorithm>
 #include <numeric>
 

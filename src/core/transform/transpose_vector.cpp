@@ -1,4 +1,5 @@
 // Fast transpositions: channel (de)interleaving, and square tiles in registers.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <algorithm>
 #include <cstring>
 

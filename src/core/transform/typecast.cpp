@@ -1,4 +1,5 @@
 // mode=typecast.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/transform/typecast.hpp"
 
 #include <array>

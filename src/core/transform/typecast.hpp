@@ -1,4 +1,5 @@
 // mode=typecast: TYPE.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include "core/transform/kernel.hpp"
 

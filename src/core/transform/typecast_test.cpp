@@ -1,4 +1,5 @@
 // Typecast: options, all 121 pairs of types, and golden values of the rows that saturate or wrap.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/transform/transform_test_support.hpp"
 
 #include "says.hpp"

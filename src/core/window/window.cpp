@@ -1,4 +1,5 @@
 // Window arithmetic (specification 6.6).
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/window/window.hpp"
 
 #include <algorithm>

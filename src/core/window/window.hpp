@@ -1,6 +1,7 @@
 // Windows over the frames of a stream: which frames each output holds, and where their bytes lie.
 //
 // A buffer brings `in` frames of equal size, window k holds the frames [k * step, k * step + out).
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <cstddef>
 #include <cstdint>

@@ -1,4 +1,5 @@
 // Windows against plain references: coordinate by coordinate, frame by frame.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/window/window.hpp"
 
 #include <gtest/gtest.h>

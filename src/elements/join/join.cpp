@@ -1,4 +1,5 @@
 // join: several branches become one stream again; whoever delivers is the one that is heard.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <algorithm>
 #include <atomic>
 #include <chrono>

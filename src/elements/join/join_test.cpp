@@ -1,4 +1,5 @@
 // join with pads of the test: who is heard, what is sent again, what is refused, and no waiting.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <atomic>
 #include <future>
 #include <optional>

@@ -1,4 +1,5 @@
 // join at the end of its active branch, where another branch has not begun: whole pipelines.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "elements/tests/played_pipeline.hpp"
 
 namespace {

@@ -1,4 +1,5 @@
 // Overlapping windows: they share memory, each byte is moved about once, and none changes later.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <deque>
 #include <random>
 

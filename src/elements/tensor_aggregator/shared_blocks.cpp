@@ -1,4 +1,5 @@
 // Shared blocks by std::shared_ptr, whose deleter gives them back.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "elements/tensor_aggregator/shared_blocks.hpp"
 
 #include <new>

@@ -1,4 +1,5 @@
 // Blocks of memory that several buffers share, used again when the last of them is gone.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <gst/gst.h>
 

@@ -1,4 +1,5 @@
 // tensor_aggregator: windows over the frames of a stream, gathered, cut and overlapping.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <atomic>
 #include <memory>
 #include <vector>

@@ -1,4 +1,5 @@
 // tensor_aggregator in a harness: which frames each window holds, against a plain reference.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <random>
 
 #include "elements/tests/element_harness.hpp"

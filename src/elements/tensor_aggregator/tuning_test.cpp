@@ -1,4 +1,5 @@
 // tensor_aggregator whose windows change while frames flow.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "elements/tests/tuned.hpp"
 
 namespace {

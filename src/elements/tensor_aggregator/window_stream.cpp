@@ -1,4 +1,5 @@
 // Windows as shared memory where they lie dense somewhere, else each byte is moved once.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "elements/tensor_aggregator/window_stream.hpp"
 
 #include <algorithm>

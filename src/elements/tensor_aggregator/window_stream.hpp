@@ -1,4 +1,5 @@
 // WindowStream: the frames of one stream (of one client), and the windows over them as buffers.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <gst/gst.h>
 

@@ -1,4 +1,5 @@
 // A strip that has no room left begins anew with the frames of the next window.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "elements/tensor_aggregator/window_strip.hpp"
 
 #include <algorithm>

@@ -1,5 +1,6 @@
 // WindowStrip: the frames of one tensor behind each other, so that windows which overlap are parts
 // of the same memory and each byte is moved once.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <gst/gst.h>
 

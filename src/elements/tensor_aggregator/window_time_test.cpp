@@ -1,4 +1,5 @@
 // The time of windows: exact over a long stream, and what becomes of times that are missing or go
+// SPDX-License-Identifier: LGPL-2.1-or-later
 // backwards.
 #include "elements/tests/element_harness.hpp"
 

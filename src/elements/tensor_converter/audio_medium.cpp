@@ -1,4 +1,5 @@
 // Raw audio as tensors (specification 2, "audio").
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "elements/tensor_converter/audio_medium.hpp"
 
 #include <cstring>

@@ -1,4 +1,5 @@
 // AudioMedium: raw interleaved audio, shared.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include "elements/tensor_converter/medium.hpp"
 

@@ -1,4 +1,5 @@
 // tensor_converter with raw audio.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "elements/tensor_converter/converter_harness.hpp"
 
 namespace {

@@ -1,4 +1,5 @@
 // A GstAdapter with exact time.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "elements/tensor_converter/chunker.hpp"
 
 #include "gstcpp/allocation.hpp"

@@ -1,4 +1,5 @@
 // Chunker: time-stamps, and frames gathered into tensors of several frames.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <gst/base/gstadapter.h>
 

@@ -1,4 +1,5 @@
 // One chunker for each client.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "elements/tensor_converter/client_streams.hpp"
 
 namespace weir {

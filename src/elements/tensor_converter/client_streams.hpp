@@ -1,4 +1,5 @@
 // ClientStreams: the frames and the time of each client that sends through one converter.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <functional>
 

@@ -1,5 +1,6 @@
 // Frames of several clients of a query server in one stream: each has an adapter and a time of its
 // own, and what a client loses is counted.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <cstring>
 
 #include "elements/tensor_converter/converter_harness.hpp"

@@ -1,4 +1,5 @@
 // Buffers to frames of the ABI and back.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "elements/tensor_converter/converted_medium.hpp"
 
 #include <algorithm>

@@ -1,5 +1,6 @@
 // ConvertedMedium: a stream that an external converter, or a function of the process, makes into
 // tensors; each frame says its own.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <memory>
 

@@ -1,4 +1,5 @@
 // tensor_converter with an external converter: tests/support/numbers.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <cstring>
 
 #include "core/tensor/tensor_header.hpp"

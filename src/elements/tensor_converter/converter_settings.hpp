@@ -1,4 +1,5 @@
 // ConverterSettings: what the user set on a tensor_converter.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <cstdint>
 #include <string>

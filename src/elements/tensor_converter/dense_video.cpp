@@ -1,4 +1,5 @@
 // Rows without padding.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "elements/tensor_converter/dense_video.hpp"
 
 #include <algorithm>

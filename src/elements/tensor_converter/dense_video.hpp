@@ -1,4 +1,5 @@
 // DenseVideo: video frames whose rows lie without gaps, as a tensor's do.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <gst/video/video.h>
 

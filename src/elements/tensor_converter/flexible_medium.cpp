@@ -1,4 +1,5 @@
 // Flexible tensors without their headers (specification 2, "flexible tensors").
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "elements/tensor_converter/flexible_medium.hpp"
 
 #include "gstcpp/tensor_caps.hpp"

@@ -1,4 +1,5 @@
 // FlexibleMedium: flexible tensors become static ones; each frame's headers say what it is.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include "elements/tensor_converter/medium.hpp"
 #include "gstcpp/frame_reader.hpp"

@@ -1,4 +1,5 @@
 // tensor_converter with flexible tensors: headers come off, and nothing in them is believed.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <cstring>
 
 #include "core/tensor/packed_tensors.hpp"

@@ -1,4 +1,5 @@
 // The list of media.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "elements/tensor_converter/media.hpp"
 
 #include <array>

@@ -1,4 +1,5 @@
 // Which media there are: by the name of their caps, and as caps of the sink pad.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <memory>
 #include <set>

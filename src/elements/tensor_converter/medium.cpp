@@ -1,4 +1,5 @@
 // What media share.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "elements/tensor_converter/medium.hpp"
 
 #include "core/convert/gathered_tensor.hpp"

@@ -1,5 +1,6 @@
 // Medium: one kind of input stream, as tensors. Each has a class of its own; tensor_converter picks
 // it by the name of the caps and does what all share: time, chunks, headers, caps.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <gst/gst.h>
 

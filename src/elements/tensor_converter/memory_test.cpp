@@ -1,4 +1,5 @@
 // Memory: what is shared, what is pooled, and what elements tell each other of it.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <gst/video/video.h>
 
 #include <fstream>

@@ -1,4 +1,5 @@
 // Caps on both sides of tensor_converter.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "elements/tensor_converter/negotiation.hpp"
 
 #include <algorithm>

@@ -1,4 +1,5 @@
 // What tensor_converter answers to caps queries, and what it wishes from the next element.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include "elements/tensor_converter/converter_settings.hpp"
 #include "elements/tensor_converter/medium.hpp"

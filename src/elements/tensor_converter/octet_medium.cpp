@@ -1,4 +1,5 @@
 // Bytes as tensors (specification 2, "octet").
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "elements/tensor_converter/octet_medium.hpp"
 
 namespace weir {

@@ -1,5 +1,6 @@
 // OctetMedium: bytes that the user or the next element names as tensors; or, for flexible tensors,
 // one tensor of bytes for each buffer.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include "elements/tensor_converter/medium.hpp"
 

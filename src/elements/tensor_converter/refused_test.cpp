@@ -1,5 +1,6 @@
 // Formats that no tensor has: the error names them and the element that converts them, however the
 // pipeline asks for them; and what can be converted before is never led into such an error.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "elements/tensor_converter/converter_harness.hpp"
 #include "elements/tests/played_pipeline.hpp"
 

@@ -1,5 +1,6 @@
 // tensor_converter mode=custom-script: tensors, caps and frame rates that a script says. Skipped
 // where Python or NumPy is missing.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <fstream>
 
 #include "elements/tensor_converter/converter_harness.hpp"

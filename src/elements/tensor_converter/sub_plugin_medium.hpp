@@ -1,6 +1,7 @@
 // SubPluginMedium: a stream that a converter for NNStreamer makes into tensors: one that was
 // registered with registerExternalConverter, or a function of the program
 // (nnstreamer_converter_custom_register). Each frame says its own tensors.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <functional>
 #include <memory>

@@ -1,4 +1,5 @@
 // tensor_converter: what all media share. What a medium is as tensors, its own class says.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <atomic>
 #include <cstring>
 #include <memory>

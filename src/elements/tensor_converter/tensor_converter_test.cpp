@@ -1,4 +1,5 @@
 // tensor_converter in a harness: every video format, strides, chunks, bytes, errors.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <gst/video/video.h>
 
 #include "core/tensor/tensor_header.hpp"

@@ -1,4 +1,5 @@
 // Sharing and copying the payloads of tensors.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "elements/tensor_converter/tensor_memories.hpp"
 
 #include "gstcpp/memory_part.hpp"

@@ -1,4 +1,5 @@
 // The memories of an output buffer: one for each tensor.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <gst/gst.h>
 

@@ -1,4 +1,5 @@
 // Text as tensors (specification 2, "text").
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "elements/tensor_converter/text_medium.hpp"
 
 #include <algorithm>

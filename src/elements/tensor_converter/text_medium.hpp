@@ -1,4 +1,5 @@
 // TextMedium: UTF-8 text; each buffer is one frame of a size that the user gives.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include "elements/tensor_converter/medium.hpp"
 

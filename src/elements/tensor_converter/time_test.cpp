@@ -1,4 +1,5 @@
 // The time of tensors: nothing adds up over a long stream, nothing that waits is forgotten.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "elements/tensor_converter/converter_harness.hpp"
 
 namespace {

@@ -1,4 +1,5 @@
 // tensor_converter whose properties change while frames flow.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "elements/tests/tuned.hpp"
 
 namespace {

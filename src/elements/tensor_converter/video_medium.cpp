@@ -1,4 +1,5 @@
 // Raw video as tensors (specification 2, "video").
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "elements/tensor_converter/video_medium.hpp"
 
 #include "gstcpp/tensor_caps.hpp"

@@ -1,4 +1,5 @@
 // VideoMedium: raw video; rows without padding are shared, others copied.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include "elements/tensor_converter/dense_video.hpp"
 #include "elements/tensor_converter/medium.hpp"

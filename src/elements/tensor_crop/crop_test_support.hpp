@@ -1,4 +1,5 @@
 // For the tests of tensor_crop: a small picture, regions of it, and the element between bare pads.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include "core/tensor/tensor_header.hpp"
 #include "elements/tensor_mux/many_inputs.hpp"

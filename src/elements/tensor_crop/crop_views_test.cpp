@@ -1,4 +1,5 @@
 // tensor_crop before an element that takes views, and the pool for what is copied.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <cstring>
 
 #include "core/tensor/packed_tensors.hpp"

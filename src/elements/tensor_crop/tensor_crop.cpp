@@ -1,4 +1,5 @@
 // tensor_crop: the regions that one stream names are cut out of the tensors of another.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <algorithm>
 #include <atomic>
 #include <mutex>

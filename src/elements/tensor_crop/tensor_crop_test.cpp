@@ -1,4 +1,5 @@
 // tensor_crop: regions of a frame, their limits, times and maps; and what is refused.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <cstring>
 
 #include "core/tensor/packed_tensors.hpp"

@@ -1,4 +1,5 @@
 // Nothing here can fail: what cannot be read is said so.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "elements/tensor_debug/debug_report.hpp"
 
 #include "core/text/text.hpp"

@@ -1,4 +1,5 @@
 // What tensor_debug says of a stream, as lines of text.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <gst/gst.h>
 

@@ -1,4 +1,5 @@
 // tensor_debug: passes every frame as it is, and says what passes when it is not silent.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <cstdio>
 #include <deque>
 #include <mutex>

@@ -1,4 +1,5 @@
 // tensor_debug in a harness: frames pass untouched, and each way of saying so.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "elements/tests/element_harness.hpp"
 #include "gstcpp/query_meta.hpp"
 

@@ -1,4 +1,5 @@
 // Memory for decoders.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "elements/tensor_decoder/buffer_sink.hpp"
 
 #include "gstcpp/allocation.hpp"

@@ -1,4 +1,5 @@
 // BufferSink: where a decoder puts its caps and its output, over one GstBuffer.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <gst/gst.h>
 

@@ -1,4 +1,5 @@
 // What the tests of tensor_decoder share.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include "elements/tests/element_harness.hpp"
 

@@ -1,4 +1,5 @@
 // Who brings a decoder, by mode.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "elements/tensor_decoder/frame_decoder.hpp"
 
 #include <algorithm>

@@ -1,5 +1,6 @@
 // FrameDecoder: what an opened decoder does with frames, whoever brings it: a module of Weir, a
 // sub-plugin for NNStreamer, a function of the program.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <gst/gst.h>
 

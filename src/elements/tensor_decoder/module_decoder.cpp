@@ -1,4 +1,5 @@
 // Through the sink of the C ABI.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "elements/tensor_decoder/module_decoder.hpp"
 
 #include "elements/tensor_decoder/buffer_sink.hpp"

@@ -1,4 +1,5 @@
 // ModuleDecoder: a decoder of one of Weir's modules, over buffers.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <memory>
 

@@ -1,5 +1,6 @@
 // tensor_decoder as a part of a stream: what decoders may not do, metadata, flushes, the end, the
 // ledger. The decoder `erring` is tests/support/erring/erring_decoder.cpp.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <gst/video/video.h>
 
 #include "elements/tensor_decoder/decoder_harness.hpp"

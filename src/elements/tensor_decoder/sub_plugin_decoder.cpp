@@ -1,4 +1,5 @@
 // Calling into C: nothing that comes back is believed.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "elements/tensor_decoder/sub_plugin_decoder.hpp"
 
 #include "core/infer/called.hpp"

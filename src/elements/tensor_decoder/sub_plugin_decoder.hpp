@@ -1,5 +1,6 @@
 // SubPluginDecoder: a decoder for NNStreamer, registered with nnstreamer_decoder_probe; and
 // CustomCodeDecoder: a function of the program, registered with nnstreamer_decoder_custom_register.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <memory>
 #include <mutex>

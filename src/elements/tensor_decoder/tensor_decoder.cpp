@@ -1,4 +1,5 @@
 // tensor_decoder: the results of a network become labels, pictures or bytes.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <gst/video/video.h>
 
 #include <cstring>

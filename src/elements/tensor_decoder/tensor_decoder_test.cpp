@@ -1,4 +1,5 @@
 // tensor_decoder in a harness, with the decoders that this build has made; what each decoder does
+// SPDX-License-Identifier: LGPL-2.1-or-later
 // is tested beside it.
 #include <fstream>
 

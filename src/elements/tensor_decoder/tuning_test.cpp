@@ -1,4 +1,5 @@
 // tensor_decoder whose mode and options change while frames flow.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <fstream>
 
 #include "elements/tests/tuned.hpp"

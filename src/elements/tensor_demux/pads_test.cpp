@@ -1,4 +1,5 @@
 // Pads of tensor_demux: when they come, what goes to them, how flows combine; and what is refused.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <cstring>
 
 #include "elements/tests/branches.hpp"

@@ -1,4 +1,5 @@
 // tensor_demux: the tensors of a frame leave on pads of their own.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <algorithm>
 #include <numeric>
 

@@ -1,4 +1,5 @@
 // What is in the frames that leave tensor_demux, and that nothing is copied on the way.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <array>
 
 #include "core/tensor/packed_tensors.hpp"

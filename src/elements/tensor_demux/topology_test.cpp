@@ -1,4 +1,5 @@
 // Branches that come, go and stop while tensor_demux plays; what comes back up from them.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <thread>
 
 #include "elements/tests/branches.hpp"

@@ -1,4 +1,5 @@
 // Tests with the engine "adder" of tests/support: model files, pipes to and from the engine.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <fcntl.h>
 #include <unistd.h>

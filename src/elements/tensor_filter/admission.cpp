@@ -1,4 +1,5 @@
 // QoS: a frame that would come too late, or that nobody wants, is not worth an invoke.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "elements/tensor_filter/admission.hpp"
 
 #include "elements/tensor_filter/deadline.hpp"

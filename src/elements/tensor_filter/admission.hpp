@@ -1,4 +1,5 @@
 // Admission: which frames tensor_filter takes, and which are dropped before they cost an invoke.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <gst/gst.h>
 

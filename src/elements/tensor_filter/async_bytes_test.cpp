@@ -1,5 +1,6 @@
 // invoke-async at its bounds: max-bytes of frames in work and of outputs that wait, and when-busy.
 // The engine is tests/support/async_engine.cpp; every frame and every output has 16 bytes.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <thread>
 
 #include "elements/tensor_filter/async_filter.hpp"

@@ -1,4 +1,5 @@
 // A tensor_filter invoke-async=true in a harness; the engine is tests/support/async_engine.cpp.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <condition_variable>
 #include <fstream>

@@ -1,5 +1,6 @@
 // invoke-async: an engine that answers on its own thread, with any number of outputs for a frame.
 // The engine is tests/support/async_engine.cpp: output k of a frame x is x + k.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <gst/check/gsttestclock.h>
 
 #include <thread>

@@ -1,4 +1,5 @@
 // invoke-async with an engine that says nothing: async-timeout.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <thread>
 
 #include "elements/tensor_filter/async_filter.hpp"

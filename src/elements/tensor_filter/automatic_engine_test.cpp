@@ -1,4 +1,5 @@
 // framework=auto: the engine of the configuration, and what the log says of it.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <cstdlib>
 #include <fstream>
 

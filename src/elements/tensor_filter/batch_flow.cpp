@@ -1,4 +1,5 @@
 // From buffers to jobs of a batch and back.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "elements/tensor_filter/batch_flow.hpp"
 
 namespace weir {

@@ -1,4 +1,5 @@
 // tensor_filter batch-size: frames that are run together come back one by one, as if they had not
+// SPDX-License-Identifier: LGPL-2.1-or-later
 // been.
 #include <array>
 #include <fstream>

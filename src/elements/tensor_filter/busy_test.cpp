@@ -1,5 +1,6 @@
 // What becomes of frames that come while the model is busy, and of flushes, failures and state
 // changes while frames are in work.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <atomic>
 
 #include "becomes.hpp"

@@ -1,4 +1,5 @@
 // tensor_filter framework=custom-easy: filters that the program registers with the loaded plug-in.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <dlfcn.h>
 
 #include <array>

@@ -1,4 +1,5 @@
 // Deadlines: the running time from which on a frame's result is worth nothing.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <gst/gst.h>
 

@@ -1,4 +1,5 @@
 // invoke-dynamic: outputs whose size the model decides with each frame.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <fstream>
 
 #include "elements/tests/element_harness.hpp"

@@ -1,4 +1,5 @@
 // Their names.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "elements/tensor_filter/filter_change.hpp"
 
 #include <algorithm>

@@ -1,5 +1,6 @@
 // Which properties of tensor_filter decide what model is opened and how: they may change while
 // frames flow, and take effect with the next one.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <string_view>
 

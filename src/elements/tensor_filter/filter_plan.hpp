@@ -1,4 +1,5 @@
 // FilterPlan: what tensor_filter does with each frame of the present caps. Immutable once made.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <memory>
 #include <vector>

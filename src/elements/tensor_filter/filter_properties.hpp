@@ -1,4 +1,5 @@
 // The properties of tensor_filter whose values the user sets.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <limits>
 #include <tuple>

@@ -1,4 +1,5 @@
 // Reading what the user says of threads.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "elements/tensor_filter/filter_threads.hpp"
 
 #include <charconv>

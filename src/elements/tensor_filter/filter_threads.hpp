@@ -1,4 +1,5 @@
 // How many threads the engine of a tensor_filter gets.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include "core/infer/thread_budget.hpp"
 #include "elements/tensor_filter/filter_settings.hpp"

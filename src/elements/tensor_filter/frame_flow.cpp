@@ -1,4 +1,5 @@
 // Frames on the thread that brings them, one at a time, or handed on to workers.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "elements/tensor_filter/frame_flow.hpp"
 
 #include <algorithm>

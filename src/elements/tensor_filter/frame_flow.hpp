@@ -1,5 +1,6 @@
 // FrameFlow: the way of frames through the model of one tensor_filter, on the thread that brings
 // them or on workers of its own. They leave in the order in which they came.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <gst/gst.h>
 

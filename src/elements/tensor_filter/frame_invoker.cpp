@@ -1,4 +1,5 @@
 // From buffer to buffer through a model.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "elements/tensor_filter/frame_invoker.hpp"
 
 #include <algorithm>

@@ -1,4 +1,5 @@
 // FrameInvoker: one buffer through one session of a model, into memory of a pool.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <gst/gst.h>
 

@@ -1,4 +1,5 @@
 // A tensor_filter in a harness whose frames go on when the test says so: the engine `gated`.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <cstring>
 #include <fstream>

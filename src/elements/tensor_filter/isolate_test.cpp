@@ -1,5 +1,6 @@
 // tensor_filter isolate=process with the unruly engine of tests/support: whatever the model does to
 // its process, the pipeline goes on as on-crash says.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <signal.h>
 #include <sys/syscall.h>
 #include <unistd.h>

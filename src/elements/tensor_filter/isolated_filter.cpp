@@ -1,4 +1,5 @@
 // From properties to isolation, and from its counts to stats.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "elements/tensor_filter/isolated_filter.hpp"
 
 #include <utility>

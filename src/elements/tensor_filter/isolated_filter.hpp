@@ -1,4 +1,5 @@
 // What tensor_filter does for isolate=process besides opening another engine.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <gst/gst.h>
 

@@ -1,4 +1,5 @@
 // What tensor_filter says of time: that it falls behind a live source, and how long it keeps a
+// SPDX-License-Identifier: LGPL-2.1-or-later
 // frame.
 #include "elements/tensor_filter/gated_filter.hpp"
 

@@ -1,4 +1,5 @@
 // Running time of frames against the clock.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "elements/tensor_filter/lag_watch.hpp"
 
 #include <string>

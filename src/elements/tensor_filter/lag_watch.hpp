@@ -1,4 +1,5 @@
 // LagWatch: tells the user once when a live stream falls behind and nothing says what is to be
+// SPDX-License-Identifier: LGPL-2.1-or-later
 // done.
 #pragma once
 #include <gst/gst.h>

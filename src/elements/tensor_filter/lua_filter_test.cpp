@@ -1,5 +1,6 @@
 // tensor_filter with scripts in Lua: how a pipeline names them, their errors, and scripts that do
 // not return or end their process.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <cstdlib>
 #include <fstream>
 #include <string>

@@ -1,4 +1,5 @@
 // Replacing on another thread, and sleeping by a watch.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "elements/tensor_filter/model_life.hpp"
 
 #include <utility>

@@ -1,4 +1,5 @@
 // Models that are replaced while frames flow.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <atomic>
 #include <future>
 #include <thread>

@@ -1,4 +1,5 @@
 // Texts, and a model that is opened for its description alone.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "elements/tensor_filter/model_report.hpp"
 
 #include <algorithm>

@@ -1,5 +1,6 @@
 // ModelReport: what the properties input, inputtype, inputname, output... of tensor_filter say
 // where the user said nothing: the tensors of the model.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <memory>
 #include <mutex>

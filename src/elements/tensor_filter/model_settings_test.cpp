@@ -1,4 +1,5 @@
 // Which engine, accelerator and layouts the properties of tensor_filter mean; config-file.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "elements/tensor_filter/adder_harness.hpp"
 
 namespace {

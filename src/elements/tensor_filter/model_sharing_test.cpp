@@ -1,4 +1,5 @@
 // Filters that share a model by a key.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "elements/tensor_filter/adder_harness.hpp"
 
 namespace {

@@ -1,4 +1,5 @@
 // Settings -> engine, files, options.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "elements/tensor_filter/model_source.hpp"
 
 #include "core/infer/accelerator.hpp"

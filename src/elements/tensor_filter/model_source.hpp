@@ -1,4 +1,5 @@
 // Which engine and which files the settings of tensor_filter mean.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <memory>
 #include <optional>

@@ -1,4 +1,5 @@
 // suspend=MS. The tests wait until it sleeps, whenever that is; it may have slept before the caps.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "elements/tensor_filter/adder_harness.hpp"
 
 namespace {

@@ -1,4 +1,5 @@
 // Models that take any number of tensors: what they give is known with the stream.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <fstream>
 
 #include "elements/tests/element_harness.hpp"

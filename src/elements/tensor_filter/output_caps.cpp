@@ -1,4 +1,5 @@
 // Asking the peer.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "elements/tensor_filter/output_caps.hpp"
 
 #include "gstcpp/tensor_caps.hpp"

@@ -1,4 +1,5 @@
 // The caps that leave tensor_filter.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <gst/gst.h>
 

@@ -1,4 +1,5 @@
 // Scripts of Python in pipelines, in this process and in others. Skipped without Python or NumPy.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <algorithm>
 #include <cstdlib>
 #include <cstring>

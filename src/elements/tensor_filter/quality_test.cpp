@@ -1,4 +1,5 @@
 // QoS of tensor_filter: throttling, deadlines, what it says of its latency.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <gst/check/gsttestclock.h>
 
 #include <cmath>

@@ -1,4 +1,5 @@
 // Sharing and replacing with the engines that Weir ships: -x and |x| as models of each.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <cmath>
 
 #include "elements/tensor_filter/adder_harness.hpp"

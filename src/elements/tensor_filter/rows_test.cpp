@@ -1,5 +1,6 @@
 // tensor_filter invoke-rows, invoke-threads: a batch that is run in parts comes out as one that was
 // not.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <fstream>
 
 #include "core/tensor/tensor_header.hpp"

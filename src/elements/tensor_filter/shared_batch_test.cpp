@@ -1,5 +1,6 @@
 // Filters that share a model by its key gather their frames into common batches: what one stream
 // does is nothing to the others.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <atomic>
 #include <fstream>
 #include <random>

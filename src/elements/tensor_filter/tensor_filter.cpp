@@ -1,4 +1,5 @@
 // tensor_filter: a neural network as a filter of a stream of tensors.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <atomic>
 #include <cstring>
 #include <memory>

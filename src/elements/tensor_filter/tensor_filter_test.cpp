@@ -1,4 +1,5 @@
 // tensor_filter with the C engine of tests/support: y = x + 1 on float32 [-1, 4].
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <cstring>
 #include <fstream>
 #include <string>

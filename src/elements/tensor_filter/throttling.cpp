@@ -1,4 +1,5 @@
 // QoS events in, QoS events out.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "elements/tensor_filter/throttling.hpp"
 
 #include <algorithm>

@@ -1,5 +1,6 @@
 // Throttling: drops frames that the elements behind tensor_filter asked it not to make, and tells
 // the elements before it.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <gst/gst.h>
 

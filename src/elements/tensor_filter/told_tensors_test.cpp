@@ -1,4 +1,5 @@
 // The properties of tensor_filter that tell the model's tensors.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "elements/tensor_filter/adder_harness.hpp"
 #include "elements/tests/tuned.hpp"
 

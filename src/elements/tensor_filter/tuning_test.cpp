@@ -1,4 +1,5 @@
 // tensor_filter whose properties change while frames flow, and downstream that asks for other caps.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "elements/tensor_filter/adder_harness.hpp"
 #include "elements/tests/tuned.hpp"
 

@@ -1,4 +1,5 @@
 // tensor_filter with workers: frames at once, their order, sessions, threads of the engine.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "elements/tensor_filter/gated_filter.hpp"
 #include "machine/usable_cores.hpp"
 

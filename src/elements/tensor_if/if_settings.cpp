@@ -1,4 +1,5 @@
 // Properties become a plan.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "elements/tensor_if/if_settings.hpp"
 
 #include "core/split/pick_list.hpp"

@@ -1,4 +1,5 @@
 // IfSettings: the properties of tensor_if, and the plan they make for a stream.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <optional>
 #include <string>

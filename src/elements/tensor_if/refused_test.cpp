@@ -1,4 +1,5 @@
 // tensor_if: what is refused, when, and in which words.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "elements/tests/branches.hpp"
 
 namespace weir::testing {

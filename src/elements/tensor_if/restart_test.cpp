@@ -1,4 +1,5 @@
 // tensor_if keeps its pads and their links while it is stopped.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "elements/tests/branches.hpp"
 
 namespace weir::testing {

@@ -1,4 +1,5 @@
 // tensor_if: each frame takes one of two ways, by what is in it.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <algorithm>
 #include <cstring>
 

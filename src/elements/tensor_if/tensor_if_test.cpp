@@ -1,4 +1,5 @@
 // tensor_if: which way frames take and what leaves there.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <cstring>
 
 #include "elements/tests/branches.hpp"

@@ -1,4 +1,5 @@
 // tensor_merge: the tensors of several streams become one tensor along a dimension.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <algorithm>
 
 #include "core/merge/concatenation.hpp"

@@ -1,4 +1,5 @@
 // tensor_merge: what it makes along each dimension, and what it refuses.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "elements/tensor_mux/many_inputs.hpp"
 #include "gstcpp/tensor_meta.hpp"
 

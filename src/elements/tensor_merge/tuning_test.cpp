@@ -1,4 +1,5 @@
 // tensor_merge whose dimension changes while frames flow.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "elements/tensor_mux/many_inputs.hpp"
 
 namespace weir::testing {

@@ -1,5 +1,6 @@
 // tensor_mux and tensor_merge while branches are added and removed at random: nothing hangs,
 // nothing is lost uncounted.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <gst/gst.h>
 #include <gtest/gtest.h>
 

@@ -1,4 +1,5 @@
 // tensor_mux: a pad that brings gaps alone, where the policy cannot go on by them.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "elements/tensor_mux/many_inputs.hpp"
 #include "says.hpp"
 

@@ -1,4 +1,5 @@
 // tensor_mux in whole pipelines: branches that meet again, with and without queues; loops.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <string>
 
 #include "elements/tests/played_pipeline.hpp"

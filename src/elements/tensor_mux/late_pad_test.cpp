@@ -1,4 +1,5 @@
 // tensor_mux: a pad that is linked late, with frames that the others have left behind them.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "elements/tensor_mux/many_inputs.hpp"
 
 namespace weir::testing {

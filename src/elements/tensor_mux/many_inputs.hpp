@@ -1,4 +1,5 @@
 // ManyInputs: an element of request pads between bare pads; each input is pushed by its own thread.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <gst/gst.h>
 #include <gtest/gtest.h>

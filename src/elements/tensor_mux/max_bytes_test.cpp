@@ -1,5 +1,6 @@
 // max-bytes of elements with several inputs: what they hold, and what they say where it is less
 // than the streams need.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "elements/tensor_mux/many_inputs.hpp"
 
 namespace weir::testing {

@@ -1,5 +1,6 @@
 // A tee in front of tensor_mux, and caps or links that change while the mux waits for one branch:
 // what asks for memory must not wait for the thread that waits in the mux.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <gst/app/gstappsrc.h>
 
 #include <condition_variable>

@@ -1,4 +1,5 @@
 // tensor_mux: whoever waits is woken, by flush, end, removal and each state; late and dead pads.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <atomic>
 #include <thread>
 

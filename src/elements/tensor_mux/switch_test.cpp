@@ -1,4 +1,5 @@
 // tensor_mux behind GStreamer's valves and selectors that switch while it plays.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <gst/gst.h>
 #include <gtest/gtest.h>
 

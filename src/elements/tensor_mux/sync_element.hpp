@@ -3,6 +3,7 @@
 // Impl has kInfo, kPads (sink first), a Settings derived from SyncSettings, kFallback (sync::Mode),
 // ledger_, and is a gst::Combiner. It may have Status prepare(const Settings&), which is called
 // when it starts and when a property changes.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <mutex>
 #include <optional>

@@ -1,4 +1,5 @@
 // SyncSettings: the properties of elements that bring several streams together by a policy.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <cstdint>
 #include <string>

@@ -1,4 +1,5 @@
 // tensor_mux: the tensors of several streams become one frame of many tensors.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <algorithm>
 
 #include "elements/tensor_mux/sync_element.hpp"

@@ -1,4 +1,5 @@
 // tensor_mux: what it makes of its inputs, static and flexible, and what it refuses.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/tensor/packed_tensors.hpp"
 #include "core/tensor/tensor_header.hpp"
 #include "elements/tensor_mux/many_inputs.hpp"

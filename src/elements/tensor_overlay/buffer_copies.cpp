@@ -1,4 +1,5 @@
 // A pool for as long as the size is the same.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "elements/tensor_overlay/buffer_copies.hpp"
 
 #include "gstcpp/frame_errors.hpp"

@@ -1,4 +1,5 @@
 // BufferCopies: copies of buffers that others hold too, in memory that is used again.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <gst/gst.h>
 

@@ -1,4 +1,5 @@
 // For builds without Pango.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "elements/tensor_overlay/text_painter.hpp"
 
 namespace weir {

@@ -1,4 +1,5 @@
 // For tests: tensor_overlay with a hand on each of its inputs, and boxes drawn pixel by pixel.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <gst/video/video.h>
 

@@ -1,4 +1,5 @@
 // What tensor_overlay refuses, by its words.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "elements/tensor_overlay/overlay_harness.hpp"
 #include "elements/tests/video_lies.hpp"
 #include "gstcpp/tensor_meta.hpp"

@@ -1,4 +1,5 @@
 // OverlaySettings: the properties of tensor_overlay.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <cstdint>
 #include <string>

@@ -1,5 +1,6 @@
 // Labels as Pango paints them. Which glyphs they are is the font's affair: where there is ink, and
 // that it is the same for the same text, is ours.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <unistd.h>
 
 #include <cstdlib>

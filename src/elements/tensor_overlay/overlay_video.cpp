@@ -1,4 +1,5 @@
 // Maps, draws, unmaps.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "elements/tensor_overlay/overlay_video.hpp"
 
 #include "elements/tensor_preprocess/video_picture.hpp"

@@ -1,4 +1,5 @@
 // OverlayVideo: draws results on the video buffers of one stream.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <gst/video/video.h>
 

@@ -1,4 +1,5 @@
 // Opens what is there.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "elements/tensor_overlay/pango_library.hpp"
 
 #include <dlfcn.h>

@@ -1,5 +1,6 @@
 // PangoLibrary: the functions of Pango, Cairo and fontconfig that labels need, opened at run time:
 // a pipeline that draws no text does without them and their memory.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <fontconfig/fontconfig.h>
 #include <pango/pangocairo.h>

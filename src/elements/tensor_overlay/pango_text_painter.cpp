@@ -1,4 +1,5 @@
 // One layout that gets text after text.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <algorithm>
 
 #include "elements/tensor_overlay/pango_library.hpp"

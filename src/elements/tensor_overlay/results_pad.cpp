@@ -1,4 +1,5 @@
 // Results in.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "elements/tensor_overlay/results_pad.hpp"
 
 #include "gstcpp/tensor_meta.hpp"

@@ -1,4 +1,5 @@
 // ResultsPad: the sink pad on which results come as tensors, to be drawn on pictures.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <atomic>
 #include <memory>

@@ -1,4 +1,5 @@
 // sync=same-time: pictures that wait for their own results.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <cstring>
 #include <functional>
 #include <thread>

@@ -1,4 +1,5 @@
 // tensor_overlay: draws the boxes, key points and labels of one stream on the pictures of another.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <atomic>
 #include <optional>
 

@@ -1,4 +1,5 @@
 // Which results are drawn on which picture, and into which memory.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <cstring>
 
 #include "elements/tensor_overlay/overlay_harness.hpp"

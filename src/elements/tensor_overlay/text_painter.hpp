@@ -1,4 +1,5 @@
 // The text of labels, painted by Pango and Cairo.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <cstdint>
 #include <memory>

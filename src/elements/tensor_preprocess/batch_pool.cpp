@@ -1,4 +1,5 @@
 // Makes a pool anew when the frames need another size.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "elements/tensor_preprocess/batch_pool.hpp"
 
 #include <algorithm>

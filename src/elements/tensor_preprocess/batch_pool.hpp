@@ -1,4 +1,5 @@
 // BatchPool: buffers for batches of one tensor whose number changes from frame to frame.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include "gstcpp/frame_pool.hpp"
 

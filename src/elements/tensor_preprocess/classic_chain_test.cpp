@@ -1,4 +1,5 @@
 // tensor_preprocess against the elements it stands for: the same tensor from each model card.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <gst/app/gstappsink.h>
 #include <gst/gst.h>
 #include <gtest/gtest.h>

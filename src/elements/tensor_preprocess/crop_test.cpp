@@ -1,4 +1,5 @@
 // The property crop: the part of the picture that counts, from frame to frame.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "elements/tensor_preprocess/preprocess_harness.hpp"
 #include "gstcpp/tensor_meta.hpp"
 

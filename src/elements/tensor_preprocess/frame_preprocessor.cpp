@@ -1,4 +1,5 @@
 // Maps, prepares, unmaps.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "elements/tensor_preprocess/frame_preprocessor.hpp"
 
 #include "gstcpp/frame_errors.hpp"

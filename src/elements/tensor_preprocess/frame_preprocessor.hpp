@@ -1,4 +1,5 @@
 // FramePreprocessor: video buffers of one stream in, tensor buffers out.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <gst/video/video.h>
 

@@ -1,4 +1,5 @@
 // Where the tensors of tensor_preprocess lie: pools, and memory as the element behind asks for it.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <fstream>
 #include <set>
 

@@ -1,4 +1,5 @@
 // PictureWork: what tensor_preprocess does with each video buffer of a stream.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <gst/gst.h>
 

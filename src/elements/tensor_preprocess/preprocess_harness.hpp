@@ -1,4 +1,5 @@
 // For tests: tensor_preprocess in a harness, and what it says on its bus.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <gst/video/video.h>
 

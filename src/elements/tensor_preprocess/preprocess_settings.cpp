@@ -1,4 +1,5 @@
 // Properties become a request.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "elements/tensor_preprocess/preprocess_settings.hpp"
 
 namespace weir {

@@ -1,4 +1,5 @@
 // PreprocessSettings: the properties of tensor_preprocess, and the request they make.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <cstdint>
 #include <string>

@@ -1,4 +1,5 @@
 // Several sizes of each frame at once.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "elements/tensor_preprocess/preprocess_harness.hpp"
 #include "gstcpp/tensor_meta.hpp"
 

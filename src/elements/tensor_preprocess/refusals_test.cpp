@@ -1,4 +1,5 @@
 // What tensor_preprocess refuses, by its words; and model cards, good and bad.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <cstdio>
 #include <fstream>
 

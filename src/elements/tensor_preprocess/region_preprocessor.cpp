@@ -1,4 +1,5 @@
 // Clips, cuts, stacks.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "elements/tensor_preprocess/region_preprocessor.hpp"
 
 #include <algorithm>

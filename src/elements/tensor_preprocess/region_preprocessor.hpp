@@ -1,5 +1,6 @@
 // RegionPreprocessor: the regions that a buffer's metadata or a second stream name become one
 // batch.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <gst/video/video.h>
 

@@ -1,4 +1,5 @@
 // Boxes in.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "elements/tensor_preprocess/regions_pad.hpp"
 
 namespace weir {

@@ -1,4 +1,5 @@
 // RegionsPad: the sink pad on which the boxes of pictures come as tensors.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include "core/preprocess/boxes.hpp"
 #include "core/sync/timed_queue.hpp"

@@ -1,4 +1,5 @@
 // Regions that come as boxes on a second pad.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <cstring>
 #include <thread>
 

@@ -1,4 +1,5 @@
 // Regions that metadata name, cut and stacked.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <cstring>
 #include <optional>
 

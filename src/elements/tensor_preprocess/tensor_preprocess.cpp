@@ -1,4 +1,5 @@
 // tensor_preprocess: decoded video becomes a network's input tensor in one pass over the pixels.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <atomic>
 #include <memory>
 

@@ -1,4 +1,5 @@
 // tensor_preprocess in a harness: numbers, caps, metadata of buffers.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "elements/tensor_preprocess/preprocess_harness.hpp"
 #include "elements/tests/meanwhile.hpp"
 

@@ -1,4 +1,5 @@
 // Caps on both sides.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "elements/tensor_preprocess/video_negotiation.hpp"
 
 #include <string>

@@ -1,4 +1,5 @@
 // What tensor_preprocess answers when caps are queried and chosen.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <gst/gst.h>
 

@@ -1,4 +1,5 @@
 // Pictures in GStreamer's memory. What would make GStreamer complain is refused before.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "elements/tensor_preprocess/video_picture.hpp"
 
 #include <algorithm>

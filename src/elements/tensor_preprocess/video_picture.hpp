@@ -1,4 +1,5 @@
 // Video caps and buffers as the pictures that core/preprocess reads.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <gst/video/video.h>
 

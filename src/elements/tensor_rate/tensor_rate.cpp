@@ -1,4 +1,5 @@
 // tensor_rate: a stream of any rate at a fixed one, by dropping and repeating frames.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <atomic>
 #include <cstring>
 #include <optional>

@@ -1,4 +1,5 @@
 // tensor_rate in a harness: counts that add up, times, flags, what is told upstream.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <random>
 
 #include "elements/tests/element_harness.hpp"

@@ -1,4 +1,5 @@
 // The one table of slots.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "elements/tensor_reposink/repository.hpp"
 
 #include <string>

@@ -1,4 +1,5 @@
 // The slots of this process, through which tensor_reposink hands frames to tensor_reposrc.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <memory>
 #include <optional>

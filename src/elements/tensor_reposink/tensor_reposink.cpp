@@ -1,4 +1,5 @@
 // tensor_reposink: the end of a loop; hands each frame to the tensor_reposrc of its slot.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <string>
 
 #include "elements/tensor_reposink/repository.hpp"

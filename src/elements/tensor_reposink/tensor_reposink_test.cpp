@@ -1,4 +1,5 @@
 // tensor_reposink in a harness: what it hands over, when it waits, what ends the wait.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <future>
 #include <thread>
 

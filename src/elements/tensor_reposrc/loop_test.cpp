@@ -1,4 +1,5 @@
 // Whole loops: what comes out, how they end, and that no order of states or events makes them hang.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <array>
 
 #include "elements/tests/played_pipeline.hpp"

@@ -1,5 +1,6 @@
 // Loops that meet another stream in tensor_mux: the end of that stream ends the loop, and a
 // sync-mode that cannot work is told.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "elements/tests/played_pipeline.hpp"
 
 namespace weir::test {

@@ -1,4 +1,5 @@
 // Looks along the pads for a sync-mode.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "elements/tensor_reposrc/sync_check.hpp"
 
 #include <string>

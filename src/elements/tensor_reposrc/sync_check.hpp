@@ -1,5 +1,6 @@
 // Whether the element where a loop meets another stream can work with frames that are one round
 // old.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <gst/gst.h>
 

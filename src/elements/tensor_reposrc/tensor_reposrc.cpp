@@ -1,5 +1,6 @@
 // tensor_reposrc: the start of a loop; a frame of zeros, then what tensor_reposink puts into the
 // slot.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <atomic>
 #include <cstring>
 #include <string>

@@ -1,4 +1,5 @@
 // tensor_reposrc in a harness: the first frame, what it asks for, what it refuses, what ends it.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <algorithm>
 
 #include "becomes.hpp"

@@ -1,4 +1,5 @@
 // tensor_sink: hands each frame of tensors to the application by a signal.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <atomic>
 
 #include "gstcpp/base_classes.hpp"

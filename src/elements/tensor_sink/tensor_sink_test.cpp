@@ -1,4 +1,5 @@
 // tensor_sink in a harness: signals, their rate, what it takes and refuses.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <gst/check/gsttestclock.h>
 
 #include <string>

@@ -1,4 +1,5 @@
 // tensor_sparse_dec: sparse tensors become dense ones.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "elements/tensor_sparse_enc/sparse_filter.hpp"
 #include "gstcpp/early_events.hpp"
 #include "gstcpp/frame_errors.hpp"

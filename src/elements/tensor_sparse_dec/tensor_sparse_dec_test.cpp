@@ -1,4 +1,5 @@
 // tensor_sparse_dec in a harness: the way back, caps, headers that lie.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <cstring>
 #include <random>
 

@@ -1,6 +1,7 @@
 // SparseFilter: what tensor_sparse_enc and tensor_sparse_dec have in common. Impl has
 //   bool ready() const                         caps came that frames can be read by
 //   Result<gst::Ref<GstBuffer>> convert(GstBuffer*)   a frame to push, of one that came
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <vector>
 

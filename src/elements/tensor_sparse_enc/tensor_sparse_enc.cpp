@@ -1,4 +1,5 @@
 // tensor_sparse_enc: dense tensors become sparse ones.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/tensor/packed_tensors.hpp"
 #include "elements/tensor_sparse_enc/sparse_filter.hpp"
 #include "gstcpp/allocation.hpp"

@@ -1,4 +1,5 @@
 // tensor_sparse_enc in a harness: bytes written by hand, caps, what it refuses.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <cstring>
 
 #include "elements/tests/element_harness.hpp"

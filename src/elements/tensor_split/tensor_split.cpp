@@ -1,4 +1,5 @@
 // tensor_split: the segments of a tensor leave on pads of their own.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/split/pick_list.hpp"
 #include "core/split/segments.hpp"
 #include "gstcpp/frame_errors.hpp"

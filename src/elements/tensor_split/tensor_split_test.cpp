@@ -1,4 +1,5 @@
 // tensor_split: what is in the segments, what is shared and what copied, what is refused.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <numeric>
 
 #include "elements/tests/branches.hpp"

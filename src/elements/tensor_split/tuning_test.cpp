@@ -1,4 +1,5 @@
 // tensor_split whose segments change while frames flow.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "elements/tests/branches.hpp"
 
 namespace weir::testing {

@@ -1,4 +1,5 @@
 // Transforms in a row while the stream changes: probes, other caps, other elements, flushes.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <gst/app/gstappsink.h>
 
 #include <algorithm>

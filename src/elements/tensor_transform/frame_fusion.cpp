@@ -1,5 +1,6 @@
 // FrameTransformer, two transforms in one pass: frames that leave as deferred memory, and such
 // frames of the element before.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <algorithm>
 
 #include "elements/tensor_transform/frame_transformer.hpp"

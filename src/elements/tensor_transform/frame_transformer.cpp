@@ -1,4 +1,5 @@
 // Buffers in, buffers out: pooled for static streams, one memory at a time otherwise.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "elements/tensor_transform/frame_transformer.hpp"
 
 #include <algorithm>

@@ -1,4 +1,5 @@
 // FrameTransformer: applies one transform operation to the chosen tensors of each frame.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <gst/gst.h>
 

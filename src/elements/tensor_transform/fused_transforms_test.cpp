@@ -1,4 +1,5 @@
 // Transforms in a row: one pass, and the bits that they give one after the other.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <algorithm>
 
 #include "elements/tensor_transform/transform_chain_test_support.hpp"

@@ -1,4 +1,5 @@
 // tensor_transform while several threads use it: properties, queries, stats and state changes.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <algorithm>
 
 #include "elements/tests/element_harness.hpp"

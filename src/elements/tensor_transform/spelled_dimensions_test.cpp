@@ -1,5 +1,6 @@
 // tensor_transform between caps that write equal dimensions with more or fewer 1s at the end;
 // specification 1.4 and 1.5.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "elements/tests/element_harness.hpp"
 
 namespace {

@@ -1,4 +1,5 @@
 // tensor_transform: changes the numbers, the type or the order of the tensors of a stream.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <atomic>
 #include <memory>
 #include <mutex>

@@ -1,4 +1,5 @@
 // tensor_transform in a harness: numbers, caps, errors.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <string>
 #include <vector>
 

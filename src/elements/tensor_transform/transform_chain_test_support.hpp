@@ -1,4 +1,5 @@
 // For tests of transforms in a row: a chain in a harness, its frames, its statistics.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <cstring>
 #include <random>

@@ -1,4 +1,5 @@
 // Reading them.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "elements/tensor_transform/transform_options.hpp"
 
 #include <cstring>

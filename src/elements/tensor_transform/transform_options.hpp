@@ -1,4 +1,5 @@
 // What the properties of tensor_transform say, and what becomes of a change while frames flow.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <optional>
 #include <string>

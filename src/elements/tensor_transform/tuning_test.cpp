@@ -1,4 +1,5 @@
 // tensor_transform whose properties change while frames flow, or come after the start.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <string>
 #include <vector>
 

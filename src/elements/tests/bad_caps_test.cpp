@@ -1,4 +1,5 @@
 // Caps that change in the middle of a stream, to others that work and to others that cannot.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "elements/tests/bad_input_bench.hpp"
 
 namespace {

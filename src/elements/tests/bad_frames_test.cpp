@@ -1,4 +1,5 @@
 // Buffers that are not what the caps say, into every element.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <set>
 #include <string_view>
 

@@ -1,4 +1,5 @@
 // One element whose input under test gets anything, and whose outputs are all taken.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <gst/gst.h>
 #include <gst/video/video.h>

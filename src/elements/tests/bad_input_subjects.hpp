@@ -1,4 +1,5 @@
 // The table of all elements for the tests of bad input: how to make each one and what it takes.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <gst/gst.h>
 #include <gtest/gtest.h>

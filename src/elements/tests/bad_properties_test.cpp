@@ -1,5 +1,6 @@
 // Properties with typing errors: the message shows the place, and the element works once they are
 // mended.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "elements/tests/bad_input_bench.hpp"
 
 namespace {

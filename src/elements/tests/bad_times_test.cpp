@@ -1,5 +1,6 @@
 // Time-stamps that are missing, go backwards or are beyond all reason, into every element; frame
 // rates at their limits.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "elements/tests/bad_input_bench.hpp"
 
 namespace {

@@ -1,4 +1,5 @@
 // Pictures of odd, tiny and enormous sizes, and metadata that lie about where their rows are.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "elements/tests/bad_input_bench.hpp"
 
 namespace {

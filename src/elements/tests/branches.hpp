@@ -1,4 +1,5 @@
 // Branches: an element with one input and pads that come when they are needed, between bare pads.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <gst/gst.h>
 #include <gtest/gtest.h>

@@ -1,4 +1,5 @@
 // The client of a query server stays with its frames through every element.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <gst/check/gstharness.h>
 #include <gtest/gtest.h>
 

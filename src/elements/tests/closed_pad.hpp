@@ -1,4 +1,5 @@
 // A pad that no buffer passes until it is let: who brings one stands in it.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <gst/gst.h>
 

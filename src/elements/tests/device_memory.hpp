@@ -1,4 +1,5 @@
 // An allocator whose memory can be reached by its own map function only, as a device's.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <gst/gst.h>
 

@@ -1,5 +1,6 @@
 // DMA-BUFs for tests: files in memory that stand in for them, true ones where a graphics driver
 // makes them, and a watch over the calls that begin and end an access of the CPU.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <fcntl.h>
 #include <linux/dma-buf.h>

@@ -1,4 +1,5 @@
 // The C library's ioctl for the whole test program: GStreamer's allocators call this one.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "elements/tests/dma_buf.hpp"
 
 extern "C" [[gnu::visibility("default")]] int ioctl(int file, unsigned long request, ...) noexcept {

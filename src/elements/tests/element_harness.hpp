@@ -1,4 +1,5 @@
 // What the tests of all elements share: a harness, frames, caps, statistics, messages from the bus.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <gst/check/gstharness.h>
 

@@ -1,4 +1,5 @@
 // What tests of elements share, whatever drives the element: making one, its statistics, its words.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <gst/gst.h>
 #include <gtest/gtest.h>

@@ -1,5 +1,6 @@
 // Pictures in OpenGL's textures: read through GStreamer's own GL memory where the caps are of
 // system memory, refused by a line that works where they are not. Needs a GL without a screen
+// SPDX-License-Identifier: LGPL-2.1-or-later
 // (Mesa).
 #include <cstdlib>
 #include <fstream>

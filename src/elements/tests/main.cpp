@@ -1,4 +1,5 @@
 // Runs the element tests: gst_init first; at the end the leaks tracer must have nothing to report.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <gst/gst.h>
 #include <gtest/gtest.h>
 

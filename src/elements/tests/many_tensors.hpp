@@ -1,6 +1,7 @@
 // Frames of 1 to 20 tensors of ranks 1 to 16 with known numbers, static and flexible. Headers and
 // packed memories are written here byte by byte, as the specification has them: not by what reads
 // them in the elements.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <algorithm>
 #include <cstdint>

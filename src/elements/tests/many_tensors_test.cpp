@@ -1,4 +1,5 @@
 // 1 to 20 tensors of ranks 1 to 16, static and flexible, on each path that a stream can take.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "elements/tests/many_tensors.hpp"
 
 #include "elements/tensor_mux/many_inputs.hpp"

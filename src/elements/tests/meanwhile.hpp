@@ -1,4 +1,5 @@
 // Meanwhile: a second thread that uses an element while the test changes it.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <atomic>
 #include <thread>

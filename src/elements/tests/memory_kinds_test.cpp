@@ -1,5 +1,6 @@
 // Memory that is not the system's: mapped where it can be, by its own functions and no longer than
 // needed; named where it cannot.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <gst/allocators/gstdmabuf.h>
 #include <gst/allocators/gstfdmemory.h>
 

@@ -1,4 +1,5 @@
 // Outputs that are too large: for the property max-buffer-size, and for the memory of the process.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <sys/resource.h>
 #include <unistd.h>
 

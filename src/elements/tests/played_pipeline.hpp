@@ -1,5 +1,6 @@
 // A whole pipeline in a test: played to its end, with every wait bounded, and what its tensor_sinks
 // saw.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <gst/gst.h>
 #include <gtest/gtest.h>

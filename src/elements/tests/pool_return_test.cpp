@@ -1,4 +1,5 @@
 // Buffers of a pool go back to it when what shares their memories is gone, and are used again.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <gst/app/gstappsrc.h>
 #include <gst/gst.h>
 #include <gtest/gtest.h>

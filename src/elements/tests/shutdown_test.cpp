@@ -1,5 +1,6 @@
 // Caps that come to an element while its source pad is shut already, as when a branch is taken
 // from a pipeline that plays, are no fault of anybody: no error is posted.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "elements/tests/element_harness.hpp"
 
 namespace weir::test {

@@ -1,4 +1,5 @@
 // Video buffers whose planes continue in the next memory of the buffer.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <numeric>
 
 #include "elements/tests/bad_input_bench.hpp"

@@ -1,4 +1,5 @@
 // An element in a harness whose properties are set as text while it plays, and read back.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <string>
 #include <vector>

@@ -1,4 +1,5 @@
 // The way back into the source picture, through elements in a row.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <gst/check/gstharness.h>
 #include <gst/video/video.h>
 #include <gtest/gtest.h>

@@ -1,4 +1,5 @@
 // Runs a decoder module as the host does, with a sink that remembers what it was given.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <gtest/gtest.h>
 

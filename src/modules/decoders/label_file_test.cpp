@@ -1,4 +1,5 @@
 // weir/label_file.hpp: what is UTF-8, held against the closed counts of Unicode.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "weir/label_file.hpp"
 
 #include <gtest/gtest.h>

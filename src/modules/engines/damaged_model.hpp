@@ -1,4 +1,5 @@
 // Damaged versions of a model file, the same with each run: cut, or with bits turned.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <algorithm>
 #include <cmath>

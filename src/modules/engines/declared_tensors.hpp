@@ -1,5 +1,6 @@
 // What the options input, inputtype, inputname, output... say of a model's tensors: properties of
 // tensor_filter, handed to engines whose files do not say it themselves.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <optional>
 #include <string>

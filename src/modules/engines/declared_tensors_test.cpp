@@ -1,4 +1,5 @@
 // What users say of tensors: lists read, and what cannot be read refused in words.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "declared_tensors.hpp"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,5 @@
 // DryRunInputs: zeros as inputs of a run that only finds out the outputs' shapes.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <cstdlib>
 #include <memory>

@@ -1,4 +1,5 @@
 // The inputs of a dry run: zeros, bounded, lazily backed.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "dry_run.hpp"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,5 @@
 // The fixture of the tests of one engine module. WEIR_MODULE_FILE is its path.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include "engine_test_host.hpp"
 #include "says.hpp"

@@ -1,4 +1,5 @@
 // What holds of every engine, of the same model in the engine's own format.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <thread>
 

@@ -1,4 +1,5 @@
 // Finding an engine's library: environment, installation, build folder.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "engine_library.hpp"
 
 #include <dlfcn.h>

@@ -1,4 +1,5 @@
 // EngineLibrary: the shared library of an inference engine, found and opened at run time.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <string>
 #include <vector>

@@ -1,4 +1,5 @@
 // Where an engine's library is looked for.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "engine_library.hpp"
 
 #include <gtest/gtest.h>

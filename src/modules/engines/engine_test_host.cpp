@@ -1,4 +1,5 @@
 // The test host's functions.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "engine_test_host.hpp"
 
 #include <dlfcn.h>

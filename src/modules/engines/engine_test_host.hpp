@@ -1,4 +1,5 @@
 // A small host for tests of engine modules: opens the module file, drives the C table, owns memory.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <cstddef>
 #include <map>

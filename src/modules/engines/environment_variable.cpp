@@ -1,4 +1,5 @@
 // Replacing `environ` as a whole.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "environment_variable.hpp"
 
 #include <unistd.h>

@@ -1,4 +1,5 @@
 // Setting an environment variable while other threads read the environment.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 
 namespace weir::engine {

@@ -1,4 +1,5 @@
 // Setting an environment variable under readers.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "environment_variable.hpp"
 
 #include <gtest/gtest.h>

@@ -1,5 +1,6 @@
 // The law that no engine may break: without memory it returns errors, and runs again when there is
 // some. In a process of its own, whose address space is limited.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <fcntl.h>
 #include <gtest/gtest.h>

@@ -1,4 +1,5 @@
 // Reading a model file whole.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "model_bytes.hpp"
 
 #include <algorithm>

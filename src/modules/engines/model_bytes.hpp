@@ -1,4 +1,5 @@
 // The bytes of the one model that a weir_open names, read whole.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <cstddef>
 #include <cstdint>

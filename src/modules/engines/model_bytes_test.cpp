@@ -1,4 +1,5 @@
 // Reading the model that a weir_open names.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "model_bytes.hpp"
 
 #include <gtest/gtest.h>

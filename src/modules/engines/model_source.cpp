@@ -1,4 +1,5 @@
 // Opening a model file and reading parts of it.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "model_source.hpp"
 
 #include <fcntl.h>

@@ -1,4 +1,5 @@
 // ModelSource: the one model that a weir_open names, read in pieces.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <cstddef>
 #include <cstdint>

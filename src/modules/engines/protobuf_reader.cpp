@@ -1,4 +1,5 @@
 // Bounded decoding of protobuf fields.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "protobuf_reader.hpp"
 
 namespace weir::engine {

@@ -1,5 +1,6 @@
 // ProtobufReader: the fields of one protobuf message, never read past its end.
 // Encoding: protobuf.dev/programming-guides/encoding.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <cstddef>
 #include <cstdint>

@@ -1,4 +1,5 @@
 // What frames and streams say of tensors, held against what a model says.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <cstdint>
 #include <optional>

@@ -1,4 +1,5 @@
 // Checks of tensors that come through the ABI.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "tensor_check.hpp"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,5 @@
 // Starting threads that do nothing.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "thread_room.hpp"
 
 #include <exception>

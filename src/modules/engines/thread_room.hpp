@@ -1,4 +1,5 @@
 // Whether the system starts as many threads as an engine is about to start.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include "weir/result.hpp"
 

@@ -1,4 +1,5 @@
 // Whether threads can be started.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "thread_room.hpp"
 
 #include <gtest/gtest.h>

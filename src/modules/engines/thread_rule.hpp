@@ -1,5 +1,6 @@
 // How many threads an engine uses for one invoke where the user does not say: a rule on the size of
 // the model, never a measurement.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <algorithm>
 #include <cstdint>

@@ -1,4 +1,5 @@
 // How many threads a model gets by its size, and what sizes are read off graphs.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "thread_rule.hpp"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,5 @@
 #!/usr/bin/python3
+# SPDX-License-Identifier: LGPL-2.1-or-later
 """Prints a C++ header that holds the text of a file: embed_text.py CONSTANT FILE."""
 
 import pathlib

@@ -1,4 +1,5 @@
 // A capsule whose end is told.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "frame_hold.hpp"
 
 #include "weir/hold_frame.h"

@@ -1,4 +1,5 @@
 // FrameHold: tells whether anything in Python still reads the memory of a frame.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <memory>
 

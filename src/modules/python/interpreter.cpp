@@ -1,4 +1,5 @@
 // Starting Python, and its exceptions as errors.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "interpreter.hpp"
 
 #include <mutex>

@@ -1,4 +1,5 @@
 // The one Python interpreter of a process, for modules that run scripts on streaming threads.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <string>
 #include <string_view>

@@ -1,4 +1,5 @@
 // NumPy's table: found through Python, used as its documentation of the C API says.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "numpy_api.hpp"
 
 namespace weir::python {

@@ -1,5 +1,6 @@
 // Arrays over memory of ours, through the table of functions that NumPy gives to extensions. Its
 // places have not moved since NumPy 1.7; no header of NumPy is wanted to build.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <cstdint>
 

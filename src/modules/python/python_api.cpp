@@ -1,4 +1,5 @@
 // Finding Python: in the process, or its library.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "python_api.hpp"
 #include "environment.hpp"
 

@@ -1,5 +1,6 @@
 // PythonApi: the functions of Python's stable ABI that scripts need, found at run time. No header
 // of Python is wanted to build, and one build runs with every Python from 3.9 on.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <cstddef>
 #include <cstdint>

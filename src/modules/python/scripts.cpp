@@ -1,4 +1,5 @@
 // What scripts see of Weir, in Python.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "scripts.hpp"
 
 #include <filesystem>

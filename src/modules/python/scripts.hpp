@@ -1,4 +1,5 @@
 // Users' scripts: loading a class of one, and the module nnstreamer_python that scripts import.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <string>
 

@@ -1,3 +1,4 @@
+ * SPDX-License-Identifier: LGPL-2.1-or-later */
 /* A program that plays a line of text which begins with a filter `f`, and does to it what it reads:
  * "frame" (two float32, which waits until it is in work), "flush" or "stop".
  */

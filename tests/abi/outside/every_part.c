@@ -1,3 +1,4 @@
+ * SPDX-License-Identifier: LGPL-2.1-or-later */
 /* An engine of somebody else that uses every part of the interface, in C. In: float32 of any
  * length. Out: "scaled", as long, times `factor`; "positive", those above 0, as many as there are.
  */

@@ -1,4 +1,5 @@
 // The whole of a filter: everything above `limit` becomes 1, the rest 0; uint8, any length.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <weir/engine.hpp>
 
 class Threshold {

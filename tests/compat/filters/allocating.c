@@ -1,3 +1,4 @@
+ * SPDX-License-Identifier: LGPL-2.1-or-later */
 /* A custom filter that allocates its output, uint64 2: where it lies, and how many are out. custom=
  * is the address of the number of those that were freed. */
 #include <stdlib.h>

@@ -1,5 +1,6 @@
 // A filter sub-plugin as a class, `classes`: float32 2 plus a number that custom= says.
 // custom=throw throws where it is opened, custom=device a code of the system; a first number of 13
+// SPDX-License-Identifier: LGPL-2.1-or-later
 // throws, too.
 #include "nnstreamer_cppplugin_api_filter.hh"
 

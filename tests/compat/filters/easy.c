@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: LGPL-2.1-or-later */
 /* A library that registers a filter of the program when it is loaded, for framework=custom-easy. */
 #include <string.h>
 

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: LGPL-2.1-or-later */
 /* Filter sub-plugins with one fault (FAULT of the build), libnnstreamer_filter_faultyN.so. */
 #include <stddef.h>
 

@@ -1,3 +1,4 @@
+ * SPDX-License-Identifier: LGPL-2.1-or-later */
 /* A filter sub-plugin of version 0 as the published layouts have it, without a header: int32 of any
  * dimension, twice. */
 #include <stdlib.h>

@@ -1,3 +1,4 @@
+ * SPDX-License-Identifier: LGPL-2.1-or-later */
 /* A filter sub-plugin of version 1, `header1`, custom=:
  *   (nothing)   uint8 3 reversed, in memory that it allocates
  *   dynamic     as many numbers as the first says, and with 7 a second tensor of one number

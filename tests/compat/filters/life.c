@@ -1,3 +1,4 @@
+ * SPDX-License-Identifier: LGPL-2.1-or-later */
 /* A filter sub-plugin that adds the number in its model's file to as many float32 as the second
  * number there says (4 without) and tells its life to the pipe custom=FD: o(pen), c(lose),
  * s(uspend), r(esume), R(eload). A FD with a + in front: it knows suspend and resume. `life` is of

@@ -1,5 +1,6 @@
 // A library that registers filter objects when it is loaded: `negated` gives int8 3 negated, and
 // `counted` as many numbers as come, allocated, each its index.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <cstdlib>
 
 #include "tensor_filter_cpp.hh"

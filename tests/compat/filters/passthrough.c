@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: LGPL-2.1-or-later */
 /* A custom filter of any sizes that gives what it gets; calls nothing of the library. */
 #include <string.h>
 

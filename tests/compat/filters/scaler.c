@@ -1,3 +1,4 @@
+ * SPDX-License-Identifier: LGPL-2.1-or-later */
 /* A custom filter that links with the library: pictures of uint8 to the size custom=WIDTHxHEIGHT,
  * by the nearest pixel. */
 #include <errno.h>

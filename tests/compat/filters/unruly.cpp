@@ -1,4 +1,5 @@
 // A custom filter with one fault, chosen by its table (FAULT of the build) or by custom=.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <cstring>
 #include <stdexcept>
 #include <string>

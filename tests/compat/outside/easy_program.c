@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: LGPL-2.1-or-later */
 /* A program with a filter of its own, as users write it: numbers in, their squares out. */
 #include <gst/gst.h>
 #include <nnstreamer_plugin_api.h>

@@ -1,3 +1,4 @@
+ * SPDX-License-Identifier: LGPL-2.1-or-later */
 /* Every function of libnnstreamer.so that programs for NNStreamer link with and that needs no
  * framework: what it gives, and what it says to NULL and to what cannot be. */
 #include <gst/gst.h>

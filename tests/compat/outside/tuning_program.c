@@ -1,3 +1,4 @@
+ * SPDX-License-Identifier: LGPL-2.1-or-later */
 /* A program that tunes properties while its pipelines play: each one is written between two frames,
  * the stream goes on, and the property reads back what was taken, or what it was before with a
  * warning. */

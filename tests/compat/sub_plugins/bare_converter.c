@@ -1,3 +1,4 @@
+ * SPDX-License-Identifier: LGPL-2.1-or-later */
 /* A converter whose structs are laid out by hand from the published interface, without any header
  * of ours, and which links with nothing: the host must bring the function. x-test/bare becomes two
  * int16 values for each byte: the byte and its negative. */

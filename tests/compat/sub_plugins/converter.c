@@ -1,3 +1,4 @@
+ * SPDX-License-Identifier: LGPL-2.1-or-later */
 /* A converter for NNStreamer, as its users write them: bytes of x-test/NAME become uint8 tensors.
  * The field `what` of the caps says what goes wrong. WEIR_NAME is the name of its file,
  * WEIR_REGISTERS what it registers when that is another; WEIR_FAULT_... leaves something out. */

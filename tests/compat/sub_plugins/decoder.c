@@ -1,3 +1,4 @@
+ * SPDX-License-Identifier: LGPL-2.1-or-later */
 /* A decoder for NNStreamer, as its users write them. WEIR_NAME is the name of its file,
  * WEIR_REGISTERS what it registers when that is another; WEIR_FAULT_... leaves something out.
  * option1 says what goes wrong later, option2 the number that is added to each byte, option3 is

@@ -1,3 +1,4 @@
+ * SPDX-License-Identifier: LGPL-2.1-or-later */
 /* Another plug-in with an element named tensor_filter and the meta of query clients, for the tests
  * of living beside one. */
 #include <gst/gst.h>

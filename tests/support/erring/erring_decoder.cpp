@@ -3,6 +3,7 @@
 // memory, number). Or option1 alone: no-caps, bad-caps, early-memory, no-such-input, drop-odd,
 // count (writes how many frames came since the last reset), to-source (writes the frame's
 // maps, then what they are of).
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <cstring>
 #include <stdexcept>
 #include <string>

@@ -1,3 +1,4 @@
+ * SPDX-License-Identifier: LGPL-2.1-or-later */
 /* Tells ThreadSanitizer about GLib's locks, which are futexes in a library that is not
  * instrumented. Preloaded by tools/tsan; in a program without ThreadSanitizer it changes nothing.
  */

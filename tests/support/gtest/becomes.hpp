@@ -1,4 +1,5 @@
 // What a test waits for: a condition, and no longer than anything of it may take.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <gtest/gtest.h>
 

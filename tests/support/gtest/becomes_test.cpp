@@ -1,4 +1,5 @@
 // The waits of tests end.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "becomes.hpp"
 
 #include <gtest/gtest-spi.h>

@@ -1,4 +1,5 @@
 // refuse_calls: system calls that fail, as in a container or on an older kernel.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <gtest/gtest.h>
 #include <linux/filter.h>

@@ -1,4 +1,5 @@
 // What tests ask of an error's words. A failure shows the whole text, which is read once.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <gtest/gtest.h>
 

@@ -1,4 +1,5 @@
 // What the failures of these macros show.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "says.hpp"
 
 #include <gtest/gtest-spi.h>

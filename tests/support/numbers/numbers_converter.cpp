@@ -1,6 +1,7 @@
 // An external converter for tests: text such as "1 2 3;4 5" becomes int32 tensors, one for each
 // part between semicolons; "count" becomes how many frames came since the last reset. Words order
 // faults: drop, nothing, rate, no rate, failure, exception, memory, number, many, time.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <charconv>
 #include <cstring>
 #include <stdexcept>

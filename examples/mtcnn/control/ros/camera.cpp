@@ -1,6 +1,7 @@
 // The camera as a node: pictures of a file as /pictures. camera [--live] [--rate N] INPUT
 // Without --live at most four pictures are under way: the next is sent when /faces says that one
 // is done. With it they come at the clip's rate and whoever is late misses some.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <CLI/CLI.hpp>
 #include <condition_variable>
 #include <mutex>

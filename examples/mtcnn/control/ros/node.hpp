@@ -1,4 +1,5 @@
 // What the nodes share: clock, pictures of messages, waiting for who listens, taking messages.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <mtcnn_control/Faces.h>
 #include <mtcnn_control/Regions.h>

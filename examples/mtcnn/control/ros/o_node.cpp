@@ -1,5 +1,6 @@
 // O-Net as a node: /refined in, /faces out. o MODELS [--report FILE] [--faces FILE]
 // The files are for the times and the faces of each picture.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <CLI/CLI.hpp>
 #include <fstream>
 

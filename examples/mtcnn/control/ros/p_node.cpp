@@ -1,4 +1,5 @@
 // P-Net as a node: /pictures in, /proposed out. p MODELS MIN_FACE WAITING
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "node.hpp"
 
 namespace {

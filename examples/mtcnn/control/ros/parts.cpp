@@ -1,4 +1,5 @@
 // ../stages.hpp behind parts.hpp.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "parts.hpp"
 
 #include <cstdio>

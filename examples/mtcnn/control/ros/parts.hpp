@@ -1,5 +1,6 @@
 // The cascade's parts for the nodes. ROS 1's headers are no C++20, so this one is C++17: boxes are
 // numbers one behind the other, as in the messages. Errors are exceptions of Ort and cv.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <cstdint>
 #include <memory>

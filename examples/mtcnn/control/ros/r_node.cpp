@@ -1,4 +1,5 @@
 // R-Net as a node: /proposed in, /refined out. r MODELS
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "node.hpp"
 
 namespace {

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: LGPL-2.1-or-later
 """An example of a script for tensor_converter: the histogram of each buffer's bytes, 256 counts."""
 
 import numpy

@@ -1,4 +1,5 @@
 // python3: the class CustomConverter of a user's script makes tensors of any stream.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <cstring>
 #include <optional>
 

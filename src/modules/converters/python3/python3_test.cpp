@@ -1,5 +1,6 @@
 // python3: scripts by the protocol, and everything a script may do wrong. Skipped where Python or
 // NumPy is missing.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <gtest/gtest.h>
 
 #include <cstdlib>

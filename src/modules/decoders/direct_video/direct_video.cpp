@@ -1,4 +1,5 @@
 // direct_video: a tensor of pixels becomes a video frame.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <algorithm>
 #include <array>
 #include <cctype>

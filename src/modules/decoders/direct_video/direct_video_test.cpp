@@ -1,4 +1,5 @@
 // direct_video: formats by channels, rows padded to four bytes, what is no picture.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "decoder_test_fixture.hpp"
 
 #include "says.hpp"

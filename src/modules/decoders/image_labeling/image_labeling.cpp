@@ -1,4 +1,5 @@
 // image_labeling: the label of the highest score, as text.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <cstring>
 
 #include "weir/decoder.hpp"

@@ -1,4 +1,5 @@
 // image_labeling: which label wins, for every element type; label files that cannot be used.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <cmath>
 #include <fstream>
 

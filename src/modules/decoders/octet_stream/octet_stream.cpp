@@ -1,4 +1,5 @@
 // octet_stream: the bytes of the tensors, one memory for each, headers taken off.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "weir/decoder.hpp"
 
 namespace {

@@ -1,4 +1,5 @@
 // octet_stream: shares what it is given, and copies nothing.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "decoder_test_fixture.hpp"
 
 namespace weir::testing_decoders {

@@ -1,4 +1,5 @@
 // Convolutions and fully connected layers: QLinearConv with colours last, QGemm.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <algorithm>
 #include <array>
 #include <cmath>

@@ -1,4 +1,5 @@
 // SUB of 8-bit values, bit by bit as TensorFlow Lite computes it.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <algorithm>
 #include <cmath>
 #include <limits>

@@ -1,4 +1,5 @@
 // Operators that compute each value by itself, and Softmax.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "lowering/operator_parts.hpp"
 #include "lowering/operators.hpp"
 

@@ -1,4 +1,5 @@
 // Names and shapes are the lowered graph's own; all else is read from the source.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "lowering/lowered_facts.hpp"
 
 #include <nlohmann/json.hpp>

@@ -1,4 +1,5 @@
 // What a lowered model says of itself, whichever engine opened it.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <span>
 #include <string>

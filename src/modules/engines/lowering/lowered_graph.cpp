@@ -1,4 +1,5 @@
 // Values, constants, inputs and outputs of a graph that is lowered.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "lowering/lowered_graph.hpp"
 
 #include <cstring>

@@ -1,4 +1,5 @@
 // LoweredGraph: the ONNX graph that is being made of a TensorFlow Lite graph.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <initializer_list>
 #include <map>

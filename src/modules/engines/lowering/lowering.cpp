@@ -1,4 +1,5 @@
 // Lowering a graph: operator by operator.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "lowering/lowering.hpp"
 
 #include "lowering/lowered_graph.hpp"

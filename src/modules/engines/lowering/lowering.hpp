@@ -1,4 +1,5 @@
 // Lowering: a fully quantised TensorFlow Lite graph as an ONNX graph for ONNX Runtime.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <cstddef>
 #include <cstdint>

@@ -1,4 +1,5 @@
 // Reading with distrust, writing beside and renaming.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "lowering/lowering_cache.hpp"
 
 #include <fcntl.h>

@@ -1,4 +1,5 @@
 // Lowered graphs kept on disk, by the digest of what they were made of.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <cstddef>
 #include <optional>

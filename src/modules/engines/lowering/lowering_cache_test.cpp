@@ -1,4 +1,5 @@
 // The cache of lowered graphs: what is kept, what is not trusted, and that it is never in the way.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "lowering/lowering_cache.hpp"
 
 #include <sys/stat.h>

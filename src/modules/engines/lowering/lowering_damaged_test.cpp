@@ -1,4 +1,5 @@
 // Damaged quantised models through the lowering: refused, left to TensorFlow Lite, or run.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "damaged_model.hpp"
 #include "lowering/lowering_fixture.hpp"
 

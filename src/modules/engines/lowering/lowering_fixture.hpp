@@ -1,4 +1,5 @@
 // The fixture of tests that run one .tflite model by TensorFlow Lite and lowered, and compare.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <algorithm>
 #include <cstdlib>

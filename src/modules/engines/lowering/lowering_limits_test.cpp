@@ -1,5 +1,6 @@
 // Models whose numbers lie at the ends of their types. Run with UndefinedBehaviorSanitizer, no sum
 // and no product of them overflows.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <gtest/gtest.h>
 
 #include <limits>

@@ -1,4 +1,5 @@
 // Real quantised models: TensorFlow Lite and the lowered graph on the same frames.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <cmath>
 #include <nlohmann/json.hpp>
 

@@ -1,4 +1,5 @@
 // Choosing the lowering: what it takes, what it leaves to TensorFlow Lite, what it refuses.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "lowering/lowering_fixture.hpp"
 
 #include "says.hpp"

@@ -1,4 +1,5 @@
 // Operators that move values and compute nothing.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <algorithm>
 
 #include "lowering/operator_parts.hpp"

@@ -1,4 +1,5 @@
 // Operators on numbers that stand for themselves: float32, int32, int64; and CAST to and from them.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <algorithm>
 #include <limits>
 

@@ -1,4 +1,5 @@
 // Protobuf by hand: a few fields need no library.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "lowering/onnx_writer.hpp"
 
 namespace weir::engine {

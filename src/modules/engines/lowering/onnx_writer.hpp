@@ -1,4 +1,5 @@
 // OnnxWriter: an ONNX model written field by field (onnx.proto3 of the ONNX project).
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <cstdint>
 #include <span>

@@ -1,4 +1,5 @@
 // Fused activations as limits of quantised values; padding as TensorFlow computes it.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "lowering/operator_parts.hpp"
 
 #include <algorithm>

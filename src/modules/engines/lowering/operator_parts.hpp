@@ -1,4 +1,5 @@
 // What operators that are lowered share: refusals, fused activations, windows over pictures.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <array>
 #include <string>

@@ -1,4 +1,5 @@
 // The table of operators (BuiltinOperator of TensorFlow's schema.fbs): lowered, or known by name.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "lowering/operators.hpp"
 
 #include <algorithm>

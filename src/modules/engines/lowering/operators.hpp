@@ -1,4 +1,5 @@
 // The operators that are lowered, each by a function that adds its nodes to the graph.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include "lowering/lowered_graph.hpp"
 

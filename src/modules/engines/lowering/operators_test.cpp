@@ -1,4 +1,5 @@
 // Each operator by itself: the lowered graph and TensorFlow Lite on the same random frames.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <array>
 
 #include "lowering/lowering_fixture.hpp"

@@ -1,4 +1,5 @@
 // Operators that pick values by their places, join tensors along a new axis, or take them apart.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <algorithm>
 
 #include "lowering/operator_parts.hpp"

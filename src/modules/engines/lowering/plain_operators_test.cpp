@@ -1,5 +1,6 @@
 // Operators that pick and join values, casts, and numbers that are not quantised: the lowered graph
 // gives what TensorFlow Lite gives, and what it cannot is refused.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <limits>
 
 #include "lowering/lowering_fixture.hpp"

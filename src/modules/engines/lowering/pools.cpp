@@ -1,4 +1,5 @@
 // Pools over pictures, colours last. They leave the quantisation as it is.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "lowering/operator_parts.hpp"
 #include "lowering/operators.hpp"
 

@@ -1,4 +1,5 @@
 // The sums at which the output makes a step, as TensorFlow Lite has them and in single precision.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "lowering/rounding.hpp"
 
 #include <algorithm>

@@ -1,4 +1,5 @@
 // How TensorFlow Lite rounds sums of products of uint8, in terms of real numbers.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <cstdint>
 

@@ -1,4 +1,5 @@
 // Rounding in single precision against TensorFlow Lite's in whole numbers, sum by sum.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "lowering/rounding.hpp"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,5 @@
 // One block of 64 bytes after the other; constants and steps as FIPS 180-4, 4.2.2 and 6.2.2.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "lowering/sha256.hpp"
 
 #include <algorithm>

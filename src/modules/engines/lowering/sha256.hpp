@@ -1,4 +1,5 @@
 // SHA-256 (FIPS 180-4).
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <array>
 #include <cstddef>

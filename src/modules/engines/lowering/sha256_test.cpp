@@ -1,4 +1,5 @@
 // SHA-256 against the examples of FIPS 180 and lengths about the ends of blocks.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "lowering/sha256.hpp"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,5 @@
 // Reading weights, biases.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "lowering/weights.hpp"
 
 #include <algorithm>

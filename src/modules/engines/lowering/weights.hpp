@@ -1,4 +1,5 @@
 // The weights and biases of a layer.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <cstdint>
 #include <string>

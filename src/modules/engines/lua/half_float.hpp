@@ -1,4 +1,5 @@
 // IEEE 754 half precision to and from single precision.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <bit>
 #include <cstdint>

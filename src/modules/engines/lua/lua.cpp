@@ -1,4 +1,5 @@
 // The module of the engine Lua.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "engine_table.hpp"
 #include "lua/lua_model.hpp"
 #include "lua/lua_runner.hpp"

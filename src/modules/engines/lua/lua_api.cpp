@@ -1,4 +1,5 @@
 // Opening LuaJIT.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "lua/lua_api.hpp"
 
 #include <dlfcn.h>

@@ -1,5 +1,6 @@
 // LuaApi: the functions of LuaJIT that scripts need, found at run time. No header of Lua is wanted
 // to build: these are the signatures of Lua 5.1's manual, and what LuaJIT adds.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <cstddef>
 #include <string>

@@ -1,4 +1,5 @@
 // Lua's standard libraries, which scripts have unless they run in a sandbox.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <ctime>
 #include <fstream>
 

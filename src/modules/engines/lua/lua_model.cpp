@@ -1,4 +1,5 @@
 // Opening a script.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "lua/lua_model.hpp"
 
 #include <algorithm>

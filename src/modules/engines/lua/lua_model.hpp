@@ -1,4 +1,5 @@
 // LuaModel: a script that has run once, with the tensors that its tables name.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <memory>
 #include <mutex>

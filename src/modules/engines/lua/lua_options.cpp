@@ -1,4 +1,5 @@
 // Reading custom=.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "lua/lua_options.hpp"
 
 #include <algorithm>

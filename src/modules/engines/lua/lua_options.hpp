@@ -1,4 +1,5 @@
 // What custom= says to the engine Lua.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <cstdint>
 #include <string>

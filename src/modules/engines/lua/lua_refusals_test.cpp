@@ -1,4 +1,5 @@
 // What the engine Lua refuses, and in which words.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <algorithm>
 
 #include "lua/lua_test_support.hpp"

@@ -1,4 +1,5 @@
 // Frames into slots, and the script's function called.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "lua/lua_runner.hpp"
 
 #include <algorithm>

@@ -1,4 +1,5 @@
 // LuaRunner: frames through a script, with a state and globals of its own.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <memory>
 #include <span>

@@ -1,4 +1,5 @@
 // custom=Sandbox:true: what scripts cannot reach unless it is given to them.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <fstream>
 
 #include "lua/lua_test_support.hpp"

@@ -1,5 +1,6 @@
 // Calling Lua. What may raise an error of Lua runs in a protected call, in functions that own
 // nothing: such an error leaves them by a jump.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "lua/lua_state.hpp"
 
 #include <algorithm>

@@ -1,4 +1,5 @@
 // LuaState: one script in a state of its own, with its tensors.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <cstddef>
 #include <memory>

@@ -1,4 +1,5 @@
 // Scripts through the C table: the functions and tables of the specification, types, globals.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <cmath>
 #include <cstring>
 #include <limits>

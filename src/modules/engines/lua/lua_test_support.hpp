@@ -1,4 +1,5 @@
 // Scripts for tests of the engine Lua.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <string>
 

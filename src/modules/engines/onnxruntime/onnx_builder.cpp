@@ -1,4 +1,5 @@
 // Writing protobuf by hand.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "onnxruntime/onnx_builder.hpp"
 
 #include <algorithm>

@@ -1,5 +1,6 @@
 // OnnxBuilder: small ONNX models for tests, written field by field (onnx.proto3 of the ONNX
 // project).
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <cstddef>
 #include <cstdint>

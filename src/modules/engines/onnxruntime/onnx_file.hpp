@@ -1,4 +1,5 @@
 // What an ONNX file says of itself, read without ONNX Runtime.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <cstddef>
 #include <cstdint>

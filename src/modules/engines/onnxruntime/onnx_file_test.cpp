@@ -1,4 +1,5 @@
 // Reading ONNX files without ONNX Runtime.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "onnxruntime/onnx_file.hpp"
 
 #include <gtest/gtest.h>

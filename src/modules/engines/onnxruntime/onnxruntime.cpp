@@ -1,4 +1,5 @@
 // The module of the engine ONNX Runtime.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "engine_table.hpp"
 #include "onnxruntime/ort_model.hpp"
 #include "onnxruntime/ort_runner.hpp"

@@ -1,4 +1,5 @@
 // Damaged ONNX models: nothing crashes, nothing hangs.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "damaged_model.hpp"
 #include "onnxruntime/onnx_builder.hpp"
 

@@ -1,4 +1,5 @@
 // Real ONNX models, held against ../shared/MANIFEST.md and published results.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <cmath>
 
 #include "engine_fixture.hpp"

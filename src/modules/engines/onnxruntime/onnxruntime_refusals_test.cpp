@@ -1,4 +1,5 @@
 // What the ONNX Runtime engine refuses, and in which words.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <cstdlib>
 #include <filesystem>
 

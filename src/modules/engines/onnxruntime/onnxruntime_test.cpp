@@ -1,4 +1,5 @@
 // ONNX Runtime through the C table: types, shapes, memory, options.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <cmath>
 #include <limits>
 #include <nlohmann/json.hpp>

@@ -1,4 +1,5 @@
 // Opening libonnxruntime.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "onnxruntime/ort_api.hpp"
 
 #include <mutex>

@@ -1,4 +1,5 @@
 // ONNX Runtime's C API: the library opened once, its objects owned, its errors turned into values.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <onnxruntime_c_api.h>
 

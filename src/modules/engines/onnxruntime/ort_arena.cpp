@@ -1,4 +1,5 @@
 // Registers an arena with ONNX Runtime's environment, and takes it back.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "onnxruntime/ort_arena.hpp"
 
 #include <mutex>

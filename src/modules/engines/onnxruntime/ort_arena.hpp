@@ -1,4 +1,5 @@
 // OrtArena: the memory that all sessions of the process take for what they compute.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <memory>
 

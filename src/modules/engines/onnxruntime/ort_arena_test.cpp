@@ -1,4 +1,5 @@
 // The arena that sessions share: one at a time, and what outlives it.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "onnxruntime/ort_arena.hpp"
 
 #include <algorithm>

@@ -1,4 +1,5 @@
 // Reading the metadata of an opened model.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "onnxruntime/ort_metadata.hpp"
 
 #include <limits>

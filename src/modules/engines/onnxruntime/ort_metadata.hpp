@@ -1,4 +1,5 @@
 // What an ONNX model says of where it comes from, as JSON.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <string>
 

@@ -1,4 +1,5 @@
 // Opening a model and reading its inputs and outputs.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "onnxruntime/ort_model.hpp"
 
 #include <algorithm>

@@ -1,4 +1,5 @@
 // OrtModel: an ONNX model opened by ONNX Runtime, with what it says of its inputs and outputs.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <memory>
 #include <span>

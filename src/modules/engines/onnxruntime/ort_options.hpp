@@ -1,4 +1,5 @@
 // The options of the ONNX Runtime engine.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <onnxruntime_c_api.h>
 

@@ -1,4 +1,5 @@
 // Binding memory, running, handing over what ONNX Runtime allocated.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "onnxruntime/ort_runner.hpp"
 
 #include <algorithm>

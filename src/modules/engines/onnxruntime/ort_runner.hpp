@@ -1,4 +1,5 @@
 // OrtRunner: frames through an opened ONNX model, from and into the caller's memory.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <memory>
 #include <span>

@@ -1,4 +1,5 @@
 // Element types of ONNX Runtime and of Weir.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <onnxruntime_c_api.h>
 

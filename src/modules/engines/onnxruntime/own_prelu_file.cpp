@@ -1,4 +1,5 @@
 // PRelu nodes of an ONNX file get another domain (onnx.proto3 of the ONNX project).
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <algorithm>
 #include <set>
 

@@ -1,5 +1,6 @@
 // PReLU of our own gives what the definition says, wherever the slopes' axis lies, and is left
 // alone where it cannot stand for ONNX Runtime's.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "onnxruntime/own_prelu.hpp"
 
 #include <limits>

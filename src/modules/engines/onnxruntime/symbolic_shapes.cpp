@@ -1,4 +1,5 @@
 // Binding names to sizes.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "onnxruntime/symbolic_shapes.hpp"
 
 #include <algorithm>

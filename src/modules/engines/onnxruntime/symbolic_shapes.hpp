@@ -1,4 +1,5 @@
 // Output shapes from input shapes, by the names that an ONNX model gives its open dimensions.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <span>
 #include <string>

@@ -1,4 +1,5 @@
 // Output shapes by the names of open dimensions.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "onnxruntime/symbolic_shapes.hpp"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,5 @@
 // Caffe's two files.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <limits>
 
 #include "opencv-dnn/dnn_description.hpp"

@@ -1,4 +1,5 @@
 // The .cfg of a Darknet network.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <charconv>
 
 #include "opencv-dnn/dnn_description.hpp"

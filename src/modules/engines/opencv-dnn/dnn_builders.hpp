@@ -1,5 +1,6 @@
 // Small networks for tests: messages of protobuf field by field, Caffe's blobs, TensorFlow's nodes,
 // Darknet's weights.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <cstdint>
 #include <cstring>

@@ -1,5 +1,6 @@
 // What the files of a Caffe, TensorFlow or Darknet network say of its inputs, read before OpenCV
 // reads them; and whether they are whole.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <cstddef>
 #include <map>

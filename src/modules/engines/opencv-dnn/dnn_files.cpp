@@ -1,4 +1,5 @@
 // Telling files apart by their endings.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "opencv-dnn/dnn_files.hpp"
 
 #include <filesystem>

@@ -1,4 +1,5 @@
 // The files of a network: which of those given is which, and where the other lies.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include "opencv-dnn/dnn_model.hpp"
 

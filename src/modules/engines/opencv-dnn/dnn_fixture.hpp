@@ -1,4 +1,5 @@
 // The fixture of the tests of the three engines that OpenCV runs.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include "engine_test_host.hpp"
 #include "opencv-dnn/dnn_builders.hpp"

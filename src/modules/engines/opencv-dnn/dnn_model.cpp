@@ -1,4 +1,5 @@
 // Opening a network; the user's words where the files are silent or another size is wanted.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "opencv-dnn/dnn_model.hpp"
 
 #include <algorithm>

@@ -1,4 +1,5 @@
 // DnnModel: a Caffe, TensorFlow or Darknet network opened by OpenCV, with its inputs and outputs.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <memory>
 #include <string>

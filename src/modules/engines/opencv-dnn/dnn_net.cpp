@@ -1,4 +1,5 @@
 // OpenCV's DNN module, in this file alone.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "opencv-dnn/dnn_net.hpp"
 
 #include <dlfcn.h>

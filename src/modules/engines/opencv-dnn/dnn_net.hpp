@@ -1,4 +1,5 @@
 // DnnNet: a network read by OpenCV. No header of OpenCV is needed here.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <cstdint>
 #include <memory>

@@ -1,4 +1,5 @@
 // Checking what comes, running, copying.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "opencv-dnn/dnn_runner.hpp"
 
 #include <algorithm>

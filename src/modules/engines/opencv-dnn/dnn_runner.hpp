@@ -1,4 +1,5 @@
 // DnnRunner: shapes and frames through an opened network.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <memory>
 #include <span>

@@ -1,4 +1,5 @@
 // The module of one of the engines caffe, tensorflow and darknet: WEIR_DNN_FORMAT says which.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "engine_table.hpp"
 #include "opencv-dnn/dnn_model.hpp"
 #include "opencv-dnn/dnn_runner.hpp"

@@ -1,4 +1,5 @@
 // What the engines of OpenCV refuse, and in which words.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "memory_law.hpp"
 #include "opencv-dnn/dnn_fixture.hpp"
 #include "says.hpp"

@@ -1,4 +1,5 @@
 // Caffe, TensorFlow and Darknet networks through OpenCV, against closed forms and plain loops.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <cmath>
 
 #include "opencv-dnn/dnn_fixture.hpp"

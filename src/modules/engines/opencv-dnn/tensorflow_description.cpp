@@ -1,4 +1,5 @@
 // A frozen graph of TensorFlow.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <algorithm>
 #include <array>
 #include <map>

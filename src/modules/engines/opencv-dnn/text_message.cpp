@@ -1,4 +1,5 @@
 // Words, marks and nesting of the text format.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "opencv-dnn/text_message.hpp"
 
 #include <algorithm>

@@ -1,5 +1,6 @@
 // TextMessage: a message in protobuf's text format, as Caffe's .prototxt files are, read without
 // its description: protobuf.dev/reference/protobuf/textformat-spec.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <cstdint>
 #include <memory>

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: LGPL-2.1-or-later
 """An example of a filter that says its tensors: the mean of each channel of a picture; custom="CHANNELS WIDTH HEIGHT"."""
 
 import numpy

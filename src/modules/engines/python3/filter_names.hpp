@@ -1,5 +1,6 @@
 // The half of the engine that is written in Python: what a script says of its tensors, and words
 // for what it gave.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 
 namespace weir::engine {

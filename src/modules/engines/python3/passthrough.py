@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: LGPL-2.1-or-later
 """An example of a filter: frames of any kind pass as they are."""
 
 

@@ -1,4 +1,5 @@
 // The module of filters that are scripts of Python.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <dlfcn.h>
 
 #include "engine_table.hpp"

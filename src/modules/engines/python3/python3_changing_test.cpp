@@ -1,5 +1,6 @@
 // Scripts whose objects report one thing and hold another: subclasses of list and of numpy.ndarray
 // with methods of their own. Such a script gets an error or its data is copied.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "script_filter_test_support.hpp"
 
 namespace weir::python_test {

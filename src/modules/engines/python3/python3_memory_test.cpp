@@ -1,4 +1,5 @@
 // A script without memory: errors, and it runs again when there is some.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "memory_law.hpp"
 #include "script_filter_test_support.hpp"
 

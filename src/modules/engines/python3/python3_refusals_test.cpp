@@ -1,4 +1,5 @@
 // Scripts that are wrong, each named in words; and what they may not do to the frames.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "script_filter_test_support.hpp"
 
 namespace weir::python_test {

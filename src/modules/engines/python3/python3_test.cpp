@@ -1,4 +1,5 @@
 // Filters in Python by the protocol, and what memory their arrays are.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <atomic>
 #include <thread>
 

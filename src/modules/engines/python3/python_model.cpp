@@ -1,4 +1,5 @@
 // Loading a script and asking it.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "python3/python_model.hpp"
 
 #include "python3/filter_names.hpp"

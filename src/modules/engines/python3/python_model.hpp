@@ -1,4 +1,5 @@
 // PythonModel: an object of a script's class CustomFilter, and what it says of its tensors.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <memory>
 #include <span>

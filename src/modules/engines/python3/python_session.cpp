@@ -1,4 +1,5 @@
 // Arrays over the memory of frames, in and out.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "python3/python_session.hpp"
 
 #include <algorithm>

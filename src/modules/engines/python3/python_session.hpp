@@ -1,4 +1,5 @@
 // PythonSession: frames through a script.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <memory>
 #include <optional>

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: LGPL-2.1-or-later
 """An example of a filter: RGB pictures of any size to a size of one's own, nearest pixel; custom="WIDTH HEIGHT"."""
 
 import numpy

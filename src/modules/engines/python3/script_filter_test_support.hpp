@@ -1,4 +1,5 @@
 // For tests: scripts in a folder of their own, opened and invoked by Weir's core, as elements do.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <gtest/gtest.h>
 

@@ -1,4 +1,5 @@
 // The module of the engine libtorch.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "engine_table.hpp"
 #include "pytorch/torch_file.hpp"
 #include "pytorch/torch_model.hpp"

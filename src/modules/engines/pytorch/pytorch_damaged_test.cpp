@@ -1,4 +1,5 @@
 // Damaged TorchScript archives: nothing crashes, nothing hangs.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "damaged_model.hpp"
 #include "pytorch/torchscript_builder.hpp"
 

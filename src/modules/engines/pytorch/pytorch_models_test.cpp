@@ -1,4 +1,5 @@
 // Real TorchScript models, held against ../shared/MANIFEST.md and what their code says.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <cmath>
 
 #include "engine_fixture.hpp"

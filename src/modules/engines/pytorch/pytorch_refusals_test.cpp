@@ -1,4 +1,5 @@
 // What the libtorch engine refuses, and in which words.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "engine_laws.hpp"
 #include "pytorch/torchscript_builder.hpp"
 #include "says.hpp"

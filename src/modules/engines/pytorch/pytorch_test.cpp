@@ -1,4 +1,5 @@
 // The libtorch engine on small models: shapes, types, kinds of output, options, memory.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <cstring>
 
 #include "engine_fixture.hpp"

@@ -1,4 +1,5 @@
 // SourceBuffer: a model file as what std::istream reads, without a copy of it in memory.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <array>
 #include <streambuf>

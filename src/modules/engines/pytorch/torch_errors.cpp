@@ -1,4 +1,5 @@
 // Reading the texts of libtorch's exceptions.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "pytorch/torch_errors.hpp"
 
 #include <algorithm>

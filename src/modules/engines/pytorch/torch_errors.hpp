@@ -1,4 +1,5 @@
 // From libtorch's exceptions, which hold pages, to one line and the operator that failed.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <string>
 #include <string_view>

@@ -1,4 +1,5 @@
 // Checking the directory of a zip archive and the checksums of its entries.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "pytorch/torch_file.hpp"
 
 #include <algorithm>

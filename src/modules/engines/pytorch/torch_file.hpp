@@ -1,4 +1,5 @@
 // What kind of file a .pt is, told from its bytes before libtorch sees it.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <cstddef>
 #include <cstdint>

@@ -1,4 +1,5 @@
 // Zip archives that no writer makes: each byte of a file is read once, whatever its directory says.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "pytorch/torch_file.hpp"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,5 @@
 // What the graph of forward says. Only torch_program.cpp includes this.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <torch/csrc/jit/ir/alias_analysis.h>
 #include <torch/csrc/jit/ir/constants.h>

@@ -1,4 +1,5 @@
 // Opening a TorchScript file; what the user says fills what the graph leaves open.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "pytorch/torch_model.hpp"
 
 #include <algorithm>

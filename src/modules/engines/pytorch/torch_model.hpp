@@ -1,4 +1,5 @@
 // TorchModel: a TorchScript model opened by libtorch, with what it says of its inputs and outputs.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <algorithm>
 #include <atomic>

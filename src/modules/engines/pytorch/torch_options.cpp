@@ -1,4 +1,5 @@
 // Reading the options of the libtorch engine.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "pytorch/torch_options.hpp"
 
 #include <algorithm>

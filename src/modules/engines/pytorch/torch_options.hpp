@@ -1,4 +1,5 @@
 // The options of the libtorch engine.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include "declared_tensors.hpp"
 

@@ -1,4 +1,5 @@
 // libtorch, in this file alone: loading, freezing, looking into the graph, running.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "pytorch/torch_program.hpp"
 
 #include <ATen/Parallel.h>

@@ -1,5 +1,6 @@
 // TorchProgram: the method forward of a TorchScript archive. No header of libtorch is needed here:
 // its headers take half a minute, and torch_program.cpp alone pays that.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <memory>
 #include <optional>

@@ -1,4 +1,5 @@
 // Checking inputs, dry runs, running.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "pytorch/torch_runner.hpp"
 
 #include <algorithm>

@@ -1,4 +1,5 @@
 // TorchRunner: shapes and frames through an opened TorchScript model.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <memory>
 #include <span>

@@ -1,4 +1,5 @@
 // Tensors of Weir and of libtorch. Only torch_program.cpp includes this.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <ATen/ATen.h>
 

@@ -1,4 +1,5 @@
 // TorchWork: what a TorchScript model computes for inputs of given shapes, without running it.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <cstddef>
 #include <cstdint>

@@ -1,5 +1,6 @@
 // Reads a TorchWork off a frozen graph, whose weights are constants. Only torch_program.cpp
 // includes this.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <torch/csrc/jit/ir/constants.h>
 #include <torch/csrc/jit/ir/ir.h>

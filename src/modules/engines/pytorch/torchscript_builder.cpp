@@ -1,4 +1,5 @@
 // Zip records (PKWARE's appnote) and the pickle of a module that has only `training`.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "pytorch/torchscript_builder.hpp"
 
 #include <cstdint>

@@ -1,4 +1,5 @@
 // Small TorchScript archives for tests, written entry by entry: a zip archive of stored files.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <cstddef>
 #include <string>

@@ -1,4 +1,5 @@
 // Layout: the FlatBuffers internals page; offsets lead forward and are relative to themselves.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "tensorflow-lite/flat_writer.hpp"
 
 namespace weir::engine_test {

@@ -1,4 +1,5 @@
 // FlatValue: FlatBuffers files written for tests, as a tree of tables, vectors and strings.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <cstddef>
 #include <cstdint>

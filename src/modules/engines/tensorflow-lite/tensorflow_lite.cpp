@@ -1,4 +1,5 @@
 // The module of the engine TensorFlow Lite.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "engine_table.hpp"
 #include "tensorflow-lite/tflite_choice.hpp"
 #include "tensorflow-lite/tflite_runner.hpp"

@@ -1,4 +1,5 @@
 // Damaged TensorFlow Lite models: nothing crashes, nothing hangs.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "damaged_model.hpp"
 #include "tensorflow-lite/tflite_builder.hpp"
 

@@ -1,4 +1,5 @@
 // Real TensorFlow Lite models, held against ../shared/MANIFEST.md and labelled data.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <cstring>
 #include <nlohmann/json.hpp>
 

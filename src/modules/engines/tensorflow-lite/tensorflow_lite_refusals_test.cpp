@@ -1,4 +1,5 @@
 // What the TensorFlow Lite engine refuses, and in which words; that damage is never a crash.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <algorithm>
 
 #include "engine_fixture.hpp"

@@ -1,4 +1,5 @@
 // Sessions of one TensorFlow Lite model: at once, and each with a state of its own.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "engine_laws.hpp"
 #include "tensorflow-lite/tflite_builder.hpp"
 

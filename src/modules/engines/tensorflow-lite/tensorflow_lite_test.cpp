@@ -1,4 +1,5 @@
 // TensorFlow Lite through the C table: types, shapes, memory, options.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <nlohmann/json.hpp>
 
 #include "engine_laws.hpp"

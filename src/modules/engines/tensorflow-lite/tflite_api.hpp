@@ -1,4 +1,5 @@
 // The C API of TensorFlow Lite, opened at run time.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <tensorflow/lite/c/c_api.h>
 #include <tensorflow/lite/c/common.h>

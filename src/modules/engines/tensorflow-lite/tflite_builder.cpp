@@ -1,4 +1,5 @@
 // Putting the tables of a model together.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "tensorflow-lite/tflite_builder.hpp"
 
 #include <algorithm>

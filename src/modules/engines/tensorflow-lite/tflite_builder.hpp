@@ -1,4 +1,5 @@
 // TfliteBuilder: small TensorFlow Lite models for tests (schema.fbs, version 3, of TensorFlow).
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <string>
 #include <vector>

@@ -1,4 +1,5 @@
 // Opening a model here or there, and passing every later call on to whoever has it.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "tensorflow-lite/tflite_choice.hpp"
 
 #include <memory>

@@ -1,5 +1,6 @@
 // Who runs a .tflite model: TensorFlow Lite, or, where the user chose so, another engine that gets
 // the lowered graph.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include "weir/abi.h"
 

@@ -1,4 +1,5 @@
 // Making an interpreter, with the delegate and without.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "tensorflow-lite/tflite_interpreter.hpp"
 
 #include <cstdarg>

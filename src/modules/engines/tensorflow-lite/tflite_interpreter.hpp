@@ -1,4 +1,5 @@
 // TfliteInterpreter: one interpreter of a model for one set of input shapes, ready to invoke.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <memory>
 #include <span>

@@ -1,4 +1,5 @@
 // TfliteModel: a TensorFlow Lite model, checked and opened, with its inputs and outputs.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <memory>
 #include <mutex>

@@ -1,4 +1,5 @@
 // The options of the TensorFlow Lite engine (specification 4.15).
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include "weir/abi.h"
 #include "weir/result.hpp"

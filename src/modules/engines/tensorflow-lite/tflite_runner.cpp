@@ -1,4 +1,5 @@
 // Shapes in, shapes out, frames through.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "tensorflow-lite/tflite_runner.hpp"
 
 #include <algorithm>

@@ -1,4 +1,5 @@
 // TfliteRunner: frames through a TensorFlow Lite model.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <memory>
 #include <span>

@@ -1,4 +1,5 @@
 // Element types of TensorFlow Lite and of Weir.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <tensorflow/lite/c/c_api_types.h>
 

@@ -1,4 +1,5 @@
 // Bounded steps through a FlatBuffers file.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "tflite-file/flat_buffer.hpp"
 
 namespace weir::engine {

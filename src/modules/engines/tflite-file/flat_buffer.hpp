@@ -1,5 +1,6 @@
 // FlatFile, FlatTable, FlatVector: a FlatBuffers file read without ever leaving its bytes.
 // Layout: the FlatBuffers internals page; offsets are little-endian and relative.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <cstddef>
 #include <cstdint>

@@ -1,4 +1,5 @@
 // Walking a TensorFlow Lite file along its schema.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "tflite-file/tflite_file.hpp"
 
 #include <algorithm>

@@ -1,4 +1,5 @@
 // What a TensorFlow Lite file says of itself, and whether TensorFlow Lite may be given it.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <cstddef>
 #include <span>

@@ -1,4 +1,5 @@
 // Reading TensorFlow Lite files without TensorFlow Lite: what it must never be given.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "tflite-file/tflite_file.hpp"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,5 @@
 // Taking the graph out of a file that was checked.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "tflite-file/tflite_graph.hpp"
 
 #include <algorithm>

@@ -1,4 +1,5 @@
 // TfliteGraph: the first graph of a TensorFlow Lite file, its tensors and operators.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <cstddef>
 #include <cstdint>

@@ -1,4 +1,5 @@
 // Walking metadata and the archive behind a model, never out of their bytes.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "tflite-file/tflite_metadata.hpp"
 
 #include <charconv>

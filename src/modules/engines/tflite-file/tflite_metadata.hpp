@@ -1,4 +1,5 @@
 // What TensorFlow Lite metadata say of a model's picture and labels.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <cstddef>
 #include <map>

@@ -1,4 +1,5 @@
 // Shapes, buffers, quantisation and sparsity of tensors.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "tflite-file/tflite_tensor.hpp"
 
 #include <algorithm>

@@ -1,4 +1,5 @@
 // TfliteTensor: one tensor of a TensorFlow Lite file, checked.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <span>
 #include <string>

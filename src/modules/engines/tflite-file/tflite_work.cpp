@@ -1,5 +1,6 @@
 // Counting multiplications by the shapes of weights and outputs. Numbers of operators: schema.fbs
 // (version 3) of TensorFlow, BuiltinOperator.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include "tflite-file/tflite_work.hpp"
 
 #include <optional>

@@ -1,4 +1,5 @@
 // What one invoke of a TensorFlow Lite graph computes.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include "tflite-file/tflite_graph.hpp"
 #include "thread_rule.hpp"
