@@ -16,18 +16,21 @@ MESON_FLAGS ?=
 
 export DESTDIR
 
-.PHONY: help setup configure build test demo demo-faces bench bench-mtcnn install uninstall clean distclean fuzz fuzz-keep tsan soak docs format lint
+.PHONY: help setup setup-to-use configure configure-to-use build test demo demo-faces bench bench-mtcnn install uninstall clean distclean fuzz fuzz-keep tsan soak docs format lint
 .NOTPARALLEL:
 
 help:
 	@sed -n 's/^#: //p' $(firstword $(MAKEFILE_LIST))
 
+# The demos and `make install` need no package of the tests and compile only what they use.
 #: make demo        set up, build, and read the clock in a live picture; INPUT=photo-or-video MODEL=model: classify that
-demo: build
+demo: configure-to-use
+	@ninja -C $(BUILD) -j $(JOBS) $(if $(INPUT)$(MODEL),demo-input,demo)
 	@tools/demo --build $(BUILD) --input "$(INPUT)" --model "$(MODEL)"
 
 #: make demo-faces  find faces in a video, draw them, write BUILD/demo/faces.mkv, show it where a display is (SHOW=: not); INPUT=clip FRAMEWORK=onnxruntime
-demo-faces: build
+demo-faces: configure-to-use
+	@ninja -C $(BUILD) -j $(JOBS) demo-faces $(if $(FRAMEWORK),demo-input)
 	@mkdir -p $(BUILD)/demo
 	@examples/mtcnn/run --build $(BUILD) --output $(BUILD)/demo/faces.mkv $(SHOW) $(if $(FRAMEWORK),--framework $(FRAMEWORK)) \
 	  "$(or $(INPUT),../shared/media/video/street_1080p25.mp4)" && echo "$(BUILD)/demo/faces.mkv"
@@ -48,7 +51,12 @@ bench-mtcnn: build
 setup:
 	@tools/setup $(SETUP_FLAGS)
 
+setup-to-use:
+	@tools/setup --no-tests $(SETUP_FLAGS)
+
 configure: setup
+configure-to-use: setup-to-use
+configure configure-to-use:
 	@tools/configure $(BUILD) -Dprefix=$(PREFIX) $(MESON_FLAGS)
 
 #: make build       set up and build
@@ -56,8 +64,8 @@ build: configure
 	@ninja -C $(BUILD) -j $(JOBS)
 
 #: make install     build and install (PREFIX=/usr, DESTDIR=)
-install: build
-	@tools/install $(BUILD) "$(PREFIX)"
+install: configure-to-use
+	@tools/install --jobs $(JOBS) $(BUILD) "$(PREFIX)"
 
 #: make uninstall   remove what make install put there, and nothing else (same PREFIX and DESTDIR)
 uninstall:
@@ -87,9 +95,9 @@ docs: build
 format: setup
 	@tools/sources cxx | xargs -0 -r clang-format -i
 
-#: make lint        clang-tidy over all sources, as .clang-tidy says
+#: make lint        clang-tidy over the sources of the product, as .clang-tidy says (LINT_FLAGS='--changed 30' or --analyze)
 lint: build
-	@run-clang-tidy -quiet -p $(BUILD) -j $(JOBS) "$(CURDIR)/(src|apps|tests|benchmarks)/"
+	@tools/lint --jobs $(JOBS) $(LINT_FLAGS) $(BUILD)
 
 #: make clean       remove what was built; distclean: the engines too
 clean:

@@ -1,4 +1,4 @@
-// ONNX Runtime's C API in a bare loop: what tensor_filter is measured against.
+// BareLoop: ONNX Runtime's C API in a plain loop, the baseline for tensor_filter.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <dlfcn.h>
@@ -12,17 +12,18 @@
 
 namespace weir::bench {
 
-// One session, one input and one output tensor that are used again for each frame.
+// One session with one input and one output tensor, reused for each frame.
 class BareLoop {
  public:
-  // `batch`: the length of a first axis that the model leaves open.
+  // `batch`: the length of an open first axis.
   BareLoop(const char* library, const char* model, int threads, int64_t batch = 1) : batch_(batch) {
     void* handle = dlopen(library, RTLD_NOW);
     if (!handle) throw std::runtime_error(dlerror());
     const auto base = reinterpret_cast<const OrtApiBase* (*)()>(dlsym(handle, "OrtGetApiBase"));
     api_ = base()->GetApi(ORT_API_VERSION);
     if (!api_) throw std::runtime_error("the library is older than its header");
-    setenv("ORT_DISABLE_TELEMETRY", "1", 0);  // as the engine does: its threads would be measured
+    setenv("ORT_DISABLE_TELEMETRY", "1",
+           0);  // as the engine does: telemetry threads would be measured
     check(api_->CreateEnv(ORT_LOGGING_LEVEL_ERROR, "bare", &env_));
     OrtSessionOptions* options = nullptr;
     check(api_->CreateSessionOptions(&options));
@@ -42,7 +43,7 @@ class BareLoop {
     for (int i = 0; i < frames; ++i)
       check(api_->Run(session_, nullptr, &input_name_, &in, 1, &output_name_, 1, &output_));
   }
-  // The input as caps: innermost dimension first.
+  // The input's caps: innermost dimension first.
   std::string caps() const {
     std::string dimension;
     for (auto at = shape_.rbegin(); at != shape_.rend(); ++at)

@@ -1,6 +1,6 @@
-// Four streams through one model, gathered into batches of four, against four filters that gather
-// nothing; beside what ONNX Runtime itself gains from batches of four. All on one core, so that
-// four threads are not more than one.
+// Compares four streams through one model in batches of four with four filters without batching,
+// and with ONNX Runtime's own gain from batches of four. All on one core, so that four threads do
+// not compute in parallel.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <gst/app/gstappsrc.h>
 #include <gst/gst.h>
@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "bare_loop.hpp"
-#include "gstcpp/ref.hpp"
+#include "gstcpp/element/ref.hpp"
 #include "one_core.hpp"
 #include "rounds.hpp"
 
@@ -42,7 +42,7 @@ class Streams {
   }
   ~Streams() { gst_element_set_state(pipeline_.get(), GST_STATE_NULL); }
 
-  void run(int frames) {  // of each stream
+  void run(int frames) {  // frames per stream
     {
       std::lock_guard lock(mutex_);
       wanted_ = kStreams * frames;
@@ -72,7 +72,7 @@ class Streams {
 
 }  // namespace
 
-// batching_cost LIBRARY MODEL NAME FRAMES ROUNDS
+// Usage: batching_cost LIBRARY MODEL NAME FRAMES ROUNDS
 int main(int argc, char** argv) {
   weir::bench::stay_on_one_core();
   gst_init(&argc, &argv);

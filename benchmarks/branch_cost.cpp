@@ -1,5 +1,5 @@
-// What tensor_demux, tensor_split and tensor_if cost for each frame above GStreamer's identity, and
-// what their copies and passes cost against bare ones.
+// Measures tensor_demux, tensor_split and tensor_if per frame above GStreamer's identity, and their
+// copies and passes against plain loops.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <algorithm>
 #include <cstring>
@@ -14,7 +14,7 @@ using weir::bench::BranchStage;
 constexpr int kFrames = 5000, kRounds = 15;
 constexpr size_t kWidth = 1920, kHeight = 1080, kPixels = kWidth * kHeight;
 
-// So many uint8 tensors of 1 KB.
+// Caps of this many uint8 tensors of 1 KB.
 std::string tensors(int count) {
   std::string dimensions = "1024", types = "uint8";
   for (int i = 1; i < count; ++i) dimensions += ",1024", types += ",uint8";
@@ -23,7 +23,7 @@ std::string tensors(int count) {
          "\",framerate=30/1";
 }
 
-// Above an identity that gets the same frames.
+// Measured above an identity that gets the same frames.
 void per_frame(const std::string& name, const std::string& launch, int count, double most_us) {
   const std::vector<size_t> bytes(static_cast<size_t>(count), 1024);
   BranchStage floor("identity", tensors(count), bytes), stage(launch, tensors(count), bytes);
@@ -38,15 +38,15 @@ std::string picture() {
          "framerate=30/1";
 }
 
-// Blocks of so many bytes, one every `Step`.
+// Copies a block at every `Step` bytes.
 template <size_t Block, size_t Step>
 void copy_blocks(const uint8_t* from, uint8_t* to) {
   for (size_t n = 3 * kPixels / Step; n > 0; --n, from += Step, to += Block)
     std::memcpy(to, from, Block);
 }
 
-// A cut in two along a dimension of a Full HD picture, above identity, against loops that copy the
-// same blocks, of a length that the compiler knows, into memory that is there.
+// Splits a Full HD picture along a dimension, above identity, against loops that copy the same
+// blocks, with a compile-time length, into existing memory.
 template <size_t First, size_t Second>
 void strided(int dimension, const std::string& sizes) {
   constexpr int kPictures = 10;

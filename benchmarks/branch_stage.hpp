@@ -1,5 +1,5 @@
-// BranchStage: an element whose source pads come when they are needed, driven from this thread with
-// frames of several memories.
+// BranchStage: drives an element with sometimes source pads from this thread, with frames of
+// several memories.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <gst/gst.h>
@@ -8,13 +8,13 @@
 #include <string>
 #include <vector>
 
-#include "gstcpp/ref.hpp"
+#include "gstcpp/element/ref.hpp"
 
 namespace weir::bench {
 
 class BranchStage {
  public:
-  // `bytes`: of each memory of a frame.
+  // `bytes`: sizes of the memories of a frame.
   BranchStage(const std::string& launch, const std::string& caps, const std::vector<size_t>& bytes)
       : element_(gst::Ref<GstElement>::adopt(
             GST_ELEMENT(gst_object_ref_sink(gst_parse_launch(launch.c_str(), nullptr))))) {

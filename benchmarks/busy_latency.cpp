@@ -1,7 +1,7 @@
-// How old results of tensor_filter are when a live source brings more than the model takes, by what
-// when-busy says; one JSON object a line for tools/plot. The model takes 20 ms for a frame (it only
-// waits, so that other load of the machine matters little); a frame's age counts from the moment at
-// which the source has it.
+// Measures the age of tensor_filter's results for each value of when-busy when a live source is
+// faster than the model; prints one JSON object per line for tools/plot. The model takes 20 ms per
+// frame (it only waits, so that other load on the machine matters little). A frame's age counts
+// from the moment at which the source has it.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <gst/gst.h>
 
@@ -14,7 +14,7 @@
 #include <thread>
 #include <vector>
 
-#include "gstcpp/ref.hpp"
+#include "gstcpp/element/ref.hpp"
 
 namespace {
 
@@ -27,7 +27,7 @@ double seconds_since(Clock::time_point begin) {
   return std::chrono::duration<double>(Clock::now() - begin).count();
 }
 
-// A source pad, a tensor_filter and a sink pad; frames carry when they were due.
+// A source pad, a tensor_filter and a sink pad; frames carry their due time.
 class Stage {
  public:
   explicit Stage(const std::string& model, const std::string& when_busy) {
@@ -59,8 +59,8 @@ class Stage {
   Stage(const Stage&) = delete;
   Stage& operator=(const Stage&) = delete;
 
-  // Ages of the results in seconds, in ascending order, of a source that has `count` frames,
-  // `period` seconds apart. Where it is made to wait its frames wait too.
+  // Returns the ages of the results in seconds, in ascending order, for `count` frames every
+  // `period` seconds. When the source blocks, its frames get older.
   std::vector<double> ages(int count, double period) {
     begin_ = Clock::now();
     for (int i = 0; i < count; ++i) {
@@ -113,7 +113,7 @@ void print(const std::string& when_busy, const char* name, double load, double a
 
 }  // namespace
 
-// busy_latency MODEL [SECONDS]: any file will do for a model.
+// Usage: busy_latency MODEL [SECONDS]; any file works as MODEL.
 int main(int argc, char** argv) {
   gst_init(&argc, &argv);
   if (argc < 2) return 2;

@@ -1,4 +1,4 @@
-// ElementStage: an element, or several in a row, between two bare pads, driven from this thread.
+// ElementStage: drives one element, or several in a row, between two bare pads from this thread.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <gst/gst.h>
@@ -7,7 +7,7 @@
 #include <stdexcept>
 #include <string>
 
-#include "gstcpp/ref.hpp"
+#include "gstcpp/element/ref.hpp"
 
 namespace weir::bench {
 
@@ -54,7 +54,7 @@ class ElementStage {
   ElementStage(const ElementStage&) = delete;
   ElementStage& operator=(const ElementStage&) = delete;
 
-  // `prepare`: called with each buffer before it goes.
+  // `prepare` is called with each buffer before it is pushed.
   void push(int count, const std::function<void(GstBuffer*)>& prepare = {}) {
     for (int i = 0; i < count; ++i) {
       GstBuffer* buffer = nullptr;
@@ -65,11 +65,11 @@ class ElementStage {
         throw std::runtime_error("a frame was refused");
     }
   }
-  // Of an element that is alone; another one than those that frames go through.
+  // For a single element; a pad other than those that frames pass.
   gst::Ref<GstPad> pad(const char* name) const {
     return gst::Ref<GstPad>::adopt(gst_element_get_static_pad(element_.get(), name));
   }
-  // Of an element that is alone.
+  // For a single element.
   uint64_t stat(const char* name) const {
     GstStructure* raw = nullptr;
     g_object_get(element_.get(), "stats", &raw, nullptr);

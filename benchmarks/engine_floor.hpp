@@ -1,5 +1,5 @@
-// A model of an engine in a bare loop, on memory made once: what tensor_filter is measured against.
-// One file for each engine fills make_floor().
+// EngineFloor: an engine in a plain loop on preallocated memory, the baseline for tensor_filter.
+// Each engine has a file that implements make_floor().
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <cstdint>
@@ -15,8 +15,8 @@ class EngineFloor {
   virtual void run(int frames) = 0;
 };
 
-// `models`: the files, comma-separated; `shape`: of the only input, outermost-first, zeros of
-// uint8 or float32. On one thread.
+// `models`: comma-separated files; `shape`: that of the only input, outermost-first; zeros of uint8
+// or float32. Runs on one thread.
 std::unique_ptr<EngineFloor> make_floor(const std::string& models,
                                         const std::vector<int64_t>& shape, bool uint8);
 

@@ -1,5 +1,5 @@
-// appsrc ! tensor_filter ! fakesink against an engine in a bare loop, as filter_overhead does it
-// for ONNX Runtime; and what opening a model costs, in a process of its own.
+// Compares appsrc ! tensor_filter ! fakesink with the engine in a plain loop, as filter_overhead
+// does for ONNX Runtime; also measures opening a model in a new process.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <malloc.h>
 
@@ -25,7 +25,7 @@ struct Input {
   std::string caps;
 };
 
-// "24:24:3:1", innermost first, and "uint8" or "float32".
+// Parses "24:24:3:1", innermost first, and "uint8" or "float32".
 Input input_of(const std::string& dimensions, const std::string& type) {
   Input out;
   out.uint8 = type == "uint8";
@@ -38,8 +38,8 @@ Input input_of(const std::string& dimensions, const std::string& type) {
   return out;
 }
 
-// The engine on the streaming thread, in an `identity`, and nothing of Weir: what the way of the
-// frames takes from the engine by itself.
+// Calls the engine in an `identity` on the streaming thread, without Weir: measures what the
+// frames' path alone costs the engine.
 class EngineInIdentity : public Stage {
  public:
   EngineInIdentity(EngineFloor* floor, const Input& input, int ahead)
@@ -55,9 +55,9 @@ class EngineInIdentity : public Stage {
 
 }  // namespace
 
-// engine_overhead ENGINE MODELS DIMENSIONS TYPE NAME FRAMES ROUNDS AT_MOST_US, or
-// engine_overhead ENGINE MODELS DIMENSIONS TYPE bare|filter: milliseconds and KiB until one frame
-// is through a pipeline, whose elements are loaded; bare: an `identity` calls the engine there
+// Usage: engine_overhead ENGINE MODELS DIMENSIONS TYPE NAME FRAMES ROUNDS AT_MOST_US
+// engine_overhead ENGINE MODELS DIMENSIONS TYPE bare|filter: milliseconds and KiB for one frame
+// through a pipeline whose elements are loaded; with bare, an `identity` calls the engine
 int main(int argc, char** argv) {
   if (argc != 6 && argc != 9) return 2;
   stay_on_one_core();
@@ -67,13 +67,13 @@ int main(int argc, char** argv) {
                              " model=" + argv[2] + " input=" + argv[3] + " inputtype=" + argv[4] +
                              " custom=NumThreads:1";
   if (argc == 6) {
-    // What a process does once, whatever the engine: it loads the plug-ins.
+    // Excludes what a process does once for any engine: loading the plug-ins.
     Stage(input.caps, input.bytes, "identity").run(1);
     const auto loaded = Ref<GstElement>::adopt(gst_element_factory_make("tensor_filter", nullptr));
-    malloc_trim(0);  // what was freed until now is not filled again for nothing
+    malloc_trim(0);  // excludes freed memory that would be reused
     const double before = seconds(CLOCK_MONOTONIC);
     const long kib = written_kib();
-    // Both are still open when their memory is counted.
+    // Both stay open while their memory is counted.
     std::unique_ptr<EngineFloor> bare;
     std::unique_ptr<Stage> stage;
     if (std::strcmp(argv[5], "bare") == 0) {
@@ -88,7 +88,7 @@ int main(int argc, char** argv) {
     return 0;
   }
   const int frames = std::atoi(argv[6]), rounds = std::atoi(argv[7]);
-  // Each has a model of its own, so that each finds the caches as the one before it left them.
+  // Each has its own model, so that the previous one leaves the caches equally cold.
   const auto bare = make_floor(argv[2], input.shape, input.uint8);
   const auto called = make_floor(argv[2], input.shape, input.uint8);
   Stage stage(input.caps, input.bytes, filter, frames);

@@ -1,5 +1,5 @@
-// How fast filters run with the threads and the spinning that were chosen for them: one pipeline,
-// or several at once, each on a streaming thread of its own.
+// Measures filters with their default threads and spinning: one pipeline, or several at once, each
+// with its own streaming thread.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <cstdlib>
 #include <memory>
@@ -13,7 +13,7 @@ namespace {
 
 using namespace weir::bench;
 
-// "24:24:3:1", innermost first, and "uint8" or "float32".
+// Parses "24:24:3:1", innermost first, and "uint8" or "float32".
 size_t bytes_of(const std::string& dimensions, const std::string& type) {
   size_t bytes = type == "uint8" ? 1 : sizeof(float);
   for (size_t at = 0; at < dimensions.size(); at = dimensions.find(':', at) + 1) {
@@ -31,8 +31,8 @@ void run(const std::vector<std::unique_ptr<Stage>>& stages, int frames) {
 
 }  // namespace
 
-// filter_defaults DIMENSIONS TYPE FRAMES FILTERS PROPERTIES: microseconds of wall and CPU time for
-// a frame of each of FILTERS pipelines `appsrc ! tensor_filter PROPERTIES ! fakesink`.
+// Usage: filter_defaults DIMENSIONS TYPE FRAMES FILTERS PROPERTIES. Prints microseconds of wall and
+// CPU time per frame of each of FILTERS pipelines `appsrc ! tensor_filter PROPERTIES ! fakesink`.
 int main(int argc, char** argv) {
   if (argc != 6) return 2;
   gst_init(&argc, &argv);
@@ -44,7 +44,7 @@ int main(int argc, char** argv) {
   for (int i = 0; i < filters; ++i)
     stages.push_back(std::make_unique<Stage>(caps, bytes_of(dimensions, type),
                                              std::string("tensor_filter ") + argv[5], frames));
-  run(stages, frames / 4 + 1);  // the first frames find cold caches and lazily made threads
+  run(stages, frames / 4 + 1);  // warms up caches and lazily created threads
   const double wall = seconds(CLOCK_MONOTONIC), cpu = seconds(CLOCK_PROCESS_CPUTIME_ID);
   run(stages, frames);
   std::printf("{\"wall\": %.2f, \"cpu\": %.2f}\n", (seconds(CLOCK_MONOTONIC) - wall) / frames * 1e6,

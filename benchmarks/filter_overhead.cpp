@@ -1,5 +1,5 @@
-// appsrc ! tensor_filter ! fakesink against ONNX Runtime in a bare loop: the same model, the same
-// settings, memory made once, on one core. Interleaved blocks of frames in one process.
+// Compares appsrc ! tensor_filter ! fakesink with ONNX Runtime in a plain loop: same model and
+// settings, preallocated memory, one core, interleaved blocks of frames in one process.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <cstdlib>
 
@@ -7,7 +7,7 @@
 #include "one_core.hpp"
 #include "rounds.hpp"
 
-// filter_overhead LIBRARY MODEL NAME FRAMES ROUNDS AT_MOST_US
+// Usage: filter_overhead LIBRARY MODEL NAME FRAMES ROUNDS AT_MOST_US
 int main(int argc, char** argv) {
   weir::bench::stay_on_one_core();
   gst_init(&argc, &argv);

@@ -1,4 +1,4 @@
-// A model in a pipeline, for benchmarks of tensor_filter.
+// Pipeline: a model in a pipeline, for benchmarks of tensor_filter.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <string>
@@ -8,10 +8,10 @@
 
 namespace weir::bench {
 
-// appsrc ! something ! fakesink, for the input of a bare loop.
+// appsrc ! ELEMENTS ! fakesink, for the input of a bare loop.
 class Pipeline : public Stage {
  public:
-  // A tensor_filter; `properties`: further ones of it. `ahead`: frames that lie ready.
+  // A tensor_filter with additional `properties`. `ahead`: frames queued in advance.
   Pipeline(const BareLoop& bare, const std::string& model, int threads,
            const std::string& properties = "", int ahead = 64)
       : Stage(bare.caps(), bare.input_bytes(),

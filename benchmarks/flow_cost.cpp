@@ -1,4 +1,4 @@
-// What windows, a fixed rate and sparse tensors cost against the bytes that must move.
+// Measures windows, a fixed rate and sparse tensors against the bytes that must be moved.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <cstring>
 #include <memory>
@@ -18,7 +18,7 @@ constexpr char kPicture[] =
     "other/tensors,format=static,num_tensors=1,dimensions=(string)3:640:480:1,types=uint8,"
     "framerate=30/1";
 
-// Copies each frame once into memory for so many that is used again, as the windows' own is.
+// Copies each frame once into memory for that many frames, which is reused like the windows' own.
 class BareCopy {
  public:
   explicit BareCopy(size_t room) : room_(room), to_(room * kFrame) {}
@@ -70,7 +70,7 @@ void rate() {
                       (costs[1].cpu - costs[0].cpu) / kFrames * 1e6, "us", 1.5);
 }
 
-// Of random places, so many of a hundred bytes are not zero.
+// `percent` of the bytes, at random positions, are not zero.
 void sparse(unsigned percent, double most_there, double most_back) {
   constexpr int kTimes = 50;
   const weir::TensorSpec spec{weir::ElementType::UInt8, weir::Shape{kFrame}, ""};

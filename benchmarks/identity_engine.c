@@ -1,5 +1,5 @@
+/* An engine for benchmarks: copies uint8 of any length, the minimum work of an engine. */
 /* SPDX-License-Identifier: LGPL-2.1-or-later */
-/* An engine for benchmarks: uint8 of any length, copied. The least that an engine can do. */
 #include <string.h>
 
 #include "weir/abi.h"

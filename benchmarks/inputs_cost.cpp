@@ -1,5 +1,5 @@
-// Elements of many inputs: tensor_mux over more and more pads against threads that only meet,
-// tensor_merge along each dimension and tensor_crop against the bare copies.
+// Measures elements with many inputs: tensor_mux with growing numbers of pads against threads that
+// only synchronise; tensor_merge along each dimension and tensor_crop against plain copies.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <algorithm>
 #include <atomic>
@@ -31,7 +31,7 @@ std::string tensor(const std::string& dims) {
   return "other/tensor,dimension=(string)" + dims + ",type=uint8,framerate=30/1";
 }
 
-// Threads that sleep until all are there; std::barrier spins before, which a stream does not do.
+// Threads that sleep until all have arrived; std::barrier would spin first, unlike a stream.
 void meet(int threads, int times) {
   std::mutex mutex;
   std::condition_variable met;
@@ -69,7 +69,7 @@ void measure_mux(int rounds) {
   }
 }
 
-// Keeps every core busy while it lives.
+// Keeps every core busy while it exists.
 class OtherWork {
  public:
   OtherWork() {
@@ -91,7 +91,7 @@ class OtherWork {
   std::vector<std::thread> threads_;
 };
 
-// A thread that gives its core away while it waits gets it back a time slice later.
+// A thread that yields its core while it waits gets it back one time slice later.
 void measure_mux_beside_others(int rounds) {
   constexpr int kPads = 4, kFrames = 500;
   InputsStage stage("tensor_mux sync-mode=nosync",
@@ -105,7 +105,7 @@ void measure_mux_beside_others(int rounds) {
                       costs[1].wall / costs[0].wall, "x", 2);
 }
 
-// Blocks of both inputs one behind the other, as a plain loop has them.
+// A plain loop that alternates blocks of both inputs.
 template <size_t kBlock>
 void strided(const char* a, const char* b, char* out, size_t block, size_t rows) {
   const size_t size = kBlock ? kBlock : block;
@@ -188,7 +188,7 @@ void measure_crop(int rounds) {
                       costs[1].cpu / costs[0].cpu, "x", 2);
 }
 
-// An identity between the two keeps the regions from being views.
+// An identity in between prevents the regions from being views.
 void measure_views(uint32_t regions, int rounds) {
   const auto inputs = crop_inputs(buffer_of(kPicture), regions_of(regions));
   const std::string clamp = "tensor_transform mode=clamp option=10:200";

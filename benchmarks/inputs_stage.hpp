@@ -1,4 +1,4 @@
-// InputsStage: an element of many inputs between bare pads; one thread for each input.
+// InputsStage: an element with many inputs between bare pads, with one thread per input.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <gst/gst.h>
@@ -8,19 +8,19 @@
 #include <thread>
 #include <vector>
 
-#include "gstcpp/ref.hpp"
+#include "gstcpp/element/ref.hpp"
 
 namespace weir::bench {
 
 struct InputLine {
-  const char* pad;  // "sink_%u" is requested
+  const char* pad;  // "sink_%u" is a request pad
   std::string caps;
-  gst::Ref<GstBuffer> buffer;  // pushed again and again
+  gst::Ref<GstBuffer> buffer;  // pushed repeatedly
 };
 
 class InputsStage {
  public:
-  // `behind`: elements of one input that stand behind it, in a row.
+  // `behind`: elements with one input, linked downstream in a row.
   InputsStage(const std::string& launch, std::vector<InputLine> inputs,
               const std::vector<std::string>& behind = {})
       : element_(made(launch)), inputs_(std::move(inputs)) {

@@ -1,5 +1,5 @@
-// What a worker process costs a frame: the same engine, the same frames, in this process and in
-// another, wall-clock time of the thread that brings the frames.
+// Measures a worker process per frame: the same engine and frames in this process and in a worker,
+// as wall-clock time of the streaming thread.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <gst/gst.h>
 
@@ -20,13 +20,13 @@ std::string caps(const char* type, size_t elements = kElements) {
 
 }  // namespace
 
-// isolation_cost MODEL ROUNDS
+// Usage: isolation_cost MODEL ROUNDS
 int main(int argc, char** argv) {
   gst_init(&argc, &argv);
   if (argc != 3) return 2;
   const std::string filter = std::string("tensor_filter framework=unruly model=") + argv[1];
   const std::string isolated = filter + " isolate=process";
-  // The transform writes where the element behind wants to read.
+  // The transform writes directly to the memory that the downstream element proposes.
   const std::string before = "tensor_transform mode=typecast option=uint8 ! ";
   const auto clear = [](GstBuffer* buffer) { gst_buffer_memset(buffer, 0, 0, 2); };
   using weir::bench::ElementStage;

@@ -1,4 +1,5 @@
-// What a round of a loop through tensor_reposink and tensor_reposrc costs above the same elements
+// Measures a round of a loop through tensor_reposink and tensor_reposrc above the same elements in
+// a line, and that it does not grow with the frame.
 // in a line, and that it does not grow with the frame.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <gst/gst.h>
@@ -6,7 +7,7 @@
 #include <stdexcept>
 #include <string>
 
-#include "gstcpp/ref.hpp"
+#include "gstcpp/element/ref.hpp"
 #include "rounds.hpp"
 
 namespace {

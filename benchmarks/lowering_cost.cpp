@@ -1,8 +1,9 @@
-// How much faster a quantised .tflite model is when it is lowered to ONNX Runtime.
+// Measures the speed-up of a quantised .tflite model when it is lowered to ONNX Runtime.
 //
-// lowering_cost MODEL ROUNDS: one thread each, in turns, CPU time of the process, the least of the
-// rounds. Prints microseconds of an invoke for TensorFlow Lite, without its delegate where that is
-// not taken, and lowered, and milliseconds of opening: own, lowered anew, lowered from the cache.
+// Usage: lowering_cost MODEL ROUNDS. Runs on one thread each, alternating, and takes the minimum
+// CPU time of the process over the rounds. Prints the microseconds of an invoke for TensorFlow Lite
+// (without its delegate if that rejects the model) and lowered, and the milliseconds of opening:
+// own, newly lowered, lowered from the cache.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <algorithm>
 #include <cstdio>
@@ -12,8 +13,8 @@
 #include <string>
 #include <vector>
 
-#include "core/infer/model.hpp"
-#include "core/infer/module_library.hpp"
+#include "core/infer/model/model.hpp"
+#include "core/infer/module/module_library.hpp"
 #include "rounds.hpp"
 
 namespace {
@@ -25,7 +26,7 @@ using namespace weir;
   std::exit(1);
 }
 
-// A model that runs the same frame of noise over and over.
+// A model that repeatedly runs the same frame of noise.
 class Runner {
  public:
   Runner(const weir_engine& engine, const char* path, const char* lowering) {
@@ -41,7 +42,7 @@ class Runner {
     if (!session) fail(session.error());
     session_ = *std::move(session);
     auto inputs = (*model)->inputs();
-    for (auto& info : inputs)  // what is left to the stream is 1
+    for (auto& info : inputs)  // open dimensions become 1
       for (uint32_t i = 0; i < info.rank; ++i) info.shape[i] = std::max<int64_t>(info.shape[i], 1);
     const auto outputs = session_->resolve(inputs);
     if (!outputs) fail(outputs.error());
@@ -94,7 +95,7 @@ int main(int argc, char** argv) {
   setenv("XDG_CACHE_HOME", folder.c_str(), 1);
   Runner own(**engine, argv[1], "None"), lowered(**engine, argv[1], "onnxruntime");
   std::filesystem::remove_all(folder);  // the libraries are loaded now
-  const Runner own_again(**engine, argv[1], "None"), anew(**engine, argv[1], "onnxruntime");
+  const Runner own_again(**engine, argv[1], "None"), again(**engine, argv[1], "onnxruntime");
   const Runner cached(**engine, argv[1], "onnxruntime");
   const auto cost =
       bench::least({[&] { own.invoke(); }, [&] { lowered.invoke(); }}, std::atoi(argv[2]));
@@ -102,6 +103,6 @@ int main(int argc, char** argv) {
   std::printf(
       "{\"own_us\": %.0f, \"lowered_us\": %.0f, \"own_open_ms\": %.1f, \"lowered_open_ms\": %.1f, "
       "\"cached_open_ms\": %.1f}\n",
-      cost[0].cpu * 1e6, cost[1].cpu * 1e6, own_again.opened() * 1e3, anew.opened() * 1e3,
+      cost[0].cpu * 1e6, cost[1].cpu * 1e6, own_again.opened() * 1e3, again.opened() * 1e3,
       cached.opened() * 1e3);
 }

@@ -1,5 +1,5 @@
-// What scripts in Lua cost: loops over the elements of a frame against the same loop in C, and a
-// frame through tensor_filter against a bare call of LuaJIT. CPU time, the least of the rounds.
+// Measures Lua scripts: loops over the elements of a frame against the same loop in C, and a frame
+// through tensor_filter against a plain call of LuaJIT. Minimum CPU time of the rounds.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <gst/gst.h>
 
@@ -17,7 +17,7 @@ namespace {
 constexpr int kFrames = 100, kCalls = 3000;
 constexpr size_t kElements = 224 * 224 * 3;
 
-// As a reader would write them; not inlined, so that the compiler knows no more than the script.
+// A straightforward loop; not inlined, so that the compiler knows no more than the script.
 template <class From, class To>
 [[gnu::noinline]] void plain_loop(const From* from, To* to, size_t count) {
   for (size_t i = 0; i < count; ++i) to[i] = static_cast<To>(from[i]);
@@ -57,7 +57,7 @@ class Script {
 constexpr char kLoop[] =
     "local x, y = input_tensor(1), output_tensor(1)\nfor i = 1, #x do y[i] = x[i] end";
 
-// A function without arguments, as the engine calls it.
+// A function without arguments, called as the engine does.
 class BareCall {
  public:
   explicit BareCall(const weir::engine::LuaApi& api) : api_(api), state_(api.luaL_newstate()) {
@@ -82,7 +82,7 @@ class BareCall {
 
 }  // namespace
 
-// lua_cost FOLDER ROUNDS; exit status 3: LuaJIT is not installed.
+// Usage: lua_cost FOLDER ROUNDS. Exit status 3: LuaJIT is not installed.
 int main(int argc, char** argv) {
   gst_init(&argc, &argv);
   if (argc != 3) return 2;

@@ -1,8 +1,9 @@
-// What filters of one model cost in memory: each with a model of its own, or all under one key.
+// Measures the memory of several filters of one model: each with its own model, or all with one
+// key.
 //
-// model_memory ENGINE MODELS DIMENSIONS TYPE FILTERS shared|apart: prints what this process wrote
-// in KiB once that many filters (0 too) have run a frame. tools/bench starts a process for each
-// number.
+// Usage: model_memory ENGINE MODELS DIMENSIONS TYPE FILTERS shared|apart. Prints the KiB that this
+// process has written after FILTERS filters (may be 0) have run a frame. tools/bench starts a
+// process for each number.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <malloc.h>
 
@@ -16,7 +17,7 @@ namespace {
 
 using weir::bench::Stage;
 
-// The size of a frame of "3:224:224:1".
+// The bytes of a frame of "3:224:224:1".
 size_t bytes_of(const char* dimensions, const char* type) {
   size_t bytes = std::strcmp(type, "uint8") == 0 ? 1 : sizeof(float);
   for (const char* at = dimensions; at; at = std::strchr(at, ':')) {
@@ -26,20 +27,20 @@ size_t bytes_of(const char* dimensions, const char* type) {
   return bytes;
 }
 
-// Filters behind each other on one thread, which get one and the same frame; nobody keeps a result.
+// Filters on one thread that all get the same frame; results are not kept.
 std::string filters(const char* engine, const char* models, int count, const char* key) {
   std::string text = "tee name=all ";
   for (int i = 0; i < count; ++i)
     text += std::string("all. ! tensor_filter framework=") + engine + " model=" + models + key +
             " threads=1 ! fakesink async=false enable-last-sample=false ";
-  return text + "all. ! identity";  // the last of them: the others are through
+  return text + "all. ! identity";  // last, so that all filters have finished
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
-  // Else malloc learns from the blocks that the first model gives back, keeps such blocks from then
-  // on, and whoever comes next seems to need so much less.
+  // Otherwise malloc adapts its threshold to the blocks that the first model frees and keeps such
+  // blocks, so that later models would seem to need less.
   mallopt(M_MMAP_THRESHOLD, 128 << 10);
   gst_init(&argc, &argv);
   if (argc != 7) return 2;
@@ -48,8 +49,8 @@ int main(int argc, char** argv) {
   const size_t bytes = bytes_of(argv[3], argv[4]);
   const char* const key =
       std::strcmp(argv[6], "shared") == 0 ? " shared-tensor-filter-key=measured" : "";
-  // Once before, and closed again: the plug-ins, the engine's library, its threads and its tables
-  // are there whatever is counted, and are not counted.
+  // Run once and closed, so that plug-ins, the engine's library, threads and tables exist in every
+  // measurement and are not counted.
   Stage(caps, bytes, filters(argv[1], argv[2], 1, ""), 1).run(1);
   malloc_trim(0);
   Stage stage(caps, bytes, filters(argv[1], argv[2], std::atoi(argv[5]), key), 1);

@@ -1,12 +1,12 @@
-// Everything on one core: what threads of a pipeline win or lose by others, on cores that somebody
-// else uses too, is left out of a comparison with a loop on one thread.
+// Pins the process to one core, so that effects of other threads on shared cores do not distort a
+// comparison with a single-threaded loop.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <sched.h>
 
 namespace weir::bench {
 
-// This process and its threads; on the first core that it may use.
+// Pins this process and its threads to the first core that it may use.
 inline void stay_on_one_core() {
   cpu_set_t allowed, one;
   CPU_ZERO(&allowed);

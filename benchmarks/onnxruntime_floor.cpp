@@ -1,4 +1,4 @@
-// ONNX Runtime in a bare loop. WEIR_ENGINE_LIBRARY: the library that the module opens.
+// ONNX Runtime in a plain loop. WEIR_ENGINE_LIBRARY: the library that the module loads.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "bare_loop.hpp"
 #include "engine_floor.hpp"

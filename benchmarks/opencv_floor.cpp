@@ -1,4 +1,4 @@
-// OpenCV's DNN module in a bare loop.
+// OpenCV's DNN module in a plain loop.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <opencv2/dnn.hpp>
 

@@ -1,6 +1,6 @@
-// What it costs that two cores share memory: one thread writes 150 KB, and then it, or a thread on
-// another core, adds them up, again and again. Times of each pass, as its own thread sees them; no
-// part of Weir is in it. other_core_cost ROUNDS
+// Measures memory sharing between two cores, without Weir: one thread writes 150 KB, then the same
+// thread or one on another core sums them, repeatedly. Times of each pass as measured by its own
+// thread. Usage: other_core_cost ROUNDS
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <sched.h>
 #include <sys/mman.h>
@@ -37,11 +37,11 @@ void stay_on(int core) {
   sched_setaffinity(0, sizeof one, &one);
 }
 
-// As an engine that was built with -O2 does it.
+// As compiled in an engine with -O2.
 __attribute__((noinline)) uint64_t add(const uint8_t* from) {
   return std::accumulate(from, from + kBytes, uint64_t{0});
 }
-// glibc's string instructions, and plain stores.
+// glibc's string functions, and plain stores.
 __attribute__((noinline)) void write_by_memcpy(uint8_t* to, const uint8_t* from) {
   std::memcpy(to, from, kBytes);
 }
@@ -59,7 +59,7 @@ struct Times {
 };
 using Write = void (*)(uint8_t*, const uint8_t*);
 
-// `read_core` < 0: on the thread that writes.
+// `read_core` < 0: reads on the writing thread.
 Times measure(uint8_t* page, const uint8_t* from, Write write, int read_core, int rounds) {
   const std::vector<uint8_t> source(kBytes, 3);
   std::vector<double> writes, reads;

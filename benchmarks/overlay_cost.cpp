@@ -1,5 +1,5 @@
-// Twenty boxes with labels and key points on a frame of Full HD: tensor_overlay against a plain
-// loop over the same pixels, and the copy of a frame that somebody else holds too.
+// Draws twenty boxes with labels and key points on a Full HD frame: tensor_overlay against a plain
+// loop over the same pixels, and the copy of a frame with another reference.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <gst/gst.h>
 #include <gst/video/video.h>
@@ -27,7 +27,7 @@ constexpr int kWidth = 1920, kHeight = 1080;
 struct Box {
   int x, y, width, height;
 };
-// From 60x80 to 212x308 pixels, all over the picture.
+// Boxes from 60x80 to 212x308 pixels, spread over the picture.
 Box box(int i) {
   return {37 + 83 * i, 40 + (i * 397) % 700, 60 + 8 * i, 80 + 12 * i};
 }
@@ -72,10 +72,10 @@ void bring_results(const ElementStage& stage) {
   if (gst_pad_chain(pad.get(), buffer) != GST_FLOW_OK) std::exit(1);
 }
 
-// One pixel, as a program without a library would set it.
+// Sets single pixels like a program without a library.
 struct PlainPicture {
   std::vector<uint8_t> memory;
-  int step;  // bytes of a pixel; 1: NV12 or I420
+  int step;  // bytes per pixel; 1: NV12 or I420
 
   template <class Put>
   void each_sample(int x, int y, Put&& put) {
@@ -104,7 +104,7 @@ struct PlainPicture {
   }
 };
 
-// The lines, discs and labels (about as wide as "person 87 %" is) of the same boxes.
+// The lines, discs and labels (about the width of "person 87 %") of the same boxes.
 void draw_plainly(PlainPicture* picture, const std::vector<uint8_t>& glyphs) {
   constexpr int kLabelWidth = 140, kLabelHeight = 24;
   for (int i = 0; i < kBoxes; ++i) {
@@ -146,7 +146,7 @@ void boxes(const char* format, int step, const std::string& overlay, int rounds)
   if (drawn.stat("pictures-copied") > 0) std::exit(1);
 }
 
-// Four buffers come by turns, as those of the stage's pool do.
+// Rotates four buffers, like the stage's pool.
 void copies(const char* format, const std::string& overlay, int rounds) {
   const std::string caps = video(format);
   const size_t bytes = bytes_of(format);
@@ -156,7 +156,7 @@ void copies(const char* format, const std::string& overlay, int rounds) {
   std::vector<std::vector<std::byte>> from(4, std::vector<std::byte>(bytes, std::byte{1}));
   std::vector<std::byte> to(bytes);
   Ref<GstBuffer> held;
-  int written = 0;  // pages that nobody wrote are all the same one
+  int written = 0;  // writes every page, because untouched pages share one physical page
   const auto hold = [&](GstBuffer* buffer) {
     if (written++ < kFrames) gst_buffer_memset(buffer, 0, 1, bytes);
     held = Ref<GstBuffer>::share(buffer);

@@ -1,5 +1,5 @@
-// A frame of Full HD to a network's input: tensor_preprocess against the elements it stands for,
-// pyramids against their first layer, regions.
+// Converts a Full HD frame to a network's input: tensor_preprocess against the elements that it
+// replaces, pyramids against their first layer, and regions.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <gst/gst.h>
 #include <gst/video/video.h>
@@ -30,7 +30,7 @@ constexpr char kTensor[] =
     "tensor_transform mode=arithmetic option=typecast:float32,mul:0.00392156863 ! "
     "tensor_transform mode=transpose option=1:2:0:3 ! other/tensors,format=static";
 
-// Pages that nobody wrote are all the same one, which never leaves the nearest cache.
+// Untouched pages share one physical page, which would stay in the nearest cache.
 void write_frames(ElementStage& stage) {
   stage.push(8, [](GstBuffer* buffer) {
     GstMapInfo map;
@@ -46,8 +46,8 @@ void classic_chains(int rounds) {
       "method=";
   const std::vector<std::string> classic{"videoconvert ! videoscale", "videoscale ! videoconvert",
                                          "videoconvertscale"};
-  // The chains are bilinear: they look at four pixels of nine, where `area` takes all. A half is a
-  // guard, not a target of the field.
+  // The chains are bilinear and read four of nine pixels; `area` reads all. The limit of a half is
+  // a guard, not a target of the field.
   const std::vector<std::pair<std::string, double>> methods{{"bilinear", 1.0 / 3}, {"area", 0.5}};
   std::deque<ElementStage> stages;
   for (const auto& chain : classic) stages.emplace_back(chain + kTensor, kVideo, kBytes);
@@ -69,12 +69,12 @@ void classic_chains(int rounds) {
 
 struct Pyramid {
   const char* name;
-  double factor;  // from layer to layer
+  double factor;  // between layers
   int width, height;
   const char* method;
 };
 
-// What ten layers cost above the writing of their bytes, in units of the first layer alone.
+// The cost of ten layers above writing their bytes, relative to the first layer alone.
 void pyramid(const Pyramid& p, int rounds) {
   constexpr const char* kNumbers = " scale=0.00392156863 layout=NCHW method=";
   const auto size = [](double width, double height) {
@@ -109,7 +109,7 @@ void pyramid(const Pyramid& p, int rounds) {
                       (costs[1].cpu - costs[2].cpu) / costs[0].cpu, "x", 1.5);
 }
 
-// 64 boxes of many sizes all over the picture.
+// 64 boxes of many sizes across the picture.
 void add_regions(GstBuffer* buffer) {
   for (guint i = 0; i < 64; ++i)
     gst_buffer_add_video_region_of_interest_meta(buffer, "box", i * 23, i * 13, 96 + 4 * i,
@@ -139,7 +139,7 @@ int main(int argc, char** argv) {
   classic_chains(rounds);
   pyramid({"halves from 960x540, bilinear", 0.5, 960, 540, "bilinear"}, rounds);
   pyramid({"0.709 from 1152x648, bilinear", 0.709, 1152, 648, "bilinear"}, rounds);
-  // examples/mtcnn: faces of 40 pixels and more.
+  // as in examples/mtcnn: faces of 40 pixels and more
   pyramid({"0.709 from 576x324, bilinear", 0.709, 576, 324, "bilinear"}, rounds);
   pyramid({"halves from 960x540, area", 0.5, 960, 540, "area"}, rounds);
   regions("NV12", kBytes, rounds);

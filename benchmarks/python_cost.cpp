@@ -1,6 +1,6 @@
-// What a filter in Python costs a frame of 150 KB: a script that gives its input on, against an
-// engine in C that copies it; in this process and in another. And what processes gain a script that
-// computes: two of them against Python's one lock. The least of interleaved rounds.
+// Measures a Python filter per 150 KB frame: a script that returns its input against a C engine
+// that copies it, in this process and in a worker. Also measures how two processes speed up a
+// computing script despite Python's lock. Minimum of interleaved rounds.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <gst/gst.h>
 
@@ -24,7 +24,7 @@ std::string caps(size_t elements, const char* type = "uint8") {
          std::to_string(elements) + ",types=(string)" + type + ",framerate=(fraction)30/1";
 }
 
-// About a millisecond of Python's own work.
+// About one millisecond of work in Python.
 void write_busy_script(const std::string& path) {
   std::ofstream(path) << "class CustomFilter:\n"
                          "    def setInputDim(self, input_dims): return input_dims\n"
@@ -33,7 +33,7 @@ void write_busy_script(const std::string& path) {
                          "        return input_array\n";
 }
 
-// Frames of unequal workers come out later than they go in.
+// Waits for all results, because workers finish frames after push() has returned.
 class CountedStage {
  public:
   explicit CountedStage(const std::string& filter) : stage_(filter, caps(64).c_str(), 64) {}
@@ -51,14 +51,15 @@ class CountedStage {
 
 }  // namespace
 
-// python_cost SCRIPT FOLDER ROUNDS; FOLDER: for a script of its own
+// Usage: python_cost SCRIPT FOLDER ROUNDS; FOLDER receives a generated script
 int main(int argc, char** argv) {
   gst_init(&argc, &argv);
   if (argc != 4) return 2;
   const int rounds = std::atoi(argv[3]);
   const std::string script = std::string("tensor_filter framework=python3 model=") + argv[1];
   const std::string c = "tensor_filter framework=identity";
-  // The transform writes where the element behind wants to read: shared memory of a worker.
+  // The transform writes directly to the worker's shared memory, which the downstream element
+  // proposes.
   const std::string before = "tensor_transform mode=typecast option=uint8 ! ";
   ElementStage bare(c, caps(kBytes).c_str(), kBytes);
   ElementStage here(script, caps(kBytes).c_str(), kBytes);

@@ -1,7 +1,6 @@
-// Interleaved rounds: each candidate runs once a round, so that what the machine does meanwhile
-// hits all alike; the median or the least of the rounds. Results leave as one JSON object a line,
+// Interleaved rounds: each candidate runs once per round, so that other load affects all alike.
+// Reports the median or the minimum as one JSON object per line for tools/bench.
 // SPDX-License-Identifier: LGPL-2.1-or-later
-// for tools/bench.
 #pragma once
 #include <time.h>
 
@@ -29,7 +28,7 @@ struct Cost {
   double wall = 0, cpu = 0;  // cpu: of all threads of the process
 };
 
-// What `pick` makes of the rounds. One more round than asked for comes first and is not counted.
+// Reduces the rounds with `pick`. An additional first round is not counted.
 template <class Pick>
 std::vector<Cost> over_rounds(const std::vector<std::function<void()>>& candidates, int rounds,
                               Pick pick) {
@@ -50,14 +49,14 @@ std::vector<Cost> over_rounds(const std::vector<std::function<void()>>& candidat
 inline std::vector<Cost> medians(const std::vector<std::function<void()>>& candidates, int rounds) {
   return over_rounds(candidates, rounds, median);
 }
-// What else runs on the machine only adds.
+// The minimum, because other load only adds time.
 inline std::vector<Cost> least(const std::vector<std::function<void()>>& candidates, int rounds) {
   return over_rounds(candidates, rounds, [](const std::vector<double>& values) {
     return *std::min_element(values.begin(), values.end());
   });
 }
 
-// `target`: the most that `value` may be; unit: "us", "x", "bytes", "buffers".
+// `target`: the limit for `value`; unit: "us", "x", "bytes", "buffers".
 inline void report(const std::string& name, const std::string& floor, double value,
                    const char* unit, double target) {
   std::printf(

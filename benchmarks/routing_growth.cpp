@@ -1,5 +1,5 @@
-// What a frame costs in the elements of routing as pads and frames grow; one JSON object a line for
-// tools/plot. CPU time of all threads, in microseconds.
+// Measures routing elements per frame with growing numbers of pads and sizes of frames; prints one
+// JSON object per line for tools/plot. CPU time of all threads in microseconds.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <cstdio>
 #include <cstdlib>
@@ -15,7 +15,7 @@ using weir::bench::InputLine;
 using weir::bench::InputsStage;
 using weir::gst::Ref;
 
-constexpr size_t kBytesARound = 64u << 20;  // big frames: fewer of them
+constexpr size_t kBytesARound = 64u << 20;  // fewer frames when they are large
 constexpr size_t kMostFrames = 2000;
 
 int frames_of(size_t bytes) {

@@ -1,4 +1,4 @@
-// A stream through something, for benchmarks: appsrc ! something ! fakesink.
+// Stage: a stream for benchmarks, appsrc ! ELEMENTS ! fakesink.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <gst/app/gstappsrc.h>
@@ -10,7 +10,7 @@
 #include <mutex>
 #include <string>
 
-#include "gstcpp/ref.hpp"
+#include "gstcpp/element/ref.hpp"
 
 namespace weir::bench {
 
@@ -18,7 +18,7 @@ using gst::Ref;
 
 class Stage {
  public:
-  // `ahead`: frames that lie ready; where it is as many as a run has, nobody waits to bring more.
+  // `ahead`: frames queued in advance; with as many as a run has, the source never blocks.
   Stage(const std::string& caps, size_t bytes, const std::string& between, int ahead = 64) {
     const std::string launch =
         "appsrc name=in format=time block=true max-buffers=" + std::to_string(ahead) +
@@ -49,7 +49,7 @@ class Stage {
   Ref<GstElement> pipeline_;
 
  private:
-  // A stage that cannot play would wait for its frames for ever.
+  // A stage that cannot play would wait for its frames forever.
   [[noreturn]] void fail() {
     const auto bus = Ref<GstBus>::adopt(gst_element_get_bus(pipeline_.get()));
     GstMessage* message = gst_bus_pop_filtered(bus.get(), GST_MESSAGE_ERROR);
@@ -66,7 +66,7 @@ class Stage {
   Ref<GstBuffer> buffer_;
   std::mutex mutex_;
   std::condition_variable done_;
-  int wanted_ = 0;  // guarded by mutex_ while frames are under way
+  int wanted_ = 0;  // guarded by mutex_ while frames are in flight
 };
 
 }  // namespace weir::bench

@@ -1,5 +1,5 @@
-// TensorFlow Lite with XNNPACK in a bare loop: the input is copied in, as the library's interface
-// has it. WEIR_ENGINE_LIBRARY: the library that the module opens.
+// TensorFlow Lite with XNNPACK in a plain loop, with the input copy that the library's API
+// requires. WEIR_ENGINE_LIBRARY: the library that the module loads.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <dlfcn.h>
 #include <tensorflow/lite/c/c_api.h>
@@ -32,7 +32,7 @@ class TfliteFloor : public EngineFloor {
     interpreter_ =
         LITE(TfLiteInterpreterCreate)(LITE(TfLiteModelCreateFromFile)(model.c_str()), options);
     LITE(TfLiteInterpreterOptionsDelete)(options);
-    // int32 threads, uint32 flags (1: int8), and fields that stay 0.
+    // int32 threads, uint32 flags (1: int8), and members that stay 0.
     struct {
       int32_t threads = 1;
       uint32_t flags = 1;

@@ -1,4 +1,4 @@
-// libtorch in a bare loop, frozen and optimised as the engine does it.
+// libtorch in a plain loop, with the model frozen and optimised as in the engine.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <ATen/ATen.h>
 #include <ATen/Parallel.h>
@@ -25,7 +25,7 @@ class TorchFloor : public EngineFloor {
     module_ = torch::jit::optimize_for_inference(module_ = torch::jit::freeze(module_));
   }
   void run(int frames) override {
-    at::set_num_threads(1);  // of the thread that calls
+    at::set_num_threads(1);  // applies to the calling thread
     const c10::InferenceMode inference;
     const auto forward = module_.get_method("forward");
     for (int i = 0; i < frames; ++i) (void)forward({input_});

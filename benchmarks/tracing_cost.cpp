@@ -1,10 +1,10 @@
-// What a tracer adds to a frame: CPU time of slices of a stream before the tracer is made and after
-// it, of one pipeline that plays on. Two processes differ by some 5 % for where their memory lies,
-// which is more than a tracer adds; within one process nothing lies elsewhere.
+// Measures what a tracer adds to a frame: CPU time of slices of a stream before and after the
+// tracer starts, in one pipeline that keeps playing. Two processes differ by about 5 % through
+// their memory layout, more than a tracer adds; within one process the layout stays the same.
 //   tracing_cost TRACER FRAMES SLICES LINE
-// TRACER: its name in GStreamer's registry; `none` shows what the two halves of a process differ
-// by. FRAMES in each slice; SLICES before, and as many after. LINE: a source that does not end and
-// what stands behind it; a fakesink is added. Prints the median of the slices, seconds of a frame.
+// TRACER: its name in GStreamer's registry; `none` shows the difference between the two halves of a
+// process. FRAMES: per slice; SLICES: before, and as many after. LINE: an endless source and its
+// downstream elements; a fakesink is added. Prints the medians of the slices in seconds per frame.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #define GST_USE_UNSTABLE_API
 #include <gst/gst.h>
@@ -15,7 +15,7 @@
 #include <cstdlib>
 #include <mutex>
 
-#include "gstcpp/ref.hpp"
+#include "gstcpp/element/ref.hpp"
 #include "one_core.hpp"
 #include "rounds.hpp"
 
@@ -28,7 +28,7 @@ using weir::gst::Ref;
   std::exit(1);
 }
 
-// As GST_TRACERS does it, in the middle of a stream. It is never freed: hooks cannot be taken back.
+// Like GST_TRACERS, but in the middle of a stream. Never freed, because hooks cannot be removed.
 void make_tracer(const std::string& name) {
   if (name == "none") return;
   const auto feature =
@@ -41,7 +41,7 @@ void make_tracer(const std::string& name) {
   if (!g_object_new(type, "params", parameters, nullptr)) fail(name + " cannot be made");
 }
 
-// Called for each frame, in the only thread that streams.
+// Called for each frame on the only streaming thread.
 class Slices {
  public:
   Slices(std::string tracer, int frames, size_t slices)
@@ -55,7 +55,8 @@ class Slices {
     else
       halves_[half_].push_back((now - began_) / frames_);
     if (halves_[half_].size() == slices_) end_half();
-    began_ = weir::bench::seconds(CLOCK_PROCESS_CPUTIME_ID);  // what ends a half is in no slice
+    began_ = weir::bench::seconds(
+        CLOCK_PROCESS_CPUTIME_ID);  // excludes the end of a half from the slices
   }
   void wait() {
     std::unique_lock lock(mutex_);

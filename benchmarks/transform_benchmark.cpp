@@ -1,5 +1,5 @@
-// Speed of the transform beside two floors: a plain loop as g++ -O2 without vectors compiles it,
-// and the fastest pass that reads and writes the same bytes.
+// Measures tensor_transform's kernels against a plain loop compiled with g++ -O2 without vectors,
+// and against the fastest pass that reads and writes the same bytes.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <benchmark/benchmark.h>
 
@@ -14,14 +14,14 @@
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "transform_benchmark.cpp"
-#include <hwy/foreach_target.h>  // compiles this file's kernels once per CPU target
+#include <hwy/foreach_target.h>  // compiles the kernels of this file once per CPU target
 #include <hwy/highway.h>
 
 HWY_BEFORE_NAMESPACE();
 namespace weir::HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
-// The least that any u8 -> f32 conversion does. Streamed: past the caches.
+// The minimum work of any u8 -> f32 conversion. Streamed: bypasses the caches.
 template <bool kStreamed>
 HWY_INLINE void pass(const uint8_t* in, float* out, size_t count) {
   const hn::ScalableTag<float> df;
@@ -56,7 +56,7 @@ HWY_EXPORT(StreamedPass);
 
 using transform::Mode;
 
-// Memory that starts at a cache line, as buffers of GStreamer's pools nearly do.
+// Memory aligned to a cache line, similar to buffers of GStreamer's pools.
 struct Memory {
   explicit Memory(size_t size) : store(size + 64, std::byte{7}) {
     void* at = store.data();
@@ -108,7 +108,7 @@ void floor_streamed_pass(benchmark::State& state) {
   run_pass(state, [](auto... a) { HWY_DYNAMIC_DISPATCH(StreamedPass)(a...); });
 }
 
-// Noise, as the results of some kernels decide how they go on.
+// Noise, because some kernels branch on values.
 void fill(std::span<std::byte> bytes, ElementType type) {
   std::minstd_rand random(1);
   for (size_t i = 0; i + size_of(type) <= bytes.size(); i += size_of(type)) {

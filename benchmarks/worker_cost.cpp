@@ -1,7 +1,7 @@
-// tensor_filter workers=2 against two bare loops of ONNX Runtime on two threads: the same model,
-// one thread of the engine each. Interleaved blocks of frames in one process; the least of the
-// rounds, for what else runs on the machine only adds. And what the pipeline around a filter costs
-// by itself: CPU time of the same engine called bare by an `identity` in its place.
+// Compares tensor_filter workers=2 with two plain loops of ONNX Runtime on two threads: same model,
+// one engine thread each, interleaved blocks of frames in one process, minimum of the rounds
+// because other load only adds time. Also measures the pipeline around a filter: CPU time of the
+// same engine called by an `identity` in its place.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <algorithm>
 #include <cstdlib>
@@ -13,9 +13,9 @@
 namespace {
 
 constexpr int kWorkers = 2, kThreads = 1;
-constexpr double kMost = 1 / 0.95;  // 95 % of the frames a second
+constexpr double kMost = 1 / 0.95;  // 95 % of the frame rate
 
-// The engine on the streaming thread, and nothing of Weir.
+// Calls the engine on the streaming thread without Weir.
 class EngineInIdentity : public weir::bench::Stage {
  public:
   EngineInIdentity(weir::bench::BareLoop* loop, int ahead)
@@ -32,13 +32,13 @@ class EngineInIdentity : public weir::bench::Stage {
 
 }  // namespace
 
-// worker_cost LIBRARY MODEL NAME FRAMES ROUNDS
+// Usage: worker_cost LIBRARY MODEL NAME FRAMES ROUNDS
 int main(int argc, char** argv) {
   gst_init(&argc, &argv);
   if (argc != 6) return 2;
   const int frames = std::atoi(argv[4]), rounds = std::atoi(argv[5]);
   weir::bench::BareLoop one(argv[1], argv[2], kThreads), two(argv[1], argv[2], kThreads);
-  // The loops have their frames at hand, and so have the pipelines.
+  // The loops have their frames in advance, so the pipelines get theirs too.
   const int ahead = kWorkers * frames;
   weir::bench::Pipeline pipeline(one, argv[2], kThreads, "workers=2", ahead);
   EngineInIdentity identity(&one, ahead);

@@ -1,4 +1,4 @@
-// The memory of a process that counts when two are compared.
+// Measures the memory of a process for comparisons between processes.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <cstdlib>
@@ -7,9 +7,9 @@
 
 namespace weir::bench {
 
-// KiB of pages that this process alone wrote: neither a library's code nor weights that an engine
-// maps, which are read from their files and are there once for all, nor memory that was never
-// touched. What else runs on the machine changes nothing in it.
+// KiB of pages that only this process has written. Excludes code of libraries and weights that an
+// engine maps, which are file-backed and shared, and untouched memory. Other processes do not
+// affect it.
 inline long written_kib() {
   std::ifstream rollup("/proc/self/smaps_rollup");
   for (std::string line; std::getline(rollup, line);)

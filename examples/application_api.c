@@ -1,9 +1,10 @@
- * SPDX-License-Identifier: LGPL-2.1-or-later */
-/* A program on NNStreamer's application API: a filter of its own, alone and in a pipeline.
+/* A program on NNStreamer's application API that registers its own filter and uses it alone and in
+ * a pipeline.
  *
  *   application_api 'tensor_filter framework=custom-easy model=twice'
  *   cc -std=c11 application_api.c $(pkg-config --cflags --libs capi-nnstreamer)
- */
+ *
+ * SPDX-License-Identifier: LGPL-2.1-or-later */
 #include <nnstreamer-single.h>
 #include <nnstreamer.h>
 #include <pthread.h>
@@ -53,7 +54,7 @@ static void on_frame(const ml_tensors_data_h data, const ml_tensors_info_h info,
   pthread_mutex_unlock(&arrived->mutex);
 }
 
-/* Until every frame has come, or an element has failed. */
+/* Returns when every frame has arrived or an element has failed. */
 static int wait_for_frames(ml_pipeline_h pipe, Arrived* arrived) {
   ml_pipeline_state_e state;
   int count = 0;
@@ -61,7 +62,7 @@ static int wait_for_frames(ml_pipeline_h pipe, Arrived* arrived) {
     struct timespec soon;
     if (ml_pipeline_get_state(pipe, &state) < 0) return complain();
     timespec_get(&soon, TIME_UTC);
-    ++soon.tv_sec; /* to look at the state again */
+    ++soon.tv_sec; /* wakes up to check the state again */
     pthread_mutex_lock(&arrived->mutex);
     if (arrived->count < kFrames) pthread_cond_timedwait(&arrived->changed, &arrived->mutex, &soon);
     count = arrived->count;
@@ -70,7 +71,7 @@ static int wait_for_frames(ml_pipeline_h pipe, Arrived* arrived) {
   return 0;
 }
 
-/* Two numbers, `first` and 0.5. */
+/* Makes two values, `first` and 0.5. */
 static int make_data(ml_tensors_info_h info, float first, ml_tensors_data_h* data) {
   const float values[2] = {first, 0.5f};
   const int result = ml_tensors_data_create(info, data);

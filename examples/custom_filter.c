@@ -1,9 +1,10 @@
- * SPDX-License-Identifier: LGPL-2.1-or-later */
-/* A program with a filter of its own in C: y = x + step, on four numbers.
+/* A C program that registers its own filter and uses it in a pipeline: y = x + step, for four
+ * values.
  *
  *   custom_filter 'tensor_filter framework=custom-easy model=step'
  *   cc -std=c11 custom_filter.c $(pkg-config --cflags --libs weir weir-pipeline)
- */
+ *
+ * SPDX-License-Identifier: LGPL-2.1-or-later */
 #include "weir/custom_filter.h"
 
 #include <stdio.h>
@@ -12,7 +13,7 @@
 
 enum { kNumbers = 4 };
 
-/* The sizes were checked: four numbers in, room for four numbers out. */
+/* The sizes are already checked: four values in, memory for four values out. */
 static int add_step(const weir_host* host, const weir_frame* in, weir_frame* out, void* data,
                     weir_error* error) {
   const float* x = in->tensors[0].data;
@@ -79,7 +80,7 @@ int main(int argc, char** argv) {
   weir_pipeline* pipeline = NULL;
   if (argc != 2) return fprintf(stderr, "custom_filter 'tensor_filter ...'\n"), 2;
   if (register_step(&step, &error) < 0) return complain(error);
-  if (register_step(&step, NULL) >= 0) return 3; /* the name is taken */
+  if (register_step(&step, NULL) >= 0) return 3; /* the name is in use */
   snprintf(text, sizeof text, "appsrc name=in ! %s ! tensor_sink name=out", argv[1]);
   if (weir_pipeline_parse(text, &pipeline, &error) < 0) return complain(error);
   const int result = run(pipeline, &error);

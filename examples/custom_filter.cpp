@@ -1,4 +1,4 @@
-// A program with filters of its own: three lambdas and a class, by name in any pipeline.
+// A program that registers its own filters, three lambdas and a class, and uses them in a pipeline.
 //
 //   custom_filter 'tensor_filter framework=custom-easy model=doubler'
 //   custom_filter 'tensor_filter framework=custom-easy model=positive invoke-dynamic=true'
@@ -25,7 +25,7 @@ weir_tensor_info four(const char* name) {
   return weir::tensor_info(name, WEIR_FLOAT32, {4});
 }
 
-// Sizes are known: the memory of the outputs is there.
+// With known sizes, the memory of the outputs is provided.
 weir::RegisteredFilter doubler() {
   return {"doubler", {.inputs = {four("x")}, .outputs = {four("y")}}, [](In in, Out out) {
             const auto x = weir::elements<const float>(in[0]);
@@ -34,7 +34,7 @@ weir::RegisteredFilter doubler() {
           }};
 }
 
-// Sizes change with each frame: the filter gives memory. A frame may be dropped.
+// With sizes that change per frame, the filter provides the memory. It may drop a frame.
 weir::RegisteredFilter positive() {
   return {"positive",
           {.inputs = {four("x")},
@@ -53,20 +53,22 @@ weir::RegisteredFilter positive() {
           }};
 }
 
-// State is the lambda's own; what is thrown ends the stream with its words.
+// The lambda owns its state; an exception ends the stream with its message.
 weir::RegisteredFilter odd() {
   return {"odd",
           {.inputs = {four("x")}, .outputs = {four("y")}, .stateful = true},
           [frames = 0](In in, Out out) mutable {
             if (++frames == 3)
-              throw weir::Failure({weir::Code::CALLBACK_FAILED, "the third frame is too much",
-                                   std::to_string(frames), "two frames", "", ""});
+              throw weir::Failure({.code = weir::Code::CALLBACK_FAILED,
+                                   .what = "the third frame is too much",
+                                   .offered = std::to_string(frames),
+                                   .needed = "two frames"});
             const auto x = weir::elements<const float>(in[0]);
             std::copy(x.begin(), x.end(), weir::elements<float>(out[0]).begin());
           }};
 }
 
-// A class may have options, and one object for each element.
+// A class may have options, and each element gets its own object.
 class Power {
  public:
   static constexpr const char* kOptions =

@@ -1,10 +1,10 @@
- * SPDX-License-Identifier: LGPL-2.1-or-later */
-/* Opens a model whose engine is found by its name, or is given, runs it once on zeros, and says how
- * many bytes each output has.
+/* Opens a model with the engine found by its name or the given one, runs it once on zeros, and
+ * prints the size of each output in bytes.
  *
  *   model_once MODEL [ENGINE]
  *   cc -std=c11 model_once.c -o model_once $(pkg-config --cflags --libs weir)
- */
+ *
+ * SPDX-License-Identifier: LGPL-2.1-or-later */
 #include <inttypes.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -17,7 +17,7 @@ static int complain(weir_error* error) {
   return 1;
 }
 
-/* Memory of zeros for each input, which weir_model_reshape has made fixed. */
+/* Runs on zeros; weir_model_reshape has fixed all input shapes. */
 static int run(weir_loaded_model* model) {
   const uint32_t n = weir_model_input_count(model);
   weir_tensor_info* infos = calloc(n + 1, sizeof *infos);
@@ -32,7 +32,7 @@ static int run(weir_loaded_model* model) {
   }
   if (result == 0) result = weir_model_reshape(model, infos, n, &error);
   for (uint32_t i = 0; i < n && result == 0; ++i) {
-    static const uint8_t element_bytes[] = {4, 4, 2, 2, 1, 1, 8, 4, 8, 8, 2}; /* of weir_type */
+    static const uint8_t element_bytes[] = {4, 4, 2, 2, 1, 1, 8, 4, 8, 8, 2}; /* by weir_type */
     weir_model_input(model, i, &infos[i]);
     uint64_t bytes = element_bytes[infos[i].type];
     for (uint32_t axis = 0; axis < infos[i].rank; ++axis) bytes *= (uint64_t)infos[i].shape[axis];

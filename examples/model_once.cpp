@@ -1,5 +1,5 @@
-// Opens a model of any engine, runs it once, and says which value of its first output is the
-// largest. Its input comes from a file of raw bytes; without one it is zeros.
+// Opens a model of any engine, runs it once, and prints the index of the largest value of its first
+// output. Reads its input from a file of raw bytes, or uses zeros.
 //
 //   model_once MODEL [BYTES] [ENGINE]
 //   c++ -std=c++20 model_once.cpp -o model_once $(pkg-config --cflags --libs weir)
@@ -18,7 +18,7 @@ int complain(const weir::Error& error) {
   return 1;
 }
 
-// What the model leaves open becomes 1.
+// Replaces open dimensions with 1.
 std::vector<weir::TensorShape> closed_shapes(const weir::Model& model) {
   std::vector<weir::TensorShape> shapes;
   for (const auto& input : model.inputs()) {
@@ -47,8 +47,9 @@ int main(int argc, char** argv) {
   std::printf("engine: %s\n", model->engine().c_str());
   const auto shapes = closed_shapes(*model);
   if (const auto status = model->reshape(shapes); !status) return complain(status.error());
-  for (const auto& input : model->inputs()) std::printf("input: %s\n", input.words().c_str());
-  for (const auto& output : model->outputs()) std::printf("output: %s\n", output.words().c_str());
+  for (const auto& input : model->inputs()) std::printf("input: %s\n", input.to_string().c_str());
+  for (const auto& output : model->outputs())
+    std::printf("output: %s\n", output.to_string().c_str());
 
   std::vector<std::vector<char>> memory;
   std::vector<weir::TensorView> inputs;

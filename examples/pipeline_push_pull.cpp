@@ -1,4 +1,4 @@
-// Pushes three frames of four numbers through any elements, pulls what comes out, and prints it.
+// Pushes three frames of four values through any elements and prints the frames that come out.
 //
 //   pipeline_push_pull 'tensor_transform mode=arithmetic option=mul:2'
 //   c++ -std=c++20 pipeline_push_pull.cpp $(pkg-config --cflags --libs weir-pipeline)

@@ -138,7 +138,7 @@ def rows_of(words, there, absent="not there yet"):
 
 def engines():
     """Names and aliases of the engines that have a module here or are built in; from core's table and the tree."""
-    known = re.findall(r'KnownEngine\{"([\w-]+)",\s*"([^"]*)"', (ROOT / "src/core/infer/known_engines.cpp").read_text())
+    known = re.findall(r'KnownEngine\{"([\w-]+)",\s*"([^"]*)"', (ROOT / "src/core/infer/module/known_engines.cpp").read_text())
     text = source_text("src/modules/engines") + source_text("src/core/custom")
     there = set()
     for name, aliases in known:
@@ -168,6 +168,7 @@ def page(pages):
         text = source_text(folder)
         out += [f"### {title}", "", "| word | state |", "|---|---|", *rows_of(words, {w for w in words if f'"{w}"' in text}), ""]
     decoders = modules("decoders", {w for w in ("custom-code",) if f'"{w}"' in decoder})
+    decoders |= set(re.findall(r'decoder_table<\w+>\(\s*"(\w+)"', source_text("src/core/decoders")))
     out += ["### tensor_decoder mode", "", "| mode | state |", "|---|---|", *rows_of(DECODERS, decoders), ""]
     converters = modules("converters", {w for w in ("custom-code", "custom-script") if w in converter})
     out += ["### tensor_converter mode and converters", "", "| name | state |", "|---|---|", *rows_of(CONVERTERS, converters), ""]

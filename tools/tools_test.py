@@ -1,11 +1,13 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: LGPL-2.1-or-later
-"""Tests of tools/setup, tools/configure, tools/install, tools/uninstall and tools/count-tests.py, in folders of their
-own and with stand-ins for npm, apt and dpkg: nothing is fetched and nothing installed. The last line is `N passed, N failed`.
+"""Tests of tools/setup, tools/configure, tools/install, tools/uninstall and tools/count-tests.py, in folders of their own and
+with stand-ins for npm, apt, dpkg, meson and ninja: nothing is fetched and nothing installed. The last line is
+`N passed, N failed`.
 """
 
 import base64
 import hashlib
+import json
 import os
 import pathlib
 import shutil
@@ -131,6 +133,17 @@ class Setup(unittest.TestCase):
         self.assertEqual(self.setup("--engine", "toy")[0], 0)
         self.assert_engine_is_whole()
 
+    def test_no_tests_leaves_out_what_only_tests_need(self):
+        status, said = self.setup("--check", "--no-tests")
+        self.assertEqual(status, 1)
+        self.assertIn("to install: tools/setup --no-tests", said)
+        self.assertEqual(self.setup("--no-tests")[0], 0)
+        self.assertEqual((self.fake / "installed").read_text(), "first\nauthority\n")
+        self.assert_engine_is_whole()
+        self.assertEqual(self.setup("--no-tests"), (0, ""))
+        status, said = self.setup("--check")
+        self.assertEqual((status, "what they depend on: second\n" in said), (1, True), said)
+
     def test_engines_only_installs_no_compiler(self):
         self.assertEqual(self.setup("--engines-only")[0], 0)
         self.assertEqual((self.fake / "installed").read_text(), "authority\n")
@@ -161,7 +174,7 @@ class Setup(unittest.TestCase):
         self.assertEqual(status, 0, said)
         self.assert_engine_is_whole()
 
-    def test_a_new_pin_brings_the_engine_anew(self):
+    def test_a_new_pin_brings_the_engine_again(self):
         self.setup()
         self.make_archive("a newer library")
         self.pin_archive()
@@ -207,33 +220,58 @@ class Setup(unittest.TestCase):
 
 
 class Configure(unittest.TestCase):
+    def setUp(self):
+        self.root = pathlib.Path(self.enterContext(tempfile.TemporaryDirectory(prefix="weir configure ")))
+        (self.root / "tools").mkdir()
+        shutil.copy(TOOLS / "configure", self.root / "tools")
+        (self.root / "meson.build").write_text("project('toy')\n")
+
+    def configure(self, **variables):
+        return subprocess.run([self.root / "tools" / "configure", "build"], env={**os.environ, **variables}, text=True,
+                              capture_output=True, check=True).stdout
+
     def test_goes_on_where_it_was_interrupted(self):
-        root = pathlib.Path(self.enterContext(tempfile.TemporaryDirectory(prefix="weir configure ")))
-        (root / "tools").mkdir()
-        shutil.copy(TOOLS / "configure", root / "tools")
-        (root / "meson.build").write_text("project('toy')\n")
-        built = root / "build" / "build.ninja"
+        built = self.root / "build" / "build.ninja"
         for _ in range(2):
-            subprocess.run([root / "tools" / "configure", "build"], capture_output=True, check=True)
+            self.configure()
             self.assertTrue(built.exists())
             built.unlink()  # as it is gone when Meson is stopped while it configures anew
+
+    def test_configures_again_when_a_package_has_come(self):
+        (self.root / "tools" / "packages.txt").write_text("[test]  to test\ntoy-dev?  # a toy\n")
+        write_program(self.root / "dpkg-query", '#!/bin/bash\n[[ ! -e $ROOT/come ]] || echo "${@: -1} installed"\n')
+        variables = {"PATH": f"{self.root}:{os.environ['PATH']}", "ROOT": str(self.root)}
+        self.assertIn("toy", self.configure(**variables))
+        self.assertEqual(self.configure(**variables), "")
+        (self.root / "come").touch()
+        self.assertIn("toy", self.configure(**variables))
+        self.assertEqual(self.configure(**variables), "")
 
 
 class Install(unittest.TestCase):
     """With a stand-in for meson that installs two files and logs them as Meson does."""
 
     MESON = """#!/bin/bash
+echo "meson $*" >> "$FAKE/calls"
 d=$DESTDIR/usr/lib/weir
 echo "# List of files installed by Meson" > build/meson-logs/install-log.txt
 mkdir -p "$d" && echo "$d" > "$FAKE/folder"
 for f in a b; do echo x > "$d/$f"; echo "$d/$f" >> build/meson-logs/install-log.txt; done
 cat "$FAKE/folder" >> build/meson-logs/install-log.txt
 """
+    NINJA = """#!/bin/bash
+echo "ninja $*" >> "$FAKE/calls"
+[[ ! -e $FAKE/broken ]]
+"""
 
     def setUp(self):
         self.root = pathlib.Path(self.enterContext(tempfile.TemporaryDirectory(prefix="weir install ")))
         write_program(self.root / "meson", self.MESON)
+        write_program(self.root / "ninja", self.NINJA)
         (self.root / "build" / "meson-logs").mkdir(parents=True)
+        (self.root / "build" / "meson-info").mkdir()
+        targets = [{"installed": name == "weir", "filename": [str(self.root / "build" / "apps" / name)]} for name in ("weir", "weir_test")]
+        (self.root / "build" / "meson-info" / "intro-targets.json").write_text(json.dumps(targets))
         self.place = self.root / "dest dir"
         self.environment = dict(os.environ, PATH=f"{self.root}:/usr/bin:/bin", FAKE=str(self.root), DESTDIR=str(self.place))
 
@@ -252,6 +290,22 @@ cat "$FAKE/folder" >> build/meson-logs/install-log.txt
         self.assertEqual(files, [foreign])
         self.assertFalse((self.place / "usr" / "lib" / "weir").exists())
         self.assertFalse((self.place / "usr" / "share").exists())
+
+    def test_builds_what_it_installs_and_nothing_else(self):
+        self.call("install", "--jobs", "3", "build", "/usr")
+        calls = (self.root / "calls").read_text().splitlines()
+        self.assertEqual(calls[:2], ["ninja -C build build.ninja", "ninja -C build -j 3 apps/weir"])
+        self.assertIn("--no-rebuild", calls[2])
+
+    def test_installs_nothing_where_the_build_fails(self):
+        (self.root / "broken").touch()
+        with self.assertRaises(subprocess.CalledProcessError):
+            self.call("install", "--jobs", "3", "build", "/usr")
+        self.assertFalse(self.place.exists())
+
+    def test_installs_no_debug_information(self):
+        self.call("install", "build", "/usr")
+        self.assertRegex((self.root / "calls").read_text(), "^meson install .*--strip")
 
     def test_uninstall_of_nothing_says_so(self):
         self.assertIn("nothing to do", self.call("uninstall", "/usr"))
@@ -296,8 +350,9 @@ class CountTests(unittest.TestCase):
         self.assertEqual(self.count([], "", "0")[0], 1)
 
 
-def main():
-    result = unittest.TextTestRunner(verbosity=2).run(unittest.defaultTestLoader.loadTestsFromModule(sys.modules[__name__]))
+def main(module):
+    """Runs the tests of a module; the last line is `N passed, N failed`."""
+    result = unittest.TextTestRunner(verbosity=2).run(unittest.defaultTestLoader.loadTestsFromModule(module))
     failed = len(result.failures) + len(result.errors)
     sys.stderr.flush()
     print(f"{result.testsRun - failed - len(result.skipped)} passed, {failed} failed", flush=True)
@@ -305,4 +360,4 @@ def main():
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(main(sys.modules[__name__]))

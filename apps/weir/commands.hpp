@@ -9,16 +9,18 @@ namespace weir::app {
 
 inline constexpr int kExitGood = 0;
 inline constexpr int kExitError = 1;
-inline constexpr int kExitUsage = 2;          // the command line cannot be read
-inline constexpr int kExitInterrupted = 130;  // as shells report an end by Ctrl-C
+inline constexpr int kExitUsage = 2;          // invalid command line
+inline constexpr int kExitInterrupted = 130;  // as shells report an exit by Ctrl-C
 
-// What is installed, where, and what is missing. kExitError when GStreamer does not find Weir.
+// Reports what is installed, where, and what is missing. kExitError when GStreamer does not find
+// Weir.
 int doctor(bool json);
 
-// What the properties of tensor_filter with these names say, for models that do not say it.
-struct TensorWords {
+// Values of the tensor_filter properties of these names, for models that do not declare their
+// tensors.
+struct TensorOptions {
   std::string input, inputtype, inputname, output, outputtype, outputname;
-  // The names and values of those that are not empty.
+  // The names and values of the members that are not empty.
   std::vector<std::pair<std::string, std::string>> pairs() const {
     std::vector<std::pair<std::string, std::string>> out;
     const std::pair<const char*, const std::string&> all[]{
@@ -31,34 +33,34 @@ struct TensorWords {
 };
 
 struct InspectOptions {
-  std::string model;      // a path; several with commas between them; "": the engine alone
-  std::string framework;  // "" or "auto": by the name of the file
+  std::string model;      // a path; comma-separated for several files; "": only the engine
+  std::string framework;  // "" or "auto": by the file name
   std::string custom;     // options of the engine
-  TensorWords words;
+  TensorOptions tensors;
   bool json = false;
 };
 int inspect(const InspectOptions& options);
 
 struct BenchOptions {
-  std::string model;                 // a path; several with commas between them
-  std::vector<std::string> engines;  // empty: all that take the model
-  std::vector<int> threads;          // empty: 1, 2, 4 ... to the cores
+  std::string model;                 // a path; comma-separated for several files
+  std::vector<std::string> engines;  // empty: all that accept the model
+  std::vector<int> threads;          // empty: 1, 2, 4 ... up to the number of cores
   std::vector<int> batches;          // empty: 1 and 4
-  std::string custom;                // options of the engine; "": its defaults, and its choices
-  TensorWords words;
-  std::string card;       // a file; "": the model's own
-  double seconds = 1;     // of measuring, for each case
-  double patience = 120;  // seconds for all else that a round of a case takes
+  std::string custom;                // options of the engine; "": its defaults and choices
+  TensorOptions tensors;
+  std::string card;       // path of a card; "": the model's own
+  double seconds = 1;     // measuring time per case
+  double patience = 120;  // seconds for everything else in a round of a case
   bool json = false;
 };
-// Every engine, thread count and batch that can take a model, and the fastest line. kExitError when
-// none can.
+// Measures every engine, thread count and batch size that the model supports and prints the fastest
+// pipeline. kExitError when none works.
 int bench(const BenchOptions& options);
 
-// One case of bench() in a process of its own: what came of it goes to `descriptor` as JSON.
+// Runs one case of bench() in a child process and writes the result to `descriptor` as JSON.
 struct BenchCaseOptions {
   std::string model, engine, custom;
-  TensorWords words;
+  TensorOptions tensors;
   int threads = 1, batch = 1, descriptor = 1;
   double seconds = 1, patience = 120;
 };
@@ -66,39 +68,39 @@ int bench_case(const BenchCaseOptions& options);
 
 struct RunOptions {
   std::vector<std::string>
-      pipeline;  // as for gst-launch-1.0: one word, or many as a shell cut them
+      pipeline;  // as for gst-launch-1.0: one argument, or several as split by a shell
   bool json = false;
-  std::string report;  // an HTML file to write at the end; "" for none
+  std::string report;  // path of an HTML report; "" for none
 };
 int run(const RunOptions& options);
 
 struct NewFilterOptions {
   std::string language;  // "c", "c++", "python", "lua"
-  std::string name;      // of the filter and of the folder that is made
+  std::string name;      // of the filter and of the new folder
 };
 int new_filter(const NewFilterOptions& options);
 
-// A custom filter for NNStreamer's interface, in C: two files in the present folder,
-// nnstreamer_customfilter_BASE.c and .mk.
+// A custom filter for NNStreamer's interface, in C: writes nnstreamer_customfilter_BASE.c and .mk
+// to the current folder.
 struct CustomClassOptions {
-  std::string name;        // an identifier in C
-  std::string base;        // "": the name
-  bool fixed = true;       // the tensors' sizes; else they follow the stream
+  std::string name;        // a C identifier
+  std::string base;        // "": same as `name`
+  bool fixed = true;       // the tensors have fixed sizes; otherwise they follow the stream
   bool allocates = false;  // invoke allocates the outputs
 };
 int new_custom_class(const CustomClassOptions& options);
-// Asks for them on standard output, reads answers from standard input, and writes the files.
+// Prompts for these options on standard output, reads standard input, and writes the files.
 int ask_for_filter();
 
-// Configuration and sub-plugins in the lines of nnstreamer-check. kExitError when GStreamer does
-// not find Weir.
+// Prints configuration and sub-plugins in the format of nnstreamer-check. kExitError when GStreamer
+// does not find Weir.
 int check();
 
 struct PbtxtOptions {
-  std::vector<std::string> pipeline;  // one word, or many; none: standard input
+  std::vector<std::string> pipeline;  // one argument or several; empty: standard input
   bool from_pbtxt = false, verbose = false;
 };
-// The pipeline as a graph in MediaPipe's text format. Nothing of it need be installed.
+// Converts the pipeline to a graph in MediaPipe's text format. The elements need not be installed.
 int pbtxt(const PbtxtOptions& options);
 
 }  // namespace weir::app

@@ -1,4 +1,4 @@
-// The command `weir`: reads the command line and calls a subcommand.
+// The command `weir`: parses the command line and runs a subcommand.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <gst/gst.h>
 
@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "commands.hpp"
+#include "core/config/install_paths.hpp"
 #include "core/process/process_object.hpp"
 #include "library/process.h"
 
@@ -27,41 +28,47 @@ struct CommandLine {
   bool doctor_json = false;
 };
 
-void add_tensor_words(CLI::App* command, TensorWords* words) {
+void add_tensor_options(CLI::App* command, TensorOptions* tensors) {
   const std::pair<const char*, std::string*> options[]{
-      {"--input", &words->input},           {"--inputtype", &words->inputtype},
-      {"--inputname", &words->inputname},   {"--output", &words->output},
-      {"--outputtype", &words->outputtype}, {"--outputname", &words->outputname}};
+      {"--input", &tensors->input},           {"--inputtype", &tensors->inputtype},
+      {"--inputname", &tensors->inputname},   {"--output", &tensors->output},
+      {"--outputtype", &tensors->outputtype}, {"--outputname", &tensors->outputname}};
   for (const auto& [name, text] : options)
-    command->add_option(name, *text, "As the property, for models that do not say it")
+    command
+        ->add_option(name, *text,
+                     "Like the property of tensor_filter, for models that leave it open")
         ->type_name("LIST");
 }
 
 void add_bench(CLI::App* app, BenchOptions* bench) {
   constexpr int kMostThreads = 1024, kMostBatch = 1024;
   constexpr double kLeastSeconds = 0.01, kMostSeconds = 3600;
-  auto* command = app->add_subcommand("bench", "A model on every engine, thread count and batch");
+  auto* command =
+      app->add_subcommand("bench", "Measure a model on every engine, thread count and batch size");
   command->add_option("MODEL", bench->model, "The model file")->required();
-  command->add_option("--engine,-e", bench->engines, "Only these engines, with commas between them")
+  command->add_option("--engine,-e", bench->engines, "Only these engines, separated by commas")
       ->delimiter(',');
-  command->add_option("--threads,-t", bench->threads, "Thread counts; else 1, 2, 4 to the cores")
+  command
+      ->add_option("--threads,-t", bench->threads,
+                   "Thread counts; default: 1, 2, 4 up to the cores")
       ->delimiter(',')
       ->check(CLI::Range(1, kMostThreads));
-  command->add_option("--batch,-b", bench->batches, "Batch sizes; else 1 and 4")
+  command->add_option("--batch,-b", bench->batches, "Batch sizes; default: 1 and 4")
       ->delimiter(',')
       ->check(CLI::Range(1, kMostBatch));
-  command->add_option("--custom", bench->custom, "Options of the engine, as custom= takes them");
-  add_tensor_words(command, &bench->words);
-  command->add_option("--card", bench->card, "The model card for the line; else the model's own")
+  command->add_option("--custom", bench->custom, "Options of the engine, as in custom=");
+  add_tensor_options(command, &bench->tensors);
+  command
+      ->add_option("--card", bench->card, "The model card for the line; default: the model's own")
       ->type_name("FILE");
-  command->add_option("--seconds", bench->seconds, "How long each case is measured; else 1")
+  command->add_option("--seconds", bench->seconds, "Seconds to measure each case; default: 1")
       ->check(CLI::Range(kLeastSeconds, kMostSeconds));
-  command->add_option("--timeout", bench->patience, "Seconds to load and warm up; else 120")
+  command->add_option("--timeout", bench->patience, "Seconds to load and warm up; default: 120")
       ->check(CLI::Range(1.0, kMostSeconds));
   command->add_flag("--json", bench->json, "Print JSON");
 }
 
-// What `bench` starts for each case; of no use by itself.
+// The hidden command that `bench` starts for each case.
 void add_bench_case(CLI::App* app, BenchCaseOptions* one) {
   auto* command = app->add_subcommand("bench-case", "")->group("");
   command->add_option("MODEL", one->model)->required();
@@ -71,64 +78,69 @@ void add_bench_case(CLI::App* app, BenchCaseOptions* one) {
   command->add_option("--batch", one->batch);
   command->add_option("--seconds", one->seconds);
   command->add_option("--descriptor", one->descriptor);
-  add_tensor_words(command, &one->words);
+  add_tensor_options(command, &one->tensors);
 }
 
 void add_pbtxt(CLI::App* command, PbtxtOptions* pbtxt) {
-  command->add_flag("--from-pbtxt,-p", pbtxt->from_pbtxt,
-                    "The other way; says that it is not there");
-  command->add_flag("--verbose,-v", pbtxt->verbose, "Tell elements and links on standard error");
+  command->add_flag("--from-pbtxt,-p", pbtxt->from_pbtxt, "The other direction; not implemented");
+  command->add_flag("--verbose,-v", pbtxt->verbose, "Print elements and links on standard error");
   command->positionals_at_end();
-  command->add_option("PIPELINE", pbtxt->pipeline, "The pipeline; else it is read from stdin");
+  command->add_option("PIPELINE", pbtxt->pipeline, "The pipeline; default: read from stdin");
 }
 
 void add_subcommands(CLI::App* app, CommandLine* line) {
-  app->add_subcommand("check", "Configuration and sub-plugins in the lines of nnstreamer-check");
+  app->add_subcommand("check",
+                      "Print configuration and sub-plugins in the format of nnstreamer-check");
   add_pbtxt(
-      app->add_subcommand("pbtxt", "A pipeline as MediaPipe's text; nothing need be installed"),
+      app->add_subcommand(
+          "pbtxt", "Convert a pipeline to MediaPipe's text format; elements need not be installed"),
       &line->pbtxt);
   add_bench(app, &line->bench);
   add_bench_case(app, &line->bench_case);
-  auto* doctor =
-      app->add_subcommand("doctor", "What is installed, what is missing, what brings it");
+  auto* doctor = app->add_subcommand(
+      "doctor", "Show what is installed, what is missing and how to install it");
   doctor->add_flag("--json", line->doctor_json, "Print JSON");
 
-  auto* inspect = app->add_subcommand("inspect", "What a model takes and gives, and how to run it");
+  auto* inspect =
+      app->add_subcommand("inspect", "Show the inputs and outputs of a model, and how to run it");
   inspect->add_option("MODEL", line->inspect.model,
-                      "The model file; without it --framework says the engine");
+                      "The model file; without it --framework selects the engine");
   inspect->add_option("--framework,-f", line->inspect.framework,
-                      "The engine; else by the name of the file");
-  inspect->add_option("--custom", line->inspect.custom,
-                      "Options of the engine, as custom= takes them");
-  add_tensor_words(inspect, &line->inspect.words);
+                      "The engine; default: by the file's extension");
+  inspect->add_option("--custom", line->inspect.custom, "Options of the engine, as in custom=");
+  add_tensor_options(inspect, &line->inspect.tensors);
   inspect->add_flag("--json", line->inspect.json, "Print JSON");
   inspect->parse_complete_callback([inspect] {
     if (inspect->count("MODEL") + inspect->count("--framework") == 0)
       throw CLI::RequiredError("MODEL or --framework");
   });
 
-  auto* made = app->add_subcommand("new", "Write something of your own, to begin with");
+  auto* made = app->add_subcommand("new", "Create a filter from a template");
   made->require_subcommand(1);
-  auto* filter = made->add_subcommand("filter", "A folder with a filter that builds and runs");
+  auto* filter =
+      made->add_subcommand("filter", "Create a folder with a filter that builds and runs");
   filter->add_option("--language,-l", line->filter.language, "c, c++, python or lua")->required();
-  filter->add_option("NAME", line->filter.name, "Of the filter and its folder")->required();
-  auto* custom = made->add_subcommand("nnstreamer-filter", "A source with NNStreamer_custom, in C");
-  custom->add_option("--base,-b", line->custom_class.base, "Of the files; else the name");
+  filter->add_option("NAME", line->filter.name, "Name of the filter and its folder")->required();
+  auto* custom =
+      made->add_subcommand("nnstreamer-filter", "Create a C source file with NNStreamer_custom");
+  custom->add_option("--base,-b", line->custom_class.base, "Base name of the files; default: NAME");
   custom->add_flag("--any-size", line->any_size, "Sizes follow the stream (setInputDim)");
   custom->add_flag("--allocate", line->custom_class.allocates, "invoke allocates its outputs");
-  custom->add_option("NAME", line->custom_class.name, "Of the filter, as in C")->required();
+  custom->add_option("NAME", line->custom_class.name, "Name of the filter, a C identifier")
+      ->required();
 
-  auto* run = app->add_subcommand("run", "Run a pipeline, written as for gst-launch-1.0");
+  auto* run = app->add_subcommand("run", "Run a pipeline in the syntax of gst-launch-1.0");
   run->add_flag("--json", line->run.json, "Print JSON at the end, and nothing else on stdout");
   run->add_option("--report", line->run.report, "Write an HTML page: graph, times, queues, latency")
       ->type_name("FILE");
-  // What comes behind the first word of the pipeline belongs to it, even --json.
+  // Arguments after the pipeline's first word belong to the pipeline, even --json.
   run->positionals_at_end();
-  run->add_option("PIPELINE", line->run.pipeline, "The pipeline, as one word or many")->required();
+  run->add_option("PIPELINE", line->run.pipeline, "The pipeline, as one argument or several")
+      ->required();
 }
 
-// The commands that users of NNStreamer know, which are links to this one. nullopt: it is called by
-// its own name.
+// Handles the NNStreamer command names, which are links to this program. nullopt: called by its own
+// name.
 std::optional<int> by_another_name(const std::string& name, int argc, char** argv) {
   if (name != "nnstreamer-check" && name != "nnstreamer-parser" &&
       name != "nnstreamerCodeGenCustomFilter")
@@ -152,13 +164,13 @@ std::optional<int> by_another_name(const std::string& name, int argc, char** arg
 
 int main(int argc, char** argv) {
   using namespace weir::app;
-  weir::process::take_objects_from(weir_process_object);  // before anything asks for one
+  weir::process::take_objects_from(weir_process_object);  // before the first use of such an object
   const std::string name = std::filesystem::path(argc > 0 ? argv[0] : "").filename();
   if (const auto status = by_another_name(name, argc, argv)) return *status;
   CLI::App app{"Weir: neural networks as elements of GStreamer pipelines", "weir"};
   CommandLine line;
   app.require_subcommand(1);
-  app.set_version_flag("--version", std::string("weir ") + WEIR_VERSION);
+  app.set_version_flag("--version", std::string("weir ") + weir::config::kVersion);
   app.footer(
       "Manual pages: weir(1), weir-bench(1), weir-check(1), weir-doctor(1), weir-inspect(1), "
       "weir-new(1), weir-pbtxt(1), weir-run(1)");

@@ -1,4 +1,4 @@
-// Errors, tables and JSON for people and programs.
+// Formats errors, tables and JSON for people and programs.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "report.hpp"
 
@@ -18,7 +18,7 @@ bool is_control(char c) {
   return static_cast<unsigned char>(c) < ' ' || c == '\x7f';
 }
 
-// Characters, not bytes, so that names in any script keep the columns straight.
+// Counts characters, not bytes, to align names in any script.
 size_t width_of(const std::string& text) {
   return static_cast<size_t>(
       std::count_if(text.begin(), text.end(), [](char c) { return (c & 0xC0) != 0x80; }));

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: LGPL-2.1-or-later
-"""What the tests of the command `weir` share."""
+"""Helpers shared by the tests of the command `weir`."""
 
 import os
 import pathlib
@@ -19,21 +19,22 @@ SANITIZED = os.environ["WEIR_SANITIZED"] != "none"
 
 
 def weir(*words, **environment):
-    """Runs the command with no terminal: whatever it does, nothing that only a terminal understands may come."""
+    """Runs the command without a terminal and checks that it prints no terminal control characters."""
     done = subprocess.run([COMMAND, *map(str, words)], env={**os.environ, **environment}, cwd=SOURCE, timeout=60,
                           text=True, capture_output=True, stdin=subprocess.DEVNULL)
     assert not re.search(r"[\033\r\b]", done.stdout + done.stderr), repr(done)
     return done
 
 
-# The first process reads every plug-in of the system into the registry. What those leak is none of ours.
+# The first process scans all plug-ins of the system into the registry; their leaks are not ours.
 if SANITIZED:
     weir("doctor", ASAN_OPTIONS="detect_leaks=0")
 
 
-# For processes whose leaks are not looked for. LeakSanitizer of GCC 12 takes a library's thread-local block for one of an older glibc where
-# it begins 16 bytes into a page, and its tracer then reads where nothing is (LSAN_OPTIONS=verbosity=1:log_threads=1 shows it at an
-# address like 0x48d9). Which libraries are opened, and in which order, decides whether one does.
+# Environment for processes that are not checked for leaks. LeakSanitizer of GCC 12 mistakes a
+# library's thread-local block that begins 16 bytes into a page for one of an older glibc, and its
+# tracer then reads unmapped memory (LSAN_OPTIONS=verbosity=1:log_threads=1 shows it at an address
+# like 0x48d9). Whether this happens depends on which libraries are loaded, and in which order.
 WITHOUT_LEAKS = {"ASAN_OPTIONS": ":".join(filter(None, (os.environ.get("ASAN_OPTIONS"), "detect_leaks=0")))} if SANITIZED else {}
 
 
@@ -47,7 +48,7 @@ class Case(unittest.TestCase):
         return done.stdout
 
     def runs(self, line, **environment):
-        """Runs a line for a shell. gst-launch-1.0 cannot load a plug-in that is built with a sanitizer."""
+        """Runs a shell command. gst-launch-1.0 cannot load a plug-in that is built with a sanitizer."""
         if SANITIZED:
             line = re.sub(r"^gst-launch-1\.0 ", f"{COMMAND} run ", line)
         self.good(subprocess.run(["bash", "-c", line], cwd=SOURCE, env={**os.environ, **environment}, capture_output=True,
@@ -59,6 +60,6 @@ class Case(unittest.TestCase):
             self.assertIn(words, done.stdout + done.stderr)
 
     def plugins_of(self, *folders):
-        """Variables for a GStreamer that finds the plug-ins of these folders alone, and looks anew."""
+        """Environment for a GStreamer that finds only the plug-ins of these folders and scans them again."""
         return {**WITHOUT_LEAKS, "GST_PLUGIN_PATH": ":".join(map(str, folders)), "GST_PLUGIN_SYSTEM_PATH_1_0": str(self.folder / "none"),
                 "GST_REGISTRY": str(self.folder / f"registry-{folders[0].name}")}

@@ -1,4 +1,4 @@
-// Arrays lent and arrays made.
+// Converts Python arguments to tensors, and tensors to NumPy arrays.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "arrays.hpp"
 
@@ -21,10 +21,11 @@ weir_type type_of_array(const py::array& array) {
       if (dtype.kind() == kind && size == static_cast<py::ssize_t>(element_bytes(type)))
         return static_cast<weir_type>(type);
     }
-  raise({Code::TYPE_SYNTAX, "no tensor has elements of this type",
-         py::str(static_cast<py::object>(dtype)),
-         "one of int8 to int64, uint8 to uint64, float16, float32, float64", "",
-         "array.astype(numpy.float32)"});
+  raise({.code = Code::TYPE_SYNTAX,
+         .what = "no tensor has elements of this type",
+         .offered = py::str(static_cast<py::object>(dtype)),
+         .needed = "one of int8 to int64, uint8 to uint64, float16, float32, float64",
+         .fix = "array.astype(numpy.float32)"});
 }
 
 }  // namespace

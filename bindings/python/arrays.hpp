@@ -1,4 +1,4 @@
-// NumPy arrays and the tensors of include/weir.
+// Converts between NumPy arrays and the tensors of include/weir.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <pybind11/numpy.h>
@@ -14,11 +14,11 @@ namespace weir::bindings {
 
 namespace py = pybind11;
 
-// The arrays that a call lends, dense, and views of them; they live as long as the object.
+// The arrays of a call's arguments, made dense, and views of them, valid as long as this object.
 class LentArrays {
  public:
-  // One array, or a list or tuple of arrays; what is no array becomes one. TYPE_SYNTAX for a dtype
-  // that no tensor has.
+  // Accepts one array, or a list or tuple of arrays; converts other objects to arrays. TYPE_SYNTAX
+  // for a dtype that tensors do not have.
   explicit LentArrays(const py::object& given);
   const std::vector<TensorView>& views() const noexcept { return views_; }
 
@@ -28,13 +28,13 @@ class LentArrays {
   std::vector<TensorView> views_;
 };
 
-// A read-only array over the tensor's memory, which `owner` keeps.
+// Returns a read-only array over the tensor's memory, which `owner` keeps alive.
 py::array array_of(const Tensor& tensor, const py::object& owner);
 
 py::object dtype_of(weir_type type);          // None for WEIR_TYPE_END
-py::object shape_of(const TensorInfo& info);  // None for what is open; None when the rank is
+py::object shape_of(const TensorInfo& info);  // None for open dimensions; None for an open rank
 
-// A shape of Python: any sequence of whole numbers.
+// Accepts any sequence of integers as a shape.
 TensorShape shape_from(const py::handle& shape);
 
 }  // namespace weir::bindings

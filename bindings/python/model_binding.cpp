@@ -1,4 +1,4 @@
-// A model that a program of Python opens and invokes.
+// weir.Model: a model that a Python program opens and invokes.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "model_binding.hpp"
 
@@ -29,7 +29,7 @@ std::vector<std::string> paths_of(const py::object& paths) {
   return out;
 }
 
-// Calls hold it while they run, so that close() may come meanwhile.
+// Each call holds a reference while it runs, so that close() may be called concurrently.
 class ModelObject {
  public:
   ModelObject(const py::object& paths, const std::string& engine, const std::string& accelerator,
@@ -57,7 +57,7 @@ class ModelObject {
   std::shared_ptr<Model> model_;
 };
 
-// The arrays of all frames, or of one.
+// The arrays of one frame or of all.
 py::list arrays_of(const py::object& owner, const Outputs& outputs, std::optional<size_t> frame) {
   py::list arrays;
   for (size_t i = 0; i < outputs.size(); ++i)
@@ -113,18 +113,18 @@ engine's own choice; options: the engine's own; timeout: seconds that a later ca
 Any thread may call; calls of one model wait for each other, and Python's other threads run meanwhile.)";
 
 void bind_tensor_info(py::module_& module) {
-  py::class_<TensorInfo>(module, "TensorInfo", "What a model says of one tensor.")
+  py::class_<TensorInfo>(module, "TensorInfo", "The description of one tensor of a model.")
       .def_readonly("name", &TensorInfo::name)
       .def_property_readonly(
           "dtype", [](const TensorInfo& info) { return dtype_of(info.type); },
           "of NumPy; None where it is open")
       .def_property_readonly("shape", &shape_of,
-                             "outermost first; None for an extent that is open, or for all of it")
+                             "outermost first; None for an open extent, or if the rank is unknown")
       .def_readonly("scale", &TensorInfo::scale,
                     "real = scale * (value - zero_point); 0: not quantised")
       .def_readonly("zero_point", &TensorInfo::zero_point)
       .def("__repr__",
-           [](const TensorInfo& info) { return "<weir.TensorInfo " + info.words() + ">"; });
+           [](const TensorInfo& info) { return "<weir.TensorInfo " + info.to_string() + ">"; });
 }
 
 }  // namespace
@@ -142,26 +142,26 @@ void bind_model(py::module_& module) {
                              [](const Object& self) { return self.get()->engine_version(); })
       .def_property_readonly(
           "metadata", [](const Object& self) { return self.get()->metadata(); },
-          "what the model's file says of itself, JSON; \"\" when it says nothing")
+          "the metadata of the model's file as JSON; \"\" if it has none")
       .def_property_readonly(
           "inputs", [](const Object& self) { return py::tuple(py::cast(self.get()->inputs())); },
-          "a TensorInfo each, as they are now: reshape() changes them")
+          "one TensorInfo per tensor, with the current shapes; reshape() changes them")
       .def_property_readonly(
           "outputs", [](const Object& self) { return py::tuple(py::cast(self.get()->outputs())); })
       .def("reshape", &reshape, py::arg("shapes"),
-           "Shapes of all inputs in place of what the model leaves open; () = as the model says.")
+           "Sets the shapes of all inputs where the model leaves them open; () = the model's own.")
       .def(
           "set_timeout",
           [](const Object& self, double seconds) {
             self.get()->set_timeout(nanoseconds_of(seconds));
           },
-          py::arg("seconds"), "How long a later call may take; 0: without limit.")
+          py::arg("seconds"), "The time limit of later calls in seconds; 0 = none.")
       .def("invoke", &invoke, py::arg("inputs"),
-           "Runs the model on an array, or a list of arrays, one for each input. Gives a list of "
+           "Runs the model on an array, or a list of arrays, one for each input. Returns a list of "
            "arrays, read-only, in memory of the call; None when the model drops the frame.")
       .def("invoke_batch", &invoke_batch, py::arg("frames"),
-           "Several frames at once, each as invoke() takes it; a list of outputs for each.")
-      .def("close", &Object::close, "Frees the model; calls that run end first.")
+           "Runs several frames at once, each as for invoke(). Returns a list of outputs for each.")
+      .def("close", &Object::close, "Frees the model after the calls that are running.")
       .def("__enter__", [](py::object self) { return self; })
       .def("__exit__", [](Object& self, const py::args&) { self.close(); });
 }

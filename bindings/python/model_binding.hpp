@@ -1,4 +1,4 @@
-// weir.Model and weir.TensorInfo.
+// Registers weir.Model and weir.TensorInfo.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <pybind11/pybind11.h>

@@ -1,4 +1,4 @@
-// The extension module weir._weir; the package weir in front of it is Python.
+// The extension module weir._weir; the package weir wraps it in Python.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <pybind11/pybind11.h>
 

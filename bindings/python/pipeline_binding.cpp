@@ -1,4 +1,4 @@
-// A pipeline that a program of Python plays.
+// weir.Pipeline: a pipeline that a Python program plays.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "pipeline_binding.hpp"
 
@@ -40,7 +40,7 @@ py::array tensor_of(const Frame& frame, py::ssize_t index) {
   return array_of(tensor, owner);
 }
 
-// A function of Python that threads of a stream call. What it raises ends the stream.
+// A Python function that streaming threads call. An exception in it ends the stream.
 std::function<void(const Frame&)> on_stream(py::function function) {
   const std::shared_ptr<py::function> kept(new py::function(std::move(function)),
                                            [](py::function* ended) {
@@ -52,12 +52,12 @@ std::function<void(const Frame&)> on_stream(py::function function) {
     try {
       (*kept)(frame);
     } catch (const py::error_already_set& raised) {
-      throw std::runtime_error(raised.what());  // under the lock, which what() needs
+      throw std::runtime_error(raised.what());  // here, because what() needs the GIL
     }
   };
 }
 
-// Calls hold it while they run, so that close() may come meanwhile.
+// Each call holds a reference while it runs, so that close() may be called concurrently.
 class PipelineObject {
  public:
   explicit PipelineObject(const std::string& text) {
@@ -75,7 +75,7 @@ class PipelineObject {
   void close() {
     unlocked([pipeline = std::move(pipeline_)]() mutable { pipeline.reset(); });
   }
-  // Any call of Pipeline: without the lock, its error raised.
+  // Calls the Pipeline without the GIL and raises its error.
   template <class Body>
   auto call(Body&& body) const {
     const auto pipeline = get();
@@ -153,7 +153,7 @@ void bind_pipeline(py::module_& module) {
       .def("start", [](const Object& s) { s.call([](Pipeline& p) { return p.start(); }); })
       .def("pause", [](const Object& s) { s.call([](Pipeline& p) { return p.pause(); }); })
       .def("stop", [](const Object& s) { s.call([](Pipeline& p) { return p.stop(); }); })
-      .def("close", &Object::close, "Stops it and frees it.")
+      .def("close", &Object::close, "Stops and frees the pipeline.")
       .def_property_readonly("state", &state, "\"stopped\", \"paused\" or \"playing\"")
       .def(
           "wait",
@@ -161,20 +161,21 @@ void bind_pipeline(py::module_& module) {
             const auto limit = nanoseconds_of(timeout);
             return self.call([&](Pipeline& p) { return p.wait(limit); });
           },
-          py::arg("timeout") = py::none(), "Until every stream has ended; False: time has passed.")
-      .def(
-          "push", &push, py::arg("name"), py::arg("arrays"), py::arg("pts") = py::none(),
-          py::arg("duration") = py::none(),
-          "Hands a frame to the appsrc `name`: an array, or a list of arrays, one for each tensor.")
+          py::arg("timeout") = py::none(),
+          "Waits until every stream has ended. Returns False on time-out.")
+      .def("push", &push, py::arg("name"), py::arg("arrays"), py::arg("pts") = py::none(),
+           py::arg("duration") = py::none(),
+           "Pushes a frame into the appsrc `name`: an array, or a list of arrays, one for each "
+           "tensor.")
       .def(
           "end",
           [](const Object& self, const std::string& name) {
             self.call([&](Pipeline& p) { return p.end(name); });
           },
-          py::arg("name"), "No more frames come from the appsrc `name`.")
+          py::arg("name"), "Ends the stream of the appsrc `name`.")
       .def("pull", &pull, py::arg("name"), py::arg("timeout") = py::none(),
-           "The next Frame of the sink `name`; None when the time has passed or, as ended() says "
-           "then, the stream has ended.")
+           "The next Frame of the sink `name`; None on time-out or, if ended() is True "
+           "then, at the end of the stream.")
       .def(
           "ended",
           [](const Object& self, const std::string& name) {
@@ -183,7 +184,7 @@ void bind_pipeline(py::module_& module) {
           py::arg("name"))
       .def("on_frame", &on_frame, py::arg("name"), py::arg("function"),
            "Called with each Frame on a thread of the stream, instead of pulling; None: pulled "
-           "again. What it raises ends the stream. It cannot stop, pause or start its own pipeline "
+           "again. An exception ends the stream. It cannot stop, pause or start its own pipeline "
            "(weir.Error, CANCELLED) but may close it.")
       .def("set", &set, py::arg("element"), py::arg("property"), py::arg("value"))
       .def(
@@ -191,7 +192,7 @@ void bind_pipeline(py::module_& module) {
           [](const Object& self, const std::string& element, const std::string& property) {
             return self.call([&](Pipeline& p) { return p.get(element, property); });
           },
-          py::arg("element"), py::arg("property"), "The property as text.")
+          py::arg("element"), py::arg("property"), "Returns the property as text.")
       .def(
           "open_valve",
           [](const Object& self, const std::string& name, bool open) {

@@ -1,4 +1,4 @@
-// weir.Pipeline and weir.Frame.
+// Registers weir.Pipeline and weir.Frame.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <pybind11/pybind11.h>

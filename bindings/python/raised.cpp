@@ -1,11 +1,11 @@
-// The class of exceptions.
+// Raises Weir's errors as Python exceptions.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "raised.hpp"
 
 namespace weir::bindings {
 namespace {
 
-// They live until the process ends: an interpreter that ends must not be called for them.
+// Never released: destructors must not call an interpreter that is finalising.
 struct Classes {
   py::object error, code;
 };
@@ -22,7 +22,7 @@ void set_error(py::object error, py::object code) {
 
 void raise(const Error& error) {
   const auto& [type, code] = classes();
-  // A text may come from a file: what is no UTF-8 must not hide the error.
+  // A text may come from a file: invalid UTF-8 in it must not hide the error.
   const auto text = [](const std::string& part) {
     return py::reinterpret_steal<py::object>(
         PyUnicode_DecodeUTF8(part.data(), static_cast<Py_ssize_t>(part.size()), "replace"));

@@ -1,4 +1,4 @@
-// Errors of Weir as exceptions of Python.
+// Converts errors of Weir to Python exceptions.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <pybind11/pybind11.h>
@@ -11,10 +11,10 @@ namespace weir::bindings {
 
 namespace py = pybind11;
 
-// The class weir.Error and the names of its codes; told by the package, once.
+// Sets the class weir.Error and the names of its codes; the package calls it once.
 void set_error(py::object error, py::object code);
 
-// Throws it as a weir.Error. Under Python's lock.
+// Throws the error as a weir.Error. Call with the GIL held.
 [[noreturn]] void raise(const Error& error);
 
 template <class T>
@@ -26,7 +26,7 @@ inline void check(const Status& status) {
   if (!status) raise(status.error());
 }
 
-// Calls without Python's lock: what blocks, or ends threads that want it.
+// Runs `body` without the GIL: for calls that block or join threads that need the GIL.
 template <class Body>
 auto unlocked(Body&& body) {
   const py::gil_scoped_release released;

@@ -1,4 +1,4 @@
-// The arithmetic of the cascade.
+// Implements the arithmetic of the cascade.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "cascade.hpp"
 
@@ -10,11 +10,11 @@ namespace {
 using weir::Box;
 using weir::Overlap;
 
-constexpr double kPyramidFactor = 0.709;  // about the square root of one half
+constexpr double kPyramidFactor = 0.709;  // roughly the square root of one half
 constexpr float kProposalScore = 0.6f, kRefineScore = 0.7f, kFaceScore = 0.7f;
 constexpr float kLayerOverlap = 0.5f, kOverlap = 0.7f;
 
-// Suppresses doubles of `box`; the best come first.
+// Suppresses overlapping candidates, best first.
 void thin(std::vector<Candidate>* candidates, float threshold) {
   std::vector<Box> boxes;
   std::vector<float> scores;
@@ -25,8 +25,8 @@ void thin(std::vector<Candidate>* candidates, float threshold) {
   *candidates = std::move(kept);
 }
 
-// Squares around the moved boxes, whole pixels, of which the picture shows at least one pixel of
-// R-Net's input in each direction.
+// Squares around the regressed boxes in whole pixels. Keeps a square only if its part within the
+// picture covers at least one pixel of R-Net's input in each direction.
 std::vector<Box> squares(std::span<const Candidate> candidates, Size picture) {
   const Box all{0, 0, static_cast<float>(picture.width), static_cast<float>(picture.height)};
   std::vector<Box> out;

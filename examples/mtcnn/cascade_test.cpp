@@ -1,4 +1,4 @@
-// The cascade's arithmetic on numbers made by hand.
+// Tests the cascade's arithmetic on hand-made values.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "cascade.hpp"
 
@@ -24,7 +24,7 @@ TEST(Pyramid, FollowsFromPictureAndSmallestFace) {
   EXPECT_EQ(pyramid({100, 40}, 40).size(), 1u);
 }
 
-// A map of 3 x 2 places with one face in it.
+// A map of 3 x 2 places with one face.
 struct Map {
   std::vector<float> face = std::vector<float>(12, 0.f), box = std::vector<float>(24, 0.f);
   ProposalMap planes() const { return {{3, 2}, face, box, {1, 3, 6}, {1, 3, 6}}; }
@@ -35,7 +35,7 @@ TEST(Propose, FindsThePlaceInThePicture) {
   map.face[6 + 3 + 2] = 0.9f;                                      // place (2, 1)
   map.box[0 * 6 + 3 + 2] = 0.25f;                                  // the left edge moves right
   map.box[3 * 6 + 3 + 2] = -0.5f;                                  // the lower edge moves up
-  const auto found = propose(map.planes(), {20, 10}, {200, 200});  // 10 and 20 pixels for one
+  const auto found = propose(map.planes(), {20, 10}, {200, 200});  // scaled by 10 in x and 20 in y
   ASSERT_EQ(found.size(), 1u);
   EXPECT_EQ(found[0].box, (Box{40, 40, 160, 280}));
   EXPECT_EQ(found[0].moved, (Box{70, 40, 160, 160}));
@@ -60,12 +60,12 @@ TEST(Propose, LeavesOutWhatIsUnsureOrNoNumber) {
 
 TEST(Join, MakesSquaresAndLeavesOutWhatIsOutside) {
   const std::vector<Candidate> all{{{0, 0, 10, 10}, {0, 0, 10, 20}, 0.9f},
-                                   {{0, 0, 10, 10}, {0, 0, 10, 10}, 0.8f},           // a double
+                                   {{0, 0, 10, 10}, {0, 0, 10, 10}, 0.8f},           // a duplicate
                                    {{50, 50, 60, 60}, {-90, -90, -80, -80}, 0.7f}};  // outside
   EXPECT_EQ(join(all, {100, 100}), (std::vector<Box>{{-5, 0, 15, 20}}));
 }
 
-// R-Net's input has 24 pixels: of 48 pixels of the picture at least two have to be seen.
+// R-Net's input has 24 pixels: at least two of 48 picture pixels must be visible.
 TEST(Join, LeavesOutWhatIsHardlySeen) {
   const auto seen = [](const Box& box) { return join({{{}, box, 0.9f}}, {100, 100}).size() == 1; };
   EXPECT_TRUE(seen({-46, 0, 2, 48}));

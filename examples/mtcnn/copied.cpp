@@ -1,6 +1,5 @@
-// The elements of the cascade's text, by their names: those it gives them, and those GStreamer
+// Finds the elements of the cascade's pipeline by name: those it sets and GStreamer's defaults.
 // SPDX-License-Identifier: LGPL-2.1-or-later
-// does.
 #include "copied.hpp"
 
 namespace mtcnn {
@@ -10,7 +9,7 @@ constexpr const char* kNamed[] = {"layers", "maps", "refined", "marked", "overla
 constexpr const char* kNumbered[] = {"weirtensorpreprocess", "weirtensortransform",
                                      "weirtensorfilter", "weirtensormux", "weirtensordemux"};
 
-// nullopt: there is no such element.
+// nullopt: no such element.
 std::optional<uint64_t> copied_by(const weir::Pipeline& pipeline, const std::string& name) {
   const auto stats = pipeline.get(name, "stats");
   if (!stats) return std::nullopt;

@@ -1,4 +1,4 @@
-// Bytes that Weir's elements of the pipeline copied, by their ledgers.
+// Sums the bytes that Weir's elements of a pipeline have copied, according to their ledgers.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include "weir/pipeline.hpp"

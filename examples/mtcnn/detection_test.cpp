@@ -1,4 +1,4 @@
-// weir/detection.hpp: overlaps by hand, suppression against a plain second implementation.
+// Tests weir/detection.hpp: hand-computed overlaps, and suppression against a plain implementation.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "weir/detection.hpp"
 
@@ -41,7 +41,7 @@ TEST(Box, SquaresAndMoves) {
   EXPECT_EQ(weir::moved({10, 10, 20, 30}, 0.1f, 0.2f, -0.1f, 0.5f), (Box{11, 14, 19, 40}));
 }
 
-// Each box against all better ones, by the definition; quadratic in every way.
+// Compares each box with all better ones by definition; quadratic.
 std::vector<uint32_t> plainly(const std::vector<Box>& boxes, const std::vector<float>& scores,
                               const std::vector<float>& classes, float threshold, Overlap share) {
   std::vector<bool> gone(boxes.size(), false), done(boxes.size(), false);

@@ -1,4 +1,4 @@
-// Faces as JSON.
+// Formats faces as JSON.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "faces_text.hpp"
 

@@ -1,10 +1,10 @@
-// The arithmetic of cascade.hpp on tensors.
+// Applies the arithmetic of cascade.hpp to tensors.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "filters.hpp"
 
 #include <algorithm>
 
-#include "weir/picture_map.hpp"
+#include "weir/source_map.hpp"
 
 namespace mtcnn {
 namespace {
@@ -12,11 +12,13 @@ namespace {
 using weir::Box;
 
 [[noreturn]] void refuse(const char* what, std::string offered, std::string needed) {
-  throw weir::Failure(
-      {weir::Code::SPEC_MISMATCH, what, std::move(offered), std::move(needed), "", ""});
+  throw weir::Failure({.code = weir::Code::SPEC_MISMATCH,
+                       .what = what,
+                       .offered = std::move(offered),
+                       .needed = std::move(needed)});
 }
 
-// Of the frame's tensors the one whose channels are `channels`; by this the networks' files differ.
+// Finds the tensor with this number of channels, because network files differ in their order.
 const weir_tensor& with_channels(std::span<const weir_tensor> tensors, int64_t channels,
                                  size_t axis_of_four) {
   for (const auto& tensor : tensors) {
@@ -28,7 +30,7 @@ const weir_tensor& with_channels(std::span<const weir_tensor> tensors, int64_t c
          "a tensor of " + std::to_string(channels) + " channels");
 }
 
-// Axis 1 or 3 of the maps has their channels: the two have 2 and 4 of them, and are of one size.
+// Finds the channel axis, 1 or 3: the maps have 2 and 4 channels and the same size.
 size_t channel_axis(std::span<const weir_tensor> layer) {
   for (const auto& map : layer)
     if (map.info.rank != 4)
@@ -73,11 +75,11 @@ void give_regions(const std::vector<Box>& boxes, weir_tensor* out) {
   }
 }
 
-// What each row of a frame was made from.
+// The source regions of each row of a frame.
 std::vector<Box> regions_of(const weir_frame& frame, uint32_t side, size_t count) {
   std::vector<Box> out;
   for (uint32_t i = 0; i < count; ++i) {
-    const auto map = weir::picture_map(frame, i);
+    const auto map = weir::source_map(frame, i);
     if (!map) refuse("regions come without their way back", "", "frames of tensor_preprocess");
     const auto end = static_cast<double>(side);
     const weir::Point from = map->to_source({0, 0}), to = map->to_source({end, end});
@@ -97,7 +99,7 @@ std::span<const float> rows(const weir_frame& frame, int64_t channels, size_t co
   return values.first(needed);
 }
 
-// Regions of the frame; a batch of a fixed size has rows of nothing behind them.
+// The number of regions in the frame; a batch of fixed size has unused rows after them.
 size_t regions_in(const weir_frame& frame) {
   return frame.n_maps;
 }

@@ -1,4 +1,4 @@
-// The cascade as filters of a pipeline.
+// The stages of the cascade as filters of a pipeline.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <vector>
@@ -12,18 +12,19 @@ namespace mtcnn {
 struct Setup {
   Size picture;
   std::vector<Size> layers;
-  bool turned = false;  // the networks take the picture with rows and columns exchanged
+  bool turned = false;  // networks take pictures with rows and columns exchanged
 };
 
-// Each tells `times`, which is borrowed, when it is done with a picture.
+// Each filter reports a finished picture to `times`, which is borrowed.
 
-// P-Net's maps of all layers, two tensors each, to R-Net's regions: float32 4:N, x, y, width and
-// height. Where nothing is found it is one region of one pixel, in which no network sees a face: so
-// each picture goes all the way.
+// Converts P-Net's maps of all layers, two tensors each, to R-Net's regions: float32 4:N, x, y,
+// width and height. Without candidates it outputs one region of one pixel, in which no network
+// finds a face, so that each picture passes all stages.
 weir::RegisteredFilter proposals(const Setup& setup, StageTimes* times);
-// R-Net's two tensors to O-Net's regions, likewise. What it looked at says the frame: its way back.
+// Converts R-Net's two tensors to O-Net's regions in the same way. The frame's source maps give the
+// regions that R-Net processed.
 weir::RegisteredFilter refinement(const Setup& setup, StageTimes* times);
-// O-Net's three tensors to rows of weir/detection.hpp with five key points.
+// Converts O-Net's three tensors to rows of weir/detection.hpp with five key points.
 weir::RegisteredFilter landmarks(StageTimes* times);
 
 }  // namespace mtcnn

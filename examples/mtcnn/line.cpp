@@ -1,4 +1,4 @@
-// Formats of the networks, and the text of the pipeline.
+// Defines the networks' formats and builds the text of the pipeline.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "line.hpp"
 
@@ -40,7 +40,7 @@ constexpr Format kFormats[] = {
      true},
 };
 
-// A queue of as many pictures; nothing else limits it.
+// A queue limited only by this number of pictures.
 std::string queue(int frames) {
   return "queue max-size-bytes=0 max-size-time=0 max-size-buffers=" + std::to_string(frames);
 }
@@ -49,7 +49,7 @@ std::string size_text(const Size& size, char between) {
   return std::to_string(size.width) + between + std::to_string(size.height);
 }
 
-// Pictures become what a network takes; then `what` says how large.
+// Converts pictures to a network's input; `what` sets the size.
 std::string prepared(const Networks& networks, const std::string& what) {
   const bool bytes = networks.bytes || networks.rounded;
   return " ! tensor_preprocess " +
@@ -64,8 +64,8 @@ std::string prepared(const Networks& networks, const std::string& what) {
                             : " ! tensor_transform mode=transpose option=0:2:1:3");
 }
 
-// The largest batches of networks that take one size only; more regions are left out, the least
-// likely ones, and counted by tensor_preprocess.
+// The largest batches for networks with fixed sizes; tensor_preprocess drops and counts the least
+// likely of further regions.
 constexpr size_t kMostRefined = 512, kMostMarked = 64;
 
 std::string network(const Networks& networks, int number, const Size& input, size_t batch = 1) {
@@ -79,15 +79,15 @@ std::string network(const Networks& networks, int number, const Size& input, siz
   return line + (networks.custom.empty() ? "" : " custom=" + networks.custom);
 }
 
-// A batch of regions is run in parts whose numbers stay in a core's cache, two of them at once.
-// Only ONNX files say that a batch may have any size.
+// Splits a batch of regions into parts that fit a core's cache, two running at once. Only ONNX
+// files declare a variable batch size.
 std::string in_parts(const Networks& networks, size_t rows) {
   return networks.framework != "onnxruntime"
              ? ""
              : " invoke-threads=2 invoke-rows=" + std::to_string(rows);
 }
 
-// Regions of the pictures from `name`.regions on, as one batch, through network `number`.
+// Runs the regions from `name`.regions as one batch through network `number`.
 std::string regions(const Networks& networks, int number, const char* name, uint32_t side,
                     size_t most, size_t rows) {
   const std::string length = std::to_string(side);
@@ -98,14 +98,14 @@ std::string regions(const Networks& networks, int number, const char* name, uint
          " ! " + network(networks, number, {side, side}, most) + in_parts(networks, rows);
 }
 
-// P-Net on each of the stream's tensors, one filter behind the other: each takes the first, passes
-// the others on, and its maps go to the end.
+// Runs P-Net on each of the stream's tensors with filters in a row: each consumes the first tensor,
+// passes the others on, and appends its maps.
 std::string chain(const Networks& networks, std::span<const Size> layers) {
   std::string line;
   for (size_t i = 0; i < layers.size(); ++i) {
     line += " ! " + network(networks, 0, layers[i]);
     if (layers.size() == 1) break;
-    const size_t passed = layers.size() - 1 + i;  // layers to come and maps so far
+    const size_t passed = layers.size() - 1 + i;  // remaining layers and maps so far
     std::string all;
     for (size_t k = 1; k <= passed; ++k) all += "i" + std::to_string(k) + ",";
     line += " input-combination=0 output-combination=" + all + "o0,o1";
@@ -141,18 +141,16 @@ weir::Result<Networks> find_networks(const std::string& framework, const std::st
     looked_for += (looked_for.empty() ? "" : " or ") + (fs::path(folder) / format.folder).string();
   }
   if (looked_for.empty())
-    return weir::Error{weir::Code::OPTION_VALUE,
-                       "MTCNN's networks are in no format for this framework",
-                       framework,
-                       "onnxruntime, mtcnn-kernels, pytorch, caffe or tensorflow-lite",
-                       "",
-                       "--framework onnxruntime"};
-  return weir::Error{weir::Code::FILE_NOT_FOUND,
-                     "MTCNN's networks are not there",
-                     looked_for,
-                     "three networks of one format",
-                     "",
-                     "examples/mtcnn/fetch"};
+    return weir::Error{.code = weir::Code::OPTION_VALUE,
+                       .what = "MTCNN's networks are in no format for this framework",
+                       .offered = framework,
+                       .needed = "onnxruntime, mtcnn-kernels, pytorch, caffe or tensorflow-lite",
+                       .fix = "--framework onnxruntime"};
+  return weir::Error{.code = weir::Code::FILE_NOT_FOUND,
+                     .what = "MTCNN's networks are not there",
+                     .offered = looked_for,
+                     .needed = "three networks of one format",
+                     .fix = "examples/mtcnn/fetch"};
 }
 
 std::string networks_line(const Setup& setup, const Networks& networks, std::string_view pictures) {
@@ -166,7 +164,7 @@ std::string networks_line(const Setup& setup, const Networks& networks, std::str
   std::string line = from + queue(1) + prepared(networks, "sizes=" + sizes);
   if (layers.size() == 1)
     line += chain(networks, layers);
-  else  // the largest layer is half of the work and has a thread of its own
+  else  // the largest layer is half of the work and gets its own thread
     line += " ! tensor_demux name=layers tensorpick=0," + others + "  layers.src_0 ! " + queue(1) +
             chain(networks, layers.first(1)) + " ! maps.sink_0  layers.src_1 ! " + queue(1) +
             chain(networks, layers.subspan(1)) + " ! maps.sink_1  tensor_mux name=maps";

@@ -1,5 +1,5 @@
 // Finds faces in a photo or a video: mtcnn --json PHOTO-OR-VIDEO prints them, mtcnn --output CLIP
-// VIDEO draws them on the video, which never waits for the networks. README.md says more.
+// VIDEO draws them on the video, which never waits for the networks. See README.md.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <CLI/CLI.hpp>
 #include <cstdio>
@@ -25,7 +25,7 @@ struct Options {
   bool draws() const { return draw || show || !output.empty(); }
 };
 
-// A value for gst-launch's text.
+// Quotes a value for a pipeline's text.
 std::string quoted(const std::string& text) {
   std::string out = "\"";
   for (const char c : text)
@@ -44,7 +44,7 @@ std::optional<uint32_t> number_behind(const std::string& text, const std::string
   return static_cast<uint32_t>(std::strtoul(text.c_str() + at + key.size(), nullptr, 10));
 }
 
-// The networks' sizes follow from the picture's: one picture is decoded to know it.
+// The networks' sizes depend on the picture's, so one picture is decoded to find it.
 weir::Result<Size> size_of(const std::string& file) {
   auto made = weir::Pipeline::parse(pictures_of(file) + " ! appsink name=first max-buffers=1");
   if (!made) return made.error();
@@ -55,15 +55,14 @@ weir::Result<Size> size_of(const std::string& file) {
   const auto width = number_behind(caps, "width=(int)"),
              height = number_behind(caps, "height=(int)");
   if (width && height) return Size{*width, *height};
-  return weir::Error{weir::Code::FILE_NOT_FOUND,
-                     "there is no picture in the file",
-                     file,
-                     "a photo or a video that GStreamer can decode",
-                     "",
-                     "gst-discoverer-1.0 " + file};
+  return weir::Error{.code = weir::Code::FILE_NOT_FOUND,
+                     .what = "there is no picture in the file",
+                     .offered = file,
+                     .needed = "a photo or a video that GStreamer can decode",
+                     .fix = "gst-discoverer-1.0 " + file};
 }
 
-// The display: results of the networks, as new as they are, on every picture.
+// The display: the newest results of the networks on every picture.
 std::string overlay_line(const Options& options) {
   std::string line = " pictures. ! queue ! overlay.sink  tensor_overlay name=overlay";
   std::string sinks;
@@ -100,11 +99,14 @@ std::string whole_line(const Options& options, const Setup& setup, const Network
 weir::Error nothing_comes(double seconds) {
   char none[64];
   std::snprintf(none, sizeof none, "none for %g seconds", seconds);
-  return {weir::Code::WORKER_TIMEOUT,          "no results come", none, "one for each picture", "",
-          "GST_DEBUG=3 examples/mtcnn/run ..."};
+  return {.code = weir::Code::WORKER_TIMEOUT,
+          .what = "no results come",
+          .offered = none,
+          .needed = "one for each picture",
+          .fix = "GST_DEBUG=3 examples/mtcnn/run ..."};
 }
 
-// Every picture is smaller than the smallest face: a list of nothing for each.
+// For pictures smaller than the smallest face: prints an empty list for each.
 weir::Status nobody(const Options& options, weir::Nanoseconds patience) {
   auto made = weir::Pipeline::parse(pictures_of(options.input) + " ! appsink name=out sync=false");
   if (!made) return made.error();

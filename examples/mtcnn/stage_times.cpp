@@ -1,4 +1,4 @@
-// The times of each picture as JSON.
+// Writes the times of each picture as JSON.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "stage_times.hpp"
 
@@ -10,7 +10,7 @@
 namespace mtcnn {
 namespace {
 
-// Seconds as JSON.
+// Formats seconds as JSON.
 std::string list(std::span<const std::chrono::steady_clock::time_point> times) {
   std::string out;
   for (const auto& time : times) {
@@ -44,8 +44,9 @@ weir::Status StageTimes::write(const std::string& file) const {
   const std::lock_guard lock(mutex_);
   const std::unique_ptr<FILE, int (*)(FILE*)> out(std::fopen(file.c_str(), "w"), std::fclose);
   if (!out)
-    return weir::Error{
-        weir::Code::FILE_NOT_WRITTEN, "the report cannot be written", file, "", "", ""};
+    return weir::Error{.code = weir::Code::FILE_NOT_WRITTEN,
+                       .what = "the report cannot be written",
+                       .offered = file};
   std::string pictures;
   size_t begun = 0;
   for (const auto& [pts, stages] : times_) {

@@ -1,10 +1,11 @@
- * SPDX-License-Identifier: LGPL-2.1-or-later */
-/* Pipelines of a program: ml_pipeline_*. C99; pkg-config capi-nnstreamer. What stands behind it is
- * weir/pipeline.h, and docs/guide/from-nnstreamer.md says what is there.
+/* Pipelines for programs: ml_pipeline_*. C99; pkg-config capi-nnstreamer. Implemented with
+ * weir/pipeline.h; docs/guide/from-nnstreamer.md lists the coverage.
  *
- * Callbacks are called on threads of the stream. They may call everything here but what changes the
- * state of their own pipeline: start, stop, flush and destroy are ML_ERROR_TRY_AGAIN there, which
- * would wait for themselves. Handles that a callback gets are good until it returns. */
+ * Callbacks run on streaming threads. They may call every function except those that change the
+ * state of their own pipeline: start, stop, flush and destroy return ML_ERROR_TRY_AGAIN there,
+ * since they would wait for themselves. Handles passed to a callback are valid until it returns.
+ *
+ * SPDX-License-Identifier: LGPL-2.1-or-later */
 #ifndef NNSTREAMER_H
 #define NNSTREAMER_H
 #include "ml-tensors.h"
@@ -22,7 +23,7 @@ typedef void* ml_pipeline_element_h;
 typedef void* ml_custom_easy_filter_h;
 typedef void* ml_pipeline_if_h;
 
-/* Numbers of GStreamer's states. READY is told as NULL. */
+/* GStreamer's state numbers. READY is reported as NULL. */
 typedef enum ML_ANY_INT {
   ML_PIPELINE_STATE_UNKNOWN = 0,
   ML_PIPELINE_STATE_NULL = 1,
@@ -31,52 +32,54 @@ typedef enum ML_ANY_INT {
   ML_PIPELINE_STATE_PLAYING = 4
 } ml_pipeline_state_e;
 
-/* Each time the whole pipeline has another state. */
+/* Called after each state change of the whole pipeline. */
 typedef void (*ml_pipeline_state_cb)(ml_pipeline_state_e state, void* user_data);
 
-/* From a text as gst-launch-1.0 takes it. ML_ERROR_PERMISSION_DENIED for an element that the
- * configuration ([element-restriction]) does not allow. `cb` may be NULL; `user_data` must live
- * until destroy has returned. */
+/* Parses text of gst-launch-1.0. ML_ERROR_PERMISSION_DENIED for an element that the configuration
+ * ([element-restriction]) does not allow. `cb` may be NULL; `user_data` must stay valid until
+ * destroy has returned. */
 ML_EXPORT int ml_pipeline_construct(const char* pipeline_description, ml_pipeline_state_cb cb,
                                     void* user_data, ml_pipeline_h* pipe);
-/* Stops, waits for callbacks that run, and frees. Handles of its parts stay to be released. */
+/* Stops the pipeline, waits for running callbacks and frees it. Release handles of its parts
+ * separately. */
 ML_EXPORT int ml_pipeline_destroy(ml_pipeline_h pipe);
-/* Returns before the first frame has come through. What an element reports later is the error of
- * ml_pipeline_get_state and of every other call, until ml_pipeline_flush. */
+/* Returns before the first frame is through. After an element has posted an error,
+ * ml_pipeline_get_state and every other call fail with it until ml_pipeline_flush. */
 ML_EXPORT int ml_pipeline_start(ml_pipeline_h pipe);
-/* Pauses: what is inside stays, and start goes on. */
+/* Pauses: frames in the pipeline are kept, and start resumes. */
 ML_EXPORT int ml_pipeline_stop(ml_pipeline_h pipe);
-/* Where it is, or where it is on its way to. ML_ERROR_STREAMS_PIPE when an element has failed; the
- * state is given then too. */
+/* The current state, or the target of a state change. ML_ERROR_STREAMS_PIPE when an element has
+ * failed; *state is set in that case as well. */
 ML_EXPORT int ml_pipeline_get_state(ml_pipeline_h pipe, ml_pipeline_state_e* state);
-/* Throws away what is inside, and an error with it; then starts it again, or leaves it in
+/* Discards the frames in the pipeline and any error, then starts it again or leaves it in
  * ML_PIPELINE_STATE_NULL. */
 ML_EXPORT int ml_pipeline_flush(ml_pipeline_h pipe, bool start);
 
-/* A frame of a tensor_sink or appsink; media are one uint8 tensor. `data` is to be read only. */
+/* A frame of a tensor_sink or appsink; media are one uint8 tensor. `data` is read-only. */
 typedef void (*ml_pipeline_sink_cb)(const ml_tensors_data_h data, const ml_tensors_info_h info,
                                     void* user_data);
-/* `sink_name`: its name= in the text. Several callbacks of one sink are called one after the
- * other. Frames that come while none is registered are gone. */
+/* `sink_name`: its name= in the text. Callbacks of one sink are called one after the other. Frames
+ * that arrive while none is registered are dropped. */
 ML_EXPORT int ml_pipeline_sink_register(ml_pipeline_h pipe, const char* sink_name,
                                         ml_pipeline_sink_cb cb, void* user_data,
                                         ml_pipeline_sink_h* sink_handle);
-/* Waits for the callback where another thread is in it; it is not called again. */
+/* Waits for a callback running on another thread; it is not called again. */
 ML_EXPORT int ml_pipeline_sink_unregister(ml_pipeline_sink_h sink_handle);
 
 typedef enum ML_ANY_INT {
-  ML_PIPELINE_BUF_POLICY_AUTO_FREE = 0, /* the data is destroyed when it was taken */
+  ML_PIPELINE_BUF_POLICY_AUTO_FREE = 0, /* destroys the data once it is accepted */
   ML_PIPELINE_BUF_POLICY_DO_NOT_FREE = 1
 } ml_pipeline_buf_policy_e;
 
-/* Of an appsrc. */
+/* Finds the appsrc `src_name`. */
 ML_EXPORT int ml_pipeline_src_get_handle(ml_pipeline_h pipe, const char* src_name,
                                          ml_pipeline_src_h* src_handle);
 ML_EXPORT int ml_pipeline_src_release_handle(ml_pipeline_src_h src_handle);
-/* Bytes are copied. The data is held against the caps of the appsrc; where it has none they are
- * written from the data's info. ML_ERROR_TRY_AGAIN before start, and behind the end. */
+/* Copies the bytes. The data must match the caps of the appsrc; an appsrc without caps takes them
+ * from the data's info. ML_ERROR_TRY_AGAIN before start and after EOS. */
 ML_EXPORT int ml_pipeline_src_input_data(ml_pipeline_src_h src_handle, ml_tensors_data_h data,
                                          ml_pipeline_buf_policy_e policy);
+/* Sends EOS from the appsrc. */
 ML_EXPORT int ml_pipeline_src_input_data_eos(ml_pipeline_src_h src_handle);
 
 typedef enum ML_ANY_INT {
@@ -84,23 +87,24 @@ typedef enum ML_ANY_INT {
   ML_PIPELINE_SWITCH_INPUT_SELECTOR = 1
 } ml_pipeline_switch_e;
 
-/* Of an input-selector or output-selector. `type` may be NULL. */
+/* Finds the input-selector or output-selector `switch_name`. `type` may be NULL. */
 ML_EXPORT int ml_pipeline_switch_get_handle(ml_pipeline_h pipe, const char* switch_name,
                                             ml_pipeline_switch_e* type,
                                             ml_pipeline_switch_h* switch_handle);
 ML_EXPORT int ml_pipeline_switch_release_handle(ml_pipeline_switch_h switch_handle);
+/* Activates the pad `pad_name`, such as "sink_1". */
 ML_EXPORT int ml_pipeline_switch_select(ml_pipeline_switch_h switch_handle, const char* pad_name);
-/* Pads that can be selected: a list with NULL at its end; free() each and the list. */
+/* The pads that can be selected, as a NULL-terminated list; free() each name and the list. */
 ML_EXPORT int ml_pipeline_switch_get_pad_list(ml_pipeline_switch_h switch_handle, char*** list);
 
-/* Of a valve. Open: frames pass. */
+/* Finds the valve `valve_name`. An open valve lets frames pass. */
 ML_EXPORT int ml_pipeline_valve_get_handle(ml_pipeline_h pipe, const char* valve_name,
                                            ml_pipeline_valve_h* valve_handle);
 ML_EXPORT int ml_pipeline_valve_release_handle(ml_pipeline_valve_h valve_handle);
 ML_EXPORT int ml_pipeline_valve_set_open(ml_pipeline_valve_h valve_handle, bool open);
 
-/* Of any element, and its properties. A property of another type than the call's is
- * ML_ERROR_INVALID_PARAMETER. Strings that are given are for free(). */
+/* Finds any element, to set and get its properties. ML_ERROR_INVALID_PARAMETER if a property has
+ * another type than the function. Free returned strings with free(). */
 ML_EXPORT int ml_pipeline_element_get_handle(ml_pipeline_h pipe, const char* element_name,
                                              ml_pipeline_element_h* elem_h);
 ML_EXPORT int ml_pipeline_element_release_handle(ml_pipeline_element_h elem_h);
@@ -143,23 +147,26 @@ ML_EXPORT int ml_pipeline_element_get_property_double(ml_pipeline_element_h elem
 ML_EXPORT int ml_pipeline_element_get_property_enum(ml_pipeline_element_h elem_h,
                                                     const char* property_name, uint32_t* value);
 
-/* A model of `tensor_filter framework=custom-easy model=NAME`, and of ml_single_open: fills `out`.
- * Returns 0; above 0 to drop the frame; below 0: the stream ends with an error. */
+/* Computes the outputs of `tensor_filter framework=custom-easy model=NAME` and of ml_single_open:
+ * fills `out`. Returns 0; above 0 to drop the frame; below 0 to end the stream with an error. */
 typedef int (*ml_custom_easy_invoke_cb)(const ml_tensors_data_h in, ml_tensors_data_h out,
                                         void* user_data);
-/* Of one thread at a time. */
+/* Registers `cb`, called by one thread at a time. The infos are copied; `user_data` must stay valid
+ * until unregister has returned. */
 ML_EXPORT int ml_pipeline_custom_easy_filter_register(const char* name, const ml_tensors_info_h in,
                                                       const ml_tensors_info_h out,
                                                       ml_custom_easy_invoke_cb cb, void* user_data,
                                                       ml_custom_easy_filter_h* custom);
-/* Waits for the callback where another thread is in it; streams that still have the filter end with
- * an error. */
+/* Waits for a callback running on another thread. Streams that still use the filter end with an
+ * error. */
 ML_EXPORT int ml_pipeline_custom_easy_filter_unregister(ml_custom_easy_filter_h custom);
 
 /* The condition of `tensor_if compared-value=CUSTOM compared-value-option=NAME`: sets *result to 0
- * for the ELSE branch, else THEN. Returns 0; above 0 to drop the frame; below 0: an error. */
+ * for the ELSE branch, to anything else for THEN. Returns 0; above 0 to drop the frame; below 0 on
+ * error. */
 typedef int (*ml_pipeline_if_custom_cb)(const ml_tensors_data_h data, const ml_tensors_info_h info,
                                         int* result, void* user_data);
+/* Registers `cb`; `user_data` must stay valid until unregister has returned. */
 ML_EXPORT int ml_pipeline_tensor_if_custom_register(const char* name, ml_pipeline_if_custom_cb cb,
                                                     void* user_data, ml_pipeline_if_h* if_custom);
 ML_EXPORT int ml_pipeline_tensor_if_custom_unregister(ml_pipeline_if_h if_custom);

@@ -1,9 +1,10 @@
 // Filter sub-plugins as a C++ class: derive from nnstreamer::tensor_filter_subplugin and call
-// register_subplugin<YourClass>() in a constructor of the library. C++11. Everything is in this
-// header, over version 1 of the C interface; link with pkg-config nnstreamer-cpp.
+// register_subplugin<YourClass>() in a constructor of the library. C++11. A header-only wrapper of
+// version 1 of the C interface; link with pkg-config nnstreamer-cpp.
 //
-// std::invalid_argument and std::runtime_error become -EINVAL, std::system_error its code below 0,
-// std::bad_alloc -ENOMEM, anything else -EINVAL; the words go to the log. Signatures derived.
+// Exceptions become return values and their text is logged: std::system_error its negated code,
+// std::bad_alloc -ENOMEM, std::invalid_argument, std::runtime_error and any other -EINVAL.
+// Signatures derived.
 #ifndef NNSTREAMER_CPPPLUGIN_API_FILTER_HH
 #define NNSTREAMER_CPPPLUGIN_API_FILTER_HH
 #include <errno.h>
@@ -24,12 +25,12 @@ class tensor_filter_subplugin {
  public:
   virtual ~tensor_filter_subplugin() {}
 
-  // A new object of the same class, without a model.
+  // Returns a new object of the same class, without a model.
   virtual tensor_filter_subplugin& getEmptyInstance() = 0;
-  // Opens what the properties name. Throws when that cannot be.
+  // Opens the model that the properties name. Throws on failure.
   virtual void configure_instance(const GstTensorFilterProperties* prop) = 0;
   virtual void invoke(const GstTensorMemory* input, GstTensorMemory* output) = 0;
-  // With invoke-dynamic=true: sets output_meta of `prop` and allocates the outputs with g_malloc().
+  // For invoke-dynamic=true: sets output_meta of `prop` and allocates the outputs with g_malloc().
   virtual void invoke_dynamic(GstTensorFilterProperties* prop, const GstTensorMemory* input,
                               GstTensorMemory* output) {
     (void)prop;
@@ -37,20 +38,20 @@ class tensor_filter_subplugin {
     (void)output;
     throw std::runtime_error("this filter has no invoke_dynamic");
   }
-  // Fills what the framework is; called on an object without a model too.
+  // Describes the framework; also called on an object without a model.
   virtual void getFrameworkInfo(GstTensorFilterFrameworkInfo& info) = 0;
-  // 0, -ENOENT for what is not supported.
+  // Returns 0, or -ENOENT if unsupported.
   virtual int getModelInfo(model_info_ops op, GstTensorsInfo& in_info,
                            GstTensorsInfo& out_info) = 0;
-  // 0, -ENOENT for what is not known.
+  // Returns 0, or -ENOENT for an unknown event.
   virtual int eventHandler(event_ops op, GstTensorFilterFrameworkEventData& data) {
     (void)op;
     (void)data;
     return -ENOENT;
   }
 
-  // Registers the class. The object that stands for it, NULL where it was refused (the log says
-  // why); give it to unregister_subplugin().
+  // Registers the class. Returns the object that represents it, for unregister_subplugin(), or NULL
+  // on failure, with the reason in the log.
   template <typename T>
   static T* register_subplugin();
   template <typename T>
@@ -66,7 +67,7 @@ class tensor_filter_subplugin {
   static GstTensorFilterFramework& table();
 };
 
-// 0 or what `body` returned; what it threw as a number below 0.
+// Returns the value of `body`, or a negative number for its exception.
 template <typename Body>
 int tensor_filter_subplugin::guard(Body body) {
   try {
@@ -96,7 +97,7 @@ inline int tensor_filter_subplugin::open(const GstTensorFilterFramework* self,
   });
 }
 
-// One descriptor for each class.
+// One descriptor per class.
 template <typename T>
 GstTensorFilterFramework& tensor_filter_subplugin::table() {
   static GstTensorFilterFramework table;

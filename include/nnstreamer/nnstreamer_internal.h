@@ -1,6 +1,7 @@
+/* Umbrella header: functions for caps, descriptions, configuration and accelerators that
+ * sub-plugins and programs share with the library.
+ *
  * SPDX-License-Identifier: LGPL-2.1-or-later */
-/* Everything of the interface that sub-plugins and programs share with the library: the functions
- * on caps, descriptions, configuration and accelerators in one header. */
 #ifndef NNSTREAMER_INTERNAL_H
 #define NNSTREAMER_INTERNAL_H
 #include "nnstreamer_plugin_api.h"

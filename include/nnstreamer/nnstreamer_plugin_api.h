@@ -1,9 +1,9 @@
- * SPDX-License-Identifier: LGPL-2.1-or-later */
-/* Tensors in caps and buffers of GStreamer. Needs GStreamer.
+/* Tensors in GStreamer caps and buffers. Needs GStreamer.
  *
  * The published interface names these functions or their prefix; arguments and results are derived.
- * NULL where a struct or object is needed is answered with FALSE, 0 or NULL and a line in the log.
- */
+ * For a NULL struct or object functions return FALSE, 0 or NULL and log a line.
+ *
+ * SPDX-License-Identifier: LGPL-2.1-or-later */
 #ifndef NNSTREAMER_PLUGIN_API_H
 #define NNSTREAMER_PLUGIN_API_H
 #include <gst/gst.h>
@@ -17,64 +17,63 @@ extern "C" {
 
 /* ---- Caps ---- */
 
-/* Whether these are the caps of a tensor stream: other/tensor or other/tensors. */
+/* TRUE for caps of a tensor stream: other/tensor or other/tensors. */
 NNS_EXPORT gboolean gst_structure_is_tensor_stream(const GstStructure* structure);
 /* video, audio, text, octet or tensor; _NNS_MEDIA_INVALID for other caps. */
 NNS_EXPORT media_type gst_structure_get_media_type(const GstStructure* structure);
-/* Reads one structure of the caps of a tensor stream: what it says is filled in, what it leaves
- * open is not set. FALSE for other streams. `config` is initialised in either case and the caller's
- * to free. */
+/* Reads one structure of tensor stream caps; open fields stay unset. FALSE for other streams.
+ * Initialises `config` in either case; the caller frees it. */
 NNS_EXPORT gboolean gst_tensors_config_from_structure(GstTensorsConfig* config,
                                                       const GstStructure* structure);
-/* The same of what the peer of `pad` has or takes; `is_fixed`, which may be NULL, says whether its
- * caps are fixed. FALSE without a peer whose first caps are those of a tensor stream. */
+/* The same for the current caps, or else the query caps, of the peer of `pad`. `is_fixed` may be
+ * NULL; it is set to TRUE if these caps are fixed. FALSE without a peer or if its first caps are
+ * not those of a tensor stream. */
 NNS_EXPORT gboolean gst_tensors_config_from_peer(GstPad* pad, GstTensorsConfig* config,
                                                  gboolean* is_fixed);
-/* Reads other/tensor and other/tensors. With `validate`, caps that are not fixed or give no valid
- * configuration are FALSE; without, what the caps say is filled in. `config` is initialised in
- * either case, also where `caps` is NULL, and the caller's to free. */
+/* Reads other/tensor and other/tensors. With `validate`, returns FALSE for caps that are not fixed
+ * or yield no valid configuration; without it, reads what the caps contain. Initialises `config` in
+ * either case, even if `caps` is NULL; the caller frees it. */
 NNS_EXPORT gboolean gst_tensors_config_from_caps(GstTensorsConfig* config, const GstCaps* caps,
                                                  gboolean validate);
-/* other/tensors of a configuration; a part that is not known is left out. The caller's. */
+/* Makes other/tensors caps; unknown fields are omitted. The caller owns them. */
 NNS_EXPORT GstCaps* gst_tensors_caps_from_config(const GstTensorsConfig* config);
-/* other/tensor of a configuration's first tensor. The caller's. */
+/* Makes other/tensor caps of the first tensor. The caller owns them. */
 NNS_EXPORT GstCaps* gst_tensor_caps_from_config(const GstTensorsConfig* config);
-/* What source pad `pad` should send: flexible where the peer's first wish or the configuration is,
- * other/tensor for one tensor where the peer takes it, else other/tensors. NULL when the pad's
- * template allows none. The caller's. */
+/* Chooses caps for the source pad `pad`: flexible if the peer's first choice or the configuration
+ * is, other/tensor for one tensor if the peer accepts it, else other/tensors. NULL if the pad
+ * template allows none. The caller owns them. */
 NNS_EXPORT GstCaps* gst_tensor_pad_caps_from_config(GstPad* pad, const GstTensorsConfig* config);
 
-/* Whether caps of both kinds can meet: as gst_caps_can_intersect(), with dimensions equal that
- * differ in trailing 1s only. */
+/* gst_caps_can_intersect() that treats dimensions as equal if they differ in trailing 1s only. */
 NNS_EXPORT gboolean gst_tensor_caps_can_intersect(GstCaps* caps1, GstCaps* caps2);
-/* Writes dimensions of `caps`, which must be writable, as `filter` writes equal ones. */
+/* Rewrites dimensions of the writable `caps` in the form that `filter` has for equal ones. */
 NNS_EXPORT void gst_tensor_caps_update_dimension(GstCaps* caps, GstCaps* filter);
 
 /* ---- Headers of flexible and sparse tensors ---- */
 
-/* A fresh one: version 1.0, no type, static, media tensor. */
+/* Initialises to version 1.0, no type, static, media tensor. */
 NNS_EXPORT void gst_tensor_meta_info_init(GstTensorMetaInfo* meta);
 NNS_EXPORT gboolean gst_tensor_meta_info_validate(const GstTensorMetaInfo* meta);
-/* Version of the header; NULL for a part that is not wanted. FALSE where it is none. */
+/* The version of the header; pass NULL for a part that you do not need. FALSE if invalid. */
 NNS_EXPORT gboolean gst_tensor_meta_info_get_version(const GstTensorMetaInfo* meta, guint* major,
                                                      guint* minor);
-/* Bytes in front of the data: 128; 0 when the header is not valid. */
+/* Header size in bytes: 128; 0 for an invalid header. */
 NNS_EXPORT gsize gst_tensor_meta_info_get_header_size(const GstTensorMetaInfo* meta);
-/* Bytes of the data; 0 when the header is not valid. */
+/* Data size in bytes; 0 for an invalid header. */
 NNS_EXPORT gsize gst_tensor_meta_info_get_data_size(const GstTensorMetaInfo* meta);
-/* Writes all 128 bytes of `header`. FALSE, nothing written, when `meta` is not valid. */
+/* Writes all 128 bytes of `header`. FALSE without writing if `meta` is invalid. */
 NNS_EXPORT gboolean gst_tensor_meta_info_update_header(const GstTensorMetaInfo* meta,
                                                        gpointer header);
-/* Reads the 128 bytes of `header`. FALSE when they are no header. */
+/* Parses the 128 bytes of `header`. FALSE if they are not a header. */
 NNS_EXPORT gboolean gst_tensor_meta_info_parse_header(GstTensorMetaInfo* meta,
                                                       gconstpointer header);
-/* Reads the header at the beginning of a memory. FALSE where it has none. */
+/* Parses the header at the start of a memory. FALSE if it has none. */
 NNS_EXPORT gboolean gst_tensor_meta_info_parse_memory(GstTensorMetaInfo* meta, GstMemory* memory);
-/* A new memory, the caller's: the header, then the bytes of `memory`, which stays the caller's.
- * NULL when `meta` is not valid. */
+/* Makes a new memory with the header followed by the bytes of `memory`, which the caller keeps. The
+ * caller owns the result. NULL if `meta` is invalid. */
 NNS_EXPORT GstMemory* gst_tensor_meta_info_append_header(GstTensorMetaInfo* meta,
                                                          GstMemory* memory);
-/* Type and dimensions as a description, and back. */
+/* Convert between the header and a description of type and dimensions. */
 NNS_EXPORT gboolean gst_tensor_meta_info_convert(const GstTensorMetaInfo* meta,
                                                  GstTensorInfo* info);
 NNS_EXPORT gboolean gst_tensor_info_convert_to_meta(const GstTensorInfo* info,
@@ -82,17 +81,17 @@ NNS_EXPORT gboolean gst_tensor_info_convert_to_meta(const GstTensorInfo* info,
 
 /* ---- Buffers ---- */
 
-/* From now on memory of GStreamer's default allocator and of tensors starts at a multiple of
- * `alignment` bytes: a power of two, or the mask of one (15 means 16). 0 changes nothing. */
+/* Sets the alignment, in bytes, of memory from GStreamer's default allocator and of tensors: a
+ * power of two, or its mask (15 means 16). 0 has no effect. */
 NNS_EXPORT void gst_tensor_alloc_init(gsize alignment);
 
-/* Tensors in a buffer: its memories, and what the 16th packs. */
+/* Number of tensors in a buffer: its memories, plus those packed in the 16th. */
 NNS_EXPORT guint gst_tensor_buffer_get_count(GstBuffer* buffer);
-/* Tensor `index` with its header, if any; shared, not copied. NULL when there is none. The
- * caller's. */
+/* Tensor `index` including its header, shared, not copied. NULL if it does not exist. The caller
+ * owns the reference. */
 NNS_EXPORT GstMemory* gst_tensor_buffer_get_nth_memory(GstBuffer* buffer, guint index);
-/* Appends tensor `info`, packing from the 17th on. `memory` is taken over, also when FALSE comes:
- * more than 256 tensors, memory that cannot be mapped. */
+/* Appends tensor `info`, packing from the 17th on. Takes ownership of `memory` even on failure.
+ * FALSE for more than 256 tensors or memory that cannot be mapped. */
 NNS_EXPORT gboolean gst_tensor_buffer_append_memory(GstBuffer* buffer, GstMemory* memory,
                                                     const GstTensorInfo* info);
 

@@ -1,9 +1,10 @@
- * SPDX-License-Identifier: LGPL-2.1-or-later */
-/* Trainer sub-plugins: a framework that trains models, for tensor_trainer.
+/* Trainer sub-plugins for tensor_trainer: frameworks that train models.
  *
  * A sub-plugin is a shared object libnnstreamer_trainer_NAME.so whose constructor calls
- * nnstreamer_trainer_probe(). Functions that return int give 0 when done, below 0 when failed.
- * This version of Weir loads, checks and lists trainers; its element comes later. */
+ * nnstreamer_trainer_probe(). Functions that return int return 0 on success, below 0 on failure.
+ * This version of Weir loads, checks and lists trainers; the element does not exist yet.
+ *
+ * SPDX-License-Identifier: LGPL-2.1-or-later */
 #ifndef NNSTREAMER_PLUGIN_API_TRAINER_H
 #define NNSTREAMER_PLUGIN_API_TRAINER_H
 #include <glib.h>
@@ -15,10 +16,10 @@
 extern "C" {
 #endif
 
-/* What `version` of a descriptor and of a notifier must be. */
+/* The required `version` of descriptors and notifiers. */
 #define GST_TENSOR_TRAINER_FRAMEWORK_V1 (UINT64_C(0xDEAFDEAD00010000))
 
-/* The element's properties, and what the framework says of its progress. */
+/* The element's properties, and the progress reported by the framework. */
 typedef struct _GstTensorTrainerProperties {
   GstTensorsInfo input_meta;
   const char *model_config, *model_save_path, *model_load_path;
@@ -45,7 +46,7 @@ typedef enum _GstTensorTrainerEventType {
 
 typedef struct _GstTensorTrainerFramework GstTensorTrainerFramework;
 
-/* A descriptor; it must stay until nnstreamer_trainer_exit(). All functions must be there. */
+/* A descriptor. It must stay valid until nnstreamer_trainer_exit(). All functions are required. */
 struct _GstTensorTrainerFramework {
   uint64_t version;
   int (*create)(const GstTensorTrainerFramework* self, const GstTensorTrainerProperties* prop,
@@ -65,11 +66,11 @@ struct _GstTensorTrainerFramework {
                           GstTensorTrainerFrameworkInfo* info);
 };
 
-/* Registers it under the name of getFrameworkInfo. TRUE, or FALSE with the reason in the log. */
+/* Registers it under the name from getFrameworkInfo. TRUE, or FALSE with the reason in the log. */
 NNS_EXPORT int nnstreamer_trainer_probe(GstTensorTrainerFramework* framework);
-/* Frees the name. TRUE, or FALSE when it was not there. */
+/* Releases the name. TRUE, or FALSE if it was not registered. */
 NNS_EXPORT int nnstreamer_trainer_exit(GstTensorTrainerFramework* framework);
-/* Says that an epoch or the training ended; `data` belongs to the event and may be NULL. */
+/* Reports the end of an epoch or of the training; `data` belongs to the event and may be NULL. */
 NNS_EXPORT void nnstreamer_trainer_notify_event(GstTensorTrainerEventNotifier* notifier,
                                                 GstTensorTrainerEventType event, void* data);
 

@@ -1,8 +1,9 @@
- * SPDX-License-Identifier: LGPL-2.1-or-later */
-/* Small things that every part uses: exported names, printf checks, the log.
+/* Basic macros and logging: exported symbols, printf checks, the log.
  *
- * The log goes where Weir's own goes: the debug category of GStreamer named `weir`
- * (GST_DEBUG=weir:5 shows all four levels). */
+ * Messages go to the GStreamer debug category `weir-nnstreamer` (GST_DEBUG=weir-nnstreamer:5 shows
+ * all four levels).
+ *
+ * SPDX-License-Identifier: LGPL-2.1-or-later */
 #ifndef NNSTREAMER_UTIL_H
 #define NNSTREAMER_UTIL_H
 
@@ -16,7 +17,7 @@
 #define NNS_SENTINEL
 #endif
 
-/* For parameters that a callback does not need. */
+/* For unused parameters of callbacks. */
 #define NNS_UNUSED(name) (void)(name)
 #ifndef UNUSED
 #define UNUSED(name) NNS_UNUSED(name)
@@ -26,7 +27,8 @@
 extern "C" {
 #endif
 
-/* Debug, information, warning, error; `format` as printf's. Thread-safe. Signatures derived. */
+/* Log at debug, info, warning and error level with a printf format. Thread-safe. Signatures
+ * derived. */
 NNS_EXPORT void nns_logd(const char* format, ...) NNS_PRINTF(1, 2);
 NNS_EXPORT void nns_logi(const char* format, ...) NNS_PRINTF(1, 2);
 NNS_EXPORT void nns_logw(const char* format, ...) NNS_PRINTF(1, 2);

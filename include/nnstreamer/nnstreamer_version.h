@@ -1,6 +1,7 @@
+/* The release of NNStreamer's interface that these headers and libnnstreamer.so implement, which is
+ * not the version of Weir.
+ *
  * SPDX-License-Identifier: LGPL-2.1-or-later */
-/* Which release of NNStreamer's interface these headers and libnnstreamer.so stand for; not the
- * version of Weir. */
 #ifndef NNSTREAMER_VERSION_H
 #define NNSTREAMER_VERSION_H
 
@@ -9,7 +10,7 @@
 #define NNSTREAMER_VERSION_MICRO 0
 #define NNSTREAMER_VERSION "2.7.0"
 
-/* True from that release on, for #if. */
+/* True for this release and later ones, for #if. */
 #define NNSTREAMER_CHECK_VERSION(major, minor, micro) \
   (NNSTREAMER_VERSION_MAJOR > (major) ||              \
    (NNSTREAMER_VERSION_MAJOR == (major) &&            \

@@ -1,6 +1,7 @@
+/* Converters implemented by the application: `tensor_converter mode=custom-code:NAME`. Link with
+ * pkg-config nnstreamer.
+ *
  * SPDX-License-Identifier: LGPL-2.1-or-later */
-/* Converters of a program: `tensor_converter mode=custom-code:NAME`. Link with pkg-config
- * nnstreamer. */
 #ifndef NNSTREAMER_TENSOR_CONVERTER_CUSTOM_H
 #define NNSTREAMER_TENSOR_CONVERTER_CUSTOM_H
 #include <gst/gst.h>
@@ -12,16 +13,16 @@
 extern "C" {
 #endif
 
-/* Tensors of one buffer, which stays the caller's; NULL = failed. `config` comes empty and is
- * filled with what the result is; where it differs from the one before, the stream renegotiates. */
+/* Returns the tensors of one buffer, which the caller keeps; NULL = failed. `config` is empty on
+ * entry; fill it with the description of the result. The stream renegotiates when it changes. */
 typedef GstBuffer* (*tensor_converter_custom)(GstBuffer* in_buf, void* data,
                                               GstTensorsConfig* config);
 
-/* 0; -EINVAL for a name that is empty, reserved or taken, or no function; -ENOMEM. Return values
- * derived. Thread-safe. */
+/* Returns 0; -EINVAL for an empty, reserved or taken name or a NULL function; -ENOMEM. Return
+ * values derived. Thread-safe. */
 NNS_EXPORT int nnstreamer_converter_custom_register(const char* name, tensor_converter_custom func,
                                                     void* data);
-/* 0, or -EINVAL when there is none of this name. */
+/* Returns 0, or -EINVAL if the name is not registered. */
 NNS_EXPORT int nnstreamer_converter_custom_unregister(const char* name);
 
 #ifdef __cplusplus

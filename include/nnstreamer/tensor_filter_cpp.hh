@@ -1,9 +1,9 @@
-// An object of a C++ program as a filter: `tensor_filter framework=cpp model=NAME[,lib.so]`. Link
-// with pkg-config nnstreamer-cpp. C++11.
+// A C++ object of the application as a filter: `tensor_filter framework=cpp model=NAME[,lib.so]`.
+// Link with pkg-config nnstreamer-cpp. C++11.
 //
-// Derive from the class, make an object, register it. One object serves every element that names
-// it, one call at a time. What a function throws ends as an error of the element. Signatures
-// derived from the functions' names.
+// Derive from the class, create an object, register it. One object serves every element that names
+// it, one call at a time. An exception becomes an error of the element. Signatures derived from the
+// functions' names.
 #ifndef NNSTREAMER_TENSOR_FILTER_CPP_HH
 #define NNSTREAMER_TENSOR_FILTER_CPP_HH
 #include "nnstreamer_util.h"
@@ -12,28 +12,29 @@
 class NNS_EXPORT tensor_filter_cpp {
  public:
   explicit tensor_filter_cpp(const char* modelName);
-  virtual ~tensor_filter_cpp();  // frees the name where it is still registered
+  virtual ~tensor_filter_cpp();  // releases the name if it is still registered
   tensor_filter_cpp(const tensor_filter_cpp&) = delete;
   tensor_filter_cpp& operator=(const tensor_filter_cpp&) = delete;
 
-  // 0 or more when filled, below 0 where the filter takes what comes (then setInputDim says what it
-  // gives).
+  // Returns 0 or more with `info` filled, or below 0 if the filter adapts to the input (setInputDim
+  // then computes the output).
   virtual int getInputDim(GstTensorsInfo* info) = 0;
   virtual int getOutputDim(GstTensorsInfo* info) = 0;
-  // Says the outputs for inputs of these; below 0 where they are fixed, or not taken.
+  // Computes the outputs for these inputs; below 0 if they are fixed or rejected.
   virtual int setInputDim(const GstTensorsInfo* in, GstTensorsInfo* out) = 0;
-  // 0; below 0 = failed, above 0 = nothing comes of this frame.
+  // Returns 0; below 0 on failure, above 0 to drop the frame.
   virtual int invoke(const GstTensorMemory* in, GstTensorMemory* out) = 0;
-  // True: invoke writes into memory that is there. False: it sets `data` of each output to memory
-  // of malloc(), which Weir frees.
+  // True: invoke writes into memory provided by Weir. False: invoke sets `data` of each output to
+  // memory from malloc(), which Weir frees.
   virtual bool isAllocatedBeforeInvoke() = 0;
 
   const char* getName() const { return name_; }
 
-  // 0; -EINVAL for a name that is empty, reserved or taken (the words are in the log).
+  // Returns 0; -EINVAL for an empty, reserved or taken name (with the reason in the log).
   int _register() { return __register(this); }
   static int __register(tensor_filter_cpp* filter);
-  // 0, or -EINVAL when it is not registered. No element may have it: the object can go then.
+  // Returns 0, or -EINVAL if it is not registered. No element may use it; the object may then be
+  // destroyed.
   int _unregister() { return __unregister(name_); }
   static int __unregister(const char* modelName);
 

@@ -1,6 +1,7 @@
+/* Conditions implemented by the application: `tensor_if compared-value=CUSTOM
+ * compared-value-option=NAME`. Link with pkg-config nnstreamer.
+ *
  * SPDX-License-Identifier: LGPL-2.1-or-later */
-/* Conditions of a program: `tensor_if compared-value=CUSTOM compared-value-option=NAME`. Link with
- * pkg-config nnstreamer. */
 #ifndef NNSTREAMER_TENSOR_IF_H
 #define NNSTREAMER_TENSOR_IF_H
 #ifndef __cplusplus
@@ -14,14 +15,14 @@
 extern "C" {
 #endif
 
-/* Puts into *result whether `then` applies to this frame. Returns false when it failed. */
+/* Sets *result to true if the `then` action applies to this frame. Returns false on failure. */
 typedef bool (*tensor_if_custom)(const GstTensorsInfo* info, const GstTensorMemory* input,
                                  void* user_data, bool* result);
 
-/* 0; -EINVAL for a name that is empty, reserved or taken, or no function; -ENOMEM. Before the
- * element's properties are set. Return values derived. Thread-safe. */
+/* Returns 0; -EINVAL for an empty, reserved or taken name or a NULL function; -ENOMEM. Call it
+ * before the element's properties are set. Return values derived. Thread-safe. */
 NNS_EXPORT int nnstreamer_if_custom_register(const char* name, tensor_if_custom func, void* data);
-/* 0, or -EINVAL when there is none of this name. */
+/* Returns 0, or -EINVAL if the name is not registered. */
 NNS_EXPORT int nnstreamer_if_custom_unregister(const char* name);
 
 #ifdef __cplusplus

@@ -1,11 +1,12 @@
- * SPDX-License-Identifier: LGPL-2.1-or-later */
-/* The types that sub-plugins and custom filters share with the host: element types, dimensions,
- * tensors, and what a filter is told about its element.
+/* Types that sub-plugins and custom filters share with the host: element types, dimensions,
+ * tensors, and the properties of a filter's element.
  *
  * Sizes and order of all members are binary interface (LP64) and never change. Dimensions are
- * innermost first: dimension[0] varies fastest; entries behind the rank are 0. Unless a member says
- * otherwise, strings and arrays belong to who handed the struct over and live for the call.
- * Plain C99 and C++11; needs no GLib. */
+ * innermost first: dimension[0] varies fastest; entries beyond the rank are 0. Unless documented
+ * otherwise, strings and arrays belong to the caller and are valid for the call. Plain C99 and
+ * C++11; needs no GLib.
+ *
+ * SPDX-License-Identifier: LGPL-2.1-or-later */
 #ifndef NNSTREAMER_TENSOR_TYPEDEF_H
 #define NNSTREAMER_TENSOR_TYPEDEF_H
 #include <stddef.h>
@@ -15,7 +16,7 @@
 extern "C" {
 #endif
 
-/* In C++ any int is a value of these, as it is in C: what a callback wrote can be looked at. */
+/* In C++ these enums accept any int, as in C, so that values from callbacks can be checked. */
 #ifdef __cplusplus
 #define NNS_ANY_INT : int
 #else
@@ -24,8 +25,8 @@ extern "C" {
 
 #define NNS_TENSOR_RANK_LIMIT 16        /* dimensions of a tensor */
 #define NNS_TENSOR_SIZE_LIMIT 256       /* tensors of a frame */
-#define NNS_TENSOR_MEMORY_MAX 16        /* memories of a buffer; the last one packs what is more */
-#define NNS_TENSOR_SIZE_EXTRA_LIMIT 240 /* tensors behind GstTensorsInfo's own array */
+#define NNS_TENSOR_MEMORY_MAX 16        /* memories of a buffer; the last one packs the rest */
+#define NNS_TENSOR_SIZE_EXTRA_LIMIT 240 /* tensors beyond the array in GstTensorsInfo */
 
 /* The type of an element. The numbers are part of wire formats. */
 typedef enum _tensor_type NNS_ANY_INT {
@@ -43,8 +44,8 @@ typedef enum _tensor_type NNS_ANY_INT {
   _NNS_END /* no type */
 } tensor_type;
 
-/* How the frames of a stream are laid out: one size for all of them; a header of 128 bytes in front
- * of each tensor; the same with only the elements that are not 0. */
+/* The layout of a stream's frames: one size for all; a header of 128 bytes before each tensor; the
+ * same with only the elements that are not 0. */
 typedef enum _tensor_format NNS_ANY_INT {
   _NNS_TENSOR_FORMAT_STATIC = 0,
   _NNS_TENSOR_FORMAT_FLEXIBLE,
@@ -52,7 +53,7 @@ typedef enum _tensor_format NNS_ANY_INT {
   _NNS_TENSOR_FORMAT_END
 } tensor_format;
 
-/* What a stream was before it was tensors; kept in the header of flexible tensors. */
+/* The original medium of a stream; kept in the header of flexible tensors. */
 typedef enum _nns_media_type NNS_ANY_INT {
   _NNS_MEDIA_INVALID = -1,
   _NNS_VIDEO = 0,
@@ -63,7 +64,7 @@ typedef enum _nns_media_type NNS_ANY_INT {
   _NNS_MEDIA_ANY = 0x1000
 } media_type;
 
-/* The order of the dimensions of pictures. Weir gives what the user wrote; it moves nothing. */
+/* The order of the dimensions of pictures. Weir passes on the user's value and moves no data. */
 typedef enum _tensor_layout NNS_ANY_INT {
   _NNS_LAYOUT_ANY = 0,
   _NNS_LAYOUT_NHWC,
@@ -73,7 +74,7 @@ typedef enum _tensor_layout NNS_ANY_INT {
 
 typedef uint32_t tensor_dim[NNS_TENSOR_RANK_LIMIT];
 
-/* What a filter may run on. The numbers are binary interface; the names are those of the property
+/* Accelerators. The numbers are binary interface; the names are the values of the property
  * `accelerator` in capitals. */
 typedef enum _accl_hw NNS_ANY_INT {
   ACCL_NONE = 0,
@@ -93,15 +94,15 @@ typedef enum _accl_hw NNS_ANY_INT {
 } accl_hw;
 
 /* One tensor's description. `name` may be NULL; in structs that a program frees with
- * gst_tensor_info_free() it is g_malloc'ed. A dimension with a 0 in front is not set. */
+ * gst_tensor_info_free() it is g_malloc'ed. A dimension whose first entry is 0 is not set. */
 typedef struct _GstTensorInfo {
   char* name;
   tensor_type type;
   tensor_dim dimension;
 } GstTensorInfo;
 
-/* The tensors of a frame: the first 16 in `info`, the others in `extra`, which has 240 entries when
- * it is there. gst_tensors_info_get_nth_info() hides the difference and allocates `extra` on
+/* The tensors of a frame: the first 16 in `info`, the others in `extra`, which has 240 entries if
+ * allocated. gst_tensors_info_get_nth_info() hides the difference and allocates `extra` on
  * demand. */
 typedef struct _GstTensorsInfo {
   unsigned int num_tensors;
@@ -110,22 +111,21 @@ typedef struct _GstTensorsInfo {
   tensor_format format;
 } GstTensorsInfo;
 
-/* A stream: its tensors and its frame rate; a denominator of 0 or below: no valid rate. */
+/* A stream: its tensors and its frame rate. A denominator of 0 or below means no valid rate. */
 typedef struct _GstTensorsConfig {
   GstTensorsInfo info;
   int rate_n, rate_d;
 } GstTensorsConfig;
 
-/* One tensor's bytes. Inputs are not to be written. */
+/* One tensor's bytes. Inputs are read-only. */
 typedef struct _GstTensorMemory {
   void* data;
   size_t size; /* bytes */
 } GstTensorMemory;
 
-/* The header of a flexible or sparse tensor, as words: gst_tensor_meta_info_*() reads and writes
- * it. The bytes of the stream have 42 more words of 0 behind these 22: read it with
- * gst_tensor_meta_info_parse_header(), not with a cast. Members derived from the words of the wire
- * format. */
+/* The header of a flexible or sparse tensor as 32-bit words; gst_tensor_meta_info_*() reads and
+ * writes it. In the stream these 22 words are followed by 42 words of 0: do not cast, use
+ * gst_tensor_meta_info_parse_header(). Members derived from the words of the wire format. */
 typedef struct _GstTensorMetaInfo {
   uint32_t magic;   /* 0xfeedcced */
   uint32_t version; /* 0xDE000000 | major << 12 | minor */
@@ -133,23 +133,23 @@ typedef struct _GstTensorMetaInfo {
   tensor_dim dimension;
   uint32_t format;     /* tensor_format */
   uint32_t media_type; /* media_type */
-  uint32_t nnz;        /* sparse: elements that are not 0 */
+  uint32_t nnz;        /* sparse: number of elements that are not 0 */
 } GstTensorMetaInfo;
 
 typedef tensor_layout tensors_layout[NNS_TENSOR_SIZE_LIMIT];
 
-/* Takes one output of an asynchronous filter; see nnstreamer_filter_dispatch_output_async(). */
+/* Receives one output of an asynchronous filter; see nnstreamer_filter_dispatch_output_async(). */
 typedef void (*nns_filter_async_callback)(GstTensorMemory* output, void* async_user_data);
 
-/* What a filter is told about its element: the user's properties, and the tensors of the stream as
- * far as they are known. Owned by the host, unchanged during a call. Flags are 0 or 1. */
+/* Properties of a filter's element: the user's settings, and the tensors of the stream as far as
+ * they are known. Owned by the host, constant during a call. Flags are 0 or 1. */
 typedef struct _GstTensorFilterProperties {
   const char* fwname; /* of the framework */
   int fw_opened;
   const char** model_files;
   int num_models;
 
-  int input_configured; /* input_meta is what the stream brings */
+  int input_configured; /* input_meta describes the stream */
   GstTensorsInfo input_meta;
   tensors_layout input_layout;
   unsigned int input_ranks[NNS_TENSOR_SIZE_LIMIT];
@@ -160,12 +160,12 @@ typedef struct _GstTensorFilterProperties {
   unsigned int output_ranks[NNS_TENSOR_SIZE_LIMIT];
 
   const char* custom_properties; /* custom=, or NULL */
-  accl_hw* hw_list;              /* what the user's accelerator= comes to */
+  accl_hw* hw_list;              /* parsed from the user's accelerator= */
   int num_hw;
-  const char* accl_str; /* accelerator= as it was written, or NULL */
+  const char* accl_str; /* accelerator= as written, or NULL */
   char* shared_tensor_filter_key;
 
-  int latency, throughput; /* the user measures these */
+  int latency, throughput; /* 1 if the user measures it */
   int invoke_dynamic;
   uint32_t suspend; /* ms, 0 = never */
 

@@ -1,4 +1,4 @@
-// From the errors of the C faces to those of result.hpp.
+// CError: converts the errors of the C API (weir_error) into those of result.hpp.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <utility>
@@ -8,7 +8,7 @@
 
 namespace weir {
 
-// Owns a weir_error, and says what it holds.
+// Owns a weir_error and converts it to an Error.
 class CError {
  public:
   CError() = default;
@@ -17,9 +17,10 @@ class CError {
   ~CError() { weir_error_free(error_); }
 
   weir_error** place() noexcept { return &error_; }
-  // What a C function that returned `code` (below 0) left. Without an object memory ran out.
+  // The error of a C function that returned `code` (below 0). It has no texts when the C function
+  // could not allocate the weir_error.
   Error take(int code) const {
-    Error error{static_cast<Code>(-code), "", "", "", "", ""};
+    Error error{.code = static_cast<Code>(-code)};
     error.what = weir_error_what(error_);
     error.offered = weir_error_offered(error_);
     error.needed = weir_error_needed(error_);
@@ -27,7 +28,7 @@ class CError {
     error.fix = weir_error_fix(error_);
     return error;
   }
-  // What a C function returned, where nothing above 0 counts.
+  // For C functions whose return values above 0 have no meaning.
   Status status(int result) const {
     if (result < 0) return take(result);
     return ok();

@@ -1,6 +1,7 @@
+/* An extension of external converters (weir_converter_type's `extension`) for formats whose frames
+ * carry their own frame rate. Without it the stream keeps the rate of its input caps.
+ *
  * SPDX-License-Identifier: LGPL-2.1-or-later */
-/* An extension of external converters (weir_converter_type's `extension`): frames that say their
- * own frame rate. Without it the stream keeps the rate of the caps that came. */
 #ifndef WEIR_CONVERTER_RATE_H
 #define WEIR_CONVERTER_RATE_H
 #include "weir/abi.h"
@@ -13,8 +14,8 @@ extern "C" {
 
 typedef struct {
   uint32_t struct_size;
-  /* After a convert that succeeded: 1 and the frame rate n/d that the frame said (0/1 = none is
-   * fixed), or 0 when it said none. Asked on the thread of convert. */
+  /* Called after a convert that succeeded, on its thread. Returns 1 and the frame rate n/d that the
+   * frame carried (0/1 = variable), or 0 when it carried none. */
   int (*rate)(weir_converter*, int32_t* n, int32_t* d);
 } weir_converter_rate;
 

@@ -1,13 +1,13 @@
-// A condition of tensor_if in C++: any callable, registered for as long as an object lives.
+// A condition of tensor_if in C++: any callable, registered for the lifetime of an object.
 //
 //   const weir::RegisteredCondition bright("bright", [](const weir_frame& frame) {
 //     return *static_cast<const uint8_t*>(frame.tensors[0].data) > 127;
 //   });
 //   ... tensor_if compared-value=CUSTOM compared-value-option=bright ...
 //
-// The callable runs on streaming threads, of several elements at once if several name it; what it
-// throws becomes an error on the bus and ends the stream. Tensors are as custom_condition.h says.
-// The object must outlive the pipelines that name it.
+// The callable runs on streaming threads, concurrently when several elements name it. An exception
+// becomes an error on the bus and ends the stream. custom_condition.h describes the tensors. The
+// object must outlive the pipelines that name it.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <exception>
@@ -25,7 +25,7 @@ class RegisteredCondition {
   using Function = std::function<bool(const weir_frame&)>;
 
   // Throws Failure when the name is empty or taken or `function` is empty. A program that does not
-  // link with libweir gives its two functions, as dlsym found them.
+  // link with libweir passes the two functions that it found with dlsym.
   RegisteredCondition(std::string name, Function function,
                       decltype(&weir_condition_register) add = weir_condition_register,
                       decltype(&weir_condition_unregister) remove = weir_condition_unregister)
@@ -33,7 +33,7 @@ class RegisteredCondition {
     const int result = function_ ? add(name_.c_str(), call, &function_) : -WEIR_OPTION_VALUE;
     if (result < 0)
       throw Failure({static_cast<Code>(-result), "a condition cannot be registered",
-                     "\"" + name_ + "\"", "a name that is not taken, and a function", "", ""});
+                     "\"" + name_ + "\"", "an unused name, and a function", "", ""});
   }
   RegisteredCondition(const RegisteredCondition&) = delete;
   RegisteredCondition& operator=(const RegisteredCondition&) = delete;

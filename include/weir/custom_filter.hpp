@@ -1,5 +1,5 @@
-// Filters of the process in C++: any callable, or a class, registered for as long as an object
-// lives. A callable:
+// Filters of the application in C++: any callable, or a class, registered for the lifetime of an
+// object. A callable:
 //
 //   const weir::RegisteredFilter doubler(
 //       "doubler",
@@ -12,23 +12,24 @@
 //       });
 //   ... tensor_filter framework=custom-easy model=doubler ...
 //
-// The callable is moved in and owned with its state. It may take whole frames instead, with their
-// times: (const weir_frame& in, weir_frame& out). Returning false drops the frame; returning
-// nothing keeps it. What it throws becomes an error on the bus: weir::Failure with its words.
-// Calls wait for each other unless thread_safe is set. With dynamic it gives each output memory:
-// weir::allocate(&out[0], weir::tensor_info(...), bytes).
+// The object takes ownership of the callable. The callable may take whole frames with their times
+// instead: (const weir_frame& in, weir_frame& out). If it returns bool, false drops the frame. An
+// exception becomes an error on the bus; weir::Failure sets its text. Calls are serialised unless
+// thread_safe is set. With dynamic, the callable allocates each output: weir::allocate(&out[0],
+// weir::tensor_info(...), bytes).
 //
-// When the object goes, the name is free; pipelines that have the filter go on with it, and the
+// Destroying the object releases the name. Pipelines that use the filter continue with it, and the
 // callable is destroyed with the last of them.
 //
-// A class, as engine.hpp describes it; each element that names it opens an object of its own:
+// A class, as described in engine.hpp; each element that names it opens its own object:
 //
 //   const weir::RegisteredFilterClass<Threshold> threshold("threshold");
 //   ... tensor_filter framework=cpp model=threshold custom=limit:99 ...
 //
 // In a shared object that links with libweir, WEIR_FILTER_CLASS(Threshold, "threshold") registers
-// it when the file is loaded: model=threshold,/path/to/lib.so. One that exports the class with
-// WEIR_ENGINE (engine.hpp) is found the same way and links nothing of Weir.
+// the class when the file is loaded: model=threshold,/path/to/lib.so. A shared object that exports
+// the class with WEIR_ENGINE (engine.hpp) is found the same way and links nothing of Weir.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <cstdio>
 #include <functional>
@@ -44,19 +45,19 @@
 
 namespace weir {
 
-// What a filter takes and makes; custom_filter.h says more of each.
+// Inputs, outputs and flags of a filter; custom_filter.h documents each.
 struct FilterDescription {
   std::vector<weir_tensor_info> inputs, outputs;
   bool dynamic = false;
   bool thread_safe = false;
   bool stateful = false;
-  // Says the outputs for these inputs, where `outputs` leaves them open.
+  // Computes the outputs for these inputs when `outputs` leaves them open.
   std::function<void(std::span<const weir_tensor_info> in, std::span<weir_tensor_info> out)>
       resolve = {};
 };
 
-// The functions of custom_filter.h and error.h. A program that does not link with libweir fills
-// them with what dlsym found.
+// The functions of custom_filter.h and error.h. A program that does not link with libweir fills the
+// members with the results of dlsym.
 struct FilterFunctions {
   decltype(&weir_filter_register) add;
   decltype(&weir_filter_unregister) remove;
@@ -77,16 +78,20 @@ struct FilterFunctions {
             weir_error_fix,
             weir_error_free};
   }
-  // Of a function that returned `code` and left `error`, which is freed.
+  // Converts and frees the `error` of a function that returned `code`.
   Error take(int code, weir_error* error) const {
-    Error out{static_cast<Code>(-code), what(error), offered(error), needed(error),
-              difference(error),        fix(error)};
+    Error out{.code = static_cast<Code>(-code),
+              .what = what(error),
+              .offered = offered(error),
+              .needed = needed(error),
+              .difference = difference(error),
+              .fix = fix(error)};
     free(error);
     return out;
   }
 };
 
-// False, with a line on standard error, when `register_it` throws.
+// Returns false, with a line on standard error, when `register_it` throws.
 template <class Body>
 bool kept(Body&& register_it) noexcept {
   try {
@@ -100,7 +105,7 @@ bool kept(Body&& register_it) noexcept {
 
 class RegisteredFilter {
  public:
-  // Throws Failure when the name is empty or taken, or the description cannot be.
+  // Throws Failure when the name is empty, reserved or taken, or the description is invalid.
   template <class Function>
   RegisteredFilter(std::string name, FilterDescription description, Function function,
                    const FilterFunctions& functions = FilterFunctions::linked())
@@ -126,7 +131,7 @@ class RegisteredFilter {
     held.release();
   }
   // For libraries that register when they are loaded, where nothing may be thrown: the name stays
-  // taken until the process ends. False, with a line on standard error, when it is refused.
+  // taken until the process ends. Returns false, with a line on standard error, on failure.
   template <class Function>
   static bool keep(std::string name, FilterDescription description, Function function) noexcept {
     return kept([&] {
@@ -148,7 +153,7 @@ class RegisteredFilter {
     Function function;
     decltype(FilterDescription::resolve) resolver;
 
-    // What throws in user code is a failed callback, not a fault of Weir.
+    // An exception of user code is a failed callback, not a fault of Weir.
     template <class Body>
     static int guarded_call(const weir_host* host, weir_error* error, Body&& body) noexcept {
       static const bool accepted = accept_host(host);  // for allocate()
@@ -203,8 +208,8 @@ class RegisteredFilter {
   decltype(&weir_filter_unregister) remove_;
 };
 
-// The class `Filter` under a name, while the object lives; its code must stay until the last
-// element that opened it has stopped.
+// Registers the class `Filter` under a name for the lifetime of the object. Its code must stay
+// loaded until the last element that opened it has stopped.
 template <class Filter>
 class RegisteredFilterClass {
  public:
@@ -216,7 +221,7 @@ class RegisteredFilterClass {
     const int result = functions.add_class(name_.c_str(), entry, &error);
     if (result < 0) throw Failure(functions.take(result, error));
   }
-  // As RegisteredFilter::keep.
+  // See RegisteredFilter::keep.
   static bool keep(const char* name) noexcept {
     return kept([&] {
       RegisteredFilterClass filter{std::string(name)};
@@ -251,8 +256,8 @@ class RegisteredFilterClass {
 
 }  // namespace weir
 
-// In a shared object that links with libweir: the class under a name from loading on. A name that
-// is taken is a line on standard error.
+// In a shared object that links with libweir: registers the class when the file is loaded. Prints a
+// line on standard error when the name is taken.
 #define WEIR_FILTER_CLASS(Filter, name)                           \
   [[maybe_unused]] static const bool weir_filter_class_##Filter = \
       ::weir::RegisteredFilterClass<Filter>::keep(name);

@@ -1,4 +1,4 @@
-// A decoder in C++: write a class, export it with one line, build it as libweir-decoder-NAME.so.
+// A decoder in C++: write a class, export it with one line and build it as libweir-decoder-NAME.so.
 //
 //   class Brightness {
 //    public:
@@ -6,50 +6,60 @@
 //     void configure(std::span<const weir_tensor_info> inputs, weir::DecoderOutput& output);
 //     bool decode(const weir_frame& frame, weir::DecoderOutput& output);
 //     void reset() noexcept;
+//     void set_stream(const weir::DecoderStream& stream) noexcept;
+//     static constexpr bool kWithHeaders = false;
 //   };
 //   WEIR_DECODER(Brightness, "brightness", "", "[]")
 //
-// configure comes before the first frame and when the stream's format changes. `inputs` is empty
-// when the stream is flexible: each frame says its own shapes then. decode returns false to drop a
-// frame. reset may be left out: it forgets what was kept of earlier frames, for a flush or a seek
-// came. Each other function may throw weir::Failure, or anything: it becomes an error on the bus.
-// One object is used by one thread at a time. Shapes in weir_tensor_info are outermost-first
-// (abi.h, rule C).
+// The host calls configure before the first frame and when the stream's format changes. `inputs` is
+// empty for flexible streams, whose frames carry their own shapes. decode returns false to drop a
+// frame. The optional reset runs after a flush or a seek and discards what was kept of earlier
+// frames. The optional set_stream runs before each configure. With the optional kWithHeaders,
+// tensors of flexible streams begin with their 128-byte headers (decoder_stream.h). The other
+// functions may throw weir::Failure or any exception, which becomes an error on the bus. An object
+// is used by one thread at a time. Shapes in weir_tensor_info are
+// outermost-first (abi.h, rule C).
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <memory>
 #include <utility>
 
+#include "weir/decoder_stream.h"
 #include "weir/module.hpp"
 
 namespace weir {
 
-// Where a decoder puts its caps (in configure) and its bytes (in decode).
+// Receives the caps of a decoder (in configure) and its bytes (in decode).
 class DecoderOutput {
  public:
   explicit DecoderOutput(weir_sink* sink)
       : sink_(sink),
         calls_(static_cast<const weir_sink_calls*>(module_host->extension("weir.sink/1"))) {
-    if (!calls_) throw Failure({Code::INTERNAL, "the host has no weir.sink/1", "", "", "", ""});
+    if (!calls_) throw Failure({.code = Code::INTERNAL, .what = "the host has no weir.sink/1"});
   }
 
-  // In configure, once: the output stream's caps as GStreamer text, without a framerate, which the
-  // host adds.
+  // In configure, once: sets the output caps as GStreamer text, without framerate, which the host
+  // adds. Throws Failure (INTERNAL) when the host rejects the text.
   void set_caps(const std::string& caps) {
-    // Not through weir_error: that is the caller's. A refusal is a fault of the decoder's text.
+    // No weir_error: it belongs to the caller. Rejected caps are a bug of the decoder.
     if (calls_->set_caps(sink_, caps.c_str(), nullptr) < 0)
-      throw Failure({Code::INTERNAL, "the host refuses the decoder's caps", caps, "", "", ""});
+      throw Failure(
+          {.code = Code::INTERNAL, .what = "the host rejects the decoder's caps", .offered = caps});
   }
-  // In decode: appends `bytes` of writable memory to the output, valid until decode returns.
+  // In decode: appends `bytes` of writable memory to the output, valid until decode returns. Throws
+  // std::bad_alloc.
   std::span<std::byte> reserve(size_t bytes) {
     void* data = calls_->reserve(sink_, bytes);
     if (!data && bytes > 0) throw std::bad_alloc();
     return {static_cast<std::byte*>(data), bytes};
   }
-  // In decode: appends tensor `index` of the frame, shared and not copied.
+  // In decode: appends tensor `index` of the frame without copying it. Throws Failure (INTERNAL)
+  // for an invalid index.
   void share_input(uint32_t index) {
     if (calls_->share_input(sink_, index, nullptr) < 0)
-      throw Failure(
-          {Code::INTERNAL, "the host cannot share an input", std::to_string(index), "", "", ""});
+      throw Failure({.code = Code::INTERNAL,
+                     .what = "the host cannot share an input",
+                     .offered = std::to_string(index)});
   }
 
  private:
@@ -57,7 +67,28 @@ class DecoderOutput {
   const weir_sink_calls* calls_;
 };
 
-// The C table over the class `Decoder`.
+// The input stream of a decoder.
+struct DecoderStream {
+  int32_t rate_n = 0, rate_d = 1;  // frames per second; 0/1 = variable or unknown
+  bool is_flexible = false;        // each tensor carries its own description
+};
+
+// The table of the extension weir.decoder-stream/1 for the class `Decoder`.
+template <class Decoder>
+const weir_decoder_stream* stream_table() {
+  constexpr bool with_headers = [] {
+    if constexpr (requires { Decoder::kWithHeaders; }) return Decoder::kWithHeaders;
+    return false;
+  }();
+  static const weir_decoder_stream table{
+      sizeof(weir_decoder_stream), with_headers ? uint32_t{WEIR_DECODER_WITH_HEADERS} : 0,
+      [](weir_decoder* decoder, int32_t rate_n, int32_t rate_d, int is_flexible) {
+        reinterpret_cast<Decoder*>(decoder)->set_stream({rate_n, rate_d, is_flexible != 0});
+      }};
+  return &table;
+}
+
+// The C table for the class `Decoder`.
 template <class Decoder>
 weir_decoder_type decoder_table(const char* name, const char* aliases, const char* options_json) {
   weir_decoder_type table{};
@@ -93,16 +124,23 @@ weir_decoder_type decoder_table(const char* name, const char* aliases, const cha
     });
   };
   if constexpr (requires(Decoder & decoder) { decoder.reset(); }) {
-    static_assert(noexcept(std::declval<Decoder&>().reset()), "reset has no way to fail");
+    static_assert(noexcept(std::declval<Decoder&>().reset()), "reset must not fail");
     table.reset = [](weir_decoder* decoder) { reinterpret_cast<Decoder*>(decoder)->reset(); };
+  }
+  if constexpr (requires(Decoder & decoder) { decoder.set_stream(DecoderStream{}); }) {
+    static_assert(noexcept(std::declval<Decoder&>().set_stream(DecoderStream{})),
+                  "set_stream has no way to fail");
+    table.extension = [](const char* id) -> const void* {
+      return std::string_view(id) == WEIR_DECODER_STREAM ? stream_table<Decoder>() : nullptr;
+    };
   }
   return table;
 }
 
 }  // namespace weir
 
-// Exports the class `Decoder`: its name in mode=, other names (comma list), what its options are
-// (JSON as in abi.h).
+// Exports the class `Decoder` under `name` (for mode=) and `aliases` (comma-separated), with
+// `options_json` (abi.h).
 #define WEIR_DECODER(Decoder, name, aliases, options_json)                                \
   extern "C" __attribute__((visibility("default"))) const weir_module* weir_module_entry( \
       const weir_host* host) {                                                            \

@@ -1,5 +1,5 @@
-// What detectors have in common: boxes and how they overlap, suppression of doubles, and the tensor
-// in which detections go from element to element.
+// Helpers for detectors: boxes, overlap, non-maximum suppression, and the tensor layout in which
+// detections travel between elements.
 //
 //   const auto kept = weir::suppress(boxes, scores, 0.5f, weir::Overlap::OfUnion);
 //   for (const uint32_t i : kept) use(boxes[i]);
@@ -14,40 +14,40 @@
 
 namespace weir {
 
-// Edges, in pixels from the picture's left upper corner: the first pixel reaches from 0 to 1, so a
-// box around the pixels 3 to 5 has x1 = 3 and x2 = 6.
+// Edges in pixels from the picture's top left corner: the first pixel spans 0 to 1, so a box around
+// the pixels 3 to 5 has x1 = 3 and x2 = 6.
 struct Box {
   float x1 = 0, y1 = 0, x2 = 0, y2 = 0;
 
   float width() const noexcept { return x2 - x1; }
   float height() const noexcept { return y2 - y1; }
-  // 0 for a box that is turned inside out, or not a number.
+  // 0 for a box with negative sides or NaN edges.
   float area() const noexcept { return width() > 0 && height() > 0 ? width() * height() : 0; }
   bool operator==(const Box&) const = default;
 };
 
-// The part that both cover; its area() is 0 where they do not meet.
+// The intersection; its area() is 0 if the boxes do not meet.
 inline Box common_part(const Box& a, const Box& b) noexcept {
   return {std::max(a.x1, b.x1), std::max(a.y1, b.y1), std::min(a.x2, b.x2), std::min(a.y2, b.y2)};
 }
 
-// What the common part is a share of.
+// The denominator of overlap().
 enum class Overlap {
-  OfUnion,   // intersection over union: 1 where both are the same
-  OfSmaller  // 1 where one lies within the other
+  OfUnion,   // intersection over union: 1 for equal boxes
+  OfSmaller  // 1 if one box contains the other
 };
 
-// 0 to 1; 0 where either has no area.
+// Returns 0 to 1; 0 if either box has no area.
 inline float overlap(const Box& a, const Box& b, Overlap share = Overlap::OfUnion) noexcept {
   const float common = common_part(a, b).area(), smaller = std::min(a.area(), b.area());
   if (!(common > 0 && smaller > 0)) return 0;
   return common / (share == Overlap::OfUnion ? a.area() + b.area() - common : smaller);
 }
 
-// Greedy non-maximum suppression: indices of the boxes that stay, best first. A box goes when one
-// that stays, of no lower score, overlaps it by more than `threshold`; of equal scores the earlier
-// box is the better. With `classes`, only boxes of one class suppress each other. A score that is
-// not a number is out. Precondition: as many scores (and classes, unless empty) as boxes.
+// Greedy non-maximum suppression. Returns the indices of the boxes to keep, best first. A box is
+// removed when a kept box of equal or higher score overlaps it by more than `threshold`; ties go to
+// the earlier box. With `classes`, boxes only suppress boxes of the same class. Boxes with a NaN
+// score are removed. Precondition: as many scores (and classes, unless empty) as boxes.
 inline std::vector<uint32_t> suppress(std::span<const Box> boxes, std::span<const float> scores,
                                       float threshold, Overlap share = Overlap::OfUnion,
                                       std::span<const float> classes = {}) {
@@ -67,31 +67,31 @@ inline std::vector<uint32_t> suppress(std::span<const Box> boxes, std::span<cons
   return kept;
 }
 
-// The square around the same middle, as wide as the longer side.
+// The square with the same centre and the length of the longer side.
 inline Box square_around(const Box& box) noexcept {
   const float half = std::max(box.width(), box.height()) / 2;
   const float x = (box.x1 + box.x2) / 2, y = (box.y1 + box.y2) / 2;
   return {x - half, y - half, x + half, y + half};
 }
 
-// A box whose edges are moved by shares of its sides, as bounding-box regression says it:
-// x1 + dx1 * width, y1 + dy1 * height, x2 + dx2 * width, y2 + dy2 * height.
+// Moves the edges by fractions of the sides, as in bounding-box regression: x1 + dx1 * width, y1 +
+// dy1 * height, x2 + dx2 * width, y2 + dy2 * height.
 inline Box moved(const Box& box, float dx1, float dy1, float dx2, float dy2) noexcept {
   const float w = box.width(), h = box.height();
   return {box.x1 + dx1 * w, box.y1 + dy1 * h, box.x2 + dx2 * w, box.y2 + dy2 * h};
 }
 
-// Detections as tensor_overlay takes them: one float32 tensor of one row for each,
+// One row of the tensor that tensor_overlay takes: float32, one row per detection,
 //   x1, y1, x2, y2, score, class, then x and y of each key point,
-// in pixels of the picture. A row with a score of 0 is nobody: a frame without detections is one
-// row of zeros. This reads or writes one row.
+// in pixels of the picture. A row with a score of 0 is background: a frame without detections has
+// one row of zeros.
 template <class Number>
 class DetectionRow {
  public:
   static constexpr size_t kFixed = 6;
   static constexpr size_t length(size_t key_points) noexcept { return kFixed + 2 * key_points; }
 
-  // `row` has length(key_points) numbers and is not owned.
+  // `row` has length(key_points) numbers and is borrowed.
   explicit DetectionRow(std::span<Number> row) noexcept : row_(row) {}
   Box box() const noexcept { return {row_[0], row_[1], row_[2], row_[3]}; }
   Number& score() const noexcept { return row_[4]; }

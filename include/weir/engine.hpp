@@ -1,4 +1,4 @@
-// An engine in C++: write a class, export it with one line, build it as libweir-engine-NAME.so.
+// An engine in C++: write a class, export it with one line and build it as libweir-engine-NAME.so.
 //
 //   class Doubler {
 //    public:
@@ -9,31 +9,33 @@
 //   };
 //   WEIR_ENGINE(Doubler, "doubler", "1.0", "", "dbl")
 //
-// What inputs and outputs point to lives as long as the object (module.hpp: tensor_info).
-// invoke returns false to drop the frame. It may take frames, with their times and ways back:
+// The memory that inputs() and outputs() point to lives as long as the object (module.hpp:
+// tensor_info). invoke returns false to drop the frame. It may take frames with their times and
+// source maps instead:
 //     bool invoke(const weir_frame& in, weir_frame& out);
-// Each function may throw weir::Failure, or anything: it becomes an error on the bus. An object is
-// one opened model with its only session; it is used by one thread at a time, and workers=N opens
-// N of them. Shapes are outermost-first, -1 = unknown. Outputs whose size is known come with memory
-// of that size to write into; for others `data` is null and the engine gives memory (module.hpp:
-// allocate), or its own with release and owner.
+// Each function may throw weir::Failure or any exception, which becomes an error on the bus. An
+// object is one open model with its only session, used by one thread at a time; workers=N opens N
+// objects. Shapes are outermost-first, -1 = unknown. Outputs of known size come with memory of that
+// size. For the others `data` is null: the engine allocates memory from the host (module.hpp:
+// allocate), or sets its own with release and owner.
 //
-// What a class may have besides:
+// Optional members:
 //     void resolve(std::span<const weir_tensor_info> in, std::span<weir_tensor_info> out);
-//         says the outputs' shapes for these inputs, where outputs() leaves parts open
+//         computes the outputs' shapes for these inputs where outputs() leaves extents open
 //     void describe(weir_model_info& info) const;
-//         flags (WEIR_MODEL_...), alignment and padding of inputs, weight_bytes, metadata
+//         sets flags (WEIR_MODEL_...), input alignment and padding, weight_bytes, metadata
 //     void submit(const weir_frame& in, weir::Request& request);
 //         for invoke-async=true: moves the request away and answers it from any thread, with any
-//         number of outputs; `in` may be read until then
+//         number of outputs; `in` is readable until then
 //     void cancel(const weir_request* request);
-//         nobody waits any more for the submit() whose Request has this id(): end() it soon. From
-//         any thread, perhaps when it has just ended; an engine that has no use for the call asks
-//         Request::cancelled() now and then
+//         the result of the submit() whose Request has this id() is no longer needed: end() it
+//         soon. Called on any thread, possibly when it has just ended. An engine without this
+//         function polls Request::cancelled() instead
 //     void control(int op, const weir_option* option);
 //         op: weir_control
 //     static constexpr const char* kOptions = "[...]";                 abi.h: options_json
 //     static constexpr uint64_t kFlags = WEIR_ENGINE_NEEDS_NO_MODEL;   abi.h: weir_engine_flag
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <memory>
 #include <utility>
@@ -42,7 +44,7 @@
 
 namespace weir {
 
-// What a user asks for. The texts live for the call.
+// The model to open and its settings. The texts are valid for the call.
 struct OpenRequest {
   std::span<const char* const> paths;  // of the model's files
   Options options;
@@ -50,8 +52,8 @@ struct OpenRequest {
   int threads;  // 0 = the engine's own choice
 };
 
-// One frame of submit(). Answered by end() or fail(); one that is destroyed before is answered with
-// an error. Movable; used by one thread at a time.
+// One frame of submit(). end() or fail() completes it; a request destroyed before that completes
+// with an error. Movable; used by one thread at a time.
 class Request {
  public:
   explicit Request(weir_request* handle) noexcept : handle_(handle) {}
@@ -63,16 +65,16 @@ class Request {
   ~Request() {
     if (!handle_) return;
     module_host->fail(module_host->error_of(handle_), WEIR_INVOKE_FAILED,
-                      "the engine gave a frame up without an answer", nullptr, nullptr, nullptr,
+                      "the engine abandoned a frame without an answer", nullptr, nullptr, nullptr,
                       nullptr);
     module_host->complete(std::exchange(handle_, nullptr), -WEIR_INVOKE_FAILED, nullptr, 0);
   }
 
-  // What cancel() is given; null when it was answered.
+  // The argument of cancel(); null once the request is completed.
   const weir_request* id() const noexcept { return handle_; }
-  // Nobody waits any more: end() as soon as may be.
+  // True when the result is no longer needed: end() soon.
   bool cancelled() const noexcept { return module_host->cancelled(handle_) != 0; }
-  // One output of all the model's tensors; the host takes their memory over.
+  // Adds one output of all the model's tensors; the host takes over their memory.
   void output(std::span<weir_tensor> tensors) {
     weir_frame frame{};
     frame.struct_size = sizeof frame;
@@ -88,16 +90,16 @@ class Request {
     const int result = weir::fail(module_host->error_of(handle_), error);
     module_host->complete(std::exchange(handle_, nullptr), result, nullptr, 0);
   }
-  // No longer ours: true when it was not moved away or answered before.
+  // Detaches the request. Returns true unless it has been moved away or completed.
   bool release() noexcept { return std::exchange(handle_, nullptr) != nullptr; }
 
  private:
   weir_request* handle_;
 };
 
-// A model with its only session: they are one object.
+// The C functions of an engine whose model and only session are one object.
 template <class Engine>
-struct EngineFace {
+struct EngineTable {
   static constexpr bool kSubmits = requires { &Engine::submit; };
   static Engine& of(void* handle) { return *static_cast<Engine*>(handle); }
   static int open(const weir_open* request, weir_model** out, weir_error* error) {
@@ -160,7 +162,7 @@ struct EngineFace {
       of(session).submit(*in, given);
       return WEIR_OK;
     });
-    // What threw after it had given the request away is answered by whoever has it.
+    // A request that was moved away before the exception is completed by its new owner.
     return result < 0 && given.release() ? result : WEIR_OK;
   }
   static void cancel(weir_session* session, weir_request* request) {
@@ -177,11 +179,11 @@ struct EngineFace {
   }
 };
 
-// The C table over the class `Engine`.
+// The C table for the class `Engine`.
 template <class Engine>
 weir_engine engine_table(const char* name, const char* version, const char* aliases,
                          const char* extensions) {
-  using Face = EngineFace<Engine>;
+  using Table = EngineTable<Engine>;
   weir_engine table{};
   table.struct_size = sizeof table;
   table.abi_major = WEIR_ABI_MAJOR;
@@ -190,16 +192,16 @@ weir_engine engine_table(const char* name, const char* version, const char* alia
   table.version = version;
   table.aliases = aliases;
   table.extensions = extensions;
-  table.open = Face::open;
-  table.close = Face::close;
-  table.info = Face::info;
-  table.session_new = Face::session_new;
-  table.session_free = Face::session_free;
-  table.resolve = Face::resolve;
-  table.invoke = Face::invoke;
-  if constexpr (Face::kSubmits) table.submit = Face::submit;
-  if constexpr (requires(Engine & e) { e.cancel(nullptr); }) table.cancel = Face::cancel;
-  if constexpr (requires(Engine & e) { e.control(0, nullptr); }) table.control = Face::control;
+  table.open = Table::open;
+  table.close = Table::close;
+  table.info = Table::info;
+  table.session_new = Table::session_new;
+  table.session_free = Table::session_free;
+  table.resolve = Table::resolve;
+  table.invoke = Table::invoke;
+  if constexpr (Table::kSubmits) table.submit = Table::submit;
+  if constexpr (requires(Engine & e) { e.cancel(nullptr); }) table.cancel = Table::cancel;
+  if constexpr (requires(Engine & e) { e.control(0, nullptr); }) table.control = Table::control;
   if constexpr (requires { Engine::kOptions; }) table.options_json = Engine::kOptions;
   if constexpr (requires { Engine::kFlags; }) table.flags = Engine::kFlags;
   return table;
@@ -207,8 +209,8 @@ weir_engine engine_table(const char* name, const char* version, const char* alia
 
 }  // namespace weir
 
-// Exports the class `Engine`: its name in framework=, its version, other names
-// and the endings of its model files (comma lists).
+// Exports the class `Engine` under `name` (for framework=) and `aliases`, with its `version` and
+// the file name `extensions` of its models. The lists are comma-separated.
 #define WEIR_ENGINE(Engine, name, version, aliases, extensions)                           \
   extern "C" __attribute__((visibility("default"))) const weir_module* weir_module_entry( \
       const weir_host* host) {                                                            \

@@ -1,12 +1,13 @@
- * SPDX-License-Identifier: LGPL-2.1-or-later */
-/* What went wrong, for programs: functions that take a weir_error** put a new object there when
- * they fail, for weir_error_free. NULL for the place: the return value is all. In C++: result.hpp.
+/* Errors for programs. A function that takes a weir_error** stores a new object there when it
+ * fails; free it with weir_error_free. Pass NULL to get only the return value. In C++: result.hpp.
  *
- * A condition or converter of the process gets a weir_error* that it fills through host->fail; it
+ * A condition or converter of the application receives a weir_error* to fill through host->fail; it
  * must not free that one.
  *
- * Exported by libweir (pkg-config weir). Texts are UTF-8 and live as long as the object; one thread
- * at a time may use it. */
+ * Exported by libweir (pkg-config weir). Texts are UTF-8 and live as long as the object, which only
+ * one thread at a time may use.
+ *
+ * SPDX-License-Identifier: LGPL-2.1-or-later */
 #ifndef WEIR_ERROR_H
 #define WEIR_ERROR_H
 #include "weir/abi.h"
@@ -19,14 +20,14 @@
 extern "C" {
 #endif
 
-/* For functions of a program that Weir calls and that say what went wrong (pipeline.h). Texts are
- * copied, NULL is ""; a code of 0 or below is WEIR_INTERNAL. NULL when memory ran out. */
+/* Creates the error that a callback of the application returns to Weir (pipeline.h). Copies the
+ * texts; NULL is "". A code of 0 or below becomes WEIR_INTERNAL. NULL when out of memory. */
 WEIR_EXPORT weir_error* weir_error_new(int code, const char* what, const char* offered,
                                        const char* needed, const char* difference, const char* fix);
-/* Above 0: a weir_code (codes.h); docs/errors/WEIR-<code>.md explains it. 0 for NULL. */
+/* Returns a weir_code (codes.h), explained in docs/errors/WEIR-<code>.md; 0 for NULL. */
 WEIR_EXPORT int weir_error_code(const weir_error* error);
-/* "WEIR-2001: what\n  offered: ...\n  needed: ...\n  first difference: ...\n  fix: ...": all that
- * is known. The texts are never NULL; "" = not known, and of a NULL error all are. */
+/* The whole error: "WEIR-2001: what\n  offered: ...\n  needed: ...\n  first difference: ...\n  fix:
+ * ...". The texts are never NULL, even for a NULL error; "" = not set. */
 WEIR_EXPORT const char* weir_error_message(weir_error* error);
 WEIR_EXPORT const char* weir_error_what(const weir_error* error);
 WEIR_EXPORT const char* weir_error_offered(const weir_error* error);
@@ -34,7 +35,7 @@ WEIR_EXPORT const char* weir_error_needed(const weir_error* error);
 WEIR_EXPORT const char* weir_error_difference(const weir_error* error);
 /* A line to paste or a command to run. */
 WEIR_EXPORT const char* weir_error_fix(const weir_error* error);
-WEIR_EXPORT void weir_error_free(weir_error* error); /* NULL: nothing */
+WEIR_EXPORT void weir_error_free(weir_error* error); /* NULL: no effect */
 
 #ifdef __cplusplus
 }

@@ -1,6 +1,7 @@
+/* An extension of an engine (weir_engine's `extension`) that reports the execution settings which
+ * the engine chose for a model. `tensor_filter` shows them in `stats`.
+ *
  * SPDX-License-Identifier: LGPL-2.1-or-later */
-/* An extension of an engine (weir_engine's `extension`): how it runs a model, where it chose that
- * itself. `tensor_filter` shows it in `stats`. */
 #ifndef WEIR_EXECUTION_H
 #define WEIR_EXECUTION_H
 #include "weir/abi.h"
@@ -12,15 +13,15 @@ extern "C" {
 #define WEIR_EXECUTION "weir.execution/1"
 
 typedef struct {
-  uint32_t struct_size; /* set by the caller; members beyond it stay as they are */
-  uint32_t threads;     /* of one invoke; 0 = not chosen yet: the input shapes decide */
-  uint32_t spins;       /* 1: between two operators these threads wait without sleeping */
+  uint32_t struct_size; /* set by the caller; later members are not written */
+  uint32_t threads;     /* of one invoke; 0 = not chosen yet: depends on the input shapes */
+  uint32_t spins;       /* 1: idle threads spin between operators instead of sleeping */
 } weir_execution;
 
 typedef struct {
   uint32_t struct_size;
-  /* Describes an open model at present: resolve() may change it. Any thread. Returns 0, or below 0
-   * when the engine cannot tell. */
+  /* Describes an open model; resolve() may change the result. Any thread. Returns 0, or below 0
+   * when the engine does not know. */
   int (*describe)(weir_model*, weir_execution*);
 } weir_execution_calls;
 

@@ -1,20 +1,22 @@
-// Label files: text in UTF-8, one label a line, the first for class 0.
+// Reads label files: UTF-8 text with one label per line, the first for class 0.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <algorithm>
+#include <cerrno>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
 #include <string>
 #include <string_view>
+#include <system_error>
 #include <vector>
 
 #include "weir/module.hpp"
 
 namespace weir {
 
-// Length of the UTF-8 sequence that `text` begins with; 0 when it begins with none. RFC 3629: no
-// longer form than needed, no surrogates, nothing above U+10FFFF.
+// Length of the UTF-8 sequence at the start of `text`; 0 if it is invalid. RFC 3629: no overlong
+// forms, no surrogates, nothing above U+10FFFF.
 constexpr size_t utf8_sequence(std::string_view text) noexcept {
   const auto at = [&](size_t i) { return static_cast<unsigned char>(text[i]); };
   if (text.empty()) return 0;
@@ -34,7 +36,7 @@ constexpr size_t utf8_sequence(std::string_view text) noexcept {
   return too_long || surrogate || too_great ? 0 : length;
 }
 
-// Text that can be shown: UTF-8 without zero bytes.
+// True for UTF-8 without zero bytes.
 constexpr bool is_text(std::string_view text) noexcept {
   while (!text.empty()) {
     const size_t length = utf8_sequence(text);
@@ -44,20 +46,29 @@ constexpr bool is_text(std::string_view text) noexcept {
   return true;
 }
 
-// The labels of the file that `option` ("option1") names; empty lines stay, a carriage return at
-// the end of a line and a byte order mark at the beginning of the file do not. Throws Failure:
-// FILE_NOT_FOUND when it cannot be read, LABELS_INVALID when it is empty or no text.
+// Reads the labels of the file at `path`, the value of `option` ("option1"). Keeps empty lines;
+// removes carriage returns at line ends and a byte order mark. Throws Failure: FILE_NOT_FOUND when
+// the file cannot be read, LABELS_INVALID when it is empty or not UTF-8 text.
 inline std::vector<std::string> read_label_file(const std::string& option,
                                                 const std::string& path) {
   const auto failure = [&](Code code, std::string what, std::string needed, std::string fix) {
     return Failure(
         {code, std::move(what), option + "=" + path, std::move(needed), "", std::move(fix)});
   };
-  std::error_code ignored;
+  errno = 0;
   std::ifstream file(path, std::ios::binary);
-  if (!file.is_open() || !std::filesystem::is_regular_file(path, ignored))
-    throw failure(Code::FILE_NOT_FOUND, "the label file cannot be read",
+  const int open_error = errno;
+  std::error_code reason;
+  const auto kind = std::filesystem::status(path, reason).type();
+  if (!file.is_open() || kind != std::filesystem::file_type::regular) {
+    const std::string text = !file.is_open() && open_error != 0
+                                 ? std::generic_category().message(open_error)
+                             : kind == std::filesystem::file_type::directory ? "Is a directory"
+                             : reason                                        ? reason.message()
+                                                                             : "not a regular file";
+    throw failure(Code::FILE_NOT_FOUND, "the label file cannot be read: " + text,
                   "a text file with one label a line", option + "=/path/to/labels.txt");
+  }
   std::string text{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
   if (text.starts_with("\xEF\xBB\xBF")) text.erase(0, 3);
   if (text.ends_with('\n')) text.pop_back();
@@ -71,7 +82,7 @@ inline std::vector<std::string> read_label_file(const std::string& option,
     if (labels.back().ends_with('\r')) labels.back().pop_back();
     if (!is_text(labels.back()))
       throw failure(Code::LABELS_INVALID,
-                    "line " + std::to_string(labels.size()) + " of the label file is no UTF-8 text",
+                    "line " + std::to_string(labels.size()) + " of the label file is not UTF-8",
                     "labels in UTF-8",
                     "iconv -f ISO-8859-1 -t UTF-8 " + path + " > labels-utf8.txt");
     begin = end + 1;

@@ -1,13 +1,13 @@
-// A model of any engine, opened and invoked by a program itself, with no pipeline around it.
-// Over model.h: link with libweir (pkg-config weir).
+// Opens and invokes a model of any engine directly, without a pipeline. Wraps model.h: link with
+// libweir (pkg-config weir).
 //
 //   auto model = weir::Model::open("mobilenet.onnx");
 //   if (!model) return complain(model.error().message());
 //   auto outputs = model->invoke({std::span<const uint8_t>(pixels)});
 //   auto scores = outputs ? (*outputs)[0].as<float>() : outputs.error();
 //
-// Any thread may call; calls of one model wait for each other. After a move the object left behind
-// may only be assigned to or destroyed.
+// Any thread may call; calls of one model are serialised. A moved-from object may only be assigned
+// to or destroyed.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <chrono>
@@ -25,21 +25,21 @@
 
 namespace weir {
 
-// What an invoke gave. Owns the memory; may outlive its model.
+// The outputs of an invoke. Owns the memory; may outlive its model.
 class Outputs {
  public:
-  // Nothing is in it when the model gave nothing for these inputs: dropped().
+  // Empty when the model has no output for these inputs: dropped().
   explicit Outputs(weir_results* results = nullptr) : results_(results) {}
   bool dropped() const noexcept { return !results_; }
   size_t size() const noexcept { return results_ ? weir_results_count(results_.get()) : 0; }
   size_t frames() const noexcept { return results_ ? weir_results_frames(results_.get()) : 0; }
-  // Output `index` of all frames; `index` below size(). Lives as long as this object.
+  // Output `index` of all frames, borrowed from this object. Precondition: `index` < size().
   Tensor operator[](size_t index) const noexcept {
     weir_tensor tensor{};
     if (results_) weir_results_tensor(results_.get(), static_cast<uint32_t>(index), &tensor);
     return Tensor(tensor);
   }
-  // The part of one frame of a batch; `frame` below frames().
+  // The part of one frame of a batch, borrowed. Precondition: `frame` < frames().
   Tensor of_frame(size_t frame, size_t index) const noexcept {
     weir_tensor tensor{};
     if (results_)
@@ -47,7 +47,7 @@ class Outputs {
                                 static_cast<uint32_t>(index), &tensor);
     return Tensor(tensor);
   }
-  // By name; nullopt when there is none of it.
+  // The output with this name; nullopt if there is none.
   std::optional<Tensor> find(std::string_view name) const {
     for (size_t i = 0; i < size(); ++i)
       if ((*this)[i].info().name == name) return (*this)[i];
@@ -62,22 +62,22 @@ class Outputs {
 };
 
 struct ModelOptions {
-  std::string engine = {};       // name or alias; "": by the names of the files
-  std::string accelerator = {};  // what the engine calls it; "": the engine's own choice
-  int threads = 0;               // inside one invoke; 0: the engine's own choice
+  std::string engine = {};       // name or alias; "": chosen by the file names
+  std::string accelerator = {};  // in the engine's terms; "": the engine's own choice
+  int threads = 0;               // of one invoke; 0: the engine's own choice
   std::vector<std::pair<std::string, std::string>> options = {};  // the engine's: key, value
   std::chrono::nanoseconds timeout{0};                            // Model::set_timeout
-  // What the properties input, inputtype... of tensor_filter would say, for engines that ask.
+  // The properties input, inputtype... of tensor_filter, for engines that need them.
   std::vector<std::pair<std::string, std::string>> declared = {};
 };
 
 class Model {
  public:
-  // MODEL_NOT_FOUND, ENGINE_UNKNOWN, ENGINE_NOT_INSTALLED, what the engine says.
+  // Errors: MODEL_NOT_FOUND, ENGINE_UNKNOWN, ENGINE_NOT_INSTALLED, errors of the engine.
   static Result<Model> open(const std::string& path, const ModelOptions& options = {}) {
     return open(std::span(&path, 1), options);
   }
-  // Of several files.
+  // Opens a model of several files.
   static Result<Model> open(std::span<const std::string> paths, const ModelOptions& options = {}) {
     std::vector<const char*> names;
     for (const auto& path : paths) names.push_back(path.c_str());
@@ -106,12 +106,12 @@ class Model {
 
   std::string engine() const { return weir_model_engine(model_.get()); }
   std::string engine_version() const { return weir_model_engine_version(model_.get()); }
-  // What the model's file says of itself, a JSON object; "" when it says nothing.
+  // The metadata of the model file as a JSON object; "" without metadata.
   std::string metadata() const {
     const char* text = weir_model_metadata(model_.get());
     return text ? text : "";
   }
-  // As they are now: reshape() changes them.
+  // The current tensors; reshape() changes them.
   std::vector<TensorInfo> inputs() const {
     return infos(weir_model_input_count(model_.get()), weir_model_input);
   }
@@ -119,8 +119,8 @@ class Model {
     return infos(weir_model_output_count(model_.get()), weir_model_output);
   }
 
-  // Shapes of all inputs in place of what the model leaves open, until the next reshape; an empty
-  // one: as the model says. SPEC_MISMATCH where the model has another extent.
+  // Sets the shapes of all inputs where the model leaves them open, until the next reshape; an
+  // empty shape keeps the model's. SPEC_MISMATCH for an extent that contradicts the model.
   Status reshape(std::span<const TensorShape> shapes) {
     std::vector<weir_tensor_info> wanted;
     for (const auto& shape : shapes)
@@ -135,15 +135,15 @@ class Model {
     return reshape(std::span(shapes.begin(), shapes.size()));
   }
 
-  // How long a later call may take; 0: without limit. With a limit inputs are copied and the engine
-  // runs on a thread of the model. No engine can be stopped from outside: after WORKER_TIMEOUT the
-  // invoke goes on by itself, in memory of its own, and every call is WORKER_TIMEOUT until it ends.
+  // Limits the duration of later calls; 0: no limit. With a limit, inputs are copied and the engine
+  // runs on a thread of the model. An engine cannot be interrupted: after WORKER_TIMEOUT the invoke
+  // continues in its own memory, and until it ends every call fails with WORKER_TIMEOUT.
   void set_timeout(std::chrono::nanoseconds timeout) noexcept {
     weir_model_set_timeout(model_.get(), timeout.count());
   }
 
-  // Once. SPEC_MISMATCH (number, type, shape), FRAME_SIZE, INVOKE_FAILED, WORKER_TIMEOUT, what the
-  // engine says; named by the tensor.
+  // Runs the model once. Errors name the tensor: SPEC_MISMATCH (number, type, shape), FRAME_SIZE,
+  // INVOKE_FAILED, WORKER_TIMEOUT, errors of the engine.
   Result<Outputs> invoke(std::span<const TensorView> inputs) {
     const auto tensors = c_tensors(inputs);
     weir_results* results = nullptr;
@@ -158,8 +158,8 @@ class Model {
     return invoke(std::span(inputs.begin(), inputs.size()));
   }
 
-  // Into the caller's memory: a view of writable elements for each output, of exactly its size.
-  // False: the model gives nothing for these inputs.
+  // Writes into the caller's memory: one view per output, of exactly its size. Returns false when
+  // the model has no output for these inputs.
   Result<bool> invoke_into(std::span<const TensorView> inputs,
                            std::span<const WritableTensorView> outputs) {
     const auto tensors = c_tensors(inputs);
@@ -178,9 +178,9 @@ class Model {
                        std::span(outputs.begin(), outputs.size()));
   }
 
-  // Several frames at once, for models whose outermost axis is open (or just that long); each
-  // frame holds all inputs, with the shape of one frame. Outputs::of_frame has the answers.
-  // BATCH_UNSUPPORTED where the model has no such axis or keeps state.
+  // Runs several frames at once, for models whose outermost axis is open or has exactly this
+  // length. Each frame holds all inputs in the shape of one frame. Outputs::of_frame returns the
+  // results. BATCH_UNSUPPORTED if the model has no such axis or keeps state.
   Result<Outputs> invoke_batch(std::span<const std::vector<TensorView>> frames) {
     std::vector<weir_tensor> tensors;
     for (const auto& frame : frames)

@@ -1,5 +1,6 @@
-// What modules in C++ share: the host, errors on their way back through the C ABI, options, and
-// words for tensors. Header-only: a module links nothing of Weir. See engine.hpp and decoder.hpp.
+// Helpers for modules in C++: the host, conversion of exceptions to errors of the C ABI, options,
+// and tensor descriptions. Header-only: a module links nothing of Weir. See engine.hpp and
+// decoder.hpp.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <cstddef>
@@ -16,7 +17,7 @@
 
 namespace weir {
 
-// Throw it anywhere in a module: the host shows the error. Fill `what`, and what else there is.
+// Throw it anywhere in a module; the host reports the error. `what` is required.
 class Failure : public std::exception {
  public:
   explicit Failure(Error error) : error_(std::move(error)), text_(error_.message()) {}
@@ -28,18 +29,18 @@ class Failure : public std::exception {
   std::string text_;
 };
 
-// The value, or its error thrown.
+// Returns the value or throws Failure with the error.
 template <class T>
 T value_or_throw(Result<T> result) {
   if (!result) throw Failure(result.error());
   return *std::move(result);
 }
 
-// The host's table; set by weir_module_entry, before anything else of the module runs.
+// The host's table; weir_module_entry sets it before any other code of the module runs.
 inline const weir_host* module_host = nullptr;
 
-// For weir_module_entry: keeps the host's table. False when this module cannot work with that host,
-// with the reason in its log; the entry gives NULL then.
+// For weir_module_entry: stores the host's table. Returns false, with the reason in the host's log,
+// when this module cannot work with the host; the entry then returns NULL.
 inline bool accept_host(const weir_host* host) noexcept {
   if (!host || host->struct_size < offsetof(weir_host, extension) + sizeof host->extension)
     return false;
@@ -53,7 +54,7 @@ inline bool accept_host(const weir_host* host) noexcept {
   return true;
 }
 
-// Fills the caller's weir_error through that host; returns what an ABI function returns.
+// Fills the caller's weir_error through `host`; returns the negated code.
 inline int fail(const weir_host& host, weir_error* to, const Error& error) {
   const auto text = [](const std::string& part) { return part.empty() ? nullptr : part.c_str(); };
   return host.fail(to, static_cast<int>(error.code), text(error.what), text(error.offered),
@@ -63,14 +64,14 @@ inline int fail(weir_error* to, const Error& error) {
   return fail(*module_host, to, error);
 }
 
-// Runs `body`, which returns what an ABI function returns, or a Status; what it throws becomes an
-// error: nothing of C++ leaves the module.
+// Runs `body`, which returns an ABI return value or a Status, and converts exceptions to errors: no
+// exception may leave the module.
 template <class Body>
 int guarded(weir_error* to, Body&& body) noexcept {
-  // These allocate nothing here.
+  // Allocates nothing in the module.
   const auto threw = [to](const char* text) {
     return module_host->fail(to, WEIR_CALLBACK_FAILED, "a class in C++ threw an exception", text,
-                             nullptr, nullptr, "throw weir::Failure, which has words of its own");
+                             nullptr, nullptr, "throw weir::Failure with a code and a message");
   };
   try {
     if constexpr (std::is_same_v<decltype(body()), Status>) {
@@ -87,15 +88,15 @@ int guarded(weir_error* to, Body&& body) noexcept {
   } catch (const std::exception& e) {
     return threw(e.what());
   } catch (...) {
-    return threw("of no type that std::exception knows");
+    return threw("not derived from std::exception");
   }
 }
 
-// The options given to a module: keys and values.
+// The options passed to a module, as keys and values.
 class Options {
  public:
   Options(const weir_option* options, uint32_t count) : options_(options, options ? count : 0) {}
-  // The last value of `key`; nullopt when it was not given.
+  // The last value of `key`; nullopt if it is not set.
   std::optional<std::string_view> get(std::string_view key) const {
     std::optional<std::string_view> value;
     for (const auto& option : options_)
@@ -110,7 +111,8 @@ class Options {
 
 // ---- Tensors ---------------------------------------------------------------------------------
 
-// Its description: shape outermost-first, -1 = unknown. `name` is borrowed.
+// Describes a tensor: shape outermost-first, -1 = unknown. `name` is borrowed. Throws Failure for
+// more than 16 dimensions.
 inline weir_tensor_info tensor_info(const char* name, weir_type type,
                                     std::initializer_list<int64_t> shape) {
   weir_tensor_info info{};
@@ -119,15 +121,17 @@ inline weir_tensor_info tensor_info(const char* name, weir_type type,
   info.batch_axis = WEIR_NO_BATCH_AXIS;
   for (const int64_t extent : shape) {
     if (info.rank == WEIR_RANK_LIMIT)
-      throw Failure({Code::LIMIT_EXCEEDED, "a tensor has too many dimensions", name ? name : "",
-                     "at most 16", "", ""});
+      throw Failure({.code = Code::LIMIT_EXCEEDED,
+                     .what = "a tensor has too many dimensions",
+                     .offered = name ? name : "",
+                     .needed = "at most 16"});
     info.shape[info.rank++] = extent;
   }
   return info;
 }
 
-// Memory of the host for a tensor that has none: `bytes` of it, described as `info` says. Whoever
-// takes the tensor releases it.
+// Allocates `bytes` of host memory for a tensor and sets its info. The receiver of the tensor
+// releases the memory. Throws std::bad_alloc or Failure.
 inline void allocate(weir_tensor* tensor, const weir_tensor_info& info, size_t bytes) {
   const int result = module_host->allocate(nullptr, WEIR_MEMORY_HOST, bytes, 64, tensor);
   if (result == -WEIR_OUT_OF_MEMORY) throw std::bad_alloc();
@@ -137,32 +141,37 @@ inline void allocate(weir_tensor* tensor, const weir_tensor_info& info, size_t b
   tensor->info = info;
 }
 
-// The elements of a tensor in host memory.
+// The elements of a dense tensor in host memory.
 template <class T>
 std::span<T> elements(const weir_tensor& tensor) noexcept {
   return {static_cast<T*>(tensor.data), tensor.bytes / sizeof(T)};
 }
 
-// ---- Words for tensors -----------------------------------------------------------------------
+// ---- Tensor descriptions ---------------------------------------------------------------------
 
-// Dimension `index` counted from the innermost one, as caps count; 1 beyond the rank, -1 = unknown.
+// Dimension `index` counted from the innermost, as in caps; 1 beyond the rank, -1 = unknown.
 constexpr int64_t dimension(const weir_tensor_info& info, uint32_t index) noexcept {
   if (info.rank > WEIR_RANK_LIMIT) return -1;
   return index < info.rank ? info.shape[info.rank - 1 - index] : 1;
 }
 
-// Bytes of one element; 0 when the type is not known.
+// Bytes of one element; 0 for an unknown type.
 constexpr size_t element_bytes(uint32_t type) noexcept {
   constexpr uint8_t kBytes[WEIR_TYPE_END] = {4, 4, 2, 2, 1, 1, 8, 4, 8, 8, 2};
   return type < WEIR_TYPE_END ? kBytes[type] : 0;
 }
 
-// "uint8 3:224:224", as caps write it: innermost first; ? = unknown.
-inline std::string describe(const weir_tensor_info& info) {
+// "float32"; "?" for an unknown type.
+constexpr const char* type_name(uint32_t type) noexcept {
   constexpr const char* kNames[WEIR_TYPE_END] = {"int32", "uint32", "int16",   "uint16",
                                                  "int8",  "uint8",  "float64", "float32",
                                                  "int64", "uint64", "float16"};
-  std::string text = info.type < WEIR_TYPE_END ? kNames[info.type] : "?";
+  return type < WEIR_TYPE_END ? kNames[type] : "?";
+}
+
+// "uint8 3:224:224" as in caps, innermost first; ? = unknown.
+inline std::string describe(const weir_tensor_info& info) {
+  std::string text = type_name(info.type);
   if (info.rank > WEIR_RANK_LIMIT) return text + " ?";
   for (uint32_t i = 0; i < info.rank; ++i) {
     const int64_t extent = dimension(info, i);

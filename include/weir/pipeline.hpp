@@ -1,17 +1,21 @@
-// Pipelines of a program: made from the text that gst-launch-1.0 takes, frames pushed and pulled as
-// typed spans, elements found by their name= and switched. No type of GStreamer shows.
-// Over pipeline.h: link with libweir-pipeline (pkg-config weir-pipeline).
+// Pipelines for programs: parse the text of gst-launch-1.0, push and pull frames as typed spans,
+// control elements by their name=. The API exposes no GStreamer types. Wraps pipeline.h: link with
+// libweir-pipeline (pkg-config weir-pipeline).
 //
-//   auto made = weir::Pipeline::parse("appsrc name=in ! tensor_filter model=m.onnx ! tensor_sink
-//   name=out"); if (!made) return complain(made.error().message()); weir::Pipeline& pipeline =
-//   *made; pipeline.start(); pipeline.push<float>("in", values, {.shape = {1, 4}}); auto frame =
-//   pipeline.pull<float>("out", std::chrono::seconds(1));
+//   auto made = weir::Pipeline::parse(
+//       "appsrc name=in ! tensor_filter model=m.onnx ! tensor_sink name=out");
+//   if (!made) return complain(made.error().message());
+//   weir::Pipeline& pipeline = *made;
+//   pipeline.start();
+//   pipeline.push<float>("in", values, {.shape = {1, 4}});
+//   auto frame = pipeline.pull<float>("out", std::chrono::seconds(1));
 //
-// What an element reports on its bus is the error of every later call, until stop(). Any thread may
-// call. In a function given to on_frame, and in any other callback on a thread of the stream,
-// stop() fails with CANCELLED; start(), pause() and wait() without a limit do so in on_frame. The
-// object may be destroyed there: the stream then stops once the function has returned. After a move
-// the object left behind may only be assigned to or destroyed.
+// After an element has posted an error on the bus, every call fails with it until stop(). Any
+// thread may call. On a streaming thread, in on_frame or any other callback, stop() fails with
+// CANCELLED; in on_frame start(), pause() and wait() without a limit do too. The object may be
+// destroyed there: the stream stops when the callback has returned. A moved-from object may only be
+// assigned to or destroyed.
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <charconv>
 #include <chrono>
@@ -33,24 +37,24 @@ namespace weir {
 
 using Nanoseconds = std::chrono::nanoseconds;
 
-// A frame that came out of a pipeline: 1 to 256 tensors; a frame of media is one uint8 tensor.
-// Copies share the memory, which nobody writes.
+// A frame pulled from a pipeline: 1 to 256 tensors; a frame of media is one uint8 tensor. Copies
+// share the memory, which is read-only.
 class Frame {
  public:
   explicit Frame(weir_pulled* frame) : frame_(frame, weir_pulled_free) {}
   size_t size() const noexcept { return weir_pulled_count(frame_.get()); }
-  // `index` below size(). Lives as long as a copy of this object.
+  // Precondition: `index` < size(). The memory lives as long as a copy of this object.
   Tensor operator[](size_t index) const noexcept {
     weir_tensor tensor{};
     weir_pulled_tensor(frame_.get(), static_cast<uint32_t>(index), &tensor);
     return Tensor(tensor);
   }
-  // Of running time; nullopt: none.
+  // The PTS of the buffer; nullopt: none.
   std::optional<Nanoseconds> pts() const noexcept { return time(weir_pulled_pts(frame_.get())); }
   std::optional<Nanoseconds> duration() const noexcept {
     return time(weir_pulled_duration(frame_.get()));
   }
-  std::string caps() const { return weir_pulled_caps(frame_.get()); }  // GStreamer's text
+  std::string caps() const { return weir_pulled_caps(frame_.get()); }  // GStreamer caps text
 
  private:
   static std::optional<Nanoseconds> time(int64_t ns) noexcept {
@@ -59,9 +63,9 @@ class Frame {
   std::shared_ptr<weir_pulled> frame_;
 };
 
-// Beside the elements of a frame that is pushed.
+// Attributes of a pushed frame.
 struct PushOptions {
-  TensorShape shape = {};  // outermost-first; may be left out where the appsrc has caps
+  TensorShape shape = {};  // outermost-first; optional if the appsrc has caps
   std::optional<Nanoseconds> pts = std::nullopt, duration = std::nullopt;
 };
 
@@ -73,11 +77,11 @@ enum class PipelineState {
 
 class Pipeline;
 
-// The element valve of this name.
+// Controls the valve element with this name.
 class Valve {
  public:
   Status open() { return set(1); }
-  Status close() { return set(0); }  // frames are dropped
+  Status close() { return set(0); }  // drops frames
 
  private:
   friend class Pipeline;
@@ -90,7 +94,7 @@ class Valve {
   std::string name_;
 };
 
-// The element input-selector or output-selector of this name.
+// Controls the input-selector or output-selector with this name.
 class Switch {
  public:
   Status select(const std::string& pad) {
@@ -107,7 +111,7 @@ class Switch {
 
 class Pipeline {
  public:
-  // OPTION_SYNTAX for a text that cannot be read, OPTION_VALUE for an element that is not there.
+  // OPTION_SYNTAX for text that does not parse, OPTION_VALUE for an element that does not exist.
   static Result<Pipeline> parse(const std::string& text) {
     weir_pipeline* pipeline = nullptr;
     CError error;
@@ -116,17 +120,17 @@ class Pipeline {
     return Pipeline(pipeline);
   }
 
-  // Start also goes on from a pause; it returns before the first frame has come through.
+  // Starts or resumes from a pause; returns before the first frame is through.
   Status start() { return call(weir_pipeline_start); }
   Status pause() { return call(weir_pipeline_pause); }
-  // Frames inside and frames not pulled are gone, errors too. The destructor stops as well.
+  // Discards frames in the pipeline, frames not pulled, and errors. The destructor stops too.
   Status stop() { return call(weir_pipeline_stop); }
-  // Where it is, or where it is on its way to.
+  // The current state, or the target of a state change.
   PipelineState state() const {
     return static_cast<PipelineState>(weir_pipeline_get_state(handle()));
   }
-  // Until every stream has ended: true; false when the time has passed. Frames that nobody pulls
-  // stop their stream, see pull().
+  // Waits until every stream has ended; false on a time-out. Frames that are not pulled block their
+  // stream, see pull().
   Result<bool> wait(std::optional<Nanoseconds> timeout = std::nullopt) {
     CError error;
     const int result = weir_pipeline_wait(handle(), ns(timeout), error.place());
@@ -134,17 +138,17 @@ class Pipeline {
     return result == WEIR_PIPELINE_DONE;
   }
 
-  // Hands a frame to the appsrc `name`; the elements are copied. Where the text gives the appsrc
-  // caps, the frame is held against them (SPEC_MISMATCH, FRAME_SIZE); media take the bytes of a
-  // frame as uint8. Where it does not, caps of static tensors are written from type and shape.
-  // CANCELLED when the pipeline is stopped or after end().
+  // Pushes a frame into the appsrc `name`; the elements are copied. If the text sets the appsrc's
+  // caps, the frame must match them (SPEC_MISMATCH, FRAME_SIZE); media take the bytes of a frame as
+  // uint8. Otherwise the caps are static tensors derived from type and shape. CANCELLED when the
+  // pipeline is stopped or after end().
   template <TensorElement T>
   Status push(const std::string& name, std::span<const T> elements,
               const PushOptions& options = {}) {
     const TensorView view(elements, options.shape);
     return push(name, std::span(&view, 1), options);
   }
-  // A frame of several tensors, whose shapes are their own; options.shape is not read.
+  // A frame of several tensors with their own shapes; options.shape is ignored.
   Status push(const std::string& name, std::span<const TensorView> tensors,
               const PushOptions& options = {}) {
     std::vector<weir_tensor> all;
@@ -154,16 +158,16 @@ class Pipeline {
                                            static_cast<uint32_t>(all.size()), ns(options.pts),
                                            ns(options.duration), error.place()));
   }
-  // No more frames come from the appsrc `name`.
+  // Sends EOS from the appsrc `name`.
   Status end(const std::string& name) {
     CError error;
     return error.status(weir_pipeline_end(handle(), name.c_str(), error.place()));
   }
 
-  // The next frame of the appsink or tensor_sink `name`; nullopt when the time has passed, or, as
-  // ended() says then, the stream has ended. Frames are kept from start() on: 64 of a tensor_sink,
-  // of an appsink as its max-buffers says; then the stream waits, or with appsink drop=true the
-  // oldest goes.
+  // Pulls the next frame of the appsink or tensor_sink `name`; nullopt on a time-out or at the end
+  // of the stream, which ended() distinguishes. Frames are queued from start() on: 64 for a
+  // tensor_sink, max-buffers for an appsink. A full queue blocks the stream, or drops its oldest
+  // frame with appsink drop=true.
   Result<std::optional<Frame>> pull(const std::string& name,
                                     std::optional<Nanoseconds> timeout = std::nullopt) {
     weir_pulled* frame = nullptr;
@@ -174,7 +178,7 @@ class Pipeline {
     if (!frame) return std::optional<Frame>();
     return std::optional<Frame>(Frame(frame));
   }
-  // The same; SPEC_MISMATCH when a tensor of the frame is of another type, and the frame is gone.
+  // Typed pull; SPEC_MISMATCH, which discards the frame, if a tensor has another type.
   template <TensorElement T>
   Result<std::optional<Frame>> pull(const std::string& name,
                                     std::optional<Nanoseconds> timeout = std::nullopt) {
@@ -184,7 +188,7 @@ class Pipeline {
       if (const auto typed = (**frame)[i].template as<T>(); !typed) return typed.error();
     return frame;
   }
-  // Has the stream ended and every frame been pulled? Takes none.
+  // True if the stream has ended and every frame has been pulled.
   Result<bool> ended(const std::string& name) {
     CError error;
     const int result = weir_pipeline_ended(handle(), name.c_str(), error.place());
@@ -192,8 +196,8 @@ class Pipeline {
     return result == 1;
   }
 
-  // Called on a thread of the stream for each frame, instead of pulling. Chosen while stopped; an
-  // empty function: pulled again. What it throws ends the stream with CALLBACK_FAILED.
+  // Calls `function` on a streaming thread for each frame instead of queueing it; an empty function
+  // returns to pulling. Only while stopped. An exception ends the stream with CALLBACK_FAILED.
   Status on_frame(const std::string& name, std::function<void(const Frame&)> function) {
     std::unique_ptr<Kept> kept;
     if (function) kept = std::make_unique<Kept>(std::make_shared<Function>(std::move(function)));
@@ -204,12 +208,12 @@ class Pipeline {
     return status;
   }
 
-  // Handles: not longer than the pipeline.
+  // Handles; the pipeline must outlive them.
   Valve valve(const std::string& name) { return {handle(), name}; }
   Switch selector(const std::string& name) { return {handle(), name}; }
 
-  // Properties, as text or typed. OPTION_VALUE for one that is not there, cannot be set now, does
-  // not take the value; for get<T> also when the value is no T.
+  // Properties, as text or typed. OPTION_VALUE for one that does not exist, cannot be set in this
+  // state, or does not accept the value; for get<T> also if the value is not a T.
   Status set(const std::string& element, const std::string& property, const std::string& value) {
     CError error;
     return error.status(weir_pipeline_set(handle(), element.c_str(), property.c_str(),
@@ -240,18 +244,15 @@ class Pipeline {
     const auto text = get(element, property);
     if (!text) return text.error();
     if (const auto value = read<T>(*text)) return *value;
-    return Error{Code::OPTION_VALUE,
-                 "the property " + property + " of " + element +
-                     " is no value of the type that is asked for",
-                 *text,
-                 "",
-                 "",
-                 ""};
+    return Error{
+        .code = Code::OPTION_VALUE,
+        .what = "the property " + property + " of " + element + " does not have the requested type",
+        .offered = *text};
   }
 
  private:
   using Function = std::function<void(const Frame&)>;
-  using Kept = std::shared_ptr<const Function>;  // a call keeps it too: it may destroy the pipeline
+  using Kept = std::shared_ptr<const Function>;  // a running call may destroy the pipeline
 
   explicit Pipeline(weir_pipeline* pipeline) { state_->pipeline.reset(pipeline); }
   weir_pipeline* handle() const noexcept { return state_->pipeline.get(); }
@@ -309,7 +310,7 @@ class Pipeline {
   };
   struct State {
     std::map<std::string, std::unique_ptr<Kept>> functions;
-    std::unique_ptr<weir_pipeline, Free> pipeline;  // goes first: it calls the functions
+    std::unique_ptr<weir_pipeline, Free> pipeline;  // destroyed first: it calls the functions
   };
   std::unique_ptr<State> state_ = std::make_unique<State>();
 };

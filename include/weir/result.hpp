@@ -1,5 +1,5 @@
-// Result<T>: a value, or an Error that says what went wrong and how to mend it.
-// Member names follow std::expected.
+// Result<T>: a value, or an Error that describes what went wrong and how to fix it. Member names
+// follow std::expected.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <optional>
@@ -17,14 +17,14 @@ enum class Code : int {
 #undef WEIR_CODE_ENUM
 };
 
-// The parts of an error message. Only `what` is always there.
+// The parts of an error message. Only `what` is always set.
 struct Error {
   Code code = Code::INTERNAL;
-  std::string what;        // what failed, one sentence without a full stop
-  std::string offered;     // what came
-  std::string needed;      // what would have been right
-  std::string difference;  // the first difference between the two, or the place of a typo
-  std::string fix;         // a line that the user can paste, or a command to run
+  std::string what{};        // what failed, one sentence without a full stop
+  std::string offered{};     // what was received
+  std::string needed{};      // what is required
+  std::string difference{};  // the first difference between the two, or the place of a typo
+  std::string fix{};         // a line to paste or a command to run
 
   // "WEIR-2001: what\n  offered: ...\n  needed: ...\n  first difference: ...\n  fix: ..."
   std::string message() const {
@@ -48,13 +48,13 @@ class [[nodiscard]] Result {
 
   bool has_value() const noexcept { return v_.index() == 0; }
   explicit operator bool() const noexcept { return has_value(); }
-  // Only after has_value(); anything else is a bug of the caller.
+  // Precondition: has_value().
   T& operator*() & noexcept { return *std::get_if<0>(&v_); }
   const T& operator*() const& noexcept { return *std::get_if<0>(&v_); }
   T&& operator*() && noexcept { return std::move(*std::get_if<0>(&v_)); }
   T* operator->() noexcept { return std::get_if<0>(&v_); }
   const T* operator->() const noexcept { return std::get_if<0>(&v_); }
-  // Only after !has_value().
+  // Precondition: !has_value().
   const Error& error() const& noexcept { return *std::get_if<1>(&v_); }
   Error&& error() && noexcept { return std::move(*std::get_if<1>(&v_)); }
 

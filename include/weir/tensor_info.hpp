@@ -1,4 +1,4 @@
-// What a tensor is, for programs: type, shape, name; and memory that is lent as a tensor.
+// Tensor types for programs: descriptions (type, shape, name) and views of memory as tensors.
 // Shapes are outermost-first as in NumPy, -1 = open.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
@@ -11,6 +11,8 @@
 #include <vector>
 
 #include "weir/module.hpp"
+
+#include "weir/join.hpp"
 
 namespace weir {
 
@@ -51,7 +53,7 @@ concept TensorElement = type_of<T>
 using TensorShape = std::vector<int64_t>;
 
 // "uint8", "float32", ...; "any type" for WEIR_TYPE_END.
-inline std::string type_words(uint32_t type) {
+inline std::string type_text(uint32_t type) {
   weir_tensor_info info{};
   info.type = type;
   const std::string text = describe(info);  // "uint8 1"
@@ -77,34 +79,34 @@ struct TensorInfo {
         layout(info.layout <= WEIR_LAYOUT_NONE ? static_cast<weir_layout>(info.layout)
                                                : WEIR_LAYOUT_ANY) {}
 
-  // Number of elements; -1 while something of the shape is open.
+  // Number of elements; -1 if an extent is open.
   int64_t elements() const noexcept {
     int64_t count = rank_known ? 1 : -1;
     for (const int64_t extent : shape) count = extent < 0 || count < 0 ? -1 : count * extent;
     return count;
   }
   // "float32 (1, 224, ?) x"
-  std::string words() const {
-    std::string text = type_words(type) + (rank_known ? " (" : " any shape");
-    for (size_t i = 0; i < shape.size(); ++i)
-      text += (i ? ", " : "") + (shape[i] < 0 ? "?" : std::to_string(shape[i]));
+  std::string to_string() const {
+    std::string text = type_text(type) + (rank_known ? " (" : " any shape");
+    text +=
+        join(shape, ", ", [](int64_t extent) { return extent < 0 ? "?" : std::to_string(extent); });
     if (rank_known) text += shape.size() == 1 ? ",)" : ")";
     return name.empty() ? text : text + " " + name;
   }
 };
 
-// Elements that a program lends for the length of a call. Without a shape they have the shape that
-// the model or stream has now.
+// Elements that a program lends for the duration of a call. Without a shape they take the current
+// shape of the model or stream.
 class TensorView {
  public:
-  // Of a vector, an array, a span.
+  // For a vector, an array or a span.
   template <std::ranges::contiguous_range Elements>
   requires TensorElement<std::ranges::range_value_t<Elements>> TensorView(
       const Elements& elements, const TensorShape& shape = {})
       : TensorView(std::ranges::data(elements),
                    std::ranges::size(elements) * sizeof(*std::ranges::data(elements)),
                    type_of<std::ranges::range_value_t<Elements>>, shape) {}
-  // Bytes of any type.
+  // For memory of any type, `bytes` long.
   TensorView(const void* data, uint64_t bytes, uint32_t type, const TensorShape& shape = {}) {
     tensor_.data = const_cast<void*>(data);
     tensor_.bytes = tensor_.capacity = bytes;
@@ -112,7 +114,7 @@ class TensorView {
     tensor_.fence_fd = -1;
     tensor_.info.type = type;
     tensor_.info.batch_axis = WEIR_NO_BATCH_AXIS;
-    // More axes than a tensor can have: refused by who takes the view, which finds no extents.
+    // A shape with too many axes becomes one of unknown extents, which the callee rejects.
     const bool fits = shape.size() <= WEIR_RANK_LIMIT;
     tensor_.info.rank = shape.empty() ? WEIR_RANK_UNKNOWN : fits ? shape.size() : WEIR_RANK_LIMIT;
     for (uint32_t i = 0; i < WEIR_RANK_LIMIT && !shape.empty(); ++i)
@@ -124,7 +126,7 @@ class TensorView {
   weir_tensor tensor_{};
 };
 
-// The same for elements that a call fills.
+// Writable elements that a call fills.
 class WritableTensorView {
  public:
   template <std::ranges::contiguous_range Elements>
@@ -144,7 +146,7 @@ class WritableTensorView {
   TensorView view_;
 };
 
-// A tensor in memory that something else owns: its giver says how long it lives.
+// A borrowed tensor; the function that returns it documents its lifetime.
 class Tensor {
  public:
   explicit Tensor(const weir_tensor& tensor) : tensor_(tensor) {}
@@ -152,16 +154,15 @@ class Tensor {
   std::span<const std::byte> bytes() const noexcept {
     return {static_cast<const std::byte*>(tensor_.data), tensor_.bytes};
   }
-  // SPEC_MISMATCH when the tensor is of another type.
+  // SPEC_MISMATCH if the tensor has another type.
   template <TensorElement T>
   Result<std::span<const T>> as() const {
     if (tensor_.info.type != type_of<T>)
-      return Error{Code::SPEC_MISMATCH,
-                   "the tensor is of another type",
-                   info().words(),
-                   type_words(type_of<T>),
-                   "",
-                   "as<T>() with the type of info()"};
+      return Error{.code = Code::SPEC_MISMATCH,
+                   .what = "the tensor has a different type",
+                   .offered = info().to_string(),
+                   .needed = type_text(type_of<T>),
+                   .fix = "as<T>() with the type of info()"};
     return std::span<const T>(static_cast<const T*>(tensor_.data), tensor_.bytes / sizeof(T));
   }
 

@@ -1,4 +1,4 @@
-// The last error of each thread, and which number each code has.
+// Stores the last error of each thread and maps codes to ml_error_e.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "answer.hpp"
 
@@ -59,7 +59,7 @@ int fail(const Refusal& refusal) noexcept {
 }
 
 Error null_pointer(const char* what) {
-  return Error{Code::OPTION_VALUE, std::string(what) + " is a null pointer", "", "", "", ""};
+  return Error{.code = Code::OPTION_VALUE, .what = std::string(what) + " is a null pointer"};
 }
 
 }  // namespace weir::application

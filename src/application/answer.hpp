@@ -1,4 +1,4 @@
-// Answers of the C face: errors become numbers, and their words the thread's last error.
+// Results of the C API: errors become numbers, and their text the thread's last error.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <exception>
@@ -10,35 +10,35 @@
 
 namespace weir::application {
 
-// Keeps the words for ml_error(); returns the ml_error_e of the code.
+// Stores the text for ml_error() and returns the ml_error_e of the code.
 int fail(const Error& error) noexcept;
 
 Error null_pointer(const char* what);
 
-// An error that has an ml_error_e of its own, whatever its code.
+// An error with an explicit ml_error_e, independent of its code.
 struct Refusal {
   int number;
   Error error;
 };
 int fail(const Refusal& refusal) noexcept;
-// With the ml_error_e of its code.
+// Uses the ml_error_e of the error's code.
 Refusal refusal(const Error& error);
 
 inline int answer(const Status& status) noexcept {
   return status ? static_cast<int>(ML_ERROR_NONE) : fail(status.error());
 }
 
-// Runs `body`, which returns an ml_error_e: nothing is thrown across.
+// Runs `body`, which returns an ml_error_e, and lets no exception out.
 template <class Body>
 int guarded(Body&& body) noexcept {
   try {
     return body();
   } catch (const std::bad_alloc&) {
-    return fail(Error{Code::OUT_OF_MEMORY, "memory ran out", "", "", "", ""});
+    return fail(Error{.code = Code::OUT_OF_MEMORY, .what = "memory ran out"});
   } catch (const std::exception& e) {
-    return fail(Error{Code::INTERNAL, e.what(), "", "", "", ""});
+    return fail(Error{.code = Code::INTERNAL, .what = e.what()});
   } catch (...) {
-    return fail(Error{Code::INTERNAL, "an unknown exception", "", "", "", ""});
+    return fail(Error{.code = Code::INTERNAL, .what = "an unknown exception"});
   }
 }
 

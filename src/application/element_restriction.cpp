@@ -1,4 +1,4 @@
-// [element-restriction] of nnstreamer.ini and of NNSTREAMER_element-restriction_KEY.
+// Reads [element-restriction] of nnstreamer.ini and NNSTREAMER_element-restriction_KEY.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "element_restriction.hpp"
 
@@ -12,8 +12,8 @@
 namespace weir::application {
 namespace {
 
-// Once in a process.
-void tell_faults(const config::NnstreamerConfiguration& configuration) {
+// Once per process.
+void log_faults(const config::NnstreamerConfiguration& configuration) {
   static std::once_flag told;
   if (configuration.faults().empty()) return;
   std::call_once(told, [&configuration] {
@@ -33,7 +33,7 @@ Result<std::optional<ElementRestriction>> element_restriction() {
     error.what = "a pipeline cannot be checked against [element-restriction]: " + error.what;
     return error;
   }
-  tell_faults(configuration);
+  log_faults(configuration);
   const auto enabled = configuration.find(kGroup, "enable_element_restriction");
   if (!enabled || !config::truth(enabled->value, false)) return None();
   ElementRestriction out{{}, enabled->origin};

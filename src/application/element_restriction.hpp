@@ -1,4 +1,5 @@
-// Which elements the configuration allows in pipelines ([element-restriction], specification 8.1).
+// The elements that the configuration allows ([element-restriction],
+// docs/compatibility/app-api.md 8.1).
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <optional>
@@ -14,8 +15,8 @@ struct ElementRestriction {
   std::string origin;  // "/etc/nnstreamer.ini:7"
 };
 
-// nullopt: every element is allowed. Each call reads the configuration again. An error where a file
-// of it is there and cannot be read or parsed: whether it restricts elements is not known then.
+// nullopt: every element is allowed. Each call reads the configuration again. An error when a
+// configuration file exists and cannot be read or parsed, because it may restrict elements.
 Result<std::optional<ElementRestriction>> element_restriction();
 
 }  // namespace weir::application

@@ -1,4 +1,4 @@
-// Two tables.
+// Maps the numbers of the C API to names of engines and accelerators.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "framework_names.hpp"
 

@@ -1,4 +1,4 @@
-// The names that engines and accelerators have in Weir for the numbers of the C face.
+// Weir's names of engines and accelerators for the numbers of the C API.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <optional>
@@ -8,9 +8,9 @@
 
 namespace weir::application {
 
-// nullopt: no such number. "": by the model's file. `model` decides between the custom engines.
+// nullopt: invalid number. "": chosen by the model file. `model` selects among the custom engines.
 std::optional<std::string> framework_name(ml_nnfw_type_e type, const std::string& model);
-// "cpu", "npu.edgetpu"; "": the engine's choice.
+// For example "cpu" or "npu.edgetpu"; "": the engine's choice.
 std::optional<std::string> accelerator_name(ml_nnfw_hw_e hardware);
 
 }  // namespace weir::application

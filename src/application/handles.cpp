@@ -1,4 +1,4 @@
-// Odd numbers far from any address of an object.
+// Handles are odd numbers far from the address of any object.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "handles.hpp"
 
@@ -14,7 +14,7 @@ std::uintptr_t number_of(void* handle) noexcept {
 }  // namespace
 
 Handles& Handles::all() {
-  static auto* handles = new Handles;  // callbacks may come until the process ends
+  static auto* handles = new Handles;  // never freed: callbacks may run until the process ends
   return *handles;
 }
 
@@ -36,7 +36,7 @@ std::shared_ptr<Object> Handles::lookup(void* handle, bool away) {
 }
 
 Error Handles::no_object(void* handle, const char* what, const char* kind, const Object* other) {
-  Error error{Code::OPTION_VALUE, "", "", std::string("a handle of a ") + kind, "", ""};
+  Error error{.code = Code::OPTION_VALUE, .needed = std::string("a handle of a ") + kind};
   bool given = false;
   {
     std::lock_guard lock(mutex_);
@@ -44,7 +44,7 @@ Error Handles::no_object(void* handle, const char* what, const char* kind, const
   }
   error.what = what;
   if (other) {
-    error.what += " is a handle of another kind";
+    error.what += " is a handle of a different kind";
     error.offered = std::string("a handle of a ") + other->kind();
   } else if (!handle) {
     error.what += " is a null pointer";

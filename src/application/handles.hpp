@@ -1,5 +1,5 @@
-// Handles: numbers for objects, never given twice, so that a handle that is no longer good is told
-// from one that is.
+// Handles: numbers for objects, never reused, so that a destroyed handle is distinguished from a
+// valid one.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <cstdint>
@@ -22,18 +22,18 @@ class Object {
   virtual const char* kind() const noexcept = 0;  // "tensors info"
 };
 
-// Of the process. Thread-safe; objects are destroyed outside its lock.
+// Process-wide. Thread-safe; objects are destroyed outside its lock.
 class Handles {
  public:
   static Handles& all();
 
   void* add(std::shared_ptr<Object> object);
-  // OPTION_VALUE: no pointer, another kind, destroyed, never given. `what` names the argument.
+  // OPTION_VALUE: null, another kind, destroyed, or never issued. `what` names the argument.
   template <class T>
   Result<std::shared_ptr<T>> find(void* handle, const char* what) {
     return as<T>(handle, what, lookup(handle, false));
   }
-  // The same, and the handle is gone.
+  // The same, and removes the handle.
   template <class T>
   Result<std::shared_ptr<T>> take(void* handle, const char* what) {
     auto found = find<T>(handle, what);

@@ -1,4 +1,4 @@
-// Uses are counted: a pipeline is freed by who destroys it, never by a thread of its own stream.
+// Counts uses: a pipeline is freed by the thread that destroys it, never by a streaming thread.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "pipeline.hpp"
 
@@ -78,7 +78,7 @@ Status Pipeline::connect() {
 }
 
 Pipeline::~Pipeline() {
-  close();  // a pipeline that could not be constructed
+  close();  // for a pipeline whose construction failed
 }
 
 void Pipeline::on_state(int state, void* data) {
@@ -90,7 +90,7 @@ void Pipeline::on_state(int state, void* data) {
 Result<Pipeline::Use> Pipeline::use() {
   std::lock_guard lock(mutex_);
   if (closed_)
-    return Error{Code::OPTION_VALUE, "the pipeline of this handle was destroyed", "", "", "", ""};
+    return Error{.code = Code::OPTION_VALUE, .what = "the pipeline of this handle was destroyed"};
   ++uses_;
   return Use(shared_from_this());
 }
@@ -103,12 +103,11 @@ void Pipeline::leave() {
 
 Status Pipeline::not_from_its_callback() const {
   if (pipeline_of_callback() != this) return ok();
-  return Error{Code::CANCELLED,
-               "a callback of a pipeline cannot change its state: it would wait for itself",
-               "a call from within a callback",
-               "a thread of the program",
-               "",
-               "tell another thread, and call from there"};
+  return Error{.code = Code::CANCELLED,
+               .what = "a callback of a pipeline cannot change its state: it would wait for itself",
+               .offered = "a call from within a callback",
+               .needed = "a thread of the program",
+               .fix = "call it on another thread"};
 }
 
 Status Pipeline::stop() {
@@ -123,7 +122,7 @@ void Pipeline::close() {
     std::lock_guard lock(mutex_);
     closed_ = true;
   }
-  if (pipeline_) weir_pipeline_stop(pipeline_, nullptr);  // ends calls and callbacks that wait
+  if (pipeline_) weir_pipeline_stop(pipeline_, nullptr);  // ends waiting calls and callbacks
   std::unique_lock lock(mutex_);
   left_.wait(lock, [this] { return uses_ == 0; });
   weir_pipeline* pipeline = std::exchange(pipeline_, nullptr);

@@ -1,4 +1,4 @@
-// Pipeline: one of the program's, and the ways to use it that end with it.
+// Pipeline: a program's pipeline, and leases that delay its destruction.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <condition_variable>
@@ -25,13 +25,13 @@ class Pipeline : public Object, public std::enable_shared_from_this<Pipeline> {
     void* data = nullptr;
   };
   // Errors of weir_pipeline_parse; ML_ERROR_PERMISSION_DENIED for an element that the configuration
-  // does not allow, and where the configuration cannot be read.
+  // does not allow, and when the configuration cannot be read.
   static std::variant<std::shared_ptr<Pipeline>, Refusal> construct(const char* text,
                                                                     StateCallback callback);
   ~Pipeline() override;
   const char* kind() const noexcept override { return kKind; }
 
-  // What keeps the pipeline open as long as it lives. OPTION_VALUE: it was destroyed.
+  // A lease: keeps the pipeline open. OPTION_VALUE: it was destroyed.
   class Use {
    public:
     Use(Use&& other) noexcept : pipeline_(std::move(other.pipeline_)) {}
@@ -52,26 +52,26 @@ class Pipeline : public Object, public std::enable_shared_from_this<Pipeline> {
   Result<Use> use();
   // CANCELLED: this thread is in a callback of this pipeline.
   Status not_from_its_callback() const;
-  // CANCELLED: this thread belongs to the stream.
+  // CANCELLED: this is a streaming thread of the pipeline.
   Status stop();
-  // Stops it, waits for all uses, frees it. Not from its callbacks.
+  // Stops the pipeline, waits for all leases and frees it. Must not be called in its callbacks.
   void close();
 
-  // Of the tensor_sink or appsink of this name; null where there is none.
+  // The callbacks of the tensor_sink or appsink with this name; null if there is none.
   SinkCallbacks* sink(const std::string& name) const;
-  // "valve"; "" where the text names no such element.
+  // The factory name, for example "valve"; "" if the text contains no such element.
   std::string kind_of(const std::string& name) const;
 
  private:
   Pipeline() = default;
   void leave();
-  // 1: not allowed.
+  // Returns 1 if an element is not allowed.
   static int parse(const char* text, const std::optional<ElementRestriction>& restriction,
                    weir_pipeline** pipeline, weir_error** error);
   Status connect();
   static void on_state(int state, void* self);
 
-  // Written by construct only.
+  // Written only by construct().
   weir_pipeline* pipeline_ = nullptr;
   StateCallback state_callback_;
   std::map<std::string, std::string> kinds_;
@@ -83,7 +83,7 @@ class Pipeline : public Object, public std::enable_shared_from_this<Pipeline> {
   bool closed_ = false;
 };
 
-// The pipeline of a handle.
+// The pipeline of a handle, leased.
 Result<Pipeline::Use> use_pipeline(void* handle);
 
 }  // namespace weir::application

@@ -1,4 +1,4 @@
-// Names are looked up in the pipeline, whose errors list those that are there.
+// Looks names up in the pipeline, whose errors list the existing ones.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "pipeline_part.hpp"
 
@@ -12,12 +12,11 @@ Status check_kind(const Pipeline::Use& pipeline, const char* name, const std::st
   const bool any = kinds.empty() || kinds == kind || kinds.starts_with(kind + " or ") ||
                    kinds.ends_with(" or " + kind);
   if (any && (kinds.empty() || !kind.empty())) return ok();
-  return Error{Code::OPTION_VALUE,
-               std::string(name) + " is another element than this call is for",
-               kind.empty() ? "an element that the text does not name" : kind,
-               kinds,
-               "",
-               ""};
+  return Error{
+      .code = Code::OPTION_VALUE,
+      .what = std::string(name) + " is not an element that this call is for",
+      .offered = kind.empty() ? "an element that the pipeline description does not name" : kind,
+      .needed = kinds};
 }
 
 }  // namespace weir::application

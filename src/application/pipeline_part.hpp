@@ -1,5 +1,5 @@
-// PipelinePart: an element of a pipeline, by its name, as the handles of sources, switches, valves
-// and elements have it.
+// PipelinePart: an element of a pipeline, by name; the handles of sources, switches, valves and
+// elements refer to it.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <memory>
@@ -20,7 +20,7 @@ class PipelinePart : public Object {
   const std::string& name() const noexcept { return name_; }
   Result<Pipeline::Use> use() const {
     if (const auto pipeline = pipeline_.lock()) return pipeline->use();
-    return Error{Code::OPTION_VALUE, "the pipeline of this handle was destroyed", "", "", "", ""};
+    return Error{.code = Code::OPTION_VALUE, .what = "the pipeline of this handle was destroyed"};
   }
 
  private:
@@ -28,11 +28,11 @@ class PipelinePart : public Object {
   const std::string name_;
 };
 
-// OPTION_VALUE: no element of this name, or one of a kind that is not among `kinds` (which may be
-// empty: any), a list with " or " between them.
+// OPTION_VALUE: no element of this name, or its kind is not in `kinds`, a list separated by " or "
+// (empty: any).
 Status check_kind(const Pipeline::Use& pipeline, const char* name, const std::string& kinds);
 
-// Runs `body`, which calls a function of weir/pipeline.h, with pipeline and name of the part.
+// Runs `body`, which calls a function of weir/pipeline.h, with the pipeline and the part's name.
 template <class Part, class Body>
 int with_part(void* handle, const char* what, Body&& body) {
   return guarded([&] {

@@ -1,13 +1,14 @@
-// Over weir/model.h: dimensions are turned round, and a rank that only 1s fill is no difference.
+// Single: uses weir/model.h; reverses dimensions, and ignores differences in trailing 1s.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "single.hpp"
 
 #include <utility>
 
-#include "core/infer/custom_options.hpp"
+#include "core/infer/module/custom_options.hpp"
 #include "core/text/text.hpp"
 #include "framework_names.hpp"
 #include "weir/c_error.hpp"
+#include "weir/join.hpp"
 
 namespace weir::application {
 namespace {
@@ -35,7 +36,7 @@ bool known(const weir_tensor_info& info) {
   return true;
 }
 
-// The description of `spec` with the model's rank, where only 1s come or go.
+// The description of `spec` with the model's rank, if only 1s are added or removed.
 weir_tensor_info with_rank_of(const TensorSpec& spec, const weir_tensor_info& model) {
   weir_tensor_info info = c_info(spec);
   if (model.rank > WEIR_RANK_LIMIT || spec.shape.min_rank() > model.rank) return info;
@@ -61,15 +62,19 @@ std::vector<weir_option> c_options(const Pairs& pairs) {
 }
 
 Error no_such_number(const char* what, int number, const char* needed) {
-  return Error{Code::OPTION_VALUE, what, std::to_string(number), needed, "", ""};
+  return Error{.code = Code::OPTION_VALUE,
+               .what = what,
+               .offered = std::to_string(number),
+               .needed = needed};
 }
 
 Error nothing_came() {
-  return Error{
-      Code::INVOKE_FAILED, "the model gave nothing for these inputs", "", "an output", "", ""};
+  return Error{.code = Code::INVOKE_FAILED,
+               .what = "the model returned no output for these inputs",
+               .needed = "an output"};
 }
 
-// The words of weir/model.h, with the calls of this face in the line to paste.
+// Replaces the functions of weir/model.h in the error's fix by those of this API.
 Error in_calls_of_this_face(Error error) {
   if (error.fix.starts_with("model.reshape")) error.fix = "ml_single_set_input_info(single, info)";
   return error;
@@ -80,11 +85,11 @@ Error in_calls_of_this_face(Error error) {
 Result<std::shared_ptr<Single>> Single::open(const SingleRequest& request) {
   const auto engine = framework_name(request.framework, request.model);
   if (!engine)
-    return no_such_number("nnfw is no number of ml_nnfw_type_e", request.framework,
+    return no_such_number("nnfw is not a value of ml_nnfw_type_e", request.framework,
                           "ML_NNFW_TYPE_ANY to ML_NNFW_TYPE_EXECUTORCH");
   const auto accelerator = accelerator_name(request.hardware);
   if (!accelerator)
-    return no_such_number("hw is no number of ml_nnfw_hw_e", request.hardware,
+    return no_such_number("hw is not a value of ml_nnfw_hw_e", request.hardware,
                           "ML_NNFW_HW_ANY, ML_NNFW_HW_CPU and the others of nnstreamer-single.h");
   std::vector<std::string> paths;
   std::vector<const char*> c_paths;
@@ -115,14 +120,14 @@ Result<std::shared_ptr<Single>> Single::open(const SingleRequest& request) {
   return single;
 }
 
-// The outputs that were asked for are those that the model has, as far as it says them.
+// Checks that the requested outputs match the model's, as far as the model gives them.
 Status Single::agree() const {
   if (request_.outputs.empty()) return ok();
   const auto infos =
       infos_of(model_.get(), weir_model_output_count(model_.get()), weir_model_output);
   for (const auto& info : infos)
     if (!known(info)) return ok();
-  return check_same("the model has other outputs than output_info says", request_.outputs,
+  return check_same("the model's outputs differ from output_info", request_.outputs,
                     specs_of(infos));
 }
 
@@ -176,12 +181,11 @@ Result<std::shared_ptr<TensorsData>> Single::invoke(const TensorsData& input,
 
 Status Single::invoke_into(const TensorsData& input, const TensorsData& output) {
   if (!output.writable())
-    return Error{Code::OPTION_VALUE,
-                 "the outputs cannot be written into this data",
-                 "data that is to be read only",
-                 "data of ml_tensors_data_create",
-                 "",
-                 "ml_tensors_data_create(output_info, &output)"};
+    return Error{.code = Code::OPTION_VALUE,
+                 .what = "the outputs cannot be written into this data",
+                 .offered = "read-only data",
+                 .needed = "data of ml_tensors_data_create",
+                 .fix = "ml_tensors_data_create(output_info, &output)"};
   const auto tensors = fitted(input, {});
   auto into = output.c_tensors();
   CError error;
@@ -209,36 +213,32 @@ Result<std::string> Single::property(const std::string& name) const {
     names.emplace_back(known_name);
   }
   const std::string close = nearest(name, names);
-  std::string list;
-  for (const auto& known_name : names) list += (list.empty() ? "" : ", ") + known_name;
-  return Error{Code::OPTION_VALUE,
-               "a single has no such property",
-               name,
-               "one of: " + list,
-               close.empty() ? "" : "did you mean " + close + "?",
-               ""};
+  const std::string list = join(names, ", ");
+  return Error{.code = Code::OPTION_VALUE,
+               .what = "a single has no such property",
+               .offered = name,
+               .needed = "one of: " + list,
+               .difference = close.empty() ? "" : "did you mean " + close + "?"};
 }
 
 Status Single::set_property(const std::string& name, const std::string& value) {
   const auto now = property(name);
   if (!now) return now.error();
   if (name != "input")
-    return Error{Code::OPTION_VALUE,
-                 "this property of a single can only be read",
-                 name + "=" + value,
-                 "input, or another single",
-                 "",
-                 "ml_single_open_full(...)"};
+    return Error{.code = Code::OPTION_VALUE,
+                 .what = "this property of a single can only be read",
+                 .offered = name + "=" + value,
+                 .needed = "input, or another single",
+                 .fix = "ml_single_open_full(...)"};
   const auto shapes = parse_shape_list(value);
   if (!shapes) return shapes.error();
   TensorSpecs wanted = inputs();
   if (wanted.size() != shapes->size())
-    return Error{Code::SPEC_MISMATCH,
-                 "the model has another number of inputs",
-                 value,
-                 std::to_string(wanted.size()) + ": " + words_of(wanted),
-                 "number of tensors",
-                 ""};
+    return Error{.code = Code::SPEC_MISMATCH,
+                 .what = "the model has a different number of inputs",
+                 .offered = value,
+                 .needed = std::to_string(wanted.size()) + ": " + describe(wanted),
+                 .difference = "number of tensors"};
   for (size_t i = 0; i < wanted.size(); ++i) wanted[i].shape = (*shapes)[i];
   return set_inputs(wanted);
 }

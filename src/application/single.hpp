@@ -1,4 +1,4 @@
-// Single: a model that a program of the C face opened.
+// Single: a model that a program opened by the C API.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <memory>
@@ -12,7 +12,7 @@ namespace weir::application {
 
 struct SingleRequest {
   std::string model, custom;
-  TensorSpecs inputs, outputs;  // none: as the model says
+  TensorSpecs inputs, outputs;  // none: as the model gives them
   ml_nnfw_type_e framework = ML_NNFW_TYPE_ANY;
   ml_nnfw_hw_e hardware = ML_NNFW_HW_ANY;
 };
@@ -21,7 +21,7 @@ struct SingleRequest {
 class Single : public Object {
  public:
   static constexpr const char* kKind = "single";
-  // Errors of weir_model_open; SPEC_MISMATCH where model and request differ.
+  // Errors of weir_model_open; SPEC_MISMATCH when model and request differ.
   static Result<std::shared_ptr<Single>> open(const SingleRequest& request);
   const char* kind() const noexcept override { return kKind; }
 
@@ -29,7 +29,7 @@ class Single : public Object {
   TensorSpecs outputs() const;
   Status set_inputs(const TensorSpecs& wanted);
   void set_timeout(unsigned ms) noexcept;
-  // `shapes`: of the inputs in place of their own; empty: their own.
+  // `shapes` replace the shapes of the inputs; empty: unchanged.
   Result<std::shared_ptr<TensorsData>> invoke(const TensorsData& input,
                                               const TensorSpecs& shapes = {});
   Status invoke_into(const TensorsData& input, const TensorsData& output);

@@ -1,4 +1,4 @@
-// Handles for each frame, which are gone when the callbacks have returned.
+// Makes handles for each frame that are destroyed when the callbacks have returned.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "sink_callbacks.hpp"
 

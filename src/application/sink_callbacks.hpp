@@ -1,4 +1,4 @@
-// SinkCallbacks: who wants the frames of one tensor_sink or appsink.
+// SinkCallbacks: the callbacks for the frames of one tensor_sink or appsink.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <memory>
@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "capi-nnstreamer/nnstreamer.h"
-#include "core/infer/call_gate.hpp"
+#include "core/infer/queue/call_gate.hpp"
 #include "weir/pipeline.h"
 
 namespace weir::application {
@@ -36,9 +36,9 @@ class SinkCallbacks {
   std::vector<std::shared_ptr<SinkCallback>> callbacks_;
 };
 
-// Which pipeline's callback this thread is in; null: none.
+// The pipeline whose callback runs on this thread; null: none.
 const void* pipeline_of_callback() noexcept;
-// For the length of a callback.
+// Marks the scope of a callback.
 class InCallback {
  public:
   explicit InCallback(const void* pipeline) noexcept;

@@ -9,7 +9,7 @@
 namespace weir::application {
 namespace {
 
-constexpr size_t kAlignment = 64;  // of each tensor, for engines that want it
+constexpr size_t kAlignment = 64;  // of each tensor, for engines that require it
 
 struct Free {
   void operator()(void* memory) const noexcept { std::free(memory); }
@@ -120,16 +120,18 @@ int ml_tensors_data_set_tensor_data(ml_tensors_data_h data, unsigned int index,
     if (!found) return fail(found.error());
     const auto memory = (*found)->memory()[index];
     if (data_size < 1 || data_size > memory.size())
-      return fail(Error{Code::FRAME_SIZE, "tensor " + std::to_string(index) + " has another size",
-                        std::to_string(data_size) + " bytes",
-                        "1 to " + std::to_string(memory.size()) +
-                            " bytes: " + words_of({(*found)->tensors()[index]}),
-                        "", ""});
+      return fail(Error{.code = Code::FRAME_SIZE,
+                        .what = "tensor " + std::to_string(index) + " has the wrong size",
+                        .offered = std::to_string(data_size) + " bytes",
+                        .needed = "1 to " + std::to_string(memory.size()) +
+                                  " bytes: " + describe({(*found)->tensors()[index]})});
     if (!(*found)->writable())
       return fail(Refusal{ML_ERROR_PERMISSION_DENIED,
-                          {Code::OPTION_VALUE, "this data is to be read only",
-                           "outputs, or the frame of a callback", "data of ml_tensors_data_create",
-                           "", "ml_tensors_data_create(info, &data)"}});
+                          {.code = Code::OPTION_VALUE,
+                           .what = "this data is read-only",
+                           .offered = "outputs, or the frame of a callback",
+                           .needed = "data of ml_tensors_data_create",
+                           .fix = "ml_tensors_data_create(info, &data)"}});
     std::memcpy(memory.data(), raw_data, data_size);
     return static_cast<int>(ML_ERROR_NONE);
   });

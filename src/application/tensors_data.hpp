@@ -1,4 +1,4 @@
-// TensorsData: memory of tensors, its own or somebody's who lives as long.
+// TensorsData: memory of tensors, its own or that of an owner it keeps alive.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <cstddef>
@@ -15,9 +15,9 @@ class TensorsData : public Object {
   static constexpr const char* kKind = "tensors data";
   enum class Access { ReadOnly, ReadWrite };
 
-  // Own memory, all 0. The specs are complete.
+  // Allocates memory set to 0. The specs are complete.
   static std::shared_ptr<TensorsData> create(TensorSpecs tensors);
-  // `memory` of each tensor lives as long as `owner`.
+  // `owner` keeps the `memory` of each tensor alive.
   TensorsData(TensorSpecs tensors, std::vector<std::span<std::byte>> memory,
               std::shared_ptr<const void> owner, Access access)
       : tensors_(std::move(tensors)),
@@ -29,7 +29,7 @@ class TensorsData : public Object {
   const TensorSpecs& tensors() const noexcept { return tensors_; }
   const std::vector<std::span<std::byte>>& memory() const noexcept { return memory_; }
   bool writable() const noexcept { return access_ == Access::ReadWrite; }
-  // For calls of weir/model.h and pipeline.h; live as long as this.
+  // For calls of weir/model.h and pipeline.h; valid while this object exists.
   std::vector<weir_tensor> c_tensors() const;
 
  private:
@@ -39,11 +39,11 @@ class TensorsData : public Object {
   Access access_;
 };
 
-// Tensors of the ABI, whose memory lives as long as `owner`.
+// Tensors of the C ABI whose memory `owner` keeps alive.
 std::shared_ptr<TensorsData> data_of(std::span<const weir_tensor> tensors,
                                      std::shared_ptr<const void> owner, TensorsData::Access access);
 
-// A handle that is good until this goes.
+// A handle that is valid until the object is destroyed.
 class LentHandle {
  public:
   explicit LentHandle(std::shared_ptr<Object> object) : handle_(Handles::all().add(object)) {}

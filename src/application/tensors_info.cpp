@@ -1,46 +1,42 @@
-// Between the C face's descriptions and those of weir/abi.h.
+// Converts tensor descriptions of the C API to those of weir/abi.h and back.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "tensors_info.hpp"
+
+#include "weir/join.hpp"
 
 #include <algorithm>
 
 namespace weir::application {
 
-std::string words_of(const TensorSpecs& tensors) {
-  std::string out;
-  for (const auto& tensor : tensors) {
-    out += out.empty() ? "" : ", ";
-    out += tensor.type == ElementType::End ? "no type" : std::string(name_of(tensor.type));
-    out += tensor.shape.valid() ? " " + tensor.shape.to_string() : ", no dimensions";
-  }
-  return out.empty() ? "no tensor" : out;
+std::string describe(const TensorSpecs& tensors) {
+  if (tensors.empty()) return "no tensor";
+  return join(tensors, ", ", [](const TensorSpec& tensor) {
+    return (tensor.type == ElementType::End ? "no type" : std::string(name_of(tensor.type))) +
+           (tensor.shape.valid() ? " " + tensor.shape.to_string() : ", no dimensions");
+  });
 }
 
 Status check_complete(const TensorSpecs& tensors, const char* what) {
   if (tensors.empty())
-    return Error{Code::OPTION_VALUE,
-                 std::string(what) + " describes no tensor",
-                 "",
-                 "one tensor or more",
-                 "",
-                 "ml_tensors_info_set_count(info, 1)"};
+    return Error{.code = Code::OPTION_VALUE,
+                 .what = std::string(what) + " describes no tensor",
+                 .needed = "one tensor or more",
+                 .fix = "ml_tensors_info_set_count(info, 1)"};
   for (size_t i = 0; i < tensors.size(); ++i) {
     const std::string name = std::string(what) + ": tensor " + std::to_string(i);
     if (!tensors[i].valid())
-      return Error{Code::OPTION_VALUE,
-                   name + " is not described",
-                   words_of(tensors),
-                   "type and dimensions",
-                   tensors[i].shape.valid() ? "type" : "dimensions",
-                   tensors[i].shape.valid() ? "ml_tensors_info_set_tensor_type"
-                                            : "ml_tensors_info_set_tensor_dimension"};
+      return Error{.code = Code::OPTION_VALUE,
+                   .what = name + " is not described",
+                   .offered = describe(tensors),
+                   .needed = "type and dimensions",
+                   .difference = tensors[i].shape.valid() ? "type" : "dimensions",
+                   .fix = tensors[i].shape.valid() ? "ml_tensors_info_set_tensor_type"
+                                                   : "ml_tensors_info_set_tensor_dimension"};
     if (!tensors[i].bytes())
-      return Error{Code::LIMIT_EXCEEDED,
-                   name + " is too large",
-                   words_of(tensors),
-                   "below 2^63 bytes",
-                   "",
-                   ""};
+      return Error{.code = Code::LIMIT_EXCEEDED,
+                   .what = name + " is too large",
+                   .offered = describe(tensors),
+                   .needed = "below 2^63 bytes"};
   }
   return ok();
 }
@@ -48,7 +44,11 @@ Status check_complete(const TensorSpecs& tensors, const char* what) {
 Status check_same(const char* what, const TensorSpecs& offered, const TensorSpecs& needed) {
   const std::string difference = first_difference(offered, needed);
   if (difference.empty()) return ok();
-  return Error{Code::SPEC_MISMATCH, what, words_of(offered), words_of(needed), difference, ""};
+  return Error{.code = Code::SPEC_MISMATCH,
+               .what = what,
+               .offered = describe(offered),
+               .needed = describe(needed),
+               .difference = difference};
 }
 
 weir_tensor_info c_info(const TensorSpec& spec) {
@@ -81,12 +81,10 @@ TensorSpec spec_of(const weir_tensor_info& info) {
 }
 
 Error no_such_tensor(size_t index, size_t count) {
-  return Error{Code::OPTION_VALUE,
-               "there is no tensor of this index",
-               std::to_string(index),
-               "below the number of tensors: " + std::to_string(count),
-               "",
-               ""};
+  return Error{.code = Code::OPTION_VALUE,
+               .what = "there is no tensor with this index",
+               .offered = std::to_string(index),
+               .needed = "below the number of tensors: " + std::to_string(count)};
 }
 
 Error TensorsInfo::beyond(size_t index, size_t count) {

@@ -1,4 +1,4 @@
-// TensorsInfo: what tensors are, as a program of the C face describes them.
+// TensorsInfo: tensor descriptions as a program of the C API sets them.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <mutex>
@@ -12,16 +12,16 @@ namespace weir::application {
 
 using TensorSpecs = std::vector<TensorSpec>;
 
-// OPTION_VALUE: no tensor, one without type or dimensions. LIMIT_EXCEEDED: too large.
+// OPTION_VALUE: no tensors, or one without type or dimensions. LIMIT_EXCEEDED: too large.
 Status check_complete(const TensorSpecs& tensors, const char* what);
-// SPEC_MISMATCH: types or dimensions differ. Names do not count.
+// SPEC_MISMATCH: types or dimensions differ. Names are ignored.
 Status check_same(const char* what, const TensorSpecs& offered, const TensorSpecs& needed);
-std::string words_of(const TensorSpecs& tensors);  // "float32 4:2, uint8 3"
+std::string describe(const TensorSpecs& tensors);  // "float32 4:2, uint8 3"
 
-// Shapes outermost first; what is not known is open there. The name lives as long as `spec`.
+// Shapes are outermost first; unknown parts stay open. The name is valid while `spec` exists.
 weir_tensor_info c_info(const TensorSpec& spec);
 std::vector<weir_tensor_info> c_infos(const TensorSpecs& tensors);
-// Open extents become 1; an open rank gives a spec that is not complete.
+// Open extents become 1; an open rank gives an incomplete spec.
 TensorSpec spec_of(const weir_tensor_info& info);
 
 class TensorsInfo : public Object {
@@ -42,7 +42,7 @@ class TensorsInfo : public Object {
     std::lock_guard lock(mutex_);
     tensors_.resize(count);
   }
-  // Runs `body` with tensor `index`. OPTION_VALUE: there are fewer.
+  // Runs `body` with tensor `index`. OPTION_VALUE: out of range.
   template <class Body>
   Status with(size_t index, Body&& body) {
     std::lock_guard lock(mutex_);
@@ -60,7 +60,7 @@ class TensorsInfo : public Object {
 
 Error no_such_tensor(size_t index, size_t count);
 void* new_info(TensorSpecs tensors);
-// The tensors of the info; none where the handle is NULL.
+// The tensors of the info; none if the handle is NULL.
 Result<TensorSpecs> tensors_or_none(void* info, const char* what);
 
 }  // namespace weir::application

@@ -1,10 +1,10 @@
-// Accelerators as names and numbers.
+// Converts accelerators between names and numbers.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <array>
 #include <string>
 
 #include "compat/guard.hpp"
-#include "core/infer/accelerator.hpp"
+#include "core/infer/module/accelerator.hpp"
 #include "core/text/text.hpp"
 #include "nnstreamer_plugin_api_filter.h"
 
@@ -12,7 +12,7 @@ using namespace weir::compat;
 
 namespace {
 
-// The first name of a number is the one that is written.
+// The first name of a number is used for output.
 constexpr std::array<const char*, 13> kNames{
     "none",         "auto",        "default",     "cpu",      "cpu.simd", "gpu",   "npu",
     "npu.movidius", "npu.edgetpu", "npu.vivante", "npu.srcn", "npu.slsi", "npu.sr"};
@@ -22,12 +22,12 @@ accl_hw number_of(std::string_view name, accl_hw otherwise) {
   return number ? static_cast<accl_hw>(*number) : otherwise;
 }
 
-accl_hw chosen(const weir::infer::AcceleratorWish& wish, const char** supported,
+accl_hw chosen(const weir::infer::AcceleratorRequest& request, const char** supported,
                const char* automatic, const char* standard) {
   std::vector<std::string> list;
   if (automatic && *automatic) list.push_back(weir::lower(automatic));
   for (; supported && *supported; ++supported) list.push_back(weir::lower(*supported));
-  const auto word = weir::infer::choose_accelerator(wish, list);
+  const auto word = weir::infer::choose_accelerator(request, list);
   if (word.empty()) return standard ? number_of(standard, ACCL_DEFAULT) : ACCL_DEFAULT;
   return number_of(weir::split(word, ",")[0], ACCL_NONE);
 }
@@ -37,13 +37,13 @@ accl_hw chosen(const weir::infer::AcceleratorWish& wish, const char** supported,
 accl_hw parse_accl_hw_fill(parse_accl_args args) {
   return or_else(__func__, ACCL_NONE, [&] {
     std::optional<weir::Error> warning;
-    const auto wish = weir::infer::parse_accelerator(args.in_accl ? args.in_accl : "", &warning);
+    const auto request = weir::infer::parse_accelerator(args.in_accl ? args.in_accl : "", &warning);
     if (warning) warn("parse_accl_hw", *warning);
-    return chosen(wish, args.sup_accl, args.auto_accl, args.def_accl);
+    return chosen(request, args.sup_accl, args.auto_accl, args.def_accl);
   });
 }
 
-// The header has a macro of this name too.
+// The parentheses avoid the header's macro of the same name.
 accl_hw(parse_accl_hw)(const char* accelerators, const char** supported_accelerators,
                        const char* auto_accelerator, const char* default_accelerator) {
   return parse_accl_hw_fill(

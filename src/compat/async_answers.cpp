@@ -1,4 +1,4 @@
-// One output after the other.
+// AsyncAnswers: passes asynchronous outputs of a filter to its open frame.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "compat/async_answers.hpp"
 
@@ -9,7 +9,7 @@
 namespace weir::compat {
 namespace {
 
-// Released unless the host took them.
+// Released unless the host took ownership.
 struct Tensors {
   std::vector<weir_tensor> all;
   ~Tensors() {
@@ -30,7 +30,7 @@ AsyncAnswers::AsyncAnswers(OpenFilter& filter, bool gives, size_t outputs,
   auto* prop = filter_.properties().get();
   prop->async_callback = dispatched;
   prop->async_user_data = this;
-  // Before somebody takes the silence for an engine that hangs.
+  // Shorter than the user's limit, after which a silent filter counts as hung.
   const auto within = [limit](std::chrono::milliseconds wanted) {
     return limit.count() > 0 ? std::max(std::min(wanted, limit / 2), std::chrono::milliseconds{1})
                              : wanted;
@@ -45,13 +45,13 @@ AsyncAnswers::~AsyncAnswers() {
   end();
 }
 
-// mutex_ is held.
+// Precondition: mutex_ is held.
 void AsyncAnswers::end() {
   if (request_) request_->end();
   request_.reset();
 }
 
-// On the timer's thread.
+// Called on the timer's thread.
 bool AsyncAnswers::quiet(bool within) {
   std::lock_guard lock(mutex_);
   if (invoking_ != std::thread::id{}) return false;
@@ -92,7 +92,8 @@ void AsyncAnswers::dispatched(GstTensorMemory* output, void* self) {
   } catch (const Failure& e) {
     failure = e.error();
   } catch (const std::exception& e) {
-    failure = Error{Code::OUT_OF_MEMORY, "no memory for an output", e.what(), "", "", ""};
+    failure =
+        Error{.code = Code::OUT_OF_MEMORY, .what = "no memory for an output", .offered = e.what()};
   }
   if (!failure) return;
   if (answers.request_)
@@ -102,7 +103,7 @@ void AsyncAnswers::dispatched(GstTensorMemory* output, void* self) {
   answers.request_.reset();
 }
 
-// mutex_ is held.
+// Precondition: mutex_ is held.
 void AsyncAnswers::dispatch(GstTensorMemory* output) {
   auto& properties = filter_.properties();
   const Described now = described(properties.get()->output_meta, filter_.name(), "output");
@@ -114,19 +115,19 @@ void AsyncAnswers::dispatch(GstTensorMemory* output) {
   if (request_ && filter) return give_on(output, now, filter);
   for (size_t i = 0; gives_ && i < now.infos.size(); ++i) destroy(filter_, &output[i]);
   if (!filter)
-    return nns_logw("the filter %s gave an output while it was closed: nobody waits for it",
+    return nns_logw("the filter %s returned an output while it was closed: the output is dropped",
                     filter_.name().c_str());
-  too_late_ = Error{Code::CALLBACK_FAILED,
-                    "the filter " + filter_.name() + " gave an output after its frame had ended",
-                    std::to_string(now.infos.size()) + " tensors, when no frame was in work",
-                    "an output within " + std::to_string(kQuiet.count()) +
-                        " ms of the one before, or of the frame's begin",
-                    "",
-                    "let invoke return when the last output of its frame was dispatched"};
+  too_late_ = Error{
+      .code = Code::CALLBACK_FAILED,
+      .what = "the filter " + filter_.name() + " returned an output after its frame had ended",
+      .offered = std::to_string(now.infos.size()) + " tensors, when no frame was in progress",
+      .needed = "an output within " + std::to_string(kQuiet.count()) +
+                " ms of the previous one, or of the start of the frame",
+      .fix = "let invoke return when the last output of its frame was dispatched"};
   nns_loge("%s", too_late_->message().c_str());
 }
 
-// mutex_ is held.
+// Precondition: mutex_ is held.
 void AsyncAnswers::give_on(GstTensorMemory* output, const Described& now,
                            const std::shared_ptr<OpenFilter>& filter) {
   const size_t count = now.infos.size();

@@ -1,4 +1,4 @@
-// AsyncAnswers: outputs that a filter hands over with nnstreamer_filter_dispatch_output_async().
+// AsyncAnswers: outputs that a filter sends by nnstreamer_filter_dispatch_output_async().
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <chrono>
@@ -13,26 +13,26 @@
 
 namespace weir::compat {
 
-// Owned by its filter: the filter's threads may call until it is closed. A filter does not say
-// which output is the last of a frame. So a frame stays open until the next one begins, or until
-// nothing has come for a while: a short one where all outputs so far were dispatched within invoke,
-// kQuiet for a filter that dispatches later, from threads of its own. What comes when no frame is
-// open cannot be given on, and fails the frame that comes next.
+// Owned by its filter, whose threads may call it until it is closed. A filter does not mark the
+// last output of a frame. So a frame stays open until the next one begins or no output has arrived
+// for a while: a short time if all outputs so far were dispatched within invoke, kQuiet for a
+// filter that dispatches later from its own threads. An output that arrives without an open frame
+// cannot be used, and fails the next frame.
 class AsyncAnswers {
  public:
   static constexpr std::chrono::milliseconds kQuiet{2000}, kQuietWithin{100};
 
-  // `outputs`: how many tensors Weir expects of each; 0: as many as the filter says. `limit`: how
-  // long the filter may say nothing; zero: as long as it takes.
+  // `outputs`: the number of tensors that Weir expects; 0: as many as the filter gives. `limit`:
+  // how long the filter may be silent; zero: forever.
   AsyncAnswers(OpenFilter& filter, bool gives, size_t outputs, std::chrono::milliseconds limit);
   ~AsyncAnswers();
   AsyncAnswers(const AsyncAnswers&) = delete;
   AsyncAnswers& operator=(const AsyncAnswers&) = delete;
 
-  // Ends the frame before and opens that of `request`, which this thread's invoke follows. Throws
-  // what came too late for a frame.
+  // Ends the previous frame and opens that of `request`; this thread calls invoke next. Throws the
+  // error of an output that arrived too late.
   void begin(Request& request);
-  // Invoke returned, or failed: then the frame ends with the error.
+  // Call after invoke: it returned, or failed, which ends the frame with the error.
   void invoked();
   void failed(const Error& error);
 
@@ -45,14 +45,14 @@ class AsyncAnswers {
   void end();
 
   OpenFilter& filter_;
-  const bool gives_;  // the outputs' memory is taken over
+  const bool gives_;  // takes ownership of the outputs' memory
   const size_t outputs_;
-  std::mutex mutex_;  // guards what follows
+  std::mutex mutex_;  // guards the members below
   std::optional<Request> request_;
-  std::thread::id invoking_;  // of the invoke that runs, or none
+  std::thread::id invoking_;  // thread of the running invoke, or none
   bool answers_within_ = false, answers_later_ = false;
   std::optional<Error> too_late_;
-  std::optional<IdleWatch> short_watch_, long_watch_;  // last: they end first
+  std::optional<IdleWatch> short_watch_, long_watch_;  // last: destroyed first
 };
 
 }  // namespace weir::compat

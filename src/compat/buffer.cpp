@@ -1,4 +1,4 @@
-// Tensors in buffers, also those that the 16th memory packs.
+// Reads and appends tensors of buffers, including those packed into the 16th memory.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <algorithm>
 #include <bit>
@@ -9,8 +9,8 @@
 #include "compat/guard.hpp"
 #include "compat/spec.hpp"
 #include "core/tensor/packed_tensors.hpp"
-#include "gstcpp/allocation.hpp"
-#include "gstcpp/ref.hpp"
+#include "gstcpp/buffer/allocation.hpp"
+#include "gstcpp/element/ref.hpp"
 #include "nnstreamer_plugin_api.h"
 
 using namespace weir::compat;
@@ -18,12 +18,12 @@ using namespace weir::compat;
 namespace {
 
 constexpr guint kLast = NNS_TENSOR_MEMORY_MAX - 1;
-constexpr gsize kMallocAlignment = 8;  // what GStreamer's allocator has at least
+constexpr gsize kMallocAlignment = 8;  // the minimum of GStreamer's allocator
 
-// In front of a 16th memory that packs several; entries are those of the tensors from the 17th on.
+// Precedes a 16th memory that packs several tensors; entries are those of the 17th tensor on.
 struct PackedHeader {
   uint32_t magic, version, extra_count, padding;
-  uint64_t first_bytes;  // of the 16th tensor
+  uint64_t first_bytes;  // size of the 16th tensor
   GstTensorInfo extra[NNS_TENSOR_SIZE_EXTRA_LIMIT];
 };
 static_assert(sizeof(PackedHeader) == weir::kPackedHeaderBytes);
@@ -34,13 +34,13 @@ PackedHeader header_of(std::span<const std::byte> bytes) {
   return header;
 }
 
-// Where the packed tensors lie: by their own headers when the first one has one.
+// The ranges of the packed tensors: from their own headers if the first one has one.
 weir::Result<std::vector<weir::ByteRange>> ranges_in(std::span<const std::byte> bytes) {
   auto flexible = weir::read_packed_tensors(bytes, weir::Format::Flexible);
   return flexible ? flexible : weir::read_packed_tensors(bytes, weir::Format::Static);
 }
 
-// The 16th memory with one more tensor behind what it holds; null when it cannot be mapped.
+// The 16th memory with one more tensor appended; null when it cannot be mapped.
 GstMemory* packed_with(GstMemory* last, GstMemory* added, const GstTensorInfo& info) {
   const weir::gst::MappedMemory old(last, GST_MAP_READ), more(added, GST_MAP_READ);
   if (!old || !more) return nullptr;
@@ -66,7 +66,7 @@ GstMemory* packed_with(GstMemory* last, GstMemory* added, const GstTensorInfo& i
   return made->release();
 }
 
-// Takes nothing over.
+// Takes no ownership.
 bool append(GstBuffer* buffer, GstMemory* memory, const GstTensorInfo& info) {
   const guint count = gst_buffer_n_memory(buffer);
   if (count < NNS_TENSOR_MEMORY_MAX) {
@@ -125,9 +125,10 @@ gboolean gst_tensor_buffer_append_memory(GstBuffer* buffer, GstMemory* memory,
 
 void gst_tensor_alloc_init(gsize alignment) {
   if (alignment == 0) return;
-  // A mask is one less than a power of two. GStreamer takes masks, too.
+  // A mask is a power of two minus one; GStreamer takes masks too.
   const gsize wanted = std::has_single_bit(alignment) ? alignment : alignment + 1;
   if (!std::has_single_bit(wanted))
-    return warn(__func__, std::to_string(alignment) + " is no power of two, nor the mask of one");
+    return warn(__func__,
+                std::to_string(alignment) + " is neither a power of two nor the mask of one");
   gst_memory_alignment = std::max(wanted, kMallocAlignment) - 1;
 }

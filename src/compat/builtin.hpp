@@ -1,4 +1,4 @@
-// Descriptors with whose functions programs call Weir's own engines, decoders and converters.
+// Descriptors through which programs call Weir's own engines, decoders and converters.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include "nnstreamer_plugin_api_converter.h"
@@ -8,7 +8,7 @@
 
 namespace weir::compat {
 
-// By name or alias; the error is that of the module library.
+// By name or alias; errors are those of the module library.
 Result<const GstTensorFilterFramework*> builtin_filter(const char* name);
 Result<const GstTensorDecoderDef*> builtin_decoder(const char* name);
 Result<const NNStreamerExternalConverter*> builtin_converter(const char* name);

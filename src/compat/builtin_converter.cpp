@@ -1,14 +1,14 @@
-// A descriptor over a converter of a module.
+// A converter descriptor that calls a converter module.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "compat/builtin.hpp"
 #include "compat/guard.hpp"
 #include "compat/slots.hpp"
 #include "compat/spec.hpp"
-#include "core/infer/converter.hpp"
-#include "core/infer/module_library.hpp"
-#include "gstcpp/frame_errors.hpp"
-#include "gstcpp/module_values.hpp"
-#include "gstcpp/ref.hpp"
+#include "core/infer/module/converter.hpp"
+#include "core/infer/module/module_library.hpp"
+#include "gstcpp/buffer/frame_errors.hpp"
+#include "gstcpp/buffer/module_values.hpp"
+#include "gstcpp/element/ref.hpp"
 
 namespace weir::compat {
 namespace {
@@ -41,6 +41,8 @@ gboolean output_config(const weir_converter_type& type, const GstCaps* caps,
       warn("get_out_config", tensors.error());
       return FALSE;
     }
+    // Until the first buffer (docs/compatibility/converter.md 2.8).
+    if (tensors->empty()) *tensors = {{ElementType::UInt8, Shape{1, 1, 1, 1}, ""}};
     write(FrameSpec{Format::Static, *std::move(tensors), rate_of(caps)}, config);
     return TRUE;
   });
@@ -64,11 +66,12 @@ Result<Ref<GstBuffer>> converted(Converter& converter, GstBuffer* in, GstTensors
   auto made = converter.convert(frame);
   if (!made) return made.error();
   if (made->tensors.empty())
-    return Error{
-        Code::CALLBACK_FAILED, "the converter makes nothing of this buffer", "", "", "", ""};
+    return Error{.code = Code::CALLBACK_FAILED,
+                 .what = "the converter produces nothing from this buffer"};
   auto out = Ref<GstBuffer>::adopt(gst_buffer_new());
   gst_buffer_copy_into(out.get(), in, GST_BUFFER_COPY_METADATA, 0, static_cast<gsize>(-1));
-  FrameSpec spec{Format::Static, {}, made->rate.value_or(Fraction{config->rate_n, config->rate_d})};
+  const Format format = made->is_flexible ? Format::Flexible : Format::Static;
+  FrameSpec spec{format, {}, made->rate.value_or(Fraction{config->rate_n, config->rate_d})};
   for (auto& tensor : made->tensors) {
     spec.tensors.push_back(tensor.spec());
     auto memory = gst::memory_of(tensor, nullptr);
@@ -77,14 +80,14 @@ Result<Ref<GstBuffer>> converted(Converter& converter, GstBuffer* in, GstTensors
     write(tensor.spec(), &info);
     const bool room = gst_tensor_buffer_append_memory(out.get(), memory->release(), &info);
     gst_tensor_info_free(&info);
-    if (!room) return Error{Code::LIMIT_EXCEEDED, "too many tensors", "", "", "", ""};
+    if (!room) return Error{.code = Code::LIMIT_EXCEEDED, .what = "too many tensors"};
   }
   gst_tensors_config_free(config);
   write(spec, config);
   return out;
 }
 
-// Without open() a converter for this buffer alone.
+// Without open(), opens a converter for this buffer only.
 GstBuffer* convert(const weir_converter_type& type, GstBuffer* in, GstTensorsConfig* config,
                    void* priv) {
   if (!given("convert", {in, config})) return nullptr;

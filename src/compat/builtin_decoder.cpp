@@ -1,4 +1,4 @@
-// A descriptor over a decoder of a module.
+// A decoder descriptor that calls a decoder module.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <array>
 #include <list>
@@ -8,14 +8,14 @@
 #include "compat/guard.hpp"
 #include "compat/slots.hpp"
 #include "compat/spec.hpp"
-#include "core/infer/decoder.hpp"
-#include "core/infer/module_library.hpp"
+#include "core/infer/module/decoder.hpp"
+#include "core/infer/module/module_library.hpp"
 #include "core/tensor/tensor_header.hpp"
-#include "gstcpp/allocation.hpp"
-#include "gstcpp/buffer_parts.hpp"
-#include "gstcpp/frame_arguments.hpp"
-#include "gstcpp/module_values.hpp"
-#include "gstcpp/ref.hpp"
+#include "gstcpp/buffer/allocation.hpp"
+#include "gstcpp/buffer/buffer_parts.hpp"
+#include "gstcpp/buffer/frame_arguments.hpp"
+#include "gstcpp/buffer/module_values.hpp"
+#include "gstcpp/element/ref.hpp"
 
 namespace weir::compat {
 namespace {
@@ -23,7 +23,7 @@ namespace {
 using gst::Ref;
 constexpr int kOptions = 9;
 
-// What a decoder makes: its caps, or the memories of one frame.
+// Receives a decoder's caps, or the memories of one frame.
 class Sink final : public weir_sink {
  public:
   explicit Sink(GstBuffer* out = nullptr, const std::vector<weir_tensor>* inputs = nullptr)
@@ -41,16 +41,17 @@ class Sink final : public weir_sink {
     parts_.push_back({*std::move(memory), {}});
     return maps_.back() ? maps_.back().bytes().data() : nullptr;
   }
-  // A copy: the caller's memory is the caller's.
+  // Copies, because the caller keeps its memory.
   Status share_input(uint32_t index) override {
     if (!out_ || !inputs_ || index >= inputs_->size())
-      return Error{
-          Code::CALLBACK_FAILED, "an input cannot be shared", std::to_string(index), "", "", ""};
+      return Error{.code = Code::CALLBACK_FAILED,
+                   .what = "an input cannot be shared",
+                   .offered = std::to_string(index)};
     const weir_tensor& input = (*inputs_)[index];
     parts_.push_back({{}, {static_cast<const std::byte*>(input.data), input.bytes}});
     return ok();
   }
-  // Gives the buffer what was reserved and shared.
+  // Appends the reserved and shared parts to the buffer.
   Status finish() {
     maps_.clear();
     return gst::append_parts(parts_, out_,
@@ -62,15 +63,15 @@ class Sink final : public weir_sink {
  private:
   GstBuffer* out_;
   const std::vector<weir_tensor>* inputs_;
-  std::vector<gst::BufferPart> parts_;  // of the output
-  std::list<gst::MappedMemory> maps_;   // of what was reserved, until finish()
+  std::vector<gst::BufferPart> parts_;  // parts of the output
+  std::list<gst::MappedMemory> maps_;   // of reserved parts, until finish()
 };
 
 class OpenDecoder {
  public:
   explicit OpenDecoder(const weir_decoder_type& type) : type_(type) {}
 
-  // Takes effect with the next stream or frame: the decoder is opened again.
+  // Takes effect at the next stream or frame: the decoder is reopened.
   void set_option(size_t index, const char* value) {
     options_[index] = value;
     decoder_.reset();
@@ -89,6 +90,7 @@ class OpenDecoder {
       for (const auto& tensor : spec.tensors) infos.push_back(gst::tensor_info(tensor));
     Sink sink;
     configured_.reset();
+    decoder_->set_stream(spec.rate, spec.format);
     if (auto status = decoder_->configure(infos, &sink); !status) return status.error();
     auto caps = gst::caps_of_decoder(sink.caps, spec.rate);
     if (!caps) return caps;
@@ -98,6 +100,11 @@ class OpenDecoder {
   Result<bool> decode(const FrameSpec& spec, std::vector<weir_tensor> tensors, GstBuffer* out) {
     if (!decoder_ || !configured_ || !(*configured_ == spec))
       if (auto caps = configure(spec); !caps) return caps.error();
+    if (spec.format == Format::Flexible && decoder_->needs_headers())
+      for (auto& tensor : tensors) {  // tensors_of() found the header in front of the payload
+        tensor.data = static_cast<std::byte*>(tensor.data) - kTensorHeaderBytes;
+        tensor.bytes = tensor.capacity = tensor.bytes + kTensorHeaderBytes;
+      }
     weir_frame frame{};
     frame.struct_size = sizeof frame;
     frame.n_tensors = static_cast<uint32_t>(tensors.size());
@@ -121,11 +128,11 @@ OpenDecoder* opened(void** priv) {
   return static_cast<OpenDecoder*>(*priv);
 }
 
-// Between init() and exit(); else a line in the log.
+// Whether it is between init() and exit(); otherwise logs a warning.
 bool is_open(const char* function, void** priv) {
   if (!given(function, {priv})) return false;
   if (*priv) return true;
-  warn(function, "the decoder is not open: call init() first, and nothing after exit()");
+  warn(function, "the decoder is not open: call init() first, and no function after exit()");
   return false;
 }
 
@@ -139,7 +146,7 @@ weir_tensor tensor_of(const TensorSpec& spec, void* data, size_t bytes) {
   return tensor;
 }
 
-// Of a flexible stream each one begins with its header.
+// In a flexible stream each tensor starts with its header.
 Result<std::vector<weir_tensor>> tensors_of(const FrameSpec& spec, const GstTensorsConfig& config,
                                             const GstTensorMemory* input) {
   std::vector<weir_tensor> out;
@@ -147,13 +154,11 @@ Result<std::vector<weir_tensor>> tensors_of(const FrameSpec& spec, const GstTens
     if (spec.format == Format::Static) {
       const auto bytes = spec.tensors[i].bytes();
       if (!bytes || !input[i].data || input[i].size != *bytes)
-        return Error{
-            Code::FRAME_SIZE,
-            "a tensor has not the size of the stream",
-            "tensor " + std::to_string(i) + ": " + std::to_string(input[i].size) + " bytes",
-            spec.tensors[i].to_string(),
-            "",
-            ""};
+        return Error{.code = Code::FRAME_SIZE,
+                     .what = "the size of a tensor does not match the stream",
+                     .offered = "tensor " + std::to_string(i) + ": " +
+                                std::to_string(input[i].size) + " bytes",
+                     .needed = spec.tensors[i].to_string()};
       out.push_back(tensor_of(spec.tensors[i], input[i].data, input[i].size));
       continue;
     }

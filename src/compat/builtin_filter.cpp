@@ -1,4 +1,4 @@
-// A descriptor of version 1 over a model that is opened and invoked without a pipeline.
+// A filter descriptor of version 1 that opens and invokes a model without a pipeline.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <algorithm>
 #include <cstring>
@@ -9,9 +9,9 @@
 #include "compat/slots.hpp"
 #include "compat/tensors.hpp"
 #include "core/direct/direct_model.hpp"
-#include "core/infer/accelerator.hpp"
-#include "core/infer/custom_options.hpp"
-#include "core/infer/module_library.hpp"
+#include "core/infer/module/accelerator.hpp"
+#include "core/infer/module/custom_options.hpp"
+#include "core/infer/module/module_library.hpp"
 #include "weir/model.h"
 
 namespace weir::compat {
@@ -30,7 +30,7 @@ OpenModel* opened(void* priv) {
   return static_cast<OpenModel*>(priv);
 }
 
-// What tensor_filter's properties would say.
+// Declares tensors as tensor_filter's properties would.
 void declare(const char* role, const GstTensorsInfo& meta, Pairs* out) {
   const auto tensors = spec_of(meta).tensors;
   if (tensors.empty()) return;
@@ -66,13 +66,13 @@ bool are_known(const Infos& infos) {
   return !infos.empty() && std::all_of(infos.begin(), infos.end(), is_known);
 }
 
-// The caller may have written nothing there.
+// The caller may have left it uninitialised.
 void write(const Infos& infos, GstTensorsInfo* to) {
   gst_tensors_info_init(to);
   assign(infos, to);
 }
 
-// The caller's description with as many dimensions as the model has, where only 1s come or go.
+// The caller's description with the model's rank, if only 1s are added or removed.
 weir_tensor_info info_of(const GstTensorInfo& tensor, const Infos& model, size_t index) {
   const Shape shape = shape_of(tensor.dimension);
   weir_tensor_info info{};
@@ -99,8 +99,10 @@ int open(const weir_engine& engine, const GstTensorFilterProperties* prop, void*
   return or_else("open", -EINVAL, [&] {
     const auto request = request_of(engine, *prop);
     if (request.paths.empty() && !(engine.flags & WEIR_ENGINE_NEEDS_NO_MODEL))
-      return no("open", {Code::MODEL_NOT_FOUND, "no model is set", "no model_files",
-                         "the path of a model file", "", ""});
+      return no("open", {.code = Code::MODEL_NOT_FOUND,
+                         .what = "no model is set",
+                         .offered = "no model_files",
+                         .needed = "the path of a model file"});
     auto model = direct::DirectModel::open(engine, request);
     if (!model) return no("open", model.error());
     *priv = new OpenModel{*std::move(model)};
@@ -112,7 +114,7 @@ void close(const GstTensorFilterProperties*, void** priv) {
   if (priv) delete opened(std::exchange(*priv, nullptr));
 }
 
-// What the model leaves open is 1 until the caller says another number.
+// Open extents of the model are 1 until the caller sets them.
 int model_tensors(direct::DirectModel& model, GstTensorsInfo* in, GstTensorsInfo* out) {
   auto inputs = model.inputs();
   if (!are_known(inputs)) {
@@ -153,7 +155,7 @@ int get_model_info(const Framework*, const GstTensorFilterProperties*, void* pri
   });
 }
 
-// Into the caller's memory; memory of our own where it has none.
+// Copies into the caller's memory; allocates where it has none.
 int hand_over(const direct::Results& results, GstTensorFilterProperties* prop,
               GstTensorMemory* output) {
   Infos infos;
@@ -166,9 +168,10 @@ int hand_over(const direct::Results& results, GstTensorFilterProperties* prop,
     } else if (output[i].size == tensor.bytes) {
       std::memcpy(output[i].data, tensor.data, tensor.bytes);
     } else {
-      return no("invoke", {Code::FRAME_SIZE, "output " + std::to_string(i) + " has another size",
-                           std::to_string(output[i].size) + " bytes",
-                           std::to_string(tensor.bytes) + " bytes", "", ""});
+      return no("invoke", {.code = Code::FRAME_SIZE,
+                           .what = "output " + std::to_string(i) + " has the wrong size",
+                           .offered = std::to_string(output[i].size) + " bytes",
+                           .needed = std::to_string(tensor.bytes) + " bytes"});
     }
   }
   if (prop->invoke_dynamic) assign(infos, &prop->output_meta);
@@ -204,7 +207,7 @@ const weir_engine& engine_of_slot(const Framework* self) {
   return *static_cast<const weir_engine*>(self->subplugin_data);
 }
 
-// Lists that stay: one for each engine.
+// One list per engine, never freed.
 const std::vector<accl_hw>& hardware_of(const weir_engine& engine) {
   struct Lists {
     std::mutex mutex;  // guards all

@@ -1,9 +1,9 @@
-// Caps of streams.
+// Converts caps to tensor configurations and back.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "compat/guard.hpp"
 #include "compat/spec.hpp"
-#include "gstcpp/ref.hpp"
-#include "gstcpp/tensor_caps.hpp"
+#include "gstcpp/buffer/tensor_caps.hpp"
+#include "gstcpp/element/ref.hpp"
 #include "nnstreamer_plugin_api.h"
 
 using namespace weir::compat;
@@ -17,14 +17,14 @@ void set_rate(GstStructure* structure, const weir::Fraction& rate) {
                       nullptr);
 }
 
-// Each tensor's type and dimensions are known.
+// Whether each tensor has a type and dimensions.
 bool known(const weir::FrameSpec& spec) {
   for (const auto& tensor : spec.tensors)
     if (!tensor.valid()) return false;
   return !spec.tensors.empty();
 }
 
-// What `read` finds; FALSE, with the reason in the log, where that is an error.
+// The result of `read`; FALSE, with the reason in the log, on an error.
 template <class Read>
 gboolean fill(const char* function, GstTensorsConfig* config, Read read) noexcept {
   return or_else(function, FALSE, [&]() -> gboolean {

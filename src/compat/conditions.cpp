@@ -1,4 +1,4 @@
-// Conditions of programs for tensor_if: Weir's own register, with the C structs in front.
+// Custom conditions for tensor_if: adapts functions with C structs to Weir's registry.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <cerrno>
 #include <map>
@@ -7,7 +7,7 @@
 
 #include "compat/registration.hpp"
 #include "compat/spec.hpp"
-#include "core/infer/converted_frame.hpp"
+#include "core/infer/module/converted_frame.hpp"
 #include "nnstreamer_plugin_api_util.h"
 #include "tensor_if.h"
 #include "weir/custom_condition.h"
@@ -21,7 +21,7 @@ struct Condition {
   void* data;
 };
 
-// One for each pair, and none is ever freed: a function may unregister itself.
+// One per pair, never freed: a function may unregister itself.
 Condition* condition_of(tensor_if_custom function, void* data) {
   struct Kept {
     std::mutex mutex;  // guards all

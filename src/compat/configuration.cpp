@@ -1,4 +1,4 @@
-// Values of nnstreamer.ini, and what it decides: the framework of a model.
+// Reads nnstreamer.ini, and finds the framework of a model.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <string>
 #include <vector>
@@ -6,8 +6,8 @@
 #include "compat/guard.hpp"
 #include "compat/spec.hpp"
 #include "core/config/ini.hpp"
-#include "core/infer/configured.hpp"
-#include "core/infer/module_library.hpp"
+#include "core/infer/module/configured.hpp"
+#include "core/infer/module/module_library.hpp"
 #include "nnstreamer_plugin_api_filter.h"
 #include "nnstreamer_plugin_api_util.h"
 

@@ -1,4 +1,4 @@
-// Converters of sub-plugins and of programs.
+// Registers converters of sub-plugins and programs.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "compat/builtin.hpp"
 #include "compat/registration.hpp"

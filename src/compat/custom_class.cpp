@@ -1,4 +1,4 @@
-// The callbacks of a shared object that exports NNStreamer_custom.
+// Calls the callbacks of a shared object that exports NNStreamer_custom.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "compat/open_filter.hpp"
 
@@ -6,25 +6,29 @@ namespace weir::compat {
 namespace {
 
 Failure refused(const std::string& file, const char* offered, const char* needed, const char* fix) {
-  return Failure({Code::MODULE_REFUSED, "the custom filter " + file + " cannot be used", offered,
-                  needed, "", fix});
+  return Failure({.code = Code::MODULE_REFUSED,
+                  .what = "the custom filter " + file + " cannot be used",
+                  .offered = offered,
+                  .needed = needed,
+                  .fix = fix});
 }
 
 void check(const NNStreamer_custom_class& callbacks, const std::string& file) {
   const bool gets = callbacks.getInputDim || callbacks.getOutputDim;
   if (!callbacks.initfunc)
-    throw refused(file, "no initfunc", "the function that begins it",
+    throw refused(file, "no initfunc", "the function that initialises it",
                   ".initfunc = a function that may return NULL");
   if (gets && callbacks.setInputDim)
-    throw refused(file, "getInputDim or getOutputDim, and setInputDim", "one of the two ways",
-                  "leave out setInputDim where the sizes are fixed, the others where they are not");
+    throw refused(file, "getInputDim or getOutputDim, and setInputDim",
+                  "either the former or the latter",
+                  "omit setInputDim if the sizes are fixed, the other two if they are not");
   if (!callbacks.setInputDim && !(callbacks.getInputDim && callbacks.getOutputDim))
-    throw refused(file, gets ? "one of getInputDim and getOutputDim" : "nothing says its tensors",
-                  "getInputDim and getOutputDim, or setInputDim",
-                  ".getInputDim = ..., .getOutputDim = ...");
+    throw refused(
+        file, gets ? "one of getInputDim and getOutputDim" : "its tensors are not declared",
+        "getInputDim and getOutputDim, or setInputDim", ".getInputDim = ..., .getOutputDim = ...");
   if (callbacks.invoke && callbacks.allocate_invoke)
     throw refused(file, "invoke and allocate_invoke", "one of them",
-                  "leave out the one that is not meant");
+                  "omit the one that is not used");
   if (!callbacks.invoke && !callbacks.allocate_invoke)
     throw refused(file, "no invoke", "invoke or allocate_invoke", ".invoke = ...");
 }

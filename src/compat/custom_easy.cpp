@@ -1,13 +1,13 @@
-// Functions of a program as filters: NNS_custom_easy_*, over weir/custom_filter.h.
+// NNS_custom_easy_*: a program's functions as filters, on weir/custom_filter.h.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <algorithm>
 #include <cerrno>
 
 #include "compat/filter_model.hpp"
 #include "compat/registration.hpp"
-#include "core/infer/call_gate.hpp"
-#include "core/infer/host.hpp"
-#include "core/infer/named_objects.hpp"
+#include "core/infer/module/host.hpp"
+#include "core/infer/module/named_objects.hpp"
+#include "core/infer/queue/call_gate.hpp"
 #include "nnstreamer_plugin_api_util.h"
 #include "tensor_filter_custom_easy.h"
 #include "weir/custom_filter.h"
@@ -20,7 +20,7 @@ constexpr unsigned kMostTensors = NNS_TENSOR_SIZE_LIMIT;
 
 using Gate = std::shared_ptr<weir::infer::CallGate>;
 
-// By the names of the filters.
+// By filter name.
 weir::infer::NamedObjects<Gate>& gates() {
   static auto& all = *new weir::infer::NamedObjects<Gate>;
   return all;
@@ -31,7 +31,7 @@ class EasyFunction final : public OpenFilter {
   NNS_custom_invoke fixed = nullptr;
   NNS_custom_invoke_dynamic dynamic = nullptr;
   void* data = nullptr;
-  // Elements keep the filter; the program's function and data are its own once it unregisters them.
+  // Elements keep the filter; the gate closes when the program unregisters its function and data.
   const Gate gate = std::make_shared<weir::infer::CallGate>();
 
   EasyFunction(std::unique_ptr<Properties> properties, const GstTensorsInfo& in,
@@ -51,7 +51,7 @@ class EasyFunction final : public OpenFilter {
     copy(out_, out);
     return {true, fixed && out_.format == _NNS_TENSOR_FORMAT_STATIC};
   }
-  // Flexible outputs have a number and no dimensions: they get those of the inputs. A function that
+  // Flexible outputs have a number but no dimensions: they get those of the inputs. A function that
   // chooses the sizes itself is registered as dynamic.
   int set_inputs(const GstTensorsInfo* in, GstTensorsInfo* out) override {
     if (out_.format == _NNS_TENSOR_FORMAT_STATIC) return -ENOENT;
@@ -63,11 +63,11 @@ class EasyFunction final : public OpenFilter {
   int invoke(const GstTensorMemory* in, GstTensorMemory* out) override {
     const weir::infer::CallGate::Visit visit(*gate);
     if (!visit)
-      throw weir::Failure({weir::Code::CALLBACK_UNKNOWN,
-                           "the filter " + name() + " is no longer registered",
-                           "a frame after it was unregistered",
-                           "a filter that stays registered while a pipeline uses it", "",
-                           "stop the pipeline before NNS_custom_easy_unregister()"});
+      throw weir::Failure({.code = weir::Code::CALLBACK_UNKNOWN,
+                           .what = "the filter " + name() + " is no longer registered",
+                           .offered = "a frame after it was unregistered",
+                           .needed = "a filter that stays registered while a pipeline uses it",
+                           .fix = "stop the pipeline before NNS_custom_easy_unregister()"});
     if (fixed) return call("its function", [&] { return fixed(data, prop(), in, out); });
     return call("its function",
                 [&] { return dynamic(data, &prop()->input_meta, &prop()->output_meta, in, out); });
@@ -76,7 +76,7 @@ class EasyFunction final : public OpenFilter {
   void destroy(void* memory) override { g_free(memory); }
 
  private:
-  // Names stay ours: who reads the copy takes none over.
+  // The names stay ours: readers of the copy do not own them.
   static void copy(const GstTensorsInfo& from, GstTensorsInfo* to) {
     to->num_tensors = from.num_tensors;
     to->format = from.format;
@@ -132,7 +132,7 @@ int add(const char* caller, const char* name, NNS_custom_invoke fixed,
     filter.flags = dynamic ? uint32_t{WEIR_FILTER_DYNAMIC} : 0;
     filter.n_inputs = static_cast<uint32_t>(model->inputs().size());
     filter.inputs = model->inputs().data();
-    // Of flexible ones the number is known.
+    // The number of flexible outputs is known.
     const bool open = !dynamic && model->outputs().empty();
     const auto opened = open_tensors(open ? std::min(out->num_tensors, kMostTensors) : 0);
     const auto outputs = open ? std::span<const weir_tensor_info>(opened.infos) : model->outputs();

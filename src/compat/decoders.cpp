@@ -1,4 +1,4 @@
-// Decoders of sub-plugins and of programs.
+// Registers decoders of sub-plugins and programs.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "compat/builtin.hpp"
 #include "compat/registration.hpp"

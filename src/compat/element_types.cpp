@@ -1,4 +1,4 @@
-// Types and dimensions as text and numbers.
+// Converts element types and dimensions between text and numbers.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <algorithm>
 #include <array>

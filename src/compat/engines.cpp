@@ -1,4 +1,4 @@
-// Tables; the engines of sub-plugins are told their own name, for all of them have one code.
+// Engines for filter descriptors. All share one implementation, so each is passed its own name.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "compat/engines.hpp"
 
@@ -11,7 +11,7 @@
 #include "compat/filter_model.hpp"
 #include "compat/framework_check.hpp"
 #include "compat/guard.hpp"
-#include "core/infer/host.hpp"
+#include "core/infer/module/host.hpp"
 #include "core/subplugin/table.hpp"
 
 namespace weir::compat {
@@ -22,8 +22,10 @@ std::shared_ptr<OpenFilter> open_framework(const OpenRequest& request) {
   const auto* framework = static_cast<const GstTensorFilterFramework*>(
       subplugin::table().find(subplugin::Kind::Filter, name));
   if (!framework)
-    throw Failure({Code::ENGINE_UNKNOWN, "the sub-plugin is registered no longer",
-                   "framework=" + name, "one that nnstreamer_filter_probe() registered", "", ""});
+    throw Failure({.code = Code::ENGINE_UNKNOWN,
+                   .what = "the sub-plugin is no longer registered",
+                   .offered = "framework=" + name,
+                   .needed = "a sub-plugin that nnstreamer_filter_probe() registered"});
   auto properties = std::make_unique<Properties>(name, name, request);
   const auto facts = value_or_throw(facts_of(*framework));
   return facts.version == 0 ? open_v0(*framework, std::move(properties))
@@ -32,8 +34,11 @@ std::shared_ptr<OpenFilter> open_framework(const OpenRequest& request) {
 
 Failure not_loaded(const std::string& file, const std::string& offered, const std::string& needed,
                    const std::string& fix) {
-  return Failure({Code::MODULE_REFUSED, "the custom filter " + file + " cannot be loaded", offered,
-                  needed, "", fix});
+  return Failure({.code = Code::MODULE_REFUSED,
+                  .what = "the custom filter " + file + " cannot be loaded",
+                  .offered = offered,
+                  .needed = needed,
+                  .fix = fix});
 }
 
 std::string reason_of_loader() {
@@ -43,15 +48,18 @@ std::string reason_of_loader() {
 
 std::shared_ptr<OpenFilter> open_file(const OpenRequest& request) {
   if (request.paths.size() != 1)
-    throw Failure({Code::OPTION_VALUE, "a custom filter is one file",
-                   std::to_string(request.paths.size()) + " parts in model=", "model=lib.so", "",
-                   "framework=custom model=/path/to/lib.so"});
+    throw Failure({.code = Code::OPTION_VALUE,
+                   .what = "a custom filter is one file",
+                   .offered = std::to_string(request.paths.size()) + " parts in model=",
+                   .needed = "model=lib.so",
+                   .fix = "framework=custom model=/path/to/lib.so"});
   const std::string file = request.paths[0];
   const std::string path = std::filesystem::absolute(file).string();
-  void* handle = dlopen(path.c_str(), RTLD_NOW | RTLD_LOCAL);  // it stays: what it gave may be out
+  // Never closed: its memory may still be in use.
+  void* handle = dlopen(path.c_str(), RTLD_NOW | RTLD_LOCAL);
   if (!handle)
     throw not_loaded(file, reason_of_loader(),
-                     "a shared object for this machine whose functions are all there",
+                     "a shared object for this machine with all its functions defined",
                      "ldd -r " + path);
   const auto* symbol =
       static_cast<NNStreamer_custom_class* const*>(dlsym(handle, "NNStreamer_custom"));
@@ -72,7 +80,7 @@ struct Engines {
   std::deque<Engine> all;
 };
 Engines& engines() {
-  static auto& all = *new Engines;  // elements may outlive static objects
+  static auto& all = *new Engines;  // never freed: elements may outlive static objects
   return all;
 }
 

@@ -1,4 +1,4 @@
-// Frames through callbacks.
+// FilterModel: runs frames through a filter's callbacks.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "compat/filter_model.hpp"
 
@@ -15,7 +15,7 @@ bool same(const weir_tensor_info& a, const weir_tensor_info& b) {
          std::equal(a.shape, a.shape + a.rank, b.shape);
 }
 
-// Outputs of a filter that says their number with each frame only.
+// The outputs of a filter that gives their number only with each frame.
 constexpr size_t kMostUnsaid = 16;
 
 }  // namespace
@@ -30,7 +30,7 @@ FilterModel::FilterModel(std::shared_ptr<OpenFilter> filter)
     inputs_ = described(*in, filter_->name(), "input");
     filter_->properties().configure_inputs(inputs_.infos);
   } else if (known.inputs && (*in).num_tensors <= WEIR_TENSOR_LIMIT) {
-    inputs_ = open_tensors((*in).num_tensors);  // a count: each frame says its own sizes
+    inputs_ = open_tensors((*in).num_tensors);  // only the number: each frame has its own sizes
   }
   if (known.outputs && !dynamic_ && (*out).format == _NNS_TENSOR_FORMAT_STATIC) {
     outputs_ = described(*out, filter_->name(), "output");
@@ -51,12 +51,12 @@ void FilterModel::describe(weir_model_info& info) const {
   if (!filter_->properties().asynchronous())
     info.flags &= ~(uint32_t{WEIR_MODEL_ASYNC} | WEIR_MODEL_CANCELS);
   else
-    info.max_in_flight = 2;  // one frame is open until the next one begins
+    info.max_in_flight = 2;  // a frame stays open until the next one begins
   if (dynamic_) info.flags |= WEIR_MODEL_DYNAMIC_OUTPUT | WEIR_MODEL_ALLOCATES_OUTPUT;
   if (allocates_) info.flags |= WEIR_MODEL_ALLOCATES_OUTPUT;
 }
 
-// What comes out for inputs of these, asked once for each.
+// Gets the outputs for these inputs; queries the filter only when the inputs changed.
 void FilterModel::describe_outputs(std::span<const weir_tensor_info> in) {
   const bool known =
       stream_.size() == in.size() && std::equal(in.begin(), in.end(), stream_.begin(), same);
@@ -75,12 +75,12 @@ void FilterModel::describe_outputs(std::span<const weir_tensor_info> in) {
   const int result = filter_->set_inputs(asked.get(), out.get());
   if (result < 0) {
     stream_.clear();
-    throw broke(
-        filter_->name(),
-        result == -ENOENT ? "says no sizes of its own and takes none" : "refuses these inputs",
-        "its answer to the stream's sizes: " + returned(result), "0 or above",
-        result == -ENOENT ? "tensor_filter input=... inputtype=... output=... outputtype=..."
-                          : "other/tensors caps with the sizes that the filter takes");
+    throw broke(filter_->name(),
+                result == -ENOENT ? "declares no sizes and accepts none" : "rejects these inputs",
+                "its return value for the stream's sizes: " + returned(result), "0 or above",
+                result == -ENOENT
+                    ? "tensor_filter input=... inputtype=... output=... outputtype=..."
+                    : "other/tensors caps with the sizes that the filter accepts");
   }
   answers_ = described(*out, filter_->name(), "output");
   properties.configure_outputs(answers_.infos);
@@ -91,13 +91,13 @@ void FilterModel::resolve(std::span<const weir_tensor_info> in, std::span<weir_t
     return info.type >= WEIR_TYPE_END || info.rank > WEIR_RANK_LIMIT ||
            std::any_of(info.shape, info.shape + info.rank, [](int64_t n) { return n <= 0; });
   });
-  if (open) return;  // nothing that a filter could be told
+  if (open) return;  // the filter needs complete inputs
   describe_outputs(in);
   if (dynamic_ || !outputs_.infos.empty()) return;
   if (answers_.infos.size() > out.size())
-    throw broke(filter_->name(), "has another number of outputs than before",
+    throw broke(filter_->name(), "has a different number of outputs than before",
                 std::to_string(answers_.infos.size()), std::to_string(out.size()),
-                "the same number for every size of inputs");
+                "the same number for all input sizes");
   std::copy(answers_.infos.begin(), answers_.infos.end(), out.begin());
 }
 
@@ -109,7 +109,7 @@ void FilterModel::point_to(const weir_frame& in) {
   }
 }
 
-// A stream of flexible tensors changes its sizes from frame to frame.
+// In a stream of flexible tensors, sizes change from frame to frame.
 void FilterModel::follow(const weir_frame& in) {
   point_to(in);
   const auto told = [&](uint32_t i) { return same(in.tensors[i].info, stream_[i]); };
@@ -124,28 +124,30 @@ void FilterModel::follow(const weir_frame& in) {
 int FilterModel::run() {
   const int result = filter_->invoke(in_.data(), out_.data());
   if (result >= 0) return result;
-  throw Failure({Code::INVOKE_FAILED, "the filter " + filter_->name() + " failed on a frame",
-                 "it returned " + returned(result), "0, or above 0 to drop the frame", "",
-                 "GST_DEBUG=weir:5 shows what the filter logs"});
+  throw Failure({.code = Code::INVOKE_FAILED,
+                 .what = "the filter " + filter_->name() + " failed on a frame",
+                 .offered = "it returned " + returned(result),
+                 .needed = "0, or above 0 to drop the frame",
+                 .fix = "GST_DEBUG=weir*:5 shows what the filter logs"});
 }
 
 void FilterModel::drop_outputs() noexcept {
   for (auto& memory : out_) destroy(*filter_, &memory);
 }
 
-// Outputs that the filter allocated, with the sizes that were agreed.
+// Uses outputs that the filter allocated with the negotiated sizes.
 void FilterModel::fill_given(weir_frame& out) {
   for (uint32_t i = 0; i < out.n_tensors; ++i) {
     const uint64_t wanted = bytes_of(out.tensors[i].info);
     if (!out_[i].data)
-      throw broke(filter_->name(), "allocates its outputs and gave none", which(i, out_[i]),
+      throw broke(filter_->name(), "allocates its outputs and returned none", which(i, out_[i]),
                   std::to_string(wanted) + " bytes",
                   "output[" + std::to_string(i) + "].data = malloc(output[" + std::to_string(i) +
                       "].size)");
     if (out_[i].size != wanted)
-      throw broke(filter_->name(), "gave an output of another size", which(i, out_[i]),
+      throw broke(filter_->name(), "returned an output of a different size", which(i, out_[i]),
                   std::to_string(wanted) + ": " + weir::describe(out.tensors[i].info),
-                  "leave output[].size as it is, or set invoke-dynamic=true");
+                  "do not change output[].size, or set invoke-dynamic=true");
   }
   for (uint32_t i = 0; i < out.n_tensors; ++i) {
     if (void* place = out.tensors[i].data)
@@ -155,7 +157,7 @@ void FilterModel::fill_given(weir_frame& out) {
   }
 }
 
-// Outputs whose sizes the filter decided.
+// Uses outputs whose sizes the filter chose.
 void FilterModel::fill_dynamic(weir_frame& out) {
   auto& properties = filter_->properties();
   const Described now = described(properties.get()->output_meta, filter_->name(), "output");
@@ -182,8 +184,8 @@ bool FilterModel::invoke(const weir_frame& in, weir_frame& out) {
     if (run() > 0) return false;
     for (uint32_t i = 0; i < out.n_tensors; ++i)
       if (out_[i].data != out.tensors[i].data || out_[i].size != out.tensors[i].bytes)
-        throw broke(filter_->name(), "changed where its output lies", which(i, out_[i]),
-                    std::to_string(out.tensors[i].bytes) + " bytes, written where they are",
+        throw broke(filter_->name(), "changed the address of its output", which(i, out_[i]),
+                    std::to_string(out.tensors[i].bytes) + " bytes, written in place",
                     "allocate_invoke, or allocate_in_invoke = 1");
     return true;
   }
@@ -216,16 +218,17 @@ void FilterModel::submit(const weir_frame& in, Request& request) {
 }
 
 void FilterModel::control(int op, const weir_option*) {
-  if (op == WEIR_WARM || op == WEIR_RESET_STATE) return;  // nothing is invoked but frames
+  if (op == WEIR_WARM || op == WEIR_RESET_STATE) return;  // only frames invoke the filter
   const bool suspend = op == WEIR_SUSPEND;
   const int result =
       suspend || op == WEIR_RESUME ? filter_->send(suspend ? SUSPEND : RESUME) : -ENOENT;
   if (result < 0)
-    throw Failure({Code::MODEL_UNSUPPORTED,
-                   "the filter " + filter_->name() + " does not know this order",
-                   "its answer to " + std::string(suspend ? "SUSPEND" : "the event") + ": " +
-                       returned(result),
-                   "0 or above", "", ""});
+    throw Failure({.code = Code::MODEL_UNSUPPORTED,
+                   .what = "the filter " + filter_->name() + " does not handle this event",
+                   .offered = "its return value for " +
+                              std::string(suspend ? "SUSPEND" : "the event") + ": " +
+                              returned(result),
+                   .needed = "0 or above"});
 }
 
 }  // namespace weir::compat

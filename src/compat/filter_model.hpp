@@ -1,4 +1,4 @@
-// FilterModel: an OpenFilter as a model of one of Weir's engines.
+// FilterModel: an OpenFilter as a model of a Weir engine.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <memory>
@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "compat/open_filter.hpp"
-#include "core/infer/declared_options.hpp"
+#include "core/infer/model/declared_options.hpp"
 #include "weir/engine.hpp"
 
 namespace weir::compat {
@@ -16,7 +16,7 @@ class FilterModel {
   static constexpr const char* kOptions = infer::kAllDeclared;
   explicit FilterModel(std::shared_ptr<OpenFilter> filter);
 
-  // What weir::engine_table() asks of an engine.
+  // Required by weir::engine_table().
   std::span<const weir_tensor_info> inputs() const { return inputs_.infos; }
   std::span<const weir_tensor_info> outputs() const { return outputs_.infos; }
   void describe(weir_model_info& info) const;
@@ -37,12 +37,12 @@ class FilterModel {
   std::shared_ptr<OpenFilter> filter_;
   bool dynamic_, allocates_;
   Described inputs_, outputs_;             // of the model; none: it follows the stream
-  std::vector<weir_tensor_info> stream_;   // the inputs that the filter was told of
+  std::vector<weir_tensor_info> stream_;   // the inputs last passed to the filter
   Described answers_;                      // the outputs for them
-  std::vector<GstTensorMemory> in_, out_;  // of the frame
+  std::vector<GstTensorMemory> in_, out_;  // of the current frame
 };
 
-// For weir::engine_table(): models of the filters that `open` opens, which throws Failure.
+// For weir::engine_table(): models of filters opened by `open`, which throws Failure.
 template <std::shared_ptr<OpenFilter> (*open)(const OpenRequest&)>
 class Opened : public FilterModel {
  public:

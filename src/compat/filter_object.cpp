@@ -1,4 +1,4 @@
-// Objects of tensor_filter_cpp as engines of framework=cpp.
+// tensor_filter_cpp objects as engines of framework=cpp.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <cerrno>
 #include <cstring>
@@ -8,7 +8,7 @@
 
 #include "compat/filter_model.hpp"
 #include "compat/registration.hpp"
-#include "core/infer/host.hpp"
+#include "core/infer/module/host.hpp"
 #include "tensor_filter_cpp.hh"
 #include "weir/custom_filter.h"
 
@@ -16,7 +16,7 @@ using namespace weir::compat;
 
 namespace {
 
-// An object serves every element that names it, one call at a time.
+// An object serves all elements that name it, one call at a time.
 struct Object {
   tensor_filter_cpp* filter;
   std::mutex turn;
@@ -24,10 +24,10 @@ struct Object {
 struct Objects {
   std::mutex mutex;  // guards the rest
   std::map<std::string, std::shared_ptr<Object>, std::less<>> all;
-  std::deque<std::string> names;  // of engines: they outlive the objects
+  std::deque<std::string> names;  // engine names, which outlive the objects
 };
 Objects& objects() {
-  static auto& all = *new Objects;  // elements may outlive static objects
+  static auto& all = *new Objects;  // never freed: elements may outlive static objects
   return all;
 }
 
@@ -69,8 +69,10 @@ std::shared_ptr<OpenFilter> open_object(const weir::OpenRequest& request) {
   std::unique_lock lock(objects().mutex);
   const auto found = objects().all.find(name);
   if (found == objects().all.end())
-    throw weir::Failure({weir::Code::CALLBACK_UNKNOWN, "the filter object is registered no longer",
-                         "framework=cpp model=" + name, "an object that is", "", ""});
+    throw weir::Failure({.code = weir::Code::CALLBACK_UNKNOWN,
+                         .what = "the filter object is no longer registered",
+                         .offered = "framework=cpp model=" + name,
+                         .needed = "an object that is"});
   const auto object = found->second;
   lock.unlock();
   return std::make_shared<OpenObject>(object, std::make_unique<Properties>("cpp", name, request));
@@ -78,7 +80,7 @@ std::shared_ptr<OpenFilter> open_object(const weir::OpenRequest& request) {
 
 thread_local const char* name_of_entry = nullptr;
 
-// Copied at once by who asks for it.
+// The caller copies it immediately.
 const weir_module* entry(const weir_host* host) {
   weir::accept_host(host);
   thread_local weir_engine table;

@@ -1,4 +1,4 @@
-// nnstreamer_filter_probe() and what belongs to it.
+// nnstreamer_filter_probe() and related functions.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "compat/builtin.hpp"
 #include "compat/framework_check.hpp"
@@ -42,5 +42,5 @@ void nnstreamer_filter_dispatch_output_async(GstTensorFilterProperties* prop,
   if (prop->async_callback)
     prop->async_callback(output, prop->async_user_data);
   else
-    warn(__func__, "the element has not invoke-async=true: the output is dropped");
+    warn(__func__, "the element does not set invoke-async=true: the output is dropped");
 }

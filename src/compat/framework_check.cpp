@@ -1,4 +1,4 @@
-// Nothing of a descriptor is called before its version and functions are known to be there.
+// Checks a descriptor's version and functions before calling any of them.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "compat/framework_check.hpp"
 
@@ -10,12 +10,12 @@ namespace weir::compat {
 namespace {
 
 Error refused(const std::string& name, std::string offered, std::string needed, std::string fix) {
-  return Error{Code::MODULE_REFUSED,
-               "the filter sub-plugin " + (name.empty() ? "" : name + " ") + "cannot be used",
-               std::move(offered),
-               std::move(needed),
-               "",
-               std::move(fix)};
+  return Error{
+      .code = Code::MODULE_REFUSED,
+      .what = "the filter sub-plugin " + (name.empty() ? "" : name + " ") + "cannot be used",
+      .offered = std::move(offered),
+      .needed = std::move(needed),
+      .fix = std::move(fix)};
 }
 
 std::string hexadecimal(uint64_t number) {
@@ -34,7 +34,7 @@ Result<FrameworkFacts> facts_of_v0(const GstTensorFilterFramework& f) {
     return refused(name,
                    f.getInputDimension || f.getOutputDimension
                        ? "one of getInputDimension and getOutputDimension"
-                       : "nothing says its tensors",
+                       : "its tensors are not declared",
                    "getInputDimension and getOutputDimension, or setInputDimension",
                    ".setInputDimension = ...");
   return FrameworkFacts{0, name, f.run_without_model != 0, f.verify_model_path != 0};
@@ -56,10 +56,10 @@ Result<FrameworkFacts> facts_of_v1(const GstTensorFilterFramework& f) {
   const int result = f.getFrameworkInfo(&f, properties.get(), nullptr, &info);
   if (result < 0)
     return refused("", "getFrameworkInfo returned " + std::to_string(result), "0 or above",
-                   "getFrameworkInfo answers without a model, too");
+                   "getFrameworkInfo also works without a model");
   const std::string name = info.name ? info.name : "";
   if (name.empty())
-    return refused("", "getFrameworkInfo gave no name",
+    return refused("", "getFrameworkInfo returned no name",
                    "its name in framework=", "info->name = \"NAME\"");
   return FrameworkFacts{1, name, info.run_without_model != 0, info.verify_model_path != 0};
 }

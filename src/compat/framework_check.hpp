@@ -1,4 +1,4 @@
-// Can a descriptor be used, and what is it?
+// Checks whether a filter descriptor can be used, and reads its properties.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <string>
@@ -14,8 +14,8 @@ struct FrameworkFacts {
   bool runs_without_model, verifies_paths;
 };
 
-// MODULE_REFUSED: a version that is none, a function that is missing, no name. What a callback
-// throws is passed on.
+// MODULE_REFUSED: an invalid version, a missing function, or no name. Exceptions of a callback are
+// passed on.
 Result<FrameworkFacts> facts_of(const GstTensorFilterFramework& framework);
 
 }  // namespace weir::compat

@@ -1,4 +1,4 @@
-// Descriptors of version 0.
+// Filter descriptors of version 0.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "compat/open_filter.hpp"
 
@@ -57,7 +57,7 @@ class FrameworkV0 final : public OpenFilter {
   }
 
  private:
-  // The framework has no list: those that it says are there.
+  // The framework has no list of accelerators: its availability function is queried for each.
   void choose_hardware() {
     std::vector<accl_hw> supported;
     if (framework_.checkAvailability)

@@ -1,4 +1,4 @@
-// Descriptors of version 1.
+// Filter descriptors of version 1.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "compat/open_filter.hpp"
 
@@ -16,7 +16,7 @@ class FrameworkV1 final : public OpenFilter {
       if (result < 0) throw not_opened(name(), "open returned " + returned(result));
     }
     prop()->fw_opened = TRUE;
-    ask_framework(priv_);  // an open model may know more
+    ask_framework(priv_);  // an open model may give more information
   }
   ~FrameworkV1() override {
     try {

@@ -1,4 +1,4 @@
-// At the border to C programs and sub-plugins: nothing is thrown across, a NULL is told.
+// Helpers at the border to C: no exception gets out, and NULL arguments are logged.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <exception>
@@ -10,21 +10,21 @@
 
 namespace weir::compat {
 
-// A line of the log, with the function's name.
+// Logs a warning with the function's name.
 void warn(const char* function, const std::string& text) noexcept;
 void warn(const char* function, const Error& error) noexcept;
 
-// False, with a line in the log, when one of them is NULL.
+// False, with a log line, when one of the pointers is NULL.
 inline bool given(const char* function, std::initializer_list<const void*> pointers) noexcept {
   for (const void* pointer : pointers)
     if (!pointer) {
-      warn(function, "an argument is NULL that must not be");
+      warn(function, "a required argument is NULL");
       return false;
     }
   return true;
 }
 
-// What `body` returns; `fallback`, with a line in the log, for what it throws.
+// Returns the result of `body`, or `fallback`, with a log line, if it throws.
 template <class T, class Body>
 T or_else(const char* function, T fallback, Body&& body) noexcept {
   try {

@@ -1,12 +1,12 @@
-// Whether a framework runs on an accelerator: of sub-plugins as they say, of Weir's engines by
-// their lists.
+// Whether a framework supports an accelerator: queries sub-plugins, reads the lists of Weir's
+// engines.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <algorithm>
 
 #include "compat/guard.hpp"
 #include "compat/properties.hpp"
-#include "core/infer/accelerator.hpp"
-#include "core/infer/module_library.hpp"
+#include "core/infer/module/accelerator.hpp"
+#include "core/infer/module/module_library.hpp"
 #include "core/subplugin/loader.hpp"
 #include "nnstreamer_plugin_api_filter.h"
 
@@ -18,7 +18,7 @@ bool in_list(const accl_hw* list, int count, accl_hw hw) {
   return list && std::find(list, list + std::max(count, 0), hw) != list + std::max(count, 0);
 }
 
-// The event first; a framework that does not know it has a list.
+// Tries the event first; a framework that does not support it has a list.
 bool has_v1(const GstTensorFilterFramework& framework, accl_hw hw, const gchar* custom) {
   const weir::OpenRequest nothing{{}, weir::Options(nullptr, 0), "", 0};
   Properties properties("", "", nothing);
@@ -38,7 +38,7 @@ bool has(const GstTensorFilterFramework& framework, accl_hw hw, const gchar* cus
   return framework.checkAvailability && framework.checkAvailability(hw) == 0;
 }
 
-// An engine that says nothing runs on the CPU.
+// An engine without a list runs on the CPU.
 bool has(const weir_engine& engine, accl_hw hw) {
   if (hw == ACCL_AUTO || hw == ACCL_DEFAULT) return true;
   const auto names = weir::infer::accelerators_of(engine);

@@ -1,4 +1,4 @@
-// Descriptions of tensors and streams for a reader.
+// Descriptions of tensors and streams as readable text.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <algorithm>
 #include <string>
@@ -12,7 +12,7 @@ using namespace weir::compat;
 namespace {
 
 // "out uint8 3:224:224".
-std::string words(const GstTensorInfo& info) {
+std::string to_string(const GstTensorInfo& info) {
   const auto spec = spec_of(info);
   const std::string name = spec.name.empty() ? "" : spec.name + " ";
   if (spec.type == weir::ElementType::End && spec.shape.rank() == 0) return name + "unknown";
@@ -21,9 +21,9 @@ std::string words(const GstTensorInfo& info) {
   return name + (type ? type : "unknown type") + " " + (shape.empty() ? "no dimension" : shape);
 }
 
-std::string words_at(const GstTensorsInfo& info, size_t index) {
+std::string text_at(const GstTensorsInfo& info, size_t index) {
   const auto* tensor = index < info.num_tensors ? tensor_at(info, index) : nullptr;
-  return tensor ? words(*tensor) : "none";
+  return tensor ? to_string(*tensor) : "none";
 }
 
 std::string format_of(const GstTensorsInfo& info) {
@@ -36,13 +36,13 @@ size_t count_of(const GstTensorsInfo& info) {
 }
 
 // "static, 2 tensors: [0] uint8 3:4, [1] float32 5".
-std::string words(const GstTensorsInfo& info) {
+std::string to_string(const GstTensorsInfo& info) {
   const size_t count = count_of(info);
   std::string out = format_of(info);
   if (count == 0 && info.format != _NNS_TENSOR_FORMAT_STATIC) return out;
   out += ", " + std::to_string(count) + (count == 1 ? " tensor" : " tensors");
   for (size_t i = 0; i < count; ++i)
-    out += (i ? ", [" : ": [") + std::to_string(i) + "] " + words_at(info, i);
+    out += (i ? ", [" : ": [") + std::to_string(i) + "] " + text_at(info, i);
   return out;
 }
 
@@ -55,7 +55,7 @@ std::string comparison(const GstTensorsInfo& a, const GstTensorsInfo& b) {
     const auto* left = i < count_of(a) ? tensor_at(a, i) : nullptr;
     const auto* right = i < count_of(b) ? tensor_at(b, i) : nullptr;
     const bool equal = left && right && gst_tensor_info_is_equal(left, right);
-    out += "tensor " + std::to_string(i) + ": " + words_at(a, i) + " | " + words_at(b, i) + " | " +
+    out += "tensor " + std::to_string(i) + ": " + text_at(a, i) + " | " + text_at(b, i) + " | " +
            (equal ? "equal" : "not equal") + "\n";
   }
   return out;
@@ -65,12 +65,12 @@ std::string comparison(const GstTensorsInfo& a, const GstTensorsInfo& b) {
 
 gchar* gst_tensor_info_to_string(const GstTensorInfo* info) {
   if (!given(__func__, {info})) return nullptr;
-  return or_else<gchar*>(__func__, nullptr, [&] { return text(words(*info)); });
+  return or_else<gchar*>(__func__, nullptr, [&] { return text(to_string(*info)); });
 }
 
 gchar* gst_tensors_info_to_string(const GstTensorsInfo* info) {
   if (!given(__func__, {info})) return nullptr;
-  return or_else<gchar*>(__func__, nullptr, [&] { return text(words(*info)); });
+  return or_else<gchar*>(__func__, nullptr, [&] { return text(to_string(*info)); });
 }
 
 gchar* gst_tensors_info_compare_to_string(const GstTensorsInfo* a, const GstTensorsInfo* b) {
@@ -81,7 +81,7 @@ gchar* gst_tensors_info_compare_to_string(const GstTensorsInfo* a, const GstTens
 gchar* gst_tensors_config_to_string(const GstTensorsConfig* config) {
   if (!given(__func__, {config})) return nullptr;
   return or_else<gchar*>(__func__, nullptr, [&] {
-    return text(words(config->info) + ", framerate " + std::to_string(config->rate_n) + "/" +
+    return text(to_string(config->info) + ", framerate " + std::to_string(config->rate_n) + "/" +
                 std::to_string(config->rate_d));
   });
 }

@@ -1,4 +1,4 @@
-// What happens when the library is loaded.
+// Runs when the library is loaded.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <dlfcn.h>
 
@@ -13,8 +13,8 @@
 
 namespace {
 
-// A file that names libnnstreamer-single.so finds it where this library lies, whatever the loader's
-// folders are.
+// Makes libnnstreamer-single.so available from this library's folder to files that link with it,
+// whatever the loader's search path is.
 void open_the_other_name() {
   Dl_info own{};
   if (!dladdr(reinterpret_cast<void*>(open_the_other_name), &own) || !own.dli_fname) return;
@@ -24,8 +24,8 @@ void open_the_other_name() {
 
 }  // namespace
 
-// Before the constructors of sub-plugins, which name this library: what a process has once is
-// libweir's.
+// Runs before the constructors of sub-plugins, which link with this library: process-wide objects
+// are those of libweir.
 __attribute__((constructor)) static void take_the_process() {
   weir::process::take_objects_from(weir_process_object);
   weir::subplugin::set_engine_adapter(weir::compat::engine_of);

@@ -1,4 +1,4 @@
-// nns_log*, and the lines of the library itself.
+// nns_log*, and the log lines of this library.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <cstdarg>
 #include <cstdio>
@@ -7,17 +7,17 @@
 #include <string>
 
 #include "compat/guard.hpp"
-#include "core/infer/host.hpp"
+#include "core/infer/module/host.hpp"
 #include "nnstreamer_util.h"
 #include "weir/abi.h"
 
 namespace weir::compat {
 namespace {
 
-constexpr char kModule[] = "nnstreamer";
+constexpr char kModule[] = "nnstreamer";  // the debug category weir-nnstreamer
 
 void log(int level, const char* format, va_list arguments) noexcept {
-  char text[1024];  // no memory is needed to say that it ran out
+  char text[1024];  // on the stack: works without free memory
   if (std::vsnprintf(text, sizeof text, format, arguments) >= 0)
     infer::host().log(level, kModule, text);
 }

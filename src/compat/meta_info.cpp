@@ -1,4 +1,4 @@
-// Headers of flexible and sparse tensors.
+// Reads and writes headers of flexible and sparse tensors.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <algorithm>
 #include <cstring>
@@ -7,8 +7,8 @@
 #include "compat/guard.hpp"
 #include "compat/spec.hpp"
 #include "core/tensor/tensor_header.hpp"
-#include "gstcpp/allocation.hpp"
-#include "gstcpp/ref.hpp"
+#include "gstcpp/buffer/allocation.hpp"
+#include "gstcpp/element/ref.hpp"
 #include "nnstreamer_plugin_api.h"
 
 using namespace weir::compat;
@@ -17,7 +17,7 @@ namespace {
 
 using Bytes = std::array<std::byte, weir::kTensorHeaderBytes>;
 
-// The words in front, zeros behind them, as in a stream; read by the one parser of headers.
+// The fields followed by zeros, as in a stream, for the common header parser.
 std::optional<weir::TensorHeader> header_of(const GstTensorMetaInfo& meta) {
   Bytes bytes{};
   std::memcpy(bytes.data(), &meta, sizeof meta);

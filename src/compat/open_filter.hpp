@@ -1,4 +1,4 @@
-// OpenFilter: a filter for NNStreamer's interface with its model open, whatever version it is of.
+// OpenFilter: a filter of NNStreamer's interface, of any version, with its model open.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <cerrno>
@@ -14,7 +14,7 @@ namespace weir::compat {
 
 class AsyncAnswers;
 
-// Used by one thread at a time, but for destroy(). What it gave away keeps it open.
+// Used by one thread at a time, except for destroy(). Outputs in use keep it open.
 class OpenFilter : public std::enable_shared_from_this<OpenFilter> {
  public:
   explicit OpenFilter(std::unique_ptr<Properties> properties);
@@ -25,7 +25,7 @@ class OpenFilter : public std::enable_shared_from_this<OpenFilter> {
   Properties& properties() noexcept { return *properties_; }
   const std::string& name() const noexcept { return properties_->shown(); }  // for errors
 
-  // The functions return what the callbacks do: 0 and above, or below 0.
+  // Like the callbacks, the functions return a negative value on failure.
   struct Known {
     bool inputs, outputs;
   };
@@ -37,17 +37,20 @@ class OpenFilter : public std::enable_shared_from_this<OpenFilter> {
   virtual void destroy(void* data) = 0;
   virtual int send(event_ops) { return -ENOENT; }
 
-  std::unique_ptr<AsyncAnswers> answers;  // of a model that answers asynchronously
+  std::unique_ptr<AsyncAnswers> answers;  // for a model with asynchronous outputs
 
  protected:
   GstTensorFilterProperties* prop() noexcept { return properties_->get(); }
-  // What `function` returned; what it threw becomes CALLBACK_FAILED.
+  // Returns the result of `function`; its exceptions become CALLBACK_FAILED.
   template <class Body>
   auto call(const char* function, Body&& body) {
     const auto threw = [&](const char* what) {
-      return Failure({Code::CALLBACK_FAILED, "the filter " + name() + " threw out of " + function,
-                      what, "a number below 0 where it fails: nothing may be thrown across C", "",
-                      "catch it in " + std::string(function) + " and return -EINVAL"});
+      return Failure(
+          {.code = Code::CALLBACK_FAILED,
+           .what = "the filter " + name() + " threw out of " + function,
+           .offered = what,
+           .needed = "a negative number on failure: exceptions must not cross C functions",
+           .fix = "catch it in " + std::string(function) + " and return -EINVAL"});
     };
     try {
       return body();
@@ -56,7 +59,7 @@ class OpenFilter : public std::enable_shared_from_this<OpenFilter> {
     } catch (const std::exception& e) {
       throw threw(e.what());
     } catch (...) {
-      throw threw("what is no std::exception");
+      throw threw("not a std::exception");
     }
   }
 
@@ -64,14 +67,14 @@ class OpenFilter : public std::enable_shared_from_this<OpenFilter> {
   std::unique_ptr<Properties> properties_;
 };
 
-// "-22 (Invalid argument)".
+// For example "-22 (Invalid argument)".
 inline std::string returned(int result) {
   std::string text = std::to_string(result);
   if (result < 0 && result > -200) text += std::string(" (") + std::strerror(-result) + ")";
   return text;
 }
 
-// Throw Failure where the filter does not open.
+// Throw Failure when the filter does not open.
 std::shared_ptr<OpenFilter> open_v0(const GstTensorFilterFramework& framework,
                                     std::unique_ptr<Properties> properties);
 std::shared_ptr<OpenFilter> open_v1(const GstTensorFilterFramework& framework,
@@ -79,10 +82,13 @@ std::shared_ptr<OpenFilter> open_v1(const GstTensorFilterFramework& framework,
 std::shared_ptr<OpenFilter> open_class(const NNStreamer_custom_class& callbacks,
                                        std::unique_ptr<Properties> properties);
 
-// Thrown by the above for a callback that returned below 0.
+// Thrown by these functions when a callback returned a negative value.
 inline Failure not_opened(const std::string& name, const std::string& offered) {
-  return Failure({Code::MODEL_INVALID, "the filter " + name + " does not open its model", offered,
-                  "0 or above", "", "GST_DEBUG=weir:5 shows what the filter logs"});
+  return Failure({.code = Code::MODEL_INVALID,
+                  .what = "the filter " + name + " does not open its model",
+                  .offered = offered,
+                  .needed = "0 or above",
+                  .fix = "GST_DEBUG=weir*:5 shows what the filter logs"});
 }
 
 }  // namespace weir::compat

@@ -1,4 +1,4 @@
-// The owner behind weir_tensor::release.
+// Wraps filter memory for weir_tensor::release.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "compat/outputs.hpp"
 
@@ -54,8 +54,11 @@ void destroy(OpenFilter& filter, GstTensorMemory* memory) noexcept {
 
 Failure broke(const std::string& name, const std::string& what, std::string offered,
               std::string needed, std::string fix) {
-  return Failure({Code::CALLBACK_FAILED, "the filter " + name + " " + what, std::move(offered),
-                  std::move(needed), "", std::move(fix)});
+  return Failure({.code = Code::CALLBACK_FAILED,
+                  .what = "the filter " + name + " " + what,
+                  .offered = std::move(offered),
+                  .needed = std::move(needed),
+                  .fix = std::move(fix)});
 }
 
 std::string which(size_t index, const GstTensorMemory& memory) {
@@ -64,15 +67,16 @@ std::string which(size_t index, const GstTensorMemory& memory) {
 }
 
 Failure too_many(const std::string& name, size_t count, size_t most) {
-  return broke(name, "gave more outputs than are expected", std::to_string(count),
+  return broke(name, "returned more outputs than expected", std::to_string(count),
                "at most " + std::to_string(most),
                "tensor_filter output= and outputtype= with " + std::to_string(count) +
-                   " tensors: their number counts, their sizes do not");
+                   " tensors: only their number matters");
 }
 
 Failure other_size(const std::string& name, size_t index, const GstTensorMemory& memory,
                    const weir_tensor_info& info) {
-  return broke(name, "gave an output of another size than it says", which(index, memory),
+  return broke(name, "returned an output whose size differs from its description",
+               which(index, memory),
                std::to_string(bytes_of(info)) + " bytes: " + weir::describe(info),
                "output[].data and output[].size as output_meta says");
 }

@@ -1,10 +1,10 @@
-// Options -> the C struct.
+// Fills the C struct of properties from options.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "compat/properties.hpp"
 
 #include <algorithm>
 
-#include "core/infer/accelerator.hpp"
+#include "core/infer/module/accelerator.hpp"
 #include "core/text/text.hpp"
 #include "nnstreamer_plugin_api_filter.h"
 #include "nnstreamer_plugin_api_util.h"
@@ -89,7 +89,7 @@ Properties::~Properties() {
 
 void Properties::choose_hardware(const std::vector<accl_hw>& supported, accl_hw automatic,
                                  accl_hw standard, bool whole_list) {
-  const auto wish = infer::parse_accelerator(accelerator_);
+  const auto request = infer::parse_accelerator(accelerator_);
   const auto number = [](const std::string& name) {
     return static_cast<accl_hw>(infer::accelerator_number(name).value_or(ACCL_NONE));
   };
@@ -98,14 +98,14 @@ void Properties::choose_hardware(const std::vector<accl_hw>& supported, accl_hw 
            std::find(supported.begin(), supported.end(), hw) != supported.end();
   };
   const auto excluded = [&](accl_hw hw) {
-    return std::any_of(wish.excluded.begin(), wish.excluded.end(),
+    return std::any_of(request.excluded.begin(), request.excluded.end(),
                        [&](const auto& name) { return number(name) == hw; });
   };
   hardware_.clear();
-  if (wish.kind == infer::AcceleratorWish::Kind::EngineDefault) hardware_ = {standard};
-  if (wish.kind == infer::AcceleratorWish::Kind::None) hardware_ = {ACCL_NONE};
-  if (wish.kind == infer::AcceleratorWish::Kind::Hardware)
-    for (const auto& name : wish.names)
+  if (request.kind == infer::AcceleratorRequest::Kind::EngineDefault) hardware_ = {standard};
+  if (request.kind == infer::AcceleratorRequest::Kind::None) hardware_ = {ACCL_NONE};
+  if (request.kind == infer::AcceleratorRequest::Kind::Hardware)
+    for (const auto& name : request.names)
       if (const auto hw = number(name); is_supported(hw) && !excluded(hw)) hardware_.push_back(hw);
   if (hardware_.empty())
     hardware_ = {automatic != ACCL_NONE || supported.empty() ? automatic : supported[0]};

@@ -1,4 +1,4 @@
-// Properties: what a filter is told about its element, and what it points to.
+// Properties: the GstTensorFilterProperties passed to a filter, with all it points to.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <chrono>
@@ -11,10 +11,10 @@
 
 namespace weir::compat {
 
-// At one place while the filter is open: filters keep the pointer.
+// Does not move while the filter is open: filters keep the pointer.
 class Properties {
  public:
-  // `name`: of the framework. `shown`: what errors call the filter. Nothing is opened.
+  // `name`: of the framework. `shown`: the filter's name in errors. Opens nothing.
   Properties(std::string name, std::string shown, const OpenRequest& request);
   ~Properties();
   Properties(const Properties&) = delete;
@@ -24,19 +24,19 @@ class Properties {
   const std::string& shown() const noexcept { return shown_; }
   bool dynamic() const noexcept { return value_.invoke_dynamic; }
   bool asynchronous() const noexcept { return value_.invoke_async; }
-  // How long the user lets it say nothing of its frames; zero: as long as it takes.
+  // How long the filter may be silent, set by the user; zero: forever.
   std::chrono::milliseconds async_timeout() const noexcept { return async_timeout_; }
-  // How many outputs the user says that there are; 0: nothing said.
+  // The number of outputs that the user declared; 0: not declared.
   size_t declared_outputs() const noexcept { return value_.output_meta.num_tensors; }
 
-  // What accelerator= comes to: `supported` are the framework's, none for one that does not say.
-  // `whole_list`: every wish that is supported, else the first.
+  // Resolves accelerator=. `supported`: the framework's, empty if it gives none. `whole_list`: all
+  // supported requests, else only the first.
   void choose_hardware(const std::vector<accl_hw>& supported, accl_hw automatic, accl_hw standard,
                        bool whole_list);
-  // The stream's tensors.
+  // Sets the stream's tensors.
   void configure_inputs(std::span<const weir_tensor_info> inputs);
   void configure_outputs(std::span<const weir_tensor_info> outputs);
-  // Names that a dynamic filter put into output_meta are its own.
+  // Names that a dynamic filter wrote into output_meta belong to the filter.
   void forget_output_names() noexcept;
 
  private:

@@ -1,6 +1,12 @@
-// Into the table, with words for what is refused.
+// Registers descriptors and explains rejected ones.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "compat/registration.hpp"
+
+#include <algorithm>
+#include <iterator>
+#include <vector>
+
+#include "weir/join.hpp"
 
 namespace weir::compat {
 
@@ -8,21 +14,18 @@ using subplugin::Kind;
 
 namespace {
 
-// Nothing to refuse: no error.
+// An error unless name and parts are complete.
 Status complete(Kind kind, const char* name, std::initializer_list<Needed> parts) {
-  std::string missing, needed;
-  for (const auto& part : parts) {
-    needed += (needed.empty() ? "" : ", ") + std::string(part.name);
-    if (!part.there) missing += (missing.empty() ? "" : ", ") + std::string(part.name);
-  }
+  std::vector<Needed> missing;
+  std::copy_if(parts.begin(), parts.end(), std::back_inserter(missing),
+               [](const Needed& part) { return !part.there; });
   if (missing.empty()) return ok();
-  return Error{Code::MODULE_REFUSED,
-               std::string("the ") + name_of(kind) + " " + (name ? name : "without a name") +
-                   " lacks what it must have",
-               "without " + missing,
-               needed,
-               "",
-               ""};
+  const auto name_of_part = [](const Needed& part) { return part.name; };
+  return Error{.code = Code::MODULE_REFUSED,
+               .what = std::string("the ") + name_of(kind) + " " +
+                       (name ? name : "without a name") + " lacks required parts",
+               .offered = "without " + join(missing, ", ", name_of_part),
+               .needed = join(parts, ", ", name_of_part)};
 }
 
 }  // namespace

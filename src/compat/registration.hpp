@@ -1,4 +1,4 @@
-// What the registering functions of sub-plugins share.
+// Helpers of the functions that register sub-plugins.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <cerrno>
@@ -14,19 +14,18 @@
 
 namespace weir::compat {
 
-// A part of a descriptor that must be there.
+// A required part of a descriptor.
 struct Needed {
   const char* name;
   bool there;
 };
 
-// Adds a descriptor to the process's table: 1; 0, with the reason in the log and in the error of
-// who loads its file, when a part of it is missing or its name cannot be had.
+// Adds a descriptor to the process-wide table and returns 1. Returns 0 when a part is missing or
+// the name is not available; the reason is logged and becomes part of the error of the load.
 int register_descriptor(const char* function, subplugin::Kind kind, const char* name,
                         const void* descriptor, std::initializer_list<Needed> parts) noexcept;
 void unregister_descriptor(const char* function, subplugin::Kind kind, const char* name) noexcept;
-// From the table or a file, else what `builtin` has of this name; null, with a line in the log,
-// without.
+// Looks in the table, in files, then in `builtin`; null, with a log line, if not found.
 template <class Descriptor>
 const Descriptor* find_descriptor(const char* function, subplugin::Kind kind, const char* name,
                                   Result<const Descriptor*> (*builtin)(const char*)) noexcept {
@@ -40,13 +39,13 @@ const Descriptor* find_descriptor(const char* function, subplugin::Kind kind, co
     return nullptr;
   });
 }
-// Pairs of key and text, ended with NULL.
+// NULL-terminated pairs of key and text.
 void describe(const char* function, subplugin::Kind kind, const char* name, const char* key,
               va_list texts) noexcept;
 
-// 0, -EINVAL, -ENOMEM: what a function of libweir returned. Its error goes to the log and is freed.
+// Returns the result of a libweir function: 0, -EINVAL or -ENOMEM. Logs and frees its error.
 int answer_of(const char* function, int code, weir_error* error = nullptr);
-// The same of what `body` returns; what it throws goes to the log.
+// The same for the result of `body`; logs its exceptions.
 template <class Body>
 int answered(const char* function, Body&& body) noexcept {
   try {
@@ -61,7 +60,7 @@ int answered(const char* function, Body&& body) noexcept {
   return -EINVAL;
 }
 
-// Checks `name` and says where `add`, a function of libweir, finds it taken. `what`: "function".
+// Checks `name` and logs when `add`, a function of libweir, finds it taken. `what`: "function".
 template <class Add>
 int register_name(const char* function, const char* what, const char* name, Add&& add) noexcept {
   return answered(function, [&] {
@@ -76,7 +75,7 @@ int register_name(const char* function, const char* what, const char* name, Add&
   });
 }
 
-// Functions of a program by name: 0, -EINVAL, -ENOMEM.
+// Registers a program's function by name: 0, -EINVAL, -ENOMEM.
 int register_function(const char* function, subplugin::Functions& functions, const char* name,
                       subplugin::AnyFunction callback, void* data) noexcept;
 int unregister_function(const char* function, subplugin::Functions& functions,

@@ -1,4 +1,4 @@
-// Interpreters that several elements use, by key (specification 4.6).
+// Interpreters shared by several elements, by key (docs/compatibility/filter.md 4.6).
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <map>
 #include <mutex>
@@ -18,11 +18,11 @@ struct Shared {
   std::set<void*> users;  // instances
 };
 struct Table {
-  std::mutex mutex;  // guards models; no callback is called while it is held
+  std::mutex mutex;  // guards models; never held during a callback
   std::map<std::string, Shared, std::less<>> models;
 };
 Table& table() {
-  static auto& all = *new Table;  // threads may outlive static objects
+  static auto& all = *new Table;  // never freed: threads may outlive static objects
   return all;
 }
 

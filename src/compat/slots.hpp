@@ -1,5 +1,5 @@
 // Descriptors for Weir's own engines, decoders and converters. Most functions of a descriptor get
-// no pointer to it: each type gets functions of its own, by number.
+// no pointer to it, so each type has its own functions, by number.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <array>
@@ -11,7 +11,7 @@
 
 namespace weir::compat {
 
-// `Type` is a table of a module or of libweir: it stays until the process ends, as descriptors do.
+// `Type` is a table of a module or of libweir; it stays until the process ends, as descriptors do.
 template <class Descriptor, class Type>
 class Slots {
  public:
@@ -21,7 +21,7 @@ class Slots {
   Slots(const Slots&) = delete;
   Slots& operator=(const Slots&) = delete;
 
-  // The descriptor of `type`; `name_it(descriptor, number)` fills what is not a function, once.
+  // The descriptor of `type`; `name_it(descriptor, number)` fills its data members, once.
   template <class NameIt>
   Result<const Descriptor*> of(const Type& type, NameIt name_it) {
     std::lock_guard lock(mutex_);
@@ -29,14 +29,15 @@ class Slots {
       if (types_[i] == &type) return &table_[i];
     const size_t number = count_;
     if (number == kMost)
-      return Error{
-          Code::LIMIT_EXCEEDED, "no descriptor is left", "", std::to_string(kMost), "", ""};
+      return Error{.code = Code::LIMIT_EXCEEDED,
+                   .what = "no descriptor is left",
+                   .needed = std::to_string(kMost)};
     types_[number] = &type;
     name_it(table_[number], number);
     ++count_;
     return &table_[number];
   }
-  // Of a number that of() gave.
+  // The type of a number from of().
   const Type& type(size_t number) const noexcept { return *types_[number].load(); }
 
  private:

@@ -1,4 +1,4 @@
-// Values both ways.
+// Converts between the C structs and core's values.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "compat/spec.hpp"
 
@@ -57,9 +57,10 @@ GstTensorInfo* room_at(GstTensorsInfo& info, size_t index) noexcept {
 bool can_be(const char* function, const GstTensorsInfo& info) noexcept {
   if (info.num_tensors <= NNS_TENSOR_SIZE_LIMIT) return true;
   return or_else(function, false, [&] {
-    warn(function, Error{Code::LIMIT_EXCEEDED, "a description of more tensors than there can be",
-                         "num_tensors " + std::to_string(info.num_tensors),
-                         "at most " + std::to_string(NNS_TENSOR_SIZE_LIMIT), "", ""});
+    warn(function, Error{.code = Code::LIMIT_EXCEEDED,
+                         .what = "a description has too many tensors",
+                         .offered = "num_tensors " + std::to_string(info.num_tensors),
+                         .needed = "at most " + std::to_string(NNS_TENSOR_SIZE_LIMIT)});
     return false;
   });
 }

@@ -1,21 +1,21 @@
-// Structures of caps: which stream, and dimensions that differ in trailing 1s only.
+// Compares structures of tensor caps; trailing 1s in dimensions are ignored.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "compat/guard.hpp"
 #include "core/tensor/frame_spec.hpp"
-#include "gstcpp/ref.hpp"
+#include "gstcpp/element/ref.hpp"
 #include "nnstreamer_plugin_api.h"
 
 using namespace weir::compat;
 
 namespace {
 
-// The field with the dimensions of one tensor or of all; null for what is no tensor stream.
+// The field with the dimensions; null if the structure is not a tensor stream.
 const char* dimension_field(const GstStructure* structure) {
   if (gst_structure_has_name(structure, "other/tensor")) return "dimension";
   return gst_structure_has_name(structure, "other/tensors") ? "dimensions" : nullptr;
 }
 
-// How `other` writes the dimensions of `structure`; null where both are not equal.
+// The spelling of the dimensions of `structure` in `other`; null if they are not equal.
 const char* equal_dimensions(const GstStructure* structure, const GstStructure* other) {
   const char* field = dimension_field(structure);
   if (!field || !gst_structure_has_name(other, gst_structure_get_name(structure))) return nullptr;

@@ -1,4 +1,4 @@
-// One tensor's description.
+// Functions for the description of one tensor.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <algorithm>
 

@@ -1,4 +1,4 @@
-// Descriptions of several tensors as text.
+// Converts descriptions of several tensors to text and back.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <algorithm>
 
@@ -6,6 +6,7 @@
 #include "compat/spec.hpp"
 #include "core/text/text.hpp"
 #include "nnstreamer_plugin_api_util.h"
+#include "weir/join.hpp"
 
 using namespace weir::compat;
 
@@ -13,7 +14,7 @@ namespace {
 
 using weir::Result;
 
-// Entries of a list into tensors: as many as there can be, with a line in the log for more.
+// Applies the entries of a list to tensors; logs a warning for more than the limit.
 template <class Put>
 guint fill(const char* function, GstTensorsInfo* info, const gchar* text, const char* separators,
            Put put) {
@@ -22,7 +23,7 @@ guint fill(const char* function, GstTensorsInfo* info, const gchar* text, const 
     const auto parts = weir::split(text, separators);
     if (parts.size() == 1 && weir::strip(parts[0]).empty()) return 0;
     if (parts.size() > NNS_TENSOR_SIZE_LIMIT)
-      warn(function, std::to_string(parts.size()) + " tensors: the first 256 are taken");
+      warn(function, std::to_string(parts.size()) + " tensors: the first 256 are used");
     const size_t count = std::min<size_t>(parts.size(), NNS_TENSOR_SIZE_LIMIT);
     for (size_t i = 0; i < count; ++i) put(weir::strip(parts[i]), room_at(*info, i));
     return static_cast<guint>(count);
@@ -64,9 +65,9 @@ gchar* gst_tensors_info_get_rank_dimensions_string(const GstTensorsInfo* info, c
                                                    gboolean padding) {
   if (!given(__func__, {info}) || info->num_tensors == 0) return nullptr;
   return or_else<gchar*>(__func__, nullptr, [&] {
-    std::string out;
-    for (const auto& tensor : spec_of(*info).tensors)
-      out += (out.empty() ? "" : ",") + rank_text(tensor.shape, rank, padding);
+    const std::string out = join(spec_of(*info).tensors, ",", [&](const auto& tensor) {
+      return rank_text(tensor.shape, rank, padding);
+    });
     return text(out);
   });
 }

@@ -1,10 +1,11 @@
-// Checking and turning round: caps are innermost first, engines outermost first.
+// Checks and converts tensor descriptions: caps are innermost first, engines outermost first.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "compat/tensors.hpp"
 
 #include <algorithm>
 
 #include "nnstreamer_plugin_api_util.h"
+#include "weir/join.hpp"
 
 namespace weir::compat {
 namespace {
@@ -12,17 +13,17 @@ namespace {
 constexpr uint64_t kMostBytes = uint64_t{1} << 32;
 
 Failure nonsense(const std::string& filter, std::string offered, std::string needed) {
-  return Failure({Code::CALLBACK_FAILED, "the filter " + filter + " says what cannot be a tensor",
-                  std::move(offered), std::move(needed), "",
-                  "num_tensors, type and dimension of every tensor in its GstTensorsInfo"});
+  return Failure({.code = Code::CALLBACK_FAILED,
+                  .what = "the filter " + filter + " declares an invalid tensor",
+                  .offered = std::move(offered),
+                  .needed = std::move(needed),
+                  .fix = "num_tensors, type and dimension of every tensor in its GstTensorsInfo"});
 }
 
 std::string numbers(const tensor_dim dim) {
   size_t count = NNS_TENSOR_RANK_LIMIT;
   while (count > 1 && dim[count - 1] == 0) --count;
-  std::string out;
-  for (size_t i = 0; i < count; ++i) out += (i ? ":" : "") + std::to_string(dim[i]);
-  return out;
+  return join(std::span(dim, count), ":", [](uint32_t extent) { return std::to_string(extent); });
 }
 
 weir_tensor_info open_tensor() {
@@ -37,11 +38,11 @@ weir_tensor_info checked(const GstTensorInfo& tensor, const std::string& filter,
                          const std::string& which) {
   if (element_type(tensor.type) == ElementType::End)
     throw nonsense(filter, which + " with type " + std::to_string(static_cast<int>(tensor.type)),
-                   "a type of tensor_type, 0 to 10");
+                   "a value of tensor_type, 0 to 10");
   const Shape shape = shape_of(tensor.dimension);
   if (!shape.valid())
     throw nonsense(filter, which + " with the dimension " + numbers(tensor.dimension),
-                   "1 to 16 numbers above 0, and 0 behind them");
+                   "1 to 16 numbers above 0, followed by 0");
   const auto bytes = TensorSpec{element_type(tensor.type), shape, {}}.bytes();
   if (!bytes || *bytes >= kMostBytes)
     throw nonsense(filter, which + " with the dimension " + numbers(tensor.dimension),

@@ -1,4 +1,4 @@
-// Descriptions of tensors between Weir's engines and C structs; what callbacks said is checked.
+// Converts tensor descriptions between Weir's engines and C structs; validates those of callbacks.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <deque>
@@ -12,8 +12,8 @@
 
 namespace weir::compat {
 
-// Owns a GstTensorsInfo. Names that a callback puts in stay the callback's: whose they are is not
-// known, and they are copied.
+// Owns a GstTensorsInfo. Names that a callback writes are copied and not freed, because their
+// ownership is unknown.
 class TensorsInfo {
  public:
   TensorsInfo() noexcept;
@@ -29,22 +29,22 @@ class TensorsInfo {
   GstTensorsInfo info_;
 };
 
-// `to` has this as its tensors; its names and `extra` are owned and freed by clear(). What is not
-// known is _NNS_END or without dimensions.
+// Writes `tensors` to `to`; its names and `extra` are owned and freed by clear(). Unknown parts are
+// _NNS_END or without dimensions.
 void assign(std::span<const weir_tensor_info> tensors, GstTensorsInfo* to);
 
-// Descriptions for an engine, and what keeps their names.
+// Descriptions for an engine, with storage for their names.
 struct Described {
   std::vector<weir_tensor_info> infos;
   std::deque<std::string> names;
 };
 
-// What `filter` said of its inputs or outputs (`role`: "input" or "output"). Throws CALLBACK_FAILED
-// for what cannot be: no or more than 256 tensors, a type out of range, dimensions that are none,
-// 4 GiB and more.
+// Reads what `filter` gave for its inputs or outputs (`role`: "input" or "output"). Throws
+// CALLBACK_FAILED for an invalid result: no or more than 256 tensors, a type out of range, invalid
+// dimensions, 4 GiB or more.
 Described described(const GstTensorsInfo& info, const std::string& filter, const char* role);
 
-// As many tensors of which nothing is known.
+// `count` tensors whose specs are unknown.
 Described open_tensors(size_t count);
 
 }  // namespace weir::compat

@@ -1,4 +1,4 @@
-// The tensors of a frame, and a stream.
+// Functions for the tensors of a frame and for stream configurations.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "compat/guard.hpp"
 #include "compat/spec.hpp"

@@ -1,4 +1,4 @@
-// Trainers of sub-plugins: checked and listed. No element runs them yet.
+// Checks and lists trainers of sub-plugins. No element runs them yet.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "compat/registration.hpp"
 #include "nnstreamer_plugin_api_trainer.h"
@@ -8,17 +8,15 @@ using weir::subplugin::Kind;
 
 namespace {
 
-// Null, with a line in the log, when the framework does not say it.
+// Null, with a log line, when the framework gives none.
 const char* name_of(const char* function, const GstTensorTrainerFramework& framework) {
   GstTensorTrainerFrameworkInfo info{};
   if (framework.getFrameworkInfo(&framework, nullptr, nullptr, &info) >= 0 && info.name)
     return info.name;
-  const weir::Error error{weir::Code::MODULE_REFUSED,
-                          "the trainer's getFrameworkInfo gives no name",
-                          info.name ? info.name : "NULL",
-                          "a name, and 0",
-                          "",
-                          ""};
+  const weir::Error error{.code = weir::Code::MODULE_REFUSED,
+                          .what = "the trainer's getFrameworkInfo returns no name",
+                          .offered = info.name ? info.name : "NULL",
+                          .needed = "a name, and 0"};
   weir::subplugin::table().refuse(Kind::Trainer, error);
   warn(function, error);
   return nullptr;
@@ -28,12 +26,10 @@ bool has_version(const char* function, const GstTensorTrainerFramework& framewor
   if (framework.version == GST_TENSOR_TRAINER_FRAMEWORK_V1) return true;
   char offered[32];
   g_snprintf(offered, sizeof offered, "0x%016" G_GINT64_MODIFIER "X", framework.version);
-  const weir::Error error{weir::Code::MODULE_REFUSED,
-                          "the trainer is of another version",
-                          offered,
-                          "0xDEAFDEAD00010000",
-                          "",
-                          ""};
+  const weir::Error error{.code = weir::Code::MODULE_REFUSED,
+                          .what = "the trainer has another interface version",
+                          .offered = offered,
+                          .needed = "0xDEAFDEAD00010000"};
   weir::subplugin::table().refuse(Kind::Trainer, error);
   warn(function, error);
   return false;
@@ -73,5 +69,5 @@ int nnstreamer_trainer_exit(GstTensorTrainerFramework* framework) {
 void nnstreamer_trainer_notify_event(GstTensorTrainerEventNotifier* notifier,
                                      GstTensorTrainerEventType event, void*) {
   if (!given(__func__, {notifier})) return;
-  warn(__func__, "no element trains: event " + std::to_string(event) + " goes to nobody");
+  warn(__func__, "no element trains: event " + std::to_string(event) + " is ignored");
 }

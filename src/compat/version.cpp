@@ -1,4 +1,4 @@
-// Which release of the interface this is.
+// The release of the interface.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <glib.h>
 

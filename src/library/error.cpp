@@ -1,10 +1,10 @@
-// The parts of an error.
+// Implements weir/error.h.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "weir/error.h"
 
 #include <memory>
 
-#include "core/infer/host.hpp"
+#include "core/infer/module/host.hpp"
 
 namespace {
 
@@ -18,12 +18,12 @@ weir_error* weir_error_new(int code, const char* what, const char* offered, cons
                            const char* difference, const char* fix) {
   const auto text = [](const char* given) { return std::string(given ? given : ""); };
   try {
-    weir::Error error{static_cast<weir::Code>(code > 0 ? code : WEIR_INTERNAL),
-                      text(what),
-                      text(offered),
-                      text(needed),
-                      text(difference),
-                      text(fix)};
+    weir::Error error{.code = static_cast<weir::Code>(code > 0 ? code : WEIR_INTERNAL),
+                      .what = text(what),
+                      .offered = text(offered),
+                      .needed = text(needed),
+                      .difference = text(difference),
+                      .fix = text(fix)};
     return std::make_unique<weir_error>(weir_error{std::move(error), true}).release();
   } catch (const std::bad_alloc&) {
     return nullptr;

@@ -1,4 +1,4 @@
-// At the border to C: errors become objects, nothing is thrown across.
+// The boundary of the C API: converts errors to objects and stops exceptions.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <exception>
@@ -10,8 +10,7 @@
 
 namespace weir::library {
 
-// Keeps `error` for the caller where there is a place; returns -code. When memory ran out for that
-// too, the place gets NULL.
+// Stores `error` at `place` unless that is null; returns -code. Stores NULL when out of memory.
 inline int keep(weir_error** place, const Error& error) noexcept {
   const int code = static_cast<int>(error.code);
   if (place)
@@ -21,21 +20,21 @@ inline int keep(weir_error** place, const Error& error) noexcept {
 }
 
 inline Error null_pointer(const char* what) {
-  return Error{Code::OPTION_VALUE, std::string(what) + " is a null pointer", "", "", "", ""};
+  return Error{.code = Code::OPTION_VALUE, .what = std::string(what) + " is a null pointer"};
 }
 
-// Runs `body`, which returns what a function of the C face returns. The place is cleared first.
+// Runs `body`, which returns a value of the C API. Clears the place first.
 template <class Body>
 int guarded(weir_error** place, Body&& body) noexcept {
   if (place) *place = nullptr;
   try {
     return body();
   } catch (const std::bad_alloc&) {
-    return keep(place, Error{Code::OUT_OF_MEMORY, "memory ran out", "", "", "", ""});
+    return keep(place, Error{.code = Code::OUT_OF_MEMORY, .what = "memory ran out"});
   } catch (const std::exception& e) {
-    return keep(place, Error{Code::INTERNAL, e.what(), "", "", "", ""});
+    return keep(place, Error{.code = Code::INTERNAL, .what = e.what()});
   } catch (...) {
-    return keep(place, Error{Code::INTERNAL, "an unknown exception", "", "", "", ""});
+    return keep(place, Error{.code = Code::INTERNAL, .what = "an unknown exception"});
   }
 }
 

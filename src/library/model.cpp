@@ -1,4 +1,4 @@
-// The C face of models: pointers and sizes are checked here, everything else in core/direct.
+// The C API of models: checks pointers and sizes and calls core/direct.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "weir/model.h"
 
@@ -33,23 +33,35 @@ std::span<T> list(T* first, uint32_t count) {
   return {first, first ? count : 0};
 }
 
-// A copy of all that the caller's version of the struct has.
-Result<weir_model_options> whole(const weir_model_options& given) {
-  constexpr uint32_t kFirst = offsetof(weir_model_options, engine);
-  if (given.struct_size < kFirst)
-    return Error{Code::OPTION_VALUE,
-                 "weir_model_options says no size of its own",
-                 std::to_string(given.struct_size),
-                 "at least " + std::to_string(kFirst) + " bytes",
-                 "",
-                 "weir_model_options options = WEIR_MODEL_OPTIONS_INIT;"};
+// A copy of the members that are entirely within struct_size; the others are 0, as abi.h requires.
+Result<weir_model_options> complete(const weir_model_options& given) {
+  constexpr size_t kEnds[] = {
+      offsetof(weir_model_options, engine),
+      offsetof(weir_model_options, accelerator),
+      offsetof(weir_model_options, options),
+      offsetof(weir_model_options, n_options),
+      offsetof(weir_model_options, threads),
+      offsetof(weir_model_options, timeout_ns),
+      offsetof(weir_model_options, declared),
+      offsetof(weir_model_options, n_declared),
+      offsetof(weir_model_options, n_declared) + sizeof given.n_declared,
+  };
+  size_t bytes = 0;
+  for (const size_t end : kEnds)
+    if (end <= given.struct_size) bytes = end;
+  if (bytes == 0)
+    return Error{.code = Code::OPTION_VALUE,
+                 .what = "weir_model_options has no struct_size",
+                 .offered = std::to_string(given.struct_size),
+                 .needed = "at least " + std::to_string(kEnds[0]) + " bytes",
+                 .fix = "weir_model_options options = WEIR_MODEL_OPTIONS_INIT;"};
   weir_model_options out{};
-  std::memcpy(&out, &given, std::min<size_t>(given.struct_size, sizeof out));
+  std::memcpy(&out, &given, bytes);
   return out;
 }
 
 Result<std::unique_ptr<direct::DirectModel>> open(const weir_model_options& given) {
-  const auto options = whole(given);
+  const auto options = complete(given);
   if (!options) return options.error();
   infer::OpenOptions request;
   for (const char* path : list(options->paths, options->n_paths)) {

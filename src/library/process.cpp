@@ -1,4 +1,4 @@
-// The objects of the process, for GStreamer's plug-in, which contains core a second time.
+// The objects of the process, for GStreamer's plug-in, which contains a second copy of core.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "process.h"
 

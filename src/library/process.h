@@ -1,6 +1,6 @@
+/* Interface between libweir and the plug-in of the same version; not installed and not public.
+ *
  * SPDX-License-Identifier: LGPL-2.1-or-later */
-/* Between libweir and the plug-in of the same version; not installed, no interface for anyone else.
- */
 #ifndef WEIR_LIBRARY_PROCESS_H
 #define WEIR_LIBRARY_PROCESS_H
 #include <stddef.h>
@@ -9,7 +9,7 @@
 extern "C" {
 #endif
 
-/* weir::process::local_object of the library. */
+/* Calls weir::process::local_object of the library. */
 __attribute__((visibility("default"))) void* weir_process_object(const char* name, size_t size,
                                                                  void* (*make)(void));
 

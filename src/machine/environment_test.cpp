@@ -1,4 +1,4 @@
-// The environment of a program that has more rights than who starts it.
+// Tests the environment of a program with more rights than the user who starts it.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "environment.hpp"
 

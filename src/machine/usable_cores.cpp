@@ -1,4 +1,4 @@
-// Counting cores from the affinity mask, /sys and the control group, as the engines count them.
+// Counts cores from the affinity mask, /sys and the control group, as the engines do.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "usable_cores.hpp"
 
@@ -24,7 +24,7 @@ int cores_of_affinity(const std::string& root) {
   cpu_set_t mask;
   CPU_ZERO(&mask);
   if (sched_getaffinity(0, sizeof mask, &mask) != 0) return 1;
-  std::set<std::pair<int, int>> cores;  // package, core; a CPU of unknown place counts alone
+  std::set<std::pair<int, int>> cores;  // package, core; a CPU of unknown topology counts alone
   for (int cpu = 0; cpu < CPU_SETSIZE; ++cpu) {
     if (!CPU_ISSET(cpu, &mask)) continue;
     const std::string place =

@@ -1,13 +1,13 @@
-// The cores that this process may use.
+// Counts the cores that this process may use.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <string>
 
 namespace weir {
 
-// How many threads a computation of this process should use. Physical cores of the affinity mask
-// (threads of one core count once), less where the control group's quota allows less; at least 1.
-// `root` stands before /sys and /proc.
+// The recommended number of threads for a computation: physical cores of the affinity mask (threads
+// of one core count once), reduced to the control group's quota; at least 1. `root` is prepended to
+// /sys and /proc.
 int usable_cores(const std::string& root = "");
 
 }  // namespace weir

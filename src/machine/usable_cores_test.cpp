@@ -1,4 +1,4 @@
-// Cores counted on this machine, and in a tree of files that the test writes.
+// Tests counting cores on this machine, and in a directory tree created by the test.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "usable_cores.hpp"
 
@@ -26,7 +26,7 @@ class UsableCores : public testing::Test {
     fs::create_directories((root_ / path).parent_path());
     std::ofstream(root_ / path) << text;
   }
-  // CPUs that this test may use, two to a core.
+  // CPUs that this test may use, two per core.
   int write_pairs_of_cpus() {
     cpu_set_t mask;
     CPU_ZERO(&mask);

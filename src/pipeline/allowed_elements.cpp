@@ -1,22 +1,22 @@
-// Descriptions are read by core; what a property or a scheme makes is known to GStreamer's
-// registry.
+// Checks pipeline descriptions: core parses the text, GStreamer's registry gives the elements
+// behind properties and URI schemes.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "pipeline/allowed_elements.hpp"
 
 #include <algorithm>
 
 #include "core/text/launch_elements.hpp"
-#include "gstcpp/property_text.hpp"
-#include "gstcpp/ref.hpp"
+#include "gstcpp/element/property_text.hpp"
+#include "gstcpp/element/ref.hpp"
+#include "weir/join.hpp"
 
 namespace weir::pipeline {
 namespace {
 
-constexpr int kDeepest = 16;  // descriptions in properties of descriptions
+constexpr int kDeepest = 16;  // nesting of descriptions in properties
 
 Error forbidden(const std::string& factory, const std::vector<std::string>& allowed) {
-  std::string list;
-  for (const auto& name : allowed) list += (list.empty() ? "" : ", ") + name;
+  const std::string list = join(allowed, ", ");
   return Error{.code = Code::OPTION_VALUE,
                .what = "the configuration does not allow this element in pipelines",
                .offered = factory,
@@ -25,7 +25,7 @@ Error forbidden(const std::string& factory, const std::vector<std::string>& allo
                .fix = ""};
 }
 
-// Whether the property of such elements takes an element, which GStreamer makes of a text.
+// Whether the property of these elements takes an element, which GStreamer makes from text.
 bool takes_element(const std::string& factory_name, const std::string& property) {
   const auto factory =
       gst::Ref<GstElementFactory>::adopt(gst_element_factory_find(factory_name.c_str()));
@@ -40,8 +40,8 @@ bool takes_element(const std::string& factory_name, const std::string& property)
   return spec && g_type_is_a(spec->value_type, GST_TYPE_ELEMENT);
 }
 
-// A property "child::property" of a GstChildProxy, whose child is not known yet: an element where
-// the value begins with the name of one.
+// A "child::property" of a GstChildProxy whose child is unknown: it names an element if the value
+// starts with an element's name.
 bool may_name_element(const std::string& property, const std::string& value) {
   if (property.find("::") == std::string::npos) return false;
   const auto named = launch_elements(value);
@@ -67,7 +67,8 @@ Status AllowedElements::check_name(const std::string& factory) const {
   return forbidden(factory, factories_);
 }
 
-// GStreamer chooses by rank and falls back to others: all that handle the scheme must be allowed.
+// GStreamer chooses by rank and has fallbacks: every element that handles the scheme must be
+// allowed.
 Status AllowedElements::check_scheme(const std::string& scheme) const {
   GList* all = gst_registry_get_feature_list(gst_registry_get(), GST_TYPE_ELEMENT_FACTORY);
   Status status = ok();
@@ -100,7 +101,7 @@ Status AllowedElements::check(std::string_view description, int depth) const {
 
 Status AllowedElements::check(GstElement* element) const {
   const std::string kind = gst::kind_of(element);
-  // A bin without a factory was made by another element; its children are what counts.
+  // A bin without a factory was made by another element; only its children are checked.
   const std::string name = !kind.empty()         ? kind
                            : GST_IS_BIN(element) ? "bin"
                                                  : G_OBJECT_TYPE_NAME(element);

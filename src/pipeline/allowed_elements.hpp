@@ -1,4 +1,4 @@
-// AllowedElements: the only factories whose elements a pipeline may have.
+// AllowedElements: restricts a pipeline to elements of listed factories.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <gst/gst.h>
@@ -11,16 +11,17 @@
 
 namespace weir::pipeline {
 
-// Thread-safe. Each check is OPTION_VALUE with the first factory that is not allowed. "bin",
-// "pipeline" and "capsfilter", which texts make of parentheses and caps, always are.
+// Thread-safe. Each check fails with OPTION_VALUE and the first factory that is not allowed. "bin",
+// "pipeline" and "capsfilter", which a description makes from parentheses and caps, are always
+// allowed.
 class AllowedElements {
  public:
   explicit AllowedElements(std::vector<std::string> factories) : factories_(std::move(factories)) {}
 
-  // Before GStreamer reads the description: nothing is made. Names, schemes of URIs, and the texts
-  // of properties that take elements.
+  // Call before GStreamer parses the description; creates no elements. Checks element names, URI
+  // schemes, and the text of properties that take elements.
   Status check(std::string_view description) const;
-  // Every element in the bin, at any depth.
+  // Checks every element in the bin, recursively.
   Status check(GstBin* bin) const;
   Status check(GstElement* element) const;
 
@@ -32,7 +33,7 @@ class AllowedElements {
   std::vector<std::string> factories_;
 };
 
-// Lets no data through the element and keeps its bin from starting it.
+// Blocks data through the element and keeps its bin from starting it.
 void disable(GstElement* element);
 
 }  // namespace weir::pipeline

@@ -1,4 +1,4 @@
-// GStreamer's domains to codes.
+// Maps GStreamer's error domains to Weir's codes.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "pipeline/bus_error.hpp"
 
@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "core/text/text.hpp"
-#include "gstcpp/property_text.hpp"
-#include "gstcpp/ref.hpp"
+#include "gstcpp/element/property_text.hpp"
+#include "gstcpp/element/ref.hpp"
 
 namespace weir::pipeline {
 namespace {
@@ -39,7 +39,7 @@ std::vector<std::string> element_names() {
   return out;
 }
 
-// The word between the last quotes of a message; "" when there is none.
+// The text between the last quotes of a message; "" if there are none.
 std::string quoted(const std::string& message) {
   const size_t end = message.rfind('"');
   const size_t begin = end == std::string::npos || end == 0 ? end : message.rfind('"', end - 1);
@@ -61,11 +61,15 @@ Error error_of(GstMessage* message) {
   guint code = 0;
   if (details && gst_structure_has_name(details, "weir-error") &&
       gst_structure_get_uint(details, "code", &code))
-    return Error{static_cast<Code>(code),        element + ": " + text_of(details, "what"),
-                 text_of(details, "offered"),    text_of(details, "needed"),
-                 text_of(details, "difference"), text_of(details, "fix")};
-  return Error{
-      code_of(*error), element + ": " + error->message, place ? place.get() : "", "", "", ""};
+    return Error{.code = static_cast<Code>(code),
+                 .what = element + ": " + text_of(details, "what"),
+                 .offered = text_of(details, "offered"),
+                 .needed = text_of(details, "needed"),
+                 .difference = text_of(details, "difference"),
+                 .fix = text_of(details, "fix")};
+  return Error{.code = code_of(*error),
+               .what = element + ": " + error->message,
+               .offered = place ? place.get() : ""};
 }
 
 Error parse_error(const GError& error, const char* text) {
@@ -73,12 +77,13 @@ Error parse_error(const GError& error, const char* text) {
   const bool unknown = g_error_matches(&error, GST_PARSE_ERROR, GST_PARSE_ERROR_NO_SUCH_ELEMENT);
   const std::string word = unknown ? quoted(error.message) : "";
   const std::string close = word.empty() ? "" : nearest(word, element_names());
-  return Error{unknown ? Code::OPTION_VALUE : Code::OPTION_SYNTAX,
-               std::string("the text of the pipeline cannot be used: ") + error.message,
-               text,
-               unknown ? "elements that are installed" : "what gst-launch-1.0 takes",
-               close.empty() ? "" : "did you mean " + close + "?",
-               unknown ? "gst-inspect-1.0" : ""};
+  return Error{.code = unknown ? Code::OPTION_VALUE : Code::OPTION_SYNTAX,
+               .what = std::string("the pipeline description cannot be parsed: ") + error.message,
+               .offered = text,
+               .needed = unknown ? "elements that are installed"
+                                 : "a description that gst-launch-1.0 accepts",
+               .difference = close.empty() ? "" : "did you mean " + close + "?",
+               .fix = unknown ? "gst-inspect-1.0" : ""};
 }
 
 }  // namespace weir::pipeline

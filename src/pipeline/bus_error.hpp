@@ -1,4 +1,4 @@
-// What elements report, as Weir's errors.
+// Converts GStreamer's errors to Weir's.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <gst/gst.h>
@@ -7,10 +7,10 @@
 
 namespace weir::pipeline {
 
-// Of an error message: Weir's own with all its parts, others by their domain. The element's name is
-// in `what`.
+// From an error message: Weir's own errors keep all parts, others are mapped by domain. `what`
+// contains the element's name.
 Error error_of(GstMessage* message);
-// Of gst_parse_launch.
+// From gst_parse_launch().
 Error parse_error(const GError& error, const char* text);
 
 }  // namespace weir::pipeline

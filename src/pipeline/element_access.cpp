@@ -1,4 +1,4 @@
-// Everything is checked before GObject sees it, which would print a warning and go on.
+// Checks names and values before GObject does, which would only log a warning.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "pipeline/element_access.hpp"
 
@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "core/text/choice.hpp"
-#include "gstcpp/output_selector.hpp"
+#include "gstcpp/pads/output_selector.hpp"
 #include "weir/pipeline.h"
 
 namespace weir::pipeline {
@@ -36,23 +36,21 @@ std::vector<std::string> names_in(GstBin* bin) {
 
 Error refused(GstElement* element, const GParamSpec& spec, const std::string& offered,
               std::string needed) {
-  return Error{Code::OPTION_VALUE,
-               kind_of(element) + " does not take this value for " + spec.name,
-               offered,
-               std::move(needed),
-               "",
-               "gst-inspect-1.0 " + kind_of(element)};
+  return Error{.code = Code::OPTION_VALUE,
+               .what = kind_of(element) + " does not accept this value for " + spec.name,
+               .offered = offered,
+               .needed = std::move(needed),
+               .fix = "gst-inspect-1.0 " + kind_of(element)};
 }
 
 }  // namespace
 
 Error wrong_kind(GstElement* element, const std::string& needed) {
-  return Error{Code::OPTION_VALUE,
-               std::string(GST_OBJECT_NAME(element)) + " is another element than this call is for",
-               kind_of(element),
-               needed,
-               "",
-               ""};
+  return Error{
+      .code = Code::OPTION_VALUE,
+      .what = std::string(GST_OBJECT_NAME(element)) + " is not an element that this call is for",
+      .offered = kind_of(element),
+      .needed = needed};
 }
 
 Result<gst::Ref<GstElement>> find_element(GstBin* bin, const std::string& name) {
@@ -93,10 +91,10 @@ Status set_property(GstElement* element, const std::string& property, const std:
   if (!found) return found.error();
   GParamSpec* spec = *found;
   if (!(spec->flags & G_PARAM_WRITABLE) || (spec->flags & G_PARAM_CONSTRUCT_ONLY))
-    return refused(element, *spec, text, "nothing: it can only be read");
+    return refused(element, *spec, text, "nothing: it is read-only");
   Value value(spec->value_type);
   if (auto status = gst::read_value(element, spec, text, value.get()); !status) return status;
-  // Corrects what is out of range, and says so.
+  // Returns true when it had to correct a value out of range.
   if (g_param_value_validate(spec, value.get())) {
     const gst::UniqueText nearest_value(gst_value_serialize(value.get()));
     return refused(element, *spec, text,
@@ -111,7 +109,7 @@ Result<std::string> get_property(GstElement* element, const std::string& propert
   const auto found = find_property(element, property);
   if (!found) return found.error();
   if (!((*found)->flags & G_PARAM_READABLE))
-    return refused(element, **found, "", "a value: it can only be set");
+    return refused(element, **found, "", "a value: it is write-only");
   Value value((*found)->value_type);
   g_object_get_property(G_OBJECT(element), property.c_str(), value.get());
   if (G_VALUE_HOLDS_STRING(value.get())) {

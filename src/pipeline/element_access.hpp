@@ -1,30 +1,30 @@
-// Elements of a pipeline by name: valves, selectors, properties as text.
+// Access to a pipeline's elements by name: valves, selectors, properties as text.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <gst/gst.h>
 
 #include <string>
 
-#include "gstcpp/property_text.hpp"
-#include "gstcpp/ref.hpp"
+#include "gstcpp/element/property_text.hpp"
+#include "gstcpp/element/ref.hpp"
 #include "weir/result.hpp"
 
 namespace weir::pipeline {
 
 using gst::kind_of;
 
-// OPTION_VALUE with the names that are there.
+// OPTION_VALUE, listing the existing names.
 Result<gst::Ref<GstElement>> find_element(GstBin* bin, const std::string& name);
-// OPTION_VALUE: the element is of another kind than `needed` says.
+// OPTION_VALUE: the element is not of the kind `needed`.
 Error wrong_kind(GstElement* element, const std::string& needed);
 
 Status set_valve(GstElement* element, bool open);
 Status select_pad(GstElement* element, const std::string& pad);
 Status set_property(GstElement* element, const std::string& property, const std::string& text);
 Result<std::string> get_property(GstElement* element, const std::string& property);
-// One of weir_property_type.
+// Returns a weir_property_type.
 Result<int> property_type(GstElement* element, const std::string& property);
-// OPTION_VALUE when the property is no enum.
+// OPTION_VALUE when the property is not an enum.
 Result<int> get_enum(GstElement* element, const std::string& property);
 
 }  // namespace weir::pipeline

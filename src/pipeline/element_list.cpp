@@ -1,10 +1,10 @@
-// Bins that the text makes itself, "( a ! b )", are no step down: what they hold is the text's.
+// Lists elements; bins from parentheses, "( a ! b )", add no depth: their content is in the text.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "pipeline/element_list.hpp"
 
 #include <algorithm>
 
-#include "gstcpp/ref.hpp"
+#include "gstcpp/element/ref.hpp"
 #include "pipeline/element_access.hpp"
 
 namespace weir::pipeline {
@@ -16,7 +16,7 @@ std::vector<gst::Ref<GstElement>> children_of(GstBin* bin) {
   for (GList* at = GST_BIN_CHILDREN(bin); at; at = at->next)
     out.push_back(gst::Ref<GstElement>::share(GST_ELEMENT(at->data)));
   GST_OBJECT_UNLOCK(bin);
-  std::reverse(out.begin(), out.end());  // bins put the newest first
+  std::reverse(out.begin(), out.end());  // bins list the newest first
   return out;
 }
 

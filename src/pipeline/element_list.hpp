@@ -1,4 +1,4 @@
-// Which elements a pipeline has, and which pads an element has.
+// Lists the elements of a pipeline and the pads of an element.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <gst/gst.h>
@@ -9,8 +9,8 @@
 namespace weir::pipeline {
 
 struct ElementName {
-  std::string name, kind;  // kind: its factory, "valve"
-  int depth = 0;  // 0: the text names it; above: inside an element that is a bin of its own
+  std::string name, kind;  // kind: the factory name, for example "valve"
+  int depth = 0;           // 0: named in the text; above: inside an element that is a bin
 };
 std::vector<ElementName> element_list(GstBin* bin);
 

@@ -1,4 +1,4 @@
-// FrameQueue: frames on their way from a stream's thread to a program's.
+// FrameQueue: passes frames from a streaming thread to a program's thread.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <chrono>
@@ -19,7 +19,7 @@ class FrameQueue {
  public:
   using Time = std::optional<std::chrono::steady_clock::time_point>;  // nullopt: no limit
 
-  // Empty, with room for `limit` frames; 0: for any number.
+  // Empties the queue and sets its limit in frames; 0: unlimited.
   void open(size_t limit, Full full) {
     std::lock_guard lock(mutex_);
     frames_.clear();
@@ -27,34 +27,34 @@ class FrameQueue {
     full_ = full;
     closed_ = ended_ = false;
   }
-  // Lets everybody go who waits; what is put from now on is dropped.
+  // Wakes all waiting threads; frames that are put from now on are dropped.
   void close() {
     std::lock_guard lock(mutex_);
     closed_ = true;
     frames_.clear();
     changed_.notify_all();
   }
-  // The stream has ended: what is inside can still be taken.
+  // The stream has ended: queued frames can still be taken.
   void end() {
     std::lock_guard lock(mutex_);
     ended_ = true;
     changed_.notify_all();
   }
-  // Wakes waiting calls, whose `interrupted` has changed.
+  // Wakes waiting calls to check `interrupted` again.
   void wake() {
     std::lock_guard lock(mutex_);
     changed_.notify_all();
   }
 
-  // A flush: wait_for_room() returns, also where the flush has ended before it looks.
+  // Makes wait_for_room() return, even if the flush ends before it wakes.
   void flush() {
     std::lock_guard lock(mutex_);
     ++flushes_;
     changed_.notify_all();
   }
 
-  // Waits until put() has room, the queue is closed, flush(), or interrupted(). Returns at once
-  // where put() drops the oldest frame.
+  // Waits until put() has room, close(), flush(), or interrupted(). Returns immediately if put()
+  // drops the oldest frame.
   template <class Interrupted>
   void wait_for_room(Interrupted&& interrupted) {
     std::unique_lock lock(mutex_);
@@ -63,7 +63,7 @@ class FrameQueue {
              interrupted();
     });
   }
-  // Never waits. A frame that comes without wait_for_room() is kept beyond the limit.
+  // Never waits. A frame put without wait_for_room() may exceed the limit.
   void put(Frame frame) {
     std::lock_guard lock(mutex_);
     if (closed_) return;
@@ -72,7 +72,7 @@ class FrameQueue {
     changed_.notify_all();
   }
 
-  // Nothing when the time has passed, the stream has ended, the queue is closed, or interrupted().
+  // nullopt on timeout, end of stream, close(), or interrupted().
   template <class Interrupted>
   std::optional<Frame> take(Time until, Interrupted&& interrupted) {
     std::unique_lock lock(mutex_);
@@ -87,7 +87,7 @@ class FrameQueue {
     changed_.notify_all();
     return out;
   }
-  // The stream has ended and everything was taken.
+  // Whether the stream has ended and all frames were taken.
   bool ended() const {
     std::lock_guard lock(mutex_);
     return ended_ && frames_.empty();

@@ -1,15 +1,15 @@
-// Signals of the two sinks.
+// Connects the signals of tensor_sink and appsink to the frame queue.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "pipeline/frame_sink.hpp"
 
 #include <gst/app/app.h>
 
-#include "gstcpp/error.hpp"
+#include "gstcpp/element/error.hpp"
 
 namespace weir::pipeline {
 namespace {
 
-constexpr size_t kFramesOfATensorSink = 64;  // pipeline.h says it
+constexpr size_t kFramesOfATensorSink = 64;  // documented in pipeline.h
 
 }  // namespace
 
@@ -50,7 +50,7 @@ void FrameSink::on_tensors(GstElement*, GstBuffer* buffer, FrameSink* self) {
 }
 
 GstFlowReturn FrameSink::on_sample(GstElement* element, FrameSink* self) {
-  // There is one: this is called for it. None when the sink was flushed in between.
+  // The signal means that a sample is available, unless the sink was flushed meanwhile.
   const gst::Unique<GstSample, gst_sample_unref> sample(
       gst_app_sink_try_pull_sample(GST_APP_SINK(element), 0));
   if (sample)
@@ -59,8 +59,8 @@ GstFlowReturn FrameSink::on_sample(GstElement* element, FrameSink* self) {
   return GST_FLOW_OK;
 }
 
-// A full queue blocks the stream here, before the sink takes its preroll lock: a change of state
-// needs that lock, and must not wait for a pull.
+// A full queue blocks the stream here, before the sink takes its preroll lock: a state change needs
+// that lock and must not wait for a pull.
 GstPadProbeReturn FrameSink::on_pad(GstPad* pad, GstPadProbeInfo* info, gpointer data) {
   auto* self = static_cast<FrameSink*>(data);
   if (GST_PAD_PROBE_INFO_TYPE(info) & GST_PAD_PROBE_TYPE_EVENT_FLUSH)

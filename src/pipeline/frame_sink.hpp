@@ -1,4 +1,4 @@
-// FrameSink: a tensor_sink or appsink, and the frames that it hands over.
+// FrameSink: a tensor_sink or appsink, and the frames that it delivers.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <gst/gst.h>
@@ -8,8 +8,8 @@
 #include <string>
 #include <vector>
 
-#include "core/infer/call_gate.hpp"
-#include "gstcpp/ref.hpp"
+#include "core/infer/queue/call_gate.hpp"
+#include "gstcpp/element/ref.hpp"
 #include "pipeline/frame_queue.hpp"
 #include "pipeline/pulled_frame.hpp"
 
@@ -27,16 +27,16 @@ class FrameSink {
   static bool is_sink(const std::string& kind) {
     return kind == "tensor_sink" || kind == "appsink";
   }
-  // The function of set_function() is called through `callbacks`.
+  // The function of set_function() is called through the gate `callbacks`.
   FrameSink(gst::Ref<GstElement> element, infer::CallGate& callbacks);
-  ~FrameSink();  // the element is stopped
+  ~FrameSink();  // Precondition: the element is stopped.
   FrameSink(const FrameSink&) = delete;
   FrameSink& operator=(const FrameSink&) = delete;
 
   Queue& queue() noexcept { return queue_; }
-  // Opens the queue as the element's properties say.
+  // Opens the queue with the limits of the element's properties.
   void open();
-  // While the element is stopped.
+  // Call while the element is stopped.
   void set_function(Function function) { function_ = std::move(function); }
 
  private:
@@ -52,7 +52,7 @@ class FrameSink {
   std::vector<gulong> handlers_;
   gulong probe_ = 0;
   Queue queue_;
-  Function function_;  // empty: frames go into the queue
+  Function function_;  // empty: frames are queued
 };
 
 }  // namespace weir::pipeline

@@ -1,10 +1,10 @@
-// Caps first, frames behind them.
+// Pushes a program's tensors into an appsrc, caps before the first frame.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "pipeline/frame_source.hpp"
 
 #include <gst/video/video.h>
 
-#include "gstcpp/tensor_caps.hpp"
+#include "gstcpp/buffer/tensor_caps.hpp"
 #include "pipeline/pushed_buffer.hpp"
 
 namespace weir::pipeline {
@@ -15,7 +15,7 @@ FrameSpec tensors_of(const GstCaps* caps) {
   return spec ? *spec : FrameSpec{};
 }
 
-// What the text or the program has set, to another appsrc.
+// Copies the properties that the text or the program set to another appsrc.
 void copy_properties(GObject* from, GObject* to) {
   guint count = 0;
   const gst::Unique<GParamSpec*, g_free> all(
@@ -35,7 +35,7 @@ void copy_properties(GObject* from, GObject* to) {
   }
 }
 
-// Another appsrc of the same name and properties in the place of one that is stopped.
+// Replaces a stopped appsrc by a new one with the same name and properties.
 gst::Ref<GstAppSrc> replace(GstAppSrc* old) {
   const auto bin = gst::Ref<GstObject>::adopt(gst_object_get_parent(GST_OBJECT(old)));
   const auto pad = gst::Ref<GstPad>::adopt(gst_element_get_static_pad(GST_ELEMENT(old), "src"));
@@ -55,12 +55,10 @@ gst::Ref<GstAppSrc> replace(GstAppSrc* old) {
 }  // namespace
 
 Error not_started() {
-  return Error{Code::CANCELLED,
-               "the pipeline takes and gives no frames: it is stopped",
-               "",
-               "a pipeline that plays or pauses",
-               "",
-               "pipeline.start()"};
+  return Error{.code = Code::CANCELLED,
+               .what = "the pipeline is stopped and processes no frames",
+               .needed = "a pipeline in PLAYING or PAUSED",
+               .fix = "pipeline.start()"};
 }
 
 FrameSource::FrameSource(GstAppSrc* source)
@@ -73,23 +71,19 @@ FrameSource::FrameSource(GstAppSrc* source)
 
 Status FrameSource::check_media(std::span<const weir_tensor> tensors) const {
   if (tensors.size() != 1 || tensors[0].info.type != WEIR_UINT8 || !tensors[0].data)
-    return Error{Code::SPEC_MISMATCH,
-                 "a frame of media is one tensor of bytes",
-                 std::to_string(tensors.size()) + " tensors",
-                 "1 tensor: uint8",
-                 "",
-                 ""};
+    return Error{.code = Code::SPEC_MISMATCH,
+                 .what = "a frame of media is one tensor of bytes",
+                 .offered = std::to_string(tensors.size()) + " tensors",
+                 .needed = "1 tensor: uint8"};
   GstVideoInfo video;
   if (!gst_structure_has_name(gst_caps_get_structure(caps_.get(), 0), "video/x-raw") ||
       !gst_video_info_from_caps(&video, caps_.get()) || tensors[0].bytes == video.size)
     return ok();
-  return Error{Code::FRAME_SIZE,
-               "a picture has another size than the caps of the appsrc say",
-               std::to_string(tensors[0].bytes) + " bytes",
-               std::to_string(video.size) +
-                   " bytes: " + gst::UniqueText(gst_caps_to_string(caps_.get())).get(),
-               "",
-               ""};
+  return Error{.code = Code::FRAME_SIZE,
+               .what = "a picture's size does not match the caps of the appsrc",
+               .offered = std::to_string(tensors[0].bytes) + " bytes",
+               .needed = std::to_string(video.size) +
+                         " bytes: " + gst::UniqueText(gst_caps_to_string(caps_.get())).get()};
 }
 
 Status FrameSource::write_caps(const std::vector<TensorSpec>& specs) {
@@ -107,20 +101,17 @@ Status FrameSource::write_caps(const std::vector<TensorSpec>& specs) {
 
 Status FrameSource::agree(std::span<const weir_tensor> tensors, std::vector<TensorSpec>* specs) {
   if (tensors.empty() || tensors.size() > kTensorLimit)
-    return Error{Code::LIMIT_EXCEEDED,
-                 "a frame holds 1 to 256 tensors",
-                 std::to_string(tensors.size()),
-                 "1 to 256",
-                 "",
-                 ""};
+    return Error{.code = Code::LIMIT_EXCEEDED,
+                 .what = "a frame holds 1 to 256 tensors",
+                 .offered = std::to_string(tensors.size()),
+                 .needed = "1 to 256"};
   const bool fixed = caps_given_ && spec_.format == Format::Static;
   if (fixed && tensors.size() != spec_.tensors.size())
-    return Error{Code::SPEC_MISMATCH,
-                 "the caps of the appsrc say another number of tensors",
-                 std::to_string(tensors.size()),
-                 spec_.to_string(),
-                 "number of tensors",
-                 ""};
+    return Error{.code = Code::SPEC_MISMATCH,
+                 .what = "the caps of the appsrc have a different number of tensors",
+                 .offered = std::to_string(tensors.size()),
+                 .needed = spec_.to_string(),
+                 .difference = "number of tensors"};
   for (size_t i = 0; i < tensors.size(); ++i) {
     auto spec = pushed_spec(tensors[i], fixed ? &spec_.tensors[i] : nullptr, i);
     if (!spec) return spec.error();
@@ -132,12 +123,9 @@ Status FrameSource::agree(std::span<const weir_tensor> tensors, std::vector<Tens
 Status FrameSource::answer(GstFlowReturn flow) const {
   if (flow == GST_FLOW_OK) return ok();
   if (flow != GST_FLOW_EOS) return not_started();
-  return Error{Code::CANCELLED,
-               "the stream has ended and takes no more frames",
-               "",
-               "frames before end()",
-               "",
-               ""};
+  return Error{.code = Code::CANCELLED,
+               .what = "the stream has ended and accepts no more frames",
+               .needed = "frames before end()"};
 }
 
 Status FrameSource::push(std::span<const weir_tensor> tensors, int64_t pts, int64_t duration) {
@@ -152,7 +140,7 @@ Status FrameSource::push(std::span<const weir_tensor> tensors, int64_t pts, int6
   if (pts >= 0) GST_BUFFER_PTS(buffer->get()) = static_cast<GstClockTime>(pts);
   if (duration >= 0) GST_BUFFER_DURATION(buffer->get()) = static_cast<GstClockTime>(duration);
   const auto source = source_;
-  if (caps_given_) lock.unlock();  // it may wait for room
+  if (caps_given_) lock.unlock();  // pushing may wait for room
   return answer(gst_app_src_push_buffer(source.get(), buffer->release()));
 }
 

@@ -1,4 +1,4 @@
-// FrameSource: an appsrc, and the tensors that a program hands to it.
+// FrameSource: an appsrc, and the tensors that a program pushes into it.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <gst/app/app.h>
@@ -7,7 +7,7 @@
 #include <span>
 
 #include "core/tensor/frame_spec.hpp"
-#include "gstcpp/ref.hpp"
+#include "gstcpp/element/ref.hpp"
 #include "weir/abi.h"
 
 namespace weir::pipeline {
@@ -18,18 +18,17 @@ Error not_started();
 // Thread-safe.
 class FrameSource {
  public:
-  // Times of the frames are those of the stream: sets format=time.
+  // Frame times are stream times: sets format=time.
   explicit FrameSource(GstAppSrc* source);
 
-  // As weir_pipeline_push says.
+  // See weir_pipeline_push.
   Status push(std::span<const weir_tensor> tensors, int64_t pts, int64_t duration);
   Status end();
-  // The pipeline takes frames from now on: until then and behind stopped() a push is refused, also
-  // one that was on its way.
+  // The pipeline accepts frames from now on. Before this, and after stopped(), pushes are rejected,
+  // including one in progress.
   void started();
-  // The pipeline has stopped, and frames may have other caps when it starts again: where frames
-  // wrote the caps, another appsrc takes the place of the old one, which cannot be told to forget
-  // them.
+  // The pipeline has stopped, and frames may have other caps after the next start. If frames
+  // defined the caps, the appsrc is replaced, because it cannot clear its caps.
   void stopped();
 
  private:
@@ -40,11 +39,11 @@ class FrameSource {
 
   gst::Ref<GstAppSrc> source() const;
 
-  mutable std::mutex mutex_;  // guards the rest: caps and their frames stay together
+  mutable std::mutex mutex_;  // guards the rest; keeps caps and their frames together
   gst::Ref<GstAppSrc> source_;
   gst::Ref<GstCaps> caps_;
   bool caps_given_ = false, started_ = false;
-  FrameSpec spec_;  // of the caps; format End: no tensors
+  FrameSpec spec_;  // of the caps; format End: not tensors
 };
 
 }  // namespace weir::pipeline

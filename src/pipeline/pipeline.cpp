@@ -1,11 +1,11 @@
-// States, the bus, and the doors of the stream.
+// Pipeline: states, bus messages, sources and sinks.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "pipeline/pipeline.hpp"
 
 #include <algorithm>
 
 #include "core/timer/deadline.hpp"
-#include "gstcpp/error.hpp"
+#include "gstcpp/element/error.hpp"
 #include "pipeline/bus_error.hpp"
 #include "pipeline/element_access.hpp"
 
@@ -23,7 +23,7 @@ Time until(std::chrono::nanoseconds limit) {
 Error own_thread() {
   return Error{.code = Code::CANCELLED,
                .what = "a callback cannot change the state of its own pipeline",
-               .offered = "a call on a thread of the stream, which the call would wait for",
+               .offered = "a call on a streaming thread, for which the call would wait",
                .needed = "a call on another thread",
                .difference = "",
                .fix = "return from the callback, and call pipeline.stop() on another thread"};
@@ -35,8 +35,9 @@ Status start_gstreamer() {
   GError* raw = nullptr;
   if (gst_init_check(nullptr, nullptr, &raw)) return ok();
   const gst::Unique<GError, g_error_free> error(raw);
-  return Error{
-      Code::INTERNAL, "GStreamer cannot be started", error ? error->message : "", "", "", ""};
+  return Error{.code = Code::INTERNAL,
+               .what = "GStreamer cannot be started",
+               .offered = error ? error->message : ""};
 }
 
 Result<std::unique_ptr<Pipeline>> Pipeline::parse(const char* text) {
@@ -45,14 +46,12 @@ Result<std::unique_ptr<Pipeline>> Pipeline::parse(const char* text) {
   auto* made = gst_parse_launch_full(text, nullptr, GST_PARSE_FLAG_FATAL_ERRORS, &raw);
   const gst::Unique<GError, g_error_free> error(raw);
   if (!made)
-    return error ? parse_error(*error, text) : Error{Code::OPTION_SYNTAX,
-                                                     "the text of the pipeline cannot be used",
-                                                     text,
-                                                     "",
-                                                     "",
-                                                     ""};
+    return error ? parse_error(*error, text)
+                 : Error{.code = Code::OPTION_SYNTAX,
+                         .what = "the pipeline description cannot be parsed",
+                         .offered = text};
   auto element = gst::Ref<GstElement>::adopt(GST_ELEMENT(gst_object_ref_sink(made)));
-  if (!GST_IS_PIPELINE(made)) {  // the text was one element
+  if (!GST_IS_PIPELINE(made)) {  // the text was a single element
     auto whole =
         gst::Ref<GstElement>::adopt(GST_ELEMENT(gst_object_ref_sink(gst_pipeline_new(nullptr))));
     gst_bin_add(GST_BIN(whole.get()), element.get());
@@ -69,7 +68,7 @@ Status Pipeline::restrict_to(AllowedElements allowed) {
   return ok();
 }
 
-// On whichever thread adds.
+// Called on any thread that adds an element.
 void Pipeline::on_added(GstBin*, GstBin*, GstElement* element, Pipeline* self) {
   if (const auto status = self->allowed_->check(element); !status) {
     disable(element);
@@ -104,7 +103,7 @@ Pipeline::~Pipeline() {
   if (added_handler_ > 0) g_signal_handler_disconnect(pipeline_.get(), added_handler_);
   const auto bus = gst::Ref<GstBus>::adopt(gst_element_get_bus(pipeline_.get()));
   gst_bus_set_sync_handler(bus.get(), nullptr, nullptr, nullptr);
-  // A thread that posted before may be in the handler now, or may be about to enter it.
+  // A thread that posted earlier may be in the handler or about to enter it.
   link_->gate.close();
 }
 
@@ -115,7 +114,7 @@ void Pipeline::dispose(std::unique_ptr<Pipeline> pipeline) noexcept {
   try {
     std::thread([left]() noexcept { delete left; }).detach();
   } catch (const std::system_error&) {
-    // Without a thread the pipeline stays until the process ends, with its callbacks closed.
+    // Without a thread the pipeline leaks, with its callbacks closed.
   }
 }
 
@@ -125,7 +124,7 @@ bool Pipeline::is_own_thread() const {
   return streaming_threads_.contains(std::this_thread::get_id());
 }
 
-// On whichever thread posts. Nobody reads the bus itself.
+// Called on any thread that posts. Messages are not queued on the bus.
 GstBusSyncReply Pipeline::on_message(GstBus*, GstMessage* message, gpointer data) {
   const auto link = *static_cast<std::shared_ptr<BusLink>*>(data);
   if (const infer::CallGate::Visit visit(link->gate); visit) link->pipeline->handle(message);
@@ -143,7 +142,7 @@ void Pipeline::handle(GstMessage* message) {
     case GST_MESSAGE_STREAM_STATUS:
       return took_stream_status(message);
     case GST_MESSAGE_LATENCY:
-      // Not here: it queries elements whose locks the posting thread may hold.
+      // Asynchronous: it queries elements whose locks the posting thread may hold.
       return gst_element_call_async(
           pipeline_.get(),
           [](GstElement* pipeline, gpointer) { gst_bin_recalculate_latency(GST_BIN(pipeline)); },
@@ -158,7 +157,7 @@ void Pipeline::handle(GstMessage* message) {
   }
 }
 
-// Posted by each thread of the stream as it begins and as it ends.
+// Each streaming thread posts this when it starts and when it ends.
 void Pipeline::took_stream_status(GstMessage* message) {
   GstStreamStatusType type = GST_STREAM_STATUS_TYPE_CREATE;
   gst_message_parse_stream_status(message, &type, nullptr);
@@ -181,7 +180,7 @@ void Pipeline::took_state(GstMessage* message) {
   GstState state = GST_STATE_NULL;
   gst_message_parse_state_changed(message, nullptr, &state, nullptr);
   state = std::max(state, GST_STATE_READY);
-  if (told_state_.exchange(state) == state) return;
+  if (reported_state_.exchange(state) == state) return;
   if (const infer::CallGate::Visit visit(callbacks_); visit) on_state_(state);
 }
 
@@ -192,7 +191,7 @@ std::optional<Error> Pipeline::failed() const {
 
 Status Pipeline::change(GstState state) {
   if (callbacks_.is_inside()) return own_thread();
-  // On a streaming thread a stop that is under way waits for this very call.
+  // On a streaming thread: a stop in progress waits for this very call.
   const bool must_not_wait = is_own_thread();
   const auto changes =
       must_not_wait ? std::unique_lock(changes_, std::try_to_lock) : std::unique_lock(changes_);
@@ -205,12 +204,9 @@ Status Pipeline::change(GstState state) {
   stopped_ = false;
   if (gst_element_set_state(pipeline_.get(), state) != GST_STATE_CHANGE_FAILURE) return ok();
   if (const auto error = failed()) return *error;
-  return Error{Code::INTERNAL,
-               "the pipeline cannot change its state and says no reason",
-               "",
-               gst_element_state_get_name(state),
-               "",
-               ""};
+  return Error{.code = Code::INTERNAL,
+               .what = "the pipeline cannot change its state and posted no error",
+               .needed = gst_element_state_get_name(state)};
 }
 
 Status Pipeline::stop() {
@@ -225,7 +221,7 @@ void Pipeline::halt() {
   };
   close_queues();  // ends a start or pause that waits for the stream
   std::lock_guard changes(changes_);
-  close_queues();  // which that start has opened
+  close_queues();  // opened by that start
   gst_element_set_state(pipeline_.get(), GST_STATE_NULL);
   for (const auto& [name, source] : sources_) source->stopped();
   stopped_ = true;
@@ -283,7 +279,7 @@ Status Pipeline::push(const std::string& name, std::span<const weir_tensor> tens
   if (const auto error = failed()) return *error;
   if (stopped_) return not_started();
   auto status = (*to)->push(tensors, pts, duration);
-  // A stream that an error has stopped takes no frames: the error is the reason.
+  // A stream stopped by an error rejects frames: return that error.
   if (!status)
     if (const auto error = failed()) return *error;
   return status;
@@ -322,7 +318,7 @@ namespace {
 
 Error chosen_while_stopped(const std::string& what, const std::string& offered, const char* fix) {
   return Error{.code = Code::OPTION_VALUE,
-               .what = what + " is chosen while the pipeline is stopped",
+               .what = what + " can only be set while the pipeline is stopped",
                .offered = offered,
                .needed = "a pipeline that is stopped",
                .difference = "",

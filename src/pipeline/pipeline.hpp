@@ -1,6 +1,5 @@
-// Pipeline: GStreamer's, made from text, with its sources and sinks by name and its errors as
+// Pipeline: a GstPipeline made from text, with sources and sinks by name and errors as values.
 // SPDX-License-Identifier: LGPL-2.1-or-later
-// values.
 #pragma once
 #include <gst/gst.h>
 
@@ -15,7 +14,7 @@
 #include <string>
 #include <thread>
 
-#include "core/infer/call_gate.hpp"
+#include "core/infer/queue/call_gate.hpp"
 #include "pipeline/allowed_elements.hpp"
 #include "pipeline/frame_sink.hpp"
 #include "pipeline/frame_source.hpp"
@@ -26,27 +25,27 @@ Status start_gstreamer();
 
 enum class Answer { Done, TimePassed, Ended };  // weir_pipeline_answer
 
-// Thread-safe, as pipeline.h says, which documents each function.
+// Thread-safe as documented in pipeline.h, which describes each function.
 class Pipeline {
  public:
   static Result<std::unique_ptr<Pipeline>> parse(const char* text);
-  // Destroys the pipeline: here, or on a thread of its own when this thread belongs to the stream
-  // and cannot wait for itself. No callback starts after it has returned.
+  // Destroys the pipeline: on this thread, or on a new one if this is a streaming thread, which
+  // cannot wait for itself. No callback starts after it has returned.
   static void dispose(std::unique_ptr<Pipeline> pipeline) noexcept;
   ~Pipeline();
   Pipeline(const Pipeline&) = delete;
   Pipeline& operator=(const Pipeline&) = delete;
 
-  // Once, while stopped. OPTION_VALUE: an element is not allowed; later ones are errors of the
-  // stream.
+  // Call once, while stopped. OPTION_VALUE: an element is not allowed; elements added later are
+  // errors of the stream.
   Status restrict_to(AllowedElements allowed);
 
   Status start() { return change(GST_STATE_PLAYING); }
   Status pause() { return change(GST_STATE_PAUSED); }
-  // CANCELLED in a callback of this pipeline; stop() also on any other thread of its stream.
+  // CANCELLED in a callback of this pipeline; stop() also on any other streaming thread.
   Status stop();
   GstState state() const;
-  // Below 0: no limit.
+  // A negative limit means no limit.
   Result<Answer> wait(std::chrono::nanoseconds limit);
 
   Status push(const std::string& name, std::span<const weir_tensor> tensors, int64_t pts,
@@ -59,7 +58,7 @@ class Pipeline {
   Result<Pulled> pull(const std::string& name, std::chrono::nanoseconds limit);
   Result<bool> ended(const std::string& name) const;
   Status on_frame(const std::string& name, FrameSink::Function function);
-  // While stopped.
+  // Call while stopped.
   Status on_state(std::function<void(GstState)> function);
 
   Result<gst::Ref<GstElement>> element(const std::string& name) const;
@@ -67,7 +66,7 @@ class Pipeline {
 
  private:
   explicit Pipeline(gst::Ref<GstElement> pipeline);
-  // The way from the bus to the pipeline. The bus keeps it alive as long as a message needs it.
+  // Refers from the bus to the pipeline. The bus keeps it alive while a message needs it.
   struct BusLink {
     infer::CallGate gate;
     Pipeline* pipeline;
@@ -86,23 +85,24 @@ class Pipeline {
   Result<FrameSource*> source(const std::string& name) const;
 
   gst::Ref<GstElement> pipeline_;
-  infer::CallGate callbacks_;  // of the program
+  infer::CallGate callbacks_;  // the program's callbacks
   std::shared_ptr<BusLink> link_;
-  std::optional<AllowedElements> allowed_;  // written by restrict_to(); none: all
+  std::optional<AllowedElements> allowed_;  // set by restrict_to(); nullopt: all
   gulong added_handler_ = 0;
-  // Made by the constructor; the maps do not change.
+  // Filled by the constructor; the maps do not change afterwards.
   std::map<std::string, std::unique_ptr<FrameSink>, std::less<>> sinks_;
   std::map<std::string, std::unique_ptr<FrameSource>, std::less<>> sources_;
-  std::mutex changes_;                      // held while the state changes; taken before mutex_
-  std::atomic<bool> stopped_ = true;        // written while changes_ is held
+  std::mutex changes_;                      // held during state changes; taken before mutex_
+  std::atomic<bool> stopped_ = true;        // written under changes_
   std::function<void(GstState)> on_state_;  // set while stopped
-  std::atomic<GstState> told_state_ = GST_STATE_READY;  // of on_state_; READY: stopped
-  mutable std::mutex mutex_;                            // guards the rest
+  // Last reported to on_state_; READY: stopped.
+  std::atomic<GstState> reported_state_ = GST_STATE_READY;
+  mutable std::mutex mutex_;  // guards the rest
   std::condition_variable changed_;
-  std::optional<Error> error_;  // the first since the start
+  std::optional<Error> error_;  // the first since start
   bool ended_ = false;
-  uint64_t stops_ = 0;                           // calls of stop() so far
-  std::set<std::thread::id> streaming_threads_;  // that run now
+  uint64_t stops_ = 0;                           // number of stop() calls
+  std::set<std::thread::id> streaming_threads_;  // running threads
 };
 
 }  // namespace weir::pipeline

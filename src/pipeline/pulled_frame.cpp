@@ -1,9 +1,9 @@
-// Buffers become tensors with their bounds checked.
+// Converts buffers to tensors and checks their bounds.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "pipeline/pulled_frame.hpp"
 
-#include "gstcpp/frame_errors.hpp"
-#include "gstcpp/tensor_caps.hpp"
+#include "gstcpp/buffer/frame_errors.hpp"
+#include "gstcpp/buffer/tensor_caps.hpp"
 
 namespace weir::pipeline {
 namespace {
@@ -41,12 +41,11 @@ PulledFrame::~PulledFrame() {
 
 Status PulledFrame::read_tensors(const FrameSpec& spec) {
   if (spec.format == Format::Sparse)
-    return Error{Code::FORMAT_UNSUPPORTED,
-                 "sparse tensors are not handed to the program",
-                 caps_,
-                 "static or flexible tensors",
-                 "",
-                 "tensor_sparse_dec in front of the sink"};
+    return Error{.code = Code::FORMAT_UNSUPPORTED,
+                 .what = "sparse tensors cannot be pulled",
+                 .offered = caps_,
+                 .needed = "static or flexible tensors",
+                 .fix = "tensor_sparse_dec before the sink"};
   if (auto status = reader_.read(buffer_.get(), spec); !status) return status;
   for (const auto& view : reader_.tensors()) add(view.spec, view.payload);
   return ok();

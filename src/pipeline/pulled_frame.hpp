@@ -1,4 +1,4 @@
-// PulledFrame: a buffer that came out of a pipeline, as tensors.
+// PulledFrame: a buffer from a pipeline, as tensors.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <gst/gst.h>
@@ -7,23 +7,23 @@
 #include <string>
 #include <vector>
 
-#include "gstcpp/frame_reader.hpp"
-#include "gstcpp/ref.hpp"
+#include "gstcpp/buffer/frame_reader.hpp"
+#include "gstcpp/element/ref.hpp"
 #include "weir/abi.h"
 
 namespace weir::pipeline {
 
 class PulledFrame {
  public:
-  // Streams that are no tensors are one uint8 tensor. FORMAT_UNSUPPORTED for sparse ones; what
-  // FrameReader says of buffers that are not what the caps say.
+  // A stream without tensor caps becomes one uint8 tensor. FORMAT_UNSUPPORTED for sparse tensors;
+  // FrameReader's errors for buffers that do not match their caps.
   static Result<std::shared_ptr<const PulledFrame>> read(gst::Ref<GstBuffer> buffer,
                                                          const gst::Ref<GstCaps>& caps);
   ~PulledFrame();
   PulledFrame(const PulledFrame&) = delete;
   PulledFrame& operator=(const PulledFrame&) = delete;
 
-  // Live as long as the frame.
+  // Valid while the frame exists.
   const std::vector<weir_tensor>& tensors() const noexcept { return tensors_; }
   const std::string& caps() const noexcept { return caps_; }
   int64_t pts() const noexcept;  // ns, -1 = none
@@ -37,7 +37,7 @@ class PulledFrame {
 
   gst::Ref<GstBuffer> buffer_;
   gst::FrameReader reader_;
-  std::unique_ptr<gst::Mapped> bytes_;  // of a stream that is no tensors
+  std::unique_ptr<gst::Mapped> bytes_;  // for a stream without tensor caps
   std::string caps_;
   std::vector<weir_tensor> tensors_;
 };

@@ -1,4 +1,4 @@
-// Checked before anything is copied.
+// Copies tensors into a buffer after checking all of them.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "pipeline/pushed_buffer.hpp"
 
@@ -8,8 +8,8 @@
 
 #include "core/tensor/packed_tensors.hpp"
 #include "core/tensor/tensor_header.hpp"
-#include "gstcpp/allocation.hpp"
-#include "gstcpp/frame_errors.hpp"
+#include "gstcpp/buffer/allocation.hpp"
+#include "gstcpp/buffer/frame_errors.hpp"
 
 namespace weir::pipeline {
 namespace {
@@ -24,18 +24,17 @@ Result<Shape> shape_of(const weir_tensor_info& info, size_t index) {
   for (uint32_t i = 0; i < info.rank; ++i) {
     const int64_t extent = info.shape[info.rank - 1 - i];
     if (extent < 1 || extent > std::numeric_limits<uint32_t>::max())
-      return Error{Code::SPEC_MISMATCH,
-                   name_of_tensor(index) + " has a shape that no stream has",
-                   "an extent of " + std::to_string(extent),
-                   "1 to 4294967295",
-                   "axis " + std::to_string(info.rank - 1 - i),
-                   ""};
+      return Error{.code = Code::SPEC_MISMATCH,
+                   .what = name_of_tensor(index) + " has an impossible shape",
+                   .offered = "an extent of " + std::to_string(extent),
+                   .needed = "1 to 4294967295",
+                   .difference = "axis " + std::to_string(info.rank - 1 - i)};
     shape[i] = static_cast<uint32_t>(extent);
   }
   return shape;
 }
 
-// What goes into one memory: header and payload of a tensor, or the payload alone.
+// The bytes of one memory: the payload of a tensor, with its header if there is one.
 size_t chunk_bytes(const weir_tensor& tensor, Format format) {
   return tensor.bytes + (format == Format::Flexible ? kTensorHeaderBytes : 0);
 }
@@ -58,12 +57,10 @@ std::byte* write_chunk(const weir_tensor& tensor, const TensorSpec& spec, Format
 Result<TensorSpec> pushed_spec(const weir_tensor& tensor, const TensorSpec* expected,
                                size_t index) {
   if (tensor.info.type >= WEIR_TYPE_END)
-    return Error{Code::TYPE_SYNTAX,
-                 name_of_tensor(index) + " has a type that is not known",
-                 std::to_string(tensor.info.type),
-                 "one of enum weir_type",
-                 "",
-                 ""};
+    return Error{.code = Code::TYPE_SYNTAX,
+                 .what = name_of_tensor(index) + " has an unknown type",
+                 .offered = std::to_string(tensor.info.type),
+                 .needed = "one of enum weir_type"};
   TensorSpec spec{static_cast<ElementType>(tensor.info.type), {}, ""};
   if (tensor.info.rank <= WEIR_RANK_LIMIT) {
     auto shape = shape_of(tensor.info, index);
@@ -72,30 +69,30 @@ Result<TensorSpec> pushed_spec(const weir_tensor& tensor, const TensorSpec* expe
   } else if (expected) {
     spec.shape = expected->shape;
   } else {
-    return Error{Code::SPEC_MISMATCH,
-                 name_of_tensor(index) + " has no shape, and the appsrc has no caps that say it",
-                 std::string(name_of(spec.type)) + ", " + std::to_string(tensor.bytes) + " bytes",
-                 "a shape, or caps in the text",
-                 "",
-                 "appsrc name=... caps=other/tensors,format=static,num_tensors=1,dimensions=...,"
-                 "types=" +
-                     std::string(name_of(spec.type)) + ",framerate=0/1"};
+    return Error{
+        .code = Code::SPEC_MISMATCH,
+        .what =
+            name_of_tensor(index) + " has no shape, and the caps of the appsrc do not define it",
+        .offered = std::string(name_of(spec.type)) + ", " + std::to_string(tensor.bytes) + " bytes",
+        .needed = "a shape, or caps in the pipeline description",
+        .fix =
+            "appsrc name=... caps=other/tensors,format=static,num_tensors=1,dimensions=...,"
+            "types=" +
+            std::string(name_of(spec.type)) + ",framerate=0/1"};
   }
   if (expected && !expected->same_layout(spec))
-    return Error{Code::SPEC_MISMATCH,
-                 name_of_tensor(index) + " is not what the caps of the appsrc say",
-                 spec.to_string(),
-                 expected->to_string(),
-                 first_difference({spec}, {*expected}),
-                 ""};
+    return Error{.code = Code::SPEC_MISMATCH,
+                 .what = name_of_tensor(index) + " does not match the caps of the appsrc",
+                 .offered = spec.to_string(),
+                 .needed = expected->to_string(),
+                 .difference = first_difference({spec}, {*expected})};
   const auto bytes = spec.bytes();
   if (!bytes || *bytes != tensor.bytes || (!tensor.data && tensor.bytes > 0))
-    return Error{Code::FRAME_SIZE,
-                 name_of_tensor(index) + " has another size than its shape says",
-                 tensor.data ? std::to_string(tensor.bytes) + " bytes" : "no memory",
-                 (bytes ? std::to_string(*bytes) : "too many") + " bytes: " + spec.to_string(),
-                 "",
-                 ""};
+    return Error{
+        .code = Code::FRAME_SIZE,
+        .what = name_of_tensor(index) + " has a size that does not match its shape",
+        .offered = tensor.data ? std::to_string(tensor.bytes) + " bytes" : "no memory",
+        .needed = (bytes ? std::to_string(*bytes) : "too many") + " bytes: " + spec.to_string()};
   return spec;
 }
 

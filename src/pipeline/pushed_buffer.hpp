@@ -1,4 +1,4 @@
-// The tensors of a program as one buffer.
+// Converts a program's tensors to one buffer.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <gst/gst.h>
@@ -7,17 +7,17 @@
 #include <vector>
 
 #include "core/tensor/frame_spec.hpp"
-#include "gstcpp/ref.hpp"
+#include "gstcpp/element/ref.hpp"
 #include "weir/abi.h"
 
 namespace weir::pipeline {
 
-// The description in full: shape from the tensor, or of `expected` (may be null) where it has none.
-// SPEC_MISMATCH, FRAME_SIZE, LIMIT_EXCEEDED; `index` for the words.
+// The complete spec: the tensor's shape, or that of `expected` (may be null) if it has none.
+// SPEC_MISMATCH, FRAME_SIZE, LIMIT_EXCEEDED; `index` is for the error text.
 Result<TensorSpec> pushed_spec(const weir_tensor& tensor, const TensorSpec* expected, size_t index);
 
-// One memory for each tensor, those from the 16th on packed into one; with headers when flexible.
-// Bytes are copied.
+// Copies each tensor into one memory, with headers if flexible; of more than 16, the 16th and all
+// later ones are packed into one.
 Result<gst::Ref<GstBuffer>> pushed_buffer(std::span<const weir_tensor> tensors,
                                           std::span<const TensorSpec> specs, Format format);
 

@@ -2,11 +2,13 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <gst/gst.h>
 
+#include "conflicting_plugins.hpp"
+#include "core/infer/module/host.hpp"
 #include "core/process/process_object.hpp"
+#include "gstcpp/element/log.hpp"
 #include "library/process.h"
-#include "neighbours.hpp"
 
-// One line for each folder below src/elements.
+// One line for each folder in src/elements.
 #define WEIR_ELEMENTS(X) \
   X(join)                \
   X(tensor_aggregator)   \
@@ -37,12 +39,14 @@ bool register_tracer(GstPlugin*);
 }  // namespace weir
 
 static gboolean plugin_init(GstPlugin* plugin) {
-  weir::process::take_objects_from(weir_process_object);  // before anything asks for one
-  const bool gives_way = weir::plugin::gives_way(plugin);
+  // Before the first use of a process-wide object.
+  weir::process::take_objects_from(weir_process_object);
+  weir::infer::set_log_function(weir::gst::log_module_line);
+  const bool yields_to = weir::plugin::yields_to(plugin);
   bool registered = weir::register_tracer(plugin);
 #define WEIR_REGISTER(name)                                   \
-  if (!gives_way || weir::plugin::is_only_of_weir(#name)) {   \
-    weir::plugin::tell_of_another(plugin, #name);             \
+  if (!yields_to || weir::plugin::is_only_of_weir(#name)) {   \
+    weir::plugin::warn_of_another(plugin, #name);             \
     registered = registered && weir::register_##name(plugin); \
   }
   WEIR_ELEMENTS(WEIR_REGISTER)

@@ -1,10 +1,10 @@
-// Records of the data's way, and the graph around it.
+// Records the data flow of pipelines and their graph.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "tracer/pipeline_tracer.hpp"
 
 #include <array>
 
-#include "gstcpp/ref.hpp"
+#include "gstcpp/element/ref.hpp"
 
 namespace weir::tracer {
 
@@ -25,7 +25,7 @@ std::string name_of(gpointer object) {
 
 }  // namespace
 
-// Of all tracers: what one of them remembered is not taken for another one's.
+// Unique across tracers, so that no thread reuses what it cached for another one.
 uint64_t PipelineTracer::next_generation() {
   static std::atomic<uint64_t> last = 0;
   return ++last;
@@ -131,7 +131,7 @@ void PipelineTracer::name_element(int64_t time, GstElement* element) {
                       GST_IS_BIN(element), time);
 }
 
-// When it is made, and again when it comes into a bin: from then on its name stays.
+// Called when the element is created and when it is added to a bin; its name is final then.
 void PipelineTracer::element_is_new(int64_t time, GstElement* element) {
   std::lock_guard lock(mutex_);
   name_element(time, element);
@@ -158,7 +158,7 @@ void PipelineTracer::pad_is_added(int64_t time, GstElement* element, GstPad* pad
   forget_remembered();
 }
 
-// Ghost pads are linked to what is inside before they are added to their bin.
+// Ghost pads are linked to the pad inside before they are added to their bin.
 void PipelineTracer::pads_are_linked(int64_t time, GstPad* source, GstPad* sink) {
   std::lock_guard lock(mutex_);
   for (GstPad* pad : {source, sink}) {

@@ -1,4 +1,4 @@
-// PipelineTracer: what the hooks of GStreamer note. Hooks of the data's way take no lock.
+// PipelineTracer: records what GStreamer's tracing hooks report. Data-flow hooks take no lock.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <gst/gst.h>
@@ -14,16 +14,16 @@ namespace weir::tracer {
 
 class PipelineTracer {
  public:
-  // `most_records`: of one thread.
+  // `most_records`: per thread.
   explicit PipelineTracer(size_t most_records) : recorder_(most_records) {}
 
-  // The data's way. Times are nanoseconds.
+  // Data flow. Times are in nanoseconds.
   void push_begins(int64_t time, GstPad* pad, GstBuffer* buffer);
   void push_begins(int64_t time, GstPad* pad, GstBufferList* list);
   void push_ends(int64_t time, GstPad* pad, GstFlowReturn result);
   void pull_begins(int64_t time, GstPad* pad);
   void pull_ends(int64_t time, GstPad* pad, GstBuffer* buffer, GstFlowReturn result);
-  // Seldom
+  // Rare events.
   void event_begins(int64_t time, GstPad* pad, GstEvent* event);
   void event_ends(int64_t time, GstPad* pad, bool good);
   void state_begins(int64_t time, GstElement* element, GstStateChange change);
@@ -34,16 +34,16 @@ class PipelineTracer {
   void pads_are_unlinked(int64_t time, GstPad* source, GstPad* sink);
   void object_is_destroyed(int64_t time, const void* object);
 
-  // What was noted so far; may be called while pipelines play.
+  // The records so far; may be called while pipelines play.
   trace::Trace trace() const;
 
  private:
-  // The queues at both ends of a pad's link, as a thread remembers them.
+  // The queues at both ends of a pad's link, cached per thread.
   struct Remembered {
     const void* pad = nullptr;
     uint64_t generation = 0;
-    WatchedQueue* own = nullptr;   // the pad's element is a queue
-    WatchedQueue* peer = nullptr;  // the element it pushes to is one
+    WatchedQueue* own = nullptr;   // set if the pad's element is a queue
+    WatchedQueue* peer = nullptr;  // set if the peer's element is a queue
   };
   const Remembered& remembered(GstPad* pad);
   void sample(WatchedQueue* Remembered::*end, int64_t time, GstPad* pad);
@@ -58,8 +58,8 @@ class PipelineTracer {
   trace::Recorder recorder_;
   mutable std::mutex mutex_;  // guards graph_ and queues_
   trace::Graph graph_;
-  std::map<size_t, std::unique_ptr<WatchedQueue>> queues_;  // by element; kept to the end
-  std::atomic<bool> has_queues_ = false;                    // without any, no pad is looked up
+  std::map<size_t, std::unique_ptr<WatchedQueue>> queues_;  // by element; never removed
+  std::atomic<bool> has_queues_ = false;                    // false: pads need no lookup
   std::atomic<uint64_t> generation_ = next_generation();    // changes with the graph
   static uint64_t next_generation();
 };

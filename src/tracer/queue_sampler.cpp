@@ -5,12 +5,12 @@
 #include <algorithm>
 #include <string_view>
 
-#include "gstcpp/ref.hpp"
+#include "gstcpp/element/ref.hpp"
 
 namespace weir::tracer {
 namespace {
 
-// Thousandths of a limit; 0 is no limit.
+// In thousandths of the limit; 0 means no limit.
 uint64_t share(uint64_t level, uint64_t limit) {
   if (limit == 0) return 0;
   return static_cast<uint64_t>(
@@ -19,7 +19,7 @@ uint64_t share(uint64_t level, uint64_t limit) {
 
 bool leaks(GstElement* queue) {
   if (!g_object_class_find_property(G_OBJECT_GET_CLASS(queue), "leaky")) return false;
-  gint leaky = 0;  // an enumeration, 0 is no
+  gint leaky = 0;  // an enumeration; 0: not leaky
   g_object_get(queue, "leaky", &leaky, nullptr);
   return leaky != 0;
 }
@@ -43,7 +43,7 @@ Limits limits_of(GstElement* queue) {
 struct Level {
   uint64_t frames = 0, bytes = 0, fullest = 0;
 
-  // Of a queue, or of one of the queues of a multiqueue: its pad.
+  // Adds a queue, or the pad of one queue of a multiqueue.
   void add(GObject* object, const Limits& limits) {
     guint frames_now = 0, bytes_now = 0;
     guint64 time_now = 0;

@@ -1,4 +1,4 @@
-// WatchedQueue: is asked how full it is, once a millisecond at most; at each frame if it leaks.
+// WatchedQueue: samples a queue's level at most once per millisecond; at each frame if it leaks.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <gst/gst.h>
@@ -11,7 +11,7 @@
 
 namespace weir::tracer {
 
-// A queue that is watched. It is not kept alive.
+// Holds no reference to the queue.
 class WatchedQueue {
  public:
   explicit WatchedQueue(GstElement* queue);
@@ -19,8 +19,9 @@ class WatchedQueue {
   WatchedQueue(const WatchedQueue&) = delete;
   WatchedQueue& operator=(const WatchedQueue&) = delete;
 
-  // Only queue, queue2 and multiqueue: they hold no lock of their own while they push, so asking
-  // them is safe. Of a multiqueue the frames of all its queues count, and the fullest of them.
+  // Only queue, queue2 and multiqueue: they hold none of their locks while they push, so reading
+  // their properties is safe. For a multiqueue the frames of all its queues are added, and the
+  // fullest one gives the level.
   static bool can_be_watched(GstElement* element);
 
   void sample(int64_t time, trace::Recorder* recorder) {
@@ -34,10 +35,10 @@ class WatchedQueue {
   void take(int64_t time, trace::Recorder* recorder);
 
   const void* const address_;
-  const bool several_;                           // a multiqueue: levels are those of its pads
+  const bool several_;                           // a multiqueue: levels are read from its pads
   static constexpr int64_t kPeriod = 1'000'000;  // ns
   GWeakRef queue_;
-  std::atomic<int64_t> period_ = kPeriod;  // what leaks cannot be counted
+  std::atomic<int64_t> period_ = kPeriod;  // 0 for a leaky queue, whose losses cannot be counted
   std::atomic<int64_t> last_ = -kPeriod;
 };
 

@@ -1,4 +1,4 @@
-// The tracer `weir`: a GObject around a PipelineTracer, and the hooks that call it.
+// The tracer `weir`: a GObject that owns a PipelineTracer and registers its hooks.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #define GST_USE_UNSTABLE_API
 #include <gst/gst.h>
@@ -26,7 +26,7 @@ struct State {
 
 struct Instance {
   GstTracer parent;
-  State* state;  // null when memory ran out
+  State* state;  // null when memory runs out
 };
 struct Class {
   GstTracerClass parent;
@@ -35,7 +35,7 @@ struct Class {
 gpointer parent_class = nullptr;
 enum Property { kSummary = 1 };
 
-// What goes wrong in a hook must not reach the pipeline. A record that is not written is lost.
+// An exception in a hook must not reach the pipeline; the record is lost then.
 template <auto Method, class... Words>
 void hook(GObject* self, GstClockTime time, Words... words) noexcept {
   PipelineTracer* tracer = reinterpret_cast<Instance*>(self)->state->tracer.get();
@@ -109,20 +109,20 @@ void write_file(State* state) noexcept {
     trace::write_trace_events(state->tracer->trace(), file);
     file.close();
     if (file) return;
-    const Error error{Code::FILE_NOT_WRITTEN,
-                      "the trace cannot be written",
-                      state->options.file,
-                      "a place that can be written to",
-                      std::string(std::strerror(errno)),
-                      "GST_TRACERS=\"weir(file=/tmp/trace.json)\""};
+    const Error error{.code = Code::FILE_NOT_WRITTEN,
+                      .what = "the trace cannot be written",
+                      .offered = state->options.file,
+                      .needed = "a writable path",
+                      .difference = std::string(std::strerror(errno)),
+                      .fix = "GST_TRACERS=\"weir(file=/tmp/trace.json)\""};
     std::fprintf(stderr, "%s\n", error.message().c_str());
   } catch (const std::exception& error) {
     std::fprintf(stderr, "weir: the trace cannot be written: %s\n", error.what());
   }
 }
 
-// A program that does not call gst_deinit keeps its tracers to its end. They stay in memory then,
-// so the pointers do too.
+// If a program does not call gst_deinit(), its tracers exist until it exits, so the pointers stay
+// valid.
 std::vector<State*>& with_files() {
   static auto* all = new std::vector<State*>;
   return *all;
@@ -178,7 +178,7 @@ void get_property(GObject* object, guint id, GValue* value, GParamSpec* spec) {
     const trace::Trace trace = self->state->tracer->trace();
     g_value_set_string(value, trace::to_json(trace::summarise(trace), trace).c_str());
   } catch (const std::exception& error) {
-    std::fprintf(stderr, "weir: the trace cannot be summed up: %s\n", error.what());
+    std::fprintf(stderr, "weir: the trace cannot be summarised: %s\n", error.what());
   }
 }
 
@@ -191,7 +191,7 @@ void class_init(gpointer klass, gpointer) {
   g_object_class_install_property(
       object_class, kSummary,
       g_param_spec_string("summary", "summary",
-                          "What the records so far come to, as JSON; read it when pipelines rest",
+                          "Summary of the records so far, as JSON; read it while no pipeline plays",
                           nullptr,
                           static_cast<GParamFlags>(G_PARAM_READABLE | G_PARAM_STATIC_STRINGS)));
 }

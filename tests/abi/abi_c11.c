@@ -1,10 +1,13 @@
+/* Checks that the C headers compile as C11, alone, and that the frozen structs have their sizes and
+ * offsets on LP64.
+ *
  * SPDX-License-Identifier: LGPL-2.1-or-later */
-/* The C headers compile as C11, alone, and its frozen structs have their sizes and offsets on LP64.
- */
 #include "weir/abi.h"
+#include "weir/converter_stream.h"
 #include "weir/custom_condition.h"
 #include "weir/custom_converter.h"
 #include "weir/custom_filter.h"
+#include "weir/decoder_stream.h"
 #include "weir/error.h"
 #include "weir/model.h"
 #include "weir/pipeline.h"
@@ -16,7 +19,7 @@ _Static_assert(sizeof(weir_tensor_info) == 192, "weir_tensor_info is frozen");
 _Static_assert(sizeof(weir_tensor) == 424, "weir_tensor is frozen");
 _Static_assert(sizeof(weir_object) == 112, "weir_object is frozen");
 _Static_assert(sizeof(weir_option) == 16, "weir_option is frozen");
-_Static_assert(sizeof(weir_picture_map) == 80, "weir_picture_map is frozen");
+_Static_assert(sizeof(weir_source_map) == 80, "weir_source_map is frozen");
 HAS(weir_tensor_info, type, 0);
 HAS(weir_tensor_info, shape, 8);
 HAS(weir_tensor_info, name, 136);
@@ -30,14 +33,14 @@ HAS(weir_tensor, memory_kind, 160);
 HAS(weir_tensor, release, 184);
 HAS(weir_tensor, info, 200);
 HAS(weir_tensor, reserved, 392);
-HAS(weir_picture_map, source_width, 48);
-HAS(weir_picture_map, reserved, 72);
+HAS(weir_source_map, source_width, 48);
+HAS(weir_source_map, reserved, 72);
 HAS(weir_object, class_id, 24);
 HAS(weir_object, track_id, 32);
 HAS(weir_object, label, 48);
 HAS(weir_object, reserved, 80);
 
-/* Tables begin alike, so that a host can refuse a newer one before it reads further. */
+/* Tables have the same beginning, so that a host can reject a newer one before it reads further. */
 #define BEGINS(type)         \
   HAS(type, struct_size, 0); \
   HAS(type, abi_major, 4);   \
@@ -48,7 +51,7 @@ BEGINS(weir_decoder_type);
 BEGINS(weir_converter_type);
 BEGINS(weir_module);
 
-/* Members are only appended: these keep their places. */
+/* Members are only appended: these keep their offsets. */
 HAS(weir_frame, tensors, 8);
 HAS(weir_frame, deadline, 32);
 HAS(weir_frame, flags, 56);

@@ -1,21 +1,26 @@
-// Each public header compiles as C++20 on its own include path, and the C structs stay what C has.
+// Checks that each public header compiles as C++20 with only the public include path, and that the
+// C structs match C's.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "weir/abi.h"
 #include "weir/c_error.hpp"
 #include "weir/codes.h"
 #include "weir/converter.hpp"
+#include "weir/converter_stream.h"
 #include "weir/custom_condition.hpp"
 #include "weir/custom_converter.h"
 #include "weir/custom_filter.hpp"
 #include "weir/decoder.hpp"
+#include "weir/decoder_stream.h"
 #include "weir/engine.hpp"
+#include "weir/engine_tools.hpp"
 #include "weir/error.h"
+#include "weir/join.hpp"
 #include "weir/label_file.hpp"
 #include "weir/model.h"
 #include "weir/module.hpp"
-#include "weir/picture_map.hpp"
 #include "weir/pipeline.h"
 #include "weir/result.hpp"
+#include "weir/source_map.hpp"
 #include "weir/tensor_info.hpp"
 
 #include <type_traits>

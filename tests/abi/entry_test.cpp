@@ -1,4 +1,4 @@
-// weir_module_entry of each module: NULL for a host that it cannot work with, and no crash.
+// Tests weir_module_entry of each module: NULL for an incompatible host, and no crash.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <dlfcn.h>
 #include <gtest/gtest.h>
@@ -48,8 +48,8 @@ class ModuleEntry : public testing::TestWithParam<std::string> {
   Entry entry_ = nullptr;
 };
 
-TEST_P(ModuleEntry, GivesTheTablesOfThisVersion) {
-  static const weir_host good = host();  // lives until the process ends, as abi.h asks
+TEST_P(ModuleEntry, ReturnsTheTablesOfThisVersion) {
+  static const weir_host good = host();  // abi.h requires it to exist until the process exits
   const weir_module* module = entry_(&good);
   ASSERT_NE(module, nullptr);
   EXPECT_EQ(module->abi_major, WEIR_ABI_MAJOR);
@@ -60,18 +60,18 @@ TEST_P(ModuleEntry, GivesTheTablesOfThisVersion) {
   EXPECT_TRUE(something);
 }
 
-TEST_P(ModuleEntry, RefusesNoHost) {
+TEST_P(ModuleEntry, RejectsAMissingHost) {
   EXPECT_EQ(entry_(nullptr), nullptr);
 }
 
-TEST_P(ModuleEntry, RefusesAHostOfAnotherMajorVersionAndSaysSo) {
+TEST_P(ModuleEntry, RejectsAndReportsAHostOfAnotherMajorVersion) {
   weir_host other = host();
   ++other.abi_major;
   EXPECT_EQ(entry_(&other), nullptr);
   EXPECT_EQ(logged, 1);
 }
 
-TEST_P(ModuleEntry, RefusesAHostWhoseTableIsTooShort) {
+TEST_P(ModuleEntry, RejectsAHostWhoseTableIsTooShort) {
   weir_host shorter = host();
   shorter.struct_size = offsetof(weir_host, extension);
   EXPECT_EQ(entry_(&shorter), nullptr);

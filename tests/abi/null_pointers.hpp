@@ -10,7 +10,7 @@
 
 namespace weir::test {
 
-// An argument that may be NULL by its documentation.
+// An argument that may be NULL according to its documentation.
 template <class T>
 struct MayBeNull {
   T value;
@@ -33,14 +33,14 @@ T value_of(MayBeNull<T> given) {
   return given.value;
 }
 
-// The names of the functions that were called.
+// The names of all functions called so far.
 inline std::set<std::string>& called_functions() {
   static std::set<std::string> names;
   return names;
 }
 
-// What a function says when one of its pointers is NULL: an int is an error, or the documented 0 of
-// `harmless`; a text is "" or none.
+// The result of a function when one of its pointers is NULL: an int is an error, or for `Harmless`
+// the documented 0; a text is "" or NULL.
 enum class Answer { Error, Harmless };
 
 template <class R, class... P, class... A>

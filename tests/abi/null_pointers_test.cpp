@@ -1,5 +1,5 @@
-// Every function of the C libraries with each of its pointers NULL: an error, never a crash. A
-// function that the lists of symbols name and this file does not is a failure.
+// Calls every function of the C libraries with each of its pointers NULL: each returns an error and
+// none crashes. Fails for functions in the symbol lists that this file does not call.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "null_pointers.hpp"
 
@@ -328,7 +328,7 @@ TEST(NullPointers, OfTheApplicationApiAreErrors) {
   EXPECT_NULL_REFUSED(ml_pipeline_stop, pipe);
   EXPECT_NULL_REFUSED(ml_pipeline_get_state, pipe, &state);
   EXPECT_NULL_REFUSED(ml_pipeline_flush, pipe, false);
-  weir::test::called_functions().insert({"ml_error", "ml_error_number"});  // no pointers
+  weir::test::called_functions().insert({"ml_error", "ml_error_number"});  // they have no pointers
   call_tensors();
   call_single();
   call_parts(pipe);

@@ -1,6 +1,6 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: LGPL-2.1-or-later
-"""Modules of somebody else, built with the installed headers and pkg-config alone, and one run with each of their parts."""
+"""Tests of third-party modules, built only with the installed headers and pkg-config, with each of their parts."""
 
 import os
 import pathlib
@@ -15,7 +15,7 @@ import tap_runner
 
 SOURCE = pathlib.Path(os.environ["WEIR_SOURCE"])
 MODULES = {"threshold": "threshold.cpp", "outside-cpp": "every_part.cpp", "outside-c": "every_part.c"}
-HEADER = 128  # bytes in front of each tensor of a flexible stream
+HEADER = 128  # bytes before each tensor of a flexible stream
 
 
 def run(command, **more):
@@ -55,7 +55,7 @@ class Outside(unittest.TestCase):
             raise RuntimeError(built.stderr)
 
     def play(self, frames, filter_text, element="float32"):
-        """Frames of equal length through one filter: what comes out, as bytes, and what was said."""
+        """Sends frames of equal length through one filter; returns the output bytes and the messages."""
         length = len(frames[0])
         size = length * (4 if element == "float32" else 1)
         data = b"".join(struct.pack(f"<{length}{'f' if element == 'float32' else 'B'}", *frame) for frame in frames)
@@ -63,12 +63,12 @@ class Outside(unittest.TestCase):
         (self.folder / "out.bin").unlink(missing_ok=True)
         line = (f"filesrc location={self.folder}/in.bin blocksize={size} ! application/octet-stream ! tensor_converter "
                 f"input-dim={length} input-type={element} ! tensor_filter {filter_text} ! filesink location={self.folder}/out.bin")
-        done = run([os.environ["WEIR_COMMAND"], "run", line], env=self.env)  # gst-launch-1.0 hangs now and then after an error
+        done = run([os.environ["WEIR_COMMAND"], "run", line], env=self.env)  # gst-launch-1.0 sometimes hangs after an error
         out = self.folder / "out.bin"
         return (out.read_bytes() if out.exists() else b""), done.stdout + done.stderr, done.returncode
 
     def flexible(self, data, sizes):
-        """Payloads, by the number of float32 that each is expected to have."""
+        """The payloads, given the expected number of float32 in each."""
         out = []
         for count in sizes:
             self.assertGreaterEqual(len(data), HEADER + 4 * count)
@@ -78,11 +78,11 @@ class Outside(unittest.TestCase):
         return out
 
     def test_a_filter_in_under_thirty_lines(self):
-        """The guide's listing is the source that is built here, and its commands are run as they stand."""
+        """The guide's listing is the source that is built here, and its commands are run unchanged."""
         guide = (SOURCE / "docs/guide/write-a-filter.md").read_text(encoding="utf-8")
         listing = re.search(r"```cpp\n(.*?)```", guide, re.DOTALL).group(1)
-        comment, source = (SOURCE / "tests/abi/outside/threshold.cpp").read_text(encoding="utf-8").split("\n", 1)
-        self.assertTrue(comment.startswith("//"))
+        comment, license_line, source = (SOURCE / "tests/abi/outside/threshold.cpp").read_text(encoding="utf-8").split("\n", 2)
+        self.assertTrue(comment.startswith("//") and license_line.startswith("// SPDX"))
         self.assertEqual(listing, source)
         self.assertLess(len(listing.splitlines()), 30)
         folder = self.folder / "guide"
@@ -136,7 +136,7 @@ class Outside(unittest.TestCase):
                 self.assertIn("fix: custom=factor:2.5", said)
 
     def edit(self, name, command):
-        """A frame whose answer takes an hour; the command comes in the middle of it. What was said on stderr and on stdout."""
+        """Sends the command while a frame with an hour of work is processed; returns stderr and stdout."""
         line = f"tensor_filter name=f framework={name} invoke-async=true async-timeout=0 custom=rest:3600 ! fakesink async=false"
         with subprocess.Popen([self.folder / "edited", line], env=self.env, text=True, stdin=subprocess.PIPE, stdout=subprocess.PIPE,
                               stderr=subprocess.PIPE) as program:
@@ -148,7 +148,7 @@ class Outside(unittest.TestCase):
                     more = program.stderr.readline()
                     self.assertTrue(more, said)
                     said += more
-                answered, rest = program.communicate(command, timeout=120)  # far below an hour, far above what it takes
+                answered, rest = program.communicate(command, timeout=120)  # far less than an hour, far more than needed
             finally:
                 program.kill()
             self.assertEqual(program.returncode, 0, said + rest)
@@ -160,7 +160,7 @@ class Outside(unittest.TestCase):
                 said, answered = self.edit(name, "stop\n")
                 self.assertEqual(said.count(f"{name}: cancel() was called"), 1, said)
                 self.assertIn("stopped: held 0, pushed 0\n", answered)
-                # The second frame gets the place of the first, which was cancelled.
+                # The second frame replaces the first, which was cancelled.
                 said, answered = self.edit(name, "flush\nframe\nstop\n")
                 self.assertEqual(said.count(f"{name}: cancel() was called"), 2, said)
                 self.assertEqual(said.count(f"{name}: a request rests"), 2, said)
@@ -172,7 +172,7 @@ class Outside(unittest.TestCase):
             with self.subTest(name):
                 _, said, code = self.play([[1, 2]], f"framework={name} invoke-async=true async-timeout=100 custom=rest:3600")
                 self.assertNotEqual(code, 0)
-                self.assertIn("WEIR-3015: the engine has said nothing of its frames in time", said)
+                self.assertIn("WEIR-3015: the engine did not answer in time", said)
                 self.assertIn(f"{name}: cancel() was called", said)
 
     def test_options_with_types_and_help(self):
@@ -183,7 +183,7 @@ class Outside(unittest.TestCase):
                 option, kind, text = ("limit", "integer", "above it is 1") if name == "threshold" else \
                     ("factor", "number", "what the input is multiplied with")
                 self.assertTrue(re.search(rf"{option} +{kind} +\S+ +{text}", done.stdout), done.stdout)
-                # The line to paste names no model, for there is none, and runs.
+                # The suggested command has no model, because there is none, and it runs.
                 line = re.search(rf"gst-launch-1.0 (.*tensor_filter framework={name} ! fakesink)", done.stdout)
                 self.assertTrue(line, done.stdout)
                 done = run(["sh", "-c", f"{os.environ['WEIR_COMMAND']} run {line.group(1)}"], env=self.env)

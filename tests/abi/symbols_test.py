@@ -1,7 +1,7 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: LGPL-2.1-or-later
-"""What built objects export: modules weir_module_entry and nothing else, the plug-in what GStreamer asks for, libraries the
-list beside this file, which programs were linked with: names leave it with a new soname only."""
+"""Tests the exports of built objects: only weir_module_entry for modules, GStreamer's entry points for the plug-in, and for
+libraries the list next to this file. Programs were linked with it, so removing a name requires a new soname."""
 
 import pathlib
 import subprocess
@@ -16,7 +16,7 @@ def read(*command):
 
 
 def wanted_of(name):
-    """The symbols that an object of this file name should have."""
+    """The symbols that an object with this file name should export."""
     if name.startswith("libgst"):
         return PLUGIN
     library = pathlib.Path(__file__).with_name(name.partition(".")[0] + ".symbols")
@@ -32,11 +32,11 @@ for path in sys.argv[1:]:
         failed += 1
         print(f"FAILED {name}: missing {sorted(set(wanted) - set(symbols))}, more {sorted(set(symbols) - set(wanted))}")
     needed = "libweir.so.0" in read("readelf", "-d", path)
-    # libweir.so names itself.
+    # libweir.so contains its own name.
     if needed != name.startswith(("libgst", "libweir.so", "libweir-pipeline", "libnnstreamer.so", "libcapi")):
         failed += 1
         print(f"FAILED {name}: {'does' if needed else 'does not'} name libweir.so.0")
-    # Whatever the release is called: programs of an earlier one find the library.
+    # The soname does not depend on the release, so programs of an earlier release find the library.
     library = name.partition(".")[0]
     if library in ("libweir", "libweir-pipeline", "libcapi-nnstreamer"):
         if f"soname: [{library}.so.0]" not in read("readelf", "-d", path):

@@ -1,6 +1,7 @@
+/* Tests filters and conditions of the program, the elements that the configuration allows, and many
+ * concurrent threads.
+ *
  * SPDX-License-Identifier: LGPL-2.1-or-later */
-/* Filters and conditions of the program, the elements that the configuration allows, and many
- * threads at once. */
 #include <unistd.h>
 
 #include "check.h"
@@ -124,7 +125,8 @@ static int destroying(const ml_tensors_data_h in, ml_tensors_data_h out, void* u
   return 0;
 }
 
-/* On a thread of the stream: the pipeline would wait for the callback, and the callback for it. */
+/* On a streaming thread: the pipeline would wait for the callback, and the callback for the
+ * pipeline. */
 static void a_filter_cannot_destroy_its_pipeline(void) {
   Counter calls = COUNTER;
   ml_tensors_info_h info = info_of(ML_TENSOR_TYPE_FLOAT32, 2, 0);
@@ -167,7 +169,7 @@ static void a_condition_of_the_program_decides(void) {
   CHECK_REFUSED(ml_pipeline_tensor_if_custom_register("positive", positive, NULL, &second),
                 ML_ERROR_INVALID_PARAMETER, "cannot be registered under this name");
   CHECK_REFUSED(ml_pipeline_tensor_if_custom_register("", positive, NULL, &second),
-                ML_ERROR_INVALID_PARAMETER, "needed: a name that is not empty and not taken");
+                ML_ERROR_INVALID_PARAMETER, "needed: an unused name that is not empty");
   CHECK_REFUSED(ml_pipeline_tensor_if_custom_register("x", NULL, NULL, &second),
                 ML_ERROR_INVALID_PARAMETER, "null pointer");
   OK(ml_pipeline_construct(
@@ -196,8 +198,8 @@ static void write_configuration(const char* path, const char* text) {
   fclose(file);
 }
 
-/* What constructing a pipeline writes to standard error. */
-static const char* told_by_construct(void) {
+/* What the construction of a pipeline writes to standard error. */
+static const char* state_at_construction(void) {
   static char text[2000];
   FILE* file = tmpfile();
   const int was = dup(STDERR_FILENO);
@@ -250,13 +252,13 @@ static void only_elements_that_are_allowed(void) {
   CHECK_REFUSED(ml_pipeline_construct("videotestsrc ! ", NULL, NULL, &pipe),
                 ML_ERROR_INVALID_PARAMETER, "");
   CHECK(pipe == NULL);
-  /* What cannot be read may hold a restriction. */
+  /* An unreadable file may contain a restriction. */
   write_configuration(path, "[element-restriction]\nenable_element_restriction\n");
   CHECK_REFUSED(ml_pipeline_construct("videotestsrc ! fakesink", NULL, NULL, &pipe),
                 ML_ERROR_PERMISSION_DENIED,
                 "a pipeline cannot be checked against [element-restriction]: "
                 "/tmp/weir-restriction-");
-  setenv("NNSTREAMER_CONF", "/proc/self/mem", 1); /* opens, and cannot be read; by root neither */
+  setenv("NNSTREAMER_CONF", "/proc/self/mem", 1); /* opens but cannot be read, even by root */
   CHECK_REFUSED(ml_pipeline_construct("videotestsrc ! fakesink", NULL, NULL, &pipe),
                 ML_ERROR_PERMISSION_DENIED, "/proc/self/mem");
   setenv("NNSTREAMER_CONF", path, 1);
@@ -266,8 +268,9 @@ static void only_elements_that_are_allowed(void) {
   OK(ml_pipeline_construct("videotestsrc ! identity ! fakesink", NULL, NULL, &pipe));
   OK(ml_pipeline_destroy(pipe));
   unlink(path);
-  CHECK(strstr(told_by_construct(), "NNSTREAMER_CONF names no regular file and is passed over"));
-  CHECK(strcmp(told_by_construct(), "") == 0); /* once is enough */
+  CHECK(strstr(state_at_construction(),
+               "NNSTREAMER_CONF does not name a regular file and is ignored"));
+  CHECK(strcmp(state_at_construction(), "") == 0); /* reported only once */
   unsetenv("NNSTREAMER_CONF");
 }
 

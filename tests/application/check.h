@@ -1,5 +1,5 @@
+/* Checks for tests in C99: each is counted; a failed check is reported and the test continues. */
 /* SPDX-License-Identifier: LGPL-2.1-or-later */
-/* For tests in C99: each check counts, one that fails is told and the rest goes on. */
 #ifndef CHECK_H
 #define CHECK_H
 #include <stdio.h>
@@ -10,7 +10,7 @@
 
 static int failed_checks;
 
-/* Flushed: what was told stays when a later line ends the process. */
+/* Flushes, so that reports survive a crash in a later line. */
 #define TELL(...) (printf(__VA_ARGS__), fflush(stdout))
 
 #define CHECK(condition)                                             \
@@ -22,7 +22,7 @@ static int failed_checks;
     }                                                                \
   } while (0)
 
-/* The call answers `number`, and ml_error() has these words. */
+/* The call returns `number`, and ml_error() contains these words. */
 #define CHECK_REFUSED(call, number, words)                                                  \
   do {                                                                                      \
     const int answer_ = (call);                                                             \
@@ -35,7 +35,7 @@ static int failed_checks;
 
 #define OK(call) CHECK((call) == ML_ERROR_NONE)
 
-/* An info of one tensor, for ml_tensors_info_destroy. */
+/* An info with one tensor; free it with ml_tensors_info_destroy. */
 static inline ml_tensors_info_h info_of(ml_tensor_type_e type, unsigned int first,
                                         unsigned int second) {
   ml_tensors_info_h info = NULL;
@@ -49,7 +49,7 @@ static inline ml_tensors_info_h info_of(ml_tensor_type_e type, unsigned int firs
   return info;
 }
 
-/* One tensor, float32 2: `first` and its negative; for ml_tensors_data_destroy. */
+/* One tensor, float32 2: `first` and its negative; free it with ml_tensors_data_destroy. */
 static inline ml_tensors_data_h two_floats(float first) {
   ml_tensors_info_h info = info_of(ML_TENSOR_TYPE_FLOAT32, 2, 0);
   ml_tensors_data_h data = NULL;

@@ -1,6 +1,7 @@
+/* Checks that the public headers need only C99 and no previous include, and the numbers on which
+ * streams and programs depend.
+ *
  * SPDX-License-Identifier: LGPL-2.1-or-later */
-/* The public headers need C99 and nothing in front of them; numbers that streams and programs rely
- * on. */
 #include "nnstreamer-single.h"
 #include "nnstreamer.h"
 

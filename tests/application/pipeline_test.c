@@ -1,5 +1,5 @@
+/* Tests of ml_pipeline_construct to _destroy, of sinks and of sources. */
 /* SPDX-License-Identifier: LGPL-2.1-or-later */
-/* ml_pipeline_construct to _destroy, sinks and sources. */
 #include "check.h"
 #include "nnstreamer.h"
 #include "wait.h"
@@ -64,7 +64,7 @@ static void frames_go_in_and_come_out(const char* text) {
   OK(ml_pipeline_src_input_data_eos(src));
   data = two_floats(5);
   CHECK_REFUSED(ml_pipeline_src_input_data(src, data, ML_PIPELINE_BUF_POLICY_AUTO_FREE),
-                ML_ERROR_TRY_AGAIN, "the stream has ended and takes no more frames");
+                ML_ERROR_TRY_AGAIN, "the stream has ended and accepts no more frames");
   OK(ml_tensors_data_destroy(data));
   OK(ml_pipeline_src_release_handle(src));
   OK(ml_pipeline_destroy(pipe));
@@ -73,8 +73,8 @@ static void frames_go_in_and_come_out(const char* text) {
   OK(ml_pipeline_sink_unregister(sink));
 }
 
-static void states_are_told(ml_pipeline_state_e state, void* user_data) {
-  Counter* counter = user_data; /* the sum of the states: NULL 1, PAUSED 3, PLAYING 4 */
+static void states_are_reported(ml_pipeline_state_e state, void* user_data) {
+  Counter* counter = user_data; /* sum of the states: NULL 1, PAUSED 3, PLAYING 4 */
   int i;
   for (i = 0; i < (int)state; ++i) raise_count(counter);
 }
@@ -83,7 +83,8 @@ static void states_follow_the_calls(void) {
   Counter sum = COUNTER;
   ml_pipeline_h pipe = NULL;
   ml_pipeline_state_e state;
-  OK(ml_pipeline_construct("videotestsrc is-live=true ! fakesink", states_are_told, &sum, &pipe));
+  OK(ml_pipeline_construct("videotestsrc is-live=true ! fakesink", states_are_reported, &sum,
+                           &pipe));
   OK(ml_pipeline_get_state(pipe, &state));
   CHECK(state == ML_PIPELINE_STATE_NULL);
   OK(ml_pipeline_stop(pipe));
@@ -141,7 +142,7 @@ static void a_failed_element_is_the_error_of_the_state(void) {
   OK(ml_tensors_info_destroy(info));
 }
 
-/* Reads the state, unregisters itself, and is told that it cannot stop its own pipeline. */
+/* Reads the state, unregisters itself, and must fail to stop its own pipeline. */
 static void meddle(const ml_tensors_data_h data, const ml_tensors_info_h info, void* user_data) {
   Seen* seen = user_data;
   ml_pipeline_state_e state;
@@ -152,9 +153,9 @@ static void meddle(const ml_tensors_data_h data, const ml_tensors_info_h info, v
                 "a callback of a pipeline cannot change its state");
   CHECK_REFUSED(ml_pipeline_start(seen->pipe), ML_ERROR_TRY_AGAIN, "it would wait for itself");
   CHECK_REFUSED(ml_pipeline_flush(seen->pipe, true), ML_ERROR_TRY_AGAIN, "a thread of the program");
-  CHECK_REFUSED(ml_pipeline_destroy(seen->pipe), ML_ERROR_TRY_AGAIN, "call from there");
+  CHECK_REFUSED(ml_pipeline_destroy(seen->pipe), ML_ERROR_TRY_AGAIN, "call it on another thread");
   CHECK_REFUSED(ml_tensors_data_set_tensor_data(data, 0, &one, sizeof one),
-                ML_ERROR_PERMISSION_DENIED, "this data is to be read only");
+                ML_ERROR_PERMISSION_DENIED, "this data is read-only");
   OK(ml_pipeline_sink_unregister(seen->sink));
   raise_count(&seen->frames);
 }
@@ -193,13 +194,13 @@ static void texts_and_names_are_refused(void) {
                 "pipe is a null pointer");
   CHECK_REFUSED(ml_pipeline_start(NULL), ML_ERROR_INVALID_PARAMETER, "pipe is a null pointer");
   CHECK_REFUSED(ml_pipeline_start(data), ML_ERROR_INVALID_PARAMETER,
-                "pipe is a handle of another kind");
+                "pipe is a handle of a different kind");
   pipe = construct("appsrc name=in ! tensor_sink name=out sync=false");
   CHECK_REFUSED(ml_pipeline_sink_register(pipe, "oud", see, &seen, &sink),
                 ML_ERROR_INVALID_PARAMETER, "did you mean out?");
   CHECK_REFUSED(ml_pipeline_sink_register(pipe, "in", see, &seen, &sink),
                 ML_ERROR_INVALID_PARAMETER,
-                "in is another element than this call is for\n  offered: appsrc\n"
+                "in is not an element that this call is for\n  offered: appsrc\n"
                 "  needed: tensor_sink or appsink");
   CHECK_REFUSED(ml_pipeline_sink_register(pipe, "out", NULL, &seen, &sink),
                 ML_ERROR_INVALID_PARAMETER, "null pointer");
@@ -211,9 +212,9 @@ static void texts_and_names_are_refused(void) {
   CHECK_REFUSED(ml_pipeline_src_input_data(src, data, ML_PIPELINE_BUF_POLICY_AUTO_FREE),
                 ML_ERROR_TRY_AGAIN, "it is stopped");
   CHECK_REFUSED(ml_pipeline_src_input_data(src, data, (ml_pipeline_buf_policy_e)9),
-                ML_ERROR_INVALID_PARAMETER, "policy is no number");
+                ML_ERROR_INVALID_PARAMETER, "policy is not a value");
   CHECK_REFUSED(ml_pipeline_src_input_data(data, data, ML_PIPELINE_BUF_POLICY_AUTO_FREE),
-                ML_ERROR_INVALID_PARAMETER, "src_handle is a handle of another kind");
+                ML_ERROR_INVALID_PARAMETER, "src_handle is a handle of a different kind");
   CHECK_REFUSED(ml_pipeline_src_input_data(src, NULL, ML_PIPELINE_BUF_POLICY_AUTO_FREE),
                 ML_ERROR_INVALID_PARAMETER, "data is a null pointer");
   OK(ml_pipeline_destroy(pipe));

@@ -1,5 +1,6 @@
+/* Tests of ml_single_*: the test engine's y = x + 1 on float32 with 4 columns and any number of
+ * rows. */
 /* SPDX-License-Identifier: LGPL-2.1-or-later */
-/* ml_single_*: the test engine's y = x + 1 on float32 with 4 columns and any number of rows. */
 #include <pthread.h>
 
 #include "check.h"
@@ -74,7 +75,7 @@ static void a_model_answers(void) {
   y = floats(output, 0, 8);
   CHECK(y && y[0] == 2 && y[7] == 9);
   CHECK_REFUSED(ml_tensors_data_set_tensor_data(output, 0, &one, sizeof one),
-                ML_ERROR_PERMISSION_DENIED, "this data is to be read only");
+                ML_ERROR_PERMISSION_DENIED, "this data is read-only");
   CHECK_REFUSED(ml_single_invoke_fast(single, input, output), ML_ERROR_INVALID_PARAMETER,
                 "the outputs cannot be written into this data");
   OK(ml_tensors_data_create(info, &into));
@@ -148,11 +149,11 @@ static void open_dimensions_are_set(void) {
   CHECK_REFUSED(ml_single_set_input_info(single, other), ML_ERROR_INVALID_PARAMETER, "5");
   CHECK_REFUSED(ml_single_invoke_dynamic(single, input, three, &output, &out_info),
                 ML_ERROR_INVALID_PARAMETER,
-                "the input is another one than in_info says\n  offered: float32 4:2\n"
+                "the input differs from in_info\n  offered: float32 4:2\n"
                 "  needed: float32 4:3");
   CHECK(output == NULL && out_info == NULL);
   CHECK_REFUSED(ml_single_set_property(single, "input", "4:3,4:3"), ML_ERROR_INVALID_PARAMETER,
-                "the model has another number of inputs");
+                "the model has a different number of inputs");
   OK(ml_single_close(single));
   OK(ml_tensors_data_destroy(input));
   OK(ml_tensors_info_destroy(two));
@@ -177,16 +178,16 @@ static void wrong_models_and_words_are_refused(void) {
   CHECK_REFUSED(ml_single_open(NULL, "plus-one", NULL, NULL, ML_NNFW_TYPE_ANY, 0),
                 ML_ERROR_INVALID_PARAMETER, "single is a null pointer");
   CHECK_REFUSED(ml_single_open(&single, "plus-one", NULL, NULL, (ml_nnfw_type_e)77, 0),
-                ML_ERROR_INVALID_PARAMETER, "nnfw is no number of ml_nnfw_type_e\n  offered: 77");
+                ML_ERROR_INVALID_PARAMETER, "nnfw is not a value of ml_nnfw_type_e\n  offered: 77");
   CHECK_REFUSED(
       ml_single_open(&single, "plus-one", NULL, NULL, ML_NNFW_TYPE_CUSTOM_FILTER, (ml_nnfw_hw_e)3),
-      ML_ERROR_INVALID_PARAMETER, "hw is no number of ml_nnfw_hw_e\n  offered: 3");
+      ML_ERROR_INVALID_PARAMETER, "hw is not a value of ml_nnfw_hw_e\n  offered: 3");
   CHECK_REFUSED(ml_single_open(&single, "plus-one", empty, NULL, ML_NNFW_TYPE_CUSTOM_FILTER, 0),
                 ML_ERROR_INVALID_PARAMETER, "input_info describes no tensor");
   CHECK_REFUSED(ml_single_open(&single, "plus-one", info, NULL, ML_NNFW_TYPE_CUSTOM_FILTER, 0),
                 ML_ERROR_INVALID_PARAMETER, "uint8");
   CHECK_REFUSED(ml_single_open(&single, "plus-one", NULL, info, ML_NNFW_TYPE_CUSTOM_FILTER, 0),
-                ML_ERROR_INVALID_PARAMETER, "the model has other outputs than output_info says");
+                ML_ERROR_INVALID_PARAMETER, "the model's outputs differ from output_info");
   CHECK_REFUSED(ml_single_get_property(single, "framework", &text), ML_ERROR_INVALID_PARAMETER,
                 "single is a null pointer");
   single = open_plus_one();
@@ -219,9 +220,9 @@ static void wrong_inputs_are_refused(void) {
   CHECK_REFUSED(ml_single_invoke(single, wrong_type, NULL), ML_ERROR_INVALID_PARAMETER,
                 "output is a null pointer");
   CHECK_REFUSED(ml_single_invoke(single, bytes, &output), ML_ERROR_INVALID_PARAMETER,
-                "input is a handle of another kind");
+                "input is a handle of a different kind");
   CHECK_REFUSED(ml_single_invoke(wrong_type, wrong_type, &output), ML_ERROR_INVALID_PARAMETER,
-                "single is a handle of another kind");
+                "single is a handle of a different kind");
   OK(ml_single_close(single));
   OK(ml_tensors_data_destroy(wrong_type));
   OK(ml_tensors_data_destroy(wrong_shape));
@@ -237,7 +238,7 @@ static void a_slow_model_runs_out_of_time(void) {
   OK(ml_single_set_timeout(single, 20));
   pthread_mutex_lock(&door);
   CHECK_REFUSED(ml_single_invoke(single, input, &output), ML_ERROR_TIMED_OUT,
-                "an answer within 20 ms");
+                "a result within 20 ms");
   pthread_mutex_unlock(&door);
   CHECK(output == NULL);
   OK(ml_single_close(single));

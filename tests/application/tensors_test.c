@@ -1,8 +1,8 @@
+/* Tests of ml_tensors_info_*, ml_tensors_data_* and the handles that all calls share. */
 /* SPDX-License-Identifier: LGPL-2.1-or-later */
-/* ml_tensors_info_*, ml_tensors_data_* and the handles that all calls have. */
 #include "check.h"
 
-static void an_info_keeps_what_it_is_told(void) {
+static void an_info_keeps_what_it_is_reported(void) {
   ml_tensors_info_h info = NULL, copy = NULL;
   ml_tensor_dimension picture = {3, 4, 5}, got;
   ml_tensor_type_e type;
@@ -73,13 +73,13 @@ static void an_info_refuses_what_no_tensor_is(void) {
                 "a frame holds 1 to 256 tensors");
   CHECK_REFUSED(ml_tensors_info_set_count(info, 257), ML_ERROR_INVALID_PARAMETER, "offered: 257");
   CHECK_REFUSED(ml_tensors_info_set_tensor_type(info, 0, ML_TENSOR_TYPE_UNKNOWN),
-                ML_ERROR_INVALID_PARAMETER, "this is no type of a tensor");
+                ML_ERROR_INVALID_PARAMETER, "this is not a tensor type");
   CHECK_REFUSED(ml_tensors_info_set_tensor_type(info, 0, (ml_tensor_type_e)-1),
                 ML_ERROR_INVALID_PARAMETER, "offered: -1");
   CHECK_REFUSED(ml_tensors_info_set_tensor_type(info, 1, ML_TENSOR_TYPE_INT8),
-                ML_ERROR_INVALID_PARAMETER, "there is no tensor of this index\n  offered: 1");
+                ML_ERROR_INVALID_PARAMETER, "there is no tensor with this index\n  offered: 1");
   CHECK_REFUSED(ml_tensors_info_set_tensor_dimension(info, 0, none), ML_ERROR_INVALID_PARAMETER,
-                "these are no dimensions");
+                "these are not dimensions");
   CHECK_REFUSED(ml_tensors_info_set_tensor_dimension(info, 0, hole), ML_ERROR_INVALID_PARAMETER,
                 "offered: 3:0:2:0");
   CHECK_REFUSED(ml_tensors_info_set_tensor_dimension(info, 0, NULL), ML_ERROR_INVALID_PARAMETER,
@@ -90,9 +90,9 @@ static void an_info_refuses_what_no_tensor_is(void) {
                 "needed: below the number of tensors: 1");
   CHECK(size == 0);
   CHECK_REFUSED(ml_tensors_info_get_tensor_size(info, -2, &size), ML_ERROR_INVALID_PARAMETER,
-                "no tensor of this index");
+                "no tensor with this index");
   CHECK_REFUSED(ml_tensors_info_get_tensor_type(info, 1, &type), ML_ERROR_INVALID_PARAMETER,
-                "no tensor of this index");
+                "no tensor with this index");
   CHECK(type == ML_TENSOR_TYPE_UNKNOWN);
   for (i = 0; i < 4; ++i) huge[i] = 65536;
   OK(ml_tensors_info_set_tensor_dimension(info, 0, huge));
@@ -120,7 +120,7 @@ static void data_is_zero_and_takes_copies(void) {
   CHECK_REFUSED(ml_tensors_data_set_tensor_data(data, 0, given, 0), ML_ERROR_INVALID_PARAMETER,
                 "offered: 0 bytes");
   CHECK_REFUSED(ml_tensors_data_set_tensor_data(data, 1, given, 4), ML_ERROR_INVALID_PARAMETER,
-                "no tensor of this index");
+                "no tensor with this index");
   CHECK_REFUSED(ml_tensors_data_set_tensor_data(data, 0, NULL, 4), ML_ERROR_INVALID_PARAMETER,
                 "raw_data is a null pointer");
   OK(ml_tensors_data_destroy(data));
@@ -140,7 +140,7 @@ static void data_needs_an_info_that_is_complete(void) {
   OK(ml_tensors_info_destroy(info));
 }
 
-static void handles_are_told_apart(void) {
+static void handles_differ(void) {
   ml_tensors_info_h info = info_of(ML_TENSOR_TYPE_INT8, 1, 0), again = NULL;
   ml_tensors_data_h data = NULL;
   unsigned int count;
@@ -149,12 +149,12 @@ static void handles_are_told_apart(void) {
   CHECK_REFUSED(ml_tensors_info_get_count(NULL, &count), ML_ERROR_INVALID_PARAMETER,
                 "info is a null pointer");
   CHECK_REFUSED(ml_tensors_info_get_count(data, &count), ML_ERROR_INVALID_PARAMETER,
-                "info is a handle of another kind\n  offered: a handle of a tensors data\n"
+                "info is a handle of a different kind\n  offered: a handle of a tensors data\n"
                 "  needed: a handle of a tensors info");
   CHECK_REFUSED(ml_tensors_info_get_count(&number, &count), ML_ERROR_INVALID_PARAMETER,
                 "info is not a handle");
   CHECK_REFUSED(ml_tensors_data_destroy(info), ML_ERROR_INVALID_PARAMETER,
-                "data is a handle of another kind");
+                "data is a handle of a different kind");
   CHECK_REFUSED(ml_tensors_info_clone(info, data), ML_ERROR_INVALID_PARAMETER, "src is a handle");
   OK(ml_tensors_info_destroy(info));
   CHECK_REFUSED(ml_tensors_info_destroy(info), ML_ERROR_INVALID_PARAMETER,
@@ -173,11 +173,11 @@ static void handles_are_told_apart(void) {
 
 int main(void) {
   CHECK(strcmp(ml_error(), "") == 0 && ml_error_number() == 0);
-  an_info_keeps_what_it_is_told();
+  an_info_keeps_what_it_is_reported();
   types_have_the_order_of_the_stream();
   an_info_refuses_what_no_tensor_is();
   data_is_zero_and_takes_copies();
   data_needs_an_info_that_is_complete();
-  handles_are_told_apart();
+  handles_differ();
   return result_of_checks();
 }

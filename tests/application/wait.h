@@ -1,5 +1,5 @@
+/* A counter that callbacks increase and tests wait for. */
 /* SPDX-License-Identifier: LGPL-2.1-or-later */
-/* A count that callbacks raise and tests wait for. */
 #ifndef WAIT_H
 #define WAIT_H
 #include <pthread.h>
@@ -31,7 +31,7 @@ static inline int count_of(Counter* counter) {
   return count;
 }
 
-/* Fails when the count does not come within a minute. */
+/* Fails when the count is not reached within a minute. */
 static inline void wait_for(Counter* counter, int count) {
   struct timespec end;
   int late = 0;

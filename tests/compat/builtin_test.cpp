@@ -1,5 +1,5 @@
-// nnstreamer_filter_find() and its siblings for Weir's own engines, decoders and converters: what
-// they give is called as programs call it.
+// Tests of nnstreamer_filter_find() and its siblings for Weir's own engines, decoders and
+// converters: their results are called as programs call them.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <gst/gst.h>
 #include <gtest/gtest.h>
@@ -49,7 +49,7 @@ int squares(void*, const GstTensorFilterProperties*, const GstTensorMemory* in,
   return 0;
 }
 
-// A model of a framework, opened with the functions of its descriptor.
+// A model of a framework, opened with its descriptor's functions.
 class Opened {
  public:
   Opened(const char* framework, const char* model, const char* custom = nullptr)
@@ -95,7 +95,7 @@ class BuiltInFilter : public testing::Test {
   ~BuiltInFilter() override { EXPECT_EQ(NNS_custom_easy_unregister("squares"), 0); }
 };
 
-TEST_F(BuiltInFilter, SaysWhatItIsAndWhatItsModelTakes) {
+TEST_F(BuiltInFilter, ReportsItselfAndItsModelsInputs) {
   Opened opened("custom-easy", "squares");
   ASSERT_NE(opened.found, nullptr);
   ASSERT_EQ(opened.result, 0);
@@ -135,7 +135,7 @@ TEST_F(BuiltInFilter, InvokesIntoTheCallersMemoryAndIntoItsOwn) {
       0);
 }
 
-TEST_F(BuiltInFilter, RefusesWhatCannotBe) {
+TEST_F(BuiltInFilter, RejectsInvalidCalls) {
   Opened unknown("custom-easy", "no-such-function");
   ASSERT_NE(unknown.found, nullptr);
   EXPECT_LT(unknown.result, 0);
@@ -161,7 +161,7 @@ TEST_F(BuiltInFilter, RefusesWhatCannotBe) {
 }
 
 // y = x + 1 on float32 of any number of rows of four.
-TEST_F(BuiltInFilter, OfAnEngineInAModuleTakesTheSizesThatAreSaid) {
+TEST_F(BuiltInFilter, OfAnEngineInAModuleAcceptsTheGivenSizes) {
   const std::string model = testing::TempDir() + "weir_built_in_model.bin";
   std::ofstream(model) << "x";
   Opened opened("fake", model.c_str());
@@ -189,7 +189,7 @@ TEST_F(BuiltInFilter, OfAnEngineInAModuleTakesTheSizesThatAreSaid) {
   EXPECT_LT(missing.result, 0);
 }
 
-TEST_F(BuiltInFilter, RefusesMoreTensorsThanThereCanBe) {
+TEST_F(BuiltInFilter, RejectsTooManyTensors) {
   Opened opened("custom-easy", "squares");
   ASSERT_EQ(opened.result, 0);
   Info many("4", "uint8");
@@ -229,7 +229,7 @@ GstTensorsConfig config_of(const char* dimensions, const char* types) {
   return config;
 }
 
-TEST(BuiltInDecoder, MakesPicturesAsItsOptionsSay) {
+TEST(BuiltInDecoder, ProducesPicturesFollowingItsOptions) {
   const auto* found = nnstreamer_decoder_find("direct_video");
   ASSERT_NE(found, nullptr);
   EXPECT_STREQ(found->modename, "direct_video");
@@ -266,8 +266,8 @@ TEST(BuiltInDecoder, MakesPicturesAsItsOptionsSay) {
   EXPECT_EQ(priv, nullptr);
 }
 
-// GStreamer joins the memories of a buffer by itself at the 17th one.
-TEST(BuiltInDecoder, MakesOneBufferOfManyTensors) {
+// GStreamer merges the memories of a buffer when the 17th is added.
+TEST(BuiltInDecoder, ProducesOneBufferOfManyTensors) {
   const auto* found = nnstreamer_decoder_find("octet_stream");
   ASSERT_NE(found, nullptr);
   for (const size_t count : {1, 15, 16, 17, 20, 256}) {
@@ -296,7 +296,7 @@ TEST(BuiltInDecoder, MakesOneBufferOfManyTensors) {
   }
 }
 
-TEST(BuiltInDecoder, RefusesWhatItMakesNothingOf) {
+TEST(BuiltInDecoder, RejectsUnsupportedTensors) {
   const auto* found = nnstreamer_decoder_find("direct_video");
   ASSERT_NE(found, nullptr);
   void* priv = nullptr;
@@ -311,7 +311,7 @@ TEST(BuiltInDecoder, RefusesWhatItMakesNothingOf) {
   EXPECT_EQ(nnstreamer_decoder_find(nullptr), nullptr);
 }
 
-TEST(BuiltInDecoder, RefusesWhatIsNotOpen) {
+TEST(BuiltInDecoder, RejectsCallsWithoutInit) {
   const auto* found = nnstreamer_decoder_find("direct_video");
   ASSERT_NE(found, nullptr);
   const auto config = config_of("3:4:2", "uint8");
@@ -335,8 +335,8 @@ TEST(BuiltInDecoder, RefusesWhatIsNotOpen) {
   gst_buffer_unref(out);
 }
 
-// 300 memories are there, but no stream has more than 256 tensors.
-TEST(BuiltInDecoder, RefusesMoreTensorsThanThereCanBe) {
+// 300 memories are given, but streams have at most 256 tensors.
+TEST(BuiltInDecoder, RejectsTooManyTensors) {
   const auto* found = nnstreamer_decoder_find("octet_stream");
   ASSERT_NE(found, nullptr);
   auto config = config_of("4", "uint8");
@@ -354,7 +354,7 @@ TEST(BuiltInDecoder, RefusesMoreTensorsThanThereCanBe) {
     }
   }
   config.info.format = _NNS_TENSOR_FORMAT_STATIC;
-  config.info.num_tensors = 20;  // and no `extra`
+  config.info.num_tensors = 20;  // without `extra`
   EXPECT_EQ(found->decode(&priv, &config, memories.data(), out), GST_FLOW_ERROR);
   gst_buffer_unref(out);
   found->exit(&priv);
@@ -367,7 +367,7 @@ GstBuffer* buffer_of(const std::string& text) {
   return buffer;
 }
 
-TEST(BuiltInConverter, MakesTensorsOfABuffer) {
+TEST(BuiltInConverter, ProducesTensorsFromABuffer) {
   const auto* found = nnstreamer_converter_find("numbers");
   ASSERT_NE(found, nullptr);
   EXPECT_STREQ(found->name, "numbers");
@@ -396,7 +396,7 @@ TEST(BuiltInConverter, MakesTensorsOfABuffer) {
   gst_tensors_config_free(&config);
 }
 
-TEST(BuiltInConverter, RefusesWhatCannotBe) {
+TEST(BuiltInConverter, RejectsInvalidCalls) {
   const auto* found = nnstreamer_converter_find("numbers");
   ASSERT_NE(found, nullptr);
   GstTensorsConfig config;

@@ -1,5 +1,5 @@
+/* The published data layouts, written by hand without include/nnstreamer. */
 /* SPDX-License-Identifier: LGPL-2.1-or-later */
-/* The published layouts of data, written by hand: nothing of include/nnstreamer. */
 #ifndef BY_HAND_H
 #define BY_HAND_H
 #include <stddef.h>

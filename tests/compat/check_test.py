@@ -1,6 +1,6 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: LGPL-2.1-or-later
-"""`weir check` lists what was built for NNStreamer, with what it says of its properties; faulty files do it no harm."""
+"""Tests of `weir check` with objects built for NNStreamer: it lists their properties, and faulty files do no harm."""
 
 import os
 import subprocess
@@ -10,7 +10,7 @@ import tap_runner
 
 
 def sections():
-    """Section -> name -> lines below it."""
+    """Maps each section to its names and the lines below them."""
     done = subprocess.run([os.environ["WEIR_COMMAND"], "check"], capture_output=True, text=True, timeout=60, check=False)
     if done.returncode:
         raise AssertionError(done.stdout + done.stderr)

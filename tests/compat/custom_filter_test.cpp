@@ -1,10 +1,10 @@
-// tensor_filter framework=custom with shared objects of NNStreamer's interface.
+// Tests of tensor_filter framework=custom with shared objects of NNStreamer's interface.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <unistd.h>
 
 #include <cmath>
 
-#include "elements/tests/played_pipeline.hpp"
+#include "elements/tests/pipeline_test_support.hpp"
 #include "filter_lines.hpp"
 
 namespace {
@@ -25,7 +25,7 @@ std::string fault(const std::string& name) {
   return start_error(line("unruly0", "custom=" + name));
 }
 
-TEST(CompatCustomFilter, LaidOutByHandFromTheSpecificationRuns) {
+TEST(CompatCustomFilter, RunsWithTheDocumentedLayout) {
   auto h = harness_of(line("by_hand", "custom=2.5"), kFour);
   EXPECT_EQ(pushed<float>(h, {1, 2, -4, 0}), (Floats{2.5, 5, -10, 0}));
   EXPECT_SAYS(caps_text(h), "dimension=(string)4");
@@ -58,8 +58,9 @@ TEST(CompatCustomFilter, FollowsTheStreamsSizes) {
   EXPECT_SAYS(caps_text(h), "dimensions=(string)\"3:2\\,5\"");
 }
 
-// Specification 4.3: an error for every framework. setInputDim tells the outputs once caps came.
-TEST(CompatCustomFilter, RefusesOutputPropertiesThatContradictTheModel) {
+// docs/compatibility/filter.md 4.3: an error for every framework. setInputDim reports the outputs
+// once caps arrive.
+TEST(CompatCustomFilter, RejectsOutputPropertiesThatContradictTheModel) {
   const auto caps = tensors("uint8", "3:2");
   for (const char* wrong : {"output=3:3", "outputtype=int8", "output=3:2 outputtype=float32"})
     EXPECT_SAYS(start_error(line("passthrough", wrong), caps),
@@ -70,7 +71,7 @@ TEST(CompatCustomFilter, RefusesOutputPropertiesThatContradictTheModel) {
   EXPECT_EQ(pushed<uint8_t>(h, {1, 2, 3, 4, 5, 6}), (Bytes{1, 2, 3, 4, 5, 6}));
 }
 
-TEST(CompatCustomFilter, CallsTheLibraryThoughItNamesNone) {
+TEST(CompatCustomFilter, CallsTheLibraryWithoutLinkingIt) {
   auto h = harness_of(line("average"), tensors("uint8", "2:3:1"));
   ASSERT_EQ(gst_harness_push(h.get(), frame<uint8_t>({1, 10, 2, 20, 6, 60})), GST_FLOW_OK);
   const auto out = Ref<GstBuffer>::adopt(gst_harness_pull(h.get()));
@@ -78,12 +79,12 @@ TEST(CompatCustomFilter, CallsTheLibraryThoughItNamesNone) {
   EXPECT_SAYS(caps_text(h), "dimension=(string)2:1:1");
 }
 
-TEST(CompatCustomFilter, CallsTheLibraryThatItNames) {
+TEST(CompatCustomFilter, CallsTheLibraryThatItLinks) {
   auto h = harness_of(line("scaler", "custom=2x1"), tensors("uint8", "1:4:2"));
   EXPECT_EQ(pushed<uint8_t>(h, {1, 2, 3, 4, 5, 6, 7, 8}), (Bytes{1, 3}));
 }
 
-TEST(CompatCustomFilter, AllocatedOutputsAreGivenOnWithoutACopy) {
+TEST(CompatCustomFilter, AllocatedOutputsAreForwardedWithoutACopy) {
   long freed = 0;
   const auto address = "custom=" + std::to_string(reinterpret_cast<uintptr_t>(&freed));
   auto h = harness_of(line("allocating", address), tensors("uint64", "2"));
@@ -102,26 +103,26 @@ TEST(CompatCustomFilter, AllocatedOutputsAreGivenOnWithoutACopy) {
   EXPECT_EQ(freed, 1);
 }
 
-TEST(CompatCustomFilter, AllocatedOutputsThatAreNoneAreTold) {
+TEST(CompatCustomFilter, MissingAllocatedOutputsAreReported) {
   long freed = 0;
   const auto address = "custom=" + std::to_string(reinterpret_cast<uintptr_t>(&freed));
   {
     auto h = harness_of(line("allocating", address), tensors("uint64", "2"));
     EXPECT_EQ(pushed<uint64_t>(h, {1, 0}), Numbers{}) << "dropped";
-    EXPECT_SAYS(frame_error<uint64_t>(h, {2, 0}), "allocates its outputs and gave none");
+    EXPECT_SAYS(frame_error<uint64_t>(h, {2, 0}), "allocates its outputs and returned none");
   }
   auto h = harness_of(line("allocating", address), tensors("uint64", "2"));
   const auto said = frame_error<uint64_t>(h, {3, 0});
-  EXPECT_SAYS(said, "gave an output of another size");
+  EXPECT_SAYS(said, "returned an output of a different size");
   EXPECT_SAYS(said, "output 0: 17 bytes");
   EXPECT_EQ(freed, 1);
 }
 
-TEST(CompatCustomFilter, TablesWithoutWhatIsNeededAreRefused) {
+TEST(CompatCustomFilter, IncompleteTablesAreRejected) {
   const std::pair<int, const char*> faults[] = {{1, "no initfunc"},
                                                 {2, "getInputDim or getOutputDim, and setInputDim"},
                                                 {3, "one of getInputDim and getOutputDim"},
-                                                {4, "nothing says its tensors"},
+                                                {4, "its tensors are not declared"},
                                                 {5, "invoke and allocate_invoke"},
                                                 {6, "no invoke"},
                                                 {7, "NNStreamer_custom is NULL"},
@@ -134,7 +135,7 @@ TEST(CompatCustomFilter, TablesWithoutWhatIsNeededAreRefused) {
   }
 }
 
-TEST(CompatCustomFilter, SizesThatCannotBeAreRefused) {
+TEST(CompatCustomFilter, ImpossibleSizesAreRejected) {
   const std::pair<const char*, const char*> faults[] = {
       {"no-tensor", "0 outputs"},
       {"257-tensors", "257 outputs"},
@@ -148,7 +149,7 @@ TEST(CompatCustomFilter, SizesThatCannotBeAreRefused) {
   for (const auto& [name, words] : faults) {
     const auto said = fault(name);
     EXPECT_SAYS(said, "WEIR-5003");
-    EXPECT_SAYS(said, "unruly0.so says what cannot be a tensor");
+    EXPECT_SAYS(said, "unruly0.so declares an invalid tensor");
     EXPECT_SAYS(said, words);
   }
   EXPECT_SAYS(fault("input-fails"), "getInputDim returned -5 (Input/output error)");
@@ -156,19 +157,19 @@ TEST(CompatCustomFilter, SizesThatCannotBeAreRefused) {
 
 TEST(CompatCustomFilter, ExceptionsEndAtTheElement) {
   EXPECT_SAYS(fault("throw-in-init"), "threw out of initfunc\n  offered: the device is gone");
-  EXPECT_SAYS(fault("throw-in-input"), "threw out of getInputDim\n  offered: what is no std::exc");
+  EXPECT_SAYS(fault("throw-in-input"), "threw out of getInputDim\n  offered: not a std::exc");
   auto h = harness_of(line("unruly0", "custom=throw-in-invoke"), kFour);
   EXPECT_SAYS(frame_error<float>(h, {1, 2, 3, 4}), "threw out of invoke");
   h = harness_of(line("unruly0", "custom=throw-a-number"), kFour);
-  EXPECT_SAYS(frame_error<float>(h, {1, 2, 3, 4}), "what is no std::exception");
+  EXPECT_SAYS(frame_error<float>(h, {1, 2, 3, 4}), "not a std::exception");
   h = harness_of(line("unruly0", "custom=throw-in-exit"), kFour);
   EXPECT_EQ(pushed<float>(h, {1, 2, 3, 4}), (Floats{1, 2, 3, 4}));
 }
 
-TEST(CompatCustomFilter, OutputsStayWhereTheyAre) {
+TEST(CompatCustomFilter, OutputAddressesMustNotChange) {
   for (const char* name : {"other-memory", "smaller"}) {
     auto h = harness_of(line("unruly0", std::string("custom=") + name), kFour);
-    EXPECT_SAYS(frame_error<float>(h, {1, 2, 3, 4}), "changed where its output lies") << name;
+    EXPECT_SAYS(frame_error<float>(h, {1, 2, 3, 4}), "changed the address of its output") << name;
   }
 }
 
@@ -186,12 +187,12 @@ TEST(CompatCustomFilter, IsOneRegularFile) {
               "framework=custom model=");
 }
 
-TEST(CompatCustomFilter, RunsInAProcessOfItsOwn) {
+TEST(CompatCustomFilter, RunsInItsOwnProcess) {
   auto h = harness_of(line("by_hand", "custom=3 isolate=process"), kFour);
   EXPECT_EQ(pushed<float>(h, {1, 2, 3, 4}), (Floats{3, 6, 9, 12}));
 }
 
-// White pictures (235) into a cell whose states go round; what it gives, frame by frame.
+// Sends white pictures (235) into a cell with a feedback loop; returns its outputs per frame.
 std::vector<Floats> played_cell(const std::string& kind, int states) {
   const std::string one = "other/tensor,dimension=(string)4,type=(string)float32,framerate=30/1";
   const std::string two =

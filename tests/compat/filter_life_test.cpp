@@ -1,13 +1,13 @@
-// Filter sub-plugins whose models are opened, put to sleep, replaced and shared.
+// Tests of filter sub-plugins whose models are opened, suspended, replaced and shared.
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "elements/tensor_filter/adder_harness.hpp"
+#include "elements/tensor_filter/adder_test_support.hpp"
 #include "filter_lines.hpp"
 
 namespace {
 
 using namespace weir::test;
 
-// Of the descriptors' two versions.
+// Runs with both versions of the descriptor.
 class CompatFilterLife : public ::testing::TestWithParam<const char*> {
  protected:
   static std::string life(const std::string& model, const std::string& custom,
@@ -28,7 +28,7 @@ TEST_P(CompatFilterLife, OpensOnceAndClosesOnce) {
   EXPECT_EQ(tell.all(), "oc");
 }
 
-TEST_P(CompatFilterLife, SleepsWhereItCan) {
+TEST_P(CompatFilterLife, IsSuspendedIfItCan) {
   const AdderFiles files;
   const Pipe tell;
   auto h = harness_of(life(files.model(1), "+" + tell.writer(), "suspend=1"), kAdderCaps);
@@ -43,7 +43,7 @@ TEST_P(CompatFilterLife, SleepsWhereItCan) {
   EXPECT_EQ(told.back(), 'c');
 }
 
-TEST_P(CompatFilterLife, IsClosedWhereItCannotSleep) {
+TEST_P(CompatFilterLife, IsClosedIfItCannotSuspend) {
   const AdderFiles files;
   const Pipe tell;
   auto h = harness_of(life(files.model(1), tell.writer(), "suspend=1"), kAdderCaps);
@@ -55,8 +55,9 @@ TEST_P(CompatFilterLife, IsClosedWhereItCannotSleep) {
   EXPECT_EQ(told.find('s'), std::string::npos);
 }
 
-// What reloads a model is not told: the pipe would say R (docs/guide/from-nnstreamer.md).
-TEST_P(CompatFilterLife, AnotherModelIsOpenedBesideThePresentOne) {
+// The sub-plugin's reload function is not called: it would write R to the pipe
+// (docs/guide/from-nnstreamer.md).
+TEST_P(CompatFilterLife, ANewModelIsOpenedBesideTheCurrentOne) {
   const AdderFiles files;
   const Pipe tell;
   auto h = harness_of(life(files.model(1), tell.writer(), "is-updatable=true"), kAdderCaps);
@@ -71,7 +72,7 @@ TEST_P(CompatFilterLife, AnotherModelIsOpenedBesideThePresentOne) {
   EXPECT_EQ(tell.all(), "oocc");
 }
 
-TEST_P(CompatFilterLife, AModelOfOtherSizesIsClosedAgainAndTheOldOneGoesOn) {
+TEST_P(CompatFilterLife, AModelOfOtherSizesIsClosedAndTheOldOneContinues) {
   const AdderFiles files;
   const Pipe tell;
   auto h = harness_of(life(files.model(1), tell.writer(), "is-updatable=true"), kAdderCaps);
@@ -80,7 +81,7 @@ TEST_P(CompatFilterLife, AModelOfOtherSizesIsClosedAgainAndTheOldOneGoesOn) {
   EXPECT_EQ(pushed_sum(h), 1);
   g_object_set(filter.get(), "model", files.model(2, "5").c_str(), nullptr);
   const auto said = messages.next_warning();
-  EXPECT_SAYS(said, "WEIR-3012: the new model does not fit in place of the one that runs");
+  EXPECT_SAYS(said, "WEIR-3012: the new model cannot replace the one that runs");
   EXPECT_SAYS(said, "offered: " + files.model(2, "5") + ": in 1 tensor: float32 5");
   EXPECT_SAYS(said, "needed: " + files.model(1) + ": in 1 tensor: float32 4");
   EXPECT_EQ(pushed_sum(h), 1);
@@ -91,7 +92,7 @@ TEST_P(CompatFilterLife, AModelOfOtherSizesIsClosedAgainAndTheOldOneGoesOn) {
   EXPECT_EQ(tell.all(), "oocc");
 }
 
-TEST_P(CompatFilterLife, AModelThatDoesNotOpenIsToldAndTheOldOneGoesOn) {
+TEST_P(CompatFilterLife, AModelThatDoesNotOpenIsReportedAndTheOldOneContinues) {
   const AdderFiles files;
   const Pipe tell;
   auto h = harness_of(life(files.model(1), tell.writer(), "is-updatable=true"), kAdderCaps);
@@ -125,7 +126,7 @@ TEST_P(CompatFilterLife, OneModelForTwoElementsThatMeasureDifferently) {
   EXPECT_EQ(tell.all(), "oc");
 }
 
-TEST_P(CompatFilterLife, ModelsAreLookedForAndMayBeLeftOutAsTheFrameworkSays) {
+TEST_P(CompatFilterLife, ModelFilesAreCheckedOrOptionalAsTheFrameworkDeclares) {
   EXPECT_SAYS(start_error(life("/no/such/file", "1")), "WEIR-3003");
   EXPECT_SAYS(start_error(std::string("tensor_filter framework=") + GetParam()), "no model is set");
   const AdderFiles files;

@@ -1,9 +1,9 @@
-// What tests of such filters share: lines, frames and what is said.
+// Shared by tests of such filters: pipeline texts, frames and messages.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <cstdlib>
 
-#include "elements/tests/element_harness.hpp"
+#include "elements/tests/element_test_support.hpp"
 
 namespace weir::test {
 
@@ -13,14 +13,14 @@ inline std::string filter_folder() {
 inline std::string filter_file(const std::string& name) {
   return filter_folder() + "/" + name + ".so";
 }
-// What comes of one frame; nothing: it was dropped or refused.
+// The outputs for one frame; empty when it was dropped or rejected.
 template <class T, class Out = T>
 std::vector<Out> pushed(const Harness& h, const std::vector<T>& in) {
   if (gst_harness_push(h.get(), frame<T>(in)) != GST_FLOW_OK) return {};
   const auto out = Ref<GstBuffer>::adopt(gst_harness_try_pull(h.get()));
   return out ? values<Out>(out.get()) : std::vector<Out>{};
 }
-// What the bus says when a frame is refused.
+// The bus message when a frame is rejected.
 template <class T>
 std::string frame_error(const Harness& h, const std::vector<T>& in) {
   Errors errors(h);

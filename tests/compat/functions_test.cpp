@@ -1,4 +1,4 @@
-// The functions of libnnstreamer.so on descriptions, text and accelerators.
+// Tests of the functions of libnnstreamer.so for descriptions, text and accelerators.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <gtest/gtest.h>
 
@@ -67,7 +67,7 @@ TEST(CompatDimensions, TextBecomesNumbersAndBack) {
   EXPECT_FALSE(gst_tensor_dimension_is_equal(dim, shorter));
 }
 
-TEST(CompatDimensions, WhatIsNoneIsZero) {
+TEST(CompatDimensions, InvalidDimensionsAreZero) {
   tensor_dim dim;
   std::fill(std::begin(dim), std::end(dim), 7u);
   EXPECT_EQ(gst_tensor_parse_dimension("x", dim), 0u);
@@ -113,11 +113,11 @@ TEST(CompatInfo, EachTensorOf256HasItsPlace) {
   EXPECT_FALSE(gst_tensors_info_is_equal(copy.get(), info.get()));
 }
 
-TEST(CompatInfo, WhatIsNotWholeIsNotValid) {
+TEST(CompatInfo, IncompleteInfosAreNotValid) {
   Info info("3:4", "float32");
   info->num_tensors = 2;
   EXPECT_FALSE(gst_tensors_info_validate(info.get()));
-  info->num_tensors = 17;  // `extra` is not there
+  info->num_tensors = 17;  // without `extra`
   EXPECT_FALSE(gst_tensors_info_validate(info.get()));
   info->num_tensors = 257;
   EXPECT_FALSE(gst_tensors_info_validate(info.get()));
@@ -144,7 +144,7 @@ TEST(CompatInfo, NamesAreCopies) {
   EXPECT_EQ(copy.name, nullptr);
 }
 
-TEST(CompatInfo, MoreThan256EntriesAreCut) {
+TEST(CompatInfo, MoreThan256EntriesAreTruncated) {
   std::string list = "1";
   for (int i = 0; i < 300; ++i) list += ",1";
   Info info;
@@ -192,7 +192,7 @@ int freed, told;
 void free_one(void*) {
   ++freed;
 }
-void tell_one(void*, void*) {
+void count_replacement(void*, void*) {
   ++told;
 }
 
@@ -202,7 +202,7 @@ TEST(CompatSharedModels, TheLastUserFrees) {
   EXPECT_EQ(nnstreamer_filter_shared_model_get(&a, "k"), nullptr);
   EXPECT_EQ(nnstreamer_filter_shared_model_insert_and_get(&a, "k", &model), &model);
   EXPECT_EQ(nnstreamer_filter_shared_model_insert_and_get(&b, "k", &other), &model);
-  nnstreamer_filter_shared_model_replace(&a, "k", &other, tell_one, free_one);
+  nnstreamer_filter_shared_model_replace(&a, "k", &other, count_replacement, free_one);
   EXPECT_EQ(freed, 1);
   EXPECT_EQ(told, 1);
   EXPECT_EQ(nnstreamer_filter_shared_model_get(&b, "k"), &other);
@@ -215,7 +215,7 @@ TEST(CompatSharedModels, TheLastUserFrees) {
   EXPECT_EQ(nnstreamer_filter_shared_model_insert_and_get(&b, nullptr, &model), nullptr);
 }
 
-TEST(CompatVersion, IsThatOfTheInterface) {
+TEST(CompatVersion, EqualsTheInterfaceVersion) {
   EXPECT_EQ(taken(nnstreamer_version_string()), "NNStreamer 2.7.0");
   guint major = 0, minor = 0;
   nnstreamer_version_fetch(&major, &minor, nullptr);

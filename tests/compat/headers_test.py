@@ -1,6 +1,6 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: LGPL-2.1-or-later
-"""Each header of include/nnstreamer compiles alone, as C99 and as C++11, without a warning."""
+"""Tests that each header of include/nnstreamer compiles alone as C99 and as C++11 without warnings."""
 
 import os
 import pathlib

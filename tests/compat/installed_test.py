@@ -1,8 +1,8 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: LGPL-2.1-or-later
-"""What users have in their sources, compiled against an installed tree with nothing but what pkg-config says, and run.
+"""Compiles users' sources against an installed tree, only with the flags from pkg-config, and runs them.
 
-The tree lies in the build folder, below DESTDIR; headers and libraries of the checkout are out of reach.
+The tree is in the build folder, below DESTDIR; the checkout's headers and libraries are not accessible.
 """
 
 import os
@@ -40,7 +40,7 @@ def pkg_config(*arguments):
 
 
 def put_destdir_in_front():
-    """In what our packages say of themselves; GStreamer's stay where they are."""
+    """Prepends DESTDIR to the paths in our .pc files; GStreamer's stay unchanged."""
     for package in (LIBRARIES / "pkgconfig").iterdir():
         package.write_text(package.read_text().replace(f"prefix={os.environ['WEIR_PREFIX']}\n", f"prefix={PREFIX}\n"))
 
@@ -50,7 +50,7 @@ class Installed(unittest.TestCase):
     def setUpClass(cls):
         shutil.rmtree(DESTDIR, ignore_errors=True)
         (PREFIX / "bin").mkdir(parents=True)
-        (PREFIX / "bin" / "weir").touch()  # of another package: the commands' names link to it
+        (PREFIX / "bin" / "weir").touch()  # as from another package, which the commands' links point to
         good(run("meson", "install", "-C", BUILD, "--no-rebuild", "--quiet", "--destdir", DESTDIR, "--tags", "compat,devel"))
         put_destdir_in_front()
         cls.folder = tempfile.TemporaryDirectory()

@@ -1,7 +1,8 @@
+/* The offsets of all members, derived by hand from the published layouts (LP64): pointers and sizes
+ * have 8 bytes, the others 4, each at a multiple of its size. Included by a C and a C++ file, which
+ * define CHECK.
+ *
  * SPDX-License-Identifier: LGPL-2.1-or-later */
-/* The places of all members, laid out by hand from the published layouts (LP64): pointers and
- * sizes are 8 bytes, the others 4, each at a multiple of its size. Included by a C and a C++ file,
- * which say what CHECK is. */
 #ifndef WEIR_TESTS_COMPAT_LAYOUTS_H
 #define WEIR_TESTS_COMPAT_LAYOUTS_H
 #include <stddef.h>

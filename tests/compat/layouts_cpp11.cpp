@@ -1,4 +1,4 @@
-// The layouts, as a C++ compiler has them.
+// Checks the layouts with a C++ compiler.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #define CHECK(condition, text) static_assert(condition, text)
 #include "layouts.h"

@@ -1,5 +1,5 @@
-// Filters of a program and of libraries by name: NNS_custom_easy_*, tensor_filter_cpp. This program
-// links with libnnstreamer.so, as users' do.
+// Tests of filters registered by a program and by libraries: NNS_custom_easy_*, tensor_filter_cpp.
+// This program links with libnnstreamer.so, as users' programs do.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <cerrno>
 #include <cstring>
@@ -50,7 +50,7 @@ int add(void* data, const GstTensorFilterProperties* prop, const GstTensorMemory
   return 0;
 }
 
-// As many bytes as the first number says; with 9 two tensors, with 17 as many.
+// As many bytes as the first value; for 9 two tensors, for 17 seventeen.
 int grow(void*, const GstTensorsInfo* in_info, GstTensorsInfo* out_info, const GstTensorMemory* in,
          GstTensorMemory* out) {
   if (in_info->num_tensors != 1) return -1;
@@ -91,7 +91,7 @@ class Flexible : public Info {
   }
 };
 
-TEST(CompatProgram, FunctionTakesTensorsOfWhichTheNumberIsSaid) {
+TEST(CompatProgram, FunctionAcceptsADeclaredNumberOfTensors) {
   int number = 5;
   Flexible one(1);
   ASSERT_EQ(NNS_custom_easy_register("adder", add, &number, one.get(), one.get()), 0);
@@ -107,7 +107,7 @@ TEST(CompatProgram, FunctionTakesTensorsOfWhichTheNumberIsSaid) {
               "number of tensors");
 }
 
-TEST(CompatProgram, FilterTellsTheTensorsOfAFunction) {
+TEST(CompatProgram, FilterReportsTheTensorsOfAFunction) {
   int number = 5;
   Info three("2,3:4,1", "uint8,int16,float32"), two("2,3", "uint8,uint8");
   ASSERT_EQ(NNS_custom_easy_register("adder", add, &number, three.get(), two.get()), 0);
@@ -147,7 +147,7 @@ TEST(CompatProgram, FunctionNeedsANumberOfTensors) {
   Flexible two(2);
   ASSERT_EQ(NNS_custom_easy_register("adder", add, &number, one.get(), two.get()), 0);
   const Easy adder("adder");
-  EXPECT_SAYS(start_error(kLine, kTwo), "refuses these inputs");
+  EXPECT_SAYS(start_error(kLine, kTwo), "rejects these inputs");
 }
 
 TEST(CompatProgram, FunctionDecidesSizes) {
@@ -166,7 +166,7 @@ TEST(CompatProgram, FunctionDecidesSizes) {
   EXPECT_EQ(gst_buffer_n_memory(two.get()), 2u);
   EXPECT_EQ(content(two.get()).size(), 2 * (128u + 9));
   const auto said = frame_error<uint8_t>(h, {17});
-  EXPECT_SAYS(said, "gave more outputs than are expected\n  offered: 17\n  needed: at most 16");
+  EXPECT_SAYS(said, "returned more outputs than expected\n  offered: 17\n  needed: at most 16");
   EXPECT_SAYS(start_error(line), "invoke-dynamic=true");
 }
 
@@ -187,12 +187,12 @@ TEST(CompatProgram, NamesAndDescriptionsAreChecked) {
   EXPECT_SAYS(start_error("tensor_filter framework=custom-easy model=x"), "one of: adder");
 }
 
-TEST(CompatProgram, LibraryBringsTheFunction) {
+TEST(CompatProgram, LibraryProvidesTheFunction) {
   auto h = harness_of("tensor_filter framework=custom-easy model=easy", kTwo);
   EXPECT_EQ(pushed<uint8_t>(h, {1, 255}), (Bytes{2, 0}));
 }
 
-TEST(CompatProgram, LibraryBringsObjects) {
+TEST(CompatProgram, LibraryProvidesObjects) {
   const std::string library = "," + filter_file("object");
   auto h = harness_of("tensor_filter framework=cpp model=negated" + library, tensors("int8", "3"));
   EXPECT_EQ(pushed<int8_t>(h, {1, -2, 3}), (std::vector<int8_t>{-1, 2, -3}));
@@ -237,7 +237,7 @@ TEST(CompatProgram, ObjectIsAFilter) {
               "no filter class has this name");
 }
 
-TEST(CompatProgram, ObjectThatGoesIsRegisteredNoLonger) {
+TEST(CompatProgram, DestroyedObjectIsUnregistered) {
   {
     Object object("short");
     ASSERT_EQ(object._register(), 0);

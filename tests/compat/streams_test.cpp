@@ -1,4 +1,4 @@
-// The functions of libnnstreamer.so on caps, headers and buffers.
+// Tests of the functions of libnnstreamer.so for caps, headers and buffers.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <gtest/gtest.h>
 
@@ -38,7 +38,7 @@ constexpr char kTwo[] =
     "other/tensors, format=(string)static, num_tensors=(int)2, "
     "dimensions=(string)\"3:4\\,5\", types=(string)\"uint8\\,float32\", framerate=(fraction)30/1";
 
-TEST(CompatCaps, BecomeAConfigurationAndBack) {
+TEST(CompatCaps, RoundTripThroughAConfiguration) {
   Stream two(kTwo);
   ASSERT_TRUE(two.good);
   EXPECT_EQ(two.config.info.num_tensors, 2u);
@@ -55,7 +55,7 @@ TEST(CompatCaps, BecomeAConfigurationAndBack) {
             "other/tensors, format=(string)flexible, framerate=(fraction)15/1");
 }
 
-TEST(CompatCaps, AreRefusedWithValidationOnly) {
+TEST(CompatCaps, AreRejectedWithValidationOnly) {
   for (const char* bad : {"video/x-raw", "other/tensors, format=static, framerate=30/1",
                           "other/tensor, dimension=(string)3:0:4, type=uint8, framerate=30/1",
                           "other/tensor, dimension=(string){3, 4}, type=uint8, framerate=30/1"})
@@ -66,7 +66,7 @@ TEST(CompatCaps, AreRefusedWithValidationOnly) {
   EXPECT_EQ(gst_tensors_caps_from_config(nullptr), nullptr);
 }
 
-TEST(CompatCaps, OfAPadAreThoseThatItsPeerTakes) {
+TEST(CompatCaps, OfAPadAreThoseThatItsPeerAccepts) {
   Stream one("other/tensor, dimension=(string)3:4, type=(string)int8, framerate=(fraction)30/1");
   GstPad* source = gst_pad_new("src", GST_PAD_SRC);
   EXPECT_EQ(taken(gst_tensor_pad_caps_from_config(source, &one.config)),
@@ -76,7 +76,7 @@ TEST(CompatCaps, OfAPadAreThoseThatItsPeerTakes) {
   gst_object_unref(source);
 }
 
-TEST(CompatMeta, HeaderHasTheDocumentedWords) {
+TEST(CompatMeta, HeaderHasTheDocumentedFields) {
   GstTensorMetaInfo meta;
   gst_tensor_meta_info_init(&meta);
   EXPECT_FALSE(gst_tensor_meta_info_validate(&meta));
@@ -149,7 +149,7 @@ TEST(CompatBuffer, HoldsUpTo256Tensors) {
   }
 }
 
-TEST(CompatBuffer, RefusesThe257thTensor) {
+TEST(CompatBuffer, RejectsThe257thTensor) {
   GstBuffer* buffer = buffer_with(256);
   GstTensorInfo info;
   gst_tensor_info_init(&info);

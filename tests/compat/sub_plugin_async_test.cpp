@@ -1,8 +1,9 @@
-// Filter sub-plugins with invoke-async=true that dispatch outputs when invoke has returned.
+// Tests of filter sub-plugins with invoke-async=true that dispatch outputs after invoke has
+// returned.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 
-#include "elements/tensor_filter/adder_harness.hpp"
-#include "elements/tensor_filter/async_filter.hpp"
+#include "elements/tensor_filter/adder_test_support.hpp"
+#include "elements/tensor_filter/async_filter_test_support.hpp"
 #include "filter_lines.hpp"
 
 namespace {
@@ -13,8 +14,8 @@ using weir::test::async::flush;
 
 const std::string kThree = tensors("uint8", "3");
 
-// An element whose filter has a thread that dispatches what it is told through a pipe, and answers
-// through another.
+// An element whose filter dispatches, on its own thread, what it reads from a pipe, and confirms
+// through another pipe.
 class Later {
  public:
   Later()
@@ -22,12 +23,12 @@ class Later {
                                to_.reader() + ":" + from_.writer(),
                            kThree)) {}
   ~Later() {
-    to_.put(0);  // the thread ends
+    to_.put(0);  // ends the thread
     harness.reset();
   }
   Later(const Later&) = delete;
   Later& operator=(const Later&) = delete;
-  // Returns when it was dispatched.
+  // Returns after the dispatch.
   void dispatch(uint8_t number) const {
     to_.put(static_cast<char>(number));
     EXPECT_EQ(from_.next(), static_cast<char>(number));
@@ -52,7 +53,7 @@ void expect_output(const Harness& h, uint8_t number, GstClockTime pts) {
   EXPECT_EQ(GST_BUFFER_PTS(out.get()), pts);
 }
 
-TEST(CompatSubPluginAsync, WhatComesWhenInvokeHasReturnedBelongsToItsFrame) {
+TEST(CompatSubPluginAsync, OutputsAfterInvokeBelongToItsFrame) {
   const Later later;
   const Harness& h = later.harness;
   ASSERT_EQ(push(h, 10), GST_FLOW_OK);
@@ -66,32 +67,32 @@ TEST(CompatSubPluginAsync, WhatComesWhenInvokeHasReturnedBelongsToItsFrame) {
   EXPECT_EQ(stat(h, "tensor_filter", "consumed"), 1u) << "the second is open";
 }
 
-TEST(CompatSubPluginAsync, TheEndOfTheStreamComesBehindTheLastOutput) {
+TEST(CompatSubPluginAsync, EosFollowsTheLastOutput) {
   const Later later;
   const Harness& h = later.harness;
   ASSERT_EQ(push(h, 10), GST_FLOW_OK);
   later.dispatch(5);
   End end(h);
   gst_harness_push_event(h.get(), gst_event_new_eos());
-  end.wait();  // until nothing has come for a while
+  end.wait();  // until nothing has arrived for a while
   expect_output(h, 5, 10);
   EXPECT_EQ(stat(h, "tensor_filter", "consumed"), 1u);
   EXPECT_EQ(stat(h, "tensor_filter", "held"), 0u);
 }
 
-TEST(CompatSubPluginAsync, AFlushGivesTheOpenFrameUp) {
+TEST(CompatSubPluginAsync, AFlushAbandonsTheOpenFrame) {
   const Later later;
   const Harness& h = later.harness;
   ASSERT_EQ(push(h, 10), GST_FLOW_OK);
   flush(h);
   EXPECT_EQ(stat(h, "tensor_filter", "dropped-flush"), 1u);
-  later.dispatch(5);  // to nobody
+  later.dispatch(5);  // the frame is gone
   ASSERT_EQ(push(h, 20), GST_FLOW_OK);
   later.dispatch(6);
   expect_output(h, 6, 20);
 }
 
-TEST(CompatSubPluginAsync, WhatComesTooLateFailsTheNextFrame) {
+TEST(CompatSubPluginAsync, ALateOutputFailsTheNextFrame) {
   const Later later;
   const Harness& h = later.harness;
   Errors errors(h);
@@ -99,19 +100,20 @@ TEST(CompatSubPluginAsync, WhatComesTooLateFailsTheNextFrame) {
   wait_for_stat(h, "tensor_filter", "consumed", 1);
   testing::internal::CaptureStderr();
   later.dispatch(5);
-  EXPECT_SAYS(testing::internal::GetCapturedStderr(), "gave an output after its frame had ended");
+  EXPECT_SAYS(testing::internal::GetCapturedStderr(),
+              "returned an output after its frame had ended");
   EXPECT_EQ(push(h, 20), GST_FLOW_ERROR);
   EXPECT_SAYS(errors.next(),
-              "WEIR-5003: the filter header1 gave an output after its frame had ended");
+              "WEIR-5003: the filter header1 returned an output after its frame had ended");
 }
 
-TEST(CompatSubPluginAsync, WhatComesWhileItIsClosedReachesNobody) {
+TEST(CompatSubPluginAsync, OutputsWhileItIsClosedAreDropped) {
   auto h = harness_of("tensor_filter framework=header1 custom=late invoke-async=true", kThree);
   ASSERT_EQ(push(h, 10), GST_FLOW_OK);
   for (int i = 0; i < 3; ++i) EXPECT_TRUE(Ref<GstBuffer>::adopt(gst_harness_pull(h.get())));
   testing::internal::CaptureStderr();
   h.reset();
-  EXPECT_SAYS(testing::internal::GetCapturedStderr(), "while it was closed: nobody waits for it");
+  EXPECT_SAYS(testing::internal::GetCapturedStderr(), "while it was closed: the output is dropped");
 }
 
 }  // namespace

@@ -1,6 +1,7 @@
-// tensor_if compared-value=CUSTOM with conditions that a program registers by NNStreamer's name.
+// Tests of tensor_if compared-value=CUSTOM with conditions that a program registers with
+// NNStreamer's function.
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "elements/tests/branches.hpp"
+#include "elements/tests/branches_test_support.hpp"
 #include "sub_plugin_harness.hpp"
 #include "tensor_if.h"
 
@@ -9,7 +10,7 @@ namespace {
 
 constexpr char kNamed[] = "tensor_if compared-value=CUSTOM compared-value-option=c-named";
 
-// Whether the first byte of the second tensor is 7; its first byte says what else is done.
+// Whether the first byte of the second tensor is 7; fails if the first tensor starts with 255.
 bool second_is_seven(const GstTensorsInfo* info, const GstTensorMemory* input, void* data,
                      bool* result) {
   ++*static_cast<int*>(data);
@@ -46,7 +47,7 @@ TEST(SubPluginCondition, DecidesByAllTensorsOfTheFrame) {
   EXPECT_EQ(remove("c-named"), 0);
 }
 
-TEST(SubPluginCondition, HasANameOfItsOwn) {
+TEST(SubPluginCondition, RequiresAnUnusedName) {
   int calls = 0;
   const auto add = WEIR_LIBRARY(nnstreamer_if_custom_register);
   const auto remove = WEIR_LIBRARY(nnstreamer_if_custom_unregister);

@@ -1,5 +1,5 @@
-// Converters for NNStreamer in tensor_converter: sub_plugins/converter.c is built against our
-// headers, bare_converter.c against structs laid out by hand; and functions of this program.
+// Tests of NNStreamer converters in tensor_converter: sub_plugins/converter.c is built with our
+// headers, bare_converter.c with structs laid out by hand; also functions of this program.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <memory>
 #include <stdexcept>
@@ -16,7 +16,7 @@ namespace {
 std::string caps(const std::string& what = "", const std::string& name = "bytes") {
   return "x-test/" + name + (what.empty() ? "" : ",what=(string)" + what) + ",framerate=10/1";
 }
-// What comes out; an empty buffer, with the error told, when nothing does.
+// The output; an empty buffer when there is none.
 Ref<GstBuffer> converted(const Harness& h, const Bytes& bytes) {
   EXPECT_EQ(error_of(h, frame(bytes, 5)), "");
   GstBuffer* out = gst_harness_try_pull(h.get());
@@ -27,7 +27,7 @@ std::string said(const std::string& what) {
   return error_of(h, frame({1, 2, 3}));
 }
 
-TEST(SubPluginConverter, TakesTheCapsThatItSays) {
+TEST(SubPluginConverter, AcceptsTheCapsThatItDeclares) {
   auto h = harness("", caps());
   EXPECT_SAYS(caps_text(h), "dimensions=(string)4:1, types=(string)uint8");
   const auto out = converted(h, {1, 2, 3});
@@ -40,7 +40,7 @@ TEST(SubPluginConverter, TakesTheCapsThatItSays) {
   EXPECT_EQ(stat(h, "consumed"), 2u);
 }
 
-TEST(SubPluginConverter, NeedsNoHeaderAndNoLibraryOfOurs) {
+TEST(SubPluginConverter, NeedsNoHeaderAndNoLibraryOfWeir) {
   auto h = harness("", caps("", "bare"));
   EXPECT_SAYS(caps_text(h), "dimensions=(string)2:1, types=(string)int16");
   const auto out = converted(h, {1, 200, 3});
@@ -49,7 +49,7 @@ TEST(SubPluginConverter, NeedsNoHeaderAndNoLibraryOfOurs) {
   EXPECT_SAYS(caps_text(h), "framerate=(fraction)10/1");
 }
 
-TEST(SubPluginConverter, StandsInThePadTemplateAndIsListed) {
+TEST(SubPluginConverter, IsInThePadTemplateAndListed) {
   auto h = harness("", caps());
   EXPECT_SAYS(accepted(h, "x-test/bytes"), "x-test/bytes");
   EXPECT_EQ(accepted(h, "x-test/unknown"), "EMPTY");
@@ -59,7 +59,7 @@ TEST(SubPluginConverter, StandsInThePadTemplateAndIsListed) {
   EXPECT_SAYS("," + std::string(list.get()) + ",", ",bytes,");
 }
 
-TEST(SubPluginConverter, MayGiveBackWhatItGotInEveryWay) {
+TEST(SubPluginConverter, CanReturnItsInputInEveryWay) {
   for (const char* what : {"same", "same-referenced"}) {
     auto h = harness("", caps(what));
     EXPECT_EQ(content(converted(h, {1, 2, 3}).get()), (Bytes{1, 2, 3})) << what;
@@ -72,7 +72,7 @@ TEST(SubPluginConverter, MayGiveBackWhatItGotInEveryWay) {
   EXPECT_EQ(content(kept.get()), (Bytes{1, 2, 3})) << "others still hold the input";
 }
 
-TEST(SubPluginConverter, MayMakeSeveralTensorsAndARateOfItsOwn) {
+TEST(SubPluginConverter, CanProduceSeveralTensorsAndItsOwnRate) {
   auto two = harness("", caps("two"));
   EXPECT_EQ(content(converted(two, {1, 2, 3}).get()), (Bytes{1, 2, 3}));
   EXPECT_SAYS(caps_text(two), "num_tensors=(int)2, dimensions=(string)\"1:1\\,2:1\"");
@@ -81,7 +81,7 @@ TEST(SubPluginConverter, MayMakeSeveralTensorsAndARateOfItsOwn) {
   EXPECT_SAYS(caps_text(rate), "framerate=(fraction)7/1");
 }
 
-TEST(SubPluginConverter, MayPutHeadersOnItself) {
+TEST(SubPluginConverter, CanWriteHeaders) {
   auto h = harness("", caps("flexible"));
   EXPECT_EQ(content(converted(h, {1, 2, 3}).get()), (Bytes{1, 2, 3}));
   EXPECT_SAYS(caps_text(h), "format=(string)static");
@@ -93,7 +93,7 @@ TEST(SubPluginConverter, MayPutHeadersOnItself) {
   EXPECT_NE(said("cut"), "");
 }
 
-TEST(SubPluginConverter, NeedNotSayWhatTheNextElementFixes) {
+TEST(SubPluginConverter, CanOmitWhatDownstreamCapsFix) {
   harness("", caps());
   const Harness h{gst_harness_new_parse(
       "tensor_converter ! capsfilter "
@@ -103,14 +103,14 @@ TEST(SubPluginConverter, NeedNotSayWhatTheNextElementFixes) {
   EXPECT_EQ(content(converted(h, {7, 8, 9}).get()), (Bytes{7, 8, 9}));
 }
 
-TEST(SubPluginConverter, RefusesAStreamWithWords) {
+TEST(SubPluginConverter, RejectsAStreamWithAMessage) {
   EXPECT_SAYS(caps_error("", caps("refuse")), "WEIR-2002: the converter bytes refuses this stream");
   EXPECT_SAYS(caps_error("", caps("refuse")), "offered: x-test/bytes");
   EXPECT_SAYS(caps_error("", caps("first-dims")),
-              "WEIR-5003: the converter bytes says tensors that cannot be");
+              "WEIR-5003: the converter bytes returned invalid tensors");
 }
 
-TEST(SubPluginConverter, HasItsFramesGathered) {
+TEST(SubPluginConverter, HasItsFramesCombined) {
   auto h = harness("frames-per-tensor=2", caps());
   EXPECT_SAYS(caps_text(h), "dimensions=(string)4:2, types=(string)uint8");
   for (const Bytes& frame_bytes : {Bytes{1, 2, 3}, Bytes{4, 5, 6}})
@@ -125,7 +125,7 @@ TEST(SubPluginConverter, HasItsFramesGathered) {
   EXPECT_EQ(stat(h, "dropped-flush"), 1u) << "frames of another kind begin anew";
 }
 
-TEST(SubPluginConverter, CannotHaveAllFramesGathered) {
+TEST(SubPluginConverter, CannotHaveAllFramesCombined) {
   auto two = harness("frames-per-tensor=2", caps("two"));
   EXPECT_SAYS(error_of(two, frame({1, 2, 3})),
               "WEIR-1004: several tensors of a converter cannot be gathered\n"
@@ -136,10 +136,10 @@ TEST(SubPluginConverter, CannotHaveAllFramesGathered) {
               "  offered: frames-per-tensor=2");
 }
 
-TEST(SubPluginConverter, IsNotBelieved) {
+TEST(SubPluginConverter, IsValidated) {
   EXPECT_SAYS(said("null"), "WEIR-5003: the converter bytes made nothing of a frame");
   EXPECT_SAYS(said("no-buffer"), "WEIR-5003: the converter bytes gives something else for a frame");
-  const std::string nonsense = "WEIR-5003: the converter bytes says tensors that cannot be\n";
+  const std::string nonsense = "WEIR-5003: the converter bytes returned invalid tensors\n";
   EXPECT_SAYS(said("count"), nonsense + "  offered: 300 tensors\n  needed: 1 to 256");
   EXPECT_SAYS(said("none"), nonsense + "  offered: 0 tensors");
   EXPECT_SAYS(said("extra"), nonsense + "  offered: 20 tensors, `extra` is NULL");
@@ -158,7 +158,7 @@ TEST(SubPluginConverter, MustAgreeWithTheUser) {
   EXPECT_SAYS(error_of(h, frame({1, 2, 3})), "WEIR-2001: a frame is not what input-dim");
 }
 
-TEST(SubPluginConverter, IsToldOfWhenItsFileIsRefused) {
+TEST(SubPluginConverter, IsReportedWhenItsFileIsRejected) {
   const auto find = WEIR_LIBRARY(nnstreamer_converter_find);
   ASSERT_NE(find("bytes"), nullptr);
   for (const char* name : {"lacking", "nobody", "twice", "any"}) EXPECT_EQ(find(name), nullptr);
@@ -166,7 +166,7 @@ TEST(SubPluginConverter, IsToldOfWhenItsFileIsRefused) {
   EXPECT_EQ(accepted(h, "x-test/capless"), "EMPTY") << "its query_caps gives NULL";
 }
 
-TEST(SubPluginConverter, IsTakenByItsName) {
+TEST(SubPluginConverter, IsSelectedByItsName) {
   static NNStreamerExternalConverter named{};
   named = *WEIR_LIBRARY(nnstreamer_converter_find)("bytes");
   named.name = "x-test/by-name";
@@ -181,7 +181,7 @@ TEST(SubPluginConverter, IsTakenByItsName) {
   WEIR_LIBRARY(unregisterExternalConverter)("x-test/by-name");
 }
 
-// Where Weir's own python3 is not installed.
+// As without Weir's own python3.
 TEST(SubPluginConverter, RunsScriptsByItsOpen) {
   const std::string modules = std::getenv("WEIR_MODULE_PATH");
   setenv("WEIR_MODULE_PATH", "/nowhere", 1);
@@ -193,8 +193,8 @@ TEST(SubPluginConverter, RunsScriptsByItsOpen) {
   setenv("WEIR_MODULE_PATH", modules.c_str(), 1);
 }
 
-// A program may take its converter back, and its memory too, while a pipeline uses it.
-TEST(SubPluginConverter, GoesOnAfterItWasUnregistered) {
+// A program may unregister its converter, and free its memory, while a pipeline uses it.
+TEST(SubPluginConverter, ContinuesAfterItWasUnregistered) {
   auto own = std::make_unique<NNStreamerExternalConverter>(
       *WEIR_LIBRARY(nnstreamer_converter_find)("bytes"));
   own->name = "x-test/short-lived";
@@ -217,7 +217,7 @@ GstCaps* throwing_caps(const GstTensorsConfig*) {
   throw 42;
 }
 
-TEST(SubPluginConverter, MayThrowWhichIsToldWithItsName) {
+TEST(SubPluginConverter, ReportsAnExceptionWithItsName) {
   const auto add = WEIR_LIBRARY(registerExternalConverter);
   auto own = *WEIR_LIBRARY(nnstreamer_converter_find)("bytes");
   own.name = "x-test/throwing";
@@ -238,7 +238,7 @@ TEST(SubPluginConverter, MayThrowWhichIsToldWithItsName) {
   WEIR_LIBRARY(unregisterExternalConverter)(own.name);
 }
 
-TEST(ConverterFunction, MayThrowWhichIsToldWithItsName) {
+TEST(ConverterFunction, ReportsAnExceptionWithItsName) {
   const auto function = [](GstBuffer* in, void*, GstTensorsConfig* config) {
     return throwing(in, config, nullptr);
   };
@@ -262,7 +262,7 @@ GstBuffer* twice(GstBuffer* in, void* data, GstTensorsConfig* config) {
   return gst_buffer_append(gst_buffer_copy(in), gst_buffer_copy(in));
 }
 
-TEST(ConverterFunction, OfTheProgramMakesTensorsOfAnyMedium) {
+TEST(ConverterFunction, OfTheProgramConvertsAnyMedium) {
   int frames = 0;
   const auto add = WEIR_LIBRARY(nnstreamer_converter_custom_register);
   ASSERT_EQ(add("twice", twice, &frames), 0);

@@ -1,5 +1,5 @@
-// Decoders for NNStreamer as modes of tensor_decoder: sub_plugins/decoder.c is built against our
-// headers, bare_decoder.c against a struct laid out by hand.
+// Tests of NNStreamer decoders as modes of tensor_decoder: sub_plugins/decoder.c is built with our
+// headers, bare_decoder.c with a struct laid out by hand.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <fstream>
 #include <stdexcept>
@@ -34,7 +34,7 @@ TEST(SubPluginDecoder, IsAModeOfTensorDecoder) {
   EXPECT_EQ(decoded(h, frame(Bytes{1, 2, 3})), (Bytes{6, 7, 8}));
 }
 
-TEST(SubPluginDecoder, NeedsNoHeaderAndNoLibraryOfOurs) {
+TEST(SubPluginDecoder, NeedsNoHeaderAndNoLibraryOfWeir) {
   auto h = harness("mode=bare", tensors("uint8,int16", "3,2:1:2"));
   GstBuffer* in = frame(Bytes{1, 2, 3});
   const auto second = Ref<GstBuffer>::adopt(frame(std::vector<int16_t>{1, 256, 2, 3}));
@@ -44,7 +44,7 @@ TEST(SubPluginDecoder, NeedsNoHeaderAndNoLibraryOfOurs) {
   EXPECT_SAYS(caps_text(h), "text/x-raw, format=(string)utf8, framerate=(fraction)30/1");
 }
 
-TEST(SubPluginDecoder, GetsMoreThanSixteenTensors) {
+TEST(SubPluginDecoder, ReceivesMoreThanSixteenTensors) {
   std::string types = "uint8", dimensions = "1";
   for (int i = 1; i < 18; ++i) types += ",uint8", dimensions += "," + std::to_string(i + 1);
   auto h = harness("mode=bare", tensors(types, dimensions));
@@ -55,7 +55,7 @@ TEST(SubPluginDecoder, GetsMoreThanSixteenTensors) {
       << out;
 }
 
-TEST(SubPluginDecoder, GetsFlexibleTensorsWithTheirHeaders) {
+TEST(SubPluginDecoder, ReceivesFlexibleTensorsWithTheirHeaders) {
   const Harness h{
       gst_harness_new_parse("tensor_converter ! other/tensors,format=flexible ! tensor_decoder "
                             "mode=bare")};
@@ -74,7 +74,7 @@ TEST(SubPluginDecoder, IsListed) {
   for (const char* name : {",adding,", ",bare,", ",image_labeling,"}) EXPECT_SAYS(names, name);
 }
 
-TEST(SubPluginDecoder, TellsOfOptionsThatItRefusesAndGoesOn) {
+TEST(SubPluginDecoder, WarnsAboutRejectedOptionsAndContinues) {
   const auto element = lone_element("tensor_decoder mode=adding option1=x option3=y");
   Errors errors(element.get());
   EXPECT_EQ(gst_element_set_state(element.get(), GST_STATE_PAUSED), GST_STATE_CHANGE_SUCCESS);
@@ -84,7 +84,7 @@ TEST(SubPluginDecoder, TellsOfOptionsThatItRefusesAndGoesOn) {
   gst_element_set_state(element.get(), GST_STATE_NULL);
 }
 
-TEST(SubPluginDecoder, SaysWhatIsWrongWithItsCaps) {
+TEST(SubPluginDecoder, ReportsWhatIsWrongWithItsCaps) {
   EXPECT_SAYS(said("no-caps"), "WEIR-2001: the decoder adding makes nothing of these tensors");
   EXPECT_SAYS(said("no-caps"), "offered: 1 tensor: uint8 3");
   EXPECT_SAYS(said("any-caps"), "WEIR-5003: the decoder adding gives no caps that say anything");
@@ -93,7 +93,7 @@ TEST(SubPluginDecoder, SaysWhatIsWrongWithItsCaps) {
   EXPECT_SAYS(said("no-caps-at-all"), "offered: something else");
 }
 
-TEST(SubPluginDecoder, SaysWhatIsWrongWithAFrame) {
+TEST(SubPluginDecoder, ReportsWhatIsWrongWithAFrame) {
   EXPECT_SAYS(said("error"), "WEIR-5003: the decoder adding failed on a frame\n  offered: error");
   EXPECT_SAYS(said("not-negotiated"), "offered: not-negotiated");
   EXPECT_SAYS(said("nothing"),
@@ -103,14 +103,14 @@ TEST(SubPluginDecoder, SaysWhatIsWrongWithAFrame) {
   EXPECT_SAYS(said("picture"), "offered: 3 bytes\n  needed: 32 bytes");
 }
 
-TEST(SubPluginDecoder, MayDropFrames) {
+TEST(SubPluginDecoder, CanDropFrames) {
   auto h = harness("mode=adding option1=drop", kThree);
   EXPECT_EQ(gst_harness_push(h.get(), frame(Bytes{1, 2, 3})), GST_FLOW_OK);
   EXPECT_EQ(stat(h, "dropped-policy"), 1u);
   EXPECT_EQ(gst_harness_buffers_in_queue(h.get()), 0u);
 }
 
-TEST(SubPluginDecoder, IsRefusedWithWords) {
+TEST(SubPluginDecoder, IsRejectedWithAMessage) {
   const auto file = [](const std::string& name) {
     return test::built_sub_plugin("libnnstreamer_decoder_" + name + ".so").string();
   };
@@ -123,10 +123,10 @@ TEST(SubPluginDecoder, IsRefusedWithWords) {
         << "the second time";
   EXPECT_SAYS(refusal("renamed"), "needed: the decoder renamed");
   EXPECT_SAYS(refusal("nameless"),
-              "a decoder was refused: the decoder without a name lacks what it must have (without "
+              "a decoder was refused: the decoder without a name lacks required parts (without "
               "modename)");
   EXPECT_SAYS(refusal("halved"),
-              "the decoder halved lacks what it must have (without getOutCaps, decode)");
+              "the decoder halved lacks required parts (without getOutCaps, decode)");
   EXPECT_SAYS(refusal("auto"), "a decoder was refused: this name is reserved (auto)");
   EXPECT_SAYS(refusal("reserved"), "a decoder was refused: this name is reserved (Auto)");
   harness("mode=bare", kThree);
@@ -134,7 +134,7 @@ TEST(SubPluginDecoder, IsRefusedWithWords) {
               "a decoder was refused: another decoder has this name already (bare)");
 }
 
-TEST(SubPluginDecoder, IsLookedForInItsFoldersOnly) {
+TEST(SubPluginDecoder, IsSearchedInItsFoldersOnly) {
   for (const char* mode : {"../adding", "sub/adding", "addng"}) {
     EXPECT_SAYS(refusal(mode), "WEIR-3010: no decoder has this name");
   }
@@ -142,9 +142,9 @@ TEST(SubPluginDecoder, IsLookedForInItsFoldersOnly) {
   EXPECT_SAYS(refusal("addng"), "fix: mode=adding");
 }
 
-TEST(SubPluginDecoder, ComesFromTheFirstFolderThatHasIt) {
+TEST(SubPluginDecoder, ComesFromTheFirstFolderThatContainsIt) {
   const test::SubPluginFolder folder("NNSTREAMER_DECODERS");
-  std::ofstream(folder / "libnnstreamer_decoder_early.so") << "no shared object";
+  std::ofstream(folder / "libnnstreamer_decoder_early.so") << "not a shared object";
   std::filesystem::create_directory(folder / "libnnstreamer_decoder_adding.so");
   EXPECT_SAYS(refusal("early"), "WEIR-3007: the module " +
                                     (folder / "libnnstreamer_decoder_early.so").string() +
@@ -153,11 +153,11 @@ TEST(SubPluginDecoder, ComesFromTheFirstFolderThatHasIt) {
   EXPECT_EQ(refusal("adding"), "") << "a folder of that name is none";
 }
 
-TEST(SubPluginDecoder, IsNoSymbolicLinkUnlessTheyAreEnabled) {
+TEST(SubPluginDecoder, MustNotBeASymbolicLinkUnlessEnabled) {
   const test::SubPluginFolder folder("NNSTREAMER_DECODERS");
   const auto link = folder / "libnnstreamer_decoder_linked.so";
   const auto target = folder / "libnnstreamer_decoder_file.so";
-  std::ofstream(target) << "no shared object";
+  std::ofstream(target) << "not a shared object";
   std::filesystem::create_symlink(target, link);
   EXPECT_SAYS(refusal("linked"), "WEIR-3007: a sub-plugin's file must not be a symbolic link");
   EXPECT_SAYS(refusal("linked"), "offered: " + link.string() + " -> " + target.string());
@@ -186,7 +186,7 @@ TEST(SubPluginDecoder, NeedsTheLibraryWithItsFunctions) {
   EXPECT_SAYS(error, "fix: install it, or name it: WEIR_NNSTREAMER_LIBRARY=");
 }
 
-TEST(SubPluginDecoder, IsNotLookedForWhereThatIsSwitchedOff) {
+TEST(SubPluginDecoder, IsNotSearchedIfDisabled) {
   const test::SubPluginFolder folder("NNSTREAMER_DECODERS");
   std::ofstream(folder / "libnnstreamer_decoder_off.so") << "never opened";
   EXPECT_SAYS(refusal("off"), "WEIR-3007");
@@ -204,7 +204,7 @@ TEST(SubPluginDecoder, IsFoundByItsName) {
   EXPECT_EQ(find(nullptr), nullptr);
 }
 
-// The number of the tensors and the first byte.
+// The number of tensors and the first byte.
 int count(const GstTensorMemory* input, const GstTensorsConfig* config, void* data,
           GstBuffer* out) {
   if (data) return *static_cast<int*>(data);
@@ -234,7 +234,7 @@ TEST(CustomCodeDecoder, IsAFunctionOfTheProgram) {
   EXPECT_EQ(remove("count"), -EINVAL);
 }
 
-TEST(CustomCodeDecoder, MustBeRegisteredAndMustMakeSomething) {
+TEST(CustomCodeDecoder, MustBeRegisteredAndProduceABuffer) {
   const auto add = WEIR_LIBRARY(nnstreamer_decoder_custom_register);
   const auto remove = WEIR_LIBRARY(nnstreamer_decoder_custom_unregister);
   int flow = GST_FLOW_ERROR;
@@ -255,7 +255,7 @@ int throwing(const GstTensorMemory*, const GstTensorsConfig*, void*, GstBuffer*)
   throw std::runtime_error("no such label");
 }
 
-TEST(CustomCodeDecoder, MayThrowWhichIsToldWithItsName) {
+TEST(CustomCodeDecoder, ReportsAnExceptionWithItsName) {
   ASSERT_EQ(WEIR_LIBRARY(nnstreamer_decoder_custom_register)("throwing", throwing, nullptr), 0);
   const auto text = error_of("mode=custom-code option1=throwing", kThree, {1, 2, 3});
   EXPECT_SAYS(text, "WEIR-5003: the function throwing threw an exception");

@@ -1,11 +1,11 @@
-// What framework=NAME and a model's ending mean where filters for NNStreamer are installed
-// (specification 4.2, 8.1).
+// Tests which engine framework=NAME and a model's extension select when filters for NNStreamer are
+// installed (docs/compatibility/filter.md 4.2, docs/compatibility/app-api.md 8.1).
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <algorithm>
 #include <fstream>
 
 #include "core/custom/filter_library.hpp"
-#include "core/infer/module_library.hpp"
+#include "core/infer/module/module_library.hpp"
 #include "core/process/process_object.hpp"
 #include "core/subplugin/loader.hpp"
 #include "library/process.h"
@@ -54,7 +54,7 @@ TEST_F(SubPluginFramework, IsTheSubPluginOfThisName) {
   EXPECT_SAYS(engine("Hand0"), "did you mean hand0?");
 }
 
-TEST_F(SubPluginFramework, IsTheFirstThereIsOfItsPriorityAndThenOfItsAlias) {
+TEST_F(SubPluginFramework, FollowsPriorityThenAlias) {
   write(
       "[own]\nsubplugin_priority=missing, ;hand0 header1\n"
       "[filter-aliases]\nown=header1\nother=missing;header1\nbad=missing\n"
@@ -65,7 +65,7 @@ TEST_F(SubPluginFramework, IsTheFirstThereIsOfItsPriorityAndThenOfItsAlias) {
   EXPECT_EQ(engine("hand0"), "hand0") << "what has the name itself comes first";
 }
 
-TEST_F(SubPluginFramework, IsWeirsOwnWhereBothHaveTheName) {
+TEST_F(SubPluginFramework, PrefersWeirsEngineOfTheSameName) {
   const test::SubPluginFolder filters("NNSTREAMER_FILTERS");
   for (const char* name : {"fake", "snpe"})
     std::ofstream(filters / ("libnnstreamer_filter_" + std::string(name) + ".so")) << "text";
@@ -76,20 +76,20 @@ TEST_F(SubPluginFramework, IsWeirsOwnWhereBothHaveTheName) {
       << "Weir knows the name and has no module";
 }
 
-TEST_F(SubPluginFramework, FollowsThePriorityOfTheModelsEnding) {
+TEST_F(SubPluginFramework, FollowsThePriorityOfTheModelsExtension) {
   EXPECT_SAYS(chosen("model.abc"), "WEIR-3001: no engine claims this model file");
   write("[filter]\nframework_priority_abc=missing,hand0,fake\n");
   EXPECT_EQ(chosen("model.ABC"),
-            "hand0: the file's name ends in .abc; first that is installed of "
+            "hand0: the file has the extension .abc; first installed engine of "
             "framework_priority_abc (" +
                 ini_.string() + ":4)");
   setenv("WEIR_FILTER_PRIORITY_ABC", "fake", 1);
   EXPECT_EQ(chosen("model.abc"),
-            "fake: the file's name ends in .abc; first that is installed of priority_abc "
+            "fake: the file has the extension .abc; first installed engine of priority_abc "
             "(WEIR_FILTER_PRIORITY_ABC)");
 }
 
-TEST_F(SubPluginFramework, LooksForCustomFiltersInNnstreamersFoldersLast) {
+TEST_F(SubPluginFramework, SearchesNnstreamersFoldersLastForCustomFilters) {
   std::ofstream(folder_ / "named.so") << "not opened";
   EXPECT_EQ(custom::library_of_filter("named"), (folder_ / "named.so").string());
   const auto folders = custom::filter_folders();
@@ -97,7 +97,7 @@ TEST_F(SubPluginFramework, LooksForCustomFiltersInNnstreamersFoldersLast) {
   EXPECT_EQ(folders.back(), "/usr/lib/nnstreamer/customfilters");
 }
 
-TEST_F(SubPluginFramework, TakesLinksToCustomFiltersAsTheStrongerSettingSays) {
+TEST_F(SubPluginFramework, AcceptsLinksToCustomFiltersIfEnabled) {
   const auto file = fs::path(std::getenv("WEIR_COMPAT_FILTERS")) / "by_hand.so";
   const auto link = folder_ / "link.so";
   fs::create_symlink(file, link);

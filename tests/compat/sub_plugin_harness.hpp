@@ -1,5 +1,5 @@
-// What the tests of sub-plugins share: the functions of libnnstreamer.so, which the plug-in opens,
-// and folders of their own.
+// Shared by the tests of sub-plugins: the functions of libnnstreamer.so, which the plug-in loads,
+// and temporary folders.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <dlfcn.h>
@@ -12,7 +12,7 @@
 
 namespace weir::test {
 
-// As a program has it that links with libnnstreamer.so; the one that the plug-in takes.
+// The function as in a program that links with libnnstreamer.so; the plug-in uses the same one.
 template <class Function>
 Function function_of_library(const char* name) {
   static void* library = dlopen(std::getenv("WEIR_NNSTREAMER_LIBRARY"), RTLD_NOW | RTLD_GLOBAL);
@@ -23,7 +23,7 @@ Function function_of_library(const char* name) {
 }
 #define WEIR_LIBRARY(name) ::weir::test::function_of_library<decltype(&name)>(#name)
 
-// A folder for one test, named by a variable of NNStreamer as long as it lives.
+// A folder for one test; an NNStreamer variable points to it while this object exists.
 class SubPluginFolder {
  public:
   explicit SubPluginFolder(const char* variable)
@@ -48,7 +48,7 @@ class SubPluginFolder {
   const char* variable_;
   std::filesystem::path path_;
 };
-// Where the build has them.
+// The path in the build folder.
 inline std::filesystem::path built_sub_plugin(const std::string& name) {
   return std::filesystem::path(std::getenv("WEIR_SUB_PLUGINS")) / name;
 }

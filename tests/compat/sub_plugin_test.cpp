@@ -1,4 +1,4 @@
-// tensor_filter with filter sub-plugins of NNStreamer's interface, found in the folders of
+// Tests of tensor_filter with filter sub-plugins of NNStreamer's interface, found in the folders of
 // nnstreamer.ini.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "filter_lines.hpp"
@@ -16,29 +16,29 @@ std::string header1(const std::string& more) {
   return "tensor_filter framework=header1 " + more;
 }
 
-TEST(CompatSubPlugin, Version0LaidOutByHandFollowsTheStream) {
+TEST(CompatSubPlugin, Version0WithTheDocumentedLayoutFollowsTheStream) {
   auto h = harness_of("tensor_filter framework=hand0", tensors("int32", "2:2"));
   EXPECT_EQ(pushed<int32_t>(h, {1, -2, 3, 40}), (Numbers{2, -4, 6, 80}));
   EXPECT_SAYS(caps_text(h), "dimension=(string)2:2");
 }
 
-TEST(CompatSubPlugin, Version0RefusesInputsWithItsNumber) {
+TEST(CompatSubPlugin, Version0RejectsInputsWithItsNumber) {
   auto h = harness_of("tensor_filter framework=hand0");
   Errors errors(h);
   gst_harness_set_src_caps_str(h.get(), tensors("int8", "2").c_str());
   gst_harness_push(h.get(), frame<int8_t>({1, 2}));
   const auto said = errors.next();
-  EXPECT_SAYS(said, "the filter hand0 refuses these inputs");
+  EXPECT_SAYS(said, "the filter hand0 rejects these inputs");
   EXPECT_SAYS(said, "-22 (Invalid argument)");
 }
 
-TEST(CompatSubPlugin, Version1GivesItsMemoryOn) {
+TEST(CompatSubPlugin, Version1TransfersItsMemory) {
   auto h = harness_of(header1(""), kThree);
   EXPECT_EQ(pushed<uint8_t>(h, {1, 2, 3}), (Bytes{3, 2, 1}));
   EXPECT_EQ(stat(h, "tensor_filter", "bytes-copied"), 0u);
 }
 
-TEST(CompatSubPlugin, SaysWhichHardwareIsThere) {
+TEST(CompatSubPlugin, ReportsItsHardware) {
   const auto has = gst_tensor_filter_check_hw_availability;
   for (const auto hw : {ACCL_CPU_SIMD, ACCL_NPU, ACCL_GPU})
     EXPECT_TRUE(has("header1", hw, nullptr));
@@ -48,7 +48,7 @@ TEST(CompatSubPlugin, SaysWhichHardwareIsThere) {
   EXPECT_FALSE(has("hand0", ACCL_GPU, nullptr)) << "it has no checkAvailability";
 }
 
-TEST(CompatSubPlugin, RunsInAProcessOfItsOwn) {
+TEST(CompatSubPlugin, RunsInItsOwnProcess) {
   auto h = harness_of(header1("isolate=process"), kThree);
   EXPECT_EQ(pushed<uint8_t>(h, {1, 2, 3}), (Bytes{3, 2, 1}));
 }
@@ -96,7 +96,7 @@ Numbers hardware(const std::string& more) {
   return pushed<uint8_t, int32_t>(h, {1, 2, 3});
 }
 
-TEST(CompatSubPlugin, HearsOfAccelerators) {
+TEST(CompatSubPlugin, ReceivesAccelerators) {
   EXPECT_EQ(hardware(""), (Numbers{1, 0x1100, -1, -1}));
   EXPECT_EQ(hardware("accelerator=false"), (Numbers{1, 0, -1, -1}));
   EXPECT_EQ(hardware("accelerator=true"), (Numbers{1, 0x4000, -1, -1}));
@@ -105,7 +105,7 @@ TEST(CompatSubPlugin, HearsOfAccelerators) {
   EXPECT_EQ(hardware("accelerator=true:!gpu,gpu,npu"), (Numbers{1, 0x4000, -1, -1}));
 }
 
-TEST(CompatSubPlugin, HearsOfProperties) {
+TEST(CompatSubPlugin, ReceivesProperties) {
   auto h = harness_of(header1("custom=properties latency=1 suspend=1234 inputlayout=nhwc"), kThree);
   EXPECT_EQ((pushed<uint8_t, int32_t>(h, {1, 2, 3})), (Numbers{1, 1234, 1, 1}));
 }
@@ -118,7 +118,7 @@ TEST(CompatSubPlugin, ClassAddsANumber) {
   EXPECT_SAYS(said, "-22 (Invalid argument)");
 }
 
-TEST(CompatSubPlugin, ClassThatCannotBeConfiguredSaysSo) {
+TEST(CompatSubPlugin, ClassReportsThatItCannotBeConfigured) {
   EXPECT_SAYS(start_error("tensor_filter framework=classes custom=throw"),
               "the filter classes does not open its model\n  offered: open returned -22");
   EXPECT_SAYS(start_error("tensor_filter framework=classes custom=device"),
@@ -135,7 +135,7 @@ TEST(CompatSubPlugin, IsListedWithTheEngines) {
   for (const char* name : {"hand0", "header1", "classes"}) EXPECT_SAYS(names, name);
 }
 
-TEST(CompatSubPlugin, DescriptorsWithAFaultAreRefused) {
+TEST(CompatSubPlugin, FaultyDescriptorsAreRejected) {
   harness_of("tensor_filter framework=hand0", tensors("int32", "1"));  // has that name
   const std::pair<int, const char*> faults[] = {
       {0, "version 0xdeafdead00020000"},
@@ -144,7 +144,7 @@ TEST(CompatSubPlugin, DescriptorsWithAFaultAreRefused) {
       {3, "this name is reserved (ANY)"},
       {4, "another filter has this name already (hand0)"},
       {5, "no invoke_NN"},
-      {6, "nothing says its tensors"},
+      {6, "its tensors are not declared"},
       {7, "one of getInputDimension and getOutputDimension"},
       {8, "getFrameworkInfo returned -5"},
       {9, "no eventHandler"}};
@@ -152,7 +152,7 @@ TEST(CompatSubPlugin, DescriptorsWithAFaultAreRefused) {
     const auto said = start_error("tensor_filter framework=faulty" + std::to_string(number));
     EXPECT_SAYS(said, "WEIR-3007");
     EXPECT_SAYS(said, words);
-    EXPECT_SAYS(said, number == 4 ? "fix: " : "fix: mend what was refused, and build");
+    EXPECT_SAYS(said, number == 4 ? "fix: " : "fix: correct the rejected part and rebuild");
   }
 }
 

@@ -1,4 +1,4 @@
-// Trainers for NNStreamer: opened, checked and listed; no element runs them yet.
+// Tests of NNStreamer trainers: opened, checked and listed; no element runs them yet.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/process/process_object.hpp"
 #include "core/subplugin/loader.hpp"
@@ -39,18 +39,18 @@ TEST(SubPluginTrainer, IsListed) {
             test::built_sub_plugin("libnnstreamer_trainer_taking.so").string());
 }
 
-TEST(SubPluginTrainer, IsRefusedWithWords) {
+TEST(SubPluginTrainer, IsRejectedWithAMessage) {
   for (int i = 0; i < 2; ++i) {
     EXPECT_SAYS(refusal("unnamed"),
-                "a trainer was refused: the trainer's getFrameworkInfo gives no name (NULL)");
-    EXPECT_SAYS(refusal("later"), "the trainer is of another version (0xDEAFDEAD00020000)");
+                "a trainer was refused: the trainer's getFrameworkInfo returns no name (NULL)");
+    EXPECT_SAYS(refusal("later"), "the trainer has another interface version (0xDEAFDEAD00020000)");
     EXPECT_SAYS(refusal("partly"),
-                "the trainer partly lacks what it must have (without stop, push_data)");
+                "the trainer partly lacks required parts (without stop, push_data)");
     EXPECT_SAYS(refusal("auto"), "this name is reserved (auto)");
   }
 }
 
-TEST(SubPluginTrainer, LeavesTheTableAndSaysThatNobodyTrains) {
+TEST(SubPluginTrainer, IsUnregisteredAndReportsUnhandledEvents) {
   ASSERT_EQ(refusal("taking"), "");
   auto* trainer = static_cast<GstTensorTrainerFramework*>(
       const_cast<void*>(table().find(Kind::Trainer, "taking")));

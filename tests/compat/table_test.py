@@ -1,6 +1,6 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: LGPL-2.1-or-later
-"""The table of NNStreamer's elements: what it tells of an element, and that the committed one is what the plug-in says."""
+"""Tests the table of NNStreamer's elements: its rows, and that the committed table matches the plug-in."""
 
 import os
 import pathlib
@@ -42,7 +42,7 @@ class Table(unittest.TestCase):
             ("mode", "RW", "1", "0=OFF / off, 1=ON (default)"),
             ('Enum "M" Default: 1, "ON"; (0): OFF - No; (1): ON - Yes', "writable")), [])
 
-    def test_each_difference_is_told(self):
+    def test_each_difference_is_reported(self):
         for own, said in {("Integer. Range: 1 - 9 Default: 3", "writable"): "another type: Integer",
                           ("Unsigned Integer. Range: 1 - 8 Default: 3", "writable"): "takes 1 to 8, there 1 to 9",
                           ("Unsigned Integer. Range: 1 - 9 Default: 4", "writable"): "starts as 4, there 3",
@@ -51,7 +51,7 @@ class Table(unittest.TestCase):
         self.assertEqual(compat_table.differences(("mode", "RW", "0", "0=OFF, 1=ON"),
                                                   ('Enum "M" Default: 0, "OFF"; (0): OFF - No', "writable")), ["lacks ON"])
 
-    def test_what_is_not_there_is_told(self):
+    def test_what_is_not_there_is_reported(self):
         facts = ("nnstreamer", {"one": FACT, "two": FACT})
         rows = "\n".join(compat_table.element_section("x", facts, f"| `one` | {UINT[0]} | {UINT[1]} | of it |\n"))
         self.assertIn("| `one` | same |  |\n| `two` | **not there** |  |", rows)

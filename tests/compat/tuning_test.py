@@ -1,6 +1,6 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: LGPL-2.1-or-later
-"""A program in Python, through GObject introspection, that tunes properties while its pipelines play."""
+"""Tests a Python program that changes properties through GObject introspection while its pipelines play."""
 
 import os
 import subprocess
@@ -11,7 +11,7 @@ import tap_runner
 
 SOURCE = "videotestsrc pattern=white ! video/x-raw,format=RGB,width=4,height=2,framerate=30/1 ! "
 TENSORS = SOURCE + "tensor_converter ! "
-# Line, property, value, whether it is taken.
+# Pipeline, property, value, whether it is accepted.
 TUNINGS = [
     (TENSORS + "tensor_transform name=it mode=arithmetic option=add:1", "option", "add:2", True),
     (TENSORS + "tensor_transform name=it mode=arithmetic option=add:1", "option", "add:x", False),
@@ -31,7 +31,7 @@ TUNINGS = [
 
 
 class Program:
-    """A pipeline that plays, and how many frames came."""
+    """A playing pipeline that counts its frames."""
 
     def __init__(self, gst, line):
         self.gst = gst

@@ -1,5 +1,5 @@
-// A filter of the process, for targets that need a model: framework=custom-easy model=adding takes
-// uint8 of any size and gives the number of the bytes and their sum.
+// A filter for targets that need a model: framework=custom-easy model=adding takes uint8 of any
+// size and returns the number of bytes and their sum.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <cstring>
@@ -10,11 +10,11 @@
 namespace weir::fuzz {
 
 inline int add_bytes(const weir_host*, const weir_frame* in, weir_frame* out, void*, weir_error*) {
-  // Engines rely on what the host promises.
+  // Engines depend on these guarantees of the host.
   require(in->n_tensors == 1 && out->n_tensors == 1, "a frame has the tensors of the model");
   const auto& from = in->tensors[0];
   require(from.data || from.bytes == 0, "an input has memory");
-  // It allocates no output itself, and a worker is told its sizes by the pipeline.
+  // It does not allocate outputs, and the pipeline sets a worker's sizes.
   if (!out->tensors[0].data || out->tensors[0].bytes < 16) return -WEIR_INVOKE_FAILED;
   uint64_t results[2] = {from.bytes, 0};
   for (uint64_t i = 0; i < from.bytes; ++i) results[1] += static_cast<const uint8_t*>(from.data)[i];

@@ -1,6 +1,7 @@
+/* Worker process for the fuzz target worker_answer: sends the file WEIR_FUZZ_ANSWERS to the
+ * pipeline, whatever is requested, and exits when the pipeline closes the connection.
+ *
  * SPDX-License-Identifier: LGPL-2.1-or-later */
-/* A worker process for the fuzz target worker_answer: sends the file that WEIR_FUZZ_ANSWERS names
- * to the pipeline, whatever it is asked, and ends when the pipeline has closed the connection. */
 #include <fcntl.h>
 #include <stdlib.h>
 #include <sys/socket.h>
@@ -18,7 +19,7 @@ int main(void) {
     ssize_t sent = 0;
     while (sent < got) {
       ssize_t now = send(kSocket, buffer + sent, (size_t)(got - sent), MSG_NOSIGNAL);
-      if (now < 0) return 0; /* the pipeline reads no more */
+      if (now < 0) return 0; /* the pipeline has stopped reading */
       sent += now;
     }
   }

@@ -1,4 +1,4 @@
-// Fuzz target: the texts of tensor_demux, tensor_split and tensor_if, and what is done by them.
+// Fuzz target: parses properties of tensor_demux, tensor_split and tensor_if and runs the results.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <cstdint>
 #include <cstdlib>
@@ -12,7 +12,7 @@ namespace {
 
 constexpr uint64_t kMost = 1 << 20;
 
-// Segments lie within the tensor, and along a dimension they have all of it or say what is left.
+// Segments are within the tensor; along a dimension they cover all of it or report the rest.
 void split(const weir::SplitRequest& request, const weir::TensorSpec& spec) {
   const auto plan = weir::plan_split(request, spec);
   if (!plan || plan->segments.size() > 64) return;
@@ -24,7 +24,7 @@ void split(const weir::SplitRequest& request, const weir::TensorSpec& spec) {
     for (const std::byte b : out)
       if (b != std::byte{5}) std::abort();
     total += out.size();
-    const weir::PictureMap map;
+    const weir::SourceMap map;
     (void)weir::maps_of(segment, spec, {&map, 1}, request.parts % 2 == 1);
   }
   if (request.picks.empty() && (total == in.size()) == plan->left_over.has_value()) std::abort();

@@ -1,4 +1,4 @@
-// Fuzz target: model cards. One that is taken must give a pipeline.
+// Fuzz target: parses model cards. An accepted card must give a pipeline.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <cstdint>
 #include <cstdlib>

@@ -1,5 +1,5 @@
-// Fuzz target: the layers of the configuration: weir.ini, nnstreamer.ini, the file that this names,
-// and variables of the environment. The four are parts of the input, divided by zero bytes.
+// Fuzz target: parses the configuration's layers: weir.ini, nnstreamer.ini, the file that it names,
+// and environment variables. The input has these four parts, separated by zero bytes.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <map>
 #include <string>

@@ -1,6 +1,6 @@
-// Fuzz target: detections of any shape and value, read, moved by source maps and drawn into a
-// picture of any format; and the boxes of tensor_preprocess. Every row is counted once, and nothing
-// is drawn outside.
+// Fuzz target: reads detections of any shape and value, maps them with source maps and draws them
+// into a picture of any format; also the boxes of tensor_preprocess. Every row is counted once, and
+// nothing is drawn outside.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <array>
 #include <memory>
@@ -16,7 +16,7 @@ using namespace weir;
 using fuzz::FuzzInput;
 using fuzz::require;
 
-constexpr uint32_t kMostBytes = 1 << 16;  // of a plane
+constexpr uint32_t kMostBytes = 1 << 16;  // per plane
 
 class BoxPainter : public draw::TextPainter {
  public:
@@ -27,8 +27,8 @@ class BoxPainter : public draw::TextPainter {
   }
 };
 
-PictureMap map_from(FuzzInput* input) {
-  PictureMap map;
+SourceMap map_from(FuzzInput* input) {
+  SourceMap map;
   for (double* number : {&map.xx, &map.xy, &map.x0, &map.yx, &map.yy, &map.y0})
     *number = input->take<float>();
   map.source_width = input->take<uint16_t>();
@@ -81,7 +81,7 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   const auto type = static_cast<ElementType>(input.below(11));
   const TensorSpec spec{type, Shape{input.take<uint16_t>(), input.take<uint16_t>(), 1u}, ""};
   const uint32_t n_maps = input.below(4);
-  std::vector<PictureMap> maps;
+  std::vector<SourceMap> maps;
   for (uint32_t i = 0; i < n_maps; ++i) maps.push_back(map_from(&input));
   const auto bytes = input.bytes(kMostBytes);
   const auto status = draw::check_detections(spec);
@@ -96,7 +96,7 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
       "every row is counted once");
   require(detections->points.size() == detections->rows.size() * detections->points_per_row,
           "every row has its key points");
-  FuzzInput again(data, size);  // the same bytes choose the picture
+  FuzzInput again(data, size);  // the same bytes select the picture
   draw_on_picture(*detections, &again);
   return 0;
 }

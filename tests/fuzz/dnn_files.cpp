@@ -1,5 +1,5 @@
-// Fuzz target: what the modules on OpenCV read of a network's files before OpenCV sees them. The
-// first byte says which: a .prototxt, a .caffemodel, a .pb or a .cfg.
+// Fuzz target: parses network files as the OpenCV modules do before OpenCV reads them. The first
+// byte selects .prototxt, .caffemodel, .pb or .cfg.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <cstdint>
 #include <span>

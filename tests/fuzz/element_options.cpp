@@ -1,14 +1,13 @@
-// Fuzz target: texts of properties with a grammar of their own. The first byte chooses the
-// property. What is refused has a text, and shapes and types come back from the text that is
+// Fuzz target: parses properties that have a grammar. The first byte selects the property.
+// Rejections have a text, and formatted shapes and types parse to the same value.
 // SPDX-License-Identifier: LGPL-2.1-or-later
-// written of them.
 #include <cmath>
 #include <string>
 
 #include "core/convert/converter_mode.hpp"
 #include "core/filter/combination.hpp"
 #include "core/filter/layout.hpp"
-#include "core/infer/accelerator.hpp"
+#include "core/infer/module/accelerator.hpp"
 #include "core/preprocess/request.hpp"
 #include "core/rate/frame_rate.hpp"
 #include "core/text/place.hpp"

@@ -1,5 +1,5 @@
-// FuzzInput: the bytes of one fuzz input, read from front to back; and require(), which reports a
-// broken law.
+// FuzzInput: reads the bytes of one fuzz input from front to back; require() reports a violated
+// invariant.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <algorithm>
@@ -18,7 +18,7 @@ class FuzzInput {
  public:
   FuzzInput(const uint8_t* data, size_t size) : rest_(std::as_bytes(std::span(data, size))) {}
 
-  // The next bytes in the machine's byte order; bytes beyond the end read as 0.
+  // The next bytes in native byte order; bytes past the end read as 0.
   template <class T>
   T take() requires std::is_arithmetic_v<T> {
     T value{};
@@ -30,23 +30,23 @@ class FuzzInput {
   // A number from 0 to `count` - 1.
   uint32_t below(uint32_t count) { return byte() % count; }
   bool flag() { return byte() % 2 == 1; }
-  // One time in 16, and never beyond the end.
+  // True one time in 16, and never past the end.
   bool rarely() { return byte() % 16 == 15; }
 
-  // The next bytes, fewer at the end.
+  // The next bytes; fewer at the end.
   std::span<const std::byte> bytes(size_t size) {
     const auto part = rest_.first(std::min(size, rest_.size()));
     rest_ = rest_.subspan(part.size());
     return part;
   }
-  // Up to the next end of a line, which is skipped.
+  // Reads to the next newline, which is skipped.
   std::string_view line() {
     const std::string_view all = text();
     const std::string_view out = all.substr(0, all.find('\n'));
     bytes(out.size() + 1);
     return out;
   }
-  // What has not been read yet.
+  // The bytes not read yet.
   std::span<const std::byte> rest() const noexcept { return rest_; }
   std::string_view text() const noexcept {
     return {reinterpret_cast<const char*>(rest_.data()), rest_.size()};
@@ -57,7 +57,7 @@ class FuzzInput {
   std::span<const std::byte> rest_;
 };
 
-// Whether a * b is `product`, beyond 64 bits too.
+// Whether a * b equals `product`, even beyond 64 bits.
 inline bool multiplies_to(uint64_t a, uint64_t b, uint64_t product) {
   uint64_t out = 0;
   return !__builtin_mul_overflow(a, b, &out) && out == product;

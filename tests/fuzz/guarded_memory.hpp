@@ -1,5 +1,5 @@
-// GuardedMemory: bytes that end where a mebibyte begins which nobody may touch. Code that no
-// sanitizer sees, such as what LuaJIT compiles, ends with a signal there.
+// GuardedMemory: bytes that end directly before an inaccessible mebibyte. Code without sanitizer
+// instrumentation, such as LuaJIT's, gets a signal there.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <sys/mman.h>
@@ -8,7 +8,7 @@
 
 #include "fuzz_input.hpp"
 
-#undef MAP_FAILED  // of sys/mman.h: weir/codes.h has a code of this name
+#undef MAP_FAILED  // from sys/mman.h: weir/codes.h has a code with this name
 
 namespace weir::fuzz {
 

@@ -1,4 +1,5 @@
-// Fuzz target: files of groups and keys. What is read lies within the bounds and has its line.
+// Fuzz target: parses files of groups and keys. Results are within the bounds and have the right
+// line.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <algorithm>
 #include <cstdint>

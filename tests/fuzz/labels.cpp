@@ -1,4 +1,4 @@
-// Fuzz target: label files. What is accepted is UTF-8 text, one label for each line.
+// Fuzz target: parses label files. Accepted files are UTF-8 text with one label per line.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 
 #include <algorithm>

@@ -1,5 +1,5 @@
-// Fuzz target: texts of pipelines, as `weir pbtxt` and nnstreamer-parser read them. Every link
-// stands once at each of its ends, elements of a type are numbered from 0, errors have words.
+// Fuzz target: parses pipelines as `weir pbtxt` and nnstreamer-parser do. Every link is listed once
+// at each end, elements of a type are numbered from 0, errors have a text.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <algorithm>
 #include <cstdint>
@@ -8,8 +8,8 @@
 #include <string>
 #include <string_view>
 
-#include "launch_graph.hpp"
-#include "pbtxt_text.hpp"
+#include "launch/launch_graph.hpp"
+#include "launch/pbtxt_text.hpp"
 
 namespace {
 
@@ -41,7 +41,7 @@ void check(const weir::app::LaunchGraph& graph) {
   require(inputs == graph.links.size() && outputs == graph.links.size());
 }
 
-// A line for each end of a link that is at no pure source or sink, and for each of those.
+// One line for each link end that is at no pure source or sink, and for each of those.
 void check(const weir::app::LaunchGraph& graph, const std::string& text) {
   size_t nodes = 0, streams = 0;
   for (const auto& element : graph.elements) {

@@ -1,4 +1,4 @@
-// Fuzz target: .tflite files translated for ONNX Runtime. What is translated is a whole ONNX file.
+// Fuzz target: lowers .tflite files for ONNX Runtime. The result is a complete ONNX file.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "lowering/lowering.hpp"
 

@@ -1,17 +1,17 @@
-// Fuzz target: the tables and the tensors of Lua scripts. The input becomes numbers that a script
-// answers with each time one of its tables is read, plain or through metatables, and places that it
-// reads and writes in each frame. A script of any text would soon be one that never ends, so the
-// text itself is fixed.
+// Fuzz target: the tables and tensors of Lua scripts. The input becomes numbers that a script
+// returns whenever one of its tables is read, plain or through metatables, and indices that it
+// reads and writes in each frame. Arbitrary script text would soon loop endlessly, so the text is
+// fixed.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <array>
 #include <string>
 #include <vector>
 
-#include "core/infer/host.hpp"
+#include "core/infer/module/host.hpp"
 #include "guarded_memory.hpp"
 #include "lua/lua_model.hpp"
 #include "lua/lua_runner.hpp"
-#include "module_host.hpp"
+#include "weir/engine_tools.hpp"
 
 namespace {
 
@@ -19,7 +19,7 @@ using namespace weir::engine;
 using weir::fuzz::FuzzInput;
 using weir::fuzz::require;
 
-constexpr uint64_t kMostBytes = 1 << 16;  // of one tensor of a frame that is given
+constexpr uint64_t kMostBytes = 1 << 16;  // per tensor of a given frame
 
 constexpr char kScript[] = R"(
 local at = 0
@@ -88,7 +88,7 @@ std::string script_of(FuzzInput* input) {
   return out + "}\n" + kScript;
 }
 
-// A frame with memory of its own for each tensor, as many bytes as the script's tables say.
+// A frame with separate memory for each tensor, in the sizes of the script's tables.
 struct Frame {
   std::vector<weir::fuzz::GuardedMemory> memories;
   std::vector<weir_tensor> tensors;
@@ -115,8 +115,7 @@ struct Frame {
 
 }  // namespace
 
-// LeakSanitizer of clang 14 ends with a signal at times where it looks through the memory of
-// LuaJIT.
+// LeakSanitizer of clang 14 sometimes crashes when it scans LuaJIT's memory.
 extern "C" __attribute__((visibility("default"))) int __lsan_is_turned_off() {
   return 1;
 }

@@ -1,5 +1,5 @@
-// Fuzz target: what raw video and audio of any format and size are as tensors, and several frames
-// as one. The bytes of the tensor are those of the medium.
+// Fuzz target: converts raw video and audio of any format and size to tensors, also several frames
+// to one tensor. The tensor's bytes are those of the medium.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <array>
 
@@ -14,7 +14,7 @@ using weir::fuzz::FuzzInput;
 using weir::fuzz::multiplies_to;
 using weir::fuzz::require;
 
-// Sizes that are all bits of a number, or near each other.
+// Sizes with all 32 bits, or close to each other.
 uint32_t number(FuzzInput* input) {
   return input->flag() ? input->take<uint32_t>() : input->take<uint16_t>();
 }

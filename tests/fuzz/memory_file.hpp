@@ -1,4 +1,4 @@
-// MemoryFile: a text as a file that parsers of files can open, without a disk.
+// MemoryFile: a text in memory that file parsers can open by path.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <sys/mman.h>
@@ -9,7 +9,7 @@
 
 #include "fuzz_input.hpp"
 
-#undef MAP_FAILED  // of sys/mman.h: weir/codes.h has a code of this name
+#undef MAP_FAILED  // from sys/mman.h: weir/codes.h has a code with this name
 
 namespace weir::fuzz {
 

@@ -1,7 +1,6 @@
-// Fuzz target: the C API of models, called in any order, with NULL in any place and with sizes of
-// any kind. The memory that is lent is as large as what is said of it: more cannot be asked of a
+// Fuzz target: calls the C API of models in any order, with NULL anywhere and arbitrary sizes. Lent
+// memory has the declared size, which a program must guarantee.
 // SPDX-License-Identifier: LGPL-2.1-or-later
-// program.
 #include "weir/model.h"
 
 #include <array>
@@ -25,7 +24,7 @@ void check_error(int result, weir_error* error) {
 
 class Calls {
  public:
-  // Most sequences begin with an open model.
+  // Most sequences start with an open model.
   explicit Calls(FuzzInput* input) : input_(*input) {
     if (input_.rarely()) return;
     const char* const path = "adding";
@@ -164,8 +163,7 @@ class Calls {
     const weir_tensor* const given = !input_.rarely() ? inputs.data() : nullptr;
     weir_results* results = nullptr;
     weir_results** const place = !input_.rarely() ? &results : nullptr;
-    // More frames than there are tensors is a mistake that no callee can see, so the inputs are
-    // NULL then.
+    // A callee cannot detect more frames than tensors, so the inputs are NULL in this case.
     const int result = batch ? weir_model_invoke_batch(model(), frames > most ? nullptr : given,
                                                        count, frames, place, error)
                              : weir_model_invoke(model(), given, count, place, error);

@@ -1,4 +1,4 @@
-// Fuzz target: what the ONNX Runtime module reads of a model file before the engine sees it.
+// Fuzz target: parses a model file as the ONNX Runtime module does before the engine reads it.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <cstdint>
 #include <span>

@@ -1,6 +1,6 @@
-// Fuzz target: the C API of pipelines, called in any order, with NULL in any place, and with names,
-// properties and values of any text. The pipelines are those below: a description of any text could
-// write any file.
+// Fuzz target: calls the C API of pipelines in any order, with NULL anywhere and arbitrary names,
+// properties and values. The pipelines are fixed, because arbitrary descriptions could write any
+// file.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "weir/pipeline.h"
 
@@ -45,7 +45,7 @@ void check_error(int result, weir_error* error) {
 
 class Calls {
  public:
-  // Most sequences begin with a pipeline.
+  // Most sequences start with a pipeline.
   explicit Calls(FuzzInput* input) : input_(*input) {
     if (!input_.rarely()) check_error(parse(nullptr), nullptr);
   }
@@ -199,7 +199,7 @@ class Calls {
   FuzzInput& input_;
   weir_pipeline* pipeline_ = nullptr;
   weir_pulled* frame_ = nullptr;
-  std::deque<std::string> texts_;  // their addresses stay
+  std::deque<std::string> texts_;  // keeps their addresses
 };
 
 }  // namespace

@@ -1,5 +1,5 @@
-// Fuzz target: preparations of any kind over planes of any size, offset and stride. What is refused
-// must be refused with words; what is not must stay within its memory.
+// Fuzz target: preprocesses planes of any size, offset and stride. Rejections have a text; accepted
+// plans stay within their memory.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <vector>
 
@@ -17,7 +17,7 @@ double number(FuzzInput* in) {
   return (static_cast<double>(in->take<uint16_t>()) - 32768) / 64;
 }
 
-// Small as a rule; any 32 bits behind a byte of 255.
+// Usually small; any 32 bits after a byte of 255.
 uint32_t side(FuzzInput* in) {
   const uint8_t small = in->byte();
   return small == 255 ? in->take<uint32_t>() : small;
@@ -73,7 +73,7 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
     require(!plan.error().what.empty(), "an error has a text");
     return 0;
   }
-  constexpr uint64_t kMost = 1 << 22;  // bytes that are written here; plans are made for any size
+  constexpr uint64_t kMost = 1 << 22;  // limit of bytes written here; plans are made for any size
   if (*p.tensor().bytes() > kMost) return 0;
   std::vector<std::byte> out(*p.tensor().bytes());
   auto workspace = plan->workspace();

@@ -1,4 +1,4 @@
-// Fuzz target: files that the property config-file names. Keys and values are parts of the text, in
+// Fuzz target: parses files of the property config-file. Keys and values are parts of the text, in
 // its order.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/text/property_file.hpp"

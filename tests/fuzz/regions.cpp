@@ -1,5 +1,5 @@
-// Fuzz target: the regions of tensor_crop. Whatever numbers the stream of regions holds, each
-// region lies inside the tensor that is cut, and every group of four numbers is counted once.
+// Fuzz target: parses the regions of tensor_crop. For any values each region is inside the cropped
+// tensor, and every group of four values is counted once.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <vector>
 
@@ -8,7 +8,7 @@
 
 namespace {
 
-// Cuts each region out of a tensor whose bytes are all 5.
+// Crops each region out of a tensor whose bytes are all 5.
 void cut_all(const weir::TensorSpec& whole, const weir::Regions& regions) {
   const std::vector<std::byte> in(static_cast<size_t>(*whole.bytes()), std::byte{5});
   for (const auto& region : regions.inside) {
@@ -31,7 +31,7 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
                                  ""};
   const bool large = input.flag();
   const auto type = static_cast<weir::ElementType>(input.below(11));
-  // A large tensor exists as a shape only: no region of it is copied.
+  // A large tensor exists only as a shape: no region of it is copied.
   const auto side = [&] { return large ? input.take<uint32_t>() : input.below(40) + 1; };
   const uint32_t channels = input.below(5) + 1, width = side(), height = side();
   const weir::TensorSpec whole{type, weir::Shape{channels, width, height}, ""};

@@ -1,5 +1,5 @@
-// Runs a fuzz target once for each file of a folder, its corpus, where there is no libFuzzer. What
-// fails ends the process: the last name that was printed is the file.
+// Runs a fuzz target on each file of its corpus folder, without libFuzzer. A failure ends the
+// process; the last printed name is the file.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <algorithm>
 #include <cstdint>
@@ -11,7 +11,7 @@
 
 extern "C" {
 int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size);
-// Not every target has it.
+// Optional in targets.
 __attribute__((weak)) int LLVMFuzzerInitialize(int* argc, char*** argv);
 }
 

@@ -1,6 +1,5 @@
-// Fuzz target: the properties sync-mode and sync-option, and the decisions of every policy on pads
+// Fuzz target: parses sync-mode and sync-option, and runs every policy on pads in any state.
 // SPDX-License-Identifier: LGPL-2.1-or-later
-// in any state.
 #include <algorithm>
 #include <string>
 #include <vector>
@@ -49,6 +48,17 @@ void check_decision(const Decision& decision, const std::vector<PadView>& pads) 
     require(decision.metadata_pad < pads.size(), "metadata comes from a pad");
 }
 
+// If no pad gets data before its frame is taken, a policy that waits would wait forever.
+void check_progress(const Decision& decision, const std::vector<PadView>& pads) {
+  const auto is_settled = [](const PadView& pad) {
+    return pad.state == PadState::Head || pad.state == PadState::Ended;
+  };
+  if (!std::all_of(pads.begin(), pads.end(), is_settled)) return;
+  require(decision.outcome != Outcome::Wait ||
+              std::count(decision.uses.begin(), decision.uses.end(), Use::Discard) > 0,
+          "frames of pads that are all known are used or discarded");
+}
+
 }  // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
@@ -67,10 +77,11 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   const auto first = pads_from(&input);
   for (int step = 0; step < 4; ++step) {
     auto pads = pads_from(&input);
-    pads.resize(first.size());  // a round never sees another number of pads
+    pads.resize(first.size());  // the number of pads never changes within a round
     if (options.mode == Mode::BasePad && options.base.pad >= pads.size()) return 0;
     const auto decision = decide(options, round, pads);
     check_decision(decision, pads);
+    check_progress(decision, pads);
     round = decision.round;
   }
   return 0;

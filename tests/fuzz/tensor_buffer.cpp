@@ -1,13 +1,13 @@
-// Fuzz target: buffers of tensor streams, cut into memories anywhere. Every tensor that is found
-// lies in the buffer and has the bytes of its spec, whichever reader finds it.
+// Fuzz target: buffers of tensor streams, split into memories at any offset. Every tensor found is
+// in the buffer and has the size of its spec, for every reader.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <gst/gst.h>
 
 #include <vector>
 
 #include "fuzz_input.hpp"
-#include "gstcpp/frame_parts.hpp"
-#include "gstcpp/frame_reader.hpp"
+#include "gstcpp/buffer/frame_parts.hpp"
+#include "gstcpp/buffer/frame_reader.hpp"
 
 namespace {
 
@@ -30,7 +30,7 @@ FrameSpec spec_from(FuzzInput* input) {
   return spec;
 }
 
-// Headers of the input are often damaged: a flag writes right ones over some of them.
+// Headers from the input are often damaged: a flag replaces some of them with valid ones.
 gst::Ref<GstBuffer> buffer_from(FuzzInput* input) {
   auto buffer = gst::Ref<GstBuffer>::adopt(gst_buffer_new());
   const uint32_t memories = input->below(17);

@@ -1,4 +1,4 @@
-// Fuzz target: every parser of bytes and texts of the tensor types. The first byte chooses.
+// Fuzz target: every parser of bytes and texts of tensor types. The first byte selects one.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <cstdint>
 #include <string_view>
@@ -10,8 +10,7 @@
 
 namespace {
 
-// Headers are read whatever size they claim. What is allocated for one is the element's to limit:
-// here 64 MiB.
+// Parses headers with any claimed size. The element limits what it allocates for one: here 64 MiB.
 void densify(std::span<const std::byte> chunk) {
   constexpr uint64_t kMost = 1 << 26;
   const auto header = weir::read_sparse_header(chunk);

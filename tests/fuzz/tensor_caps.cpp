@@ -1,18 +1,18 @@
-// Fuzz target: caps of tensor streams. A spec that caps give comes back from the caps that are
-// written of it.
+// Fuzz target: caps of tensor streams. A spec parsed from caps equals the one parsed from its
+// formatted caps.
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "gstcpp/tensor_caps.hpp"
+#include "gstcpp/buffer/tensor_caps.hpp"
 
 #include <string>
 
 #include "fuzz_input.hpp"
-#include "gstcpp/ref.hpp"
+#include "gstcpp/element/ref.hpp"
 
 using weir::fuzz::require;
 
 namespace {
 
-// A pad without a template takes every kind of caps; those of another format leave the tensors out.
+// A pad without a template accepts all caps; those of another format omit the tensors.
 void check_written(const weir::FrameSpec& spec) {
   const auto pad =
       weir::gst::Ref<GstPad>::adopt(GST_PAD(gst_object_ref_sink(gst_pad_new("src", GST_PAD_SRC))));

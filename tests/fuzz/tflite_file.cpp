@@ -1,4 +1,4 @@
-// Fuzz target: what the TensorFlow Lite module checks of a model file before the engine sees it.
+// Fuzz target: checks a model file as the TensorFlow Lite module does before the engine reads it.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <cstdint>
 #include <span>

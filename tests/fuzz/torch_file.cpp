@@ -1,4 +1,4 @@
-// Fuzz target: what the libtorch module reads of a zip archive before libtorch sees it.
+// Fuzz target: checks a zip archive as the libtorch module does before libtorch reads it.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <cstdint>
 #include <span>

@@ -1,5 +1,5 @@
-// Fuzz target: tensor_transform's options, and plans of what they say on a small tensor. The first
-// byte chooses the mode, the next three the type and the shape. The plain and the vector path must
+// Fuzz target: parses tensor_transform's options and runs their plans on a small tensor. The first
+// byte selects the mode, the next three the type and shape. The scalar and the vector path must
 // agree.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <cstdint>
@@ -14,7 +14,7 @@ namespace {
 
 std::vector<std::byte> applied(const weir::transform::Operation& operation,
                                const weir::TensorSpec& spec, bool accelerate) {
-  constexpr uint64_t kMost = 1 << 20;  // bytes: a padding may ask for far more
+  constexpr uint64_t kMost = 1 << 20;  // bytes: a padding may request far more
   const auto plan = weir::transform::plan(operation, spec, accelerate);
   if (!plan || *plan->output().bytes() > kMost) return {};
   std::vector<std::byte> in(*spec.bytes()), out(*plan->output().bytes());
@@ -23,7 +23,7 @@ std::vector<std::byte> applied(const weir::transform::Operation& operation,
   return out;
 }
 
-// Bit for bit; only a signalling NaN of 16 bits may have become quiet.
+// Bit-exact, except that a 16-bit signalling NaN may have become quiet.
 bool same(const std::vector<std::byte>& a, const std::vector<std::byte>& b, bool halves) {
   if (a.size() != b.size()) return false;
   if (!halves) return std::memcmp(a.data(), b.data(), a.size()) == 0;

@@ -1,6 +1,6 @@
-// Fuzz target: what a pipeline reads from a worker process, which may have been taken over by its
-// model. The input is what the worker sends; the first byte says whether a right greeting and a
-// right model go ahead of it.
+// Fuzz target: parses what a worker process, possibly compromised by its model, sends to a
+// pipeline. The input is the worker's data; the first byte selects whether a valid greeting and
+// model precede it.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <unistd.h>
 
@@ -74,7 +74,7 @@ std::string answers_of(FuzzInput* input) {
   return out;
 }
 
-// One frame, whose first output has memory and whose second is the engine's to allocate.
+// One frame: its first output has memory, the engine allocates the second.
 void invoke(Worker* worker, const SharedArena& arena) {
   std::vector<uint8_t> bytes(100, 3);
   uint64_t sums[2] = {};
@@ -100,7 +100,7 @@ void invoke(Worker* worker, const SharedArena& arena) {
 }  // namespace
 
 extern "C" int LLVMFuzzerInitialize(int*, char***) {
-  // Beside this program.
+  // In the same folder as this program.
   const auto worker =
       std::filesystem::read_symlink("/proc/self/exe").parent_path() / "answering_worker";
   setenv("WEIR_WORKER", worker.c_str(), 1);

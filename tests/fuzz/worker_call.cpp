@@ -1,6 +1,6 @@
-// Fuzz target: what a worker process reads from its pipeline. The input is a sequence of messages,
-// each a kind, a length and a body; the first byte says what goes ahead of them: a model that is
-// opened, a block of shared memory.
+// Fuzz target: parses what a worker process receives from its pipeline. The input is a sequence of
+// messages, each with kind, length and body; the first byte selects what precedes them: an open
+// model, a block of shared memory.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <sys/socket.h>
 
@@ -47,7 +47,7 @@ void send_message(Channel* pipeline, FuzzInput* input) {
   (void)pipeline->send(writer.finish(), {});
 }
 
-// Every answer is a whole message.
+// Every answer is a complete message.
 void read_answers(int socket) {
   Channel channel{Descriptor(dup(socket))};
   Message answer;

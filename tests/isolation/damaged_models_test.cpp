@@ -1,5 +1,5 @@
-// Damaged model files of every format through their real engines, each in a worker process: refused
-// in words, or running with outputs of finite sizes; this process lives through all of them.
+// Tests damaged model files of every format in their real engines, each in a worker process: each
+// is rejected with a text, or runs with outputs of finite sizes; this process survives all of them.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <gtest/gtest.h>
 
@@ -23,8 +23,8 @@ std::string read(const fs::path& path) {
   return {std::istreambuf_iterator<char>(file), {}};
 }
 
-// A cut at a random place, or one to eight flipped bits; most of them where the structure is: at
-// the ends of the file.
+// Truncates at a random offset, or flips one to eight bits, mostly at the ends of the file, where
+// its structure is.
 std::string damaged(const std::string& whole, std::mt19937& random) {
   const auto below = [&random](size_t limit) {
     return std::uniform_int_distribution<size_t>(0, limit - 1)(random);
@@ -42,7 +42,7 @@ std::string damaged(const std::string& whole, std::mt19937& random) {
   return out;
 }
 
-// One invoke on zeros. Empty when it ran; else what was said.
+// Invokes once on zeros. Returns "" on success, otherwise the error.
 std::string run(infer::Model& model) {
   std::vector<std::vector<std::byte>> memory;
   std::vector<weir_tensor> inputs(model.inputs().size()), outputs(model.outputs().size());
@@ -86,8 +86,8 @@ std::string run(infer::Model& model) {
   return said;
 }
 
-// A convolution of 3x3 over two planes of 4x4, then a pool: the two files, whose common stem is
-// given.
+// A 3x3 convolution over two planes of 4x4, then pooling: writes two files and returns their common
+// stem.
 std::string darknet_network() {
   const std::string stem = testing::TempDir() + "weir-darknet";
   std::ofstream(stem + ".cfg")
@@ -95,7 +95,7 @@ std::string darknet_network() {
          "[convolutional]\nbatch_normalize=1\nfilters=3\nsize=3\nstride=1\n"
          "pad=1\nactivation=leaky\n[maxpool]\nsize=2\nstride=2\n";
   std::ofstream weights(stem + ".weights", std::ios::binary);
-  const int32_t head[]{0, 2, 0, 0, 0};  // version 0.2, then the pictures seen, as 64 bits
+  const int32_t head[]{0, 2, 0, 0, 0};  // version 0.2, then the number of images seen in 64 bits
   weights.write(reinterpret_cast<const char*>(head), sizeof head);
   for (int i = 0; i < 4 * 3 + 3 * 2 * 9; ++i) {
     const float value = 1 + static_cast<float>(i % 7) / 8;
@@ -104,8 +104,8 @@ std::string darknet_network() {
   return stem;
 }
 
-// One of each format that can be run here: a model of Weir's own, and those of the data that a
-// machine may have. Of two files of a network, the first is damaged.
+// One model of each format that can run here: Weir's own, and those of installed data. Of a network
+// with two files, the first is damaged.
 using Files = std::vector<std::string>;
 std::vector<Files> models() {
   std::vector<Files> out;
@@ -126,7 +126,7 @@ std::vector<Files> models() {
 
 class DamagedModels : public ::testing::TestWithParam<Files> {};
 
-TEST_P(DamagedModels, AreRefusedOrRun) {
+TEST_P(DamagedModels, AreRejectedOrRun) {
   const fs::path original(GetParam().front());
   if (!fs::is_regular_file(original)) GTEST_SKIP() << original << " is not there";
   const std::string whole = read(original);
@@ -140,7 +140,7 @@ TEST_P(DamagedModels, AreRefusedOrRun) {
   infer::OpenOptions options;
   options.paths = {file.string()};
   options.paths.insert(options.paths.end(), GetParam().begin() + 1, GetParam().end());
-  if (original.extension() == ".pt")  // programs do not say what they take
+  if (original.extension() == ".pt")  // the file does not declare its inputs
     options.options = {{"input", "4:4:4:4:4,4:4:4:4:4"}, {"inputtype", "float32,float32"}};
   options.threads = 1;
   options.host_context = isolation;

@@ -1,8 +1,8 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: LGPL-2.1-or-later
-"""The examples, compiled against an installed tree with nothing but what pkg-config says, and run.
+"""Compiles the examples against an installed tree, only with the flags from pkg-config, and runs them.
 
-The tree lies in the build folder, below DESTDIR; headers and libraries of the checkout are out of reach.
+The tree is in the build folder, below DESTDIR; the checkout's headers and libraries are not accessible.
 """
 
 import os
@@ -31,7 +31,7 @@ def run(*command, **more):
 
 
 def pkg_config(*arguments):
-    """What a user's build asks; the packages know where they are installed, and DESTDIR goes in front."""
+    """Runs pkg-config as a user's build does; the packages have their install prefix, and DESTDIR is prepended."""
     done = run("pkg-config", f"--define-variable=prefix={PREFIX}", *arguments,
                env={**os.environ, "PKG_CONFIG_PATH": str(LIBRARIES / "pkgconfig")})
     if done.returncode:
@@ -43,7 +43,7 @@ class Installed(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
         shutil.rmtree(DESTDIR, ignore_errors=True)
-        done = run("meson", "install", "-C", BUILD, "--no-rebuild", "--quiet", "--destdir", DESTDIR)
+        done = run(SOURCE / "tools/install", BUILD, os.environ["WEIR_PREFIX"], env={**os.environ, "DESTDIR": str(DESTDIR)})
         if done.returncode:
             raise AssertionError(done.stdout + done.stderr)
         cls.folder = tempfile.TemporaryDirectory()
@@ -80,6 +80,13 @@ class Installed(unittest.TestCase):
                "WEIR_WORKER": str(next(PREFIX.rglob("weir-worker"))), **environment}
         return run(self.programs[program], *arguments, env=env, cwd=self.folder.name)
 
+    def test_debug_information_stays_in_the_build_folder(self):
+        installed = [PREFIX / "bin" / "weir", LIBRARIES / "libweir.so.0", LIBRARIES / "gstreamer-1.0" / "libgstweir.so",
+                     *(LIBRARIES / "weir" / "modules").glob("*.so")]
+        for file in installed:
+            self.assertNotIn(".debug_info", run("readelf", "-SW", file).stdout, file)
+        self.assertIn(".debug_info", run("readelf", "-SW", BUILD / "src" / "plugin" / "libgstweir.so").stdout)
+
     def test_a_model_runs_from_cpp(self):
         done = self.start("model_once.cpp", self.model, "", "fake")
         self.assertEqual(done.stdout, "engine: fake\ninput: float32 (1, 4) x\noutput: float32 (1, 4) y\nlargest: 0, 1\n",
@@ -98,7 +105,7 @@ class Installed(unittest.TestCase):
             self.assertRegex(done.stderr, r"WEIR-300[23]: ", program)
         done = self.start("model_once.cpp", self.model, self.model, "fake")
         self.assertEqual(done.returncode, 1)
-        self.assertIn("WEIR-2004: input 0 (x) has another size than its shape says\n  offered: 1 bytes", done.stderr)
+        self.assertIn("WEIR-2004: input 0 (x) has a size that does not match its shape\n  offered: 1 bytes", done.stderr)
 
     def test_frames_go_through_a_pipeline(self):
         done = self.start("pipeline_push_pull.cpp", "tensor_transform mode=arithmetic option=mul:2,add:1")
@@ -165,7 +172,7 @@ class Installed(unittest.TestCase):
         return library
 
     def test_libraries_bring_filters(self):
-        """In this process and in a worker process: a class that registers itself, and modules of Weir's interface."""
+        """In this process and in a worker: a class that registers itself, and modules of Weir's interface."""
         outside = SOURCE / "tests" / "abi" / "outside"
         line = self.build_library(outside / "filter_class.cpp", "weir")
         module = self.build_library(outside / "every_part.cpp", "weir-module")
@@ -207,7 +214,7 @@ class Installed(unittest.TestCase):
     def test_a_library_whose_name_is_taken_ends_no_program(self):
         line = self.build_library(SOURCE / "tests" / "abi" / "outside" / "filter_class.cpp", "weir")
         second = shutil.copy(line, line.with_name("second.so"))
-        # Elements start from the last one on.
+        # Elements change state from last to first.
         self.expect_words("pipeline_push_pull.cpp", f"tensor_filter framework=cpp model=Linear,{second} ! "
                           f"tensor_filter framework=cpp model=Line,{line}",
                           "another class has this name", "WEIR-5002: no filter class has this name")
@@ -252,7 +259,7 @@ class Installed(unittest.TestCase):
         self.assertIn("bytes\noutput Plus214_Output_0: 40 bytes\n", done.stdout)
 
     def test_what_the_guides_show_compiles(self):
-        """Each block of C++ in the guides is the inside of a function that returns int."""
+        """Each C++ block of the guides compiles as the body of a function that returns int."""
         count = 0
         for guide in GUIDES:
             package = "weir-pipeline" if "pipeline" in guide.name else "weir"

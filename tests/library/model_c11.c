@@ -1,5 +1,5 @@
+/* The C API of models in C11: the fake engine's y = x + 1, the parts of an error, the limits. */
 /* SPDX-License-Identifier: LGPL-2.1-or-later */
-/* The C face of models from C11: the fake engine's y = x + 1, an error's parts, the limits. */
 #include <stdio.h>
 #include <string.h>
 

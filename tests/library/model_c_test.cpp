@@ -1,4 +1,4 @@
-// What programs in C may hand over wrongly: an error, never a crash.
+// Tests of invalid arguments to the C API of models: an error, never a crash.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <gtest/gtest.h>
 
@@ -53,7 +53,7 @@ TEST_F(ModelC, NullPointersAreErrors) {
   weir_error_free(nullptr);
 }
 
-TEST_F(ModelC, AnErrorThatIsNotThereIsEmpty) {
+TEST_F(ModelC, AMissingErrorIsEmpty) {
   EXPECT_EQ(weir_error_code(nullptr), 0);
   EXPECT_STREQ(weir_error_message(nullptr), "");
   EXPECT_STREQ(weir_error_needed(nullptr), "");
@@ -63,7 +63,7 @@ TEST_F(ModelC, AnErrorThatIsNotThereIsEmpty) {
 TEST_F(ModelC, OptionsOfAnOlderProgramAreReadAsFarAsTheyGo) {
   weir_model_options options = WEIR_MODEL_OPTIONS_INIT;
   options.engine = "fake";
-  options.accelerator = reinterpret_cast<const char*>(1);  // behind the end: not to be read
+  options.accelerator = reinterpret_cast<const char*>(1);  // past the end, must not be read
   options.options = reinterpret_cast<const weir_option*>(1);
   options.n_options = 1;
   options.struct_size = offsetof(weir_model_options, accelerator);
@@ -75,6 +75,20 @@ TEST_F(ModelC, OptionsOfAnOlderProgramAreReadAsFarAsTheyGo) {
   EXPECT_EQ(weir_model_open(&options, &other, &kept.error), -WEIR_OPTION_VALUE);
   EXPECT_STREQ(weir_error_needed(kept.error), "at least 16 bytes");
   EXPECT_STREQ(weir_error_fix(kept.error), "weir_model_options options = WEIR_MODEL_OPTIONS_INIT;");
+}
+
+TEST_F(ModelC, AnOptionBeyondStructSizeIsNotRead) {
+  weir_model_options options = WEIR_MODEL_OPTIONS_INIT;
+  options.engine = "fake";
+  options.accelerator = reinterpret_cast<const char*>(1);
+  weir_loaded_model* other = nullptr;
+  for (uint32_t cut = 1; cut < sizeof options.accelerator; ++cut) {
+    options.struct_size = offsetof(weir_model_options, accelerator) + cut;
+    ASSERT_EQ(weir_model_open(&options, &other, nullptr), WEIR_OK) << cut;
+    weir_model_close(other);
+  }
+  options.struct_size = offsetof(weir_model_options, engine) - 1;
+  EXPECT_EQ(weir_model_open(&options, &other, nullptr), -WEIR_OPTION_VALUE);
 }
 
 TEST_F(ModelC, OptionsOfANewerProgramAreReadAsFarAsTheyAreKnown) {
@@ -101,7 +115,7 @@ TEST_F(ModelC, WritesIntoTheCallersMemory) {
   EXPECT_EQ(out.info.shape[0], 1);
 }
 
-TEST_F(ModelC, SaysWhereASizeIsWrong) {
+TEST_F(ModelC, ReportsWhereASizeIsWrong) {
   weir_tensor in = weir_tensor_of(x_.data(), 12, WEIR_FLOAT32);
   in.info.rank = 2;
   in.info.shape[0] = 1;
@@ -110,7 +124,7 @@ TEST_F(ModelC, SaysWhereASizeIsWrong) {
   Freed kept;
   EXPECT_EQ(weir_model_invoke(model_, &in, 1, &results, &kept.error), -WEIR_FRAME_SIZE);
   EXPECT_STREQ(weir_error_message(kept.error),
-               "WEIR-2004: input 0 (x) has another size than its shape says\n"
+               "WEIR-2004: input 0 (x) has a size that does not match its shape\n"
                "  offered: 12 bytes\n  needed: 16 bytes: float32 (1, 4) x");
 }
 

@@ -1,4 +1,4 @@
-// model.hpp over the shared library, with engines that modules bring.
+// Tests of model.hpp with the shared library and engines from modules.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "weir/model.hpp"
 
@@ -33,26 +33,26 @@ Values values(const weir::Tensor& tensor) {
   return all ? Values(all->begin(), all->end()) : Values{};
 }
 
-TEST(ModelFace, DescribesWhatItOpened) {
+TEST(ModelApi, DescribesWhatItOpened) {
   const Model model = open(engine("fake"));
   EXPECT_EQ(model.engine(), "fake");
   EXPECT_EQ(model.engine_version(), "1");
   EXPECT_EQ(model.metadata(), "");
   const auto inputs = model.inputs();
   ASSERT_EQ(inputs.size(), 1u);
-  EXPECT_EQ(inputs[0].words(), "float32 (?, 4) x");
+  EXPECT_EQ(inputs[0].to_string(), "float32 (?, 4) x");
   EXPECT_EQ(inputs[0].shape, (weir::TensorShape{-1, 4}));
   EXPECT_EQ(inputs[0].elements(), -1);
   EXPECT_EQ(model.outputs()[0].name, "y");
 }
 
-TEST(ModelFace, TellsQuantisationLayoutAndMetadata) {
+TEST(ModelApi, ReportsQuantisationLayoutAndMetadata) {
   const std::string path = testing::TempDir() + "weir-quantised";
   std::ofstream(path) << "x";
   const auto model = Model::open(path, engine("fake-models"));
   ASSERT_TRUE(model) << model.error().message();
   const auto input = model->inputs()[0];
-  EXPECT_EQ(input.words(), "uint8 (1, ?, ?, 3) picture");
+  EXPECT_EQ(input.to_string(), "uint8 (1, ?, ?, 3) picture");
   EXPECT_EQ(input.scale, 0.0078125f);
   EXPECT_EQ(input.zero_point, 128);
   EXPECT_EQ(input.layout, WEIR_LAYOUT_NHWC);
@@ -60,7 +60,7 @@ TEST(ModelFace, TellsQuantisationLayoutAndMetadata) {
   std::filesystem::remove(path);
 }
 
-TEST(ModelFace, InvokesVectorsArraysAndSpans) {
+TEST(ModelApi, InvokesVectorsArraysAndSpans) {
   Model model = open(engine("fake"));
   ASSERT_TRUE(model.reshape({{1, 4}}));
   EXPECT_EQ(model.outputs()[0].elements(), 4);
@@ -78,7 +78,7 @@ TEST(ModelFace, InvokesVectorsArraysAndSpans) {
   }
 }
 
-TEST(ModelFace, InvokesIntoTheCallersMemory) {
+TEST(ModelApi, InvokesIntoTheCallersMemory) {
   Model model = open(engine("scaling"));
   Values y(3);
   const auto filled = model.invoke_into({TensorView(Values{1, 2, 3}, {3})}, {y});
@@ -87,10 +87,10 @@ TEST(ModelFace, InvokesIntoTheCallersMemory) {
   EXPECT_EQ(y, (Values{1, 2, 3}));
   std::vector<int32_t> wrong(3);
   EXPECT_REFUSED(model.invoke_into({TensorView(Values{1, 2, 3}, {3})}, {wrong}), SPEC_MISMATCH,
-                 "output 0 (values) has another type than the model's\n  offered: int32");
+                 "output 0 (values) has a different type than the model's\n  offered: int32");
 }
 
-TEST(ModelFace, HandsOptionsToTheEngine) {
+TEST(ModelApi, PassesOptionsToTheEngine) {
   auto options = engine("scaling");
   options.options = {{"factor", "2.5"}};
   options.timeout = std::chrono::hours(1);
@@ -103,7 +103,7 @@ TEST(ModelFace, HandsOptionsToTheEngine) {
                  "factor is no number");
 }
 
-TEST(ModelFace, InvokesABatch) {
+TEST(ModelApi, InvokesABatch) {
   Model model = open(engine("fake"));
   const Values a{1, 2, 3, 4}, b{5, 6, 7, 8};
   const std::vector<std::vector<TensorView>> frames{{TensorView(a)}, {TensorView(b)}};
@@ -116,7 +116,7 @@ TEST(ModelFace, InvokesABatch) {
   EXPECT_REFUSED(model.invoke_batch(uneven), SPEC_MISMATCH, "1 tensors for 2 frames");
 }
 
-TEST(ModelFace, SaysThatTheModelGaveNothing) {
+TEST(ModelApi, ReportsThatTheModelReturnedNothing) {
   auto options = engine("fake");
   options.options = {{"drop-at", "0"}};
   Model model = open(options);
@@ -129,23 +129,23 @@ TEST(ModelFace, SaysThatTheModelGaveNothing) {
   EXPECT_FALSE(next->dropped());
 }
 
-TEST(ModelFace, SaysWhatTheEngineSays) {
+TEST(ModelApi, PassesOnTheEnginesError) {
   auto options = engine("fake");
   options.options = {{"fail-at", "0"}};
   EXPECT_REFUSED(open(options).invoke({TensorView(Values{1, 2, 3, 4}, {1, 4})}), INVOKE_FAILED,
                  "WEIR-3006: ordered to fail\n  fix: drop the option");
 }
 
-TEST(ModelFace, RefusesFilesAndEnginesThatAreNotThere) {
+TEST(ModelApi, RejectsMissingFilesAndEngines) {
   EXPECT_REFUSED(Model::open("/no/such/model.bin2"), ENGINE_UNKNOWN, "no engine claims");
   EXPECT_REFUSED(Model::open("/no/such/model", engine("fake")), MODEL_NOT_FOUND,
-                 "the model file is not there\n  offered: /no/such/model");
+                 "the model file does not exist\n  offered: /no/such/model");
   EXPECT_REFUSED(Model::open("x.tvn"), ENGINE_NOT_INSTALLED,
                  "the engine trix-engine is not installed");
   EXPECT_REFUSED(Model::open(std::span<const std::string>()), ENGINE_UNKNOWN, "no model");
 }
 
-TEST(ModelFace, RefusesShapesBeyondTheLimits) {
+TEST(ModelApi, RejectsShapesBeyondTheLimits) {
   Model model = open(engine("fake"));
   const weir::TensorShape deep(17, 1);
   EXPECT_REFUSED(model.invoke({TensorView(Values{1}, deep)}), SPEC_MISMATCH,
@@ -154,17 +154,17 @@ TEST(ModelFace, RefusesShapesBeyondTheLimits) {
   EXPECT_REFUSED(model.reshape({{1, 5}}), SPEC_MISMATCH, "axis 1 is 5 instead of 4");
 }
 
-TEST(ModelFace, RefusesToReadATensorAsAnotherType) {
+TEST(ModelApi, RejectsReadingATensorAsADifferentType) {
   Model model = open(engine("fake"));
   const auto outputs = model.invoke({TensorView(Values{1, 2, 3, 4}, {1, 4})});
   ASSERT_TRUE(outputs);
   EXPECT_REFUSED((*outputs)[0].as<int32_t>(), SPEC_MISMATCH,
-                 "the tensor is of another type\n  offered: float32 (1, 4) y\n  needed: int32");
+                 "the tensor has a different type\n  offered: float32 (1, 4) y\n  needed: int32");
 }
 
-// The network of the demo, when its engine is there: a picture of one value is the same for each
+// The demo's network, if its engine is installed: a uniform picture gives the same result in each
 // frame of a batch.
-TEST(ModelFace, RunsANetwork) {
+TEST(ModelApi, RunsANetwork) {
   const char* folder = std::getenv("WEIR_MODELS");
   auto model = Model::open(std::string(folder ? folder : "models") + "/clock_digits.onnx");
   if (!model && model.error().code == Code::ENGINE_NOT_INSTALLED)
@@ -182,17 +182,17 @@ TEST(ModelFace, RunsANetwork) {
   EXPECT_REFUSED(model->invoke({TensorView(Values{1}, shape)}), FRAME_SIZE, "4 bytes");
 }
 
-TEST(TensorInfoWords, SayWhatIsOpen) {
+TEST(TensorInfoText, ShowOpenParts) {
   weir_tensor_info info{};
   info.type = WEIR_TYPE_END;
   info.rank = WEIR_RANK_UNKNOWN;
-  EXPECT_EQ(weir::TensorInfo(info).words(), "any type any shape");
+  EXPECT_EQ(weir::TensorInfo(info).to_string(), "any type any shape");
   EXPECT_EQ(weir::TensorInfo(info).elements(), -1);
   info.type = WEIR_FLOAT16;
   info.rank = 1;
   info.shape[0] = 3;
   info.name = "h";
-  EXPECT_EQ(weir::TensorInfo(info).words(), "float16 (3,) h");
+  EXPECT_EQ(weir::TensorInfo(info).to_string(), "float16 (3,) h");
 }
 
 }  // namespace

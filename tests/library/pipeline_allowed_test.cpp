@@ -1,4 +1,4 @@
-// Pipelines of elements that are on a list.
+// Tests of pipelines that are restricted to a list of elements.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <gst/gst.h>
 #include <gtest/gtest.h>
@@ -11,7 +11,7 @@
 
 namespace {
 
-// An element with a property "inner" of the type element, as playbin has video-sink.
+// An element with a property "inner" of type element, like playbin's video-sink.
 struct Holder {
   GstElement parent;
 };
@@ -20,7 +20,7 @@ struct HolderClass {
 };
 int holders_made = 0;
 
-// Takes the element over, which has a floating reference, and lets it go.
+// Takes the element with its floating reference and releases it.
 void set_inner(GObject*, guint, const GValue* value, GParamSpec*) {
   gst_object_unref(gst_object_ref_sink(g_value_get_object(value)));
 }
@@ -49,7 +49,7 @@ class PipelineAllowed : public ::testing::Test {
   }
   ~PipelineAllowed() override { weir_pipeline_free(pipeline_); }
 
-  // "" where the description is allowed; otherwise why it is not.
+  // "" when the description is allowed; otherwise the reason.
   std::string refusal(const char* text, std::vector<const char*> allowed) {
     weir_pipeline_free(pipeline_);
     weir::CError error;
@@ -65,7 +65,7 @@ class PipelineAllowed : public ::testing::Test {
 
 const std::vector<const char*> kFakes{"fakesrc", "fakesink", "testholder"};
 
-TEST_F(PipelineAllowed, MadeOfTheListedElements) {
+TEST_F(PipelineAllowed, IsBuiltFromTheListedElements) {
   for (const char* text :
        {"fakesrc ! fakesink", "fakesrc ! video/x-raw,format=RGB ! fakesink",
         "fakesrc name=filesink", "( fakesrc name=a ! fakesink )", "bin.( fakesrc ! fakesink )",
@@ -74,7 +74,7 @@ TEST_F(PipelineAllowed, MadeOfTheListedElements) {
     EXPECT_EQ(refusal(text, kFakes), "") << text;
 }
 
-TEST_F(PipelineAllowed, RefusesEveryOtherElement) {
+TEST_F(PipelineAllowed, RejectsEveryOtherElement) {
   for (const char* text :
        {"filesrc ! fakesink", "fakesrc!filesink location=/x", "( fakesrc ! filesink )",
         "( fakesrc name=x ! fakesink name=y ) ( filesrc name=x ! filesink name=y )",
@@ -90,28 +90,28 @@ TEST_F(PipelineAllowed, RefusesEveryOtherElement) {
   EXPECT_SAYS(refusal("fakesrc", {}), "needed: one of: none");
 }
 
-TEST_F(PipelineAllowed, MakesNothingBeforeTheCheck) {
+TEST_F(PipelineAllowed, CreatesNothingBeforeTheCheck) {
   const int before = holders_made;
   EXPECT_NE(refusal("testholder ! filesink", kFakes), "");
   EXPECT_NE(refusal("testholder inner=filesink", kFakes), "");
   EXPECT_EQ(holders_made, before);
 }
 
-TEST_F(PipelineAllowed, SaysWhatElseIsWrong) {
+TEST_F(PipelineAllowed, ReportsOtherErrors) {
   EXPECT_SAYS(refusal("fakesrc ! ! fakesink", kFakes),
-              "error: WEIR-1004: the text of the pipeline cannot be used: syntax error");
+              "error: WEIR-1004: the pipeline description cannot be parsed: syntax error");
   EXPECT_SAYS(refusal("fakesrc nosuch=1", kFakes), "nosuch");
 }
 
-// As decodebin adds what it needs while the pipeline plays.
-TEST_F(PipelineAllowed, RefusesAnElementThatIsAddedLater) {
+// Like decodebin, which adds elements while the pipeline plays.
+TEST_F(PipelineAllowed, RejectsAnElementThatIsAddedLater) {
   ASSERT_EQ(refusal("fakesrc ! fakesink name=known", kFakes), "");
   static GstElement* seen = nullptr;
   const auto see = [](GSignalInvocationHint*, guint, const GValue* values, gpointer) -> gboolean {
     seen = GST_ELEMENT(g_value_get_object(values));
     return FALSE;
   };
-  // The API shows no element; fakesink shows itself with its first buffer.
+  // The API gives no access to elements; fakesink reveals itself with its first buffer.
   ASSERT_EQ(weir_pipeline_set(pipeline_, "known", "signal-handoffs", "true", nullptr), WEIR_OK);
   const GType type = g_type_from_name("GstFakeSink");
   g_signal_add_emission_hook(g_signal_lookup("preroll-handoff", type), 0, see, nullptr, nullptr);

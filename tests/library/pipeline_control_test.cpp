@@ -1,4 +1,4 @@
-// Valves, selectors, properties, and what a program may ask for that is not there.
+// Tests of valves, selectors and properties, and of requests for things that do not exist.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <gtest/gtest.h>
 
@@ -47,7 +47,7 @@ TEST(PipelineControl, AValveDropsWhileItIsClosed) {
   EXPECT_FALSE(*p.get<bool>("v", "drop"));
 }
 
-TEST(PipelineControl, ASelectorTakesTheChosenInput) {
+TEST(PipelineControl, ASelectorForwardsTheChosenInput) {
   Pipeline p = parse(
       "input-selector name=s sync-streams=false ! tensor_sink name=out "
       "appsrc name=a ! s.sink_0 appsrc name=b ! s.sink_1");
@@ -68,11 +68,11 @@ TEST(PipelineControl, ASelectorSendsToTheChosenOutput) {
   EXPECT_EQ(pulled(p, "b"), 5);
   EXPECT_REFUSED(p.selector("s").select("src_7"), OPTION_VALUE, "needed: one of: src_0, src_1");
   EXPECT_REFUSED(p.selector("a").select("src_0"), OPTION_VALUE,
-                 "a is another element than this call is for\n  offered: tensor_sink\n"
+                 "a is not an element that this call is for\n  offered: tensor_sink\n"
                  "  needed: input-selector or output-selector");
 }
 
-// GStreamer's output-selector would send a frame that is on its way to the new pad without caps.
+// GStreamer's output-selector would send a frame in flight to the new pad without caps.
 TEST(PipelineControl, AnOutputIsChosenBetweenTwoFrames) {
   Pipeline p = parse(
       "appsrc name=in ! output-selector name=s "
@@ -119,23 +119,23 @@ TEST(PipelineControl, DoublesGoThroughTextUnchanged) {
   }
 }
 
-TEST(PipelineControl, RefusesPropertiesAndValues) {
+TEST(PipelineControl, RejectsPropertiesAndValues) {
   Pipeline p = parse("videotestsrc name=v ! tensor_converter name=c ! tensor_sink name=out");
   EXPECT_REFUSED(p.set("v", "patern", "ball"), OPTION_VALUE, "did you mean pattern?");
   EXPECT_REFUSED(p.set("v", "pattern", "football-and-more"), OPTION_VALUE,
-                 "videotestsrc does not take this value for pattern");
+                 "videotestsrc does not accept this value for pattern");
   EXPECT_REFUSED(p.set("v", "pattern", "bal"), OPTION_VALUE, "did you mean ball?");
   EXPECT_REFUSED(p.set("v", "horizontal-speed", "fast"), OPTION_VALUE, "needed: a gint");
   EXPECT_REFUSED(p.set("out", "signal-rate", 501), OPTION_VALUE,
                  "a value in its range, such as 500");
-  EXPECT_REFUSED(p.set("c", "stats", "x"), OPTION_VALUE, "it can only be read");
-  EXPECT_REFUSED(p.get<int>("v", "pattern"), OPTION_VALUE, "no value of the type");
+  EXPECT_REFUSED(p.set("c", "stats", "x"), OPTION_VALUE, "it is read-only");
+  EXPECT_REFUSED(p.get<int>("v", "pattern"), OPTION_VALUE, "does not have the requested type");
   EXPECT_REFUSED(p.get("v", "nothing-like-it"), OPTION_VALUE, "videotestsrc has no such property");
   EXPECT_REFUSED(p.get("w", "pattern"), OPTION_VALUE,
                  "no element of the pipeline has this name\n  offered: w\n  needed: one of: ");
 }
 
-TEST(PipelineControl, RefusesElementsOfAnotherKind) {
+TEST(PipelineControl, RejectsElementsOfADifferentKind) {
   Pipeline p = parse("appsrc name=in ! tensor_sink name=out");
   ASSERT_TRUE(p.start());
   EXPECT_REFUSED(push(p, "out", 1), OPTION_VALUE, "needed: appsrc");
@@ -148,7 +148,7 @@ TEST(PipelineControl, RefusesElementsOfAnotherKind) {
                  "tensor_sink or appsink");
 }
 
-TEST(PipelineControl, RefusesTextsThatAreNoPipeline) {
+TEST(PipelineControl, RejectsInvalidDescriptions) {
   EXPECT_REFUSED(Pipeline::parse("tensor_filtre ! fakesink"), OPTION_VALUE,
                  "first difference: did you mean tensor_filter?");
   EXPECT_REFUSED(Pipeline::parse("fakesrc ! "), OPTION_SYNTAX, "the text of the pipeline");
@@ -158,19 +158,19 @@ TEST(PipelineControl, RefusesTextsThatAreNoPipeline) {
   EXPECT_REFUSED(Pipeline::parse("videotestsrc patern=ball ! fakesink"), OPTION_VALUE,
                  "did you mean pattern?");
   EXPECT_REFUSED(Pipeline::parse("fakesrc ! queue leaky=upstraem ! fakesink"), OPTION_VALUE,
-                 "queue does not take this value for leaky\n  offered: upstraem\n"
+                 "queue does not accept this value for leaky\n  offered: upstraem\n"
                  "  needed: one of: no, upstream, downstream\n"
                  "  first difference: did you mean upstream?");
   EXPECT_REFUSED(Pipeline::parse("fakesrc ! ! fakesink"), OPTION_SYNTAX,
                  "the text of the pipeline");
 }
 
-TEST(PipelineControl, RefusesFramesThatSayTooLittle) {
+TEST(PipelineControl, RejectsIncompleteFrames) {
   Pipeline p = parse("appsrc name=in ! tensor_sink name=out");
   ASSERT_TRUE(p.start());
   const Values x{1, 2};
   EXPECT_REFUSED(p.push("in", std::span<const float>(x)), SPEC_MISMATCH,
-                 "tensor 0 has no shape, and the appsrc has no caps that say it");
+                 "tensor 0 has no shape, and the caps of the appsrc do not define it");
   EXPECT_REFUSED(p.push("in", std::span<const float>(x), {.shape = {3}}), FRAME_SIZE,
                  "offered: 8 bytes\n  needed: 12 bytes: float32 3");
   EXPECT_REFUSED(p.push("in", std::span<const float>(x), {.shape = {2, -1}}), SPEC_MISMATCH,
@@ -180,7 +180,7 @@ TEST(PipelineControl, RefusesFramesThatSayTooLittle) {
   EXPECT_REFUSED(p.push("in", odd), TYPE_SYNTAX, "a type that is not known");
 }
 
-TEST(PipelineControl, ErrorsOfElementsAreThoseOfEveryCallUntilStop) {
+TEST(PipelineControl, ErrorsOfElementsFailEveryCallUntilStop) {
   Pipeline p = parse(
       "appsrc name=in ! tensor_filter framework=fake model=/proc/self/comm name=f ! tensor_sink "
       "name=out");
@@ -204,11 +204,11 @@ TEST(PipelineControl, ErrorsOfForeignElementsHaveACode) {
   EXPECT_REFUSED(p.start(), FILE_NOT_FOUND, "f: Resource not found");
 }
 
-TEST(PipelineControl, RefusesToReadAFrameAsAnotherType) {
+TEST(PipelineControl, RejectsReadingAFrameAsADifferentType) {
   Pipeline p = parse("appsrc name=in ! tensor_sink name=out");
   ASSERT_TRUE(p.start());
   ASSERT_TRUE(push(p, "in", 1));
-  EXPECT_REFUSED(p.pull<uint8_t>("out", kLong), SPEC_MISMATCH, "the tensor is of another type");
+  EXPECT_REFUSED(p.pull<uint8_t>("out", kLong), SPEC_MISMATCH, "the tensor has a different type");
 }
 
 TEST(PipelineControl, SparseFramesNameTheElementThatIsMissing) {
@@ -216,7 +216,7 @@ TEST(PipelineControl, SparseFramesNameTheElementThatIsMissing) {
   ASSERT_TRUE(p.start());
   ASSERT_TRUE(push(p, "in", 1));
   EXPECT_REFUSED(p.pull("out", kLong), FORMAT_UNSUPPORTED,
-                 "fix: tensor_sparse_dec in front of the sink");
+                 "fix: tensor_sparse_dec before the sink");
 }
 
 TEST(PipelineControl, NullPointersAreErrors) {

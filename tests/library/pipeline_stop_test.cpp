@@ -1,4 +1,5 @@
-// Pausing, stopping and freeing a pipeline: with a full queue, from callbacks, from other threads.
+// Tests of pausing, stopping and freeing a pipeline: with a full queue, in callbacks, on other
+// threads.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <gst/gst.h>
 #include <gtest/gtest.h>
@@ -22,7 +23,7 @@ using weir::Pipeline;
 using weir::PipelineState;
 using Values = std::vector<float>;
 
-constexpr auto kLong = 60s;  // never reached where the test passes
+constexpr auto kLong = 60s;  // never reached when the test passes
 
 Pipeline parse(const std::string& text) {
   auto pipeline = Pipeline::parse(text);
@@ -45,7 +46,7 @@ float pulled(Pipeline& p) {
   return *frame ? (*(**frame)[0].as<float>())[0] : -1;
 }
 
-// Runs `call` on a thread. False, with the pipeline's queue emptied, when it does not return.
+// Runs `call` on a thread. When it does not return: false, after emptying the pipeline's queue.
 template <class Call>
 bool returns(Pipeline& p, Call call) {
   auto result = std::async(std::launch::async, call);
@@ -59,14 +60,14 @@ bool returns(Pipeline& p, Call call) {
   return false;
 }
 
-// The stream of this source does not end; its queue holds `room` frames.
+// An endless source; its queue holds `room` frames.
 struct FullQueue {
   const char* sink;
   int room;
 };
 class PipelineFull : public ::testing::TestWithParam<FullQueue> {
  protected:
-  // A pipeline whose streaming thread waits for room.
+  // A pipeline whose streaming thread waits for space.
   Pipeline full() const {
     Pipeline p = started(std::string("videotestsrc ! video/x-raw,format=GRAY8,width=8,height=8 ! "
                                      "tensor_converter name=c ! ") +
@@ -116,18 +117,18 @@ TEST(PipelineFullQueue, LosesNoFrameInAPause) {
   for (float i = 1; i < 100; ++i) ASSERT_EQ(pulled(p), i);
 }
 
-// Sees the tensor_sink whose stream starts next, which the API does not show; with a reference.
+// Gets a reference to the next tensor_sink that starts streaming, which the API does not expose.
 void hook_next_sink(std::promise<GstElement*>* seen) {
   const auto see = [](GSignalInvocationHint*, guint, const GValue* values,
                       gpointer to) -> gboolean {
     static_cast<std::promise<GstElement*>*>(to)->set_value(GST_ELEMENT(g_value_dup_object(values)));
-    return FALSE;  // once
+    return FALSE;  // remove the hook
   };
   const GType type = g_type_from_name("WeirTensorSink");
   g_signal_add_emission_hook(g_signal_lookup("stream-start", type), 0, see, seen, nullptr);
 }
 
-// A frame that waits for room does not keep a flush from going through.
+// A frame that waits for space does not block a flush.
 TEST(PipelineFullQueue, LetsAFlushThrough) {
   Pipeline p = parse("appsrc name=in ! tensor_sink name=out");
   std::promise<GstElement*> seen;
@@ -136,7 +137,7 @@ TEST(PipelineFullQueue, LetsAFlushThrough) {
   for (float i = 0; i < 70; ++i) ASSERT_TRUE(push(p, i));
   GstElement* sink = seen.get_future().get();
   EXPECT_EQ(pulled(p), 0);
-  // 1 was pulled, 64 are kept, 1 waits for room.
+  // 1 was pulled, 64 are queued, 1 waits for space.
   const auto is_full = [&] { return *p.get<int>("in", "current-level-buffers") == 4; };
   ASSERT_TRUE(becomes_true(is_full, "a full queue"));
   GstPad* pad = gst_element_get_static_pad(sink, "sink");
@@ -151,8 +152,7 @@ TEST(PipelineFullQueue, LetsAFlushThrough) {
 
 thread_local bool is_poster = false;
 
-// A thread that no element's change of state waits for may be in a callback when a pipeline is
-// freed.
+// A pipeline is freed while a thread, for which no state change waits, may be in a callback.
 TEST(PipelineFree, WaitsForAStateCallbackOfAnotherThread) {
   weir_pipeline* p = nullptr;
   ASSERT_EQ(weir_pipeline_parse("videotestsrc ! video/x-raw,format=GRAY8,width=8,height=8 ! "
@@ -200,7 +200,7 @@ TEST(PipelineWait, EndsWhenThePipelineIsStopped) {
     return p.wait();
   });
   began.get_future().wait();
-  // Whether or not it waits already: each stop ends those that wait then.
+  // The other thread may not wait yet: each stop only ends current waits.
   while (waits.wait_for(1ms) != std::future_status::ready) {
     ASSERT_TRUE(p.stop());
     ASSERT_TRUE(p.start());
@@ -219,7 +219,8 @@ TEST(PipelineCallback, CannotChangeTheState) {
     EXPECT_REFUSED(p.pause(), CANCELLED, kOwn);
     EXPECT_REFUSED(p.start(), CANCELLED, kOwn);
     EXPECT_REFUSED(p.wait(), CANCELLED, kOwn);
-    EXPECT_REFUSED(p.on_frame("out", {}), OPTION_VALUE, "is chosen while the pipeline is stopped");
+    EXPECT_REFUSED(p.on_frame("out", {}), OPTION_VALUE,
+                   "can only be set while the pipeline is stopped");
     EXPECT_FALSE(*p.wait(0ns)) << "this one does not wait";
     called.set_value();
   }));
@@ -253,7 +254,7 @@ TEST(PipelineCallback, OfAStateCannotChangeIt) {
     EXPECT_EQ(seen.results[i], i % 5 == 4 ? -WEIR_OPTION_VALUE : -WEIR_CANCELLED) << i;
 }
 
-// A filter of the program, which is destroyed with the last element that has it.
+// A filter of the program, destroyed with the last element that uses it.
 class Witness {
  public:
   explicit Witness(const std::string& name, std::function<void()> each = {}) {
@@ -266,7 +267,7 @@ class Witness {
                       std::memcpy(out[0].data, in[0].data, out[0].bytes);
                     });
   }
-  // The name is free; elements go on with it.
+  // Frees the name; elements keep the filter.
   void unregister() { filter_.reset(); }
   [[nodiscard]] bool is_gone() const {
     return becomes_true([&] { return gone_.expired(); }, "the end of the pipeline");
@@ -291,7 +292,7 @@ TEST(PipelineCallback, OfACustomFilterCannotStopItsPipeline) {
   EXPECT_TRUE(p->stop());
 }
 
-TEST(PipelineCallback, MayDestroyThePipeline) {
+TEST(PipelineCallback, CanDestroyThePipeline) {
   for (int i = 0; i < 10; ++i) {
     Witness filter("witness");
     std::optional<Pipeline> p = parse(
@@ -316,7 +317,7 @@ TEST(PipelineCallback, MayDestroyThePipeline) {
   }
 }
 
-TEST(PipelineCallback, OfACustomFilterMayFreeThePipeline) {
+TEST(PipelineCallback, OfACustomFilterCanFreeThePipeline) {
   weir_pipeline* p = nullptr;
   std::promise<void> pushed, freed;
   Witness filter("freeing", [&] {

@@ -1,4 +1,4 @@
-// pipeline.hpp over the shared library: frames in and out, errors as values.
+// Tests of pipeline.hpp with the shared library: frames in and out, errors as values.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "weir/pipeline.hpp"
 
@@ -22,7 +22,7 @@ using weir::TensorShape;
 using weir::TensorView;
 using Values = std::vector<float>;
 
-constexpr auto kLong = 60s;  // never reached where the test passes
+constexpr auto kLong = 60s;  // never reached when the test passes
 
 Pipeline parse(const std::string& text) {
   auto pipeline = Pipeline::parse(text);
@@ -104,7 +104,7 @@ TEST(Pipeline, WritesNewCapsWhenShapesChange) {
   EXPECT_EQ((**p.pull("out", kLong))[0].info().shape, (TensorShape{6}));
 }
 
-TEST(Pipeline, TakesTheShapeFromTheCapsOfTheText) {
+TEST(Pipeline, UsesTheShapeOfTheCapsInTheDescription) {
   Pipeline p = started(
       "appsrc name=in caps=other/tensors,format=static,num_tensors=1,dimensions=(string)2:1,"
       "types=float32,framerate=0/1 ! tensor_sink name=out");
@@ -112,7 +112,7 @@ TEST(Pipeline, TakesTheShapeFromTheCapsOfTheText) {
   EXPECT_EQ(pulled(p, "out"), (Values{7, 8}));
   EXPECT_REFUSED(p.push("in", span({7, 8, 9})), FRAME_SIZE, "offered: 12 bytes\n  needed: 8 bytes");
   EXPECT_REFUSED(p.push("in", span({7, 8, 9}), {.shape = {1, 3}}), SPEC_MISMATCH,
-                 "tensor 0 is not what the caps of the appsrc say");
+                 "tensor 0 does not match the caps of the appsrc");
   const std::array<int32_t, 2> integers{7, 8};
   EXPECT_REFUSED(p.push("in", std::span<const int32_t>(integers)), SPEC_MISMATCH,
                  "type is int32, needed is float32");
@@ -142,7 +142,7 @@ TEST(Pipeline, PushesPicturesAndPullsBytes) {
   EXPECT_EQ((**out)[0].info().elements(), 8);
   const std::vector<uint8_t> half(4);
   EXPECT_REFUSED(p.push("in", std::span<const uint8_t>(half)), FRAME_SIZE,
-                 "a picture has another size");
+                 "a picture's size does not match");
   EXPECT_REFUSED(p.push("in", span({1, 2})), SPEC_MISMATCH, "one tensor of bytes");
 }
 
@@ -157,7 +157,7 @@ TEST(Pipeline, KeepsFramesUntilTheyArePulledAndLosesNone) {
   EXPECT_TRUE(*p.wait(kLong));
 }
 
-TEST(Pipeline, AppsinkDropsTheOldestWhereItsTextSaysSo) {
+TEST(Pipeline, AppsinkDropsTheOldestIfConfigured) {
   Pipeline p = started("appsrc name=in ! appsink name=out max-buffers=2 drop=true");
   for (float i = 0; i < 10; ++i) ASSERT_TRUE(p.push("in", span({i}), {.shape = {1}}));
   ASSERT_TRUE(p.end("in"));
@@ -167,7 +167,7 @@ TEST(Pipeline, AppsinkDropsTheOldestWhereItsTextSaysSo) {
   EXPECT_EQ(pulled(p, "out"), (Values{}));
 }
 
-TEST(Pipeline, PullGivesUpWhenTheTimeHasPassed) {
+TEST(Pipeline, PullReturnsWhenTheTimeHasPassed) {
   Pipeline p = started("appsrc name=in ! tensor_sink name=out");
   const auto nothing = p.pull("out", 1ms);
   ASSERT_TRUE(nothing) << nothing.error().message();
@@ -185,20 +185,21 @@ TEST(Pipeline, CallsAFunctionForEachFrame) {
   ASSERT_TRUE(*p.wait(kLong));
   ASSERT_EQ(kept.size(), 100u);
   EXPECT_EQ((*kept[99][0].as<float>())[0], 99);
-  EXPECT_REFUSED(p.on_frame("out", {}), OPTION_VALUE, "is chosen while the pipeline is stopped");
+  EXPECT_REFUSED(p.on_frame("out", {}), OPTION_VALUE,
+                 "can only be set while the pipeline is stopped");
   ASSERT_TRUE(p.stop());
   ASSERT_TRUE(p.on_frame("out", {}));
 }
 
-TEST(Pipeline, AFunctionThatThrowsEndsTheStreamWithItsWords) {
+TEST(Pipeline, AFunctionThatThrowsEndsTheStreamWithItsMessage) {
   Pipeline p = parse("appsrc name=in ! tensor_sink name=out");
   ASSERT_TRUE(p.on_frame("out", [](const Frame&) { throw std::runtime_error("no more"); }));
   ASSERT_TRUE(p.start());
   ASSERT_TRUE(p.push("in", span({1}), {.shape = {1}}));
-  EXPECT_REFUSED(p.wait(kLong), CALLBACK_FAILED, "out: the function for frames failed: no more");
+  EXPECT_REFUSED(p.wait(kLong), CALLBACK_FAILED, "out: the callback for frames failed: no more");
 }
 
-TEST(Pipeline, MovesAndEndsWhileFramesFlow) {
+TEST(Pipeline, CanBeMovedAndDestroyedWhileFramesFlow) {
   std::atomic<int> calls = 0;
   {
     Pipeline p = parse("appsrc name=in ! tensor_sink name=out");
@@ -215,19 +216,19 @@ TEST(Pipeline, MovesAndEndsWhileFramesFlow) {
   EXPECT_EQ(calls, at_the_end);
 }
 
-TEST(Pipeline, StopsWhileSomebodyPulls) {
+TEST(Pipeline, StopsDuringAPull) {
   Pipeline p = started("appsrc name=in ! tensor_sink name=out");
   std::promise<void> began;
   std::jthread puller([&] {
     began.set_value();
-    EXPECT_REFUSED(p.pull("out"), CANCELLED, "gives no frames: it is stopped");
+    EXPECT_REFUSED(p.pull("out"), CANCELLED, "is stopped and processes no frames");
   });
   began.get_future().wait();
   ASSERT_TRUE(p.stop());
 }
 
-// Threads that wait for room, for each other, or are on their way: none pushes into what is
-// stopped.
+// Threads that wait for space or for each other, or are about to push: none pushes into a stopped
+// pipeline.
 TEST(Pipeline, StopsWhileThreadsPush) {
   for (int i = 0; i < 100; ++i) {
     Pipeline p = started("appsrc name=in block=true max-buffers=1 ! tensor_sink name=out");
@@ -259,8 +260,8 @@ TEST(Pipeline, StartsAgainAfterAStop) {
   EXPECT_REFUSED(p.pull("out", 1ms), CANCELLED, "it is stopped");
 }
 
-// The plug-in and this program have one register of conditions between them.
-TEST(Pipeline, AsksAConditionThatTheProgramRegistered) {
+// The plug-in and this program share one registry of conditions.
+TEST(Pipeline, CallsAConditionThatTheProgramRegistered) {
   const weir::RegisteredCondition above("above-two", [](const weir_frame& frame) {
     return *static_cast<const float*>(frame.tensors[0].data) > 2;
   });

@@ -1,6 +1,6 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: LGPL-2.1-or-later
-"""The package weir: models and pipelines with NumPy arrays, and what is wrong in words."""
+"""Tests of the package weir: models and pipelines with NumPy arrays, and error texts."""
 
 import gc
 import os
@@ -97,10 +97,10 @@ class Models(Files):
         error = self.error(weir.Model, "/no/such/file.onnx", engine="fake")
         self.assertEqual(error.code, weir.Code.MODEL_NOT_FOUND)
         self.assertEqual(error.code, 3003)
-        self.assertEqual(error.what, "the model file is not there")
+        self.assertEqual(error.what, "the model file does not exist")
         self.assertEqual(error.offered, "/no/such/file.onnx")
         self.assertEqual(error.fix, "model=/path/to/the/model")
-        self.assertIn("WEIR-3003: the model file is not there\n  offered: /no/such/file.onnx", str(error))
+        self.assertIn("WEIR-3003: the model file does not exist\n  offered: /no/such/file.onnx", str(error))
 
     def test_wrong_arrays_are_named(self):
         model = weir.Model(self.any, engine="fake")

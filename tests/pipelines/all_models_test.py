@@ -1,6 +1,6 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: LGPL-2.1-or-later
-"""Every model file of ../shared runs in a pipeline, or is refused for the reason that is listed here."""
+"""Runs every model file of ../shared in a pipeline, or expects the rejection that is listed here."""
 
 import json
 import os
@@ -16,11 +16,11 @@ SOURCE = pathlib.Path(os.environ["WEIR_SOURCE"])
 SHARED = pathlib.Path(os.environ.get("WEIR_DATA") or SOURCE / "../shared")
 ENGINES = {".onnx": "onnxruntime", ".tflite": "tensorflow-lite", ".pt": "pytorch", ".caffemodel": "caffe",
            ".pb": "tensorflow"}
-REFUSED = {  # MANIFEST.md: state dicts, and what was not run there for want of TensorFlow
+REFUSED = {  # MANIFEST.md: state dicts, and models not run there because TensorFlow was missing
     "face/mtcnn/pnet.pt": "a state dict", "face/mtcnn/rnet.pt": "a state dict", "face/mtcnn/onet.pt": "a state dict",
     "tf/DS_CNN_S.pb": "wav_data", "audio/conv_actions_frozen.pb": "wav_data",
 }
-INPUTS = {  # what the files leave open: dimensions and type of each input
+INPUTS = {  # for open inputs: dimensions and type of each
     "torchscript/pytorch_lenet5.pt": [("1:28:28:1", "uint8")],
     "torchscript/sample_3x4_two_input_two_output.pt": [("4:3", "float32")] * 2,
     "torchscript/sample_4x4x4x4x4_two_input_one_output.pt": [("4:4:4:4:4", "float32")] * 2,
@@ -33,7 +33,7 @@ INPUTS = {  # what the files leave open: dimensions and type of each input
     "face/mtcnn/onnx_nhwc/onet.onnx": [("3:48:48:1", "float32")],
     "face/yunet_n_dynamic.onnx": [("64:64:3:1", "float32")],
 }
-VALUES = {("audio/conv_actions_frozen.tflite", 1): 16000}  # an input, of int32, that is more than a signal: the rate
+VALUES = {("audio/conv_actions_frozen.tflite", 1): 16000}  # an int32 input that is not a signal: the sample rate
 BYTES = {"int8": 1, "uint8": 1, "int16": 2, "uint16": 2, "float16": 2, "int32": 4, "uint32": 4, "float32": 4,
          "int64": 8, "uint64": 8, "float64": 8}
 
@@ -51,7 +51,7 @@ def source(dimensions, kind, location="/dev/zero"):
 
 
 def pipeline(model, name, inputs, folder):
-    """Zeros into the model, twice."""
+    """Sends zeros into the model, twice."""
     inputs = [list(i) for i in inputs]
     for (of, index), value in VALUES.items():
         if of == name:

@@ -1,6 +1,6 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: LGPL-2.1-or-later
-"""Four streams through one model in common batches, against each stream through a filter of its own."""
+"""Compares four streams batched through one model with four separate filters."""
 
 import os
 import pathlib
@@ -18,7 +18,7 @@ HAS_ONNX = "onnxruntime" in os.environ["WEIR_MODULE_PATH"]
 
 
 def model():
-    """tanh(x W + b) of each pixel x, for any number of pictures."""
+    """tanh(x W + b) for each pixel x, for any number of pictures."""
     random = numpy.random.default_rng(7)
     arrays = {"W": random.normal(0, 0.02, (1, CHANNELS)).astype("f4"), "b": random.normal(0, 1, CHANNELS).astype("f4")}
     nodes = [("MatMul", ["x", "W"], "xw"), ("Add", ["xw", "b"], "s"), ("Tanh", ["s"], "y")]
@@ -35,7 +35,7 @@ class Batching(unittest.TestCase):
         self.model.write_bytes(model())
 
     def branch(self, stream, properties):
-        """A picture that moves at a pace of its own; its results go into a file."""
+        """A picture stream with its own frame rate; the results go to a file."""
         path = pathlib.Path(self.folder.name) / f"{stream}.raw"
         return (f"videotestsrc pattern=zone-plate kx2=20 ky2=20 kt={stream + 1} num-buffers={FRAMES} ! "
                 f"video/x-raw,format=GRAY8,width={SIZE},height={SIZE},framerate=30/1 ! tensor_converter ! "

@@ -1,6 +1,6 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: LGPL-2.1-or-later
-"""tensor_demux, tensor_split and tensor_if in whole pipelines, held against NumPy."""
+"""Compares tensor_demux, tensor_split and tensor_if in whole pipelines with NumPy."""
 
 import os
 import pathlib
@@ -42,7 +42,7 @@ class Branches(unittest.TestCase):
         self.folder.cleanup()
 
     def play(self, tensors, middle, branches, between=""):
-        """The bytes that came to each branch; "src_0" and so on, or "" for the only one."""
+        """The bytes that arrived at each branch: "src_0" and so on, or "" for the only one."""
         frames = [b"".join(t.frames[i].tobytes() for t in tensors) for i in range(FRAMES)]
         (self.path / "in").write_bytes(b"".join(frames))
         line = (f"filesrc location={self.path}/in blocksize={len(frames[0])} ! application/octet-stream,framerate=10/1 ! "

@@ -1,9 +1,11 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: LGPL-2.1-or-later
-"""`meson devenv`: before anything is installed, the commands of the guides work from the build folder."""
+"""The build folder: the commands of the guides work from it before anything is installed (`meson devenv`), and the demos are
+built without what they do not run."""
 
 import os
 import pathlib
+import re
 import subprocess
 import tempfile
 import unittest
@@ -34,6 +36,29 @@ class BuildFolder(unittest.TestCase):
         if "apt-get install libluajit" in done.stderr:
             self.skipTest("LuaJIT is missing")
         self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+
+
+class Demos(unittest.TestCase):
+    def ninja(self, *options):
+        done = subprocess.run(["ninja", "-C", os.environ["WEIR_BUILD"], *options], capture_output=True, text=True, timeout=60,
+                              check=True)
+        return done.stdout.split()
+
+    def inputs(self, target):
+        """Every file that `ninja TARGET` makes or reads; ninja counts neither order-only inputs nor those of the target itself."""
+        return self.ninja("-t", "inputs", target) + self.ninja("-t", "query", target)
+
+    def test_each_builds_what_it_runs(self):
+        for target, files in {"demo": ["src/plugin/libgstweir.so"],
+                              "demo-input": ["src/plugin/libgstweir.so", "apps/weir/weir"],
+                              "demo-faces": ["src/plugin/libgstweir.so", "examples/mtcnn/mtcnn"]}.items():
+            self.assertEqual([file for file in files if file not in self.inputs(target)], [], target)
+
+    def test_none_builds_tests_benchmarks_or_what_is_for_programs_of_nnstreamer(self):
+        for target in ("demo", "demo-input", "demo-faces"):
+            needless = [file for file in self.inputs(target)
+                        if re.search(r"_test\b|^(\.\./)?(tests|benchmarks)/|src/(compat|application)/", file)]
+            self.assertEqual(needless, [], target)
 
 
 if __name__ == "__main__":

@@ -1,9 +1,9 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: LGPL-2.1-or-later
-"""Photos of ../shared through whole pipelines, held against its reference results.
+"""Classifies photos of ../shared in whole pipelines and compares with its reference results.
 
-The reference pixels were scaled by another library, so scores differ a little. Where the reference's first
-class leads clearly, ours must be the same; where two are close, the reference's first is among our three.
+The reference pixels were scaled by another library, so scores differ slightly. If the reference's first
+class leads clearly, ours must be the same; if two are close, the reference's first must be among our three.
 """
 
 import json
@@ -21,7 +21,7 @@ SHARED = pathlib.Path(os.environ.get("WEIR_DATA") or SOURCE / ".." / "shared")
 WEIR = os.environ["WEIR_COMMAND"]
 RESULTS = SHARED / "media" / "reference_results.json"
 ENGINES = {".onnx": "onnxruntime", ".tflite": "tensorflow-lite"}
-# How far the first class must lead to be clear, in the units of the model's output.
+# The margin in units of the model's output with which a first class is clear.
 CLEAR = {"uint8": 12, "float32 probability": 0.1, "float32 score": 1.0}
 FORMATS = {"uint8": "B", "float32": "f"}
 
@@ -48,7 +48,7 @@ def play(photo, preparation, rest):
 @unittest.skipIf(missing(), missing())
 class Classification(unittest.TestCase):
     def classify(self, photo, model, told):
-        """Class numbers by falling score, and what image_labeling says."""
+        """The classes by descending score, and the output of image_labeling."""
         with tempfile.TemporaryDirectory() as folder:
             scores, text, labels = (pathlib.Path(folder) / name for name in ("scores", "text", "labels"))
             labels.write_text("\n".join(told["card"]["labels"]) + "\n")
@@ -86,11 +86,11 @@ class Classification(unittest.TestCase):
         ours, label = self.classify(SHARED / "media" / "image" / "9.png", model, inspect(model))
         self.assertEqual((ours[0], label), (9, "9"))
 
-    # MANIFEST: person on bus and three_people, none on burger and cats_and_dogs.
+    # MANIFEST: persons on bus and three_people, none on burger and cats_and_dogs.
     def test_persons_are_seen(self):
         model = SHARED / "models" / "classification" / "vww_96_int8.tflite"
         told = inspect(model)
-        told["outputs"][0]["type"] = "uint8"  # the order of int8 is not asked for here, the label is
+        told["outputs"][0]["type"] = "uint8"  # avoids comparing int8 scores; only the label matters here
         for photo, label in (("image/bus.jpg", "person"), ("face/three_people.jpg", "person"),
                              ("image/burger.jpg", "no person"), ("image/cats_and_dogs.jpg", "no person")):
             self.assertEqual(self.classify(SHARED / "media" / photo, model, told)[1], label, photo)

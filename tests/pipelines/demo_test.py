@@ -1,6 +1,6 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: LGPL-2.1-or-later
-"""The demo's score against a clock computed another way, and the demo itself where its engine is built."""
+"""Compares the demo's score with an independently computed clock, and runs the demo if its engine is built."""
 
 import datetime
 import os

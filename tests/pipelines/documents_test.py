@@ -1,6 +1,6 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: LGPL-2.1-or-later
-"""Runs every gst-launch-1.0 line of every README, as it stands there; none may leak a GStreamer object."""
+"""Runs every gst-launch-1.0 line of every README unchanged; none may leak a GStreamer object."""
 
 import ctypes.util
 import importlib.util
@@ -12,24 +12,24 @@ import sys
 import unittest
 
 import tap_runner
-from built_modules import has_engine
+from built_modules import has_engine, has_module
 
 SOURCE = pathlib.Path(os.environ["WEIR_SOURCE"])
 SECONDS = 120
-LEAKED = r"object-alive, type-name=\(string\)\w+"  # the leaks tracer of the environment, at the end
+LEAKED = r"object-alive, type-name=\(string\)\w+"  # printed at the end by the leaks tracer of the environment
 ENGINES = {".onnx": "onnxruntime", ".tflite": "tensorflow-lite",
            ".pt ": "pytorch", ".caffemodel": "caffe", ".pb ": "tensorflow", ".weights": "darknet"}
 
 
 def documents():
-    """The READMEs of the project, and no others."""
+    """The READMEs of this project only."""
     yield SOURCE / "README.md"
     for folder in ("src", "models", "apps", "docs"):
         yield from sorted((SOURCE / folder).rglob("*.md"))
 
 
 def commands(text):
-    """The gst-launch-1.0 and printf commands in ```sh blocks; a backslash joins a line to the next."""
+    """The gst-launch-1.0 and printf commands in ```sh blocks; a backslash continues a line."""
     inside, command = False, ""
     for line in text.splitlines():
         if line.startswith("```"):
@@ -45,12 +45,15 @@ def commands(text):
 
 
 def missing(command):
-    """What the command needs and this build or machine has not, or nothing."""
+    """What the command needs but this build or machine lacks; otherwise nothing."""
     if "../shared/" in command and not (SOURCE / "../shared").exists():
         return "../shared"
     for ending, engine in ENGINES.items():
         if ending in command and not has_engine(engine):
             return f"the engine {engine}"
+    for name in re.findall(r"tensor_decoder mode=(protobuf|flatbuf|flexbuf)", command):
+        if not has_module("decoder", name):
+            return f"the library of {name}, when this was built"
     if (".lua" in command or "framework=lua" in command) and not ctypes.util.find_library("luajit-5.1"):
         return "LuaJIT"
     if "tensor_overlay" in command and "labels=" in command and os.environ["WEIR_TEXT"] != "true":
@@ -68,7 +71,7 @@ class Documents(unittest.TestCase):
     def test_a_leak_would_be_seen(self):
         leaking = ("import ctypes, ctypes.util; gst = ctypes.CDLL('libgstreamer-1.0.so.0'); gst.gst_init(None, None);"
                    "gst.gst_bin_new.restype = ctypes.c_void_p; gst.gst_bin_new(b'kept'); gst.gst_deinit()")
-        # Without the plug-in, which a Python without sanitizers cannot load where this build has them.
+        # Without the plug-in: a Python without sanitizers cannot load it if this build uses them.
         env = os.environ | {"GST_PLUGIN_PATH": "", "GST_REGISTRY": os.environ["GST_REGISTRY"] + ".leak"}
         done = subprocess.run(["/usr/bin/python3", "-c", leaking], env=env, capture_output=True, text=True, timeout=SECONDS)
         self.assertIn("object-alive, type-name=(string)GstBin", re.findall(LEAKED, done.stderr))

@@ -1,10 +1,10 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: LGPL-2.1-or-later
-"""The same weights in four formats, each through its own engine in a pipeline of its own, give the same numbers; and
-a network of Darknet's those that NumPy computes.
+"""Tests that the same weights in four formats, each in its own engine and pipeline, give the same values, and that a Darknet
+network gives those computed with NumPy.
 
-The nets of four formats are MTCNN's (../shared/MANIFEST.md, MTCNN facts): ONNX and TorchScript take the picture as it is, Caffe and
-TensorFlow Lite the picture with rows and columns exchanged.
+The nets in four formats are MTCNN's (../shared/MANIFEST.md, MTCNN facts): ONNX and TorchScript take the picture unchanged, Caffe and
+TensorFlow Lite with rows and columns exchanged.
 """
 
 import struct
@@ -26,7 +26,7 @@ def dimensions(array):
 
 class Filtered(PipelineCase):
     def filtered(self, array, properties):
-        """The float32 values that leave a tensor_filter, all outputs one behind the other."""
+        """The float32 values that leave a tensor_filter, all outputs concatenated."""
         source, result = self.folder / "in.raw", self.folder / "out.raw"
         array.astype("<f4").tofile(source)
         self.play(f"filesrc location={source} blocksize={array.size * 4} ! application/octet-stream ! "
@@ -65,7 +65,7 @@ activation=linear
 @unittest.skipUnless(has_engine("darknet"), "the engine darknet is not built")
 class Darknet(Filtered):
     def test_a_network_gives_what_numpy_computes(self):
-        """Darknet's layers as its source has them: a batch's mean and variance with 1e-6, leaky with 0.1."""
+        """Darknet's layers as in its source: batch mean and variance with 1e-6, leaky with 0.1."""
         random = numpy.random.default_rng(5)
         beta, mean = random.normal(size=(2, 4)).astype("<f4")
         gamma, variance = random.uniform(0.5, 2, (2, 4)).astype("<f4")
@@ -97,7 +97,7 @@ class EnginesAgree(Filtered):
         super().setUp()
 
     def photo(self, width, height):
-        """Faces, as float32 of rows, columns, colours around zero, through the elements that do so."""
+        """Faces as float32 of rows, columns, colours centred on zero, computed by elements."""
         result = self.folder / "photo.raw"
         self.play(f"filesrc location={MEDIA / 'face/faces.jpg'} ! jpegdec ! videoconvert ! videoscale ! "
                   f"video/x-raw,format=RGB,width={width},height={height} ! tensor_converter ! tensor_transform "
@@ -105,7 +105,7 @@ class EnginesAgree(Filtered):
         return numpy.fromfile(result, "<f4").reshape(height, width, 3)
 
     def outputs(self, photo, number, name):
-        """{format: values as the untransposed net orders them} of each engine that is built."""
+        """Maps each format whose engine is built to its values in the order of the untransposed net."""
         planes = photo.transpose(2, 0, 1)[None]  # [1, 3, h, w]
         turned = photo.transpose(2, 1, 0)[None]  # [1, 3, w, h]
         rows = photo.transpose(1, 0, 2)[None]  # [1, w, h, 3]
@@ -128,13 +128,13 @@ class EnginesAgree(Filtered):
                 self.assertLess(abs(array - other).max(), TOLERANCE, f"{role} of {engine} and of {first}")
 
     def test_proposals_over_a_whole_photo(self):
-        """P-Net at the size that the .tflite is stored in: 1280x960; its map is 635x475."""
+        """P-Net at the size stored in the .tflite, 1280x960; its map is 635x475."""
         width, height, columns, rows = 1280, 960, 635, 475
         cells = columns * rows
         found = {}
         for engine, values in self.outputs(self.photo(width, height), 1, "pnet").items():
             self.assertEqual(values.size, 6 * cells, engine)
-            if engine == "caffe":  # the box first; columns in front of rows
+            if engine == "caffe":  # the box comes first; columns before rows
                 box, face = values[:4 * cells], values[4 * cells:]
                 box, face = (v.reshape(-1, columns, rows).transpose(0, 2, 1) for v in (box, face))
             elif engine == "tensorflow-lite":
@@ -147,7 +147,7 @@ class EnginesAgree(Filtered):
         self.compare(found)
 
     def vectors(self, number, name, side, places):
-        """`places`: of Caffe's and TensorFlow Lite's outputs, where each role begins."""
+        """`places`: the offset of each role in the outputs of Caffe and TensorFlow Lite."""
         found = {}
         for engine, values in self.outputs(self.photo(side, side), number, name).items():
             order = places.get(engine, {"face": (0, 2), "box": (2, 6), "points": (6, 16)})
@@ -164,7 +164,7 @@ class EnginesAgree(Filtered):
 
     @unittest.skipUnless(has_engine("caffe") and has_engine("onnxruntime"), "the engine caffe or onnxruntime is not built")
     def test_ultraface(self):
-        """Scores of the Caffe and the ONNX net; the boxes of the latter are decoded (MANIFEST.md)."""
+        """Compares the scores of the Caffe and the ONNX net; the latter decodes its boxes (MANIFEST.md)."""
         photo = self.photo(320, 240).transpose(2, 0, 1)[None]
         stem = MODELS / "face/ultraface_RFB-320"
         scores = self.filtered(photo, f"model={stem}.onnx output-combination=o0")

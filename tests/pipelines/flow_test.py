@@ -1,6 +1,6 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: LGPL-2.1-or-later
-"""tensor_aggregator, tensor_rate, tensor_sparse_enc and -dec, join and tensor_debug in whole pipelines, against NumPy."""
+"""Compares tensor_aggregator, tensor_rate, tensor_sparse_enc and -dec, join and tensor_debug with NumPy."""
 
 import os
 import pathlib
@@ -20,7 +20,7 @@ FRAMES = 12
 
 
 def sparse_chunk(array):
-    """Specification 1.7 and 1.8: header, values, flat indices."""
+    """docs/compatibility/types-and-caps.md 1.7 and 1.8: header, values, flat indices."""
     flat = array.reshape(-1)
     indices = numpy.flatnonzero(flat).astype(numpy.uint32)
     words = [0xFEEDCCED, 0xDE001000, TYPES.index(str(array.dtype)), *reversed(array.shape), *[0] * (16 - array.ndim),
@@ -42,7 +42,7 @@ class Flow(unittest.TestCase):
                               stdin=subprocess.DEVNULL, env=os.environ)
 
     def play(self, tensors, middle, rate=10, sink="filesink location={}/out"):
-        """The bytes behind `middle`; `tensors` are arrays of frames, the outermost dimension counts them."""
+        """The output bytes of `middle`; the outermost dimension of the arrays in `tensors` counts frames."""
         frames = [b"".join(t[i].tobytes() for t in tensors) for i in range(len(tensors[0]))]
         (self.path / "in").write_bytes(b"".join(frames))
         dims = ",".join(":".join(map(str, reversed(t.shape[1:]))) for t in tensors)
@@ -83,7 +83,7 @@ class Flow(unittest.TestCase):
                                     "! tensor_sparse_enc ! tensor_sparse_dec ! tensor_demux name=d d.src_1")
             self.assertEqual(got, arrays[1].tobytes(), count)
 
-    def test_sparse_bytes_are_those_of_the_specification(self):
+    def test_sparse_bytes_have_the_documented_layout(self):
         for number, element in enumerate(TYPES):
             array = self.array(element, self.dims(1 + number), nonzero=0.3)
             with self.subTest(element=element):
@@ -100,16 +100,16 @@ class Flow(unittest.TestCase):
         self.assertEqual(self.launch(read).returncode, 0)
         self.assertEqual((self.path / "out").read_bytes(), first.tobytes() + second.tobytes())
         (self.path / "sparse").write_bytes(chunks[:-1])
-        self.assertIn("WEIR-2005: a tensor header promises more than its memory holds", refusal(self, read))
+        self.assertIn("WEIR-2005: a tensor header declares more bytes than its memory holds", refusal(self, read))
 
     def test_a_rate_takes_the_nearest_frames(self):
         array = self.array("uint8", [3])
         self.assertEqual(self.play([array], "tensor_rate framerate=5/1"), array[::2].tobytes())
         twice = self.play([array], "tensor_rate framerate=20/1")
-        # The frame of the last tick is sent once.
+        # The frame of the last tick is sent only once.
         self.assertEqual(twice, numpy.repeat(array, 2, axis=0)[:-1].tobytes())
 
-    def test_a_rate_that_cannot_be_read_is_told_when_the_pipeline_starts(self):
+    def test_a_rate_that_cannot_be_read_is_reported_when_the_pipeline_starts(self):
         done = self.launch("videotestsrc num-buffers=2 ! video/x-raw,format=GRAY8 ! tensor_converter ! tensor_rate framerate=30/x"
                            " ! fakesink")
         self.assertEqual(done.returncode, 0)
@@ -134,7 +134,7 @@ class Flow(unittest.TestCase):
 
     def test_windows_that_cannot_be_are_refused(self):
         source = "videotestsrc num-buffers=2 ! video/x-raw,format=GRAY8,width=10,height=4 ! tensor_converter ! "
-        for properties, words in (("frames-out=2 frames-flush=3", "cannot flush more frames than are there"),
+        for properties, words in (("frames-out=2 frames-flush=3", "frames-flush exceeds the number of frames"),
                                   ("frames-in=3 frames-dim=1", "dimension 1 of tensor 0 (uint8 1:10:4:1) is 10")):
             self.assertIn(words, refusal(self, f"{source}tensor_aggregator {properties} ! fakesink"))
 

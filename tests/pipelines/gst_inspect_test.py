@@ -1,6 +1,6 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: LGPL-2.1-or-later
-"""`gst-inspect-1.0 --exists`: GStreamer takes an element only if its plug-in's version is at least GStreamer's own."""
+"""Tests `gst-inspect-1.0 --exists`, which accepts an element only if its plug-in is at least of GStreamer's version."""
 
 import os
 import pathlib
@@ -11,7 +11,7 @@ import unittest
 import tap_runner
 
 SOURCE = pathlib.Path(os.environ["WEIR_SOURCE"])
-# The folder `tests` beside them holds no element.
+# The folder `tests` next to them contains no element.
 ELEMENTS = sorted({path.parent.name for path in SOURCE.glob("src/elements/*/README.md")} - {"tests"})
 
 
@@ -32,7 +32,7 @@ class GstInspect(unittest.TestCase):
         self.assertEqual([name for name in ELEMENTS if not exists(name)], [])
 
     def test_every_element_is_of_a_version_that_scripts_ask_for(self):
-        # GStreamer's own here, that of Debian 13, and Weir's.
+        # This machine's GStreamer version, that of Debian 13, and Weir's.
         own = re.search(r"GStreamer (\d+\.\d+\.\d+)", output_of("gst-inspect-1.0", "--version"))[1]
         for version in (own, "1.26.0", "3.0.0"):
             with self.subTest(version):

@@ -1,6 +1,6 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: LGPL-2.1-or-later
-"""tensor_mux, tensor_merge and tensor_crop in whole pipelines, against NumPy."""
+"""Compares tensor_mux, tensor_merge and tensor_crop in whole pipelines with NumPy."""
 
 import pathlib
 import struct
@@ -18,7 +18,7 @@ SECONDS = 60
 
 
 def dims(shape):
-    """NumPy's shape, outermost first, as a dimension text."""
+    """Formats NumPy's shape, outermost first, as a dimension text."""
     return ":".join(str(n) for n in reversed(shape))
 
 
@@ -33,7 +33,7 @@ class Inputs(unittest.TestCase):
         return self.random.integers(0, 100, (FRAMES, *shape)).astype(dtype)
 
     def source(self, name, frames, pad):
-        """A stream of tensors from a file of them."""
+        """A stream of tensors from a file."""
         path = self.folder / name
         path.write_bytes(frames.tobytes())
         return (f"filesrc location={path} blocksize={frames[0].nbytes} ! application/octet-stream,framerate=10/1 ! "
@@ -103,7 +103,7 @@ class Inputs(unittest.TestCase):
                     got = got[128 + part.nbytes:]
             self.assertEqual(got, b"")
 
-    def test_a_tee_without_queues_is_told_where_they_belong(self):
+    def test_a_tee_without_queues_is_reported_where_they_belong(self):
         line = ("videotestsrc num-buffers=3 ! video/x-raw,format=GRAY8,width=4,height=4 ! tensor_converter ! tee name=t "
                 "t. ! merge.sink_0 t. ! merge.sink_1 tensor_merge name=merge ! fakesink")
         said = refusal(self, line)

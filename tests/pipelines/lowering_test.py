@@ -1,8 +1,8 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: LGPL-2.1-or-later
-"""Pictures of ../shared through TensorFlow Lite and through the lowered graph, from one decoder.
+"""Runs pictures of ../shared in TensorFlow Lite and in the lowered graph, from the same decoder.
 
-Every value is compared: the same class, and no value further apart than docs/guide/lowering.md says.
+Compares every value: the class is the same, and no difference exceeds the one in docs/guide/lowering.md.
 """
 
 import os
@@ -19,7 +19,8 @@ SHARED = pathlib.Path(os.environ.get("WEIR_DATA") or SOURCE / ".." / "shared")
 CLASSIFIERS = SHARED / "models" / "classification"
 CENTRED = ("tensor_transform mode=arithmetic option=typecast:int16,add:-128 ! "
            "tensor_transform mode=typecast option=int8 ! ")
-# model, width and height, what prepares its input, pictures (all, or so many), steps apart at most
+# model, width and height, preparation of its input, number of pictures or None for all, tolerance
+# in steps
 MODELS = [(CLASSIFIERS / "mobilenet_v2_1.0_224_quant.tflite", (224, 224), "", None, 4),
           (CLASSIFIERS / "mobilenet_v1_0.25_224_quant.tflite", (224, 224), "", 2, 1),
           (CLASSIFIERS / "mobilenet_v1_0.75_192_quant.tflite", (192, 192), "", 2, 1),
@@ -44,7 +45,7 @@ def pictures():
 @unittest.skipIf(missing(), missing())
 class Lowering(unittest.TestCase):
     def both(self, picture, model, size, preparation):
-        """The bytes that TensorFlow Lite gives, and those of the lowered graph."""
+        """The output bytes of TensorFlow Lite and of the lowered graph."""
         tflite = f'tensor_filter framework=tensorflow-lite model="{model}" custom='
         with tempfile.TemporaryDirectory() as folder:
             own, lowered = (pathlib.Path(folder) / name for name in ("own", "lowered"))
@@ -75,7 +76,7 @@ class Lowering(unittest.TestCase):
             self.assertEqual(len(kept), len(MODELS), "each graph is lowered once")
 
     def test_movenet_finds_the_same_places(self):
-        """Of what TensorFlow Lite is sure of; its grid has 48 places."""
+        """Compares the points of which TensorFlow Lite is certain; its grid has 48 places."""
         model = SHARED / "models/pose/movenet_lightning_ptq.tflite"
         for name in ("face/obama-1080p.jpg", "face/ivan.jpg", "image/posenet_couple.jpg"):
             with self.subTest(picture=name), tempfile.TemporaryDirectory() as self.cache:

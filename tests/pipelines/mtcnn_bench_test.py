@@ -1,6 +1,6 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: LGPL-2.1-or-later
-"""examples/mtcnn/bench: its arithmetic on numbers made by hand, its table, its clips, and a small run."""
+"""Tests examples/mtcnn/bench: its arithmetic on hand-made values, its table, its clips, and a small run."""
 
 import json
 import os
@@ -142,7 +142,7 @@ class Lines(unittest.TestCase):
 
 class Processes(unittest.TestCase):
     def test_the_watchers_memory_is_not_the_programs(self):
-        """A child begins as a copy of this process, and the system keeps that one's peak for it."""
+        """A child starts as a copy of this process, and the system keeps that copy's peak memory."""
         own = bytearray(os.urandom(1 << 20) * 150)
         with tempfile.TemporaryDirectory() as folder:
             program = shutil.copy(shutil.which("sleep"), pathlib.Path(folder) / "mtcnn-sleep")
@@ -159,7 +159,7 @@ class Clips(unittest.TestCase):
         with tempfile.TemporaryDirectory() as folder:
             clip = clips.Clip(VIDEO)
             self.assertEqual(len(clip), 105)
-            for count in (210, 120):  # 120: its end lies within pictures that are coded out of their order
+            for count in (210, 120):  # 120: ends within reordered pictures
                 again = clips.Clip(clip.again(pathlib.Path(folder) / "again.mkv", 30, count))
                 self.assertEqual(len(again), count)
                 times = sorted(one.get_buffer().pts / 1e9 for one in again.coded)
@@ -180,7 +180,7 @@ class KernelsFloor(unittest.TestCase):
                                   capture_output=True, text=True, timeout=300)
 
     def test_repeats_what_was_asked(self):
-        """More regions take longer, and a picture without any asks P-Net alone: the least of ten times each, which no other load makes."""
+        """More regions take longer, and a picture without any runs only P-Net; takes the minimum of ten runs to exclude load."""
         done = self.floor(NETWORKS, "640 360 400 200\n640 360 2 1\n640 360 0 0\n" * 10, "--threads", "2")
         self.assertEqual(done.returncode, 0, done.stderr)
         found = json.loads(done.stdout)
@@ -197,7 +197,7 @@ class KernelsFloor(unittest.TestCase):
 
     @unittest.skipUnless(VIDEO.exists(), "no clip")
     def test_decodes_as_well(self):
-        """Beside the bare loop, and each picture costs more."""
+        """With decoding, each picture costs more than in the plain loop."""
         done = self.floor(NETWORKS, "1920 1080 4 1\n" * 20, "--min-face", "300", "--clip", VIDEO)
         self.assertEqual(done.returncode, 0, done.stderr)
         found = json.loads(done.stdout)

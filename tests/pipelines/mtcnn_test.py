@@ -1,9 +1,9 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: LGPL-2.1-or-later
-"""The face detection example on the photos and the video of ../shared, against the reference's faces.
+"""Compares the face detection example with the reference's faces on the photos and the video of ../shared.
 
-What holds (../shared/MANIFEST.md, MTCNN facts): each consensus face is found with IoU of at least 0.7, its landmarks are
-off by at most 0.2 of its width and in the median by 0.05, and no face scored 0.95 is in neither of the reference's lists.
+Criteria (../shared/MANIFEST.md, MTCNN facts): each consensus face is found with an IoU of at least 0.7, its landmarks
+differ by at most 0.2 of its width and in the median by 0.05, and each face scored 0.95 is in one of the reference's lists.
 """
 
 import json
@@ -26,7 +26,7 @@ BUILD = pathlib.Path(os.environ["WEIR_BUILD"])
 SHARED = pathlib.Path(os.environ.get("WEIR_DATA") or SOURCE / "../shared")
 NETWORKS = SHARED / "models/face/mtcnn"
 LEAST_OVERLAP, MOST_OFF, MEDIAN_OFF, SURE, SAME = 0.7, 0.2, 0.05, 0.95, 0.5
-AT_THE_EDGE = 0.12  # of the face's width: a quarter of the face and more is not in the picture
+AT_THE_EDGE = 0.12  # of the face's width: at least a quarter of the face is outside the picture
 
 
 def overlap(a, b):
@@ -59,7 +59,7 @@ class Faces(unittest.TestCase):
         return [json.loads(line) for line in done.stdout.splitlines()]
 
     def hold(self, faces, reference, name):
-        """The worst landmark of each consensus face, in widths."""
+        """The worst landmark of each consensus face, in face widths."""
         off = []
         for face in reference["consensus"]:
             best = max(faces, key=lambda one: overlap(one["box"], face["box"]), default=None)
@@ -89,7 +89,7 @@ class Faces(unittest.TestCase):
         self.photos(control=True)
 
     def test_kernels_of_our_own(self):
-        """With eight bits a number in all networks, and in P-Net alone; in float32 they are the default."""
+        """With 8 bits in all networks, and only in P-Net; float32 is the default."""
         for precision in ("int8", "mixed"):
             options = ("--framework", "mtcnn-kernels", "--custom", "Precision:" + precision)
             self.photos(*options)
@@ -114,7 +114,7 @@ class Faces(unittest.TestCase):
         self.assertLessEqual(statistics.median(off), MEDIAN_OFF)
 
     def test_faces_at_the_edge_of_the_picture(self):
-        """A part of the face is cut off: it is found, and its landmarks are where they are in the whole photo."""
+        """A face with a part cut off is found, with the same landmarks as in the whole photo."""
         for control in (False, True):
             if control and not CONTROL.exists():
                 self.skipTest("the control is not built")
@@ -126,7 +126,7 @@ class Faces(unittest.TestCase):
     def at_the_edge(self, photo, side, share, control):
         face = self.found(photo, control=control)[0][0]
         left, top, right, bottom = face["box"]
-        # What stays of the photo: from the cut on, or up to it.
+        # The part of the photo after the cut, or before it.
         cut = {"left": left + share * (right - left), "right": right - share * (right - left),
                "top": top + share * (bottom - top), "bottom": bottom - share * (bottom - top)}[side]
         with tempfile.TemporaryDirectory() as folder:
@@ -150,7 +150,7 @@ class Faces(unittest.TestCase):
         return [int(re.search(rf"{side}=\(int\)(\d+)", done.stdout)[1]) for side in ("width", "height")]
 
     def test_nodes_over_topics(self):
-        """P-, R- and O-Net as ROS 1 nodes: the numbers of the control, and its refusals."""
+        """P-, R- and O-Net as ROS 1 nodes: the control's numbers, and its errors."""
         if not (ROS.exists() and shutil.which("roslaunch")):
             self.skipTest("ROS 1 is not installed (libroscpp-dev, python3-roslaunch)")
         photo = SHARED / "media/face/faces.jpg"
@@ -164,7 +164,7 @@ class Faces(unittest.TestCase):
         self.assertIn("control: ", done.stderr)
 
     def test_formats(self):
-        """The same weights in other formats and orders of the picture, each by its engine: the same faces."""
+        """The same weights in other formats and picture orders, each in its engine, find the same faces."""
         photo = ("--min-face", 20, SHARED / "media/face/faces.jpg")
         if not has_engine("onnxruntime"):
             self.skipTest("the engine onnxruntime is not built")
@@ -186,7 +186,7 @@ class Faces(unittest.TestCase):
             self.assertLess(max(abs(a - b) for a, b in zip(*numbers)), 0.2, f"{name}: {one} and {other}")
 
     def test_kernels_of_our_own_see_what_onnxruntime_sees(self):
-        """The default, which takes pictures as bytes, and ONNX Runtime on the same bytes: the same faces on all photos."""
+        """The default, which takes pictures as bytes, and ONNX Runtime on the same bytes find the same faces."""
         if not has_engine("onnxruntime"):
             self.skipTest("the engine onnxruntime is not built")
         for name, reference in self.reference["mtcnn"].items():
@@ -204,7 +204,7 @@ class Faces(unittest.TestCase):
             self.hold(pictures[int(number)], reference, f"frame {number}")
 
     def test_annotated_clip(self):
-        """A clip of the display branch: every picture, at the video's size."""
+        """The clip of the display branch has every picture at the video's size."""
         with tempfile.TemporaryDirectory() as folder:
             clip = pathlib.Path(folder) / "faces.mkv"
             done = run("--models", NETWORKS, "--output", clip, SHARED / "media/video/faces_800x720.mp4")
@@ -245,7 +245,7 @@ class Faces(unittest.TestCase):
             self.assertIn(words, done.stderr)
 
     def test_a_cascade_that_stands_still(self):
-        """A clip that has a picture every second, and a result has to come every tenth of one."""
+        """A clip with one picture per second, while a result is expected every tenth of a second."""
         sys.path.insert(0, str(SOURCE / "examples/mtcnn/measure"))
         import clips
 
@@ -278,7 +278,7 @@ class Faces(unittest.TestCase):
         self.assertRegex(done.stderr, r"package\.xml is not built\n  fix: .*libroscpp-dev")
 
     def test_networks_are_fetched_or_their_source_is_named(self):
-        """Without ../shared, where the network does not reach."""
+        """Without ../shared and without network access."""
         with tempfile.TemporaryDirectory() as home:
             nowhere = {name: value for name, value in os.environ.items() if name not in ("MTCNN_MODELS", "WEIR_DATA")}
             nowhere |= {"XDG_CACHE_HOME": home, "https_proxy": "http://127.0.0.1:9", "no_proxy": ""}

@@ -1,6 +1,6 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: LGPL-2.1-or-later
-"""`weir new filter`: what it writes builds with what is installed, runs, and its test can fail."""
+"""Tests `weir new filter`: its output builds with the installed tools, runs, and its test can fail."""
 
 import os
 import pathlib
@@ -88,7 +88,7 @@ class NewFilter(unittest.TestCase):
     def test_what_cannot_be_is_refused_and_nothing_is_written(self):
         (self.folder / "there").mkdir()
         self.there = [self.folder / "there"]
-        self.refused(self.write("-l", "c", "there"), 1, "WEIR-4010: there is something of this name already", "there-2")
+        self.refused(self.write("-l", "c", "there"), 1, "WEIR-4010: a file or folder with this name exists already", "there-2")
         self.refused(self.write("-l", "cpp", "x"), 1, "WEIR-1004: there is no template for this language",
                      "one of: c, c++, lua, python", "did you mean c++?")
         self.refused(self.write("-l", "rust", "x"), 1, "--language rust")
@@ -99,7 +99,7 @@ class NewFilter(unittest.TestCase):
         self.refused(self.write("-l", "c"), 2, "NAME")
         self.refused(run(COMMAND, "new", cwd=self.folder), 2)
 
-    def test_a_folder_that_cannot_be_written_to_is_told(self):
+    def test_a_folder_that_cannot_be_written_to_is_reported(self):
         if os.geteuid() == 0:
             self.skipTest("nothing is closed to root")
         self.folder.chmod(0o500)

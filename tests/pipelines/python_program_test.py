@@ -1,6 +1,6 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: LGPL-2.1-or-later
-"""A program that is Python itself plays a pipeline with a script: both run in the one interpreter."""
+"""A Python program plays a pipeline with a script: both run in the same interpreter."""
 
 import os
 import pathlib

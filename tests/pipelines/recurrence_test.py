@@ -1,6 +1,6 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: LGPL-2.1-or-later
-"""Recurrent cells in a loop of tensor_reposrc, tensor_mux, tensor_filter, tensor_demux and tensor_reposink."""
+"""Tests recurrent cells in a loop of tensor_reposrc, tensor_mux, tensor_filter, tensor_demux and tensor_reposink."""
 
 import os
 import pathlib
@@ -22,7 +22,7 @@ def sigmoid(x):
 
 
 class Cell:
-    """Weights, from a seed, of gates that each see the input and the last output; and of what is read from it."""
+    """Seeded weights of gates that read the input and the last output, and of the output layer."""
 
     def __init__(self, seed, gates):
         random = numpy.random.default_rng(seed)
@@ -91,7 +91,7 @@ class Lstm(Cell):
 @unittest.skipUnless(HAS_ONNX, "the engine onnxruntime is not built")
 class Recurrence(unittest.TestCase):
     def play(self, cell, line):
-        """What the pipeline made of the cell's inputs, a row a step. {source}, {model}, {out} stand for files."""
+        """The pipeline's outputs for the cell's inputs, one row per step. {source}, {model}, {out} stand for files."""
         with tempfile.TemporaryDirectory() as folder:
             path = pathlib.Path(folder)
             (path / "in").write_bytes(cell.inputs.tobytes())

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: LGPL-2.1-or-later
-"""For tests that hold real models against the reference results of ../shared: pictures as arrays, models in pipelines."""
+"""Helpers for comparing real models with the reference results of ../shared: pictures as arrays, models in pipelines."""
 
 import json
 import os
@@ -23,7 +23,7 @@ def results(name="reference_results"):
 
 
 def stretched(picture, width, height):
-    """The four nearest pixels, weighted by distance, pixel centres on pixel centres: what the references were scaled with."""
+    """Bilinear interpolation with aligned pixel centres, as the references were scaled."""
     def places(new, old):
         at = ((numpy.arange(new) + 0.5) * old / new - 0.5).clip(0, old - 1)
         low = at.astype(int).clip(0, max(old - 2, 0))
@@ -36,7 +36,7 @@ def stretched(picture, width, height):
 
 
 def size_of(path):
-    """Height and width, as the file's head says: of a PNG, or of a JPEG's frame."""
+    """Height and width from the file's header: a PNG's, or a JPEG's frame."""
     data = path.read_bytes()
     if data.startswith(b"\x89PNG"):
         return int.from_bytes(data[20:24], "big"), int.from_bytes(data[16:20], "big")
@@ -84,7 +84,7 @@ class ReferenceCase(PipelineCase):
         super().setUp()
 
     def picture(self, name, form="RGB"):
-        """Rows, columns, colours."""
+        """An array of rows, columns, colours."""
         result = self.folder / "picture.raw"
         self.play(f"filesrc location={MEDIA / name} ! gdkpixbufdec ! videoconvert ! video/x-raw,format={form} ! "
                   f"tensor_converter ! "
@@ -98,7 +98,7 @@ class ReferenceCase(PipelineCase):
         return numpy.fromfile(result, "u1", count=size[0] * size[1] * 3).reshape(*size, 3)
 
     def run_model(self, model, inputs, outputs, frames=1):
-        """Arrays through tensor_filter: one for each of `outputs`, which are (shape, type), and each frame."""
+        """Runs arrays through tensor_filter; returns one array per output (shape, type) with all frames."""
         model = MODELS / model
         engine = {".onnx": "onnxruntime", ".tflite": "tensorflow-lite"}[model.suffix]
         if not has_engine(engine):

@@ -1,8 +1,8 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: LGPL-2.1-or-later
-"""Models that look at pictures, held against the reference results of ../shared: what is found, how sure, and where.
+"""Compares models for pictures with the reference results of ../shared: what they find, with which score, and where.
 
-gdkpixbufdec gives the pixels of libjpeg itself, as the references' decoder did; other decoders are a few steps off.
+gdkpixbufdec outputs the same pixels as libjpeg, the references' decoder; other decoders differ by a few steps.
 """
 
 import json
@@ -14,7 +14,8 @@ import tap_runner
 from reference_models import (MEDIA, MODELS, ReferenceCase, from_centres, overlap, planes, results, sigmoid, stretched)
 
 BUS, CATS = (1080, 810), (600, 1200)
-# MANIFEST.md allows 10 px. Networks of float32 are nearer; those of 8 bits make steps of several pixels and hundredths.
+# MANIFEST.md allows 10 px. Networks of float32 are closer; those of 8 bits have steps of several
+# pixels and hundredths.
 PIXELS, EXACT, SCORE = 10, 2, 0.05
 
 
@@ -24,7 +25,7 @@ def labels(name):
 
 class Detection(ReferenceCase):
     def agree(self, names, scores, boxes, reference, sure, pixels=PIXELS):
-        """Each entry of the reference is among ours, and what is surer than `sure` lies on one of its entries."""
+        """Each reference entry is among ours, and each of ours that scores above `sure` matches one of its entries."""
         for name, score, box in reference:
             near = (names == name) & (abs(scores - score) < SCORE) & (abs(boxes - numpy.array(box)).max(axis=1) < pixels)
             self.assertTrue(near.any(), f"{name} {score} {box}")
@@ -113,7 +114,7 @@ class Detection(ReferenceCase):
                    EXACT)
 
     def test_palm(self):
-        """MANIFEST.md: raw score 38.4 at anchor 2351; the anchor before has the same, and the regressors are its."""
+        """MANIFEST.md: raw score 38.4 at anchor 2351; the previous anchor has the same score and these regressors."""
         pixels = (stretched(self.picture("image/hand_vsign.jpg"), 256, 256)[None] - numpy.float32(127.5)) / numpy.float32(127.5)
         scores, moves = self.run_model("detection/palm_detection_256_int8.tflite", [pixels], [((2944,), "f4"), ((2944, 18), "f4")])
         self.assertIn(scores.argmax(), (2350, 2351))
@@ -160,8 +161,8 @@ class Faces(ReferenceCase):
                    0.05, PIXELS)
 
     def test_blazeface_finds_the_faces_that_mtcnn_finds(self):
-        """MANIFEST.md: .96 on a crop that it does not tell; here one twice as large as the face, by another network's box."""
-        grids = ((16, 2), (8, 6))  # cells of a side, anchors in each
+        """MANIFEST.md: .96 on an unspecified crop; here a crop twice the face's size, by another network's box."""
+        grids = ((16, 2), (8, 6))  # cells per side, anchors per cell
         cells = numpy.concatenate([numpy.repeat((numpy.stack(numpy.meshgrid(range(n), range(n)), axis=2).reshape(-1, 2) + 0.5) / n,
                                                 anchors, axis=0) for n, anchors in grids])
         for photo in ("faces", "ivan", "obama-1080p", "three_people"):
@@ -200,7 +201,7 @@ class PosesAndMasks(ReferenceCase):
 
     def test_joints_of_a_photo(self):
         picture = self.picture("image/posenet_couple.jpg")
-        cell = numpy.array(picture.shape[1::-1]) / 48  # of movenet, whose first layer makes much of one step of a colour
+        cell = numpy.array(picture.shape[1::-1]) / 48  # movenet's cell; its first layer amplifies one step of a colour
         for name, find, pixels, score in (("movenet(stretch 192)", self.movenet, 1.5 * cell, 0.25),
                                           ("posenet_075_353x481(stretch, per-keypoint argmax)", self.posenet, 3, 0.02)):
             with self.subTest(name):
@@ -213,7 +214,7 @@ class PosesAndMasks(ReferenceCase):
                     self.assertAlmostEqual(sure, wanted, delta=score, msg=joint)
 
     def test_joints_of_a_video_are_those_that_were_published(self):
-        """By another network, BlazePose; MANIFEST.md: 9 joints 18.2 and 14.8 px apart at most."""
+        """The reference comes from another network, BlazePose; MANIFEST.md: 9 joints at most 18.2 and 14.8 px apart."""
         published = json.loads((MEDIA / "video/pose_1.json").read_text())[0]
         picture = self.first_frame("video/pose_1.mp4", (576, 576))
         for find in (self.movenet, self.posenet):

@@ -1,6 +1,6 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: LGPL-2.1-or-later
-"""Models that hear, feel and read, held against the reference results of ../shared."""
+"""Compares models for sound, sensors and text with the reference results of ../shared."""
 
 import wave
 
@@ -50,7 +50,7 @@ class Signals(ReferenceCase):
         self.assertEqual(scores.argmax(), results()["sensor"]["mnist_lstm 9.png"])
 
     def test_an_autoencoder_is_as_far_off_as_it_was(self):
-        """Windows of five spectra each, as the network was trained with."""
+        """Uses windows of five spectra, as in the network's training."""
         spectra = numpy.fromfile(MEDIA / "sensor/dcase_normal_id_01_hist_librosa.bin", "<f4").reshape(200, 128)
         windows, error = results("reference_results_extra")["ad01 mean squared error"]
         inputs = numpy.stack([spectra[i:i + 5].ravel() for i in range(windows)])

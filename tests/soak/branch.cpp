@@ -1,4 +1,4 @@
-// Branches behind a tee: adding, removing, counting.
+// Implements branches of a tee: adding, removing, counting.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "branch.hpp"
 
@@ -11,7 +11,7 @@ uint64_t field(const GstStructure* stats, const char* name) {
   return value;
 }
 
-// "" or what is wrong with the counts of one element.
+// Returns "" or what is wrong with the counts of one element.
 std::string check_ledger(GstElement* element, const uint64_t* frames) {
   GstStructure* raw = nullptr;
   g_object_get(element, "stats", &raw, nullptr);
@@ -110,7 +110,7 @@ Branch::Branch(GstElement* tee, const Line& line)
   g_signal_connect(end.get(), "eos", G_CALLBACK(+[](GstElement*, Arrivals* a) { a->ended(); }),
                    arrivals_.get());
   entry_ = Ref<GstPad>::adopt(gst_element_get_static_pad(bin_.get(), "sink"));
-  // At the first element's own pad: a frame that passes here is in.
+  // On the first element's own pad: a frame that passes here has entered the branch.
   const auto first = Ref<GstPad>::adopt(gst_ghost_pad_get_target(GST_GHOST_PAD(entry_.get())));
   gst_pad_add_probe(
       first.get(), GST_PAD_PROBE_TYPE_BUFFER,
@@ -133,7 +133,7 @@ std::string Branch::remove(Removal removal) {
   const bool rests = unlink_between_frames(tee_pad_.get(), entry_.get());
   if (!rests || (removal == Removal::Drained && !drains())) {
     tee_pad_ = {};
-    arrivals_.release();  // a thread that hangs still has it
+    arrivals_.release();  // a hanging thread still uses it
     return line_.launch + (rests ? ": EOS does not arrive\n" : ": the tee never rests\n");
   }
   gst_element_release_request_pad(tee_.get(), tee_pad_.get());

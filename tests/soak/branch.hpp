@@ -1,7 +1,6 @@
-// Branch: a line of elements that is put behind a tee while the pipeline plays, and taken away
-// again. Each frame bears its number, so that the branch knows of each that is missing or out of
+// Branch: a line of elements that is added to a tee while the pipeline plays, and removed again.
+// Each frame carries its number, so that the branch detects missing and reordered frames.
 // SPDX-License-Identifier: LGPL-2.1-or-later
-// place.
 #pragma once
 #include <gst/gst.h>
 
@@ -12,25 +11,25 @@
 #include <string>
 #include <vector>
 
-#include "gstcpp/ref.hpp"
+#include "gstcpp/element/ref.hpp"
 #include "unlink.hpp"
 
 namespace weir::soak {
 
 using gst::Ref;
 
-// Numbers of frames go from 0 to 250 and begin again.
+// Frame numbers run from 0 to 250 and wrap around.
 constexpr int kNumbers = 251;
 
-// What stands behind the tee: the last element is `tensor_sink name=end`.
+// The elements downstream of the tee: the last one is `tensor_sink name=end`.
 struct Line {
   std::string launch;
-  int offset;   // what its elements add to each byte
-  bool floats;  // float32 arrives, else uint8
-  bool exact;   // no frame may be missing; else only the bytes of each must be right
+  int offset;   // what the elements add to each byte
+  bool floats;  // the output is float32, otherwise uint8
+  bool exact;   // no frame may be missing; otherwise only the bytes of each must be right
 };
 
-// What tensor_sinks and probes tell, from their streaming threads.
+// Collects what tensor_sinks and probes report from their streaming threads.
 class Arrivals {
  public:
   explicit Arrivals(const Line& line) : line_(line) {}
@@ -40,16 +39,16 @@ class Arrivals {
 
   uint64_t entries() const { return entered_; }
   uint64_t frames() const;
-  uint64_t faults() const;                // frames of wrong bytes, missing ones, ones out of order
-  bool waits_for(uint64_t frames) const;  // whether so many arrive, in time
+  uint64_t faults() const;                // frames that are wrong, missing or out of order
+  bool waits_for(uint64_t frames) const;  // whether this many arrive in time
   bool waits_for_end() const;
 
  private:
-  int number_of(GstBuffer* buffer) const;  // -1 = the frame is damaged
+  int number_of(GstBuffer* buffer) const;  // -1 for a damaged frame
 
   const Line line_;
   std::atomic<uint64_t> entered_{0};
-  mutable std::mutex mutex_;  // guards what follows
+  mutable std::mutex mutex_;  // guards the members below
   mutable std::condition_variable changed_;
   uint64_t frames_ = 0, faults_ = 0;
   int last_ = -1;
@@ -60,14 +59,14 @@ enum class Removal { Drained, Abrupt };
 
 class Branch {
  public:
-  // Adds the line to the pipeline of `tee`, which may play.
+  // Adds the line to the pipeline of `tee`, which may be playing.
   Branch(GstElement* tee, const Line& line);
   Branch(const Branch&) = delete;
   Branch& operator=(const Branch&) = delete;
   ~Branch();
 
-  // Takes it away. Drained: each frame that entered arrives at the end. Returns what is wrong, ""
-  // for nothing: waits that do not end, frames that no ledger accounts for.
+  // Removes the line. With Drained, each frame that entered reaches the end. Returns what is wrong,
+  // or "": endless waits, frames that no ledger accounts for.
   std::string remove(Removal removal);
   const Arrivals& arrivals() const { return *arrivals_; }
 
@@ -81,9 +80,8 @@ class Branch {
   std::unique_ptr<Arrivals> arrivals_;
 };
 
-// "" when received = consumed + dropped and nothing is held, of each element of `bin` that counts;
-// with `frames`, that each received and consumed so many at each
-// of its sink pads.
+// Returns "" when received = consumed + dropped and nothing is held, for each counting element of
+// `bin`; with `frames`, each must have received and consumed this number at each sink pad.
 std::string check_ledgers(GstBin* bin, const uint64_t* frames);
 
 }  // namespace weir::soak

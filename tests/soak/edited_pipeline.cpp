@@ -1,17 +1,17 @@
-// What is built, what is changed, and what must hold afterwards.
+// Builds the pipeline, edits it, and checks what must hold afterwards.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "edited_pipeline.hpp"
 
-#include "gstcpp/output_selector.hpp"
+#include "gstcpp/pads/output_selector.hpp"
 
 namespace weir::soak {
 namespace {
 
 constexpr size_t kMostBranches = 6, kMostRequestPads = 3;
 constexpr GstClockTime kPatienceOfGst = std::chrono::nanoseconds(kPatience).count();
-// Pixels of 4 bytes, `width` of them in a row. The lower part switches: its frames come by one of
-// two ways, or not at all, and go one of two ways. Branches of join have the same caps: flexible
-// ones, which stay when the width changes.
+// Pixels of 4 bytes, `width` of them in a row. The lower part switches: its frames arrive on one of
+// two paths, or not at all, and leave on one of two paths. The branches of join have the same caps:
+// flexible ones, which stay when the width changes.
 constexpr char kLaunch[] =
     "appsrc name=feed format=time ! tensor_converter ! tee name=t allow-not-linked=true "
     "t. ! queue ! tensor_transform mode=arithmetic option=add:1 ! in.sink_0 "
@@ -25,11 +25,11 @@ constexpr char kLaunch[] =
     "tensor_sink name=joined async=false "
     "t. ! queue ! mux.sink_0 tensor_mux name=mux sync-mode=slowest ! "
     "tensor_sink name=muxed async=false";
-// Frames of one time are paired, so every byte is the number of one frame.
+// Frames with the same time are paired, so every byte is the number of one frame.
 const Line kMuxed{"", 0, false, false};
 
-// The caps between decoder and converter keep the stream static: without them the decoder offers
-// flexible tensors first, since the converter takes those too.
+// The caps between decoder and converter keep the stream static: otherwise the decoder offers
+// flexible tensors first, which the converter also accepts.
 std::vector<Line> lines_with(const std::string& model) {
   const std::string cast = "queue ! tensor_transform mode=typecast option=float32 ! ",
                     end = " ! tensor_sink name=end";
@@ -92,7 +92,7 @@ void EditedPipeline::watch(const char* sink, Arrivals* arrivals) {
                    arrivals);
 }
 
-// In the streaming thread of the source, which asks for the next frame.
+// Runs on the streaming thread of the source, which requests the next frame.
 void EditedPipeline::feed(GstAppSrc* source, guint, gpointer data) {
   auto* self = static_cast<EditedPipeline*>(data);
   if (self->over_) {
@@ -212,7 +212,8 @@ std::string EditedPipeline::edit() {
 std::string EditedPipeline::finish() {
   std::string wrong;
   while (!branches_.empty()) wrong += remove_branch(Removal::Drained);
-  // The first branch of join that ends is its end, while others may still be in it.
+  // EOS on the first branch of join ends it, while others may still have frames, so remove them
+  // first.
   while (join_pads_->size() > 0) wrong += join_pads_->remove(0);
   over_ = true;
   const auto bus = Ref<GstBus>::adopt(gst_element_get_bus(pipeline_.get()));

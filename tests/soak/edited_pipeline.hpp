@@ -1,5 +1,5 @@
-// EditedPipeline: a pipeline that is changed at random while it plays. Branches come and go, a
-// valve opens and closes, selectors switch, caps change, it pauses. A seed gives the same edits.
+// EditedPipeline: a pipeline that is edited at random while it plays. Branches come and go, a valve
+// opens and closes, selectors switch, caps change, it pauses. The same seed gives the same edits.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <gst/app/gstappsrc.h>
@@ -18,20 +18,20 @@ namespace weir::soak {
 
 class EditedPipeline {
  public:
-  // `model`: any file; the engine `fake` takes it.
+  // `model`: any file; the engine `fake` accepts it.
   EditedPipeline(uint32_t seed, const std::string& model);
   EditedPipeline(const EditedPipeline&) = delete;
   EditedPipeline& operator=(const EditedPipeline&) = delete;
   ~EditedPipeline();
 
-  // One change, and some frames more at the place that never changes. Returns what is wrong, with
-  // the seed; "" for nothing.
+  // Makes one edit, then waits for frames at the branch that never changes. Returns what is wrong,
+  // with the seed, or "".
   std::string edit();
-  // EOS through all of it, then every ledger.
+  // Sends EOS through the whole pipeline, then checks every ledger.
   std::string finish();
 
   uint64_t frames() const { return fed_; }
-  uint64_t lost() const { return lost_; }  // where no policy says that a frame is dropped
+  uint64_t lost() const { return lost_; }  // frames lost where no policy drops any
   uint64_t edits() const { return edits_; }
 
  private:

@@ -1,5 +1,5 @@
-// A playing pipeline is edited at random: nothing hangs, nothing is lost but where a policy says
-// so, every ledger adds up. A seed that ever failed stays in the list.
+// Edits a playing pipeline at random: nothing hangs, frames are lost only where a policy allows it,
+// every ledger adds up. Seeds that once failed stay in the list.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "edited_pipeline.hpp"
 
@@ -14,7 +14,7 @@ constexpr int kEdits = 40;
 
 class EditedPipelineWithSeed : public ::testing::TestWithParam<uint32_t> {};
 
-TEST_P(EditedPipelineWithSeed, LosesNothingAndNeverStandsStill) {
+TEST_P(EditedPipelineWithSeed, LosesNothingAndNeverStalls) {
   EditedPipeline pipeline(GetParam(), std::getenv("WEIR_TEST_MODEL"));
   for (int i = 0; i < kEdits; ++i) ASSERT_EQ(pipeline.edit(), "");
   EXPECT_EQ(pipeline.finish(), "");

@@ -1,4 +1,4 @@
-// tee -> queue -> request pad, made and taken apart.
+// Creates and removes paths: tee -> queue -> request pad.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "request_pads.hpp"
 
@@ -23,8 +23,8 @@ RequestPads::RequestPads(GstElement* tee, GstElement* element)
       tee_(Ref<GstElement>::share(tee)),
       element_(Ref<GstElement>::share(element)) {}
 
-// The element gets its pad when a frame is there for it. A tensor_mux waits for each pad it has,
-// and while it waits the queues of the others may fill and stop the tee before that frame.
+// Requests the element's pad only when a frame is waiting. A tensor_mux waits for each of its pads,
+// and meanwhile the other queues may fill up and block the tee before that frame.
 std::string RequestPads::add() {
   Way way;
   way.queue = Ref<GstElement>::adopt(
@@ -57,7 +57,7 @@ std::string RequestPads::remove(size_t index) {
   ways_.erase(ways_.begin() + static_cast<std::ptrdiff_t>(index));
   const auto in = Ref<GstPad>::adopt(gst_element_get_static_pad(way.queue.get(), "sink"));
   if (!unlink_between_frames(way.tee_pad.get(), in.get())) return "the tee never rests\n";
-  // First the element: the queue's thread may wait there for its frame to be taken.
+  // The element first: the queue's thread may be waiting there for its frame to be accepted.
   gst_element_release_request_pad(element_.get(), way.request_pad.get());
   gst_element_set_locked_state(way.queue.get(), TRUE);
   gst_element_set_state(way.queue.get(), GST_STATE_NULL);

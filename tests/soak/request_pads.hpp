@@ -1,4 +1,4 @@
-// RequestPads: ways from a tee to further pads of an element, requested and released while it
+// RequestPads: paths from a tee to additional pads of an element, requested and released while it
 // plays.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
@@ -7,19 +7,19 @@
 #include <string>
 #include <vector>
 
-#include "gstcpp/ref.hpp"
+#include "gstcpp/element/ref.hpp"
 
 namespace weir::soak {
 
 class RequestPads {
  public:
-  // Both are in one pipeline.
+  // Both are in the same pipeline.
   RequestPads(GstElement* tee, GstElement* element);
 
   size_t size() const { return ways_.size(); }
   // Returns what is wrong, as remove() does.
   std::string add();
-  // Takes the way `index` out; what lies in it is dropped. Returns what is wrong, "" for nothing.
+  // Removes path `index` and drops its frames. Returns what is wrong, or "".
   std::string remove(size_t index);
 
  private:

@@ -1,4 +1,5 @@
-// soak SECONDS: edits pipelines at random for so long, and tells what became of memory and frames.
+// soak SECONDS: edits pipelines at random for this time, and reports the use of memory and lost
+// frames.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <malloc.h>
 #include <unistd.h>
@@ -15,15 +16,15 @@
 namespace {
 
 constexpr int kEdits = 60;
-// More than this in the second half of a run is taken for a leak. What was allocated and not freed
-// counts: resident memory also follows what the heap keeps between blocks in use.
+// A higher growth in the second half of a run counts as a leak. It is measured in allocated bytes,
+// because resident memory also includes what the heap keeps between used blocks.
 constexpr double kMostKilobytesPerMinute = 64;
 
 struct Sample {
   double seconds, kilobytes;
 };
 
-// What was allocated and not freed, in all arenas.
+// Allocated bytes in all arenas, in kilobytes.
 double live_kilobytes() {
   const auto info = mallinfo2();
   return static_cast<double>(info.uordblks + info.hblkhd) / 1024;
@@ -36,7 +37,7 @@ double resident_kilobytes() {
   return resident * static_cast<double>(sysconf(_SC_PAGESIZE)) / 1024;
 }
 
-// Least squares over the later half: kilobytes a minute.
+// Least squares over the second half: kilobytes per minute.
 double slope(const std::vector<Sample>& all) {
   const std::vector<Sample> half(all.begin() + static_cast<std::ptrdiff_t>(all.size() / 2),
                                  all.end());
@@ -97,7 +98,7 @@ int main(int argc, char** argv) {
     std::fflush(stdout);
   }
   const double growth = slope(memory);
-  // A short run has nothing but warming up in it.
+  // A short run consists only of warming up.
   const bool grows = most >= 300 && growth > kMostKilobytesPerMinute;
   std::printf(
       "memory: %+.1f KB a minute in the second half are not freed (at most %.0f, from 5 minutes "

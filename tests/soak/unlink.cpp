@@ -1,4 +1,4 @@
-// An idle probe that unlinks.
+// Unlinks two pads in an idle probe.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "unlink.hpp"
 
@@ -6,7 +6,7 @@
 #include <future>
 #include <memory>
 
-#include "gstcpp/ref.hpp"
+#include "gstcpp/element/ref.hpp"
 
 namespace weir::soak {
 

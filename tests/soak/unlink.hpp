@@ -1,4 +1,4 @@
-// Takes two pads apart while data flow.
+// Unlinks two pads while data flows.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <gst/gst.h>
@@ -7,10 +7,10 @@
 
 namespace weir::soak {
 
-// The most a wait may take before it counts as a deadlock.
+// A longer wait counts as a deadlock.
 constexpr auto kPatience = std::chrono::seconds(30);
 
-// Unlinks when no frame is between the two. False when that does not come, in time.
+// Unlinks when no frame is between the two pads. False when that does not happen in time.
 bool unlink_between_frames(GstPad* source, GstPad* sink);
 
 }  // namespace weir::soak

@@ -1,10 +1,11 @@
+/* An engine in C11 for tests of the model lifecycle: y = x + ADD on float32 [-1, WIDTH]. The
+ * model's file contains "ADD WIDTH", followed by "gate" for a model whose opening waits for a byte
+ * from the pipe gate:FD. Events are reported as bytes to the pipe tell:FD: o opened, g waits at the
+ * gate, c closed, s suspended, r resumed. Options: sleeps:yes (supports suspend), sessions:N
+ * (max_sessions), fail:N (the model that adds N fails in each invoke). It reports an execution on
+ * three spinning threads.
+ *
  * SPDX-License-Identifier: LGPL-2.1-or-later */
-/* An engine in C11 for tests of models that live: y = x + ADD on float32 [-1, WIDTH], where the
- * model's file says "ADD WIDTH", and "gate" behind that for a model whose opening waits for a byte
- * of the pipe gate:FD. What happens is told as a byte to the pipe tell:FD: o opened, g waits at the
- * gate, c closed, s put to sleep, r woken. Options: sleeps:yes (knows how to be suspended),
- * sessions:N (max_sessions), fail:N (the model that adds N fails in each invoke). It reports an
- * execution on three spinning threads. */
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -76,7 +77,7 @@ static void close_model(weir_model* model) {
 
 static int info(weir_model* model, weir_model_info* out, weir_error* error) {
   (void)error;
-  out->flags = WEIR_MODEL_THREAD_SAFE; /* an invoke changes nothing */
+  out->flags = WEIR_MODEL_THREAD_SAFE; /* invoke modifies nothing */
   out->n_inputs = out->n_outputs = 1;
   out->inputs = out->outputs = &model->tensor;
   out->max_sessions = model->sessions;

@@ -1,22 +1,23 @@
-// An engine for tests that answers from a thread of its own, and whose outputs may be of any size.
+// An engine for tests that answers on its own thread, with outputs of any size.
 //
-// Input: float32 [-1, 4]. Output k of a frame is x + k, float32 [1, 4]; submit() gives as many as
-// `outputs` says. Options:
-//   outputs:N        how many; without it as many as the first number of the frame
-//   in-flight:N      what the model says of itself; a frame beyond is an error
+// Input: float32 [-1, 4]. Output k of a frame is x + k, float32 [1, 4]; submit() produces `outputs`
+// of them. Options:
+//   outputs:N        number of outputs; without it, the first value of the frame
+//   in-flight:N      the model's declared limit; a frame beyond it is an error
 //   reverse:N        waits for N frames and answers the newest first
 //   until-cancelled  answers when it is cancelled, with an output
-//   never            answers never, and not to cancel()
+//   never            never answers, not even to cancel()
 //   inline           answers within submit()
-//   fail-at:N        that frame fails, behind its first output
+//   fail-at:N        that frame fails after its first output
 //   refuse-at:N      submit() of that frame fails
-//   dynamic          output k has k + 1 rows of x + k; invoke() gives as many rows as the first
-//                    number of the frame says, each x
+//   dynamic          output k has k + 1 rows of x + k; invoke() produces as many rows of x as the
+//                    first value of the frame
 //   empty            an output has no elements
-//   wrong-size       the memory of an output is shorter than its shape says
-//   other-shape      outputs have two rows, which nobody was told of
+//   wrong-size       the memory of an output is shorter than its shape
+//   other-shape      outputs have two rows, which was never declared
 //   no-memory        outputs without memory
-//   synchronous      a model that does not say that it answers asynchronously
+//   synchronous      a model without the flag for asynchronous answers
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #include <algorithm>
 #include <condition_variable>
 #include <cstring>
@@ -65,7 +66,7 @@ struct weir_session {
   std::vector<weir_request*> cancelled;
   long frames = 0, in_flight = 0, invokes = 0;
   bool stops = false;
-  std::thread thread;  // last: it uses the rest
+  std::thread thread;  // last, because it uses the other members
 };
 
 namespace {
@@ -79,7 +80,7 @@ void describe(weir_tensor_info* info, const char* name, int64_t rows) {
   info->batch_axis = WEIR_NO_BATCH_AXIS;
 }
 
-// Memory of the host with `rows` rows of x + k.
+// Allocates host memory with `rows` rows of x + k.
 int fill(const weir_model& model, const float* x, long k, int64_t rows, weir_tensor* out) {
   const uint64_t bytes = static_cast<uint64_t>(rows) * 4 * sizeof(float);
   describe(&out->info, "y", rows);
@@ -118,7 +119,7 @@ void answer(weir_session* session, const Work& work) {
   module_host->complete(work.request, fails ? -WEIR_INVOKE_FAILED : WEIR_OK, nullptr, 0);
 }
 
-// Called locked. The next frame to answer, or none yet.
+// Called with the lock held. Takes the next frame to answer, if any.
 bool take(weir_session* session, Work* work) {
   auto& waiting = session->waiting;
   const auto& model = *session->model;
@@ -134,7 +135,7 @@ bool take(weir_session* session, Work* work) {
     return true;
   }
   const auto together = static_cast<size_t>(model.value("reverse", 1));
-  // What was begun is finished: the queue is full once, and then empties.
+  // Finishes what it has begun: waits for a full queue once, then empties it.
   static thread_local size_t left = 0;
   if (left == 0 && waiting.size() < together) return false;
   if (left == 0) left = together;

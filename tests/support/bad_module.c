@@ -1,5 +1,5 @@
+/* Modules that must be rejected: one is built for each WEIR_BAD_... that the build defines. */
 /* SPDX-License-Identifier: LGPL-2.1-or-later */
-/* Modules that must be refused: one is built for each WEIR_BAD_... that the build defines. */
 #include <stddef.h>
 
 #include "weir/abi.h"

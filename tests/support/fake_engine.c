@@ -1,8 +1,9 @@
- * SPDX-License-Identifier: LGPL-2.1-or-later */
 /* An engine in C11 for tests, as a user would write one: y = x + 1 on float32 [-1, 4].
  * Options: fail-at:N (that invoke fails), drop-at:N (that invoke drops its frame), alignment:N and
- * padding:N (asked for, and checked in each invoke), rows:N (float32 [N, 4], no other length),
- * stateful:1 (says that it keeps state), show-deadline:1 (y = the frame's deadline in ms). */
+ * padding:N (required, and checked in each invoke), rows:N (float32 [N, 4], no other length),
+ * stateful:1 (declares that it keeps state), show-deadline:1 (y = the frame's deadline in ms).
+ *
+ * SPDX-License-Identifier: LGPL-2.1-or-later */
 #include <stdlib.h>
 #include <string.h>
 

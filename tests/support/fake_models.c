@@ -1,6 +1,7 @@
- * SPDX-License-Identifier: LGPL-2.1-or-later */
 /* An engine with models of many shapes for the tests of `weir inspect`. The name of the model's
- * file chooses one; each invoke gives zeros. */
+ * file selects one; each invoke returns zeros.
+ *
+ * SPDX-License-Identifier: LGPL-2.1-or-later */
 #include <stdlib.h>
 #include <string.h>
 

@@ -1,4 +1,4 @@
-// The gate of the engine `gated`.
+// Implements the gate of the engine `gated`.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "gate.hpp"
 

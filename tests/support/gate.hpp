@@ -1,5 +1,5 @@
-// Gate: what each invoke of the engine `gated` runs into, and what it saw. One for the process,
-// shared by the engine and the tests, which say when a frame goes on: by its first number.
+// Gate: blocks each invoke of the engine `gated` and records it. One per process, shared by the
+// engine and the tests, which release frames by their first value.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <condition_variable>
@@ -13,23 +13,23 @@ class __attribute__((visibility("default"))) Gate {
  public:
   static Gate& of_process();
 
-  // As at the start of the process; closed: every frame waits until it is let go.
+  // Resets to the state at process start; closed: every frame waits until it is released.
   void reset(bool open = false);
   void open();
   void let_go(float frame);
-  // The frames whose invoke began, in that order, once there are `count`.
+  // Waits until `count` invokes have begun and returns their frames in that order.
   std::vector<float> wait_for_entered(size_t count);
   std::vector<float> entered();
 
   struct Seen {
-    int models = 0, sessions = 0;     // alive
-    int most_at_once = 0;             // invokes
-    int most_in_a_session = 0;        // invokes
-    std::vector<int> threads_wanted;  // of each model that was opened
+    int models = 0, sessions = 0;     // currently existing
+    int most_at_once = 0;             // concurrent invokes
+    int most_in_a_session = 0;        // concurrent invokes
+    std::vector<int> threads_wanted;  // per opened model
   };
   Seen seen();
 
-  // For the engine.
+  // Called by the engine.
   void opened(int threads);
   void closed();
   void session(int by);

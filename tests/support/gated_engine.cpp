@@ -1,6 +1,6 @@
-// An engine for tests: y = x + 1 on float32 [-1, 4], once the gate lets the frame go. Options:
-// max-sessions:N, thread-safe, stateful; fail:V and drop:V for the frame whose first number is V;
-// takes:US microseconds that every invoke takes, without the gate.
+// An engine for tests: y = x + 1 on float32 [-1, 4], once the gate releases the frame. Options:
+// max-sessions:N, thread-safe, stateful; fail:V and drop:V for the frame whose first value is V;
+// takes:US microseconds per invoke, without the gate.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <chrono>
 #include <cstdlib>
@@ -20,7 +20,7 @@ struct weir_model {
 };
 struct weir_session {
   weir_model* model;
-  int invokes = 0;  // at once; guarded by the gate
+  int invokes = 0;  // concurrent; guarded by the gate
 };
 
 namespace {

@@ -1,9 +1,9 @@
+/* The module entry of a C test module with one engine. Include it first, then define `engine`. */
 /* SPDX-License-Identifier: LGPL-2.1-or-later */
-/* What a test's module in C says of its one engine. Include it first, then define `engine`. */
 #pragma once
 #include "weir/abi.h"
 
-static const weir_host* host; /* who loaded the module */
+static const weir_host* host; /* the host that loaded the module */
 static const weir_engine engine;
 static const weir_engine* const engines[] = {&engine, NULL};
 static const weir_module module = {.struct_size = sizeof module,

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: LGPL-2.1-or-later
-"""Writes small ONNX models by hand: enough of the format for networks of a test, and no library needed.
+"""Writes small ONNX models without a library: only the parts of the format that networks of tests need.
 
-A model is the text of its nodes and the arrays of its weights. Numbers of fields are those of onnx.proto3.
+A model is the text of its nodes and the arrays of its weights. Field numbers are those of onnx.proto3.
 """
 
 OPSET, IR_VERSION = 13, 8
@@ -40,8 +40,8 @@ def value(field, name, shape):
 
 
 def model(nodes, arrays, inputs, outputs):
-    """`nodes`: (operation, names of inputs, name of the output) each; `arrays`: name -> float32 array; `inputs` and
-    `outputs`: (name, shape) each, float32. A length that is a text stays open, by that name."""
+    """`nodes`: tuples (operation, names of inputs, name of the output); `arrays`: name -> float32 array; `inputs` and
+    `outputs`: tuples (name, shape), float32. A text as a length is the name of an open dimension."""
     graph = b"".join(node(*n) for n in nodes) + block(2, "test")
     graph += b"".join(weights(*item) for item in arrays.items())
     graph += b"".join(value(11, *v) for v in inputs) + b"".join(value(12, *v) for v in outputs)

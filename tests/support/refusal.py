@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: LGPL-2.1-or-later
-"""Pipelines that must fail."""
+"""Runs pipelines that must fail."""
 
 import os
 import subprocess
@@ -8,10 +8,10 @@ SECONDS = 120
 
 
 def refusal(test, line):
-    """What `weir run` says of a line that it cannot play.
+    """Returns the error of `weir run` for a pipeline that it cannot play.
 
-    Not gst-launch-1.0: version 1.22 waits for ever now and then after an error in a pipeline that prerolls,
-    with GStreamer's own elements too.
+    Not gst-launch-1.0: version 1.22 sometimes hangs after an error in a pipeline that prerolls, even with
+    GStreamer's own elements.
     """
     done = subprocess.run([os.environ["WEIR_COMMAND"], "run", line], timeout=SECONDS, capture_output=True, text=True,
                           stdin=subprocess.DEVNULL)

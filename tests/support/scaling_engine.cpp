@@ -1,6 +1,6 @@
-// An engine in C++ for tests, as a user would write one: y = factor * x on float32 of any length.
-// Options: factor:NUMBER; throw-at:N (that invoke throws); any:N (takes any number of tensors, and
-// gives the first N of them, scaled).
+// A C++ engine for tests, as a user would write one: y = factor * x on float32 of any length.
+// Options: factor:NUMBER; throw-at:N (that invoke throws); any:N (accepts any number of tensors and
+// outputs the first N, scaled).
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <algorithm>
 #include <cstdlib>
@@ -19,8 +19,11 @@ class Scaling {
       const std::string number(*text);
       factor_ = std::strtof(number.c_str(), &end);
       if (number.empty() || *end)
-        throw weir::Failure({weir::Code::OPTION_VALUE, "factor is no number", "factor:" + number,
-                             "a number", "", "custom=factor:2.5"});
+        throw weir::Failure({.code = weir::Code::OPTION_VALUE,
+                             .what = "factor is no number",
+                             .offered = "factor:" + number,
+                             .needed = "a number",
+                             .fix = "custom=factor:2.5"});
     }
     if (const auto text = request.options.get("throw-at")) throw_at_ = std::atol(text->data());
     if (const auto text = request.options.get("any")) any_ = std::atol(text->data());

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: LGPL-2.1-or-later
 """Runs the unittest cases of the calling program and prints TAP, so that Meson counts each case.
 
-Test protocol `tap` in Meson. What went wrong goes to stderr, which Meson shows of such a program.
+Test protocol `tap` in Meson. Failures go to stderr, which Meson shows for such a program.
 """
 
 import sys
@@ -12,7 +12,7 @@ class TapResult(unittest.TestResult):
     def __init__(self):
         super().__init__()
         self.number = 0
-        self.wrong = []  # of the case that runs: tracebacks of it and of its subtests
+        self.wrong = []  # tracebacks of the current case and its subtests
 
     def startTest(self, test):
         super().startTest(test)
@@ -21,7 +21,7 @@ class TapResult(unittest.TestResult):
     def addError(self, test, err):
         super().addError(test, err)
         self.wrong.append(self.errors[-1][1])
-        if not isinstance(test, unittest.TestCase):  # setUpClass or setUpModule: no case starts
+        if not isinstance(test, unittest.TestCase):  # setUpClass or setUpModule failed: no case starts
             self.say(test)
 
     def addFailure(self, test, err):

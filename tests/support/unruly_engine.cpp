@@ -1,7 +1,7 @@
-// An engine for tests that does to its process what native code can do. On uint8 [-1]: the output
-// is the sum of the bytes, as one uint64; the first byte of a frame says what else happens.
-// Options: open:WORD does it when the model is opened, output:dynamic lets the engine allocate its
-// output, frames it cannot know the size of: as many bytes as the input has, each one greater.
+// An engine for tests that harms its process in the ways native code can. On uint8 [-1]: the output
+// is the sum of the bytes as one uint64; the first byte of a frame selects what else happens.
+// Options: open:WORD does it when the model is opened; with output:dynamic the engine allocates its
+// output, whose size frames cannot predict: as many bytes as the input, each one greater.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <pthread.h>
 #include <signal.h>
@@ -22,12 +22,12 @@
 #include <vector>
 
 #include "weir/engine.hpp"
-// After it: an error code is named like a macro of this header.
+// Must follow weir/engine.hpp: a macro in this header has the name of an error code.
 #include <sys/mman.h>
 
 namespace {
 
-// What the first byte of a frame orders; the numbers are used by the tests.
+// The orders in the first byte of a frame; the tests use the numbers.
 enum Order : uint8_t {
   kNothing = 0,
   kCrash = 200,
@@ -35,29 +35,29 @@ enum Order : uint8_t {
   kExit,
   kLoop,
   kEatMemory,
-  kWriteInput,  // memory that is only lent for reading
-  kSocket,      // 0 and errno of what is tried, as the result
+  kWriteInput,  // memory that is lent only for reading
+  kSocket,      // the result is 0 and the errno of the attempt
   kFork,
   kExec,
   kKillParent,
-  kCloseSocket,   // to the pipeline
+  kCloseSocket,   // the pipeline's socket
   kTalkNonsense,  // to the pipeline
   kFail,
   kDrop,
-  kProcess,     // its own id, as the result
-  kKeepMemory,  // reads behind the input: padding
+  kProcess,     // the result is its process id
+  kKeepMemory,  // reads the padding after the input
   kSystemCall,  // a SystemCallOrder; the result is errno, or kSucceeded and the value
   kThreads,     // starts and joins some; the result is their number
-  kGenerate,    // writes a function into memory and calls it; the result is what it returns
-  kVariable     // named by the bytes behind: is it in the environment?
+  kGenerate,    // writes a function into memory and calls it; the result is its return value
+  kVariable     // whether the variable named by the next bytes is in the environment
 };
 
 constexpr uint64_t kSucceeded = uint64_t{1} << 32;
 
-// The layout of a frame for kSystemCall. Behind it lie the bytes that arguments point to.
+// The layout of a frame for kSystemCall. The bytes to which arguments point follow it.
 struct SystemCallOrder {
   uint8_t order;
-  uint8_t pointers;  // bit i: arguments[i] is a place in those bytes
+  uint8_t pointers;  // bit i: arguments[i] is an offset into those bytes
   uint8_t unused[6];
   int64_t number;
   int64_t arguments[6];
@@ -99,7 +99,7 @@ uint64_t make_system_call(const uint8_t* bytes, uint64_t size) {
   SystemCallOrder order;
   if (size < sizeof order) return EINVAL;
   std::memcpy(&order, bytes, sizeof order);
-  std::vector<uint8_t> data(bytes + sizeof order, bytes + size);  // that the kernel may write
+  std::vector<uint8_t> data(bytes + sizeof order, bytes + size);  // writable for the kernel
   auto& a = order.arguments;
   for (size_t i = 0; i < std::size(a); ++i)
     if (order.pointers >> i & 1) a[i] = reinterpret_cast<int64_t>(data.data() + a[i]);
@@ -108,7 +108,7 @@ uint64_t make_system_call(const uint8_t* bytes, uint64_t size) {
   return kSucceeded | static_cast<uint32_t>(value);
 }
 
-// Each waits for its turn. The last is named by this one: the kernel checks that in /proc.
+// Each waits for its turn. This thread names the last one, which the kernel checks in /proc.
 uint64_t start_threads() {
   constexpr uint64_t kNumber = 4;
   std::mutex mutex;
@@ -151,7 +151,7 @@ void talk_nonsense() {
   if (write(3, words.data(), words.size() * sizeof words[0]) < 0) abort();
 }
 
-// A sanitizer reports it; nothing else notices.
+// Only a sanitizer detects this.
 void read_beyond_memory() {
   const std::vector<char> bytes(7, 'x');
   const volatile size_t end = bytes.size();
@@ -241,8 +241,10 @@ class Unruly {
       case kTalkNonsense:
         return talk_nonsense();
       case kFail:
-        throw weir::Failure({weir::Code::INVOKE_FAILED, "ordered to fail", "the first byte", "", "",
-                             "another frame"});
+        throw weir::Failure({.code = weir::Code::INVOKE_FAILED,
+                             .what = "ordered to fail",
+                             .offered = "the first byte",
+                             .fix = "another frame"});
       case kProcess:
         *result = static_cast<uint64_t>(getpid());
         return;

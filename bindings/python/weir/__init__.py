@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: LGPL-2.1-or-later
-"""Weir: neural networks as filters of a stream, and models by themselves, with NumPy arrays.
+"""Weir: neural networks as filters in GStreamer pipelines, and single models, with NumPy arrays.
 
-weir.Model runs one model of any engine, weir.Pipeline plays a pipeline, weir.TensorShape is for scripts that a pipeline
-runs. What goes wrong is a weir.Error.
+weir.Model runs one model in any engine, weir.Pipeline plays a pipeline, and weir.TensorShape is for scripts that a
+pipeline runs. Failures raise weir.Error.
 """
 
 import atexit
@@ -39,6 +39,6 @@ class Pipeline(_weir.Pipeline):
 
 @atexit.register
 def _stop_all():
-    """Threads of a stream must not come into an interpreter that is ending."""
+    """Streaming threads must not enter an interpreter that is finalising."""
     for pipeline in list(_pipelines):
         pipeline.close()

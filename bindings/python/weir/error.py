@@ -1,16 +1,16 @@
 # SPDX-License-Identifier: LGPL-2.1-or-later
-"""What calls of Weir raise."""
+"""The exception that calls of Weir raise."""
 
 
 class Error(Exception):
-    """Something that Weir refuses, in parts: str(error) is all of them.
+    """An error reported by Weir; str(error) contains all its parts.
 
-    code: its number, one of weir.Code, with a page docs/errors/WEIR-<number>.md
-    what: what failed, one sentence
-    offered, needed: what came and what would have been right
+    code: one of weir.Code, documented in docs/errors/WEIR-<number>.md
+    what: what failed, in one sentence
+    offered, needed: the value that was given, and what is needed instead
     difference: the first difference between the two
-    fix: a line to paste or a command to run
-    All but the first two may be empty.
+    fix: a text to paste or a command to run
+    All except the first two may be empty.
     """
 
     def __init__(self, code, what, offered="", needed="", difference="", fix="", message=""):

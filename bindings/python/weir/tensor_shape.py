@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: LGPL-2.1-or-later
-"""A tensor's dimensions and type, as scripts of tensor_filter and tensor_converter say them."""
+"""A tensor's dimensions and type, as declared by scripts of tensor_filter and tensor_converter."""
 
 import numpy
 
@@ -9,10 +9,10 @@ MOST_DIMENSIONS = 16
 class TensorShape:
     """Dimensions innermost first, with zeros up to 16, and the type of the elements.
 
-    `dims` is a list of the shape's own: changes of the list that was given do not change it.
+    `dims` is a copy: changes to the given list do not affect it.
     """
 
-    def __init__(self, dims=None, type=numpy.uint8):  # the name of the argument is NNStreamer's
+    def __init__(self, dims=None, type=numpy.uint8):  # the argument's name comes from NNStreamer
         self.setDims([] if dims is None else dims)
         self.type = numpy.dtype(type)
 

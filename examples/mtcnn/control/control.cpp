@@ -1,7 +1,7 @@
-// The control: the same cascade as a team would write it without Weir, one loop on one thread with
-// OpenCV and ONNX Runtime's own API, in the manner of a callback of a ROS node. It shares with
-// ../mtcnn the arithmetic of MTCNN (../cascade.cpp), the networks' files, the resampler and the
-// batching, and copies nothing that it need not.
+// The control: the same cascade without Weir, as a team would write it: one loop on one thread with
+// OpenCV and ONNX Runtime's own API, like the callback of a ROS node. It shares the arithmetic of
+// MTCNN (../cascade.cpp), the network files, the resampler and the batching with ../mtcnn, and
+// makes no avoidable copies.
 //
 //   mtcnn-control --models FOLDER [--min-face N] [--threads N] [--rate R] [--report FILE] INPUT
 // SPDX-License-Identifier: LGPL-2.1-or-later
@@ -31,7 +31,7 @@ int run(const Options& options) {
   control::Propose propose(env, options.models, options.threads, options.min_face);
   control::Refine refine(env, options.models, options.threads);
   control::Mark mark(env, options.models, options.threads);
-  control::AskedFile asked(options.asked);
+  control::RequestFile asked(options.asked);
   mtcnn::StageTimes times;
   const auto find = [&](const cv::Mat& picture, int64_t pts) {
     propose.keep(asked.wanted(0));

@@ -1,15 +1,14 @@
-// An engine alone: the invokes that the control made for the pictures of a clip, same sizes and
-// batches, on numbers that it had for one of the pictures, and with nothing around them. It is
-// built twice: mtcnn-floor for ONNX Runtime, mtcnn-kernels-floor for the kernels of our own.
+// Runs an engine alone: repeats the invokes that the control made for the pictures of a clip, with
+// the same sizes and batches and the values of one of its pictures, and nothing else. Built twice:
+// mtcnn-floor for ONNX Runtime, mtcnn-kernels-floor for our own kernels.
 //
 //   mtcnn-floor --models FOLDER [--min-face N] [--threads N] [--clip FILE] ASKED
 //
-// ASKED is what mtcnn-control --asked wrote. Prints JSON: "pictures", the milliseconds of P-, R-,
-// O-Net's and all invokes of each picture on one thread; "rate", pictures per second on N threads,
-// each with one network of each kind, and "cpu_ms", the CPU time of a picture there. With --clip
-// also "decoding", the same two where each picture is decoded first: what no program can pass that
+// ASKED: the file from mtcnn-control --asked. Prints JSON: "pictures", the milliseconds of P-, R-,
+// O-Net's and all invokes per picture on one thread; "rate", pictures per second on N threads, each
+// with its own networks, and "cpu_ms", CPU time per picture there. With --clip also "decoding":
+// both again with each picture decoded first, a limit for any program that reads a clip.
 // SPDX-License-Identifier: LGPL-2.1-or-later
-// has a clip to read.
 #include <sys/resource.h>
 
 #include <CLI/CLI.hpp>
@@ -58,8 +57,8 @@ Times one_picture(Invokes& invokes, const Asked& picture) {
   return {ms(p - begin), ms(r - p), ms(o - r), ms(o - begin)};
 }
 
-// "rate" and "cpu_ms" of all pictures on as many threads as there are `all`; of `clip`, where there
-// is one, each picture is decoded first.
+// "rate" and "cpu_ms" of all pictures, with a thread for each item of `all`; decodes each picture
+// of `clip` first if there is one.
 std::string on_all_threads(const std::vector<std::unique_ptr<Invokes>>& all,
                            const std::vector<Asked>& pictures, control::DecodedClip* clip) {
   std::atomic<size_t> next = 0, done = 0;
@@ -97,7 +96,7 @@ int run(const std::string& file, const std::string& clip, const std::string& mod
   std::vector<std::unique_ptr<Invokes>> all;
   for (int i = 0; i < threads; ++i) {
     all.push_back(control::make_invokes(models, min_face, most, seen));
-    one_picture(*all.back(), pictures.front());  // the first meets what is not warm
+    one_picture(*all.back(), pictures.front());  // warms up
   }
   std::string alone;
   for (const Asked& picture : pictures) {

@@ -1,4 +1,4 @@
-// What floor.cpp repeats, and the engine that does it.
+// Invokes: what floor.cpp repeats, and the engine that does it.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <memory>
@@ -8,7 +8,7 @@
 
 namespace control {
 
-// One network of each kind, for one thread at a time. Errors are exceptions.
+// One network of each kind. One thread at a time; errors are exceptions.
 class Invokes {
  public:
   virtual ~Invokes() = default;
@@ -16,8 +16,8 @@ class Invokes {
   virtual void r(const Asked& asked) = 0;
   virtual void o(const Asked& asked) = 0;
 };
-// Of the engine that the program is built with; the networks' files lie in `models`. `most`: of
-// the clip's pictures the largest, and of regions the most.
+// Uses the engine with which the program is built; `models` has the network files. `most`: the
+// largest picture of the clip and the highest numbers of regions.
 std::unique_ptr<Invokes> make_invokes(const std::string& models, uint32_t min_face,
                                       const Asked& most, const Seen& seen);
 

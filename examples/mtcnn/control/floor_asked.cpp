@@ -1,4 +1,4 @@
-// Text for what was asked, bytes for what was seen.
+// Writes and reads the requests as text and the inputs as bytes.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "floor_asked.hpp"
 
@@ -9,7 +9,7 @@
 namespace control {
 namespace {
 
-constexpr const char* kEndings[] = {".p", ".r", ".o"};
+constexpr const char* kExtensions[] = {".p", ".r", ".o"};
 
 }  // namespace
 
@@ -31,17 +31,17 @@ Seen inputs_of(const Asked& most, uint32_t min_face, const Seen& seen) {
           bytes_of(seen[2], kMark * most.marked)};
 }
 
-std::vector<uint8_t>* AskedFile::wanted(size_t network) {
+std::vector<uint8_t>* RequestFile::wanted(size_t network) {
   return path_.empty() || begun_[network] ? nullptr : &seen_[network];
 }
 
-void AskedFile::add(const Asked& asked) {
+void RequestFile::add(const Asked& asked) {
   if (path_.empty()) return;
   pictures_.push_back(asked);
   for (size_t i = 0; i < seen_.size(); ++i) begun_[i] = !seen_[i].empty();
 }
 
-bool AskedFile::write() const {
+bool RequestFile::write() const {
   if (path_.empty()) return true;
   std::ofstream out(path_);
   for (const Asked& one : pictures_)
@@ -49,7 +49,7 @@ bool AskedFile::write() const {
         << '\n';
   bool good = static_cast<bool>(out.flush());
   for (size_t i = 0; i < seen_.size(); ++i) {
-    std::ofstream bytes(path_ + kEndings[i], std::ios::binary);
+    std::ofstream bytes(path_ + kExtensions[i], std::ios::binary);
     bytes.write(reinterpret_cast<const char*>(seen_[i].data()),
                 static_cast<std::streamsize>(seen_[i].size()));
     good = static_cast<bool>(bytes.flush()) && good;
@@ -68,7 +68,7 @@ std::vector<Asked> read_asked(const std::string& path) {
 Seen read_seen(const std::string& path) {
   Seen out;
   for (size_t i = 0; i < out.size(); ++i) {
-    std::ifstream in(path + kEndings[i], std::ios::binary);
+    std::ifstream in(path + kExtensions[i], std::ios::binary);
     out[i].assign(std::istreambuf_iterator<char>(in), {});
   }
   return out;

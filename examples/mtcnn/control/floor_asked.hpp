@@ -1,5 +1,5 @@
-// What the networks were asked for the pictures of a clip: mtcnn-control writes it, mtcnn-floor
-// repeats it.
+// Records the requests to the networks for the pictures of a clip: mtcnn-control writes them,
+// mtcnn-floor repeats them.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <array>
@@ -12,30 +12,31 @@
 
 namespace control {
 
-// For one picture.
+// The requests for one picture.
 struct Asked {
   mtcnn::Size picture;
-  size_t refined = 0, marked = 0;  // regions of R-Net and of O-Net
+  size_t refined = 0, marked = 0;  // numbers of regions for R-Net and O-Net
 };
 
-// What P-, R- and O-Net saw of one picture each: bytes, colours beside each other, red first; of
-// P-Net the layers one behind the other, of the others the regions.
+// The inputs of P-, R- and O-Net for one picture each: bytes with interleaved RGB; all layers in a
+// row for P-Net, the regions for the others.
 using Seen = std::array<std::vector<uint8_t>, 3>;
 
-// `count` bytes of `seen`, which begins anew where it ends: an engine's time hangs on the numbers,
-// where its loops branch on them. Bytes of one value where nothing was seen.
+// Returns `count` bytes by repeating `seen`: engines whose loops branch on values need realistic
+// ones. A constant value if `seen` is empty.
 std::vector<uint8_t> bytes_of(const std::vector<uint8_t>& seen, size_t count);
 
-// The same as each network's input for `most`: of P-Net the layers one behind the other.
+// The same as each network's input for `most`; all layers in a row for P-Net.
 Seen inputs_of(const Asked& most, uint32_t min_face, const Seen& seen);
 
-class AskedFile {
+class RequestFile {
  public:
-  explicit AskedFile(std::string path) : path_(std::move(path)) {}  // "": nothing is written
-  // Where the bytes of network 0, 1 or 2 go: of the first picture that has any. Else null.
+  explicit RequestFile(std::string path) : path_(std::move(path)) {}  // "": writes no file
+  // Where to store the input of network 0, 1 or 2: for the first picture that has one; otherwise
+  // null.
   std::vector<uint8_t>* wanted(size_t network);
   void add(const Asked& asked);
-  // `path`: a line for each picture; `path`.p, .r and .o: what was seen.
+  // `path`: a line per picture; `path`.p, .r and .o: the inputs.
   bool write() const;
 
  private:
@@ -45,7 +46,7 @@ class AskedFile {
   std::array<bool, 3> begun_{};
 };
 
-// Of a file that was written so; no pictures where it cannot be read or says nothing.
+// Reads such a file; returns no pictures when it is unreadable or empty.
 std::vector<Asked> read_asked(const std::string& path);
 Seen read_seen(const std::string& path);
 

@@ -1,4 +1,4 @@
-// What is written for the floor is what it reads, and goes round where more is asked than was seen.
+// Tests that the floor reads what was written, and repeats inputs when it needs more.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "floor_asked.hpp"
 
@@ -28,7 +28,7 @@ TEST(InputsOf, HaveTheLayersOfThePyramidAndAllRegions) {
   EXPECT_EQ(inputs[2].size(), 3u * 48 * 48);
 }
 
-class AskedFiles : public testing::Test {
+class RequestFiles : public testing::Test {
  protected:
   void SetUp() override {
     folder_ = testing::TempDir() + "floor_asked";
@@ -38,8 +38,8 @@ class AskedFiles : public testing::Test {
   std::string folder_;
 };
 
-TEST_F(AskedFiles, KeepTheFirstPictureThatANetworkSaw) {
-  AskedFile file(folder_ + "/asked");
+TEST_F(RequestFiles, KeepTheFirstPictureThatANetworkSaw) {
+  RequestFile file(folder_ + "/asked");
   *file.wanted(0) = {1, 2};
   file.add({{640, 360}, 0, 0});  // without regions
   EXPECT_EQ(file.wanted(0), nullptr);
@@ -61,15 +61,15 @@ TEST_F(AskedFiles, KeepTheFirstPictureThatANetworkSaw) {
   EXPECT_EQ(read_seen(folder_ + "/asked"), (Seen{Bytes{1, 2}, Bytes{3}, Bytes{4, 5}}));
 }
 
-TEST_F(AskedFiles, OfNoNameAreNotWritten) {
-  AskedFile file("");
+TEST_F(RequestFiles, OfNoNameAreNotWritten) {
+  RequestFile file("");
   EXPECT_EQ(file.wanted(0), nullptr);
   file.add({{640, 360}, 1, 1});
   EXPECT_TRUE(file.write());
 }
 
-TEST_F(AskedFiles, ThatCannotBeWrittenOrReadAreToldApart) {
-  AskedFile file(folder_ + "/nowhere/asked");
+TEST_F(RequestFiles, ThatCannotBeWrittenOrReadAreToldApart) {
+  RequestFile file(folder_ + "/nowhere/asked");
   file.add({{640, 360}, 1, 1});
   EXPECT_FALSE(file.write());
   EXPECT_TRUE(read_asked(folder_ + "/nowhere/asked").empty());

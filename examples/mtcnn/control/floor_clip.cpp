@@ -1,4 +1,4 @@
-// A pipeline that decodes.
+// Decodes a clip in a pipeline.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "floor_clip.hpp"
 
@@ -19,7 +19,7 @@ DecodedClip::DecodedClip(const std::string& file) {
   gst_object_unref(source);
   sink_ = gst_bin_get_by_name(GST_BIN(pipeline_), "pictures");
   gst_element_set_state(pipeline_, GST_STATE_PLAYING);
-  // An error ends no stream: the state says it.
+  // An error does not end the appsink, but the state change reports it.
   if (gst_element_get_state(pipeline_, nullptr, nullptr, GST_CLOCK_TIME_NONE) ==
           GST_STATE_CHANGE_FAILURE ||
       !next()) {

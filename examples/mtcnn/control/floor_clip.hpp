@@ -1,4 +1,4 @@
-// The pictures of a clip, decoded and nothing more.
+// DecodedClip: only decodes the pictures of a clip.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <memory>
@@ -8,17 +8,17 @@ typedef struct _GstElement GstElement;
 
 namespace control {
 
-// filesrc ! decodebin ! appsink. Pictures may be taken by several threads.
+// filesrc ! decodebin ! appsink. Several threads may pull pictures.
 class DecodedClip {
  public:
-  // Waits for the first picture, which does not count: by then everything has started. An exception
-  // where none comes.
+  // Waits for the first picture, which is not counted, so that everything has started. Throws an
+  // exception when none arrives.
   explicit DecodedClip(const std::string& file);
   ~DecodedClip();
   DecodedClip(const DecodedClip&) = delete;
   DecodedClip& operator=(const DecodedClip&) = delete;
 
-  // Waits for the next picture and lets it go; false at the end.
+  // Waits for the next picture and drops it; false at the end.
   bool next();
 
  private:

@@ -1,12 +1,12 @@
-// The kernels of our own, in float32, without the engine's module around them.
+// Runs our own float32 kernels without the engine's module.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <fstream>
 #include <iterator>
 #include <stdexcept>
 #include <vector>
 
-#include "../kernels/runner.hpp"
 #include "floor.hpp"
+#include "mtcnn-kernels/runner.hpp"
 
 namespace control {
 namespace {
@@ -45,7 +45,7 @@ class OfKernels final : public Invokes {
   }
 
  private:
-  static constexpr size_t kMostOutputs[] = {2, 4, 10};  // numbers of a place, of each output
+  static constexpr size_t kMostOutputs[] = {2, 4, 10};  // values per place and output
 
   void one(kernels::Runner& runner, const uint8_t* bytes, size_t count, uint32_t width,
            uint32_t height) {

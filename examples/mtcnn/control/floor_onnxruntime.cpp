@@ -1,4 +1,4 @@
-// ONNX Runtime's own API, as the control uses it.
+// Runs ONNX Runtime's own API as the control does.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "floor.hpp"
 #include "network.hpp"
@@ -6,7 +6,7 @@
 namespace control {
 namespace {
 
-// Numbers as the networks take them, colours in planes, of pictures of `places` pixels.
+// Normalised values in colour planes, for pictures of `places` pixels.
 void add_planes(std::span<const uint8_t> bytes, size_t places, std::vector<float>* out) {
   for (; bytes.size() >= 3 * places; bytes = bytes.subspan(3 * places))
     for (size_t c = 0; c < 3; ++c)
@@ -44,7 +44,7 @@ class OfOnnxRuntime final : public Invokes {
   }
 
  private:
-  // How many numbers it took from `at` on.
+  // Returns how many values it used, starting at `at`.
   size_t one(Network& network, size_t of, size_t at, size_t count, uint32_t width,
              uint32_t height) {
     const size_t length = 3 * count * width * height;

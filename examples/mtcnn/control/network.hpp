@@ -1,4 +1,4 @@
-// A network in ONNX Runtime's own API: inputs and outputs by name, the input's memory the caller's.
+// Network: ONNX Runtime's own API with inputs and outputs by name, on the caller's input memory.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <onnxruntime_cxx_api.h>
@@ -13,8 +13,8 @@ namespace control {
 
 using Shape = std::array<int64_t, 4>;
 
-// From 1.29 on the vendor's library reports opened models, on threads of its own: off, as in Weir's
-// engine.
+// From 1.29 on the vendor's library reports opened models from its own threads. Disabled, as in
+// Weir's engine.
 inline Ort::Env silent_environment() {
   setenv("ORT_DISABLE_TELEMETRY", "1", 0);
   return Ort::Env();

@@ -1,4 +1,4 @@
-// filesrc ! decodebin ! videoconvert ! appsink.
+// Decodes a file: filesrc ! decodebin ! videoconvert ! appsink.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "pictures.hpp"
 
@@ -11,7 +11,7 @@ std::string line_of(const Source& source) {
     line += "videorate drop-only=true ! capsfilter caps=video/x-raw,framerate=(fraction)" +
             std::to_string(static_cast<int>(source.rate * 1000)) + "/1000 ! ";
   if (source.live) line += "identity sync=true ! ";
-  // As a subscriber with a queue of one: of live pictures the newest.
+  // Like a subscriber with a queue of one: keeps the newest live picture.
   return line +
          "appsink name=pictures sync=false max-buffers=1 drop=" + (source.live ? "true" : "false");
 }
@@ -30,7 +30,7 @@ void hand_over(GstSample* sample, const std::function<void(const cv::Mat&, int64
   gst_buffer_unmap(buffer, &map);
 }
 
-// What the pipeline says went wrong; "" for nothing.
+// Returns the pipeline's error, "" without one.
 std::string error_of(GstElement* pipeline) {
   GstBus* bus = gst_element_get_bus(pipeline);
   GstMessage* message = gst_bus_pop_filtered(bus, GST_MESSAGE_ERROR);
@@ -55,7 +55,7 @@ bool for_each_picture(const Source& source,
   g_object_set(file, "location", source.file.c_str(), nullptr);
   GstAppSink* sink = GST_APP_SINK(gst_bin_get_by_name(GST_BIN(pipeline), "pictures"));
   gst_element_set_state(pipeline, GST_STATE_PLAYING);
-  // After an error before the first picture nothing comes and no end either.
+  // After an error before the first picture, neither a picture nor EOS arrives.
   std::string fault;
   while (fault.empty()) {
     if (GstSample* sample = gst_app_sink_try_pull_sample(sink, GST_SECOND / 5)) {

@@ -1,4 +1,4 @@
-// Pictures of a file as R'G'B', by GStreamer: the control's and the ROS camera's.
+// Reads the pictures of a file as R'G'B' with GStreamer, for the control and the ROS camera.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <gst/app/gstappsink.h>
@@ -12,13 +12,12 @@ namespace control {
 
 struct Source {
   std::string file;
-  double rate = 0;    // of more pictures a second, as many; 0: all
-  bool live = false;  // at the rate of the file; of pictures that wait the newest stays
+  double rate = 0;    // limit in pictures per second; 0: all
+  bool live = false;  // at the file's rate; only the newest waiting picture is kept
 };
 
-// Calls `function` with each picture and its time-stamp (ns) until the end. The picture's memory
-// is the decoder's and lasts for the call. False, with a line on stderr, when nothing can be
-// decoded.
+// Calls `function` with each picture and its time-stamp (ns) until EOS. The decoder owns the
+// picture's memory, valid during the call. False, with a line on stderr, when decoding fails.
 bool for_each_picture(const Source& source,
                       const std::function<void(const cv::Mat&, int64_t)>& function);
 

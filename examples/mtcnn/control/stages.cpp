@@ -1,4 +1,4 @@
-// Pictures and regions become a network's input, and its output boxes.
+// Converts pictures and regions to a network's input, and its output to boxes.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "stages.hpp"
 
@@ -17,7 +17,7 @@ Size size_of(const cv::Mat& picture) {
   return {static_cast<uint32_t>(picture.cols), static_cast<uint32_t>(picture.rows)};
 }
 
-// The regions, black outside of the picture, as one batch.
+// Crops the regions into one batch; black outside the picture.
 void cut(const cv::Mat& picture, std::span<const weir::Box> regions, uint32_t side, Input* input) {
   const cv::Rect all(0, 0, picture.cols, picture.rows);
   const int length = static_cast<int>(side);

@@ -1,5 +1,5 @@
-// The three parts of the cascade in OpenCV and ONNX Runtime, as the control and its ROS nodes use
-// them. A picture is 8-bit R'G'B'. Not thread-safe; errors are exceptions of Ort and cv.
+// The three stages of the cascade with OpenCV and ONNX Runtime, for the control and its ROS nodes.
+// Pictures are 8-bit R'G'B'. Not thread-safe; errors are exceptions of Ort and cv.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <opencv2/core.hpp>
@@ -9,16 +9,16 @@
 
 namespace control {
 
-// The network's input, its memory kept from picture to picture.
+// A network's input; its memory is reused for each picture.
 class Input {
  public:
-  // One of as many pictures of `side`; `picture` of any size.
+  // Resizes `picture`, of any size, to `side` as number `index` of a batch of `count`.
   void take(const cv::Mat& picture, size_t index, size_t count, cv::Size side);
   std::span<float> numbers() { return numbers_; }
   const Shape& shape() const { return shape_; }
-  // Bytes that were put into other memory a second time: colours that are set apart in planes.
+  // Bytes that were copied only to split colours into planes.
   uint64_t copied() const { return copied_; }
-  // What take() makes from now on goes there too, as bytes before they are numbers; null: nowhere.
+  // From now on take() also appends its bytes, before normalisation, to `bytes`; null: nowhere.
   void keep(std::vector<uint8_t>* bytes) { kept_ = bytes; }
 
  private:

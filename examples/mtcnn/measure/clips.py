@@ -1,17 +1,17 @@
 # SPDX-License-Identifier: LGPL-2.1-or-later
-"""Clips for measuring, made of the user's: as often as wished, at another rate, as single pictures. Nothing is drawn anew."""
+"""Makes clips for measuring from the user's clip: repeated, at another rate, or as single pictures, without re-encoding."""
 
 import gi
 
 gi.require_version("Gst", "1.0")
 gi.require_version("GstApp", "1.0")
-from gi.repository import Gst, GstApp  # noqa: E402, F401: GstApp brings pull_sample
+from gi.repository import Gst, GstApp  # noqa: E402, F401: GstApp provides pull_sample
 
 SECOND = 1_000_000_000
 
 
 def samples(line):
-    """What comes out of `line ! appsink`. SystemExit with GStreamer's words."""
+    """The output of `line ! appsink`. SystemExit with GStreamer's error."""
     Gst.init(None)
     pipeline = Gst.parse_launch(line + " ! appsink name=out sync=false max-buffers=64")
     pipeline.set_state(Gst.State.PLAYING)
@@ -27,13 +27,13 @@ def samples(line):
 
 
 def write(path, caps, pieces):
-    """(bytes, pts, duration, whether it needs the one before) each into a Matroska file."""
+    """Writes (bytes, pts, duration, whether it is a delta frame) tuples into a Matroska file."""
     pipeline = Gst.parse_launch(f'appsrc name=in format=time max-bytes=0 ! matroskamux ! filesink location="{path}"')
     source = pipeline.get_by_name("in")
     source.set_property("caps", caps)
     pipeline.set_state(Gst.State.PLAYING)
     for memory, pts, duration, delta in pieces:
-        buffer = memory.copy_deep()  # copy() of these bindings is the same buffer again
+        buffer = memory.copy_deep()  # copy() of these bindings returns the same buffer
         buffer.pts, buffer.dts, buffer.duration = pts, Gst.CLOCK_TIME_NONE, duration
         if delta:
             buffer.set_flags(Gst.BufferFlags.DELTA_UNIT)
@@ -50,7 +50,7 @@ def quoted(path):
 
 
 class Clip:
-    """A user's video, its pictures as they are coded."""
+    """A user's video as coded pictures."""
 
     def __init__(self, path):
         self.path = path
@@ -61,10 +61,10 @@ class Clip:
         return len(self.coded)
 
     def again(self, path, rate, count):
-        """`count` pictures at `rate` a second, from the beginning and again from the beginning. The codes are the clip's own.
+        """Writes `count` coded pictures at `rate` per second, repeating the clip from its beginning.
 
-        Codes come in another order than they are shown: of the last that are taken some between them may be missing, and the
-        others move together.
+        Decoding order differs from display order: some of the last pictures may be missing in between, and the others
+        close the gap.
         """
         period = SECOND // rate
         taken = [(place // len(self), self.coded[place % len(self)].get_buffer()) for place in range(count)]
@@ -74,7 +74,7 @@ class Clip:
         return path
 
     def pictures(self, path, first, count, rate=1):
-        """`count` single pictures (JPEG of quality 95), evenly out of the clip from number `first` on, `rate` a second."""
+        """`count` single pictures (JPEG, quality 95), evenly spaced from picture `first` on, `rate` per second."""
         found = samples(f"filesrc location={quoted(self.path)} ! decodebin ! videoconvert ! video/x-raw,format=I420 ! "
                         "jpegenc quality=95")
         step = max(len(found) // count, 1)

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: LGPL-2.1-or-later
-"""Lines of code by part.
+"""Counts lines of code by part.
 
-The rule: a line counts when something is left of it without its comments (// and /* */ of C++, # of messages, <!-- --> of XML).
-Options of the command line and what takes the times count. Build descriptions, tests, this folder, the floors and kernels/, which
-is an engine in the place of ONNX Runtime, do not.
+A line counts if anything remains after removing comments (// and /* */ of C++, # of messages, <!-- --> of XML).
+Command line options and time measurement count. Build files, tests, this folder, the floors, and kernels/, an engine that
+replaces ONNX Runtime, do not.
 """
 
 import pathlib
@@ -35,5 +35,5 @@ def of_files(names):
 
 
 def by_part():
-    """[(part, who needs it, lines)]"""
+    """Returns [(part, program that needs it, lines)]."""
     return [(part, who.split(), of_files(names)) for part, (names, who) in PARTS.items()]

@@ -1,17 +1,17 @@
 # SPDX-License-Identifier: LGPL-2.1-or-later
-"""The arithmetic of the figures: what a list of times and samples says."""
+"""The statistics of the figures, computed from lists of times and samples."""
 
 import math
 import statistics
 
 
 def middle(values):
-    """(median, least, most) of the rounds."""
+    """Returns (median, minimum, maximum) of the rounds."""
     return statistics.median(values), min(values), max(values)
 
 
 def percentile(values, share):
-    """The smallest of the values that `share` of them do not exceed (nearest rank)."""
+    """The smallest value that `share` of the values do not exceed (nearest rank)."""
     if not values:
         raise ValueError("a percentile of nothing")
     if not 0 < share <= 1:
@@ -28,12 +28,12 @@ def rate(times):
 
 
 def jitter_ms(times, period):
-    """By how much each distance of neighbours differs from `period` (seconds): milliseconds."""
+    """The deviation in milliseconds of each distance between neighbours from `period` (seconds)."""
     return [abs(later - earlier - period) * 1e3 for earlier, later in zip(times, times[1:])]
 
 
 def slope_per_minute(samples, warm_up):
-    """Least squares over (seconds, value) from `warm_up` seconds after the first sample on."""
+    """Least squares over (seconds, value), from `warm_up` seconds after the first sample on."""
     later = [one for one in samples if one[0] - samples[0][0] >= warm_up]
     if len(later) < 3:
         raise ValueError(f"{len(later)} samples after {warm_up} s, three are needed")
@@ -43,5 +43,5 @@ def slope_per_minute(samples, warm_up):
 
 
 def of_floor(value, floor):
-    """`value` as a percentage of the floor; None where there is no floor."""
+    """`value` as a percentage of the floor; None without a floor."""
     return 100 * value / floor if floor else None

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: LGPL-2.1-or-later
-"""The measurements: what is run, and which numbers come of it. A number's name is its row in the table."""
+"""The measurements: what to run, and the numbers it gives. A number's name is its row in the table."""
 
 import json
 import pathlib
@@ -9,36 +9,36 @@ import numbers_of as numbers
 from processes import watch
 
 STAGES = ("pyramid and P-Net", "regions and R-Net", "regions and O-Net")
-WEIR = {"weir": ["--framework", "onnxruntime", "--custom", "NumThreads:1"], "kernels": ["--framework", "mtcnn-kernels"]}  # the pipeline, with either engine
-FLOORS = {"onnxruntime": "--floor", "mtcnn-kernels": "--kernels-floor"}  # of each engine
-DECODES = {name: name + ", floor and decoding" for name in ("pictures per second", "CPU ms per picture")}  # a row against a floor that decodes, too
+WEIR = {"weir": ["--framework", "onnxruntime", "--custom", "NumThreads:1"], "kernels": ["--framework", "mtcnn-kernels"]}  # both engines
+FLOORS = {"onnxruntime": "--floor", "mtcnn-kernels": "--kernels-floor"}  # per engine
+DECODES = {name: name + ", floor and decoding" for name in ("pictures per second", "CPU ms per picture")}  # rows also compared with a floor that decodes
 LIVE_RATE = 30  # pictures per second of the camera
-SETTLE = 1.0  # seconds of a live run that are left out
+SETTLE = 1.0  # seconds at the start of a live run that are ignored
 MAPPED, RSS, THREADS = "mapped memory, MB", "peak RSS, MB", "threads"
 
 
 class Programs:
-    """The commands of those that are compared: weir, kernels, control, ros where it is built."""
+    """The commands of the compared programs: weir, kernels, control, and ros if it is built."""
 
     def __init__(self, run, min_face, folder):
         self.run, self.folder = [*run, "--min-face", str(min_face)], pathlib.Path(folder)
         self.report = self.folder / "report.json"
 
     def watched(self, who, clip, *options):
-        """(Watched, the report of the times)"""
+        """Returns (Watched, the report of the times)."""
         own = WEIR.get(who) or [f"--{who}"]
         self.report.unlink(missing_ok=True)
         seen = watch([*self.run, *own, "--report", self.report, *options, clip])
         return seen, json.loads(self.report.read_text())
 
     def floor(self, engine, *arguments):
-        """(Watched, what it prints)"""
+        """Returns (Watched, its output)."""
         seen = watch([*self.run, FLOORS[engine], *arguments])
         return seen, json.loads(seen.text)
 
 
 def fast(programs, who, clip):
-    """Every picture of the clip, as fast as may be. The rate leaves starting up out."""
+    """All pictures of the clip as fast as possible. The rate excludes the start."""
     seen, report = programs.watched(who, clip)
     done = [one[3] for one in report["pictures"]]
     out = {"pictures per second": numbers.rate(done), "CPU ms per picture": seen.cpu_seconds * 1e3 / len(done),
@@ -50,16 +50,16 @@ def fast(programs, who, clip):
 
 
 def latency(programs, who, clip):
-    """One picture after the other, one a second: how long each takes, and where; the first meets what is not warm."""
+    """One picture per second: how long each takes, and where; the first one is cold."""
     _, report = programs.watched(who, clip, "--live")
     return {"pictures": [[(later - earlier) * 1e3 for earlier, later in zip(one, one[1:])] + [(one[3] - one[0]) * 1e3]
                          for one in report["pictures"][1:]]}
 
 
 def of_latencies(rounds):
-    """Rows of a program's rounds: medians of each round; of the slowest hundredth all rounds together.
+    """Returns rows for a program's rounds: medians of each round, and the slowest hundredth over all rounds.
 
-    Fewer than a hundred pictures have none: then it is the slowest, and is called so.
+    With fewer than a hundred pictures this is the slowest one, and its row is named so.
     """
     out = []
     for one in rounds:
@@ -72,7 +72,7 @@ def of_latencies(rounds):
 
 
 def live(programs, who, clip, offered):
-    """A camera of 30 pictures a second. Weir draws on each of them; the others only find faces."""
+    """A camera with 30 pictures per second. Weir draws on each of them; the others only find faces."""
     _, report = programs.watched(who, clip, "--live", *(["--draw"] if who in WEIR else []))
     done = [one[3] for one in report["pictures"]]
     first = min(one[0] for one in report["pictures"])
@@ -89,7 +89,7 @@ def live(programs, who, clip, offered):
 
 
 def memory(programs, who, clip, warm_up, seconds):
-    """A long live run of `seconds`: how resident memory goes. What starts and ends the program is left out."""
+    """A live run of `seconds`: growth of resident memory, without start and end."""
     seen, _ = programs.watched(who, clip, "--live", *(["--draw"] if who in WEIR else []))
     samples = [(time, rss) for time, rss in seen.samples if time < seconds]
     later = [rss for time, rss in samples if time >= warm_up]
@@ -99,14 +99,14 @@ def memory(programs, who, clip, warm_up, seconds):
 
 
 def asked(programs, clip):
-    """What the control asks of the networks for the clip, for floor()."""
+    """The control's requests to the networks for the clip, for floor()."""
     path = programs.folder / "asked"
     watch([*programs.run, "--control", "--asked", path, clip])
     return path
 
 
 def floor(programs, engine, what, cores, clip):
-    """An engine's own time for the same invokes in a bare loop: on one thread, with all cores busy, and so while they decode the clip as well."""
+    """The engine's time for the same invokes in a plain loop: on one thread, on all cores, and the latter with decoding."""
     seen, one = programs.floor(engine, what)
     _, all_cores = programs.floor(engine, "--threads", cores, "--clip", clip, what)
     decoding = {DECODES[name]: all_cores["decoding"][key] for name, key in (("pictures per second", "rate"), ("CPU ms per picture", "cpu_ms"))}

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: LGPL-2.1-or-later
-"""The results as pictures, by gnuplot."""
+"""Draws the results with gnuplot."""
 
 import subprocess
 
@@ -22,7 +22,7 @@ def block(name, rows):
 
 
 def bars(path, title, unit, rows, names, floor):
-    """One group of bars for each row: the programs, with least and most, and the floors as lines across."""
+    """One group of bars per row: the programs with minimum and maximum, and the floors as lines across."""
     who = [one for one in table.NAMES if any(one in rows.get(name, {}) for name in names)]
     commands, plots = ["set style fill solid 0.85", f"set ylabel '{unit}'", "set yrange [0:]", "set offsets 0, 0, graph 0.1, 0",
                        f"set boxwidth {0.9 / (len(who) + 1):.3f}",
@@ -54,7 +54,7 @@ def memory(path, results):
 
 
 def all_plots(results, folder):
-    """The pictures of the parts that were measured: their paths."""
+    """Draws the parts that were measured; returns the paths of the pictures."""
     rows, floor, made = table.gathered(results), table.floors(results), []
     if results.get("latency"):
         made.append(folder / "mtcnn-latency.png")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: LGPL-2.1-or-later
-"""Runs a program and watches it and its children while it runs."""
+"""Runs a program and samples it and its children."""
 
 import dataclasses
 import os
@@ -8,18 +8,18 @@ import subprocess
 import threading
 import time
 
-EVERY = 0.1  # seconds between two looks
-OURS = "mtcnn"  # what the watched processes' names begin with: not roslaunch, not ROS's master
+EVERY = 0.1  # seconds between two samples
+OURS = "mtcnn"  # prefix of the names of watched processes: excludes roslaunch and ROS's master
 
 
 @dataclasses.dataclass
 class Watched:
     seconds: float
     cpu_seconds: float
-    peak_rss: float  # MB, of all processes together; pages that they share count for each
-    mapped: float  # MB of address space, the most
+    peak_rss: float  # MB, sum over all processes; shared pages count for each
+    mapped: float  # peak address space in MB
     threads: int
-    samples: list  # (seconds since the first of them, MB resident)
+    samples: list  # (seconds since the first sample, resident MB)
     text: str  # stdout
 
 
@@ -36,7 +36,7 @@ TICK = os.sysconf("SC_CLK_TCK")
 
 
 def look(pid):
-    """What /proc says of a process; None once it has ended."""
+    """Reads the process from /proc; None once it has ended."""
     folder = pathlib.Path(f"/proc/{pid}")
     try:
         status = dict(line.split(":", 1) for line in (folder / "status").read_text().splitlines())
@@ -48,7 +48,7 @@ def look(pid):
 
 
 def family(pid):
-    """The process and what it started, those of ours."""
+    """The process and its descendants, as far as they are ours."""
     try:
         name = pathlib.Path(f"/proc/{pid}/comm").read_text()
         children = pathlib.Path(f"/proc/{pid}/task/{pid}/children").read_text().split()
@@ -58,7 +58,7 @@ def family(pid):
 
 
 def watch(command, environment=None):
-    """Watched. SystemExit with its words where the program fails."""
+    """Returns Watched. SystemExit with the program's output if it fails."""
     begin = time.monotonic()
     child = subprocess.Popen([str(word) for word in command], stdout=subprocess.PIPE, text=True, env=environment)
     ended = threading.Event()
@@ -85,8 +85,8 @@ def watch(command, environment=None):
     watcher.join()
     if child.returncode:
         raise SystemExit(f"bench: {' '.join(map(str, command))} ended with {child.returncode}")
-    alone = len(cpu) == 1  # then the system's own account is exact
-    # ru_maxrss would be this process's own where that is larger: a child begins as its copy.
+    alone = len(cpu) == 1  # then the system's accounting is exact
+    # Not ru_maxrss: a child starts as a copy of this process and inherits its peak.
     return Watched(seconds, usage.ru_utime + usage.ru_stime if alone else sum(cpu.values()),
                    max(peaks.values()) if alone else max(rss), max(mapped), max(threads),
                    [(time - samples[0][0], value) for time, value in samples], text)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: LGPL-2.1-or-later
-"""The results as Markdown."""
+"""Formats the results as Markdown."""
 
 import lines
 import numbers_of as numbers
@@ -14,7 +14,7 @@ def number(value):
 
 
 def words(rounds, floor):
-    """Median, least and most, percentage of the floor."""
+    """Median, minimum and maximum, percentage of the floor."""
     if not rounds:
         return "-"
     median, least, most = numbers.middle(rounds)
@@ -24,7 +24,7 @@ def words(rounds, floor):
 
 
 def gathered(results):
-    """{row: {who: [a number of each round]}} of all parts that were measured, in their order."""
+    """Returns {row: {program: [a number per round]}} of all measured parts, in their order."""
     rows = {}
     for part in ("fast", "latency", "live", "memory"):
         for who, rounds in results.get(part, {}).items():
@@ -43,7 +43,7 @@ def gathered(results):
 
 
 def floors(results):
-    """{engine: {row: its floor, the median of its rounds}}"""
+    """Returns {engine: {row: its floor, the median of its rounds}}."""
     out = {}
     for engine, rounds in results.get("floor", {}).items():
         medians, once, _ = parts.of_latencies(rounds)
@@ -53,7 +53,7 @@ def floors(results):
 
 
 def floor_of(floor, who):
-    """{row: the floor of the engine that a program has}"""
+    """Returns {row: the floor of a program's engine}."""
     return floor.get("mtcnn-kernels" if who == "kernels" else "onnxruntime", {})
 
 

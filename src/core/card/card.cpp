@@ -1,4 +1,4 @@
-// Cards from JSON, each field checked by name.
+// Parses model cards from JSON and checks each field by name.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/card/card.hpp"
 
@@ -22,7 +22,7 @@ constexpr size_t kBytesLimit = size_t{1} << 20;
 constexpr int kDepthLimit = 16;
 constexpr int64_t kSideLimit = 1 << 15;
 
-// Reads fields of one object; the first fault is kept and everything after it is a default.
+// Reads the fields of one object. Keeps the first error; fields after it get defaults.
 class Fields {
  public:
   Fields(const Json& object, std::string where, std::optional<Error>* fault)
@@ -36,7 +36,7 @@ class Fields {
     for (const auto& [key, value] : object_.items()) {
       if (std::find(names.begin(), names.end(), key) != names.end()) continue;
       const std::string close = nearest(key, names);
-      fail(key, close.empty() ? "a field that cards have" : "did you mean " + close + "?");
+      fail(key, close.empty() ? "a known field of a card" : "did you mean " + close + "?");
     }
   }
   std::string text(const char* key, bool needed) {
@@ -75,7 +75,7 @@ class Fields {
     if (!object_.is_object()) return nullptr;
     const auto at = object_.find(key);
     if (at != object_.end() && !at->is_null()) return &*at;
-    if (needed) fail(key, "it must be there");
+    if (needed) fail(key, "it is required");
     return nullptr;
   }
   void fail(const std::string& key, const std::string& needed) {
@@ -84,12 +84,11 @@ class Fields {
     const std::string shown = value ? value->dump(-1, ' ', false, Json::error_handler_t::replace)
                               : key.empty() ? object_.type_name()
                                             : "nothing";
-    fault_ = Error{Code::CARD_INVALID,
-                   "the model card cannot be used",
-                   where_ + (key.empty() ? "" : "/" + key) + ": " + shown.substr(0, 80),
-                   needed,
-                   "",
-                   "docs/cards.md lists the fields of a card"};
+    fault_ = Error{.code = Code::CARD_INVALID,
+                   .what = "the model card cannot be used",
+                   .offered = where_ + (key.empty() ? "" : "/" + key) + ": " + shown.substr(0, 80),
+                   .needed = needed,
+                   .fix = "docs/cards.md lists the fields of a card"};
   }
   std::string where(const std::string& key) const { return where_ + "/" + key; }
 
@@ -127,7 +126,7 @@ ImageInput input_from(const Json& json, const std::string& where, std::optional<
   }
   const int64_t channels = input.color == Color::Gray ? 1 : 3;
   if (input.channels() != channels)
-    fields.fail("shape", std::to_string(channels) + " channels at the place that `layout` says");
+    fields.fail("shape", std::to_string(channels) + " channels at the position given by `layout`");
   for (const char* key : {"mean", "scale"}) {
     const auto count = static_cast<int64_t>((*key == 'm' ? input.mean : input.scale).size());
     if (count > 1 && count != channels) fields.fail(key, "one number, or one for each channel");
@@ -186,12 +185,11 @@ Card card_from(const Json& json, const std::string& place, std::optional<Error>*
 }
 
 Error invalid(const std::string& offered, const std::string& needed) {
-  return Error{Code::CARD_INVALID,
-               "the model card cannot be used",
-               offered,
-               needed,
-               "",
-               "docs/cards.md lists the fields of a card"};
+  return Error{.code = Code::CARD_INVALID,
+               .what = "the model card cannot be used",
+               .offered = offered,
+               .needed = needed,
+               .fix = "docs/cards.md lists the fields of a card"};
 }
 
 }  // namespace
@@ -210,7 +208,7 @@ Result<Card> parse(std::string_view text, const std::string& place) {
   if (text.size() > kBytesLimit)
     return invalid(place + ": " + std::to_string(text.size()) + " bytes",
                    "a card of at most 1 MiB");
-  // Deeper than any card: refused before it is built, so that nesting costs no memory.
+  // Deeper than any card: rejected while parsing, so that nesting costs no memory.
   bool too_deep = false;
   const auto bounded = [&too_deep](int depth, Json::parse_event_t, Json&) {
     too_deep |= depth > kDepthLimit;
@@ -221,7 +219,7 @@ Result<Card> parse(std::string_view text, const std::string& place) {
     json = Json::parse(text, bounded);
   } catch (const Json::parse_error& error) {
     return invalid(place + ": not JSON at byte " + std::to_string(error.byte), "JSON");
-  } catch (const Json::exception&) {  // a number beyond all bounds
+  } catch (const Json::exception&) {  // a number out of range
     return invalid(place + ": a number that is too large", "JSON with numbers of 64 bits");
   }
   if (too_deep) return invalid(place + ": objects within objects without end", "a card");
@@ -235,12 +233,11 @@ Result<Card> read(const std::string& path) {
   std::error_code ignored;
   std::ifstream file(path, std::ios::binary);
   if (!file.is_open() || !fs::is_regular_file(path, ignored))
-    return Error{Code::FILE_NOT_FOUND,
-                 "the model card cannot be read",
-                 path,
-                 "a file",
-                 "",
-                 "the path of a card; docs/cards.md says what stands in one"};
+    return Error{.code = Code::FILE_NOT_FOUND,
+                 .what = "the model card cannot be read",
+                 .offered = path,
+                 .needed = "a file",
+                 .fix = "the path of a card; docs/cards.md describes its fields"};
   std::string text(kBytesLimit + 1, '\0');
   file.read(text.data(), static_cast<std::streamsize>(text.size()));
   text.resize(static_cast<size_t>(file.gcount()));

@@ -1,4 +1,4 @@
-// A model card: how a model's pixels are prepared and what its outputs mean. docs/cards.md.
+// Card: how a model's input pictures are prepared and what its outputs mean. See docs/cards.md.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <cstdint>
@@ -15,16 +15,16 @@ namespace weir::card {
 
 enum class Layout { Nhwc, Nchw };
 enum class Color { Gray, Rgb, Bgr };
-enum class Resize { Stretch, Crop };  // Crop: the middle part of the model's proportions
+enum class Resize { Stretch, Crop };  // Crop: the largest centred part with the model's proportions
 
-// A picture that the model takes. Number = (pixel - mean) * scale, per channel or for all.
+// An input picture of the model. Number = (pixel - mean) * scale, per channel or for all.
 struct ImageInput {
   std::string name;
   ElementType type = ElementType::End;
-  std::vector<int64_t> shape;  // outermost-first, with the batch of 1 when the model has one
+  std::vector<int64_t> shape;  // outermost first, including the batch of 1 if the model has one
   Layout layout = Layout::Nhwc;
   Color color = Color::Rgb;
-  std::vector<double> mean;   // empty = 0; one, or one for each channel
+  std::vector<double> mean;   // empty = 0; one number, or one for each channel
   std::vector<double> scale;  // empty = 1
   Resize resize = Resize::Stretch;
 
@@ -33,8 +33,8 @@ struct ImageInput {
   int64_t channels() const noexcept;
 };
 
-// Either the labels themselves or a file beside the model or the card, whose first `skip` lines do
-// not count.
+// The labels themselves, or a file next to the model or the card whose first `skip` lines are
+// skipped.
 struct Labels {
   std::vector<std::string> names;
   std::string file;
@@ -43,25 +43,25 @@ struct Labels {
 
 struct Card {
   std::string name, model;
-  std::string sha256;  // of the model file, 64 hexadecimal digits in lower case
+  std::string sha256;  // of the model file, 64 lower-case hexadecimal digits
   std::string task;
   std::vector<ImageInput> inputs;  // at least one
   Labels labels;
   std::string decoder;  // a mode of tensor_decoder, "" = none
-  std::string path;     // where the card was read, "" when it was not read from a file
+  std::string path;     // the file that the card was read from, or ""
 };
 
-// CARD_INVALID with the place in the card: what came, what is needed. `place` names the card.
+// CARD_INVALID with the field, the value and what is needed. `place` names the card.
 Result<Card> parse(std::string_view json, const std::string& place);
-// FILE_NOT_FOUND, or as parse().
+// FILE_NOT_FOUND, or the errors of parse().
 Result<Card> read(const std::string& path);
 
-// The labels, read where they are in a file: beside the model, beside the card, or in `folders`.
-// LABELS_INVALID when the file is nowhere or empty.
+// The labels; reads a label file next to the model, next to the card or in `folders`.
+// LABELS_INVALID if the file is missing or empty.
 Result<std::vector<std::string>> labels_of(const Card& card, const std::string& model_path,
                                            const std::vector<std::string>& folders);
 
-// The elements from a raw video stream to the model's input, for a pipeline:
+// The elements that turn raw video into the model's input:
 // "videoconvert ! videoscale ... ! tensor_converter ! tensor_transform ...".
 std::string preparation(const ImageInput& input);
 

@@ -1,4 +1,4 @@
-// Cards from JSON, the pipelines they give, and what is refused.
+// Parses cards, checks their pipelines, and rejects invalid cards.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/card/card.hpp"
 
@@ -76,14 +76,14 @@ TEST(Card, NamesTheFieldThatIsMissing) {
   }
 }
 
-TEST(Card, GuessesTheFieldThatWasMeant) {
+TEST(Card, SuggestsTheNearestField) {
   Json json = good();
   json["inputs"][0]["meen"] = {1};
   EXPECT_SAYS(error_of(json), "inputs/0/meen: [1]");
   EXPECT_SAYS(error_of(json), "did you mean mean?");
 }
 
-TEST(Card, RefusesValuesOfTheWrongKind) {
+TEST(Card, RejectsValuesOfTheWrongKind) {
   const std::pair<const char*, Json> wrong[] = {
       {"/name", 1},
       {"/name", ""},
@@ -118,7 +118,7 @@ TEST(Card, RefusesValuesOfTheWrongKind) {
   }
 }
 
-TEST(Card, RefusesWhatIsNoCard) {
+TEST(Card, RejectsOtherJson) {
   for (const char* text :
        {"", "{", "[]", "3", "{\"name\": \"\xff\"}", "null", "{} {}", "{\"name\": 1e999}"})
     EXPECT_FALSE(parse(text, "x")) << text;
@@ -131,7 +131,7 @@ TEST(Card, RefusesWhatIsNoCard) {
   EXPECT_EQ(card.error().code, Code::CARD_INVALID);
 }
 
-TEST(Preparation, LeavesBytesAsTheyAre) {
+TEST(Preparation, KeepsBytesUnchanged) {
   Json input{{"type", "uint8"}, {"mean", nullptr}, {"scale", nullptr}};
   EXPECT_EQ(
       prepared(input),
@@ -144,14 +144,14 @@ TEST(Preparation, SubtractsTheMeanAndMultiplies) {
               "! tensor_transform mode=arithmetic option=typecast:float32,add:-127.5,mul:0.5");
 }
 
-TEST(Preparation, WorksByChannelWhereTheyDiffer) {
+TEST(Preparation, UsesPerChannelValuesWhereTheyDiffer) {
   EXPECT_SAYS(prepared({{"mean", {1, 2, 3}}, {"scale", {0.5}}}),
               "option=typecast:float32,per-channel:true@0,add:-1.0@0,add:-2.0@1,add:-3.0@2,"
               "mul:0.5@0,mul:0.5@1,mul:0.5@2");
   EXPECT_SAYS(prepared({{"mean", {7, 7, 7}}}), "option=typecast:float32,add:-7.0,mul:0.5");
 }
 
-TEST(Preparation, TurnsThePictureForNchw) {
+TEST(Preparation, TransposesThePictureForNchw) {
   EXPECT_SAYS(prepared({{"layout", "NCHW"}, {"shape", {3, 10, 20}}}),
               "width=20,height=10,pixel-aspect-ratio=1/1 ! tensor_converter");
   EXPECT_TRUE(prepared({{"layout", "NCHW"}, {"shape", {3, 10, 20}}})
@@ -165,12 +165,12 @@ TEST(Preparation, CastsToOtherTypes) {
                   .ends_with("tensor_converter ! tensor_transform mode=typecast option=float32"));
 }
 
-TEST(Preparation, CutsTheMiddleOut) {
+TEST(Preparation, CropsTheCentre) {
   EXPECT_TRUE(prepared({{"resize", "crop"}})
                   .starts_with("videoconvert ! aspectratiocrop aspect-ratio=192/224 ! videoscale"));
 }
 
-TEST(Preparation, MakesGrayAndBgr) {
+TEST(Preparation, ConvertsToGrayAndBgr) {
   EXPECT_SAYS(prepared({{"color", "BGR"}}), "format=BGR,");
   EXPECT_SAYS(prepared({{"color", "GRAY8"}, {"shape", {1, 9, 9, 1}}}), "format=GRAY8,");
 }

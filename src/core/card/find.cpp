@@ -1,4 +1,4 @@
-// Beside the model, by digest, from the model.
+// Finds a card next to the model, by digest, or in the model's metadata.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/card/find.hpp"
 
@@ -7,6 +7,7 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
+#include "core/config/install_paths.hpp"
 #include "core/text/text.hpp"
 #include "machine/environment.hpp"
 
@@ -36,7 +37,7 @@ std::vector<std::string> card_folders() {
   if (const char* text = environment_variable("WEIR_CARD_PATH"))
     for (const auto part : split(text, ":"))
       if (!part.empty()) out.emplace_back(part);
-  out.emplace_back(std::string(WEIR_DATA_DIR) + "/cards");
+  out.emplace_back(config::kInstalledCards);
   return out;
 }
 
@@ -66,12 +67,11 @@ Result<Card> find(const Search& search) {
   if (fs::exists(beside, ignored)) {
     auto card = read(beside.string());
     if (!card || card->sha256 == search.sha256()) return card;
-    return Error{Code::CARD_INVALID,
-                 "the card beside the model is of another file",
-                 beside.string() + ": sha256 " + card->sha256,
-                 "sha256 " + search.sha256(),
-                 "",
-                 "fetch the model again, or correct the card after checking it"};
+    return Error{.code = Code::CARD_INVALID,
+                 .what = "the card beside the model belongs to a different file",
+                 .offered = beside.string() + ": sha256 " + card->sha256,
+                 .needed = "sha256 " + search.sha256(),
+                 .fix = "fetch the model again, or correct the card after checking it"};
   }
   for (const auto& folder : search.folders)
     for (const auto& path : cards_in(folder)) {
@@ -88,12 +88,12 @@ Result<Card> find(const Search& search) {
     if (!card.labels.names.empty()) card.decoder = "image_labeling";
     return card;
   }
-  return Error{Code::CARD_MISSING,
-               "no model card says how the pixels must be prepared",
-               search.model,
-               beside.string() + ", or a card with the model's digest in " + search.folders.back(),
-               "",
-               "fill in this card:\n" + card_to_fill_in(search)};
+  return Error{
+      .code = Code::CARD_MISSING,
+      .what = "no model card says how the pixels must be prepared",
+      .offered = search.model,
+      .needed = beside.string() + ", or a card with the model's digest in " + search.folders.back(),
+      .fix = "fill in this card:\n" + card_to_fill_in(search)};
 }
 
 Result<std::vector<std::string>> labels_of(const Card& card, const std::string& model_path,
@@ -116,12 +116,10 @@ Result<std::vector<std::string>> labels_of(const Card& card, const std::string& 
     labels.erase(labels.begin(), labels.begin() + skip);
     if (!labels.empty()) return labels;
   }
-  return Error{Code::LABELS_INVALID,
-               "the label file that the card names is nowhere, or empty",
-               card.labels.file,
-               "a file with one label a line beside the model: " + places[0].string(),
-               "",
-               ""};
+  return Error{.code = Code::LABELS_INVALID,
+               .what = "the label file that the card names does not exist, or is empty",
+               .offered = card.labels.file,
+               .needed = "a file with one label a line beside the model: " + places[0].string()};
 }
 
 }  // namespace weir::card

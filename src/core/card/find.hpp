@@ -1,4 +1,4 @@
-// Which card goes with a model.
+// Finds the card of a model.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <functional>
@@ -11,22 +11,22 @@ namespace weir::card {
 
 struct Search {
   std::string model;                    // path of the model file
-  std::function<std::string()> sha256;  // of the model file, lower case; called when it is needed
-  std::vector<std::string> folders;     // of cards: every *.card.json in them is looked at
-  std::vector<ImageInput> from_model;   // what the model's own metadata say; empty = nothing
+  std::function<std::string()> sha256;  // of the model file, lower case; called only if needed
+  std::vector<std::string> folders;     // searched for *.card.json
+  std::vector<ImageInput> from_model;   // from the model's own metadata; may be empty
   std::vector<std::string> labels_from_model;
-  std::vector<ImageInput> asked;  // the model's inputs, for the card to fill in
+  std::vector<ImageInput> asked;  // the model's inputs, for the card template
 };
 
-// NAME.card.json beside NAME.onnx, whose digest must be the model's; else the card with that digest
-// in `folders`; else what the model says itself. CARD_INVALID when the card beside the model is of
-// another file; CARD_MISSING, with a card to fill in, when there is none.
+// Returns NAME.card.json next to NAME.onnx if its digest matches the model, else the card with that
+// digest in `folders`, else the model's own metadata. CARD_INVALID if the card next to the model
+// describes another file; CARD_MISSING, with a template to fill in, if there is no card.
 Result<Card> find(const Search& search);
 
-// WEIR_CARD_PATH (colon list), then the folder chosen when Weir was built.
+// WEIR_CARD_PATH (separated by colons), then the folder chosen when Weir was built.
 std::vector<std::string> card_folders();
 
-// A card for `search` in which what only its author knows is left to fill in.
+// A card template for `search`; the fields that only the model's author knows are left open.
 std::string card_to_fill_in(const Search& search);
 
 }  // namespace weir::card

@@ -1,4 +1,4 @@
-// Which card is found for a model, and what is said when there is none.
+// Finds the card of a model, and reports when there is none.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/card/find.hpp"
 
@@ -54,7 +54,7 @@ class FindCard : public ::testing::Test {
   fs::path folder_ = fs::path(testing::TempDir()) / "weir-find-card-test";
 };
 
-TEST_F(FindCard, TakesTheOneBesideTheModelFirst) {
+TEST_F(FindCard, PrefersTheCardBesideTheModel) {
   write("net.card.json", kDigest, "beside");
   write("cards/other.card.json", kDigest, "by digest");
   const auto card = find(search());
@@ -62,7 +62,7 @@ TEST_F(FindCard, TakesTheOneBesideTheModelFirst) {
   EXPECT_EQ(card->name, "beside");
 }
 
-TEST_F(FindCard, TakesTheOneWithTheModelsDigest) {
+TEST_F(FindCard, FindsTheCardWithTheModelsDigest) {
   write("cards/a.card.json", kOther, "another");
   write("cards/b.card.json", kDigest, "by digest");
   const auto card = find(search());
@@ -70,7 +70,7 @@ TEST_F(FindCard, TakesTheOneWithTheModelsDigest) {
   EXPECT_EQ(card->name, "by digest");
 }
 
-TEST_F(FindCard, TakesWhatTheModelSays) {
+TEST_F(FindCard, UsesTheModelsMetadata) {
   Search asked = search();
   asked.from_model = asked.asked;
   const auto card = find(asked);
@@ -78,7 +78,7 @@ TEST_F(FindCard, TakesWhatTheModelSays) {
   EXPECT_EQ(card->inputs[0].width(), 32);
 }
 
-TEST_F(FindCard, RefusesACardOfAnotherFile) {
+TEST_F(FindCard, RejectsACardOfADifferentFile) {
   write("net.card.json", kOther, "beside");
   const auto card = find(search());
   ASSERT_FALSE(card);
@@ -87,7 +87,7 @@ TEST_F(FindCard, RefusesACardOfAnotherFile) {
   EXPECT_SAYS(card.error().message(), kDigest);
 }
 
-TEST_F(FindCard, DoesNotPassOverADamagedCard) {
+TEST_F(FindCard, DoesNotSkipADamagedCard) {
   std::ofstream(folder_ / "cards/a.card.json") << "{";
   write("cards/b.card.json", kDigest, "by digest");
   const auto card = find(search());
@@ -95,7 +95,7 @@ TEST_F(FindCard, DoesNotPassOverADamagedCard) {
   EXPECT_SAYS(card.error().message(), "a.card.json");
 }
 
-TEST_F(FindCard, GivesACardToFillIn) {
+TEST_F(FindCard, OffersACardTemplate) {
   const auto card = find(search());
   ASSERT_FALSE(card);
   EXPECT_EQ(card.error().code, Code::CARD_MISSING);

@@ -1,4 +1,4 @@
-// ONNX metadata_props of the category Image, and TensorFlow Lite metadata.
+// Reads ONNX metadata_props of the category Image, and TensorFlow Lite metadata.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/card/metadata.hpp"
 
@@ -14,7 +14,7 @@ std::optional<Color> color_of(const std::string& format) {
   return std::nullopt;
 }
 
-// False for ranges that a multiplication of bytes does not reach (16 to 235: video levels).
+// False for ranges that bytes cannot be scaled to (16 to 235: video levels).
 bool set_range(const std::string& range, ImageInput* input) {
   if (range.empty() || range == "NominalRange_0_255") return true;
   if (range == "Normalized_0_1") {
@@ -36,7 +36,7 @@ std::string value_of(const Properties& properties, const char* key) {
   return at == properties.end() ? std::string() : at->second;
 }
 
-// Empty when one of them is no number that can be divided by.
+// Empty if one of them is not a number or zero.
 std::vector<double> divisors(const std::string& list) {
   std::vector<double> out;
   for (const auto part : split(list, ",")) {
@@ -47,7 +47,7 @@ std::vector<double> divisors(const std::string& list) {
   return out;
 }
 
-// Normalisation is said in real numbers: quantised inputs take the pixels, int8 shifted by 128.
+// Normalisation is given for real numbers: quantised inputs get the pixels, int8 shifted by 128.
 std::optional<ImageInput> from_tflite(const Properties& properties, ImageInput asked) {
   const std::string color = value_of(properties, "tflite.color_space");
   if (color != "RGB" && color != "GRAYSCALE") return std::nullopt;
@@ -59,7 +59,8 @@ std::optional<ImageInput> from_tflite(const Properties& properties, ImageInput a
     asked.scale = {1};
     return asked;
   }
-  const std::string means = value_of(properties, "tflite.mean");  // The parts are views of it.
+  // Owns the text that the parts view.
+  const std::string means = value_of(properties, "tflite.mean");
   for (const auto part : split(means, ",")) asked.mean.push_back(parse_double(part).value_or(0));
   for (const double divisor : divisors(value_of(properties, "tflite.std")))
     asked.scale.push_back(1 / divisor);

@@ -1,4 +1,4 @@
-// What a model's own metadata say of its picture.
+// Reads how pictures are prepared from a model's own metadata.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <map>
@@ -10,15 +10,15 @@
 
 namespace weir::card {
 
-// `properties`: keys and values from the model. `asked`: the model's input; its name, type, shape
-// and layout are kept. Nullopt when they do not say how a picture is prepared. Keys of ONNX models:
-// Image.BitmapPixelFormat and Image.NominalPixelRange of ONNX's docs/MetadataProps.md; of
-// TensorFlow Lite models: tflite.color_space, tflite.mean, tflite.std, as the engine's module gives
-// them.
+// `properties`: keys and values of the model. `asked`: the model's input, whose name, type, shape
+// and layout are kept. Nullopt if the metadata do not describe how pictures are prepared. Keys of
+// ONNX models: Image.BitmapPixelFormat and Image.NominalPixelRange (docs/MetadataProps.md of ONNX);
+// of TensorFlow Lite models: tflite.color_space, tflite.mean and tflite.std, as set by the engine's
+// module.
 std::optional<ImageInput> input_from_metadata(const std::map<std::string, std::string>& properties,
                                               ImageInput asked);
 
-// The lines of tflite.labels; none when there are no labels.
+// The lines of tflite.labels; empty if there are none.
 std::vector<std::string> labels_from_metadata(const std::map<std::string, std::string>& properties);
 
 }  // namespace weir::card

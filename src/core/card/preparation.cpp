@@ -1,4 +1,4 @@
-// The pipeline text that prepares pictures as a card says.
+// Builds the pipeline text that prepares pictures as a card describes.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <charconv>
 
@@ -7,7 +7,7 @@
 namespace weir::card {
 namespace {
 
-// With a point or an exponent: an operand without one is an integer to tensor_transform.
+// Always with a decimal point or an exponent; tensor_transform reads other operands as integers.
 std::string decimal(double value) {
   char text[32];
   const auto end = std::to_chars(text, text + sizeof text, value).ptr;
@@ -31,7 +31,7 @@ std::string steps(const char* op, const std::vector<double>& values, double sign
   return out;
 }
 
-// One number for all channels where they have the same.
+// Repeats a single number for every channel if other lists are per channel.
 std::vector<double> widened(const std::vector<double>& values, size_t channels, bool by_channel) {
   if (!by_channel || values.size() != 1) return values;
   return std::vector<double>(channels, values[0]);

@@ -1,4 +1,4 @@
-// Where the compared value lies, what it is, and the operators.
+// Locates the compared value, reads it and applies the operator.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/condition/comparison.hpp"
 
@@ -59,10 +59,10 @@ T element_at(std::span<const std::byte> bytes, size_t index) noexcept {
   return value;
 }
 
-// Whole numbers up to 32 bits add up exactly for as many elements as a tensor may have in memory.
+// Sums of integers up to 32 bits are exact for any number of elements that fits into memory.
 template <class T>
 double sum_of_wide(std::span<const std::byte> bytes) noexcept {
-  constexpr size_t kLanes = 8;  // independent sums: an addition need not wait for the one before
+  constexpr size_t kLanes = 8;  // independent sums hide the latency of additions
   using Sum = std::conditional_t<std::integral<T> && sizeof(T) <= 4, int64_t, double>;
   Sum lanes[kLanes] = {};
   const size_t count = bytes.size() / sizeof(T);
@@ -91,13 +91,14 @@ Result<size_t> element_index(const Place& place, const TensorSpec& tensor) {
   for (size_t d = 0; d < kRankLimit; ++d) {
     const uint32_t extent = std::max(tensor.shape[d], 1u);
     if (place.coordinate[d] >= extent)
-      return Error{Code::OPTION_VALUE,
-                   "compared-value-option names an element that is not there",
-                   "coordinate " + std::to_string(place.coordinate[d]) + " in dimension " +
-                       std::to_string(d),
-                   "below " + std::to_string(extent),
-                   "tensor " + std::to_string(place.tensor) + " is " + tensor.to_string(),
-                   "compared-value-option=0:0:0:0," + std::to_string(place.tensor)};
+      return Error{
+          .code = Code::OPTION_VALUE,
+          .what = "compared-value-option names an element that does not exist",
+          .offered = "coordinate " + std::to_string(place.coordinate[d]) + " in dimension " +
+                     std::to_string(d),
+          .needed = "below " + std::to_string(extent),
+          .difference = "tensor " + std::to_string(place.tensor) + " is " + tensor.to_string(),
+          .fix = "compared-value-option=0:0:0:0," + std::to_string(place.tensor)};
     index += place.coordinate[d] * step;
     step *= extent;
   }
@@ -123,12 +124,10 @@ Result<Comparison> Comparison::make(const Condition& condition,
   const TensorSpec& tensor = tensors[place.tensor];
   const auto bytes = tensor.bytes();
   if (!bytes)
-    return Error{Code::LIMIT_EXCEEDED,
-                 "a tensor is too large",
-                 tensor.to_string(),
-                 "at most 2^63 bytes",
-                 "",
-                 ""};
+    return Error{.code = Code::LIMIT_EXCEEDED,
+                 .what = "a tensor is too large",
+                 .offered = tensor.to_string(),
+                 .needed = "at most 2^63 bytes"};
   Comparison out;
   out.condition_ = condition;
   out.condition_.supplied.resize(2);

@@ -1,4 +1,4 @@
-// Comparison: a condition for the tensors of one stream, and its answer for a frame.
+// Comparison: a condition resolved for the tensors of one stream.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <span>
@@ -9,21 +9,21 @@
 
 namespace weir::condition {
 
-// Not for Custom. Immutable.
+// For every kind but Custom. Immutable.
 class Comparison {
  public:
-  // Precondition: nothing is missing(). A tensor or coordinate that the stream has not is an error
-  // that names both.
+  // Precondition: missing() returns nothing. If the stream lacks the tensor or coordinate, the
+  // error names both.
   static Result<Comparison> make(const Condition& condition,
                                  const std::vector<TensorSpec>& tensors);
 
-  // What of the frame is looked at.
+  // The part of the frame that is compared.
   size_t tensor() const noexcept { return tensor_; }
   size_t offset() const noexcept { return offset_; }  // bytes, in the tensor
   size_t bytes() const noexcept { return bytes_; }
 
-  // `bytes` are those. The supplied values become numbers of the tensor's type first, as C casts
-  // them; an average is computed in float64 and becomes one, too.
+  // `bytes` is that part. Supplied values are first cast to the tensor's type as C does; an average
+  // is computed in float64 and cast to it as well.
   bool holds(std::span<const std::byte> bytes) const noexcept;
 
  private:
@@ -32,7 +32,7 @@ class Comparison {
   size_t tensor_ = 0, offset_ = 0, bytes_ = 0;
 };
 
-// Of `bytes` that are dense elements of `type`.
+// The average of dense elements of `type`.
 double average(ElementType type, std::span<const std::byte> bytes) noexcept;
 
 }  // namespace weir::condition

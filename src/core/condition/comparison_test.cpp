@@ -1,4 +1,4 @@
-// Decisions against a plain comparison in the element's own type.
+// Compares decisions with a plain comparison in the element's own type.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/condition/comparison.hpp"
 
@@ -20,7 +20,7 @@ constexpr Operator kOperators[] = {
     Operator::NotInRange, Operator::NotInsideRange,
 };
 
-// The table of the specification, in words of C.
+// The table of docs/compatibility/routing.md 6.7, in C.
 template <class T>
 bool expected(int op, T x, T a, T b) {
   const bool table[] = {x == a, x != a,           x > a,          x >= a,         x < a,
@@ -86,7 +86,7 @@ TYPED_TEST(ComparisonOf, WholeNumbersBecomeTheTypeAsCCastsThem) {
         }
 }
 
-TYPED_TEST(ComparisonOf, RealNumbersAreCutToTheTypeFirst) {
+TYPED_TEST(ComparisonOf, RealNumbersAreTruncatedToTheTypeFirst) {
   using T = TypeParam;
   for (int op = 0; op < 10; ++op)
     for (const double a : {0.0, 1.5, 1.999, 2.0, 99.25, 100.5})
@@ -99,12 +99,12 @@ TYPED_TEST(ComparisonOf, RealNumbersAreCutToTheTypeFirst) {
               << "operator " << op << ", " << +x << " against " << a << ", " << b;
 }
 
-TYPED_TEST(ComparisonOf, AveragesAreFloat64CutToTheType) {
+TYPED_TEST(ComparisonOf, AveragesAreFloat64TruncatedToTheType) {
   using T = TypeParam;
   std::mt19937 random(11);
   for (const size_t count : {1u, 2u, 7u, 8u, 9u, 100u, 4097u}) {
     std::vector<T> values(count);
-    double sum = 0;  // whole numbers: exact in any order
+    double sum = 0;  // integers, so exact in any order
     for (T& value : values) {
       value = static_cast<T>(random() % 120);
       sum += static_cast<double>(value);
@@ -137,7 +137,7 @@ TEST(Comparison, AveragesOfManyLargeNumbersAreExact) {
             UINT32_MAX);
 }
 
-TEST(Comparison, OfFloat16RoundsWhatIsSupplied) {
+TEST(Comparison, RoundsSuppliedValuesToFloat16) {
   const auto holds = [](float element, Operator op, const char* supplied) {
     return decide(ElementType::Float16, bytes_of(std::vector<float16>{float16(element)}),
                   static_cast<int>(op), supplied);
@@ -154,7 +154,7 @@ TEST(Comparison, OfFloat16RoundsWhatIsSupplied) {
   EXPECT_EQ(average(ElementType::Float16, bytes_of(values)), 2.5);
 }
 
-TEST(Comparison, NotInRangeIsOneSideOrTheOther) {
+TEST(Comparison, NotInRangeMeansBelowOrAbove) {
   for (const int x : {1, 10, 15, 20, 30}) {
     const auto bytes = bytes_of(std::vector<int32_t>{x});
     const auto holds = [&](Operator op) {
@@ -213,9 +213,9 @@ std::string refused(ComparedValue compared, const char* option) {
   return comparison ? "" : comparison.error().message();
 }
 
-TEST(Comparison, RefusesWhatTheStreamHasNot) {
+TEST(Comparison, RejectsElementsThatTheStreamLacks) {
   const auto text = refused(ComparedValue::Element, "0:4,0");
-  EXPECT_SAYS(text, "WEIR-1004: compared-value-option names an element that is not there");
+  EXPECT_SAYS(text, "WEIR-1004: compared-value-option names an element that does not exist");
   EXPECT_SAYS(text, "offered: coordinate 4 in dimension 1");
   EXPECT_SAYS(text, "needed: below 4");
   EXPECT_SAYS(text, "tensor 0 is uint8 3:4");

@@ -1,4 +1,4 @@
-// Grammar of the properties of tensor_if.
+// Parses the properties of tensor_if.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/condition/condition.hpp"
 
@@ -13,15 +13,15 @@ namespace {
 
 Error unreadable(const char* property, std::string_view text, std::string_view part,
                  const char* needed, const char* example) {
-  return Error{Code::OPTION_SYNTAX,
-               std::string(property) + " cannot be read",
-               std::string(property) + "=" + std::string(text),
-               needed,
-               place_in(text, static_cast<size_t>(part.data() - text.data())),
-               std::string(property) + "=" + example};
+  return Error{.code = Code::OPTION_SYNTAX,
+               .what = std::string(property) + " cannot be read",
+               .offered = std::string(property) + "=" + std::string(text),
+               .needed = needed,
+               .difference = place_in(text, static_cast<size_t>(part.data() - text.data())),
+               .fix = std::string(property) + "=" + example};
 }
 
-// Without the blanks around; where there is nothing but blanks, the place of the first.
+// Strips blanks; for a blank part, returns its position.
 std::string_view trimmed(std::string_view part) {
   const auto inner = strip(part);
   return inner.empty() ? part.substr(0, 0) : inner;
@@ -102,22 +102,21 @@ Result<Condition> parse_condition(ComparedValue compared, std::string_view compa
 std::optional<Error> missing(const Condition& condition) {
   const bool custom = condition.compared == ComparedValue::Custom;
   if (custom ? condition.callback.empty() : !condition.place)
-    return Error{Code::OPTION_VALUE,
-                 "tensor_if needs to be told what to compare",
-                 "no compared-value-option",
-                 custom ? "the name of a registered function"
-                        : "the place of an element, or the index of a tensor to average",
-                 "",
-                 custom ? "compared-value=CUSTOM compared-value-option=NAME"
-                        : "compared-value=A_VALUE compared-value-option=0:0:0:0,0"};
+    return Error{
+        .code = Code::OPTION_VALUE,
+        .what = "tensor_if needs to know what to compare",
+        .offered = "no compared-value-option",
+        .needed = custom ? "the name of a registered function"
+                         : "the coordinates of an element, or the index of a tensor to average",
+        .fix = custom ? "compared-value=CUSTOM compared-value-option=NAME"
+                      : "compared-value=A_VALUE compared-value-option=0:0:0:0,0"};
   const size_t needed = needs_two_values(condition.op) ? 2 : 1;
   if (custom || condition.supplied.size() >= needed) return std::nullopt;
-  return Error{Code::OPTION_VALUE,
-               "tensor_if needs to be told what to compare with",
-               std::to_string(condition.supplied.size()) + " numbers in supplied-value",
-               std::to_string(needed),
-               "",
-               needed == 2 ? "supplied-value=10,100" : "supplied-value=10"};
+  return Error{.code = Code::OPTION_VALUE,
+               .what = "tensor_if needs to know what to compare with",
+               .offered = std::to_string(condition.supplied.size()) + " numbers in supplied-value",
+               .needed = std::to_string(needed),
+               .fix = needed == 2 ? "supplied-value=10,100" : "supplied-value=10"};
 }
 
 }  // namespace weir::condition

@@ -1,4 +1,5 @@
-// Condition: what tensor_if asks of a frame, read from its properties. Needs no stream.
+// Condition: the test that tensor_if applies to frames, parsed from its properties; needs no
+// stream.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <array>
@@ -13,7 +14,7 @@
 
 namespace weir::condition {
 
-// Numbers as in the specification, 6.7.
+// Numbers as in docs/compatibility/routing.md 6.7.
 enum class ComparedValue : int32_t { Element = 0, Average = 3, Custom = 5 };
 enum class Operator : int32_t {
   Equal = 0,
@@ -31,14 +32,14 @@ enum class Behaviour : int32_t { Passthrough = 0, Skip = 1, TensorPick = 7 };
 
 bool needs_two_values(Operator op) noexcept;
 
-// A number of supplied-value; all of one text are of one kind.
+// A number of supplied-value; all numbers of one text have the same kind.
 struct Number {
   bool is_real = false;
   int64_t whole = 0;
   double real = 0;
 };
 
-// The element or the tensor that is compared.
+// The compared element or tensor.
 struct Place {
   std::array<uint32_t, kRankLimit> coordinate{};  // 0 where the user gave none
   size_t tensor = 0;
@@ -52,16 +53,16 @@ struct Condition {
   std::vector<Number> supplied;  // at most two
 };
 
-// "V" or "V1,V2": int64, or float64 when a text has one of . e E; "" is an empty list. What is no
-// number is an error that shows its place.
+// "V" or "V1,V2": int64, or float64 if the text contains one of . e E; "" is an empty list.
+// Anything else is an error with its position.
 Result<std::vector<Number>> parse_supplied_value(std::string_view text);
-// "1:2:3,0": coordinate, innermost first, and index of the tensor.
+// "1:2:3,0": coordinate, innermost first, and tensor index.
 Result<Place> parse_element_place(std::string_view text);
 
-// The properties; empty texts leave their parts empty.
+// Parses all properties; empty texts leave their fields unset.
 Result<Condition> parse_condition(ComparedValue compared, std::string_view compared_option,
                                   Operator op, std::string_view supplied);
-// The first thing that is not set but needed.
+// The error for the first required property that is not set.
 std::optional<Error> missing(const Condition& condition);
 
 }  // namespace weir::condition

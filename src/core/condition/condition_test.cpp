@@ -1,4 +1,4 @@
-// The texts of tensor_if.
+// Parses the properties of tensor_if.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/condition/condition.hpp"
 
@@ -73,7 +73,7 @@ TEST(ElementPlace, ShowsThePlaceOfATypo) {
   EXPECT_SAYS(at("0:0:0:0:0:0:0:0:0:0:0:0:0:0:0:0:0,0"), "at character 33:");
 }
 
-TEST(Condition, ReadsTheOptionOfItsKind) {
+TEST(Condition, ReadsTheOptionForItsKind) {
   const auto average = parse_condition(ComparedValue::Average, " 2 ", Operator::Less, "5");
   ASSERT_TRUE(average);
   EXPECT_EQ(average->place->tensor, 2u);
@@ -83,24 +83,25 @@ TEST(Condition, ReadsTheOptionOfItsKind) {
   EXPECT_FALSE(parse_condition(ComparedValue::Element, "0,0", Operator::Less, "five"));
 }
 
-TEST(Condition, SaysWhatIsMissing) {
-  const auto words = [](ComparedValue compared, const char* option, Operator op,
-                        const char* value) {
+TEST(Condition, ReportsWhatIsMissing) {
+  const auto error_text = [](ComparedValue compared, const char* option, Operator op,
+                             const char* value) {
     const auto error = missing(*parse_condition(compared, option, op, value));
     return error ? error->message() : std::string();
   };
-  EXPECT_SAYS(words(ComparedValue::Element, "", Operator::Equal, "1"),
-              "WEIR-1004: tensor_if needs to be told what to compare\n");
-  EXPECT_SAYS(words(ComparedValue::Average, "", Operator::Equal, "1"), "no compared-value-option");
-  EXPECT_SAYS(words(ComparedValue::Custom, "", Operator::Equal, ""),
+  EXPECT_SAYS(error_text(ComparedValue::Element, "", Operator::Equal, "1"),
+              "WEIR-1004: tensor_if needs to know what to compare\n");
+  EXPECT_SAYS(error_text(ComparedValue::Average, "", Operator::Equal, "1"),
+              "no compared-value-option");
+  EXPECT_SAYS(error_text(ComparedValue::Custom, "", Operator::Equal, ""),
               "name of a registered function");
-  EXPECT_SAYS(words(ComparedValue::Element, "0,0", Operator::Equal, ""),
+  EXPECT_SAYS(error_text(ComparedValue::Element, "0,0", Operator::Equal, ""),
               "offered: 0 numbers in supplied-value");
-  EXPECT_SAYS(words(ComparedValue::Element, "0,0", Operator::NotInsideRange, "4"),
+  EXPECT_SAYS(error_text(ComparedValue::Element, "0,0", Operator::NotInsideRange, "4"),
               "offered: 1 numbers in supplied-value\n  needed: 2");
-  EXPECT_EQ(words(ComparedValue::Element, "0,0", Operator::LessOrEqual, "4"), "");
-  EXPECT_EQ(words(ComparedValue::Element, "0,0", Operator::InRange, "4,5"), "");
-  EXPECT_EQ(words(ComparedValue::Custom, "mine", Operator::InRange, ""), "");
+  EXPECT_EQ(error_text(ComparedValue::Element, "0,0", Operator::LessOrEqual, "4"), "");
+  EXPECT_EQ(error_text(ComparedValue::Element, "0,0", Operator::InRange, "4,5"), "");
+  EXPECT_EQ(error_text(ComparedValue::Custom, "mine", Operator::InRange, ""), "");
 }
 
 }  // namespace

@@ -1,11 +1,14 @@
-// The register of conditions, and calling one.
+// The registry of custom conditions, and their invocation.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/condition/custom_condition.hpp"
 
-#include "core/infer/called.hpp"
-#include "core/infer/host.hpp"
+#include <span>
+
+#include "core/infer/module/called.hpp"
+#include "core/infer/module/host.hpp"
 #include "core/process/process_object.hpp"
 #include "core/text/text.hpp"
+#include "weir/join.hpp"
 #include "weir/module.hpp"
 
 namespace weir::condition {
@@ -17,23 +20,20 @@ Functions& functions() {
   return all;
 }
 
-// What the function was given: "a frame of uint8 2:1, int16 3 at 0:00:00.100000000".
+// Describes the frame: "a frame of uint8 2:1, int16 3 at 0:00:00.100000000".
 std::string text_of(const weir_frame& frame) {
-  std::string out;
-  for (uint32_t i = 0; i < frame.n_tensors; ++i)
-    out += (out.empty() ? "" : ", ") + describe(frame.tensors[i].info);
-  out = "a frame of " + out;
+  const std::string out =
+      "a frame of " + join(std::span(frame.tensors, frame.n_tensors), ", ",
+                           [](const weir_tensor& tensor) { return describe(tensor.info); });
   return frame.pts < 0 ? out : out + " at " + time_text(static_cast<uint64_t>(frame.pts));
 }
 
 Error failed(const std::string& who, int result, weir_error* error, const weir_frame& frame) {
   if (!error->set)
-    return Error{Code::CALLBACK_FAILED,
-                 who + " failed and did not say why",
-                 "it returned " + std::to_string(result) + " for " + text_of(frame),
-                 "0; above 0 to drop the frame; below 0 with words through host->fail",
-                 "",
-                 ""};
+    return Error{.code = Code::CALLBACK_FAILED,
+                 .what = who + " failed without an error message",
+                 .offered = "it returned " + std::to_string(result) + " for " + text_of(frame),
+                 .needed = "0; above 0 to drop the frame; below 0 after host->fail with a message"};
   Error said = infer::take_error(error, result, "");
   said.what = who + " failed: " + said.what;
   said.code = Code::CALLBACK_FAILED;
@@ -46,14 +46,14 @@ Error failed(const std::string& who, int result, weir_error* error, const weir_f
 Error unknown_condition(const std::string& name) {
   const std::string close = nearest(name, functions().names());
   const std::string option = "compared-value-option=";
-  return Error{Code::CALLBACK_UNKNOWN,
-               "no condition is registered under this name",
-               option + name,
-               functions().one_of(),
-               close.empty() ? "" : "did you mean " + close + "?",
-               close.empty() ? "weir_condition_register(\"" + name +
-                                   "\", function, data) before the first frame"
-                             : option + close};
+  return Error{.code = Code::CALLBACK_UNKNOWN,
+               .what = "no condition is registered under this name",
+               .offered = option + name,
+               .needed = functions().one_of(),
+               .difference = close.empty() ? "" : "did you mean " + close + "?",
+               .fix = close.empty() ? "weir_condition_register(\"" + name +
+                                          "\", function, data) before the first frame"
+                                    : option + close};
 }
 
 bool is_custom_condition(std::string_view name) {

@@ -1,24 +1,24 @@
-// Conditions that the program registered: weir/custom_condition.h.
+// CustomCondition: calls conditions that the program registered through weir/custom_condition.h.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <optional>
 #include <string>
 #include <string_view>
 
-#include "core/infer/named_functions.hpp"
+#include "core/infer/module/named_functions.hpp"
 #include "weir/custom_condition.h"
 #include "weir/result.hpp"
 
 namespace weir::condition {
 
-// Looks the name up for the first frame, and again once what it found is unregistered. One thread
-// at a time.
+// Looks up the name on the first frame, and again after the function was unregistered. Use from one
+// thread at a time.
 class CustomCondition {
  public:
   explicit CustomCondition(std::string name)
       : name_(std::move(name)), who_("the condition " + name_) {}
-  // nullopt: drop the frame. CALLBACK_UNKNOWN with the names that are there, CALLBACK_FAILED with
-  // what the function said.
+  // nullopt: drop the frame. CALLBACK_UNKNOWN with the registered names, CALLBACK_FAILED with the
+  // function's message.
   Result<std::optional<bool>> decide(const weir_frame& frame);
 
  private:

@@ -1,4 +1,4 @@
-// Conditions registered in the process, in C and in C++.
+// Conditions registered in the process, through C and C++.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/condition/custom_condition.hpp"
 
@@ -17,7 +17,7 @@
 namespace weir::condition {
 namespace {
 
-// True above *data; 0 drops, 255 fails, 254 fails without a word.
+// True above *data; 0 drops, 255 fails, 254 fails without a message.
 int above(const weir_host* host, const weir_frame* in, int* result, void* data, weir_error* error) {
   const auto value = *static_cast<const uint8_t*>(in->tensors[0].data);
   if (value == 255)
@@ -57,7 +57,7 @@ TEST(CustomCondition, CallsTheFunctionWithItsData) {
   EXPECT_EQ(decide(&later, 6).error().code, Code::CALLBACK_UNKNOWN);
 }
 
-TEST(CustomCondition, IsAwaitedWhenItIsUnregistered) {
+TEST(CustomCondition, UnregisterWaitsForARunningCall) {
   struct Slow {
     std::promise<void> entered, unregistered;
     std::atomic<bool> has_ended = false;
@@ -97,7 +97,7 @@ TEST(CustomCondition, MayBeRegisteredAfterItIsNamed) {
   EXPECT_EQ(weir_condition_unregister("above"), WEIR_OK);
 }
 
-TEST(CustomCondition, SaysWhoFailedAndWhy) {
+TEST(CustomCondition, ReportsTheNameAndReasonOfAFailure) {
   int limit = 5;
   ASSERT_EQ(weir_condition_register("above", above, &limit), WEIR_OK);
   CustomCondition condition("above");
@@ -106,14 +106,14 @@ TEST(CustomCondition, SaysWhoFailedAndWhy) {
   EXPECT_SAYS(text, "offered: 255");
   EXPECT_SAYS(text, "needed: less");
   const auto silent = decide(&condition, 254).error().message();
-  EXPECT_SAYS(silent, "WEIR-5003: the condition above failed and did not say why");
+  EXPECT_SAYS(silent, "WEIR-5003: the condition above failed without an error message");
   EXPECT_SAYS(silent, "offered: it returned -");
   EXPECT_SAYS(silent, " for a frame of ");
   EXPECT_SAYS(silent, "needed: 0; above 0 to drop the frame");
   EXPECT_EQ(weir_condition_unregister("above"), WEIR_OK);
 }
 
-TEST(CustomCondition, MayThrowWhichIsToldWithItsName) {
+TEST(CustomCondition, ReportsAnExceptionWithItsName) {
   const auto throwing = [](const weir_host*, const weir_frame*, int*, void*, weir_error*) -> int {
     throw std::runtime_error("thrown in a condition");
   };
@@ -125,7 +125,7 @@ TEST(CustomCondition, MayThrowWhichIsToldWithItsName) {
   EXPECT_EQ(weir_condition_unregister("throwing"), WEIR_OK);
 }
 
-TEST(CustomCondition, OfAnUnknownNameSaysWhichThereAre) {
+TEST(CustomCondition, ListsTheKnownNamesForAnUnknownName) {
   ASSERT_EQ(weir_condition_register("one", above, nullptr), WEIR_OK);
   ASSERT_EQ(weir_condition_register("two", above, nullptr), WEIR_OK);
   CustomCondition condition("three");
@@ -138,7 +138,7 @@ TEST(CustomCondition, OfAnUnknownNameSaysWhichThereAre) {
   EXPECT_EQ(weir_condition_unregister("two"), WEIR_OK);
 }
 
-TEST(CustomCondition, OfAnAlmostRightNameSaysWhichIsMeant) {
+TEST(CustomCondition, SuggestsTheNearestName) {
   ASSERT_EQ(weir_condition_register("bright", above, nullptr), WEIR_OK);
   CustomCondition condition("brigth");
   const auto text = decide(&condition, 1).error().message();
@@ -147,7 +147,7 @@ TEST(CustomCondition, OfAnAlmostRightNameSaysWhichIsMeant) {
   EXPECT_EQ(weir_condition_unregister("bright"), WEIR_OK);
 }
 
-TEST(CustomCondition, NeedsANameOfItsOwnAndAFunction) {
+TEST(CustomCondition, RequiresAnUnusedNameAndAFunction) {
   EXPECT_EQ(weir_condition_register(nullptr, above, nullptr), -WEIR_OPTION_VALUE);
   EXPECT_EQ(weir_condition_register("", above, nullptr), -WEIR_OPTION_VALUE);
   EXPECT_EQ(weir_condition_register("none", nullptr, nullptr), -WEIR_OPTION_VALUE);
@@ -158,7 +158,7 @@ TEST(CustomCondition, NeedsANameOfItsOwnAndAFunction) {
   EXPECT_EQ(weir_condition_unregister(nullptr), -WEIR_CALLBACK_UNKNOWN);
 }
 
-TEST(RegisteredConditionInCpp, IsThereWhileItLives) {
+TEST(RegisteredConditionInCpp, IsRegisteredForItsLifetime) {
   {
     int calls = 0;
     const RegisteredCondition odd("odd", [&calls](const weir_frame& frame) {
@@ -173,11 +173,14 @@ TEST(RegisteredConditionInCpp, IsThereWhileItLives) {
   EXPECT_FALSE(is_custom_condition("odd"));
 }
 
-TEST(RegisteredConditionInCpp, MayThrow) {
+TEST(RegisteredConditionInCpp, ConvertsExceptionsToErrors) {
   const RegisteredCondition throwing("throwing", [](const weir_frame& frame) -> bool {
     switch (*static_cast<const uint8_t*>(frame.tensors[0].data)) {
       case 0:
-        throw Failure({Code::SPEC_MISMATCH, "a failure", "this", "that", "", ""});
+        throw Failure({.code = Code::SPEC_MISMATCH,
+                       .what = "a failure",
+                       .offered = "this",
+                       .needed = "that"});
       case 1:
         throw std::runtime_error("an exception");
       case 2:
@@ -194,7 +197,7 @@ TEST(RegisteredConditionInCpp, MayThrow) {
   EXPECT_SAYS(text(3), "an unknown exception in a condition");
 }
 
-TEST(RegisteredConditionInCpp, RefusesATakenNameAndNoFunction) {
+TEST(RegisteredConditionInCpp, RejectsATakenNameAndAMissingFunction) {
   const auto always = [](const weir_frame&) { return true; };
   const RegisteredCondition first("first", always);
   EXPECT_THROW(RegisteredCondition("first", always), Failure);

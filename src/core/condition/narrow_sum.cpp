@@ -1,5 +1,5 @@
-// Bytes are added up eight at a time, numbers of 16 bits in pairs. Those with a sign are moved up
-// by half their range first, or those without down, so that one kernel serves both.
+// Adds bytes eight at a time and 16-bit numbers in pairs. Signed bytes are shifted up by half their
+// range, or unsigned words down, so that one kernel serves both.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/condition/narrow_sum.hpp"
 
@@ -63,7 +63,7 @@ int64_t sum_words(const uint8_t* in, size_t count, uint16_t turned) {
   const hn::Repartition<uint8_t, decltype(d)> d8;
   const hn::RebindToSigned<decltype(d)> di;
   const hn::RepartitionToWide<decltype(di)> d32;
-  constexpr size_t kVectors = 16384;  // a lane gets two numbers of each: times 2^16 is 2^30
+  constexpr size_t kVectors = 16384;  // each adds two numbers to a lane: times 2^16 is 2^30
   const size_t lanes = hn::Lanes(d), whole = count / lanes;
   const auto turn = hn::Set(d, turned);
   const auto one = hn::Set(di, int16_t{1});

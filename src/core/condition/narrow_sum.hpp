@@ -1,4 +1,4 @@
-// Sums of many whole numbers of 8 and 16 bits, as fast as memory brings them.
+// Sums of many 8-bit and 16-bit integers at memory speed.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <cstddef>
@@ -7,7 +7,7 @@
 
 namespace weir::condition {
 
-// Exact for as many as memory holds. `bytes` are numbers of 8 bits, or of 16 bits at any address.
+// Exact for any number that fits into memory. 16-bit numbers may have any alignment.
 int64_t sum_of_bytes(std::span<const std::byte> bytes, bool are_signed) noexcept;
 int64_t sum_of_words(std::span<const std::byte> bytes, bool are_signed) noexcept;
 

@@ -1,4 +1,4 @@
-// Sums against closed forms and a plain loop, on every target of this CPU.
+// Compares sums with closed forms and a plain loop, on every SIMD target of this CPU.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/condition/narrow_sum.hpp"
 
@@ -33,8 +33,8 @@ class NarrowSum : public testing::Test {};
 using Types = testing::Types<uint8_t, int8_t, uint16_t, int16_t>;
 TYPED_TEST_SUITE(NarrowSum, Types);
 
-// At every address within a vector, just as long as they are: what is read behind them is seen by
-// the sanitizers.
+// Every alignment within a vector, in memory of the exact size, so that sanitizers detect
+// overreads.
 TYPED_TEST(NarrowSum, AgreesWithAPlainLoop) {
   using T = TypeParam;
   on_each_target([] {
@@ -54,7 +54,7 @@ TYPED_TEST(NarrowSum, AgreesWithAPlainLoop) {
   });
 }
 
-// More of the largest and of the least than a lane of 32 bits holds.
+// More of the largest and smallest values than a 32-bit lane can sum.
 TYPED_TEST(NarrowSum, IsExactForManyOfTheLargest) {
   using T = TypeParam;
   on_each_target([] {

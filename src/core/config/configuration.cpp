@@ -1,4 +1,4 @@
-// The files, and the environment before them.
+// Reads the configuration files and the environment.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/config/configuration.hpp"
 
@@ -8,6 +8,7 @@
 #include <filesystem>
 
 #include "core/config/ini_files.hpp"
+#include "core/config/install_paths.hpp"
 #include "core/config/known_settings.hpp"
 #include "core/text/text.hpp"
 #include "machine/environment.hpp"
@@ -22,7 +23,7 @@ std::string text_of(const char* text) {
   return text ? text : "";
 }
 
-// ~/.config/weir/weir.ini, "" where there is no home.
+// ~/.config/weir/weir.ini, "" if there is no home folder.
 std::string file_of_user(const Configuration::Environment& environment) {
   const std::string folder = text_of(environment("XDG_CONFIG_HOME"));
   if (folder.starts_with('/')) return folder + "/" + kName;
@@ -35,11 +36,11 @@ bool same(const Setting& a, std::string_view group, std::string_view key) {
 }
 
 IniFiles& ini_files() {
-  static IniFiles& files = *new IniFiles;  // asked until the process ends
+  static IniFiles& files = *new IniFiles;  // never destroyed: used until the process ends
   return files;
 }
 
-// The priorities that only the environment has: variables that begin so.
+// Adds the variables with this prefix that no file sets.
 void add_variables_only(const std::string& prefix, const std::string& key,
                         std::vector<Setting>* out) {
   for (char** each = environ; each && *each; ++each) {
@@ -82,7 +83,7 @@ Configuration::Configuration(const Environment& environment) : environment_(envi
     return;
   }
   for (const std::string& path :
-       {file_of_user(environment), std::string(WEIR_CONFIG_DIR) + "/" + kName,
+       {file_of_user(environment), std::string(kInstalledSettings) + "/" + kName,
         std::string("/etc/") + kName})
     if (!path.empty()) read(path, false);
 }
@@ -101,10 +102,10 @@ void Configuration::read(const std::string& path, bool wanted) {
     if (fault.code == Code::FILE_NOT_FOUND) file.read = false;
     if (fault.code == Code::FILE_NOT_FOUND && wanted)
       fault.needed = "the file that WEIR_CONFIG names";
-    doubts_.push_back({before, "", "", "", fault});
+    possible_faults_.push_back({before, "", "", "", fault});
     faults_.push_back(std::move(fault));
   }
-  // Within one file the last line of a key counts.
+  // Within one file the last line of a key applies.
   for (auto entry = ini->entries.rbegin(); entry != ini->entries.rend(); ++entry) {
     const std::string place = path + ":" + std::to_string(entry->line);
     if (is_known(entry->group, entry->key))
@@ -116,11 +117,12 @@ void Configuration::read(const std::string& path, bool wanted) {
 
 void Configuration::add_unknown(const IniEntry& entry, const std::string& place, size_t before) {
   const auto close = nearest_known(entry.group, entry.key);
-  faults_.push_back({Code::OPTION_SYNTAX, place + ": no setting has this name",
-                     "[" + entry.group + "] " + entry.key,
-                     "a setting of docs/guide/configuration.md",
-                     close.empty() ? "" : "did you mean " + close + "?", ""});
-  doubts_.push_back({before, entry.group, entry.key, close, faults_.back()});
+  faults_.push_back({.code = Code::OPTION_SYNTAX,
+                     .what = place + ": unknown setting",
+                     .offered = "[" + entry.group + "] " + entry.key,
+                     .needed = "a setting of docs/guide/configuration.md",
+                     .difference = close.empty() ? "" : "did you mean " + close + "?"});
+  possible_faults_.push_back({before, entry.group, entry.key, close, faults_.back()});
 }
 
 std::optional<Setting> Configuration::find(std::string_view group, std::string_view key) const {
@@ -138,7 +140,7 @@ std::optional<Error> Configuration::doubt(std::string_view group, std::string_vi
                                    [&](const auto& entry) { return same(entry, group, key); });
   const auto decides = static_cast<size_t>(has_it - entries_.begin());
   const std::string name = "[" + std::string(group) + "] " + std::string(key);
-  for (const auto& each : doubts_)
+  for (const auto& each : possible_faults_)
     if (each.before <= decides && (each.group.empty() || lower(each.group) == lower(group) ||
                                    lower(each.key) == lower(key) || each.nearest == name))
       return each.fault;

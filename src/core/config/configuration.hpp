@@ -1,4 +1,4 @@
-// Configuration: what weir.ini and the environment say, and who said it
+// Configuration: the settings of weir.ini and the environment, with their origin
 // (docs/guide/configuration.md).
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
@@ -21,8 +21,8 @@ struct Setting {
 
 struct ConfigurationFile {
   std::string path;
-  bool found = false;  // true too where nobody may look whether it is there
-  bool read = false;   // false too where it is there and cannot be read: faults() says why
+  bool found = false;  // true also if that cannot be determined
+  bool read = false;   // false also if the file cannot be read; faults() has the reason
 };
 
 class Configuration {
@@ -30,29 +30,29 @@ class Configuration {
   // The value of an environment variable; null = not set.
   using Environment = std::function<const char*(const char*)>;
 
-  // Of this machine and user, as it is now; a file that has not changed is not read again.
+  // The configuration of this machine and user at this moment; unchanged files are not read again.
   static Configuration load();
-  // The files in which a setting is looked for, first to last; those that are not there are passed
-  // over, but for one that WEIR_CONFIG names.
+  // Reads the files that may hold settings, in order of precedence. Skips missing files, except one
+  // that WEIR_CONFIG names.
   explicit Configuration(const Environment& environment);
-  static uint64_t files_read();  // by this process, so far
+  static uint64_t files_read();  // by this process so far
 
-  // [group] key: the variable WEIR_GROUP_KEY, then the first file that has it.
+  // The value of [group] key: the variable WEIR_GROUP_KEY, else the first file that has the key.
   std::optional<Setting> find(std::string_view group, std::string_view key) const;
-  // Why find() may not be what the user meant: the first fault of a file that has the setting, or
-  // that is asked before the one that has it. A name that nobody knows is such a fault where group,
-  // key or a close name is that of the setting. A variable leaves no doubt.
+  // A reason why find() may not return what the user intended: the first fault of a file up to the
+  // one that has the setting. An unknown name counts if its group or key, or a similar name,
+  // matches the setting. Nullopt if a variable sets it.
   std::optional<Error> doubt(std::string_view group, std::string_view key) const;
-  // Every setting that has an effect, by group and key.
+  // All effective settings, by group and key.
   std::vector<Setting> all() const;
   const std::vector<ConfigurationFile>& files() const noexcept { return files_; }
-  // Lines that cannot be read, keys that nobody asks for.
+  // Unreadable lines and unknown keys.
   const std::vector<Error>& faults() const noexcept { return faults_; }
 
  private:
-  struct Doubt {
-    size_t before = 0;                // entries of files that are asked before this one
-    std::string group, key, nearest;  // of a name that nobody knows; "" = the file says anything
+  struct PossibleFault {
+    size_t before = 0;                // entries of files with higher precedence
+    std::string group, key, nearest;  // an unknown name; "" = the fault may affect any setting
     Error fault;
   };
   void read(const std::string& path, bool wanted);
@@ -60,12 +60,12 @@ class Configuration {
 
   Environment environment_;
   std::vector<ConfigurationFile> files_;
-  std::vector<Setting> entries_;  // of the files; the first of one group and key has an effect
+  std::vector<Setting> entries_;  // of all files; the first one of a group and key is effective
   std::vector<Error> faults_;
-  std::vector<Doubt> doubts_;
+  std::vector<PossibleFault> possible_faults_;
 };
 
-// "WEIR_FILTER_PRIORITY_TFLITE" of [filter] priority_tflite.
+// Returns "WEIR_FILTER_PRIORITY_TFLITE" for [filter] priority_tflite.
 std::string variable_of(std::string_view group, std::string_view key);
 
 }  // namespace weir::config

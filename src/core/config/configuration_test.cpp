@@ -1,4 +1,4 @@
-// Which file and which variable decides.
+// The precedence of configuration files and variables.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/config/configuration.hpp"
 
@@ -29,7 +29,7 @@ class ConfigurationTest : public ::testing::Test {
     std::ofstream(folder_ / name) << text;
     return (folder_ / name).string();
   }
-  // With no file of this machine or user, unless the variables say so.
+  // Without the files of this machine and user, unless the variables name one.
   static Configuration with(Variables variables) {
     return Configuration([variables = std::move(variables)](const char* name) -> const char* {
       const auto found = variables.find(name);
@@ -44,7 +44,7 @@ std::string found(const Configuration& configuration, const char* group, const c
   return setting ? setting->value + " from " + setting->origin : "nothing";
 }
 
-TEST_F(ConfigurationTest, ReadsTheFileThatTheVariableNamesAndNoOther) {
+TEST_F(ConfigurationTest, ReadsOnlyTheFileNamedByTheVariable) {
   const auto path = write("own.ini", "[filter]\npriority_onnx=a\npriority_onnx=b\n");
   write("home/.config/weir/weir.ini", "[module]\npath=/home\n");
   const auto own = with({{"WEIR_CONFIG", path}, {"HOME", (folder_ / "home").string()}});
@@ -77,7 +77,7 @@ TEST_F(ConfigurationTest, LooksForTheUsersFileFirst) {
   EXPECT_TRUE(elsewhere.faults().empty()) << "it need not be there";
 }
 
-TEST_F(ConfigurationTest, LetsAVariableDecideASingleValue) {
+TEST_F(ConfigurationTest, AVariableOverridesASingleValue) {
   const auto path = write("own.ini", "[filter]\npriority_tflite=a\nenable_symlink=yes\n");
   const auto both = with({{"WEIR_CONFIG", path}, {"WEIR_FILTER_PRIORITY_TFLITE", "b"}});
   EXPECT_EQ(found(both, "filter", "priority_tflite"), "b from WEIR_FILTER_PRIORITY_TFLITE");
@@ -85,7 +85,7 @@ TEST_F(ConfigurationTest, LetsAVariableDecideASingleValue) {
   EXPECT_EQ(variable_of("filter-aliases", "a.b"), "WEIR_FILTER_ALIASES_A_B");
 }
 
-TEST_F(ConfigurationTest, SaysThatTheNamedFileIsMissing) {
+TEST_F(ConfigurationTest, ReportsThatTheNamedFileIsMissing) {
   const auto missing = with({{"WEIR_CONFIG", "/no/such/weir.ini"}});
   ASSERT_EQ(missing.faults().size(), 1u);
   EXPECT_EQ(missing.faults()[0].code, Code::FILE_NOT_FOUND);
@@ -93,7 +93,7 @@ TEST_F(ConfigurationTest, SaysThatTheNamedFileIsMissing) {
   EXPECT_SAYS(missing.faults()[0].message(), "needed: the file that WEIR_CONFIG names");
 }
 
-TEST_F(ConfigurationTest, SaysWhyAFileThatIsThereCannotBeRead) {
+TEST_F(ConfigurationTest, ReportsWhyAnExistingFileCannotBeRead) {
   fs::create_directories(folder_ / "weir/weir.ini");
   const auto c = with({{"XDG_CONFIG_HOME", folder_.string()}});
   ASSERT_FALSE(c.files().empty());
@@ -105,8 +105,8 @@ TEST_F(ConfigurationTest, SaysWhyAFileThatIsThereCannotBeRead) {
   EXPECT_SAYS(c.faults()[0].message(), "it is a folder");
 }
 
-// root may read every file, so the test is another user for that long.
-TEST_F(ConfigurationTest, SaysThatAFileMayNotBeRead) {
+// root may read every file, so this part runs as another user.
+TEST_F(ConfigurationTest, ReportsThatAFileIsNotReadable) {
   constexpr uid_t kNobody = 65534;
   const auto path = write("closed.ini", "[module]\npath=/m\n");
   fs::permissions(path, fs::perms::none);
@@ -123,7 +123,7 @@ TEST_F(ConfigurationTest, SaysThatAFileMayNotBeRead) {
   EXPECT_TRUE(c.all().empty());
 }
 
-TEST_F(ConfigurationTest, NamesSettingsThatNobodyKnows) {
+TEST_F(ConfigurationTest, ReportsUnknownSettings) {
   const auto path =
       write("own.ini", "[filter]\npriorty_tflite=a\n[modul]\npath=/x\n[other]\nx=1\nhello\n");
   const auto typo = with({{"WEIR_CONFIG", path}});
@@ -131,10 +131,10 @@ TEST_F(ConfigurationTest, NamesSettingsThatNobodyKnows) {
   std::string text;
   for (const auto& fault : typo.faults()) text += fault.message() + "\n";
   EXPECT_EQ(typo.faults().size(), 4u);
-  EXPECT_SAYS(text, path + ":2: no setting has this name\n  offered: [filter] priorty_tflite");
+  EXPECT_SAYS(text, path + ":2: unknown setting\n  offered: [filter] priorty_tflite");
   EXPECT_SAYS(text, "did you mean [filter] priority_tflite?");
   EXPECT_SAYS(text, "did you mean [module] path?");
-  EXPECT_SAYS(text, path + ":6: no setting has this name\n  offered: [other] x");
+  EXPECT_SAYS(text, path + ":6: unknown setting\n  offered: [other] x");
   EXPECT_SAYS(text, path + ":7: the line is neither");
 }
 
@@ -146,13 +146,13 @@ std::string doubt(const Configuration& configuration, const char* group = "lua",
 
 TEST_F(ConfigurationTest, AnyFaultOfAFileIsADoubt) {
   const std::pair<std::string, const char*> cases[] = {
-      {"[lua\nsandbox = true\n", ":1: the name of a group cannot be read"},
+      {"[lua\nsandbox = true\n", ":1: the group name cannot be read"},
       {"[lua]\nsandbox true\n", ":2: the line is neither"},
-      {"sandbox = true\n", ":1: the key is in no group"},
+      {"sandbox = true\n", ":1: the key is not in a group"},
       {"[lua]\nsandbox = true\n[filter]\nhello\n", ":4: the line is neither"},
-      {"[lua]\nsanbox = true\n", ":2: no setting has this name"},
-      {"[Lua]\nsandbox = true\n", ":2: no setting has this name"},
-      {"[other]\nSandbox = true\n", ":2: no setting has this name"},
+      {"[lua]\nsanbox = true\n", ":2: unknown setting"},
+      {"[Lua]\nsandbox = true\n", ":2: unknown setting"},
+      {"[other]\nSandbox = true\n", ":2: unknown setting"},
       {std::string((1 << 20) + 1, '\n'), ": the file is too long"},
   };
   for (const auto& [text, what] : cases) {
@@ -171,12 +171,12 @@ TEST_F(ConfigurationTest, AFileWithoutAFaultLeavesNoDoubt) {
   EXPECT_EQ(doubt(with({{"HOME", (folder_ / "nobody").string()}})), "none") << "need not be there";
 }
 
-TEST_F(ConfigurationTest, ANamedFileThatIsNotThereIsADoubt) {
+TEST_F(ConfigurationTest, ANamedFileThatDoesNotExistIsADoubt) {
   EXPECT_SAYS(doubt(with({{"WEIR_CONFIG", "/no/such/weir.ini"}})), "offered: /no/such/weir.ini");
 }
 
-// A link to itself: nobody can say whether there is a file.
-TEST_F(ConfigurationTest, AFileThatNobodyCanLookForIsADoubt) {
+// A link to itself: nobody can find out whether the file exists.
+TEST_F(ConfigurationTest, AFileThatCannotBeSearchedForIsADoubt) {
   fs::create_symlink("weir.ini", folder_ / "home/.config/weir/weir.ini");
   const auto c = with({{"HOME", (folder_ / "home").string()}});
   EXPECT_TRUE(c.files()[0].found);
@@ -200,7 +200,7 @@ TEST_F(ConfigurationTest, AFileInAClosedFolderIsADoubt) {
   EXPECT_SAYS(doubt(c), "Permission denied");
 }
 
-// The user's file is asked first: what it says wins, and so does the doubt about it.
+// The user's file has precedence, and so do its faults.
 TEST_F(ConfigurationTest, ADoubtIsAboutTheFilesUpToTheOneThatDecides) {
   const auto home = (folder_ / "home").string();
   const Variables first{{"HOME", home}};

@@ -1,4 +1,4 @@
-// Line by line, within bounds.
+// Parses ini files line by line within limits.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/config/ini.hpp"
 
@@ -19,7 +19,7 @@ namespace fs = std::filesystem;
 constexpr size_t kMostBytes = 1 << 20, kMostInLine = 4096, kMostEntries = 4096, kMostFaults = 16;
 constexpr size_t kMostShown = 60;
 
-// How many bytes the character is that `text` begins with; 0: none of UTF-8 that can be shown.
+// Length in bytes of the first character of `text`; 0 if it is not printable UTF-8.
 size_t character_at(std::string_view text) {
   const auto byte = [&](size_t i) -> uint32_t { return static_cast<unsigned char>(text[i]); };
   const uint32_t first = byte(0);
@@ -31,11 +31,12 @@ size_t character_at(std::string_view text) {
     if ((byte(i) & 0xC0) != 0x80) return 0;
     code = code << 6 | (byte(i) & 0x3F);
   }
-  constexpr uint32_t kLeast[] = {0, 0, 0xA0, 0x800, 0x10000};  // 0x80 to 0x9F are orders
+  // 0x80 to 0x9F are control characters.
+  constexpr uint32_t kLeast[] = {0, 0, 0xA0, 0x800, 0x10000};
   return code >= kLeast[bytes] && code <= 0x10FFFF && (code < 0xD800 || code > 0xDFFF) ? bytes : 0;
 }
 
-// The beginning of what a file has, for terminals and JSON: UTF-8, and ? for each byte that is not.
+// The start of a file's text for terminals and JSON: UTF-8, with ? for each invalid byte.
 std::string shown(std::string_view text) {
   std::string out;
   while (!text.empty()) {
@@ -63,19 +64,22 @@ class Parser {
   }
   void fault(std::string_view text, const std::string& what, const std::string& needed) {
     const std::string place = name_ + (line_ ? ":" + std::to_string(line_) : "");
-    out_.faults.push_back({Code::OPTION_SYNTAX, place + ": " + what, shown(text), needed, "", ""});
+    out_.faults.push_back({.code = Code::OPTION_SYNTAX,
+                           .what = place + ": " + what,
+                           .offered = shown(text),
+                           .needed = needed});
   }
 
  private:
   bool full() {
     if (out_.faults.size() < kMostFaults && out_.entries.size() < kMostEntries) return false;
-    fault("", "too much to read: the rest of the file is passed over", "at most 4096 keys");
+    fault("", "too many keys: the rest of the file is ignored", "at most 4096 keys");
     return true;
   }
   void take(std::string_view raw) {
     if (raw.size() > kMostInLine) return fault(raw, "the line is too long", "at most 4096 bytes");
     if (raw.find('\0') != std::string_view::npos)
-      return fault(raw, "the line is no text", "no byte 0");
+      return fault(raw, "the line is not text", "no byte 0");
     const auto text = strip(raw);
     if (text.empty() || text.front() == '#' || text.front() == ';') return;
     if (text.front() == '[') return open_group(text);
@@ -85,17 +89,17 @@ class Parser {
       return fault(text, "the line is neither a group nor a key with its value",
                    "[group], key=value, or # and a comment");
     if (group_.empty())
-      return fault(text, "the key is in no group", "a line [group] before it, such as [filter]");
+      return fault(text, "the key is not in a group", "a line [group] before it, such as [filter]");
     if (!skipping_)
       out_.entries.push_back(
           {group_, std::string(key), std::string(strip(text.substr(equals + 1))), line_});
   }
-  // Keys of a group that cannot be read belong to nobody.
+  // Keys of a group whose name is unreadable are dropped.
   void open_group(std::string_view text) {
     const auto name = text.size() > 2 ? strip(text.substr(1, text.size() - 2)) : "";
     skipping_ = text.back() != ']' || name.empty() || name.find_first_of("[]") != name.npos;
     group_ = skipping_ ? "?" : std::string(name);
-    if (skipping_) fault(text, "the name of a group cannot be read", "[name]");
+    if (skipping_) fault(text, "the group name cannot be read", "[name]");
   }
 
   const std::string& name_;
@@ -105,17 +109,17 @@ class Parser {
   Ini out_;
 };
 
-// "it is a folder", "Permission denied".
+// The reason as text: "it is a folder", "Permission denied".
 std::string why_closed(fs::file_type type, const std::error_code& failed, int number) {
   switch (type) {
     case fs::file_type::not_found:
-      return "it is not there";
+      return "it does not exist";
     case fs::file_type::directory:
       return "it is a folder";
     case fs::file_type::regular:
       return std::generic_category().message(number);
     default:
-      return failed ? failed.message() : "it is no regular file";
+      return failed ? failed.message() : "it is not a regular file";
   }
 }
 
@@ -136,14 +140,20 @@ Ini read_ini(const std::string& path) {
   if (type == fs::file_type::regular) file.open(path, std::ios::binary);
   if (!file.is_open())
     return {{},
-            {{Code::FILE_NOT_FOUND, "the configuration file cannot be read", path,
-              "a file that can be read", why_closed(type, failed, errno), ""}}};
+            {{.code = Code::FILE_NOT_FOUND,
+              .what = "the configuration file cannot be read",
+              .offered = path,
+              .needed = "a file that can be read",
+              .difference = why_closed(type, failed, errno)}}};
   std::string text(kMostBytes + 1, '\0');
   file.read(text.data(), static_cast<std::streamsize>(text.size()));
   if (file.bad())
     return {{},
-            {{Code::FILE_NOT_FOUND, "the configuration file cannot be read", path,
-              "a file that can be read", std::generic_category().message(errno), ""}}};
+            {{.code = Code::FILE_NOT_FOUND,
+              .what = "the configuration file cannot be read",
+              .offered = path,
+              .needed = "a file that can be read",
+              .difference = std::generic_category().message(errno)}}};
   text.resize(static_cast<size_t>(file.gcount()));
   return parse_ini(text, path);
 }

@@ -1,4 +1,4 @@
-// Files of groups and keys: weir.ini, and others of that syntax.
+// Parser of ini files with groups and keys, such as weir.ini.
 //
 //   # a comment
 //   [filter]
@@ -15,23 +15,23 @@
 namespace weir::config {
 
 struct IniEntry {
-  std::string group, key, value;  // without blanks around them
-  size_t line = 0;                // from 1
+  std::string group, key, value;  // without surrounding blanks
+  size_t line = 0;                // starts at 1
 };
 
-// What could be read, and a fault for each line that could not: OPTION_SYNTAX with "NAME:LINE".
+// The readable entries, and a fault for each unreadable line: OPTION_SYNTAX with "NAME:LINE".
 struct Ini {
   std::vector<IniEntry> entries;  // in the order of the lines
   std::vector<Error> faults;
 };
 
-// At most 1 MiB, 4096 bytes a line, 4096 entries, 16 faults: the rest is one more fault.
+// Reads at most 1 MiB, 4096 bytes per line, 4096 entries and 16 faults; anything more is one fault.
 Ini parse_ini(std::string_view text, const std::string& name);
-// FILE_NOT_FOUND as the fault when the file cannot be read.
+// If the file cannot be read, the fault is FILE_NOT_FOUND.
 Ini read_ini(const std::string& path);
 
-// "1", "true", "yes", "on" and what begins so, in any case; "0", "false", "no", "off"; else
-// `otherwise` (specification 8.1).
+// True for texts that begin with "1", "true", "yes" or "on", in any case; false for "0", "false",
+// "no" and "off"; else `otherwise` (docs/compatibility/app-api.md 8.1).
 bool truth(std::string_view text, bool otherwise) noexcept;
 
 }  // namespace weir::config

@@ -1,4 +1,4 @@
-// What a file is, by stat.
+// Identifies files by stat and caches their contents.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/config/ini_files.hpp"
 
@@ -7,8 +7,8 @@
 namespace weir::config {
 namespace {
 
-constexpr size_t kMostFiles = 16;          // a process asks for three or four
-constexpr int64_t kSettled = 100'000'000;  // ns; the kernel's clock of files ticks every 4 ms
+constexpr size_t kMostFiles = 16;          // a process uses three or four
+constexpr int64_t kSettled = 100'000'000;  // ns; the kernel's file clock ticks every 4 ms
 
 int64_t nanoseconds(const timespec& time) {
   return int64_t{time.tv_sec} * 1'000'000'000 + time.tv_nsec;

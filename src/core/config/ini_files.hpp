@@ -1,4 +1,4 @@
-// IniFiles: files of groups and keys, read once for as long as they stay what they are.
+// IniFiles: a cache of ini files that rereads a file only after it has changed.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <sys/stat.h>
@@ -13,21 +13,21 @@
 
 namespace weir::config {
 
-// Any thread.
+// Thread-safe.
 class IniFiles {
  public:
-  // As read_ini; what was read before where the file has the device, inode, size and times that it
-  // had then. A file that changed a moment ago may do so again within one tick of its clock: it is
-  // read anew.
+  // As read_ini(). Returns the cached result if the file's device, inode, size and times are
+  // unchanged. A file that changed a moment ago is read again, because a second change within one
+  // clock tick would not be visible.
   std::shared_ptr<const Ini> read(const std::string& path);
-  uint64_t reads() const;  // so far, of files
+  uint64_t reads() const;  // files read so far
 
  private:
   struct Kept {
     struct stat identity {};
     std::shared_ptr<const Ini> ini;
   };
-  mutable std::mutex mutex_;  // guards the rest
+  mutable std::mutex mutex_;  // guards the members below
   std::map<std::string, Kept> kept_;
   uint64_t reads_ = 0;
 };

@@ -1,4 +1,4 @@
-// When a file is read, and when it is not.
+// When a file is read again and when the cache is used.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/config/ini_files.hpp"
 
@@ -22,7 +22,7 @@ class IniFilesTest : public ::testing::Test {
   }
   ~IniFilesTest() override { fs::remove(path_); }
   void write(const std::string& text) const { std::ofstream(path_) << text; }
-  // Once its last change lies long enough back.
+  // Waits until the file's last change is old enough for the cache.
   void wait_until_settled() const {
     for (struct stat file{};;) {
       timespec now{};
@@ -41,7 +41,7 @@ class IniFilesTest : public ::testing::Test {
   IniFiles files_;
 };
 
-TEST_F(IniFilesTest, ReadsAFileThatStaysAsItIsOnce) {
+TEST_F(IniFilesTest, ReadsAnUnchangedFileOnce) {
   write("[a]\nb=1\n");
   wait_until_settled();
   EXPECT_EQ(value(), "1");
@@ -50,7 +50,7 @@ TEST_F(IniFilesTest, ReadsAFileThatStaysAsItIsOnce) {
   EXPECT_EQ(files_.reads(), 1u);
 }
 
-TEST_F(IniFilesTest, ReadsWhatChangedAlsoWithinOneTickAtTheSameSize) {
+TEST_F(IniFilesTest, DetectsAChangeWithinOneTickAtTheSameSize) {
   write("[a]\nb=1\n");
   wait_until_settled();
   EXPECT_EQ(value(), "1");
@@ -60,7 +60,7 @@ TEST_F(IniFilesTest, ReadsWhatChangedAlsoWithinOneTickAtTheSameSize) {
   }
 }
 
-TEST_F(IniFilesTest, ReadsAnotherFileUnderTheSameNameWithTheTimesOfTheOld) {
+TEST_F(IniFilesTest, DetectsADifferentFileWithTheSameNameAndTimes) {
   write("[a]\nb=1\n");
   wait_until_settled();
   EXPECT_EQ(value(), "1");
@@ -72,7 +72,7 @@ TEST_F(IniFilesTest, ReadsAnotherFileUnderTheSameNameWithTheTimesOfTheOld) {
   EXPECT_EQ(value(), "2");
 }
 
-TEST_F(IniFilesTest, KeepsNothingOfAFileThatIsGone) {
+TEST_F(IniFilesTest, ForgetsADeletedFile) {
   write("[a]\nb=1\n");
   wait_until_settled();
   EXPECT_EQ(value(), "1");
@@ -84,8 +84,8 @@ TEST_F(IniFilesTest, KeepsNothingOfAFileThatIsGone) {
   EXPECT_EQ(value(), "2");
 }
 
-// What every look-up of an engine does.
-TEST_F(IniFilesTest, AConfigurationReadsItsFileOnceForAllThatAsk) {
+// Every engine look-up does this.
+TEST_F(IniFilesTest, AConfigurationReadsItsFileOnceForAllReaders) {
   write("[module]\npath=/m\n");
   wait_until_settled();
   const std::string name = path_;

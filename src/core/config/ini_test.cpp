@@ -1,4 +1,4 @@
-// Files of groups and keys, and lines that are none.
+// Parses ini files, and rejects lines that are not entries.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/config/ini.hpp"
 
@@ -8,17 +8,16 @@
 #include <fstream>
 
 #include "says.hpp"
+#include "weir/join.hpp"
 
 namespace weir::config {
 namespace {
 
-// "group/key=value@line", one after the other.
+// "group/key=value@line" for each entry.
 std::string entries(const Ini& ini) {
-  std::string out;
-  for (const auto& e : ini.entries)
-    out += (out.empty() ? "" : " ") + e.group + "/" + e.key + "=" + e.value + "@" +
-           std::to_string(e.line);
-  return out;
+  return join(ini.entries, " ", [](const auto& e) {
+    return e.group + "/" + e.key + "=" + e.value + "@" + std::to_string(e.line);
+  });
 }
 std::string faults(const Ini& ini) {
   std::string out;
@@ -42,20 +41,20 @@ TEST(Ini, MayEndWithoutALineEndAndBeginWithAByteOrderMark) {
   EXPECT_EQ(entries(parse_ini("", "x.ini")), "");
 }
 
-TEST(Ini, NamesFileAndLineOfWhatCannotBeRead) {
+TEST(Ini, ReportsFileAndLineOfErrors) {
   const auto ini =
       parse_ini("k=v\n[g]\nhello\n=5\nk=v\n[broken\nlost=1\n[]\n[h]\nk=w\n", "/etc/x.ini");
   EXPECT_EQ(entries(ini), "g/k=v@5 h/k=w@10");
   const auto text = faults(ini);
   EXPECT_EQ(ini.faults.size(), 5u);
-  EXPECT_SAYS(text, "WEIR-1001: /etc/x.ini:1: the key is in no group\n  offered: k=v");
+  EXPECT_SAYS(text, "WEIR-1001: /etc/x.ini:1: the key is not in a group\n  offered: k=v");
   EXPECT_SAYS(text, "/etc/x.ini:3: the line is neither a group nor a key with its value");
   EXPECT_SAYS(text, "/etc/x.ini:4: the line is neither");
-  EXPECT_SAYS(text, "/etc/x.ini:6: the name of a group cannot be read\n  offered: [broken");
-  EXPECT_SAYS(text, "/etc/x.ini:8: the name of a group cannot be read\n  offered: []");
+  EXPECT_SAYS(text, "/etc/x.ini:6: the group name cannot be read\n  offered: [broken");
+  EXPECT_SAYS(text, "/etc/x.ini:8: the group name cannot be read\n  offered: []");
 }
 
-TEST(Ini, ShowsOfALineWhatATerminalAndJsonCanTake) {
+TEST(Ini, EscapesALineForTerminalsAndJson) {
   const auto offered = [](const std::string& line) {
     const auto ini = parse_ini("[g]\n" + line + "\n", "x");
     return ini.faults.empty() ? "" : ini.faults[0].offered;
@@ -72,13 +71,13 @@ TEST(Ini, ShowsOfALineWhatATerminalAndJsonCanTake) {
       << "no half character";
 }
 
-TEST(Ini, PassesOverLinesThatAreNoText) {
+TEST(Ini, SkipsLinesThatAreNotText) {
   const auto ini = parse_ini(std::string_view("[g]\na\0b=1\nk=v\n", 15), "x");
   EXPECT_EQ(entries(ini), "g/k=v@3");
-  EXPECT_SAYS(faults(ini), "x:2: the line is no text\n  offered: a?b=1");
+  EXPECT_SAYS(faults(ini), "x:2: the line is not text\n  offered: a?b=1");
 }
 
-TEST(Ini, IsBounded) {
+TEST(Ini, LimitsSizeAndKeys) {
   EXPECT_SAYS(faults(parse_ini("[g]\nk=" + std::string(5000, 'v'), "x")),
               "x:2: the line is too long");
   EXPECT_SAYS(faults(parse_ini(std::string((1 << 20) + 1, '\n'), "x")), "the file is too long");
@@ -86,7 +85,7 @@ TEST(Ini, IsBounded) {
   for (int i = 0; i < 5000; ++i) many += "k=v\n";
   const auto keys = parse_ini(many, "x");
   EXPECT_EQ(keys.entries.size(), 4096u);
-  EXPECT_SAYS(faults(keys), "x:4097: too much to read: the rest of the file is passed over");
+  EXPECT_SAYS(faults(keys), "x:4097: too many keys: the rest of the file is ignored");
   std::string wrong;
   for (int i = 0; i < 100; ++i) wrong += "no\n";
   EXPECT_EQ(parse_ini(wrong, "x").faults.size(), 17u);
@@ -107,7 +106,7 @@ TEST(Ini, IsReadFromAFile) {
   }
 }
 
-TEST(Ini, KnowsTruthByItsFirstLetters) {
+TEST(Ini, ParsesBooleansByTheirFirstLetters) {
   for (const char* text : {"1", "true", "True", "yes", "Y", "on", "ON", "t"})
     EXPECT_TRUE(truth(text, false)) << text;
   for (const char* text : {"0", "false", "F", "no", "off", "Of"})

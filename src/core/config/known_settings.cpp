@@ -1,4 +1,4 @@
-// The table.
+// Defines the table of settings.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/config/known_settings.hpp"
 
@@ -12,12 +12,14 @@ namespace weir::config {
 namespace {
 
 constexpr std::array kSettings{
-    KnownSetting{"filter", "priority_", "engines for files of this ending, first choice first"},
-    KnownSetting{"filter", "path", "folders with libraries that bring filters by name"},
+    KnownSetting{"filter", "priority_",
+                 "engines for files with this extension, in order of preference"},
+    KnownSetting{"filter", "path", "folders with libraries that provide filters by name"},
     KnownSetting{"filter", "enable_symlink", "a filter's file may be a symbolic link"},
-    KnownSetting{"lua", "sandbox", "scripts in Lua reach no files, programs and libraries"},
-    KnownSetting{"module", "path", "folders with modules, before the built-in one"},
-    KnownSetting{"plugin", "give_way", "elements with names of NNStreamer's are left to it"},
+    KnownSetting{"lua", "sandbox", "Lua scripts cannot access files, programs and libraries"},
+    KnownSetting{"module", "path", "folders with modules, searched before the built-in one"},
+    KnownSetting{"plugin", "prefer_nnstreamer",
+                 "Weir does not register elements whose names NNStreamer has"},
     KnownSetting{"nnstreamer", "enable", "nnstreamer.ini and sub-plugins for NNStreamer are used"},
     KnownSetting{"nnstreamer", "library", "the file with the functions that sub-plugins call"},
 };
@@ -40,7 +42,7 @@ bool is_known(std::string_view group, std::string_view key) noexcept {
 }
 
 std::string nearest_known(std::string_view group, std::string_view key) {
-  // Endings of files are the user's: what stands before them is compared.
+  // Users choose the file extension after the underscore, so only the part before it is compared.
   const size_t underscore = key.rfind('_');
   const bool ends = underscore != std::string_view::npos && underscore + 1 < key.size();
   std::vector<std::string> candidates;

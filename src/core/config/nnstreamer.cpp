@@ -1,4 +1,4 @@
-// The candidates, the settings, the folders.
+// Finds and reads nnstreamer.ini and builds the search folders.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/config/nnstreamer.hpp"
 
@@ -6,6 +6,7 @@
 #include <filesystem>
 
 #include "core/config/ini_files.hpp"
+#include "core/config/install_paths.hpp"
 #include "core/text/text.hpp"
 #include "machine/environment.hpp"
 
@@ -18,7 +19,7 @@ using State = NnstreamerConfiguration::State;
 constexpr char kHardCodedFile[] = "/etc/nnstreamer.ini";
 constexpr char kHardCodedFolders[] = "/usr/lib/nnstreamer/";
 
-// The key of a kind's folder, and its variable.
+// The key of a kind's folder and its variable.
 struct FolderKeys {
   const char *name, *group, *variable;
 };
@@ -48,7 +49,7 @@ const FolderKeys& keys_of(FolderKind kind) {
   return kFolderKeys[static_cast<size_t>(kind)];
 }
 
-// The last line of a key counts, as in GKeyFile.
+// As in GKeyFile, the last line of a key applies.
 std::optional<Setting> find_in(const std::vector<Setting>& settings, std::string_view group,
                                std::string_view key) {
   const auto found = std::find_if(settings.rbegin(), settings.rend(),
@@ -56,7 +57,7 @@ std::optional<Setting> find_in(const std::vector<Setting>& settings, std::string
   return found == settings.rend() ? std::nullopt : std::optional(*found);
 }
 
-// GKeyFile's escapes; others stay as they are.
+// Resolves GKeyFile's escapes; leaves others unchanged.
 std::string unescaped(std::string_view value) {
   std::string out;
   for (size_t i = 0; i < value.size(); ++i) {
@@ -73,18 +74,17 @@ State state_of(const std::string& path) {
   std::error_code failed;
   const auto type = fs::status(path, failed).type();
   if (type == fs::file_type::not_found) return State::NotThere;
-  // Of no known type: a folder on the way cannot be searched, and reading says so.
+  // Type none: a parent folder cannot be searched, and reading the file reports that.
   return type == fs::file_type::regular || type == fs::file_type::none ? State::Read
                                                                        : State::NoFile;
 }
 
 Error not_absolute(const Setting& setting, const std::string& needed) {
-  return {Code::OPTION_VALUE,
-          setting.origin + ": the path is not absolute and is passed over",
-          "[" + setting.group + "] " + setting.key + "=" + setting.value,
-          needed,
-          "",
-          setting.key + "=" + fs::absolute(setting.value).lexically_normal().string()};
+  return {.code = Code::OPTION_VALUE,
+          .what = setting.origin + ": the path is not absolute and is ignored",
+          .offered = "[" + setting.group + "] " + setting.key + "=" + setting.value,
+          .needed = needed,
+          .fix = setting.key + "=" + fs::absolute(setting.value).lexically_normal().string()};
 }
 
 }  // namespace
@@ -100,9 +100,9 @@ const char* name_of(State state) noexcept {
     case State::NotThere:
       return "not there";
     case State::NoFile:
-      return "no regular file";
+      return "not a regular file";
     case State::NotNeeded:
-      return "not needed: a file above was read";
+      return "not needed: an earlier file was read";
     case State::Unreadable:
       return "cannot be read";
   }
@@ -129,7 +129,7 @@ void NnstreamerConfiguration::read_first_candidate() {
   std::vector<std::pair<std::string, std::string>> places;
   if (const char* named = environment_("NNSTREAMER_CONF"); named && *named)
     places.emplace_back(named, "NNSTREAMER_CONF");
-  places.emplace_back(std::string(WEIR_CONFIG_DIR) + "/nnstreamer.ini", "built for");
+  places.emplace_back(std::string(kInstalledSettings) + "/nnstreamer.ini", "built for");
   places.emplace_back(kHardCodedFile, "hard-coded");
   for (auto& [path, source] : places) {
     State state = path_.empty() ? state_of(path) : State::NotNeeded;
@@ -137,16 +137,18 @@ void NnstreamerConfiguration::read_first_candidate() {
       main_ = read(path, &state);
       path_ = path;
     } else if (source == "NNSTREAMER_CONF") {
-      faults_.push_back({Code::FILE_NOT_FOUND,
-                         "NNSTREAMER_CONF names no regular file and is passed over", path,
-                         "a file of groups and keys", "", "NNSTREAMER_CONF=/etc/nnstreamer.ini"});
+      faults_.push_back({.code = Code::FILE_NOT_FOUND,
+                         .what = "NNSTREAMER_CONF does not name a regular file and is ignored",
+                         .offered = path,
+                         .needed = "a file with groups and keys",
+                         .fix = "NNSTREAMER_CONF=/etc/nnstreamer.ini"});
     }
     candidates_.push_back({path, source, state});
   }
 }
 
 std::vector<Setting> NnstreamerConfiguration::read(const std::string& path, State* state) {
-  static IniFiles& files = *new IniFiles;  // asked until the process ends
+  static IniFiles& files = *new IniFiles;  // never destroyed: used until the process ends
   const auto ini = files.read(path);
   const auto unread = [](const auto& f) { return f.code == Code::FILE_NOT_FOUND; };
   if (std::any_of(ini->faults.begin(), ini->faults.end(), unread)) *state = State::Unreadable;
@@ -164,9 +166,12 @@ bool NnstreamerConfiguration::truth_of(const char* key) {
   if (!setting) return false;
   if (truth(setting->value, false) == truth(setting->value, true))
     return truth(setting->value, false);
-  faults_.push_back({Code::OPTION_VALUE, setting->origin + ": neither true nor false",
-                     "[common] " + std::string(key) + "=" + setting->value, "true or false",
-                     "it counts as false", std::string(key) + "=true"});
+  faults_.push_back({.code = Code::OPTION_VALUE,
+                     .what = setting->origin + ": neither true nor false",
+                     .offered = "[common] " + std::string(key) + "=" + setting->value,
+                     .needed = "true or false",
+                     .difference = "it is treated as false",
+                     .fix = std::string(key) + "=true"});
   return false;
 }
 
@@ -174,7 +179,7 @@ void NnstreamerConfiguration::read_extra() {
   const auto setting = find("common", "extra_config_path");
   if (!setting || setting->value.empty()) return;
   if (!fs::path(setting->value).is_absolute()) {
-    faults_.push_back(not_absolute(*setting, "the whole path of a file"));
+    faults_.push_back(not_absolute(*setting, "the absolute path of a file"));
     candidates_.push_back({setting->value, "extra_config_path", State::NotThere});
     return;
   }
@@ -183,9 +188,10 @@ void NnstreamerConfiguration::read_extra() {
     extra_ = read(setting->value, &state);
     extra_path_ = setting->value;
   } else {
-    faults_.push_back({Code::FILE_NOT_FOUND,
-                       setting->origin + ": extra_config_path names no regular file",
-                       setting->value, "a file of groups and keys", "", ""});
+    faults_.push_back({.code = Code::FILE_NOT_FOUND,
+                       .what = setting->origin + ": extra_config_path does not name a regular file",
+                       .offered = setting->value,
+                       .needed = "a file with groups and keys"});
   }
   candidates_.push_back({setting->value, "extra_config_path", state});
 }
@@ -220,7 +226,7 @@ std::vector<Setting> NnstreamerConfiguration::all() const {
 void NnstreamerConfiguration::add_folder(FolderKind kind, const std::optional<Setting>& setting) {
   if (!setting || setting->value.empty()) return;
   if (!fs::path(setting->value).is_absolute()) {
-    faults_.push_back(not_absolute(*setting, "the whole path of a folder"));
+    faults_.push_back(not_absolute(*setting, "the absolute path of a folder"));
     return;
   }
   auto& folders = folders_[static_cast<size_t>(kind)];
@@ -235,7 +241,7 @@ void NnstreamerConfiguration::find_folders(FolderKind kind) {
   const auto& keys = keys_of(kind);
   const auto of_file = [&](const std::vector<Setting>& settings) {
     auto found = find_in(settings, keys.group, keys.name);
-    // The only key of which both spellings are in use.
+    // The only key with two spellings in use.
     if (!found && kind == FolderKind::Trainers) found = find_in(settings, "trainer", "trainer");
     return found;
   };

@@ -1,5 +1,6 @@
-// What nnstreamer.ini and the variables NNSTREAMER_* say, and who said it (specification 8.1;
-// docs/guide/configuration.md). Weir's own settings win over them.
+// NnstreamerConfiguration: the settings of nnstreamer.ini and the variables NNSTREAMER_*, with
+// their origin (docs/compatibility/app-api.md 8.1; docs/guide/configuration.md). Weir's own
+// settings take precedence.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <array>
@@ -12,12 +13,12 @@
 
 namespace weir::config {
 
-// What a folder holds: files of sub-plugins, or libraries with custom filters.
+// The content of a folder: sub-plugin files, or libraries with custom filters.
 enum class FolderKind { Filters, Decoders, CustomFilters, Converters, Trainers };
 inline constexpr std::array kFolderKinds{FolderKind::Filters, FolderKind::Decoders,
                                          FolderKind::CustomFilters, FolderKind::Converters,
                                          FolderKind::Trainers};
-// "filters", the last part of the hard-coded folder.
+// "filters" and so on: the last part of the hard-coded folder.
 const char* name_of(FolderKind kind) noexcept;
 
 struct Folder {
@@ -35,32 +36,33 @@ class NnstreamerConfiguration {
   };
   using Environment = Configuration::Environment;
 
-  // Nothing at all where weir.ini says enable=false in the group [nnstreamer].
+  // Empty if weir.ini has enable=false in the group [nnstreamer].
   static NnstreamerConfiguration load();
   explicit NnstreamerConfiguration(const Environment& environment);
 
   bool enabled() const noexcept { return enabled_; }
-  // Every file that is looked for, in order: the first that is there is read, and the additional
-  // one that it names.
+  // Every candidate file in order. The first existing one is read, and the additional file that it
+  // names.
   const std::vector<Candidate>& candidates() const noexcept { return candidates_; }
-  const std::string& path() const noexcept { return path_; }              // that was read, or ""
-  const std::string& extra_path() const noexcept { return extra_path_; }  // of that file, or ""
+  const std::string& path() const noexcept { return path_; }  // of the file that was read, or ""
+  // The additional file that path() names, or "".
+  const std::string& extra_path() const noexcept { return extra_path_; }
 
-  // The variable NNSTREAMER_GROUP_KEY (as spelled) where variables are enabled, then the file,
-  // then the additional one.
+  // The variable NNSTREAMER_GROUP_KEY (with group and key as spelled) if variables are enabled,
+  // then the file, then the additional file.
   std::optional<Setting> find(std::string_view group, std::string_view key) const;
-  // Every setting that a file has, and the known ones of the environment, by group and key.
+  // All settings of the files and the known variables, by group and key.
   std::vector<Setting> all() const;
   bool enable_envvar() const noexcept { return enable_envvar_; }
   bool enable_symlink() const noexcept { return enable_symlink_; }
 
-  // Where files are looked for, first to last: variable, file, hard-coded, additional file.
+  // The search path in order: variable, file, hard-coded, additional file.
   const std::vector<Folder>& folders(FolderKind kind) const {
     return folders_[static_cast<size_t>(kind)];
   }
-  // Files and lines that cannot be read, truths that are none, paths that are not absolute.
+  // Unreadable files and lines, invalid truth values, paths that are not absolute.
   const std::vector<Error>& faults() const noexcept { return faults_; }
-  // The first fault of a file that is there and cannot be read or parsed: settings may be missing.
+  // The first fault of an existing file that cannot be read or parsed: settings may be missing.
   const std::optional<Error>& unread() const noexcept { return unread_; }
 
  private:
@@ -83,8 +85,8 @@ class NnstreamerConfiguration {
 
 const char* name_of(NnstreamerConfiguration::State state) noexcept;
 
-// The setting of weir.ini that says the same as `setting` of nnstreamer.ini, and wins: "[filter]
-// priority_tflite"; none where Weir has no such one.
+// The weir.ini setting with the same meaning as `setting` of nnstreamer.ini, which takes
+// precedence: "[filter] priority_tflite". Nullopt if Weir has none.
 std::optional<Setting> overriding(const Setting& setting, const Configuration& weir);
 
 }  // namespace weir::config

@@ -1,5 +1,5 @@
-// Which of NNStreamer's files and variables decides, where sub-plugins are looked for, and what is
-// said of what cannot be used.
+// Precedence of NNStreamer's files and variables, the folders of sub-plugins, and the reported
+// faults.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/config/nnstreamer.hpp"
 
@@ -28,7 +28,7 @@ class NnstreamerConfigurationTest : public ::testing::Test {
     std::ofstream(folder_ / name) << text;
     return (folder_ / name).string();
   }
-  // With the file of that text, no file of Weir's own, and the variables.
+  // With a file of this text, the given variables and no weir.ini.
   NnstreamerConfiguration with(const std::string& text, Variables variables = {}) const {
     variables.try_emplace("NNSTREAMER_CONF", write("nns.ini", text));
     return of(std::move(variables));
@@ -49,7 +49,7 @@ std::string found(const NnstreamerConfiguration& c, const char* group, const cha
   const auto setting = c.find(group, key);
   return setting ? setting->value + " from " + setting->origin : "nothing";
 }
-// "PATH from ORIGIN" of each, one a line.
+// "PATH from ORIGIN" for each folder, one per line.
 std::string folders(const NnstreamerConfiguration& c, FolderKind kind) {
   std::string out;
   for (const auto& folder : c.folders(kind)) out += folder.path + " from " + folder.origin + "\n";
@@ -83,7 +83,7 @@ TEST_F(NnstreamerConfigurationTest, ReadsTheFileThatTheVariableNames) {
 
 TEST_F(NnstreamerConfigurationTest, NeedsNoFile) {
   const auto c = of({{"NNSTREAMER_CONF", (folder_ / "none.ini").string()}});
-  EXPECT_SAYS(faults(c), "WEIR-4001: NNSTREAMER_CONF names no regular file and is passed over");
+  EXPECT_SAYS(faults(c), "WEIR-4001: NNSTREAMER_CONF does not name a regular file and is ignored");
   EXPECT_SAYS(faults(c), "offered: " + (folder_ / "none.ini").string());
   EXPECT_EQ(state(c, (folder_ / "none.ini").string()), "NNSTREAMER_CONF: not there");
   EXPECT_SAYS(folders(c, FolderKind::Decoders), "/usr/lib/nnstreamer/decoders from hard-coded");
@@ -91,10 +91,10 @@ TEST_F(NnstreamerConfigurationTest, NeedsNoFile) {
   EXPECT_EQ(unset.candidates().front().source, "built for");
 }
 
-TEST_F(NnstreamerConfigurationTest, TakesNoFolderForItsFile) {
+TEST_F(NnstreamerConfigurationTest, DoesNotReadAFolderAsItsFile) {
   const auto c = of({{"NNSTREAMER_CONF", folder_.string()}});
-  EXPECT_EQ(state(c, folder_.string()), "NNSTREAMER_CONF: no regular file");
-  EXPECT_SAYS(faults(c), "names no regular file");
+  EXPECT_EQ(state(c, folder_.string()), "NNSTREAMER_CONF: not a regular file");
+  EXPECT_SAYS(faults(c), "does not name a regular file");
 }
 
 TEST_F(NnstreamerConfigurationTest, HasTheSyntaxOfKeyFiles) {
@@ -104,16 +104,16 @@ TEST_F(NnstreamerConfigurationTest, HasTheSyntaxOfKeyFiles) {
   EXPECT_EQ(found(c, "g", "a"), "two words\tand\\more from " + file() + ":3");
 }
 
-TEST_F(NnstreamerConfigurationTest, NamesFileAndLineOfWhatItCannotRead) {
+TEST_F(NnstreamerConfigurationTest, ReportsFileAndLineOfErrors) {
   const auto c = with("lost=1\n[common]\nnonsense\nenable_symlink=1\n[broken\nx=1\n");
   EXPECT_EQ(c.faults().size(), 3u);
-  EXPECT_SAYS(faults(c), file() + ":1: the key is in no group");
+  EXPECT_SAYS(faults(c), file() + ":1: the key is not in a group");
   EXPECT_SAYS(faults(c), file() + ":3: the line is neither a group nor a key");
-  EXPECT_SAYS(faults(c), file() + ":5: the name of a group cannot be read");
+  EXPECT_SAYS(faults(c), file() + ":5: the group name cannot be read");
   EXPECT_TRUE(c.enable_symlink()) << "the other lines count";
 }
 
-TEST_F(NnstreamerConfigurationTest, ReadsTruthByTheFirstLetters) {
+TEST_F(NnstreamerConfigurationTest, ParsesBooleansByTheirFirstLetters) {
   for (const char* word : {"1", "true", "T", "yes", "Y1", "on", "ONE"})
     EXPECT_TRUE(with(std::string("[common]\nenable_symlink=") + word).enable_symlink()) << word;
   for (const char* word : {"0", "false", "F", "no", "N1", "off", "OF"})
@@ -124,7 +124,7 @@ TEST_F(NnstreamerConfigurationTest, ReadsTruthByTheFirstLetters) {
   EXPECT_SAYS(faults(c), "offered: [common] enable_symlink=maybe");
 }
 
-TEST_F(NnstreamerConfigurationTest, TakesVariablesOnlyWhereTheFileEnablesThem) {
+TEST_F(NnstreamerConfigurationTest, UsesVariablesOnlyIfTheFileEnablesThem) {
   const Variables variables{{"NNSTREAMER_DECODERS", "/env"},
                             {"NNSTREAMER_pytorch_enable_use_gpu", "1"},
                             {"NNSTREAMER_common_enable_envvar", "1"}};
@@ -160,7 +160,7 @@ TEST_F(NnstreamerConfigurationTest, SearchesVariableFileHardCodedAndAdditionalFi
   EXPECT_EQ(c.extra_path(), extra);
 }
 
-TEST_F(NnstreamerConfigurationTest, TakesTheFolderOfTrainersInBothSpellings) {
+TEST_F(NnstreamerConfigurationTest, AcceptsBothSpellingsOfTheTrainersFolder) {
   const std::string hard_coded = "/usr/lib/nnstreamer/trainers from hard-coded\n";
   for (const char* key : {"trainers", "trainer"})
     EXPECT_EQ(folders(with(std::string("[trainer]\n") + key + "=/t\n"), FolderKind::Trainers),
@@ -170,26 +170,27 @@ TEST_F(NnstreamerConfigurationTest, TakesTheFolderOfTrainersInBothSpellings) {
       << "the other kinds have one";
 }
 
-TEST_F(NnstreamerConfigurationTest, RefusesPathsThatAreNotAbsolute) {
+TEST_F(NnstreamerConfigurationTest, RejectsPathsThatAreNotAbsolute) {
   const auto c = with(
       "[common]\nenable_envvar=1\nextra_config_path=more.ini\n[converter]\nconverters=plug-ins\n",
       {{"NNSTREAMER_TRAINERS", "./t"}});
   const auto text = faults(c);
   EXPECT_EQ(c.faults().size(), 3u) << text;
-  EXPECT_SAYS(text, "WEIR-1004: " + file() + ":3: the path is not absolute and is passed over");
+  EXPECT_SAYS(text, "WEIR-1004: " + file() + ":3: the path is not absolute and is ignored");
   EXPECT_SAYS(text, "offered: [converter] converters=plug-ins");
   EXPECT_SAYS(text, "fix: converters=" + (fs::current_path() / "plug-ins").string());
   EXPECT_SAYS(text, "NNSTREAMER_TRAINERS: the path is not absolute");
   EXPECT_EQ(folders(c, FolderKind::Converters), "/usr/lib/nnstreamer/converters from hard-coded\n");
 }
 
-TEST_F(NnstreamerConfigurationTest, SaysThatTheAdditionalFileIsMissing) {
+TEST_F(NnstreamerConfigurationTest, ReportsThatTheAdditionalFileIsMissing) {
   const auto c = with("[common]\nextra_config_path=/nowhere/extra.ini\n");
-  EXPECT_SAYS(faults(c), "WEIR-4001: " + file() + ":2: extra_config_path names no regular file");
+  EXPECT_SAYS(faults(c),
+              "WEIR-4001: " + file() + ":2: extra_config_path does not name a regular file");
   EXPECT_EQ(state(c, "/nowhere/extra.ini"), "extra_config_path: not there");
 }
 
-TEST_F(NnstreamerConfigurationTest, IsSwitchedOffByWeirsOwn) {
+TEST_F(NnstreamerConfigurationTest, CanBeDisabledInWeirIni) {
   const auto c = with("[filter]\nfilters=/a\n", {{"WEIR_NNSTREAMER_ENABLE", "no"}});
   EXPECT_FALSE(c.enabled());
   EXPECT_TRUE(c.candidates().empty());

@@ -1,10 +1,12 @@
-// The eight audio formats.
+// Maps the eight audio formats to tensors.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/convert/audio_tensor.hpp"
 
 #include <algorithm>
 #include <array>
 #include <bit>
+
+#include "weir/join.hpp"
 
 namespace weir {
 namespace {
@@ -31,26 +33,22 @@ Result<AudioTensor> audio_tensor(std::string_view format, uint32_t channels,
   const auto sample = std::find_if(kSamples.begin(), kSamples.end(),
                                    [&](const auto& s) { return spelled(s) == format; });
   if (sample == kSamples.end()) {
-    std::string needed;
-    for (const auto& s : kSamples) needed += (needed.empty() ? "" : ", ") + spelled(s);
-    return Error{Code::FORMAT_UNSUPPORTED,
-                 "this audio format is no tensor",
-                 std::string(format),
-                 needed,
-                 "",
-                 "audioconvert ! audio/x-raw,format=S16" + std::string(kNative) +
-                     ",layout=interleaved ! tensor_converter"};
+    const std::string needed = join(kSamples, ", ", [](const auto& s) { return spelled(s); });
+    return Error{.code = Code::FORMAT_UNSUPPORTED,
+                 .what = "this audio format cannot be a tensor",
+                 .offered = std::string(format),
+                 .needed = needed,
+                 .fix = "audioconvert ! audio/x-raw,format=S16" + std::string(kNative) +
+                        ",layout=interleaved ! tensor_converter"};
   }
   AudioTensor out;
   out.spec = {sample->type, Shape{channels, frames_per_tensor}, ""};
   out.frame_bytes = uint64_t{channels} * size_of(sample->type);
   if (frames_per_tensor == 0 || !out.spec.valid() || !out.spec.bytes())
-    return Error{Code::LIMIT_EXCEEDED,
-                 "an audio tensor is too big or empty",
-                 out.spec.to_string(),
-                 "at least one channel and one frame",
-                 "",
-                 ""};
+    return Error{.code = Code::LIMIT_EXCEEDED,
+                 .what = "an audio tensor is too big or empty",
+                 .offered = out.spec.to_string(),
+                 .needed = "at least one channel and one frame"};
   return out;
 }
 

@@ -24,7 +24,7 @@ TEST(AudioTensor, HasChannelsInnermost) {
   }
 }
 
-TEST(AudioTensor, RefusesOtherFormatsWithALineToPaste) {
+TEST(AudioTensor, RejectsOtherFormatsWithAFix) {
   for (const char* format :
        {"S16BE", "F32BE", "S24LE", "S24_32LE", "U18LE", "S8LE", "s16le", "S16", ""}) {
     const auto tensor = audio_tensor(format, 2, 1);
@@ -37,7 +37,7 @@ TEST(AudioTensor, RefusesOtherFormatsWithALineToPaste) {
   }
 }
 
-TEST(AudioTensor, RefusesNothingAndTooMuch) {
+TEST(AudioTensor, RejectsEmptyAndOversizedFrames) {
   EXPECT_EQ(audio_tensor("S16LE", 0, 1).error().code, Code::LIMIT_EXCEEDED);
   EXPECT_EQ(audio_tensor("S16LE", 1, 0).error().code, Code::LIMIT_EXCEEDED);
   EXPECT_EQ(audio_tensor("F64LE", UINT32_MAX, UINT32_MAX).error().code, Code::LIMIT_EXCEEDED);

@@ -1,4 +1,4 @@
-// Word and name.
+// Parses the mode's keyword and name.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/convert/converter_mode.hpp"
 
@@ -11,15 +11,14 @@ Result<ConverterMode> parse_converter_mode(std::string_view text) {
   if (strip(text).empty()) return mode;
   const auto parts = split(text, ":");
   const auto error = [&](Code code, const char* what) {
-    return Error{code,
-                 what,
-                 "mode=" + std::string(text),
-                 "custom-code:NAME or custom-script:PATH",
-                 "",
-                 "tensor_converter mode=custom-code:NAME"};
+    return Error{.code = code,
+                 .what = what,
+                 .offered = "mode=" + std::string(text),
+                 .needed = "custom-code:NAME or custom-script:PATH",
+                 .fix = "tensor_converter mode=custom-code:NAME"};
   };
   if (parts.size() < 2 || strip(parts[1]).empty())
-    return error(Code::OPTION_SYNTAX, "the mode has no name behind a colon");
+    return error(Code::OPTION_SYNTAX, "the mode has no name after a colon");
   const auto word = strip(parts[0]);
   if (equal_ignoring_case(word, "custom-code"))
     mode.kind = ConverterMode::Kind::CustomCode;

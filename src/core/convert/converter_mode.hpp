@@ -1,4 +1,4 @@
-// The property mode of tensor_converter: "custom-code:NAME", "custom-script:PATH".
+// ConverterMode: the property mode of tensor_converter, "custom-code:NAME" or "custom-script:PATH".
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <string>
@@ -14,8 +14,8 @@ struct ConverterMode {
   std::string name;  // of the function, or path of the script
 };
 
-// "" is ByCaps. OPTION_SYNTAX without a colon or without anything behind it, MODE_UNKNOWN for
-// another word. Case of the word is ignored; what stands behind a second colon is too.
+// "" is ByCaps. OPTION_SYNTAX if the colon or the name is missing, MODE_UNKNOWN for an unknown
+// keyword. Ignores the keyword's case and everything after a second colon.
 Result<ConverterMode> parse_converter_mode(std::string_view text);
 
 }  // namespace weir

@@ -9,7 +9,7 @@ namespace {
 
 using Kind = ConverterMode::Kind;
 
-TEST(ConverterMode, HasAWordAndAName) {
+TEST(ConverterMode, ParsesKindAndName) {
   EXPECT_EQ(parse_converter_mode("")->kind, Kind::ByCaps);
   EXPECT_EQ(parse_converter_mode("  ")->kind, Kind::ByCaps);
   for (const char* text : {"custom-code:add", "CUSTOM-Code: add ", "custom-code:add:rest"}) {
@@ -23,7 +23,7 @@ TEST(ConverterMode, HasAWordAndAName) {
   EXPECT_EQ(script->name, "/a/b.py");
 }
 
-TEST(ConverterMode, NeedsBoth) {
+TEST(ConverterMode, RequiresKindAndName) {
   for (const char* text : {"custom-code", "custom-code:", "custom-code: ", "add", ":"})
     EXPECT_EQ(parse_converter_mode(text).error().code, Code::OPTION_SYNTAX) << text;
   for (const char* text : {"code:add", ":add", "custom:add"}) {

@@ -1,4 +1,4 @@
-// The dimension that counts frames.
+// Extends the dimension that counts frames.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/convert/gathered_tensor.hpp"
 
@@ -15,12 +15,11 @@ Result<TensorSpec> gathered_tensor(TensorSpec frame, uint32_t frames) {
     frame.shape[axis] = frames;
     if (frame.bytes()) return frame;
   }
-  return Error{Code::LIMIT_EXCEEDED,
-               "frames of this tensor cannot be gathered",
-               offered + ", " + std::to_string(frames) + " times",
-               "at most 16 dimensions and 2^63 - 1 bytes",
-               "",
-               "tensor_converter frames-per-tensor=1"};
+  return Error{.code = Code::LIMIT_EXCEEDED,
+               .what = "frames of this tensor cannot be combined",
+               .offered = offered + ", " + std::to_string(frames) + " times",
+               .needed = "at most 16 dimensions and 2^63 - 1 bytes",
+               .fix = "tensor_converter frames-per-tensor=1"};
 }
 
 }  // namespace weir

@@ -33,7 +33,7 @@ TEST(GatheredTensor, HasLimits) {
   for (const auto& [shape, frames] :
        {std::pair{"1:1:1:1:1:1:1:1:1:1:1:1:1:1:1:2", 2u}, std::pair{"4294967295:1073741824", 4u}}) {
     const auto text = gathered(shape, frames);
-    EXPECT_SAYS(text, "WEIR-2006: frames of this tensor cannot be gathered");
+    EXPECT_SAYS(text, "WEIR-2006: frames of this tensor cannot be combined");
     EXPECT_SAYS(text, "fix: tensor_converter frames-per-tensor=1");
   }
 }

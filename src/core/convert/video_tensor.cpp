@@ -1,4 +1,4 @@
-// The fifteen video formats.
+// Maps the fifteen video formats to tensors.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/convert/video_tensor.hpp"
 
@@ -38,12 +38,11 @@ Result<VideoTensor> video_tensor(std::string_view format, uint32_t width, uint32
   const auto layout = std::find_if(kLayouts.begin(), kLayouts.end(),
                                    [&](const auto& l) { return l.format == format; });
   if (layout == kLayouts.end())
-    return Error{Code::FORMAT_UNSUPPORTED,
-                 "this video format is no tensor",
-                 std::string(format),
-                 "RGB, BGR, a format of four bytes, GRAY8, GRAY16, RGBP or BGRP",
-                 "",
-                 "videoconvert ! video/x-raw,format=RGB ! tensor_converter"};
+    return Error{.code = Code::FORMAT_UNSUPPORTED,
+                 .what = "this video format cannot be a tensor",
+                 .offered = std::string(format),
+                 .needed = "RGB, BGR, a format of four bytes, GRAY8, GRAY16, RGBP or BGRP",
+                 .fix = "videoconvert ! video/x-raw,format=RGB ! tensor_converter"};
   VideoTensor out;
   out.spec.type = layout->type;
   out.spec.shape = layout->planar ? Shape{width, height, layout->channels, frames_per_tensor}

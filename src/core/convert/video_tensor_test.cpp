@@ -31,7 +31,7 @@ TEST(VideoTensor, OfAPlanarFormatHasChannelsOutside) {
   EXPECT_EQ(planar->rows, 12u);
 }
 
-TEST(VideoTensor, RefusesOtherFormatsWithTheLineToPaste) {
+TEST(VideoTensor, RejectsOtherFormatsWithAFix) {
   const auto r = video_tensor("NV12", 8, 4, 1);
   ASSERT_FALSE(r);
   EXPECT_EQ(r.error().code, Code::FORMAT_UNSUPPORTED);
@@ -39,13 +39,13 @@ TEST(VideoTensor, RefusesOtherFormatsWithTheLineToPaste) {
   EXPECT_FALSE(video_tensor("rgb", 8, 4, 1));
 }
 
-TEST(VideoTensor, RefusesNothingAndTooMuch) {
+TEST(VideoTensor, RejectsEmptyAndOversizedFrames) {
   EXPECT_FALSE(video_tensor("RGB", 0, 4, 1));
   EXPECT_FALSE(video_tensor("RGBA", 4294967295u, 4294967295u, 4294967295u));
   EXPECT_FALSE(video_tensor("RGB", 8, 4, 0)) << "no frame";
 }
 
-TEST(VideoTensor, RefusesMorePlanarRowsThanCanBeCounted) {
+TEST(VideoTensor, RejectsMorePlanarRowsThanCanBeCounted) {
   const auto r = video_tensor("RGBP", 1, 1431655766u, 1);  // 3 * 1431655766 = 2^32 + 2
   ASSERT_FALSE(r);
   EXPECT_EQ(r.error().code, Code::LIMIT_EXCEEDED);

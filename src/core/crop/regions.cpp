@@ -1,4 +1,4 @@
-// Reading, clipping and cutting.
+// Reads and clips regions and copies the parts.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/crop/regions.hpp"
 
@@ -13,7 +13,7 @@ uint32_t dim(const Shape& shape, size_t i) {
   return std::max<uint32_t>(shape[i], 1);
 }
 
-// From `begin`, `length` long, cut to 0..size.
+// Clips the interval [begin, begin + length) to 0..size.
 void clip(double begin, double length, uint32_t size, uint32_t* from, uint32_t* count) {
   const double first = std::trunc(begin), end = first + std::trunc(length);
   if (!std::isfinite(end)) return;

@@ -1,4 +1,4 @@
-// Regions: where a tensor is cut, as another tensor says; and the cut.
+// Regions: parts to cut from a tensor, as given by another tensor.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <cstddef>
@@ -18,19 +18,20 @@ struct Region {
 
 struct Regions {
   std::vector<Region> inside;  // at most kTensorLimit
-  uint64_t empty = 0;          // nothing of it lies inside, or a number of it is none
+  uint64_t empty = 0;          // entirely outside, or not a finite number
   uint64_t beyond_limit = 0;
 };
-// Groups of four numbers of any type: x, y, width, height, cut to `width` times `height`. What is
-// left behind the last whole group is not read. Precondition: the payload has the spec's size.
+// Reads groups of four numbers of any type (x, y, width, height), clipped to `width` x `height`.
+// Ignores an incomplete last group. Precondition: the payload has the spec's size.
 Regions read_regions(const TensorSpec& spec, std::span<const std::byte> payload, uint32_t width,
                      uint32_t height);
 
-// Of a tensor channels:width:height, dimensions from the fourth on left out; missing ones are 1.
+// The part of a tensor channels:width:height. Omits dimensions from the fourth on; missing ones are
+// 1.
 TensorSpec part_of(const TensorSpec& whole, const Region& region);
-// Where the part lies in the memory of the whole tensor. Precondition: the region lies inside.
+// The part's layout in the memory of the whole tensor. Precondition: the region is inside.
 StridedLayout layout_of(const TensorSpec& whole, const Region& region);
-// Preconditions: the region lies inside; `in` and `out` have the sizes of the specs.
+// Copies the part. Preconditions: the region is inside; `in` and `out` have the sizes of the specs.
 void cut(const TensorSpec& whole, std::span<const std::byte> in, const Region& region,
          std::span<std::byte> out);
 

@@ -1,4 +1,4 @@
-// Regions of each element type, clipped; cuts against a model by coordinates.
+// Clips regions of each element type, and compares cuts with a model by coordinates.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/crop/regions.hpp"
 
@@ -48,7 +48,7 @@ TEST(Regions, ThatBeginOutsideKeepTheirPartInside) {
   EXPECT_EQ(read(std::vector<int8_t>{5, 5, -3, 3}, ElementType::Int8).empty, 1u);
 }
 
-TEST(Regions, ThatAreNoNumbersAreEmpty) {
+TEST(Regions, NotANumberMakesARegionEmpty) {
   const float nan = std::nanf(""), inf = std::numeric_limits<float>::infinity();
   const Regions got =
       read(std::vector<float>{nan, 0, 5, 5, 0, 0, inf, 5, 0, -inf, 5, 5, 1.9F, 2, 3, 4},
@@ -65,7 +65,7 @@ TEST(Regions, MoreThanAFrameHoldsAreCounted) {
   EXPECT_EQ(got.beyond_limit, 44u);
 }
 
-TEST(Regions, AnUnfinishedGroupIsNotRead) {
+TEST(Regions, AnIncompleteGroupIsIgnored) {
   const std::vector<uint8_t> numbers{1, 2, 3, 4, 5, 6, 7};
   Bytes bytes(7);
   std::memcpy(bytes.data(), numbers.data(), 7);

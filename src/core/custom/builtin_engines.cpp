@@ -1,4 +1,4 @@
-// One table of them.
+// The module table of the built-in engines.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/custom/builtin_engines.hpp"
 

@@ -1,12 +1,13 @@
-// The engine custom-easy: a model is a filter of the process.
+// The engine custom-easy: each model is a filter of the application.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/custom/custom_easy.hpp"
 
 #include <cstring>
 
 #include "core/custom/named_filter.hpp"
-#include "core/infer/host.hpp"
+#include "core/infer/module/host.hpp"
 #include "weir/engine.hpp"
+#include "weir/join.hpp"
 
 namespace weir::custom {
 namespace {
@@ -15,10 +16,12 @@ constexpr char kName[] = "custom-easy";
 
 std::string name_in(std::span<const char* const> paths) {
   if (paths.size() == 1) return paths[0];
-  std::string list;
-  for (const char* path : paths) list += (list.empty() ? "" : ",") + std::string(path);
-  throw Failure({Code::OPTION_VALUE, "a filter of the process has one name", "model=" + list,
-                 "the name that it was registered under", "", "framework=custom-easy model=NAME"});
+  const std::string list = join(paths, ",");
+  throw Failure({.code = Code::OPTION_VALUE,
+                 .what = "a filter of the process has exactly one name",
+                 .offered = "model=" + list,
+                 .needed = "the name under which it was registered",
+                 .fix = "framework=custom-easy model=NAME"});
 }
 
 class CustomEasy {
@@ -64,13 +67,12 @@ Status check_invocation(const weir_engine& engine, const weir_model_info& info,
   const bool dynamic = (info.flags & WEIR_MODEL_DYNAMIC_OUTPUT) != 0;
   if (dynamic == invoke_dynamic) return ok();
   const std::string line = "tensor_filter framework=custom-easy model=" + model;
-  return Error{Code::OPTION_VALUE,
-               dynamic ? "the filter " + model + " decides its sizes with each frame"
-                       : "the filter " + model + " has outputs of fixed sizes",
-               dynamic ? "invoke-dynamic=false" : "invoke-dynamic=true",
-               dynamic ? "invoke-dynamic=true" : "invoke-dynamic=false",
-               "",
-               line + (dynamic ? " invoke-dynamic=true" : "")};
+  return Error{.code = Code::OPTION_VALUE,
+               .what = dynamic ? "the filter " + model + " decides its sizes with each frame"
+                               : "the filter " + model + " has outputs of fixed sizes",
+               .offered = dynamic ? "invoke-dynamic=false" : "invoke-dynamic=true",
+               .needed = dynamic ? "invoke-dynamic=true" : "invoke-dynamic=false",
+               .fix = line + (dynamic ? " invoke-dynamic=true" : "")};
 }
 
 }  // namespace weir::custom

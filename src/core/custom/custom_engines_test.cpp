@@ -1,4 +1,4 @@
-// The engines custom and cpp: files and classes that are found, and those that are refused.
+// Tests the engines custom and cpp: files and classes that are found or rejected.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <gtest/gtest.h>
 
@@ -7,9 +7,9 @@
 #include <fstream>
 
 #include "core/custom/other_process.hpp"
-#include "core/infer/host.hpp"
-#include "core/infer/model.hpp"
-#include "core/infer/module_library.hpp"
+#include "core/infer/model/model.hpp"
+#include "core/infer/module/host.hpp"
+#include "core/infer/module/module_library.hpp"
 #include "says.hpp"
 #include "weir/custom_filter.h"
 #include "weir/engine.hpp"
@@ -125,7 +125,7 @@ TEST_F(CustomEngines, ClassOfALibraryIsFoundByItsName) {
   EXPECT_EQ(scaled(*model, 2), 6);
 }
 
-TEST_F(CustomEngines, ClassThatNobodyHasIsNamed) {
+TEST_F(CustomEngines, UnknownClassIsReported) {
   ASSERT_EQ(weir_filter_class_register("Scaled", scaled_entry, nullptr), WEIR_OK);
   const auto near = refusal("cpp", {"Scale"});
   EXPECT_SAYS(near, "WEIR-5002: no filter class has this name");
@@ -141,7 +141,7 @@ TEST_F(CustomEngines, ClassThatNobodyHasIsNamed) {
   EXPECT_SAYS(refusal("cpp", {"a", "/nowhere/lib.so"}), "WEIR-3003");
 }
 
-TEST_F(CustomEngines, ClassThatCannotBeIsRefused) {
+TEST_F(CustomEngines, InvalidClassIsRejected) {
   const auto refused = [](const char* name, auto entry) {
     weir_error* error = nullptr;
     EXPECT_LT(weir_filter_class_register(name, entry, &error), 0);
@@ -155,7 +155,7 @@ TEST_F(CustomEngines, ClassThatCannotBeIsRefused) {
   EXPECT_SAYS(refused(nullptr, scaled_entry), "its name");
   EXPECT_SAYS(refused("x", Entry{}), "offered: no entry");
   EXPECT_SAYS(refused("x", Entry{[](const weir_host*) -> const weir_module* { return nullptr; }}),
-              "weir_module_entry gave nothing");
+              "weir_module_entry returned NULL");
   ASSERT_EQ(weir_filter_class_register("x", scaled_entry, nullptr), WEIR_OK);
   EXPECT_SAYS(refused("x", scaled_entry), "another class has this name");
   EXPECT_EQ(weir_filter_class_unregister("x"), WEIR_OK);
@@ -172,15 +172,15 @@ TEST_F(CustomEngines, FileOfWeirsOwnInterfaceIsTheFilter) {
       << "found by its ending";
 }
 
-TEST_F(CustomEngines, EngineThatNeedsAModelSaysSo) {
+TEST_F(CustomEngines, EngineReportsThatItNeedsAModel) {
   const auto text = refusal("custom", {module("scaling")});
   EXPECT_SAYS(text, "WEIR-3003: the engine in this file needs a model of its own");
   EXPECT_SAYS(text, "scaling.so,/path/to/the/model");
 }
 
-TEST_F(CustomEngines, FileThatIsNoFilterIsRefusedUnopened) {
+TEST_F(CustomEngines, FileWithoutFilterIsRejectedWithoutLoadingIt) {
   EXPECT_SAYS(refusal("custom", {}), "WEIR-3003: no file is named");
-  EXPECT_SAYS(refusal("custom", {(folder_ / "none.so").string()}), "the model file is not there");
+  EXPECT_SAYS(refusal("custom", {(folder_ / "none.so").string()}), "the model file does not exist");
   EXPECT_SAYS(refusal("custom", {folder_.string()}), "the model is a folder");
   EXPECT_SAYS(refusal("custom", {write("text.so", "hello")}), "no symbol weir_module_entry");
   EXPECT_SAYS(refusal("custom", {write("plain.so",
@@ -190,7 +190,7 @@ TEST_F(CustomEngines, FileThatIsNoFilterIsRefusedUnopened) {
   EXPECT_SAYS(refusal("custom", {write("sub.so",
                                        "\x7f"
                                        "ELF nnstreamer_filter_probe")}),
-              "fix: framework=NAME, for the sub-plugin");
+              "fix: framework=NAME, if the sub-plugin");
   EXPECT_SAYS(refusal("custom", {write("empty.so", "")}), "no symbol weir_module_entry");
   EXPECT_SAYS(refusal("custom", {module("bad-symbol")}), "no symbol weir_module_entry");
   const auto lying = refusal("custom", {write("lying.so",
@@ -200,7 +200,7 @@ TEST_F(CustomEngines, FileThatIsNoFilterIsRefusedUnopened) {
   EXPECT_SAYS(lying, "needed: a shared object for this machine");
 }
 
-TEST_F(CustomEngines, NameThatLiesAcrossTwoPiecesOfAFileIsSeen) {
+TEST_F(CustomEngines, SymbolNameAcrossAReadBoundaryIsFound) {
   const std::string far(size_t{1 << 20} - 5, 'x');
   EXPECT_SAYS(refusal("custom", {write("far.so", far + "weir_module_entry")}),
               "needed: a shared object for this machine");
@@ -218,14 +218,14 @@ TEST_F(CustomEngines, FilterOfNNStreamerNeedsTheLibraryForIt) {
   unsetenv("WEIR_NNSTREAMER_LIBRARY");
 }
 
-TEST_F(CustomEngines, SymbolicLinkIsRefusedWithItsTarget) {
+TEST_F(CustomEngines, SymbolicLinkIsRejectedWithItsTarget) {
   fs::create_symlink(module("scaling"), folder_ / "link.so");
   const auto text = refusal("custom", {(folder_ / "link.so").string()});
   EXPECT_SAYS(text, "WEIR-3007: a filter's file must not be a symbolic link");
   EXPECT_SAYS(text, "fix: model=" + fs::canonical(module("scaling")).string());
 }
 
-TEST_F(CustomEngines, SymbolicLinkIsTakenWhereTheConfigurationSaysSo) {
+TEST_F(CustomEngines, SymbolicLinkIsAcceptedIfTheConfigurationAllowsIt) {
   fs::create_symlink(module("scaling"), folder_ / "link.so");
   setenv("WEIR_FILTER_ENABLE_SYMLINK", "true", 1);
   const auto model = opened("custom", {(folder_ / "link.so").string(), write("any.model", "x")});
@@ -234,7 +234,7 @@ TEST_F(CustomEngines, SymbolicLinkIsTakenWhereTheConfigurationSaysSo) {
   EXPECT_EQ(scaled(*model, 2), 6);
 }
 
-// The library is there and does not register what it is named after.
+// The library exists but does not register a filter of its name.
 TEST_F(CustomEngines, NameIsLookedForInTheFoldersOfFilters) {
   fs::copy_file(module("scaling"), folder_ / "named.so");
   write("broken.so", "no library");
@@ -245,21 +245,21 @@ TEST_F(CustomEngines, NameIsLookedForInTheFoldersOfFilters) {
   const bool other_bound = bound_to_this_process("custom-easy", other).has_value();
   unsetenv("WEIR_FILTER_PATH");
   EXPECT_SAYS(found, "no filter is registered under this name");
-  EXPECT_SAYS(broken, "broken.so holds no filter");
+  EXPECT_SAYS(broken, "broken.so contains no filter");
   EXPECT_FALSE(bound) << "a worker process finds it too";
   EXPECT_TRUE(other_bound);
 }
 
-TEST_F(CustomEngines, ModulesWithAFaultAreRefusedAsOthersAre) {
+TEST_F(CustomEngines, FaultyModulesAreRejectedLikeOthers) {
   for (const auto& [kind, words] : std::vector<std::pair<std::string, std::string>>{
-           {"nothing", "weir_module_entry gave nothing"},
+           {"nothing", "weir_module_entry returned NULL"},
            {"version", "offered: ABI version 2"},
            {"engine-functions", "without all of its functions"},
            {"empty", "the file has no engine of its own"}})
     EXPECT_SAYS(refusal("custom", {module("bad-" + kind)}), words);
 }
 
-TEST(OtherProcess, TakesWhatALibraryBrings) {
+TEST(OtherProcess, RunsFiltersOfALibrary) {
   const std::vector<std::string> name{"x"}, library{"x", "lib.so"};
   EXPECT_FALSE(bound_to_this_process("custom", library));
   EXPECT_FALSE(bound_to_this_process("onnxruntime", name));

@@ -1,43 +1,44 @@
-// The first file is the engine.
+// Takes the engine from the first file.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/custom/custom_module.hpp"
+
+#include <span>
 
 #include "core/custom/filter_library.hpp"
 #include "core/custom/foreign_class.hpp"
 #include "core/custom/forwarding_engine.hpp"
+#include "weir/join.hpp"
 
 namespace weir::custom {
 namespace {
 
 Error without_engine(const std::string& path) {
-  return Error{Code::MODULE_REFUSED,
-               "the file has no engine of its own",
-               path,
-               "weir_module_entry with an engine",
-               "",
-               "framework=cpp model=NAME," + path};
+  return Error{.code = Code::MODULE_REFUSED,
+               .what = "the file has no engine of its own",
+               .offered = path,
+               .needed = "weir_module_entry with an engine",
+               .fix = "framework=cpp model=NAME," + path};
 }
 
 Error several_engines(const std::string& path, const weir_engine* const* engines) {
-  std::string names;
-  for (auto* each = engines; *each; ++each)
-    names += (names.empty() ? "" : ", ") + std::string((*each)->name);
-  return Error{Code::OPTION_VALUE,
-               "the file has several engines",
-               path + ": " + names,
-               "one of them by name",
-               "",
-               "framework=cpp model=" + std::string(engines[0]->name) + "," + path};
+  size_t count = 0;
+  while (engines[count]) ++count;
+  const std::string names =
+      join(std::span(engines, count), ", ", [](const weir_engine* engine) { return engine->name; });
+  return Error{.code = Code::OPTION_VALUE,
+               .what = "the file has several engines",
+               .offered = path + ": " + names,
+               .needed = "one of them by name",
+               .fix = "framework=cpp model=" + std::string(engines[0]->name) + "," + path};
 }
 
 Result<FoundEngine> find(const weir_open& request) {
   if (request.n_models == 0)
-    return Error{Code::MODEL_NOT_FOUND,
-                 "no file is named",
-                 "model=\"\"",
-                 "model=lib.so",
-                 "",
-                 "framework=custom model=/path/to/lib.so"};
+    return Error{.code = Code::MODEL_NOT_FOUND,
+                 .what = "no file is named",
+                 .offered = "model=\"\"",
+                 .needed = "model=lib.so",
+                 .fix = "framework=custom model=/path/to/lib.so"};
   const std::string path = request.paths[0];
   const auto foreign = has_callbacks(path);
   if (!foreign) return foreign.error();
@@ -52,12 +53,11 @@ Result<FoundEngine> find(const weir_open& request) {
   const auto* engines = (*tables)->module().engines;
   if (engines[1]) return several_engines(path, engines);
   if (request.n_models == 1 && (engines[0]->flags & WEIR_ENGINE_NEEDS_NO_MODEL) == 0)
-    return Error{Code::MODEL_NOT_FOUND,
-                 "the engine in this file needs a model of its own",
-                 "model=" + path,
-                 "the model's file behind it",
-                 "",
-                 "model=" + path + ",/path/to/the/model"};
+    return Error{.code = Code::MODEL_NOT_FOUND,
+                 .what = "the engine in this file needs a model of its own",
+                 .offered = "model=" + path,
+                 .needed = "the model's file after it",
+                 .fix = "model=" + path + ",/path/to/the/model"};
   return FoundEngine{engines[0], *tables, 1};
 }
 

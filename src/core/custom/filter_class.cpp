@@ -1,4 +1,4 @@
-// The register of classes, and finding one in it or in a library.
+// The registry of classes, and finding one in it or in a library.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/custom/filter_class.hpp"
 
@@ -9,9 +9,9 @@
 #include "core/custom/filter_library.hpp"
 #include "core/custom/filter_name.hpp"
 #include "core/custom/forwarding_engine.hpp"
-#include "core/infer/host.hpp"
-#include "core/infer/module_check.hpp"
-#include "core/infer/named_objects.hpp"
+#include "core/infer/module/host.hpp"
+#include "core/infer/module/module_check.hpp"
+#include "core/infer/module/named_objects.hpp"
 #include "core/process/process_object.hpp"
 #include "core/text/text.hpp"
 #include "weir/custom_filter.h"
@@ -38,23 +38,22 @@ Error unknown(const std::string& name, const std::string& library) {
   const std::string fix = !close.empty()    ? "framework=cpp model=" + close + behind
                           : library.empty() ? "framework=cpp model=" + name + ",/path/to/lib.so"
                                             : "WEIR_FILTER_CLASS or WEIR_ENGINE in the library";
-  return Error{
-      Code::CALLBACK_UNKNOWN,
-      "no filter class has this name",
-      "framework=cpp model=" + name + behind,
-      classes().one_of() + (library.empty() ? "" : "; or an engine of this name in " + library),
-      close.empty() ? "" : "did you mean " + close + "?",
-      fix};
+  return Error{.code = Code::CALLBACK_UNKNOWN,
+               .what = "no filter class has this name",
+               .offered = "framework=cpp model=" + name + behind,
+               .needed = classes().one_of() +
+                         (library.empty() ? "" : "; or an engine of this name in " + library),
+               .difference = close.empty() ? "" : "did you mean " + close + "?",
+               .fix = fix};
 }
 
 Result<FoundEngine> find(const weir_open& request) {
   if (request.n_models < 1 || request.n_models > 2)
-    return Error{Code::OPTION_VALUE,
-                 "a filter class has a name and maybe a library",
-                 std::to_string(request.n_models) + " parts in model=",
-                 "model=NAME or model=NAME,lib.so",
-                 "",
-                 "framework=cpp model=NAME,/path/to/lib.so"};
+    return Error{.code = Code::OPTION_VALUE,
+                 .what = "a filter class has a name and optionally a library",
+                 .offered = std::to_string(request.n_models) + " parts in model=",
+                 .needed = "model=NAME or model=NAME,lib.so",
+                 .fix = "framework=cpp model=NAME,/path/to/lib.so"};
   const std::string name = request.paths[0];
   const std::string library = request.n_models == 2 ? request.paths[1] : "";
   const auto registered = [&]() -> FoundEngine {
@@ -73,17 +72,15 @@ Result<FoundEngine> find(const weir_open& request) {
 }
 
 Error refused(const std::string& name, const std::string& why, const std::string& needed) {
-  return Error{Code::OPTION_VALUE,
-               "the filter class " + name + " cannot be registered",
-               why,
-               needed,
-               "",
-               ""};
+  return Error{.code = Code::OPTION_VALUE,
+               .what = "the filter class " + name + " cannot be registered",
+               .offered = why,
+               .needed = needed};
 }
 
 Status add(const std::string& name, const weir_module* (*entry)(const weir_host*)) {
   if (!can_be_a_name(name)) return refused('"' + name + '"', "its name", kNameNeeded);
-  if (!entry) return refused(name, "no entry", "the function that gives its engine");
+  if (!entry) return refused(name, "no entry", "the function that returns its engine");
   if (classes().find(name)) return refused(name, "another class has this name", kNameFree);
   auto tables = infer::ModuleTables::copy(entry(&infer::host()), name);
   if (!tables) return tables.error();

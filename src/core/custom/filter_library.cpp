@@ -1,4 +1,4 @@
-// dlopen after a look into the file.
+// Opens a file with dlopen after inspecting its symbol names.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/custom/filter_library.hpp"
 
@@ -10,10 +10,11 @@
 #include <mutex>
 #include <optional>
 
-#include "core/infer/configured.hpp"
-#include "core/infer/host.hpp"
-#include "core/infer/model_file.hpp"
-#include "core/infer/module_check.hpp"
+#include "core/config/install_paths.hpp"
+#include "core/infer/module/configured.hpp"
+#include "core/infer/module/host.hpp"
+#include "core/infer/module/model_file.hpp"
+#include "core/infer/module/module_check.hpp"
 #include "core/process/process_object.hpp"
 #include "core/subplugin/loader.hpp"
 #include "core/text/text.hpp"
@@ -34,7 +35,7 @@ Libraries& libraries() {
   return all;
 }
 
-// Which names stand in the file. Read in pieces: a file may be of any size.
+// The symbol names that the file contains. Read in chunks, since a file may have any size.
 struct Names {
   bool shared_object = false, entry = false, registers = false;
   bool callbacks = false, calls_nnstreamer = false, probes = false;  // NNStreamer's interface
@@ -75,26 +76,26 @@ Result<Names> check_file(const std::string& path) {
   std::error_code ignored;
   if (fs::is_symlink(path, ignored) && !links_are_allowed()) {
     const auto target = fs::canonical(path, ignored).string();
-    return Error{Code::MODULE_REFUSED,
-                 "a filter's file must not be a symbolic link",
-                 path + " -> " + target,
-                 "the file itself, or enable_symlink=true in the group [filter] of weir.ini",
-                 "",
-                 "model=" + target};
+    return Error{
+        .code = Code::MODULE_REFUSED,
+        .what = "a filter's file must not be a symbolic link",
+        .offered = path + " -> " + target,
+        .needed = "the file itself, or enable_symlink=true in the group [filter] of weir.ini",
+        .fix = "model=" + target};
   }
   const auto names = names_in(path);
   if (names.entry || names.registers || names.callbacks || names.calls_nnstreamer) return names;
-  return Error{Code::MODULE_REFUSED,
-               "the file " + path + " holds no filter",
-               names.shared_object ? "no symbol weir_module_entry and no NNStreamer_custom"
-                                   : "no shared object: no symbol weir_module_entry in it",
-               "a shared object that exports weir_module_entry, as WEIR_ENGINE does, or "
-               "NNStreamer_custom",
-               "",
-               names.probes
-                   ? "framework=NAME, for the sub-plugin libnnstreamer_filter_NAME.so lies in "
-                     "a folder that weir doctor names"
-                   : "weir new filter --language c++ NAME"};
+  return Error{
+      .code = Code::MODULE_REFUSED,
+      .what = "the file " + path + " contains no filter",
+      .offered = names.shared_object ? "no symbol weir_module_entry and no NNStreamer_custom"
+                                     : "not a shared object: it has no symbol weir_module_entry",
+      .needed =
+          "a shared object that exports weir_module_entry, as WEIR_ENGINE does, or "
+          "NNStreamer_custom",
+      .fix = names.probes ? "framework=NAME, if the sub-plugin libnnstreamer_filter_NAME.so is in "
+                            "a folder that weir doctor lists"
+                          : "weir new filter --language c++ NAME"};
 }
 
 bool has_callbacks_alone(const Names& names) {
@@ -102,12 +103,11 @@ bool has_callbacks_alone(const Names& names) {
 }
 
 Error callbacks_alone(const std::string& path) {
-  return Error{Code::MODULE_REFUSED,
-               "the file has one filter without a name, for framework=custom",
-               path + " exports NNStreamer_custom",
-               "a shared object that registers filters by name",
-               "",
-               "framework=custom model=" + path};
+  return Error{.code = Code::MODULE_REFUSED,
+               .what = "the file has one filter without a name, for framework=custom",
+               .offered = path + " exports NNStreamer_custom",
+               .needed = "a shared object that registers filters by name",
+               .fix = "framework=custom model=" + path};
 }
 
 }  // namespace
@@ -126,7 +126,7 @@ Result<std::shared_ptr<const ModuleTables>> open_filter_library(const std::strin
     if (auto status = subplugin::load_library(); !status) return status.error();
   std::error_code ignored;
   const std::string file = fs::absolute(path, ignored).string();  // dlopen searches for bare names
-  // Not under the lock: what it registers when it is loaded may open others.
+  // Without the lock: a constructor in the file may open other files.
   void* handle = dlopen(file.c_str(), RTLD_NOW | RTLD_LOCAL);
   if (!handle) {
     const char* reason = dlerror();
@@ -155,7 +155,7 @@ std::vector<std::string> filter_folders() {
   if (const auto folders = infer::configuration().find("filter", "path"))
     for (const auto part : split(folders->value, ":"))
       if (!part.empty()) out.emplace_back(part);
-  out.emplace_back(WEIR_FILTER_DIR);
+  out.emplace_back(config::kInstalledFilters);
   const auto nnstreamer = infer::nnstreamer_configuration();
   for (const auto& folder : nnstreamer.folders(config::FolderKind::CustomFilters))
     out.push_back(folder.path);

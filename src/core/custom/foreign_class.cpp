@@ -1,4 +1,4 @@
-// The library is loaded when the first such file is opened.
+// Loads the library when the first such file is opened.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/custom/foreign_class.hpp"
 
@@ -28,12 +28,10 @@ Result<const weir_engine*> class_engine() {
   if (auto status = subplugin::load_library(); !status) return status.error();
   const auto engine = place().engine.load();
   if (!engine)
-    return Error{Code::MODULE_REFUSED,
-                 "the library with the functions of NNStreamer is not Weir's",
-                 "",
-                 "libnnstreamer.so of this version of Weir",
-                 "",
-                 "WEIR_NNSTREAMER_LIBRARY=/path/to/libnnstreamer.so"};
+    return Error{.code = Code::MODULE_REFUSED,
+                 .what = "the library with the functions of NNStreamer is not Weir's",
+                 .needed = "libnnstreamer.so of this version of Weir",
+                 .fix = "WEIR_NNSTREAMER_LIBRARY=/path/to/libnnstreamer.so"};
   return &engine();
 }
 

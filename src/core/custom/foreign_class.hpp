@@ -1,4 +1,4 @@
-// Shared objects with callbacks of NNStreamer's interface: who runs them.
+// Finds the engine for shared objects with callbacks of NNStreamer's interface.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include "weir/abi.h"
@@ -6,10 +6,10 @@
 
 namespace weir::custom {
 
-// Brought by the library for what was built for NNStreamer, when it is loaded.
+// Called by the NNStreamer compatibility library when it is loaded.
 void set_class_engine(const weir_engine& (*engine)()) noexcept;
 
-// The engine whose model is such a file. MODULE_REFUSED where that library is missing.
+// The engine that runs such files. MODULE_REFUSED if that library is missing.
 Result<const weir_engine*> class_engine();
 
 }  // namespace weir::custom

@@ -1,9 +1,9 @@
-// Handles that know the engine behind them.
+// Handles that forward to the chosen engine.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/custom/forwarding_engine.hpp"
 
-#include "core/infer/declared_options.hpp"
-#include "core/infer/host.hpp"
+#include "core/infer/model/declared_options.hpp"
+#include "core/infer/module/host.hpp"
 #include "weir/module.hpp"
 
 namespace weir::custom {
@@ -31,12 +31,10 @@ ForwardedSession& of(weir_session* handle) {
 }
 
 Error lacks(const weir_engine& engine, const char* what) {
-  return Error{Code::MODEL_UNSUPPORTED,
-               "the engine cannot do what it is asked",
-               engine.name,
-               std::string("an engine with ") + what,
-               "",
-               ""};
+  return Error{.code = Code::MODEL_UNSUPPORTED,
+               .what = "the engine does not support this call",
+               .offered = engine.name,
+               .needed = std::string("an engine with ") + what};
 }
 
 int session_new(weir_model* model, const weir_option* options, uint32_t n, weir_session** out,
@@ -47,7 +45,9 @@ int session_new(weir_model* model, const weir_option* options, uint32_t n, weir_
     const int result = engine.session_new(of(model).model, options, n, &inner, error);
     if (result < 0) return result;
     if (!inner)
-      throw Failure({Code::INTERNAL, "the engine made no session", engine.name, "", "", ""});
+      throw Failure({.code = Code::INTERNAL,
+                     .what = "the engine created no session",
+                     .offered = engine.name});
     try {
       *out = reinterpret_cast<weir_session*>(
           std::make_unique<ForwardedSession>(ForwardedSession{&engine, inner}).release());
@@ -99,7 +99,9 @@ int forward_open(FindEngine find, const weir_open* request, weir_model** out, we
     const int result = engine.open(&inner, &model->model, error);
     if (result < 0) return result;
     if (!model->model)
-      throw Failure({Code::MODEL_INVALID, "the engine opened nothing", engine.name, "", "", ""});
+      throw Failure({.code = Code::MODEL_INVALID,
+                     .what = "the engine opened no model",
+                     .offered = engine.name});
     *out = reinterpret_cast<weir_model*>(model.release());
     return 0;
   });

@@ -1,4 +1,4 @@
-// ForwardingEngine: an engine whose models are another engine's, chosen when they are opened.
+// ForwardingEngine: an engine that chooses another engine when a model is opened.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <memory>
@@ -8,8 +8,8 @@
 
 namespace weir::custom {
 
-// What open() found: the engine, who keeps its table, and how many of the paths were used to find
-// it; the others are the engine's.
+// The result of open(): the engine, the owner of its table, and the number of paths used to find
+// it; the others are passed to the engine.
 struct FoundEngine {
   const weir_engine* engine = nullptr;
   std::shared_ptr<const void> owner;
@@ -17,7 +17,7 @@ struct FoundEngine {
 };
 using FindEngine = Result<FoundEngine> (*)(const weir_open& request);
 
-// The functions of a table over `Find`; name and flags are the caller's to fill.
+// A table that uses `Find`; the caller sets name and flags.
 template <FindEngine Find>
 weir_engine forwarding_table();
 

@@ -1,4 +1,4 @@
-// The register of filters, and calling one.
+// The registry of filters, and calling one.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/custom/named_filter.hpp"
 
@@ -6,9 +6,9 @@
 
 #include "core/custom/filter_library.hpp"
 #include "core/custom/filter_name.hpp"
-#include "core/infer/host.hpp"
-#include "core/infer/model_shapes.hpp"
-#include "core/infer/named_objects.hpp"
+#include "core/infer/model/model_shapes.hpp"
+#include "core/infer/module/host.hpp"
+#include "core/infer/module/named_objects.hpp"
 #include "core/process/process_object.hpp"
 #include "core/text/text.hpp"
 #include "weir/module.hpp"
@@ -23,8 +23,10 @@ Filters& filters() {
 }
 
 Error refused(const std::string& name, const std::string& why, const std::string& needed) {
-  return Error{
-      Code::OPTION_VALUE, "the filter " + name + " cannot be registered", why, needed, "", ""};
+  return Error{.code = Code::OPTION_VALUE,
+               .what = "the filter " + name + " cannot be registered",
+               .offered = why,
+               .needed = needed};
 }
 
 bool open_extents(const weir_tensor_info& info) {
@@ -34,7 +36,7 @@ bool is_open(const weir_tensor_info& info) {
   return info.type == WEIR_TYPE_END || info.rank == WEIR_RANK_UNKNOWN || open_extents(info);
 }
 
-// "" when it can be a tensor's.
+// Describes why `info` is not a valid tensor; "" if it is.
 std::string fault_of(const weir_tensor_info& info) {
   if (info.type > WEIR_TYPE_END) return "type " + std::to_string(info.type);
   if (info.rank == WEIR_RANK_UNKNOWN) return "";
@@ -47,7 +49,7 @@ std::string fault_of(const weir_tensor_info& info) {
 }
 
 constexpr char kTensorNeeded[] =
-    "a type of weir_type, at most 16 axes, each above 0, or -1 = the stream decides";
+    "a type of weir_type, at most 16 axes, each above 0, or -1 if it depends on the stream";
 
 Status check_tensors(const std::string& name, const char* role, const weir_tensor_info* infos,
                      uint32_t count) {
@@ -109,26 +111,23 @@ std::unique_lock<std::mutex> NamedFilter::take_turn() {
 
 template <class Body>
 Result<int> NamedFilter::call(Body&& body) {
-  // A function that unregisters itself waits for calls inside the gate, not for those before it.
+  // The turn comes first: a function that unregisters itself waits for calls inside the gate only.
   const auto lock = take_turn();
   const infer::CallGate::Visit visit(gate_);
   if (visit) return body();
-  return Error{Code::CALLBACK_UNKNOWN,
-               "the filter " + name_ + " is no longer registered",
-               "a frame after it was unregistered",
-               "a filter that stays registered, or one with a release function",
-               "",
-               "stop the pipeline before weir_filter_unregister(\"" + name_ + "\")"};
+  return Error{.code = Code::CALLBACK_UNKNOWN,
+               .what = "the filter " + name_ + " is no longer registered",
+               .offered = "a frame after it was unregistered",
+               .needed = "a filter that stays registered, or one with a release function",
+               .fix = "stop the pipeline before weir_filter_unregister(\"" + name_ + "\")"};
 }
 
 Error NamedFilter::failed(int result, weir_error* error) const {
   if (!error->set)
-    return Error{Code::CALLBACK_FAILED,
-                 "the filter " + name_ + " failed and did not say why",
-                 "it returned " + std::to_string(result),
-                 "0; above 0 to drop the frame; below 0 with words through host->fail",
-                 "",
-                 ""};
+    return Error{.code = Code::CALLBACK_FAILED,
+                 .what = "the filter " + name_ + " failed without an error message",
+                 .offered = "it returned " + std::to_string(result),
+                 .needed = "0; above 0 to drop the frame; below 0 after host->fail with a message"};
   Error said = infer::take_error(error, result, "");
   said.what = "the filter " + name_ + " failed: " + said.what;
   return said;
@@ -146,12 +145,10 @@ Status NamedFilter::resolve(std::span<const weir_tensor_info> in, std::span<weir
   for (size_t i = 0; i < out.size(); ++i) {
     out[i].name = outputs_[i].name;
     if (const auto fault = fault_of(out[i]); !fault.empty())
-      return Error{Code::CALLBACK_FAILED,
-                   "the filter " + name_ + " says what cannot be a tensor",
-                   "output " + std::to_string(i) + " with " + fault,
-                   kTensorNeeded,
-                   "",
-                   ""};
+      return Error{.code = Code::CALLBACK_FAILED,
+                   .what = "the filter " + name_ + " declares an invalid tensor",
+                   .offered = "output " + std::to_string(i) + " with " + fault,
+                   .needed = kTensorNeeded};
   }
   return ok();
 }
@@ -173,12 +170,12 @@ Result<std::shared_ptr<NamedFilter>> find_filter(const std::string& name) {
   }
   const auto names = filters().names();
   const std::string close = nearest(name, names);
-  return Error{Code::CALLBACK_UNKNOWN,
-               "no filter is registered under this name",
-               "framework=custom-easy model=" + name,
-               filters().one_of(),
-               close.empty() ? "" : "did you mean " + close + "?",
-               "weir_filter_register(\"" + name + "\", ...) before the pipeline starts"};
+  return Error{.code = Code::CALLBACK_UNKNOWN,
+               .what = "no filter is registered under this name",
+               .offered = "framework=custom-easy model=" + name,
+               .needed = filters().one_of(),
+               .difference = close.empty() ? "" : "did you mean " + close + "?",
+               .fix = "weir_filter_register(\"" + name + "\", ...) before the pipeline starts"};
 }
 
 namespace {

@@ -1,4 +1,4 @@
-// Filters that a program registered in this process: weir/custom_filter.h.
+// Filters that the application registered: weir/custom_filter.h.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <deque>
@@ -8,26 +8,26 @@
 #include <string>
 #include <vector>
 
-#include "core/infer/call_gate.hpp"
+#include "core/infer/queue/call_gate.hpp"
 #include "weir/custom_filter.h"
 #include "weir/result.hpp"
 
 namespace weir::custom {
 
-// A copy of what was registered; its data is released with it.
+// A copy of the registered filter; releases its data.
 class NamedFilter {
  public:
-  // OPTION_VALUE for a description that cannot be. `data` is released after own() only.
+  // OPTION_VALUE for an invalid description. `data` is not released before own().
   static Result<std::shared_ptr<NamedFilter>> make(const std::string& name,
                                                    const weir_filter& filter);
   ~NamedFilter();
   NamedFilter(const NamedFilter&) = delete;
   NamedFilter& operator=(const NamedFilter&) = delete;
 
-  // The data is its own from now on.
+  // Takes ownership of the data.
   void own(void (*release)(void*)) noexcept { release_ = release; }
-  // The name is free. Without `release` the program may now free the data: calls that run are
-  // awaited, and later ones fail.
+  // Call it when the name is released. Without `release` the program may free the data afterwards:
+  // waits for running calls, and later ones fail.
   void unregistered() {
     if (!release_) gate_.close();
   }
@@ -36,8 +36,8 @@ class NamedFilter {
   uint32_t flags() const noexcept { return filter_.flags; }  // weir_filter_flag
   std::span<const weir_tensor_info> inputs() const noexcept { return inputs_; }
   std::span<const weir_tensor_info> outputs() const noexcept { return outputs_; }
-  // As the functions say; what they fail with begins with the filter's name. invoke: true = the
-  // frame is filled, false = it is dropped.
+  // Calls the filter's functions; errors begin with the filter's name. invoke returns true if the
+  // frame is filled, false if it is dropped.
   Status resolve(std::span<const weir_tensor_info> in, std::span<weir_tensor_info> out);
   Result<bool> invoke(const weir_frame& in, weir_frame& out);
 
@@ -59,8 +59,8 @@ class NamedFilter {
   std::mutex turn_;  // taken before the gate; held while a function that is not thread-safe runs
 };
 
-// One that is registered, or that a library of its name registers when it is loaded
-// (filter_library.hpp). CALLBACK_UNKNOWN with the names that are there.
+// Finds a registered filter, or one that a library of its name registers when it is loaded
+// (filter_library.hpp). CALLBACK_UNKNOWN with the registered names.
 Result<std::shared_ptr<NamedFilter>> find_filter(const std::string& name);
 
 }  // namespace weir::custom

@@ -1,4 +1,4 @@
-// Filters of the process: registered, called, refused.
+// Tests filters of the application: registering, calling, rejecting.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/custom/named_filter.hpp"
 
@@ -9,16 +9,16 @@
 #include <thread>
 
 #include "core/custom/custom_easy.hpp"
-#include "core/infer/host.hpp"
-#include "core/infer/model.hpp"
-#include "core/infer/module_library.hpp"
+#include "core/infer/model/model.hpp"
+#include "core/infer/module/host.hpp"
+#include "core/infer/module/module_library.hpp"
 #include "says.hpp"
 #include "weir/module.hpp"
 
 namespace weir::custom {
 namespace {
 
-// What it returns is *data; above 100 it says why.
+// Returns *data; above 100 also sets an error.
 int answer(const weir_host* host, const weir_frame*, weir_frame*, void* data, weir_error* error) {
   const int wanted = *static_cast<int*>(data);
   if (wanted > 100)
@@ -78,8 +78,8 @@ TEST(NamedFilter, IsAModelOfTheEngineCustomEasy) {
   EXPECT_FALSE(*(*session)->invoke(frame, frame)) << "above 0 drops the frame";
 }
 
-// Its data may be freed once it is unregistered: nothing says when else.
-TEST(NamedFilter, WithoutReleaseIsCalledNoMoreOnceUnregistered) {
+// Without release, the data may be freed once the filter is unregistered.
+TEST(NamedFilter, WithoutReleaseIsNotCalledAfterUnregister) {
   struct Slow : Description {
     std::promise<void> entered, unregistered;
     std::atomic<bool> has_ended = false;
@@ -116,7 +116,7 @@ TEST(NamedFilter, MayUnregisterItself) {
   EXPECT_FALSE(filter->invoke(frame, frame));
 }
 
-TEST(NamedFilter, SaysWhyItFailed) {
+TEST(NamedFilter, ReportsWhyItFailed) {
   Description description;
   const auto filter = NamedFilter::make("broken", description.filter);
   ASSERT_TRUE(filter);
@@ -131,11 +131,11 @@ TEST(NamedFilter, SaysWhyItFailed) {
   const auto silent = (*filter)->invoke(frame, frame);
   ASSERT_FALSE(silent);
   EXPECT_EQ(silent.error().code, Code::CALLBACK_FAILED);
-  EXPECT_SAYS(silent.error().message(), "the filter broken failed and did not say why");
+  EXPECT_SAYS(silent.error().message(), "the filter broken failed without an error message");
   EXPECT_SAYS(silent.error().message(), "offered: it returned -22");
 }
 
-TEST(NamedFilter, IsReleasedOnceWhenNobodyHasItAnyMore) {
+TEST(NamedFilter, IsReleasedOnceWithItsLastUser) {
   struct Counted : Description {
     int released = 0;
   } counted;
@@ -160,7 +160,7 @@ TEST(NamedFilter, IsReleasedOnceWhenNobodyHasItAnyMore) {
   EXPECT_EQ(counted.released, 2) << "at once where nobody has it";
 }
 
-TEST(NamedFilter, IsNamedWhereItIsNot) {
+TEST(NamedFilter, UnknownNameIsReported) {
   const Description description;
   ASSERT_EQ(weir_filter_register("doubler", &description.filter, nullptr), WEIR_OK);
   const auto found = find_filter("dubler");
@@ -176,7 +176,7 @@ TEST(NamedFilter, IsNamedWhereItIsNot) {
   EXPECT_SAYS(find_filter("dubler").error().message(), "needed: one of: none");
 }
 
-TEST(NamedFilter, IsRefusedWithAWordForEachFault) {
+TEST(NamedFilter, IsRejectedWithAMessageForEachFault) {
   const auto with = [](auto&& change) {
     Description description;
     change(description);
@@ -206,7 +206,7 @@ TEST(NamedFilter, IsRefusedWithAWordForEachFault) {
   EXPECT_FALSE(find_filter("refused"));
 }
 
-TEST(NamedFilter, ThatSaysAnImpossibleShapeIsAnError) {
+TEST(NamedFilter, ImpossibleShapeIsAnError) {
   Description description;
   description.output.shape[0] = -1;
   description.filter.resolve = [](const weir_host*, const weir_tensor_info*, uint32_t,
@@ -225,11 +225,11 @@ TEST(NamedFilter, ThatSaysAnImpossibleShapeIsAnError) {
   description.data = 0;
   const auto status = (*filter)->resolve((*filter)->inputs(), {&out, 1});
   ASSERT_FALSE(status);
-  EXPECT_SAYS(status.error().message(), "the filter shapes says what cannot be a tensor");
+  EXPECT_SAYS(status.error().message(), "the filter shapes declares an invalid tensor");
   EXPECT_SAYS(status.error().message(), "offered: output 0 with extent 0 of axis 0");
 }
 
-TEST(NamedFilter, HasOneNameOnly) {
+TEST(NamedFilter, RejectsATakenName) {
   const auto& engine = custom_easy_engine();
   infer::OpenOptions options;
   options.paths = {"a", "b"};

@@ -1,4 +1,4 @@
-// By the engine's name and the parts of model=.
+// Decides by the engine's name and the parts of model=.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/custom/other_process.hpp"
 
@@ -11,19 +11,19 @@ std::optional<Error> bound_to_this_process(const std::string& engine,
   const std::string name = paths.empty() ? "" : paths[0];
   const std::string offered = "framework=" + engine + " model=" + name + " isolate=process";
   if (engine == "custom-easy" && library_of_filter(name).empty())
-    return Error{Code::OPTION_VALUE,
-                 "a function of this program cannot run in another process",
-                 offered,
-                 "isolate=none, or the filter as a shared object: framework=custom model=lib.so",
-                 "",
-                 "tensor_filter framework=custom-easy model=" + name + " isolate=none"};
+    return Error{
+        .code = Code::OPTION_VALUE,
+        .what = "a function of this program cannot run in another process",
+        .offered = offered,
+        .needed = "isolate=none, or the filter as a shared object: framework=custom model=lib.so",
+        .fix = "tensor_filter framework=custom-easy model=" + name + " isolate=none"};
   if (engine == "cpp" && paths.size() == 1)
-    return Error{Code::OPTION_VALUE,
-                 "a class of this program cannot run in another process",
-                 offered,
-                 "isolate=none, or the library that brings the class",
-                 "",
-                 "tensor_filter framework=cpp model=" + name + ",/path/to/lib.so isolate=process"};
+    return Error{
+        .code = Code::OPTION_VALUE,
+        .what = "a class of this program cannot run in another process",
+        .offered = offered,
+        .needed = "isolate=none, or the library that provides the class",
+        .fix = "tensor_filter framework=cpp model=" + name + ",/path/to/lib.so isolate=process"};
   return std::nullopt;
 }
 

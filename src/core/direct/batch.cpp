@@ -1,33 +1,35 @@
-// Axis 0 only: there, frames lie one behind the other.
+// Supports axis 0 only, in which frames are contiguous.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/direct/batch.hpp"
 
 #include <cstring>
 
 #include "core/direct/inputs.hpp"
-#include "core/direct/tensor_words.hpp"
+#include "core/direct/tensor_text.hpp"
 
 namespace weir::direct {
 namespace {
 
 Error unsupported(std::string what, std::string offered, std::string needed) {
-  return Error{
-      Code::BATCH_UNSUPPORTED,       std::move(what), std::move(offered), std::move(needed), "",
-      "invoke the frames one by one"};
+  return Error{.code = Code::BATCH_UNSUPPORTED,
+               .what = std::move(what),
+               .offered = std::move(offered),
+               .needed = std::move(needed),
+               .fix = "invoke the frames one by one"};
 }
 
-// Can axis 0 of this input hold the frames?
+// Checks that axis 0 of this input can hold the frames.
 Status check_axis(const weir_tensor_info& info, uint32_t frames, size_t index) {
   const uint32_t axis = info.batch_axis == WEIR_NO_BATCH_AXIS ? 0 : info.batch_axis;
   const bool free = info.rank <= WEIR_RANK_LIMIT && info.rank > 0 && axis == 0 &&
                     (info.shape[0] < 0 || info.shape[0] == frames);
   if (free) return ok();
   return unsupported(
-      place_words("input", index, info) + " has no place for " + std::to_string(frames) + " frames",
-      words(info), "a free axis 0");
+      place_text("input", index, info) + " has no room for " + std::to_string(frames) + " frames",
+      to_string(info), "a free axis 0");
 }
 
-// One frame's part of the shapes that are set now.
+// The current shapes for one frame.
 std::vector<weir_tensor_info> of_one_frame(std::vector<weir_tensor_info> infos) {
   for (auto& info : infos) info.shape[0] = 1;
   return infos;
@@ -43,13 +45,12 @@ Result<Batch> gather(std::span<const weir_tensor> inputs, uint32_t frames,
                        "one frame after the other");
   const uint64_t each = declared.size();
   if (frames == 0 || inputs.size() != each * frames)
-    return Error{
-        Code::SPEC_MISMATCH,
-        "the inputs are not those of whole frames",
-        std::to_string(inputs.size()) + " tensors for " + std::to_string(frames) + " frames",
-        std::to_string(each) + " for each of at least one frame",
-        "number of tensors",
-        ""};
+    return Error{.code = Code::SPEC_MISMATCH,
+                 .what = "the number of inputs is not a multiple of the model's inputs",
+                 .offered = std::to_string(inputs.size()) + " tensors for " +
+                            std::to_string(frames) + " frames",
+                 .needed = std::to_string(each) + " for each of at least one frame",
+                 .difference = "number of tensors"};
   for (size_t i = 0; i < each; ++i)
     if (auto status = check_axis(declared[i], frames, i); !status) return status.error();
   const auto one_declared = of_one_frame(declared), one_current = of_one_frame(current);
@@ -61,7 +62,7 @@ Result<Batch> gather(std::span<const weir_tensor> inputs, uint32_t frames,
   Batch out;
   out.infos = *first;
   for (auto& info : out.infos) info.shape[0] = frames;
-  // A number of frames that no memory holds fails here, before the other frames are read.
+  // Fails here for a number of frames that exceeds memory, before the other frames are read.
   out.memory = Results(out.infos);
   if (auto status = out.memory.allocate(1); !status) return status.error();
   for (uint32_t frame = 1; frame < frames; ++frame) {
@@ -69,12 +70,11 @@ Result<Batch> gather(std::span<const weir_tensor> inputs, uint32_t frames,
     if (!infos) return infos.error();
     for (size_t i = 0; i < each; ++i)
       if (const auto difference = shape_difference((*infos)[i], (*first)[i]); !difference.empty())
-        return Error{Code::SPEC_MISMATCH,
-                     "the frames of a batch have different shapes",
-                     "frame " + std::to_string(frame) + ": " + words((*infos)[i]),
-                     "as frame 0: " + words((*first)[i]),
-                     difference,
-                     ""};
+        return Error{.code = Code::SPEC_MISMATCH,
+                     .what = "the frames of a batch have different shapes",
+                     .offered = "frame " + std::to_string(frame) + ": " + to_string((*infos)[i]),
+                     .needed = "as frame 0: " + to_string((*first)[i]),
+                     .difference = difference};
   }
   for (size_t i = 0; i < each; ++i) {
     auto* to = static_cast<char*>(out.memory.tensors()[i].data);
@@ -90,8 +90,8 @@ Status check_batched(const std::vector<weir_tensor>& outputs, uint32_t frames) {
   for (size_t i = 0; i < outputs.size(); ++i) {
     const weir_tensor_info& info = outputs[i].info;
     if (info.rank == 0 || info.rank > WEIR_RANK_LIMIT || info.shape[0] != frames)
-      return unsupported(place_words("output", i, info) + " does not hold the frames of the batch",
-                         words(info), std::to_string(frames) + " in axis 0");
+      return unsupported(place_text("output", i, info) + " does not hold the frames of the batch",
+                         to_string(info), std::to_string(frames) + " in axis 0");
   }
   return ok();
 }

@@ -1,4 +1,4 @@
-// Gathering the inputs of several frames along the outermost axis.
+// Concatenates the inputs of several frames along the outermost axis.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <span>
@@ -15,13 +15,14 @@ struct Batch {
   Results memory;
 };
 
-// `inputs`: frame after frame. Each tensor's shape is that of one frame, 1 in axis 0, or
-// WEIR_RANK_UNKNOWN: as `current` with 1 there. BATCH_UNSUPPORTED, and what described_inputs says.
+// `inputs`: frame after frame. Each tensor has the shape of one frame, 1 in axis 0, or
+// WEIR_RANK_UNKNOWN for the shape of `current` with 1 there. BATCH_UNSUPPORTED, and the errors of
+// described_inputs.
 Result<Batch> gather(std::span<const weir_tensor> inputs, uint32_t frames,
                      const weir_model_info& model, const std::vector<weir_tensor_info>& declared,
                      const std::vector<weir_tensor_info>& current);
 
-// Do the outputs of the batch hold its frames in axis 0?
+// Checks that the outputs of the batch contain its frames in axis 0.
 Status check_batched(const std::vector<weir_tensor>& outputs, uint32_t frames);
 
 }  // namespace weir::direct

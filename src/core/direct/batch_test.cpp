@@ -1,8 +1,8 @@
-// Several frames in one invoke.
+// Tests several frames in one invoke.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <array>
 
-#include "core/direct/direct_test_engine.hpp"
+#include "core/direct/direct_test_support.hpp"
 
 namespace weir::direct {
 namespace {
@@ -10,12 +10,12 @@ namespace {
 using Values = std::vector<float>;
 const Values kA{1, 2}, kB{3, 4}, kC{5, 6};
 
-TEST_F(DirectTest, GathersFramesAndGivesEachItsPart) {
+TEST_F(DirectTest, BatchesFramesAndSplitsTheOutputs) {
   const auto model = open();
   int invokes = 0;
   TestModel::invoke_body = [&](In in, Out out) {
     ++invokes;
-    EXPECT_EQ(shape_words(in[0].info), "(3, 2)");
+    EXPECT_EQ(shape_text(in[0].info), "(3, 2)");
     return add_one(in, out);
   };
   const auto outcome = model->invoke_batch(std::array{lend(kA), lend(kB), lend(kC, {1, 2})}, 3);
@@ -24,11 +24,11 @@ TEST_F(DirectTest, GathersFramesAndGivesEachItsPart) {
   EXPECT_EQ(outcome->results.frames(), 3u);
   EXPECT_EQ(values(outcome->results), (Values{2, 3, 4, 5, 6, 7}));
   const auto second = outcome->results.of_frame(1, 0);
-  EXPECT_EQ(shape_words(second.info), "(1, 2)");
+  EXPECT_EQ(shape_text(second.info), "(1, 2)");
   EXPECT_EQ((Values{floats(second).begin(), floats(second).end()}), (Values{4, 5}));
 }
 
-TEST_F(DirectTest, GathersEachOfSeveralInputs) {
+TEST_F(DirectTest, BatchesEachOfSeveralInputs) {
   TestModel::in.push_back(tensor_info("k", WEIR_FLOAT32, {-1, 1}));
   TestModel::invoke_body = [](In in, Out out) {
     for (size_t i = 0; i < 4; ++i)
@@ -42,8 +42,8 @@ TEST_F(DirectTest, GathersEachOfSeveralInputs) {
   EXPECT_EQ(values(outcome->results), (Values{10, 20, 300, 400}));
 }
 
-// The list claims tensors that are not there: none but the first may be read.
-TEST_F(DirectTest, RefusesMoreFramesThanMemoryHolds) {
+// The list declares tensors that do not exist: only the first may be read.
+TEST_F(DirectTest, RejectsMoreFramesThanMemoryHolds) {
   TestModel::in = {tensor_info("x", WEIR_FLOAT32, {-1, int64_t{1} << 40})};
   const float first = 1;
   weir_tensor tensor = lend(std::span(&first, 1), {1, int64_t{1} << 40});
@@ -63,11 +63,11 @@ TEST_F(DirectTest, FillsAModelWhoseBatchIsFixed) {
   EXPECT_EQ(values(outcome->results), (Values{2, 3, 4, 5}));
   EXPECT_REFUSED(model->invoke_batch(std::array{lend(kA), lend(kB), lend(kC)}, 3),
                  BATCH_UNSUPPORTED,
-                 "input 0 (x) has no place for 3 frames\n  offered: float32 (2, 2) x\n"
+                 "input 0 (x) has no room for 3 frames\n  offered: float32 (2, 2) x\n"
                  "  needed: a free axis 0");
 }
 
-TEST_F(DirectTest, RefusesABatchWhereNoAxisIsFree) {
+TEST_F(DirectTest, RejectsABatchWhereNoAxisIsFree) {
   TestModel::in = {tensor_info("x", WEIR_FLOAT32, {1, -1})};
   EXPECT_REFUSED(open()->invoke_batch(std::array{lend(kA), lend(kB)}, 2), BATCH_UNSUPPORTED,
                  "fix: invoke the frames one by one");
@@ -80,13 +80,13 @@ TEST_F(DirectTest, RefusesABatchWhereNoAxisIsFree) {
                  "a free axis 0");
 }
 
-TEST_F(DirectTest, RefusesABatchOfAModelThatKeepsState) {
+TEST_F(DirectTest, RejectsABatchOfAModelThatKeepsState) {
   TestModel::flags = WEIR_MODEL_STATEFUL;
   EXPECT_REFUSED(open()->invoke_batch(std::array{lend(kA), lend(kB)}, 2), BATCH_UNSUPPORTED,
                  "the model keeps state between frames");
 }
 
-TEST_F(DirectTest, RefusesOutputsThatDoNotHoldTheFrames) {
+TEST_F(DirectTest, RejectsOutputsThatDoNotHoldTheFrames) {
   TestModel::out = {tensor_info("mean", WEIR_FLOAT32, {1, 2})};
   TestModel::resolve_body = nullptr;
   TestModel::invoke_body = [](In, Out out) {
@@ -97,11 +97,12 @@ TEST_F(DirectTest, RefusesOutputsThatDoNotHoldTheFrames) {
                  "output 0 (mean) does not hold the frames of the batch");
 }
 
-TEST_F(DirectTest, RefusesFramesThatAreNotWholeOrNotAlike) {
+TEST_F(DirectTest, RejectsIncompleteFramesAndDifferentShapes) {
   TestModel::in = {tensor_info("x", WEIR_FLOAT32, {-1, -1})};
   const auto model = open();
   const Values three{1, 2, 3};
-  EXPECT_REFUSED(model->invoke_batch({}, 0), SPEC_MISMATCH, "are not those of whole frames");
+  EXPECT_REFUSED(model->invoke_batch({}, 0), SPEC_MISMATCH,
+                 "is not a multiple of the model's inputs");
   EXPECT_REFUSED(model->invoke_batch(std::array{lend(kA)}, 2), SPEC_MISMATCH,
                  "1 tensors for 2 frames");
   EXPECT_REFUSED(model->invoke_batch(std::array{lend(kA, {1, 2}), lend(three, {1, 3})}, 2),

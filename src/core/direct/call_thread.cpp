@@ -1,4 +1,4 @@
-// A thread that nobody joins: it may be inside an engine that does not answer.
+// A detached thread, since it may be inside an engine that does not return.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/direct/call_thread.hpp"
 
@@ -16,7 +16,7 @@ namespace weir::direct {
 struct CallThread::State {
   std::mutex mutex;  // guards the rest
   std::condition_variable changed;
-  std::deque<std::function<void()>> calls;  // not begun
+  std::deque<std::function<void()>> calls;  // not started
   uint64_t given = 0, ended = 0;            // calls
   bool leaving = false;
 };
@@ -40,7 +40,7 @@ void CallThread::serve(const std::shared_ptr<State>& state) {
     state->calls.pop_front();
     lock.unlock();
     call();
-    call = nullptr;  // what it owns goes before it is said to have ended
+    call = nullptr;  // destroy its captures before it counts as ended
     lock.lock();
     ++state->ended;
     state->changed.notify_all();

@@ -1,4 +1,4 @@
-// Calls with a limit: those that end, those that are left behind.
+// Tests calls with a limit: those that end and those that time out.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/direct/call_thread.hpp"
 
@@ -18,7 +18,7 @@ TEST(CallThread, RunsCallsOneAfterTheOther) {
   EXPECT_EQ(value, 4950);
 }
 
-TEST(CallThread, LeavesACallBehindAndGoesOn) {
+TEST(CallThread, AbandonsACallAndContinues) {
   CallThread thread;
   std::promise<void> gate;
   std::promise<int> ended;
@@ -34,7 +34,7 @@ TEST(CallThread, LeavesACallBehindAndGoesOn) {
   later.join();
 }
 
-TEST(CallThread, DoesNotCountTheEndOfACallLeftBehindAsItsOwn) {
+TEST(CallThread, IgnoresTheEndOfAnAbandonedCall) {
   CallThread thread;
   std::promise<void> first, second;
   EXPECT_FALSE(thread.run([open = first.get_future().share()] { open.wait(); }, 1ms));
@@ -51,7 +51,7 @@ TEST(CallThread, DoesNotCountTheEndOfACallLeftBehindAsItsOwn) {
   later.join();
 }
 
-TEST(CallThread, MayGoWhileACallGoesOn) {
+TEST(CallThread, CanBeDestroyedDuringACall) {
   std::promise<void> gate;
   auto kept = std::make_shared<int>(7);
   std::promise<int> seen;

@@ -1,4 +1,4 @@
-// Turns, shapes, and the two ways to invoke: here, or on a thread that may be left behind.
+// Serialisation, shapes, and the two ways to invoke: on this thread, or on one with a time limit.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/direct/direct_model.hpp"
 
@@ -9,8 +9,8 @@
 #include <utility>
 
 #include "core/direct/batch.hpp"
-#include "core/direct/tensor_words.hpp"
-#include "core/infer/module_library.hpp"
+#include "core/direct/tensor_text.hpp"
+#include "core/infer/module/module_library.hpp"
 #include "core/text/text.hpp"
 #include "core/timer/deadline.hpp"
 
@@ -22,12 +22,12 @@ using Infos = std::vector<weir_tensor_info>;
 
 Error no_answer(std::string what, DirectModel::Limit limit) {
   const auto ms = std::chrono::duration_cast<std::chrono::milliseconds>(limit).count();
-  return Error{Code::WORKER_TIMEOUT,
-               std::move(what),
-               "no answer",
-               "an answer within " + std::to_string(ms) + " ms",
-               "",
-               "a longer time-out; the model takes no other call until this one has ended"};
+  return Error{
+      .code = Code::WORKER_TIMEOUT,
+      .what = std::move(what),
+      .offered = "no result",
+      .needed = "a result within " + std::to_string(ms) + " ms",
+      .fix = "a longer time-out; the model accepts no other call until this one has ended"};
 }
 
 bool same_shapes(const Infos& a, const Infos& b) {
@@ -39,7 +39,7 @@ bool same_shapes(const Infos& a, const Infos& b) {
 
 }  // namespace
 
-// An invoke with all that it touches, so that it can go on without its caller.
+// An invoke with all that it uses, so that it can continue without its caller.
 struct DirectModel::Job {
   Inputs inputs;
   Results results;
@@ -69,7 +69,7 @@ struct DirectModel::Core {
         outputs(session->model().outputs()) {}
 
   const infer::Model& model() const noexcept { return session->model(); }
-  // Whoever has the turn. The outputs for these inputs.
+  // Computes the outputs for these inputs. Requires the turn.
   Result<Infos> resolve(const Infos& wanted);
   void give_back() {
     turn = Turns::Free;
@@ -81,11 +81,11 @@ struct DirectModel::Core {
   std::condition_variable free;
   enum class Turns { Free, Taken, LeftBehind } turn = Turns::Free;
   Limit limit{0};
-  Infos inputs, outputs;  // as reshape() made them; written by who has the turn
-  // Of who has the turn:
-  Infos resolved_inputs, resolved_outputs;  // what the engine was told last
+  Infos inputs, outputs;  // set by reshape(); written by the owner of the turn
+  // For the owner of the turn:
+  Infos resolved_inputs, resolved_outputs;  // the last ones passed to the engine
   bool resolved = false;
-  std::optional<CallThread> thread;  // made when first needed
+  std::optional<CallThread> thread;  // created on first use
 };
 
 Result<Infos> DirectModel::Core::resolve(const Infos& wanted) {
@@ -104,7 +104,7 @@ Result<Infos> DirectModel::Core::resolve(const Infos& wanted) {
   return out;
 }
 
-// The right to call the engine: given back at the end of the scope, or by the job left behind.
+// The right to call the engine, released at the end of the scope or by a job that timed out.
 class DirectModel::Turn {
  public:
   explicit Turn(std::shared_ptr<Core> core) : core_(std::move(core)) {
@@ -115,11 +115,11 @@ class DirectModel::Turn {
     if (!limited()) {
       core_->free.wait(lock, not_taken);
     } else if (!core_->free.wait_until(lock, deadline_, not_taken)) {
-      refusal_ = no_answer("another call of the model did not end in time", limit_);
+      refusal_ = no_answer("another call of the model did not return in time", limit_);
       return;
     }
     if (core_->turn == Core::Turns::LeftBehind) {
-      refusal_ = no_answer("the model still works on an invoke that did not end in time", limit_);
+      refusal_ = no_answer("the model is still running an invoke that timed out", limit_);
       return;
     }
     core_->turn = Core::Turns::Taken;
@@ -143,7 +143,7 @@ class DirectModel::Turn {
       try {
         answer = job->run(*core->session);
       } catch (const std::exception& e) {
-        answer = Error{Code::INTERNAL, e.what(), "", "", "", ""};
+        answer = Error{.code = Code::INTERNAL, .what = e.what()};
       }
       std::lock_guard lock(core->mutex);
       job->answer = std::move(answer);
@@ -156,7 +156,7 @@ class DirectModel::Turn {
     job->left_behind = true;
     core_->turn = Core::Turns::LeftBehind;
     held_ = false;
-    return no_answer("the model did not answer in time", limit_);
+    return no_answer("the model timed out", limit_);
   }
 
  private:
@@ -267,7 +267,7 @@ Result<DirectModel::Outcome> DirectModel::run(Turn& turn, Inputs inputs, const I
   const auto job = std::make_shared<Job>();
   job->inputs = std::move(inputs);
   job->results = Results(outputs);
-  // The caller's memory may be gone when a job that was left behind ends.
+  // The caller's memory may be gone when a job that timed out ends.
   if (!turn.limited())
     for (size_t i = 0; i < into.size(); ++i)
       if (is_fixed(outputs[i])) job->results.lend(i, into[i].data, into[i].bytes);

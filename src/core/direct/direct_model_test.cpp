@@ -1,6 +1,6 @@
-// Invoking without a pipeline: shapes, memory, what engines may do.
+// Tests invoking without a pipeline: shapes, memory, behaviour of engines.
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "core/direct/direct_test_engine.hpp"
+#include "core/direct/direct_test_support.hpp"
 
 namespace weir::direct {
 namespace {
@@ -14,16 +14,16 @@ TEST_F(DirectTest, InvokesWithAShapeInTheCall) {
   ASSERT_TRUE(outcome) << outcome.error().message();
   EXPECT_EQ(values(outcome->results), (Values{2, 3, 4, 5, 6, 7}));
   const auto& info = outcome->results.tensors()[0].info;
-  EXPECT_EQ(shape_words(info), "(3, 2)");
+  EXPECT_EQ(shape_text(info), "(3, 2)");
   EXPECT_STREQ(info.name, "y");
 }
 
 TEST_F(DirectTest, KeepsTheShapeOfReshape) {
   const auto model = open();
-  EXPECT_EQ(shape_words(model->outputs()[0]), "(?, 2)");
+  EXPECT_EQ(shape_text(model->outputs()[0]), "(?, 2)");
   ASSERT_TRUE(model->reshape({tensor_info("", WEIR_TYPE_END, {2, 2})}));
-  EXPECT_EQ(shape_words(model->inputs()[0]), "(2, 2)");
-  EXPECT_EQ(shape_words(model->outputs()[0]), "(2, 2)");
+  EXPECT_EQ(shape_text(model->inputs()[0]), "(2, 2)");
+  EXPECT_EQ(shape_text(model->outputs()[0]), "(2, 2)");
   const Values x{1, 2, 3, 4};
   const auto outcome = model->invoke(std::array{lend(x)});
   ASSERT_TRUE(outcome) << outcome.error().message();
@@ -55,10 +55,10 @@ TEST_F(DirectTest, WritesIntoTheCallersMemory) {
   ASSERT_TRUE(outcome) << outcome.error().message();
   EXPECT_EQ(y, (Values{2, 3}));
   EXPECT_EQ(seen, y.data()) << "no copy between";
-  EXPECT_EQ(shape_words(into[0].info), "(1, 2)");
+  EXPECT_EQ(shape_text(into[0].info), "(1, 2)");
 }
 
-TEST_F(DirectTest, TakesMemoryThatTheEngineAllocates) {
+TEST_F(DirectTest, ReturnsMemoryThatTheEngineAllocates) {
   TestModel::resolve_body = nullptr;  // the output's first axis stays open
   static int freed;
   freed = 0;
@@ -87,7 +87,7 @@ TEST_F(DirectTest, TakesMemoryThatTheEngineAllocates) {
   EXPECT_EQ(freed, 2);
 }
 
-TEST_F(DirectTest, GivesTheEngineTheMemoryThatItAsksFor) {
+TEST_F(DirectTest, HonoursTheEnginesMemoryRequirements) {
   TestModel::alignment = 256;
   TestModel::padding = 64;
   bool suits = false;
@@ -122,7 +122,7 @@ TEST_F(DirectTest, ResultsOutliveTheirModel) {
   EXPECT_STREQ(outcome->results.tensors()[0].info.name, "y");
 }
 
-TEST_F(DirectTest, SaysThatAFrameWasDropped) {
+TEST_F(DirectTest, ReportsThatAFrameWasDropped) {
   TestModel::invoke_body = [](In, Out) { return false; };
   const auto model = open();
   const Values x{1, 2};

@@ -1,19 +1,19 @@
-// Nothing that a program says of its memory is believed that can be checked.
+// Checks everything that a program states about its memory.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/direct/inputs.hpp"
 
 #include <cstring>
 
-#include "core/direct/tensor_words.hpp"
-#include "core/infer/host.hpp"
+#include "core/direct/tensor_text.hpp"
+#include "core/infer/module/host.hpp"
 #include "core/tensor/element_type.hpp"
+#include "weir/join.hpp"
 
 namespace weir::direct {
 namespace {
 
 std::string list(const std::vector<weir_tensor_info>& infos) {
-  std::string out;
-  for (const auto& info : infos) out += (out.empty() ? "" : ", ") + words(info);
+  const std::string out = join(infos, ", ", [](const auto& info) { return to_string(info); });
   return out.empty() ? "none" : out;
 }
 
@@ -24,19 +24,19 @@ bool in_place(const weir_tensor& tensor, const MemoryNeeds& needs) {
 }
 
 std::string literal(const weir_tensor_info& info) {
-  std::string out = shape_words(info);
+  std::string out = shape_text(info);
   for (char& c : out) c = c == '(' ? '{' : c == ')' ? '}' : c == '?' ? '1' : c;
   if (const size_t comma = out.find(",}"); comma != std::string::npos) out.erase(comma, 1);
   return out;
 }
 
 Error left_open(size_t index, const weir_tensor_info& model) {
-  return Error{Code::SPEC_MISMATCH,
-               "the model leaves a shape open, and the call does not say it",
-               place_words("input", index, model) + ": " + words(model),
-               "a shape with every extent",
-               "",
-               model.rank > WEIR_RANK_LIMIT ? "" : "model.reshape({" + literal(model) + "})"};
+  return Error{
+      .code = Code::SPEC_MISMATCH,
+      .what = "the model leaves a shape open, and the call does not set it",
+      .offered = place_text("input", index, model) + ": " + to_string(model),
+      .needed = "a complete shape",
+      .fix = model.rank > WEIR_RANK_LIMIT ? "" : "model.reshape({" + literal(model) + "})"};
 }
 
 }  // namespace
@@ -44,43 +44,41 @@ Error left_open(size_t index, const weir_tensor_info& model) {
 Status check_type(const weir_tensor& given, const weir_tensor_info& model, const char* role,
                   size_t index) {
   if (given.info.type >= WEIR_TYPE_END)
-    return Error{Code::TYPE_SYNTAX,
-                 place_words(role, index, model) + " has a type that is not known",
-                 std::to_string(given.info.type),
-                 "below " + std::to_string(WEIR_TYPE_END) + " (enum weir_type)",
-                 "",
-                 ""};
+    return Error{.code = Code::TYPE_SYNTAX,
+                 .what = place_text(role, index, model) + " has an unknown type",
+                 .offered = std::to_string(given.info.type),
+                 .needed = "below " + std::to_string(WEIR_TYPE_END) + " (enum weir_type)"};
   if (model.type == WEIR_TYPE_END || model.type == given.info.type) return ok();
-  return Error{Code::SPEC_MISMATCH,
-               place_words(role, index, model) + " has another type than the model's",
-               std::string(name_of(static_cast<ElementType>(given.info.type))),
-               std::string(name_of(static_cast<ElementType>(model.type))),
-               "",
-               ""};
+  return Error{.code = Code::SPEC_MISMATCH,
+               .what = place_text(role, index, model) + " has a different type than the model's",
+               .offered = std::string(name_of(static_cast<ElementType>(given.info.type))),
+               .needed = std::string(name_of(static_cast<ElementType>(model.type)))};
 }
 
 Status check_size(const weir_tensor& given, const weir_tensor_info& needed, const char* role,
                   size_t index) {
-  const std::string who = place_words(role, index, needed);
+  const std::string who = place_text(role, index, needed);
   const auto bytes = bytes_of(needed);
   if (!bytes)
-    return Error{Code::LIMIT_EXCEEDED, who + " is too large", words(needed), "2^48 bytes", "", ""};
+    return Error{.code = Code::LIMIT_EXCEEDED,
+                 .what = who + " is too large",
+                 .offered = to_string(needed),
+                 .needed = "2^48 bytes"};
   if (*bytes != given.bytes)
-    return Error{Code::FRAME_SIZE,
-                 who + " has another size than its shape says",
-                 std::to_string(given.bytes) + " bytes",
-                 std::to_string(*bytes) + " bytes: " + words(needed),
-                 "",
-                 ""};
+    return Error{.code = Code::FRAME_SIZE,
+                 .what = who + " has a size that does not match its shape",
+                 .offered = std::to_string(given.bytes) + " bytes",
+                 .needed = std::to_string(*bytes) + " bytes: " + to_string(needed)};
   if (!given.data && *bytes > 0)
-    return Error{Code::FRAME_SIZE, who + " has no memory", "a null pointer", words(needed), "", ""};
+    return Error{.code = Code::FRAME_SIZE,
+                 .what = who + " has no memory",
+                 .offered = "a null pointer",
+                 .needed = to_string(needed)};
   if (given.memory_kind != WEIR_MEMORY_HOST)
-    return Error{Code::FORMAT_UNSUPPORTED,
-                 who + " is not in host memory",
-                 "memory kind " + std::to_string(given.memory_kind),
-                 "host memory",
-                 "",
-                 ""};
+    return Error{.code = Code::FORMAT_UNSUPPORTED,
+                 .what = who + " is not in host memory",
+                 .offered = "memory kind " + std::to_string(given.memory_kind),
+                 .needed = "host memory"};
   return ok();
 }
 
@@ -88,10 +86,11 @@ Result<std::vector<weir_tensor_info>> described_inputs(
     std::span<const weir_tensor> given, const std::vector<weir_tensor_info>& declared,
     const std::vector<weir_tensor_info>& current) {
   if (given.size() != declared.size())
-    return Error{
-        Code::SPEC_MISMATCH,          "the model takes another number of tensors",
-        std::to_string(given.size()), std::to_string(declared.size()) + ": " + list(declared),
-        "number of tensors",          ""};
+    return Error{.code = Code::SPEC_MISMATCH,
+                 .what = "the model has a different number of inputs",
+                 .offered = std::to_string(given.size()),
+                 .needed = std::to_string(declared.size()) + ": " + list(declared),
+                 .difference = "number of tensors"};
   std::vector<weir_tensor_info> out = current;
   for (size_t i = 0; i < given.size(); ++i) {
     if (auto status = check_type(given[i], declared[i], "input", i); !status) return status.error();
@@ -100,12 +99,12 @@ Result<std::vector<weir_tensor_info>> described_inputs(
     if (wish.rank <= WEIR_RANK_LIMIT) {
       const std::string difference = shape_difference(wish, declared[i]);
       if (!difference.empty() || !is_fixed(wish))
-        return Error{Code::SPEC_MISMATCH,
-                     place_words("input", i, declared[i]) + " has another shape than the model's",
-                     words(wish),
-                     words(declared[i]),
-                     difference.empty() ? "an extent is not known" : difference,
-                     ""};
+        return Error{
+            .code = Code::SPEC_MISMATCH,
+            .what = place_text("input", i, declared[i]) + " has a different shape than the model's",
+            .offered = to_string(wish),
+            .needed = to_string(declared[i]),
+            .difference = difference.empty() ? "an extent is unknown" : difference};
       out[i].rank = wish.rank;
       std::memcpy(out[i].shape, wish.shape, sizeof wish.shape);
     } else if (!is_fixed(out[i])) {
@@ -119,12 +118,11 @@ Result<std::vector<weir_tensor_info>> described_inputs(
 Result<std::vector<weir_tensor_info>> reshaped(const std::vector<weir_tensor_info>& declared,
                                                std::span<const weir_tensor_info> wanted) {
   if (wanted.size() != declared.size())
-    return Error{Code::SPEC_MISMATCH,
-                 "the model has another number of inputs",
-                 std::to_string(wanted.size()) + " shapes",
-                 std::to_string(declared.size()) + ": " + list(declared),
-                 "number of tensors",
-                 ""};
+    return Error{.code = Code::SPEC_MISMATCH,
+                 .what = "the model has a different number of inputs",
+                 .offered = std::to_string(wanted.size()) + " shapes",
+                 .needed = std::to_string(declared.size()) + ": " + list(declared),
+                 .difference = "number of tensors"};
   std::vector<weir_tensor_info> out = declared;
   for (size_t i = 0; i < out.size(); ++i) {
     const weir_tensor_info& wish = wanted[i];
@@ -139,10 +137,11 @@ Result<std::vector<weir_tensor_info>> reshaped(const std::vector<weir_tensor_inf
       if (wish.shape[axis] < 1)
         difference = "axis " + std::to_string(axis) + " is " + std::to_string(wish.shape[axis]);
     if (!difference.empty())
-      return Error{
-          Code::SPEC_MISMATCH, place_words("input", i, declared[i]) + " cannot have this shape",
-          shape_words(wish),   words(declared[i]),
-          difference,          ""};
+      return Error{.code = Code::SPEC_MISMATCH,
+                   .what = place_text("input", i, declared[i]) + " cannot have this shape",
+                   .offered = shape_text(wish),
+                   .needed = to_string(declared[i]),
+                   .difference = difference};
     out[i].rank = wish.rank;
     std::memcpy(out[i].shape, wish.shape, sizeof wish.shape);
   }
@@ -153,12 +152,11 @@ Status check_outputs(std::span<const weir_tensor> given,
                      const std::vector<weir_tensor_info>& outputs) {
   if (given.empty()) return ok();
   if (given.size() != outputs.size())
-    return Error{Code::SPEC_MISMATCH,
-                 "the model gives another number of tensors",
-                 "memory for " + std::to_string(given.size()),
-                 std::to_string(outputs.size()) + ": " + list(outputs),
-                 "number of tensors",
-                 ""};
+    return Error{.code = Code::SPEC_MISMATCH,
+                 .what = "the model has a different number of outputs",
+                 .offered = "memory for " + std::to_string(given.size()),
+                 .needed = std::to_string(outputs.size()) + ": " + list(outputs),
+                 .difference = "number of tensors"};
   for (size_t i = 0; i < given.size(); ++i) {
     if (auto status = check_type(given[i], outputs[i], "output", i); !status) return status;
     if (!is_fixed(outputs[i])) continue;
@@ -181,7 +179,9 @@ Result<Inputs> Inputs::take(std::span<const weir_tensor> given,
     } else {
       if (infer::host().allocate(nullptr, WEIR_MEMORY_HOST, bytes + needs.padding, needs.alignment,
                                  &tensor) < 0)
-        return Error{Code::OUT_OF_MEMORY, "no memory for an input", words(infos[i]), "", "", ""};
+        return Error{.code = Code::OUT_OF_MEMORY,
+                     .what = "no memory for an input",
+                     .offered = to_string(infos[i])};
       if (bytes > 0) std::memcpy(tensor.data, given[i].data, bytes);
     }
     tensor.bytes = bytes;

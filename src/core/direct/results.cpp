@@ -1,4 +1,4 @@
-// Owning outputs.
+// Owns outputs.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/direct/results.hpp"
 
@@ -6,8 +6,8 @@
 #include <utility>
 
 #include "core/direct/inputs.hpp"
-#include "core/direct/tensor_words.hpp"
-#include "core/infer/host.hpp"
+#include "core/direct/tensor_text.hpp"
+#include "core/infer/module/host.hpp"
 
 namespace weir::direct {
 
@@ -52,7 +52,9 @@ Status Results::allocate(uint32_t alignment) {
     if (tensor.data || !is_fixed(tensor.info)) continue;
     const auto bytes = bytes_of(tensor.info);
     if (!bytes || infer::host().allocate(nullptr, WEIR_MEMORY_HOST, *bytes, alignment, &tensor) < 0)
-      return Error{Code::OUT_OF_MEMORY, "no memory for an output", words(tensor.info), "", "", ""};
+      return Error{.code = Code::OUT_OF_MEMORY,
+                   .what = "no memory for an output",
+                   .offered = to_string(tensor.info)};
   }
   return ok();
 }
@@ -67,13 +69,11 @@ Status Results::check() const {
     const weir_tensor& tensor = tensors_[i];
     const auto needed = bytes_of(tensor.info);
     if (!needed || *needed != tensor.bytes || (!tensor.data && tensor.bytes > 0))
-      return Error{Code::INVOKE_FAILED,
-                   "the engine gave an output without its whole description",
-                   place_words("output", i, tensor.info) + ": " + std::to_string(tensor.bytes) +
-                       " bytes of " + words(tensor.info),
-                   "memory of the size of its shape",
-                   "",
-                   ""};
+      return Error{.code = Code::INVOKE_FAILED,
+                   .what = "the engine returned an output without a complete description",
+                   .offered = place_text("output", i, tensor.info) + ": " +
+                              std::to_string(tensor.bytes) + " bytes of " + to_string(tensor.info),
+                   .needed = "memory of the size of its shape"};
   }
   return ok();
 }

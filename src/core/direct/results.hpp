@@ -1,4 +1,4 @@
-// Results: the outputs of one invoke, with the memory that they lie in.
+// Results: the outputs of one invoke and their memory.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <cstdint>
@@ -14,30 +14,30 @@ namespace weir::direct {
 class Results {
  public:
   Results() = default;
-  // Names are copied: results may outlive their model.
+  // Copies names, since results may outlive their model.
   explicit Results(const std::vector<weir_tensor_info>& outputs);
   Results(Results&& other) noexcept;
   Results& operator=(Results&& other) noexcept;
   ~Results();
 
-  // Memory of the results' own for each output whose size is known and that has none yet.
+  // Allocates memory for each output of known size that has none.
   Status allocate(uint32_t alignment);
-  // Memory that the caller lends for an output. Not released.
+  // Sets memory lent by the caller for an output; it is not released.
   void lend(size_t index, void* data, uint64_t bytes) noexcept;
-  // After the invoke: each output has memory of the size of its shape. INVOKE_FAILED otherwise.
+  // Call it after the invoke: INVOKE_FAILED unless each output has memory of the size of its shape.
   Status check() const;
 
-  // Into the caller's memory, where it does not lie there yet; describes it. FRAME_SIZE when an
-  // output of open size has another one.
+  // Copies outputs that are not yet in the caller's memory, and describes them. FRAME_SIZE if an
+  // output of open size has another size.
   Status copy_to(std::span<weir_tensor> into) const;
 
   std::vector<weir_tensor>& tensors() noexcept { return tensors_; }
   const std::vector<weir_tensor>& tensors() const noexcept { return tensors_; }
 
-  // Frames that were invoked at once; each output's outermost axis counts them.
+  // The number of frames in the invoke, which is the outermost extent of each output.
   uint32_t frames() const noexcept { return frames_; }
   void set_frames(uint32_t frames) noexcept { frames_ = frames; }
-  // The part of an output that belongs to one frame, its outermost extent 1.
+  // The part of an output for one frame, with an outermost extent of 1.
   weir_tensor of_frame(uint32_t frame, size_t index) const noexcept;
 
  private:

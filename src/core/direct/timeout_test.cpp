@@ -1,11 +1,11 @@
-// Models that do not answer in time.
+// Tests models that do not finish in time.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <array>
 #include <future>
 #include <thread>
 
 #include "becomes.hpp"
-#include "core/direct/direct_test_engine.hpp"
+#include "core/direct/direct_test_support.hpp"
 
 namespace weir::direct {
 namespace {
@@ -13,7 +13,7 @@ namespace {
 using namespace std::chrono_literals;
 using Values = std::vector<float>;
 
-// Invokes wait until the gate opens.
+// Invokes block until the gate opens.
 class TimeoutTest : public DirectTest {
  protected:
   void SetUp() override {
@@ -26,7 +26,7 @@ class TimeoutTest : public DirectTest {
       return filled;
     };
   }
-  // Until the model that was closed has gone: an invoke that was left behind is over then.
+  // Waits until the closed model is freed, which is after an invoke that timed out.
   static void wait_for_close() {
     EXPECT_TRUE(becomes_true([] { return TestModel::closed != 0; }, "the end of the model"));
   }
@@ -35,8 +35,8 @@ class TimeoutTest : public DirectTest {
   std::atomic<int> ended_ = 0;
 };
 
-// A deadline of this length is beyond the end of the clock.
-TEST_F(TimeoutTest, TakesTheLongestLimitAsOneThatIsNotReached) {
+// A deadline of this length is beyond the range of the clock.
+TEST_F(TimeoutTest, TheLongestLimitNeverExpires) {
   gate_.set_value();
   const auto model = open();
   for (const auto limit :
@@ -49,7 +49,7 @@ TEST_F(TimeoutTest, TakesTheLongestLimitAsOneThatIsNotReached) {
   }
 }
 
-TEST_F(TimeoutTest, AnswersWithinTheLimitAsWithout) {
+TEST_F(TimeoutTest, ReturnsTheSameResultWithinTheLimit) {
   gate_.set_value();
   const auto model = open();
   model->set_limit(1h);
@@ -69,14 +69,13 @@ TEST_F(TimeoutTest, IsUnusableUntilTheInvokeHasEnded) {
   const auto model = open();
   model->set_limit(1ms);
   const Values x{1, 2};
+  EXPECT_REFUSED(model->invoke(std::array{lend(x, {1, 2})}), WORKER_TIMEOUT, "the model timed out");
   EXPECT_REFUSED(model->invoke(std::array{lend(x, {1, 2})}), WORKER_TIMEOUT,
-                 "the model did not answer in time");
-  EXPECT_REFUSED(model->invoke(std::array{lend(x, {1, 2})}), WORKER_TIMEOUT,
-                 "the model still works on an invoke that did not end in time");
+                 "the model is still running an invoke that timed out");
   EXPECT_REFUSED(model->reshape({tensor_info("", WEIR_TYPE_END, {1, 2})}), WORKER_TIMEOUT,
-                 "still works");
+                 "is still running");
   model->set_limit(0ns);
-  EXPECT_REFUSED(model->invoke(std::array{lend(x, {1, 2})}), WORKER_TIMEOUT, "still works");
+  EXPECT_REFUSED(model->invoke(std::array{lend(x, {1, 2})}), WORKER_TIMEOUT, "is still running");
   gate_.set_value();
   const auto answers = [&] {
     const auto outcome = model->invoke(std::array{lend(x, {1, 2})});
@@ -90,7 +89,7 @@ TEST_F(TimeoutTest, IsUnusableUntilTheInvokeHasEnded) {
   EXPECT_EQ(ended_, 2);
 }
 
-TEST_F(TimeoutTest, TouchesNothingOfACallerThatHasLeft) {
+TEST_F(TimeoutTest, DoesNotAccessTheMemoryOfACallerThatTimedOut) {
   auto model = open();
   model->set_limit(1ms);
   {
@@ -99,7 +98,7 @@ TEST_F(TimeoutTest, TouchesNothingOfACallerThatHasLeft) {
     std::array into{lend(*y)};
     EXPECT_REFUSED(model->invoke(std::array{lend(*x, {1, 2})}, into), WORKER_TIMEOUT, "in time");
     (*x)[0] = 99;
-  }  // freed: AddressSanitizer sees who still reads or writes
+  }  // freed: AddressSanitizer reports later accesses
   model.reset();
   EXPECT_EQ(TestModel::closed, 0) << "the engine works in it";
   gate_.set_value();
@@ -120,7 +119,7 @@ TEST_F(TimeoutTest, CountsTheWaitForAnotherCall) {
   began.get_future().wait();
   model->set_limit(1ms);
   EXPECT_REFUSED(model->invoke(std::array{lend(x, {1, 2})}), WORKER_TIMEOUT,
-                 "another call of the model did not end in time");
+                 "another call of the model did not return in time");
   gate_.set_value();
 }
 

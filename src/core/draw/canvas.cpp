@@ -1,4 +1,4 @@
-// Filled areas and masks, row by row.
+// Fills areas and blends masks row by row.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/draw/canvas.hpp"
 
@@ -20,7 +20,7 @@ void fill_row<1>(std::byte* row, int64_t count, const uint8_t* pixel) {
 using FillRow = void (*)(std::byte*, int64_t, const uint8_t*);
 constexpr FillRow kFillRow[] = {fill_row<1>, fill_row<2>, fill_row<3>, fill_row<4>};
 
-// (d * (255 - a) + p * a) / 255, rounded to the nearest.
+// (d * (255 - a) + p * a) / 255, rounded to the nearest integer.
 uint8_t mixed(uint8_t d, uint8_t p, uint8_t a) {
   const auto sum = static_cast<uint16_t>(d * (255 - a) + p * a + 128);
   return static_cast<uint8_t>((sum + (sum >> 8)) >> 8);
@@ -40,7 +40,7 @@ int64_t samples(int64_t pixels, bool halved) {
   return halved ? (pixels + 1) / 2 : pixels;
 }
 
-// Whether every row lies within the plane's memory.
+// Whether every row is within the plane's memory.
 bool holds(const Plane& plane, int64_t rows, int64_t row_bytes) {
   constexpr int64_t kMost = int64_t{1} << 40;
   if (plane.offset > static_cast<size_t>(kMost) || plane.stride > kMost || plane.stride < -kMost)
@@ -72,15 +72,15 @@ Result<Canvas> Canvas::make(const preprocess::Picture& picture, const Planes& pl
     const preprocess::Lane& lane = out.lanes_[i];
     const int64_t row_bytes = samples(picture.width, lane.halved) * lane.step;
     if (!holds(planes[i], samples(picture.height, lane.halved), row_bytes))
-      return Error{Code::FRAME_SIZE,
-                   "a picture is shorter than its size says",
-                   "plane " + std::to_string(i) + " of " + std::to_string(planes[i].memory.size()) +
-                       " bytes, offset " + std::to_string(planes[i].offset) + ", stride " +
-                       std::to_string(planes[i].stride),
-                   std::string(picture.format.name) + " " + std::to_string(picture.width) + "x" +
-                       std::to_string(picture.height),
-                   "",
-                   "check the element before"};
+      return Error{.code = Code::FRAME_SIZE,
+                   .what = "a picture is shorter than its size says",
+                   .offered = "plane " + std::to_string(i) + " of " +
+                              std::to_string(planes[i].memory.size()) + " bytes, offset " +
+                              std::to_string(planes[i].offset) + ", stride " +
+                              std::to_string(planes[i].stride),
+                   .needed = std::string(picture.format.name) + " " +
+                             std::to_string(picture.width) + "x" + std::to_string(picture.height),
+                   .fix = "check the element before"};
   }
   return out;
 }

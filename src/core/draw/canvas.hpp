@@ -1,4 +1,4 @@
-// Canvas: draws into the memory of a picture, in the picture's own format.
+// Canvas: draws into the memory of a picture in the picture's own format.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <array>
@@ -18,9 +18,9 @@ struct Plane {
   size_t offset = 0;
   ptrdiff_t stride = 0;  // may be negative
 };
-using Planes = std::array<Plane, 3>;  // as many as the format has; the others are not looked at
+using Planes = std::array<Plane, 3>;  // only the format's planes are used
 
-// The pixels from left to right - 1 and from top to bottom - 1; may reach beyond the picture.
+// Pixels left to right - 1 and top to bottom - 1; may exceed the picture.
 struct Area {
   int64_t left = 0, top = 0, right = 0, bottom = 0;
   bool empty() const noexcept { return left >= right || top >= bottom; }
@@ -28,18 +28,18 @@ struct Area {
 };
 Area common_part(const Area& a, const Area& b) noexcept;
 
-// A chroma sample of 4:2:0 gets the colour where any of its four pixels does.
+// A 4:2:0 chroma sample gets the colour if any of its four pixels does.
 class Canvas {
  public:
-  // FRAME_SIZE when a plane is shorter than the picture needs.
+  // FRAME_SIZE if a plane is shorter than the picture.
   static Result<Canvas> make(const preprocess::Picture& picture, const Planes& planes);
 
   const preprocess::Picture& picture() const noexcept { return picture_; }
   Area all() const noexcept;
-  // Whether chroma is shared by pixels: masks then begin at an even column and row.
+  // Whether pixels share chroma; masks must then begin at an even column and row.
   bool halved() const noexcept { return halved_; }
   void fill(const Area& area, const Paint& paint) noexcept;
-  // Mixes the colour in where the mask covers. x and y are at least 0.
+  // Blends the colour by the mask's coverage. x and y are at least 0.
   void blend(int64_t x, int64_t y, const PlaneMask& mask, const Paint& paint) noexcept;
 
  private:
@@ -48,7 +48,7 @@ class Canvas {
 
   preprocess::Picture picture_;
   Planes planes_;
-  std::array<preprocess::Lane, 3> lanes_;  // the first of each plane
+  std::array<preprocess::Lane, 3> lanes_;  // the first lane of each plane
   bool halved_ = false;
 };
 

@@ -1,4 +1,4 @@
-// Areas and masks against pixels set one by one.
+// Compares areas and masks with pixels that are set one by one.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/draw/canvas.hpp"
 
@@ -45,7 +45,7 @@ TEST(Canvas, IsNotDrawnOnBeyondItsPicture) {
       canvas.fill(area, paint);
     EXPECT_EQ(picture, TestPicture(format, 6, 4)) << format;
     canvas.fill({-kFar, -kFar, kFar, kFar}, paint);
-    for (const auto& lane : picture.lanes())  // the bytes between the rows are nobody's
+    for (const auto& lane : picture.lanes())  // bytes between rows belong to no pixel
       EXPECT_EQ(picture.memory[lane.plane][2], std::byte{7});
     EXPECT_EQ(picture.memory[0].back(), std::byte{7});
   }
@@ -61,7 +61,7 @@ Mask random_mask(uint32_t width, uint32_t height) {
 uint8_t mixed(unsigned ground, unsigned color, unsigned coverage) {
   return static_cast<uint8_t>((2 * (ground * (255 - coverage) + color * coverage) + 255) / 510);
 }
-// The mean of the four pixels of a chroma sample, those beyond the mask count as nothing.
+// The mean of the four pixels of a chroma sample; pixels beyond the mask count as 0.
 unsigned coverage_at(const Mask& mask, int64_t x, int64_t y, bool halved) {
   const auto at = [&](int64_t column, int64_t row) -> unsigned {
     if (column >= mask.width || row >= mask.height) return 0;

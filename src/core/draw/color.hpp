@@ -1,4 +1,4 @@
-// Colours of classes, and what a colour is in the samples of a picture.
+// Class colours, and colours as samples of a picture format.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <array>
@@ -13,18 +13,19 @@ struct Rgb {
   bool operator==(const Rgb&) const = default;
 };
 
-// Bright, and far from that of the classes before and after: the hue goes on by the golden ratio.
+// A bright colour whose hue differs clearly from those of adjacent classes: hues advance by the
+// golden ratio.
 Rgb class_color(uint64_t class_index) noexcept;
-// Black or white, whichever is read better on `ground`.
+// Black or white, whichever is easier to read on `ground`.
 Rgb text_color(Rgb ground) noexcept;
 
-// A sample for each lane of the format: R'G'B', Y'CbCr by the picture's matrix and range, or gray,
-// 0.299 R' + 0.587 G' + 0.114 B', in the picture's range. Rounded to the nearest.
+// One sample for each lane of the format: R'G'B', Y'CbCr by the picture's matrix and range, or gray
+// (0.299 R' + 0.587 G' + 0.114 B') in the picture's range. Rounded to the nearest integer.
 std::array<uint8_t, 3> samples_of(const preprocess::Picture& picture, Rgb color) noexcept;
 
-// The bytes of a pixel in each plane, repeated: a plane's samples are 1, 2, 3 or 4 bytes apart, and
-// 48 is a multiple of each of them and of what a vector instruction takes. Bytes of a pixel that
-// are of no lane (alpha, padding) are 255.
+// The bytes of a pixel in each plane, repeated. Samples of a plane are 1, 2, 3 or 4 bytes apart,
+// and 48 is a multiple of these and of the vector size. Bytes outside all lanes (alpha, padding)
+// are 255.
 inline constexpr size_t kPatternBytes = 48;
 using Pattern = std::array<uint8_t, kPatternBytes>;
 struct Paint {

@@ -22,7 +22,7 @@ preprocess::Picture picture(const char* format, preprocess::ColorMatrix matrix,
   return out;
 }
 
-// The values that BT.601, BT.709 and BT.2020 print for the primaries.
+// The values that BT.601, BT.709 and BT.2020 list for the primaries.
 TEST(DrawColor, IsThatOfTheStandardsInLimitedRange) {
   using preprocess::ColorMatrix;
   const auto limited = preprocess::Range::Limited;

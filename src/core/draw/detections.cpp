@@ -1,4 +1,4 @@
-// Rows of numbers to boxes and points.
+// Converts rows of numbers to boxes and key points.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/draw/detections.hpp"
 
@@ -14,7 +14,7 @@ namespace {
 
 using Row = DetectionRow<const float>;
 
-constexpr uint32_t kBox = 4, kScore = 4;  // places in a row that may end before the next
+constexpr uint32_t kBox = 4, kScore = 4;  // numbers of a box; index of the score
 constexpr uint32_t kFixed = Row::kFixed;
 
 bool fits(uint32_t k) {
@@ -25,7 +25,7 @@ bool finite(std::span<const float> numbers) {
   return std::all_of(numbers.begin(), numbers.end(), [](float n) { return std::isfinite(n); });
 }
 
-void move_box(const PictureMap& map, Detection* box) {
+void move_box(const SourceMap& map, Detection* box) {
   double xs[4] = {}, ys[4] = {};
   size_t i = 0;
   for (const double x : {box->x1, box->x2})
@@ -44,7 +44,7 @@ uint32_t class_of(float number) {
   return static_cast<uint32_t>(std::clamp(std::floor(number + 0.5), 0.0, 4294967295.0));
 }
 
-// Short rows have a score of 1 and class 0.
+// Short rows get score 1 and class 0.
 Detection detection_of(std::span<const float> numbers) {
   float fixed[kFixed] = {0, 0, 0, 0, 1, 0};
   std::copy_n(numbers.begin(), std::min<size_t>(numbers.size(), kFixed), fixed);
@@ -53,7 +53,7 @@ Detection detection_of(std::span<const float> numbers) {
   return {box.x1, box.y1, box.x2, box.y2, row.score(), class_of(row.class_index())};
 }
 
-void add_points(const Row& row, const PictureMap* map, Detections* out) {
+void add_points(const Row& row, const SourceMap* map, Detections* out) {
   for (size_t i = 0; i < row.key_points(); ++i) {
     Point point{row.x(i), row.y(i)};
     if (map) point = map->to_source(point);
@@ -62,8 +62,8 @@ void add_points(const Row& row, const PictureMap* map, Detections* out) {
   }
 }
 
-// The count for a row that is no detection; null for one that is.
-uint64_t* left_out(std::span<const float> row, const PictureMap* map, Detection* found,
+// The counter for a rejected row; null for a detection.
+uint64_t* left_out(std::span<const float> row, const SourceMap* map, Detection* found,
                    LeftOut* counts) {
   if (row.size() > kScore && row[kScore] <= 0) return &counts->nobody;
   if (!finite(row.first(std::min<size_t>(row.size(), kFixed)))) return &counts->not_finite;
@@ -75,7 +75,7 @@ uint64_t* left_out(std::span<const float> row, const PictureMap* map, Detection*
   return nullptr;
 }
 
-void add_row(std::span<const float> row, const PictureMap* map, Detections* out) {
+void add_row(std::span<const float> row, const SourceMap* map, Detections* out) {
   Detection found;
   if (uint64_t* count = left_out(row, map, &found, &out->left_out)) {
     ++*count;
@@ -86,12 +86,11 @@ void add_row(std::span<const float> row, const PictureMap* map, Detections* out)
 }
 
 Error wrong_number_of_maps(size_t maps, uint64_t rows) {
-  return Error{Code::SPEC_MISMATCH,
-               "results have another number of ways back to the picture than rows",
-               std::to_string(maps) + " ways back",
-               "one, or one for each of " + std::to_string(rows) + " rows",
-               "",
-               "tensor_overlay coordinates=picture"};
+  return Error{.code = Code::SPEC_MISMATCH,
+               .what = "results have another number of ways back to the picture than rows",
+               .offered = std::to_string(maps) + " ways back",
+               .needed = "one, or one for each of " + std::to_string(rows) + " rows",
+               .fix = "tensor_overlay coordinates=picture"};
 }
 
 }  // namespace
@@ -100,17 +99,18 @@ Status check_detections(const TensorSpec& spec) {
   bool flat = spec.shape.valid() && fits(spec.shape[0]);
   for (size_t i = 2; i < spec.shape.rank(); ++i) flat = flat && spec.shape[i] == 1;
   if (flat && spec.type == ElementType::Float32) return ok();
-  return Error{Code::SPEC_MISMATCH,
-               "the stream of results is not of boxes",
-               spec.to_string(),
-               "one tensor float32 K:N: rows of x1, y1, x2, y2, then score, class, and x, y of key "
-               "points, so that K is 4, 5, 6, 8, 10, ...",
-               "",
-               "tensor_transform mode=typecast option=float32"};
+  return Error{
+      .code = Code::SPEC_MISMATCH,
+      .what = "the stream of results is not of boxes",
+      .offered = spec.to_string(),
+      .needed =
+          "one tensor float32 K:N: rows of x1, y1, x2, y2, then score, class, and x, y of key "
+          "points, so that K is 4, 5, 6, 8, 10, ...",
+      .fix = "tensor_transform mode=typecast option=float32"};
 }
 
 Result<Detections> read_detections(const TensorSpec& spec, std::span<const std::byte> bytes,
-                                   std::span<const PictureMap> maps) {
+                                   std::span<const SourceMap> maps) {
   const size_t numbers = spec.shape[0];
   const size_t rows = bytes.size() / (numbers * sizeof(float));
   if (maps.size() > 1 && maps.size() != rows) return wrong_number_of_maps(maps.size(), rows);
@@ -126,7 +126,7 @@ Result<Detections> read_detections(const TensorSpec& spec, std::span<const std::
   std::vector<float> row(numbers);
   for (size_t i = 0; i < taken; ++i) {
     std::memcpy(row.data(), bytes.data() + i * numbers * sizeof(float), numbers * sizeof(float));
-    const PictureMap* map = maps.empty() ? nullptr : &maps[maps.size() == 1 ? 0 : i];
+    const SourceMap* map = maps.empty() ? nullptr : &maps[maps.size() == 1 ? 0 : i];
     add_row(row, map, &out);
   }
   return out;

@@ -1,4 +1,4 @@
-// Tensors as detections.
+// Reads detections from tensors.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/draw/detections.hpp"
 
@@ -15,7 +15,7 @@ constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
 constexpr float kInf = std::numeric_limits<float>::infinity();
 
 Result<Detections> read(uint32_t k, std::vector<float> numbers,
-                        const std::vector<PictureMap>& maps = {}) {
+                        const std::vector<SourceMap>& maps = {}) {
   const TensorSpec spec{ElementType::Float32, {k, static_cast<uint32_t>(numbers.size() / k)}, ""};
   EXPECT_TRUE(check_detections(spec));
   return read_detections(spec, std::as_bytes(std::span(numbers)), maps);
@@ -51,7 +51,7 @@ TEST(Detections, CountWhatCannotBeDrawn) {
     for (const float odd : {kNan, kInf, -kInf}) {
       std::vector<float> row{1, 2, 3, 4, 0.5f, 0};
       row[i] = odd;
-      if (i == 4 && odd == -kInf) continue;  // a score below 0 is nobody
+      if (i == 4 && odd == -kInf) continue;  // a score below 0 is background
       const auto read_row = read(6, row);
       EXPECT_TRUE(read_row->rows.empty()) << i << " " << odd;
       EXPECT_EQ(read_row->left_out.not_finite, 1u) << i << " " << odd;
@@ -80,7 +80,7 @@ TEST(Detections, HaveClassesWithinTheirRange) {
 }
 
 TEST(Detections, GoBackToThePictureByItsMap) {
-  PictureMap map;
+  SourceMap map;
   map.xx = 4, map.x0 = 100, map.yy = 2, map.y0 = -6;
   map.source_width = 640, map.source_height = 360;
   const auto moved = *read(8, {1, 2, 3, 4, 1, 0, 10, 20}, {map});
@@ -92,7 +92,7 @@ TEST(Detections, GoBackToThePictureByItsMap) {
   EXPECT_EQ(moved.points[0].y, 34);
   EXPECT_EQ(moved.picture_width, 640u);
   EXPECT_EQ(moved.picture_height, 360u);
-  PictureMap turned;  // x and y change places, x is mirrored
+  SourceMap turned;  // swaps x and y and mirrors x
   turned.xx = 0, turned.xy = -1, turned.x0 = 50, turned.yx = 1, turned.yy = 0;
   const auto upright = *read(4, {1, 2, 3, 7}, {turned});
   EXPECT_EQ(upright.rows[0].x1, 43);
@@ -102,7 +102,7 @@ TEST(Detections, GoBackToThePictureByItsMap) {
 }
 
 TEST(Detections, HaveOneWayBackEachOrOneForAll) {
-  PictureMap first, second;
+  SourceMap first, second;
   second.x0 = 10;
   const auto both = *read(4, {0, 0, 1, 1, 0, 0, 1, 1}, {first, second});
   EXPECT_EQ(both.rows[0].x1, 0);
@@ -115,7 +115,7 @@ TEST(Detections, HaveOneWayBackEachOrOneForAll) {
 }
 
 TEST(Detections, OfAMapThatIsNoneAreNotFinite) {
-  PictureMap map;
+  SourceMap map;
   map.xx = std::numeric_limits<double>::quiet_NaN();
   EXPECT_EQ(read(4, {0, 0, 1, 1}, {map})->left_out.not_finite, 1u);
   map.xx = 0;

@@ -1,4 +1,4 @@
-// For tests: pictures in memory, and a plain way to set one pixel of them.
+// Test helpers: pictures in memory, and a plain way to set one pixel.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <gtest/gtest.h>
@@ -16,7 +16,8 @@ inline const std::vector<std::string>& every_format() {
   return all;
 }
 
-// Rows are longer than their pixels, planes begin behind a few bytes; all bytes begin as 7.
+// Rows are longer than their pixels, and planes begin a few bytes into their memory; all bytes are
+// 7.
 struct TestPicture {
   preprocess::Picture picture;
   std::array<std::vector<std::byte>, 3> memory;
@@ -50,7 +51,7 @@ struct TestPicture {
     return reinterpret_cast<uint8_t*>(plane.memory.data() + plane.offset + y * plane.stride +
                                       x * lane.step + lane.offset);
   }
-  // One pixel, and the chroma that it shares.
+  // Sets one pixel and the chroma that it shares.
   void set(int64_t x, int64_t y, Rgb color) {
     if (x < 0 || y < 0 || x >= picture.width || y >= picture.height) return;
     const auto samples = samples_of(picture, color);

@@ -1,4 +1,4 @@
-// Masks by class and by per cent.
+// Paints and caches the masks of class names and percentages.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/draw/labels.hpp"
 
@@ -8,7 +8,7 @@
 namespace weir::draw {
 namespace {
 
-constexpr size_t kKept = 4096;  // names; a stream of ever other class numbers begins anew
+constexpr size_t kKept = 4096;  // names; a stream with ever new class numbers clears the cache
 
 }  // namespace
 

@@ -10,24 +10,24 @@
 
 namespace weir::draw {
 
-// Who knows fonts.
+// Renders text; implemented where fonts are available.
 class TextPainter {
  public:
   virtual ~TextPainter() = default;
-  // All masks of a painter are of one height.
+  // Returns masks of the same height for all texts.
   virtual Mask paint(const std::string& text) = 0;
 };
 
 class Labels {
  public:
-  // `names` by class; empty: classes have none. Where there are names, a class beyond them is
-  // called by its number. Paints the scores now and each name when it is first asked for.
+  // `names` are indexed by class; empty means that classes have no names. A class beyond a
+  // non-empty list is labelled with its number. Paints the scores now and each name on first use.
   Labels(std::vector<std::string> names, bool scores, std::shared_ptr<TextPainter> painter,
          const preprocess::PictureFormat& format);
 
-  // Null where none is wanted. Valid until the next call.
+  // Null if there is nothing to show. Valid until the next call.
   const PlaneMask* name(uint32_t class_index);
-  const PlaneMask* score(float score) const;  // in per cent, from 0 to 100
+  const PlaneMask* score(float score) const;  // in per cent, 0 to 100
   uint64_t painted() const noexcept { return painted_; }
 
  private:

@@ -7,7 +7,7 @@
 namespace weir::draw {
 namespace {
 
-// A mask as wide as the text is long; its only coverage is the first byte of the text.
+// A mask as wide as the text is long; its coverage is the first byte of the text.
 class LengthPainter : public TextPainter {
  public:
   explicit LengthPainter(std::vector<std::string>* texts) : texts_(*texts) {}
@@ -59,7 +59,7 @@ TEST(Labels, ShowScoresInPerCent) {
   EXPECT_EQ(width(0.0951f), 4u);  // "10 %"
   EXPECT_EQ(width(0.99f), 4u);
   EXPECT_EQ(width(0.996f), 5u);
-  EXPECT_EQ(width(37), 5u);  // more than all is all
+  EXPECT_EQ(width(37), 5u);  // clamped to 100 %
   EXPECT_EQ(width(1e-30f), 3u);
 }
 

@@ -1,4 +1,4 @@
-// Coverage of pixels to coverage of bytes.
+// Converts coverage of pixels to coverage of bytes.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/draw/mask.hpp"
 
@@ -22,7 +22,7 @@ PlaneMask for_planes(const Mask& mask, const preprocess::PictureFormat& format) 
   for (size_t i = 0; i < format.lane_count(); ++i) {
     const preprocess::Lane& lane = format.lanes[i];
     PlaneMask::Plane& plane = out.planes[lane.plane];
-    if (!plane.coverage.empty()) continue;  // the lanes of a plane are alike
+    if (!plane.coverage.empty()) continue;  // the lanes of a plane are equal
     const uint32_t every = lane.halved ? 2 : 1;
     plane.row_bytes = size_t{(mask.width + every - 1) / every} * lane.step;
     for (uint32_t y = 0; y < mask.height; y += every)

@@ -1,4 +1,4 @@
-// Masks: how much of each pixel a shape covers.
+// Mask: how much of each pixel a shape covers.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <array>
@@ -9,15 +9,14 @@
 
 namespace weir::draw {
 
-// One byte a pixel, row after row: 0 is none of it, 255 all of it.
+// One byte per pixel, row after row: 0 is not covered, 255 is fully covered.
 struct Mask {
   uint32_t width = 0, height = 0;
   std::vector<uint8_t> coverage;
 };
 
-// The same for each byte of each plane, so that a row of it lies over a row of a picture. Of
-// halved lanes a sample is covered by the mean of its four pixels, the first of which are an even
-// column and row.
+// The same for each byte of each plane, so that its rows align with the picture's. The coverage of
+// a halved sample is the mean of its four pixels, the first of which has an even column and row.
 struct PlaneMask {
   struct Plane {
     size_t row_bytes = 0;

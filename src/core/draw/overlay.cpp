@@ -1,4 +1,4 @@
-// From coordinates to areas.
+// Converts coordinates to areas and draws them.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/draw/overlay.hpp"
 
@@ -8,9 +8,9 @@
 namespace weir::draw {
 namespace {
 
-// The nearest boundary of pixels.
+// The nearest pixel boundary.
 int64_t edge(double at) {
-  constexpr double kFar = 1e9;  // pixels: farther is as good
+  constexpr double kFar = 1e9;  // pixels; larger coordinates make no difference
   return static_cast<int64_t>(std::floor(std::clamp(at, -kFar, kFar) + 0.5));
 }
 
@@ -88,7 +88,7 @@ class Drawing {
       canvas_.fill({left + out, top + row, left + size - out, top + row + 1}, paint);
     }
   }
-  // Masks begin at even columns and rows where chroma is shared by two.
+  // Masks begin at even columns and rows if pixels share chroma.
   int64_t even(int64_t length) const { return canvas_.halved() ? (length + 1) / 2 * 2 : length; }
   int64_t even_before(int64_t place) const { return canvas_.halved() ? place / 2 * 2 : place; }
 
@@ -97,7 +97,7 @@ class Drawing {
   Canvas& canvas_;
   const Area all_;
   double x_scale_ = 1, y_scale_ = 1;
-  std::vector<int64_t> disc_;  // for each row how many pixels at its ends are not of the disc
+  std::vector<int64_t> disc_;  // for each row, the pixels at both ends outside the disc
 };
 
 }  // namespace

@@ -1,10 +1,10 @@
-// Boxes, key points and labels of detections, drawn on a picture.
+// Draws the boxes, key points and labels of detections on a picture.
 //
-// Edges go to the nearest boundary of pixels. The line of a box lies within it; a box that is not
-// twice as wide as its line is filled. A key point is a disc: with diameter d, in the square of d
-// pixels whose middle is nearest to the point, those whose own middle is at most d / 2 away. A
-// label is a filled area above the box, or within it where there is no room above, moved into the
-// picture; labels are drawn last. Each class has its colour.
+// Edges are rounded to the nearest pixel boundary. A box's line is inside the box; a box less than
+// twice as wide as its line is filled. A key point of diameter d is a disc: in the square of d
+// pixels centred nearest to the point, the pixels whose centre is at most d / 2 away. A label is a
+// filled area above the box, or inside it if there is no room above, moved into the picture. Labels
+// are drawn last. Each class has its own colour.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include "core/draw/canvas.hpp"
@@ -20,11 +20,11 @@ struct Style {
 
 struct Drawn {
   uint64_t boxes = 0;
-  uint64_t outside = 0;      // of the picture, with their points and labels
-  uint64_t below_score = 0;  // of min_score
+  uint64_t outside = 0;      // not in the picture; their points and labels are not drawn either
+  uint64_t below_score = 0;  // below min_score
 };
 
-// `labels`: null for none.
+// `labels` may be null.
 Drawn draw(const Detections& detections, const Style& style, Labels* labels, Canvas* canvas);
 
 }  // namespace weir::draw

@@ -1,4 +1,4 @@
-// Whole drawings against pixels set one by one by the rules of the header.
+// Compares drawings with pixels that are set one by one by the rules of the header.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/draw/overlay.hpp"
 
@@ -16,7 +16,7 @@ Detections boxes(std::vector<Detection> rows) {
   return out;
 }
 
-// The rules in the plainest words: each pixel of the picture is asked.
+// The rules for each pixel of the picture, without optimisation.
 void reference(const Detections& d, const Style& style, TestPicture* out) {
   const double xs = d.picture_width ? double(out->picture.width) / d.picture_width : 1;
   const double ys = d.picture_height ? double(out->picture.height) / d.picture_height : 1;
@@ -61,12 +61,12 @@ void expect_same(const Detections& d, const Style& style, uint32_t width, uint32
 
 TEST(Overlay, DrawsBoxesToThePixel) {
   const auto d = boxes({{3, 4, 20, 15, 1, 0},
-                        {10.4, 2.5, 30.6, 20.49, 1, 1},   // to the nearest edges
+                        {10.4, 2.5, 30.6, 20.49, 1, 1},   // rounded to the nearest edges
                         {-5, -7, 8, 9, 1, 2},             // clipped at the left and the top
-                        {35, 20, 90, 70, 1, 3},           // at the right and the bottom
-                        {-1e9, -1e30, 1e12, 1e38, 1, 4},  // far around
-                        {12, 12, 15, 14, 1, 5},           // nothing but line
-                        {0, 0, 0.2, 0.2, 1, 6},           // one pixel at least
+                        {35, 20, 90, 70, 1, 3},           // clipped at the right and the bottom
+                        {-1e9, -1e30, 1e12, 1e38, 1, 4},  // far outside on all sides
+                        {12, 12, 15, 14, 1, 5},           // nothing but the line
+                        {0, 0, 0.2, 0.2, 1, 6},           // at least one pixel
                         {22, 3, 23, 18, 1, 7}});
   for (const uint32_t line : {0u, 1u, 2u, 3u, 9u}) expect_same(d, {line, 0, 0}, 41, 27);
   expect_same(d, {2, 0, 0}, 1, 1);
@@ -114,7 +114,7 @@ TEST(Overlay, CountsWhatItDrewAndWhatNot) {
   EXPECT_EQ(drawn.outside, 2u);
 }
 
-// Ten pixels high, four times as wide as the text is long, all of it ink.
+// Ten pixels high, four times as wide as the text is long, fully covered.
 class Block : public TextPainter {
  public:
   Mask paint(const std::string& text) override {
@@ -123,7 +123,7 @@ class Block : public TextPainter {
   }
 };
 
-// The area of the label and of its ink: gap 2, name, gap 2, score, gap 2.
+// The areas of the label and of its glyphs: gap 2, name, gap 2, score, gap 2.
 void expect_label(const Detection& box, const Area& ground, std::vector<Area> inks,
                   const std::string& format, bool scores = true) {
   auto d = boxes({box});
@@ -147,7 +147,7 @@ TEST(Overlay, PutsLabelsAboveTheirBoxes) {
   for (const auto& format : every_format()) {
     expect_label({8, 20, 60, 35, 0.5f, 0}, {8, 10, 42, 20}, {{10, 10, 22, 20}, {24, 10, 40, 20}},
                  format);
-    // no room above: within the box
+    // no room above: inside the box
     expect_label({8, 4, 60, 35, 0.5f, 0}, {8, 4, 42, 14}, {{10, 4, 22, 14}, {24, 4, 40, 14}},
                  format);
     // moved into the picture

@@ -1,4 +1,4 @@
-// Grammar of the combination properties.
+// Parses the combination properties.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/filter/combination.hpp"
 
@@ -12,12 +12,12 @@ namespace {
 
 Error unreadable(std::string_view property, std::string_view text, std::string_view part,
                  const char* needed, const char* fix) {
-  return Error{Code::OPTION_SYNTAX,
-               std::string(property) + " cannot be read",
-               std::string(text),
-               needed,
-               "at \"" + std::string(part) + "\"",
-               fix};
+  return Error{.code = Code::OPTION_SYNTAX,
+               .what = std::string(property) + " cannot be read",
+               .offered = std::string(text),
+               .needed = needed,
+               .difference = "at \"" + std::string(part) + "\"",
+               .fix = fix};
 }
 
 }  // namespace
@@ -62,12 +62,11 @@ Result<std::vector<TensorSpec>> choose_tensors(const std::vector<TensorSpec>& te
   std::vector<TensorSpec> out;
   for (const size_t index : choice) {
     if (index >= tensors.size())
-      return Error{Code::OPTION_VALUE,
-                   std::string(property) + " names a tensor that is not there",
-                   "index " + std::to_string(index),
-                   "an index below " + std::to_string(tensors.size()),
-                   "",
-                   std::string(property) + "=0"};
+      return Error{.code = Code::OPTION_VALUE,
+                   .what = std::string(property) + " names a tensor that does not exist",
+                   .offered = "index " + std::to_string(index),
+                   .needed = "an index below " + std::to_string(tensors.size()),
+                   .fix = std::string(property) + "=0"};
     out.push_back(tensors[index]);
   }
   return out;

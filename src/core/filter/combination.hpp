@@ -1,4 +1,4 @@
-// input-combination and output-combination: which tensors go to the model, which leave the filter.
+// input-combination and output-combination: the tensors that go to the model and leave the filter.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <cstddef>
@@ -9,10 +9,10 @@
 
 namespace weir {
 
-// "0,2": indices of the stream's tensors in the model's order. "" gives an empty list (all).
+// "0,2": indices of the stream's tensors in the model's order. "" is an empty list (all).
 Result<std::vector<size_t>> parse_input_combination(std::string_view text);
 
-// "i0,o1": all inputs come first, then the chosen outputs in model order.
+// "i0,o1": first all chosen inputs, then the chosen outputs in model order.
 struct OutputCombination {
   std::vector<size_t> inputs;
   std::vector<size_t> outputs;  // ascending
@@ -20,8 +20,8 @@ struct OutputCombination {
 };
 Result<OutputCombination> parse_output_combination(std::string_view text);
 
-// The chosen tensors of `tensors`; empty choice = all. An index beyond the end is an error that
-// names `property`.
+// The chosen tensors of `tensors`; an empty choice means all. If an index is out of range, the
+// error names `property`.
 Result<std::vector<TensorSpec>> choose_tensors(const std::vector<TensorSpec>& tensors,
                                                const std::vector<size_t>& choice,
                                                std::string_view property);

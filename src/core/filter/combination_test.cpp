@@ -1,4 +1,4 @@
-// input-combination and output-combination: what they choose and what they refuse.
+// input-combination and output-combination: what they select and reject.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/filter/combination.hpp"
 
@@ -19,7 +19,7 @@ TEST(InputCombination, EmptyMeansAll) {
   EXPECT_TRUE(parse_input_combination("")->empty());
 }
 
-TEST(InputCombination, RefusesWhatIsNoIndex) {
+TEST(InputCombination, RejectsTextThatIsNotAnIndex) {
   for (const char* text : {"a", "1,,2", "-1", "1;2", "256", "1.5", ","}) {
     const auto r = parse_input_combination(text);
     ASSERT_FALSE(r) << text;
@@ -35,7 +35,7 @@ TEST(OutputCombination, PutsInputsFirstAndOutputsInModelOrder) {
   EXPECT_EQ(r->outputs, (std::vector<size_t>{0, 2}));
 }
 
-TEST(OutputCombination, RefusesOtherLetters) {
+TEST(OutputCombination, RejectsOtherLetters) {
   for (const char* text : {"0", "x1", "i", "o-1", "i0 o1", "o999"})
     EXPECT_FALSE(parse_output_combination(text)) << text;
 }

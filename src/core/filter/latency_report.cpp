@@ -1,4 +1,4 @@
-// The margins of the latency report, in whole numbers.
+// Computes the margins of the latency report in integers.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/filter/latency_report.hpp"
 
@@ -7,7 +7,7 @@
 namespace weir {
 namespace {
 
-// Rounded to the next nanosecond; a year is far below where this would overflow.
+// Rounded to the nearest nanosecond; a year is far from overflowing.
 uint64_t with_margin(uint64_t average) noexcept {
   const uint64_t bounded = std::min(average, UINT64_MAX / 128);
   return (bounded * 105 + 50) / 100;

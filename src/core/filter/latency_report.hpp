@@ -1,5 +1,5 @@
-// LatencyReport: what a filter says of its latency, and when what it said is no longer true
-// (specification 4.7). Times are nanoseconds. Thread-safe.
+// LatencyReport: the latency that a filter reports, and when the report is outdated
+// (docs/compatibility/filter.md 4.7). Times are nanoseconds. Thread-safe.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <cstdint>
@@ -9,16 +9,16 @@ namespace weir {
 
 class LatencyReport {
  public:
-  // For a query: `average` of the invokes with a margin of 5 %.
+  // The answer to a LATENCY query: the `average` of the invokes plus 5 %.
   uint64_t answer(uint64_t average) noexcept;
-  // After an invoke: whether the pipeline must ask anew, because the average is above what was
-  // answered or more than 25 % beside it. True once for each such change: the pipeline is taken to
-  // have asked.
+  // After an invoke: whether the pipeline must query the latency again, because the average exceeds
+  // the last answer or is more than 25 % below it. Returns true once for each such change and
+  // assumes that the pipeline then queries.
   bool outdated(uint64_t average) noexcept;
   void reset() noexcept;
 
  private:
-  std::mutex mutex_;  // guards the rest
+  std::mutex mutex_;  // guards the members below
   uint64_t reported_ = 0;
 };
 

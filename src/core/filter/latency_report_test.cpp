@@ -1,4 +1,4 @@
-// When a pipeline hears that a filter's latency is another.
+// When a filter reports a changed latency to the pipeline.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/filter/latency_report.hpp"
 
@@ -7,14 +7,14 @@
 namespace weir {
 namespace {
 
-TEST(LatencyReport, AnswersWithAMargin) {
+TEST(LatencyReport, AddsAMargin) {
   LatencyReport report;
   EXPECT_EQ(report.answer(0), 0u);
   EXPECT_EQ(report.answer(1'000'000), 1'050'000u);
   EXPECT_EQ(report.answer(10), 11u) << "10.5 is rounded";
 }
 
-TEST(LatencyReport, IsOutdatedAboveWhatWasAnswered) {
+TEST(LatencyReport, IsOutdatedAboveTheReportedLatency) {
   LatencyReport report;
   report.answer(1000);
   EXPECT_FALSE(report.outdated(1000));
@@ -43,7 +43,7 @@ TEST(LatencyReport, IsOutdatedByTheFirstInvoke) {
   EXPECT_TRUE(report.outdated(1));
 }
 
-TEST(LatencyReport, SurvivesAnyNumber) {
+TEST(LatencyReport, HandlesAnyNumber) {
   LatencyReport report;
   EXPECT_GT(report.answer(UINT64_MAX), UINT64_MAX / 128);
   EXPECT_FALSE(report.outdated(UINT64_MAX));

@@ -1,4 +1,4 @@
-// Words for the order of a picture's dimensions.
+// Parses the names of dimension orders.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/filter/layout.hpp"
 
@@ -8,6 +8,7 @@
 
 #include "core/text/text.hpp"
 #include "weir/abi.h"
+#include "weir/join.hpp"
 
 namespace weir {
 
@@ -27,14 +28,21 @@ std::vector<uint32_t> parse_layout_list(std::string_view text, const std::string
     });
     out.push_back(known == kWords.end() ? uint32_t{WEIR_LAYOUT_NONE} : known->second);
     if (known == kWords.end() && warning && !*warning)
-      *warning = Error{Code::OPTION_VALUE,
-                       "a layout is not known and counts as NONE",
-                       property + "=" + std::string(text),
-                       "NCHW, NHWC, ANY or NONE for each tensor",
-                       "at \"" + std::string(word) + "\"",
-                       property + "=NHWC"};
+      *warning = Error{.code = Code::OPTION_VALUE,
+                       .what = "a layout is unknown and is treated as NONE",
+                       .offered = property + "=" + std::string(text),
+                       .needed = "NCHW, NHWC, ANY or NONE for each tensor",
+                       .difference = "at \"" + std::string(word) + "\"",
+                       .fix = property + "=NHWC"};
   }
   return out;
+}
+
+std::string layouts_text(std::span<const uint32_t> layouts) {
+  static constexpr const char* kNames[] = {"ANY", "NHWC", "NCHW", "NONE"};
+  return join(layouts, ",", [](const uint32_t layout) {
+    return kNames[std::min<uint32_t>(layout, WEIR_LAYOUT_NONE)];
+  });
 }
 
 void set_layouts(const std::vector<uint32_t>& layouts, std::vector<ModelShape>* shapes) {

@@ -11,12 +11,12 @@ namespace {
 
 using Numbers = std::vector<uint32_t>;
 
-TEST(Layout, ReadsWordsBetweenCommasAndDotsInAnyCase) {
+TEST(Layout, ParsesNamesSeparatedByCommasAndDotsInAnyCase) {
   EXPECT_EQ(parse_layout_list("", "inputlayout"), Numbers{});
   EXPECT_EQ(parse_layout_list("NHWC,nchw.Any , none", "inputlayout"), (Numbers{1, 2, 0, 3}));
 }
 
-TEST(Layout, WhatIsNotKnownIsNoneAndIsTold) {
+TEST(Layout, UnknownNamesBecomeNoneWithAWarning) {
   std::optional<Error> warning;
   EXPECT_EQ(parse_layout_list("NHWC,NHCW,x", "outputlayout", &warning), (Numbers{1, 3, 3}));
   ASSERT_TRUE(warning);
@@ -28,7 +28,7 @@ TEST(Layout, WhatIsNotKnownIsNoneAndIsTold) {
   EXPECT_FALSE(warning);
 }
 
-TEST(Layout, AnyLeavesWhatTheModelSays) {
+TEST(Layout, AnyKeepsTheModelsLayout) {
   std::vector<ModelShape> shapes(3);
   shapes[0].layout = shapes[1].layout = 1;
   set_layouts({0, 2}, &shapes);

@@ -1,26 +1,20 @@
-// Matching streams against models.
+// Matches streams with models.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/filter/model_shape.hpp"
+
+#include "weir/join.hpp"
 
 #include <algorithm>
 
 namespace weir {
 namespace {
 
-std::string list(const std::vector<ModelShape>& shapes) {
-  std::string out =
-      std::to_string(shapes.size()) + (shapes.size() == 1 ? " tensor: " : " tensors: ");
-  for (size_t i = 0; i < shapes.size(); ++i) out += (i ? ", " : "") + shapes[i].to_string();
-  return out;
-}
-
 std::string list(const std::vector<TensorSpec>& specs) {
-  std::string out = std::to_string(specs.size()) + (specs.size() == 1 ? " tensor: " : " tensors: ");
-  for (size_t i = 0; i < specs.size(); ++i) out += (i ? ", " : "") + specs[i].to_string();
-  return out;
+  return std::to_string(specs.size()) + (specs.size() == 1 ? " tensor: " : " tensors: ") +
+         join(specs, ", ", [](const TensorSpec& spec) { return spec.to_string(); });
 }
 
-// Dimension i from the innermost, of a model's shape; 1 beyond its rank.
+// Dimension i of a model's shape, counted from the innermost; 1 beyond its rank.
 int64_t inner(const ModelShape& shape, size_t i) {
   return i < shape.shape.size() ? shape.shape[shape.shape.size() - 1 - i] : 1;
 }
@@ -35,7 +29,7 @@ bool dimensions_fit(const ModelShape& model, const Shape& stream) {
   return true;
 }
 
-// The first place where a tensor does not fit, in words; "" when it fits.
+// Describes the first mismatch of a tensor; "" if it fits.
 std::string difference(size_t index, const TensorSpec& offered, const ModelShape& needed) {
   const std::string who = "tensor " + std::to_string(index) +
                           (needed.name.empty() ? "" : " (" + needed.name + ")") + ": ";
@@ -113,6 +107,11 @@ TensorSpec to_spec(const ModelShape& model) {
   return spec;
 }
 
+std::string list_shapes(const std::vector<ModelShape>& shapes) {
+  return std::to_string(shapes.size()) + (shapes.size() == 1 ? " tensor: " : " tensors: ") +
+         join(shapes, ", ", [](const ModelShape& shape) { return shape.to_string(); });
+}
+
 std::vector<TensorSpec> known_parts(const std::vector<ModelShape>& shapes) {
   std::vector<TensorSpec> out;
   for (const auto& shape : shapes) {
@@ -151,23 +150,23 @@ Result<std::vector<ModelShape>> fit(const std::vector<ModelShape>& model,
                                     const std::vector<TensorSpec>& stream) {
   if (model.empty()) return fit(std::vector<ModelShape>(stream.size()), stream);
   if (model.size() != stream.size())
-    return Error{Code::SPEC_MISMATCH,
-                 "the stream has another number of tensors than the model",
-                 list(stream),
-                 list(model),
-                 "number of tensors",
-                 stream.size() > model.size() ? "choose tensors with input-combination=0"
-                                              : "join streams with tensor_mux"};
+    return Error{.code = Code::SPEC_MISMATCH,
+                 .what = "the stream and the model have different numbers of tensors",
+                 .offered = list(stream),
+                 .needed = list_shapes(model),
+                 .difference = "number of tensors",
+                 .fix = stream.size() > model.size() ? "choose tensors with input-combination=0"
+                                                     : "join streams with tensor_mux"};
   std::vector<ModelShape> out;
   for (size_t i = 0; i < model.size(); ++i) {
     const std::string diff = difference(i, stream[i], model[i]);
     if (!diff.empty())
-      return Error{Code::SPEC_MISMATCH,
-                   "the stream does not fit the model",
-                   list(stream),
-                   list(model),
-                   diff,
-                   suggested_fix(stream[i], model[i])};
+      return Error{.code = Code::SPEC_MISMATCH,
+                   .what = "the stream does not fit the model",
+                   .offered = list(stream),
+                   .needed = list_shapes(model),
+                   .difference = diff,
+                   .fix = suggested_fix(stream[i], model[i])};
     out.push_back(filled(model[i], stream[i]));
   }
   return out;
@@ -186,9 +185,11 @@ Result<std::vector<ModelShape>> with_user_settings(std::vector<ModelShape> model
   if (n == 0) return model;
   if (model.empty()) model.resize(n);
   if (model.size() != n)
-    return Error{Code::SPEC_MISMATCH, property + " has another number of tensors than the model",
-                 std::to_string(n),   list(model),
-                 "number of tensors", ""};
+    return Error{.code = Code::SPEC_MISMATCH,
+                 .what = property + " and the model have different numbers of tensors",
+                 .offered = std::to_string(n),
+                 .needed = list_shapes(model),
+                 .difference = "number of tensors"};
   for (size_t i = 0; i < n; ++i) {
     TensorSpec wish;
     wish.type = !types.empty() && i < element_types->size() ? (*element_types)[i] : model[i].type;
@@ -197,12 +198,12 @@ Result<std::vector<ModelShape>> with_user_settings(std::vector<ModelShape> model
     if (!wish.shape.valid()) needed.rank_known = false;
     const std::string diff = difference(i, wish, needed);
     if (!diff.empty())
-      return Error{Code::SPEC_MISMATCH,
-                   property + " contradicts the model",
-                   wish.to_string(),
-                   model[i].to_string(),
-                   diff,
-                   "leave " + property + " away: the model says it"};
+      return Error{.code = Code::SPEC_MISMATCH,
+                   .what = property + " contradicts the model",
+                   .offered = wish.to_string(),
+                   .needed = model[i].to_string(),
+                   .difference = diff,
+                   .fix = "omit " + property + ": the model declares it"};
     if (wish.shape.valid()) model[i] = filled(model[i], wish);
     model[i].type = wish.type;
   }

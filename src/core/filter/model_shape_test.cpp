@@ -1,4 +1,4 @@
-// Whether streams fit models, and what the messages say when they do not.
+// Whether streams fit models, and the error texts if they do not.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/filter/model_shape.hpp"
 
@@ -22,7 +22,7 @@ TEST(ModelShape, IsWrittenInnermostFirstWithOpenPartsMarked) {
   EXPECT_EQ((ModelShape{ElementType::Int32, true, {}, ""}).to_string(), "int32 1");
 }
 
-TEST(Fit, TakesTheStreamThatFits) {
+TEST(Fit, AcceptsAMatchingStream) {
   const auto r = fit({kMobilenet}, {spec(ElementType::UInt8, {3, 224, 224})});
   ASSERT_TRUE(r);
   EXPECT_EQ((*r)[0].shape, (std::vector<int64_t>{1, 224, 224, 3}));
@@ -42,7 +42,7 @@ TEST(Fit, GivesAScalarItsRankZero) {
   EXPECT_EQ(to_spec((*r)[0]).shape.to_string(), "1");
 }
 
-TEST(Fit, NamesTheFirstDifferenceOfAWrongSizeAndALineToPaste) {
+TEST(Fit, ReportsTheFirstDifferenceOfAWrongSizeWithAFix) {
   const auto r = fit({kMobilenet}, {spec(ElementType::UInt8, {3, 100, 224, 1})});
   ASSERT_FALSE(r);
   EXPECT_EQ(r.error().code, Code::SPEC_MISMATCH);
@@ -52,14 +52,14 @@ TEST(Fit, NamesTheFirstDifferenceOfAWrongSizeAndALineToPaste) {
             "tensor_converter ! tensor_filter");
 }
 
-TEST(Fit, NamesAWrongType) {
+TEST(Fit, ReportsAWrongType) {
   const auto r = fit({kMobilenet}, {spec(ElementType::Float32, {3, 224, 224, 1})});
   ASSERT_FALSE(r);
   EXPECT_EQ(r.error().difference, "tensor 0 (input): type is float32, needed is uint8");
   EXPECT_EQ(r.error().fix, "tensor_transform mode=typecast option=uint8 ! tensor_filter");
 }
 
-TEST(Fit, RefusesAnotherNumberOfTensors) {
+TEST(Fit, RejectsAWrongNumberOfTensors) {
   const auto few = fit({kMobilenet, kMobilenet}, {spec(ElementType::UInt8, {3, 224, 224})});
   ASSERT_FALSE(few);
   EXPECT_SAYS(few.error().fix, "tensor_mux");
@@ -69,7 +69,7 @@ TEST(Fit, RefusesAnotherNumberOfTensors) {
   EXPECT_SAYS(many.error().fix, "input-combination");
 }
 
-TEST(Fit, TakesAnyTensorsWhereTheModelDeclaresNone) {
+TEST(Fit, AcceptsAnyTensorsIfTheModelDeclaresNone) {
   const auto r = fit({}, {spec(ElementType::UInt8, {3, 2}), spec(ElementType::Int16, {5})});
   ASSERT_TRUE(r);
   ASSERT_EQ(r->size(), 2u);
@@ -77,7 +77,7 @@ TEST(Fit, TakesAnyTensorsWhereTheModelDeclaresNone) {
   EXPECT_EQ((*r)[1].to_string(), "int16 5");
 }
 
-TEST(Fit, RefusesARankThatIsNotOnes) {
+TEST(Fit, RejectsAdditionalDimensionsOtherThanOne) {
   EXPECT_TRUE(fit({kMobilenet}, {spec(ElementType::UInt8, {3, 224, 224, 1, 1})}));
   EXPECT_FALSE(fit({kMobilenet}, {spec(ElementType::UInt8, {3, 224, 224, 1, 2})}));
 }
@@ -88,14 +88,14 @@ TEST(UserSettings, FillWhatTheModelLeavesOpen) {
   EXPECT_EQ((*r)[0].shape, (std::vector<int64_t>{1, 3, 48, 64}));
 }
 
-TEST(UserSettings, MakeTheTensorsOfAModelThatSaysNothing) {
+TEST(UserSettings, DefineTheTensorsOfAModelThatDeclaresNone) {
   const auto r = with_user_settings({}, "10:1,4", "float32,int8", "input");
   ASSERT_TRUE(r);
   ASSERT_EQ(r->size(), 2u);
   EXPECT_EQ((*r)[1].to_string(), "int8 4");
 }
 
-TEST(UserSettings, RefuseToContradictTheModel) {
+TEST(UserSettings, MustNotContradictTheModel) {
   const auto r = with_user_settings({kMobilenet}, "3:192:192:1", "", "input");
   ASSERT_FALSE(r);
   EXPECT_EQ(r.error().what, "input contradicts the model");

@@ -1,4 +1,4 @@
-// The throttle against a plain model of section 4.7, and by hand.
+// Compares the throttle with a plain model of docs/compatibility/filter.md 4.7 and fixed examples.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/filter/throttle.hpp"
 
@@ -14,7 +14,7 @@ namespace {
 constexpr uint64_t kMs = 1'000'000;
 using Overflow = Throttle::Overflow;
 
-// Which of `count` frames, one each `step`, are taken.
+// The accepted ones of `count` frames, one every `step`.
 std::vector<int> taken(Throttle& throttle, int count, uint64_t step, uint64_t latency = 0) {
   std::vector<int> out;
   for (int i = 0; i < count; ++i)
@@ -22,21 +22,21 @@ std::vector<int> taken(Throttle& throttle, int count, uint64_t step, uint64_t la
   return out;
 }
 
-TEST(Throttle, TakesEveryFrameUntilItIsLimited) {
+TEST(Throttle, AcceptsEveryFrameWithoutALimit) {
   Throttle throttle;
   EXPECT_FALSE(throttle.limited());
   EXPECT_EQ(taken(throttle, 4, kMs, 100 * kMs), (std::vector<int>{0, 1, 2, 3}))
       << "a slow model alone drops nothing";
 }
 
-TEST(Throttle, TakesOneFrameInTheDelay) {
+TEST(Throttle, AcceptsOneFramePerDelay) {
   Throttle throttle;
   throttle.limit(199 * kMs);
   EXPECT_TRUE(throttle.limited());
   EXPECT_EQ(taken(throttle, 7, 100 * kMs), (std::vector<int>{0, 2, 4, 6}));
 }
 
-TEST(Throttle, TakesAFrameAtExactlyTheDelay) {
+TEST(Throttle, AcceptsAFrameAtExactlyTheDelay) {
   Throttle throttle;
   throttle.limit(200 * kMs);
   EXPECT_EQ(taken(throttle, 7, 100 * kMs), (std::vector<int>{0, 2, 4, 6}));
@@ -48,7 +48,7 @@ TEST(Throttle, WaitsForTheModelWhereItIsSlower) {
   EXPECT_EQ(taken(throttle, 7, 100 * kMs, 300 * kMs), (std::vector<int>{0, 3, 6}));
 }
 
-TEST(Throttle, TellsHowMuchTooSoonAFrameIs) {
+TEST(Throttle, ReportsHowMuchTooEarlyAFrameIs) {
   Throttle throttle;
   throttle.limit(200 * kMs);
   EXPECT_FALSE(throttle.refuses(0, 50 * kMs, 0));
@@ -84,7 +84,7 @@ TEST(Throttle, StandsStillWhenTimeGoesBackwards) {
   EXPECT_FALSE(throttle.refuses(100 * kMs, {}, 0));
 }
 
-TEST(Throttle, TakesTheNextFrameAfterARestartAndKeepsTheLimit) {
+TEST(Throttle, AcceptsTheNextFrameAfterARestartAndKeepsTheLimit) {
   Throttle throttle;
   throttle.limit(200 * kMs);
   EXPECT_FALSE(throttle.refuses(0, {}, 0));
@@ -95,7 +95,7 @@ TEST(Throttle, TakesTheNextFrameAfterARestartAndKeepsTheLimit) {
   EXPECT_EQ(taken(throttle, 3, 1), (std::vector<int>{0, 1, 2}));
 }
 
-TEST(Throttle, SurvivesTimesThatAreNone) {
+TEST(Throttle, HandlesMissingTimes) {
   constexpr uint64_t kEnd = std::numeric_limits<uint64_t>::max();
   Throttle throttle;
   throttle.limit(kEnd);
@@ -104,7 +104,7 @@ TEST(Throttle, SurvivesTimesThatAreNone) {
   EXPECT_TRUE(throttle.refuses(1, {}, kEnd));
 }
 
-// Section 4.7 in the words of the specification.
+// The rules of docs/compatibility/filter.md 4.7, step by step.
 TEST(Throttle, AgreesWithAPlainModelOnRandomStreams) {
   std::mt19937_64 random(7);
   for (int round = 0; round < 200; ++round) {

@@ -1,4 +1,4 @@
-// The calls with lists in them.
+// Serialises the calls that contain lists.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/isolate/calls.hpp"
 

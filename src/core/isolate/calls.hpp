@@ -1,4 +1,4 @@
-// What a pipeline asks of its worker, field by field.
+// The calls from a pipeline to its worker process as messages, field by field.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <cstdint>
@@ -13,7 +13,7 @@
 namespace weir::isolate {
 
 struct OpenCall {
-  std::string engine;  // a name or alias; "" = found by the model's files
+  std::string engine;  // name or alias; "" = chosen by the model's files
   std::vector<std::string> paths;
   std::vector<std::pair<std::string, std::string>> options;
   std::string accelerator;
@@ -24,9 +24,9 @@ struct OpenCall {
   static OpenCall take(MessageReader* message);
 };
 
-// A copy that holds no address: one process's addresses mean nothing in the other.
+// A copy without addresses, which have no meaning in the other process.
 weir_tensor without_pointers(const weir_tensor& tensor);
-// Whether the shape can be read.
+// True if the rank allows the shape to be read.
 bool has_legal_rank(const weir_tensor_info& info) noexcept;
 
 struct BlockCall {
@@ -36,12 +36,12 @@ struct BlockCall {
 
 inline constexpr uint32_t kMostMaps = 1 << 16;
 
-// Of Invoke, for the whole frame and for each tensor. Tensors of the ABI without their pointers.
+// Part of Invoke: the frame, then each tensor, as ABI structs without their pointers.
 struct FrameCall {
   int64_t pts, duration, deadline;
   uint64_t stream_id, sequence;
-  uint32_t flags, maps, maps_of;  // each weir_picture_map follows
-  uint64_t output_block;          // where results go
+  uint32_t flags, maps, maps_of;  // each weir_source_map follows
+  uint64_t output_block;          // for the results
   uint32_t inputs, outputs;
 };
 struct InputCall {
@@ -54,8 +54,9 @@ struct OutputCall {
   weir_tensor tensor;
 };
 
-// Of Invoked: what the engine returned, whether all that it allocated is in the block already (it
-// lies behind the given outputs, each at a multiple of kPlacement), then a tensor for each output.
+// Part of Invoked: the return value of the engine; whether all outputs that it allocated are
+// already in the block (after the given outputs, each at a multiple of kPlacement); then a tensor
+// for each output.
 struct InvokedAnswer {
   int32_t result;
   uint32_t in_block, outputs;
@@ -65,7 +66,7 @@ struct OutputAnswer {
   weir_tensor_info info;
 };
 inline constexpr uint64_t kPlacement = 4096;
-// The next place for `bytes` at or behind `end`; moves `end` behind it. Nullopt beyond 63 bits.
+// The next place for `bytes` at or after `end`; advances `end` beyond it. Nullopt beyond 63 bits.
 std::optional<uint64_t> place(uint64_t bytes, uint64_t* end);
 
 }  // namespace weir::isolate

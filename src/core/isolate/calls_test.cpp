@@ -1,4 +1,4 @@
-// Calls as they go, and where outputs find their place.
+// Tests the serialisation of calls and the placement of outputs.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/isolate/calls.hpp"
 
@@ -7,7 +7,7 @@
 namespace weir::isolate {
 namespace {
 
-TEST(OpenCall, ComesBackAsItWent) {
+TEST(OpenCall, RoundTrips) {
   const OpenCall call{"tflite", {"a.tflite", "b"}, {{"NumThreads", "2"}, {"x", ""}}, "cpu",
                       3,        {{"input", "3:4"}}};
   MessageWriter writer;
@@ -24,7 +24,7 @@ TEST(OpenCall, ComesBackAsItWent) {
   EXPECT_EQ(back.threads, 3);
 }
 
-TEST(Places, BeginAtPagesOneBehindTheOther) {
+TEST(Places, StartAtConsecutivePages) {
   uint64_t end = 0;
   EXPECT_EQ(place(10, &end), 0u);
   EXPECT_EQ(end, 10u);

@@ -1,4 +1,4 @@
-// Messages by sendmsg and recvmsg, never waiting in them.
+// Messages with non-blocking sendmsg and recvmsg.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/isolate/channel.hpp"
 
@@ -17,7 +17,7 @@ bool would_wait() {
   return errno == EAGAIN || errno == EWOULDBLOCK;
 }
 
-// Lets others run between two looks.
+// Yields the CPU between two attempts.
 bool may_look_again(std::chrono::steady_clock::time_point until) {
   if (std::chrono::steady_clock::now() >= until) return false;
   sched_yield();
@@ -37,7 +37,7 @@ Passage Channel::wait(short events, const Deadline& deadline) const {
     if (ready < 0) return Passage::Ended;
     if (ready == 0 && !is_over(deadline)) continue;
     if (ready == 0) return Passage::TimedOut;
-    // What it sent before it ended is read first.
+    // Data sent before the process ended is read first.
     if (watched[0].revents & events) return Passage::Done;
     if (watched[0].revents || watched[1].revents) return Passage::Ended;
     return Passage::Cancelled;
@@ -113,7 +113,8 @@ Passage Channel::receive(const Deadline& deadline, Message* out) {
   if (const auto p = receive_bytes(head_bytes, deadline, look_until, &out->descriptor);
       p != Passage::Done)
     return p;
-  usual_.took(std::chrono::steady_clock::now() - began);  // what is behind a head is there
+  usual_.took(std::chrono::steady_clock::now() -
+              began);  // the body follows immediately after the head
   if (head.bytes > kMostMessageBytes) return Passage::Unreadable;
   out->kind = static_cast<Kind>(head.kind);
   out->body.resize(head.bytes);

@@ -1,5 +1,5 @@
-// Channel: whole messages over a socket between two processes, with a time limit and an eye on the
-// other process.
+// Channel: sends and receives whole messages over a socket to another process, with a time-out and
+// supervision of that process.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <chrono>
@@ -15,19 +15,19 @@ namespace weir::isolate {
 
 enum class Passage {
   Done,
-  Ended,       // the other end is closed, or its process is no more
-  TimedOut,    //
+  Ended,       // the other end is closed or its process has ended
+  TimedOut,    // the deadline has passed
   Cancelled,   // `stop` or `cancel` became readable
-  Unreadable,  // what came is no message
+  Unreadable,  // not a valid message
 };
 
 struct Message {
   Kind kind{};
   std::vector<std::byte> body;
-  Descriptor descriptor;  // that came along
+  Descriptor descriptor;  // received with the message
 };
 
-// One thread at a time.
+// Used by one thread at a time.
 class Channel {
  public:
   Channel() = default;
@@ -36,19 +36,19 @@ class Channel {
       : socket_(std::move(socket)), process_(process), stop_(stop), cancel_(cancel) {}
 
   void set_cancel(int cancel) noexcept { cancel_ = cancel; }
-  // `descriptor` >= 0 goes along.
+  // Sends `descriptor` with the message if it is >= 0.
   Passage send(std::span<const std::byte> message, const Deadline& deadline, int descriptor = -1);
-  // Fills `out`, whose memory is used again.
+  // Fills `out`, reusing its memory.
   Passage receive(const Deadline& deadline, Message* out);
 
  private:
   Passage wait(short events, const Deadline& deadline) const;
-  // Sleeps where nothing has come at `look_until`.
+  // Polls for data until `look_until`, then sleeps.
   Passage receive_bytes(std::span<std::byte> into, const Deadline& deadline,
                         std::chrono::steady_clock::time_point look_until, Descriptor* came);
 
   Descriptor socket_;
-  UsualWait usual_;  // of messages
+  UsualWait usual_;  // for messages
   int process_ = -1, stop_ = -1, cancel_ = -1;
 };
 

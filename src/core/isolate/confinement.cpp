@@ -23,11 +23,11 @@
 namespace weir::isolate {
 namespace {
 
-// Private memory that can be written; what is shared and what is read from files does not count.
+// Writable private memory; shared memory and read-only file mappings do not count.
 std::string limit_memory(uint64_t mib) {
   if (mib == 0) return "any memory";
 #ifdef WEIR_SANITIZER
-  return "any memory (its sanitizer takes more than any limit)";
+  return "any memory (its sanitizer needs more than any limit)";
 #else
   const rlimit limit{mib << 20, mib << 20};
   if (setrlimit(RLIMIT_DATA, &limit) != 0)
@@ -38,7 +38,7 @@ std::string limit_memory(uint64_t mib) {
 
 class Report {
  public:
-  // `refused` is the reason of the kernel; "" where the restriction holds.
+  // `refused` is the kernel's reason; "" if the restriction is in effect.
   void add(const std::string& held, const std::string& remains, const std::string& refused) {
     if (refused.empty()) return append(&out_.text, held);
     append(&out_.text, remains + " (" + refused + ")");
@@ -58,7 +58,7 @@ class Report {
 
 }  // namespace
 
-// Each step needs rights that the next ones take away.
+// Each step needs rights that later steps remove.
 Confinement confine(uint64_t memory_mib) {
   const std::string memory = limit_memory(memory_mib);
   const Namespaces namespaces = enter_namespaces();

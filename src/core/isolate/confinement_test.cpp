@@ -1,11 +1,11 @@
-// What a module in a worker process cannot do, and how long it lives.
+// Tests the restrictions of a worker process and its lifetime.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <poll.h>
 #include <spawn.h>
 #include <sys/syscall.h>
 #include <sys/wait.h>
 
-extern "C" {  // glibc 2.36 does not say so itself
+extern "C" {  // missing in glibc 2.36
 #include <sys/pidfd.h>
 }
 
@@ -31,7 +31,7 @@ class Confined : public IsolatedTest {
   }
 };
 
-TEST_F(Confined, SaysWhatItIs) {
+TEST_F(Confined, ReportsItsState) {
   const std::string text = isolation_.monitor->confinement().text;
   EXPECT_SAYS(text, "new sockets, programs");
   for (const char* part : {"network", "capabilities", "user namespace", "/proc", "any memory"})
@@ -51,7 +51,7 @@ TEST_F(Confined, AllowsNoSignalToOthers) {
   EXPECT_EQ(result_of({kKillParent}), uint64_t{EPERM});
 }
 
-// libgomp ends a process in which it cannot pin the threads that it starts.
+// libgomp ends the process if it cannot pin the threads that it starts.
 TEST_F(IsolatedTest, LeavesThreadsOfOpenMpUnpinned) {
   const auto is_set = [this](const std::string& name) {
     Bytes order{kVariable};
@@ -67,7 +67,7 @@ TEST_F(IsolatedTest, LeavesThreadsOfOpenMpUnpinned) {
   EXPECT_EQ(is_set("OMP_NUM_THREADS"), 1u);
 }
 
-// A worker of a kernel, or of a container, that has not all of the means.
+// A worker on a kernel, or in a container, that lacks some of the mechanisms.
 class PartialConfinement : public IsolatedTest {
  protected:
   void open_without(std::initializer_list<long> calls, int error) {
@@ -123,20 +123,20 @@ class Program : public IsolatedTest {
   std::string before_;
 };
 
-TEST_F(Program, ThatIsNotThereIsNamed) {
+TEST_F(Program, AMissingProgramIsReported) {
   const std::string error = error_with("/not-there/weir-worker");
   EXPECT_SAYS(error, "WEIR-3016: the worker process of a model could not be started");
   EXPECT_SAYS(error, "/not-there/weir-worker: No such file or directory");
   EXPECT_SAYS(error, "fix: make install");
 }
 
-TEST_F(Program, ThatIsAnotherIsNamed) {
+TEST_F(Program, ADifferentVersionIsReported) {
   const std::string error = error_with("/bin/true");
-  EXPECT_SAYS(error, "WEIR-3016: the program for workers is not this version's weir-worker");
+  EXPECT_SAYS(error, "WEIR-3016: the worker program is not the weir-worker of this version");
   EXPECT_SAYS(error, "/bin/true: exit(0)");
 }
 
-// Run by the test below in a process of its own, which ends without a word to its worker.
+// Run by the test below in a separate process, which exits without notifying its worker.
 TEST_F(IsolatedTest, DISABLED_EndsAtOnce) {
   ASSERT_TRUE(open());
   std::printf("worker=%llu\n", static_cast<unsigned long long>(result_of({kProcess})));
@@ -163,13 +163,13 @@ TEST(Worker, NeverOutlivesItsPipeline) {
   std::string said;
   char part[256];
   for (ssize_t got = 0; (got = read(read_end.get(), part, sizeof part)) > 0;)
-    said.append(part, static_cast<size_t>(got));  // to the end: the worker has this pipe too
+    said.append(part, static_cast<size_t>(got));  // until EOF: the worker has this pipe too
   waitpid(child, nullptr, 0);
   const size_t at = said.find("worker=");
   ASSERT_NE(at, std::string::npos) << said;
   const auto worker = static_cast<pid_t>(std::atol(said.c_str() + at + 7));
   const Descriptor process(pidfd_open(worker, 0));
-  if (!process) return;  // gone already
+  if (!process) return;  // already gone
   pollfd watched{process.get(), POLLIN, 0};
   EXPECT_EQ(poll(&watched, 1, 30000), 1) << "the worker lives on";
 }

@@ -1,4 +1,4 @@
-// Flexible tensors in a row: any flexible stream's reader takes them as one frame.
+// Writes flexible tensors one after another, which readers of flexible streams take as one frame.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/isolate/crash_file.hpp"
 
@@ -11,7 +11,7 @@
 #include <filesystem>
 #include <span>
 
-#include "core/infer/model_shapes.hpp"
+#include "core/infer/model/model_shapes.hpp"
 #include "core/isolate/descriptor.hpp"
 #include "core/tensor/tensor_header.hpp"
 #include "core/text/pasted.hpp"
@@ -20,12 +20,11 @@ namespace weir::isolate {
 namespace {
 
 Error not_written(const std::string& path, const std::string& reason) {
-  return Error{Code::FILE_NOT_WRITTEN,
-               "a frame that ended a worker process cannot be kept",
-               path + ": " + reason,
-               "a folder in which files can be made",
-               "",
-               "crash-folder=/tmp"};
+  return Error{.code = Code::FILE_NOT_WRITTEN,
+               .what = "a frame that terminated a worker process cannot be saved",
+               .offered = path + ": " + reason,
+               .needed = "a writable folder",
+               .fix = "crash-folder=/tmp"};
 }
 
 bool write_all(int file, std::span<const std::byte> bytes) {
@@ -38,7 +37,7 @@ bool write_all(int file, std::span<const std::byte> bytes) {
   return true;
 }
 
-// A name that is not taken: weir-frame-PID-NUMBER.tensors
+// Creates a file with an unused name: weir-frame-PID-NUMBER.tensors
 Descriptor new_file(const std::string& folder, std::string* path) {
   constexpr int kMostNames = 10000;
   for (int number = 1; number <= kMostNames; ++number) {

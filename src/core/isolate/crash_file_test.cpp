@@ -1,4 +1,4 @@
-// Frames in files: read back with the parser of flexible streams.
+// Tests saved frames by reading them with the parser of flexible streams.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/isolate/crash_file.hpp"
 
@@ -54,7 +54,7 @@ class CrashFileTest : public ::testing::Test {
   weir_frame frame_{};
 };
 
-TEST_F(CrashFileTest, HoldsEveryTensorBehindItsHeader) {
+TEST_F(CrashFileTest, HoldsEveryTensorAfterItsHeader) {
   const auto file = save_frame(folder_, frame_);
   ASSERT_TRUE(file);
   const auto bytes = content(file->path);
@@ -74,13 +74,13 @@ TEST_F(CrashFileTest, HoldsEveryTensorBehindItsHeader) {
   EXPECT_EQ(facts.st_mode & 0777, 0600u) << "frames may be private";
 }
 
-TEST_F(CrashFileTest, NeverWritesOverAnother) {
+TEST_F(CrashFileTest, NeverOverwritesAFile) {
   const auto a = save_frame(folder_, frame_), b = save_frame(folder_, frame_);
   ASSERT_TRUE(a && b);
   EXPECT_NE(a->path, b->path);
 }
 
-TEST_F(CrashFileTest, SaysHowToRunItAgain) {
+TEST_F(CrashFileTest, DescribesHowToRepeatTheCrash) {
   const auto file = save_frame(folder_, frame_);
   ASSERT_TRUE(file);
   EXPECT_EQ(file->line("tensor_filter model=m.onnx"),
@@ -89,7 +89,7 @@ TEST_F(CrashFileTest, SaysHowToRunItAgain) {
                 "tensor_filter model=m.onnx ! fakesink");
 }
 
-TEST_F(CrashFileTest, SaysItForAShellWhateverTheFolderIsCalled) {
+TEST_F(CrashFileTest, QuotesTheFolderForAShell) {
   CrashFile file;
   file.path = "/media/my frames/it's.tensors";
   file.bytes = 132;
@@ -99,7 +99,7 @@ TEST_F(CrashFileTest, SaysItForAShellWhateverTheFolderIsCalled) {
             "fakesink");
 }
 
-TEST_F(CrashFileTest, SaysWhyItIsNotWritten) {
+TEST_F(CrashFileTest, ReportsWhyItIsNotWritten) {
   const auto file = save_frame(folder_ + "/not-there", frame_);
   ASSERT_FALSE(file);
   EXPECT_EQ(file.error().code, Code::FILE_NOT_WRITTEN);

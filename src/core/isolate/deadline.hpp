@@ -1,4 +1,4 @@
-// Deadlines, and the time-outs of poll() made from them.
+// Deadlines and their conversion to time-outs of poll().
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <algorithm>
@@ -9,9 +9,9 @@
 
 namespace weir::isolate {
 
-using Deadline = std::optional<std::chrono::steady_clock::time_point>;  // none: never
+using Deadline = std::optional<std::chrono::steady_clock::time_point>;  // nullopt: never
 
-// `times` * `time` after `now`; none where that is later than the clock can tell.
+// `times` * `time` after `now`; nullopt if that is beyond the range of the clock.
 inline Deadline deadline_in(
     std::chrono::milliseconds time, int times = 1,
     std::chrono::steady_clock::time_point now = std::chrono::steady_clock::now()) noexcept {
@@ -23,7 +23,7 @@ inline Deadline deadline_in(
 }
 
 // For poll(): -1 (no limit) only without a deadline, 0 when it has passed. Rounded up, so that a
-// time-out is no earlier than the deadline; far deadlines are cut, so poll() may return before
+// time-out is not before the deadline; distant deadlines are clamped, so poll() may return before
 // them.
 inline int poll_timeout(const Deadline& deadline, std::chrono::steady_clock::time_point now =
                                                       std::chrono::steady_clock::now()) noexcept {
@@ -33,7 +33,7 @@ inline int poll_timeout(const Deadline& deadline, std::chrono::steady_clock::tim
   return static_cast<int>(std::min<int64_t>(left, INT_MAX));
 }
 
-// Has it passed?
+// True if the deadline has passed.
 inline bool is_over(const Deadline& deadline) noexcept {
   return deadline && std::chrono::steady_clock::now() >= *deadline;
 }

@@ -1,4 +1,4 @@
-// Deadlines near, past and beyond what the clock can tell.
+// Tests deadlines that are near, past and beyond the range of the clock.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/isolate/deadline.hpp"
 

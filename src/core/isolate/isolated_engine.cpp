@@ -1,4 +1,4 @@
-// The functions of the table, and what follows the end of a process.
+// Implements the engine table and the policy after the end of a process.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/isolate/isolated_engine.hpp"
 
@@ -8,7 +8,7 @@
 #include <string_view>
 
 #include "core/custom/other_process.hpp"
-#include "core/infer/host.hpp"
+#include "core/infer/module/host.hpp"
 #include "core/isolate/crash_file.hpp"
 #include "core/isolate/supervisor.hpp"
 #include "weir/execution.h"
@@ -19,16 +19,14 @@ namespace {
 constexpr uint64_t kMostFilesKept = 16;
 
 Error other_model() {
-  return Error{Code::MODEL_DIFFERS,
-               "the model has other tensors since it was opened",
-               "another worker process of the same model",
-               "the files as they were",
-               "",
-               ""};
+  return Error{.code = Code::MODEL_DIFFERS,
+               .what = "the model's tensors have changed since it was opened",
+               .offered = "another worker process of the same model",
+               .needed = "unchanged model files"};
 }
 
 Error cancelled() {
-  return Error{Code::CANCELLED, "the element that uses the model was stopped", "", "", "", ""};
+  return Error{.code = Code::CANCELLED, .what = "the element that uses the model was stopped"};
 }
 
 struct IsolatedModel {
@@ -73,23 +71,22 @@ class IsolatedSession {
   Status with_worker(Call&& call);
   Result<int> lose_frame(const Error& error);
   Error ended(Error error, const weir_frame* frame);
-  Error nobody() const;
+  Error no_worker() const;
 
   IsolatedModel& model_;  // outlives its sessions
   std::unique_ptr<Supervisor> supervisor_;
   Error last_end_;
 };
 
-Error IsolatedSession::nobody() const {
-  return Error{Code::WORKER_ENDED,
-               "there is no worker process for the model any more",
-               last_end_.what,
-               "on-crash=restart, where frames are to go on",
-               "",
-               "on-crash=restart"};
+Error IsolatedSession::no_worker() const {
+  return Error{.code = Code::WORKER_ENDED,
+               .what = "the model no longer has a worker process",
+               .offered = last_end_.what,
+               .needed = "on-crash=restart to continue with the next frames",
+               .fix = "on-crash=restart"};
 }
 
-// Counts the end, keeps the frame that did it, and asks for what the policy says.
+// Counts the end, saves the frame that caused it, and applies the policy.
 Error IsolatedSession::ended(Error error, const weir_frame* frame) {
   Monitor& monitor = *model_.isolation.monitor;
   monitor.add(error.code == Code::WORKER_TIMEOUT ? &MonitorCounts::timed_out
@@ -124,7 +121,7 @@ Status IsolatedSession::with_worker(Call&& call) {
     ended(worker->idle_end(), nullptr);
     worker = supervisor_->wait();
   }
-  if (!worker) return model_.isolation.monitor->stopped() ? cancelled() : nobody();
+  if (!worker) return model_.isolation.monitor->stopped() ? cancelled() : no_worker();
   Status status = call(*worker);
   if (!status && !worker->alive() && status.error().code != Code::CANCELLED)
     return ended(status.error(), nullptr);
@@ -141,7 +138,7 @@ Result<int> IsolatedSession::invoke(const weir_frame& in, weir_frame& out) {
     worker = supervisor_->wait();
   }
   if (!worker && model_.isolation.monitor->stopped()) return cancelled();
-  if (!worker) return lose_frame(nobody());
+  if (!worker) return lose_frame(no_worker());
   uint64_t copied = 0;
   auto result = worker->invoke(in, out, *model_.arena, &copied);
   model_.isolation.monitor->add(&MonitorCounts::bytes_copied, copied);
@@ -154,15 +151,15 @@ int give(weir_error* to, const Error& error) {
   return -static_cast<int>(error.code);
 }
 
-// Nothing of C++ leaves the table.
+// No exception may leave the table.
 template <class Body>
 int guarded(weir_error* error, Body&& body) noexcept {
   try {
     return body();
   } catch (const std::bad_alloc&) {
-    return give(error, {Code::OUT_OF_MEMORY, "no memory for a worker process", "", "", "", ""});
+    return give(error, {.code = Code::OUT_OF_MEMORY, .what = "no memory for a worker process"});
   } catch (const std::exception& e) {
-    return give(error, {Code::INTERNAL, e.what(), "", "", "", ""});
+    return give(error, {.code = Code::INTERNAL, .what = e.what()});
   }
 }
 
@@ -223,7 +220,7 @@ int info(weir_model* handle, weir_model_info* out, weir_error*) {
   out->alignment = 1;
   out->input_padding = 0;
   out->memory_kinds = uint64_t{1} << WEIR_MEMORY_HOST;
-  out->max_sessions = 0;  // as many as wanted
+  out->max_sessions = 0;  // no limit
   out->max_in_flight = 1;
   out->metadata_json = facts.metadata_json.empty() ? nullptr : facts.metadata_json.c_str();
   return 0;
@@ -283,7 +280,7 @@ weir_engine table() {
   out.abi_minor = WEIR_ABI_MINOR;
   out.name = "isolated";
   out.version = "1";
-  // Whether a file is needed is for the engine in the process to say.
+  // The engine in the process decides whether it needs a file.
   out.flags = WEIR_ENGINE_NEEDS_NO_MODEL | WEIR_ENGINE_MODEL_IS_NO_FILE;
   out.open = open_model;
   out.close = [](weir_model* model) { delete &model_of(model); };

@@ -1,4 +1,4 @@
-// A model in a process of its own does what it does in this one.
+// Tests that a model in a worker process behaves like one in this process.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/isolate/isolated_engine.hpp"
 
@@ -35,7 +35,7 @@ TEST_F(IsolatedTest, RunsFramesOfAnySize) {
   EXPECT_EQ(counts().ended, 0u);
 }
 
-TEST_F(IsolatedTest, ReadsFramesInSharedMemoryWhereTheyLie) {
+TEST_F(IsolatedTest, ReadsFramesInSharedMemoryInPlace) {
   ASSERT_TRUE(open());
   const auto arena = arena_of(*model_);
   ASSERT_TRUE(arena);
@@ -50,16 +50,16 @@ TEST_F(IsolatedTest, ReadsFramesInSharedMemoryWhereTheyLie) {
   EXPECT_EQ(counts().bytes_copied, 10 * sizeof result_) << "the results only";
 }
 
-TEST_F(IsolatedTest, CopiesAndCountsFramesThatLieElsewhere) {
+TEST_F(IsolatedTest, CopiesAndCountsFramesInOtherMemory) {
   ASSERT_TRUE(open());
   EXPECT_EQ(result_of({0, 1, 2}), 3u);
   EXPECT_EQ(counts().bytes_copied, 3 + sizeof result_);
 }
 
-TEST_F(IsolatedTest, ForgetsBlocksThatAreGone) {
+TEST_F(IsolatedTest, ForgetsFreedBlocks) {
   ASSERT_TRUE(open());
   const auto arena = arena_of(*model_);
-  for (size_t i = 1; i < 300; ++i) {  // sizes that no block before fits: each is a new one
+  for (size_t i = 1; i < 300; ++i) {  // each size is new, so no earlier block fits
     const auto block = arena->allocate(i * 8192);
     ASSERT_TRUE(block);
     block->data()[0] = std::byte{0};
@@ -89,7 +89,7 @@ TEST_F(IsolatedTest, GivesOutputsThatTheEngineAllocates) {
   }
 }
 
-TEST_F(IsolatedTest, PassesOnWhatTheEngineSays) {
+TEST_F(IsolatedTest, PassesOnTheEnginesError) {
   ASSERT_TRUE(open());
   const auto failed = run({kFail});
   ASSERT_FALSE(failed);
@@ -103,10 +103,10 @@ TEST_F(IsolatedTest, PassesOnWhatTheEngineSays) {
   EXPECT_EQ(counts().frames_lost, 0u) << "dropped by the model, not by an end";
   const auto control = session_->control(WEIR_WARM);
   ASSERT_FALSE(control);
-  EXPECT_SAYS(control.error().message(), "the engine takes no orders besides frames");
+  EXPECT_SAYS(control.error().message(), "the engine has no control function");
 }
 
-TEST_F(IsolatedTest, SaysWhatIsWrongWithTheEngineOrTheModel) {
+TEST_F(IsolatedTest, ReportsWhatIsWrongWithTheEngineOrTheModel) {
   isolation_.engine = "unrly";
   auto status = open();
   ASSERT_FALSE(status);

@@ -1,4 +1,4 @@
-// What tests of isolated models share: the unruly engine of tests/support behind a process.
+// Test support for isolated models: the misbehaving engine of tests/support in a process.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <gtest/gtest.h>
@@ -14,7 +14,7 @@
 
 namespace weir::isolate {
 
-// The first bytes of frames that unruly_engine.cpp obeys.
+// Commands in the first byte of a frame, executed by unruly_engine.cpp.
 enum Order : uint8_t {
   kNothing = 0,
   kCrash = 200,
@@ -54,7 +54,8 @@ class IsolatedTest : public ::testing::Test {
     isolation_.engine = "unruly";
     isolation_.timeout = std::chrono::milliseconds(20000);
     isolation_.monitor = std::make_shared<Monitor>();
-    isolation_.monitor->listen([this](const Error& error) { told_.push_back(error.message()); });
+    isolation_.monitor->listen(
+        [this](const Error& error) { reported_.push_back(error.message()); });
   }
   void TearDown() override {
     session_.reset();
@@ -99,7 +100,7 @@ class IsolatedTest : public ::testing::Test {
     return out;
   }
 
-  // Fills result_. true: kept; false: dropped.
+  // Fills result_. True: kept; false: dropped.
   Result<bool> run(const void* data, size_t bytes) { return run(*session_, data, bytes); }
   Result<bool> run(infer::Session& session, const void* data, size_t bytes) {
     auto in = tensor(const_cast<void*>(data), bytes, WEIR_UINT8, static_cast<int64_t>(bytes));
@@ -109,13 +110,13 @@ class IsolatedTest : public ::testing::Test {
     return session.invoke(in_frame, out_frame);
   }
   Result<bool> run(const Bytes& bytes) { return run(bytes.data(), bytes.size()); }
-  // The frame is kept, and this is its result.
+  // The result of a frame that must be kept.
   uint64_t result_of(const Bytes& bytes) {
     const auto kept = run(bytes);
     EXPECT_TRUE(kept && *kept) << (kept ? "dropped" : kept.error().message());
     return result_;
   }
-  // Waits for the worker that is to come.
+  // Waits for the next worker.
   Status wait_for_worker() {
     const auto info = tensor(nullptr, 0, WEIR_UINT8, 4).info;
     const auto outputs = session_->resolve({info});
@@ -127,7 +128,7 @@ class IsolatedTest : public ::testing::Test {
   std::shared_ptr<infer::Model> model_;
   std::unique_ptr<infer::Session> session_;
   uint64_t result_ = 0;
-  std::vector<std::string> told_;  // by the monitor
+  std::vector<std::string> reported_;  // by the monitor
 };
 
 }  // namespace weir::isolate

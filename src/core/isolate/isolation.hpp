@@ -1,4 +1,4 @@
-// Isolation: what a user says about a model in a worker process, and what became of it.
+// Isolation: the user's settings for a model in a worker process, and its statistics.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <poll.h>
@@ -19,38 +19,39 @@
 
 namespace weir::isolate {
 
-// What follows the end of a worker process.
+// The policy after the end of a worker process.
 enum class OnCrash {
-  Restart,  // the frame is dropped; so are those that come until a new worker is ready
-  Drop,     // the frame is dropped, and every one after it
-  Error,    // the frame, and every one after it, is an error
-  Wait      // the frame is dropped; those that come wait for the new worker
+  Restart,  // drop the frame and all others until a new worker is ready
+  Drop,     // drop the frame and all later ones
+  Error,    // fail the frame and all later ones
+  Wait      // drop the frame; later ones wait for the new worker
 };
 inline bool restarts(OnCrash on_crash) noexcept {
   return on_crash == OnCrash::Restart || on_crash == OnCrash::Wait;
 }
 
 struct MonitorCounts {
-  uint64_t ended = 0;         // workers that crashed, left, lied, or went beyond their memory
-  uint64_t timed_out = 0;     // workers that were ended for their silence
-  uint64_t restarted = 0;     // workers that took their place
-  uint64_t not_started = 0;   // tries that failed to open the model again
-  uint64_t frames_lost = 0;   // dropped because of all that
+  uint64_t ended = 0;  // workers that crashed, exited, violated the protocol or their memory limit
+  uint64_t timed_out = 0;     // workers that were killed after a time-out
+  uint64_t restarted = 0;     // replacement workers
+  uint64_t not_started = 0;   // failed attempts to reopen the model
+  uint64_t frames_lost = 0;   // frames dropped because of that
   uint64_t frames_saved = 0;  // of those, written to a file
   uint64_t bytes_copied = 0;  // between shared and other memory, both ways
 };
 
-// Thread-safe. One for each user of isolated models.
+// Thread-safe. One per user of isolated models.
 class Monitor {
  public:
-  // The user wants no answer any more: who waits for a worker, now or later, gets CANCELLED, and
-  // the process that was to answer is killed.
+  // Cancels all waits for a worker, now and later, with CANCELLED and kills the process being
+  // waited for.
   void stop() noexcept { eventfd_write(stop_.get(), 1); }
   bool stopped() const noexcept { return is_readable(stop_.get()); }
-  // Readable from stop() on; lives as long as this.
+  // Readable after stop(); valid as long as this object.
   int stop_descriptor() const noexcept { return stop_.get(); }
 
-  // Is told of each end of a worker, on the thread that noticed it; an empty one ends that.
+  // Sets a function called for each end of a worker, on the thread that noticed it; an empty one
+  // removes it.
   void listen(std::function<void(const Error&)> listener) {
     std::lock_guard lock(mutex_);
     listener_ = std::move(listener);
@@ -66,7 +67,7 @@ class Monitor {
     std::lock_guard lock(mutex_);
     return counts_;
   }
-  // As the newest worker reported it.
+  // As reported by the newest worker.
   Confinement confinement() const {
     std::lock_guard lock(mutex_);
     return confinement_;
@@ -94,13 +95,13 @@ class Monitor {
 };
 
 struct Isolation {
-  std::string engine;                        // a name or alias; "" = found by the model's files
+  std::string engine;                        // name or alias; "" = chosen by the model's files
   std::chrono::milliseconds timeout{10000};  // for an invoke; 0 = no limit
-  std::chrono::milliseconds least_for_start{60000};  // or ten times the above, if that is more
+  std::chrono::milliseconds least_for_start{60000};  // or ten times `timeout`, if that is more
   uint64_t memory_mib = 0;                           // 0 = no limit
   OnCrash on_crash = OnCrash::Restart;
-  std::string crash_folder;  // "" = frames are not kept
-  std::string repeat;        // the element with its properties, for the line that repeats a frame
+  std::string crash_folder;  // "" = do not save frames
+  std::string repeat;  // the element with its properties, for the command that replays a frame
   std::shared_ptr<Monitor> monitor;
   std::vector<std::pair<std::string, std::string>> declared;  // infer::OpenOptions::declared
 };

@@ -1,4 +1,4 @@
-// A ruleset that allows all but /proc and /sys, and of these what engines read.
+// A ruleset that allows everything except /proc and /sys, and of these the files that engines read.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/isolate/landlock.hpp"
 
@@ -22,7 +22,7 @@
 namespace weir::isolate {
 namespace {
 
-// As of ABI 6; Debian 12's header knows ABI 2.
+// As of ABI 6; the header of Debian 12 has ABI 2.
 struct RulesetAttributes {
   uint64_t handled_access_fs;
   uint64_t handled_access_net;  // ABI 4
@@ -33,7 +33,7 @@ constexpr uint64_t kTruncate = 1 << 14, kAllNet = 0b11, kAllScopes = 0b11;
 constexpr uint64_t kReadFile = LANDLOCK_ACCESS_FS_READ_FILE;
 constexpr uint64_t kRead = kReadFile | LANDLOCK_ACCESS_FS_READ_DIR;
 constexpr uint64_t kFile = kReadFile | LANDLOCK_ACCESS_FS_WRITE_FILE | kTruncate;
-// Neither programs to execute, nor sockets and devices to create: those are handled and not here.
+// Without executing programs and creating sockets and devices, which are handled but not allowed.
 constexpr uint64_t kUse = kRead | kFile | LANDLOCK_ACCESS_FS_REMOVE_DIR |
                           LANDLOCK_ACCESS_FS_REMOVE_FILE | LANDLOCK_ACCESS_FS_MAKE_DIR |
                           LANDLOCK_ACCESS_FS_MAKE_REG | LANDLOCK_ACCESS_FS_MAKE_FIFO |
@@ -41,7 +41,7 @@ constexpr uint64_t kUse = kRead | kFile | LANDLOCK_ACCESS_FS_REMOVE_DIR |
 constexpr uint64_t kRefuse = LANDLOCK_ACCESS_FS_EXECUTE | LANDLOCK_ACCESS_FS_MAKE_CHAR |
                              LANDLOCK_ACCESS_FS_MAKE_BLOCK | LANDLOCK_ACCESS_FS_MAKE_SOCK;
 
-// What engines and the C library read of the machine.
+// The files about the machine that engines and the C library read.
 constexpr const char* kOfTheMachine[] = {
     "/proc/bus",     "/proc/cmdline", "/proc/cpuinfo",     "/proc/devices", "/proc/driver",
     "/proc/cgroups", "/proc/loadavg", "/proc/filesystems", "/proc/meminfo", "/proc/modules",
@@ -60,7 +60,7 @@ class Ruleset {
   }
   explicit operator bool() const noexcept { return static_cast<bool>(descriptor_); }
 
-  // `place` is an open path, of which a file takes fewer rights than a folder. False: not allowed.
+  // `place` is an open path; files support fewer rights than folders. Returns false on failure.
   bool allow(const Descriptor& place, uint64_t rights) const {
     struct stat status {};
     if (!place || fstat(place.get(), &status) != 0) return false;
@@ -82,7 +82,7 @@ Descriptor open_path(const char* path) {
   return Descriptor(open(path, O_PATH | O_CLOEXEC));
 }
 
-// A rule for / itself would hold for /proc too.
+// No rule for / itself, which would include /proc.
 bool allow_all_but_proc_and_sys(const Ruleset& rules) {
   const std::unique_ptr<DIR, int (*)(DIR*)> root(opendir("/"), closedir);
   if (!root || !rules.allow(open_path("/"), LANDLOCK_ACCESS_FS_READ_DIR)) return false;
@@ -91,12 +91,12 @@ bool allow_all_but_proc_and_sys(const Ruleset& rules) {
     if (name == "." || name == ".." || name == "proc" || name == "sys") continue;
     const Descriptor place(
         openat(dirfd(root.get()), entry->d_name, O_PATH | O_NOFOLLOW | O_CLOEXEC));
-    rules.allow(place, kUse);  // a link is none; what it leads to has a rule of its own
+    rules.allow(place, kUse);  // not a link; its target has a rule of its own
   }
   return true;
 }
 
-// The kernel may forget a file of /proc that nobody has open, and a rule with it: these stay open.
+// Keeps the files open, since the kernel may drop an unused inode of /proc together with its rule.
 void allow_and_keep_open(const Ruleset& rules, const char* path, uint64_t rights) {
   static std::vector<Descriptor> kept;
   kept.push_back(open_path(path));

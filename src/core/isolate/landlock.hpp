@@ -1,15 +1,14 @@
-// Landlock: a process gives up files, and the right to reach other processes, without any
+// Landlock: restricts access to files and to other processes, without any privilege.
 // SPDX-License-Identifier: LGPL-2.1-or-later
-// privilege.
 #pragma once
 #include <string>
 
 namespace weir::isolate {
 
-// For a process with one thread and no_new_privs. From here on it uses the files of its user except
-// the files of other processes in /proc, reads /sys and what /proc says of the machine without
-// writing them, lists folders, creates nothing in / itself, and neither traces nor signals another
-// process. Returns "" or why the kernel refused.
+// For a process with one thread and no_new_privs. It keeps access to the files of its user except
+// those of other processes in /proc; it can read but not write /sys and the machine's files in
+// /proc, lists folders, cannot create files in / itself, and can neither trace nor signal another
+// process. Returns "" or the kernel's reason for refusing.
 std::string restrict_files();
 
 }  // namespace weir::isolate

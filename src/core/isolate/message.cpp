@@ -1,4 +1,4 @@
-// Appending bytes.
+// Appends bytes to a message.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/isolate/message.hpp"
 

@@ -1,5 +1,5 @@
-// Messages between a pipeline and its worker process, written and read within bounds. Both ends are
-// of one build; what is read is not trusted all the same.
+// Messages between a pipeline and its worker process, written and read with bounds checks. Both
+// ends are of the same build; input is validated nevertheless.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <cstddef>
@@ -13,21 +13,21 @@
 
 namespace weir::isolate {
 
-// Goes up with every change of a message: a worker of another version is refused.
+// Increment it with every change of a message: workers of another version are rejected.
 inline constexpr uint32_t kProtocol = 4;
 
 enum class Kind : uint32_t {
-  // from the worker, once: protocol, the two texts of Confinement
+  // From the worker, once: protocol version, the two texts of Confinement.
   Hello = 1,
-  // to the worker, and what it answers
-  Open,     // -> Opened: what the model is
-  Block,    // a shared memory with its descriptor; no answer
-  Forget,   // a block that is used no more; no answer
+  // To the worker, with its reply.
+  Open,     // -> Opened: describes the model
+  Block,    // a shared memory with its descriptor; no reply
+  Forget,   // a block that is no longer used; no reply
   Resolve,  // -> Resolved: shapes of the outputs, and how the engine runs the model
-  Invoke,   // -> Invoked: what came out
+  Invoke,   // -> Invoked: the outputs
   Fetch,    // -> Done: outputs that the engine allocated are in the block
   Control,  // -> Done
-  // answers
+  // Replies.
   Opened,
   Resolved,
   Invoked,
@@ -38,12 +38,12 @@ enum class Kind : uint32_t {
 inline constexpr uint32_t kMostMessageBytes = 16u << 20;
 
 struct MessageHead {
-  uint32_t kind, bytes;  // bytes behind the head
+  uint32_t kind, bytes;  // bytes after the head
 };
 
 class MessageWriter {
  public:
-  // The memory is kept: a writer that is used again allocates nothing.
+  // Keeps the memory: a reused writer does not allocate.
   void begin(Kind kind) {
     bytes_.clear();
     put(MessageHead{static_cast<uint32_t>(kind), 0});
@@ -56,7 +56,7 @@ class MessageWriter {
     put(static_cast<uint32_t>(text.size()));
     append(text.data(), text.size());
   }
-  // Head and body, the length filled in.
+  // Head and body, with the length set.
   std::span<const std::byte> finish() {
     const auto size = static_cast<uint32_t>(bytes_.size() - sizeof(MessageHead));
     std::memcpy(bytes_.data() + offsetof(MessageHead, bytes), &size, sizeof size);
@@ -68,7 +68,8 @@ class MessageWriter {
   std::vector<std::byte> bytes_;
 };
 
-// Reads what MessageWriter wrote. Beyond the end everything reads as 0 or "", and complete() tells.
+// Reads the output of MessageWriter. Reading beyond the end yields 0 or "", which complete()
+// reports.
 class MessageReader {
  public:
   explicit MessageReader(std::span<const std::byte> bytes) : rest_(bytes) {}
@@ -84,14 +85,14 @@ class MessageReader {
     const auto part = bytes(take<uint32_t>());
     return {reinterpret_cast<const char*>(part.data()), part.size()};
   }
-  // A count of things that follow; more than `most` spoils the message.
+  // The number of items that follow; more than `most` invalidates the message.
   uint32_t count(uint32_t most) {
     const auto value = take<uint32_t>();
     if (value <= most) return value;
     spoiled_ = true;
     return 0;
   }
-  // Everything was there, and nothing is left.
+  // True if everything was present and nothing is left.
   bool complete() const noexcept { return !spoiled_ && rest_.empty(); }
 
  private:

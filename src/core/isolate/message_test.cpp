@@ -1,4 +1,4 @@
-// Messages within bounds: whatever comes, nothing is read beyond it.
+// Tests the bounds checks of messages with any input.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/isolate/message.hpp"
 
@@ -13,7 +13,7 @@ std::span<const std::byte> body(MessageWriter* writer) {
   return writer->finish().subspan(sizeof(MessageHead));
 }
 
-TEST(Message, ComesBackAsItWent) {
+TEST(Message, RoundTrips) {
   MessageWriter writer;
   writer.begin(Kind::Open);
   writer.put<uint32_t>(7);
@@ -26,7 +26,7 @@ TEST(Message, ComesBackAsItWent) {
   EXPECT_TRUE(reader.complete());
 }
 
-TEST(Message, SaysItsKindAndItsLength) {
+TEST(Message, ContainsItsKindAndItsLength) {
   MessageWriter writer;
   writer.begin(Kind::Invoke);
   writer.text("abc");
@@ -36,17 +36,17 @@ TEST(Message, SaysItsKindAndItsLength) {
   EXPECT_EQ(head.bytes, sizeof(uint32_t) + 3);
 }
 
-TEST(Message, IsSpoiledByWhatIsMissing) {
+TEST(Message, IsInvalidIfPartsAreMissing) {
   MessageWriter writer;
   writer.begin(Kind::Open);
-  writer.put<uint32_t>(100);  // the length of a text that is not there
+  writer.put<uint32_t>(100);  // the length of a missing text
   MessageReader reader(body(&writer));
   EXPECT_EQ(reader.text(), "");
   EXPECT_EQ(reader.take<uint64_t>(), 0u);
   EXPECT_FALSE(reader.complete());
 }
 
-TEST(Message, IsSpoiledByWhatIsLeft) {
+TEST(Message, IsInvalidIfBytesAreLeft) {
   MessageWriter writer;
   writer.begin(Kind::Open);
   writer.put<uint64_t>(1);
@@ -55,7 +55,7 @@ TEST(Message, IsSpoiledByWhatIsLeft) {
   EXPECT_FALSE(reader.complete());
 }
 
-TEST(Message, IsSpoiledByACountBeyondTheLimit) {
+TEST(Message, IsInvalidIfACountExceedsTheLimit) {
   MessageWriter writer;
   writer.begin(Kind::Open);
   writer.put<uint32_t>(257);
@@ -89,7 +89,7 @@ weir_tensor_info tensor(const char* name) {
   return out;
 }
 
-TEST(ModelFacts, ComeBackWithTheirNames) {
+TEST(ModelFacts, RoundTripWithTheirNames) {
   const ModelFacts facts = described({tensor("x"), tensor(nullptr), tensor("")});
   EXPECT_EQ(facts.engine, "fake");
   EXPECT_EQ(facts.info.alignment, 64u);
@@ -110,9 +110,9 @@ TEST(ModelFacts, AreTheSameWhateverTheNames) {
   EXPECT_FALSE(same_tensors(described({tensor("x")}), described({})));
 }
 
-// Every cut and every changed byte: read within bounds (the sanitizers watch), and cuts are
-// noticed.
-TEST(ModelFacts, SurviveDamage) {
+// Every truncation and every changed byte: reads stay within bounds (checked by the sanitizers),
+// and truncations are detected.
+TEST(ModelFacts, RejectDamage) {
   const std::vector<weir_tensor_info> tensors{tensor("input"), tensor("other")};
   weir_model_info info{};
   info.n_inputs = info.n_outputs = 2;
@@ -137,8 +137,13 @@ TEST(ModelFacts, SurviveDamage) {
   }
 }
 
-TEST(Errors, ComeBackWithTheirWords) {
-  const Error error{Code::MODEL_INVALID, "what", "offered", "needed", "difference", "fix"};
+TEST(Errors, RoundTripWithTheirTexts) {
+  const Error error{.code = Code::MODEL_INVALID,
+                    .what = "what",
+                    .offered = "offered",
+                    .needed = "needed",
+                    .difference = "difference",
+                    .fix = "fix"};
   MessageWriter writer;
   writer.begin(Kind::Failed);
   put_error(error, &writer);
@@ -147,7 +152,7 @@ TEST(Errors, ComeBackWithTheirWords) {
   EXPECT_TRUE(reader.complete());
 }
 
-TEST(Errors, AreShortenedAndGetALegalCode) {
+TEST(Errors, AreShortenedAndGetAValidCode) {
   MessageWriter writer;
   writer.begin(Kind::Failed);
   put_error({static_cast<Code>(-5), std::string(1 << 20, 'x'), "", "", "", ""}, &writer);

@@ -1,4 +1,4 @@
-// Structs of the ABI go as they are, without their pointers; texts go behind them.
+// Sends structs of the ABI without their pointers, followed by their texts.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/isolate/model_facts.hpp"
 

@@ -1,4 +1,4 @@
-// ModelFacts: what an engine says of a model, as values that go from process to process.
+// ModelFacts: an engine's description of a model, as values sent between processes.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <memory>
@@ -11,7 +11,7 @@
 
 namespace weir::isolate {
 
-// Descriptions with their names. They point to each other: moved, never copied.
+// Descriptions with their names. Movable but not copyable, since they point to each other.
 class TensorInfos {
  public:
   TensorInfos() = default;
@@ -31,7 +31,7 @@ void put_infos(std::span<const weir_tensor_info> infos, MessageWriter* message);
 
 struct ModelFacts {
   std::string engine;      // its name
-  weir_model_info info{};  // no pointer in it is set
+  weir_model_info info{};  // without pointers
   TensorInfos inputs, outputs;
   std::string metadata_json;
 
@@ -39,7 +39,7 @@ struct ModelFacts {
 };
 void put_model(const std::string& engine, const weir_model_info& info, MessageWriter* message);
 
-// Types and shapes are the same.
+// True if types and shapes are the same.
 bool same_tensors(const ModelFacts& a, const ModelFacts& b);
 
 void put_error(const Error& error, MessageWriter* message);

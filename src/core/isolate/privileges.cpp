@@ -1,4 +1,4 @@
-// By unshare, capset and prctl; libcap is not needed for that.
+// Uses unshare, capset and prctl directly, without libcap.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/isolate/privileges.hpp"
 
@@ -34,7 +34,7 @@ Namespaces enter_namespaces() {
   Namespaces out;
   out.user = reason_of(unshare(CLONE_NEWUSER) == 0);
   if (out.user.empty()) {
-    // Without these it is the same user for files all the same, but getuid() returns 65534.
+    // Without these, file access is the same but getuid() returns 65534.
     write_file("/proc/self/uid_map", user + " " + user + " 1");
     write_file("/proc/self/setgroups", "deny");
     write_file("/proc/self/gid_map", group + " " + group + " 1");
@@ -45,8 +45,8 @@ Namespaces enter_namespaces() {
 
 std::string drop_privileges() {
   if (prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0) != 0) return std::strerror(errno);
-  // These matter when another program is executed, which the filter forbids: a user without a
-  // namespace of its own may not set them.
+  // They only matter when another program is executed, which the filter forbids. Without its own
+  // namespace a user may not set them.
   constexpr unsigned kBits = SECURE_ALL_BITS & ~issecure_mask(SECURE_KEEP_CAPS);
   prctl(PR_SET_SECUREBITS, kBits | SECURE_ALL_LOCKS, 0, 0, 0);
   prctl(PR_CAP_AMBIENT, PR_CAP_AMBIENT_CLEAR_ALL, 0, 0, 0);

@@ -1,21 +1,21 @@
-// Namespaces and capabilities: what a worker process has of the rights of its user.
+// Namespaces and capabilities: reduces the rights of a worker process.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <string>
 
 namespace weir::isolate {
 
-// What the kernel refused, in words; "" where it was done.
+// The kernel's reason for refusing each step; "" on success.
 struct Namespaces {
   std::string user, network;
 };
 
-// Moves this process, which has one thread, into a user namespace with a network (and IPC) of its
-// own. It stays the user and the group that it was; there are no others in its namespace.
+// Moves this process, which has one thread, into new user, network and IPC namespaces. It keeps its
+// user and group; the namespace has no others.
 Namespaces enter_namespaces();
 
-// Drops every capability, for ever, and lets nobody trace this process or get its memory in a core
-// dump. Returns "" or why the kernel refused.
+// Permanently drops every capability and prevents tracing and core dumps of this process. Returns
+// "" or the kernel's reason for refusing.
 std::string drop_privileges();
 
 }  // namespace weir::isolate

@@ -1,5 +1,5 @@
-// What a module in a worker process reaches: it makes the calls itself. All of it is tried as the
-// user of the test, and where that is root, as another user too.
+// Tests what a module in a worker process can reach, by making the system calls itself. Runs as the
+// user of the test and, if that is root, as another user too.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <fcntl.h>
 #include <linux/futex.h>
@@ -20,7 +20,7 @@
 #include <cstdio>
 
 #include "core/isolate/isolated_test_support.hpp"
-// After it: an error code is named like a macro of this header.
+// Last: the error code MAP_FAILED is also a macro of this header.
 #include <sys/mman.h>
 
 namespace weir::isolate {
@@ -100,11 +100,11 @@ class Reach : public IsolatedTest {
 
   pid_t worker_ = -1;
   const int parent_ = getpid();
-  const std::string room_ = std::string(256, '\0');  // for what the kernel writes
+  const std::string room_ = std::string(256, '\0');  // written by the kernel
 };
 
-// The tests run as root too, and must do no harm where a worker is not confined: the other
-// arguments of a call that could are ones that the kernel refuses with another error than EPERM.
+// The tests also run as root and must not do damage if a worker is not confined: calls that could
+// have other arguments that make the kernel fail with an error other than EPERM.
 constexpr int kUnknown = 999, kUnusedId = INT_MAX;
 
 TEST_F(Reach, SendsNoSignal) {
@@ -138,7 +138,7 @@ TEST_F(Reach, SendsNoSignalByADescriptor) {
                   {"TIOCSTI", SYS_ioctl, {0, int64_t{TIOCSTI}, room_}}});
 }
 
-// The kernel refuses what the filter cannot see: whose thread a timer signals is in memory.
+// The kernel rejects what the filter cannot check: the thread that a timer signals is in memory.
 TEST_F(Reach, SetsNoTimerForAnother) {
   sigevent event{};
   event.sigev_notify = SIGEV_SIGNAL | SIGEV_THREAD_ID;
@@ -191,7 +191,7 @@ TEST_F(Reach, ReadsNoMemoryOfAnotherProcess) {
                   {"request_key", SYS_request_key, {"no type", "weir", 0, -3}}});
 }
 
-// Whatever of the namespace and Landlock the kernel has: one of them is enough for these.
+// Either the user namespace or Landlock is sufficient for these.
 TEST_F(Reach, OpensNoMemoryOfAnotherProcess) {
   if (!files_are_restricted() && refused().find("user namespace") != std::string::npos)
     GTEST_SKIP() << refused();
@@ -310,7 +310,7 @@ TEST_F(Reach, StartsThreadsAndGeneratesCode) {
   EXPECT_EQ(result_of({kGenerate}), 42u);
 }
 
-TEST_F(Reach, UsesTheFilesOfItsUser) {
+TEST_F(Reach, ReadsTheFilesOfItsUser) {
   const std::string file = testing::TempDir() + "weir-reach-" + std::to_string(getpid());
   const std::string other = file + "-other", folder = file + "-folder", fifo = file + "-fifo";
   const Outcome made = call(SYS_openat, {AT_FDCWD, file, O_CREAT | O_RDWR | O_TRUNC, 0600});
@@ -331,7 +331,7 @@ TEST_F(Reach, UsesTheFilesOfItsUser) {
   EXPECT_EQ(open_error("/not-there"), ENOENT);
 }
 
-TEST_F(Reach, ReadsWhatTheKernelSaysOfItAndTheMachine) {
+TEST_F(Reach, ReadsTheKernelsFactsAboutItselfAndTheMachine) {
   for (const char* file :
        {"/", "/proc/self/status", "/proc/self/maps", "/proc/self/task", "/proc/thread-self/stat",
         "/proc/mounts", "/proc/cpuinfo", "/proc/meminfo", "/proc/stat",
@@ -372,7 +372,7 @@ TEST_F(Reach, MakesTheCallsOfEngines) {
   EXPECT_EQ(call(SYS_futex, {room_, FUTEX_WAKE, 1, 0, 0, 0}).error, 0);
 }
 
-// The tests above once more, in a process of user and group 65534.
+// Repeats the tests above in a process of user and group 65534.
 TEST(ReachOfAnotherUser, IsTheSame) {
   if (geteuid() != 0) GTEST_SKIP() << "only root can become another user";
   constexpr id_t kNobody = 65534;

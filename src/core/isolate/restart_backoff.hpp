@@ -1,4 +1,4 @@
-// RestartBackoff: how long to wait before a worker process that ended is replaced.
+// RestartBackoff: the delay before a worker process that ended is replaced.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <algorithm>
@@ -6,14 +6,14 @@
 
 namespace weir::isolate {
 
-// The first end costs no wait, the next ones 100 ms, 200 ms, 400 ms and so on up to 10 s. A worker
-// that lived for 10 s begins the row anew.
+// No delay after the first end, then 100 ms, 200 ms, 400 ms and so on up to 10 s. A worker that ran
+// for 10 s resets the sequence.
 class RestartBackoff {
  public:
   using Clock = std::chrono::steady_clock;
 
   void started(Clock::time_point now) noexcept { started_ = now; }
-  // The wait after an end at `now`.
+  // The delay after an end at `now`.
   Clock::duration ended(Clock::time_point now) noexcept {
     if (now - started_ >= kQuiet) next_ = {};
     const auto wait = next_;

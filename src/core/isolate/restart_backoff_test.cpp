@@ -1,4 +1,4 @@
-// Waits between workers, with times that are made up.
+// Tests the delays between workers with artificial times.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/isolate/restart_backoff.hpp"
 
@@ -21,7 +21,7 @@ TEST(RestartBackoff, DoublesUpToTenSeconds) {
   for (const auto& wait : waits) EXPECT_EQ(backoff.ended(kStart + 1s), wait);
 }
 
-TEST(RestartBackoff, BeginsAnewAfterAQuietTime) {
+TEST(RestartBackoff, StartsAgainAfterAQuietTime) {
   RestartBackoff backoff;
   backoff.started(kStart);
   backoff.ended(kStart);

@@ -1,4 +1,4 @@
-// Blocks by size and by address.
+// Manages blocks by size and by address.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/isolate/shared_arena.hpp"
 
@@ -35,7 +35,7 @@ std::shared_ptr<SharedBlock> SharedArena::allocate(size_t bytes) {
       blocks_.erase(free_.front()->data());
       free_.erase(free_.begin());
     }
-    free_.reserve(blocks_.size() + 1);  // so that giving back cannot fail
+    free_.reserve(blocks_.size() + 1);  // so that releasing cannot fail
   }
   auto made = SharedBlock::create(needed, Sharing::ReadByWorker);
   if (!made) return nullptr;
@@ -48,7 +48,7 @@ std::shared_ptr<SharedBlock> SharedArena::allocate(size_t bytes) {
 
 void SharedArena::give_back(const SharedBlock* block) noexcept {
   std::lock_guard lock(mutex_);
-  if (free_.size() >= kRetained) {  // the one that waited longest is of a size that went by
+  if (free_.size() >= kRetained) {  // the oldest free block has a size that is not used any more
     blocks_.erase(free_.front()->data());
     free_.erase(free_.begin());
   }

@@ -1,4 +1,4 @@
-// SharedArena: memory for frames that worker processes read where it lies.
+// SharedArena: allocates frames in memory that worker processes read in place.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <map>
@@ -11,24 +11,24 @@
 
 namespace weir::isolate {
 
-// Thread-safe. What is given back is kept for the next frame of its size, within bounds.
+// Thread-safe. Keeps a bounded number of released blocks for frames of the same size.
 class SharedArena : public std::enable_shared_from_this<SharedArena> {
  public:
   static constexpr size_t kMostBlocks = 128;  // each holds a file descriptor
   static constexpr size_t kRetained = 16;
 
-  // `padding`: readable bytes behind each frame.
+  // `padding`: readable bytes after each frame.
   static std::shared_ptr<SharedArena> make(size_t padding);
 
-  // Memory for one frame that begins at a page; null when there is none to be had. It goes back by
-  // itself, and keeps the arena alive.
+  // Memory for one frame, page-aligned; null if unavailable. It returns to the arena automatically
+  // and keeps it alive.
   std::shared_ptr<SharedBlock> allocate(size_t bytes);
 
   struct Place {
     std::shared_ptr<SharedBlock> block;
     size_t offset, capacity;  // capacity: readable bytes from there on
   };
-  // Where these bytes lie; nullopt when they are no memory of this arena.
+  // Locates these bytes; nullopt if they are not in this arena.
   std::optional<Place> find(const void* data, size_t bytes) const;
 
  private:
@@ -38,7 +38,7 @@ class SharedArena : public std::enable_shared_from_this<SharedArena> {
   const size_t padding_;
   mutable std::mutex mutex_;                                         // guards the rest
   std::map<const std::byte*, std::shared_ptr<SharedBlock>> blocks_;  // by first byte; all
-  std::vector<const SharedBlock*> free_;                             // of blocks_
+  std::vector<const SharedBlock*> free_;                             // subset of blocks_
 };
 
 }  // namespace weir::isolate

@@ -1,4 +1,4 @@
-// Memory that two processes see: its seals, its places, its way back.
+// Tests shared memory: seals, locations, reuse.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/isolate/shared_arena.hpp"
 
@@ -15,7 +15,7 @@ namespace {
 
 constexpr size_t kPage = SharedBlock::kPage;
 
-TEST(SharedBlock, CannotBeWrittenByWhoeverGetsTheDescriptor) {
+TEST(SharedBlock, CannotBeWrittenThroughTheDescriptor) {
   const auto block = SharedBlock::create(100, Sharing::ReadByWorker);
   ASSERT_TRUE(block);
   (*block)->data()[5] = std::byte{42};
@@ -35,7 +35,7 @@ TEST(SharedBlock, CannotBeShortened) {
   }
 }
 
-TEST(SharedBlock, OfResultsIsWrittenByTheOther) {
+TEST(SharedBlock, OfResultsIsWrittenByTheWorker) {
   const auto block = SharedBlock::create(1, Sharing::WrittenByWorker);
   ASSERT_TRUE(block);
   const Mapping writer((*block)->descriptor(), kPage, true);
@@ -44,14 +44,14 @@ TEST(SharedBlock, OfResultsIsWrittenByTheOther) {
   EXPECT_EQ((*block)->data()[7], std::byte{9});
 }
 
-TEST(SharedBlock, SaysWhatItCannotHave) {
+TEST(SharedBlock, ReportsMemoryThatCannotBeAllocated) {
   const auto block = SharedBlock::create(SIZE_MAX, Sharing::ReadByWorker);
   ASSERT_FALSE(block);
   EXPECT_EQ(block.error().code, Code::OUT_OF_MEMORY);
   EXPECT_SAYS(block.error().message(), "no shared memory for a worker process");
 }
 
-TEST(SharedArena, KnowsWhereBytesLie) {
+TEST(SharedArena, KnowsWhichBlockContainsAnAddress) {
   const auto arena = SharedArena::make(0);
   const auto a = arena->allocate(kPage), b = arena->allocate(2 * kPage);
   ASSERT_TRUE(a && b);
@@ -67,13 +67,13 @@ TEST(SharedArena, KnowsWhereBytesLie) {
   EXPECT_FALSE(arena->find(nullptr, 0));
 }
 
-TEST(SharedArena, HasRoomBehindEachFrame) {
+TEST(SharedArena, PadsEachFrame) {
   const auto arena = SharedArena::make(64);
   EXPECT_EQ(arena->allocate(kPage - 64)->bytes(), kPage);
   EXPECT_EQ(arena->allocate(kPage)->bytes(), 2 * kPage);
 }
 
-TEST(SharedArena, LendsAgainWhatCameBack) {
+TEST(SharedArena, ReusesReturnedBlocks) {
   const auto arena = SharedArena::make(0);
   const uint64_t id = arena->allocate(kPage)->id();
   EXPECT_EQ(arena->allocate(kPage)->id(), id);
@@ -81,7 +81,7 @@ TEST(SharedArena, LendsAgainWhatCameBack) {
   EXPECT_NE(arena->allocate(0)->id(), 0u);
 }
 
-TEST(SharedArena, HasAnEnd) {
+TEST(SharedArena, IsLimited) {
   const auto arena = SharedArena::make(0);
   std::vector<std::shared_ptr<SharedBlock>> held;
   for (size_t i = 0; i < SharedArena::kMostBlocks; ++i) held.push_back(arena->allocate(1));
@@ -92,7 +92,7 @@ TEST(SharedArena, HasAnEnd) {
   EXPECT_FALSE(arena->allocate(SIZE_MAX));
 }
 
-TEST(SharedArena, KeepsOnlySoMuchOfWhatCameBack) {
+TEST(SharedArena, KeepsALimitedAmountOfReturnedBlocks) {
   const auto arena = SharedArena::make(0);
   std::vector<std::shared_ptr<SharedBlock>> held;
   std::set<uint64_t> before;

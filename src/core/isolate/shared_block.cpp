@@ -1,4 +1,4 @@
-// Shared memory by memfd, sealed.
+// Sealed shared memory with memfd.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/isolate/shared_block.hpp"
 
@@ -17,12 +17,10 @@ namespace {
 constexpr size_t kMostBytes = size_t{1} << 40;
 
 Error no_memory(size_t bytes, const char* step) {
-  return Error{Code::OUT_OF_MEMORY,
-               "no shared memory for a worker process",
-               std::to_string(bytes) + " bytes: " + step + ": " + std::strerror(errno),
-               "memory and file descriptors that are free",
-               "",
-               ""};
+  return Error{.code = Code::OUT_OF_MEMORY,
+               .what = "no shared memory for a worker process",
+               .offered = std::to_string(bytes) + " bytes: " + step + ": " + std::strerror(errno),
+               .needed = "free memory and file descriptors"};
 }
 
 }  // namespace
@@ -59,7 +57,7 @@ Result<std::shared_ptr<SharedBlock>> SharedBlock::create(size_t bytes, Sharing s
   block->descriptor_ = Descriptor(memfd_create("weir", MFD_CLOEXEC | MFD_ALLOW_SEALING));
   const int descriptor = block->descriptor_.get();
   if (descriptor < 0) return no_memory(size, "memfd_create");
-  // Pages that are missing later would end the process that touches them.
+  // Allocate now: a page missing later would kill the process that touches it.
   if (const int failed = posix_fallocate(descriptor, 0, static_cast<off_t>(size))) {
     errno = failed;
     return no_memory(size, "posix_fallocate");

@@ -1,4 +1,4 @@
-// SharedBlock: memory of this process that a worker process sees too.
+// SharedBlock: memory shared between this process and a worker process.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <cstddef>
@@ -10,11 +10,11 @@
 
 namespace weir::isolate {
 
-// Pages mapped for as long as the object lives.
+// Pages mapped for the lifetime of the object.
 class Mapping {
  public:
   Mapping() = default;
-  // Not mapped (false) when the kernel refuses.
+  // False if the kernel refuses.
   Mapping(int descriptor, size_t bytes, bool writable) noexcept;
   Mapping(Mapping&& other) noexcept;
   Mapping& operator=(Mapping&& other) noexcept;
@@ -29,20 +29,20 @@ class Mapping {
 };
 
 enum class Sharing {
-  ReadByWorker,    // nobody but this process can ever write it
+  ReadByWorker,    // only this process can ever write it
   WrittenByWorker  // results
 };
 
-// A memfd of fixed size: sealed, so that the worker cannot shorten it under this process.
+// A memfd of fixed size, sealed so that the worker cannot truncate it.
 class SharedBlock {
  public:
   static constexpr size_t kPage = 4096;
-  // At least `bytes`, whole pages, really there. OUT_OF_MEMORY when they cannot be had.
+  // At least `bytes`, rounded up to pages that are allocated immediately. OUT_OF_MEMORY.
   static Result<std::shared_ptr<SharedBlock>> create(size_t bytes, Sharing sharing);
 
   std::byte* data() const noexcept { return mapping_.data(); }
   size_t bytes() const noexcept { return mapping_.bytes(); }
-  uint64_t id() const noexcept { return id_; }  // of no other block in this process
+  uint64_t id() const noexcept { return id_; }  // unique in this process
   int descriptor() const noexcept { return descriptor_.get(); }
   Sharing sharing() const noexcept { return sharing_; }
 

@@ -1,4 +1,4 @@
-// The thread that starts and buries workers.
+// The thread that starts and cleans up workers.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/isolate/supervisor.hpp"
 
@@ -63,7 +63,7 @@ void Supervisor::remember(int op, const weir_option& option) {
   orders_.emplace_back(option.key, option.value ? option.value : "");
 }
 
-// With the mutex held: what follows the end of a worker.
+// Handles the end of a worker. Call it with the mutex held.
 void Supervisor::leave(std::unique_ptr<Worker> worker) {
   ended_ = std::move(worker);
   state_ = restarts(on_crash_) ? State::Starting : State::Gone;
@@ -89,18 +89,18 @@ void Supervisor::run() {
       lock.lock();
     }
   }
-  // Here, because workers end with the thread that started them.
+  // On this thread, since workers end with the thread that started them.
   auto last = std::move(worker_);
   auto buried = std::move(ended_);
   lock.unlock();
 }
 
-// Ended by a stop as well as by the time; ended() and remember() have nothing to tell meanwhile.
+// Ends on a stop or when the time is over. ended() and remember() do not change the time meanwhile.
 void Supervisor::wait_for_start(std::unique_lock<std::mutex>* lock) {
   const Deadline until = start_at_;
   lock->unlock();
   pollfd watched[] = {{cancel_.get(), POLLIN, 0}, {settings_.stop, POLLIN, 0}};
-  poll(watched, std::size(watched), poll_timeout(until));  // run() asks again where it was early
+  poll(watched, std::size(watched), poll_timeout(until));  // run() checks the time again
   lock->lock();
   if (!watched[1].revents) return;
   state_ = State::Gone;
@@ -123,7 +123,7 @@ void Supervisor::start_one() {
   changed_.notify_all();
 }
 
-// A worker in the place of another must be of the same model, and hear what the other was told.
+// A replacement must have the same model and gets the stored orders.
 Status Supervisor::take_over(Worker* worker) {
   std::vector<std::pair<std::string, std::string>> orders;
   {
@@ -135,12 +135,10 @@ Status Supervisor::take_over(Worker* worker) {
     orders = orders_;
   }
   if (!same_tensors(*facts_, *worker->facts()))
-    return Error{Code::MODEL_DIFFERS,
-                 "the model has other tensors since it was opened",
-                 "a worker process that was started again",
-                 "the files as they were",
-                 "",
-                 ""};
+    return Error{.code = Code::MODEL_DIFFERS,
+                 .what = "the model's tensors have changed since it was opened",
+                 .offered = "a worker process that was started again",
+                 .needed = "unchanged model files"};
   for (const auto& [key, value] : orders) {
     const weir_option option{key.c_str(), value.c_str()};
     if (auto status = worker->control(WEIR_SET_OPTION, &option); !status) return status;

@@ -1,4 +1,4 @@
-// Supervisor: keeps one worker at hand, and replaces it when it ended.
+// Supervisor: keeps one worker available and replaces it when it ends.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <condition_variable>
@@ -12,8 +12,8 @@
 
 namespace weir::isolate {
 
-// A thread of its own starts workers and buries them: nobody who has frames waits for that. All
-// functions are called by one thread at a time.
+// Starts and cleans up workers on its own thread, so that streaming threads do not wait for that.
+// All functions are called by one thread at a time.
 class Supervisor {
  public:
   // Waits for the first worker.
@@ -23,15 +23,15 @@ class Supervisor {
   Supervisor(const Supervisor&) = delete;
   Supervisor& operator=(const Supervisor&) = delete;
 
-  // Null: there is none now.
+  // The current worker; null if there is none.
   Worker* ready();
-  // Waits until there is one; null: there will be none.
+  // Waits for a worker; null if none will follow.
   Worker* wait();
-  // The worker that ready() gave has ended.
+  // Reports that the worker returned by ready() has ended.
   void ended();
-  // What all its workers say of the model.
+  // The model description, common to all its workers.
   const std::shared_ptr<const ModelFacts>& facts() const noexcept { return facts_; }
-  // An order that every worker after this one gets too.
+  // Stores an order for all later workers.
   void remember(int op, const weir_option& option);
 
  private:
@@ -48,7 +48,7 @@ class Supervisor {
   const WorkerSettings settings_;
   const OnCrash on_crash_;
   const std::shared_ptr<Monitor> monitor_;
-  Descriptor cancel_;                        // an eventfd: readable when this object ends
+  Descriptor cancel_;                        // an eventfd, readable when this object is destroyed
   std::shared_ptr<const ModelFacts> facts_;  // written before start() returns
 
   std::mutex mutex_;  // guards the rest

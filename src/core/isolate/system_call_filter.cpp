@@ -1,4 +1,4 @@
-// From rules to BPF: one comparison for each call, then its rules in their order.
+// Compiles rules to BPF: one comparison per call, then its rules in order.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/isolate/system_call_filter.hpp"
 
@@ -44,7 +44,7 @@ struct HalfCheck {
   uint32_t mask, value;
 };
 
-// BPF computes with 32 bits: an argument is checked in two halves.
+// BPF computes with 32 bits, so an argument is checked in two halves.
 std::vector<HalfCheck> halves(const SystemCallRule& rule) {
   std::vector<HalfCheck> out;
   for (const auto& check : rule.checks)
@@ -57,7 +57,7 @@ std::vector<HalfCheck> halves(const SystemCallRule& rule) {
   return out;
 }
 
-// Decides when all checks hold; else goes on behind itself.
+// Returns a verdict if all checks hold; otherwise continues after itself.
 Program program_of(const SystemCallRule& rule) {
   constexpr size_t kStepsOfACheck = 3;
   const auto checks = halves(rule);
@@ -71,7 +71,7 @@ Program program_of(const SystemCallRule& rule) {
   return out;
 }
 
-// The rules for one call. EPERM where none of them decides.
+// The rules for one call. EPERM if none of them decides.
 Program program_of(std::span<const SystemCallRule> rules) {
   Program out;
   for (const auto& rule : rules) {
@@ -88,7 +88,7 @@ std::vector<sock_filter> compile(std::span<const SystemCallRule> rules) {
   Program out;
   load(&out, offsetof(seccomp_data, arch));
   out.push_back(BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, kArchitecture, 1, 0));
-  decide(&out, ENOSYS);  // programs of another kind number calls in another way
+  decide(&out, ENOSYS);  // programs for another ABI number calls differently
   load(&out, offsetof(seccomp_data, nr));
   skip_unless(&out, BPF_JGT, kNewestCall, 1);
   decide(&out, ENOSYS);
@@ -115,7 +115,7 @@ std::string filter_system_calls() {
   if (rules.empty()) return "there is no table of system calls for this architecture";
   auto steps = compile(rules);
   const sock_fprog filter{static_cast<unsigned short>(steps.size()), steps.data()};
-  // On every thread: a library that the environment preloads may have started one.
+  // All threads: a library preloaded by the environment may have started one.
   const long other =
       syscall(SYS_seccomp, SECCOMP_SET_MODE_FILTER, SECCOMP_FILTER_FLAG_TSYNC, &filter);
   if (other > 0) return "thread " + std::to_string(other) + " has a filter of its own";

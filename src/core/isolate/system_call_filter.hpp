@@ -1,4 +1,4 @@
-// The seccomp filter of a worker process: rules for system calls as a program of classic BPF.
+// The seccomp filter of a worker process: compiles system call rules to classic BPF.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <linux/filter.h>
@@ -11,11 +11,11 @@
 
 namespace weir::isolate {
 
-// The program for seccomp(2). Rules for one call stand in a row.
+// A program for seccomp(2). Precondition: rules for one call are adjacent.
 std::vector<sock_filter> compile(std::span<const SystemCallRule> rules);
 
-// Puts the filter for workers on all threads of this process, which has no_new_privs, for ever.
-// Returns "" or why the kernel refused.
+// Permanently installs the filter for workers on all threads of this process, which must have
+// no_new_privs. Returns "" or the kernel's reason for refusing.
 std::string filter_system_calls();
 
 }  // namespace weir::isolate

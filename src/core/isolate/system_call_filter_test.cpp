@@ -1,4 +1,4 @@
-// The filter as the kernel runs it: programs of BPF, interpreted.
+// Tests the filter by interpreting its BPF as the kernel does.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/isolate/system_call_filter.hpp"
 
@@ -32,7 +32,7 @@ constexpr uint32_t kArchitecture = AUDIT_ARCH_X86_64;
 constexpr pid_t kSelf = 4711;
 constexpr uint32_t kUnreadable = 0xDEAD;
 
-// What a program returns for a call; kUnreadable where it does what seccomp does not allow.
+// The program's result for a call; kUnreadable if it does something that seccomp does not allow.
 uint32_t run(const std::vector<sock_filter>& program, const seccomp_data& data) {
   uint32_t a = 0;
   for (size_t at = 0; at < program.size(); ++at) {
@@ -65,7 +65,7 @@ uint32_t run(const std::vector<sock_filter>& program, const seccomp_data& data) 
 
 using Arguments = std::vector<uint64_t>;
 
-// 0: allowed; else the error that the caller gets.
+// 0: allowed; otherwise the errno for the caller.
 int answer(const std::vector<sock_filter>& program, long call, const Arguments& arguments = {},
            uint32_t architecture = kArchitecture) {
   seccomp_data data{};
@@ -78,7 +78,7 @@ int answer(const std::vector<sock_filter>& program, long call, const Arguments& 
   return static_cast<int>(result & SECCOMP_RET_DATA);
 }
 
-TEST(CompiledRules, DecideByTheFirstThatHolds) {
+TEST(CompiledRules, TheFirstMatchingRuleDecides) {
   const std::vector<SystemCallRule> rules{
       {.call = 1},
       {.call = 2, .error = EIO},
@@ -115,7 +115,7 @@ TEST(CompiledRules, CompareBothHalvesOfAnArgument) {
   EXPECT_EQ(answer(program, 3, {0, 0, uint64_t{1} << 40}), EPERM);
 }
 
-TEST(CompiledRules, MayBeManyForOneCall) {
+TEST(CompiledRules, AllowManyForOneCall) {
   std::vector<SystemCallRule> rules;
   for (uint64_t i = 0; i < 200; ++i)
     rules.push_back({.call = 5, .checks = {{{.argument = 0, .mask = ~uint64_t{0}, .value = i}}}});
@@ -158,7 +158,7 @@ TEST_F(WorkerRules, EveryCheckCanHold) {
     for (const auto& check : rule.checks) EXPECT_EQ(check.value & ~check.mask, 0u) << rule.call;
 }
 
-TEST_F(WorkerRules, RefuseOtherKindsOfProgramsAndNewerCalls) {
+TEST_F(WorkerRules, RejectOtherKindsOfProgramsAndNewerCalls) {
   for (const uint32_t other :
        std::initializer_list<uint32_t>{AUDIT_ARCH_I386, AUDIT_ARCH_ARM, AUDIT_ARCH_RISCV64})
     EXPECT_EQ(answer(program_, SYS_read, {}, other), ENOSYS) << other;
@@ -241,7 +241,7 @@ TEST_F(WorkerRules, ConnectNoSocket) {
   EXPECT_EQ(answer_to(SYS_getsockopt, {3, SOL_SOCKET, SO_PEERCRED}), EPERM);
 }
 
-// In a process of its own: a thread that runs already tries to make a socket.
+// In a separate process: a thread that is already running tries to create a socket.
 int errors_of_a_socket_in_a_filtered_process() {
   std::promise<void> filtered;
   auto error = std::async(std::launch::async, [ready = filtered.get_future()]() mutable {

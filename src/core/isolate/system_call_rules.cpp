@@ -1,6 +1,5 @@
-// The table: first the calls that are allowed whatever their arguments, then those that depend on
+// The table: first the calls that are always allowed, then those that depend on their arguments.
 // SPDX-License-Identifier: LGPL-2.1-or-later
-// them.
 #include "core/isolate/system_call_rules.hpp"
 
 #include <fcntl.h>
@@ -21,13 +20,13 @@
 namespace weir::isolate {
 namespace {
 
-// Newer than the headers of Debian 12. Since Linux 5.1, a call has one number on all architectures.
+// Newer than the headers of Debian 12. Since Linux 5.1 a call has one number on all architectures.
 constexpr long kFchmodat2 = 452, kMapShadowStack = 453, kFutexWake = 454, kFutexWait = 455,
                kFutexRequeue = 456, kMseal = 462;
 
 // clang-format off
 constexpr long kAllowed[] = {
-    // Made for each frame; first, because the filter compares from the start.
+    // Calls of every frame; first, because the filter compares in this order.
     SYS_futex, SYS_sched_yield, SYS_recvmsg, SYS_sendmsg, SYS_ppoll, SYS_read, SYS_write,
     SYS_madvise, SYS_mmap, SYS_munmap, SYS_mprotect, SYS_brk,
     // Memory of this process.
@@ -42,13 +41,13 @@ constexpr long kAllowed[] = {
     SYS_set_tid_address, SYS_setitimer, SYS_sigaltstack, SYS_timer_create, SYS_timer_delete,
     SYS_timer_getoverrun, SYS_timer_gettime, SYS_timer_settime, SYS_timerfd_create,
     SYS_timerfd_gettime, SYS_timerfd_settime, kFutexRequeue, kFutexWait, kFutexWake,
-    // What is asked and changes nothing.
+    // Queries.
     SYS_capget, SYS_getegid, SYS_geteuid, SYS_getgid, SYS_getgroups, SYS_getpgid, SYS_getpid,
     SYS_getppid, SYS_getpriority, SYS_getrandom, SYS_getresgid, SYS_getresuid, SYS_getrlimit,
     SYS_getrusage, SYS_getsid, SYS_getuid, SYS_ioprio_get, SYS_sched_get_priority_max,
     SYS_sched_get_priority_min, SYS_sched_getaffinity, SYS_sched_getattr, SYS_sched_getparam,
     SYS_sched_getscheduler, SYS_sched_rr_get_interval, SYS_sysinfo, SYS_times, SYS_uname,
-    // Of this process alone: it has no children.
+    // This process only: it has no children.
     SYS_setrlimit, SYS_umask, SYS_wait4, SYS_waitid,
     // Open descriptors.
     SYS_close, SYS_close_range, SYS_copy_file_range, SYS_dup, SYS_dup3, SYS_epoll_create1,
@@ -64,10 +63,10 @@ constexpr long kAllowed[] = {
     SYS_lgetxattr, SYS_linkat, SYS_listxattr, SYS_llistxattr, SYS_lremovexattr, SYS_lsetxattr,
     SYS_mkdirat, SYS_newfstatat, SYS_readlinkat, SYS_removexattr, SYS_renameat, SYS_renameat2,
     SYS_setxattr, SYS_statfs, SYS_statx, SYS_symlinkat, SYS_truncate, SYS_unlinkat, SYS_utimensat,
-    // Sockets that it has: the pipeline's, and pairs within itself.
+    // Existing sockets: the pipeline's, and pairs within the process.
     SYS_getpeername, SYS_getsockname, SYS_recvfrom, SYS_sendto, SYS_shutdown,
 #if defined(__x86_64__)
-    // The older forms of the above, which later architectures do not have.
+    // Older forms of the above, missing on newer architectures.
     SYS_access, SYS_alarm, SYS_arch_prctl, SYS_chown, SYS_dup2, SYS_epoll_create, SYS_epoll_wait,
     SYS_eventfd, SYS_futimesat, SYS_getdents, SYS_getpgrp, SYS_inotify_init, SYS_lchown, SYS_link,
     SYS_lstat, SYS_mkdir, SYS_pause, SYS_pipe, SYS_poll, SYS_readlink, SYS_rename, SYS_rmdir,
@@ -98,15 +97,15 @@ void refuse(Rules* rules, long call, int error, ArgumentCheck check = {}) {
   rules->push_back({.call = call, .error = error, .checks = {check}});
 }
 
-// The C library has another way where these do not exist. Their arguments are in memory, where a
-// filter cannot see them.
+// The C library has a fallback for these. Their arguments are in memory, which a filter cannot
+// read.
 void add_absent(Rules* rules) {
   for (const long call : {SYS_clone3, SYS_io_uring_setup, SYS_openat2}) refuse(rules, call, ENOSYS);
 }
 
-// Threads with the flags of pthread_create(), and no processes.
+// Threads with the flags of pthread_create(), but no processes.
 void add_threads(Rules* rules) {
-  constexpr uint32_t kDetached = 0x400000;  // of old C libraries; the kernel ignores it
+  constexpr uint32_t kDetached = 0x400000;  // from old C libraries; the kernel ignores it
   constexpr uint32_t kThread = CLONE_VM | CLONE_SIGHAND | CLONE_THREAD;
   constexpr uint32_t kOfThreads = kThread | CLONE_FS | CLONE_FILES | CLONE_SYSVSEM | CLONE_SETTLS |
                                   CLONE_PARENT_SETTID | CLONE_CHILD_CLEARTID | kDetached;
@@ -114,24 +113,24 @@ void add_threads(Rules* rules) {
         {.argument = 0, .mask = ~uint64_t{kOfThreads}, .value = 0});
 }
 
-// Calls that name a process or a thread: this process, or (0) the calling thread. A filter cannot
-// tell the number of another thread of this process from that of another process.
+// Calls on a process or a thread: this process, or (0) the calling thread. A filter cannot
+// distinguish other threads of this process from other processes.
 void add_processes(Rules* rules, uint32_t self) {
   for (const long call : {SYS_kill, SYS_tgkill}) allow(rules, call, equals(0, self));
   for (const long call : {SYS_migrate_pages, SYS_move_pages, SYS_prlimit64, SYS_sched_setaffinity,
                           SYS_sched_setparam, SYS_sched_setscheduler})
     allow_values(rules, call, 0, {0, self});
-  // GLib tries this with the number of its main thread, and where it works, expects it to work with
-  // those of all threads.
+  // GLib tries this with the ID of its main thread and, if it succeeds, expects it to succeed for
+  // all threads.
   allow_values(rules, SYS_sched_setattr, 0, {0});
   for (const uint32_t who : {uint32_t{0}, self})
     allow(rules, SYS_setpriority, equals(0, PRIO_PROCESS), equals(1, who));
   for (const uint32_t who : {uint32_t{0}, self})
     allow(rules, SYS_ioprio_set, equals(0, IOPRIO_WHO_PROCESS), equals(1, who));
-  allow(rules, SYS_personality, equals(0, 0xFFFFFFFF));  // asks
+  allow(rules, SYS_personality, equals(0, 0xFFFFFFFF));  // query
 }
 
-// No file with a set-user-ID or set-group-ID bit: it would run with the user's rights for others.
+// No set-user-ID or set-group-ID bits: such a file would run with the user's rights for others.
 void add_modes(Rules* rules) {
   constexpr uint32_t kSetId = S_ISUID | S_ISGID, kCreates = O_CREAT | (O_TMPFILE & ~O_DIRECTORY);
   const auto add_open = [&](long call, uint8_t flags) {
@@ -155,7 +154,7 @@ void add_modes(Rules* rules) {
 #endif
 }
 
-// Nothing by which a descriptor signals an owner (F_SETOWN, F_SETSIG, F_NOTIFY, O_ASYNC).
+// No commands by which a descriptor signals an owner (F_SETOWN, F_SETSIG, F_NOTIFY, O_ASYNC).
 void add_descriptors(Rules* rules) {
   constexpr uint32_t kDupfdQuery = 1027;
   allow_values(rules, SYS_fcntl, 1,
@@ -165,8 +164,8 @@ void add_descriptors(Rules* rules) {
   allow(rules, SYS_fcntl, equals(1, F_SETFL), lacks(2, O_ASYNC));
 }
 
-// Those of devices (GPUs, accelerators, cameras), and few of terminals and sockets: no input that
-// looks typed, no signal to an owner, no keyboard of a console.
+// Allows device ioctls (GPUs, accelerators, cameras) but few of terminals and sockets: no simulated
+// input, no signal to an owner, no console keyboard.
 void add_device_controls(Rules* rules) {
   constexpr uint32_t kType = 0xFF00, kConsole = 0xFFFFFF00, kTcgets2 = 0x802C542A;
   allow_values(rules, SYS_ioctl, 1,
@@ -179,7 +178,7 @@ void add_device_controls(Rules* rules) {
 }
 
 void add_sockets(Rules* rules) {
-  // Of streams: a pair of datagram sockets can send to the path of another socket.
+  // Stream sockets only: a pair of datagram sockets can send to the path of another socket.
   allow(rules, SYS_socketpair, equals(0, AF_UNIX),
         {.argument = 1,
          .mask = kInt & ~uint64_t{SOCK_CLOEXEC | SOCK_NONBLOCK},

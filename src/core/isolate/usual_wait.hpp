@@ -1,8 +1,8 @@
-// UsualWait: how long it is worth looking for an answer before sleeping until it comes.
+// UsualWait: how long to poll for a reply before sleeping until it arrives.
 //
-// To sleep and to be woken from another core takes up to 60 us on a virtual machine. Where answers
-// come sooner than kMost, as they did of late, who waits looks for one for twice their time; where
-// they take longer, the wake-up is little of it, and the core is left to others at once.
+// Sleeping and waking from another core takes up to 60 us on a virtual machine. If recent replies
+// took less than kMost, the reader polls for twice their mean time. If they took longer, the
+// wake-up is a small part of the total, and the reader sleeps immediately to free the core.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <algorithm>

@@ -1,4 +1,4 @@
-// How long an answer is looked for, from given waits: no clock.
+// Tests the polling time for given waits, without a clock.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/isolate/usual_wait.hpp"
 
@@ -14,7 +14,7 @@ UsualWait after(int times, UsualWait::Duration wait, UsualWait from = {}) {
   return from;
 }
 
-TEST(UsualWait, BeginsWithTheTimeOfAWakeUp) {
+TEST(UsualWait, StartsWithTheTimeOfAWakeUp) {
   EXPECT_EQ(UsualWait().patience(), 50us);
 }
 
@@ -29,23 +29,23 @@ TEST(UsualWait, FollowsByAQuarterOfTheDifference) {
   EXPECT_EQ(after(2, 105us).patience(), 2 * (25us + 20us + 15us));
 }
 
-TEST(UsualWait, LooksAWhileForAnswersThatComeAtOnce) {
+TEST(UsualWait, SpinsForFastAnswers) {
   EXPECT_EQ(after(60, 0us).patience(), 20us);
   EXPECT_EQ(after(60, -5us).patience(), 20us) << "a clock that goes back is no wait";
 }
 
-TEST(UsualWait, LeavesTheCoreAtOnceWhereAnswersAreSlow) {
+TEST(UsualWait, SleepsAtOnceForSlowAnswers) {
   EXPECT_EQ(after(60, 10ms).patience(), 0us);
   EXPECT_EQ(after(60, 210us).patience(), 0us);
 }
 
-TEST(UsualWait, IsNotSpoiledByOneLongWait) {
+TEST(UsualWait, ToleratesOneLongWait) {
   const auto short_ones = after(60, 40us);
   EXPECT_GT(after(1, 10s, short_ones).patience(), 80us);
   EXPECT_LE(after(1, 10s, short_ones).patience(), 400us);
 }
 
-TEST(UsualWait, ComesBackFromSlowAnswersWithinTenShortOnes) {
+TEST(UsualWait, RecoversWithinTenShortAnswers) {
   EXPECT_GT(after(10, 30us, after(100, 10s)).patience(), 0us);
 }
 

@@ -1,4 +1,4 @@
-// The life of a worker, and the calls that carry no tensors.
+// The lifecycle of a worker, and the calls without tensors.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/isolate/worker.hpp"
 
@@ -10,7 +10,7 @@ namespace {
 using namespace std::chrono_literals;
 
 constexpr auto kToClose = 2s, kToBeSeenEnding = 1s;
-constexpr int kOnce = 10;  // times the time for an invoke
+constexpr int kOnce = 10;  // times the time-out of an invoke
 
 }  // namespace
 
@@ -40,12 +40,11 @@ Status Worker::open(int cancel) {
   if (passage != Passage::Done || answer_.kind != Kind::Hello || !hello.complete() ||
       protocol != kProtocol) {
     const auto end = process_->wait(passage == Passage::Ended ? kToBeSeenEnding : 0s);
-    return Error{Code::WORKER_NOT_STARTED,
-                 "the program for workers is not this version's weir-worker",
-                 WorkerProcess::program() + (end ? ": " + *end : ""),
-                 "weir-worker of the same installation",
-                 "",
-                 "make install, or WEIR_WORKER=/path/to/weir-worker"};
+    return Error{.code = Code::WORKER_NOT_STARTED,
+                 .what = "the worker program is not the weir-worker of this version",
+                 .offered = WorkerProcess::program() + (end ? ": " + *end : ""),
+                 .needed = "weir-worker of the same installation",
+                 .fix = "make install, or WEIR_WORKER=/path/to/weir-worker"};
   }
   writer_.begin(Kind::Open);
   settings_.open.put(&writer_);
@@ -53,12 +52,13 @@ Status Worker::open(int cancel) {
     return alive_ ? status : Status(about_model(status.error()));
   MessageReader opened(answer_.body);
   facts_ = std::make_shared<const ModelFacts>(ModelFacts::take(&opened));
-  if (!opened.complete()) return lied("while it opened the model", "a model that is not described");
+  if (!opened.complete())
+    return invalid_message("while it opened the model", "an incomplete model description");
   channel_.set_cancel(-1);
   return ok();
 }
 
-// For who has not seen a frame pass yet, other settings mend nothing.
+// Before the first frame has succeeded, the fix is another model or engine, not other settings.
 Error Worker::about_model(Error error) const {
   if (error.code != Code::WORKER_ENDED) return error;
   const OpenCall& call = settings_.open;
@@ -71,7 +71,7 @@ Error Worker::about_model(Error error) const {
 }
 
 Worker::~Worker() {
-  channel_ = {};  // the worker reads the end of the socket, and ends
+  channel_ = {};  // the worker reads EOF from the socket and exits
   if (alive_ && process_) process_->wait(kToClose);
 }
 
@@ -97,61 +97,58 @@ Error Worker::lost(Passage passage, const std::string& doing) {
   alive_ = false;
   if (passage == Passage::TimedOut) {
     process_->kill();
-    return Error{Code::WORKER_TIMEOUT,
-                 "the model did not answer in time " + doing,
-                 "isolate-timeout=" + std::to_string(settings_.timeout.count()) + " ms",
-                 "an answer",
-                 "",
-                 "isolate-timeout=" + std::to_string(10 * settings_.timeout.count())};
+    return Error{.code = Code::WORKER_TIMEOUT,
+                 .what = "the model timed out " + doing,
+                 .offered = "isolate-timeout=" + std::to_string(settings_.timeout.count()) + " ms",
+                 .needed = "a reply",
+                 .fix = "isolate-timeout=" + std::to_string(10 * settings_.timeout.count())};
   }
   if (passage == Passage::Cancelled) {
     process_->kill();
-    return Error{Code::CANCELLED, "the work was cancelled " + doing, "", "", "", ""};
+    return Error{.code = Code::CANCELLED, .what = "the work was cancelled " + doing};
   }
   const auto end = process_->wait(kToBeSeenEnding);
-  if (!end) process_->kill();  // it closed its socket and goes on
+  if (!end) process_->kill();  // it closed its socket but still runs
   const std::string limit =
       settings_.memory_mib == 0
           ? ""
           : ", within isolate-memory=" + std::to_string(settings_.memory_mib) + " MiB";
-  return Error{Code::WORKER_ENDED,
-               "the worker process of the model ended " + doing,
-               end ? *end : "it closed its connection",
-               "a model that lives through its frames" + limit,
-               "",
-               "on-crash=restart crash-folder=/tmp"};
+  return Error{.code = Code::WORKER_ENDED,
+               .what = "the worker process of the model ended " + doing,
+               .offered = end ? *end : "it closed its connection",
+               .needed = "a model that does not crash" + limit,
+               .fix = "on-crash=restart crash-folder=/tmp"};
 }
 
-Error Worker::lied(const std::string& doing, const std::string& how) {
+Error Worker::invalid_message(const std::string& doing, const std::string& how) {
   alive_ = false;
   process_->kill();
-  return Error{Code::WORKER_ENDED,
-               "the worker process of the model sent what cannot be used " + doing,
-               how,
-               "an answer within the rules: the module has written over its own process",
-               "",
-               "on-crash=restart crash-folder=/tmp"};
+  return Error{.code = Code::WORKER_ENDED,
+               .what = "the worker process of the model sent an invalid message " + doing,
+               .offered = how,
+               .needed = "a valid message: the module has corrupted the memory of its process",
+               .fix = "on-crash=restart crash-folder=/tmp"};
 }
 
 Status Worker::ask(Kind kind, const Deadline& until, const std::string& doing) {
   auto passage = channel_.send(writer_.finish(), until);
   if (passage == Passage::Done) passage = channel_.receive(until, &answer_);
-  if (passage == Passage::Unreadable) return lied(doing, "a message beyond all limits");
+  if (passage == Passage::Unreadable)
+    return invalid_message(doing, "a message that exceeds all limits");
   if (passage != Passage::Done) return lost(passage, doing);
   if (answer_.kind == kind) return ok();
-  if (answer_.kind != Kind::Failed) return lied(doing, "another answer than was asked for");
+  if (answer_.kind != Kind::Failed) return invalid_message(doing, "an unexpected kind of message");
   MessageReader failed(answer_.body);
   Error error = take_error(&failed);
-  if (!failed.complete()) return lied(doing, "an error that cannot be read");
+  if (!failed.complete()) return invalid_message(doing, "an error that cannot be read");
   if (error.code == Code::OUT_OF_MEMORY && settings_.memory_mib > 0) {
     alive_ = false;
     process_->kill();
-    return Error{Code::WORKER_ENDED,
-                 "the model went beyond its memory limit " + doing,
-                 error.what,
-                 "isolate-memory=" + std::to_string(settings_.memory_mib) + " MiB",
-                 "",
-                 "isolate-memory=" + std::to_string(2 * settings_.memory_mib)};
+    return Error{.code = Code::WORKER_ENDED,
+                 .what = "the model exceeded its memory limit " + doing,
+                 .offered = error.what,
+                 .needed = "isolate-memory=" + std::to_string(settings_.memory_mib) + " MiB",
+                 .fix = "isolate-memory=" + std::to_string(2 * settings_.memory_mib)};
   }
   return error;
 }
@@ -167,9 +164,9 @@ Status Worker::resolve(std::span<const weir_tensor_info> in, std::span<weir_tens
   execution_.threads = resolved.take<uint32_t>();
   execution_.spins = resolved.take<uint32_t>();
   if (!resolved.complete() || infos.list().size() != out.size())
-    return lied(doing, "shapes that cannot be read");
+    return invalid_message(doing, "shapes that cannot be read");
   if (!std::all_of(infos.list().begin(), infos.list().end(), has_legal_rank))
-    return lied(doing, "a rank beyond the limit");
+    return invalid_message(doing, "a rank beyond the limit");
   for (size_t i = 0; i < out.size(); ++i) {
     const char* name = out[i].name;
     out[i] = infos.list()[i];
@@ -184,7 +181,7 @@ Status Worker::control(int op, const weir_option* option) {
   writer_.put<uint8_t>(option != nullptr);
   writer_.text(option && option->key ? option->key : "");
   writer_.text(option && option->value ? option->value : "");
-  return ask(Kind::Done, deadline(kOnce), "while it followed an order");
+  return ask(Kind::Done, deadline(kOnce), "while it handled a control call");
 }
 
 }  // namespace weir::isolate

@@ -1,4 +1,4 @@
-// Worker: one process with one opened model and one session of it.
+// Worker: one process with one open model and one session.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <chrono>
@@ -18,39 +18,39 @@ namespace weir::isolate {
 
 struct WorkerSettings {
   OpenCall open;
-  // For an invoke; ten times as long for what comes once: the start, the first invoke, shapes,
-  // orders. 0 = no limit.
+  // For an invoke; ten times as long for rare calls: start, first invoke, shapes, orders. 0 = no
+  // limit.
   std::chrono::milliseconds timeout{10000};
-  std::chrono::milliseconds least_for_start{60000};  // a short time for invokes says nothing of it
+  std::chrono::milliseconds least_for_start{60000};  // minimum for the start, if `timeout` is short
   uint64_t memory_mib = 0;                           // 0 = no limit
-  int stop = -1;  // borrowed; readable when no answer is wanted any more: CANCELLED
+  int stop = -1;  // borrowed; readable when the result is no longer needed: CANCELLED
 };
 
-// One thread at a time. After an error, alive() says whether it was the engine's or the end.
+// Used by one thread at a time. After an error, alive() tells whether the worker ended.
 class Worker {
  public:
-  // Waits until the model is open. The process lives no longer than the calling thread. `cancel`
-  // (borrowed) becomes readable to end the wait. WORKER_NOT_STARTED, WORKER_ENDED, WORKER_TIMEOUT,
-  // CANCELLED, or what the engine or the module library says.
+  // Waits until the model is open. The process ends with the calling thread. `cancel` (borrowed)
+  // becomes readable to end the wait. Errors: WORKER_NOT_STARTED, WORKER_ENDED, WORKER_TIMEOUT,
+  // CANCELLED, or those of the engine or the module library.
   static Result<std::unique_ptr<Worker>> start(const WorkerSettings& settings, int cancel);
-  // Lets a live one close its model, for two seconds at most.
+  // Gives a live worker up to two seconds to close its model.
   ~Worker();
 
   const std::shared_ptr<const ModelFacts>& facts() const noexcept { return facts_; }
   const Confinement& confinement() const noexcept { return confinement_; }
   bool alive() const noexcept { return alive_; }
-  // As of the last resolve(); threads are 0 where the engine does not report them.
+  // As of the last resolve(); threads is 0 if the engine does not report it.
   const weir_execution& execution() const noexcept { return execution_; }
-  // Did it end by itself while nothing was asked of it? Then alive() is false from here on.
+  // True if it ended between calls; alive() is then false.
   bool ended_idle();
   // The error for a worker that ended_idle().
   Error idle_end();
 
-  // As the functions of weir_engine; names of `out` stay.
+  // Same as the functions of weir_engine; does not change names in `out`.
   Status resolve(std::span<const weir_tensor_info> in, std::span<weir_tensor_info> out);
   Status control(int op, const weir_option* option);
-  // What the engine returned. Inputs that do not lie in `arena`, or not as the engine needs them,
-  // are copied; `copied` counts their bytes and those of the outputs.
+  // Returns the engine's return value. Inputs outside `arena`, or not aligned and padded as the
+  // engine requires, are copied; `copied` counts their bytes and those of the outputs.
   Result<int> invoke(const weir_frame& in, weir_frame& out, const SharedArena& arena,
                      uint64_t* copied);
 
@@ -59,10 +59,10 @@ class Worker {
   Status open(int cancel);
   Error about_model(Error error) const;
   Deadline deadline(int times) const;
-  // Sends what writer_ holds and waits for an answer of `kind`.
+  // Sends the content of writer_ and waits for a reply of `kind`.
   Status ask(Kind kind, const Deadline& until, const std::string& doing);
   Error lost(Passage passage, const std::string& doing);
-  Error lied(const std::string& doing, const std::string& how);
+  Error invalid_message(const std::string& doing, const std::string& how);
   Status share(const std::shared_ptr<SharedBlock>& block);
   void forget_blocks_that_are_gone();
   Result<InputCall> place_input(size_t index, const weir_tensor& tensor, const SharedArena& arena,
@@ -83,9 +83,9 @@ class Worker {
   uint64_t invokes_ = 0;
   MessageWriter writer_;
   Message answer_;
-  std::vector<std::weak_ptr<SharedBlock>> shared_;     // that the worker knows
-  std::vector<uint64_t> shared_ids_;                   // of the same
-  std::vector<std::shared_ptr<SharedBlock>> staging_;  // for inputs that lie elsewhere
+  std::vector<std::weak_ptr<SharedBlock>> shared_;     // known to the worker
+  std::vector<uint64_t> shared_ids_;                   // of shared_
+  std::vector<std::shared_ptr<SharedBlock>> staging_;  // for inputs outside the arena
   std::shared_ptr<SharedBlock> output_;
   std::vector<uint64_t> places_;  // of the outputs in output_
 };

@@ -1,4 +1,4 @@
-// Workers that end, hang or lie: the words, the counts, and what the policies make of it.
+// Tests workers that end, hang or violate the protocol: error texts, counts and policies.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <signal.h>
 #include <sys/wait.h>
@@ -19,16 +19,16 @@ using namespace std::chrono_literals;
 
 class WorkerEnd : public IsolatedTest {
  protected:
-  // The order's frame is dropped, with these words; the next frames go through a new process.
+  // The frame of the order is dropped with this text; later frames use a new process.
   void expect_restart(uint8_t order, const std::string& words) {
     ASSERT_TRUE(open());
     EXPECT_EQ(result_of({0, 4}), 4u);
     const auto lost = run({order, 1, 2});
     ASSERT_TRUE(lost) << lost.error().message();
     EXPECT_FALSE(*lost);
-    ASSERT_EQ(told_.size(), 1u);
-    EXPECT_SAYS(told_[0], words);
-    EXPECT_SAYS(told_[0], "on invoke 2 of this process");
+    ASSERT_EQ(reported_.size(), 1u);
+    EXPECT_SAYS(reported_[0], words);
+    EXPECT_SAYS(reported_[0], "on invoke 2 of this process");
     EXPECT_EQ(counts().frames_lost, 1u);
     ASSERT_TRUE(wait_for_worker());
     EXPECT_EQ(counts().restarted, 1u);
@@ -38,7 +38,7 @@ class WorkerEnd : public IsolatedTest {
 
 TEST_F(WorkerEnd, ByACrash) {
   expect_restart(kCrash, "WEIR-3014: the worker process of the model ended");
-  EXPECT_SAYS(told_[0], "signal 11 (Segmentation fault)");
+  EXPECT_SAYS(reported_[0], "signal 11 (Segmentation fault)");
   EXPECT_EQ(counts().ended, 1u);
 }
 
@@ -58,20 +58,20 @@ TEST_F(WorkerEnd, ByClosingItsSocket) {
   expect_restart(kCloseSocket, "it closed its connection");
 }
 
-TEST_F(WorkerEnd, ByNonsense) {
-  expect_restart(kTalkNonsense, "sent what cannot be used");
+TEST_F(WorkerEnd, ByAnInvalidMessage) {
+  expect_restart(kTalkNonsense, "sent an invalid message");
   EXPECT_EQ(counts().ended, 1u);
 }
 
 TEST_F(WorkerEnd, ByAnEndlessLoop) {
   isolation_.timeout = 500ms;
-  expect_restart(kLoop, "WEIR-3015: the model did not answer in time");
-  EXPECT_SAYS(told_[0], "isolate-timeout=500 ms");
+  expect_restart(kLoop, "WEIR-3015: the model timed out");
+  EXPECT_SAYS(reported_[0], "isolate-timeout=500 ms");
   EXPECT_EQ(counts().timed_out, 1u);
   EXPECT_EQ(counts().ended, 0u);
 }
 
-// Of the process: the model has been computing for so many hundredths of a second.
+// The CPU time of the process in hundredths of a second.
 long computed(pid_t id) {
   std::ifstream file("/proc/" + std::to_string(id) + "/stat");
   std::string word;
@@ -81,7 +81,7 @@ long computed(pid_t id) {
   return ticks;
 }
 
-// Nothing limits the time: what is asked while the model hangs ends by the stop alone.
+// No time limit: calls that wait for the hanging model end only because of the stop.
 TEST_F(WorkerEnd, ByTheStopOfItsUserIsNoCrash) {
   isolation_.timeout = 0ms;
   ASSERT_TRUE(open());
@@ -103,7 +103,7 @@ TEST_F(WorkerEnd, ByTheStopOfItsUserIsNoCrash) {
   session_.reset();
   EXPECT_NE(kill(id, 0), 0) << "it is reaped";
   EXPECT_EQ(counts().ended + counts().timed_out + counts().restarted + counts().frames_lost, 0u);
-  EXPECT_TRUE(told_.empty());
+  EXPECT_TRUE(reported_.empty());
 }
 
 bool memory_is_limited(const Monitor& monitor) {
@@ -116,9 +116,9 @@ TEST_F(WorkerEnd, ByMemoryBeyondTheLimit) {
   if (!memory_is_limited(*isolation_.monitor))
     GTEST_SKIP() << isolation_.monitor->confinement().text;
   EXPECT_SAYS(isolation_.monitor->confinement().text, "at most 256 MiB");
-  expect_restart(kEatMemory, "the model went beyond its memory limit");
-  EXPECT_SAYS(told_[0], "isolate-memory=256 MiB");
-  EXPECT_SAYS(told_[0], "fix: isolate-memory=512");
+  expect_restart(kEatMemory, "the model exceeded its memory limit");
+  EXPECT_SAYS(reported_[0], "isolate-memory=256 MiB");
+  EXPECT_SAYS(reported_[0], "fix: isolate-memory=512");
 }
 
 TEST_F(WorkerEnd, AtTheStartIsAnErrorWhateverThePolicy) {
@@ -131,7 +131,7 @@ TEST_F(WorkerEnd, AtTheStartIsAnErrorWhateverThePolicy) {
   EXPECT_SAYS(open_error("exit"), "exit(4)");
   isolation_.timeout = 1ms;
   isolation_.least_for_start = 2000ms;
-  EXPECT_SAYS(open_error("loop"), "did not answer in time while it opened the model");
+  EXPECT_SAYS(open_error("loop"), "timed out while it opened the model");
   EXPECT_EQ(counts().restarted, 0u);
 }
 
@@ -140,7 +140,7 @@ TEST_F(WorkerEnd, AtTheStartByMemoryBeyondTheLimit) {
   ASSERT_TRUE(open());
   if (!memory_is_limited(*isolation_.monitor))
     GTEST_SKIP() << isolation_.monitor->confinement().text;
-  EXPECT_SAYS(open_error("memory"), "the model went beyond its memory limit");
+  EXPECT_SAYS(open_error("memory"), "the model exceeded its memory limit");
 }
 
 // Only the worker loads the module.
@@ -166,7 +166,7 @@ TEST_F(WorkerEnd, MakesAnErrorWhereThePolicyIsError) {
   EXPECT_SAYS(lost.error().message(), "signal 11");
   const auto next = run({0});
   ASSERT_FALSE(next);
-  EXPECT_SAYS(next.error().message(), "there is no worker process for the model any more");
+  EXPECT_SAYS(next.error().message(), "the model no longer has a worker process");
   EXPECT_EQ(counts().frames_lost, 0u);
   EXPECT_EQ(counts().restarted, 0u);
 }
@@ -184,9 +184,9 @@ TEST_F(WorkerEnd, DropsAllThatFollowsWhereThePolicyIsDrop) {
   EXPECT_FALSE(wait_for_worker());
 }
 
-TEST_F(WorkerEnd, DropsFramesWithoutWaitingWhileANewOneStarts) {
+TEST_F(WorkerEnd, DropsFramesWhileANewWorkerStarts) {
   ASSERT_TRUE(open());
-  for (int i = 0; i < 3; ++i) {  // each time the wait before the restart is longer
+  for (int i = 0; i < 3; ++i) {  // the restart delay grows each time
     EXPECT_FALSE(*run({kCrash}));
     ASSERT_TRUE(wait_for_worker());
   }
@@ -196,7 +196,7 @@ TEST_F(WorkerEnd, DropsFramesWithoutWaitingWhileANewOneStarts) {
   EXPECT_EQ(counts().ended, 4u);
 }
 
-TEST_F(WorkerEnd, LosesOnlyTheFrameThatDidItWhereTheOthersWait) {
+TEST_F(WorkerEnd, LosesOnlyTheCrashingFrameIfTheOthersWait) {
   isolation_.on_crash = OnCrash::Wait;
   ASSERT_TRUE(open());
   for (uint8_t i = 1; i <= 3; ++i) {
@@ -213,7 +213,7 @@ TEST_F(WorkerEnd, LosesOnlyTheFrameThatDidItWhereTheOthersWait) {
   EXPECT_EQ(counts().frames_lost, 3u);
 }
 
-TEST_F(WorkerEnd, AStopEndsTheWaitForANewOne) {
+TEST_F(WorkerEnd, AStopEndsTheWaitForANewWorker) {
   isolation_.on_crash = OnCrash::Wait;
   ASSERT_TRUE(open());
   for (int i = 0; i < 5; ++i) EXPECT_FALSE(*run({kCrash}));  // the next restart is 800 ms away
@@ -225,7 +225,7 @@ TEST_F(WorkerEnd, AStopEndsTheWaitForANewOne) {
   EXPECT_EQ(counts().restarted, 4u);
 }
 
-TEST_F(WorkerEnd, BetweenFramesIsNoFramesFault) {
+TEST_F(WorkerEnd, BetweenFramesLosesNoFrame) {
   isolation_.crash_folder = testing::TempDir();
   ASSERT_TRUE(open());
   const auto id = static_cast<pid_t>(result_of({kProcess}));
@@ -233,24 +233,24 @@ TEST_F(WorkerEnd, BetweenFramesIsNoFramesFault) {
   siginfo_t info{};
   ASSERT_EQ(waitid(P_PID, static_cast<id_t>(id), &info, WEXITED | WNOWAIT), 0);
   EXPECT_FALSE(*run({0}));
-  ASSERT_EQ(told_.size(), 1u);
-  EXPECT_SAYS(told_[0], "ended between two frames");
-  EXPECT_SAYS(told_[0], "signal 9 (Killed)");
+  ASSERT_EQ(reported_.size(), 1u);
+  EXPECT_SAYS(reported_[0], "ended between two frames");
+  EXPECT_SAYS(reported_[0], "signal 9 (Killed)");
   EXPECT_EQ(counts().frames_saved, 0u);
   ASSERT_TRUE(wait_for_worker());
   EXPECT_EQ(result_of({0, 9}), 9u);
 }
 
-TEST_F(WorkerEnd, KeepsTheFrameThatDidIt) {
+TEST_F(WorkerEnd, SavesTheCrashingFrame) {
   isolation_.crash_folder = testing::TempDir() + "weir-worker-end-" + std::to_string(getpid());
   isolation_.repeat = "tensor_filter framework=unruly model=m";
   fs::create_directories(isolation_.crash_folder);
   ASSERT_TRUE(open());
   EXPECT_FALSE(*run({kCrash, 7, 8, 9}));
   EXPECT_EQ(counts().frames_saved, 1u);
-  ASSERT_EQ(told_.size(), 1u);
-  EXPECT_SAYS(told_[0], "fix: gst-launch-1.0 filesrc location=" + isolation_.crash_folder);
-  EXPECT_SAYS(told_[0], "! tensor_filter framework=unruly model=m ! fakesink");
+  ASSERT_EQ(reported_.size(), 1u);
+  EXPECT_SAYS(reported_[0], "fix: gst-launch-1.0 filesrc location=" + isolation_.crash_folder);
+  EXPECT_SAYS(reported_[0], "! tensor_filter framework=unruly model=m ! fakesink");
   const auto path = fs::directory_iterator(isolation_.crash_folder)->path();
   std::ifstream file(path, std::ios::binary);
   const std::string bytes(std::istreambuf_iterator<char>(file), {});
@@ -261,12 +261,12 @@ TEST_F(WorkerEnd, KeepsTheFrameThatDidIt) {
   fs::remove_all(isolation_.crash_folder);
 }
 
-TEST_F(WorkerEnd, SaysWhenTheFrameCannotBeKept) {
+TEST_F(WorkerEnd, ReportsThatTheFrameCannotBeSaved) {
   isolation_.crash_folder = "/not-there";
   ASSERT_TRUE(open());
   EXPECT_FALSE(*run({kCrash}));
-  ASSERT_EQ(told_.size(), 1u);
-  EXPECT_SAYS(told_[0], "a frame that ended a worker process cannot be kept");
+  ASSERT_EQ(reported_.size(), 1u);
+  EXPECT_SAYS(reported_[0], "a frame that terminated a worker process cannot be saved");
   EXPECT_EQ(counts().frames_saved, 0u);
 }
 

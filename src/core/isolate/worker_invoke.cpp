@@ -1,15 +1,16 @@
-// One frame through a worker: tensors through shared memory, everything else by message.
+// Runs one frame in a worker: tensors in shared memory, everything else in messages.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <algorithm>
 #include <cstring>
 
-#include "core/infer/host.hpp"
+#include "core/infer/module/host.hpp"
 #include "core/isolate/worker.hpp"
 
 namespace weir::isolate {
 namespace {
 
-constexpr uint64_t kMostEngineBytes = uint64_t{1} << 30;  // of outputs that an engine allocates
+constexpr uint64_t kMostEngineBytes = uint64_t{1}
+                                      << 30;  // limit for outputs that an engine allocates
 constexpr size_t kBlocksBeforeSweep = 64;
 
 }  // namespace
@@ -20,7 +21,7 @@ void Worker::forget_blocks_that_are_gone() {
     if (shared_[i].expired()) {
       writer_.begin(Kind::Forget);
       writer_.put(shared_ids_[i]);
-      channel_.send(writer_.finish(), deadline(1));  // a worker that is gone is noticed later
+      channel_.send(writer_.finish(), deadline(1));  // the end of a worker is detected later
       continue;
     }
     std::swap(shared_[kept], shared_[i]);
@@ -30,7 +31,7 @@ void Worker::forget_blocks_that_are_gone() {
   shared_ids_.resize(kept);
 }
 
-// Before a message is begun: it sends its own.
+// Call it before a message is begun, since it sends its own.
 Status Worker::share(const std::shared_ptr<SharedBlock>& block) {
   if (std::find(shared_ids_.begin(), shared_ids_.end(), block->id()) != shared_ids_.end())
     return ok();
@@ -47,12 +48,10 @@ Status Worker::share(const std::shared_ptr<SharedBlock>& block) {
 Result<InputCall> Worker::place_input(size_t index, const weir_tensor& tensor,
                                       const SharedArena& arena, uint64_t* copied) {
   if (tensor.memory_kind != WEIR_MEMORY_HOST)
-    return Error{Code::FORMAT_UNSUPPORTED,
-                 "a worker process takes memory of the host only",
-                 "memory kind " + std::to_string(tensor.memory_kind),
-                 "memory kind 0",
-                 "",
-                 ""};
+    return Error{.code = Code::FORMAT_UNSUPPORTED,
+                 .what = "a worker process accepts host memory only",
+                 .offered = "memory kind " + std::to_string(tensor.memory_kind),
+                 .needed = "memory kind 0"};
   const uint64_t alignment = std::max<uint32_t>(facts_->info.alignment, 1);
   const uint64_t needed = tensor.bytes + facts_->info.input_padding;
   InputCall call{0, 0, without_pointers(tensor)};
@@ -94,7 +93,9 @@ Status Worker::place_outputs(const weir_frame& out, uint64_t* end) {
     if (!out.tensors[i].data) continue;
     const auto at = place(out.tensors[i].bytes, end);
     if (!at)
-      return Error{Code::LIMIT_EXCEEDED, "an output is too big", "", "at most 1 TiB", "", ""};
+      return Error{.code = Code::LIMIT_EXCEEDED,
+                   .what = "an output is too large",
+                   .needed = "at most 1 TiB"};
     places_[i] = *at;
   }
   return reserve_output(*end);
@@ -103,7 +104,9 @@ Status Worker::place_outputs(const weir_frame& out, uint64_t* end) {
 Result<int> Worker::invoke(const weir_frame& in, weir_frame& out, const SharedArena& arena,
                            uint64_t* copied) {
   if (in.n_tensors > WEIR_TENSOR_LIMIT || out.n_tensors > WEIR_TENSOR_LIMIT)
-    return Error{Code::LIMIT_EXCEEDED, "a frame has too many tensors", "", "at most 256", "", ""};
+    return Error{.code = Code::LIMIT_EXCEEDED,
+                 .what = "a frame has too many tensors",
+                 .needed = "at most 256"};
   const Deadline until = deadline(invokes_ == 0 ? 10 : 1);
   ++invokes_;
   std::vector<InputCall> inputs;
@@ -134,18 +137,18 @@ Result<int> Worker::invoke(const weir_frame& in, weir_frame& out, const SharedAr
     writer_.put(
         OutputCall{places_[i], out.tensors[i].data != nullptr, without_pointers(out.tensors[i])});
   if (auto status = ask(Kind::Invoked, until, on_frame()); !status) return status.error();
-  const Message answer = std::move(answer_);  // fetching outputs asks again
+  const Message answer = std::move(answer_);  // fetching outputs overwrites answer_
   MessageReader invoked(answer.body);
   const auto head = invoked.take<InvokedAnswer>();
   if (head.result > 0) return head.result;
   if (head.result < 0 || head.outputs != out.n_tensors)
-    return lied(on_frame(), "another number of outputs than the frame has");
+    return invalid_message(on_frame(), "a different number of outputs than the frame has");
   if (auto status = take_outputs(out, end, copied, &invoked, head.in_block != 0); !status)
     return status.error();
   return 0;
 }
 
-// Every size is the worker's word: none is used before it is checked against what was given.
+// The sizes come from the worker: each is checked against the given memory before use.
 Status Worker::take_outputs(weir_frame& out, uint64_t end, uint64_t* copied, MessageReader* answer,
                             bool in_block) {
   std::vector<OutputAnswer> answers;
@@ -155,16 +158,19 @@ Status Worker::take_outputs(weir_frame& out, uint64_t end, uint64_t* copied, Mes
     const auto& [bytes, info] = answers.back();
     const bool given = out.tensors[i].data != nullptr;
     if (bytes > (given ? out.tensors[i].bytes : kMostEngineBytes))
-      return lied(on_frame(), "an output of " + std::to_string(bytes) + " bytes");
+      return invalid_message(on_frame(), "an output of " + std::to_string(bytes) + " bytes");
     if (info.rank > WEIR_RANK_LIMIT && info.rank != WEIR_RANK_UNKNOWN)
-      return lied(on_frame(), "an output of rank " + std::to_string(info.rank));
+      return invalid_message(on_frame(), "an output of rank " + std::to_string(info.rank));
     if (!given) places_[i] = *place(bytes, &end);
-    if (end > most) return lied(on_frame(), "outputs of " + std::to_string(end) + " bytes");
+    if (end > most)
+      return invalid_message(on_frame(), "outputs of " + std::to_string(end) + " bytes");
   }
-  if (!answer->complete()) return lied(on_frame(), "an answer that is too short or too long");
-  if (in_block && end > output_->bytes()) return lied(on_frame(), "outputs behind their memory");
+  if (!answer->complete())
+    return invalid_message(on_frame(), "a reply that is too short or too long");
+  if (in_block && end > output_->bytes())
+    return invalid_message(on_frame(), "outputs beyond the end of their memory");
   if (!in_block) {
-    const auto from = output_;  // the worker must not forget it before it has fetched
+    const auto from = output_;  // the worker reads it during Fetch
     if (auto status = reserve_output(end); !status) return status;
     writer_.begin(Kind::Fetch);
     writer_.put(output_->id());
@@ -177,7 +183,7 @@ Status Worker::take_outputs(weir_frame& out, uint64_t end, uint64_t* copied, Mes
     if (!tensor.data) {
       weir_tensor memory{};
       if (infer::host().allocate(nullptr, WEIR_MEMORY_HOST, bytes, 1, &memory) < 0)
-        return Error{Code::OUT_OF_MEMORY, "no memory for an output", "", "", "", ""};
+        return Error{.code = Code::OUT_OF_MEMORY, .what = "no memory for an output"};
       tensor.data = memory.data;
       tensor.capacity = memory.capacity;
       tensor.owner = memory.owner;

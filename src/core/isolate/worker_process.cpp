@@ -1,5 +1,5 @@
-// Started by posix_spawn, which is safe beside other threads; watched and waited for through a
-// pidfd, so that no signal handler is needed and nobody else's children are touched.
+// Starts the process with posix_spawn, which is safe with other threads, and watches and reaps it
+// through a pidfd: no signal handler is needed and other children are not affected.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/isolate/worker_process.hpp"
 #include "machine/environment.hpp"
@@ -11,13 +11,14 @@
 #include <sys/socket.h>
 #include <sys/wait.h>
 
-extern "C" {  // glibc 2.36 does not say so itself
+extern "C" {  // missing in glibc 2.36
 #include <sys/pidfd.h>
 }
 
 #include <cerrno>
 #include <cstring>
 
+#include "core/config/install_paths.hpp"
 #include "core/isolate/deadline.hpp"
 
 extern char** environ;
@@ -28,15 +29,14 @@ namespace {
 constexpr int kSocketInWorker = 3;
 
 Error not_started(const std::string& step, int number) {
-  return Error{Code::WORKER_NOT_STARTED,
-               "the worker process of a model could not be started",
-               step + ": " + std::strerror(number),
-               "the program weir-worker, a free process, free file descriptors",
-               "",
-               "make install, or WEIR_WORKER=/path/to/weir-worker"};
+  return Error{.code = Code::WORKER_NOT_STARTED,
+               .what = "the worker process of a model could not be started",
+               .offered = step + ": " + std::strerror(number),
+               .needed = "the program weir-worker, a free process, free file descriptors",
+               .fix = "make install, or WEIR_WORKER=/path/to/weir-worker"};
 }
 
-// What posix_spawn needs, freed at the end of the scope.
+// The arguments of posix_spawn, freed at the end of the scope.
 struct SpawnSettings {
   posix_spawn_file_actions_t actions;
   posix_spawnattr_t attributes;
@@ -51,7 +51,7 @@ struct SpawnSettings {
   SpawnSettings(const SpawnSettings&) = delete;
   SpawnSettings& operator=(const SpawnSettings&) = delete;
 
-  // Nothing of this process is open in the new one but the socket, standard output and error.
+  // The new process inherits only the socket, standard output and standard error.
   int prepare(int socket) {
     sigset_t none, all;
     sigemptyset(&none);
@@ -68,7 +68,7 @@ struct SpawnSettings {
   }
 };
 
-std::string words_for(const siginfo_t& info) {
+std::string exit_text(const siginfo_t& info) {
   if (info.si_code == CLD_EXITED) return "exit(" + std::to_string(info.si_status) + ")";
   const char* name = strsignal(info.si_status);
   return "signal " + std::to_string(info.si_status) + " (" + (name ? name : "?") + ")";
@@ -78,7 +78,7 @@ std::string words_for(const siginfo_t& info) {
 
 std::string WorkerProcess::program() {
   const char* named = environment_variable("WEIR_WORKER");
-  return named && *named ? named : WEIR_WORKER_PROGRAM;
+  return named && *named ? named : config::kInstalledWorker;
 }
 
 Result<std::unique_ptr<WorkerProcess>> WorkerProcess::start(uint64_t memory_mib) {
@@ -88,7 +88,7 @@ Result<std::unique_ptr<WorkerProcess>> WorkerProcess::start(uint64_t memory_mib)
   std::unique_ptr<WorkerProcess> worker(new WorkerProcess);
   worker->socket_ = Descriptor(ends[0]);
   Descriptor theirs(ends[1]);
-  if (theirs.get() == kSocketInWorker) {  // dup2 onto itself would leave it to be closed by exec
+  if (theirs.get() == kSocketInWorker) {  // dup2 onto itself would keep FD_CLOEXEC
     const int other = fcntl(theirs.get(), F_DUPFD_CLOEXEC, kSocketInWorker + 1);
     if (other < 0) return not_started("fcntl", errno);
     theirs = Descriptor(other);
@@ -126,9 +126,9 @@ std::optional<std::string> WorkerProcess::wait(std::chrono::milliseconds patienc
   if (ready <= 0) return std::nullopt;
   siginfo_t info{};
   if (waitid(P_PIDFD, static_cast<id_t>(process_.get()), &info, WEXITED) == 0)
-    end_ = words_for(info);
-  else  // the application takes the ends of all children, or wants none to wait for
-    end_ = "an end of which this process was not told";
+    end_ = exit_text(info);
+  else  // the application reaps all children, or ignores SIGCHLD
+    end_ = "an exit that was not reported to this process";
   return end_;
 }
 

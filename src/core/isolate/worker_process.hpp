@@ -1,4 +1,4 @@
-// WorkerProcess: a process of the program weir-worker, from its start to its burial.
+// WorkerProcess: starts, watches and reaps a process of the program weir-worker.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <sys/types.h>
@@ -15,24 +15,24 @@ namespace weir::isolate {
 
 class WorkerProcess {
  public:
-  // The program: the environment variable WEIR_WORKER, or where Weir was installed to.
+  // The program: the environment variable WEIR_WORKER, or the installed path.
   static std::string program();
 
-  // The process ends when the calling thread ends. `memory_mib`: private memory at most; 0 = no
-  // limit. WORKER_NOT_STARTED says what the system refused.
+  // The process ends when the calling thread ends. `memory_mib`: limit of private memory; 0 = no
+  // limit. WORKER_NOT_STARTED with the reason of the system.
   static Result<std::unique_ptr<WorkerProcess>> start(uint64_t memory_mib);
-  // Ends it, if it still runs.
+  // Kills the process if it is running.
   ~WorkerProcess();
   WorkerProcess(const WorkerProcess&) = delete;
   WorkerProcess& operator=(const WorkerProcess&) = delete;
 
-  // This end of the socket whose other end is the worker's descriptor 3; given away once.
+  // This end of the socket whose other end is the worker's descriptor 3; call it once.
   Descriptor take_socket() noexcept { return std::move(socket_); }
   int descriptor() const noexcept { return process_.get(); }  // a pidfd
   pid_t id() const noexcept { return id_; }
 
   void kill() noexcept;
-  // "signal 11 (Segmentation fault)", "exit(3)"; nullopt: it runs on after `patience`.
+  // "signal 11 (Segmentation fault)", "exit(3)"; nullopt: still running after `patience`.
   std::optional<std::string> wait(std::chrono::milliseconds patience);
 
  private:

@@ -1,19 +1,19 @@
-// Answers by calling the engine.
+// Handles calls by calling the engine.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/isolate/worker_server.hpp"
 
 #include <algorithm>
 #include <cstring>
 
-#include "core/infer/engine_functions.hpp"
-#include "core/infer/host.hpp"
-#include "core/infer/module_library.hpp"
+#include "core/infer/module/engine_functions.hpp"
+#include "core/infer/module/host.hpp"
+#include "core/infer/module/module_library.hpp"
 
 namespace weir::isolate {
 namespace {
 
 Error unreadable() {
-  return Error{Code::INTERNAL, "a worker process cannot read what it was asked", "", "", "", ""};
+  return Error{.code = Code::INTERNAL, .what = "a worker process cannot read a request"};
 }
 
 }  // namespace
@@ -77,12 +77,11 @@ Status WorkerServer::open(MessageReader* message) {
       call.engine.empty() ? library.engine_for_model(call.paths) : library.engine(call.engine);
   if (!engine) return engine.error();
   if (call.paths.empty() && ((*engine)->flags & WEIR_ENGINE_NEEDS_NO_MODEL) == 0)
-    return Error{Code::MODEL_NOT_FOUND,
-                 "no model is set",
-                 "model=\"\"",
-                 "the path of a model file",
-                 "",
-                 "tensor_filter model=mobilenet.tflite"};
+    return Error{.code = Code::MODEL_NOT_FOUND,
+                 .what = "no model is set",
+                 .offered = "model=\"\"",
+                 .needed = "the path of a model file",
+                 .fix = "tensor_filter model=mobilenet.tflite"};
   infer::OpenOptions options;
   options.paths = call.paths;
   options.options = call.options;
@@ -117,7 +116,7 @@ Status WorkerServer::resolve(MessageReader* call) {
         engine.resolve(session_, inputs.list().data(), static_cast<uint32_t>(inputs.list().size()),
                        outputs.list().data(), static_cast<uint32_t>(outputs.list().size()), &error);
     if (result < 0)
-      return infer::take_error(&error, result, "the engine refuses these input shapes");
+      return infer::take_error(&error, result, "the engine rejects these input shapes");
   }
   writer_.begin(Kind::Resolved);
   for (auto& info : outputs.list()) info.name = nullptr;  // the other side knows them

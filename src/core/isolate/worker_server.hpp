@@ -1,4 +1,4 @@
-// The worker's side of the conversation: one model, one session, one question at a time.
+// The worker's side of the protocol: one model, one session, one call at a time.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <map>
@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "core/infer/model.hpp"
+#include "core/infer/model/model.hpp"
 #include "core/isolate/calls.hpp"
 #include "core/isolate/channel.hpp"
 #include "core/isolate/confinement.hpp"
@@ -22,11 +22,11 @@ class WorkerServer {
   WorkerServer(const WorkerServer&) = delete;
   WorkerServer& operator=(const WorkerServer&) = delete;
 
-  // Greets, then answers until the other end is closed. False: the conversation broke.
+  // Sends Hello, then handles calls until the other end is closed. False: a protocol error.
   bool serve(const Confinement& confinement);
 
  private:
-  // Each fills writer_ with its answer; an Error becomes one.
+  // Each fills writer_ with its reply; an Error is sent as Failed.
   Status answer(Message* message);
   Status open(MessageReader* call);
   Status resolve(MessageReader* call);
@@ -49,9 +49,9 @@ class WorkerServer {
   std::map<uint64_t, Mapping> blocks_;
   std::vector<weir_tensor> inputs_, outputs_;
   std::vector<uint64_t> places_;  // of outputs_ in the block for outputs
-  std::vector<bool> given_;       // those whose memory is that block
+  std::vector<bool> given_;       // those whose memory is in that block
   weir_frame in_{}, out_{};
-  std::vector<weir_picture_map> maps_;  // in_ points to them
+  std::vector<weir_source_map> maps_;  // referenced by in_
   uint64_t output_block_ = 0;
 };
 

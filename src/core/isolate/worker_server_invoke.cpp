@@ -1,21 +1,18 @@
-// A frame from shared memory through the engine and back.
+// Runs a frame from shared memory through the engine.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <algorithm>
 #include <cstring>
 
-#include "core/infer/host.hpp"
+#include "core/infer/module/host.hpp"
 #include "core/isolate/worker_server.hpp"
 
 namespace weir::isolate {
 namespace {
 
 Error memory_is_missing() {
-  return Error{Code::OUT_OF_MEMORY,
-               "a worker process cannot reach the memory of a frame",
-               "",
-               "room for the shared memory",
-               "",
-               ""};
+  return Error{.code = Code::OUT_OF_MEMORY,
+               .what = "a worker process cannot access the memory of a frame",
+               .needed = "room for the shared memory"};
 }
 
 Error unreadable_frame(const char* difference) {
@@ -29,23 +26,23 @@ Error unreadable_frame(const char* difference) {
 
 }  // namespace
 
-// The pipeline may be damaged too: a tensor gets addresses of this process alone, and no size
-// beyond its memory.
+// The pipeline is not trusted either: tensors only get addresses computed in this process, and no
+// size beyond their memory.
 Status WorkerServer::read_frame(MessageReader* call) {
   const auto frame = call->take<FrameCall>();
-  // A model that does not say its tensors before the first frame takes any number of them.
+  // A model that does not declare its tensors before the first frame takes any number of them.
   const auto fits = [](uint32_t count, const auto& model) {
     return model.empty() ? count <= WEIR_TENSOR_LIMIT : count == model.size();
   };
   if (!fits(frame.inputs, model_->inputs()) || !fits(frame.outputs, model_->outputs()))
-    return unreadable_frame("another number of tensors than the model has");
+    return unreadable_frame("a different number of tensors than the model has");
   inputs_.assign(frame.inputs, {});
   outputs_.assign(frame.outputs, {});
   places_.assign(outputs_.size(), 0);
   given_.assign(outputs_.size(), false);
   output_block_ = frame.output_block;
   maps_.resize(std::min(frame.maps, kMostMaps));
-  for (auto& map : maps_) map = call->take<weir_picture_map>();
+  for (auto& map : maps_) map = call->take<weir_source_map>();
   in_ = {};
   in_.struct_size = sizeof in_;
   in_.n_tensors = static_cast<uint32_t>(inputs_.size());
@@ -88,7 +85,7 @@ Status WorkerServer::read_frame(MessageReader* call) {
 }
 
 Status WorkerServer::invoke(MessageReader* call) {
-  release_outputs();  // of a frame that nobody fetched
+  release_outputs();  // of a frame that was not fetched
   if (auto status = read_frame(call); !status) return status;
   weir_error error;
   const int result = model_->engine().invoke(session_, &in_, &out_, &error);
@@ -129,7 +126,7 @@ void WorkerServer::answer_invoke(int result) {
   if (fits) write_outputs(block->second);
 }
 
-// What the engine allocated goes to its place; so does what it did not write where it was told.
+// Copies outputs that the engine allocated, or did not write to their place.
 void WorkerServer::write_outputs(Mapping& block) {
   for (size_t i = 0; i < outputs_.size(); ++i) {
     std::byte* const to = block.data() + places_[i];
@@ -151,7 +148,7 @@ Status WorkerServer::fetch(MessageReader* call) {
   if (block == blocks_.end()) return memory_is_missing();
   for (size_t i = 0; i < outputs_.size(); ++i) {
     const auto to = call->take<uint64_t>();
-    // What the engine wrote into the block before has to come along.
+    // Outputs that the engine wrote into the previous block move as well.
     if (!at(id, to, outputs_[i].bytes)) return memory_is_missing();
     places_[i] = to;
   }

@@ -1,6 +1,6 @@
-// Ledger: where every frame of an element went.
+// Ledger: counts what happened to every frame of an element.
 //
-// Law: received = consumed + dropped (all reasons) + held. Checked at EOS and after FLUSH.
+// Invariant: received = consumed + dropped (all reasons) + held. Checked at EOS and after FLUSH.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <array>
@@ -15,10 +15,10 @@ inline constexpr size_t kDropReasons = 6;
 std::string_view name_of(DropReason reason) noexcept;
 
 struct LedgerSnapshot {
-  uint64_t received = 0;      // frames that came on the sink pad
-  uint64_t consumed = 0;      // frames that were worked on to the end
-  uint64_t pushed = 0;        // frames that left on the source pad
-  uint64_t bytes_copied = 0;  // payload moved that could have been shared
+  uint64_t received = 0;      // frames that arrived on the sink pad
+  uint64_t consumed = 0;      // frames that were processed completely
+  uint64_t pushed = 0;        // frames pushed from the source pad
+  uint64_t bytes_copied = 0;  // copied payload that could have been shared
   uint64_t integer_divisions_by_zero = 0;
   std::array<uint64_t, kDropReasons> dropped{};
   uint64_t dropped_total() const noexcept;
@@ -46,7 +46,7 @@ class Ledger {
   void dropped(DropReason reason, uint64_t frames = 1) noexcept {
     change([&](auto& s) { s.dropped[static_cast<size_t>(reason)] += frames; });
   }
-  // Frames that counted as consumed, and are lost to `reason` with the output they were for.
+  // Moves frames from consumed to dropped when the output they belong to is lost.
   void lost(DropReason reason, uint64_t frames) noexcept {
     change([&](auto& s) {
       s.consumed -= frames;

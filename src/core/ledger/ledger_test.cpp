@@ -1,4 +1,4 @@
-// The ledger's law: what came in went somewhere.
+// The ledger's invariant: every received frame is accounted for.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/ledger/ledger.hpp"
 

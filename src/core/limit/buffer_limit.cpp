@@ -1,4 +1,4 @@
-// The check and its error.
+// Checks buffer sizes and creates the error.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/limit/buffer_limit.hpp"
 
@@ -8,7 +8,7 @@
 namespace weir {
 namespace {
 
-// 0 when a size is not known; the largest number when it is too large to be represented.
+// 0 if a size is unknown; the maximum value if it cannot be represented.
 uint64_t bytes_of(const FrameSpec& spec) {
   const bool known = std::ranges::all_of(spec.tensors, &TensorSpec::valid);
   return known ? spec.bytes().value_or(UINT64_MAX) : 0;

@@ -1,4 +1,4 @@
-// BufferLimit: how large an output buffer of an element may be; the property max-buffer-size.
+// BufferLimit: the largest output buffer of an element; the property max-buffer-size.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <atomic>
@@ -9,23 +9,23 @@
 
 namespace weir {
 
-// A few bytes of input can ask for an output of any size: a sparse tensor of zeros, regions, a
-// model of open shapes. An element checks what it is about to allocate. Thread-safe.
+// A few bytes of input can request an output of any size (a sparse tensor of zeros, regions, a
+// model with open shapes), so elements check the size before they allocate. Thread-safe.
 class BufferLimit {
  public:
   static constexpr uint64_t kDefaultBytes = uint64_t{1} << 30;
 
-  // `element` is the name of the factory and outlives this object.
+  // `element` is the factory name and must outlive this object.
   explicit BufferLimit(const char* element) noexcept : element_(element) {}
 
   uint64_t bytes() const noexcept { return bytes_; }  // 0: no limit
   void set_bytes(uint64_t bytes) noexcept { bytes_ = bytes; }
 
-  // LIMIT_EXCEEDED when an output buffer of `bytes` is larger than the limit.
+  // LIMIT_EXCEEDED if an output buffer of `bytes` exceeds the limit.
   Status check(uint64_t bytes) const;
-  // The same for a buffer of the tensors of `spec`; OK for a spec whose sizes are not known.
+  // The same for the tensors of `spec`; OK if their sizes are unknown.
   Status check(const FrameSpec& spec) const;
-  // The same for a frame that comes in, before anything is allocated for it.
+  // The same for an incoming frame, before anything is allocated for it.
   Status check_input(const FrameSpec& spec) const;
 
  private:

@@ -1,11 +1,11 @@
-// SlotTable: slots by number, through which one place of a program hands frames to another.
+// SlotTable: numbered slots that pass frames from one place of a program to another.
 //
-// A slot comes with the first writer or reader that names it and goes with the last. It holds one
-// frame: a writer waits until a reader has taken it, a reader waits until there is one. Whatever
-// can end a wait wakes all who wait at the slot: frames, the end of either side, a flush,
-// interrupt(), a move to another slot. Who waits where the other side has nobody is told so, once a
-// slot. Frames are moved, never copied; none is destroyed, and nobody told anything, under the
-// lock.
+// A slot exists while a writer or reader is attached to it and holds one frame. A writer waits
+// until a reader has taken the frame; a reader waits until there is one. Every event that can end a
+// wait wakes all who wait at the slot: frames, the end of either side, a flush, interrupt(), a move
+// to another slot. A writer or reader that waits while the other side has no one attached is
+// reported once per slot. Frames are moved, never copied. No frame is destroyed and no callback
+// runs under the lock.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <chrono>
@@ -22,18 +22,18 @@ namespace weir::loop {
 
 enum class Put {
   Stored,
-  Unwanted,     // each reader has ended: nobody will take it
+  Unwanted,     // every reader has ended, so nobody will take the frame
   Interrupted,  // interrupt(), or detached
 };
 enum class Take {
   Frame,
-  Restarted,  // a writer was flushed: what was on its way is lost, the loop begins anew
-  Ended,      // each writer has ended, and what they left is taken
+  Restarted,  // a writer was flushed: the frame in transit is lost, the loop starts again
+  Ended,      // every writer has ended and all frames are taken
   Interrupted,
 };
 
-// Who is told that an end waits alone, with the number of its slot, and after how long: the other
-// side may come a moment later.
+// The callback for an end that waits alone, called with the slot number after a delay, because the
+// other side may attach a moment later.
 struct Alone {
   std::function<void(uint32_t)> tell = {};
   std::chrono::milliseconds after{1000};
@@ -62,24 +62,24 @@ class SlotTable {
     std::optional<Frame> frame;
     Side writers, readers;
     bool restarted = false;
-    unsigned ends = 0;  // writers and readers, also those that have ended
+    unsigned ends = 0;  // writers and readers, including those that have ended
   };
 
-  // One writer or reader. Any thread may call anything.
+  // One writer or reader. Every method may be called from any thread.
   class End {
    public:
     End(const End&) = delete;
     End& operator=(const End&) = delete;
 
-    // Takes part in slot `index`; what an earlier run left at this end is forgotten.
+    // Attaches to slot `index` and discards the state of an earlier run.
     void attach(uint32_t index) {
-      const auto left = detach();  // destroyed without the lock
+      const auto left = detach();  // destroyed after the lock is released
       std::lock_guard lock(table_.mutex_);
       interrupted_ = false;
       join(index);
     }
-    // Goes over to slot `index` if attached; a wait goes on there.
-    // Returns the frame of a slot that is gone with this.
+    // Moves to slot `index` if attached; a wait continues there. Returns the frame of the old slot
+    // if this removes the slot.
     std::optional<Frame> move(uint32_t index) {
       std::lock_guard lock(table_.mutex_);
       if (!slot_ || index == index_) return std::nullopt;
@@ -87,12 +87,12 @@ class SlotTable {
       join(index);
       return left;
     }
-    // Ends a wait. Returns the frame of a slot that is gone with this.
+    // Ends a wait. Returns the frame of the slot if this removes the slot.
     std::optional<Frame> detach() {
       std::lock_guard lock(table_.mutex_);
       return leave();
     }
-    // Ends a wait and those to come, until resume().
+    // Ends the current wait and all later ones until resume().
     void interrupt() {
       std::lock_guard lock(table_.mutex_);
       interrupted_ = true;
@@ -102,7 +102,7 @@ class SlotTable {
       std::lock_guard lock(table_.mutex_);
       interrupted_ = false;
     }
-    // Nothing comes from here, or is taken from here, until begin().
+    // Provides or accepts no more frames until begin().
     void end() {
       std::lock_guard lock(table_.mutex_);
       if (!slot_ || ended_) return;
@@ -115,7 +115,8 @@ class SlotTable {
       reopen();
     }
 
-    // Another of its kind, which has not ended, is at the same slot: a frame goes to one of them.
+    // Whether another end of this kind that has not ended shares the slot: each frame then goes to
+    // only one of them.
     bool shares_slot() const {
       std::lock_guard lock(table_.mutex_);
       return slot_ && !ended_ && ((*slot_).*side_).open > 1;
@@ -126,18 +127,18 @@ class SlotTable {
         : table_(table), alone_(std::move(alone)), side_(side), other_(other) {}
     ~End() { detach(); }
 
-    // Waits until `ready` says so of the slot that this end is at; null when interrupted.
+    // Waits until `ready` is true for the slot of this end; null if interrupted.
     template <class Ready>
     Slot* wait(std::unique_lock<std::mutex>& lock, Ready&& ready) {
       while (slot_ && !interrupted_) {
         if (ready(*slot_)) return slot_.get();
-        const auto here = slot_;  // a move takes the slot from under the wait
+        const auto here = slot_;  // keeps the slot: a move may replace slot_ during the wait
         const auto is_alone = [&] { return slot_ == here && ((*here).*other_).open == 0; };
-        if (told_ || !alone_.tell || !is_alone()) {
+        if (reported_ || !alone_.tell || !is_alone()) {
           here->changed.wait(lock);
         } else if (here->changed.wait_for(lock, alone_.after) == std::cv_status::timeout &&
                    is_alone() && !interrupted_) {
-          told_ = true;
+          reported_ = true;
           const uint32_t index = index_;
           lock.unlock();
           alone_.tell(index);
@@ -156,7 +157,7 @@ class SlotTable {
     }
 
     SlotTable& table_;
-    std::shared_ptr<Slot> slot_;  // null = detached. This and what follows: table_.mutex_
+    std::shared_ptr<Slot> slot_;  // null = detached. This and the members below: table_.mutex_
 
    private:
     Side& side() noexcept { return (*slot_).*side_; }
@@ -166,7 +167,7 @@ class SlotTable {
       slot_ = slot;
       index_ = index;
       ++slot->ends;
-      ended_ = told_ = false;
+      ended_ = reported_ = false;
       side().join();
       wake();
     }
@@ -188,7 +189,7 @@ class SlotTable {
     Side Slot::*other_;
     uint32_t index_ = 0;
     bool interrupted_ = false, ended_ = false;
-    bool told_ = false;  // that it is alone in this slot
+    bool reported_ = false;  // that it waits alone in this slot
   };
 
  public:
@@ -197,7 +198,7 @@ class SlotTable {
     explicit Writer(SlotTable& table, Alone alone = {})
         : End(table, &Slot::writers, &Slot::readers, std::move(alone)) {}
 
-    // Waits for room. The frame is moved from only when it is stored.
+    // Waits for room. Moves from the frame only if it is stored.
     Put put(Frame& frame) {
       std::unique_lock lock(this->table_.mutex_);
       Slot* slot = this->wait(lock, [](const Slot& s) { return !s.frame || s.readers.over(); });
@@ -207,8 +208,8 @@ class SlotTable {
       this->wake();
       return Put::Stored;
     }
-    // Empties the slot, returns what was in it. Unless a frame comes first, a reader is told
-    // Restarted, once. A writer that has ended begins again.
+    // Empties the slot and returns its frame. The reader gets Restarted once, unless a new frame
+    // arrives first. A writer that has ended starts again.
     std::optional<Frame> flush() {
       std::lock_guard lock(this->table_.mutex_);
       if (!this->slot_) return std::nullopt;
@@ -226,7 +227,7 @@ class SlotTable {
     explicit Reader(SlotTable& table, Alone alone = {})
         : End(table, &Slot::readers, &Slot::writers, std::move(alone)) {}
 
-    // Waits for a frame, or for what comes instead of one.
+    // Waits for a frame, a restart, or the end of all writers.
     Taken<Frame> take() {
       std::unique_lock lock(this->table_.mutex_);
       Slot* slot = this->wait(
@@ -239,8 +240,8 @@ class SlotTable {
       this->wake();
       return taken;
     }
-    // Begins with a frame of its own: a restart that nobody was told of is void.
-    void begin_anew() {
+    // Call when the reader starts with its own frame: cancels a restart that is not taken yet.
+    void begin_again() {
       std::lock_guard lock(this->table_.mutex_);
       if (this->slot_) this->slot_->restarted = false;
     }

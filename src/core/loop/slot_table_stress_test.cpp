@@ -1,5 +1,5 @@
-// Slots under threads: nothing is lost or doubled, and no order of events leaves a waiter behind.
-// ThreadSanitizer runs these too.
+// Stress test: threads lose and duplicate no frame, and no order of events leaves a wait hanging.
+// Also runs under ThreadSanitizer.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <gtest/gtest.h>
 
@@ -21,9 +21,8 @@ Put put(Table::Writer& writer, int value) {
   return writer.put(frame);
 }
 
-// Whoever takes a frame adds 1 and puts it into the next slot: after the rounds each holds as much
-// as there were hands.
-TEST(SlotTableStress, SeveralLoopsRunBesideEachOther) {
+// Each thread passes a number through its own slot and adds 1 per round, undisturbed by the others.
+TEST(SlotTableStress, SeveralLoopsRunIndependently) {
   constexpr int kLoops = 4, kRounds = 2000;
   Table table;
   std::vector<std::thread> threads;
@@ -47,7 +46,7 @@ TEST(SlotTableStress, SeveralLoopsRunBesideEachOther) {
   EXPECT_EQ(table.size(), 0u);
 }
 
-TEST(SlotTableStress, ManyWritersAndReadersLoseAndDoubleNothing) {
+TEST(SlotTableStress, ManyWritersAndReadersKeepEveryFrameOnce) {
   constexpr int kWriters = 3, kFrames = 2000;
   Table table;
   std::vector<std::atomic<int>> seen(kWriters * kFrames);
@@ -76,8 +75,8 @@ TEST(SlotTableStress, ManyWritersAndReadersLoseAndDoubleNothing) {
   EXPECT_EQ(table.size(), 0u);
 }
 
-// A third thread does to both ends whatever it likes; at last everything is ended. Each frame that
-// was stored was taken, came back from a flush, or from a slot that went.
+// A third thread does random things to both ends; finally everything is ended. Each stored frame
+// was taken or returned by a flush or by the removal of its slot.
 TEST(SlotTableStress, NoOrderOfEventsLeavesAWaiterBehind) {
   for (const uint32_t seed : {1u, 2u, 3u, 4u, 5u, 6u, 7u, 8u}) {
     Table table;

@@ -1,4 +1,4 @@
-// What ends a wait at a slot, what is handed over, and when a slot comes and goes.
+// Slots: what ends a wait, what is passed on, and when slots are created and removed.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/loop/slot_table.hpp"
 
@@ -10,7 +10,7 @@
 namespace weir::loop {
 namespace {
 
-using Frame = std::unique_ptr<int>;  // whoever copies does not compile
+using Frame = std::unique_ptr<int>;  // copying does not compile
 using Table = SlotTable<Frame>;
 
 Put put(Table::Writer& writer, int value) {
@@ -24,7 +24,8 @@ int value_of(const Taken<Frame>& taken) {
 
 class SlotsByNumber : public ::testing::Test {
  protected:
-  // A wait in a thread of its own. Whether it waits already when it is ended makes no difference.
+  // Waits in a separate thread. The result does not depend on whether the wait has started when it
+  // ends.
   auto taking() {
     return std::async(std::launch::async, [this] { return reader.take(); });
   }
@@ -37,14 +38,14 @@ class SlotsByNumber : public ::testing::Test {
   Table::Reader reader{table};
 };
 
-TEST_F(SlotsByNumber, HandsOverAFrame) {
+TEST_F(SlotsByNumber, PassesAFrame) {
   writer.attach(0);
   reader.attach(0);
   EXPECT_EQ(put(writer, 7), Put::Stored);
   EXPECT_EQ(value_of(reader.take()), 7);
 }
 
-TEST_F(SlotsByNumber, IsThereFromTheFirstEndThatNamesItToTheLast) {
+TEST_F(SlotsByNumber, ExistsFromTheFirstEndToTheLast) {
   EXPECT_EQ(table.size(), 0u);
   reader.attach(3);
   EXPECT_EQ(table.size(), 1u);
@@ -56,8 +57,8 @@ TEST_F(SlotsByNumber, IsThereFromTheFirstEndThatNamesItToTheLast) {
   EXPECT_EQ(table.size(), 0u);
 }
 
-// Who waits alone is told after a while, once a slot, and goes on waiting.
-TEST_F(SlotsByNumber, TellsAnEndThatWaitsAlone) {
+// An end that waits alone is reported after a delay, once per slot, and keeps waiting.
+TEST_F(SlotsByNumber, ReportsAnEndWithoutAPeer) {
   std::promise<uint32_t> told;
   Table::Reader lonely(table, {[&](uint32_t slot) { told.set_value(slot); }, {}});
   lonely.attach(5);
@@ -71,7 +72,7 @@ TEST_F(SlotsByNumber, TellsAnEndThatWaitsAlone) {
   EXPECT_EQ(lonely.take().outcome, Take::Interrupted);
 }
 
-TEST_F(SlotsByNumber, TellsAWriterWhoseFrameNobodyTakes) {
+TEST_F(SlotsByNumber, ReportsAWriterWithoutAReader) {
   std::promise<uint32_t> told;
   Table::Writer lonely(table, {[&](uint32_t slot) { told.set_value(slot); }, {}});
   lonely.attach(2);
@@ -83,7 +84,7 @@ TEST_F(SlotsByNumber, TellsAWriterWhoseFrameNobodyTakes) {
   EXPECT_EQ(second.get(), Put::Stored);
 }
 
-TEST_F(SlotsByNumber, TellsNobodyWhoWaitsForAnOtherThatIsThere) {
+TEST_F(SlotsByNumber, DoesNotReportAnEndWithAPeer) {
   Table::Reader reader_in_company(table, {[](uint32_t) { ADD_FAILURE() << "not alone"; }, {}});
   writer.attach(0);
   reader_in_company.attach(0);
@@ -102,7 +103,7 @@ TEST_F(SlotsByNumber, KeepsAFrameForAReaderThatComesLater) {
   EXPECT_EQ(reader.take().outcome, Take::Ended) << "the end comes behind what was written";
 }
 
-TEST_F(SlotsByNumber, ReturnsWhatNobodyWillTakeWhenItGoes) {
+TEST_F(SlotsByNumber, ReturnsTheUnreadFrameWhenItIsDestroyed) {
   writer.attach(0);
   put(writer, 5);
   const auto left = writer.detach();
@@ -151,7 +152,7 @@ TEST_F(SlotsByNumber, TheEndOfTheWriterWakesTheReader) {
   EXPECT_EQ(taken.get().outcome, Take::Ended);
 }
 
-TEST_F(SlotsByNumber, TheEndOfTheReaderWakesTheWriterWhoseFrameIsThenUnwanted) {
+TEST_F(SlotsByNumber, TheEndOfTheReaderWakesTheWriterAndDropsItsFrame) {
   writer.attach(0);
   reader.attach(0);
   put(writer, 1);
@@ -162,7 +163,7 @@ TEST_F(SlotsByNumber, TheEndOfTheReaderWakesTheWriterWhoseFrameIsThenUnwanted) {
   EXPECT_EQ(value_of(reader.take()), 1);
 }
 
-TEST_F(SlotsByNumber, AFrameThatIsNotStoredStaysWithTheWriter) {
+TEST_F(SlotsByNumber, ARejectedFrameStaysWithTheWriter) {
   writer.attach(0);
   reader.attach(0);
   reader.end();
@@ -207,7 +208,7 @@ TEST_F(SlotsByNumber, DetachingWakesEither) {
   EXPECT_EQ(put(writer, 3), Put::Interrupted) << "detached";
 }
 
-TEST_F(SlotsByNumber, AWaitGoesOnInTheSlotMovedTo) {
+TEST_F(SlotsByNumber, AWaitContinuesInTheNewSlot) {
   Table::Writer there(table);
   there.attach(9);
   reader.attach(0);
@@ -233,7 +234,7 @@ TEST_F(SlotsByNumber, MovesOnlyWhoIsAttached) {
   EXPECT_EQ(reader.take().outcome, Take::Interrupted);
 }
 
-TEST_F(SlotsByNumber, AFlushEmptiesTheSlotAndBeginsTheLoopAnewOnce) {
+TEST_F(SlotsByNumber, AFlushEmptiesTheSlotAndRestartsTheLoopOnce) {
   writer.attach(0);
   reader.attach(0);
   put(writer, 1);
@@ -254,7 +255,7 @@ TEST_F(SlotsByNumber, AFlushWakesTheReader) {
   EXPECT_EQ(taken.get().outcome, Take::Restarted);
 }
 
-TEST_F(SlotsByNumber, ALoopWhoseFrameSurvivedTheFlushIsNotBegunAnew) {
+TEST_F(SlotsByNumber, ALoopThatKeepsItsFrameIsNotRestarted) {
   writer.attach(0);
   reader.attach(0);
   writer.flush();
@@ -274,11 +275,11 @@ TEST_F(SlotsByNumber, AFlushTakesTheEndBack) {
   EXPECT_EQ(value_of(reader.take()), 1);
 }
 
-TEST_F(SlotsByNumber, AReaderThatBeginsAnewIsNotToldOfAnEarlierFlush) {
+TEST_F(SlotsByNumber, ARestartedReaderIgnoresAnEarlierFlush) {
   writer.attach(0);
   writer.flush();
   reader.attach(0);
-  reader.begin_anew();
+  reader.begin_again();
   writer.end();
   EXPECT_EQ(reader.take().outcome, Take::Ended);
 }
@@ -297,7 +298,7 @@ TEST_F(SlotsByNumber, EndsWhenTheLastOfSeveralWritersHasEnded) {
   EXPECT_EQ(taken.get().outcome, Take::Ended) << "one has ended, the other has gone";
 }
 
-TEST_F(SlotsByNumber, AWriterThatOnlyGoesEndsNothing) {
+TEST_F(SlotsByNumber, AWriterThatLeavesWithoutEosEndsNothing) {
   reader.attach(0);
   writer.attach(0);
   auto taken = taking();
@@ -318,7 +319,7 @@ TEST_F(SlotsByNumber, TheEndOutlivesTheWriterButNotItsSuccessor) {
   EXPECT_EQ(value_of(reader.take()), 1);
 }
 
-TEST_F(SlotsByNumber, SaysWhetherAnotherReaderIsThere) {
+TEST_F(SlotsByNumber, ReportsWhetherAnotherReaderExists) {
   Table::Reader other(table);
   reader.attach(2);
   writer.attach(2);

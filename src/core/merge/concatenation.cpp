@@ -1,5 +1,5 @@
-// Rows of all inputs, interleaved by shuffles where they are short, else in tiles that stay in the
-// first cache, or past the caches where both blocks and tensor are large.
+// Concatenates rows of all inputs: short rows by shuffles, others in tiles that stay in the L1
+// cache, or with non-temporal stores if blocks and tensor are large.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/merge/concatenation.hpp"
 
@@ -22,12 +22,12 @@ uint32_t dim(const Shape& shape, size_t i) {
 
 Error mismatch(const TensorSpec& offered, const TensorSpec& needed, size_t pad,
                std::string difference) {
-  return Error{Code::SPEC_MISMATCH,
-               "the tensors of two pads cannot be merged",
-               "pad " + std::to_string(pad) + ": " + offered.to_string(),
-               "as pad 0: " + needed.to_string() + ", another size in the merged dimension alone",
-               std::move(difference),
-               ""};
+  return Error{
+      .code = Code::SPEC_MISMATCH,
+      .what = "the tensors of two pads cannot be merged",
+      .offered = "pad " + std::to_string(pad) + ": " + offered.to_string(),
+      .needed = "as pad 0: " + needed.to_string() + "; only the merged dimension may differ",
+      .difference = std::move(difference)};
 }
 
 Status fits(const TensorSpec& one, const TensorSpec& first, size_t pad, size_t dimension) {
@@ -47,12 +47,12 @@ Status fits(const TensorSpec& one, const TensorSpec& first, size_t pad, size_t d
       mismatch(one, first, pad,
                "dimension " + std::to_string(d) + " is " + std::to_string(dim(one.shape, d)) +
                    ", needed is " + std::to_string(dim(first.shape, d)));
-  // Where they differ along one dimension alone, they fit along that one.
+  // Tensors that differ along one dimension only can be concatenated along that dimension.
   if (differ.size() == 1) error.fix = "tensor_merge mode=linear option=" + std::to_string(d);
   return error;
 }
 
-// `count` blocks that lie dense go `stride` bytes apart.
+// Copies `count` contiguous blocks to places that are `stride` bytes apart.
 using Scatter = void (*)(const std::byte* in, std::byte* out, size_t block, size_t stride,
                          size_t count);
 template <size_t kBlock>
@@ -89,12 +89,11 @@ Scatter scatter_for(size_t block) {
 
 Result<Concatenation> Concatenation::plan(std::span<const TensorSpec> inputs, size_t dimension) {
   if (inputs.empty() || dimension >= kRankLimit)
-    return Error{Code::OPTION_VALUE,
-                 "there is nothing to merge along this dimension",
-                 std::to_string(inputs.size()) + " tensors, dimension " + std::to_string(dimension),
-                 "at least one tensor, a dimension from 0 to 15",
-                 "",
-                 ""};
+    return Error{.code = Code::OPTION_VALUE,
+                 .what = "there is nothing to merge along this dimension",
+                 .offered = std::to_string(inputs.size()) + " tensors, dimension " +
+                            std::to_string(dimension),
+                 .needed = "at least one tensor, a dimension from 0 to 15"};
   const TensorSpec& first = inputs[0];
   Concatenation out;
   size_t rank = dimension + 1;
@@ -107,12 +106,10 @@ Result<Concatenation> Concatenation::plan(std::span<const TensorSpec> inputs, si
   out.output_ = {first.type, first.shape.with_rank(rank), ""};
   out.output_.shape[dimension] = static_cast<uint32_t>(std::min<uint64_t>(sum, UINT32_MAX));
   if (sum > UINT32_MAX || !out.output_.bytes())
-    return Error{Code::LIMIT_EXCEEDED,
-                 "the merged tensor is too big",
-                 std::to_string(sum) + " in dimension " + std::to_string(dimension),
-                 "at most 4294967295, and less than 8 EiB together",
-                 "",
-                 ""};
+    return Error{.code = Code::LIMIT_EXCEEDED,
+                 .what = "the merged tensor is too large",
+                 .offered = std::to_string(sum) + " in dimension " + std::to_string(dimension),
+                 .needed = "at most 4294967295, and less than 8 EiB together"};
   size_t inner = size_of(first.type);
   for (size_t d = 0; d < dimension; ++d) inner *= dim(first.shape, d);
   out.rows_ = 1;

@@ -1,4 +1,4 @@
-// Concatenation against an element-wise model, for random shapes, ranks, types and pads.
+// Compares concatenation with an element-wise model, for random shapes, ranks, types and pads.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/merge/concatenation.hpp"
 
@@ -29,7 +29,7 @@ Merged merge(const std::vector<TensorSpec>& specs, const std::vector<Bytes>& inp
   return out;
 }
 
-// By the coordinates of each element.
+// Copies each element by its coordinates.
 Bytes model_of(const std::vector<TensorSpec>& specs, const std::vector<Bytes>& inputs,
                size_t dimension, const Shape& merged) {
   const size_t size = size_of(specs[0].type);
@@ -81,7 +81,7 @@ TEST(Concatenation, MissingDimensionsAreOne) {
   EXPECT_EQ(last->output().shape.rank(), 16u);
 }
 
-TEST(Concatenation, TilesDoNotShow) {
+TEST(Concatenation, TilesDoNotAffectTheResult) {
   const TensorSpec rgb{ElementType::UInt8, Shape{3, 640, 48}, ""};
   const TensorSpec alpha{ElementType::UInt8, Shape{1, 640, 48}, ""};
   std::vector<Bytes> inputs{Bytes(640 * 48 * 3), Bytes(640 * 48)};
@@ -94,10 +94,10 @@ TEST(Concatenation, TilesDoNotShow) {
   }
 }
 
-// Past the caches, where blocks begin anywhere within a line. A row has the bytes of every
-// dimension up to the merged one, of each input one behind the other.
+// Non-temporal stores with blocks at every alignment. A row holds the bytes of every dimension up
+// to the merged one, input after input.
 TEST(Concatenation, LargeTensorsAreRowsOfBlocks) {
-  const size_t inner[] = {5 * 8, 231 * 5 * 8, 230 * 231 * 5 * 8};  // bytes below dimension 1, 2, 3
+  const size_t inner[] = {5 * 8, 231 * 5 * 8, 230 * 231 * 5 * 8};  // bytes below dimensions 1, 2, 3
   for (const size_t dimension : {1u, 2u, 3u}) {
     std::vector<TensorSpec> specs;
     std::vector<Bytes> inputs;
@@ -124,7 +124,7 @@ TEST(Concatenation, LargeTensorsAreRowsOfBlocks) {
   }
 }
 
-TEST(Concatenation, TypesThatDifferAreToldWithBothSides) {
+TEST(Concatenation, DifferentTypesAreReportedWithBothSides) {
   const std::vector<TensorSpec> specs{{ElementType::UInt8, Shape{2, 3}, ""},
                                       {ElementType::Float32, Shape{2, 3}, ""}};
   const auto plan = Concatenation::plan(specs, 0);
@@ -136,7 +136,7 @@ TEST(Concatenation, TypesThatDifferAreToldWithBothSides) {
   EXPECT_EQ(plan.error().fix, "tensor_transform mode=typecast option=uint8");
 }
 
-TEST(Concatenation, SizesThatFitAlongAnotherDimensionAreToldWithIt) {
+TEST(Concatenation, SizesThatFitAlongADifferentDimensionAreReportedWithIt) {
   const auto fix = [](const Shape& one, const Shape& two, size_t dimension) {
     const std::vector<TensorSpec> specs{{ElementType::UInt8, one, ""},
                                         {ElementType::UInt8, two, ""}};
@@ -149,7 +149,7 @@ TEST(Concatenation, SizesThatFitAlongAnotherDimensionAreToldWithIt) {
   EXPECT_EQ(fix(Shape{2, 3}, Shape{7, 4}, 0), "") << "they fit along none";
 }
 
-TEST(Concatenation, SizesThatDifferAreToldWithTheirDimension) {
+TEST(Concatenation, DifferentSizesAreReportedWithTheirDimension) {
   const std::vector<TensorSpec> specs{{ElementType::UInt8, Shape{2, 3, 5}, ""},
                                       {ElementType::UInt8, Shape{2, 3, 4}, ""}};
   EXPECT_TRUE(Concatenation::plan(specs, 2));

@@ -1,4 +1,5 @@
-// A vector of each input is spread to the places of its blocks, and what is spread goes together.
+// Interleaves short rows: spreads a vector of each input to its places in the rows and ORs the
+// results.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/merge/interleave.hpp"
 
@@ -22,8 +23,9 @@ struct Interleaved {
   size_t block[kMostInputs];
   size_t row = 0;   // bytes
   size_t step = 0;  // rows in a vector
-  size_t rows = 0;  // multiple of step, which leaves a vector's length behind it everywhere
-  // Where each byte of a vector comes from; 0x80: from another input.
+  // A multiple of step; leaves room for a vector at the end of each input and the output.
+  size_t rows = 0;
+  // The source index of each byte of a vector; 0x80: from another input.
   alignas(kVector) uint8_t from[kMostInputs][kVector];
   uint8_t* out = nullptr;
 };
@@ -53,7 +55,7 @@ size_t interleave_fixed(const Interleaved& plan) noexcept {
                     hn::TableLookupBytesOr0(hn::LoadU(d, in[1]), second));
     if constexpr (kInputs > 2) v = hn::Or(v, hn::TableLookupBytesOr0(hn::LoadU(d, in[2]), third));
     if constexpr (kInputs > 3) v = hn::Or(v, hn::TableLookupBytesOr0(hn::LoadU(d, in[3]), fourth));
-    hn::StoreU(v, d, out);  // what is behind the rows of this step is written over by the next
+    hn::StoreU(v, d, out);  // the next step overwrites the bytes after this step's rows
     for (size_t i = 0; i < kInputs; ++i) in[i] += plan.step * plan.block[i];
     out += plan.step * plan.row;
   }

@@ -1,4 +1,4 @@
-// Rows of a few bytes: a block of each input, one behind the other.
+// interleave_rows: builds short rows from one block of each input.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <cstddef>
@@ -6,9 +6,9 @@
 
 namespace weir {
 
-// Writes the first rows of `rows` to `out`, and returns how many these are: none where rows are not
-// made by shuffles (more than 16 bytes in a row, or other than 2 to 4 inputs), and never the last
-// ones, for vectors are read and written whole. `blocks`: bytes of each input in a row.
+// Writes the first ones of `rows` rows to `out` and returns their number. Returns 0 if shuffles
+// cannot make the rows (more than 16 bytes in a row, or not 2 to 4 inputs). Never writes the last
+// rows, because it accesses whole vectors. `blocks`: bytes of each input in a row.
 size_t interleave_rows(std::span<const std::span<const std::byte>> inputs,
                        std::span<const size_t> blocks, size_t rows, std::byte* out) noexcept;
 

@@ -1,4 +1,4 @@
-// Interleaved rows against a plain loop, on every target of this CPU.
+// Compares interleaved rows with a plain loop, on every SIMD target of this CPU.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/merge/interleave.hpp"
 
@@ -13,7 +13,7 @@ namespace {
 
 using Bytes = std::vector<std::byte>;
 
-// Each input just as long as it is: what is read behind it is seen by the sanitizers.
+// Each input has its exact size, so that sanitizers detect overreads.
 std::vector<Bytes> inputs_of(const std::vector<size_t>& blocks, size_t rows) {
   std::vector<Bytes> out;
   for (size_t i = 0; i < blocks.size(); ++i) {
@@ -32,7 +32,7 @@ Bytes plain(const std::vector<Bytes>& inputs, const std::vector<size_t>& blocks,
   return out;
 }
 
-// Which rows are written must be right; none behind the end.
+// The written rows must be right, and nothing may be written after the end.
 size_t check(const std::vector<size_t>& blocks, size_t rows) {
   const auto inputs = inputs_of(blocks, rows);
   const std::vector<std::span<const std::byte>> views(inputs.begin(), inputs.end());

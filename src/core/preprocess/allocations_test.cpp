@@ -1,5 +1,5 @@
-// What a runner allocates for frames, with every allocation of this program counted. Not with
-// sanitizers, which have such operators of their own.
+// Checks what a runner allocates for frames by counting every allocation of this program. Excluded
+// from sanitizer builds, which replace the same operators.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <gtest/gtest.h>
 
@@ -7,7 +7,7 @@
 #include <cstdlib>
 #include <new>
 
-#include "core/preprocess/plan_reference.hpp"
+#include "core/preprocess/plan_reference_test_support.hpp"
 #include "core/preprocess/runner.hpp"
 
 #if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
@@ -24,7 +24,7 @@ void* allocated(void* memory) {
 
 }  // namespace
 
-// Those for arrays call these.
+// The array versions call these.
 void* operator new(size_t size) {
   return allocated(std::malloc(size > 0 ? size : 1));
 }
@@ -50,7 +50,7 @@ namespace {
 
 using testing::Pixels;
 
-// Regions here and there, each of its own columns: no sums that two share.
+// Regions in different places, each with its own columns, so that no sums are shared.
 TEST(Runner, AllocatesForTheFirstFramesOnly) {
   constexpr uint32_t kRegions = 20, kPlaces = 3;
   for (const char* format : {"RGB", "NV12", "I420"})

@@ -1,4 +1,4 @@
-// The weights of nearest, bilinear and area.
+// Computes the sample weights of nearest, bilinear and area resizing.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/preprocess/axis.hpp"
 
@@ -45,7 +45,7 @@ void Axis::add_nearest(const AxisPart& part, int64_t pixel, Sampling sampling) {
 }
 
 void Axis::add_bilinear(double position) {
-  // Above -1; a conversion is an instruction where std::floor may be a call.
+  // The position is above -1. The conversion is one instruction where std::floor may be a call.
   const double floor = static_cast<double>(static_cast<int64_t>(position + 1) - 1);
   const double fraction = position - floor;
   if (floor < low_)
@@ -61,7 +61,8 @@ void Axis::add_bilinear(double position) {
 void Axis::add_area(double begin, double end) {
   begin = std::max(begin, static_cast<double>(low_));
   end = std::min(end, static_cast<double>(high_));
-  // What rounding makes of a whole number is that number: no sliver of the next sample.
+  // Absorbs the rounding error of whole numbers; otherwise a target pixel would include a sliver of
+  // the next sample.
   constexpr double kSliver = 1e-6;
   const auto first = static_cast<uint32_t>(std::min(std::floor(begin + kSliver), high_ - 1.0));
   shares_.clear();

@@ -1,4 +1,4 @@
-// Axis: for each target pixel of one axis, the samples it is made of and their weights.
+// Axis: for each target pixel along one axis, the source samples that make it and their weights.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <cstdint>
@@ -10,24 +10,24 @@
 
 namespace weir::preprocess {
 
-// [begin, begin + length), which may reach beyond the picture, laid on `targets` pixels, of which
-// those from `first` on are wanted.
+// The source interval [begin, begin + length), which may exceed the picture, is mapped onto
+// `targets` pixels. Only the pixels from `first` on are computed.
 struct AxisWhole {
   int64_t begin = 0;
   uint32_t length = 0, targets = 0, first = 0;
   bool operator==(const AxisWhole&) const = default;
 };
-// The part [begin, begin + length) of the picture, in pixels, and `targets` pixels: it is laid on
-// them, or it is what there is of `whole`, whose targets they are.
+// The part [begin, begin + length) of the picture, in pixels, and the number of target pixels. The
+// part covers all of them; with `whole`, it is the visible part of that larger interval.
 struct AxisPart {
   uint32_t begin = 0, length = 0, targets = 0;
   std::optional<AxisWhole> whole = std::nullopt;
 };
 
-// How the samples of a plane lie along the axis.
+// How the samples of a plane are placed along the axis.
 struct Sampling {
-  bool halved = false;   // one sample for two pixels
-  bool cosited = false;  // in the middle of the even pixel, not between the two
+  bool halved = false;   // one sample for every two pixels
+  bool cosited = false;  // at the centre of the even pixel instead of between the two
 };
 
 class Axis {
@@ -35,12 +35,13 @@ class Axis {
   Axis() = default;
   Axis(Resize resize, const AxisPart& part, Sampling sampling) { lay(resize, part, sampling); }
 
-  // Formulas: preparation.hpp. Precondition: length and targets are above 0. Memory is kept.
+  // The formulas are in preparation.hpp. Precondition: length and targets are above 0. Keeps the
+  // allocated memory.
   void lay(Resize resize, const AxisPart& part, Sampling sampling);
 
   size_t targets() const noexcept { return entries_.size(); }
   uint32_t first(size_t target) const noexcept { return entries_[target].first; }
-  // Of the samples from first() on; at least one, their sum is 1.
+  // The weights of the samples from first() on. At least one weight; they sum to 1.
   std::span<const float> weights(size_t target) const noexcept {
     return {weights_.data() + entries_[target].weights, entries_[target].count};
   }
@@ -61,7 +62,7 @@ class Axis {
 
   std::vector<Entry> entries_;
   std::vector<float> weights_;
-  std::vector<double> shares_;  // of the target that is being added
+  std::vector<double> shares_;  // scratch: the weights of the target pixel being added
   size_t most_weights_ = 0;
   uint32_t low_ = 0, high_ = 0;
 };

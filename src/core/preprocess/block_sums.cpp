@@ -1,4 +1,4 @@
-// Which rows are added up, and where the sums are.
+// Selects the rows that are added together and lays out their sums.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/preprocess/block_sums.hpp"
 
@@ -71,8 +71,9 @@ void BlockSums::reserve() {
   }
 }
 
-// All levels of a row while it is in the nearest cache; what of them is wanted for several rows at
-// once is a part of the bytes only. Sums end within the next ones, which are made after them.
+// Computes all levels of a row while the row is in the L1 cache; the sums over several rows are
+// much smaller than the bytes. Writes past the end of a row of sums reach into the next one, which
+// is written later.
 void BlockSums::make(const uint8_t* memory, ptrdiff_t stride, size_t end_row) noexcept {
   if (made_ >= end_row) return;
   while (!begins_[end_row]) ++end_row;

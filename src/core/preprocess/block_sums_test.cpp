@@ -1,4 +1,4 @@
-// Sums of blocks against plain loops.
+// Compares sums of blocks with plain loops.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/preprocess/block_sums.hpp"
 
@@ -15,20 +15,20 @@ namespace {
 
 using transform::test::for_each_target;
 
-constexpr size_t kAlone = 13;  // a row that is asked for by itself
+constexpr size_t kAlone = 13;  // a row that is requested on its own
 
-// Of the rows [first, end), each `together` of them may be added up, in blocks of `block` samples.
+// Requests the rows [first, end) in blocks of `block` samples; `together` rows may be added.
 struct Wanted {
   size_t first, end, block, together;
 };
 
-// Rows of random bytes, the last one first in memory.
+// Rows of random bytes, stored bottom-up.
 struct Upwards {
   static constexpr size_t kRows = 19, kSamples = 700;
   explicit Upwards(size_t samples_step) : step(samples_step), bytes(kRows * kSamples * step) {
     std::mt19937 random(4);
     for (auto& byte : bytes) byte = static_cast<uint8_t>(random());
-    std::fill_n(bytes.begin(), 3 * kSamples * step, uint8_t{255});  // the largest sums
+    std::fill_n(bytes.begin(), 3 * kSamples * step, uint8_t{255});  // the largest possible sums
   }
   const uint8_t* memory() const { return bytes.data() + (kRows - 1) * kSamples * step; }
   ptrdiff_t stride() const { return -static_cast<ptrdiff_t>(kSamples * step); }
@@ -38,8 +38,8 @@ struct Upwards {
       for (size_t i = sample; i < sample + samples; ++i) out += at(r, i, lane);
     return out;
   }
-  // Four times the sum from a quarter of a sample on to a quarter behind the last one, if there is
-  // one.
+  // Four times the sum from a quarter sample after the first to a quarter sample after the last, if
+  // a further sample exists.
   int shifted_sum(size_t row, size_t rows, size_t sample, size_t samples, size_t lane,
                   bool one_more) const {
     int out = 4 * sum(row, rows, sample, samples, lane) - sum(row, rows, sample, 1, lane);
@@ -55,7 +55,7 @@ struct Upwards {
 void expect_sums(const BlockSums& sums, const Upwards& plane, const Wanted& wanted) {
   const size_t block = wanted.block, low = sums.samples().low, high = sums.samples().high;
   for (size_t row = wanted.first, together = 0; row < wanted.end; row += together) {
-    together = 1;  // what one row of sums is of
+    together = 1;  // rows in one row of sums
     while (row + together < wanted.end && sums.of_rows(row, together + 1, block).count == 1)
       ++together;
     ASSERT_LE(together, sums.most_rows_of(block));
@@ -98,7 +98,7 @@ void expect_sums_as_wanted(bool cosited, const std::vector<std::vector<Wanted>>&
   }
 }
 
-TEST(BlockSums, AreOfWholeBlocksAndMadeAsTheyAreWanted) {
+TEST(BlockSums, CoverWholeBlocksOnDemand) {
   expect_sums_as_wanted(
       false, {{{3, 5, 4, 1}, {2, 18, 64, 1}},
               {{8, 16, 4, 4}, {5, 18, 16, 1}, {2, 17, 2, 1}},
@@ -114,7 +114,7 @@ TEST(BlockSums, OfCositedSamplesAreAQuarterFurtherRight) {
                                {{4, 8, 16, 4}, {1, 18, 8, 1}, {1, 17, 4, 1}, {1, 17, 2, 1}}});
 }
 
-TEST(BlockSums, AreOfUpToFourRowsThatBeginWhereTheyShall) {
+TEST(BlockSums, CoverUpToFourRowsFromAnyStart) {
   const Upwards plane(1);
   BlockSums sums({0, 0, 256, 1});
   sums.want(1, 19, 64, 1);
@@ -131,7 +131,7 @@ TEST(BlockSums, AreOfUpToFourRowsThatBeginWhereTheyShall) {
   }
 }
 
-TEST(BlockSums, TakeAsManyRowsAtOnceAsAllWantersCan) {
+TEST(BlockSums, ReadAsManyRowsAtOnceAsAllLayersAllow) {
   const Upwards plane(1);
   BlockSums sums({0, 0, 256, 1});
   sums.want(0, 16, 4, 8);

@@ -1,4 +1,4 @@
-// Numbers to boxes.
+// Converts tensor elements to boxes.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/preprocess/boxes.hpp"
 
@@ -19,7 +19,7 @@ Number number_at(std::span<const std::byte> bytes, size_t index) {
 }
 
 Box box_of(const float (&n)[kNumbers]) {
-  constexpr double kFar = 1e12;  // pixels: farther is as good
+  constexpr double kFar = 1e12;  // pixels; larger coordinates make no difference
   for (const float number : n)
     if (!std::isfinite(number)) return {};
   const auto edge = [&](double at) -> int64_t { return std::llround(std::clamp(at, -kFar, kFar)); };
@@ -42,12 +42,11 @@ Status check_boxes(const TensorSpec& spec) {
   bool flat = spec.shape.valid() && spec.shape[0] == kNumbers;
   for (size_t i = 2; i < spec.shape.rank(); ++i) flat = flat && spec.shape[i] == 1;
   if (flat && (spec.type == ElementType::UInt32 || spec.type == ElementType::Float32)) return ok();
-  return Error{Code::SPEC_MISMATCH,
-               "the stream of regions is not of boxes",
-               spec.to_string(),
-               "one tensor uint32 4:N or float32 4:N: x, y, width and height of each box",
-               "",
-               "tensor_transform mode=typecast option=float32"};
+  return Error{.code = Code::SPEC_MISMATCH,
+               .what = "the stream of regions does not contain boxes",
+               .offered = spec.to_string(),
+               .needed = "one tensor uint32 4:N or float32 4:N: x, y, width and height of each box",
+               .fix = "tensor_transform mode=typecast option=float32"};
 }
 
 void read_boxes(const TensorSpec& spec, std::span<const std::byte> bytes, std::vector<Box>* out) {

@@ -1,4 +1,4 @@
-// Tensors as boxes.
+// Reads boxes from tensors.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/preprocess/boxes.hpp"
 
@@ -27,7 +27,7 @@ TEST(Boxes, AreReadFromBothTypes) {
             (std::vector<Box>{{-1, 3, 3, 1}, {}}));
 }
 
-TEST(Boxes, ThatAreNoNumbersOrTooBigAreEmptyOrCut) {
+TEST(Boxes, NotANumberIsEmptyAndLargeBoxesAreClipped) {
   constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
   constexpr float kInf = std::numeric_limits<float>::infinity();
   const auto boxes = read<float>(
@@ -48,7 +48,7 @@ TEST(Boxes, AreClipped) {
   EXPECT_EQ(common_part(picture, {4, 5, 0, 1}).width, 0u);
 }
 
-TEST(Boxes, OfAnotherTypeOrShapeAreRefused) {
+TEST(Boxes, OfOtherTypesOrShapesAreRejected) {
   for (const TensorSpec& spec :
        {TensorSpec{ElementType::Int32, {4, 2}, ""}, TensorSpec{ElementType::Float32, {5, 2}, ""},
         TensorSpec{ElementType::Float32, {4, 2, 2}, ""}, TensorSpec{ElementType::UInt32, {}, ""}}) {

@@ -1,4 +1,4 @@
-// The numbers of resizing against OpenCV's resize(), which preparation.hpp names.
+// Compares resizing with OpenCV's resize(), as preparation.hpp promises.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <gtest/gtest.h>
 
@@ -6,7 +6,7 @@
 #include <opencv2/imgproc.hpp>
 #include <utility>
 
-#include "core/preprocess/plan_reference.hpp"
+#include "core/preprocess/plan_reference_test_support.hpp"
 
 namespace weir::preprocess {
 namespace {
@@ -18,7 +18,7 @@ struct Case {
   const char* name;
   Resize ours;
   int theirs;
-  bool shrinks_only;  // OpenCV's area is another method where pixels are made
+  bool shrinks_only;  // when enlarging, OpenCV's area is a different method
 };
 constexpr Case kCases[] = {{"nearest", Resize::Nearest, cv::INTER_NEAREST, false},
                            {"bilinear", Resize::Bilinear, cv::INTER_LINEAR, false},
@@ -27,7 +27,7 @@ constexpr std::pair<int, int> kSizes[] = {{24, 24}, {16, 9}, {31, 20}, {64, 48},
                                           {7, 45},  {1, 1},  {96, 50}, {128, 96}};
 constexpr int kWidth = 64, kHeight = 48;
 
-// What both make of the same random picture; `Value` is the type of the numbers.
+// Resizes the same random picture with both; `Value` is the element type.
 template <class Value>
 void compare(const Case& c, int width, int height, double most) {
   SCOPED_TRACE(std::string(c.name) + " to " + std::to_string(width) + "x" + std::to_string(height));
@@ -46,7 +46,7 @@ void compare(const Case& c, int width, int height, double most) {
                   static_cast<size_t>(plane.stride));
   if (!kBytes) picture.convertTo(picture, CV_32F);
   cv::Mat theirs;
-  cv::setNumThreads(1);  // what threads of OpenCV do is not looked into here
+  cv::setNumThreads(1);  // OpenCV's threads are not under test
   cv::resize(picture, theirs, {width, height}, 0, 0, c.theirs);
   ASSERT_TRUE(theirs.isContinuous());
   ASSERT_EQ(ours.size(), theirs.total() * 3);

@@ -1,4 +1,4 @@
-// Where the pairs lie.
+// Lays out the lookup tables of pairs of samples.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/preprocess/pair_columns.hpp"
 
@@ -11,7 +11,7 @@
 namespace weir::preprocess {
 namespace {
 
-// Of a lane of 16 bits.
+// Offset of the low byte of a lane of 16 bits.
 constexpr size_t low_byte(size_t lane) noexcept {
   return lane * sizeof(int16_t) + (std::endian::native == std::endian::little ? 0 : 1);
 }
@@ -30,7 +30,7 @@ void PairColumns::lay(const Axis& axis, size_t sample_bytes) {
   shares.assign(padded(count) * lanes + kWideLanes, 0);
   for (size_t t = 0; t < count; ++t) {
     const auto weights = axis.weights(t);
-    // Where there is none behind the last sample: a pair of which only the second counts.
+    // If no sample follows, the pair ends with this sample and only its second sample counts.
     const uint32_t first = std::min(axis.first(t), axis.high() - 2);
     const double second = weights.size() == 2 ? double{weights[1]} : axis.first(t) - first;
     at[t] = static_cast<uint32_t>((first - axis.low()) * step);

@@ -1,4 +1,4 @@
-// Pairs taken out of rows and blended, against the same arithmetic one number at a time.
+// Compares blended pairs with the same arithmetic one number at a time.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/preprocess/pair_columns.hpp"
 
@@ -19,7 +19,8 @@ int times_share(int difference, int share) {
   return (difference * share + (1 << 14)) >> 15;
 }
 
-// A row of random samples in memory of its size: an address sanitizer sees a byte read too far.
+// A row of random samples in memory of exactly its size, so that AddressSanitizer detects
+// overreads.
 struct Rows {
   std::vector<uint8_t> above, below;
   Rows(size_t bytes, uint32_t seed) : above(bytes), below(bytes) {
@@ -90,7 +91,7 @@ PairColumns laid(size_t step, uint32_t length, uint32_t targets) {
   return columns;
 }
 
-TEST(PairColumns, LooksNeighboursUpTogetherWhereTheyLieNear) {
+TEST(PairColumns, LooksUpNearNeighboursTogether) {
   transform::allow_avx512_bytes(false);
   EXPECT_EQ(laid(1, 64, 64).group, 8u);
   EXPECT_EQ(laid(1, 192, 64).group, 4u);
@@ -99,11 +100,11 @@ TEST(PairColumns, LooksNeighboursUpTogetherWhereTheyLieNear) {
   EXPECT_EQ(laid(3, 192, 64).group, 2u);
   EXPECT_EQ(laid(4, 64, 64).group, 2u);
   EXPECT_EQ(laid(4, 192, 64).group, 1u);
-  EXPECT_EQ(laid(1, 15, 15).group, 1u);  // no window fits in the row
+  EXPECT_EQ(laid(1, 15, 15).group, 1u);  // a window is longer than the row
   transform::allow_avx512_bytes(true);
 }
 
-TEST(PairColumns, TakesWindowsOfWholeVectorsWhereTheCpuHasThem) {
+TEST(PairColumns, UsesWholeVectorWindowsIfTheCpuHasThem) {
   if (!has_wide_windows()) GTEST_SKIP() << "no AVX-512 with VBMI";
   EXPECT_EQ(laid(1, 64, 64).wide, 1u);
   EXPECT_EQ(laid(1, 640, 320).wide, 1u);
@@ -114,11 +115,11 @@ TEST(PairColumns, TakesWindowsOfWholeVectorsWhereTheCpuHasThem) {
   EXPECT_EQ(laid(2, 960, 320).wide, 2u);
   EXPECT_EQ(laid(4, 640, 160).wide, 2u);
   EXPECT_EQ(laid(3, 1280, 160).wide, 3u);
-  EXPECT_EQ(laid(1, 63, 63).wide, 0u);  // no window fits in the row
+  EXPECT_EQ(laid(1, 63, 63).wide, 0u);  // a window is longer than the row
 }
 
-// What a whole vector of pixels would need of bytes does not fit into four of them.
-TEST(PairColumns, MakesPartsOfVectorsOutOfWindowsWhereNeighboursLieFar) {
+// The bytes that a whole vector of pixels needs do not fit into four vectors.
+TEST(PairColumns, AssemblesVectorsFromWindowsForFarNeighbours) {
   if (!has_wide_windows()) GTEST_SKIP() << "no AVX-512 with VBMI";
   const auto windows = [](size_t step, uint32_t factor) {
     const PairColumns columns = laid(step, 320 * factor, 320);

@@ -1,5 +1,5 @@
-// One source for all vector widths: compiled once per CPU target. 16 bits: 128 times a byte, and
-// its differences, fit and are rounded to 1/128 of a step of 255.
+// Blends pairs of samples; compiled once per CPU target. 128 times a byte, and differences of such
+// values, fit into 16 bits; the result is rounded to 1/128 of a step of 255.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/preprocess/pair_kernels.hpp"
 
@@ -19,7 +19,7 @@ namespace weir::preprocess::HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-#if HWY_TARGET == HWY_SCALAR  // no vector to look bytes up in
+#if HWY_TARGET == HWY_SCALAR  // no vector for byte lookups
 
 int16_t share_of(int difference, int16_t share) {
   return static_cast<int16_t>((difference * share + (1 << 14)) >> 15);
@@ -29,7 +29,7 @@ int blended(int first, int second, int16_t share) {
   return 128 * first + share_of(128 * (first - second), share);
 }
 
-// first(row, pixel): where the pixel's first sample begins; the second one lies step behind.
+// first(row, pixel) returns the pixel's first sample; the second one is `step` bytes later.
 template <class First>
 void blend(const PairColumns& columns, size_t row_count, int16_t row_share, int16_t* out,
            First&& first) {
@@ -66,7 +66,7 @@ using S = hn::ScalableTag<int16_t>;
 using B = hn::Repartition<uint8_t, S>;
 static_assert(hn::MaxLanes(S()) <= kRowBlock);
 
-// Where the bytes of 16 bytes of pairs go, as lanes of 16 bits: the first samples, the second ones.
+// Moves the bytes of 16 bytes of pairs to lanes of 16 bits: first samples, then second samples.
 #if __BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__
 #define WEIR_LANE(a) a, kNothingHere
 #else
@@ -115,7 +115,7 @@ void BlendPairs(const std::byte* const* pairs, size_t row_count, const PairColum
   }
 }
 
-// As many blocks as a vector holds; one where its length is known only when it runs.
+// As many blocks as a vector holds; one if the vector length is known only at run time.
 constexpr size_t kBlocks = HWY_HAVE_SCALABLE ? 1 : hn::MaxLanes(B()) / kWindow;
 static_assert(kBlocks <= kBlocksPadded);
 
@@ -147,7 +147,8 @@ void blend_windows(const SourceRows& from, const PairColumns& columns, int16_t r
   for (size_t i = 0; i < lanes; i += hn::Lanes(d)) {
     const size_t block = i / kBlockLanes;
     const auto share = hn::LoadU(d, shares + i);
-    for (size_t b = 0; b < kBlocks; b += 2) {  // two blocks are made of some 64 bytes at most
+    // The samples of two blocks span about 64 bytes at most.
+    for (size_t b = 0; b < kBlocks; b += 2) {
       __builtin_prefetch(next_above + windows[0][block + b]);
       __builtin_prefetch(next_below + windows[0][block + b]);
     }
@@ -193,7 +194,7 @@ HWY_EXPORT(BlendWindows);
 
 namespace {
 
-// Pairs that lie far from each other, one by one.
+// Copies pairs one by one, for pairs that are far apart.
 template <class Pair, class Read>
 void sample(const SourceRows& from, const PairColumns& columns, std::byte* const* out,
             Read read) noexcept {
@@ -216,7 +217,7 @@ Word word_at(const uint8_t* at) noexcept {
   return word;
 }
 
-// Six bytes, and not one more.
+// Reads six bytes and not one more: the row may end there.
 uint64_t six_bytes_at(const uint8_t* at) noexcept {
   const auto low = word_at<uint32_t>(at);
   const auto high = word_at<uint16_t>(at + 4);

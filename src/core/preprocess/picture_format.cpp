@@ -40,12 +40,11 @@ Result<PictureFormat> picture_format(std::string_view name) {
     if (format.name == name) return format;
     known += (known.empty() ? "" : ", ") + std::string(format.name);
   }
-  return Error{Code::FORMAT_UNSUPPORTED,
-               "pictures of this format cannot be prepared",
-               std::string(name),
-               known,
-               "",
-               "videoconvert ! tensor_preprocess"};
+  return Error{.code = Code::FORMAT_UNSUPPORTED,
+               .what = "pictures of this format cannot be preprocessed",
+               .offered = std::string(name),
+               .needed = known,
+               .fix = "videoconvert ! tensor_preprocess"};
 }
 
 }  // namespace weir::preprocess

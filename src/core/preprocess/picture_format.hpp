@@ -1,4 +1,4 @@
-// PictureFormat: where the samples of a pixel lie in the memory of a decoded picture.
+// PictureFormat: where the samples of a pixel are in the memory of a decoded picture.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <array>
@@ -12,16 +12,16 @@ namespace weir::preprocess {
 
 enum class ColorModel : uint8_t { Gray, Rgb, Yuv };
 
-// One kind of sample: byte `offset` of each `step` bytes in a row of `plane`.
+// One kind of sample: byte `offset` of every `step` bytes in a row of `plane`.
 struct Lane {
   uint8_t plane = 0, offset = 0, step = 1;
-  bool halved = false;  // one sample for two columns and two rows (chroma of 4:2:0)
+  bool halved = false;  // one sample for two columns and two rows (4:2:0 chroma)
 };
 
 struct PictureFormat {
-  std::string_view name;  // as GStreamer writes it
+  std::string_view name;  // GStreamer's name
   ColorModel model = ColorModel::Gray;
-  std::array<Lane, 3> lanes;  // Gray: 1 of them; R, G, B; Y, Cb, Cr
+  std::array<Lane, 3> lanes;  // Gray: only the first; R, G, B; Y, Cb, Cr
 
   size_t lane_count() const noexcept { return model == ColorModel::Gray ? 1 : 3; }
   size_t plane_count() const noexcept { return size_t{lanes[lane_count() - 1].plane} + 1; }
@@ -29,7 +29,7 @@ struct PictureFormat {
 
 // RGB, BGR, RGBx, BGRx, xRGB, xBGR, RGBA, BGRA, ARGB, ABGR, GRAY8, NV12, I420. Alpha is not read.
 std::span<const PictureFormat> picture_formats() noexcept;
-// FORMAT_UNSUPPORTED, with the formats that are known.
+// FORMAT_UNSUPPORTED if the format is unknown; the error lists the known formats.
 Result<PictureFormat> picture_format(std::string_view name);
 
 }  // namespace weir::preprocess

@@ -1,4 +1,4 @@
-// Stretch, letterbox and centred crop.
+// Computes the placement for stretch, letterbox, centred crop and regions.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/preprocess/placement.hpp"
 
@@ -8,13 +8,13 @@
 namespace weir::preprocess {
 namespace {
 
-// a * b / c to the nearest, at least 1 and at most `limit`.
+// a * b / c, rounded to the nearest integer and clamped to 1..limit.
 uint32_t in_proportion(uint32_t a, uint32_t b, uint32_t c, uint32_t limit) noexcept {
   const uint64_t rounded = (uint64_t{2} * a * b + c) / (uint64_t{2} * c);
   return static_cast<uint32_t>(std::clamp<uint64_t>(rounded, 1, limit));
 }
 
-// The biggest part of `whole` with the proportions of `shape`, in its middle.
+// The largest centred part of `whole` with the proportions of `shape`.
 Rect middle(const Rect& whole, const Rect& shape) noexcept {
   Rect out = whole;
   const bool too_wide = uint64_t{whole.width} * shape.height > uint64_t{whole.height} * shape.width;
@@ -27,13 +27,13 @@ Rect middle(const Rect& whole, const Rect& shape) noexcept {
   return out;
 }
 
-// Above 0 for `b`.
+// Division rounded up, for b > 0.
 int64_t up(int64_t a, int64_t b) noexcept {
   return a > 0 ? (a + b - 1) / b : -(-a / b);
 }
 
-// What of [begin, begin + length), laid on the targets [at, at + targets), has its middle in the
-// picture's part [low, low + size).
+// The part of [begin, begin + length), mapped onto the targets [at, at + targets), whose target
+// centres are within the picture's part [low, low + size).
 struct Clipped {
   uint32_t begin, length, at, targets;
   AxisWhole whole;
@@ -41,10 +41,10 @@ struct Clipped {
 Clipped clip(int64_t begin, uint32_t length, uint32_t at, uint32_t targets, uint32_t low,
              uint32_t size) noexcept {
   const int64_t high = int64_t{low} + size, twice = int64_t{2} * targets;
-  // Sides of more than 2^31 pixels are no regions, and what is so far away is not seen.
+  // Region sides are at most 2^31 pixels, so anything farther away is invisible.
   constexpr int64_t kFar = int64_t{1} << 40;
   const int64_t near = std::clamp(begin, -kFar, kFar);
-  const auto target = [&](int64_t pixel) {  // the first whose middle is not before it
+  const auto target = [&](int64_t pixel) {  // the first target whose centre is not before the pixel
     return std::clamp<int64_t>(up(twice * (pixel - near) - length, int64_t{2} * length), 0,
                                targets);
   };
@@ -100,14 +100,14 @@ Status check_region(const Preparation& p, const Rect& picture, const Box& region
            std::to_string(part.x) + "," + std::to_string(part.y);
   };
   return Error{.code = Code::OPTION_VALUE,
-               .what = "the region shows nothing of the picture",
+               .what = "the region lies outside the picture",
                .offered = text(region),
                .needed = "a region with pixels in " + text(picture),
                .difference = "",
                .fix = ""};
 }
 
-PictureMap way_back(const Preparation& p) noexcept {
+SourceMap source_map_of(const Preparation& p) noexcept {
   const auto placed = place(p);
   const auto& [source, content, of_columns, of_rows] = placed;
   const AxisWhole columns =

@@ -1,4 +1,4 @@
-// Where pictures go in tensors, and back.
+// Placement of pictures in tensors, and the source map back.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/preprocess/placement.hpp"
 
@@ -25,13 +25,13 @@ TEST(Placement, StretchedFillsTheTensor) {
   EXPECT_EQ(place.content, (Rect{0, 0, 224, 200}));
 }
 
-TEST(Placement, LetterboxedLiesInTheMiddle) {
+TEST(Placement, LetterboxedIsCentred) {
   EXPECT_EQ(place(preparation(1920, 1080, 640, 640, Fit::Letterbox)).content,
             (Rect{0, 140, 640, 360}));
   EXPECT_EQ(place(preparation(1080, 1920, 640, 640, Fit::Letterbox)).content,
             (Rect{140, 0, 360, 640}));
   EXPECT_EQ(place(preparation(100, 100, 64, 64, Fit::Letterbox)).content, (Rect{0, 0, 64, 64}));
-  // 7 rows of 10 for 3 of 5: 4.2 rounded.
+  // 7 columns of a 5x3 picture need 4.2 rows, rounded to 4.
   EXPECT_EQ(place(preparation(5, 3, 7, 9, Fit::Letterbox)).content, (Rect{0, 2, 7, 4}));
 }
 
@@ -53,9 +53,9 @@ TEST(Placement, StaysWithinTheGivenCrop) {
   EXPECT_EQ(place(p).source, (Rect{20, 30, 40, 20}));
 }
 
-TEST(WayBack, LeadsCornersToCornersAndBack) {
+TEST(SourceMap, MapsCornersToCornersAndBack) {
   auto p = preparation(1920, 1080, 640, 640, Fit::Letterbox);
-  const auto map = way_back(p);
+  const auto map = source_map_of(p);
   const Point corner = map.to_source({0, 140}), opposite = map.to_source({640, 500});
   EXPECT_DOUBLE_EQ(corner.x, 0);
   EXPECT_DOUBLE_EQ(corner.y, 0);
@@ -65,12 +65,12 @@ TEST(WayBack, LeadsCornersToCornersAndBack) {
   EXPECT_EQ(map.height, 640u);
   EXPECT_EQ(map.x_dimension, 1);
   p.layout = Layout::Nchw;
-  EXPECT_EQ(way_back(p).x_dimension, 0);
-  EXPECT_EQ(way_back(p).y_dimension, 1);
+  EXPECT_EQ(source_map_of(p).x_dimension, 0);
+  EXPECT_EQ(source_map_of(p).y_dimension, 1);
   p.crop = Rect{101, 33, 517, 211};
   for (const Fit fit : {Fit::Stretch, Fit::Letterbox, Fit::CentreCrop}) {
     p.fit = fit;
-    const auto cropped = way_back(p);
+    const auto cropped = source_map_of(p);
     const Point there = cropped.to_source({12.5, 77});
     EXPECT_NEAR(cropped.to_tensor(there).x, 12.5, 1e-9);
     EXPECT_NEAR(cropped.to_tensor(there).y, 77, 1e-9);

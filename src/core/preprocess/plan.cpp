@@ -16,7 +16,7 @@
 namespace weir::preprocess {
 namespace {
 
-// Whether the rows that are read lie within the plane's memory.
+// Whether all rows to be read are within the plane's memory.
 bool holds(const Plane& plane, const Grid& grid) {
   constexpr int64_t kMost = int64_t{1} << 40;
   const int64_t size = static_cast<int64_t>(plane.memory.size());
@@ -29,14 +29,14 @@ bool holds(const Plane& plane, const Grid& grid) {
   return low >= 0 && high + static_cast<int64_t>(grid.bytes) <= size;
 }
 
-// Behind the last row that the target is made of.
+// The source row after the last one that target row `target` uses.
 size_t end_of(const Grid& grid, size_t target) {
   return grid.rows.first(target) + grid.rows.weights(target).size();
 }
 
 }  // namespace
 
-// One frame on its way through the tables.
+// One frame's run through the tables of a plan.
 class PlanRun {
  public:
   PlanRun(const PlanTables& tables, const Planes& planes, std::span<std::byte> out,
@@ -54,30 +54,28 @@ class PlanRun {
   Status check() const {
     const uint64_t needed = *p_.tensor().bytes();
     if (out_.size() != needed)
-      return Error{Code::FRAME_SIZE,
-                   "the memory for the tensor has another size",
-                   std::to_string(out_.size()) + " bytes",
-                   std::to_string(needed) + " bytes",
-                   "",
-                   ""};
+      return Error{.code = Code::FRAME_SIZE,
+                   .what = "the memory for the tensor has the wrong size",
+                   .offered = std::to_string(out_.size()) + " bytes",
+                   .needed = std::to_string(needed) + " bytes"};
     for (const Band& band : t_.bands) {
       const Plane& plane = planes_[band.plane];
       const Grid& grid = t_.grids[band.grid];
       if (!holds(plane, grid))
-        return Error{Code::FRAME_SIZE,
-                     "a picture is shorter than its size says",
-                     "plane " + std::to_string(band.plane) + " of " +
-                         std::to_string(plane.memory.size()) + " bytes, offset " +
-                         std::to_string(plane.offset) + ", stride " + std::to_string(plane.stride),
-                     "rows up to " + std::to_string(grid.rows.high()) + ", each up to byte " +
-                         std::to_string(grid.first_byte + grid.bytes),
-                     "",
-                     "check the element before"};
+        return Error{.code = Code::FRAME_SIZE,
+                     .what = "a picture is shorter than its size requires",
+                     .offered = "plane " + std::to_string(band.plane) + " of " +
+                                std::to_string(plane.memory.size()) + " bytes, offset " +
+                                std::to_string(plane.offset) + ", stride " +
+                                std::to_string(plane.stride),
+                     .needed = "rows up to " + std::to_string(grid.rows.high()) +
+                               ", each up to byte " + std::to_string(grid.first_byte + grid.bytes),
+                     .fix = "check the upstream element"};
     }
     return ok();
   }
 
-  // What all rows have alike, before the first one. By a power of two: each product is the same.
+  // Prepares what all rows share. The units are powers of two, so scaling the factors is exact.
   void begin() noexcept {
     colors_ = t_.colors;
     for (size_t s = 0; s < colors_.samples; ++s) {
@@ -100,7 +98,7 @@ class PlanRun {
   size_t element_bytes() const noexcept { return size_of(p_.type); }
   size_t count() const noexcept { return t_.placement.content.width; }
 
-  // Where `channels` elements of column x in row y begin.
+  // The address of element (channel, x, y); in NHWC, of the pixel's first element.
   std::byte* place(size_t channel, uint32_t x, uint32_t y) const noexcept {
     const size_t pixel = size_t{y} * p_.width + x;
     const size_t element = p_.layout == Layout::Nhwc
@@ -149,7 +147,7 @@ class PlanRun {
     return {w_.rows.data(), w_.next_rows.data(), count};
   }
 
-  // Where the lanes of the band's samples go, those that are not used into a row of their own.
+  // The destination of each lane of the band; unused lanes go to a scratch row.
   std::array<float*, 4> lanes_of(size_t band) const noexcept {
     std::array<float*, 4> out;
     out.fill(w_.lanes[3].data());
@@ -173,7 +171,7 @@ class PlanRun {
     const size_t block = grid.sums.block;
     const SummedRows rows = sums->of_rows(grid.rows.first(target), weights.size(), block);
     if (grid.sums.few) return add_few(grid, rows, w_.samples[band].data());
-    // A power of two: exact.
+    // A power of two, so the products are exact.
     const float share = 1.0f / static_cast<float>(block * counted(grid.cosited));
     const auto weight = [&](size_t row) {
       return weights[std::min(row, weights.size() - 1)] * share;
@@ -225,7 +223,7 @@ class PlanRun {
     return {nullptr, w_.samples[of.band].data(), grid.lanes(), of.offset};
   }
 
-  // Floats go where they belong; what is streamed, and all else, by way of the rows of w_.lanes.
+  // Writes floats directly to the tensor; streamed floats and all other types go through w_.lanes.
   void write(uint32_t y) noexcept {
     const uint32_t x = t_.placement.content.x;
     const bool together = p_.layout == Layout::Nhwc && p_.channels() == 3;
@@ -259,7 +257,7 @@ class PlanRun {
   const RowOptions& options_;
   LaneRow in_[3];
   ColorTransform colors_;
-  const bool floats_;  // the tensor is of float32 and lies where those may lie
+  const bool floats_;  // the tensor is float32 and aligned for it
 };
 
 Result<Plan> Plan::make(Preparation preparation) {
@@ -320,7 +318,7 @@ void Plan::grow(Workspace* w) const {
   for (auto& numbers : w->numbers) at_least(&numbers, count * sizeof(float));
 }
 
-// f(sums, grid, first target, last target) for the rows of the tensor.
+// Calls f(sums, grid, first target, last target) for each band that uses block sums.
 template <class F>
 void Plan::for_sums(uint32_t first, uint32_t count, FrameSums* sums, F&& f) const {
   const Rect& content = tables_->placement.content;
@@ -356,7 +354,7 @@ void Plan::want_sums(uint32_t first, uint32_t count, FrameSums* sums) const {
       of.want_begin(first);
       of.want_begin(end);
       if (grid.sums.rows > 1) continue;
-      of.want_begin(first + 1);  // the first and the last one may have weights of their own
+      of.want_begin(first + 1);  // the first and the last row may have different weights
       of.want_begin(end - 1);
     }
   });

@@ -1,4 +1,4 @@
-// Plan: a Preparation with its tables made; runs over frames and allocates nothing for them.
+// Plan: a Preparation with its tables; runs over frames without allocating memory.
 //
 //   auto plan = preprocess::Plan::make(preparation);
 //   auto workspace = plan->workspace();
@@ -22,14 +22,14 @@ namespace weir::preprocess {
 struct Plane {
   std::span<const std::byte> memory;
   size_t offset = 0;
-  ptrdiff_t stride = 0;  // may be negative
+  ptrdiff_t stride = 0;  // may be negative: bottom-up rows
 };
-using Planes = std::array<Plane, 3>;  // as many as the format has; the others are not looked at
+using Planes = std::array<Plane, 3>;  // only the format's planes are read
 
-// What the plans of one frame share, made as far as they have come.
+// Block sums of one frame that several plans share; computed as the plans need them.
 class FrameSums {
  public:
-  // Nothing is wanted any more. Memory is kept, for other crops too.
+  // Forgets all requests. Keeps the memory, also for other crops.
   void clear() {
     for (auto& of : all) of.clear();
   }
@@ -43,7 +43,7 @@ class FrameSums {
   std::vector<BlockSums> all;
 };
 
-// Memory for the rows in work, one for each thread; for all plans that it was made or grown for.
+// The row buffers of one thread, usable with every plan that created or grew it.
 class Workspace {
  public:
   Workspace() = default;
@@ -52,49 +52,50 @@ class Workspace {
   friend class PlanRun;
   friend class Plan;
   RowMemory<float> blended;
-  std::vector<RowMemory<float>> lanes;  // the last one for what is not used
+  std::vector<RowMemory<float>> lanes;  // the last one receives unused lanes
   RowMemory<std::byte> pairs[2];
-  std::vector<RowMemory<int16_t>> samples;  // of each band
+  std::vector<RowMemory<int16_t>> samples;  // one for each band
   std::vector<RowMemory<std::byte>> numbers;
   std::vector<const uint8_t*> rows, next_rows;
   FrameSums sums;
 };
 
 struct RowOptions {
-  // Past the caches where it can be done, for tensors that do not stay there. The caller calls
-  // flush_streamed() before another thread reads.
+  // Writes with non-temporal stores if possible, for tensors that exceed the caches. The caller
+  // calls flush_streamed() before another thread reads the tensor.
   bool streamed = false;
-  bool checked = false;  // by a call for no rows, of the same planes and tensor
-  // Cleared for these planes, then wanted and reserved for all rows to come, each tensor's from the
-  // first on; null: they are made in the workspace.
+  bool checked = false;  // a call for zero rows checked the same planes and tensor
+  // Null: the workspace holds the sums. Otherwise the caller called clear(), want_sums() and
+  // reserve() for all rows of this frame, and runs each tensor's rows in ascending order.
   FrameSums* sums = nullptr;
 };
 
 struct PlanTables;
 
-// Copies share the tables; one that gets another crop leaves them and has its own from then on.
+// Copies share the tables until a copy gets another crop; it then makes its own.
 class Plan {
  public:
-  // Errors: check(preparation).
+  // Returns the errors of check(preparation).
   static Result<Plan> make(Preparation preparation);
 
   const Preparation& preparation() const noexcept;
   const Placement& placement() const noexcept;
   Workspace workspace() const;
-  // Allocates nothing where the workspace is big enough.
+  // Allocates nothing if the workspace is large enough.
   void grow(Workspace* workspace) const;
 
-  // Errors: check_crop(). Tables that no other plan shares are made again in their own memory.
+  // Errors: check_crop(). Rebuilds the tables in place unless another plan shares them.
   Status set_crop(const Rect& crop);
-  // A region of the part `picture`, which it may reach beyond. OPTION_VALUE where the tensor would
-  // show nothing of that part (place()).
+  // Selects a region, which may exceed the part `picture`. OPTION_VALUE if the tensor would show
+  // nothing of that part (place()).
   Status set_region(const Rect& picture, const Box& region);
 
-  // What run_rows() of these rows reads of `sums`, which several plans share.
+  // Registers what run_rows() of these rows reads from `sums`, which several plans may share.
   void want_sums(uint32_t first, uint32_t count, FrameSums* sums) const;
 
-  // Writes the rows [first, first + count) of the tensor. `out` is the whole tensor, any alignment.
-  // FRAME_SIZE when a plane is shorter than the picture needs or `out` is not the tensor's size.
+  // Writes the rows [first, first + count) of the tensor. `out` is the whole tensor, at any
+  // alignment. FRAME_SIZE if a plane is shorter than the picture or `out` differs from the tensor's
+  // size.
   Status run_rows(const Planes& planes, std::span<std::byte> out, uint32_t first, uint32_t count,
                   Workspace* workspace, const RowOptions& options = {}) const;
   Status run(const Planes& planes, std::span<std::byte> out, Workspace* workspace) const {

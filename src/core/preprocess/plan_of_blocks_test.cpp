@@ -1,11 +1,11 @@
-// Plans that are made of sums of blocks against the formulas, and against themselves among others.
+// Compares plans that use block sums with the formulas and with the same plans run alone.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <gtest/gtest.h>
 
 #include <random>
 #include <string>
 
-#include "core/preprocess/plan_reference.hpp"
+#include "core/preprocess/plan_reference_test_support.hpp"
 #include "core/preprocess/runner.hpp"
 #include "core/transform/transform_test_support.hpp"
 
@@ -25,7 +25,7 @@ Preparation of_area(const Pixels& pixels, uint32_t width, uint32_t height) {
   return p;
 }
 
-// Each plan into the tensor of its number.
+// One job for each plan, writing to the tensor of the same index.
 std::vector<Job> jobs_of(const std::vector<Plan>& plans, std::vector<std::vector<float>>* out) {
   std::vector<Job> jobs;
   for (size_t i = 0; i < plans.size(); ++i)
@@ -33,8 +33,8 @@ std::vector<Job> jobs_of(const std::vector<Plan>& plans, std::vector<std::vector
   return jobs;
 }
 
-// More rows than 16 bits hold the sums of.
-TEST(PlanOfBlocks, OfTallPicturesAreExactToo) {
+// More rows than a 16-bit sum can hold.
+TEST(PlanOfBlocks, IsExactForTallPictures) {
   for (const char* format : {"GRAY8", "NV12"}) {
     const Pixels pixels(format, 64, 1024, 3);
     for (const auto& [width, height] : {std::pair{16u, 4u}, {4u, 4u}, {2u, 3u}, {1u, 1u}}) {
@@ -49,8 +49,8 @@ TEST(PlanOfBlocks, OfTallPicturesAreExactToo) {
   }
 }
 
-// More than float32 holds the sums of, with rows that layers share in other ways in each part.
-TEST(PlanOfBlocks, OfTallPicturesDoNotDependOnOtherLayersOrThreads) {
+// Larger sums than float32 holds exactly, over rows that the layers share differently in each part.
+TEST(PlanOfBlocks, TallPicturesDoNotDependOnOtherLayersOrThreads) {
   Pixels pixels("GRAY8", 64, 2048, 3);
   for (auto& byte : pixels.memory) byte |= std::byte{224};
   std::vector<Plan> plans;
@@ -70,7 +70,7 @@ TEST(PlanOfBlocks, OfTallPicturesDoNotDependOnOtherLayersOrThreads) {
   }
 }
 
-TEST(PlanOfBlocks, GivesWhatTheFormulasSay) {
+TEST(PlanOfBlocks, AgreesWithTheFormulas) {
   for (const char* format : {"GRAY8", "RGB", "NV12", "I420"})
     for (const uint32_t height : {21u, 32u, 64u}) {
       Pixels pixels(format, 384, height, 5, 3);
@@ -92,8 +92,9 @@ TEST(PlanOfBlocks, GivesWhatTheFormulasSay) {
     }
 }
 
-// Two rows at once, of which another layer wants each: they begin where no four rows do.
-TEST(PlanOfBlocks, LayersThatShareSomeRowsOnlyAreThoseOfPlansAlone) {
+// One layer adds two rows at once and another needs each of them; they do not start at a multiple
+// of four.
+TEST(PlanOfBlocks, LayersThatShareSomeRowsAgreeWithSeparatePlans) {
   const Pixels pixels("GRAY8", 48, 122, 5);
   std::vector<Plan> plans;
   std::vector<std::vector<float>> wanted, out;
@@ -110,8 +111,8 @@ TEST(PlanOfBlocks, LayersThatShareSomeRowsOnlyAreThoseOfPlansAlone) {
   EXPECT_EQ(out, wanted);
 }
 
-// Layers of any sizes, of parts of the picture that change from frame to frame, one for all or one
-// for each: they give what new plans give alone, and what the formulas say.
+// Layers of random sizes and parts of the picture that change from frame to frame, common or
+// separate: the results equal those of new plans run alone, and the formulas.
 TEST(PlanOfBlocks, RandomLayersAndPartsOfPicturesAgree) {
   for (uint32_t seed = 1; seed <= 15; ++seed) {
     std::mt19937 random(seed);
@@ -134,7 +135,7 @@ TEST(PlanOfBlocks, RandomLayersAndPartsOfPicturesAgree) {
       out.emplace_back(layers.back().channels() * layers.back().width * layers.back().height);
     }
     const auto jobs = jobs_of(plans, &out);
-    // Often of so many samples that some layer is made of whole blocks.
+    // The number of samples often allows whole blocks for some layer.
     const auto some_part = [&]() -> Rect {
       const uint32_t x = any(0, width / 16) * 4, y = any(0, height - 1);
       const uint32_t blocks = layers[any(0, 99) % layers.size()].width << any(1, 5);
@@ -163,8 +164,8 @@ TEST(PlanOfBlocks, RandomLayersAndPartsOfPicturesAgree) {
   }
 }
 
-// Big enough for several stripes; layers of whole blocks and others, letterboxed ones too.
-TEST(PlanOfBlocks, LayersOfAPyramidAreThoseOfPlansAlone) {
+// Large enough for several stripes, with and without whole blocks, some letterboxed.
+TEST(PlanOfBlocks, LayersOfAPyramidAgreeWithSeparatePlans) {
   for (const uint32_t seed : {1u, 2u}) {
     Pixels pixels("NV12", 1024, 1100, seed);
     pixels.picture.cosited_columns = seed == 2;

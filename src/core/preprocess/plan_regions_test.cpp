@@ -1,10 +1,10 @@
-// Regions that stick out of the picture: padding outside, the same numbers inside.
+// Regions that exceed the picture: padding outside, the same numbers inside.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <gtest/gtest.h>
 
 #include <cstring>
 
-#include "core/preprocess/plan_reference.hpp"
+#include "core/preprocess/plan_reference_test_support.hpp"
 #include "says.hpp"
 
 namespace weir::preprocess {
@@ -30,11 +30,11 @@ Preparation of_gray(uint32_t width, uint32_t height, uint32_t to_width, uint32_t
 constexpr Rect kHundred{0, 0, 100, 100};
 
 TEST(RegionPlacement, ShowsTheTargetPixelsWhoseMiddleIsInThePicture) {
-  // Target pixel t reaches from 2t - 10 to 2t - 8: the first whose middle is at 0 or behind is 5.
+  // Target pixel t covers 2t - 10 to 2t - 8; the first one with its centre at or after 0 is 5.
   const auto left = place(of_gray(100, 100, 20, 20), kHundred, {-10, 5, 40, 40});
   EXPECT_EQ(left.source, (Rect{0, 5, 30, 40}));
   EXPECT_EQ(left.content, (Rect{5, 0, 15, 20}));
-  // From 4t + 90 on: of three target pixels the middles 92, 96 and 100, which is outside.
+  // Starts at 4t + 90: three target pixels have the centres 92, 96 and 100, which is outside.
   const auto right = place(of_gray(100, 100, 10, 10), kHundred, {90, 70, 40, 40});
   EXPECT_EQ(right.source, (Rect{90, 70, 10, 30}));
   EXPECT_EQ(right.content, (Rect{0, 0, 2, 7}));
@@ -43,7 +43,7 @@ TEST(RegionPlacement, ShowsTheTargetPixelsWhoseMiddleIsInThePicture) {
   EXPECT_EQ(around.content, (Rect{10, 10, 10, 10}));
 }
 
-TEST(RegionPlacement, WithinThePictureIsThatOfACrop) {
+TEST(RegionPlacement, WithinThePictureEqualsACrop) {
   auto p = of_gray(100, 100, 7, 9);
   for (const Fit fit : {Fit::Stretch, Fit::Letterbox, Fit::CentreCrop}) {
     p.fit = fit;
@@ -58,17 +58,17 @@ TEST(RegionPlacement, WithinThePictureIsThatOfACrop) {
 
 TEST(RegionPlacement, LetterboxesTheWholeRegionNotItsVisiblePart) {
   auto p = of_gray(100, 100, 10, 10);
-  p.fit = Fit::Letterbox;  // 40x20 becomes 10x5 below two rows
+  p.fit = Fit::Letterbox;  // 40x20 becomes 10x5, below two rows of padding
   EXPECT_EQ(place(p, kHundred, {-20, 0, 40, 20}).content, (Rect{5, 2, 5, 5}));
-  p.fit = Fit::CentreCrop;  // the middle 20x20 of 40x20 begins at -10
+  p.fit = Fit::CentreCrop;  // the centred 20x20 of 40x20 begins at -10
   EXPECT_EQ(place(p, kHundred, {-20, 0, 40, 20}).content, (Rect{5, 0, 5, 10}));
 }
 
-TEST(RegionPlacement, LeadsBackToTheRegionAlsoOutsideOfThePicture) {
+TEST(RegionPlacement, MapsBackToTheRegionOutsideThePicture) {
   auto p = of_gray(100, 100, 20, 10);
   for (const Box& box : {Box{-10, 5, 40, 40}, Box{80, -30, 60, 50}, Box{3, 4, 5, 6}}) {
     p.region = box;
-    const auto map = way_back(p);
+    const auto map = source_map_of(p);
     const Point begin = map.to_source({0, 0}), end = map.to_source({20, 10});
     EXPECT_DOUBLE_EQ(begin.x, static_cast<double>(box.x));
     EXPECT_DOUBLE_EQ(begin.y, static_cast<double>(box.y));
@@ -77,7 +77,7 @@ TEST(RegionPlacement, LeadsBackToTheRegionAlsoOutsideOfThePicture) {
   }
 }
 
-TEST(RegionPlacement, OfWhatIsNotSeenIsAnError) {
+TEST(RegionPlacement, OutsideThePictureIsAnError) {
   const auto p = of_gray(100, 100, 10, 10);
   constexpr int64_t kFar = int64_t{1} << 62;
   for (const Box& box :
@@ -88,7 +88,7 @@ TEST(RegionPlacement, OfWhatIsNotSeenIsAnError) {
     const Status status = check_region(p, kHundred, box);
     ASSERT_FALSE(status);
     EXPECT_EQ(status.error().code, Code::OPTION_VALUE);
-    EXPECT_SAYS(status.error().message(), "the region shows nothing of the picture");
+    EXPECT_SAYS(status.error().message(), "the region lies outside the picture");
     EXPECT_SAYS(status.error().message(), "100x100 at 0,0");
   }
   EXPECT_TRUE(check_region(p, kHundred, {-38, 0, 40, 40})) << "a middle is at 0";
@@ -97,7 +97,7 @@ TEST(RegionPlacement, OfWhatIsNotSeenIsAnError) {
   EXPECT_FALSE(Plan::make(own));
 }
 
-TEST(RegionPlan, MakesEachPixelAsTheFormulasSay) {
+TEST(RegionPlan, AgreesWithTheFormulas) {
   std::mt19937 random(5);
   const auto below = [&](uint32_t bound) { return static_cast<uint32_t>(random() % bound); };
   int outside = 0;
@@ -126,9 +126,9 @@ TEST(RegionPlan, MakesEachPixelAsTheFormulasSay) {
   EXPECT_GT(outside, 100);
 }
 
-// The same picture on a canvas of padding, where the region is an ordinary crop: what is made of
-// inner pixels alone is the same, and so is what is made of padding alone.
-TEST(RegionPlan, IsThatOfAPictureOnACanvas) {
+// Compares with the picture on a canvas of padding, where the region is an ordinary crop: pixels
+// made only of inner pixels are equal, and so are pixels made only of padding.
+TEST(RegionPlan, EqualsAPictureOnACanvas) {
   constexpr uint32_t kSide = 40, kEdge = 30, kCanvas = kSide + 2 * kEdge;
   const Pixels pixels("GRAY8", kSide, kSide, 3);
   Pixels canvas("GRAY8", kCanvas, kCanvas);
@@ -147,7 +147,7 @@ TEST(RegionPlan, IsThatOfAPictureOnACanvas) {
     int compared = 0;
     for (uint32_t y = 0; y < 16; ++y)
       for (uint32_t x = 0; x < 24; ++x) {
-        // Of neighbours of which one is inside and the other is not, the canvas is a mixture.
+        // At the edge, the canvas mixes pixels from inside and outside.
         const auto on_edge = [](double at) {
           return std::abs(at) < 0.5 || std::abs(at - kSide) < 0.5;
         };
@@ -164,7 +164,7 @@ TEST(RegionPlan, IsThatOfAPictureOnACanvas) {
   }
 }
 
-TEST(RegionPlan, OneFrameLeavesNothingToTheNext) {
+TEST(RegionPlan, FramesAreIndependent) {
   const Pixels pixels("NV12", 61, 47, 5, 3);
   const Rect all{0, 0, 61, 47};
   auto p = preparation(pixels.picture, 20, 12);

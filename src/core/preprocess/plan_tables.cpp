@@ -1,4 +1,4 @@
-// The tables of a plan.
+// Computes the tables of a plan.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/preprocess/plan_tables.hpp"
 
@@ -31,7 +31,7 @@ LumaShares luma_shares(ColorMatrix matrix) noexcept {
   return {0.299, 0.114};
 }
 
-// The matrix solved for R'G'B', from luma and chroma of the range.
+// The colour matrix solved for R'G'B', including the range of luma and chroma.
 void set_matrix(ColorMatrix matrix, Range range, ColorTransform* out) {
   const auto [kr, kb] = luma_shares(matrix);
   const double kg = 1 - kr - kb;
@@ -66,8 +66,8 @@ void lay_taps(Grid* grid) {
   }
 }
 
-// The largest block of which the target's columns are made, 1 for none. Only for most of the row:
-// what other layers want of it is added up from end to end.
+// The largest block of which the target's columns consist, 1 for none. Used only if the target
+// covers at least half of the row, because the sums cover whole rows for all layers.
 size_t block_of(const Preparation& p, const Placement& place, const Lane& lane) {
   const uint32_t pixels = lane.halved ? 2 : 1;
   const auto [x, y, width, height] = place.source;
@@ -82,8 +82,8 @@ size_t block_of(const Preparation& p, const Placement& place, const Lane& lane) 
   return block;
 }
 
-// The rows that each row of the target is made of where their weights are alike and a power of two,
-// else 0.
+// The number of source rows of each target row if they have equal weights and the number is a power
+// of two, else 0.
 size_t like_rows_of(const Preparation& p, const Placement& place, const Lane& lane) {
   const uint32_t pixels = lane.halved ? 2 : 1;
   const uint32_t y = place.source.y, height = place.source.height, targets = place.content.height;
@@ -93,8 +93,8 @@ size_t like_rows_of(const Preparation& p, const Placement& place, const Lane& la
   return std::has_single_bit(rows) ? rows : 0;
 }
 
-// How sums of blocks become pixels. Where rows are alike, as many are added up before they get
-// their weight as the largest power of two at whose multiples all begin and end.
+// Decides how sums of blocks become pixels. Rows of equal weight are added before weighting: as
+// many as the largest power of two that divides the first row and the number of rows.
 void lay_sums(Grid* grid, const Preparation& p, const Placement& place, const Lane& lane) {
   const size_t rows = like_rows_of(p, place, lane), block = grid->sums.block;
   const size_t first = place.source.y / (lane.halved ? 2 : 1);
@@ -145,7 +145,7 @@ void append(std::vector<std::byte>* out, const Element& element, size_t bytes) {
   out->insert(out->end(), from, from + bytes);
 }
 
-// Padding pixels take the way of all others.
+// Padding pixels go through the same conversion as all others.
 std::vector<std::byte> padding_rows(const Preparation& p, const std::vector<NumberRule>& numbers) {
   const std::vector<float> row(padded(1), static_cast<float>(p.padding));
   const size_t bytes = size_of(p.type);
@@ -186,7 +186,7 @@ PlanTables::PlanTables(Preparation given)
   if (p.fit == Fit::Letterbox || p.region) padding = padding_rows(p, numbers);
 }
 
-// In the order of the target's channels. Of luma alone, each of them is the gray.
+// Rows are in the order of the target's channels. With luma alone, each channel is the gray value.
 void PlanTables::lay_colors() {
   const Preparation& p = preparation;
   constexpr float kGrayOfRgb[3] = {0.299f, 0.587f, 0.114f};
@@ -229,7 +229,7 @@ void PlanTables::set_crop(const Rect& crop) {
   lay_bands();
 }
 
-// Of the first `known` grids, the one for planes like the lane's, or a new one behind them.
+// Returns the matching one of the first `known` grids, or else adds a new one.
 size_t PlanTables::grid_of(const Lane& lane, size_t known) {
   for (size_t i = 0; i < known; ++i)
     if (grids[i].sampling.step == lane.step && grids[i].sampling.halved == lane.halved) return i;
@@ -238,7 +238,7 @@ size_t PlanTables::grid_of(const Lane& lane, size_t known) {
   return known;
 }
 
-// As many grids, bands and lanes each time: the picture's format is the same.
+// Makes the same number of grids, bands and lanes each time because the format does not change.
 void PlanTables::lay_bands() {
   const PictureFormat& format = preparation.source.format;
   const bool luma_is_enough =

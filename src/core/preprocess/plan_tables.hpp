@@ -1,4 +1,4 @@
-// PlanTables: what a plan knows before the first frame.
+// PlanTables: everything that a plan computes before the first frame.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <array>
@@ -13,40 +13,41 @@
 
 namespace weir::preprocess {
 
-// How each target pixel of `area` is made of whole blocks of so many samples, which BlockSums adds
-// up for all layers; 1: it is not. Of so many rows at once, where that changes no number.
+// How target pixels are computed from the block sums that all layers share. `block` is the block
+// size in samples, 1 if block sums are not used. `rows` rows may be added together without changing
+// the result.
 struct GridSums {
   size_t block = 1, rows = 1;
-  bool whole = false;  // each target pixel is one block: nothing is to be gathered
-  // Whether a pixel is the sum of so few samples that 2 to the power of `shift` of it are
-  // kSampleScale times their mean in 16 bits, as pairs are.
+  bool whole = false;  // each target pixel is one block: no gather step
+  // Whether a pixel sums so few samples that the sum, shifted left by `shift`, is kSampleScale
+  // times the mean and fits into 16 bits, the format of pairs.
   bool few = false;
   unsigned shift = 0;
-  // By what the last pixel of a row is multiplied that was made of co-sited blocks: a quarter of a
-  // sample is not there.
+  // The factor for the last pixel of a row that consists of co-sited blocks, where a quarter of a
+  // sample is missing.
   float last_scale = 1;
 };
 
-// Planes that are sampled alike: what the pixels of the target are made of.
+// The tables that make target pixels from planes with the same sampling.
 struct Grid {
   Lane sampling;
-  size_t first_byte = 0, bytes = 0;  // of each row, what is read
+  size_t first_byte = 0, bytes = 0;  // what is read of each row
   Axis rows, columns;
-  // Whether a target pixel is made of no more than two rows and two samples of each. Then the
-  // columns are `pairs`, else `index` and `weights`, which are those of tap_kernels.hpp.
+  // Whether a target pixel uses at most two rows and two samples of each. If so, `pairs` holds the
+  // columns, else `index` and `weights` in the form of tap_kernels.hpp.
   bool paired = false;
   PairColumns pairs;
   size_t taps = 0;
   RowMemory<int32_t> index;
   RowMemory<float> weights;
-  GridSums sums;  // where a block is of several samples, index and weights are of blocks
-  uint32_t low = 0, high = 0;  // the samples of a row that are read
-  bool cosited = false;        // the columns' samples, of two pixels each
+  GridSums sums;               // if its block is above 1, index and weights refer to blocks
+  uint32_t low = 0, high = 0;  // the samples [low, high) of a row are read
+  bool cosited = false;        // the columns' samples are co-sited chroma
 
   SummedSamples summed(size_t plane) const noexcept {
     return {plane, low, high, sampling.step, cosited};
   }
-  // The lanes of 16 bits that a pixel's samples have, kSampleScale times the value; 0: they are
+  // The 16-bit lanes, holding kSampleScale times the value, of a pixel's samples; 0 if they are
   // floats.
   size_t lanes() const noexcept {
     return paired ? pair_lanes(sampling.step) : sums.few ? sampling.step : 0;
@@ -59,15 +60,16 @@ struct Band {
 };
 
 struct LaneSource {
-  size_t band = 0, offset = 0;  // offset: bytes, from the beginning of a sample of the band
+  size_t band = 0, offset = 0;  // offset: bytes from the start of a sample of the band
 };
 
 struct PlanTables {
   explicit PlanTables(Preparation preparation);
 
-  // Precondition: check_crop(). Keeps the memory of the tables, and all that no crop changes.
+  // Precondition: check_crop(). Keeps the tables' memory and everything that does not depend on the
+  // crop.
   void set_crop(const Rect& crop);
-  // The same of a region that place() shows something of.
+  // The same for a region. Precondition: place() shows a part of it.
   void set_region(const Rect& picture, const Box& region);
 
   Preparation preparation;
@@ -76,8 +78,8 @@ struct PlanTables {
   std::vector<Band> bands;
   std::vector<LaneSource> lanes;  // the samples that the target needs: 1 or 3
   ColorTransform colors;
-  std::array<size_t, 3> lane_of_sample{0, 1, 2};  // of the transform
-  std::vector<NumberRule> numbers;                // by channel of the target
+  std::array<size_t, 3> lane_of_sample{0, 1, 2};  // index into lanes, by sample of `colors`
+  std::vector<NumberRule> numbers;                // one for each channel of the target
   std::vector<std::byte> padding;  // NHWC: one row of pixels; NCHW: one row for each channel
 
  private:

@@ -1,4 +1,4 @@
-// Plans against the plain formulas, and what they refuse.
+// Compares plans with the plain formulas and checks which preparations are rejected.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/preprocess/plan.hpp"
 
@@ -7,7 +7,7 @@
 #include <algorithm>
 #include <string>
 
-#include "core/preprocess/plan_reference.hpp"
+#include "core/preprocess/plan_reference_test_support.hpp"
 #include "core/transform/transform_test_support.hpp"
 #include "says.hpp"
 
@@ -35,7 +35,7 @@ void expect_near(const std::vector<float>& got, const std::vector<double>& wante
     ASSERT_NEAR(double{got[i]}, wanted[i], most) << "element " << i;
 }
 
-// What preparation.hpp promises, of 255 steps.
+// The accuracy that preparation.hpp promises, in steps of 255.
 double most_off(const Preparation& p) {
   if (p.resize == Resize::Nearest) return 0.001;
   return p.source.format.model == ColorModel::Yuv ? 1.0 / 16 : 1.0 / 64;
@@ -45,7 +45,7 @@ constexpr const char* kFormats[] = {"RGB",  "BGR",  "RGBx", "BGRx",  "xRGB", "xB
                                     "BGRA", "ARGB", "ABGR", "GRAY8", "NV12", "I420"};
 constexpr Resize kResizes[] = {Resize::Nearest, Resize::Bilinear, Resize::Area};
 
-TEST(Plan, ResizesEachFormatAsTheFormulasSay) {
+TEST(Plan, ResizesEachFormatLikeTheFormulas) {
   for (const char* format : kFormats)
     for (const Resize resize : kResizes) {
       SCOPED_TRACE(std::string(format) + " " + std::to_string(static_cast<int>(resize)));
@@ -58,7 +58,7 @@ TEST(Plan, ResizesEachFormatAsTheFormulasSay) {
     }
 }
 
-TEST(Plan, TakesAnotherCropAsIfMadeForIt) {
+TEST(Plan, AppliesANewCropLikeANewPlan) {
   std::mt19937 random(11);
   const auto below = [&](uint32_t bound) { return static_cast<uint32_t>(random() % bound); };
   for (const char* format : {"RGB", "RGBx", "GRAY8", "NV12", "I420"})
@@ -69,7 +69,7 @@ TEST(Plan, TakesAnotherCropAsIfMadeForIt) {
         p.resize = resize;
         p.fit = fit;
         auto plan = Plan::make(p);
-        const Plan before = *plan;  // shares the tables, and keeps them
+        const Plan before = *plan;  // shares the tables until set_crop() and must keep them
         Workspace workspace;
         for (int i = 0; i < 20; ++i) {
           const uint32_t x = below(61), y = below(47);
@@ -88,7 +88,7 @@ TEST(Plan, TakesAnotherCropAsIfMadeForIt) {
       }
 }
 
-TEST(Plan, ResizesAnyPartAsTheFormulasSay) {
+TEST(Plan, ResizesAnyPartLikeTheFormulas) {
   std::mt19937 random(7);
   const auto below = [&](uint32_t bound) { return static_cast<uint32_t>(random() % bound); };
   for (int i = 0; i < 200; ++i) {
@@ -112,8 +112,8 @@ TEST(Plan, ResizesAnyPartAsTheFormulasSay) {
   }
 }
 
-// Luma of four samples and chroma of two, which come out in different ways; and a width at which a
-// vector's lanes lie in two windows of a row.
+// Luma of four samples and chroma of two, which take different code paths, at a width where the
+// lanes of one vector come from two windows of a row.
 TEST(Plan, MixesLanesOfDifferentKinds) {
   for (const char* format : {"NV12", "I420"}) {
     const Pixels pixels(format, 40, 32, 5, 3);
@@ -129,7 +129,7 @@ TEST(Plan, MixesLanesOfDifferentKinds) {
   }
 }
 
-TEST(Plan, LeavesPixelsOfTheSameSizeAsTheyAre) {
+TEST(Plan, KeepsPixelsOfTheSameSize) {
   const Pixels pixels("BGRx", 45, 9, 3);
   for (const Resize resize : kResizes) {
     auto p = preparation(pixels, 45, 9, ElementType::UInt8);
@@ -239,7 +239,7 @@ TEST(Plan, ReadsRowsUpsideDown) {
   for (size_t i = 0; i < 15; ++i) EXPECT_EQ(flipped[i], upright[(2 - i / 5) * 5 + i % 5]);
 }
 
-TEST(Plan, RunsTheRowsThatAreAskedFor) {
+TEST(Plan, RunsTheRequestedRows) {
   const Pixels pixels("I420", 30, 20);
   auto p = preparation(pixels, 13, 12, ElementType::UInt8);
   p.fit = Fit::Letterbox;
@@ -256,8 +256,8 @@ TEST(Plan, RunsTheRowsThatAreAskedFor) {
   EXPECT_EQ(out, whole);
 }
 
-// Rows begin and end anywhere within a vector; nothing but the tensor is written.
-TEST(Plan, WritesTheSameNumbersPastTheCaches) {
+// Rows start and end anywhere within a vector; nothing but the tensor is written.
+TEST(Plan, WritesTheSameNumbersWithStreamingStores) {
   for (const uint32_t width : {1u, 3u, 15u, 16u, 33u, 64u, 127u})
     for (const Layout layout : {Layout::Nchw, Layout::Nhwc})
       for (const size_t shift : {size_t{0}, size_t{4}, size_t{5}}) {
@@ -283,7 +283,7 @@ TEST(Plan, WritesTheSameNumbersPastTheCaches) {
       }
 }
 
-TEST(Plan, RefusesMemoryThatIsTooShort) {
+TEST(Plan, RejectsMemoryThatIsTooShort) {
   for (const char* format : {"RGB", "NV12", "I420"}) {
     Pixels pixels(format, 30, 20);
     const auto plan = Plan::make(preparation(pixels, 8, 8));
@@ -315,12 +315,12 @@ struct Refused {
   void (*spoil)(Preparation*);
 };
 
-TEST(Plan, RefusesWhatCannotBeDone) {
+TEST(Plan, RejectsImpossibleRequests) {
   const Refused cases[] = {
       {"size of the tensor is not known", [](auto* p) { p->width = 0; }},
-      {"the tensor is too big", [](auto* p) { p->height = 65537; }},
-      {"the picture is empty or too big", [](auto* p) { p->source.height = 0; }},
-      {"the picture is empty or too big", [](auto* p) { p->source.width = 1u << 20; }},
+      {"the tensor is too large", [](auto* p) { p->height = 65537; }},
+      {"the picture is empty or too large", [](auto* p) { p->source.height = 0; }},
+      {"the picture is empty or too large", [](auto* p) { p->source.width = 1u << 20; }},
       {"offered: int32", [](auto* p) { p->type = ElementType::Int32; }},
       {"0 to 255", [](auto* p) { p->padding = 256; }},
       {"0 to 255", [](auto* p) { p->padding = std::nan(""); }},
@@ -335,7 +335,7 @@ TEST(Plan, RefusesWhatCannotBeDone) {
        }},
       {"beyond the range of float32", [](auto* p) { p->mean = {1e39}; }},
       {"beyond the range of float32", [](auto* p) { p->scale = {std::nan("")}; }},
-      {"only integers are quantised",
+      {"only integer types can be quantised",
        [](auto* p) {
          p->quantisation = Quantisation{1, 0};
        }},
@@ -349,15 +349,15 @@ TEST(Plan, RefusesWhatCannotBeDone) {
          p->type = ElementType::UInt8;
          p->quantisation = Quantisation{1, -1};
        }},
-      {"the crop is not within the picture",
+      {"the crop exceeds the picture",
        [](auto* p) {
          p->crop = Rect{1, 0, 20, 20};
        }},
-      {"the crop is not within the picture",
+      {"the crop exceeds the picture",
        [](auto* p) {
          p->crop = Rect{0, 0, 20, 0};
        }},
-      {"the crop is not within the picture",
+      {"the crop exceeds the picture",
        [](auto* p) {
          p->crop = Rect{4294967295u, 0, 2, 2};
        }},

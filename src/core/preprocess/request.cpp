@@ -1,4 +1,4 @@
-// Requests: texts, cards, and what the stream behind wants.
+// Parses the texts of a request and fills its open fields from cards and downstream caps.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/preprocess/request.hpp"
 
@@ -13,12 +13,12 @@ namespace {
 
 Error unreadable(std::string_view name, std::string_view text, size_t position, const char* needed,
                  const char* fix) {
-  return Error{Code::OPTION_SYNTAX,
-               std::string(name) + " cannot be read",
-               std::string(name) + "=" + std::string(text),
-               needed,
-               place_in(text, position),
-               fix};
+  return Error{.code = Code::OPTION_SYNTAX,
+               .what = std::string(name) + " cannot be read",
+               .offered = std::string(name) + "=" + std::string(text),
+               .needed = needed,
+               .difference = place_in(text, position),
+               .fix = fix};
 }
 
 size_t position_in(std::string_view text, std::string_view part) noexcept {
@@ -30,7 +30,7 @@ bool fits_channels(const Request& request, uint32_t channels) noexcept {
   return channels == (*request.order == ChannelOrder::Gray ? 1 : 3);
 }
 
-// Layout, size and channels from the shape, as far as they are open.
+// Fills the open ones of layout, size and channel order from the shape.
 void take_shape(Request* request, const Shape& shape) noexcept {
   const auto extent = [&](size_t i) { return std::max(shape[i], 1u); };
   if (!request->layout) {
@@ -55,7 +55,7 @@ Shape batched(const Request& request, Shape shape) {
   return shape;
 }
 
-// The index of one of the card's inputs.
+// Returns the index of one of the card's inputs.
 Result<size_t> input_of(const card::Card& card, std::string_view wanted) {
   if (wanted.empty() && card.inputs.size() == 1) return size_t{0};
   std::string names;
@@ -65,20 +65,18 @@ Result<size_t> input_of(const card::Card& card, std::string_view wanted) {
     names += (i ? ", " : "") + std::to_string(i) + (name.empty() ? "" : " or " + name);
   }
   if (wanted.empty())
-    return Error{Code::CARD_INVALID,
-                 "the model card does not say which picture this is",
-                 card.path + ": " + std::to_string(card.inputs.size()) + " inputs",
-                 "the name or number of one of them: " + names,
-                 "",
-                 "card-input=0"};
+    return Error{.code = Code::CARD_INVALID,
+                 .what = "the model card does not tell which input this picture is for",
+                 .offered = card.path + ": " + std::to_string(card.inputs.size()) + " inputs",
+                 .needed = "the name or number of one of them: " + names,
+                 .fix = "card-input=0"};
   const auto number = parse_unsigned(wanted);
   if (number && *number < card.inputs.size()) return static_cast<size_t>(*number);
-  return Error{Code::OPTION_VALUE,
-               "the model card has no such input",
-               "card-input=" + std::string(wanted),
-               names,
-               "",
-               "card-input=0"};
+  return Error{.code = Code::OPTION_VALUE,
+               .what = "the model card has no such input",
+               .offered = "card-input=" + std::string(wanted),
+               .needed = names,
+               .fix = "card-input=0"};
 }
 
 ChannelOrder order_of(card::Color color) noexcept {
@@ -102,7 +100,7 @@ Result<std::vector<double>> parse_numbers(std::string_view name, std::string_vie
     const auto number = parse_double(word);
     if (!number)
       return unreadable(name, text, position_in(text, word.empty() ? part : word),
-                        "one number, or one for each channel with commas between",
+                        "one number, or one for each channel, separated by commas",
                         "mean=123.675,116.28,103.53 scale=0.0171,0.0175,0.0174");
     out.push_back(*number);
   }
@@ -136,18 +134,16 @@ Result<std::vector<Size>> parse_sizes(std::string_view text) {
       }
       const size_t end = position_in(text, part) + part.size();
       return unreadable("sizes", text, word.empty() ? end : position_in(text, word),
-                        "WIDTHxHEIGHT for each layer with commas between, sides of 1 to 65536",
+                        "WIDTHxHEIGHT for each layer, separated by commas, sides of 1 to 65536",
                         "sizes=640x640,320x320,160x160");
     }
     out.push_back({values[0], values[1]});
   }
   if (out.size() <= kLayerLimit) return out;
-  return Error{Code::LIMIT_EXCEEDED,
-               "a pyramid has too many layers",
-               "sizes of " + std::to_string(out.size()) + " layers",
-               "at most " + std::to_string(kLayerLimit),
-               "",
-               ""};
+  return Error{.code = Code::LIMIT_EXCEEDED,
+               .what = "a pyramid has too many layers",
+               .offered = "sizes of " + std::to_string(out.size()) + " layers",
+               .needed = "at most " + std::to_string(kLayerLimit)};
 }
 
 Result<Rect> parse_crop(std::string_view text) {
@@ -170,12 +166,11 @@ Result<Rect> parse_crop(std::string_view text) {
 Result<ElementType> parse_type(std::string_view text) {
   const ElementType type = parse_element_type(text);
   if (type != ElementType::End) return type;
-  return Error{Code::TYPE_SYNTAX,
-               "the element type is not known",
-               "type=" + std::string(text),
-               "uint8, int8, float16 or float32",
-               "",
-               "type=float32"};
+  return Error{.code = Code::TYPE_SYNTAX,
+               .what = "the element type is not known",
+               .offered = "type=" + std::string(text),
+               .needed = "uint8, int8, float16 or float32",
+               .fix = "type=float32"};
 }
 
 Result<Request> with_card(Request r, const card::Card& card, std::string_view name) {

@@ -1,4 +1,4 @@
-// Texts, cards and wishes become preparations.
+// Fills requests from texts, cards and downstream tensors.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/preprocess/request.hpp"
 
@@ -16,7 +16,7 @@ std::string refusal(const Result<T>& result) {
   return result ? "" : result.error().message();
 }
 
-// The place of a character counted from 1, as an error tells it; an empty text says so.
+// The character position as errors report it, counted from 1; an empty text has its own message.
 std::string place(const std::string& text, size_t character) {
   if (text.empty()) return "it is empty";
   return character > text.size() ? "at the end:"
@@ -110,14 +110,14 @@ TEST(Request, ResolvesEachLayer) {
   EXPECT_EQ((*layers)[0].tensor().to_string(), "float32 8:6:3:1");
   EXPECT_EQ((*layers)[1].tensor().to_string(), "uint8 1:4:3:1");
   EXPECT_EQ((*resolve_frame(request, {}))[1].tensor().to_string(), "uint8 3:4:3:1");
-  // A card does not open the sizes again.
+  // A card does not replace sizes that were given.
   const auto carded =
       with_card(request, card_with({1, 5, 7, 3}, card::Layout::Nhwc, card::Color::Rgb));
   ASSERT_TRUE(carded);
   EXPECT_EQ((*resolve_frame(*carded, {}))[0].tensor().to_string(), "float32 3:8:6:1");
 }
 
-TEST(Request, TakesEverythingFromACard) {
+TEST(Request, ReadsEverythingFromACard) {
   const auto request =
       with_card({}, card_with({1, 3, 20, 30}, card::Layout::Nchw, card::Color::Bgr));
   ASSERT_TRUE(request);
@@ -130,7 +130,7 @@ TEST(Request, TakesEverythingFromACard) {
   EXPECT_EQ(p->scale, (std::vector<double>{0.5}));
 }
 
-TEST(Request, TakesTheInputOfACardThatIsNamed) {
+TEST(Request, UsesTheNamedInputOfACard) {
   auto card = card_with({1, 3, 20, 30}, card::Layout::Nchw, card::Color::Bgr);
   card.inputs[0].name = "left";
   card.inputs.push_back(card.inputs[0]);
@@ -147,10 +147,10 @@ TEST(Request, TakesTheInputOfACardThatIsNamed) {
   EXPECT_EQ(size("right"), 6u);
   EXPECT_EQ(size("1"), 6u);
   EXPECT_EQ(size("2"), 8u);
-  card.inputs[0].name = "1";  // a name wins over a number
+  card.inputs[0].name = "1";  // a name takes precedence over a number
   EXPECT_EQ(size("1"), 30u);
   const auto open = refusal(with_card({}, card));
-  EXPECT_SAYS(open, "the model card does not say which picture this is");
+  EXPECT_SAYS(open, "the model card does not tell which input this picture is for");
   EXPECT_SAYS(open, "one of them: 0 or 1, 1 or right, 2");
   for (const char* none : {"3", "middle", "-1", "Right"}) {
     const auto text = refusal(with_card({}, card, none));
@@ -172,7 +172,7 @@ TEST(Request, ReadsACrop) {
   }
 }
 
-TEST(Request, WinsOverACard) {
+TEST(Request, OverridesACard) {
   Request mine;
   mine.width = 8;
   mine.height = 9;
@@ -194,7 +194,7 @@ TEST(Request, WinsOverACard) {
   EXPECT_EQ(p->scale, (std::vector<double>{2}));
 }
 
-TEST(Request, RefusesACardOfSeveralPictures) {
+TEST(Request, RejectsACardOfSeveralPictures) {
   auto card = card_with({3, 20, 30}, card::Layout::Nchw, card::Color::Bgr);
   card.inputs.push_back(card.inputs[0]);
   EXPECT_SAYS(refusal(with_card({}, card)), "2 inputs");
@@ -205,7 +205,7 @@ std::string resolved(const Request& request, const char* shape, ElementType type
   return p ? p->tensor().to_string() : p.error().what;
 }
 
-TEST(Request, TakesWhatIsOpenFromTheTensorThatIsWanted) {
+TEST(Request, CompletesOpenValuesFromTheRequiredTensor) {
   EXPECT_EQ(resolved({}, "3:30:20:1", ElementType::Float16), "float16 3:30:20:1");
   EXPECT_EQ(resolved({}, "30:20:3:1", ElementType::Int8), "int8 30:20:3:1");
   EXPECT_EQ(resolved({}, "1:30:20", ElementType::UInt8), "uint8 1:30:20:1");
@@ -227,14 +227,14 @@ TEST(Request, ChoosesTheTypeThatHoldsItsNumbers) {
   EXPECT_EQ(resolve(request, {})->type, ElementType::UInt8);
 }
 
-TEST(Request, SaysThatTheSizeIsNotKnown) {
+TEST(Request, ReportsThatTheSizeIsUnknown) {
   Request request;
   request.width = 4;
-  EXPECT_SAYS(refusal(resolve(request, {})), "the size of the tensor is not known");
+  EXPECT_SAYS(refusal(resolve(request, {})), "the size of the tensor is unknown");
   EXPECT_SAYS(refusal(resolve(request, {})), "fix: tensor_preprocess width=224");
 }
 
-TEST(Request, OffersEachTensorItCanGive) {
+TEST(Request, OffersEachPossibleTensor) {
   Request request;
   ASSERT_EQ(possible_frames(request).size(), 1u);
   EXPECT_FALSE(possible_frames(request)[0][0].shape.valid());

@@ -1,4 +1,4 @@
-// One source for all vector widths: compiled once per CPU target.
+// Finishes rows of tensors; compiled once per CPU target.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/preprocess/row_kernels.hpp"
 
@@ -23,14 +23,14 @@ using I = hn::RebindToSigned<F>;
 using V = hn::Vec<F>;
 static_assert(hn::MaxLanes(F()) <= kRowBlock);
 
-// Lane `offset` of pairs of 16 bits, of which the first lies where the CPU has the low half.
+// Lane `offset` of pairs of 16 bits; the byte order decides which half holds the first lane.
 template <class Words>
 HWY_INLINE Words lane_of_pairs(Words pairs, size_t offset) {
   const bool low = (offset == 0) == (std::endian::native == std::endian::little);
   return hn::ShiftRight<16>(low ? hn::ShiftLeft<16>(pairs) : pairs);
 }
 
-// What each of the samples comes from.
+// The storage of each sample of a pixel.
 enum class From { Floats, OneLane, OneThenTwoLanes, FourLanes, Any };
 
 size_t lanes_of(const LaneRow& row) {
@@ -49,7 +49,7 @@ From from_of(const LaneRow* in, size_t samples) {
                       : From::Any;
 }
 
-// Pixels [i, i + Lanes(d)) of a row with so many lanes, in its units; 0: of floats.
+// Pixels [i, i + Lanes(d)) of a row with `lanes` lanes, in its units; 0 lanes means floats.
 HWY_INLINE V load_lane(F d, const LaneRow& row, size_t lanes, size_t i) {
   if (lanes == 0) return hn::LoadU(d, row.floats + i);
   const int16_t* const from = row.samples + i * lanes;
@@ -87,13 +87,13 @@ HWY_INLINE V color_of(F d, const ColorTransform& t, size_t channel, V a, V b, V 
   return hn::Min(hn::Max(sum, hn::Zero(d)), hn::Set(d, 255.0f));
 }
 
-// Subtracted, then multiplied: the same roundings as tensor_transform's add and mul.
+// Subtracts, then multiplies: the same rounding as tensor_transform's add and mul.
 HWY_INLINE V number(F d, const NumberRule& rule, V color) {
   return hn::Mul(hn::Sub(color, hn::Set(d, rule.mean)), hn::Set(d, rule.scale));
 }
 
-// Calls vector(i) for the whole vectors of `count` numbers, each of which stores a vector at the
-// place it is given, and one for the rest, of which no more than the rest goes out.
+// Calls vector(i, place) for each whole vector of `count` numbers, to store a vector at `place`,
+// and once more for the rest, of which only the rest is copied to `out`.
 template <class T, class Store>
 void store_exactly(size_t lanes, size_t step, size_t count, T* out, Store&& vector) {
   size_t i = 0;
@@ -104,7 +104,8 @@ void store_exactly(size_t lanes, size_t step, size_t count, T* out, Store&& vect
   std::memcpy(static_cast<void*>(out + step * i), rest, step * (count - i) * sizeof(T));
 }
 
-// Vectors of pixels from `first` on, to out[c] or all channels together to out[0].
+// Computes vectors of pixels from `first` on and writes out[c], or all channels interleaved to
+// out[0].
 template <From from, size_t samples, size_t channels>
 void finish_vectors(const LaneRow* in, const ColorTransform& t, const NumberRule* rules,
                     bool together, size_t first, size_t vectors, float* const* out) {
@@ -175,7 +176,8 @@ void finish(const LaneRow* in, const ColorTransform& t, const NumberRule* rules,
   run(0, count / lanes, to.rows);
   if (whole == count) return;
   if (to.padded) return run(whole, 1, from(whole));
-  if (whole > 0) return run(count - lanes, 1, from(count - lanes));  // some of them again
+  // Overlaps the vector before it.
+  if (whole > 0) return run(count - lanes, 1, from(count - lanes));
   constexpr size_t kMost = hn::MaxLanes(F());
   float rest[channels * kMost];
   for (size_t c = 0; c < channels; ++c) out[c] = rest + c * kMost;

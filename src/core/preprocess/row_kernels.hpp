@@ -1,4 +1,4 @@
-// The loops over one row, for whatever vectors the CPU has.
+// The loops that finish one row of a tensor, compiled for each vector extension of the CPU.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <cstddef>
@@ -8,31 +8,30 @@
 
 namespace weir::preprocess {
 
-// Rows of float are readable and writable up to a multiple of this many elements, and what lies
-// behind the row may hold anything.
+// Rows of floats are readable and writable up to a multiple of this many elements; the elements
+// after the row have any value.
 inline constexpr size_t kRowBlock = 64;
 constexpr size_t padded(size_t elements) noexcept {
   return (elements + kRowBlock - 1) / kRowBlock * kRowBlock;
 }
 
-// What samples of 16 bits are multiplied by.
+// The factor of samples stored in 16 bits.
 inline constexpr size_t kSampleScale = 128;
 
-// The samples of one kind in a row: `floats`, or lane `offset` of the `lanes` (1, 2 or 4) that each
-// pixel has in `samples`, which are kSampleScale times the value. Readable up to padded(count)
-// pixels.
+// The samples of one kind in a row: `floats`, or lane `offset` of the `lanes` (1, 2 or 4) of each
+// pixel in `samples`, which hold kSampleScale times the value. Readable up to padded(count) pixels.
 struct LaneRow {
   const float* floats = nullptr;
   const int16_t* samples = nullptr;
   size_t lanes = 1, offset = 0;
 
-  // What one of the numbers in the row is of a sample.
+  // The value of a stored number divided by the number: the factor that turns it into a sample.
   float unit() const noexcept { return floats ? 1.0f : 1.0f / kSampleScale; }
 };
 
-// What the samples of a pixel are as the colors of the target's channels: 3 of 3, 1 of 3, 1 of 1.
-// Channel r is the sum over s of of[r][s] * sample s + add[r], limited to 0..255; where nothing is
-// computed it is sample r.
+// Computes the colors of the target's channels from the samples of a pixel: 3 of 3, 1 of 3 or 1 of
+// 1. Channel r is the sum over s of of[r][s] * sample s + add[r], clamped to 0..255; if `computed`
+// is false it is sample r.
 struct ColorTransform {
   size_t samples = 3, channels = 3;
   bool computed = false;
@@ -40,26 +39,26 @@ struct ColorTransform {
   float add[3] = {};
 };
 
-// number = (pixel - mean) * scale; for integers number / divisor + zero_point, rounded.
+// number = (pixel - mean) * scale; integers: number / divisor + zero_point, rounded.
 struct NumberRule {
   float mean = 0, scale = 1, divisor = 1;
   int32_t zero_point = 0;
 };
 
-// Where the numbers of channel c go, rows[c]; together: all to rows[0], a0 b0 c0 a1 b1 c1 ...
+// Channel c goes to rows[c]; with `together`, all go to rows[0] as a0 b0 c0 a1 b1 c1 ...
 struct FloatTarget {
   float* rows[3] = {};
   bool together = false;
-  bool padded = false;  // rows as long as padded(count): what lies behind their numbers is free
+  bool padded = false;  // rows are as long as padded(count) and may be overwritten to the end
 };
-// Writes `count` numbers a channel, by rules[c], at any alignment of floats, as they would be
-// written as float32. `transform.of` is for the numbers as they lie in their rows: what it is for
-// samples, times their unit(). Has as many sources as the transform has samples. Padded rows may be
-// sources; of others the last vector may be made twice.
+// Writes `count` float32 numbers per channel by rules[c], at any alignment of floats.
+// `transform.of` applies to the stored numbers: its factors for samples times their unit(). `in`
+// has transform.samples entries. Padded target rows may also be sources; in other rows the last
+// vector may overlap the one before it.
 void finish_row(const LaneRow* in, const ColorTransform& transform, const NumberRule* rules,
                 const FloatTarget& to, size_t count) noexcept;
 
-// Writes `count` elements of `type` (one that check_target() lets through), at any alignment.
+// Writes `count` elements of `type` (one that check_target() accepts), at any alignment.
 void write_numbers(const NumberRule& rule, ElementType type, const float* row, size_t count,
                    void* out) noexcept;
 

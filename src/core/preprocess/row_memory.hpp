@@ -1,4 +1,4 @@
-// RowMemory: a vector that begins where a cache line does, so that no vector of a row lies in two.
+// RowMemory: a vector aligned to cache lines, so that no SIMD load of a row spans two lines.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <cstddef>

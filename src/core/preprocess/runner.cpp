@@ -1,4 +1,4 @@
-// Frames over threads.
+// Distributes the rows of a frame over threads.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/preprocess/runner.hpp"
 
@@ -10,7 +10,7 @@
 namespace weir::preprocess {
 namespace {
 
-// Tensors that do not stay in a cache until they are read.
+// Whether the tensors leave the caches before they are read.
 bool are_large(std::span<const Job> jobs) {
   constexpr size_t kBytes = size_t{16} << 20;
   size_t bytes = 0;
@@ -27,9 +27,9 @@ Rows rows_of(const Plan& plan, uint64_t part, uint64_t parts) {
   return {first, static_cast<uint32_t>(height * (part + 1) / parts) - first};
 }
 
-// Into how many stripes a part is cut, so that all layers of a pyramid read one while it is in the
-// cache: some 200 KB of NV12, for what begins anew with each stripe shall be little. Regions lie
-// here and there.
+// How many stripes each part is cut into, so that all layers of a pyramid read a stripe while it is
+// in the cache. A stripe is about 200 KB of NV12, large enough to make the cost of starting a
+// stripe small. Regions have different sources and are not cut.
 uint64_t stripes_of(std::span<const Job> jobs, uint64_t parts) {
   constexpr uint64_t kPixels = uint64_t{1} << 17;
   if (jobs.size() < 2) return 1;
@@ -49,7 +49,7 @@ Runner::Runner(size_t threads) {
   try {
     while (threads_.size() + 1 < threads)
       threads_.emplace_back(&Runner::work, this, threads_.size() + 1);
-  } catch (const std::exception&) {  // no more threads to be had
+  } catch (const std::exception&) {  // the system has no more threads
   }
 }
 
@@ -62,7 +62,7 @@ Runner::~Runner() {
   for (auto& thread : threads_) thread.join();
 }
 
-// The jobs were checked: no thread has an error to tell.
+// The caller checked the jobs, so run_rows() cannot fail here.
 void Runner::run_part(size_t part, const Planes& planes, std::span<const Job> jobs) {
   const uint64_t parts = threads_.size() + 1;
   const bool streamed = are_large(jobs);

@@ -1,4 +1,4 @@
-// Runner: the memory and the threads that run plans.
+// Runner: runs the plans of a frame on several threads and owns their memory.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <condition_variable>
@@ -13,33 +13,33 @@ namespace weir::preprocess {
 
 inline constexpr size_t kThreadLimit = 64;
 
-// A plan and the tensor that it writes.
+// A plan and the tensor that it writes to.
 struct Job {
   const Plan* plan = nullptr;
   std::span<std::byte> out;
 };
 
-// Called from one thread at a time; that thread works too. The rows of each tensor are shared out
-// in equal parts, so that the result does not depend on the number of threads.
+// Use from one thread at a time; that thread works too. Each thread gets an equal part of each
+// tensor's rows, and the result does not depend on the number of threads.
 class Runner {
  public:
-  // `threads`: with the caller's, 1 to kThreadLimit. Fewer are used where the system gives no more.
+  // `threads`: 1 to kThreadLimit, including the caller's. Uses fewer if the system has no more.
   explicit Runner(size_t threads);
   Runner(const Runner&) = delete;
   Runner& operator=(const Runner&) = delete;
   ~Runner();
 
-  // All jobs are of one picture. Errors: Plan::run_rows() of any job; then nothing is written.
-  // Allocates only for plans that are bigger than those before.
+  // All jobs read one picture. Returns the errors of Plan::run_rows(); on error nothing is written.
+  // Allocates only for plans that are larger than all earlier ones.
   Status run(const Planes& planes, std::span<const Job> jobs);
 
  private:
   void work(size_t part);
   void run_part(size_t part, const Planes& planes, std::span<const Job> jobs);
 
-  std::vector<Workspace> workspaces_;  // by part; part 0 is the caller's
-  std::vector<FrameSums> sums_;        // by part
-  std::mutex mutex_;                   // guards the rest but for threads_
+  std::vector<Workspace> workspaces_;  // one for each part; part 0 is the caller's
+  std::vector<FrameSums> sums_;        // one for each part
+  std::mutex mutex_;                   // guards the members below except threads_
   std::condition_variable begun_, done_;
   const Planes* planes_ = nullptr;
   std::span<const Job> jobs_;

@@ -1,10 +1,10 @@
-// The same numbers from any number of threads.
+// The numbers do not depend on the number of threads.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/preprocess/runner.hpp"
 
 #include <gtest/gtest.h>
 
-#include "core/preprocess/plan_reference.hpp"
+#include "core/preprocess/plan_reference_test_support.hpp"
 #include "says.hpp"
 
 namespace weir::preprocess {
@@ -44,8 +44,8 @@ TEST(Runner, GivesTheSameFromAnyNumberOfThreads) {
   }
 }
 
-// The last vector of a row is made twice; it must not reach the next thread's row.
-TEST(Runner, WritesFloatsBesideEachOther) {
+// The last vector of a row is written twice; it must not reach the next thread's row.
+TEST(Runner, WritesAdjacentFloats) {
   const Pixels pixels("I420", 90, 50, 2);
   for (const Layout layout : {Layout::Nchw, Layout::Nhwc}) {
     auto p = preparation(pixels, 37, 64);
@@ -64,8 +64,8 @@ TEST(Runner, WritesFloatsBesideEachOther) {
   }
 }
 
-// 17 MB of tensors go past the caches.
-TEST(Runner, StreamsWhatStaysInNoCache) {
+// 17 MB of tensors exceed the caches.
+TEST(Runner, UsesStreamingStoresForLargeTensors) {
   const Pixels pixels("NV12", 64, 48, 2);
   auto p = preparation(pixels, 1201, 1201);
   p.type = ElementType::Float32;
@@ -81,7 +81,7 @@ TEST(Runner, StreamsWhatStaysInNoCache) {
   }
 }
 
-TEST(Runner, TakesPicturesOfAnotherFormat) {
+TEST(Runner, AcceptsPicturesOfADifferentFormat) {
   Runner runner(1);
   for (const char* format : {"GRAY8", "RGBx", "NV12", "RGB"}) {
     const Pixels pixels(format, 16, 16, 0, 3);
@@ -112,7 +112,7 @@ TEST(Runner, RunsSeveralPlansOverOnePicture) {
       jobs.push_back({&plans[i], std::as_writable_bytes(std::span(out[i]))});
     ASSERT_TRUE(runner.run(pixels.planes, jobs));
     EXPECT_EQ(out, wanted);
-    // A job that cannot be done leaves the tensors of all as they are.
+    // A job that fails leaves all tensors unchanged.
     for (auto& one : out) one.assign(one.size(), 1);
     const auto untouched = out;
     jobs[2].out = jobs[2].out.first(1);
@@ -121,7 +121,7 @@ TEST(Runner, RunsSeveralPlansOverOnePicture) {
   }
 }
 
-TEST(Runner, TellsAnErrorOnceAndGoesOn) {
+TEST(Runner, ReportsAnErrorOnceAndContinues) {
   const Pixels pixels("RGB", 40, 30);
   for (const size_t threads : {1u, 4u}) {
     const Plan plan = *Plan::make(preparation(pixels, 8, 8));

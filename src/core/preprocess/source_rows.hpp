@@ -1,4 +1,4 @@
-// SourceRows: the rows of a plane that a row of the tensor is made of.
+// SourceRows: the source rows that make one row of the tensor.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <cstddef>
@@ -6,12 +6,13 @@
 
 namespace weir::preprocess {
 
-// No CPU follows rows from page to page by itself: while it computes one row of the tensor, a
-// kernel asks for what the next one is made of, a little in each step, for many requests at once
-// would stop it.
+// CPUs do not prefetch across pages. While a kernel computes one row of the tensor, it therefore
+// prefetches the source rows of the next one, a little in each step, because many requests at once
+// would stall it.
 struct SourceRows {
-  const uint8_t* const* rows = nullptr;  // `count` of them
-  const uint8_t* const* next = nullptr;  // as many, readable as far as those; may be the same
+  const uint8_t* const* rows = nullptr;  // `count` rows
+  // As many rows, readable to the same length; may equal `rows`.
+  const uint8_t* const* next = nullptr;
   size_t count = 0;
 };
 

@@ -1,6 +1,5 @@
-// One source for all vector widths: compiled once per CPU target. Each level is made of the one
+// Adds up blocks of samples, each level from the one before it; compiled once per CPU target.
 // SPDX-License-Identifier: LGPL-2.1-or-later
-// before it.
 #include "core/preprocess/sum_kernels.hpp"
 
 #include <algorithm>
@@ -17,7 +16,7 @@ HWY_BEFORE_NAMESPACE();
 namespace weir::preprocess::HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
-// Of so many rows, whose blocks are of two `From`.
+// Scalar version: adds `rows` rows into blocks of two `From` elements.
 template <size_t rows, bool cosited, class From>
 void add_plainly(const From* in, ptrdiff_t stride, size_t step, size_t from, size_t blocks,
                  uint16_t* out) {
@@ -35,9 +34,9 @@ void add_plainly(const From* in, ptrdiff_t stride, size_t step, size_t from, siz
 
 #if HWY_TARGET != HWY_SCALAR
 
-constexpr size_t kLine = 64;  // bytes that come into the cache together
+constexpr size_t kLine = 64;  // bytes of a cache line
 
-// Whole vectors of blocks of three or four lanes; how many there are.
+// Adds whole vectors of blocks of three or four lanes; returns the number of blocks done.
 template <size_t rows, size_t step>
 size_t add_packed_pairs(const uint8_t* in, ptrdiff_t stride, ptrdiff_t next, size_t blocks,
                         uint16_t* out) {
@@ -74,7 +73,7 @@ size_t add_packed_pairs(const uint8_t* in, ptrdiff_t stride, ptrdiff_t next, siz
 
 #endif
 
-// `next`: bytes from a row to the one that will be read soon (SourceRows tells why).
+// `next`: distance in bytes from a row to the row to prefetch (see SourceRows).
 template <size_t rows, bool cosited>
 void add_byte_pairs(const uint8_t* in, ptrdiff_t stride, [[maybe_unused]] ptrdiff_t next,
                     size_t step, size_t blocks, uint16_t* out) {
@@ -89,19 +88,19 @@ void add_byte_pairs(const uint8_t* in, ptrdiff_t stride, [[maybe_unused]] ptrdif
   const auto load = [&](size_t row, size_t at) HWY_ATTR {
     return hn::BitCast(d, hn::LoadU(bytes, in + static_cast<ptrdiff_t>(row) * stride + at));
   };
-  // Of the first samples, the second ones and those behind them.
+  // Combines the first samples, the second ones and the ones after the pair.
   const auto weighted = [](auto first, auto second, auto behind) HWY_ATTR {
     if constexpr (!cosited) return hn::Add(first, second);
     const auto both = hn::Add(first, second);
     return hn::Add(hn::Add(both, hn::Add(both, both)), hn::Add(second, behind));
   };
-  // The lanes of a kind, of which two pairs follow each other.
+  // Combines the two adjacent pairs of one lane.
   const auto together = [&](auto pairs, auto behind) HWY_ATTR {
     const auto x = hn::BitCast(wide, pairs);
     return weighted(hn::And(x, low_half), hn::ShiftRight<16>(x),
                     hn::And(hn::BitCast(wide, behind), low_half));
   };
-  // What the first sample of two is, the low byte tells.
+  // A co-sited sum needs to know which byte is the first sample: the low one in little endian.
   constexpr bool any_order = !cosited || std::endian::native == std::endian::little;
   if (step <= 2 && any_order)
     for (; done + lanes / step + (cosited ? 1 : 0) <= blocks; done += lanes / step) {
@@ -130,14 +129,14 @@ void add_byte_pairs(const uint8_t* in, ptrdiff_t stride, [[maybe_unused]] ptrdif
   add_plainly<rows, cosited>(in, stride, step, done, blocks, out);
 }
 
-// A block is one lane of T. Whole vectors, also at the end.
+// Each block is one element of T. Processes whole vectors, also at the end.
 template <class T>
 void add_lanes(const uint16_t* in, size_t blocks, uint16_t* out) {
   const hn::ScalableTag<T> d;
   const hn::Repartition<uint16_t, decltype(d)> d16;
   for (size_t b = 0; b < blocks; b += hn::Lanes(d)) {
     hn::Vec<decltype(d)> even, odd;
-    // Highway's loads and stores are unaligned ones: nothing is read through the pointers.
+    // Highway's loads are unaligned; nothing is read through the cast pointers directly.
     hn::LoadInterleaved2(d, reinterpret_cast<const T*>(in) + 2 * b, even, odd);
     hn::StoreU(hn::Add(hn::BitCast(d16, even), hn::BitCast(d16, odd)), d16,
                out + b * (sizeof(T) / 2));
@@ -219,7 +218,7 @@ void AddSums(const SummedRows& in, size_t elements, unsigned shift, int16_t* out
   }
 }
 
-#if HWY_TARGET == HWY_SCALAR  // no vector that has the lanes of two blocks
+#if HWY_TARGET == HWY_SCALAR  // no vector holds the lanes of two blocks
 
 void BlendSums(const SumBlend& blend, size_t step, size_t blocks, float* const* out) {
   const bool alike = blend.first == blend.between && blend.between == blend.last;

@@ -1,4 +1,4 @@
-// One source for all vector widths: compiled once per CPU target.
+// Applies filter taps along rows; compiled once per CPU target.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/preprocess/tap_kernels.hpp"
 
@@ -71,7 +71,7 @@ void BlendRows(const SourceRows& from, const float* weights, size_t bytes, float
   }
 }
 
-// The numbers at `places` of so many vectors.
+// Picks the numbers at `places` from up to four vectors.
 template <size_t vectors>
 HWY_INLINE V look_up(F d, V first, V second, V third, V fourth, hn::Vec<I> places) {
   const I di;
@@ -88,7 +88,7 @@ HWY_INLINE V look_up(F d, V first, V second, V third, V fourth, hn::Vec<I> place
   return found;
 }
 
-// A vector of targets: take(k) gives the k-th sample of each.
+// Computes a vector of targets: take(k) returns sample k of each.
 template <class Take>
 HWY_INLINE V weighted(F d, const float* weights, size_t taps, size_t stride, Take&& take) {
   auto sum = take(0);
@@ -98,7 +98,7 @@ HWY_INLINE V weighted(F d, const float* weights, size_t taps, size_t stride, Tak
   return sum;
 }
 
-// All samples lie in so many vectors; those that are not looked at are the last one again.
+// For samples that span only `vectors` vectors; the unused ones repeat the last vector.
 template <size_t vectors>
 V from_window(const float* in, const int32_t* index, const float* weights, size_t taps,
               size_t stride) {
@@ -115,8 +115,8 @@ V from_window(const float* in, const int32_t* index, const float* weights, size_
   });
 }
 
-// A gather loads samples one by one: vectors are looked up in where the samples lie near, unless
-// they are so short that few do.
+// A gather instruction loads samples one by one, so close samples are looked up in a few whole
+// vectors instead, unless vectors are too short for that.
 void GatherRow(const float* in, const int32_t* index, const float* weights, size_t taps,
                size_t count, float* out) {
   const F d;
@@ -145,7 +145,7 @@ void GatherRow(const float* in, const int32_t* index, const float* weights, size
   for (size_t i = 0; i < count; i += lanes) hn::StoreU(vector(index + i, weights + i), d, out + i);
 }
 
-// A pixel is a vector of four; of three lanes, the fourth is the first of the next pixel.
+// Each pixel is loaded as a vector of four; with three lanes, the fourth belongs to the next pixel.
 void GatherPixels(const float* in, const int32_t* index, const float* weights, size_t taps,
                   size_t count, float* const* out) {
 #if HWY_TARGET == HWY_SCALAR

@@ -1,5 +1,5 @@
-// Weighted samples taken out of a row, against a plain loop. All numbers are small multiples of an
-// eighth: sums of them are exact in any order.
+// Compares weighted samples of a row with a plain loop. All numbers are small multiples of 1/8, so
+// sums are exact in any order.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <gtest/gtest.h>
 
@@ -21,7 +21,7 @@ struct Taps {
   std::vector<int32_t> index;
   std::vector<float> weights, in;
 
-  // Neighbours, from `factor` pixels to `factor` pixels on, of `step` lanes each.
+  // Samples of `factor` adjacent pixels, in steps of `factor` pixels with `step` lanes each.
   Taps(size_t targets, size_t of, double factor, size_t step, uint32_t seed)
       : count(targets),
         taps(of),
@@ -50,11 +50,11 @@ struct Taps {
   }
 };
 
-// Factors up to where a vector's samples lie in one, two, three, four and more vectors.
+// Factors for which the samples of a vector span one, two, three, four and more vectors.
 constexpr double kFactors[] = {0, 0.3, 0.9, 1, 1.5, 2, 2.7, 3, 3.9, 4.2, 9};
 constexpr size_t kCounts[] = {1, 7, 16, 33, 100};
 
-TEST(TapKernels, TakesARowWhereverItsSamplesLie) {
+TEST(TapKernels, ReadsARowAtAnyAlignment) {
   for (const double factor : kFactors)
     for (const size_t count : kCounts)
       for (const size_t taps : {1u, 2u, 5u}) {

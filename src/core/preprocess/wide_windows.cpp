@@ -1,4 +1,4 @@
-// The same arithmetic as in pair_kernels.cpp.
+// Blends pairs with AVX-512 VBMI, with the same arithmetic as pair_kernels.cpp.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/preprocess/wide_windows.hpp"
 
@@ -23,10 +23,10 @@ bool has_wide_windows() noexcept {
 
 namespace {
 
-// The bytes at `places` of so many vectors. `beyond`: the places past the first two vectors.
+// The bytes at `places` of `vectors` vectors. `beyond` masks the places past the first two vectors.
 template <size_t vectors>
 WEIR_WITH_AVX512_BYTES __m512i look_up(const __m512i* in, __m512i places, __mmask64 beyond) {
-  if constexpr (vectors == 1)  // GCC 12 warns of the same without a mask
+  if constexpr (vectors == 1)  // without a mask, GCC 12 warns
     return _mm512_maskz_permutexvar_epi8(~__mmask64{0}, places, in[0]);
   const __m512i near = _mm512_permutex2var_epi8(in[0], places, in[1]);
   if constexpr (vectors == 3) return _mm512_mask_permutexvar_epi8(near, beyond, places, in[2]);
@@ -89,7 +89,7 @@ bool has_wide_windows() noexcept {
   return false;
 }
 void blend_wide_windows(const SourceRows&, const PairColumns&, int16_t, int16_t*) noexcept {
-  std::abort();  // no columns are wide
+  std::abort();  // unreachable: no columns are wide
 }
 
 #endif

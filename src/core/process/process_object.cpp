@@ -1,4 +1,4 @@
-// A map of objects by name.
+// Maps names to objects.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/process/process_object.hpp"
 
@@ -7,6 +7,8 @@
 #include <mutex>
 #include <string>
 #include <utility>
+
+#include "core/config/install_paths.hpp"
 
 namespace weir::process {
 namespace {
@@ -23,7 +25,7 @@ std::atomic<Lookup> source{local_object};
 void* local_object(const char* name, size_t size, Make make) {
   static auto& objects = *new Objects;
   std::lock_guard lock(objects.mutex);
-  void*& object = objects.all[{std::string(name) + "/" + WEIR_VERSION, size}];
+  void*& object = objects.all[{std::string(name) + "/" + config::kVersion, size}];
   if (!object) object = make();
   return object;
 }

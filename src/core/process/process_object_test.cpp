@@ -1,4 +1,4 @@
-// One object of a name, wherever it is asked for.
+// Tests that each name has one object in the process.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/process/process_object.hpp"
 
@@ -19,7 +19,7 @@ struct Other {
   char bytes[100] = {};
 };
 
-TEST(ProcessObject, IsMadeOnceByManyThreads) {
+TEST(ProcessObject, IsCreatedOnceByManyThreads) {
   std::vector<Counted*> seen(4);
   {
     std::vector<std::jthread> threads;
@@ -30,13 +30,13 @@ TEST(ProcessObject, IsMadeOnceByManyThreads) {
   for (const auto* one : seen) EXPECT_EQ(one, seen[0]);
 }
 
-TEST(ProcessObject, IsAnotherUnderAnotherNameOrOfAnotherSize) {
+TEST(ProcessObject, DiffersByNameAndSize) {
   EXPECT_NE(&object<Other>("test.one"), &object<Other>("test.two"));
   EXPECT_NE(static_cast<void*>(&object<Other>("test.one")),
             static_cast<void*>(&object<int>("test.one")));
 }
 
-TEST(ProcessObject, ComesFromWhereItIsTold) {
+TEST(ProcessObject, ComesFromTheGivenProvider) {
   static Other theirs;
   take_objects_from([](const char*, size_t, Make) -> void* { return &theirs; });
   EXPECT_EQ(&object<Other>("test.one"), &theirs);

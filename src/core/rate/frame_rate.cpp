@@ -1,4 +1,5 @@
-// Ticks are counted from the first frame, so that no rounding adds up (specification 6.8).
+// Counts ticks from the first frame, so that rounding errors do not add up
+// (docs/compatibility/routing.md 6.8).
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/rate/frame_rate.hpp"
 
@@ -16,12 +17,12 @@ uint64_t apart(uint64_t a, uint64_t b) noexcept {
 }
 
 Error syntax(std::string_view text, size_t place) {
-  return Error{Code::OPTION_SYNTAX,
-               "framerate cannot be read and is ignored",
-               "\"" + std::string(text) + "\"",
-               "N/D, two whole numbers from 1 to 2147483647",
-               place_in(text, place),
-               "framerate=30/1"};
+  return Error{.code = Code::OPTION_SYNTAX,
+               .what = "framerate cannot be read and is ignored",
+               .offered = "\"" + std::string(text) + "\"",
+               .needed = "N/D, two whole numbers from 1 to 2147483647",
+               .difference = place_in(text, place),
+               .fix = "framerate=30/1"};
 }
 
 std::optional<int> positive(std::string_view text) noexcept {
@@ -43,7 +44,7 @@ Result<std::optional<Fraction>> parse_frame_rate(std::string_view text) {
   return std::optional(Fraction{*numerator, *denominator});
 }
 
-// Nanoseconds of one tick, times the rate's numerator.
+// Nanoseconds of one tick times the rate's numerator.
 FrameRate::Wide FrameRate::tick_scale() const noexcept {
   constexpr uint64_t kSecond = 1'000'000'000;
   return Wide{kSecond} * static_cast<uint64_t>(rate_.denominator);

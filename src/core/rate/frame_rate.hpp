@@ -1,6 +1,6 @@
-// A stream of any rate brought to a fixed one: each tick takes the frame that is nearest in time.
+// FrameRate: converts a stream to a fixed rate; each tick takes the frame nearest in time.
 //
-// One frame is held until the one behind it is there. Times are nanoseconds.
+// Holds one frame until the next one arrives. Times are nanoseconds.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <cstdint>
@@ -11,33 +11,32 @@
 
 namespace weir {
 
-// "30/1": two whole numbers above 0; nullopt for an empty text. OPTION_SYNTAX with the place.
+// "30/1": two integers above 0; nullopt for an empty text. OPTION_SYNTAX with the position.
 Result<std::optional<Fraction>> parse_frame_rate(std::string_view text);
 
-// One frame of the output stream, or several consecutive ones that stay empty.
+// One frame of the output stream, or several consecutive empty ones.
 struct Tick {
-  uint64_t number = 0;    // from 0
+  uint64_t number = 0;    // starts at 0
   uint64_t time = 0;      // start time
   uint64_t duration = 0;  // until the next tick
-  uint64_t count = 1;     // of ticks; more than 1 only where has_frame is false
-  bool has_frame = true;  // false: no frame is near enough, downstream gets a GAP event
+  uint64_t count = 1;     // number of ticks; above 1 only if has_frame is false
+  bool has_frame = true;  // false: no frame is near enough; downstream gets a GAP event
 };
 
 class FrameRate {
  public:
-  // `rate` is valid and not 0.
+  // Precondition: `rate` is valid and not 0.
   explicit FrameRate(Fraction rate) noexcept : rate_(rate) {}
 
-  // The next tick that belongs to the held frame, when the following frame has the time `behind`.
-  // Call it until it returns nothing. A tick takes the frame that is nearer in time. Ticks that are
-  // farther than `max_duplication` from both frames come as one Tick without a frame; 0 = no limit.
-  // Ticks whose time is beyond 64 bits do not exist.
+  // The next tick that takes the held frame, given that the following frame has the time `behind`.
+  // Call it until it returns nullopt. A tick takes the nearer frame. Ticks farther than
+  // `max_duplication` from both frames are returned as one Tick without a frame; 0 = no limit.
+  // Ticks beyond 64 bits do not exist.
   std::optional<Tick> take_before(uint64_t behind, uint64_t max_duplication = 0) noexcept;
-  // At the end: the tick that begins before `end`, or not behind the held frame when `end` is
-  // unknown.
+  // At the end: the next tick before `end` or, if `end` is unknown, not after the held frame.
   std::optional<Tick> take_at_end(std::optional<uint64_t> end) noexcept;
-  // Puts a frame into the place of the held one. The first one's time is that of tick 0. Not before
-  // the time that is held.
+  // Replaces the held frame. The first frame's time is tick 0. Precondition: not earlier than
+  // held().
   void hold(uint64_t time) noexcept;
   std::optional<uint64_t> held() const noexcept { return held_; }
   void reset() noexcept { *this = FrameRate(rate_); }
@@ -59,7 +58,8 @@ class FrameRate {
   Fraction rate_;
   std::optional<uint64_t> base_, held_;
   Wide ticks_ = 0;
-  bool tie_ = false;  // the last tick was as near to both frames: the later one takes the next
+  // The last tick was equally near to both frames: the later one takes the next tick.
+  bool tie_ = false;
 };
 
 }  // namespace weir

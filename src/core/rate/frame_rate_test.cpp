@@ -1,4 +1,4 @@
-// The rate against a plain model, tick by tick; the words of a framerate that cannot be read.
+// Compares the rate with a plain model, tick by tick, and rejects invalid framerates.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/rate/frame_rate.hpp"
 
@@ -14,7 +14,7 @@ namespace {
 constexpr uint64_t kMillisecond = 1'000'000;
 using Times = std::vector<uint64_t>;
 
-// Which frame each tick took, by the class.
+// The frame that each tick takes in FrameRate.
 std::vector<size_t> taken(const Times& frames, Fraction rate) {
   FrameRate converter(rate);
   std::vector<size_t> out;
@@ -28,8 +28,8 @@ std::vector<size_t> taken(const Times& frames, Fraction rate) {
   return out;
 }
 
-// The same tick by tick: the first frame from the last one taken on that the frame behind it is not
-// nearer than; a tie is the last tick that a frame takes.
+// The same, tick by tick: the first frame, from the last taken one on, whose successor is not
+// nearer. At a tie, the frame takes this tick as its last one.
 std::vector<size_t> model(const Times& frames, Fraction rate) {
   const auto away = [](uint64_t a, uint64_t b) { return std::max(a, b) - std::min(a, b); };
   std::vector<size_t> out;
@@ -76,7 +76,7 @@ TEST(FrameRate, AgreesWithThePlainModelForRandomStreams) {
   }
 }
 
-TEST(FrameRate, TakesTicksInOrderOfFramesAndLosesNone) {
+TEST(FrameRate, AssignsTicksInOrderOfFramesAndLosesNone) {
   std::mt19937 random(4);
   for (int round = 0; round < 100; ++round) {
     Times frames{5};
@@ -84,7 +84,7 @@ TEST(FrameRate, TakesTicksInOrderOfFramesAndLosesNone) {
       frames.push_back(frames.back() + random() % (90 * kMillisecond));
     const auto out = taken(frames, {25, 1});
     EXPECT_TRUE(std::is_sorted(out.begin(), out.end()));
-    // Ticks up to the last frame but half an interval are taken.
+    // All ticks up to half an interval before the last frame are taken.
     EXPECT_GE((out.size() + 1) * 40 * kMillisecond + 90 * kMillisecond, frames.back() - 5);
   }
 }
@@ -106,7 +106,7 @@ TEST(FrameRate, DoesNotDriftOverAMillionTicks) {
 
 constexpr uint64_t kSecond = 1'000'000'000;
 
-// All ticks between two frames.
+// Returns all ticks between two frames.
 std::vector<Tick> ticks_between(uint64_t first, uint64_t second, Fraction rate,
                                 uint64_t max_duplication) {
   FrameRate converter(rate);
@@ -192,7 +192,7 @@ TEST(FrameRate, EndsWithTheTickThatIsDue) {
   EXPECT_FALSE(converter.take_at_end(200 * kMillisecond)) << "the end itself is not before it";
 }
 
-TEST(FrameRate, BeginsAnewWhenReset) {
+TEST(FrameRate, StartsAgainAfterAReset) {
   FrameRate converter({10, 1});
   converter.hold(5);
   EXPECT_TRUE(converter.take_before(UINT64_MAX / 2));
@@ -210,7 +210,7 @@ TEST(FrameRate, IsReadAsAFraction) {
   EXPECT_FALSE(*parse_frame_rate(""));
 }
 
-TEST(FrameRate, ThatCannotBeReadShowsItsPlace) {
+TEST(FrameRate, ReportsThePlaceOfASyntaxError) {
   const struct {
     const char *text, *place;
   } cases[] = {{"x/1", "\n    x/1\n    ^"},

@@ -1,5 +1,5 @@
-// Whole lines of the cache go past it; what is left at both ends goes the usual way, for a line of
-// which only a part came past the caches would cost more than it saves.
+// Copies whole cache lines with non-temporal stores. The ends are copied normally, because a partly
+// streamed line costs more than it saves.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/simd/streamed_copy.hpp"
 
@@ -17,7 +17,7 @@ HWY_BEFORE_NAMESPACE();
 namespace weir::HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
-// So many lines of 64 bytes, `to` at the beginning of one.
+// Copies `lines` lines of 64 bytes; `to` is aligned to a line.
 void stream_lines(uint8_t* to, const uint8_t* from, size_t lines) {
   constexpr size_t kLine = 64;
 #if HWY_TARGET == HWY_SCALAR

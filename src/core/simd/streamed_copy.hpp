@@ -1,12 +1,12 @@
-// Copies of large blocks past the caches: a cache would read each line before it is written, and
-// give it up again before it is read.
+// Copies large blocks with non-temporal stores. Normal stores would first read each line into the
+// cache, which evicts it before anyone reads it.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <cstddef>
 
 namespace weir {
 
-// `to` and `from` do not overlap. Others see the bytes after flush_streamed().
+// `to` and `from` do not overlap. Other threads see the bytes after flush_streamed().
 void copy_streamed(std::byte* to, const std::byte* from, size_t bytes) noexcept;
 void flush_streamed() noexcept;
 

@@ -1,4 +1,4 @@
-// Copies of every length from and to every place within a line, on every target of this CPU.
+// Copies of every length between all alignments, on every SIMD target of this CPU.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/simd/streamed_copy.hpp"
 
@@ -10,7 +10,7 @@
 namespace weir {
 namespace {
 
-TEST(StreamedCopy, WritesWhatItIsToldAndNothingBeside) {
+TEST(StreamedCopy, WritesTheGivenBytesAndNothingElse) {
   constexpr size_t kLine = 64, kLongest = 3 * kLine;
   std::vector<std::byte> from(kLongest + kLine), to(kLongest + 2 * kLine);
   for (size_t i = 0; i < from.size(); ++i) from[i] = static_cast<std::byte>(i + 1);
@@ -19,7 +19,7 @@ TEST(StreamedCopy, WritesWhatItIsToldAndNothingBeside) {
     SCOPED_TRACE(hwy::TargetName(target));
     for (size_t at = 0; at < kLine; at += 3)
       for (size_t length = 0; length <= kLongest; ++length) {
-        const size_t begin = length % kLine;  // of what is read: another place within its line
+        const size_t begin = length % kLine;  // varies the source alignment
         std::fill(to.begin(), to.end(), std::byte{0});
         copy_streamed(to.data() + at, from.data() + begin, length);
         flush_streamed();

@@ -1,9 +1,8 @@
-// What Highway's headers ask of its library: which of the targets that are compiled this CPU can
-// run.
+// Detects the SIMD targets that this CPU can run, in place of Highway's library.
 //
-// Highway's library is not linked: version 1.0.3 measures the clock while it is loaded.
+// Highway's library is not linked because version 1.0.3 measures the clock while it is loaded. The
+// functions have its names and are hidden, because a process may load that library as well.
 // SPDX-License-Identifier: LGPL-2.1-or-later
-// The functions are its own by name, and hidden: a process may have that library too.
 #undef HWY_SHARED_DEFINE
 #include "hwy/targets.h"
 
@@ -30,7 +29,7 @@ bool has(unsigned reg, std::initializer_list<unsigned> bits) {
     if ((reg >> bit & 1) == 0) return false;
   return true;
 }
-// The registers that the system keeps when it switches threads.
+// The register sets that the operating system saves when it switches threads.
 unsigned saved_registers() {
   unsigned low = 0, high = 0;
   asm volatile("xgetbv" : "=a"(low), "=d"(high) : "c"(0));
@@ -38,10 +37,10 @@ unsigned saved_registers() {
 }
 
 // Bits as in the manuals of Intel (volume 2A, CPUID) and AMD (volume 3, appendix E). A target is
-// there when every instruction set is that its code may use.
+// available if the CPU has every instruction set that its code may use.
 int64_t detect() {
   const Registers basic = cpuid(1, 0), more = cpuid(7, 0), extended = cpuid(0x80000001u, 0);
-  int64_t targets = HWY_STATIC_TARGET;  // what everything is compiled for
+  int64_t targets = HWY_STATIC_TARGET;  // the baseline of this build
   const bool ssse3 = has(basic.d, {25, 26}) && has(basic.c, {0, 9});
   if (ssse3) targets |= HWY_SSSE3;
   const bool sse4 = ssse3 && has(basic.c, {1, 19, 20, 25});  // pclmul, sse4.1, sse4.2, aes
@@ -66,7 +65,7 @@ std::atomic<int64_t> for_test{0}, disabled{0};
 
 }  // namespace
 
-// Asked for by clang where headers have a case that cannot be.
+// clang needs it for unreachable cases in Highway's headers.
 void Abort(const char* file, int line, const char* format, ...) {
   std::fprintf(stderr, "Highway, %s:%d: ", file, line);
   va_list arguments;

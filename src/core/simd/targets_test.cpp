@@ -1,4 +1,4 @@
-// The targets that are found are those that Highway's own library finds.
+// Detects the same targets as Highway's own library.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <dlfcn.h>
 #include <gtest/gtest.h>

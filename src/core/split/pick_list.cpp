@@ -1,4 +1,4 @@
-// Grammar of index lists.
+// Parses index lists.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/split/pick_list.hpp"
 
@@ -16,12 +16,12 @@ Result<size_t> parse_index(std::string_view property, std::string_view text, std
   const auto index = parse_unsigned(digits);
   if (index) return static_cast<size_t>(*index);
   const auto* at = digits.empty() ? part.data() : digits.data();
-  return Error{Code::OPTION_SYNTAX,
-               std::string(property) + " cannot be read",
-               std::string(property) + "=" + std::string(text),
-               needed,
-               place_in(text, static_cast<size_t>(at - text.data())),
-               std::string(property) + "=" + example};
+  return Error{.code = Code::OPTION_SYNTAX,
+               .what = std::string(property) + " cannot be read",
+               .offered = std::string(property) + "=" + std::string(text),
+               .needed = needed,
+               .difference = place_in(text, static_cast<size_t>(at - text.data())),
+               .fix = std::string(property) + "=" + example};
 }
 
 }  // namespace
@@ -51,25 +51,23 @@ Result<TensorGroups> parse_tensor_groups(std::string_view property, std::string_
       out.back().push_back(*index);
     }
     if (out.back().size() > kTensorLimit)
-      return Error{
-          Code::LIMIT_EXCEEDED,
-          "a group of " + std::string(property) + " has too many tensors",
-          std::to_string(out.back().size()) + " in group " + std::to_string(out.size() - 1),
-          "at most 256",
-          "",
-          ""};
+      return Error{.code = Code::LIMIT_EXCEEDED,
+                   .what = "a group of " + std::string(property) + " has too many tensors",
+                   .offered = std::to_string(out.back().size()) + " in group " +
+                              std::to_string(out.size() - 1),
+                   .needed = "at most 256"};
   }
   return out;
 }
 
 Error index_beyond(std::string_view property, std::string_view things, size_t index, size_t count) {
-  return Error{Code::OPTION_VALUE,
-               std::string(property) + " names a " + std::string(things) + " that is not there",
-               "index " + std::to_string(index),
-               "an index below " + std::to_string(count) + ": there are " + std::to_string(count) +
-                   " " + std::string(things) + "s",
-               "",
-               std::string(property) + "=0"};
+  return Error{
+      .code = Code::OPTION_VALUE,
+      .what = std::string(property) + " names a " + std::string(things) + " that is not there",
+      .offered = "index " + std::to_string(index),
+      .needed = "an index below " + std::to_string(count) + ": there are " + std::to_string(count) +
+                " " + std::string(things) + "s",
+      .fix = std::string(property) + "=0"};
 }
 
 }  // namespace weir

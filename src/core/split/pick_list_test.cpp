@@ -1,4 +1,4 @@
-// tensorpick and its like.
+// Parses tensorpick and similar lists.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/split/pick_list.hpp"
 
@@ -9,7 +9,7 @@
 namespace weir {
 namespace {
 
-TEST(TensorGroups, TakeAllSeparators) {
+TEST(TensorGroups, AcceptAllSeparators) {
   const TensorGroups expected{{0}, {1, 2}, {3}, {4, 5, 6}, {7}};
   EXPECT_EQ(*parse_tensor_groups("tensorpick", "0,1:2.3;4+5:6/7"), expected);
   EXPECT_EQ(*parse_tensor_groups("tensorpick", " 0 , 1 : 2 . 3 ; 4 + 5:6 / 7 "), expected);
@@ -45,7 +45,7 @@ TEST(TensorGroups, HoldAtMost256Tensors) {
               "257 in group 1");
 }
 
-TEST(IndexList, KnowsItsSeparatorsOnly) {
+TEST(IndexList, AcceptsItsOwnSeparatorsOnly) {
   EXPECT_EQ(*parse_index_list("then-option", "2, 0", ","), (std::vector<size_t>{2, 0}));
   EXPECT_TRUE(parse_index_list("then-option", " ", ",")->empty());
   EXPECT_SAYS(parse_index_list("then-option", "1;2", ",").error().message(), "then-option=1;2");
@@ -54,7 +54,7 @@ TEST(IndexList, KnowsItsSeparatorsOnly) {
 
 TEST(IndexBeyond, NamesIndexAndCount) {
   const auto text = index_beyond("tensorpick", "tensor", 7, 3).message();
-  EXPECT_SAYS(text, "WEIR-1004: tensorpick names a tensor that is not there");
+  EXPECT_SAYS(text, "WEIR-1004: tensorpick names a tensor that does not exist");
   EXPECT_SAYS(text, "offered: index 7");
   EXPECT_SAYS(text, "there are 3 tensors");
 }

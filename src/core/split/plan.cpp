@@ -1,4 +1,4 @@
-// Where segments lie in their tensor, and gathering those that do not lie in one piece.
+// Locates segments in their tensor, and copies those that are not contiguous.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <algorithm>
 #include <cstring>
@@ -14,7 +14,7 @@ std::string sized(const TensorSpec& spec) {
   return spec.to_string() + " = " + std::to_string(spec.bytes().value_or(0)) + " bytes";
 }
 
-// Bytes of the dimensions below `dimension`.
+// The number of bytes of the dimensions below `dimension`.
 size_t inner_bytes(const TensorSpec& spec, size_t dimension) {
   size_t bytes = size_of(spec.type);
   for (size_t i = 0; i < dimension && i < spec.shape.rank(); ++i) bytes *= spec.shape[i];
@@ -31,7 +31,7 @@ bool same_but(const Shape& a, const Shape& b, size_t dimension) {
   return true;
 }
 
-// A run of bytes is a part of dimension k when all dimensions outside of k are 1.
+// A run of bytes is a part of dimension k if all dimensions outside k are 1.
 std::optional<Segment::Part> part_of_line(const Segment& segment, const TensorSpec& input) {
   const size_t k = input.shape.min_rank() - 1;
   const size_t inner = inner_bytes(input, k);
@@ -43,22 +43,21 @@ std::optional<Segment::Part> part_of_line(const Segment& segment, const TensorSp
 
 Error beyond(const SplitRequest& request, const TensorSpec& input, size_t index, std::string needed,
              std::string segment) {
-  return Error{
-      Code::SPEC_MISMATCH,
-      "the segments ask for more than the tensor holds",
-      sized(input),
-      "segments 0 to " + std::to_string(request.segments.size() - 1) + " = " + std::move(needed),
-      "segment " + std::to_string(index) + " " + std::move(segment),
-      "make tensorseg add up to the tensor"};
+  return Error{.code = Code::SPEC_MISMATCH,
+               .what = "the segments are larger than the tensor",
+               .offered = sized(input),
+               .needed = "segments 0 to " + std::to_string(request.segments.size() - 1) + " = " +
+                         std::move(needed),
+               .difference = "segment " + std::to_string(index) + " " + std::move(segment),
+               .fix = "make tensorseg add up to the tensor"};
 }
 
 Error left_over(std::string offered, std::string used) {
-  return Error{Code::OPTION_VALUE,
-               "a part of the tensor is in no segment",
-               std::move(offered),
-               "",
-               "the segments are " + std::move(used),
-               "make tensorseg add up to the tensor"};
+  return Error{.code = Code::OPTION_VALUE,
+               .what = "a part of the tensor is not covered by any segment",
+               .offered = std::move(offered),
+               .difference = "the segments are " + std::move(used),
+               .fix = "make tensorseg add up to the tensor"};
 }
 
 Result<SplitPlan> in_a_line(const SplitRequest& request, const TensorSpec& input) {
@@ -98,22 +97,21 @@ Result<std::vector<uint32_t>> extents(const SplitRequest& request, const TensorS
   const uint32_t extent = extent_of(input.shape, k);
   if (request.parts > 0) {
     if (!request.segments.empty())
-      return Error{
-          Code::OPTION_VALUE,
-          "tensorseg and split-parts both say how long the segments are",
-          "split-parts=" + std::to_string(request.parts),
-          "one of them",
-          "",
-          "split-dim=" + std::to_string(k) + " split-parts=" + std::to_string(request.parts)};
+      return Error{.code = Code::OPTION_VALUE,
+                   .what = "tensorseg and split-parts both set the length of the segments",
+                   .offered = "split-parts=" + std::to_string(request.parts),
+                   .needed = "one of them",
+                   .fix = "split-dim=" + std::to_string(k) +
+                          " split-parts=" + std::to_string(request.parts)};
     if (extent % request.parts != 0)
-      return Error{
-          Code::SPEC_MISMATCH,
-          "a dimension cannot be cut into so many equal parts",
-          input.to_string() + ", dimension " + std::to_string(k) + " is " + std::to_string(extent),
-          "a multiple of split-parts=" + std::to_string(request.parts),
-          std::to_string(extent) + " / " + std::to_string(request.parts) + " leaves " +
-              std::to_string(extent % request.parts),
-          "give the sizes in tensorseg"};
+      return Error{.code = Code::SPEC_MISMATCH,
+                   .what = "a dimension cannot be split into that many equal parts",
+                   .offered = input.to_string() + ", dimension " + std::to_string(k) + " is " +
+                              std::to_string(extent),
+                   .needed = "a multiple of split-parts=" + std::to_string(request.parts),
+                   .difference = std::to_string(extent) + " / " + std::to_string(request.parts) +
+                                 " leaves " + std::to_string(extent % request.parts),
+                   .fix = "set the sizes in tensorseg"};
     return std::vector<uint32_t>(request.parts, extent / request.parts);
   }
   std::vector<uint32_t> out;
@@ -121,12 +119,12 @@ Result<std::vector<uint32_t>> extents(const SplitRequest& request, const TensorS
     const Shape& segment = request.segments[i];
     const bool only_size = segment.rank() == 1;
     if (!only_size && !same_but(segment, input.shape, k))
-      return Error{Code::SPEC_MISMATCH,
-                   "a segment differs from the tensor in more than the dimension it is cut along",
-                   input.to_string(),
-                   "segments that differ in dimension " + std::to_string(k) + " only",
-                   "segment " + std::to_string(i) + " is " + segment.to_string(),
-                   "give the sizes along the dimension alone: tensorseg=1,2"};
+      return Error{.code = Code::SPEC_MISMATCH,
+                   .what = "a segment differs from the tensor in more than the split dimension",
+                   .offered = input.to_string(),
+                   .needed = "segments that differ in dimension " + std::to_string(k) + " only",
+                   .difference = "segment " + std::to_string(i) + " is " + segment.to_string(),
+                   .fix = "set only the sizes along the dimension: tensorseg=1,2"};
     out.push_back(only_size ? segment[0] : extent_of(segment, k));
   }
   return out;
@@ -136,8 +134,11 @@ Result<SplitPlan> along_dimension(const SplitRequest& request, const TensorSpec&
   SplitPlan plan{input, {}, {}};
   const size_t k = *request.dimension;
   if (k >= kRankLimit)
-    return Error{Code::OPTION_VALUE, "split-dim is no dimension", std::to_string(k), "0 to 15", "",
-                 "split-dim=0"};
+    return Error{.code = Code::OPTION_VALUE,
+                 .what = "split-dim is not a dimension",
+                 .offered = std::to_string(k),
+                 .needed = "0 to 15",
+                 .fix = "split-dim=0"};
   const auto sizes = extents(request, input);
   if (!sizes) return sizes.error();
   const uint32_t extent = extent_of(input.shape, k);
@@ -184,26 +185,22 @@ void gather(const Segment& segment, const std::byte* from, std::byte* to) {
 
 Result<SplitPlan> plan_split(const SplitRequest& request, const TensorSpec& input) {
   if (!input.bytes())
-    return Error{Code::LIMIT_EXCEEDED,
-                 "a tensor is too large",
-                 input.to_string(),
-                 "at most 2^63 bytes",
-                 "",
-                 ""};
+    return Error{.code = Code::LIMIT_EXCEEDED,
+                 .what = "a tensor is too large",
+                 .offered = input.to_string(),
+                 .needed = "at most 2^63 bytes"};
   if (request.segments.empty() && request.parts == 0)
-    return Error{Code::OPTION_VALUE,
-                 "tensor_split needs to be told the segments",
-                 "no tensorseg",
-                 "the dimensions of each segment",
-                 "",
-                 "tensor_split tensorseg=" + input.shape.to_string()};
+    return Error{.code = Code::OPTION_VALUE,
+                 .what = "tensor_split needs the segments",
+                 .offered = "no tensorseg",
+                 .needed = "the dimensions of each segment",
+                 .fix = "tensor_split tensorseg=" + input.shape.to_string()};
   if (request.parts > 0 && !request.dimension)
-    return Error{Code::OPTION_VALUE,
-                 "split-parts without split-dim says nothing",
-                 "split-parts=" + std::to_string(request.parts),
-                 "the dimension to cut along",
-                 "",
-                 "split-dim=0 split-parts=" + std::to_string(request.parts)};
+    return Error{.code = Code::OPTION_VALUE,
+                 .what = "split-parts needs split-dim",
+                 .offered = "split-parts=" + std::to_string(request.parts),
+                 .needed = "the dimension to split along",
+                 .fix = "split-dim=0 split-parts=" + std::to_string(request.parts)};
   auto plan = request.dimension ? along_dimension(request, input) : in_a_line(request, input);
   if (!plan || request.picks.empty()) return plan;
   std::vector<bool> picked(plan->segments.size());
@@ -218,7 +215,7 @@ Result<SplitPlan> plan_split(const SplitRequest& request, const TensorSpec& inpu
 void copy_segment(const Segment& segment, std::span<const std::byte> in, std::span<std::byte> out) {
   const std::byte* from = in.data() + segment.offset;
   std::byte* to = out.data();
-  switch (segment.block_bytes) {  // a call of memcpy for each costs more than the few bytes
+  switch (segment.block_bytes) {  // calling memcpy for each costs more than copying the few bytes
     case 1:
       return gather<1>(segment, from, to);
     case 2:

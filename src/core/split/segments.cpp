@@ -1,4 +1,4 @@
-// The grammar of tensorseg and the way back of a segment.
+// Parses tensorseg and computes the source maps of segments.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/split/segments.hpp"
 
@@ -13,16 +13,18 @@ namespace weir {
 namespace {
 
 Error unreadable(std::string_view text, size_t segment, std::string_view part) {
-  return Error{Code::DIMENSION_SYNTAX,
-               "segment " + std::to_string(segment) + " of tensorseg cannot be read",
-               "tensorseg=" + std::string(text),
-               "whole numbers above 0 from the innermost dimension outwards, joined by ':'; ',' "
-               "between segments; at most 16 dimensions",
-               place_in(text, static_cast<size_t>(part.data() - text.data())),
-               "tensorseg=3:4:1,3:4:2"};
+  return Error{
+      .code = Code::DIMENSION_SYNTAX,
+      .what = "segment " + std::to_string(segment) + " of tensorseg cannot be read",
+      .offered = "tensorseg=" + std::string(text),
+      .needed =
+          "whole numbers above 0 from the innermost dimension outwards, joined by ':'; ',' "
+          "between segments; at most 16 dimensions",
+      .difference = place_in(text, static_cast<size_t>(part.data() - text.data())),
+      .fix = "tensorseg=3:4:1,3:4:2"};
 }
 
-PictureMap part_of(const PictureMap& map, const Segment::Part& part) {
+SourceMap part_of(const SourceMap& map, const Segment::Part& part) {
   if (part.dimension == map.x_dimension)
     return map.of_part(1, part.from, 1, 0, part.extent, map.height);
   if (part.dimension == map.y_dimension)
@@ -38,7 +40,7 @@ Result<std::vector<Shape>> parse_segments(std::string_view text) {
   for (const auto segment : split(text, kPickSeparators)) {
     Shape shape;
     size_t rank = 0;
-    bool ended = false;  // by a 0, as dimensions in headers are
+    bool ended = false;  // by a 0, like dimensions in headers
     for (const auto raw : split(segment, ":")) {
       const auto part = strip(raw);
       const auto extent = parse_unsigned(part);
@@ -53,13 +55,13 @@ Result<std::vector<Shape>> parse_segments(std::string_view text) {
   return out;
 }
 
-std::vector<PictureMap> maps_of(const Segment& segment, const TensorSpec& input,
-                                std::span<const PictureMap> maps, bool of_regions) {
-  std::vector<PictureMap> out;
+std::vector<SourceMap> maps_of(const Segment& segment, const TensorSpec& input,
+                               std::span<const SourceMap> maps, bool of_regions) {
+  std::vector<SourceMap> out;
   if (!segment.part) return out;
   const Segment::Part& part = *segment.part;
   if (of_regions && part.dimension + 1 == input.shape.rank()) {
-    // A batch may have room for more regions than there were.
+    // A batch may have room for more regions than there are.
     const size_t from = std::min<size_t>(part.from, maps.size());
     const auto own = maps.subspan(from, std::min<size_t>(part.extent, maps.size() - from));
     return {own.begin(), own.end()};

@@ -1,4 +1,4 @@
-// Cuts of a tensor against a plain walk over its elements.
+// Compares cuts of a tensor with a plain walk over its elements.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/split/segments.hpp"
 
@@ -6,6 +6,7 @@
 
 #include <numeric>
 #include <random>
+#include <span>
 
 #include "core/split/pick_list.hpp"
 #include "says.hpp"
@@ -38,7 +39,8 @@ Bytes taken(const Segment& segment, const Bytes& in) {
   return out;
 }
 
-// Each element by its coordinates: those whose index along `dimension` is within [from, to).
+// Visits each element by its coordinates; keeps those with an index in [from, to) along
+// `dimension`.
 Bytes walked(const TensorSpec& spec, const Bytes& in, size_t dimension, size_t from, size_t to) {
   Bytes out;
   const size_t size = size_of(spec.type);
@@ -67,7 +69,7 @@ TEST(Segments, AreReadWithAllSeparators) {
   EXPECT_TRUE(parse_segments(" ")->empty());
 }
 
-TEST(Segments, ThatCannotBeReadShowTheirPlace) {
+TEST(Segments, ReportThePlaceOfASyntaxError) {
   const auto at = [](const char* text) {
     const auto shapes = parse_segments(text);
     EXPECT_FALSE(shapes) << text;
@@ -83,7 +85,7 @@ TEST(Segments, ThatCannotBeReadShowTheirPlace) {
   EXPECT_SAYS(at("1:1:1:1:1:1:1:1:1:1:1:1:1:1:1:1:2"), "at character 33:");
 }
 
-TEST(Split, InALineTakesTheNextBytes) {
+TEST(Split, WithoutADimensionUsesConsecutiveBytes) {
   const auto input = tensor(ElementType::Int16, {2, 3, 4});
   const Bytes bytes = ramp(48);
   const auto plan = plan_split(line("2:3,5,1:7,6:1"), input);
@@ -103,7 +105,7 @@ TEST(Split, InALineTakesTheNextBytes) {
   EXPECT_EQ(plan->segments[2].spec.shape.to_string(), "1:7");
 }
 
-// Specification 6.5: pads are numbered in the order of the segments.
+// docs/compatibility/routing.md 6.5: pads are numbered in the order of the segments.
 TEST(Split, PickedSegmentsKeepTheirOrderAndTheirOwnDimensions) {
   auto request = line("1:4,2:4,3:4");
   for (const auto& picks : {std::vector<size_t>{2, 0}, {0, 2}, {2, 0, 2}}) {
@@ -161,7 +163,7 @@ TEST(Split, AlongTheOutermostDimensionIsDense) {
   EXPECT_TRUE(plan_split(along(0, "3"), input)->segments[0].dense()) << "all of it";
 }
 
-TEST(Split, AlongADimensionTakesWholeDimensionsToo) {
+TEST(Split, AlongADimensionAcceptsWholeDimensions) {
   const auto plan = plan_split(along(0, "1:4:5,2:4:5"), tensor(ElementType::UInt8, {3, 4, 5}));
   ASSERT_TRUE(plan);
   EXPECT_EQ(plan->segments[1].spec.shape.to_string(), "2:4:5");
@@ -187,7 +189,7 @@ std::string refused(const SplitRequest& request, const TensorSpec& input) {
 
 TEST(Split, NamesTheSegmentAndTheSums) {
   const auto text = refused(line("2:3,3:4,5"), tensor(ElementType::Int16, {2, 3, 3}));
-  EXPECT_SAYS(text, "WEIR-2001: the segments ask for more than the tensor holds");
+  EXPECT_SAYS(text, "WEIR-2001: the segments are larger than the tensor");
   EXPECT_SAYS(text, "offered: int16 2:3:3 = 36 bytes");
   EXPECT_SAYS(text, "needed: segments 0 to 2 = 46 bytes");
   EXPECT_SAYS(text, "segment 2 (5) begins at byte 36 and has 10 bytes");
@@ -198,22 +200,22 @@ TEST(Split, NamesTheSegmentAndTheSums) {
               "segments 0 to 0 = beyond 64 bits");
 }
 
-TEST(Split, RefusesWhatCannotBe) {
+TEST(Split, RejectsImpossibleSegments) {
   const auto input = tensor(ElementType::UInt8, {3, 4});
-  EXPECT_SAYS(refused({}, input), "WEIR-1004: tensor_split needs to be told the segments");
+  EXPECT_SAYS(refused({}, input), "WEIR-1004: tensor_split needs the segments");
   EXPECT_SAYS(refused({}, input), "fix: tensor_split tensorseg=3:4");
-  EXPECT_SAYS(refused({{}, {}, {}, 2}, input), "split-parts without split-dim");
+  EXPECT_SAYS(refused({{}, {}, {}, 2}, input), "split-parts needs split-dim");
   EXPECT_SAYS(refused({{}, {}, 0, 2}, input), "3 / 2 leaves 1");
   EXPECT_SAYS(refused({{Shape{1}}, {}, 0, 3}, input), "tensorseg and split-parts both");
   EXPECT_SAYS(refused(along(0, "1:4,2:5"), input), "segment 1 is 2:5");
-  EXPECT_SAYS(refused({{Shape{1}}, {}, 16, 0}, input), "split-dim is no dimension");
+  EXPECT_SAYS(refused({{Shape{1}}, {}, 16, 0}, input), "split-dim is not a dimension");
   auto picks = line("1:4,2:4");
   picks.picks = {1, 2};
   EXPECT_SAYS(refused(picks, input), "tensorpick names a segment that is not there");
   EXPECT_SAYS(refused(picks, input), "there are 2 segments");
 }
 
-TEST(Split, SaysWhatIsLeftOver) {
+TEST(Split, ReportsUncoveredElements) {
   const auto plan = plan_split(line("2:4"), tensor(ElementType::UInt8, {3, 4}));
   ASSERT_TRUE(plan && plan->left_over);
   EXPECT_SAYS(plan->left_over->message(), "offered: uint8 3:4 = 12 bytes");
@@ -221,14 +223,14 @@ TEST(Split, SaysWhatIsLeftOver) {
   EXPECT_TRUE(plan_split(along(0, "1,1"), tensor(ElementType::UInt8, {3, 4}))->left_over);
 }
 
-TEST(SplitPicture, IsThePartOfThePicture) {
+TEST(SplitPicture, MapsToItsPartOfThePicture) {
   const auto input = tensor(ElementType::UInt8, {3, 8, 6});
-  const PictureMap whole = picture_as_it_is(8, 6, false);
+  const SourceMap whole = picture_as_it_is(8, 6, false);
   const auto first_point = [&](const SplitRequest& request, size_t index) {
     const auto maps =
         maps_of(plan_split(request, input)->segments[index], input, {&whole, 1}, false);
     EXPECT_EQ(maps.size(), 1u);
-    return maps.empty() ? PictureMap{} : maps[0];
+    return maps.empty() ? SourceMap{} : maps[0];
   };
   const auto rows = first_point(line("3:8:2,3:8:4"), 1);
   EXPECT_EQ(rows.to_source({0, 0}).y, 2);
@@ -239,9 +241,9 @@ TEST(SplitPicture, IsThePartOfThePicture) {
   EXPECT_EQ(first_point(along(0, "1,1,1"), 2).to_source({4, 3}).x, 4);
 }
 
-TEST(SplitPicture, IsNoneWhereTheSegmentIsNoPartOfIt) {
+TEST(SplitPicture, IsEmptyIfTheSegmentIsNotPartOfIt) {
   const auto input = tensor(ElementType::UInt8, {3, 8, 6});
-  const PictureMap whole = picture_as_it_is(8, 6, false);
+  const SourceMap whole = picture_as_it_is(8, 6, false);
   const auto plan = plan_split(line("48,2:8:6"), input);
   for (const auto& segment : plan->segments)
     EXPECT_TRUE(maps_of(segment, input, {&whole, 1}, false).empty());
@@ -249,7 +251,7 @@ TEST(SplitPicture, IsNoneWhereTheSegmentIsNoPartOfIt) {
 
 TEST(SplitPicture, OfABatchGoesWithItsRegions) {
   const auto input = tensor(ElementType::UInt8, {3, 8, 6, 3});
-  std::vector<PictureMap> maps(3, picture_as_it_is(8, 6, false));
+  std::vector<SourceMap> maps(3, picture_as_it_is(8, 6, false));
   for (size_t i = 0; i < 3; ++i) maps[i].x0 = static_cast<double>(10 * i);
   const auto regions = plan_split(along(3, "1,2"), input);
   const auto own = maps_of(regions->segments[1], input, maps, true);
@@ -259,7 +261,7 @@ TEST(SplitPicture, OfABatchGoesWithItsRegions) {
   ASSERT_EQ(rows.size(), 3u);
   EXPECT_EQ(rows[2].to_source({0, 0}).y, 3);
   EXPECT_EQ(rows[2].to_source({0, 0}).x, 20);
-  const std::span<const PictureMap> fewer(maps.data(), 2);
+  const std::span<const SourceMap> fewer(maps.data(), 2);
   EXPECT_EQ(maps_of(regions->segments[1], input, fewer, true).size(), 1u);
   EXPECT_TRUE(maps_of(regions->segments[1], input, fewer.first(1), true).empty());
 }

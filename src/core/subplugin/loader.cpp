@@ -1,4 +1,4 @@
-// dlopen of what the folders have.
+// Opens the files of the configured folders with dlopen.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/subplugin/loader.hpp"
 
@@ -10,9 +10,10 @@
 #include <mutex>
 #include <set>
 
-#include "core/infer/configured.hpp"
-#include "core/infer/host.hpp"
-#include "core/infer/module_check.hpp"
+#include "core/config/install_paths.hpp"
+#include "core/infer/module/configured.hpp"
+#include "core/infer/module/host.hpp"
+#include "core/infer/module/module_check.hpp"
 #include "core/process/process_object.hpp"
 
 namespace weir::subplugin {
@@ -39,7 +40,7 @@ std::string prefix_of(Kind kind) {
   return std::string("libnnstreamer_") + name_of(kind) + "_";
 }
 
-// One folder's entry of that name.
+// The directory entry of that name in one folder.
 enum class Entry { None, File, ForbiddenLink };
 Entry entry(const fs::path& path, bool links) {
   std::error_code failed;
@@ -47,7 +48,7 @@ Entry entry(const fs::path& path, bool links) {
   return fs::is_symlink(path, failed) && !links ? Entry::ForbiddenLink : Entry::File;
 }
 
-// The first file that may be opened; a link that may not, where no other folder has a file.
+// The first allowed file, or a forbidden link if no folder has a file.
 struct Found {
   std::string file, forbidden_link;
 };
@@ -75,15 +76,15 @@ std::string last_reason() {
 Error link_forbidden(const std::string& path) {
   std::error_code ignored;
   const auto target = fs::canonical(path, ignored).string();
-  return Error{Code::MODULE_REFUSED,
-               "a sub-plugin's file must not be a symbolic link",
-               path + " -> " + target,
-               "the file itself, or enable_symlink=true in the group [common] of nnstreamer.ini",
-               "",
-               "cp --remove-destination " + target + " " + path};
+  return Error{
+      .code = Code::MODULE_REFUSED,
+      .what = "a sub-plugin's file must not be a symbolic link",
+      .offered = path + " -> " + target,
+      .needed = "the file itself, or enable_symlink=true in the group [common] of nnstreamer.ini",
+      .fix = "cp --remove-destination " + target + " " + path};
 }
 
-// A file's constructor runs once: why it was of no use is kept.
+// Keeps the reason for rejecting a file, since its constructor runs only once.
 struct Refused {
   std::mutex mutex;  // guards the rest
   std::map<std::string, Error> reasons;
@@ -100,17 +101,16 @@ Result<const void*> load(Kind kind, std::string_view name, const std::string& fi
   if (!dlopen(file.c_str(), RTLD_NOW | RTLD_LOCAL))
     return module_refused(file, last_reason(), "a shared object for this machine");
   if (const void* found = table().find(kind, name)) return found;
-  const std::string words = recording.words();
-  const bool was_refused = words.find("refused") != std::string::npos;
-  const Error error{Code::MODULE_REFUSED,
-                    "the sub-plugin " + file + " does not register itself",
-                    words,
-                    "the " + std::string(name_of(kind)) + " " + std::string(name) +
-                        ", registered when the file is loaded",
-                    "",
-                    was_refused ? "mend what was refused, and build the file again"
-                                : "the file's name must be " + prefix_of(kind) +
-                                      "NAME.so with the registered NAME"};
+  const std::string registered = recording.to_string();
+  const bool was_rejected = registered.find("rejected") != std::string::npos;
+  const Error error{.code = Code::MODULE_REFUSED,
+                    .what = "the sub-plugin " + file + " does not register itself",
+                    .offered = registered,
+                    .needed = "the " + std::string(name_of(kind)) + " " + std::string(name) +
+                              ", registered when the file is loaded",
+                    .fix = was_rejected ? "correct the rejected part and rebuild the file"
+                                        : "the file's name must be " + prefix_of(kind) +
+                                              "NAME.so with the registered NAME"};
   std::lock_guard lock(refused().mutex);
   return refused().reasons.try_emplace(file, error).first->second;
 }
@@ -127,36 +127,36 @@ std::atomic<EngineAdapter>& engine_adapter() {
 
 std::string library_path() {
   const auto setting = infer::configuration().find("nnstreamer", "library");
-  return setting ? setting->value : WEIR_NNSTREAMER_LIBRARY;
+  return setting ? setting->value : config::kInstalledNnstreamer;
 }
 
 Status load_library() {
   const std::string library = library_path();
-  // dlopen searches for bare names, and takes an empty one for the program itself.
+  // dlopen searches for bare names, and opens the program itself for an empty one.
   if (!fs::path(library).is_absolute())
-    return Error{Code::OPTION_VALUE,
-                 "the path of the library with NNStreamer's functions is not absolute",
-                 "\"" + library + "\"",
-                 "the whole path of a file, in [nnstreamer] library or WEIR_NNSTREAMER_LIBRARY",
-                 "",
-                 std::string("WEIR_NNSTREAMER_LIBRARY=") + WEIR_NNSTREAMER_LIBRARY};
+    return Error{
+        .code = Code::OPTION_VALUE,
+        .what = "the path of the library with NNStreamer's functions is not absolute",
+        .offered = "\"" + library + "\"",
+        .needed = "the absolute path of a file, in [nnstreamer] library or WEIR_NNSTREAMER_LIBRARY",
+        .fix = std::string("WEIR_NNSTREAMER_LIBRARY=") + config::kInstalledNnstreamer};
   void* handle = dlopen(library.c_str(), RTLD_NOW | RTLD_GLOBAL);
   if (!handle)
-    return Error{Code::MODULE_REFUSED,
-                 "the library with the functions that sub-plugins for NNStreamer call cannot be "
-                 "opened",
-                 last_reason(),
-                 library,
-                 "",
-                 "install it, or name it: WEIR_NNSTREAMER_LIBRARY=/path/to/libnnstreamer.so"};
+    return Error{
+        .code = Code::MODULE_REFUSED,
+        .what =
+            "the library with the functions that sub-plugins for NNStreamer call cannot be "
+            "opened",
+        .offered = last_reason(),
+        .needed = library,
+        .fix = "install it, or name it: WEIR_NNSTREAMER_LIBRARY=/path/to/libnnstreamer.so"};
   constexpr char kFunction[] = "nnstreamer_filter_probe";
   if (dlsym(RTLD_DEFAULT, kFunction) != dlsym(handle, kFunction))
-    return Error{Code::MODULE_REFUSED,
-                 "another library of this process has NNStreamer's functions already",
-                 kFunction,
-                 "those of " + library,
-                 "",
-                 "run the pipeline without NNStreamer's own plug-in and libraries"};
+    return Error{.code = Code::MODULE_REFUSED,
+                 .what = "another library of this process has NNStreamer's functions already",
+                 .offered = kFunction,
+                 .needed = "those of " + library,
+                 .fix = "run the pipeline without NNStreamer's own plug-in and libraries"};
   return ok();
 }
 
@@ -171,10 +171,10 @@ Result<const void*> open(Kind kind, std::string_view name) {
 void open_all(Kind kind) {
   for (const auto& name : available(kind))
     if (const auto opened = open(kind, name); !opened)
-      tell_once(prefix_of(kind) + name, opened.error().message());
+      log_once(prefix_of(kind) + name, opened.error().message());
 }
 
-void tell_once(const std::string& who, const std::string& message) {
+void log_once(const std::string& who, const std::string& message) {
   {
     std::lock_guard lock(refused().mutex);
     if (!refused().told.insert(who + ": " + message).second) return;
@@ -214,12 +214,11 @@ Result<const weir_engine*> engine(std::string_view name) {
   const auto adapter = engine_adapter().load();
   const weir_engine* engine = adapter ? adapter(*descriptor) : nullptr;
   if (!engine)
-    return Error{Code::MODULE_REFUSED,
-                 "the filter " + std::string(name) + " for NNStreamer cannot be used as an engine",
-                 adapter ? "the reason is in the log" : "nothing here runs such filters",
-                 "a filter of the interface V0 or V1",
-                 "",
-                 ""};
+    return Error{
+        .code = Code::MODULE_REFUSED,
+        .what = "the filter " + std::string(name) + " for NNStreamer cannot be used as an engine",
+        .offered = adapter ? "see the log for the reason" : "this process cannot run such filters",
+        .needed = "a filter of the interface V0 or V1"};
   return engine;
 }
 

@@ -1,4 +1,4 @@
-// Finding and opening the files of sub-plugins for NNStreamer (specification 8.1).
+// Finds and opens sub-plugin files for NNStreamer (docs/compatibility/app-api.md 8.1).
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <string>
@@ -11,29 +11,29 @@
 
 namespace weir::subplugin {
 
-// What is registered under the name, else what libnnstreamer_KIND_NAME.so of the first folder that
-// has it registers when it is loaded; it stays open until the process ends. Null: there is neither.
-// MODULE_REFUSED for a symbolic link where none may be, a file that cannot be loaded, one that does
-// not register the name, and where the library that such files call is missing.
+// Returns the registered descriptor of the name, or else the one that libnnstreamer_KIND_NAME.so in
+// the first matching folder registers when it is loaded; the file stays open until the process
+// ends. Null: neither exists. MODULE_REFUSED for a symbolic link that is not allowed, a file that
+// cannot be loaded or does not register the name, and a missing library of the functions that it
+// calls.
 Result<const void*> open(Kind kind, std::string_view name);
-// Every file of the kind, opened; those that cannot be used are told in the log,
-// once in a process.
+// Opens every file of the kind; logs unusable ones once per process.
 void open_all(Kind kind);
-// A warning in the log, the first time only.
-void tell_once(const std::string& who, const std::string& message);
-// The file of open(); "" when there is none.
+// Logs a warning the first time only.
+void log_once(const std::string& who, const std::string& message);
+// The file that open() would load; "" if there is none.
 std::string file_of(Kind kind, std::string_view name);
-// Names that are registered or have a file, sorted; nothing is opened.
+// Names that are registered or have a file, sorted; opens nothing.
 std::vector<std::string> available(Kind kind);
 
-// Where the library with the functions that sub-plugins call is: [nnstreamer] library, else as
-// built.
+// The path of the library with the functions that sub-plugins call: [nnstreamer] library, or the
+// default of the build.
 std::string library_path();
-// That library, opened so that they find them; once.
+// Opens that library once, so that sub-plugins find its functions.
 Status load_library();
 
-// Filters as engines: the library above brings this with it. The engine of a descriptor lives until
-// the process ends; null: it cannot be used, and the reason is in the log.
+// Converts filters to engines; set by the library above when it is loaded. The engine of a
+// descriptor lives until the process ends; null: it is unusable, with the reason in the log.
 using EngineAdapter = const weir_engine* (*)(const void* descriptor);
 void set_engine_adapter(EngineAdapter adapter) noexcept;
 // Null: there is no such sub-plugin.

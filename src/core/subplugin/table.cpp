@@ -1,4 +1,4 @@
-// The table, its words, and the process's one.
+// The registry, its texts, and the instance of the process.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/subplugin/table.hpp"
 
@@ -6,6 +6,7 @@
 
 #include "core/process/process_object.hpp"
 #include "core/text/text.hpp"
+#include "weir/join.hpp"
 
 namespace weir::subplugin {
 
@@ -16,26 +17,25 @@ const char* name_of(Kind kind) noexcept {
 
 Status check_name(std::string_view name) {
   if (name.empty())
-    return Error{Code::OPTION_VALUE, "a sub-plugin has no name", "\"\"", "a name", "", ""};
+    return Error{.code = Code::OPTION_VALUE,
+                 .what = "a sub-plugin has no name",
+                 .offered = "\"\"",
+                 .needed = "a name"};
   if (equal_ignoring_case(name, "any") || equal_ignoring_case(name, "auto"))
-    return Error{Code::OPTION_VALUE,
-                 "this name is reserved",
-                 std::string(name),
-                 "another name than any and auto",
-                 "",
-                 ""};
+    return Error{.code = Code::OPTION_VALUE,
+                 .what = "this name is reserved",
+                 .offered = std::string(name),
+                 .needed = "a name other than any and auto"};
   return ok();
 }
 
 Status Table::add(Kind kind, std::string_view name, const void* descriptor) {
   Status status = check_name(name);
   if (status && !of(kind).add(std::string(name), descriptor))
-    status = Error{Code::OPTION_VALUE,
-                   std::string("another ") + name_of(kind) + " has this name already",
-                   std::string(name),
-                   "a name of its own",
-                   "",
-                   ""};
+    status = Error{.code = Code::OPTION_VALUE,
+                   .what = std::string("another ") + name_of(kind) + " has this name already",
+                   .offered = std::string(name),
+                   .needed = "an unused name"};
   if (status)
     note("it registered the " + std::string(name_of(kind)) + " " + std::string(name));
   else
@@ -44,7 +44,7 @@ Status Table::add(Kind kind, std::string_view name, const void* descriptor) {
 }
 
 void Table::refuse(Kind kind, const Error& reason) {
-  note("a " + std::string(name_of(kind)) + " was refused: " + reason.what +
+  note("a " + std::string(name_of(kind)) + " was rejected: " + reason.what +
        (reason.offered.empty() ? "" : " (" + reason.offered + ")"));
 }
 
@@ -100,10 +100,9 @@ Table::Recording::~Recording() {
     table_.recordings_.erase(std::this_thread::get_id());
 }
 
-std::string Table::Recording::words() const {
+std::string Table::Recording::to_string() const {
   std::lock_guard lock(table_.mutex_);
-  std::string out;
-  for (const auto& event : events_) out += (out.empty() ? "" : "; ") + event;
+  const std::string out = join(events_, "; ");
   return out.empty() ? "it registered nothing" : out;
 }
 

@@ -1,4 +1,4 @@
-// What may be registered, and what is said of the rest.
+// Tests which descriptors can be registered, and the errors for others.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/subplugin/table.hpp"
 
@@ -28,7 +28,7 @@ TEST(SubPluginTable, KeepsDescriptorsByKindAndName) {
   EXPECT_TRUE(table.add(Kind::Filter, "same", &decoder)) << "the name is free again";
 }
 
-TEST(SubPluginTable, RefusesNamesThatAreEmptyReservedOrTaken) {
+TEST(SubPluginTable, RejectsNamesThatAreEmptyReservedOrTaken) {
   Table table;
   const int any = 1;
   for (const char* name : {"any", "ANY", "auto", "Auto"}) {
@@ -43,26 +43,28 @@ TEST(SubPluginTable, RefusesNamesThatAreEmptyReservedOrTaken) {
               "another decoder has this name already\n  offered: automatic");
 }
 
-TEST(SubPluginTable, TellsWhatAThreadRegisteredWhileItWasAsked) {
+TEST(SubPluginTable, RecordsWhatAThreadRegisters) {
   Table table;
   const int any = 1;
   EXPECT_TRUE(table.add(Kind::Filter, "earlier", &any));
   {
     const Table::Recording recording(table);
-    EXPECT_EQ(recording.words(), "it registered nothing");
+    EXPECT_EQ(recording.to_string(), "it registered nothing");
     std::thread([&] { EXPECT_TRUE(table.add(Kind::Filter, "elsewhere", &any)); }).join();
     EXPECT_TRUE(table.add(Kind::Filter, "mine", &any));
     EXPECT_FALSE(table.add(Kind::Decoder, "auto", &any));
     {
       const Table::Recording inner(table);
       EXPECT_TRUE(table.add(Kind::Filter, "inner", &any));
-      EXPECT_EQ(inner.words(), "it registered the filter inner");
+      EXPECT_EQ(inner.to_string(), "it registered the filter inner");
     }
-    table.refuse(Kind::Trainer,
-                 {Code::MODULE_REFUSED, "no function start", "it is NULL", "", "", ""});
-    EXPECT_EQ(recording.words(),
-              "it registered the filter mine; a decoder was refused: this name is reserved (auto); "
-              "a trainer was refused: no function start (it is NULL)");
+    table.refuse(
+        Kind::Trainer,
+        {.code = Code::MODULE_REFUSED, .what = "no function start", .offered = "it is NULL"});
+    EXPECT_EQ(
+        recording.to_string(),
+        "it registered the filter mine; a decoder was rejected: this name is reserved (auto); "
+        "a trainer was rejected: no function start (it is NULL)");
   }
   EXPECT_TRUE(table.add(Kind::Filter, "later", &any));
 }

@@ -1,4 +1,4 @@
-// Which times go backwards, and what is said of them.
+// Detection and error text of times that go backwards.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/sync/backwards_time.hpp"
 
@@ -9,7 +9,7 @@
 namespace weir {
 namespace {
 
-TEST(BackwardsTime, IsNoticedOnce) {
+TEST(BackwardsTime, IsReportedOnce) {
   BackwardsTimeWatch watch;
   for (const uint64_t time : {0u, 5u, 5u, 9u})
     EXPECT_EQ(watch.check(time, OnBackwardsTime::Pass), std::nullopt) << time;
@@ -18,7 +18,7 @@ TEST(BackwardsTime, IsNoticedOnce) {
       << "8 passed: it counts from there";
 }
 
-TEST(BackwardsTime, OfWhatIsDroppedIsNotComparedWith) {
+TEST(BackwardsTime, DroppedFramesAreNotComparedWith) {
   BackwardsTimeWatch watch;
   EXPECT_EQ(watch.check(9, OnBackwardsTime::Drop), std::nullopt);
   EXPECT_EQ(watch.check(3, OnBackwardsTime::Drop), 9u);
@@ -26,14 +26,14 @@ TEST(BackwardsTime, OfWhatIsDroppedIsNotComparedWith) {
   EXPECT_EQ(watch.check(9, OnBackwardsTime::Drop), std::nullopt);
 }
 
-TEST(BackwardsTime, MayBeginAnew) {
+TEST(BackwardsTime, CanBeReset) {
   BackwardsTimeWatch watch;
   EXPECT_EQ(watch.check(9, OnBackwardsTime::Drop), std::nullopt);
   watch.reset();
   EXPECT_EQ(watch.check(0, OnBackwardsTime::Drop), std::nullopt);
 }
 
-TEST(BackwardsTime, IsToldWithBothTimesAndTheProperty) {
+TEST(BackwardsTime, IsReportedWithBothTimesAndTheProperty) {
   const auto passed = backwards_time(1'500'000'000, 3'723'000'000'001, OnBackwardsTime::Pass);
   EXPECT_EQ(passed.code, Code::TIME_INVALID);
   EXPECT_EQ(passed.what, "a time-stamp goes backwards: such frames are counted and passed on");

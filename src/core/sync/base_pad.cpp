@@ -1,4 +1,4 @@
-// basepad as a pure function.
+// The basepad policy as a pure function.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/sync/base_pad.hpp"
 
@@ -9,7 +9,7 @@
 namespace weir::sync {
 namespace {
 
-// W of step B.
+// The window W of step B.
 Time window_of(const PadView& base, Time duration) {
   if (!base.head || !base.has_kept || !base.kept) return 0;
   const Time apart = distance(*base.head, *base.kept);
@@ -28,8 +28,8 @@ Use step_b(const PadView& pad, Time current, Time window) {
   return pad.has_kept && *pad.head - current > window ? Use::Kept : Use::Head;
 }
 
-// No base frame can be before the end of its gap: heads that are will be too old. Their pads have
-// their part in the round.
+// No base frame can be before the end of its gap, so earlier heads will be too old. They are
+// discarded, and their pads count as done in this round.
 Decision base_has_a_gap(const Round& round, std::span<const PadView> pads, Time gap_end) {
   Decision out = wait_for_more(round, pads.size());
   out.round.counted.resize(pads.size(), false);

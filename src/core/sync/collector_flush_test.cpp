@@ -1,12 +1,13 @@
-// Flushes of a collector: the first and the last pad count, and nothing is emitted in between.
+// Flushes of a collector: only the first and the last pad flush the output, and nothing is emitted
+// in between.
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "core/sync/collecting.hpp"
+#include "core/sync/collector_test_support.hpp"
 
 namespace weir::sync {
 namespace {
 
 TEST_F(Collecting, FlushWakesTheThreadOfItsPadOnly) {
-  const LaneId a = collector.add(), b = collector.add(), c = collector.add();
+  const QueueId a = collector.add(), b = collector.add(), c = collector.add();
   auto first = offer(a, 1, 10), second = offer(b, 2, 10);
   wait_for_waiting(2);
   EXPECT_TRUE(flush_start(a));
@@ -24,7 +25,7 @@ TEST_F(Collecting, FlushWakesTheThreadOfItsPadOnly) {
 }
 
 TEST_F(Collecting, OnlyTheFirstAndTheLastFlushCount) {
-  const LaneId a = collector.add(), b = collector.add();
+  const QueueId a = collector.add(), b = collector.add();
   EXPECT_TRUE(flush_start(a));
   EXPECT_FALSE(flush_start(b));
   EXPECT_FALSE(flush_stop(a));
@@ -33,7 +34,7 @@ TEST_F(Collecting, OnlyTheFirstAndTheLastFlushCount) {
 }
 
 TEST_F(Collecting, FlushForgetsTheTime) {
-  const LaneId a = collector.add();
+  const QueueId a = collector.add();
   EXPECT_EQ(collector.offer(a, 1, 100), kOk);
   EXPECT_TRUE(flush_start(a));
   EXPECT_TRUE(flush_stop(a));
@@ -42,14 +43,14 @@ TEST_F(Collecting, FlushForgetsTheTime) {
 }
 
 TEST_F(Collecting, AFlushOfARemovedPadIsIgnored) {
-  const LaneId a = collector.add(), b = collector.add();
+  const QueueId a = collector.add(), b = collector.add();
   EXPECT_FALSE(collector.remove(b));
   EXPECT_FALSE(flush_start(b));
   EXPECT_EQ(collector.offer(a, 1, 10), kOk) << "nothing flushes";
 }
 
 TEST_F(Collecting, RemovalOfTheOnlyPadThatFlushesEndsTheFlush) {
-  const LaneId a = collector.add(), b = collector.add(), c = collector.add();
+  const QueueId a = collector.add(), b = collector.add(), c = collector.add();
   EXPECT_TRUE(flush_start(b));
   EXPECT_FALSE(flush_start(c));
   EXPECT_FALSE(collector.remove(c));
@@ -59,7 +60,7 @@ TEST_F(Collecting, RemovalOfTheOnlyPadThatFlushesEndsTheFlush) {
 }
 
 TEST_F(Collecting, AFlushEndsAfterItsStartWasSent) {
-  const LaneId a = collector.add(), b = collector.add();
+  const QueueId a = collector.add(), b = collector.add();
   EXPECT_TRUE(collector.flush_start(b));
   std::atomic<bool> start_was_sent = false;
   auto removal = std::async(std::launch::async, [&] {
@@ -75,7 +76,7 @@ TEST_F(Collecting, AFlushEndsAfterItsStartWasSent) {
 }
 
 TEST_F(Collecting, ANewFlushBeginsAfterTheEndOfTheLastOneWasSent) {
-  const LaneId a = collector.add(), b = collector.add();
+  const QueueId a = collector.add(), b = collector.add();
   EXPECT_TRUE(collector.flush_start(a));
   collector.flush_sent();
   EXPECT_TRUE(collector.flush_stop(a));
@@ -90,9 +91,9 @@ TEST_F(Collecting, ANewFlushBeginsAfterTheEndOfTheLastOneWasSent) {
   EXPECT_TRUE(start.get());
 }
 
-// Downstream still refuses what comes before FLUSH_STOP, and the others would stop for good.
+// Downstream still rejects buffers before FLUSH_STOP, which would stop the other pads for good.
 TEST_F(Collecting, NothingIsEmittedUntilTheEndOfAFlushWasSent) {
-  const LaneId a = collector.add(), b = collector.add();
+  const QueueId a = collector.add(), b = collector.add();
   EXPECT_TRUE(flush_start(a));
   EXPECT_FALSE(flush_start(b));
   EXPECT_FALSE(flush_stop(a));
@@ -109,7 +110,7 @@ TEST_F(Collecting, NothingIsEmittedUntilTheEndOfAFlushWasSent) {
 }
 
 TEST_F(Collecting, TheLastEndIsPassedOnAfterTheEndOfAFlushWasSent) {
-  const LaneId a = collector.add(), b = collector.add();
+  const QueueId a = collector.add(), b = collector.add();
   EXPECT_TRUE(flush_start(a));
   EXPECT_TRUE(collector.flush_stop(a));
   auto ends = std::async(std::launch::async, [&] { collector.end(a), collector.end(b); });
@@ -120,8 +121,8 @@ TEST_F(Collecting, TheLastEndIsPassedOnAfterTheEndOfAFlushWasSent) {
   EXPECT_TRUE(out.ended);
 }
 
-TEST_F(Collecting, UseOfTheOutputWaitsForTheEndOfAFlush) {
-  const LaneId a = collector.add(), b = collector.add();
+TEST_F(Collecting, AcquiringTheOutputWaitsForTheEndOfAFlush) {
+  const QueueId a = collector.add(), b = collector.add();
   EXPECT_TRUE(flush_start(a));
   EXPECT_TRUE(collector.flush_stop(a));
   std::atomic<bool> was_sent = false;
@@ -132,8 +133,8 @@ TEST_F(Collecting, UseOfTheOutputWaitsForTheEndOfAFlush) {
   EXPECT_TRUE(use.get());
 }
 
-TEST_F(Collecting, AFlushOfAnotherPadIsNotTakenForABoundThatIsTooSmall) {
-  const LaneId a = collector.add(), b = collector.add();
+TEST_F(Collecting, AFlushOfAnotherPadIsNotReportedAsATooSmallBound) {
+  const QueueId a = collector.add(), b = collector.add();
   collector.configure({Mode::Refresh, {}, {}}, OnBackwardsTime::Pass, {}, 50);
   auto kept = std::async(std::launch::async, [&] { return collector.offer(a, 1, 0, 20); });
   EXPECT_EQ(collector.offer(b, 2, 0, 20), kOk);
@@ -147,14 +148,14 @@ TEST_F(Collecting, AFlushOfAnotherPadIsNotTakenForABoundThatIsTooSmall) {
   EXPECT_TRUE(out.errors.empty());
 }
 
-TEST_F(Collecting, AnOutputThatIsUnderWayIsFinishedBeforeAFlushEnds) {
+TEST_F(Collecting, AnOutputInProgressIsFinishedBeforeAFlushEnds) {
   out.hold = true;
-  const LaneId a = collector.add(), b = collector.add();
+  const QueueId a = collector.add(), b = collector.add();
   auto first = offer(a, 1, 10), second = offer(b, 2, 10);
   EXPECT_TRUE(becomes_true([&] { return ledger.snapshot().consumed >= 2; }, "2 frames consumed"));
   EXPECT_TRUE(collector.flush_start(a));
   collector.flush_sent();
-  auto stopped = std::async(std::launch::async, [&] { return collector.flush_stop(a); });
+  auto stopped = std::async(std::launch::async, [&] { return flush_stop(a); });
   EXPECT_EQ(out.count(), 0u);
   out.gate.set_value();
   EXPECT_TRUE(stopped.get());

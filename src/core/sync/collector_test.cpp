@@ -1,6 +1,6 @@
-// The collector under threads: who waits is always woken, nothing is lost uncounted.
+// The collector under threads: every waiting thread is woken and every frame is counted.
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "core/sync/collecting.hpp"
+#include "core/sync/collector_test_support.hpp"
 
 namespace weir::sync {
 namespace {
@@ -8,7 +8,7 @@ namespace {
 using namespace std::chrono_literals;
 
 TEST_F(Collecting, AThreadWaitsUntilItsFrameIsTaken) {
-  const LaneId a = collector.add(), b = collector.add();
+  const QueueId a = collector.add(), b = collector.add();
   auto first = offer(a, 1, 10);
   wait_for_waiting(1);
   EXPECT_EQ(out.count(), 0u);
@@ -19,7 +19,7 @@ TEST_F(Collecting, AThreadWaitsUntilItsFrameIsTaken) {
 }
 
 TEST_F(Collecting, HoldsBytesUpToTheBound) {
-  const LaneId a = collector.add(), b = collector.add();
+  const QueueId a = collector.add(), b = collector.add();
   collector.configure({Mode::NoSync, {}, {}}, OnBackwardsTime::Pass, {}, 100);
   for (int round = 0; round < 3; ++round) {
     auto first = std::async(std::launch::async, [&] { return collector.offer(a, 1, 0, 30); });
@@ -27,12 +27,12 @@ TEST_F(Collecting, HoldsBytesUpToTheBound) {
     EXPECT_EQ(first.get(), kOk);
   }
   EXPECT_EQ(collector.bytes_held(), (std::pair<uint64_t, uint64_t>{50, 100}))
-      << "each lane keeps a frame until the next is taken";
+      << "each queue keeps a frame until the next is taken";
   EXPECT_TRUE(out.errors.empty());
 }
 
-TEST_F(Collecting, SaysWhatBoundTheStreamsNeed) {
-  const LaneId a = collector.add(), b = collector.add();
+TEST_F(Collecting, ReportsTheBoundThatTheStreamsNeed) {
+  const QueueId a = collector.add(), b = collector.add();
   collector.configure({Mode::NoSync, {}, {}}, OnBackwardsTime::Pass, {}, 49);
   auto first = std::async(std::launch::async, [&] { return collector.offer(a, 1, 0, 30); });
   wait_for_waiting(1);
@@ -45,22 +45,22 @@ TEST_F(Collecting, SaysWhatBoundTheStreamsNeed) {
   EXPECT_EQ(dropped(DropReason::Error), 2u);
 }
 
-TEST_F(Collecting, TakesAFrameThatIsBiggerThanTheBoundAlone) {
-  const LaneId a = collector.add();
+TEST_F(Collecting, AcceptsASingleFrameAboveTheBound) {
+  const QueueId a = collector.add();
   collector.configure({Mode::NoSync, {}, {}}, OnBackwardsTime::Pass, {}, 10);
   EXPECT_EQ(collector.offer(a, 1, 0, 1000), kOk);
 }
 
-TEST_F(Collecting, WaitsBeyondTheBoundForWhatIsBeingMade) {
-  const LaneId a = collector.add(), b = collector.add(), c = collector.add();
+TEST_F(Collecting, WaitsForAnOutputInProgressBeyondTheBound) {
+  const QueueId a = collector.add(), b = collector.add(), c = collector.add();
   collector.configure({Mode::Refresh, {}, {}}, OnBackwardsTime::Pass, {}, 80);
-  const auto bring = [&](LaneId lane, int frame) {
+  const auto bring = [&](QueueId queue, int frame) {
     return std::async(std::launch::async,
-                      [=, this] { return collector.offer(lane, frame, 0, 20); });
+                      [=, this] { return collector.offer(queue, frame, 0, 20); });
   };
   auto one = bring(a, 1), two = bring(b, 2), three = bring(c, 3);
   EXPECT_EQ(one.get() + two.get() + three.get(), kOk);
-  const size_t before = out.count();  // each keeps a frame: 60
+  const size_t before = out.count();  // each pad keeps a frame: 60
   out.hold = true;
   auto making = bring(a, 4);
   EXPECT_TRUE(becomes_true([&] { return collector.bytes_held().second >= 80; }, "80 bytes held"));
@@ -76,8 +76,8 @@ TEST_F(Collecting, WaitsBeyondTheBoundForWhatIsBeingMade) {
   EXPECT_EQ(collector.bytes_held().second, 80u);
 }
 
-TEST_F(Collecting, LetsGoWhoWaitsForBytes) {
-  const LaneId a = collector.add(), b = collector.add();
+TEST_F(Collecting, StopWakesThreadsThatWaitForBytes) {
+  const QueueId a = collector.add(), b = collector.add();
   collector.configure({Mode::Refresh, {}, {}}, OnBackwardsTime::Pass, {}, 60);
   auto first = std::async(std::launch::async, [&] { return collector.offer(a, 1, 0, 20); });
   EXPECT_EQ(collector.offer(b, 2, 0, 20), kOk);
@@ -94,8 +94,8 @@ TEST_F(Collecting, LetsGoWhoWaitsForBytes) {
   second.get();
 }
 
-TEST_F(Collecting, StopWakesWhoWaits) {
-  const LaneId a = collector.add();
+TEST_F(Collecting, StopWakesWaitingThreads) {
+  const QueueId a = collector.add();
   collector.add();
   auto first = offer(a, 1, 10);
   wait_for_waiting(1);
@@ -106,8 +106,8 @@ TEST_F(Collecting, StopWakesWhoWaits) {
   EXPECT_EQ(ledger.snapshot().held(), 0u);
 }
 
-TEST_F(Collecting, RemovalOfAPadWakesItAndLetsTheOthersGoOn) {
-  const LaneId a = collector.add(), b = collector.add(), c = collector.add();
+TEST_F(Collecting, RemovalOfAPadWakesItAndUnblocksTheOthers) {
+  const QueueId a = collector.add(), b = collector.add(), c = collector.add();
   auto first = offer(a, 1, 10), second = offer(b, 2, 10);
   wait_for_waiting(2);
   collector.remove(b);
@@ -118,8 +118,8 @@ TEST_F(Collecting, RemovalOfAPadWakesItAndLetsTheOthersGoOn) {
   EXPECT_EQ(collector.offer(b, 3, 20), kFlushing);
 }
 
-TEST_F(Collecting, WhoRemovesAPadMakesNoOutputThatThoseWhoWaitCanMake) {
-  const LaneId a = collector.add(), b = collector.add(), c = collector.add();
+TEST_F(Collecting, ARemovalLeavesTheOutputToWaitingThreads) {
+  const QueueId a = collector.add(), b = collector.add(), c = collector.add();
   auto first = offer(a, 1, 10), second = offer(b, 2, 10);
   wait_for_waiting(2);
   collector.remove(c);
@@ -132,7 +132,7 @@ TEST_F(Collecting, WhoRemovesAPadMakesNoOutputThatThoseWhoWaitCanMake) {
 
 TEST_F(Collecting, RemovalMakesNoOutputUntilProceedIsCalled) {
   use(Mode::Refresh);
-  const LaneId a = collector.add(), b = collector.add();
+  const QueueId a = collector.add(), b = collector.add();
   collector.end(a);
   EXPECT_FALSE(collector.remove(b));
   EXPECT_FALSE(out.ended);
@@ -140,8 +140,8 @@ TEST_F(Collecting, RemovalMakesNoOutputUntilProceedIsCalled) {
   EXPECT_TRUE(out.ended);
 }
 
-TEST_F(Collecting, UseOfTheOutputWaitsForWhatIsEmitted) {
-  const LaneId a = collector.add(), b = collector.add();
+TEST_F(Collecting, AcquiringTheOutputWaitsForEmittedFrames) {
+  const QueueId a = collector.add(), b = collector.add();
   out.hold = true;
   auto first = offer(a, 1, 10), second = offer(b, 2, 10);
   EXPECT_TRUE(becomes_true([&] { return ledger.snapshot().consumed == 2; }, "an output"));
@@ -155,9 +155,9 @@ TEST_F(Collecting, UseOfTheOutputWaitsForWhatIsEmitted) {
   first.get(), second.get();
 }
 
-TEST_F(Collecting, RemovalEndsTheWaitToUseTheOutput) {
+TEST_F(Collecting, RemovalEndsTheWaitForTheOutput) {
   use(Mode::Refresh);
-  const LaneId a = collector.add(), b = collector.add();
+  const QueueId a = collector.add(), b = collector.add();
   auto first = offer(a, 1, 10), second = offer(b, 2, 10);
   first.get(), second.get();
   out.hold = true;
@@ -175,7 +175,7 @@ TEST_F(Collecting, RemovalEndsTheWaitToUseTheOutput) {
 }
 
 TEST_F(Collecting, AStartWaitsForAnOutputFromBeforeTheStop) {
-  const LaneId a = collector.add();
+  const QueueId a = collector.add();
   out.hold = true;
   auto first = offer(a, 1, 10);
   EXPECT_TRUE(becomes_true([&] { return ledger.snapshot().consumed == 1; }, "a frame in work"));
@@ -190,8 +190,8 @@ TEST_F(Collecting, AStartWaitsForAnOutputFromBeforeTheStop) {
   EXPECT_EQ(collector.offer(a, 2, 20), kOk) << "what came of that output is forgotten";
 }
 
-TEST_F(Collecting, APadThatIsNotActiveSendsItsThreadAway) {
-  const LaneId a = collector.add();
+TEST_F(Collecting, AnInactivePadReturnsAtOnce) {
+  const QueueId a = collector.add();
   collector.add();
   auto first = offer(a, 1, 10);
   wait_for_waiting(1);
@@ -200,7 +200,7 @@ TEST_F(Collecting, APadThatIsNotActiveSendsItsThreadAway) {
 }
 
 TEST_F(Collecting, TheEndOfOnePadEndsTheOthers) {
-  const LaneId a = collector.add(), b = collector.add();
+  const QueueId a = collector.add(), b = collector.add();
   auto first = offer(a, 1, 10);
   wait_for_waiting(1);
   collector.end(b);
@@ -212,9 +212,9 @@ TEST_F(Collecting, TheEndOfOnePadEndsTheOthers) {
   EXPECT_EQ(ledger.snapshot().held(), 0u);
 }
 
-TEST_F(Collecting, RemovalOfTheLastLivingPadEndsTheStream) {
+TEST_F(Collecting, RemovalOfTheLastActivePadEndsTheStream) {
   use(Mode::Refresh);
-  const LaneId a = collector.add(), b = collector.add();
+  const QueueId a = collector.add(), b = collector.add();
   collector.end(a);
   EXPECT_FALSE(out.ended);
   collector.remove(b);
@@ -222,9 +222,9 @@ TEST_F(Collecting, RemovalOfTheLastLivingPadEndsTheStream) {
   EXPECT_TRUE(out.ended);
 }
 
-TEST_F(Collecting, WhatTheConsumerAnswersIsGivenToAll) {
+TEST_F(Collecting, AllPadsReceiveTheConsumersFlowReturn) {
   out.flow = kRefused;
-  const LaneId a = collector.add(), b = collector.add();
+  const QueueId a = collector.add(), b = collector.add();
   auto first = offer(a, 1, 10);
   wait_for_waiting(1);
   EXPECT_EQ(collector.offer(b, 2, 10), kRefused);
@@ -233,9 +233,9 @@ TEST_F(Collecting, WhatTheConsumerAnswersIsGivenToAll) {
   EXPECT_EQ(dropped(DropReason::Error), 1u);
 }
 
-TEST_F(Collecting, ALinkThatIsMadeLateIsUsed) {
+TEST_F(Collecting, ALateLinkIsUsed) {
   out.flow = kNotLinked;
-  const LaneId a = collector.add();
+  const QueueId a = collector.add();
   EXPECT_EQ(collector.offer(a, 1, 10), kNotLinked);
   EXPECT_EQ(collector.offer(a, 2, 20), kNotLinked);
   out.flow = kOk;
@@ -245,7 +245,7 @@ TEST_F(Collecting, ALinkThatIsMadeLateIsUsed) {
 
 TEST_F(Collecting, AMissingPadIsNotWaitedForLongerThanMaxWait) {
   use(Mode::Slowest, 1ms);
-  const LaneId a = collector.add(), b = collector.add();
+  const QueueId a = collector.add(), b = collector.add();
   auto first = offer(a, 1, 10);
   EXPECT_EQ(collector.offer(b, 2, 10), kOk);
   first.get();
@@ -256,25 +256,25 @@ TEST_F(Collecting, AMissingPadIsNotWaitedForLongerThanMaxWait) {
   EXPECT_EQ(ledger.snapshot().held(), 0u);
 }
 
-TEST_F(Collecting, AGraphThatStallsIsRefusedInsteadOfWaiting) {
+TEST_F(Collecting, AStallingGraphFailsInsteadOfWaiting) {
   out.stalls = true;
-  const LaneId a = collector.add();
+  const QueueId a = collector.add();
   collector.add();
   EXPECT_EQ(collector.offer(a, 1, 10), kRefused);
   ASSERT_EQ(out.errors.size(), 1u);
   EXPECT_EQ(dropped(DropReason::Error), 1u);
 }
 
-// Whose flow fails posts an error that knows no reason: the one with the reason must be there
-// first.
-TEST_F(Collecting, TheReasonIsToldBeforeOthersFail) {
+// A pad whose flow fails posts an error without a reason, so the error with the reason must be
+// posted first.
+TEST_F(Collecting, TheReasonIsPostedBeforeOthersFail) {
   for (const bool by_bytes : {false, true}) {
     Recorder consumer;
     Ledger counts;
     Collector<int> pads(&counts, &consumer);
     pads.configure({Mode::NoSync, {}, {}}, OnBackwardsTime::Pass, {}, by_bytes ? 10 : 0);
     pads.start();
-    const LaneId a = pads.add(), b = pads.add();
+    const QueueId a = pads.add(), b = pads.add();
     if (!by_bytes) pads.add();
     std::future<int> first =
         std::async(std::launch::async, [&] { return pads.offer(a, 1, 0, 10); });
@@ -288,7 +288,7 @@ TEST_F(Collecting, TheReasonIsToldBeforeOthersFail) {
   }
 }
 
-// Four pads at different rates, one removed and added again on the way, then the end.
+// Four pads at different rates, one of them removed and added again meanwhile, then the end.
 TEST_F(Collecting, LosesNothingUncountedUnderThreads) {
   for (const Mode mode : {Mode::NoSync, Mode::Slowest, Mode::BasePad, Mode::Refresh}) {
     Ledger counts;
@@ -297,15 +297,15 @@ TEST_F(Collecting, LosesNothingUncountedUnderThreads) {
     mux.configure({mode, {}, {}}, OnBackwardsTime::Pass, {});
     mux.start();
     std::vector<std::thread> threads;
-    std::vector<LaneId> lanes;
-    for (Time p = 0; p < 4; ++p) lanes.push_back(mux.add());
+    std::vector<QueueId> queues;
+    for (Time p = 0; p < 4; ++p) queues.push_back(mux.add());
     for (Time p = 0; p < 4; ++p)
       threads.emplace_back([&, p] {
         for (Time i = 0; i < 200; ++i)
-          if (mux.offer(lanes[p], static_cast<int>(i), i * (5 + p)) != kOk) break;
-        mux.end(lanes[p]);
+          if (mux.offer(queues[p], static_cast<int>(i), i * (5 + p)) != kOk) break;
+        mux.end(queues[p]);
       });
-    const LaneId late = mux.add();
+    const QueueId late = mux.add();
     std::thread added([&] {
       mux.offer(late, 1, 100);
       mux.remove(late);

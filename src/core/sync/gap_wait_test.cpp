@@ -1,4 +1,4 @@
-// Frames that wait behind gaps alone: for whom they wait, and that the user is told.
+// Frames that wait for pads with gaps only: which pads they wait for, and the message to the user.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <gtest/gtest.h>
 
@@ -10,54 +10,54 @@
 namespace weir::sync {
 namespace {
 
-using Ids = std::vector<LaneId>;
+using Ids = std::vector<QueueId>;
 
 struct Two {
   Two() {
-    lanes.add(1);
-    lanes.add(2);
+    queues.add(1);
+    queues.add(2);
   }
-  void head(LaneId id, Stamp time) { lanes.put(id, 0, time, OnBackwardsTime::Pass); }
-  Ids waited_for(Mode mode) { return lanes.waited_for_behind_gaps(mode, 1); }
+  void head(QueueId id, Stamp time) { queues.put(id, 0, time, OnBackwardsTime::Pass); }
+  Ids waited_for(Mode mode) { return queues.waited_for_behind_gaps(mode, 1); }
 
   Ledger ledger;
-  Lanes<int> lanes{&ledger};
+  InputQueues<int> queues{&ledger};
 };
 
-TEST(BehindGaps, IsAFrameWhoseTimeTheyHavePassed) {
+TEST(BehindGaps, IsAFrameWithATimeBeforeTheGaps) {
   for (const Mode mode : {Mode::NoSync, Mode::BasePad}) {
     Two two;
     two.head(1, 30);
     EXPECT_EQ(two.waited_for(mode), Ids{}) << "nothing is known of the other";
-    two.lanes.gap(2, 30);
+    two.queues.gap(2, 30);
     EXPECT_EQ(two.waited_for(mode), Ids{}) << "a frame of its time may come";
-    two.lanes.gap(2, 31);
+    two.queues.gap(2, 31);
     EXPECT_EQ(two.waited_for(mode), Ids{2});
-    EXPECT_EQ(two.lanes.step({mode, {}, {}})->outcome, Outcome::Wait) << name_of(mode);
-    two.lanes.add(3);
+    EXPECT_EQ(two.queues.step({mode, {}, {}})->outcome, Outcome::Wait) << name_of(mode);
+    two.queues.add(3);
     EXPECT_EQ(two.waited_for(mode), Ids{}) << "another is waited for, which brought nothing yet";
-    two.lanes.gap(3, 99);
+    two.queues.gap(3, 99);
     EXPECT_EQ(two.waited_for(mode), (Ids{2, 3}));
   }
 }
 
-TEST(BehindGaps, IsNoneWhereAPolicyGoesOnByThem) {
+TEST(BehindGaps, IsNoneIfThePolicyContinuesOnGaps) {
   for (const Mode mode : {Mode::Slowest, Mode::Refresh, Mode::Lateness}) {
     Two two;
     two.head(1, 30);
-    two.lanes.gap(2, 99);
+    two.queues.gap(2, 99);
     EXPECT_EQ(two.waited_for(mode), Ids{}) << name_of(mode);
-    EXPECT_TRUE(two.lanes.step({mode, {}, {}})->changed) << name_of(mode);
+    EXPECT_TRUE(two.queues.step({mode, {}, {}})->changed) << name_of(mode);
   }
-  Two two;  // basepad repeats the frame that was there before the gap
+  Two two;  // basepad repeats the frame from before the gap
   two.head(1, 30);
   two.head(2, 30);
-  EXPECT_EQ(two.lanes.step({Mode::BasePad, {}, {}})->outcome, Outcome::Emit);
+  EXPECT_EQ(two.queues.step({Mode::BasePad, {}, {}})->outcome, Outcome::Emit);
   two.head(1, 40);
-  two.lanes.gap(2, 99);
+  two.queues.gap(2, 99);
   EXPECT_EQ(two.waited_for(Mode::NoSync), Ids{2});
   EXPECT_EQ(two.waited_for(Mode::BasePad), Ids{});
-  EXPECT_EQ(two.lanes.step({Mode::BasePad, {}, {}})->outcome, Outcome::Emit);
+  EXPECT_EQ(two.queues.step({Mode::BasePad, {}, {}})->outcome, Outcome::Emit);
 }
 
 struct Listener : Consumer<int> {
@@ -67,23 +67,23 @@ struct Listener : Consumer<int> {
   }
   void end() override {}
   void refused(const Error&) override {}
-  Status may_wait(LaneId, const std::vector<LaneId>&) override { return ok(); }
-  void waits_behind_gaps(LaneId waiting, const Ids& gaps) override {
-    told.set_value({waiting, gaps});  // throws when it is told twice
+  Status may_wait(QueueId, const std::vector<QueueId>&) override { return ok(); }
+  void waits_behind_gaps(QueueId waiting, const Ids& gaps) override {
+    told.set_value({waiting, gaps});  // throws on a second call
   }
 
   std::vector<std::vector<int>> rows;
-  std::promise<std::pair<LaneId, Ids>> told;
+  std::promise<std::pair<QueueId, Ids>> told;
 };
 
-TEST(BehindGaps, AreToldOnceAndWaitedForStill) {
+TEST(BehindGaps, AreReportedOnceAndStillWaitedFor) {
   for (const Mode mode : {Mode::NoSync, Mode::BasePad}) {
     Ledger ledger;
     Listener out;
     Collector<int> collector(&ledger, &out, std::chrono::milliseconds(1));
     collector.configure({mode, {}, {}}, OnBackwardsTime::Pass, {});
     collector.start();
-    const LaneId a = collector.add(), b = collector.add();
+    const QueueId a = collector.add(), b = collector.add();
     auto offered = std::async(std::launch::async, [&] { return collector.offer(a, 1, 30); });
     EXPECT_TRUE(becomes_true([&] { return collector.waiting() > 0; }, "a frame that waits"));
     for (const Time end : {20, 40, 60}) collector.gap(b, end);

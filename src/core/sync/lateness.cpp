@@ -1,8 +1,9 @@
-// lateness as a pure function.
+// The lateness policy as a pure function.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/sync/lateness.hpp"
 
 #include <algorithm>
+#include <utility>
 
 #include "core/sync/steps.hpp"
 
@@ -19,9 +20,13 @@ Decision decide_lateness(const Round& round, std::span<const PadView> pads, Stam
   }
   Time newest = 0;
   bool complete = true;
-  for (const PadView& pad : pads) {
+  std::vector<Use> uses(pads.size(), Use::Head);
+  for (size_t i = 0; i < pads.size(); ++i) {
+    const PadView& pad = pads[i];
     const bool head = pad.state == PadState::Head;
-    complete = complete && head;
+    // A pad ends within a round only where that was begun by another policy; it has a kept frame.
+    if (pad.state == PadState::Ended) uses[i] = Use::Kept;
+    complete = complete && (head || pad.state == PadState::Ended);
     if (pad.state == PadState::Gap) newest = std::max(newest, pad.gap_end);
     if (head && limit) newest = std::max(newest, pad.head.value_or(0));
   }
@@ -34,9 +39,9 @@ Decision decide_lateness(const Round& round, std::span<const PadView> pads, Stam
   }
   if (!complete) return out;
   Round set = round;
-  set.current = pads[0].head.value_or(0);
+  set.current = (uses[0] == Use::Kept ? pads[0].kept : pads[0].head).value_or(0);
   set.deciding = 0;
-  return emit(set, std::vector<Use>(pads.size(), Use::Head));
+  return emit(set, std::move(uses));
 }
 
 }  // namespace weir::sync

@@ -1,4 +1,4 @@
-// Newest<Item>: the newest of what one thread brings, for another that never waits for it.
+// Newest<Item>: passes the newest item of one thread to another one that never waits for it.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <algorithm>
@@ -13,22 +13,22 @@ namespace weir::sync {
 
 inline constexpr int64_t kNoTime = INT64_MIN;
 
-// Times in nanoseconds, of one clock. What came without a time has that of its first use. What is
-// of a later time than it is asked for is kept until its time comes.
+// Times are nanoseconds of one clock. An item without a time gets the time of its first use. Items
+// later than the requested time are kept until their time is requested.
 template <class Item>
 class Newest {
  public:
   using Held = std::shared_ptr<const Item>;
-  static constexpr size_t kMostHeld = 64;  // the oldest go where more come ahead of their time
+  // The oldest items are removed if more arrive ahead of their time.
+  static constexpr size_t kMostHeld = 64;
 
   void bring(int64_t time, Held item) {
     std::lock_guard lock(mutex_);
     held_.push_back({std::move(item), time});
     if (held_.size() > kMostHeld) leave(1, &replaced_);
   }
-  // The newest item that is not of a later time than `time`; where there is none, the first of the
-  // later ones. Null where it is farther than `most_apart` (0 = any) from `time`. Without a `time`
-  // it is the newest of all, and nothing is too far.
+  // The newest item not later than `time`; if there is none, the first later one. Null if it is
+  // more than `most_apart` (0 = no limit) from `time`. Without a `time`, the newest of all.
   Held at(int64_t time, uint64_t most_apart) {
     std::lock_guard lock(mutex_);
     const auto due = [time](const One& one) { return time == kNoTime || one.time <= time; };
@@ -46,18 +46,18 @@ class Newest {
     std::lock_guard lock(mutex_);
     leave(held_.size(), &cleared_);
   }
-  // Nothing is held, nothing was counted.
+  // Removes all items and resets the counts.
   void reset() {
     std::lock_guard lock(mutex_);
     held_.clear();
     replaced_ = cleared_ = used_count_ = 0;
   }
 
-  // Each item is counted once: brought = used + replaced + cleared + waiting.
+  // Counts each item once: brought = used + replaced + cleared + waiting.
   struct Counts {
     uint64_t used = 0;
     uint64_t replaced = 0, cleared = 0;  // before their first use
-    uint64_t waiting = 0;                // for it
+    uint64_t waiting = 0;                // for their first use
   };
   Counts counts() const {
     std::lock_guard lock(mutex_);
@@ -67,14 +67,14 @@ class Newest {
  private:
   struct One {
     Held item;
-    int64_t time = kNoTime;  // before all others where it has none
+    int64_t time = kNoTime;  // sorts before all others if unset
     bool used = false;
   };
   static uint64_t distance(int64_t a, int64_t b) noexcept {
     return a > b ? static_cast<uint64_t>(a) - static_cast<uint64_t>(b)
                  : static_cast<uint64_t>(b) - static_cast<uint64_t>(a);
   }
-  // Of the `count` oldest.
+  // Unused ones among the `count` oldest items.
   uint64_t unused(size_t count) const {
     const auto end = held_.begin() + static_cast<ptrdiff_t>(count);
     return static_cast<uint64_t>(
@@ -85,8 +85,8 @@ class Newest {
     held_.erase(held_.begin(), held_.begin() + static_cast<ptrdiff_t>(count));
   }
 
-  mutable std::mutex mutex_;  // guards the rest
-  std::deque<One> held_;      // in the order in which they came
+  mutable std::mutex mutex_;  // guards the members below
+  std::deque<One> held_;      // in order of arrival
   uint64_t used_count_ = 0, replaced_ = 0, cleared_ = 0;
 };
 

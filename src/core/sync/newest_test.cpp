@@ -1,4 +1,4 @@
-// The newest of what comes, and how long it is good.
+// The newest item, and how long it is used.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/sync/newest.hpp"
 
@@ -17,7 +17,7 @@ int value_at(Newest<int>* newest, int64_t time, uint64_t most_apart) {
   return held ? *held : -1;
 }
 
-TEST(Newest, IsUsedUntilTheNextComes) {
+TEST(Newest, IsUsedUntilTheNextArrives) {
   Newest<int> newest;
   EXPECT_EQ(value_at(&newest, 5, 0), -1);
   newest.bring(10, item(1));
@@ -32,7 +32,7 @@ TEST(Newest, IsUsedUntilTheNextComes) {
   EXPECT_EQ(counts.waiting, 0u);
 }
 
-TEST(Newest, IsNotOfALaterTimeWhereThereIsAnEarlierOne) {
+TEST(Newest, PrefersAFrameThatIsNotLater) {
   Newest<int> newest;
   for (int i = 1; i <= 5; ++i) newest.bring(10 * i, item(i));
   EXPECT_EQ(value_at(&newest, 5, 100), 1) << "the first of the later ones";
@@ -47,7 +47,7 @@ TEST(Newest, IsNotOfALaterTimeWhereThereIsAnEarlierOne) {
   EXPECT_EQ(counts.waiting, 0u);
 }
 
-TEST(Newest, HoldsSoManyAheadOfTheirTimeAndNoMore) {
+TEST(Newest, HoldsALimitedNumberOfEarlyFrames) {
   constexpr int kMany = static_cast<int>(Newest<int>::kMostHeld) + 3;
   Newest<int> newest;
   for (int i = 0; i < kMany; ++i) newest.bring(i, item(i));
@@ -80,7 +80,7 @@ TEST(Newest, WithoutATimeHasThatOfItsFirstUse) {
   EXPECT_EQ(value_at(&newest, 5101, 100), -1);
 }
 
-TEST(Newest, CountsWhatIsTakenAway) {
+TEST(Newest, CountsReplacedFrames) {
   Newest<int> newest;
   newest.bring(1, item(1));
   EXPECT_EQ(newest.counts().waiting, 1u);

@@ -1,4 +1,4 @@
-// nosync as a pure function.
+// The nosync policy as a pure function.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/sync/no_sync.hpp"
 
@@ -18,7 +18,7 @@ Decision decide_no_sync(const Round& round, std::span<const PadView> pads) {
   std::vector<Use> uses(pads.size(), Use::Head);
   for (size_t i = 0; i < pads.size(); ++i) {
     if (pads[i].state == PadState::Gap) return wait_for_more(round, pads.size());
-    // A pad ends within a round only where that was begun by another policy.
+    // A pad can end within a round only if another policy started the round.
     if (pads[i].state != PadState::Missing && pads[i].state != PadState::Ended) continue;
     if (!pads[i].has_kept) return discard_heads(round, pads);
     uses[i] = Use::Kept;

@@ -1,4 +1,4 @@
-// Reading sync-mode and sync-option.
+// Parses sync-mode and sync-option.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/sync/options.hpp"
 
@@ -18,7 +18,7 @@ namespace {
 struct Word {
   const char* text;
   Mode mode;
-  bool old = false;  // of the first publication
+  bool old = false;  // a name of the first publication
 };
 constexpr std::array kWords{
     Word{"nosync", Mode::NoSync},      Word{"slowest", Mode::Slowest},
@@ -26,9 +26,12 @@ constexpr std::array kWords{
     Word{"base", Mode::BasePad, true}, Word{"fastest", Mode::Refresh, true}};
 
 Error bad_option(std::string_view text, size_t place, const char* needed) {
-  return Error{Code::OPTION_SYNTAX,   "sync-option cannot be read",
-               std::string(text),     needed,
-               place_in(text, place), "sync-mode=basepad sync-option=0:33333333"};
+  return Error{.code = Code::OPTION_SYNTAX,
+               .what = "sync-option cannot be read",
+               .offered = std::string(text),
+               .needed = needed,
+               .difference = place_in(text, place),
+               .fix = "sync-mode=basepad sync-option=0:33333333"};
 }
 
 }  // namespace
@@ -44,27 +47,26 @@ Result<Mode> parse_mode(std::string_view text) {
   for (const Word& word : kWords)
     if (equal_ignoring_case(word.text, wanted)) return word.mode;
   std::vector<std::string> known;
+  known.reserve(std::size(kWords));
   for (const Word& word : kWords) known.emplace_back(word.text);
   const std::string near = nearest(lower(wanted), known);
-  return Error{Code::MODE_UNKNOWN,
-               "sync-mode is not known",
-               std::string(text),
-               "nosync, slowest, basepad or refresh",
-               "",
-               near.empty() ? "" : "sync-mode=" + near};
+  return Error{.code = Code::MODE_UNKNOWN,
+               .what = "sync-mode is unknown",
+               .offered = std::string(text),
+               .needed = "nosync, slowest, basepad or refresh",
+               .fix = near.empty() ? "" : "sync-mode=" + near};
 }
 
 std::optional<Error> old_word(std::string_view text) {
   for (const Word& word : kWords)
     if (word.old && equal_ignoring_case(word.text, strip(text)))
-      return Error{Code::MODE_UNKNOWN,
-                   "sync-mode=" + std::string(word.text) +
-                       " is an old word that NNStreamer 2.7 does not know, and is taken for " +
-                       std::string(name_of(word.mode)),
-                   std::string(text),
-                   "nosync, slowest, basepad or refresh",
-                   "",
-                   "sync-mode=" + std::string(name_of(word.mode))};
+      return Error{.code = Code::MODE_UNKNOWN,
+                   .what = "sync-mode=" + std::string(word.text) +
+                           " is an old name that NNStreamer 2.7 does not know; it is read as " +
+                           std::string(name_of(word.mode)),
+                   .offered = std::string(text),
+                   .needed = "nosync, slowest, basepad or refresh",
+                   .fix = "sync-mode=" + std::string(name_of(word.mode))};
   return std::nullopt;
 }
 
@@ -78,7 +80,7 @@ Result<Base> parse_base(std::string_view text) {
   if (parts.size() == 1) return out;
   const auto duration = parse_unsigned(strip(parts[1]));
   if (!duration)
-    return bad_option(text, parts[0].size() + 1, "a number of nanoseconds behind the colon");
+    return bad_option(text, parts[0].size() + 1, "a number of nanoseconds after the colon");
   out.duration = *duration;
   return out;
 }

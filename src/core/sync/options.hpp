@@ -1,4 +1,5 @@
-// Options: which policy, as the properties sync-mode and sync-option say; and the call of it.
+// Options: the sync policy selected by the properties sync-mode and sync-option, and its
+// invocation.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <optional>
@@ -11,20 +12,20 @@
 namespace weir::sync {
 
 enum class Mode { NoSync, Slowest, BasePad, Refresh, Lateness };
-std::string_view name_of(Mode mode) noexcept;  // "" of Lateness, which has no word
+std::string_view name_of(Mode mode) noexcept;  // "" for Lateness, which has no name
 
-// "nosync", "slowest", "basepad", "refresh", case ignored; and of the first publication: "base" =
-// basepad, and "fastest" = refresh: outputs keep the pace of the fastest pad, and slower ones
-// repeat their last frame. MODE_UNKNOWN for another word, with the nearest known one.
+// "nosync", "slowest", "basepad" or "refresh", in any case. Also the names of the first
+// publication: "base" = basepad, and "fastest" = refresh (outputs at the pace of the fastest pad;
+// slower pads repeat their last frame). MODE_UNKNOWN for other names, with the nearest known one.
 Result<Mode> parse_mode(std::string_view text);
-// MODE_UNKNOWN, as a note to the user, for a word of the first publication: it is taken.
+// A note with MODE_UNKNOWN for a name of the first publication, which parse_mode() accepts.
 std::optional<Error> old_word(std::string_view text);
 
 struct Base {
   size_t pad = 0;  // in the order in which pads were requested
   Time duration = kBaseDuration;
 };
-// "PAD[:DURATION]", nanoseconds; "" = the defaults. OPTION_SYNTAX with the place.
+// "PAD[:DURATION]", nanoseconds; "" = the defaults. OPTION_SYNTAX with the position.
 Result<Base> parse_base(std::string_view text);
 
 struct Options {
@@ -33,7 +34,7 @@ struct Options {
   Stamp lateness;  // Lateness only
 };
 
-// Precondition of basepad: options.base.pad < pads.size().
+// Precondition for basepad: options.base.pad < pads.size().
 Decision decide(const Options& options, const Round& round, std::span<const PadView> pads);
 
 }  // namespace weir::sync

@@ -1,4 +1,4 @@
-// The words of sync-mode and sync-option, good and bad.
+// Valid and invalid values of sync-mode and sync-option.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/sync/options.hpp"
 
@@ -9,19 +9,19 @@
 namespace weir::sync {
 namespace {
 
-TEST(SyncOptions, EachPolicyHasItsWordInAnyCase) {
+TEST(SyncOptions, ParsesEachPolicyInAnyCase) {
   EXPECT_EQ(*parse_mode("nosync"), Mode::NoSync);
   EXPECT_EQ(*parse_mode("Slowest"), Mode::Slowest);
   EXPECT_EQ(*parse_mode("BASEPAD"), Mode::BasePad);
   EXPECT_EQ(*parse_mode(" refresh "), Mode::Refresh);
 }
 
-TEST(SyncOptions, TheWordsOfTheFirstPublicationAreKnown) {
+TEST(SyncOptions, AcceptsTheNamesOfTheFirstPublication) {
   EXPECT_EQ(*parse_mode("base"), Mode::BasePad);
   EXPECT_EQ(*parse_mode("fastest"), Mode::Refresh);
 }
 
-TEST(SyncOptions, AnOldWordIsToldWithTheOneOfToday) {
+TEST(SyncOptions, AnOldNameIsReportedWithTheCurrentOne) {
   for (const auto& [word, today] : {std::pair{"base", "basepad"}, {" Fastest", "refresh"}}) {
     const auto told = old_word(word);
     ASSERT_TRUE(told) << word;
@@ -29,14 +29,14 @@ TEST(SyncOptions, AnOldWordIsToldWithTheOneOfToday) {
     EXPECT_EQ(told->offered, word);
     EXPECT_SAYS(
         told->what,
-        std::string("is an old word that NNStreamer 2.7 does not know, and is taken for ") + today);
+        std::string("is an old name that NNStreamer 2.7 does not know; it is read as ") + today);
     EXPECT_EQ(told->fix, std::string("sync-mode=") + today);
   }
   for (const char* word : {"basepad", "refresh", "slowest", "nosync", "fast", ""})
     EXPECT_FALSE(old_word(word)) << word;
 }
 
-TEST(SyncOptions, ATypoIsToldWithTheWordThatWasMeant) {
+TEST(SyncOptions, ATypoIsReportedWithTheNearestName) {
   const auto mode = parse_mode("slowst");
   ASSERT_FALSE(mode);
   EXPECT_EQ(mode.error().code, Code::MODE_UNKNOWN);
@@ -49,7 +49,7 @@ TEST(SyncOptions, ATypoIsToldWithTheWordThatWasMeant) {
   }
 }
 
-TEST(SyncOptions, EachModeIsNamedAsItIsParsed) {
+TEST(SyncOptions, EachModeRoundTrips) {
   for (const Mode mode : {Mode::NoSync, Mode::Slowest, Mode::BasePad, Mode::Refresh})
     EXPECT_EQ(*parse_mode(name_of(mode)), mode);
 }
@@ -64,7 +64,7 @@ TEST(SyncOptions, TheBaseHasAPadAndADuration) {
   EXPECT_EQ(parse_base(" 1 : 0 ")->duration, 0u);
 }
 
-TEST(SyncOptions, ABadBaseIsToldWithItsPlace) {
+TEST(SyncOptions, ABadBaseIsReportedWithItsPlace) {
   for (const char* text : {"x", "-1", ":5", "1.5"}) {
     const auto base = parse_base(text);
     ASSERT_FALSE(base) << text;

@@ -38,7 +38,7 @@ using Uses = std::vector<Use>;
 constexpr Mode kAll[] = {Mode::NoSync, Mode::Slowest, Mode::BasePad, Mode::Refresh};
 constexpr Mode kWaiting[] = {Mode::NoSync, Mode::Slowest, Mode::BasePad};
 
-TEST(Policies, NoneEmitsBeforeEachPadWasFed) {
+TEST(Policies, NoneEmitsBeforeEachPadHasAFrame) {
   for (const Mode mode : kAll) {
     const auto d = decide_for(mode, {head(5), kEmpty});
     EXPECT_EQ(d.outcome, Outcome::Wait) << name_of(mode);
@@ -54,7 +54,7 @@ TEST(Policies, ThreeEndWithTheFirstPadThatEnds) {
   }
 }
 
-TEST(Policies, APadThatEndsWhileARoundIsRepeatedHasPartWithItsKeptFrame) {
+TEST(Policies, APadThatEndsDuringARepeatedRoundContributesItsKeptFrame) {
   for (const Mode mode : {Mode::Slowest, Mode::BasePad}) {
     const Round repeated{30, false, 0, {}};
     const auto d = decide_for(mode, {head(30), with_kept(kEnded, 20)}, repeated);
@@ -77,7 +77,7 @@ TEST(Policies, APadThatEndsWhileARoundIsRepeatedEndsTheStreamWithoutAKeptFrame) 
   }
 }
 
-TEST(Policies, ANewRoundEndsWithAPadThatHasEndedWhateverItKeeps) {
+TEST(Policies, ANewRoundEndsWithAPadThatHasEnded) {
   for (const Mode mode : kWaiting)
     EXPECT_EQ(decide_for(mode, {head(30), with_kept(kEnded, 20)}).outcome, Outcome::End)
         << name_of(mode);
@@ -145,7 +145,7 @@ TEST(Slowest, DiscardsWhatIsTooOldWithoutTheOthers) {
   EXPECT_EQ(d.round, (Round{30, true, {}, {false, true, false, false}}));
 }
 
-TEST(Slowest, TheHeadBehindOneThatWasTooOldDoesNotRaiseTheTime) {
+TEST(Slowest, TheHeadAfterADiscardedOneDoesNotRaiseTheTime) {
   const Round round{30, true, {}, {false, true}};
   const auto d = decide_for(Mode::Slowest, {head(40), with_kept(head(50), 29)}, round);
   EXPECT_EQ(d.outcome, Outcome::Emit);
@@ -153,7 +153,7 @@ TEST(Slowest, TheHeadBehindOneThatWasTooOldDoesNotRaiseTheTime) {
   EXPECT_EQ(d.uses, (Uses{Use::Head, Use::Head}));
 }
 
-TEST(Slowest, APadWhoseFrameWasTooOldForTheRoundHasPartInItAlsoWhenItEnds) {
+TEST(Slowest, APadWithADiscardedFrameContributesEvenWhenItEnds) {
   const Round begun{30, true, {}, {false, true}};
   EXPECT_EQ(decide_for(Mode::Slowest, {kEmpty, with_kept(kEnded, 29)}, begun).outcome,
             Outcome::Wait);
@@ -171,7 +171,7 @@ TEST(Slowest, HoldsWhatMayBeginANewStream) {
   EXPECT_EQ(d.uses, (Uses{Use::Nothing, Use::Nothing}));
 }
 
-TEST(Slowest, GoesOnWithTheSameTimeAfterADiscard) {
+TEST(Slowest, ContinuesWithTheSameTimeAfterADiscard) {
   const auto d = decide_for(Mode::Slowest, {head(29), with_kept(head(30), 14)}, {29, false, 0, {}});
   EXPECT_EQ(d.outcome, Outcome::Emit);
   EXPECT_EQ(d.round.current, 29u);
@@ -183,7 +183,7 @@ TEST(Slowest, UsesTheKeptFrameWhenItIsNearer) {
   const auto nearer = with_kept(head(40), 28);
   const auto d = decide_for(Mode::Slowest, {head(29), nearer}, {29, false, 0, {}});
   EXPECT_EQ(d.uses, (Uses{Use::Head, Use::Kept}));
-  // As near as the head: the head.
+  // At equal distance: the head.
   const auto as_near = with_kept(head(31), 27);
   EXPECT_EQ(decide_for(Mode::Slowest, {head(29), as_near}, {29, false, 0, {}}).uses,
             (Uses{Use::Head, Use::Head}));
@@ -232,13 +232,13 @@ TEST(BasePad, TheWindowIsZeroForTheFirstAndForEqualBaseFrames) {
   EXPECT_EQ(d.uses, (Uses{Use::Head, Use::Kept}));
 }
 
-TEST(BasePad, AGapOfTheBaseDiscardsWhatLiesBeforeItsEnd) {
+TEST(BasePad, AGapOfTheBaseDiscardsFramesBeforeItsEnd) {
   EXPECT_EQ(decide_for(Mode::BasePad, {gap(50), head(49)}).uses,
             (Uses{Use::Nothing, Use::Discard}));
   EXPECT_EQ(decide_for(Mode::BasePad, {gap(50), head(50)}).uses, Uses(2, Use::Nothing));
 }
 
-TEST(BasePad, APadThatEndsAfterAFrameBeforeTheGapOfTheBaseHasPartInItsRound) {
+TEST(BasePad, APadThatEndsAfterAFrameBeforeTheGapOfTheBaseContributesToItsRound) {
   const auto gap_of_base = decide_for(Mode::BasePad, {gap(50), head(49)});
   const auto waits = decide_for(Mode::BasePad, {gap(50), with_kept(kEnded, 49)}, gap_of_base.round);
   EXPECT_EQ(waits.outcome, Outcome::Wait);
@@ -255,14 +255,14 @@ TEST(BasePad, AGapBeyondTheWindowSettlesThatTheKeptFrameIsUsed) {
   EXPECT_EQ(decide_for(Mode::BasePad, near).outcome, Outcome::Wait);
 }
 
-TEST(Refresh, PopsWhatCameAndRepeatsTheRest) {
+TEST(Refresh, PopsNewFramesAndRepeatsTheRest) {
   const auto d = decide_for(Mode::Refresh, {with_kept(kEmpty, 10), with_kept(head(20), 5)});
   EXPECT_EQ(d.outcome, Outcome::Emit);
   EXPECT_EQ(d.uses, (Uses{Use::Kept, Use::Head}));
   EXPECT_EQ(d.metadata_pad, 1u);
 }
 
-TEST(Refresh, GivesNothingWhileAPadThatWillNotComeHadNoFrame) {
+TEST(Refresh, EmitsNothingWhileAnEndedPadNeverHadAFrame) {
   for (const PadView& other : {kEnded, kMissing, gap(99)}) {
     const auto d = decide_for(Mode::Refresh, {head(20), other});
     EXPECT_EQ(d.outcome, Outcome::Wait);
@@ -278,7 +278,7 @@ TEST(Missing, PadsRepeatTheirLastFrame) {
   }
 }
 
-TEST(Missing, WhatAllPadsRepeatIsNotSentAgain) {
+TEST(Missing, AFullyRepeatedFrameIsNotSentAgain) {
   for (const Mode mode : kAll) {
     const auto d = decide_for(mode, {with_kept(kMissing, 4), with_kept(kMissing, 4)});
     EXPECT_EQ(d.outcome, Outcome::Wait) << name_of(mode);
@@ -286,7 +286,7 @@ TEST(Missing, WhatAllPadsRepeatIsNotSentAgain) {
   }
 }
 
-TEST(Missing, PadsThatWereNeverFedLetTheOthersRunEmpty) {
+TEST(Missing, PadsWithoutFramesLetTheOthersDrain) {
   for (const Mode mode : kAll) {
     const auto d = decide_for(mode, {head(20), kMissing});
     EXPECT_EQ(d.outcome, Outcome::Wait) << name_of(mode);
@@ -300,8 +300,8 @@ TEST(Missing, WithoutTheBaseThereIsNoOutput) {
   EXPECT_EQ(d.uses, (Uses{Use::Nothing, Use::Discard}));
 }
 
-// A gap held the round up, and then its pad was missing: the heads go, and their time with them.
-TEST(Missing, ARoundWithoutHeadsBeginsAnew) {
+// A gap delayed the round and its pad then went missing: the heads and their time are discarded.
+TEST(Missing, ARoundWithoutHeadsStartsAgain) {
   for (const Mode mode : {Mode::Slowest, Mode::BasePad}) {
     const auto held_up = decide_for(mode, {head(0), gap(0)});
     EXPECT_EQ(held_up.outcome, Outcome::Wait) << name_of(mode);
@@ -333,10 +333,29 @@ TEST(Lateness, TheOlderHeadIsDiscardedBeyondTheLimit) {
   EXPECT_EQ(decide_late({head(21), head({})}, 0).outcome, Outcome::Emit);
 }
 
-TEST(Lateness, AGapDiscardsWhatHasNoPartner) {
+TEST(Lateness, AGapDiscardsFramesWithoutAPartner) {
   EXPECT_EQ(decide_late({head(10), gap(20)}, {}).uses, (Uses{Use::Discard, Use::Nothing}));
   EXPECT_EQ(decide_late({head(20), gap(20)}, {}).uses, (Uses{Use::Nothing, Use::Nothing}));
   EXPECT_EQ(decide_late({head(10), gap(20)}, 10).uses, (Uses{Use::Nothing, Use::Nothing}));
+}
+
+// The mode changed within the round, while a pad ended.
+TEST(Lateness, APadThatEndsDuringARoundContributesItsKeptFrame) {
+  const Round begun{30, false, 0, {}};
+  const auto late = [&](std::vector<PadView> pads) {
+    return decide({Mode::Lateness, {}, 10}, begun, pads);
+  };
+  const auto second = late({head(40), with_kept(kEnded, 20)});
+  EXPECT_EQ(second.outcome, Outcome::Emit);
+  EXPECT_EQ(second.uses, (Uses{Use::Head, Use::Kept}));
+  EXPECT_EQ(second.round.current, 40u);
+  EXPECT_TRUE(second.round.need_set);
+  const auto first = late({with_kept(kEnded, 20), head(40)});
+  EXPECT_EQ(first.uses, (Uses{Use::Kept, Use::Head}));
+  EXPECT_EQ(first.round.current, 20u);
+  EXPECT_EQ(late({head(40), with_kept(kEnded, 20), kEmpty}).outcome, Outcome::Wait);
+  EXPECT_EQ(late({head(40), with_kept(kEnded, 20), head(10)}).uses,
+            (Uses{Use::Nothing, Use::Nothing, Use::Discard}));
 }
 
 TEST(Lateness, EndsWithTheFirstPadThatEnds) {

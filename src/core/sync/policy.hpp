@@ -1,10 +1,11 @@
-// What a sync policy sees of each pad and what it decides: plain values, no threads, no frames.
+// The input and output of a sync policy: plain values, without threads or frames.
 //
-// The rules are those of the specification, 6.1. A round is made when every pad is known about:
-//   Step A  only when need_set: `current`, the time of the next output, is found from the heads.
-//   Step B  each pad's frame for that time is found: its head, or the frame kept before.
-// A round is all or nothing: while one pad's head is too old for `current` (it is discarded, that
-// is kept), no other pad is changed.
+// The rules are in docs/compatibility/routing.md 6.1. A round starts when the state of every pad is
+// known:
+//   Step A  only if need_set: computes `current`, the time of the next output, from the heads.
+//   Step B  selects each pad's frame for that time: its head, or the frame kept before.
+// A round is all or nothing: while one pad's head is too old for `current` and is discarded (kept),
+// no other pad changes.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <cstddef>
@@ -16,48 +17,48 @@
 namespace weir::sync {
 
 using Time = uint64_t;  // nanoseconds
-// Of a frame; nullopt = it has no time-stamp, and then fits every time.
+// The time of a frame; nullopt = it has no timestamp and fits every time.
 using Stamp = std::optional<Time>;
 
 enum class PadState {
-  Empty,    // a head may still come: wait for it
+  Empty,    // a head may still arrive: wait for it
   Head,     // has a frame
-  Gap,      // no frame before `gap_end` will come
-  Missing,  // was waited for long enough: goes on without it
-  Ended,    // no frame will come any more
+  Gap,      // no frame before `gap_end` will arrive
+  Missing,  // exceeded max-wait: outputs continue without it
+  Ended,    // no more frames will arrive
 };
 
 struct PadView {
   PadState state = PadState::Empty;
-  Stamp head;        // of Head
-  Time gap_end = 0;  // of Gap
+  Stamp head;        // if state is Head
+  Time gap_end = 0;  // if state is Gap
   bool has_kept = false;
   Stamp kept;
-  bool went_back = false;  // its times: what seems too old may begin a new stream
+  bool went_back = false;  // its times went back: a head that seems too old may start a new stream
 };
 
-// What lasts from one collection to the next.
+// The state that persists between decisions.
 struct Round {
   Time current = 0;
   bool need_set = true;
   std::optional<size_t> deciding;  // the pad whose head determined `current`
-  std::vector<bool> counted;       // the pads that step A has done, while gaps hold it up
+  std::vector<bool> counted;       // the pads that step A has handled while gaps delay it
   bool operator==(const Round&) const = default;
 };
 
 enum class Use {
-  Nothing,  // is left as it is
-  Head,     // is popped, used and kept
-  Kept,     // the kept frame is used again, a head stays
-  Discard,  // is popped and kept, and not used in this round
+  Nothing,  // nothing changes
+  Head,     // the head is popped, used and kept
+  Kept,     // the kept frame is used again; a head stays
+  Discard,  // the head is popped and kept, but not used in this round
 };
 enum class Outcome { Wait, Emit, End };
 
 struct Decision {
   Outcome outcome = Outcome::Wait;
-  Round round;              // replaces the old one
+  Round round;              // replaces the previous one
   std::vector<Use> uses;    // one for each pad
-  size_t metadata_pad = 0;  // of Emit: gives flags, duration, metas
+  size_t metadata_pad = 0;  // for Emit: provides flags, duration and metas
 };
 
 inline Time distance(Time a, Time b) noexcept {

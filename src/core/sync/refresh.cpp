@@ -1,4 +1,4 @@
-// refresh as a pure function.
+// The refresh policy as a pure function.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/sync/refresh.hpp"
 

@@ -1,4 +1,4 @@
-// SharedOutput<Input>: several inputs, each with a thread of its own, push to one output in turn.
+// SharedOutput<Input>: several inputs, each with its own thread, push to one output in turn.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <algorithm>
@@ -13,20 +13,20 @@
 
 namespace weir::sync {
 
-// Inputs push in the order in which they arrive. The one that arrived last is the active one, also
-// while it waits for its turn. A thread that waits for the output leaves as soon as its input is
-// closed, so that an input can flush, stop and go away while another one blocks in the output.
-// While the output flushes for one input, the others wait. Input() stands for no input.
+// Inputs push in order of arrival. The last one to arrive is the active input, even while it waits
+// for its turn. A thread that waits for the output returns as soon as its input is closed, so that
+// an input can flush, stop and be removed while another one blocks in the output. While the output
+// flushes for one input, the others wait. Input() means no input.
 template <class Input>
 class SharedOutput {
  public:
   enum class Access {
     Denied,    // the input is closed
-    Granted,   // and the input pushed last; call release()
-    Switched,  // and another input pushed last, or this one was passed over; call release()
+    Granted,   // this input also pushed last; call release()
+    Switched,  // another input pushed last, or this one was passed over; call release()
   };
 
-  // An input is closed until open(), and from close() on: while it is inactive or flushes.
+  // An input is closed before open() and after close(), while it is inactive or flushes.
   void open(const Input& input) {
     std::lock_guard lock(mutex_);
     if (!is_open(input)) open_.push_back(input);
@@ -37,12 +37,12 @@ class SharedOutput {
     changed_.notify_all();
   }
 
-  // Waits until no other input uses the output. False: the input is closed.
+  // Waits until no other input uses the output. Returns false if the input is closed.
   [[nodiscard]] bool acquire(const Input& input) {
     std::unique_lock lock(mutex_);
     return wait_for_turn(lock, input, false);
   }
-  // The same, and the input becomes the active one at once.
+  // The same, and makes the input active at once.
   Access acquire_as_active(const Input& input) {
     std::unique_lock lock(mutex_);
     if (!wait_for_turn(lock, input, true)) return Access::Denied;
@@ -50,14 +50,19 @@ class SharedOutput {
     return std::exchange(last_, input) == input && !passed_over ? Access::Granted
                                                                 : Access::Switched;
   }
-  // Waits until the input is closed or not active any more, or `over` returns true, at most for
-  // `patience`. True when the time is up. `over` is called with the lock held, after each
+  // Waits until the input is closed, is no longer active, or `over` returns true, but at most
+  // `patience`. Returns true after a time-out. Calls `over` with the lock held after each
   // release().
   template <class Over>
   bool stays_active(const Input& input, std::chrono::steady_clock::duration patience, Over&& over) {
     std::unique_lock lock(mutex_);
     return !changed_.wait_for(
         lock, patience, [&] { return !is_open(input) || !(active_now() == input) || over(); });
+  }
+  // Calls the `over` of those that wait in stays_active().
+  void wake() {
+    std::lock_guard lock(mutex_);
+    changed_.notify_all();
   }
   // The input, which is not active, had something to send that the output does not get.
   void pass_over(const Input& input) {
@@ -70,8 +75,8 @@ class SharedOutput {
     changed_.notify_all();
   }
 
-  // The input flushes from here on. True where it pushed last: then send FLUSH_START downstream and
-  // call flush_sent().
+  // The input starts to flush. Returns true if it pushed last: the caller then sends FLUSH_START
+  // downstream and calls flush_sent().
   [[nodiscard]] bool flush_start(const Input& input) {
     std::unique_lock lock(mutex_);
     std::erase(open_, input);
@@ -82,8 +87,8 @@ class SharedOutput {
     sender_ = std::this_thread::get_id();
     return true;
   }
-  // True where the output flushes for this input: then send FLUSH_STOP downstream and call
-  // flush_sent(). The caller calls open() when the input takes buffers again.
+  // Returns true if the output flushes for this input: the caller then sends FLUSH_STOP downstream
+  // and calls flush_sent(). The caller calls open() when the input accepts buffers again.
   [[nodiscard]] bool flush_stop(const Input& input) {
     std::unique_lock lock(mutex_);
     wait_for_sender(lock);
@@ -92,7 +97,8 @@ class SharedOutput {
     stops_flush_ = true;
     return true;
   }
-  // FLUSH_START and FLUSH_STOP go downstream in the order in which they were decided.
+  // Reports that the event was sent: FLUSH_START and FLUSH_STOP leave in the order of their
+  // decisions.
   void flush_sent() {
     std::lock_guard lock(mutex_);
     if (std::exchange(stops_flush_, false)) flushing_ = Input();
@@ -100,7 +106,7 @@ class SharedOutput {
     changed_.notify_all();
   }
 
-  // The input goes away, after close() and the end of its thread. True where it was active.
+  // Removes the input, after close() and the end of its thread. Returns true if it was active.
   bool remove(const Input& input) {
     std::lock_guard lock(mutex_);
     std::erase(open_, input);
@@ -109,7 +115,7 @@ class SharedOutput {
     if (last_ == input) last_ = Input();
     return was_active;
   }
-  // No input is active and nothing flushes; open inputs stay open.
+  // Makes no input active and ends all flushes; open inputs stay open.
   void reset() {
     std::lock_guard lock(mutex_);
     last_ = flushing_ = Input();
@@ -142,7 +148,7 @@ class SharedOutput {
   bool is_open(const Input& input) const {
     return std::find(open_.begin(), open_.end(), input) != open_.end();
   }
-  // False: the input is closed.
+  // Returns false if the input is closed.
   bool wait_for_turn(Lock& lock, const Input& input, bool as_active) {
     const uint64_t ticket = next_ticket_++;
     if (is_open(input)) waiting_.push_back({ticket, input, as_active});
@@ -152,7 +158,7 @@ class SharedOutput {
     changed_.wait(lock, [&] { return !is_open(input) || is_free(); });
     std::erase_if(waiting_, [ticket](const Waiter& w) { return w.ticket == ticket; });
     if (is_open(input)) return in_use_ = true;
-    changed_.notify_all();  // the next one may be first now
+    changed_.notify_all();  // the next waiter may be first now
     return false;
   }
   void wait_for_sender(Lock& lock) {
@@ -162,12 +168,12 @@ class SharedOutput {
   mutable std::mutex mutex_;  // guards everything below; never held while the output is used
   std::condition_variable changed_;
   std::vector<Input> open_;
-  std::vector<Waiter> waiting_;  // in the order of their arrival
+  std::vector<Waiter> waiting_;  // in order of arrival
   uint64_t next_ticket_ = 0;
-  Input last_{}, flushing_{};  // last_ pushed last
-  bool passed_over_ = false;   // of last_, since it pushed
+  Input last_{}, flushing_{};  // last_: the input that pushed last
+  bool passed_over_ = false;   // last_ was passed over since it pushed
   bool in_use_ = false, stops_flush_ = false;
-  std::optional<std::thread::id> sender_;  // of FLUSH_START or FLUSH_STOP
+  std::optional<std::thread::id> sender_;  // the thread that sends FLUSH_START or FLUSH_STOP
 };
 
 }  // namespace weir::sync

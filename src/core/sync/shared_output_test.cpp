@@ -99,7 +99,7 @@ TEST_F(SharedOutputTest, AnInputStaysActiveUntilAnotherOneArrives) {
   EXPECT_FALSE(stays.get());
 }
 
-TEST_F(SharedOutputTest, AnInputThatIsPassedOverIsSwitchedToAgain) {
+TEST_F(SharedOutputTest, ASkippedInputIsSwitchedToAgain) {
   EXPECT_EQ(output.acquire_as_active(1), Access::Switched);
   output.release();
   output.pass_over(2);
@@ -177,7 +177,7 @@ TEST_F(SharedOutputTest, AnInputMayUseTheOutputWithoutBecomingActive) {
   EXPECT_EQ(output.active(), 2);
 }
 
-TEST_F(SharedOutputTest, RemovalSaysWhetherTheInputWasActive) {
+TEST_F(SharedOutputTest, RemovalReturnsWhetherTheInputWasActive) {
   EXPECT_EQ(output.acquire_as_active(1), Access::Switched);
   output.release();
   EXPECT_FALSE(output.remove(2));
@@ -196,7 +196,7 @@ TEST_F(SharedOutputTest, AResetEndsAFlush) {
   EXPECT_EQ(output.acquire_as_active(2), Access::Switched);
 }
 
-// Inputs that push, flush and close at random: never two at once, and all threads come back.
+// Inputs push, flush and close at random: never two at once, and all threads return.
 TEST_F(SharedOutputTest, OneInputAtATimeUnderThreads) {
   constexpr int kInputs = 4, kRounds = 2000;
   std::atomic<int> users = 0, granted = 0;

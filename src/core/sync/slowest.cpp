@@ -1,4 +1,4 @@
-// slowest as a pure function.
+// The slowest policy as a pure function.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/sync/slowest.hpp"
 
@@ -9,8 +9,9 @@
 namespace weir::sync {
 namespace {
 
-// Step A. The frame that ends a gap cannot be before its end, and `current` not before that frame:
-// the other pads can go on to there; the step is done when that frame is known.
+// Step A. The frame after a gap cannot be before the gap's end, and `current` not before that
+// frame, so the other pads can advance to the end of the gap. The step completes when that frame is
+// known.
 Round step_a(const Round& round, std::span<const PadView> pads) {
   Round out = round;
   if (out.counted.empty()) out.deciding.reset();
@@ -46,9 +47,10 @@ Use step_b(const PadView& pad, Time current) {
   return kept_is_nearer(pad, current, *pad.head) ? Use::Kept : Use::Head;
 }
 
-// What is before `current` has no partner, whatever the others bring. It must not wait for them: a
-// pad that comes late has a full queue of such frames, which stops the tee that feeds all. Step A
-// is done for such a pad: its next head comes into this round too late to raise `current`.
+// A head before `current` has no partner, whatever the other pads deliver, and must not wait for
+// them: a pad that starts late has a full queue of such frames, which blocks the tee that feeds all
+// pads. Step A is done for such a pad: its next head arrives too late to raise `current` in this
+// round.
 Decision discard_what_is_too_old(const Round& round, std::span<const PadView> pads) {
   Decision out = wait_for_more(round, pads.size());
   for (size_t i = 0; i < pads.size(); ++i) {

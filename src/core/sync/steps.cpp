@@ -1,4 +1,4 @@
-// Shared steps of the policies.
+// Implements the shared steps of the policies.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/sync/steps.hpp"
 
@@ -16,7 +16,7 @@ Decision end_of_stream(const Round& round, size_t pads) {
 
 Decision discard_heads(const Round& round, std::span<const PadView> pads) {
   Decision out = wait_for_more(round, pads.size());
-  out.round.need_set = true;  // what a gap held up has no heads any more
+  out.round.need_set = true;  // the round that a gap delayed has no heads any more
   out.round.deciding.reset();
   out.round.counted.clear();
   for (size_t i = 0; i < pads.size(); ++i)

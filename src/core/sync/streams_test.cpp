@@ -1,18 +1,19 @@
-// Whole random streams through the policies, against plain models of the specification.
+// Runs random streams through the policies and compares with plain models of
+// docs/compatibility/routing.md 6.1.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <gtest/gtest.h>
 
 #include <random>
 
-#include "core/sync/lanes.hpp"
+#include "core/sync/input_queues.hpp"
 
 namespace weir::sync {
 namespace {
 
-using Streams = std::vector<std::vector<Stamp>>;  // of each pad
+using Streams = std::vector<std::vector<Stamp>>;  // one list for each pad
 struct Row {
   Time time;
-  std::vector<int> frames;  // the index of the frame of each pad
+  std::vector<int> frames;  // the frame index of each pad
   bool operator==(const Row&) const = default;
 };
 using Rows = std::vector<Row>;
@@ -22,7 +23,7 @@ void PrintTo(const Row& row, std::ostream* out) {
   for (const int f : row.frames) *out << " " << f;
 }
 
-// The models know all frames of all pads from the start and walk them with indices.
+// The models know all frames of all pads from the start and walk them by index.
 struct Model {
   explicit Model(const Streams& streams)
       : in(streams), next(streams.size(), 0), kept(streams.size(), -1) {}
@@ -100,8 +101,9 @@ Rows model_of_base_pad(const Streams& in, const Base& base) {
   return out;
 }
 
-// Step by step in pad order as the specification words it, where a round that returns has popped
-// from the pads before the late one. Ends where a round begins and a pad has no head.
+// Literal version of docs/compatibility/routing.md 6.1, step by step in pad order; a round that
+// returns early has popped from the pads before the late one. Ends when a round starts and a pad
+// has no head.
 Rows literal_slowest(const Streams& in) {
   Model m(in);
   Rows out;
@@ -139,29 +141,29 @@ struct Played {
   LedgerSnapshot ledger;
 };
 
-// Feeds the streams in a random interleaving; `gaps` puts GAPs in that say nothing untrue.
+// Feeds the streams in random interleaving; `gaps` inserts truthful GAPs.
 Played play(const Options& options, const Streams& in, unsigned seed, bool gaps = false) {
   std::mt19937 random(seed);
   Ledger ledger;
-  Lanes<int> lanes(&ledger);
+  InputQueues<int> queues(&ledger);
   std::vector<size_t> next(in.size(), 0);
-  for (size_t p = 0; p < in.size(); ++p) lanes.add(p);
+  for (size_t p = 0; p < in.size(); ++p) queues.add(p);
   Played out;
   for (bool over = false; !over;) {
     const size_t p = random() % in.size();
-    auto* lane = lanes.find(p);
-    if (lane->head || lane->ended) continue;
+    auto* queue = queues.find(p);
+    if (queue->head || queue->ended) continue;
     if (next[p] == in[p].size()) {
-      lanes.end(p);
+      queues.end(p);
     } else if (gaps && in[p][next[p]] && random() % 2 == 0) {
-      lanes.gap(p, *in[p][next[p]] - random() % (*in[p][next[p]] + 1));
+      queues.gap(p, *in[p][next[p]] - random() % (*in[p][next[p]] + 1));
     } else {
       ledger.received();
-      lanes.put(p, static_cast<int>(next[p]), in[p][next[p]], OnBackwardsTime::Pass);
+      queues.put(p, static_cast<int>(next[p]), in[p][next[p]], OnBackwardsTime::Pass);
       ++next[p];
     }
     while (true) {
-      const auto step = lanes.step(options);
+      const auto step = queues.step(options);
       EXPECT_TRUE(step);
       over = step->outcome == Outcome::End;
       if (step->outcome == Outcome::Emit)
@@ -180,7 +182,7 @@ Streams random_streams(std::mt19937& random, const Shape& shape) {
   Streams out(1 + random() % 4);
   for (auto& pad : out) {
     const Time interval = 1 + random() % 40;
-    Time time = random() % 3 == 0 ? random() % 300 : random() % 20;  // some are late
+    Time time = random() % 3 == 0 ? random() % 300 : random() % 20;  // some start late
     const size_t count = random() % 40;                              // some end early
     for (size_t i = 0; i < count; ++i) {
       pad.emplace_back(time);
@@ -264,21 +266,21 @@ TEST(SyncStreams, RefreshEmitsForEachFrameOnceAllWereFed) {
   for (unsigned round = 0; round < 300; ++round) {
     const size_t pads = 1 + random() % 4;
     Ledger ledger;
-    Lanes<int> lanes(&ledger);
-    for (size_t p = 0; p < pads; ++p) lanes.add(p);
+    InputQueues<int> queues(&ledger);
+    for (size_t p = 0; p < pads; ++p) queues.add(p);
     std::vector<int> last(pads, -1), expected;
     Time highest = 0;
     for (int frame = 0; frame < 100; ++frame) {
       const size_t p = random() % pads;
-      if (lanes.find(p)->head) continue;
+      if (queues.find(p)->head) continue;
       const Time time = random() % 1000;
       ledger.received();
-      lanes.put(p, frame, time, OnBackwardsTime::Pass);
-      // Times go back here at random; that all pads did so starts `current` again, which the
-      // model leaves out: it looks at the frames.
+      queues.put(p, frame, time, OnBackwardsTime::Pass);
+      // Times go back at random here. When all pads have gone back, `current` starts again; the
+      // model omits that because it compares frames.
       last[p] = frame;
       highest = std::max(highest, time);
-      const auto step = lanes.step({Mode::Refresh, {}, {}});
+      const auto step = queues.step({Mode::Refresh, {}, {}});
       ASSERT_TRUE(step);
       if (std::count(last.begin(), last.end(), -1) > 0) {
         EXPECT_EQ(step->outcome, Outcome::Wait);
@@ -313,7 +315,7 @@ Streams at_rates(std::vector<std::pair<size_t, Time>> frames_and_rates) {
   return out;
 }
 
-// Numbers of the specification, 6.1 and 11.2.
+// Examples of docs/compatibility/routing.md 6.1 and docs/compatibility/programs.md 11.2.
 TEST(SyncStreams, TheLastFrameIsPairedWithOneOfAPadThatHasEnded) {
   for (unsigned seed = 0; seed < 20; ++seed) {
     const Rows slowest = play({Mode::Slowest, {}, {}}, at_rates({{30, 30}, {13, 12}}), seed).rows;
@@ -331,7 +333,7 @@ TEST(SyncStreams, APadWithoutFramesEndsTheStreamInARepeatedRoundToo) {
       EXPECT_EQ(play({mode, {}, {}}, {{10, 20}, {}}, seed).rows, Rows{}) << name_of(mode);
 }
 
-TEST(SyncStreams, AStreamThatBeginsAnewOnAllPadsIsPairedAgain) {
+TEST(SyncStreams, AStreamThatRestartsOnAllPadsIsPairedAgain) {
   Streams in(2);
   for (Time loop = 0; loop < 3; ++loop)
     for (Time t = 0; t < 10; ++t) {
@@ -349,7 +351,7 @@ TEST(SyncStreams, AStreamThatBeginsAnewOnAllPadsIsPairedAgain) {
     }
 }
 
-TEST(SyncStreams, OnePadThatBeginsAnewCatchesUp) {
+TEST(SyncStreams, OnePadThatRestartsCatchesUp) {
   Streams in(2);
   for (Time t = 0; t < 20; ++t) in[0].emplace_back(t % 10 * 10);
   for (Time t = 0; t < 40; ++t) in[1].emplace_back(t * 10);
@@ -358,52 +360,53 @@ TEST(SyncStreams, OnePadThatBeginsAnewCatchesUp) {
   EXPECT_EQ(got.ledger.held(), 0u);
 }
 
-TEST(SyncStreams, DropLeavesOutWhatGoesBack) {
+TEST(SyncStreams, DropRemovesFramesThatGoBackwards) {
   Ledger ledger;
-  Lanes<int> lanes(&ledger);
-  lanes.add(1);
+  InputQueues<int> queues(&ledger);
+  queues.add(1);
   std::vector<int> got;
   int frame = 0;
   for (const Time time : {10, 30, 20, 30, 40}) {
     ledger.received();
-    if (!lanes.put(1, frame++, time, OnBackwardsTime::Drop)) continue;
-    got.push_back(lanes.step({Mode::Slowest, {}, {}})->emission.frames[0]);
+    if (!queues.put(1, frame++, time, OnBackwardsTime::Drop)) continue;
+    got.push_back(queues.step({Mode::Slowest, {}, {}})->emission.frames[0]);
   }
   EXPECT_EQ(got, (std::vector{0, 1, 3, 4}));
-  EXPECT_EQ(lanes.counts().backwards, 1u);
+  EXPECT_EQ(queues.counts().backwards, 1u);
   EXPECT_EQ(ledger.snapshot().dropped[static_cast<size_t>(DropReason::Time)], 1u);
   EXPECT_EQ(ledger.snapshot().held(), 0u);
 }
 
-TEST(SyncStreams, ABaseThatIsNotThereIsNamed) {
+TEST(SyncStreams, AMissingBasePadIsReported) {
   Ledger ledger;
-  Lanes<int> lanes(&ledger);
-  lanes.add(1);
-  lanes.add(2);
-  const auto step = lanes.step({Mode::BasePad, {2, 5}, {}});
+  InputQueues<int> queues(&ledger);
+  queues.add(1);
+  queues.add(2);
+  const auto step = queues.step({Mode::BasePad, {2, 5}, {}});
   ASSERT_FALSE(step);
   EXPECT_EQ(step.error().code, Code::OPTION_VALUE);
   EXPECT_EQ(step.error().offered, "pad 2 of 2");
 }
 
-// Who waits may see only after the time that its frame was taken and that nobody has one any more.
+// A waiting thread may notice only after the time-out that its frame was taken and no pad has one
+// left.
 TEST(MaxWait, NothingIsSentTwiceWhenAllPadsBecomeMissing) {
   using namespace std::chrono_literals;
   for (const Mode mode : {Mode::NoSync, Mode::Slowest, Mode::BasePad, Mode::Refresh}) {
     Ledger ledger;
-    Lanes<int> lanes(&ledger);
-    for (const LaneId id : {1u, 2u}) {
-      lanes.add(id);
-      lanes.put(id, 1, 10, OnBackwardsTime::Pass);
+    InputQueues<int> queues(&ledger);
+    for (const QueueId id : {1u, 2u}) {
+      queues.add(id);
+      queues.put(id, 1, 10, OnBackwardsTime::Pass);
     }
     const Options options{mode, {}, {}};
-    EXPECT_EQ(lanes.step(options)->outcome, Outcome::Emit) << name_of(mode);
-    EXPECT_TRUE(lanes.mark_missing(Clock::now(), 1ms, Clock::now() + 1h)) << name_of(mode);
-    const auto step = lanes.step(options);
+    EXPECT_EQ(queues.step(options)->outcome, Outcome::Emit) << name_of(mode);
+    EXPECT_TRUE(queues.mark_missing(Clock::now(), 1ms, Clock::now() + 1h)) << name_of(mode);
+    const auto step = queues.step(options);
     EXPECT_EQ(step->outcome, Outcome::Wait) << name_of(mode);
     EXPECT_FALSE(step->changed) << name_of(mode);
-    lanes.put(1, 2, 20, OnBackwardsTime::Pass);
-    EXPECT_EQ(lanes.step(options)->emission.frames, (std::vector<int>{2, 1})) << name_of(mode);
+    queues.put(1, 2, 20, OnBackwardsTime::Pass);
+    EXPECT_EQ(queues.step(options)->emission.frames, (std::vector<int>{2, 1})) << name_of(mode);
   }
 }
 

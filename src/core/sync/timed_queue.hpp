@@ -1,4 +1,4 @@
-// TimedQueue<Item>: finds what goes with a picture's time among what another thread brings.
+// TimedQueue<Item>: finds the item with a picture's time among those that another thread delivers.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <algorithm>
@@ -12,22 +12,22 @@
 namespace weir::sync {
 
 inline constexpr size_t kTimedQueueLimit = 256;  // items that wait for their picture
-// Longer waits would be beyond the clock's range.
+// Longer waits would exceed the clock's range.
 inline constexpr std::chrono::nanoseconds kLongestTimedWait = std::chrono::hours(24);
 
 enum class TimedOutcome {
-  Found,    // an item of the same time
-  None,     // one of a later time, or no more of them: none of this time will come
-  Late,     // it did not come in time
-  Flushed,  // the taker shall go
+  Found,    // an item with the same time
+  None,     // a later item or the end arrived: none with this time will follow
+  Late,     // no item arrived in time
+  Flushed,  // the taker must return
 };
 
-// Times in nanoseconds, of one clock for pictures and items; neither may go back but by a flush.
-// One thread brings, one takes.
+// Times are nanoseconds of one clock for pictures and items, and go back only after a flush. Use
+// one thread to deliver and one to take.
 template <class Item>
 class TimedQueue {
  public:
-  // Beyond the limit the oldest item goes. After end() more may come.
+  // Beyond the limit, removes the oldest item. More items may follow after end().
   void bring(int64_t time, Item item) {
     std::lock_guard lock(mutex_);
     if (flushing_) {
@@ -43,20 +43,20 @@ class TimedQueue {
     }
     changed_.notify_all();
   }
-  // Nothing before `time` will come.
+  // No item before `time` will arrive.
   void advance(int64_t time) {
     std::lock_guard lock(mutex_);
     reached_ = std::max(reached_, time);
     changed_.notify_all();
   }
-  // Nothing at all will come, until something does or clear().
+  // No item will arrive until the next bring() or clear().
   void end() {
     std::lock_guard lock(mutex_);
     ended_ = true;
     changed_.notify_all();
   }
-  // Items of an older time go. Waits for one of this time at most so long; `out` is a new Item
-  // where none is found.
+  // Removes older items and waits at most `most` for one with this time; `out` is a default Item if
+  // none is found.
   TimedOutcome take(int64_t time, std::chrono::nanoseconds most, Item* out) {
     *out = Item();
     std::unique_lock lock(mutex_);
@@ -76,13 +76,13 @@ class TimedQueue {
     }
     return in_time ? TimedOutcome::None : TimedOutcome::Late;
   }
-  // While on, take() returns at once and what comes is counted as unused.
+  // While on, take() returns at once and new items count as unused.
   void flush(bool on) {
     std::lock_guard lock(mutex_);
     flushing_ = on;
     changed_.notify_all();
   }
-  // Of a new stream: all that waits goes, items may come again.
+  // For a new stream: removes all items; items may arrive again.
   void clear() {
     std::lock_guard lock(mutex_);
     unused_ += items_.size();
@@ -96,7 +96,7 @@ class TimedQueue {
     std::lock_guard lock(mutex_);
     return items_.size();
   }
-  uint64_t unused() const {  // items that met no picture
+  uint64_t unused() const {  // items that matched no picture
     std::lock_guard lock(mutex_);
     return unused_;
   }
@@ -106,10 +106,10 @@ class TimedQueue {
     int64_t time;
     Item item;
   };
-  mutable std::mutex mutex_;  // guards the rest
+  mutable std::mutex mutex_;  // guards the members below
   std::condition_variable changed_;
   std::deque<Timed> items_;
-  int64_t reached_ = INT64_MIN;  // what comes is of this time or later
+  int64_t reached_ = INT64_MIN;  // new items have this time or a later one
   bool ended_ = false, flushing_ = false;
   uint64_t unused_ = 0;
 };

@@ -1,4 +1,4 @@
-// What two threads hand over by its time.
+// Two threads pass items by time.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/sync/timed_queue.hpp"
 
@@ -27,7 +27,7 @@ TEST(TimedQueue, GivesTheItemOfTheSameTime) {
   EXPECT_EQ(queue.unused(), 1u);
 }
 
-TEST(TimedQueue, DoesNotWaitForWhatCannotCome) {
+TEST(TimedQueue, DoesNotWaitForItemsThatCannotArrive) {
   TimedQueue<Items> queue;
   Items out;
   queue.advance(11);
@@ -71,7 +71,7 @@ TEST(TimedQueue, WaitsForAnotherThread) {
   EXPECT_EQ(found + queue.unused(), 666u);
 }
 
-TEST(TimedQueue, CountsWhatComesWhileItIsFlushed) {
+TEST(TimedQueue, CountsItemsThatArriveDuringAFlush) {
   TimedQueue<Items> queue;
   queue.bring(1, {1});
   EXPECT_EQ(queue.waiting(), 1u);
@@ -84,7 +84,7 @@ TEST(TimedQueue, CountsWhatComesWhileItIsFlushed) {
   EXPECT_EQ(queue.unused(), 2u);
 }
 
-TEST(TimedQueue, BeginsAnewAfterItsEnd) {
+TEST(TimedQueue, StartsAgainAfterItsEnd) {
   TimedQueue<Items> queue;
   Items out;
   queue.end();

@@ -1,4 +1,4 @@
-// ElementType: the eleven kinds of numbers a tensor holds. The values are part of wire formats.
+// ElementType: the eleven element types of a tensor. The values are part of wire formats.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <cstddef>
@@ -29,7 +29,7 @@ enum class ElementType : uint32_t {
 size_t size_of(ElementType type) noexcept;
 // "uint8", "float32", ...; "invalid" for End.
 std::string_view name_of(ElementType type) noexcept;
-// Blanks around are ignored, case is ignored; anything but an exact name gives End.
+// Ignores case and surrounding blanks; returns End for anything but an exact name.
 ElementType parse_element_type(std::string_view text) noexcept;
 
 // Calls f(std::type_identity<T>{}) with the C++ type of `type`: the only type switch in Weir.

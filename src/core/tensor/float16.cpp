@@ -11,7 +11,7 @@ uint16_t to_bits(float value) noexcept {
   const uint32_t f = std::bit_cast<uint32_t>(value);
   const uint32_t sign = (f >> 16) & 0x8000u;
   const uint32_t magnitude = f & 0x7FFFFFFFu;
-  if (magnitude > 0x7F800000u)  // a NaN stays one, and quiet
+  if (magnitude > 0x7F800000u)  // a NaN remains a quiet NaN
     return static_cast<uint16_t>(sign | 0x7E00u | ((magnitude >> 13) & 0x1FFu));
   if (magnitude >= 0x477FF000u) return static_cast<uint16_t>(sign | 0x7C00u);  // rounds to infinity
   if (magnitude < 0x38800000u) {  // subnormal: adding 0.5 aligns the bits, the FPU rounds to even

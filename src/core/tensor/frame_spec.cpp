@@ -1,4 +1,4 @@
-// Lists in properties and caps, and what makes two streams the same.
+// Parses and prints lists of tensors, and compares streams.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/tensor/frame_spec.hpp"
 
@@ -6,6 +6,7 @@
 #include <numeric>
 
 #include "core/text/text.hpp"
+#include "weir/join.hpp"
 
 namespace weir {
 namespace {
@@ -13,19 +14,10 @@ namespace {
 constexpr std::string_view kListSeparators = ",.";
 
 Error too_many(std::string_view what, size_t count) {
-  return Error{Code::LIMIT_EXCEEDED,
-               "a list of " + std::string(what) + " is too long",
-               std::to_string(count) + " entries",
-               "at most 256",
-               "",
-               ""};
-}
-
-template <class F>
-std::string join(const std::vector<TensorSpec>& tensors, F&& text) {
-  std::string out;
-  for (size_t i = 0; i < tensors.size(); ++i) out += (i ? "," : "") + text(tensors[i]);
-  return out;
+  return Error{.code = Code::LIMIT_EXCEEDED,
+               .what = "a list of " + std::string(what) + " is too long",
+               .offered = std::to_string(count) + " entries",
+               .needed = "at most 256"};
 }
 
 }  // namespace
@@ -76,8 +68,8 @@ std::string TensorSpec::to_string() const {
 
 namespace {
 
-// The first part that is no number, which Shape::parse() takes for the end of the dimensions: a
-// typo there would go unheard. Empty: there is none.
+// The first part that is not a number, or empty. Shape::parse() would take it for the end of the
+// dimensions and hide a typo.
 std::string_view no_number_in(std::string_view shape) {
   for (const auto part : split(shape, ":", kRankLimit)) {
     const auto word = strip(part);
@@ -98,13 +90,14 @@ Result<std::vector<Shape>> parse_shape_list(std::string_view text) {
     const auto word = no_number_in(part);
     out.push_back(Shape::parse(part));
     if (!out.back().valid() || !word.empty())
-      return Error{Code::DIMENSION_SYNTAX,
-                   "a dimension cannot be read",
-                   std::string(text),
-                   "whole numbers above 0 from the innermost outwards, joined by ':'",
-                   (word.empty() ? "at \"" : "at \"" + std::string(word) + "\" of \"") +
-                       std::string(part) + "\"",
-                   "3:224:224:1"};
+      return Error{
+          .code = Code::DIMENSION_SYNTAX,
+          .what = "a dimension cannot be read",
+          .offered = std::string(text),
+          .needed = "whole numbers above 0 from the innermost outwards, joined by ':'",
+          .difference = (word.empty() ? "at \"" : "at \"" + std::string(word) + "\" of \"") +
+                        std::string(part) + "\"",
+          .fix = "3:224:224:1"};
   }
   return out;
 }
@@ -117,12 +110,13 @@ Result<std::vector<ElementType>> parse_type_list(std::string_view text) {
   for (const auto part : parts) {
     out.push_back(parse_element_type(part));
     if (out.back() == ElementType::End)
-      return Error{Code::TYPE_SYNTAX,
-                   "an element type is not known",
-                   std::string(text),
-                   "int8 uint8 int16 uint16 int32 uint32 int64 uint64 float16 float32 float64",
-                   "at \"" + std::string(part) + "\"",
-                   "float32"};
+      return Error{
+          .code = Code::TYPE_SYNTAX,
+          .what = "an element type is unknown",
+          .offered = std::string(text),
+          .needed = "int8 uint8 int16 uint16 int32 uint32 int64 uint64 float16 float32 float64",
+          .difference = "at \"" + std::string(part) + "\"",
+          .fix = "float32"};
   }
   return out;
 }
@@ -135,13 +129,13 @@ std::vector<std::string> parse_name_list(std::string_view text) {
 }
 
 std::string join_shapes(const std::vector<TensorSpec>& tensors, size_t min_entries) {
-  return join(tensors, [&](const auto& t) { return t.shape.to_string(min_entries); });
+  return join(tensors, ",", [&](const auto& t) { return t.shape.to_string(min_entries); });
 }
 std::string join_types(const std::vector<TensorSpec>& tensors) {
-  return join(tensors, [](const auto& t) { return std::string(name_of(t.type)); });
+  return join(tensors, ",", [](const auto& t) { return std::string(name_of(t.type)); });
 }
 std::string join_names(const std::vector<TensorSpec>& tensors) {
-  return join(tensors, [](const auto& t) { return t.name; });
+  return join(tensors, ",", [](const auto& t) { return t.name; });
 }
 
 bool Fraction::operator==(const Fraction& other) const noexcept {
@@ -179,10 +173,8 @@ std::optional<uint64_t> FrameSpec::bytes() const noexcept {
 std::string FrameSpec::to_string() const {
   if (format == Format::Flexible || format == Format::Sparse)
     return std::string(name_of(format)) + " tensors";
-  std::string out =
-      std::to_string(tensors.size()) + (tensors.size() == 1 ? " tensor: " : " tensors: ");
-  for (size_t i = 0; i < tensors.size(); ++i) out += (i ? ", " : "") + tensors[i].to_string();
-  return out;
+  return std::to_string(tensors.size()) + (tensors.size() == 1 ? " tensor: " : " tensors: ") +
+         join(tensors, ", ", [](const TensorSpec& tensor) { return tensor.to_string(); });
 }
 
 std::string first_difference(const std::vector<TensorSpec>& offered,

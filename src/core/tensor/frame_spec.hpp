@@ -1,4 +1,4 @@
-// TensorSpec and FrameSpec: what one tensor is, and what each frame of a stream holds.
+// TensorSpec and FrameSpec: the type and shape of one tensor, and the contents of each frame.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <cstdint>
@@ -28,7 +28,8 @@ enum class MediaType : int32_t {
   Tensor,
   Any = 0x1000
 };
-MediaType media_type_of_caps_name(std::string_view name) noexcept;  // specification 1.3
+// By docs/compatibility/types-and-caps.md 1.3.
+MediaType media_type_of_caps_name(std::string_view name) noexcept;
 
 struct TensorSpec {
   ElementType type = ElementType::End;
@@ -38,15 +39,14 @@ struct TensorSpec {
   bool valid() const noexcept { return type != ElementType::End && shape.valid(); }
   // Size of a dense tensor; nullopt when invalid or beyond 63 bits.
   std::optional<uint64_t> bytes() const noexcept;
-  bool same_layout(const TensorSpec& other) const noexcept {  // names do not count
+  bool same_layout(const TensorSpec& other) const noexcept {  // ignores names
     return type == other.type && shape == other.shape;
   }
   std::string to_string() const;  // "uint8 3:224:224:1"
 };
 
-// Lists as written in properties and caps: "3:224:224:1,1001:1", "uint8.float32", "a,b".
-// More than kTensorLimit entries are an error; an entry that cannot be read is one too, with its
-// place.
+// Lists as written in properties and caps: "3:224:224:1,1001:1", "uint8.float32", "a,b". More than
+// kTensorLimit entries are an error, and so is an unreadable entry; the error gives its position.
 Result<std::vector<Shape>> parse_shape_list(std::string_view text);
 Result<std::vector<ElementType>> parse_type_list(std::string_view text);
 std::vector<std::string> parse_name_list(std::string_view text);
@@ -66,15 +66,16 @@ struct FrameSpec {
   std::vector<TensorSpec> tensors;  // empty unless static
   Fraction rate;
 
-  bool valid() const noexcept;                             // specification 1.5, config validity
-  bool info_valid() const noexcept;                        // the same without the rate
-  bool operator==(const FrameSpec& other) const noexcept;  // specification 1.5, config equality
-  std::optional<uint64_t> bytes() const noexcept;          // of all tensors, static only
-  std::string to_string() const;  // "2 tensors: uint8 3:224:224:1, float32 10:1"
+  // docs/compatibility/types-and-caps.md 1.5 says when they are valid and when equal.
+  bool valid() const noexcept;
+  bool info_valid() const noexcept;  // the same without the rate
+  bool operator==(const FrameSpec& other) const noexcept;
+  std::optional<uint64_t> bytes() const noexcept;  // of all tensors, static only
+  std::string to_string() const;                   // "2 tensors: uint8 3:224:224:1, float32 10:1"
 };
 
-// The first difference between two lists of tensors in words, "" when there is none:
-// "tensor 0: type is uint8, needed is float32".
+// Describes the first difference between two lists of tensors, "" if they are equal: "tensor 0:
+// type is uint8, needed is float32".
 std::string first_difference(const std::vector<TensorSpec>& offered,
                              const std::vector<TensorSpec>& needed);
 

@@ -25,7 +25,7 @@ TEST(Lists, AreSplitAtCommasAndDots) {
   EXPECT_EQ(parse_name_list("a,, b"), (std::vector<std::string>{"a", "", "b"}));
 }
 
-TEST(Lists, NameThePlaceOfAnError) {
+TEST(Lists, ReportThePlaceOfAnError) {
   const auto shapes = parse_shape_list("3:224,x:4");
   ASSERT_FALSE(shapes);
   EXPECT_EQ(shapes.error().code, Code::DIMENSION_SYNTAX);
@@ -35,7 +35,7 @@ TEST(Lists, NameThePlaceOfAnError) {
   EXPECT_EQ(types.error().difference, "at \"float23\"");
 }
 
-TEST(Lists, TakeNoWordForTheEndOfTheDimensions) {
+TEST(Lists, RejectTextAfterTheDimensions) {
   std::string seventeen = "2";
   for (int i = 0; i < 15; ++i) seventeen += ":2";
   EXPECT_TRUE(parse_shape_list(seventeen));
@@ -83,14 +83,14 @@ TEST(FrameSpec, IsValidOnlyWhenWhole) {
   EXPECT_FALSE(spec.valid());
 }
 
-TEST(FrameSpec, CountsBytesAndRefusesOverflow) {
+TEST(FrameSpec, CountsBytesAndRejectsOverflow) {
   EXPECT_EQ(video().bytes(), 921600u);
   FrameSpec spec = video();
   spec.tensors[0] = {ElementType::Float64, Shape{1u << 31, 1u << 31}, ""};
   EXPECT_FALSE(spec.bytes());
 }
 
-TEST(FrameSpec, IsDescribedInWords) {
+TEST(FrameSpec, IsDescribedAsText) {
   EXPECT_EQ(video().to_string(), "1 tensor: uint8 3:640:480:1");
   EXPECT_EQ(first_difference(video().tensors, video().tensors), "");
   auto other = video().tensors;

@@ -1,4 +1,4 @@
-// 64 elements in one step become 64 bits, of which those that are set are looked at.
+// Turns 64 elements at a time into a bit mask and visits its set bits.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/tensor/nonzero.hpp"
 
@@ -23,7 +23,7 @@ HWY_INLINE uint64_t bits_of(const std::byte* at) noexcept {
   uint64_t bits = 0;
   for (size_t i = 0; i < kStep; i += kLanes) {
     auto v = hn::LoadU(d, reinterpret_cast<const T*>(at) + i);
-    if constexpr (kSigned) v = hn::Add(v, v);  // without the sign
+    if constexpr (kSigned) v = hn::Add(v, v);  // drops the sign bit
     alignas(8) uint8_t bytes[8] = {};
     hn::StoreMaskBits(d, hn::Ne(v, hn::Zero(d)), bytes);
     uint64_t some;
@@ -33,7 +33,7 @@ HWY_INLINE uint64_t bits_of(const std::byte* at) noexcept {
   return bits;
 }
 
-// What is left behind the last step.
+// The elements after the last full step.
 template <class T, bool kSigned>
 HWY_INLINE uint64_t last_bits(const std::byte* at, size_t elements) noexcept {
   alignas(64) std::byte padded[kStep * sizeof(T)] = {};

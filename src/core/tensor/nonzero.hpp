@@ -1,4 +1,4 @@
-// The elements of a dense tensor that are not zero: how many, and their values with their indices.
+// NonzeroElements: counts and extracts the elements of a dense tensor that are not zero.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <cstddef>
@@ -6,15 +6,15 @@
 
 namespace weir {
 
-// Elements as unsigned numbers of `size` bytes (1, 2, 4 or 8). With `is_signed` the highest bit
-// alone is no value: minus zero is a zero.
+// Treats elements as unsigned numbers of `size` bytes (1, 2, 4 or 8). With `is_signed` the highest
+// bit is ignored, so that minus zero counts as zero.
 struct NonzeroElements {
   size_t size = 1;
   bool is_signed = false;
 
   size_t count(const std::byte* dense, size_t elements) const noexcept;
-  // The first `most` of them: `values` of `size` bytes, `indices` of 4 bytes. What is written is
-  // bounded even where `dense` is changed meanwhile. Returns how many there were.
+  // Writes the first `most` of them: `values` of `size` bytes, `indices` of 4 bytes. Never writes
+  // more, even if another thread changes `dense` meanwhile. Returns how many there were.
   size_t write(const std::byte* dense, size_t elements, size_t most, std::byte* values,
                std::byte* indices) const noexcept;
 };

@@ -1,4 +1,4 @@
-// Elements that are not zero, found on every target of this CPU as by a plain loop.
+// Compares nonzero elements on every SIMD target of this CPU with a plain loop.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/tensor/nonzero.hpp"
 
@@ -33,7 +33,7 @@ Found plain(const std::vector<std::byte>& dense, NonzeroElements kind, size_t mo
 
 Found found(const std::vector<std::byte>& dense, NonzeroElements kind, size_t most) {
   const size_t elements = dense.size() / kind.size;
-  // A guard behind each part.
+  // One guard element after each output.
   std::vector<std::byte> values((most + 1) * kind.size, std::byte{0xA5});
   std::vector<std::byte> indices((most + 1) * 4, std::byte{0xA5});
   const size_t count = kind.write(dense.data(), elements, most, values.data(), indices.data());
@@ -47,7 +47,7 @@ Found found(const std::vector<std::byte>& dense, NonzeroElements kind, size_t mo
   return out;
 }
 
-// So many of a hundred are other than zero, of which some in their highest bit alone.
+// `percent` of the elements are nonzero; some of them have only the highest bit set.
 std::vector<std::byte> some(size_t elements, size_t size, unsigned percent, std::mt19937* random) {
   std::vector<std::byte> out(elements * size);
   for (size_t i = 0; i < elements; ++i) {
@@ -78,7 +78,7 @@ TEST(NonzeroElements, AreThoseOfAPlainLoopOnEachTarget) {
   hwy::SetSupportedTargetsForTest(0);
 }
 
-TEST(NonzeroElements, NoMoreAreWrittenThanThereIsRoomFor) {
+TEST(NonzeroElements, WritesAtMostTheGivenNumber) {
   std::mt19937 random(8);
   for (const NonzeroElements kind : {NonzeroElements{1, false}, NonzeroElements{4, true}}) {
     const auto dense = some(300, kind.size, 60, &random);

@@ -1,4 +1,5 @@
-// The packed last memory of frames with more than 16 tensors (specification 1.6).
+// The packed last memory of frames with more than 16 tensors
+// (docs/compatibility/types-and-caps.md 1.6).
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/tensor/packed_tensors.hpp"
 
@@ -28,12 +29,11 @@ void write(std::span<std::byte> bytes, size_t at, T value) noexcept {
 }
 
 Error invalid(std::string what, std::string offered, std::string needed) {
-  return Error{Code::HEADER_INVALID,
-               std::move(what),
-               std::move(offered),
-               std::move(needed),
-               "",
-               "check the element or program that wrote the stream"};
+  return Error{.code = Code::HEADER_INVALID,
+               .what = std::move(what),
+               .offered = std::move(offered),
+               .needed = std::move(needed),
+               .fix = "check the element or program that wrote the stream"};
 }
 
 Result<TensorSpec> entry(std::span<const std::byte> memory, size_t index) {
@@ -54,7 +54,7 @@ Status append(uint64_t size, size_t limit, std::vector<ByteRange>* ranges) {
   const size_t offset =
       ranges->empty() ? kPackedHeaderBytes : ranges->back().offset + ranges->back().size;
   if (size > limit - offset)
-    return invalid("the packed tensors promise more than their memory holds",
+    return invalid("the packed tensors declare more bytes than their memory holds",
                    std::to_string(limit - offset) + " bytes left",
                    std::to_string(size) + " bytes for tensor " +
                        std::to_string(kMemoryLimit - 1 + ranges->size()));
@@ -73,10 +73,10 @@ Result<std::vector<ByteRange>> read_packed_tensors(std::span<const std::byte> me
   if (!is_packed(memory))
     return invalid("the last memory of a frame with more than 16 tensors has no packed header",
                    std::to_string(memory.size()) + " bytes",
-                   "19224 bytes that begin with 0xF00DC0DE");
+                   "19224 bytes that start with 0xF00DC0DE");
   const auto extra = read<uint32_t>(memory, kCountAt);
   if (extra < 1 || extra > kExtraLimit)
-    return invalid("the packed header counts too few or too many tensors", std::to_string(extra),
+    return invalid("the packed header has too few or too many tensors", std::to_string(extra),
                    "1 to 240");
   std::vector<ByteRange> ranges;
   if (format == Format::Static) {

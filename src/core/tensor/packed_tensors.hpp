@@ -1,4 +1,4 @@
-// More than 16 tensors: tensors from index 15 on share the last memory behind an "extra" header.
+// Frames of more than 16 tensors: tensors 15 and up share the last memory after an "extra" header.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <cstddef>
@@ -16,16 +16,17 @@ struct ByteRange {
   bool operator==(const ByteRange&) const = default;
 };
 
-// Where tensors 15, 16, ... lie inside a packed 16th memory. `sizes` from the headers themselves:
-// for a flexible stream each chunk keeps its 128-byte header and is walked by it.
+// The ranges of tensors 15, 16, ... in a packed 16th memory. Their sizes come from the headers; in
+// a flexible stream each chunk keeps its own 128-byte header, which gives its size.
 Result<std::vector<ByteRange>> read_packed_tensors(std::span<const std::byte> memory,
                                                    Format format);
-bool is_packed(std::span<const std::byte> memory) noexcept;  // magic and room for the header
+// Checks the magic and the room for the header.
+bool is_packed(std::span<const std::byte> memory) noexcept;
 // `tensors` and `chunk_bytes` are those of index 15 and up (at least 2). Writes the header only.
 void write_packed_header(std::span<const TensorSpec> tensors, std::span<const uint64_t> chunk_bytes,
                          std::span<std::byte, kPackedHeaderBytes> out) noexcept;
-// A memory that holds several header+payload chunks back to back: their ranges, at most `limit`,
-// the rest stays in the last one (specification 1.6).
+// The ranges of several header+payload chunks in one memory, at most `limit`; the last range takes
+// the rest (docs/compatibility/types-and-caps.md 1.6).
 Result<std::vector<ByteRange>> walk_chunks(std::span<const std::byte> memory, size_t limit = 16);
 
 }  // namespace weir

@@ -1,4 +1,4 @@
-// The dimension grammar and its equality (specification 1.4).
+// The dimension grammar and its equality (docs/compatibility/types-and-caps.md 1.4).
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/tensor/shape.hpp"
 
@@ -18,7 +18,7 @@ Shape::Shape(std::initializer_list<uint32_t> dims) noexcept
 Shape Shape::parse(std::string_view text) noexcept {
   Shape shape;
   for (size_t i = 0; i < kRankLimit; ++i) {
-    // The 16th part takes the rest, as written: a number with more behind it is none.
+    // The 16th part takes the rest as written: a number followed by more is not a number.
     const size_t colon = i + 1 < kRankLimit ? text.find(':') : std::string_view::npos;
     const auto part = strip(text.substr(0, colon));
     if (part.empty()) break;

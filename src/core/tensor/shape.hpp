@@ -17,11 +17,11 @@ inline constexpr size_t kRankLimit = 16;
 class Shape {
  public:
   Shape() = default;
-  // At most kRankLimit dimensions are kept.
+  // Keeps at most kRankLimit dimensions.
   explicit Shape(std::span<const uint32_t> dims) noexcept;
   Shape(std::initializer_list<uint32_t> dims) noexcept;
-  // "3:224:224:1". Blanks around parts are ignored; reading stops at the first empty part; a part
-  // that is not a number counts as 0 (so the result may be invalid: see valid()).
+  // "3:224:224:1". Ignores blanks around parts, stops at the first empty part, and reads a part
+  // that is not a number as 0 (the result may then be invalid: see valid()).
   static Shape parse(std::string_view text) noexcept;
 
   uint32_t operator[](size_t i) const noexcept { return dims_[i]; }  // 0 beyond the rank
@@ -29,15 +29,14 @@ class Shape {
   const std::array<uint32_t, kRankLimit>& dims() const noexcept { return dims_; }
   size_t rank() const noexcept;      // leading non-zero entries
   size_t min_rank() const noexcept;  // rank without trailing ones, at least 1
-  bool valid() const noexcept;       // rank >= 1 and nothing behind the first zero
-  // Product of the leading non-zero entries, 0 when the first is 0; nullopt when it does not fit
-  // into 63 bits.
+  bool valid() const noexcept;       // rank >= 1 and only zeros after the first zero
+  // Product of the leading non-zero entries, 0 if the first is 0; nullopt if it exceeds 63 bits.
   std::optional<uint64_t> count() const noexcept;
   // Leading non-zero entries joined by ':', padded with ":1" up to min_entries.
   std::string to_string(size_t min_entries = 0) const;
-  // First `rank` dimensions; missing ones become 1. For caps spellings.
+  // First `rank` dimensions; missing ones become 1. For caps.
   Shape with_rank(size_t rank) const noexcept;
-  // Specification 1.4: both valid, entries equal or both <= 1.
+  // docs/compatibility/types-and-caps.md 1.4: both valid, entries equal or both <= 1.
   bool operator==(const Shape& other) const noexcept;
 
  private:

@@ -1,4 +1,4 @@
-// The dimension grammar, its equality and its limits (specification 1.4).
+// The dimension grammar, its equality and its limits (docs/compatibility/types-and-caps.md 1.4).
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/tensor/shape.hpp"
 
@@ -26,16 +26,16 @@ TEST(Shape, OnesAndMissingDimensionsAreEqual) {
   EXPECT_FALSE(Shape() == Shape());
 }
 
-TEST(Shape, WhatIsNoNumberIsInvalid) {
+TEST(Shape, NonNumericTextIsInvalid) {
   for (const char* text : {"", "x", "0", "-3", "3:x:4", "3:0:4", "4294967296", "1.5"})
     EXPECT_FALSE(Shape::parse(text).valid()) << text;
 }
 
-TEST(Shape, TakesSixteenDimensionsAndNoMore) {
+TEST(Shape, AcceptsUpToSixteenDimensions) {
   std::string text = "2";
   for (int i = 0; i < 15; ++i) text += ":1";
   EXPECT_EQ(Shape::parse(text).rank(), 16u);
-  EXPECT_FALSE(Shape::parse(text + ":1").rank() == 16u);  // the 16th part "1:1" is no number
+  EXPECT_FALSE(Shape::parse(text + ":1").rank() == 16u);  // the 16th part "1:1" is not a number
 }
 
 TEST(Shape, AProductBeyond63BitsHasNoCount) {

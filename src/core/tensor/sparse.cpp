@@ -1,4 +1,4 @@
-// Dense <-> sparse (specification 1.8).
+// Dense <-> sparse (docs/compatibility/types-and-caps.md 1.8).
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/tensor/sparse.hpp"
 
@@ -12,15 +12,14 @@ namespace weir {
 namespace {
 
 Error invalid(std::string what, std::string offered, std::string needed) {
-  return Error{Code::HEADER_INVALID,
-               std::move(what),
-               std::move(offered),
-               std::move(needed),
-               "",
-               "check the element or program that wrote the stream"};
+  return Error{.code = Code::HEADER_INVALID,
+               .what = std::move(what),
+               .offered = std::move(offered),
+               .needed = std::move(needed),
+               .fix = "check the element or program that wrote the stream"};
 }
 
-// Minus zero is a zero: its value is lost, as with every sparse form by value.
+// Minus zero counts as zero, so its sign is lost.
 NonzeroElements nonzero_elements(ElementType type) {
   return visit_type(type, []<class T>(std::type_identity<T>) {
     return NonzeroElements{sizeof(T), std::is_floating_point_v<T> || std::is_same_v<T, float16>};
@@ -32,19 +31,15 @@ NonzeroElements nonzero_elements(ElementType type) {
 Result<TensorHeader> sparse_header(const TensorSpec& spec, std::span<const std::byte> dense) {
   const auto bytes = spec.bytes();
   if (!bytes || *bytes != dense.size())
-    return Error{Code::FRAME_SIZE,
-                 "a tensor has another size than its type and dimension say",
-                 std::to_string(dense.size()) + " bytes",
-                 spec.to_string(),
-                 "",
-                 ""};
+    return Error{.code = Code::FRAME_SIZE,
+                 .what = "a tensor's size does not match its type and dimension",
+                 .offered = std::to_string(dense.size()) + " bytes",
+                 .needed = spec.to_string()};
   if (*spec.shape.count() > UINT32_MAX)
-    return Error{Code::LIMIT_EXCEEDED,
-                 "a tensor is too big for the sparse format",
-                 std::to_string(*spec.shape.count()) + " elements",
-                 "at most 4294967295",
-                 "",
-                 ""};
+    return Error{.code = Code::LIMIT_EXCEEDED,
+                 .what = "a tensor is too large for the sparse format",
+                 .offered = std::to_string(*spec.shape.count()) + " elements",
+                 .needed = "at most 4294967295"};
   TensorHeader header;
   header.spec = spec;
   header.format = Format::Sparse;
@@ -69,14 +64,13 @@ Result<TensorHeader> read_sparse_header(std::span<const std::byte> chunk) {
   if (!header) return header;
   if (header->format != Format::Sparse)
     return invalid("a tensor is not sparse", std::string(name_of(header->format)), "sparse");
-  constexpr uint64_t kDenseLimit = uint64_t{1} << 32;  // a small header must not cost all memory
+  // A small header must not allocate huge memory.
+  constexpr uint64_t kDenseLimit = uint64_t{1} << 32;
   if (*header->spec.bytes() > kDenseLimit)
-    return Error{Code::LIMIT_EXCEEDED,
-                 "a sparse tensor is too big to be made dense",
-                 header->spec.to_string(),
-                 "at most 4 GiB",
-                 "",
-                 ""};
+    return Error{.code = Code::LIMIT_EXCEEDED,
+                 .what = "a sparse tensor is too large to be made dense",
+                 .offered = header->spec.to_string(),
+                 .needed = "at most 4 GiB"};
   return header;
 }
 

@@ -1,4 +1,4 @@
-// Dense <-> sparse against a plain reading of the layout, and headers that lie.
+// Dense <-> sparse against a plain reading of the layout, and corrupt headers.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/tensor/sparse.hpp"
 
@@ -25,7 +25,8 @@ void append(Bytes* to, const Bytes& more) {
   to->insert(to->end(), more.begin(), more.end());
 }
 
-// Specification 1.8 in the plainest words: which elements have a bit set, minus zero apart.
+// docs/compatibility/types-and-caps.md 1.8, element by element: those with any bit set, except
+// minus zero.
 template <class T>
 Bytes expected_payload(const std::vector<T>& dense, bool floating) {
   Bytes values, indices;
@@ -80,7 +81,7 @@ TEST(Sparse, HoldsValuesAndIndicesOfEachTypeAtAnyDensity) {
   check<uint16_t>(ElementType::Float16, true, &random);
 }
 
-TEST(Sparse, TakesMinusZeroAsZeroAndKeepsNotANumber) {
+TEST(Sparse, TreatsMinusZeroAsZeroAndKeepsNotANumber) {
   const std::vector<float> dense{-0.0f, std::nanf(""), 0.0f, -1.0f};
   const auto sparse = to_sparse({ElementType::Float32, Shape{4}, ""}, bytes_of(dense));
   ASSERT_TRUE(sparse);
@@ -102,7 +103,7 @@ TEST(Sparse, KeepsRankSixteen) {
   EXPECT_EQ(back.shape.dims(), shape.dims());
 }
 
-// A chunk of five uint8, two of them not zero, with one 32-bit word changed.
+// A chunk of five uint8, two of them nonzero, with one 32-bit word changed.
 Result<Bytes> with_word(size_t at, uint32_t value) {
   Bytes chunk =
       *to_sparse({ElementType::UInt8, Shape{5}, ""}, bytes_of(std::vector<uint8_t>{0, 7, 0, 9, 0}));
@@ -115,18 +116,18 @@ void expect_invalid(const Result<Bytes>& result, const std::string& words) {
   EXPECT_SAYS(result.error().message(), words);
 }
 
-TEST(Sparse, NamesWhatIsWrong) {
+TEST(Sparse, ReportsEachFault) {
   ASSERT_TRUE(with_word(130, 1)) << "the index that is there";
   expect_invalid(with_word(134, 5), "offered: 5 as index 1\n  needed: ascending indices below 5");
   expect_invalid(with_word(134, 1), "offered: 1 as index 1");
   expect_invalid(with_word(130, 3), "offered: 3 as index 1");
-  expect_invalid(with_word(84, 3), "promises more than its memory holds");
+  expect_invalid(with_word(84, 3), "declares more bytes than its memory holds");
   expect_invalid(with_word(84, 6), "more values than the tensor has elements");
   expect_invalid(with_word(76, 0), "a tensor is not sparse\n  offered: static");
-  expect_invalid(with_word(0, 1), "does not begin with a tensor header");
+  expect_invalid(with_word(0, 1), "does not start with a tensor header");
 }
 
-TEST(Sparse, RefusesDenseFormsThatASmallHeaderMustNotCost) {
+TEST(Sparse, RejectsOversizedDenseTensors) {
   TensorHeader header;
   header.spec = {ElementType::UInt8, Shape{1u << 31, 4}, ""};
   header.format = Format::Sparse;
@@ -137,7 +138,7 @@ TEST(Sparse, RefusesDenseFormsThatASmallHeaderMustNotCost) {
   EXPECT_EQ(dense.error().code, Code::LIMIT_EXCEEDED);
 }
 
-TEST(Sparse, RefusesAStaticHeader) {
+TEST(Sparse, RejectsAStaticHeader) {
   TensorHeader header;
   header.spec = {ElementType::UInt8, Shape{2}, ""};
   Bytes chunk(kTensorHeaderBytes + 2);

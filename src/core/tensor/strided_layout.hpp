@@ -1,5 +1,5 @@
-// StridedLayout: a tensor that lies in memory with gaps: the rows of a padded picture, a region cut
-// out of it, a part along one dimension.
+// StridedLayout: a tensor stored with gaps, such as a padded picture, a region of one, or a part
+// along one dimension.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <array>
@@ -17,12 +17,12 @@ struct StridedLayout {
   std::vector<int64_t> strides;  // bytes, one for each dimension, innermost first; may be negative
 };
 
-// The bytes that all elements of `tensor` need from the start of the memory; nullopt where some lie
-// before it, or where the numbers do not fit into 63 bits, or the ranks differ.
+// The bytes from the start of the memory to the end of the last element. Nullopt if an element
+// starts before the memory, a number exceeds 63 bits, or the ranks differ.
 std::optional<uint64_t> extent_of(const TensorSpec& tensor, const StridedLayout& layout);
 
-// The same elements as runs: `bytes` that lie together, and how often and how far apart, innermost
-// first. Dimensions that continue each other are one. Precondition: extent_of() has a value.
+// The same elements as contiguous runs of `bytes`, and how often and at which stride they repeat,
+// innermost first. Contiguous dimensions are merged. Precondition: extent_of() has a value.
 struct Runs {
   struct Step {
     uint64_t count;
@@ -34,7 +34,7 @@ struct Runs {
 };
 Runs runs_of(const TensorSpec& tensor, const StridedLayout& layout);
 
-// f(offset of a run) for each run in the order of the elements, until it gives false.
+// Calls f(offset of a run) for each run in element order until f returns false.
 template <class F>
 void for_each_run(const Runs& runs, F&& f) {
   std::array<uint64_t, kRankLimit> at{};

@@ -1,4 +1,4 @@
-// Strided tensors: how far they reach, and their runs in the order of the elements.
+// Strided tensors: their extent, and their runs in element order.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/tensor/strided_layout.hpp"
 
@@ -85,7 +85,7 @@ TEST(StridedLayout, FollowsTheDefinitionForRandomLayouts) {
   }
 }
 
-TEST(StridedLayout, RefusesWhatLiesBeforeTheMemoryOrBeyondAllNumbers) {
+TEST(StridedLayout, RejectsOffsetsOutsideTheMemory) {
   const TensorSpec tensor{ElementType::UInt8, {4, 3}, ""};
   EXPECT_FALSE(extent_of(tensor, {7, {1, -4}}));
   EXPECT_FALSE(extent_of(tensor, {0, {1}}));

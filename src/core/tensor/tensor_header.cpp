@@ -1,4 +1,4 @@
-// The 128-byte header (specification 1.7).
+// The 128-byte header (docs/compatibility/types-and-caps.md 1.7).
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/tensor/tensor_header.hpp"
 
@@ -32,12 +32,11 @@ void put(std::span<std::byte, kTensorHeaderBytes> out, size_t index, uint32_t va
 }
 
 Error invalid(std::string what, std::string offered, std::string needed) {
-  return Error{Code::HEADER_INVALID,
-               std::move(what),
-               std::move(offered),
-               std::move(needed),
-               "",
-               "check the element or program that wrote the stream"};
+  return Error{.code = Code::HEADER_INVALID,
+               .what = std::move(what),
+               .offered = std::move(offered),
+               .needed = std::move(needed),
+               .fix = "check the element or program that wrote the stream"};
 }
 
 Status check_sizes(const TensorHeader& header) {
@@ -65,7 +64,7 @@ Result<TensorHeader> read_tensor_header(std::span<const std::byte> bytes) {
     return invalid("a memory is too short for a tensor header",
                    std::to_string(bytes.size()) + " bytes", "at least 128 bytes");
   if (word(bytes, kMagicWord) != kMagic)
-    return invalid("a memory does not begin with a tensor header",
+    return invalid("a memory does not start with a tensor header",
                    "magic " + std::to_string(word(bytes, kMagicWord)), "magic 0xFEEDCCED");
   if (((word(bytes, kVersionWord) >> 24) & kVersionTag) != kVersionTag)
     return invalid("a tensor header has an unknown version",
@@ -85,7 +84,8 @@ Result<TensorHeader> read_tensor_header(std::span<const std::byte> bytes) {
   for (size_t i = 0; i < kRankLimit; ++i) header.spec.shape[i] = word(bytes, kDimsWord + i);
   if (!header.spec.shape.valid())
     return invalid("a tensor header has bad dimensions",
-                   "\"" + header.spec.shape.to_string() + "\"", "numbers above 0, then zeros only");
+                   "\"" + header.spec.shape.to_string() + "\"",
+                   "numbers above 0, followed by zeros only");
   header.format = static_cast<Format>(format);
   header.media = static_cast<MediaType>(media);
   if (header.format == Format::Sparse) header.nonzero_count = word(bytes, kNnzWord);
@@ -98,8 +98,8 @@ Result<TensorHeader> read_tensor_chunk(std::span<const std::byte> bytes) {
   if (!header) return header;
   const uint64_t needed = *header->payload_bytes();
   if (needed > bytes.size() - kTensorHeaderBytes)
-    return invalid("a tensor header promises more than its memory holds",
-                   std::to_string(bytes.size() - kTensorHeaderBytes) + " bytes behind the header",
+    return invalid("a tensor header declares more bytes than its memory holds",
+                   std::to_string(bytes.size() - kTensorHeaderBytes) + " bytes after the header",
                    std::to_string(needed) + " bytes for " + header->spec.to_string());
   return header;
 }

@@ -1,4 +1,4 @@
-// The 128-byte header in front of each flexible or sparse tensor, read by one bounded parser.
+// The 128-byte header of each flexible or sparse tensor, and its bounds-checked parser.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <cstddef>
@@ -17,15 +17,15 @@ struct TensorHeader {
   MediaType media = MediaType::Tensor;
   uint32_t nonzero_count = 0;  // sparse only
 
-  // Bytes behind the header: dense size, or nnz * (element size + 4) for sparse.
-  // nullopt beyond 63 bits or when the spec is invalid.
+  // Bytes after the header: the dense size, or nnz * (element size + 4) for sparse. Nullopt if it
+  // exceeds 63 bits or the spec is invalid.
   std::optional<uint64_t> payload_bytes() const noexcept;
 };
 
-// Reads the first 128 bytes; refuses short input, wrong magic or version, unknown type, format or
-// media, bad dimensions, product overflow, nnz beyond the element count.
+// Reads the first 128 bytes. Rejects short input, wrong magic or version, unknown type, format or
+// media, bad dimensions, an overflowing product, and nnz above the element count.
 Result<TensorHeader> read_tensor_header(std::span<const std::byte> bytes);
-// The same, and the payload must be wholly inside `bytes`. Exact: bytes may be longer.
+// The same, and requires the complete payload in `bytes`, which may be longer.
 Result<TensorHeader> read_tensor_chunk(std::span<const std::byte> bytes);
 void write_tensor_header(const TensorHeader& header,
                          std::span<std::byte, kTensorHeaderBytes> out) noexcept;

@@ -1,4 +1,4 @@
-// Headers against bytes laid out by hand from the specification, and headers that lie.
+// Headers against bytes written from docs/compatibility/types-and-caps.md 1.7, and corrupt headers.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/tensor/tensor_header.hpp"
 
@@ -21,7 +21,7 @@ void put(Bytes& bytes, size_t at, uint32_t value) {
   std::memcpy(bytes.data() + at, &value, 4);
 }
 
-// float32 4:2, version 1.0, format flexible, media tensor; 32 bytes behind it.
+// float32 4:2, version 1.0, format flexible, media tensor; 32 bytes of payload.
 Bytes golden() {
   Bytes b(128 + 32);
   put(b, 0, 0xFEEDCCED);
@@ -34,7 +34,7 @@ Bytes golden() {
   return b;
 }
 
-TEST(TensorHeader, IsReadAsTheSpecificationLaysItOut) {
+TEST(TensorHeader, IsReadInTheDocumentedLayout) {
   const auto header = read_tensor_chunk(golden());
   ASSERT_TRUE(header) << header.error().message();
   EXPECT_EQ(header->spec.type, ElementType::Float32);
@@ -43,7 +43,7 @@ TEST(TensorHeader, IsReadAsTheSpecificationLaysItOut) {
   EXPECT_EQ(header->payload_bytes(), 32u);
 }
 
-TEST(TensorHeader, IsWrittenAsTheSpecificationLaysItOut) {
+TEST(TensorHeader, IsWrittenInTheDocumentedLayout) {
   TensorHeader header;
   header.spec = {ElementType::Float32, Shape{4, 2}, ""};
   header.format = Format::Flexible;
@@ -52,16 +52,16 @@ TEST(TensorHeader, IsWrittenAsTheSpecificationLaysItOut) {
   EXPECT_EQ(std::memcmp(out.data(), golden().data(), 128), 0);
 }
 
-TEST(TensorHeader, ThatLiesIsRefused) {
+TEST(TensorHeader, InconsistentIsRejected) {
   const struct {
     size_t at;
     uint32_t value;
     const char* words;
-  } lies[] = {{0, 1, "does not begin"}, {4, 0x01001000, "version"},
+  } lies[] = {{0, 1, "does not start"}, {4, 0x01001000, "version"},
               {8, 11, "element type"},  {8, 0xFFFFFFFF, "element type"},
-              {12, 0, "dimensions"},    {20, 0xFFFFFFFF, "promises"},
+              {12, 0, "dimensions"},    {20, 0xFFFFFFFF, "declares"},
               {24, 7, "dimensions"},    {76, 3, "format"},
-              {80, 5, "media"},         {12, 5, "promises"}};
+              {80, 5, "media"},         {12, 5, "declares"}};
   for (const auto& lie : lies) {
     Bytes b = golden();
     if (lie.at == 24) put(b, 20, 0);
@@ -73,13 +73,13 @@ TEST(TensorHeader, ThatLiesIsRefused) {
   }
 }
 
-TEST(TensorHeader, WithAProductBeyondLimitsIsRefused) {
+TEST(TensorHeader, WithAProductBeyondLimitsIsRejected) {
   Bytes b = golden();
   for (size_t i = 0; i < 16; ++i) put(b, 12 + 4 * i, 0xFFFFFFFF);
   EXPECT_SAYS(read_tensor_header(b).error().what, "overflow");
 }
 
-TEST(TensorHeader, ThatIsCutIsRefused) {
+TEST(TensorHeader, TruncatedIsRejected) {
   for (size_t size = 0; size < 160; ++size) {
     const Bytes full = golden();
     const Bytes cut(full.begin(), full.begin() + static_cast<std::ptrdiff_t>(size));
@@ -104,7 +104,7 @@ TEST(Sparse, RoundTripsEveryElementType) {
   }
 }
 
-TEST(Sparse, RefusesBadIndicesAndCounts) {
+TEST(Sparse, RejectsBadIndicesAndCounts) {
   const TensorSpec spec{ElementType::UInt8, Shape{10}, ""};
   Bytes dense(10);
   dense[3] = dense[5] = std::byte{9};
@@ -128,7 +128,7 @@ TEST(Sparse, RefusesBadIndicesAndCounts) {
   EXPECT_FALSE(to_sparse(spec, Bytes(9)));
 }
 
-// Tensors 15, 16, 17 of uint8, 3, 2 and 1 bytes, laid out by hand.
+// Tensors 15, 16 and 17 of uint8 with 3, 2 and 1 bytes, written byte by byte.
 Bytes packed() {
   Bytes b(19224 + 6);
   put(b, 0, 0xF00DC0DE);
@@ -141,13 +141,13 @@ Bytes packed() {
   return b;
 }
 
-TEST(PackedTensors, AreFoundBehindTheirHeader) {
+TEST(PackedTensors, AreFoundAfterTheirHeader) {
   const auto ranges = read_packed_tensors(packed(), Format::Static);
   ASSERT_TRUE(ranges) << ranges.error().message();
   EXPECT_EQ(*ranges, (std::vector<ByteRange>{{19224, 3}, {19227, 2}, {19229, 1}}));
 }
 
-TEST(PackedTensors, AreWrittenAsTheSpecificationLaysThemOut) {
+TEST(PackedTensors, AreWrittenInTheDocumentedLayout) {
   const std::vector<TensorSpec> specs{{ElementType::UInt8, Shape{3}, ""},
                                       {ElementType::UInt8, Shape{2}, ""},
                                       {ElementType::UInt8, Shape{1}, ""}};
@@ -157,7 +157,7 @@ TEST(PackedTensors, AreWrittenAsTheSpecificationLaysThemOut) {
   EXPECT_EQ(std::memcmp(out.data(), packed().data(), 19224), 0);
 }
 
-TEST(PackedTensors, ThatLieAreRefused) {
+TEST(PackedTensors, InconsistentAreRejected) {
   for (const auto& [at, value] : std::vector<std::pair<size_t, uint32_t>>{
            {0, 1}, {8, 0}, {8, 241}, {8, 3}, {16, 5}, {20, 1}, {32, 11}, {36, 0}, {36, 9}}) {
     Bytes b = packed();

@@ -1,4 +1,4 @@
-// A word that is none of those there are, as an error.
+// Errors for a value that is not one of the allowed values.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <span>
@@ -10,7 +10,7 @@ namespace weir {
 
 // "one of: a, b, c"
 std::string one_of(std::span<const std::string> words);
-// OPTION_VALUE: what was offered, the words there are, the nearest one where one is near.
+// OPTION_VALUE with the offered value, the allowed ones and, if one is similar, the nearest.
 Error not_one_of(std::string what, const std::string& offered, std::span<const std::string> words);
 
 }  // namespace weir

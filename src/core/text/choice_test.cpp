@@ -1,4 +1,4 @@
-// Words that are none of those there are.
+// Values that are not allowed.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/text/choice.hpp"
 
@@ -11,14 +11,14 @@ namespace {
 
 const std::vector<std::string> kFits{"auto", "stretch", "letterbox"};
 
-TEST(Choice, SaysTheWordsAndTheNearestOne) {
+TEST(Choice, ListsTheChoicesAndTheNearestOne) {
   EXPECT_EQ(not_one_of("no such fit", "leterbox", kFits).message(),
             "WEIR-1004: no such fit\n  offered: leterbox\n"
             "  needed: one of: auto, stretch, letterbox\n"
             "  first difference: did you mean letterbox?");
 }
 
-TEST(Choice, GuessesNothingWhereNoWordIsNear) {
+TEST(Choice, SuggestsNothingIfNoChoiceIsNear) {
   EXPECT_EQ(not_one_of("no such fit", "crop", kFits).difference, "");
   EXPECT_EQ(not_one_of("no such fit", "crop", {}).needed, "one of: none");
 }

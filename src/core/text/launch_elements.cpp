@@ -1,5 +1,5 @@
-// Tokens as GStreamer's lexer cuts them: the longest match wins. What no rule takes is skipped, so
-// a name behind it counts as an element.
+// Splits a description into tokens like GStreamer's lexer: the longest match wins. Text that
+// matches no rule is skipped, so a name after it counts as an element.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/text/launch_elements.hpp"
 
@@ -22,7 +22,7 @@ bool is_in_identifier(char c) {
   return begins_identifier(c) || c == '-' || c == '%' || c == ':';
 }
 
-// "video/x-raw" at the beginning of `text`, behind blanks.
+// Whether `text` begins with "video/x-raw" or similar, after blanks.
 bool begins_with_media_type(std::string_view text) {
   const auto is_media_char = [](char c) { return is_alnum(c) || c == '-'; };
   const auto first = std::find_if_not(text.begin(), text.end(), is_blank);
@@ -88,7 +88,8 @@ class Scanner {
   void skip_blanks(size_t at) { at_ = blanks_end(at); }
   bool has(size_t at, std::string_view part) const { return text_.substr(at).starts_with(part); }
 
-  // Behind a value that begins at `at`: a run without blanks or a quoted text, whichever is longer.
+  // The end of a value that begins at `at`: a run without blanks or a quoted text, whichever is
+  // longer.
   size_t value_end(size_t at) const {
     size_t run = at;
     while (run < text_.size() && !is_blank(text_[run]))
@@ -111,7 +112,7 @@ class Scanner {
   void link() {
     in_pads_ = false;
     const size_t end = text_.find('!', ++at_);
-    // The ! at the end of caps belongs to them.
+    // The ! at the end of caps belongs to the caps.
     if (end != std::string_view::npos && is_caps(text_.substr(at_, end - at_))) at_ = end + 1;
   }
 
@@ -175,7 +176,7 @@ class Scanner {
 
   const std::string_view text_;
   size_t at_ = 0;
-  bool in_pads_ = false;  // names behind a comma are pads
+  bool in_pads_ = false;  // names after a comma are pads
   LaunchElements out_;
 };
 

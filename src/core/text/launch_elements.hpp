@@ -1,4 +1,4 @@
-// What the description of a pipeline, as gst-launch-1.0 takes it, may make elements of.
+// launch_elements: the elements that a gst-launch-1.0 description creates.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <string>
@@ -11,14 +11,14 @@ struct LaunchElements {
   struct Property {
     std::string factory, name, value;  // value without quotes and backslashes
   };
-  std::vector<std::string> factories;    // in the text's order
-  std::vector<std::string> uri_schemes;  // "file" of file:///x, which makes a source or a sink
-  std::vector<Property> properties;      // of the factories
+  std::vector<std::string> factories;    // in the order of the text
+  std::vector<std::string> uri_schemes;  // "file" of file:///x, which creates a source or a sink
+  std::vector<Property> properties;      // properties of the factories
 };
 
-// For a check before anything is made, so it errs on the safe side: every factory that GStreamer
-// would use is in the result, also in a description that GStreamer reports as wrong. A description
-// that GStreamer accepts gives no other names.
+// For a check before anything is created, so it is conservative: the result contains every factory
+// that GStreamer would use, even if GStreamer rejects the description. For a description that
+// GStreamer accepts, it contains no other names.
 LaunchElements launch_elements(std::string_view description);
 
 }  // namespace weir

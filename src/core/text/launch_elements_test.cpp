@@ -1,4 +1,4 @@
-// Names that a description makes elements of, checked against what gst_parse_launch 1.22 makes.
+// Compares the elements of a description with those that gst_parse_launch 1.22 creates.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/text/launch_elements.hpp"
 
@@ -46,8 +46,8 @@ TEST(LaunchElements, AreInBins) {
   EXPECT_EQ(factories("myfactory . ( a )"), (Names{"myfactory", "a"}));
 }
 
-// Each of these makes an identity, though it looks like a part of something else.
-TEST(LaunchElements, AreFoundWhereverGStreamerMakesThem) {
+// Each of these creates an identity although it looks like part of something else.
+TEST(LaunchElements, AreFoundInPropertiesThatCreateElements) {
   for (const char* text :
        {"fakesrc name=\"a b\"identity ! fakesink", "fakesrc name='a b'identity ! fakesink",
         "fakesrc name=\"a\\\" identity ! fakesink", "fakesrc name=x\"y identity\" ! fakesink",
@@ -60,7 +60,7 @@ TEST(LaunchElements, AreFoundWhereverGStreamerMakesThem) {
   }
 }
 
-TEST(LaunchElements, AreMadeOfUris) {
+TEST(LaunchElements, AreCreatedFromUris) {
   const auto found = launch_elements("file:///etc/passwd ! a ! rtsp+x.y://host/b");
   EXPECT_EQ(found.uri_schemes, (Names{"file", "rtsp+x.y"}));
   EXPECT_EQ(found.factories, (Names{"a"}));

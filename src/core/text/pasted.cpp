@@ -1,4 +1,4 @@
-// Quotes for the shell, and for GStreamer's pipeline descriptions within it.
+// Quotes for the shell and for GStreamer's pipeline descriptions.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/text/pasted.hpp"
 

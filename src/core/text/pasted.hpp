@@ -1,4 +1,4 @@
-// Words of command lines that users paste into a shell.
+// Quotes text for command lines that users paste into a shell.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <string>
@@ -6,9 +6,9 @@
 
 namespace weir {
 
-// One word of a POSIX shell's command line, quoted only where needed.
+// One word of a POSIX shell command line, quoted only if needed.
 std::string shell_word(std::string_view text);
-// A property's value inside a pipeline description that a shell passes on: quoted for both.
+// A property value in a pipeline description on a shell command line: quoted for both.
 std::string launch_value(std::string_view text);
 
 }  // namespace weir

@@ -1,4 +1,4 @@
-// Long texts are cut around the place, between characters.
+// Describes a position; cuts long texts around it, between characters.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/text/place.hpp"
 
@@ -7,8 +7,8 @@
 namespace weir {
 namespace {
 
-constexpr size_t kWhole = 100;  // bytes of a text that is shown whole
-constexpr size_t kBefore = 50;  // bytes of a longer one in front of the place, and behind it
+constexpr size_t kWhole = 100;  // texts up to this size in bytes are shown whole
+constexpr size_t kBefore = 50;  // bytes shown before and after the position in a longer one
 constexpr size_t kBehind = 40;
 
 bool begins_character(char c) noexcept {

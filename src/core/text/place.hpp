@@ -1,4 +1,4 @@
-// place_in: where in a text something is wrong, as the "first difference" of an Error.
+// place_in: the position of a mistake in a text, as the `difference` of an Error.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <cstddef>
@@ -7,9 +7,9 @@
 
 namespace weir {
 
-// "at character 3:", below it the text in a line, below that a caret; "at the end:" behind the last
-// character, "it is empty" of an empty text. Of a long text only what stands around the place.
-// `position` is in bytes; characters are UTF-8's.
+// "at character 3:", then the text on its own line, then a caret below the character. "at the end:"
+// after the last character, "it is empty" for an empty text. Long texts are cut around the
+// position. `position` counts bytes; the message counts UTF-8 characters.
 std::string place_in(std::string_view text, size_t position);
 
 }  // namespace weir

@@ -1,4 +1,4 @@
-// The place of an error in texts that are short, long, of several lines, not ASCII.
+// The position of an error in short, long, multi-line and non-ASCII texts.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/text/place.hpp"
 
@@ -16,7 +16,7 @@ TEST(Place, IsMarkedBelowTheText) {
   EXPECT_EQ(place_in("abc", 0), "at character 1:\n    abc\n    ^");
 }
 
-TEST(Place, BehindTheTextIsItsEnd) {
+TEST(Place, AfterTheTextIsItsEnd) {
   EXPECT_EQ(place_in("abc", 3), "at the end:\n    abc\n       ^");
   EXPECT_EQ(place_in("abc", 77), "at the end:\n    abc\n       ^");
   EXPECT_EQ(place_in("", 0), "it is empty");
@@ -30,7 +30,7 @@ TEST(Place, ATextOfSeveralLinesIsShownInOne) {
   EXPECT_EQ(place_in("a\nb\tc\r\nd", 7), "at character 8:\n    a b c  d\n           ^");
 }
 
-TEST(Place, OfALongTextWhatStandsAroundIt) {
+TEST(Place, ALongTextIsShortenedAroundThePlace) {
   const std::string text = std::string(200, 'a') + "X" + std::string(200, 'b');
   EXPECT_EQ(place_in(text, 200), "at character 201:\n    ... " + std::string(50, 'a') + "X" +
                                      std::string(39, 'b') + " ...\n" + std::string(58, ' ') + "^");
@@ -39,9 +39,9 @@ TEST(Place, OfALongTextWhatStandsAroundIt) {
                                      std::string(58, ' ') + "^");
 }
 
-// Every place of a text of characters of one to four bytes: no character is cut, the caret is below
-// its own.
-TEST(Place, CutsNoCharacter) {
+// Every position of a text with characters of one to four bytes: no character is cut, and the caret
+// is below its character.
+TEST(Place, SplitsNoCharacter) {
   std::string text;
   while (text.size() < 300) text += "aü€😀";
   for (size_t at = 0; at < text.size(); ++at) {

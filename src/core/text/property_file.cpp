@@ -1,4 +1,4 @@
-// Lines of key=value.
+// Parses lines of key=value.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/text/property_file.hpp"
 

@@ -9,14 +9,14 @@ namespace {
 
 using Pairs = std::vector<std::pair<std::string_view, std::string_view>>;
 
-TEST(PropertyFile, GivesKeysAndValuesWithoutBlanks) {
+TEST(PropertyFile, ReturnsKeysAndValuesWithoutBlanks) {
   EXPECT_EQ(parse_property_file("mode=direct_video\n  option1 =\tRGB \r\n"),
             (Pairs{{"mode", "direct_video"}, {"option1", "RGB"}}));
 }
 TEST(PropertyFile, KeepsFurtherSignsInTheValue) {
   EXPECT_EQ(parse_property_file("custom=a=b"), (Pairs{{"custom", "a=b"}}));
 }
-TEST(PropertyFile, PassesOverWhatIsNoPair) {
+TEST(PropertyFile, SkipsLinesWithoutAPair) {
   EXPECT_EQ(parse_property_file("# a remark\n\n=value\nmode"), Pairs{});
   EXPECT_EQ(parse_property_file(""), Pairs{});
 }

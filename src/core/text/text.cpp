@@ -17,8 +17,8 @@ char lower_char(char c) noexcept {
   return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
 }
 
-// How many letters put in, left out, replaced or swapped with their neighbour are between two words
-// in lower case.
+// The number of insertions, deletions, replacements and swaps of adjacent letters between two
+// words, ignoring case.
 size_t edit_distance(std::string_view a, std::string_view b) {
   const auto same = [&](size_t i, size_t j) { return lower_char(a[i]) == lower_char(b[j]); };
   const size_t width = b.size() + 1;
@@ -44,7 +44,7 @@ std::optional<T> parse_whole(std::string_view text) noexcept {
   return value;
 }
 
-// from_chars knows no leading plus.
+// std::from_chars does not accept a leading plus.
 std::string_view without_plus(std::string_view text) noexcept {
   const bool plus = text.size() > 1 && text[0] == '+' && text[1] != '-' && text[1] != '+';
   return plus ? text.substr(1) : text;

@@ -1,8 +1,10 @@
-// Text helpers: what is read, what is refused.
+// Text helpers: which input they accept and reject.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/text/text.hpp"
 
 #include <gtest/gtest.h>
+
+#include "weir/join.hpp"
 
 namespace weir {
 namespace {
@@ -32,19 +34,19 @@ TEST(Text, ReadsWholeNumbersOnly) {
     EXPECT_FALSE(parse_double(text)) << text;
 }
 
-TEST(Text, FindsTheNearestWord) {
+TEST(Text, FindsTheNearestText) {
   const std::vector<std::string> words{"tensorflow-lite", "onnxruntime"};
   EXPECT_EQ(nearest("tensorfow-lite", words), "tensorflow-lite");
   EXPECT_EQ(nearest("OnnxRuntme", words), "onnxruntime");
   EXPECT_EQ(nearest("caffe", words), "");
 }
 
-TEST(Text, TwoLettersThatChangedPlacesAreOneTypingError) {
+TEST(Text, SwappedLettersAreOneTypingError) {
   const std::vector<std::string> layouts{"auto", "NHWC", "NCHW"};
-  EXPECT_EQ(nearest("NHCW", layouts), "NHWC");  // the first of both that are one away
+  EXPECT_EQ(nearest("NHCW", layouts), "NHWC");  // both are one edit away; the first one wins
   EXPECT_EQ(nearest("ncwh", layouts), "NCHW");
   EXPECT_EQ(nearest("HNWC", layouts), "NHWC");
-  EXPECT_EQ(nearest("CWHN", layouts), "");  // two
+  EXPECT_EQ(nearest("CWHN", layouts), "");  // two edits away
   EXPECT_EQ(nearest("NC", layouts), "");
 }
 
@@ -58,6 +60,14 @@ TEST(Text, TimesHaveHoursAndNanoseconds) {
   EXPECT_EQ(time_text(0), "0:00:00.000000000");
   EXPECT_EQ(time_text(3'723'000'000'001), "1:02:03.000000001");
   EXPECT_EQ(time_text(UINT64_MAX), "5124095:34:33.709551615");
+}
+
+TEST(Join, PutsTheSeparatorBetweenItems) {
+  EXPECT_EQ(join(std::vector<std::string>{}, ", "), "");
+  EXPECT_EQ(join(std::vector<std::string>{"", "a", ""}, ","), ",a,");
+  EXPECT_EQ(join(std::vector<std::string_view>{"a", "bc"}, " or "), "a or bc");
+  EXPECT_EQ(join(std::vector<int>{1, 2, 3}, ":", [](int n) { return std::to_string(n * n); }),
+            "1:4:9");
 }
 
 }  // namespace

@@ -1,11 +1,11 @@
-// deadline_after: a point in time that stays in range however long the delay is.
+// deadline_after: a point in time that stays in the clock's range for any delay.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <chrono>
 
 namespace weir {
 
-// `from` + `delay`, and the last point that the clock can name where the sum is beyond it.
+// `from` + `delay`, clamped to the clock's last point in time.
 template <class Clock, class Duration>
 std::chrono::time_point<Clock, Duration> deadline_after(
     std::chrono::time_point<Clock, Duration> from, std::chrono::nanoseconds delay) {

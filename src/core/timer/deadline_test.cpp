@@ -1,4 +1,4 @@
-// Deadlines near and beyond the end of the clock.
+// Deadlines within and beyond the clock's range.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/timer/deadline.hpp"
 

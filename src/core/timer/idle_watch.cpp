@@ -1,4 +1,4 @@
-// A timer that is started for the rest of the time rather than at each touch.
+// Restarts a timer for the remaining time instead of at each touch.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/timer/idle_watch.hpp"
 
@@ -30,7 +30,7 @@ void IdleWatch::check() {
     timer_.start(limit_);
   } else {
     watching_ = false;
-    // A touch meanwhile saw that somebody watches, and left it to us.
+    // A touch() in between saw watching_ set and left the restart to this thread.
     if (last_.load() != last && !watching_.exchange(true)) timer_.start(limit_);
   }
 }

@@ -1,4 +1,4 @@
-// IdleWatch: tells when nothing has happened for a while.
+// IdleWatch: calls a function when nothing has happened for a while.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <atomic>
@@ -11,12 +11,12 @@ namespace weir {
 
 class IdleWatch {
  public:
-  // Calls `on_idle` on the queue's thread once `limit` has gone since the last touch(), and not
-  // again before the next touch(). It returns false when this is no good moment: it is asked again
-  // after `limit`. Watches from now on.
+  // Calls `on_idle` on the queue's thread when `limit` has passed since the last touch(), and not
+  // again before the next touch(). If it returns false, because the moment is not suitable, it is
+  // called again after `limit`. Starts watching immediately.
   IdleWatch(TimerQueue& queue, std::chrono::milliseconds limit, std::function<bool()> on_idle);
 
-  // Something happens now. Any thread; cheap.
+  // Reports activity. Any thread; cheap.
   void touch();
 
  private:
@@ -27,7 +27,7 @@ class IdleWatch {
   const std::function<bool()> on_idle_;
   std::atomic<TimerQueue::Clock::duration> last_;  // since the clock's epoch
   std::atomic<bool> watching_{true};               // the timer is started or running
-  TimerQueue::Timer timer_;                        // last: it ends first
+  TimerQueue::Timer timer_;                        // declared last, so that it is destroyed first
 };
 
 }  // namespace weir

@@ -1,4 +1,4 @@
-// When nothing happens.
+// When on_idle is called.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/timer/idle_watch.hpp"
 
@@ -19,7 +19,7 @@ class IdleWatchTest : public TimersTest {
                    }};
 };
 
-TEST_F(IdleWatchTest, TellsOnceAfterTheLimitAndAgainAfterTheNextTouch) {
+TEST_F(IdleWatchTest, FiresOnceAfterTheLimitAndAgainAfterTheNextTouch) {
   advance(99ms);
   EXPECT_EQ(calls_, 0);
   advance(1ms);
@@ -46,7 +46,7 @@ TEST_F(IdleWatchTest, CountsFromTheLastTouch) {
   EXPECT_EQ(calls_, 1);
 }
 
-TEST_F(IdleWatchTest, AsksAgainWhereTheMomentIsBad) {
+TEST_F(IdleWatchTest, RetriesIfTheCallbackIsBusy) {
   ready_ = false;
   advance(100ms);
   advance(100ms);
@@ -57,7 +57,7 @@ TEST_F(IdleWatchTest, AsksAgainWhereTheMomentIsBad) {
   EXPECT_EQ(calls_, 3);
 }
 
-TEST_F(IdleWatchTest, HearsATouchWhileItTells) {
+TEST_F(IdleWatchTest, NoticesATouchDuringTheCallback) {
   IdleWatch own(queue_, 100ms, [&, first = true]() mutable {
     if (std::exchange(first, false)) {
       now_ += 1ms;

@@ -1,4 +1,4 @@
-// One thread that sleeps until the next timer.
+// Runs timers on one thread that sleeps until the next one is due.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/timer/timer_queue.hpp"
 
@@ -66,7 +66,7 @@ std::optional<TimerQueue::Clock::time_point> TimerQueue::next() const {
 void TimerQueue::run_due() {
   std::unique_lock lock(mutex_);
   const auto now = now_();
-  // Timers may go while another is called: the list is looked through again after each call.
+  // Timers may be destroyed during a call, so the list is searched again after each call.
   const auto due = [now](const Timer* timer) { return timer->due_ && *timer->due_ <= now; };
   for (size_t most = timers_.size(); most > 0; --most) {
     const auto found = std::find_if(timers_.begin(), timers_.end(), due);
@@ -90,7 +90,7 @@ void TimerQueue::loop() {
     const auto at = next();
     lock.lock();
     if (stop_) return;
-    // A start() between next() and here is seen: due times are compared under the lock.
+    // Due times are compared under the lock, so a start() after next() is noticed.
     const auto earlier = [&] {
       return stop_ || std::any_of(timers_.begin(), timers_.end(), [&](const Timer* timer) {
                return timer->due_ && (!at || *timer->due_ < *at);

@@ -1,9 +1,9 @@
-// TimerQueue: functions that are called when their time has come, all on one thread.
+// TimerQueue: calls functions at given times, all on one thread.
 //
 //   TimerQueue::Timer timer(TimerQueue::instance(), [] { ... });
 //   timer.start(std::chrono::milliseconds(500));
 //
-// The clock is given, so that tests move it by hand and call run_due().
+// The clock is a parameter, so that tests can control it and call run_due().
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <chrono>
@@ -23,22 +23,22 @@ class TimerQueue {
   using Clock = std::chrono::steady_clock;
   using Now = std::function<Clock::time_point()>;
 
-  // Of the process, with a thread that begins with the first timer.
+  // The queue of the process; the first timer starts its thread.
   static TimerQueue& instance();
-  // Without a thread: run_due() is called by its owner.
+  // A queue without a thread: its owner calls run_due().
   explicit TimerQueue(Now now) : now_(std::move(now)) {}
-  ~TimerQueue();  // after its timers
+  ~TimerQueue();  // destroy it after its timers
   TimerQueue(const TimerQueue&) = delete;
   TimerQueue& operator=(const TimerQueue&) = delete;
 
   class Timer {
    public:
-    // `call` should be short: other timers wait for it. It may start its own timer again.
+    // `call` should be short, because other timers wait for it. It may restart its own timer.
     Timer(TimerQueue& queue, std::function<void()> call);
-    ~Timer();  // waits for a call that goes on; not within that call
+    ~Timer();  // waits for a running call; must not be called from that call
     Timer(const Timer&) = delete;
     Timer& operator=(const Timer&) = delete;
-    // Calls once, `delay` from now; a time that was set before is forgotten.
+    // Calls once after `delay`; replaces an earlier start.
     void start(Clock::duration delay);
     void stop();
 
@@ -52,7 +52,7 @@ class TimerQueue {
   };
 
   Clock::time_point now() const { return now_(); }
-  // Calls what is due, with no lock held; what is started meanwhile waits for the next round.
+  // Calls all due timers without holding a lock; timers started meanwhile wait for the next round.
   void run_due();
   std::optional<Clock::time_point> next() const;
 
@@ -60,8 +60,8 @@ class TimerQueue {
   void loop();
 
   const Now now_;
-  mutable std::mutex mutex_;         // guards the rest
-  std::condition_variable changed_;  // due times, ends of calls, stop_
+  mutable std::mutex mutex_;         // guards the members below
+  std::condition_variable changed_;  // due times, finished calls, stop_
   std::list<Timer*> timers_;
   bool threaded_ = false, stop_ = false;
   std::thread thread_;

@@ -1,4 +1,4 @@
-// Timers with a clock that the test moves, and the thread of the process.
+// Timers with a clock that the test controls, and the process's timer thread.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/timer/timer_queue.hpp"
 

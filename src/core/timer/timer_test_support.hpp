@@ -1,4 +1,4 @@
-// For tests: a queue of timers with a clock that the test moves.
+// Test helper: a timer queue with a clock that the test controls.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <gtest/gtest.h>

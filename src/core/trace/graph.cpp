@@ -1,4 +1,4 @@
-// Addresses, when they were whose, and the ways between elements.
+// Resolves addresses over time, and the links between elements.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/trace/graph.hpp"
 
@@ -105,7 +105,8 @@ bool Graph::has_pads(size_t element, bool source) const {
   });
 }
 
-// From a pad that data comes to: itself, or where the ghost pad that it is a half of leads to.
+// Follows data from a pad to the pad it reaches: itself, or beyond the ghost pad that it is half
+// of.
 size_t Graph::follow(size_t pad) const {
   for (size_t steps = 0; pad != kNone && steps < pads_.size(); ++steps) {
     if (pads_[pad].half == kNone) return pad;

@@ -1,5 +1,5 @@
-// Graph: the elements, pads and links that a tracer saw, and when, so that addresses in records
-// become names. Addresses are only compared, never followed.
+// Graph: the elements, pads and links that a tracer saw, with their lifetimes, to resolve the
+// addresses in records to names. Addresses are compared, never dereferenced.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <cstddef>
@@ -16,9 +16,9 @@ inline constexpr size_t kNone = std::numeric_limits<size_t>::max();
 inline constexpr int64_t kForEver = std::numeric_limits<int64_t>::max();
 
 struct Element {
-  int64_t from = 0, until = kForEver;  // alive
+  int64_t from = 0, until = kForEver;  // lifetime
   std::string name, factory;           // "" until it is named
-  size_t parent = kNone;               // the bin around it
+  size_t parent = kNone;               // the bin that contains it
   bool is_bin = false;
 };
 
@@ -28,34 +28,34 @@ struct Pad {
   bool is_source = false;
   size_t element = kNone;  // kNone for the inner half of a ghost pad
   size_t half = kNone;     // of a ghost pad: its inner half, and the other way round
-  std::vector<std::pair<int64_t, size_t>> peers;  // linked to that pad (or kNone) from then on
+  std::vector<std::pair<int64_t, size_t>> peers;  // the linked pad (or kNone) from that time on
 };
 
-// Not thread-safe. Elements and pads are numbered in the order they were seen.
+// Not thread-safe. Elements and pads are numbered in the order in which they were seen.
 class Graph {
  public:
   size_t see_element(const void* object, int64_t time);
   void name_element(const void* object, const void* parent, std::string name, std::string factory,
                     bool is_bin, int64_t time);
-  // `element` may be null, and known later.
+  // `element` may be null and become known later.
   size_t see_pad(const void* object, const void* element, const std::string& name, bool is_source,
                  int64_t time);
-  void join_halves(const void* ghost, const void* inner);  // both seen before
+  void join_halves(const void* ghost, const void* inner);  // both were seen before
   void link(const void* source, const void* sink, int64_t time);
   void unlink(const void* source, const void* sink, int64_t time);
-  bool destroyed(const void* object, int64_t time);  // whether it was one of these
+  bool destroyed(const void* object, int64_t time);  // returns whether it was one of these
 
   const std::vector<Element>& elements() const noexcept { return elements_; }
   const std::vector<Pad>& pads() const noexcept { return pads_; }
 
-  // Who had that address at that time; kNone when nobody had.
+  // The object with that address at that time; kNone if there was none.
   size_t element_at(const void* object, int64_t time) const;
   size_t pad_at(const void* object, int64_t time) const;
   size_t peer_at(size_t pad, int64_t time) const;
   // The element a pad belongs to; for the inner half of a ghost pad, its bin.
   size_t owner(size_t pad) const;
   bool has_pads(size_t element, bool source) const;
-  // Links between elements that are no bins, through ghost pads: (source pad, sink pad), each once.
+  // Links between elements other than bins, through ghost pads: (source pad, sink pad), each once.
   std::vector<std::pair<size_t, size_t>> edges() const;
 
  private:

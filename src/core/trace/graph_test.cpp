@@ -1,4 +1,4 @@
-// Names behind addresses that come again, links over time, ghost pads.
+// Reused addresses, links over time, and ghost pads.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/trace/graph.hpp"
 
@@ -11,7 +11,7 @@ namespace {
 
 using Edges = std::vector<std::pair<size_t, size_t>>;
 
-TEST(TraceGraph, AnAddressThatComesAgainIsAnotherElement) {
+TEST(TraceGraph, AReusedAddressIsANewElement) {
   Graph graph;
   graph.name_element(at(1), nullptr, "first", "f", false, 10);
   EXPECT_TRUE(graph.destroyed(at(1), 20));
@@ -33,7 +33,7 @@ TEST(TraceGraph, AnElementMayBeNamedAfterItsPadsWereSeen) {
   EXPECT_FALSE(graph.has_pads(graph.owner(pad), false));
 }
 
-TEST(TraceGraph, APeerIsTheOneOfThatTime) {
+TEST(TraceGraph, APeerIsTheOneAtThatTime) {
   Graph graph;
   add_element(&graph, 10, "a", false, true);
   add_element(&graph, 20, "b", true, false);
@@ -60,7 +60,7 @@ TEST(TraceGraph, LinksOfPadsThatWereNeverSeenAreLeftOut) {
 }
 
 // a ! bin(b ! c) ! d: two ghost pads, each with an inner half.
-TEST(TraceGraph, EdgesLeadThroughTheGhostPadsOfBins) {
+TEST(TraceGraph, EdgesFollowGhostPadsOfBins) {
   Graph graph;
   for (const auto& [address, name] :
        {std::pair<uintptr_t, const char*>{10, "a"}, {20, "b"}, {30, "c"}, {40, "d"}})
@@ -82,7 +82,7 @@ TEST(TraceGraph, EdgesLeadThroughTheGhostPadsOfBins) {
   EXPECT_EQ(graph.owner(pad(62)), graph.element_at(at(50), 1));
 }
 
-TEST(TraceGraph, AGhostPadThatLeadsNowhereGivesNoEdge) {
+TEST(TraceGraph, AnUnlinkedGhostPadMakesNoEdge) {
   Graph graph;
   add_element(&graph, 10, "a", false, true);
   graph.see_pad(at(51), at(50), "sink", false, 0);

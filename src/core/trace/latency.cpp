@@ -1,4 +1,4 @@
-// Frames found again by their time-stamps.
+// Matches frames by their timestamps.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/trace/latency.hpp"
 
@@ -13,7 +13,7 @@ namespace {
 
 constexpr double kFirstBound = 1000;  // ns
 
-int64_t bound(size_t bucket) {  // the lower one
+int64_t bound(size_t bucket) {  // the lower bound
   return bucket == 0
              ? 0
              : std::llround(kFirstBound * std::pow(2.0, (static_cast<double>(bucket) - 1) / 2));

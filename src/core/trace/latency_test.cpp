@@ -1,4 +1,4 @@
-// Latency against values worked out by hand.
+// Compares latencies with expected values.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/trace/latency.hpp"
 
@@ -9,8 +9,8 @@
 namespace weir::trace {
 namespace {
 
-TEST(TraceLatency, IsArrivalLessDeparture) {
-  // 100 frames of latencies 1, 2, ... 100 us.
+TEST(TraceLatency, IsArrivalMinusDeparture) {
+  // 100 frames with latencies of 1, 2, ... 100 us.
   Departures departures;
   std::vector<Arrival> arrivals;
   for (int64_t i = 1; i <= 100; ++i) {
@@ -28,7 +28,7 @@ TEST(TraceLatency, IsArrivalLessDeparture) {
   EXPECT_EQ(latency.most, 100000);
 }
 
-TEST(TraceLatency, BucketsFollowEachOtherAndHoldEveryFrame) {
+TEST(TraceLatency, BucketsAreContiguousAndHoldEveryFrame) {
   const Departures departures{{0, 0}, {1, 0}, {2, 0}, {3, 0}};
   const Latency latency = trace::latency(departures, {{0, 999}, {1, 1000}, {2, 1999}, {3, 4000}});
   // Bounds: 0, 1000, 1414, 2000, 2828, 4000, 5657 ns.
@@ -46,13 +46,13 @@ TEST(TraceLatency, BucketsFollowEachOtherAndHoldEveryFrame) {
   EXPECT_EQ(latency.buckets[5].to, 5657);
 }
 
-TEST(TraceLatency, ATimeStampThatComesAgainCountsFromTheLastDepartureBefore) {
+TEST(TraceLatency, ARepeatedTimeStampCountsFromItsLastDeparture) {
   const Departures departures{{5, 1000}, {5, 3000}, {5, 9000}};
   EXPECT_EQ(trace::latency(departures, {{5, 3500}}).most, 500);
   EXPECT_EQ(trace::latency(departures, {{5, 2500}}).most, 1500);
 }
 
-TEST(TraceLatency, FramesThatCannotBeFoundAgainAreCountedApart) {
+TEST(TraceLatency, UnmatchedFramesAreCountedSeparately) {
   const Departures departures{{5, 1000}, {kNoTime, 0}};
   const Latency latency = trace::latency(departures, {{6, 2000}, {kNoTime, 2000}, {5, 900}});
   EXPECT_EQ(latency.frames, 0u);

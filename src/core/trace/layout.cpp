@@ -1,4 +1,4 @@
-// Columns by the longest way from a beginning; rows by the mean of what leads there.
+// Chooses columns by the longest path from a start, and rows by the mean of the predecessors.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/trace/layout.hpp"
 
@@ -10,7 +10,7 @@ namespace {
 
 using Arrow = std::pair<size_t, size_t>;
 
-// Arrows that would close a circle, found by going down from each box in turn.
+// The arrows that would close a cycle, found by depth-first search from each box.
 std::set<size_t> closing(size_t boxes, const std::vector<Arrow>& arrows) {
   enum class State { New, Open, Done };
   std::vector<std::vector<size_t>> out(boxes);
@@ -18,7 +18,7 @@ std::set<size_t> closing(size_t boxes, const std::vector<Arrow>& arrows) {
   std::vector<State> states(boxes, State::New);
   std::set<size_t> found;
   for (size_t start = 0; start < boxes; ++start) {
-    std::vector<std::pair<size_t, size_t>> stack;  // a box, the next of its arrows
+    std::vector<std::pair<size_t, size_t>> stack;  // a box and the index of its next arrow
     if (states[start] == State::New) stack.emplace_back(start, 0);
     while (!stack.empty()) {
       auto& [box, next] = stack.back();
@@ -39,7 +39,7 @@ std::set<size_t> closing(size_t boxes, const std::vector<Arrow>& arrows) {
 std::vector<size_t> columns_of(size_t boxes, const std::vector<Arrow>& forward) {
   std::vector<size_t> columns(boxes, 0);
   bool changed = true;
-  while (changed) {  // ends: no circles
+  while (changed) {  // terminates: there are no cycles
     changed = false;
     for (const auto& [from, to] : forward)
       if (columns[to] < columns[from] + 1) {
@@ -60,7 +60,7 @@ Layout lay_out(size_t boxes, const std::vector<Arrow>& all) {
   const std::set<size_t> back = closing(boxes, arrows);
   std::vector<Arrow> forward = arrows;
   for (const size_t i : back) std::swap(forward[i].first, forward[i].second);
-  // Each column an arrow passes holds a point of it, which takes a place as a box does.
+  // An arrow has a point in each column it crosses, which takes a place like a box.
   std::vector<Place> places(boxes);
   std::vector<std::vector<size_t>> before(boxes), points(arrows.size());
   const auto columns = columns_of(boxes, forward);

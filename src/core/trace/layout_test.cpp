@@ -1,4 +1,4 @@
-// Boxes that do not overlap, arrows that lead to the right.
+// Boxes do not overlap, and arrows lead to the right.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/trace/layout.hpp"
 
@@ -36,14 +36,14 @@ TEST(TraceLayout, AnArrowPassesTheColumnsBetweenAtFreePlaces) {
   EXPECT_TRUE(layout.routes[0].through.empty());
 }
 
-TEST(TraceLayout, ACircleHasOneArrowThatLeadsBack) {
+TEST(TraceLayout, ACycleHasOneBackwardArrow) {
   const Layout layout = lay_out(3, {{0, 1}, {1, 2}, {2, 0}});
   EXPECT_EQ(layout.boxes[2].column, 2u);
   EXPECT_EQ(layout.routes[2].from, 2u);
   EXPECT_EQ(layout.routes[2].through.size(), 1u);
 }
 
-TEST(TraceLayout, ArrowsOfNoBoxAreLeftOut) {
+TEST(TraceLayout, ArrowsWithoutABoxAreOmitted) {
   const Layout layout = lay_out(1, {{0, 0}, {0, 7}, {7, 0}});
   EXPECT_TRUE(layout.routes.empty());
   EXPECT_EQ(lay_out(0, {}).columns, 0u);

@@ -1,4 +1,4 @@
-// key=value, key=value
+// Parses key=value, key=value.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/trace/options.hpp"
 
@@ -10,12 +10,11 @@ namespace weir::trace {
 namespace {
 
 Error refused(std::string_view part, const std::string& needed, const std::string& fix) {
-  return {Code::OPTION_SYNTAX,
-          "an option of the tracer weir cannot be read",
-          std::string(part),
-          needed,
-          "",
-          "GST_TRACERS=\"weir(" + fix + ")\""};
+  return {.code = Code::OPTION_SYNTAX,
+          .what = "an option of the tracer weir cannot be read",
+          .offered = std::string(part),
+          .needed = needed,
+          .fix = "GST_TRACERS=\"weir(" + fix + ")\""};
 }
 
 }  // namespace

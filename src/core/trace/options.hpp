@@ -1,4 +1,4 @@
-// Options: what stands in the brackets of GST_TRACERS="weir(...)".
+// Options: the parameters of GST_TRACERS="weir(...)".
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <cstddef>
@@ -10,11 +10,12 @@
 namespace weir::trace {
 
 struct Options {
-  std::string file = "weir-trace.json";  // file=: where the trace goes at the end; "" is nowhere
-  size_t limit = size_t{1} << 22;        // limit=: the most records of one thread, 32 bytes each
+  // file=: where the trace is written at the end; "" writes none.
+  std::string file = "weir-trace.json";
+  size_t limit = size_t{1} << 22;  // limit=: the most records per thread, 32 bytes each
 };
 
-// Options with commas between them. OPTION_SYNTAX names the one that cannot be read.
+// Parses comma-separated options. OPTION_SYNTAX names the one that is invalid.
 Result<Options> read_options(std::string_view text);
 
 }  // namespace weir::trace

@@ -1,4 +1,4 @@
-// The brackets of GST_TRACERS="weir(...)".
+// Parses the parameters of GST_TRACERS="weir(...)".
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/trace/options.hpp"
 
@@ -26,7 +26,7 @@ TEST(TraceOptions, AreReadInAnyOrder) {
   EXPECT_EQ(read_options("file=")->file, "");
 }
 
-TEST(TraceOptions, OfNoKnownNameAreRefusedWithAGuess) {
+TEST(TraceOptions, UnknownNamesAreRejectedWithASuggestion) {
   const auto options = read_options("fle=x.json");
   ASSERT_FALSE(options);
   EXPECT_EQ(options.error().code, Code::OPTION_SYNTAX);
@@ -36,7 +36,7 @@ TEST(TraceOptions, OfNoKnownNameAreRefusedWithAGuess) {
     EXPECT_FALSE(read_options(text)) << text;
 }
 
-TEST(TraceOptions, ThatAreNoNumbersOfRecordsAreRefused) {
+TEST(TraceOptions, InvalidNumbersOfRecordsAreRejected) {
   for (const char* text :
        {"limit", "limit=", "limit=0", "limit=-1", "limit=1e6", "limit=99999999999999"}) {
     const auto options = read_options(text);

@@ -1,4 +1,4 @@
-// A running sum over time.
+// Computes a running sum over time.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/trace/queue_level.hpp"
 
@@ -7,7 +7,7 @@
 namespace weir::trace {
 
 QueueLevel queue_level(std::vector<QueueChange> changes, int64_t end) {
-  // A sample sees what its own moment's push brought or took.
+  // A sample includes the effect of a push at the same time.
   std::stable_sort(changes.begin(), changes.end(), [](const auto& a, const auto& b) {
     return a.time != b.time ? a.time < b.time : a.sampled < b.sampled;
   });
@@ -15,7 +15,7 @@ QueueLevel queue_level(std::vector<QueueChange> changes, int64_t end) {
   int64_t level = 0;
   double area = 0;
   for (size_t i = 0; i < changes.size(); ++i) {
-    // Below 0 for a moment: a frame may leave before the push that brought it has returned.
+    // May briefly be below 0: a frame can leave before the push that delivered it has returned.
     level = changes[i].sampled ? changes[i].frames : level + changes[i].frames;
     if (i + 1 < changes.size() && changes[i + 1].time == changes[i].time) continue;
     if (!out.steps.empty())

@@ -1,4 +1,4 @@
-// QueueLevel: how many frames stood in a queue, from what went in, what left, and samples of it.
+// QueueLevel: the number of frames in a queue over time, from its input, its output and samples.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <cstddef>
@@ -9,21 +9,21 @@ namespace weir::trace {
 
 struct QueueChange {
   int64_t time = 0;
-  int64_t frames = 0;  // came (more than 0) or left; with `sampled`: stand in it
+  int64_t frames = 0;  // arrived (above 0) or left; with `sampled`: the current level
   bool sampled = false;
 };
 
 struct QueueLevel {
   struct Step {
     int64_t time = 0;
-    uint64_t frames = 0;  // from then on
+    uint64_t frames = 0;  // from this time on
   };
-  std::vector<Step> steps;  // in time
+  std::vector<Step> steps;  // in order of time
   uint64_t most = 0;
-  double mean = 0;  // over time, from the first change to `end`
+  double mean = 0;  // weighted by time, from the first change to `end`
 };
 
-// Counted between samples, which set it right: queues that leak drop what was counted.
+// Counts between samples; samples correct the count, because leaky queues drop counted frames.
 QueueLevel queue_level(std::vector<QueueChange> changes, int64_t end);
 
 // The highest level in each of `count` equal parts of [begin, end].

@@ -1,4 +1,4 @@
-// Levels from what came and left, and how samples set them right.
+// Levels from input and output, and their correction by samples.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/trace/queue_level.hpp"
 
@@ -13,16 +13,16 @@ std::vector<uint64_t> frames(const QueueLevel& level) {
   return out;
 }
 
-TEST(TraceQueueLevel, IsWhatCameLessWhatLeft) {
-  // In any order: threads are read one after the other.
+TEST(TraceQueueLevel, IsArrivalsMinusDepartures) {
+  // In any order, because threads are read one after the other.
   const QueueLevel level = queue_level({{40, -1}, {10, 1}, {20, 1}, {30, 3}}, 50);
   EXPECT_EQ(frames(level), (std::vector<uint64_t>{1, 2, 5, 4}));
   EXPECT_EQ(level.most, 5u);
   EXPECT_DOUBLE_EQ(level.mean, (1 + 2 + 5 + 4) * 10 / 40.0);
 }
 
-TEST(TraceQueueLevel, ASampleSetsItRight) {
-  // Two frames of five leaked.
+TEST(TraceQueueLevel, ASampleCorrectsIt) {
+  // Two of five frames leaked.
   const QueueLevel level = queue_level({{1, 5}, {2, 3, true}, {3, -1}}, 3);
   EXPECT_EQ(frames(level), (std::vector<uint64_t>{5, 3, 2}));
 }
@@ -37,7 +37,7 @@ TEST(TraceQueueLevel, AFrameMayLeaveBeforeItsPushReturned) {
   EXPECT_EQ(frames(queue_level({{1, -1}, {2, 1}, {3, 1}}, 3)), (std::vector<uint64_t>{0, 0, 1}));
 }
 
-TEST(TraceQueueLevel, OfNothingIsNothing) {
+TEST(TraceQueueLevel, IsEmptyWithoutRecords) {
   const QueueLevel level = queue_level({}, 100);
   EXPECT_TRUE(level.steps.empty());
   EXPECT_EQ(level.mean, 0);

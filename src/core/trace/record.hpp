@@ -1,4 +1,4 @@
-// Record: what a tracer notes of one moment. Fixed size, no text of its own, no ownership.
+// Record: one event that a tracer records. Fixed size, without text or ownership.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <cstdint>
@@ -28,11 +28,11 @@ struct Record {
   const void* object =
       nullptr;  // the pad that pushes or pulls; State: the element; Level: the queue
   union {
-    int64_t value = 0;  // PushBegin: time-stamp in ns or kNoTime; ends: 0 = good; Level: buffers
-    const char* name;   // EventBegin, StateBegin: of static storage
+    int64_t value = 0;  // PushBegin: timestamp in ns or kNoTime; ends: 0 = success; Level: buffers
+    const char* name;   // EventBegin, StateBegin: a string with static storage
   };
   uint64_t kind : 4 = 0;     // a Kind
-  uint64_t frames : 20 = 0;  // pushes and pulls; Level: how full in thousandths
+  uint64_t frames : 20 = 0;  // pushes and pulls; Level: fill level in thousandths
   uint64_t bytes : 40 = 0;   // pushes and pulls, Level
 };
 static_assert(sizeof(Record) == 32);

@@ -1,4 +1,4 @@
-// Chunks of records behind each other, and the threads they belong to.
+// Stores records in linked chunks, one log per thread.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/trace/recorder.hpp"
 
@@ -40,8 +40,9 @@ void ThreadLog::append_behind_full_chunk(const Record& record) noexcept {
 std::vector<Record> ThreadLog::records() const {
   std::vector<Record> out;
   for (const Chunk* chunk = first_; chunk;) {
-    // Before the number of records: a chunk that has one behind it is full. The other way round the
-    // writer may fill it in between, and records would be missing in the middle.
+    // Read before the number of records, because only a chunk with a successor is full. In the
+    // opposite order the writer could fill the chunk in between, and records would be missing in
+    // the middle.
     const Chunk* next = chunk->next.load(std::memory_order_acquire);
     const size_t used = chunk->used.load(std::memory_order_acquire);
     out.insert(out.end(), chunk->records.begin(),
@@ -68,7 +69,7 @@ void Recorder::find_log() {
   std::lock_guard lock(mutex_);
   const auto self = std::this_thread::get_id();
   const int64_t system_id = gettid();
-  // An identity may come again for another thread when its first one is gone: the system's number
+  // A std::thread::id may be reused after its thread has ended, so the system's number must match
   // too.
   auto found = std::find_if(logs_.begin(), logs_.end(), [&](const auto& log) {
     return log->thread == self && log->system_id == system_id;

@@ -14,7 +14,7 @@
 
 namespace weir::trace {
 
-// One thread appends, any thread may read what was appended before.
+// One thread appends; any thread may read the records appended so far.
 class ThreadLog {
  public:
   explicit ThreadLog(size_t limit);
@@ -34,8 +34,8 @@ class ThreadLog {
   std::vector<Record> records() const;
   uint64_t lost() const noexcept { return lost_.load(std::memory_order_relaxed); }
 
-  std::string name;        // as the system shows the thread
-  int64_t system_id = 0;   // as the system numbers it
+  std::string name;        // the system's name of the thread
+  int64_t system_id = 0;   // the system's thread number
   std::thread::id thread;  // the writer
 
  private:
@@ -57,20 +57,20 @@ class ThreadLog {
 struct ThreadRecords {
   std::string name;
   int64_t system_id = 0;
-  uint64_t lost = 0;  // records that came when the log was full
+  uint64_t lost = 0;  // records that arrived after the log was full
   std::vector<Record> records;
 };
 
 class Recorder {
  public:
-  // `limit`: the most records of one thread, 32 bytes each; rounded up to whole chunks.
+  // `limit`: the most records per thread, 32 bytes each; rounded up to whole chunks.
   explicit Recorder(size_t limit);
-  // The calling thread's log. A lock the first time of a thread, none after.
+  // The calling thread's log. Takes a lock only on the thread's first call.
   ThreadLog& log() {
     if (cached_.owner != id_) find_log();
     return *cached_.log;
   }
-  // A copy of what was written so far.
+  // A copy of the records written so far.
   std::vector<ThreadRecords> threads() const;
 
  private:
@@ -81,10 +81,10 @@ class Recorder {
   void find_log();
 
   static thread_local Cached cached_;
-  const uint64_t id_;  // never used twice, as an address may be
+  const uint64_t id_;  // never reused, unlike an address
   const size_t limit_;
   mutable std::mutex mutex_;                      // guards logs_
-  std::vector<std::unique_ptr<ThreadLog>> logs_;  // kept when their thread is gone
+  std::vector<std::unique_ptr<ThreadLog>> logs_;  // kept after their thread has ended
 };
 
 }  // namespace weir::trace

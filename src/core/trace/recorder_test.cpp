@@ -1,4 +1,4 @@
-// Logs of threads: complete, in order, bounded, readable while they are written.
+// Thread logs are complete, ordered, bounded, and readable during writing.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/trace/recorder.hpp"
 
@@ -48,7 +48,7 @@ TEST(TraceRecorder, CanBeReadWhileItIsWritten) {
   }
 }
 
-TEST(TraceRecorder, CountsWhatCameWhenTheLogWasFull) {
+TEST(TraceRecorder, CountsRecordsLostWhenTheLogWasFull) {
   Recorder recorder(1);  // rounded up to a chunk of 512
   for (int64_t i = 0; i < 5000; ++i) recorder.log().append(push(i, 12));
   const auto logs = recorder.threads();
@@ -63,7 +63,7 @@ TEST(TraceRecorder, RecordersOfOneThreadDoNotMix) {
   a.log().append(push(1, 12));
   b->log().append(push(2, 12));
   a.log().append(push(3, 12));
-  b.reset();  // the next one may get its address
+  b.reset();  // the next recorder may get its address
   Recorder c(100);
   c.log().append(push(4, 12));
   EXPECT_EQ(a.threads()[0].records.size(), 2u);

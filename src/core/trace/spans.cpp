@@ -1,4 +1,4 @@
-// A stack for each thread.
+// Pairs records with a stack for each thread.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/trace/spans.hpp"
 
@@ -9,7 +9,7 @@ namespace {
 
 struct Open {
   Record record;
-  int64_t inside = 0;  // time of the spans inside
+  int64_t inside = 0;  // time of the nested spans
   int64_t between = 0;
 };
 
@@ -54,7 +54,7 @@ void for_each_span(const ThreadRecords& thread, const Graph& graph,
   const auto close = [&](int64_t time, const Record* end) {
     Span span = span_of(stack.back(), graph, time);
     span.good = end && end->value == 0;
-    if (end && span.kind == Kind::PullBegin) {  // what came is known at the end
+    if (end && span.kind == Kind::PullBegin) {  // the result of a pull is known at its end
       span.frames = end->frames;
       span.bytes = end->bytes;
     }

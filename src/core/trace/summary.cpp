@@ -1,4 +1,4 @@
-// One pass over the spans of all threads.
+// Computes the totals in one pass over the spans of all threads.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/trace/summary.hpp"
 
@@ -142,7 +142,8 @@ class Summing {
   const Trace& trace_;
   const Graph& graph_;
   Summary out_;
-  std::vector<bool> begins_, ends_;  // elements without sink pads, without source pads; no bins
+  // Elements without sink pads or without source pads, except bins.
+  std::vector<bool> begins_, ends_;
   std::map<size_t, std::vector<QueueChange>> changes_, passed_;  // by element
   std::map<size_t, unsigned> fullest_;
   std::map<size_t, Departures> departures_;

@@ -1,4 +1,4 @@
-// A Summary as JSON.
+// Writes a Summary as JSON.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <nlohmann/json.hpp>
 
@@ -8,7 +8,7 @@ namespace weir::trace {
 namespace {
 
 using Json = nlohmann::ordered_json;
-constexpr size_t kLevels = 400;  // of one queue
+constexpr size_t kLevels = 400;  // levels of one queue
 
 double seconds(int64_t ns) {
   return static_cast<double>(ns) * 1e-9;

@@ -1,4 +1,4 @@
-// Sums of hand-made records against values worked out by hand.
+// Compares totals of hand-made records with expected values.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/trace/summary.hpp"
 
@@ -13,7 +13,7 @@ namespace {
 
 constexpr size_t kSource = 0, kMiddle = 1, kSink = 2;
 
-// The middle works from 100 to 130 and from 180 to 200, the sink in between.
+// The middle element works from 100 to 130 and from 180 to 200, the sink in between.
 ThreadRecords one_frame(int64_t start, int64_t time_stamp) {
   return {"t",
           1,
@@ -22,7 +22,7 @@ ThreadRecords one_frame(int64_t start, int64_t time_stamp) {
            pushed(start + 80, 22), pushed(start + 100, 12)}};
 }
 
-TEST(TraceSummary, TimeInsideTheNextElementIsThatOnes) {
+TEST(TraceSummary, TimeInsideTheNextElementBelongsToIt) {
   const Trace trace{chain_of_three(), {one_frame(100, 5)}};
   const Summary summary = summarise(trace);
   EXPECT_EQ(summary.elements[kMiddle].work, 50);
@@ -45,10 +45,10 @@ TEST(TraceSummary, ASourcesTimeIsBetweenItsPushes) {
   EXPECT_EQ(summary.elements[kMiddle].work, 100);
 }
 
-TEST(TraceSummary, FramesBytesAndRatesAreThoseOfTheLinks) {
+TEST(TraceSummary, CountsFramesBytesAndRatesPerLink) {
   Trace trace{chain_of_three(), {}};
   ThreadRecords thread;
-  for (int64_t i = 0; i < 11; ++i) {  // one in 100 ms
+  for (int64_t i = 0; i < 11; ++i) {  // one every 100 ms
     const auto frame = one_frame(i * 100'000'000, i).records;
     thread.records.insert(thread.records.end(), frame.begin(), frame.end());
   }
@@ -80,8 +80,8 @@ TEST(TraceSummary, LatencyGoesFromSourcesToTheSinksTheyReach) {
   EXPECT_EQ(summary.latencies[1].latency.frames, 0u);
 }
 
-TEST(TraceSummary, QueuesHaveLevelsAndCountWhatNeverLeft) {
-  // Three frames come from one thread, one leaves on another; a sample says that one leaked.
+TEST(TraceSummary, QueuesHaveLevelsAndCountFramesThatNeverLeft) {
+  // Three frames arrive on one thread and one leaves on another; a sample shows that one leaked.
   ThreadRecords front{"front", 1, 0, {}}, back{"back", 2, 0, {}};
   for (const int64_t time : {10, 20, 30}) {
     front.records.push_back(push(time, 12));
@@ -99,7 +99,7 @@ TEST(TraceSummary, QueuesHaveLevelsAndCountWhatNeverLeft) {
   EXPECT_EQ(queue.not_passed_on, 2u);
 }
 
-TEST(TraceSummary, FramesThatAreRefusedAreCountedAtTheOneWhoPushed) {
+TEST(TraceSummary, RejectedFramesAreCountedAtTheirPusher) {
   ThreadRecords thread = one_frame(100, 5);
   thread.records[2].value = -5;
   const Summary summary = summarise({chain_of_three(), {thread}});
@@ -108,7 +108,7 @@ TEST(TraceSummary, FramesThatAreRefusedAreCountedAtTheOneWhoPushed) {
   EXPECT_EQ(summary.elements[kSink].in.frames, 1u);
 }
 
-TEST(TraceSummary, WhatIsPulledWentTheOtherWayThanTheCall) {
+TEST(TraceSummary, PulledFramesFlowAgainstTheCall) {
   ThreadRecords thread{
       "t",
       1,
@@ -122,7 +122,7 @@ TEST(TraceSummary, WhatIsPulledWentTheOtherWayThanTheCall) {
   EXPECT_EQ(summary.links[0].flow.frames, 1u);
 }
 
-TEST(TraceSummary, EventsAndStateChangesAreApartFromWork) {
+TEST(TraceSummary, EventsAndStateChangesAreNotProcessingTime) {
   ThreadRecords thread{
       "t",
       1,
@@ -137,10 +137,10 @@ TEST(TraceSummary, EventsAndStateChangesAreApartFromWork) {
   EXPECT_EQ(summary.elements[kMiddle].work, 0);
 }
 
-TEST(TraceSummary, EndsWithoutBeginningsAndBeginningsWithoutEndsDoNotSpoilTheRest) {
+TEST(TraceSummary, UnmatchedRecordsDoNotAffectTheRest) {
   ThreadRecords thread = one_frame(100, 5);
   thread.records.insert(thread.records.begin(), pushed(50, 99));
-  // The inner end is missing: it ends with the outer one.
+  // The inner end is missing, so the inner span ends with the outer one.
   thread.records.erase(thread.records.begin() + 3);
   thread.records.push_back(push(300, 12, 6));
   thread.records.push_back(push(310, 22, 6));
@@ -150,7 +150,7 @@ TEST(TraceSummary, EndsWithoutBeginningsAndBeginningsWithoutEndsDoNotSpoilTheRes
   EXPECT_EQ(summary.elements[kSource].out.frames, 2u);
 }
 
-TEST(TraceSummary, PadsThatNobodyKnowsAndPadsWithoutPeersAreNoOnesTime) {
+TEST(TraceSummary, UnknownPadsAndPadsWithoutPeersAddNoTime) {
   Graph graph;
   add_element(&graph, 10, "lonely", false, true);
   ThreadRecords thread{"t", 1, 0, {push(1, 12), pushed(2, 12, -1), push(3, 77), pushed(4, 77)}};

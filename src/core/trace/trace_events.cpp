@@ -1,4 +1,4 @@
-// One JSON object a line.
+// Writes one JSON object per line.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/trace/trace_events.hpp"
 
@@ -17,7 +17,7 @@ std::string quoted(const std::string& text) {
   return nlohmann::json(text).dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
 }
 
-// Microseconds with all digits of nanoseconds, in any locale.
+// Microseconds with all nanosecond digits, independent of the locale.
 std::string microseconds(int64_t ns) {
   std::array<char, 32> text{};
   std::snprintf(text.data(), text.size(), "%lld.%03d", static_cast<long long>(ns / 1000),

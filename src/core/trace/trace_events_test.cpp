@@ -1,4 +1,4 @@
-// The Trace Event Format, read back.
+// Reads the Trace Event Format back.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/trace/trace_events.hpp"
 
@@ -57,7 +57,7 @@ TEST(TraceEvents, PushesAreCompleteEventsNamedByTheElementTheyGoTo) {
   EXPECT_EQ(names[1]["args"]["name"], "streaming \"one\"");
 }
 
-TEST(TraceEvents, QueuesAreCountersAndEventsSayWhatTheyAre) {
+TEST(TraceEvents, QueuesAreCountersAndEventsHaveNames) {
   const Trace trace{
       chain_of_three(),
       {{"a",
@@ -79,11 +79,11 @@ TEST(TraceEvents, QueuesAreCountersAndEventsSayWhatTheyAre) {
   EXPECT_EQ(counters[0]["ts"], 0.04);
 }
 
-TEST(TraceEvents, ATraceOfNothingIsStillADocument) {
+TEST(TraceEvents, AnEmptyTraceIsADocument) {
   EXPECT_TRUE(of_phase(written({}), "X").empty());
 }
 
-TEST(TraceEvents, NamesThatAreNoUtf8DoNotSpoilTheDocument) {
+TEST(TraceEvents, InvalidUtf8NamesKeepTheDocumentValid) {
   Graph graph = chain_of_three();
   graph.name_element(at(20), nullptr, "\xff\"</script>", "f", false, 0);
   const auto spans = of_phase(written({graph, {{"", 1, 0, {push(1, 12), pushed(2, 12)}}}}), "X");

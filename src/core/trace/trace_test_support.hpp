@@ -1,4 +1,4 @@
-// Records and graphs made by hand.
+// Test helpers: hand-made records and graphs.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <string>
@@ -7,7 +7,7 @@
 
 namespace weir::trace {
 
-// Addresses: only compared, so any will do.
+// Addresses are only compared, so any number will do.
 inline const void* at(uintptr_t number) {
   return reinterpret_cast<const void*>(number);
 }
@@ -36,8 +36,8 @@ inline Record named(Kind kind, int64_t time, uintptr_t object, const char* name)
   return out;
 }
 
-// An element at `address` with a sink pad at address + 1 and a source pad at address + 2, as asked
-// for.
+// An element at `address`; optionally with a sink pad at address + 1 and a source pad at address +
+// 2.
 inline void add_element(Graph* graph, uintptr_t address, const std::string& name, bool sink,
                         bool source) {
   graph->name_element(at(address), nullptr, name, "factory-of-" + name, false, 0);

@@ -1,4 +1,4 @@
-// mode=arithmetic: its grammar, and what it means for types.
+// mode=arithmetic: its grammar and its type rules.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/transform/arithmetic.hpp"
 
@@ -34,7 +34,7 @@ Result<std::variant<int64_t, double>> take_operand(OptionReader& reader) {
                             kExample);
 }
 
-// "@12" -> 12; nullopt when there is no '@' here.
+// Reads "@12" as 12; nullopt if there is no '@' here.
 Result<std::optional<uint32_t>> take_index(OptionReader& reader, const char* meaning,
                                            uint64_t limit) {
   using Index = std::optional<uint32_t>;
@@ -55,7 +55,7 @@ Result<ArithmeticStep> take_step(OptionReader& reader) {
   if (!op) return reader.syntax_error("add:NUMBER, mul:NUMBER or div:NUMBER", kExample);
   auto operand = take_operand(reader);
   if (!operand) return std::move(operand).error();
-  while (reader.take(":")) {  // "add:1:2:3": only the first number counts
+  while (reader.take(":")) {  // "add:1:2:3": only the first number is used
     auto ignored = take_operand(reader);
     if (!ignored) return std::move(ignored).error();
   }
@@ -64,7 +64,8 @@ Result<ArithmeticStep> take_step(OptionReader& reader) {
   return ArithmeticStep{*op, *operand, *channel};
 }
 
-// A typecast where an operator belongs. At the very end it is ignored, as it always was.
+// Handles a typecast in place of an operator. At the very end it is ignored with a warning, for
+// compatibility.
 Status take_late_typecast(OptionReader& reader, const Arithmetic& arithmetic,
                           std::vector<std::string>& warnings) {
   const size_t begin = reader.position();
@@ -116,7 +117,7 @@ Status take_steps(OptionReader& reader, Arithmetic& arithmetic,
     auto step = take_step(reader);
     if (!step) return std::move(step).error();
     arithmetic.steps.push_back(*step);
-    reader.take(",");  // may be missing, and may stand at the end
+    reader.take(",");  // optional, also at the end
     if (auto late = take_late_typecast(reader, arithmetic, warnings); !late) return late;
   } while (!reader.at_end());
   return ok();

@@ -1,4 +1,4 @@
-// The grammar of the arithmetic option, and what it means for types.
+// The grammar of the arithmetic option and its type rules.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/transform/transform.hpp"
 
@@ -87,7 +87,7 @@ TEST(ArithmeticOption, ATypecastAtTheEndIsIgnoredWithAWarning) {
   EXPECT_SAYS(operation->warnings[0], "ignored");
 }
 
-TEST(ArithmeticOption, ATypecastInTheMiddleIsRefusedAndMovedInTheFix) {
+TEST(ArithmeticOption, ATypecastInTheMiddleIsRejectedAndMovedInTheFix) {
   const auto error = refusal_of("add:1,typecast:float32,mul:2");
   EXPECT_EQ(error.code, Code::OPTION_SYNTAX);
   EXPECT_EQ(error.needed, "typecast only at the start of the option");
@@ -95,7 +95,7 @@ TEST(ArithmeticOption, ATypecastInTheMiddleIsRefusedAndMovedInTheFix) {
   EXPECT_EQ(error.difference, "at character 7:\n    add:1,typecast:float32,mul:2\n          ^");
 }
 
-TEST(ArithmeticOption, TypecastsWithoutOperatorsAreRefused) {
+TEST(ArithmeticOption, TypecastsWithoutOperatorsAreRejected) {
   for (const char* option :
        {"typecast:float32", "typecast:float32,", "typecast:float32,typecast:int8,add:1",
         "per-channel:false,typecast:int8", "per-channel:true@0,typecast:uint8,add:1",
@@ -104,7 +104,7 @@ TEST(ArithmeticOption, TypecastsWithoutOperatorsAreRefused) {
     EXPECT_EQ(refusal_of(option).code, Code::OPTION_SYNTAX) << option;
 }
 
-TEST(ArithmeticOption, BrokenOperatorsAreRefused) {
+TEST(ArithmeticOption, BrokenOperatorsAreRejected) {
   for (const char* option : {"",
                              ",",
                              "add",
@@ -128,20 +128,20 @@ TEST(ArithmeticOption, BrokenOperatorsAreRefused) {
     EXPECT_EQ(refusal_of(option).code, Code::OPTION_SYNTAX) << option;
 }
 
-TEST(ArithmeticOption, BrokenNumbersAreRefused) {
+TEST(ArithmeticOption, BrokenNumbersAreRejected) {
   for (const char* option : {"add:5.", "add:.", "add:1e", "add:1e+", "add:--1", "add:+-1", "add:+",
                              "add:1.2.3", "add:0x10", "add:nan", "add:inf", "add:1,5", "add:e5"})
     EXPECT_EQ(refusal_of(option).code, Code::OPTION_SYNTAX) << option;
 }
 
-TEST(ArithmeticOption, NumbersOutOfRangeAreRefused) {
+TEST(ArithmeticOption, NumbersOutOfRangeAreRejected) {
   for (const char* option :
        {"add:9223372036854775808", "mul:1e400", "div:-1e999", "per-channel:true@16,add:1",
         "per-channel:true@99999999999999999999,add:1", "per-channel:true@0,add:1@4294967296"})
     EXPECT_EQ(refusal_of(option).code, Code::OPTION_VALUE) << option;
 }
 
-TEST(ArithmeticOption, BrokenPerChannelsAreRefused) {
+TEST(ArithmeticOption, BrokenPerChannelsAreRejected) {
   for (const char* option :
        {"per-channel:true,add:1", "per-channel:true@,add:1", "per-channel:true@x,add:1",
         "per-channel:false@0,add:1", "per-channel:yes,add:1", "per-channel:true@0", "per-channel:",
@@ -157,7 +157,7 @@ TEST(ArithmeticOption, TheCaretPointsAtThePlace) {
   EXPECT_EQ(refusal_of("sub:1").needed, "add:NUMBER, mul:NUMBER or div:NUMBER");
 }
 
-TEST(ArithmeticTypes, TheOutputHasTheTypecastsTypeElseTheInputs) {
+TEST(ArithmeticTypes, TheOutputHasTheTypecastsTypeOrTheInputs) {
   const TensorSpec in{ElementType::UInt8, {3, 224, 224}, "image"};
   const auto cast = output_spec(*parse(Mode::Arithmetic, "typecast:float32,add:1"), in);
   ASSERT_TRUE(cast);

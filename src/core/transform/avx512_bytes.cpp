@@ -1,4 +1,4 @@
-// What AVX-512 has for bytes since VBMI and VNNI: sums of squares, pixels of three bytes.
+// AVX-512 VBMI and VNNI kernels for bytes: sums of squares, and three-byte pixels.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/transform/avx512_bytes.hpp"
 
@@ -30,7 +30,7 @@ bool has_avx512_bytes() noexcept {
   return has && allowed_here.load(std::memory_order_relaxed);
 }
 
-// x^2 = x (x - 128) + 128 x, of which x is unsigned and x - 128 signed, as the instruction wants.
+// x^2 = x (x - 128) + 128 x: x is unsigned and x - 128 signed, as the instruction requires.
 WEIR_WITH_AVX512_BYTES ByteSums add_bytes_avx512(const uint8_t* in, size_t count,
                                                  uint8_t turned) noexcept {
   constexpr size_t kLanes = 64, kChains = 4;
@@ -67,8 +67,8 @@ WEIR_WITH_AVX512_BYTES ByteSums add_bytes_avx512(const uint8_t* in, size_t count
 
 namespace {
 
-// Four rows of four pixels in each of the first two sources: columns 2 p and 2 p + 1 of eight rows,
-// 24 bytes each. Two of those: column p of sixteen rows.
+// Indices that combine four rows of four pixels from two sources to columns 2 p and 2 p + 1 of
+// eight rows, 24 bytes each, and two of these to column p of sixteen rows.
 struct TripleIndices {
   alignas(64) uint8_t eight[2][64] = {};
   alignas(64) uint8_t sixteen[2][64] = {};

@@ -1,6 +1,6 @@
-// cast_block: kChainBlock elements change their type. Included once per CPU target, inside
+// cast_block: converts the type of kChainBlock elements. Included once per CPU target, inside
 // Highway's foreach_target; the loops have constant lengths and no branches, so compilers vectorise
-// them for each.
+// them for each target.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #if defined(WEIR_CAST_BLOCK_INL) == defined(HWY_TARGET_TOGGLE)
 #ifdef WEIR_CAST_BLOCK_INL
@@ -12,7 +12,7 @@
 HWY_BEFORE_NAMESPACE();
 namespace weir::transform::HWY_NAMESPACE {
 
-// The memories are apart from each other and aligned.
+// Precondition: the memories do not overlap and are aligned.
 using CastBlock = void (*)(const std::byte* in, std::byte* out) noexcept;
 
 template <class From, class To>

@@ -1,4 +1,4 @@
-// The element-wise chain: the plain scalar kernel, and the choice of how channels are walked.
+// The element-wise chain: the scalar kernel, and the choice of how channels are processed.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/transform/chain.hpp"
 
@@ -33,7 +33,7 @@ T apply(Operator op, T x, T operand) noexcept {
   return div<T>(x, operand);
 }
 
-// The rules, element by element. Everything else must give these results.
+// The reference implementation, element by element. All others must produce these results.
 template <class From, class To>
 void run_plain(std::span<const TypedStep> steps, const Channels& channels, const std::byte* in,
                std::byte* out, size_t count) noexcept {
@@ -57,16 +57,16 @@ PlainRunner plain_runner(ElementType from, ElementType to) noexcept {
   });
 }
 
-// What every chain has: sizes, steps, and the divisions that are not done.
+// The common parts of every chain: sizes, steps, and the divisions that are skipped.
 struct ChainParts {
   ElementType from, to;
   size_t count;  // elements of the tensor
   Channels channels;
   std::vector<TypedStep> steps;           // without integer divisions by zero
-  std::vector<TypedStep> zero_divisions;  // they leave each element as it is, and are counted
+  std::vector<TypedStep> zero_divisions;  // leave each element unchanged and are counted
 };
 
-// How many of the first `count` elements have this channel.
+// The number of elements with this channel among the first `count`.
 uint64_t elements_of_channel(const Channels& channels, uint32_t channel, size_t count) noexcept {
   if (channel >= channels.count) return 0;
   const size_t period = channels.inner * channels.count;
@@ -170,7 +170,7 @@ class VectorChain final : public ChainKernel {
   ChainRunner runner_;
 };
 
-// Channels that lie in long runs: one program for each channel that a step names, one for others.
+// For channels in long runs: one program for each channel that a step names, one for all others.
 class RunwiseChain final : public ChainKernel {
  public:
   explicit RunwiseChain(ChainParts parts)
@@ -215,14 +215,14 @@ class RunwiseChain final : public ChainKernel {
     }
   }
 
-  std::vector<std::pair<uint32_t, ChainProgram>> programs_;  // ascending channels
+  std::vector<std::pair<uint32_t, ChainProgram>> programs_;  // in ascending order of channels
   ChainProgram other_;
   ChainRunner runner_;
 };
 
 std::shared_ptr<const Kernel> kernel_of(ChainParts parts, bool accelerate) {
   if (!accelerate) return std::make_shared<PlainChain>(std::move(parts));
-  constexpr size_t kTableLimit = 1 << 18;  // elements of a period that are worth a table
+  constexpr size_t kTableLimit = 1 << 18;  // a larger period is not worth a table
   const auto [inner, channels] = parts.channels;
   if (channels > 1 && inner >= kChainBlock) return std::make_shared<RunwiseChain>(std::move(parts));
   if (inner > kTableLimit / channels) return std::make_shared<PlainChain>(std::move(parts));

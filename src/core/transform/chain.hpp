@@ -1,4 +1,4 @@
-// The element-wise chain: a conversion and any sequence of add, mul and div, in one pass.
+// The element-wise chain: a conversion and any sequence of add, mul and div in one pass.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <cstddef>
@@ -12,20 +12,21 @@
 
 namespace weir::transform {
 
-// in.type -> to, then the steps in order. `channel_dimension`: steps with a channel touch only the
-// elements with that index there; without it the channels of steps do not count.
+// Converts in.type to `to` and then applies the steps in order. With `channel_dimension`, a step
+// with a channel applies only to elements with that index in the dimension; otherwise the channels
+// of steps are ignored.
 std::shared_ptr<const Kernel> make_chain_kernel(const TensorSpec& in, ElementType to,
                                                 std::span<const ArithmeticStep> steps,
                                                 std::optional<size_t> channel_dimension,
                                                 bool accelerate);
 
-// Where the channel of an element is: (index / inner) % count.
+// The channel of an element is (index / inner) % count.
 struct Channels {
   size_t inner = 1;
   size_t count = 1;
 };
 
-// A step whose operand has the type of the tensor.
+// A step with its operand in the tensor's type.
 struct TypedStep {
   Operator op = Operator::Add;
   std::optional<uint32_t> channel;

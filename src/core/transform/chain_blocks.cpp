@@ -1,5 +1,5 @@
-// Chains of any types: a block is converted, each column runs over it while it is in the L1 cache.
-// The loops have constant lengths and no branches: the compiler vectorises them for each target.
+// Chains of any types: converts a block and runs each column over it while it is in the L1 cache.
+// The loops have constant lengths and no branches, so the compiler vectorises them for each target.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <algorithm>
 #include <cstring>
@@ -18,7 +18,7 @@
 HWY_BEFORE_NAMESPACE();
 namespace weir::transform::HWY_NAMESPACE {
 
-// kChainBlock elements; the memories are apart from each other and aligned.
+// Processes kChainBlock elements; the memories do not overlap and are aligned.
 using ColumnBlock = void (*)(std::byte* values, const std::byte* operands) noexcept;
 
 template <class T>
@@ -26,7 +26,8 @@ T apply_op(ColumnOp op, T x, T operand) noexcept {
   if (op == ColumnOp::Add) return add<T>(x, operand);
   if (op == ColumnOp::Mul) return mul<T>(x, operand);
   if constexpr (std::integral<T> && sizeof(T) <= 2) {
-    // Exact: a quotient of 16-bit numbers is never nearer to the next integer than float resolves.
+    // Exact: a quotient of 16-bit numbers is never closer to the next integer than float can
+    // resolve.
     return static_cast<T>(
         static_cast<int32_t>(static_cast<float>(x) / static_cast<float>(operand)));
   } else if constexpr (std::integral<T> && sizeof(T) == 4) {
@@ -68,7 +69,7 @@ ColumnBlock column_for(ColumnOp op, ElementType type) noexcept {
         return column_block<T, ColumnOp::Mul>;
       case ColumnOp::Div:
       case ColumnOp::DivByReciprocal:
-        break;  // the divisor is there as well
+        break;  // the divisor is available as well
     }
     return column_block<T, ColumnOp::Div>;
   });

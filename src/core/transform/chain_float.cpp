@@ -1,5 +1,5 @@
-// Chains to float32 from small integers and floats: load, convert, all columns, store, with nothing
-// but registers between.
+// Chains to float32 from small integers and floats: load, convert, all columns and store, entirely
+// in registers.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <algorithm>
 #include <cstring>
@@ -19,7 +19,7 @@ HWY_BEFORE_NAMESPACE();
 namespace weir::transform::HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
-// A group of these fits a block, however long the vectors of the CPU are.
+// A group of this many vectors fits into a block on every CPU.
 constexpr size_t kGroup = 12;
 using FloatTag = hn::CappedTag<float, 16>;
 using FloatVec = hn::Vec<FloatTag>;
@@ -41,7 +41,7 @@ struct FloatColumn {
         phase(from) {}
 };
 
-// Twelve vectors at a time hide the latency of each operation, and what choosing it costs.
+// Twelve vectors at a time hide the latency of each operation and the cost of selecting it.
 struct FloatGroup {
   FloatVec a, b, c, d, e, f, g, h, i, j, k, l;
 
@@ -63,8 +63,8 @@ struct FloatGroup {
   }
 };
 
-// kRepeat: the operands are the same again after so many vectors, which divides a group, and each
-// is loaded once; 0: after another number of elements, so that each vector loads its own.
+// kRepeat: the operands repeat after this many vectors, which divides a group, and each is loaded
+// once. 0: another period, so each vector loads its own operands.
 template <size_t kRepeat>
 HWY_INLINE FloatVec operand_at(const float* operands, size_t vector) noexcept {
   const FloatTag df;
@@ -96,7 +96,7 @@ HWY_INLINE void run_column(const FloatColumn& column, FloatGroup& x) noexcept {
   x.each([&](auto v, size_t n) HWY_ATTR { return hn::Div(v, at(column.operands, n)); });
 }
 
-// One group. kStreamed: past the caches; `out` is aligned to a vector.
+// Processes one group. kStreamed: non-temporal stores; `out` is aligned to a vector.
 template <class From, size_t kRepeat, bool kStreamed>
 HWY_INLINE void run_group(const ChainProgram& program, size_t phase, const From* in,
                           float* out) noexcept {
@@ -115,11 +115,11 @@ HWY_INLINE void run_group(const ChainProgram& program, size_t phase, const From*
 template <class From, size_t kRepeat, bool kStreamed>
 void run_groups(const ChainProgram& program, const std::byte* in_bytes, std::byte* out_bytes,
                 size_t count) noexcept {
-  // Highway's unaligned loads and stores: the pointers are never read through as they are.
+  // Highway's loads and stores are unaligned; the cast pointers are never dereferenced directly.
   const From* in = reinterpret_cast<const From*>(in_bytes);
   float* out = reinterpret_cast<float*>(out_bytes);
   const size_t group = kGroup * hn::Lanes(FloatTag());
-  const size_t advance = group % program.period;  // 0 where kRepeat is not
+  const size_t advance = group % program.period;  // 0 if kRepeat is not
   size_t phase = 0;
   size_t i = 0;
   for (; count - i >= group; i += group) {

@@ -1,4 +1,4 @@
-// Builds the columns of a chain, and finds divisions that a multiplication does exactly.
+// Builds the columns of a chain and finds divisions that a multiplication replaces exactly.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/transform/chain_program.hpp"
 
@@ -20,7 +20,7 @@ T neutral(Operator op) noexcept {
   if constexpr (std::integral<T>)
     return T{0};
   else
-    return convert<T>(-0.0f);  // -0 + +0 is +0: only -0 leaves both zeros as they are
+    return convert<T>(-0.0f);  // -0 + +0 is +0, so only adding -0 preserves both zeros
 }
 
 template <class T>
@@ -30,13 +30,13 @@ struct TypedColumn {
   std::vector<uint8_t> taken;  // 1: the channel has its operand
 };
 
-// A step joins the last column when that has the same operation and no operand yet for the step's
-// channels; the order of operations on each element is kept.
+// A step joins the last column if the operation is the same and its channels have no operand there
+// yet, so the order of operations on each element is kept.
 template <class T>
 std::vector<TypedColumn<T>> columns_of(std::span<const TypedStep> steps, size_t channels) {
   std::vector<TypedColumn<T>> columns;
   for (const auto& step : steps) {
-    if (step.channel && *step.channel >= channels) continue;  // touches nothing
+    if (step.channel && *step.channel >= channels) continue;  // affects no element
     const size_t begin = step.channel ? *step.channel : 0;
     const size_t end = step.channel ? begin + 1 : channels;
     const auto is_taken = [&](const TypedColumn<T>& column) {
@@ -57,7 +57,7 @@ std::vector<TypedColumn<T>> columns_of(std::span<const TypedStep> steps, size_t 
   return columns;
 }
 
-// One value per channel -> one per element of the period, and a block more.
+// Expands one value per channel to one per element of the period, plus a block.
 template <class T>
 std::vector<std::byte> expand(const std::vector<T>& by_channel, size_t inner) {
   const size_t count = by_channel.size() * inner + kChainBlock;
@@ -102,8 +102,8 @@ float apply(Operator op, float x, float operand) noexcept {
   return x / operand;
 }
 
-// Walks every value that a channel can have through the columns, and clears exact[i] when the
-// division of column i is not the same bits by the reciprocal.
+// Runs every possible value of a channel through the columns and clears exact[i] if the reciprocal
+// gives other bits than the division of column i.
 void check_reciprocals(std::span<const float> inputs,
                        const std::vector<TypedColumn<float>>& columns, size_t channel,
                        std::vector<bool>& exact) {
@@ -121,7 +121,7 @@ void check_reciprocals(std::span<const float> inputs,
   }
 }
 
-// Every value of an 8- or 16-bit integer type; none for other types.
+// Every value of an 8-bit or 16-bit integer type; empty for other types.
 std::vector<float> all_values(ElementType type) {
   return visit_type(type, [](auto tag) {
     using T = typename decltype(tag)::type;
@@ -133,10 +133,10 @@ std::vector<float> all_values(ElementType type) {
   });
 }
 
-// Which divisions may be done by a reciprocal.
+// Selects the divisions that a reciprocal may replace.
 std::vector<bool> exact_reciprocals(ElementType from,
                                     const std::vector<TypedColumn<float>>& columns) {
-  constexpr size_t kWork = 1 << 20;  // more is not worth the time at the start
+  constexpr size_t kWork = 1 << 20;  // more would delay the start too much
   std::vector<bool> exact(columns.size(), false);
   if (columns.empty()) return exact;
   const auto inputs = all_values(from);

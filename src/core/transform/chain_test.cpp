@@ -1,4 +1,4 @@
-// Arithmetic: results against the rules written a second time, on each target and without.
+// Arithmetic: compares with a second version of the rules, on each SIMD target and without SIMD.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <cinttypes>
 
@@ -141,7 +141,7 @@ TEST(Arithmetic, EveryTargetAgreesWithTheReference) {
   for_each_target([] { check_random_options(600, true); });
 }
 
-// The whole input range, so each reciprocal that replaces a division is seen with each value.
+// The whole input range, so that each reciprocal that replaces a division meets every value.
 TEST(Arithmetic, DivisionsOfBytesAreExactForEveryValueAndTarget) {
   std::vector<uint8_t> in;
   for (size_t i = 0; i < 256 * 3; ++i) in.push_back(static_cast<uint8_t>(i / 3));
@@ -160,7 +160,7 @@ TEST(Arithmetic, DivisionsOfBytesAreExactForEveryValueAndTarget) {
   }
 }
 
-TEST(Arithmetic, ChannelsOutsideOfAnyVectorLengthAreRight) {
+TEST(Arithmetic, ChannelsBeyondAnyVectorLengthAreCorrect) {
   std::mt19937_64 random(11);
   for (const auto& shape : {Shape{300, 3, 2}, Shape{17, 5, 3}, Shape{1, 3, 257}, Shape{1001, 2},
                             Shape{255, 2, 2}, Shape{256, 2, 2}, Shape{5, 1}}) {
@@ -173,10 +173,10 @@ TEST(Arithmetic, ChannelsOutsideOfAnyVectorLengthAreRight) {
   }
 }
 
-TEST(Arithmetic, OperandsThatRepeatAfterAnyNumberOfElementsAreRight) {
+TEST(Arithmetic, OperandsRepeatedAfterAnyNumberOfElementsAreCorrect) {
   std::mt19937_64 random(11);
   for (uint32_t channels : {1, 2, 3, 4, 5, 6, 8, 9, 12, 15, 16, 17, 24, 48, 200, 257}) {
-    const Shape shape{channels, 1200 / channels + 7};  // several groups of vectors, and a rest
+    const Shape shape{channels, 1200 / channels + 7};  // several groups of vectors and a rest
     const auto bytes = test::random_values<uint8_t>(*shape.count(), random);
     const auto floats = test::random_values<float>(*shape.count(), random);
     std::string option = "per-channel:true@0,add:1.5";
@@ -190,14 +190,14 @@ TEST(Arithmetic, OperandsThatRepeatAfterAnyNumberOfElementsAreRight) {
   }
 }
 
-TEST(Arithmetic, ManyChannelsBeyondTheTableAreRight) {
+TEST(Arithmetic, ManyChannelsBeyondTheTableAreCorrect) {
   const Shape shape{2, 200000};
   std::mt19937_64 random(3);
   const auto in = test::random_values<int16_t>(*shape.count(), random);
   expect_as_reference<int16_t>("per-channel:true@1,add:5@199999,mul:2@0,div:3@7", shape, in, true);
 }
 
-TEST(Arithmetic, OperandsTakeTheTensorsTypeFirst) {
+TEST(Arithmetic, OperandsAreConvertedToTheTensorsTypeFirst) {
   const std::vector<uint8_t> in{0, 1, 100, 255};
   for (const bool accelerate : {false, true}) {
     EXPECT_EQ((run<uint8_t>(Mode::Arithmetic, "mul:0.5", Shape{4}, in, accelerate)),
@@ -226,10 +226,10 @@ TEST(Arithmetic, SmallIntegersSaturateAndWideOnesWrap) {
             (std::vector<int64_t>{INT64_MIN}));
   EXPECT_EQ((run<int64_t>(Mode::Arithmetic, "add:5000000000,mul:3", Shape{1},
                           std::vector<int64_t>{6000000000})),
-            (std::vector<int64_t>{33000000000}));  // not through 32 bits
+            (std::vector<int64_t>{33000000000}));  // exceeds 32 bits
 }
 
-TEST(Arithmetic, IntegerDivisionByZeroLeavesTheElementAndIsCounted) {
+TEST(Arithmetic, IntegerDivisionByZeroKeepsTheElementAndIsCounted) {
   const std::vector<int32_t> in{7, -7, 0, 9, 5, 6};
   for (const bool accelerate : {false, true}) {
     Counters counters;
@@ -295,7 +295,7 @@ TEST(Arithmetic, InPlaceGivesTheSameResults) {
   }
 }
 
-// What does not stay in the caches is written past them.
+// Tensors that exceed the caches use non-temporal stores.
 TEST(Arithmetic, LargeTensorsAreTheSameAtAnyPlace) {
   constexpr size_t kCount = 3 * 1400 * 1003;
   const TensorSpec spec{ElementType::UInt8, {3, 1400, 1003}, ""};
@@ -324,7 +324,7 @@ TEST(Arithmetic, DifferentElementSizesAreNotDoneInPlace) {
       test::plan_of(Mode::Arithmetic, "typecast:float32,add:1", spec, true).in_place_possible());
 }
 
-// Guards before and behind at odd addresses: nothing else is touched.
+// Guards at odd addresses before and after the spans stay untouched.
 TEST(Arithmetic, ShortAndUnalignedSpansAreRespected) {
   const TensorSpec spec{ElementType::UInt8, {1000}, ""};
   std::vector<std::byte> in(1001, std::byte{9});
@@ -345,7 +345,7 @@ TEST(Arithmetic, ShortAndUnalignedSpansAreRespected) {
     }
 }
 
-TEST(Arithmetic, ShortInputCountsOnlyWhatWasThere) {
+TEST(Arithmetic, ShortInputCountsOnlyPresentElements) {
   const TensorSpec spec{ElementType::UInt8, {3, 4}, ""};
   const auto made = test::plan_of(Mode::Arithmetic, "per-channel:true@0,div:0@1", spec, true);
   std::vector<std::byte> in(5), out(12);

@@ -24,7 +24,7 @@ Result<double> take_limit(OptionReader& reader) {
   return reader.value_error("a limit of the clamp is out of range", "a float64", kExample);
 }
 
-// The float16 next to x, up or down; x is finite.
+// The next float16 above or below x; x is finite.
 float16 next_half(float16 x, bool up) noexcept {
   const bool negative = (x.bits & 0x8000) != 0;
   if ((x.bits & 0x7FFF) == 0)
@@ -59,7 +59,7 @@ T rounded(double x) noexcept {
     return static_cast<T>(x);
 }
 
-// Comparing in T is exact: the limits move to the next value of T inside the range.
+// Comparing in T is exact: the limits move to the nearest value of T inside the range.
 template <class T>
 Limits<T> real_limits(const Clamp& clamp) noexcept {
   Limits<T> out{rounded<T>(clamp.low), rounded<T>(clamp.low), rounded<T>(clamp.high),
@@ -127,8 +127,8 @@ Result<Operation> parse_clamp(std::string_view option) {
   if (!reader.at_end()) return reader.syntax_error("the end", kExample);
   if (*low <= *high) return Operation{Clamp{*low, *high}, {}};
   reader.go_to(begin);
-  return reader.value_error("the limits of the clamp are the wrong way round",
-                            "the lowest value first",
+  return reader.value_error("the lower limit of the clamp is above the upper limit",
+                            "the lower limit first",
                             "option=" + std::string(option.substr(begin)) + ":" +
                                 std::string(option.substr(0, begin - 1)));
 }

@@ -11,15 +11,15 @@ std::optional<TemplateSpec> input_of(const Clamp& clamp, const TemplateSpec& out
 std::shared_ptr<const Kernel> make_kernel(const Clamp& clamp, const TensorSpec& in,
                                           bool accelerate);
 
-// The limits in the tensor's own type T: x < first becomes low, x > last becomes high. Where no
-// value of T lies in the range, `fill` holds and every element becomes low.
+// The limits in the tensor's own type T: x < first becomes low, x > last becomes high. If no value
+// of T is in the range, `fill` is true and every element becomes low.
 template <class T>
 struct Limits {
   T first{}, low{}, last{}, high{};
   bool fill = false;
 };
 
-// NaN stays. (clamp_blocks.cpp)
+// Leaves NaN unchanged. (clamp_blocks.cpp)
 void run_clamp(const std::byte* in, std::byte* out, size_t count, ElementType type,
                const std::byte* limits) noexcept;
 

@@ -1,4 +1,5 @@
-// mode=clamp: grammar, and every type against comparisons in long double, which holds all of them.
+// mode=clamp: its grammar, and every type against comparisons in long double, which holds all
+// values.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/transform/transform_test_support.hpp"
 
@@ -24,7 +25,7 @@ long double exact(T x) {
     return static_cast<long double>(x);
 }
 
-// The value of T nearest to a limit: whole parts for integers.
+// The value of T nearest to a limit; for integers its integer part.
 template <class T>
 T nearest_value(double limit) {
   if constexpr (std::is_same_v<T, float16>) {
@@ -99,7 +100,7 @@ TEST(Clamp, KeepsTheSpec) {
   EXPECT_EQ(input_candidates(*operation, {ElementType::Int16, {}})->type, ElementType::Int16);
 }
 
-TEST(Clamp, RefusesWhatItCannotRead) {
+TEST(Clamp, RejectsWhatItCannotRead) {
   struct Case {
     const char *option, *needed, *caret;
   };
@@ -110,7 +111,7 @@ TEST(Clamp, RefusesWhatItCannotRead) {
                                    {"0:x", "a number", "character 3"},
                                    {"0:1:2", "the end", "character 4"},
                                    {"0:1e999", "a float64", "character 3"},
-                                   {"5:-1", "the lowest value first", "character 3"}}) {
+                                   {"5:-1", "the lower limit first", "character 3"}}) {
     const auto operation = parse(Mode::Clamp, option);
     ASSERT_FALSE(operation) << option;
     EXPECT_SAYS(operation.error().needed, needed) << option;

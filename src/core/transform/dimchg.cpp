@@ -1,4 +1,4 @@
-// mode=dimchg: its grammar, and the transposition that it is.
+// mode=dimchg: its grammar and its conversion to a transposition.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/transform/dimchg.hpp"
 

@@ -1,4 +1,4 @@
-// mode=dimchg: FROM:TO moves one dimension to another place. A transposition with another name.
+// mode=dimchg: FROM:TO moves one dimension to another place; a special case of transposition.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include "core/transform/kernel.hpp"

@@ -1,4 +1,4 @@
-// mode=dimchg: grammar, shapes, and data as NumPy's moveaxis gives them.
+// mode=dimchg: grammar, shapes, and data as in NumPy's moveaxis.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/transform/transform_test_support.hpp"
 
@@ -7,7 +7,7 @@
 namespace weir::transform {
 namespace {
 
-// The order of the output's dimensions after moving one: taken out, then put back in.
+// The order of the output's dimensions: removes one and inserts it elsewhere.
 std::vector<size_t> moved(size_t from, size_t to) {
   std::vector<size_t> order;
   for (size_t i = 0; i < kRankLimit; ++i)
@@ -45,17 +45,17 @@ TEST(Dimchg, MovesOneDimensionAndTheOthersFollow) {
   }
 }
 
-TEST(Dimchg, GivesTheShapesOfTheSpecification) {
+TEST(Dimchg, GivesTheDocumentedShapes) {
   const auto shape = [](const char* option, const Shape& in) {
     return test::plan_of(Mode::Dimchg, option, {ElementType::UInt8, in, ""}, true).output().shape;
   };
   EXPECT_EQ(shape("0:2", {3, 224, 112, 1}), (Shape{224, 112, 3, 1}));
   EXPECT_EQ(shape("2:0", {224, 112, 3}), (Shape{3, 224, 112}));
   EXPECT_EQ(shape("1:1", {3, 4}), (Shape{3, 4}));
-  EXPECT_EQ(shape("0:3", {3, 4}).to_string(), "4:1:1:3");  // what is missing counts as 1
+  EXPECT_EQ(shape("0:3", {3, 4}).to_string(), "4:1:1:3");  // missing dimensions count as 1
 }
 
-TEST(Dimchg, GoesBackForCaps) {
+TEST(Dimchg, InvertsForCaps) {
   const auto operation = parse(Mode::Dimchg, "0:2");
   EXPECT_EQ(input_candidates(*operation, {ElementType::UInt8, {224, 112, 3}})->shape,
             (Shape{3, 224, 112}));
@@ -71,7 +71,7 @@ TEST(Dimchg, WarnsWhenNothingMoves) {
   EXPECT_TRUE(parse(Mode::Dimchg, "0:15")->warnings.empty());
 }
 
-TEST(Dimchg, RefusesWhatItCannotRead) {
+TEST(Dimchg, RejectsWhatItCannotRead) {
   for (const auto& [option, needed] : std::initializer_list<std::pair<const char*, const char*>>{
            {"", "the number of a dimension"},
            {"0", "':' and the place"},

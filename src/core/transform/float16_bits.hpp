@@ -1,5 +1,5 @@
-// float16 <-> float32 without branches, for loops that compilers vectorise. The same bits as
-// weir::float16 gives; a test holds the two together.
+// Branch-free conversion between float16 and float32 for loops that compilers vectorise. A test
+// checks that the bits equal those of weir::float16.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <bit>

@@ -1,4 +1,4 @@
-// A block of elements at a time.
+// Runs two kernels on one block of elements at a time.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/transform/fused.hpp"
 

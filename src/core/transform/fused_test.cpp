@@ -1,4 +1,4 @@
-// Two plans in one pass: the same bits as one after the other, or no fusion.
+// Two plans in one pass give the same bits as one after the other, or are not fused.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/transform/transform_test_support.hpp"
 
@@ -18,7 +18,7 @@ std::vector<std::byte> applied(const Plan& plan, const std::vector<std::byte>& i
   return out;
 }
 
-// Whether the two were fused; the results are compared when they were.
+// Returns whether the two were fused; compares the results if they were.
 bool fuses(const Stage& one, const Stage& two, const TensorSpec& spec, bool accelerate = true) {
   SCOPED_TRACE(std::string(one.option) + " then " + two.option + " of " + spec.to_string());
   const auto first = test::plan_of(one.mode, one.option, spec, accelerate);
@@ -49,14 +49,14 @@ constexpr Stage kBack{Mode::Typecast, "uint8"};
 constexpr Stage kZeroDivision{Mode::Arithmetic, "div:0,add:3"};
 constexpr Stage kChannels{Mode::Arithmetic, "per-channel:true@0,add:1@0,mul:3@2"};
 constexpr Stage kPlanes{Mode::Arithmetic, "per-channel:true@2,add:1@0,mul:3@2"};
-// Dimension 2 of these tensors has one channel: `@0` is all elements, `@1` none.
+// Dimension 2 of these tensors has one channel: `@0` means all elements, `@1` none.
 constexpr Stage kOnlyChannel{Mode::Arithmetic, "per-channel:true@2,add:5@0,mul:2@1"};
 constexpr Stage kZeroOfAChannel{Mode::Arithmetic, "per-channel:true@0,div:0@1,add:1"};
 constexpr Stage kCastAndScale{Mode::Arithmetic, "typecast:float32,add:-127.5,div:127.5"};
 constexpr Stage kOrder{Mode::Transpose, "1:0:2:3"};
 constexpr Stage kStand{Mode::Stand, "default"};
 
-TEST(Fused, GivesWhatBothGiveOneAfterTheOther) {
+TEST(Fused, EqualsBothInSequence) {
   for (const uint32_t width : {1u, 7u, 2048u / 3, 5000u}) {
     const TensorSpec bytes{ElementType::UInt8, {3, width}, ""};
     const TensorSpec reals{ElementType::Float32, {3, width}, ""};
@@ -99,7 +99,7 @@ TEST(Fused, ThreeAreFusedTwoByTwo) {
             applied(limit, applied(scale, applied(cast, in, &counters), &counters), &counters));
 }
 
-TEST(Fused, ArithmeticBehindACastTakesChannelsThatAreFarApart) {
+TEST(Fused, ArithmeticAfterACastHandlesDistantChannels) {
   for (const bool accelerate : {true, false})
     for (const uint32_t width : {100u, 7u}) {
       const TensorSpec spec{ElementType::UInt8, {width, 100, 3}, ""};
@@ -109,7 +109,7 @@ TEST(Fused, ArithmeticBehindACastTakesChannelsThatAreFarApart) {
     }
 }
 
-TEST(Fused, ArithmeticBehindACastIsOneChain) {
+TEST(Fused, ArithmeticAfterACastIsOneChain) {
   const TensorSpec spec{ElementType::UInt8, {3, 1000}, ""};
   const auto one = test::plan_of(kCastAndScale.mode, kCastAndScale.option, spec, true);
   const auto cast = test::plan_of(kCast.mode, kCast.option, spec, true);
@@ -172,7 +172,7 @@ TEST(Fused, AnyTwoOptionsGiveTheSameBits) {
   EXPECT_GT(one_pass, 400u);
 }
 
-TEST(Fused, ElementWiseIsWhatNeedsNoNeighbour) {
+TEST(Fused, ElementWiseNeedsNoNeighbouringElements) {
   const TensorSpec spec{ElementType::UInt8, {3, 100, 100}, ""};
   for (const auto& stage : {kCast, kScale, kLimit, kChannels, kPlanes})
     EXPECT_TRUE(test::plan_of(stage.mode, stage.option, spec, true).is_element_wise())
@@ -183,7 +183,7 @@ TEST(Fused, ElementWiseIsWhatNeedsNoNeighbour) {
         << stage.option;
 }
 
-TEST(Fused, NotWhereATensorIsNeededAsAWhole) {
+TEST(Fused, NotIfAWholeTensorIsNeeded) {
   const TensorSpec spec{ElementType::UInt8, {3, 100, 100}, ""};
   EXPECT_FALSE(fuses(kCast, kOrder, spec));
   EXPECT_FALSE(fuses(kOrder, kCast, spec));

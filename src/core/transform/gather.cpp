@@ -1,4 +1,4 @@
-// Runs together, or through a kernel run by run.
+// Copies runs together, or passes them through a kernel run by run.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/transform/gather.hpp"
 
@@ -8,8 +8,8 @@
 namespace weir::transform {
 namespace {
 
-constexpr size_t kBlockBytes = 16384;  // in the L1 cache with what is made of it
-constexpr size_t kLongRun = 1024;      // bytes: to copy them costs more than a call of the kernel
+constexpr size_t kBlockBytes = 16384;  // fits into the L1 cache together with its result
+constexpr size_t kLongRun = 1024;      // bytes: copying more costs more than a kernel call
 
 }  // namespace
 
@@ -63,7 +63,7 @@ Counters GatherKernel::run_each(std::span<const std::byte> in,
   return counters;
 }
 
-// Runs are gathered until a block is full that holds whole periods.
+// Collects runs until a block of whole periods is full.
 Counters GatherKernel::run_blocks(std::span<const std::byte> in,
                                   std::span<std::byte> out) const noexcept {
   Counters counters;

@@ -1,4 +1,4 @@
-// Tensors with gaps: the same bits as when their elements are first brought together.
+// Tensors with gaps give the same bits as after copying them to dense memory.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/transform/transform_test_support.hpp"
 
@@ -20,7 +20,7 @@ Bytes applied(const Plan& plan, const Bytes& in) {
   plan.apply(in, out);
   return out;
 }
-// One element after the other, by the definition of strides.
+// Copies element by element by the definition of strides.
 Bytes gathered(const TensorSpec& tensor, const StridedLayout& layout, const Bytes& in) {
   Bytes out;
   const size_t size = size_of(tensor.type);
@@ -43,14 +43,14 @@ struct Case {
 const std::vector<Case> kCases{
     {{ElementType::UInt8, {3, 5, 4}, ""}, {0, {1, 3, 16}}},             // padded rows
     {{ElementType::UInt8, {3, 300, 40}, ""}, {7, {1, 3, 1000}}},        // a region of long rows
-    {{ElementType::UInt8, {3, 50, 40}, ""}, {39 * 160, {1, 3, -160}}},  // from bottom to top
+    {{ElementType::UInt8, {3, 50, 40}, ""}, {39 * 160, {1, 3, -160}}},  // bottom-up
     {{ElementType::UInt8, {3, 2000, 5}, ""}, {0, {1, 4, 8000}}},        // three channels of four
     {{ElementType::UInt16, {1000, 7, 2}, ""}, {64, {2, 2048, 20000}}},
     {{ElementType::UInt8, {640, 480, 3}, ""}, {0, {1, 640, 320000}}},  // planes apart
-    {{ElementType::UInt8, {12, 4}, ""}, {0, {1, 12}}},                 // no gap at all
+    {{ElementType::UInt8, {12, 4}, ""}, {0, {1, 12}}},                 // no gap
 };
 
-TEST(Gather, BringsTheElementsTogether) {
+TEST(Gather, CollectsTheElements) {
   for (const auto& [tensor, layout] : kCases) {
     const auto plan = gather_plan(tensor, layout);
     ASSERT_TRUE(plan) << plan.error().message();
@@ -61,7 +61,7 @@ TEST(Gather, BringsTheElementsTogether) {
   }
 }
 
-TEST(Gather, DoesElementWiseWorkOnTheWay) {
+TEST(Gather, AppliesElementWiseOperations) {
   for (const auto& [tensor, layout] : kCases)
     for (const auto& [mode, option] : std::vector<std::pair<Mode, const char*>>{
              {Mode::Typecast, "float32"},
@@ -91,9 +91,9 @@ TEST(Gather, LeavesOtherWorkToASecondPass) {
   EXPECT_FALSE(fused(*gather, test::plan_of(Mode::Stand, "default", kCases[0].tensor, true)));
 }
 
-TEST(Gather, NeverReadsBeyondWhatThereIs) {
+TEST(Gather, NeverReadsBeyondTheInput) {
   const auto gather = gather_plan(kCases[0].tensor, kCases[0].layout);
-  const Bytes in = random_bytes(20, 1);  // one row and a part of the next
+  const Bytes in = random_bytes(20, 1);  // one row and part of the next
   Bytes out(*gather->output().bytes(), std::byte{0xEE});
   gather->apply(in, out);
   EXPECT_EQ(Bytes(out.begin(), out.begin() + 15), Bytes(in.begin(), in.begin() + 15));
@@ -103,12 +103,12 @@ TEST(Gather, NeverReadsBeyondWhatThereIs) {
   EXPECT_EQ(little[15], std::byte{0xEE});
 }
 
-TEST(Gather, RefusesStridesThatLeadOutOfTheMemory) {
+TEST(Gather, RejectsStridesOutsideTheMemory) {
   const TensorSpec rows{ElementType::UInt8, {4, 3}, ""};
   const auto before = gather_plan(rows, {7, {1, -4}});
   ASSERT_FALSE(before);
   EXPECT_EQ(before.error().code, Code::SPEC_MISMATCH);
-  EXPECT_SAYS(before.error().message(), "lead out of its memory");
+  EXPECT_SAYS(before.error().message(), "lead outside its memory");
   const auto far = gather_plan(rows, {0, {1, int64_t{1} << 40}});
   ASSERT_FALSE(far);
   EXPECT_EQ(far.error().code, Code::LIMIT_EXCEEDED);

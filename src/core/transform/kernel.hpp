@@ -1,4 +1,4 @@
-// Kernel: what a Plan runs. One subclass per kind of work.
+// Kernel: the work that a Plan runs; one subclass per kind of work.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <cstddef>
@@ -15,18 +15,19 @@ class Kernel {
   Kernel& operator=(const Kernel&) = delete;
   virtual ~Kernel() = default;
 
-  // Never reads or writes beyond the spans. Called from several threads at once.
+  // Never accesses memory beyond the spans. May be called from several threads at once.
   virtual Counters run(std::span<const std::byte> in, std::span<std::byte> out) const noexcept = 0;
   virtual bool in_place_possible() const noexcept { return false; }
   virtual bool is_copy() const noexcept { return false; }
   virtual bool is_gather() const noexcept { return false; }
-  // Element by element, the same again every so many of them; 0: it needs more than that.
+  // The number of elements after which an element-wise kernel repeats; 0: the kernel is not
+  // element-wise.
   virtual size_t period() const noexcept { return 0; }
-  // One kernel of the same kind that does this and then `second`; nullptr when there is none.
+  // One kernel of the same kind that does this and then `second`; nullptr if there is none.
   virtual std::shared_ptr<const Kernel> followed_by(const Kernel&) const { return nullptr; }
 };
 
-// The same bytes again.
+// Copies the bytes unchanged.
 class CopyKernel final : public Kernel {
  public:
   explicit CopyKernel(size_t bytes, size_t element_bytes) noexcept

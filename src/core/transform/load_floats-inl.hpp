@@ -1,5 +1,5 @@
-// load_floats: a vector of floats from as many elements of another type; store_floats: past the
-// caches or into them. Included once per CPU target, inside Highway's foreach_target.
+// load_floats: loads elements of another type as a vector of floats; store_floats: stores it
+// normally or non-temporally. Included once per CPU target, inside Highway's foreach_target.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #if defined(WEIR_LOAD_FLOATS_INL) == defined(HWY_TARGET_TOGGLE)
 #ifdef WEIR_LOAD_FLOATS_INL
@@ -25,8 +25,9 @@ HWY_INLINE hwy::HWY_NAMESPACE::Vec<FloatTag> load_floats(FloatTag df, const From
   }
 }
 
-// Whether `count` floats that are made of other memory are better written past the caches: they
-// would not stay there until they are read, and a cache reads each line first. `out` is aligned.
+// Whether non-temporal stores are faster for `count` floats made from other memory: large results
+// leave the caches before they are read, and normal stores first read each line. Requires an
+// aligned `out`.
 template <class FloatTag>
 HWY_INLINE bool worth_streaming(FloatTag df, const void* in, const float* out,
                                 size_t count) noexcept {

@@ -1,6 +1,6 @@
 // The number rules of the transform: how an element changes its type, and add, mul and div.
-// Specification 3, "Number conversion" as decided. Written without branches that depend on data,
-// so that compilers vectorise loops over them.
+// docs/compatibility/transform.md 3.11 and 3.12 have the tables. Written without branches that
+// depend on data, so that compilers vectorise loops over them.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <concepts>
@@ -15,11 +15,11 @@ namespace weir::transform {
 template <class T>
 concept Number = std::integral<T> || std::floating_point<T>;
 
-// Towards zero; beyond the range the nearest end; NaN is the lowest, as the x86 conversion gives.
+// Truncates towards zero and saturates; NaN becomes the lowest value, as on x86.
 template <std::signed_integral To, std::floating_point From>
 constexpr To truncate(From x) noexcept {
   constexpr From kEnd = -static_cast<From>(std::numeric_limits<To>::min());  // 2^31 or 2^63, exact
-  // The highest From below kEnd; casting it is defined.
+  // The highest From below kEnd, which can be cast without undefined behaviour.
   constexpr From kLast = kEnd - (std::numeric_limits<From>::digits < std::numeric_limits<To>::digits
                                      ? kEnd * std::numeric_limits<From>::epsilon() / 2
                                      : From{1});
@@ -37,8 +37,9 @@ constexpr From saturate(From x) noexcept {
   return above > kMax ? kMax : above;
 }
 
-// Rows "to a narrower integer": uint8 wraps; others saturate in the signed range of the target,
-// the source taken as signed up to 32 bits. A uint64 keeps its value, or wraps into int8, uint16.
+// The rule "to a narrower integer": uint8 wraps. Others saturate in the target's signed range, and
+// the source counts as signed up to 32 bits. A uint64 source counts as unsigned; to int8 and uint16
+// it wraps.
 template <std::integral To, std::integral From>
 constexpr To narrow(From x) noexcept {
   constexpr bool kWraps =
@@ -65,7 +66,7 @@ constexpr To from_float(From x) noexcept {
   }
 }
 
-// The element `x` as a To.
+// Converts the element `x` to To.
 template <class To, class From>
 constexpr To convert(From x) noexcept {
   if constexpr (std::same_as<To, From>) {
@@ -85,8 +86,8 @@ constexpr To convert(From x) noexcept {
   }
 }
 
-// An operand as an element: integers take the low bits of the whole part, as a C cast gives them
-// (so -1.5 is 255 as a uint8, and 40000 stays itself as a uint16).
+// Converts an operand to an element: integers take the low bits of the integer part, like a C cast
+// (-1.5 is 255 as a uint8, and 40000 remains 40000 as a uint16).
 template <class To, class From>
 constexpr To convert_operand(From x) noexcept {
   if constexpr (!std::integral<To>) {
@@ -98,7 +99,7 @@ constexpr To convert_operand(From x) noexcept {
   }
 }
 
-// An integer type that holds sums and products of two T; 64-bit ones wrap as unsigned.
+// An integer type that holds sums and products of two T; 64-bit types wrap as unsigned.
 template <std::integral T>
 struct WideOf {
   using Signed = std::conditional_t<
@@ -141,7 +142,8 @@ constexpr T mul(T x, T y) noexcept {
   }
 }
 
-// C division; an integer divided by 0 stays, and the lowest one divided by -1 wraps to itself.
+// C division, but an integer divided by 0 is unchanged, and the lowest one divided by -1 wraps to
+// itself.
 template <class T>
 constexpr T div(T x, T y) noexcept {
   if constexpr (std::same_as<T, float16>) {

@@ -1,4 +1,4 @@
-// Cursor over an option text.
+// Reads tokens from an option text and creates its errors.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/transform/option_reader.hpp"
 
@@ -18,7 +18,7 @@ bool is_letter(char c) noexcept {
   return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z');
 }
 
-// Index of the first character at or behind `from` that is no digit.
+// Index of the first character at or after `from` that is not a digit.
 size_t behind_digits(std::string_view text, size_t from) noexcept {
   while (from < text.size() && is_digit(text[from])) ++from;
   return from;
@@ -40,7 +40,7 @@ ElementType OptionReader::take_type() noexcept {
   size_t letters = position_;
   while (letters < text_.size() && is_letter(text_[letters])) ++letters;
   const size_t digits = behind_digits(text_, letters) - letters;
-  // A name is letters and one of 8, 16, 32, 64: whatever follows is not its business.
+  // A name is letters followed by 8, 16, 32 or 64; the caller checks what follows.
   for (size_t length = std::min<size_t>(digits, 2); length >= 1; --length) {
     const size_t end = letters + length;
     const auto type = parse_element_type(text_.substr(position_, end - position_));
@@ -80,12 +80,12 @@ std::string_view OptionReader::take_number() noexcept {
 }
 
 Error OptionReader::error(Code code, std::string what, std::string needed, std::string fix) const {
-  return Error{code,
-               std::move(what),
-               "option=" + std::string(text_),
-               std::move(needed),
-               place_in(text_, position_),
-               std::move(fix)};
+  return Error{.code = code,
+               .what = std::move(what),
+               .offered = "option=" + std::string(text_),
+               .needed = std::move(needed),
+               .difference = place_in(text_, position_),
+               .fix = std::move(fix)};
 }
 
 Error OptionReader::syntax_error(std::string needed, std::string fix) const {

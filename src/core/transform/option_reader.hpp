@@ -1,4 +1,4 @@
-// OptionReader: a cursor over an option text whose errors point at the place.
+// OptionReader: a cursor over an option text that creates errors with the cursor's position.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <optional>
@@ -20,13 +20,13 @@ class OptionReader {
   bool at_end() const noexcept { return position_ == text_.size(); }
   std::string_view text() const noexcept { return text_; }
 
-  // Each takes what it names and moves behind it, or leaves the cursor where it is.
-  bool take(std::string_view word) noexcept;  // case ignored
+  // Each reads the named token and advances, or leaves the cursor unchanged.
+  bool take(std::string_view word) noexcept;  // ignores case
   ElementType take_type() noexcept;           // End: no type name here
   std::string_view take_digits() noexcept;    // [0-9]*
   std::string_view take_number() noexcept;    // [-+]?[0-9]*\.?[0-9]+([eE][-+]?[0-9]+)?, or ""
 
-  // Both point at the cursor.
+  // Both report the cursor's position.
   Error syntax_error(std::string needed, std::string fix) const;
   Error value_error(std::string what, std::string needed, std::string fix) const;
 

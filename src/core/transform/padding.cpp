@@ -12,7 +12,7 @@ namespace weir::transform {
 namespace {
 
 constexpr const char* kExample = "option=left:1,right:1,top:2,bottom:2";
-constexpr uint32_t kMost = 1 << 16;  // zeros at one side
+constexpr uint32_t kMost = 1 << 16;  // zeros on one side
 
 struct Side {
   std::string_view name;
@@ -48,7 +48,7 @@ Status take_layout(OptionReader& reader, Padding& padding) {
   } else if (!reader.take("NCHW")) {
     return reader.syntax_error("NCHW or NHWC", kExample);
   }
-  return reader.at_end() ? ok() : reader.syntax_error("the end behind the layout", kExample);
+  return reader.at_end() ? ok() : reader.syntax_error("the end after the layout", kExample);
 }
 
 // Missing dimensions count as 1.
@@ -56,8 +56,8 @@ size_t extent(const Shape& shape, size_t dimension) noexcept {
   return dimension < shape.rank() ? shape[dimension] : 1;
 }
 
-// The rows of the input are copied to their places, what lies between is zeroed: each byte of the
-// output is written once.
+// Copies the input's rows to their places and zeroes the gaps, so that each output byte is written
+// once.
 class PaddingKernel final : public Kernel {
  public:
   PaddingKernel(const Padding& padding, const Shape& in, size_t element_bytes) noexcept
@@ -81,7 +81,7 @@ class PaddingKernel final : public Kernel {
     if (in.size() < in_bytes_ || out.size() < out_bytes_) return {};
     const std::byte* from = in.data();
     std::byte* to = out.data();
-    size_t zeros = 0;  // that are due before the next row
+    size_t zeros = 0;  // zeros to write before the next row
     for (size_t block = 0; block < blocks_; ++block) {
       zeros += front_;
       for (size_t plane = 0; plane < planes_; ++plane) {
@@ -103,7 +103,7 @@ class PaddingKernel final : public Kernel {
   }
 
  private:
-  // In bytes, but for the counts rows_, planes_ and blocks_.
+  // In bytes, except the counts rows_, planes_ and blocks_.
   size_t row_, rows_, planes_, blocks_ = 1;
   size_t left_, right_, top_ = 0, bottom_ = 0, front_ = 0, back_ = 0;
   size_t in_bytes_ = 0, out_bytes_ = 0;
@@ -116,7 +116,7 @@ Result<Operation> parse_padding(std::string_view option) {
   Padding padding;
   do {
     if (auto status = take_side(reader, padding); !status) return std::move(status).error();
-    reader.take(",");  // may be missing, and may stand at the end
+    reader.take(",");  // optional, also at the end
     if (!reader.take("layout:")) continue;
     if (auto status = take_layout(reader, padding); !status) return std::move(status).error();
   } while (!reader.at_end());

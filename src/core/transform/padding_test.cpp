@@ -61,7 +61,7 @@ TEST(Padding, PutsZerosAroundAnyShape) {
   }
 }
 
-TEST(Padding, GivesTheShapesOfTheSpecification) {
+TEST(Padding, GivesTheDocumentedShapes) {
   const auto shape = [](const char* option, const Shape& in) {
     return test::plan_of(Mode::Padding, option, {ElementType::UInt8, in, ""}, true)
         .output()
@@ -92,7 +92,7 @@ TEST(Padding, WarnsWhenNothingIsAdded) {
       test::plan_of(Mode::Padding, "left:0", {ElementType::UInt8, {3, 4}, ""}, true).is_copy());
 }
 
-TEST(Padding, RefusesWhatItCannotRead) {
+TEST(Padding, RejectsWhatItCannotRead) {
   for (const auto& [option, needed] : std::initializer_list<std::pair<const char*, const char*>>{
            {"", "left, right, top"},
            {"lft:1", "left, right, top"},
@@ -102,14 +102,14 @@ TEST(Padding, RefusesWhatItCannotRead) {
            {"left:65537", "at most 65536"},
            {"left:1,,right:1", "left, right, top"},
            {"left:1,layout:NWHC", "NCHW or NHWC"},
-           {"left:1,layout:NHWC,top:1", "the end behind the layout"}}) {
+           {"left:1,layout:NHWC,top:1", "the end after the layout"}}) {
     const auto operation = parse(Mode::Padding, option);
     ASSERT_FALSE(operation) << option;
     EXPECT_SAYS(operation.error().needed, needed) << option << ": " << operation.error().needed;
   }
 }
 
-TEST(Padding, RefusesWhatIsTooLarge) {
+TEST(Padding, RejectsOversizedPadding) {
   const auto operation = parse(Mode::Padding, "left:65536");
   EXPECT_FALSE(output_spec(*operation, {ElementType::UInt8, {UINT32_MAX}, ""}));
 }

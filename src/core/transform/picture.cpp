@@ -1,12 +1,12 @@
-// The map behind each operation.
+// Computes the source map after each operation.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/transform/picture.hpp"
 
 namespace weir::transform {
 namespace {
 
-PictureMap after(const Transpose& transpose, PictureMap map) noexcept {
-  const PictureMap before = map;
+SourceMap after(const Transpose& transpose, SourceMap map) noexcept {
+  const SourceMap before = map;
   for (size_t i = 0; i < transpose.order.size(); ++i) {
     if (transpose.order[i] == before.x_dimension) map.x_dimension = static_cast<uint8_t>(i);
     if (transpose.order[i] == before.y_dimension) map.y_dimension = static_cast<uint8_t>(i);
@@ -14,7 +14,7 @@ PictureMap after(const Transpose& transpose, PictureMap map) noexcept {
   return map;
 }
 
-PictureMap after(const Dimchg& dimchg, PictureMap map) noexcept {
+SourceMap after(const Dimchg& dimchg, SourceMap map) noexcept {
   const auto moved = [&dimchg](uint8_t dimension) -> uint8_t {
     const auto [from, to] = dimchg;
     if (dimension == from) return to;
@@ -27,7 +27,7 @@ PictureMap after(const Dimchg& dimchg, PictureMap map) noexcept {
   return map;
 }
 
-PictureMap after(const Padding& padding, const PictureMap& map) noexcept {
+SourceMap after(const Padding& padding, const SourceMap& map) noexcept {
   const auto at = [](const std::array<uint32_t, 3>& sides, uint8_t dimension) {
     return dimension < sides.size() ? sides[dimension] : 0;
   };
@@ -39,13 +39,13 @@ PictureMap after(const Padding& padding, const PictureMap& map) noexcept {
 }
 
 template <class Other>
-PictureMap after(const Other&, const PictureMap& map) noexcept {
+SourceMap after(const Other&, const SourceMap& map) noexcept {
   return map;
 }
 
 }  // namespace
 
-PictureMap moved(const Operation& operation, const PictureMap& in) noexcept {
+SourceMap moved(const Operation& operation, const SourceMap& in) noexcept {
   return std::visit([&in](const auto& op) { return after(op, in); }, operation.what);
 }
 

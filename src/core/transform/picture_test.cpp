@@ -1,4 +1,4 @@
-// The way back into the picture, through cuts, scales and transforms.
+// The source map through cuts, scaling and transforms.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/transform/picture.hpp"
 
@@ -9,7 +9,7 @@
 namespace weir::transform {
 namespace {
 
-PictureMap through(Mode mode, const char* option, const PictureMap& in) {
+SourceMap through(Mode mode, const char* option, const SourceMap& in) {
   const auto operation = parse(mode, option);
   EXPECT_TRUE(operation) << option;
   return moved(*operation, in);
@@ -20,7 +20,7 @@ void expect_point(Point point, double x, double y) {
   EXPECT_DOUBLE_EQ(point.y, y);
 }
 
-TEST(PictureMap, OfAPictureAsItIsChangesNothing) {
+TEST(SourceMap, OfAnUnchangedPictureIsTheIdentity) {
   const auto map = picture_as_it_is(640, 480, false);
   expect_point(map.to_source({3.5, 7.25}), 3.5, 7.25);
   EXPECT_EQ(map.x_dimension, 1);
@@ -29,12 +29,12 @@ TEST(PictureMap, OfAPictureAsItIsChangesNothing) {
   EXPECT_EQ(picture_as_it_is(640, 480, true).y_dimension, 1);
 }
 
-TEST(PictureMap, OfAPartGoesThroughTheWhole) {
-  // 640x480 letterboxed into 320x320: scaled by a half, 40 rows of border above.
+TEST(SourceMap, OfAPartIsComposedWithTheWhole) {
+  // 640x480 letterboxed into 320x320: scaled by one half, with 40 rows of border above.
   const auto boxed = picture_as_it_is(640, 480, false).of_part(2, 0, 2, -80, 320, 320);
   expect_point(boxed.to_source({0, 40}), 0, 0);
   expect_point(boxed.to_source({320, 280}), 640, 480);
-  // From there the square from (100, 60) on, 50 pixels wide, blown up to 100.
+  // From there the square at (100, 60), 50 pixels wide, enlarged to 100.
   const auto cut = boxed.of_part(0.5, 100, 0.5, 60, 100, 100);
   expect_point(cut.to_source({0, 0}), 200, 40);
   expect_point(cut.to_source({100, 100}), 300, 140);
@@ -42,8 +42,8 @@ TEST(PictureMap, OfAPartGoesThroughTheWhole) {
   EXPECT_EQ(cut.source_width, 640u);
 }
 
-TEST(PictureMap, GoesBothWaysAlsoWhenTurned) {
-  PictureMap turned = picture_as_it_is(100, 100, false);
+TEST(SourceMap, IsInvertibleAlsoWhenTransposed) {
+  SourceMap turned = picture_as_it_is(100, 100, false);
   const double c = std::cos(0.7), s = std::sin(0.7);
   turned.xx = 2 * c, turned.xy = -3 * s, turned.x0 = 11;
   turned.yx = 2 * s, turned.yy = 3 * c, turned.y0 = -5;
@@ -52,12 +52,12 @@ TEST(PictureMap, GoesBothWaysAlsoWhenTurned) {
     EXPECT_NEAR(back.x, point.x, 1e-12);
     EXPECT_NEAR(back.y, point.y, 1e-12);
   }
-  PictureMap flat = turned;
+  SourceMap flat = turned;
   flat.xx = flat.xy = 0;
   EXPECT_FALSE(std::isfinite(flat.to_tensor({1, 1}).x));
 }
 
-TEST(PictureMap, FollowsTheDimensionsOfATransposition) {
+TEST(SourceMap, FollowsTheDimensionsOfATransposition) {
   const auto packed = picture_as_it_is(640, 480, false);  // C:W:H
   const auto planes = through(Mode::Transpose, "1:2:0:3", packed);
   EXPECT_EQ(planes.x_dimension, 0);
@@ -72,7 +72,7 @@ TEST(PictureMap, FollowsTheDimensionsOfATransposition) {
   EXPECT_EQ(through(Mode::Dimchg, "1:1", packed).x_dimension, 1);
 }
 
-TEST(PictureMap, FollowsAPadding) {
+TEST(SourceMap, FollowsAPadding) {
   const auto planar = through(Mode::Padding, "left:8,right:2,top:3,bottom:4,front:9",
                               picture_as_it_is(640, 480, true));
   expect_point(planar.to_source({8, 3}), 0, 0);
@@ -85,7 +85,7 @@ TEST(PictureMap, FollowsAPadding) {
   EXPECT_EQ(packed.height, 487u);
 }
 
-TEST(PictureMap, StaysWhereOnlyNumbersChange) {
+TEST(SourceMap, IsUnchangedIfOnlyValuesChange) {
   const auto map = picture_as_it_is(640, 480, false);
   for (const auto& [mode, option] : {std::pair{Mode::Typecast, "float32"},
                                      {Mode::Clamp, "0:1"},

@@ -1,4 +1,4 @@
-// mode=stand: its grammar, and how a tensor is cut into strips.
+// mode=stand: its grammar, and the division of a tensor into strips.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/transform/stand.hpp"
 
@@ -37,7 +37,7 @@ class StandKernel final : public Kernel {
     }
     return {};
   }
-  // The last pass alone writes, each element where it was read.
+  // Only the last pass writes, each element at the place where it was read.
   bool in_place_possible() const noexcept override {
     return size_of(types_.from) == size_of(types_.to);
   }

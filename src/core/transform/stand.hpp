@@ -12,27 +12,28 @@ std::optional<TemplateSpec> input_of(const Stand& stand, const TemplateSpec& out
 std::shared_ptr<const Kernel> make_kernel(const Stand& stand, const TensorSpec& in,
                                           bool accelerate);
 
-// Elements that share their channels position by position: `rows` of `width` elements, `stride`
-// elements apart, the first at `begin`, and `tail` elements more. Position j of a row is of channel
-// j % channels; channels <= width <= kChainBlock.
+// Elements whose channels repeat in every row: `rows` of `width` elements, `stride` elements apart,
+// starting at `begin`, plus `tail` elements. Position j of a row belongs to channel j % channels;
+// channels <= width <= kChainBlock.
 struct StandStrip {
   size_t begin = 0, width = 0, stride = 0, rows = 0, tail = 0, channels = 1;
 };
 
 struct StandTypes {
   ElementType from, to;
-  bool divides;  // |x - mean| / deviation, else x - mean
+  bool divides;  // true: |x - mean| / deviation; false: x - mean
 };
 
 struct StandScale;  // stand_scale.hpp
 
-// In double, and the same on every CPU. `in` and `out` are the start of the tensor. `scale`: mean
-// and deviation where they are known, of at most kFewChannels; else null. (stand_strip.cpp)
+// Computes in double, with the same result on every CPU. `in` and `out` are the start of the
+// tensor. `scale` holds mean and deviation of at most kFewChannels if they are known, else null.
+// (stand_strip.cpp)
 void run_stand_strip(const StandStrip& strip, const StandTypes& types, const StandScale* scale,
                      bool accelerate, const std::byte* in, std::byte* out) noexcept;
 
-// Whether results of this type are products with 1 / deviation. That errs by 2^-52 of itself: no
-// more than the last bit of a float32, but enough to make a whole number less than it is.
+// Whether results of this type are products with 1 / deviation. The relative error is 2^-52: at
+// most the last bit of a float32, but enough to move an integer result below the integer.
 constexpr bool divides_by_product(ElementType to) noexcept {
   return to == ElementType::Float32 || to == ElementType::Float16;
 }

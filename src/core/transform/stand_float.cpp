@@ -1,4 +1,5 @@
-// |x - mean| / deviation, or x - mean, in float32: load, convert, three or four operations, store.
+// Computes |x - mean| / deviation or x - mean in float32: load, convert, three or four operations,
+// store.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <algorithm>
 #include <cmath>
@@ -23,7 +24,7 @@ constexpr size_t kMostLanes = 16;
 using Tag = hn::CappedTag<float, kMostLanes>;
 using Vector = hn::Vec<Tag>;
 
-// mean = high + low; by = 1 / deviation. One of each for each element of a vector of each phase.
+// mean = high + low; by = 1 / deviation. One of each for every element of a vector of every phase.
 struct alignas(64) Operands {
   float high[kFewChannels * kMostLanes], low[kFewChannels * kMostLanes],
       by[kFewChannels * kMostLanes];
@@ -57,7 +58,7 @@ struct Scaler {
   }
 };
 
-// The elements behind the last whole row of vectors.
+// The elements after the last whole row of vectors.
 template <bool kDivides, class From>
 void scale_rest(const Operands& operands, const From* in, float* out, size_t count) noexcept {
   for (size_t i = 0; i < count; ++i) {
@@ -81,8 +82,8 @@ void scale_rows(const Operands& operands, size_t phases, const From* in, float* 
     store_floats<kStreamed>(scaler.template scaled<kDivides>(load_floats(d, in + at)), d, out + at);
   };
   size_t i = 0;
-  // Several loads before their stores: one that is a multiple of 4096 bytes behind a store which is
-  // still on its way waits for it.
+  // Several loads before their stores: a load at a multiple of 4096 bytes after a pending store
+  // would wait for that store.
   if constexpr (kPhases > 0) {
     constexpr size_t kVectors = kPhases == 1 ? 8 : 2 * kPhases;
     for (; i + kVectors * lanes <= count; i += kVectors * lanes) {
@@ -122,7 +123,8 @@ void scale_phases(const Operands& operands, const StandTensor& tensor, const Fro
 template <bool kDivides, class From>
 void scale_typed(const Operands& operands, const StandTensor& tensor, const std::byte* in_bytes,
                  std::byte* out_bytes) noexcept {
-  // Highway's unaligned loads and stores, and memcpy: the pointers are never read through.
+  // Loads and stores are Highway's unaligned ones or memcpy; the cast pointers are never
+  // dereferenced.
   const From* in = reinterpret_cast<const From*>(in_bytes);
   float* out = reinterpret_cast<float*>(out_bytes);
   if (worth_streaming(Tag(), in, out, tensor.count))
@@ -154,7 +156,7 @@ namespace weir::transform {
 
 HWY_EXPORT(RunStandFloat);
 
-// What is far from the ends of float32 neither overflows nor loses digits there.
+// Values far from the limits of float32 neither overflow nor lose digits.
 bool scales_in_float(const StandTensor& tensor, const StandTypes& types,
                      const StandScale& scale) noexcept {
   if (types.to != ElementType::Float32) return false;

@@ -1,4 +1,4 @@
-// A table of bytes with few steps, as a sum of comparisons.
+// Applies a byte table with few steps as a sum of comparisons.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/transform/stand_table.hpp"
 
@@ -13,7 +13,7 @@ namespace hn = hwy::HWY_NAMESPACE;
 
 using Tag = hn::ScalableTag<uint8_t>;
 
-// min(x -| (at - 1), 1) is 1 from `at` on; -| stops at 0.
+// min(x -| (at - 1), 1) is 1 from `at` on, where -| is saturating subtraction.
 void RunSteps(const TableSteps& steps, size_t count, const std::byte* in_bytes,
               std::byte* out_bytes) {
   constexpr size_t kVectors = 4;

@@ -1,5 +1,5 @@
-// Mean, deviation and result of a strip of any types, block by block in the L1 cache: one pass over
-// memory each.
+// Mean, deviation and result of a strip of any types, each in one pass over memory, block by block
+// in the L1 cache.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <algorithm>
 #include <cmath>
@@ -53,7 +53,7 @@ Finish finish_for(const StandTypes& types) noexcept {
   return divides_by_product(types.to) ? Finish::Multiply : Finish::Divide;
 }
 
-// Adds up the positions of each channel, divides by their number, and spreads the results again.
+// Averages the positions of each channel and writes the result back to all of them.
 inline void average(Doubles& sums, const StandStrip& strip) noexcept {
   const size_t elements = strip.rows * strip.width + strip.tail;
   const auto number = static_cast<double>(elements / strip.channels);
@@ -76,7 +76,7 @@ class Strip {
   Strip(const StandStrip& strip, const StandTypes& types, const std::byte* in) noexcept
       : strip_(strip), in_(in), in_bytes_(size_of(types.from)), cast_(to_double(types.from)) {}
 
-  // Calls f(values, number of them, index of the first in the tensor) row by row.
+  // Calls f(values, count, index of the first one in the tensor) row by row.
   template <class F>
   void for_each_row(F&& f) const noexcept {
     for (size_t row = 0; row < strip_.rows; ++row) visit(f, row, strip_.width);

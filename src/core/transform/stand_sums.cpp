@@ -1,6 +1,6 @@
-// Mean and deviation of a few channels in one pass over memory. A row is a vector for each channel:
-// its positions are of the same channels in every row. Phase by phase, the vectors of a block of
-// rows, which stays in the cache, are added up in registers.
+// Mean and deviation of a few channels in one pass over memory. A row is one vector for each
+// channel, so that its positions belong to the same channels in every row. For each phase, the
+// vectors of a block of rows, which stays in the cache, are added up in registers.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <algorithm>
 #include <cmath>
@@ -14,19 +14,19 @@
 #include <hwy/foreach_target.h>  // compiles this file once per CPU target
 #include <hwy/highway.h>
 
-// Results of these do not depend on the CPU, and are folded once a tensor.
+// Compiled once: the results do not depend on the CPU and are combined once per tensor.
 #ifndef WEIR_STAND_SUMS_ONCE
 #define WEIR_STAND_SUMS_ONCE
 namespace weir::transform {
 
 __extension__ using WideSum = unsigned __int128;
 
-// Of integers as unsigned numbers; signed ones have been moved up by half their range.
+// Sums of unsigned numbers; signed ones were shifted up by half their range.
 struct IntegerSums {
   WideSum sum[kFewChannels] = {}, squares[kFewChannels] = {};
 };
 
-// Of distances from `from`.
+// Sums of distances from `from`.
 struct FloatSums {
   double from[kFewChannels] = {}, sum[kFewChannels] = {}, squares[kFewChannels] = {};
 };
@@ -38,11 +38,12 @@ HWY_BEFORE_NAMESPACE();
 namespace weir::transform::HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
-// Positions of a row at most.
+// The largest number of positions in a row.
 constexpr size_t kMostPositions = kFewChannels * 32;
 constexpr size_t kBlockBytes = size_t{16} * 1024;
 
-// T: unsigned. Squares of T fit into Wide; their upper halves, and T itself, can be added so often.
+// T is unsigned. Squares of T fit into Wide; kRows of their upper halves and of T itself can be
+// added.
 template <class T>
 struct IntegerLanes {
   using Wide = hwy::MakeWide<T>;
@@ -51,7 +52,7 @@ struct IntegerLanes {
   static constexpr int kHalf = sizeof(T) * 8;
 };
 
-// Adds up the vectors at `in`, `stride` apart, position by position.
+// Adds the vectors at `in`, `stride` apart, position by position.
 template <class T, bool kSigned>
 HWY_INLINE void add_vectors(const T* in, size_t stride, size_t rows, uint64_t* sums,
                             uint64_t* squares) noexcept {
@@ -75,7 +76,7 @@ HWY_INLINE void add_vectors(const T* in, size_t stride, size_t rows, uint64_t* s
   hn::Store(high, dw, parts[2]);
   for (size_t i = 0; i < hn::Lanes(dw); ++i) {
     sums[i] += parts[0][i];
-    // The lower halves come to less than a Wide: they are what the wrapped sum has above the upper.
+    // The lower halves sum to less than a Wide, namely the wrapped sum minus the upper halves.
     const uint64_t above = uint64_t{parts[2][i]} << Lanes::kHalf;
     squares[i] += above + static_cast<Wide>(parts[1][i] - above);
   }
@@ -84,7 +85,7 @@ HWY_INLINE void add_vectors(const T* in, size_t stride, size_t rows, uint64_t* s
 template <class T, bool kSigned>
 void add_integers(const StandTensor& tensor, const std::byte* bytes, IntegerSums& totals) noexcept {
   using Lanes = IntegerLanes<T>;
-  const T* in = reinterpret_cast<const T*>(bytes);  // never read through: Highway, and memcpy
+  const T* in = reinterpret_cast<const T*>(bytes);  // never dereferenced: Highway loads and memcpy
   const size_t lanes = hn::Lanes(typename Lanes::WideTag());
   const size_t row = tensor.channels * lanes, rows = tensor.count / row;
   const size_t block = std::clamp<size_t>(kBlockBytes / (row * sizeof(T)), 16, Lanes::kRows);
@@ -107,8 +108,8 @@ void add_integers(const StandTensor& tensor, const std::byte* bytes, IntegerSums
 }
 
 #if HWY_TARGET != HWY_SCALAR
-// Of one channel, whose positions need not be told apart: sums of eight bytes at a time, and
-// squares of the even and of the odd bytes, which are added up in pairs.
+// For one channel, where positions need not be separated: sums of eight bytes at a time, and
+// squares of the even and the odd bytes, added in pairs.
 template <bool kSigned>
 void add_bytes(const std::byte* bytes, size_t count, IntegerSums& totals) noexcept {
   const hn::ScalableTag<uint8_t> d;
@@ -163,21 +164,21 @@ void add_bytes(const std::byte* bytes, size_t count, IntegerSums& totals) noexce
 }
 #endif
 
-// As many positions a phase on every CPU, so that sums are rounded alike. Vectors of 256 bits at
-// most: AVX-512's take twice as long on Zen 4, and more of them hide how long an addition takes. As
-// many of them at once as there are registers for their two sums.
+// The same number of positions per phase on every CPU, so that sums are rounded equally. Vectors
+// have at most 256 bits: AVX-512 needs twice the time on Zen 4, and more vectors hide the latency
+// of additions. As many at once as there are registers for their two sums.
 constexpr size_t kPositions = 32;
 constexpr size_t kLanes = HWY_MIN(HWY_LANES(double), 4);
 constexpr size_t kVectors = HWY_TARGET <= HWY_AVX3 ? 8 : 4;
 constexpr size_t kAtOnce = kVectors * kLanes;
 static_assert(kPositions % kAtOnce == 0);
 using DoubleTag = hn::FixedTag<double, kLanes>;
-// Such CPUs convert and add in the same units and multiply in others: half of the additions go
-// there, as sum + x * 1, which is the same.
+// CPUs with FMA convert and add in the same units but multiply in others, so half of the additions
+// are computed there as sum + x * 1, with the same result.
 constexpr bool kAddsByProduct = HWY_NATIVE_FMA != 0;
 
-// kFromZero: of the elements themselves. The square of a float32 is exact in double, so that adding
-// it in one rounding or in two is the same.
+// kFromZero: sums the elements themselves. The square of a float32 is exact in double, so one
+// rounding or two give the same sum.
 template <bool kFromZero>
 HWY_INLINE void add_float_vectors(const float* in, size_t stride, size_t rows, const double* from,
                                   double* sums, double* squares) noexcept {
@@ -210,7 +211,7 @@ HWY_INLINE void add_float_vectors(const float* in, size_t stride, size_t rows, c
 
 template <bool kFromZero>
 void add_floats(const StandTensor& tensor, const std::byte* bytes, FloatSums& totals) noexcept {
-  const float* in = reinterpret_cast<const float*>(bytes);  // never read through
+  const float* in = reinterpret_cast<const float*>(bytes);  // never dereferenced directly
   const size_t row = tensor.channels * kPositions, rows = tensor.count / row;
   const size_t block = std::max<size_t>(kBlockBytes / (row * sizeof(float)), 16);
   double from[kFewChannels * kPositions],
@@ -280,7 +281,7 @@ StandScale measure_integers(const StandTensor& tensor, ElementType type, bool ac
   for (size_t i = 0; i < tensor.channels; ++i) {
     const auto sum = static_cast<int64_t>(sums.sum[i]) - up * static_cast<int64_t>(n);
     scale.mean[i] = static_cast<double>(sum) / number;
-    // n sum(x^2) - sum(x)^2 is n^2 times the variance, without an error.
+    // n sum(x^2) - sum(x)^2 is n^2 times the variance, without rounding error.
     const WideSum spread = sums.squares[i] * n - sums.sum[i] * sums.sum[i];
     scale.deviation[i] = stand_deviation(static_cast<double>(spread) / number / number);
   }
@@ -295,8 +296,8 @@ void add_floats(const StandTensor& tensor, bool accelerate, const std::byte* in,
     HWY_STATIC_DISPATCH(AddFloats)(tensor, in, sums);
 }
 
-// Sums from zero, which lose the digits of a deviation that is small beside the mean: then again
-// from the mean.
+// First sums from zero, which loses the digits of a deviation that is small compared to the mean;
+// in that case sums again from the mean.
 StandScale measure_floats(const StandTensor& tensor, bool accelerate,
                           const std::byte* in) noexcept {
   constexpr double kKept = 0x1p-12;

@@ -1,4 +1,4 @@
-// The table: one column of 256 results for each channel.
+// Builds the table: one column of 256 results for each channel.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/transform/stand_table.hpp"
 
@@ -33,7 +33,7 @@ void fill(Table<To>& table, size_t channels, const StandTypes& types,
   }
 }
 
-// A deviation of some size makes few steps: counting those below does many elements at once.
+// A large deviation gives few steps, and counting the steps below processes many elements at once.
 bool run_steps(const uint8_t* column, size_t count, bool accelerate, const std::byte* in,
                std::byte* out) noexcept {
   TableSteps steps;

@@ -1,4 +1,5 @@
-// mode=stand: grammar, and results against the specification's running average, element by element.
+// mode=stand: grammar, and results against the running average of
+// docs/compatibility/transform.md 3.6, element by element.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/transform/transform_test_support.hpp"
 
@@ -17,7 +18,7 @@ double number(T x) {
     return static_cast<double>(x);
 }
 
-// In double, with the specification's formulas.
+// Computes in double with the formulas of docs/compatibility/transform.md 3.6.
 template <class T>
 std::vector<double> reference(const std::vector<T>& in, size_t channels, bool divides) {
   std::vector<double> out(in.size());
@@ -77,8 +78,8 @@ TYPED_TEST(StandTypes, AreStandardisedLikeTheReference) {
   }
 }
 
-// All values of 8 and 16 bits, whose sums and tables have paths of their own; float32 near a mean
-// that is large beside the deviation.
+// All values of 8 and 16 bits, whose sums and tables have their own code paths; float32 near a mean
+// that is large compared to the deviation.
 template <class T>
 std::vector<T> wide_values(size_t count, std::mt19937_64& random) {
   std::vector<T> out;
@@ -96,10 +97,10 @@ class StandFewTypes : public testing::Test {};
 using FewTypes = testing::Types<int8_t, uint8_t, int16_t, uint16_t, float>;
 TYPED_TEST_SUITE(StandFewTypes, FewTypes);
 
-// Long enough for several blocks of the sums, the table, and each way to lay out the channels.
+// Long enough for several blocks of the sums, the table, and each layout of the channels.
 const Shape kLong[] = {{1, 70001}, {2, 20001}, {3, 9001}, {4, 8001}, {5, 3001}, {16, 3001}};
 
-// `result` of each of both, on every target and on the scalar path the same.
+// Checks each `result`; all targets and the scalar path must agree.
 template <class To, class From, class Check>
 void check_long(bool divides, const char* type, Check&& check) {
   std::mt19937_64 random(7);
@@ -120,14 +121,14 @@ void check_long(bool divides, const char* type, Check&& check) {
 TYPED_TEST(StandFewTypes, ToFloat32AreWithinFourUnitsOfTheLastPlace) {
   for (const bool divides : {false, true})
     check_long<float, TypeParam>(divides, "float32", [](float result, double expected) {
-      // 1e-7: of a mean of 1e6 in double, and its part of a distance near to 0.
+      // 1e-7: the error of a mean of 1e6 in double, relevant for a distance near 0.
       ASSERT_NEAR(static_cast<double>(result), expected, std::abs(expected) * 0x1p-22 + 1e-7);
     });
 }
 
 TYPED_TEST(StandFewTypes, ToWholeNumbersAreThoseOfTheReference) {
   check_long<int32_t, TypeParam>(true, "int32", [](int32_t result, double expected) {
-    // A quotient that is a whole number to the last bit may come out on either side.
+    // A quotient that is an integer up to the last bit may fall on either side.
     const double nearest = std::round(expected);
     if (std::abs(expected - nearest) < 1e-9)
       ASSERT_NEAR(result, nearest, 1);
@@ -146,13 +147,13 @@ TYPED_TEST(StandFewTypes, ToBytesAreThoseOfTheReference) {
 
 TEST(Stand, OfBytesWithOneOutlierGivesItsDistance) {
   std::vector<uint8_t> in(65536, 0);
-  in[40000] = 255;  // mean 255 / 65536, so that the quotient is sqrt(65535): 255.998
+  in[40000] = 255;  // mean 255 / 65536, so the quotient is sqrt(65535): 255.998
   const auto out = test::run<uint8_t>(Mode::Stand, "default", Shape{65536}, in);
   EXPECT_EQ(out[40000], 255);
   EXPECT_EQ(out[0], 0);
 }
 
-// More than the lanes of 32 bits that bytes are added up in can take at once.
+// More than the 32-bit lanes of the byte sums can hold at once.
 TEST(Stand, OfMillionsOfTheLargestBytesHasNoSumThatOverflows) {
   constexpr size_t kCount = 3 * 1048576 + 77;
   std::vector<uint8_t> bytes(kCount, 255);
@@ -188,7 +189,7 @@ TEST(Stand, OfFloatsNearTheEndOfTheirRangeDoesNotOverflow) {
             (std::vector<float>{1, 1, 1, 1}));
 }
 
-TEST(Stand, TakesTheMeanAway) {
+TEST(Stand, SubtractsTheMean) {
   const std::vector<int16_t> in{1, 2, 3, 6};
   EXPECT_EQ(test::run<int16_t>(Mode::Stand, "dc-average", Shape{4}, in),
             (std::vector<int16_t>{-2, -1, 0, 3}));
@@ -213,11 +214,11 @@ TEST(Stand, OfEqualElementsIsZero) {
             std::vector<uint8_t>(9999, 0));
 }
 
-// What does not stay in the caches is written past them.
+// Tensors that exceed the caches use non-temporal stores.
 TEST(Stand, LargeTensorsAreTheSameAtAnyPlace) {
   constexpr size_t kPixels = 1400 * 1003, kCount = 3 * kPixels;
   const TensorSpec spec{ElementType::UInt8, {3, 1400, 1003}, ""};
-  std::vector<uint8_t> in(kCount);  // in each channel as often the one as the other
+  std::vector<uint8_t> in(kCount);  // each channel has both values equally often
   for (size_t i = 0; i < kCount; ++i)
     in[i] = static_cast<uint8_t>(100 * (i % 3) + (i / 3 < kPixels / 2 ? 10 : 30));
   std::vector<float> store(kCount + 32);
@@ -253,7 +254,7 @@ TEST(Stand, WorksInPlaceWhereTheSizeStays) {
                    .in_place_possible());
 }
 
-TEST(Stand, KnowsItsTypesForCaps) {
+TEST(Stand, ReportsItsTypesForCaps) {
   const auto kept = parse(Mode::Stand, "default"), made = parse(Mode::Stand, "default:float32");
   EXPECT_EQ(input_candidates(*kept, {ElementType::Int8, {3}})->type, ElementType::Int8);
   EXPECT_TRUE(input_candidates(*made, {ElementType::Float32, {3}})->type_open());
@@ -261,7 +262,7 @@ TEST(Stand, KnowsItsTypesForCaps) {
   EXPECT_EQ(output_candidates(*made, {ElementType::Int8, {3}}).type, ElementType::Float32);
 }
 
-TEST(Stand, RefusesWhatItCannotRead) {
+TEST(Stand, RejectsWhatItCannotRead) {
   for (const auto& [option, needed] : std::initializer_list<std::pair<const char*, const char*>>{
            {"", "default or dc-average"},
            {"mean", "default or dc-average"},

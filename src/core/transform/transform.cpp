@@ -1,4 +1,4 @@
-// The front of the transform: each call goes to the operation's own file.
+// The entry points of the transform: each call goes to the file of the operation.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/transform/transform.hpp"
 
@@ -26,19 +26,15 @@ constexpr std::array<std::string_view, 7> kModes{"dimchg", "typecast", "arithmet
 
 Status check(const TensorSpec& in) {
   if (!in.valid())
-    return Error{Code::SPEC_MISMATCH,
-                 "a tensor cannot be transformed",
-                 in.to_string(),
-                 "a tensor with a type and dimensions above 0",
-                 "",
-                 ""};
+    return Error{.code = Code::SPEC_MISMATCH,
+                 .what = "a tensor cannot be transformed",
+                 .offered = in.to_string(),
+                 .needed = "a tensor with a type and dimensions above 0"};
   if (!in.bytes())
-    return Error{Code::LIMIT_EXCEEDED,
-                 "a tensor is too large",
-                 in.to_string(),
-                 "a size that fits into 63 bits",
-                 "",
-                 ""};
+    return Error{.code = Code::LIMIT_EXCEEDED,
+                 .what = "a tensor is too large",
+                 .offered = in.to_string(),
+                 .needed = "a size of less than 2^63 bytes"};
   return ok();
 }
 
@@ -81,12 +77,11 @@ Result<Operation> parse(Mode mode, std::string_view option) {
     case Mode::Unknown:
       break;
   }
-  return Error{Code::MODE_UNKNOWN,
-               "no mode of the transform is set",
-               "mode=unknown",
-               "dimchg, typecast, arithmetic, transpose, stand, clamp or padding",
-               "",
-               "mode=typecast option=float32"};
+  return Error{.code = Code::MODE_UNKNOWN,
+               .what = "no mode of the transform is set",
+               .offered = "mode=unknown",
+               .needed = "dimchg, typecast, arithmetic, transpose, stand, clamp or padding",
+               .fix = "mode=typecast option=float32"};
 }
 
 Result<TensorSpec> output_spec(const Operation& operation, const TensorSpec& in) {
@@ -125,19 +120,16 @@ Result<Plan> gather_plan(const TensorSpec& tensor, const StridedLayout& layout) 
   if (auto status = check(tensor); !status) return std::move(status).error();
   const auto extent = extent_of(tensor, layout);
   if (!extent)
-    return Error{Code::SPEC_MISMATCH,
-                 "the strides of a tensor lead out of its memory",
-                 std::to_string(layout.strides.size()) + " strides",
-                 "one for each dimension, within the memory",
-                 tensor.to_string(),
-                 ""};
+    return Error{.code = Code::SPEC_MISMATCH,
+                 .what = "the strides of a tensor lead outside its memory",
+                 .offered = std::to_string(layout.strides.size()) + " strides",
+                 .needed = "one for each dimension, within the memory",
+                 .difference = tensor.to_string()};
   if (*extent > UINT32_MAX)
-    return Error{Code::LIMIT_EXCEEDED,
-                 "a tensor with strides reaches too far",
-                 std::to_string(*extent) + " bytes",
-                 "less than 4 GiB",
-                 "",
-                 ""};
+    return Error{.code = Code::LIMIT_EXCEEDED,
+                 .what = "a tensor with strides spans too many bytes",
+                 .offered = std::to_string(*extent) + " bytes",
+                 .needed = "less than 4 GiB"};
   return Plan({ElementType::UInt8, Shape{static_cast<uint32_t>(*extent)}, tensor.name}, tensor,
               std::make_shared<GatherKernel>(runs_of(tensor, layout)));
 }

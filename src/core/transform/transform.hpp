@@ -1,4 +1,4 @@
-// Transform: an option text becomes an Operation, with a tensor's spec a Plan, and the plan runs.
+// Transform: parses an option to an Operation, plans it for a tensor's spec, and runs the plan.
 //
 //   auto operation = transform::parse(Mode::Arithmetic, "typecast:float32,add:-127.5,div:127.5");
 //   auto plan = transform::plan(*operation, {ElementType::UInt8, {3, 224, 224}}, true);
@@ -36,9 +36,9 @@ enum class Mode : int32_t {
   Padding
 };
 std::string_view name_of(Mode mode) noexcept;     // "typecast", ...; "unknown"
-Mode parse_mode(std::string_view nick) noexcept;  // case ignored; Unknown when there is none
+Mode parse_mode(std::string_view nick) noexcept;  // ignores case; Unknown if there is none
 
-// ---- Operations: what an option says, before any tensor is known ----------------------------
+// ---- Operations: a parsed option, independent of any tensor ---------------------------------
 
 struct Typecast {
   ElementType to = ElementType::End;
@@ -49,25 +49,25 @@ enum class Operator : uint8_t { Add, Mul, Div };
 struct ArithmeticStep {
   Operator op = Operator::Add;
   std::variant<int64_t, double> operand;  // as written: with '.', 'e' or 'E' it is a double
-  std::optional<uint32_t> channel;        // "@CH"; counts only with a channel_dimension
+  std::optional<uint32_t> channel;        // "@CH"; used only with a channel_dimension
 };
 
 struct Arithmetic {
-  ElementType to = ElementType::End;        // End: the input's type stays
+  ElementType to = ElementType::End;        // End: keep the input's type
   std::optional<size_t> channel_dimension;  // "per-channel:true@DIM"
   std::vector<ArithmeticStep> steps;        // in the order of execution, at least one
 };
 
 struct Transpose {
-  std::vector<uint8_t> order;  // out dimension i is in dimension order[i]; a permutation
+  std::vector<uint8_t> order;  // output dimension i is input dimension order[i]; a permutation
 };
 
 struct Dimchg {
-  uint8_t from = 0, to = 0;  // the dimensions between move up or down by one
+  uint8_t from = 0, to = 0;  // the dimensions in between move up or down by one
 };
 
 struct Stand {
-  ElementType to = ElementType::End;  // End: the input's type stays
+  ElementType to = ElementType::End;  // End: keep the input's type
   bool only_mean = false;             // dc-average: x - mean; else |x - mean| / deviation
   bool per_channel = false;           // statistics for each index of dimension 0
 };
@@ -82,21 +82,21 @@ struct Padding {
 
 struct Operation {
   std::variant<Dimchg, Typecast, Arithmetic, Transpose, Stand, Clamp, Padding> what;
-  std::vector<std::string> warnings;  // things that work but that the user should know
+  std::vector<std::string> warnings;  // valid settings that the user should know about
 
   Mode mode() const noexcept;
 };
 
-// Reads an option. Errors: OPTION_SYNTAX with the place under a caret in `difference`,
-// OPTION_VALUE for numbers out of range, MODE_UNKNOWN when no mode is set.
+// Parses an option. Errors: OPTION_SYNTAX with a caret below the position in `difference`,
+// OPTION_VALUE for numbers out of range, MODE_UNKNOWN if no mode is set.
 Result<Operation> parse(Mode mode, std::string_view option);
 
 // ---- Negotiation -----------------------------------------------------------------------------
 
-// The output for one tensor. SPEC_MISMATCH when `in` is not valid, LIMIT_EXCEEDED beyond rank 16.
+// The output for one tensor. SPEC_MISMATCH if `in` is invalid, LIMIT_EXCEEDED above rank 16.
 Result<TensorSpec> output_spec(const Operation& operation, const TensorSpec& in);
 
-// A tensor of which parts may be open, for caps queries.
+// A tensor with parts that may be open, for caps queries.
 struct TemplateSpec {
   ElementType type = ElementType::End;  // End: any type
   Shape shape;                          // not valid: any shape
@@ -105,19 +105,19 @@ struct TemplateSpec {
   bool shape_open() const noexcept { return !shape.valid(); }
 };
 
-// Which outputs the inputs `in` give.
+// The outputs that the inputs `in` can produce.
 TemplateSpec output_candidates(const Operation& operation, const TemplateSpec& in);
-// Which inputs can give `out`; nullopt when none can (typecast:float32 never gives uint8).
+// The inputs that can produce `out`; nullopt if none can (typecast:float32 never produces uint8).
 std::optional<TemplateSpec> input_candidates(const Operation& operation, const TemplateSpec& out);
 
 // ---- Plans -----------------------------------------------------------------------------------
 
-// What apply() noticed; the caller adds it to its statistics.
+// Events that apply() counts; the caller adds them to its statistics.
 struct Counters {
-  uint64_t divisions_by_zero = 0;  // integer elements that a division left unchanged
+  uint64_t divisions_by_zero = 0;  // integer elements that a division by zero left unchanged
 };
 
-class Kernel;  // one per kind of work, inside core/transform
+class Kernel;  // one subclass per kind of work, inside core/transform
 
 // An immutable recipe for one tensor. Copies share it.
 class Plan {
@@ -127,16 +127,17 @@ class Plan {
 
   const TensorSpec& input() const noexcept { return input_; }
   const TensorSpec& output() const noexcept { return output_; }
-  // apply() may be called with in and out being the same memory (equal, not just overlapping).
+  // Whether in and out of apply() may be the same memory (equal, not just overlapping).
   bool in_place_possible() const noexcept;
-  // The output bytes are the input bytes: the caller may share the memory instead of applying.
+  // The output equals the input: the caller may share the memory instead of calling apply().
   bool is_copy() const noexcept;
-  // Nothing but gather_plan(): the bytes are moved, and not changed.
+  // A gather_plan() without further work: moves bytes without changing them.
   bool is_gather() const noexcept;
-  // Each element of the output needs only the element of the input at its place.
+  // Each output element depends only on the input element at the same place.
   bool is_element_wise() const noexcept;
-  // Bytes are input().bytes() and output().bytes(); with less, only whole elements that both spans
-  // hold are done (a transpose does nothing). Any alignment. Thread-safe, allocates nothing.
+  // The spans have input().bytes() and output().bytes(). With shorter spans, only whole elements
+  // that fit both spans are processed (a transpose does nothing). Any alignment. Thread-safe,
+  // allocates nothing.
   Counters apply(std::span<const std::byte> in, std::span<std::byte> out) const noexcept;
 
  private:
@@ -145,20 +146,18 @@ class Plan {
   std::shared_ptr<const Kernel> kernel_;
 };
 
-// One plan that does `first` and then `second` in a single pass over memory; nullopt when one of
-// them needs more of the tensor at a time than a block in the cache. Steps of arithmetic behind a
-// conversion become one chain, as if one option had named them all. Precondition: second.input() is
-// first.output().
+// One plan that does `first` and then `second` in a single pass over memory; nullopt if one of them
+// needs more of the tensor at a time than a block in the cache. Arithmetic steps after a conversion
+// become one chain, as if they were one option. Precondition: second.input() is first.output().
 std::optional<Plan> fused(const Plan& first, const Plan& second);
 
-// The dense tensor from memory where it lies with gaps. Its input is bytes, as many as the layout
-// reaches over; fused() with element-wise work, or several such plans, it stays one pass.
-// SPEC_MISMATCH when the layout does not fit the tensor, LIMIT_EXCEEDED when it reaches over 4 GiB
-// or more.
+// Copies a tensor with gaps to dense memory. The plan's input is bytes, as many as the layout
+// spans. fused() with element-wise work, or with several such plans, it remains one pass.
+// SPEC_MISMATCH if the layout does not fit the tensor, LIMIT_EXCEEDED if it spans 4 GiB or more.
 Result<Plan> gather_plan(const TensorSpec& tensor, const StridedLayout& layout);
 
-// accelerate = false takes the plain scalar path; the results are the same bit for bit, but that a
-// signalling NaN of float16 in a channel that no step touches becomes quiet on the vector path.
+// accelerate = false uses the plain scalar path. The results are bit-identical, except that the
+// vector path quiets a signalling float16 NaN in a channel without steps.
 Result<Plan> plan(const Operation& operation, const TensorSpec& in, bool accelerate);
 
 }  // namespace weir::transform

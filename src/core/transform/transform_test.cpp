@@ -1,4 +1,4 @@
-// The front of the transform: modes, negotiation, and float16 without branches.
+// The entry points of the transform: modes, negotiation, and branch-free float16.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/transform/transform.hpp"
 
@@ -11,7 +11,7 @@
 namespace weir::transform {
 namespace {
 
-TEST(TransformMode, NamesGoBothWays) {
+TEST(TransformMode, NamesRoundTrip) {
   for (int32_t i = 0; i <= 6; ++i)
     EXPECT_EQ(parse_mode(name_of(static_cast<Mode>(i))), static_cast<Mode>(i));
   EXPECT_EQ(parse_mode("ArithMetic"), Mode::Arithmetic);
@@ -36,7 +36,7 @@ TEST(TransformMode, EachOptionIsReadByItsOwnMode) {
   }
 }
 
-// As everywhere where a type is named; specification 1.2.
+// As wherever a type is named; docs/compatibility/types-and-caps.md 1.2.
 TEST(TransformMode, TheTypeOfATypecastMayHaveBlanksAround) {
   for (const char* option : {"float32", " float32", "float32 ", "  FLOAT32\t"}) {
     const auto operation = parse(Mode::Typecast, option);
@@ -67,7 +67,7 @@ TEST(TransformNegotiation, TypecastLeavesTheInputsTypeOpen) {
   EXPECT_EQ(output_candidates(*operation, {}).type, ElementType::Float32);
 }
 
-TEST(TransformNegotiation, InvalidTensorsAreRefused) {
+TEST(TransformNegotiation, InvalidTensorsAreRejected) {
   const auto operation = parse(Mode::Typecast, "float32");
   for (const TensorSpec& spec :
        {TensorSpec{}, TensorSpec{ElementType::UInt8, {}, ""}, TensorSpec{ElementType::End, {3}, ""},
@@ -77,7 +77,7 @@ TEST(TransformNegotiation, InvalidTensorsAreRefused) {
   }
 }
 
-TEST(TransformNegotiation, TensorsThatGrowBeyondTheLimitAreRefused) {
+TEST(TransformNegotiation, TensorsThatGrowBeyondTheLimitAreRejected) {
   const auto operation = parse(Mode::Typecast, "float64");
   const TensorSpec huge{ElementType::UInt8, {0x80000000u, 0x80000000u}, ""};
   EXPECT_EQ(output_spec(*operation, huge).error().code, Code::LIMIT_EXCEEDED);
@@ -100,7 +100,7 @@ TEST(Float16Bits, RoundsAsFloat16Does) {
     const auto value = std::bit_cast<float>(static_cast<uint32_t>(bits));
     ASSERT_EQ(round_to_half(value).bits, float16(value).bits) << bits;
   }
-  for (uint32_t half = 0; half < 0x7C00u; ++half) {  // each half, and the ties beside it
+  for (uint32_t half = 0; half < 0x7C00u; ++half) {  // each half, and the adjacent ties
     float16 exact;
     exact.bits = static_cast<uint16_t>(half);
     const auto middle = std::bit_cast<uint32_t>(static_cast<float>(exact)) + 0x1000u;

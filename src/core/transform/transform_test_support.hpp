@@ -1,5 +1,6 @@
 // For the tests of the transform: typed runs of a plan, each SIMD target, and the number rules
-// written a second time, over 128-bit integers, as the specification's table reads.
+// written a second time, over 128-bit integers, as the table of
+// docs/compatibility/transform.md 3.11 reads.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <gtest/gtest.h>
@@ -20,7 +21,7 @@ namespace weir::transform::test {
 __extension__ using Int128 = __int128;
 __extension__ using UInt128 = unsigned __int128;
 
-// Calls f once per target that this CPU has; failures name the target.
+// Calls f once per SIMD target of this CPU; failures name the target.
 template <class F>
 void for_each_target(F&& f) {
   for (const auto target : hwy::SupportedAndGeneratedTargets()) {
@@ -71,9 +72,9 @@ std::vector<To> run(Mode mode, std::string_view option, const Shape& shape,
   return out;
 }
 
-// ---- The rules a second time --------------------------------------------------------------------
+// ---- The number rules, second version -----------------------------------------------------------
 
-// A number of any element type: an integer, or a double that holds it exactly.
+// A number of any element type: an integer, or a double that represents it exactly.
 struct Value {
   bool real = false;
   Int128 integer = 0;
@@ -145,7 +146,8 @@ To reference_apply(Operator op, To x, To y, bool* by_zero) {
     if (divides && b == 0) *by_zero = true;
     if (divides && b == 0) return x;
     if (divides) return wrapped<To>(a / b);
-    // Unsigned, for two of 64 bits overflow even here; their low half is right all the same.
+    // Unsigned, because the product of two 64-bit numbers can overflow; its low half is correct
+    // anyway.
     const Int128 product = static_cast<Int128>(static_cast<UInt128>(a) * static_cast<UInt128>(b));
     const Int128 result = op == Operator::Add ? a + b : product;
     if (sizeof(To) == 8) return wrapped<To>(result);
@@ -153,7 +155,7 @@ To reference_apply(Operator op, To x, To y, bool* by_zero) {
     return static_cast<To>(result < low ? low : result > high ? high : result);
   } else {
     using Real = std::conditional_t<std::is_same_v<To, float16>, float, To>;
-    volatile Real a = static_cast<Real>(x);  // volatile: each operation is rounded for itself
+    volatile Real a = static_cast<Real>(x);  // volatile: each operation rounds separately
     const volatile Real b = static_cast<Real>(y);
     if (op == Operator::Add) a = a + b;
     if (op == Operator::Mul) a = a * b;
@@ -162,7 +164,7 @@ To reference_apply(Operator op, To x, To y, bool* by_zero) {
   }
 }
 
-// The same bits; any NaN is as good as another.
+// Compares the bits; all NaNs are equal.
 template <class T>
 bool same(T a, T b) {
   if constexpr (!std::is_integral_v<T>)
@@ -172,7 +174,7 @@ bool same(T a, T b) {
   return std::memcmp(&a, &b, sizeof(T)) == 0;
 }
 
-// Random bits, and often an edge.
+// Random bits, often an edge case.
 template <class T>
 T random_value(std::mt19937_64& random) {
   const auto bits = random();

@@ -29,7 +29,7 @@ FullOrder inverse(const FullOrder& order) noexcept {
   return out;
 }
 
-// Dimensions that are missing count as 1 when something lies behind them.
+// Missing dimensions count as 1 if further ones follow.
 Shape permuted(const Shape& in, const FullOrder& order) noexcept {
   Shape out;
   for (size_t i = 0; i < kRankLimit; ++i) out[i] = in[order[i]];
@@ -74,14 +74,14 @@ std::string with_next_index(std::string_view option) {
   return "option=" + std::string(option) + ":" + std::to_string(kShortForm);
 }
 
-// All indices are there and differ: is it a permutation that the grammar allows?
+// Whether the complete and distinct indices are a permutation that the grammar allows.
 Status check_order(OptionReader& reader, const std::vector<uint8_t>& order) {
   if (order.size() < kShortForm)
     return reader.syntax_error("at least four indices, such as 1:0:2:3", kExample);
   const auto beyond = std::find_if(order.begin(), order.end(),
                                    [&](uint8_t index) { return index >= order.size(); });
   if (beyond != order.end()) {
-    size_t place = 0;  // behind as many colons as there are indices before it
+    size_t place = 0;  // after as many colons as there are indices before it
     for (auto index = order.begin(); index != beyond; ++index)
       place = reader.text().find(':', place) + 1;
     reader.go_to(place);

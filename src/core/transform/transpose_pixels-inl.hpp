@@ -1,5 +1,5 @@
-// Planes of elements that are no vector lanes, such as a pixel of three bytes. Included once per
-// CPU target, inside Highway's foreach_target.
+// Transposes planes of elements that do not fit vector lanes, such as three-byte pixels. Included
+// once per CPU target, inside Highway's foreach_target.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #if defined(WEIR_TRANSPOSE_PIXELS_INL) == defined(HWY_TARGET_TOGGLE)
 #ifdef WEIR_TRANSPOSE_PIXELS_INL
@@ -12,7 +12,7 @@ HWY_BEFORE_NAMESPACE();
 namespace weir::transform::HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
-// Tiles are of blocks of 16 bytes; so many of them are beside each other in a vector.
+// Tiles consist of 16-byte blocks; this many are side by side in a vector.
 inline constexpr size_t kTileBlocks = !HWY_HAVE_SCALABLE && HWY_LANES(uint8_t) >= 32 ? 2 : 1;
 
 // A plane. Sizes are in bytes.
@@ -30,12 +30,12 @@ struct Pixels {
   }
 };
 
-// Columns at a time: as many rows of the output grow from end to end, each line of it filled while
-// it is in the cache. Caches fetch far apart lines to read before they are asked for, not to write.
+// Columns at a time: this many output rows grow together, each line filled while it is in the
+// cache. CPUs prefetch distant lines for reads, but not for writes.
 constexpr size_t kPixelStrip = 128;
 
-// kWide: as many bytes are moved, and the next pixel of the row of the output puts right what is
-// too much. Neither the last row nor the last column can be moved so.
+// kWide: moves this many bytes; the next pixel of the output row overwrites the excess. Not
+// possible for the last row and the last column.
 template <size_t kBytes, size_t kWide>
 HWY_INLINE void move_row(const Pixels& pixels, size_t row, size_t column, size_t end) noexcept {
   const size_t bytes = kBytes > 0 ? kBytes : pixels.bytes, stride = pixels.out_stride;
@@ -59,11 +59,11 @@ void move_triples(const Pixels& pixels) noexcept {
   move_pixels<3, 3>(pixels);
 }
 #else
-// Where the bytes of four pixels go, with the pixel of column c of row r at place c ^ r of its
-// vector: then rows are exchanged by picking from two vectors, which moves nothing and is cheap.
+// The byte places of four pixels. The pixel of column c of row r is at place c ^ r of its vector,
+// so that rows are exchanged by selecting from two vectors, which moves nothing and is cheap.
 struct TripleTables {
   alignas(32) uint8_t widen[4][32];   // by row: three bytes to four, in each block of 16
-  alignas(32) uint8_t narrow[4][32];  // by column: back, in the order of the rows
+  alignas(32) uint8_t narrow[4][32];  // by column: back to three, in the order of the rows
 };
 constexpr TripleTables triple_tables() {
   TripleTables tables{};
@@ -78,8 +78,9 @@ constexpr TripleTables triple_tables() {
 }
 alignas(32) inline constexpr TripleTables kTriples = triple_tables();
 
-// kBlocks times four rows by four columns of pixels of three bytes. Reads 16 bytes for 12 of each
-// row; writes the next 4 or 8 bytes of each column too, but with kExact, which is for one block.
+// Transposes kBlocks times four rows by four columns of three-byte pixels. Reads 16 bytes for each
+// 12 of a row. Also writes the next 4 or 8 bytes of each column unless kExact, which requires one
+// block.
 template <size_t kBlocks, bool kExact>
 HWY_INLINE void move_triple_tile(const Pixels& pixels, size_t row, size_t column) noexcept {
   const hn::FixedTag<uint8_t, 16> block;
@@ -125,10 +126,10 @@ HWY_INLINE void move_triple_tile(const Pixels& pixels, size_t row, size_t column
   store(3, hn::OddEven(ca, eb));
 }
 
-// A tile takes two pixels more of each row than it has, and puts some behind its columns, where
-// tiles and rows that follow put them right; the last rows of tiles are exact.
+// A tile reads two pixels beyond its part of each row and writes some after its columns, which
+// later tiles and rows overwrite; the last rows of tiles are exact.
 void move_triples(const Pixels& plane) noexcept {
-  const Pixels pixels = plane;  // what is written might be `plane`, for all the compiler knows
+  const Pixels pixels = plane;  // a local copy: the stores might alias `plane`
   constexpr size_t kBlocks = kTileBlocks, kRows = 4 * kBlocks, kSpilt = kBlocks == 1 ? 2 : 3;
   const size_t columns = pixels.columns < 6 ? 0 : (pixels.columns - 2) / 4 * 4;
 #if HWY_TARGET == HWY_AVX3 && WEIR_AVX512_BYTES

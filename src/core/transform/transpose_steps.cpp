@@ -1,4 +1,4 @@
-// Takes a transposition apart, and runs it plainly.
+// Simplifies a transposition and runs it with plain loops.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/transform/transpose_steps.hpp"
 
@@ -13,8 +13,8 @@ struct Axes {
   size_t count = 0;
 };
 
-// The output's axes without those of size 1; neighbours that are neighbours in the input as well
-// become one.
+// The output's axes without those of size 1; adjacent axes that are also adjacent in the input are
+// merged.
 Axes merged_axes(const Shape& in, std::span<const uint8_t, kRankLimit> order) noexcept {
   std::array<size_t, kRankLimit> in_stride{};
   size_t stride = 1;
@@ -35,7 +35,7 @@ Axes merged_axes(const Shape& in, std::span<const uint8_t, kRankLimit> order) no
   return axes;
 }
 
-// What is contiguous on both sides becomes the element.
+// Data that is contiguous on both sides becomes the element.
 void fold_contiguous(Axes& axes, size_t& element_bytes) noexcept {
   if (axes.count == 0 || axes.axis[0].in_stride != 1) return;
   const size_t length = axes.axis[0].size;

@@ -1,4 +1,4 @@
-// A transposition taken apart: axes that move together are one, and what stays contiguous is the
+// TransposeSteps: a transposition with adjacent axes merged and contiguous data folded into the
 // element.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
@@ -15,8 +15,8 @@ struct TransposeAxis {
   size_t size = 1, in_stride = 1, out_stride = 1;
 };
 
-// Moves size-by-size planes: `row` is contiguous in the output, `column` in the input; `outer` are
-// all other axes. No axes at all: the bytes stay as they are.
+// Transposes planes: `row` is contiguous in the output, `column` in the input; `outer` holds all
+// other axes. Without axes, the bytes are copied.
 struct TransposeSteps {
   size_t element_bytes = 1;
   bool copy = false;
@@ -25,16 +25,16 @@ struct TransposeSteps {
   size_t outer_count = 0;
 };
 
-// out dimension i is in dimension order[i]; order names each of 0..15 once.
+// Output dimension i is input dimension order[i]; order names each of 0..15 once.
 TransposeSteps make_transpose_steps(const Shape& in, std::span<const uint8_t, kRankLimit> order,
                                     size_t element_bytes) noexcept;
 
-// Both runners read and write exactly the bytes of the tensor.
+// Both runners access exactly the bytes of the tensor.
 void run_transpose_plain(const TransposeSteps& steps, const std::byte* in, std::byte* out) noexcept;
 void run_transpose_vector(const TransposeSteps& steps, const std::byte* in,
                           std::byte* out) noexcept;
 
-// Calls plane(in, out) with the start of each plane that the outer axes make.
+// Calls plane(in, out) with the start of each plane along the outer axes.
 template <class Plane>
 void for_each_plane(const TransposeSteps& steps, const std::byte* in, std::byte* out,
                     Plane&& plane) {

@@ -19,7 +19,7 @@ std::string text_of(const Order& order) {
   return text;
 }
 
-// Each output element looks up its input: coordinates first, then the flat index.
+// Each output element looks up its input: first the coordinates, then the flat index.
 std::vector<std::byte> reference(const Order& order, const Shape& in, size_t element,
                                  const std::vector<std::byte>& bytes) {
   std::vector<size_t> size(kRankLimit), stride(kRankLimit), source(kRankLimit);
@@ -55,7 +55,7 @@ void expect_as_reference(const Order& order, const Shape& shape, ElementType typ
   const TensorSpec spec{type, shape, ""};
   const auto made = test::plan_of(Mode::Transpose, text_of(order), spec, accelerate);
   const auto in = random_bytes(*spec.bytes(), random);
-  // One byte of offset on both sides: any alignment is allowed.
+  // An offset of one byte on both sides, because any alignment is allowed.
   std::vector<std::byte> shifted(in.size() + 1), out(in.size() + 2, std::byte{0xEE});
   std::copy(in.begin(), in.end(), shifted.begin() + 1);
   made.apply(std::span(shifted).subspan(1), std::span(out).subspan(1, in.size()));
@@ -95,7 +95,7 @@ TEST(Transpose, EveryTargetAgreesWithIndexLoops) {
   for_each_target([] { check_random_orders(500, true); });
 }
 
-TEST(Transpose, ChannelsComeApartAndTogetherOnEveryTarget) {
+TEST(Transpose, ChannelsAreSplitAndInterleavedOnEveryTarget) {
   for_each_target([] {
     for (const auto type : kOnePerSize)
       for (const uint32_t channels : {1u, 2u, 3u, 4u, 5u})
@@ -117,7 +117,7 @@ TEST(Transpose, PlanesOfAnySizeMoveOnEveryTarget) {
   });
 }
 
-// What is moved beyond a pixel is put right, also where planes lie between the rows of the output.
+// Excess bytes after a pixel are overwritten, also with planes between the rows of the output.
 TEST(Transpose, PixelsOfAnyPictureMoveOnEveryTarget) {
   for_each_target([] {
     for (const auto type : kOnePerSize)
@@ -142,7 +142,7 @@ TEST(Transpose, RankSixteenIsReversed) {
   for_each_target([&] { expect_as_reference(order, shape, ElementType::Int16, true); });
 }
 
-TEST(Transpose, DimensionsBehindTheFourthMoveAlong) {
+TEST(Transpose, DimensionsAfterTheFourthMoveAlong) {
   expect_as_reference({1, 0, 2, 3}, {3, 4, 2, 2, 5}, ElementType::UInt8, true);
   expect_as_reference({4, 3, 2, 1, 0}, {3, 4, 2, 2, 5, 3}, ElementType::UInt8, true);
 }
@@ -164,7 +164,7 @@ TEST(Transpose, MovingOnlyOnesIsACopy) {
                    .in_place_possible());
 }
 
-TEST(Transpose, ShortSpansAreLeftAlone) {
+TEST(Transpose, ShortSpansAreNotWritten) {
   const auto made =
       test::plan_of(Mode::Transpose, "1:0:2:3", {ElementType::UInt8, {4, 4}, ""}, true);
   std::vector<std::byte> in(16, std::byte{1}), out(16, std::byte{0xEE});
@@ -187,7 +187,7 @@ TEST(TransposeShape, EachDimensionComesFromTheOneItNames) {
   EXPECT_EQ(output_shape("1:0:2:3", {3, 4, 5, 6, 7}), "4:3:5:6:7");
 }
 
-TEST(TransposeShape, TheInputIsFoundBackFromTheOutput) {
+TEST(TransposeShape, TheInputIsDerivedFromTheOutput) {
   std::mt19937_64 random(23);
   for (int i = 0; i < 200; ++i) {
     std::vector<uint32_t> dims(1 + random() % 7);
@@ -220,7 +220,7 @@ TEST(TransposeOption, ReadsFourAndMoreIndices) {
   }
 }
 
-TEST(TransposeOption, OtherTextsAreRefused) {
+TEST(TransposeOption, OtherTextsAreRejected) {
   for (const char* option : {"",        ":",        "1",        "1:0",       "1:0:2",
                              "1:0:2:",  ":1:0:2:3", "1:0:2:3:", "1:1:2:3",   "0:1:2:2",
                              "0:1:2:4", "1:0:2:a",  "1 :0:2:3", " 1:0:2:3",  "1:0:2:3 ",
@@ -244,7 +244,7 @@ TEST(TransposeOption, FourIndicesEndWithThree) {
   EXPECT_TRUE(parse(Mode::Transpose, "3:0:1:2:4"));
 }
 
-TEST(TransposeOption, PointsAtTheIndexThatNoDimensionHas) {
+TEST(TransposeOption, ReportsThePlaceOfAnInvalidIndex) {
   for (const auto& [option, place] :
        {std::pair{"1:2:0:4", "at character 7:\n    1:2:0:4\n          ^"},
         {"1:12:0:2:3", "at character 3:\n    1:12:0:2:3\n      ^"}}) {

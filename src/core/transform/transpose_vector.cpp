@@ -1,4 +1,4 @@
-// Fast transpositions: channel (de)interleaving, and square tiles in registers.
+// Fast transpositions: channel interleaving, and square tiles in registers.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <algorithm>
 #include <cstring>
@@ -17,7 +17,7 @@ HWY_BEFORE_NAMESPACE();
 namespace weir::transform::HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
-// A part of a plane: rows run along the output, columns along the input. Strides in elements.
+// A part of a plane: rows run along the output, columns along the input. Strides are in elements.
 template <class T>
 struct Plane {
   const T* in;
@@ -45,7 +45,7 @@ HWY_INLINE void move_plainly(const Plane<T>& plane) noexcept {
                   sizeof(T));
 }
 
-// 3:N -> N:3 and the like: `columns` channels lie beside each other in the input.
+// 3:N -> N:3 and similar: `columns` channels are interleaved in the input.
 template <class T>
 void deinterleave(const Plane<T>& plane) noexcept {
   const hn::ScalableTag<T> d;
@@ -72,7 +72,7 @@ void deinterleave(const Plane<T>& plane) noexcept {
   move_plainly(plane.part(r, 0, plane.rows - r, plane.columns));
 }
 
-// N:3 -> 3:N and the like: `rows` channels come beside each other in the output.
+// N:3 -> 3:N and similar: interleaves `rows` channels in the output.
 template <class T>
 void interleave(const Plane<T>& plane) noexcept {
   const hn::ScalableTag<T> d;
@@ -108,7 +108,7 @@ void move_tile(const Plane<T>& plane) noexcept {
 template <class T>
 inline constexpr size_t kTile = 16 / sizeof(T);
 
-// Squares of 16-byte rows: one, or two below each other, which become longer rows of the output.
+// Transposes squares of 16-byte rows: one, or two above each other that make longer output rows.
 // Interleaving the halves of the rows log2(rows) times transposes each.
 template <size_t kBlocks, class T>
 HWY_INLINE void move_tile(const Plane<T>& plane) noexcept {
@@ -139,8 +139,8 @@ HWY_INLINE void move_tile(const Plane<T>& plane) noexcept {
 }
 #endif
 
-// Tiles, column by column of tiles within a strip of rows, so that lines of the output are filled
-// while they are in the cache.
+// Processes tiles column by column within a strip of rows, so that output lines are filled while
+// they are in the cache.
 template <class T>
 void move_tiles(const Plane<T>& plane) noexcept {
   constexpr size_t kSide = kTile<T>, kRows = kSide * kTileBlocks;

@@ -24,7 +24,7 @@ Result<Operation> parse_typecast(std::string_view option) {
   if (const auto type = parse_element_type(strip(option)); type != ElementType::End)
     return Operation{Typecast{type}, {}};
   OptionReader reader("typecast", option);
-  reader.take_type();  // the error points at what follows
+  reader.take_type();  // the error refers to the text after it
   const auto names = type_names();
   const auto near = nearest(option, names);
   return reader.syntax_error(

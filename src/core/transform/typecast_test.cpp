@@ -1,4 +1,5 @@
-// Typecast: options, all 121 pairs of types, and golden values of the rows that saturate or wrap.
+// Typecast: options, all 121 pairs of types, and reference values for saturating and wrapping
+// pairs.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/transform/transform_test_support.hpp"
 
@@ -49,7 +50,7 @@ TEST(Typecast, EveryTargetFollowsTheTableForAllPairs) {
   for_each_target([] { check_all_pairs(3000, true); });
 }
 
-TEST(Typecast, EveryTailLengthIsRight) {
+TEST(Typecast, EveryTailLengthIsCorrect) {
   for_each_target([] {
     for (const size_t count : {1, 2, 3, 7, 8, 15, 16, 17, 63, 65, 255, 256, 257, 511, 513})
       check_all_pairs(count, true);
@@ -65,7 +66,7 @@ void golden(const std::vector<From>& in, const std::vector<To>& expected) {
         << name_of(test::type_of<From>()) << " -> " << name << " accelerate " << accelerate;
 }
 
-// Computed with NumPy: np.clip(np.int32(x), low, high).astype(to), or astype for wrapping rows.
+// Computed with NumPy: np.clip(np.int32(x), low, high).astype(to), or astype if the type wraps.
 TEST(TypecastGolden, FloatToSmallIntegers) {
   const std::vector<float> in{-1.0f,    300.7f,    127.9f, -128.9f, -129.5f, 255.0f,
                               40000.0f, -40000.0f, 3e9f,   -3e9f,   1e20f};
@@ -164,7 +165,7 @@ TEST(Typecast, OptionIsATypeNameInAnyCase) {
   }
 }
 
-TEST(Typecast, OtherOptionsAreRefusedWithTheNearestName) {
+TEST(Typecast, OtherOptionsAreRejectedWithTheNearestName) {
   for (const char* option : {"", " ", "uint 8", "uint8,", "uint88", "int", "float", "float3",
                              "double", "uint8:int8", "8", "uint128"}) {
     const auto operation = parse(Mode::Typecast, option);

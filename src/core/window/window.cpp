@@ -1,4 +1,4 @@
-// Window arithmetic (specification 6.6).
+// Computes windows (docs/compatibility/routing.md 6.6).
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/window/window.hpp"
 
@@ -16,38 +16,37 @@ std::string option(const char* name, uint64_t value) {
 
 Error not_a_multiple(const Request& r, size_t tensor, const TensorSpec& spec) {
   const uint32_t extent = spec.shape[r.dimension];
-  return Error{Code::OPTION_VALUE,
-               "a buffer does not hold as many frames as frames-in says",
-               option("frames-in", r.frames_in) + ", and dimension " + std::to_string(r.dimension) +
-                   " of tensor " + std::to_string(tensor) + " (" + spec.to_string() + ") is " +
-                   std::to_string(extent),
-               "a dimension that is a multiple of frames-in",
-               std::to_string(extent) + " modulo " + std::to_string(r.frames_in) + " is " +
-                   std::to_string(extent % r.frames_in),
-               option("frames-in", std::gcd(extent, r.frames_in))};
+  return Error{.code = Code::OPTION_VALUE,
+               .what = "a buffer does not contain frames-in frames",
+               .offered = option("frames-in", r.frames_in) + ", and dimension " +
+                          std::to_string(r.dimension) + " of tensor " + std::to_string(tensor) +
+                          " (" + spec.to_string() + ") is " + std::to_string(extent),
+               .needed = "a dimension that is a multiple of frames-in",
+               .difference = std::to_string(extent) + " modulo " + std::to_string(r.frames_in) +
+                             " is " + std::to_string(extent % r.frames_in),
+               .fix = option("frames-in", std::gcd(extent, r.frames_in))};
 }
 
 Error cannot_flush(const Request& r, uint64_t most) {
-  return Error{
-      Code::OPTION_VALUE,
-      "cannot flush more frames than are there when a window is full",
-      option("frames-flush", r.frames_flush) + ", with " + option("frames-in", r.frames_in) +
-          " and " + option("frames-out", r.frames_out),
-      "at most " + std::to_string(most) + " = frames-in times (frames-out / frames-in, rounded up)",
-      "",
-      option("frames-flush", most)};
+  return Error{.code = Code::OPTION_VALUE,
+               .what = "frames-flush exceeds the number of frames in a full window",
+               .offered = option("frames-flush", r.frames_flush) + ", with " +
+                          option("frames-in", r.frames_in) + " and " +
+                          option("frames-out", r.frames_out),
+               .needed = "at most " + std::to_string(most) +
+                         " = frames-in times (frames-out / frames-in, rounded up)",
+               .fix = option("frames-flush", most)};
 }
 
 Error too_big(const TensorSpec& spec, const Request& r) {
-  return Error{Code::LIMIT_EXCEEDED,
-               "a window is too big for a tensor",
-               spec.to_string() + " with " + option("frames-out", r.frames_out),
-               "dimensions below 2^32 and 2^63 bytes",
-               "",
-               "frames-out=1"};
+  return Error{.code = Code::LIMIT_EXCEEDED,
+               .what = "a window is too large for a tensor",
+               .offered = spec.to_string() + " with " + option("frames-out", r.frames_out),
+               .needed = "dimensions below 2^32 and 2^63 bytes",
+               .fix = "frames-out=1"};
 }
 
-// The tensor of a window as caps say it.
+// The tensor of a window as written in caps.
 Result<TensorSpec> output_of(const Request& r, size_t index, const TensorSpec& spec) {
   TensorSpec out = spec;
   uint32_t& extent = out.shape[r.dimension];
@@ -71,7 +70,7 @@ Layout layout_of(const Request& r, const TensorSpec& spec) {
   return layout;
 }
 
-// A tensor of the window's true size where its caps cannot say it.
+// The tensor of the window's real size when caps cannot express it.
 Result<TensorSpec> memory_of(const Request& r, size_t index, const TensorSpec& spec) {
   const uint64_t count = *spec.shape.count();
   if (count % r.frames_in != 0) {
@@ -98,7 +97,8 @@ void copy_blocks(const std::byte* from, std::byte* to, size_t count, size_t stri
 
 uint64_t Plan::buffers_waited() const noexcept {
   if (passes_through) return 0;
-  const uint64_t latest_begin = in - std::gcd(in, step);  // of a window, within its first buffer
+  // Offset of a window's start within its first buffer, at most.
+  const uint64_t latest_begin = in - std::gcd(in, step);
   return (latest_begin + out - 1) / in;
 }
 

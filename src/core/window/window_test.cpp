@@ -1,4 +1,4 @@
-// Windows against plain references: coordinate by coordinate, frame by frame.
+// Compares windows with plain references: coordinate by coordinate, frame by frame.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/window/window.hpp"
 
@@ -31,7 +31,7 @@ TEST(Window, MultipliesItsDimension) {
   EXPECT_EQ(p->layouts[0].frame_bytes, 3u * 640 * 480);
 }
 
-TEST(Window, CutsFramesThatCameTogether) {
+TEST(Window, SplitsBuffersOfSeveralFrames) {
   const auto p = plan({6, 2, 0, 1, true}, {spec("4:12:1:1"), spec("6", ElementType::Float32)});
   ASSERT_TRUE(p);
   EXPECT_EQ(p->output[0].to_string(), "uint8 4:4:1:1");
@@ -41,7 +41,7 @@ TEST(Window, CutsFramesThatCameTogether) {
   EXPECT_EQ(*p->memory[1].bytes(), 8u);
 }
 
-TEST(Window, LeavesCapsWhereTheDimensionIsBeyondTheRank) {
+TEST(Window, KeepsCapsIfTheDimensionIsBeyondTheRank) {
   const auto p = plan({1, 3, 0, 15, true}, {spec("3:4:4:1")});
   ASSERT_TRUE(p);
   EXPECT_EQ(p->output[0].to_string(), "uint8 3:4:4:1");
@@ -52,7 +52,7 @@ TEST(Window, LeavesCapsWhereTheDimensionIsBeyondTheRank) {
   EXPECT_FALSE(same->size_differs);
 }
 
-TEST(Window, PassesBuffersThatAreWindows) {
+TEST(Window, PassesWholeWindowsThrough) {
   EXPECT_TRUE(plan({3, 3, 0, 0, true}, {spec("6")})->passes_through);
   EXPECT_TRUE(plan({3, 3, 3, 0, true}, {spec("6")})->passes_through);
   EXPECT_FALSE(plan({3, 3, 1, 0, true}, {spec("6")})->passes_through);
@@ -60,7 +60,7 @@ TEST(Window, PassesBuffersThatAreWindows) {
 }
 
 // frames-in * ceil(frames-out / frames-in) < frames-flush, for every combination up to 7.
-TEST(Window, CannotFlushWhatIsNotThere) {
+TEST(Window, CannotFlushMoreFramesThanItHolds) {
   for (uint32_t in = 1; in <= 7; ++in)
     for (uint32_t out = 1; out <= 7; ++out)
       for (uint32_t flush = 1; flush <= 20; ++flush) {
@@ -71,14 +71,14 @@ TEST(Window, CannotFlushWhatIsNotThere) {
       }
   const Error error = error_of({2, 3, 9, 0, true}, {spec("4")});
   EXPECT_EQ(error.code, Code::OPTION_VALUE);
-  EXPECT_EQ(error.what, "cannot flush more frames than are there when a window is full");
+  EXPECT_EQ(error.what, "frames-flush exceeds the number of frames in a full window");
   EXPECT_EQ(error.offered, "frames-flush=9, with frames-in=2 and frames-out=3");
   EXPECT_EQ(error.needed.substr(0, 9), "at most 4");
   EXPECT_EQ(error.fix, "frames-flush=4");
   EXPECT_TRUE(plan({2, 3, 4, 0, true}, {spec("4")})) << "the value that the error names works";
 }
 
-TEST(Window, NamesADimensionThatIsNoMultiple) {
+TEST(Window, ReportsADimensionThatIsNotAMultiple) {
   const Error error = error_of({4, 1, 0, 1, true}, {spec("3:4"), spec("3:10")});
   EXPECT_EQ(error.code, Code::OPTION_VALUE);
   EXPECT_EQ(error.offered, "frames-in=4, and dimension 1 of tensor 1 (uint8 3:10) is 10");
@@ -89,7 +89,7 @@ TEST(Window, NamesADimensionThatIsNoMultiple) {
             "frames-in=4, and tensor 0 (uint8 3:10) has 30 elements");
 }
 
-TEST(Window, RefusesWhatNoTensorHolds) {
+TEST(Window, RejectsWindowsTooLargeForATensor) {
   EXPECT_EQ(error_of({1, UINT32_MAX, 0, 0, true}, {spec("2")}).code, Code::LIMIT_EXCEEDED);
   EXPECT_EQ(error_of({1, 1u << 20, 0, 2, true}, {spec("4000000000:4000000000:1")}).code,
             Code::LIMIT_EXCEEDED);
@@ -98,7 +98,7 @@ TEST(Window, RefusesWhatNoTensorHolds) {
 }
 
 TEST(Window, WaitsForAsManyBuffersAsItSpans) {
-  // Counted: the buffer of the last frame less that of the first, the most over many windows.
+  // Counted: the largest distance in buffers between the first and the last frame of many windows.
   for (uint32_t in = 1; in <= 6; ++in)
     for (uint32_t out = 1; out <= 12; ++out)
       for (uint32_t step = 1; step <= in * ((out + in - 1) / in); ++step) {
@@ -111,7 +111,7 @@ TEST(Window, WaitsForAsManyBuffersAsItSpans) {
       }
 }
 
-// A tensor of random rank whose elements are their own numbers.
+// A tensor of random rank whose elements are numbered.
 struct Case {
   Request request;
   TensorSpec input;
@@ -127,7 +127,7 @@ Case random_case(std::mt19937* random) {
   return c;
 }
 
-// The element at each coordinate of the window comes from that of one frame.
+// Each element of the window comes from the corresponding element of one frame.
 std::vector<uint64_t> expected_window(const Case& c, const std::vector<uint64_t>& stream,
                                       const TensorSpec& out) {
   const uint64_t frame_elements = *c.input.shape.count() / c.request.frames_in;
@@ -196,7 +196,7 @@ TEST(Window, PlacesBlocksOfEverySize) {
 TEST(Window, HasExactTimesAfterAMillionFrames) {
   constexpr Fraction kNtsc{30000, 1001};
   for (const uint64_t frames : {1ull, 29ull, 999'999ull, 1'000'000ull, 123'456'789'012ull}) {
-    // n * 1001 s / 30000, in whole and rest so that 64 bits do.
+    // n * 1001 s / 30000, as quotient and remainder to stay within 64 bits.
     const uint64_t numerator = frames * 1001, denominator = 30000;
     const uint64_t expected = numerator / denominator * 1'000'000'000 +
                               numerator % denominator * 1'000'000'000 / denominator;

@@ -1,4 +1,4 @@
-// join: several branches become one stream again; whoever delivers is the one that is heard.
+// join: merges branches into one stream; forwards the branch that delivered a buffer last.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <algorithm>
 #include <atomic>
@@ -6,23 +6,27 @@
 #include <map>
 #include <memory>
 #include <mutex>
+#include <set>
 #include <string>
 #include <thread>
 #include <vector>
 
 #include "core/sync/shared_output.hpp"
-#include "gstcpp/base_classes.hpp"
-#include "gstcpp/internal_links.hpp"
-#include "gstcpp/ref.hpp"
-#include "gstcpp/streaming_threads.hpp"
+#include "gstcpp/element/base_classes.hpp"
+#include "gstcpp/element/internal_links.hpp"
+#include "gstcpp/element/ref.hpp"
+#include "gstcpp/pads/streaming_threads.hpp"
 
 namespace weir {
 namespace {
 
 using gst::Ref;
 
-// How long the end of the active branch waits for a frame or the end of the others.
-constexpr std::chrono::seconds kEndPatience{1};
+// How long the EOS of the active branch waits for a buffer or EOS of the other branches.
+constexpr std::chrono::seconds kEndTimeout{1};
+
+// A serialized event that join sends through the queues of its branches and consumes on arrival.
+constexpr char kMarker[] = "weir-join-marker";
 
 class Join : public gst::Element<Join, gst::PlainElement> {
  public:
@@ -41,8 +45,8 @@ class Join : public gst::Element<Join, gst::PlainElement> {
   }
   Ref<GstPad> active_pad() const { return output_.active(); }
   static constexpr std::tuple kProperties{
-      gst::ReadOnly{"n-pads", &Join::n_pads, "How many branches there are"},
-      gst::ReadOnly{"active-pad", &Join::active_pad, "The branch whose frame arrived last"},
+      gst::ReadOnly{"n-pads", &Join::n_pads, "Number of branches"},
+      gst::ReadOnly{"active-pad", &Join::active_pad, "Branch that delivered the last frame"},
   };
 
   void constructed() {
@@ -74,7 +78,7 @@ class Join : public gst::Element<Join, gst::PlainElement> {
   void release_pad(GstPad* pad) {
     const auto input = Ref<GstPad>::share(pad);
     gst_pad_set_active(pad, FALSE);
-    const bool was_active = output_.remove(input);  // no flush of it can begin any more
+    const bool was_active = output_.remove(input);  // from here on it cannot start a flush
     send_flush_stop(input);
     forget(pad);
     gst_element_remove_pad(element(), pad);
@@ -91,6 +95,7 @@ class Join : public gst::Element<Join, gst::PlainElement> {
         std::lock_guard lock(ended_mutex_);
         ended_.clear();
         threads_.clear();
+        own_threads_.clear();
       }
       stream_id_.clear();
       g_object_notify(G_OBJECT(self()), "active-pad");
@@ -101,6 +106,7 @@ class Join : public gst::Element<Join, gst::PlainElement> {
   GstFlowReturn on_buffer(GstPad* pad, GstBuffer* raw) {
     auto buffer = Ref<GstBuffer>::adopt(raw);
     ledger_.received();
+    note_buffer_thread(pad);
     const auto access = output_.acquire_as_active(Ref<GstPad>::share(pad));
     if (access == Output::Access::Denied) {
       ledger_.dropped(DropReason::Flush);
@@ -125,6 +131,7 @@ class Join : public gst::Element<Join, gst::PlainElement> {
   gboolean on_event(GstPad* pad, GstEvent* event) {
     const auto type = GST_EVENT_TYPE(event);
     auto owned = Ref<GstEvent>::adopt(event);
+    if (note_marker(pad, event)) return TRUE;
     if (type == GST_EVENT_CAPS) {
       GstCaps* caps = nullptr;
       gst_event_parse_caps(event, &caps);
@@ -147,23 +154,25 @@ class Join : public gst::Element<Join, gst::PlainElement> {
       output_.open(input);
       return TRUE;
     }
-    // The first stream after the end, and the end of the last branch, are the element's.
+    // A stream that starts after EOS, and the EOS of the last branch, are forwarded from any
+    // branch.
     const bool begins = type == GST_EVENT_STREAM_START && GST_PAD_IS_EOS(source_);
     const bool last = note_end(pad, type) || begins;
     if (output_.active() != input && !last) return pass_over(input, type);
-    if (type == GST_EVENT_EOS && !last && others_may_deliver(pad) && !nobody_delivers_after(input))
+    if (type == GST_EVENT_EOS && !last && others_may_deliver(pad) && !is_last_to_deliver(input))
       return TRUE;
     if (!(gst_event_type_get_flags(type) & GST_EVENT_TYPE_SERIALIZED))
       return gst_pad_push_event(source_, owned.release());
     if (!output_.acquire(input)) return FALSE;
     const Turn turn(&output_);
-    if (const auto active = output_.active(); active && active != input && !last)  // by now
+    // Another branch may be active by now.
+    if (const auto active = output_.active(); active && active != input && !last)
       return pass_over(input, type);
     if (type == GST_EVENT_STREAM_START) remember_stream(event);
     return gst_pad_push_event(source_, owned.release());
   }
 
-  // A serialized query waits downstream for the buffer that is there.
+  // A serialized query must not pass the buffer that is being pushed downstream.
   gboolean on_query(GstPad* pad, GstQuery* query) {
     if (!is_serialized(query)) return gst_pad_query_default(pad, GST_OBJECT_CAST(self()), query);
     if (!output_.acquire(Ref<GstPad>::share(pad))) return FALSE;
@@ -197,8 +206,8 @@ class Join : public gst::Element<Join, gst::PlainElement> {
     Output* const output_;
   };
 
-  // GStreamer calls this before it waits for the thread of the pad: a thread that waits for the
-  // output leaves it.
+  // GStreamer calls this before it waits for the pad's streaming thread; a thread that waits for
+  // the output then returns.
   static gboolean on_activate(GstPad* pad, GstObject*, GstPadMode mode, gboolean active) {
     if (mode != GST_PAD_MODE_PUSH) return FALSE;
     auto* join = static_cast<Join*>(gst_pad_get_element_private(pad));
@@ -207,7 +216,7 @@ class Join : public gst::Element<Join, gst::PlainElement> {
     return TRUE;
   }
 
-  // Ends the flush of the output, where it flushes for this branch.
+  // Ends the flush of the output if this branch started it.
   void send_flush_stop(const Ref<GstPad>& input, Ref<GstEvent> event = {}) {
     if (!output_.flush_stop(input)) return;
     gst_pad_push_event(source_, event ? event.release() : gst_event_new_flush_stop(TRUE));
@@ -225,23 +234,44 @@ class Join : public gst::Element<Join, gst::PlainElement> {
     std::lock_guard lock(ended_mutex_);
     std::erase(ended_, pad);
     threads_.erase(pad);
+    own_threads_.erase(pad);
+    std::lock_guard markers_lock(markers_mutex_);
+    markers_.erase(pad);
   }
   void remember_thread(GstPad* pad) {
     std::lock_guard lock(ended_mutex_);
     threads_[pad] = std::this_thread::get_id();
   }
-  // Whether another branch, which another thread feeds, has not ended.
+  // An element may send events on the thread that feeds it and buffers on threads of its own, as
+  // tensor_filter with workers does.
+  void note_buffer_thread(GstPad* pad) {
+    std::lock_guard lock(ended_mutex_);
+    const auto thread = threads_.find(pad);
+    if (thread != threads_.end() && thread->second != std::this_thread::get_id())
+      own_threads_.insert(pad);
+  }
+  bool has_own_threads(GstPad* pad) {
+    std::lock_guard lock(ended_mutex_);
+    return own_threads_.contains(pad);
+  }
+  // Whether another branch, fed by another thread, has not received EOS.
   bool others_may_deliver(GstPad* pad) {
     std::lock_guard lock(ended_mutex_);
-    return any_other_sink(pad, [this, pad](GstPad* other) {
-      if (std::find(ended_.begin(), ended_.end(), other) != ended_.end()) return false;
-      const auto thread = threads_.find(other);
-      if (thread == threads_.end()) return may_begin(other, pad);
-      return thread->second != std::this_thread::get_id();
-    });
+    return any_other_sink(pad, [&](GstPad* other) { return may_deliver_locked(other, pad); });
   }
-  // Nothing came from `other` yet: the thread of its queue, another one than that of `pad`, may not
-  // have run so far.
+  bool may_deliver(GstPad* other, GstPad* pad) {
+    std::lock_guard lock(ended_mutex_);
+    return may_deliver_locked(other, pad);
+  }
+  bool may_deliver_locked(GstPad* other, GstPad* pad) {
+    if (std::find(ended_.begin(), ended_.end(), other) != ended_.end()) return false;
+    if (own_threads_.contains(other)) return true;
+    const auto thread = threads_.find(other);
+    if (thread == threads_.end()) return may_begin(other, pad);
+    return thread->second != std::this_thread::get_id();
+  }
+  // `other` has received nothing yet: a thread that feeds it, but not `pad`, may not have run so
+  // far.
   static bool may_begin(GstPad* other, GstPad* pad) {
     const auto theirs = gst::feed_of(other), own = gst::feed_of(pad);
     const auto delivers = [&own](const Ref<GstPad>& start) {
@@ -253,10 +283,74 @@ class Join : public gst::Element<Join, gst::PlainElement> {
     };
     return theirs.known && std::any_of(theirs.threads.begin(), theirs.threads.end(), delivers);
   }
-  // Branches of one stream end at the same time, while queues in them still have frames. So the end
-  // of the active branch waits; but not for ever, since another branch may be closed by a valve.
-  bool nobody_delivers_after(const Ref<GstPad>& input) {
-    return output_.stays_active(input, kEndPatience, [this] { return GST_PAD_IS_EOS(source_); });
+  // Branches of one stream get EOS at the same time, while their queues still hold buffers. So the
+  // EOS of the active branch waits, but not forever: another branch may be closed by a valve.
+  bool is_last_to_deliver(const Ref<GstPad>& input) {
+    const uint64_t wait = ++waits_;
+    const size_t sent = send_markers(input.get(), wait);
+    bool all_arrived = false;
+    const auto over = [&] {
+      all_arrived = sent > 0 && markers(wait) == sent;
+      return GST_PAD_IS_EOS(source_) || all_arrived;
+    };
+    const bool stays = output_.stays_active(input, kEndTimeout, over);
+    return stays || (all_arrived && !GST_PAD_IS_EOS(source_));
+  }
+  // If only the thread of `pad` fills the queues of the other branches, nothing enters them before
+  // its event returns, so a marker is the last item of its queue. Returns the number of markers; 0
+  // if another thread feeds a branch.
+  size_t send_markers(GstPad* pad, uint64_t wait) {
+    const auto own = gst::feed_of(pad);
+    std::vector<Ref<GstPad>> queues;
+    const bool others =
+        own.known && own.threads.size() == 1 && any_other_sink(pad, [&](GstPad* other) {
+          return may_deliver(other, pad) &&
+                 (has_own_threads(other) || !add_queue(other, own.threads[0], &queues));
+        });
+    if (!own.known || own.threads.size() != 1 || others) return 0;
+    size_t sent = 0;
+    for (const auto& queue : queues) {
+      auto* marker = gst_structure_new(kMarker, "join", G_TYPE_POINTER, this, "wait", G_TYPE_UINT64,
+                                       wait, nullptr);
+      sent += gst_pad_send_event(queue.get(),
+                                 gst_event_new_custom(GST_EVENT_CUSTOM_DOWNSTREAM, marker)) != 0;
+    }
+    return sent == queues.size() ? sent : 0;
+  }
+  // False unless `branch` is fed by at most one queue, which only `thread` fills.
+  static bool add_queue(GstPad* branch, const Ref<GstPad>& thread, std::vector<Ref<GstPad>>* out) {
+    const auto feed = gst::feed_of(branch);
+    if (!feed.known || feed.threads.size() != 1) return false;
+    if (feed.threads[0] == thread) return true;  // no queue in between
+    const auto inputs = gst::linked_inside(feed.threads[0].get());
+    if (inputs.size() != 1 || !has_begun(inputs[0].get())) return false;
+    const auto filled_by = gst::feed_of(inputs[0].get());
+    if (!filled_by.known || filled_by.threads != std::vector{thread}) return false;
+    out->push_back(inputs[0]);
+    return true;
+  }
+  static bool has_begun(GstPad* pad) {
+    return static_cast<bool>(
+        Ref<GstEvent>::adopt(gst_pad_get_sticky_event(pad, GST_EVENT_STREAM_START, 0)));
+  }
+  bool note_marker(GstPad* pad, GstEvent* event) {
+    if (!gst_event_has_name(event, kMarker)) return false;
+    gpointer join = nullptr;
+    guint64 wait = 0;
+    gst_structure_get(gst_event_get_structure(event), "join", G_TYPE_POINTER, &join, "wait",
+                      G_TYPE_UINT64, &wait, nullptr);
+    if (join != this) return false;
+    {
+      std::lock_guard lock(markers_mutex_);
+      markers_[pad] = wait;
+    }
+    output_.wake();
+    return true;
+  }
+  size_t markers(uint64_t wait) {
+    std::lock_guard lock(markers_mutex_);
+    return static_cast<size_t>(std::count_if(markers_.begin(), markers_.end(),
+                                             [wait](const auto& m) { return m.second == wait; }));
   }
 
   void forget_end(GstPad* pad) {
@@ -270,7 +364,7 @@ class Join : public gst::Element<Join, gst::PlainElement> {
     stream_id_ = id ? id : "";
   }
 
-  // Sends what describes the stream of `pad`: its start only where it is another stream.
+  // Sends the sticky events of `pad`; stream-start only if the stream changed.
   void send_stream_of(GstPad* pad) {
     g_object_notify(G_OBJECT(self()), "active-pad");
     const auto send = +[](GstPad*, GstEvent** event, gpointer user) -> gboolean {
@@ -300,7 +394,7 @@ class Join : public gst::Element<Join, gst::PlainElement> {
                        [&](const auto& other) { return other.get() != pad && f(other.get()); });
   }
 
-  // Whether the stream ends with this event, of whatever branch: every other one has ended.
+  // Whether this event ends the stream: all other branches have received EOS.
   bool note_end(GstPad* pad, GstEventType type) {
     if (type == GST_EVENT_STREAM_START) forget_end(pad);
     if (type != GST_EVENT_EOS) return false;
@@ -324,21 +418,25 @@ class Join : public gst::Element<Join, gst::PlainElement> {
     if (!different) return ok();
     const gst::UniqueText came{gst_caps_to_string(caps)},
         needed{gst_caps_to_string(different.get())};
-    return Error{Code::SPEC_MISMATCH,
-                 "the branches of join have different caps",
-                 std::string(came.get()) + " on " + GST_OBJECT_NAME(pad),
-                 std::string(needed.get()) + ", as on " + GST_OBJECT_NAME(where.get()),
-                 "",
-                 "put \"" + std::string(needed.get()) + "\" behind a converter in each branch"};
+    return Error{
+        .code = Code::SPEC_MISMATCH,
+        .what = "the branches of join have different caps",
+        .offered = std::string(came.get()) + " on " + GST_OBJECT_NAME(pad),
+        .needed = std::string(needed.get()) + ", as on " + GST_OBJECT_NAME(where.get()),
+        .fix = "put \"" + std::string(needed.get()) + "\" after a converter in each branch"};
   }
 
   GstPad* source_ = nullptr;  // owned by the element
   std::atomic<uint32_t> next_pad_{0};
   Output output_;
-  std::string stream_id_;                       // sent last; of the thread that has the output
-  std::mutex ended_mutex_;                      // guards ended_ and threads_
-  std::vector<GstPad*> ended_;                  // branches that had EOS; addresses only
-  std::map<GstPad*, std::thread::id> threads_;  // that feed the branches which have a stream
+  std::string stream_id_;                // last sent; used by the thread that holds the output
+  std::atomic<uint64_t> waits_{0};       // waits at the end of the active branch so far
+  std::mutex markers_mutex_;             // guards markers_; taken last
+  std::map<GstPad*, uint64_t> markers_;  // the last wait whose marker arrived at each branch
+  std::mutex ended_mutex_;               // guards ended_, threads_ and own_threads_
+  std::vector<GstPad*> ended_;           // branches that received EOS; addresses only
+  std::map<GstPad*, std::thread::id> threads_;  // the thread that feeds each branch with a stream
+  std::set<GstPad*> own_threads_;               // branches whose buffers come from other threads
 };
 
 }  // namespace

@@ -1,12 +1,12 @@
-// join with pads of the test: who is heard, what is sent again, what is refused, and no waiting.
+// join driven by test pads: which branch is forwarded, repeated events, errors, and no deadlocks.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <atomic>
 #include <future>
 #include <optional>
 #include <thread>
 
-#include "elements/tests/closed_pad.hpp"
-#include "elements/tests/element_harness.hpp"
+#include "elements/tests/closed_pad_test_support.hpp"
+#include "elements/tests/element_test_support.hpp"
 
 namespace {
 
@@ -17,7 +17,7 @@ constexpr char kCaps[] =
     "other/tensors,format=static,num_tensors=1,dimensions=1,types=uint8,"
     "framerate=30/1";
 
-// A join, and branches that are source pads of the test.
+// A join whose branches are source pads of the test.
 class JoinTest : public ::testing::Test {
  protected:
   void SetUp() override {
@@ -86,11 +86,11 @@ class JoinTest : public ::testing::Test {
 };
 using Names = std::vector<std::string>;
 
-TEST_F(JoinTest, HearsWhoeverDeliversAndSendsWhatDescribesTheStream) {
+TEST_F(JoinTest, ForwardsTheDeliveringBranchWithItsStickyEvents) {
   GstPad *a = branch("a"), *b = branch("b");
   EXPECT_EQ(pads(), 2u);
   EXPECT_EQ(active(), "");
-  EXPECT_EQ(events(), Names{}) << "nothing before somebody delivers";
+  EXPECT_EQ(events(), Names{}) << "nothing before the first buffer";
   EXPECT_EQ(gst_pad_push(b, frame(Bytes{1})), GST_FLOW_OK);
   EXPECT_EQ(active(), "sink_1");
   EXPECT_EQ(events(), (Names{"stream-start b", "caps", "segment 1"}));
@@ -105,7 +105,7 @@ TEST_F(JoinTest, HearsWhoeverDeliversAndSendsWhatDescribesTheStream) {
   EXPECT_EQ(stat(h_->element, "bytes-copied"), 0u);
 }
 
-TEST_F(JoinTest, StartsNoNewStreamBetweenBranchesOfOne) {
+TEST_F(JoinTest, KeepsTheStreamBetweenBranchesOfTheSameStream) {
   GstPad *a = branch("same"), *b = branch("same");
   gst_pad_push(a, frame(Bytes{1}));
   events();
@@ -113,7 +113,7 @@ TEST_F(JoinTest, StartsNoNewStreamBetweenBranchesOfOne) {
   EXPECT_EQ(events(), (Names{"caps", "segment 1"}));
 }
 
-TEST_F(JoinTest, DropsEventsOfBranchesThatAreNotHeard) {
+TEST_F(JoinTest, DropsEventsOfInactiveBranches) {
   GstPad *a = branch("a"), *b = branch("b");
   gst_pad_push(a, frame(Bytes{1}));
   events();
@@ -126,7 +126,7 @@ TEST_F(JoinTest, DropsEventsOfBranchesThatAreNotHeard) {
   EXPECT_EQ(gst_pad_push(a, frame(Bytes{1})), GST_FLOW_EOS);
 }
 
-TEST_F(JoinTest, EndsWhenEveryBranchEndsAndNoneWasHeard) {
+TEST_F(JoinTest, EndsWhenAllBranchesEndWithoutBuffers) {
   GstPad *a = branch("a"), *b = branch("b");
   EXPECT_TRUE(gst_pad_push_event(a, gst_event_new_eos()));
   EXPECT_EQ(events(), Names{});
@@ -134,7 +134,7 @@ TEST_F(JoinTest, EndsWhenEveryBranchEndsAndNoneWasHeard) {
   EXPECT_EQ(events(), Names{"eos"});
 }
 
-TEST_F(JoinTest, NamesBranchesOfOtherCaps) {
+TEST_F(JoinTest, ReportsBranchesWithDifferentCaps) {
   branch("a");
   branch("b", "other/tensors,format=static,num_tensors=1,dimensions=2,types=uint8,framerate=30/1");
   const std::string error = errors_->next();
@@ -147,7 +147,7 @@ TEST_F(JoinTest, NamesBranchesOfOtherCaps) {
   EXPECT_EQ(pulled(), Bytes{2});
 }
 
-TEST_F(JoinTest, LetsTheOnlyBranchChangeItsCaps) {
+TEST_F(JoinTest, AllowsTheOnlyBranchToChangeCaps) {
   GstPad* a = branch("a");
   gst_pad_push(a, frame(Bytes{1}));
   events();
@@ -156,7 +156,7 @@ TEST_F(JoinTest, LetsTheOnlyBranchChangeItsCaps) {
   EXPECT_EQ(errors_->next(), "");
 }
 
-TEST_F(JoinTest, LosesBranchesWhileItPlays) {
+TEST_F(JoinTest, AllowsBranchesToBeReleasedWhilePlaying) {
   GstPad *a = branch("a"), *b = branch("b");
   gst_pad_push(a, frame(Bytes{1}));
   auto sink = Ref<GstPad>::adopt(gst_pad_get_peer(a));
@@ -171,7 +171,7 @@ TEST_F(JoinTest, LosesBranchesWhileItPlays) {
   EXPECT_EQ(pulled(), (Bytes{1, 2, 3}));
 }
 
-TEST_F(JoinTest, TakesABranchUnderAGivenName) {
+TEST_F(JoinTest, AddsABranchWithAGivenName) {
   auto named = Ref<GstPad>::adopt(gst_element_request_pad_simple(h_->element, "sink_0"));
   auto next = Ref<GstPad>::adopt(gst_element_request_pad_simple(h_->element, "sink_%u"));
   ASSERT_TRUE(named && next);
@@ -179,8 +179,8 @@ TEST_F(JoinTest, TakesABranchUnderAGivenName) {
   EXPECT_STREQ(GST_OBJECT_NAME(next.get()), "sink_1");
 }
 
-// Threads that deliver at once lose nothing, and nobody waits for another.
-TEST_F(JoinTest, LosesNothingUnderThreads) {
+// Concurrent threads lose no buffers and do not wait for each other.
+TEST_F(JoinTest, ForwardsAllFramesOfConcurrentBranches) {
   constexpr int kBranches = 4, kFrames = 500;
   for (int i = 0; i < kBranches; ++i) branch(("branch" + std::to_string(i)).c_str());
   std::vector<std::thread> threads;
@@ -194,7 +194,7 @@ TEST_F(JoinTest, LosesNothingUnderThreads) {
   EXPECT_EQ(stat(h_->element, "held"), 0u);
 }
 
-// Two branches: the first one blocks downstream, the second one waits for its turn.
+// Two branches: downstream blocks the first, and the second waits for its turn.
 class BlockedJoinTest : public JoinTest {
  protected:
   void SetUp() override {
@@ -209,7 +209,7 @@ class BlockedJoinTest : public JoinTest {
     EXPECT_TRUE(wait_for_stat(h_->element, "received", 2));
   }
   void TearDown() override {
-    closed_.reset();  // both threads come back
+    closed_.reset();  // both threads return
     if (first_.valid()) first_.get();
     if (second_.valid()) second_.get();
     source_ = {};
@@ -240,8 +240,8 @@ class BlockedJoinTest : public JoinTest {
   std::future<GstFlowReturn> first_, second_;
 };
 
-// Specification 6.10: the branch whose frame arrives becomes active at once.
-TEST_F(BlockedJoinTest, TheEndOfABranchDoesNotEndTheStreamWhileAFrameOfAnotherWaits) {
+// docs/compatibility/routing.md 6.10: the branch whose frame arrives becomes active immediately.
+TEST_F(BlockedJoinTest, ABranchEosDoesNotEndTheStreamWhileAnotherBranchHasAFrame) {
   EXPECT_TRUE(becomes_true([&] { return active() == "sink_1"; }, "the second branch", 10s));
   auto first_and_end = std::async(std::launch::async, [&] {
     EXPECT_EQ(first_.get(), GST_FLOW_OK);
@@ -259,7 +259,7 @@ TEST_F(BlockedJoinTest, TheEndOfABranchDoesNotEndTheStreamWhileAFrameOfAnotherWa
 }
 
 // The branch that delivered last is active again.
-TEST_F(BlockedJoinTest, ABranchWhoseFrameIsLostToAFlushDoesNotEndTheStream) {
+TEST_F(BlockedJoinTest, ABranchWithAFlushedFrameDoesNotEndTheStream) {
   EXPECT_TRUE(becomes_true([&] { return active() == "sink_1"; }, "the second branch", 10s));
   EXPECT_TRUE(gst_pad_push_event(waiting_, gst_event_new_flush_start()));
   expect_that_second_leaves();
@@ -273,8 +273,7 @@ TEST_F(BlockedJoinTest, ABranchWhoseFrameIsLostToAFlushDoesNotEndTheStream) {
   EXPECT_EQ(events(), Names{"eos"}) << "once";
 }
 
-// The branches of one stream end together, and the queue of one of them has more frames than that
-// of the other.
+// The branches of one stream get EOS together, but one queue holds more buffers than the other.
 TEST_F(JoinTest, WaitsForFramesOfOtherBranchesWhenTheActiveOneEnds) {
   GstPad *a = branch("a"), *b = branch("b");
   EXPECT_EQ(gst_pad_push(a, frame(Bytes{1})), GST_FLOW_OK);
@@ -289,8 +288,8 @@ TEST_F(JoinTest, WaitsForFramesOfOtherBranchesWhenTheActiveOneEnds) {
   EXPECT_EQ(events(), Names{"eos"});
 }
 
-// As behind a valve that is closed.
-TEST_F(JoinTest, EndsWithTheActiveBranchWhenNoOtherDelivers) {
+// As downstream of a closed valve.
+TEST_F(JoinTest, EndsWithTheActiveBranchWhenNoOtherSendsBuffers) {
   GstPad *a = branch("a"), *b = branch("b");
   EXPECT_EQ(gst_pad_push(b, frame(Bytes{1})), GST_FLOW_OK);
   EXPECT_EQ(gst_pad_push(a, frame(Bytes{2})), GST_FLOW_OK);
@@ -300,13 +299,13 @@ TEST_F(JoinTest, EndsWithTheActiveBranchWhenNoOtherDelivers) {
   EXPECT_TRUE(end.get());
   EXPECT_EQ(events(), Names{"eos"});
   EXPECT_EQ(gst_pad_push(b, frame(Bytes{3})), GST_FLOW_EOS);
-  EXPECT_EQ(events(), Names{}) << "no stream begins by that";
+  EXPECT_EQ(events(), Names{}) << "this starts no new stream";
   EXPECT_EQ(stat(h_->element, "dropped-eos"), 1u);
   EXPECT_EQ(pulled(), (Bytes{1, 2}));
 }
 
-// Nothing could come from them before this event returns.
-TEST_F(JoinTest, DoesNotWaitForBranchesThatItsOwnThreadFeeds) {
+// The other branches can deliver nothing before this event returns.
+TEST_F(JoinTest, DoesNotWaitForBranchesFedByTheSameThread) {
   GstPad *a = branch("a"), *b = branch("b");
   EXPECT_EQ(gst_pad_push(b, frame(Bytes{1})), GST_FLOW_OK);
   EXPECT_EQ(gst_pad_push(a, frame(Bytes{2})), GST_FLOW_OK);
@@ -317,7 +316,23 @@ TEST_F(JoinTest, DoesNotWaitForBranchesThatItsOwnThreadFeeds) {
   EXPECT_EQ(events(), Names{});
 }
 
-TEST_F(JoinTest, GoesOnAfterTheEndWithABranchThatBeginsAStream) {
+// As tensor_filter with workers: caps and segment come from the thread that feeds it, buffers do
+// not.
+TEST_F(JoinTest, WaitsForABranchThatPushesBuffersFromOtherThreads) {
+  GstPad *a = branch("a"), *b = branch("b");
+  const auto push_a = [a](uint8_t value) { return gst_pad_push(a, frame(Bytes{value})); };
+  EXPECT_EQ(std::async(std::launch::async, push_a, 1).get(), GST_FLOW_OK);
+  EXPECT_EQ(gst_pad_push(b, frame(Bytes{2})), GST_FLOW_OK);
+  auto last = std::async(std::launch::async, [&] {
+    EXPECT_TRUE(becomes_true([b] { return GST_PAD_IS_EOS(b); }, "EOS of the active branch", 10s));
+    return push_a(3);
+  });
+  EXPECT_TRUE(gst_pad_push_event(b, gst_event_new_eos()));
+  EXPECT_EQ(last.get(), GST_FLOW_OK);
+  EXPECT_EQ(pulled(), (Bytes{1, 2, 3}));
+}
+
+TEST_F(JoinTest, ContinuesAfterEosWithABranchThatStartsAStream) {
   GstPad *a = branch("a"), *b = branch("b");
   EXPECT_EQ(gst_pad_push(a, frame(Bytes{1})), GST_FLOW_OK);
   EXPECT_TRUE(gst_pad_push_event(b, gst_event_new_eos()));
@@ -346,7 +361,7 @@ TEST_F(JoinTest, AFlushEndsTheWaitForOtherBranches) {
   EXPECT_EQ(pulled(), (Bytes{1, 2}));
 }
 
-TEST_F(JoinTest, SendsWhatABranchHadToSayWhileAnotherWasActive) {
+TEST_F(JoinTest, SendsStoredStickyEventsWhenABranchBecomesActive) {
   GstPad *a = branch("a"), *b = branch("b");
   EXPECT_EQ(gst_pad_push(a, frame(Bytes{1})), GST_FLOW_OK);
   EXPECT_EQ(gst_pad_push(b, frame(Bytes{2})), GST_FLOW_OK);
@@ -357,7 +372,7 @@ TEST_F(JoinTest, SendsWhatABranchHadToSayWhileAnotherWasActive) {
   EXPECT_EQ(events(), (Names{"stream-start a", "caps", "segment 0", "tag"}));
 }
 
-TEST_F(BlockedJoinTest, ReleasesABranchThatWaits) {
+TEST_F(BlockedJoinTest, ReleasesABlockedBranch) {
   const auto sink = Ref<GstPad>::adopt(gst_pad_get_peer(waiting_));
   const auto release = std::async(
       std::launch::async, [&] { gst_element_release_request_pad(h_->element, sink.get()); });
@@ -370,7 +385,7 @@ TEST_F(BlockedJoinTest, ReleasesABranchThatWaits) {
   expect_that_first_is_delivered();
 }
 
-TEST_F(BlockedJoinTest, FlushesABranchThatWaits) {
+TEST_F(BlockedJoinTest, FlushesABlockedBranch) {
   EXPECT_TRUE(gst_pad_push_event(waiting_, gst_event_new_flush_start()));
   expect_that_second_leaves();
   EXPECT_TRUE(gst_pad_push_event(waiting_, gst_event_new_flush_stop(TRUE)));
@@ -381,7 +396,7 @@ TEST_F(BlockedJoinTest, FlushesABranchThatWaits) {
   EXPECT_EQ(pulled(), Bytes{3});
 }
 
-TEST_F(BlockedJoinTest, DeactivatesABranchThatWaits) {
+TEST_F(BlockedJoinTest, DeactivatesABlockedBranch) {
   const auto sink = Ref<GstPad>::adopt(gst_pad_get_peer(waiting_));
   const auto deactivation =
       std::async(std::launch::async, [&] { return gst_pad_set_active(sink.get(), FALSE); });
@@ -392,8 +407,8 @@ TEST_F(BlockedJoinTest, DeactivatesABranchThatWaits) {
   expect_that_first_is_delivered();
 }
 
-// A serialized query waits downstream too, for the stream lock that the blocked buffer has.
-TEST_F(JoinTest, ReleasesABranchThatWaitsWithASerializedQuery) {
+// A serialized query also waits downstream, for the stream lock that the blocked buffer holds.
+TEST_F(JoinTest, ReleasesABranchThatIsBlockedInASerializedQuery) {
   GstPad *a = branch("a"), *b = branch("b");
   const auto asked = Ref<GstPad>::adopt(gst_pad_get_peer(b));
   std::future<GstFlowReturn> first;
@@ -421,7 +436,7 @@ TEST_F(JoinTest, ReleasesABranchThatWaitsWithASerializedQuery) {
   EXPECT_EQ(first.get(), GST_FLOW_OK);
 }
 
-TEST_F(JoinTest, HoldsOtherBranchesWhileTheActiveOneFlushes) {
+TEST_F(JoinTest, BlocksOtherBranchesWhileTheActiveOneFlushes) {
   GstPad *a = branch("a"), *b = branch("b");
   EXPECT_EQ(gst_pad_push(a, frame(Bytes{1})), GST_FLOW_OK);
   events();

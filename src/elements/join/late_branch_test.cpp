@@ -1,12 +1,14 @@
-// join at the end of its active branch, where another branch has not begun: whole pipelines.
+// join in pipelines where the active branch ends before another branch has started.
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "elements/tests/played_pipeline.hpp"
+#include <chrono>
+
+#include "elements/tests/pipeline_test_support.hpp"
 
 namespace {
 
 using namespace weir::test;
 
-// Holds all that would leave the queue of branch b until branch a has ended at join.
+// Blocks the output of branch b's queue until branch a has reached EOS at join.
 class LateBranch {
  public:
   explicit LateBranch(const PlayedPipeline& pipeline)
@@ -34,7 +36,7 @@ class LateBranch {
 constexpr char kFrames[] =
     "videotestsrc num-buffers=10 ! video/x-raw,format=GRAY8,width=4,height=4 ! tensor_converter ! ";
 
-TEST(JoinLateBranch, LosesNoFrameOfAQueueWhoseThreadBeginsAfterTheEnd) {
+TEST(JoinLateBranch, KeepsFramesOfAQueueThatStartsAfterEos) {
   PlayedPipeline pipeline(std::string("join name=j ! tensor_sink name=out sync=false ") + kFrames +
                           "queue ! j.sink_0 " + kFrames + "queue name=b ! j.sink_1");
   pipeline.watch("out");
@@ -43,7 +45,7 @@ TEST(JoinLateBranch, LosesNoFrameOfAQueueWhoseThreadBeginsAfterTheEnd) {
   EXPECT_EQ(pipeline.seen<uint8_t>("out").size(), 20u);
 }
 
-TEST(JoinLateBranch, LosesNoFrameOfASourceWhoseThreadBeginsAfterTheEnd) {
+TEST(JoinLateBranch, KeepsFramesOfASourceThatStartsAfterEos) {
   PlayedPipeline pipeline(
       std::string("join name=j ! tensor_sink name=out sync=false ") + kFrames +
       "j.sink_0 videotestsrc name=b num-buffers=10 ! video/x-raw,format=GRAY8,width=4,height=4 ! "
@@ -54,12 +56,63 @@ TEST(JoinLateBranch, LosesNoFrameOfASourceWhoseThreadBeginsAfterTheEnd) {
   EXPECT_EQ(pipeline.seen<uint8_t>("out").size(), 20u);
 }
 
-TEST(JoinLateBranch, EndsWhereNothingIsLinkedToTheQueueOfAnotherBranch) {
+TEST(JoinLateBranch, EndsWhenTheQueueOfAnotherBranchIsUnlinked) {
   PlayedPipeline pipeline(std::string("join name=j ! tensor_sink name=out sync=false ") + kFrames +
                           "j.sink_0 queue name=b ! j.sink_1");
   pipeline.watch("out");
   EXPECT_EQ(pipeline.plays_to_its_end(), "");
   EXPECT_EQ(pipeline.seen<uint8_t>("out").size(), 10u);
+}
+
+// The time between EOS of element `a`'s branch and EOS of join.
+std::chrono::nanoseconds end_takes(const std::string& branches, size_t frames) {
+  PlayedPipeline pipeline(std::string("join name=j ! tensor_sink name=out sync=false ") + kFrames +
+                          "tensor_if name=i compared-value=A_VALUE compared-value-option=0:0:0:0,0 "
+                          "operator=GE supplied-value=0 " +
+                          branches);
+  pipeline.watch("out");
+  std::chrono::steady_clock::time_point ends[2];
+  const auto watch = [&](const char* element, const char* name, size_t which) {
+    const auto pad =
+        Ref<GstPad>::adopt(gst_element_get_static_pad(pipeline.find(element).get(), name));
+    gst_pad_add_probe(
+        pad.get(), GST_PAD_PROBE_TYPE_EVENT_DOWNSTREAM,
+        +[](GstPad*, GstPadProbeInfo* info, gpointer end) {
+          if (GST_EVENT_TYPE(GST_PAD_PROBE_INFO_EVENT(info)) == GST_EVENT_EOS)
+            *static_cast<std::chrono::steady_clock::time_point*>(end) =
+                std::chrono::steady_clock::now();
+          return GST_PAD_PROBE_OK;
+        },
+        &ends[which], nullptr);
+  };
+  watch("a", "sink", 0);
+  watch("j", "src", 1);
+  EXPECT_EQ(pipeline.plays_to_its_end(), "");
+  EXPECT_EQ(pipeline.seen<uint8_t>("out").size(), frames);
+  return ends[1] - ends[0];
+}
+
+TEST(JoinLateBranch, EndsImmediatelyWhenTheQueueOfAnotherBranchStaysEmpty) {
+  EXPECT_LT(end_takes("i.src_0 ! identity name=a ! j.sink_0 i.src_1 ! queue ! j.sink_1", 10),
+            std::chrono::milliseconds(900));
+}
+
+TEST(JoinLateBranch, KeepsFramesOfAQueueFilledByTheSameThread) {
+  PlayedPipeline pipeline(std::string("join name=j ! tensor_sink name=out sync=false ") + kFrames +
+                          "tee name=t ! j.sink_0 t. ! queue name=b ! j.sink_1");
+  pipeline.watch("out");
+  const LateBranch late(pipeline);
+  EXPECT_EQ(pipeline.plays_to_its_end(), "");
+  EXPECT_EQ(pipeline.seen<uint8_t>("out").size(), 20u);
+}
+
+TEST(JoinLateBranch, KeepsFramesOfTwoChainedQueues) {
+  PlayedPipeline pipeline(std::string("join name=j ! tensor_sink name=out sync=false ") + kFrames +
+                          "tee name=t ! j.sink_0 t. ! queue ! queue name=b ! j.sink_1");
+  pipeline.watch("out");
+  const LateBranch late(pipeline);
+  EXPECT_EQ(pipeline.plays_to_its_end(), "");
+  EXPECT_EQ(pipeline.seen<uint8_t>("out").size(), 20u);
 }
 
 }  // namespace

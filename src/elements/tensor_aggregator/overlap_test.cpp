@@ -1,9 +1,9 @@
-// Overlapping windows: they share memory, each byte is moved about once, and none changes later.
+// Overlapping windows: they share memory, each byte is copied about once, and none changes later.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <deque>
 #include <random>
 
-#include "elements/tests/element_harness.hpp"
+#include "elements/tests/element_test_support.hpp"
 
 namespace {
 
@@ -30,7 +30,7 @@ void expect_window(GstBuffer* buffer, size_t begin) {
   ASSERT_EQ(content(buffer), expected) << "window " << begin;
 }
 
-TEST(OverlappingWindows, MoveEachByteAboutOnce) {
+TEST(OverlappingWindows, CopyEachByteAboutOnce) {
   auto h = overlapping();
   constexpr size_t kFrames = 2000;
   for (size_t i = 0; i < kFrames; ++i) {
@@ -44,7 +44,7 @@ TEST(OverlappingWindows, MoveEachByteAboutOnce) {
   EXPECT_GE(moved, 1.0 * kFrames * kFrame);
 }
 
-TEST(OverlappingWindows, StayAsTheyAreWhileMoreFramesCome) {
+TEST(OverlappingWindows, StayUnchangedWhenMoreFramesArrive) {
   auto h = overlapping();
   constexpr size_t kFrames = 300;
   std::vector<Ref<GstBuffer>> kept;
@@ -52,11 +52,11 @@ TEST(OverlappingWindows, StayAsTheyAreWhileMoreFramesCome) {
     ASSERT_EQ(gst_harness_push(h.get(), frame(numbered(i))), GST_FLOW_OK);
     if (i + 1 >= kOut) kept.push_back(Ref<GstBuffer>::adopt(gst_harness_pull(h.get())));
   }
-  h.reset();  // they outlive the element
+  h.reset();  // the buffers outlive the element
   for (size_t i = 0; i < kept.size(); ++i) expect_window(kept[i].get(), i);
 }
 
-TEST(OverlappingWindows, AreKeptForAnyTime) {
+TEST(OverlappingWindows, CanBeHeldIndefinitely) {
   auto h = overlapping();
   std::mt19937 random(9);
   std::deque<std::pair<size_t, Ref<GstBuffer>>> kept;
@@ -74,8 +74,8 @@ TEST(OverlappingWindows, AreKeptForAnyTime) {
   for (auto& [begin, buffer] : kept) expect_window(buffer.get(), begin);
 }
 
-// An element behind that works in place must get memory of its own.
-TEST(OverlappingWindows, AreNotChangedByWhatStandsBehind) {
+// A downstream element that works in place must get its own memory.
+TEST(OverlappingWindows, AreNotChangedByDownstreamElements) {
   auto h = harness_of(
       "tensor_aggregator frames-out=2 frames-flush=1 frames-dim=0 ! tensor_transform "
       "mode=arithmetic option=add:1",
@@ -88,8 +88,8 @@ TEST(OverlappingWindows, AreNotChangedByWhatStandsBehind) {
   }
 }
 
-// The same of frames that were cut out of one buffer.
-TEST(OverlappingWindows, AndPartsAreNotChangedByWhatStandsBehind) {
+// The same for frames cut from one buffer.
+TEST(OverlappingWindows, PartsAreNotChangedByDownstreamElements) {
   auto h = harness_of(
       "tensor_aggregator frames-in=2 frames-out=1 frames-dim=0 ! tensor_transform "
       "mode=arithmetic option=add:1",
@@ -101,8 +101,8 @@ TEST(OverlappingWindows, AndPartsAreNotChangedByWhatStandsBehind) {
   }
 }
 
-// Three frames in a buffer, windows of five, two apart: some lie in no single buffer.
-TEST(OverlappingWindows, ReachOverBuffersOfSeveralFrames) {
+// Three frames per buffer, windows of five with step two: some windows span buffers.
+TEST(OverlappingWindows, SpanBuffersOfSeveralFrames) {
   auto h = harness_of("tensor_aggregator frames-in=3 frames-out=5 frames-flush=2 frames-dim=1",
                       tensors("uint8", "4:3"));
   const Bytes all = ramp(12 * 20);
@@ -117,8 +117,8 @@ TEST(OverlappingWindows, ReachOverBuffersOfSeveralFrames) {
   }
 }
 
-// Of two tensors one can be shared and the other has to be interleaved.
-TEST(OverlappingWindows, ShareWhatCanBeShared) {
+// One of two tensors can be shared; the other must be interleaved.
+TEST(OverlappingWindows, ShareMemoryWherePossible) {
   auto h = harness_of("tensor_aggregator frames-out=2 frames-flush=1 frames-dim=0",
                       tensors("uint8,uint8", "2,1:2"));
   for (uint8_t i = 0; i < 40; ++i) {

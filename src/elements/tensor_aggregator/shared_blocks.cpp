@@ -1,4 +1,4 @@
-// Shared blocks by std::shared_ptr, whose deleter gives them back.
+// A block is a std::shared_ptr whose deleter returns it to the pool.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "elements/tensor_aggregator/shared_blocks.hpp"
 
@@ -33,7 +33,7 @@ std::shared_ptr<std::byte> BlockPool::take() {
     }
   }
   if (!block) block = static_cast<std::byte*>(::operator new(bytes_, kAlignment));
-  // The pool lives as long as its blocks.
+  // The deleter keeps the pool alive.
   return {block, [pool = shared_from_this()](std::byte* b) { pool->give_back(b); }};
 }
 
@@ -51,7 +51,7 @@ void BlockPool::give_back(std::byte* block) noexcept {
 GstMemory* part_of_block(std::shared_ptr<std::byte> block, size_t offset, size_t bytes) {
   std::byte* at = block.get() + offset;
   auto* holder = new std::shared_ptr<std::byte>(std::move(block));
-  // Nothing behind the part may be read: more of the block is still being written.
+  // maxsize ends with the part: the rest of the block is still being written.
   return gst_memory_new_wrapped(
       GST_MEMORY_FLAG_READONLY, at, bytes, 0, bytes, holder,
       [](gpointer p) { delete static_cast<std::shared_ptr<std::byte>*>(p); });

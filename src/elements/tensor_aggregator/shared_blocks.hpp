@@ -1,4 +1,4 @@
-// Blocks of memory that several buffers share, used again when the last of them is gone.
+// BlockPool: blocks of memory that buffers share, reused when the last of them is released.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <gst/gst.h>
@@ -12,13 +12,13 @@ namespace weir {
 
 class BlockPool : public std::enable_shared_from_this<BlockPool> {
  public:
-  // Bytes of each block; aligned to 64.
+  // Size of each block in bytes; blocks are aligned to 64 bytes.
   static std::shared_ptr<BlockPool> make(size_t bytes, size_t retain = 2);
   ~BlockPool();
   BlockPool(const BlockPool&) = delete;
   BlockPool& operator=(const BlockPool&) = delete;
 
-  // Throws bad_alloc. Its bytes are what they were.
+  // The bytes are uninitialised. Throws bad_alloc.
   std::shared_ptr<std::byte> take();
   size_t bytes() const noexcept { return bytes_; }
 
@@ -31,7 +31,7 @@ class BlockPool : public std::enable_shared_from_this<BlockPool> {
   std::vector<std::byte*> free_;
 };
 
-// Memory that shows a part of a block, read-only, and holds the block while it lives.
+// Read-only memory for a part of a block; it keeps the block alive.
 GstMemory* part_of_block(std::shared_ptr<std::byte> block, size_t offset, size_t bytes);
 
 }  // namespace weir

@@ -1,17 +1,18 @@
-// tensor_aggregator: windows over the frames of a stream, gathered, cut and overlapping.
+// tensor_aggregator: collects frames of a stream in windows, which may overlap.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <atomic>
 #include <memory>
 #include <vector>
 
 #include "elements/tensor_aggregator/window_stream.hpp"
-#include "gstcpp/backwards_time.hpp"
-#include "gstcpp/frame_errors.hpp"
-#include "gstcpp/latency.hpp"
-#include "gstcpp/per_client.hpp"
-#include "gstcpp/plain_filter.hpp"
-#include "gstcpp/query_meta.hpp"
-#include "gstcpp/tensor_caps.hpp"
+#include "gstcpp/buffer/frame_errors.hpp"
+#include "gstcpp/buffer/query_meta.hpp"
+#include "gstcpp/buffer/tensor_caps.hpp"
+#include "gstcpp/element/backwards_time.hpp"
+#include "gstcpp/element/per_client.hpp"
+#include "gstcpp/element/plain_filter.hpp"
+#include "gstcpp/pads/latency.hpp"
+#include "gstcpp/pads/placeholder_wait.hpp"
 
 namespace weir {
 namespace {
@@ -20,9 +21,9 @@ using gst::Ref;
 
 class TensorAggregator : public gst::PlainFilter<TensorAggregator> {
  public:
-  static constexpr gst::ElementInfo kInfo{"WeirTensorAggregator", "tensor_aggregator",
-                                          "TensorAggregator", "Filter/Tensor",
-                                          "Gathers frames of tensors into windows, or cuts them"};
+  static constexpr gst::ElementInfo kInfo{
+      "WeirTensorAggregator", "tensor_aggregator", "TensorAggregator", "Filter/Tensor",
+      "Collects frames of tensors into windows, or splits them"};
 #define WEIR_AGGREGATOR_CAPS \
   WEIR_CAPS_TENSOR           \
   "; other/tensors, format=(string)static, num_tensors=(int)[ 1, 256 ], " WEIR_CAPS_RATE
@@ -40,19 +41,18 @@ class TensorAggregator : public gst::PlainFilter<TensorAggregator> {
   };
   static constexpr auto kPlaying = gst::Changeable::WhilePlaying;
   static constexpr std::tuple kProperties{
-      gst::Property{"frames-in", &Settings::frames_in, "Frames in each buffer that comes", kPlaying,
-                    1u, G_MAXUINT},
+      gst::Property{"frames-in", &Settings::frames_in, "Frames in each input buffer", kPlaying, 1u,
+                    G_MAXUINT},
       gst::Property{"frames-out", &Settings::frames_out, "Frames in each window", kPlaying, 1u,
                     G_MAXUINT},
       gst::Property{"frames-flush", &Settings::frames_flush,
                     "Frames from one window to the next; 0 = frames-out", kPlaying},
       gst::Property{"frames-dim", &Settings::frames_dim,
-                    "Dimension along which the frames of a buffer lie", kPlaying, 0u, 15u},
+                    "Dimension along which the frames of a buffer are arranged", kPlaying, 0u, 15u},
       gst::Property{"concat", &Settings::concat,
-                    "Put frames together along frames-dim; else whole frame behind frame",
-                    kPlaying},
+                    "Concatenate frames along frames-dim; false = append whole frames", kPlaying},
       gst::Property{"on-backwards-time", &Settings::on_backwards_time,
-                    "What becomes of a frame whose time lies before that of the frame ahead"},
+                    "What to do with a frame whose time is before that of the previous frame"},
       gst::Property{"silent", &Settings::silent, "Accepted for compatibility; has no effect",
                     gst::Changeable::WhilePlaying},
   };
@@ -63,20 +63,15 @@ class TensorAggregator : public gst::PlainFilter<TensorAggregator> {
     if (is_written()) setup_ = nullptr;
     const Settings s = take_settings(&followed_);
     times_.decide(s.on_backwards_time);
-    if (setup_ && setup_->input == *spec) return announce(setup_.get());
-    // Frames of other tensors cannot stand in one window.
-    drop_held(DropReason::Flush);
-    clients_.clear();
-    setup_ = nullptr;
-    auto setup = make_setup(*spec, s);
-    if (!setup) return setup.error();
-    if (auto status = announce(setup->get()); !status) return status;
-    setup_ = *std::move(setup);
-    return ok();
+    Status status = begin_stream(*spec, s);
+    if (auto segment = status ? placeholder_.take_segment() : Ref<GstEvent>())
+      gst_pad_push_event(source_, segment.release());
+    return placeholder_.judged(*spec, std::move(status));
   }
 
   GstFlowReturn take_buffer(Ref<GstBuffer> in) {
-    if (!setup_) return failed(before_caps());
+    if (const Error* refusal = placeholder_.refusal()) return refused(*refusal);
+    if (!setup_) return failed(gst::buffer_before_caps());
     if (is_written())
       if (const auto flow = follow_properties(); flow != GST_FLOW_OK) {
         ledger_.dropped(DropReason::Error);
@@ -103,7 +98,7 @@ class TensorAggregator : public gst::PlainFilter<TensorAggregator> {
     }
   }
 
-  // Counts what waits; the last window may be missing frames for ever.
+  // Counts the waiting frames; the last window may never be complete.
   void drop_held(DropReason reason) {
     clients_.for_each([&](WindowStream& stream) {
       stream.clear(reason, &ledger_);
@@ -111,6 +106,7 @@ class TensorAggregator : public gst::PlainFilter<TensorAggregator> {
     });
   }
   void forget() {
+    placeholder_.reset();
     clients_.clear();
     setup_ = nullptr;
     allocation_ = {};
@@ -118,6 +114,7 @@ class TensorAggregator : public gst::PlainFilter<TensorAggregator> {
   }
 
   bool take_event(GstEvent* event) {
+    if (GST_EVENT_TYPE(event) == GST_EVENT_FLUSH_STOP) placeholder_.flush();
     if (GST_EVENT_TYPE(event) == GST_EVENT_STREAM_START) frames_lost_ = 0, times_.reset();
     if (GST_EVENT_TYPE(event) == GST_EVENT_SEGMENT) {
       const GstSegment* segment = nullptr;
@@ -125,7 +122,7 @@ class TensorAggregator : public gst::PlainFilter<TensorAggregator> {
       times_.watch_segment(*segment);
       clients_.for_each([](WindowStream& stream) { stream.times.reset(); });
     }
-    return false;
+    return placeholder_.keeps(event);
   }
 
   gboolean on_query(GstPad* pad, GstQuery* query) {
@@ -146,7 +143,25 @@ class TensorAggregator : public gst::PlainFilter<TensorAggregator> {
   BufferLimit buffer_limit_{kInfo.factory_name};
 
  private:
-  // Between two frames: frames that wait for their window go into one of the new kind.
+  Status begin_stream(const FrameSpec& spec, const Settings& s) {
+    if (setup_ && setup_->input == spec) return announce(setup_.get());
+    // A window cannot mix frames of different tensors.
+    drop_held(DropReason::Flush);
+    clients_.clear();
+    setup_ = nullptr;
+    auto setup = make_setup(spec, s);
+    if (!setup) return setup.error();
+    if (auto status = announce(setup->get()); !status) return status;
+    setup_ = *std::move(setup);
+    return ok();
+  }
+  // A frame whose caps could have been a placeholder's, but are not.
+  GstFlowReturn refused(const Error& error) {
+    failed(error);
+    return GST_FLOW_NOT_NEGOTIATED;
+  }
+
+  // Called between two frames: waiting frames move to a window of the new settings.
   GstFlowReturn follow_properties() {
     std::shared_ptr<WindowSetup> made;
     const auto judge = [&](const Settings& wanted) -> Status {
@@ -185,7 +200,7 @@ class TensorAggregator : public gst::PlainFilter<TensorAggregator> {
     return setup;
   }
 
-  // Caps of the windows, their pool, their latency.
+  // Sends the caps of the windows, makes their pool and sets the latency.
   Status announce(WindowSetup* setup) {
     if (setup->plan.size_differs) warn_of_size(*setup);
     const FrameSpec output{Format::Static, setup->plan.output, setup->input.rate};
@@ -209,16 +224,18 @@ class TensorAggregator : public gst::PlainFilter<TensorAggregator> {
     const auto& shape = setup.input.tensors[0].shape;
     const size_t rank = shape.rank();
     const uint64_t frames = setup.plan.in;
-    size_t fits = rank - 1;  // the outermost that holds whole frames
+    size_t fits = rank - 1;  // the outermost dimension that holds whole frames
     while (fits > 0 && shape[fits] % frames != 0) --fits;
-    gst::post_warning(
-        element(),
-        {Code::OPTION_VALUE,
-         "frames-dim lies beyond the dimensions of the tensors: caps stay as they are, and frames "
-         "have another size than they say",
-         "frames-dim=" + std::to_string(setup.dimension) + ", " + setup.input.to_string(),
-         "0 to " + std::to_string(rank - 1), "",
-         shape[fits] % frames != 0 ? "" : "tensor_aggregator frames-dim=" + std::to_string(fits)});
+    gst::post_warning(element(),
+                      {.code = Code::OPTION_VALUE,
+                       .what = "frames-dim is beyond the dimensions of the tensors: the caps stay "
+                               "unchanged and do not match the size of the frames",
+                       .offered = "frames-dim=" + std::to_string(setup.dimension) + ", " +
+                                  setup.input.to_string(),
+                       .needed = "0 to " + std::to_string(rank - 1),
+                       .fix = shape[fits] % frames != 0
+                                  ? ""
+                                  : "tensor_aggregator frames-dim=" + std::to_string(fits)});
   }
 
   GstFlowReturn pass(Ref<GstBuffer> in) {
@@ -231,8 +248,10 @@ class TensorAggregator : public gst::PlainFilter<TensorAggregator> {
   void give_up_client(WindowStream* stream) {
     stream->clear(DropReason::Policy, &ledger_);
     frames_lost_ += stream->take_frames_lost();
-    GST_WARNING_OBJECT(self(), "more than %zu clients: the one silent longest loses its frames",
-                       gst::kClientLimit);
+    GST_CAT_WARNING_OBJECT(
+        category(), self(),
+        "more than %zu clients: the frames of the one that was silent longest are dropped",
+        gst::kClientLimit);
   }
 
   // The first frame of a window waits for its last.
@@ -242,12 +261,13 @@ class TensorAggregator : public gst::PlainFilter<TensorAggregator> {
   }
 
   // Streaming thread only:
-  std::shared_ptr<WindowSetup> setup_;  // null until caps were taken
-  gst::Allocation allocation_;          // as the next element asks
+  std::shared_ptr<WindowSetup> setup_;  // null until caps are accepted
+  gst::Allocation allocation_;          // requested by the peer
   gst::BackwardsTimes times_;
   gst::PerClient<WindowStream> clients_{[this] { return WindowStream(setup_); },
                                         [this](WindowStream& s) { give_up_client(&s); }};
-  gst::FollowedSettings<Settings> followed_;  // of setup_
+  gst::FollowedSettings<Settings> followed_;  // the settings of setup_
+  gst::PlaceholderWait placeholder_;
   // Any thread:
   std::atomic<GstClockTime> latency_{0};
   std::atomic<uint64_t> frames_lost_{0};

@@ -1,10 +1,10 @@
-// tensor_aggregator in a harness: which frames each window holds, against a plain reference.
+// tensor_aggregator in a harness: the frames of each window against a simple reference.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <random>
 
-#include "elements/tests/element_harness.hpp"
-#include "gstcpp/query_meta.hpp"
-#include "gstcpp/tensor_meta.hpp"
+#include "elements/tests/element_test_support.hpp"
+#include "gstcpp/buffer/query_meta.hpp"
+#include "gstcpp/buffer/tensor_meta.hpp"
 
 namespace {
 
@@ -31,7 +31,7 @@ void expect_ledger(const Harness& h) {
   EXPECT_EQ(count(h, "received"), count(h, "consumed") + count(h, "dropped") + count(h, "held"));
 }
 
-TEST(TensorAggregator, PutsFourFramesTogether) {
+TEST(TensorAggregator, CombinesFourFrames) {
   auto h = aggregator("frames-in=1 frames-out=4 frames-flush=4 frames-dim=3",
                       tensors("uint8", "3:2:2:1"));
   const Bytes all = ramp(12 * 8);
@@ -49,7 +49,7 @@ TEST(TensorAggregator, PutsFourFramesTogether) {
   EXPECT_EQ(count(h, "bytes-copied"), 96u) << "each byte once";
 }
 
-// Window k holds the frames [k * step, k * step + out), whatever buffers they came in.
+// Window k holds the frames [k * step, k * step + out), whichever buffers they arrived in.
 TEST(TensorAggregator, HoldsTheFramesOfEveryCombination) {
   std::mt19937 random(1);
   for (size_t in = 1; in <= 5; ++in)
@@ -83,7 +83,7 @@ TEST(TensorAggregator, HoldsTheFramesOfEveryCombination) {
       }
 }
 
-// 1 to 20 tensors, each along its dimension 1: dimension 2 makes the frames interleave.
+// 1 to 20 tensors along dimension 1: dimension 2 makes the frames interleave.
 TEST(TensorAggregator, InterleavesEachOfOneToTwentyTensors) {
   std::mt19937 random(2);
   for (const std::string flush : {"3", "1"})
@@ -127,7 +127,7 @@ TEST(TensorAggregator, InterleavesEachOfOneToTwentyTensors) {
     }
 }
 
-TEST(TensorAggregator, PutsWholeFramesBehindEachOtherWithoutConcat) {
+TEST(TensorAggregator, AppendsWholeFramesWithoutConcat) {
   auto h = aggregator("frames-dim=0 frames-out=2 concat=false", tensors("uint8", "2:2"));
   ASSERT_EQ(gst_harness_push(h.get(), frame(Bytes{1, 2, 3, 4})), GST_FLOW_OK);
   ASSERT_EQ(gst_harness_push(h.get(), frame(Bytes{5, 6, 7, 8})), GST_FLOW_OK);
@@ -136,7 +136,7 @@ TEST(TensorAggregator, PutsWholeFramesBehindEachOtherWithoutConcat) {
   EXPECT_SAYS(caps_text(h), "dimensions=(string)4:2,");
 }
 
-TEST(TensorAggregator, PassesBuffersThatAreWindows) {
+TEST(TensorAggregator, PassesBuffersThatAreCompleteWindows) {
   auto h = aggregator("frames-in=2 frames-out=2 frames-dim=0", tensors("uint8", "4"));
   GstBuffer* in = frame(ramp(4), 7, 8);
   auto out = Ref<GstBuffer>::adopt(gst_harness_push_and_pull(h.get(), in));
@@ -144,7 +144,7 @@ TEST(TensorAggregator, PassesBuffersThatAreWindows) {
   EXPECT_EQ(count(h, "bytes-copied"), 0u);
 }
 
-TEST(TensorAggregator, CutsWithoutCopying) {
+TEST(TensorAggregator, SplitsWithoutCopying) {
   auto h = aggregator("frames-in=6 frames-out=2 frames-dim=0", tensors("uint8,uint8", "6,12"));
   GstBuffer* in = gst_buffer_new();
   for (const size_t size : {6, 12}) {
@@ -164,7 +164,7 @@ TEST(TensorAggregator, CutsWithoutCopying) {
   EXPECT_EQ(count(h, "consumed"), 1u);
 }
 
-TEST(TensorAggregator, CopiesPartsOfMemoryThatMayNotBeShared) {
+TEST(TensorAggregator, CopiesPartsOfMemoryThatCannotBeShared) {
   auto h = aggregator("frames-in=3 frames-out=1 frames-dim=0", tensors("uint8", "6"));
   GstBuffer* in = frame(ramp(6));
   GST_MINI_OBJECT_FLAG_SET(gst_buffer_peek_memory(in, 0), GST_MEMORY_FLAG_NO_SHARE);
@@ -176,7 +176,7 @@ TEST(TensorAggregator, CopiesPartsOfMemoryThatMayNotBeShared) {
   EXPECT_EQ(count(h, "bytes-copied"), 6u);
 }
 
-TEST(TensorAggregator, KeepsClientsApart) {
+TEST(TensorAggregator, KeepsClientsSeparate) {
   auto h = aggregator("frames-out=2 frames-dim=0", tensors("uint8", "1"));
   const auto push = [&h](uint8_t value, gint64 client) {
     GstBuffer* b = frame(Bytes{value});
@@ -191,19 +191,19 @@ TEST(TensorAggregator, KeepsClientsApart) {
   }
 }
 
-// Pictures behind each other keep their pixels' places, pictures below each other do not.
-TEST(TensorAggregator, KeepsTheWayBackWhereItIsOneForAllFrames) {
+// Only a dimension other than the picture's keeps the pixels in place, and the source map.
+TEST(TensorAggregator, KeepsASourceMapThatAllFramesShare) {
   for (const auto& [dimension, maps] : {std::pair{"3", 1u}, std::pair{"2", 0u}}) {
     auto h = harness_of(
         std::string("tensor_converter ! tensor_aggregator frames-out=2 frames-dim=") + dimension,
         video("GRAY8", 4, 3));
     for (int i = 0; i < 2; ++i) ASSERT_EQ(gst_harness_push(h.get(), frame(ramp(12))), GST_FLOW_OK);
     auto out = Ref<GstBuffer>::adopt(gst_harness_pull(h.get()));
-    EXPECT_EQ(weir::gst::picture_maps(out.get()).size(), maps) << "along " << dimension;
+    EXPECT_EQ(weir::gst::source_maps(out.get()).size(), maps) << "along " << dimension;
   }
 }
 
-TEST(TensorAggregator, CountsWhatIsLeftAtTheEnd) {
+TEST(TensorAggregator, CountsFramesLostAtEos) {
   auto h = aggregator("frames-in=2 frames-out=4 frames-dim=0", tensors("uint8", "2"));
   for (int i = 0; i < 5; ++i) ASSERT_EQ(gst_harness_push(h.get(), frame(Bytes(2))), GST_FLOW_OK);
   EXPECT_EQ(count(h, "held"), 1u);
@@ -213,7 +213,7 @@ TEST(TensorAggregator, CountsWhatIsLeftAtTheEnd) {
   EXPECT_EQ(count(h, "held"), 0u);
 }
 
-TEST(TensorAggregator, BeginsAnewBehindAFlush) {
+TEST(TensorAggregator, StartsAgainAfterAFlush) {
   auto h = aggregator("frames-out=2 frames-dim=0", tensors("uint8", "1"));
   ASSERT_EQ(gst_harness_push(h.get(), frame(Bytes{1})), GST_FLOW_OK);
   gst_harness_push_event(h.get(), gst_event_new_flush_start());
@@ -226,7 +226,7 @@ TEST(TensorAggregator, BeginsAnewBehindAFlush) {
   EXPECT_EQ(content(out.get()), (Bytes{2, 3}));
 }
 
-TEST(TensorAggregator, BeginsAnewWithOtherTensorsOnly) {
+TEST(TensorAggregator, StartsAgainOnlyWhenTheTensorsChange) {
   auto h = aggregator("frames-out=2 frames-dim=0", tensors("uint8", "1"));
   ASSERT_EQ(gst_harness_push(h.get(), frame(Bytes{1})), GST_FLOW_OK);
   gst_harness_set_src_caps_str(h.get(), (tensors("uint8", "1:1")).c_str());
@@ -239,54 +239,56 @@ TEST(TensorAggregator, BeginsAnewWithOtherTensorsOnly) {
   EXPECT_SAYS(caps_text(h), "dimensions=(string)4,");
 }
 
-TEST(TensorAggregator, SaysThatItCannotFlush) {
+TEST(TensorAggregator, ReportsInvalidFramesFlush) {
   const std::string error =
       start_error("tensor_aggregator frames-in=2 frames-out=3 frames-flush=9 frames-dim=0",
                   tensors("uint8", "4"));
-  EXPECT_SAYS(error, "WEIR-1004: cannot flush more frames than are there");
+  EXPECT_SAYS(error, "WEIR-1004: frames-flush exceeds the number of frames");
   EXPECT_SAYS(error, "offered: frames-flush=9, with frames-in=2 and frames-out=3");
   EXPECT_SAYS(error, "fix: frames-flush=4");
 }
 
-TEST(TensorAggregator, NamesADimensionThatIsNoMultiple) {
+TEST(TensorAggregator, ReportsADimensionThatIsNotAMultiple) {
   const std::string error =
       start_error("tensor_aggregator frames-in=4 frames-dim=1", tensors("uint8", "3:10"));
   EXPECT_SAYS(error, "offered: frames-in=4, and dimension 1 of tensor 0 (uint8 3:10) is 10");
   EXPECT_SAYS(error, "fix: frames-in=2");
 }
 
-TEST(TensorAggregator, RefusesFramesOfAnotherSize) {
+TEST(TensorAggregator, RejectsFramesOfTheWrongSize) {
   for (const char* properties : {"frames-out=2 frames-dim=0", "frames-dim=0"})
     for (const size_t bytes : {size_t{3}, size_t{5}}) {
       auto h = aggregator(properties, tensors("uint8", "4"));
       Errors errors(h);
       EXPECT_EQ(gst_harness_push(h.get(), frame(Bytes(bytes))), GST_FLOW_ERROR);
       const std::string error = errors.next();
-      EXPECT_SAYS(error, "WEIR-2004: a buffer has another size than its caps say");
+      EXPECT_SAYS(error, "WEIR-2004: the size of a buffer does not match its caps");
       EXPECT_SAYS(error, std::to_string(bytes) + " bytes");
       EXPECT_EQ(count(h, "dropped-error"), 1u);
       EXPECT_EQ(count(h, "held"), 0u);
     }
 }
 
-TEST(TensorAggregator, SaysWhatTheNextElementDoesNotTake) {
+TEST(TensorAggregator, ReportsCapsThatDownstreamRejects) {
   auto h = aggregator("frames-out=2 frames-dim=0", "");
   Errors errors(h);
   gst_harness_set_sink_caps_str(h.get(), tensors("uint8", "3").c_str());
-  gst_harness_set_src_caps_str(h.get(), tensors("uint8", "1").c_str());
+  gst_harness_set_src_caps_str(h.get(), tensors("uint8", "2").c_str());
   const std::string error = errors.next();
-  EXPECT_SAYS(error, "WEIR-2001: the element behind tensor_aggregator does not take its result");
-  EXPECT_SAYS(error, "offered: 1 tensor: uint8 2\n");
-  EXPECT_SAYS(error, "first difference: tensor 0: dimension is 2, needed is 3");
+  EXPECT_SAYS(error,
+              "WEIR-2001: the element downstream of tensor_aggregator does not accept its output");
+  EXPECT_SAYS(error, "offered: 1 tensor: uint8 4\n");
+  EXPECT_SAYS(error, "first difference: tensor 0: dimension is 4, needed is 3");
 }
 
-// Specification 6.6: caps stay as they are where the dimension is beyond the rank. That is told.
-TEST(TensorAggregator, WarnsWhenCapsCannotTellTheFrames) {
+// docs/compatibility/routing.md 6.6: caps stay unchanged when the dimension is beyond the rank; a
+// warning is posted.
+TEST(TensorAggregator, WarnsWhenCapsDoNotDescribeTheFrames) {
   auto h = aggregator("frames-out=2", "");
   Errors errors(h);
   gst_harness_set_src_caps_str(h.get(), tensors("uint8", "3:4").c_str());
   const std::string warning = errors.next_warning();
-  EXPECT_SAYS(warning, "frames-dim lies beyond the dimensions of the tensors");
+  EXPECT_SAYS(warning, "frames-dim is beyond the dimensions of the tensors");
   EXPECT_SAYS(warning, "fix: tensor_aggregator frames-dim=1");
   EXPECT_SAYS(caps_text(h), "dimensions=(string)3:4,");
   for (int i = 0; i < 2; ++i) ASSERT_EQ(gst_harness_push(h.get(), frame(ramp(12))), GST_FLOW_OK);
@@ -294,13 +296,13 @@ TEST(TensorAggregator, WarnsWhenCapsCannotTellTheFrames) {
   EXPECT_EQ(gst_buffer_get_size(out.get()), 24u);
 }
 
-TEST(TensorAggregator, NamesADimensionThatHoldsWholeFrames) {
+TEST(TensorAggregator, SuggestsADimensionThatHoldsWholeFrames) {
   const auto fix = [](const char* dimensions) {
     auto h = aggregator("frames-in=2 frames-out=4", "");
     Errors errors(h);
     gst_harness_set_src_caps_str(h.get(), tensors("uint8", dimensions).c_str());
     const std::string warning = errors.next_warning();
-    EXPECT_SAYS(warning, "frames-dim lies beyond");
+    EXPECT_SAYS(warning, "frames-dim is beyond");
     return warning;
   };
   EXPECT_SAYS(fix("3:4:1"), "fix: tensor_aggregator frames-dim=1");

@@ -1,6 +1,6 @@
 // tensor_aggregator whose windows change while frames flow.
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "elements/tests/tuned.hpp"
+#include "elements/tests/tuning_test_support.hpp"
 
 namespace {
 
@@ -10,7 +10,7 @@ Tuned tuned(const std::string& line) {
   return {"tensor_aggregator", line, "other/tensor,dimension=(string)2,type=uint8,framerate=30/1"};
 }
 
-TEST(TuningAggregator, AnotherWindowActsOnTheNextFrameAndKeepsWhatWaits) {
+TEST(AggregatorPropertyChange, NewWindowAppliesToTheNextFrameAndKeepsWaitingFrames) {
   auto t = tuned("tensor_aggregator frames-out=2 frames-dim=0");
   EXPECT_EQ(t.push<>({1, 2}), Bytes{});
   EXPECT_EQ(t.push<>({3, 4}), (Bytes{1, 2, 3, 4}));
@@ -25,7 +25,7 @@ TEST(TuningAggregator, AnotherWindowActsOnTheNextFrameAndKeepsWhatWaits) {
   EXPECT_SAYS(t.caps(), "dimensions=(string)2");
 }
 
-TEST(TuningAggregator, FlushAndConcatAct) {
+TEST(AggregatorPropertyChange, FlushAndConcatApply) {
   auto t = tuned("tensor_aggregator frames-out=2 frames-dim=0");
   EXPECT_EQ(t.push<>({1, 2}), Bytes{});
   t.set("frames-flush", "1");
@@ -37,7 +37,7 @@ TEST(TuningAggregator, FlushAndConcatAct) {
   EXPECT_EQ(t.push<>({7, 8}).size(), 2u) << "two frames in each buffer are a window";
 }
 
-TEST(TuningAggregator, AWindowThatCannotBeIsRefusedAndReadsBackAsBefore) {
+TEST(AggregatorPropertyChange, InvalidWindowIsRejectedAndRestored) {
   auto t = tuned(
       "tensor_aggregator frames-out=2 frames-dim=0 ! capsfilter "
       "caps=other/tensor,dimension=(string)4");
@@ -52,7 +52,7 @@ TEST(TuningAggregator, AWindowThatCannotBeIsRefusedAndReadsBackAsBefore) {
   EXPECT_EQ(t.get("frames-in"), "1");
 }
 
-TEST(TuningAggregator, ASecondWriteCompletesTheFirst) {
+TEST(AggregatorPropertyChange, ASecondWriteCompletesTheFirst) {
   auto t = tuned(
       "tensor_aggregator frames-out=2 frames-dim=0 ! capsfilter "
       "caps=other/tensor,dimension=(string)4");

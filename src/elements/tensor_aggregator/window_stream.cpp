@@ -1,24 +1,24 @@
-// Windows as shared memory where they lie dense somewhere, else each byte is moved once.
+// Shares memory for windows that are contiguous in a buffer; otherwise copies each byte once.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "elements/tensor_aggregator/window_stream.hpp"
 
 #include <algorithm>
 #include <tuple>
 
-#include "gstcpp/memory_part.hpp"
-#include "gstcpp/tensor_meta.hpp"
+#include "gstcpp/buffer/memory_part.hpp"
+#include "gstcpp/buffer/tensor_meta.hpp"
 
 namespace weir {
 namespace {
 
 using gst::Ref;
 
-auto fields(const PictureMap& m) {
+auto fields(const SourceMap& m) {
   return std::tie(m.xx, m.xy, m.x0, m.yx, m.yy, m.y0, m.source_width, m.source_height, m.width,
                   m.height, m.x_dimension, m.y_dimension);
 }
 bool same_maps(GstBuffer* a, GstBuffer* b) {
-  const auto left = gst::picture_maps(a), right = gst::picture_maps(b);
+  const auto left = gst::source_maps(a), right = gst::source_maps(b);
   return gst::maps_of(a) == gst::maps_of(b) &&
          std::equal(left.begin(), left.end(), right.begin(), right.end(),
                     [](const auto& x, const auto& y) { return fields(x) == fields(y); });
@@ -48,7 +48,7 @@ Status WindowStream::push(Ref<GstBuffer> buffer, Ledger* ledger) {
   arrived->buffer = std::move(buffer);
   arrived_ += setup_->plan.in;
   waiting_.push_back(std::move(arrived));
-  // Frames between two windows, when more are flushed than a window has.
+  // Frames between two windows, when the step is larger than a window.
   forget_before(setup_->plan.begin(windows_), DropReason::Policy, ledger);
   return ok();
 }
@@ -86,7 +86,7 @@ Result<Ref<GstBuffer>> WindowStream::next(Ledger* ledger) {
 void WindowStream::forget_before(uint64_t frame, DropReason reason, Ledger* ledger) {
   const auto& plan = setup_->plan;
   while (!waiting_.empty() && (first_ + 1) * plan.in <= frame) {
-    // What lies before the last window was forgotten with the one before it.
+    // Frames before the last window were already dropped.
     const bool used = first_ * plan.in < used_;
     if (used)
       ledger->consumed();
@@ -124,7 +124,8 @@ void WindowStream::clear(DropReason reason, Ledger* ledger) {
   frames_lost_ = lost;
 }
 
-// Memory by memory: a window of one buffer shares with it, overlapping ones with each other.
+// Whether to output one memory per tensor: windows within a buffer share its memory, and
+// overlapping windows share with each other.
 bool WindowStream::leaves_by_memory(uint64_t begin) {
   const auto& plan = setup_->plan;
   if (plan.layouts.size() > kMemoryLimit) return false;
@@ -194,7 +195,8 @@ Result<Ref<GstBuffer>> WindowStream::gathered(uint64_t begin, uint64_t* copied) 
   return out;
 }
 
-// Times by specification 6.6; flags and metas are those of the buffer that the window begins in.
+// Times follow docs/compatibility/routing.md 6.6; flags and metas come from the buffer in which the
+// window begins.
 void WindowStream::describe(GstBuffer* out, uint64_t begin) {
   const auto& plan = setup_->plan;
   const Arrived& holder = holder_of(begin);
@@ -211,15 +213,15 @@ void WindowStream::describe(GstBuffer* out, uint64_t begin) {
   GST_BUFFER_DURATION(out) = GST_CLOCK_TIME_IS_VALID(duration_)
                                  ? gst_util_uint64_scale(duration_, plan.out, plan.in)
                                  : GST_CLOCK_TIME_NONE;
-  const auto maps = gst::picture_maps(out);
+  const auto maps = gst::source_maps(out);
   if (maps.empty()) return;
-  // The way back stays where it is one for all frames, and pixels keep their places.
+  // The source map stays valid only if all frames have the same and pixels keep their places.
   bool stays = gst::maps_of(out) == gst::MapsOf::Tensors;
   for (const auto& map : maps)
     stays = stays && setup_->dimension != map.x_dimension && setup_->dimension != map.y_dimension;
   for (uint64_t i = begin / plan.in + 1; stays && i <= last_buffer_of(begin); ++i)
     stays = same_maps(out, waiting_[static_cast<size_t>(i - first_)]->buffer.get());
-  if (!stays) gst::set_picture_maps(out, {});
+  if (!stays) gst::set_source_maps(out, {});
 }
 
 }  // namespace weir

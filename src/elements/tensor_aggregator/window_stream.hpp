@@ -1,4 +1,4 @@
-// WindowStream: the frames of one stream (of one client), and the windows over them as buffers.
+// WindowStream: the frames of one client's stream, and windows over them as buffers.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <gst/gst.h>
@@ -12,12 +12,12 @@
 #include "core/sync/backwards_time.hpp"
 #include "core/window/window.hpp"
 #include "elements/tensor_aggregator/window_strip.hpp"
-#include "gstcpp/frame_pool.hpp"
-#include "gstcpp/frame_reader.hpp"
+#include "gstcpp/buffer/frame_pool.hpp"
+#include "gstcpp/buffer/frame_reader.hpp"
 
 namespace weir {
 
-// What all clients share.
+// Shared by all clients.
 struct WindowSetup {
   FrameSpec input;
   window::Plan plan;
@@ -30,17 +30,17 @@ class WindowStream {
  public:
   explicit WindowStream(std::shared_ptr<WindowSetup> setup);
 
-  // FRAME_SIZE and MAP_FAILED; the buffer is then not taken.
+  // FRAME_SIZE and MAP_FAILED; the buffer is rejected then.
   Status push(gst::Ref<GstBuffer> buffer, Ledger* ledger);
-  // The next window, null when frames are missing. Counts buffers whose last frame left.
+  // Returns the next window, or null when frames are missing. Counts buffers that are used up.
   Result<gst::Ref<GstBuffer>> next(Ledger* ledger);
 
-  // Gives what waits back, for a stream of other windows; of a buffer some of whose frames were
-  // flushed none comes back.
+  // Returns the waiting buffers for a stream of other windows, except buffers some of whose frames
+  // were flushed.
   std::vector<gst::Ref<GstBuffer>> take_back(Ledger* ledger);
-  // Forgets what waits. Buffers of which a window had a frame count as consumed, others as dropped.
+  // Drops the waiting buffers: those with a frame in a window count as consumed, others as dropped.
   void clear(DropReason reason, Ledger* ledger);
-  // Frames that came in no window, of buffers that are gone.
+  // Frames of released buffers that were in no window.
   uint64_t take_frames_lost() noexcept { return std::exchange(frames_lost_, 0); }
 
   BackwardsTimeWatch times;
@@ -48,19 +48,19 @@ class WindowStream {
  private:
   struct KnownTime {
     GstClockTime time = GST_CLOCK_TIME_NONE;
-    uint64_t frame = 0;  // that has it
+    uint64_t frame = 0;  // the frame with this time
   };
   struct Arrived {
     ~Arrived() { reader.clear(); }
     gst::Ref<GstBuffer> buffer;
     gst::FrameReader reader;  // holds the buffer's memory mapped
-    KnownTime pts, dts;       // the last ones up to this buffer
+    KnownTime pts, dts;       // the last known times up to this buffer
   };
 
   Arrived& holder_of(uint64_t frame);
   std::span<const std::byte> frame_of(size_t tensor, uint64_t frame);
   bool leaves_by_memory(uint64_t begin);
-  // A part of the buffer that holds the window's frames; null where no single one does.
+  // A part of the buffer that holds all frames of the window; null if they span buffers.
   Result<gst::Ref<GstMemory>> part_of_input(size_t tensor, uint64_t begin, uint64_t* copied);
   Result<gst::Ref<GstBuffer>> assembled(uint64_t begin, uint64_t* copied);
   Result<gst::Ref<GstBuffer>> gathered(uint64_t begin, uint64_t* copied);
@@ -70,17 +70,17 @@ class WindowStream {
   uint64_t last_buffer_of(uint64_t begin) const noexcept;
 
   std::shared_ptr<WindowSetup> setup_;
-  std::vector<WindowStrip> strips_;                 // by tensor; only where windows overlap
-  std::vector<std::shared_ptr<BlockPool>> blocks_;  // by tensor; only of those interleaved
+  std::vector<WindowStrip> strips_;                 // by tensor; only if windows overlap
+  std::vector<std::shared_ptr<BlockPool>> blocks_;  // by tensor; only for interleaved ones
   std::deque<std::unique_ptr<Arrived>> waiting_;
   std::unique_ptr<Arrived> spare_;  // keeps its vectors for the next buffer
-  uint64_t first_ = 0;              // number of the first buffer that waits
-  uint64_t arrived_ = 0;            // frames
-  uint64_t windows_ = 0;            // that left
-  uint64_t used_ = 0;               // frames before this one were in a window, or are lost
+  uint64_t first_ = 0;              // index of the oldest waiting buffer
+  uint64_t arrived_ = 0;            // frames received
+  uint64_t windows_ = 0;            // windows output
+  uint64_t used_ = 0;               // frames before this index were in a window or are lost
   uint64_t frames_lost_ = 0;
   KnownTime pts_, dts_;
-  GstClockTime duration_ = GST_CLOCK_TIME_NONE;  // of the buffer that came last
+  GstClockTime duration_ = GST_CLOCK_TIME_NONE;  // of the last buffer
   gst::FramePool::Writer writer_;
 };
 

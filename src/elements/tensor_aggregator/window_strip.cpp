@@ -1,4 +1,4 @@
-// A strip that has no room left begins anew with the frames of the next window.
+// WindowStrip: a full block is replaced by one that starts with the frames of the next window.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "elements/tensor_aggregator/window_strip.hpp"
 
@@ -8,7 +8,7 @@
 namespace weir {
 namespace {
 
-// A longer strip moves fewer frames twice, but a window that somebody keeps holds all of it.
+// A longer strip copies fewer frames twice, but a window that is kept holds the whole block.
 constexpr uint64_t kMostWindows = 8, kLeastWindows = 2;
 constexpr size_t kWantedBytes = size_t{64} << 20;
 

@@ -1,7 +1,6 @@
-// The time of windows: exact over a long stream, and what becomes of times that are missing or go
+// Timestamps of windows: exact over a long stream, and the handling of missing or backward times.
 // SPDX-License-Identifier: LGPL-2.1-or-later
-// backwards.
-#include "elements/tests/element_harness.hpp"
+#include "elements/tests/element_test_support.hpp"
 
 namespace {
 
@@ -10,7 +9,7 @@ using namespace weir::test;
 constexpr char kName[] = "tensor_aggregator";
 constexpr GstClockTime kNone = GST_CLOCK_TIME_NONE, kNine = 9 * GST_SECOND;
 
-// In integers of 128 bits: 30000/1001 frames a second.
+// 30000/1001 frames per second, computed in 128-bit integers.
 uint64_t ntsc_time(uint64_t frames) {
   __extension__ using Wide = unsigned __int128;
   return static_cast<uint64_t>(Wide{frames} * 1001 * 1000000000 / 30000);
@@ -31,8 +30,8 @@ TEST(WindowTime, IsThatOfItsFirstFrame) {
   }
 }
 
-// Specification 6.6: a frame is 1/framerate later than the one before it.
-TEST(WindowTime, OfAFrameInsideABufferIsCountedFromTheBuffers) {
+// docs/compatibility/routing.md 6.6: each frame is 1/framerate later than the previous one.
+TEST(WindowTime, OfAFrameInsideABufferIsRelativeToTheBuffer) {
   auto h = harness_of("tensor_aggregator frames-in=4 frames-out=1 frames-dim=0",
                       tensors("uint8", "4", "40/1"));
   for (const uint64_t start : {1000u, 100'001'000u}) {
@@ -45,9 +44,9 @@ TEST(WindowTime, OfAFrameInsideABufferIsCountedFromTheBuffers) {
   }
 }
 
-// The numbers of the specification, 6.6: what tensor_converter put together keeps its times when it
-// is taken apart.
-TEST(WindowTime, OfFramesThatAConverterPutTogetherIsTheirOwn) {
+// The numbers of docs/compatibility/routing.md 6.6: frames that tensor_converter combined keep
+// their times when they are separated again.
+TEST(WindowTime, OfFramesThatAConverterCollectedIsTheirOwn) {
   auto h = harness_of(
       "tensor_converter frames-per-tensor=3 ! tensor_aggregator frames-in=3 frames-out=1 "
       "frames-dim=3",
@@ -77,7 +76,7 @@ TEST(WindowTime, DoesNotDriftOverAMillionFrames) {
   }
 }
 
-TEST(WindowTime, StaysUnknownWhereNoneIsKnown) {
+TEST(WindowTime, StaysUnknownWithoutTimestamps) {
   auto h = harness_of("tensor_aggregator frames-out=2 frames-dim=0", tensors("uint8", "1"));
   for (const auto time : {kNone, kNone, kNine, kNone, kNone, kNone})
     ASSERT_EQ(gst_harness_push(h.get(), frame(Bytes(1), time, kNone)), GST_FLOW_OK);
@@ -88,7 +87,7 @@ TEST(WindowTime, StaysUnknownWhereNoneIsKnown) {
   }
 }
 
-TEST(WindowTime, KnowsNoTimesInsideABufferWithoutARate) {
+TEST(WindowTime, IsUnknownInsideABufferWithoutARate) {
   auto h = harness_of("tensor_aggregator frames-in=2 frames-out=1 frames-dim=0",
                       tensors("uint8", "2", "0/1"));
   ASSERT_EQ(gst_harness_push(h.get(), frame(Bytes(2), 50, 8)), GST_FLOW_OK);

@@ -1,10 +1,11 @@
-// Raw audio as tensors (specification 2, "audio").
+// Converts raw audio to tensors (docs/compatibility/converter.md 2.3).
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "elements/tensor_converter/audio_medium.hpp"
 
 #include <cstring>
 
 #include "core/convert/audio_tensor.hpp"
+#include "gstcpp/element/log.hpp"
 
 namespace weir {
 namespace {
@@ -13,17 +14,16 @@ constexpr char kLine[] = "audioconvert ! audio/x-raw,layout=interleaved ! tensor
 
 Error caps_unreadable(const GstStructure* s) {
   const gst::UniqueText text{gst_structure_to_string(s)};
-  return Error{Code::FORMAT_UNSUPPORTED,
-               "the audio caps cannot be read",
-               text.get(),
-               "a format, a rate, channels and the layout interleaved",
-               "",
-               kLine};
+  return Error{.code = Code::FORMAT_UNSUPPORTED,
+               .what = "the audio caps cannot be read",
+               .offered = text.get(),
+               .needed = "a format, a rate, channels and the layout interleaved",
+               .fix = kLine};
 }
 
 }  // namespace
 
-Result<StreamPlan> AudioMedium::configure(const GstCaps* caps, const Wishes& wishes) {
+Result<StreamPlan> AudioMedium::configure(const GstCaps* caps, const Preferences& preferences) {
   const GstStructure* s = gst_caps_get_structure(caps, 0);
   const char* format = gst_structure_get_string(s, "format");
   const char* layout = gst_structure_get_string(s, "layout");
@@ -32,22 +32,21 @@ Result<StreamPlan> AudioMedium::configure(const GstCaps* caps, const Wishes& wis
                      gst_structure_get_int(s, "rate", &rate) && channels > 0 && rate > 0;
   if (!format || !layout || !there) return caps_unreadable(s);
   if (std::strcmp(layout, "interleaved") != 0)
-    return Error{Code::FORMAT_UNSUPPORTED,
-                 "the channels of this audio do not lie together",
-                 std::string("layout=") + layout,
-                 "layout=interleaved",
-                 "",
-                 kLine};
+    return Error{.code = Code::FORMAT_UNSUPPORTED,
+                 .what = "the channels of this audio do not lie together",
+                 .offered = std::string("layout=") + layout,
+                 .needed = "layout=interleaved",
+                 .fix = kLine};
   const auto tensor =
-      audio_tensor(format, static_cast<uint32_t>(channels), wishes.frames_per_tensor);
+      audio_tensor(format, static_cast<uint32_t>(channels), preferences.frames_per_tensor);
   if (!tensor) return tensor.error();
   plan_ = {};
   plan_.spec.format = Format::Static;
   plan_.spec.tensors = {tensor->spec};
   plan_.spec.rate = {rate, 1};
   plan_.frame_bytes = tensor->frame_bytes;
-  plan_.frames_out = wishes.frames_per_tensor;
-  if (auto status = agree(plan_.spec, wishes.tensors, "audio"); !status) return status.error();
+  plan_.frames_out = preferences.frames_per_tensor;
+  if (auto status = agree(plan_.spec, preferences.tensors, "audio"); !status) return status.error();
   return plan_;
 }
 
@@ -62,7 +61,8 @@ std::string AudioMedium::caps_for(const TensorSpec& peer, const Fraction& rate) 
   const std::string format = audio_format_of(peer.type);
   if (format.empty() && !any_format) {
     if (peer.type == ElementType::Float16)
-      GST_WARNING("the next element wants float16, and no audio has it");
+      GST_CAT_WARNING(gst::library_category(),
+                      "the next element wants float16, and no audio has it");
     return "";
   }
   if (peer.shape[0] > G_MAXINT || peer.shape.min_rank() > 2) return "";

@@ -32,8 +32,8 @@ INSTANTIATE_TEST_SUITE_P(
                     std::tuple{"S32LE", "int32", 4u}, std::tuple{"U32LE", "uint32", 4u},
                     std::tuple{"F32LE", "float32", 4u}, std::tuple{"F64LE", "float64", 8u}));
 
-// Buffers of 1024, 1000 and 7 frames in turn, tensors of 480: each sample once, in order, at its
-// time.
+// Buffers of 1024, 1000 and 7 frames in turn, tensors of 480: each sample appears once, in order,
+// with its time.
 TEST(ConverterAudio, CutsAndGathersFramesAtTheirTime) {
   auto h = harness("frames-per-tensor=480", audio("S16LE", 1, 44100));
   constexpr size_t kSizes[] = {1024, 1000, 7};
@@ -54,8 +54,8 @@ TEST(ConverterAudio, CutsAndGathersFramesAtTheirTime) {
       const auto got = map.as<const int16_t>();
       ASSERT_TRUE(std::equal(got.begin(), got.end(), samples.begin() + long(first),
                              samples.begin() + long(first) + 480));
-      // The time-stamp of the buffer that its first frame lies in, and its frames in it: each is
-      // rounded down once.
+      // Rounded down once each: the timestamp of the buffer that holds its first frame, and its
+      // frames in it.
       ASSERT_LE(time_at(first) - GST_BUFFER_PTS(raw), 1u) << first;
     }
   }
@@ -68,7 +68,7 @@ TEST(ConverterAudio, CutsAndGathersFramesAtTheirTime) {
 TEST(ConverterAudio, OfOtherFormatsIsRefusedWithALineToPaste) {
   for (const char* format : {"S16BE", "F32BE"}) {
     const auto text = caps_error("", audio(format));
-    EXPECT_SAYS(text, "WEIR-2002: this audio format is no tensor");
+    EXPECT_SAYS(text, "WEIR-2002: this audio format cannot be a tensor");
     EXPECT_SAYS(text, std::string("offered: ") + format);
     EXPECT_SAYS(text,
                 "fix: audioconvert ! audio/x-raw,format=S16LE,layout=interleaved ! "
@@ -103,7 +103,7 @@ TEST(ConverterAudio, TakesOtherCapsInTheMiddleOfAStream) {
   auto out = Ref<GstBuffer>::adopt(gst_harness_push_and_pull(h.get(), frame(ramp(16))));
   EXPECT_EQ(content(out.get()), ramp(16));
   EXPECT_SAYS(caps_text(h), "types=(string)float32");
-  EXPECT_SAYS(change_caps(h, audio("F32BE", 1)), "this audio format is no tensor");
+  EXPECT_SAYS(change_caps(h, audio("F32BE", 1)), "this audio format cannot be a tensor");
 }
 
 TEST(ConverterAudio, OfAnotherRateIsNotPutBehindSamplesThatWait) {
@@ -126,7 +126,7 @@ TEST(ConverterAudio, IsAskedForAsTheNextElementWantsIt) {
   const std::string any =
       "audio/x-raw,format={F32LE,S16LE},channels=[1,8],rate=[1,96000],"
       "layout=interleaved";
-  // What fits is first; the rest follows, so that the element that refuses it can say why.
+  // Matching caps come first; the rest follows, so that the element that rejects them can post why.
   const std::string fits =
       "audio/x-raw, format=(string)S16LE, channels=(int)2, "
       "rate=(int)16000, layout=(string)interleaved; audio/x-raw";

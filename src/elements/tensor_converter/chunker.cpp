@@ -1,10 +1,10 @@
-// A GstAdapter with exact time.
+// Chunker: a GstAdapter with exact timestamps.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "elements/tensor_converter/chunker.hpp"
 
-#include "gstcpp/allocation.hpp"
-#include "gstcpp/frame_errors.hpp"
-#include "gstcpp/memory_part.hpp"
+#include "gstcpp/buffer/allocation.hpp"
+#include "gstcpp/buffer/frame_errors.hpp"
+#include "gstcpp/buffer/memory_part.hpp"
 
 namespace weir {
 bool known(const Fraction& rate) noexcept {
@@ -18,7 +18,7 @@ GstClockTime time_of(uint64_t frames, const Fraction& rate) noexcept {
 
 namespace {
 
-// GST_CLOCK_TIME_NONE beyond what a time can be.
+// Adds `by`; GST_CLOCK_TIME_NONE on overflow.
 GstClockTime later(GstClockTime time, GstClockTime by) noexcept {
   GstClockTime sum = 0;
   return __builtin_add_overflow(time, by, &sum) ? GST_CLOCK_TIME_NONE : sum;
@@ -30,7 +30,7 @@ void Chunker::configure(size_t frame_bytes, uint64_t frames_out, Fraction rate) 
   frame_bytes_ = frame_bytes;
   frames_out_ = frames_out;
   if (!(rate == rate_)) keep_time_of_next();
-  // Frames of another rate are counted from where those before end.
+  // At a new rate, frames are counted from the end of the previous ones.
   if (!(rate == rate_) && GST_CLOCK_TIME_IS_VALID(anchor_) && known(rate_)) {
     anchor_ = later(anchor_, time_of(frames_since_, rate_));
     frames_since_ = 0;
@@ -126,7 +126,7 @@ void Chunker::keep_time_of_next() {
   gst_buffer_list_unref(waiting);
 }
 
-// GstAdapter would end the process when memory runs out.
+// Replaces GstAdapter's own copy, which aborts the process when memory runs out.
 Result<gst::Ref<GstBuffer>> Chunker::gather(size_t bytes) {
   auto out = gst::allocate_buffer(bytes);
   if (!out) return out;

@@ -1,4 +1,4 @@
-// One chunker for each client.
+// Keeps one Chunker per client.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "elements/tensor_converter/client_streams.hpp"
 
@@ -35,7 +35,7 @@ uint64_t ClientStreams::clear() {
   return lost;
 }
 
-void ClientStreams::times_begin_anew() {
+void ClientStreams::times_begin_again() {
   clients_.for_each([](ClientStream& stream) { stream.times.reset(); });
 }
 

@@ -1,11 +1,11 @@
-// ClientStreams: the frames and the time of each client that sends through one converter.
+// ClientStreams: the frames and times of each client of one converter.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <functional>
 
 #include "core/sync/backwards_time.hpp"
 #include "elements/tensor_converter/chunker.hpp"
-#include "gstcpp/per_client.hpp"
+#include "gstcpp/element/per_client.hpp"
 
 namespace weir {
 
@@ -14,18 +14,19 @@ struct ClientStream {
   BackwardsTimeWatch times;
 };
 
-// Buffers without a client are of client 0. At most gst::kClientLimit clients have frames waiting.
+// Buffers without a client belong to client 0. At most gst::kClientLimit clients have waiting
+// frames.
 class ClientStreams {
  public:
-  // `given_up` is told how many buffers were lost with a client whose place was needed.
+  // `given_up` gets the number of buffers lost when a client is replaced.
   explicit ClientStreams(std::function<void(uint64_t lost)> given_up);
 
-  // As Chunker::configure, for the clients there are and those that come.
+  // Like Chunker::configure, for present and future clients.
   void configure(size_t frame_bytes, uint64_t frames_out, Fraction rate);
   ClientStream& of(int64_t client) { return clients_.of(client); }
-  uint64_t drop();          // the frames that wait; how many buffers are lost by it
-  uint64_t clear();         // forgets all clients; how many buffers are lost by it
-  void times_begin_anew();  // a new segment: its times are not compared with those before
+  uint64_t drop();           // drops waiting frames; returns how many buffers are lost
+  uint64_t clear();          // removes all clients; returns how many buffers are lost
+  void times_begin_again();  // a new segment: times before it are not compared
 
  private:
   size_t frame_bytes_ = 1;

@@ -1,11 +1,11 @@
-// Frames of several clients of a query server in one stream: each has an adapter and a time of its
-// own, and what a client loses is counted.
+// Frames of several query server clients in one stream: each client has its own adapter and times,
+// and lost frames are counted.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <cstring>
 
 #include "elements/tensor_converter/converter_harness.hpp"
-#include "gstcpp/per_client.hpp"
-#include "gstcpp/query_meta.hpp"
+#include "gstcpp/buffer/query_meta.hpp"
+#include "gstcpp/element/per_client.hpp"
 
 namespace {
 
@@ -114,7 +114,7 @@ TEST(ConverterClients, ThatAreTooManyLoseWhatWaitsInTheOpen) {
   EXPECT_SAYS(warning, "WEIR-2006: more clients send at once than frames are kept for");
   EXPECT_SAYS(warning, "needed: at most 64");
   EXPECT_EQ(errors.next_warning(), "") << "told once";
-  // Client 4 is the oldest that still has its frame.
+  // Client 4 is the oldest whose frame is still held.
   ASSERT_EQ(gst_harness_push(h.get(), of_client(kMore + 1, 2)), GST_FLOW_OK);
   auto out = Ref<GstBuffer>::adopt(gst_harness_pull(h.get()));
   EXPECT_EQ(content(out.get()), two(1, 2));

@@ -1,11 +1,14 @@
-// Buffers to frames of the ABI and back.
+// Converts buffers to frames of the C ABI and back.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "elements/tensor_converter/converted_medium.hpp"
 
 #include <algorithm>
 
-#include "gstcpp/frame_errors.hpp"
-#include "gstcpp/module_values.hpp"
+#include "core/tensor/packed_tensors.hpp"
+#include "core/tensor/tensor_header.hpp"
+#include "gstcpp/buffer/frame_errors.hpp"
+#include "gstcpp/buffer/memory_part.hpp"
+#include "gstcpp/buffer/module_values.hpp"
 
 namespace weir {
 namespace {
@@ -14,20 +17,54 @@ GstClockTime gst_time(int64_t time) {
   return time < 0 ? GST_CLOCK_TIME_NONE : static_cast<GstClockTime>(time);
 }
 
+// The memory of `tensor`, without its first `skipped` bytes: a part of the buffer that `maps` holds
+// if the converter shared it.
+Result<gst::Ref<GstMemory>> memory_of(infer::ConvertedTensor& tensor, size_t skipped,
+                                      GstBuffer* buffer, const std::vector<gst::MappedMemory>& maps,
+                                      Ledger* ledger) {
+  const weir_tensor& made = tensor.memory();
+  const auto* data = static_cast<const std::byte*>(made.data);
+  const bool shared = !made.release && (made.flags & WEIR_TENSOR_ALIASES_INPUT) != 0;
+  for (size_t i = 0; shared && i < maps.size(); ++i) {
+    const auto all = maps[i].bytes();
+    // Compared as numbers: the pointers may belong to different objects.
+    const auto offset = reinterpret_cast<uintptr_t>(data) - reinterpret_cast<uintptr_t>(all.data());
+    if (offset > all.size() || made.bytes > all.size() - offset) continue;
+    bool copied = false;
+    auto part = gst::part_of(gst_buffer_peek_memory(buffer, static_cast<guint>(i)),
+                             offset + skipped, made.bytes - skipped, &copied);
+    if (part && copied) ledger->copied(made.bytes - skipped);
+    return part;
+  }
+  const size_t bytes = made.bytes;
+  auto whole = gst::memory_of(tensor, ledger);
+  if (!whole || skipped == 0) return whole;
+  bool copied = false;
+  return gst::part_of(whole->get(), skipped, bytes - skipped, &copied);
+}
+
+Error flexible_tensors_are_not_gathered(uint32_t frames_per_tensor) {
+  return {.code = Code::OPTION_VALUE,
+          .what = "flexible tensors of a converter cannot be gathered",
+          .offered = "frames-per-tensor=" + std::to_string(frames_per_tensor),
+          .needed = "frames-per-tensor=1",
+          .fix = "tensor_converter frames-per-tensor=1"};
+}
+
 }  // namespace
 
-Result<StreamPlan> ConvertedMedium::configure(const GstCaps* caps, const Wishes& wishes) {
+Result<StreamPlan> ConvertedMedium::configure(const GstCaps* caps, const Preferences& preferences) {
   const gst::UniqueText text{gst_caps_to_string(caps)};
   auto tensors = converter_->configure(text.get());
   if (!tensors) return tensors.error();
-  frames_per_tensor_ = wishes.frames_per_tensor;
+  frames_per_tensor_ = preferences.frames_per_tensor;
   if (auto status = gather(frames_per_tensor_, &*tensors); !status) return status.error();
   StreamPlan plan;
   plan.spec.format = Format::Static;
   plan.spec.rate = rate_of(caps);
   plan.frames_out = frames_per_tensor_;
-  user_ = wishes.tensors;
-  plan_before_the_first(wishes, &plan);
+  user_ = preferences.tensors;
+  plan_before_the_first(preferences, &plan);
   if (!plan.first_frame_decides) return plan;
   plan.spec.tensors = *std::move(tensors);
   if (plan.spec.tensors.empty()) plan.spec.tensors = {{ElementType::UInt8, Shape{1, 1, 1, 1}, ""}};
@@ -60,9 +97,15 @@ Result<MediumFrames> ConvertedMedium::frames(gst::Ref<GstBuffer> buffer, Ledger*
   GST_BUFFER_PTS(out.buffer.get()) = gst_time(frame->pts);
   GST_BUFFER_DURATION(out.buffer.get()) = gst_time(frame->duration);
   out.rate = frame->rate;
+  out.is_flexible = frame->is_flexible;
+  // More tensors than memories are packed by the element, which writes the headers itself.
+  out.has_headers = frame->is_flexible && frame->tensors.size() <= kMemoryLimit;
+  if (out.is_flexible && frames_per_tensor_ > 1)
+    return flexible_tensors_are_not_gathered(frames_per_tensor_);
+  const size_t skipped = out.is_flexible && !out.has_headers ? kTensorHeaderBytes : 0;
   for (auto& tensor : frame->tensors) {
     out.tensors.push_back(tensor.spec());
-    auto memory = gst::memory_of(tensor, ledger);
+    auto memory = memory_of(tensor, skipped, buffer.get(), maps, ledger);
     if (!memory) return memory.error();
     gst_buffer_append_memory(out.buffer.get(), memory->release());
   }

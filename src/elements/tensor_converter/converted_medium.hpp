@@ -1,10 +1,10 @@
-// ConvertedMedium: a stream that an external converter, or a function of the process, makes into
-// tensors; each frame says its own.
+// ConvertedMedium: tensors made by an external converter module or a registered function; each
+// frame carries its own specs.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <memory>
 
-#include "core/infer/converter.hpp"
+#include "core/infer/module/converter.hpp"
 #include "elements/tensor_converter/medium.hpp"
 
 namespace weir {
@@ -14,8 +14,9 @@ class ConvertedMedium final : public Medium {
   explicit ConvertedMedium(std::unique_ptr<infer::Converter> converter)
       : converter_(std::move(converter)) {}
 
-  Result<StreamPlan> configure(const GstCaps* caps, const Wishes& wishes) override;
-  // The memory that the converter allocated, not copied; the tensors of frames-per-tensor frames.
+  Result<StreamPlan> configure(const GstCaps* caps, const Preferences& preferences) override;
+  // Uses the converter's memory, or parts of the buffer's, without a copy; with frames-per-tensor,
+  // collects that many frames.
   Result<MediumFrames> frames(gst::Ref<GstBuffer> buffer, Ledger* ledger) override;
   MediaType type() const noexcept override { return MediaType::Tensor; }
   void reset() noexcept override { converter_->reset(); }

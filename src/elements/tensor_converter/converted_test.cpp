@@ -107,11 +107,11 @@ TEST(ConverterModule, ThatFailsIsAnErrorWithItsWords) {
       {"exception",
        "WEIR-5003: a class in C++ threw an exception\n  offered: thrown in a converter"},
       {"memory", "WEIR-9001: memory ran out in a module"},
-      {"number", "offered: of no type that std::exception knows"},
-      {"nothing", "WEIR-5003: the converter numbers made no tensors"},
+      {"number", "offered: not derived from std::exception"},
+      {"nothing", "WEIR-5003: the converter numbers produced no tensors"},
       {"many", "WEIR-2006: a frame has too many tensors"},
       {"", "WEIR-2004: a buffer is empty"},
-      {"no numbers", "WEIR-2006: a converter describes a tensor that cannot be"},
+      {"no numbers", "WEIR-2006: a converter describes an invalid tensor"},
   };
   for (const auto& [words, error] : faults) EXPECT_SAYS(error_of(h, text(words)), error);
   EXPECT_EQ(stat(h, "dropped-error"), std::size(faults));
@@ -146,7 +146,7 @@ TEST(ConverterModule, MaySayTheFrameRate) {
   EXPECT_EQ(converted(h, "2"), std::vector{2}) << "a frame that says none changes none";
   EXPECT_SAYS(caps_text(h), "framerate=(fraction)25/1");
   const auto error = error_of(h, text("no rate"));
-  EXPECT_SAYS(error, "WEIR-5003: the converter numbers says a frame rate that cannot be");
+  EXPECT_SAYS(error, "WEIR-5003: the converter numbers declares an invalid frame rate");
   EXPECT_SAYS(error, "offered: 25/0");
   EXPECT_EQ(stat(h, "dropped-error"), 1u);
 }

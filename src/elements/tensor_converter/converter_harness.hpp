@@ -1,7 +1,7 @@
-// What the tests of tensor_converter share.
+// Helpers of the tensor_converter tests.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
-#include "elements/tests/element_harness.hpp"
+#include "elements/tests/element_test_support.hpp"
 
 namespace weir::testing_tensor_converter {
 
@@ -14,7 +14,7 @@ inline uint64_t stat(const Harness& h, const char* name) {
   return test::stat(h, "tensor_converter", name);
 }
 
-// What the sink pad answers to a caps query.
+// The sink pad's answer to a caps query.
 inline std::string accepted(const Harness& h, const std::string& filter) {
   auto pad = Ref<GstPad>::adopt(gst_pad_get_peer(h->srcpad));
   auto given = Ref<GstCaps>::adopt(gst_caps_from_string(filter.c_str()));
@@ -23,13 +23,13 @@ inline std::string accepted(const Harness& h, const std::string& filter) {
   return text.get();
 }
 
-// The error that a buffer brings; "" when it is taken.
+// The error that a buffer causes; "" if it is accepted.
 inline std::string error_of(const Harness& h, GstBuffer* buffer) {
   Errors errors(h);
   return gst_harness_push(h.get(), buffer) == GST_FLOW_OK ? "" : errors.next();
 }
 
-// The error that caps bring to an element that never had any.
+// The error that caps cause in a new element.
 inline std::string caps_error(const std::string& properties, const std::string& text) {
   const auto element = lone_element("tensor_converter " + properties);
   Errors errors(element.get());
@@ -42,8 +42,8 @@ inline std::string caps_error(const std::string& properties, const std::string& 
   return errors.next();
 }
 
-// The error that other caps bring in the middle of a stream; "" when they are taken. What follows
-// refused caps must be refused too.
+// The error that a caps change causes during a stream; "" if accepted. Buffers after rejected caps
+// must be rejected too.
 inline std::string change_caps(const Harness& h, const std::string& text) {
   Errors errors(h);
   auto caps = Ref<GstCaps>::adopt(gst_caps_from_string(text.c_str()));

@@ -1,4 +1,4 @@
-// ConverterSettings: what the user set on a tensor_converter.
+// ConverterSettings: the properties of tensor_converter.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <cstdint>

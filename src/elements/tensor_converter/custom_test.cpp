@@ -12,7 +12,8 @@ namespace {
 
 using namespace weir::testing_tensor_converter;
 
-// As a program finds it: this test links its own copy of the core, which is not the plug-in's.
+// Looked up as a program does: this test links its own copy of the core, separate from the
+// plug-in's.
 void* exported(const char* name) {
   auto plugin = Ref<GstPlugin>::adopt(gst_registry_find_plugin(gst_registry_get(), "weir"));
   static void* file = dlopen(gst_plugin_get_filename(plugin.get()), RTLD_NOW);
@@ -39,7 +40,7 @@ class Registered {
   const char* name_;
 };
 
-// Two uint8 tensors: the first byte of the buffer, and how many frames came.
+// Two uint8 tensors: the first byte of the buffer, and the number of frames so far.
 int split(const weir_host* host, const char* caps, const weir_frame* in, weir_frame* out,
           void* data, weir_error* error) {
   const auto first = *static_cast<const uint8_t*>(in->tensors[0].data);
@@ -89,7 +90,7 @@ TEST(ConverterCustomCode, MayFailAndDrop) {
   EXPECT_EQ(stat(h, "dropped-policy"), 1u);
 }
 
-// Allocates, then fails in a way that no C function has.
+// Allocates and then throws, which no C function does.
 int throwing(const weir_host* host, const char*, const weir_frame*, weir_frame* out, void* data,
              weir_error*) {
   EXPECT_EQ(host->allocate(nullptr, WEIR_MEMORY_HOST, 8, 64, &out->tensors[3]), WEIR_OK);
@@ -104,15 +105,14 @@ TEST(ConverterCustomCode, MayThrowWhichIsToldWithItsNameAndCounted) {
     auto h = harness("mode=custom-code:throwing", kBytes);
     const auto text = error_of(h, frame({1}));
     EXPECT_SAYS(text, "WEIR-5003: the function throwing threw an exception");
-    EXPECT_SAYS(text,
-                data ? "offered: thrown in a function" : "offered: what is no std::exception");
+    EXPECT_SAYS(text, data ? "offered: thrown in a function" : "offered: not a std::exception");
     EXPECT_SAYS(text, "fix: catch it there and return host->fail(...)");
     EXPECT_EQ(stat(h, "dropped-error"), 1u);
     EXPECT_EQ(stat(h, "held"), 0u);
   }
 }
 
-// A tensor of less than it says.
+// Returns a tensor smaller than its spec.
 int cheating(const weir_host* host, const char*, const weir_frame* in, weir_frame* out, void*,
              weir_error*) {
   weir_tensor& to = out->tensors[0];
@@ -126,7 +126,9 @@ TEST(ConverterCustomCode, ThatCheatsIsNamed) {
   const Registered registered("cheating", cheating, nullptr);
   auto h = harness("mode=custom-code:cheating", kBytes);
   const auto text = error_of(h, frame({1, 2, 3}));
-  EXPECT_SAYS(text, "WEIR-5003: the function cheating made a tensor of another size than it says");
+  EXPECT_SAYS(
+      text,
+      "WEIR-5003: the function cheating produced a tensor whose size differs from its description");
   EXPECT_SAYS(text, "offered: 1 bytes\n  needed: 3 bytes for uint8 3");
   EXPECT_SAYS(text, "fix: mend the function cheating");
 }
@@ -148,7 +150,7 @@ std::string warning_of(const char* mode) {
 }
 
 TEST(ConverterMode, IsToldWhenItIsSetWrong) {
-  EXPECT_SAYS(warning_of("custom-code"), "WEIR-1001: the mode has no name behind a colon");
+  EXPECT_SAYS(warning_of("custom-code"), "WEIR-1001: the mode has no name after a colon");
   EXPECT_SAYS(warning_of("custom:x"), "WEIR-1005: tensor_converter has no such mode");
   EXPECT_SAYS(warning_of("custom-code:x"), "WEIR-3011: no function is registered");
   EXPECT_EQ(warning_of("custom-script:x"), "");
@@ -164,7 +166,7 @@ TEST(ConverterMode, WithoutANameIsIgnoredAndAnUnknownWordIsNot) {
   EXPECT_SAYS(caps_error("mode=custom:x", kBytes), "WEIR-1005: tensor_converter has no such mode");
 }
 
-// gst_parse_launch() sets properties before the element stands in a pipeline that has a bus.
+// gst_parse_launch() sets properties before the element is in a pipeline with a bus.
 TEST(ConverterMode, WithoutANameIsToldOnceSomebodyHearsIt) {
   const auto pipeline = lone_element(
       "videotestsrc num-buffers=2 ! video/x-raw,format=RGB,width=8,height=4 ! "
@@ -179,7 +181,7 @@ TEST(ConverterMode, WithoutANameIsToldOnceSomebodyHearsIt) {
            : GST_MESSAGE_TYPE(message.get()) == GST_MESSAGE_EOS ? "the end"
                                                                 : text_of(message.get());
   };
-  EXPECT_SAYS(next(), "WEIR-1001: the mode has no name behind a colon");
+  EXPECT_SAYS(next(), "WEIR-1001: the mode has no name after a colon");
   EXPECT_EQ(next(), "the end") << "told once, and ignored";
   gst_element_set_state(pipeline.get(), GST_STATE_NULL);
 }

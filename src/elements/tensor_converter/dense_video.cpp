@@ -1,13 +1,13 @@
-// Rows without padding.
+// Removes the row padding of video buffers, by a view or a copy.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "elements/tensor_converter/dense_video.hpp"
 
 #include <algorithm>
 #include <cstring>
 
-#include "gstcpp/frame_errors.hpp"
-#include "gstcpp/mapped_video.hpp"
-#include "gstcpp/video_meta.hpp"
+#include "gstcpp/buffer/frame_errors.hpp"
+#include "gstcpp/buffer/mapped_video.hpp"
+#include "gstcpp/buffer/video_meta.hpp"
 
 namespace weir {
 
@@ -58,11 +58,11 @@ void DenseVideo::defer_with(std::shared_ptr<gst::DeferredCounts> counts) {
 
 TensorSpec DenseVideo::frame_tensor() const {
   TensorSpec frame = tensor_.spec;
-  frame.shape[3] = 1;  // of frames-per-tensor
+  frame.shape[3] = 1;  // without frames-per-tensor
   return frame;
 }
 
-// nullopt where the planes are not at equal distances.
+// nullopt when the planes are not evenly spaced.
 std::optional<StridedLayout> DenseVideo::layout_of(const GstVideoMeta* meta) const {
   const guint planes = GST_VIDEO_INFO_N_PLANES(&video_);
   const auto offset = [&](guint plane) { return static_cast<int64_t>(plane_offset(meta, plane)); };
@@ -81,7 +81,7 @@ std::optional<StridedLayout> DenseVideo::layout_of(const GstVideoMeta* meta) con
   return out;
 }
 
-// Once somebody maps deferred memory, rows are copied quicker into the pool's.
+// If deferred memory is being mapped, copying rows into pooled memory is faster: no view then.
 gst::Ref<GstBuffer> DenseVideo::view_of(GstBuffer* buffer) {
   if (!counts_ || counts_->computed != computed_before_ || gst_buffer_n_memory(buffer) != 1 ||
       !gst_memory_is_type(gst_buffer_peek_memory(buffer, 0), GST_ALLOCATOR_SYSMEM))
@@ -90,7 +90,7 @@ gst::Ref<GstBuffer> DenseVideo::view_of(GstBuffer* buffer) {
   if (!layout) return {};
   if (!view_ || layout->offset != view_layout_.offset || layout->strides != view_layout_.strides) {
     auto plan = transform::gather_plan(frame_tensor(), *layout);
-    if (!plan) return {};  // copy_rows says what is wrong
+    if (!plan) return {};  // copy_rows reports the error
     view_ = std::make_shared<const transform::Plan>(*std::move(plan));
     view_layout_ = *layout;
   }
@@ -104,7 +104,7 @@ gst::Ref<GstBuffer> DenseVideo::view_of(GstBuffer* buffer) {
   return out;
 }
 
-// How far the planes' offsets and strides reach; nullopt when they lead in front of the buffer.
+// How far the planes' offsets and strides reach; nullopt when they precede the buffer's start.
 std::optional<size_t> DenseVideo::needed_bytes(GstBuffer* buffer) const {
   const GstVideoMeta* meta = gst_buffer_get_video_meta(buffer);
   const guint planes = GST_VIDEO_INFO_N_PLANES(&video_);
@@ -134,12 +134,9 @@ Result<gst::Ref<GstBuffer>> DenseVideo::pooled() {
 Result<gst::Ref<GstBuffer>> DenseVideo::copy_rows(GstBuffer* buffer, Ledger* ledger) {
   const auto needed = needed_bytes(buffer);
   if (!needed || gst_buffer_get_size(buffer) < *needed)
-    return Error{Code::FRAME_SIZE,
-                 "a video buffer is shorter than its caps say",
-                 std::to_string(gst_buffer_get_size(buffer)) + " bytes",
-                 needed ? std::to_string(*needed) + " bytes" : "offsets and strides within it",
-                 "",
-                 "check the element before"};
+    return gst::video_too_small(
+        std::to_string(gst_buffer_get_size(buffer)) + " bytes",
+        needed ? std::to_string(*needed) + " bytes" : "offsets and strides within it");
   gst::MappedVideo picture;
   if (auto status = picture.map(video_, buffer, GST_MAP_READ); !status) return status.error();
   auto out = pooled();

@@ -1,4 +1,4 @@
-// DenseVideo: video frames whose rows lie without gaps, as a tensor's do.
+// DenseVideo: video frames with contiguous rows, as a tensor requires.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <gst/video/video.h>
@@ -7,8 +7,8 @@
 
 #include "core/convert/video_tensor.hpp"
 #include "core/ledger/ledger.hpp"
-#include "gstcpp/deferred_memory.hpp"
-#include "gstcpp/frame_pool.hpp"
+#include "gstcpp/buffer/deferred_memory.hpp"
+#include "gstcpp/buffer/frame_pool.hpp"
 #include "weir/result.hpp"
 
 namespace weir {
@@ -20,26 +20,26 @@ class DenseVideo {
       : video_(video), tensor_(tensor) {}
 
   size_t frame_bytes() const noexcept;
-  // How copies are allocated; at the first of them, 64 bytes without a call.
+  // Sets the allocation of later copies; the default is 64-byte alignment.
   void allocate_as(const gst::Allocation& allocation);
-  // Frames that are not dense leave as deferred memory, until somebody maps one; null: as copies.
+  // Outputs padded frames as deferred memory until one is mapped; null: always copies.
   void defer_with(std::shared_ptr<gst::DeferredCounts> counts);
-  // The buffer itself where it is dense; else a view of it or a copy, which is counted in `ledger`,
-  // with its metadata.
-  // FORMAT_UNSUPPORTED when its metadata are of another picture; FRAME_SIZE when the buffer is
-  // shorter than offsets and strides say, or holds several frames; OUT_OF_MEMORY.
+  // Returns the buffer itself if it is dense, else a view or a copy (counted in `ledger`) with its
+  // metadata.
+  // FORMAT_UNSUPPORTED when the metadata describes another picture; FRAME_SIZE when the buffer is
+  // shorter than its offsets and strides require, or holds several frames; OUT_OF_MEMORY.
   Result<gst::Ref<GstBuffer>> from(gst::Ref<GstBuffer> buffer, Ledger* ledger);
 
  private:
   bool is_dense(GstBuffer* buffer) const noexcept;
-  // As the buffer's meta says, else the caps; bytes.
+  // In bytes, from the buffer's meta, or the caps without one.
   size_t plane_offset(const GstVideoMeta* meta, guint plane) const noexcept;
   int64_t plane_stride(const GstVideoMeta* meta, guint plane) const noexcept;
   Result<gst::Ref<GstBuffer>> pooled();
   std::optional<size_t> needed_bytes(GstBuffer* buffer) const;
   TensorSpec frame_tensor() const;
   std::optional<StridedLayout> layout_of(const GstVideoMeta* meta) const;
-  // Null where the memory is no view.
+  // Null when a view is not possible.
   gst::Ref<GstBuffer> view_of(GstBuffer* buffer);
   Result<gst::Ref<GstBuffer>> copy_rows(GstBuffer* buffer, Ledger* ledger);
 
@@ -50,7 +50,7 @@ class DenseVideo {
   uint64_t computed_before_ = 0;
   std::shared_ptr<const transform::Plan> view_;  // of frames with view_layout_
   StridedLayout view_layout_;
-  gst::FramePool pool_;  // made when the first frame must be copied
+  gst::FramePool pool_;  // made for the first copy
 };
 
 }  // namespace weir

@@ -1,26 +1,25 @@
-// Flexible tensors without their headers (specification 2, "flexible tensors").
+// Strips the headers of flexible tensors (docs/compatibility/converter.md 2.3).
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "elements/tensor_converter/flexible_medium.hpp"
 
-#include "gstcpp/tensor_caps.hpp"
+#include "gstcpp/buffer/tensor_caps.hpp"
 
 namespace weir {
-Result<StreamPlan> FlexibleMedium::configure(const GstCaps* caps, const Wishes& wishes) {
+Result<StreamPlan> FlexibleMedium::configure(const GstCaps* caps, const Preferences& preferences) {
   const auto given = gst::spec_from_caps(caps);
   if (!given) return given.error();
   if (given->format != Format::Flexible)
-    return Error{Code::FORMAT_UNSUPPORTED,
-                 "these tensors need no tensor_converter, or it cannot read them",
-                 std::string("format=") + std::string(name_of(given->format)),
-                 "format=flexible",
-                 "",
-                 "take tensor_converter out of the pipeline"};
-  if (auto status = one_frame_each(wishes, "flexible tensors"); !status) return status.error();
-  user_ = wishes.tensors;
+    return Error{.code = Code::FORMAT_UNSUPPORTED,
+                 .what = "these tensors need no tensor_converter, or it cannot read them",
+                 .offered = std::string("format=") + std::string(name_of(given->format)),
+                 .needed = "format=flexible",
+                 .fix = "take tensor_converter out of the pipeline"};
+  if (auto status = one_frame_each(preferences, "flexible tensors"); !status) return status.error();
+  user_ = preferences.tensors;
   StreamPlan plan;
   plan.spec.format = Format::Static;
   plan.spec.rate = rate_of(caps);
-  plan_before_the_first(wishes, &plan);
+  plan_before_the_first(preferences, &plan);
   return plan;
 }
 
@@ -43,7 +42,7 @@ Result<MediumFrames> FlexibleMedium::frames(gst::Ref<GstBuffer> buffer, Ledger*)
   return MediumFrames{std::move(out), *std::move(tensors), {}};
 }
 
-// Every byte of the buffer belongs to a header or to what a header promises.
+// Rejects bytes that belong neither to a header nor to the payload that a header describes.
 Result<std::vector<TensorSpec>> FlexibleMedium::read(GstBuffer* buffer) {
   FrameSpec flexible;
   flexible.format = Format::Flexible;
@@ -56,12 +55,11 @@ Result<std::vector<TensorSpec>> FlexibleMedium::read(GstBuffer* buffer) {
   }
   const size_t size = gst_buffer_get_size(buffer);
   if (size != needed)
-    return Error{Code::FRAME_SIZE,
-                 "a frame has bytes that no tensor header speaks of",
-                 std::to_string(size) + " bytes",
-                 std::to_string(needed) + " bytes",
-                 "",
-                 "check the element or program that wrote the stream"};
+    return Error{.code = Code::FRAME_SIZE,
+                 .what = "a frame has bytes that no tensor header speaks of",
+                 .offered = std::to_string(size) + " bytes",
+                 .needed = std::to_string(needed) + " bytes",
+                 .fix = "check the element or program that wrote the stream"};
   return tensors;
 }
 

@@ -1,15 +1,15 @@
-// FlexibleMedium: flexible tensors become static ones; each frame's headers say what it is.
+// FlexibleMedium: converts flexible tensors to static ones; each frame's headers give its specs.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include "elements/tensor_converter/medium.hpp"
-#include "gstcpp/frame_reader.hpp"
+#include "gstcpp/buffer/frame_reader.hpp"
 
 namespace weir {
 
 class FlexibleMedium final : public Medium {
  public:
-  Result<StreamPlan> configure(const GstCaps* caps, const Wishes& wishes) override;
-  // The payloads without headers, shared.
+  Result<StreamPlan> configure(const GstCaps* caps, const Preferences& preferences) override;
+  // The payloads without headers, sharing memory.
   Result<MediumFrames> frames(gst::Ref<GstBuffer> buffer, Ledger* ledger) override;
   MediaType type() const noexcept override { return MediaType::Tensor; }
 

@@ -1,4 +1,4 @@
-// tensor_converter with flexible tensors: headers come off, and nothing in them is believed.
+// tensor_converter with flexible tensors: headers are stripped, and their contents are validated.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <cstring>
 
@@ -95,7 +95,7 @@ TEST(ConverterFlexible, MayHaveSeveralTensorsInOneMemoryOrInTheirOwn) {
   }
 }
 
-// Tensors 0 to 14 in memories of their own, 15 to 17 behind the packed header.
+// Tensors 0 to 14 in their own memories, 15 to 17 after the packed header.
 TEST(ConverterFlexible, MayHaveMoreTensorsThanMemories) {
   auto h = harness("", kFlexible);
   GstBuffer* in = gst_buffer_new();
@@ -127,9 +127,9 @@ TEST(ConverterFlexible, MustHaveTheSizeThatItsHeaderSays) {
   for (size_t size = 0; size < good.size(); ++size)
     EXPECT_NE(error_of(h, frame(Bytes(good.begin(), good.begin() + long(size)))), "") << size;
   EXPECT_SAYS(error_of(h, frame(Bytes(good.begin(), good.end() - 1))),
-              "WEIR-2005: a tensor header promises more than its memory holds");
+              "WEIR-2005: a tensor header declares more bytes than its memory holds");
   EXPECT_SAYS(error_of(h, frame(joined({good, {1}}))), "WEIR-2005");
-  // In memories of their own the parser allows room behind a tensor; the converter does not.
+  // The parser allows bytes after a tensor in its own memory; the converter does not.
   EXPECT_SAYS(error_of(h, gst_buffer_append(frame(joined({good, {1}})), frame(good))),
               "WEIR-2004: a frame has bytes that no tensor header speaks of");
   EXPECT_EQ(stat(h, "dropped-error"), good.size() + 3);
@@ -145,7 +145,7 @@ TEST(ConverterFlexible, WithADamagedHeaderIsRefused) {
     std::memcpy(bad.data() + 4 * word, &value, 4);
     EXPECT_SAYS(error_of(h, frame(bad)), "WEIR-2005") << word;
   }
-  // A lie about the size: 2^31 x 2^31 x 2^31 elements.
+  // A false size: 2^31 x 2^31 x 2^31 elements.
   EXPECT_SAYS(
       error_of(h, frame(tensor({ElementType::Float64, Shape{1u << 31, 1u << 31, 1u << 31}, ""},
                                ramp(8)))),
@@ -197,12 +197,13 @@ TEST(ConverterFlexible, BeginsWithWhatTheNextElementWants) {
   EXPECT_SAYS(caps_text(h), "dimension=(string)4:1, type=(string)uint8");
   EXPECT_EQ(error_of(h, frame(tensor(bytes_of(4), ramp(4)))), "");
   const auto text = error_of(h, frame(tensor(bytes_of(5), ramp(5))));
-  EXPECT_SAYS(text, "WEIR-2001: the element behind tensor_converter does not take its result");
+  EXPECT_SAYS(text,
+              "WEIR-2001: the element downstream of tensor_converter does not accept its output");
   EXPECT_SAYS(text, "first difference: tensor 0: dimension is 5, needed is 4:1");
   EXPECT_EQ(stat(h, "dropped-error"), 1u);
 }
 
-// A capsfilter behind it that does not say the type.
+// A downstream capsfilter that does not fix the type.
 class ConverterWaits : public ::testing::Test {
  protected:
   static Harness converter(const std::string& wanted) {
@@ -258,7 +259,8 @@ TEST_F(ConverterWaits, AndFailsWithAFrameThatIsRefused) {
   for (const uint32_t size : {1u, 5u}) {
     const auto h = converter(wanted_);
     const auto text = error_of(h, frame(tensor(bytes_of(size), ramp(size))));
-    EXPECT_SAYS(text, "WEIR-2001: the element behind tensor_converter does not take its result");
+    EXPECT_SAYS(text,
+                "WEIR-2001: the element downstream of tensor_converter does not accept its output");
     EXPECT_SAYS(text, "offered: 1 tensor: uint8 " + std::to_string(size));
   }
 }
@@ -273,7 +275,8 @@ TEST_F(ConverterWaits, NotWhereTheUserSaysWhatComes) {
                             wanted_ + "\"");
   Errors errors(h);
   gst_harness_set_src_caps_str(h.get(), kFlexible);
-  EXPECT_SAYS(errors.next(), "the element behind tensor_converter does not take its result");
+  EXPECT_SAYS(errors.next(),
+              "the element downstream of tensor_converter does not accept its output");
 }
 
 TEST_F(ConverterWaits, AndEndsWithoutAFrame) {

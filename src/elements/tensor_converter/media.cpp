@@ -1,12 +1,12 @@
-// The list of media.
+// Finds the Medium for caps.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "elements/tensor_converter/media.hpp"
 
 #include <array>
 #include <cstring>
 
-#include "core/infer/custom_converter.hpp"
-#include "core/infer/module_library.hpp"
+#include "core/infer/module/custom_converter.hpp"
+#include "core/infer/module/module_library.hpp"
 #include "core/subplugin/loader.hpp"
 #include "elements/tensor_converter/audio_medium.hpp"
 #include "elements/tensor_converter/converted_medium.hpp"
@@ -15,14 +15,15 @@
 #include "elements/tensor_converter/sub_plugin_medium.hpp"
 #include "elements/tensor_converter/text_medium.hpp"
 #include "elements/tensor_converter/video_medium.hpp"
-#include "gstcpp/device_caps.hpp"
-#include "gstcpp/tensor_caps.hpp"
+#include "gstcpp/buffer/device_caps.hpp"
+#include "gstcpp/buffer/tensor_caps.hpp"
+#include "gstcpp/element/log.hpp"
 
 namespace weir {
 namespace {
 
 struct Entry {
-  const char* name;  // of the caps
+  const char* name;  // of the caps structure
   const char* caps;
   std::unique_ptr<Medium> (*make)();
 };
@@ -67,7 +68,7 @@ Result<std::unique_ptr<Medium>> external(const weir_converter_type& type,
   return std::unique_ptr<Medium>(std::make_unique<ConvertedMedium>(*std::move(converter)));
 }
 
-// Scripts are run by the converter of this name.
+// The converter "python3" runs scripts.
 Result<std::unique_ptr<Medium>> scripted(const std::string& path) {
   const auto type = infer::ModuleLibrary::instance().converter("python3");
   if (type) return external(**type, {{"script", path}});
@@ -78,7 +79,7 @@ Result<std::unique_ptr<Medium>> scripted(const std::string& path) {
   return SubPluginMedium::open(*static_cast<const NNStreamerExternalConverter*>(*theirs), path);
 }
 
-// Weir's own register first.
+// Weir's registry has precedence.
 std::unique_ptr<Medium> custom_code(const std::string& name) {
   const auto theirs =
       infer::is_custom_converter(name) ? std::nullopt : subplugin::custom_converters().find(name);
@@ -102,12 +103,11 @@ Result<std::unique_ptr<Medium>> medium_for(const GstCaps* caps, const ConverterM
     if (takes(*type, name)) return external(*type, {});
   if (auto theirs = sub_plugin_medium_for(name); !theirs || *theirs) return theirs;
   const gst::UniqueText known{gst_caps_to_string(caps_of_media().get())};
-  return Error{Code::FORMAT_UNSUPPORTED,
-               "this stream is no medium that becomes tensors",
-               name,
-               known.get(),
-               "",
-               "tensor_converter mode=custom-code:NAME, with a function of your own"};
+  return Error{.code = Code::FORMAT_UNSUPPORTED,
+               .what = "this stream is no medium that becomes tensors",
+               .offered = name,
+               .needed = known.get(),
+               .fix = "tensor_converter mode=custom-code:NAME, with a function of your own"};
 }
 
 bool is_custom_code(const std::string& name) {
@@ -130,8 +130,9 @@ gst::Ref<GstCaps> caps_of_media() {
     if (caps && !gst_caps_is_any(caps.get()))
       all = gst::Ref<GstCaps>::adopt(gst_caps_merge(all.release(), caps.release()));
     else
-      GST_WARNING("the converter %s has no caps that can be read: \"%s\"", type->name,
-                  type->caps ? type->caps : "");
+      GST_CAT_WARNING(gst::library_category(),
+                      "the converter %s has no caps that can be read: \"%s\"", type->name,
+                      type->caps ? type->caps : "");
   }
   subplugin::open_all(subplugin::Kind::Converter);
   return gst::Ref<GstCaps>::adopt(

@@ -1,4 +1,4 @@
-// Which media there are: by the name of their caps, and as caps of the sink pad.
+// Lists the media: by caps name, and as caps of the sink pad.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <memory>
@@ -10,19 +10,19 @@
 
 namespace weir {
 
-// The medium for these caps, an external converter's last; FORMAT_UNSUPPORTED when there is none.
-// A mode makes any caps a medium.
+// Returns the medium for these caps, external converters last; FORMAT_UNSUPPORTED when there is
+// none. With a mode, any caps have a medium.
 Result<std::unique_ptr<Medium>> medium_for(const GstCaps* caps, const ConverterMode& mode);
 
-// Whether a function of the program has this name, by Weir's interface or NNStreamer's.
+// Whether a function of this name was registered through Weir's or NNStreamer's API.
 bool is_custom_code(const std::string& name);
 
-// External converters that are installed or registered; nothing is opened.
+// Names of installed or registered external converters; opens none.
 std::set<std::string> converter_names();
 
-// Every stream that can be converted; those of external converters are last.
+// Caps of every stream that can be converted; external converters' last.
 gst::Ref<GstCaps> caps_of_media();
-// What becomes the tensors `peer`, best first; "" when nothing is known to. Bytes always can.
+// Caps that convert to `peer`, best first; "" when none are known. Bytes always convert.
 std::string caps_of_media_for(const TensorSpec& peer, const Fraction& rate);
 
 }  // namespace weir

@@ -1,8 +1,9 @@
-// What media share.
+// Helpers shared by the media.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "elements/tensor_converter/medium.hpp"
 
 #include "core/convert/gathered_tensor.hpp"
+#include "core/tensor/placeholder.hpp"
 
 namespace weir {
 
@@ -13,33 +14,31 @@ Fraction rate_of(const GstCaps* caps) {
   return there && rate.valid() ? rate : Fraction{0, 1};
 }
 
-void plan_before_the_first(const Wishes& wishes, StreamPlan* plan) {
-  const auto& known = wishes.tensors.empty() ? wishes.peer : wishes.tensors;
+void plan_before_the_first(const Preferences& preferences, StreamPlan* plan) {
+  const auto& known = preferences.tensors.empty() ? preferences.peer : preferences.tensors;
   plan->first_frame_decides = known.empty();
   plan->spec.tensors = known;
-  if (known.empty()) plan->spec.tensors = {{ElementType::UInt8, Shape{1}, ""}};
+  if (known.empty()) plan->spec.tensors = {placeholder()};
 }
 
-Status one_frame_each(const Wishes& wishes, const char* what) {
-  if (wishes.frames_per_tensor == 1) return ok();
-  return Error{Code::OPTION_VALUE,
-               std::string(what) + " cannot be gathered",
-               "frames-per-tensor=" + std::to_string(wishes.frames_per_tensor),
-               "frames-per-tensor=1",
-               "",
-               "tensor_converter frames-per-tensor=1"};
+Status one_frame_each(const Preferences& preferences, const char* what) {
+  if (preferences.frames_per_tensor == 1) return ok();
+  return Error{.code = Code::OPTION_VALUE,
+               .what = std::string(what) + " cannot be gathered",
+               .offered = "frames-per-tensor=" + std::to_string(preferences.frames_per_tensor),
+               .needed = "frames-per-tensor=1",
+               .fix = "tensor_converter frames-per-tensor=1"};
 }
 
 Status gather(uint32_t frames_per_tensor, std::vector<TensorSpec>* tensors) {
   if (frames_per_tensor == 1 || tensors->empty()) return ok();
   if (tensors->size() > 1)
-    return Error{Code::OPTION_VALUE,
-                 "several tensors of a converter cannot be gathered",
-                 std::to_string(tensors->size()) +
-                     " tensors, frames-per-tensor=" + std::to_string(frames_per_tensor),
-                 "one tensor, or frames-per-tensor=1",
-                 "",
-                 "tensor_converter frames-per-tensor=1"};
+    return Error{.code = Code::OPTION_VALUE,
+                 .what = "several tensors of a converter cannot be gathered",
+                 .offered = std::to_string(tensors->size()) +
+                            " tensors, frames-per-tensor=" + std::to_string(frames_per_tensor),
+                 .needed = "one tensor, or frames-per-tensor=1",
+                 .fix = "tensor_converter frames-per-tensor=1"};
   auto all = gathered_tensor(tensors->front(), frames_per_tensor);
   if (!all) return all.error();
   tensors->front() = *std::move(all);
@@ -52,34 +51,35 @@ Status agree(const FrameSpec& given, const std::vector<TensorSpec>& user, const 
   if (difference.empty()) return ok();
   FrameSpec needed = given;
   needed.tensors = user;
-  return Error{Code::SPEC_MISMATCH,
-               std::string("the ") + medium + " is not what input-dim and input-type say",
-               given.to_string(),
-               needed.to_string(),
-               difference,
-               "leave input-dim and input-type away: the caps say it"};
+  return Error{.code = Code::SPEC_MISMATCH,
+               .what = std::string("the ") + medium + " is not what input-dim and input-type say",
+               .offered = given.to_string(),
+               .needed = needed.to_string(),
+               .difference = difference,
+               .fix = "leave input-dim and input-type away: the caps say it"};
 }
 
 Status agree(const std::vector<TensorSpec>& frame, const std::vector<TensorSpec>& user) {
   const std::string difference = user.empty() ? "" : first_difference(frame, user);
   if (difference.empty()) return ok();
   FrameSpec offered{Format::Static, frame, {}}, needed{Format::Static, user, {}};
-  return Error{
-      Code::SPEC_MISMATCH, "a frame is not what input-dim and input-type say",
-      offered.to_string(), needed.to_string(),
-      difference,          "leave input-dim and input-type away: each frame says its tensors"};
+  return Error{.code = Code::SPEC_MISMATCH,
+               .what = "a frame is not what input-dim and input-type say",
+               .offered = offered.to_string(),
+               .needed = needed.to_string(),
+               .difference = difference,
+               .fix = "leave input-dim and input-type away: each frame says its tensors"};
 }
 
 Status whole_frames(const GstBuffer* buffer, const StreamPlan& plan, const std::string& fix) {
   const size_t size = gst_buffer_get_size(const_cast<GstBuffer*>(buffer));
   if (size % plan.frame_bytes == 0) return ok();
-  return Error{
-      Code::FRAME_SIZE,
-      "a buffer does not hold whole frames",
-      std::to_string(size) + " bytes",
-      "a multiple of " + std::to_string(plan.frame_bytes) + " bytes for " + plan.spec.to_string(),
-      "",
-      fix};
+  return Error{.code = Code::FRAME_SIZE,
+               .what = "a buffer does not hold whole frames",
+               .offered = std::to_string(size) + " bytes",
+               .needed = "a multiple of " + std::to_string(plan.frame_bytes) + " bytes for " +
+                         plan.spec.to_string(),
+               .fix = fix};
 }
 
 }  // namespace weir

@@ -1,4 +1,4 @@
-// Memory: what is shared, what is pooled, and what elements tell each other of it.
+// Memory in tensor_converter: sharing, pools and ALLOCATION queries.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <gst/video/video.h>
 
@@ -51,7 +51,7 @@ TEST(TensorConverterMemory, CopiesPartsOfMemoryThatMayNotBeShared) {
 }
 
 TEST(TensorConverterMemory, TakesCopiesFromAPoolAndKeepsMetadata) {
-  const auto h = harness("", video("RGB", 5, 2));  // rows of 15 bytes, 16 apart
+  const auto h = harness("", video("RGB", 5, 2));  // rows of 15 bytes with a stride of 16
   const auto clock = Ref<GstCaps>::adopt(gst_caps_new_empty_simple("timestamp/x-ntp"));
   std::set<const GstMemory*> memories;
   for (uint64_t i = 0; i < 50; ++i) {
@@ -78,14 +78,14 @@ TEST(TensorConverterMemory, WritesHeadersAnewIntoPooledFrames) {
     memories.insert(only_memory(out.get()));
     if (first.empty()) first = content(out.get());
     EXPECT_EQ(content(out.get()), first);
-    gst_buffer_memset(out.get(), 0, 0xEE, 128);  // as an element behind may
+    gst_buffer_memset(out.get(), 0, 0xEE, 128);  // as a downstream element may
   }
   EXPECT_LE(memories.size(), 2u);
   EXPECT_EQ(first.size(), 128u + 8);
   EXPECT_EQ(stat(h, "bytes-copied"), 20u * 8);
 }
 
-// 5x2 pixels of 3 bytes: rows of 15, 16 apart. The transform adds 1 to each byte.
+// 5x2 pixels of 3 bytes: rows of 15 with a stride of 16. The transform adds 1 to each byte.
 TEST(TensorConverterMemory, HandsPaddedRowsToATransformWithoutACopy) {
   const auto h = harness_of("tensor_converter ! tensor_transform mode=arithmetic option=add:1",
                             video("RGB", 5, 2));
@@ -106,7 +106,7 @@ TEST(TensorConverterMemory, HandsPlanesThatLieApartToATransformWithoutACopy) {
   const gint stride[] = {12, 12, 12};
   gsize offset[] = {4, 44, 84};
   for (const bool even : {true, false}) {
-    if (!even) offset[2] = 90;  // no stride leads there
+    if (!even) offset[2] = 90;  // no stride fits that offset
     GstBuffer* in = frame(ramp(128));
     gst_buffer_add_video_meta_full(in, GST_VIDEO_FRAME_FLAG_NONE, GST_VIDEO_FORMAT_RGBP, 8, 2, 3,
                                    offset, const_cast<gint*>(stride));
@@ -159,7 +159,7 @@ TEST(TensorConverterMemory, RefusesStridesBeyondTheBufferBeforeATransformToo) {
   gint stride[] = {100};
   gst_buffer_add_video_meta_full(in, GST_VIDEO_FRAME_FLAG_NONE, GST_VIDEO_FORMAT_RGB, 5, 2, 1,
                                  offset, stride);
-  EXPECT_SAYS(error_of(h, in), "WEIR-2004: a video buffer is shorter than its caps say");
+  EXPECT_SAYS(error_of(h, in), "WEIR-2004: a video buffer is smaller than its caps require");
 }
 
 TEST(TensorConverterMemory, PassesTheEnginesWishesOnAndMeetsThem) {
@@ -184,7 +184,7 @@ TEST(TensorConverterMemory, PassesTheEnginesWishesOnAndMeetsThem) {
   EXPECT_TRUE(gst_query_find_allocation_meta(query.get(), GST_VIDEO_META_API_TYPE, nullptr));
   ASSERT_EQ(gst_query_get_n_allocation_pools(query.get()), 1u);
 
-  // A frame from the pool that was offered, as a decoder would write it.
+  // A frame from the proposed pool, as a decoder would use it.
   GstBufferPool* raw = nullptr;
   gst_query_parse_nth_allocation_pool(query.get(), 0, &raw, nullptr, nullptr, nullptr);
   const auto pool = Ref<GstBufferPool>::adopt(raw);
@@ -226,7 +226,7 @@ void ask_for_alignment(const Harness& h, gsize alignment) {
   params.align = alignment - 1;
   gst_harness_set_propose_allocator(h.get(), nullptr, &params);
 }
-// Of a frame whose rows have to be copied.
+// The alignment of a frame whose rows must be copied.
 gsize alignment_of_next(const Harness& h, int width) {
   gst_harness_set_src_caps_str(h.get(), video("GRAY8", width, 2).c_str());
   gst_harness_push(h.get(), frame(ramp(static_cast<size_t>(width + 3) / 4 * 8)));
@@ -250,7 +250,7 @@ TEST(TensorConverterMemory, KeepsWhatWasSaidBehindAQueueWhileFramesFlow) {
   EXPECT_EQ(alignment_of_next(h, 6), 4096u);
 }
 
-// Of tensors that lie in one buffer nothing is copied, of others each byte once.
+// Frames within one buffer are not copied; others are copied once.
 TEST(TensorConverterMemory, CountsWhatIsGatheredFromSeveralBuffers) {
   for (const auto& [bytes, copied] : {std::pair{12u, 0u}, {36u, 0u}, {18u, 12u}, {6u, 36u}}) {
     const auto h = harness("input-dim=2 input-type=uint8 frames-per-tensor=6",

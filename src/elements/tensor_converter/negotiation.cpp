@@ -1,4 +1,4 @@
-// Caps on both sides of tensor_converter.
+// Negotiates caps on both pads of tensor_converter.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "elements/tensor_converter/negotiation.hpp"
 
@@ -6,16 +6,16 @@
 
 #include "elements/tensor_converter/media.hpp"
 #include "elements/tensor_converter/sub_plugin_medium.hpp"
-#include "gstcpp/device_caps.hpp"
-#include "gstcpp/tensor_caps.hpp"
+#include "gstcpp/buffer/device_caps.hpp"
+#include "gstcpp/buffer/tensor_caps.hpp"
 
 namespace weir {
 namespace {
 
 using gst::Ref;
 
-// The static tensors of which the next element fixes the dimensions, maybe the types too; without
-// tensors when it does not.
+// The static tensors whose dimensions, and possibly types, the peer fixes; without tensors if it
+// does not fix them.
 FrameSpec wanted_by_peer(GstPad* source) {
   const auto peer = Ref<GstCaps>::adopt(gst_pad_peer_query_caps(source, nullptr));
   if (gst_caps_is_any(peer.get()) || gst_caps_is_empty(peer.get())) return {};
@@ -26,7 +26,7 @@ FrameSpec wanted_by_peer(GstPad* source) {
                                                                                  : FrameSpec{};
 }
 
-// Media whose caps come to the element, in any format and memory.
+// All media that reach the element, in any format and memory.
 Ref<GstCaps> media_in_any_format(bool any_media) {
   if (any_media) return Ref<GstCaps>::adopt(gst_caps_new_any());
   return Ref<GstCaps>::adopt(
@@ -36,19 +36,17 @@ Ref<GstCaps> media_in_any_format(bool any_media) {
 
 }  // namespace
 
-Result<Wishes> wishes(const ConverterSettings& settings, GstPad* source) {
+Result<Preferences> preferences(const ConverterSettings& settings, GstPad* source) {
   auto shapes = parse_shape_list(settings.input_dim);
   if (!shapes) return shapes.error();
   auto types = parse_type_list(settings.input_type);
   if (!types) return types.error();
   if (!shapes->empty() && !types->empty() && shapes->size() != types->size())
-    return Error{Code::OPTION_VALUE,
-                 "input-dim and input-type differ in number",
-                 settings.input_dim + " and " + settings.input_type,
-                 "as many types as dimensions",
-                 "",
-                 ""};
-  Wishes out;
+    return Error{.code = Code::OPTION_VALUE,
+                 .what = "input-dim and input-type differ in number",
+                 .offered = settings.input_dim + " and " + settings.input_type,
+                 .needed = "as many types as dimensions"};
+  Preferences out;
   for (size_t i = 0; i < std::min(shapes->size(), types->size()); ++i)
     out.tensors.push_back({(*types)[i], (*shapes)[i], ""});
   out.shapes = *std::move(shapes);
@@ -66,7 +64,7 @@ bool is_taken(GstPad* source, const FrameSpec& spec) {
 }
 
 Ref<GstCaps> offered_caps(GstPad* sink, GstPad* source, const GstCaps* filter, bool any_media) {
-  // What registered itself after the element's class was made is not in the template.
+  // Converters registered after the class was initialised are not in the template.
   auto all = Ref<GstCaps>::adopt(gst_caps_merge(gst_pad_get_pad_template_caps(sink),
                                                 caps_of_sub_plugin_converters().release()));
   const FrameSpec peer = wanted_by_peer(source);
@@ -77,7 +75,8 @@ Ref<GstCaps> offered_caps(GstPad* sink, GstPad* source, const GstCaps* filter, b
   }
   auto rest = media_in_any_format(any_media);
   if (!filter) {
-    // Only while elements are linked is nothing there that would choose from the rest.
+    // During linking no source fixates from this list, so the formats that get an error can be
+    // added.
     if (gst_pad_is_linked(sink)) return all;
     return Ref<GstCaps>::adopt(gst_caps_merge(all.release(), rest.release()));
   }

@@ -1,5 +1,5 @@
-// OctetMedium: bytes that the user or the next element names as tensors; or, for flexible tensors,
-// one tensor of bytes for each buffer.
+// OctetMedium: bytes as tensors that the user or the peer specifies, or, for flexible tensors, one
+// byte tensor per buffer.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include "elements/tensor_converter/medium.hpp"
@@ -8,7 +8,7 @@ namespace weir {
 
 class OctetMedium final : public Medium {
  public:
-  Result<StreamPlan> configure(const GstCaps* caps, const Wishes& wishes) override;
+  Result<StreamPlan> configure(const GstCaps* caps, const Preferences& preferences) override;
   Result<MediumFrames> frames(gst::Ref<GstBuffer> buffer, Ledger* ledger) override;
   MediaType type() const noexcept override { return MediaType::Octet; }
 

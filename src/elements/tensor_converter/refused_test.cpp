@@ -1,14 +1,14 @@
-// Formats that no tensor has: the error names them and the element that converts them, however the
-// pipeline asks for them; and what can be converted before is never led into such an error.
+// Unsupported formats: the error gives them and the element that converts them, however the
+// pipeline requests them; convertible formats never lead to that error.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "elements/tensor_converter/converter_harness.hpp"
-#include "elements/tests/played_pipeline.hpp"
+#include "elements/tests/pipeline_test_support.hpp"
 
 namespace {
 
 using namespace weir::testing_tensor_converter;
 
-// The first error of a pipeline; "" when it comes to its end.
+// The first error of a pipeline; "" if it reaches EOS.
 class RefusedVideo : public testing::TestWithParam<const char*> {};
 
 TEST_P(RefusedVideo, NamesTheLineThatConvertsIt) {
@@ -17,7 +17,7 @@ TEST_P(RefusedVideo, NamesTheLineThatConvertsIt) {
        {caps_error("", video(format, 64, 48)),
         error_of_pipeline("videotestsrc num-buffers=2 ! video/x-raw,format=" + format +
                           ",width=64,height=48 ! tensor_converter ! fakesink")}) {
-    EXPECT_SAYS(text, "WEIR-2002: this video format is no tensor");
+    EXPECT_SAYS(text, "WEIR-2002: this video format cannot be a tensor");
     EXPECT_SAYS(text, "offered: " + format);
     EXPECT_SAYS(text, "fix: videoconvert ! video/x-raw,format=RGB ! tensor_converter");
   }
@@ -67,7 +67,7 @@ TEST(ConverterRefuses, PicturesWithoutPixels) {
 TEST(ConverterRefuses, AudioThatIsNotInterleavedOrHasAnotherFormat) {
   const std::string caps = "audio/x-raw,rate=8000,channels=1,";
   const auto format = caps_error("", caps + "format=S24LE,layout=interleaved");
-  EXPECT_SAYS(format, "WEIR-2002: this audio format is no tensor");
+  EXPECT_SAYS(format, "WEIR-2002: this audio format cannot be a tensor");
   EXPECT_SAYS(format, "fix: audioconvert ! audio/x-raw,format=S16LE");
   const auto layout = caps_error("", caps + "format=S16LE,layout=non-interleaved");
   EXPECT_SAYS(layout, "WEIR-2002: the channels of this audio do not lie together");
@@ -96,7 +96,7 @@ TEST(ConverterRefuses, TensorsThatAreStaticOrSparse) {
   }
 }
 
-// A capsfilter refuses without a word.
+// A capsfilter rejects caps without an error message.
 TEST(ConverterRefuses, ToBeSilentWhereTheElementsBehindAre) {
   const std::string source =
       "videotestsrc num-buffers=2 ! video/x-raw,format=RGB,width=8,height=4 ! tensor_converter ! ";
@@ -104,7 +104,8 @@ TEST(ConverterRefuses, ToBeSilentWhereTheElementsBehindAre) {
     const auto text = error_of_pipeline(source + between +
                                         "other/tensors,format=static,num_tensors=1,dimensions="
                                         "(string)3:8:5:1,types=(string)uint8 ! fakesink");
-    EXPECT_SAYS(text, "WEIR-2001: the element behind tensor_converter does not take its result");
+    EXPECT_SAYS(text,
+                "WEIR-2001: the element downstream of tensor_converter does not accept its output");
     EXPECT_SAYS(text, "offered: 1 tensor: uint8 3:8:4:1");
     EXPECT_SAYS(text, "dimensions=(string)3:8:5:1");
     EXPECT_SAYS(text, "first difference: tensor 0: dimension is 3:8:4:1, needed is 3:8:5:1");
@@ -135,7 +136,7 @@ TEST(ConverterRefuses, PicturesInTheMemoryOfADevice) {
     const std::string caps =
         std::string("video/x-raw(") + memory + "),format=RGBA,width=8,height=2,framerate=10/1";
     const auto text = caps_error("", caps);
-    EXPECT_SAYS(text, "WEIR-2002: these pictures lie in a device's memory");
+    EXPECT_SAYS(text, "WEIR-2002: the video is in device memory");
     EXPECT_SAYS(text, std::string("offered: ") + memory);
     EXPECT_SAYS(text, "needed: memory:SystemMemory");
     EXPECT_SAYS(text, fix);

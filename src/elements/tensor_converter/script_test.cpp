@@ -1,5 +1,5 @@
-// tensor_converter mode=custom-script: tensors, caps and frame rates that a script says. Skipped
-// where Python or NumPy is missing.
+// tensor_converter mode=custom-script: tensors, caps and frame rates from a script. Skipped without
+// Python or NumPy.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <fstream>
 
@@ -9,7 +9,7 @@ namespace {
 
 using namespace weir::testing_tensor_converter;
 
-// Halves of each buffer; the first byte is the frame rate.
+// Splits each buffer into halves; the first byte is the frame rate.
 std::string halves() {
   const std::string path = testing::TempDir() + "weir_halves.py";
   std::ofstream(path) << "from nnstreamer_python import TensorShape\n"
@@ -69,7 +69,7 @@ TEST_F(ConverterScript, ThatFailsIsAnErrorWithItsLine) {
 
 TEST_F(ConverterScript, ThatIsNotThereIsNamed) {
   const auto error = caps_error("mode=custom-script:/nonexistent/x.py", kBytes);
-  EXPECT_SAYS(error, "WEIR-4001: the script is not there");
+  EXPECT_SAYS(error, "WEIR-4001: the script does not exist");
   EXPECT_SAYS(error, "offered: /nonexistent/x.py");
 }
 

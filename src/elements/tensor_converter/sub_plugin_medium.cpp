@@ -1,8 +1,8 @@
-// Calling into C: nothing that comes back is believed.
+// Calls NNStreamer converters and validates all that they return.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "elements/tensor_converter/sub_plugin_medium.hpp"
 
-#include "core/infer/called.hpp"
+#include "core/infer/module/called.hpp"
 #include "core/subplugin/loader.hpp"
 
 namespace weir {
@@ -13,29 +13,28 @@ using subplugin::Kind;
 
 Error failed(const std::string& who, const std::string& what, const std::string& offered,
              const std::string& needed) {
-  return {Code::CALLBACK_FAILED,
-          who + " " + what,
-          offered,
-          needed,
-          "",
-          "its own lines in the log say why: GST_DEBUG=weir:5"};
+  return {.code = Code::CALLBACK_FAILED,
+          .what = who + " " + what,
+          .offered = offered,
+          .needed = needed,
+          .fix = "its own lines in the log say why: GST_DEBUG=weir*:5"};
 }
 
-// Its caps; null, with a line in the log, where it gives none.
+// The converter's caps; null, with a log line, when it returns none.
 Ref<GstCaps> caps_of(const NNStreamerExternalConverter& type) {
   gst::CTensors config;
   const std::string who = std::string("the converter ") + type.name;
   const auto answer =
       infer::called(who, "return caps", [&] { return type.query_caps(config.get()); });
   if (!answer) {
-    subplugin::tell_once(who, "its query_caps threw an exception (" + answer.error().offered +
-                                  "), and is passed over");
+    subplugin::log_once(who, "its query_caps threw an exception (" + answer.error().offered +
+                                 "), and is passed over");
     return {};
   }
   auto caps = Ref<GstCaps>::adopt(*answer);
   if (caps && GST_IS_CAPS(caps.get()) && !gst_caps_is_any(caps.get())) return caps;
-  subplugin::tell_once(who, caps ? "its query_caps gives ANY or no caps, and is passed over"
-                                 : "its query_caps gives NULL, and is passed over");
+  subplugin::log_once(who, caps ? "its query_caps gives ANY or no caps, and is passed over"
+                                : "its query_caps gives NULL, and is passed over");
   return {};
 }
 
@@ -59,8 +58,8 @@ bool takes(const NNStreamerExternalConverter& type, const char* name) {
   return false;
 }
 
-// A buffer that a converter may keep, consume, change into another or give back: two references are
-// its caller's, and what is left of them afterwards tells which it did.
+// A buffer that a converter may keep, release, modify or return: the caller holds two references,
+// and the number left afterwards shows which it did.
 class LentBuffer {
  public:
   explicit LentBuffer(GstBuffer* from) : buffer_(gst_buffer_copy(from)) { gst_buffer_ref(buffer_); }
@@ -68,7 +67,7 @@ class LentBuffer {
   LentBuffer(const LentBuffer&) = delete;
   LentBuffer& operator=(const LentBuffer&) = delete;
   GstBuffer* get() const noexcept { return buffer_; }
-  // What came back, as the caller's own.
+  // Takes ownership of the returned buffer.
   Ref<GstBuffer> take(GstBuffer* result) {
     const int references = GST_MINI_OBJECT_REFCOUNT_VALUE(buffer_);
     if (references > (result == buffer_ ? 2 : 1)) gst_buffer_unref(buffer_);
@@ -119,30 +118,28 @@ Result<FrameSpec> SubPluginMedium::first_spec(const GstCaps* caps) const {
   if (!accepted) return accepted.error();
   if (!*accepted) {
     const gst::UniqueText text{gst_caps_to_string(caps)};
-    return Error{Code::FORMAT_UNSUPPORTED,
-                 name_ + " refuses this stream",
-                 text.get(),
-                 "a stream for which its get_out_config gives TRUE",
-                 "",
-                 ""};
+    return Error{.code = Code::FORMAT_UNSUPPORTED,
+                 .what = name_ + " refuses this stream",
+                 .offered = text.get(),
+                 .needed = "a stream for which its get_out_config gives TRUE"};
   }
   return config.spec(name_);
 }
 
-Result<StreamPlan> SubPluginMedium::configure(const GstCaps* caps, const Wishes& wishes) {
-  frames_per_tensor_ = wishes.frames_per_tensor;
-  user_ = wishes.tensors;
+Result<StreamPlan> SubPluginMedium::configure(const GstCaps* caps, const Preferences& preferences) {
+  frames_per_tensor_ = preferences.frames_per_tensor;
+  user_ = preferences.tensors;
   rate_ = rate_of(caps);
   StreamPlan plan;
   plan.spec.format = Format::Static;
   plan.spec.rate = rate_;
   plan.frames_out = frames_per_tensor_;
-  plan.spec.tensors = !user_.empty() ? user_ : wishes.peer;
+  plan.spec.tensors = !user_.empty() ? user_ : preferences.peer;
   if (!plan.spec.tensors.empty()) return plan;
   auto spec = first_spec(caps);
   if (!spec) return spec.error();
   if (auto status = gather(frames_per_tensor_, &spec->tensors); !status) return status.error();
-  plan_before_the_first(wishes, &plan);
+  plan_before_the_first(preferences, &plan);
   if (!spec->tensors.empty()) plan.spec.tensors = std::move(spec->tensors);
   if (spec->rate.valid()) plan.spec.rate = spec->rate;
   return plan;
@@ -178,24 +175,22 @@ Result<MediumFrames> SubPluginMedium::frames(Ref<GstBuffer> buffer, Ledger* ledg
   MediumFrames out;
   if (spec->format == Format::Flexible) {
     if (frames_per_tensor_ > 1)
-      return Error{Code::OPTION_VALUE,
-                   name_ + " gives flexible tensors, which cannot be gathered",
-                   "frames-per-tensor=" + std::to_string(frames_per_tensor_),
-                   "frames-per-tensor=1",
-                   "",
-                   "tensor_converter frames-per-tensor=1"};
+      return Error{.code = Code::OPTION_VALUE,
+                   .what = name_ + " gives flexible tensors, which cannot be gathered",
+                   .offered = "frames-per-tensor=" + std::to_string(frames_per_tensor_),
+                   .needed = "frames-per-tensor=1",
+                   .fix = "tensor_converter frames-per-tensor=1"};
     auto dense = flexible_.frames(std::move(made), ledger);
     if (!dense) return dense.error();
     out = *std::move(dense);
   } else {
     const size_t size = gst_buffer_get_size(made.get());
     if (size != spec->bytes())
-      return Error{Code::FRAME_SIZE,
-                   name_ + " gives a frame of another size than it says",
-                   std::to_string(size) + " bytes",
-                   std::to_string(*spec->bytes()) + " bytes for " + spec->to_string(),
-                   "",
-                   "mend its convert"};
+      return Error{.code = Code::FRAME_SIZE,
+                   .what = name_ + " gives a frame of another size than it says",
+                   .offered = std::to_string(size) + " bytes",
+                   .needed = std::to_string(*spec->bytes()) + " bytes for " + spec->to_string(),
+                   .fix = "mend its convert"};
     out.buffer = std::move(made);
     out.tensors = std::move(spec->tensors);
   }

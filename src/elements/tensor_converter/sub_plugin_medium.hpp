@@ -1,6 +1,6 @@
-// SubPluginMedium: a stream that a converter for NNStreamer makes into tensors: one that was
-// registered with registerExternalConverter, or a function of the program
-// (nnstreamer_converter_custom_register). Each frame says its own tensors.
+// SubPluginMedium: a stream converted by an NNStreamer converter: a sub-plugin
+// (registerExternalConverter) or a function (nnstreamer_converter_custom_register). Each frame
+// carries its own specs.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <functional>
@@ -8,9 +8,9 @@
 #include <optional>
 #include <string>
 
-#include "core/infer/call_gate.hpp"
+#include "core/infer/queue/call_gate.hpp"
 #include "elements/tensor_converter/flexible_medium.hpp"
-#include "gstcpp/c_tensors.hpp"
+#include "gstcpp/buffer/c_tensors.hpp"
 #include "nnstreamer/nnstreamer_plugin_api_converter.h"
 #include "nnstreamer/tensor_converter_custom.h"
 
@@ -18,41 +18,41 @@ namespace weir {
 
 class SubPluginMedium final : public Medium {
  public:
-  // Is told `script` where there is one. CALLBACK_FAILED when it cannot be opened.
+  // Passes `script` to the converter unless it is empty. CALLBACK_FAILED when it cannot be opened.
   static Result<std::unique_ptr<Medium>> open(const NNStreamerExternalConverter& type,
                                               const std::optional<std::string>& script = {});
-  // Of a function of the program, which is called through `gate`.
+  // For a registered function, which is called through `gate`.
   SubPluginMedium(std::string name, tensor_converter_custom function, void* data,
                   std::shared_ptr<infer::CallGate> gate);
   ~SubPluginMedium() override;
 
-  Result<StreamPlan> configure(const GstCaps* caps, const Wishes& wishes) override;
-  // The converter's own buffer, not copied.
+  Result<StreamPlan> configure(const GstCaps* caps, const Preferences& preferences) override;
+  // Returns the converter's own buffer, not copied.
   Result<MediumFrames> frames(gst::Ref<GstBuffer> buffer, Ledger* ledger) override;
   MediaType type() const noexcept override { return MediaType::Tensor; }
 
  private:
   explicit SubPluginMedium(const NNStreamerExternalConverter& type);
-  // What comes of these caps, where the next element does not say it.
+  // The output for these caps when the peer does not fix it.
   Result<FrameSpec> first_spec(const GstCaps* caps) const;
   Result<gst::Ref<GstBuffer>> convert(GstBuffer* in, GstTensorsConfig* config);
 
   const std::string name_;
-  // A copy: the program may take its own back while this one runs. None: a function.
+  // A copy: the program may unregister its own meanwhile. nullopt: a function.
   const std::optional<NNStreamerExternalConverter> type_;
   tensor_converter_custom function_ = nullptr;
   std::shared_ptr<infer::CallGate> gate_ = std::make_shared<infer::CallGate>();
-  void* data_ = nullptr;  // of the function, or what the converter's open gave
+  void* data_ = nullptr;  // of the function, or from the converter's open()
   bool opened_ = false;
   std::vector<TensorSpec> user_;
   uint32_t frames_per_tensor_ = 1;
   Fraction rate_;            // of the input
-  FlexibleMedium flexible_;  // takes the headers off what the converter put them on
+  FlexibleMedium flexible_;  // strips the headers that the converter added
 };
 
-// The converter for NNStreamer that has this name or takes caps of it; null: there is none.
+// The NNStreamer converter of this name or for caps of it; null if there is none.
 Result<std::unique_ptr<Medium>> sub_plugin_medium_for(const char* caps_name);
-// The caps that registered converters for NNStreamer take, and their names where those are of caps.
+// The caps that registered NNStreamer converters accept, and those named like a converter.
 gst::Ref<GstCaps> caps_of_sub_plugin_converters();
 
 }  // namespace weir

@@ -1,4 +1,4 @@
-// tensor_converter: what all media share. What a medium is as tensors, its own class says.
+// tensor_converter: converts media to tensors; each Medium defines its own tensors.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <atomic>
 #include <cstring>
@@ -8,14 +8,14 @@
 #include "elements/tensor_converter/media.hpp"
 #include "elements/tensor_converter/negotiation.hpp"
 #include "elements/tensor_converter/tensor_memories.hpp"
-#include "gstcpp/backwards_time.hpp"
-#include "gstcpp/base_classes.hpp"
-#include "gstcpp/frame_errors.hpp"
-#include "gstcpp/headered_frames.hpp"
-#include "gstcpp/memory_part.hpp"
-#include "gstcpp/query_meta.hpp"
-#include "gstcpp/tensor_caps.hpp"
-#include "gstcpp/tensor_meta.hpp"
+#include "gstcpp/buffer/frame_errors.hpp"
+#include "gstcpp/buffer/headered_frames.hpp"
+#include "gstcpp/buffer/memory_part.hpp"
+#include "gstcpp/buffer/query_meta.hpp"
+#include "gstcpp/buffer/tensor_caps.hpp"
+#include "gstcpp/buffer/tensor_meta.hpp"
+#include "gstcpp/element/backwards_time.hpp"
+#include "gstcpp/element/base_classes.hpp"
 
 namespace weir {
 namespace {
@@ -66,12 +66,8 @@ class TensorConverter : public gst::Element<TensorConverter, gst::PlainElement> 
   };
 
   void constructed() {
-    for (const char* name : {"sink", "src"}) {
-      GstPad* pad = gst_pad_new_from_template(
-          gst_element_class_get_pad_template(GST_ELEMENT_GET_CLASS(element()), name), name);
-      gst_element_add_pad(element(), pad);
-      (std::strcmp(name, "sink") == 0 ? sink_ : source_) = pad;
-    }
+    sink_ = add_pad("sink");
+    source_ = add_pad("src");
     gst_pad_set_chain_function(sink_, (chain<&TensorConverter::on_buffer>));
     gst_pad_set_event_function(sink_, (pad_event<&TensorConverter::on_event>));
     gst_pad_set_query_function(sink_, (pad_query<&TensorConverter::on_query>));
@@ -87,7 +83,7 @@ class TensorConverter : public gst::Element<TensorConverter, gst::PlainElement> 
   void property_changed(const char* name) {
     if (std::strcmp(name, "mode") != 0) return;
     const auto mode = parse_converter_mode(settings().mode);
-    mode_is_told_ = false;
+    mode_is_reported_ = false;
     if (!mode)
       warn_of_mode(mode.error());
     else if (mode->kind == ConverterMode::Kind::CustomCode && !is_custom_code(mode->name))
@@ -117,7 +113,7 @@ class TensorConverter : public gst::Element<TensorConverter, gst::PlainElement> 
       ledger_.dropped(DropReason::Policy);
       return GST_FLOW_OK;
     }
-    // Memory that may not be shared is copied, if somebody else holds the buffer.
+    // Copies memory that cannot be shared if the buffer has other owners.
     auto buffer = Ref<GstBuffer>::adopt(gst_buffer_make_writable(frames->buffer.release()));
     if (!buffer) return fail(gst::memory_not_mapped());
     const auto client = gst::client_of(buffer.get());
@@ -219,12 +215,10 @@ class TensorConverter : public gst::Element<TensorConverter, gst::PlainElement> 
 
  private:
   static Error no_function(const std::string& name) {
-    return {Code::CONVERTER_UNKNOWN,
-            "no function is registered under this name yet",
-            "mode=custom-code:" + name,
-            "",
-            "",
-            "weir_converter_register(\"" + name + "\", function, data)"};
+    return {.code = Code::CONVERTER_UNKNOWN,
+            .what = "no function is registered under this name yet",
+            .offered = "mode=custom-code:" + name,
+            .fix = "weir_converter_register(\"" + name + "\", function, data)"};
   }
 
   GstFlowReturn fail(const Error& error) {
@@ -233,31 +227,32 @@ class TensorConverter : public gst::Element<TensorConverter, gst::PlainElement> 
     return error.code == Code::NOT_NEGOTIATED ? GST_FLOW_NOT_NEGOTIATED : GST_FLOW_ERROR;
   }
 
-  // Before an element stands in a pipeline nobody hears it: then it is told again when caps come.
+  // Without a bus the warning is lost; it is then repeated when caps arrive.
   void warn_of_mode(const Error& error) {
-    mode_is_told_ = GST_ELEMENT_BUS(element()) != nullptr;
+    mode_is_reported_ = GST_ELEMENT_BUS(element()) != nullptr;
     gst::post_warning(element(), error);
   }
 
   void give_up_client(uint64_t lost) {
-    if (lost == 0) return;  // nothing waited for more
+    if (lost == 0) return;  // the client had no waiting frames
     ledger_.dropped(DropReason::Policy, lost);
     if (clients_given_up_++ == 0)
       gst::post_warning(element(),
-                        {Code::LIMIT_EXCEEDED, "more clients send at once than frames are kept for",
-                         std::to_string(gst::kClientLimit + 1) + " clients",
-                         "at most " + std::to_string(gst::kClientLimit),
-                         "the client that was silent longest loses its frames",
-                         "a pipeline for each group of clients"});
+                        {.code = Code::LIMIT_EXCEEDED,
+                         .what = "more clients send at once than frames are kept for",
+                         .offered = std::to_string(gst::kClientLimit + 1) + " clients",
+                         .needed = "at most " + std::to_string(gst::kClientLimit),
+                         .difference = "the client that was silent longest loses its frames",
+                         .fix = "a pipeline for each group of clients"});
   }
 
-  // Frames that no output will have: the rest of a tensor that was not filled.
+  // Drops waiting frames that do not fill a tensor.
   void drop_waiting(DropReason reason) {
     const uint64_t lost = streams_.clear();
     if (lost > 0) ledger_.dropped(reason, lost);
   }
 
-  // Frames of another kind cannot stand in one tensor; the time goes on.
+  // A tensor cannot mix frames of different kinds; timestamps continue.
   void drop_waiting_of_other_kind() {
     const uint64_t lost = streams_.drop();
     if (lost > 0) ledger_.dropped(DropReason::Flush, lost);
@@ -287,34 +282,34 @@ class TensorConverter : public gst::Element<TensorConverter, gst::PlainElement> 
     if (segment->format == GST_FORMAT_TIME) {
       gst_segment_copy_into(segment, &segment_);
       times_.watch_segment(segment_);
-      streams_.times_begin_anew();
+      streams_.times_begin_again();
       return send_segment(Ref<GstEvent>::adopt(event));
     }
     const bool bytes = segment->format == GST_FORMAT_BYTES;
     const uint64_t start = segment->start;
     gst_event_unref(event);
     if (!bytes) {
-      gst::post_error(element(), {Code::FORMAT_UNSUPPORTED, "the segment has no known unit", "",
-                                  "time or bytes", "", ""});
+      gst::post_error(element(), {.code = Code::FORMAT_UNSUPPORTED,
+                                  .what = "the segment has no known unit",
+                                  .needed = "time or bytes"});
       return FALSE;
     }
     gst_segment_init(&segment_, GST_FORMAT_TIME);
     times_.watch_segment(segment_);
-    streams_.times_begin_anew();
+    streams_.times_begin_again();
     const bool timed = medium_ && plan_.frame_bytes > 0 && known(plan_.spec.rate);
     segment_.start = timed ? time_of(start / plan_.frame_bytes, plan_.spec.rate) : 0;
     segment_.time = segment_.position = segment_.start;
     return send_segment(Ref<GstEvent>::adopt(gst_event_new_segment(&segment_)));
   }
-  // Caps go before it.
+  // Holds the segment until caps are sent.
   gboolean send_segment(Ref<GstEvent> segment) {
     if (!waits_for_frame_) return gst_pad_push_event(source_, segment.release());
     held_segment_ = std::move(segment);
     return TRUE;
   }
 
-  // Between two frames: the stream is negotiated again. What does not fit it leaves everything as
-  // it was.
+  // Called between two frames: renegotiates the stream; if that fails, restores the old settings.
   void follow_properties() {
     const auto caps = Ref<GstCaps>::adopt(gst_pad_get_current_caps(sink_));
     if (!caps) return;
@@ -325,24 +320,24 @@ class TensorConverter : public gst::Element<TensorConverter, gst::PlainElement> 
     });
   }
 
-  // `goes_on`: frames of a stream whose frames say what they are need no placeholder any more.
+  // `goes_on`: a running stream whose frames carry their specs no longer needs a placeholder.
   Status negotiate(GstCaps* caps, const Settings& s, bool goes_on) {
     medium_.reset();
     auto mode = parse_converter_mode(s.mode);
     if (!mode && mode.error().code != Code::OPTION_SYNTAX) return mode.error();
-    if (!mode && !mode_is_told_) warn_of_mode(mode.error());
-    // What has no name is ignored.
+    if (!mode && !mode_is_reported_) warn_of_mode(mode.error());
+    // A mode without a name is ignored.
     auto medium = medium_for(caps, mode ? *mode : ConverterMode{});
     if (!medium) return medium.error();
-    auto wanted = wishes(s, source_);
+    auto wanted = preferences(s, source_);
     if (!wanted) return wanted.error();
     wanted->limit = &buffer_limit_;
     auto plan = (*medium)->configure(caps, *wanted);
     if (!plan) return plan.error();
-    const bool keeps =
-        goes_on && plan->first_frame_decides && plan->spec.format == plan_.spec.format;
+    const bool keeps = goes_on && plan->first_frame_decides && plan->spec.format == planned_format_;
+    planned_format_ = plan->spec.format;
     if (keeps) plan->spec = plan_.spec;
-    // Samples of another rate are no neighbours in time; pictures of another rate still are.
+    // Audio of another rate cannot share a tensor; pictures of another rate can.
     const bool resampled =
         (*medium)->type() == MediaType::Audio && !(plan->spec.rate == plan_.spec.rate);
     if (resampled || plan->frame_bytes != plan_.frame_bytes ||
@@ -350,9 +345,10 @@ class TensorConverter : public gst::Element<TensorConverter, gst::PlainElement> 
         !first_difference(plan->spec.tensors, plan_.spec.tensors).empty())
       drop_waiting_of_other_kind();
     plan_ = *std::move(plan);
+    has_headers_ = false;
     set_timestamp_ = s.set_timestamp;
     times_.decide(s.on_backwards_time);
-    // Downstream need not take a placeholder.
+    // Downstream need not accept a placeholder.
     if (!keeps) waits_for_frame_ = plan_.first_frame_decides && !is_taken(source_, plan_.spec);
     if (!keeps && !waits_for_frame_)
       if (auto status = announce(); !status) return status;
@@ -364,7 +360,7 @@ class TensorConverter : public gst::Element<TensorConverter, gst::PlainElement> 
     return ok();
   }
 
-  // Sends the caps of the plan's tensors on.
+  // Chooses and sends the caps of the plan's tensors.
   Status announce() {
     auto out = gst::choose_caps(source_, plan_.spec);
     if (auto status = gst::send_caps(source_, plan_.spec, out.get()); !status) return status;
@@ -373,7 +369,7 @@ class TensorConverter : public gst::Element<TensorConverter, gst::PlainElement> 
     output_format_ = chosen->format;
     waits_for_frame_ = false;
     if (held_segment_) gst_pad_push_event(source_, held_segment_.release());
-    if (GST_PAD_IS_FLUSHING(source_)) return ok();  // this element is being shut
+    if (GST_PAD_IS_FLUSHING(source_)) return ok();  // this element is shutting down
     const auto answer = gst::ask_peer(source_, out.get(), ledger_);
     if (answer) allocation_ = gst::allocation_of(answer.get(), allocation_);
     deferral_ = answer && output_format_ == Format::Static && plan_.frames_out == 1 &&
@@ -383,25 +379,30 @@ class TensorConverter : public gst::Element<TensorConverter, gst::PlainElement> 
 
   Result<MediumFrames> convert(Ref<GstBuffer> buffer) {
     if (!medium_)
-      return Error{Code::NOT_NEGOTIATED,
-                   "a buffer came before caps",
-                   "",
-                   "caps",
-                   "",
-                   "put a capsfilter behind the source"};
+      return Error{.code = Code::NOT_NEGOTIATED,
+                   .what = "a buffer came before caps",
+                   .needed = "caps",
+                   .fix = "put a capsfilter behind the source"};
     if (gst_buffer_get_size(buffer.get()) == 0)
-      return Error{
-          Code::FRAME_SIZE,          "a buffer is empty", "0 bytes", "at least one frame", "",
-          "check the element before"};
+      return Error{.code = Code::FRAME_SIZE,
+                   .what = "a buffer is empty",
+                   .offered = "0 bytes",
+                   .needed = "at least one frame",
+                   .fix = "check the element before"};
     auto frames = medium_->frames(std::move(buffer), &ledger_);
     if (!frames || frames->tensors.empty()) return frames;
-    const bool changed = !first_difference(frames->tensors, plan_.spec.tensors).empty();
+    const Format format = frames->is_flexible ? Format::Flexible : planned_format_;
+    const bool other_format = format != plan_.spec.format;
+    const bool changed =
+        other_format || !first_difference(frames->tensors, plan_.spec.tensors).empty();
     const bool paced = frames->rate && !(*frames->rate == plan_.spec.rate);
     FrameSpec before = plan_.spec;
     plan_.spec.tensors = frames->tensors;
+    plan_.spec.format = format;
+    has_headers_ = frames->has_headers;
     if (paced) plan_.spec.rate = *frames->rate;
     if (changed) drop_waiting_of_other_kind();
-    const bool known = !changed || plan_.spec.format == Format::Flexible;
+    const bool known = !changed || (!other_format && format == Format::Flexible);
     if (!paced && known && !waits_for_frame_) return frames;
     const Status status = announce();
     if (status) return frames;
@@ -410,7 +411,8 @@ class TensorConverter : public gst::Element<TensorConverter, gst::PlainElement> 
   }
 
   GstFlowReturn push(Ref<GstBuffer> frames) {
-    auto made = output_format_ == Format::Flexible
+    auto made = has_headers_ ? Result(std::move(frames))
+                : output_format_ == Format::Flexible
                     ? headered_.copy(frames.get(), plan_.spec.tensors, medium_->type(), &ledger_)
                     : one_memory_each(std::move(frames), plan_.spec.tensors, &ledger_);
     if (!made) {
@@ -424,7 +426,7 @@ class TensorConverter : public gst::Element<TensorConverter, gst::PlainElement> 
         gst::post_error(element(), gst::memory_not_mapped());
         return GST_FLOW_ERROR;
       }
-      gst::set_picture_maps(buffer.get(), {*plan_.picture});
+      gst::set_source_maps(buffer.get(), {*plan_.picture});
     }
     ledger_.pushed();
     return gst_pad_push(source_, buffer.release());
@@ -433,22 +435,24 @@ class TensorConverter : public gst::Element<TensorConverter, gst::PlainElement> 
   GstPad* sink_ = nullptr;    // owned by the element
   GstPad* source_ = nullptr;  // owned by the element
   // Streaming thread only:
-  std::unique_ptr<Medium> medium_;            // null until caps were taken
-  gst::FollowedSettings<Settings> followed_;  // of medium_
+  std::unique_ptr<Medium> medium_;            // null until caps are accepted
+  gst::FollowedSettings<Settings> followed_;  // the settings of medium_
   StreamPlan plan_;
-  gst::Allocation allocation_;  // as the next element asks
-  bool deferral_ = false;       // and whether it takes deferred memory
+  gst::Allocation allocation_;  // requested by the peer
+  bool deferral_ = false;       // the peer accepts deferred memory
   const std::shared_ptr<gst::DeferredCounts> counts_ = std::make_shared<gst::DeferredCounts>();
-  Format output_format_ = Format::Static;
+  Format planned_format_ = Format::Static;  // of frames that do not define it themselves
+  Format output_format_ = Format::Static;   // of the caps that were sent
+  bool has_headers_ = false;                // the current frame's memories begin with headers
   gst::HeaderedFrames headered_;
   bool set_timestamp_ = true;
   gst::BackwardsTimes times_;
   GstSegment segment_{};
-  bool waits_for_frame_ = false;  // before caps are sent, with which the first one decides
-  Ref<GstEvent> held_segment_;    // goes after them
+  bool waits_for_frame_ = false;  // caps are sent when the first frame defines them
+  Ref<GstEvent> held_segment_;    // sent after the caps
   ClientStreams streams_{[this](uint64_t lost) { give_up_client(lost); }};
-  std::atomic<bool> mode_is_told_{false};  // a warning of it, to somebody
-  // Written by the streaming thread, shown by stats:
+  std::atomic<bool> mode_is_reported_{false};  // posted while there was a bus
+  // Written by the streaming thread, read by stats:
   std::atomic<uint64_t> missing_times_{0}, clients_given_up_{0};
 };
 

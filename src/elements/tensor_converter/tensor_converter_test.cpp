@@ -40,7 +40,7 @@ INSTANTIATE_TEST_SUITE_P(All, VideoFormat,
                                          std::pair{"BGRP", "8:2:3:1"}));
 
 TEST(TensorConverter, TakesThePaddingOfRowsAway) {
-  auto h = harness("", video("RGB", 5, 2));  // 15 bytes a row, 16 with padding
+  auto h = harness("", video("RGB", 5, 2));  // rows of 15 bytes, 16 with padding
   const Bytes in = ramp(32);
   auto out = Ref<GstBuffer>::adopt(gst_harness_push_and_pull(h.get(), frame(in)));
   Bytes expected(in.begin(), in.begin() + 15);
@@ -49,7 +49,7 @@ TEST(TensorConverter, TakesThePaddingOfRowsAway) {
   EXPECT_EQ(stat(h, "bytes-copied"), 30u);
 }
 
-// Specification 2: the dimensions decide, with a type or without.
+// docs/compatibility/converter.md 2.3: the dimensions decide, with or without a type.
 TEST(TensorConverter, OffersPicturesOfTheSizeThatTheNextElementWantsFirst) {
   const std::string any =
       "video/x-raw,format={GRAY8,RGB,BGRx,RGBP},width=[1,999],height=[1,999],framerate=[0/1,60/"
@@ -83,7 +83,7 @@ TEST(TensorConverter, OffersEverySizeWhereTheNextElementWantsNone) {
   }
 }
 
-// A transform that changes the type says the dimensions only.
+// A transform that changes the type fixes only the dimensions.
 TEST(TensorConverter, OffersPicturesOfTheSizeThatAnElementBehindATransformWants) {
   const auto h = harness_of(
       "tensor_converter ! tensor_transform mode=typecast option=float32 ! capsfilter "
@@ -104,7 +104,7 @@ TEST(TensorConverter, HonoursStridesAndOffsetsOfTheBuffer) {
   EXPECT_EQ(content(out.get()), (Bytes{3, 4, 5, 6, 23, 24, 25, 26}));
 }
 
-// Rows from the last to the first, as pictures that stand on their head; and such that lead out.
+// Bottom-up rows, as in flipped pictures, and strides that leave the buffer.
 TEST(TensorConverter, ReadsRowsBackwards) {
   auto h = harness("", video("GRAY8", 4, 2));
   GstBuffer* in = frame({4, 5, 6, 7, 0, 1, 2, 3});
@@ -202,7 +202,7 @@ TEST(TensorConverter, RefusesSeveralFramesInOneVideoBuffer) {
   auto h = harness("", video("RGB", 8, 2));
   const auto text = error_of(h, frame(ramp(96)));
   EXPECT_SAYS(text, "WEIR-2004: a video buffer holds more than one frame");
-  EXPECT_SAYS(text, "fix: rawvideoparse behind the source");
+  EXPECT_SAYS(text, "fix: put rawvideoparse downstream of the source");
   auto longer = Ref<GstBuffer>::adopt(gst_harness_push_and_pull(h.get(), frame(ramp(95))));
   EXPECT_EQ(content(longer.get()), ramp(48)) << "what is behind one frame is padding";
 }

@@ -1,14 +1,14 @@
-// Sharing and copying the payloads of tensors.
+// Shares or copies the payloads of tensors.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "elements/tensor_converter/tensor_memories.hpp"
 
-#include "gstcpp/memory_part.hpp"
-#include "gstcpp/tensor_caps.hpp"
+#include "gstcpp/buffer/memory_part.hpp"
+#include "gstcpp/buffer/tensor_caps.hpp"
 
 namespace weir {
 namespace {
 
-bool lies_so(GstBuffer* buffer, const std::vector<TensorSpec>& tensors) {
+bool is_dense(GstBuffer* buffer, const std::vector<TensorSpec>& tensors) {
   const size_t count = tensors.size() > kMemoryLimit ? 1 : tensors.size();
   if (gst_buffer_n_memory(buffer) != count) return false;
   if (count == 1) return true;
@@ -24,7 +24,7 @@ bool lies_so(GstBuffer* buffer, const std::vector<TensorSpec>& tensors) {
 Result<gst::Ref<GstBuffer>> one_memory_each(gst::Ref<GstBuffer> in,
                                             const std::vector<TensorSpec>& tensors,
                                             Ledger* ledger) {
-  if (lies_so(in.get(), tensors)) return in;
+  if (is_dense(in.get(), tensors)) return in;
   if (gst_buffer_n_memory(in.get()) > 1) ledger->copied(gst_buffer_get_size(in.get()));
   auto out = gst::Ref<GstBuffer>::adopt(gst_buffer_new());
   gst_buffer_copy_into(out.get(), in.get(), GST_BUFFER_COPY_METADATA, 0, static_cast<gsize>(-1));

@@ -1,4 +1,4 @@
-// The memories of an output buffer: one for each tensor.
+// Gives an output buffer one memory per tensor.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <gst/gst.h>
@@ -7,13 +7,13 @@
 
 #include "core/ledger/ledger.hpp"
 #include "core/tensor/frame_spec.hpp"
-#include "gstcpp/ref.hpp"
+#include "gstcpp/element/ref.hpp"
 
 namespace weir {
 
-// A buffer with one memory for each tensor: `in` itself where its memories lie so, else shared with
-// it; a buffer whose memories lie otherwise is gathered first, which counts as copied. More than 16
-// tensors stay in one memory. Metadata are copied.
+// Returns a buffer with one memory per tensor: `in` itself if its memories match, else one that
+// shares with it; otherwise its memories are merged first, counted as copied. More than 16 tensors
+// stay in one memory. Metadata is copied.
 Result<gst::Ref<GstBuffer>> one_memory_each(gst::Ref<GstBuffer> in,
                                             const std::vector<TensorSpec>& tensors, Ledger* ledger);
 

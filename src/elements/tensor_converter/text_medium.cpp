@@ -1,41 +1,39 @@
-// Text as tensors (specification 2, "text").
+// Converts text to tensors (docs/compatibility/converter.md 2.3).
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "elements/tensor_converter/text_medium.hpp"
 
 #include <algorithm>
 #include <cstring>
 
-#include "gstcpp/frame_errors.hpp"
-#include "gstcpp/memory_part.hpp"
+#include "gstcpp/buffer/frame_errors.hpp"
+#include "gstcpp/buffer/memory_part.hpp"
 
 namespace weir {
 
-Result<StreamPlan> TextMedium::configure(const GstCaps* caps, const Wishes& wishes) {
+Result<StreamPlan> TextMedium::configure(const GstCaps* caps, const Preferences& preferences) {
   const char* format = gst_structure_get_string(gst_caps_get_structure(caps, 0), "format");
   if (!format || std::strcmp(format, "utf8") != 0)
-    return Error{Code::FORMAT_UNSUPPORTED,
-                 "this text format is no tensor",
-                 format ? std::string("format=") + format : "no format",
-                 "format=utf8",
-                 "",
-                 "text/x-raw,format=utf8 ! tensor_converter input-dim=300"};
-  if (wishes.shapes.size() != 1)
-    return Error{Code::OPTION_VALUE,
-                 "the size of a text is not known",
-                 std::to_string(wishes.shapes.size()) + " dimensions in input-dim",
-                 "one: the bytes of each text",
-                 "",
-                 "tensor_converter input-dim=300"};
-  const uint32_t size = wishes.shapes[0][0];
+    return Error{.code = Code::FORMAT_UNSUPPORTED,
+                 .what = "this text format is no tensor",
+                 .offered = format ? std::string("format=") + format : "no format",
+                 .needed = "format=utf8",
+                 .fix = "text/x-raw,format=utf8 ! tensor_converter input-dim=300"};
+  if (preferences.shapes.size() != 1)
+    return Error{.code = Code::OPTION_VALUE,
+                 .what = "the size of a text is not known",
+                 .offered = std::to_string(preferences.shapes.size()) + " dimensions in input-dim",
+                 .needed = "one: the bytes of each text",
+                 .fix = "tensor_converter input-dim=300"};
+  const uint32_t size = preferences.shapes[0][0];
   StreamPlan plan;
   plan.spec.format = Format::Static;
-  plan.spec.tensors = {{ElementType::UInt8, Shape{size, wishes.frames_per_tensor}, ""}};
+  plan.spec.tensors = {{ElementType::UInt8, Shape{size, preferences.frames_per_tensor}, ""}};
   plan.spec.rate = rate_of(caps);
   plan.frame_bytes = frame_bytes_ = size;
-  plan.frames_out = wishes.frames_per_tensor;
+  plan.frames_out = preferences.frames_per_tensor;
   cut_said_ = false;
-  limit_ = wishes.limit;
-  if (auto status = agree(plan.spec, wishes.tensors, "text"); !status) return status.error();
+  limit_ = preferences.limit;
+  if (auto status = agree(plan.spec, preferences.tensors, "text"); !status) return status.error();
   return plan;
 }
 
@@ -66,15 +64,14 @@ MediumFrames TextMedium::cut(GstBuffer* buffer, size_t size) {
   constexpr auto kParts = GstBufferCopyFlags(GST_BUFFER_COPY_METADATA | GST_BUFFER_COPY_MEMORY);
   MediumFrames out;
   out.buffer = gst::Ref<GstBuffer>::adopt(gst_buffer_copy_region(buffer, kParts, 0, frame_bytes_));
-  // A region keeps no duration: it cannot know that the whole text's is meant.
+  // A region of a buffer loses the duration; the text has the duration of the whole.
   GST_BUFFER_DURATION(out.buffer.get()) = GST_BUFFER_DURATION(buffer);
   if (!std::exchange(cut_said_, true))
-    out.warning = Error{Code::FRAME_SIZE,
-                        "a text is longer than input-dim says and is cut, as others may be",
-                        std::to_string(size) + " bytes",
-                        std::to_string(frame_bytes_) + " bytes",
-                        "",
-                        "tensor_converter input-dim=" + std::to_string(size)};
+    out.warning = Error{.code = Code::FRAME_SIZE,
+                        .what = "a text is longer than input-dim says and is cut, as others may be",
+                        .offered = std::to_string(size) + " bytes",
+                        .needed = std::to_string(frame_bytes_) + " bytes",
+                        .fix = "tensor_converter input-dim=" + std::to_string(size)};
   return out;
 }
 

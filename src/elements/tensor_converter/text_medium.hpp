@@ -1,4 +1,4 @@
-// TextMedium: UTF-8 text; each buffer is one frame of a size that the user gives.
+// TextMedium: UTF-8 text; each buffer is one frame of the size that the user sets.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include "elements/tensor_converter/medium.hpp"
@@ -7,8 +7,8 @@ namespace weir {
 
 class TextMedium final : public Medium {
  public:
-  Result<StreamPlan> configure(const GstCaps* caps, const Wishes& wishes) override;
-  // Shorter text is copied and padded with zeros; longer text is cut, with a warning for the first.
+  Result<StreamPlan> configure(const GstCaps* caps, const Preferences& preferences) override;
+  // Pads shorter text with zeros, by a copy; cuts longer text, with one warning.
   Result<MediumFrames> frames(gst::Ref<GstBuffer> buffer, Ledger* ledger) override;
   MediaType type() const noexcept override { return MediaType::Text; }
 

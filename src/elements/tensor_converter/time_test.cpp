@@ -1,4 +1,4 @@
-// The time of tensors: nothing adds up over a long stream, nothing that waits is forgotten.
+// Timestamps of tensors: no drift over a long stream, and no waiting frames are lost.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "elements/tensor_converter/converter_harness.hpp"
 
@@ -12,12 +12,12 @@ GstBuffer* timed(const Bytes& bytes, GstClockTime pts, GstClockTime duration) {
   GST_BUFFER_DURATION(b) = duration;
   return b;
 }
-// Frames of four bytes at 30000/1001 a second.
+// Frames of four bytes at 30000/1001 per second.
 Harness bytes_at_ntsc(const std::string& properties = "") {
   return harness("input-dim=4 input-type=uint8 " + properties,
                  "application/octet-stream,framerate=30000/1001");
 }
-// In integers of 128 bits: a second way beside gst_util_uint64_scale.
+// Computed in 128-bit integers, independently of gst_util_uint64_scale.
 uint64_t ntsc_time(uint64_t frames) {
   __extension__ using Wide = unsigned __int128;
   return static_cast<uint64_t>(Wide{frames} * 1001 * 1000000000 / 30000);
@@ -34,7 +34,7 @@ TEST(ConverterTime, IsExactAfterAMillionFramesWithoutTimeStamps) {
   EXPECT_EQ(stat(h, "consumed"), kBuffers);
 }
 
-// Frames of one buffer are counted from its time-stamp, which is rounded down once.
+// Frames of a buffer are counted from its timestamp, which is rounded down once.
 TEST(ConverterTime, IsNeverMoreThanANanosecondOffWhenBuffersAreCut) {
   auto h = bytes_at_ntsc();
   constexpr uint64_t kBuffers = 20, kFrames = 1001;
@@ -72,10 +72,10 @@ TEST(ConverterTime, GoesOnFromTheLastTimeStampThatWasGiven) {
   EXPECT_EQ(next(timed(Bytes(4), 5 * GST_SECOND, kNone)), 5 * GST_SECOND);
   EXPECT_EQ(next(frame(Bytes(4))), 5 * GST_SECOND + ntsc_time(1));
   EXPECT_EQ(next(frame(Bytes(4))), 5 * GST_SECOND + ntsc_time(2));
-  // Backwards: what is given is kept, and what is missing goes on from there.
+  // Backwards: given times are kept, and missing ones continue from there.
   EXPECT_EQ(next(timed(Bytes(4), 1 * GST_SECOND, kNone)), 1 * GST_SECOND);
   EXPECT_EQ(next(frame(Bytes(4))), 1 * GST_SECOND + ntsc_time(1));
-  // A duration that is given counts more than the rate.
+  // A given duration has precedence over the rate.
   EXPECT_EQ(next(timed(Bytes(4), 2 * GST_SECOND, 7)), 2 * GST_SECOND);
   EXPECT_EQ(next(frame(Bytes(4))), 2 * GST_SECOND + 7);
 }
@@ -119,7 +119,7 @@ TEST(ConverterTime, OfFramesThatWaitIsThatOfTheirOwnRate) {
   for (const uint64_t time : {8u, 20u})
     ASSERT_EQ(gst_harness_push(h.get(), timed(Bytes(12), time * GST_SECOND, GST_CLOCK_TIME_NONE)),
               GST_FLOW_OK);
-  // Of the frames at 4, 5, 8, 9 / 10, 20, 21, 22: NTSC's first two, then one a second.
+  // For frames at 4, 5, 8, 9 / 10, 20, 21, 22: the first two at the NTSC rate, then one per second.
   for (const uint64_t time : {3 * GST_SECOND + ntsc_time(4), 10 * uint64_t{GST_SECOND}}) {
     auto out = Ref<GstBuffer>::adopt(gst_harness_pull(h.get()));
     EXPECT_EQ(GST_BUFFER_PTS(out.get()), time);
@@ -183,7 +183,7 @@ TEST(ConverterTime, HasNoUnitInOtherSegments) {
   EXPECT_SAYS(errors.next(), "WEIR-2002: the segment has no known unit");
 }
 
-// Pushes bytes at these times; the times that come out.
+// Pushes bytes at these times and returns the output times.
 std::vector<GstClockTime> times_through(const Harness& h, const std::vector<GstClockTime>& times) {
   for (const auto time : times)
     EXPECT_EQ(gst_harness_push(h.get(), timed(Bytes(4), time, 10)), GST_FLOW_OK);

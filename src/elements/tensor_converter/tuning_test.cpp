@@ -1,6 +1,6 @@
 // tensor_converter whose properties change while frames flow.
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "elements/tests/tuned.hpp"
+#include "elements/tests/tuning_test_support.hpp"
 
 namespace {
 

@@ -1,46 +1,47 @@
-// Raw video as tensors (specification 2, "video").
+// Converts raw video to tensors (docs/compatibility/converter.md 2.3).
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "elements/tensor_converter/video_medium.hpp"
 
-#include "gstcpp/tensor_caps.hpp"
+#include "gstcpp/buffer/tensor_caps.hpp"
+#include "gstcpp/element/log.hpp"
 
 namespace weir {
 
-Result<StreamPlan> VideoMedium::configure(const GstCaps* caps, const Wishes& wishes) {
+Result<StreamPlan> VideoMedium::configure(const GstCaps* caps, const Preferences& preferences) {
   GstVideoInfo video;
   if (!gst_video_info_from_caps(&video, caps)) {
     const gst::UniqueText text{gst_caps_to_string(caps)};
-    return Error{Code::FORMAT_UNSUPPORTED,
-                 "the video caps cannot be read",
-                 text.get(),
-                 "a format, a width and a height",
-                 "",
-                 "videoconvert ! video/x-raw,format=RGB ! tensor_converter"};
+    return Error{.code = Code::FORMAT_UNSUPPORTED,
+                 .what = "the video caps cannot be read",
+                 .offered = text.get(),
+                 .needed = "a format, a width and a height",
+                 .fix = "videoconvert ! video/x-raw,format=RGB ! tensor_converter"};
   }
   if (GST_VIDEO_INFO_IS_INTERLACED(&video))
-    return Error{Code::FORMAT_UNSUPPORTED,
-                 "interlaced video is no tensor",
-                 gst_video_interlace_mode_to_string(GST_VIDEO_INFO_INTERLACE_MODE(&video)),
-                 "interlace-mode=progressive",
-                 "",
-                 "deinterlace ! tensor_converter"};
-  auto tensor =
-      video_tensor(GST_VIDEO_INFO_NAME(&video), static_cast<uint32_t>(GST_VIDEO_INFO_WIDTH(&video)),
-                   static_cast<uint32_t>(GST_VIDEO_INFO_HEIGHT(&video)), wishes.frames_per_tensor);
+    return Error{
+        .code = Code::FORMAT_UNSUPPORTED,
+        .what = "interlaced video is no tensor",
+        .offered = gst_video_interlace_mode_to_string(GST_VIDEO_INFO_INTERLACE_MODE(&video)),
+        .needed = "interlace-mode=progressive",
+        .fix = "deinterlace ! tensor_converter"};
+  auto tensor = video_tensor(
+      GST_VIDEO_INFO_NAME(&video), static_cast<uint32_t>(GST_VIDEO_INFO_WIDTH(&video)),
+      static_cast<uint32_t>(GST_VIDEO_INFO_HEIGHT(&video)), preferences.frames_per_tensor);
   if (!tensor) return tensor.error();
   if (GST_VIDEO_INFO_VIEWS(&video) > 1)
-    GST_WARNING("the video has several views: each frame is taken as one picture");
+    GST_CAT_WARNING(gst::library_category(),
+                    "the video has several views: each frame is taken as one picture");
   video_ = DenseVideo(video, *tensor);
   StreamPlan plan;
   plan.spec.format = Format::Static;
   plan.spec.tensors = {tensor->spec};
   plan.spec.rate = rate_of(caps);
   plan.frame_bytes = video_.frame_bytes();
-  plan.frames_out = wishes.frames_per_tensor;
+  plan.frames_out = preferences.frames_per_tensor;
   plan.picture = picture_as_it_is(static_cast<uint32_t>(GST_VIDEO_INFO_WIDTH(&video)),
                                   static_cast<uint32_t>(GST_VIDEO_INFO_HEIGHT(&video)),
                                   GST_VIDEO_INFO_N_PLANES(&video) > 1);
-  if (auto status = agree(plan.spec, wishes.tensors, "video"); !status) return status.error();
+  if (auto status = agree(plan.spec, preferences.tensors, "video"); !status) return status.error();
   return plan;
 }
 
@@ -55,8 +56,8 @@ void VideoMedium::allocate_as(const gst::Allocation& wanted) {
   video_.allocate_as(wanted);
 }
 
-// Strides and offsets are read as the buffers say. Where a decoder's own are dense, it can write
-// into memory that goes through to the engine.
+// Strides and offsets are read from the buffers. If a decoder's rows are dense, it can write into
+// memory that is passed on to the engine.
 void VideoMedium::offer(GstQuery* query) const {
   gst_query_add_allocation_meta(query, GST_VIDEO_META_API_TYPE, nullptr);
   GstCaps* caps = nullptr;

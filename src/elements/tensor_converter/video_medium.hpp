@@ -1,4 +1,4 @@
-// VideoMedium: raw video; rows without padding are shared, others copied.
+// VideoMedium: raw video as tensors; shares dense rows and copies padded ones.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include "elements/tensor_converter/dense_video.hpp"
@@ -8,7 +8,7 @@ namespace weir {
 
 class VideoMedium final : public Medium {
  public:
-  Result<StreamPlan> configure(const GstCaps* caps, const Wishes& wishes) override;
+  Result<StreamPlan> configure(const GstCaps* caps, const Preferences& preferences) override;
   Result<MediumFrames> frames(gst::Ref<GstBuffer> buffer, Ledger* ledger) override;
   MediaType type() const noexcept override { return MediaType::Video; }
   void allocate_as(const gst::Allocation& wanted) override;

@@ -1,8 +1,8 @@
-// For the tests of tensor_crop: a small picture, regions of it, and the element between bare pads.
+// Helpers of the tensor_crop tests: a small picture, regions, and the element between bare pads.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include "core/tensor/tensor_header.hpp"
-#include "elements/tensor_mux/many_inputs.hpp"
+#include "elements/tensor_mux/many_inputs_test_support.hpp"
 
 namespace weir::testing {
 
@@ -32,7 +32,7 @@ inline Bytes picture() {
   for (uint8_t i = 0; i < 40; ++i) out.push_back(i);
   return out;
 }
-// Specification 6.9: the header has four dimensions.
+// docs/compatibility/routing.md 6.9: the header has four dimensions.
 inline Bytes region(const Shape& shape, const Bytes& payload) {
   Bytes out =
       header_of(ElementType::UInt8, Shape{shape[0], shape[1], shape[2], 1}, Format::Flexible);

@@ -1,4 +1,4 @@
-// tensor_crop before an element that takes views, and the pool for what is copied.
+// tensor_crop with a downstream element that accepts deferred memory, and its pool for copies.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <cstring>
 
@@ -37,7 +37,7 @@ struct Transformed : Crop {
 
 constexpr char kAdd[] = "add:100";
 
-// A tensor of tensor_transform, whose headers say static.
+// An output tensor of tensor_transform, whose headers give format static.
 Bytes transformed(const Shape& shape, const Bytes& payload) {
   Bytes out = header_of(ElementType::UInt8, Shape{shape[0], shape[1], shape[2], 1}, Format::Static);
   out.insert(out.end(), payload.begin(), payload.end());
@@ -48,7 +48,7 @@ Bytes plus_100(const Shape& shape, Bytes payload) {
   return transformed(shape, payload);
 }
 
-TEST(CropViews, GoToATransformThatTakesThem) {
+TEST(CropViews, AreDeferredToATransformThatAcceptsThem) {
   Transformed crop("arithmetic", kAdd);
   for (int i = 0; i < 3; ++i) crop.push_both(info_of({1, 0, 2, 1, 3, 1, 2, 2}));
   ASSERT_EQ(crop.buffers().size(), 3u);
@@ -62,7 +62,7 @@ TEST(CropViews, GoToATransformThatTakesThem) {
   EXPECT_EQ(crop.transform_stat("pool-allocated"), 2u) << "from the second frame of these sizes on";
 }
 
-TEST(CropViews, OfFlexibleFramesBeginBehindTheHeader) {
+TEST(CropViews, OfFlexibleFramesStartAfterTheHeader) {
   Transformed crop("arithmetic", kAdd, kInfo);
   crop.push_both(buffer_of({region({2, 5, 4}, picture())}, 0), info_of({3, 1, 2, 1}), 0);
   ASSERT_EQ(crop.buffers().size(), 1u);
@@ -71,7 +71,7 @@ TEST(CropViews, OfFlexibleFramesBeginBehindTheHeader) {
   EXPECT_EQ(crop.stat("bytes-copied"), 0u);
 }
 
-TEST(CropViews, WhoeverMapsOneGetsTheRegionAndItIsCounted) {
+TEST(CropViews, AreComputedAndCountedWhenMapped) {
   Transformed crop("arithmetic", kAdd);
   std::vector<std::vector<Bytes>> seen;
   const auto in = Transformed::pad_of(crop.transform.get(), "sink");
@@ -88,12 +88,13 @@ TEST(CropViews, WhoeverMapsOneGetsTheRegionAndItIsCounted) {
   EXPECT_EQ(seen, (std::vector<std::vector<Bytes>>{cut, cut}));
   EXPECT_EQ(memories_of(crop.buffers().at(1).get()),
             (std::vector<Bytes>{plus_100({2, 2, 1}, {2, 3, 4, 5})}));
-  EXPECT_EQ(crop.stat("regions-shared"), 1u) << "the first frame shows that it is of no use";
+  EXPECT_EQ(crop.stat("regions-shared"), 1u)
+      << "the first frame shows that deferring does not help";
   EXPECT_EQ(crop.stat("bytes-copied"), 8u);
   EXPECT_EQ(crop.transform_stat("fused-frames"), 0u);
 }
 
-TEST(CropViews, OfOtherSizesGetBuffersOfTheirOwn) {
+TEST(CropViews, OfOtherSizesGetSeparateBuffers) {
   Transformed crop("arithmetic", kAdd);
   for (const uint32_t width : {1u, 1u, 2u, 1u}) crop.push_both(info_of({1, 0, width, 1}));
   const std::vector<Bytes> one{plus_100({2, 1, 1}, {2, 3})}, two{plus_100({2, 2, 1}, {2, 3, 4, 5})};
@@ -103,7 +104,7 @@ TEST(CropViews, OfOtherSizesGetBuffersOfTheirOwn) {
   EXPECT_EQ(crop.stat("bytes-copied"), 0u);
 }
 
-TEST(CropViews, AreNotForAnElementThatNeedsTheWholeTensor) {
+TEST(CropViews, AreNotUsedForAnElementThatNeedsTheWholeTensor) {
   Transformed crop("transpose", "0:2:1:3");
   crop.push_both(info_of({1, 0, 1, 2}));
   EXPECT_EQ(memories_of(crop.buffers().at(0).get()),
@@ -112,7 +113,7 @@ TEST(CropViews, AreNotForAnElementThatNeedsTheWholeTensor) {
   EXPECT_EQ(crop.stat("bytes-copied"), 4u);
 }
 
-// `count` regions of one pixel or two, at places that `shift` moves; and what is to come of each.
+// `count` regions of one or two pixels at positions offset by `shift`, and the expected output.
 struct ManyRegions {
   ManyRegions(uint32_t count, uint32_t shift) {
     for (uint32_t i = 0; i < count; ++i) {
@@ -127,7 +128,7 @@ struct ManyRegions {
   std::vector<uint32_t> numbers;
   std::vector<Bytes> cut, plus;
 };
-// The tensors of a frame, those of the packed 16th memory too.
+// The tensors of a frame, including those in the packed 16th memory.
 std::vector<Bytes> tensors_of(GstBuffer* buffer) {
   std::vector<Bytes> out = memories_of(buffer);
   if (out.size() < kMemoryLimit) return out;
@@ -144,10 +145,10 @@ std::vector<Bytes> tensors_of(GstBuffer* buffer) {
   return out;
 }
 
-TEST(CropViews, AreAsManyAsThereAreRegions) {
+TEST(CropViews, ExistForEachRegion) {
   for (const uint32_t count : {15u, 16u, 17u, 40u, 256u}) {
     Transformed crop("arithmetic", kAdd);
-    for (uint32_t frame = 0; frame < 4; ++frame)  // of other sizes, and twice of the same
+    for (uint32_t frame = 0; frame < 4; ++frame)  // sizes change, and two frames have the same
       crop.push_both(info_of(ManyRegions(count, frame / 2).numbers));
     ASSERT_EQ(crop.buffers().size(), 4u);
     for (uint32_t frame = 0; frame < 4; ++frame)
@@ -159,8 +160,8 @@ TEST(CropViews, AreAsManyAsThereAreRegions) {
   }
 }
 
-// As they lie in a frame that was copied.
-TEST(CropViews, OfMoreThanABufferHoldsArePackedForWhoeverMapsThem) {
+// In the layout of a copied frame.
+TEST(CropViews, BeyondTheMemoryLimitArePackedWhenMapped) {
   const ManyRegions many(40, 1);
   Transformed crop("arithmetic", kAdd);
   std::vector<Bytes> seen;
@@ -183,7 +184,7 @@ TEST(CropViews, OfMoreThanABufferHoldsArePackedForWhoeverMapsThem) {
   EXPECT_EQ(crop.stat("bytes-copied"), copies.stat("bytes-copied"));
 }
 
-TEST(CropPool, BuffersOfRegionsOfTheSameSizesComeBack) {
+TEST(CropPool, ReusesBuffersOfRegionsOfTheSameSizes) {
   for (const uint32_t regions : {2u, 20u}) {
     Crop crop;
     gst_pad_add_probe(
@@ -201,7 +202,7 @@ TEST(CropPool, BuffersOfRegionsOfTheSameSizesComeBack) {
   }
 }
 
-TEST(CropPool, BuffersThatAreKeptStayAsTheyAre) {
+TEST(CropPool, DoesNotReuseHeldBuffers) {
   Crop crop;
   for (uint32_t x = 0; x < 4; ++x) crop.push_both(info_of({x, 1, 1, 2}));
   const auto buffers = crop.buffers();

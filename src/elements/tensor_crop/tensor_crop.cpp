@@ -1,4 +1,4 @@
-// tensor_crop: the regions that one stream names are cut out of the tensors of another.
+// tensor_crop: cuts the regions that one stream gives out of the tensors of another.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <algorithm>
 #include <atomic>
@@ -8,24 +8,24 @@
 #include "core/crop/regions.hpp"
 #include "core/tensor/packed_tensors.hpp"
 #include "core/tensor/tensor_header.hpp"
-#include "gstcpp/allocation.hpp"
-#include "gstcpp/base_classes.hpp"
-#include "gstcpp/collector_pads.hpp"
-#include "gstcpp/deferred_memory.hpp"
-#include "gstcpp/frame_errors.hpp"
-#include "gstcpp/frame_pool.hpp"
-#include "gstcpp/frame_reader.hpp"
-#include "gstcpp/tensor_caps.hpp"
-#include "gstcpp/tensor_meta.hpp"
-#include "gstcpp/tensor_pieces.hpp"
+#include "gstcpp/buffer/allocation.hpp"
+#include "gstcpp/buffer/deferred_memory.hpp"
+#include "gstcpp/buffer/frame_errors.hpp"
+#include "gstcpp/buffer/frame_pool.hpp"
+#include "gstcpp/buffer/frame_reader.hpp"
+#include "gstcpp/buffer/tensor_caps.hpp"
+#include "gstcpp/buffer/tensor_meta.hpp"
+#include "gstcpp/buffer/tensor_pieces.hpp"
+#include "gstcpp/element/base_classes.hpp"
+#include "gstcpp/pads/collector_pads.hpp"
 
 namespace weir {
 namespace {
 
 using gst::Ref;
 
-// The map of a tensor, for a part of it along dimensions 1 and 2.
-PictureMap map_of_part(const PictureMap& map, const Region& region) {
+// The source map of a part of a tensor along dimensions 1 and 2.
+SourceMap map_of_part(const SourceMap& map, const Region& region) {
   const auto along = [](uint8_t dimension, uint32_t one, uint32_t two, uint32_t other) {
     return dimension == 1 ? one : dimension == 2 ? two : other;
   };
@@ -39,7 +39,7 @@ class TensorCrop : public gst::Element<TensorCrop, gst::PlainElement>, public gs
  public:
   static constexpr gst::ElementInfo kInfo{
       "WeirTensorCrop", "tensor_crop", "TensorCrop", "Converter/Tensor",
-      "Cuts the regions that one stream names out of the tensors of another"};
+      "Crops the tensors of one stream to the regions of another"};
   static inline GstStaticPadTemplate kPads[] = {
       GST_STATIC_PAD_TEMPLATE(
           "raw", GST_PAD_SINK, GST_PAD_ALWAYS,
@@ -56,12 +56,12 @@ class TensorCrop : public gst::Element<TensorCrop, gst::PlainElement>, public gs
   };
   static constexpr std::tuple kProperties{
       gst::Property{"lateness", &Settings::lateness,
-                    "Milliseconds by which frames that go together may differ, the older one is "
-                    "dropped beyond; -1 = frames go together in their order",
+                    "Maximum time difference of paired frames in milliseconds; beyond it the older "
+                    "one is dropped; -1 = pair frames in order",
                     gst::Changeable::WhilePlaying, -1, G_MAXINT},
       gst::Property{"max-bytes", &Settings::max_bytes,
-                    "Bytes of all frames that are held; a frame beyond it waits for the output "
-                    "that is being made, and is an error where that makes no room; 0 = any",
+                    "Maximum bytes of all held frames; at the limit a frame waits for the current "
+                    "output, and it is an error if that frees too little; 0 = no limit",
                     gst::Changeable::WhilePlaying},
       gst::Property{"silent", &Settings::silent, "Accepted for compatibility; has no effect",
                     gst::Changeable::WhilePlaying},
@@ -159,8 +159,8 @@ class TensorCrop : public gst::Element<TensorCrop, gst::PlainElement>, public gs
     return out;
   }
 
-  // Of a buffer with the regions and their headers. Regions may overlap: their sum may be any
-  // multiple of the tensor that they are cut out of.
+  // The size of a buffer with the regions and their headers. Regions may overlap, so the sum may be
+  // any multiple of the input tensor.
   static uint64_t output_bytes(const TensorSpec& whole, const std::vector<Region>& regions) {
     uint64_t bytes = 0;
     for (const Region& region : regions)
@@ -175,8 +175,8 @@ class TensorCrop : public gst::Element<TensorCrop, gst::PlainElement>, public gs
     write_tensor_header(header, out.first<kTensorHeaderBytes>());
   }
 
-  // Views, for an element behind that takes them; null where the frame must be copied. Once
-  // somebody maps one, copies into the pool's buffers are quicker.
+  // Deferred memory for a downstream element that accepts it; null when the frame must be copied.
+  // If deferred memory is being mapped, copying into pooled buffers is faster.
   Ref<GstBuffer> views_of(GstBuffer* raw, const gst::TensorView& whole,
                           const std::vector<Region>& regions) {
     if (!views_wanted_ || counts_->computed != computed_before_ || whole.memory < 0) return {};
@@ -187,7 +187,7 @@ class TensorCrop : public gst::Element<TensorCrop, gst::PlainElement>, public gs
       auto layout = layout_of(whole.spec, region);
       layout.offset += whole.header_bytes;
       auto plan = transform::gather_plan(part_of(whole.spec, region), layout);
-      if (!plan) return {};  // further than a plan reaches
+      if (!plan) return {};  // out of the range of a plan
       std::vector<std::byte> header(kTensorHeaderBytes);
       write_header(plan->output(), header);
       views.push_back({Ref<GstBuffer>::share(raw), memory,
@@ -199,7 +199,7 @@ class TensorCrop : public gst::Element<TensorCrop, gst::PlainElement>, public gs
     return out;
   }
 
-  // A memory for each, from the 16th on one for all where there are more than 16.
+  // One memory per region; of more than 16 regions, the 16th and all later ones share one.
   Ref<GstBuffer> buffer_of(std::vector<gst::DeferredSource> views) const {
     auto out = Ref<GstBuffer>::adopt(gst_buffer_new());
     const size_t alone = views.size() > kMemoryLimit ? kMemoryLimit - 1 : views.size();
@@ -225,7 +225,7 @@ class TensorCrop : public gst::Element<TensorCrop, gst::PlainElement>, public gs
     return out;
   }
 
-  // A frame of regions as large as those of the frame before goes into a buffer of a pool.
+  // Uses a pool if the regions have the same sizes as in the previous frame.
   Result<Ref<GstBuffer>> copies_of(const gst::TensorView& whole,
                                    const std::vector<Region>& regions) {
     std::vector<TensorSpec> specs;
@@ -291,26 +291,26 @@ class TensorCrop : public gst::Element<TensorCrop, gst::PlainElement>, public gs
     }
     gst_buffer_copy_into(out.get(), raw.buffer.get(), GST_BUFFER_COPY_METADATA, 0,
                          static_cast<gsize>(-1));
-    gst::set_picture_maps(out.get(), maps_of(raw.buffer.get(), regions));
+    gst::set_source_maps(out.get(), maps_of(raw.buffer.get(), regions));
     return out;
   }
 
-  static std::vector<PictureMap> maps_of(GstBuffer* raw, const Regions& regions) {
-    const auto maps = gst::picture_maps(raw);
-    std::vector<PictureMap> out;
+  static std::vector<SourceMap> maps_of(GstBuffer* raw, const Regions& regions) {
+    const auto maps = gst::source_maps(raw);
+    std::vector<SourceMap> out;
     if (maps.empty()) return out;
     for (const Region& region : regions.inside) out.push_back(map_of_part(maps[0], region));
     return out;
   }
 
-  std::mutex configure_mutex_;  // newer settings are applied later; taken before the settings lock
+  std::mutex configure_mutex_;  // orders concurrent settings; taken before the settings lock
   std::optional<gst::CollectorPads> pads_;
-  gst::FrameReader raw_, info_;         // of the thread that makes an output
-  std::vector<TensorSpec> last_specs_;  // likewise: of the last frame that was copied
-  gst::FramePool pool_;                 // likewise: for them
+  gst::FrameReader raw_, info_;         // used by the thread that makes an output
+  std::vector<TensorSpec> last_specs_;  // likewise: of the last copied frame
+  gst::FramePool pool_;                 // likewise: for those specs
   gst::Allocation allocation_;          // likewise
   bool views_wanted_ = false;           // likewise
-  uint64_t computed_before_ = 0;        // likewise: counts_->computed when views began
+  uint64_t computed_before_ = 0;        // likewise: counts_->computed when deferral began
   const std::shared_ptr<gst::DeferredCounts> counts_ = std::make_shared<gst::DeferredCounts>();
   std::atomic<uint64_t> regions_{0}, regions_empty_{0}, regions_beyond_limit_{0},
       regions_shared_{0}, pool_allocated_{0};

@@ -4,12 +4,12 @@
 
 #include "core/tensor/packed_tensors.hpp"
 #include "elements/tensor_crop/crop_test_support.hpp"
-#include "gstcpp/tensor_meta.hpp"
+#include "gstcpp/buffer/tensor_meta.hpp"
 
 namespace weir::testing {
 namespace {
 
-TEST(TensorCrop, CutsEachRegion) {
+TEST(TensorCrop, CropsEachRegion) {
   Crop crop;
   crop.push_both(info_of({1, 0, 2, 1, 3, 1, 2, 2}));
   ASSERT_EQ(crop.buffers().size(), 1u);
@@ -29,7 +29,7 @@ TEST(TensorCrop, ClipsRegionsToTheFrame) {
   EXPECT_EQ(crop.stat("regions-empty"), 1u);
 }
 
-TEST(TensorCrop, AFrameWithoutRegionsIsAGap) {
+TEST(TensorCrop, SendsAGapForAFrameWithoutRegions) {
   Crop crop;
   auto raw = buffer_of({picture()}, 100);
   GST_BUFFER_DURATION(raw.get()) = 33;
@@ -64,7 +64,7 @@ TEST(TensorCrop, PacksHundredsOfRegions) {
   EXPECT_EQ(crop.stat("regions-beyond-limit"), 44u);
 }
 
-TEST(TensorCrop, TakesFlexibleFramesOfAnyType) {
+TEST(TensorCrop, AcceptsFlexibleFramesOfAnyType) {
   Crop crop("", "other/tensors,format=flexible,framerate=30/1");
   Bytes raw = header_of(ElementType::Float32, Shape{1, 2, 2}, Format::Static);
   const float numbers[] = {1, 2, 3, 4};
@@ -80,7 +80,7 @@ TEST(TensorCrop, TakesFlexibleFramesOfAnyType) {
   EXPECT_EQ(out[0], expected);
 }
 
-TEST(TensorCrop, TakesMetadataAndTimeOfTheFrame) {
+TEST(TensorCrop, CopiesMetadataAndTimeOfTheFrame) {
   Crop crop;
   auto raw = buffer_of({picture()}, 70);
   GST_BUFFER_DURATION(raw.get()) = 5;
@@ -91,19 +91,19 @@ TEST(TensorCrop, TakesMetadataAndTimeOfTheFrame) {
   EXPECT_EQ(GST_BUFFER_DURATION(out), 5u);
 }
 
-TEST(TensorCrop, AFrameWithoutTimeStaysSo) {
+TEST(TensorCrop, KeepsFramesWithoutTimeUntimed) {
   Crop crop;
   crop.push_both(buffer_of({picture()}, GST_CLOCK_TIME_NONE), info_of({0, 0, 1, 1}), 900);
   EXPECT_FALSE(GST_BUFFER_PTS_IS_VALID(crop.buffers().at(0).get()));
 }
 
-TEST(TensorCrop, TheWayBackFollowsEachRegion) {
+TEST(TensorCrop, AdjustsTheSourceMapOfEachRegion) {
   Crop crop;
   auto raw = buffer_of({picture()}, 0);
-  PictureMap map = picture_as_it_is(5, 4, false).of_part(2, 10, 3, 20, 5, 4);
-  gst::set_picture_maps(raw.get(), {map});
+  SourceMap map = picture_as_it_is(5, 4, false).of_part(2, 10, 3, 20, 5, 4);
+  gst::set_source_maps(raw.get(), {map});
   crop.push_both(raw, info_of({1, 2, 3, 1, 0, 0, 5, 4}), 0);
-  const auto maps = gst::picture_maps(crop.buffers().at(0).get());
+  const auto maps = gst::source_maps(crop.buffers().at(0).get());
   ASSERT_EQ(maps.size(), 2u);
   const Point corner = maps[0].to_source({0, 0});
   EXPECT_DOUBLE_EQ(corner.x, 2 * 1 + 10);
@@ -127,7 +127,7 @@ TEST(TensorCrop, LatenessDropsTheOlder) {
   EXPECT_EQ(crop.stat("held"), 0u);
 }
 
-TEST(TensorCrop, WithoutLatenessFramesGoTogetherInOrder) {
+TEST(TensorCrop, PairsFramesInOrderWithoutLateness) {
   Crop crop;
   crop.push_both(buffer_of({picture()}, 10 * GST_MSECOND), info_of({0, 0, 1, 1}), GST_SECOND);
   EXPECT_EQ(crop.buffers().size(), 1u);
@@ -145,7 +145,7 @@ TEST(TensorCrop, EndsWithEitherInput) {
   }
 }
 
-TEST(TensorCrop, StopWakesWhoWaits) {
+TEST(TensorCrop, StopWakesWaitingThreads) {
   for (const size_t waiting : {0u, 1u}) {
     Crop crop;
     auto push = crop.push_later(waiting, Bytes(200), 0);
@@ -164,19 +164,19 @@ void expect_refused(Ref<GstBuffer> raw, const Bytes& info, const char* code) {
   EXPECT_TRUE(crop.buffers().empty());
 }
 
-TEST(TensorCrop, RefusesFramesOfAnotherSize) {
+TEST(TensorCrop, RejectsFramesOfTheWrongSize) {
   expect_refused(buffer_of({Bytes(39)}, 0), info_of({0, 0, 1, 1}), "WEIR-2004");
   expect_refused(buffer_of({Bytes(39)}, 0), info_of({0, 0, 1, 1}), "39 bytes in memory 0 on raw");
 }
 
-TEST(TensorCrop, RefusesHeadersThatLie) {
+TEST(TensorCrop, RejectsInvalidHeaders) {
   Bytes info = info_of({0, 0, 1, 1});
   info.pop_back();
   expect_refused(buffer_of({picture()}, 0), info, "WEIR-2005");
   expect_refused(buffer_of({picture()}, 0), Bytes(16), "WEIR-2005");
 }
 
-TEST(TensorCrop, RefusesSparseRegions) {
+TEST(TensorCrop, RejectsSparseRegions) {
   TensorHeader header;
   header.spec = {ElementType::UInt8, Shape{4, 1}, ""};
   header.format = Format::Sparse;

@@ -1,17 +1,17 @@
-// tensor_debug: passes every frame as it is, and says what passes when it is not silent.
+// tensor_debug: passes every frame unchanged and logs it unless it is silent.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <cstdio>
 #include <deque>
 #include <mutex>
 
 #include "elements/tensor_debug/debug_report.hpp"
-#include "gstcpp/counted_transform.hpp"
-#include "gstcpp/tensor_caps.hpp"
+#include "gstcpp/buffer/tensor_caps.hpp"
+#include "gstcpp/element/counted_transform.hpp"
 
 namespace weir {
 namespace {
 
-// The console's and GStreamer's log each have two bits of their own for how bad it is.
+// The console and GStreamer's log each have two bits for the level.
 enum class DebugOutput : int {
   Disabled = 0,
   ConsoleInfo = 0x11,
@@ -33,15 +33,15 @@ template <>
 struct FlagsType<DebugOutput> {
   static GType type() {
     static const GFlagsValue values[] = {
-        {0, "Say nothing", "disabled"},
-        {0x11, "Lines of information on the console", "console-info"},
+        {0, "Log nothing", "disabled"},
+        {0x11, "Information on the console", "console-info"},
         {0x12, "Warnings on the console", "console-warn"},
         {0x13, "Errors on the console", "console-error"},
         {0x24, "Information in GStreamer's log", "gstdebug-info"},
         {0x28, "Warnings in GStreamer's log", "gstdebug-warn"},
         {0x2C, "Errors in GStreamer's log", "gstdebug-error"},
         {0x100, "The last lines, in the property stats", "circularbuf"},
-        {0x200, "Accepted; no property names a file", "filewrite"},
+        {0x200, "Accepted; has no effect, since no property gives a file name", "filewrite"},
         {0, nullptr, nullptr}};
     static const GType t = g_flags_register_static("WeirDebugOutput", values);
     return t;
@@ -77,17 +77,11 @@ namespace {
 
 constexpr size_t kLastLines = 64;
 
-GstDebugCategory* log_category() {
-  static GstDebugCategory* const category =
-      _gst_debug_category_new("tensor_debug", 0, "what tensor_debug says of a stream");
-  return category;
-}
-
 class TensorDebug : public gst::CountedTransform<TensorDebug> {
  public:
   static constexpr gst::ElementInfo kInfo{"WeirTensorDebug", "tensor_debug", "TensorDebug",
                                           "Filter/Tensor",
-                                          "Passes tensors as they are and says what passes"};
+                                          "Passes tensors unchanged and logs them"};
   static inline GstStaticPadTemplate kPads[] = {
       GST_STATIC_PAD_TEMPLATE("src", GST_PAD_SRC, GST_PAD_ALWAYS,
                               GST_STATIC_CAPS(WEIR_CAPS_TENSORS("{ static, flexible, sparse }"))),
@@ -101,13 +95,14 @@ class TensorDebug : public gst::CountedTransform<TensorDebug> {
     DebugMetadata metadata = DebugMetadata::Disabled;
   };
   static constexpr std::tuple kProperties{
-      gst::Property{"silent", &Settings::silent, "False: say what passes",
+      gst::Property{"silent", &Settings::silent, "False = log what passes",
                     gst::Changeable::WhilePlaying},
-      gst::Property{"output-method", &Settings::output_method, "Where it is said",
+      gst::Property{"output-method", &Settings::output_method, "Where to log",
                     gst::Changeable::WhilePlaying},
-      gst::Property{"capability", &Settings::capability, "What is said",
+      gst::Property{"capability", &Settings::capability, "When to log",
                     gst::Changeable::WhilePlaying},
-      gst::Property{"metadata", &Settings::metadata, "What is said of each frame besides its sizes",
+      gst::Property{"metadata", &Settings::metadata,
+                    "What to log of each frame in addition to its sizes",
                     gst::Changeable::WhilePlaying},
   };
 
@@ -165,7 +160,7 @@ class TensorDebug : public gst::CountedTransform<TensorDebug> {
     if (method & 0x20) {
       static constexpr GstDebugLevel kLevels[] = {GST_LEVEL_INFO, GST_LEVEL_INFO, GST_LEVEL_WARNING,
                                                   GST_LEVEL_ERROR};
-      gst_debug_log(log_category(), kLevels[method >> 2 & 3], __FILE__, __func__, __LINE__,
+      gst_debug_log(category(), kLevels[method >> 2 & 3], __FILE__, __func__, __LINE__,
                     G_OBJECT(self()), "%s", line.c_str());
     }
     if (method & 0x100) {

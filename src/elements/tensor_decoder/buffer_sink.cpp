@@ -1,9 +1,9 @@
-// Memory for decoders.
+// Allocates memory for decoders.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "elements/tensor_decoder/buffer_sink.hpp"
 
-#include "gstcpp/allocation.hpp"
-#include "gstcpp/memory_part.hpp"
+#include "gstcpp/buffer/allocation.hpp"
+#include "gstcpp/buffer/memory_part.hpp"
 
 namespace weir {
 
@@ -28,12 +28,9 @@ void* BufferSink::reserve(uint64_t bytes) {
 
 Status BufferSink::share_input(uint32_t index) {
   if (!out_ || index >= reader_->tensors().size())
-    return Error{Code::CALLBACK_FAILED,
-                 "a decoder shares a tensor that is not there",
-                 std::to_string(index),
-                 "",
-                 "",
-                 ""};
+    return Error{.code = Code::CALLBACK_FAILED,
+                 .what = "a decoder shares a tensor that is not there",
+                 .offered = std::to_string(index)};
   const auto& view = reader_->tensors()[index];
   if (view.memory < 0) {
     parts_.push_back({{}, view.payload});

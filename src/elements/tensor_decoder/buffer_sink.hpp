@@ -1,4 +1,4 @@
-// BufferSink: where a decoder puts its caps and its output, over one GstBuffer.
+// BufferSink: receives a decoder's caps and output, and writes them to one GstBuffer.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <gst/gst.h>
@@ -7,17 +7,17 @@
 #include <string>
 #include <vector>
 
-#include "core/infer/host.hpp"
+#include "core/infer/module/host.hpp"
 #include "core/ledger/ledger.hpp"
 #include "core/limit/buffer_limit.hpp"
-#include "gstcpp/buffer_parts.hpp"
-#include "gstcpp/frame_reader.hpp"
+#include "gstcpp/buffer/buffer_parts.hpp"
+#include "gstcpp/buffer/frame_reader.hpp"
 
 namespace weir {
 
 class BufferSink final : public weir_sink {
  public:
-  BufferSink() = default;  // for configure: takes caps only
+  BufferSink() = default;  // for configure: accepts caps only
   BufferSink(GstBuffer* in, GstBuffer* out, const gst::FrameReader* reader,
              const BufferLimit& limit, Ledger* ledger)
       : in_(in), out_(out), reader_(reader), limit_(&limit), ledger_(ledger) {}
@@ -26,8 +26,8 @@ class BufferSink final : public weir_sink {
   Status set_caps(const std::string& caps) override;
   void* reserve(uint64_t bytes) override;
   Status share_input(uint32_t index) override;
-  // Gives the buffer what was reserved and shared, in that order: a memory for each, from the 16th
-  // on one for all where there are more than 16. LIMIT_EXCEEDED, OUT_OF_MEMORY, MAP_FAILED.
+  // Appends the reserved and shared parts to the buffer in order: one memory each; of more than 16,
+  // the 16th and all later ones share one. LIMIT_EXCEEDED, OUT_OF_MEMORY, MAP_FAILED.
   Status finish();
   const std::string& caps() const noexcept { return caps_; }
   // Why reserve() returned null: LIMIT_EXCEEDED or OUT_OF_MEMORY.
@@ -42,8 +42,8 @@ class BufferSink final : public weir_sink {
   uint64_t reserved_ = 0;  // bytes
   std::optional<Error> refusal_;
   std::string caps_;
-  std::vector<gst::BufferPart> parts_;   // of the output
-  std::vector<gst::MappedMemory> maps_;  // of what was reserved, until finish()
+  std::vector<gst::BufferPart> parts_;   // parts of the output
+  std::vector<gst::MappedMemory> maps_;  // of reserved parts, until finish()
 };
 
 }  // namespace weir

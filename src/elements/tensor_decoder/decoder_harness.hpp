@@ -1,7 +1,7 @@
-// What the tests of tensor_decoder share.
+// Helpers of the tensor_decoder tests.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
-#include "elements/tests/element_harness.hpp"
+#include "elements/tests/element_test_support.hpp"
 
 namespace weir::testing_tensor_decoder {
 
@@ -27,7 +27,7 @@ inline uint64_t stat(const Harness& h, const char* name) {
   return test::stat(h, "tensor_decoder", name);
 }
 
-// The first error of the element, started, given caps and, if there are any, a frame.
+// The first error of the element after start, caps and a frame, each if given.
 inline std::string error_of(const std::string& properties, const std::string& caps = "",
                             const Bytes& bytes = {}) {
   const Unique<GstElement, gst_object_unref> pipeline(gst_parse_launch(

@@ -1,10 +1,10 @@
-// Who brings a decoder, by mode.
+// Finds the decoder of a mode: module, sub-plugin or registered function.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "elements/tensor_decoder/frame_decoder.hpp"
 
 #include <algorithm>
 
-#include "core/infer/module_library.hpp"
+#include "core/infer/module/module_library.hpp"
 #include "core/subplugin/loader.hpp"
 #include "core/text/text.hpp"
 #include "elements/tensor_decoder/module_decoder.hpp"
@@ -19,15 +19,15 @@ std::string list(const std::vector<std::string>& names) {
   return out.empty() ? "none" : out;
 }
 
-Result<OpenedDecoder> of_module(const weir_decoder_type& type, const DecoderOptions& options) {
+Result<OpenDecoder> of_module(const weir_decoder_type& type, const DecoderOptions& options) {
   auto decoder = ModuleDecoder::open(type, options);
   if (!decoder) return decoder.error();
   auto probe = ModuleDecoder::open(type, options);
   if (!probe) return probe.error();
-  return OpenedDecoder{*std::move(decoder), *std::move(probe), {}};
+  return OpenDecoder{*std::move(decoder), *std::move(probe), {}};
 }
 
-// As the module library says it, and what else has a name.
+// The error of the module library, extended by the other names.
 Error unknown(Error error, const std::string& mode) {
   const auto names = decoder_names();
   error.needed = "one of: " + list(names);
@@ -40,14 +40,13 @@ Error unknown(Error error, const std::string& mode) {
 
 }  // namespace
 
-Result<OpenedDecoder> open_decoder(const std::string& mode, const DecoderOptions& options) {
+Result<OpenDecoder> open_decoder(const std::string& mode, const DecoderOptions& options) {
   if (mode.empty())
-    return Error{Code::DECODER_UNKNOWN,
-                 "no mode is set",
-                 "mode=\"\"",
-                 "one of: " + list(decoder_names()),
-                 "",
-                 "tensor_decoder mode=octet_stream"};
+    return Error{.code = Code::DECODER_UNKNOWN,
+                 .what = "no mode is set",
+                 .offered = "mode=\"\"",
+                 .needed = "one of: " + list(decoder_names()),
+                 .fix = "tensor_decoder mode=octet_stream"};
   if (equal_ignoring_case(mode, "custom-code"))
     return CustomCodeDecoder::open(options[0].value_or(""));
   const auto type = infer::ModuleLibrary::instance().decoder(mode);

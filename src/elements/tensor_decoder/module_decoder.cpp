@@ -1,9 +1,9 @@
-// Through the sink of the C ABI.
+// Runs a module's decoder with an output sink of the C ABI.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "elements/tensor_decoder/module_decoder.hpp"
 
 #include "elements/tensor_decoder/buffer_sink.hpp"
-#include "gstcpp/module_values.hpp"
+#include "gstcpp/buffer/module_values.hpp"
 
 namespace weir {
 
@@ -24,6 +24,7 @@ Result<Ref<GstCaps>> ModuleDecoder::configure(const FrameSpec& input) {
   if (input.format == Format::Static)
     for (const auto& tensor : input.tensors) infos.push_back(gst::tensor_info(tensor));
   BufferSink sink;
+  decoder_->set_stream(input.rate, input.format);
   if (auto status = decoder_->configure(infos, &sink); !status) return status.error();
   return gst::caps_of_decoder(sink.caps(), input.rate);
 }
@@ -31,7 +32,7 @@ Result<Ref<GstCaps>> ModuleDecoder::configure(const FrameSpec& input) {
 Result<bool> ModuleDecoder::decode(const FrameSpec&, GstBuffer* in, const gst::FrameReader& reader,
                                    GstBuffer* out, const BufferLimit& limit, Ledger* ledger) {
   BufferSink sink(in, out, &reader, limit, ledger);
-  auto kept = decoder_->decode(arguments_.fill(reader, in), &sink);
+  auto kept = decoder_->decode(arguments_.fill(reader, in, decoder_->needs_headers()), &sink);
   if (sink.refusal()) return *sink.refusal();
   if (!kept || !*kept) return kept;
   if (auto status = sink.finish(); !status) return status.error();

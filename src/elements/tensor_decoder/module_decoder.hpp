@@ -1,11 +1,11 @@
-// ModuleDecoder: a decoder of one of Weir's modules, over buffers.
+// ModuleDecoder: a FrameDecoder for a decoder module of Weir.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <memory>
 
-#include "core/infer/decoder.hpp"
+#include "core/infer/module/decoder.hpp"
 #include "elements/tensor_decoder/frame_decoder.hpp"
-#include "gstcpp/frame_arguments.hpp"
+#include "gstcpp/buffer/frame_arguments.hpp"
 
 namespace weir {
 

@@ -1,5 +1,5 @@
-// tensor_decoder as a part of a stream: what decoders may not do, metadata, flushes, the end, the
-// ledger. The decoder `erring` is tests/support/erring/erring_decoder.cpp.
+// tensor_decoder in a stream: invalid decoder output, metadata, flushes, EOS, the ledger. The
+// decoder `erring` is tests/support/erring/erring_decoder.cpp.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <gst/video/video.h>
 
@@ -13,7 +13,7 @@ const std::string kOne = tensor("uint8", "1");
 std::string erring(const std::string& where, const std::string& what) {
   return "mode=erring option1=" + where + " option2=" + what;
 }
-void expect_law(const Harness& h, uint64_t received, uint64_t pushed) {
+void expect_contract(const Harness& h, uint64_t received, uint64_t pushed) {
   EXPECT_EQ(stat(h, "received"), received);
   EXPECT_EQ(stat(h, "pushed"), pushed);
   EXPECT_EQ(stat(h, "consumed"), pushed);
@@ -31,26 +31,27 @@ TEST(TensorDecoderStream, TurnsWhatADecoderThrowsIntoErrors) {
     EXPECT_SAYS(said("exception"),
                 "WEIR-5003: a class in C++ threw an exception\n  offered: thrown in a decoder");
     EXPECT_SAYS(said("memory"), "WEIR-9001: memory ran out in a module");
-    EXPECT_SAYS(said("number"), "offered: of no type that std::exception knows");
+    EXPECT_SAYS(said("number"), "offered: not derived from std::exception");
   }
 }
 
 TEST(TensorDecoderStream, NeedsCapsOfTheDecoder) {
   for (const char* where : {"no-caps", "bad-caps"}) {
     const std::string said = error_of(erring(where, "nothing"), kOne, {1});
-    EXPECT_SAYS(said, "WEIR-5003: the decoder gives no caps that can be read");
+    EXPECT_SAYS(said, "WEIR-5003: the decoder returned invalid caps");
     EXPECT_SAYS(said, "for example text/x-raw,format=(string)utf8");
   }
 }
 
-// GstBaseTransform refuses that without a word.
+// GstBaseTransform alone posts no error for this.
 TEST(TensorDecoderStream, SaysWhatTheNextElementDoesNotTake) {
   const Harness h{gst_harness_new_parse("tensor_decoder mode=direct_video")};
   Errors errors(h);
   gst_harness_set_sink_caps_str(h.get(), "video/x-raw,format=RGB,width=9,height=[1,100]");
   gst_harness_set_src_caps_str(h.get(), tensor("uint8", "3:8:4").c_str());
   const std::string error = errors.next();
-  EXPECT_SAYS(error, "WEIR-2001: the element behind tensor_decoder does not take its result");
+  EXPECT_SAYS(error,
+              "WEIR-2001: the element downstream of tensor_decoder does not accept its output");
   EXPECT_SAYS(error, "width=(int)8");
   EXPECT_SAYS(error, "needed: video/x-raw, format=(string)RGB, width=(int)9");
   EXPECT_SAYS(error, "fix: tensor_decoder ! videoconvert ! videoscale");
@@ -71,14 +72,14 @@ TEST(TensorDecoderStream, CountsTheFramesThatADecoderDrops) {
   for (int i = 0; i < 5; ++i) EXPECT_EQ(gst_harness_push(h.get(), frame(Bytes{1})), GST_FLOW_OK);
   EXPECT_EQ(gst_harness_buffers_in_queue(h.get()), 3u);
   EXPECT_EQ(stat(h, "dropped-policy"), 2u);
-  expect_law(h, 5, 3);
+  expect_contract(h, 5, 3);
 }
 
 TEST(TensorDecoderStream, CountsTheFramesThatFail) {
   auto h = harness("mode=erring option1=decode option2=failure", kOne);
   EXPECT_EQ(gst_harness_push(h.get(), frame(Bytes{1})), GST_FLOW_ERROR);
   EXPECT_EQ(stat(h, "dropped-error"), 1u);
-  expect_law(h, 1, 0);
+  expect_contract(h, 1, 0);
 }
 
 TEST(TensorDecoderStream, TellsTheDecoderOfAFlush) {
@@ -89,7 +90,7 @@ TEST(TensorDecoderStream, TellsTheDecoderOfAFlush) {
   gst_harness_push_event(h.get(), gst_event_new_flush_stop(TRUE));
   gst_harness_push_event(h.get(), time_segment());
   EXPECT_EQ(decoded(h, frame(Bytes{9})), Bytes{1});
-  expect_law(h, 3, 3);
+  expect_contract(h, 3, 3);
 }
 
 TEST(TensorDecoderStream, EndsWithItsInput) {
@@ -101,7 +102,7 @@ TEST(TensorDecoderStream, EndsWithItsInput) {
   while (const auto event = Ref<GstEvent>::adopt(gst_harness_try_pull_event(h.get())))
     ended |= GST_EVENT_TYPE(event.get()) == GST_EVENT_EOS;
   EXPECT_TRUE(ended);
-  expect_law(h, 1, 1);
+  expect_contract(h, 1, 1);
 }
 
 TEST(TensorDecoderStream, RefusesNewCapsThatDoNotFit) {
@@ -121,10 +122,10 @@ TEST(TensorDecoderStream, StartsAgain) {
   gst_harness_push_event(h.get(), gst_event_new_stream_start("again"));
   gst_harness_set_src_caps_str(h.get(), kOne.c_str());
   EXPECT_EQ(decoded(h, frame(Bytes{9})), Bytes{1});
-  expect_law(h, 1, 1);
+  expect_contract(h, 1, 1);
 }
 
-// The strides of the camera are not those of the tensor: GStreamer leaves them behind.
+// The strides of the camera's frame do not apply to the tensor: GStreamer drops that meta.
 TEST(TensorDecoderStream, LeavesStridesOfOtherMemoryBehind) {
   auto h = harness("mode=direct_video", tensor("uint8", "3:4:2"));
   GstBuffer* in = frame(Bytes(24));

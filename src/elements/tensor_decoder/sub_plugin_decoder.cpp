@@ -1,17 +1,17 @@
-// Calling into C: nothing that comes back is believed.
+// Calls NNStreamer decoders and validates all that they return.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "elements/tensor_decoder/sub_plugin_decoder.hpp"
 
-#include "core/infer/called.hpp"
+#include "core/infer/module/called.hpp"
 #include "core/subplugin/table.hpp"
-#include "gstcpp/c_tensors.hpp"
+#include "gstcpp/buffer/c_tensors.hpp"
 
 namespace weir {
 namespace {
 
 using gst::Ref;
 
-// The tensors of this frame: those of the stream, or what the headers say.
+// The tensors of this frame: those of the stream, or those of its headers.
 FrameSpec of_frame(const FrameSpec& stream, const gst::FrameReader& reader) {
   if (stream.format == Format::Static) return stream;
   FrameSpec frame = stream;
@@ -20,23 +20,21 @@ FrameSpec of_frame(const FrameSpec& stream, const gst::FrameReader& reader) {
   return frame;
 }
 
-// What a flow return and the buffer come to. False: the frame is dropped.
+// Maps a flow return and the buffer to a result. False: the frame is dropped.
 Result<bool> taken(const std::string& who, int flow, GstBuffer* out) {
   if (flow > 0) return false;
   if (flow < 0)
-    return Error{Code::CALLBACK_FAILED,
-                 who + " failed on a frame",
-                 gst_flow_get_name(static_cast<GstFlowReturn>(flow)),
-                 "ok",
-                 "",
-                 "its own lines in the log say why: GST_DEBUG=weir:5"};
+    return Error{.code = Code::CALLBACK_FAILED,
+                 .what = who + " failed on a frame",
+                 .offered = gst_flow_get_name(static_cast<GstFlowReturn>(flow)),
+                 .needed = "ok",
+                 .fix = "its own lines in the log say why: GST_DEBUG=weir*:5"};
   if (gst_buffer_n_memory(out) == 0)
-    return Error{Code::CALLBACK_FAILED,
-                 who + " made nothing of a frame and says ok",
-                 "a buffer without memory",
-                 "memory in the buffer, or a flow return below 0",
-                 "",
-                 "mend " + who};
+    return Error{.code = Code::CALLBACK_FAILED,
+                 .what = who + " made nothing of a frame and says ok",
+                 .offered = "a buffer without memory",
+                 .needed = "memory in the buffer, or a flow return below 0",
+                 .fix = "mend " + who};
   return true;
 }
 
@@ -49,26 +47,26 @@ SubPluginDecoder::~SubPluginDecoder() {
   if (type_.exit) type_.exit(&priv_);
 }
 
-Result<OpenedDecoder> SubPluginDecoder::open(const GstTensorDecoderDef& type,
-                                             const DecoderOptions& options) {
+Result<OpenDecoder> SubPluginDecoder::open(const GstTensorDecoderDef& type,
+                                           const DecoderOptions& options) {
   void* priv = nullptr;
   if (!type.init(&priv))
-    return Error{Code::CALLBACK_FAILED,
-                 "the decoder " + std::string(type.modename) + " cannot be opened",
-                 "its init returned FALSE",
-                 "TRUE",
-                 "",
-                 "its own lines in the log say why: GST_DEBUG=weir:5"};
+    return Error{.code = Code::CALLBACK_FAILED,
+                 .what = "the decoder " + std::string(type.modename) + " cannot be opened",
+                 .offered = "its init returned FALSE",
+                 .needed = "TRUE",
+                 .fix = "its own lines in the log say why: GST_DEBUG=weir*:5"};
   const std::shared_ptr<SubPluginDecoder> decoder(new SubPluginDecoder(type, priv));
-  OpenedDecoder out{decoder, decoder, {}};
+  OpenDecoder out{decoder, decoder, {}};
   for (size_t i = 0; i < options.size(); ++i) {
     if (!options[i]) continue;
     if (type.setOption && type.setOption(&decoder->priv_, static_cast<int>(i), options[i]->c_str()))
       continue;
     out.warnings.push_back(
-        {Code::OPTION_VALUE, decoder->name_ + " does not take an option and goes on without it",
-         "option" + std::to_string(i + 1) + "=" + *options[i],
-         type.setOption ? "a value that it takes" : "no options: it has none", "", ""});
+        {.code = Code::OPTION_VALUE,
+         .what = decoder->name_ + " does not take an option and goes on without it",
+         .offered = "option" + std::to_string(i + 1) + "=" + *options[i],
+         .needed = type.setOption ? "a value that it takes" : "no options: it has none"});
   }
   return out;
 }
@@ -78,20 +76,18 @@ Result<Ref<GstCaps>> SubPluginDecoder::configure(const FrameSpec& input) {
   std::lock_guard lock(mutex_);
   auto caps = Ref<GstCaps>::adopt(type_.getOutCaps(&priv_, config.get()));
   if (!caps)
-    return Error{Code::SPEC_MISMATCH,
-                 name_ + " makes nothing of these tensors",
-                 input.to_string(),
-                 "tensors that it takes",
-                 "",
-                 "tensor_transform in front of tensor_decoder makes others"};
+    return Error{.code = Code::SPEC_MISMATCH,
+                 .what = name_ + " makes nothing of these tensors",
+                 .offered = input.to_string(),
+                 .needed = "tensors that it takes",
+                 .fix = "tensor_transform in front of tensor_decoder makes others"};
   if (!GST_IS_CAPS(caps.get()) || gst_caps_is_empty(caps.get()) || gst_caps_is_any(caps.get()))
-    return Error{
-        Code::CALLBACK_FAILED,
-        name_ + " gives no caps that say anything",
-        GST_IS_CAPS(caps.get()) ? gst_caps_is_any(caps.get()) ? "ANY" : "EMPTY" : "something else",
-        "caps, for example text/x-raw,format=(string)utf8",
-        "",
-        "mend its getOutCaps"};
+    return Error{.code = Code::CALLBACK_FAILED,
+                 .what = name_ + " gives no caps that say anything",
+                 .offered = GST_IS_CAPS(caps.get()) ? gst_caps_is_any(caps.get()) ? "ANY" : "EMPTY"
+                                                    : "something else",
+                 .needed = "caps, for example text/x-raw,format=(string)utf8",
+                 .fix = "mend its getOutCaps"};
   return caps;
 }
 
@@ -108,19 +104,18 @@ Result<bool> SubPluginDecoder::decode(const FrameSpec& input, GstBuffer*,
   return taken(name_, *flow, out);
 }
 
-Result<OpenedDecoder> CustomCodeDecoder::open(const std::string& name) {
+Result<OpenDecoder> CustomCodeDecoder::open(const std::string& name) {
   const auto entry = subplugin::custom_decoders().find(name);
   if (!entry)
-    return Error{Code::CALLBACK_UNKNOWN,
-                 "no decoder is registered under this name",
-                 "mode=custom-code option1=" + name,
-                 subplugin::custom_decoders().one_of(),
-                 "",
-                 "nnstreamer_decoder_custom_register(\"" + name +
-                     "\", function, data) before the pipeline starts"};
+    return Error{.code = Code::CALLBACK_UNKNOWN,
+                 .what = "no decoder is registered under this name",
+                 .offered = "mode=custom-code option1=" + name,
+                 .needed = subplugin::custom_decoders().one_of(),
+                 .fix = "nnstreamer_decoder_custom_register(\"" + name +
+                        "\", function, data) before the pipeline starts"};
   const auto decoder = std::make_shared<CustomCodeDecoder>(
       name, reinterpret_cast<tensor_decoder_custom>(entry->function), entry->data, entry->gate);
-  return OpenedDecoder{decoder, decoder, {}};
+  return OpenDecoder{decoder, decoder, {}};
 }
 
 Result<Ref<GstCaps>> CustomCodeDecoder::configure(const FrameSpec& input) {

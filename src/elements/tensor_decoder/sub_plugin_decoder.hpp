@@ -1,23 +1,24 @@
-// SubPluginDecoder: a decoder for NNStreamer, registered with nnstreamer_decoder_probe; and
-// CustomCodeDecoder: a function of the program, registered with nnstreamer_decoder_custom_register.
+// SubPluginDecoder: an NNStreamer decoder, registered with nnstreamer_decoder_probe;
+// CustomCodeDecoder: a function registered with nnstreamer_decoder_custom_register.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <memory>
 #include <mutex>
 #include <string>
 
-#include "core/infer/call_gate.hpp"
+#include "core/infer/queue/call_gate.hpp"
 #include "elements/tensor_decoder/frame_decoder.hpp"
 #include "nnstreamer/nnstreamer_plugin_api_decoder.h"
 #include "nnstreamer/tensor_decoder_custom.h"
 
 namespace weir {
 
-// One for each element, as such decoders expect: what they open may be there once only.
+// One instance per element, as such decoders expect: they may open resources that allow one user
+// only.
 class SubPluginDecoder final : public FrameDecoder {
  public:
-  // CALLBACK_FAILED when its init fails; options that it refuses are warnings.
-  static Result<OpenedDecoder> open(const GstTensorDecoderDef& type, const DecoderOptions& options);
+  // CALLBACK_FAILED when init() fails; rejected options are warnings.
+  static Result<OpenDecoder> open(const GstTensorDecoderDef& type, const DecoderOptions& options);
   ~SubPluginDecoder() override;
 
   Result<gst::Ref<GstCaps>> configure(const FrameSpec& input) override;
@@ -26,16 +27,16 @@ class SubPluginDecoder final : public FrameDecoder {
 
  private:
   SubPluginDecoder(const GstTensorDecoderDef& type, void* priv);
-  const GstTensorDecoderDef type_;  // a copy: the program may take its own back meanwhile
+  const GstTensorDecoderDef type_;  // a copy: the program may unregister its own meanwhile
   const std::string name_;
-  std::mutex mutex_;  // caps queries come from any thread; guards what follows, and each call
+  std::mutex mutex_;  // guards the members below and each call; caps queries come from any thread
   void* priv_;
 };
 
 class CustomCodeDecoder final : public FrameDecoder {
  public:
-  // CALLBACK_UNKNOWN with the names that there are.
-  static Result<OpenedDecoder> open(const std::string& name);
+  // CALLBACK_UNKNOWN, listing the registered names.
+  static Result<OpenDecoder> open(const std::string& name);
   CustomCodeDecoder(const std::string& name, tensor_decoder_custom function, void* data,
                     std::shared_ptr<infer::CallGate> gate)
       : who_("the function " + name), function_(function), data_(data), gate_(std::move(gate)) {}
@@ -48,7 +49,7 @@ class CustomCodeDecoder final : public FrameDecoder {
   const std::string who_;
   tensor_decoder_custom function_;
   void* data_;
-  const std::shared_ptr<infer::CallGate> gate_;  // closed once the function is unregistered
+  const std::shared_ptr<infer::CallGate> gate_;  // closed when the function is unregistered
 };
 
 }  // namespace weir

@@ -1,4 +1,4 @@
-// tensor_decoder: the results of a network become labels, pictures or bytes.
+// tensor_decoder: converts a network's results to labels, pictures or bytes.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <gst/video/video.h>
 
@@ -6,16 +6,16 @@
 #include <memory>
 
 #include "elements/tensor_decoder/frame_decoder.hpp"
-#include "gstcpp/counted_transform.hpp"
-#include "gstcpp/property_file.hpp"
-#include "gstcpp/tensor_caps.hpp"
+#include "gstcpp/buffer/tensor_caps.hpp"
+#include "gstcpp/element/counted_transform.hpp"
+#include "gstcpp/element/property_file.hpp"
 
 namespace weir {
 namespace {
 
 using gst::Ref;
 
-// Of raw pictures; 0 of everything else.
+// The size of raw video; 0 for other caps.
 size_t bytes_of_picture(const GstCaps* caps) {
   GstVideoInfo info;
   const bool raw = gst_structure_has_name(gst_caps_get_structure(caps, 0), "video/x-raw");
@@ -112,7 +112,7 @@ class TensorDecoder : public gst::CountedTransform<TensorDecoder> {
   gboolean query(GstPadDirection direction, GstQuery* query) {
     if (direction != GST_PAD_SINK || GST_QUERY_TYPE(query) != GST_QUERY_ACCEPT_CAPS)
       return parent_class()->query(self(), direction, query);
-    // Caps that the decoder refuses come to sink_event, which posts the reason.
+    // Accepts caps that the decoder rejects: sink_event then posts the reason.
     GstCaps* caps = nullptr;
     gst_query_parse_accept_caps(query, &caps);
     gst_query_set_accept_caps_result(query, gst_caps_can_intersect(caps, input_template().get()));
@@ -128,7 +128,7 @@ class TensorDecoder : public gst::CountedTransform<TensorDecoder> {
     const auto held = Ref<GstCaps>::share(caps);
     const uint64_t told = gst::errors_posted_by_this_thread();
     if (parent_class()->sink_event(self(), event)) return TRUE;
-    if (told == gst::errors_posted_by_this_thread()) tell_why_not(held.get());
+    if (told == gst::errors_posted_by_this_thread()) report_refusal(held.get());
     return FALSE;
   }
 
@@ -153,19 +153,18 @@ class TensorDecoder : public gst::CountedTransform<TensorDecoder> {
   BufferLimit buffer_limit_{kInfo.factory_name};
 
  private:
-  static Result<OpenedDecoder> open_as(const Settings& s) {
+  static Result<OpenDecoder> open_as(const Settings& s) {
     return open_decoder(s.mode, {s.option1, s.option2, s.option3, s.option4, s.option5, s.option6,
                                  s.option7, s.option8, s.option9});
   }
-  void use(OpenedDecoder opened) {
+  void use(OpenDecoder opened) {
     for (const auto& warning : opened.warnings) gst::post_warning(element(), warning);
     std::lock_guard lock(probe_mutex_);
     decoder_ = std::move(opened.decoder);
     probe_ = std::move(opened.probe);
   }
 
-  // Between two frames: another decoder takes the place of the one that runs, where the stream can
-  // go on with it.
+  // Called between two frames: replaces the decoder if the stream can continue with the new one.
   void follow_properties() {
     if (follow_settings(&followed_, [this](const Settings& wanted) { return follow(wanted); }))
       gst_base_transform_reconfigure_src(self());
@@ -173,15 +172,15 @@ class TensorDecoder : public gst::CountedTransform<TensorDecoder> {
   Status follow(const Settings& wanted) {
     auto opened = open_as(wanted);
     if (!opened) return opened.error();
-    // Caps that stay as they are GstBaseTransform does not set: the decoder gets its tensors here.
+    // GstBaseTransform does not set unchanged caps again, so the decoder is configured here.
     const auto caps = opened->decoder->configure(input_);
     if (!caps) return caps.error();
     GstPad* pad = GST_BASE_TRANSFORM_SRC_PAD(self());
     const auto theirs = Ref<GstCaps>::adopt(gst_pad_peer_query_caps(pad, nullptr));
     if (!gst_caps_can_intersect(caps->get(), theirs.get()))
-      return gst::refused_behind(pad, theirs.get(),
-                                 gst::UniqueText(gst_caps_to_string(caps->get())).get(),
-                                 "another mode= of tensor_decoder");
+      return gst::downstream_mismatch(pad, theirs.get(),
+                                      gst::UniqueText(gst_caps_to_string(caps->get())).get(),
+                                      "another mode= of tensor_decoder");
     if (auto probed = opened->probe->configure(input_); !probed) return probed.error();
     picture_bytes_ = bytes_of_picture(caps->get());
     use(*std::move(opened));
@@ -192,11 +191,12 @@ class TensorDecoder : public gst::CountedTransform<TensorDecoder> {
     return Ref<GstCaps>::adopt(gst_pad_get_pad_template_caps(GST_BASE_TRANSFORM_SINK_PAD(self())));
   }
 
-  // For queries, which post no error.
+  // For queries, which must not post errors.
   Ref<GstCaps> output_or_empty(GstCaps* caps) {
     auto out = output_for(caps);
     if (out) return *std::move(out);
-    GST_DEBUG_OBJECT(self(), "no output for these caps: %s", out.error().message().c_str());
+    GST_CAT_DEBUG_OBJECT(category(), self(), "no output for these caps: %s",
+                         out.error().message().c_str());
     return Ref<GstCaps>::adopt(gst_caps_new_empty());
   }
 
@@ -210,8 +210,8 @@ class TensorDecoder : public gst::CountedTransform<TensorDecoder> {
     return probe_->configure(*spec);
   }
 
-  // After caps that GstBaseTransform refused by itself, which it does without a word.
-  void tell_why_not(GstCaps* caps) {
+  // Posts the reason when GstBaseTransform rejected caps without an error.
+  void report_refusal(GstCaps* caps) {
     const auto output = output_for(caps);
     if (!output) return gst::post_error(element(), output.error());
     const auto& ours = *output;
@@ -222,10 +222,10 @@ class TensorDecoder : public gst::CountedTransform<TensorDecoder> {
         !gst_caps_is_any(ours.get()) && !gst_caps_is_empty(ours.get()) &&
         gst_structure_has_name(gst_caps_get_structure(ours.get(), 0), "video/x-raw");
     gst::post_error(element(),
-                    gst::refused_behind(pad, theirs.get(),
-                                        gst::UniqueText(gst_caps_to_string(ours.get())).get(),
-                                        picture ? "tensor_decoder ! videoconvert ! videoscale"
-                                                : "another mode= of tensor_decoder"));
+                    gst::downstream_mismatch(pad, theirs.get(),
+                                             gst::UniqueText(gst_caps_to_string(ours.get())).get(),
+                                             picture ? "tensor_decoder ! videoconvert ! videoscale"
+                                                     : "another mode= of tensor_decoder"));
   }
 
   Result<bool> decode(GstBuffer* in, GstBuffer* out) {
@@ -233,23 +233,22 @@ class TensorDecoder : public gst::CountedTransform<TensorDecoder> {
     ledger_.copied(reader_.bytes_copied());
     auto kept = decoder_->decode(input_, in, reader_, out, buffer_limit_, &ledger_);
     if (kept && *kept && gst_buffer_get_size(out) < picture_bytes_)
-      return Error{Code::FRAME_SIZE,
-                   "the decoder made less than a picture of its caps",
-                   std::to_string(gst_buffer_get_size(out)) + " bytes",
-                   std::to_string(picture_bytes_) + " bytes",
-                   "",
-                   "mend the decoder " + settings().mode};
+      return Error{.code = Code::FRAME_SIZE,
+                   .what = "the decoder made less than a picture of its caps",
+                   .offered = std::to_string(gst_buffer_get_size(out)) + " bytes",
+                   .needed = std::to_string(picture_bytes_) + " bytes",
+                   .fix = "mend the decoder " + settings().mode};
     return kept;
   }
 
   std::mutex probe_mutex_;                 // guards probe_
-  std::shared_ptr<FrameDecoder> probe_;    // answers caps queries, which come from any thread
+  std::shared_ptr<FrameDecoder> probe_;    // answers caps queries on any thread
   std::shared_ptr<FrameDecoder> decoder_;  // streaming thread
   FrameSpec input_;                        // streaming thread
-  size_t picture_bytes_ = 0;               // streaming thread; of the output, 0: no raw picture
+  size_t picture_bytes_ = 0;               // streaming thread; of the output; 0: not raw video
   gst::FrameReader reader_;                // streaming thread
   gst::PropertyFile config_file_;
-  gst::FollowedSettings<Settings> followed_;  // of decoder_; streaming thread
+  gst::FollowedSettings<Settings> followed_;  // the settings of decoder_; streaming thread
 };
 
 }  // namespace

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <fstream>
 
-#include "elements/tests/tuned.hpp"
+#include "elements/tests/tuning_test_support.hpp"
 
 namespace {
 
@@ -50,7 +50,7 @@ TEST(TuningDecoder, WhatDownstreamDoesNotTakeIsRefused) {
   EXPECT_EQ(t.get("mode"), "octet_stream");
 }
 
-// A frame passes between two writes: the first alone is refused.
+// A frame passes between two writes: the first alone is rejected.
 TEST(TuningDecoder, ASecondWriteCompletesTheFirst) {
   const std::string labels = testing::TempDir() + "weir-tuned-labels.txt";
   std::ofstream(labels) << "a\nb\nc\nd\ne\nf\n";
@@ -80,7 +80,7 @@ TEST(TuningDecoder, WhatWasRefusedLeavesOtherWritesAlone) {
   EXPECT_SAYS(t.caps(), "format=(string)BGR");
   EXPECT_EQ(t.get("mode"), "direct_video");
   EXPECT_EQ(t.get("option1"), "BGR");
-  t.set("mode", "direct_video");  // gives up what was refused
+  t.set("mode", "direct_video");  // discards the rejected value
   EXPECT_EQ(t.push<>(kPixels).size(), 8u);
   EXPECT_EQ(t.messages.next_warning(), "");
 }

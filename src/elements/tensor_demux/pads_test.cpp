@@ -1,8 +1,8 @@
-// Pads of tensor_demux: when they come, what goes to them, how flows combine; and what is refused.
+// Source pads of tensor_demux: creation, events, combined flow returns, and errors.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <cstring>
 
-#include "elements/tests/branches.hpp"
+#include "elements/tests/branches_test_support.hpp"
 
 namespace weir::testing {
 namespace {
@@ -18,17 +18,17 @@ std::vector<std::string> names(std::initializer_list<const char*> list) {
   return {list.begin(), list.end()};
 }
 
-TEST(TensorDemuxPads, ComeWithTheFirstFrameInOrder) {
+TEST(TensorDemuxPads, AreAddedWithTheFirstFrameInOrder) {
   Branches demux("tensor_demux");
   demux.caps(kTwo);
   EXPECT_TRUE(demux.added().empty());
-  EXPECT_EQ(demux.no_more_pads_told(), 0);
+  EXPECT_EQ(demux.no_more_pads_count(), 0);
   ASSERT_EQ(demux.push(two()), GST_FLOW_OK);
   EXPECT_EQ(demux.added(), names({"src_0", "src_1"}));
-  EXPECT_EQ(demux.no_more_pads_told(), 1);
+  EXPECT_EQ(demux.no_more_pads_count(), 1);
   ASSERT_EQ(demux.push(two()), GST_FLOW_OK);
   EXPECT_EQ(demux.added().size(), 2u);
-  EXPECT_EQ(demux.no_more_pads_told(), 1);
+  EXPECT_EQ(demux.no_more_pads_count(), 1);
 }
 
 TEST(TensorDemuxPads, GetTheStickyEventsInOrder) {
@@ -60,7 +60,7 @@ TEST(TensorDemuxPads, FollowANewStream) {
             names({"stream-start", "caps", "segment", "stream-start", "caps"}));
 }
 
-TEST(TensorDemuxPads, OfOneTensorSuitThePeer) {
+TEST(TensorDemuxPads, OfOneTensorFollowThePeer) {
   Branches demux("tensor_demux", {{"src_0", "other/tensor"}, {"src_1", "other/tensors"}});
   demux.caps(kTwo);
   ASSERT_EQ(demux.push(two()), GST_FLOW_OK);
@@ -69,7 +69,7 @@ TEST(TensorDemuxPads, OfOneTensorSuitThePeer) {
   EXPECT_SAYS(demux.branch("src_1").caps(), "other/tensors, format=(string)static");
 }
 
-TEST(TensorDemuxPads, FollowCapsThatChange) {
+TEST(TensorDemuxPads, FollowChangedCaps) {
   Branches demux("tensor_demux");
   demux.caps(kTwo);
   ASSERT_EQ(demux.push(two()), GST_FLOW_OK);
@@ -84,7 +84,7 @@ TEST(TensorDemuxPads, FollowCapsThatChange) {
   demux.expect_balance();
 }
 
-TEST(TensorDemuxPads, AreTakenAwayAndComeAgain) {
+TEST(TensorDemuxPads, AreRemovedAndAddedAgain) {
   Branches demux("tensor_demux");
   demux.caps(kTwo);
   ASSERT_EQ(demux.push(two()), GST_FLOW_OK);
@@ -121,7 +121,7 @@ TEST(TensorDemuxFlow, EndsWhenAllPadsEndAndFailsWhenOneDoes) {
   EXPECT_EQ(demux.push(two()), GST_FLOW_ERROR);
 }
 
-TEST(TensorDemuxFlow, GoesOnAfterAFlush) {
+TEST(TensorDemuxFlow, ContinuesAfterAFlush) {
   Branches demux("tensor_demux");
   demux.caps(kTwo);
   ASSERT_EQ(demux.push(two()), GST_FLOW_OK);
@@ -142,7 +142,7 @@ TEST(TensorDemuxFlow, GoesOnAfterAFlush) {
 GstBuffer* flexible_frame(size_t count) {
   std::vector<Bytes> memories;
   for (size_t i = 0; i < count; ++i) {
-    Bytes memory(128);  // specification 1.7
+    Bytes memory(128);  // docs/compatibility/types-and-caps.md 1.7
     const auto put = [&](size_t word, uint32_t value) {
       std::memcpy(&memory[4 * word], &value, 4);
     };
@@ -157,24 +157,24 @@ GstBuffer* flexible_frame(size_t count) {
   return frame_of(memories);
 }
 
-TEST(TensorDemuxRefuses, AnIndexBeyondTheTensorsOfAStaticStream) {
+TEST(TensorDemuxRejects, AnIndexBeyondTheTensorsOfAStaticStream) {
   for (const char* picks : {"1,7", "7", "0:7", "0,1:7"}) {
     Branches demux(std::string("tensor_demux tensorpick=") + picks);
     demux.caps(kTwo);
     EXPECT_EQ(demux.push(two()), GST_FLOW_ERROR);
     const std::string error = demux.error();
-    EXPECT_SAYS(error, "WEIR-1004: tensorpick names a tensor that is not there");
+    EXPECT_SAYS(error, "WEIR-1004: tensorpick names a tensor that does not exist");
     EXPECT_SAYS(error, "index 7");
     EXPECT_SAYS(error, "there are 2 tensors");
-    EXPECT_TRUE(demux.added().empty()) << "before a pad is made";
+    EXPECT_TRUE(demux.added().empty()) << "before the first pad is added";
     EXPECT_EQ(demux.stat("dropped-error"), 1u);
     demux.send(gst_event_new_eos());
     EXPECT_EQ(demux.error(), "");
   }
 }
 
-// Caps may be those of a placeholder.
-TEST(TensorDemuxRefuses, NoIndexBeforeAFrame) {
+// The caps may be those of a placeholder.
+TEST(TensorDemuxRejects, NoIndexBeforeTheFirstFrame) {
   Branches demux("tensor_demux tensorpick=1");
   demux.caps(
       "other/"
@@ -186,7 +186,7 @@ TEST(TensorDemuxRefuses, NoIndexBeforeAFrame) {
   EXPECT_EQ(content(demux.take("src_0").get(), 0), Bytes{3});
 }
 
-TEST(TensorDemuxRefuses, AnIndexBeyondTheTensorsOfAFlexibleFrameWithAWarning) {
+TEST(TensorDemuxRejects, AnIndexBeyondTheTensorsOfAFlexibleFrameWithAWarning) {
   Branches demux("tensor_demux tensorpick=1,7");
   demux.caps(kFlexibleCaps);
   ASSERT_EQ(demux.push(flexible_frame(2)), GST_FLOW_OK);
@@ -195,18 +195,18 @@ TEST(TensorDemuxRefuses, AnIndexBeyondTheTensorsOfAFlexibleFrameWithAWarning) {
   EXPECT_TRUE(demux.branch("src_1").events.empty());
   EXPECT_EQ(demux.branch("src_1").caps(), "");
   const std::string warning = demux.warning();
-  EXPECT_SAYS(warning, "WEIR-1004: tensorpick names a tensor that is not there");
+  EXPECT_SAYS(warning, "WEIR-1004: tensorpick names a tensor that does not exist");
   EXPECT_SAYS(warning, "index 7");
   EXPECT_SAYS(warning, "there are 2 tensors");
-  EXPECT_EQ(demux.warning(), "") << "told once";
+  EXPECT_EQ(demux.warning(), "") << "posted once";
   EXPECT_EQ(demux.error(), "");
   EXPECT_EQ(demux.stat("pushed-src_1"), 0u);
   demux.send(gst_event_new_eos());
   EXPECT_EQ(demux.branch("src_1").events, names({"stream-start", "eos"}));
 }
 
-// A sink behind the first pad may hold the first frame until the sink behind the other has one too.
-TEST(TensorDemuxRefuses, AnIndexBeyondTheTensorsBeforeAnythingIsPushed) {
+// The sink of the first pad may block on the first frame until the other sink has one too.
+TEST(TensorDemuxRejects, AnIndexBeyondTheTensorsBeforeAnythingIsPushed) {
   Branches demux("tensor_demux tensorpick=0,7");
   const auto refuse = +[](GstElement*, GstPad*, Branches* self) {
     if (self->has("src_0")) self->branch("src_0").flow = GST_FLOW_ERROR;
@@ -217,7 +217,7 @@ TEST(TensorDemuxRefuses, AnIndexBeyondTheTensorsBeforeAnythingIsPushed) {
   EXPECT_SAYS(demux.warning(), "index 7");
 }
 
-TEST(TensorDemuxRefuses, OnlyIndicesBeyondTheTensorsOfAFlexibleFrame) {
+TEST(TensorDemuxRejects, OnlyIndicesBeyondTheTensorsOfAFlexibleFrame) {
   Branches demux("tensor_demux tensorpick=0:9");
   demux.caps(kFlexibleCaps);
   EXPECT_EQ(demux.push(flexible_frame(2)), GST_FLOW_OK);
@@ -225,7 +225,7 @@ TEST(TensorDemuxRefuses, OnlyIndicesBeyondTheTensorsOfAFlexibleFrame) {
   EXPECT_EQ(demux.stat("dropped-policy"), 1u);
 }
 
-TEST(TensorDemuxRefuses, ATypoWhenItStarts) {
+TEST(TensorDemuxRejects, ATypoAtTheStart) {
   Branches demux("tensor_demux tensorpick=0,l");
   EXPECT_FALSE(demux.started());
   const std::string error = demux.error();
@@ -233,7 +233,7 @@ TEST(TensorDemuxRefuses, ATypoWhenItStarts) {
   EXPECT_SAYS(error, "    0,l\n      ^");
 }
 
-TEST(TensorDemuxRefuses, AndNamesNoOtherReasonAtTheEnd) {
+TEST(TensorDemuxRejects, OnlyOnceBeforeTheEnd) {
   Branches demux("tensor_demux");
   demux.caps(kTwo);
   EXPECT_EQ(demux.push(frame_of({{1}, {2}})), GST_FLOW_ERROR);
@@ -242,11 +242,11 @@ TEST(TensorDemuxRefuses, AndNamesNoOtherReasonAtTheEnd) {
   EXPECT_EQ(demux.error(), "");
 }
 
-TEST(TensorDemuxRefuses, AnEndWithoutAFrame) {
+TEST(TensorDemuxRejects, AnEndWithoutAFrame) {
   Branches demux("tensor_demux");
   demux.caps(kTwo);
   demux.send(gst_event_new_eos());
-  EXPECT_SAYS(demux.error(), "WEIR-2003: the stream ended before an output was made");
+  EXPECT_SAYS(demux.error(), "WEIR-2003: the stream ended without any output");
   EXPECT_EQ(demux.domain(), "gst-stream-error-quark");
   EXPECT_EQ(demux.code(), GST_STREAM_ERROR_WRONG_TYPE);
 }
@@ -260,9 +260,9 @@ std::string refused(const std::string& caps, GstBuffer* buffer) {
   return demux.error();
 }
 
-TEST(TensorDemuxRefuses, BuffersOfAnotherSize) {
+TEST(TensorDemuxRejects, BuffersOfTheWrongSize) {
   EXPECT_SAYS(refused(kTwo, frame_of({{1}, {2}})),
-              "WEIR-2004: a buffer has another size than its caps say");
+              "WEIR-2004: the size of a buffer does not match its caps");
   EXPECT_SAYS(refused(kTwo, frame_of({{1}, {2}})), "1 bytes in memory 0");
   EXPECT_SAYS(refused(kTwo, frame_of({{1, 2}})), "2 bytes in 1 memory");
   EXPECT_SAYS(refused(kTwo, gst_buffer_new()), "the buffer is too small");
@@ -270,7 +270,7 @@ TEST(TensorDemuxRefuses, BuffersOfAnotherSize) {
               "a buffer is empty\n  offered: 0 bytes\n  needed: at least one tensor\n  fix: check");
 }
 
-TEST(TensorDemuxRefuses, HeadersThatLie) {
+TEST(TensorDemuxRejects, InvalidHeaders) {
   Bytes header(128);
   EXPECT_SAYS(refused(kFlexibleCaps, frame_of({header})), "WEIR-2005");
   EXPECT_SAYS(refused(kFlexibleCaps, frame_of({{1, 2, 3}})), "too short for a tensor header");
@@ -283,12 +283,12 @@ TEST(TensorDemuxRefuses, HeadersThatLie) {
   Bytes short_of_one = header;
   short_of_one.resize(128 + 8);
   EXPECT_SAYS(refused(kFlexibleCaps, frame_of({short_of_one})),
-              "a tensor header promises more than its memory holds");
+              "a tensor header declares more bytes than its memory holds");
   put(8, 11);
   EXPECT_SAYS(refused(kFlexibleCaps, frame_of({header})), "unknown element type");
 }
 
-TEST(TensorDemuxRefuses, PackedTensorsThatLie) {
+TEST(TensorDemuxRejects, InvalidPackedTensors) {
   std::string dimensions = "1", types = "uint8";
   for (int i = 1; i < 18; ++i) dimensions += ",1", types += ",uint8";
   const std::string caps = test::tensors(types, dimensions);
@@ -301,21 +301,21 @@ TEST(TensorDemuxRefuses, PackedTensorsThatLie) {
   EXPECT_SAYS(refused(caps, frame_of(memories)), "WEIR-2005");
 }
 
-TEST(TensorDemuxRefuses, CapsThatThePadBehindDoesNotTake) {
+TEST(TensorDemuxRejects, CapsThatDownstreamRejects) {
   Branches demux("tensor_demux", {{"src_1", "other/tensors,format=static,types=float32"}});
   demux.caps(kTwo);
   EXPECT_EQ(demux.push(two()), GST_FLOW_NOT_NEGOTIATED);
   const std::string error = demux.error();
-  EXPECT_SAYS(error, "WEIR-2001: the element behind src_1 takes no such tensors");
+  EXPECT_SAYS(error, "WEIR-2001: the element downstream of src_1 does not accept its output");
   EXPECT_SAYS(error, "types=(string)uint8");
   EXPECT_SAYS(error, "types=(string)float32");
 }
 
-TEST(TensorDemuxRefuses, ABufferBeforeCaps) {
+TEST(TensorDemuxRejects, ABufferBeforeCaps) {
   Branches demux("tensor_demux");
   demux.send(test::time_segment());
   EXPECT_EQ(demux.push(two()), GST_FLOW_NOT_NEGOTIATED);
-  EXPECT_SAYS(demux.error(), "WEIR-2003: a buffer came before caps");
+  EXPECT_SAYS(demux.error(), "WEIR-2003: a buffer arrived before caps");
   demux.expect_balance();
 }
 

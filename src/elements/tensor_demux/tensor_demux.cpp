@@ -1,11 +1,11 @@
-// tensor_demux: the tensors of a frame leave on pads of their own.
+// tensor_demux: sends each tensor of a frame, or each group of tensors, on its own source pad.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <algorithm>
 #include <numeric>
 
 #include "core/split/pick_list.hpp"
-#include "gstcpp/frame_parts.hpp"
-#include "gstcpp/one_to_many.hpp"
+#include "gstcpp/buffer/frame_parts.hpp"
+#include "gstcpp/pads/one_to_many.hpp"
 
 namespace weir {
 namespace {
@@ -16,7 +16,7 @@ class TensorDemux : public gst::OneToMany<TensorDemux> {
  public:
   static constexpr gst::ElementInfo kInfo{"WeirTensorDemux", "tensor_demux", "TensorDemux",
                                           "Demuxer/Tensor",
-                                          "Sends the tensors of a frame to pads of their own"};
+                                          "Sends each tensor of a frame to its own pad"};
   static constexpr const char* kSourceTemplate = "src_%u";
   static inline GstStaticPadTemplate kPads[] = {
       GST_STATIC_PAD_TEMPLATE("sink", GST_PAD_SINK, GST_PAD_ALWAYS,
@@ -34,8 +34,8 @@ class TensorDemux : public gst::OneToMany<TensorDemux> {
       gst::Property{"silent", &Settings::silent, "Accepted for compatibility; has no effect",
                     gst::Changeable::WhilePlaying},
       gst::Property{"tensorpick", &Settings::tensorpick,
-                    "Which tensors leave: ',' between pads, ':' between tensors of one pad, as in "
-                    "0,1:2; empty = each on its own pad",
+                    "Tensors to output: ',' separates pads, ':' separates the tensors of one pad, "
+                    "as in 0,1:2; empty = each on its own pad",
                     gst::Changeable::WhilePlaying},
   };
 
@@ -51,7 +51,7 @@ class TensorDemux : public gst::OneToMany<TensorDemux> {
     const auto groups = parse_tensor_groups("tensorpick", wanted.tensorpick);
     return groups ? ok() : Status(groups.error());
   }
-  // Pads that no group has any more stay, and get nothing.
+  // Pads without a group stay, but get no more buffers.
   Status follow(const Settings& settings) {
     auto groups = parse_tensor_groups("tensorpick", settings.tensorpick);
     if (!groups) return groups.error();
@@ -85,12 +85,13 @@ class TensorDemux : public gst::OneToMany<TensorDemux> {
       one_group_each(parts_.parts().size());
       outputs_.expect(groups_.size());
     }
-    // Not with the caps, which may be those of a placeholder. In a flexible stream each frame has
-    // its own number of tensors.
+    // Checked here and not with the caps, which may be those of a placeholder. In a flexible stream
+    // the number of tensors varies by frame.
     for (const Group& group : groups_)
       if (parts_.spec().format == Format::Static && !is_there(group)) return missing(group);
     for (size_t i = 0; i < groups_.size(); ++i) outputs_.output(i);
-    // Before anything is pushed: a sink behind the first pad may wait for that of a pad without.
+    // Before the first push: the sink of the first pad may block until another pad, which gets
+    // nothing, has a buffer.
     for (Group& group : groups_) warn_if_missing(&group);
     gst::Routed routed{GST_FLOW_OK, true};
     for (size_t i = 0; i < groups_.size(); ++i) {
@@ -113,7 +114,7 @@ class TensorDemux : public gst::OneToMany<TensorDemux> {
     std::vector<size_t> tensors;
     size_t highest = 0;
     FrameSpec spec;       // of the pad
-    gst::FramePool pool;  // for a pad that must have headers on static tensors
+    gst::FramePool pool;  // used if the pad needs headers on static tensors
     bool warned = false;
   };
 
@@ -121,7 +122,7 @@ class TensorDemux : public gst::OneToMany<TensorDemux> {
     groups_.push_back(
         {tensors, *std::max_element(tensors.begin(), tensors.end()), spec_of(tensors), {}, false});
   }
-  // Of the pad that gets them.
+  // The spec of the pad for these tensors.
   FrameSpec spec_of(const std::vector<size_t>& tensors) const {
     const FrameSpec& whole = parts_.spec();
     FrameSpec spec{whole.format, {}, whole.rate};
@@ -134,7 +135,7 @@ class TensorDemux : public gst::OneToMany<TensorDemux> {
   }
 
   bool is_there(const Group& group) const { return group.highest < parts_.parts().size(); }
-  // Without tensorpick a frame of a flexible stream may have fewer tensors than another.
+  // Not without tensorpick: frames of a flexible stream may have fewer tensors than others.
   void warn_if_missing(Group* group) {
     if (is_there(*group) || picked_.empty() || std::exchange(group->warned, true)) return;
     gst::post_warning(element(), missing(*group));
@@ -162,7 +163,7 @@ class TensorDemux : public gst::OneToMany<TensorDemux> {
   }
 
   // Streaming thread:
-  TensorGroups picked_;  // as tensorpick says
+  TensorGroups picked_;  // from tensorpick
   std::vector<Group> groups_;
   gst::FrameParts parts_;
 };

@@ -1,16 +1,16 @@
-// What is in the frames that leave tensor_demux, and that nothing is copied on the way.
+// The contents of tensor_demux's output frames, without copies.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <array>
 
 #include "core/tensor/packed_tensors.hpp"
 #include "core/tensor/tensor_header.hpp"
-#include "elements/tests/branches.hpp"
-#include "gstcpp/tensor_meta.hpp"
+#include "elements/tests/branches_test_support.hpp"
+#include "gstcpp/buffer/tensor_meta.hpp"
 
 namespace weir::testing {
 namespace {
 
-// Tensor i: int16, i + 1 elements with the values 256 * i, 256 * i + 1, ...; of rank 1 to 16.
+// Tensor i: int16, i + 1 elements with the values 256 * i, 256 * i + 1, ...; rank 1 to 16.
 TensorSpec spec_of(size_t i) {
   TensorSpec spec{ElementType::Int16, {}, ""};
   for (size_t d = 0; d <= i % 16; ++d) spec.shape[d] = 1;
@@ -42,7 +42,7 @@ Bytes with_header(size_t i) {
   return out;
 }
 
-// A frame of tensors from `first` on; from the 16th on in a packed memory.
+// A frame of tensors from `first` on; the 16th and later ones in a packed memory.
 GstBuffer* frame(size_t count, bool flexible, size_t first = 0) {
   std::vector<Bytes> tensors;
   for (size_t i = first; i < first + count; ++i)
@@ -71,7 +71,7 @@ std::string pad_name(size_t i) {
 
 class TensorDemuxCounts : public ::testing::TestWithParam<std::tuple<size_t, bool>> {};
 
-TEST_P(TensorDemuxCounts, EachTensorOnItsOwnPadIsShared) {
+TEST_P(TensorDemuxCounts, SharesEachTensorOnItsOwnPad) {
   const auto [count, flexible] = GetParam();
   Branches demux("tensor_demux");
   demux.caps(flexible ? kFlexibleCaps : caps_of(count));
@@ -95,14 +95,14 @@ TEST_P(TensorDemuxCounts, EachTensorOnItsOwnPadIsShared) {
   EXPECT_EQ(demux.stat("bytes-copied"), 0u);
   EXPECT_EQ(demux.stat("pushed"), 3 * count);
   EXPECT_EQ(demux.stat("pushed-src_0"), 3u);
-  EXPECT_EQ(demux.no_more_pads_told(), 1);
+  EXPECT_EQ(demux.no_more_pads_count(), 1);
   demux.expect_balance();
 }
 INSTANTIATE_TEST_SUITE_P(Streams, TensorDemuxCounts,
                          ::testing::Combine(::testing::Values(1, 2, 3, 15, 16, 17, 20),
                                             ::testing::Bool()));
 
-TEST(TensorDemux, SharesTheVeryMemories) {
+TEST(TensorDemux, SharesTheMemories) {
   Branches demux("tensor_demux tensorpick=2,0:1");
   demux.caps(caps_of(3));
   GstBuffer* in = frame(3, false);
@@ -115,7 +115,7 @@ TEST(TensorDemux, SharesTheVeryMemories) {
   EXPECT_EQ(gst_buffer_peek_memory(two.get(), 1), memories[1]);
 }
 
-TEST(TensorDemux, GroupsKeepTheirOrder) {
+TEST(TensorDemux, KeepsTheOrderOfGroups) {
   for (const bool flexible : {false, true}) {
     Branches demux("tensor_demux tensorpick=\"3:1;0+0/2\"");
     demux.caps(flexible ? kFlexibleCaps : caps_of(4));
@@ -136,7 +136,7 @@ TEST(TensorDemux, GroupsKeepTheirOrder) {
   }
 }
 
-TEST(TensorDemux, CopiesWhatMustBePackedAgain) {
+TEST(TensorDemux, CopiesTensorsThatMustBePackedAgain) {
   for (const bool flexible : {false, true}) {
     std::string pick = "19";
     for (int i = 18; i >= 0; --i) pick += ":" + std::to_string(i);
@@ -174,7 +174,7 @@ TEST(TensorDemux, SplitsOneMemoryByTheSizesOfTheCaps) {
   ASSERT_EQ(demux.push(frame_of({all})), GST_FLOW_OK);
   for (size_t i = 0; i < 3; ++i) EXPECT_EQ(content(demux.take(pad_name(i)).get(), 0), bytes_of(i));
   EXPECT_EQ(demux.stat("bytes-copied"), 0u);
-  // In two memories that end elsewhere: tensor 1 lies in both and must be gathered.
+  // Two memories with other boundaries: tensor 1 is in both and must be merged.
   ASSERT_EQ(demux.push(
                 frame_of({Bytes(all.begin(), all.begin() + 4), Bytes(all.begin() + 4, all.end())})),
             GST_FLOW_OK);
@@ -182,7 +182,7 @@ TEST(TensorDemux, SplitsOneMemoryByTheSizesOfTheCaps) {
   EXPECT_EQ(demux.stat("bytes-copied"), 4u);
 }
 
-TEST(TensorDemux, ReadsChunksBehindEachOther) {
+TEST(TensorDemux, ReadsConsecutiveChunks) {
   Branches demux("tensor_demux tensorpick=1");
   demux.caps(kFlexibleCaps);
   Bytes all = with_header(0);
@@ -193,7 +193,7 @@ TEST(TensorDemux, ReadsChunksBehindEachOther) {
   EXPECT_EQ(demux.stat("bytes-copied"), 0u);
 }
 
-TEST(TensorDemux, CopiesMemoryThatMayNotBeShared) {
+TEST(TensorDemux, CopiesMemoryThatCannotBeShared) {
   Branches demux("tensor_demux");
   demux.caps(test::tensors("uint8,uint8", "2,2"));
   GstBuffer* in = frame_of({{1, 2}, {3, 4}});
@@ -203,7 +203,7 @@ TEST(TensorDemux, CopiesMemoryThatMayNotBeShared) {
   EXPECT_EQ(demux.stat("bytes-copied"), 2u);
 }
 
-TEST(TensorDemux, AddsHeadersWhereThePadBehindWantsThem) {
+TEST(TensorDemux, AddsHeadersWhereDownstreamNeedsThem) {
   Branches demux("tensor_demux", {{"src_1", "other/tensors,format=(string)flexible"}});
   demux.caps(caps_of(2));
   ASSERT_EQ(demux.push(frame(2, false)), GST_FLOW_OK);
@@ -212,7 +212,7 @@ TEST(TensorDemux, AddsHeadersWhereThePadBehindWantsThem) {
   EXPECT_EQ(demux.stat("bytes-copied"), bytes_of(1).size());
 }
 
-TEST(TensorDemux, MetadataGoesAlong) {
+TEST(TensorDemux, ForwardsMetadata) {
   Branches demux("tensor_demux");
   demux.caps(test::tensors("uint8,uint8", "3:4:2,3:8:6"));
   GstBuffer* in = frame_of({Bytes(24), Bytes(144)});
@@ -221,7 +221,7 @@ TEST(TensorDemux, MetadataGoesAlong) {
   GST_BUFFER_DURATION(in) = 3;
   GST_BUFFER_OFFSET(in) = 2;
   GST_BUFFER_FLAG_SET(in, GST_BUFFER_FLAG_MARKER);
-  gst::set_picture_maps(in, {picture_as_it_is(4, 2, false), picture_as_it_is(8, 6, false)});
+  gst::set_source_maps(in, {picture_as_it_is(4, 2, false), picture_as_it_is(8, 6, false)});
   ASSERT_EQ(demux.push(in), GST_FLOW_OK);
   for (size_t i = 0; i < 2; ++i) {
     const auto out = demux.take(pad_name(i));
@@ -230,31 +230,31 @@ TEST(TensorDemux, MetadataGoesAlong) {
     EXPECT_EQ(GST_BUFFER_DURATION(out.get()), 3u);
     EXPECT_EQ(GST_BUFFER_OFFSET(out.get()), 2u);
     EXPECT_TRUE(GST_BUFFER_FLAG_IS_SET(out.get(), GST_BUFFER_FLAG_MARKER));
-    const auto maps = gst::picture_maps(out.get());
+    const auto maps = gst::source_maps(out.get());
     ASSERT_EQ(maps.size(), 1u);
     EXPECT_EQ(maps[0].width, i == 0 ? 4u : 8u);
   }
   in = frame_of({Bytes(24), Bytes(144)});
-  gst::set_picture_maps(in, {picture_as_it_is(9, 9, false)});
+  gst::set_source_maps(in, {picture_as_it_is(9, 9, false)});
   ASSERT_EQ(demux.push(in), GST_FLOW_OK);
   for (size_t i = 0; i < 2; ++i) {
     const auto out = demux.take(pad_name(i));
-    ASSERT_EQ(gst::picture_maps(out.get()).size(), 1u) << "one for all tensors stays";
-    EXPECT_EQ(gst::picture_maps(out.get())[0].width, 9u);
+    ASSERT_EQ(gst::source_maps(out.get()).size(), 1u) << "a map for all tensors is kept";
+    EXPECT_EQ(gst::source_maps(out.get())[0].width, 9u);
   }
 }
 
-TEST(TensorDemux, RegionsOfABatchHoldForEveryTensor) {
+TEST(TensorDemux, KeepsRegionsOfABatchForEveryTensor) {
   Branches demux("tensor_demux");
   demux.caps(test::tensors("uint8,uint8", "3:4:2:2,5:2"));
   GstBuffer* in = frame_of({Bytes(48), Bytes(10)});
-  gst::set_picture_maps(in, {picture_as_it_is(4, 2, false), picture_as_it_is(8, 6, false)},
-                        gst::MapsOf::Regions);
+  gst::set_source_maps(in, {picture_as_it_is(4, 2, false), picture_as_it_is(8, 6, false)},
+                       gst::MapsOf::Regions);
   ASSERT_EQ(demux.push(in), GST_FLOW_OK);
   for (const char* name : {"src_0", "src_1"}) {
     const auto out = demux.take(name);
     EXPECT_EQ(gst::maps_of(out.get()), gst::MapsOf::Regions);
-    EXPECT_EQ(gst::picture_maps(out.get()).size(), 2u) << "as many as tensors, by chance";
+    EXPECT_EQ(gst::source_maps(out.get()).size(), 2u) << "the same number as there are tensors";
   }
 }
 
@@ -268,7 +268,7 @@ TEST(TensorDemux, FlexibleFramesMayHaveMoreOrFewerTensors) {
   EXPECT_EQ(demux.branch("src_1").buffers.size(), 2u);
   EXPECT_EQ(demux.branch("src_2").buffers.size(), 1u);
   EXPECT_EQ(demux.warning(), "");
-  EXPECT_EQ(demux.no_more_pads_told(), 1);
+  EXPECT_EQ(demux.no_more_pads_count(), 1);
 }
 
 }  // namespace

@@ -1,8 +1,8 @@
-// Branches that come, go and stop while tensor_demux plays; what comes back up from them.
+// Branches that are added, removed and stopped while tensor_demux plays; their upstream events.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <thread>
 
-#include "elements/tests/branches.hpp"
+#include "elements/tests/branches_test_support.hpp"
 
 namespace weir::testing {
 namespace {
@@ -18,7 +18,7 @@ Ref<GstPad> source_pad(const Branches& demux, const char* name) {
   return Ref<GstPad>::adopt(gst_element_get_static_pad(demux.element(), name));
 }
 
-// A bare pad that takes these caps only.
+// A bare pad that accepts only these caps.
 struct Taker {
   explicit Taker(const char* caps_text) {
     pad = test::lone_sink_pad(caps_text, "taker");
@@ -39,14 +39,14 @@ struct Taker {
   int frames = 0;
 };
 
-TEST(TensorDemuxTopology, ABranchMayBeTakenAwayAndAnotherJoined) {
+TEST(TensorDemuxTopology, ABranchCanBeReplaced) {
   Branches demux("tensor_demux");
   demux.caps(kTwo);
   ASSERT_EQ(demux.push(two()), GST_FLOW_OK);
   const auto source = source_pad(demux, "src_1");
   EXPECT_SAYS(demux.branch("src_1").caps(), "other/tensors");
   gst_pad_unlink(source.get(), demux.branch("src_1").pad.get());
-  EXPECT_EQ(demux.push(two()), GST_FLOW_OK) << "the other branch goes on";
+  EXPECT_EQ(demux.push(two()), GST_FLOW_OK) << "the other branch continues";
   Taker taker("other/tensor");
   ASSERT_EQ(gst_pad_link(source.get(), taker.pad.get()), GST_PAD_LINK_OK);
   EXPECT_EQ(demux.push(two()), GST_FLOW_OK);
@@ -57,7 +57,7 @@ TEST(TensorDemuxTopology, ABranchMayBeTakenAwayAndAnotherJoined) {
   demux.expect_balance();
 }
 
-TEST(TensorDemuxTopology, ABranchThatTakesNoneOfItIsNamed) {
+TEST(TensorDemuxTopology, ReportsABranchThatRejectsTheTensors) {
   Branches demux("tensor_demux");
   demux.caps(kTwo);
   ASSERT_EQ(demux.push(two()), GST_FLOW_OK);
@@ -67,11 +67,12 @@ TEST(TensorDemuxTopology, ABranchThatTakesNoneOfItIsNamed) {
   ASSERT_EQ(gst_pad_link_full(source.get(), taker.pad.get(), GST_PAD_LINK_CHECK_NOTHING),
             GST_PAD_LINK_OK);
   EXPECT_EQ(demux.push(two()), GST_FLOW_NOT_NEGOTIATED);
-  EXPECT_SAYS(demux.error(), "WEIR-2001: the element behind src_1 takes no such tensors");
+  EXPECT_SAYS(demux.error(),
+              "WEIR-2001: the element downstream of src_1 does not accept its output");
   demux.expect_balance();
 }
 
-TEST(TensorDemuxTopology, QueriesAndEventsFromBehindGoUp) {
+TEST(TensorDemuxTopology, ForwardsDownstreamQueriesAndEventsUpstream) {
   Branches demux("tensor_demux");
   demux.caps(kTwo);
   ASSERT_EQ(demux.push(two()), GST_FLOW_OK);
@@ -119,8 +120,8 @@ TEST(TensorDemuxTopology, FlushesWhilePadsAreMade) {
   }
 }
 
-// Delayed links of gst_parse_launch join pads once: a pipeline for each round.
-TEST(TensorDemuxTopology, PipelinesStopInTheMiddle) {
+// Delayed links of gst_parse_launch() work once: a new pipeline for each round.
+TEST(TensorDemuxTopology, PipelinesCanStopAtAnyTime) {
   for (int round = 0; round < 20; ++round) {
     const auto pipeline = Ref<GstElement>::adopt(GST_ELEMENT(gst_object_ref_sink(gst_parse_launch(
         "videotestsrc ! video/x-raw,format=GRAY8,width=16,height=8 ! tensor_preprocess "
@@ -130,7 +131,7 @@ TEST(TensorDemuxTopology, PipelinesStopInTheMiddle) {
         nullptr))));
     const auto d = Ref<GstElement>::adopt(gst_bin_get_by_name(GST_BIN(pipeline.get()), "d"));
     ASSERT_NE(gst_element_set_state(pipeline.get(), GST_STATE_PLAYING), GST_STATE_CHANGE_FAILURE);
-    // Every other time without waiting for the first frame.
+    // Every other round does not wait for the first frame.
     if (round % 2 == 0) {
       ASSERT_EQ(gst_element_get_state(pipeline.get(), nullptr, nullptr, 20 * GST_SECOND),
                 GST_STATE_CHANGE_SUCCESS);

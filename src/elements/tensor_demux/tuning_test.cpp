@@ -1,6 +1,6 @@
 // tensor_demux whose tensorpick changes while frames flow.
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "elements/tests/branches.hpp"
+#include "elements/tests/branches_test_support.hpp"
 
 namespace weir::testing {
 namespace {
@@ -16,7 +16,7 @@ std::string picked(const Branches& demux) {
   return text.get();
 }
 
-TEST(TuningDemux, AnotherPickActsOnTheNextFrame) {
+TEST(DemuxPropertyChange, NewPickAppliesToTheNextFrame) {
   Branches demux("tensor_demux tensorpick=0");
   demux.caps(kThree);
   ASSERT_EQ(demux.push(frame_of({{7}, {8}, {9}})), GST_FLOW_OK);
@@ -35,7 +35,7 @@ TEST(TuningDemux, AnotherPickActsOnTheNextFrame) {
   demux.expect_balance();
 }
 
-TEST(TuningDemux, APickThatCannotBeIsRefusedAndReadsBackAsBefore) {
+TEST(DemuxPropertyChange, InvalidPickIsRejectedAndRestored) {
   Branches demux("tensor_demux tensorpick=0");
   demux.caps(kThree);
   ASSERT_EQ(demux.push(frame_of({{7}, {8}, {9}})), GST_FLOW_OK);
@@ -50,7 +50,7 @@ TEST(TuningDemux, APickThatCannotBeIsRefusedAndReadsBackAsBefore) {
   EXPECT_EQ(content(demux.take("src_0").get(), 0), Bytes{7});
 }
 
-TEST(TuningDemux, WhatDownstreamDoesNotTakeIsRefused) {
+TEST(DemuxPropertyChange, OutputThatDownstreamRejectsIsRejected) {
   Branches demux("tensor_demux tensorpick=0",
                  {{"src_0", "other/tensors,format=static,num_tensors=1"}});
   demux.caps(kThree);
@@ -58,7 +58,8 @@ TEST(TuningDemux, WhatDownstreamDoesNotTakeIsRefused) {
   demux.take("src_0");
   g_object_set(demux.element(), "tensorpick", "1:2", nullptr);
   ASSERT_EQ(demux.push(frame_of({{7}, {8}, {9}})), GST_FLOW_OK);
-  EXPECT_SAYS(demux.warning(), "WEIR-2001: the element behind src_0 takes no such tensors");
+  EXPECT_SAYS(demux.warning(),
+              "WEIR-2001: the element downstream of src_0 does not accept its output");
   EXPECT_EQ(picked(demux), "0");
   EXPECT_EQ(content(demux.take("src_0").get(), 0), Bytes{7});
   EXPECT_EQ(demux.error(), "");

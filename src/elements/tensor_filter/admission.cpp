@@ -1,4 +1,4 @@
-// QoS: a frame that would come too late, or that nobody wants, is not worth an invoke.
+// Drops frames whose result would come too late or is not needed downstream.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "elements/tensor_filter/admission.hpp"
 
@@ -22,8 +22,8 @@ void Admission::configure(const FilterSettings& settings) noexcept {
   deadline_ = settings.deadline;
 }
 
-Admission::Heard Admission::hear(GstEvent* qos) noexcept {
-  if (throttling_.hear(qos)) return Heard::Throttle;
+Admission::QosResult Admission::handle_qos(GstEvent* qos) noexcept {
+  if (throttling_.handle_qos(qos)) return QosResult::Throttle;
   GstQOSType type;
   gdouble proportion;
   GstClockTimeDiff diff;
@@ -31,7 +31,7 @@ Admission::Heard Admission::hear(GstEvent* qos) noexcept {
   gst_event_parse_qos(qos, &type, &proportion, &diff, &time);
   if (GST_CLOCK_TIME_IS_VALID(time) && (diff >= 0 || static_cast<GstClockTime>(-diff) <= time))
     earliest_ = time + static_cast<GstClockTime>(diff);
-  return Heard::Lateness;
+  return QosResult::Lateness;
 }
 
 GstClockTime Admission::running_time(GstBuffer* buffer) const noexcept {
@@ -46,10 +46,10 @@ bool Admission::is_late(GstBuffer* buffer) const noexcept {
   return GST_CLOCK_TIME_IS_VALID(running) && running <= earliest;
 }
 
-std::optional<DropReason> Admission::refuses(GstBuffer* buffer) noexcept {
-  // It sees every frame: it adds up their distances.
+std::optional<DropReason> Admission::drop_reason(GstBuffer* buffer) noexcept {
+  // Throttling counts all frames, so it comes first.
   const uint64_t latency = throttling_.active() ? statistics_->latency_ns().value_or(0) : 0;
-  if (throttling_.refuses(buffer, running_time(buffer), latency, sink_)) return DropReason::Qos;
+  if (throttling_.should_drop(buffer, running_time(buffer), latency, sink_)) return DropReason::Qos;
   return is_late(buffer) ? std::optional(DropReason::Qos) : std::nullopt;
 }
 

@@ -1,10 +1,11 @@
-// invoke-async at its bounds: max-bytes of frames in work and of outputs that wait, and when-busy.
-// The engine is tests/support/async_engine.cpp; every frame and every output has 16 bytes.
+// invoke-async at its limits: max-bytes of frames in progress and of waiting outputs, and
+// when-busy. The engine is tests/support/async_engine.cpp; every frame and every output has 16
+// bytes.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <thread>
 
-#include "elements/tensor_filter/async_filter.hpp"
-#include "elements/tests/closed_pad.hpp"
+#include "elements/tensor_filter/async_filter_test_support.hpp"
+#include "elements/tests/closed_pad_test_support.hpp"
 
 namespace {
 
@@ -21,8 +22,8 @@ Numbers all(const Harness& h) {
   while (gst_harness_buffers_in_queue(h.get()) > 0) out.push_back(pull(h));
   return out;
 }
-// One output that is held outside, and a frame of which nine are made: 9 to 17. Of these three fit,
-// beside their frame and the one outside.
+// The sink holds one output; then a frame produces nine more: 9 to 17. Three of them fit within the
+// limit in addition to their frame and the held output.
 void give_nine_behind_one(const Harness& h, ClosedPad& outside) {
   push(h, 1);
   outside.wait_until_one_is_held();
@@ -30,7 +31,7 @@ void give_nine_behind_one(const Harness& h, ClosedPad& outside) {
   push(h, 9);
 }
 
-TEST(TensorFilterAsyncBytes, KeepsTheEngineWaitingAtTheBound) {
+TEST(TensorFilterAsyncBytes, BlocksTheEngineAtTheLimit) {
   auto h = harness("in-flight:2", "max-bytes=80");
   ClosedPad outside(h->sinkpad);
   give_nine_behind_one(h, outside);
@@ -38,12 +39,12 @@ TEST(TensorFilterAsyncBytes, KeepsTheEngineWaitingAtTheBound) {
   outside.open();
   EXPECT_EQ(all(h), (Numbers{1, 9, 10, 11, 12, 13, 14, 15, 16, 17}));
   EXPECT_EQ(stat(h, kFilter, "bytes-most"), 80u);
-  wait_for_stat(h, kFilter, "bytes-held", 0);  // a frame is let go behind its push
+  wait_for_stat(h, kFilter, "bytes-held", 0);  // a frame is released after its push
   EXPECT_EQ(stat(h, kFilter, "outputs-dropped"), 0u);
   expect_sums(h);
 }
 
-// Six of the nine outputs are dropped; `left` leave.
+// Six of the nine outputs are dropped; `left` are pushed.
 void expect_six_dropped(const std::string& when_busy, const Numbers& left) {
   auto h = harness("in-flight:2", "max-bytes=80 when-busy=" + when_busy);
   ClosedPad outside(h->sinkpad);
@@ -65,8 +66,8 @@ TEST(TensorFilterAsyncBytes, DropsOldOutputs) {
   expect_six_dropped("drop-old", {1, 15, 16, 17});
 }
 
-// Each output is more than the bound.
-TEST(TensorFilterAsyncBytes, NeverStopsAStream) {
+// Each output exceeds the limit.
+TEST(TensorFilterAsyncBytes, NeverBlocksAStreamForever) {
   for (const char* custom : {"in-flight:1", "in-flight:3", "in-flight:1,inline:1"}) {
     auto h = harness(custom, "max-bytes=1");
     Numbers expected;
@@ -79,24 +80,24 @@ TEST(TensorFilterAsyncBytes, NeverStopsAStream) {
   }
 }
 
-// The newest of three frames is answered first: what it gives waits for the engine's next answers.
-TEST(TensorFilterAsyncBytes, FailsWhereOnlyTheEngineCouldMakeRoom) {
+// The engine answers the newest of three frames first: its outputs wait for the next answers.
+TEST(TensorFilterAsyncBytes, FailsIfOnlyTheEngineCouldFreeSpace) {
   auto h = harness("outputs:3,in-flight:3,reverse:3", "max-bytes=64");
   Errors errors(h);
   for (int i = 0; i < 3; ++i) ASSERT_EQ(push(h, static_cast<float>(i)), GST_FLOW_OK);
   const std::string error = await(errors);
-  EXPECT_SAYS(error,
-              "WEIR-2006: outputs that wait for those of an older frame are more bytes than "
-              "max-bytes allows");
+  EXPECT_SAYS(error, "WEIR-2006: outputs that wait for those of an older frame exceed max-bytes");
   EXPECT_SAYS(error, "offered: 64 bytes held and an output of 16 beside them, max-bytes=64");
-  EXPECT_SAYS(error, "needed: max-bytes of 80 or more, 0 = any; or when-busy=drop-new or drop-old");
+  EXPECT_SAYS(
+      error,
+      "needed: max-bytes of 80 or more, or 0 for no limit; or when-busy=drop-new or drop-old");
   EXPECT_SAYS(error, "fix: tensor_filter invoke-async=true max-bytes=80");
   all(h);
   EXPECT_EQ(stat(h, kFilter, "bytes-most"), 64u);
   expect_sums(h);
 }
 
-TEST(TensorFilterAsyncBytes, DropsWhereOnlyTheEngineCouldMakeRoom) {
+TEST(TensorFilterAsyncBytes, DropsIfOnlyTheEngineCouldFreeSpace) {
   for (const char* when_busy : {"drop-new", "drop-old"}) {
     auto h = harness("outputs:3,in-flight:3,reverse:3",
                      "max-bytes=64 when-busy=" + std::string(when_busy));
@@ -110,7 +111,7 @@ TEST(TensorFilterAsyncBytes, DropsWhereOnlyTheEngineCouldMakeRoom) {
   }
 }
 
-TEST(TensorFilterAsyncBytes, BoundsFramesInWork) {
+TEST(TensorFilterAsyncBytes, LimitsFramesInProgress) {
   auto h = harness("outputs:1,in-flight:8,never:1", "max-bytes=32");
   push(h, 1);
   push(h, 2);
@@ -126,7 +127,7 @@ TEST(TensorFilterAsyncBytes, BoundsFramesInWork) {
   expect_sums(h);
 }
 
-TEST(TensorFilterAsyncBytes, LetsAnOutputThatWaitsGoWithAFlush) {
+TEST(TensorFilterAsyncBytes, ReleasesAWaitingOutputOnFlush) {
   auto h = harness("in-flight:2", "max-bytes=80");
   ClosedPad outside(h->sinkpad);
   give_nine_behind_one(h, outside);
@@ -152,9 +153,9 @@ TEST(TensorFilterAsyncBytes, StopsWhileAnOutputWaits) {
   EXPECT_EQ(stat(element.get(), "held"), 0u);
 }
 
-// An engine that waits for the elements behind is not silent. The other filter has the same
-// time-out and begins to wait later.
-TEST(TensorFilterAsyncBytes, BlamesNoEngineThatIsKeptWaiting) {
+// An engine that downstream blocks does not time out. The other filter has the same timeout and
+// starts to wait later.
+TEST(TensorFilterAsyncBytes, ReportsNoTimeoutForABlockedEngine) {
   auto h = harness("in-flight:2", "max-bytes=80 async-timeout=40");
   Errors errors(h);
   ClosedPad outside(h->sinkpad);
@@ -169,34 +170,35 @@ TEST(TensorFilterAsyncBytes, BlamesNoEngineThatIsKeptWaiting) {
   EXPECT_EQ(all(h).size(), 10u);
 }
 
-TEST(TensorFilterAsyncBytes, FailsWhereTheBoundNeverBecomesFree) {
+TEST(TensorFilterAsyncBytes, FailsIfTheLimitIsNeverFreed) {
   auto h = harness("outputs:1,in-flight:8,never:1", "max-bytes=16 async-timeout=20");
   Errors errors(h);
   push(h, 1);
-  EXPECT_EQ(push(h, 2), GST_FLOW_ERROR) << "after the time-out";
-  EXPECT_SAYS(await(errors), "async-timeout=20 ms, frames in work: 1, and one waits for max-bytes");
+  EXPECT_EQ(push(h, 2), GST_FLOW_ERROR) << "after the timeout";
+  EXPECT_SAYS(await(errors),
+              "async-timeout=20 ms, frames in progress: 1, and one waits for max-bytes");
   expect_sums(h);
 }
 
-// ---- When every place is taken ----------------------------------------------------------------
+// ---- When every place is used -----------------------------------------------------------------
 
-TEST(TensorFilterAsyncBusy, SaysThatWorkersDoNothing) {
+TEST(TensorFilterAsyncBusy, WarnsThatWorkersHasNoEffect) {
   const auto element = lone_element(filter("outputs:1", "workers=3"));
   Errors messages(element.get());
   gst_element_set_state(element.get(), GST_STATE_PAUSED);
   const auto text = messages.next_warning();
   gst_element_set_state(element.get(), GST_STATE_NULL);
-  EXPECT_SAYS(text, "WEIR-1004: workers do nothing where the engine has its own threads");
+  EXPECT_SAYS(text, "WEIR-1004: workers has no effect, because the engine uses its own threads");
   EXPECT_SAYS(text, "offered: workers=3 with invoke-async=true");
   EXPECT_SAYS(text, "fix: tensor_filter invoke-async=true workers=1");
 }
 
-TEST(TensorFilterAsyncBusy, DropsTheFrameForWhichThereIsNoPlace) {
+TEST(TensorFilterAsyncBusy, DropsAFrameIfTheEngineIsFull) {
   for (const char* when_busy : {"drop-new", "drop-old"})
     for (const char* more : {"in-flight:1", "in-flight:8"}) {
       auto h = harness(std::string("outputs:1,never:1,") + more,
                        "max-bytes=16 when-busy=" + std::string(when_busy));
-      for (int i = 0; i < 4; ++i) EXPECT_EQ(push(h, 1), GST_FLOW_OK) << "the source goes on";
+      for (int i = 0; i < 4; ++i) EXPECT_EQ(push(h, 1), GST_FLOW_OK) << "the source continues";
       EXPECT_EQ(stat(h, kFilter, "dropped-policy"), 3u) << more;
       EXPECT_EQ(stat(h, kFilter, "held"), 1u);
       flush(h);

@@ -5,7 +5,7 @@
 
 #include <thread>
 
-#include "elements/tensor_filter/async_filter.hpp"
+#include "elements/tensor_filter/async_filter_test_support.hpp"
 
 namespace {
 
@@ -26,7 +26,7 @@ TEST(TensorFilterAsync, PushesAnyNumberOfOutputsForAFrame) {
     end.wait();
     std::vector<float> out;
     while (gst_harness_buffers_in_queue(h.get()) > 0) out.push_back(pull(h));
-    EXPECT_EQ(out, expected) << custom << ": the end comes behind all of them";
+    EXPECT_EQ(out, expected) << custom << ": EOS follows all of them";
     EXPECT_EQ(stat(h, kFilter, "consumed"), 30u);
     EXPECT_EQ(stat(h, kFilter, "pushed"), expected.size());
     EXPECT_EQ(stat(h, kFilter, "invokes"), 30u);
@@ -35,7 +35,7 @@ TEST(TensorFilterAsync, PushesAnyNumberOfOutputsForAFrame) {
   }
 }
 
-TEST(TensorFilterAsync, KeepsTheOrderOfFramesThatEndInAnother) {
+TEST(TensorFilterAsync, KeepsTheOrderOfFramesThatEndOutOfOrder) {
   auto h = harness("outputs:2,in-flight:4,reverse:4");
   std::vector<float> expected, out;
   for (int i = 0; i < 12; ++i) {
@@ -47,7 +47,7 @@ TEST(TensorFilterAsync, KeepsTheOrderOfFramesThatEndInAnother) {
   EXPECT_EQ(out, expected);
 }
 
-TEST(TensorFilterAsync, GivesEachOutputTheTimeOfItsFrame) {
+TEST(TensorFilterAsync, CopiesTheTimeOfTheFrameToEachOutput) {
   auto h = harness("outputs:2,in-flight:2");
   for (const GstClockTime time : {5 * GST_SECOND, 7 * GST_SECOND}) {
     GstBuffer* in = frame<float>({1, 2, 3, 4}, time, GST_MSECOND);
@@ -62,7 +62,7 @@ TEST(TensorFilterAsync, GivesEachOutputTheTimeOfItsFrame) {
   }
 }
 
-TEST(TensorFilterAsync, KeepsEventsBetweenTheFramesTheyCameBetween) {
+TEST(TensorFilterAsync, KeepsEventsInTheirPlaceBetweenFrames) {
   auto h = harness("outputs:2,in-flight:2,reverse:2");
   std::vector<std::string> order;
   const auto note = [](GstPad*, GstPadProbeInfo* info, gpointer data) {
@@ -86,7 +86,7 @@ TEST(TensorFilterAsync, KeepsEventsBetweenTheFramesTheyCameBetween) {
   EXPECT_EQ(order, (std::vector<std::string>{"output", "output", "event", "output", "output"}));
 }
 
-TEST(TensorFilterAsync, TakesNewCapsBehindTheFramesBefore) {
+TEST(TensorFilterAsync, SendsNewCapsAfterTheFramesBefore) {
   auto h = harness("outputs:1,in-flight:2");
   push(h, 1);
   gst_harness_set_src_caps_str(h.get(), tensors("float32", "4:2").c_str());
@@ -95,7 +95,7 @@ TEST(TensorFilterAsync, TakesNewCapsBehindTheFramesBefore) {
   EXPECT_EQ(pull(h), 5.f);
 }
 
-TEST(TensorFilterAsync, MayChangeSizesWithEachOutput) {
+TEST(TensorFilterAsync, AllowsAnotherSizeForEachOutput) {
   for (const char* dynamic : {"invoke-dynamic=true", ""}) {
     auto h = harness("outputs:3,dynamic:1", dynamic);
     push(h, 1);
@@ -110,11 +110,11 @@ TEST(TensorFilterAsync, MayChangeSizesWithEachOutput) {
   }
 }
 
-// ---- What cannot be done ---------------------------------------------------------------------
+// ---- Errors ----------------------------------------------------------------------------------
 
-TEST(TensorFilterAsync, RefusesAnEngineThatAnswersFrameByFrame) {
+TEST(TensorFilterAsync, RejectsASynchronousEngine) {
   std::string text = start_error(filter("synchronous:1"));
-  EXPECT_SAYS(text, "WEIR-3005: the engine answers this model only frame by frame");
+  EXPECT_SAYS(text, "WEIR-3005: the engine supports only synchronous invokes of this model");
   EXPECT_SAYS(text, "offered: invoke-async=true with framework=fake-async");
   EXPECT_SAYS(text, "fix: tensor_filter invoke-async=false");
   const std::string path = testing::TempDir() + "weir_async_model.bin";
@@ -122,20 +122,20 @@ TEST(TensorFilterAsync, RefusesAnEngineThatAnswersFrameByFrame) {
   EXPECT_SAYS(text, "with framework=fake");
 }
 
-TEST(TensorFilterAsync, RefusesToCombineOutputsWithInputs) {
+TEST(TensorFilterAsync, RejectsCombinationsOfInputsAndOutputs) {
   const std::string text = start_error(filter("", "output-combination=o0,i0"));
-  EXPECT_SAYS(text,
-              "WEIR-1004: output-combination cannot have inputs when the engine answers "
-              "asynchronously");
+  EXPECT_SAYS(
+      text,
+      "WEIR-1004: output-combination cannot contain inputs when the engine answers asynchronously");
   EXPECT_SAYS(text, "offered: i0");
   EXPECT_SAYS(text, "fix: tensor_filter invoke-async=true output-combination=o0");
   EXPECT_EQ(start_error(filter("", "output-combination=o0")), "");
 }
 
-TEST(TensorFilterAsync, RefusesToGatherFrames) {
+TEST(TensorFilterAsync, RejectsBatching) {
   const std::string text = start_error(filter("", "batch-size=4"));
   EXPECT_SAYS(text,
-              "WEIR-3013: frames cannot be gathered for an engine that answers asynchronously");
+              "WEIR-3013: frames cannot be batched for an engine that answers asynchronously");
   EXPECT_SAYS(text, "offered: batch-size=4 with invoke-async=true");
   EXPECT_SAYS(text, "fix: tensor_filter invoke-async=true batch-size=1");
 }
@@ -154,7 +154,7 @@ TEST(TensorFilterAsync, FailsTheStreamWithTheEnginesError) {
   expect_sums(h);
 }
 
-TEST(TensorFilterAsync, FailsTheStreamWhenAFrameIsRefused) {
+TEST(TensorFilterAsync, FailsTheStreamWhenAFrameIsRejected) {
   auto h = harness("outputs:1,refuse-at:1");
   Errors errors(h);
   EXPECT_EQ(push(h, 0), GST_FLOW_OK);
@@ -164,29 +164,29 @@ TEST(TensorFilterAsync, FailsTheStreamWhenAFrameIsRefused) {
   expect_sums(h);
 }
 
-TEST(TensorFilterAsync, RefusesOutputsThatLie) {
+TEST(TensorFilterAsync, RejectsInvalidOutputs) {
   struct Case {
     const char* custom;
-    const char* words;
+    const char* message;
   };
-  for (const auto& [custom, words] :
+  for (const auto& [custom, message] :
        {Case{"other-shape:1", "the model changed the size of an output"},
-        Case{"wrong-size:1", "the engine's output has another size than its shape says"},
-        Case{"no-memory:1", "the engine gave no memory for an output"}}) {
+        Case{"wrong-size:1", "the size of the engine's output does not match its shape"},
+        Case{"no-memory:1", "the engine returned no memory for an output"}}) {
     auto h = harness(std::string("outputs:2,") + custom);
     Errors errors(h);
     End end(h);
     push(h, 1);
     gst_harness_push_event(h.get(), gst_event_new_eos());
     end.wait();
-    EXPECT_SAYS(await(errors), words);
+    EXPECT_SAYS(await(errors), message);
     EXPECT_EQ(stat(h, kFilter, "pushed"), 0u);
     EXPECT_EQ(stat(h, kFilter, "dropped-error"), 1u);
     expect_sums(h);
   }
 }
 
-TEST(TensorFilterAsync, RefusesAFrameOfTheWrongSize) {
+TEST(TensorFilterAsync, RejectsAFrameOfTheWrongSize) {
   auto h = harness("outputs:1");
   EXPECT_EQ(gst_harness_push(h.get(), frame<float>({1})), GST_FLOW_ERROR);
   expect_sums(h);
@@ -194,8 +194,8 @@ TEST(TensorFilterAsync, RefusesAFrameOfTheWrongSize) {
 
 // ---- Flushes and the end ---------------------------------------------------------------------
 
-// The engine answers what was cancelled, with an output: nobody sees it.
-TEST(TensorFilterAsync, TakesNothingOfFramesFromBeforeAFlush) {
+// The engine answers cancelled frames with an output, which is ignored.
+TEST(TensorFilterAsync, IgnoresOutputsOfFramesBeforeAFlush) {
   auto h = harness("outputs:1,in-flight:2,until-cancelled:1");
   push(h, 1);
   push(h, 2);
@@ -203,7 +203,7 @@ TEST(TensorFilterAsync, TakesNothingOfFramesFromBeforeAFlush) {
   flush(h);
   EXPECT_EQ(stat(h, kFilter, "dropped-flush"), 2u);
   EXPECT_EQ(stat(h, kFilter, "held"), 0u);
-  // There is room only when the engine has ended what was cancelled.
+  // There is room only after the engine has ended the cancelled frames.
   push(h, 3);
   push(h, 4);
   flush(h);
@@ -213,8 +213,8 @@ TEST(TensorFilterAsync, TakesNothingOfFramesFromBeforeAFlush) {
   expect_sums(h);
 }
 
-// An engine that never answers holds up who waits for room, until the flush.
-TEST(TensorFilterAsync, LetsAWaitingFrameGoWhenItIsFlushed) {
+// An engine that never answers blocks a thread that waits for room until the flush.
+TEST(TensorFilterAsync, ReleasesAWaitingFrameOnFlush) {
   auto h = harness("outputs:1,in-flight:1,never:1");
   push(h, 1);
   GstFlowReturn flow = GST_FLOW_OK;
@@ -227,7 +227,7 @@ TEST(TensorFilterAsync, LetsAWaitingFrameGoWhenItIsFlushed) {
   expect_sums(h);
 }
 
-TEST(TensorFilterAsync, StopsWhileTheEngineHasNotAnswered) {
+TEST(TensorFilterAsync, StopsWhileTheEngineIsBusy) {
   for (const char* custom : {"never:1", "until-cancelled:1", "reverse:5"}) {
     auto h = harness(std::string("outputs:1,in-flight:8,") + custom);
     for (int i = 0; i < 3; ++i) ASSERT_EQ(push(h, 1), GST_FLOW_OK);
@@ -238,7 +238,7 @@ TEST(TensorFilterAsync, StopsWhileTheEngineHasNotAnswered) {
   }
 }
 
-TEST(TensorFilterAsync, StartsAgainAfterAStop) {
+TEST(TensorFilterAsync, CanRestartAfterAStop) {
   auto h = harness("outputs:1,in-flight:2");
   const auto element = element_of(h, kFilter);
   push(h, 1);
@@ -254,7 +254,7 @@ TEST(TensorFilterAsync, StartsAgainAfterAStop) {
   EXPECT_EQ(pull(h), 2.f);
 }
 
-// Many frames while another thread flushes: nothing is lost, nothing hangs.
+// Many frames while another thread flushes: no frame is lost, and nothing blocks.
 TEST(TensorFilterAsync, CountsEveryFrameUnderFlushes) {
   auto h = harness("outputs:2,in-flight:4");
   gst_harness_set_drop_buffers(h.get(), TRUE);
@@ -275,7 +275,7 @@ TEST(TensorFilterAsync, CountsEveryFrameUnderFlushes) {
 
 // ---- Deadlines -------------------------------------------------------------------------------
 
-TEST(TensorFilterAsync, DropsWhatIsWorthlessBeforeTheEngineSeesIt) {
+TEST(TensorFilterAsync, DropsLateFramesBeforeTheEngine) {
   auto h = harness("outputs:1", "deadline=50000000");
   const Unique<GstTestClock, gst_object_unref> clock(gst_harness_get_testclock(h.get()));
   gst_test_clock_set_time(clock.get(), 100 * GST_MSECOND);

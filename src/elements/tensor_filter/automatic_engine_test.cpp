@@ -1,26 +1,26 @@
-// framework=auto: the engine of the configuration, and what the log says of it.
+// framework=auto: uses and logs the engine of the configuration.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <cstdlib>
 #include <fstream>
 
-#include "elements/tensor_filter/adder_harness.hpp"
+#include "elements/tensor_filter/adder_test_support.hpp"
 
 namespace {
 
 using namespace weir::test;
 
-// What is logged while it lives.
+// Collects log messages during its lifetime.
 class Log {
  public:
   Log() {
     (gst_debug_add_log_function)(take, this, nullptr);
-    gst_debug_category_set_threshold(GST_CAT_DEFAULT, GST_LEVEL_DEBUG);
+    gst_debug_set_threshold_for_name("tensor_filter", GST_LEVEL_DEBUG);
     gst_debug_set_active(TRUE);
   }
   Log(const Log&) = delete;
   Log& operator=(const Log&) = delete;
   ~Log() {
-    gst_debug_category_reset_threshold(GST_CAT_DEFAULT);
+    gst_debug_unset_threshold_for_name("tensor_filter");
     gst_debug_remove_log_function_by_data(this);
   }
   const std::string& text() const { return text_; }
@@ -34,7 +34,7 @@ class Log {
   std::string text_;
 };
 
-TEST(TensorFilterAuto, FollowsThePriorityOfTheConfigurationAndSaysSo) {
+TEST(TensorFilterAuto, UsesAndLogsTheConfiguredPriority) {
   const AdderFiles files;
   const auto ini = files.write("weir.ini", "[filter]\npriority_add = nobody, adder, scaling\n");
   setenv("WEIR_CONFIG", ini.c_str(), 1);
@@ -44,12 +44,12 @@ TEST(TensorFilterAuto, FollowsThePriorityOfTheConfigurationAndSaysSo) {
   EXPECT_EQ(text_property(element_of(h, "tensor_filter").get(), "framework"), "adder");
   setenv("WEIR_CONFIG", "", 1);
   EXPECT_SAYS(log.text(),
-              "framework=auto is adder: the file's name ends in .add; first that is installed of "
+              "framework=auto is adder: the file has the extension .add; first installed engine of "
               "priority_add (" +
-                  ini + ":2); others that could: scaling");
+                  ini + ":2); other candidates: scaling");
 }
 
-TEST(TensorFilterAuto, ClaimsNothingWithoutIt) {
+TEST(TensorFilterAuto, LogsNoPriorityWithoutIt) {
   const AdderFiles files;
   EXPECT_SAYS(start_error("tensor_filter model=" + files.model(5)),
               "WEIR-3001: no engine claims this model file by its name");

@@ -1,19 +1,18 @@
-// tensor_filter batch-size: frames that are run together come back one by one, as if they had not
+// tensor_filter batch-size: the results of a batch are the same as those of single frames.
 // SPDX-License-Identifier: LGPL-2.1-or-later
-// been.
 #include <array>
 #include <fstream>
 
 #include "core/tensor/tensor_header.hpp"
-#include "elements/tests/element_harness.hpp"
+#include "elements/tests/element_test_support.hpp"
 
 namespace {
 
 using namespace weir::test;
 
-// Frames of one row of four numbers; the model gives each plus 1.
+// Frames of one row of four numbers; the model adds 1.
 constexpr char kCaps[] = "other/tensor,dimension=(string)4:1,type=float32,framerate=30/1";
-constexpr char kHour[] = " batch-timeout=3600000000000 ";  // no frame goes for its time-out
+constexpr char kHour[] = " batch-timeout=3600000000000 ";  // no batch reaches its timeout
 
 std::string line(const std::string& properties, const char* engine = "fake") {
   const std::string path = testing::TempDir() + "weir_fake_model.bin";
@@ -52,7 +51,7 @@ double number(const Harness& h, const char* name) {
       << name;
   return value;
 }
-// Waits until the pad behind has seen the end of the stream.
+// Waits until the downstream pad has received EOS.
 void wait_for_eos(const Harness& h) {
   for (;;) {
     const auto event = Ref<GstEvent>::adopt(gst_harness_pull_event(h.get()));
@@ -61,7 +60,7 @@ void wait_for_eos(const Harness& h) {
   }
 }
 
-TEST(TensorFilterBatch, EachFrameComesBackWithItsOwnResultAndTime) {
+TEST(TensorFilterBatch, EachFrameGetsItsOwnResultAndTime) {
   auto h = harness_of(line(std::string("batch-size=4") + kHour), kCaps);
   push(h, 0, 10);
   push_eos(h);
@@ -73,10 +72,10 @@ TEST(TensorFilterBatch, EachFrameComesBackWithItsOwnResultAndTime) {
   EXPECT_DOUBLE_EQ(number(h, "batch-fill"), 10.0 / 12);
   EXPECT_EQ(count(h, "consumed"), 10u);
   EXPECT_EQ(count(h, "held"), 0u);
-  EXPECT_EQ(count(h, "bytes-copied"), 10 * 16u) << "into the batch; nothing out of it";
+  EXPECT_EQ(count(h, "bytes-copied"), 10 * 16u) << "copied into the batch, not out of it";
 }
 
-TEST(TensorFilterBatch, WithoutABatchSizeNothingIsGathered) {
+TEST(TensorFilterBatch, WithoutABatchSizeNothingIsBatched) {
   auto h = harness_of(line(""), kCaps);
   push(h, 0, 2);
   EXPECT_EQ(gst_harness_buffers_in_queue(h.get()), 2u);
@@ -84,7 +83,7 @@ TEST(TensorFilterBatch, WithoutABatchSizeNothingIsGathered) {
       gst_structure_has_field(stats(element_of(h, "tensor_filter").get()).get(), "batches"));
 }
 
-TEST(TensorFilterBatch, APartialBatchGoesAtItsTimeout) {
+TEST(TensorFilterBatch, AnIncompleteBatchRunsAtTheTimeout) {
   auto h = harness_of(line("batch-size=64 batch-timeout=1000000"), kCaps);
   push(h, 0, 1);
   expect_next(h, 0, 1);
@@ -92,7 +91,7 @@ TEST(TensorFilterBatch, APartialBatchGoesAtItsTimeout) {
   expect_next(h, 1, 3);
 }
 
-TEST(TensorFilterBatch, FramesOfSeveralRowsAreGatheredToo) {
+TEST(TensorFilterBatch, FramesOfSeveralRowsAreBatched) {
   auto h = harness_of(line(std::string("batch-size=3") + kHour),
                       "other/tensor,dimension=(string)4:2,type=float32,framerate=30/1");
   for (int i = 0; i < 3; ++i)
@@ -103,20 +102,20 @@ TEST(TensorFilterBatch, FramesOfSeveralRowsAreGatheredToo) {
   }
 }
 
-TEST(TensorFilterBatch, AModelOfAFixedBatchTakesSingleFrames) {
+TEST(TensorFilterBatch, AModelWithAFixedBatchAcceptsSingleFrames) {
   auto h = harness_of(line(std::string("batch-size=4 custom=rows:4") + kHour), kCaps);
   push(h, 0, 6);
   push_eos(h);
   expect_next(h, 0, 6);
   wait_for_eos(h);
   EXPECT_EQ(count(h, "batches"), 2u);
-  EXPECT_EQ(count(h, "pushed"), 6u) << "what fills the second batch goes nowhere";
+  EXPECT_EQ(count(h, "pushed"), 6u) << "frames beyond the second batch are dropped";
   EXPECT_SAYS(start_error(line("batch-size=4 custom=rows:4"),
                           "other/tensor,dimension=(string)4:4,type=float32,framerate=30/1"),
               "dimension 1 is 4, needed is 1");
 }
 
-TEST(TensorFilterBatch, TheModelGetsMemoryAsItAsks) {
+TEST(TensorFilterBatch, TheModelGetsMemoryAsItRequests) {
   auto h =
       harness_of(line("batch-size=2 custom=alignment:4096,padding:100 batch-timeout=0"), kCaps);
   push(h, 0, 5);
@@ -138,7 +137,7 @@ TEST(TensorFilterBatch, InputsAreCombinedWithOutputsOfTheSameFrame) {
   EXPECT_EQ(count(h, "bytes-copied"), 2 * 16u);
 }
 
-TEST(TensorFilterBatch, ResultsGetHeadersWhereThePeerWantsThem) {
+TEST(TensorFilterBatch, ResultsGetHeadersWhereThePeerNeedsThem) {
   auto h = harness_of(line(std::string("batch-size=2") + kHour) +
                           " ! capsfilter caps=other/tensors,format=flexible",
                       kCaps);
@@ -151,7 +150,7 @@ TEST(TensorFilterBatch, ResultsGetHeadersWhereThePeerWantsThem) {
   }
 }
 
-// A frame of a flexible stream: its header says the rows of four.
+// A frame of a flexible stream: its header gives the number of rows of four.
 GstBuffer* with_header(const std::vector<float>& numbers) {
   weir::TensorHeader header;
   header.spec.type = weir::ElementType::Float32;
@@ -165,7 +164,7 @@ GstBuffer* with_header(const std::vector<float>& numbers) {
   return out;
 }
 
-TEST(TensorFilterBatch, GathersAFlexibleStreamForAModelOfOneShape) {
+TEST(TensorFilterBatch, BatchesAFlexibleStreamForAModelOfOneShape) {
   constexpr char kFlexible[] = "other/tensors,format=flexible,framerate=30/1";
   for (const char* one_shape : {"custom=rows:2", "input=4:1 inputtype=float32"}) {
     auto h = harness_of(line(std::string("batch-size=2 ") + one_shape + kHour), kFlexible);
@@ -178,7 +177,7 @@ TEST(TensorFilterBatch, GathersAFlexibleStreamForAModelOfOneShape) {
     EXPECT_EQ(count(h, "batches"), 2u);
     EXPECT_EQ(gst_harness_push(h.get(), with_header(std::vector<float>(8, 1))), GST_FLOW_ERROR);
     EXPECT_EQ(count(h, "dropped-error"), 1u);
-    EXPECT_SAYS(errors.next(), "4:2") << "the shape that came";
+    EXPECT_SAYS(errors.next(), "4:2") << "the shape of the stream";
   }
 }
 
@@ -196,7 +195,7 @@ TEST(TensorFilterBatch, FailsTheStreamWhenTheEngineFails) {
   EXPECT_EQ(count(h, "held"), 0u);
 }
 
-TEST(TensorFilterBatch, AnErrorIsToldAndCountedBeforeTheEndOfItsStream) {
+TEST(TensorFilterBatch, AnErrorIsPostedAndCountedBeforeEos) {
   auto h = harness_of(line(std::string("batch-size=4 custom=fail-at:0") + kHour), kCaps);
   Errors errors(h);
   push(h, 0, 3);
@@ -218,7 +217,7 @@ TEST(TensorFilterBatch, ABatchThatTheEngineDropsIsCounted) {
   EXPECT_EQ(count(h, "held"), 0u);
 }
 
-TEST(TensorFilterBatch, ABufferOfTheWrongSizeDoesNotStopThoseBeforeIt) {
+TEST(TensorFilterBatch, ABufferOfTheWrongSizeDoesNotAffectEarlierOnes) {
   auto h = harness_of(line(std::string("batch-size=4") + kHour), kCaps);
   Errors errors(h);
   push(h, 0, 3);
@@ -229,7 +228,7 @@ TEST(TensorFilterBatch, ABufferOfTheWrongSizeDoesNotStopThoseBeforeIt) {
   EXPECT_EQ(count(h, "dropped-error"), 1u);
 }
 
-TEST(TensorFilterBatch, AFlushDropsWhatWaitsAndTheStreamGoesOn) {
+TEST(TensorFilterBatch, AFlushDropsWaitingFramesAndTheStreamContinues) {
   auto h = harness_of(line(std::string("batch-size=4") + kHour), kCaps);
   push(h, 0, 2);
   gst_harness_push_event(h.get(), gst_event_new_flush_start());
@@ -244,7 +243,7 @@ TEST(TensorFilterBatch, AFlushDropsWhatWaitsAndTheStreamGoesOn) {
   EXPECT_EQ(count(h, "received"), count(h, "consumed") + count(h, "dropped-flush"));
 }
 
-TEST(TensorFilterBatch, StopsWithFramesThatWait) {
+TEST(TensorFilterBatch, StopsWithWaitingFrames) {
   auto h = harness_of(line(std::string("batch-size=4") + kHour), kCaps);
   push(h, 0, 3);
   const auto filter = element_of(h, "tensor_filter");
@@ -253,7 +252,7 @@ TEST(TensorFilterBatch, StopsWithFramesThatWait) {
   EXPECT_EQ(stat(filter.get(), "held"), 0u);
 }
 
-TEST(TensorFilterBatch, NewCapsComeBehindTheFramesBeforeThem) {
+TEST(TensorFilterBatch, NewCapsFollowTheFramesBeforeThem) {
   auto h = harness_of(line(std::string("batch-size=4") + kHour), kCaps);
   push(h, 0, 3);
   gst_harness_set_src_caps_str(h.get(),
@@ -268,7 +267,7 @@ TEST(TensorFilterBatch, NewCapsComeBehindTheFramesBeforeThem) {
 
 TEST(TensorFilterBatch, EventsKeepTheirPlaceBetweenFrames) {
   auto h = harness_of(line(std::string("batch-size=2") + kHour), kCaps);
-  std::vector<std::string> order;  // written by the filter's thread, read behind EOS
+  std::vector<std::string> order;  // written by the filter's thread, read after EOS
   const auto note = [](GstPad*, GstPadProbeInfo* info, gpointer data) {
     auto* list = static_cast<std::vector<std::string>*>(data);
     if (info->type & GST_PAD_PROBE_TYPE_BUFFER)
@@ -289,28 +288,28 @@ TEST(TensorFilterBatch, EventsKeepTheirPlaceBetweenFrames) {
   EXPECT_EQ(order, (std::vector<std::string>{"frame", "mark", "frame", "frame"}));
 }
 
-TEST(TensorFilterBatch, ALiveStreamIsToldOfTheTimeout) {
+TEST(TensorFilterBatch, TheTimeoutIsPartOfTheLiveLatency) {
   auto h = harness_of(line("batch-size=2 batch-timeout=7000000"), kCaps);
   gst_harness_set_upstream_latency(h.get(), 3 * GST_MSECOND);
   EXPECT_EQ(gst_harness_query_latency(h.get()), 10 * GST_MSECOND);
   auto alone = harness_of(line("batch-timeout=7000000"), kCaps);
   gst_harness_set_upstream_latency(alone.get(), 3 * GST_MSECOND);
-  EXPECT_EQ(gst_harness_query_latency(alone.get()), 3 * GST_MSECOND) << "nothing is gathered";
+  EXPECT_EQ(gst_harness_query_latency(alone.get()), 3 * GST_MSECOND) << "nothing is collected";
 }
 
-// No frame goes for its time-out, and never are there four.
-TEST(TensorFilterBatch, ABatchGoesWithWhatMayBeHeld) {
+// No batch reaches its timeout, and there are never four frames.
+TEST(TensorFilterBatch, ABatchRunsWhenMaxBytesIsReached) {
   auto h = harness_of(line(std::string("batch-size=4 max-bytes=32") + kHour), kCaps);
   push(h, 0, 6);
   push_eos(h);
   wait_for_eos(h);
   expect_next(h, 0, 6);
-  EXPECT_GE(stat(h, "tensor_filter", "batches"), 3u) << "of two frames at most";
+  EXPECT_GE(stat(h, "tensor_filter", "batches"), 3u) << "at most two frames";
   EXPECT_EQ(stat(h, "tensor_filter", "bytes-most"), 32u);
 }
 
-// Where the batch before it is done by then there is room, so it is tried more than once.
-TEST(TensorFilterBatch, AFrameBeyondWhatMayBeHeldIsDropped) {
+// If the previous batch has already ended, there is room; so this is tried several times.
+TEST(TensorFilterBatch, AFrameBeyondMaxBytesIsDropped) {
   for (const char* when_busy : {"drop-new", "drop-old"}) {
     uint64_t dropped = 0;
     for (int tries = 0; tries < 200 && dropped == 0; ++tries) {
@@ -324,7 +323,7 @@ TEST(TensorFilterBatch, AFrameBeyondWhatMayBeHeldIsDropped) {
   }
 }
 
-TEST(TensorFilterBatch, SaysWhyAModelCannotBeBatched) {
+TEST(TensorFilterBatch, ReportsWhyAModelCannotBeBatched) {
   const std::string state = start_error(line("batch-size=2 custom=stateful:1"));
   EXPECT_SAYS(state, "WEIR-3013: the model keeps state from frame to frame");
   EXPECT_SAYS(state, "fix: set batch-size=1 and give each stream a tensor_filter of its own");
@@ -335,12 +334,12 @@ TEST(TensorFilterBatch, SaysWhyAModelCannotBeBatched) {
   EXPECT_SAYS(start_error(line("batch-size=2 custom=rows:1")),
               "fix: export the model with a dynamic first axis, or set batch-size=1");
   const std::string workers = start_error(line("batch-size=2 workers=3"));
-  EXPECT_SAYS(workers, "WEIR-1004: frames that are gathered are run one batch at a time");
+  EXPECT_SAYS(workers, "WEIR-1004: batches run one at a time");
   EXPECT_SAYS(workers, "in one session\n  offered: workers=3 with batch-size=2");
   EXPECT_SAYS(workers, "needed: workers=1, and more threads of the engine for each batch; or");
   EXPECT_SAYS(workers, "fix: tensor_filter batch-size=2 workers=1 threads=");
   EXPECT_SAYS(start_error(line("batch-size=2", "scaling")),
-              "input 0 (values): its only dimension is that of one frame");
+              "input 0 (values): its only dimension belongs to one frame");
   const std::string flexible =
       start_error(line("batch-size=2"), "other/tensors,format=flexible,framerate=30/1");
   EXPECT_SAYS(flexible, "WEIR-3013: frames whose shapes may change");

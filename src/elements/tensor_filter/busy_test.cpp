@@ -1,11 +1,11 @@
-// What becomes of frames that come while the model is busy, and of flushes, failures and state
-// changes while frames are in work.
+// Frames that arrive while the model is busy, and flushes, failures and state changes while frames
+// are in progress.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <atomic>
 
 #include "becomes.hpp"
-#include "elements/tensor_filter/gated_filter.hpp"
-#include "elements/tests/closed_pad.hpp"
+#include "elements/tensor_filter/gated_filter_test_support.hpp"
+#include "elements/tests/closed_pad_test_support.hpp"
 
 namespace weir::test {
 namespace {
@@ -27,7 +27,7 @@ TEST(FilterWhenBusy, DropsTheNewFrame) {
   GatedFilter f("when-busy=drop-new");
   f.push(0);
   gate().wait_for_entered(1);
-  for (const float n : {1, 2, 3}) EXPECT_EQ(f.push(n), GST_FLOW_OK) << "the source goes on";
+  for (const float n : {1, 2, 3}) EXPECT_EQ(f.push(n), GST_FLOW_OK) << "the source continues";
   EXPECT_EQ(f.stat("dropped-policy"), 3u);
   gate().let_go(0);
   f.wait_for_stat("workers-busy", 0);
@@ -41,7 +41,7 @@ TEST(FilterWhenBusy, KeepsTheNewestFrame) {
   GatedFilter f("when-busy=drop-old");
   f.push(0);
   gate().wait_for_entered(1);
-  for (const float n : {1, 2, 3}) EXPECT_EQ(f.push(n), GST_FLOW_OK) << "the source goes on";
+  for (const float n : {1, 2, 3}) EXPECT_EQ(f.push(n), GST_FLOW_OK) << "the source continues";
   EXPECT_EQ(f.stat("dropped-policy"), 2u);
   EXPECT_EQ(f.stat("waiting"), 1u);
   gate().open();
@@ -49,7 +49,7 @@ TEST(FilterWhenBusy, KeepsTheNewestFrame) {
   f.expect_all_accounted();
 }
 
-TEST(FilterWhenBusy, TheNewestFramesOfABatchTakeThePlaceOfThoseThatWait) {
+TEST(FilterWhenBusy, TheNewestFramesOfABatchReplaceWaitingOnes) {
   for (const bool old : {true, false}) {
     GatedFilter f(std::string("batch-size=2 batch-timeout=3600000000000 when-busy=drop-") +
                   (old ? "old" : "new"));
@@ -66,7 +66,7 @@ TEST(FilterWhenBusy, TheNewestFramesOfABatchTakeThePlaceOfThoseThatWait) {
   }
 }
 
-TEST(FilterWhenBusy, BlocksWhoBringsTheFrames) {
+TEST(FilterWhenBusy, BlocksTheStreamingThread) {
   GatedFilter f("when-busy=block");
   f.push(0);
   f.push(1);
@@ -85,7 +85,7 @@ TEST(FilterWhenBusy, BlocksWhoBringsTheFrames) {
   f.expect_all_accounted();
 }
 
-TEST(FilterWhenBusy, KeepsItsOrderAndItsBookUnderLoad) {
+TEST(FilterWhenBusy, KeepsOrderAndCountsUnderLoad) {
   for (const char* when_busy : {"block", "drop-new", "drop-old"}) {
     GatedFilter f("workers=4 when-busy=" + std::string(when_busy), true);
     for (int i = 0; i < 1000; ++i) EXPECT_EQ(f.push(static_cast<float>(i)), GST_FLOW_OK);
@@ -96,7 +96,7 @@ TEST(FilterWhenBusy, KeepsItsOrderAndItsBookUnderLoad) {
   }
 }
 
-TEST(FilterMaxBytes, HoldsNoMoreThanItMay) {
+TEST(FilterMaxBytes, HoldsNoMoreThanTheLimit) {
   GatedFilter f("workers=2 max-bytes=31");
   f.push(0);
   std::thread other([&] { f.push(1); });
@@ -109,7 +109,7 @@ TEST(FilterMaxBytes, HoldsNoMoreThanItMay) {
   EXPECT_EQ(gate().seen().most_at_once, 1);
 }
 
-TEST(FilterMaxBytes, DropsWhereItDoesNotBlock) {
+TEST(FilterMaxBytes, DropsUnlessItBlocks) {
   for (const char* when_busy : {"drop-new", "drop-old"}) {
     GatedFilter f("workers=2 max-bytes=16 when-busy=" + std::string(when_busy));
     f.push(0);
@@ -122,13 +122,13 @@ TEST(FilterMaxBytes, DropsWhereItDoesNotBlock) {
   }
 }
 
-TEST(FilterMaxBytes, TakesAFrameThatIsBiggerAlone) {
+TEST(FilterMaxBytes, AcceptsASingleFrameAboveTheLimit) {
   GatedFilter f("workers=2 max-bytes=1", true);
   for (const float n : {0, 1, 2}) EXPECT_EQ(f.push(n), GST_FLOW_OK);
   EXPECT_EQ(f.pull(3), (Numbers{1, 2, 3}));
 }
 
-TEST(FilterWorkersFlush, DropTheFramesInWork) {
+TEST(FilterWorkersFlush, DropsTheFramesInProgress) {
   GatedFilter f("workers=2");
   for (const float n : {0, 1, 2}) f.push(n);
   gate().wait_for_entered(2);
@@ -139,11 +139,11 @@ TEST(FilterWorkersFlush, DropTheFramesInWork) {
   gate().open();
   EXPECT_EQ(f.pull(1), Numbers{5});
   f.expect_all_accounted();
-  EXPECT_EQ(f.stat("dropped-flush"), 3u) << "the pad itself refused the fourth";
+  EXPECT_EQ(f.stat("dropped-flush"), 3u) << "the pad itself rejected the fourth";
   EXPECT_EQ(f.waiting_outside(), 0u);
 }
 
-TEST(FilterWorkersFlush, LetGoWhoWaits) {
+TEST(FilterWorkersFlush, WakesTheWaitingThread) {
   GatedFilter f("when-busy=block");
   f.push(0);
   f.push(1);
@@ -158,7 +158,7 @@ TEST(FilterWorkersFlush, LetGoWhoWaits) {
   EXPECT_EQ(f.stat("dropped-flush"), 3u);
 }
 
-TEST(FilterWorkersFlush, EndOnlyWhenNoOldFrameIsBeingPushed) {
+TEST(FilterWorkersFlush, EndsOnlyWhenNoOldFrameIsBeingPushed) {
   GatedFilter f("when-busy=block", true);
   const auto source = Ref<GstPad>::adopt(gst_element_get_static_pad(f.element(), "src"));
   ClosedPad standing(source.get());
@@ -179,7 +179,7 @@ TEST(FilterWorkersFlush, EndOnlyWhenNoOldFrameIsBeingPushed) {
   EXPECT_TRUE(was_let_go);
 }
 
-TEST(FilterWorkersFailure, IsPostedOnceAndRefusesWhatFollows) {
+TEST(FilterWorkersFailure, IsPostedOnceAndRejectsLaterFrames) {
   GatedFilter f("workers=3 custom=fail:1");
   Errors errors(f.element());
   for (const float n : {0, 1, 1, 2}) EXPECT_EQ(f.push(n), GST_FLOW_OK);
@@ -190,12 +190,12 @@ TEST(FilterWorkersFailure, IsPostedOnceAndRefusesWhatFollows) {
   EXPECT_EQ(f.push(3), GST_FLOW_ERROR);
   gate().open();
   f.expect_all_accounted();
-  EXPECT_EQ(f.pull(2), (Numbers{1, 3})) << "the others in work are not lost";
+  EXPECT_EQ(f.pull(2), (Numbers{1, 3})) << "the other frames in progress are kept";
   EXPECT_SAYS(errors.next(), "ordered to fail");
   EXPECT_EQ(errors.next(), "");
 }
 
-TEST(FilterWorkersFailure, IsPastAfterAFlush) {
+TEST(FilterWorkersFailure, IsClearedByAFlush) {
   GatedFilter f("when-busy=block custom=fail:1", true);
   f.push(1);
   f.wait_for_stat("dropped-error", 1);
@@ -204,7 +204,7 @@ TEST(FilterWorkersFailure, IsPastAfterAFlush) {
   EXPECT_EQ(f.pull(1), Numbers{3});
 }
 
-TEST(FilterWorkersFailure, CountsWhatTheEngineDrops) {
+TEST(FilterWorkersFailure, CountsFramesThatTheEngineDrops) {
   GatedFilter f("workers=2 custom=drop:1", true);
   for (const float n : {0, 1, 2}) EXPECT_EQ(f.push(n), GST_FLOW_OK);
   EXPECT_EQ(f.pull(2), (Numbers{1, 3}));
@@ -212,7 +212,7 @@ TEST(FilterWorkersFailure, CountsWhatTheEngineDrops) {
   EXPECT_EQ(f.stat("dropped-policy"), 1u);
 }
 
-// What the element behind answers to each frame.
+// What the downstream element returns for each frame.
 void answer_with(GstPad* pad, GstFlowReturn flow) {
   gst_pad_add_probe(
       pad, GST_PAD_PROBE_TYPE_BUFFER,
@@ -225,28 +225,28 @@ void answer_with(GstPad* pad, GstFlowReturn flow) {
       GINT_TO_POINTER(flow), nullptr);
 }
 
-TEST(FilterWorkersFlow, ReachesWhoBringsTheFrames) {
+TEST(FilterWorkersFlow, IsReturnedUpstream) {
   GatedFilter f("workers=2", true);
   answer_with(f.get()->sinkpad, GST_FLOW_EOS);
   EXPECT_TRUE(
-      becomes_true([&] { return f.push(0) != GST_FLOW_OK; }, "the refusal of the elements behind"));
+      becomes_true([&] { return f.push(0) != GST_FLOW_OK; }, "the flow error of downstream"));
   EXPECT_EQ(f.push(1), GST_FLOW_EOS);
   f.expect_all_accounted();
   EXPECT_GE(f.stat("dropped-eos"), 1u);
 }
 
-TEST(FilterWorkersFlow, GoesOnWhereNothingIsLinkedYet) {
+TEST(FilterWorkersFlow, ContinuesWhileNothingIsLinked) {
   GatedFilter f("workers=2", true);
   answer_with(f.get()->sinkpad, GST_FLOW_NOT_LINKED);
   EXPECT_TRUE(
-      becomes_true([&] { return f.push(0) != GST_FLOW_OK; }, "the refusal of the elements behind"));
+      becomes_true([&] { return f.push(0) != GST_FLOW_OK; }, "the flow error of downstream"));
   const uint64_t invokes = f.stat("invokes");
   EXPECT_EQ(f.push(1), GST_FLOW_NOT_LINKED);
   EXPECT_TRUE(becomes_true([&] { return f.stat("invokes") != invokes; }, "another invoke"));
   EXPECT_EQ(f.stat("dropped"), 0u);
 }
 
-TEST(FilterWorkersFlow, IsPostedAtTheEndWhenNobodyHeardOfIt) {
+TEST(FilterWorkersFlow, IsPostedAtEosIfItWasNotReturned) {
   GatedFilter f("workers=2");
   answer_with(f.get()->sinkpad, GST_FLOW_NOT_NEGOTIATED);
   Errors errors(f.element());
@@ -259,12 +259,12 @@ TEST(FilterWorkersFlow, IsPostedAtTheEndWhenNobodyHeardOfIt) {
   EXPECT_EQ(errors.next(), "");
 }
 
-TEST(FilterWorkersState, EndsWhileFramesAreInWork) {
+TEST(FilterWorkersState, StopsWhileFramesAreInProgress) {
   GatedFilter f("workers=2");
   for (const float n : {0, 1, 2, 3}) f.push(n);
   gate().wait_for_entered(2);
   std::thread opener([&] {
-    f.wait_for_stat("waiting", 0);  // those that waited were given back
+    f.wait_for_stat("waiting", 0);  // waiting frames were returned
     gate().open();
   });
   gst_element_set_state(f.element(), GST_STATE_NULL);
@@ -274,7 +274,7 @@ TEST(FilterWorkersState, EndsWhileFramesAreInWork) {
   EXPECT_EQ(f.stat("held"), 0u);
 }
 
-TEST(FilterWorkersState, EndsWhileWhoBringsTheFramesWaits) {
+TEST(FilterWorkersState, StopsWhileTheStreamingThreadWaits) {
   GatedFilter f("when-busy=block");
   f.push(0);
   f.push(1);
@@ -291,7 +291,7 @@ TEST(FilterWorkersState, EndsWhileWhoBringsTheFramesWaits) {
   EXPECT_EQ(f.stat("held"), 0u);
 }
 
-TEST(FilterWorkersState, BeginsAnew) {
+TEST(FilterWorkersState, RestartsAfterAStop) {
   GatedFilter f("workers=2", true);
   for (int round = 0; round < 5; ++round) {
     f.push(0);
@@ -304,8 +304,8 @@ TEST(FilterWorkersState, BeginsAnew) {
   }
 }
 
-// Flushes at any moment of the workers: each frame is accounted for, and none comes late.
-TEST(FilterWorkersState, KeepsItsBookThroughFlushes) {
+// Flushes at random times: each frame is accounted for, and none is pushed after the flush.
+TEST(FilterWorkersState, KeepsCountsAcrossFlushes) {
   for (const char* when_busy : {"block", "drop-old"}) {
     GatedFilter f("workers=3 when-busy=" + std::string(when_busy), true);
     std::vector<float> out;
@@ -317,7 +317,7 @@ TEST(FilterWorkersState, KeepsItsBookThroughFlushes) {
         EXPECT_GT(n, out.empty() ? 0 : out.back());
         out.push_back(n);
       }
-      out.push_back(static_cast<float>(i + 1));  // what comes after the flush is later
+      out.push_back(static_cast<float>(i + 1));  // numbers after the flush are higher
     }
     f.wait_for_stat("held", 0);
     EXPECT_EQ(f.stat("received"), f.stat("consumed") + f.stat("dropped"));

@@ -9,7 +9,7 @@
 #include <stdexcept>
 
 #include "becomes.hpp"
-#include "elements/tests/element_harness.hpp"
+#include "elements/tests/element_test_support.hpp"
 #include "weir/custom_filter.hpp"
 
 namespace {
@@ -19,7 +19,7 @@ using weir::FilterDescription;
 using weir::RegisteredFilter;
 using weir::tensor_info;
 
-// As a program finds them: this test links its own copy of the core, which is not the plug-in's.
+// Looked up as in a program: this test links its own copy of the core, not that of the plug-in.
 const weir::FilterFunctions& functions() {
   static const weir::FilterFunctions all = [] {
     const auto plugin = Ref<GstPlugin>::adopt(gst_registry_find_plugin(gst_registry_get(), "weir"));
@@ -70,7 +70,7 @@ Floats pushed(const Harness& h, const Floats& in) {
   const auto out = Ref<GstBuffer>::adopt(gst_harness_try_pull(h.get()));
   return out ? values<float>(out.get()) : Floats{};
 }
-// What the bus says when a frame is refused.
+// The error text when a frame is rejected.
 std::string frame_error(const Harness& h) {
   Errors errors(h);
   EXPECT_EQ(gst_harness_push(h.get(), frame<float>({1, 2, 3, 4})), GST_FLOW_ERROR);
@@ -106,14 +106,14 @@ TEST(TensorFilterCustomEasy, OwnsTheLambdaWithItsState) {
   EXPECT_EQ(pushed(h, {0, 0, 0, 0}).at(0), 1);
   EXPECT_EQ(pushed(h, {0, 0, 0, 0}).at(0), 2);
   named.reset();
-  EXPECT_EQ(pushed(h, {0, 0, 0, 0}).at(0), 3) << "a pipeline that has it goes on";
+  EXPECT_EQ(pushed(h, {0, 0, 0, 0}).at(0), 3) << "a running pipeline keeps it";
   EXPECT_FALSE(gone);
   EXPECT_SAYS(start_error(line()), "no filter is registered under this name");
   h.reset();
   EXPECT_TRUE(gone);
 }
 
-TEST(TensorFilterCustomEasy, DropsAFrameThatTheLambdaDoesNotWant) {
+TEST(TensorFilterCustomEasy, DropsAFrameThatTheLambdaDrops) {
   const auto named = registered([](const weir_frame& in, weir_frame& out) {
     const auto x = weir::elements<const float>(in.tensors[0]);
     std::copy(x.begin(), x.end(), weir::elements<float>(out.tensors[0]).begin());
@@ -125,7 +125,7 @@ TEST(TensorFilterCustomEasy, DropsAFrameThatTheLambdaDoesNotWant) {
   EXPECT_EQ(stat(h, "tensor_filter", "dropped-policy"), 1u);
 }
 
-TEST(TensorFilterCustomEasy, FollowsTheStreamWhereItsShapesAreOpen) {
+TEST(TensorFilterCustomEasy, FollowsTheStreamIfItsShapesAreOpen) {
   FilterDescription any{.inputs = {tensor_info("x", WEIR_FLOAT32, {-1, -1})},
                         .outputs = {tensor_info("y", WEIR_FLOAT32, {-1, -1})},
                         .resolve = [](auto in, auto out) {
@@ -153,7 +153,7 @@ void positives(In in, Out out) {
   std::copy(kept.begin(), kept.end(), weir::elements<float>(out[0]).begin());
 }
 
-TEST(TensorFilterCustomEasy, MayDecideItsSizesWithEachFrame) {
+TEST(TensorFilterCustomEasy, AllowsSizesThatChangeWithEachFrame) {
   const auto named = registered(positives, dynamic());
   auto h = harness_of(line("invoke-dynamic=true"), kFour);
   constexpr size_t kHeader = 32;  // words
@@ -167,7 +167,7 @@ TEST(TensorFilterCustomEasy, MayDecideItsSizesWithEachFrame) {
   EXPECT_SAYS(caps_text(h), "format=(string)flexible");
 }
 
-TEST(TensorFilterCustomEasy, IsRefusedWhereTheSizesAreMeantOtherwise) {
+TEST(TensorFilterCustomEasy, RejectsContradictingSizes) {
   {
     const auto named = registered(positives, dynamic());
     const auto text = start_error(line());
@@ -181,7 +181,7 @@ TEST(TensorFilterCustomEasy, IsRefusedWhereTheSizesAreMeantOtherwise) {
   EXPECT_SAYS(text, "needed: invoke-dynamic=false");
 }
 
-TEST(TensorFilterCustomEasy, NamesTheFiltersThatThereAre) {
+TEST(TensorFilterCustomEasy, ReportsTheRegisteredFilters) {
   const auto named = registered(twice);
   const auto other = registered(twice, four(), "another");
   const auto text = start_error("tensor_filter framework=custom-easy model=name");
@@ -190,7 +190,7 @@ TEST(TensorFilterCustomEasy, NamesTheFiltersThatThereAre) {
   EXPECT_SAYS(text, "did you mean named?");
 }
 
-TEST(TensorFilterCustomEasy, RefusesASecondFilterOfOneName) {
+TEST(TensorFilterCustomEasy, RejectsASecondFilterOfTheSameName) {
   const auto named = registered(twice);
   try {
     const auto second = registered([](In, Out) {});
@@ -200,10 +200,10 @@ TEST(TensorFilterCustomEasy, RefusesASecondFilterOfOneName) {
     EXPECT_SAYS(std::string(failure.what()), "offered: another filter has this name");
   }
   auto h = harness_of(line(), kFour);
-  EXPECT_EQ(pushed(h, {1, 1, 1, 1}), (Floats{2, 2, 2, 2})) << "the first one stays";
+  EXPECT_EQ(pushed(h, {1, 1, 1, 1}), (Floats{2, 2, 2, 2})) << "the first one is kept";
 }
 
-TEST(TensorFilterCustomEasy, RefusesAStreamOfOtherTensors) {
+TEST(TensorFilterCustomEasy, RejectsAStreamOfOtherTensors) {
   const auto named = registered(twice);
   auto h = harness_of(line());
   Errors errors(h);
@@ -214,29 +214,33 @@ TEST(TensorFilterCustomEasy, RefusesAStreamOfOtherTensors) {
   EXPECT_SAYS(text, "4:1");
 }
 
-TEST(TensorFilterCustomEasy, EndsTheStreamWithTheWordsOfWhatIsThrown) {
+TEST(TensorFilterCustomEasy, ReportsTheTextOfAnException) {
   const auto named = registered([](In, Out) -> bool { throw std::runtime_error("no, not today"); });
   EXPECT_SAYS(frame_error(harness_of(line(), kFour)),
               "WEIR-5003: the filter named failed: no, not today");
 }
 
-TEST(TensorFilterCustomEasy, KeepsTheWordsOfAFailure) {
+TEST(TensorFilterCustomEasy, ReportsTheTextOfAFailure) {
   const auto named = registered([](In, Out) {
-    throw weir::Failure(
-        {weir::Code::SPEC_MISMATCH, "too dark", "3", "above 5", "pixel 0", "a lamp"});
+    throw weir::Failure({.code = weir::Code::SPEC_MISMATCH,
+                         .what = "too dark",
+                         .offered = "3",
+                         .needed = "above 5",
+                         .difference = "pixel 0",
+                         .fix = "a lamp"});
   });
   const auto text = frame_error(harness_of(line(), kFour));
   EXPECT_SAYS(text, "WEIR-2001: the filter named failed: too dark");
   EXPECT_SAYS(text, "fix: a lamp");
 }
 
-TEST(TensorFilterCustomEasy, SurvivesWhatIsNoException) {
+TEST(TensorFilterCustomEasy, SurvivesThrownValuesThatAreNotExceptions) {
   const auto named = registered([](In, Out) { throw 5; });
   EXPECT_SAYS(frame_error(harness_of(line(), kFour)),
               "the filter named failed: an unknown exception");
 }
 
-TEST(TensorFilterCustomEasy, RefusesOutputsThatWereMeddledWith) {
+TEST(TensorFilterCustomEasy, RejectsModifiedOutputs) {
   static float elsewhere[4];
   const auto meddled = [](const std::function<void(weir_tensor&)>& meddle) {
     const auto named = registered([meddle](In, Out out) { meddle(out[0]); });
@@ -248,13 +252,13 @@ TEST(TensorFilterCustomEasy, RefusesOutputsThatWereMeddledWith) {
     EXPECT_SAYS(text, "WEIR-3006");
 }
 
-TEST(TensorFilterCustomEasy, RefusesMemoryThatADynamicFilterDoesNotGive) {
+TEST(TensorFilterCustomEasy, RejectsADynamicFilterWithoutMemory) {
   const auto named = registered([](In, Out) {}, dynamic());
   EXPECT_SAYS(frame_error(harness_of(line("invoke-dynamic=true"), kFour)),
               "an output without elements");
 }
 
-// One thread at a time is in it, whoever calls: the workers of one element and other elements.
+// It runs on one thread at a time: the workers of one element and other elements.
 TEST(TensorFilterCustomEasy, IsCalledByOneThreadAtATime) {
   std::atomic<int> inside{0}, most{0};
   const auto named = registered([&](In in, Out out) {
@@ -276,7 +280,7 @@ TEST(TensorFilterCustomEasy, IsCalledByOneThreadAtATime) {
   EXPECT_EQ(most, 1);
 }
 
-TEST(TensorFilterCustomEasy, MayBeCalledByAllWorkersWhereItSaysSo) {
+TEST(TensorFilterCustomEasy, IsCalledByAllWorkersIfDeclaredThreadSafe) {
   std::atomic<int> inside{0};
   auto description = four();
   description.thread_safe = true;
@@ -293,7 +297,7 @@ TEST(TensorFilterCustomEasy, MayBeCalledByAllWorkersWhereItSaysSo) {
   for (int i = 0; i < 2; ++i) EXPECT_TRUE(Ref<GstBuffer>::adopt(gst_harness_pull(h.get())));
 }
 
-TEST(TensorFilterCustomEasy, WithStateHasNoWorkers) {
+TEST(TensorFilterCustomEasy, RejectsWorkersWithState) {
   auto description = four();
   description.stateful = true;
   const auto named = registered(twice, std::move(description));

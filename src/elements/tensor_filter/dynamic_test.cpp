@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <fstream>
 
-#include "elements/tests/element_harness.hpp"
+#include "elements/tests/element_test_support.hpp"
 
 namespace {
 
@@ -17,7 +17,8 @@ std::string filter(const std::string& framework, const std::string& properties) 
 }
 const std::string kFour = tensors("float32", "4:1");
 
-// A flexible tensor: the words of its header by the specification, and what lies behind.
+// A flexible tensor: the 32-bit words of its header (docs/compatibility/types-and-caps.md 1.7) and
+// the payload.
 struct Flexible {
   std::vector<uint32_t> header;
   std::vector<float> values;
@@ -41,7 +42,7 @@ std::vector<uint32_t> header_of(std::vector<uint32_t> dimensions, uint32_t forma
   return out;
 }
 
-TEST(TensorFilterDynamic, FollowsTheSizeThatTheModelDecides) {
+TEST(TensorFilterDynamic, UsesTheSizeThatTheModelDecides) {
   auto h = harness_of(filter("fake-async", "invoke-dynamic=true custom=dynamic:1"), kFour);
   for (const uint32_t rows : {3u, 1u, 2u, 5u}) {
     const auto first = static_cast<float>(rows);
@@ -62,8 +63,8 @@ TEST(TensorFilterDynamic, FollowsTheSizeThatTheModelDecides) {
   EXPECT_SAYS(caps_text(h), "framerate=(fraction)30/1");
 }
 
-// A model of fixed outputs may be used so, too.
-TEST(TensorFilterDynamic, MakesFlexibleTensorsOfFixedOutputs) {
+// A model with fixed outputs also supports this.
+TEST(TensorFilterDynamic, ConvertsFixedOutputsToFlexibleTensors) {
   auto h = harness_of(filter("fake", "invoke-dynamic=true"), kFour);
   for (int i = 0; i < 20; ++i) {
     const auto out = Ref<GstBuffer>::adopt(
@@ -77,7 +78,7 @@ TEST(TensorFilterDynamic, MakesFlexibleTensorsOfFixedOutputs) {
   EXPECT_EQ(stat(h, "tensor_filter", "bytes-copied"), 0u);
 }
 
-TEST(TensorFilterDynamic, SaysStaticInTheHeaderWithoutTheProperty) {
+TEST(TensorFilterDynamic, WritesStaticInTheHeaderWithoutTheProperty) {
   auto h =
       harness_of(filter("fake", "") + " ! capsfilter caps=other/tensors,format=flexible", kFour);
   const auto out =
@@ -94,7 +95,7 @@ TEST(TensorFilterDynamic, OffersOnlyFlexibleTensors) {
                  "flexible");
 }
 
-TEST(TensorFilterDynamic, CombinesInputsWithWhatTheModelDecides) {
+TEST(TensorFilterDynamic, CombinesInputsWithDynamicOutputs) {
   auto h = harness_of(
       filter("fake-async", "invoke-dynamic=true custom=dynamic:1 output-combination=i0,o0"), kFour);
   const auto out =
@@ -107,8 +108,8 @@ TEST(TensorFilterDynamic, CombinesInputsWithWhatTheModelDecides) {
   EXPECT_EQ(all[kHeaderWords + 4 + 3 + 1], 2u) << "rows of the output";
 }
 
-// The tensors may go into another model that takes any size.
-TEST(TensorFilterDynamic, FeedsAModelThatTakesAnySize) {
+// Another model that accepts any size can process the tensors.
+TEST(TensorFilterDynamic, FeedsAModelThatAcceptsAnySize) {
   auto h = harness_of(
       filter("fake-async", "invoke-dynamic=true custom=dynamic:1") + " ! " + filter("fake", ""),
       kFour);
@@ -121,17 +122,18 @@ TEST(TensorFilterDynamic, FeedsAModelThatTakesAnySize) {
   }
 }
 
-TEST(TensorFilterDynamic, SaysWhenTheElementBehindTakesNoFlexibleTensors) {
+TEST(TensorFilterDynamic, ReportsADownstreamThatRejectsFlexibleTensors) {
   auto h = harness_of(filter("fake", "invoke-dynamic=true") +
                       " ! capsfilter caps=other/tensors,format=static");
   Errors errors(h);
   gst_harness_set_src_caps_str(h.get(), kFour.c_str());
   const std::string text = errors.next();
-  EXPECT_SAYS(text, "WEIR-2001: the element behind tensor_filter does not take its result");
+  EXPECT_SAYS(text,
+              "WEIR-2001: the element downstream of tensor_filter does not accept its output");
   EXPECT_SAYS(text, "fix: other/tensors,format=flexible");
 }
 
-TEST(TensorFilterDynamic, SaysWhenAModelChangesASizeThatWasAgreed) {
+TEST(TensorFilterDynamic, ReportsAModelThatChangesANegotiatedSize) {
   auto h = harness_of(filter("fake-async", "custom=other-shape:1"), kFour);
   Errors errors(h);
   EXPECT_EQ(gst_harness_push(h.get(), frame<float>({1, 2, 3, 4})), GST_FLOW_ERROR);
@@ -143,20 +145,20 @@ TEST(TensorFilterDynamic, SaysWhenAModelChangesASizeThatWasAgreed) {
   EXPECT_SAYS(text, "fix: tensor_filter invoke-dynamic=true");
 }
 
-TEST(TensorFilterDynamic, RefusesOutputsThatLie) {
+TEST(TensorFilterDynamic, RejectsInvalidOutputs) {
   struct Case {
     const char* custom;
-    const char* words;
+    const char* message;
   };
-  for (const auto& [custom, words] :
-       {Case{"wrong-size:1", "the engine's output has another size than its shape says"},
-        Case{"no-memory:1", "the engine gave no memory for an output"},
-        Case{"empty:1", "the engine made an output without elements"}}) {
+  for (const auto& [custom, message] :
+       {Case{"wrong-size:1", "the size of the engine's output does not match its shape"},
+        Case{"no-memory:1", "the engine returned no memory for an output"},
+        Case{"empty:1", "the engine returned an output without elements"}}) {
     auto h = harness_of(
         filter("fake-async", std::string("invoke-dynamic=true custom=dynamic:1,") + custom), kFour);
     Errors errors(h);
     EXPECT_EQ(gst_harness_push(h.get(), frame<float>({2, 2, 3, 4})), GST_FLOW_ERROR);
-    EXPECT_SAYS(errors.next(), words);
+    EXPECT_SAYS(errors.next(), message);
   }
 }
 

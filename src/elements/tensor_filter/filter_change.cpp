@@ -1,4 +1,4 @@
-// Their names.
+// Lists the properties that decide which model is opened.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "elements/tensor_filter/filter_change.hpp"
 
@@ -7,7 +7,7 @@
 #include "core/tensor/frame_spec.hpp"
 
 namespace weir {
-bool opens_the_model(std::string_view property) {
+bool requires_reopen(std::string_view property) {
   static constexpr std::string_view kNames[] = {"framework",          "input",
                                                 "inputtype",          "inputname",
                                                 "inputlayout",        "output",

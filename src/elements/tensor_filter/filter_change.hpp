@@ -1,5 +1,5 @@
-// Which properties of tensor_filter decide what model is opened and how: they may change while
-// frames flow, and take effect with the next one.
+// The properties of tensor_filter that decide which model is opened and how. They may change while
+// frames flow and apply from the next frame on.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <string_view>
@@ -9,8 +9,9 @@
 
 namespace weir {
 
-bool opens_the_model(std::string_view property);
-// An error for lists that cannot be read, whatever the model is.
+// Whether a change of the property reopens the model.
+bool requires_reopen(std::string_view property);
+// Rejects lists that cannot be parsed, whatever the model is.
 Status check_lists(const FilterSettings& settings);
 
 }  // namespace weir

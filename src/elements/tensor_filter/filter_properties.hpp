@@ -1,11 +1,11 @@
-// The properties of tensor_filter whose values the user sets.
+// The properties of tensor_filter that the user sets.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <limits>
 #include <tuple>
 
 #include "elements/tensor_filter/filter_settings.hpp"
-#include "gstcpp/property.hpp"
+#include "gstcpp/element/property.hpp"
 
 namespace weir::gst {
 
@@ -14,12 +14,12 @@ struct EnumType<WhenBusyChoice> {
   static GType type() {
     static constexpr GEnumValue kValues[] = {
         {static_cast<int>(WhenBusyChoice::Unset),
-         "As block; with one worker, on the thread that brings the frames", "unset"},
-        {static_cast<int>(WhenBusyChoice::Block), "It waits, and so does whoever brings it",
-         "block"},
-        {static_cast<int>(WhenBusyChoice::DropNew), "It is dropped", "drop-new"},
+         "As block; one worker runs on the streaming thread", "unset"},
+        {static_cast<int>(WhenBusyChoice::Block),
+         "Block the streaming thread until a worker is free", "block"},
+        {static_cast<int>(WhenBusyChoice::DropNew), "Drop the new frame", "drop-new"},
         {static_cast<int>(WhenBusyChoice::DropOld),
-         "It waits, and what waited in its place is dropped", "drop-old"},
+         "Keep the newest frame and drop the one that was waiting", "drop-old"},
         {0, nullptr, nullptr}};
     static const GType t = g_enum_register_static("WeirFilterWhenBusy", kValues);
     return t;
@@ -31,7 +31,7 @@ struct EnumType<IsolateChoice> {
   static GType type() {
     static constexpr GEnumValue kValues[] = {
         {static_cast<int>(IsolateChoice::None), "In this process", "none"},
-        {static_cast<int>(IsolateChoice::Process), "In a process of its own for each worker",
+        {static_cast<int>(IsolateChoice::Process), "In a separate process for each worker",
          "process"},
         {0, nullptr, nullptr}};
     static const GType t = g_enum_register_static("WeirFilterIsolate", kValues);
@@ -44,13 +44,13 @@ struct EnumType<isolate::OnCrash> {
   static GType type() {
     static constexpr GEnumValue kValues[] = {
         {static_cast<int>(isolate::OnCrash::Restart),
-         "The frame is dropped, and a new process started; frames until then are dropped",
-         "restart"},
+         "Drop the frame and start a new process; drop frames until it runs", "restart"},
         {static_cast<int>(isolate::OnCrash::Drop),
-         "The frame is dropped, and every one after it until the element is started again", "drop"},
-        {static_cast<int>(isolate::OnCrash::Error), "An error ends the pipeline", "error"},
+         "Drop the frame and all later ones until the element is restarted", "drop"},
+        {static_cast<int>(isolate::OnCrash::Error), "Post an error, which ends the pipeline",
+         "error"},
         {static_cast<int>(isolate::OnCrash::Wait),
-         "The frame is dropped, and a new process started; frames until then wait for it", "wait"},
+         "Drop the frame and start a new process; later frames wait for it", "wait"},
         {0, nullptr, nullptr}};
     static const GType t = g_enum_register_static("WeirFilterOnCrash", kValues);
     return t;
@@ -65,30 +65,31 @@ inline constexpr std::tuple kFilterProperties{
     gst::Property{"silent", &FilterSettings::silent, "Accepted for compatibility; has no effect",
                   gst::Changeable::WhilePlaying},
     gst::Property{"model", &FilterSettings::model,
-                  "Path of the model file; several: comma list. While playing: see is-updatable",
+                  "Path of the model file, or a comma list of several; is-updatable allows changes "
+                  "while playing",
                   gst::Changeable::WhilePlaying},
     gst::Property{"custom", &FilterSettings::custom, "Options of the engine: key:value,key:value",
                   gst::Changeable::WhilePlaying},
     gst::Property{"input-combination", &FilterSettings::input_combination,
-                  "Comma list of the stream's tensors that the model gets",
+                  "Comma list of the stream's tensors to use as model inputs",
                   gst::Changeable::WhilePlaying},
     gst::Property{"output-combination", &FilterSettings::output_combination,
                   "Comma list of i<N> (input tensor) and o<N> (model output) to push",
                   gst::Changeable::WhilePlaying},
     gst::Property{"accelerator", &FilterSettings::accelerator,
-                  "(true|false)[:NAME,...] of npu, gpu, cpu, ...; !NAME leaves one out",
+                  "(true|false)[:NAME,...] of npu, gpu, cpu, ...; !NAME excludes one",
                   gst::Changeable::WhilePlaying},
     gst::Property{"is-updatable", &FilterSettings::is_updatable,
-                  "Another model may take the place of the one that runs, while playing",
+                  "Allow another model to replace the current one while playing",
                   gst::Changeable::WhilePlaying},
     gst::Property{"shared-tensor-filter-key", &FilterSettings::shared_tensor_filter_key,
-                  "Filters of this process with one key and one model open it once",
+                  "Filters of this process with the same key and model share one open model",
                   gst::Changeable::WhilePlaying},
     gst::Property{"config-file", &FilterSettings::config_file,
                   "File with lines of property=value, read when this is set",
                   gst::Changeable::WhilePlaying},
     gst::Property{"suspend", &FilterSettings::suspend,
-                  "Milliseconds without a buffer after which the model is put to sleep; 0 = never",
+                  "Milliseconds without a buffer after which the model is suspended; 0 = never",
                   gst::Changeable::WhilePlaying, 0u, std::numeric_limits<uint32_t>::max()},
     gst::Property{"invoke-dynamic", &FilterSettings::invoke_dynamic,
                   "Outputs are flexible tensors, and the model may change their size with each "
@@ -97,62 +98,59 @@ inline constexpr std::tuple kFilterProperties{
     gst::Property{"invoke-async", &FilterSettings::invoke_async,
                   "The engine answers on its own threads, with any number of outputs for a frame"},
     gst::Property{"async-timeout", &FilterSettings::async_timeout,
-                  "With invoke-async: milliseconds that the engine may say nothing while frames "
-                  "are in work; 0 = any"},
+                  "With invoke-async: maximum time in milliseconds without an answer from the "
+                  "engine while frames are in progress; 0 = no limit"},
     gst::Property{"invoke-rows", &FilterSettings::invoke_rows,
-                  "Rows of a frame's batch (its outermost dimension) that go into one invoke at "
-                  "most; 0 = all",
+                  "Maximum number of rows of a frame's batch (its outermost dimension) in one "
+                  "invoke; 0 = all",
                   gst::Changeable::InReady, 0u, 1u << 20},
     gst::Property{
         "invoke-threads", &FilterSettings::invoke_threads,
-        "Parts of a frame's batch that are run at once, each on a thread and a session of "
-        "its own",
+        "Parts of a frame's batch that run at the same time, each on its own thread and session",
         gst::Changeable::InReady, 1u, 64u},
     gst::Property{"qos", &FilterSettings::qos, "Drop frames that are too late for the sink",
                   gst::Changeable::WhilePlaying},
+    gst::Property{"batch-size", &FilterSettings::batch_size,
+                  "Frames that are collected into one invoke, from this filter and those that "
+                  "share its model; 1 = no batching",
+                  gst::Changeable::InReady, uint32_t{1}, uint32_t{1024}},
     gst::Property{
-        "batch-size", &FilterSettings::batch_size,
-        "Frames that are gathered into one invoke, of this filter and of those that share "
-        "its model; 1 = none are",
-        gst::Changeable::InReady, uint32_t{1}, uint32_t{1024}},
-    gst::Property{"batch-timeout", &FilterSettings::batch_timeout,
-                  "Nanoseconds that a frame waits for others at most, before a batch that is not "
-                  "full goes",
-                  gst::Changeable::InReady, uint64_t{0}, uint64_t{INT64_MAX}},
+        "batch-timeout", &FilterSettings::batch_timeout,
+        "Maximum time in nanoseconds that a frame waits for others before an incomplete batch runs",
+        gst::Changeable::InReady, uint64_t{0}, uint64_t{INT64_MAX}},
     gst::Property{"workers", &FilterSettings::workers,
-                  "Frames that are in work at once, each on a thread and a session of its own; "
-                  "they leave in their order",
+                  "Frames that are processed at the same time, each on its own thread and session; "
+                  "they are pushed in order",
                   gst::Changeable::InReady, 1u, 64u},
     gst::Property{"threads", &FilterSettings::threads,
-                  "Threads of the engine for each worker; 0 = a share of the cores. NumThreads in "
-                  "custom wins",
+                  "Engine threads for each worker; 0 = a part of the cores; NumThreads in custom "
+                  "takes precedence",
                   gst::Changeable::InReady, 0, 1024},
     gst::Property{"when-busy", &FilterSettings::when_busy,
-                  "What becomes of a frame that comes while every worker is busy"},
-    gst::Property{
-        "max-bytes", &FilterSettings::max_bytes,
-        "Bytes of input frames that wait or are in work, and with invoke-async of outputs "
-        "that wait; at the bound when-busy decides; 0 = any"},
+                  "What to do with a frame that arrives while every worker is busy"},
+    gst::Property{"max-bytes", &FilterSettings::max_bytes,
+                  "Maximum bytes of input frames that wait or are in progress, and with "
+                  "invoke-async of waiting outputs; at the limit when-busy decides; 0 = no limit"},
     gst::Property{"isolate", &FilterSettings::isolate,
-                  "Where the engine runs: what it does to its own process cannot reach this one"},
+                  "Where the engine runs; in a separate process it cannot harm this one"},
     gst::Property{"isolate-timeout", &FilterSettings::isolate_timeout,
-                  "With isolate=process: milliseconds for an invoke, ten times as many for the "
-                  "start (a minute at least) and the first one; 0 = any"},
+                  "With isolate=process: time limit of an invoke in milliseconds, ten times as "
+                  "long for the start (at least a minute) and the first invoke; 0 = no limit"},
     gst::Property{"isolate-memory", &FilterSettings::isolate_memory,
-                  "With isolate=process: MiB of private memory that a process may have; 0 = any",
+                  "With isolate=process: maximum private memory of a process in MiB; 0 = no limit",
                   gst::Changeable::InReady, 0u, 1u << 24},
     gst::Property{"on-crash", &FilterSettings::on_crash,
-                  "With isolate=process: what follows the end of a process or a time-out"},
+                  "With isolate=process: what to do when a process ends or times out"},
     gst::Property{"crash-folder", &FilterSettings::crash_folder,
-                  "With isolate=process: where frames that end a process are kept; empty = they "
-                  "are not"},
+                  "With isolate=process: folder in which frames that end a process are saved; "
+                  "empty = they are not saved"},
     gst::Property{"deadline", &FilterSettings::deadline,
-                  "Nanoseconds after its running time at which a frame is worthless: it is dropped "
-                  "when it would begin later; 0 = never",
+                  "Nanoseconds after its running time at which a frame becomes useless: it is "
+                  "dropped instead of being processed later; 0 = never",
                   gst::Changeable::WhilePlaying, uint64_t{0}, uint64_t{INT64_MAX}},
     gst::Property{"latency-report", &FilterSettings::latency_report,
-                  "Add the time of an invoke to the latency of the pipeline, and tell it when that "
-                  "changes",
+                  "Add the time of an invoke to the latency of the pipeline, and post a message "
+                  "when it changes",
                   gst::Changeable::WhilePlaying},
 };
 

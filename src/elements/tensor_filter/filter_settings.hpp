@@ -1,53 +1,49 @@
-// The properties of tensor_filter.
+// FilterSettings: the values of the properties of tensor_filter.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <cstdint>
 #include <optional>
 #include <string>
 
+#include "core/filter/model_description.hpp"
 #include "core/isolate/isolation.hpp"
 
 namespace weir {
 
-// Whether frames leave the thread that brings them, and what becomes of one that comes while the
-// model is busy.
+// What happens to a frame that arrives while the model is busy. Unset: one worker runs on the
+// streaming thread.
 enum class WhenBusyChoice { Unset, Block, DropNew, DropOld };
 
 enum class IsolateChoice { None, Process };
 
-struct FilterSettings {
+struct FilterSettings : DeclaredTensors {
   bool silent = true;
   std::string framework = "auto";
   std::string model;
-  std::string input, inputtype, inputname, inputlayout;
-  std::string output, outputtype, outputname, outputlayout;
   std::string custom;
   int latency = 0;
   int throughput = 0;
-  std::string input_combination;
-  std::string output_combination;
   bool qos = false;
-  uint32_t batch_size = 1;              // frames of one invoke
-  uint64_t batch_timeout = 10'000'000;  // ns that a frame waits for others at most
+  uint32_t batch_size = 1;              // frames in one invoke
+  uint64_t batch_timeout = 10'000'000;  // ns that a frame waits for others
   std::string accelerator;
   bool is_updatable = false;
   std::optional<std::string> shared_tensor_filter_key;
   std::string config_file;
   uint32_t suspend = 0;  // ms; 0 = never
   uint32_t workers = 1;
-  int threads = 0;  // of the engine, for each worker; 0 = chosen
+  int threads = 0;  // of the engine, per worker; 0 = automatic
   WhenBusyChoice when_busy = WhenBusyChoice::Unset;
   IsolateChoice isolate = IsolateChoice::None;
   uint32_t isolate_timeout = 10000;  // milliseconds; 0 = none
-  uint32_t isolate_memory = 0;       // MiB; 0 = any
+  uint32_t isolate_memory = 0;       // MiB; 0 = no limit
   isolate::OnCrash on_crash = isolate::OnCrash::Restart;
   std::string crash_folder;
-  uint64_t max_bytes = 0;  // of frames that are held; 0 = any
-  uint64_t deadline = 0;   // ns after a frame's running time; 0 = none
+  uint64_t max_bytes = 0;  // of held frames; 0 = no limit
+  uint64_t deadline = 0;   // ns after the running time of a frame; 0 = none
   bool latency_report = false;
-  bool invoke_dynamic = false;
   bool invoke_async = false;
-  uint32_t invoke_rows = 0;  // of a batch, in one invoke; 0 = all
+  uint32_t invoke_rows = 0;  // of a batch, per invoke; 0 = all
   uint32_t invoke_threads = 1;
   uint32_t async_timeout = 60000;  // milliseconds; 0 = none
 };

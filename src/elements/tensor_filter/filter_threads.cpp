@@ -1,4 +1,4 @@
-// Reading what the user says of threads.
+// Reads the number of engine threads from the properties.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "elements/tensor_filter/filter_threads.hpp"
 
@@ -16,7 +16,7 @@ infer::ThreadUse thread_use(const FilterSettings& settings) {
     if (colon == std::string_view::npos) continue;
     if (!equal_ignoring_case(strip(option.substr(0, colon)), "NumThreads")) continue;
     const auto text = strip(option.substr(colon + 1));
-    int number = 0;  // what cannot be read is refused by the engine
+    int number = 0;  // the engine rejects what is not a number
     const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
     if (error == std::errc() && end == text.data() + text.size() && number > 0 && number <= 1024)
       use.threads = number;

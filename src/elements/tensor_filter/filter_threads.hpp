@@ -1,24 +1,24 @@
-// How many threads the engine of a tensor_filter gets.
+// FilterThreads: how many threads the engine of a tensor_filter gets.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
-#include "core/infer/thread_budget.hpp"
+#include "core/infer/queue/thread_budget.hpp"
 #include "elements/tensor_filter/filter_settings.hpp"
 
 namespace weir {
 
-// What the user asks for: workers, and their threads by `threads` or NumThreads in `custom`, which
-// wins.
+// The workers and their engine threads that the user requests. NumThreads in `custom` takes
+// precedence over `threads`.
 infer::ThreadUse thread_use(const FilterSettings& settings);
 
-// A filter's place among those of the process, from READY on: a pipeline brings all of its elements
-// to READY before the first model is opened.
+// The claim of a filter in the thread budget of the process. Claim it in READY: a pipeline brings
+// all elements to READY before the first model is opened.
 class FilterThreads {
  public:
   void claim(const FilterSettings& settings) {
     claim_ = infer::ThreadBudget::of_process().claim(thread_use(settings));
   }
   void release() { claim_ = {}; }
-  // For weir_open; 0 = the engine may choose.
+  // The threads for weir_open; 0 = the engine chooses.
   int chosen() const { return infer::ThreadBudget::of_process().threads_of(claim_); }
 
  private:

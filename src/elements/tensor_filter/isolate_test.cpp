@@ -1,5 +1,5 @@
 // tensor_filter isolate=process with the unruly engine of tests/support: whatever the model does to
-// its process, the pipeline goes on as on-crash says.
+// its process, the pipeline continues as on-crash defines.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <signal.h>
 #include <sys/syscall.h>
@@ -7,12 +7,13 @@
 
 #include <filesystem>
 #include <fstream>
+#include <future>
 #include <string>
 #include <thread>
 #include <vector>
 
 #include "becomes.hpp"
-#include "elements/tests/element_harness.hpp"
+#include "elements/tests/element_test_support.hpp"
 #include "refused_calls.hpp"
 
 namespace {
@@ -20,7 +21,7 @@ namespace {
 using namespace weir::test;
 namespace fs = std::filesystem;
 
-// The first bytes of frames that unruly_engine.cpp obeys.
+// The first bytes of frames that control unruly_engine.cpp.
 constexpr uint8_t kCrash = 200, kLoop = 203, kFail = 212, kProcess = 214;
 
 std::string model_path() {
@@ -50,7 +51,7 @@ uint64_t stat_of(const Harness& h, const char* name) {
   return stat(h, "tensor_filter", name);
 }
 
-// Frames come and are dropped until the new worker is there.
+// Pushes frames, which are dropped until the new worker is ready.
 bool pushed_until_something_comes(const Harness& h) {
   GstFlowReturn flow = GST_FLOW_OK;
   Ref<GstBuffer> out;
@@ -79,14 +80,14 @@ TEST(TensorFilterIsolated, RunsTheModelInAnotherProcess) {
               "no new sockets, programs or processes");
 }
 
-// Warnings of the log.
+// Collects warnings of the log.
 void keep_warning(GstDebugCategory*, GstDebugLevel level, const char*, const char*, gint, GObject*,
                   GstDebugMessage* message, gpointer text) {
   if (level == GST_LEVEL_WARNING)
     *static_cast<std::string*>(text) += std::string(gst_debug_message_get(message)) + "\n";
 }
 
-TEST(TensorFilterIsolated, WarnsOfWhatTheKernelRefuses) {
+TEST(TensorFilterIsolated, WarnsAboutUnsupportedConfinement) {
   std::string warnings;
   (gst_debug_add_log_function)(keep_warning, &warnings, nullptr);
   const auto before = gst_debug_get_default_threshold();
@@ -99,11 +100,11 @@ TEST(TensorFilterIsolated, WarnsOfWhatTheKernelRefuses) {
   gst_debug_set_default_threshold(before);
   gst_debug_remove_log_function_by_data(&warnings);
   EXPECT_SAYS(warnings,
-              "the kernel leaves to the worker process: the network of this machine "
+              "not restricted for the worker process: the network of this machine "
               "(Operation not permitted)");
 }
 
-TEST(TensorFilterIsolated, GoesOnAfterACrash) {
+TEST(TensorFilterIsolated, ContinuesAfterACrash) {
   auto h = filter();
   Errors errors(h);
   EXPECT_EQ(result(h, {0, 1, 0, 0}), 1u);
@@ -121,20 +122,20 @@ TEST(TensorFilterIsolated, GoesOnAfterACrash) {
   EXPECT_EQ(errors.next(), "") << "no error";
 }
 
-TEST(TensorFilterIsolated, GoesOnAfterAnEndlessLoop) {
+TEST(TensorFilterIsolated, ContinuesAfterAnEndlessLoop) {
   auto h = filter("isolate-timeout=300");
   Errors errors(h);
   EXPECT_EQ(result(h, {0, 1, 0, 0}), 1u);
   EXPECT_EQ(gst_harness_push(h.get(), frame(Bytes{kLoop, 0, 0, 0})), GST_FLOW_OK);
-  EXPECT_SAYS(errors.next_warning(), "WEIR-3015: the model did not answer in time");
+  EXPECT_SAYS(errors.next_warning(), "WEIR-3015: the model timed out");
   ASSERT_TRUE(pushed_until_something_comes(h));
   EXPECT_EQ(stat_of(h, "worker-timeouts"), 1u);
 }
 
-// Nothing limits the time of an invoke here: only the stop ends the process.
-class StoppedWhileItHangs : public ::testing::TestWithParam<const char*> {};
+// The time of an invoke is not limited here: only the stop ends the process.
+class StoppedDuringAHang : public ::testing::TestWithParam<const char*> {};
 
-TEST_P(StoppedWhileItHangs, EndsTheProcessAtOnce) {
+TEST_P(StoppedDuringAHang, EndsTheProcessImmediately) {
   auto h = filter(std::string("isolate-timeout=0 ") + GetParam());
   Errors errors(h);
   const auto process = static_cast<pid_t>(result(h, {kProcess, 0, 0, 0}));
@@ -151,11 +152,11 @@ TEST_P(StoppedWhileItHangs, EndsTheProcessAtOnce) {
   EXPECT_EQ(errors.next() + errors.next_warning(), "");
 }
 
-INSTANTIATE_TEST_SUITE_P(WhateverTheWay, StoppedWhileItHangs,
+INSTANTIATE_TEST_SUITE_P(WhateverTheWay, StoppedDuringAHang,
                          ::testing::Values("", "on-crash=error", "on-crash=drop",
                                            "when-busy=block"));
 
-TEST(TensorFilterIsolated, RunsAgainAfterAStopWhileItHung) {
+TEST(TensorFilterIsolated, RestartsAfterAStopDuringAHang) {
   auto h = filter("isolate-timeout=0");
   std::thread source([&h] { gst_harness_push(h.get(), frame(Bytes{kLoop, 0, 0, 0})); });
   wait_for_stat(h, "tensor_filter", "held", 1);
@@ -178,17 +179,17 @@ TEST(TensorFilterIsolated, DropsEverythingAfterACrash) {
   EXPECT_EQ(stat_of(h, "worker-restarts"), 0u);
 }
 
-TEST(TensorFilterIsolated, MakesACrashAnError) {
+TEST(TensorFilterIsolated, ReportsACrashAsAnError) {
   auto h = filter("on-crash=error");
   Errors errors(h);
   EXPECT_EQ(gst_harness_push(h.get(), frame(Bytes{kCrash, 0, 0, 0})), GST_FLOW_ERROR);
   EXPECT_SAYS(errors.next(), "signal 11 (Segmentation fault)");
-  EXPECT_EQ(errors.next_warning(), "") << "told once";
+  EXPECT_EQ(errors.next_warning(), "") << "posted once";
   EXPECT_EQ(stat_of(h, "dropped-error"), 1u);
   EXPECT_EQ(stat_of(h, "worker-ended"), 1u);
 }
 
-TEST(TensorFilterIsolated, PassesOnTheErrorsOfAnEngine) {
+TEST(TensorFilterIsolated, ForwardsTheErrorsOfAnEngine) {
   auto h = filter();
   Errors errors(h);
   EXPECT_EQ(gst_harness_push(h.get(), frame(Bytes{kFail, 0, 0, 0})), GST_FLOW_ERROR);
@@ -196,17 +197,17 @@ TEST(TensorFilterIsolated, PassesOnTheErrorsOfAnEngine) {
   EXPECT_EQ(stat_of(h, "worker-ended"), 0u);
 }
 
-TEST(TensorFilterIsolated, SaysAtTheStartWhatIsWrong) {
+TEST(TensorFilterIsolated, ReportsErrorsAtTheStart) {
   EXPECT_SAYS(start_error(line("custom=open:crash")), "ended while it opened the model");
   EXPECT_SAYS(start_error(line("custom=open:abort on-crash=drop")), "signal 6 (Aborted)");
   EXPECT_SAYS(start_error("tensor_filter framework=nothing isolate=process model=" + model_path()),
               "WEIR-3001");
   EXPECT_SAYS(start_error("tensor_filter framework=unruly isolate=process model=/not-there"),
-              "the model file is not there");
+              "the model file does not exist");
   EXPECT_SAYS(start_error("tensor_filter framework=unruly isolate=process"), "no model is set");
 }
 
-TEST(TensorFilterIsolated, KeepsTheFrameAndTheLineRunsItAgain) {
+TEST(TensorFilterIsolated, SavesTheFrameWithAPipelineThatReplaysIt) {
   const std::string folder = testing::TempDir() + "weir-isolate-" + std::to_string(getpid());
   fs::create_directories(folder);
   auto h = filter("isolate-timeout=9000 isolate-memory=2000 crash-folder=" + folder);
@@ -231,7 +232,7 @@ TEST(TensorFilterIsolated, KeepsTheFrameAndTheLineRunsItAgain) {
   fs::remove_all(folder);
 }
 
-TEST(TensorFilterIsolated, ReadsWhatTheElementBeforeWroteWhereItLies) {
+TEST(TensorFilterIsolated, ReadsUpstreamMemoryInPlace) {
   auto h = harness_of("tensor_transform mode=typecast option=uint8 ! " + line(),
                       tensors("uint16", "1000"));
   const std::vector<uint16_t> input(1000, 2);
@@ -243,7 +244,7 @@ TEST(TensorFilterIsolated, ReadsWhatTheElementBeforeWroteWhereItLies) {
   }
 }
 
-TEST(TensorFilterIsolated, CountsWhatItCopies) {
+TEST(TensorFilterIsolated, CountsCopiedBytes) {
   auto h = filter();
   EXPECT_EQ(result(h, {0, 1, 2, 3}), 6u);
   EXPECT_EQ(stat_of(h, "worker-bytes-copied"), 4 + sizeof(uint64_t));
@@ -260,7 +261,7 @@ TEST(TensorFilterIsolated, KeepsTheOrderOfSeveralProcesses) {
   }
 }
 
-TEST(TensorFilterIsolated, FramesWaitForANewProcessWhereOnCrashSaysSo) {
+TEST(TensorFilterIsolated, FramesWaitForANewProcessIfConfigured) {
   for (const char* workers : {"", " workers=2"}) {
     auto h = filter(std::string("on-crash=wait") + workers);
     Errors errors(h);
@@ -280,7 +281,7 @@ TEST(TensorFilterIsolated, FramesWaitForANewProcessWhereOnCrashSaysSo) {
   }
 }
 
-// The wait of the fourth restart, 400 ms, ends by the stop.
+// The stop ends the wait of the fourth restart, 400 ms.
 TEST(TensorFilterIsolated, AStopEndsTheWaitForANewProcess) {
   auto h = filter("on-crash=wait");
   for (int i = 0; i < 4; ++i) gst_harness_push(h.get(), frame(Bytes{kCrash, 0, 0, 0}));
@@ -301,6 +302,29 @@ TEST(TensorFilterIsolated, StartsAgainWithNewProcesses) {
   auto other = filter();
   EXPECT_EQ(result(other, {0, 9, 0, 0}), 9u);
   EXPECT_EQ(stat(element.get(), "worker-ended"), 0u) << "counted from the start";
+}
+
+// The worker process of a model that is reopened after a property change does not answer.
+TEST(TensorFilterIsolated, AStopCancelsAReopenAfterAPropertyChange) {
+  const auto element = lone_element(line("isolate-timeout=600000"));
+  auto h = Harness{gst_harness_new_with_element(element.get(), "sink", "src")};
+  gst_harness_set_src_caps_str(h.get(), tensors("uint8", "4").c_str());
+  EXPECT_EQ(result(h, {0, 1, 2, 3}), 6u);
+  Errors errors(h);
+  g_object_set(element.get(), "custom", "open:loop", nullptr);
+  auto pushed = std::async(std::launch::async, [&] {
+    return gst_harness_push(h.get(), frame(Bytes{0, 1, 2, 3}));
+  });
+  EXPECT_TRUE(wait_for_stat(element.get(), "received", 2));
+  auto stopped = std::async(std::launch::async,
+                            [&] { return gst_element_set_state(element.get(), GST_STATE_READY); });
+  const bool ended = becomes_true(
+      [&] { return stopped.wait_for(std::chrono::seconds(0)) == std::future_status::ready; },
+      "the stop", std::chrono::seconds(20));
+  if (!ended) abort();  // the threads would wait for minutes
+  EXPECT_EQ(pushed.get(), GST_FLOW_FLUSHING);
+  EXPECT_EQ(errors.next() + errors.next_warning(), "");
+  EXPECT_EQ(stat(element.get(), "held"), 0u);
 }
 
 }  // namespace

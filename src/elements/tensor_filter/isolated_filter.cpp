@@ -1,12 +1,13 @@
-// From properties to isolation, and from its counts to stats.
+// Converts properties to isolation settings, and its counters to stats.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "elements/tensor_filter/isolated_filter.hpp"
 
 #include <utility>
 
 #include "core/text/pasted.hpp"
-#include "gstcpp/error.hpp"
-#include "gstcpp/ref.hpp"
+#include "gstcpp/element/error.hpp"
+#include "gstcpp/element/log.hpp"
+#include "gstcpp/element/ref.hpp"
 
 namespace weir {
 namespace {
@@ -15,8 +16,8 @@ std::string property(const char* name, const std::string& value) {
   return value.empty() ? "" : std::string(" ") + name + "=" + launch_value(value);
 }
 
-// The element that does the same to the same frame: what makes the model, and the limits of its
-// process, without which a frame that eats memory would eat the machine's.
+// A pipeline description that reproduces the processing of a frame. It includes the limits of the
+// worker process, because a frame may make the model allocate without limit.
 std::string repeated(const FilterSettings& s) {
   std::string out = "tensor_filter";
   for (const auto& [name, value] : {std::pair{"framework", s.framework},
@@ -36,7 +37,7 @@ std::string repeated(const FilterSettings& s) {
   return out + " isolate=process on-crash=error";
 }
 
-// An element that may be gone.
+// A weak reference: the element may be finalised first.
 class WeakElement {
  public:
   explicit WeakElement(GstElement* element) { g_weak_ref_init(&ref_, element); }
@@ -79,9 +80,10 @@ std::shared_ptr<isolate::Monitor> make_monitor(const FilterSettings& settings,
 
 void log_confinement(const isolate::Monitor& monitor, GstElement* element) {
   const auto [text, refused] = monitor.confinement();
-  GST_INFO_OBJECT(element, "worker process: %s", text.c_str());
+  GST_CAT_INFO_OBJECT(gst::category_of(element), element, "worker process: %s", text.c_str());
   if (!refused.empty())
-    GST_WARNING_OBJECT(element, "the kernel leaves to the worker process: %s", refused.c_str());
+    GST_CAT_WARNING_OBJECT(gst::category_of(element), element,
+                           "not restricted for the worker process: %s", refused.c_str());
 }
 
 void add_worker_stats(const isolate::Monitor& monitor, GstStructure* stats) {

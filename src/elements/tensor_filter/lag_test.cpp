@@ -1,12 +1,11 @@
-// What tensor_filter says of time: that it falls behind a live source, and how long it keeps a
+// Falling behind a live source, and the latency that tensor_filter reports.
 // SPDX-License-Identifier: LGPL-2.1-or-later
-// frame.
-#include "elements/tensor_filter/gated_filter.hpp"
+#include "elements/tensor_filter/gated_filter_test_support.hpp"
 
 namespace weir::test {
 namespace {
 
-// Frames of 30 a second that come later and later: `lag` percent of the time that has passed.
+// Frames at 30 per second that arrive later and later: by `lag` percent of the elapsed time.
 class Late {
  public:
   explicit Late(const std::string& properties, bool live = true)
@@ -14,7 +13,7 @@ class Late {
     gst_harness_set_live(filter_.get(), live);
     gst_harness_use_testclock(filter_.get());
   }
-  // Up to `seconds` on the clock.
+  // Pushes frames up to `seconds` of the clock.
   void bring(double seconds, int lag_percent) {
     for (; now_ < seconds * GST_SECOND; now_ += GST_SECOND / 10) {
       gst_harness_set_time(filter_.get(), now_);
@@ -31,27 +30,27 @@ class Late {
   GstClockTime now_ = 0;
 };
 
-TEST(FilterFallsBehind, IsToldOnceWithThePropertyThatHelps) {
+TEST(FilterFallsBehind, IsReportedOnceWithAFix) {
   Late f("");
   f.bring(3.9, 50);
   EXPECT_EQ(f.warning(), "") << "late for less than two seconds";
   f.bring(4.2, 50);
   const std::string text = f.warning();
   EXPECT_SAYS(text, "WEIR-3017: the model is slower than the live source");
-  EXPECT_SAYS(text, "offered: frames that are 2.0 s old when they come");
+  EXPECT_SAYS(text, "offered: frames that are 2.0 s old when they arrive");
   EXPECT_SAYS(text, "when-busy");
   EXPECT_SAYS(text, "fix: tensor_filter when-busy=drop-old");
   f.bring(60, 50);
   EXPECT_EQ(f.warning(), "");
 }
 
-TEST(FilterFallsBehind, IsToldWithWorkersThatBlock) {
+TEST(FilterFallsBehind, IsReportedForBlockingWorkers) {
   Late f("workers=2");
   f.bring(6, 50);
   EXPECT_SAYS(f.warning(), "WEIR-3017");
 }
 
-TEST(FilterFallsBehind, IsNotToldWhereItIsSaidWhatBecomesOfFrames) {
+TEST(FilterFallsBehind, IsNotReportedIfWhenBusyIsSet) {
   for (const char* when_busy : {"block", "drop-new", "drop-old"}) {
     Late f("when-busy=" + std::string(when_busy));
     f.bring(20, 50);
@@ -59,19 +58,19 @@ TEST(FilterFallsBehind, IsNotToldWhereItIsSaidWhatBecomesOfFrames) {
   }
 }
 
-TEST(FilterFallsBehind, IsNotToldOfASourceThatIsNotLive) {
+TEST(FilterFallsBehind, IsNotReportedForASourceThatIsNotLive) {
   Late f("", false);
   f.bring(20, 50);
   EXPECT_EQ(f.warning(), "");
 }
 
-TEST(FilterFallsBehind, IsNotToldOfFramesInTime) {
+TEST(FilterFallsBehind, IsNotReportedForFramesInTime) {
   Late f("");
   f.bring(20, 4);
   EXPECT_EQ(f.warning(), "");
 }
 
-TEST(FilterFallsBehind, IsNotToldOfTheLatencyThatTheSourceHas) {
+TEST(FilterFallsBehind, IsNotReportedForTheLatencyOfTheSource) {
   Late f("");
   gst_harness_set_upstream_latency(f.get(), 60 * GST_SECOND);
   f.bring(20, 50);
@@ -82,7 +81,7 @@ struct Latency {
   gboolean live = FALSE;
   GstClockTime least = 0, most = 0;
 };
-// Of the filter, behind a live source that answers 10 to 20 ms.
+// The latency of the filter downstream of a live source that answers 10 to 20 ms.
 Latency latency_of(const GatedFilter& f) {
   gst_pad_set_query_function(
       f.get()->srcpad, [](GstPad* pad, GstObject* parent, GstQuery* query) -> gboolean {
@@ -98,7 +97,7 @@ Latency latency_of(const GatedFilter& f) {
   return out;
 }
 
-TEST(FilterLatency, IsThatOfTheSourceWithoutWorkers) {
+TEST(FilterLatency, IsThatOfUpstreamWithoutWorkers) {
   GatedFilter f("", true);
   const auto latency = latency_of(f);
   EXPECT_TRUE(latency.live);
@@ -106,7 +105,7 @@ TEST(FilterLatency, IsThatOfTheSourceWithoutWorkers) {
   EXPECT_EQ(latency.most, 20 * GST_MSECOND);
 }
 
-TEST(FilterLatency, SaysHowManyFramesCanBeKept) {
+TEST(FilterLatency, IncludesTheFramesThatCanBeHeld) {
   constexpr GstClockTime kFrame = GST_SECOND / 30;
   for (const auto& [properties, frames] :
        std::initializer_list<std::pair<const char*, GstClockTime>>{{"workers=2", 4},
@@ -115,19 +114,19 @@ TEST(FilterLatency, SaysHowManyFramesCanBeKept) {
                                                                    {"when-busy=block", 2}}) {
     GatedFilter f(properties, true);
     const auto latency = latency_of(f);
-    EXPECT_EQ(latency.least, 10 * GST_MSECOND) << "nothing is measured yet";
+    EXPECT_EQ(latency.least, 10 * GST_MSECOND) << "no measurement yet";
     EXPECT_EQ(latency.most, 20 * GST_MSECOND + frames * kFrame) << properties;
   }
 }
 
-TEST(FilterLatency, SaysHowLongFramesWaitForAWorker) {
+TEST(FilterLatency, IncludesTheWaitForAWorker) {
   for (const auto& [properties, waits] :
        {std::pair{"when-busy=drop-new", false}, {"when-busy=drop-old", true}}) {
     GatedFilter f(properties);
     for (const float n : {0, 1, 2}) {
       f.push(n);
       gate().wait_for_entered(static_cast<size_t>(n) + 1);
-      // An invoke that takes some time on any clock.
+      // An invoke of measurable duration.
       const auto begin = std::chrono::steady_clock::now();
       while (std::chrono::steady_clock::now() - begin < std::chrono::microseconds(50)) {
       }

@@ -1,11 +1,11 @@
-// Running time of frames against the clock.
+// Compares the running time of frames with the clock.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "elements/tensor_filter/lag_watch.hpp"
 
 #include <string>
 
-#include "gstcpp/error.hpp"
-#include "gstcpp/ref.hpp"
+#include "gstcpp/element/error.hpp"
+#include "gstcpp/element/ref.hpp"
 
 namespace weir {
 namespace {
@@ -17,13 +17,13 @@ std::string seconds(GstClockTimeDiff lag) {
          std::to_string(lag % GST_SECOND / (100 * GST_MSECOND));
 }
 
-Error falls_behind(GstClockTimeDiff lag) {
-  return Error{Code::FALLS_BEHIND,
-               "the model is slower than the live source",
-               "frames that are " + seconds(lag) + " s old when they come",
-               "when-busy, which says what is to become of frames that cannot be taken in time",
-               "",
-               "tensor_filter when-busy=drop-old"};
+Error is_late(GstClockTimeDiff lag) {
+  return Error{
+      .code = Code::FALLS_BEHIND,
+      .what = "the model is slower than the live source",
+      .offered = "frames that are " + seconds(lag) + " s old when they arrive",
+      .needed = "when-busy, which decides what happens to frames that cannot be processed in time",
+      .fix = "tensor_filter when-busy=drop-old"};
 }
 
 }  // namespace
@@ -54,7 +54,7 @@ void LagWatch::see(GstBuffer* buffer) {
   if (!watching_ || lag - static_cast<GstClockTimeDiff>(latency) <
                         nanoseconds(infer::FallingBehind::kLate).count())
     return;
-  gst::post_warning(element_, falls_behind(lag));
+  gst::post_warning(element_, is_late(lag));
   watching_ = false;
 }
 

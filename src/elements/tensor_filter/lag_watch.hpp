@@ -1,10 +1,9 @@
-// LagWatch: tells the user once when a live stream falls behind and nothing says what is to be
+// LagWatch: posts a warning once when a live stream falls behind and when-busy is not set.
 // SPDX-License-Identifier: LGPL-2.1-or-later
-// done.
 #pragma once
 #include <gst/gst.h>
 
-#include "core/infer/falling_behind.hpp"
+#include "core/infer/queue/falling_behind.hpp"
 
 namespace weir {
 
@@ -14,18 +13,18 @@ class LagWatch {
     element_ = element;
     sink_ = sink;
   }
-  // A new stream of frames may come; `watching`: something is to be told.
+  // Call before a new stream; `watching`: the warning may be posted.
   void open(bool watching) noexcept;
   // Streaming thread.
   void set_segment(GstEvent* segment) noexcept;
-  // Streaming thread, each frame as it comes: reads the clock of a pipeline that plays. Posts
-  // FALLS_BEHIND at most once, and asks upstream whether it is live only then.
+  // Streaming thread; call with each frame as it arrives. Reads the clock of a playing pipeline.
+  // Posts FALLS_BEHIND at most once; only then it queries upstream whether the stream is live.
   void see(GstBuffer* buffer);
 
  private:
   bool is_live(GstClockTime* latency) const;
 
-  GstElement* element_ = nullptr;  // borrowed: the owner
+  GstElement* element_ = nullptr;  // the owner, borrowed
   GstPad* sink_ = nullptr;         // borrowed
   bool watching_ = false;
   GstSegment segment_{};

@@ -1,4 +1,4 @@
-// tensor_filter with scripts in Lua: how a pipeline names them, their errors, and scripts that do
+// tensor_filter with Lua scripts: how a pipeline selects them, their errors, and scripts that do
 // not return or end their process.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <cstdlib>
@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "becomes.hpp"
-#include "elements/tensor_filter/adder_harness.hpp"
+#include "elements/tensor_filter/adder_test_support.hpp"
 
 namespace {
 
@@ -24,7 +24,7 @@ class LuaFilter : public testing::Test {
     if (error.find("LuaJIT is not installed") != error.npos) GTEST_SKIP() << error;
     if (error.find("the engine lua is not installed") != error.npos) GTEST_SKIP() << error;
   }
-  // A file with the tables and `body` as nnstreamer_invoke, on its second line.
+  // Writes a file with the tables and `body` as nnstreamer_invoke, on its second line.
   static std::string script(const std::string& body) {
     const std::string path = testing::TempDir() + "weir_" +
                              testing::UnitTest::GetInstance()->current_test_info()->name() + ".lua";
@@ -38,7 +38,7 @@ class LuaFilter : public testing::Test {
     const auto out = Ref<GstBuffer>::adopt(gst_harness_push_and_pull(h.get(), frame(bytes)));
     return out ? values<float>(out.get()) : std::vector<float>{};
   }
-  // Frames come and are dropped until the new worker is there.
+  // Pushes frames, which are dropped until the new worker is ready.
   static bool pushed_until_something_comes(const Harness& h) {
     GstFlowReturn flow = GST_FLOW_OK;
     Ref<GstBuffer> out;
@@ -61,13 +61,13 @@ TEST_F(LuaFilter, FindsTheEngineByTheFile) {
   EXPECT_EQ(text_property(element_of(h, "tensor_filter").get(), "framework"), "lua");
 }
 
-TEST_F(LuaFilter, TheScriptItselfAsModel) {
+TEST_F(LuaFilter, AcceptsAScriptAsModelText) {
   auto h = filter("framework=lua model=\"" + std::string(kTables) +
                   "function nnstreamer_invoke() " + kSum + " end\"");
   EXPECT_EQ(result(h, {0, 1, 2, 3}), kSums);
 }
 
-TEST_F(LuaFilter, WorkersKeepTheOrderInThisProcessAndInOthers) {
+TEST_F(LuaFilter, KeepsTheOrderOfWorkersInAndOutOfProcess) {
   for (const char* where : {"none", "process"}) {
     auto h = filter("workers=3 isolate=" + std::string(where) + " model=" + script(kSum));
     for (uint8_t i = 0; i < 60; ++i)
@@ -80,7 +80,7 @@ TEST_F(LuaFilter, WorkersKeepTheOrderInThisProcessAndInOthers) {
   }
 }
 
-TEST_F(LuaFilter, AnErrorOfTheScriptIsOneOfTheElement) {
+TEST_F(LuaFilter, ReportsErrorsOfTheScript) {
   auto h = filter("model=" + script("error('no such digit')"));
   Errors errors(h);
   EXPECT_EQ(gst_harness_push(h.get(), frame(Bytes(4))), GST_FLOW_ERROR);
@@ -90,7 +90,7 @@ TEST_F(LuaFilter, AnErrorOfTheScriptIsOneOfTheElement) {
   EXPECT_SAYS(error, "stack traceback");
 }
 
-TEST_F(LuaFilter, TablesThatDoNotFitTheStreamAreSaid) {
+TEST_F(LuaFilter, ReportsTablesThatDoNotFitTheStream) {
   auto h = Harness{gst_harness_new_parse(("tensor_filter model=" + script(kSum)).c_str())};
   Errors errors(h);
   gst_harness_set_src_caps_str(h.get(), tensors("uint8", "5:1").c_str());
@@ -98,12 +98,12 @@ TEST_F(LuaFilter, TablesThatDoNotFitTheStreamAreSaid) {
   EXPECT_SAYS(errors.next(), "WEIR-2001");
 }
 
-TEST_F(LuaFilter, AScriptThatIsNotThereIsNoScript) {
+TEST_F(LuaFilter, ReportsAMissingScript) {
   EXPECT_SAYS(start_error("tensor_filter model=/nowhere/a.lua"),
-              "WEIR-3003: the script is not there");
+              "WEIR-3003: the script does not exist");
 }
 
-TEST_F(LuaFilter, AScriptThatNeverReturnsIsEndedInAProcessOfItsOwn) {
+TEST_F(LuaFilter, EndsAScriptThatNeverReturnsInItsOwnProcess) {
   auto h = filter("isolate=process isolate-timeout=200 model=" +
                   script("while input_tensor(1)[1] == 255 do end output_tensor(1)[1] = 1"));
   Errors errors(h);
@@ -114,7 +114,7 @@ TEST_F(LuaFilter, AScriptThatNeverReturnsIsEndedInAProcessOfItsOwn) {
   EXPECT_TRUE(pushed_until_something_comes(h));
 }
 
-TEST_F(LuaFilter, AScriptThatEndsItsProcessEndsNoPipeline) {
+TEST_F(LuaFilter, SurvivesAScriptThatEndsItsProcess) {
   auto h = filter("isolate=process custom=Libraries:os model=" +
                   script("if input_tensor(1)[1] == 255 then os.exit(7) end"));
   Errors errors(h);
@@ -126,7 +126,7 @@ TEST_F(LuaFilter, AScriptThatEndsItsProcessEndsNoPipeline) {
   EXPECT_TRUE(pushed_until_something_comes(h));
 }
 
-TEST_F(LuaFilter, AnIsolatedScriptRunsNoPrograms) {
+TEST_F(LuaFilter, PreventsAnIsolatedScriptFromRunningPrograms) {
   auto h = filter("isolate=process custom=Libraries:os model=" +
                   script("output_tensor(1)[1] = os.execute('true') == 0 and 1 or 2"));
   EXPECT_EQ(result(h, {0, 0, 0, 0}), (std::vector<float>{2, 0}));
@@ -134,14 +134,14 @@ TEST_F(LuaFilter, AnIsolatedScriptRunsNoPrograms) {
 
 constexpr char kTime[] = "output_tensor(1)[1] = os.time() > 1e9 and 1 or 2";
 
-TEST_F(LuaFilter, ScriptsHaveTheStandardLibraries) {
+TEST_F(LuaFilter, GivesScriptsTheStandardLibraries) {
   for (const char* where : {"none", "process"}) {
     auto h = filter("isolate=" + std::string(where) + " model=" + script(kTime));
     EXPECT_EQ(result(h, {0, 0, 0, 0}), (std::vector<float>{1, 0})) << where;
   }
 }
 
-TEST_F(LuaFilter, TheInstallationPutsScriptsIntoASandbox) {
+TEST_F(LuaFilter, SandboxesScriptsByConfiguration) {
   const auto path = script(kTime);
   const std::string ini = testing::TempDir() + "weir_lua_sandbox.ini";
   std::ofstream(ini) << "[lua]\nsandbox = true\n";
@@ -157,7 +157,7 @@ TEST_F(LuaFilter, TheInstallationPutsScriptsIntoASandbox) {
   }
 }
 
-TEST_F(LuaFilter, APipelineGivesASandboxedScriptALibrary) {
+TEST_F(LuaFilter, AllowsALibraryInTheSandboxByProperty) {
   setenv("WEIR_LUA_SANDBOX", "yes", 1);
   for (const char* custom : {"Libraries:os", "Sandbox:false"}) {
     auto h = filter("custom=" + std::string(custom) + " model=" + script(kTime));
@@ -166,7 +166,7 @@ TEST_F(LuaFilter, APipelineGivesASandboxedScriptALibrary) {
   unsetenv("WEIR_LUA_SANDBOX");
 }
 
-TEST_F(LuaFilter, AConfigurationThatCannotBeReadGivesNoScriptTheLibraries) {
+TEST_F(LuaFilter, WithholdsLibrariesIfTheConfigurationIsUnreadable) {
   const std::string folder = testing::TempDir();
   setenv("WEIR_CONFIG", folder.c_str(), 1);
   const auto error = start_error("tensor_filter model=" + script(kTime));
@@ -176,10 +176,10 @@ TEST_F(LuaFilter, AConfigurationThatCannotBeReadGivesNoScriptTheLibraries) {
   EXPECT_EQ(result(h, {0, 0, 0, 0}), (std::vector<float>{1, 0}));
 }
 
-TEST_F(LuaFilter, AConfigurationWithAFaultGivesNoScriptTheLibraries) {
+TEST_F(LuaFilter, WithholdsLibrariesIfTheConfigurationIsInvalid) {
   const std::string path = testing::TempDir() + "weir_lua_fault.ini";
   const std::pair<std::string, const char*> cases[] = {
-      {"[lua\nsandbox = true\n", ":1: the name of a group cannot be read"},
+      {"[lua\nsandbox = true\n", ":1: the group name cannot be read"},
       {"[lua]\nsandbox true\n", ":2: the line is neither"},
       {std::string((1 << 20) + 1, '\n'), ": the file is too long"},
       {"", " cannot be read: it is not there"},  // no file
@@ -198,13 +198,13 @@ TEST_F(LuaFilter, AConfigurationWithAFaultGivesNoScriptTheLibraries) {
   }
 }
 
-TEST_F(LuaFilter, AWrongWordOfTheInstallationIsAnError) {
+TEST_F(LuaFilter, ReportsAnInvalidConfigurationValue) {
   setenv("WEIR_LUA_SANDBOX", "perhaps", 1);
   EXPECT_SAYS(start_error("tensor_filter model=" + script(kTime)), "Sandbox:perhaps");
   unsetenv("WEIR_LUA_SANDBOX");
 }
 
-TEST_F(LuaFilter, AnotherScriptTakesItsPlaceWhileItRuns) {
+TEST_F(LuaFilter, CanBeReplacedWhilePlaying) {
   auto h = filter("is-updatable=true model=" + script(kSum));
   EXPECT_EQ(result(h, {0, 1, 2, 3}), kSums);
   const std::string other = testing::TempDir() + "weir_lua_other.lua";

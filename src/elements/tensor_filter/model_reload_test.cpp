@@ -1,11 +1,11 @@
-// Models that are replaced while frames flow.
+// Replacing models while frames flow.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <atomic>
 #include <future>
 #include <thread>
 
 #include "becomes.hpp"
-#include "elements/tensor_filter/adder_harness.hpp"
+#include "elements/tensor_filter/adder_test_support.hpp"
 
 namespace {
 
@@ -25,7 +25,7 @@ void expect_ledger(GstElement* filter, uint64_t frames) {
   EXPECT_EQ(stat(filter, "pushed"), frames);
   EXPECT_EQ(stat(filter, "held"), 0u);
 }
-// Until the property `model` changes.
+// Waits until the property `model` changes.
 void wait_for_notify(GstElement* filter, const std::function<void()>& act) {
   std::promise<void> changed;
   const auto notify = +[](GObject*, GParamSpec*, gpointer data) {
@@ -37,7 +37,7 @@ void wait_for_notify(GstElement* filter, const std::function<void()>& act) {
   g_signal_handler_disconnect(filter, id);
 }
 
-TEST(ModelReload, ThePropertyReplacesTheModelBeforeItReturns) {
+TEST(ModelReload, TheModelIsReplacedWhenThePropertySetterReturns) {
   const AdderFiles files;
   auto h = harness_of(adder(files.model(1), "is-updatable=true"), kAdderCaps);
   const auto filter = element_of(h, "tensor_filter");
@@ -49,7 +49,90 @@ TEST(ModelReload, ThePropertyReplacesTheModelBeforeItReturns) {
   expect_ledger(filter.get(), 2);
 }
 
-TEST(ModelReload, TheSameFileMayHaveBecomeAnotherModel) {
+// A filter whose model waits at a gate while it is reopened for another property.
+struct OpenedAgain {
+  explicit OpenedAgain(const std::string& model)
+      : h(harness_of(adder(model, "is-updatable=true custom=gate:" + gate.reader() +
+                                      ",tell:" + tell.writer()),
+                     kAdderCaps)),
+        filter(element_of(h, "tensor_filter")) {}
+  void change_a_property() { g_object_set(filter.get(), "inputname", "other", nullptr); }
+  std::future<float> push_later() {
+    return std::async(std::launch::async, [this] { return pushed_sum(h); });
+  }
+  void wait_until_it_is_at_the_gate() {
+    while (tell.next() != 'g') continue;
+  }
+
+  Pipe gate, tell;
+  Harness h;
+  Ref<GstElement> filter;
+};
+
+TEST(ModelReload, AFileReplacedDuringAReopenWins) {
+  const AdderFiles files;
+  const auto slow = files.model(1);
+  OpenedAgain opened(slow);
+  EXPECT_EQ(pushed_sum(opened.h), 1);
+  files.model(1, "4 gate");
+  opened.change_a_property();
+  auto pushed = opened.push_later();
+  opened.wait_until_it_is_at_the_gate();
+  set_model(opened.filter.get(), files.model(2));
+  opened.gate.put('x');
+  EXPECT_EQ(pushed.get(), 2);
+  EXPECT_EQ(text_property(opened.filter.get(), "model"), files.model(2));
+}
+
+TEST(ModelReload, TheSameFileReloadedDuringAReopenWins) {
+  const AdderFiles files;
+  const auto path = files.write("m", "1 4");
+  OpenedAgain opened(path);
+  files.write("m", "1 4 gate");
+  opened.change_a_property();
+  auto pushed = opened.push_later();
+  opened.wait_until_it_is_at_the_gate();
+  files.write("m", "5 4");
+  set_model(opened.filter.get(), path);
+  opened.gate.put('x');
+  EXPECT_EQ(pushed.get(), 5);
+}
+
+TEST(ModelReload, AModelReopenedDuringAReplacementGetsTheNewFile) {
+  const AdderFiles files;
+  OpenedAgain opened(files.model(1));
+  EXPECT_EQ(pushed_sum(opened.h), 1);
+  const auto slow = files.model(2, "4 gate");
+  auto replaced = std::async(std::launch::async, [&] { set_model(opened.filter.get(), slow); });
+  opened.wait_until_it_is_at_the_gate();
+  opened.change_a_property();
+  EXPECT_EQ(pushed_sum(opened.h), 1);
+  opened.gate.put('x');
+  opened.gate.put('x');  // for the new model
+  replaced.get();
+  EXPECT_EQ(pushed_sum(opened.h), 2);
+  EXPECT_EQ(text_property(opened.filter.get(), "model"), slow);
+  EXPECT_EQ(text_property(opened.filter.get(), "inputname"), "other");
+}
+
+TEST(ModelReload, UsesAFileThatIsSetWhileTheElementStarts) {
+  const AdderFiles files;
+  OpenedAgain opened(files.model(1));
+  gst_element_set_state(opened.filter.get(), GST_STATE_READY);
+  files.model(1, "4 gate");
+  auto started = std::async(std::launch::async, [&] {
+    return gst_element_set_state(opened.filter.get(), GST_STATE_PLAYING);
+  });
+  opened.wait_until_it_is_at_the_gate();
+  set_model(opened.filter.get(), files.model(2));
+  opened.gate.put('x');
+  EXPECT_EQ(started.get(), GST_STATE_CHANGE_SUCCESS);
+  gst_harness_set_src_caps_str(opened.h.get(), kAdderCaps);
+  EXPECT_EQ(pushed_sum(opened.h), 2);
+  EXPECT_EQ(text_property(opened.filter.get(), "model"), files.model(2));
+}
+
+TEST(ModelReload, TheSameFileCanContainAnotherModel) {
   const AdderFiles files;
   const auto path = files.write("m", "1 4");
   auto h = harness_of(adder(path, "is-updatable=true"), kAdderCaps);
@@ -60,8 +143,8 @@ TEST(ModelReload, TheSameFileMayHaveBecomeAnotherModel) {
   EXPECT_EQ(pushed_sum(h), 5);
 }
 
-// Model n adds n: outputs tell which model each frame had.
-TEST(ModelReload, HundredReloadsUnderLoadLoseNoFrameAndSwitchExactly) {
+// Model n adds n, so outputs show which model processed each frame.
+TEST(ModelReload, AHundredReloadsUnderLoadLoseNoFrame) {
   constexpr int kReloads = 100;
   const AdderFiles files;
   std::vector<std::string> models;
@@ -80,8 +163,8 @@ TEST(ModelReload, HundredReloadsUnderLoadLoseNoFrameAndSwitchExactly) {
   for (float last = 0; last < kReloads; ++frames) {
     const int before = done;
     const float now = pushed_sum(h);
-    ASSERT_GE(now, static_cast<float>(before)) << "a reload that had returned";
-    ASSERT_LE(now, static_cast<float>(begun)) << "a reload that had not begun";
+    ASSERT_GE(now, static_cast<float>(before)) << "a finished reload";
+    ASSERT_LE(now, static_cast<float>(begun)) << "a reload that had not started";
     ASSERT_GE(now, last) << "an old model after a new one";
     last = now;
   }
@@ -90,7 +173,7 @@ TEST(ModelReload, HundredReloadsUnderLoadLoseNoFrameAndSwitchExactly) {
   expect_ledger(filter.get(), frames);
 }
 
-// Frames are on several threads at once; they leave in their order, and so do the models.
+// Frames run on several threads; their order and that of the models is kept.
 TEST(ModelReload, ReloadsUnderWorkersKeepTheOrderOfTheModels) {
   constexpr int kReloads = 50;
   const AdderFiles files;
@@ -105,7 +188,7 @@ TEST(ModelReload, ReloadsUnderWorkersKeepTheOrderOfTheModels) {
       done = i;
     }
   });
-  std::vector<int> least;  // what had been put in place when the frame came
+  std::vector<int> least;  // the model that was installed when the frame arrived
   while (least.empty() || least.back() < kReloads) {
     least.push_back(done);
     ASSERT_EQ(gst_harness_push(h.get(), frame<float>({0, 0, 0, 0})), GST_FLOW_OK);
@@ -143,7 +226,7 @@ TEST(ModelReload, FollowsTheShapesOfAFlexibleStreamAcrossReloads) {
   }
 }
 
-TEST(ModelReload, AModelThatDoesNotFitIsRefusedWithBothSides) {
+TEST(ModelReload, AnIncompatibleModelIsRejectedWithBothShapes) {
   const AdderFiles files;
   auto h = harness_of(adder(files.model(1), "is-updatable=true"), kAdderCaps);
   const auto filter = element_of(h, "tensor_filter");
@@ -151,37 +234,37 @@ TEST(ModelReload, AModelThatDoesNotFitIsRefusedWithBothSides) {
   EXPECT_EQ(pushed_sum(h), 1);
   set_model(filter.get(), files.model(2, "5"));
   const auto text = messages.next_warning();
-  EXPECT_SAYS(text, "WEIR-3012: the new model does not fit in place of the one that runs");
+  EXPECT_SAYS(text, "WEIR-3012: the new model cannot replace the one that runs");
   EXPECT_SAYS(text, "offered: " + files.model(2, "5") + ": in 1 tensor: float32 5:?");
   EXPECT_SAYS(text, "needed: " + files.model(1) + ": in 1 tensor: float32 4:?");
-  EXPECT_EQ(text_property(filter.get(), "model"), files.model(1)) << "says what runs";
+  EXPECT_EQ(text_property(filter.get(), "model"), files.model(1)) << "the running model";
   EXPECT_EQ(pushed_sum(h), 1);
-  EXPECT_EQ(messages.next(), "") << "the stream goes on";
+  EXPECT_EQ(messages.next(), "") << "the stream continues";
 }
 
-TEST(ModelReload, AModelThatCannotBeOpenedOrRunIsRefused) {
+TEST(ModelReload, AModelThatCannotBeOpenedOrRunIsRejected) {
   const AdderFiles files;
   auto h = harness_of(adder(files.model(1), "is-updatable=true custom=fail:3"), kAdderCaps);
   const auto filter = element_of(h, "tensor_filter");
   Errors messages(h);
-  const std::pair<std::string, const char*> refused[] = {
-      {"/nowhere/m.add", "WEIR-3003: the model file is not there"},
+  const std::pair<std::string, const char*> invalid[] = {
+      {"/nowhere/m.add", "WEIR-3003: the model file does not exist"},
       {files.write("rubbish", "rubbish"), "WEIR-3004: no model of the adder"},
       {files.model(3), "WEIR-3006: ordered to fail"},
       {"", "WEIR-3003: no model is set"},
       {"mlagent://model/x/1", "mlagent://model/x/1"},
   };
   EXPECT_EQ(pushed_sum(h), 1);
-  for (const auto& [model, words] : refused) {
+  for (const auto& [model, message] : invalid) {
     set_model(filter.get(), model);
-    EXPECT_SAYS(messages.next_warning(), words);
+    EXPECT_SAYS(messages.next_warning(), message);
     EXPECT_EQ(text_property(filter.get(), "model"), files.model(1));
     EXPECT_EQ(pushed_sum(h), 1);
   }
   EXPECT_EQ(stat(filter.get(), "reloads"), 0u);
 }
 
-TEST(ModelReload, WithoutIsUpdatableTheModelIsForTheNextStart) {
+TEST(ModelReload, WithoutIsUpdatableTheModelAppliesAtTheNextStart) {
   const AdderFiles files;
   auto h = harness_of(adder(files.model(1)), kAdderCaps);
   const auto filter = element_of(h, "tensor_filter");
@@ -192,8 +275,8 @@ TEST(ModelReload, WithoutIsUpdatableTheModelIsForTheNextStart) {
   EXPECT_EQ(pushed_sum(h), 1);
 }
 
-// The new model's opening waits for the test: frames flow meanwhile.
-TEST(ModelReload, AnEventReplacesTheModelWithoutHoldingFramesUp) {
+// Opening the new model waits for the test; frames flow meanwhile.
+TEST(ModelReload, AnEventReplacesTheModelWithoutBlockingFrames) {
   const AdderFiles files;
   const Pipe gate;
   auto h = harness_of(adder(files.model(1), "is-updatable=true custom=gate:" + gate.reader()),
@@ -220,16 +303,16 @@ TEST(ModelReload, OfSeveralEventsTheLastOneWins) {
   const auto filter = element_of(h, "tensor_filter");
   gst_harness_push_event(h.get(), update_event(files.model(2, "4 gate")));
   for (int i = 3; i < 9; ++i) gst_harness_push_event(h.get(), update_event(files.model(i)));
-  const auto last = files.model(9);  // the file is complete before it is asked for
+  const auto last = files.model(9);  // the file is complete before the request
   gst_harness_push_event(h.get(), update_event(last));
   gate.put('x');
   EXPECT_TRUE(becomes_true([&] { return text_property(filter.get(), "model") == last; },
-                           "the model that was asked for last"));
+                           "the model that was requested last"));
   EXPECT_EQ(pushed_sum(h), 9);
   EXPECT_LE(stat(filter.get(), "reloads"), 8u);
 }
 
-TEST(ModelReload, AnEventThatAsksForNothingGoodLeavesTheModel) {
+TEST(ModelReload, AnInvalidEventKeepsTheModel) {
   const AdderFiles files;
   auto h = harness_of(adder(files.model(1), "is-updatable=true"), kAdderCaps);
   const auto filter = element_of(h, "tensor_filter");
@@ -237,7 +320,7 @@ TEST(ModelReload, AnEventThatAsksForNothingGoodLeavesTheModel) {
   gst_harness_push_event(h.get(),
                          gst_event_new_custom(GST_EVENT_CUSTOM_DOWNSTREAM,
                                               gst_structure_new_empty("evt_update_model")));
-  EXPECT_SAYS(messages.next_warning(), "evt_update_model names no model");
+  EXPECT_SAYS(messages.next_warning(), "the event evt_update_model contains no model");
   gst_harness_push_event(h.get(), update_event("/nowhere/m"));
   std::string text;
   EXPECT_TRUE(becomes_true([&] { return !(text = messages.next_warning()).empty(); }, "a warning"));
@@ -245,7 +328,7 @@ TEST(ModelReload, AnEventThatAsksForNothingGoodLeavesTheModel) {
   EXPECT_EQ(pushed_sum(h), 1);
 }
 
-TEST(ModelReload, TheEventPassesAFilterThatIsNotUpdatable) {
+TEST(ModelReload, ForwardsTheEventIfNotUpdatable) {
   const AdderFiles files;
   auto h = harness_of(adder(files.model(1)), kAdderCaps);
   EXPECT_EQ(pushed_sum(h), 1);
@@ -257,7 +340,7 @@ TEST(ModelReload, TheEventPassesAFilterThatIsNotUpdatable) {
   EXPECT_EQ(pushed_sum(h), 1);
 }
 
-TEST(ModelReload, AFilterThatIsShutWaitsForWhatIsBeingOpened) {
+TEST(ModelReload, AStopWaitsForAModelThatIsBeingOpened) {
   const AdderFiles files;
   const Pipe gate, tell;
   auto h = harness_of(adder(files.model(1), "is-updatable=true custom=gate:" + gate.reader() +

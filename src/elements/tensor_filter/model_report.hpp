@@ -1,5 +1,5 @@
-// ModelReport: what the properties input, inputtype, inputname, output... of tensor_filter say
-// where the user said nothing: the tensors of the model.
+// ModelReport: the model's tensors, as which the properties input, inputtype, output etc. of
+// tensor_filter read where the user set nothing.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <memory>
@@ -7,39 +7,28 @@
 #include <string>
 #include <vector>
 
-#include "core/filter/model_shape.hpp"
 #include "elements/tensor_filter/filter_settings.hpp"
 
 namespace weir {
 
-// Lists as the properties are written; "" for no tensors.
-std::string dimensions_text(const std::vector<ModelShape>& shapes);
-std::string types_text(const std::vector<ModelShape>& shapes);
-std::string names_text(const std::vector<ModelShape>& shapes);
-std::string layouts_text(const std::vector<ModelShape>& shapes);
-// The user's list as it was understood: an unknown word is NONE.
-std::string layouts_text(const std::string& list);
-
 // Thread-safe.
 class ModelReport {
  public:
-  struct Tensors {
-    std::vector<ModelShape> inputs, outputs;
-  };
-  // Of a stream that was negotiated; until forget().
+  using Tensors = ModelTensors;
+  // Sets the tensors of a negotiated stream, until forget().
   void negotiated(Tensors tensors);
   void forget();
-  // Null where nothing was negotiated.
+  // Null if no stream was negotiated.
   std::shared_ptr<const Tensors> of_stream() const;
-  // Of the model of a filter that does not run, which is opened for it, once for the same settings.
-  // Null without a model, and for one that does not open.
+  // The tensors of the model of a filter that is not running. The model is opened for this, once
+  // for the same settings. Null without a model, or if it cannot be opened.
   std::shared_ptr<const Tensors> of_settings(const FilterSettings& settings);
 
  private:
   mutable std::mutex mutex_;  // guards stream_
   std::shared_ptr<const Tensors> stream_;
   std::mutex opening_;  // guards the rest
-  std::string known_key_;
+  FilterSettings known_of_;
   std::shared_ptr<const Tensors> known_;
 };
 

@@ -1,6 +1,6 @@
-// Which engine, accelerator and layouts the properties of tensor_filter mean; config-file.
+// How the properties of tensor_filter select engine, accelerator and layouts; config-file.
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "elements/tensor_filter/adder_harness.hpp"
+#include "elements/tensor_filter/adder_test_support.hpp"
 
 namespace {
 
@@ -11,7 +11,7 @@ std::string accelerator_of(GstElement* filter) {
   const char* text = gst_structure_get_string(all.get(), "accelerator");
   return text ? text : "none there";
 }
-// An element that runs, with what it warned of.
+// A running element and its warnings.
 struct Started {
   explicit Started(const std::string& launch) : element(lone_element(launch)) {
     Errors messages(element.get());
@@ -23,7 +23,7 @@ struct Started {
   std::string warning;
 };
 
-TEST(ModelSettings, TheAcceleratorIsChosenOfWhatTheEngineSupports) {
+TEST(ModelSettings, ChoosesAnAcceleratorThatTheEngineSupports) {
   const AdderFiles files;
   const std::pair<const char*, const char*> cases[] = {
       {"", ""},
@@ -36,26 +36,26 @@ TEST(ModelSettings, TheAcceleratorIsChosenOfWhatTheEngineSupports) {
   for (const auto& [text, chosen] : cases) {
     const Started filter(adder(files.model(1), std::string("accelerator=\"") + text + "\""));
     EXPECT_EQ(accelerator_of(filter.element.get()), chosen) << text;
-    EXPECT_EQ(text_property(filter.element.get(), "accelerator"), text) << "reads as it was given";
+    EXPECT_EQ(text_property(filter.element.get(), "accelerator"), text) << "reads as it was set";
     EXPECT_EQ(filter.warning, "");
   }
 }
 
-TEST(ModelSettings, AnAcceleratorThatCannotBeReadIsNoneWithAWarning) {
+TEST(ModelSettings, WarnsAboutAnUnreadableAccelerator) {
   const AdderFiles files;
   const Started filter(adder(files.model(1), "accelerator=true:gqu"));
   EXPECT_EQ(accelerator_of(filter.element.get()), "none");
   EXPECT_SAYS(filter.warning, "at \"gqu\", did you mean gpu?");
 }
 
-TEST(ModelSettings, ALayoutThatIsNotKnownIsAWarning) {
+TEST(ModelSettings, WarnsAboutAnUnknownLayout) {
   const AdderFiles files;
   EXPECT_EQ(Started(adder(files.model(1), "inputlayout=nhwc outputlayout=ANY")).warning, "");
   EXPECT_SAYS(Started(adder(files.model(1), "outputlayout=HWC")).warning,
               "offered: outputlayout=HWC");
 }
 
-TEST(ModelSettings, TheFrameworkIsFoundByTheModelBeforeAnythingIsOpened) {
+TEST(ModelSettings, FindsTheFrameworkByTheModelBeforeOpening) {
   for (const char* launch :
        {"tensor_filter model=a.tflite", "tensor_filter model=a.tflite framework=auto",
         "tensor_filter framework=auto model=a.tflite",
@@ -67,7 +67,7 @@ TEST(ModelSettings, TheFrameworkIsFoundByTheModelBeforeAnythingIsOpened) {
             "adder");
 }
 
-TEST(ModelSettings, FrameworkAndModelComeInAnyOrder) {
+TEST(ModelSettings, AcceptsFrameworkAndModelInAnyOrder) {
   const AdderFiles files;
   const std::string model = " model=" + files.model(3), framework = " framework=adder";
   for (const auto& launch :
@@ -78,7 +78,7 @@ TEST(ModelSettings, FrameworkAndModelComeInAnyOrder) {
   }
 }
 
-TEST(ModelSettings, StatsShowTheThreadsThatTheEngineChose) {
+TEST(ModelSettings, ShowsTheEnginesThreadsInStats) {
   const AdderFiles files;
   for (const std::string where : {"", " isolate=process"}) {
     auto h =
@@ -108,29 +108,29 @@ TEST(ModelSettings, ConfigFileSetsPropertiesOfEachKind) {
   EXPECT_EQ(suspend, 70000u);
 }
 
-TEST(ModelSettings, ConfigFileTellsOfKeysThatAreNotKnown) {
+TEST(ModelSettings, ConfigFileWarnsAboutUnknownKeys) {
   const AdderFiles files;
   const auto path = files.write("filter.conf", "framwork=adder\n");
   const Started filter(adder(files.model(4), "config-file=" + path));
   EXPECT_SAYS(filter.warning, "did you mean framework?");
 }
 
-TEST(ModelSettings, ConfigFileTellsOfWordsThatAreNone) {
+TEST(ModelSettings, ConfigFileWarnsAboutInvalidValues) {
   const AdderFiles files;
   const auto path = files.write("filter.conf", "when-busy=drop-odl\n");
   const Started filter(adder(files.model(4), "config-file=" + path));
   EXPECT_SAYS(filter.warning,
-              "WEIR-1004: tensor_filter does not take this value for when-busy\n"
+              "WEIR-1004: tensor_filter does not accept this value for when-busy\n"
               "  offered: drop-odl\n  needed: one of: unset, block, drop-new, drop-old\n"
               "  first difference: did you mean drop-old?");
   const auto right = files.write("filter.conf", "when-busy=drop-old\n");
   EXPECT_EQ(Started(adder(files.model(4), "config-file=" + right)).warning, "");
 }
 
-TEST(ModelSettings, AConfigFileThatIsNotThereIsAnError) {
+TEST(ModelSettings, ReportsAMissingConfigFile) {
   const AdderFiles files;
   EXPECT_SAYS(start_error(adder(files.model(4), "config-file=/nowhere/f.conf")),
-              "WEIR-4001: the file of properties cannot be read");
+              "WEIR-4001: the property file cannot be read");
 }
 
 }  // namespace

@@ -1,6 +1,6 @@
 // Filters that share a model by a key.
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "elements/tensor_filter/adder_harness.hpp"
+#include "elements/tensor_filter/adder_test_support.hpp"
 
 namespace {
 
@@ -8,7 +8,7 @@ using namespace weir::test;
 
 constexpr char kKey[] = " is-updatable=true shared-tensor-filter-key=k";
 
-TEST(ModelSharing, OneKeyOpensTheModelOnce) {
+TEST(ModelSharing, TheSameKeyOpensTheModelOnce) {
   const AdderFiles files;
   const Pipe tell;
   const auto line = adder(files.model(1), "custom=tell:" + tell.writer() + kKey);
@@ -25,10 +25,10 @@ TEST(ModelSharing, OneKeyOpensTheModelOnce) {
     EXPECT_EQ(stat(filter.get(), "shared-by"), 2u);
     EXPECT_EQ(pushed_sum(second), 1);
   }
-  EXPECT_EQ(tell.next(), 'c') << "with its last user, and nothing was opened between";
+  EXPECT_EQ(tell.next(), 'c') << "closed with its last user and not reopened before";
 }
 
-TEST(ModelSharing, WithoutAKeyEachHasItsOwn) {
+TEST(ModelSharing, WithoutAKeyEachFilterOpensAModel) {
   const AdderFiles files;
   const Pipe tell;
   const auto line = adder(files.model(1), "custom=tell:" + tell.writer());
@@ -38,7 +38,7 @@ TEST(ModelSharing, WithoutAKeyEachHasItsOwn) {
   EXPECT_EQ(stat(first, "tensor_filter", "shared-by"), 1u);
 }
 
-TEST(ModelSharing, AnEngineWithOneSessionServesAllUsersOfTheKey) {
+TEST(ModelSharing, AnEngineWithOneSessionServesAllFiltersOfTheKey) {
   const AdderFiles files;
   const auto line = adder(files.model(1), std::string("custom=sessions:1") + kKey);
   auto first = harness_of(line, kAdderCaps), second = harness_of(line, kAdderCaps);
@@ -48,14 +48,14 @@ TEST(ModelSharing, AnEngineWithOneSessionServesAllUsersOfTheKey) {
   }
 }
 
-TEST(ModelSharing, AnotherModelUnderTheKeyIsToldAndNotShared) {
+TEST(ModelSharing, ADifferentModelUnderTheKeyIsReportedAndNotShared) {
   const AdderFiles files;
   auto first = harness_of(adder(files.model(1), kKey), kAdderCaps);
   const auto second = lone_element(adder(files.model(2), kKey));
   Errors messages(second.get());
   EXPECT_EQ(gst_element_set_state(second.get(), GST_STATE_PAUSED), GST_STATE_CHANGE_SUCCESS);
   const auto text = messages.next_warning();
-  EXPECT_SAYS(text, "WEIR-3012: the model under this key is another one and is not shared");
+  EXPECT_SAYS(text, "WEIR-3012: the model with this key is a different one and is not shared");
   EXPECT_SAYS(text, "offered: model=" + files.model(2) + " framework=adder");
   EXPECT_SAYS(text, "needed: shared-tensor-filter-key=k: model=" + files.model(1));
   EXPECT_EQ(stat(second.get(), "shared-by"), 1u);
@@ -63,7 +63,7 @@ TEST(ModelSharing, AnotherModelUnderTheKeyIsToldAndNotShared) {
   EXPECT_EQ(pushed_sum(first), 1);
 }
 
-TEST(ModelSharing, AReloadReplacesTheModelOfAllUsers) {
+TEST(ModelSharing, AReloadReplacesTheModelOfAllFilters) {
   const AdderFiles files;
   const auto line = adder(files.model(1), kKey);
   auto first = harness_of(line, kAdderCaps), second = harness_of(line, kAdderCaps);
@@ -75,7 +75,7 @@ TEST(ModelSharing, AReloadReplacesTheModelOfAllUsers) {
   EXPECT_EQ(stat(second, "tensor_filter", "reloads"), 1u);
 }
 
-TEST(ModelSharing, AReloadThatDoesNotFitOneUserReplacesNone) {
+TEST(ModelSharing, AReloadThatDoesNotFitOneFilterReplacesNone) {
   const AdderFiles files;
   const auto line = adder(files.model(1), kKey);
   auto first = harness_of(line, kAdderCaps), second = harness_of(line, kAdderCaps);

@@ -1,10 +1,10 @@
-// Settings -> engine, files, options.
+// Finds the engine, the files and the options for the settings.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "elements/tensor_filter/model_source.hpp"
 
-#include "core/infer/accelerator.hpp"
-#include "core/infer/custom_options.hpp"
-#include "core/infer/module_library.hpp"
+#include "core/infer/module/accelerator.hpp"
+#include "core/infer/module/custom_options.hpp"
+#include "core/infer/module/module_library.hpp"
 #include "core/isolate/isolated_engine.hpp"
 #include "core/text/text.hpp"
 #include "elements/tensor_filter/isolated_filter.hpp"
@@ -26,7 +26,7 @@ bool automatic(const std::string& framework) {
          equal_ignoring_case(framework, "any");
 }
 
-// Properties that engines may ask for by name (core/infer/declared_options.hpp).
+// Properties that engines may request by name (core/infer/model/declared_options.hpp).
 std::vector<std::pair<std::string, std::string>> declared(const FilterSettings& s) {
   const auto number = [](auto value) { return value ? std::to_string(value) : ""; };
   std::vector<std::pair<std::string, std::string>> out{
@@ -58,12 +58,11 @@ Result<infer::ModelSource> model_source(const FilterSettings& s,
                                         std::optional<Error>* warning) {
   const auto paths = paths_of(s.model);
   const auto no_model = [] {
-    return Error{Code::MODEL_NOT_FOUND,
-                 "no model is set",
-                 "model=\"\"",
-                 "the path of a model file",
-                 "",
-                 "tensor_filter model=mobilenet.tflite"};
+    return Error{.code = Code::MODEL_NOT_FOUND,
+                 .what = "no model is set",
+                 .offered = "model=\"\"",
+                 .needed = "the path of a model file",
+                 .fix = "tensor_filter model=mobilenet.tflite"};
   };
   if (paths.empty() && automatic(s.framework)) return no_model();
   auto& library = infer::ModuleLibrary::instance();

@@ -1,26 +1,27 @@
-// Which engine and which files the settings of tensor_filter mean.
+// Finds the engine and the model files for the settings of tensor_filter.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <memory>
 #include <optional>
 #include <string>
 
-#include "core/infer/engine_choice.hpp"
-#include "core/infer/shared_model.hpp"
+#include "core/infer/model/shared_model.hpp"
+#include "core/infer/module/engine_choice.hpp"
 #include "elements/tensor_filter/filter_settings.hpp"
 
 namespace weir {
 
-// MODEL_NOT_FOUND without a model; else as ModuleLibrary says. With a `monitor` the engine is that
-// of worker processes. `warning` (may be null) gets what is wrong with accelerator.
+// MODEL_NOT_FOUND without a model; otherwise the errors of ModuleLibrary. With a `monitor`, the
+// engine runs in worker processes. `warning` (may be null) gets the error of the property
+// accelerator.
 Result<infer::ModelSource> model_source(const FilterSettings& settings,
                                         const std::shared_ptr<isolate::Monitor>& monitor,
                                         std::optional<Error>* warning);
-// The engine's name as the settings say it, found by the model's files where they say "auto";
-// nothing is opened.
+// The name of the engine: the property, or for "auto" the engine that is found by the model files.
+// Opens nothing.
 std::string framework_name(const FilterSettings& settings);
-// The choice that framework=auto makes; none where the settings name an engine, or nobody claims
-// the files.
+// The engine that framework=auto chooses; nullopt if the settings name an engine, or no engine
+// supports the files.
 std::optional<infer::EngineChoice> automatic_engine(const FilterSettings& settings);
 
 }  // namespace weir

@@ -1,8 +1,8 @@
-// Models that take any number of tensors: what they give is known with the stream.
+// Models that accept any number of tensors: their outputs are known when the stream is negotiated.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <fstream>
 
-#include "elements/tests/element_harness.hpp"
+#include "elements/tests/element_test_support.hpp"
 
 namespace {
 
@@ -34,25 +34,25 @@ TEST(TensorFilterOpenCount, FollowsTheStream) {
   }
 }
 
-TEST(TensorFilterOpenCount, MayGiveFewer) {
+TEST(TensorFilterOpenCount, AllowsFewerOutputs) {
   auto h = harness_of(filter("any:1"), kTwo);
   const auto out = Ref<GstBuffer>::adopt(gst_harness_push_and_pull(h.get(), two().release()));
   ASSERT_TRUE(out);
   EXPECT_EQ(values<float>(out.get()), (std::vector<float>{2, 4}));
 }
 
-TEST(TensorFilterOpenCount, CombinesWhatIsThere) {
+TEST(TensorFilterOpenCount, CombinesTheExistingOutputs) {
   auto h = harness_of(filter("any:2", "output-combination=i0,o1"), kTwo);
   const auto out = Ref<GstBuffer>::adopt(gst_harness_push_and_pull(h.get(), two().release()));
   ASSERT_TRUE(out);
   EXPECT_EQ(values<float>(out.get()), (std::vector<float>{1, 2, 6, 8}));
 }
 
-TEST(TensorFilterOpenCount, SaysWhatIsWrongOnceTheStreamIsKnown) {
+TEST(TensorFilterOpenCount, ReportsErrorsOnceTheStreamIsKnown) {
   EXPECT_SAYS(start_error(filter("any:2", "output-combination=o2"), kTwo), "2 outputs, from o0 on");
-  EXPECT_SAYS(start_error(filter("any:0"), kTwo), "the model says no outputs for this stream");
+  EXPECT_SAYS(start_error(filter("any:0"), kTwo), "the model declares no outputs for this stream");
   EXPECT_SAYS(start_error(filter("any:2", "output=2:1 outputtype=float32"), kTwo),
-              "output= has another number of tensors than the model gives");
+              "output= and the model's outputs for this stream differ in number");
 }
 
 }  // namespace

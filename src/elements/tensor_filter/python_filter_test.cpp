@@ -1,4 +1,4 @@
-// Scripts of Python in pipelines, in this process and in others. Skipped without Python or NumPy.
+// Python scripts in pipelines, in this process and in others. Skipped without Python or NumPy.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <algorithm>
 #include <cstdlib>
@@ -6,7 +6,7 @@
 #include <fstream>
 #include <thread>
 
-#include "elements/tests/element_harness.hpp"
+#include "elements/tests/element_test_support.hpp"
 
 namespace {
 
@@ -53,9 +53,9 @@ TEST_F(PythonFilter, PassesFramesOfAnyKind) {
   }
 }
 
-// Specification 4.3: an error for every framework, also where outputs are known with the stream
-// only.
-TEST_F(PythonFilter, RefusesOutputPropertiesThatContradictTheModel) {
+// docs/compatibility/filter.md 4.3: an error for every framework, even if the outputs are known
+// only when the stream is negotiated.
+TEST_F(PythonFilter, RejectsOutputPropertiesThatContradictTheModel) {
   const auto caps = tensors("uint8", "3:4:2:1");
   for (const char* where : {"", " isolate=process"})
     for (const char* wrong :
@@ -66,7 +66,7 @@ TEST_F(PythonFilter, RefusesOutputPropertiesThatContradictTheModel) {
     }
 }
 
-TEST_F(PythonFilter, TakesOutputPropertiesThatAgreeWithTheModel) {
+TEST_F(PythonFilter, AcceptsOutputPropertiesThatMatchTheModel) {
   for (const char* right : {"output=3:4:2", "output=3:4:2:1:1", "outputtype=uint8",
                             "output=3:4:2:1 outputtype=uint8"}) {
     auto h = harness_of(filter(example("passthrough"), right), tensors("uint8", "3:4:2:1"));
@@ -76,7 +76,7 @@ TEST_F(PythonFilter, TakesOutputPropertiesThatAgreeWithTheModel) {
   }
 }
 
-// Bytes behind a header; specification 1.7.
+// Bytes after a header; docs/compatibility/types-and-caps.md 1.7.
 Bytes flexible(uint32_t count) {
   Bytes out(128 + count);
   const auto put = [&](size_t word, uint32_t value) { std::memcpy(&out[4 * word], &value, 4); };
@@ -90,8 +90,8 @@ Bytes flexible(uint32_t count) {
 
 constexpr char kFlexible[] = "other/tensors,format=flexible,framerate=30/1";
 
-// Outputs that only each frame tells are flexible tensors.
-TEST_F(PythonFilter, GivesFlexibleTensorsForFlexibleOnes) {
+// Outputs that are known only with each frame are flexible tensors.
+TEST_F(PythonFilter, OutputsFlexibleTensorsForFlexibleInput) {
   auto h = harness_of(filter(example("passthrough")), kFlexible);
   for (const uint32_t count : {4u, 5u}) {
     const auto out = pushed(h, frame(flexible(count)));
@@ -101,8 +101,8 @@ TEST_F(PythonFilter, GivesFlexibleTensorsForFlexibleOnes) {
   EXPECT_SAYS(caps_text(h), "other/tensors, format=(string)flexible");
 }
 
-// Specification 4.3: the framework is asked with the input that the user says.
-TEST_F(PythonFilter, KnowsItsOutputsOfAFlexibleStreamWhoseTensorsTheUserSays) {
+// docs/compatibility/filter.md 4.3: the framework is queried with the input that the user set.
+TEST_F(PythonFilter, NegotiatesOutputsForADeclaredFlexibleStream) {
   auto h = harness_of(filter(example("passthrough"), "input=4:1 inputtype=uint8"), kFlexible);
   const auto out = pushed(h, frame(flexible(4)));
   ASSERT_TRUE(out);
@@ -113,7 +113,7 @@ TEST_F(PythonFilter, KnowsItsOutputsOfAFlexibleStreamWhoseTensorsTheUserSays) {
   EXPECT_SAYS(errors.next(), "the stream does not fit the model");
 }
 
-TEST_F(PythonFilter, RefusesAFlexibleFrameWhoseOutputIsAnotherThanTheUserSays) {
+TEST_F(PythonFilter, RejectsAFlexibleFrameWithAnUndeclaredOutput) {
   auto h = harness_of(filter(example("passthrough"), "output=4 outputtype=uint8"), kFlexible);
   Errors errors(h);
   EXPECT_EQ(gst_harness_push(h.get(), frame(flexible(4))), GST_FLOW_OK) << errors.next();
@@ -121,7 +121,7 @@ TEST_F(PythonFilter, RefusesAFlexibleFrameWhoseOutputIsAnotherThanTheUserSays) {
   EXPECT_SAYS(errors.next(), "output contradicts the model");
 }
 
-TEST_F(PythonFilter, IsFoundByTheEndingOfItsFile) {
+TEST_F(PythonFilter, IsFoundByTheFileExtension) {
   auto h = harness_of("tensor_filter model=" + example("passthrough"), tensors("int16", "2:1"));
   const auto out = pushed(h, frame<int16_t>({-3, 4}));
   ASSERT_TRUE(out);
@@ -146,8 +146,8 @@ TEST_F(PythonFilter, Averages) {
       "dimension 1 is 5, needed is 4");
 }
 
-// Memory that a script keeps stays what it was; where it cannot stay, the script is stopped.
-TEST_F(PythonFilter, MayKeepItsInput) {
+// Memory that a script keeps is not changed; if it would have to be, the script is stopped.
+TEST_F(PythonFilter, CanKeepItsInput) {
   const auto path =
       script("delays",
              "before, self.before = getattr(self, 'before', None), input_array[0][1:]\n"
@@ -170,8 +170,8 @@ TEST_F(PythonFilter, MayKeepItsInput) {
   EXPECT_SAYS(errors.next(), "the script keeps an array of its input");
 }
 
-// Frames may be read, and freed on another thread, when the element and its script are gone.
-TEST_F(PythonFilter, ItsFramesOutliveIt) {
+// Frames can be read, and freed on another thread, after the element and its script were destroyed.
+TEST_F(PythonFilter, FramesOutliveTheScript) {
   const auto path = script("fresh", "return [input_array[0] + np.uint8(1)]");
   std::vector<Ref<GstBuffer>> frames;
   {
@@ -183,7 +183,7 @@ TEST_F(PythonFilter, ItsFramesOutliveIt) {
   std::thread([&] { frames.clear(); }).join();
 }
 
-TEST_F(PythonFilter, GetsItsArgumentsAsTheyWereWritten) {
+TEST_F(PythonFilter, GetsItsArgumentsUnchanged) {
   const auto path =
       script("words", "return input_array",
              "class Words:\n  def __init__(self, *words): raise ValueError(repr(words))\n");
@@ -193,7 +193,7 @@ TEST_F(PythonFilter, GetsItsArgumentsAsTheyWereWritten) {
                 "ValueError: ('a,', 'b:c', '', 'd:')");
 }
 
-TEST_F(PythonFilter, IsAnErrorOfTheElementThatSaysWhere) {
+TEST_F(PythonFilter, ReportsExceptionsWithTheirPlace) {
   const auto path = script("raises", "raise ValueError('no such frame')");
   const auto element = lone_element(filter(path));
   auto h = Harness{gst_harness_new_with_element(element.get(), "sink", "src")};
@@ -205,7 +205,7 @@ TEST_F(PythonFilter, IsAnErrorOfTheElementThatSaysWhere) {
   EXPECT_SAYS(text, "weir_raises.py:5 in invoke: raise ValueError('no such frame')");
 }
 
-// Four processes, each holding Python's lock of its own, and frames of unequal length in order.
+// Four processes, each with its own Python lock, and frames of different duration in order.
 TEST_F(PythonFilter, RunsInSeveralProcessesInOrder) {
   const auto path = script("slow",
                            "time.sleep(0.002 * (input_array[0][0] % 3))\n"
@@ -226,7 +226,7 @@ TEST_F(PythonFilter, RunsInSeveralProcessesInOrder) {
   EXPECT_EQ(processes.size(), 4u);
 }
 
-TEST_F(PythonFilter, IsEndedWhenItNeverReturns) {
+TEST_F(PythonFilter, IsEndedIfItNeverReturns) {
   const auto path = script("endless", "while True: pass");
   const auto element =
       lone_element(filter(path, "isolate=process isolate-timeout=50 on-crash=error"));

@@ -1,11 +1,11 @@
-// QoS of tensor_filter: throttling, deadlines, what it says of its latency.
+// QoS of tensor_filter: throttling, deadlines, reported latency.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <gst/check/gsttestclock.h>
 
 #include <cmath>
 #include <fstream>
 
-#include "elements/tests/element_harness.hpp"
+#include "elements/tests/element_test_support.hpp"
 
 namespace {
 
@@ -43,7 +43,7 @@ struct Qos {
   GstClockTime time;
   bool operator==(const Qos&) const = default;
 };
-std::vector<Qos> told_upstream(const Harness& h) {
+std::vector<Qos> events_sent_upstream(const Harness& h) {
   std::vector<Qos> out;
   while (auto e = Ref<GstEvent>::adopt(gst_harness_try_pull_upstream_event(h.get()))) {
     if (GST_EVENT_TYPE(e.get()) != GST_EVENT_QOS) continue;
@@ -54,7 +54,7 @@ std::vector<Qos> told_upstream(const Harness& h) {
 }
 constexpr auto kOverflow = GST_QOS_TYPE_OVERFLOW;
 
-TEST(TensorFilterThrottle, DropsWhatIsNotWanted) {
+TEST(TensorFilterThrottle, DropsFramesAboveTheRequestedRate) {
   auto h = harness(filter());
   push(h, 0);
   throttle(h, 200 * kMs);
@@ -65,30 +65,30 @@ TEST(TensorFilterThrottle, DropsWhatIsNotWanted) {
   EXPECT_EQ(stat(h, kFilter, "held"), 0u);
 }
 
-TEST(TensorFilterThrottle, TellsTheElementsBefore) {
+TEST(TensorFilterThrottle, SendsOverflowEventsUpstream) {
   auto h = harness(filter());
   push(h, 1000 * kMs);
   throttle(h, 200 * kMs);
   push(h, 1100 * kMs, 50 * kMs);
   push(h, 1200 * kMs);
   push(h, 1250 * kMs, GST_CLOCK_TIME_NONE);
-  EXPECT_EQ(told_upstream(h),
+  EXPECT_EQ(events_sent_upstream(h),
             (std::vector<Qos>{{kOverflow, 0.25, -100 * GstClockTimeDiff(kMs), 1100 * kMs},
                               {kOverflow, 0.25, -150 * GstClockTimeDiff(kMs), 1250 * kMs}}))
-      << "the wish itself ends here";
+      << "the request itself is not forwarded";
 }
 
-// GStreamer refuses events that speak of a time before 0.
-TEST(TensorFilterThrottle, TellsNothingOfATimeBeforeZero) {
+// GStreamer rejects QoS events with a timestamp below 0.
+TEST(TensorFilterThrottle, SendsNoTimeBelowZero) {
   auto h = harness(filter());
   push(h, 0);
   throttle(h, 200 * kMs);
   push(h, 20 * kMs);
-  EXPECT_EQ(told_upstream(h),
+  EXPECT_EQ(events_sent_upstream(h),
             (std::vector<Qos>{{kOverflow, 0.5, -20 * GstClockTimeDiff(kMs), 20 * kMs}}));
 }
 
-TEST(TensorFilterThrottle, MeasuresTheModelFromThenOn) {
+TEST(TensorFilterThrottle, EnablesLatencyMeasurement) {
   auto h = harness(filter());
   const auto latency = [&] {
     int value = 0;
@@ -102,20 +102,20 @@ TEST(TensorFilterThrottle, MeasuresTheModelFromThenOn) {
   EXPECT_GE(latency(), 0);
 }
 
-TEST(TensorFilterThrottle, LetsOtherEventsGoOn) {
+TEST(TensorFilterThrottle, ForwardsOtherEvents) {
   auto h = harness(filter());
   push(h, 0);
   gst_harness_push_upstream_event(
       h.get(), gst_event_new_qos(GST_QOS_TYPE_UNDERFLOW, 1.5, 5 * kMs, 10 * kMs));
   throttle(h, 0);
-  const auto told = told_upstream(h);
-  ASSERT_EQ(told.size(), 2u) << "a delay of nothing is no wish of ours";
-  EXPECT_EQ(told[0], (Qos{GST_QOS_TYPE_UNDERFLOW, 1.5, 5 * GstClockTimeDiff(kMs), 10 * kMs}));
+  const auto events = events_sent_upstream(h);
+  ASSERT_EQ(events.size(), 2u) << "a delay of 0 is no throttling";
+  EXPECT_EQ(events[0], (Qos{GST_QOS_TYPE_UNDERFLOW, 1.5, 5 * GstClockTimeDiff(kMs), 10 * kMs}));
   push(h, 100 * kMs);
   EXPECT_EQ(times(h), (Times{0, 100}));
 }
 
-TEST(TensorFilterThrottle, TakesFramesWithoutATime) {
+TEST(TensorFilterThrottle, AcceptsFramesWithoutATime) {
   auto h = harness(filter());
   push(h, 0);
   throttle(h, 200 * kMs);
@@ -124,7 +124,7 @@ TEST(TensorFilterThrottle, TakesFramesWithoutATime) {
   EXPECT_EQ(times(h).size(), 2u);
 }
 
-TEST(TensorFilterThrottle, TakesTheFirstFrameAfterAFlush) {
+TEST(TensorFilterThrottle, AcceptsTheFirstFrameAfterAFlush) {
   auto h = harness(filter());
   push(h, 0);
   throttle(h, 200 * kMs);
@@ -137,8 +137,8 @@ TEST(TensorFilterThrottle, TakesTheFirstFrameAfterAFlush) {
   EXPECT_EQ(times(h), (Times{0, 100, 300}));
 }
 
-// With tensor_rate behind: it takes every second frame, so only these are computed.
-TEST(TensorFilterThrottle, ComputesOnlyWhatTensorRateTakes) {
+// Upstream of tensor_rate, which uses every second frame, only these are computed.
+TEST(TensorFilterThrottle, ComputesOnlyFramesThatTensorRateNeeds) {
   constexpr int kFrames = 41;
   const auto invokes_and_out = [](const std::string& properties) {
     auto h = harness(filter() + " ! tensor_rate framerate=5/1 " + properties);
@@ -153,7 +153,7 @@ TEST(TensorFilterThrottle, ComputesOnlyWhatTensorRateTakes) {
   EXPECT_EQ(all, guint64{kFrames});
   const auto [fewer, out] = invokes_and_out("throttle=true");
   EXPECT_EQ(out, expected);
-  EXPECT_LE(fewer, kFrames / 2 + 2) << "a frame or two until the wish is there";
+  EXPECT_LE(fewer, kFrames / 2 + 2) << "one or two frames before the request arrives";
   EXPECT_EQ(out.size(), 21u);
 }
 
@@ -167,7 +167,7 @@ void set_time(const Harness& h, GstClockTime time) {
   gst_test_clock_set_time(clock.get(), time);
 }
 
-TEST(TensorFilterDeadline, DropsAFrameThatIsWorthlessBeforeItCostsAnInvoke) {
+TEST(TensorFilterDeadline, DropsALateFrameBeforeTheInvoke) {
   auto h = harness(filter("deadline=50000000"));
   set_time(h, 100 * kMs);
   push(h, 40 * kMs);  // until 90
@@ -180,7 +180,7 @@ TEST(TensorFilterDeadline, DropsAFrameThatIsWorthlessBeforeItCostsAnInvoke) {
   EXPECT_EQ(stat(h, kFilter, "held"), 0u);
 }
 
-TEST(TensorFilterDeadline, IsOffUntilItIsSetAndMayChange) {
+TEST(TensorFilterDeadline, IsOffByDefaultAndCanChange) {
   auto h = harness(filter());
   set_time(h, 10 * GST_SECOND);
   push(h, 0);
@@ -191,7 +191,7 @@ TEST(TensorFilterDeadline, IsOffUntilItIsSetAndMayChange) {
   EXPECT_EQ(times(h), (Times{0, 2}));
 }
 
-TEST(TensorFilterDeadline, GoesByTheRunningTime) {
+TEST(TensorFilterDeadline, UsesTheRunningTime) {
   auto h = harness(filter("deadline=50000000"));
   GstSegment segment;
   gst_segment_init(&segment, GST_FORMAT_TIME);
@@ -203,7 +203,7 @@ TEST(TensorFilterDeadline, GoesByTheRunningTime) {
   EXPECT_EQ(times(h), (Times{1050}));
 }
 
-TEST(TensorFilterDeadline, IsNoneWhereAStreamHasNoTime) {
+TEST(TensorFilterDeadline, IsNoneForAStreamWithoutTime) {
   auto h = harness(filter("deadline=1 qos=true"));
   GstSegment segment;
   gst_segment_init(&segment, GST_FORMAT_BYTES);
@@ -215,10 +215,10 @@ TEST(TensorFilterDeadline, IsNoneWhereAStreamHasNoTime) {
   throttle(h, 200 * kMs);
   push(h, 10 * kMs);
   push(h, 210 * kMs);
-  EXPECT_EQ(times(h), (Times{0, 210})) << "the time between frames is known all the same";
+  EXPECT_EQ(times(h), (Times{0, 210})) << "the time between frames is still known";
 }
 
-TEST(TensorFilterDeadline, IsToldToTheEngine) {
+TEST(TensorFilterDeadline, IsPassedToTheEngine) {
   auto h = harness(filter("deadline=50000000 custom=show-deadline:1"));
   push(h, 40 * kMs);
   const auto first = Ref<GstBuffer>::adopt(gst_harness_pull(h.get()));
@@ -228,7 +228,7 @@ TEST(TensorFilterDeadline, IsToldToTheEngine) {
   EXPECT_EQ(values<float>(timeless.get())[0], -1.f) << "none";
 }
 
-TEST(TensorFilterDeadline, SurvivesTheGreatestNumber) {
+TEST(TensorFilterDeadline, AcceptsTheMaximumValue) {
   auto h = harness(filter("deadline=" + std::to_string(INT64_MAX)));
   set_time(h, 100 * kMs);
   push(h, 0);
@@ -247,7 +247,7 @@ std::pair<GstClockTime, GstClockTime> queried(const Harness& h) {
   return {least, most};
 }
 
-TEST(TensorFilterLatency, IsNotReportedUnlessItIsWanted) {
+TEST(TensorFilterLatency, IsNotReportedByDefault) {
   auto h = harness(filter());
   gst_harness_set_upstream_latency(h.get(), 7 * kMs);
   push(h, 0);
@@ -255,22 +255,22 @@ TEST(TensorFilterLatency, IsNotReportedUnlessItIsWanted) {
   EXPECT_EQ(queried(h).first, 7 * kMs);
 }
 
-TEST(TensorFilterLatency, AddsTheMeanWithAMarginToWhatStandsBefore) {
+TEST(TensorFilterLatency, AddsTheMeanWithAMarginToTheUpstreamLatency) {
   auto h = harness(filter("latency-report=true latency=1"));
   gst_harness_set_upstream_latency(h.get(), 7 * kMs);
   push(h, 0);
-  EXPECT_EQ(queried(h).first, 7 * kMs) << "the first invoke does not count";
+  EXPECT_EQ(queried(h).first, 7 * kMs) << "the first invoke is not counted";
   for (int i = 1; i < 4; ++i) push(h, i * 100 * kMs);
   int mean_us = -1;
   g_object_get(element_of(h, kFilter).get(), "latency", &mean_us, nullptr);
   const auto [least, most] = queried(h);
   EXPECT_GT(least, 7 * kMs);
-  EXPECT_EQ(most, kNone) << "the source before sets no bound";
+  EXPECT_EQ(most, kNone) << "the upstream source sets no limit";
   const double own_us = static_cast<double>(least - 7 * kMs) / 1e3;
   EXPECT_LE(std::abs(own_us - 1.05 * mean_us), 0.53) << "the property is rounded";
 }
 
-TEST(TensorFilterLatency, AddsToTheGreatestLatencyToo) {
+TEST(TensorFilterLatency, AddsToTheMaximumLatency) {
   auto h = harness(filter("latency-report=true"));
   const auto answer = [](GstPad*, GstPadProbeInfo* info, gpointer) {
     GstQuery* query = GST_PAD_PROBE_INFO_QUERY(info);
@@ -293,13 +293,13 @@ guint latency_messages(GstBus* bus) {
   return count;
 }
 
-TEST(TensorFilterLatency, TellsThePipelineWhenItIsAnother) {
+TEST(TensorFilterLatency, PostsAMessageWhenItChanges) {
   for (const bool on : {true, false}) {
     auto h = harness(filter(on ? "latency-report=true" : ""));
     const auto bus = Ref<GstBus>::adopt(gst_bus_new());
     gst_element_set_bus(element_of(h, kFilter).get(), bus.get());
     push(h, 0);
-    EXPECT_EQ(latency_messages(bus.get()), 0u) << "nothing is known";
+    EXPECT_EQ(latency_messages(bus.get()), 0u) << "no latency is known";
     push(h, 100 * kMs);
     EXPECT_EQ(latency_messages(bus.get()), on ? 1u : 0u);
     gst_element_set_bus(element_of(h, kFilter).get(), nullptr);

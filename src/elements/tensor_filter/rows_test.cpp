@@ -1,16 +1,16 @@
-// tensor_filter invoke-rows, invoke-threads: a batch that is run in parts comes out as one that was
-// not.
+// tensor_filter invoke-rows, invoke-threads: a batch that runs in parts gives the same result as a
+// whole one.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <fstream>
 
 #include "core/tensor/tensor_header.hpp"
-#include "elements/tests/element_harness.hpp"
+#include "elements/tests/element_test_support.hpp"
 
 namespace {
 
 using namespace weir::test;
 
-// The model gives each number plus 1.
+// The model adds 1 to each number.
 std::string line(const std::string& properties, const char* engine = "fake") {
   const std::string path = testing::TempDir() + "weir_fake_model.bin";
   std::ofstream(path) << "x";
@@ -26,7 +26,7 @@ std::vector<float> numbers(size_t rows, float first) {
   return out;
 }
 
-TEST(TensorFilterRows, StaticBatchesComeOutWhole) {
+TEST(TensorFilterRows, StaticBatchesArePushedWhole) {
   for (const char* how : {"invoke-rows=3", "invoke-threads=2", "invoke-rows=1 invoke-threads=3",
                           "invoke-rows=100", "invoke-rows=3 invoke-threads=2 workers=2"}) {
     auto h = harness_of(line(how), caps(10));
@@ -61,7 +61,7 @@ GstBuffer* flexible(size_t rows) {
   return frame(bytes, 0, GST_MSECOND);
 }
 
-TEST(TensorFilterRows, BatchesMayChangeWithEachFrame) {
+TEST(TensorFilterRows, BatchesCanChangeWithEachFrame) {
   auto h = harness_of(line("invoke-rows=4 invoke-threads=2"),
                       "other/tensors,format=flexible,framerate=30/1");
   for (const size_t rows : {7, 7, 1, 20, 2, 7}) {
@@ -73,14 +73,14 @@ TEST(TensorFilterRows, BatchesMayChangeWithEachFrame) {
   }
 }
 
-TEST(TensorFilterRows, PartsAreInvokesOfTheirOwn) {
+TEST(TensorFilterRows, PartsAreSeparateInvokes) {
   auto whole = harness_of(line("custom=fail-at:3"), caps(4));
   EXPECT_EQ(gst_harness_push(whole.get(), frame(numbers(4, 0), 0, 1)), GST_FLOW_OK);
   auto parts = harness_of(line("custom=fail-at:3 invoke-rows=1"), caps(4));
   EXPECT_EQ(gst_harness_push(parts.get(), frame(numbers(4, 0), 0, 1)), GST_FLOW_ERROR);
 }
 
-TEST(TensorFilterRows, AModelsAlignmentHoldsForEachPart) {
+TEST(TensorFilterRows, AlignmentAppliesToEachPart) {
   auto h = harness_of(line("custom=alignment:64,padding:64 invoke-rows=5"), caps(18));
   const auto out = Ref<GstBuffer>::adopt(
       gst_harness_push_and_pull(h.get(), frame(numbers(18, 0), 0, GST_MSECOND)));
@@ -88,16 +88,16 @@ TEST(TensorFilterRows, AModelsAlignmentHoldsForEachPart) {
   EXPECT_EQ(values<float>(out.get()), numbers(18, 1));
 }
 
-TEST(TensorFilterRows, SaysWhatCannotBeCut) {
+TEST(TensorFilterRows, ReportsBatchesThatCannotBeSplit) {
   const std::string fixed = start_error(line("invoke-rows=2 custom=rows:4"));
   EXPECT_SAYS(fixed, "WEIR-3013: the model's batch cannot be cut into parts");
-  EXPECT_SAYS(fixed, "offered: 4 rows, no more and no less");
+  EXPECT_SAYS(fixed, "offered: 4 rows");
   EXPECT_SAYS(fixed, "first difference: input 0");
   EXPECT_SAYS(fixed, "fix: tensor_filter invoke-rows=0 invoke-threads=1");
   EXPECT_SAYS(start_error(line("invoke-rows=2 custom=stateful:1")),
               "offered: a model that keeps state");
   const std::string gathered = start_error(line("invoke-rows=2 batch-size=2"));
-  EXPECT_SAYS(gathered, "WEIR-1004: frames are not run in parts in this way");
+  EXPECT_SAYS(gathered, "WEIR-1004: these properties cannot be combined");
   EXPECT_SAYS(gathered, "offered: batch-size=2 with invoke-rows=2 invoke-threads=1");
   EXPECT_SAYS(start_error(line("invoke-rows=2 isolate=process")), "isolate=process");
 }

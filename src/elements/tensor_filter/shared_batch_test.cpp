@@ -1,13 +1,13 @@
-// Filters that share a model by its key gather their frames into common batches: what one stream
-// does is nothing to the others.
+// Filters that share a model by its key collect their frames in common batches, without affecting
+// each other.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <atomic>
 #include <fstream>
 #include <random>
 #include <thread>
 
-#include "elements/tests/closed_pad.hpp"
-#include "elements/tests/element_harness.hpp"
+#include "elements/tests/closed_pad_test_support.hpp"
+#include "elements/tests/element_test_support.hpp"
 
 namespace {
 
@@ -55,7 +55,7 @@ class Streams {
   std::vector<Harness> harnesses_;
 };
 
-TEST(SharedBatch, OneFrameOfEachStreamMakesABatch) {
+TEST(SharedBatch, ABatchHasOneFrameOfEachStream) {
   const Streams streams(3, std::string("batch-size=3") + kHour);
   for (int n = 0; n < 5; ++n) {
     for (size_t s = 0; s < 3; ++s) ASSERT_EQ(streams.push(s, n), GST_FLOW_OK);
@@ -71,15 +71,15 @@ TEST(SharedBatch, OneFrameOfEachStreamMakesABatch) {
   }
 }
 
-// Who adds up weights-bytes / shared-by has each model once.
-TEST(SharedBatch, TheSessionOfTheBatchesIsNoFurtherFilter) {
+// The sum of weights-bytes / shared-by counts each model once.
+TEST(SharedBatch, TheBatchSessionIsNotCountedAsAFilter) {
   const Streams streams(2, std::string("batch-size=2") + kHour);
   for (size_t s = 0; s < 2; ++s) streams.push(s, 0);
   for (size_t s = 0; s < 2; ++s) streams.expect_next(s, 0);
   for (size_t s = 0; s < 2; ++s) EXPECT_EQ(streams.count(s, "shared-by"), 2u);
 }
 
-TEST(SharedBatch, AStreamThatEndedHoldsNobody) {
+TEST(SharedBatch, AStreamThatEndedBlocksNoOther) {
   const Streams streams(2, std::string("batch-size=4") + kHour);
   streams.push(0, 0);
   gst_harness_push_event(streams[0].get(), gst_event_new_eos());
@@ -98,7 +98,7 @@ TEST(SharedBatch, ADeadStreamCostsNoMoreThanTheTimeout) {
   EXPECT_EQ(streams.count(0, "received"), 0u);
 }
 
-TEST(SharedBatch, ASinkThatDoesNotGoOnHoldsItsOwnStreamOnly) {
+TEST(SharedBatch, ABlockedSinkBlocksOnlyItsOwnStream) {
   const Streams streams(2, std::string("batch-size=2") + kHour);
   ClosedPad sink(streams[0]->sinkpad);
   streams.push(0, 0);
@@ -111,7 +111,7 @@ TEST(SharedBatch, ASinkThatDoesNotGoOnHoldsItsOwnStreamOnly) {
   streams.expect_next(0, 0);
 }
 
-TEST(SharedBatch, AFlushTakesTheFramesOfItsOwnStreamOnly) {
+TEST(SharedBatch, AFlushDropsOnlyFramesOfItsOwnStream) {
   const Streams streams(2, std::string("batch-size=4") + kHour);
   for (int n = 0; n < 2; ++n) streams.push(0, n);
   streams.push(1, 0);
@@ -122,7 +122,7 @@ TEST(SharedBatch, AFlushTakesTheFramesOfItsOwnStreamOnly) {
   EXPECT_EQ(streams.count(1, "dropped-flush"), 0u);
 }
 
-TEST(SharedBatch, AFilterThatStopsLetsTheOthersGoOn) {
+TEST(SharedBatch, OtherFiltersContinueWhenOneStops) {
   const Streams streams(3, std::string("batch-size=3") + kHour);
   for (size_t s = 0; s < 2; ++s) streams.push(s, 0);
   gst_element_set_state(element_of(streams[0], "tensor_filter").get(), GST_STATE_READY);
@@ -131,7 +131,7 @@ TEST(SharedBatch, AFilterThatStopsLetsTheOthersGoOn) {
   for (int n = 0; n < 3; ++n) streams.expect_next(1, n);
 }
 
-TEST(SharedBatch, FramesOfAnotherShapeAreGatheredApart) {
+TEST(SharedBatch, FramesOfAnotherShapeAreBatchedSeparately) {
   const Streams streams(2, std::string("batch-size=2") + kHour);
   gst_harness_set_src_caps_str(streams[1].get(),
                                "other/tensor,dimension=(string)4:2,type=float32,framerate=30/1");
@@ -146,7 +146,7 @@ TEST(SharedBatch, FramesOfAnotherShapeAreGatheredApart) {
   }
 }
 
-TEST(SharedBatch, AFailureOfTheEngineGoesToEveryStreamOfItsBatch) {
+TEST(SharedBatch, AnEngineFailureAffectsEveryStreamOfItsBatch) {
   const Streams streams(2, std::string("batch-size=2 custom=fail-at:0") + kHour);
   Errors first(streams[0]), second(streams[1]);
   streams.push(0, 0);
@@ -162,8 +162,8 @@ TEST(SharedBatch, AFailureOfTheEngineGoesToEveryStreamOfItsBatch) {
   }
 }
 
-// Streams that stall at random: every frame comes back once, in order, to its own stream.
-TEST(SharedBatch, LosesDoublesAndReordersNothingUnderStalls) {
+// Streams that stall at random: every frame returns once, in order, to its own stream.
+TEST(SharedBatch, KeepsAllFramesInOrderUnderStalls) {
   constexpr int kFrames = 120;
   for (uint32_t seed = 0; seed < 4; ++seed) {
     const size_t count = 2 + seed;

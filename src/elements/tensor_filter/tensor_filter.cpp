@@ -1,10 +1,9 @@
-// tensor_filter: a neural network as a filter of a stream of tensors.
+// tensor_filter: runs a neural network on a stream of tensors.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <atomic>
 #include <cstring>
 #include <memory>
 
-#include "core/infer/module_library.hpp"
 #include "elements/tensor_filter/admission.hpp"
 #include "elements/tensor_filter/filter_change.hpp"
 #include "elements/tensor_filter/filter_properties.hpp"
@@ -12,23 +11,24 @@
 #include "elements/tensor_filter/frame_flow.hpp"
 #include "elements/tensor_filter/isolated_filter.hpp"
 #include "elements/tensor_filter/lag_watch.hpp"
-#include "elements/tensor_filter/model_info.hpp"
-#include "elements/tensor_filter/model_life.hpp"
-#include "elements/tensor_filter/model_report.hpp"
+#include "elements/tensor_filter/model_lifecycle.hpp"
 #include "elements/tensor_filter/model_source.hpp"
-#include "elements/tensor_filter/opened_model.hpp"
 #include "elements/tensor_filter/output_caps.hpp"
-#include "gstcpp/base_classes.hpp"
-#include "gstcpp/latency.hpp"
-#include "gstcpp/property_file.hpp"
-#include "gstcpp/tensor_caps.hpp"
+#include "elements/tensor_filter/reported_properties.hpp"
+#include "elements/tensor_filter/running_model.hpp"
+#include "gstcpp/buffer/tensor_caps.hpp"
+#include "gstcpp/element/base_classes.hpp"
+#include "gstcpp/element/property_file.hpp"
+#include "gstcpp/pads/latency.hpp"
+#include "gstcpp/pads/placeholder_wait.hpp"
 
 namespace weir {
 namespace {
 
 using gst::Ref;
 
-class TensorFilter : public gst::Element<TensorFilter, gst::PlainElement> {
+class TensorFilter : public gst::Element<TensorFilter, gst::PlainElement>,
+                     public ReportedProperties<TensorFilter> {
  public:
   static constexpr gst::ElementInfo kInfo{"WeirTensorFilter", "tensor_filter", "TensorFilter",
                                           "Filter/Tensor",
@@ -42,85 +42,14 @@ class TensorFilter : public gst::Element<TensorFilter, gst::PlainElement> {
   };
 
   using Settings = FilterSettings;
-  std::string framework() const {
-    std::lock_guard lock(model_mutex_);
-    return model_ ? model_->engine() : framework_name(settings());
-  }
-  std::string sub_plugins() const {
-    std::string out;
-    for (const auto& name : infer::ModuleLibrary::instance().engine_names())
-      out += (out.empty() ? "" : ",") + name;
-    return out;
-  }
-  // What the user said of the tensors; else what they are.
-  template <auto Own, bool Input, std::string (*Text)(const std::vector<ModelShape>&)>
-  std::string reported() const {
-    const Settings s = settings();
-    return (s.*Own).empty() ? Text(tensors<Input>(s)) : s.*Own;
-  }
-  template <auto Own, bool Input>
-  std::string reported_layouts() const {
-    const Settings s = settings();
-    return (s.*Own).empty() ? layouts_text(tensors<Input>(s)) : layouts_text(s.*Own);
-  }
-  template <bool Input>
-  std::string reported_ranks() const {
-    return ranks(tensors<Input>(settings()));
-  }
-  int latency() const {
-    return settings().latency ? flow_.statistics().latency_us() : -1;
-  }
-  int throughput() const {
-    return settings().throughput ? flow_.statistics().throughput_milli() : -1;
-  }
-
-  static constexpr auto kPlaying = gst::Changeable::WhilePlaying;
-  static constexpr auto kProperties = std::tuple_cat(
-      kFilterProperties,
-      std::tuple{
-          gst::Accessor{"input", &Settings::input,
-                        &TensorFilter::reported<&Settings::input, true, dimensions_text>,
-                        "Dimensions of the model's inputs, where the model leaves them open",
-                        kPlaying},
-          gst::Accessor{"inputtype", &Settings::inputtype,
-                        &TensorFilter::reported<&Settings::inputtype, true, types_text>,
-                        "Element types of the model's inputs", kPlaying},
-          gst::Accessor{"inputname", &Settings::inputname,
-                        &TensorFilter::reported<&Settings::inputname, true, names_text>,
-                        "Names of the model's inputs", kPlaying},
-          gst::Accessor{"inputlayout", &Settings::inputlayout,
-                        &TensorFilter::reported_layouts<&Settings::inputlayout, true>,
-                        "NCHW, NHWC, ANY or NONE for each input", kPlaying},
-          gst::Accessor{"output", &Settings::output,
-                        &TensorFilter::reported<&Settings::output, false, dimensions_text>,
-                        "Dimensions of the model's outputs", kPlaying},
-          gst::Accessor{"outputtype", &Settings::outputtype,
-                        &TensorFilter::reported<&Settings::outputtype, false, types_text>,
-                        "Element types of the model's outputs", kPlaying},
-          gst::Accessor{"outputname", &Settings::outputname,
-                        &TensorFilter::reported<&Settings::outputname, false, names_text>,
-                        "Names of the model's outputs", kPlaying},
-          gst::Accessor{"outputlayout", &Settings::outputlayout,
-                        &TensorFilter::reported_layouts<&Settings::outputlayout, false>,
-                        "NCHW, NHWC, ANY or NONE for each output", kPlaying},
-          gst::Accessor{"framework", &Settings::framework, &TensorFilter::framework,
-                        "Name of the engine; auto = found by the model file", kPlaying},
-          gst::ReadOnly{"inputranks", &TensorFilter::reported_ranks<true>,
-                        "Ranks of the model's inputs"},
-          gst::ReadOnly{"outputranks", &TensorFilter::reported_ranks<false>,
-                        "Ranks of the model's outputs"},
-          gst::ReadOnly{"sub-plugins", &TensorFilter::sub_plugins, "Engines that are installed"},
-          gst::Gauge{"latency", &Settings::latency, &TensorFilter::latency,
-                     "Write 1 to enable; reads as the mean of the last 10 invokes in microseconds",
-                     0, 1},
-          gst::Gauge{"throughput", &Settings::throughput, &TensorFilter::throughput,
-                     "Write 1 to enable; reads as outputs per second x 1000", 0, 1},
-      });
+  using gst::Element<TensorFilter, gst::PlainElement>::settings;
+  static constexpr auto kProperties =
+      std::tuple_cat(kFilterProperties, reported_properties<TensorFilter>());
 
   void constructed() {
     sink_ = add_pad("sink");
     source_ = add_pad("src");
-    flow_.set_element(element(), source_);
+    start_flow({});
     lag_.set_element(element(), sink_);
     admission_.set_pad(sink_);
     gst_pad_set_chain_function(sink_, (chain<&TensorFilter::on_buffer>));
@@ -134,7 +63,7 @@ class TensorFilter : public gst::Element<TensorFilter, gst::PlainElement> {
     return check_lists(wanted);
   }
   static bool is_followed(const char* name) {
-    return opens_the_model(name);
+    return requires_reopen(name);
   }
   void property_changed(const char* name) {
     if (std::strcmp(name, "config-file") == 0)
@@ -146,16 +75,18 @@ class TensorFilter : public gst::Element<TensorFilter, gst::PlainElement> {
   GstStateChangeReturn change_state(GstStateChange change) {
     if (change == GST_STATE_CHANGE_NULL_TO_READY) threads_.claim(settings());
     if (change == GST_STATE_CHANGE_READY_TO_PAUSED) {
-      const Status status = open();
-      if (!status) {
+      if (const Status status = open(); !status) {
         gst::post_error(element(), status.error());
         return GST_STATE_CHANGE_FAILURE;
       }
-      flow_.resume();
+      flow_->resume();
     }
     if (change == GST_STATE_CHANGE_PAUSED_TO_READY) stop();
     const auto result = parent_class()->change_state(element(), change);
-    if (change == GST_STATE_CHANGE_PAUSED_TO_READY) close();
+    const bool not_started =
+        change == GST_STATE_CHANGE_READY_TO_PAUSED && result == GST_STATE_CHANGE_FAILURE;
+    if (not_started) stop();
+    if (change == GST_STATE_CHANGE_PAUSED_TO_READY || not_started) close();
     if (change == GST_STATE_CHANGE_READY_TO_NULL) threads_.release();
     return result;
   }
@@ -164,18 +95,23 @@ class TensorFilter : public gst::Element<TensorFilter, gst::PlainElement> {
     auto buffer = Ref<GstBuffer>::adopt(raw);
     ledger_.received();
     lag_.see(buffer.get());
-    life_.touch();
+    lifecycle_.touch();
     if (const auto flow = follow(); flow != GST_FLOW_OK) {
-      ledger_.dropped(DropReason::Error);
+      ledger_.dropped(flow == GST_FLOW_FLUSHING ? DropReason::Flush : DropReason::Error);
       return flow;
     }
-    if (const auto reason = admission_.refuses(buffer.get())) {
+    if (const Error* refusal = placeholder_.refusal()) {
+      ledger_.dropped(DropReason::Error);
+      gst::post_error(element(), *refusal);
+      return GST_FLOW_NOT_NEGOTIATED;
+    }
+    if (const auto reason = admission_.drop_reason(buffer.get())) {
       ledger_.dropped(*reason);
       return GST_FLOW_OK;
     }
     const GstClockTime deadline = admission_.deadline_of(buffer.get());
-    const auto flow = flow_.take(std::move(buffer), deadline);
-    life_.touch();
+    const auto flow = flow_->push(std::move(buffer), deadline);
+    lifecycle_.touch();
     return flow;
   }
 
@@ -187,7 +123,7 @@ class TensorFilter : public gst::Element<TensorFilter, gst::PlainElement> {
         gst_event_parse_caps(event, &caps);
         gst_pad_check_reconfigure(source_);
         const Status status = negotiate(caps, true);
-        life_.touch();  // it may have woken the model
+        lifecycle_.touch();  // negotiation may have opened a suspended model
         if (!status) gst::post_error(element(), status.error());
         return status.has_value();
       }
@@ -196,10 +132,11 @@ class TensorFilter : public gst::Element<TensorFilter, gst::PlainElement> {
         lag_.set_segment(event);
         break;
       case GST_EVENT_FLUSH_START:
-        flow_.flush();
-        return gst_pad_event_default(pad, GST_OBJECT_CAST(self()), event);
+        flow()->flush();
+        break;
       case GST_EVENT_FLUSH_STOP:
-        flow_.resume();
+        placeholder_.flush();
+        flow()->resume();
         admission_.restart();
         return gst_pad_event_default(pad, GST_OBJECT_CAST(self()), event);
       case GST_EVENT_CUSTOM_DOWNSTREAM:
@@ -213,14 +150,15 @@ class TensorFilter : public gst::Element<TensorFilter, gst::PlainElement> {
       default:
         break;
     }
+    if (placeholder_.keeps(event)) return TRUE;
     if (gst_event_type_get_flags(GST_EVENT_TYPE(event)) & GST_EVENT_TYPE_SERIALIZED)
-      return flow_.send(Ref<GstEvent>::adopt(event));
+      return flow_->send(Ref<GstEvent>::adopt(event));
     return gst_pad_event_default(pad, GST_OBJECT_CAST(self()), event);
   }
 
   gboolean on_source_event(GstPad* pad, GstEvent* event) {
     if (GST_EVENT_TYPE(event) == GST_EVENT_QOS &&
-        admission_.hear(event) == Admission::Heard::Throttle) {
+        admission_.handle_qos(event) == Admission::QosResult::Throttle) {
       gst_event_unref(event);
       change_settings([](Settings& s) { s.latency = 1; });
       return TRUE;
@@ -229,41 +167,35 @@ class TensorFilter : public gst::Element<TensorFilter, gst::PlainElement> {
   }
 
   gboolean on_sink_query(GstPad* pad, GstQuery* query) {
-    if (GST_QUERY_TYPE(query) == GST_QUERY_CAPS) return answer_caps(sink_, query);
-    if (GST_QUERY_TYPE(query) == GST_QUERY_ACCEPT_CAPS) {
-      GstCaps* caps = nullptr;
-      gst_query_parse_accept_caps(query, &caps);
-      const auto ours = Ref<GstCaps>::adopt(gst_pad_get_pad_template_caps(pad));
-      // Wrong sizes are answered in negotiate(), where the message can say what is needed.
-      gst_query_set_accept_caps_result(query, gst_caps_can_intersect(caps, ours.get()));
-      return TRUE;
-    }
-    if (GST_QUERY_TYPE(query) == GST_QUERY_DRAIN) flow_.drain();
+    if (answer_caps_query(pad, opened().get(), query)) return TRUE;
+    if (GST_QUERY_TYPE(query) == GST_QUERY_DRAIN) flow()->drain();
     if (GST_QUERY_TYPE(query) == GST_QUERY_ALLOCATION) {
-      std::lock_guard lock(model_mutex_);
-      if (!model_) return FALSE;
-      gst::offer(query, model_->allocation());
+      const auto model = opened();
+      if (!model) return FALSE;
+      gst::offer(query, model->allocation());
       return TRUE;
     }
     return gst_pad_query_default(pad, GST_OBJECT_CAST(self()), query);
   }
 
   gboolean on_source_query(GstPad* pad, GstQuery* query) {
-    if (GST_QUERY_TYPE(query) == GST_QUERY_CAPS) return answer_caps(source_, query);
+    if (answer_caps_query(pad, opened().get(), query)) return TRUE;
     if (GST_QUERY_TYPE(query) == GST_QUERY_LATENCY) {
-      const auto delay = flow_.delay();
-      const GstClockTime own = flow_.reports_latency() ? flow_.answer_latency() : 0;
-      return gst::answer_latency(sink_, query, own + delay.least, own + delay.most);
+      const auto delay = flow()->report_latency();
+      return gst::answer_latency(sink_, query, delay.least, delay.most);
     }
     return gst_pad_query_default(pad, GST_OBJECT_CAST(self()), query);
   }
 
   void add_stats(GstStructure* stats) const {
-    flow_.add_stats(stats);
+    flow()->add_stats(stats);
     gst_structure_set(stats, "threads", G_TYPE_INT, engine_threads_.load(), nullptr);
-    std::lock_guard lock(model_mutex_);
-    if (monitor_) add_worker_stats(*monitor_, stats);
-    if (model_) model_->add_stats(stats);
+    if (const auto monitor = model_.monitor()) add_worker_stats(*monitor, stats);
+    if (const auto model = model_.get()) model->add_stats(stats);
+  }
+
+  std::shared_ptr<const OpenModel> opened() const {
+    return model_.get();
   }
 
   Settings settings_;
@@ -271,126 +203,121 @@ class TensorFilter : public gst::Element<TensorFilter, gst::PlainElement> {
   BufferLimit buffer_limit_{kInfo.factory_name};
 
  private:
-  GstPad* add_pad(const char* name) {
-    auto* klass = GST_ELEMENT_GET_CLASS(element());
-    GstPad* pad = gst_pad_new_from_template(gst_element_class_get_pad_template(klass, name), name);
-    gst_element_add_pad(element(), pad);
-    return pad;
+  // Called without active pads; all counters start at 0.
+  void start_flow(const Settings& s) {
+    statistics_.reset();
+    std::shared_ptr made = FrameFlow::make({element(), source_, &ledger_, &statistics_}, s);
+    std::lock_guard lock(flow_mutex_);
+    flow_.swap(made);
+  }
+  std::shared_ptr<FrameFlow> flow() const {
+    std::lock_guard lock(flow_mutex_);
+    return flow_;
   }
 
   void configure() {
     const auto s = settings();
     admission_.configure(s);
-    flow_.configure(s);
+    flow()->configure(s);
   }
 
   Status open() {
     if (auto status = config_file_.report(element()); !status) return status;
     auto chosen = take_settings(&followed_);
-    threads_.claim(chosen);  // settings may have changed in READY
+    threads_.claim(chosen);  // settings may have changed while in READY
     chosen.threads = threads_.chosen();
     if (const auto choice = automatic_engine(chosen))
-      GST_DEBUG_OBJECT(self(), "framework=auto is %s", choice->words().c_str());
-    auto monitor = make_monitor(chosen, element());
-    std::vector<Error> warnings;
-    auto opened = OpenedModel::open(chosen, monitor, &warnings);
-    if (!opened) return opened.error();
-    for (const auto& warning : warnings) gst::post_warning(element(), warning);
-    if (monitor) log_confinement(*monitor, element());
-    std::lock_guard lock(model_mutex_);
-    model_ = *std::move(opened);
-    monitor_ = std::move(monitor);
-    model_text_ = chosen.model;
-    in_force_ = chosen;
-    life_.start(model_, chosen);
+      GST_CAT_INFO_OBJECT(category(), self(), "framework=auto is %s", choice->to_string().c_str());
+    model_.start();
+    if (auto status = open_model(chosen, [](const auto&) { return ok(); }); !status) return status;
+    if (const auto monitor = model_.monitor()) log_confinement(*monitor, element());
     ledger_.reset();
-    flow_.open(chosen);
+    start_flow(chosen);
     lag_.open(chosen.when_busy == WhenBusyChoice::Unset);
     engine_threads_ = chosen.threads;
-    GST_INFO_OBJECT(self(), "%u workers, %d threads of the engine each (0 = its own choice)",
-                    chosen.workers, chosen.threads);
+    GST_CAT_INFO_OBJECT(
+        category(), self(),
+        "model %s: engine %s, %u workers with %d threads each (0: the engine chooses)",
+        chosen.model.c_str(), model_.get()->engine().c_str(), chosen.workers, chosen.threads);
     admission_.reset();
+    placeholder_.reset();
     configure();
+    if (settings().model != model_.file()) replace_model();  // set while the model was opened
     return ok();
   }
-  // Nobody waits for a frame in work any more.
-  void stop() {
-    flow_.stop();
-    std::lock_guard lock(model_mutex_);
-    if (monitor_) monitor_->stop();
+  Status open_model(Settings wanted, const RunningModel::Check& check) {
+    std::vector<Error> warnings;
+    const auto monitor = [&] { return make_monitor(wanted, element()); };
+    if (auto status = model_.open(&wanted, monitor, check, &warnings); !status) return status;
+    for (const auto& warning : warnings) gst::post_warning(element(), warning);
+    in_force_ = wanted;
+    lifecycle_.start(model_.get(), wanted);
+    return ok();
   }
-  // Streaming has ended: the pads are inactive.
+  // Ends all waiting, for frames in progress and for worker processes.
+  void stop() {
+    flow_->stop();
+    model_.stop();
+  }
+  // Call after streaming has ended, with inactive pads.
   void close() {
-    life_.stop();
-    flow_.close();
+    lifecycle_.stop();
+    flow_->close();
     report_.forget();
-    std::lock_guard lock(model_mutex_);
-    model_.reset();
+    model_.close();
   }
 
-  // The property `model` was set: while the element runs, that model is there before this returns.
+  // Called when the property `model` was set. While the element runs, the new model is installed on
+  // return.
   void replace_model() {
-    Settings wanted = settings();
-    wanted.threads = engine_threads_;
-    {
-      std::lock_guard lock(model_mutex_);
-      if (!model_) return;
-    }
-    if (wanted.is_updatable) {
-      after_replacement(life_.replace(wanted), wanted.model);
-      return;
-    }
-    gst::post_warning(element(), {Code::OPTION_VALUE,
-                                  "the model is used from the next start on: is-updatable is false",
-                                  "model=" + wanted.model, "is-updatable=true", "",
-                                  "tensor_filter is-updatable=true model=" + wanted.model});
+    if (!opened()) return;
+    const Settings s = settings();
+    if (s.is_updatable) return static_cast<void>(replace_model({}));
+    gst::post_warning(
+        element(),
+        {.code = Code::OPTION_VALUE,
+         .what = "the model takes effect at the next start, because is-updatable is false",
+         .offered = "model=" + s.model,
+         .needed = "is-updatable=true",
+         .fix = "tensor_filter is-updatable=true model=" + s.model});
   }
-  // An event asks for it: the streaming thread does not wait until the model is open.
+  // For evt_update_model: the streaming thread does not wait until the model is open.
   void replace_model_later(const std::string& model) {
     if (model.empty()) {
-      gst::post_warning(element(),
-                        {Code::OPTION_VALUE, "evt_update_model names no model",
-                         "no text in model_files", "model_files=(string)/path/to/model", "", ""});
+      gst::post_warning(element(), {.code = Code::OPTION_VALUE,
+                                    .what = "the event evt_update_model contains no model",
+                                    .offered = "no text in model_files",
+                                    .needed = "model_files=(string)/path/to/model"});
       return;
     }
-    Settings wanted = settings();
-    wanted.model = model;
-    wanted.threads = engine_threads_;
-    life_.replace_later(std::move(wanted), [this](const auto& replace, const std::string& name) {
+    lifecycle_.replace_later(model, [this](const std::string& name) {
       gst::guarded<void>(element(), [&] {
-        const Status status = replace();
-        after_replacement(status, name);
-        if (status) g_object_notify(G_OBJECT(element()), "model");
+        if (replace_model(name)) g_object_notify(G_OBJECT(element()), "model");
       });
     });
   }
-  // The property says which model runs, also when another did not fit.
-  void after_replacement(const Status& status, const std::string& wanted) {
-    std::string running;
-    {
-      std::lock_guard lock(model_mutex_);
-      if (status) model_text_ = wanted;
-      running = model_text_;
-    }
-    change_settings([&](Settings& s) { s.model = running; });
-    if (!status && status.error().code != Code::CANCELLED)  // cancelled by a stop
+  // Replaces the model by that of `name`, otherwise by that of the property. Afterwards the
+  // property is the running model, also if the replacement failed, unless it was set again
+  // meanwhile.
+  bool replace_model(const std::optional<std::string>& name) {
+    std::unique_lock turn(replacing_mutex_);
+    const std::string shown = settings().model;
+    const Status status = model_.replace([&] {
+      Settings wanted = settings();
+      wanted.model = name.value_or(shown);
+      wanted.threads = engine_threads_;
+      return wanted;
+    });
+    change_settings([&, running = model_.file()](Settings& s) {
+      if (s.model == shown) s.model = running;
+    });
+    turn.unlock();
+    if (!status && status.error().code != Code::CANCELLED)  // CANCELLED by stop()
       gst::post_warning(element(), status.error());
+    return status.has_value();
   }
 
-  template <bool Input>
-  std::vector<ModelShape> tensors(const Settings& s) const {
-    auto known = report_.of_stream();
-    if (!known) {
-      std::unique_lock lock(model_mutex_);
-      if (model_) return Input ? model_->inputs() : model_->outputs();
-      lock.unlock();
-      known = report_.of_settings(s);
-    }
-    if (!known) return {};
-    return Input ? known->inputs : known->outputs;
-  }
-
-  // Between two frames: properties changed, or downstream asks for other caps.
+  // Called between two frames: handles changed properties and reconfigure requests from downstream.
   GstFlowReturn follow() {
     const bool asked = gst_pad_check_reconfigure(source_);
     if (!asked && !is_written()) return GST_FLOW_OK;
@@ -398,6 +325,7 @@ class TensorFilter : public gst::Element<TensorFilter, gst::PlainElement> {
     if (!caps) return GST_FLOW_OK;
     const bool changed = follow_settings(
         &followed_, [&](const Settings& wanted) { return open_again(caps.get(), wanted); });
+    if (model_.stopped()) return GST_FLOW_FLUSHING;
     if (!asked && !changed) return GST_FLOW_OK;
     const Status status = negotiate(caps.get(), false);
     if (status) return GST_FLOW_OK;
@@ -405,90 +333,75 @@ class TensorFilter : public gst::Element<TensorFilter, gst::PlainElement> {
     return GST_FLOW_NOT_NEGOTIATED;
   }
 
-  // The model of these properties in place of the one that runs, where it fits the stream.
+  // Opens the model of these properties and installs it if it fits the stream.
   Status open_again(GstCaps* caps, const Settings& properties) {
     const auto input = gst::fixed_spec_from_caps(caps);
     if (!input) return input.error();
     Settings wanted = in_force_;
     gst::each_setting(kProperties, [&](const auto& p, size_t) {
-      if (opens_the_model(p.name)) wanted.*p.field = properties.*p.field;
+      if (requires_reopen(p.name)) wanted.*p.field = properties.*p.field;
     });
-    {
-      std::lock_guard lock(model_mutex_);
-      wanted.model = model_text_;
-    }
-    flow_.drain();
-    auto monitor = make_monitor(wanted, element());
-    std::vector<Error> warnings;
-    auto opened = OpenedModel::open(wanted, monitor, &warnings);
-    if (!opened) return opened.error();
-    const auto plan = (*opened)->plan_for(*input);
-    if (!plan) return plan.error();
-    if (const auto out = choose_output_caps(source_, plan->output); !out) return out.error();
-    for (const auto& warning : warnings) gst::post_warning(element(), warning);
-    life_.stop();
-    std::lock_guard lock(model_mutex_);
-    model_ = *std::move(opened);
-    monitor_ = std::move(monitor);
-    in_force_ = wanted;
-    life_.start(model_, wanted);
-    return ok();
+    flow_->drain();
+    const Status status = open_model(wanted, [&](const OpenModel& opened) -> Status {
+      const auto plan = opened.plan_for(*input);
+      if (!plan) return plan.error();
+      const auto out = choose_output_caps(source_, plan->output);
+      return out ? ok() : Status(out.error());
+    });
+    // A stop is not an error of the properties: the next start opens the model.
+    return model_.stopped() ? ok() : status;
   }
 
-  // `begins`: caps came; else downstream knows the ones that it has.
-  Status negotiate(GstCaps* input_caps, bool begins) {
-    const auto input = gst::fixed_spec_from_caps(input_caps);
+  // `begins`: caps arrived; otherwise downstream already has the current caps.
+  Status negotiate(GstCaps* caps, bool begins) {
+    const auto input = gst::fixed_spec_from_caps(caps);
     if (!input) return input.error();
-    if (auto status = buffer_limit_.check_input(*input); !status) return status;
-    flow_.drain();
-    auto plan = model_->plan_for(*input);
+    Status status = begin_stream(*input, begins);
+    if (auto segment = status ? placeholder_.take_segment() : Ref<GstEvent>())
+      flow_->send(std::move(segment));
+    return placeholder_.judged(*input, std::move(status));
+  }
+  Status begin_stream(const FrameSpec& input, bool begins) {
+    if (auto status = buffer_limit_.check_input(input); !status) return status;
+    flow_->drain();
+    const auto model = model_.get();
+    auto plan = model->plan_for(input);
     if (!plan) return plan.error();
     plan->limit = &buffer_limit_;
-    if (auto status = check_outputs(*plan); !status) return status;
+    // Only sizes that are known before the first invoke.
+    const FrameSpec outputs{Format::Static, known_parts(plan->model_outputs), Fraction{}};
+    if (auto status = buffer_limit_.check(outputs); !status) return status;
     auto caps = choose_output_caps(source_, plan->output);
     if (!caps) return caps.error();
     const auto chosen = gst::spec_from_caps(caps->get());
     if (!chosen) return chosen.error();
     plan->output = *chosen;
-    if (auto status = flow_.begin(model_, *plan); !status) return status;
+    if (auto status = flow_->begin(model, std::make_shared<const FilterPlan>(*plan)); !status)
+      return status;
     report_.negotiated({plan->model_inputs, plan->model_outputs});
     const auto before = Ref<GstCaps>::adopt(gst_pad_get_current_caps(source_));
     if (!begins && before && gst_caps_is_equal(before.get(), caps->get())) return ok();
-    // They go through, unless this element is being shut or flushed.
-    flow_.send(Ref<GstEvent>::adopt(gst_event_new_caps(caps->get())));
+    // The peer accepts them, unless this element is shutting down or flushing.
+    gst::log_output_caps(source_, caps->get());
+    flow_->send(Ref<GstEvent>::adopt(gst_event_new_caps(caps->get())));
     return ok();
   }
 
-  // Of the sizes that are known before the first invoke.
-  Status check_outputs(const FilterPlan& plan) const {
-    return buffer_limit_.check(
-        FrameSpec{Format::Static, known_parts(plan.model_outputs), Fraction{}});
-  }
-
-  gboolean answer_caps(GstPad* pad, GstQuery* query) {
-    GstCaps* filter = nullptr;
-    gst_query_parse_caps(query, &filter);
-    std::lock_guard lock(model_mutex_);
-    gst_query_set_caps_result(query, offered_caps(pad, model_.get(), filter).get());
-    return TRUE;
-  }
-
-  GstPad* sink_ = nullptr;          // owned by the element
-  GstPad* source_ = nullptr;        // owned by the element
-  mutable std::mutex model_mutex_;  // guards model_ against queries while it opens and closes
-  std::shared_ptr<const OpenedModel> model_;
-  std::shared_ptr<isolate::Monitor> monitor_;  // of the last worker processes; by model_mutex_ too
+  GstPad* sink_ = nullptr;      // owned by the element
+  GstPad* source_ = nullptr;    // owned by the element
+  std::mutex replacing_mutex_;  // held while `model` is read and written; taken before other locks
+  RunningModel model_;
   FilterThreads threads_;
   std::atomic<int> engine_threads_{0};
-  mutable ModelReport report_;
-  Settings in_force_;  // of model_; streaming thread, and while nothing streams
+  Settings in_force_;  // of model_; used by the streaming thread, or while not streaming
   gst::FollowedSettings<Settings> followed_;  // likewise
-  std::string model_text_;                    // what `model` says of it; guarded by model_mutex_
   gst::PropertyFile config_file_;
   LagWatch lag_;
-  FrameFlow flow_{&ledger_};
-  Admission admission_{&flow_.statistics()};
-  ModelLife life_;
+  mutable std::mutex flow_mutex_;    // guards flow_; only open() replaces it
+  std::shared_ptr<FrameFlow> flow_;  // never null
+  Admission admission_{&statistics_};
+  gst::PlaceholderWait placeholder_;
+  ModelLifecycle lifecycle_;
 };
 
 }  // namespace

@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "elements/tests/played_pipeline.hpp"
-#include "gstcpp/frame_parts.hpp"
+#include "elements/tests/pipeline_test_support.hpp"
+#include "gstcpp/buffer/frame_parts.hpp"
 
 namespace {
 
@@ -48,7 +48,7 @@ TEST(TensorFilter, RunsTheModelOnEachFrame) {
   EXPECT_EQ(floats(out.get()), (std::vector<float>{1, 2, 3, 4, 5, 6, 7, 8}));
 }
 
-// A frame in memory that begins `shift` bytes behind a multiple of 4096.
+// A frame in memory that starts `shift` bytes after a multiple of 4096.
 GstBuffer* shifted_frame(size_t shift) {
   constexpr size_t kBytes = 8 * sizeof(float);
   GstAllocationParams params;
@@ -62,7 +62,7 @@ GstBuffer* shifted_frame(size_t shift) {
   return b;
 }
 
-TEST(TensorFilter, GivesTheModelMemoryAsItAsks) {
+TEST(TensorFilter, ProvidesMemoryAsTheModelRequests) {
   struct Case {
     const char* custom;
     size_t shift;
@@ -86,7 +86,7 @@ TEST(TensorFilter, GivesTheModelMemoryAsItAsks) {
   }
 }
 
-TEST(TensorFilter, TellsTheElementBeforeHowToAllocate) {
+TEST(TensorFilter, ProposesItsAllocationUpstream) {
   auto h = harness(line("custom=alignment:512,padding:24"));
   const auto caps = Ref<GstCaps>::adopt(gst_caps_from_string(kCaps));
   const Unique<GstQuery, gst_query_unref> query(gst_query_new_allocation(caps.get(), TRUE));
@@ -98,14 +98,14 @@ TEST(TensorFilter, TellsTheElementBeforeHowToAllocate) {
   EXPECT_EQ(params.padding, 24u);
 }
 
-TEST(TensorFilter, RefusesEnginesThatAskForTheImpossible) {
+TEST(TensorFilter, RejectsEnginesWithInvalidRequirements) {
   for (const char* custom : {"alignment:3", "alignment:8192", "padding:65537"})
     EXPECT_SAYS(error_of(line(std::string("custom=") + custom)),
-                "the engine asks for memory that cannot be given")
+                "the engine requires memory that cannot be allocated")
         << custom;
 }
 
-TEST(TensorFilter, KeepsTimeStamps) {
+TEST(TensorFilter, KeepsTimestamps) {
   auto h = harness(line());
   GstBuffer* in = frame(kEight);
   GST_BUFFER_PTS(in) = 40 * GST_MSECOND;
@@ -115,7 +115,7 @@ TEST(TensorFilter, KeepsTimeStamps) {
   EXPECT_EQ(GST_BUFFER_DURATION(out.get()), 20 * GST_MSECOND);
 }
 
-TEST(TensorFilter, SaysOtherTensorForASingleOutputToAnyPeer) {
+TEST(TensorFilter, OffersOtherTensorForASingleOutput) {
   auto h = harness(line());
   auto out = Ref<GstBuffer>::adopt(gst_harness_push_and_pull(h.get(), frame(kEight)));
   auto caps = Ref<GstCaps>::adopt(gst_pad_get_current_caps(h->sinkpad));
@@ -144,7 +144,7 @@ TEST(TensorFilter, AllocatesNoBufferAfterWarmUp) {
   EXPECT_EQ(stat(filter_of(h).get(), "pool-allocated"), 1u);
 }
 
-TEST(TensorFilter, PushesInputsInFrontOfOutputsWhenCombined) {
+TEST(TensorFilter, PrependsInputsToOutputsWhenCombined) {
   auto h = harness(line("output-combination=o0,i0"));
   auto out = Ref<GstBuffer>::adopt(gst_harness_push_and_pull(h.get(), frame(kEight)));
   ASSERT_EQ(gst_buffer_n_memory(out.get()), 2u);
@@ -153,7 +153,7 @@ TEST(TensorFilter, PushesInputsInFrontOfOutputsWhenCombined) {
   EXPECT_EQ(stat(filter_of(h).get(), "bytes-copied"), 0u);
 }
 
-// Sixteen inputs that are passed on and a result: the last two are packed into the 16th memory.
+// Sixteen forwarded inputs and an output: the last two are packed into the 16th memory.
 TEST(TensorFilter, CombinesMoreTensorsThanABufferHasMemories) {
   std::string dimensions = "4:1", types = "float32", choice = "i0";
   auto in = Ref<GstBuffer>::adopt(frame<float>({0, 1, 2, 3}));
@@ -185,7 +185,7 @@ TEST(TensorFilter, CombinesMoreTensorsThanABufferHasMemories) {
   EXPECT_EQ(stat(filter_of(h).get(), "bytes-copied"), 32u);
 }
 
-TEST(TensorFilter, GivesTheModelTheChosenInputs) {
+TEST(TensorFilter, PassesTheChosenInputsToTheModel) {
   auto h = harness(line("input-combination=1"),
                    "other/tensors,format=static,num_tensors=2,dimensions=(string)\"3,4:1\","
                    "types=(string)\"uint8,float32\",framerate=30/1");
@@ -213,7 +213,7 @@ TEST(TensorFilter, FollowsTheShapesOfAFlexibleStream) {
   }
 }
 
-TEST(TensorFilter, TakesNewCapsMidStream) {
+TEST(TensorFilter, AcceptsNewCapsMidStream) {
   auto h = harness(line());
   Ref<GstBuffer>::adopt(gst_harness_push_and_pull(h.get(), frame(kEight)));
   gst_harness_set_src_caps_str(
@@ -231,17 +231,17 @@ TEST(TensorFilter, FailsTheStreamWhenTheEngineFails) {
   EXPECT_EQ(stat(filter_of(h).get(), "dropped-error"), 1u);
 }
 
-TEST(TensorFilter, RefusesABufferOfTheWrongSize) {
+TEST(TensorFilter, RejectsABufferOfTheWrongSize) {
   auto h = harness(line());
   EXPECT_EQ(gst_harness_push(h.get(), frame<float>({1, 2, 3})), GST_FLOW_ERROR);
 }
 
-TEST(TensorFilter, RefusesAHeaderThatLies) {
+TEST(TensorFilter, RejectsAnInvalidHeader) {
   auto h = harness(line(), "other/tensors,format=flexible,framerate=30/1");
   EXPECT_EQ(gst_harness_push(h.get(), frame(kEight)), GST_FLOW_ERROR);
 }
 
-TEST(TensorFilter, NamesBothSidesWhenTheStreamDoesNotFit) {
+TEST(TensorFilter, ReportsBothShapesWhenTheStreamDoesNotFit) {
   const std::string text = error_of(line(),
                                     "other/tensors,format=static,num_tensors=1,"
                                     "dimensions=(string)5:2,types=float32,framerate=30/1");
@@ -251,38 +251,38 @@ TEST(TensorFilter, NamesBothSidesWhenTheStreamDoesNotFit) {
   EXPECT_SAYS(text, "dimension 0 is 5, needed is 4");
 }
 
-TEST(TensorFilter, GivesTheLineThatMendsAWrongType) {
+TEST(TensorFilter, SuggestsAPipelineThatFixesAWrongType) {
   const std::string text =
       error_of(line(), "other/tensor,dimension=(string)4:2,type=uint8,framerate=30/1");
   EXPECT_SAYS(text, "fix: tensor_transform mode=typecast option=float32");
 }
 
-TEST(TensorFilter, KnowsAnEngineByAlmostItsName) {
+TEST(TensorFilter, SuggestsTheNearestEngineName) {
   const std::string text = error_of("tensor_filter framework=tensorfow-lite model=" + model_path());
   EXPECT_SAYS(text, "WEIR-3001");
   EXPECT_SAYS(text, "did you mean tensorflow-lite?");
 }
 
-TEST(TensorFilter, SaysHowToGetAnEngineThatIsMissing) {
+TEST(TensorFilter, ReportsHowToInstallAMissingEngine) {
   const std::string text = error_of("tensor_filter framework=snpe model=" + model_path());
   EXPECT_SAYS(text, "WEIR-3002");
   EXPECT_SAYS(text, "snpe");
 }
 
-TEST(TensorFilter, NamesAModelFileThatIsNotThere) {
+TEST(TensorFilter, ReportsAMissingModelFile) {
   const std::string text = error_of("tensor_filter framework=fake model=/nowhere/m.bin");
   EXPECT_SAYS(text, "WEIR-3003");
   EXPECT_SAYS(text, "/nowhere/m.bin");
 }
 
-TEST(TensorFilter, RefusesPropertiesWithATypo) {
+TEST(TensorFilter, RejectsPropertiesWithATypo) {
   EXPECT_SAYS(error_of(line("input-combination=x")), "at \"x\"");
   EXPECT_SAYS(error_of(line("input=5:2")), "input contradicts the model");
   EXPECT_SAYS(error_of(line("output-combination=o3")), "o3");
   EXPECT_SAYS(error_of("tensor_filter framework=fake"), "no model is set");
 }
 
-TEST(TensorFilter, KeepsEventsBetweenTheFramesWhereTheyWere) {
+TEST(TensorFilter, KeepsEventsInTheirPlaceBetweenFrames) {
   auto h = harness(line());
   const auto push_mark = [&](const char* name) {
     gst_harness_push_event(
@@ -308,7 +308,7 @@ TEST(TensorFilter, KeepsEventsBetweenTheFramesWhereTheyWere) {
   EXPECT_EQ(order, (std::vector<std::string>{"frame", "a", "frame", "b"}));
 }
 
-TEST(TensorFilter, TakesNothingWhileFlushingAndGoesOnAfterwards) {
+TEST(TensorFilter, RejectsBuffersWhileFlushingAndContinuesAfterwards) {
   auto h = harness(line());
   EXPECT_EQ(gst_harness_push(h.get(), frame(kEight)), GST_FLOW_OK);
   gst_harness_push_event(h.get(), gst_event_new_flush_start());
@@ -321,8 +321,8 @@ TEST(TensorFilter, TakesNothingWhileFlushingAndGoesOnAfterwards) {
   EXPECT_EQ(stat(element.get(), "held"), 0u);
 }
 
-// The message comes from tensor_filter, not a plain "not negotiated" from the elements before it.
-TEST(TensorFilter, SaysWhatItNeedsBehindACapsfilterThatDoesNotFit) {
+// tensor_filter posts the error instead of a plain "not negotiated" of the upstream elements.
+TEST(TensorFilter, ReportsWhatItNeedsDownstreamOfAnIncompatibleCapsfilter) {
   const std::string text = error_of_pipeline(
       "videotestsrc num-buffers=1 ! video/x-raw,format=GRAY8,width=5,height=3 ! tensor_converter "
       "! " +
@@ -331,7 +331,7 @@ TEST(TensorFilter, SaysWhatItNeedsBehindACapsfilterThatDoesNotFit) {
   EXPECT_SAYS(text, "needed: ");
 }
 
-// An engine that is a C++ class over weir/engine.hpp.
+// An engine that is a C++ class based on weir/engine.hpp.
 std::string scaling(const std::string& options) {
   return "tensor_filter framework=scaling model=" + model_path() + " custom=" + options;
 }
@@ -343,7 +343,7 @@ TEST(TensorFilter, RunsAnEngineWrittenInCpp) {
   EXPECT_EQ(floats(out.get()), (std::vector<float>{-2.5, -5, -0.0, 10}));
 }
 
-TEST(TensorFilter, TurnsWhatSuchAnEngineThrowsIntoErrors) {
+TEST(TensorFilter, ConvertsExceptionsOfSuchAnEngineToErrors) {
   EXPECT_SAYS(error_of(scaling("factor:much")), "WEIR-1004: factor is no number");
   auto h = harness(scaling("throw-at:1"), kFour);
   EXPECT_EQ(gst_harness_push(h.get(), frame<float>({1, 2, 3, 4})), GST_FLOW_OK);

@@ -1,5 +1,5 @@
-// Throttling: drops frames that the elements behind tensor_filter asked it not to make, and tells
-// the elements before it.
+// Throttling: drops frames that exceed the rate which downstream requested, and reports this
+// upstream.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <gst/gst.h>
@@ -10,11 +10,12 @@ namespace weir {
 
 class Throttling {
  public:
-  // Any thread. True when the event asks to throttle: it ends here.
-  bool hear(GstEvent* qos) noexcept;
-  // Streaming thread. Whether the frame is dropped; then a QoS event of type OVERFLOW went up from
-  // `sink`. `latency`: of an invoke, ns.
-  bool refuses(GstBuffer* buffer, GstClockTime running, uint64_t latency, GstPad* sink) noexcept;
+  // Any thread. True if the event requests throttling; it is not forwarded then.
+  bool handle_qos(GstEvent* qos) noexcept;
+  // Streaming thread. Whether to drop the frame; if so, a QoS event of type OVERFLOW was sent
+  // upstream from `sink`. `latency`: of an invoke, in nanoseconds.
+  bool should_drop(GstBuffer* buffer, GstClockTime running, uint64_t latency,
+                   GstPad* sink) noexcept;
   bool active() const noexcept { return throttle_.limited(); }
 
   void restart() noexcept { throttle_.restart(); }

@@ -1,7 +1,7 @@
-// tensor_filter whose properties change while frames flow, and downstream that asks for other caps.
+// tensor_filter whose properties change while frames flow, and downstream that requests other caps.
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "elements/tensor_filter/adder_harness.hpp"
-#include "elements/tests/tuned.hpp"
+#include "elements/tensor_filter/adder_test_support.hpp"
+#include "elements/tests/tuning_test_support.hpp"
 
 namespace weir::test {
 namespace {
@@ -13,7 +13,7 @@ Tuned tuned(const std::string& line) {
   return {"tensor_filter", line, kAdderCaps};
 }
 
-TEST(TuningFilter, DownstreamThatAsksForFlexibleTensorsGetsThemWithTheNextFrame) {
+TEST(FilterPropertyChange, ADownstreamSwitchToFlexibleAppliesToTheNextFrame) {
   AdderFiles files;
   auto t =
       tuned("tensor_filter framework=adder model=" + files.model(1) + " ! capsfilter name=wanted");
@@ -30,7 +30,7 @@ TEST(TuningFilter, DownstreamThatAsksForFlexibleTensorsGetsThemWithTheNextFrame)
   EXPECT_EQ(t.messages.next(), "");
 }
 
-TEST(TuningFilter, AnotherOutputCombinationActsOnTheNextFrame) {
+TEST(FilterPropertyChange, NewOutputCombinationAppliesToTheNextFrame) {
   AdderFiles files;
   auto t = tuned("tensor_filter framework=adder model=" + files.model(1));
   EXPECT_EQ((t.push<float, float>(kFour)), (Floats{2, 3, 4, 5}));
@@ -43,7 +43,7 @@ TEST(TuningFilter, AnotherOutputCombinationActsOnTheNextFrame) {
   EXPECT_EQ(t.messages.next_warning(), "");
 }
 
-TEST(TuningFilter, WhatDoesNotFitIsRefusedAndReadsBackAsBefore) {
+TEST(FilterPropertyChange, InvalidValuesAreRejectedAndRestored) {
   AdderFiles files;
   auto t = tuned("tensor_filter framework=adder model=" + files.model(1));
   EXPECT_EQ((t.push<float, float>(kFour)), (Floats{2, 3, 4, 5}));
@@ -68,7 +68,7 @@ TEST(TuningFilter, WhatDoesNotFitIsRefusedAndReadsBackAsBefore) {
   EXPECT_EQ(t.messages.next(), "") << "no error";
 }
 
-TEST(TuningFilter, CustomSuspendAndLayoutsAct) {
+TEST(FilterPropertyChange, CustomSuspendAndLayoutsApply) {
   AdderFiles files;
   auto t = tuned("tensor_filter framework=adder model=" + files.model(1));
   EXPECT_EQ((t.push<float, float>(kFour)), (Floats{2, 3, 4, 5}));
@@ -81,8 +81,8 @@ TEST(TuningFilter, CustomSuspendAndLayoutsAct) {
   EXPECT_EQ(t.messages.next_warning(), "");
 }
 
-// The engine "fake" takes no frames of four rows with this option, which "adder" does not read.
-TEST(TuningFilter, ASecondWriteCompletesTheFirst) {
+// The engine "fake" rejects frames of four rows with this option, which "adder" ignores.
+TEST(FilterPropertyChange, ASecondWriteCompletesTheFirst) {
   AdderFiles files;
   auto t = tuned("tensor_filter framework=fake model=" + files.model(2));
   const auto before = t.push<float, float>(kFour);

@@ -1,6 +1,6 @@
-// tensor_filter with workers: frames at once, their order, sessions, threads of the engine.
+// tensor_filter with workers: concurrent frames, their order, sessions, engine threads.
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "elements/tensor_filter/gated_filter.hpp"
+#include "elements/tensor_filter/gated_filter_test_support.hpp"
 #include "machine/usable_cores.hpp"
 
 namespace weir::test {
@@ -16,7 +16,7 @@ TEST(FilterWorkers, RunSeveralFramesAtOnceAndRestoreTheirOrder) {
   gate().let_go(2);
   gate().let_go(1);
   f.wait_for_stat("workers-busy", 1);
-  EXPECT_EQ(f.waiting_outside(), 0u) << "the oldest is in work";
+  EXPECT_EQ(f.waiting_outside(), 0u) << "the oldest is in progress";
   gate().let_go(0);
   EXPECT_EQ(f.pull(3), (Numbers{1, 2, 3}));
   f.expect_all_accounted();
@@ -37,7 +37,7 @@ TEST(FilterWorkers, ShowTheirOccupancy) {
   EXPECT_LE(mean, 2);
 }
 
-TEST(FilterWorkers, AreTheThreadThatBringsTheFramesWhereNothingIsSet) {
+TEST(FilterWorkers, RunOnTheStreamingThreadByDefault) {
   GatedFilter f("", true);
   const auto self = std::this_thread::get_id();
   std::thread::id pushed_by;
@@ -52,7 +52,7 @@ TEST(FilterWorkers, AreTheThreadThatBringsTheFramesWhereNothingIsSet) {
   EXPECT_EQ(f.stat("workers-busy"), 0u);
 }
 
-TEST(FilterWorkers, HaveSessionsOfTheirOwn) {
+TEST(FilterWorkers, HaveSeparateSessions) {
   GatedFilter f("workers=3");
   EXPECT_EQ(gate().seen().sessions, 3);
   EXPECT_EQ(gate().seen().models, 1);
@@ -81,7 +81,7 @@ TEST(FilterWorkers, OpenModelsThatHaveOneSessionEach) {
   EXPECT_EQ(gate().seen().sessions, 0);
 }
 
-TEST(FilterWorkers, AreRefusedToAModelThatKeepsState) {
+TEST(FilterWorkers, AreRejectedForAStatefulModel) {
   gate().reset();
   const std::string line =
       "tensor_filter framework=gated custom=stateful:1 model=" + any_model_file();
@@ -159,7 +159,7 @@ TEST(FilterWorkers, FollowTheShapesOfAFlexibleStream) {
   }
 }
 
-TEST(FilterWorkers, AnswerADrainQueryWhenAllIsPushed) {
+TEST(FilterWorkers, AnswerADrainQueryWhenAllFramesArePushed) {
   GatedFilter f("workers=2");
   f.push(0);
   f.push(1);
@@ -173,11 +173,21 @@ TEST(FilterWorkers, AnswerADrainQueryWhenAllIsPushed) {
   opener.join();
 }
 
+TEST(FilterWorkers, AnswerADrainQueryAfterTheyHaveStopped) {
+  GatedFilter f("workers=2", true);
+  f.push(0);
+  gst_element_set_state(f.element(), GST_STATE_READY);
+  const auto sink = Ref<GstPad>::adopt(gst_element_get_static_pad(f.element(), "sink"));
+  const Unique<GstQuery, gst_query_unref> query(gst_query_new_drain());
+  gst_pad_query(sink.get(), query.get());
+  EXPECT_EQ(stat(f.element(), "held"), 0u);
+}
+
 int share(int workers) {
   return std::max(1, usable_cores() / workers);
 }
 
-TEST(FilterThreads, AreTheEnginesChoiceForALoneFilter) {
+TEST(FilterThreads, AreChosenByTheEngineForASingleFilter) {
   GatedFilter f("");
   EXPECT_EQ(gate().seen().threads_wanted, std::vector<int>{0});
 }
@@ -187,10 +197,10 @@ TEST(FilterThreads, AreSharedAmongWorkers) {
   EXPECT_EQ(gate().seen().threads_wanted, std::vector<int>(2, share(2)));
   int threads = -1;
   gst_structure_get_int(stats(f.element()).get(), "threads", &threads);
-  EXPECT_EQ(threads, share(2)) << "and stats say so";
+  EXPECT_EQ(threads, share(2)) << "stats show it";
 }
 
-TEST(FilterThreads, AreAsManyAsAreAskedFor) {
+TEST(FilterThreads, AreAsManyAsRequested) {
   GatedFilter f("workers=2 threads=7");
   EXPECT_EQ(gate().seen().threads_wanted, std::vector<int>{7});
 }

@@ -4,13 +4,14 @@
 
 #include <stdexcept>
 
-#include "elements/tests/branches.hpp"
+#include "elements/tests/branches_test_support.hpp"
 #include "weir/custom_condition.hpp"
 
 namespace weir::testing {
 namespace {
 
-// As a program finds them: this test links its own copy of the core, which is not the plug-in's.
+// Looked up as a program does: this test links its own copy of the core, separate from the
+// plug-in's.
 template <class Function>
 Function exported(const char* name) {
   const auto plugin = Ref<GstPlugin>::adopt(gst_registry_find_plugin(gst_registry_get(), "weir"));
@@ -52,7 +53,7 @@ TEST(TensorIfCustom, DecidesByAllTensorsOfTheFrame) {
   EXPECT_EQ(element.stat("bytes-copied"), 0u);
 }
 
-TEST(TensorIfCustom, MayBeRegisteredAfterTheProperties) {
+TEST(TensorIfCustom, CanBeRegisteredAfterTheProperties) {
   Branches element("tensor_if compared-value=CUSTOM");
   g_object_set(element.element(), "compared-value-option", "named", nullptr);
   EXPECT_SAYS(element.warning(), "WEIR-5002: no condition is registered under this name");
@@ -76,7 +77,7 @@ TEST(TensorIfCustom, OfAnUnknownNameIsAnErrorAtTheFirstFrame) {
   element.expect_balance();
 }
 
-TEST(TensorIfCustom, ThatThrowsEndsTheStreamWithItsWords) {
+TEST(TensorIfCustom, ThatThrowsEndsTheStreamWithItsMessage) {
   const auto named = registered(
       "named", [](const weir_frame&) -> bool { throw std::runtime_error("no, not today"); });
   Branches element(kNamed);
@@ -94,7 +95,7 @@ int drop(const weir_host*, const weir_frame*, int*, void*, weir_error*) {
   return 1;
 }
 
-TEST(TensorIfCustom, InCMayDropFrames) {
+TEST(TensorIfCustom, InCCanDropFrames) {
   const auto add = exported<decltype(&weir_condition_register)>("weir_condition_register");
   ASSERT_EQ(add("named", drop, nullptr), WEIR_OK);
   Branches element(kNamed);

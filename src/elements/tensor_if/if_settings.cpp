@@ -1,4 +1,4 @@
-// Properties become a plan.
+// Makes a plan from the properties of tensor_if.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "elements/tensor_if/if_settings.hpp"
 
@@ -62,12 +62,11 @@ std::optional<Error> missing_setting(const IfSettings& settings) {
     const auto chosen = picks(way);
     const std::string name = way.property;
     if (way.behaviour == Behaviour::TensorPick && chosen && chosen->empty())
-      return Error{Code::OPTION_VALUE,
-                   name + "=TENSORPICK needs to be told which tensors",
-                   "no " + name + "-option",
-                   "a comma list of tensor indices",
-                   "",
-                   name + "=TENSORPICK " + name + "-option=0"};
+      return Error{.code = Code::OPTION_VALUE,
+                   .what = name + "=TENSORPICK needs a list of tensors",
+                   .offered = "no " + name + "-option",
+                   .needed = "a comma list of tensor indices",
+                   .fix = name + "=TENSORPICK " + name + "-option=0"};
   }
   return std::nullopt;
 }

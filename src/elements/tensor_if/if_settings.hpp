@@ -1,4 +1,4 @@
-// IfSettings: the properties of tensor_if, and the plan they make for a stream.
+// IfSettings: the properties of tensor_if, and the plan that they make for a stream.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <optional>
@@ -7,7 +7,7 @@
 
 #include "core/condition/comparison.hpp"
 #include "core/condition/custom_condition.hpp"
-#include "gstcpp/property.hpp"
+#include "gstcpp/element/property.hpp"
 
 namespace weir {
 
@@ -23,11 +23,11 @@ struct IfSettings {
   std::string else_option;
 };
 
-// What happens to frames that take one of the two ways.
+// The behaviour for frames of one branch.
 struct IfBranch {
   condition::Behaviour behaviour = condition::Behaviour::Skip;
-  std::vector<size_t> tensors;  // of TensorPick
-  FrameSpec spec;               // of the pad
+  std::vector<size_t> tensors;  // for TensorPick
+  FrameSpec spec;               // of the output
 };
 
 struct IfPlan {
@@ -36,11 +36,11 @@ struct IfPlan {
   IfBranch branches[2];  // THEN, ELSE: src_0, src_1
 };
 
-// What cannot be read, whatever the stream.
+// Checks the property texts, independently of a stream.
 Status check_texts(const IfSettings& settings);
-// What is needed and not set.
+// The error for a required property that is not set.
 std::optional<Error> missing_setting(const IfSettings& settings);
-// Precondition: nothing is missing.
+// Precondition: missing_setting() returns none.
 Result<IfPlan> plan_if(const IfSettings& settings, const FrameSpec& input);
 
 namespace gst {
@@ -56,7 +56,7 @@ struct EnumType<condition::ComparedValue> {
     return t;
   }
 };
-// "eqaual" is how users have written it since the first publication.
+// "eqaual" is the spelling that users have written since the first release.
 template <>
 struct EnumType<condition::Operator> {
   static GType type() {

@@ -1,11 +1,11 @@
-// tensor_if keeps its pads and their links while it is stopped.
+// tensor_if keeps its pads and links while it is stopped.
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "elements/tests/branches.hpp"
+#include "elements/tests/branches_test_support.hpp"
 
 namespace weir::testing {
 namespace {
 
-TEST(TensorIfRestart, PadsAndLinksStayOverNull) {
+TEST(TensorIfRestart, PadsAndLinksRemainInStateNull) {
   Branches way(
       "tensor_if compared-value=A_VALUE compared-value-option=0:0:0:0,0 operator=GT "
       "supplied-value=5 then=PASSTHROUGH else=PASSTHROUGH");
@@ -28,10 +28,10 @@ TEST(TensorIfRestart, PadsAndLinksStayOverNull) {
     EXPECT_EQ(way.added().size(), 2u) << "the same pads";
     EXPECT_EQ(way.stat("pushed-src_0"), 1u);
   }
-  EXPECT_EQ(way.no_more_pads_told(), 3);
+  EXPECT_EQ(way.no_more_pads_count(), 3);
 }
 
-TEST(TensorIfRestart, APipelineMadeFromTextStartsAgain) {
+TEST(TensorIfRestart, AParsedPipelineCanRestart) {
   const auto pipeline = Ref<GstElement>::adopt(gst_parse_launch(
       "videotestsrc num-buffers=3 pattern=white ! video/x-raw,format=GRAY8,width=2,height=2 ! "
       "tensor_converter ! tensor_if name=way compared-value=A_VALUE "

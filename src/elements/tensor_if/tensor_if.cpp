@@ -1,13 +1,13 @@
-// tensor_if: each frame takes one of two ways, by what is in it.
+// tensor_if: sends each frame to one of two source pads, depending on its values.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <algorithm>
 #include <cstring>
 
 #include "elements/tensor_if/if_settings.hpp"
-#include "gstcpp/frame_arguments.hpp"
-#include "gstcpp/frame_errors.hpp"
-#include "gstcpp/frame_parts.hpp"
-#include "gstcpp/one_to_many.hpp"
+#include "gstcpp/buffer/frame_arguments.hpp"
+#include "gstcpp/buffer/frame_errors.hpp"
+#include "gstcpp/buffer/frame_parts.hpp"
+#include "gstcpp/pads/one_to_many.hpp"
 
 namespace weir {
 namespace {
@@ -21,10 +21,11 @@ using gst::Ref;
 
 class TensorIf : public gst::OneToMany<TensorIf> {
  public:
-  static constexpr gst::ElementInfo kInfo{"WeirTensorIf", "tensor_if", "TensorIf", "Filter/Tensor",
-                                          "Sends each frame one of two ways, by what is in it"};
+  static constexpr gst::ElementInfo kInfo{
+      "WeirTensorIf", "tensor_if", "TensorIf", "Filter/Tensor",
+      "Sends each frame to one of two pads, depending on its values"};
   static constexpr const char* kSourceTemplate = "src";
-  static constexpr bool kKeepsPads = true;  // a pipeline made from text can be started again
+  static constexpr bool kKeepsPads = true;  // a pipeline from gst_parse_launch() can be restarted
   static inline GstStaticPadTemplate kPads[] = {
       GST_STATIC_PAD_TEMPLATE("sink", GST_PAD_SINK, GST_PAD_ALWAYS,
                               GST_STATIC_CAPS(WEIR_STATIC_TENSORS_CAPS)),
@@ -38,22 +39,22 @@ class TensorIf : public gst::OneToMany<TensorIf> {
       gst::Property{"silent", &Settings::silent, "Accepted for compatibility; has no effect",
                     gst::Changeable::WhilePlaying},
       gst::Property{"compared-value", &Settings::compared_value,
-                    "What is compared: an element, the average of a tensor, or what a registered "
-                    "function says",
+                    "What is compared: an element, the average of a tensor, or the result of a "
+                    "registered function",
                     kPlaying},
       gst::Property{"compared-value-option", &Settings::compared_value_option,
                     "A_VALUE: coordinate and tensor, as in 0:1:0:0,0; TENSOR_AVERAGE_VALUE: the "
                     "tensor; CUSTOM: the function's name",
                     kPlaying},
-      gst::Property{"operator", &Settings::op, "How it is compared with supplied-value", kPlaying},
+      gst::Property{"operator", &Settings::op, "Comparison with supplied-value", kPlaying},
       gst::Property{"supplied-value", &Settings::supplied_value,
-                    "A number, or two joined by ',' for a range", kPlaying},
-      gst::Property{"then", &Settings::then_behaviour, "What src_0 gets when the condition holds",
-                    kPlaying},
+                    "A number, or two separated by ',' for a range", kPlaying},
+      gst::Property{"then", &Settings::then_behaviour,
+                    "What src_0 outputs when the condition is true", kPlaying},
       gst::Property{"then-option", &Settings::then_option,
                     "TENSORPICK: comma list of tensor indices", kPlaying},
-      gst::Property{"else", &Settings::else_behaviour, "What src_1 gets when it does not",
-                    kPlaying},
+      gst::Property{"else", &Settings::else_behaviour,
+                    "What src_1 outputs when the condition is false", kPlaying},
       gst::Property{"else-option", &Settings::else_option,
                     "TENSORPICK: comma list of tensor indices", kPlaying},
   };
@@ -72,7 +73,7 @@ class TensorIf : public gst::OneToMany<TensorIf> {
     parts_.configure(spec);
     const Settings s = take_settings(&followed_);
     plan_.reset();
-    // The first frame is refused, not the caps, which may be those of a placeholder.
+    // The first frame gets the error and not the caps, which may be those of a placeholder.
     missing_ = missing_setting(s);
     if (missing_) return ok();
     auto plan = plan_if(s, spec);
@@ -103,7 +104,7 @@ class TensorIf : public gst::OneToMany<TensorIf> {
     return gst::Routed{push(&output, std::move(buffer)), false};
   }
 
-  // A way that no frame took ends as well: what waits behind it must not wait for ever.
+  // A branch without any frame needs EOS as well, or its sink would wait forever.
   void ending() {
     for (size_t way = 0; plan_ && way < 2; ++way)
       if (plan_->branches[way].behaviour != Behaviour::Skip)
@@ -122,7 +123,7 @@ class TensorIf : public gst::OneToMany<TensorIf> {
     outputs_.unsettle();
   }
 
-  // Between two frames.
+  // Called between two frames.
   void follow_properties() {
     if (plan_) {
       follow_settings(&followed_, [this](const Settings& wanted) { return judge(wanted); });
@@ -175,7 +176,7 @@ class TensorIf : public gst::OneToMany<TensorIf> {
 
   // Streaming thread:
   std::optional<IfPlan> plan_;
-  std::optional<Error> missing_;  // set where there is no plan
+  std::optional<Error> missing_;  // set if there is no plan
   gst::FrameParts parts_;
   gst::FrameReader reader_;
   gst::FrameArguments arguments_;

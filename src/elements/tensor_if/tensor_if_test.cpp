@@ -1,9 +1,9 @@
-// tensor_if: which way frames take and what leaves there.
+// tensor_if: which branch frames take and what is sent there.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <cstring>
 
-#include "elements/tests/branches.hpp"
-#include "gstcpp/tensor_meta.hpp"
+#include "elements/tests/branches_test_support.hpp"
+#include "gstcpp/buffer/tensor_meta.hpp"
 
 namespace weir::testing {
 namespace {
@@ -64,22 +64,22 @@ TEST(TensorIf, ComparesWithinTheTensorsType) {
   EXPECT_EQ(ways("operator=GE supplied-value=2.9", {1, 2, 3}), "100") << "2.9 is 2 as a uint8";
 }
 
-TEST(TensorIf, PadsComeWithTheFirstFrameOfTheirWay) {
+TEST(TensorIf, AddsAPadWithTheFirstFrameOfItsBranch) {
   Branches element("tensor_if compared-value-option=0,0 operator=GT supplied-value=5");
   element.caps(one("1"));
   ASSERT_EQ(element.push(frame_of({{1}})), GST_FLOW_OK);
   EXPECT_EQ(element.added(), names({"src_1"}));
-  EXPECT_EQ(element.no_more_pads_told(), 0);
+  EXPECT_EQ(element.no_more_pads_count(), 0);
   ASSERT_EQ(element.push(frame_of({{9}})), GST_FLOW_OK);
   EXPECT_EQ(element.added(), names({"src_1", "src_0"}));
-  EXPECT_EQ(element.no_more_pads_told(), 1);
+  EXPECT_EQ(element.no_more_pads_count(), 1);
   EXPECT_EQ(element.branch("src_0").events, names({"stream-start", "caps", "segment"}));
   EXPECT_EQ(element.branch("src_0").stream_id(), "test/src_0");
   EXPECT_EQ(element.stat("pushed-src_0"), 1u);
   EXPECT_EQ(element.stat("pushed-src_1"), 1u);
 }
 
-TEST(TensorIf, PassesTheVeryBufferOn) {
+TEST(TensorIf, PassesTheSameBuffer) {
   Branches element("tensor_if compared-value-option=0,1 operator=EQ supplied-value=3");
   element.caps(test::tensors("uint8,uint8", "2,2"));
   GstBuffer* in = frame_of({{1, 2}, {3, 4}});
@@ -95,21 +95,21 @@ TEST(TensorIf, SkipsByPolicy) {
   element.caps(one("1"));
   for (const uint8_t value : {9, 1, 8}) ASSERT_EQ(element.push(frame_of({{value}})), GST_FLOW_OK);
   EXPECT_EQ(element.added(), names({"src_1"}));
-  EXPECT_EQ(element.no_more_pads_told(), 1) << "there will be no other";
+  EXPECT_EQ(element.no_more_pads_count(), 1) << "there will be no other pad";
   EXPECT_EQ(element.stat("dropped-policy"), 2u);
   EXPECT_EQ(element.stat("consumed"), 1u);
   element.expect_balance();
 }
 
-TEST(TensorIf, PicksTensorsInTheOrderAsked) {
+TEST(TensorIf, PicksTensorsInTheGivenOrder) {
   Branches element(
       "tensor_if compared-value-option=0,0 supplied-value=1 then=TENSORPICK then-option=2,0 "
       "else=7 else-option=1");
   element.caps(test::tensors("uint8,uint8,int16", "1:2:3,8:6,2"));
   for (const uint8_t first : {1, 0}) {
     GstBuffer* in = frame_of({{first, 1, 2, 3, 4, 5}, Bytes(48, 7), {1, 2, 3, 4}});
-    gst::set_picture_maps(in, {picture_as_it_is(2, 3, false), picture_as_it_is(8, 6, true),
-                               picture_as_it_is(9, 9, false)});
+    gst::set_source_maps(in, {picture_as_it_is(2, 3, false), picture_as_it_is(8, 6, true),
+                              picture_as_it_is(9, 9, false)});
     GST_BUFFER_PTS(in) = 77;
     ASSERT_EQ(element.push(in), GST_FLOW_OK);
   }
@@ -122,8 +122,8 @@ TEST(TensorIf, PicksTensorsInTheOrderAsked) {
       element.branch("src_0").caps(),
       "num_tensors=(int)2, dimensions=(string)\"2\\,1:2:3\", types=(string)\"int16\\,uint8\"");
   EXPECT_EQ(content(other.get(), 0), Bytes(48, 7));
-  ASSERT_EQ(gst::picture_maps(other.get()).size(), 1u);
-  EXPECT_EQ(gst::picture_maps(other.get())[0].width, 8u);
+  ASSERT_EQ(gst::source_maps(other.get()).size(), 1u);
+  EXPECT_EQ(gst::source_maps(other.get())[0].width, 8u);
   EXPECT_EQ(element.stat("bytes-copied"), 0u);
 }
 
@@ -139,7 +139,7 @@ TEST(TensorIf, FindsItsElementInOneMemoryOfMany) {
   ASSERT_EQ(element.push(frame_of({all})), GST_FLOW_OK) << "one memory for all";
   const auto part = [&](int from, int to) { return Bytes(all.begin() + from, all.begin() + to); };
   ASSERT_EQ(element.push(frame_of({part(0, 5), part(5, 14), part(14, 15)})), GST_FLOW_OK)
-      << "the element lies in two of three";
+      << "the element spans two of three memories";
   EXPECT_EQ(element.branch("src_0").buffers.size(), 3u);
   EXPECT_EQ(element.stat("bytes-copied"), 0u);
 }
@@ -156,18 +156,18 @@ TEST(TensorIf, ComparesAveragesOfEveryTensor) {
     Branches element("tensor_if compared-value=TENSOR_AVERAGE_VALUE compared-value-option=" +
                      std::to_string(last) + " operator=EQ supplied-value=" + std::to_string(last));
     element.caps(test::tensors(types, dimensions));
-    // As one memory, which is read by the sizes of the caps: the same for more than 16 tensors.
+    // As one memory, split by the sizes of the caps, as with more than 16 tensors.
     Bytes all;
     for (int i = 0; i < tensors; ++i)
       for (const int step : {0, 1, 2, 0}) all.push_back(static_cast<uint8_t>(i + step));
     ASSERT_EQ(element.push(frame_of({all})), GST_FLOW_OK);
-    EXPECT_TRUE(element.has("src_0")) << "the mean is 0.75 above, cut to the type";
+    EXPECT_TRUE(element.has("src_0")) << "the mean is 0.75 above, truncated to the type";
     EXPECT_FALSE(element.has("src_1"));
     EXPECT_EQ(element.stat("bytes-copied"), 0u);
   }
 }
 
-TEST(TensorIf, SuitsThePeerOfEachWay) {
+TEST(TensorIf, FollowsThePeerOfEachBranch) {
   Branches element("tensor_if compared-value-option=0,0 operator=GT supplied-value=5",
                    {{"src_0", "other/tensor"}});
   element.caps(one("3:1"));
@@ -177,11 +177,11 @@ TEST(TensorIf, SuitsThePeerOfEachWay) {
   EXPECT_SAYS(element.branch("src_1").caps(), "other/tensors, format=(string)static");
 }
 
-TEST(TensorIfFlow, AWayThatIsNotLinkedIsTolerated) {
+TEST(TensorIfFlow, ToleratesAnUnlinkedBranch) {
   Branches element("tensor_if compared-value-option=0,0 operator=GT supplied-value=5", {},
                    {"src_0"});
   element.caps(one("1"));
-  EXPECT_EQ(element.push(frame_of({{9}})), GST_FLOW_OK) << "the other way may be linked";
+  EXPECT_EQ(element.push(frame_of({{9}})), GST_FLOW_OK) << "the other branch may be linked";
   EXPECT_EQ(element.push(frame_of({{1}})), GST_FLOW_OK);
   EXPECT_EQ(element.push(frame_of({{9}})), GST_FLOW_OK);
 
@@ -191,7 +191,7 @@ TEST(TensorIfFlow, AWayThatIsNotLinkedIsTolerated) {
   EXPECT_EQ(alone.push(frame_of({{9}})), GST_FLOW_NOT_LINKED);
 }
 
-TEST(TensorIfFlow, BothWaysEnd) {
+TEST(TensorIfFlow, BothBranchesEnd) {
   Branches element("tensor_if compared-value-option=0,0 operator=GT supplied-value=5");
   element.caps(one("1"));
   ASSERT_EQ(element.push(frame_of({{9}})), GST_FLOW_OK);
@@ -201,7 +201,7 @@ TEST(TensorIfFlow, BothWaysEnd) {
   EXPECT_EQ(element.error(), "");
 }
 
-TEST(TensorIfProperties, MayChangeBetweenFrames) {
+TEST(TensorIfProperties, CanChangeBetweenFrames) {
   Branches element("tensor_if compared-value-option=0,0 operator=GT supplied-value=5 else=SKIP");
   element.caps(one("1"));
   const auto passes = [&](uint8_t value) {
@@ -214,8 +214,8 @@ TEST(TensorIfProperties, MayChangeBetweenFrames) {
   EXPECT_FALSE(passes(6));
   EXPECT_TRUE(passes(51));
   gst_util_set_object_arg(G_OBJECT(element.element()), "operator", "RANGE_INCLUSIVE");
-  EXPECT_TRUE(passes(51)) << "one number is no range: the old settings stay";
-  EXPECT_SAYS(element.warning(), "WEIR-1004: tensor_if needs to be told what to compare with");
+  EXPECT_TRUE(passes(51)) << "one number is not a range: the old settings are kept";
+  EXPECT_SAYS(element.warning(), "WEIR-1004: tensor_if needs to know what to compare with");
   g_object_set(element.element(), "supplied-value", "10,20", nullptr);
   EXPECT_TRUE(passes(15));
   EXPECT_FALSE(passes(51));
@@ -225,7 +225,7 @@ TEST(TensorIfProperties, MayChangeBetweenFrames) {
   EXPECT_EQ(element.error(), "");
 }
 
-TEST(TensorIfProperties, AreRefusedWhereDownstreamDoesNotTakeTheResult) {
+TEST(TensorIfProperties, AreRejectedIfDownstreamRejectsTheResult) {
   Branches element(
       "tensor_if compared-value-option=0,0 operator=GT supplied-value=5 then=TENSORPICK "
       "then-option=0 else=SKIP",
@@ -235,7 +235,8 @@ TEST(TensorIfProperties, AreRefusedWhereDownstreamDoesNotTakeTheResult) {
   EXPECT_EQ(content(element.take("src_0").get(), 0), Bytes{9});
   g_object_set(element.element(), "then-option", "1,0", nullptr);
   ASSERT_EQ(element.push(frame_of({{9}, {7}})), GST_FLOW_OK);
-  EXPECT_SAYS(element.warning(), "WEIR-2001: the element behind src_0 takes no such tensors");
+  EXPECT_SAYS(element.warning(),
+              "WEIR-2001: the element downstream of src_0 does not accept its output");
   EXPECT_EQ(content(element.take("src_0").get(), 0), Bytes{9});
   gchar* raw = nullptr;
   g_object_get(element.element(), "then-option", &raw, nullptr);

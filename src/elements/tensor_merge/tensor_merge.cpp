@@ -1,15 +1,15 @@
-// tensor_merge: the tensors of several streams become one tensor along a dimension.
+// tensor_merge: concatenates the tensors of several streams along a dimension.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <algorithm>
 
 #include "core/merge/concatenation.hpp"
 #include "core/text/text.hpp"
 #include "elements/tensor_mux/sync_element.hpp"
-#include "gstcpp/frame_errors.hpp"
-#include "gstcpp/frame_pool.hpp"
-#include "gstcpp/frame_reader.hpp"
-#include "gstcpp/tensor_caps.hpp"
-#include "gstcpp/tensor_meta.hpp"
+#include "gstcpp/buffer/frame_errors.hpp"
+#include "gstcpp/buffer/frame_pool.hpp"
+#include "gstcpp/buffer/frame_reader.hpp"
+#include "gstcpp/buffer/tensor_caps.hpp"
+#include "gstcpp/buffer/tensor_meta.hpp"
 
 namespace weir {
 namespace {
@@ -23,7 +23,7 @@ class TensorMerge : public SyncElement<TensorMerge> {
  public:
   static constexpr gst::ElementInfo kInfo{
       "WeirTensorMerge", "tensor_merge", "TensorMerge", "Muxer/Tensor",
-      "Puts the tensors of several streams one behind the other along a dimension"};
+      "Concatenates the tensors of several streams along a dimension"};
   static inline GstStaticPadTemplate kPads[] = {
       GST_STATIC_PAD_TEMPLATE("sink_%u", GST_PAD_SINK, GST_PAD_REQUEST,
                               GST_STATIC_CAPS(WEIR_ONE_STATIC)),
@@ -35,20 +35,21 @@ class TensorMerge : public SyncElement<TensorMerge> {
   };
   static constexpr sync::Mode kFallback = sync::Mode::NoSync;
   static constexpr auto kProperties = std::tuple_cat(
-      std::tuple{gst::Property{"mode", &Settings::mode, "How tensors are merged: linear",
-                               gst::Changeable::WhilePlaying},
-                 gst::Property{"option", &Settings::option,
-                               "The dimension along which, 0 to 15; 0 is the innermost",
-                               gst::Changeable::WhilePlaying}},
+      std::tuple{
+          gst::Property{"mode", &Settings::mode, "How tensors are merged: linear",
+                        gst::Changeable::WhilePlaying},
+          gst::Property{"option", &Settings::option,
+                        "Dimension along which tensors are merged, 0 to 15; 0 is the innermost",
+                        gst::Changeable::WhilePlaying}},
       kSyncProperties<Settings>);
 
   Status prepare(const Settings& settings) {
     const auto dimension = dimension_of(settings);
     if (!dimension) return dimension.error();
-    wanted_ = *dimension;
-    if (GST_STATE(element()) <= GST_STATE_READY) dimension_ = *dimension;  // nothing to go back to
+    if (GST_STATE(element()) <= GST_STATE_READY) take_settings(&followed_);
     return ok();
   }
+  static bool is_followed(std::string_view name) { return name == "mode" || name == "option"; }
   Status check_change(const char*, const Settings& wanted) const {
     const auto dimension = dimension_of(wanted);
     return dimension ? ok() : Status(dimension.error());
@@ -64,17 +65,12 @@ class TensorMerge : public SyncElement<TensorMerge> {
       out.rate.denominator = std::min(out.rate.denominator, input->rate.denominator);
       tensors.push_back(input->tensors[0]);
     }
-    const size_t before = dimension_.exchange(wanted_);
-    auto plan = Concatenation::plan(tensors, dimension_);
-    if (before != dimension_) {
-      Status status = plan ? ok() : Status(plan.error());
-      if (plan) out.tensors = {plan->output()};
-      if (plan) status = taken_downstream(out);
-      if (!status) plan = undone_to(before, tensors, status.error());
-    }
-    if (!plan) return plan.error();
-    plan_ = *std::move(plan);
-    out.tensors = {plan_.output()};
+    const auto judge = [&](const Settings& wanted) -> Status {
+      if (auto status = plan(wanted, tensors, &out); !status) return status;
+      return check_downstream(out);
+    };
+    if (follow_settings(&followed_, judge)) return out;
+    if (auto status = plan(followed_.in_force, tensors, &out); !status) return status.error();
     return out;
   }
 
@@ -95,7 +91,7 @@ class TensorMerge : public SyncElement<TensorMerge> {
     GstBuffer* deciding = inputs.frames[inputs.metadata_pad].buffer.get();
     gst_buffer_copy_into(out->get(), deciding, GST_BUFFER_COPY_TIMESTAMPS, 0,
                          static_cast<gsize>(-1));
-    gst::set_picture_maps(out->get(), maps_of(deciding));
+    gst::set_source_maps(out->get(), maps_of(deciding));
     return out;
   }
 
@@ -106,41 +102,43 @@ class TensorMerge : public SyncElement<TensorMerge> {
  private:
   static Result<size_t> dimension_of(const Settings& settings) {
     if (!equal_ignoring_case(strip(settings.mode), "linear"))
-      return Error{Code::MODE_UNKNOWN, "mode is not known", settings.mode, "linear", "",
-                   "mode=linear"};
+      return Error{.code = Code::MODE_UNKNOWN,
+                   .what = "mode is not known",
+                   .offered = settings.mode,
+                   .needed = "linear",
+                   .fix = "mode=linear"};
     const auto dimension = parse_unsigned(strip(settings.option));
     if (!dimension || *dimension >= kRankLimit)
-      return Error{Code::OPTION_VALUE,
-                   "option names no dimension",
-                   settings.option,
-                   "a number from 0 to 15; 0 is the innermost dimension",
-                   "",
-                   "tensor_merge mode=linear option=2"};
+      return Error{.code = Code::OPTION_VALUE,
+                   .what = "option is not a dimension",
+                   .offered = settings.option,
+                   .needed = "a number from 0 to 15; 0 is the innermost dimension",
+                   .fix = "tensor_merge mode=linear option=2"};
     return static_cast<size_t>(*dimension);
   }
 
-  Status taken_downstream(const FrameSpec& spec) const {
+  Status plan(const Settings& settings, const std::vector<TensorSpec>& tensors, FrameSpec* out) {
+    const auto dimension = dimension_of(settings);
+    if (!dimension) return dimension.error();
+    auto plan = Concatenation::plan(tensors, *dimension);
+    if (!plan) return plan.error();
+    dimension_ = *dimension;
+    plan_ = *std::move(plan);
+    out->tensors = {plan_.output()};
+    return ok();
+  }
+
+  Status check_downstream(const FrameSpec& spec) const {
     const auto pad = Ref<GstPad>::adopt(gst_element_get_static_pad(element(), "src"));
     const auto caps = gst::choose_caps(pad.get(), spec);
     if (!gst_pad_is_linked(pad.get()) ||
         (caps && gst_pad_peer_query_accept_caps(pad.get(), caps.get())))
       return ok();
     const auto peer = Ref<GstCaps>::adopt(gst_pad_peer_query_caps(pad.get(), nullptr));
-    return gst::refused_behind(pad.get(), peer.get(), spec.to_string(), "another option=");
+    return gst::downstream_mismatch(pad.get(), peer.get(), spec.to_string(), "another option=");
   }
 
-  // Tensors that flow already do not merge along the dimension that was set: `why`.
-  Result<Concatenation> undone_to(size_t before, const std::vector<TensorSpec>& tensors,
-                                  const Error& why) {
-    auto plan = Concatenation::plan(tensors, before);
-    if (!plan) return why;
-    wanted_ = dimension_ = before;
-    change_settings([before](Settings& settings) { settings.option = std::to_string(before); });
-    gst::post_warning(element(), why);
-    return plan;
-  }
-
-  // What is mapped for it stays mapped.
+  // Inputs and output stay mapped.
   Result<Ref<GstBuffer>> merged(const gst::Inputs& inputs) {
     readers_.resize(inputs.frames.size());
     views_.clear();
@@ -161,20 +159,20 @@ class TensorMerge : public SyncElement<TensorMerge> {
     return out;
   }
 
-  // Merged along another dimension than the picture's, pixels stay where they were.
-  std::vector<PictureMap> maps_of(GstBuffer* deciding) const {
-    const auto maps = gst::picture_maps(deciding);
-    const bool moved = std::any_of(maps.begin(), maps.end(), [this](const PictureMap& map) {
+  // Pixels stay in place unless the merge is along a dimension of the picture.
+  std::vector<SourceMap> maps_of(GstBuffer* deciding) const {
+    const auto maps = gst::source_maps(deciding);
+    const bool moved = std::any_of(maps.begin(), maps.end(), [this](const SourceMap& map) {
       return map.x_dimension == dimension_ || map.y_dimension == dimension_;
     });
     if (moved || maps.size() != 1) return {};
     return {maps.begin(), maps.end()};
   }
 
-  std::atomic<size_t> wanted_{0};     // as the property says
-  std::atomic<size_t> dimension_{0};  // of plan_
-  // Of the thread that makes an output.
+  // Used by the thread that makes an output.
+  gst::FollowedSettings<Settings> followed_;  // the settings of plan_
   Concatenation plan_;
+  size_t dimension_ = 0;  // used by plan_
   gst::FramePool pool_;
   gst::FramePool::Writer writer_;
   std::vector<gst::FrameReader> readers_;

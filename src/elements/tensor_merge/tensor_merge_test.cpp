@@ -1,7 +1,7 @@
-// tensor_merge: what it makes along each dimension, and what it refuses.
+// tensor_merge: its output along each dimension, and its errors.
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "elements/tensor_mux/many_inputs.hpp"
-#include "gstcpp/tensor_meta.hpp"
+#include "elements/tensor_mux/many_inputs_test_support.hpp"
+#include "gstcpp/buffer/tensor_meta.hpp"
 
 namespace weir::testing {
 namespace {
@@ -11,7 +11,7 @@ std::string caps(const char* dims, const char* type = "uint8") {
          ",framerate=(fraction)30/1";
 }
 
-// 2:3 with the numbers from `first` on.
+// 2:3 with consecutive numbers from `first`.
 Bytes numbers(uint8_t first, size_t count = 6) {
   Bytes out;
   for (size_t i = 0; i < count; ++i) out.push_back(static_cast<uint8_t>(first + i));
@@ -23,7 +23,7 @@ struct Line {
   Bytes out;
 };
 
-TEST(TensorMerge, PutsTensorsTogetherAlongEachDimension) {
+TEST(TensorMerge, ConcatenatesTensorsAlongEachDimension) {
   const Line lines[] = {
       {"", "4:3:1:1", {1, 2, 11, 12, 3, 4, 13, 14, 5, 6, 15, 16}},
       {"option=0", "4:3:1:1", {1, 2, 11, 12, 3, 4, 13, 14, 5, 6, 15, 16}},
@@ -47,7 +47,7 @@ TEST(TensorMerge, PutsTensorsTogetherAlongEachDimension) {
   }
 }
 
-TEST(TensorMerge, TakesManyPads) {
+TEST(TensorMerge, AcceptsManyPads) {
   ManyInputs merge("tensor_merge");
   std::vector<Bytes> frames;
   Bytes expected;
@@ -61,7 +61,7 @@ TEST(TensorMerge, TakesManyPads) {
   EXPECT_EQ(memories_of(merge.buffers().at(0).get()), std::vector<Bytes>{expected});
 }
 
-TEST(TensorMerge, PairsByOrderUnlessToldOtherwise) {
+TEST(TensorMerge, PairsByOrderByDefault) {
   ManyInputs merge("tensor_merge");
   merge.add(caps("1").c_str());
   merge.add(caps("1").c_str());
@@ -73,7 +73,7 @@ TEST(TensorMerge, PairsByOrderUnlessToldOtherwise) {
   EXPECT_EQ(GST_BUFFER_PTS(merge.buffers()[0].get()), 500u);
 }
 
-TEST(TensorMerge, SlowestLeavesOutWhatIsTooOld) {
+TEST(TensorMerge, SlowestDropsFramesThatAreTooOld) {
   ManyInputs merge("tensor_merge sync-mode=slowest");
   merge.add(caps("1").c_str());
   merge.add(caps("1").c_str());
@@ -88,7 +88,7 @@ TEST(TensorMerge, SlowestLeavesOutWhatIsTooOld) {
   EXPECT_EQ(merge.stat("dropped-policy"), 1u);
 }
 
-TEST(TensorMerge, GivesOtherTensorToAPeerThatTakesIt) {
+TEST(TensorMerge, SendsOtherTensorToAPeerThatAcceptsIt) {
   ManyInputs merge("tensor_merge", "other/tensor,framerate=[0/1,2147483647/1]");
   merge.add(caps("2").c_str());
   merge.play();
@@ -97,15 +97,15 @@ TEST(TensorMerge, GivesOtherTensorToAPeerThatTakesIt) {
             "other/tensor, dimension=(string)2, type=(string)uint8, framerate=(fraction)30/1");
 }
 
-TEST(TensorMerge, KeepsTheWayBackWherePixelsStay) {
+TEST(TensorMerge, KeepsTheSourceMapIfPixelsKeepTheirPlace) {
   for (const bool channels : {true, false}) {
     ManyInputs merge(channels ? "tensor_merge option=0" : "tensor_merge option=1");
     merge.add(caps("2:3").c_str());
     merge.play();
     auto in = buffer_of({numbers(1)}, 0);
-    gst::set_picture_maps(in.get(), {picture_as_it_is(64, 48, false)});
+    gst::set_source_maps(in.get(), {picture_as_it_is(64, 48, false)});
     EXPECT_EQ(merge.push(0, in), GST_FLOW_OK);
-    EXPECT_EQ(gst::picture_maps(merge.buffers().at(0).get()).size(), channels ? 1u : 0u);
+    EXPECT_EQ(gst::source_maps(merge.buffers().at(0).get()).size(), channels ? 1u : 0u);
   }
 }
 
@@ -124,7 +124,7 @@ TEST(TensorMerge, CopiesTimesAndNothingElse) {
   EXPECT_FALSE(GST_BUFFER_FLAG_IS_SET(out, GST_BUFFER_FLAG_MARKER));
 }
 
-TEST(TensorMerge, PadsThatDoNotFitAreToldWithBothSides) {
+TEST(TensorMerge, ReportsPadsThatDoNotFitWithBothShapes) {
   ManyInputs merge("tensor_merge option=0");
   merge.add(caps("2:3").c_str());
   merge.add(caps("2:4").c_str());
@@ -150,13 +150,13 @@ TEST(TensorMerge, OptionsWithATypoStopTheStart) {
   }
 }
 
-TEST(TensorMerge, AnUnknownSyncModeFallsToNosync) {
+TEST(TensorMerge, AnUnknownSyncModeFallsBackToNosync) {
   ManyInputs merge("tensor_merge sync-mode=quick");
   merge.add(caps("1").c_str());
   merge.add(caps("1").c_str());
   merge.play();
   const std::string warning = merge.warning();
-  EXPECT_SAYS(warning, "WEIR-1005: sync-mode is not known, and nosync is taken");
+  EXPECT_SAYS(warning, "WEIR-1005: sync-mode is unknown, and nosync is taken");
   EXPECT_SAYS(warning, "fix: sync-mode=nosync");
   auto first = merge.push_later(0, Bytes{1}, 10);
   EXPECT_EQ(merge.push(1, Bytes{2}, 500), GST_FLOW_OK);
@@ -164,7 +164,7 @@ TEST(TensorMerge, AnUnknownSyncModeFallsToNosync) {
   EXPECT_EQ(merge.buffers().size(), 1u);
 }
 
-TEST(TensorMerge, RefusesABufferThatIsTooSmall) {
+TEST(TensorMerge, RejectsABufferThatIsTooSmall) {
   ManyInputs merge("tensor_merge");
   merge.add(caps("4").c_str());
   merge.play();

@@ -1,6 +1,6 @@
 // tensor_merge whose dimension changes while frames flow.
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "elements/tensor_mux/many_inputs.hpp"
+#include "elements/tensor_mux/many_inputs_test_support.hpp"
 
 namespace weir::testing {
 namespace {
@@ -15,7 +15,7 @@ std::string option(const ManyInputs& merge) {
   return text.get();
 }
 
-TEST(TuningMerge, AnotherDimensionActsOnTheNextFrame) {
+TEST(MergePropertyChange, NewDimensionAppliesToTheNextFrame) {
   ManyInputs merge("tensor_merge mode=linear option=0");
   merge.add(kCaps);
   merge.add(kCaps);
@@ -28,7 +28,7 @@ TEST(TuningMerge, AnotherDimensionActsOnTheNextFrame) {
   EXPECT_EQ(merge.warning(), "");
 }
 
-TEST(TuningMerge, WhatCannotBeIsRefusedAndReadsBackAsBefore) {
+TEST(MergePropertyChange, InvalidValuesAreRejectedAndRestored) {
   ManyInputs merge("tensor_merge mode=linear option=0");
   merge.add(kCaps);
   merge.add("other/tensor,dimension=(string)3:1,type=(string)uint8,framerate=(fraction)30/1");
@@ -36,7 +36,7 @@ TEST(TuningMerge, WhatCannotBeIsRefusedAndReadsBackAsBefore) {
   merge.push_all({{1, 2}, {3, 4, 5}}, 0);
   g_object_set(merge.element(), "option", "x", nullptr);
   EXPECT_EQ(option(merge), "0");
-  EXPECT_SAYS(merge.warning(), "option names no dimension");
+  EXPECT_SAYS(merge.warning(), "option is not a dimension");
   g_object_set(merge.element(), "mode", "stacked", nullptr);
   EXPECT_SAYS(merge.warning(), "mode is not known");
   g_object_set(merge.element(), "option", "1", nullptr);
@@ -47,7 +47,20 @@ TEST(TuningMerge, WhatCannotBeIsRefusedAndReadsBackAsBefore) {
   EXPECT_EQ(merge.error(), "");
 }
 
-TEST(TuningMerge, AtTheStartThereIsNothingToGoBackTo) {
+TEST(MergePropertyChange, ARejectedOptionIsRestoredAsWritten) {
+  ManyInputs merge("tensor_merge mode=linear option=00");
+  merge.add(kCaps);
+  merge.add("other/tensor,dimension=(string)3:1,type=(string)uint8,framerate=(fraction)30/1");
+  merge.play();
+  merge.push_all({{1, 2}, {3, 4, 5}}, 0);
+  g_object_set(merge.element(), "option", "1", nullptr);
+  merge.push_all({{1, 2}, {3, 4, 5}}, 40);
+  EXPECT_SAYS(merge.warning(), "WEIR-");
+  EXPECT_EQ(option(merge), "00");
+  EXPECT_EQ(merge.error(), "");
+}
+
+TEST(MergePropertyChange, InvalidValuesAtTheStartAreKept) {
   ManyInputs merge("tensor_merge mode=linear option=1");
   merge.add(kCaps);
   merge.add("other/tensor,dimension=(string)3:1,type=(string)uint8,framerate=(fraction)30/1");
@@ -59,7 +72,7 @@ TEST(TuningMerge, AtTheStartThereIsNothingToGoBackTo) {
   EXPECT_EQ(option(merge), "1");
 }
 
-TEST(TuningMerge, WhatDownstreamDoesNotTakeIsRefused) {
+TEST(MergePropertyChange, OutputThatDownstreamRejectsIsRejected) {
   ManyInputs merge("tensor_merge mode=linear option=0",
                    "other/tensor,dimension=(string)4:1,type=(string)uint8,framerate=30/1");
   merge.add(kCaps);

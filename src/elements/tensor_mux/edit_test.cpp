@@ -1,5 +1,5 @@
-// tensor_mux and tensor_merge while branches are added and removed at random: nothing hangs,
-// nothing is lost uncounted.
+// tensor_mux and tensor_merge while branches are added and removed at random: no deadlock, and
+// every lost buffer is counted.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <gst/gst.h>
 #include <gtest/gtest.h>
@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "becomes.hpp"
-#include "elements/tests/element_parts.hpp"
+#include "elements/tests/element_parts_test_support.hpp"
 
 namespace weir::testing {
 namespace {
@@ -57,7 +57,7 @@ class Edited {
     gst_bin_remove(GST_BIN(pipeline_.get()), branch.bin.get());
   }
   uint64_t stat(const char* name) const { return test::stat(mux_.get(), name); }
-  // Outputs go on after an edit.
+  // Whether more output arrives after an edit.
   [[nodiscard]] bool more_come(uint64_t frames) const {
     const uint64_t until = stat("pushed") + frames;
     return becomes_true([&] { return stat("pushed") >= until || !error().empty(); },
@@ -67,7 +67,7 @@ class Edited {
                                  std::to_string(stat("pushed"));
                         });
   }
-  // The first one of the element; branches whose pad is gone may complain.
+  // The first error of the element; branches whose pad was removed may post errors.
   const std::string& error() const {
     const auto bus = Ref<GstBus>::adopt(gst_element_get_bus(pipeline_.get()));
     while (error_.empty()) {
@@ -116,17 +116,17 @@ void edit(const std::string& element, unsigned seed) {
   EXPECT_EQ(graph.stat("dropped-eos"), 0u);
 }
 
-TEST(TensorMuxEdit, BranchesComeAndGoInEachMode) {
+TEST(TensorMuxEdit, BranchesAreAddedAndRemovedInEachMode) {
   for (const char* mode : {"nosync", "slowest", "basepad", "refresh"})
     for (const unsigned seed : {1u, 2u, 3u})
       edit(std::string("tensor_mux sync-mode=") + mode, seed);
 }
 
-TEST(TensorMuxEdit, BranchesComeAndGoWithMaxWait) {
+TEST(TensorMuxEdit, BranchesAreAddedAndRemovedWithMaxWait) {
   for (const unsigned seed : {4u, 5u}) edit("tensor_mux max-wait=5000000", seed);
 }
 
-TEST(TensorMuxEdit, BranchesOfAMergeComeAndGo) {
+TEST(TensorMuxEdit, BranchesOfAMergeAreAddedAndRemoved) {
   for (const unsigned seed : {6u, 7u, 8u}) edit("tensor_merge option=2", seed);
 }
 

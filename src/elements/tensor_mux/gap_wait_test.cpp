@@ -1,12 +1,12 @@
-// tensor_mux: a pad that brings gaps alone, where the policy cannot go on by them.
+// tensor_mux: a pad that only receives GAP events, with policies that need buffers.
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "elements/tensor_mux/many_inputs.hpp"
+#include "elements/tensor_mux/many_inputs_test_support.hpp"
 #include "says.hpp"
 
 namespace weir::testing {
 namespace {
 
-TEST(TensorMuxGaps, AloneAreToldWhereAFrameWaitsForThem) {
+TEST(TensorMuxGaps, AreReportedIfAFrameWaitsForAPadWithOnlyGaps) {
   for (const std::string mode : {"nosync", "basepad"}) {
     ManyInputs mux("tensor_mux sync-mode=" + mode);
     for (int i = 0; i < 2; ++i) mux.add(caps_of_bytes(1).c_str());
@@ -17,11 +17,11 @@ TEST(TensorMuxGaps, AloneAreToldWhereAFrameWaitsForThem) {
     std::string warning;
     EXPECT_TRUE(becomes_true([&] { return !(warning = mux.warning()).empty(); },
                              [] { return "a warning"; }));
-    EXPECT_SAYS(warning, "WEIR-5001: a frame waits for a pad that brings gaps alone");
+    EXPECT_SAYS(warning, "WEIR-5001: a frame waits for a pad that has only received GAP events");
     EXPECT_SAYS(warning, "offered: a frame on sink_0, and GAP events past its time on sink_1");
     EXPECT_SAYS(warning, "needed: a frame on sink_1");
     EXPECT_SAYS(warning, "fix: max-wait=");
-    EXPECT_EQ(mux.push(1, Bytes{2}, 60), GST_FLOW_OK) << "it waited on";
+    EXPECT_EQ(mux.push(1, Bytes{2}, 60), GST_FLOW_OK) << "it kept waiting";
     EXPECT_EQ(push.get(), GST_FLOW_OK);
     EXPECT_EQ(memories_of(mux.buffers().at(0).get()), (std::vector<Bytes>{{1}, {2}})) << mode;
   }

@@ -1,8 +1,8 @@
-// tensor_mux in whole pipelines: branches that meet again, with and without queues; loops.
+// tensor_mux in whole pipelines: branches that merge, with and without queues; loops.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <string>
 
-#include "elements/tests/played_pipeline.hpp"
+#include "elements/tests/pipeline_test_support.hpp"
 
 namespace weir::testing {
 namespace {
@@ -13,7 +13,7 @@ constexpr char kSource[] =
 
 using Graph = test::PlayedPipeline;
 
-TEST(TensorMuxGraph, BranchesWithQueuesMeetAgain) {
+TEST(TensorMuxGraph, CombinesBranchesWithQueues) {
   for (const char* mode : {"nosync", "slowest", "basepad", "refresh"}) {
     Graph graph(std::string(kSource) +
                 "tee name=t  t. ! queue ! mux.sink_1  t. ! queue ! mux.sink_0  tensor_mux name=mux "
@@ -26,7 +26,7 @@ TEST(TensorMuxGraph, BranchesWithQueuesMeetAgain) {
   }
 }
 
-TEST(TensorMuxGraph, BranchesWithoutQueuesAreToldWhereTheyBelong) {
+TEST(TensorMuxGraph, ReportsWhereQueuesAreMissing) {
   Graph graph(std::string(kSource) +
               "tee name=t  t. ! mux.sink_0  t. ! tensor_transform name=mul mode=arithmetic "
               "option=mul:2 ! mux.sink_1  tensor_mux name=mux ! fakesink");
@@ -37,8 +37,8 @@ TEST(TensorMuxGraph, BranchesWithoutQueuesAreToldWhereTheyBelong) {
   EXPECT_SAYS(error, "t. ! queue ! mux.sink_0   t. ! queue ! mul ! mux.sink_1");
 }
 
-// Two threads feed the first mux. Either makes its output, and holds it where the branches meet.
-TEST(TensorMuxGraph, BranchesBehindAnotherMuxAreToldToo) {
+// Two threads feed the first mux. Each pushes its output and blocks where the branches merge.
+TEST(TensorMuxGraph, ReportsMissingQueuesDownstreamOfAnotherMux) {
   const std::string first =
       std::string(kSource) + "first. " + kSource + "first. tensor_mux name=first ! ";
   for (const char* branches : {"tee name=t t. ! mux.sink_0 t. ! mux.sink_1 ",
@@ -52,7 +52,7 @@ TEST(TensorMuxGraph, BranchesBehindAnotherMuxAreToldToo) {
   }
 }
 
-TEST(TensorMuxGraph, BranchesWithQueuesBehindAnotherMuxMeet) {
+TEST(TensorMuxGraph, CombinesBranchesWithQueuesDownstreamOfAnotherMux) {
   Graph graph(std::string(kSource) + "first. " + kSource +
               "first. tensor_mux name=first ! tensor_demux name=d d.src_0 ! queue ! mux.sink_0 "
               "d.src_1 ! mux.sink_1 tensor_mux name=mux ! tensor_sink name=out");
@@ -68,7 +68,7 @@ TEST(TensorMuxGraph, AQueueInOneOfTwoBranchesIsEnough) {
   EXPECT_EQ(graph.stat("out", "received"), 10u);
 }
 
-TEST(TensorMuxGraph, BranchesInsideABinAreSeen) {
+TEST(TensorMuxGraph, FindsBranchesInsideABin) {
   Graph graph(std::string(kSource) +
               "tee name=t  t. ! mux.sink_0  t. ! ( identity ) ! mux.sink_1  "
               "tensor_mux name=mux ! fakesink");
@@ -76,7 +76,7 @@ TEST(TensorMuxGraph, BranchesInsideABinAreSeen) {
   EXPECT_SAYS(error, "WEIR-5001");
 }
 
-TEST(TensorMuxGraph, ALoopIsToldHowToBeCut) {
+TEST(TensorMuxGraph, ReportsHowToBreakALoop) {
   for (const char* between : {"identity", "queue"}) {
     Graph graph(std::string(kSource) +
                 "mux.sink_0  tensor_mux name=mux ! tee name=t  t. ! queue "
@@ -89,8 +89,8 @@ TEST(TensorMuxGraph, ALoopIsToldHowToBeCut) {
   }
 }
 
-// Each has a source too, and waits for the other.
-TEST(TensorMuxGraph, ALoopThroughTwoMuxesIsToldHowToBeCut) {
+// Each mux has its own source and also waits for the other.
+TEST(TensorMuxGraph, ReportsHowToBreakALoopThroughTwoMuxes) {
   Graph graph(std::string(kSource) + "a.sink_0  " + kSource +
               "b.sink_0  tensor_mux name=a ! tee name=x x. ! queue ! fakesink x. ! queue ! "
               "b.sink_1  tensor_merge name=b ! tee name=y y. ! queue ! fakesink y. ! queue ! "

@@ -1,11 +1,11 @@
-// tensor_mux: a pad that is linked late, with frames that the others have left behind them.
+// tensor_mux: a pad that is linked late, with frames older than those already used.
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "elements/tensor_mux/many_inputs.hpp"
+#include "elements/tensor_mux/many_inputs_test_support.hpp"
 
 namespace weir::testing {
 namespace {
 
-// Whether it returns while no other pad brings anything.
+// Whether it returns while the other pads receive nothing.
 bool returns(std::future<GstFlowReturn>& push) {
   return push.wait_for(std::chrono::seconds(20)) == std::future_status::ready;
 }
@@ -18,7 +18,7 @@ TEST(TensorMuxLatePad, OldFramesDoNotWaitForTheOthers) {
   mux.add(caps_of_bytes(1).c_str());
   for (uint8_t i = 0; i < 3; ++i) {
     auto push = mux.push_later(1, Bytes{static_cast<uint8_t>(10 + i)}, i);
-    EXPECT_TRUE(returns(push)) << "it waits for a frame that a full queue may hold up";
+    EXPECT_TRUE(returns(push)) << "it waits for a frame that may be in a full queue";
     if (HasFailure()) mux.stop();
     EXPECT_EQ(push.get(), GST_FLOW_OK);
   }
@@ -33,7 +33,7 @@ TEST(TensorMuxLatePad, OldFramesDoNotWaitForTheOthers) {
   EXPECT_EQ(mux.stat("dropped-policy"), 3u);
 }
 
-// What is as late as the last output may still go with the next one.
+// A frame with the time of the last output may still be used for the next one.
 TEST(TensorMuxLatePad, AFrameOfTheLastTimeWaits) {
   ManyInputs mux("tensor_mux");
   mux.add(caps_of_bytes(1).c_str());

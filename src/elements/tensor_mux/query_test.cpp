@@ -1,17 +1,17 @@
-// A tee in front of tensor_mux, and caps or links that change while the mux waits for one branch:
-// what asks for memory must not wait for the thread that waits in the mux.
+// A tee upstream of tensor_mux, and caps or links that change while the mux waits for one branch:
+// an ALLOCATION query must not wait for the thread that waits in the mux.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <gst/app/gstappsrc.h>
 
 #include <condition_variable>
 #include <mutex>
 
-#include "elements/tests/played_pipeline.hpp"
+#include "elements/tests/pipeline_test_support.hpp"
 
 namespace weir::test {
 namespace {
 
-// Frames that pass a pad.
+// Counts the frames that pass a pad.
 class Passed {
  public:
   void watch(GstPad* pad) {
@@ -40,11 +40,11 @@ class Passed {
   int frames_ = 0;
 };
 
-// One branch of a tee brings frames to the mux, the other none while its valve is shut: the mux
-// holds the first frame of the first.
+// One branch of a tee pushes frames to the mux, the other none while its valve is closed: the mux
+// holds the first frame of the first branch.
 class OneBranchWaits {
  public:
-  // `before` stands before the tee, `branch` in each branch.
+  // `before` is upstream of the tee, `branch` is part of each branch.
   explicit OneBranchWaits(const std::string& before, const std::string& branch = "")
       : pipeline_("appsrc name=feed format=time ! " + before + " ! tee name=t t. ! queue ! " +
                   branch +
@@ -65,7 +65,7 @@ class OneBranchWaits {
   }
   bool reach_the_tee(int frames) { return at_tee_.reaches(frames); }
   bool one_waits() { return waiting_.reaches(1); }
-  void link_anew() {
+  void relink() {
     const auto sink = Ref<GstElement>::share(gst_element_factory_make("fakesink", nullptr));
     g_object_set(sink.get(), "async", FALSE, nullptr);
     gst_bin_add(GST_BIN(pipeline_.get()), sink.get());
@@ -103,7 +103,7 @@ class OneBranchWaits {
 
 struct Case {
   const char* name;
-  int frames;  // that become one before the tee
+  int frames;  // combined to one upstream of the tee
   const char* before;
   const char* branch;
 };
@@ -112,7 +112,7 @@ void PrintTo(const Case& c, std::ostream* out) {
 }
 class WaitingMux : public ::testing::TestWithParam<Case> {};
 
-TEST_P(WaitingMux, CapsChangeInFrontOfTheTee) {
+TEST_P(WaitingMux, CapsChangeUpstreamOfTheTee) {
   OneBranchWaits graph(GetParam().before, GetParam().branch);
   graph.push(8, GetParam().frames);
   ASSERT_TRUE(graph.one_waits());
@@ -123,11 +123,11 @@ TEST_P(WaitingMux, CapsChangeInFrontOfTheTee) {
   EXPECT_EQ(graph.end(), "");
 }
 
-TEST_P(WaitingMux, ABranchIsLinkedBehindTheTee) {
+TEST_P(WaitingMux, ABranchIsLinkedDownstreamOfTheTee) {
   OneBranchWaits graph(GetParam().before, GetParam().branch);
   graph.push(8, GetParam().frames);
   ASSERT_TRUE(graph.one_waits());
-  graph.link_anew();
+  graph.relink();
   graph.push(8, GetParam().frames);
   EXPECT_TRUE(graph.reach_the_tee(2)) << "the query waits for the mux";
   graph.open();

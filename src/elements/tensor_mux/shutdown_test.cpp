@@ -1,9 +1,9 @@
-// tensor_mux: whoever waits is woken, by flush, end, removal and each state; late and dead pads.
+// tensor_mux: waiting threads wake on flush, EOS, release and state changes; late and dead pads.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <atomic>
 #include <thread>
 
-#include "elements/tensor_mux/many_inputs.hpp"
+#include "elements/tensor_mux/many_inputs_test_support.hpp"
 
 namespace weir::testing {
 namespace {
@@ -92,7 +92,7 @@ TEST(TensorMuxShutdown, DeactivationWakesTheThreadOfThePad) {
   EXPECT_EQ(push.get(), GST_FLOW_FLUSHING);
 }
 
-TEST(TensorMuxShutdown, FlushWakesAndForgets) {
+TEST(TensorMuxShutdown, FlushWakesThreadsAndDropsFrames) {
   for (const char* mode : kModes) {
     Two mux(with_mode(mode));
     auto push = mux.waiting(1000);
@@ -111,7 +111,7 @@ TEST(TensorMuxShutdown, FlushWakesAndForgets) {
   }
 }
 
-TEST(TensorMuxShutdown, AFlushBeginsANewSegment) {
+TEST(TensorMuxShutdown, AFlushStartsANewSegment) {
   Two mux("tensor_mux");
   mux.push_all({{1}, {2}}, 100);
   for (size_t i = 0; i < 2; ++i) mux.event(i, gst_event_new_flush_start());
@@ -125,7 +125,7 @@ TEST(TensorMuxShutdown, AFlushBeginsANewSegment) {
   EXPECT_EQ(segment.start, 40u);
 }
 
-TEST(TensorMuxShutdown, APadThatGoesWhileItFlushesEndsTheFlush) {
+TEST(TensorMuxShutdown, ReleasingAFlushingPadEndsTheFlush) {
   Two mux("tensor_mux");
   mux.add(caps_of_bytes(1).c_str());
   mux.push_all({{1}, {2}, {3}}, 100);
@@ -134,10 +134,10 @@ TEST(TensorMuxShutdown, APadThatGoesWhileItFlushesEndsTheFlush) {
   EXPECT_EQ(mux.events(GST_EVENT_FLUSH_STOP).size(), 1u);
   mux.push_all({{4}, {5}}, 140);
   EXPECT_EQ(mux.buffers().size(), 2u);
-  EXPECT_EQ(mux.events(GST_EVENT_SEGMENT).size(), 2u) << "a flush takes the segment away";
+  EXPECT_EQ(mux.events(GST_EVENT_SEGMENT).size(), 2u) << "a flush removes the segment";
 }
 
-// Of many tags before the stream begins the newest are pushed, in their order.
+// Of many tags before the stream starts, the newest are pushed in order.
 TEST(TensorMux, KeepsABoundedNumberOfTagsUntilItsStreamBegins) {
   Two mux("tensor_mux");
   constexpr guint kTags = 1000;
@@ -169,7 +169,7 @@ TEST(TensorMuxShutdown, TheEndOfOnePadEndsTheStream) {
   }
 }
 
-TEST(TensorMuxShutdown, RefreshGoesOnUntilTheLastPadEnds) {
+TEST(TensorMuxShutdown, RefreshContinuesUntilTheLastPadEnds) {
   Two mux("tensor_mux sync-mode=refresh");
   mux.push_all({{1}, {2}}, 0);
   mux.event(1, gst_event_new_eos());
@@ -181,7 +181,7 @@ TEST(TensorMuxShutdown, RefreshGoesOnUntilTheLastPadEnds) {
   mux.expect_no_frame_lost();
 }
 
-TEST(TensorMuxShutdown, RefreshDoesNotWaitOnceAllWereFed) {
+TEST(TensorMuxShutdown, RefreshDoesNotWaitOnceAllPadsHaveFrames) {
   Two mux("tensor_mux sync-mode=refresh");
   mux.push_all({{1}, {2}}, 0);
   for (uint8_t i = 0; i < 5; ++i) EXPECT_EQ(mux.push(0, Bytes{i}, 10 + i), GST_FLOW_OK);
@@ -189,7 +189,7 @@ TEST(TensorMuxShutdown, RefreshDoesNotWaitOnceAllWereFed) {
   EXPECT_EQ(memories_of(mux.buffers().at(5).get()), (std::vector<Bytes>{{4}, {2}}));
 }
 
-TEST(TensorMuxShutdown, ADeadPadHoldsNothingForEverWithMaxWait) {
+TEST(TensorMuxShutdown, MaxWaitLimitsTheWaitForASilentPad) {
   for (const char* mode : kModes) {
     Two mux(with_mode(mode) + " max-wait=1000000");
     auto push = mux.push_later(0, Bytes{1}, 0);
@@ -203,9 +203,9 @@ TEST(TensorMuxShutdown, ADeadPadHoldsNothingForEverWithMaxWait) {
   }
 }
 
-TEST(TensorMuxShutdown, ADeadPadIsCountedAndComesBack) {
+TEST(TensorMuxShutdown, ASilentPadIsCountedAndCanReturn) {
   Two mux("tensor_mux max-wait=1000000");
-  EXPECT_EQ(mux.push(0, Bytes{1}, 0), GST_FLOW_OK);  // nothing to go with it: dropped
+  EXPECT_EQ(mux.push(0, Bytes{1}, 0), GST_FLOW_OK);  // dropped: the other inputs have no match
   EXPECT_EQ(mux.stat("pads-missed"), 1u);
   EXPECT_TRUE(mux.buffers().empty());
   g_object_set(mux.element(), "max-wait", guint64{0}, nullptr);
@@ -217,7 +217,7 @@ TEST(TensorMuxShutdown, ADeadPadIsCountedAndComesBack) {
   mux.expect_no_frame_lost();
 }
 
-TEST(TensorMuxShutdown, AGapLetsTheOthersGoOn) {
+TEST(TensorMuxShutdown, AGapReleasesTheOtherPads) {
   Two mux("tensor_mux");
   auto push = mux.waiting(0);
   mux.event(1, gst_event_new_gap(0, 50));
@@ -230,8 +230,8 @@ TEST(TensorMuxShutdown, AGapLetsTheOthersGoOn) {
   mux.expect_no_frame_lost();
 }
 
-// As a tensor_crop that finds no regions: gaps alone, of which nosync and basepad make nothing.
-TEST(TensorMuxShutdown, APadOfGapsAloneHoldsNothingForEverWithMaxWait) {
+// Like a tensor_crop that finds no regions: only GAP events, which nosync and basepad cannot use.
+TEST(TensorMuxShutdown, MaxWaitLimitsTheWaitForAPadWithOnlyGaps) {
   for (const char* mode : {"nosync", "slowest", "basepad"}) {
     Two mux(with_mode(mode) + " max-wait=1000000");
     for (uint8_t i = 0; i < 5; ++i) {
@@ -250,7 +250,7 @@ TEST(TensorMuxShutdown, APadOfGapsAloneHoldsNothingForEverWithMaxWait) {
   }
 }
 
-TEST(TensorMuxShutdown, TimesThatGoBackAreDroppedWhenAskedFor) {
+TEST(TensorMuxShutdown, DropsBackwardsTimesIfConfigured) {
   Two mux("tensor_mux on-backwards-time=drop");
   mux.push_all({{1}, {2}}, 50);
   EXPECT_EQ(mux.push(0, Bytes{3}, 40), GST_FLOW_OK);
@@ -265,7 +265,7 @@ TEST(TensorMuxShutdown, TimesThatGoBackAreDroppedWhenAskedFor) {
   mux.expect_no_frame_lost();
 }
 
-TEST(TensorMuxShutdown, AStreamThatBeginsAnewGoesOn) {
+TEST(TensorMuxShutdown, ARestartedStreamContinues) {
   Two mux("tensor_mux");
   for (GstClockTime loop = 0; loop < 2; ++loop) {
     auto other = std::async(std::launch::async, [&] {
@@ -308,7 +308,7 @@ TEST(TensorMuxShutdown, AnswersLatencyFromTheLiveInputs) {
   EXPECT_EQ(max, 67u);
 }
 
-TEST(TensorMuxShutdown, ALinkBehindMayBeMadeLate) {
+TEST(TensorMuxShutdown, AllowsALateDownstreamLink) {
   Two mux("tensor_mux sync-mode=refresh");
   mux.push_all({{1}, {2}}, 0);
   const auto source = Ref<GstPad>::adopt(gst_element_get_static_pad(mux.element(), "src"));
@@ -319,7 +319,7 @@ TEST(TensorMuxShutdown, ALinkBehindMayBeMadeLate) {
   EXPECT_EQ(memories_of(mux.buffers().at(1).get()), (std::vector<Bytes>{{3}, {4}}));
 }
 
-TEST(TensorMuxShutdown, ErrorsBehindReachEveryPad) {
+TEST(TensorMuxShutdown, DownstreamErrorsReachEveryPad) {
   Two mux("tensor_mux");
   gst_pad_set_chain_function(mux.sink(), [](GstPad*, GstObject*, GstBuffer* buffer) {
     gst_buffer_unref(buffer);
@@ -332,7 +332,7 @@ TEST(TensorMuxShutdown, ErrorsBehindReachEveryPad) {
   EXPECT_EQ(mux.push(1, Bytes{1}, 10), GST_FLOW_ERROR);
 }
 
-// Holds events of some types that go through a pad until it is opened.
+// Holds events of some types at a pad until it is opened.
 class HeldEvent {
  public:
   HeldEvent(GstPad* pad, GstEventType type) : pad_(Ref<GstPad>::share(pad)), type_(type) {
@@ -367,7 +367,7 @@ class HeldEvent {
   std::promise<void> came_, open_;
 };
 
-TEST(TensorMuxShutdown, ReleasesAPadWhileDownstreamBlocksTheEnd) {
+TEST(TensorMuxShutdown, ReleasesAPadWhileDownstreamBlocksEos) {
   Two mux("tensor_mux sync-mode=refresh");
   const auto source = Ref<GstPad>::adopt(gst_element_get_static_pad(mux.element(), "src"));
   std::future<void> release;
@@ -382,7 +382,7 @@ TEST(TensorMuxShutdown, ReleasesAPadWhileDownstreamBlocksTheEnd) {
   EXPECT_TRUE(becomes_true([&] { return mux.events(GST_EVENT_EOS).size() == 1; }, "EOS"));
 }
 
-// FLUSH_START of a pad is on its way downstream while the pad is released.
+// The pad is released while its FLUSH_START is being pushed downstream.
 TEST(TensorMuxShutdown, EndsTheFlushOfAReleasedPadAfterItsStart) {
   Two mux("tensor_mux");
   mux.push_all({{1}, {2}}, 0);
@@ -402,12 +402,12 @@ TEST(TensorMuxShutdown, EndsTheFlushOfAReleasedPadAfterItsStart) {
   const auto names = mux.event_names();
   const auto begin = std::find(names.begin(), names.end(), "flush-start");
   ASSERT_NE(begin, names.end());
-  EXPECT_NE(std::find(begin, names.end(), "flush-stop"), names.end()) << "behind the start";
+  EXPECT_NE(std::find(begin, names.end(), "flush-stop"), names.end()) << "after flush-start";
   mux.push_all({{3}, {4}}, 40);
   EXPECT_EQ(mux.buffers().size(), 2u);
 }
 
-// Under a sanitizer this also shows whether the event finds what was freed with the pad.
+// A sanitizer also detects use of the freed pad.
 TEST(TensorMuxShutdown, SurvivesAFlushWhileThePadIsReleased) {
   Two mux("tensor_mux");
   for (uint8_t round = 0; round < 100; ++round) {

@@ -1,4 +1,4 @@
-// tensor_mux behind GStreamer's valves and selectors that switch while it plays.
+// tensor_mux downstream of GStreamer's valves and selectors that switch during playback.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <gst/gst.h>
 #include <gtest/gtest.h>
@@ -6,8 +6,8 @@
 #include <string>
 
 #include "becomes.hpp"
-#include "elements/tests/element_parts.hpp"
-#include "gstcpp/output_selector.hpp"
+#include "elements/tests/element_parts_test_support.hpp"
+#include "gstcpp/pads/output_selector.hpp"
 
 namespace weir::testing {
 namespace {
@@ -41,13 +41,13 @@ class Playing {
                                  std::to_string(stat("pushed"));
                         });
   }
-  // The first one.
+  // The first error.
   const std::string& error() const {
     const auto bus = Ref<GstBus>::adopt(gst_element_get_bus(pipeline_.get()));
     if (error_.empty()) error_ = test::take_message(bus.get(), GST_MESSAGE_ERROR);
     return error_;
   }
-  // Everything that came went somewhere, and nothing was an error.
+  // All input is accounted for, without errors.
   void expect_sums() {
     EXPECT_EQ(error(), "");
     stop();
@@ -75,8 +75,8 @@ TEST(TensorMuxSwitch, AValveClosesAndOpensABranch) {
   graph.expect_sums();
 }
 
-// The two sources have other shapes: caps change in the middle of the stream. Of one size, since
-// the selector lets a frame of the old source pass behind the caps of the new one.
+// The sources have different shapes: caps change during the stream. Their sizes are equal, because
+// the selector may pass a buffer of the old source after the caps of the new one.
 TEST(TensorMuxSwitch, AnInputSelectorChangesTheSource) {
   for (const char* mode : {"nosync", "slowest", "refresh"}) {
     Playing graph(source(4) + "mux.sink_0  " + source(8) + "in.sink_0  " + source(4, 2) +

@@ -1,16 +1,16 @@
 // SyncElement<Impl>: an element of request pads "sink_%u" and one source pad, with a sync policy.
 //
 // Impl has kInfo, kPads (sink first), a Settings derived from SyncSettings, kFallback (sync::Mode),
-// ledger_, and is a gst::Combiner. It may have Status prepare(const Settings&), which is called
-// when it starts and when a property changes.
+// ledger_, and is a gst::Combiner. Its optional Status prepare(const Settings&) is called at start
+// and when a property changes.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <mutex>
 #include <optional>
 
 #include "elements/tensor_mux/sync_settings.hpp"
-#include "gstcpp/base_classes.hpp"
-#include "gstcpp/collector_pads.hpp"
+#include "gstcpp/element/base_classes.hpp"
+#include "gstcpp/pads/collector_pads.hpp"
 
 namespace weir {
 
@@ -49,7 +49,7 @@ class SyncElement : public gst::Element<Impl, gst::PlainElement>, public gst::Co
     if (GST_STATE(this->element()) <= GST_STATE_READY) return;
     if (const Status status = configure_pads(); !status)
       gst::post_warning(this->element(), status.error());
-    gst_pad_mark_reconfigure(pads_->source());  // what the properties decide is chosen again
+    gst_pad_mark_reconfigure(pads_->source());  // properties affect the output caps
     gst_element_post_message(this->element(),
                              gst_message_new_latency(GST_OBJECT_CAST(this->element())));
   }
@@ -77,7 +77,7 @@ class SyncElement : public gst::Element<Impl, gst::PlainElement>, public gst::Co
     return choice;
   }
 
-  std::mutex configure_mutex_;  // newer settings are applied later; taken before the settings lock
+  std::mutex configure_mutex_;  // orders concurrent settings; taken before the settings lock
   std::optional<gst::CollectorPads> pads_;
 };
 

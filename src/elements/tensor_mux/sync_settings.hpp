@@ -1,13 +1,13 @@
-// SyncSettings: the properties of elements that bring several streams together by a policy.
+// SyncSettings: the properties of elements that synchronise several streams.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <cstdint>
 #include <string>
 #include <tuple>
 
-#include "core/sync/lanes.hpp"
-#include "gstcpp/backwards_time.hpp"
-#include "gstcpp/property.hpp"
+#include "core/sync/input_queues.hpp"
+#include "gstcpp/element/backwards_time.hpp"
+#include "gstcpp/element/property.hpp"
 
 namespace weir {
 
@@ -21,30 +21,30 @@ struct SyncSettings {
 
 template <class Settings>
 inline constexpr std::tuple kSyncProperties{
-    gst::Property<Settings, std::string>{
-        "sync-mode", &Settings::sync_mode,
-        "Which frames go together: nosync, slowest, basepad, refresh; also base (= basepad) and "
-        "fastest (= refresh)",
-        gst::Changeable::WhilePlaying},
+    gst::Property<Settings, std::string>{"sync-mode", &Settings::sync_mode,
+                                         "Which frames are combined: nosync, slowest, basepad, "
+                                         "refresh; also base (= basepad) and fastest (= refresh)",
+                                         gst::Changeable::WhilePlaying},
     gst::Property<Settings, std::string>{
         "sync-option", &Settings::sync_option,
-        "With basepad: PAD[:DURATION], the number of the base in the order of requests, and how "
-        "many nanoseconds another frame may be away; empty = 0:2147483647",
+        "With basepad: PAD[:DURATION], the index of the base pad in request order, and the maximum "
+        "time difference of other frames in nanoseconds; empty = 0:2147483647",
         gst::Changeable::WhilePlaying},
     gst::Property<Settings, uint64_t>{
         "max-wait", &Settings::max_wait,
-        "Nanoseconds after which a pad without frames is not waited for any more; 0 = for ever",
+        "Maximum time in nanoseconds to wait for a pad without frames; 0 = no limit",
         gst::Changeable::WhilePlaying},
     gst::Property<Settings, uint64_t>{
         "max-bytes", &Settings::max_bytes,
-        "Bytes of all frames that are held, those that are used again too; a frame beyond it waits "
-        "for the output that is being made, and is an error where that makes no room; 0 = any",
+        "Maximum bytes of all held frames, including those that are used again; at the limit a "
+        "frame waits for the current output, and it is an error if that frees too little; 0 = no "
+        "limit",
         gst::Changeable::WhilePlaying},
-    gst::Property<Settings, OnBackwardsTime>{"on-backwards-time", &Settings::on_backwards_time,
-                                             "What becomes of a frame with an earlier time than "
-                                             "the one ahead of it on its pad; when all "
-                                             "pads began anew, so does the output",
-                                             gst::Changeable::WhilePlaying},
+    gst::Property<Settings, OnBackwardsTime>{
+        "on-backwards-time", &Settings::on_backwards_time,
+        "What to do with a frame whose time is before that of the previous frame on its pad; when "
+        "all pads restart, so does the output",
+        gst::Changeable::WhilePlaying},
     gst::Property<Settings, bool>{"silent", &Settings::silent,
                                   "Accepted for compatibility; has no effect",
                                   gst::Changeable::WhilePlaying},
@@ -52,9 +52,9 @@ inline constexpr std::tuple kSyncProperties{
 
 struct SyncChoice {
   sync::Options options;
-  Status mode_status = ok();  // MODE_UNKNOWN: `fallback` was taken, or the word is an old one
+  Status mode_status = ok();  // MODE_UNKNOWN: `fallback` is used, or the name is deprecated
 };
-// Errors: those of sync::parse_base(), for basepad only.
+// Errors: those of sync::parse_base(), only for basepad.
 inline Result<SyncChoice> sync_choice(const SyncSettings& settings, sync::Mode fallback) {
   SyncChoice out;
   const auto mode = sync::parse_mode(settings.sync_mode);

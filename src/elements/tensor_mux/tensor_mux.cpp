@@ -1,13 +1,13 @@
-// tensor_mux: the tensors of several streams become one frame of many tensors.
+// tensor_mux: combines the tensors of several streams into one frame.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <algorithm>
 
 #include "elements/tensor_mux/sync_element.hpp"
-#include "gstcpp/frame_errors.hpp"
-#include "gstcpp/sharing_buffer.hpp"
-#include "gstcpp/tensor_caps.hpp"
-#include "gstcpp/tensor_meta.hpp"
-#include "gstcpp/tensor_pieces.hpp"
+#include "gstcpp/buffer/frame_errors.hpp"
+#include "gstcpp/buffer/sharing_buffer.hpp"
+#include "gstcpp/buffer/tensor_caps.hpp"
+#include "gstcpp/buffer/tensor_meta.hpp"
+#include "gstcpp/buffer/tensor_pieces.hpp"
 
 namespace weir {
 namespace {
@@ -16,9 +16,9 @@ using gst::Ref;
 
 class TensorMux : public SyncElement<TensorMux> {
  public:
-  static constexpr gst::ElementInfo kInfo{
-      "WeirTensorMux", "tensor_mux", "TensorMux", "Muxer/Tensor",
-      "Brings the tensors of several streams together in one frame"};
+  static constexpr gst::ElementInfo kInfo{"WeirTensorMux", "tensor_mux", "TensorMux",
+                                          "Muxer/Tensor",
+                                          "Combines the tensors of several streams into one frame"};
   static inline GstStaticPadTemplate kPads[] = {
       GST_STATIC_PAD_TEMPLATE(
           "sink_%u", GST_PAD_SINK, GST_PAD_REQUEST,
@@ -43,12 +43,10 @@ class TensorMux : public SyncElement<TensorMux> {
       out.tensors.insert(out.tensors.end(), input->tensors.begin(), input->tensors.end());
     }
     if (out.tensors.size() > kTensorLimit)
-      return Error{Code::LIMIT_EXCEEDED,
-                   "the pads have more tensors together than a frame may have",
-                   std::to_string(out.tensors.size()),
-                   "at most 256",
-                   "",
-                   ""};
+      return Error{.code = Code::LIMIT_EXCEEDED,
+                   .what = "the pads together have more tensors than a frame may hold",
+                   .offered = std::to_string(out.tensors.size()),
+                   .needed = "at most 256"};
     if (out.format != Format::Static) out.tensors.clear();
     return out;
   }
@@ -79,7 +77,7 @@ class TensorMux : public SyncElement<TensorMux> {
     if (auto status = gst::append_tensors(pieces, out.get(), &ledger_); !status)
       return status.error();
     if (auto maps = maps_of(inputs); !maps.empty())
-      gst::set_picture_maps(out.get(), std::move(maps));
+      gst::set_source_maps(out.get(), std::move(maps));
     return out;
   }
 
@@ -87,11 +85,11 @@ class TensorMux : public SyncElement<TensorMux> {
   Ledger ledger_;
 
  private:
-  // One for each tensor where every input says as much; else those of the deciding frame stay.
-  static std::vector<PictureMap> maps_of(const gst::Inputs& inputs) {
-    std::vector<PictureMap> out;
+  // One source map per tensor if every input has them; else those of the deciding frame stay.
+  static std::vector<SourceMap> maps_of(const gst::Inputs& inputs) {
+    std::vector<SourceMap> out;
     for (const gst::Input& input : inputs.frames) {
-      const auto maps = gst::picture_maps(input.buffer.get());
+      const auto maps = gst::source_maps(input.buffer.get());
       const size_t tensors = input.spec->tensors.size();
       if (tensors == 0 || (maps.size() != 1 && maps.size() != tensors)) return {};
       for (size_t i = 0; i < tensors; ++i) out.push_back(maps[maps.size() == 1 ? 0 : i]);
@@ -99,7 +97,7 @@ class TensorMux : public SyncElement<TensorMux> {
     return out;
   }
 
-  Format format_ = Format::Static;  // of the thread that makes an output
+  Format format_ = Format::Static;  // used by the thread that makes an output
 };
 
 }  // namespace

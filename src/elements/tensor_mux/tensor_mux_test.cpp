@@ -1,9 +1,9 @@
-// tensor_mux: what it makes of its inputs, static and flexible, and what it refuses.
+// tensor_mux: its output for static and flexible inputs, and its errors.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/tensor/packed_tensors.hpp"
 #include "core/tensor/tensor_header.hpp"
-#include "elements/tensor_mux/many_inputs.hpp"
-#include "gstcpp/tensor_meta.hpp"
+#include "elements/tensor_mux/many_inputs_test_support.hpp"
+#include "gstcpp/buffer/tensor_meta.hpp"
 
 namespace weir::testing {
 namespace {
@@ -26,7 +26,7 @@ std::span<const std::byte> bytes_of(const Bytes& bytes) {
   return {reinterpret_cast<const std::byte*>(bytes.data()), bytes.size()};
 }
 
-TEST(TensorMux, BringsStaticTensorsTogetherWithoutACopy) {
+TEST(TensorMux, CombinesStaticTensorsWithoutACopy) {
   ManyInputs mux("tensor_mux");
   mux.add("other/tensor,dimension=(string)3:2,type=(string)uint8,framerate=(fraction)30/1");
   mux.add(
@@ -58,7 +58,7 @@ TEST(TensorMux, SharesTheMemoriesOfItsInputs) {
   EXPECT_EQ(gst_buffer_peek_memory(mux.buffers()[0].get(), 0), memory);
 }
 
-TEST(TensorMux, BeginsItsOwnStreamInOrder) {
+TEST(TensorMux, StartsItsOwnStreamInOrder) {
   ManyInputs mux("tensor_mux");
   mux.add(caps_of_bytes(1).c_str());
   mux.play();
@@ -86,7 +86,7 @@ TEST(TensorMux, EndsWithoutAFrame) {
   EXPECT_EQ(mux.event_names(), (std::vector<std::string>{"stream-start", "segment", "eos"}));
 }
 
-TEST(TensorMux, TakesTimeAndMetadataOfTheDecidingFrame) {
+TEST(TensorMux, CopiesTimeAndMetadataOfTheDecidingFrame) {
   ManyInputs mux("tensor_mux sync-mode=nosync");
   mux.add(caps_of_bytes(1).c_str());
   mux.add(caps_of_bytes(1).c_str());
@@ -95,29 +95,29 @@ TEST(TensorMux, TakesTimeAndMetadataOfTheDecidingFrame) {
   GST_BUFFER_DURATION(early.get()) = 1;
   GST_BUFFER_DURATION(late.get()) = 2;
   GST_BUFFER_OFFSET(late.get()) = 77;
-  gst::set_picture_maps(late.get(), {picture_as_it_is(64, 48, false)});
+  gst::set_source_maps(late.get(), {picture_as_it_is(64, 48, false)});
   auto first = mux.push_later(0, early);
   mux.push(1, late);
   first.get();
   GstBuffer* out = mux.buffers().at(0).get();
   EXPECT_EQ(GST_BUFFER_PTS(out), 20u);
   EXPECT_EQ(GST_BUFFER_DURATION(out), 2u);
-  ASSERT_EQ(gst::picture_maps(out).size(), 1u);
-  EXPECT_EQ(gst::picture_maps(out)[0].source_width, 64u);
+  ASSERT_EQ(gst::source_maps(out).size(), 1u);
+  EXPECT_EQ(gst::source_maps(out)[0].source_width, 64u);
 }
 
-TEST(TensorMux, KeepsTheWayBackOfEachTensor) {
+TEST(TensorMux, KeepsTheSourceMapOfEachTensor) {
   ManyInputs mux("tensor_mux");
   mux.add(caps_of_bytes(1).c_str());
   mux.add(caps_of_bytes(1).c_str());
   mux.play();
   auto a = buffer_of({filled(1, 1)}, 0), b = buffer_of({filled(1, 2)}, 0);
-  gst::set_picture_maps(a.get(), {picture_as_it_is(64, 48, false)});
-  gst::set_picture_maps(b.get(), {picture_as_it_is(32, 24, true)});
+  gst::set_source_maps(a.get(), {picture_as_it_is(64, 48, false)});
+  gst::set_source_maps(b.get(), {picture_as_it_is(32, 24, true)});
   auto first = mux.push_later(0, a);
   mux.push(1, b);
   first.get();
-  const auto maps = gst::picture_maps(mux.buffers().at(0).get());
+  const auto maps = gst::source_maps(mux.buffers().at(0).get());
   ASSERT_EQ(maps.size(), 2u);
   EXPECT_EQ(maps[0].source_width, 64u);
   EXPECT_EQ(maps[1].source_width, 32u);
@@ -137,7 +137,7 @@ TEST(TensorMux, NumbersItsPadsInTheOrderOfRequests) {
             (std::vector<Bytes>{filled(1, 1), filled(2, 2), filled(3, 3)}));
 }
 
-TEST(TensorMux, PacksWhatIsBeyondSixteenTensors) {
+TEST(TensorMux, PacksTensorsBeyondTheSixteenth) {
   for (const size_t count : {16u, 17u, 20u}) {
     ManyInputs mux("tensor_mux");
     std::vector<Bytes> frames;
@@ -168,7 +168,7 @@ TEST(TensorMux, PacksWhatIsBeyondSixteenTensors) {
   }
 }
 
-TEST(TensorMux, TakesPackedFramesApartAgain) {
+TEST(TensorMux, UnpacksPackedFrames) {
   ManyInputs outer("tensor_mux"), inner("tensor_mux");
   std::vector<Bytes> frames;
   for (size_t i = 0; i < 18; ++i) {
@@ -207,7 +207,7 @@ TEST(TensorMux, OneFlexibleInputMakesTheOutputFlexible) {
   EXPECT_EQ(mux.stat("bytes-copied"), 4u);
 }
 
-TEST(TensorMux, GivesHeadersToAPeerThatWantsThem) {
+TEST(TensorMux, AddsHeadersForAPeerThatNeedsThem) {
   ManyInputs mux("tensor_mux", "other/tensors,format=flexible,framerate=[0/1,2147483647/1]");
   mux.add(caps_of_bytes(4).c_str());
   mux.play();
@@ -238,7 +238,7 @@ TEST(TensorMux, SplitsOneMemoryOfSeveralStaticTensors) {
   EXPECT_EQ(memories_of(mux.buffers().at(0).get()), (std::vector<Bytes>{{1, 2}, {3}}));
 }
 
-TEST(TensorMux, CopiesPartsOfMemoryThatMayNotBeShared) {
+TEST(TensorMux, CopiesPartsOfMemoryThatCannotBeShared) {
   ManyInputs mux("tensor_mux");
   mux.add(
       "other/tensors,format=static,num_tensors=2,dimensions=(string)\"2,3\","
@@ -251,7 +251,7 @@ TEST(TensorMux, CopiesPartsOfMemoryThatMayNotBeShared) {
   EXPECT_EQ(mux.stat("bytes-copied"), 5u);
 }
 
-TEST(TensorMux, FollowsCapsThatChange) {
+TEST(TensorMux, FollowsChangedCaps) {
   ManyInputs mux("tensor_mux");
   mux.add(caps_of_bytes(1).c_str());
   mux.add(caps_of_bytes(1).c_str());
@@ -264,7 +264,7 @@ TEST(TensorMux, FollowsCapsThatChange) {
   EXPECT_SAYS(mux.caps(), "1\\,2");
 }
 
-TEST(TensorMux, PadsComeAndGoWhileItPlays) {
+TEST(TensorMux, PadsCanBeAddedAndReleasedWhilePlaying) {
   ManyInputs mux("tensor_mux");
   mux.add(caps_of_bytes(1).c_str());
   mux.play();
@@ -282,7 +282,7 @@ TEST(TensorMux, PadsComeAndGoWhileItPlays) {
   EXPECT_EQ(mux.stat("held"), 0u);
 }
 
-TEST(TensorMux, RefusesSeeks) {
+TEST(TensorMux, RejectsSeeks) {
   ManyInputs mux("tensor_mux");
   mux.add(caps_of_bytes(1).c_str());
   mux.play();
@@ -291,32 +291,32 @@ TEST(TensorMux, RefusesSeeks) {
                                      GST_SEEK_TYPE_NONE, 0)));
 }
 
-TEST(TensorMux, AnUnknownModeIsToldAndSlowestIsTaken) {
+TEST(TensorMux, AnUnknownModeIsReportedAndFallsBackToSlowest) {
   ManyInputs mux("tensor_mux sync-mode=slowset");
   mux.add(caps_of_bytes(1).c_str());
   EXPECT_EQ(mux.play(), GST_STATE_CHANGE_SUCCESS);
   const std::string warning = mux.warning();
-  EXPECT_SAYS(warning, "WEIR-1005: sync-mode is not known, and slowest is taken");
+  EXPECT_SAYS(warning, "WEIR-1005: sync-mode is unknown, and slowest is taken");
   EXPECT_SAYS(warning, "slowset");
   EXPECT_SAYS(warning, "sync-mode=slowest");
   mux.push_all({{1}}, 0);
   EXPECT_EQ(mux.buffers().size(), 1u);
 }
 
-TEST(TensorMux, AnOldModeIsToldAndTaken) {
+TEST(TensorMux, ADeprecatedModeIsReportedAndAccepted) {
   ManyInputs mux("tensor_mux sync-mode=fastest");
   mux.add(caps_of_bytes(1).c_str());
   EXPECT_EQ(mux.play(), GST_STATE_CHANGE_SUCCESS);
   const std::string warning = mux.warning();
   EXPECT_SAYS(warning,
-              "WEIR-1005: sync-mode=fastest is an old word that NNStreamer 2.7 does not know, "
-              "and is taken for refresh");
+              "WEIR-1005: sync-mode=fastest is an old name that NNStreamer 2.7 does not know; "
+              "it is read as refresh");
   EXPECT_SAYS(warning, "fix: sync-mode=refresh");
   mux.push_all({{1}}, 0);
   EXPECT_EQ(mux.buffers().size(), 1u);
 }
 
-TEST(TensorMux, ABaseThatCannotBeReadStopsTheStart) {
+TEST(TensorMux, AnUnreadableBaseFailsTheStart) {
   ManyInputs mux("tensor_mux sync-mode=basepad sync-option=0:5ms");
   EXPECT_EQ(mux.play(), GST_STATE_CHANGE_FAILURE);
   const std::string error = mux.error();
@@ -324,7 +324,7 @@ TEST(TensorMux, ABaseThatCannotBeReadStopsTheStart) {
   EXPECT_SAYS(error, "    0:5ms\n      ^");
 }
 
-TEST(TensorMux, ABaseThatIsNotThereIsNamed) {
+TEST(TensorMux, ReportsAMissingBasePad) {
   ManyInputs mux("tensor_mux sync-mode=basepad sync-option=3");
   mux.add(caps_of_bytes(1).c_str());
   mux.play();
@@ -334,7 +334,7 @@ TEST(TensorMux, ABaseThatIsNotThereIsNamed) {
   EXPECT_SAYS(error, "pad 3 of 1");
 }
 
-TEST(TensorMux, RefusesABufferThatIsTooSmall) {
+TEST(TensorMux, RejectsABufferThatIsTooSmall) {
   ManyInputs mux("tensor_mux");
   mux.add(caps_of_bytes(4).c_str());
   mux.play();
@@ -344,7 +344,7 @@ TEST(TensorMux, RefusesABufferThatIsTooSmall) {
   EXPECT_SAYS(error, "3 bytes in 1 memory on pad 0");
 }
 
-TEST(TensorMux, SaysWhatTheNextElementDoesNotTake) {
+TEST(TensorMux, ReportsCapsThatDownstreamRejects) {
   ManyInputs mux("tensor_mux",
                  "other/tensors,format=static,num_tensors=1,dimensions=(string)3,"
                  "types=(string)uint8,framerate=(fraction)30/1");
@@ -352,11 +352,11 @@ TEST(TensorMux, SaysWhatTheNextElementDoesNotTake) {
   mux.play();
   EXPECT_NE(mux.push(0, filled(2, 7), 0), GST_FLOW_OK);
   const std::string error = mux.error();
-  EXPECT_SAYS(error, "WEIR-2001: the element behind tensor_mux does not take its result");
+  EXPECT_SAYS(error, "WEIR-2001: the element downstream of tensor_mux does not accept its output");
   EXPECT_SAYS(error, "first difference: tensor 0: dimension is 2, needed is 3");
 }
 
-TEST(TensorMux, RefusesHeadersThatLie) {
+TEST(TensorMux, RejectsInvalidHeaders) {
   ManyInputs mux("tensor_mux");
   mux.add(kFlexible);
   mux.play();
@@ -367,7 +367,7 @@ TEST(TensorMux, RefusesHeadersThatLie) {
   EXPECT_EQ(mux.push(0, chunk(filled(3, 1)), 0), GST_FLOW_ERROR);
 }
 
-TEST(TensorMux, RefusesMoreTensorsThanAFrameMayHave) {
+TEST(TensorMux, RejectsMoreTensorsThanAFrameCanHold) {
   ManyInputs mux("tensor_mux");
   std::string dims = "1", types = "uint8";
   for (int i = 1; i < 200; ++i) dims += ",1", types += ",uint8";
@@ -384,7 +384,7 @@ TEST(TensorMux, RefusesMoreTensorsThanAFrameMayHave) {
   EXPECT_SAYS(error, "400");
 }
 
-TEST(TensorMux, RefusesCapsThatSayTooLittle) {
+TEST(TensorMux, RejectsIncompleteCaps) {
   ManyInputs mux("tensor_mux");
   mux.add(nullptr);
   mux.play();

@@ -1,8 +1,8 @@
-// A pool for as long as the size is the same.
+// Copies buffers into a pool that is kept while their size stays the same.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "elements/tensor_overlay/buffer_copies.hpp"
 
-#include "gstcpp/frame_errors.hpp"
+#include "gstcpp/buffer/frame_errors.hpp"
 
 namespace weir {
 

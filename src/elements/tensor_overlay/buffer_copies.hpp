@@ -1,16 +1,16 @@
-// BufferCopies: copies of buffers that others hold too, in memory that is used again.
+// BufferCopies: writable copies of shared buffers, in pooled memory.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <gst/gst.h>
 
-#include "gstcpp/frame_pool.hpp"
+#include "gstcpp/buffer/frame_pool.hpp"
 #include "weir/result.hpp"
 
 namespace weir {
 
 class BufferCopies {
  public:
-  // All bytes in one memory, with times, flags and metadata. OUT_OF_MEMORY, MAP_FAILED.
+  // Copies all bytes into one memory, with times, flags and metas. OUT_OF_MEMORY, MAP_FAILED.
   Result<gst::Ref<GstBuffer>> copy_of(GstBuffer* buffer);
   void clear() { pool_ = {}; }
 
@@ -18,7 +18,7 @@ class BufferCopies {
   Status set_size(size_t bytes);
 
   gst::FramePool pool_;
-  size_t bytes_ = 0;  // of a buffer of the pool
+  size_t bytes_ = 0;  // size of the pool's buffers
 };
 
 }  // namespace weir

@@ -6,7 +6,7 @@
 #include <tuple>
 
 #include "elements/tensor_overlay/results_pad.hpp"
-#include "gstcpp/property.hpp"
+#include "gstcpp/element/property.hpp"
 
 namespace weir {
 
@@ -15,7 +15,7 @@ template <>
 struct EnumType<ResultsSync> {
   static GType type() {
     static const GEnumValue values[] = {
-        {0, "The newest results that there are; pictures never wait", "newest"},
+        {0, "The newest available results; pictures never wait", "newest"},
         {1, "Each picture waits for the results of its own time", "same-time"},
         {0, nullptr, nullptr}};
     static const GType t = g_enum_register_static("WeirOverlaySync", values);
@@ -27,7 +27,7 @@ struct EnumType<Coordinates> {
   static GType type() {
     static const GEnumValue values[] = {
         {0, "Pixels of the picture", "picture"},
-        {1, "Pixels of the tensor that the frame of results says the way back from", "tensor"},
+        {1, "Pixels of the tensor to which the source map of the results refers", "tensor"},
         {0, nullptr, nullptr}};
     static const GType t = g_enum_register_static("WeirOverlayCoordinates", values);
     return t;
@@ -52,31 +52,30 @@ inline constexpr uint64_t kLongestNanoseconds = uint64_t{24} * 3600 * 1000000000
 
 inline constexpr std::tuple kOverlayProperties{
     gst::Property{"sync", &OverlaySettings::sync, "Which results are drawn on a picture"},
-    gst::Property{
-        "max-age", &OverlaySettings::max_age,
-        "With sync=newest: results whose time is farther than this from the picture's are "
-        "not drawn, nanoseconds; 0 = they stay until others come",
-        gst::Changeable::WhilePlaying},
+    gst::Property{"max-age", &OverlaySettings::max_age,
+                  "With sync=newest: maximum time difference in nanoseconds between a picture and "
+                  "the results that are drawn on it; 0 = results are drawn until others arrive",
+                  gst::Changeable::WhilePlaying},
     gst::Property{"max-wait", &OverlaySettings::max_wait,
-                  "With sync=same-time: how long a picture waits for its results, nanoseconds; "
-                  "after that it goes without",
+                  "With sync=same-time: maximum time in nanoseconds that a picture waits for its "
+                  "results; after that it is pushed without them",
                   gst::Changeable::InReady, uint64_t{0}, kLongestNanoseconds},
-    gst::Property{"coordinates", &OverlaySettings::coordinates, "What results count in"},
+    gst::Property{"coordinates", &OverlaySettings::coordinates, "Coordinate system of the results"},
     gst::Property{"labels", &OverlaySettings::labels,
-                  "Path of a text file, one name of a class a line, the first for class 0"},
+                  "Path of a text file with one class name per line, the first for class 0"},
     gst::Property{"show-scores", &OverlaySettings::show_scores,
-                  "Writes the score in per cent at each box, behind its name where it has one"},
-    gst::Property{"text-size", &OverlaySettings::text_size, "Size of the font of labels, pixels",
+                  "Write the score of each box in per cent, after its name if it has one"},
+    gst::Property{"text-size", &OverlaySettings::text_size, "Font size of labels in pixels",
                   gst::Changeable::InReady, 6u, 200u},
     gst::Property{"line-width", &OverlaySettings::line_width,
-                  "Lines of boxes, pixels, inwards; 0 = no boxes", gst::Changeable::WhilePlaying,
-                  0u, 256u},
+                  "Line width of boxes in pixels, drawn inwards; 0 = no boxes",
+                  gst::Changeable::WhilePlaying, 0u, 256u},
     gst::Property{"point-size", &OverlaySettings::point_size,
-                  "Diameter of key points, pixels; 0 = no points", gst::Changeable::WhilePlaying,
+                  "Diameter of key points in pixels; 0 = no points", gst::Changeable::WhilePlaying,
                   0u, 256u},
     gst::Property{"min-score", &OverlaySettings::min_score,
-                  "Results of a lesser score are not drawn", gst::Changeable::WhilePlaying, 0.0f,
-                  1e30f},
+                  "Minimum score of the results that are drawn", gst::Changeable::WhilePlaying,
+                  0.0f, 1e30f},
 };
 
 }  // namespace weir

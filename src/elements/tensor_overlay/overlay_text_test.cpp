@@ -1,5 +1,5 @@
-// Labels as Pango paints them. Which glyphs they are is the font's affair: where there is ink, and
-// that it is the same for the same text, is ours.
+// Labels painted by Pango. The glyphs depend on the font; these tests check where pixels are
+// painted, and that equal text gives equal pixels.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <unistd.h>
 
@@ -7,7 +7,7 @@
 #include <filesystem>
 #include <fstream>
 
-#include "elements/tensor_overlay/overlay_harness.hpp"
+#include "elements/tensor_overlay/overlay_test_support.hpp"
 #include "elements/tensor_overlay/text_painter.hpp"
 
 namespace weir::overlay_test {
@@ -37,7 +37,7 @@ class OverlayText : public testing::Test {
     return content(out.get());
   }
   std::string labels() const { return "labels=" + path_ + " "; }
-  // Pixels of another colour than white; all within the columns and rows of a label.
+  // Counts pixels that are not white; all must be within the columns and rows of a label.
   static int labelled(const Bytes& picture) {
     int count = 0;
     for (int i = 0; i < kWidth * kHeight; ++i) {
@@ -49,7 +49,7 @@ class OverlayText : public testing::Test {
     }
     return count;
   }
-  // Of them those that are darker than any colour of a class.
+  // Counts those that are darker than any class colour.
   static int inked(const Bytes& picture) {
     int count = 0;
     for (const uint8_t pixel : picture) count += pixel < 30;
@@ -73,7 +73,7 @@ TEST_F(OverlayText, IsNameAndScore) {
   EXPECT_NE(both, with_label(labels(), 0.78f, 0));
 }
 
-TEST_F(OverlayText, IsThatOfItsClass) {
+TEST_F(OverlayText, IsTheNameOfItsClass) {
   const std::string names_only = labels() + "show-scores=false";
   const auto cat = with_label(names_only, 1, 0), horse = with_label(names_only, 1, 1);
   EXPECT_GT(labelled(horse), 2 * labelled(cat));
@@ -81,13 +81,13 @@ TEST_F(OverlayText, IsThatOfItsClass) {
   EXPECT_EQ(labelled(with_label("show-scores=false", 1, 0)), 0);
 }
 
-TEST_F(OverlayText, IsAsLargeAsAsked) {
+TEST_F(OverlayText, HasTheConfiguredSize) {
   const auto small = with_label(labels() + "text-size=10", 1, 0);
   const auto large = with_label(labels() + "text-size=25", 1, 0);
   EXPECT_GT(labelled(large), 4 * labelled(small));
 }
 
-TEST_F(OverlayText, EndsInAnEllipsisWhereItIsVeryLong) {
+TEST_F(OverlayText, EndsInAnEllipsisIfTooLong) {
   const auto painter = *make_text_painter(10);
   const auto one = painter->paint("x"), many = painter->paint(std::string(10000, 'x'));
   EXPECT_LE(many.width, 300u);
@@ -107,7 +107,7 @@ TEST_F(OverlayText, OfEveryScriptHasOneHeight) {
   EXPECT_EQ(painter->paint("").width, 0u);
 }
 
-// fontconfig reads its files once in a process.
+// fontconfig reads its files once per process.
 TEST(OverlayTextDeathTest, NeedsAFont) {
   GTEST_FLAG_SET(death_test_style, "threadsafe");
   const std::string path =

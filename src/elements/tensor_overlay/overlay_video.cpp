@@ -1,4 +1,4 @@
-// Maps, draws, unmaps.
+// Maps video buffers and draws into them.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "elements/tensor_overlay/overlay_video.hpp"
 
@@ -7,13 +7,13 @@
 namespace weir {
 namespace {
 
-Error in_our_words(Error error) {
+Error overlay_error(Error error) {
   error.what = "tensor_overlay cannot draw into pictures of this format";
   error.fix = "videoconvert ! tensor_overlay";
   return error;
 }
 
-// A matrix that is not known: the colours of what is drawn are a little off then.
+// Replaces an unknown matrix; the drawn colours are slightly off then.
 GstVideoInfo with_known_matrix(GstVideoInfo video) {
   switch (video.colorimetry.matrix) {
     case GST_VIDEO_COLOR_MATRIX_UNKNOWN:
@@ -36,7 +36,7 @@ Status check_drawable(const GstCaps* caps) {
   if (!format || !gst_structure_has_name(first, "video/x-raw")) return ok();
   const auto known = preprocess::picture_format(format);
   if (known) return ok();
-  return in_our_words(known.error());
+  return overlay_error(known.error());
 }
 
 Result<OverlayVideo> OverlayVideo::make(const GstCaps* caps, std::vector<std::string> names,
@@ -44,9 +44,9 @@ Result<OverlayVideo> OverlayVideo::make(const GstCaps* caps, std::vector<std::st
                                         std::shared_ptr<draw::TextPainter> painter) {
   GstVideoInfo video;
   if (!gst_video_info_from_caps(&video, caps))
-    return Error{Code::FORMAT_UNSUPPORTED, "the video caps cannot be read", "", "", "", ""};
+    return Error{.code = Code::FORMAT_UNSUPPORTED, .what = "the video caps cannot be read"};
   const auto picture = picture_of(with_known_matrix(video));
-  if (!picture) return in_our_words(picture.error());
+  if (!picture) return overlay_error(picture.error());
   OverlayVideo out(video, *picture);
   if (painter)
     out.labels_ = std::make_unique<draw::Labels>(std::move(names), show_scores, std::move(painter),

@@ -11,16 +11,16 @@
 
 namespace weir {
 
-// FORMAT_UNSUPPORTED for caps of a format that is not drawn into.
+// FORMAT_UNSUPPORTED for caps of a format that cannot be drawn into.
 Status check_drawable(const GstCaps* caps);
 
 class OverlayVideo {
  public:
-  // `painter` may be null: then there is no text. FORMAT_UNSUPPORTED.
+  // A null `painter` draws no text. FORMAT_UNSUPPORTED.
   static Result<OverlayVideo> make(const GstCaps* caps, std::vector<std::string> names,
                                    bool show_scores, std::shared_ptr<draw::TextPainter> painter);
 
-  // `buffer` is writable; bytes that are copied to map it count in `ledger`.
+  // `buffer` is writable; bytes copied for mapping are counted in `ledger`.
   // Errors: MappedPicture::map(), Canvas::make().
   Result<draw::Drawn> draw(const draw::Detections& detections, const draw::Style& style,
                            GstBuffer* buffer, Ledger* ledger);

@@ -1,4 +1,4 @@
-// Opens what is there.
+// Loads the installed Pango, Cairo and fontconfig libraries.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "elements/tensor_overlay/pango_library.hpp"
 
@@ -11,15 +11,14 @@ namespace {
 
 Error missing(const std::string& offered, const std::string& needed, const std::string& package) {
   return Error{
-      Code::FILE_NOT_FOUND,
-      "labels cannot be drawn",
-      offered,
-      needed,
-      "",
-      "apt-get install " + package + "; or tensor_overlay show-scores=false and no labels"};
+      .code = Code::FILE_NOT_FOUND,
+      .what = "labels cannot be drawn",
+      .offered = offered,
+      .needed = needed,
+      .fix = "apt-get install " + package + "; or tensor_overlay show-scores=false and no labels"};
 }
 
-// The library stays for as long as the process does: fontconfig keeps what it found.
+// Never unloaded: fontconfig keeps global state.
 Result<PangoLibrary> open() {
   void* const library = dlopen("libpangocairo-1.0.so.0", RTLD_NOW | RTLD_LOCAL);
   const std::string needed = "the libraries Pango and Cairo";
@@ -35,7 +34,7 @@ Result<PangoLibrary> open() {
 #undef WEIR_PANGO_FIND
   if (!lacking.empty())
     return missing("a library without " + lacking, needed, "libpangocairo-1.0-0");
-  // Pango ends the process when there is none.
+  // Pango aborts the process if there are no fonts.
   const FcFontSet* fonts = out.FcConfigGetFonts(out.FcConfigGetCurrent(), FcSetSystem);
   if (!fonts || fonts->nfont == 0) return missing("no font", "a font", "fonts-dejavu-core");
   return out;

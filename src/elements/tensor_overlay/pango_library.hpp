@@ -1,5 +1,5 @@
-// PangoLibrary: the functions of Pango, Cairo and fontconfig that labels need, opened at run time:
-// a pipeline that draws no text does without them and their memory.
+// PangoLibrary: the functions of Pango, Cairo and fontconfig for labels, loaded at run time: a
+// pipeline that draws no text needs neither them nor their memory.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <fontconfig/fontconfig.h>
@@ -10,7 +10,7 @@
 namespace weir {
 
 struct PangoLibrary {
-  // Opened once in a process. FILE_NOT_FOUND: a library or every font is missing.
+  // Loaded once per process. FILE_NOT_FOUND: a library is missing, or there are no fonts.
   static const Result<PangoLibrary>& instance();
 
 #define WEIR_PANGO_FUNCTIONS(X)               \

@@ -1,16 +1,16 @@
-// One layout that gets text after text.
+// Paints label texts with one reused Pango layout.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <algorithm>
 
 #include "elements/tensor_overlay/pango_library.hpp"
 #include "elements/tensor_overlay/text_painter.hpp"
-#include "gstcpp/ref.hpp"
+#include "gstcpp/element/ref.hpp"
 
 namespace weir {
 namespace {
 
 constexpr char kFont[] = "Sans Bold";
-constexpr uint32_t kWidest = 30;  // of a text, in sizes of the font; the rest becomes an ellipsis
+constexpr uint32_t kWidest = 30;  // maximal text width, in font sizes; the rest becomes an ellipsis
 
 template <class T>
 using Object = gst::Unique<T, g_object_unref>;
@@ -35,7 +35,7 @@ class PangoTextPainter : public draw::TextPainter {
     baseline_ = p_.pango_layout_get_baseline(layout_.get());
   }
 
-  // Other scripts may come from fonts of another height: their baseline is put on ours.
+  // Fallback fonts of other scripts may have another height: their baseline is aligned with ours.
   draw::Mask paint(const std::string& text) override {
     p_.pango_layout_set_text(layout_.get(), text.data(), static_cast<int>(text.size()));
     int width = 0;
@@ -50,7 +50,7 @@ class PangoTextPainter : public draw::TextPainter {
     p_.pango_cairo_show_layout(cairo, layout_.get());
     p_.cairo_destroy(cairo);
     p_.cairo_surface_flush(surface);
-    // Null where there was no memory for it, or nothing to paint.
+    // Null when memory ran out or there is nothing to paint.
     if (const uint8_t* row = p_.cairo_image_surface_get_data(surface))
       for (size_t y = 0; y < out.height; ++y) {
         std::copy_n(row, out.width, out.coverage.begin() + static_cast<ptrdiff_t>(y * out.width));

@@ -1,8 +1,8 @@
-// Results in.
+// Reads detection results from tensors.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "elements/tensor_overlay/results_pad.hpp"
 
-#include "gstcpp/tensor_meta.hpp"
+#include "gstcpp/buffer/tensor_meta.hpp"
 
 namespace weir {
 
@@ -18,7 +18,7 @@ void ResultsPad::start(ResultsSync sync, Coordinates coordinates) {
     *count = 0;
 }
 
-// Pictures go on without results meanwhile.
+// Pictures continue without results meanwhile.
 void ResultsPad::flush(bool on) {
   if (on) {
     queue_.end();
@@ -46,7 +46,7 @@ Status ResultsPad::receive_counted(GstBuffer* buffer) {
   return status;
 }
 
-// A frame without tensors is one without results.
+// A frame without tensors has no results.
 Status ResultsPad::bring(GstBuffer* buffer, const std::vector<gst::TensorView>& tensors,
                          int64_t time) {
   Result<Results> results = std::make_shared<const draw::Detections>();
@@ -63,16 +63,15 @@ Status ResultsPad::bring(GstBuffer* buffer, const std::vector<gst::TensorView>& 
 
 Result<ResultsPad::Results> ResultsPad::read(GstBuffer* buffer, const gst::TensorView& tensor) {
   if (auto status = draw::check_detections(tensor.spec); !status) return status.error();
-  std::span<const PictureMap> maps;
+  std::span<const SourceMap> maps;
   if (coordinates_ == Coordinates::Tensor) {
-    maps = gst::picture_maps(buffer);
+    maps = gst::source_maps(buffer);
     if (maps.empty())
-      return Error{Code::SPEC_MISMATCH,
-                   "the results do not say where in the picture they are",
-                   "a frame without a way back to a picture",
-                   "one that tensor_converter or tensor_preprocess gives",
-                   "",
-                   "tensor_overlay coordinates=picture"};
+      return Error{.code = Code::SPEC_MISMATCH,
+                   .what = "the results have no source map to the picture",
+                   .offered = "a frame without a source map",
+                   .needed = "a source map, as tensor_converter or tensor_preprocess attaches it",
+                   .fix = "tensor_overlay coordinates=picture"};
   }
   auto detections = draw::read_detections(tensor.spec, tensor.payload, maps);
   if (!detections) return detections.error();

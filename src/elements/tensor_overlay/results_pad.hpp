@@ -1,4 +1,4 @@
-// ResultsPad: the sink pad on which results come as tensors, to be drawn on pictures.
+// ResultsPad: the sink pad for result tensors that are drawn on pictures.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <atomic>
@@ -7,7 +7,7 @@
 #include "core/draw/detections.hpp"
 #include "core/sync/newest.hpp"
 #include "core/sync/timed_queue.hpp"
-#include "gstcpp/timed_tensors.hpp"
+#include "gstcpp/pads/timed_tensors.hpp"
 
 namespace weir {
 
@@ -18,15 +18,15 @@ class ResultsPad final : public gst::TimedTensors {
  public:
   using Results = std::shared_ptr<const draw::Detections>;
 
-  // Before a stream begins.
+  // Call before a stream starts.
   void start(ResultsSync sync, Coordinates coordinates);
   void stop() { queue_.flush(true); }
   // Errors: TimedTensors::receive(), check_detections(), read_detections(); SPEC_MISMATCH for
-  // frames of several tensors and those without a way back to the picture that needs one.
+  // frames of several tensors, and for frames without a required source map.
   Status receive_counted(GstBuffer* buffer);
 
-  // Streaming thread of the pictures: what to draw at a running time (sync::kNoTime: none), or
-  // null. False: the stream is being flushed.
+  // Streaming thread of the pictures: gets the results for a running time (sync::kNoTime: none), or
+  // null. False: the stream is flushing.
   struct Limits {
     uint64_t max_age = 0, max_wait = 0;  // nanoseconds
   };
@@ -48,9 +48,9 @@ class ResultsPad final : public gst::TimedTensors {
   std::atomic<ResultsSync> sync_{ResultsSync::Newest};
   std::atomic<Coordinates> coordinates_{Coordinates::Picture};
   sync::Newest<draw::Detections> newest_;
-  sync::TimedQueue<Results> queue_;  // of ResultsSync::SameTime
+  sync::TimedQueue<Results> queue_;  // used by ResultsSync::SameTime
   std::atomic<uint64_t> received_{0}, refused_{0}, found_{0}, late_{0};
-  std::atomic<uint64_t> unused_before_{0};  // of streams before
+  std::atomic<uint64_t> unused_before_{0};  // of previous streams
   std::atomic<uint64_t> nobody_{0}, not_finite_{0}, without_area_{0}, beyond_limit_{0};
   std::atomic<uint64_t> points_not_finite_{0};
 };

@@ -1,11 +1,11 @@
-// sync=same-time: pictures that wait for their own results.
+// sync=same-time: pictures wait for their own results.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <cstring>
 #include <functional>
 #include <thread>
 
 #include "core/tensor/tensor_header.hpp"
-#include "elements/tensor_overlay/overlay_harness.hpp"
+#include "elements/tensor_overlay/overlay_test_support.hpp"
 
 namespace weir::overlay_test {
 namespace {
@@ -14,7 +14,7 @@ constexpr const char* kLong = "sync=same-time max-wait=86400000000000";
 
 TEST(SameTime, DrawsTheResultsOfTheSameRunningTime) {
   const Both b(kLong);
-  GstSegment segment;  // 100 s of this stream are 0 s of running time
+  GstSegment segment;  // 100 s of this stream have running time 0
   gst_segment_init(&segment, GST_FORMAT_TIME);
   segment.start = segment.time = 100 * GST_SECOND;
   gst_harness_push_event(b.results.get(), gst_event_new_segment(&segment));
@@ -27,7 +27,7 @@ TEST(SameTime, DrawsTheResultsOfTheSameRunningTime) {
   b.expect_results_balance();
 }
 
-TEST(SameTime, WaitsForResultsThatAnotherThreadBrings) {
+TEST(SameTime, WaitsForResultsOfAnotherThread) {
   const Both b(kLong);
   std::thread other([&] {
     for (int i = 0; i < 200; ++i)
@@ -45,7 +45,7 @@ TEST(SameTime, WaitsForResultsThatAnotherThreadBrings) {
   b.expect_results_balance();
 }
 
-TEST(SameTime, GoesOnWithoutThemWhenTheyDoNotCome) {
+TEST(SameTime, ContinuesWithoutResultsAfterTheWait) {
   const Both b("sync=same-time max-wait=1");
   EXPECT_EQ(b.picture(kSmall, 0), Bytes(kSmall));
   EXPECT_EQ(b.stat("results-late"), 1u);
@@ -53,18 +53,18 @@ TEST(SameTime, GoesOnWithoutThemWhenTheyDoNotCome) {
   EXPECT_EQ(b.picture(kSmall, GST_CLOCK_TIME_NONE), Bytes(kSmall));
   gst_harness_push_event(b.results.get(), gst_event_new_gap(0, 2 * GST_SECOND));
   EXPECT_EQ(b.picture(kSmall, GST_SECOND), Bytes(kSmall));
-  EXPECT_EQ(b.stat("results-late"), 1u);  // the gap says that none come
+  EXPECT_EQ(b.stat("results-late"), 1u);  // the GAP means that there are none
   EXPECT_EQ(b.stat("results-unused"), 1u);
   b.expect_results_balance();
 }
 
-TEST(SameTime, WaitsNoMoreWhenResultsEnd) {
+TEST(SameTime, StopsWaitingWhenResultsEnd) {
   const Both b(kLong);
   gst_harness_push_event(b.results.get(), gst_event_new_eos());
   EXPECT_EQ(b.picture(kSmall, 0), Bytes(kSmall));
 }
 
-// A picture that waits in another thread, and what lets it go.
+// A picture that waits on another thread, and what ends the wait.
 void expect_let_go(const std::function<void(const Both&)>& by) {
   const Both b(kLong);
   std::thread pictures([&] {
@@ -76,16 +76,16 @@ void expect_let_go(const std::function<void(const Both&)>& by) {
   pictures.join();
 }
 
-TEST(SameTime, LetsAWaitingPictureGoWhenTheElementStops) {
+TEST(SameTime, ReleasesAWaitingPictureOnStop) {
   expect_let_go([](const Both& b) { gst_element_set_state(b.element.get(), GST_STATE_NULL); });
 }
 
-TEST(SameTime, LetsAWaitingPictureGoWhenItIsFlushed) {
+TEST(SameTime, ReleasesAWaitingPictureOnFlush) {
   expect_let_go(
       [](const Both& b) { gst_harness_push_event(b.pictures.get(), gst_event_new_flush_start()); });
 }
 
-TEST(SameTime, LetsAWaitingPictureGoOnWhenTheResultsAreFlushed) {
+TEST(SameTime, PushesAWaitingPictureWhenTheResultsAreFlushed) {
   const Both b(kLong);
   std::thread pictures([&] { EXPECT_EQ(b.picture(kSmall, 0), Bytes(kSmall)); });
   test::wait_for_stat(b.element.get(), "received", 1);
@@ -99,7 +99,7 @@ TEST(SameTime, LetsAWaitingPictureGoOnWhenTheResultsAreFlushed) {
   b.expect_results_balance();
 }
 
-TEST(SameTime, TakesFlexibleStreams) {
+TEST(SameTime, AcceptsFlexibleStreams) {
   const Both b(kLong, video("RGB", 8, 6), "other/tensors,format=flexible,framerate=10/1");
   TensorHeader header;
   header.spec = {ElementType::Float32, {5, 2}, ""};
@@ -111,7 +111,7 @@ TEST(SameTime, TakesFlexibleStreams) {
   EXPECT_EQ(b.picture(kSmall, 0), small_with({{0, 0, 3, 3}, {4, 0, 8, 6}}));
 }
 
-// A harness answers as a live source does.
+// A harness answers like a live source.
 GstClockTime latency(const std::string& properties) {
   const Both b(properties);
   gst_harness_set_upstream_latency(b.pictures.get(), GST_SECOND);

@@ -9,9 +9,9 @@
 #include "elements/tensor_overlay/results_pad.hpp"
 #include "elements/tensor_overlay/text_painter.hpp"
 #include "elements/tensor_preprocess/video_negotiation.hpp"
-#include "gstcpp/counted_transform.hpp"
-#include "gstcpp/memory_part.hpp"
-#include "gstcpp/tensor_caps.hpp"
+#include "gstcpp/buffer/memory_part.hpp"
+#include "gstcpp/buffer/tensor_caps.hpp"
+#include "gstcpp/element/counted_transform.hpp"
 #include "weir/label_file.hpp"
 
 namespace weir {
@@ -45,7 +45,7 @@ class TensorOverlay : public gst::CountedTransform<TensorOverlay> {
     results_pad_ = gst_pad_new_from_static_template(&kPads[2], "results");
     gst_pad_set_chain_function(results_pad_, &Shell::chain<&TensorOverlay::results_chain>);
     gst_pad_set_event_function(results_pad_, &Shell::pad_event<&TensorOverlay::results_event>);
-    // Nothing of it leaves: queries about it end here too.
+    // Results are not forwarded: queries end at this pad too.
     gst_pad_set_iterate_internal_links_function(
         results_pad_, [](GstPad*, GstObject*) -> GstIterator* { return nullptr; });
     gst_element_add_pad(element(), results_pad_);
@@ -84,7 +84,7 @@ class TensorOverlay : public gst::CountedTransform<TensorOverlay> {
 
   void property_changed(const char*) { style_changed_ = true; }
 
-  // A picture that waits for its results shall not hold the pads.
+  // A picture that waits for results must not block the deactivation of the pads.
   GstStateChangeReturn change_state(GstStateChange change) {
     if (change == GST_STATE_CHANGE_READY_TO_PAUSED) {
       const Settings s = settings();
@@ -143,7 +143,8 @@ class TensorOverlay : public gst::CountedTransform<TensorOverlay> {
   gboolean query(GstPadDirection direction, GstQuery* query) {
     const bool sink_side = direction == GST_PAD_SINK;
     GstCaps* caps = nullptr;
-    // Pads refuse caps without a word: formats that are not taken come to sink_event.
+    // A pad rejects caps without an error: accept unsupported formats here, sink_event posts the
+    // error.
     if (sink_side && GST_QUERY_TYPE(query) == GST_QUERY_ACCEPT_CAPS) {
       gst_query_parse_accept_caps(query, &caps);
       if (!check_drawable(caps)) return gst_query_set_accept_caps_result(query, TRUE), TRUE;
@@ -160,11 +161,11 @@ class TensorOverlay : public gst::CountedTransform<TensorOverlay> {
     return TRUE;
   }
 
-  // The memory of who shows the pictures can be drawn into.
+  // Downstream memory can be drawn into.
   bool propose_allocation(GstQuery*, GstQuery* query) {
     return gst_pad_peer_query(source(), query);
   }
-  // Pictures stay in their memory: none is needed for others.
+  // Pictures are drawn in place: no pool is needed.
   gboolean decide_allocation(GstQuery* query) {
     while (gst_query_get_n_allocation_pools(query) > 0)
       gst_query_remove_nth_allocation_pool(query, 0);
@@ -228,7 +229,7 @@ class TensorOverlay : public gst::CountedTransform<TensorOverlay> {
     limits_.max_age = s.max_age;
   }
 
-  // False: the stream is being flushed.
+  // False: the stream is flushing.
   bool take_results(GstBuffer* in) {
     found_.reset();
     if (same_time_ && !gst_pad_is_linked(results_pad_)) return true;
@@ -247,22 +248,22 @@ class TensorOverlay : public gst::CountedTransform<TensorOverlay> {
     gst_query_set_latency(query, live, least + wait, most);
   }
 
-  GstPad* results_pad_ = nullptr;  // the element's
+  GstPad* results_pad_ = nullptr;  // owned by the element
   ResultsPad results_;
-  bool same_time_ = false;            // changes while nothing streams
-  std::atomic<uint64_t> latency_{0};  // that pictures wait for results, nanoseconds
+  bool same_time_ = false;            // changes only while not streaming
+  std::atomic<uint64_t> latency_{0};  // how long pictures wait for results, nanoseconds
   std::vector<std::string> names_;
   std::shared_ptr<draw::TextPainter> painter_;
-  std::optional<Error> no_text_;  // why scores are not drawn, to be told once
+  std::optional<Error> no_text_;  // why scores are not drawn; posted once
   std::atomic<bool> style_changed_{true};
-  // Of the streaming thread of the pictures.
+  // Used by the streaming thread of the pictures.
   ResultsPad::Limits limits_;
   draw::Style style_;
   std::optional<OverlayVideo> video_;
-  // The caps that came last were: frames are none of the caps before. The base class does not set
-  // these again when they come back.
+  // Whether the last caps were rejected: later frames do not have the earlier caps, which the base
+  // class does not set again when they return.
   bool refused_ = false;
-  ResultsPad::Results found_;  // for the picture in work
+  ResultsPad::Results found_;  // for the current picture
   BufferCopies copies_;
   std::atomic<uint64_t> boxes_{0}, outside_{0}, below_score_{0};
   std::atomic<uint64_t> pictures_drawn_{0}, pictures_copied_{0};

@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <cstring>
 
-#include "elements/tensor_overlay/overlay_harness.hpp"
-#include "gstcpp/tensor_meta.hpp"
+#include "elements/tensor_overlay/overlay_test_support.hpp"
+#include "gstcpp/buffer/tensor_meta.hpp"
 
 namespace weir::overlay_test {
 namespace {
@@ -26,8 +26,8 @@ TEST(TensorOverlay, DrawsTheNewestResultsOnEachPicture) {
   b.expect_results_balance();
 }
 
-// As where a file is decoded faster than it is shown.
-TEST(TensorOverlay, KeepsResultsOfLaterPicturesForThose) {
+// As when a file is decoded faster than it is displayed.
+TEST(TensorOverlay, KeepsResultsForLaterPictures) {
   const Both b("");
   b.bring({1, 1, 7, 6, 0.5f, 0}, 0);
   b.bring({0, 1, 6, 6, 0.5f, 1}, 2 * kTenth);
@@ -41,7 +41,7 @@ TEST(TensorOverlay, KeepsResultsOfLaterPicturesForThose) {
   b.expect_results_balance();
 }
 
-TEST(TensorOverlay, LeavesOutWhatIsTooOldOrTooYoung) {
+TEST(TensorOverlay, SkipsResultsBeyondMaxAge) {
   const Both b("max-age=100000000");
   const Bytes drawn = small_with({{1, 1, 7, 6}});
   b.bring({1, 1, 7, 6, 1, 0}, 5 * kTenth);
@@ -85,7 +85,7 @@ TEST(TensorOverlay, DrawsIntoThePictureItself) {
   EXPECT_EQ(b.stat("bytes-copied"), 0u);
 }
 
-TEST(TensorOverlay, CopiesWhatOthersHoldAndCountsIt) {
+TEST(TensorOverlay, CopiesSharedPicturesAndCountsThem) {
   const Both b("");
   b.bring({1, 1, 7, 6, 1, 0}, 0);
   const auto check = [&](const Ref<GstBuffer>& kept, GstBuffer* in) {
@@ -100,7 +100,7 @@ TEST(TensorOverlay, CopiesWhatOthersHoldAndCountsIt) {
   const auto held = Ref<GstBuffer>::adopt(frame(Bytes(kSmall), kTenth, kTenth));
   gst_buffer_add_video_region_of_interest_meta(held.get(), "a", 0, 0, 1, 1);
   check(held, gst_buffer_ref(held.get()));
-  check(held, gst_buffer_copy(held.get()));  // another buffer of the same memory
+  check(held, gst_buffer_copy(held.get()));  // another buffer with the same memory
   Bytes still(kSmall);
   const auto read_only = Ref<GstBuffer>::adopt(gst_buffer_new_wrapped_full(
       GST_MEMORY_FLAG_READONLY, still.data(), kSmall, 0, kSmall, nullptr, nullptr));
@@ -112,7 +112,7 @@ TEST(TensorOverlay, CopiesWhatOthersHoldAndCountsIt) {
   EXPECT_EQ(b.stat("bytes-copied"), 3 * kSmall);
 }
 
-TEST(TensorOverlay, PassesOnPicturesWithNothingToDraw) {
+TEST(TensorOverlay, PassesPicturesWithoutResults) {
   const Both b("");
   const auto passes = [&] {
     const auto held = Ref<GstBuffer>::adopt(timed(frame(ramp(kSmall)), 0));
@@ -125,11 +125,11 @@ TEST(TensorOverlay, PassesOnPicturesWithNothingToDraw) {
   passes();
   EXPECT_EQ(b.stat("bytes-copied"), 0u);
   EXPECT_EQ(b.stat("rows-nobody"), 1u);
-  EXPECT_EQ(b.stat("results-drawn"), 1u);  // that there is nobody
+  EXPECT_EQ(b.stat("results-drawn"), 1u);  // results without detections
   EXPECT_EQ(b.stat("pictures-drawn"), 0u);
 }
 
-TEST(TensorOverlay, DoesWithoutResults) {
+TEST(TensorOverlay, WorksWithoutLinkedResults) {
   const Harness h{gst_harness_new_parse("tensor_overlay sync=same-time")};
   gst_harness_set_src_caps_str(h.get(), video("RGB", 8, 6).c_str());
   const auto out =
@@ -137,14 +137,14 @@ TEST(TensorOverlay, DoesWithoutResults) {
   EXPECT_EQ(content(out.get()), ramp(kSmall));
 }
 
-TEST(TensorOverlay, TakesOtherSizesAndFormatsWhileItPlays) {
+TEST(TensorOverlay, AcceptsOtherSizesAndFormatsWhilePlaying) {
   const Both b("");
   b.bring({1, 1, 7, 6, 1, 0}, 0);
   EXPECT_EQ(b.picture(kSmall, 0), small_with({{1, 1, 7, 6}}));
   gst_harness_set_src_caps_str(b.pictures.get(), video("GRAY8", 4, 4).c_str());
   const auto gray =
       draw::samples_of({*preprocess::picture_format("GRAY8")}, draw::class_color(0))[0];
-  Bytes expected(16, gray);  // columns 1 and 2 are line, 3 is within; row 0 and column 0 are not
+  Bytes expected(16, gray);  // columns 1 and 2 are line, 3 is inside; row 0 and column 0 are not
   for (size_t i = 0; i < 4; ++i) expected[i] = expected[4 * i] = 0;
   expected[15] = 0;
   EXPECT_EQ(b.picture(16, 0), expected);
@@ -156,7 +156,7 @@ TEST(TensorOverlay, TakesOtherSizesAndFormatsWhileItPlays) {
   EXPECT_EQ(b.stat("dropped"), 0u);
 }
 
-TEST(TensorOverlay, TakesPropertiesWhileItPlays) {
+TEST(TensorOverlay, AppliesPropertiesWhilePlaying) {
   const Both b("line-width=0 point-size=0", video("RGB", 8, 6), floats(8, 1));
   b.bring({0, 0, 8, 6, 0.5f, 0, 4, 3}, 0);
   EXPECT_EQ(b.picture(kSmall, 0), Bytes(kSmall));
@@ -184,15 +184,15 @@ TEST(TensorOverlay, ForgetsResultsWhenEitherStreamIsFlushed) {
   b.expect_results_balance();
 }
 
-TEST(TensorOverlay, GoesBackFromTheTensorToThePicture) {
+TEST(TensorOverlay, MapsTensorCoordinatesToThePicture) {
   const Both b("coordinates=tensor");
   const auto bring = [&](uint32_t width, uint32_t height) {
     GstBuffer* results = frame<float>({10, 20, 22, 40, 1, 0}, 0);
-    PictureMap map;
+    SourceMap map;
     map.xx = 0.5, map.x0 = -4, map.yy = 0.25, map.y0 = -4;
     map.source_width = width;
     map.source_height = height;
-    gst::set_picture_maps(results, {map});
+    gst::set_source_maps(results, {map});
     return gst_harness_push(b.results.get(), results);
   };
   ASSERT_EQ(bring(8, 6), GST_FLOW_OK);
@@ -212,7 +212,7 @@ TEST(TensorOverlay, KeepsToTheRowsOfItsBuffer) {
   EXPECT_EQ(b.pushed(in), small_with({{0, 0, 4, 4}}));
 }
 
-// The picture is drawn into all memories that it spans, with a GstVideoMeta and without.
+// Draws into all memories that a picture spans, with and without GstVideoMeta.
 TEST(TensorOverlay, DrawsIntoAPictureOfSeveralMemories) {
   for (const bool with_meta : {true, false}) {
     const Both b("");
@@ -231,7 +231,7 @@ TEST(TensorOverlay, DrawsIntoAPictureOfSeveralMemories) {
 }
 
 // Random bits as numbers, in every format; memory of exactly the picture's size.
-TEST(TensorOverlay, SurvivesAnyNumbers) {
+TEST(TensorOverlay, SurvivesAnyCoordinates) {
   uint32_t state = 7;
   const auto random = [&state] { return state = state * 1664525u + 1013904223u; };
   constexpr int kRows = 10000;

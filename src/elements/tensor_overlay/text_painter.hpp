@@ -1,4 +1,4 @@
-// The text of labels, painted by Pango and Cairo.
+// Creates the painter of label texts, which uses Pango and Cairo.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <cstdint>
@@ -9,8 +9,8 @@
 
 namespace weir {
 
-// `size`: of the font, pixels. The libraries are opened when the first painter is made.
-// FILE_NOT_FOUND: they, or any font at all, are not there. Of one thread at a time.
+// `size`: font size in pixels. The first call loads the libraries. FILE_NOT_FOUND: a library or
+// every font is missing. The painter is for one thread at a time.
 Result<std::unique_ptr<draw::TextPainter>> make_text_painter(uint32_t size);
 
 }  // namespace weir

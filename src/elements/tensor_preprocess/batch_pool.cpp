@@ -1,4 +1,4 @@
-// Makes a pool anew when the frames need another size.
+// Remakes the pool of batches when frames need another size.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "elements/tensor_preprocess/batch_pool.hpp"
 
@@ -6,15 +6,15 @@
 #include <bit>
 
 #include "core/tensor/tensor_header.hpp"
-#include "gstcpp/frame_errors.hpp"
+#include "gstcpp/buffer/frame_errors.hpp"
 
 namespace weir {
 namespace {
 
-constexpr uint32_t kSmallFrames = 64;  // after which big buffers go
-// Of a flexible stream, whose frames the stream itself sizes.
-constexpr uint64_t kRoundedBytes = uint64_t{1} << 24;   // of bigger ones none is made bigger still
-constexpr uint64_t kRetainedBytes = uint64_t{1} << 28;  // that wait for use
+constexpr uint32_t kSmallFrames = 64;  // frames until large buffers are replaced
+// Limits for flexible streams, whose content decides the sizes.
+constexpr uint64_t kRoundedBytes = uint64_t{1} << 24;   // larger sizes are not rounded up
+constexpr uint64_t kRetainedBytes = uint64_t{1} << 28;  // in free buffers
 
 }  // namespace
 
@@ -70,8 +70,7 @@ Result<gst::Ref<GstBuffer>> BatchPool::acquire(size_t parts, const BufferLimit& 
   GstMemory* memory = gst_buffer_peek_memory(buffer->get(), 0);
   gst_memory_resize(memory, 0, kTensorHeaderBytes + parts * *part_.bytes());
   const gst::MappedMemory map(memory, GST_MAP_WRITE);
-  if (!map)
-    return Error{Code::MAP_FAILED, "an output buffer cannot be mapped for writing", "", "", "", ""};
+  if (!map) return gst::output_not_writable();
   write_tensor_header(header, map.bytes().first<kTensorHeaderBytes>());
   return buffer;
 }

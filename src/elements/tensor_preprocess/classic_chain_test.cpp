@@ -1,4 +1,4 @@
-// tensor_preprocess against the elements it stands for: the same tensor from each model card.
+// Compares tensor_preprocess with the elements it replaces: the same tensor for each model card.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <gst/app/gstappsink.h>
 #include <gst/gst.h>
@@ -14,7 +14,7 @@
 
 #include "core/card/card.hpp"
 #include "core/tensor/element_type.hpp"
-#include "gstcpp/ref.hpp"
+#include "gstcpp/element/ref.hpp"
 
 namespace {
 
@@ -79,7 +79,7 @@ double number_at(const Output& out, ElementType type, size_t index) {
   });
 }
 
-// One step of a pixel, in numbers of the tensor.
+// The difference of one pixel level, in values of the tensor.
 double step_of(const weir::card::ImageInput& input) {
   double step = input.scale.empty() ? 1 : 0;
   for (const double scale : input.scale) step = std::max(step, std::fabs(scale));
@@ -106,8 +106,8 @@ TEST(ClassicChain, GivesTheSameBytesFromPixelsOfTheCardsSize) {
 TEST(ClassicChain, IsWithinOneStepWhereItRoundsBetween) {
   for (const auto& card : cards()) {
     const bool gray = card.input.color == weir::card::Color::Gray;
-    // Gray content of full range: for chroma at edges and for limited range, videoconvert's short
-    // cuts are off by more than a step.
+    // Gray content of full range: at chroma edges and in limited range, videoconvert's
+    // approximations are off by more than one level.
     const std::string source =
         gray ? video(card, "RGB")
              : video(card, "NV12,colorimetry=1:4:5:1", "zone-plate kx2=20 ky2=20 kt=1");
@@ -116,7 +116,7 @@ TEST(ClassicChain, IsWithinOneStepWhereItRoundsBetween) {
     const Output one = last_frame(source + "tensor_preprocess card=" + card.path);
     ASSERT_FALSE(classic.bytes.empty());
     ASSERT_EQ(one.bytes.size(), classic.bytes.size());
-    // Half a step is what rounding took from the classic chain's pixel.
+    // The classic chain rounded its pixels by up to half a level.
     const size_t count = one.bytes.size() / weir::size_of(card.input.type);
     for (size_t i = 0; i < count; ++i)
       ASSERT_NEAR(number_at(one, card.input.type, i), number_at(classic, card.input.type, i),

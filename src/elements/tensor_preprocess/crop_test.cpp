@@ -1,7 +1,7 @@
-// The property crop: the part of the picture that counts, from frame to frame.
+// The property crop: the part of the picture that is used, changing from frame to frame.
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "elements/tensor_preprocess/preprocess_harness.hpp"
-#include "gstcpp/tensor_meta.hpp"
+#include "elements/tensor_preprocess/preprocess_test_support.hpp"
+#include "gstcpp/buffer/tensor_meta.hpp"
 
 namespace weir::preprocess_test {
 namespace {
@@ -35,17 +35,17 @@ TEST(Crop, ChangesFromFrameToFrame) {
     EXPECT_EQ(first_two(), (Bytes{10, 11}));
     set_crop(h, "0:0:2:3");
     EXPECT_EQ(first_two(), (Bytes{4, 5}));
-    set_crop(h, "");                                          // all of it: 4x3 to 2x1
-    EXPECT_EQ(first_two(), (Bytes{4, 6}));                    // 4.5 and 6.5 to the nearest even
+    set_crop(h, "");                                          // the whole picture: 4x3 to 2x1
+    EXPECT_EQ(first_two(), (Bytes{4, 6}));                    // 4.5 and 6.5, rounded half to even
     EXPECT_EQ(stat(h, "pool-allocated"), pyramid ? 5u : 1u);  // pushed() merges several memories
   }
 }
 
-TEST(Crop, IsUndoneByTheWayBack) {
+TEST(Crop, IsPartOfTheSourceMap) {
   auto h = harness("width=4 height=4 fit=letterbox crop=10:20:40:20", video("GRAY8", 64, 48));
   ASSERT_EQ(gst_harness_push(h.get(), frame(ramp(64 * 48))), GST_FLOW_OK);
   const auto out = Ref<GstBuffer>::adopt(gst_harness_pull(h.get()));
-  const auto maps = gst::picture_maps(out.get());
+  const auto maps = gst::source_maps(out.get());
   ASSERT_EQ(maps.size(), 1u);
   EXPECT_DOUBLE_EQ(maps[0].to_source({0, 1}).x, 10);
   EXPECT_DOUBLE_EQ(maps[0].to_source({0, 1}).y, 20);
@@ -71,20 +71,20 @@ TEST(Crop, ClipsRegions) {
   EXPECT_EQ(stat(h, "regions-empty"), 1u);
 }
 
-TEST(Crop, OutsideOfThePictureIsRefused) {
+TEST(Crop, OutsideThePictureIsRejected) {
   for (const char* outside : {"3:0:2:1", "0:3:1:1", "0:0:65536:1"}) {
     auto h = harness("width=2 height=1", video("GRAY8", 4, 3));
     EXPECT_FALSE(pushed<uint8_t>(h, frame(ramp(12))).empty());
     set_crop(h, outside);
     const auto text =
         error_of(h, [&] { EXPECT_EQ(gst_harness_push(h.get(), frame(ramp(12))), GST_FLOW_ERROR); });
-    EXPECT_SAYS(text, "the crop is not within the picture");
+    EXPECT_SAYS(text, "the crop exceeds the picture");
     EXPECT_SAYS(text, "needed: a part of 4x3");
     EXPECT_EQ(stat(h, "dropped-error"), 1u);
   }
 }
 
-TEST(Crop, ThatCannotBeReadIsShownWithItsPlace) {
+TEST(Crop, ThatIsUnreadableIsReportedWithItsPosition) {
   EXPECT_SAYS(error_of_start("width=2 height=1 crop=1:2:3"), "needed: X:Y:WIDTH:HEIGHT");
   auto h = harness("width=2 height=1", video("GRAY8", 4, 3));
   set_crop(h, "1:2:0:3");

@@ -1,8 +1,8 @@
-// Maps, prepares, unmaps.
+// Maps video buffers and runs the preprocessing plans on them.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "elements/tensor_preprocess/frame_preprocessor.hpp"
 
-#include "gstcpp/frame_errors.hpp"
+#include "gstcpp/buffer/frame_errors.hpp"
 
 namespace weir {
 
@@ -50,7 +50,7 @@ Result<gst::Ref<GstBuffer>> FramePreprocessor::acquire(GstBuffer*, const BufferL
   return pool_.acquire(limit);
 }
 
-// The plans are made again when a buffer's picture has another size; another crop they take.
+// Remakes the plans for another picture size; an existing plan adapts to another crop.
 Status FramePreprocessor::adapt(GstBuffer* in) {
   PictureSize size = size_of_picture(video_, in);
   if (auto status = narrow(&size, crop_); !status) return status;
@@ -77,9 +77,9 @@ Status FramePreprocessor::adapt(GstBuffer* in) {
   return ok();
 }
 
-std::vector<PictureMap> FramePreprocessor::ways_back() const {
-  std::vector<PictureMap> out;
-  for (const Plan& plan : plans_) out.push_back(preprocess::way_back(plan.preparation()));
+std::vector<SourceMap> FramePreprocessor::source_maps() const {
+  std::vector<SourceMap> out;
+  for (const Plan& plan : plans_) out.push_back(preprocess::source_map_of(plan.preparation()));
   return out;
 }
 

@@ -1,4 +1,4 @@
-// FramePreprocessor: video buffers of one stream in, tensor buffers out.
+// FramePreprocessor: converts the video buffers of a stream to tensor buffers.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <gst/video/video.h>
@@ -8,14 +8,14 @@
 #include "core/preprocess/runner.hpp"
 #include "elements/tensor_preprocess/picture_work.hpp"
 #include "elements/tensor_preprocess/video_picture.hpp"
-#include "gstcpp/frame_pool.hpp"
+#include "gstcpp/buffer/frame_pool.hpp"
 
 namespace weir {
 
 class FramePreprocessor : public PictureWork {
  public:
-  // One tensor for each preparation; their source is what `video` says. Errors: picture_of(),
-  // Plan::make(), FramePool::make().
+  // One tensor per preparation; `video` describes the source. Errors: picture_of(), Plan::make(),
+  // FramePool::make().
   static Result<std::unique_ptr<FramePreprocessor>> make(
       std::vector<preprocess::Preparation> preparations, const GstVideoInfo& video, size_t threads);
 
@@ -23,7 +23,7 @@ class FramePreprocessor : public PictureWork {
   Result<gst::Ref<GstBuffer>> acquire(GstBuffer* in, const BufferLimit& limit) override;
   // Errors: MappedPicture::map(), Plan::make() for the crop, Plan::run_rows().
   Status run(GstBuffer* in, GstBuffer* out) override;
-  std::vector<PictureMap> ways_back() const override;
+  std::vector<SourceMap> source_maps() const override;
   uint64_t allocated() const override { return allocated_before_ + pool_.stats().allocated; }
 
  private:
@@ -32,18 +32,17 @@ class FramePreprocessor : public PictureWork {
   Status adapt(GstBuffer* in);
 
   GstVideoInfo video_;
-  PictureSize size_;  // of the plans' picture
-  // A layer of a pyramid is made from the picture, also where it is half of the layer before or
-  // less and could be made from that. Bilinear from a layer is another formula than from the
-  // picture; the mean of means is the mean only where the sizes divide, and not of rounded bytes;
-  // normalised or quantised numbers are no pixels to go on from. It would read less: area reads
-  // the whole picture for each layer.
+  PictureSize size_;  // of the picture that the plans fit
+  // Every layer of a pyramid is made from the picture, even if the previous layer is at least twice
+  // as large. Bilinear from a layer differs from bilinear from the picture; a mean of means is the
+  // mean only if the sizes divide evenly and bytes are not rounded; normalised or quantised values
+  // are no pixels. The price: area scaling reads the whole picture for each layer.
   std::vector<preprocess::Plan> plans_;
-  std::vector<preprocess::Job> jobs_;  // of the frame in work; keeps its memory
+  std::vector<preprocess::Job> jobs_;  // of the current frame; reused
   preprocess::Runner runner_;
   gst::Allocation allocation_;
   gst::FramePool pool_;
-  uint64_t allocated_before_ = 0;  // by pools that are no more
+  uint64_t allocated_before_ = 0;  // by previous pools
   gst::FramePool::Writer writer_;
 };
 

@@ -1,10 +1,10 @@
-// Where the tensors of tensor_preprocess lie: pools, and memory as the element behind asks for it.
+// Memory of tensor_preprocess: pools, and the allocation that the peer requests.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <fstream>
 #include <set>
 
 #include "core/tensor/tensor_header.hpp"
-#include "elements/tensor_preprocess/preprocess_harness.hpp"
+#include "elements/tensor_preprocess/preprocess_test_support.hpp"
 
 namespace weir::preprocess_test {
 namespace {
@@ -16,8 +16,8 @@ GstBuffer* with_regions(size_t count) {
   return in;
 }
 
-// Where a tensor lies when the element behind asks for memory at 4096 with 9000 bytes behind.
-std::string asked(const std::string& properties, GstBuffer* in) {
+// Where a tensor starts when the peer requests alignment 4096 and 9000 bytes of padding.
+std::string placement(const std::string& properties, GstBuffer* in) {
   Harness h{gst_harness_new_parse(("tensor_preprocess " + properties).c_str())};
   GstAllocationParams params;
   gst_allocation_params_init(&params);
@@ -36,14 +36,15 @@ std::string asked(const std::string& properties, GstBuffer* in) {
          (all >= offset + bytes + 9000 ? ", padded" : "");
 }
 
-TEST(PreprocessMemory, IsAsTheElementBehindAsks) {
+TEST(PreprocessMemory, IsAllocatedAsDownstreamRequests) {
   const std::string gray = "channel-order=GRAY width=2 height=1 ";
-  EXPECT_EQ(asked(gray, frame(ramp(12))), "2 bytes at 0, padded");
-  EXPECT_EQ(asked(gray + "regions=meta max-regions=3", with_regions(2)), "6 bytes at 0, padded");
-  EXPECT_EQ(asked(gray + "regions=meta", with_regions(2)), "132 bytes at 0, padded");
+  EXPECT_EQ(placement(gray, frame(ramp(12))), "2 bytes at 0, padded");
+  EXPECT_EQ(placement(gray + "regions=meta max-regions=3", with_regions(2)),
+            "6 bytes at 0, padded");
+  EXPECT_EQ(placement(gray + "regions=meta", with_regions(2)), "132 bytes at 0, padded");
 }
 
-TEST(PreprocessMemory, NeedsNoCopyForAnEngineThatAsks) {
+TEST(PreprocessMemory, NeedsNoCopyForAnEngineWithRequirements) {
   const std::string model = testing::TempDir() + "weir-preprocess-memory-model.bin";
   std::ofstream(model) << "x";
   const Harness h{gst_harness_new_parse(
@@ -57,7 +58,7 @@ TEST(PreprocessMemory, NeedsNoCopyForAnEngineThatAsks) {
   EXPECT_EQ(test::stat(h, "tensor_filter", "bytes-copied"), 0u);
 }
 
-TEST(PreprocessMemory, OfFlexibleBatchesComesFromAPool) {
+TEST(PreprocessMemory, OfFlexibleBatchesIsPooled) {
   auto h = harness("regions=meta width=2 height=1", video("GRAY8", 4, 3));
   const auto frames_of = [&](const std::vector<size_t>& counts) {
     for (const size_t count : counts) {
@@ -74,14 +75,14 @@ TEST(PreprocessMemory, OfFlexibleBatchesComesFromAPool) {
   EXPECT_EQ(stat(h, "pool-allocated"), 1u);
   frames_of({9, 16, 3, 10});
   EXPECT_EQ(stat(h, "pool-allocated"), 2u);
-  // Far fewer for many frames: the big buffers go, once.
+  // Many frames in a row need far fewer: the large buffers are replaced, once.
   frames_of(std::vector<size_t>(64, 1));
   EXPECT_EQ(stat(h, "pool-allocated"), 3u);
   frames_of(std::vector<size_t>(200, 1));
   EXPECT_EQ(stat(h, "pool-allocated"), 3u);
 }
 
-TEST(PreprocessMemory, OfABatchThatIsHeldIsNotWrittenAgain) {
+TEST(PreprocessMemory, OfAHeldBatchIsNotReused) {
   auto h = harness("regions=meta width=1 height=1 channel-order=GRAY", video("GRAY8", 4, 3));
   std::vector<Ref<GstBuffer>> held;
   std::set<const GstMemory*> memories;

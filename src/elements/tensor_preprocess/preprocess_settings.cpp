@@ -1,4 +1,4 @@
-// Properties become a request.
+// Makes a preprocessing request from the properties.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "elements/tensor_preprocess/preprocess_settings.hpp"
 
@@ -26,13 +26,12 @@ Result<preprocess::Request> request_of(const PreprocessSettings& s) {
   request.height = s.height;
   if (!s.sizes.empty()) {
     if (s.width != 0 || s.height != 0)
-      return Error{Code::OPTION_VALUE,
-                   "sizes says the size of each tensor, width and height that of the only one",
-                   "width=" + std::to_string(s.width) + " height=" + std::to_string(s.height) +
-                       " sizes=" + s.sizes,
-                   "either width and height, or sizes",
-                   "",
-                   "tensor_preprocess sizes=" + s.sizes};
+      return Error{.code = Code::OPTION_VALUE,
+                   .what = "sizes cannot be combined with width and height",
+                   .offered = "width=" + std::to_string(s.width) +
+                              " height=" + std::to_string(s.height) + " sizes=" + s.sizes,
+                   .needed = "either width and height, or sizes",
+                   .fix = "tensor_preprocess sizes=" + s.sizes};
     auto sizes = preprocess::parse_sizes(s.sizes);
     if (!sizes) return sizes.error();
     request.sizes = *std::move(sizes);
@@ -40,19 +39,18 @@ Result<preprocess::Request> request_of(const PreprocessSettings& s) {
   request.regions = s.regions != RegionsChoice::None;
   request.most_regions = s.max_regions;
   if (request.regions && !s.sizes.empty())
-    return Error{Code::OPTION_VALUE,
-                 "regions are cut in one size, a pyramid has several",
-                 "regions and sizes=" + s.sizes,
-                 "either regions, width and height, or sizes",
-                 "",
-                 "tensor_preprocess regions=meta width=48 height=48"};
+    return Error{.code = Code::OPTION_VALUE,
+                 .what = "regions have one size, a pyramid has several",
+                 .offered = "regions and sizes=" + s.sizes,
+                 .needed = "either regions, width and height, or sizes",
+                 .fix = "tensor_preprocess regions=meta width=48 height=48"};
   if (!request.regions && s.max_regions > 0)
-    return Error{Code::OPTION_VALUE,
-                 "max-regions without regions says nothing",
-                 "max-regions=" + std::to_string(s.max_regions),
-                 "regions=meta, regions=pad, or no max-regions",
-                 "",
-                 "tensor_preprocess regions=meta max-regions=" + std::to_string(s.max_regions)};
+    return Error{
+        .code = Code::OPTION_VALUE,
+        .what = "max-regions without regions has no effect",
+        .offered = "max-regions=" + std::to_string(s.max_regions),
+        .needed = "regions=meta, regions=pad, or no max-regions",
+        .fix = "tensor_preprocess regions=meta max-regions=" + std::to_string(s.max_regions)};
   if (!request.regions && !s.clip_regions)
     return Error{.code = Code::OPTION_VALUE,
                  .what = "clip-regions without regions has no effect",
@@ -87,12 +85,11 @@ Result<preprocess::Request> request_of(const PreprocessSettings& s) {
     request.type = *type;
   }
   if (s.card.empty() && !s.card_input.empty())
-    return Error{Code::OPTION_VALUE,
-                 "card-input without a card says nothing",
-                 "card-input=" + s.card_input,
-                 "card and card-input, or neither",
-                 "",
-                 "tensor_preprocess card=model.card.json card-input=" + s.card_input};
+    return Error{.code = Code::OPTION_VALUE,
+                 .what = "card-input without a card has no effect",
+                 .offered = "card-input=" + s.card_input,
+                 .needed = "card and card-input, or neither",
+                 .fix = "tensor_preprocess card=model.card.json card-input=" + s.card_input};
   if (s.card.empty()) return request;
   const auto card = card::read(s.card);
   if (!card) return card.error();

@@ -1,4 +1,4 @@
-// PreprocessSettings: the properties of tensor_preprocess, and the request they make.
+// PreprocessSettings: the properties of tensor_preprocess, and the request that they make.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <cstdint>
@@ -8,11 +8,11 @@
 #include "core/preprocess/request.hpp"
 #include "core/preprocess/runner.hpp"
 #include "elements/tensor_preprocess/region_preprocessor.hpp"
-#include "gstcpp/property.hpp"
+#include "gstcpp/element/property.hpp"
 
 namespace weir {
 
-// As in core/preprocess, and Auto for what the user leaves open.
+// As in core/preprocess, plus Auto for unset properties.
 enum class FitChoice : int32_t { Auto = -1, Stretch, Letterbox, CentreCrop };
 enum class OrderChoice : int32_t { Auto = -1, Rgb, Bgr, Gray };
 enum class LayoutChoice : int32_t { Auto = -1, Nhwc, Nchw };
@@ -33,7 +33,7 @@ struct EnumType<preprocess::Resize> {
 template <>
 struct EnumType<FitChoice> {
   static GType type() {
-    static const GEnumValue values[] = {{-1, "As the card says, else stretch", "auto"},
+    static const GEnumValue values[] = {{-1, "As in the card, otherwise stretch", "auto"},
                                         {0, "The picture fills the tensor", "stretch"},
                                         {1, "The whole picture, with padding around", "letterbox"},
                                         {2, "The middle of the picture", "centre-crop"},
@@ -45,7 +45,7 @@ struct EnumType<FitChoice> {
 template <>
 struct EnumType<OrderChoice> {
   static GType type() {
-    static const GEnumValue values[] = {{-1, "As the card or the stream behind says", "auto"},
+    static const GEnumValue values[] = {{-1, "As in the card or the downstream caps", "auto"},
                                         {0, "Red, green, blue", "RGB"},
                                         {1, "Blue, green, red", "BGR"},
                                         {2, "One channel", "GRAY"},
@@ -69,7 +69,7 @@ struct EnumType<RegionsChoice> {
 template <>
 struct EnumType<LayoutChoice> {
   static GType type() {
-    static const GEnumValue values[] = {{-1, "As the card or the stream behind says", "auto"},
+    static const GEnumValue values[] = {{-1, "As in the card or the downstream caps", "auto"},
                                         {0, "Channels innermost, C:W:H:1", "NHWC"},
                                         {1, "Channels outside, W:H:C:1", "NCHW"},
                                         {0, nullptr, nullptr}};
@@ -97,34 +97,33 @@ struct PreprocessSettings {
 
 inline constexpr std::tuple kPreprocessProperties{
     gst::Property{"width", &PreprocessSettings::width,
-                  "Columns of the tensor; 0 = the card's, or what the element behind takes",
+                  "Width of the tensor; 0 = from the card or the downstream caps",
                   gst::Changeable::InReady, 0u, preprocess::kSideLimit},
     gst::Property{"height", &PreprocessSettings::height,
-                  "Rows of the tensor; 0 = the card's, or what the element behind takes",
+                  "Height of the tensor; 0 = from the card or the downstream caps",
                   gst::Changeable::InReady, 0u, preprocess::kSideLimit},
     gst::Property{"sizes", &PreprocessSettings::sizes,
-                  "A pyramid instead of width and height: WIDTHxHEIGHT of each layer with commas "
-                  "between, one tensor each, at most 16"},
+                  "Pyramid instead of width and height: comma list of the WIDTHxHEIGHT of each "
+                  "layer, one tensor each, at most 16"},
     gst::Property{"regions", &PreprocessSettings::regions,
-                  "Parts of the picture to cut, resize and stack into one tensor of a batch"},
+                  "Parts of the picture to crop, resize and stack into one batch"},
     gst::Property{"max-regions", &PreprocessSettings::max_regions,
-                  "With regions: the batch of a static tensor, zeros behind the last region; 0 = a "
-                  "flexible tensor of as many as there are",
+                  "With regions: batch size of a static tensor, zeros after the last region; 0 = a "
+                  "flexible tensor of all regions",
                   gst::Changeable::InReady, 0u, kRegionLimit},
     gst::Property{"clip-regions", &PreprocessSettings::clip_regions,
-                  "With regions: a region that sticks out of the picture is cut off at its edge; "
-                  "false = it keeps its proportions, and outside is padding-value"},
-    gst::Property{
-        "max-wait", &PreprocessSettings::max_wait,
-        "With regions=pad: how long a picture waits for its boxes, nanoseconds; those for "
-        "which none come in time are dropped",
-        gst::Changeable::InReady, uint64_t{0}, uint64_t{24} * 3600 * 1000000000},
+                  "With regions: clip regions at the edge of the picture; false = keep their "
+                  "proportions and fill the outside with padding-value"},
+    gst::Property{"max-wait", &PreprocessSettings::max_wait,
+                  "With regions=pad: maximum time in nanoseconds that a picture waits for its "
+                  "boxes; pictures without boxes in time are dropped",
+                  gst::Changeable::InReady, uint64_t{0}, uint64_t{24} * 3600 * 1000000000},
     gst::Property{"crop", &PreprocessSettings::crop,
-                  "X:Y:WIDTH:HEIGHT, the part of each picture that counts, in its pixels (within a "
-                  "crop that a buffer has); empty = all of it; holds from the next frame on",
+                  "X:Y:WIDTH:HEIGHT, the part of each picture to use, in pixels (relative to the "
+                  "crop of the buffer, if any); empty = all; applies from the next frame on",
                   gst::Changeable::WhilePlaying},
     gst::Property{"method", &PreprocessSettings::method, "How the picture is resized"},
-    gst::Property{"fit", &PreprocessSettings::fit, "Where the picture goes in the tensor"},
+    gst::Property{"fit", &PreprocessSettings::fit, "How the picture is fitted into the tensor"},
     gst::Property{"padding-value", &PreprocessSettings::padding_value,
                   "Pixel value around a letterboxed picture, and outside of the picture with "
                   "clip-regions=false, before mean and scale",
@@ -132,30 +131,30 @@ inline constexpr std::tuple kPreprocessProperties{
     gst::Property{"channel-order", &PreprocessSettings::channel_order, "Channels of the tensor"},
     gst::Property{
         "mean", &PreprocessSettings::mean,
-        "number = (pixel - mean) * scale; one number, or one for each channel with commas"},
+        "value = (pixel - mean) * scale; one number, or a comma list with one for each channel"},
     gst::Property{
         "scale", &PreprocessSettings::scale,
-        "number = (pixel - mean) * scale; one number, or one for each channel with commas"},
+        "value = (pixel - mean) * scale; one number, or a comma list with one for each channel"},
     gst::Property{"quantisation", &PreprocessSettings::quantisation,
-                  "SCALE:ZERO_POINT of integers: round(number / SCALE) + ZERO_POINT"},
+                  "SCALE:ZERO_POINT of integers: round(value / SCALE) + ZERO_POINT"},
     gst::Property{"type", &PreprocessSettings::type,
-                  "uint8, int8, float16 or float32; empty = the card's, or what the element behind "
-                  "takes, or float32 with mean or scale and uint8 without"},
+                  "uint8, int8, float16 or float32; empty = from the card or the downstream caps, "
+                  "otherwise float32 with mean or scale and uint8 without"},
     gst::Property{"layout", &PreprocessSettings::layout, "Order of the tensor's dimensions"},
     gst::Property{"card", &PreprocessSettings::card,
-                  "Path of a model card: what other properties leave open is taken from it"},
+                  "Path of a model card, which gives the values of unset properties"},
     gst::Property{"card-input", &PreprocessSettings::card_input,
-                  "Of a card with several inputs, the name or number (from 0 on) of the one that "
-                  "this tensor is for"},
+                  "Name or index (from 0 on) of the model input that the tensor is for, if the "
+                  "card has several"},
     gst::Property{"threads", &PreprocessSettings::threads,
-                  "Threads that work on each frame, the streaming thread among them",
+                  "Threads that work on each frame, including the streaming thread",
                   gst::Changeable::InReady, 1u, static_cast<uint32_t>(preprocess::kThreadLimit)},
 };
 
-// What the property crop says; none = all of the picture. OPTION_SYNTAX with the place.
+// Parses the property crop; nullopt = the whole picture. OPTION_SYNTAX with the position.
 Result<std::optional<preprocess::Rect>> crop_of(const PreprocessSettings& settings);
-// Errors: OPTION_VALUE for properties that exclude each other, OPTION_SYNTAX and TYPE_SYNTAX with
-// the place, those of card::read() and with_card().
+// Errors: OPTION_VALUE for mutually exclusive properties, OPTION_SYNTAX and TYPE_SYNTAX with the
+// position, those of card::read() and with_card().
 Result<preprocess::Request> request_of(const PreprocessSettings& settings);
 
 }  // namespace weir

@@ -1,7 +1,7 @@
-// Several sizes of each frame at once.
+// Several output sizes of each frame.
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "elements/tensor_preprocess/preprocess_harness.hpp"
-#include "gstcpp/tensor_meta.hpp"
+#include "elements/tensor_preprocess/preprocess_test_support.hpp"
+#include "gstcpp/buffer/tensor_meta.hpp"
 
 namespace weir::preprocess_test {
 namespace {
@@ -16,7 +16,7 @@ std::vector<Bytes> memories(GstBuffer* buffer) {
   return out;
 }
 
-TEST(Pyramid, EachLayerIsTheSinglePicture) {
+TEST(Pyramid, EachLayerEqualsASeparateConversion) {
   for (const std::string format : {"RGB", "NV12", "I420"})
     for (const std::string more :
          {" method=area", " fit=letterbox mean=3 layout=NCHW", " threads=3 method=nearest"}) {
@@ -31,7 +31,7 @@ TEST(Pyramid, EachLayerIsTheSinglePicture) {
         const auto out = Ref<GstBuffer>::adopt(gst_harness_push_and_pull(h.get(), picture()));
         ASSERT_TRUE(out);
         const auto layers = memories(out.get());
-        const auto maps = gst::picture_maps(out.get());
+        const auto maps = gst::source_maps(out.get());
         ASSERT_EQ(layers.size(), 5u);
         ASSERT_EQ(maps.size(), 5u);
         const char* singles[] = {"width=40 height=30", "width=20 height=15", "width=7 height=5",
@@ -45,22 +45,22 @@ TEST(Pyramid, EachLayerIsTheSinglePicture) {
     }
 }
 
-TEST(Pyramid, CapsAndMapsAreOfEachLayer) {
+TEST(Pyramid, CapsAndMapsDescribeEachLayer) {
   auto h = harness("sizes=32x18,16x16 layout=NHWC fit=letterbox", video("GRAY8", 64, 36));
   const auto out = Ref<GstBuffer>::adopt(gst_harness_push_and_pull(h.get(), frame(ramp(64 * 36))));
   EXPECT_SAYS(caps_text(h), "num_tensors=(int)2");
   EXPECT_SAYS(caps_text(h), "3:32:18:1\\,3:16:16:1");
-  const auto maps = gst::picture_maps(out.get());
+  const auto maps = gst::source_maps(out.get());
   ASSERT_EQ(maps.size(), 2u);
   EXPECT_EQ(maps[0].to_source({32, 18}).x, 64);
   EXPECT_EQ(maps[0].to_source({32, 18}).y, 36);
-  // 16x9 in the middle of 16x16: three rows above, a fourth of the size.
+  // 16x9 in the middle of 16x16: three rows above, a quarter of the size.
   EXPECT_EQ(maps[1].to_source({16, 3}).x, 64);
   EXPECT_EQ(maps[1].to_source({16, 3}).y, 0);
   EXPECT_EQ(maps[1].to_source({0, 12}).y, 36);
 }
 
-TEST(Pyramid, TakesTypesFromBehind) {
+TEST(Pyramid, TakesTypesFromDownstream) {
   Harness h{gst_harness_new_parse("tensor_preprocess sizes=4x3,2x1")};
   gst_harness_set_sink_caps_str(h.get(),
                                 "other/tensors,format=static,num_tensors=2,dimensions=(string)\"4:"
@@ -84,7 +84,7 @@ TEST(Pyramid, HasAtMostSixteenLayers) {
   EXPECT_SAYS(error_of_start(sizes + ",1x1"), "offered: sizes of 17 layers");
 }
 
-TEST(Pyramid, RefusesSizesThatCannotBeRead) {
+TEST(Pyramid, RejectsUnreadableSizes) {
   const auto text = error_of_start("sizes=640x480,320y240");
   EXPECT_SAYS(text, "WEIR-1001: sizes cannot be read");
   EXPECT_SAYS(text, "at character 9");
@@ -98,12 +98,12 @@ TEST(Pyramid, ExcludesWidthAndHeight) {
   EXPECT_SAYS(text, "offered: width=0 height=4 sizes=8x8");
 }
 
-TEST(Pyramid, NamesTheFirstLayerThatDoesNotFit) {
+TEST(Pyramid, ReportsTheFirstLayerThatDoesNotFit) {
   const auto text = error_with_caps(
       "sizes=4x3,2x1", video("RGB", 8, 6),
       "other/tensors,format=static,num_tensors=2,dimensions=(string)\"3:4:3:1,3:2:2:1\","
       "types=(string)\"uint8,uint8\",framerate=10/1");
-  EXPECT_SAYS(text, "the element behind tensor_preprocess needs another tensor");
+  EXPECT_SAYS(text, "the element downstream of tensor_preprocess needs another tensor");
   EXPECT_SAYS(text, "3:2:2:1");
 }
 

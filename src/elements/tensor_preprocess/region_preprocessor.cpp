@@ -1,4 +1,4 @@
-// Clips, cuts, stacks.
+// Clips regions and writes them into one batch.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "elements/tensor_preprocess/region_preprocessor.hpp"
 
@@ -6,6 +6,7 @@
 #include <cstring>
 
 #include "core/tensor/tensor_header.hpp"
+#include "gstcpp/buffer/frame_errors.hpp"
 
 namespace weir {
 
@@ -110,8 +111,7 @@ Status RegionPreprocessor::run(GstBuffer* in, GstBuffer* out) {
   if (auto status = picture.map(video_, in); !status) return status;
   copied_ += picture.bytes_copied();
   const gst::MappedMemory map(gst_buffer_peek_memory(out, 0), GST_MAP_WRITE);
-  if (!map)
-    return Error{Code::MAP_FAILED, "an output buffer cannot be mapped for writing", "", "", "", ""};
+  if (!map) return gst::output_not_writable();
   std::span<std::byte> bytes = map.bytes();
   if (options_.most == 0) bytes = bytes.subspan(kTensorHeaderBytes);
   jobs_.clear();
@@ -123,10 +123,10 @@ Status RegionPreprocessor::run(GstBuffer* in, GstBuffer* out) {
   return runner_.run(picture.planes(), jobs_);
 }
 
-std::vector<PictureMap> RegionPreprocessor::ways_back() const {
-  std::vector<PictureMap> out;
+std::vector<SourceMap> RegionPreprocessor::source_maps() const {
+  std::vector<SourceMap> out;
   for (size_t i = 0; i < regions_.size(); ++i)
-    out.push_back(preprocess::way_back(plans_[i].preparation()));
+    out.push_back(preprocess::source_map_of(plans_[i].preparation()));
   return out;
 }
 

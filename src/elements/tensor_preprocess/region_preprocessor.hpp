@@ -1,4 +1,4 @@
-// RegionPreprocessor: the regions that a buffer's metadata or a second stream name become one
+// RegionPreprocessor: converts the regions given by a buffer's metadata or a second stream to one
 // batch.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
@@ -13,19 +13,19 @@
 
 namespace weir {
 
-inline constexpr uint32_t kRegionLimit = 4096;  // in a frame
-// Of a flexible frame, whose size the stream says: no more regions than fit, but one.
+inline constexpr uint32_t kRegionLimit = 4096;  // per frame
+// Of a flexible frame, whose content decides its size: at most the regions that fit, at least one.
 inline constexpr uint64_t kRegionBytesLimit = uint64_t{1} << 30;
 
 struct RegionOptions {
-  uint32_t most = 0;  // in a static tensor, zeros behind the last; 0 = a flexible tensor
-  bool clip = true;   // else padding stands for what is outside of the picture
+  uint32_t most = 0;  // of a static tensor, zeros after the last; 0 = a flexible tensor
+  bool clip = true;   // otherwise padding fills the area outside the picture
 };
 
-// Each box that set_boxes() brought for the frame, or else each GstVideoRegionOfInterestMeta, in
-// their order, is clipped to the picture (to the crop where
-// there is one, in pixels of the picture in memory) or padded outside of it, cut and resized to one
-// index of the outermost dimension. What shows nothing, and what is beyond the limit, is counted.
+// Uses the boxes of set_boxes(), or else each GstVideoRegionOfInterestMeta, in order. Each is
+// clipped to the picture (or to the crop, in pixels of the picture in memory) or padded outside of
+// it, and resized to one index of the outermost dimension. Empty regions and those beyond the limit
+// are counted.
 class RegionPreprocessor : public PictureWork {
  public:
   // Errors: picture_of(), Plan::make(), FramePool::make().
@@ -40,7 +40,7 @@ class RegionPreprocessor : public PictureWork {
   void set_boxes(std::vector<preprocess::Box> boxes) override { boxes_ = std::move(boxes); }
   Result<gst::Ref<GstBuffer>> acquire(GstBuffer* in, const BufferLimit& limit) override;
   Status run(GstBuffer* in, GstBuffer* out) override;
-  std::vector<PictureMap> ways_back() const override;
+  std::vector<SourceMap> source_maps() const override;
   gst::MapsOf maps_of() const override { return gst::MapsOf::Regions; }
   RegionCounts regions() const override { return counts_; }
   uint64_t allocated() const override { return pool_.allocated(); }
@@ -60,8 +60,7 @@ class RegionPreprocessor : public PictureWork {
   BatchPool pool_;
   preprocess::Runner runner_;
   RegionCounts counts_;
-  // Of the frame in work; they keep their memory. A plan stays for each index and is laid anew on
-  // each frame's region.
+  // Of the current frame; reused. Each index keeps its plan, which adapts to each frame's region.
   preprocess::Rect picture_;
   std::vector<preprocess::Box> regions_;
   std::vector<preprocess::Plan> plans_;

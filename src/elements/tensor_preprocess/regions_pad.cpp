@@ -1,4 +1,4 @@
-// Boxes in.
+// Reads boxes from tensors.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "elements/tensor_preprocess/regions_pad.hpp"
 
@@ -11,7 +11,7 @@ void RegionsPad::start() {
   queue_.flush(false);
 }
 
-// Pictures meanwhile have no boxes: it is not they that are flushed.
+// Pictures are not flushed with it; they continue without boxes.
 void RegionsPad::flush(bool on) {
   on ? queue_.end() : queue_.clear();
 }
@@ -19,17 +19,17 @@ void RegionsPad::flush(bool on) {
 Status RegionsPad::accept(const FrameSpec& spec) {
   if (spec.format != Format::Static) return ok();
   if (spec.tensors.size() != 1)
-    return Error{Code::SPEC_MISMATCH,
-                 "the stream of regions is not of boxes",
-                 spec.to_string(),
-                 "one tensor uint32 4:N or float32 4:N: x, y, width and height of each box",
-                 "number of tensors",
-                 ""};
+    return Error{
+        .code = Code::SPEC_MISMATCH,
+        .what = "the stream of regions is not of boxes",
+        .offered = spec.to_string(),
+        .needed = "one tensor uint32 4:N or float32 4:N: x, y, width and height of each box",
+        .difference = "number of tensors"};
   return preprocess::check_boxes(spec.tensors[0]);
 }
 
-// A frame without tensors is one without boxes; boxes without a time find no picture, and before
-// the first one they count as unused.
+// A frame without tensors has no boxes. Boxes without a time match no picture; before the first
+// picture they count as unused.
 Status RegionsPad::bring(GstBuffer*, const std::vector<gst::TensorView>& tensors, int64_t time) {
   std::vector<Box> boxes;
   if (tensors.size() > 1) return preprocess::check_boxes(TensorSpec{});

@@ -1,18 +1,18 @@
-// RegionsPad: the sink pad on which the boxes of pictures come as tensors.
+// RegionsPad: the sink pad for box tensors of pictures.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include "core/preprocess/boxes.hpp"
 #include "core/sync/timed_queue.hpp"
-#include "gstcpp/timed_tensors.hpp"
+#include "gstcpp/pads/timed_tensors.hpp"
 
 namespace weir {
 
-// What comes on the pad goes no further: boxes into the queue, at their running time. Errors of
-// caps and buffers: check_boxes().
+// Queues boxes at their running time and forwards nothing. Errors of caps and buffers:
+// check_boxes().
 class RegionsPad final : public gst::TimedTensors {
  public:
   void end() override { queue_.end(); }
-  // Before a stream begins, and when its last frame shall wait no more.
+  // Call start() before a stream starts, and stop() to end the wait of its last frame.
   void start();
   void stop() { queue_.flush(true); }
 

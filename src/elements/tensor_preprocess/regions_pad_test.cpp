@@ -1,10 +1,10 @@
-// Regions that come as boxes on a second pad.
+// Regions from boxes on a second pad.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <cstring>
 #include <thread>
 
 #include "core/tensor/tensor_header.hpp"
-#include "elements/tensor_preprocess/preprocess_harness.hpp"
+#include "elements/tensor_preprocess/preprocess_test_support.hpp"
 
 namespace weir::preprocess_test {
 namespace {
@@ -47,7 +47,7 @@ Bytes pulled(const Harness& h) {
   return {span.begin(), span.end()};
 }
 
-TEST(RegionsPad, PadsBoxesThatBeginBeforeThePicture) {
+TEST(RegionsPad, PadsBoxesThatStartOutsideThePicture) {
   auto b = both("max-regions=2 clip-regions=false padding-value=9",
                 "other/tensors,format=static,num_tensors=1,dimensions=(string)\"4:2\","
                 "types=(string)float32,framerate=10/1");
@@ -58,7 +58,7 @@ TEST(RegionsPad, PadsBoxesThatBeginBeforeThePicture) {
   EXPECT_EQ(stat(b.pictures, "regions-empty"), 1u);
 }
 
-TEST(RegionsPad, CutsTheBoxesOfTheSameTime) {
+TEST(RegionsPad, CropsTheBoxesOfTheSameTime) {
   auto b = both("max-regions=2");
   for (const uint32_t i : {0u, 1u, 2u})
     ASSERT_EQ(gst_harness_push(b.regions.get(),
@@ -74,11 +74,11 @@ TEST(RegionsPad, CutsTheBoxesOfTheSameTime) {
   EXPECT_EQ(stat(b.pictures, "pushed"), 2u);
 }
 
-TEST(RegionsPad, WaitsForBoxesThatAnotherThreadBrings) {
+TEST(RegionsPad, WaitsForBoxesOfAnotherThread) {
   auto b = both("max-regions=2 max-wait=100000000000");
   std::thread other([&] {
     for (uint32_t i = 0; i < 200; ++i) {
-      if (i % 4 == 3) continue;  // nothing was found in this picture
+      if (i % 4 == 3) continue;  // no object in this picture
       gst_harness_push(b.regions.get(), boxes<uint32_t>({i % 3, 0, 2, 1, 9, 9, 1, 1}, i * 1000));
     }
     gst_harness_push_event(b.regions.get(), gst_event_new_eos());
@@ -100,7 +100,7 @@ TEST(RegionsPad, WaitsForBoxesThatAnotherThreadBrings) {
   EXPECT_EQ(stat(b.pictures, "boxes-late"), 0u);
 }
 
-TEST(RegionsPad, TakesFlexibleStreamsOfFloats) {
+TEST(RegionsPad, AcceptsFlexibleStreamsOfFloats) {
   auto b = both("", "other/tensors,format=flexible,framerate=10/1");
   TensorHeader header;
   header.spec = {ElementType::Float32, {4, 3}, ""};
@@ -116,7 +116,7 @@ TEST(RegionsPad, TakesFlexibleStreamsOfFloats) {
   EXPECT_EQ(stat(b.pictures, "regions-empty"), 1u);
 }
 
-TEST(RegionsPad, DropsPicturesWhoseBoxesDoNotCome) {
+TEST(RegionsPad, DropsPicturesWithoutBoxesInTime) {
   auto b = both("max-regions=1 max-wait=1");
   ASSERT_EQ(gst_harness_push(b.pictures.get(), timed(frame(ramp(12)), 0)), GST_FLOW_OK);
   ASSERT_EQ(gst_harness_push(b.pictures.get(), frame(ramp(12))), GST_FLOW_OK);  // without a time
@@ -125,10 +125,10 @@ TEST(RegionsPad, DropsPicturesWhoseBoxesDoNotCome) {
   EXPECT_EQ(stat(b.pictures, "dropped-policy"), 2u);
   gst_harness_push_event(b.regions.get(), gst_event_new_gap(0, 2 * GST_SECOND));
   ASSERT_EQ(gst_harness_push(b.pictures.get(), timed(frame(ramp(12)), GST_SECOND)), GST_FLOW_OK);
-  EXPECT_EQ(stat(b.pictures, "boxes-late"), 1u);  // the gap says that none come
+  EXPECT_EQ(stat(b.pictures, "boxes-late"), 1u);  // the GAP means that there are none
 }
 
-TEST(RegionsPad, FindsNoTimeInSegmentsOfBytes) {
+TEST(RegionsPad, FindsNoTimeInByteSegments) {
   auto b = both("max-regions=2 max-wait=1");
   GstSegment segment;
   gst_segment_init(&segment, GST_FORMAT_BYTES);
@@ -143,7 +143,7 @@ TEST(RegionsPad, FindsNoTimeInSegmentsOfBytes) {
   EXPECT_EQ(stat(b.pictures, "dropped-policy"), 1u);
 }
 
-TEST(RegionsPad, LetsAWaitingPictureGoWhenTheElementStops) {
+TEST(RegionsPad, ReleasesAWaitingPictureOnStop) {
   auto b = both("max-regions=1 max-wait=86400000000000");
   std::thread pictures([&] {
     EXPECT_EQ(gst_harness_push(b.pictures.get(), timed(frame(ramp(12)), 0)), GST_FLOW_FLUSHING);
@@ -155,7 +155,7 @@ TEST(RegionsPad, LetsAWaitingPictureGoWhenTheElementStops) {
   pictures.join();
 }
 
-TEST(RegionsPad, LetsAWaitingPictureGoOnWhenTheBoxesAreFlushed) {
+TEST(RegionsPad, PushesAWaitingPictureWhenTheBoxesAreFlushed) {
   auto b = both("max-regions=1 max-wait=86400000000000");
   std::thread pictures([&] {
     EXPECT_EQ(gst_harness_push(b.pictures.get(), timed(frame(ramp(12)), 0)), GST_FLOW_OK);
@@ -166,7 +166,7 @@ TEST(RegionsPad, LetsAWaitingPictureGoOnWhenTheBoxesAreFlushed) {
   EXPECT_EQ(stat(b.pictures, "dropped-policy"), 1u);
 }
 
-TEST(RegionsPad, RefusesWhatIsNoBox) {
+TEST(RegionsPad, RejectsInvalidBoxes) {
   for (const char* tensor : {"dimensions=(string)\"5:2\",types=(string)uint32",
                              "dimensions=(string)\"4:2\",types=(string)int32"}) {
     auto b = both("");
@@ -186,9 +186,9 @@ TEST(RegionsPad, RefusesWhatIsNoBox) {
   EXPECT_SAYS(text, "WEIR-");
 }
 
-TEST(RegionsPad, BelongsToItsProperty) {
+TEST(RegionsPad, RequiresItsProperty) {
   EXPECT_SAYS(error_of_start("regions=pad"), "there is no stream of boxes");
-  EXPECT_SAYS(error_of_start("name=p fakesrc ! p.regions"), "boxes come that are not used");
+  EXPECT_SAYS(error_of_start("name=p fakesrc ! p.regions"), "the stream of boxes is not used");
 }
 
 }  // namespace

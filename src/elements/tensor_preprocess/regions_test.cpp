@@ -1,11 +1,11 @@
-// Regions that metadata name, cut and stacked.
+// Regions from metadata, resized and batched.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <cstring>
 #include <optional>
 
 #include "core/tensor/tensor_header.hpp"
-#include "elements/tensor_preprocess/preprocess_harness.hpp"
-#include "gstcpp/tensor_meta.hpp"
+#include "elements/tensor_preprocess/preprocess_test_support.hpp"
+#include "gstcpp/buffer/tensor_meta.hpp"
 
 namespace weir::preprocess_test {
 namespace {
@@ -35,7 +35,7 @@ std::optional<TensorSpec> header_of(GstBuffer* buffer) {
   if (!header) return std::nullopt;
   return header->spec;
 }
-// What the single picture makes of the same part.
+// The output of the element without regions for the same part.
 Bytes single(const std::string& properties, const std::string& caps, GstBuffer* in,
              const Box& part) {
   auto h = harness(properties, caps);
@@ -43,7 +43,7 @@ Bytes single(const std::string& properties, const std::string& caps, GstBuffer* 
   return pushed<uint8_t>(h, in);
 }
 
-TEST(Regions, AreTheSinglePicturesOfTheirParts) {
+TEST(Regions, MatchTheirPartsConvertedSeparately) {
   const Box boxes[] = {
       {0, 0, 64, 36}, {5, 7, 31, 13}, {63, 35, 1, 1}, {2, 3, 9, 33}, {10, 1, 7, 5}};
   for (const std::string format : {"RGB", "GRAY8", "NV12", "I420"})
@@ -53,7 +53,7 @@ TEST(Regions, AreTheSinglePicturesOfTheirParts) {
       const auto caps = video(format, 64, 36);
       auto h = harness("regions=meta " + size, caps);
       EXPECT_SAYS(caps_text(h), "format=(string)flexible");
-      // More and fewer from frame to frame: the plans are those of other regions before.
+      // The number varies by frame: plans adapt to other regions.
       for (const size_t count : {2u, 5u, 1u, 4u, 5u}) {
         const size_t first = 5 - count;
         const auto out = out_of(h, with_boxes(frame(ramp(frame_bytes(format, 64, 36))),
@@ -76,12 +76,12 @@ TEST(Regions, AreTheSinglePicturesOfTheirParts) {
     }
 }
 
-TEST(Regions, HaveTheirWaysBackInOrder) {
+TEST(Regions, HaveTheirSourceMapsInOrder) {
   auto h = harness("regions=meta width=10 height=4", video("GRAY8", 64, 36));
   const auto out = out_of(
       h, with_boxes(frame(ramp(64 * 36)), {{30, 20, 20, 8}, {60, 30, 100, 100}, {1, 2, 5, 8}}));
   ASSERT_TRUE(out);
-  const auto maps = gst::picture_maps(out.get());
+  const auto maps = gst::source_maps(out.get());
   ASSERT_EQ(maps.size(), 3u);
   EXPECT_EQ(maps[0].source_width, 64u);
   EXPECT_EQ(maps[0].width, 10u);
@@ -93,7 +93,7 @@ TEST(Regions, HaveTheirWaysBackInOrder) {
   EXPECT_DOUBLE_EQ(maps[2].to_source({10, 2}).y, 6);
 }
 
-TEST(Regions, OutsideOfThePictureAreClippedOrSkippedAndCounted) {
+TEST(Regions, OutsideThePictureAreClippedOrSkippedAndCounted) {
   auto h = harness("regions=meta width=2 height=1 channel-order=GRAY", video("GRAY8", 4, 3));
   const auto out = out_of(h, with_boxes(frame(ramp(12)), {{4, 0, 1, 1},
                                                           {0, 3, 2, 1},
@@ -109,7 +109,7 @@ TEST(Regions, OutsideOfThePictureAreClippedOrSkippedAndCounted) {
   EXPECT_EQ(stat(h, "regions-beyond-limit"), 0u);
 }
 
-TEST(Regions, KeepTheirProportionsWherePaddingIsOutsideOfThePicture) {
+TEST(Regions, KeepTheirProportionsWithPaddingOutsideThePicture) {
   auto h = harness(
       "regions=meta clip-regions=false method=nearest padding-value=7 width=4 height=2 "
       "channel-order=GRAY",
@@ -125,7 +125,7 @@ TEST(Regions, KeepTheirProportionsWherePaddingIsOutsideOfThePicture) {
       << "the middle of the last row is at 3, just below the picture";
   EXPECT_EQ(stat(h, "regions"), 3u);
   EXPECT_EQ(stat(h, "regions-empty"), 2u);
-  const auto maps = gst::picture_maps(out.get());
+  const auto maps = gst::source_maps(out.get());
   ASSERT_EQ(maps.size(), 3u);
   EXPECT_DOUBLE_EQ(maps[0].to_source({4, 2}).x, 6);
   EXPECT_DOUBLE_EQ(maps[0].to_source({4, 2}).y, 4);
@@ -133,7 +133,7 @@ TEST(Regions, KeepTheirProportionsWherePaddingIsOutsideOfThePicture) {
   EXPECT_DOUBLE_EQ(maps[2].to_source({4, 2}).y, 4);
 }
 
-TEST(Regions, ArePaddedOutsideOfThePicturesCrop) {
+TEST(Regions, ArePaddedOutsideTheCropOfThePicture) {
   auto h =
       harness("regions=meta clip-regions=false padding-value=7 width=2 height=1 channel-order=GRAY",
               video("GRAY8", 4, 3));
@@ -144,7 +144,7 @@ TEST(Regions, ArePaddedOutsideOfThePicturesCrop) {
   EXPECT_EQ(bytes_of(out.get(), kTensorHeaderBytes), (Bytes{7, 5, 11, 7}));
 }
 
-TEST(Regions, AreOfThePictureInMemoryWithinItsCrop) {
+TEST(Regions, AreRelativeToThePictureInMemory) {
   auto h = harness("regions=meta width=2 height=1 channel-order=GRAY", video("GRAY8", 4, 3));
   GstBuffer* in = with_boxes(frame(ramp(12)), {{0, 0, 3, 2}, {0, 0, 1, 1}});
   crop(in, 1, 1, 3, 2);
@@ -157,11 +157,11 @@ TEST(Regions, AreOfThePictureInMemoryWithinItsCrop) {
     crop(bad, 3, 0, 2, 1);
     EXPECT_EQ(gst_harness_push(h.get(), bad), GST_FLOW_ERROR);
   });
-  EXPECT_SAYS(text, "the crop is not within the picture");
+  EXPECT_SAYS(text, "the crop exceeds the picture");
   EXPECT_EQ(stat(h, "dropped-error"), 1u);
 }
 
-TEST(Regions, OfNoneAreAGapThatIsCounted) {
+TEST(Regions, WithoutEntriesAreACountedGap) {
   for (const char* mode : {"", " max-regions=3"}) {
     auto h = harness(std::string("regions=meta width=2 height=1") + mode, video("RGB", 4, 3));
     GstBuffer* in = with_boxes(frame(ramp(36)), {{4, 0, 1, 1}});
@@ -178,7 +178,7 @@ TEST(Regions, OfNoneAreAGapThatIsCounted) {
       gap = true;
     }
     EXPECT_TRUE(gap);
-    EXPECT_FALSE(out_of(h, frame(ramp(36))));  // without a time: no gap, no complaint
+    EXPECT_FALSE(out_of(h, frame(ramp(36))));  // without a time: no GAP, no error
     EXPECT_EQ(stat(h, "received"), 2u);
     EXPECT_EQ(stat(h, "dropped-policy"), 2u);
     EXPECT_EQ(stat(h, "held"), 0u);
@@ -201,7 +201,7 @@ TEST(Regions, AreAsManyAsTheFrameHas) {
   const auto out = out_of(h, with_boxes(frame(ramp(3600)), boxes));
   ASSERT_TRUE(out);
   EXPECT_EQ(bytes_of(out.get(), kTensorHeaderBytes), wanted);
-  EXPECT_EQ(gst::picture_maps(out.get()).size(), 300u);
+  EXPECT_EQ(gst::source_maps(out.get()).size(), 300u);
   EXPECT_EQ(header_of(out.get())->to_string(), "uint8 1:3:1:300");
 }
 
@@ -226,7 +226,7 @@ TEST(Regions, FillAStaticBatch) {
         out_of(h, with_boxes(frame(ramp(12)), {boxes.begin(), boxes.begin() + counts[i]}));
     ASSERT_TRUE(out);
     EXPECT_EQ(bytes_of(out.get()), cases[i]);
-    EXPECT_EQ(gst::picture_maps(out.get()).size(), std::min<size_t>(counts[i], 3));
+    EXPECT_EQ(gst::source_maps(out.get()).size(), std::min<size_t>(counts[i], 3));
   }
   EXPECT_SAYS(caps_text(h), "format=(string)static");
   EXPECT_SAYS(caps_text(h), "1:2:1:3");
@@ -235,7 +235,7 @@ TEST(Regions, FillAStaticBatch) {
   EXPECT_EQ(stat(h, "pool-allocated"), 1u);
 }
 
-TEST(Regions, TakeTheSizeOfAStaticBatchFromBehind) {
+TEST(Regions, TakeTheSizeOfAStaticBatchFromDownstream) {
   Harness h{gst_harness_new_parse("tensor_preprocess regions=meta max-regions=2")};
   gst_harness_set_sink_caps_str(h.get(),
                                 "other/tensors,format=static,num_tensors=1,dimensions=(string)"
@@ -246,25 +246,25 @@ TEST(Regions, TakeTheSizeOfAStaticBatchFromBehind) {
   EXPECT_EQ(gst_buffer_get_size(out.get()), 4u * 3 * 3 * 2 * 4);
 }
 
-TEST(Regions, RefuseWhatCannotBe) {
-  EXPECT_SAYS(error_of_start("regions=meta sizes=4x4"), "regions are cut in one size");
-  EXPECT_SAYS(error_of_start("max-regions=4"), "max-regions without regions says nothing");
+TEST(Regions, RejectInvalidCombinations) {
+  EXPECT_SAYS(error_of_start("regions=meta sizes=4x4"), "regions have one size");
+  EXPECT_SAYS(error_of_start("max-regions=4"), "max-regions without regions has no effect");
   EXPECT_SAYS(error_of_start("clip-regions=false"), "clip-regions without regions has no effect");
   EXPECT_SAYS(error_with_caps("regions=meta", video("RGB", 8, 6)),
-              "the size of the tensor is not known");
+              "the size of the tensor is unknown");
   const char* four =
       "other/tensors,format=static,num_tensors=1,dimensions=(string)3:4:3:4,"
       "types=(string)uint8,framerate=10/1";
   const auto other =
       error_with_caps("regions=meta max-regions=2 width=4 height=3", video("RGB", 8, 6), four);
-  EXPECT_SAYS(other, "the element behind tensor_preprocess needs another tensor");
+  EXPECT_SAYS(other, "the element downstream of tensor_preprocess needs another tensor");
   EXPECT_SAYS(other, "3:4:3:2");
   const auto flexible = error_with_caps("regions=meta width=4 height=3", video("RGB", 8, 6), four);
   EXPECT_SAYS(flexible, "format=(string)flexible");
   EXPECT_SAYS(flexible, "max-regions");
 }
 
-TEST(Regions, OfAFrameThatIsTooShortAreRefused) {
+TEST(Regions, OfAFrameThatIsTooShortAreRejected) {
   auto h = harness("regions=meta width=2 height=1", video("RGB", 4, 3));
   const auto text = error_of(h, [&] {
     EXPECT_EQ(gst_harness_push(h.get(), with_boxes(frame(ramp(35)), {{0, 0, 1, 1}})),

@@ -1,4 +1,5 @@
-// tensor_preprocess: decoded video becomes a network's input tensor in one pass over the pixels.
+// tensor_preprocess: converts decoded video to a network's input tensor in one pass over the
+// pixels.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <atomic>
 #include <memory>
@@ -8,10 +9,10 @@
 #include "elements/tensor_preprocess/preprocess_settings.hpp"
 #include "elements/tensor_preprocess/regions_pad.hpp"
 #include "elements/tensor_preprocess/video_negotiation.hpp"
-#include "gstcpp/counted_transform.hpp"
-#include "gstcpp/derived_setting.hpp"
-#include "gstcpp/tensor_caps.hpp"
-#include "gstcpp/tensor_meta.hpp"
+#include "gstcpp/buffer/tensor_caps.hpp"
+#include "gstcpp/buffer/tensor_meta.hpp"
+#include "gstcpp/element/counted_transform.hpp"
+#include "gstcpp/element/derived_setting.hpp"
 
 namespace weir {
 namespace {
@@ -23,7 +24,7 @@ class TensorPreprocess : public gst::CountedTransform<TensorPreprocess> {
  public:
   static constexpr gst::ElementInfo kInfo{
       "WeirTensorPreprocess", "tensor_preprocess", "TensorPreprocess", "Converter/Tensor",
-      "Turns decoded video into the tensor that a network takes, in one pass over the pixels"};
+      "Converts decoded video to the input tensor of a network, in one pass over the pixels"};
   static inline GstStaticPadTemplate kPads[] = {
       GST_STATIC_PAD_TEMPLATE(
           "sink", GST_PAD_SINK, GST_PAD_ALWAYS,
@@ -72,7 +73,7 @@ class TensorPreprocess : public gst::CountedTransform<TensorPreprocess> {
     boxes_pad_ = gst_pad_new_from_template(pad_template, "regions");
     gst_pad_set_chain_function(boxes_pad_, &Shell::chain<&TensorPreprocess::boxes_chain>);
     gst_pad_set_event_function(boxes_pad_, &Shell::pad_event<&TensorPreprocess::boxes_event>);
-    // Nothing of it leaves: events and queries of the pad end here too.
+    // Boxes are not forwarded: events and queries end at this pad too.
     gst_pad_set_iterate_internal_links_function(
         boxes_pad_, [](GstPad*, GstObject*) -> GstIterator* { return nullptr; });
     gst_pad_set_active(boxes_pad_, TRUE);
@@ -81,12 +82,12 @@ class TensorPreprocess : public gst::CountedTransform<TensorPreprocess> {
   }
   void release_pad(GstPad* pad) {
     gst_pad_set_active(pad, FALSE);
-    boxes_.end();  // after the last box, which would be waited for
+    boxes_.end();  // otherwise pictures would wait for more boxes
     boxes_pad_ = nullptr;
     gst_element_remove_pad(element(), pad);
   }
 
-  // A picture that waits for its boxes shall not hold the pads.
+  // A picture that waits for boxes must not block the deactivation of the pads.
   GstStateChangeReturn change_state(GstStateChange change) {
     if (change == GST_STATE_CHANGE_READY_TO_PAUSED) boxes_.start();
     if (change == GST_STATE_CHANGE_PAUSED_TO_READY) boxes_.stop();
@@ -104,7 +105,7 @@ class TensorPreprocess : public gst::CountedTransform<TensorPreprocess> {
     return GST_FLOW_OK;
   }
 
-  // Nothing of it goes on: the stream that leaves is that of the pictures.
+  // Not forwarded: the output stream follows the pictures.
   gboolean boxes_event(GstPad*, GstEvent* raw) {
     const auto event = Ref<GstEvent>::adopt(raw);
     const Status status = boxes_.handle(raw);
@@ -125,7 +126,7 @@ class TensorPreprocess : public gst::CountedTransform<TensorPreprocess> {
     return gst_caps_intersect_full(result.get(), filter, GST_CAPS_INTERSECT_FIRST);
   }
 
-  // What the request and the stream behind both leave open is decided here.
+  // Fixes what the request and downstream leave open.
   GstCaps* fixate_caps(GstPadDirection direction, GstCaps*, GstCaps* other) {
     auto open = Ref<GstCaps>::adopt(other);
     if (direction == GST_PAD_SINK) open = closed(source(), std::move(open), current());
@@ -134,7 +135,7 @@ class TensorPreprocess : public gst::CountedTransform<TensorPreprocess> {
 
   Status set_caps(GstCaps* in, GstCaps* out) {
     Status status = configure(in, out);
-    told_ = !status;
+    reported_ = !status;
     return status;
   }
 
@@ -146,17 +147,17 @@ class TensorPreprocess : public gst::CountedTransform<TensorPreprocess> {
     gst_event_parse_caps(event, &caps);
     if (const Status known = check_video(caps); !known) return refused(event, known.error());
     const auto held = Ref<GstCaps>::share(caps);
-    told_ = false;
+    reported_ = false;
     refused_ = !parent_class()->sink_event(self(), event);
     if (!refused_) return TRUE;
-    if (told_) return FALSE;
+    if (reported_) return FALSE;
     const auto ours = Ref<GstCaps>::adopt(transform_caps(GST_PAD_SINK, held.get(), nullptr));
-    if (const auto error = mismatch_behind(source(), current(), ours.get()))
+    if (const auto error = downstream_mismatch(source(), current(), ours.get()))
       gst::post_error(element(), *error);
     return FALSE;
   }
 
-  // Pads refuse caps without a word: video that is not taken comes to sink_event.
+  // A pad rejects caps without an error: accept unsupported video here, sink_event posts the error.
   gboolean query(GstPadDirection direction, GstQuery* query) {
     GstCaps* caps = nullptr;
     if (direction == GST_PAD_SINK && GST_QUERY_TYPE(query) == GST_QUERY_ACCEPT_CAPS) {
@@ -172,7 +173,7 @@ class TensorPreprocess : public gst::CountedTransform<TensorPreprocess> {
       const auto all = with_other_formats(sink(), Ref<GstCaps>::share(caps), filter);
       gst_query_set_caps_result(query, all.get());
     } else if (gst_caps_is_empty(caps)) {
-      gst_query_set_caps_result(query, of_any_video(filter).get());
+      gst_query_set_caps_result(query, caps_of_any_video(filter).get());
     }
     return TRUE;
   }
@@ -224,9 +225,9 @@ class TensorPreprocess : public gst::CountedTransform<TensorPreprocess> {
     regions_ += regions.prepared;
     regions_empty_ += regions.empty;
     regions_beyond_limit_ += regions.beyond_limit;
-    auto ways_back = work_->ways_back();
-    if (ways_back.empty()) return nothing_of(in);
-    gst::set_picture_maps(out, std::move(ways_back), work_->maps_of());
+    auto maps = work_->source_maps();
+    if (maps.empty()) return drop_without_output(in);
+    gst::set_source_maps(out, std::move(maps), work_->maps_of());
     ledger_.consumed_and_pushed();
     return GST_FLOW_OK;
   }
@@ -246,9 +247,9 @@ class TensorPreprocess : public gst::CountedTransform<TensorPreprocess> {
   GstPad* sink() const { return GST_BASE_TRANSFORM_SINK_PAD(self()); }
   GstPad* source() const { return GST_BASE_TRANSFORM_SRC_PAD(self()); }
 
-  // Elements behind are linked and asked before caps come: a source of nothing that is taken is
-  // told of then.
-  Ref<GstCaps> of_any_video(GstCaps* filter) {
+  // Elements link and query before caps arrive; a source without usable formats gets its error
+  // then.
+  Ref<GstCaps> caps_of_any_video(GstCaps* filter) {
     const auto video = Ref<GstCaps>::adopt(gst_pad_get_pad_template_caps(sink()));
     return Ref<GstCaps>::adopt(transform_caps(GST_PAD_SINK, video.get(), filter));
   }
@@ -256,15 +257,15 @@ class TensorPreprocess : public gst::CountedTransform<TensorPreprocess> {
   Status check_regions_pad() const {
     const bool wanted = settings().regions == RegionsChoice::Pad;
     if (wanted == (boxes_pad_ != nullptr)) return ok();
-    return Error{Code::OPTION_VALUE,
-                 wanted ? "there is no stream of boxes" : "boxes come that are not used",
-                 wanted ? "regions=pad, and no pad regions" : "a pad regions without regions=pad",
-                 "regions=pad and the pad regions",
-                 "",
-                 "tensor_preprocess name=p regions=pad ...  boxes. ! p.regions"};
+    return Error{
+        .code = Code::OPTION_VALUE,
+        .what = wanted ? "there is no stream of boxes" : "the stream of boxes is not used",
+        .offered = wanted ? "regions=pad, and no pad regions" : "a pad regions without regions=pad",
+        .needed = "regions=pad and the pad regions",
+        .fix = "tensor_preprocess name=p regions=pad ...  boxes. ! p.regions"};
   }
 
-  // False: the stream is being flushed. A frame whose boxes do not come has none.
+  // False: the stream is flushing. A frame without boxes in time has none.
   bool take_boxes(GstBuffer* in) {
     std::vector<preprocess::Box> boxes;
     const GstClockTime time = gst::running_time(self()->segment, GST_BUFFER_PTS(in));
@@ -278,7 +279,7 @@ class TensorPreprocess : public gst::CountedTransform<TensorPreprocess> {
     return true;
   }
 
-  // Frames that follow are not of the caps before.
+  // Later frames do not have the previous caps.
   gboolean refused(GstEvent* caps, const Error& error) {
     gst_event_unref(caps);
     refused_ = true;
@@ -286,15 +287,15 @@ class TensorPreprocess : public gst::CountedTransform<TensorPreprocess> {
     return FALSE;
   }
 
-  // A frame without regions: those behind learn that its time has passed.
-  GstFlowReturn nothing_of(GstBuffer* in) {
+  // For a frame without regions: a GAP event signals downstream that its time has passed.
+  GstFlowReturn drop_without_output(GstBuffer* in) {
     ledger_.dropped(DropReason::Policy);
     if (GST_BUFFER_PTS_IS_VALID(in))
       gst_pad_push_event(source(), gst_event_new_gap(GST_BUFFER_PTS(in), GST_BUFFER_DURATION(in)));
     return GST_BASE_TRANSFORM_FLOW_DROPPED;
   }
 
-  // The card is read once, then again when a property changes.
+  // Reads the card at the first use and after each change of a property.
   Result<Request> current() const {
     return *request_.get([this] { return request_of(settings()); });
   }
@@ -315,12 +316,7 @@ class TensorPreprocess : public gst::CountedTransform<TensorPreprocess> {
       return tensor_mismatch(request, ours.to_string(), output->to_string(), difference);
     GstVideoInfo video;
     if (!gst_video_info_from_caps(&video, in))
-      return Error{Code::FORMAT_UNSUPPORTED,
-                   "the video caps cannot be read",
-                   gst::UniqueText(gst_caps_to_string(in)).get(),
-                   "a format, a width and a height",
-                   "",
-                   "videoconvert ! tensor_preprocess"};
+      return unreadable_video(gst::UniqueText(gst_caps_to_string(in)).get());
     return begin(*request, *std::move(preparations), video);
   }
 
@@ -328,7 +324,7 @@ class TensorPreprocess : public gst::CountedTransform<TensorPreprocess> {
                const GstVideoInfo& video) {
     const Settings s = settings();
     const size_t threads = s.threads;
-    crop_changed_ = true;  // the new work knows of none
+    crop_changed_ = true;  // the new work has no crop yet
     wait_for_boxes_.reset();
     if (s.regions == RegionsChoice::Pad) wait_for_boxes_ = s.max_wait;
     if (request.regions) {
@@ -346,16 +342,16 @@ class TensorPreprocess : public gst::CountedTransform<TensorPreprocess> {
 
   gst::DerivedSetting<Result<Request>> request_;
   std::atomic<bool> crop_changed_{false};
-  std::atomic<uint64_t> pool_allocated_{0};  // shown by stats
+  std::atomic<uint64_t> pool_allocated_{0};  // read by stats
   std::atomic<uint64_t> regions_{0}, regions_empty_{0}, regions_beyond_limit_{0}, boxes_late_{0};
-  GstPad* boxes_pad_ = nullptr;  // the element's; changes while nothing streams
+  GstPad* boxes_pad_ = nullptr;  // owned by the element; changes only while not streaming
   RegionsPad boxes_;
-  std::optional<GstClockTime> wait_for_boxes_;  // none: they do not come by the pad
-  gst::Allocation allocation_;                  // as the next element asks; streaming thread
-  std::unique_ptr<PictureWork> work_;           // made when caps come; streaming thread
-  bool told_ = false;  // whether set_caps said why it failed; streaming thread
-  // Whether the caps that came last were: frames are none of the caps before, which the base class
-  // does not set again when they come back. Streaming thread.
+  std::optional<GstClockTime> wait_for_boxes_;  // nullopt: boxes do not come from the pad
+  gst::Allocation allocation_;                  // requested by the peer; streaming thread
+  std::unique_ptr<PictureWork> work_;           // made for caps; streaming thread
+  bool reported_ = false;                       // set_caps() posted its error; streaming thread
+  // Whether the last caps were rejected: later frames do not have the earlier caps, which the base
+  // class does not set again when they return. Streaming thread.
   bool refused_ = false;
 };
 

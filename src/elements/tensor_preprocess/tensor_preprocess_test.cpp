@@ -1,7 +1,7 @@
-// tensor_preprocess in a harness: numbers, caps, metadata of buffers.
+// tensor_preprocess in a harness: values, caps, metadata of buffers.
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "elements/tensor_preprocess/preprocess_harness.hpp"
-#include "elements/tests/meanwhile.hpp"
+#include "elements/tensor_preprocess/preprocess_test_support.hpp"
+#include "elements/tests/second_thread_test_support.hpp"
 
 namespace weir::preprocess_test {
 namespace {
@@ -45,7 +45,7 @@ TEST(TensorPreprocess, ConvertsLimitedAndFullRange) {
   EXPECT_EQ(other[2], 10);
 }
 
-TEST(TensorPreprocess, TakesSizeTypeAndLayoutFromBehind) {
+TEST(TensorPreprocess, TakesSizeTypeAndLayoutFromDownstream) {
   Harness h{gst_harness_new("tensor_preprocess")};
   gst_harness_set_sink_caps_str(h.get(),
                                 "other/tensors,format=static,num_tensors=1,"
@@ -63,7 +63,7 @@ TEST(TensorPreprocess, QueriesFollowTheSizeThatWasSetLast) {
     const auto caps = Ref<GstCaps>::adopt(gst_pad_query_caps(source.get(), nullptr));
     return std::string(gst::UniqueText(gst_caps_to_string(caps.get())).get());
   };
-  Meanwhile reader([&] { offered(); });
+  SecondThread reader([&] { offered(); });
   for (int round = 0; round < 200; ++round)
     for (const guint width : {5u, 6u}) {
       g_object_set(element.get(), "width", width, nullptr);
@@ -71,7 +71,7 @@ TEST(TensorPreprocess, QueriesFollowTheSizeThatWasSetLast) {
     }
 }
 
-TEST(TensorPreprocess, FitsTheOldSpellingOfOneTensor) {
+TEST(TensorPreprocess, AcceptsTheOldSpellingOfOneTensor) {
   Harness h{gst_harness_new_parse("tensor_preprocess width=4 height=3")};
   gst_harness_set_sink_caps_str(h.get(),
                                 "other/tensor,framerate=10/1,type=(string)uint8,"
@@ -119,7 +119,7 @@ TEST(TensorPreprocess, HonoursStridesAndOffsets) {
   EXPECT_EQ(pushed<uint8_t>(h, in), (Bytes{1, 2, 3, 4, 5, 6}));
 }
 
-TEST(TensorPreprocess, ReadsPlanesInMemoriesOfTheirOwn) {
+TEST(TensorPreprocess, ReadsPlanesInSeparateMemories) {
   auto h =
       harness("width=2 height=2 channel-order=GRAY", video("NV12", 2, 2, ",colorimetry=1:4:5:1"));
   GstBuffer* in = frame({10, 20, 30, 40});
@@ -131,7 +131,7 @@ TEST(TensorPreprocess, ReadsPlanesInMemoriesOfTheirOwn) {
   EXPECT_EQ(pushed<uint8_t>(h, in), (Bytes{10, 20, 30, 40}));
 }
 
-TEST(TensorPreprocess, GivesTheSameFromSeveralThreads) {
+TEST(TensorPreprocess, GivesTheSameResultWithSeveralThreads) {
   std::vector<float> wanted;
   for (const char* threads : {"1", "2", "3"}) {
     auto h = harness(std::string("width=33 height=21 fit=letterbox mean=3 threads=") + threads,

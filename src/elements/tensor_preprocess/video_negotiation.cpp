@@ -1,12 +1,12 @@
-// Caps on both sides.
+// Negotiates caps on both pads of tensor_preprocess.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "elements/tensor_preprocess/video_negotiation.hpp"
 
 #include <string>
 #include <string_view>
 
-#include "gstcpp/device_caps.hpp"
-#include "gstcpp/tensor_caps.hpp"
+#include "gstcpp/buffer/device_caps.hpp"
+#include "gstcpp/buffer/tensor_caps.hpp"
 
 namespace weir {
 
@@ -15,18 +15,9 @@ using preprocess::Request;
 
 namespace {
 
-constexpr int kMostPixels = 65536;  // of a side, as in the pad's template
+constexpr int kMostPixels = 65536;  // per side, as in the pad template
 
-Error unreadable(const GstStructure* video) {
-  return Error{Code::FORMAT_UNSUPPORTED,
-               "the video caps cannot be read",
-               gst::UniqueText(gst_structure_to_string(video)).get(),
-               "a format, a width and a height",
-               "",
-               "videoconvert ! tensor_preprocess"};
-}
-
-// Fixed; other/tensors where that is possible.
+// Fixates the caps; prefers other/tensors.
 Ref<GstCaps> first_choice(const GstCaps* caps) {
   guint index = 0;
   while (index < gst_caps_get_size(caps) &&
@@ -60,7 +51,7 @@ Ref<GstCaps> tensors_for(GstPad* source, const GstStructure* video, const Result
     auto caps = gst::possible_caps(source, spec, filter);
     out = Ref<GstCaps>::adopt(gst_caps_merge(out.release(), caps.release()));
   }
-  // Static tensors could be carried as flexible ones too: nobody asked for that here.
+  // possible_caps() also lists flexible caps for static tensors, which are not wanted here.
   const auto fixed =
       Ref<GstCaps>::adopt(gst_caps_from_string(WEIR_CAPS_TENSOR "; " WEIR_CAPS_TENSORS("static")));
   return Ref<GstCaps>::adopt(
@@ -99,6 +90,14 @@ Ref<GstCaps> with_other_formats(GstPad* sink, Ref<GstCaps> known, const GstCaps*
   return Ref<GstCaps>::adopt(gst_caps_merge(known.release(), rest.release()));
 }
 
+Error unreadable_video(std::string caps) {
+  return Error{.code = Code::FORMAT_UNSUPPORTED,
+               .what = "the video caps cannot be read",
+               .offered = std::move(caps),
+               .needed = "a format, a width and a height",
+               .fix = "videoconvert ! tensor_preprocess"};
+}
+
 Status check_video(const GstCaps* caps) {
   if (gst_caps_is_any(caps) || gst_caps_is_empty(caps)) return ok();
   if (auto status = gst::check_memory(caps, "tensor_preprocess"); !status) return status;
@@ -108,40 +107,40 @@ Status check_video(const GstCaps* caps) {
   int width = 0, height = 0;
   const bool sized = gst_structure_get_int(first, "width", &width) &&
                      gst_structure_get_int(first, "height", &height);
-  if (!format || !sized) return unreadable(first);
+  if (!format || !sized)
+    return unreadable_video(gst::UniqueText(gst_structure_to_string(first)).get());
   if (const auto known = preprocess::picture_format(format); !known) return known.error();
   if (width < 1 || height < 1 || width > kMostPixels || height > kMostPixels)
-    return Error{Code::LIMIT_EXCEEDED,
-                 "a picture is too big or has no pixels",
-                 std::to_string(width) + "x" + std::to_string(height),
-                 "1x1 to 65536x65536",
-                 "",
-                 "videoscale or videocrop in front of tensor_preprocess"};
+    return Error{.code = Code::LIMIT_EXCEEDED,
+                 .what = "a picture is too big or has no pixels",
+                 .offered = std::to_string(width) + "x" + std::to_string(height),
+                 .needed = "1x1 to 65536x65536",
+                 .fix = "put videoscale or videocrop upstream of tensor_preprocess"};
   const char* mode = gst_structure_get_string(first, "interlace-mode");
   if (mode && std::string_view(mode) != "progressive")
-    return Error{Code::FORMAT_UNSUPPORTED,
-                 "interlaced video cannot be prepared",
-                 mode,
-                 "interlace-mode=progressive",
-                 "",
-                 "deinterlace ! tensor_preprocess"};
+    return Error{.code = Code::FORMAT_UNSUPPORTED,
+                 .what = "interlaced video is not supported",
+                 .offered = mode,
+                 .needed = "interlace-mode=progressive",
+                 .fix = "deinterlace ! tensor_preprocess"};
   return ok();
 }
 
 Error tensor_mismatch(const Result<Request>& request, std::string offered, std::string needed,
                       std::string difference) {
-  return Error{Code::SPEC_MISMATCH,
-               "the element behind tensor_preprocess needs another tensor",
-               std::move(offered),
-               std::move(needed),
-               std::move(difference),
-               request && is_flexible(*request)
-                   ? "regions=meta max-regions=16 makes a static tensor"
-                   : "leave width, height, type and layout away: they are taken from behind"};
+  return Error{.code = Code::SPEC_MISMATCH,
+               .what = "the element downstream of tensor_preprocess needs another tensor",
+               .offered = std::move(offered),
+               .needed = std::move(needed),
+               .difference = std::move(difference),
+               .fix = request && is_flexible(*request)
+                          ? "regions=meta max-regions=16 makes a static tensor"
+                          : "leave width, height, type and layout unset: they are taken from the "
+                            "downstream caps"};
 }
 
-std::optional<Error> mismatch_behind(GstPad* source, const Result<Request>& request,
-                                     const GstCaps* ours) {
+std::optional<Error> downstream_mismatch(GstPad* source, const Result<Request>& request,
+                                         const GstCaps* ours) {
   const auto theirs = Ref<GstCaps>::adopt(gst_pad_peer_query_caps(source, nullptr));
   if (gst_caps_can_intersect(ours, theirs.get())) return std::nullopt;
   std::string difference;

@@ -1,11 +1,11 @@
-// Pictures in GStreamer's memory. What would make GStreamer complain is refused before.
+// Reads pictures from GStreamer's memory; rejects what GStreamer would log critical warnings for.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "elements/tensor_preprocess/video_picture.hpp"
 
 #include <algorithm>
 #include <string>
 
-#include "gstcpp/video_meta.hpp"
+#include "gstcpp/buffer/video_meta.hpp"
 
 namespace weir {
 namespace {
@@ -13,17 +13,11 @@ namespace {
 using preprocess::ColorMatrix;
 using preprocess::ColorModel;
 
-Error too_short(const std::string& offered, const std::string& needed) {
-  return Error{
-      Code::FRAME_SIZE,          "a video buffer is shorter than its caps say", offered, needed, "",
-      "check the element before"};
-}
-
 Status check_meta(const GstVideoInfo& video, const GstVideoMeta& meta, size_t bytes) {
   if (auto status = gst::check_video_meta(video, meta); !status) return status;
   for (guint plane = 0; plane < meta.n_planes; ++plane)
     if (meta.offset[plane] >= bytes)
-      return too_short(
+      return gst::video_too_small(
           std::to_string(bytes) + " bytes",
           "plane " + std::to_string(plane) + " at byte " + std::to_string(meta.offset[plane]));
   return ok();
@@ -59,12 +53,12 @@ Result<preprocess::Picture> picture_of(const GstVideoInfo& video) {
       out.matrix = ColorMatrix::Bt2020;
       return out;
     default:
-      return Error{Code::FORMAT_UNSUPPORTED,
-                   "the colour matrix of the video is not known",
-                   "matrix " + std::to_string(static_cast<int>(colors.matrix)) + " of colorimetry",
-                   "bt601, bt709 or bt2020",
-                   "",
-                   "videoconvert ! video/x-raw,format=RGB ! tensor_preprocess"};
+      return Error{.code = Code::FORMAT_UNSUPPORTED,
+                   .what = "the colour matrix of the video is not known",
+                   .offered = "matrix " + std::to_string(static_cast<int>(colors.matrix)) +
+                              " of colorimetry",
+                   .needed = "bt601, bt709 or bt2020",
+                   .fix = "videoconvert ! video/x-raw,format=RGB ! tensor_preprocess"};
   }
 }
 
@@ -75,7 +69,7 @@ PictureSize size_of_picture(const GstVideoInfo& video, GstBuffer* buffer) {
   const GstVideoCropMeta* crop = gst_buffer_get_video_crop_meta(buffer);
   if (!crop) return out;
   out.crop = preprocess::Rect{crop->x, crop->y, crop->width, crop->height};
-  // The crop is of the picture in memory, which may be bigger than what the caps show of it.
+  // The crop is relative to the picture in memory, which may be larger than the caps.
   if (const GstVideoMeta* meta = gst_buffer_get_video_meta(buffer)) {
     out.width = meta->width;
     out.height = meta->height;

@@ -1,4 +1,4 @@
-// tensor_rate: a stream of any rate at a fixed one, by dropping and repeating frames.
+// tensor_rate: converts a stream to a fixed rate by dropping and repeating frames.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <atomic>
 #include <cstring>
@@ -6,9 +6,9 @@
 
 #include "core/rate/frame_rate.hpp"
 #include "core/sync/backwards_time.hpp"
-#include "gstcpp/counted_transform.hpp"
-#include "gstcpp/latency.hpp"
-#include "gstcpp/tensor_caps.hpp"
+#include "gstcpp/buffer/tensor_caps.hpp"
+#include "gstcpp/element/counted_transform.hpp"
+#include "gstcpp/pads/latency.hpp"
 
 namespace weir {
 namespace {
@@ -32,9 +32,9 @@ class TensorRate : public gst::CountedTransform<TensorRate> {
     bool silent = true, throttle = true;
     uint64_t max_duplication_time = 60 * GST_SECOND;
     std::string framerate;
-    std::string framerate_read;      // the last text that could be read
-    std::optional<Fraction> wanted;  // what it says
-    Status problem = ok();           // told when the stream starts: nobody hears it before
+    std::string framerate_read;      // the last valid text
+    std::optional<Fraction> wanted;  // its value
+    Status problem = ok();           // posted at start, when there is a bus
   };
   uint64_t in() const {
     return in_;
@@ -49,16 +49,17 @@ class TensorRate : public gst::CountedTransform<TensorRate> {
     return drop_;
   }
   static constexpr std::tuple kProperties{
-      gst::ReadOnly{"in", &TensorRate::in, "Frames that came"},
-      gst::ReadOnly{"out", &TensorRate::out, "Frames that went out"},
-      gst::ReadOnly{"duplicate", &TensorRate::duplicate, "Frames that went out once more"},
-      gst::ReadOnly{"drop", &TensorRate::drop, "Frames that did not go out"},
-      gst::Property{"silent", &Settings::silent, "False: notify of drop and duplicate",
+      gst::ReadOnly{"in", &TensorRate::in, "Frames received"},
+      gst::ReadOnly{"out", &TensorRate::out, "Frames pushed"},
+      gst::ReadOnly{"duplicate", &TensorRate::duplicate, "Frames pushed again"},
+      gst::ReadOnly{"drop", &TensorRate::drop, "Frames dropped"},
+      gst::Property{"silent", &Settings::silent, "False = notify changes of drop and duplicate",
                     gst::Changeable::WhilePlaying},
       gst::Property{"throttle", &Settings::throttle,
-                    "Tell elements before this one to send no more than is wanted",
+                    "Send QoS events upstream so that only the needed frames are produced",
                     gst::Changeable::WhilePlaying},
-      gst::Property{"framerate", &Settings::framerate, "N/D; empty: every frame passes",
+      gst::Property{"framerate", &Settings::framerate,
+                    "Output frame rate N/D; empty = every frame passes",
                     gst::Changeable::WhilePlaying},
       gst::Property{"max-duplication-time", &Settings::max_duplication_time,
                     "Longest time in nanoseconds between a frame and its duplicates; the rest of a "
@@ -69,7 +70,8 @@ class TensorRate : public gst::CountedTransform<TensorRate> {
   void property_changed(const char* name) {
     if (std::strcmp(name, "framerate") != 0) return;
     Result<std::optional<Fraction>> rate = std::optional<Fraction>();
-    change_settings([&](Settings& s) {  // with the text, so that concurrent writers leave no mix
+    // Together with the text, so that concurrent writers leave no mix.
+    change_settings([&](Settings& s) {
       rate = parse_frame_rate(s.framerate);
       if (rate) {
         s.framerate_read = s.framerate;
@@ -120,7 +122,7 @@ class TensorRate : public gst::CountedTransform<TensorRate> {
     if (!input) return input.error();
     const auto output = gst::fixed_spec_from_caps(out);
     if (!output) return output.error();
-    end_of_held(DropReason::Flush);  // it goes out with the caps that it came with
+    end_of_held(DropReason::Flush);  // it is sent with the caps that it arrived with
     const bool wanted = settings().wanted.has_value();
     const bool same = input->rate == output->rate;
     rate_.reset();
@@ -132,7 +134,7 @@ class TensorRate : public gst::CountedTransform<TensorRate> {
     return ok();
   }
 
-  // Nothing is written: copies share the memory of the frame.
+  // Nothing is written: copies share the frame's memory.
   GstFlowReturn prepare_output_buffer(GstBuffer* in, GstBuffer** out) {
     *out = in;
     return GST_FLOW_OK;
@@ -206,7 +208,7 @@ class TensorRate : public gst::CountedTransform<TensorRate> {
     return self()->segment.base;
   }
 
-  // Within all segments so far. A missing time-stamp is where the frame before ends.
+  // Across all segments so far. A frame without a timestamp starts at the end of the previous one.
   std::optional<uint64_t> time_of(GstBuffer* buffer) const {
     if (GST_BUFFER_PTS_IS_VALID(buffer)) return sum(GST_BUFFER_PTS(buffer), segment_base());
     return end_of_held_frame();
@@ -215,7 +217,7 @@ class TensorRate : public gst::CountedTransform<TensorRate> {
     if (!held_ || !GST_BUFFER_DURATION_IS_VALID(held_.get())) return std::nullopt;
     return sum(*rate_->held(), GST_BUFFER_DURATION(held_.get()));
   }
-  // Nothing beyond the range of GstClockTime.
+  // nullopt beyond the range of GstClockTime.
   static std::optional<uint64_t> sum(GstClockTime a, GstClockTime b) {
     if (a >= GST_CLOCK_TIME_NONE - b) return std::nullopt;
     return a + b;
@@ -251,12 +253,13 @@ class TensorRate : public gst::CountedTransform<TensorRate> {
   void send_gap(const Tick& ticks) {
     ++gap_events_;
     gap_ticks_ += ticks.count;
-    GST_INFO_OBJECT(self(), "GAP event instead of %" G_GUINT64_FORMAT " frames", ticks.count);
+    GST_CAT_INFO_OBJECT(category(), self(), "GAP event instead of %" G_GUINT64_FORMAT " frames",
+                        ticks.count);
     gst_pad_push_event(GST_BASE_TRANSFORM_SRC_PAD(self()),
                        gst_event_new_gap(ticks.time - segment_base(), ticks.duration));
   }
 
-  // The held frame has had all its ticks.
+  // Releases the held frame: all its ticks were sent.
   void release(DropReason reason) {
     if (!held_) return;
     if (copies_ > 0) {
@@ -269,7 +272,7 @@ class TensorRate : public gst::CountedTransform<TensorRate> {
     copies_ = 0;
   }
 
-  // The last tick, or those until the segment stops; then time begins anew.
+  // Sends the last tick, or those until the segment stops, and resets the time.
   void end_of_held(DropReason reason) {
     constexpr int kMostCopies = 25;
     if (!rate_ || !held_) return;
@@ -304,10 +307,11 @@ class TensorRate : public gst::CountedTransform<TensorRate> {
   }
 
   // Streaming thread only:
-  std::optional<FrameRate> rate_;          // none: every frame passes
-  std::optional<Fraction> throttle_once_;  // the rates are the same: told with the first frame
+  std::optional<FrameRate> rate_;  // nullopt: every frame passes
+  // Both rates are equal: sent upstream with the first frame.
+  std::optional<Fraction> throttle_once_;
   Ref<GstBuffer> held_;
-  uint64_t copies_ = 0;  // of the held frame that went out
+  uint64_t copies_ = 0;  // copies sent of the held frame
   // Any thread:
   std::atomic<GstClockTime> latency_{0};
   std::atomic<uint64_t> in_{0}, out_{0}, duplicate_{0}, drop_{0}, backwards_times_{0};

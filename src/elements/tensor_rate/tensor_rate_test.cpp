@@ -1,8 +1,8 @@
-// tensor_rate in a harness: counts that add up, times, flags, what is told upstream.
+// tensor_rate in a harness: counts that add up, times, flags, and the QoS events sent upstream.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <random>
 
-#include "elements/tests/element_harness.hpp"
+#include "elements/tests/element_test_support.hpp"
 
 namespace {
 
@@ -96,7 +96,7 @@ TEST(TensorRate, AddsUpForRandomStreams) {
   }
 }
 
-TEST(TensorRate, PassesEverythingWithoutAFramerate) {
+TEST(TensorRate, PassesAllFramesWithoutAFramerate) {
   auto h = rate("");
   GstBuffer* in = frame(Bytes{1}, 5, 6);
   auto out = Ref<GstBuffer>::adopt(gst_harness_push_and_pull(h.get(), in));
@@ -121,7 +121,7 @@ std::vector<GstClockTimeDiff> throttles(const Harness& h) {
   return out;
 }
 
-TEST(TensorRate, ThrottlesWhatIsDroppedAnyway) {
+TEST(TensorRate, ThrottlesUpstreamToTheOutputRate) {
   const GstClockTimeDiff wait = 199'800'000;  // 0.999 of 200 ms
   auto h = rate("framerate=5/1");
   for (uint8_t i = 0; i < 5; ++i) push(h, i, i * 100 * kMs);
@@ -135,7 +135,7 @@ TEST(TensorRate, ThrottlesWhatIsDroppedAnyway) {
   EXPECT_EQ(pull_all(same).size(), 5u);
 }
 
-TEST(TensorRate, DropsAFrameThatGoesBackwardsAndSaysSo) {
+TEST(TensorRate, DropsABackwardsFrameAndWarns) {
   auto h = rate("framerate=20/1");
   Errors errors(h);
   push(h, 0, 100 * kMs);
@@ -143,7 +143,7 @@ TEST(TensorRate, DropsAFrameThatGoesBackwardsAndSaysSo) {
   const std::string warning = errors.next_warning();
   EXPECT_SAYS(warning, "WEIR-2008: a time-stamp goes backwards");
   push(h, 2, 60 * kMs);
-  EXPECT_EQ(errors.next_warning(), "") << "once is enough";
+  EXPECT_EQ(errors.next_warning(), "") << "posted only once";
   EXPECT_EQ(counter(h, "drop"), 2u);
   EXPECT_EQ(stat(h, kRate, "backwards-times"), 2u);
   EXPECT_EQ(stat(h, kRate, "dropped-time"), 2u);
@@ -216,7 +216,7 @@ TEST(TensorRate, FillsAGapOfTwoMinutesAndBoundsAGapOfAYear) {
   expect_sums(h);
 }
 
-TEST(TensorRate, FillsEveryGapWhereTheLimitIsZero) {
+TEST(TensorRate, FillsEveryGapWithoutALimit) {
   auto h = rate("framerate=1/1 max-duplication-time=0");
   push(h, 1, 0);
   push(h, 2, 3600 * GST_SECOND);
@@ -225,7 +225,7 @@ TEST(TensorRate, FillsEveryGapWhereTheLimitIsZero) {
   EXPECT_EQ(stat(h, kRate, "gap-ticks"), 0u);
 }
 
-// Flushes while tensor_rate fills a gap; the thread that fills it has the pad's stream lock.
+// Flushes while tensor_rate fills a gap on a thread that holds the pad's stream lock.
 TEST(TensorRate, StopsFillingAGapAtAFlush) {
   auto h = rate("framerate=1000/1 max-duplication-time=0");
   struct Flush {
@@ -260,11 +260,11 @@ TEST(TensorRate, DropsTimesBeyondTheClocksRange) {
   EXPECT_EQ(stat(h, kRate, "dropped-time"), 1u);
   push(h, 3, GST_CLOCK_TIME_NONE - 7, GST_CLOCK_TIME_NONE - 1);
   push(h, 4, GST_CLOCK_TIME_NONE);
-  EXPECT_EQ(stat(h, kRate, "dropped-time"), 2u) << "the frame before has no end";
+  EXPECT_EQ(stat(h, kRate, "dropped-time"), 2u) << "the previous frame has no end";
   expect_sums(h);
 }
 
-TEST(TensorRate, CountsWhatAFlushThrowsAwayAndBeginsAnew) {
+TEST(TensorRate, CountsFlushedFramesAndRestarts) {
   auto h = rate("framerate=5/1");
   push(h, 0, 1 * GST_SECOND);
   gst_harness_push_event(h.get(), gst_event_new_flush_start());
@@ -276,7 +276,7 @@ TEST(TensorRate, CountsWhatAFlushThrowsAwayAndBeginsAnew) {
   EXPECT_EQ(pull_all(h), (std::vector<Out>{{1, 40 * kMs}}));
 }
 
-TEST(TensorRate, SendsAHeldFrameWithTheCapsItCameWith) {
+TEST(TensorRate, SendsAHeldFrameWithItsOwnCaps) {
   auto h = rate("framerate=20/1");
   push(h, 9, 0);
   gst_harness_set_src_caps_str(h.get(), tensors("uint8", "2", "10/1").c_str());
@@ -288,7 +288,7 @@ TEST(TensorRate, SendsAHeldFrameWithTheCapsItCameWith) {
   EXPECT_SAYS(caps_text(h), "dimensions=(string)2,");
 }
 
-TEST(TensorRate, IgnoresAFramerateThatCannotBeReadAndShowsThePlace) {
+TEST(TensorRate, IgnoresAnUnreadableFramerateAndReportsThePosition) {
   const auto element = lone_element("tensor_rate framerate=10/1");
   Errors errors(element.get());
   g_object_set(element.get(), "framerate", "30/x", nullptr);
@@ -301,11 +301,11 @@ TEST(TensorRate, IgnoresAFramerateThatCannotBeReadAndShowsThePlace) {
   g_free(text);
   EXPECT_SAYS((gst_element_set_state(element.get(), GST_STATE_PAUSED), errors.next_warning()),
               "framerate cannot be read")
-      << "a pipeline hears it when it starts";
+      << "it is posted when the pipeline starts";
   gst_element_set_state(element.get(), GST_STATE_NULL);
 }
 
-TEST(TensorRate, TakesAnotherFramerateWhilePlaying) {
+TEST(TensorRate, AppliesAnotherFramerateWhilePlaying) {
   auto h = rate("framerate=5/1");
   push(h, 0, 0);
   g_object_set(element_of(h, kRate).get(), "framerate", "20/1", nullptr);

@@ -1,4 +1,4 @@
-// The one table of slots.
+// The global table of slots.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "elements/tensor_reposink/repository.hpp"
 
@@ -7,18 +7,17 @@
 namespace weir {
 
 Repository& repository() {
-  static auto& table = *new Repository;  // elements may outlive every static object
+  static auto& table = *new Repository;  // never freed: elements may outlive static objects
   return table;
 }
 
 Error lone_end(const char* missing, uint32_t slot) {
   const std::string name = std::string(missing) + " slot-index=" + std::to_string(slot);
-  return {Code::GRAPH_STALLS,
-          "a loop has one end only",
-          "no " + name,
-          "both ends with one slot-index, in this program",
-          "",
-          name};
+  return {.code = Code::GRAPH_STALLS,
+          .what = "a loop has only one end",
+          .offered = "no " + name,
+          .needed = "both ends with one slot-index, in this program",
+          .fix = name};
 }
 
 }  // namespace weir

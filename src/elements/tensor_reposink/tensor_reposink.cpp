@@ -1,18 +1,18 @@
-// tensor_reposink: the end of a loop; hands each frame to the tensor_reposrc of its slot.
+// tensor_reposink: the end of a loop; passes each frame to the tensor_reposrc of its slot.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <string>
 
 #include "elements/tensor_reposink/repository.hpp"
-#include "gstcpp/base_classes.hpp"
-#include "gstcpp/frame_errors.hpp"
-#include "gstcpp/tensor_caps.hpp"
+#include "gstcpp/buffer/frame_errors.hpp"
+#include "gstcpp/buffer/tensor_caps.hpp"
+#include "gstcpp/element/base_classes.hpp"
 
 namespace weir {
 namespace {
 
 using gst::Ref;
 
-// A ledger for each run: frames of an earlier one may still lie in a slot.
+// One ledger per run: frames of an earlier run may still be in a slot.
 class RunLedger {
  public:
   LedgerSnapshot snapshot() const { return get()->snapshot(); }
@@ -35,7 +35,7 @@ class TensorReposink : public gst::Element<TensorReposink, gst::BaseSink> {
  public:
   static constexpr gst::ElementInfo kInfo{
       "WeirTensorReposink", "tensor_reposink", "TensorRepoSink", "Sink/Tensor/Repository",
-      "Hands frames to the tensor_reposrc of the same slot: the end of a loop"};
+      "Passes frames to the tensor_reposrc of the same slot: the end of a loop"};
   static inline GstStaticPadTemplate kPads[] = {
       GST_STATIC_PAD_TEMPLATE(
           "sink", GST_PAD_SINK, GST_PAD_ALWAYS,
@@ -63,7 +63,7 @@ class TensorReposink : public gst::Element<TensorReposink, gst::BaseSink> {
     gst_base_sink_set_sync(self(), FALSE);
     gst_base_sink_set_async_enabled(self(), FALSE);
     gst_base_sink_set_qos_enabled(self(), TRUE);
-    // One more holder of each frame would keep the loop from working in the frame's own memory.
+    // Another reference to each frame would prevent the loop from working in place.
     gst_base_sink_set_last_sample_enabled(self(), FALSE);
   }
 
@@ -76,7 +76,8 @@ class TensorReposink : public gst::Element<TensorReposink, gst::BaseSink> {
       ledger_.renew();
       writer_.attach(settings().slot_index);
     }
-    // GstBaseSink takes the lock under which render() waits: the wait lets go of it meanwhile.
+    // GstBaseSink takes the preroll lock, which a waiting render() holds: the interrupt releases
+    // it.
     if (transition == GST_STATE_CHANGE_PAUSED_TO_PLAYING) writer_.interrupt();
     const auto result = GST_ELEMENT_CLASS(parent_class())->change_state(element(), transition);
     if (transition != GST_STATE_CHANGE_PAUSED_TO_READY) take_no_part_in_preroll();
@@ -110,7 +111,7 @@ class TensorReposink : public gst::Element<TensorReposink, gst::BaseSink> {
         ledger->dropped(DropReason::Eos);
         return GST_FLOW_OK;
       }
-      // A pause lets go of the wait too; only a flush or the way to READY ends it.
+      // A pause also interrupts the wait; only a flush or the change to READY ends it.
       if (const auto flow = gst_base_sink_wait_preroll(self()); flow != GST_FLOW_OK) {
         ledger->dropped(DropReason::Flush);
         return flow;
@@ -143,11 +144,11 @@ class TensorReposink : public gst::Element<TensorReposink, gst::BaseSink> {
   RunLedger ledger_;
 
  private:
-  // GstBaseSink keeps the first frame back in PAUSED. The other sinks of a loop may need what this
-  // frame becomes before they are ready to play, so here it goes to its slot at once.
+  // GstBaseSink blocks the first frame in PAUSED. Other sinks of the loop may need the result of
+  // this frame for their preroll, so it is stored in its slot immediately.
   void take_no_part_in_preroll() {
-    writer_
-        .interrupt();  // a wait in render() goes over to the preroll's, which lets go of the lock
+    // A wait in render() becomes the preroll wait, which releases the lock.
+    writer_.interrupt();
     GST_BASE_SINK_PREROLL_LOCK(self());
     writer_.resume();
     self()->need_preroll = FALSE;
@@ -156,21 +157,15 @@ class TensorReposink : public gst::Element<TensorReposink, gst::BaseSink> {
   }
 
   Status check(GstBuffer* buffer) const {
-    if (!caps_)
-      return Error{.code = Code::NOT_NEGOTIATED,
-                   .what = "a buffer came before caps",
-                   .offered = "",
-                   .needed = "caps",
-                   .difference = "",
-                   .fix = "tensor_converter ! tensor_reposink"};
+    if (!caps_) return gst::buffer_before_caps("tensor_converter ! tensor_reposink");
     return gst::whole_frame(spec_, gst_buffer_get_size(buffer));
   }
 
   Repository::Writer writer_{repository(), {[this](uint32_t slot) {
                                gst::post_warning(element(), lone_end("tensor_reposrc", slot));
                              }}};
-  FrameSpec spec_;     // this and what follows: streaming thread only
-  Ref<GstCaps> caps_;  // of spec_; null before there are any
+  FrameSpec spec_;     // this and the following members: streaming thread only
+  Ref<GstCaps> caps_;  // of spec_; null without caps
 };
 
 }  // namespace

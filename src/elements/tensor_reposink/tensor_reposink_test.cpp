@@ -1,10 +1,10 @@
-// tensor_reposink in a harness: what it hands over, when it waits, what ends the wait.
+// tensor_reposink in a harness: the frames it passes, when it waits, and what ends the wait.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <future>
 #include <thread>
 
 #include "becomes.hpp"
-#include "elements/tests/element_harness.hpp"
+#include "elements/tests/element_test_support.hpp"
 
 namespace weir::test {
 namespace {
@@ -67,7 +67,7 @@ TEST(TensorReposink, SharesTheFrameWithItsMetadata) {
   EXPECT_EQ(stat(source, "tensor_reposrc", "bytes-copied"), 0u);
 }
 
-TEST(TensorReposink, HoldsOneFrameUntilItIsTakenAndThenHasConsumedIt) {
+TEST(TensorReposink, HoldsOneFrameUntilItIsReadAndThenCountsItConsumed) {
   const Harness sink = harness_of(slot(0), kByte);
   EXPECT_EQ(gst_harness_push(sink.get(), frame(Bytes{1, 1})), GST_FLOW_OK);
   EXPECT_EQ(stat(sink, "tensor_reposink", "received"), 1u);
@@ -82,8 +82,8 @@ TEST(TensorReposink, HoldsOneFrameUntilItIsTakenAndThenHasConsumedIt) {
   EXPECT_EQ(stat(sink, "tensor_reposink", "held"), 0u);
 }
 
-// A slot-index with a typo: the other end is somewhere else.
-TEST(TensorReposink, TellsThatNobodyTakesItsFrames) {
+// A wrong slot-index: the source reads from another slot.
+TEST(TensorReposink, WarnsThatNoSourceReadsItsFrames) {
   const Harness sink = harness_of(slot(4), kByte);
   Errors errors(sink);
   gst_harness_push(sink.get(), frame(Bytes{1, 1}));
@@ -91,13 +91,13 @@ TEST(TensorReposink, TellsThatNobodyTakesItsFrames) {
   std::string warning;
   EXPECT_TRUE(
       becomes_true([&] { return !(warning = errors.next_warning()).empty(); }, "a warning"));
-  EXPECT_SAYS(warning, "WEIR-5001: a loop has one end only");
+  EXPECT_SAYS(warning, "WEIR-5001: a loop has only one end");
   EXPECT_SAYS(warning, "no tensor_reposrc slot-index=4");
   EXPECT_SAYS(warning, "fix: tensor_reposrc slot-index=4");
   const Harness source = source_of(4);
   EXPECT_EQ(pulled(source), (Bytes{0, 0}));
   EXPECT_EQ(pulled(source), (Bytes{1, 1}));
-  EXPECT_EQ(second.get(), GST_FLOW_OK) << "it waited on";
+  EXPECT_EQ(second.get(), GST_FLOW_OK) << "it kept waiting";
 }
 
 TEST(TensorReposink, AWaitEndsWithTheElement) {
@@ -106,7 +106,7 @@ TEST(TensorReposink, AWaitEndsWithTheElement) {
   auto second = pushing(sink, {2, 2});
   gst_element_set_state(sink->element, GST_STATE_READY);
   EXPECT_EQ(second.get(), GST_FLOW_FLUSHING);
-  EXPECT_EQ(stat(sink, "tensor_reposink", "held"), 0u) << "the slot went, and its frame with it";
+  EXPECT_EQ(stat(sink, "tensor_reposink", "held"), 0u) << "the slot was removed with its frame";
   EXPECT_EQ(stat(sink, "tensor_reposink", "dropped-eos"), 1u);
 }
 
@@ -115,7 +115,7 @@ TEST(TensorReposink, AWaitSurvivesAPause) {
   gst_harness_push(sink.get(), frame(Bytes{1, 1}));
   auto second = pushing(sink, {2, 2});
   wait_for_stat(sink, "tensor_reposink", "received", 2);
-  // Each way back to PLAYING may meet the wait where it holds GstBaseSink's lock.
+  // Each change to PLAYING may meet the wait while it holds GstBaseSink's preroll lock.
   for (int i = 0; i < 200; ++i) {
     EXPECT_EQ(gst_element_set_state(sink->element, GST_STATE_PAUSED), GST_STATE_CHANGE_SUCCESS);
     std::this_thread::yield();
@@ -128,12 +128,12 @@ TEST(TensorReposink, AWaitSurvivesAPause) {
   EXPECT_EQ(second.get(), GST_FLOW_OK);
 }
 
-TEST(TensorReposink, StoresFramesInPausedToo) {
+TEST(TensorReposink, StoresFramesInPaused) {
   const Harness sink = harness_of(slot(0), kByte);
   for (const GstState first : {GST_STATE_READY, GST_STATE_PLAYING}) {
     gst_element_set_state(sink->element, first);
     EXPECT_EQ(gst_element_set_state(sink->element, GST_STATE_PAUSED), GST_STATE_CHANGE_SUCCESS)
-        << "it holds back no preroll";
+        << "it does not block preroll";
     gst_harness_set_src_caps_str(sink.get(), kByte);
     EXPECT_EQ(gst_harness_push(sink.get(), frame(Bytes{1, 1})), GST_FLOW_OK);
     const Harness source = source_of(0);
@@ -142,17 +142,17 @@ TEST(TensorReposink, StoresFramesInPausedToo) {
   }
 }
 
-TEST(TensorReposink, AFlushEndsTheWaitDropsTheFrameAndBeginsTheLoopAnew) {
+TEST(TensorReposink, AFlushEndsTheWaitDropsTheFrameAndRestartsTheLoop) {
   const Harness sink = harness_of(slot(0), kByte);
   const Harness source = source_of(0);
   EXPECT_EQ(pulled(source), (Bytes{0, 0}));
   gst_harness_push_event(sink.get(), gst_event_new_flush_start());
   EXPECT_EQ(gst_harness_push(sink.get(), frame(Bytes{3, 3})), GST_FLOW_FLUSHING);
   gst_harness_push_event(sink.get(), gst_event_new_flush_stop(FALSE));
-  EXPECT_EQ(pulled(source), (Bytes{0, 0})) << "the frame on its way is lost";
+  EXPECT_EQ(pulled(source), (Bytes{0, 0})) << "the frame in transit is lost";
 }
 
-TEST(TensorReposink, AFlushCountsWhatItDrops) {
+TEST(TensorReposink, AFlushCountsDroppedFrames) {
   const Harness sink = harness_of(slot(0), kByte);
   gst_harness_push(sink.get(), frame(Bytes{1, 1}));
   auto second = pushing(sink, {2, 2});
@@ -164,7 +164,7 @@ TEST(TensorReposink, AFlushCountsWhatItDrops) {
   EXPECT_EQ(stat(sink, "tensor_reposink", "held"), 0u);
 }
 
-TEST(TensorReposink, TheEndOfTheStreamEndsTheSource) {
+TEST(TensorReposink, EosEndsTheSource) {
   const Harness sink = harness_of(slot(0), kByte);
   const Harness source = source_of(0);
   gst_harness_push(sink.get(), frame(Bytes{1, 1}));
@@ -174,7 +174,7 @@ TEST(TensorReposink, TheEndOfTheStreamEndsTheSource) {
   EXPECT_TRUE(ends(source));
 }
 
-TEST(TensorReposink, TakesTheEndOfTheStreamInPausedToo) {
+TEST(TensorReposink, AcceptsEosInPaused) {
   const Harness sink = harness_of(slot(0), kByte);
   const Harness source = source_of(0);
   gst_element_set_state(sink->element, GST_STATE_PAUSED);
@@ -183,7 +183,7 @@ TEST(TensorReposink, TakesTheEndOfTheStreamInPausedToo) {
   EXPECT_TRUE(ends(source));
 }
 
-TEST(TensorReposink, DropsAndCountsWhatAnEndedSourceWillNotTake) {
+TEST(TensorReposink, DropsAndCountsFramesAfterTheSourceEnded) {
   const Harness sink = harness_of(slot(0), kByte);
   const Harness source =
       harness_of(std::string("tensor_reposrc slot-index=0 num-buffers=1 caps=\"") + kByte + "\"");
@@ -195,38 +195,38 @@ TEST(TensorReposink, DropsAndCountsWhatAnEndedSourceWillNotTake) {
   EXPECT_EQ(stat(sink, "tensor_reposink", "dropped-eos"), 3u);
 }
 
-TEST(TensorReposink, ANewSlotIndexTakesTheWaitAlong) {
+TEST(TensorReposink, ANewSlotIndexMovesTheWait) {
   const Harness sink = harness_of(slot(1), kByte);
   const Harness source = source_of(2);
   EXPECT_EQ(pulled(source), (Bytes{0, 0}));
   gst_harness_push(sink.get(), frame(Bytes{1, 1}));
   auto second = pushing(sink, {2, 2});
   g_object_set(element_of(sink, "tensor_reposink").get(), "slot-index", 2u, nullptr);
-  EXPECT_EQ(pulled(source), (Bytes{2, 2})) << "the first went with slot 1";
+  EXPECT_EQ(pulled(source), (Bytes{2, 2})) << "the first one was dropped with slot 1";
   EXPECT_EQ(second.get(), GST_FLOW_OK);
   EXPECT_EQ(stat(sink, "tensor_reposink", "dropped-eos"), 1u);
 }
 
-TEST(TensorReposink, NamesAFrameOfAnotherSize) {
+TEST(TensorReposink, ReportsAFrameOfTheWrongSize) {
   for (const size_t bytes : {size_t{0}, size_t{1}, size_t{3}}) {
     const Harness sink = harness_of(slot(0), kByte);
     Errors errors(sink);
     EXPECT_EQ(gst_harness_push(sink.get(), frame(Bytes(bytes))), GST_FLOW_ERROR);
     const std::string text = errors.next();
-    EXPECT_SAYS(text, "WEIR-2004: a buffer has another size than its caps say");
+    EXPECT_SAYS(text, "WEIR-2004: the size of a buffer does not match its caps");
     EXPECT_SAYS(text, "offered: " + std::to_string(bytes) + " bytes");
     EXPECT_SAYS(text, "needed: 1 tensor: uint8 2 = 2 bytes");
-    EXPECT_SAYS(text, "fix: check the element before this one");
+    EXPECT_SAYS(text, "fix: check the upstream element: its caps and its buffers");
     EXPECT_EQ(stat(sink, "tensor_reposink", "dropped-error"), 1u);
   }
 }
 
-TEST(TensorReposink, NamesCapsThatDoNotSayWhatTheTensorsAre) {
+TEST(TensorReposink, ReportsIncompleteCaps) {
   EXPECT_SAYS(start_error(slot(0), "other/tensor,framerate=30/1"),
-              "do not describe the tensors wholly");
+              "do not describe the tensors completely");
 }
 
-TEST(TensorReposink, TakesStaticTensorsOnly) {
+TEST(TensorReposink, AcceptsOnlyStaticTensors) {
   const Harness sink = harness_of(slot(0), "other/tensors,format=flexible,framerate=30/1");
   EXPECT_EQ(gst_harness_push(sink.get(), frame(Bytes{1, 2})), GST_FLOW_NOT_NEGOTIATED);
 }

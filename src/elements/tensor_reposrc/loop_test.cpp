@@ -1,8 +1,8 @@
-// Whole loops: what comes out, how they end, and that no order of states or events makes them hang.
+// Whole loops: their output, how they end, and that no order of states or events blocks them.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <array>
 
-#include "elements/tests/played_pipeline.hpp"
+#include "elements/tests/pipeline_test_support.hpp"
 
 namespace weir::test {
 namespace {
@@ -14,8 +14,8 @@ constexpr char kAddOne[] = " ! tensor_transform mode=arithmetic option=add:1 ";
 std::string text(int number) {
   return std::to_string(number);
 }
-// Four numbers that grow by 1 a round. Reposink stands before the watching sink: it must not hold
-// back the first frame of that.
+// Four numbers that grow by 1 each round. The reposink is linked before the tensor_sink and must
+// not block the tensor_sink's first frame.
 std::string counting(int slot, const std::string& more, const std::string& sink = "out") {
   const std::string tee = "t" + text(slot);
   return "tensor_reposrc slot-index=" + text(slot) + kCaps + more + kAddOne + "! tee name=" + tee +
@@ -32,10 +32,11 @@ TEST(Loop, CountsItsRoundsAndKeepsWhatItShowed) {
   PlayedPipeline p(counting(0, "num-buffers=1000"));
   p.watch("out");
   EXPECT_EQ(p.plays_to_its_end(), "");
-  EXPECT_EQ(p.seen<int32_t>("out"), count_to(1000)) << "frames in work share no memory with them";
+  EXPECT_EQ(p.seen<int32_t>("out"), count_to(1000))
+      << "frames in progress do not share their memory";
   EXPECT_EQ(p.stat("end0", "received"), 1000u);
   EXPECT_EQ(p.stat("end0", "consumed"), 999u);
-  EXPECT_EQ(p.stat("end0", "held"), 1u) << "the last, which the source did not ask for any more";
+  EXPECT_EQ(p.stat("end0", "held"), 1u) << "the last one, which the source no longer read";
 }
 
 TEST(Loop, WorksWithTheSinkWrittenFirst) {
@@ -70,8 +71,8 @@ TEST(Loop, SeveralRunInOnePipelineAndInSeveral) {
   EXPECT_EQ(other.seen<int32_t>("c"), count_to(200));
 }
 
-// Two loops in a row: each round of the first feeds the second, whose end is the first's start.
-TEST(Loop, MayGoThroughTwoSlots) {
+// Two loops in series: each feeds the other.
+TEST(Loop, CanUseTwoSlots) {
   PlayedPipeline p(std::string("tensor_reposrc slot-index=0 num-buffers=50") + kCaps + kAddOne +
                    "! tensor_reposink slot-index=1 tensor_reposrc slot-index=1" + kCaps + kAddOne +
                    "! tee name=t ! tensor_reposink slot-index=0 t. ! tensor_sink name=out");
@@ -79,12 +80,13 @@ TEST(Loop, MayGoThroughTwoSlots) {
   EXPECT_EQ(p.plays_to_its_end(), "");
   const auto seen = p.seen<int32_t>("out");
   ASSERT_GE(seen.size(), 40u);
-  // Two frames are on their way, the zeros of either source: each passes here every other time,
-  // having got 1 of each transform; the second's zeros came past the second alone at first.
+  // Two frames circulate, the zeros of each source. They pass here in turn, and each round both
+  // transforms add 1; in its first round the second source's frame passed only the second
+  // transform.
   for (size_t i = 0; i < seen.size(); ++i) EXPECT_EQ(seen[i][0], static_cast<int32_t>(i + 1)) << i;
 }
 
-TEST(Loop, EndsByAnElementWithinIt) {
+TEST(Loop, EndsWithEosFromAnElementInside) {
   PlayedPipeline p(std::string("tensor_reposrc slot-index=0") + kCaps + kAddOne +
                    "! identity eos-after=31 ! tee name=t ! tensor_reposink slot-index=0 t. ! "
                    "tensor_sink name=out");
@@ -93,14 +95,14 @@ TEST(Loop, EndsByAnElementWithinIt) {
   EXPECT_EQ(p.seen<int32_t>("out"), count_to(30));
 }
 
-TEST(Loop, EndsWhenThePipelineIsToldToEnd) {
+TEST(Loop, EndsWithEosOfThePipeline) {
   PlayedPipeline p(counting(0, ""));
   EXPECT_TRUE(p.reaches(GST_STATE_PLAYING));
   EXPECT_TRUE(gst_element_send_event(p.get(), gst_event_new_eos()));
   EXPECT_EQ(p.outcome(), "");
 }
 
-TEST(Loop, GoesOnAfterAPause) {
+TEST(Loop, ContinuesAfterAPause) {
   PlayedPipeline p(counting(0, "num-buffers=3000"));
   p.watch("out");
   for (int i = 0; i < 5; ++i) {
@@ -111,7 +113,7 @@ TEST(Loop, GoesOnAfterAPause) {
   EXPECT_EQ(p.seen<int32_t>("out"), count_to(3000));
 }
 
-TEST(Loop, BeginsWithZerosWhenItIsPlayedAgain) {
+TEST(Loop, StartsWithZerosWhenPlayedAgain) {
   PlayedPipeline p(counting(0, "num-buffers=10"));
   for (int i = 0; i < 3; ++i) {
     p.watch("out");
@@ -121,23 +123,23 @@ TEST(Loop, BeginsWithZerosWhenItIsPlayedAgain) {
   }
 }
 
-TEST(Loop, AFlushThroughItBeginsItAnew) {
+TEST(Loop, IsRestartedByAFlush) {
   PlayedPipeline p(counting(0, ""));
   EXPECT_TRUE(p.reaches(GST_STATE_PLAYING));
   for (int i = 0; i < 5; ++i) {
     EXPECT_TRUE(gst_element_send_event(p.get(), gst_event_new_flush_start()));
     EXPECT_TRUE(gst_element_send_event(p.get(), gst_event_new_flush_stop(TRUE)));
   }
-  // The flush took the sink back to PAUSED. GstBaseSrc waits for a push to return before it takes
-  // EOS, the push for PLAYING, and that for the lock that a bin sends EOS under: the same with
-  // GStreamer's own elements (1.22).
+  // The flush set the sink to PAUSED. GstBaseSrc handles EOS after its push returns, the push waits
+  // for PLAYING, and PLAYING waits for the lock under which a bin sends EOS: GStreamer's own
+  // elements (1.22) deadlock in the same way.
   EXPECT_TRUE(p.reaches(GST_STATE_PLAYING));
   EXPECT_TRUE(gst_element_send_event(p.get(), gst_event_new_eos()));
   EXPECT_EQ(p.outcome(), "");
 }
 
-// In each state, in each order of the elements, the elements go to NULL one by one.
-TEST(Loop, IsTakenDownInAnyStateAndOrder) {
+// The elements go to NULL one by one, in each order and from each state.
+TEST(Loop, CanBeShutDownInAnyStateAndOrder) {
   for (const GstState state : {GST_STATE_READY, GST_STATE_PAUSED, GST_STATE_PLAYING}) {
     std::array<const char*, 4> order{"add", "between", "end", "start"};
     do {
@@ -154,8 +156,8 @@ TEST(Loop, IsTakenDownInAnyStateAndOrder) {
   }
 }
 
-// Both indices change while frames go round: first the sink's, then the source's, or the other way.
-TEST(Loop, MovesToAnotherSlotWhileItPlays) {
+// Both indices change while frames circulate: the sink's first, or the source's first.
+TEST(Loop, MovesToAnotherSlotWhilePlaying) {
   PlayedPipeline p(std::string("tensor_reposrc name=start slot-index=0") + kCaps + kAddOne +
                    "! tee name=t ! tensor_reposink name=end slot-index=0 t. ! "
                    "tensor_sink name=out");

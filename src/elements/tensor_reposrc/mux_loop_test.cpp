@@ -1,7 +1,7 @@
-// Loops that meet another stream in tensor_mux: the end of that stream ends the loop, and a
-// sync-mode that cannot work is told.
+// Loops joined with another stream by tensor_mux: EOS of that stream ends the loop, and an
+// unsuitable sync-mode causes a warning.
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "elements/tests/played_pipeline.hpp"
+#include "elements/tests/pipeline_test_support.hpp"
 
 namespace weir::test {
 namespace {
@@ -9,7 +9,7 @@ namespace {
 constexpr char kBytes[] =
     "other/tensor,dimension=(string)1:4:1:1,type=(string)uint8,framerate=30/1";
 
-// White pictures (235 in video range), and beside each the number of its round.
+// White pictures (235 in video range), each muxed with the number of its round.
 std::string loop(const std::string& mode, const std::string& between = "") {
   return "videotestsrc pattern=white num-buffers=50 ! "
          "video/x-raw,format=GRAY8,width=4,height=1,framerate=30/1 ! tensor_converter ! " +
@@ -32,13 +32,13 @@ void check_rounds(PlayedPipeline& p) {
   EXPECT_EQ(p.stat("start", "held"), 0u);
 }
 
-TEST(MuxLoop, EndsWithTheStreamThatItMeets) {
+TEST(MuxLoop, EndsWithTheOtherInput) {
   PlayedPipeline p(loop("sync-mode=nosync"));
   p.watch("out");
   check_rounds(p);
 }
 
-TEST(MuxLoop, EndsWithQueuesOnEachWay) {
+TEST(MuxLoop, EndsWithQueuesInEachBranch) {
   PlayedPipeline p(loop("sync-mode=nosync", "queue ! "));
   p.watch("out");
   check_rounds(p);
@@ -52,7 +52,7 @@ TEST(MuxLoop, EndsWhenTheSourceOfTheLoopEndsFirst) {
   EXPECT_EQ(p.seen<uint8_t>("out").size(), 7u);
 }
 
-TEST(MuxLoop, IsTakenDownWhileItWaits) {
+TEST(MuxLoop, CanBeShutDownWhileWaiting) {
   for (const char* mode : {"", "sync-mode=basepad", "sync-mode=refresh", "sync-mode=nosync"}) {
     PlayedPipeline p(loop(mode));
     gst_element_set_state(p.get(), GST_STATE_PLAYING);
@@ -70,10 +70,10 @@ std::string warning_of(const std::string& launch) {
   return GST_MESSAGE_TYPE(message.get()) == GST_MESSAGE_EOS ? "" : text_of(message.get());
 }
 
-TEST(MuxLoop, ASyncModeThatCannotWorkIsTold) {
+TEST(MuxLoop, WarnsAboutAnUnsuitableSyncMode) {
   const std::string text = warning_of(loop("sync-mode=slowest", "queue ! "));
   EXPECT_SAYS(text, "WEIR-5001");
-  EXPECT_SAYS(text, "a loop goes through mux, which goes by time");
+  EXPECT_SAYS(text, "a loop goes through mux, which synchronises by timestamps");
   EXPECT_SAYS(text, "offered: sync-mode=slowest");
   EXPECT_SAYS(text, "fix: name=mux sync-mode=nosync");
   EXPECT_SAYS(warning_of(loop("sync-mode=refresh")), "never end");

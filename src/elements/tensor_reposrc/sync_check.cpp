@@ -1,19 +1,19 @@
-// Looks along the pads for a sync-mode.
+// Finds the sync-mode of the first synchronising element downstream.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "elements/tensor_reposrc/sync_check.hpp"
 
 #include <string>
 
-#include "gstcpp/ref.hpp"
+#include "gstcpp/element/ref.hpp"
 
 namespace weir {
 namespace {
 
 using gst::Ref;
 
-constexpr int kMostElements = 64;  // a line may be a circle
+constexpr int kMostElements = 64;  // a pipeline may contain loops
 
-// "" for an element that synchronises nothing.
+// "" for an element that does not synchronise.
 std::string sync_mode_of(GstElement* element) {
   const auto* spec = g_object_class_find_property(G_OBJECT_GET_CLASS(element), "sync-mode");
   if (!spec || spec->value_type != G_TYPE_STRING) return "";
@@ -25,12 +25,14 @@ std::string sync_mode_of(GstElement* element) {
 
 Error unfit(GstElement* element, const std::string& mode) {
   const gst::UniqueText name{gst_element_get_name(element)};
-  return {Code::GRAPH_STALLS,
-          std::string("a loop goes through ") + name.get() + ", which goes by time",
-          "sync-mode=" + mode + ", while frames of a loop are one round old",
-          "sync-mode=nosync: others drop such frames as late and wait, or, refresh, never end",
-          "",
-          std::string("name=") + name.get() + " sync-mode=nosync"};
+  return {.code = Code::GRAPH_STALLS,
+          .what = std::string("a loop goes through ") + name.get() +
+                  ", which synchronises by timestamps",
+          .offered = "sync-mode=" + mode + ", while frames of a loop are one round old",
+          .needed =
+              "sync-mode=nosync: other modes drop such frames as late and wait, or with refresh "
+              "never end",
+          .fix = std::string("name=") + name.get() + " sync-mode=nosync"};
 }
 
 }  // namespace

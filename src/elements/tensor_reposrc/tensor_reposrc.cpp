@@ -1,15 +1,14 @@
-// tensor_reposrc: the start of a loop; a frame of zeros, then what tensor_reposink puts into the
-// slot.
+// tensor_reposrc: the start of a loop; pushes a frame of zeros, then the frames that
+// tensor_reposink puts into the slot.
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include <atomic>
 #include <cstring>
 #include <string>
 
 #include "elements/tensor_reposink/repository.hpp"
 #include "elements/tensor_reposrc/sync_check.hpp"
-#include "gstcpp/base_classes.hpp"
-#include "gstcpp/frame_pool.hpp"
-#include "gstcpp/tensor_caps.hpp"
+#include "gstcpp/buffer/frame_pool.hpp"
+#include "gstcpp/buffer/tensor_caps.hpp"
+#include "gstcpp/element/base_classes.hpp"
 
 namespace weir {
 namespace {
@@ -26,8 +25,8 @@ std::string text_of(const GstCaps* caps) {
   return text.get();
 }
 
-// "" when frames of `offered` can stand for frames of `needed`: however dimensions are spelled, and
-// whether one tensor is called other/tensor or other/tensors.
+// Returns "" when frames of `offered` match `needed`, regardless of the spelling of dimensions and
+// of other/tensor or other/tensors for one tensor.
 std::string difference_of(const FrameSpec& offered, const FrameSpec& needed) {
   std::string tensors = first_difference(offered.tensors, needed.tensors);
   if (!tensors.empty() || offered.rate == needed.rate) return tensors;
@@ -41,7 +40,7 @@ class TensorReposrc : public gst::Element<TensorReposrc, gst::PushSource> {
  public:
   static constexpr gst::ElementInfo kInfo{
       "WeirTensorReposrc", "tensor_reposrc", "TensorRepoSrc", "Source/Tensor/Repository",
-      "Starts a loop with zeros, then brings the frames of the tensor_reposink of the same slot"};
+      "Starts a loop with zeros, then pushes the frames of the tensor_reposink of the same slot"};
   static inline GstStaticPadTemplate kPads[] = {
       GST_STATIC_PAD_TEMPLATE(
           "src", GST_PAD_SRC, GST_PAD_ALWAYS,
@@ -56,7 +55,7 @@ class TensorReposrc : public gst::Element<TensorReposrc, gst::PushSource> {
     bool silent = true;
   };
   static constexpr std::tuple kProperties{
-      gst::Property{"caps", &Settings::caps, "What the frames of the loop are: fixed tensor caps",
+      gst::Property{"caps", &Settings::caps, "Fixed tensor caps of the frames of the loop",
                     gst::Changeable::WhilePlaying},
       gst::Property{"slot-index", &Settings::slot_index, "The slot that frames come from",
                     gst::Changeable::WhilePlaying, 0u, kNotSet - 1},
@@ -81,29 +80,27 @@ class TensorReposrc : public gst::Element<TensorReposrc, gst::PushSource> {
   Status check_change(const char* name, const Settings& wanted) const {
     return std::string_view(name) == "caps" ? check_caps(wanted.caps) : ok();
   }
+  // Other properties take effect immediately.
+  static bool is_followed(std::string_view name) { return name == "caps"; }
   void property_changed(const char* name) {
-    if (std::string_view(name) == "caps") changed_ = true;
     if (std::string_view(name) != "slot-index") return;
     count_left(reader_.move(settings().slot_index));
-    tell_of_others();
+    report_others();
   }
 
   Status start() {
-    const Settings s = settings();
-    changed_ = false;
+    const Settings s = take_settings(&followed_);
     if (auto status = check_caps(s.caps); !status) return status;
     if (s.slot_index == kNotSet)
-      return Error{Code::OPTION_VALUE,
-                   "the property slot-index is not set",
-                   "",
-                   "the slot-index of the tensor_reposink that ends the loop",
-                   "",
-                   "tensor_reposrc slot-index=0"};
+      return Error{.code = Code::OPTION_VALUE,
+                   .what = "the property slot-index is not set",
+                   .needed = "the slot-index of the tensor_reposink that ends the loop",
+                   .fix = "tensor_reposrc slot-index=0"};
     if (const Status status = plan(s.caps); !status) return status;
     ledger_.reset();
     fresh_ = true;
     reader_.attach(s.slot_index);
-    tell_of_others();
+    report_others();
     return ok();
   }
 
@@ -126,7 +123,7 @@ class TensorReposrc : public gst::Element<TensorReposrc, gst::PushSource> {
     return gst_caps_intersect_full(filter, caps.get(), GST_CAPS_INTERSECT_FIRST);
   }
 
-  // The frames are there already, whatever pool the next element offers.
+  // The frames are allocated already: no pool is needed.
   gboolean decide_allocation(GstQuery* query) {
     while (gst_query_get_n_allocation_pools(query) > 0)
       gst_query_remove_nth_allocation_pool(query, 0);
@@ -135,7 +132,7 @@ class TensorReposrc : public gst::Element<TensorReposrc, gst::PushSource> {
 
   GstFlowReturn create(GstBuffer** out) {
     if (std::exchange(fresh_, false)) {
-      reader_.begin_anew();
+      reader_.begin_again();
       if (const auto unfit = unfit_sync_mode(pad())) gst::post_warning(element(), *unfit);
       return zeros(out);
     }
@@ -178,19 +175,21 @@ class TensorReposrc : public gst::Element<TensorReposrc, gst::PushSource> {
  private:
   GstPad* pad() const { return GST_BASE_SRC_PAD(self()); }
 
-  // A loop whose frame goes to another source stops, without a word.
-  void tell_of_others() {
+  // If a frame goes to another source, the loop stalls without an error.
+  void report_others() {
     if (!reader_.shares_slot()) return;
     const uint32_t slot = settings().slot_index;
     const std::string index = "slot-index=" + std::to_string(slot);
-    gst::post_warning(element(),
-                      Error{Code::GRAPH_STALLS, "two sources take frames out of one slot",
-                            "another tensor_reposrc " + index,
-                            "a slot for each tensor_reposrc: a frame goes to one of them alone", "",
-                            "tensor_reposrc slot-index=" + std::to_string(slot + 1)});
+    gst::post_warning(
+        element(),
+        Error{.code = Code::GRAPH_STALLS,
+              .what = "two sources read frames from one slot",
+              .offered = "another tensor_reposrc " + index,
+              .needed = "a slot for each tensor_reposrc: each frame goes to only one of them",
+              .fix = "tensor_reposrc slot-index=" + std::to_string(slot + 1)});
   }
 
-  // What goes downstream. Behind EOS nothing is taken any more, and the sink must not wait for it.
+  // Watches downstream events. After EOS no more frames are read, and the sink must not wait.
   void sees(GstEvent* event) {
     if (GST_EVENT_TYPE(event) == GST_EVENT_EOS) reader_.end();
     if (GST_EVENT_TYPE(event) == GST_EVENT_FLUSH_STOP) reader_.begin();
@@ -198,12 +197,10 @@ class TensorReposrc : public gst::Element<TensorReposrc, gst::PushSource> {
 
   static Status check_caps(const Ref<GstCaps>& caps) {
     if (!caps)
-      return Error{Code::OPTION_VALUE,
-                   "the property caps is not set",
-                   "",
-                   "the caps of the frames that go round the loop",
-                   "",
-                   kSampleCaps};
+      return Error{.code = Code::OPTION_VALUE,
+                   .what = "the property caps is not set",
+                   .needed = "the caps of the frames in the loop",
+                   .fix = kSampleCaps};
     const auto spec = gst::fixed_spec_from_caps(caps.get());
     if (!spec) {
       Error error = spec.error();
@@ -211,12 +208,11 @@ class TensorReposrc : public gst::Element<TensorReposrc, gst::PushSource> {
       return error;
     }
     if (spec->format != Format::Static)
-      return Error{Code::FORMAT_UNSUPPORTED,
-                   "a loop carries static tensors only",
-                   text_of(caps.get()),
-                   "format=static",
-                   "",
-                   kSampleCaps};
+      return Error{.code = Code::FORMAT_UNSUPPORTED,
+                   .what = "a loop carries static tensors only",
+                   .offered = text_of(caps.get()),
+                   .needed = "format=static",
+                   .fix = kSampleCaps};
     return ok();
   }
 
@@ -232,7 +228,7 @@ class TensorReposrc : public gst::Element<TensorReposrc, gst::PushSource> {
     return ok();
   }
 
-  // A frame of zeros, without a time-stamp.
+  // A frame of zeros without a timestamp.
   GstFlowReturn zeros(GstBuffer** out) {
     auto buffer = pool_.acquire(buffer_limit_);
     gst::FramePool::Writer writer;
@@ -251,29 +247,37 @@ class TensorReposrc : public gst::Element<TensorReposrc, gst::PushSource> {
     return GST_FLOW_OK;
   }
 
-  // The property caps that was set while frames flow, from the first frame on that it describes.
+  // Applies the property caps, set while frames flow, at the first frame that matches them.
   void follow_caps(const FrameSpec& frame) {
-    const auto wanted = settings().caps;
-    const auto spec = gst::fixed_spec_from_caps(wanted.get());
+    const auto spec = gst::fixed_spec_from_caps(settings().caps.get());
     if (!spec || !difference_of(frame, *spec).empty()) return;
-    changed_ = false;
-    if (plan(wanted)) gst_base_src_set_caps(GST_BASE_SRC(self()), wanted.get());
+    follow_settings(&followed_, [&](const Settings& wanted) -> Status {
+      if (auto status = check_downstream(wanted.caps, *spec); !status) return status;
+      if (auto status = plan(wanted.caps); !status) return status;
+      gst_base_src_set_caps(GST_BASE_SRC(self()), wanted.caps.get());
+      return ok();
+    });
+  }
+  Status check_downstream(const Ref<GstCaps>& caps, const FrameSpec& spec) const {
+    if (!gst_pad_is_linked(pad()) || gst_pad_peer_query_accept_caps(pad(), caps.get())) return ok();
+    const auto peer = Ref<GstCaps>::adopt(gst_pad_peer_query_caps(pad(), nullptr));
+    return gst::downstream_mismatch(pad(), peer.get(), spec.to_string(), "another caps=");
   }
 
   Status check(const Ref<GstCaps>& caps) {
     if (caps.get() == checked_.get()) return ok();
     const auto spec = gst::fixed_spec_from_caps(caps.get());
     if (!spec) return spec.error();
-    if (changed_) follow_caps(*spec);
+    if (is_written()) follow_caps(*spec);
     const std::string difference = difference_of(*spec, spec_);
     if (!difference.empty())
-      return Error{Code::SPEC_MISMATCH,
-                   "the frames of the tensor_reposink are not what the property caps says",
-                   text_of(caps.get()),
-                   text_of(caps_.get()),
-                   difference,
-                   "tensor_reposrc slot-index=" + std::to_string(settings().slot_index) +
-                       " caps=\"" + text_of(caps.get()) + "\""};
+      return Error{.code = Code::SPEC_MISMATCH,
+                   .what = "the frames of the tensor_reposink do not match the property caps",
+                   .offered = text_of(caps.get()),
+                   .needed = text_of(caps_.get()),
+                   .difference = difference,
+                   .fix = "tensor_reposrc slot-index=" + std::to_string(settings().slot_index) +
+                          " caps=\"" + text_of(caps.get()) + "\""};
     checked_ = caps;
     return ok();
   }
@@ -281,11 +285,11 @@ class TensorReposrc : public gst::Element<TensorReposrc, gst::PushSource> {
   Repository::Reader reader_{repository(), {[this](uint32_t slot) {
                                gst::post_warning(element(), lone_end("tensor_reposink", slot));
                              }}};
-  std::atomic<bool> changed_{false};  // the property caps, and no frame of that kind came yet
-  // Made in start(), then streaming thread only.
+  // Set in start(), then streaming thread only.
+  gst::FollowedSettings<Settings> followed_;  // the settings of caps_
   bool fresh_ = true;
   Ref<GstCaps> caps_;     // the property
-  Ref<GstCaps> checked_;  // caps of frames that were found to be the same tensors
+  Ref<GstCaps> checked_;  // frame caps known to match caps_
   FrameSpec spec_;        // of caps_
   gst::FramePool pool_;
 };

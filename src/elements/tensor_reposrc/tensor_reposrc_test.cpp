@@ -1,9 +1,9 @@
-// tensor_reposrc in a harness: the first frame, what it asks for, what it refuses, what ends it.
+// tensor_reposrc in a harness: the first frame, caps, errors, EOS.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <algorithm>
 
 #include "becomes.hpp"
-#include "elements/tests/element_harness.hpp"
+#include "elements/tests/element_test_support.hpp"
 
 namespace weir::test {
 namespace {
@@ -15,7 +15,7 @@ std::string tensor(const std::string& type, const std::string& dimension,
 }
 const std::string kFloats = tensor("float32", "2:1:1:1");
 
-// As gst_parse_launch() wants it.
+// Quoted for gst_parse_launch().
 std::string quoted(const std::string& text) {
   std::string out = "\"";
   for (const char c : text) out += c == '"' ? "\\\"" : std::string(1, c);
@@ -37,7 +37,7 @@ bool ends(const Harness& h) {
     if (GST_EVENT_TYPE(event.get()) == GST_EVENT_EOS) return true;
   return false;
 }
-// The error of a source with `needed` whose sink gets one frame of `offered`; "" for none.
+// The error of a source with `needed` whose sink receives a frame of `offered`; "" if none.
 std::string mismatch_of(const std::string& offered, const std::string& needed, size_t bytes) {
   const Harness h = harness_of(source(needed));
   Errors errors(h);
@@ -49,7 +49,7 @@ std::string mismatch_of(const std::string& offered, const std::string& needed, s
   return errors.next();
 }
 
-TEST(TensorReposrc, FollowsCapsThatAreSetWhileItPlays) {
+TEST(TensorReposrc, FollowsCapsThatAreSetWhilePlaying) {
   const Harness h = playing(source(tensor("uint8", "2"), "slot-index=40"));
   EXPECT_EQ(gst_buffer_get_size(pulled(h).get()), 2u) << "zeros";
   const auto element = element_of(h, "tensor_reposrc");
@@ -58,7 +58,7 @@ TEST(TensorReposrc, FollowsCapsThatAreSetWhileItPlays) {
   const auto wanted = Ref<GstCaps>::adopt(gst_caps_from_string(tensor("uint8", "3").c_str()));
   g_object_set(element.get(), "caps", wanted.get(), nullptr);
   gst_harness_push(sink.get(), frame(ramp(2)));
-  EXPECT_EQ(gst_buffer_get_size(pulled(h).get()), 2u) << "a frame of before";
+  EXPECT_EQ(gst_buffer_get_size(pulled(h).get()), 2u) << "an earlier frame";
   gst_harness_set_src_caps_str(sink.get(), tensor("uint8", "3").c_str());
   gst_harness_push(sink.get(), frame(ramp(3)));
   EXPECT_EQ(gst_buffer_get_size(pulled(h).get()), 3u);
@@ -70,6 +70,25 @@ TEST(TensorReposrc, FollowsCapsThatAreSetWhileItPlays) {
   g_object_get(element.get(), "caps", &raw, nullptr);
   const auto read = Ref<GstCaps>::adopt(raw);
   EXPECT_TRUE(gst_caps_is_equal(read.get(), wanted.get()));
+}
+
+TEST(TensorReposrc, CapsThatDownstreamRejectsAreRejectedAndRestored) {
+  const Harness h = harness_of(source(tensor("uint8", "2"), "slot-index=41") +
+                               " ! capsfilter caps=other/tensor,dimension=(string)2");
+  Errors messages(h);
+  gst_harness_play(h.get());
+  EXPECT_TRUE(pulled(h));
+  const auto element = element_of(h, "tensor_reposrc");
+  const auto wanted = Ref<GstCaps>::adopt(gst_caps_from_string(tensor("uint8", "3").c_str()));
+  g_object_set(element.get(), "caps", wanted.get(), nullptr);
+  const Harness sink = harness_of("tensor_reposink slot-index=41", tensor("uint8", "3"));
+  gst_harness_push(sink.get(), frame(ramp(3)));
+  EXPECT_TRUE(ends(h));
+  EXPECT_SAYS(messages.next(), "the frames of the tensor_reposink do not match the property caps");
+  GstCaps* raw = nullptr;
+  g_object_get(element.get(), "caps", &raw, nullptr);
+  const auto read = Ref<GstCaps>::adopt(raw);
+  EXPECT_FALSE(gst_caps_is_equal(read.get(), wanted.get()));
 }
 
 TEST(TensorReposrc, StartsWithTheDocumentedValues) {
@@ -99,7 +118,7 @@ TEST(TensorReposrc, ReturnsTheCapsThatWereSet) {
   EXPECT_TRUE(gst_caps_is_equal(caps.get(), expected.get()));
 }
 
-TEST(TensorReposrc, BeginsWithZerosThatHaveNoTime) {
+TEST(TensorReposrc, StartsWithUntimedZeros) {
   const Harness h = playing(source(kFloats));
   const auto first = pulled(h);
   EXPECT_EQ(values<float>(first.get()), (std::vector<float>{0, 0}));
@@ -110,7 +129,7 @@ TEST(TensorReposrc, BeginsWithZerosThatHaveNoTime) {
   EXPECT_EQ(stat(h, "tensor_reposrc", "received"), 0u);
 }
 
-TEST(TensorReposrc, BeginsWithOneMemoryForEachTensor) {
+TEST(TensorReposrc, StartsWithOneMemoryForEachTensor) {
   const Harness h = playing(source(tensors("uint8,int16", "3:1:1:1,5:1:1:1")));
   const auto first = pulled(h);
   ASSERT_EQ(gst_buffer_n_memory(first.get()), 2u);
@@ -118,8 +137,8 @@ TEST(TensorReposrc, BeginsWithOneMemoryForEachTensor) {
   EXPECT_EQ(gst_memory_get_sizes(gst_buffer_peek_memory(first.get(), 1), nullptr, nullptr), 10u);
 }
 
-// 15 memories of 1 byte, and one of the packed header and the bytes of 5 tensors.
-TEST(TensorReposrc, BeginsWithPackedTensorsWhereThereAreMoreThan16) {
+// 15 memories of 1 byte, and one with the packed header and the bytes of 5 tensors.
+TEST(TensorReposrc, StartsWithPackedTensorsBeyond16) {
   std::string types = "uint8", dimensions = "1";
   for (int i = 1; i < 20; ++i) types += ",uint8", dimensions += ",1";
   const Harness h = playing(source(tensors(types, dimensions)));
@@ -131,14 +150,14 @@ TEST(TensorReposrc, BeginsWithPackedTensorsWhereThereAreMoreThan16) {
   EXPECT_TRUE(std::all_of(bytes.end() - 5, bytes.end(), [](auto b) { return b == 0; }));
 }
 
-TEST(TensorReposrc, SpeaksTheNextElementsSpellingOfItsCaps) {
+TEST(TensorReposrc, UsesTheDownstreamSpellingOfItsCaps) {
   const Harness h = playing(source(tensor("float32", "2")) +
                             " ! capsfilter caps=other/tensors,dimensions=(string)2:1:1:1");
   EXPECT_TRUE(pulled(h));
   EXPECT_SAYS(caps_text(h), "dimensions=(string)2:1:1:1");
 }
 
-TEST(TensorReposrc, NamesWhatIsNotSet) {
+TEST(TensorReposrc, ReportsUnsetProperties) {
   const std::string no_slot = start_error(source(kFloats, ""));
   EXPECT_SAYS(no_slot, "WEIR-1004");
   EXPECT_SAYS(no_slot, "the property slot-index is not set");
@@ -149,22 +168,22 @@ TEST(TensorReposrc, NamesWhatIsNotSet) {
   EXPECT_SAYS(no_caps, "caps=\"other/tensor,dimension=");
 }
 
-TEST(TensorReposrc, NamesCapsThatAreNoFixedStaticTensors) {
+TEST(TensorReposrc, ReportsCapsThatAreNotFixedStaticTensors) {
   EXPECT_SAYS(start_error(source("other/tensor,dimension=(string)2,type=(string)uint8")),
-              "do not describe the tensors wholly");
+              "do not describe the tensors completely");
   EXPECT_SAYS(start_error(source(tensor("{ uint8, int8 }", "2"))), "not fixed");
   EXPECT_SAYS(start_error(source("other/tensors,format=(string)flexible,framerate=30/1")),
               "a loop carries static tensors only");
   EXPECT_NE(start_error(source("video/x-raw,format=RGB,width=2,height=2,framerate=30/1")), "");
 }
 
-TEST(TensorReposrc, TakesEqualTensorsHoweverTheirCapsAreSpelled) {
+TEST(TensorReposrc, AcceptsEqualTensorsInAnySpelling) {
   EXPECT_EQ(mismatch_of(tensor("float32", "2"), kFloats, 8), "");
   EXPECT_EQ(mismatch_of(tensor("float32", "2:1"), tensors("float32", "2"), 8), "");
   EXPECT_EQ(mismatch_of(tensors("float32", "2:1:1"), tensor("float32", "2"), 8), "");
 }
 
-TEST(TensorReposrc, NamesBothCapsOfFramesThatDoNotFit) {
+TEST(TensorReposrc, ReportsBothCapsOfFramesThatDoNotFit) {
   const std::string text = mismatch_of(tensor("uint8", "3:1:1:1"), kFloats, 3);
   EXPECT_SAYS(text, "WEIR-2001");
   EXPECT_SAYS(text, "dimension=(string)3:1:1:1, type=(string)uint8");
@@ -175,7 +194,7 @@ TEST(TensorReposrc, NamesBothCapsOfFramesThatDoNotFit) {
   EXPECT_SAYS(mismatch_of(tensors("float32,float32", "2,2"), kFloats, 16), "first difference: ");
 }
 
-TEST(TensorReposrc, NamesAFrameRateThatDoesNotFit) {
+TEST(TensorReposrc, ReportsAFrameRateThatDoesNotFit) {
   const std::string text = mismatch_of(tensor("float32", "2:1:1:1", "15/1"), kFloats, 8);
   EXPECT_SAYS(text, "framerate is 15/1, needed is 30/1");
   EXPECT_EQ(mismatch_of(tensor("float32", "2:1:1:1", "60/2"), kFloats, 8), "");
@@ -198,7 +217,7 @@ TEST(TensorReposrc, ChecksCapsThatChangeLater) {
   EXPECT_EQ(stat(h, "tensor_reposrc", "held"), 0u);
 }
 
-TEST(TensorReposrc, ANewSlotIndexTakesTheWaitAlong) {
+TEST(TensorReposrc, ANewSlotIndexMovesTheWait) {
   const Harness h = playing(source(kFloats));
   EXPECT_TRUE(pulled(h));
   const Harness sink = harness_of("tensor_reposink slot-index=5", kFloats);
@@ -207,7 +226,7 @@ TEST(TensorReposrc, ANewSlotIndexTakesTheWaitAlong) {
   EXPECT_EQ(content(pulled(h).get()), ramp(8));
 }
 
-TEST(TensorReposrc, TellsThatNobodyGivesItFrames) {
+TEST(TensorReposrc, WarnsThatNoSinkSendsFrames) {
   const Harness h = harness_of(source(kFloats, "slot-index=6"));
   Errors errors(h);
   gst_harness_play(h.get());
@@ -215,14 +234,14 @@ TEST(TensorReposrc, TellsThatNobodyGivesItFrames) {
   std::string warning;
   EXPECT_TRUE(
       becomes_true([&] { return !(warning = errors.next_warning()).empty(); }, "a warning"));
-  EXPECT_SAYS(warning, "WEIR-5001: a loop has one end only");
+  EXPECT_SAYS(warning, "WEIR-5001: a loop has only one end");
   EXPECT_SAYS(warning, "fix: tensor_reposink slot-index=6");
   const Harness sink = harness_of("tensor_reposink slot-index=6", kFloats);
   gst_harness_push(sink.get(), frame(ramp(8)));
-  EXPECT_EQ(content(pulled(h).get()), ramp(8)) << "it waited on";
+  EXPECT_EQ(content(pulled(h).get()), ramp(8)) << "it kept waiting";
 }
 
-TEST(TensorReposrc, TellsThatAnotherTakesFramesOutOfItsSlot) {
+TEST(TensorReposrc, WarnsThatAnotherSourceReadsItsSlot) {
   const Harness first = harness_of(source(kFloats, "slot-index=6"));
   Errors of_first(first);
   gst_harness_play(first.get());
@@ -230,28 +249,28 @@ TEST(TensorReposrc, TellsThatAnotherTakesFramesOutOfItsSlot) {
   Errors of_second(second);
   gst_harness_play(second.get());
   const std::string warning = of_second.next_warning();
-  EXPECT_SAYS(warning, "WEIR-5001: two sources take frames out of one slot");
+  EXPECT_SAYS(warning, "WEIR-5001: two sources read frames from one slot");
   EXPECT_SAYS(warning, "offered: another tensor_reposrc slot-index=6");
   EXPECT_SAYS(warning, "fix: tensor_reposrc slot-index=7");
-  EXPECT_EQ(of_first.next_warning(), "") << "it was alone when it came";
+  EXPECT_EQ(of_first.next_warning(), "") << "it was the only source when it started";
 }
 
-TEST(TensorReposrc, WaitsNoLongerThanItsElementPlays) {
+TEST(TensorReposrc, StopsWaitingWhenTheElementStops) {
   const Harness h = playing(source(kFloats));
   EXPECT_TRUE(pulled(h));
   EXPECT_EQ(gst_element_set_state(h->element, GST_STATE_PAUSED), GST_STATE_CHANGE_SUCCESS);
   EXPECT_EQ(gst_element_set_state(h->element, GST_STATE_NULL), GST_STATE_CHANGE_SUCCESS);
 }
 
-TEST(TensorReposrc, EndsWhenItIsTold) {
+TEST(TensorReposrc, EndsOnAnEosEvent) {
   const Harness h = playing(source(kFloats));
   EXPECT_TRUE(pulled(h));
   EXPECT_TRUE(gst_element_send_event(h->element, gst_event_new_eos()));
   EXPECT_TRUE(ends(h));
 }
 
-// The way round the loop is for frames: queries and QoS end at the source.
-TEST(TensorReposrc, AnswersLatencyItselfAndPassesNoQosOn) {
+// The loop carries only frames: queries and QoS events end at the source.
+TEST(TensorReposrc, AnswersLatencyAndForwardsNoQos) {
   const Harness h = playing(source(kFloats));
   EXPECT_TRUE(pulled(h));
   const Harness sink = harness_of("tensor_reposink", kFloats);

@@ -1,10 +1,10 @@
-// tensor_sink: hands each frame of tensors to the application by a signal.
+// tensor_sink: emits a signal with each frame of tensors for the application.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <atomic>
 
-#include "gstcpp/base_classes.hpp"
-#include "gstcpp/ref.hpp"
-#include "gstcpp/tensor_caps.hpp"
+#include "gstcpp/buffer/tensor_caps.hpp"
+#include "gstcpp/element/base_classes.hpp"
+#include "gstcpp/element/ref.hpp"
 
 namespace weir {
 namespace {
@@ -15,7 +15,7 @@ class TensorSink : public gst::Element<TensorSink, gst::BaseSink> {
  public:
   static constexpr gst::ElementInfo kInfo{"WeirTensorSink", "tensor_sink", "TensorSink",
                                           "Sink/Tensor",
-                                          "Hands each frame of tensors to the application"};
+                                          "Passes each frame of tensors to the application"};
   static inline GstStaticPadTemplate kPads[] = {
       GST_STATIC_PAD_TEMPLATE(
           "sink", GST_PAD_SINK, GST_PAD_ALWAYS,
@@ -29,7 +29,7 @@ class TensorSink : public gst::Element<TensorSink, gst::BaseSink> {
   };
   static constexpr std::tuple kProperties{
       gst::Property{"signal-rate", &Settings::signal_rate,
-                    "Most new-data signals in a second; 0 = one for each frame",
+                    "Maximum number of new-data signals per second; 0 = one for each frame",
                     gst::Changeable::WhilePlaying, 0u, 500u},
       gst::Property{"emit-signal", &Settings::emit_signal, "Emit new-data, stream-start and eos",
                     gst::Changeable::WhilePlaying},
@@ -53,7 +53,7 @@ class TensorSink : public gst::Element<TensorSink, gst::BaseSink> {
     gst_base_sink_set_max_lateness(self(), -1);
   }
 
-  // GstBaseSink's start comes once, before READY; a stream begins behind READY.
+  // GstBaseSink calls start() once for READY; a stream starts at READY->PAUSED.
   GstStateChangeReturn change_state(GstStateChange change) {
     if (change == GST_STATE_CHANGE_READY_TO_PAUSED) {
       ledger_.reset();
@@ -102,7 +102,7 @@ class TensorSink : public gst::Element<TensorSink, gst::BaseSink> {
   Ledger ledger_;
 
  private:
-  // Signals are at least 1000 / signal-rate milliseconds of clock time apart.
+  // Signals are at least 1000 / signal-rate milliseconds apart, by the clock.
   bool wants_signal() {
     const Settings s = settings();
     if (!s.emit_signal) return false;

@@ -1,11 +1,11 @@
-// tensor_sink in a harness: signals, their rate, what it takes and refuses.
+// tensor_sink in a harness: signals, their rate, accepted and rejected input.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <gst/check/gsttestclock.h>
 
 #include <string>
 #include <vector>
 
-#include "elements/tests/element_harness.hpp"
+#include "elements/tests/element_test_support.hpp"
 
 namespace {
 
@@ -48,7 +48,7 @@ class TensorSink : public ::testing::Test {
   Received received_;
 };
 
-TEST_F(TensorSink, HandsOverEachFrameInOrder) {
+TEST_F(TensorSink, EmitsEachFrameInOrder) {
   make("");
   EXPECT_EQ(push(1, 2), GST_FLOW_OK);
   EXPECT_EQ(push(3, 4), GST_FLOW_OK);
@@ -58,7 +58,7 @@ TEST_F(TensorSink, HandsOverEachFrameInOrder) {
   EXPECT_EQ(stat("not-signalled"), 0u);
 }
 
-TEST_F(TensorSink, TellsStartAndEnd) {
+TEST_F(TensorSink, EmitsStreamStartAndEos) {
   make("");
   push(1, 2);
   EXPECT_EQ(received_.starts, 1);
@@ -77,7 +77,7 @@ TEST_F(TensorSink, IsSilentWithoutEmitSignal) {
   EXPECT_EQ(stat("not-signalled"), 1u);
 }
 
-// 10 signals a second = 100 ms apart, by the pipeline's clock.
+// 10 signals per second = 100 ms apart, by the pipeline's clock.
 TEST_F(TensorSink, LimitsTheRateByTheClock) {
   make("signal-rate=10");
   gst_harness_use_testclock(h_.get());
@@ -115,7 +115,7 @@ TEST_F(TensorSink, CannotSeek) {
   EXPECT_FALSE(seekable);
 }
 
-TEST_F(TensorSink, TakesFlexibleAndSparseStreams) {
+TEST_F(TensorSink, AcceptsFlexibleAndSparseStreams) {
   for (const char* format : {"flexible", "sparse"}) {
     received_ = {};
     make("", (std::string("other/tensors,framerate=30/1,format=") + format).c_str());
@@ -124,7 +124,7 @@ TEST_F(TensorSink, TakesFlexibleAndSparseStreams) {
   }
 }
 
-TEST_F(TensorSink, RefusesWhatIsNotATensor) {
+TEST_F(TensorSink, RejectsCapsThatAreNotTensors) {
   make("", "video/x-raw,format=RGB,width=1,height=1,framerate=30/1");
   EXPECT_EQ(push(1, 2), GST_FLOW_NOT_NEGOTIATED);
   EXPECT_TRUE(received_.frames.empty());

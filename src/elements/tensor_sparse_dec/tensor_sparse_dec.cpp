@@ -1,9 +1,9 @@
-// tensor_sparse_dec: sparse tensors become dense ones.
+// tensor_sparse_dec: converts sparse tensors to dense ones.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "elements/tensor_sparse_enc/sparse_filter.hpp"
-#include "gstcpp/early_events.hpp"
-#include "gstcpp/frame_errors.hpp"
-#include "gstcpp/frame_pool.hpp"
+#include "gstcpp/buffer/frame_errors.hpp"
+#include "gstcpp/buffer/frame_pool.hpp"
+#include "gstcpp/pads/early_events.hpp"
 
 namespace weir {
 namespace {
@@ -14,18 +14,18 @@ class TensorSparseDec : public SparseFilter<TensorSparseDec> {
  public:
   static constexpr gst::ElementInfo kInfo{"WeirTensorSparseDec", "tensor_sparse_dec",
                                           "TensorSparseDec", "Filter/Tensor",
-                                          "Turns sparse tensors into dense ones"};
+                                          "Converts sparse tensors to dense tensors"};
   static inline GstStaticPadTemplate kPads[] = {
       GST_STATIC_PAD_TEMPLATE("src", GST_PAD_SRC, GST_PAD_ALWAYS, GST_STATIC_CAPS(WEIR_CAPS_DENSE)),
       GST_STATIC_PAD_TEMPLATE("sink", GST_PAD_SINK, GST_PAD_ALWAYS,
                               GST_STATIC_CAPS(WEIR_CAPS_TENSORS("sparse"))),
   };
 
-  // The next element may fix the tensors; otherwise the first frame says what they are.
+  // The peer may fix the tensors; otherwise the first frame defines them.
   Status take_caps(GstCaps* caps) {
     if (const auto status = read_caps(caps); !status) return status;
     pool_ = {};
-    const auto peer = caps_fixed_behind();
+    const auto peer = fixed_downstream_caps();
     fixed_ = static_cast<bool>(peer);
     if (!fixed_) return ok();
     auto fixed = gst::fixed_spec_from_caps(peer.get());
@@ -60,7 +60,7 @@ class TensorSparseDec : public SparseFilter<TensorSparseDec> {
     return out;
   }
 
-  // What follows caps waits for them.
+  // Serialized events wait until caps are sent.
   bool take_event(GstEvent* event) {
     const auto type = GST_EVENT_TYPE(event);
     if (type == GST_EVENT_FLUSH_STOP) early_.clear();
@@ -86,7 +86,8 @@ class TensorSparseDec : public SparseFilter<TensorSparseDec> {
   BufferLimit buffer_limit_{kInfo.factory_name};
 
  private:
-  // Sends caps for such tensors, `given` or by the rules of section 1.5, and makes their pool.
+  // Sends caps for these tensors, `given` or by docs/compatibility/types-and-caps.md 1.5, and makes
+  // their pool.
   Status announce(const std::vector<TensorSpec>& tensors, GstCaps* given) {
     FrameSpec spec{Format::Static, tensors, input_.rate};
     if (auto status = buffer_limit_.check(spec); !status) return status;
@@ -103,7 +104,7 @@ class TensorSparseDec : public SparseFilter<TensorSparseDec> {
     return ok();
   }
 
-  // The tensors of this frame are those that were announced, or are announced now.
+  // Announces the tensors of this frame if they changed.
   Status settle(std::vector<TensorSpec> tensors) {
     const std::string difference =
         pool_ ? first_difference(tensors, pool_.tensors()) : std::string("no caps yet");
@@ -111,21 +112,23 @@ class TensorSparseDec : public SparseFilter<TensorSparseDec> {
     if (!fixed_) return announce(tensors, nullptr);
     FrameSpec came{Format::Static, std::move(tensors), input_.rate}, needed = came;
     needed.tensors = pool_.tensors();
-    return Error{Code::SPEC_MISMATCH,
-                 "the tensors of a sparse frame are not those of the caps behind tensor_sparse_dec",
-                 came.to_string(),
-                 needed.to_string(),
-                 difference,
-                 gst::caps_to_paste(came)};
+    return Error{
+        .code = Code::SPEC_MISMATCH,
+        .what =
+            "the tensors of a sparse frame do not match the caps downstream of tensor_sparse_dec",
+        .offered = came.to_string(),
+        .needed = needed.to_string(),
+        .difference = difference,
+        .fix = gst::caps_to_paste(came)};
   }
 
   // Streaming thread only:
-  bool fixed_ = false;          // the next element fixed the tensors
+  bool fixed_ = false;          // the peer fixed the tensors
   gst::EarlyEvents early_;      // until there are caps to send
-  gst::Allocation allocation_;  // as the next element asks
-  gst::FramePool pool_;         // of the tensors that were announced; none before that
+  gst::Allocation allocation_;  // requested by the peer
+  gst::FramePool pool_;         // for the announced tensors; none before
   gst::FramePool::Writer writer_;
-  std::vector<std::span<const std::byte>> chunks_;  // of the frame in work
+  std::vector<std::span<const std::byte>> chunks_;  // of the current frame
 };
 
 }  // namespace

@@ -1,11 +1,11 @@
-// tensor_sparse_dec in a harness: the way back, caps, headers that lie.
+// tensor_sparse_dec in a harness: round trips, caps, invalid headers.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <cstring>
 #include <random>
 
 #include "core/tensor/sparse.hpp"
-#include "elements/tests/element_harness.hpp"
-#include "gstcpp/query_meta.hpp"
+#include "elements/tests/element_test_support.hpp"
+#include "gstcpp/buffer/query_meta.hpp"
 
 namespace {
 
@@ -28,7 +28,7 @@ GstFlowReturn push(const Harness& h, const Bytes& bytes) {
   return gst_harness_push(h.get(), frame(bytes));
 }
 
-TEST(TensorSparseDec, GivesBackEveryTypeRankAndNumberOfTensors) {
+TEST(TensorSparseDec, RestoresEveryTypeRankAndNumberOfTensors) {
   std::mt19937 random(3);
   const char* types[] = {"int32", "uint32",  "int16",   "uint16", "int8",   "uint8",
                          "int64", "float64", "float32", "uint64", "float16"};
@@ -50,7 +50,7 @@ TEST(TensorSparseDec, GivesBackEveryTypeRankAndNumberOfTensors) {
     ASSERT_TRUE(out) << count;
     EXPECT_EQ(GST_BUFFER_PTS(out.get()), 5u);
     EXPECT_EQ(GST_BUFFER_DURATION(out.get()), 6u);
-    size_t header_at = 0;  // where the packed header stands, before tensor 15
+    size_t header_at = 0;  // offset of the packed header, before tensor 15
     for (guint i = 0; i < std::min<size_t>(count, 15); ++i)
       header_at += gst_memory_get_sizes(gst_buffer_peek_memory(out.get(), i), nullptr, nullptr);
     Bytes got = content(out.get());
@@ -83,7 +83,7 @@ TEST(TensorSparseDec, KeepsTheClient) {
   EXPECT_EQ(weir::gst::client_of(out.get()), 42);
 }
 
-TEST(TensorSparseDec, SendsCapsAheadOfWhatCameAfterThem) {
+TEST(TensorSparseDec, SendsCapsBeforeLaterEvents) {
   auto h = harness_of(kDec, kSparse);
   gst_harness_push_event(h.get(), gst_event_new_tag(gst_tag_list_new_empty()));
   ASSERT_EQ(push(h, chunk({1}, "1")), GST_FLOW_OK);
@@ -95,7 +95,7 @@ TEST(TensorSparseDec, SendsCapsAheadOfWhatCameAfterThem) {
   EXPECT_EQ(order, (std::vector<std::string>{"stream-start", "caps", "segment", "tag"}));
 }
 
-// Of many events before the first frame the newest of each type wait, in their order.
+// Of many events before the first frame, the newest of each type are kept, in order.
 TEST(TensorSparseDec, KeepsABoundedNumberOfEventsUntilItSendsCaps) {
   auto h = harness_of(kDec, kSparse);
   gst_harness_push_event(h.get(), gst_event_new_tag(gst_tag_list_new_empty()));
@@ -119,7 +119,7 @@ TEST(TensorSparseDec, KeepsABoundedNumberOfEventsUntilItSendsCaps) {
   for (size_t i = 0; i < gaps.size(); ++i) EXPECT_EQ(gaps[i], kGaps - gaps.size() + i);
 }
 
-TEST(TensorSparseDec, EndsAStreamThatHadNoFrame) {
+TEST(TensorSparseDec, EndsAStreamWithoutFrames) {
   auto h = harness_of(kDec, kSparse);
   gst_harness_push_event(h.get(), gst_event_new_eos());
   bool ended = false;
@@ -141,7 +141,7 @@ TEST(TensorSparseDec, SendsNewCapsWhenTheTensorsChange) {
   EXPECT_EQ(content(out.get()), (Bytes{0, 0, 4}));
 }
 
-TEST(TensorSparseDec, HoldsFramesToTheCapsThatTheNextElementFixes) {
+TEST(TensorSparseDec, ChecksFramesAgainstFixedDownstreamCaps) {
   auto h = harness_of(kDec);
   Errors errors(h);
   gst_harness_set_sink_caps_str(h.get(), tensors("uint8", "2:1:1:1", "10/1").c_str());
@@ -150,7 +150,7 @@ TEST(TensorSparseDec, HoldsFramesToTheCapsThatTheNextElementFixes) {
   EXPECT_SAYS(caps_text(h), "framerate=(fraction)10/1");
   EXPECT_EQ(push(h, chunk({1, 0, 0}, "3")), GST_FLOW_ERROR);
   const std::string error = errors.next();
-  EXPECT_SAYS(error, "WEIR-2001: the tensors of a sparse frame are not those of the caps");
+  EXPECT_SAYS(error, "WEIR-2001: the tensors of a sparse frame do not match the caps");
   EXPECT_SAYS(error, "offered: 1 tensor: uint8 3\n  needed: 1 tensor: uint8 2:1:1:1");
   EXPECT_SAYS(error, "first difference: tensor 0: dimension is 3, needed is 2:1:1:1");
   EXPECT_SAYS(error, "dimensions=(string)\"3\"");
@@ -158,37 +158,37 @@ TEST(TensorSparseDec, HoldsFramesToTheCapsThatTheNextElementFixes) {
   EXPECT_EQ(stat(h, kDec, "consumed"), 1u);
 }
 
-// One 32-bit word of a good chunk changed: each lie has its words.
-TEST(TensorSparseDec, NamesALieInAHeader) {
+// Changes one 32-bit word of a valid chunk: each fault has its own error text.
+TEST(TensorSparseDec, ReportsInvalidHeaders) {
   const struct {
     size_t at;
     uint32_t value;
-    const char* words;
-  } lies[] = {{0, 0, "does not begin with a tensor header"},
-              {4, 0, "unknown version"},
-              {8, 11, "unknown element type"},
-              {12, 0, "bad dimensions"},
-              {12, 1, "more values than the tensor has elements"},
-              {76, 3, "unknown format"},
-              {76, 0, "too short for a tensor header"},
-              {84, 3, "promises more than its memory holds"},
-              {84, 0xFFFFFFFF, "more values than the tensor has elements"},
-              {134, 9, "a sparse tensor has a bad index"},
-              {134, 1, "a sparse tensor has a bad index"}};
-  for (const auto& lie : lies) {
+    const char* message;
+  } headers[] = {{0, 0, "does not start with a tensor header"},
+                 {4, 0, "unknown version"},
+                 {8, 11, "unknown element type"},
+                 {12, 0, "bad dimensions"},
+                 {12, 1, "more values than the tensor has elements"},
+                 {76, 3, "unknown format"},
+                 {76, 0, "too short for a tensor header"},
+                 {84, 3, "declares more bytes than its memory holds"},
+                 {84, 0xFFFFFFFF, "more values than the tensor has elements"},
+                 {134, 9, "a sparse tensor has a bad index"},
+                 {134, 1, "a sparse tensor has a bad index"}};
+  for (const auto& header : headers) {
     auto h = harness_of(kDec, kSparse);
     Errors errors(h);
     Bytes bytes = chunk({0, 7, 0, 9, 0}, "5");
-    std::memcpy(bytes.data() + lie.at, &lie.value, 4);
-    EXPECT_EQ(push(h, bytes), GST_FLOW_ERROR) << lie.words;
+    std::memcpy(bytes.data() + header.at, &header.value, 4);
+    EXPECT_EQ(push(h, bytes), GST_FLOW_ERROR) << header.message;
     const std::string error = errors.next();
     EXPECT_SAYS(error, "WEIR-2005");
-    EXPECT_SAYS(error, lie.words);
+    EXPECT_SAYS(error, header.message);
     EXPECT_EQ(stat(h, kDec, "dropped-error"), 1u);
   }
 }
 
-TEST(TensorSparseDec, RefusesTensorsThatAreNotSparse) {
+TEST(TensorSparseDec, RejectsTensorsThatAreNotSparse) {
   auto h = harness_of(kDec, kSparse);
   Errors errors(h);
   Bytes bytes = chunk({0, 0, 0, 0, 0}, "5");
@@ -197,7 +197,7 @@ TEST(TensorSparseDec, RefusesTensorsThatAreNotSparse) {
   EXPECT_SAYS(errors.next(), "WEIR-2005: a tensor is not sparse\n  offered: flexible");
 }
 
-TEST(TensorSparseDec, RefusesMemoryThatIsCut) {
+TEST(TensorSparseDec, RejectsTruncatedMemory) {
   const Bytes whole = chunk({0, 7, 0, 9, 0}, "5");
   for (size_t size = 1; size < whole.size(); size += 13) {
     auto h = harness_of(kDec, kSparse);
@@ -208,8 +208,8 @@ TEST(TensorSparseDec, RefusesMemoryThatIsCut) {
   }
 }
 
-TEST(TensorSparseDec, RefusesABufferBeforeCaps) {
-  EXPECT_SAYS(error_before_caps(kDec), "WEIR-2003: a buffer came before caps");
+TEST(TensorSparseDec, RejectsABufferBeforeCaps) {
+  EXPECT_SAYS(error_before_caps(kDec), "WEIR-2003: a buffer arrived before caps");
 }
 
 }  // namespace

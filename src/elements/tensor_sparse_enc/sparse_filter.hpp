@@ -1,14 +1,14 @@
-// SparseFilter: what tensor_sparse_enc and tensor_sparse_dec have in common. Impl has
-//   bool ready() const                         caps came that frames can be read by
-//   Result<gst::Ref<GstBuffer>> convert(GstBuffer*)   a frame to push, of one that came
+// SparseFilter: the common part of tensor_sparse_enc and tensor_sparse_dec. Impl has
+//   bool ready() const                         caps have arrived and frames can be read
+//   Result<gst::Ref<GstBuffer>> convert(GstBuffer*)   the output for a received frame
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <vector>
 
 #include "core/tensor/sparse.hpp"
-#include "gstcpp/frame_reader.hpp"
-#include "gstcpp/plain_filter.hpp"
-#include "gstcpp/tensor_caps.hpp"
+#include "gstcpp/buffer/frame_reader.hpp"
+#include "gstcpp/buffer/tensor_caps.hpp"
+#include "gstcpp/element/plain_filter.hpp"
 
 namespace weir {
 
@@ -28,7 +28,7 @@ class SparseFilter : public gst::PlainFilter<Impl> {
 
   GstFlowReturn take_buffer(gst::Ref<GstBuffer> in) {
     auto* impl = static_cast<Impl*>(this);
-    if (!impl->ready()) return this->failed(this->before_caps());
+    if (!impl->ready()) return this->failed(gst::buffer_before_caps());
     auto out = impl->convert(in.get());
     this->ledger_.copied(reader_.bytes_copied());
     reader_.clear();
@@ -40,8 +40,8 @@ class SparseFilter : public gst::PlainFilter<Impl> {
   Settings settings_;
 
  protected:
-  // What the next element fixes; null when it leaves a choice.
-  gst::Ref<GstCaps> caps_fixed_behind() const {
+  // The caps that the peer fixes; null when it allows more than one.
+  gst::Ref<GstCaps> fixed_downstream_caps() const {
     const auto own = gst::Ref<GstCaps>::adopt(gst_pad_get_pad_template_caps(this->source_));
     auto peer = gst::Ref<GstCaps>::adopt(gst_pad_peer_query_caps(this->source_, own.get()));
     return gst_caps_is_fixed(peer.get()) ? peer : gst::Ref<GstCaps>();
@@ -56,7 +56,7 @@ class SparseFilter : public gst::PlainFilter<Impl> {
   // Streaming thread only:
   FrameSpec input_;
   gst::FrameReader reader_;
-  std::vector<TensorHeader> headers_;  // of the frame in work
+  std::vector<TensorHeader> headers_;  // of the current frame
 };
 
 }  // namespace weir

@@ -1,9 +1,9 @@
-// tensor_sparse_enc: dense tensors become sparse ones.
+// tensor_sparse_enc: converts dense tensors to sparse ones.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/tensor/packed_tensors.hpp"
 #include "elements/tensor_sparse_enc/sparse_filter.hpp"
-#include "gstcpp/allocation.hpp"
-#include "gstcpp/frame_errors.hpp"
+#include "gstcpp/buffer/allocation.hpp"
+#include "gstcpp/buffer/frame_errors.hpp"
 
 namespace weir {
 namespace {
@@ -14,7 +14,7 @@ class TensorSparseEnc : public SparseFilter<TensorSparseEnc> {
  public:
   static constexpr gst::ElementInfo kInfo{"WeirTensorSparseEnc", "tensor_sparse_enc",
                                           "TensorSparseEnc", "Filter/Tensor",
-                                          "Turns dense tensors into sparse ones"};
+                                          "Converts dense tensors to sparse tensors"};
   static inline GstStaticPadTemplate kPads[] = {
       GST_STATIC_PAD_TEMPLATE("src", GST_PAD_SRC, GST_PAD_ALWAYS,
                               GST_STATIC_CAPS(WEIR_CAPS_TENSORS("sparse"))),
@@ -54,13 +54,14 @@ class TensorSparseEnc : public SparseFilter<TensorSparseEnc> {
   }
 
  private:
-  // What the next element fixes, whatever rate that is (specification 6.11); else the input's rate.
+  // The caps that the peer fixes, at any rate (docs/compatibility/routing.md 6.11); else the
+  // input's rate.
   Ref<GstCaps> output_caps(const FrameSpec& sparse) const {
-    if (auto fixed = caps_fixed_behind()) return fixed;
+    if (auto fixed = fixed_downstream_caps()) return fixed;
     return gst::possible_caps(source_, sparse, nullptr);
   }
 
-  // One memory with the chunks of these tensors; several stand behind a packed header.
+  // Appends one memory with the chunks of these tensors; several follow a packed header.
   Status append(GstBuffer* out, size_t begin, size_t end) {
     const size_t packed = end - begin > 1 ? kPackedHeaderBytes : 0;
     std::vector<uint64_t> sizes;

@@ -1,9 +1,9 @@
-// tensor_sparse_enc in a harness: bytes written by hand, caps, what it refuses.
+// tensor_sparse_enc in a harness: output compared byte by byte, caps, errors.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <cstring>
 
-#include "elements/tests/element_harness.hpp"
-#include "gstcpp/query_meta.hpp"
+#include "elements/tests/element_test_support.hpp"
+#include "gstcpp/buffer/query_meta.hpp"
 
 namespace {
 
@@ -11,7 +11,7 @@ using namespace weir::test;
 
 constexpr char kEnc[] = "tensor_sparse_enc";
 
-// Specification 1.7 and 1.8 in the plainest words, for uint8.
+// docs/compatibility/types-and-caps.md 1.7 and 1.8 in the simplest code, for uint8.
 Bytes chunk(const Bytes& dense, const std::vector<uint32_t>& dims) {
   std::vector<uint32_t> words(32), indices;
   Bytes nonzero;
@@ -62,8 +62,8 @@ TEST(TensorSparseEnc, KeepsTheClient) {
   EXPECT_EQ(weir::gst::client_of(out.get()), 42);
 }
 
-// 1 to 20 tensors of other sizes: from the 16th on, where there are more than 16, they are packed.
-TEST(TensorSparseEnc, TakesOneToTwentyTensors) {
+// 1 to 20 tensors of different sizes: of more than 16, the 16th and later ones are packed.
+TEST(TensorSparseEnc, AcceptsOneToTwentyTensors) {
   for (size_t count = 1; count <= 20; ++count) {
     std::string types, dims;
     Bytes all;
@@ -77,7 +77,7 @@ TEST(TensorSparseEnc, TakesOneToTwentyTensors) {
       expected.push_back(chunk(dense, {static_cast<uint32_t>(i + 1)}));
     }
     auto h = harness_of(kEnc, tensors(types, dims));
-    // One memory for all is split by the caps.
+    // All in one memory, split by the caps.
     auto out = Ref<GstBuffer>::adopt(gst_harness_push_and_pull(h.get(), frame(all)));
     ASSERT_TRUE(out) << count;
     ASSERT_EQ(gst_buffer_n_memory(out.get()), std::min<size_t>(count, 16)) << count;
@@ -94,7 +94,7 @@ TEST(TensorSparseEnc, TakesOneToTwentyTensors) {
   }
 }
 
-TEST(TensorSparseEnc, TakesTheRateThatTheNextElementFixes) {
+TEST(TensorSparseEnc, UsesTheRateThatDownstreamFixes) {
   auto h = harness_of(kEnc);
   gst_harness_set_sink_caps_str(h.get(), "other/tensors,format=sparse,framerate=5/1");
   gst_harness_set_src_caps_str(h.get(), tensors("uint8", "2").c_str());
@@ -102,7 +102,7 @@ TEST(TensorSparseEnc, TakesTheRateThatTheNextElementFixes) {
   EXPECT_EQ(caps_text(h), "other/tensors, format=(string)sparse, framerate=(fraction)5/1");
 }
 
-TEST(TensorSparseEnc, FollowsCapsThatChange) {
+TEST(TensorSparseEnc, FollowsChangedCaps) {
   auto h = harness_of(kEnc, tensors("uint8", "2"));
   gst_buffer_unref(gst_harness_push_and_pull(h.get(), frame(Bytes(2))));
   gst_harness_set_src_caps_str(h.get(), tensors("uint8", "4").c_str());
@@ -110,7 +110,7 @@ TEST(TensorSparseEnc, FollowsCapsThatChange) {
   EXPECT_EQ(content(out.get()), chunk({0, 0, 0, 1}, {4}));
 }
 
-TEST(TensorSparseEnc, RefusesAFrameOfAnotherSize) {
+TEST(TensorSparseEnc, RejectsAFrameOfTheWrongSize) {
   auto h = harness_of(kEnc, tensors("uint8", "4"));
   Errors errors(h);
   EXPECT_EQ(gst_harness_push(h.get(), frame(Bytes(3))), GST_FLOW_ERROR);
@@ -121,18 +121,19 @@ TEST(TensorSparseEnc, RefusesAFrameOfAnotherSize) {
   EXPECT_EQ(stat(h, kEnc, "held"), 0u);
 }
 
-TEST(TensorSparseEnc, SaysWhenTheNextElementTakesNoSparseTensors) {
+TEST(TensorSparseEnc, ReportsADownstreamThatRejectsSparseTensors) {
   auto h = harness_of(kEnc);
   Errors errors(h);
   gst_harness_set_sink_caps_str(h.get(), tensors("uint8", "4").c_str());
   gst_harness_set_src_caps_str(h.get(), tensors("uint8", "4").c_str());
   const std::string error = errors.next();
-  EXPECT_SAYS(error, "WEIR-2001: the element behind tensor_sparse_enc does not take its result");
+  EXPECT_SAYS(error,
+              "WEIR-2001: the element downstream of tensor_sparse_enc does not accept its output");
   EXPECT_SAYS(error, "offered: sparse tensors\n  needed: other/tensors, format=(string)static");
 }
 
-TEST(TensorSparseEnc, RefusesABufferBeforeCaps) {
-  EXPECT_SAYS(error_before_caps(kEnc), "WEIR-2003: a buffer came before caps");
+TEST(TensorSparseEnc, RejectsABufferBeforeCaps) {
+  EXPECT_SAYS(error_before_caps(kEnc), "WEIR-2003: a buffer arrived before caps");
 }
 
 }  // namespace

@@ -1,12 +1,12 @@
-// tensor_split: the segments of a tensor leave on pads of their own.
+// tensor_split: sends each segment of a tensor on its own source pad.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/split/pick_list.hpp"
 #include "core/split/segments.hpp"
-#include "gstcpp/frame_errors.hpp"
-#include "gstcpp/frame_parts.hpp"
-#include "gstcpp/memory_part.hpp"
-#include "gstcpp/one_to_many.hpp"
-#include "gstcpp/tensor_meta.hpp"
+#include "gstcpp/buffer/frame_errors.hpp"
+#include "gstcpp/buffer/frame_parts.hpp"
+#include "gstcpp/buffer/memory_part.hpp"
+#include "gstcpp/buffer/tensor_meta.hpp"
+#include "gstcpp/pads/one_to_many.hpp"
 
 namespace weir {
 namespace {
@@ -20,7 +20,7 @@ class TensorSplit : public gst::OneToMany<TensorSplit> {
  public:
   static constexpr gst::ElementInfo kInfo{"WeirTensorSplit", "tensor_split", "TensorSplit",
                                           "Demuxer/Tensor",
-                                          "Sends the segments of a tensor to pads of their own"};
+                                          "Sends each segment of a tensor to its own pad"};
   static constexpr const char* kSourceTemplate = "src_%u";
   static inline GstStaticPadTemplate kPads[] = {
       GST_STATIC_PAD_TEMPLATE("sink", GST_PAD_SINK, GST_PAD_ALWAYS,
@@ -40,7 +40,7 @@ class TensorSplit : public gst::OneToMany<TensorSplit> {
                     gst::Changeable::WhilePlaying},
       gst::Property{
           "tensorpick", &Settings::tensorpick,
-          "Which segments leave, by index, always in the order of the segments; empty = all",
+          "Indices of the segments to output, always in the order of the segments; empty = all",
           gst::Changeable::WhilePlaying},
       gst::Property{"tensorseg", &Settings::tensorseg,
                     "Dimensions of each segment, as in 3:4:1,3:4:2; with split-dim also the sizes "
@@ -51,7 +51,7 @@ class TensorSplit : public gst::OneToMany<TensorSplit> {
                     "in memory",
                     gst::Changeable::InReady, -1, 15},
       gst::Property{"split-parts", &Settings::split_parts,
-                    "With split-dim: so many equal segments; 0 = as tensorseg says",
+                    "With split-dim: number of equal segments; 0 = as given by tensorseg",
                     gst::Changeable::InReady, 0u, G_MAXUINT},
   };
 
@@ -65,7 +65,7 @@ class TensorSplit : public gst::OneToMany<TensorSplit> {
     const auto request = request_of(wanted);
     return request ? ok() : Status(request.error());
   }
-  // Pads that no segment has any more stay, and get nothing.
+  // Pads without a segment stay, but get no more buffers.
   Status follow(const Settings& settings) {
     auto request = request_of(settings);
     if (!request) return request.error();
@@ -97,7 +97,7 @@ class TensorSplit : public gst::OneToMany<TensorSplit> {
     branches_.clear();
     input_ = spec.tensors[0];
     auto plan = plan_split(request_, input_);
-    if (!plan) return ok();  // the first frame is refused: caps may be those of a placeholder
+    if (!plan) return ok();  // the first frame gets the error: caps may be a placeholder's
     if (plan->left_over) gst::post_warning(element(), *plan->left_over);
     for (const auto& segment : plan->segments)
       branches_.push_back({segment, FrameSpec{Format::Static, {segment.spec}, spec.rate}, {}});
@@ -131,7 +131,7 @@ class TensorSplit : public gst::OneToMany<TensorSplit> {
   struct Branch {
     Segment segment;
     FrameSpec spec;       // of the pad
-    gst::FramePool pool;  // for a segment that does not lie in one piece
+    gst::FramePool pool;  // for a segment that is not contiguous
   };
 
   Result<Ref<GstBuffer>> frame_of(GstBuffer* in, Branch* branch,
@@ -140,11 +140,11 @@ class TensorSplit : public gst::OneToMany<TensorSplit> {
       return settled.error();
     auto frame = branch->segment.dense() ? shared(in, *branch) : gathered(in, branch);
     if (!frame) return frame;
-    const auto maps = gst::picture_maps(in);
+    const auto maps = gst::source_maps(in);
     const auto of = gst::maps_of(in);
     if (!maps.empty())
-      gst::set_picture_maps(frame->get(),
-                            maps_of(branch->segment, input_, maps, of == gst::MapsOf::Regions), of);
+      gst::set_source_maps(frame->get(),
+                           maps_of(branch->segment, input_, maps, of == gst::MapsOf::Regions), of);
     return frame;
   }
 

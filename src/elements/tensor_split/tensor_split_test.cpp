@@ -1,9 +1,9 @@
-// tensor_split: what is in the segments, what is shared and what copied, what is refused.
+// tensor_split: the contents of segments, shared and copied memory, errors.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <numeric>
 
-#include "elements/tests/branches.hpp"
-#include "gstcpp/tensor_meta.hpp"
+#include "elements/tests/branches_test_support.hpp"
+#include "gstcpp/buffer/tensor_meta.hpp"
 
 namespace weir::testing {
 namespace {
@@ -20,7 +20,7 @@ std::vector<std::string> names(std::initializer_list<const char*> list) {
   return {list.begin(), list.end()};
 }
 
-TEST(TensorSplit, SegmentsFollowEachOtherAndAreShared) {
+TEST(TensorSplit, SharesConsecutiveSegments) {
   Branches split("tensor_split tensorseg=2:3,4;1:2/6:1:1");
   split.caps(one("2:3:3"));
   GstBuffer* in = frame_of({ramp(18)});
@@ -44,7 +44,7 @@ TEST(TensorSplit, SegmentsFollowEachOtherAndAreShared) {
   EXPECT_EQ(next, 18);
   EXPECT_EQ(split.stat("bytes-copied"), 0u);
   EXPECT_EQ(split.stat("pushed"), 4u);
-  EXPECT_EQ(split.no_more_pads_told(), 1);
+  EXPECT_EQ(split.no_more_pads_count(), 1);
   split.expect_balance();
 }
 
@@ -82,7 +82,7 @@ TEST(TensorSplit, OfEveryTypeAndRank) {
     }
 }
 
-TEST(TensorSplit, SuitsThePeer) {
+TEST(TensorSplit, FollowsThePeer) {
   Branches split("tensor_split tensorseg=1,2",
                  {{"src_0", "other/tensor"}, {"src_1", "other/tensors,dimensions=2:1:1:1"}});
   split.caps("other/tensor,dimension=(string)3,type=(string)uint8,framerate=30/1");
@@ -105,7 +105,7 @@ TEST(TensorSplitDimension, SeparatesInterleavedChannels) {
   EXPECT_EQ(split.stat("bytes-copied"), 3 * 24u);
 }
 
-TEST(TensorSplitDimension, IntoEqualPartsOfTheMiddle) {
+TEST(TensorSplitDimension, SplitsAMiddleDimensionIntoEqualParts) {
   Branches split("tensor_split split-dim=1 split-parts=2 tensorpick=1");
   split.caps(one("2:4:3", "int16"));
   ASSERT_EQ(split.push(frame_of({ramp(48)})), GST_FLOW_OK);
@@ -139,7 +139,7 @@ TEST(TensorSplitDimension, CopiesNothingForPadsThatAreNotLinked) {
   none.expect_balance();
 }
 
-TEST(TensorSplitDimension, CountsWhatMustBeMergedFirst) {
+TEST(TensorSplitDimension, CountsMergedBytes) {
   Branches split("tensor_split split-dim=0 split-parts=2 tensorpick=0");
   split.caps(one("2:2"));
   ASSERT_EQ(split.push(frame_of({{0, 1, 2}, {3}})), GST_FLOW_OK);
@@ -147,37 +147,37 @@ TEST(TensorSplitDimension, CountsWhatMustBeMergedFirst) {
   EXPECT_EQ(split.stat("bytes-copied"), 2 + 4u);
 }
 
-TEST(TensorSplit, TheWayBackIsThatOfThePart) {
+TEST(TensorSplit, AdjustsTheSourceMapToThePart) {
   Branches split("tensor_split tensorseg=3:8:2,3:8:4");
   split.caps(one("3:8:6"));
   GstBuffer* in = frame_of({ramp(144)});
-  gst::set_picture_maps(in, {picture_as_it_is(8, 6, false)});
+  gst::set_source_maps(in, {picture_as_it_is(8, 6, false)});
   ASSERT_EQ(split.push(in), GST_FLOW_OK);
   const auto upper = split.take("src_0"), lower = split.take("src_1");
-  ASSERT_EQ(gst::picture_maps(lower.get()).size(), 1u);
-  EXPECT_EQ(gst::picture_maps(lower.get())[0].to_source({0, 0}).y, 2);
-  EXPECT_EQ(gst::picture_maps(upper.get())[0].height, 2u);
+  ASSERT_EQ(gst::source_maps(lower.get()).size(), 1u);
+  EXPECT_EQ(gst::source_maps(lower.get())[0].to_source({0, 0}).y, 2);
+  EXPECT_EQ(gst::source_maps(upper.get())[0].height, 2u);
 
   Branches flat("tensor_split tensorseg=144");
   flat.caps(one("3:8:6"));
   in = frame_of({ramp(144)});
-  gst::set_picture_maps(in, {picture_as_it_is(8, 6, false)});
+  gst::set_source_maps(in, {picture_as_it_is(8, 6, false)});
   ASSERT_EQ(flat.push(in), GST_FLOW_OK);
-  EXPECT_TRUE(gst::picture_maps(flat.take("src_0").get()).empty()) << "it has no x and y any more";
+  EXPECT_TRUE(gst::source_maps(flat.take("src_0").get()).empty()) << "it no longer has x and y";
 }
 
-TEST(TensorSplit, RegionsOfABatchGoWithTheirSegment) {
+TEST(TensorSplit, KeepsRegionsOfABatchWithTheirSegment) {
   for (const char* dimension : {"3", "2"}) {
     Branches split(std::string("tensor_split tensorseg=1,2 split-dim=") + dimension);
     split.caps(one("3:4:3:3"));
     GstBuffer* in = frame_of({ramp(108)});
-    std::vector<PictureMap> maps(3, picture_as_it_is(4, 3, false));
+    std::vector<SourceMap> maps(3, picture_as_it_is(4, 3, false));
     for (size_t i = 0; i < 3; ++i) maps[i].x0 = static_cast<double>(10 * i);
-    gst::set_picture_maps(in, maps, gst::MapsOf::Regions);
+    gst::set_source_maps(in, maps, gst::MapsOf::Regions);
     ASSERT_EQ(split.push(in), GST_FLOW_OK);
     const auto second = split.take("src_1");
     EXPECT_EQ(gst::maps_of(second.get()), gst::MapsOf::Regions);
-    const auto own = gst::picture_maps(second.get());
+    const auto own = gst::source_maps(second.get());
     const bool by_region = dimension[0] == '3';
     ASSERT_EQ(own.size(), by_region ? 2u : 3u);
     EXPECT_EQ(own[0].x0, by_region ? 10 : 0);
@@ -185,7 +185,7 @@ TEST(TensorSplit, RegionsOfABatchGoWithTheirSegment) {
   }
 }
 
-TEST(TensorSplit, FollowsCapsThatChange) {
+TEST(TensorSplit, FollowsChangedCaps) {
   Branches split("tensor_split split-dim=0 split-parts=2");
   split.caps(one("2:1"));
   ASSERT_EQ(split.push(frame_of({{1, 2}})), GST_FLOW_OK);
@@ -196,13 +196,13 @@ TEST(TensorSplit, FollowsCapsThatChange) {
   split.expect_balance();
 }
 
-TEST(TensorSplitRefuses, AStreamWithoutSegmentsAtItsFirstFrame) {
+TEST(TensorSplitRejects, AStreamWithoutSegmentsAtItsFirstFrame) {
   Branches split("tensor_split");
   split.caps(one("3:4"));
   EXPECT_EQ(split.error(), "");
   EXPECT_EQ(split.push(frame_of({ramp(12)})), GST_FLOW_ERROR);
   const std::string error = split.error();
-  EXPECT_SAYS(error, "WEIR-1004: tensor_split needs to be told the segments");
+  EXPECT_SAYS(error, "WEIR-1004: tensor_split needs the segments");
   EXPECT_SAYS(error, "fix: tensor_split tensorseg=3:4");
   EXPECT_EQ(split.stat("dropped-error"), 1u);
   split.expect_balance();
@@ -217,7 +217,7 @@ std::string caps_refused(const std::string& properties, const std::string& caps)
   return split.error();
 }
 
-TEST(TensorSplit, TakesCapsThatDoNotFitUntilAFrameComes) {
+TEST(TensorSplit, AcceptsUnsuitableCapsUntilTheFirstFrame) {
   Branches split("tensor_split tensorseg=3:2,3:2");
   split.caps(one("1"));
   EXPECT_EQ(split.error(), "");
@@ -226,9 +226,9 @@ TEST(TensorSplit, TakesCapsThatDoNotFitUntilAFrameComes) {
   EXPECT_EQ(split.added().size(), 2u);
 }
 
-TEST(TensorSplitRefuses, SegmentsBeyondTheTensor) {
+TEST(TensorSplitRejects, SegmentsBeyondTheTensor) {
   const std::string error = caps_refused("tensorseg=3:2,3:3", one("3:4"));
-  EXPECT_SAYS(error, "WEIR-2001: the segments ask for more than the tensor holds");
+  EXPECT_SAYS(error, "WEIR-2001: the segments are larger than the tensor");
   EXPECT_SAYS(error, "offered: uint8 3:4 = 12 bytes");
   EXPECT_SAYS(error, "needed: segments 0 to 1 = 15 bytes");
   EXPECT_SAYS(error, "segment 1 (3:3) begins at byte 6 and has 9 bytes");
@@ -239,7 +239,7 @@ TEST(TensorSplitRefuses, SegmentsBeyondTheTensor) {
               "tensorpick names a segment that is not there");
 }
 
-TEST(TensorSplitRefuses, TyposWhenItStarts) {
+TEST(TensorSplitRejects, TyposAtTheStart) {
   for (const auto& [properties, place] :
        {std::pair{"tensorseg=3:4,3;b", "    3:4,3;b\n          ^"},
         std::pair{"tensorseg=3 tensorpick=0,a", "    0,a\n      ^"}}) {
@@ -249,7 +249,7 @@ TEST(TensorSplitRefuses, TyposWhenItStarts) {
   }
 }
 
-TEST(TensorSplitRefuses, BuffersThatAreTooSmall) {
+TEST(TensorSplitRejects, BuffersThatAreTooSmall) {
   Branches split("tensor_split tensorseg=3:1,3:3");
   split.caps(one("3:4"));
   EXPECT_EQ(split.push(frame_of({ramp(11)})), GST_FLOW_ERROR);
@@ -260,19 +260,19 @@ TEST(TensorSplitRefuses, BuffersThatAreTooSmall) {
   split.expect_balance();
 }
 
-TEST(TensorSplit, WarnsOfWhatIsInNoSegment) {
+TEST(TensorSplit, WarnsAboutDataInNoSegment) {
   Branches split("tensor_split tensorseg=3:1");
   split.caps(one("3:4"));
   ASSERT_EQ(split.push(frame_of({ramp(12)})), GST_FLOW_OK);
   EXPECT_EQ(content(split.take("src_0").get(), 0), ramp(3));
-  EXPECT_SAYS(split.warning(), "WEIR-1004: a part of the tensor is in no segment");
+  EXPECT_SAYS(split.warning(), "WEIR-1004: a part of the tensor is not covered by any segment");
 }
 
-TEST(TensorSplitRefuses, AnEndWithoutAFrame) {
+TEST(TensorSplitRejects, AnEndWithoutAFrame) {
   Branches split("tensor_split tensorseg=3:4");
   split.caps(one("3:4"));
   split.send(gst_event_new_eos());
-  EXPECT_SAYS(split.error(), "the stream ended before an output was made");
+  EXPECT_SAYS(split.error(), "the stream ended without any output");
 }
 
 }  // namespace

@@ -1,6 +1,6 @@
 // tensor_split whose segments change while frames flow.
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "elements/tests/branches.hpp"
+#include "elements/tests/branches_test_support.hpp"
 
 namespace weir::testing {
 namespace {
@@ -12,7 +12,7 @@ std::string read(const Branches& split, const char* property) {
   return text.get();
 }
 
-TEST(TuningSplit, OtherSegmentsActOnTheNextFrame) {
+TEST(SplitPropertyChange, NewSegmentsApplyToTheNextFrame) {
   Branches split("tensor_split tensorseg=1,3");
   split.caps(test::tensors("uint8", "4"));
   ASSERT_EQ(split.push(frame_of({{1, 2, 3, 4}})), GST_FLOW_OK);
@@ -29,7 +29,7 @@ TEST(TuningSplit, OtherSegmentsActOnTheNextFrame) {
   EXPECT_TRUE(split.branch("src_1").buffers.empty());
 }
 
-TEST(TuningSplit, SegmentsThatDoNotFitAreRefusedAndReadBackAsBefore) {
+TEST(SplitPropertyChange, InvalidSegmentsAreRejectedAndRestored) {
   Branches split("tensor_split tensorseg=1,3");
   split.caps(test::tensors("uint8", "4"));
   ASSERT_EQ(split.push(frame_of({{1, 2, 3, 4}})), GST_FLOW_OK);
@@ -44,7 +44,7 @@ TEST(TuningSplit, SegmentsThatDoNotFitAreRefusedAndReadBackAsBefore) {
   EXPECT_EQ(content(split.take("src_0").get(), 0), Bytes{1});
 }
 
-TEST(TuningSplit, WhatIsFixedWhileItRunsIsRefusedWithAWarning) {
+TEST(SplitPropertyChange, PropertiesFixedWhilePlayingAreRejectedWithAWarning) {
   Branches split("tensor_split tensorseg=1,3");
   g_object_set(split.element(), "split-dim", 0, nullptr);
   int dimension = 9;
@@ -55,12 +55,12 @@ TEST(TuningSplit, WhatIsFixedWhileItRunsIsRefusedWithAWarning) {
   EXPECT_SAYS(text, "offered: split-dim=0");
   EXPECT_SAYS(text, "gst_element_set_state (element, GST_STATE_READY)");
   g_object_set(split.element(), "split-dim", -1, nullptr);
-  EXPECT_EQ(split.warning(), "") << "the value that it has";
+  EXPECT_EQ(split.warning(), "") << "the current value";
   g_object_set(split.element(), "silent", FALSE, nullptr);
   EXPECT_EQ(split.warning(), "");
 }
 
-TEST(TuningSplit, ASecondWriteCompletesTheFirst) {
+TEST(SplitPropertyChange, ASecondWriteCompletesTheFirst) {
   Branches split("tensor_split tensorseg=1,3 tensorpick=1");
   split.caps(test::tensors("uint8", "4"));
   ASSERT_EQ(split.push(frame_of({{1, 2, 3, 4}})), GST_FLOW_OK);
@@ -78,7 +78,7 @@ TEST(TuningSplit, ASecondWriteCompletesTheFirst) {
   EXPECT_EQ(split.warning(), "");
 }
 
-TEST(TuningSplit, WhatDownstreamDoesNotTakeIsRefused) {
+TEST(SplitPropertyChange, OutputThatDownstreamRejectsIsRejected) {
   Branches split("tensor_split tensorseg=1,3",
                  {{"src_1", "other/tensors,format=static,num_tensors=1,dimensions=(string)3"}});
   split.caps(test::tensors("uint8", "4"));
@@ -86,7 +86,8 @@ TEST(TuningSplit, WhatDownstreamDoesNotTakeIsRefused) {
   split.take("src_1");
   g_object_set(split.element(), "tensorseg", "2,2", nullptr);
   ASSERT_EQ(split.push(frame_of({{1, 2, 3, 4}})), GST_FLOW_OK);
-  EXPECT_SAYS(split.warning(), "WEIR-2001: the element behind src_1 takes no such tensors");
+  EXPECT_SAYS(split.warning(),
+              "WEIR-2001: the element downstream of src_1 does not accept its output");
   EXPECT_EQ(read(split, "tensorseg"), "1,3");
   EXPECT_EQ(content(split.take("src_1").get(), 0), (Bytes{2, 3, 4}));
   EXPECT_EQ(split.error(), "");

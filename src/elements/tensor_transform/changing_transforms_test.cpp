@@ -1,4 +1,4 @@
-// Transforms in a row while the stream changes: probes, other caps, other elements, flushes.
+// Chained transforms while the stream changes: probes, other caps, other elements, flushes.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <gst/app/gstappsink.h>
 
@@ -27,7 +27,7 @@ constexpr char kLimit[] = "mode=clamp option=9:99";
 const std::string kCastAndScale = transform("a", kCast) + " ! " + transform("b", kScale);
 const std::string kAddAndLimit = transform("a", kAdd) + " ! " + transform("b", kLimit);
 
-// The same in the test's own words.
+// The same, computed by the test.
 Frame scaled(const Frame& in) {
   Frame out;
   for (const auto& bytes : in) {
@@ -55,7 +55,7 @@ GstBuffer* buffer_in(GstPadProbeInfo* info) {
   return GST_PAD_PROBE_INFO_BUFFER(info);
 }
 
-TEST(ChangingTransforms, AProbeBetweenSeesTheResultOfTheFirst) {
+TEST(ChangingTransforms, AProbeBetweenGetsTheResultOfTheFirst) {
   Chain chain(kAddAndLimit, kPixels);
   std::vector<Frame> seen;
   chain.add_probe(
@@ -71,11 +71,12 @@ TEST(ChangingTransforms, AProbeBetweenSeesTheResultOfTheFirst) {
     EXPECT_EQ(seen.back()[0], added(in[0]));
   }
   EXPECT_EQ(seen.size(), 3u);
-  EXPECT_EQ(chain.stat("a", "deferred-frames"), 1u) << "the first frame shows that it is of no use";
+  EXPECT_EQ(chain.stat("a", "deferred-frames"), 1u)
+      << "the first frame shows that deferring does not help";
   EXPECT_EQ(chain.stat("b", "fused-frames"), 0u);
 }
 
-TEST(ChangingTransforms, WhatAProbeWritesIsWhatTheSecondWorksOn) {
+TEST(ChangingTransforms, TheSecondReadsWhatAProbeWrites) {
   Chain chain(kAddAndLimit, kPixels);
   chain.add_probe(
       "b", "sink",
@@ -94,7 +95,7 @@ TEST(ChangingTransforms, WhatAProbeWritesIsWhatTheSecondWorksOn) {
   }
 }
 
-TEST(ChangingTransforms, AFrameThatAProbeCutsIsRefusedByTheSecond) {
+TEST(ChangingTransforms, TheSecondRejectsAFrameThatAProbeTruncates) {
   Chain chain(kAddAndLimit, kPixels);
   chain.add_probe(
       "a", "src",
@@ -110,7 +111,7 @@ TEST(ChangingTransforms, AFrameThatAProbeCutsIsRefusedByTheSecond) {
   EXPECT_EQ(chain.stat("b", "dropped-error"), 1u);
 }
 
-TEST(ChangingTransforms, DivisionsInAFrameThatSomebodyMappedCountAtTheFirst) {
+TEST(ChangingTransforms, DivisionsInAMappedFrameCountAtTheFirst) {
   Chain chain(transform("a", "mode=arithmetic option=div:0") + " ! " + transform("b", kLimit),
               kPixels);
   chain.add_probe(
@@ -125,7 +126,7 @@ TEST(ChangingTransforms, DivisionsInAFrameThatSomebodyMappedCountAtTheFirst) {
   EXPECT_EQ(chain.stat("b", "integer-divisions-by-zero"), 0u);
 }
 
-TEST(ChangingTransforms, OtherCapsAreFusedAnew) {
+TEST(ChangingTransforms, OtherCapsAreFusedAgain) {
   Chain chain(kCastAndScale, kPixels);
   for (uint32_t i = 0; i < 3; ++i) {
     chain.caps("other/tensor,dimension=(string)3:" + std::to_string(10 + i) +
@@ -142,7 +143,7 @@ TEST(ChangingTransforms, OtherCapsAreFusedAnew) {
   EXPECT_EQ(chain.stat("b", "fused-frames"), 4u);
 }
 
-TEST(ChangingTransforms, AFlexibleInputInTheMiddleEndsTheFusion) {
+TEST(ChangingTransforms, AFlexibleInputMidStreamEndsTheFusion) {
   Chain chain(kAddAndLimit, kPixels);
   const auto in = random_frame({300}, 1);
   EXPECT_EQ(chain.result(in)[0], limited(added(in[0])));
@@ -160,8 +161,8 @@ TEST(ChangingTransforms, AFlexibleInputInTheMiddleEndsTheFusion) {
   EXPECT_EQ(chain.stat("a", "deferred-frames"), 2u);
 }
 
-TEST(ChangingTransforms, ADownstreamThatWantsHeadersEndsTheFusion) {
-  // With the longer dimension the caps between the two stay as they were.
+TEST(ChangingTransforms, ADownstreamThatNeedsHeadersEndsTheFusion) {
+  // With the longer spelling of the dimension, the caps between the two stayed the same.
   for (const std::string dimension : {"3:100", "3:100:1:1"}) {
     Chain chain(kAddAndLimit,
                 "other/tensor,dimension=(string)" + dimension + ",type=uint8,framerate=30/1");
@@ -179,7 +180,7 @@ TEST(ChangingTransforms, ADownstreamThatWantsHeadersEndsTheFusion) {
   }
 }
 
-// Takes what stands between the elements "a" and "z" out of the chain.
+// Removes the elements between "a" and "z" from the chain.
 void take_out(const Chain& chain, const char* name) {
   const auto a = chain.element("a"), z = chain.element("z"), gone = chain.element(name);
   gst_element_unlink_many(a.get(), gone.get(), z.get(), nullptr);
@@ -195,7 +196,7 @@ void put_in(const Chain& chain, GstElement* next,
   ASSERT_TRUE(gst_element_sync_state_with_parent(next));
 }
 
-TEST(ChangingTransforms, AnotherElementInTheSecondsPlaceGetsTheFirstsResult) {
+TEST(ChangingTransforms, AnElementThatReplacesTheSecondGetsTheResultOfTheFirst) {
   Chain chain(kAddAndLimit + " ! identity name=z", kPixels);
   const auto in = random_frame({300}, 1);
   EXPECT_EQ(chain.result(in)[0], limited(added(in[0])));
@@ -205,17 +206,17 @@ TEST(ChangingTransforms, AnotherElementInTheSecondsPlaceGetsTheFirstsResult) {
   EXPECT_EQ(chain.stat("a", "deferred-frames"), 1u);
 }
 
-TEST(ChangingTransforms, AnElementThatTheFirstDoesNotHearOfGetsItsResult) {
+TEST(ChangingTransforms, AnUnnoticedReplacementGetsTheResultOfTheFirst) {
   Chain chain(kAddAndLimit + " ! identity name=z", kPixels);
   const auto in = random_frame({300}, 1);
   EXPECT_EQ(chain.result(in)[0], limited(added(in[0])));
   take_out(chain, "b");
   put_in(chain, gst_element_factory_make("identity", "c"), GST_PAD_LINK_CHECK_NO_RECONFIGURE);
   for (int i = 0; i < 3; ++i) EXPECT_EQ(chain.result(in)[0], added(in[0]));
-  EXPECT_EQ(chain.stat("a", "deferred-frames"), 2u) << "one that was in vain";
+  EXPECT_EQ(chain.stat("a", "deferred-frames"), 2u) << "one that was not used";
 }
 
-TEST(ChangingTransforms, ATeeThatIsPutInBetweenGivesBothBranchesTheirResult) {
+TEST(ChangingTransforms, AnInsertedTeeGivesBothBranchesTheResult) {
   Chain chain(kAddAndLimit, kPixels);
   const auto in = random_frame({300}, 1);
   EXPECT_EQ(chain.result(in)[0], limited(added(in[0])));
@@ -236,13 +237,13 @@ TEST(ChangingTransforms, ATeeThatIsPutInBetweenGivesBothBranchesTheirResult) {
   EXPECT_EQ(chain.stat("a", "deferred-frames"), 1u);
 }
 
-TEST(ChangingTransforms, ATransformInTheSecondsPlaceIsFused) {
+TEST(ChangingTransforms, ATransformThatReplacesTheSecondIsFused) {
   Chain chain(kAddAndLimit + " ! identity name=z", kPixels);
   const auto in = random_frame({300}, 1);
   EXPECT_EQ(chain.result(in)[0], limited(added(in[0])));
   take_out(chain, "b");
   EXPECT_EQ(chain.push(in), GST_FLOW_NOT_LINKED);
-  EXPECT_EQ(chain.stat("a", "pushed"), 2u) << "done, and nobody took it";
+  EXPECT_EQ(chain.stat("a", "pushed"), 2u) << "pushed without a peer";
   GstElement* next = gst_element_factory_make("tensor_transform", "c");
   gst_util_set_object_arg(G_OBJECT(next), "mode", "arithmetic");
   gst_util_set_object_arg(G_OBJECT(next), "option", "add:7");
@@ -251,7 +252,7 @@ TEST(ChangingTransforms, ATransformInTheSecondsPlaceIsFused) {
   EXPECT_EQ(chain.stat("c", "fused-frames"), 1u);
 }
 
-TEST(ChangingTransforms, GoOnAfterAFlush) {
+TEST(ChangingTransforms, ContinueAfterAFlush) {
   Chain chain(kAddAndLimit, kPixels);
   const auto in = random_frame({300}, 1);
   chain.result(in);
@@ -269,7 +270,7 @@ TEST(ChangingTransforms, GoOnAfterAFlush) {
   EXPECT_EQ(chain.stat("b", "fused-frames"), 2u);
 }
 
-TEST(ChangingTransforms, AFrameThatAProbeKeptIsThereWhenTheElementsAreGone) {
+TEST(ChangingTransforms, AFrameThatAProbeKeptOutlivesTheElements) {
   const auto in = random_frame({300}, 1);
   Ref<GstBuffer> kept;
   {
@@ -287,7 +288,7 @@ TEST(ChangingTransforms, AFrameThatAProbeKeptIsThereWhenTheElementsAreGone) {
   EXPECT_EQ(frame_of(kept.get())[0], added(in[0]));
 }
 
-// A whole pipeline with an appsink "sink" at its end.
+// A whole pipeline with an appsink "sink".
 class Pipeline {
  public:
   explicit Pipeline(const std::string& line) : top_(weir::test::lone_element(line)) {}
@@ -314,7 +315,7 @@ class Pipeline {
   Ref<GstElement> top_;
 };
 
-TEST(ChangingTransforms, ATransformThatTakesTheSecondsPlaceWhilePausedIsFused) {
+TEST(ChangingTransforms, ATransformThatReplacesTheSecondWhilePausedIsFused) {
   Pipeline pipeline(
       "videotestsrc num-buffers=3 pattern=solid-color foreground-color=0xfff0f0f0 ! "
       "video/x-raw,format=RGB,width=8,height=8 ! tensor_converter ! " +

@@ -1,23 +1,21 @@
-// FrameTransformer, two transforms in one pass: frames that leave as deferred memory, and such
-// frames of the element before.
+// FrameTransformer: fuses two chained transforms into one pass; outputs deferred memory, and uses
+// the deferred memory of the upstream element.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <algorithm>
 
 #include "elements/tensor_transform/frame_transformer.hpp"
-#include "gstcpp/frame_errors.hpp"
-#include "gstcpp/memory_part.hpp"
+#include "gstcpp/buffer/frame_errors.hpp"
+#include "gstcpp/buffer/memory_part.hpp"
 
 namespace weir {
 namespace {
 
 Error source_not_mapped(guint memory) {
-  return Error{
-      Code::MAP_FAILED,
-      "the memory that came into the element before this tensor_transform cannot be mapped",
-      "memory " + std::to_string(memory),
-      "system memory",
-      "",
-      "put a queue between the two"};
+  return Error{.code = Code::MAP_FAILED,
+               .what = "the input memory of the upstream tensor_transform cannot be mapped",
+               .offered = "memory " + std::to_string(memory),
+               .needed = "system memory",
+               .fix = "put a queue between the two"};
 }
 
 }  // namespace
@@ -73,8 +71,8 @@ void FrameTransformer::find_views(GstBuffer* in) {
   }
 }
 
-// From the second frame whose tensors are as large as those before on: a pool's, which knows the
-// packed memory of more than 16 tensors too.
+// Pooled from the second frame with the same sizes on; and always for more than 16 tensors, because
+// the pool handles the packed memory.
 Result<gst::Ref<GstBuffer>> FrameTransformer::buffer_for_views() {
   std::vector<TensorSpec> specs;
   for (const auto& source : sources_) specs.push_back(source.plan->output());
@@ -119,8 +117,8 @@ Status FrameTransformer::run_views(GstBuffer* out, Ledger* ledger) {
   return ok();
 }
 
-// Memory of the system, of the sizes of the caps: what else there is, is refused or converted now.
-// Once somebody maps deferred memory it is quicker to compute into the pool's.
+// True for system memory of the sizes of the caps; other memory is rejected or converted now. If
+// deferred memory is being mapped, computing into pooled memory is faster.
 bool FrameTransformer::may_defer(GstBuffer* in) const {
   if (!defer_ || counts_->computed != computed_before_) return false;
   if (!sources_.empty()) return true;
@@ -149,8 +147,8 @@ Result<gst::Ref<GstBuffer>> FrameTransformer::deferred_output(GstBuffer* in) {
   return out;
 }
 
-// All references on the source are those of the deferred memories, which are this frame's alone,
-// and of sources_.
+// Whether only `sources_` and the deferred memories of this frame, not shared with others, refer to
+// the source.
 bool FrameTransformer::has_source_alone(GstBuffer* in) const {
   if (!gst_buffer_is_writable(in) || !gst_buffer_is_all_memory_writable(in)) return false;
   GstBuffer* source = sources_[0].buffer.get();
@@ -170,7 +168,7 @@ bool FrameTransformer::has_source_alone(GstBuffer* in) const {
   return true;
 }
 
-// Without its metadata: those of `in` are newer, a probe may have changed them.
+// Without its metadata: that of `in` is newer, since a probe may have changed it.
 gst::Ref<GstBuffer> FrameTransformer::take_source(GstBuffer* in) {
   if (!has_source_alone(in)) return {};
   auto out = gst::Ref<GstBuffer>::share(sources_[0].buffer.get());
@@ -178,7 +176,7 @@ gst::Ref<GstBuffer> FrameTransformer::take_source(GstBuffer* in) {
     gst::forget_deferred_source(gst_buffer_peek_memory(in, static_cast<guint>(i)));
     sources_[i].buffer = {};
   }
-  if (!gst::can_be_written(out.get())) {  // can be told only of a buffer that nobody else has
+  if (!gst::can_be_written(out.get())) {  // reliable only for the sole reference
     for (auto& source : sources_) source.buffer = gst::Ref<GstBuffer>::share(out.get());
     return {};
   }

@@ -1,4 +1,4 @@
-// Buffers in, buffers out: pooled for static streams, one memory at a time otherwise.
+// Transforms buffers: pooled for static streams, otherwise one memory at a time.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "elements/tensor_transform/frame_transformer.hpp"
 
@@ -8,10 +8,10 @@
 #include <utility>
 
 #include "core/transform/picture.hpp"
-#include "gstcpp/frame_errors.hpp"
-#include "gstcpp/memory_part.hpp"
-#include "gstcpp/tensor_meta.hpp"
-#include "gstcpp/tensor_pieces.hpp"
+#include "gstcpp/buffer/frame_errors.hpp"
+#include "gstcpp/buffer/memory_part.hpp"
+#include "gstcpp/buffer/tensor_meta.hpp"
+#include "gstcpp/buffer/tensor_pieces.hpp"
 
 namespace weir {
 namespace {
@@ -66,12 +66,10 @@ Status FrameTransformer::configure(const FrameSpec& input, const FrameSpec& outp
   if (input.format != Format::Static) return ok();
   for (const size_t index : choice_)
     if (index >= input.tensors.size())
-      return Error{Code::OPTION_VALUE,
-                   "apply names a tensor that the stream does not have",
-                   "apply=" + std::to_string(index),
-                   "0 to " + std::to_string(input.tensors.size() - 1),
-                   "",
-                   ""};
+      return Error{.code = Code::OPTION_VALUE,
+                   .what = "apply names a tensor that the stream does not have",
+                   .offered = "apply=" + std::to_string(index),
+                   .needed = "0 to " + std::to_string(input.tensors.size() - 1)};
   std::vector<TensorSpec> outputs;
   bool in_place = true, element_wise = true, all = true;
   for (size_t i = 0; i < input.tensors.size(); ++i) {
@@ -134,18 +132,18 @@ void FrameTransformer::move_pictures(GstBuffer* out) const {
   if (mode != transform::Mode::Transpose && mode != transform::Mode::Dimchg &&
       mode != transform::Mode::Padding)
     return;
-  const auto maps = gst::picture_maps(out);
+  const auto maps = gst::source_maps(out);
   if (maps.empty()) return;
-  std::vector<PictureMap> moved(maps.begin(), maps.end());
+  std::vector<SourceMap> moved(maps.begin(), maps.end());
   const auto of = gst::maps_of(out);
   const bool regions = of == gst::MapsOf::Regions;
-  // One map stands for all tensors: where only some are transformed, each needs its own.
+  // One map applies to all tensors: if only some are transformed, each needs its own.
   if (!regions && moved.size() == 1 && !choice_.empty() && tensors_ > 1)
     moved.resize(tensors_, moved[0]);
-  // Regions of several tensors of which only some are transformed have two ways back: the first's.
+  // If only some tensors of regions are transformed, their maps differ: the first tensor's is kept.
   for (size_t i = 0; i < moved.size(); ++i)
     if (chosen(choice_, regions ? 0 : i)) moved[i] = transform::moved(operation_, moved[i]);
-  gst::set_picture_maps(out, std::move(moved), of);
+  gst::set_source_maps(out, std::move(moved), of);
 }
 
 Result<FrameTransformer::Work> FrameTransformer::run(GstBuffer* in, GstBuffer* out,
@@ -190,12 +188,10 @@ Status FrameTransformer::run_by_memory(GstBuffer* in, GstBuffer* out, Ledger* le
   const auto& views = reader_.tensors();
   for (const size_t index : choice_)
     if (index >= views.size())
-      return Error{Code::OPTION_VALUE,
-                   "apply names a tensor that this frame does not have",
-                   "apply=" + std::to_string(index),
-                   "0 to " + std::to_string(views.size() - 1),
-                   "",
-                   ""};
+      return Error{.code = Code::OPTION_VALUE,
+                   .what = "apply names a tensor that this frame does not have",
+                   .offered = "apply=" + std::to_string(index),
+                   .needed = "0 to " + std::to_string(views.size() - 1)};
   if (views.size() > kMemoryLimit) return run_packed(out, ledger);
   for (size_t i = 0; i < views.size(); ++i) {
     const Status status = chosen(choice_, i) ? append_transformed(i, views[i], out, ledger)
@@ -205,7 +201,7 @@ Status FrameTransformer::run_by_memory(GstBuffer* in, GstBuffer* out, Ledger* le
   return ok();
 }
 
-// More tensors than a buffer has memories: nothing is shared.
+// More tensors than a buffer has memories: none are shared.
 Status FrameTransformer::run_packed(GstBuffer* out, Ledger* ledger) {
   const auto& views = reader_.tensors();
   const size_t head = headers_wanted() ? kTensorHeaderBytes : 0;

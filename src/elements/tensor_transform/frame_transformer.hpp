@@ -10,9 +10,9 @@
 
 #include "core/ledger/ledger.hpp"
 #include "core/transform/transform.hpp"
-#include "gstcpp/deferred_memory.hpp"
-#include "gstcpp/frame_pool.hpp"
-#include "gstcpp/frame_reader.hpp"
+#include "gstcpp/buffer/deferred_memory.hpp"
+#include "gstcpp/buffer/frame_pool.hpp"
+#include "gstcpp/buffer/frame_reader.hpp"
 
 namespace weir {
 
@@ -20,8 +20,8 @@ namespace weir {
 using TensorChoice = std::vector<size_t>;
 bool chosen(const TensorChoice& choice, size_t index) noexcept;
 
-// The tensors after the operation. Tensors that are not chosen stay as they are; parts that are
-// unknown in the input (type or shape) stay unknown.
+// The tensors after the operation. Tensors that are not chosen stay unchanged; an unknown type or
+// shape stays unknown.
 Result<std::vector<TensorSpec>> transformed(const transform::Operation& operation,
                                             const TensorChoice& choice,
                                             const std::vector<TensorSpec>& tensors);
@@ -36,31 +36,31 @@ class FrameTransformer {
         counts_(std::move(counts)),
         limit_(limit) {}
 
-  // Before the first frame and whenever caps change.
+  // Call before the first frame and when caps change.
   Status configure(const FrameSpec& input, const FrameSpec& output);
-  // Whether frames can leave as deferred memory and be taken as such: a static stream of at most 16
-  // tensors, all of them transformed element by element.
+  // Whether frames can be output and accepted as deferred memory: a static stream of at most 16
+  // tensors, all transformed element by element.
   bool can_fuse() const noexcept { return element_wise_; }
-  // Whether views of tensors of a flexible stream can be taken: all of them are transformed element
-  // by element.
+  // Whether deferred tensors of a flexible stream can be accepted: all are transformed element by
+  // element.
   bool takes_views() const noexcept;
-  // Whether frames leave as deferred memory from now on, until somebody maps one or configure() is
-  // called. Precondition: can_fuse().
+  // Whether frames are output as deferred memory, until one is mapped or configure() is called.
+  // Precondition: can_fuse().
   void defer(bool wanted) noexcept;
 
-  // Memory of outputs from now on; after configure(). OUT_OF_MEMORY or INTERNAL as FramePool.
+  // Sets the allocation of outputs; call after configure(). OUT_OF_MEMORY or INTERNAL as FramePool.
   Status allocate_as(const gst::Allocation& allocation);
   const gst::Allocation& allocation() const noexcept { return allocation_; }
 
-  // The buffer that run() will fill: `in` itself where the work can be done in place.
-  // Metadata are not copied here.
+  // The buffer that run() will fill: `in` itself if the operation works in place. Does not copy
+  // metadata.
   Result<gst::Ref<GstBuffer>> output_for(GstBuffer* in);
   struct Work {
-    bool fused = false;     // with the work of the element before
-    bool deferred = false;  // to the element behind
+    bool fused = false;     // with the upstream element's work
+    bool deferred = false;  // to the downstream element
   };
-  // Fills what output_for() gave for the same `in`, and corrects the ways back to the picture,
-  // which came with the input's metadata.
+  // Fills the buffer of output_for() for the same `in`, and corrects the source maps that came with
+  // the input's metadata.
   Result<Work> run(GstBuffer* in, GstBuffer* out, Ledger* ledger);
   uint64_t pool_allocated() const { return pool_.stats().allocated + view_buffers_; }
 
@@ -71,15 +71,16 @@ class FrameTransformer {
     TensorSpec input;
     TensorSpec output;
     SharedPlan plan;
-    SharedPlan before, both;  // the last plan to fuse with; both: null when that is not possible
+    SharedPlan before, both;  // the last plan to fuse with; both: null if impossible
   };
   Status make_pool(std::vector<TensorSpec> outputs);
   Result<Cached*> plan_for(size_t index, const TensorSpec& spec);
-  // Sources that do the work of the element before and this one's; empty where there are none.
+  // Finds sources with the combined work of the upstream element and this one; empty if there are
+  // none.
   void find_fused_sources(GstBuffer* in);
-  // The same for a flexible stream: each memory is a view.
+  // The same for a flexible stream: each memory must be deferred.
   void find_views(GstBuffer* in);
-  // Puts the plan of both into `source`; false where there is none.
+  // Sets the fused plan of `source`; false if there is none.
   static bool fuse(Cached& cached, gst::DeferredSource* source);
   Result<gst::Ref<GstBuffer>> buffer_for_views();
   Status run_views(GstBuffer* out, Ledger* ledger);
@@ -88,13 +89,13 @@ class FrameTransformer {
     size_t head = 0;
     std::span<std::byte> payload() const { return map.bytes().subspan(head); }
   };
-  // A memory for a tensor of `bytes` at the end of `out`, its header written where one is wanted.
+  // Appends a memory for a tensor of `bytes` to `out`, with a header if the output needs one.
   Result<Appended> append_output(const TensorSpec& spec, size_t bytes, GstBuffer* out) const;
   bool may_defer(GstBuffer* in) const;
   Result<gst::Ref<GstBuffer>> deferred_output(GstBuffer* in);
   bool has_source_alone(GstBuffer* in) const;
-  // What came into the element before, to become the output, or null: it is as large, and nobody
-  // else's.
+  // The upstream element's input, reused as output, or null: it must have the same size and no
+  // other owner.
   gst::Ref<GstBuffer> take_source(GstBuffer* in);
   Status run_fused(GstBuffer* out, Ledger* ledger);
   Status run_alone(GstBuffer* in, GstBuffer* out, Ledger* ledger);
@@ -114,21 +115,21 @@ class FrameTransformer {
   const BufferLimit& limit_;  // borrowed from the element
   FrameSpec input_, output_;
   std::vector<std::optional<Cached>> plans_;  // by tensor index
-  bool pooled_ = false;                       // static to static, every tensor transformed
-  bool in_place_ = false;                     // and no element changes its size
+  bool pooled_ = false;                       // static to static, all tensors transformed
+  bool in_place_ = false;                     // and all element sizes stay the same
   bool element_wise_ = false;                 // see can_fuse()
   bool defer_ = false;
-  uint64_t computed_before_ = 0;  // counts_->computed when deferring began
-  // Of the frame between output_for() and run(); without a buffer where it is the output itself.
+  uint64_t computed_before_ = 0;  // counts_->computed when deferral began
+  // For the frame between output_for() and run(); the buffer is null if it is the output itself.
   std::vector<gst::DeferredSource> sources_;
-  Work work_;           // on that frame
-  size_t tensors_ = 0;  // of that frame
+  Work work_;           // on the current frame
+  size_t tensors_ = 0;  // of the current frame
   gst::Allocation allocation_;
   gst::FramePool pool_;
-  std::vector<TensorSpec> view_specs_;     // outputs of the last frame of views
-  gst::FramePool view_pool_;               // for such outputs
-  bool views_pooled_ = false;              // the output in work is of view_pool_
-  std::atomic<uint64_t> view_buffers_{0};  // that view_pool_ has made; read by any thread
+  std::vector<TensorSpec> view_specs_;     // outputs of the last frame of deferred tensors
+  gst::FramePool view_pool_;               // for these outputs
+  bool views_pooled_ = false;              // the current output is from view_pool_
+  std::atomic<uint64_t> view_buffers_{0};  // allocated by view_pool_; read by any thread
   gst::FrameReader reader_;
   gst::FramePool::Writer writer_;
 };

@@ -1,4 +1,4 @@
-// Transforms in a row: one pass, and the bits that they give one after the other.
+// Chained transforms: fused into one pass, with the same bits as separate passes.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <algorithm>
 
@@ -32,8 +32,8 @@ std::string joined(const Case& c, const std::string& between) {
   return line;
 }
 
-// Compares the chain with the same one that has an identity in between; how many frames element a
-// deferred, and the last element fused.
+// Compares the chain with the same one with an identity in between; returns how many frames element
+// a deferred and the last element fused.
 std::pair<uint64_t, uint64_t> deferred_and_fused(const Case& c) {
   SCOPED_TRACE(joined(c, " ! ") + " of " + c.caps);
   Chain direct(joined(c, " ! "), c.caps), apart(joined(c, " ! identity ! "), c.caps);
@@ -54,7 +54,7 @@ std::pair<uint64_t, uint64_t> deferred_and_fused(const Case& c) {
 }
 constexpr std::pair<uint64_t, uint64_t> kAll{kFrames, kFrames}, kNone{0, 0};
 
-TEST(FusedTransforms, GiveTheBitsOfOneAfterTheOther) {
+TEST(FusedTransforms, GiveTheSameBitsAsSeparateTransforms) {
   const std::string channels = "mode=arithmetic option=per-channel:true@0,add:1@0,mul:3@2";
   const std::string planes = "mode=arithmetic option=per-channel:true@1,add:1@0,mul:3@2";
   const std::string half = "mode=typecast option=float16";
@@ -70,7 +70,7 @@ TEST(FusedTransforms, GiveTheBitsOfOneAfterTheOther) {
     EXPECT_EQ(deferred_and_fused(c), kAll);
 }
 
-TEST(FusedTransforms, ThreeAndFourInARowAreOnePass) {
+TEST(FusedTransforms, ThreeAndFourAreOnePass) {
   const Case three{{kCast, kScale, kLimit}},
       four{{kCast, kScale, kLimit, "mode=typecast option=int8"}};
   EXPECT_EQ(deferred_and_fused(three), kAll);
@@ -82,7 +82,7 @@ TEST(FusedTransforms, ThreeAndFourInARowAreOnePass) {
   EXPECT_EQ(chain.stat("b", "pool-allocated"), 0u);
 }
 
-TEST(FusedTransforms, TheScalarPathTakesPart) {
+TEST(FusedTransforms, SupportTheScalarPath) {
   for (const char* one : {"true", "false"})
     for (const char* two : {"true", "false"})
       EXPECT_EQ(deferred_and_fused({{std::string(kCast) + " acceleration=" + one,
@@ -105,7 +105,7 @@ TEST(FusedTransforms, SixteenTensorsAreFusedSeventeenAreNot) {
   std::vector<size_t> sizes;
   for (size_t i = 0; i < 16; ++i) sizes.push_back(3 * (i + 1));
   EXPECT_EQ(deferred_and_fused({{kCast, kScale, kLimit}, many(16), sizes}), kAll);
-  size_t total = 0;  // in one memory, as a source that knows no tensors sends them
+  size_t total = 0;  // in one memory, as from a source that knows no tensors
   for (size_t i = 0; i < 17; ++i) total += 3 * (i + 1);
   EXPECT_EQ(deferred_and_fused({{kCast, kScale}, many(17), {total}}), kNone);
 }
@@ -114,7 +114,7 @@ TEST(FusedTransforms, FramesInOneMemoryAreSplitFirst) {
   EXPECT_EQ(deferred_and_fused({{kCast, kScale}, many(2), {9}}), kNone);
 }
 
-TEST(FusedTransforms, NotWhereATensorIsNeededAsAWhole) {
+TEST(FusedTransforms, AreNotUsedIfAWholeTensorIsNeeded) {
   for (const char* whole : {"mode=transpose option=1:0:2:3", "mode=stand option=default",
                             "mode=dimchg option=0:1", "mode=padding option=left:1"}) {
     EXPECT_EQ(deferred_and_fused({{kCast, whole}}), kNone);
@@ -123,14 +123,14 @@ TEST(FusedTransforms, NotWhereATensorIsNeededAsAWhole) {
   EXPECT_EQ(deferred_and_fused({{kCast, "mode=transpose option=1:0:2:3", kLimit}}), kNone);
 }
 
-TEST(FusedTransforms, NotWhereSomeTensorsStayAsTheyAre) {
+TEST(FusedTransforms, AreNotUsedIfSomeTensorsAreNotTransformed) {
   const std::string some = std::string(kCast) + " apply=1";
   EXPECT_EQ(deferred_and_fused({{some, kLimit}, many(2), {3, 6}}), kNone);
   EXPECT_EQ(deferred_and_fused({{kCast, std::string(kLimit) + " apply=0"}, many(2), {3, 6}}),
             kNone);
 }
 
-TEST(FusedTransforms, NotInFlexibleStreams) {
+TEST(FusedTransforms, AreNotUsedInFlexibleStreams) {
   const std::string flexible = " ! other/tensors,format=flexible ! ";
   const std::string line = transform("a", kCast) + flexible + transform("b", kLimit);
   Chain chain(line, kPixels),
@@ -140,16 +140,16 @@ TEST(FusedTransforms, NotInFlexibleStreams) {
   EXPECT_EQ(chain.stat("a", "deferred-frames"), 0u);
 }
 
-TEST(FusedTransforms, PlansThatDoNotFitABlockRunOneAfterTheOther) {
-  // Channels that come again after 6000 elements, with a clamp behind: no common block. The first
-  // frame shows it, the others are not deferred any more.
+TEST(FusedTransforms, RunSeparatelyIfPlansDoNotFitABlock) {
+  // Channels that repeat after 6000 elements, followed by a clamp: no common block. The first frame
+  // shows this, and later ones are not deferred.
   const std::string planes = "mode=arithmetic option=per-channel:true@1,add:1@0,mul:3@2";
   const std::string caps = "other/tensor,dimension=(string)2000:3,type=uint8,framerate=30/1";
   EXPECT_EQ(deferred_and_fused({{planes, "mode=clamp option=3:9"}, caps, {6000}}),
             (std::pair<uint64_t, uint64_t>{1, 0}));
 }
 
-TEST(FusedTransforms, CountADivisionWhereThePassRuns) {
+TEST(FusedTransforms, CountDivisionsInTheElementThatRuns) {
   const std::string zero = "mode=arithmetic option=div:0";
   Chain chain(transform("a", zero) + " ! " + transform("b", zero), kPixels);
   const auto in = random_frame({300}, 1);
@@ -158,7 +158,7 @@ TEST(FusedTransforms, CountADivisionWhereThePassRuns) {
   EXPECT_EQ(chain.stat("b", "integer-divisions-by-zero"), 600u);
 }
 
-TEST(FusedTransforms, RefuseAFrameOfTheWrongSizeWhereItComesIn) {
+TEST(FusedTransforms, RejectAFrameOfTheWrongSizeInTheFirstElement) {
   for (const size_t size : {299u, 3u}) {
     Chain chain(transform("a", kCast) + " ! " + transform("b", kScale), kPixels);
     chain.result(random_frame({300}, 1));
@@ -193,7 +193,7 @@ TEST(FusedTransforms, KeepTimeFlagsAndMetadata) {
   EXPECT_EQ(chain.stat("b", "fused-frames"), 1u);
 }
 
-TEST(FusedTransforms, LetGoOfTheInputWhenTheFrameIsDone) {
+TEST(FusedTransforms, ReleaseTheInputAfterTheFrame) {
   Chain chain(transform("a", kCast) + " ! " + transform("b", kScale), kPixels);
   GstBuffer* in = weir::chain_test::buffer_of(random_frame({300}, 1));
   int gone = 0;
@@ -221,14 +221,14 @@ gpointer address(GstBuffer* buffer, guint memory = 0) {
   return gst_buffer_peek_memory(buffer, memory);
 }
 
-// Fused frames of `b` whose memory is the input's.
+// Fused frames of `b` that reuse the input's memory.
 class FusedInPlace : public testing::Test {
  protected:
   const Frame in_ = random_frame({300}, 1);
   const Frame expected_ = added_and_multiplied(in_);
   Chain chain_{transform("a", kAdd) + " ! " + transform("b", kMul), kPixels};
 
-  // The result of the buffer, which is given away.
+  // The result for the buffer, whose ownership is passed on.
   weir::gst::Ref<GstBuffer> result(GstBuffer* in) {
     EXPECT_EQ(gst_harness_push(chain_.harness(), in), GST_FLOW_OK);
     EXPECT_EQ(chain_.stat("b", "fused-frames"), 1u);
@@ -236,7 +236,7 @@ class FusedInPlace : public testing::Test {
   }
 };
 
-TEST_F(FusedInPlace, WhereNobodyElseHasTheMemory) {
+TEST_F(FusedInPlace, IfTheMemoryHasNoOtherOwner) {
   GstBuffer* in = weir::chain_test::buffer_of(in_);
   const gpointer memory = address(in);
   const auto out = result(in);
@@ -245,7 +245,7 @@ TEST_F(FusedInPlace, WhereNobodyElseHasTheMemory) {
   EXPECT_EQ(chain_.stat("b", "pool-allocated"), 0u);
 }
 
-TEST_F(FusedInPlace, NotWhereSomebodyHoldsTheInput) {
+TEST_F(FusedInPlace, NotIfTheInputIsHeld) {
   const auto in = weir::gst::Ref<GstBuffer>::adopt(weir::chain_test::buffer_of(in_));
   const auto out = result(gst_buffer_ref(in.get()));
   EXPECT_NE(address(out.get()), address(in.get()));
@@ -253,7 +253,7 @@ TEST_F(FusedInPlace, NotWhereSomebodyHoldsTheInput) {
   EXPECT_EQ(frame_of(in.get()), in_);
 }
 
-TEST_F(FusedInPlace, NotWhereAnotherBufferHasTheMemory) {
+TEST_F(FusedInPlace, NotIfAnotherBufferSharesTheMemory) {
   const auto other = weir::gst::Ref<GstBuffer>::adopt(weir::chain_test::buffer_of(in_));
   const auto out = result(gst_buffer_copy(other.get()));
   EXPECT_EQ(frame_of(out.get()), expected_);
@@ -269,7 +269,7 @@ TEST_F(FusedInPlace, NotInReadOnlyMemory) {
   EXPECT_EQ(bytes, (std::vector<std::byte>(300, std::byte{5})));
 }
 
-TEST_F(FusedInPlace, NotWhereAProbeKeepsTheFrameBetween) {
+TEST_F(FusedInPlace, NotIfAProbeKeepsTheIntermediateFrame) {
   weir::gst::Ref<GstBuffer> kept;
   chain_.add_probe(
       "a", "src",
@@ -286,7 +286,7 @@ TEST_F(FusedInPlace, NotWhereAProbeKeepsTheFrameBetween) {
               std::min(std::to_integer<int>(in_[0][i]) + 7, 255));
 }
 
-TEST_F(FusedInPlace, WithTheTimesAndMetadataOfTheFrameBetween) {
+TEST_F(FusedInPlace, WithTheTimesAndMetadataOfTheIntermediateFrame) {
   GstBuffer* in = weir::chain_test::buffer_of(in_);
   GST_BUFFER_PTS(in) = 7;
   GstCaps* clock = gst_caps_new_empty_simple("timestamp/x-test");
@@ -309,7 +309,7 @@ TEST_F(FusedInPlace, WithTheTimesAndMetadataOfTheFrameBetween) {
   gst_caps_unref(clock);
 }
 
-TEST(FusedTransforms, OneAloneLeavesReadOnlyMemoryAsItIs) {
+TEST(FusedTransforms, ASingleOneDoesNotChangeReadOnlyMemory) {
   static const std::vector<std::byte> bytes(300, std::byte{5});
   Chain chain(transform("a", kAdd), kPixels);
   GstBuffer* in =
@@ -320,7 +320,7 @@ TEST(FusedTransforms, OneAloneLeavesReadOnlyMemoryAsItIs) {
   EXPECT_EQ(bytes, (std::vector<std::byte>(300, std::byte{5})));
 }
 
-TEST(FusedTransforms, SeveralTensorsInSeveralStepsAreDoneInPlace) {
+TEST(FusedTransforms, SeveralTensorsAndStepsRunInPlace) {
   Chain chain(transform("a", kAdd) + " ! " + transform("b", kMul) + " ! " +
                   transform("c", "mode=clamp option=9:99"),
               many(3));
@@ -338,7 +338,7 @@ TEST(FusedTransforms, SeveralTensorsInSeveralStepsAreDoneInPlace) {
   EXPECT_EQ(chain.stat("c", "fused-frames"), 1u);
 }
 
-TEST(FusedTransforms, AChangeOfSizeIsNotDoneInPlace) {
+TEST(FusedTransforms, AChangeOfSizeIsNotInPlace) {
   Chain chain(transform("a", kAdd) + " ! " + transform("b", kCast), kPixels);
   GstBuffer* in = weir::chain_test::buffer_of(random_frame({300}, 1));
   ASSERT_EQ(gst_harness_push(chain.harness(), in), GST_FLOW_OK);

@@ -1,9 +1,9 @@
-// tensor_transform while several threads use it: properties, queries, stats and state changes.
+// tensor_transform used by several threads: properties, queries, stats and state changes.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <algorithm>
 
-#include "elements/tests/element_harness.hpp"
-#include "elements/tests/meanwhile.hpp"
+#include "elements/tests/element_test_support.hpp"
+#include "elements/tests/second_thread_test_support.hpp"
 
 namespace {
 
@@ -18,11 +18,11 @@ std::string output_type(GstElement* element) {
   return type ? type : "";
 }
 
-TEST(TensorTransformSettings, StatsAreReadWhileItRestarts) {
+TEST(TensorTransformSettings, StatsCanBeReadDuringARestart) {
   auto h = harness_of("tensor_transform mode=typecast option=uint8", kFloats);
   const auto element = element_of(h, "tensor_transform");
   std::atomic<uint64_t> most = 0;
-  Meanwhile reader([&] { most = std::max(most.load(), stat(element.get(), "pool-allocated")); });
+  SecondThread reader([&] { most = std::max(most.load(), stat(element.get(), "pool-allocated")); });
   for (int round = 0; round < 100; ++round) {
     gst_element_set_state(element.get(), GST_STATE_READY);
     gst_element_set_state(element.get(), GST_STATE_PLAYING);
@@ -39,7 +39,7 @@ TEST(TensorTransformSettings, StatsStillShowThePoolAfterTheEnd) {
 
 TEST(TensorTransformSettings, QueriesFollowTheOptionThatWasSetLast) {
   const auto element = lone_element("tensor_transform mode=typecast option=uint8");
-  Meanwhile reader([&] { output_type(element.get()); });
+  SecondThread reader([&] { output_type(element.get()); });
   for (int round = 0; round < 300; ++round)
     for (const char* type : {"int16", "float64"}) {
       g_object_set(element.get(), "option", type, nullptr);
@@ -47,7 +47,7 @@ TEST(TensorTransformSettings, QueriesFollowTheOptionThatWasSetLast) {
     }
 }
 
-TEST(TensorTransformSettings, ABadApplyIsNamedWhenItStarts) {
+TEST(TensorTransformSettings, AnInvalidApplyIsReportedAtTheStart) {
   EXPECT_SAYS(start_error("tensor_transform mode=typecast option=uint8 apply=0,y"),
               "WEIR-1001: apply cannot be read\n  offered: 0,y");
 }

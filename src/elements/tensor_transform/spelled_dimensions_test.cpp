@@ -1,7 +1,7 @@
-// tensor_transform between caps that write equal dimensions with more or fewer 1s at the end;
-// specification 1.4 and 1.5.
+// tensor_transform between caps that spell equal dimensions with more or fewer trailing 1s
+// (docs/compatibility/types-and-caps.md 1.4 and 1.5).
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "elements/tests/element_harness.hpp"
+#include "elements/tests/element_test_support.hpp"
 
 namespace {
 
@@ -25,15 +25,15 @@ const std::vector<Case> kCases{
 std::string tensor(const std::string& dimension) {
   return "other/tensor,dimension=(string)" + dimension;
 }
-std::string behind(const Case& c, const std::string& caps) {
+std::string with_capsfilter(const Case& c, const std::string& caps) {
   return std::string("tensor_transform mode=") + c.mode + " ! capsfilter caps=\"" + caps + "\"";
 }
 const std::string kInput = tensor("3:4:4:1") + ",type=uint8,framerate=30/1";
 
-TEST(SpelledDimensions, EachModeTakesTheSpellingOfACapsfilter) {
+TEST(SpelledDimensions, EachModeAcceptsTheSpellingOfACapsfilter) {
   for (const Case& c : kCases)
     for (const char* spelling : c.spellings) {
-      auto h = harness_of(behind(c, tensor(spelling)), kInput);
+      auto h = harness_of(with_capsfilter(c, tensor(spelling)), kInput);
       Errors errors(h);
       EXPECT_EQ(gst_harness_push(h.get(), frame(Bytes(48))), GST_FLOW_OK)
           << c.mode << errors.next();
@@ -41,7 +41,7 @@ TEST(SpelledDimensions, EachModeTakesTheSpellingOfACapsfilter) {
     }
 }
 
-TEST(SpelledDimensions, ListsOfDimensionsToo) {
+TEST(SpelledDimensions, ListsKeepTheSpellingOfACapsfilter) {
   auto h = harness_of(
       "tensor_transform mode=typecast option=int16 ! capsfilter "
       "caps=\"other/tensors,format=static,dimensions=(string)\\\"3:4:1:1,5\\\"\"",
@@ -51,41 +51,42 @@ TEST(SpelledDimensions, ListsOfDimensionsToo) {
   EXPECT_SAYS(caps_text(h), "dimensions=(string)\"3:4:1:1\\,5\"");
 }
 
-// A capsfilter upstream asks with its own spelling as a filter.
-TEST(SpelledDimensions, ACapsQueryIsAnsweredInTheSpellingOfItsFilter) {
+// An upstream capsfilter queries with its own spelling as the filter.
+TEST(SpelledDimensions, ACapsQueryUsesTheSpellingOfItsFilter) {
   for (const Case& c : kCases)
     for (const char* in : {"3:4:4", "3:4:4:1", "3:4:4:1:1"}) {
-      const auto h = harness_of(behind(c, tensor(c.spellings.front())));
+      const auto h = harness_of(with_capsfilter(c, tensor(c.spellings.front())));
       const auto filter = Ref<GstCaps>::adopt(gst_caps_from_string(tensor(in).c_str()));
       const auto caps = Ref<GstCaps>::adopt(gst_pad_peer_query_caps(h->srcpad, filter.get()));
       EXPECT_FALSE(gst_caps_is_empty(caps.get())) << c.mode << " after " << in;
     }
 }
 
-TEST(SpelledDimensions, TwoTransformsAndTwoCapsfilters) {
+TEST(SpelledDimensions, TwoTransformsKeepTheSpellingOfTwoCapsfilters) {
   auto h = harness_of("capsfilter caps=\"" + tensor("3:4:4") + "\" ! " +
-                          behind(kCases[0], tensor("3:4:4:1")) + " ! " +
-                          behind(kCases[4], tensor("4:4:3")),
+                          with_capsfilter(kCases[0], tensor("3:4:4:1")) + " ! " +
+                          with_capsfilter(kCases[4], tensor("4:4:3")),
                       tensor("3:4:4") + ",type=uint8,framerate=30/1");
   EXPECT_EQ(gst_harness_push(h.get(), frame(Bytes(48))), GST_FLOW_OK);
   EXPECT_SAYS(caps_text(h), "dimension=(string)4:4:3,");
 }
 
-TEST(SpelledDimensions, AnotherDimensionIsRefused) {
+TEST(SpelledDimensions, AnotherDimensionIsRejected) {
   for (const Case& c : kCases)
     for (const std::string more : {":2", ":1:2"}) {
-      auto h = harness_of(behind(c, tensor(c.spellings.front() + more)));
+      auto h = harness_of(with_capsfilter(c, tensor(c.spellings.front() + more)));
       Errors errors(h);
       gst_harness_set_src_caps_str(h.get(), kInput.c_str());
       EXPECT_EQ(gst_harness_push(h.get(), frame(Bytes(48))), GST_FLOW_NOT_NEGOTIATED) << c.mode;
-      EXPECT_SAYS(errors.next(), "the element behind tensor_transform does not take its result");
+      EXPECT_SAYS(errors.next(),
+                  "the element downstream of tensor_transform does not accept its output");
     }
 }
 
-TEST(SpelledDimensions, AQueryForAnotherDimensionIsAnsweredWithNothing) {
+TEST(SpelledDimensions, AQueryForAnotherDimensionReturnsEmptyCaps) {
   for (const Case& c : kCases) {
-    if (std::string(c.mode).starts_with("padding")) continue;  // takes any dimensions
-    const auto h = harness_of(behind(c, tensor(c.spellings.front())));
+    if (std::string(c.mode).starts_with("padding")) continue;  // accepts any dimensions
+    const auto h = harness_of(with_capsfilter(c, tensor(c.spellings.front())));
     const auto filter = Ref<GstCaps>::adopt(gst_caps_from_string(tensor("3:4:4:2").c_str()));
     const auto caps = Ref<GstCaps>::adopt(gst_pad_peer_query_caps(h->srcpad, filter.get()));
     EXPECT_TRUE(gst_caps_is_empty(caps.get())) << c.mode;

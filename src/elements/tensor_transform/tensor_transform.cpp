@@ -1,4 +1,4 @@
-// tensor_transform: changes the numbers, the type or the order of the tensors of a stream.
+// tensor_transform: changes the values, the type or the order of the tensors of a stream.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <atomic>
 #include <memory>
@@ -8,10 +8,10 @@
 
 #include "elements/tensor_transform/frame_transformer.hpp"
 #include "elements/tensor_transform/transform_options.hpp"
-#include "gstcpp/counted_transform.hpp"
-#include "gstcpp/derived_setting.hpp"
-#include "gstcpp/early_events.hpp"
-#include "gstcpp/tensor_caps.hpp"
+#include "gstcpp/buffer/tensor_caps.hpp"
+#include "gstcpp/element/counted_transform.hpp"
+#include "gstcpp/element/derived_setting.hpp"
+#include "gstcpp/pads/early_events.hpp"
 
 namespace weir::gst {
 template <>
@@ -61,14 +61,14 @@ class TensorTransform : public gst::CountedTransform<TensorTransform> {
       gst::Property{"silent", &Settings::silent, "Accepted for compatibility; has no effect",
                     gst::Changeable::WhilePlaying},
       gst::Property{"mode", &Settings::mode, "What to do with each tensor", kPlaying},
-      gst::Property{"option", &Settings::option, "How to do it; its grammar depends on the mode",
+      gst::Property{"option", &Settings::option, "Parameters of the mode, in its own syntax",
                     kPlaying},
       gst::Property{"acceleration", &Settings::acceleration,
-                    "Use SIMD; the numbers are the same without", kPlaying},
+                    "Use SIMD; the results are the same without it", kPlaying},
       gst::Property{"apply", &Settings::apply,
                     "Comma list of the tensors to transform, by index; empty = all", kPlaying},
       gst::ReadOnly{"transpose-rank-limit", &TensorTransform::transpose_rank_limit,
-                    "Highest rank that transpose takes"},
+                    "Highest rank that transpose accepts"},
   };
 
   Status start() {
@@ -76,7 +76,7 @@ class TensorTransform : public gst::CountedTransform<TensorTransform> {
     fused_frames_ = deferred_frames_ = pool_allocated_ = 0;
     counts_->divisions_by_zero = 0;
     waiting_ = false;
-    // Both may come as late as the first frame.
+    // Both may be set as late as the first frame.
     return is_set(take_settings(&followed_)) ? load() : ok();
   }
 
@@ -95,7 +95,7 @@ class TensorTransform : public gst::CountedTransform<TensorTransform> {
   }
 
   // GstBaseTransform passes no filter for the caps of a stream, and compares the result with the
-  // caps of the peer as text.
+  // peer's caps as text.
   GstCaps* transform_caps(GstPadDirection direction, GstCaps* caps, GstCaps* filter) {
     Ref<GstCaps> peer;
     if (!filter && direction == GST_PAD_SINK && gst_caps_is_fixed(caps))
@@ -108,7 +108,7 @@ class TensorTransform : public gst::CountedTransform<TensorTransform> {
 
   gboolean query(GstPadDirection direction, GstQuery* query) {
     if (GST_QUERY_TYPE(query) == GST_QUERY_ACCEPT_CAPS && direction == GST_PAD_SINK) {
-      // Caps that do not work come to sink_event, where the message can say why.
+      // Accepts invalid caps: sink_event can post why they fail.
       GstCaps* caps = nullptr;
       gst_query_parse_accept_caps(query, &caps);
       const auto ours =
@@ -130,9 +130,9 @@ class TensorTransform : public gst::CountedTransform<TensorTransform> {
     GstCaps* caps = nullptr;
     gst_event_parse_caps(event, &caps);
     const auto held = Ref<GstCaps>::share(caps);
-    told_ = false;
+    reported_ = false;
     if (parent_class()->sink_event(self(), event)) return replay(), TRUE;
-    if (!told_) tell_why_not(held.get());
+    if (!reported_) report_refusal(held.get());
     return FALSE;
   }
 
@@ -149,7 +149,7 @@ class TensorTransform : public gst::CountedTransform<TensorTransform> {
 
   Status set_caps(GstCaps* in, GstCaps* out) {
     const Status status = configure(in, out);
-    told_ = !status;
+    reported_ = !status;
     return status;
   }
 
@@ -168,7 +168,7 @@ class TensorTransform : public gst::CountedTransform<TensorTransform> {
     return transformer_->configure(*input, *output);
   }
 
-  // Of two transforms in a row the first leaves its work to the second, where that offers it.
+  // Of two chained transforms, the first defers its work to the second if that offers it.
   gboolean propose_allocation(GstQuery* decide_query, GstQuery* query) {
     const gboolean done = parent_class()->propose_allocation(self(), decide_query, query);
     if (done && transformer_) gst::offer(query, transformer_->allocation());
@@ -195,7 +195,7 @@ class TensorTransform : public gst::CountedTransform<TensorTransform> {
     auto buffer = transformer_->output_for(in);
     if (!buffer) return failed(buffer.error());
     if (buffer->get() != in) copy_metadata(in, buffer->get());
-    // GstBaseTransform compares the pointers only and takes no second reference on the input.
+    // GstBaseTransform compares only the pointers and takes no second reference to the input.
     *out = buffer->get() == in ? in : buffer->release();
     return GST_FLOW_OK;
   }
@@ -222,8 +222,8 @@ class TensorTransform : public gst::CountedTransform<TensorTransform> {
   BufferLimit buffer_limit_{kInfo.factory_name};
 
  private:
-  // Caps of the other pad for `caps` on the pad of `direction`, with equal dimensions as `spelling`
-  // (may be null) has them.
+  // Converts `caps` on the pad of `direction` to caps of the other pad, with dimensions spelled as
+  // in `spelling` (may be null).
   Ref<GstCaps> converted(GstPadDirection direction, GstCaps* caps, const GstCaps* spelling) {
     const auto options = effective();
     return converted(direction, caps, spelling, *options ? &**options : nullptr);
@@ -247,8 +247,8 @@ class TensorTransform : public gst::CountedTransform<TensorTransform> {
     return result;
   }
 
-  // What a pad takes. GstBaseTransform would put caps first that need no change, were there any:
-  // behind a change of the type these are flexible ones, and a static stream would become flexible.
+  // The caps of a pad. GstBaseTransform would prefer caps that need no change: with a type change
+  // these are flexible ones, and a static stream would become flexible.
   Ref<GstCaps> caps_of(GstPadDirection direction, GstCaps* filter) {
     GstPad *pad = GST_BASE_TRANSFORM_SINK_PAD(self()), *other = GST_BASE_TRANSFORM_SRC_PAD(self());
     if (direction == GST_PAD_SRC) std::swap(pad, other);
@@ -271,14 +271,14 @@ class TensorTransform : public gst::CountedTransform<TensorTransform> {
         meet(Ref<GstCaps>::adopt(transform_caps(GST_PAD_DIRECTION(other), there.get(), filter)),
              template_of(pad));
     if (filter) return caps;
-    // A capsfilter compares what it gets here as text. How it writes dimensions is known with its
-    // caps, which are compared as dimensions.
+    // A capsfilter compares this result as text. Its spelling of the dimensions is known only from
+    // its caps event, which is compared by dimensions.
     auto open = gst::without_dimensions(Ref<GstCaps>::adopt(gst_caps_copy(caps.get())));
     return Ref<GstCaps>::adopt(gst_caps_merge(caps.release(), open.release()));
   }
 
-  // After caps that GstBaseTransform refused by itself, which it does without a word.
-  void tell_why_not(GstCaps* caps) {
+  // Posts the reason when GstBaseTransform rejected caps without an error.
+  void report_refusal(GstCaps* caps) {
     const auto input = gst::fixed_spec_from_caps(caps);
     if (!input) return gst::post_error(element(), input.error());
     const auto options = effective();
@@ -292,21 +292,21 @@ class TensorTransform : public gst::CountedTransform<TensorTransform> {
     const auto theirs = Ref<GstCaps>::adopt(gst_pad_peer_query_caps(pad, nullptr));
     if (gst_caps_can_intersect(ours.get(), theirs.get())) return;
     gst::post_error(element(),
-                    gst::refused_behind(pad, theirs.get(),
-                                        gst::UniqueText(gst_caps_to_string(ours.get())).get(),
-                                        "tensor_transform mode=typecast option=TYPE changes the "
-                                        "type"));
+                    gst::downstream_mismatch(
+                        pad, theirs.get(), gst::UniqueText(gst_caps_to_string(ours.get())).get(),
+                        "tensor_transform mode=typecast option=TYPE changes the "
+                        "type"));
   }
 
-  // Before there are a mode and an option, caps and what comes after them stay here.
+  // Until mode and option are set, holds caps and the events after them.
   bool hold(GstEvent* event) {
     const auto type = GST_EVENT_TYPE(event);
     if (type == GST_EVENT_CAPS) {
       waiting_ = !transformer_ && !is_set(settings());
-      if (waiting_) gst_event_unref(event);  // the sink pad keeps it
+      if (waiting_) gst_event_unref(event);  // they stay on the sink pad
       return waiting_;
     }
-    // A stream that begins anew goes ahead of its caps.
+    // A restarted stream precedes its caps.
     if (type == GST_EVENT_FLUSH_STOP || type == GST_EVENT_STREAM_START) {
       early_.clear();
       return false;
@@ -323,7 +323,7 @@ class TensorTransform : public gst::CountedTransform<TensorTransform> {
   void replay() {
     for (auto& event : early_.take()) parent_class()->sink_event(self(), event.release());
   }
-  // The first frame is there.
+  // Called at the first frame.
   bool begin() {
     const auto options = current();
     if (!*options) return gst::post_error(element(), options->error()), false;
@@ -333,21 +333,20 @@ class TensorTransform : public gst::CountedTransform<TensorTransform> {
     return caps && sink_event(gst_event_new_caps(caps.get()));
   }
 
-  // Between two frames: other options are taken where the stream can go on with them.
+  // Called between two frames: applies new options if the stream can continue with them.
   void follow_properties() {
     const auto judge = [this](const Settings& wanted) -> Status {
       const auto options = parse_options(wanted);
       return options ? can_follow(*options) : Status(options.error());
     };
     const bool other = follow_settings(&followed_, judge);
-    options_.reset();  // the properties say what is in force
+    options_.reset();  // the properties now hold the settings in effect
     if (!other) return;
     GstPad *sink = GST_BASE_TRANSFORM_SINK_PAD(self()),
            *source = GST_BASE_TRANSFORM_SRC_PAD(self());
     const auto in = Ref<GstCaps>::adopt(gst_pad_get_current_caps(sink));
     const auto out = Ref<GstCaps>::adopt(gst_pad_get_current_caps(source));
-    // Where the caps stay as they are GstBaseTransform does not set them; where they do not, they
-    // are set with the frame.
+    // GstBaseTransform does not set unchanged caps again; changed ones are set with the frame.
     if (in && out) static_cast<void>(configure(in.get(), out.get()));
     gst_base_transform_reconfigure_src(self());
     gst_base_transform_reconfigure_sink(self());
@@ -370,18 +369,18 @@ class TensorTransform : public gst::CountedTransform<TensorTransform> {
     const auto theirs = Ref<GstCaps>::adopt(gst_pad_peer_query_caps(pad, nullptr));
     const auto ours = converted(GST_PAD_SINK, in.get(), theirs.get(), &options);
     if (gst_caps_can_intersect(ours.get(), theirs.get())) return ok();
-    return gst::refused_behind(pad, theirs.get(),
-                               gst::UniqueText(gst_caps_to_string(ours.get())).get(),
-                               "a mode and an option whose result downstream takes");
+    return gst::downstream_mismatch(pad, theirs.get(),
+                                    gst::UniqueText(gst_caps_to_string(ours.get())).get(),
+                                    "a mode and an option whose output downstream accepts");
   }
-  // What the properties say.
+  // Parsed from the properties.
   using SharedOptions = std::shared_ptr<const Result<Options>>;
   // Any thread.
   SharedOptions current() const {
     return options_.get([this] { return parse_options(settings()); });
   }
 
-  // The same, or the last ones that could be read. Any thread.
+  // The same, or the last valid ones. Any thread.
   SharedOptions effective() const {
     auto options = current();
     if (*options) return options;
@@ -393,7 +392,7 @@ class TensorTransform : public gst::CountedTransform<TensorTransform> {
     good_ = std::move(options);
   }
 
-  // A transformer for the present options.
+  // Makes a transformer for the current options.
   Status load() {
     auto options = effective();
     if (!*options) return options->error();
@@ -419,7 +418,7 @@ class TensorTransform : public gst::CountedTransform<TensorTransform> {
       t = other ? TensorSpec{other->type, other->shape, ""} : TensorSpec{};
     }
     if (direction == GST_PAD_SRC && spec->format == Format::Flexible) {
-      spec->format = Format::End;  // static input with headers added is possible too
+      spec->format = Format::End;  // a static input with added headers is possible too
       spec->tensors.clear();
     }
   }
@@ -429,20 +428,23 @@ class TensorTransform : public gst::CountedTransform<TensorTransform> {
     if (difference.empty()) return ok();
     FrameSpec needed = output;
     needed.tensors = computed;
-    return Error{Code::SPEC_MISMATCH, "the caps behind tensor_transform do not fit its result",
-                 output.to_string(),  needed.to_string(),
-                 difference,          gst::caps_to_paste(needed)};
+    return Error{.code = Code::SPEC_MISMATCH,
+                 .what = "the caps downstream of tensor_transform do not match its output",
+                 .offered = output.to_string(),
+                 .needed = needed.to_string(),
+                 .difference = difference,
+                 .fix = gst::caps_to_paste(needed)};
   }
 
   gst::DerivedSetting<Result<Options>> options_;
   mutable std::mutex good_mutex_;             // guards good_
   SharedOptions good_;                        // loaded_, for queries
-  gst::FollowedSettings<Settings> followed_;  // of loaded_; streaming thread
-  // Streaming thread: caps came, and there is no mode; what came after them.
+  gst::FollowedSettings<Settings> followed_;  // the settings of loaded_; streaming thread
+  // Streaming thread: caps arrived without a mode; the events after them.
   bool waiting_ = false;
   gst::EarlyEvents early_;
-  bool told_ = false;     // whether set_caps said why it failed; streaming thread
-  SharedOptions loaded_;  // of transformer_, without an error; streaming thread, as transformer_
+  bool reported_ = false;  // set_caps() posted its error; streaming thread
+  SharedOptions loaded_;   // valid options of transformer_; both streaming thread only
   std::unique_ptr<FrameTransformer> transformer_;
   const std::shared_ptr<gst::DeferredCounts> counts_ = std::make_shared<gst::DeferredCounts>();
   std::atomic<uint64_t> fused_frames_{0}, deferred_frames_{0}, pool_allocated_{0};

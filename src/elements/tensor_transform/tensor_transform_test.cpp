@@ -1,9 +1,9 @@
-// tensor_transform in a harness: numbers, caps, errors.
+// tensor_transform in a harness: values, caps, errors.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <string>
 #include <vector>
 
-#include "elements/tests/element_harness.hpp"
+#include "elements/tests/element_test_support.hpp"
 
 namespace {
 
@@ -45,13 +45,13 @@ TEST(TensorTransform, AppliesAStepToOneChannel) {
   EXPECT_EQ(pushed<uint8_t>(h, frame(kSix)), (std::vector<uint8_t>{0, 11, 22, 127, 210, 255}));
 }
 
-TEST(TensorTransform, LeavesIntegersWhenDividingByZeroAndCounts) {
+TEST(TensorTransform, KeepsIntegersAndCountsOnDivisionByZero) {
   auto h = harness("mode=arithmetic option=div:0", kBytes);
   EXPECT_EQ(pushed<uint8_t>(h, frame(kSix)), kSix);
   EXPECT_EQ(stat(h, "tensor_transform", "integer-divisions-by-zero"), 6u);
 }
 
-TEST(TensorTransform, TransposesAndSaysSoInCaps) {
+TEST(TensorTransform, TransposesValuesAndCaps) {
   auto h = harness("mode=transpose option=1:0:2:3", kBytes);
   EXPECT_EQ(pushed<uint8_t>(h, frame(kSix)), (std::vector<uint8_t>{0, 127, 1, 200, 2, 255}));
   auto caps = Ref<GstCaps>::adopt(gst_pad_get_current_caps(h->sinkpad));
@@ -93,7 +93,7 @@ TEST(TensorTransform, PadsWithZeros) {
   EXPECT_EQ(dimension(h), "4:3");
 }
 
-std::string format_behind(const std::string& line) {
+std::string output_format(const std::string& line) {
   Harness h{gst_harness_new_parse(line.c_str())};
   gst_harness_set_src_caps_str(h.get(), kBytes);
   EXPECT_EQ(gst_harness_push(h.get(), frame(kSix)), GST_FLOW_OK);
@@ -103,12 +103,12 @@ std::string format_behind(const std::string& line) {
   return format ? format : gst_structure_get_name(s);
 }
 
-TEST(TensorTransform, KeepsAStreamStaticInFrontOfAChangeOfTheType) {
+TEST(TensorTransform, KeepsAStreamStaticUpstreamOfATypeChange) {
   const std::string cast = "tensor_transform mode=typecast option=";
-  EXPECT_EQ(format_behind(cast + "float16 ! " + cast + "int16"), "other/tensor");
-  EXPECT_EQ(format_behind(cast + "float16 ! identity ! " + cast + "int16 ! identity"),
+  EXPECT_EQ(output_format(cast + "float16 ! " + cast + "int16"), "other/tensor");
+  EXPECT_EQ(output_format(cast + "float16 ! identity ! " + cast + "int16 ! identity"),
             "other/tensor");
-  EXPECT_EQ(format_behind(cast + "float16 ! " + cast +
+  EXPECT_EQ(output_format(cast + "float16 ! " + cast +
                           "int16 ! capsfilter caps=other/tensors,format=flexible"),
             "flexible");
 }
@@ -122,7 +122,7 @@ TEST(TensorTransform, TransformsOnlyTheChosenTensors) {
   EXPECT_EQ(pushed<uint8_t>(h, in), (std::vector<uint8_t>{7, 8, 2, 3, 4}));
 }
 
-TEST(TensorTransform, RefusesABufferOfTheWrongSize) {
+TEST(TensorTransform, RejectsABufferOfTheWrongSize) {
   auto h = harness("mode=typecast option=float32", kBytes);
   EXPECT_EQ(gst_harness_push(h.get(), frame(std::vector<uint8_t>{1, 2})), GST_FLOW_ERROR);
 }
@@ -131,13 +131,13 @@ std::string error_of(const std::string& properties) {
   return start_error("tensor_transform " + properties);
 }
 
-TEST(TensorTransform, MarksThePlaceOfATypo) {
+TEST(TensorTransform, ReportsThePositionOfATypo) {
   const std::string text = error_of("mode=arithmetic option=typecast:float32,ad:1");
   EXPECT_SAYS(text, "WEIR-1001");
   EXPECT_SAYS(text, "at character 18");
 }
 
-TEST(TensorTransform, RefusesOptionsThatCannotBeRead) {
+TEST(TensorTransform, RejectsUnreadableOptions) {
   for (const char* properties :
        {"mode=typecast option=float23", "mode=arithmetic option=add",
         "mode=arithmetic option=add:x", "mode=arithmetic option=add:1,,mul:2",

@@ -1,4 +1,4 @@
-// For tests of transforms in a row: a chain in a harness, its frames, its statistics.
+// Helpers for tests of chained transforms: a chain in a harness, its frames, its statistics.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <cstring>
@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "elements/tests/element_harness.hpp"
+#include "elements/tests/element_test_support.hpp"
 
 namespace weir::chain_test {
 
@@ -51,7 +51,7 @@ inline Frame random_frame(std::vector<size_t> sizes, uint32_t seed) {
   return frame;
 }
 
-// Elements between two pads of a harness, driven by this thread.
+// Elements between two pads of a harness, driven by the test's thread.
 class Chain {
  public:
   Chain(const std::string& launch, const std::string& caps)
@@ -87,7 +87,7 @@ class Chain {
     const auto at = Ref<GstPad>::adopt(gst_element_get_static_pad(element(name).get(), pad));
     gst_pad_add_probe(at.get(), GST_PAD_PROBE_TYPE_BUFFER, callback, data, nullptr);
   }
-  // The text of the last error, with the name of the element that has posted it in front.
+  // The text of the last error, prefixed with the name of the element that posted it.
   std::string error() const {
     std::string text;
     while (auto message =

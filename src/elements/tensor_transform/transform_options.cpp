@@ -1,4 +1,4 @@
-// Reading them.
+// Parses the properties of tensor_transform.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "elements/tensor_transform/transform_options.hpp"
 
@@ -10,12 +10,11 @@ namespace weir {
 namespace {
 
 Error missing_option() {
-  return Error{Code::OPTION_SYNTAX,
-               "mode and option are not set",
-               "",
-               "a mode and an option that fits it",
-               "",
-               "tensor_transform mode=arithmetic option=typecast:float32,add:-127.5,div:127.5"};
+  return Error{
+      .code = Code::OPTION_SYNTAX,
+      .what = "mode and option are not set",
+      .needed = "a mode and an option that fits it",
+      .fix = "tensor_transform mode=arithmetic option=typecast:float32,add:-127.5,div:127.5"};
 }
 
 Result<TensorChoice> parse_choice(const std::string& apply) {

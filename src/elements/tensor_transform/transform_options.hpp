@@ -1,4 +1,4 @@
-// What the properties of tensor_transform say, and what becomes of a change while frames flow.
+// The parsed properties of tensor_transform, and checks of changes while frames flow.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <optional>
@@ -18,7 +18,7 @@ struct TransformSettings {
   std::string apply;
 };
 
-// A mode and an option; both may come as late as the first frame.
+// Whether mode and option are set; both may be set as late as the first frame.
 inline bool is_set(const TransformSettings& settings) {
   return settings.mode != transform::Mode::Unknown && settings.option.has_value();
 }
@@ -29,11 +29,11 @@ struct TransformOptions {
   TensorChoice choice;
 };
 
-// Errors: OPTION_SYNTAX where mode and option are not set, or what the parser says of one.
+// Errors: OPTION_SYNTAX when mode or option is not set, or the parser's error.
 Result<TransformOptions> parse_options(const TransformSettings& settings);
 
-// Whether the property `name` may become as `wanted` says. A mode and its option come one after the
-// other: only what fits no mode is refused.
+// Whether the property `name` may change to its value in `wanted`. Mode and option are set one
+// after the other: only values that fit no mode are rejected.
 Status check_change_of(const char* name, const TransformSettings& wanted);
 
 }  // namespace weir

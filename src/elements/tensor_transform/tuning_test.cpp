@@ -1,10 +1,10 @@
-// tensor_transform whose properties change while frames flow, or come after the start.
+// tensor_transform whose properties change while frames flow, or are set after the start.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <string>
 #include <vector>
 
-#include "elements/tests/tuned.hpp"
-#include "gstcpp/early_events.hpp"
+#include "elements/tests/tuning_test_support.hpp"
+#include "gstcpp/pads/early_events.hpp"
 
 namespace {
 
@@ -18,7 +18,7 @@ Tuned tuned(const std::string& line) {
   return {"tensor_transform", line, kBytes};
 }
 
-TEST(TuningTransform, AnotherOptionActsOnTheNextFrame) {
+TEST(TransformPropertyChange, NewOptionAppliesToTheNextFrame) {
   auto t = tuned("tensor_transform mode=arithmetic option=add:1");
   EXPECT_EQ(t.push<uint8_t>(kSix), (Bytes{1, 2, 3, 128, 201, 255}));
   t.set("option", "add:2");
@@ -26,7 +26,7 @@ TEST(TuningTransform, AnotherOptionActsOnTheNextFrame) {
   EXPECT_EQ(t.push<uint8_t>(kSix), (Bytes{2, 3, 4, 129, 202, 255}));
 }
 
-TEST(TuningTransform, AnotherModeNegotiatesAgain) {
+TEST(TransformPropertyChange, NewModeRenegotiates) {
   auto t = tuned("tensor_transform mode=arithmetic option=add:1");
   t.push<uint8_t>(kSix);
   t.set("mode", "typecast");
@@ -39,7 +39,7 @@ TEST(TuningTransform, AnotherModeNegotiatesAgain) {
   EXPECT_SAYS(t.caps(), "dimension=(string)2:3");
 }
 
-TEST(TuningTransform, ApplyAndAccelerationAct) {
+TEST(TransformPropertyChange, ApplyAndAccelerationApply) {
   Tuned t("tensor_transform", "tensor_transform mode=arithmetic option=add:1 apply=1",
           "other/tensors,format=static,num_tensors=2,dimensions=(string)\"2,4\","
           "types=(string)\"uint8,uint8\",framerate=30/1");
@@ -53,7 +53,7 @@ TEST(TuningTransform, ApplyAndAccelerationAct) {
   EXPECT_EQ(t.get("apply"), "0");
 }
 
-TEST(TuningTransform, AnOptionThatNothingReadsIsRefusedAtOnce) {
+TEST(TransformPropertyChange, AnUnreadableOptionIsRejectedImmediately) {
   auto t = tuned("tensor_transform mode=arithmetic option=add:1");
   t.push<uint8_t>(kSix);
   t.set("option", "garbage::");
@@ -64,7 +64,7 @@ TEST(TuningTransform, AnOptionThatNothingReadsIsRefusedAtOnce) {
   EXPECT_EQ(t.push<uint8_t>(kSix), (Bytes{1, 2, 3, 128, 201, 255}));
 }
 
-TEST(TuningTransform, HalfAChangeLeavesTheOldOneInForceWithAWarning) {
+TEST(TransformPropertyChange, HalfAChangeKeepsTheOldValuesWithAWarning) {
   auto t = tuned("tensor_transform mode=arithmetic option=add:1");
   t.push<uint8_t>(kSix);
   t.set("mode", "transpose");
@@ -77,7 +77,7 @@ TEST(TuningTransform, HalfAChangeLeavesTheOldOneInForceWithAWarning) {
   EXPECT_EQ(t.messages.next_warning(), "");
 }
 
-TEST(TuningTransform, WhatDownstreamDoesNotTakeIsCompletedByASecondWrite) {
+TEST(TransformPropertyChange, ASecondWriteCompletesAChangeThatDownstreamRejected) {
   auto t = tuned(
       "tensor_transform mode=clamp option=0:1 ! capsfilter "
       "caps=other/tensor,dimension=(string)3:2");
@@ -93,7 +93,7 @@ TEST(TuningTransform, WhatDownstreamDoesNotTakeIsCompletedByASecondWrite) {
   EXPECT_EQ(t.messages.next_warning(), "");
 }
 
-TEST(TuningTransform, WhatDownstreamDoesNotTakeIsRefusedAndReadsBackAsBefore) {
+TEST(TransformPropertyChange, OutputThatDownstreamRejectsIsRejectedAndRestored) {
   auto t = tuned(
       "tensor_transform mode=arithmetic option=add:1 ! capsfilter "
       "caps=other/tensor,dimension=(string)3:2,type=(string)uint8");
@@ -104,17 +104,17 @@ TEST(TuningTransform, WhatDownstreamDoesNotTakeIsRefusedAndReadsBackAsBefore) {
   EXPECT_EQ(t.get("option"), "add:1");
 }
 
-TEST(TuningTransform, ModeAndOptionMayComeBeforeTheFirstFrame) {
+TEST(TransformPropertyChange, ModeAndOptionCanBeSetBeforeTheFirstFrame) {
   auto t = tuned("tensor_transform");
   t.set("mode", "arithmetic");
   t.set("option", "add:1");
   EXPECT_EQ(t.push<uint8_t>(kSix), (Bytes{1, 2, 3, 128, 201, 255}));
   const auto segment =
       Ref<GstEvent>::adopt(gst_pad_get_sticky_event(t.harness->sinkpad, GST_EVENT_SEGMENT, 0));
-  EXPECT_TRUE(segment) << "what came before the mode follows it";
+  EXPECT_TRUE(segment) << "earlier events follow the mode";
 }
 
-TEST(TuningTransform, OtherCapsBeforeTheFirstFrameKeepWhatCameBefore) {
+TEST(TransformPropertyChange, OtherCapsBeforeTheFirstFrameKeepEarlierEvents) {
   auto t = tuned("tensor_transform");
   gst_harness_push_event(t.harness.get(),
                          gst_event_new_tag(gst_tag_list_new(GST_TAG_TITLE, "a title", nullptr)));
@@ -131,8 +131,8 @@ TEST(TuningTransform, OtherCapsBeforeTheFirstFrameKeepWhatCameBefore) {
   EXPECT_EQ(t.messages.next(), "");
 }
 
-// A source that sends nothing but gaps, for hours.
-TEST(TuningTransform, KeepsABoundedNumberOfGapsBeforeTheFirstFrame) {
+// A source that sends only GAP events, for hours.
+TEST(TransformPropertyChange, KeepsABoundedNumberOfGapsBeforeTheFirstFrame) {
   auto t = tuned("tensor_transform");
   constexpr GstClockTime kGaps = 1000;
   for (GstClockTime i = 0; i < kGaps; ++i)
@@ -152,7 +152,7 @@ TEST(TuningTransform, KeepsABoundedNumberOfGapsBeforeTheFirstFrame) {
   EXPECT_EQ(t.messages.next(), "");
 }
 
-TEST(TuningTransform, TheFirstFrameNeedsAMode) {
+TEST(TransformPropertyChange, TheFirstFrameNeedsAMode) {
   for (const char* line : {"tensor_transform", "tensor_transform mode=arithmetic"}) {
     auto t = tuned(line);
     EXPECT_EQ(gst_harness_push(t.harness.get(), frame(kSix)), GST_FLOW_NOT_NEGOTIATED) << line;
@@ -161,7 +161,7 @@ TEST(TuningTransform, TheFirstFrameNeedsAMode) {
   }
 }
 
-TEST(TuningTransform, AStreamWithoutFramesNeedsNone) {
+TEST(TransformPropertyChange, AStreamWithoutFramesNeedsNone) {
   auto t = tuned("tensor_transform");
   EXPECT_TRUE(gst_harness_push_event(t.harness.get(), gst_event_new_eos()));
   EXPECT_EQ(t.messages.next(), "");

@@ -1,6 +1,6 @@
-// Caps that change in the middle of a stream, to others that work and to others that cannot.
+// Caps changes during a stream, to valid and invalid caps.
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "elements/tests/bad_input_bench.hpp"
+#include "elements/tests/bad_input_bench_test_support.hpp"
 
 namespace {
 
@@ -11,7 +11,7 @@ struct Change {
   const char* name;
   std::string caps;
   size_t bytes;         // of a frame
-  const char* refused;  // the error's words; "" = taken
+  const char* refused;  // the error text; "" = accepted
 };
 void PrintTo(const Change& change, std::ostream* out) {
   *out << change.element << " " << change.name;
@@ -26,19 +26,19 @@ const Subject& subject_of(const Change& change) {
 
 class ChangedCaps : public testing::TestWithParam<Change> {};
 
-TEST_P(ChangedCaps, AreTakenOrNamed) {
+TEST_P(ChangedCaps, AreAcceptedOrReported) {
   const Change& change = GetParam();
   const Subject& subject = subject_of(change);
   Bench bench(subject);
   ASSERT_EQ(bench.start(subject.caps), "");
   EXPECT_EQ(bench.push(subject.good_frame()), "");
   const std::string error = bench.set_caps(change.caps);
-  const std::string words = change.refused;
-  EXPECT_EQ(error.empty(), words.empty()) << error;
-  EXPECT_SAYS(error, words);
+  const std::string message = change.refused;
+  EXPECT_EQ(error.empty(), message.empty()) << error;
+  EXPECT_SAYS(error, message);
   if (error.empty()) {
     for (int i = 0; i < 2; ++i) EXPECT_EQ(bench.push(zeros(change.bytes)), "");
-    EXPECT_EQ(bench.set_caps(subject.caps), "") << "and back";
+    EXPECT_EQ(bench.set_caps(subject.caps), "") << "back to the first caps";
     EXPECT_EQ(bench.push(subject.good_frame()), "");
   }
   expect_sound_again(bench, subject, bench.received());
@@ -85,17 +85,17 @@ std::vector<Change> changes() {
                  "WEIR-2001: the branches of join have different caps"});
   for (const std::string element : {"transform_type", "decoder", "filter", "sink", "mux",
                                     "aggregator", "demux", "sparse_enc", "reposink"}) {
-    const bool sink = element == "sink";  // hands on what it can read
+    const bool sink = element == "sink";  // passes on what it can read
     const auto add = [&](const char* name, const std::string& caps, const char* refused) {
       all.push_back({element, name, caps, 16, refused});
     };
     add("no_extent", tensors("4:0:4", "uint8"), "WEIR-1002: a dimension cannot be read");
     add("words", tensors("a:b", "uint8"), "WEIR-1002: a dimension cannot be read");
-    add("no_type", tensors("4:4", "uint9"), "WEIR-1003: an element type is not known");
+    add("no_type", tensors("4:4", "uint9"), "WEIR-1003: an element type is unknown");
     add("too_few",
         "other/tensors,format=(string)static,num_tensors=(int)2,dimensions=(string)4:4,"
         "types=(string)uint8,framerate=30/1",
-        sink ? "" : "WEIR-2002: the caps do not describe the tensors wholly");
+        sink ? "" : "WEIR-2002: the caps do not describe the tensors completely");
     add("too_big", tensors("4294967295:4294967295:4294967295", "uint8"), sink ? "" : "WEIR-2006: ");
   }
   all.push_back({"filter", "size", tensors("4:5", "float32"), 80, ""});
@@ -111,22 +111,22 @@ std::string name_of(const testing::TestParamInfo<Change>& info) {
 }
 INSTANTIATE_TEST_SUITE_P(All, ChangedCaps, testing::ValuesIn(changes()), name_of);
 
-// Sources try what was refused several times.
-class RefusedCaps : public testing::TestWithParam<Change> {};
+// Sources retry rejected caps several times.
+class RejectedCaps : public testing::TestWithParam<Change> {};
 
-TEST_P(RefusedCaps, AreToldOnceUntilSomethingChanges) {
+TEST_P(RejectedCaps, AreReportedOnceUntilSomethingChanges) {
   const Change& change = GetParam();
   const Subject& subject = subject_of(change);
-  constexpr const char* kNothingSaid = "refused the caps";
+  constexpr const char* kNoError = "rejected the caps";
   Bench bench(subject);
   ASSERT_EQ(bench.start(subject.caps), "");
   const std::string error = bench.set_caps(change.caps);
   EXPECT_SAYS(error, change.refused);
-  for (int i = 0; i < 3; ++i) EXPECT_EQ(bench.set_caps(change.caps), kNothingSaid);
+  for (int i = 0; i < 3; ++i) EXPECT_EQ(bench.set_caps(change.caps), kNoError);
   EXPECT_EQ(bench.set_caps(subject.caps), "");
   EXPECT_EQ(bench.push(subject.good_frame()), "");
-  EXPECT_EQ(bench.set_caps(change.caps), error) << "after caps that were taken";
-  EXPECT_EQ(bench.set_caps(change.caps), kNothingSaid);
+  EXPECT_EQ(bench.set_caps(change.caps), error) << "after accepted caps";
+  EXPECT_EQ(bench.set_caps(change.caps), kNoError);
   bench.stop();
   EXPECT_EQ(bench.start(change.caps), error) << "after READY";
 }
@@ -136,6 +136,6 @@ std::vector<Change> refusals() {
   std::erase_if(all, [](const Change& change) { return change.refused[0] == 0; });
   return all;
 }
-INSTANTIATE_TEST_SUITE_P(All, RefusedCaps, testing::ValuesIn(refusals()), name_of);
+INSTANTIATE_TEST_SUITE_P(All, RejectedCaps, testing::ValuesIn(refusals()), name_of);
 
 }  // namespace

@@ -1,9 +1,9 @@
-// Buffers that are not what the caps say, into every element.
+// Buffers that do not match their caps, pushed into every element.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <set>
 #include <string_view>
 
-#include "elements/tests/bad_input_bench.hpp"
+#include "elements/tests/bad_input_bench_test_support.hpp"
 
 namespace {
 
@@ -11,7 +11,7 @@ using namespace weir::testing_bad_input;
 
 class BadFrame : public EachElement {
  protected:
-  // What a buffer of another size brings: "" where more or fewer bytes are frames too.
+  // The error for a buffer of another size: "" if more or fewer bytes are also valid frames.
   std::string expected(size_t bytes) const {
     const size_t whole = GetParam().bytes;
     switch (GetParam().sizes) {
@@ -19,7 +19,7 @@ class BadFrame : public EachElement {
         return "";
       case Sizes::Video:
         return bytes == 0           ? "WEIR-2004: "
-               : bytes < whole      ? "WEIR-2004: a video buffer is shorter than its caps say"
+               : bytes < whole      ? "WEIR-2004: a video buffer is smaller than its caps require"
                : bytes >= 2 * whole ? "WEIR-2004: a video buffer holds more than one frame"
                                     : "";
       case Sizes::Words:
@@ -31,12 +31,12 @@ class BadFrame : public EachElement {
       case Sizes::Exact:
         break;
     }
-    return bytes == 0 ? "WEIR-2004: " : "WEIR-2004: a buffer has another size than its caps say";
+    return bytes == 0 ? "WEIR-2004: " : "WEIR-2004: the size of a buffer does not match its caps";
   }
 };
 
-// A new element needs a line in the table.
-TEST(BadInput, IsTriedOnEveryElementOfThePlugIn) {
+// A new element needs an entry in the table.
+TEST(BadInput, IsTestedOnEveryElementOfThePlugIn) {
   std::set<std::string> tried;
   for (const auto& subject : subjects())
     tried.insert(subject.line.substr(0, subject.line.find(' ')));
@@ -44,7 +44,7 @@ TEST(BadInput, IsTriedOnEveryElementOfThePlugIn) {
   EXPECT_EQ(tried, std::set<std::string>(names.begin(), names.end()));
 }
 
-TEST_P(BadFrame, OfAnotherSizeIsNamedOrTaken) {
+TEST_P(BadFrame, OfAnotherSizeIsReportedOrAccepted) {
   const Subject& subject = GetParam();
   for (const size_t bytes :
        {size_t{0}, size_t{1}, subject.bytes - 1, subject.bytes + 1, 3 * subject.bytes}) {
@@ -52,11 +52,11 @@ TEST_P(BadFrame, OfAnotherSizeIsNamedOrTaken) {
     ASSERT_EQ(bench.start(subject.caps), "");
     EXPECT_EQ(bench.push(subject.good_frame()), "");
     const std::string error = bench.push(zeros(bytes));
-    const std::string words = expected(bytes);
-    EXPECT_EQ(error.empty(), words.empty()) << bytes << " bytes: " << error;
-    EXPECT_SAYS(error, words) << bytes << " bytes";
+    const std::string message = expected(bytes);
+    EXPECT_EQ(error.empty(), message.empty()) << bytes << " bytes: " << error;
+    EXPECT_SAYS(error, message) << bytes << " bytes";
     if (!error.empty() && std::string_view(subject.counter) == "received") {
-      EXPECT_GE(bench.dropped_when_told(), 1u) << "counted before it is told";
+      EXPECT_GE(bench.dropped_with_warning(), 1u) << "counted before it is posted";
     }
     expect_sound_again(bench, subject, 2);
   }
@@ -70,12 +70,12 @@ TEST_P(BadFrame, InMemoriesOfOddSizesIsReadAsAWhole) {
   in = gst_buffer_append(in, zeros(subject.bytes - 4));
   in = gst_buffer_append(in, zeros(3));
   const std::string error = bench.push(in);
-  // Each memory of a flexible or sparse frame begins with a header.
+  // Each memory of a flexible or sparse frame starts with a header.
   EXPECT_EQ(error.empty(), subject.sizes != Sizes::Headers) << error;
   expect_sound_again(bench, subject, 1);
 }
 
-TEST_P(BadFrame, WithoutCapsIsNamed) {
+TEST_P(BadFrame, WithoutCapsIsReported) {
   const Subject& subject = GetParam();
   Bench bench(subject);
   bench.start(subject.caps);
@@ -90,7 +90,7 @@ TEST_P(BadFrame, WithoutCapsIsNamed) {
   EXPECT_EQ(bench.push(subject.good_frame()), "");
 }
 
-TEST_P(BadFrame, WithFlagsOfEveryKindIsTaken) {
+TEST_P(BadFrame, WithFlagsOfEveryKindIsAccepted) {
   const Subject& subject = GetParam();
   Bench bench(subject);
   ASSERT_EQ(bench.start(subject.caps), "");
@@ -105,7 +105,7 @@ TEST_P(BadFrame, WithFlagsOfEveryKindIsTaken) {
 
 WEIR_FOR_EACH_ELEMENT(BadFrame);
 
-// 4 values where the dimensions say a million: what reads by the dimensions would read beyond them.
+// 4 values in a tensor whose dimensions give a million: reading by dimensions would overrun.
 TEST(SparseTensorInAFlexibleStream, IsRejectedBeforeItIsRead) {
   std::vector<uint32_t> words(32 + 5);
   words[0] = 0xFEEDCCED, words[1] = 0xDE001000, words[2] = 5, words[3] = 1000000;

@@ -1,7 +1,7 @@
-// Properties with typing errors: the message shows the place, and the element works once they are
-// mended.
+// Properties with syntax errors: the message gives the position, and the element works once they
+// are corrected.
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "elements/tests/bad_input_bench.hpp"
+#include "elements/tests/bad_input_bench_test_support.hpp"
 
 namespace {
 
@@ -9,7 +9,7 @@ using namespace weir::testing_bad_input;
 
 struct Typo {
   const char *name, *line, *caps;
-  std::vector<const char*> words;
+  std::vector<const char*> messages;
 };
 void PrintTo(const Typo& typo, std::ostream* out) {
   *out << typo.line;
@@ -17,10 +17,10 @@ void PrintTo(const Typo& typo, std::ostream* out) {
 
 class PropertyTypo : public testing::TestWithParam<Typo> {};
 
-TEST_P(PropertyTypo, IsNamedWithItsPlace) {
+TEST_P(PropertyTypo, IsReportedWithItsPosition) {
   Bench bench(GetParam().line);
   const std::string error = bench.start(GetParam().caps);
-  for (const char* words : GetParam().words) EXPECT_SAYS(error, words);
+  for (const char* message : GetParam().messages) EXPECT_SAYS(error, message);
   bench.expect_balance(0);
 }
 
@@ -91,6 +91,19 @@ INSTANTIATE_TEST_SUITE_P(
              "tensor_decoder mode=image_labeling option1=/nonexistent.txt",
              kTensor,
              {"WEIR-4001", "nonexistent.txt"}},
+        Typo{"segmentation",
+             "tensor_decoder mode=image_segment option1=snpe-deplab",
+             kTensor,
+             {"WEIR-1004", "did you mean snpe-deeplab?"}},
+        Typo{"key_points",
+             "tensor_decoder mode=pose_estimation option1=4:4 option2=2:2 "
+             "option3=/nonexistent.txt",
+             kTensor,
+             {"WEIR-4001", "nonexistent.txt", "No such file"}},
+        Typo{"regions",
+             "tensor_decoder mode=tensor_region option1=zero",
+             kTensor,
+             {"WEIR-1001: option1 is not a number of regions"}},
         Typo{"overlay_labels",
              "tensor_overlay labels=/nonexistent.txt",
              kVideo,
@@ -106,7 +119,7 @@ INSTANTIATE_TEST_SUITE_P(
         Typo{"merge_dimension",
              "tensor_merge option=x",
              kTensor,
-             {"option names no dimension", "x"}},
+             {"option is not a dimension", "x"}},
         Typo{"mux_base",
              "tensor_mux sync-mode=basepad sync-option=0:y",
              kTensor,

@@ -1,7 +1,7 @@
-// Time-stamps that are missing, go backwards or are beyond all reason, into every element; frame
-// rates at their limits.
+// Timestamps that are missing, go backwards or are out of range, in every element; extreme frame
+// rates.
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "elements/tests/bad_input_bench.hpp"
+#include "elements/tests/bad_input_bench_test_support.hpp"
 
 namespace {
 
@@ -9,7 +9,7 @@ using namespace weir::testing_bad_input;
 
 class BadTime : public EachElement {};
 
-TEST_P(BadTime, IsTakenAndCounted) {
+TEST_P(BadTime, IsAcceptedAndCounted) {
   const Subject& subject = GetParam();
   constexpr GstClockTime kNone = GST_CLOCK_TIME_NONE, kHuge = kNone - 1;
   const std::pair<GstClockTime, GstClockTime> times[] = {
@@ -29,14 +29,14 @@ TEST_P(BadTime, IsTakenAndCounted) {
   if (std::string(subject.name) == "converter") {
     EXPECT_EQ(bench.stat("backwards-times"), 4u);
     EXPECT_SAYS(bench.warning(), "WEIR-2008: a time-stamp goes backwards");
-    EXPECT_EQ(bench.last_time(), 7 + GST_SECOND / 30) << "what is missing goes on from 7";
+    EXPECT_EQ(bench.last_time(), 7 + GST_SECOND / 30) << "missing times continue from 7";
   }
   expect_sound_again(bench, subject, std::size(times));
 }
 
-TEST_P(BadTime, OfAnExtremeFrameRateIsNoFault) {
+TEST_P(BadTime, OfAnExtremeFrameRateIsValid) {
   const Subject& subject = GetParam();
-  if (subject.caps.find("framerate") == std::string::npos) return;  // of audio: its samples'
+  if (subject.caps.find("framerate") == std::string::npos) return;  // audio uses its sample rate
   const std::string name = subject.name;
   if (name == "join" || name == "reposrc") return;  // another branch or a property fixes the rate
   for (const char* rate : {"0/1", "1/2147483647", "2147483647/1"}) {

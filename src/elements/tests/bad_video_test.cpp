@@ -1,6 +1,6 @@
-// Pictures of odd, tiny and enormous sizes, and metadata that lie about where their rows are.
+// Pictures of odd, tiny and huge sizes, and metadata with invalid row positions.
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "elements/tests/bad_input_bench.hpp"
+#include "elements/tests/bad_input_bench_test_support.hpp"
 
 namespace {
 
@@ -11,17 +11,17 @@ struct Rows {
   std::vector<gint> strides;
   std::vector<gsize> offsets;
   guint width = 8, height = 4;
-  const char *converter, *preprocess;  // the error's words; "" = taken
+  const char *converter, *preprocess;  // the error text; "" = accepted
   GstVideoFormat format = GST_VIDEO_FORMAT_RGB;
 };
 void PrintTo(const Rows& rows, std::ostream* out) {
   *out << rows.name;
 }
 
-class LyingRows : public testing::TestWithParam<Rows> {};
+class InvalidRows : public testing::TestWithParam<Rows> {};
 
 // 96 bytes of 8x4 RGB, 24 a row.
-TEST_P(LyingRows, AreNamedBeforeTheyAreRead) {
+TEST_P(InvalidRows, AreReportedBeforeTheyAreRead) {
   const Rows& rows = GetParam();
   for (const auto& subject : subjects()) {
     const std::string name = subject.name;
@@ -35,17 +35,17 @@ TEST_P(LyingRows, AreNamedBeforeTheyAreRead) {
                                    rows.height, static_cast<guint>(offsets.size()), offsets.data(),
                                    strides.data());
     const std::string error = bench.push(in);
-    const std::string words = name == "converter" ? rows.converter : rows.preprocess;
-    EXPECT_EQ(error.empty(), words.empty()) << name << ": " << error;
-    EXPECT_SAYS(error, words) << name;
+    const std::string message = name == "converter" ? rows.converter : rows.preprocess;
+    EXPECT_EQ(error.empty(), message.empty()) << name << ": " << error;
+    EXPECT_SAYS(error, message) << name;
     expect_sound_again(bench, subject, 1);
   }
 }
-constexpr const char* kRows = "WEIR-2004: a picture is shorter than its size says";
-constexpr const char* kShort = "WEIR-2004: a video buffer is shorter than its caps say";
-constexpr const char* kOther = "WEIR-2002: the metadata of a video buffer are of another picture";
+constexpr const char* kRows = "WEIR-2004: a picture is shorter than its size requires";
+constexpr const char* kShort = "WEIR-2004: a video buffer is smaller than its caps require";
+constexpr const char* kOther = "WEIR-2002: the video metadata of a buffer does not match";
 INSTANTIATE_TEST_SUITE_P(
-    All, LyingRows,
+    All, InvalidRows,
     testing::Values(
         Rows{"true", {24}, {0}, 8, 4, "", ""}, Rows{"bottom_up", {-24}, {72}, 8, 4, "", ""},
         Rows{"all_one_row", {0}, {0}, 8, 4, "", ""}, Rows{"overlapping", {1}, {0}, 8, 4, "", ""},
@@ -63,17 +63,17 @@ INSTANTIATE_TEST_SUITE_P(
         Rows{"more_planes", {8, 8}, {0, 32}, 8, 4, kOther, kOther, GST_VIDEO_FORMAT_NV12}),
     [](const auto& info) { return std::string(info.param.name); });
 
-// Padded rows of which the last may be cut, and rows without the padding that caps imply.
-TEST(PaddedRows, ThatAreCutOrNotThereAreNamed) {
+// Padded rows with a truncated last row, and rows without the padding that the caps imply.
+TEST(PaddedRows, ThatAreTruncatedOrMissingAreReported) {
   for (const std::string line : {"tensor_converter", "tensor_preprocess width=4 height=4"}) {
     Bench bench(line);
     ASSERT_EQ(bench.start(video("GRAY8", 5, 2)), "");
     EXPECT_EQ(bench.push(zeros(16)), "") << "rows of 8 bytes";
     for (const size_t bytes : {size_t{15}, size_t{13}}) {
       const std::string cut = bench.push(zeros(bytes));
-      EXPECT_SAYS(cut, "WEIR-2004: a video buffer is shorter than its caps say");
+      EXPECT_SAYS(cut, "WEIR-2004: a video buffer is smaller than its caps require");
       EXPECT_SAYS(cut, "offered: " + std::to_string(bytes) + " bytes\n  needed: 16 bytes");
-      EXPECT_SAYS(cut, "fix: check the element before");
+      EXPECT_SAYS(cut, "fix: check the upstream element");
     }
     const std::string bare = bench.push(zeros(10));
     EXPECT_SAYS(bare, "rows without padding; GStreamer's of this width are 8 bytes apart");
@@ -85,7 +85,7 @@ TEST(PaddedRows, ThatAreCutOrNotThereAreNamed) {
   EXPECT_SAYS(nv12.push(zeros(15 + 2 * 6)), "rows without padding");
 }
 
-TEST(PaddedRows, OfAnotherNumberOfPlanesAreNamed) {
+TEST(PaddedRows, OfAnotherNumberOfPlanesAreReported) {
   Bench bench("tensor_converter");
   ASSERT_EQ(bench.start(video("RGBP", 4, 2)), "");
   gsize offsets[] = {0, 8};
@@ -104,7 +104,7 @@ void PrintTo(const Size& size, std::ostream* out) {
 }
 class PictureSize : public testing::TestWithParam<Size> {};
 
-TEST_P(PictureSize, IsTakenInEveryFormat) {
+TEST_P(PictureSize, IsAcceptedInEveryFormat) {
   const auto [width, height] = GetParam();
   for (const char* format : {"RGB", "BGR", "RGBx", "xBGR", "RGBA", "ABGR", "GRAY8", "GRAY16_LE",
                              "RGBP", "NV12", "I420"}) {
@@ -133,14 +133,14 @@ INSTANTIATE_TEST_SUITE_P(All, PictureSize,
                                   std::to_string(info.param.height);
                          });
 
-// Zero pages that are never written take no memory.
+// Zero pages that are never written use no memory.
 GstBuffer* untouched(size_t bytes) {
   void* pages = std::calloc(bytes, 1);
   return gst_buffer_new_wrapped_full(GST_MEMORY_FLAG_READONLY, pages, bytes, 0, bytes, pages,
                                      std::free);
 }
 
-TEST(EnormousPicture, IsReadWhereItLies) {
+TEST(EnormousPicture, IsReadInPlace) {
   constexpr int kSide = 16384;
   for (const std::string line : {"tensor_converter",
                                  "tensor_preprocess width=4 height=4 "
@@ -149,13 +149,14 @@ TEST(EnormousPicture, IsReadWhereItLies) {
     ASSERT_EQ(bench.start(video("GRAY8", kSide, kSide)), "") << line;
     EXPECT_EQ(bench.push(untouched(size_t{kSide} * kSide)), "") << line;
     EXPECT_EQ(bench.outputs(), 1u) << line;
-    EXPECT_SAYS(bench.push(zeros(96)), "WEIR-2004: a video buffer is shorter than its caps say");
+    EXPECT_SAYS(bench.push(zeros(96)),
+                "WEIR-2004: a video buffer is smaller than its caps require");
     EXPECT_EQ(bench.stat("bytes-copied"), 0u);
     bench.expect_balance(2);
   }
 }
 
-TEST(EnormousPicture, IsRefusedWhereNoNumberHoldsIt) {
+TEST(EnormousPicture, IsRejectedIfItsSizeOverflows) {
   for (const std::string line :
        {"tensor_converter", "tensor_converter frames-per-tensor=4294967295",
         "tensor_preprocess width=4 height=4"}) {
@@ -166,7 +167,7 @@ TEST(EnormousPicture, IsRefusedWhereNoNumberHoldsIt) {
   }
 }
 
-TEST(EnormousTensor, IsNamedBeforeItIsAllocated) {
+TEST(EnormousTensor, IsReportedBeforeItIsAllocated) {
   const std::string dims = "65536:65536:256";  // a tebibyte of bytes
   for (const auto& subject : subjects()) {
     const std::string name = subject.name;

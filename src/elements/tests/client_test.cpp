@@ -1,4 +1,4 @@
-// The client of a query server stays with its frames through every element.
+// Every element keeps the query server client of its frames.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <gst/check/gstharness.h>
 #include <gtest/gtest.h>
@@ -6,8 +6,8 @@
 #include <fstream>
 #include <string>
 
-#include "gstcpp/query_meta.hpp"
-#include "gstcpp/ref.hpp"
+#include "gstcpp/buffer/query_meta.hpp"
+#include "gstcpp/element/ref.hpp"
 
 namespace {
 
@@ -20,13 +20,13 @@ const char* const kVideo =
 
 std::string fake_model() {
   const std::string path = testing::TempDir() + "weir-client.bin";
-  std::ofstream(path) << "the engine looks at nothing of it";
+  std::ofstream(path) << "the engine ignores the frame";
   return path;
 }
 
 class ClientMeta : public testing::TestWithParam<std::string> {};
 
-TEST_P(ClientMeta, GoesThrough) {
+TEST_P(ClientMeta, IsForwarded) {
   const Harness h{gst_harness_new_parse(GetParam().c_str())};
   gst_harness_set_src_caps_str(h.get(), kVideo);
   for (const gint64 client : {gint64{1} << 40, gint64{-3}}) {

@@ -1,11 +1,10 @@
-// Pictures in OpenGL's textures: read through GStreamer's own GL memory where the caps are of
-// system memory, refused by a line that works where they are not. Needs a GL without a screen
+// Pictures in OpenGL textures: read through GStreamer's GL memory if the caps are of system memory,
+// otherwise rejected with a pipeline that works. Needs GL without a display (Mesa).
 // SPDX-License-Identifier: LGPL-2.1-or-later
-// (Mesa).
 #include <cstdlib>
 #include <fstream>
 
-#include "elements/tests/played_pipeline.hpp"
+#include "elements/tests/pipeline_test_support.hpp"
 
 namespace {
 
@@ -20,7 +19,7 @@ class GlMemory : public testing::Test {
  protected:
   void SetUp() override {
     if (!has_elements()) GTEST_SKIP() << "no GL elements: apt-get install gstreamer1.0-gl";
-    // In a process of its own: where there is no GL, GStreamer's elements warn, and lose an object.
+    // In a separate process: without GL, GStreamer's elements log warnings and leak an object.
     static const int missing = std::system(
         "G_DEBUG= GST_TRACERS= gst-launch-1.0 -q gltestsrc num-buffers=1 ! gldownload ! fakesink");
     if (missing != 0)
@@ -28,14 +27,13 @@ class GlMemory : public testing::Test {
   }
 };
 
-// What the sink of a line of elements sees of four frames, and whether the first of the elements
-// got them in textures.
+// What the sink sees of four frames, and whether the first element received them as textures.
 struct Seen {
   std::vector<Bytes> frames;
   uint64_t in_textures = 0, copied = 0;
 };
 
-bool lies_in_textures(GstBuffer* buffer) {
+bool is_in_texture(GstBuffer* buffer) {
   bool all = gst_buffer_n_memory(buffer) > 0;
   for (guint i = 0; i < gst_buffer_n_memory(buffer); ++i)
     all =
@@ -43,12 +41,12 @@ bool lies_in_textures(GstBuffer* buffer) {
   return all;
 }
 GstPadProbeReturn count_textures(GstPad*, GstPadProbeInfo* info, gpointer count) {
-  *static_cast<uint64_t*>(count) += lies_in_textures(GST_PAD_PROBE_INFO_BUFFER(info));
+  *static_cast<uint64_t*>(count) += is_in_texture(GST_PAD_PROBE_INFO_BUFFER(info));
   return GST_PAD_PROBE_OK;
 }
 
-// `line` begins with the element that is looked at, whose name is `first`.
-Seen seen_behind(const std::string& caps, const std::string& between, const std::string& line) {
+// `line` starts with the observed element, named `first`.
+Seen seen_downstream(const std::string& caps, const std::string& between, const std::string& line) {
   Seen out;
   PlayedPipeline pipeline("videotestsrc num-buffers=4 horizontal-speed=3 ! video/x-raw," + caps +
                           " ! " + between + line + " ! tensor_sink name=end");
@@ -66,10 +64,10 @@ Seen seen_behind(const std::string& caps, const std::string& between, const std:
 struct Line {
   const char* caps;
   std::string elements;
-  bool is_copied;  // so that the converter copies them
+  bool is_copied;  // makes the converter copy them
 };
 
-TEST_F(GlMemory, IsReadAsSystemMemoryIs) {
+TEST_F(GlMemory, IsReadLikeSystemMemory) {
   const char* rgba = "format=RGBA,width=32,height=16";
   const char* apart = "format=RGB,width=33,height=17";
   const char* planes = "format=NV12,width=64,height=32";
@@ -89,8 +87,8 @@ TEST_F(GlMemory, IsReadAsSystemMemoryIs) {
       {planes, "tensor_preprocess name=first width=24 height=16 layout=NCHW", false},
   };
   for (const Line& line : lines) {
-    const Seen system = seen_behind(line.caps, "", line.elements);
-    const Seen gl = seen_behind(line.caps, "glupload ! gldownload ! ", line.elements);
+    const Seen system = seen_downstream(line.caps, "", line.elements);
+    const Seen gl = seen_downstream(line.caps, "glupload ! gldownload ! ", line.elements);
     EXPECT_GE(system.frames.size(), 2u) << line.elements;
     EXPECT_EQ(gl.frames, system.frames) << line.caps << " ! " << line.elements;
     EXPECT_EQ(system.in_textures, 0u);
@@ -102,7 +100,7 @@ TEST_F(GlMemory, IsReadAsSystemMemoryIs) {
   }
 }
 
-// Its engine sees the bytes of the textures that the converter passes on.
+// The engine sees the bytes of the textures that the converter passes on.
 TEST_F(GlMemory, IsMappedForAnEngine) {
   PlayedPipeline pipeline(
       "videotestsrc num-buffers=4 ! video/x-raw,format=RGBA,width=32,height=16 ! glupload ! "
@@ -116,11 +114,11 @@ TEST_F(GlMemory, IsMappedForAnEngine) {
   ASSERT_EQ(pipeline.plays_to_its_end(), "");
   ASSERT_EQ(frames.size(), 4u);
   const std::string model = testing::TempDir() + "weir-gl-memory.bin";
-  std::ofstream(model) << "the engine looks at nothing of it";
+  std::ofstream(model) << "the engine ignores the frame";
   const auto h =
       harness_of("tensor_filter framework=fake model=" + model, tensors("float32", "4:128:1:1"));
   for (const auto& in : frames) {
-    EXPECT_TRUE(lies_in_textures(in.get()));
+    EXPECT_TRUE(is_in_texture(in.get()));
     const Bytes bytes = content(in.get());
     const auto of_texture =
         Ref<GstBuffer>::adopt(gst_harness_push_and_pull(h.get(), gst_buffer_ref(in.get())));
@@ -130,7 +128,7 @@ TEST_F(GlMemory, IsMappedForAnEngine) {
   EXPECT_EQ(stat(h, "tensor_filter", "bytes-copied"), 0u);
 }
 
-TEST_F(GlMemory, ThatIsHeldTwiceIsNotWrittenTo) {
+TEST_F(GlMemory, ThatIsSharedIsNotWritten) {
   const std::string source =
       "videotestsrc num-buffers=4 ! video/x-raw,format=RGBA,width=32,height=16 ! ";
   PlayedPipeline pipeline(source +
@@ -152,24 +150,24 @@ TEST_F(GlMemory, ThatIsHeldTwiceIsNotWrittenTo) {
   EXPECT_EQ(pipeline.seen<uint8_t>("changed"), changed);
 }
 
-TEST_F(GlMemory, ThatTheCapsNameIsRefusedByALineThatWorks) {
+TEST_F(GlMemory, InCapsIsRejectedWithAWorkingFix) {
   const char* sources[] = {"gltestsrc num-buffers=2 ! ",
                            "videotestsrc num-buffers=2 ! glupload ! glcolorconvert ! ",
                            "videotestsrc num-buffers=2 ! video/x-raw,format=NV12 ! glupload ! "};
   const std::string elements[] = {"tensor_converter", "tensor_preprocess"};
   for (const std::string source : sources) {
     for (const auto& element : elements) {
-      const std::string behind =
+      const std::string downstream =
           element == "tensor_preprocess" ? " width=4 height=4 ! fakesink" : " ! fakesink";
       for (const char* between : {"", "queue ! "}) {
-        const std::string text = error_of_pipeline(source + between + element + behind);
-        EXPECT_SAYS(text, "WEIR-2002: these pictures lie in a device's memory");
+        const std::string text = error_of_pipeline(source + between + element + downstream);
+        EXPECT_SAYS(text, "WEIR-2002: the video is in device memory");
         EXPECT_SAYS(text, "offered: memory:GLMemory");
         const auto fix = text.find("fix: ");
         ASSERT_NE(fix, std::string::npos) << text;
         const std::string line = text.substr(fix + 5, text.find('\n', fix) - fix - 5);
         EXPECT_EQ(line, "glcolorconvert ! gldownload ! " + element);
-        EXPECT_EQ(error_of_pipeline(source + line + behind), "");
+        EXPECT_EQ(error_of_pipeline(source + line + downstream), "");
       }
     }
   }

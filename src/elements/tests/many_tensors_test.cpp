@@ -1,10 +1,10 @@
-// 1 to 20 tensors of ranks 1 to 16, static and flexible, on each path that a stream can take.
+// 1 to 20 tensors of ranks 1 to 16, static and flexible, through each element.
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "elements/tests/many_tensors.hpp"
+#include "elements/tests/many_tensors_test_support.hpp"
 
-#include "elements/tensor_mux/many_inputs.hpp"
-#include "elements/tests/branches.hpp"
-#include "elements/tests/element_harness.hpp"
+#include "elements/tensor_mux/many_inputs_test_support.hpp"
+#include "elements/tests/branches_test_support.hpp"
+#include "elements/tests/element_test_support.hpp"
 
 namespace weir::testing {
 namespace {
@@ -16,7 +16,7 @@ class ManyTensors : public ::testing::TestWithParam<Sweep> {
   std::vector<size_t> all() const { return range_of(0, GetParam().count); }
   Memories memories() const { return memories_of(GetParam(), all()); }
   std::string caps() const { return caps_of(GetParam(), all()); }
-  // Of tensors that go into a packed memory, which is written anew.
+  // Of tensors copied into a packed memory.
   uint64_t packed_bytes(const std::vector<size_t>& tensors) const {
     uint64_t out = 0;
     for (size_t i = 15; tensors.size() > 16 && i < tensors.size(); ++i)
@@ -26,8 +26,8 @@ class ManyTensors : public ::testing::TestWithParam<Sweep> {
 };
 class ManyStaticTensors : public ManyTensors {};
 
-// The first tensor comes on one pad and the others on the next, or the last one alone.
-TEST_P(ManyTensors, TensorMuxPutsThemTogether) {
+// The first tensor arrives on one pad and the others on the next, or the last one alone.
+TEST_P(ManyTensors, TensorMuxCombinesThem) {
   const size_t count = GetParam().count;
   for (const size_t cut : {size_t{1}, count - 1}) {
     if (count == 1 && cut == 0) continue;
@@ -53,7 +53,7 @@ TEST_P(ManyTensors, TensorMuxPutsThemTogether) {
   }
 }
 
-TEST_P(ManyTensors, TensorDemuxTakesThemApart) {
+TEST_P(ManyTensors, TensorDemuxSeparatesThem) {
   Branches demux("tensor_demux");
   demux.caps(caps());
   ASSERT_EQ(demux.push(frame_of(memories())), GST_FLOW_OK) << demux.error();
@@ -66,17 +66,14 @@ TEST_P(ManyTensors, TensorDemuxTakesThemApart) {
   EXPECT_EQ(demux.stat("bytes-copied"), 0u);
 }
 
-// By the last number of the last tensor; and all tensors in the other order.
+// Compares the last value of the last tensor, and picks all tensors in reverse order.
 TEST_P(ManyStaticTensors, TensorIfComparesAndPicks) {
   const size_t last = GetParam().count - 1;
   const auto dimensions = dimensions_of(GetParam(), last);
-  std::string at, picked;
-  for (const uint32_t d : dimensions) at += (at.empty() ? "" : ":") + std::to_string(d - 1);
+  const std::string at = join(dimensions, ":", [](uint32_t d) { return std::to_string(d - 1); });
   std::vector<size_t> turned;
-  for (size_t i = last + 1; i-- > 0;) {
-    turned.push_back(i);
-    picked += (picked.empty() ? "" : ",") + std::to_string(i);
-  }
+  for (size_t i = last + 1; i-- > 0;) turned.push_back(i);
+  const std::string picked = join(turned, ",", [](size_t i) { return std::to_string(i); });
   const unsigned number = number_at(last, elements_of(dimensions) - 1);
   for (const unsigned supplied : {number, number + 1}) {
     Branches element("tensor_if compared-value-option=" + at + "," + std::to_string(last) +
@@ -100,11 +97,11 @@ TEST_P(ManyStaticTensors, TensorIfComparesAndPicks) {
   }
 }
 
-TEST_P(ManyStaticTensors, TensorIfKnowsTheAverageOfTheLast) {
+TEST_P(ManyStaticTensors, TensorIfComputesTheAverageOfTheLast) {
   const size_t last = GetParam().count - 1, elements = elements_of(dimensions_of(GetParam(), last));
   unsigned sum = 0;
   for (size_t i = 0; i < elements; ++i) sum += number_at(last, i);
-  // Between the whole numbers around the mean: cut to whole numbers it is the lower one.
+  // Integers below and above the mean: truncated to an integer, it is the lower one.
   const auto below = std::to_string(sum / elements), above = std::to_string(sum / elements + 1);
   for (const auto& [range, way] :
        {std::pair(below + "," + above, "src_0"), std::pair(above + "," + above + "00", "src_1")}) {
@@ -118,8 +115,8 @@ TEST_P(ManyStaticTensors, TensorIfKnowsTheAverageOfTheLast) {
   }
 }
 
-// Regions are cut out of the first tensor, dimensions above the second one are not looked at.
-TEST_P(ManyTensors, TensorCropCutsTheFirst) {
+// Regions are cut out of the first tensor; its dimensions above the second are ignored.
+TEST_P(ManyTensors, TensorCropCropsTheFirst) {
   auto dimensions = dimensions_of(GetParam(), 0);
   dimensions.resize(std::max<size_t>(dimensions.size(), 3), 1);
   const size_t channels = dimensions[0], width = dimensions[1], height = dimensions[2];
@@ -168,7 +165,7 @@ TEST_P(ManyTensors, TensorCropCutsTheFirst) {
 }
 
 // A buffer has 16 memories at most.
-TEST_P(ManyTensors, OctetStreamHasTheirBytes) {
+TEST_P(ManyTensors, OctetStreamContainsTheirBytes) {
   ManyInputs decoder("tensor_decoder mode=octet_stream");
   decoder.add(caps().c_str(), "sink");
   decoder.play();
@@ -186,8 +183,8 @@ TEST_P(ManyTensors, OctetStreamHasTheirBytes) {
   EXPECT_EQ(decoder.stat("bytes-copied"), 2 * copied);
 }
 
-// What sends frames on as they are leaves every memory as it was.
-TEST_P(ManyTensors, WhatPassesThemOnLeavesThemAsTheyWere) {
+// Elements that forward frames unchanged must keep every memory.
+TEST_P(ManyTensors, PassThroughElementsDoNotChangeThem) {
   std::vector<std::pair<const char*, const char*>> lines{{"join", "sink_%u"},
                                                          {"tensor_debug", "sink"}};
   if (!GetParam().flexible) lines.emplace_back("tensor_rate framerate=60/1", "sink");
@@ -205,8 +202,8 @@ TEST_P(ManyTensors, WhatPassesThemOnLeavesThemAsTheyWere) {
   }
 }
 
-// All of them, and the first and the last alone.
-TEST_P(ManyTensors, TensorTransformWorksOnAllOrSome) {
+// All tensors, and only the first and the last.
+TEST_P(ManyTensors, TensorTransformTransformsAllOrSome) {
   const size_t last = GetParam().count - 1;
   for (const bool some : {false, true}) {
     std::string line = "tensor_transform mode=arithmetic option=add:1";
@@ -233,7 +230,7 @@ TEST_P(ManyTensors, TensorTransformWorksOnAllOrSome) {
   }
 }
 
-// Zeros first, as many and as large as the caps say, and then what the other end got.
+// First zeros of the number and size that the caps give, then what the sink received.
 TEST_P(ManyStaticTensors, ALoopCarriesThem) {
   const auto sink = test::harness_of("tensor_reposink", caps());
   auto source = test::harness_of("tensor_reposrc slot-index=0");

@@ -1,14 +1,14 @@
-// Memory that is not the system's: mapped where it can be, by its own functions and no longer than
-// needed; named where it cannot.
+// Memory other than system memory: mapped only through its own functions and no longer than needed;
+// if it cannot be mapped, an error reports it.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <gst/allocators/gstdmabuf.h>
 #include <gst/allocators/gstfdmemory.h>
 
 #include <numeric>
 
-#include "elements/tests/bad_input_bench.hpp"
-#include "elements/tests/device_memory.hpp"
-#include "elements/tests/dma_buf.hpp"
+#include "elements/tests/bad_input_bench_test_support.hpp"
+#include "elements/tests/device_memory_test_support.hpp"
+#include "elements/tests/dma_buf_test_support.hpp"
 
 namespace {
 
@@ -31,7 +31,7 @@ GstBuffer* system_memory(const std::vector<uint8_t>& bytes) {
   gst_buffer_fill(buffer, 0, bytes.data(), bytes.size());
   return buffer;
 }
-// What the element makes of four such frames, and how many bytes it copies for it.
+// The element's output for four such frames, and how many bytes it copies for them.
 template <class Make>
 std::pair<std::vector<uint8_t>, uint64_t> made_of(const Subject& subject, Make&& make) {
   Bench bench(subject.line);
@@ -42,7 +42,7 @@ std::pair<std::vector<uint8_t>, uint64_t> made_of(const Subject& subject, Make&&
   return {bench.bytes(), bench.stat("bytes-copied")};
 }
 
-// What never looks at the bytes: they go on in the memory they are in.
+// Elements that never read the bytes: frames keep their memory.
 bool passes_on(const Subject& subject) {
   const std::string name = subject.name;
   return name == "converter" || name == "converter_bytes" || name == "sink" || name == "overlay";
@@ -50,7 +50,7 @@ bool passes_on(const Subject& subject) {
 
 class MemoryKind : public EachElement {};
 
-TEST_P(MemoryKind, ThatMapsByItsOwnFunctionIsReadThroughIt) {
+TEST_P(MemoryKind, WithItsOwnMapFunctionIsReadThroughIt) {
   const Subject& subject = GetParam();
   DeviceAllocator device(Refuses::Nothing);
   const auto make = [&](const auto& bytes) { return buffer_of(device.holding(bytes)); };
@@ -58,7 +58,7 @@ TEST_P(MemoryKind, ThatMapsByItsOwnFunctionIsReadThroughIt) {
   EXPECT_EQ(device.mapped(), 0) << "nothing stays mapped";
 }
 
-TEST_P(MemoryKind, ThatCannotBeMappedIsNamed) {
+TEST_P(MemoryKind, ThatCannotBeMappedIsReported) {
   const Subject& subject = GetParam();
   for (const guint flags : {guint{0}, guint{GST_MEMORY_FLAG_NOT_MAPPABLE}}) {
     DeviceAllocator device(Refuses::Everything, flags);
@@ -71,7 +71,7 @@ TEST_P(MemoryKind, ThatCannotBeMappedIsNamed) {
   }
 }
 
-TEST_P(MemoryKind, ThatCannotBeMappedAndIsHeldBySomebodyElseIsNamed) {
+TEST_P(MemoryKind, ThatCannotBeMappedAndIsSharedIsReported) {
   const Subject& subject = GetParam();
   DeviceAllocator device(Refuses::Everything);
   Bench bench(subject.line);
@@ -107,7 +107,7 @@ TEST_P(MemoryKind, ThatIsAFileIsRead) {
   EXPECT_EQ(made_of(subject, make), made_of(subject, system_memory));
 }
 
-// A file in memory stands in for the device's: GstDmaBuf maps it with the same calls.
+// A memory file replaces the device's: GstDmaBuf maps it with the same calls.
 TEST_P(MemoryKind, ThatIsADmaBufIsReadBetweenSyncs) {
   const Subject& subject = GetParam();
   const auto allocator = Ref<GstAllocator>::adopt(gst_dmabuf_allocator_new());
@@ -116,12 +116,12 @@ TEST_P(MemoryKind, ThatIsADmaBufIsReadBetweenSyncs) {
     return buffer_of(gst_dmabuf_allocator_alloc(allocator.get(), file_of(bytes), bytes.size()));
   };
   EXPECT_EQ(made_of(subject, make), made_of(subject, system_memory));
-  // What passes on unread is mapped by the bench alone: once for each output.
+  // Frames passed on unread are mapped only by the bench: once per output.
   EXPECT_GE(syncs.begun(), passes_on(subject) ? 0 : 4);
   EXPECT_EQ(syncs.ended(), syncs.begun());
 }
 
-TEST_P(MemoryKind, ThatIsATrueDmaBufIsReadBetweenSyncs) {
+TEST_P(MemoryKind, ThatIsARealDmaBufIsReadBetweenSyncs) {
   const Subject& subject = GetParam();
   if (!can_make_dma_bufs())
     GTEST_SKIP() << "no /dev/dri/card that shares its memory: modprobe vgem";
@@ -138,7 +138,7 @@ TEST_P(MemoryKind, ThatIsATrueDmaBufIsReadBetweenSyncs) {
   EXPECT_EQ(syncs.refused(), 0);
 }
 
-TEST(MemoryKindOfPaddedRows, IsReadOrNamed) {
+TEST(MemoryKindOfPaddedRows, IsReadOrReported) {
   const Subject subject{"converter", "tensor_converter", video("RGB", 5, 4), 64};
   DeviceAllocator device(Refuses::Nothing), refusing(Refuses::Everything);
   const auto make = [&](const auto& bytes) { return buffer_of(device.holding(bytes)); };

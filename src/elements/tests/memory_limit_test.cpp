@@ -1,4 +1,4 @@
-// Outputs that are too large: for the property max-buffer-size, and for the memory of the process.
+// Outputs that exceed the property max-buffer-size or the memory of the process.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <sys/resource.h>
 #include <unistd.h>
@@ -8,11 +8,11 @@
 
 #include "core/tensor/sparse.hpp"
 #include "elements/tensor_crop/crop_test_support.hpp"
-#include "elements/tests/bad_input_bench.hpp"
-#include "elements/tests/element_harness.hpp"
+#include "elements/tests/bad_input_bench_test_support.hpp"
+#include "elements/tests/element_test_support.hpp"
 
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-constexpr bool kSanitized = true;  // reserves more address space than a limit can allow
+constexpr bool kSanitized = true;  // reserves more address space than a limit could allow
 #else
 constexpr bool kSanitized = false;
 #endif
@@ -24,14 +24,14 @@ using weir::test::Bytes;
 
 constexpr size_t kHalf = size_t{1} << 28, kHuge = kHalf * 2;  // bytes
 
-// Pages that are never written take no memory.
+// Pages that are never written use no memory.
 GstBuffer* zero_pages(size_t bytes) {
   void* pages = std::calloc(bytes, 1);
   return gst_buffer_new_wrapped_full(GST_MEMORY_FLAG_READONLY, pages, bytes, 0, bytes, pages,
                                      std::free);
 }
 
-// From now on the process can have 256 MiB more than it has.
+// Limits the process to 256 MiB more than it uses now.
 void limit_memory() {
   std::ifstream statm("/proc/self/statm");
   rlim_t pages = 0;
@@ -41,12 +41,12 @@ void limit_memory() {
   if (setrlimit(RLIMIT_AS, &limit) != 0) std::abort();
 }
 
-// What the large frame and the small one after it come to: their errors, "" for none.
+// The errors of the large frame and of the small one after it; "" for none.
 struct Outcome {
   std::string large, small;
 };
 
-// One sink pad. `large` is pushed `count` times.
+// One sink pad; pushes `large` `count` times.
 Outcome pushed(const std::string& line, const std::string& large_caps, size_t large, int count,
                const std::string& small_caps, size_t small) {
   Bench bench(line);
@@ -94,7 +94,7 @@ Outcome sparse_encoder() {
   return out;
 }
 
-// A tensor that `apply` leaves out gets a header, for which it is copied.
+// A tensor that `apply` excludes is copied to get a header.
 Outcome transform_of_another_tensor() {
   const auto h = weir::test::harness_of(
       "tensor_transform mode=arithmetic option=add:1 apply=1 max-buffer-size=0");
@@ -111,7 +111,7 @@ Outcome transform_of_another_tensor() {
   return out;
 }
 
-// Two inputs, each brought by a thread of its own.
+// Two inputs, each pushed by its own thread.
 Outcome both_pushed(weir::testing::ManyInputs& inputs, GstBuffer* first, GstBuffer* second) {
   const auto push = [&](GstBuffer* a, GstBuffer* b) {
     GST_BUFFER_PTS(a) = GST_BUFFER_PTS(b) = 0;
@@ -145,7 +145,7 @@ Outcome cropped() {
                      weir::test::frame(weir::testing::info_of(regions)));
 }
 
-// A picture that others hold is copied to be drawn into.
+// A picture with other owners is copied before it is drawn into.
 Outcome overlay() {
   const auto element = weir::test::lone_element("tensor_overlay show-scores=false");
   const weir::test::Harness results{
@@ -162,7 +162,7 @@ Outcome overlay() {
   return {errors.next(), ""};
 }
 
-// The first pad is linked, the others are not: what is made for it counts.
+// Only the first pad is linked; its output counts.
 Outcome branched(const std::string& line, const std::string& caps, size_t bytes) {
   const weir::test::Harness h{
       gst_harness_new_with_element(weir::test::lone_element(line).get(), "sink", nullptr)};
@@ -205,7 +205,7 @@ Outcome loop_start() {
 struct Case {
   const char* name;
   std::function<Outcome()> run;
-  bool passes = false;  // the element passes the frame on and allocates nothing for it
+  bool passes = false;  // the element passes the frame on and allocates nothing
 };
 void PrintTo(const Case& c, std::ostream* out) {
   *out << c.name;
@@ -298,8 +298,8 @@ std::vector<Case> cases() {
 
 class MemoryRunsOut : public testing::TestWithParam<Case> {};
 
-// In a process of its own: its limit stays. An allocation that GLib makes would end it by abort(),
-// a CRITICAL too.
+// In a separate process, whose limit stays. A failed allocation in GLib, or a CRITICAL, would abort
+// it.
 TEST_P(MemoryRunsOut, IsAnError) {
   if (kSanitized) GTEST_SKIP() << "a sanitizer reserves more address space than the limit";
   GTEST_FLAG_SET(death_test_style, "threadsafe");
@@ -327,8 +327,8 @@ void PrintTo(const Limited& limited, std::ostream* out) {
 }
 class MaxBufferSize : public testing::TestWithParam<Limited> {};
 
-// Over the limit it is an error that names the element, the bytes and the property; the stream
-// goes on when the property is raised.
+// Above the limit an error gives the element, the bytes and the property; the stream continues when
+// the property is raised.
 TEST_P(MaxBufferSize, IsCheckedForEachFrame) {
   const Limited& limited = GetParam();
   const auto h = weir::test::harness_of(limited.line, limited.caps);
@@ -362,7 +362,7 @@ INSTANTIATE_TEST_SUITE_P(
                 tensors("3:5:2", "uint8"), 30, "32"}),
     [](const auto& info) { return std::string(info.param.name); });
 
-// 512 bytes of headers ask for 4 GiB.
+// 512 bytes of headers describe 4 GiB.
 TEST(MaxBufferSize, RejectsASparseFrameThatExpandsBeyondIt) {
   const auto h =
       weir::test::harness_of("tensor_sparse_dec", "other/tensors,format=sparse,framerate=30/1");
@@ -388,7 +388,7 @@ TEST(MaxBufferSize, RejectsOverlappingRegionsBeyondIt) {
   EXPECT_SAYS(crop.error(), "offered: 1008 bytes\n  needed: at most 1000 bytes\n");
 }
 
-TEST(MaxBufferSize, RejectsInputCapsBeforeTheModelIsAskedForShapes) {
+TEST(MaxBufferSize, RejectsInputCapsBeforeTheModelResolvesShapes) {
   EXPECT_SAYS(weir::test::start_error(fake_filter(), tensors("1073741824:2", "uint8")),
               "WEIR-2006: an input frame of tensor_filter is larger than max-buffer-size");
 }

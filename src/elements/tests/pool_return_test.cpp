@@ -1,4 +1,4 @@
-// Buffers of a pool go back to it when what shares their memories is gone, and are used again.
+// Buffers return to their pool once nothing shares their memories, and are reused.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <gst/app/gstappsrc.h>
 #include <gst/gst.h>
@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "gstcpp/ref.hpp"
+#include "gstcpp/element/ref.hpp"
 
 namespace weir::testing {
 namespace {
@@ -24,7 +24,7 @@ GQuark mark() {
   return g_quark_from_static_string("one-of-the-first");
 }
 
-// Of so many buffers and no more, each marked.
+// A pool of exactly this many buffers, each marked.
 Ref<GstBufferPool> marked_pool() {
   auto pool = Ref<GstBufferPool>::adopt(gst_buffer_pool_new());
   GstStructure* config = gst_buffer_pool_get_config(pool.get());
@@ -41,7 +41,7 @@ Ref<GstBufferPool> marked_pool() {
   return pool;
 }
 
-// How many of the pool's buffers are still those of the beginning.
+// How many of the pool's buffers are still the original ones.
 guint marked_in(GstBufferPool* pool) {
   std::vector<Ref<GstBuffer>> all;
   guint marked = 0;
@@ -54,9 +54,9 @@ guint marked_in(GstBufferPool* pool) {
   return marked;
 }
 
-void run(const std::string& behind, GstBufferPool* pool, int frames) {
+void run(const std::string& downstream, GstBufferPool* pool, int frames) {
   const auto pipeline = Ref<GstElement>::adopt(GST_ELEMENT(gst_object_ref_sink(gst_parse_launch(
-      ("appsrc name=in format=time caps=\"" + std::string(kCaps) + "\" ! " + behind).c_str(),
+      ("appsrc name=in format=time caps=\"" + std::string(kCaps) + "\" ! " + downstream).c_str(),
       nullptr))));
   const auto in = Ref<GstElement>::adopt(gst_bin_get_by_name(GST_BIN(pipeline.get()), "in"));
   gst_element_set_state(pipeline.get(), GST_STATE_PLAYING);
@@ -64,7 +64,8 @@ void run(const std::string& behind, GstBufferPool* pool, int frames) {
     GstBuffer* raw = nullptr;
     ASSERT_EQ(gst_buffer_pool_acquire_buffer(pool, &raw, nullptr), GST_FLOW_OK);
     GST_BUFFER_PTS(raw) = static_cast<GstClockTime>(i) * GST_SECOND / 30;
-    // Given away: of a buffer that is held here too, GstBaseSrc would make another for its flags.
+    // Ownership is passed on: GstBaseSrc would copy a buffer that is also held here to set its
+    // flags.
     ASSERT_EQ(gst_app_src_push_buffer(GST_APP_SRC(in.get()), raw), GST_FLOW_OK);
   }
   EXPECT_EQ(gst_app_src_end_of_stream(GST_APP_SRC(in.get())), GST_FLOW_OK);
@@ -75,8 +76,8 @@ void run(const std::string& behind, GstBufferPool* pool, int frames) {
   gst_element_set_state(pipeline.get(), GST_STATE_NULL);
 }
 
-TEST(PoolReturn, BuffersThatElementsShareAreUsedAgain) {
-  // A sink keeps its last buffer; queues keep buffers that others have let go.
+TEST(PoolReturn, SharedBuffersAreReused) {
+  // A sink keeps its last buffer; queues keep buffers that others have released.
   const char* const lines[] = {
       "tensor_mux ! fakesink",
       "tensor_mux ! queue ! fakesink",
@@ -92,7 +93,7 @@ TEST(PoolReturn, BuffersThatElementsShareAreUsedAgain) {
   }
 }
 
-TEST(PoolReturn, ABufferWhoseMemorySomebodyKeepsIsNotUsedAgain) {
+TEST(PoolReturn, ABufferWhoseMemoryIsHeldIsNotReused) {
   const auto pool = marked_pool();
   const auto kept = Ref<GstBuffer>::adopt(gst_buffer_new());
   {
@@ -101,7 +102,7 @@ TEST(PoolReturn, ABufferWhoseMemorySomebodyKeepsIsNotUsedAgain) {
     const auto buffer = Ref<GstBuffer>::adopt(raw);
     gst_buffer_append_memory(kept.get(), gst_buffer_get_memory(raw, 0));
   }
-  EXPECT_EQ(marked_in(pool.get()), kBuffers - 1) << "and what is marked can be lost";
+  EXPECT_EQ(marked_in(pool.get()), kBuffers - 1) << "marked buffers can be discarded";
   gst_buffer_pool_set_active(pool.get(), FALSE);
 }
 

@@ -1,7 +1,7 @@
-// Caps that come to an element while its source pad is shut already, as when a branch is taken
-// from a pipeline that plays, are no fault of anybody: no error is posted.
+// Caps that reach an element whose source pad is already inactive, as when a branch is removed from
+// a playing pipeline, must not cause an error.
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "elements/tests/element_harness.hpp"
+#include "elements/tests/element_test_support.hpp"
 
 namespace weir::test {
 namespace {

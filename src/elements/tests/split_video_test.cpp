@@ -1,8 +1,8 @@
-// Video buffers whose planes continue in the next memory of the buffer.
+// Video buffers with planes that continue in the next memory.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <numeric>
 
-#include "elements/tests/bad_input_bench.hpp"
+#include "elements/tests/bad_input_bench_test_support.hpp"
 
 namespace {
 
@@ -27,7 +27,7 @@ void PrintTo(const Layout& layout, std::ostream* out) {
   *out << layout.name;
 }
 
-// `bytes` in memories that begin at 0 and at each of `cuts`, with the layout's GstVideoMeta.
+// `bytes` in memories that start at 0 and at each of `cuts`, with the layout's GstVideoMeta.
 GstBuffer* picture(const Layout& layout, const Bytes& bytes, const std::vector<size_t>& cuts) {
   GstBuffer* buffer = gst_buffer_new();
   size_t begin = 0;
@@ -48,7 +48,7 @@ GstBuffer* picture(const Layout& layout, const Bytes& bytes, const std::vector<s
 
 class SplitVideo : public testing::TestWithParam<Layout> {
  protected:
-  // What the element makes of the picture in the memories that `cuts` give.
+  // The element's output for the picture split at `cuts`.
   static Bytes made_of(const std::string& line, const std::vector<size_t>& cuts) {
     const Layout& layout = GetParam();
     Bench bench(line);
@@ -84,7 +84,7 @@ class ConvertedSplitVideo : public SplitVideo {};
 INSTANTIATE_TEST_SUITE_P(All, ConvertedSplitVideo,
                          testing::Values(kRgb, kNoPaddingAtTheEnd, kBottomUp, kPlanes), name_of);
 
-// The tensor holds the rows without padding, planes one after the other.
+// The tensor holds the rows without padding, plane after plane.
 TEST_P(ConvertedSplitVideo, HasEachRow) {
   const Layout& layout = GetParam();
   const size_t row_bytes = layout.width * (layout.format == GST_VIDEO_FORMAT_RGB ? 3 : 1);
@@ -127,8 +127,8 @@ TEST(SplitVideoWithoutMetadata, IsConvertedWhole) {
   }
 }
 
-// Planes that lie in a memory each are read where they are.
-TEST(SplitVideoPlanes, InAMemoryEachAreCopiedOnce) {
+// Planes with one memory each are read in place.
+TEST(SplitVideoPlanes, InSeparateMemoriesAreCopiedOnce) {
   const Layout layout{"", GST_VIDEO_FORMAT_RGBP, 5, 2, {0, 16, 32}, {8, 8, 8}, 48};
   Bench bench("tensor_converter");
   ASSERT_EQ(bench.start(video("RGBP", 5, 2)), "");

@@ -1,4 +1,4 @@
-// Runs a decoder module as the host does, with a sink that remembers what it was given.
+// Test fixture that runs a decoder module as the host does, with a sink that records its output.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <gtest/gtest.h>
@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "core/infer/decoder.hpp"
-#include "core/infer/module_library.hpp"
+#include "core/infer/module/decoder.hpp"
+#include "core/infer/module/module_library.hpp"
 #include "core/tensor/frame_spec.hpp"
 #include "says.hpp"
 
@@ -18,8 +18,8 @@ using Bytes = std::vector<uint8_t>;
 
 struct MemorySink : weir_sink {
   std::string caps;
-  std::vector<Bytes> memories;   // what was reserved
-  std::vector<uint32_t> shared;  // inputs that were shared
+  std::vector<Bytes> memories;   // memories that the decoder reserved
+  std::vector<uint32_t> shared;  // indices of the inputs that it shared
 
   Status set_caps(const std::string& text) override {
     caps = text;
@@ -32,7 +32,7 @@ struct MemorySink : weir_sink {
   }
 };
 
-// A tensor as caps describe it ("3:4:2", innermost first), and its bytes.
+// A tensor with dimensions as in caps ("3:4:2", innermost first), and its bytes.
 template <class T>
 struct Tensor {
   ElementType type;
@@ -51,7 +51,7 @@ struct Tensor {
 
 struct Outcome {
   MemorySink sink;
-  std::string error;  // empty when all went well
+  std::string error;  // empty on success
 };
 
 // Opens the decoder, configures it for `input` and decodes a frame of these tensors.

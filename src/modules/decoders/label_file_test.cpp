@@ -1,4 +1,4 @@
-// weir/label_file.hpp: what is UTF-8, held against the closed counts of Unicode.
+// Tests of weir/label_file.hpp: UTF-8 validation against the number of valid Unicode sequences.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "weir/label_file.hpp"
 
@@ -7,7 +7,7 @@
 namespace weir {
 namespace {
 
-// How many sequences of `length` bytes with a lead of 0x80 or more are one whole character.
+// Counts the sequences of `length` bytes with a lead byte >= 0x80 that are one valid character.
 size_t accepted(size_t length) {
   size_t count = 0;
   std::string text(length, '\0');
@@ -20,7 +20,7 @@ size_t accepted(size_t length) {
   }
   return count;
 }
-// The Unicode standard, table 3-6, written the other way round: encodes a code point.
+// Encodes a code point: the inverse of table 3-6 of the Unicode standard.
 std::string encoded(uint32_t c) {
   const auto tail = [c](int shift) { return static_cast<char>(0x80 | ((c >> shift) & 0x3F)); };
   if (c < 0x80) return {static_cast<char>(c)};

@@ -1,18 +1,14 @@
-// Reading lists of dimensions, types and names.
+// Parses lists of dimensions, types and names.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "declared_tensors.hpp"
 
 #include <array>
 #include <charconv>
 
-#include "engine_options.hpp"
+#include "weir/engine_tools.hpp"
 
 namespace weir::engine {
 namespace {
-
-constexpr std::array<const char*, WEIR_TYPE_END> kTypeNames{"int32", "uint32", "int16",   "uint16",
-                                                            "int8",  "uint8",  "float64", "float32",
-                                                            "int64", "uint64", "float16"};
 
 std::string_view stripped(std::string_view text) {
   const auto blank = [](char c) { return c == ' ' || c == '\t' || c == '\n' || c == '\r'; };
@@ -38,12 +34,11 @@ Result<std::vector<int64_t>> shape_in(std::string_view text) {
     const auto [end, bad] = std::from_chars(part.data(), part.data() + part.size(), extent);
     const bool whole = bad == std::errc{} && end == part.data() + part.size();
     if (!whole || extent < 1 || extent > INT32_MAX || shape.size() == WEIR_RANK_LIMIT)
-      return Error{Code::DIMENSION_SYNTAX,
-                   "dimensions of a model's tensor cannot be read",
-                   std::string(text),
-                   "up to 16 whole numbers from 1 on, innermost first",
-                   "",
-                   "input=3:224:224:1"};
+      return Error{.code = Code::DIMENSION_SYNTAX,
+                   .what = "dimensions of a model's tensor cannot be read",
+                   .offered = std::string(text),
+                   .needed = "up to 16 integers of at least 1, innermost first",
+                   .fix = "input=3:224:224:1"};
     shape.insert(shape.begin(), extent);
   }
   return shape;
@@ -53,12 +48,10 @@ Status take_into(std::vector<DeclaredTensor>* tensors, std::string_view kind,
                  std::string_view value) {
   const auto list = parts(value, kind == "name" ? "," : ",.");
   if (list.size() > WEIR_TENSOR_LIMIT)
-    return Error{Code::LIMIT_EXCEEDED,
-                 "more tensors are named than a stream can have",
-                 std::to_string(list.size()),
-                 "256 at most",
-                 "",
-                 ""};
+    return Error{.code = Code::LIMIT_EXCEEDED,
+                 .what = "more tensors are named than a stream can have",
+                 .offered = std::to_string(list.size()),
+                 .needed = "256 at most"};
   if (tensors->size() < list.size()) tensors->resize(list.size());
   for (size_t i = 0; i < list.size(); ++i) {
     DeclaredTensor& tensor = (*tensors)[i];
@@ -69,12 +62,11 @@ Status take_into(std::vector<DeclaredTensor>* tensors, std::string_view kind,
     } else if (kind == "type") {
       const auto type = type_of(list[i]);
       if (!type)
-        return Error{Code::TYPE_SYNTAX,
-                     "the element type of a model's tensor is not known",
-                     std::string(list[i]),
-                     "uint8, int8 ... int64, float16, float32 or float64",
-                     "",
-                     "inputtype=float32"};
+        return Error{.code = Code::TYPE_SYNTAX,
+                     .what = "the element type of a model's tensor is unknown",
+                     .offered = std::string(list[i]),
+                     .needed = "uint8, int8 ... int64, float16, float32 or float64",
+                     .fix = "inputtype=float32"};
       tensor.type = *type;
     } else {
       auto shape = shape_in(list[i]);
@@ -89,15 +81,15 @@ Status take_into(std::vector<DeclaredTensor>* tensors, std::string_view kind,
 }  // namespace
 
 std::optional<uint32_t> type_of(std::string_view name) {
-  for (uint32_t type = 0; type < kTypeNames.size(); ++type)
-    if (same_word(name, kTypeNames[type])) return type;
+  for (uint32_t type = 0; type < WEIR_TYPE_END; ++type)
+    if (equals_ignoring_case(name, type_name(type))) return type;
   return std::nullopt;
 }
 
 Result<bool> DeclaredTensors::take(std::string_view key, std::string_view value) {
   for (const auto side : {"input", "output"})
     for (const auto kind : {"", "type", "name"}) {
-      if (!same_word(key, std::string(side) + kind)) continue;
+      if (!equals_ignoring_case(key, std::string(side) + kind)) continue;
       if (stripped(value).empty()) return true;
       auto* tensors = std::string_view(side) == "input" ? &inputs_ : &outputs_;
       if (auto status = take_into(tensors, kind, value); !status) return status.error();

@@ -1,5 +1,5 @@
-// What the options input, inputtype, inputname, output... say of a model's tensors: properties of
-// tensor_filter, handed to engines whose files do not say it themselves.
+// DeclaredTensors: a model's tensors as the user declares them by the properties input, inputtype,
+// inputname, output... of tensor_filter, for engines whose files lack this information.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <optional>
@@ -13,16 +13,16 @@
 namespace weir::engine {
 
 struct DeclaredTensor {
-  std::string name;               // "" = not said
-  uint32_t type = WEIR_TYPE_END;  // WEIR_TYPE_END = not said
+  std::string name;               // "" = not given
+  uint32_t type = WEIR_TYPE_END;  // WEIR_TYPE_END = not given
   bool has_shape = false;
-  std::vector<int64_t> shape;  // outermost-first, with the rank that was written
+  std::vector<int64_t> shape;  // outermost-first, with the rank as written
 };
 
 class DeclaredTensors {
  public:
-  // Takes `value` when `key` is one of them (in any case): false when it is not. DIMENSION_SYNTAX
-  // and TYPE_SYNTAX for texts that cannot be read.
+  // Parses `value` if `key` is one of these options (in any case); otherwise returns false.
+  // DIMENSION_SYNTAX and TYPE_SYNTAX for invalid texts.
   Result<bool> take(std::string_view key, std::string_view value);
   const std::vector<DeclaredTensor>& inputs() const noexcept { return inputs_; }
   const std::vector<DeclaredTensor>& outputs() const noexcept { return outputs_; }
@@ -31,9 +31,9 @@ class DeclaredTensors {
   std::vector<DeclaredTensor> inputs_, outputs_;
 };
 
-// "3:224:224:1" as dimensions are written: innermost first.
+// Formats dimensions innermost first, as in caps: "3:224:224:1".
 std::string dimension_text(const std::vector<int64_t>& shape);
-// Of the type's name; nothing when there is no such type.
+// The type with this name; empty when there is none.
 std::optional<uint32_t> type_of(std::string_view name);
 
 }  // namespace weir::engine

@@ -1,4 +1,4 @@
-// What users say of tensors: lists read, and what cannot be read refused in words.
+// Tests of the options that declare tensors: valid lists, and the errors for invalid ones.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "declared_tensors.hpp"
 
@@ -25,7 +25,7 @@ TEST(DeclaredTensors, ListsFillTheTensorsInOrder) {
   EXPECT_EQ(tensors.outputs()[2].type, uint32_t{WEIR_TYPE_END});
 }
 
-TEST(DeclaredTensors, OtherOptionsAreNotTheirs) {
+TEST(DeclaredTensors, IgnoreOtherOptions) {
   DeclaredTensors tensors;
   for (const char* key : {"inputs", "NumThreads", "", "inputlayout"})
     EXPECT_FALSE(*tensors.take(key, "3"));
@@ -33,7 +33,7 @@ TEST(DeclaredTensors, OtherOptionsAreNotTheirs) {
   EXPECT_TRUE(tensors.inputs().empty());
 }
 
-TEST(DeclaredTensors, TextsThatCannotBeReadAreRefused) {
+TEST(DeclaredTensors, TextsThatCannotBeReadAreRejected) {
   DeclaredTensors tensors;
   for (const char* text :
        {"3:x", "0", "-1", "3::4", "99999999999", "1.5:2,", "1:1:1:1:1:1:1:1:1:1:1:1:1:1:1:1:1"}) {

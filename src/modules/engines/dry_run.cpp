@@ -1,4 +1,4 @@
-// Allocating the inputs of a dry run.
+// Allocates the inputs of a dry run.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "dry_run.hpp"
 
@@ -14,7 +14,7 @@ Status check_dry_run(std::span<const weir_tensor_info> infos) {
     const auto bytes = tensor_bytes(info);
     if (!bytes)
       return Error{.code = Code::SPEC_MISMATCH,
-                   .what = "an input has no size that memory can have",
+                   .what = "an input has an impossible size",
                    .offered = describe(info),
                    .needed = {},
                    .difference = {},

@@ -1,4 +1,4 @@
-// DryRunInputs: zeros as inputs of a run that only finds out the outputs' shapes.
+// DryRunInputs: zero-filled inputs for a run whose only purpose is to find the outputs' shapes.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <cstdlib>
@@ -11,17 +11,17 @@
 
 namespace weir::engine {
 
-// The bytes of all inputs together. Caps decide their sizes before any buffer came, so they must
-// not decide how much memory is used.
+// The limit for the bytes of all inputs. Caps set these sizes before any buffer arrives, so they
+// must not determine how much memory is used.
 inline constexpr uint64_t kDryRunBytes = uint64_t{1} << 30;
 
-// SPEC_MISMATCH when a shape is open or has no size; LIMIT_EXCEEDED beyond kDryRunBytes.
+// SPEC_MISMATCH for an open shape or one without a size; LIMIT_EXCEEDED above kDryRunBytes.
 Status check_dry_run(std::span<const weir_tensor_info> inputs);
 
 class DryRunInputs {
  public:
-  // Zeros in these shapes, in pages that are not backed until they are written. The errors of
-  // check_dry_run(), or OUT_OF_MEMORY.
+  // Allocates zeros in pages that stay unbacked until written. The errors of check_dry_run(), or
+  // OUT_OF_MEMORY.
   static Result<DryRunInputs> create(std::span<const weir_tensor_info> infos);
 
   // They point into this object.

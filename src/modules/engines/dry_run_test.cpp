@@ -1,4 +1,4 @@
-// The inputs of a dry run: zeros, bounded, lazily backed.
+// Tests of the inputs of a dry run: zero-filled, bounded, lazily backed.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "dry_run.hpp"
 
@@ -6,8 +6,8 @@
 
 #include <algorithm>
 
-#include "engine_test_host.hpp"
-#include "memory_law.hpp"
+#include "engine_host_test_support.hpp"
+#include "out_of_memory_test_support.hpp"
 #include "says.hpp"
 
 namespace weir::engine {
@@ -51,7 +51,7 @@ TEST(DryRunInputs, UseNoMemoryUntilTheyAreWritten) {
   EXPECT_LT(engine_test::peak_resident_bytes(), before + kDryRunBytes / 16);
 }
 
-TEST(DryRunInputs, BeyondTheLimitAreRefused) {
+TEST(DryRunInputs, BeyondTheLimitAreRejected) {
   const weir_tensor_info one[] = {floats({kDryRunBytes / 4 + 1})};
   const weir_tensor_info two[] = {floats({kDryRunBytes / 4}), floats({1})};
   for (const std::span<const weir_tensor_info> infos :
@@ -64,12 +64,12 @@ TEST(DryRunInputs, BeyondTheLimitAreRefused) {
   }
 }
 
-TEST(DryRunInputs, WithoutASizeAreRefused) {
+TEST(DryRunInputs, WithoutASizeAreRejected) {
   for (const auto& info : {floats({-1, 3}), floats({int64_t{1} << 40, int64_t{1} << 40})}) {
     const auto inputs = DryRunInputs::create({&info, 1});
     ASSERT_FALSE(inputs);
     EXPECT_EQ(inputs.error().code, Code::SPEC_MISMATCH);
-    EXPECT_SAYS(inputs.error().message(), "an input has no size that memory can have");
+    EXPECT_SAYS(inputs.error().message(), "an input has an impossible size");
   }
 }
 

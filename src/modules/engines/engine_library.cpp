@@ -1,4 +1,4 @@
-// Finding an engine's library: environment, installation, build folder.
+// Finds an engine's library in the environment, the installation or the build folder.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "engine_library.hpp"
 
@@ -7,13 +7,14 @@
 #include <filesystem>
 
 #include "environment.hpp"
+#include "weir/join.hpp"
 
 namespace weir::engine {
 namespace {
 
 namespace fs = std::filesystem;
 
-// The file that holds this very function: the module.
+// The file that contains this function: the module.
 fs::path module_path() {
   Dl_info info{};
   if (dladdr(reinterpret_cast<const void*>(&module_path), &info) == 0 || !info.dli_fname) return {};
@@ -27,20 +28,13 @@ bool is_within(const fs::path& path, const fs::path& folder) {
   return !relative.empty() && *relative.begin() != "..";
 }
 
-std::string joined(const std::vector<std::string>& parts) {
-  std::string out;
-  for (const auto& part : parts) out += (out.empty() ? "" : ", ") + part;
-  return out;
-}
-
 Error not_installed(const std::string& name, const std::string& title, std::string offered,
                     std::string needed) {
-  return Error{Code::ENGINE_NOT_INSTALLED,
-               title + " is not installed",
-               std::move(offered),
-               std::move(needed),
-               "",
-               "tools/setup --engine " + name};
+  return Error{.code = Code::ENGINE_NOT_INSTALLED,
+               .what = title + " is not installed",
+               .offered = std::move(offered),
+               .needed = std::move(needed),
+               .fix = "tools/setup --engine " + name};
 }
 
 }  // namespace
@@ -70,12 +64,12 @@ Result<EngineLibrary> EngineLibrary::open(const std::string& name, const std::st
       const char* reason = dlerror();
       Error error = not_installed(name, title, reason ? reason : path.string(),
                                   "a library that this machine can load");
-      error.what = "the library of " + title + " is there and cannot be loaded";
+      error.what = "the library of " + title + " exists but cannot be loaded";
       return error;
     }
   }
-  return not_installed(name, title, "no " + files.front() + " in " + joined(folders),
-                       "that library; WEIR_ENGINES_DIR may name another folder of engines");
+  return not_installed(name, title, "no " + files.front() + " in " + join(folders, ", "),
+                       "that library; WEIR_ENGINES_DIR can name another folder with engines");
 }
 
 void* EngineLibrary::address(const char* name) const noexcept {

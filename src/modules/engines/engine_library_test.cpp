@@ -1,4 +1,4 @@
-// Where an engine's library is looked for.
+// Tests where an engine's library is searched.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "engine_library.hpp"
 
@@ -6,7 +6,7 @@
 
 #include <cstdlib>
 
-#include "engine_test_host.hpp"
+#include "engine_host_test_support.hpp"
 #include "says.hpp"
 
 namespace weir::engine {
@@ -30,15 +30,15 @@ TEST_F(EngineLibraryPlaces, TheEnvironmentAloneDecidesWhereItIsSet) {
   EXPECT_EQ(library_folders("frob"), (std::vector<std::string>{"/some/where/frob/lib"}));
 }
 
-TEST_F(EngineLibraryPlaces, ElseBesideTheModuleAndInTheBuildsFolder) {
+TEST_F(EngineLibraryPlaces, OtherwiseBesideTheModuleAndInTheBuildFolder) {
   set("");
   const auto folders = library_folders("frob");
-  ASSERT_EQ(folders.size(), 2u);  // this test lies in the build folder
+  ASSERT_EQ(folders.size(), 2u);  // this test is in the build folder
   EXPECT_TRUE(folders[0].ends_with("/engines/frob/lib")) << folders[0];
   EXPECT_TRUE(folders[1].ends_with("/frob/lib")) << folders[1];
 }
 
-TEST_F(EngineLibraryPlaces, AMissingLibraryIsNamedWithTheCommandThatBringsIt) {
+TEST_F(EngineLibraryPlaces, AMissingLibraryIsReportedWithTheCommandThatInstallsIt) {
   set(folder_.path(""));
   const auto library = EngineLibrary::open("frob", "Frob", {"libfrob.so.1", "libfrob.so"});
   ASSERT_FALSE(library);
@@ -49,17 +49,17 @@ TEST_F(EngineLibraryPlaces, AMissingLibraryIsNamedWithTheCommandThatBringsIt) {
   EXPECT_EQ(library.error().fix, "tools/setup --engine frob");
 }
 
-TEST_F(EngineLibraryPlaces, AFileThatIsNoLibraryIsSaidToBeThere) {
+TEST_F(EngineLibraryPlaces, AFileThatIsNotALibraryIsReportedAsExisting) {
   set(folder_.path(""));
   ASSERT_EQ(std::system(("mkdir -p " + folder_.path("frob/lib")).c_str()), 0);
   folder_.write("frob/lib/libfrob.so", std::vector<std::byte>(100));
   const auto library = EngineLibrary::open("frob", "Frob", {"libfrob.so.1", "libfrob.so"});
   ASSERT_FALSE(library);
   EXPECT_EQ(library.error().code, Code::ENGINE_NOT_INSTALLED);
-  EXPECT_SAYS(library.error().what, "is there and cannot be loaded");
+  EXPECT_SAYS(library.error().what, "exists but cannot be loaded");
 }
 
-TEST_F(EngineLibraryPlaces, ASymbolThatIsNotThereIsNull) {
+TEST_F(EngineLibraryPlaces, AMissingSymbolIsNull) {
   for (const auto* name : {"libonnxruntime.so.1", "libtensorflowlite_c.so"}) {
     set("");
     const std::string engine = name[3] == 'o' ? "onnxruntime" : "tensorflow-lite";

@@ -1,20 +1,22 @@
-// EngineTable<Engine>: the C table and the module of an engine that is two classes with Results.
+// EngineTable<Engine>: makes the C table and module of an engine from two classes that return
+// Result.
 //
 // Engine has
 //   kName, kAliases, kEndings   of its table; kOptions: abi.h, options_json
 //   kLibrary                    what errors call its library: "ONNX Runtime"
-//   Model, Session              a Session may use its Model, which the host keeps until it is gone
+//   Model, Session              a Session may use its Model, which the host keeps alive longer
 //   static int probe(const std::string& path, std::span<const unsigned char> head);
-//   static Result<LibraryFacts> library();              ENGINE_NOT_INSTALLED: or not usable
+//   static Result<LibraryFacts> library();              ENGINE_NOT_INSTALLED: missing or unusable
 // and may have
-//   kAccelerators               comma list for "weir.accelerators/1"; "cpu" without
+//   kAccelerators               comma list for "weir.accelerators/1"; "cpu" by default
 //   kFlags                      abi.h: weir_engine_flag
-//   static weir_engine around(const weir_engine& own);  the table that stands in front of its own
+//   static weir_engine around(const weir_engine& own);  a table that wraps the engine's own
 // Model has open and describe, and may have
 //   weir_execution execution() const noexcept;   how it runs, for "weir.execution/1"
 // Session has create, resolve and invoke, and may have
-//   Status warm();              WEIR_WARM; without, there is nothing to warm
-//   Status reset_state();       WEIR_RESET_STATE; without, there is no state
+//   Status warm();              WEIR_WARM; without it, nothing to warm
+//   Status reset_state();       WEIR_RESET_STATE; without it, no state
+// SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <malloc.h>
 
@@ -26,7 +28,7 @@
 #include <string>
 #include <string_view>
 
-#include "module_host.hpp"
+#include "weir/engine_tools.hpp"
 #include "weir/execution.h"
 
 namespace weir::engine {
@@ -56,7 +58,7 @@ struct EngineTable {
       auto model = Model::open(*request);
       if (!model) return model.error();
       *out = reinterpret_cast<weir_model*>(model->release());
-      malloc_trim(0);  // what loading used and freed: copies of the weights
+      malloc_trim(0);  // returns memory that only loading used, such as copies of the weights
       return ok();
     });
   }
@@ -107,20 +109,17 @@ struct EngineTable {
           if constexpr (requires(Session & s) { s.reset_state(); })
             return of(session).reset_state();
           return ok();
-        case WEIR_SUSPEND:  // all that could be freed is the model's: the host closes that
-          return Error{Code::MODEL_UNSUPPORTED,
-                       std::string(Engine::kLibrary) + " frees no memory of an open model",
-                       "suspend",
-                       "",
-                       "",
-                       ""};
+        case WEIR_SUSPEND:  // only the model could free memory, and the host closes it for that
+          return Error{
+              .code = Code::MODEL_UNSUPPORTED,
+              .what = std::string(Engine::kLibrary) + " cannot free the memory of an open model",
+              .offered = "suspend"};
         case WEIR_SET_OPTION:
-          return Error{Code::OPTION_VALUE,
-                       std::string(Engine::kLibrary) + " takes options only when a model is opened",
-                       option && option->key ? option->key : "",
-                       "custom= at the start",
-                       "",
-                       ""};
+          return Error{.code = Code::OPTION_VALUE,
+                       .what = std::string(Engine::kLibrary) +
+                               " accepts options only when a model is opened",
+                       .offered = option && option->key ? option->key : "",
+                       .needed = "custom= at the start"};
         default:
           return ok();
       }
@@ -132,9 +131,9 @@ struct EngineTable {
     std::memcpy(out, &found, found.struct_size);
     return WEIR_OK;
   }
-  // "weir.library/1": const char* const[2] = path and version of the engine's library; null when
-  // it is not installed, or of no use. "weir.library-problem/1": const char* const[2] = what is
-  // wrong with it and the command that mends that, until the thread asks again; else null.
+  // "weir.library/1": const char* const[2] = path and version of the engine's library; null when it
+  // is missing or unusable. "weir.library-problem/1": const char* const[2] = the problem and the
+  // command that fixes it, valid until the thread's next call; null without a problem.
   static const void* extension(const char* id) {
     if (!id) return nullptr;
     if (std::string_view(id) == "weir.library-problem/1") return library_problem();
@@ -190,7 +189,7 @@ struct EngineTable {
   }
 };
 
-// The module with that only engine, for the host that opened it.
+// The module with this one engine, for the host that loaded it.
 template <class Engine>
 const weir_module* module_of(const weir_host* host) {
   if (!accept_host(host)) return nullptr;
@@ -214,7 +213,7 @@ const weir_module* module_of(const weir_host* host) {
 
 }  // namespace weir::engine
 
-// Exports it; at the end of the engine's file, outside of any namespace.
+// Exports the module's entry point. Use it at the end of the engine's file, outside all namespaces.
 #define WEIR_ENGINE_MODULE(Engine)                                                        \
   extern "C" __attribute__((visibility("default"))) const weir_module* weir_module_entry( \
       const weir_host* host) {                                                            \

@@ -1,4 +1,4 @@
-// Replacing `environ` as a whole.
+// Adds an environment variable by replacing `environ` as a whole.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "environment_variable.hpp"
 
@@ -15,7 +15,7 @@ namespace weir::engine {
 
 void add_environment_variable(const char* assignment) {
   static std::mutex mutex;
-  static auto& replaced = *new std::vector<char**>;  // each lives as long as a reader may
+  static auto& replaced = *new std::vector<char**>;  // never freed: readers may use them
   const std::lock_guard lock(mutex);
   const size_t name = std::strcspn(assignment, "=") + 1;
   char** const old = environ;

@@ -1,4 +1,4 @@
-// Setting an environment variable under readers.
+// Tests setting an environment variable during concurrent reads.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "environment_variable.hpp"
 
@@ -20,7 +20,7 @@ std::string value_of(const char* name) {
   return value ? value : "not set";
 }
 
-// Another name at each call, and text that lives as long as the process.
+// Returns "NAME=value" with a new name per call; the text is never freed.
 const char* fresh(const std::string& value, std::string* name) {
   static int count = 0;
   static std::deque<std::string> kept;
@@ -28,9 +28,9 @@ const char* fresh(const std::string& value, std::string* name) {
   return kept.emplace_back(*name + "=" + value).c_str();
 }
 
-TEST(EnvironmentVariable, IsSetAndLeavesTheOldEnvironmentAsItIs) {
+TEST(EnvironmentVariable, IsSetWithoutChangingTheOldEnvironment) {
   unsetenv("WEIR_TEST_OF_GLIBC");
-  setenv("WEIR_TEST_OF_GLIBC", "1", 1);  // `environ` is memory that setenv() allocated
+  setenv("WEIR_TEST_OF_GLIBC", "1", 1);  // makes setenv() allocate `environ`
   char** const old = environ;
   const std::vector<char*> entries = [old] {
     std::vector<char*> out;
@@ -54,7 +54,7 @@ TEST(EnvironmentVariable, ThatIsSetStays) {
   EXPECT_EQ(environ, old);
 }
 
-TEST(EnvironmentVariable, CanBeChangedAndTakenAwayByTheProgram) {
+TEST(EnvironmentVariable, CanBeChangedAndRemovedByTheProgram) {
   std::string name;
   add_environment_variable(fresh("1", &name));
   setenv(name.c_str(), "2", 1);

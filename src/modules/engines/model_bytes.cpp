@@ -1,4 +1,4 @@
-// Reading a model file whole.
+// Reads a model file into memory.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "model_bytes.hpp"
 
@@ -18,17 +18,17 @@ Error too_large(const ModelSource& source, uint64_t most) {
                .needed = "at most " + std::to_string(most) + " bytes",
                .difference = {},
                .fix =
-                   "export the model with its weights in a file of their own, where the format "
-                   "has that"};
+                   "export the model with its weights in a separate file, if the format "
+                   "supports it"};
 }
 
 Error cut_meanwhile(const ModelSource& source) {
   return Error{.code = Code::MODEL_INVALID,
-               .what = "the model file was cut while it was read",
+               .what = "the model file was truncated while it was read",
                .offered = source.name(),
                .needed = std::to_string(source.size()) + " bytes",
                .difference = {},
-               .fix = "open the model when it is written completely"};
+               .fix = "open the model after it is completely written"};
 }
 
 Status check_head(const ModelSource& source, const ModelLimits& limits) {

@@ -1,4 +1,4 @@
-// The bytes of the one model that a weir_open names, read whole.
+// ModelBytes: the bytes of the one model that a weir_open names.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <cstddef>
@@ -13,25 +13,26 @@
 namespace weir::engine {
 
 struct ModelBytes {
-  std::string path;                  // "" when the caller gave bytes
-  std::vector<std::byte> owned;      // of the file
-  std::span<const std::byte> bytes;  // of the file, or the caller's: those live for the call only
+  std::string path;              // "" when the caller gave bytes
+  std::vector<std::byte> owned;  // the file's content
+  std::span<const std::byte>
+      bytes;  // of `owned`, or the caller's, which are valid only during the call
 
   std::string name() const { return path.empty() ? "the model given as bytes" : path; }
 };
 
-// What a file must be before it is read whole.
+// Conditions on a file that are checked before it is read into memory.
 struct ModelLimits {
-  // Protobuf and FlatBuffers, which most formats of models are, hold no more.
+  // The limit of Protobuf and FlatBuffers, on which most model formats are based.
   uint64_t most = (uint64_t{1} << 31) - 1;
-  // Refuses a file by its first bytes, of which it gets kModelHead or all. Null accepts every file.
+  // Checks the first kModelHead bytes of a file, or all of a shorter one. Null accepts every file.
   Status (*check_head)(std::span<const std::byte> head) = nullptr;
 };
 inline constexpr size_t kModelHead = 4096;
 
-// The errors of ModelSource::open(); MODEL_UNSUPPORTED for a file beyond the limit; MODEL_INVALID
-// where it is cut while it is read, and what check_head returns, with the file's name. Memory is
-// used for bytes that were read only.
+// The errors of ModelSource::open(); MODEL_UNSUPPORTED for a file above the limit; MODEL_INVALID
+// when it is truncated during the read; the error of check_head, with the file's name. Allocates
+// memory only as bytes are read.
 Result<ModelBytes> read_model(const weir_open& request, const ModelLimits& limits = {});
 
 }  // namespace weir::engine

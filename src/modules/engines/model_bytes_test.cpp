@@ -1,4 +1,4 @@
-// Reading the model that a weir_open names.
+// Tests of reading the model that a weir_open names.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "model_bytes.hpp"
 
@@ -6,8 +6,9 @@
 #include <sys/stat.h>
 
 #include <filesystem>
+#include <span>
 
-#include "engine_test_host.hpp"
+#include "engine_host_test_support.hpp"
 #include "model_source.hpp"
 #include "says.hpp"
 
@@ -27,7 +28,7 @@ Code code_of(const Result<ModelBytes>& result) {
   return result ? Code::INTERNAL : result.error().code;
 }
 
-TEST(ModelBytes, AreTheFilesBytes) {
+TEST(ModelBytes, EqualTheFile) {
   const engine_test::TemporaryFolder folder;
   const std::vector<std::byte> bytes{std::byte{1}, std::byte{0}, std::byte{255}};
   const auto read_back = read({folder.write("model", bytes)});
@@ -36,7 +37,7 @@ TEST(ModelBytes, AreTheFilesBytes) {
   EXPECT_EQ(read_back->name(), folder.path("model"));
 }
 
-TEST(ModelBytes, MayBeTheCallersOwn) {
+TEST(ModelBytes, CanBelongToTheCaller) {
   const char bytes[] = "model";
   weir_open request{};
   request.bytes = bytes;
@@ -47,13 +48,13 @@ TEST(ModelBytes, MayBeTheCallersOwn) {
   EXPECT_EQ(result->bytes.size(), 5u);
 }
 
-TEST(ModelBytes, AMissingFileAFolderAndADeviceAreRefused) {
+TEST(ModelBytes, AMissingFileAFolderAndADeviceAreRejected) {
   EXPECT_EQ(code_of(read({"/no/such/file"})), Code::MODEL_NOT_FOUND);
   EXPECT_EQ(code_of(read({"/tmp"})), Code::MODEL_NOT_FOUND);
   EXPECT_EQ(code_of(read({"/dev/zero"})), Code::MODEL_NOT_FOUND);
 }
 
-TEST(ModelBytes, AnEmptyFileIsRefused) {
+TEST(ModelBytes, AnEmptyFileIsRejected) {
   const engine_test::TemporaryFolder folder;
   EXPECT_EQ(code_of(read({folder.write("empty", {})})), Code::MODEL_INVALID);
 }
@@ -63,14 +64,14 @@ TEST(ModelBytes, ExactlyOneModelIsNeeded) {
   EXPECT_EQ(code_of(read({"a", "b"})), Code::SPEC_MISMATCH);
 }
 
-// A file of `size` bytes that takes no room: a zero wherever it is read.
+// A sparse file of `size` bytes: it uses no disk space and reads as zeros.
 std::string sparse_file(const engine_test::TemporaryFolder& folder, uint64_t size) {
   const auto path = folder.write("sparse", {std::byte{0}});
   std::filesystem::resize_file(path, size);
   return path;
 }
 
-TEST(ModelBytes, AFileBeyondTheLimitIsRefusedUnread) {
+TEST(ModelBytes, AFileAboveTheLimitIsRejectedWithoutReadingIt) {
   const engine_test::TemporaryFolder folder;
   const char* paths[] = {nullptr};
   weir_open request{};
@@ -86,7 +87,7 @@ TEST(ModelBytes, AFileBeyondTheLimitIsRefusedUnread) {
   EXPECT_SAYS(result.error().message(), "at most 2147483647 bytes");
 }
 
-TEST(ModelBytes, AFileWithAnotherHeadIsRefusedUnread) {
+TEST(ModelBytes, AFileWithADifferentHeaderIsRejectedWithoutReadingIt) {
   const engine_test::TemporaryFolder folder;
   const auto path = sparse_file(folder, (uint64_t{1} << 31) - 1);
   const char* paths[] = {path.c_str()};
@@ -94,18 +95,19 @@ TEST(ModelBytes, AFileWithAnotherHeadIsRefusedUnread) {
   request.n_models = 1;
   request.paths = paths;
   const uint64_t before = engine_test::peak_resident_bytes();
-  const auto result =
-      read_model(request, {.check_head = [](std::span<const std::byte> head) {
-                   return head.size() == kModelHead && head[0] == std::byte{0}
-                              ? Status(Error{Code::MODEL_INVALID, "no model", "zeros", "", "", ""})
-                              : ok();
-                 }});
+  const auto result = read_model(
+      request, {.check_head = [](std::span<const std::byte> head) {
+        return head.size() == kModelHead && head[0] == std::byte{0}
+                   ? Status(
+                         Error{.code = Code::MODEL_INVALID, .what = "no model", .offered = "zeros"})
+                   : ok();
+      }});
   ASSERT_FALSE(result);
   EXPECT_EQ(result.error().offered, path + ": zeros");
   EXPECT_LT(engine_test::peak_resident_bytes(), before + (uint64_t{1} << 28));
 }
 
-TEST(ModelBytes, AFileThatIsCutWhileItIsReadIsRefused) {
+TEST(ModelBytes, AFileTruncatedDuringReadingIsRejected) {
   const engine_test::TemporaryFolder folder;
   static std::string path;
   path = folder.write("cut", std::vector<std::byte>(100000));
@@ -119,17 +121,17 @@ TEST(ModelBytes, AFileThatIsCutWhileItIsReadIsRefused) {
                                  }});
   ASSERT_FALSE(result);
   EXPECT_EQ(result.error().code, Code::MODEL_INVALID);
-  EXPECT_SAYS(result.error().message(), "the model file was cut while it was read");
+  EXPECT_SAYS(result.error().message(), "the model file was truncated while it was read");
   EXPECT_SAYS(result.error().message(), "100000 bytes");
 }
 
-TEST(ModelBytes, AFifoWithoutAWriterIsRefusedAndNotWaitedFor) {
+TEST(ModelBytes, AFifoWithoutAWriterIsRejectedAtOnce) {
   const engine_test::TemporaryFolder folder;
   ASSERT_EQ(mkfifo(folder.path("fifo").c_str(), 0600), 0);
   EXPECT_EQ(code_of(read({folder.path("fifo")})), Code::MODEL_NOT_FOUND);
 }
 
-TEST(ModelSource, ReadsPartsOfAFileAndNothingBeyondIt) {
+TEST(ModelSource, ReadsOnlyWithinTheFile) {
   const engine_test::TemporaryFolder folder;
   const auto path = folder.write("ten", std::vector<std::byte>(10, std::byte{7}));
   const char* paths[] = {path.c_str()};

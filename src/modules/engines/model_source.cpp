@@ -1,4 +1,4 @@
-// Opening a model file and reading parts of it.
+// Opens a model file and reads parts of it.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "model_source.hpp"
 
@@ -30,13 +30,13 @@ Result<ModelSource> ModelSource::open(const weir_open& request) {
     return ModelSource(std::span(static_cast<const std::byte*>(request.bytes), request.n_bytes));
   if (request.n_models != 1 || !request.paths || !request.paths[0])
     return Error{.code = Code::SPEC_MISMATCH,
-                 .what = "this engine takes exactly one model file",
+                 .what = "this engine accepts exactly one model file",
                  .offered = std::to_string(request.n_models) + " files",
                  .needed = "1 file",
                  .difference = {},
                  .fix = "model=NAME"};
   const std::string path = request.paths[0];
-  // O_NONBLOCK: a FIFO without a writer is refused below and must not be waited for.
+  // O_NONBLOCK: a FIFO without a writer must not block here; it is rejected below.
   const int file = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
   if (file < 0) return not_found(path, std::strerror(errno));
   ModelSource source(path, file, 0);

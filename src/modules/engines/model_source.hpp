@@ -1,4 +1,4 @@
-// ModelSource: the one model that a weir_open names, read in pieces.
+// ModelSource: reads parts of the one model that a weir_open names.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <cstddef>
@@ -11,14 +11,14 @@
 
 namespace weir::engine {
 
-// A file is read with pread(), never mapped: one that is cut meanwhile is an error, not a signal.
-// Thread-safe but for moves.
+// Reads a file with pread() instead of mapping it, so that truncation is an error and not a signal.
+// Thread-safe except for moves.
 class ModelSource {
  public:
-  // MODEL_NOT_FOUND for a file that is missing or not a regular one; MODEL_INVALID for an empty
-  // file; SPEC_MISMATCH unless there is exactly one model.
+  // MODEL_NOT_FOUND for a missing or non-regular file; MODEL_INVALID for an empty file;
+  // SPEC_MISMATCH unless there is exactly one model.
   static Result<ModelSource> open(const weir_open& request);
-  // Of bytes in memory, which outlive it.
+  // Reads bytes in memory, which must outlive it.
   explicit ModelSource(std::span<const std::byte> bytes) : bytes_(bytes), size_(bytes.size()) {}
   ModelSource(ModelSource&& other) noexcept;
   ModelSource& operator=(ModelSource&& other) = delete;
@@ -29,7 +29,7 @@ class ModelSource {
   std::string name() const { return path_.empty() ? "the model given as bytes" : path_; }
   // The bytes in memory; empty for a file.
   std::span<const std::byte> memory() const noexcept { return bytes_; }
-  // Fills `out` with the bytes from `at` on. False when they are not all there.
+  // Fills `out` with the bytes at offset `at`. False unless all of them exist.
   bool read(uint64_t at, std::span<std::byte> out) const noexcept;
 
  private:

@@ -1,4 +1,4 @@
-// Bounded decoding of protobuf fields.
+// Decodes protobuf fields with bounds checks.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "protobuf_reader.hpp"
 
@@ -51,7 +51,7 @@ bool ProtobufReader::next(Field* field) noexcept {
     }
     case 5:
       return skip(4);
-    default:  // groups are not used by ONNX
+    default:  // groups, which ONNX does not use
       return damaged();
   }
 }

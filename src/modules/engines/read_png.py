@@ -1,6 +1,6 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: LGPL-2.1-or-later
-"""Prints the first channel of an 8-bit PNG, row by row: for tests that need pixels and no GStreamer."""
+"""Prints the first channel of an 8-bit PNG row by row, for tests that need pixels without GStreamer."""
 import struct
 import sys
 import zlib

@@ -1,38 +1,17 @@
-// Checks of tensors that come through the ABI: nothing of them is believed.
+// Validates tensors that cross the ABI; trusts none of their members.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "tensor_check.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cstring>
 
-#include "weir/module.hpp"
+#include "weir/join.hpp"
 
 namespace weir::engine {
 namespace {
 
-struct TypeFacts {
-  const char* name;
-  uint64_t bytes;
-};
-// In the order of weir_type.
-constexpr std::array<TypeFacts, WEIR_TYPE_END> kTypes{{{"int32", 4},
-                                                       {"uint32", 4},
-                                                       {"int16", 2},
-                                                       {"uint16", 2},
-                                                       {"int8", 1},
-                                                       {"uint8", 1},
-                                                       {"float64", 8},
-                                                       {"float32", 4},
-                                                       {"int64", 8},
-                                                       {"uint64", 8},
-                                                       {"float16", 2}}};
-// No tensor of a stream is larger; keeps every product far from overflow.
+// Larger than any tensor of a stream, and small enough that no product overflows.
 constexpr uint64_t kBytesLimit = uint64_t{1} << 48;
-
-const char* type_name(uint32_t type) {
-  return type < kTypes.size() ? kTypes[type].name : "?";
-}
 
 bool strides_are_dense(const weir_tensor& tensor) {
   const auto& info = tensor.info;
@@ -70,19 +49,14 @@ bool fits(const weir_tensor_info& model, const weir_tensor_info& given) {
 
 Error does_not_fit(const weir_tensor_info& model, const weir_tensor_info& given, size_t index,
                    const char* role) {
-  return Error{Code::SPEC_MISMATCH,
-               std::string(role) + " " + std::to_string(index) + " does not fit the model",
-               describe(given),
-               describe(model),
-               first_difference(model, given),
-               ""};
+  return Error{.code = Code::SPEC_MISMATCH,
+               .what = std::string(role) + " " + std::to_string(index) + " does not fit the model",
+               .offered = describe(given),
+               .needed = describe(model),
+               .difference = first_difference(model, given)};
 }
 
 }  // namespace
-
-uint64_t element_bytes(uint32_t type) noexcept {
-  return type < kTypes.size() ? kTypes[type].bytes : 0;
-}
 
 bool is_fixed(const weir_tensor_info& info) noexcept {
   return info.rank <= WEIR_RANK_LIMIT &&
@@ -112,20 +86,17 @@ std::string describe(const weir_tensor_info& info) {
 }
 
 std::string describe(std::span<const weir_tensor_info> infos) {
-  std::string out;
-  for (const auto& info : infos) out += (out.empty() ? "" : ", ") + describe(info);
-  return out.empty() ? "no tensors" : out;
+  if (infos.empty()) return "no tensors";
+  return join(infos, ", ", [](const weir_tensor_info& info) { return describe(info); });
 }
 
 Status check_infos(std::span<const weir_tensor_info> model, std::span<const weir_tensor_info> given,
                    const char* role) {
   if (model.size() != given.size())
-    return Error{Code::SPEC_MISMATCH,
-                 std::string("the number of ") + role + "s does not fit the model",
-                 std::to_string(given.size()) + ": " + describe(given),
-                 std::to_string(model.size()) + ": " + describe(model),
-                 "",
-                 ""};
+    return Error{.code = Code::SPEC_MISMATCH,
+                 .what = std::string("the number of ") + role + "s does not fit the model",
+                 .offered = std::to_string(given.size()) + ": " + describe(given),
+                 .needed = std::to_string(model.size()) + ": " + describe(model)};
   for (size_t i = 0; i < model.size(); ++i)
     if (!fits(model[i], given[i])) return does_not_fit(model[i], given[i], i, role);
   return ok();
@@ -134,28 +105,23 @@ Status check_infos(std::span<const weir_tensor_info> model, std::span<const weir
 Status check_memory(const weir_tensor& tensor, size_t index, const char* role) {
   const std::string which = std::string(role) + " " + std::to_string(index);
   if (tensor.memory_kind != WEIR_MEMORY_HOST)
-    return Error{Code::FORMAT_UNSUPPORTED,
-                 which + " is not in host memory",
-                 "memory kind " + std::to_string(tensor.memory_kind),
-                 "host memory",
-                 "",
-                 ""};
+    return Error{.code = Code::FORMAT_UNSUPPORTED,
+                 .what = which + " is not in host memory",
+                 .offered = "memory kind " + std::to_string(tensor.memory_kind),
+                 .needed = "host memory"};
   const auto bytes = tensor_bytes(tensor.info);
   if (!bytes || *bytes != tensor.bytes || (!tensor.data && *bytes > 0))
-    return Error{Code::FRAME_SIZE,
-                 which + " has another size than its description",
-                 std::to_string(tensor.bytes) + " bytes" + (tensor.data ? "" : " of no memory"),
-                 bytes ? std::to_string(*bytes) + " bytes: " + describe(tensor.info)
-                       : "a complete description, not " + describe(tensor.info),
-                 "",
-                 ""};
+    return Error{
+        .code = Code::FRAME_SIZE,
+        .what = which + " has a size that does not match its description",
+        .offered = std::to_string(tensor.bytes) + " bytes" + (tensor.data ? "" : " of no memory"),
+        .needed = bytes ? std::to_string(*bytes) + " bytes: " + describe(tensor.info)
+                        : "a complete description, not " + describe(tensor.info)};
   if (!strides_are_dense(tensor))
-    return Error{Code::FORMAT_UNSUPPORTED,
-                 which + " has gaps between its rows",
-                 "a strided view",
-                 "dense memory",
-                 "",
-                 ""};
+    return Error{.code = Code::FORMAT_UNSUPPORTED,
+                 .what = which + " has gaps between its rows",
+                 .offered = "a strided view",
+                 .needed = "dense memory"};
   return ok();
 }
 
@@ -165,12 +131,10 @@ std::span<weir_tensor> tensors_of(const weir_frame& frame) noexcept {
 
 Status check_count(std::span<const weir_tensor_info> model, size_t given, const char* role) {
   if (given == model.size()) return ok();
-  return Error{Code::SPEC_MISMATCH,
-               std::string("the number of ") + role + "s does not fit the model",
-               std::to_string(given),
-               std::to_string(model.size()) + ": " + describe(model),
-               "",
-               ""};
+  return Error{.code = Code::SPEC_MISMATCH,
+               .what = std::string("the number of ") + role + "s does not fit the model",
+               .offered = std::to_string(given),
+               .needed = std::to_string(model.size()) + ": " + describe(model)};
 }
 
 Status check_inputs(std::span<const weir_tensor_info> model, std::span<const weir_tensor> given) {
@@ -195,16 +159,17 @@ Status write_output(const weir_tensor_info& info, const void* data, size_t index
   if (!to->data) {
     const char* name = to->info.name ? to->info.name : info.name;
     if (module_host->allocate(nullptr, WEIR_MEMORY_HOST, bytes, 64, to) != WEIR_OK)
-      return Error{Code::OUT_OF_MEMORY, "no memory for an output", describe(info), "", "", ""};
+      return Error{.code = Code::OUT_OF_MEMORY,
+                   .what = "no memory for an output",
+                   .offered = describe(info)};
     to->info = info;
     to->info.name = name;
   } else if (to->bytes != bytes || to->info.type != info.type) {
-    return Error{Code::INVOKE_FAILED,
-                 "an output has another size or type than it was said to have",
-                 describe(info),
-                 describe(to->info),
-                 "output " + std::to_string(index),
-                 ""};
+    return Error{.code = Code::INVOKE_FAILED,
+                 .what = "an output's size or type differs from its declaration",
+                 .offered = describe(info),
+                 .needed = describe(to->info),
+                 .difference = "output " + std::to_string(index)};
   }
   if (bytes > 0) std::memcpy(to->data, data, bytes);
   return ok();

@@ -1,4 +1,4 @@
-// Checks of tensors that come through the ABI.
+// Tests of the checks of tensors that cross the ABI.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "tensor_check.hpp"
 
@@ -30,7 +30,7 @@ TEST(TensorCheck, SizesAreProductsAndScalarsAreOneElement) {
   EXPECT_EQ(tensor_bytes(shaped(WEIR_UINT64, {4, 0})), 0u);
 }
 
-TEST(TensorCheck, NoSizeForWhatIsOpenTooLargeOrUnknown) {
+TEST(TensorCheck, HasNoSizeForOpenOversizedOrUnknownTensors) {
   EXPECT_EQ(tensor_bytes(shaped(WEIR_UINT8, {-1, 3})), std::nullopt);
   EXPECT_EQ(tensor_bytes(shaped(WEIR_UINT8, {INT64_MAX, INT64_MAX})), std::nullopt);
   EXPECT_EQ(tensor_bytes(shaped(WEIR_UINT8, {int64_t{1} << 32, int64_t{1} << 32})), std::nullopt);
@@ -40,7 +40,7 @@ TEST(TensorCheck, NoSizeForWhatIsOpenTooLargeOrUnknown) {
   EXPECT_EQ(tensor_bytes(unknown), std::nullopt);
 }
 
-TEST(TensorCheck, DescribesAsCapsDo) {
+TEST(TensorCheck, DescribesLikeCaps) {
   auto info = shaped(WEIR_UINT8, {1, -1, 224, 3});
   EXPECT_EQ(describe(info), "uint8 3:224:?:1");
   info.name = "input";
@@ -150,7 +150,7 @@ class WriteOutput : public ::testing::Test {
   const weir_host* before_;
 };
 
-TEST_F(WriteOutput, FillsTheMemoryThatIsThere) {
+TEST_F(WriteOutput, FillsGivenMemory) {
   const uint8_t from[4]{1, 2, 3, 4};
   uint8_t to[4]{};
   auto tensor = tensor_of(shaped(WEIR_UINT8, {4}), to);
@@ -159,7 +159,7 @@ TEST_F(WriteOutput, FillsTheMemoryThatIsThere) {
   EXPECT_EQ(tensor.info.rank, 1u) << "the host's description stays";
 }
 
-TEST_F(WriteOutput, TakesMemoryOfTheHostWhereThereIsNone) {
+TEST_F(WriteOutput, AllocatesFromTheHostWithoutMemory) {
   const uint8_t from[2]{7, 8};
   weir_tensor tensor{};
   tensor.info.name = "scores";
@@ -170,7 +170,7 @@ TEST_F(WriteOutput, TakesMemoryOfTheHostWhereThereIsNone) {
   EXPECT_STREQ(tensor.info.name, "scores");
 }
 
-TEST_F(WriteOutput, RefusesAnotherSizeAnotherTypeAndNoMemory) {
+TEST_F(WriteOutput, RejectsAWrongSizeOrTypeAndMissingMemory) {
   const uint8_t from[4]{};
   uint8_t to[4]{};
   auto tensor = tensor_of(shaped(WEIR_UINT8, {4}), to);

@@ -1,4 +1,4 @@
-// Whether threads can be started.
+// Tests of the check for thread capacity.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "thread_room.hpp"
 
@@ -6,32 +6,32 @@
 
 #include <cstdio>
 
-#include "memory_law.hpp"
+#include "out_of_memory_test_support.hpp"
 #include "says.hpp"
 
 namespace weir::engine {
 namespace {
 
-TEST(ThreadRoom, IsThereForAFewThreads) {
+TEST(ThreadRoom, SufficesForAFewThreads) {
   EXPECT_TRUE(check_thread_room(0));
   EXPECT_TRUE(check_thread_room(4));
 }
 
-TEST(ThreadRoom, IsNotThereWithoutMemoryForStacks) {
+TEST(ThreadRoom, IsMissingWithoutMemoryForStacks) {
   if (!engine_test::kCanLimitAddressSpace) GTEST_SKIP() << "sanitizers use the address space up";
   GTEST_FLAG_SET(death_test_style, "threadsafe");
   EXPECT_EXIT(
       {
         Status status = ok();
         {
-          const engine_test::AddressSpaceLimit limit(uint64_t{20} << 20);  // for two stacks
+          const engine_test::AddressSpaceLimit limit(uint64_t{20} << 20);  // room for two stacks
           status = check_thread_room(64);
         }
         std::fprintf(stderr, "%s", status ? "started" : status.error().message().c_str());
         std::_Exit(check_thread_room(2) ? 0 : 1);
       },
       testing::ExitedWithCode(0),
-      "WEIR-9001: the system starts no more threads for the engine(.|\n)* of 64(.|\n)*"
+      "WEIR-9001: the system cannot start more threads for the engine(.|\n)* of 64(.|\n)*"
       "fix: custom=NumThreads:1");
 }
 

@@ -1,4 +1,4 @@
-// How many threads a model gets by its size, and what sizes are read off graphs.
+// Tests the number of threads for a model's size, and the estimates from graphs.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "thread_rule.hpp"
 
@@ -30,7 +30,7 @@ TEST(ThreadRule, WeightsCountAsTheTimeOfReadingThem) {
   EXPECT_EQ(threads_for({.multiplications = 2e6, .weights = 2e6, .operators = 2}, kCosts, 8), 4);
 }
 
-TEST(ThreadRule, WorkThatIsNoNumberIsOneThread) {
+TEST(ThreadRule, InvalidWorkUsesOneThread) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   const double infinity = std::numeric_limits<double>::infinity();
   EXPECT_EQ(threads_for({.multiplications = nan, .operators = 1}, kCosts, 8), 1);
@@ -38,7 +38,7 @@ TEST(ThreadRule, WorkThatIsNoNumberIsOneThread) {
   EXPECT_EQ(threads_for({.multiplications = -infinity, .operators = 1}, kCosts, 8), 1);
 }
 
-TEST(ThreadRule, UnknownWorkAndNoCoresAreOneThread) {
+TEST(ThreadRule, UnknownWorkAndNoCoresUseOneThread) {
   EXPECT_EQ(threads_for({.multiplications = 1e12}, kCosts, 8), 1);
   EXPECT_EQ(threads_for({.multiplications = 1e12, .operators = 1}, kCosts, 0), 1);
 }
@@ -50,8 +50,8 @@ weir_tensor_info shape(const std::vector<int64_t>& extents) {
   return info;
 }
 
-// A convolution of 3x3 from 3 channels to 8 with a stride of 2, a pool of 2x2, a product with a
-// matrix of 10 by 8 after the pixels were averaged: 8 * 8 * 8 * 27 + 8 * 10.
+// A 3x3 convolution from 3 channels to 8 with stride 2, 2x2 pooling, and, after averaging the
+// pixels, a product with a 10 by 8 matrix: 8 * 8 * 8 * 27 + 8 * 10.
 TEST(TorchWork, FollowsTheNumbersThroughTheSteps) {
   TorchWork work;
   work.set_inputs(1);
@@ -120,13 +120,13 @@ TEST(TfliteWork, CountsMultiplicationsOfEachKind) {
   }
 }
 
-TEST(TfliteWork, LeavesOutWhatXnnpackDoesNotRun) {
+TEST(TfliteWork, ExcludesOperatorsThatXnnpackDoesNotRun) {
   EXPECT_EQ(tflite_work(small_graph(TfliteType::kUint8)).operators, 0u);
 }
 
-TEST(TfliteWork, LeavesOutOpenShapesAndMissingTensors) {
+TEST(TfliteWork, ExcludesOpenShapesAndMissingTensors) {
   auto graph = small_graph(TfliteType::kFloat32);
-  graph.tensors[2].shape[1] = -1;       // of the convolution's output
+  graph.tensors[2].shape[1] = -1;       // the convolution's output
   graph.operators[1].inputs = {2, -1};  // without weights
   graph.operators[2].outputs = {99};
   EXPECT_EQ(tflite_work(graph).operators, 0u);

@@ -1,6 +1,6 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: LGPL-2.1-or-later
-"""Prints a C++ header that holds the text of a file: embed_text.py CONSTANT FILE."""
+"""Prints a C++ header with the text of a file as a constant: embed_text.py CONSTANT FILE."""
 
 import pathlib
 import sys

@@ -1,4 +1,4 @@
-// A capsule whose end is told.
+// Implements FrameHold with a Python capsule whose destructor reports that it is gone.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "frame_hold.hpp"
 
@@ -10,8 +10,8 @@ namespace weir::python {
 constexpr char kName[] = "weir.frame";
 
 struct FrameHold::State {
-  FrameHold* hold;               // null when that is gone
-  void (*release)(void* owner);  // null, or of memory that the host keeps
+  FrameHold* hold;               // null when the FrameHold is gone
+  void (*release)(void* owner);  // releases memory that the host keeps; or null
   void* owner;
 };
 
@@ -39,7 +39,7 @@ bool FrameHold::keep(const weir_frame& frame) {
 }
 
 void FrameHold::end(PyObject* capsule) {
-  const PythonApi& api = **interpreter();  // it runs: it calls us
+  const PythonApi& api = **interpreter();  // initialised, since Python calls this
   const std::unique_ptr<State> state(static_cast<State*>(api.PyCapsule_GetPointer(capsule, kName)));
   if (state->hold) state->hold->state_ = nullptr;
   if (state->release) state->release(state->owner);

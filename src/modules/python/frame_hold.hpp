@@ -1,4 +1,4 @@
-// FrameHold: tells whether anything in Python still reads the memory of a frame.
+// FrameHold: detects whether anything in Python still reads the memory of a frame.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <memory>
@@ -8,8 +8,8 @@
 
 namespace weir::python {
 
-// Under Locked. The arrays of a frame have an object of Python for their owner, and so has every
-// view of them and every buffer that is taken from them; it goes with the last one.
+// Call under Locked. A Python object owns the arrays of a frame, every view of them and every
+// buffer taken from them; it is destroyed with the last one.
 class FrameHold {
  public:
   explicit FrameHold(const PythonApi& api);
@@ -17,20 +17,20 @@ class FrameHold {
   FrameHold& operator=(const FrameHold&) = delete;
   ~FrameHold();
 
-  // Null with Python's exception set when memory ran out.
+  // Null, with Python's exception set, when memory runs out.
   const Object& owner() const noexcept { return owner_; }
-  // Gives our own reference up: true when it was the last.
+  // Releases our own reference; true when it was the last one.
   bool let_go() noexcept;
   bool is_gone() const noexcept { return state_ == nullptr; }
-  // After let_go() has given false, within invoke: has the host keep the frame's memory until the
-  // last array is gone. False where it cannot.
+  // Call within invoke, after let_go() returned false: asks the host to keep the frame's memory
+  // until the last array is gone. False when the host cannot.
   bool keep(const weir_frame& frame);
 
  private:
   struct State;
   static void end(PyObject* capsule);
 
-  State* state_;  // of the capsule; null when that is gone
+  State* state_;  // the capsule's state; null when the capsule is gone
   Object owner_;
 };
 

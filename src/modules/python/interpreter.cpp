@@ -1,4 +1,4 @@
-// Starting Python, and its exceptions as errors.
+// Starts Python and converts its exceptions to errors.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "interpreter.hpp"
 
@@ -9,9 +9,9 @@ namespace {
 
 constexpr int kFileInput = 257;  // Py_file_input
 
-PythonApi api;  // written once, before anybody has a pointer to it
+PythonApi api;  // written once, before a pointer to it is published
 
-// Says what happened, and where in files that exist: not in our own lines.
+// Describes an exception and where it was raised, in existing files only: not in our own lines.
 constexpr char kExceptions[] = R"py(
 import os, traceback
 
@@ -46,17 +46,17 @@ Object none_if_null(PyObject* object) {
                 : Object::share(api.PyDict_GetItemString(api.PyEval_GetBuiltins(), "None"));
 }
 
-// Null with the exception set.
+// Null, with the exception set, on failure.
 Object called(PyObject* callable, std::vector<Object> arguments) {
   Object tuple = Object::adopt(api.PyTuple_New(static_cast<ptrdiff_t>(arguments.size())));
   for (size_t i = 0; tuple && i < arguments.size(); ++i) {
-    if (!arguments[i]) return {};  // memory ran out when it was made
+    if (!arguments[i]) return {};  // memory ran out when it was created
     api.PyTuple_SetItem(tuple.get(), static_cast<ptrdiff_t>(i), arguments[i].release());
   }
   return Object::adopt(tuple ? api.PyObject_Call(callable, tuple.get(), nullptr) : nullptr);
 }
 
-// The dict of a module of ours, borrowed; null with the exception set.
+// Returns the dict of one of our modules, borrowed; null with the exception set on failure.
 PyObject* names_of(const char* name, const char* source) {
   PyObject* module = api.PyImport_AddModule(name);
   PyObject* names = module ? api.PyModule_GetDict(module) : nullptr;
@@ -69,18 +69,17 @@ PyObject* names_of(const char* name, const char* source) {
   return names;
 }
 
-// NumPy is imported here, so that its absence is told by name.
+// Imports NumPy early for an error that names it when it is missing.
 Status import_numpy() {
   const Locked lock;
   const auto found = module_of_ours("weir_numpy", "import numpy");
   if (found) return ok();
-  // One that is built for another Python is there, and says so in the exception.
-  return Error{Code::ENGINE_NOT_INSTALLED,
-               "NumPy is not installed for this Python",
-               found.error().what,
-               "NumPy, of Python's own version",
-               "",
-               "apt-get install python3-numpy"};
+  // A NumPy for another Python fails to import too; the exception explains that.
+  return Error{.code = Code::ENGINE_NOT_INSTALLED,
+               .what = "NumPy is not installed for this Python",
+               .offered = found.error().what,
+               .needed = "NumPy for this version of Python",
+               .fix = "apt-get install python3-numpy"};
 }
 
 Status start() {
@@ -88,9 +87,9 @@ Status start() {
   if (!found) return found.error();
   api = *found;
   if (!api.Py_IsInitialized()) {
-    // Else the first python3 on the path decides where modules are looked for.
+    // Otherwise the first python3 in PATH determines where Python looks for modules.
     if (api.Py_SetProgramName) api.Py_SetProgramName(L"/usr/bin/python3");
-    api.Py_InitializeEx(0);  // signals stay the program's
+    api.Py_InitializeEx(0);  // 0: leave signal handlers to the program
     api.PyEval_SaveThread();
   }
   return import_numpy();
@@ -129,7 +128,8 @@ Result<Object> call(PyObject* names, const char* function, std::vector<Object> a
                     Code code) {
   PyObject* callable = api.PyDict_GetItemString(names, function);
   if (!callable)
-    return Error{Code::INTERNAL, "a function of ours is missing", function, "", "", ""};
+    return Error{
+        .code = Code::INTERNAL, .what = "a built-in function is missing", .offered = function};
   Object result = called(callable, std::move(arguments));
   if (!result) return take_exception(code);
   return result;
@@ -149,7 +149,7 @@ HeldBuffer::~HeldBuffer() {
 Error take_exception(Code code) {
   PyObject *kind = nullptr, *value = nullptr, *trace = nullptr;
   api.PyErr_Fetch(&kind, &value, &trace);
-  if (!kind) return {code, "the script failed and did not say why", "", "", "", ""};
+  if (!kind) return {.code = code, .what = "the script failed without an exception"};
   api.PyErr_NormalizeException(&kind, &value, &trace);
   std::vector<Object> parts;
   for (PyObject* part : {kind, value, trace}) parts.push_back(none_if_null(part));
@@ -158,15 +158,12 @@ Error take_exception(Code code) {
   const Object words = describe ? called(describe, std::move(parts)) : Object();
   if (!words) {
     forget_exception();
-    return {code, "the script failed, and so did saying why", "", "", "", ""};
+    return {.code = code, .what = "the script failed, and its exception cannot be described"};
   }
   if (api.PyObject_IsTrue(api.PyTuple_GetItem(words.get(), 2)) == 1) code = Code::OUT_OF_MEMORY;
-  return {code,
-          "the script failed: " + utf8(api.PyTuple_GetItem(words.get(), 0)),
-          utf8(api.PyTuple_GetItem(words.get(), 1)),
-          "",
-          "",
-          ""};
+  return {.code = code,
+          .what = "the script failed: " + utf8(api.PyTuple_GetItem(words.get(), 0)),
+          .offered = utf8(api.PyTuple_GetItem(words.get(), 1))};
 }
 
 }  // namespace weir::python

@@ -1,4 +1,4 @@
-// The one Python interpreter of a process, for modules that run scripts on streaming threads.
+// The process's single Python interpreter, for modules that run scripts on streaming threads.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <string>
@@ -10,12 +10,12 @@
 
 namespace weir::python {
 
-// Starts Python at the first call; later calls, from any thread, give the same. The calling thread
-// does not hold the interpreter's lock afterwards. It runs until the process ends, for NumPy cannot
-// be started twice. ENGINE_NOT_INSTALLED without Python or NumPy.
+// Starts Python on the first call; later calls from any thread return the same interpreter. The
+// caller does not hold the interpreter's lock afterwards. Python runs until the process exits
+// because NumPy cannot be initialised twice. ENGINE_NOT_INSTALLED without Python or NumPy.
 Result<const PythonApi*> interpreter();
 
-// Holds the interpreter's lock for a scope, on any thread; may be nested. After interpreter().
+// Holds the interpreter's lock for a scope, on any thread; nests. Call interpreter() first.
 class Locked {
  public:
   Locked();
@@ -27,7 +27,7 @@ class Locked {
   int state_;
 };
 
-// A reference to an object. Made, moved and destroyed under Locked.
+// A reference to a Python object. Create, move and destroy it under Locked.
 class Object {
  public:
   Object() = default;
@@ -48,13 +48,13 @@ class Object {
   PyObject* object_ = nullptr;
 };
 
-// All below under Locked.
+// Call everything below under Locked.
 
-// Names of a module of our own: `source` is run at the first call for this name.
-Result<PyObject*> module_of_ours(const char* name, const char* source);  // its dict, borrowed
+// Returns the dict of one of our own modules; the first call for this name runs `source`.
+Result<PyObject*> module_of_ours(const char* name, const char* source);  // borrowed
 
-// Calls `names[function]` with these arguments. An exception becomes an error with `code`, what it
-// says, and where: the lines of the user's script, innermost last.
+// Calls `names[function]`. An exception becomes an error with `code`, its message and its
+// traceback: the lines of the user's script, innermost last.
 Result<Object> call(PyObject* names, const char* function, std::vector<Object> arguments,
                     Code code);
 
@@ -63,14 +63,14 @@ Object text_of(std::string_view text);
 inline constexpr int kSimpleBuffer = 0;             // PyBUF_SIMPLE
 inline constexpr int kDenseWithFormat = 0x4 | 0x8;  // PyBUF_FORMAT | PyBUF_ND
 
-// The memory of an object, which stays where it is while this lives. `flags` say what is requested.
+// The memory of an object, which stays in place while this exists. `flags` are PyBUF flags.
 class HeldBuffer {
  public:
   HeldBuffer(PyObject* object, int flags);
   HeldBuffer(const HeldBuffer&) = delete;
   HeldBuffer& operator=(const HeldBuffer&) = delete;
   ~HeldBuffer();
-  // False: the object has no such memory, and Python's exception is set.
+  // False when the object has no such memory; Python's exception is set.
   explicit operator bool() const noexcept { return held_; }
   const Buffer& operator*() const noexcept { return buffer_; }
   const Buffer* operator->() const noexcept { return &buffer_; }
@@ -80,7 +80,7 @@ class HeldBuffer {
   bool held_;
 };
 
-// The exception that was raised, cleared, as an error.
+// Clears the raised exception and returns it as an error.
 Error take_exception(Code code);
 
 }  // namespace weir::python

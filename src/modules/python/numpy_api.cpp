@@ -1,4 +1,4 @@
-// NumPy's table: found through Python, used as its documentation of the C API says.
+// Finds NumPy's function table through Python, as documented for NumPy's C API.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "numpy_api.hpp"
 
@@ -19,7 +19,7 @@ def version():
     return numpy.__version__
 )py";
 
-// Places in the table, and numbers of its types on a machine of 64 bits.
+// Indices into the table, and NumPy's type numbers on a 64-bit machine.
 constexpr size_t kAbiVersion = 0, kArrayType = 2, kDescrFromType = 45, kNewFromDescr = 94,
                  kSetBaseObject = 282;
 constexpr int kTypeNumbers[WEIR_TYPE_END] = {5, 6, 3, 4, 1, 2, 12, 11, 7, 8, 23};
@@ -27,12 +27,11 @@ constexpr int kContiguous = 0x1 | 0x2, kAligned = 0x100;
 constexpr unsigned kFirstAbi = 0x1000009, kSecondAbi = 0x2000000;
 
 Error unknown_numpy(const std::string& offered) {
-  return {Code::ENGINE_NOT_INSTALLED,
-          "this NumPy has another binary interface than those that are known",
-          offered,
-          "NumPy 1.7 to 2",
-          "",
-          "apt-get install python3-numpy"};
+  return {.code = Code::ENGINE_NOT_INSTALLED,
+          .what = "this NumPy has an unknown binary interface",
+          .offered = offered,
+          .needed = "NumPy 1.7 to 2",
+          .fix = "apt-get install python3-numpy"};
 }
 
 }  // namespace

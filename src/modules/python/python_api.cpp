@@ -1,4 +1,4 @@
-// Finding Python: in the process, or its library.
+// Finds Python in the process or loads its library.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "python_api.hpp"
 #include "environment.hpp"
@@ -12,21 +12,20 @@
 namespace weir::python {
 namespace {
 
-// Debian 12's first: its NumPy is built for it.
+// Debian 12's Python first, because Debian's NumPy is built for it.
 constexpr const char* kLibraries[] = {"libpython3.11.so.1.0", "libpython3.13.so.1.0",
                                       "libpython3.12.so.1.0", "libpython3.10.so.1.0",
                                       "libpython3.9.so.1.0"};
 
 Error not_installed(std::string offered) {
-  return {Code::ENGINE_NOT_INSTALLED,
-          "Python is not installed as a library",
-          std::move(offered),
-          "libpython3, version 3.9 or later",
-          "",
-          "apt-get install libpython3.11 python3-numpy"};
+  return {.code = Code::ENGINE_NOT_INSTALLED,
+          .what = "Python is not installed as a library",
+          .offered = std::move(offered),
+          .needed = "libpython3, version 3.9 or later",
+          .fix = "apt-get install libpython3.11 python3-numpy"};
 }
 
-// Extension modules find Python's functions among the process's own: hence RTLD_GLOBAL.
+// RTLD_GLOBAL, because extension modules resolve Python's functions in the process.
 Result<void*> open_library() {
   const char* chosen = environment_variable("WEIR_PYTHON_LIBRARY");
   if (chosen && *chosen) {
@@ -39,7 +38,7 @@ Result<void*> open_library() {
   return not_installed(std::string("no ") + kLibraries[0]);
 }
 
-// "3.11.2 (main, ...)": whether that is 3.9 or later.
+// Whether "3.11.2 (main, ...)" is 3.9 or later.
 bool is_recent(const char* version) {
   char* rest = nullptr;
   const long major = std::strtol(version, &rest, 10);
@@ -47,7 +46,7 @@ bool is_recent(const char* version) {
   return major == 3 && minor >= 9;
 }
 
-// Its first word: behind it stand the compiler and the day.
+// Cuts the version at the first blank, before the compiler and date.
 std::string short_version(const char* version) {
   return std::string(version, std::strcspn(version, " "));
 }
@@ -64,7 +63,7 @@ Error not_usable(void* library, const std::string& offered) {
 }  // namespace
 
 Result<PythonApi> find_python() {
-  // A program that is Python itself (or has embedded it) must not get a second one.
+  // A process that already contains Python must not load a second one.
   void* library = RTLD_DEFAULT;
   if (!dlsym(library, "Py_IsInitialized")) {
     auto opened = open_library();

@@ -1,5 +1,5 @@
-// PythonApi: the functions of Python's stable ABI that scripts need, found at run time. No header
-// of Python is wanted to build, and one build runs with every Python from 3.9 on.
+// PythonApi: the functions of Python's stable ABI that scripts need, loaded at run time. Building
+// needs no Python header, and one build runs with every Python from 3.9 on.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <cstddef>
@@ -11,7 +11,7 @@ namespace weir::python {
 
 struct PyObject;  // opaque
 
-// As the stable ABI lays it out (PEP 688, "Py_buffer").
+// Laid out as in the stable ABI (PEP 688, "Py_buffer").
 struct Buffer {
   void* bytes;
   PyObject* owner;
@@ -70,12 +70,12 @@ struct PythonApi {
 #define WEIR_PYTHON_POINTER(result, name, arguments) result(*name) arguments = nullptr;
   WEIR_PYTHON_FUNCTIONS(WEIR_PYTHON_POINTER)
 #undef WEIR_PYTHON_POINTER
-  void (*Py_SetProgramName)(const wchar_t*) = nullptr;  // null where that Python has none
+  void (*Py_SetProgramName)(const wchar_t*) = nullptr;  // null if this Python lacks it
 };
 
-// Python as it is in the process already, else the library libpython3: the one that the variable
-// WEIR_PYTHON_LIBRARY names, or Debian's. It stays open until the process ends.
-// ENGINE_NOT_INSTALLED names the command that brings it.
+// Returns the Python that is already in the process, else loads libpython3: the file in
+// WEIR_PYTHON_LIBRARY, or Debian's. It stays loaded until the process exits. ENGINE_NOT_INSTALLED
+// gives the install command.
 Result<PythonApi> find_python();
 
 }  // namespace weir::python

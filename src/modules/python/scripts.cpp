@@ -1,4 +1,4 @@
-// What scripts see of Weir, in Python.
+// Loads users' scripts and defines the Python modules that scripts import.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "scripts.hpp"
 
@@ -56,7 +56,7 @@ def load(path, class_name, *arguments):
 def whole(number):
     value = int(number)
     if value != float(number):
-        raise ValueError(f"a dimension is a whole number, not {number}")
+        raise ValueError(f"a dimension is an integer, not {number}")
     return value
 
 # By its real type: an object may report any other as its __class__.
@@ -66,7 +66,7 @@ def is_a(kind, value):
 def tensor_of(shape):
     dtype = numpy.dtype(shape.getType())
     if dtype not in TYPES:
-        raise TypeError(f"{dtype} is no type of a tensor: it is one of {', '.join(map(str, TYPES))}")
+        raise TypeError(f"{dtype} is not a tensor type, which is one of {', '.join(map(str, TYPES))}")
     dims = [whole(d) for d in shape.getDims()]
     while dims and dims[-1] == 0:
         dims.pop()
@@ -87,12 +87,10 @@ Result<Object> load_script(const std::string& path, const char* class_name,
                            std::vector<Object> arguments) {
   std::error_code ignored;
   if (!std::filesystem::is_regular_file(path, ignored))
-    return Error{Code::FILE_NOT_FOUND,
-                 "the script is not there",
-                 path,
-                 "a file with Python's source text",
-                 "",
-                 ""};
+    return Error{.code = Code::FILE_NOT_FOUND,
+                 .what = "the script does not exist",
+                 .offered = path,
+                 .needed = "a file with Python's source text"};
   const auto names = script_names();
   if (!names) return names.error();
   std::vector<Object> all;
@@ -102,7 +100,7 @@ Result<Object> load_script(const std::string& path, const char* class_name,
   auto loaded = call(*names, "load", std::move(all), Code::MODULE_REFUSED);
   if (loaded) return loaded;
   Error error = loaded.error();
-  if (error.offered.empty()) error.offered = path;  // no line of the script was at fault
+  if (error.offered.empty()) error.offered = path;  // the error has no traceback into the script
   return error;
 }
 

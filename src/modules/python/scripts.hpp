@@ -1,4 +1,4 @@
-// Users' scripts: loading a class of one, and the module nnstreamer_python that scripts import.
+// Loads a class from a user's script, and provides the module nnstreamer_python.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <string>
@@ -7,17 +7,17 @@
 
 namespace weir::python {
 
-// Under Locked: an object of the class `class_name` of the script at `path`, made with these
-// arguments. Each call runs the file anew, as a module of its own: scripts of one name in two
-// folders do not meet. The script's folder and "." are searched for what it imports.
-// FILE_NOT_FOUND; MODULE_REFUSED when the script fails or has no such class.
+// Returns an instance of `class_name` of the script at `path`, made with these arguments. Call
+// under Locked. Each call runs the file again as a separate module, so scripts with the same name
+// in two folders do not clash. Imports are searched in the script's folder and ".". FILE_NOT_FOUND;
+// MODULE_REFUSED when the script fails or has no such class.
 Result<Object> load_script(const std::string& path, const char* class_name,
                            std::vector<Object> arguments);
 
-// Under Locked: the number of abi.h for a tensor's type, and its dimensions, of an object that has
-// getType() and getDims() as TensorShape has. Our module of Python offers it as tensor_of(shape),
-// which gives (type, dimensions without the zeros behind them), or raises. It calls each method
-// once: a script may return something else the next time.
+// Returns our Python module's dict. Its tensor_of(shape) calls getType() and getDims() of an object
+// such as TensorShape, and returns (type number of abi.h, dimensions without trailing zeros) or
+// raises. It calls each method once, because a script may return something else the next time. Call
+// under Locked.
 Result<PyObject*> script_names();
 
 }  // namespace weir::python

@@ -1,7 +1,7 @@
+/* Plays a pipeline text that begins with a filter `f` and executes commands from stdin: "frame"
+ * (pushes two float32 and waits until they are being processed), "flush" or "stop".
+ *
  * SPDX-License-Identifier: LGPL-2.1-or-later */
-/* A program that plays a line of text which begins with a filter `f`, and does to it what it reads:
- * "frame" (two float32, which waits until it is in work), "flush" or "stop".
- */
 #include <gst/gst.h>
 #include <stdio.h>
 #include <string.h>

@@ -1,7 +1,7 @@
+/* A third-party engine in C that uses every part of the interface. In: float32 of any length. Out:
+ * "scaled", the input times `factor`; "positive", all values above 0.
+ *
  * SPDX-License-Identifier: LGPL-2.1-or-later */
-/* An engine of somebody else that uses every part of the interface, in C. In: float32 of any
- * length. Out: "scaled", as long, times `factor`; "positive", those above 0, as many as there are.
- */
 #define _POSIX_C_SOURCE 200809L
 #include <pthread.h>
 #include <stdlib.h>
@@ -18,13 +18,13 @@ struct weir_model {
 };
 struct weir_session {
   struct weir_model* model;
-  pthread_t thread; /* of the request that is under way */
+  pthread_t thread; /* thread of the current request */
   int started;
   const weir_frame* in;
   weir_request* request;
-  pthread_mutex_t mutex; /* guards what follows */
+  pthread_mutex_t mutex; /* guards the members below */
   pthread_cond_t changed;
-  weir_request* cancelled; /* the last one that was */
+  weir_request* cancelled; /* the last cancelled request */
 };
 
 static int number(const weir_option* option, float* value, weir_error* error) {
@@ -115,7 +115,7 @@ static int resolve(weir_session* session, const weir_tensor_info* in, uint32_t n
   return WEIR_OK;
 }
 
-/* Memory of our own: the host calls release(owner) when nobody reads it any more. */
+/* Our own memory: the host calls release(owner) when nothing reads it any more. */
 static int room(weir_tensor* tensor, const weir_tensor_info* info, size_t count) {
   if (tensor->data) return WEIR_OK;
   tensor->data = tensor->owner = malloc(count * sizeof(float) + 1);
@@ -161,11 +161,11 @@ static int make(const weir_model* model, const weir_frame* in, weir_tensor* out,
 }
 
 static int invoke(weir_session* session, const weir_frame* in, weir_frame* out, weir_error* error) {
-  if (in->tensors[0].bytes == sizeof(float)) return 1; /* not worth an output */
+  if (in->tensors[0].bytes == sizeof(float)) return 1; /* drops the frame */
   return make(session->model, in, out->tensors, session->model->factor, error);
 }
 
-/* A long computation, which cancel() ends. */
+/* A long computation that cancel() ends. */
 static void rest(weir_session* session, const weir_request* request) {
   struct timespec end;
   host->log(WEIR_LOG_WARNING, "outside-c", "a request rests");

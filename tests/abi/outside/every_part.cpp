@@ -1,8 +1,8 @@
-// An engine of somebody else that uses every part of the interface, in C++. In: float32 of any
-// length. Out: "scaled", as long, times `factor`; "positive", those above 0, as many as there are.
+// A third-party engine in C++ that uses every part of the interface. In: float32 of any length.
+// Out: "scaled", the input times `factor`; "positive", all values above 0.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <weir/engine.hpp>
-#include <weir/picture_map.hpp>
+#include <weir/source_map.hpp>
 
 #include <chrono>
 #include <cmath>
@@ -48,7 +48,7 @@ class EveryPart {
   }
 
   bool invoke(const weir_frame& in, weir_frame& out) {
-    if (elements(in).size() == 1) return false;  // not worth an output
+    if (elements(in).size() == 1) return false;  // drops the frame
     make(in, {out.tensors, out.n_tensors}, factor_);
     return true;
   }
@@ -80,12 +80,13 @@ class EveryPart {
     if (op == WEIR_SET_OPTION && option && std::strcmp(option->key, "factor") == 0)
       factor_ = std::strtof(option->value, nullptr);
     else if (op != WEIR_WARM)
-      throw Failure(
-          {Code::OPTION_VALUE, "this engine has no such control", std::to_string(op), "", "", ""});
+      throw Failure({.code = Code::OPTION_VALUE,
+                     .what = "this engine has no such control",
+                     .offered = std::to_string(op)});
   }
 
  private:
-  // A long computation, which cancel() ends.
+  // A long computation that cancel() ends.
   void rest(const weir_request* request) {
     weir::module_host->log(WEIR_LOG_WARNING, "outside-cpp", "a request rests");
     std::unique_lock lock(mutex_);
@@ -98,8 +99,11 @@ class EveryPart {
     const std::string copy(*text);
     const float value = std::strtof(copy.c_str(), &end);
     if (copy.empty() || *end)
-      throw Failure({Code::OPTION_VALUE, "an option is no number", std::string(key) + ":" + copy,
-                     "a number", "", "custom=factor:2.5"});
+      throw Failure({.code = Code::OPTION_VALUE,
+                     .what = "an option is no number",
+                     .offered = std::string(key) + ":" + copy,
+                     .needed = "a number",
+                     .fix = "custom=factor:2.5"});
     return value;
   }
   static std::span<const float> elements(const weir_frame& in) {
@@ -108,13 +112,17 @@ class EveryPart {
   void check(const weir_frame& in) const {
     const auto& tensor = in.tensors[0];
     if (reinterpret_cast<uintptr_t>(tensor.data) % 64 != 0 || tensor.capacity < tensor.bytes + 32)
-      throw Failure({Code::INTERNAL, "the wishes for memory were not met", "", "", "", ""});
+      throw Failure({.code = Code::INTERNAL, .what = "the wishes for memory were not met"});
     for (const float x : elements(in))
       if (std::isnan(x))
-        throw Failure({Code::INVOKE_FAILED, "a value is not a number", "NaN", "numbers",
-                       "the first NaN", "clean the input"});
+        throw Failure({.code = Code::INVOKE_FAILED,
+                       .what = "a value is not a number",
+                       .offered = "NaN",
+                       .needed = "numbers",
+                       .difference = "the first NaN",
+                       .fix = "clean the input"});
   }
-  // Memory that is there is written into; what is missing is allocated.
+  // Writes into memory that is given, and allocates it otherwise.
   void make(const weir_frame& in, std::span<weir_tensor> out, float factor) const {
     check(in);
     const auto x = elements(in);
@@ -141,7 +149,7 @@ class EveryPart {
   std::chrono::seconds rest_{0};
   std::mutex mutex_;  // guards cancelled_
   std::condition_variable changed_;
-  const weir_request* cancelled_ = nullptr;  // the last one that was
+  const weir_request* cancelled_ = nullptr;  // the last cancelled request
   std::vector<std::thread> threads_;
   weir_tensor_info input_ = weir::tensor_info("x", WEIR_FLOAT32, {-1});
   std::vector<weir_tensor_info> outputs_{weir::tensor_info("scaled", WEIR_FLOAT32, {-1}),

@@ -1,4 +1,4 @@
-// A library of somebody else that registers a class when it is loaded: y = a + b x.
+// A third-party library that registers a filter class when it is loaded: y = a + b x.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <weir/custom_filter.hpp>
 

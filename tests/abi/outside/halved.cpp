@@ -1,4 +1,4 @@
-// A library of somebody else that registers a filter of its own name when it is loaded: y = x / 2.
+// A third-party library that registers its own filter when it is loaded: y = x / 2.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <weir/custom_filter.hpp>
 

@@ -1,4 +1,4 @@
-// The whole of a filter: everything above `limit` becomes 1, the rest 0; uint8, any length.
+// A complete filter: values above `limit` become 1, the others 0; uint8 of any length.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <weir/engine.hpp>
 

@@ -1,6 +1,7 @@
+/* A custom filter that allocates its output, uint64 2: the output's address, and how many are
+ * allocated. custom= is the address of the counter of freed outputs.
+ *
  * SPDX-License-Identifier: LGPL-2.1-or-later */
-/* A custom filter that allocates its output, uint64 2: where it lies, and how many are out. custom=
- * is the address of the number of those that were freed. */
 #include <stdlib.h>
 
 #include "tensor_filter_custom.h"
@@ -29,7 +30,7 @@ static int tell(void* priv, const GstTensorFilterProperties* prop, const GstTens
   (void)priv;
   (void)prop;
   if (*(const uint64_t*)in[0].data == 1) return 1;
-  if (*(const uint64_t*)in[0].data == 2) return 0; /* and gives none */
+  if (*(const uint64_t*)in[0].data == 2) return 0; /* returns no output */
   y = malloc(out[0].size);
   y[0] = (uintptr_t)y;
   y[1] = ++made;

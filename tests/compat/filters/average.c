@@ -1,6 +1,7 @@
+/* A custom filter that calls the library: converts channels:width:height of uint8 to the mean of
+ * each channel, float32.
+ *
  * SPDX-License-Identifier: LGPL-2.1-or-later */
-/* A custom filter that calls the library: channels:width:height of uint8 to the mean of each
- * channel, float32. */
 #include <errno.h>
 
 #include "nnstreamer_plugin_api_util.h"

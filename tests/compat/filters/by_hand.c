@@ -1,6 +1,7 @@
+/* A custom filter with the published layouts and no header: float32 4 times the number in custom=.
+ * Drops frames whose first value is above 100, and fails below -100.
+ *
  * SPDX-License-Identifier: LGPL-2.1-or-later */
-/* A custom filter as the published layouts have it, without a header: float32 4 times the number in
- * custom=. Frames whose first number is above 100 are dropped, below -100 they fail. */
 #include <stdlib.h>
 
 #include "../by_hand.h"

@@ -1,6 +1,7 @@
+/* Recurrent cells, custom=rnn or custom=lstm, with x of uint8 4 and states of float32 4. The first
+ * output is the cell's output, the others are its next states.
+ *
  * SPDX-License-Identifier: LGPL-2.1-or-later */
-/* Recurrent cells, custom=rnn or custom=lstm, over x of uint8 4 and states of float32 4. The first
- * output is what is read from the cell, the others are its next states. */
 #include <math.h>
 #include <string.h>
 

@@ -1,7 +1,6 @@
-// A filter sub-plugin as a class, `classes`: float32 2 plus a number that custom= says.
-// custom=throw throws where it is opened, custom=device a code of the system; a first number of 13
+// A filter sub-plugin as a class, `classes`: float32 2 plus the number in custom=. custom=throw
+// throws on opening, custom=device throws a system error code; a first value of 13 throws, too.
 // SPDX-License-Identifier: LGPL-2.1-or-later
-// throws, too.
 #include "nnstreamer_cppplugin_api_filter.hh"
 
 namespace {

@@ -1,5 +1,5 @@
+/* A library that registers a filter for framework=custom-easy when it is loaded. */
 /* SPDX-License-Identifier: LGPL-2.1-or-later */
-/* A library that registers a filter of the program when it is loaded, for framework=custom-easy. */
 #include <string.h>
 
 #include "tensor_filter_custom_easy.h"

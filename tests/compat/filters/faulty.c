@@ -1,5 +1,5 @@
+/* Filter sub-plugins, each with one fault (FAULT of the build): libnnstreamer_filter_faultyN.so. */
 /* SPDX-License-Identifier: LGPL-2.1-or-later */
-/* Filter sub-plugins with one fault (FAULT of the build), libnnstreamer_filter_faultyN.so. */
 #include <stddef.h>
 
 #include "nnstreamer_plugin_api_filter.h"

@@ -1,6 +1,7 @@
+/* A filter sub-plugin of version 0 with the published layouts and no header: doubles int32 of any
+ * dimension.
+ *
  * SPDX-License-Identifier: LGPL-2.1-or-later */
-/* A filter sub-plugin of version 0 as the published layouts have it, without a header: int32 of any
- * dimension, twice. */
 #include <stdlib.h>
 #include <string.h>
 

@@ -1,15 +1,15 @@
- * SPDX-License-Identifier: LGPL-2.1-or-later */
 /* A filter sub-plugin of version 1, `header1`, custom=:
  *   (nothing)   uint8 3 reversed, in memory that it allocates
- *   dynamic     as many numbers as the first says, and with 7 a second tensor of one number
+ *   dynamic     as many values as the first value; for 7 also a second tensor of one value
  *               (invoke-dynamic=true)
- *   hardware    what accelerator= came to: int32 4
+ *   hardware    the result of accelerator=: int32 4
  *   properties  int32 4: latency, suspend, the rank and first layout of input 0
- *   async       one output of uint8 3 for each number, that number three times (invoke-async=true)
- *   late        the same, and one more when it is closed
- *   later:IN:OUT  invoke does nothing; a thread of its own dispatches three times each byte that
- *               comes through the pipe IN, and then sends it through OUT
- */
+ *   async       one output of uint8 3 per value, the value three times (invoke-async=true)
+ *   late        the same, and one more on close
+ *   later:IN:OUT  invoke does nothing; a thread dispatches each byte from the pipe IN three times
+ *               and then sends it through OUT
+ *
+ * SPDX-License-Identifier: LGPL-2.1-or-later */
 #include <errno.h>
 #include <pthread.h>
 #include <stdio.h>
@@ -71,7 +71,7 @@ static void dispatch(GstTensorFilterProperties* prop, const GstTensorMemory* in)
   for (i = 0; i < 3; ++i) dispatch_three(prop, ((const uint8_t*)in[0].data)[i]);
 }
 
-/* One element's thread. */
+/* The thread of one element. */
 struct later {
   pthread_t thread;
   int in, out;
@@ -156,7 +156,7 @@ static int event(const GstTensorFilterFramework* self, const GstTensorFilterProp
   return 0;
 }
 
-/* Who made the pipe has sent a 0. */
+/* The creator of the pipe has sent a 0. */
 static void end(const GstTensorFilterProperties* prop, void** priv) {
   if (is(prop, "late")) dispatch_three((GstTensorFilterProperties*)prop, 1);
   if (!*priv) return;

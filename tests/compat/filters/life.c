@@ -1,8 +1,9 @@
- * SPDX-License-Identifier: LGPL-2.1-or-later */
 /* A filter sub-plugin that adds the number in its model's file to as many float32 as the second
- * number there says (4 without) and tells its life to the pipe custom=FD: o(pen), c(lose),
- * s(uspend), r(esume), R(eload). A FD with a + in front: it knows suspend and resume. `life` is of
- * version 0; with VERSION=1 it is `life1`, of version 1. */
+ * number there (default 4), and reports its lifecycle to the pipe custom=FD: o(pen), c(lose),
+ * s(uspend), r(esume), R(eload). With +FD it supports suspend and resume. `life` is of version 0;
+ * with VERSION=1 it is `life1`, of version 1.
+ *
+ * SPDX-License-Identifier: LGPL-2.1-or-later */
 #include <errno.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -58,7 +59,7 @@ static int add(const struct model* model, const GstTensorMemory* in, GstTensorMe
   return 0;
 }
 
-static int hear(event_ops op) {
+static int handle_event(event_ops op) {
   if (op == RELOAD_MODEL) tell('R');
   if (!sleeps || (op != SUSPEND && op != RESUME)) return -ENOENT;
   tell(op == SUSPEND ? 's' : 'r');
@@ -98,7 +99,7 @@ static int event(const GstTensorFilterFramework* self, const GstTensorFilterProp
   (void)prop;
   (void)priv;
   (void)data;
-  return hear(op);
+  return handle_event(op);
 }
 
 __attribute__((constructor)) static void begin_all(void) {
@@ -128,7 +129,7 @@ static int reload(const GstTensorFilterProperties* prop, void** priv) {
 }
 static int event(event_ops op, GstTensorFilterFrameworkEventData* data) {
   (void)data;
-  return hear(op);
+  return handle_event(op);
 }
 
 __attribute__((constructor)) static void begin_all(void) {

@@ -1,5 +1,5 @@
-// A library that registers filter objects when it is loaded: `negated` gives int8 3 negated, and
-// `counted` as many numbers as come, allocated, each its index.
+// A library that registers filter objects when it is loaded: `negated` negates int8 3, and
+// `counted` allocates as many values as its input has, each equal to its index.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <cstdlib>
 

@@ -1,5 +1,5 @@
+/* A custom filter of any size that outputs its input and calls no library function. */
 /* SPDX-License-Identifier: LGPL-2.1-or-later */
-/* A custom filter of any sizes that gives what it gets; calls nothing of the library. */
 #include <string.h>
 
 #include "tensor_filter_custom.h"

@@ -1,6 +1,7 @@
+/* A custom filter that links with the library: scales pictures of uint8 to custom=WIDTHxHEIGHT,
+ * nearest pixel.
+ *
  * SPDX-License-Identifier: LGPL-2.1-or-later */
-/* A custom filter that links with the library: pictures of uint8 to the size custom=WIDTHxHEIGHT,
- * by the nearest pixel. */
 #include <errno.h>
 #include <stdio.h>
 #include <stdlib.h>

@@ -1,5 +1,5 @@
+/* A user's program that registers its own filter: outputs the squares of its inputs. */
 /* SPDX-License-Identifier: LGPL-2.1-or-later */
-/* A program with a filter of its own, as users write it: numbers in, their squares out. */
 #include <gst/gst.h>
 #include <nnstreamer_plugin_api.h>
 #include <tensor_filter_custom_easy.h>

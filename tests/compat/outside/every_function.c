@@ -1,6 +1,7 @@
+/* Calls every function of libnnstreamer.so that needs no framework and that programs for NNStreamer
+ * link with: its result, and its result for NULL and for invalid values.
+ *
  * SPDX-License-Identifier: LGPL-2.1-or-later */
-/* Every function of libnnstreamer.so that programs for NNStreamer link with and that needs no
- * framework: what it gives, and what it says to NULL and to what cannot be. */
 #include <gst/gst.h>
 #include <nnstreamer_internal.h>
 #include <nnstreamer_plugin_api.h>
@@ -19,7 +20,7 @@ static int failed;
     }                                                            \
   } while (0)
 
-/* Whether the text, which is freed, is `wanted`; NULL is equal to NULL. */
+/* Whether the text, which is freed, equals `wanted`; NULL equals NULL. */
 static int is(gchar* text, const char* wanted) {
   const int same = g_strcmp0(text, wanted) == 0;
   if (!same) fprintf(stderr, "\"%s\", wanted is \"%s\"\n", text ? text : "NULL", wanted);
@@ -27,7 +28,7 @@ static int is(gchar* text, const char* wanted) {
   return same;
 }
 
-/* Whether the text, which is freed, has each of two words. */
+/* Whether the text, which is freed, contains both words. */
 static int says(gchar* text, const char* one, const char* other) {
   const int both = text && strstr(text, one) && strstr(text, other);
   if (!both) fprintf(stderr, "\"%s\" lacks %s or %s\n", text ? text : "NULL", one, other);
@@ -91,7 +92,7 @@ static gboolean config_of(const char* text, GstTensorsConfig* config) {
   return result;
 }
 
-/* What a struct that was never written looks like to a function that frees it. */
+/* Fills a struct with garbage, as if it had never been initialised before it is freed. */
 static void make_garbage(GstTensorsConfig* config) {
   memset(config, 0x5a, sizeof *config);
 }
@@ -320,7 +321,7 @@ static void check_caps(void) {
   gst_caps_unref(tensor);
 }
 
-static gboolean default_memory_lies_at_a_multiple_of(gsize bytes) {
+static gboolean default_memory_is_at_a_multiple_of(gsize bytes) {
   GstMemory* memory = gst_allocator_alloc(NULL, 100, NULL);
   GstMapInfo map;
   gboolean multiple;
@@ -331,8 +332,8 @@ static gboolean default_memory_lies_at_a_multiple_of(gsize bytes) {
   return multiple;
 }
 
-/* Memory that the library itself makes for a tensor. */
-static gboolean tensor_memory_lies_at_a_multiple_of(gsize bytes) {
+/* Memory that the library itself allocates for a tensor. */
+static gboolean tensor_memory_is_at_a_multiple_of(gsize bytes) {
   GstTensorInfo info;
   GstTensorMetaInfo meta;
   GstMemory *data = gst_allocator_alloc(NULL, 10000, NULL), *whole;
@@ -356,14 +357,14 @@ static void check_allocator(void) {
   int i;
   gst_tensor_alloc_init(0);
   gst_tensor_alloc_init(4096);
-  for (i = 0; i < 8; ++i) CHECK(default_memory_lies_at_a_multiple_of(4096));
-  gst_tensor_alloc_init(100); /* neither a power of two nor a mask: nothing changes */
-  CHECK(default_memory_lies_at_a_multiple_of(4096));
+  for (i = 0; i < 8; ++i) CHECK(default_memory_is_at_a_multiple_of(4096));
+  gst_tensor_alloc_init(100); /* neither a power of two nor a mask: no effect */
+  CHECK(default_memory_is_at_a_multiple_of(4096));
   gst_tensor_alloc_init(8191);
-  for (i = 0; i < 8; ++i) CHECK(default_memory_lies_at_a_multiple_of(8192));
-  CHECK(tensor_memory_lies_at_a_multiple_of(8192));
+  for (i = 0; i < 8; ++i) CHECK(default_memory_is_at_a_multiple_of(8192));
+  CHECK(tensor_memory_is_at_a_multiple_of(8192));
   gst_tensor_alloc_init(16);
-  CHECK(default_memory_lies_at_a_multiple_of(16));
+  CHECK(default_memory_is_at_a_multiple_of(16));
 }
 
 static void check_accelerators(void) {

@@ -1,7 +1,8 @@
+/* A program that changes properties while its pipelines play: each is written between two frames,
+ * the stream continues, and the property reads back the accepted value, or the previous one after a
+ * warning.
+ *
  * SPDX-License-Identifier: LGPL-2.1-or-later */
-/* A program that tunes properties while its pipelines play: each one is written between two frames,
- * the stream goes on, and the property reads back what was taken, or what it was before with a
- * warning. */
 #include <gst/gst.h>
 #include <nnstreamer_plugin_api_util.h>
 #include <stdio.h>
@@ -14,7 +15,7 @@
 
 typedef struct {
   const char *line, *property, *value;
-  int taken; /* 0: refused with a warning */
+  int taken; /* 0: rejected with a warning */
 } Tuning;
 
 static const Tuning kTunings[] = {
@@ -99,7 +100,7 @@ static void on_handoff(GstElement* sink, GstBuffer* buffer, GstPad* pad, gpointe
   count_one(data);
 }
 
-/* Whether `more` frames come, in a minute at most. */
+/* Whether `more` frames arrive within a minute. */
 static int wait_for(Count* count, int more) {
   const gint64 end = g_get_monotonic_time() + 60 * G_TIME_SPAN_SECOND;
   int came = 1;
@@ -122,7 +123,7 @@ static gchar* read_back(GstElement* element, const char* property) {
   return text;
 }
 
-/* The result of a decoder is not tensors. */
+/* A decoder's output is not tensors. */
 static int decodes(const Tuning* tuning) {
   return strstr(tuning->line, "tensor_decoder") != NULL;
 }
@@ -142,7 +143,7 @@ static GstElement* pipeline_of(const Tuning* tuning, Count* count) {
   return pipeline;
 }
 
-/* How many messages of the kind there were; the bus is empty then. */
+/* The number of messages of this kind; empties the bus. */
 static int messages_on(GstElement* pipeline, int* warnings) {
   GstBus* bus = gst_element_get_bus(pipeline);
   GstMessage* message;
@@ -156,7 +157,7 @@ static int messages_on(GstElement* pipeline, int* warnings) {
   return errors;
 }
 
-/* "" where all is well. */
+/* "" without a fault. */
 static const char* fault_of(const Tuning* tuning) {
   Count count = {{0}, {0}, 0};
   GstElement *pipeline, *element;

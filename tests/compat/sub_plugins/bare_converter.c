@@ -1,7 +1,8 @@
+/* A converter with structs laid out by hand from the published interface, without our headers. It
+ * links with nothing, so the host must provide the function. Converts each byte of x-test/bare to
+ * two int16 values: the byte and its negative.
+ *
  * SPDX-License-Identifier: LGPL-2.1-or-later */
-/* A converter whose structs are laid out by hand from the published interface, without any header
- * of ours, and which links with nothing: the host must bring the function. x-test/bare becomes two
- * int16 values for each byte: the byte and its negative. */
 #include <gst/gst.h>
 
 #include "../by_hand.h"

@@ -1,7 +1,8 @@
+/* A decoder with a struct laid out by hand from the published interface, without our headers. It
+ * links with nothing, so the host must provide the functions. Outputs the sum of each tensor's
+ * bytes and the stream's configuration that it received.
+ *
  * SPDX-License-Identifier: LGPL-2.1-or-later */
-/* A decoder whose struct is laid out by hand from the published interface, without any header of
- * ours, and which links with nothing: the host must bring the functions. It gives the sum of each
- * tensor's bytes and the stream's facts as it is told them. */
 #include <gst/gst.h>
 #include <stdio.h>
 

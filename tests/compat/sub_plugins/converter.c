@@ -1,7 +1,8 @@
+/* An NNStreamer converter as users write them: bytes of x-test/NAME become uint8 tensors. The caps
+ * field `what` selects a fault. WEIR_NAME is the name of its file, WEIR_REGISTERS the registered
+ * name if it differs; WEIR_FAULT_... omits something.
+ *
  * SPDX-License-Identifier: LGPL-2.1-or-later */
-/* A converter for NNStreamer, as its users write them: bytes of x-test/NAME become uint8 tensors.
- * The field `what` of the caps says what goes wrong. WEIR_NAME is the name of its file,
- * WEIR_REGISTERS what it registers when that is another; WEIR_FAULT_... leaves something out. */
 #include <nnstreamer_plugin_api_converter.h>
 #include <stdlib.h>
 #include <string.h>

@@ -1,8 +1,8 @@
+/* An NNStreamer decoder as users write them. WEIR_NAME is the name of its file, WEIR_REGISTERS the
+ * registered name if it differs; WEIR_FAULT_... omits something. option1 selects a fault at run
+ * time, option2 is added to each byte, option3 is rejected.
+ *
  * SPDX-License-Identifier: LGPL-2.1-or-later */
-/* A decoder for NNStreamer, as its users write them. WEIR_NAME is the name of its file,
- * WEIR_REGISTERS what it registers when that is another; WEIR_FAULT_... leaves something out.
- * option1 says what goes wrong later, option2 the number that is added to each byte, option3 is
- * refused. */
 #include <nnstreamer_plugin_api_decoder.h>
 #include <stdlib.h>
 #include <string.h>

@@ -1,6 +1,7 @@
+/* An NNStreamer trainer as users write them: accepts everything it receives. WEIR_FAULT_... omits
+ * or falsifies something.
+ *
  * SPDX-License-Identifier: LGPL-2.1-or-later */
-/* A trainer for NNStreamer, as its users write them: what it is told, it takes. WEIR_FAULT_...
- * leaves something out or says something wrong. */
 #include <nnstreamer_plugin_api_trainer.h>
 #include <stddef.h>
 

@@ -1,5 +1,5 @@
+/* A module that ends its process when its entry point is called. */
 /* SPDX-License-Identifier: LGPL-2.1-or-later */
-/* A module that ends its process when it is asked what it has. */
 #include <signal.h>
 #include <stddef.h>
 

@@ -1,6 +1,7 @@
- * SPDX-License-Identifier: LGPL-2.1-or-later */
 /* Another plug-in with an element named tensor_filter and the meta of query clients, for the tests
- * of living beside one. */
+ * of conflicting plug-ins.
+ *
+ * SPDX-License-Identifier: LGPL-2.1-or-later */
 #include <gst/gst.h>
 
 typedef GstBin Decoy;

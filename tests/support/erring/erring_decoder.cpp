@@ -1,8 +1,8 @@
-// A decoder in C++ for tests: it does what a decoder must not do, or what hosts see seldom.
-// option1 is where (open, configure, decode), option2 what is thrown there (failure, exception,
-// memory, number). Or option1 alone: no-caps, bad-caps, early-memory, no-such-input, drop-odd,
-// count (writes how many frames came since the last reset), to-source (writes the frame's
-// maps, then what they are of).
+// A C++ decoder for tests that does what a decoder must not do, or what hosts rarely meet. option1
+// is the function (open, configure, decode) and option2 what it throws (failure, exception, memory,
+// number). Or only option1: no-caps, bad-caps, early-memory, no-such-input, drop-odd, count (writes
+// the number of frames since the last reset), to-source (writes the frame's maps, then their
+// sources).
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <cstring>
 #include <stdexcept>
@@ -45,8 +45,12 @@ class Erring {
   void err_in(std::string_view place) const {
     if (where_ != place) return;
     if (what_ == "failure")
-      throw weir::Failure({weir::Code::OPTION_VALUE, "failed as ordered", "option2=failure",
-                           "another option2", "the first difference", "option2=nothing"});
+      throw weir::Failure({.code = weir::Code::OPTION_VALUE,
+                           .what = "failed as ordered",
+                           .offered = "option2=failure",
+                           .needed = "another option2",
+                           .difference = "the first difference",
+                           .fix = "option2=nothing"});
     if (what_ == "exception") throw std::runtime_error("thrown in a decoder");
     if (what_ == "memory") throw std::bad_alloc();
     if (what_ == "number") throw 42;

@@ -1,7 +1,7 @@
+/* Reports GLib's locks to ThreadSanitizer: they are futexes in a library without instrumentation.
+ * tools/tsan preloads this; in a program without ThreadSanitizer it has no effect.
+ *
  * SPDX-License-Identifier: LGPL-2.1-or-later */
-/* Tells ThreadSanitizer about GLib's locks, which are futexes in a library that is not
- * instrumented. Preloaded by tools/tsan; in a program without ThreadSanitizer it changes nothing.
- */
 #define _GNU_SOURCE
 #include <dlfcn.h>
 #include <glib-object.h>
@@ -16,7 +16,7 @@ OPTIONAL void __tsan_release(void* address);
 
 enum { kTryLock = 1 << 4, kTryLockFailed = 1 << 5, kReentrant = 1 << 1, kRead = 1 << 3 };
 
-/* The function of this name in GLib, looked up once. */
+/* The function with this name in GLib, looked up once. */
 #define REAL(name)                                                                            \
   ({                                                                                          \
     static __typeof__(&name) found;                                                           \
@@ -25,8 +25,8 @@ enum { kTryLock = 1 << 4, kTryLockFailed = 1 << 5, kReentrant = 1 << 1, kRead = 
     __atomic_load_n(&found, __ATOMIC_ACQUIRE);                                                \
   })
 
-/* As tries: these have no order. GStreamer takes the locks of two pads and of their elements in
- * either one. */
+/* Reported as try-locks, which have no order: GStreamer takes the locks of two pads and of their
+ * elements in either order. */
 static void before_lock(void* mutex, unsigned flags) {
   if (__tsan_mutex_pre_lock) __tsan_mutex_pre_lock(mutex, flags | kTryLock);
 }
@@ -82,7 +82,7 @@ LOCK(g_rw_lock_reader_lock, GRWLock, kRead)
 TRY_LOCK(g_rw_lock_reader_trylock, GRWLock, kRead)
 UNLOCK(g_rw_lock_reader_unlock, GRWLock, kRead)
 
-/* GLib locks the mutex again by a call of its own, which does not come here. */
+/* GLib locks the mutex again with an internal call that does not reach these functions. */
 void g_cond_wait(GCond* cond, GMutex* mutex) {
   before_unlock(mutex, 0);
   after_unlock(mutex, 0);
@@ -126,7 +126,7 @@ gpointer g_async_queue_pop(GAsyncQueue* queue) {
   return data;
 }
 
-/* Whoever drops the last reference sees what the others did before they dropped theirs. */
+/* The thread that drops the last reference sees what others did before they dropped theirs. */
 void g_object_unref(gpointer object) {
   release(object);
   acquire(object);

@@ -1,4 +1,4 @@
-// What a test waits for: a condition, and no longer than anything of it may take.
+// Waits for a condition in tests, with a time limit.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <gtest/gtest.h>
@@ -7,12 +7,12 @@
 #include <thread>
 #include <type_traits>
 
-// Far more than a busy machine takes, also under a sanitizer, and less than the suite gives a
-// program: who waits in vain says for what.
+// Far more than a busy machine needs, even with a sanitizer, and less than the suite's limit for a
+// program, so that a failed wait reports what it was waiting for.
 inline constexpr std::chrono::seconds kLongestWait{60};
 
-// Whether `holds` came true; otherwise the test fails with what was `awaited`: a text, or a
-// function that makes one when the wait is over.
+// Whether `holds` became true; otherwise the test fails with `awaited`: a text, or a function that
+// makes one after the wait.
 template <class Condition, class Text>
 [[nodiscard]] bool becomes_true(const Condition& holds, const Text& awaited,
                                 std::chrono::steady_clock::duration longest = kLongestWait) {

@@ -1,4 +1,4 @@
-// The waits of tests end.
+// Tests that the waits of tests end.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "becomes.hpp"
 
@@ -16,13 +16,13 @@ TEST(BecomesTrue, WaitsUntilItHolds) {
   EXPECT_EQ(asked, 3);
 }
 
-TEST(BecomesTrue, FailsTheTestAndNamesWhatDidNotCome) {
+TEST(BecomesTrue, FailsTheTestAndReportsWhatIsMissing) {
   bool came = true;
   EXPECT_NONFATAL_FAILURE(came = becomes_true(kNever, "rain", 0s), "waited in vain for rain");
   EXPECT_FALSE(came);
 }
 
-TEST(BecomesTrue, AsksWhatToNameWhenTheWaitIsOver) {
+TEST(BecomesTrue, DescribesWhatIsMissingAfterTheWait) {
   int asked = 0;
   const auto counts = [&] { return ++asked < 0; };
   const auto name = [&] { return asked > 0 ? "what was asked for" : "nothing yet"; };

@@ -1,4 +1,4 @@
-// refuse_calls: system calls that fail, as in a container or on an older kernel.
+// refuse_calls: makes system calls fail, as in a container or on an older kernel.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <gtest/gtest.h>
@@ -11,8 +11,8 @@
 #include <initializer_list>
 #include <vector>
 
-// For the calling thread, and the threads and processes that it starts, for ever: the calls fail
-// with `error`.
+// Makes the calls fail with `error` permanently, for the calling thread and all threads and
+// processes that it starts.
 inline void refuse_calls(std::initializer_list<long> calls, int error) {
   std::vector<sock_filter> steps{BPF_STMT(BPF_LD | BPF_W | BPF_ABS, offsetof(seccomp_data, nr))};
   for (const long call : calls) {

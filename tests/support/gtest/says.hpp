@@ -1,17 +1,17 @@
-// What tests ask of an error's words. A failure shows the whole text, which is read once.
+// Macros that check error texts. A failure prints the whole text, which is evaluated once.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <gtest/gtest.h>
 
 #include <string>
 
-// A text has these words in it.
+// The text contains these words.
 #define EXPECT_SAYS(text, words) EXPECT_PRED_FORMAT2(::testing::IsSubstring, words, text)
 
-// A text has these words nowhere.
+// The text does not contain these words.
 #define EXPECT_LACKS(text, words) EXPECT_PRED_FORMAT2(::testing::IsNotSubstring, words, text)
 
-// A Result is an error of this code with these words.
+// The Result is an error with this code and these words.
 #define EXPECT_REFUSED(result, expected_code, words)                                     \
   do {                                                                                   \
     const auto& said_ = (result);                                                        \

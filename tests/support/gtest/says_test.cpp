@@ -1,4 +1,4 @@
-// What the failures of these macros show.
+// Tests the failure messages of these macros.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "says.hpp"
 
@@ -8,7 +8,7 @@
 
 namespace {
 
-// Messages that are gone once they are read, as those of a bus are.
+// Messages that are consumed by reading, like those of a bus.
 class Messages {
  public:
   std::string next() {
@@ -22,13 +22,13 @@ class Messages {
   std::deque<std::string> left_{"WEIR-3006: too hot\n  fix: wait", "WEIR-2004: too short"};
 };
 
-TEST(ExpectSays, FindsWordsAnywhere) {
+TEST(ExpectSays, FindsTextAnywhere) {
   Messages messages;
   EXPECT_SAYS(messages.next(), "too hot\n");
   EXPECT_SAYS(messages.next(), std::string("WEIR-2004"));
 }
 
-TEST(ExpectSays, ShowsTheWholeTextAndTheWords) {
+TEST(ExpectSays, ShowsTheWholeTextAndTheExpectedPart) {
   Messages one;
   EXPECT_NONFATAL_FAILURE(EXPECT_SAYS(one.next(), "too cold"), "WEIR-3006: too hot\n  fix: wait");
   EXPECT_SAYS(one.next(), "too short") << "no message is read twice";
@@ -36,7 +36,7 @@ TEST(ExpectSays, ShowsTheWholeTextAndTheWords) {
   EXPECT_NONFATAL_FAILURE(EXPECT_SAYS(other.next(), "too cold"), "\"too cold\"");
 }
 
-TEST(ExpectLacks, FailsWhereTheWordsAre) {
+TEST(ExpectLacks, FailsIfTheTextIsPresent) {
   Messages messages;
   EXPECT_NONFATAL_FAILURE(EXPECT_LACKS(messages.next(), "fix:"), "WEIR-3006: too hot");
   EXPECT_LACKS(messages.next(), "fix:");

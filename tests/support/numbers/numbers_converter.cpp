@@ -1,5 +1,5 @@
-// An external converter for tests: text such as "1 2 3;4 5" becomes int32 tensors, one for each
-// part between semicolons; "count" becomes how many frames came since the last reset. Words order
+// An external converter for tests: text such as "1 2 3;4 5" becomes int32 tensors, one per part
+// between semicolons; "count" becomes the number of frames since the last reset. Words select
 // faults: drop, nothing, rate, no rate, failure, exception, memory, number, many, time.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <charconv>
@@ -27,8 +27,11 @@ class Numbers {
   explicit Numbers(const weir::Options&) {}
   std::vector<weir_tensor_info> configure(std::string_view caps) {
     if (caps.find("refused") != std::string_view::npos)
-      throw weir::Failure({weir::Code::OPTION_VALUE, "these caps are refused", std::string(caps),
-                           "others", "", "mode=(string)accepted"});
+      throw weir::Failure({.code = weir::Code::OPTION_VALUE,
+                           .what = "these caps are refused",
+                           .offered = std::string(caps),
+                           .needed = "others",
+                           .fix = "mode=(string)accepted"});
     if (caps.find("unknown") != std::string_view::npos)
       return {weir::dense_tensor(WEIR_INT32, {-1})};
     if (caps.find("three") != std::string_view::npos)
@@ -73,12 +76,15 @@ class Numbers {
   }
   static void err(const std::string& what, weir::ConverterOutput& output) {
     if (what == "failure")
-      throw weir::Failure({weir::Code::OPTION_VALUE, "failed as ordered", "failure", "numbers", "",
-                           "send numbers"});
+      throw weir::Failure({.code = weir::Code::OPTION_VALUE,
+                           .what = "failed as ordered",
+                           .offered = "failure",
+                           .needed = "numbers",
+                           .fix = "send numbers"});
     if (what == "exception") throw std::runtime_error("thrown in a converter");
     if (what == "number") throw 42;
     if (what != "memory") return;
-    add({1}, output);  // must be released by the host
+    add({1}, output);  // the host must release it
     throw std::bad_alloc();
   }
 

@@ -1,6 +1,6 @@
-// The camera as a node: pictures of a file as /pictures. camera [--live] [--rate N] INPUT
-// Without --live at most four pictures are under way: the next is sent when /faces says that one
-// is done. With it they come at the clip's rate and whoever is late misses some.
+// The camera as a node: publishes the pictures of a file as /pictures. camera [--live] [--rate N]
+// INPUT. Without --live at most four pictures are in flight: the next is sent when /faces reports
+// that one is done. With --live they are sent at the clip's rate, and slow subscribers miss some.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <CLI/CLI.hpp>
 #include <condition_variable>
@@ -13,7 +13,7 @@ namespace {
 
 using namespace std::chrono_literals;
 
-constexpr size_t kUnderWay = 4;  // one in each node and one that waits
+constexpr size_t kUnderWay = 4;  // one per node and one waiting
 
 class Camera {
  public:
@@ -36,7 +36,7 @@ class Camera {
     ++sent_;
     publisher_.publish(image);
   }
-  // What is under way comes to its end; of live pictures some never do.
+  // Waits for the pictures in flight; some live pictures are never finished.
   void finish() {
     if (live_)
       ros::WallDuration(0.5).sleep();
@@ -61,8 +61,8 @@ class Camera {
   ros::Subscriber subscriber_;
   std::mutex mutex_;
   std::condition_variable changed_;
-  size_t sent_ = 0;  // the decoder's thread's
-  size_t done_ = 0;  // under mutex_
+  size_t sent_ = 0;  // used by the decoder's thread only
+  size_t done_ = 0;  // guarded by mutex_
 };
 
 int run(int argc, char** argv) {

@@ -1,4 +1,4 @@
-// What the nodes share: clock, pictures of messages, waiting for who listens, taking messages.
+// Shared by the nodes: the clock, pictures of messages, waiting for subscribers, subscribing.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <mtcnn_control/Faces.h>
@@ -14,7 +14,7 @@ namespace control {
 
 constexpr uint32_t kWaiting = 8;  // messages between two nodes
 
-// The monotonic clock, which all processes of a machine share, as ROS writes times.
+// The monotonic clock, which is the same for all processes of a machine, as ROS time.
 inline ros::Time now() {
   const auto time = std::chrono::steady_clock::now().time_since_epoch();
   return ros::Time().fromNSec(
@@ -27,12 +27,12 @@ inline cv::Mat mat_of(sensor_msgs::Image& image) {
           image.step};
 }
 
-// Until somebody listens: a node takes pictures only when what it finds will be heard.
+// Waits for a subscriber: a node accepts pictures only once its results will be received.
 inline void wait_for_listener(const ros::Publisher& publisher) {
   while (ros::ok() && publisher.getNumSubscribers() == 0) ros::WallDuration(0.02).sleep();
 }
 
-// Messages are sent at once, and are the function's own to change.
+// Messages are sent immediately (no Nagle delay) and the function may modify them.
 template <class Message>
 ros::Subscriber subscribe(ros::NodeHandle& node, const std::string& topic, uint32_t waiting,
                           boost::function<void(const boost::shared_ptr<Message>&)> take) {
@@ -40,7 +40,7 @@ ros::Subscriber subscribe(ros::NodeHandle& node, const std::string& topic, uint3
       topic, waiting, take, ros::VoidConstPtr(), ros::TransportHints().tcpNoDelay());
 }
 
-// A node's whole life; what is thrown ends it with a line and 1.
+// Runs a node; an exception ends it with a line on stderr and exit status 1.
 template <class F>
 int guarded(F node) {
   try {

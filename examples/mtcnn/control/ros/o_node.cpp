@@ -1,5 +1,5 @@
-// O-Net as a node: /refined in, /faces out. o MODELS [--report FILE] [--faces FILE]
-// The files are for the times and the faces of each picture.
+// O-Net as a node: /refined in, /faces out. o MODELS [--report FILE] [--faces FILE]. The files
+// receive the times and the faces of each picture.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <CLI/CLI.hpp>
 #include <fstream>
@@ -12,9 +12,9 @@ int64_t ns(const ros::Time& time) {
   return static_cast<int64_t>(time.toNSec());
 }
 
-// A message is written out, goes into the system's socket and out of it, and is read in: four
-// times. The picture goes from the camera to P so, to R and to O with its regions; and before that
-// it is put into the camera's message.
+// A message is copied four times: serialised, into and out of the socket, deserialised. This
+// applies to the picture from the camera to P, and to the picture with its regions to R and to O.
+// Before that, the picture is copied into the camera's message.
 uint64_t copied(const mtcnn_control::Regions& message) {
   const uint64_t picture = ros::serialization::serializationLength(message.picture);
   return 5 * picture + 2 * 4 * ros::serialization::serializationLength(message);

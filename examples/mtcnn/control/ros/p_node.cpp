@@ -14,7 +14,7 @@ int run(int argc, char** argv) {
     mtcnn_control::Regions out;
     out.boxes = part->find(control::mat_of(*picture), {});
     out.header = picture->header;
-    out.picture = std::move(*picture);  // goes on without a copy
+    out.picture = std::move(*picture);  // forwarded without a copy
     out.done.push_back(control::now());
     publisher.publish(out);
   };

@@ -1,4 +1,4 @@
-// ../stages.hpp behind parts.hpp.
+// Wraps ../stages.hpp in the API of parts.hpp.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "parts.hpp"
 

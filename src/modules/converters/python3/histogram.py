@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: LGPL-2.1-or-later
-"""An example of a script for tensor_converter: the histogram of each buffer's bytes, 256 counts."""
+"""Example script for tensor_converter: the histogram of each buffer's bytes, as 256 counts."""
 
 import numpy
 from nnstreamer_python import TensorShape

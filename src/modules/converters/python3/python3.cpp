@@ -1,4 +1,5 @@
-// python3: the class CustomConverter of a user's script makes tensors of any stream.
+// python3 converter: turns any stream into tensors with the class CustomConverter of a Python
+// script.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <cstring>
 #include <optional>
@@ -71,8 +72,10 @@ class Script {
       : api_(*weir::value_or_throw(weir::python::interpreter())) {
     const auto path = options.get("script");
     if (!path)
-      throw weir::Failure({weir::Code::OPTION_VALUE, "no script is named", "", "a file of Python",
-                           "", "tensor_converter mode=custom-script:/path/to/script.py"});
+      throw weir::Failure({.code = weir::Code::OPTION_VALUE,
+                           .what = "no script is named",
+                           .needed = "a file of Python",
+                           .fix = "tensor_converter mode=custom-script:/path/to/script.py"});
     path_ = *path;
     const Locked lock;
     weir::value_or_throw(weir::python::script_names());
@@ -97,9 +100,9 @@ class Script {
     if (!hold.owner()) throw weir::Failure(weir::python::take_exception(weir::Code::OUT_OF_MEMORY));
     const auto failed = run(frame, hold.owner(), output);
     if (!hold.let_go()) {
-      call("collect");  // what holds it may be a cycle
+      call("collect");  // a reference cycle may hold the array
       if (!hold.is_gone()) {
-        kept_ = kept_its_input();  // the script could read memory that is gone: never again
+        kept_ = kept_its_input();  // the array points to freed memory: never run the script again
         kept_->offered = path_;
         throw weir::Failure(*kept_);
       }
@@ -134,7 +137,8 @@ class Script {
       return std::nullopt;
     } catch (const weir::Failure& failure) {
       weir::Error error = failure.error();
-      if (error.offered.empty()) error.offered = path_;  // no line of the script is to blame
+      if (error.offered.empty())
+        error.offered = path_;  // the error has no traceback into the script
       return error;
     }
   }
@@ -147,7 +151,7 @@ class Script {
         weir::python::call(names_, function, std::move(all), weir::Code::INVOKE_FAILED));
   }
 
-  // (rate_n, rate_d, ((type, dimensions, array), ...)), as `convert` above has checked it.
+  // `made` is (rate_n, rate_d, ((type, dimensions, array), ...)), already checked by kConverting.
   void fill(PyObject* made, weir::ConverterOutput& output) {
     const auto number = [&](ptrdiff_t i) {
       return static_cast<int32_t>(api_.PyLong_AsLongLong(api_.PyTuple_GetItem(made, i)));
@@ -182,11 +186,12 @@ class Script {
 
   const weir::python::PythonApi& api_;
   weir::python::Numpy numpy_;
-  PyObject* names_ = nullptr;  // our functions; live until the process ends
+  PyObject* names_ = nullptr;  // the kConverting module; exists until the process exits
   Object script_;
   std::optional<std::pair<int32_t, int32_t>> rate_;
-  std::string path_;                 // of the script
-  std::optional<weir::Error> kept_;  // set once the script kept what it must not keep
+  std::string path_;  // of the script
+  std::optional<weir::Error>
+      kept_;  // set once the script keeps an array of its input after convert
 };
 
 }  // namespace

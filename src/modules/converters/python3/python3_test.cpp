@@ -1,5 +1,5 @@
-// python3: scripts by the protocol, and everything a script may do wrong. Skipped where Python or
-// NumPy is missing.
+// Tests of the python3 converter: valid scripts and every mistake a script can make. Skipped
+// without Python or NumPy.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <gtest/gtest.h>
 
@@ -8,8 +8,8 @@
 #include <fstream>
 #include <thread>
 
-#include "core/infer/converter.hpp"
-#include "core/infer/module_library.hpp"
+#include "core/infer/module/converter.hpp"
+#include "core/infer/module/module_library.hpp"
 #include "says.hpp"
 
 namespace weir {
@@ -25,7 +25,7 @@ std::string script(const std::string& name, const std::string& text) {
   std::ofstream(path) << kPrelude << text;
   return path;
 }
-// A script whose convert has these lines.
+// Writes a script whose convert() has these lines.
 std::string converting(const std::string& lines) {
   static int number = 0;
   std::string text = "class CustomConverter:\n  def convert(self, input_array):\n";
@@ -239,9 +239,9 @@ INSTANTIATE_TEST_SUITE_P(
               "return [Shape([2])], [numpy.zeros(2)], 0, 1",
               "array 0 is of float64"},
         Fault{"return [TensorShape([1.5])], input_array, 0, 1",
-              "a dimension is a whole number, not 1.5"},
+              "a dimension is an integer, not 1.5"},
         Fault{"return [TensorShape([2], numpy.complex64)], input_array, 0, 1",
-              "complex64 is no type of a tensor"},
+              "complex64 is not a tensor type"},
         Fault{"return [TensorShape([])], input_array, 0, 1", "1 to 16 dimensions of at least 1"},
         Fault{"return [TensorShape([2, 0, 2])], input_array, 0, 1", "dimensions of at least 1"},
         Fault{"return [TensorShape([1] * 17)], input_array, 0, 1", "at most 16"},
@@ -272,7 +272,7 @@ TEST_F(Python3, SaysWhatIsWrongWithAScript) {
       "missing 1 required positional argument");
 }
 
-// In a process of its own: the library is opened once.
+// Runs in a child process because the Python library is loaded once per process.
 TEST(Python3Missing, IsNamedWithTheCommandThatBringsIt) {
   GTEST_FLAG_SET(death_test_style, "threadsafe");
   EXPECT_EXIT(

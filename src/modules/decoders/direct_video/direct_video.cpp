@@ -1,4 +1,4 @@
-// direct_video: a tensor of pixels becomes a video frame.
+// direct_video decoder: turns a tensor of pixels into a raw video frame.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <algorithm>
 #include <array>
@@ -20,7 +20,7 @@ struct Format {
   int64_t channels;
   size_t bytes;  // of one channel
 };
-// The first of a number of channels is its default.
+// The first format with a given number of channels is its default.
 constexpr std::array kFormats{
     Format{"GRAY8", 1, 1}, Format{"GRAY16_LE", 1, 2}, Format{"GRAY16_BE", 1, 2},
     Format{"RGB", 3, 1},   Format{"BGR", 3, 1},       Format{"BGRx", 4, 1},
@@ -51,9 +51,12 @@ class DirectVideo {
   void configure(std::span<const weir_tensor_info> inputs, weir::DecoderOutput& output) {
     if (inputs.empty())
       throw Failure(
-          {Code::FORMAT_UNSUPPORTED, "mode=direct_video needs the size of the picture",
-           "a flexible stream, in which each frame says its own", "a static stream", "",
-           "other/tensors,format=static,num_tensors=1,dimensions=(string)3:640:480,types=uint8"});
+          {.code = Code::FORMAT_UNSUPPORTED,
+           .what = "mode=direct_video needs the size of the picture",
+           .offered = "a flexible stream, in which each frame says its own",
+           .needed = "a static stream",
+           .fix = "other/"
+                  "tensors,format=static,num_tensors=1,dimensions=(string)3:640:480,types=uint8"});
     const Layout layout = layout_of(inputs[0]);
     output.set_caps("video/x-raw,format=(string)" + std::string(layout.format->name) +
                     ",width=(int)" + std::to_string(layout.width) + ",height=(int)" +
@@ -61,21 +64,23 @@ class DirectVideo {
                     ",views=(int)1,interlace-mode=(string)progressive");
   }
 
-  // GStreamer's rows are padded to four bytes.
+  // GStreamer pads rows to a multiple of 4 bytes.
   bool decode(const weir_frame& frame, weir::DecoderOutput& output) {
     if (frame.n_tensors == 0)
-      throw Failure({Code::FRAME_SIZE, "mode=direct_video got a frame without tensors", "",
-                     "one picture", "", ""});
+      throw Failure({.code = Code::FRAME_SIZE,
+                     .what = "mode=direct_video got a frame without tensors",
+                     .needed = "one picture"});
     const weir_tensor& tensor = frame.tensors[0];
     const Layout layout = layout_of(tensor.info);
-    tell_if_not_as_wanted(*layout.format);
+    warn_if_not_as_wanted(*layout.format);
     const size_t row =
         static_cast<size_t>(layout.width * layout.format->channels) * layout.format->bytes;
     const size_t stride = (row + 3) / 4 * 4, height = static_cast<size_t>(layout.height);
     if (tensor.bytes != row * height)
-      throw Failure({Code::FRAME_SIZE, "the frame has another size than its shape says",
-                     std::to_string(tensor.bytes) + " bytes", std::to_string(row * height), "",
-                     ""});
+      throw Failure({.code = Code::FRAME_SIZE,
+                     .what = "the frame has another size than its shape says",
+                     .offered = std::to_string(tensor.bytes) + " bytes",
+                     .needed = std::to_string(row * height)});
     if (row == stride) {
       output.share_input(0);
       return true;
@@ -108,18 +113,20 @@ class DirectVideo {
     bool one_picture = width > 0 && height > 0 && width <= INT32_MAX && height <= INT32_MAX;
     for (uint32_t i = 3; i < WEIR_RANK_LIMIT; ++i) one_picture &= weir::dimension(info, i) == 1;
     if (!format || !one_picture)
-      throw Failure(
-          {Code::SPEC_MISMATCH, "mode=direct_video takes one picture", weir::describe(info),
-           "1, 3 or 4 channels : width : height of uint8 or int8, or 1 channel of uint16 or int16",
-           "", "tensor_transform mode=typecast option=uint8"});
+      throw Failure({.code = Code::SPEC_MISMATCH,
+                     .what = "mode=direct_video takes one picture",
+                     .offered = weir::describe(info),
+                     .needed = "1, 3 or 4 channels : width : height of uint8 or int8, or 1 channel "
+                               "of uint16 or int16",
+                     .fix = "tensor_transform mode=typecast option=uint8"});
     return {format, width, height};
   }
 
-  // Pipelines with such an option run, as they always did: the log says what they get instead. Not
-  // before the first frame, for the host opens and configures decoders to answer questions too.
-  void tell_if_not_as_wanted(const Format& made) {
-    if (told_ || wanted_.empty() || chosen_ == &made) return;
-    told_ = true;
+  // Logs an unusable option1 instead of failing, because pipelines with such an option have always
+  // run. Waits for the first frame: the host also opens and configures decoders to answer queries.
+  void warn_if_not_as_wanted(const Format& made) {
+    if (reported_ || wanted_.empty() || chosen_ == &made) return;
+    reported_ = true;
     std::string names;
     for (const auto& format : kFormats)
       if (format.channels == made.channels && format.bytes == made.bytes)
@@ -132,7 +139,7 @@ class DirectVideo {
 
   std::string wanted_;
   const Format* chosen_ = nullptr;
-  bool told_ = false;
+  bool reported_ = false;
 };
 
 }  // namespace

@@ -1,4 +1,5 @@
-// direct_video: formats by channels, rows padded to four bytes, what is no picture.
+// Tests of direct_video: format by channel count, row padding to 4 bytes, tensors that are no
+// picture.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "decoder_test_fixture.hpp"
 
@@ -65,7 +66,7 @@ TEST(DirectVideo, RefusesWhatIsNoPicture) {
   EXPECT_SAYS(shown<uint16_t>("", "3:4:2", 24, ElementType::UInt16).error, "takes one picture");
 }
 
-// Into `lines` until the scope ends.
+// Captures log messages into `lines` until the end of the scope.
 struct LogCapture {
   LogCapture() {
     lines.clear();

@@ -1,4 +1,4 @@
-// image_labeling: the label of the highest score, as text.
+// image_labeling decoder: outputs the label of the highest score as text.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <cstring>
 
@@ -13,8 +13,7 @@ using weir::Failure;
 constexpr char kOptions[] =
     R"([{"name":"option1","type":"file","default":"","help":"Label file: one label a line"}])";
 
-// IEEE 754 binary16 keeps its order when read as a sign and a magnitude; NaN loses every
-// comparison.
+// An IEEE 754 binary16 value, compared as sign and magnitude; every number is greater than NaN.
 struct Half {
   uint16_t bits;
   bool nan() const { return (bits & 0x7FFF) > 0x7C00; }
@@ -24,7 +23,7 @@ struct Half {
   }
 };
 
-// Index of the first greatest element; the memory may have any alignment.
+// Returns the index of the first greatest element. `data` may have any alignment.
 template <class T>
 size_t first_maximum(const void* data, size_t count) {
   size_t best = 0;
@@ -80,9 +79,11 @@ class ImageLabeling {
   explicit ImageLabeling(const weir::Options& options) {
     const auto path = options.get("option1");
     if (!path || path->empty())
-      throw Failure({Code::FILE_NOT_FOUND, "mode=image_labeling has no label file", "no option1",
-                     "a text file with one label a line", "",
-                     "tensor_decoder mode=image_labeling option1=/path/to/labels.txt"});
+      throw Failure({.code = Code::FILE_NOT_FOUND,
+                     .what = "mode=image_labeling has no label file",
+                     .offered = "no option1",
+                     .needed = "a text file with one label a line",
+                     .fix = "tensor_decoder mode=image_labeling option1=/path/to/labels.txt"});
     path_ = *path;
     labels_ = weir::read_label_file("option1", path_);
   }
@@ -94,22 +95,26 @@ class ImageLabeling {
 
   bool decode(const weir_frame& frame, weir::DecoderOutput& output) {
     if (frame.n_tensors == 0)
-      throw Failure({Code::FRAME_SIZE, "mode=image_labeling got a frame without tensors", "",
-                     "a first tensor of N:1 or N:1:1:1", "", ""});
+      throw Failure({.code = Code::FRAME_SIZE,
+                     .what = "mode=image_labeling got a frame without tensors",
+                     .needed = "a first tensor of N:1 or N:1:1:1"});
     const weir_tensor& scores = frame.tensors[0];
     check(scores.info);
     const size_t size = weir::element_bytes(scores.info.type);
     const size_t count = static_cast<size_t>(weir::dimension(scores.info, 0));
     if (scores.bytes / size != count || scores.bytes % size != 0)
-      throw Failure({Code::FRAME_SIZE, "the frame has another size than its shape says",
-                     std::to_string(scores.bytes) + " bytes", weir::describe(scores.info), "", ""});
+      throw Failure({.code = Code::FRAME_SIZE,
+                     .what = "the frame has another size than its shape says",
+                     .offered = std::to_string(scores.bytes) + " bytes",
+                     .needed = weir::describe(scores.info)});
     const size_t index = first_maximum_of(scores.info.type, scores.data, count);
     if (index >= labels_.size() || labels_[index].empty())
-      throw Failure(
-          {Code::LABELS_INVALID, "class " + std::to_string(index) + " has no label",
-           path_ + ", " + std::to_string(labels_.size()) + " lines",
-           "a label in line " + std::to_string(index + 1) + " of at least " + std::to_string(count),
-           "", "option1=the label file of this model"});
+      throw Failure({.code = Code::LABELS_INVALID,
+                     .what = "class " + std::to_string(index) + " has no label",
+                     .offered = path_ + ", " + std::to_string(labels_.size()) + " lines",
+                     .needed = "a label in line " + std::to_string(index + 1) + " of at least " +
+                               std::to_string(count),
+                     .fix = "option1=the label file of this model"});
     const std::string& label = labels_[index];
     std::memcpy(output.reserve(label.size() + 1).data(), label.c_str(), label.size() + 1);
     return true;
@@ -120,9 +125,11 @@ class ImageLabeling {
     bool good = weir::element_bytes(info.type) > 0 && weir::dimension(info, 0) > 0;
     for (uint32_t i = 1; i < WEIR_RANK_LIMIT; ++i) good &= weir::dimension(info, i) == 1;
     if (good) return;
-    throw Failure({Code::SPEC_MISMATCH, "mode=image_labeling takes one score for each class",
-                   weir::describe(info), "a first tensor of N:1 or N:1:1:1", "",
-                   "tensor_filter output-combination=o0, or another mode"});
+    throw Failure({.code = Code::SPEC_MISMATCH,
+                   .what = "mode=image_labeling takes one score for each class",
+                   .offered = weir::describe(info),
+                   .needed = "a first tensor of N:1 or N:1:1:1",
+                   .fix = "tensor_filter output-combination=o0, or another mode"});
   }
 
   std::string path_;

@@ -1,4 +1,4 @@
-// image_labeling: which label wins, for every element type; label files that cannot be used.
+// Tests of image_labeling: the chosen label for every element type, and unusable label files.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <cmath>
 #include <fstream>
@@ -19,7 +19,7 @@ template <class T>
 Outcome labelled(const std::string& labels, const Tensor<T>& scores) {
   return decode("image_labeling", {{"option1", label_file(labels)}}, scores);
 }
-// The label with its zero byte, or the error.
+// Returns the label with its terminating zero, or the error.
 std::string label(const Outcome& outcome) {
   if (!outcome.error.empty() || outcome.sink.memories.size() != 1) return outcome.error;
   const Bytes& bytes = outcome.sink.memories[0];
@@ -100,7 +100,7 @@ TEST(ImageLabeling, TakesAByteOrderMarkAway) {
 TEST(ImageLabeling, RefusesLabelsThatAreNoUtf8) {
   const Tensor<uint8_t> scores{kUInt8, "2", {1, 0}};
   const auto error = labelled("hiver\n\xE9t\xE9\n", scores).error;  // ISO 8859-1
-  EXPECT_SAYS(error, "WEIR-4002: line 2 of the label file is no UTF-8 text");
+  EXPECT_SAYS(error, "WEIR-4002: line 2 of the label file is not UTF-8");
   EXPECT_SAYS(error, "needed: labels in UTF-8");
   EXPECT_SAYS(error, "fix: iconv -f ISO-8859-1 -t UTF-8 ");
   EXPECT_SAYS(labelled(std::string("a\0b\nc", 5), scores).error, "line 1 of the label file");

@@ -1,4 +1,4 @@
-// octet_stream: the bytes of the tensors, one memory for each, headers taken off.
+// octet_stream decoder: outputs the bytes of each tensor as one memory, without its header.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "weir/decoder.hpp"
 

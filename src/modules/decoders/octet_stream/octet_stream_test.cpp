@@ -1,4 +1,4 @@
-// octet_stream: shares what it is given, and copies nothing.
+// Tests of octet_stream: it shares its inputs and copies nothing.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "decoder_test_fixture.hpp"
 

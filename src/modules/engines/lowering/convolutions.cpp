@@ -1,4 +1,4 @@
-// Convolutions and fully connected layers: QLinearConv with colours last, QGemm.
+// Lowers convolutions and fully connected layers: QLinearConv with channels last, QGemm.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <algorithm>
 #include <array>
@@ -16,7 +16,7 @@ using Shape = std::array<int64_t, 4>;
 constexpr Shape kChannelsFirst{0, 3, 1, 2}, kChannelsLast{0, 2, 3, 1};
 constexpr std::array<int64_t, 2> kOnes{1, 1};
 
-// From [a, b, c, d] to the order of `from`.
+// Permutes axes: `from` lists the axes of the source in their new order.
 template <class T>
 std::vector<T> transposed(const T* data, const Shape& shape, const Shape& from) {
   const Shape steps{shape[1] * shape[2] * shape[3], shape[2] * shape[3], shape[3], 1};
@@ -34,10 +34,11 @@ std::vector<T> transposed(const T* data, const Shape& shape, const Shape& from) 
 
 std::string bias_name(LoweredGraph& graph, const std::vector<int32_t>& bias) {
   const auto count = static_cast<int64_t>(bias.size());
-  return graph.words({&count, 1}, {reinterpret_cast<const char*>(bias.data()), 4 * bias.size()});
+  return graph.int32_constant({&count, 1},
+                              {reinterpret_cast<const char*>(bias.data()), 4 * bias.size()});
 }
 
-// The first inputs of QLinear operators with weights, up to the output's zero point.
+// The first inputs of QLinear operators with weights, up to and including the output's zero point.
 Result<std::vector<std::string>> quantized_inputs(LoweredGraph& graph,
                                                   const TfliteGraphOperator& op,
                                                   const std::string& data, const Weights& weights,
@@ -55,7 +56,8 @@ Result<std::vector<std::string>> quantized_inputs(LoweredGraph& graph,
                                   graph.zero_point(out->zero_point)};
 }
 
-// Of an operator on uint8. TensorFlow Lite multiplies the first two in single precision.
+// The rounding of a uint8 operator. TensorFlow Lite multiplies the input's and weights' scales in
+// single precision.
 Result<Rounding> operator_rounding(const LoweredGraph& graph, const TfliteGraphOperator& op,
                                    const Weights& weights, const std::vector<int32_t>& bias) {
   const auto in = graph.quantization(op.inputs[0]), out = graph.quantization(op.outputs[0]);
@@ -76,7 +78,7 @@ std::string bias_name(LoweredGraph& graph, const std::vector<int32_t>& bias, flo
   return graph.floats({&count, 1}, sums);
 }
 
-// Of uint8 weights [inputs, outputs]: sums in whole numbers, their rounding in real ones.
+// Matrix product with uint8 weights [inputs, outputs]: integer sums, rounded in floating point.
 Status product(LoweredGraph& graph, const TfliteGraphOperator& op, const std::string& data,
                const std::array<int64_t, 2>& shape, const Weights& weights,
                const std::vector<int32_t>& bias, int8_t activation) {
@@ -97,7 +99,7 @@ Status product(LoweredGraph& graph, const TfliteGraphOperator& op, const std::st
       activation);
 }
 
-// Of uint8 weights with the outputs first: whole numbers as real ones, which they fit into.
+// Convolution with uint8 weights, outputs first, in floats: they hold the integers exactly.
 Status real_convolution(LoweredGraph& graph, const TfliteGraphOperator& op, const std::string& data,
                         const Shape& shape, const Weights& weights,
                         const std::vector<int32_t>& bias, const OnnxAttributes& attributes,
@@ -109,7 +111,7 @@ Status real_convolution(LoweredGraph& graph, const TfliteGraphOperator& op, cons
   std::vector<float> real(weights.data.size());
   for (size_t i = 0; i < real.size(); ++i)
     real[i] = static_cast<float>(static_cast<uint8_t>(weights.data[i]) - weights.zero_point);
-  // Bytes are turned about, not real numbers.
+  // Transposes before dequantising, because bytes are cheaper to move than floats.
   const auto first =
       graph.made("Transpose", {data}, OnnxAttributes().numbers("perm", kChannelsFirst));
   const auto values =
@@ -126,8 +128,8 @@ Status real_convolution(LoweredGraph& graph, const TfliteGraphOperator& op, cons
 }
 
 struct ConvolutionKind {
-  int32_t channel_axis;  // of the weights' output channels
-  Shape order;           // of the weights' axes that QLinearConv takes
+  int32_t channel_axis;  // axis of the weights' output channels
+  Shape order;           // axes of the weights in the order of QLinearConv
   int64_t groups, channels;
   int8_t activation;
 };
@@ -140,8 +142,7 @@ Status convolution(LoweredGraph& graph, const TfliteGraphOperator& op, Window wi
   window.size = {filter.shape[1], filter.shape[2]};
   const auto pads = window.pads(input, output);
   if (!pads) return pads.error();
-  if (output.shape[3] != kind.channels)
-    return refuse("as many channels as there are no weights for");
+  if (output.shape[3] != kind.channels) return refuse("more channels than there are weights");
   auto weights = weights_of(graph, op.inputs[1], kind.channel_axis, kind.channels);
   if (!weights) return weights.error();
   auto bias = bias_of(graph, op, 2, kind.channels);
@@ -176,7 +177,7 @@ Status convolution(LoweredGraph& graph, const TfliteGraphOperator& op, Window wi
                               attributes.number("channels_last", 1), kind.activation);
 }
 
-// Input and weights have four axes, none of them empty.
+// Checks that input and weights have four axes, none of them empty.
 Status check_pictures(const LoweredGraph& graph, const TfliteGraphOperator& op) {
   for (const size_t i : {0u, 1u}) {
     const auto& shape = graph.tensor(op.inputs[i]).shape;
@@ -198,7 +199,7 @@ Status lower_convolution(LoweredGraph& graph, const TfliteGraphOperator& op) {
   window.dilation = {op.options.scalar<int32_t>(5, 1), op.options.scalar<int32_t>(4, 1)};
   const int64_t groups = channels_in / filter[3];
   if (groups < 1 || groups * filter[3] != channels_in || filter[0] % groups != 0)
-    return refuse("weights for another number of channels");
+    return refuse("weights for a different number of channels");
   return convolution(graph, op, window,
                      {0, {0, 3, 1, 2}, groups, filter[0], op.options.scalar<int8_t>(3, 0)});
 }
@@ -211,7 +212,7 @@ Status lower_depthwise_convolution(LoweredGraph& graph, const TfliteGraphOperato
   Window window = Window::of(op.options);
   window.dilation = {op.options.scalar<int32_t>(6, 1), op.options.scalar<int32_t>(5, 1)};
   if (filter[0] != 1 || filter[3] % channels_in != 0)
-    return refuse("weights for another number of channels");
+    return refuse("weights for a different number of channels");
   return convolution(graph, op, window,
                      {3, {3, 0, 1, 2}, channels_in, filter[3], op.options.scalar<int8_t>(4, 0)});
 }
@@ -249,7 +250,7 @@ Status lower_fully_connected(LoweredGraph& graph, const TfliteGraphOperator& op)
   auto inputs = quantized_inputs(graph, op, rows, *weights, graph.bytes(filter, weights->data));
   if (!inputs) return inputs.error();
   inputs->insert(inputs->begin() + 6,
-                 bias_name(graph, *bias));  // QGemm has it before the output's scale
+                 bias_name(graph, *bias));  // QGemm takes the bias before the output's scale
   const auto name = graph.value(op.outputs[0]);
   if (!name) return name.error();
   const std::string product = graph.fresh();
@@ -258,7 +259,7 @@ Status lower_fully_connected(LoweredGraph& graph, const TfliteGraphOperator& op)
                               {}, op.options.scalar<int8_t>(0, 0));
 }
 
-// In real numbers: ONNX has no quantised one.
+// Computed in floats, because ONNX has no quantised transposed convolution.
 Status lower_transposed_convolution(LoweredGraph& graph, const TfliteGraphOperator& op) {
   if (auto status = check_counts(op, 3, 4); !status) return status;
   TfliteGraphOperator plain = op;
@@ -269,12 +270,12 @@ Status lower_transposed_convolution(LoweredGraph& graph, const TfliteGraphOperat
   const auto& output = graph.tensor(op.outputs[0]).shape;
   if (output.size() != 4 || filter[3] != input[3] || filter[0] != output[3] ||
       input[0] != output[0])
-    return refuse("weights for another number of channels");
+    return refuse("weights for a different number of channels");
   Window window = Window::of(op.options);
   window.size = {filter[1], filter[2]};
   std::array<int64_t, 4> pads{};
   std::array<int64_t, 2> beyond{};
-  // Backwards, it is the convolution of the output that gives the input.
+  // Checks the padding of the inverse: the convolution from this output to this input.
   TfliteGraphTensor made, given;
   made.shape = output;
   given.shape = input;

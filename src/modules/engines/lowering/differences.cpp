@@ -1,4 +1,4 @@
-// SUB of 8-bit values, bit by bit as TensorFlow Lite computes it.
+// Lowers SUB of 8-bit values, bit-exact with TensorFlow Lite.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <algorithm>
 #include <cmath>
@@ -10,7 +10,7 @@
 namespace weir::engine {
 namespace {
 
-constexpr int kLeftShift = 20;  // of values, before they are brought to one scale
+constexpr int kLeftShift = 20;  // applied to values before they are rescaled to a common scale
 constexpr int kValues = 256;
 
 // real is about mantissa * 2^(exponent - 31).
@@ -25,19 +25,19 @@ Multiplier multiplier_of(double real) {
   return out.exponent < -31 ? Multiplier{} : out;
 }
 
-// Halves upwards.
+// Rounds half up.
 int64_t high_product(int64_t value, int64_t mantissa) {
   return (value * mantissa + (int64_t{1} << 30)) >> 31;
 }
 
-// Halves away from zero.
+// Rounds half away from zero.
 int64_t shifted_right(int64_t value, int by) {
   if (by <= 0) return value;
   const int64_t half = int64_t{1} << (by - 1);
   return value < 0 ? -((-value + half) >> by) : (value + half) >> by;
 }
 
-// What each stored value comes to at the common scale.
+// Looks up each stored value's equivalent at the common scale.
 Result<std::string> common_scale(LoweredGraph& graph, int32_t index, double real, int sign) {
   const auto q = graph.quantization(index);
   if (!q) return q.error();
@@ -54,10 +54,10 @@ Result<std::string> common_scale(LoweredGraph& graph, int32_t index, double real
   const auto place = graph.made(
       "Cast", {*name}, OnnxAttributes().number("to", static_cast<int64_t>(OnnxElement::kInt32)));
   constexpr int64_t kCount = kValues;
-  return graph.made("Gather", {graph.words({&kCount, 1}, table), place});
+  return graph.made("Gather", {graph.int32_constant({&kCount, 1}, table), place});
 }
 
-// In double precision, which has the product but for bits far below a half.
+// In double precision, whose error in the product is far below a half.
 std::string rounded(LoweredGraph& graph, const std::string& sum, double real) {
   const auto multiplier = multiplier_of(real);
   const auto factor = std::ldexp(static_cast<double>(multiplier.mantissa), -31);

@@ -1,4 +1,4 @@
-// Operators that compute each value by itself, and Softmax.
+// Lowers elementwise operators and Softmax.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "lowering/operator_parts.hpp"
 #include "lowering/operators.hpp"
@@ -6,7 +6,7 @@
 namespace weir::engine {
 namespace {
 
-// The value of an 8-bit tensor, its scale, its zero point.
+// The value, scale and zero point of an 8-bit tensor.
 Result<std::vector<std::string>> quantized_value(LoweredGraph& graph, int32_t index) {
   const auto q = graph.quantization(index);
   if (!q) return q.error();
@@ -16,7 +16,7 @@ Result<std::vector<std::string>> quantized_value(LoweredGraph& graph, int32_t in
                                   graph.zero_point(q->zero_point)};
 }
 
-// `quantized` of 8-bit values, `plain` of others.
+// Uses `quantized` for 8-bit values and `plain` for others.
 Status binary(LoweredGraph& graph, const TfliteGraphOperator& op, std::string_view quantized,
               std::string_view plain) {
   if (auto status = check_counts(op, 2, 2); !status) return status;
@@ -34,7 +34,7 @@ Status binary(LoweredGraph& graph, const TfliteGraphOperator& op, std::string_vi
                               op.options.scalar<int8_t>(0, 0));
 }
 
-// From real numbers to the tensor.
+// Quantises floats to the output tensor.
 Status quantize(LoweredGraph& graph, const std::string& real, int32_t output) {
   const auto out = quantized_value(graph, output);
   if (!out) return out.error();
@@ -93,7 +93,7 @@ Status lower_dequantize(LoweredGraph& graph, const TfliteGraphOperator& op) {
   const auto in = quantized_value(graph, op.inputs[0]);
   if (!in) return in.error();
   if (graph.tensor(op.outputs[0]).type != TfliteType::kFloat32)
-    return refuse("values that become other than float32");
+    return refuse("values converted to a type other than float32");
   const auto name = graph.value(op.outputs[0]);
   if (!name) return name.error();
   graph.node("DequantizeLinear", "", *in, *name);

@@ -1,4 +1,4 @@
-// Names and shapes are the lowered graph's own; all else is read from the source.
+// Reads the metadata and quantisation of a lowered model from its .tflite source.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "lowering/lowered_facts.hpp"
 

@@ -1,4 +1,4 @@
-// What a lowered model says of itself, whichever engine opened it.
+// The description of a lowered model, for whichever engine opened it.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <span>
@@ -9,10 +9,10 @@
 
 namespace weir::engine {
 
-// weir_model_info::metadata_json: what the .tflite file says, and "lowering": "onnxruntime".
+// Makes weir_model_info::metadata_json: the .tflite file's metadata and "lowering": "onnxruntime".
 std::string lowered_metadata(std::span<const std::byte> tflite);
 
-// The source's quantisation and layout, which the lowered graph has no place for.
+// Sets the source's quantisation and layout, which the lowered graph cannot express.
 void lay_over(std::span<const PortQuantization> source, std::span<weir_tensor_info> ports);
 
 }  // namespace weir::engine

@@ -1,26 +1,26 @@
-// Values, constants, inputs and outputs of a graph that is lowered.
+// Adds values, constants, inputs and outputs to the lowered graph.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "lowering/lowered_graph.hpp"
 
 #include <cstring>
+#include <span>
 
 namespace weir::engine {
 namespace {
 
 constexpr const char* kEndings = "int8 or uint8 with one scale";
-constexpr int64_t kMoved = 128;  // from int8 to uint8
-constexpr size_t kSmall = 256;   // bytes; constants up to here are written once
+constexpr int64_t kMoved = 128;  // offset from int8 to uint8
+constexpr size_t kSmall = 256;   // bytes; equal constants up to this size are shared
 
 Error not_lowered(const std::string& what, const std::string& offered, const std::string& needed) {
-  return {Code::MODEL_UNSUPPORTED,
-          what,
-          offered,
-          needed,
-          "",
-          "framework=tensorflow-lite without Lowering"};
+  return {.code = Code::MODEL_UNSUPPORTED,
+          .what = what,
+          .offered = offered,
+          .needed = needed,
+          .fix = "framework=tensorflow-lite without Lowering"};
 }
 
-std::string tensor_words(const TfliteGraphTensor& tensor) {
+std::string tensor_text(const TfliteGraphTensor& tensor) {
   return "tensor " + tensor.name + ", element type " + std::to_string(int(tensor.type));
 }
 
@@ -44,7 +44,7 @@ std::string_view chars(std::span<const std::byte> bytes) {
   return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
 }
 
-// Protobuf takes texts of valid UTF-8 only; plain ASCII is enough for names.
+// Protobuf strings must be valid UTF-8; names are limited to plain ASCII.
 bool is_plain(std::string_view text) {
   for (const char c : text)
     if (c < ' ' || c > '~') return false;
@@ -69,7 +69,7 @@ bool LoweredGraph::is_8bit(int32_t index) const {
 Result<Quantization> LoweredGraph::quantization(int32_t index) const {
   const auto& found = tensor(index);
   const bool fits = is_8bit(index) && found.scale.size() == 1 && found.scale[0] > 0;
-  if (!fits) return not_lowered("a tensor is not quantised", tensor_words(found), kEndings);
+  if (!fits) return not_lowered("a tensor is not quantised", tensor_text(found), kEndings);
   int64_t zero = found.zero_point.empty() ? 0 : found.zero_point[0];
   if (zero < -kMoved || zero > 255)
     return not_lowered("a zero point is out of range", std::to_string(zero), "0 to 255");
@@ -99,7 +99,7 @@ Status LoweredGraph::begin() {
     for (const int32_t index : *side) {
       if (!element_of(tensor(index).type))
         return not_lowered("an input or output of the model is of a type that is not lowered",
-                           tensor_words(tensor(index)), "8-bit, int32, int64 or float32");
+                           tensor_text(tensor(index)), "8-bit, int32, int64 or float32");
       if (tensor(index).type == TfliteType::kInt8)
         if (auto known = quantization(index); !known) return known.error();
     }
@@ -117,7 +117,7 @@ Status LoweredGraph::begin() {
   for (const int32_t index : source_.outputs) {
     if (names_.contains(index) || !tensor(index).data.empty() || tensor(index).variable)
       return not_lowered("an output of the graph is an input, a constant or another output",
-                         tensor_words(tensor(index)), "an output that an operator makes");
+                         tensor_text(tensor(index)), "an output that an operator makes");
     const std::string name = port_name(index);
     if (tensor(index).type == TfliteType::kInt8)
       leaving_.emplace_back(index, name), names_[index] = fresh();
@@ -150,7 +150,7 @@ Result<std::string> LoweredGraph::value(int32_t index) {
   const auto& found = tensor(index);
   const auto type = element_of(found.type);
   if (!type || found.variable)
-    return not_lowered("a tensor is of a type that is not lowered", tensor_words(found),
+    return not_lowered("a tensor is of a type that is not lowered", tensor_text(found),
                        "8-bit, int32, int64 or float32");
   std::string name;
   if (found.data.empty())
@@ -169,7 +169,7 @@ Result<std::vector<int64_t>> LoweredGraph::integers(int32_t index) const {
                       : found.type == TfliteType::kInt64 ? 8
                                                          : 0;
   if (each == 0 || found.data.empty())
-    return not_lowered("a shape or axis is not a constant", tensor_words(found),
+    return not_lowered("a shape or axis is not a constant", tensor_text(found),
                        "a constant of int32 or int64");
   std::vector<int64_t> out(found.data.size() / each);
   for (size_t i = 0; i < out.size(); ++i) {
@@ -224,7 +224,7 @@ std::string LoweredGraph::real(double value) {
 std::string LoweredGraph::bytes(std::span<const int64_t> shape, std::string_view values) {
   return constant(OnnxElement::kUint8, shape, values);
 }
-std::string LoweredGraph::words(std::span<const int64_t> shape, std::string_view values) {
+std::string LoweredGraph::int32_constant(std::span<const int64_t> shape, std::string_view values) {
   return constant(OnnxElement::kInt32, shape, values);
 }
 std::string LoweredGraph::floats(std::span<const int64_t> shape, std::span<const float> values) {

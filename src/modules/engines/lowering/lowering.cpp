@@ -1,4 +1,4 @@
-// Lowering a graph: operator by operator.
+// Lowers a graph operator by operator.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "lowering/lowering.hpp"
 
@@ -6,7 +6,7 @@
 #include "lowering/lowering_cache.hpp"
 #include "lowering/operators.hpp"
 #include "lowering/sha256.hpp"
-#include "module_host.hpp"
+#include "weir/engine_tools.hpp"
 
 namespace weir::engine {
 namespace {
@@ -22,12 +22,9 @@ Status lower_operator(LoweredGraph* graph, const TfliteGraphOperator& op, size_t
       "the operator " + operator_name(op) + " (number " + std::to_string(place + 1) + ")";
   const auto* known = op.custom.empty() ? known_operator(op.code) : nullptr;
   if (!known || !known->lower)
-    return Error{Code::MODEL_UNSUPPORTED,
-                 where + " is not lowered to ONNX Runtime",
-                 "",
-                 "",
-                 "",
-                 "framework=tensorflow-lite without Lowering"};
+    return Error{.code = Code::MODEL_UNSUPPORTED,
+                 .what = where + " is not lowered to ONNX Runtime",
+                 .fix = "framework=tensorflow-lite without Lowering"};
   Status status = known->lower(*graph, op);
   if (status) return status;
   Error error = status.error();
@@ -79,7 +76,7 @@ Result<LoweredModel> lower_tflite(std::span<const std::byte> file,
     const auto kept = cache.load(&complaint);
     if (!complaint.empty())
       log(WEIR_LOG_WARNING,
-          "the cache of lowered graphs: " + complaint + "; the graph is made anew");
+          "the cache of lowered graphs: " + complaint + "; the graph is generated again");
     if (kept) {
       out.onnx = *kept;
       out.cached = true;
@@ -90,7 +87,7 @@ Result<LoweredModel> lower_tflite(std::span<const std::byte> file,
   if (!graph) return graph.error();
   out.onnx = *std::move(graph);
   if (settings.cache && !cache_of(file, settings.runtime).store(out.onnx))
-    log(WEIR_LOG_INFO, "the lowered graph could not be kept in the cache");
+    log(WEIR_LOG_INFO, "the lowered graph could not be stored in the cache");
   return out;
 }
 

@@ -1,4 +1,4 @@
-// Lowering: a fully quantised TensorFlow Lite graph as an ONNX graph for ONNX Runtime.
+// Lowering: converts a fully quantised TensorFlow Lite graph to an ONNX graph for ONNX Runtime.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <cstddef>
@@ -11,7 +11,7 @@
 
 namespace weir::engine {
 
-// Changes whenever the same file would be lowered to other bytes.
+// Increase this whenever the same file would be lowered to different bytes.
 inline constexpr int kLoweringVersion = 2;
 
 struct PortQuantization {
@@ -19,19 +19,19 @@ struct PortQuantization {
   int32_t zero_point = 0;
 };
 struct LoweredModel {
-  std::string onnx;                               // a whole file
-  bool cached = false;                            // it was not made now
-  std::vector<PortQuantization> inputs, outputs;  // of the model, as the source says
+  std::string onnx;                               // a complete file
+  bool cached = false;                            // loaded from the cache
+  std::vector<PortQuantization> inputs, outputs;  // of the model, as in the source
 };
 
 struct LoweringSettings {
-  bool cache = true;    // on disk (lowering_cache.hpp)
-  std::string runtime;  // the version of what will run the graph
+  bool cache = true;    // cache on disk (lowering_cache.hpp)
+  std::string runtime;  // version of the runtime that will run the graph
 };
 
-// The model's own names, types and shapes of inputs and outputs stay. Results differ by rounding:
+// Keeps the names, types and shapes of the model's inputs and outputs. Results differ by rounding:
 // docs/guide/lowering.md. MODEL_INVALID for a damaged file; MODEL_UNSUPPORTED, naming the operator,
-// for what is not lowered.
+// for what cannot be lowered.
 Result<LoweredModel> lower_tflite(std::span<const std::byte> file,
                                   const LoweringSettings& settings);
 

@@ -1,4 +1,4 @@
-// Reading with distrust, writing beside and renaming.
+// Loads cache files only after checks; stores them under a temporary name and renames them.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "lowering/lowering_cache.hpp"
 
@@ -86,7 +86,7 @@ std::optional<std::string> LoweringCache::load(std::string* complaint) const {
   struct stat status {};
   if (lstat(folder_.c_str(), &status) != 0) return std::nullopt;
   if (!S_ISDIR(status.st_mode) || !is_ours_alone(status)) {
-    *complaint = folder_ + " is not this user's alone";
+    *complaint = folder_ + " is accessible to other users";
     return std::nullopt;
   }
   const Descriptor file(open(path_.c_str(), O_RDONLY | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK));
@@ -97,7 +97,7 @@ std::optional<std::string> LoweringCache::load(std::string* complaint) const {
   }
   constexpr auto kHead = static_cast<int64_t>(kMark.size() + sizeof(Digest));
   if (!S_ISREG(status.st_mode) || !is_ours_alone(status)) {
-    *complaint = path_ + " is not this user's alone";
+    *complaint = path_ + " is accessible to other users";
     return std::nullopt;
   }
   std::string bytes;
@@ -108,7 +108,7 @@ std::optional<std::string> LoweringCache::load(std::string* complaint) const {
   const std::string_view whole = bytes;
   if (bytes.empty() || !whole.starts_with(kMark) ||
       whole.substr(kMark.size(), sizeof(Digest)) != digest_of(whole.substr(kHead))) {
-    *complaint = path_ + " was cut or changed";
+    *complaint = path_ + " was truncated or changed";
     return std::nullopt;
   }
   return bytes.substr(kHead);
@@ -124,7 +124,7 @@ bool LoweringCache::store(const std::string& graph) const {
   if (lstat(folder_.c_str(), &status) != 0 || !S_ISDIR(status.st_mode) || !is_ours_alone(status))
     return false;
   std::string beside = path_ + ".XXXXXX";
-  const Descriptor file(mkostemp(beside.data(), O_CLOEXEC));  // of mode 0600
+  const Descriptor file(mkostemp(beside.data(), O_CLOEXEC));  // mode 0600
   if (!file) return false;
   const bool written = write_all(file.get(), kMark) && write_all(file.get(), digest_of(graph)) &&
                        write_all(file.get(), graph);

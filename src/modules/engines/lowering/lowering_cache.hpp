@@ -1,4 +1,4 @@
-// Lowered graphs kept on disk, by the digest of what they were made of.
+// LoweringCache: keeps lowered graphs on disk, named by the digest of their source.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <cstddef>
@@ -8,18 +8,18 @@
 
 namespace weir::engine {
 
-// Files weir/lowered/DIGEST.onnx in $XDG_CACHE_HOME, or in ~/.cache. Each holds the digest of its
-// own content, and is used only where that fits and where folder and file belong to this user and
-// nobody else may write them. Nothing here is ever an error: without a cache a graph is made anew.
+// Files weir/lowered/DIGEST.onnx in $XDG_CACHE_HOME or ~/.cache. Each file contains the digest of
+// its content. It is used only if that digest is right and only this user owns and can write the
+// file and its folder. Nothing here is an error: without a cache, the graph is lowered again.
 class LoweringCache {
  public:
-  // `made_of`: all that the graph depends on.
+  // `made_of`: everything that determines the graph.
   explicit LoweringCache(std::span<const std::byte> made_of);
 
-  const std::string& path() const noexcept { return path_; }  // "" where there is no cache
-  // Nothing where there is no file, or none to be trusted: `complaint` says why then.
+  const std::string& path() const noexcept { return path_; }  // "" without a cache
+  // Empty when there is no file, or none that can be trusted: `complaint` then gives the reason.
   std::optional<std::string> load(std::string* complaint) const;
-  // Appears whole or not at all. False when it could not be written.
+  // Atomic: the file appears complete or not at all. False when it cannot be written.
   bool store(const std::string& graph) const;
 
  private:

@@ -1,4 +1,4 @@
-// The cache of lowered graphs: what is kept, what is not trusted, and that it is never in the way.
+// Tests of the lowering cache: what is kept, what is not trusted, and that its failures do no harm.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "lowering/lowering_cache.hpp"
 
@@ -7,7 +7,7 @@
 #include <filesystem>
 #include <fstream>
 
-#include "lowering/lowering_fixture.hpp"
+#include "lowering/lowering_test_support.hpp"
 #include "says.hpp"
 
 namespace weir::engine_test {
@@ -22,7 +22,7 @@ class LoweringCacheFiles : public ::testing::Test {
   static LoweringCache cache_of(const std::string& text) {
     return LoweringCache(std::as_bytes(std::span(text)));
   }
-  // The complaint of a load that gives nothing; "it was loaded" otherwise.
+  // The complaint of a load that returns nothing; "it was loaded" otherwise.
   static std::string complaint(const LoweringCache& cache) {
     std::string out;
     return cache.load(&out) ? "it was loaded" : out;
@@ -30,7 +30,7 @@ class LoweringCacheFiles : public ::testing::Test {
   TemporaryFolder folder_;
 };
 
-TEST_F(LoweringCacheFiles, KeepsAGraphByWhatItWasMadeOf) {
+TEST_F(LoweringCacheFiles, KeysAGraphByItsInputs) {
   std::string none;
   EXPECT_FALSE(cache_of("a").load(&none));
   EXPECT_EQ(none, "") << "what is not there is no complaint";
@@ -39,7 +39,7 @@ TEST_F(LoweringCacheFiles, KeepsAGraphByWhatItWasMadeOf) {
   EXPECT_FALSE(cache_of("b").load(&none));
   ASSERT_TRUE(cache_of("a").store("graph a again"));
   EXPECT_EQ(cache_of("a").load(&none), "graph a again");
-  // The name is the digest, and nothing else stays in the folder.
+  // The file name is the digest, and no other file stays in the folder.
   EXPECT_EQ(fs::path(cache_of("abc").path()).filename(),
             "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad.onnx");
   const fs::directory_iterator files(fs::path(cache_of("a").path()).parent_path());
@@ -48,7 +48,7 @@ TEST_F(LoweringCacheFiles, KeepsAGraphByWhatItWasMadeOf) {
             fs::perms::owner_read | fs::perms::owner_write);
 }
 
-TEST_F(LoweringCacheFiles, EveryChangedByteAndEveryCutIsSeen) {
+TEST_F(LoweringCacheFiles, EveryChangeAndTruncationIsDetected) {
   const auto cache = cache_of("a");
   ASSERT_TRUE(cache.store("graph"));
   const auto whole = read_bytes(cache.path());
@@ -62,23 +62,23 @@ TEST_F(LoweringCacheFiles, EveryChangedByteAndEveryCutIsSeen) {
                  static_cast<std::streamsize>(bytes.size()));
     };
     put(changed);
-    EXPECT_EQ(complaint(cache), cache.path() + " was cut or changed") << at;
+    EXPECT_EQ(complaint(cache), cache.path() + " was truncated or changed") << at;
     changed.assign(whole.begin(), whole.begin() + static_cast<int64_t>(at));
     put(changed);
-    EXPECT_EQ(complaint(cache), cache.path() + " was cut or changed") << at;
+    EXPECT_EQ(complaint(cache), cache.path() + " was truncated or changed") << at;
   }
 }
 
-TEST_F(LoweringCacheFiles, WhatOthersMayWriteIsNotUsed) {
+TEST_F(LoweringCacheFiles, FilesWritableByOthersAreNotUsed) {
   const auto cache = cache_of("a");
   ASSERT_TRUE(cache.store("graph"));
   const std::string folder = fs::path(cache.path()).parent_path();
   ASSERT_EQ(chmod(cache.path().c_str(), 0620), 0);
-  EXPECT_EQ(complaint(cache), cache.path() + " is not this user's alone");
+  EXPECT_EQ(complaint(cache), cache.path() + " is accessible to other users");
   ASSERT_EQ(chmod(cache.path().c_str(), 0600), 0);
   EXPECT_EQ(complaint(cache), "it was loaded");
   ASSERT_EQ(chmod(folder.c_str(), 0777), 0);
-  EXPECT_EQ(complaint(cache), folder + " is not this user's alone");
+  EXPECT_EQ(complaint(cache), folder + " is accessible to other users");
   EXPECT_FALSE(cache.store("graph")) << "nor is anything put there";
 }
 
@@ -90,7 +90,7 @@ TEST_F(LoweringCacheFiles, LinksAndFoldersAreNotFollowed) {
   EXPECT_SAYS(complaint(cache), cache.path());
   fs::remove(cache.path());
   fs::create_directory(cache.path());
-  EXPECT_EQ(complaint(cache), cache.path() + " is not this user's alone");
+  EXPECT_EQ(complaint(cache), cache.path() + " is accessible to other users");
   EXPECT_FALSE(cache.store("graph"));
 }
 
@@ -118,7 +118,7 @@ class LoweringCacheOfModels : public LoweringTest {
         .node(kOpReshape, {"x", "shape"}, {"y"})
         .bytes();
   }
-  // The one file; "" when there is none.
+  // The path of the only cached file; "" when there is none.
   std::string kept() const {
     std::error_code missing;
     for (const auto& entry : fs::directory_iterator(folder_.path("cache/weir/lowered"), missing))
@@ -137,20 +137,20 @@ class LoweringCacheOfModels : public LoweringTest {
   }
 };
 
-TEST_F(LoweringCacheOfModels, TheSecondTimeTheGraphIsTakenFromDisk) {
+TEST_F(LoweringCacheOfModels, TheSecondOpenReadsTheGraphFromDisk) {
   expect_runs(kLowered, "ONNX Runtime runs " + folder_.path("model.bin") + "\n");
   ASSERT_NE(kept(), "");
   expect_runs(kLowered, "lowered before");
 }
 
-TEST_F(LoweringCacheOfModels, AChangedGraphIsSaidAndMadeAnew) {
+TEST_F(LoweringCacheOfModels, AChangedGraphIsReportedAndGeneratedAgain) {
   expect_runs(kLowered, "ONNX Runtime runs");
   auto bytes = read_bytes(kept());
   bytes[bytes.size() / 2] ^= std::byte{4};
   std::ofstream(kept(), std::ios::binary)
       .write(reinterpret_cast<const char*>(bytes.data()),
              static_cast<std::streamsize>(bytes.size()));
-  expect_runs(kLowered, "was cut or changed; the graph is made anew");
+  expect_runs(kLowered, "was truncated or changed; the graph is generated again");
   expect_runs(kLowered, "lowered before");
 }
 
@@ -162,9 +162,9 @@ TEST_F(LoweringCacheOfModels, NothingIsWrittenWhereItIsTurnedOff) {
   EXPECT_EQ(error.offered, "LoweringCache:often");
 }
 
-TEST_F(LoweringCacheOfModels, AFolderThatCannotBeMadeIsInNobodysWay) {
+TEST_F(LoweringCacheOfModels, AFolderThatCannotBeCreatedIsIgnored) {
   folder_.write("cache", {std::byte{'x'}});
-  expect_runs(kLowered, "could not be kept");
+  expect_runs(kLowered, "could not be stored");
 }
 
 }  // namespace

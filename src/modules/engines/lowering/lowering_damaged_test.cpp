@@ -1,12 +1,12 @@
-// Damaged quantised models through the lowering: refused, left to TensorFlow Lite, or run.
+// Lowers damaged quantised models: each is rejected, left to TensorFlow Lite, or run.
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "damaged_model.hpp"
-#include "lowering/lowering_fixture.hpp"
+#include "damaged_model_test_support.hpp"
+#include "lowering/lowering_test_support.hpp"
 
 namespace weir::engine_test {
 namespace {
 
-// The engine, with the lowering chosen for every model.
+// The engine with lowering enabled for every model.
 const weir_engine& lowering_engine() {
   static const weir_engine table = [] {
     weir_engine out = *engine();
@@ -25,7 +25,7 @@ const weir_engine& lowering_engine() {
 
 class LoweringDamaged : public LoweringTest {};
 
-TEST_F(LoweringDamaged, VersionsOfASmallModelAreRefusedOrRun) {
+TEST_F(LoweringDamaged, VersionsOfASmallModelAreRejectedOrRun) {
   const auto model = TfliteBuilder()
                          .input("x", kTfUint8, {1, 4})
                          .quantized({{0.5f}, {10}})
@@ -45,7 +45,7 @@ TEST_F(LoweringDamaged, VersionsOfASmallModelAreRefusedOrRun) {
   EXPECT_GT(counts.ran, 0);
 }
 
-TEST_F(LoweringDamaged, VersionsOfARealModelAreRefusedOrRun) {
+TEST_F(LoweringDamaged, VersionsOfARealModelAreRejectedOrRun) {
   const auto path = shared_file("models/audio/micro_speech_quantized.tflite");
   if (path.empty()) GTEST_SKIP() << "../shared/models/audio is not there";
   const auto counts = run_damaged(lowering_engine(), read_bytes(path), folder_);

@@ -1,5 +1,5 @@
-// Models whose numbers lie at the ends of their types. Run with UndefinedBehaviorSanitizer, no sum
-// and no product of them overflows.
+// Tests of models with values at the limits of their types; under UndefinedBehaviorSanitizer no sum
+// and no product may overflow.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <gtest/gtest.h>
 
@@ -8,7 +8,7 @@
 
 #include "lowering/lowering.hpp"
 #include "says.hpp"
-#include "tensorflow-lite/tflite_builder.hpp"
+#include "tensorflow-lite/tflite_builder_test_support.hpp"
 
 namespace weir::engine_test {
 namespace {
@@ -35,7 +35,7 @@ enum : int32_t {
 Error error_of(const TfliteBuilder& model) {
   const auto bytes = model.bytes();
   const auto lowered = engine::lower_tflite(bytes, {.cache = false, .runtime = "1"});
-  return lowered ? Error{Code::INTERNAL, "it is lowered", "", "", "", ""} : lowered.error();
+  return lowered ? Error{.code = Code::INTERNAL, .what = "it is lowered"} : lowered.error();
 }
 
 TfliteBuilder with_input(const std::vector<int32_t>& shape) {
@@ -47,7 +47,7 @@ TfliteBuilder& with_output(TfliteBuilder& model, const std::vector<int32_t>& sha
   return model.output("y", kTfInt8, shape).quantized({{0.5f}, {1}});
 }
 
-TEST(LoweringLimits, PaddingWhoseSumOverflowsIsRefused) {
+TEST(LoweringLimits, PaddingWhoseSumOverflowsIsRejected) {
   for (const std::vector<int64_t>& pads :
        {std::vector<int64_t>{kMost64, kMost64}, {kMost64, 1}, {1, kMost64}, {kLeast64, kMost64}}) {
     auto model = with_input({2});
@@ -59,7 +59,7 @@ TEST(LoweringLimits, PaddingWhoseSumOverflowsIsRefused) {
   }
 }
 
-TEST(LoweringLimits, ZeroPointsOfWeightsAreRefused) {
+TEST(LoweringLimits, ZeroPointsOfWeightsAreRejected) {
   for (const int64_t zero : {kMost64, kMost64 - 127, kLeast64, int64_t{-129}, int64_t{128}}) {
     auto model = with_input({1, 2});
     model.constant<int8_t>("w", kTfInt8, {1, 2}, {1, 2}).quantized({{0.5f}, {zero}});
@@ -69,7 +69,7 @@ TEST(LoweringLimits, ZeroPointsOfWeightsAreRefused) {
   }
 }
 
-TEST(LoweringLimits, ZeroPointsOfTensorsAreRefused) {
+TEST(LoweringLimits, ZeroPointsOfTensorsAreRejected) {
   for (const int64_t zero : {kMost64, kLeast64}) {
     TfliteBuilder model;
     model.input("x", kTfInt8, {2}).quantized({{0.5f}, {zero}});
@@ -78,12 +78,12 @@ TEST(LoweringLimits, ZeroPointsOfTensorsAreRefused) {
   }
 }
 
-// Each number of an operator's options at the ends of int32, the others 1.
-TEST(LoweringLimits, OptionsAtTheEndsOfTheirTypeAreRefusedOrLowered) {
+// Sets each field of an operator's options to the limits of int32, with the others at 1.
+TEST(LoweringLimits, OptionsAtTheEndsOfTheirTypeAreRejectedOrLowered) {
   struct Case {
     int32_t op;
     uint8_t options;
-    uint32_t first, last;  // fields of int32
+    uint32_t first, last;  // fields of type int32
     bool weights;
   };
   constexpr Case kCases[] = {{kConvolution, 1, 1, 5, true},  {kDepthwise, 2, 1, 6, true},
@@ -106,7 +106,7 @@ TEST(LoweringLimits, OptionsAtTheEndsOfTheirTypeAreRefusedOrLowered) {
       }
 }
 
-TEST(LoweringLimits, SlicesAtTheEndsOfTheirTypeAreRefusedOrLowered) {
+TEST(LoweringLimits, SlicesAtTheEndsOfTheirTypeAreRejectedOrLowered) {
   for (const int64_t begin : {kLeast64, int64_t{0}, kMost64})
     for (const int64_t end : {kLeast64, kMost64})
       for (const int64_t step : {int64_t{1}, kMost64}) {
@@ -118,18 +118,18 @@ TEST(LoweringLimits, SlicesAtTheEndsOfTheirTypeAreRefusedOrLowered) {
       }
 }
 
-TEST(LoweringLimits, AnAxisAtTheEndsOfItsTypeIsRefused) {
+TEST(LoweringLimits, AnAxisAtTheEndsOfItsTypeIsRejected) {
   for (const int64_t axis : {kLeast64, kMost64}) {
     auto model = with_input({5});
     model.constant<int64_t>("a", kTfInt64, {1}, {axis})
         .output("y", kTfInt64, {1})
         .node(kArgMax, {"x", "a"}, {"y"});
-    EXPECT_SAYS(error_of(model).message(), "an axis that is not there");
+    EXPECT_SAYS(error_of(model).message(), "an axis that does not exist");
   }
 }
 
-// One extent of 0 makes any other possible.
-TEST(LoweringLimits, ExtentsOfAnEmptyTensorAreRefused) {
+// With one extent of 0, any other extent fits into the file.
+TEST(LoweringLimits, ExtentsOfAnEmptyTensorAreRejected) {
   auto model = with_input({0, kMost32, kMost32, kMost32});
   model.constant<int8_t>("w", kTfInt8, {1, 2, 2, 1}, {1, 2, 3, 4}).quantized({{0.5f}, {0}});
   with_output(model, {0, kMost32, kMost32, kMost32});

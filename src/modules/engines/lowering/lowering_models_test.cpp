@@ -1,9 +1,9 @@
-// Real quantised models: TensorFlow Lite and the lowered graph on the same frames.
+// Tests real quantised models: TensorFlow Lite and the lowered graph on the same frames.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "lowering/lowering_fixture.hpp"
+#include "lowering/lowering_test_support.hpp"
 #include "says.hpp"
 
 namespace weir::engine_test {
@@ -11,7 +11,7 @@ namespace {
 
 class LoweringModels : public LoweringTest {};
 
-// Waves of colour, which networks take for something; noise alone they do not.
+// Waves of colour, which activate networks; noise alone does not.
 std::vector<TestTensor> waves(const OpenEngine& model, int number) {
   auto out = zero_inputs(model);
   for (auto& tensor : out)
@@ -43,8 +43,8 @@ TEST_F(LoweringModels, MobilenetAgrees) {
   }
 }
 
-// CAST, GATHER_ND, ARG_MAX and the like around its layers; real pictures: tests/pipelines.
-TEST_F(LoweringModels, MovenetRunsFromItsBytesToPlacesAndScores) {
+// Covers CAST, GATHER_ND and ARG_MAX around the layers; real pictures: tests/pipelines.
+TEST_F(LoweringModels, MovenetRunsFromBytesToKeyPointsAndScores) {
   const auto path = shared_file("models/pose/movenet_lightning_ptq.tflite");
   if (path.empty()) GTEST_SKIP() << "../shared/models/pose is not there";
   const auto other = lowered(path);
@@ -76,7 +76,7 @@ TEST_F(LoweringModels, ACustomOperatorStaysWithTensorFlowLiteAndIsNamed) {
   EXPECT_TRUE((*model)->invoke(zero_inputs(**model)));
 }
 
-TEST_F(LoweringModels, YamnetStaysForItsFourierTransform) {
+TEST_F(LoweringModels, YamnetStaysWithTensorFlowLiteForItsFourierTransform) {
   const auto path = shared_file("models/audio/yamnet.tflite");
   if (path.empty()) GTEST_SKIP() << "../shared/models/audio is not there";
   const auto model = OpenEngine::open(*engine(), path, kLowered, 1);

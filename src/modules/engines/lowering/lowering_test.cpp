@@ -1,6 +1,6 @@
-// Choosing the lowering: what it takes, what it leaves to TensorFlow Lite, what it refuses.
+// Tests when lowering is used, what it leaves to TensorFlow Lite, and what it rejects.
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "lowering/lowering_fixture.hpp"
+#include "lowering/lowering_test_support.hpp"
 
 #include "says.hpp"
 
@@ -20,14 +20,14 @@ TEST_F(Lowering, AnOperatorThatIsNotLoweredStaysWithTensorFlowLiteAndIsNamed) {
   EXPECT_EQ((*y)[0].values<float>(), (std::vector<float>{-1, -2, -3, 4, -5, -6}));
 }
 
-TEST_F(Lowering, IsOffUnlessItIsAskedFor) {
+TEST_F(Lowering, IsOffByDefault) {
   for (const auto& options : {Options{}, Options{{"Lowering", "None"}}}) {
     ASSERT_TRUE(open(tflite_negation().bytes(), options));
     EXPECT_LACKS(logged(), "Lowering");
   }
 }
 
-TEST_F(Lowering, AnotherRunnerIsRefusedInWords) {
+TEST_F(Lowering, AnUnknownRunnerIsRejectedWithAMessage) {
   const auto error = error_of(tflite_negation().bytes(), {{"Lowering", "tvm"}});
   EXPECT_EQ(error.code, Code::OPTION_VALUE);
   EXPECT_EQ(error.what, "the option Lowering has a value that cannot be used");
@@ -36,14 +36,14 @@ TEST_F(Lowering, AnotherRunnerIsRefusedInWords) {
   EXPECT_EQ(error.fix, "custom=Lowering:onnxruntime");
 }
 
-TEST_F(Lowering, WithoutTheOtherEngineItIsAnErrorThatNamesIt) {
+TEST_F(Lowering, AMissingOnnxRuntimeIsAnErrorThatNamesIt) {
   let_find("onnxruntime", nullptr);
   const auto error = error_of(tflite_negation().bytes(), kLowered);
   EXPECT_EQ(error.code, Code::ENGINE_UNKNOWN);
   EXPECT_EQ(error.offered, "onnxruntime");
 }
 
-TEST_F(Lowering, TheOtherEngineTakesWhatIsLowered) {
+TEST_F(Lowering, OnnxRuntimeRunsLoweredModels) {
   const auto path = folder_.write("model.tflite", TfliteBuilder()
                                                       .input("x", kTfInt8, {1, 4})
                                                       .quantized({{0.5f}, {-10}})
@@ -60,7 +60,7 @@ TEST_F(Lowering, TheOtherEngineTakesWhatIsLowered) {
   EXPECT_EQ((*y)[0].values<int8_t>(), (std::vector<int8_t>{-128, -1, 0, 127}));
 }
 
-TEST_F(Lowering, TheOtherEngineSaysWhatTheFileSays) {
+TEST_F(Lowering, OnnxRuntimeReportsTheMetadataOfTheFile) {
   const auto path =
       folder_.write("model.tflite", TfliteBuilder()
                                         .input("x", kTfUint8, {1, 2, 2, 3})
@@ -80,7 +80,7 @@ TEST_F(Lowering, TheOtherEngineSaysWhatTheFileSays) {
   EXPECT_SAYS(std::string((*model)->info().metadata_json), R"("lowering":"onnxruntime")");
 }
 
-// Who asks the engines about a file hears of both, and of the one that it is made for first.
+// Both engines recognise the file; the one for which it was made scores higher.
 TEST_F(Lowering, BothEnginesClaimTheFile) {
   const auto bytes = tflite_negation().bytes();
   const auto score = [&](const weir_engine& engine) {
@@ -93,7 +93,7 @@ TEST_F(Lowering, BothEnginesClaimTheFile) {
   EXPECT_GT(score(*engine()), score(*other_engine()));
 }
 
-TEST_F(Lowering, TheOtherEngineRefusesWhatIsNotLoweredAndNamesIt) {
+TEST_F(Lowering, OnnxRuntimeRejectsAndNamesOperatorsThatAreNotLowered) {
   const auto path = folder_.write("model.tflite", tflite_negation().bytes());
   const auto model = OpenEngine::open(*other_engine(), path);
   ASSERT_FALSE(model);
@@ -103,7 +103,7 @@ TEST_F(Lowering, TheOtherEngineRefusesWhatIsNotLoweredAndNamesIt) {
   EXPECT_EQ(model.error().fix, "framework=tensorflow-lite");
 }
 
-TEST_F(Lowering, ADamagedFileIsRefusedAsWithoutIt) {
+TEST_F(Lowering, ADamagedFileIsRejectedAsWithoutLowering) {
   auto bytes = tflite_negation().bytes();
   bytes.resize(bytes.size() / 2);
   const auto error = error_of(bytes, kLowered);

@@ -1,4 +1,4 @@
-// Operators that move values and compute nothing.
+// Lowers operators that move values without computing.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <algorithm>
 
@@ -15,12 +15,12 @@ int64_t elements(const TfliteGraphTensor& tensor) {
 }
 
 struct Ends {
-  std::string in, out;  // names of values
+  std::string in, out;  // value names
 };
-// Of a first input and an output of one type.
+// For operators whose first input and output have the same type.
 Result<Ends> ends_of(LoweredGraph& graph, const TfliteGraphOperator& op) {
   if (graph.tensor(op.inputs[0]).type != graph.tensor(op.outputs[0]).type)
-    return refuse("an output of another type than the input").error();
+    return refuse("an output whose type differs from the input's").error();
   auto in = graph.value(op.inputs[0]);
   if (!in) return in.error();
   auto out = graph.value(op.outputs[0]);
@@ -36,7 +36,7 @@ Status lower_reshape(LoweredGraph& graph, const TfliteGraphOperator& op) {
   if (!ends) return ends.error();
   const auto& output = graph.tensor(op.outputs[0]);
   if (elements(output) != elements(graph.tensor(op.inputs[0])) || elements(output) == 0)
-    return refuse("an output of another number of elements");
+    return refuse("an output with a different number of elements");
   graph.node("Reshape", "", {ends->in, graph.shape(output.shape)}, ends->out);
   return ok();
 }
@@ -46,16 +46,16 @@ Status lower_concatenation(LoweredGraph& graph, const TfliteGraphOperator& op) {
   const auto rank = static_cast<int64_t>(graph.tensor(op.outputs[0]).shape.size());
   auto axis = op.options.scalar<int32_t>(0, 0);
   if (axis < 0) axis += static_cast<int32_t>(rank);
-  if (axis < 0 || axis >= rank) return refuse("an axis that is not there");
+  if (axis < 0 || axis >= rank) return refuse("an axis that does not exist");
   const auto along = OnnxAttributes().number("axis", axis);
   const auto activation = op.options.scalar<int8_t>(1, 0);
   std::vector<std::string> plain;
   if (!graph.is_8bit(op.outputs[0])) {
     if (activation != 0) return refuse("a fused activation of numbers that are not quantised");
     for (const int32_t input : op.inputs) {
-      if (input < 0) return refuse("an input is left out");
+      if (input < 0) return refuse("an input is missing");
       if (graph.tensor(input).type != graph.tensor(op.outputs[0]).type)
-        return refuse("an output of another type than the input");
+        return refuse("an output whose type differs from the input's");
       const auto name = graph.value(input);
       if (!name) return name.error();
       plain.push_back(*name);
@@ -69,7 +69,7 @@ Status lower_concatenation(LoweredGraph& graph, const TfliteGraphOperator& op) {
   if (!made) return made.error();
   std::vector<Quantization> scales;
   for (const int32_t input : op.inputs) {
-    if (input < 0) return refuse("an input is left out");
+    if (input < 0) return refuse("an input is missing");
     const auto q = graph.quantization(input);
     if (!q) return q.error();
     const auto name = graph.value(input);
@@ -98,17 +98,18 @@ Status lower_pad(LoweredGraph& graph, const TfliteGraphOperator& op) {
     if (!q) return q.error();
     padding = graph.zero_point(q->zero_point);
   }
-  const auto given = graph.integers(op.inputs[1]);  // before and after, for each axis
+  const auto given = graph.integers(op.inputs[1]);  // before and after, per axis
   if (!given) return given.error();
   const auto& input = graph.tensor(op.inputs[0]).shape;
   const auto& output = graph.tensor(op.outputs[0]).shape;
   const size_t rank = input.size();
-  if (given->size() != 2 * rank || output.size() != rank) return refuse("padding of another rank");
-  std::vector<int64_t> pads(2 * rank);  // all befores, then all afters
+  if (given->size() != 2 * rank || output.size() != rank)
+    return refuse("padding with a different rank");
+  std::vector<int64_t> pads(2 * rank);  // all values "before", then all "after"
   for (size_t i = 0; i < rank; ++i) {
     pads[i] = (*given)[2 * i];
     pads[rank + i] = (*given)[2 * i + 1];
-    // Subtracted from the output: sums of what the file says can overflow.
+    // Subtracts from the output, because sums of values from the file can overflow.
     if (pads[i] < 0 || pads[i] > output[i] || pads[rank + i] < 0 ||
         pads[rank + i] > output[i] - pads[i] || input[i] != output[i] - pads[i] - pads[rank + i])
       return refuse("padding that does not give the output's shape");
@@ -148,7 +149,7 @@ Status lower_strided_slice(LoweredGraph& graph, const TfliteGraphOperator& op) {
     if (to[i] <= from[i] || to[i] > extent) return refuse("a slice of no elements");
     count *= (to[i] - from[i] - 1) / stride + 1;
   }
-  if (count != elements(output)) return refuse("an output of another number of elements");
+  if (count != elements(output)) return refuse("an output with a different number of elements");
   const auto slice = graph.made("Slice", {ends->in, graph.shape(from), graph.shape(to),
                                           graph.shape(axes), graph.shape(*step)});
   graph.node("Reshape", "", {slice, graph.shape(output.shape)}, ends->out);
@@ -157,7 +158,7 @@ Status lower_strided_slice(LoweredGraph& graph, const TfliteGraphOperator& op) {
 
 namespace {
 
-// What both ways of resizing share: size and places as TensorFlow Lite has them.
+// Shared by both resizing modes: the size, and the coordinates as in TensorFlow Lite.
 struct Resizing {
   Ends ends;
   std::string size;
@@ -170,7 +171,7 @@ struct Resizing {
                                                                                : "asymmetric"));
   }
 };
-// `first`: the field of align_corners; half_pixel_centers follows it.
+// `first`: the index of the field align_corners; half_pixel_centers is the next field.
 Result<Resizing> resizing_of(LoweredGraph& graph, const TfliteGraphOperator& op, uint32_t first) {
   if (auto status = check_counts(op, 2, 2); !status) return status.error();
   const auto ends = ends_of(graph, op);
@@ -198,15 +199,15 @@ Status lower_nearest_neighbour(LoweredGraph& graph, const TfliteGraphOperator& o
   return ok();
 }
 
-// In real numbers: TensorFlow Lite and XNNPACK each round in a way of their own.
+// Computed in floats, because TensorFlow Lite and XNNPACK round differently from each other.
 Status lower_bilinear(LoweredGraph& graph, const TfliteGraphOperator& op) {
   const auto found = resizing_of(graph, op, 2);
   if (!found) return found.error();
-  if (!graph.is_8bit(op.inputs[0])) return refuse("a picture of other than 8-bit values");
+  if (!graph.is_8bit(op.inputs[0])) return refuse("a picture whose values are not 8-bit");
   const auto in = graph.quantization(op.inputs[0]), out = graph.quantization(op.outputs[0]);
   if (!in) return in.error();
   if (!out) return out.error();
-  if (*in != *out) return refuse("an output of another scale than the input");
+  if (*in != *out) return refuse("an output whose scale differs from the input's");
   const auto one = graph.scale(1), zero = graph.zero_point(0);
   const auto real = graph.made("DequantizeLinear", {found->ends.in, one, zero});
   const auto larger =

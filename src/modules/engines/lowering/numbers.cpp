@@ -1,4 +1,5 @@
-// Operators on numbers that stand for themselves: float32, int32, int64; and CAST to and from them.
+// Lowers operators on values without quantisation (float32, int32, int64), and CAST to and from
+// them.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <algorithm>
 #include <limits>
@@ -22,7 +23,7 @@ OnnxAttributes to(OnnxElement type) {
   return OnnxAttributes().number("to", static_cast<int64_t>(type));
 }
 
-// The limits of a fused activation; infinite where there are none.
+// The limits of a fused activation; infinite without one.
 Result<std::array<float, 2>> limits_of(int8_t activation) {
   constexpr float kFar = std::numeric_limits<float>::infinity();
   switch (static_cast<Activation>(activation)) {
@@ -38,7 +39,7 @@ Result<std::array<float, 2>> limits_of(int8_t activation) {
   return refuse("fused activation number " + std::to_string(activation)).error();
 }
 
-// int8 stands as uint8 moved up by 128: both become int32 as they were.
+// Converts to int32. int8 values are stored as uint8 plus 128; this restores them.
 std::string widened(LoweredGraph& graph, const std::string& value, bool is_signed) {
   const auto wide = graph.made("Cast", {value}, to(OnnxElement::kInt32));
   constexpr int32_t kMoved = 128;
@@ -69,19 +70,19 @@ Status plain_binary(LoweredGraph& graph, const TfliteGraphOperator& op, std::str
   return ok();
 }
 
-// Whole numbers are not: TensorFlow Lite fails on a divisor of 0, ONNX Runtime ends the process.
+// Integers are not lowered: for a divisor of 0 TensorFlow Lite fails, but ONNX Runtime crashes.
 Status lower_divide(LoweredGraph& graph, const TfliteGraphOperator& op) {
   if (auto status = check_counts(op, 2, 2); !status) return status;
-  if (!is_float(graph, op.outputs[0])) return refuse("a quotient of other than float32");
+  if (!is_float(graph, op.outputs[0])) return refuse("a quotient that is not float32");
   return plain_binary(graph, op, "Div");
 }
 
-// Towards minus infinity. ONNX's Mod has the sign of the divisor, its Div goes towards zero.
+// Rounds towards minus infinity. ONNX's Mod has the sign of the divisor; its Div truncates.
 Status lower_floor_divide(LoweredGraph& graph, const TfliteGraphOperator& op) {
   if (auto status = check_counts(op, 2, 2); !status) return status;
   if (graph.tensor(op.outputs[0]).type != TfliteType::kInt32 ||
       graph.tensor(op.inputs[0]).type != TfliteType::kInt32)
-    return refuse("a quotient of other than int32");
+    return refuse("a quotient that is not int32");
   const auto divisors = graph.integers(op.inputs[1]);
   if (!divisors) return divisors.error();
   if (graph.tensor(op.inputs[1]).type != TfliteType::kInt32 ||
@@ -99,7 +100,7 @@ Status lower_floor_divide(LoweredGraph& graph, const TfliteGraphOperator& op) {
 Status lower_square_root(LoweredGraph& graph, const TfliteGraphOperator& op) {
   if (auto status = check_counts(op, 1, 1); !status) return status;
   if (!is_float(graph, op.inputs[0]) || !is_float(graph, op.outputs[0]))
-    return refuse("a square root of other than float32");
+    return refuse("a square root that is not float32");
   const auto in = graph.value(op.inputs[0]), out = graph.value(op.outputs[0]);
   if (!in) return in.error();
   if (!out) return out.error();
@@ -107,8 +108,8 @@ Status lower_square_root(LoweredGraph& graph, const TfliteGraphOperator& op) {
   return ok();
 }
 
-// The stored numbers, whatever quantisation they have: towards zero, and whole numbers by their low
-// bits. Real numbers that the wanted type lacks have no meaning in TensorFlow Lite either.
+// Casts the stored values, whatever their quantisation: floats truncate and integers keep their low
+// bits. Floats outside the target type are undefined in TensorFlow Lite too.
 Status lower_cast(LoweredGraph& graph, const TfliteGraphOperator& op) {
   if (auto status = check_counts(op, 1, 1); !status) return status;
   const auto from = graph.tensor(op.inputs[0]).type, wanted = graph.tensor(op.outputs[0]).type;
@@ -125,7 +126,7 @@ Status lower_cast(LoweredGraph& graph, const TfliteGraphOperator& op) {
     value = graph.made("Cast", {value}, to(OnnxElement::kInt32));
     constexpr int32_t kMoved = 128;
     if (wanted == TfliteType::kInt8) value = graph.made("Add", {value, graph.number(kMoved)});
-    // The rest of a division by 256, in which no kernel saturates.
+    // Modulo 256 keeps the low bits, so that no cast kernel saturates.
     constexpr int32_t kValues = 256;
     value = graph.made("Mod", {value, graph.number(kValues)});
   }
@@ -137,7 +138,7 @@ Status lower_cast(LoweredGraph& graph, const TfliteGraphOperator& op) {
   return ok();
 }
 
-// The first of equal values, as there.
+// The first of equal values, as in TensorFlow Lite.
 Status lower_arg_max(LoweredGraph& graph, const TfliteGraphOperator& op) {
   if (auto status = check_counts(op, 2, 2); !status) return status;
   const auto axis = graph.integers(op.inputs[1]);
@@ -146,7 +147,7 @@ Status lower_arg_max(LoweredGraph& graph, const TfliteGraphOperator& op) {
   const auto type = graph.tensor(op.outputs[0]).type;
   const auto given = graph.tensor(op.inputs[0]).type;
   if (axis->size() != 1 || (*axis)[0] < -rank || (*axis)[0] >= rank)
-    return refuse("an axis that is not there");
+    return refuse("an axis that does not exist");
   if ((type != TfliteType::kInt32 && type != TfliteType::kInt64) || given == TfliteType::kInt64)
     return refuse("numbers of a type that is not lowered here");
   const auto in = graph.value(op.inputs[0]), out = graph.value(op.outputs[0]);

@@ -1,4 +1,4 @@
-// Protobuf by hand: a few fields need no library.
+// Writes protobuf fields without a library: only a few are needed.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "lowering/onnx_writer.hpp"
 
@@ -6,7 +6,7 @@ namespace weir::engine {
 namespace {
 
 constexpr int64_t kIrVersion = 8, kOpset = 13, kMicrosoftOpset = 1;
-// Numbers of AttributeProto.AttributeType.
+// Values of AttributeProto.AttributeType.
 constexpr int64_t kInteger = 2, kString = 3, kIntegers = 7;
 
 void varint(std::string* out, uint64_t value) {
@@ -23,7 +23,7 @@ void part(std::string* out, uint32_t field, std::string_view content) {
   *out += content;
 }
 
-// ValueInfoProto: name 1, type 2; of a tensor: elem_type 1, shape 2 of dim 1 of dim_value 1.
+// ValueInfoProto: name 1, type 2; tensor type: elem_type 1, shape 2 { dim 1 { dim_value 1 } }.
 std::string value_info(std::string_view name, OnnxElement type, std::span<const int64_t> shape) {
   std::string extents, tensor, kind, out;
   for (const int64_t extent : shape) {

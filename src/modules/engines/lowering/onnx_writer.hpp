@@ -1,4 +1,4 @@
-// OnnxWriter: an ONNX model written field by field (onnx.proto3 of the ONNX project).
+// OnnxWriter: writes an ONNX model field by field (onnx.proto3 of the ONNX project).
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <cstdint>
@@ -9,7 +9,7 @@
 
 namespace weir::engine {
 
-// Numbers of TensorProto.DataType.
+// Values of TensorProto.DataType.
 enum class OnnxElement : int32_t {
   kFloat = 1,
   kUint8 = 2,
@@ -35,7 +35,7 @@ class OnnxWriter {
  public:
   void input(std::string_view name, OnnxElement type, std::span<const int64_t> shape);
   void output(std::string_view name, OnnxElement type, std::span<const int64_t> shape);
-  // "" as an input is one that is left out; the domain "" is ONNX's own.
+  // The input "" is omitted; the domain "" is ONNX's own.
   void node(std::string_view op, std::string_view domain, std::span<const std::string> inputs,
             std::string_view output, const OnnxAttributes& attributes = {});
   // `data`: the elements, little-endian.
@@ -43,7 +43,7 @@ class OnnxWriter {
                 std::string_view data);
   void metadata(std::string_view key, std::string_view value);
 
-  // The whole model.
+  // Returns the complete model.
   std::string model() const;
 
  private:

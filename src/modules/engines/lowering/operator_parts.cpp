@@ -1,4 +1,4 @@
-// Fused activations as limits of quantised values; padding as TensorFlow computes it.
+// Converts fused activations to limits of quantised values; computes padding as TensorFlow does.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "lowering/operator_parts.hpp"
 
@@ -35,12 +35,10 @@ Result<Limits> limits_of(int8_t activation, const Quantization& q) {
 }  // namespace
 
 Status refuse(const std::string& why) {
-  return Error{Code::MODEL_UNSUPPORTED,
-               "an operator is used in a way that is not lowered",
-               why,
-               "",
-               "",
-               "framework=tensorflow-lite without Lowering"};
+  return Error{.code = Code::MODEL_UNSUPPORTED,
+               .what = "an operator is used in a way that is not lowered",
+               .offered = why,
+               .fix = "framework=tensorflow-lite without Lowering"};
 }
 
 Status check_counts(const TfliteGraphOperator& op, size_t inputs_least, size_t inputs_most) {
@@ -51,7 +49,7 @@ Status check_counts(const TfliteGraphOperator& op, size_t inputs_least, size_t i
   if (!std::all_of(op.inputs.begin(), op.inputs.begin() + static_cast<int64_t>(inputs_least),
                    there) ||
       op.outputs[0] < 0)
-    return refuse("an input or output is left out");
+    return refuse("an input or output is missing");
   return ok();
 }
 

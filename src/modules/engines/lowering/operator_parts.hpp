@@ -1,4 +1,4 @@
-// What operators that are lowered share: refusals, fused activations, windows over pictures.
+// Helpers shared by lowered operators: rejections, fused activations, windows over pictures.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <array>
@@ -8,16 +8,16 @@
 
 namespace weir::engine {
 
-// MODEL_UNSUPPORTED that says what of the operator is not lowered.
+// MODEL_UNSUPPORTED with the reason why the operator is not lowered.
 Status refuse(const std::string& why);
-// The operator has this many inputs and outputs, and none of them is left out.
+// Checks the number of inputs and outputs, and that none is omitted.
 Status check_counts(const TfliteGraphOperator& op, size_t inputs_least, size_t inputs_most);
 
-// Numbers of ActivationFunctionType.
+// Values of ActivationFunctionType.
 enum class Activation : int8_t { kNone = 0, kRelu = 1, kReluN1To1 = 2, kRelu6 = 3 };
 
-// Adds the node that makes tensor `output`, and behind it the limits of a fused activation where
-// they cut into the values that its type has. The names of the inputs are given.
+// Adds the node that computes tensor `output`, followed by the limits of a fused activation if they
+// restrict the values of its type. `inputs` are value names.
 Status node_with_activation(LoweredGraph& graph, std::string_view op, std::string_view domain,
                             const std::vector<std::string>& inputs, int32_t output,
                             const OnnxAttributes& attributes, int8_t activation);
@@ -25,12 +25,12 @@ Status node_with_activation(LoweredGraph& graph, std::string_view op, std::strin
 // A window that moves over height and width.
 struct Window {
   std::array<int64_t, 2> size{}, stride{}, dilation{1, 1};
-  bool same = false;  // padding SAME, else VALID
+  bool same = false;  // SAME padding; false: VALID
 
-  // Of options whose fields 0 to 2 are padding, stride_w and stride_h.
+  // For options whose fields 0 to 2 are padding, stride_w and stride_h.
   static Window of(const FlatTable& options);
-  // Top, left, bottom, right, for shapes [batch, height, width, channels]. MODEL_UNSUPPORTED where
-  // the output's shape is not what the window gives.
+  // Returns top, left, bottom and right for shapes [batch, height, width, channels].
+  // MODEL_UNSUPPORTED when the window does not give the output's shape.
   Result<std::array<int64_t, 4>> pads(const TfliteGraphTensor& input,
                                       const TfliteGraphTensor& output) const;
 };

@@ -1,4 +1,4 @@
-// The table of operators (BuiltinOperator of TensorFlow's schema.fbs): lowered, or known by name.
+// The table of operators (BuiltinOperator of TensorFlow's schema.fbs): lowered, or only named.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "lowering/operators.hpp"
 

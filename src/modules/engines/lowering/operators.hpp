@@ -5,7 +5,7 @@
 
 namespace weir::engine {
 
-// MODEL_UNSUPPORTED, its `offered` saying what of the operator is not lowered.
+// MODEL_UNSUPPORTED; its `offered` gives the part of the operator that is not lowered.
 using LowerOperator = Status (*)(LoweredGraph&, const TfliteGraphOperator&);
 
 struct KnownOperator {
@@ -13,45 +13,45 @@ struct KnownOperator {
   const char* name;
   LowerOperator lower;  // null: not lowered
 };
-// Null for a number that has no name here.
+// Null for an unknown number.
 const KnownOperator* known_operator(int32_t code);
 
-// Of convolutions.cpp.
+// convolutions.cpp
 Status lower_convolution(LoweredGraph& graph, const TfliteGraphOperator& op);
 Status lower_depthwise_convolution(LoweredGraph& graph, const TfliteGraphOperator& op);
 Status lower_transposed_convolution(LoweredGraph& graph, const TfliteGraphOperator& op);
 Status lower_fully_connected(LoweredGraph& graph, const TfliteGraphOperator& op);
-// Of pools.cpp.
+// pools.cpp
 Status lower_average_pool(LoweredGraph& graph, const TfliteGraphOperator& op);
 Status lower_max_pool(LoweredGraph& graph, const TfliteGraphOperator& op);
-// Of elementwise.cpp.
+// elementwise.cpp
 Status lower_add(LoweredGraph& graph, const TfliteGraphOperator& op);
 Status lower_multiply(LoweredGraph& graph, const TfliteGraphOperator& op);
 Status lower_logistic(LoweredGraph& graph, const TfliteGraphOperator& op);
 Status lower_softmax(LoweredGraph& graph, const TfliteGraphOperator& op);
 Status lower_quantize(LoweredGraph& graph, const TfliteGraphOperator& op);
 Status lower_dequantize(LoweredGraph& graph, const TfliteGraphOperator& op);
-// Of differences.cpp.
+// differences.cpp
 Status lower_subtract(LoweredGraph& graph, const TfliteGraphOperator& op);
-// Of moves.cpp: values are moved, not computed.
+// moves.cpp: operators that move values without computing
 Status lower_reshape(LoweredGraph& graph, const TfliteGraphOperator& op);
 Status lower_concatenation(LoweredGraph& graph, const TfliteGraphOperator& op);
 Status lower_pad(LoweredGraph& graph, const TfliteGraphOperator& op);
 Status lower_strided_slice(LoweredGraph& graph, const TfliteGraphOperator& op);
 Status lower_nearest_neighbour(LoweredGraph& graph, const TfliteGraphOperator& op);
 Status lower_bilinear(LoweredGraph& graph, const TfliteGraphOperator& op);
-// Of picks.cpp.
+// picks.cpp
 Status lower_gather(LoweredGraph& graph, const TfliteGraphOperator& op);
 Status lower_gather_nd(LoweredGraph& graph, const TfliteGraphOperator& op);
 Status lower_pack(LoweredGraph& graph, const TfliteGraphOperator& op);
 Status lower_unpack(LoweredGraph& graph, const TfliteGraphOperator& op);
-// Of numbers.cpp.
+// numbers.cpp
 Status lower_arg_max(LoweredGraph& graph, const TfliteGraphOperator& op);
 Status lower_cast(LoweredGraph& graph, const TfliteGraphOperator& op);
 Status lower_divide(LoweredGraph& graph, const TfliteGraphOperator& op);
 Status lower_floor_divide(LoweredGraph& graph, const TfliteGraphOperator& op);
 Status lower_square_root(LoweredGraph& graph, const TfliteGraphOperator& op);
-// ADD, MUL and the like of numbers that are not quantised.
+// ADD, MUL and others on values without quantisation.
 Status plain_binary(LoweredGraph& graph, const TfliteGraphOperator& op, std::string_view name);
 
 }  // namespace weir::engine

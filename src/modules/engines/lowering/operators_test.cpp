@@ -1,14 +1,14 @@
-// Each operator by itself: the lowered graph and TensorFlow Lite on the same random frames.
+// Tests each operator alone: the lowered graph and TensorFlow Lite on the same random frames.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <array>
 
-#include "lowering/lowering_fixture.hpp"
+#include "lowering/lowering_test_support.hpp"
 #include "says.hpp"
 
 namespace weir::engine_test {
 namespace {
 
-// Numbers of BuiltinOperator.
+// Values of BuiltinOperator.
 enum : int32_t {
   kAveragePool = 1,
   kConvolution = 3,
@@ -23,7 +23,7 @@ enum : int32_t {
   kNearest = 97,
   kQuantize = 114
 };
-// Numbers of BuiltinOptions.
+// Values of BuiltinOptions.
 enum : uint8_t {
   kConvolutionOptions = 1,
   kDepthwiseOptions = 2,
@@ -90,7 +90,7 @@ std::vector<int32_t> biases(size_t count) {
 
 class LoweredOperators : public LoweringTest {
  protected:
-  // How many steps the two are apart at most, over a few frames. -1 when one does not run.
+  // The largest difference in quantisation steps over a few frames. -1 when either does not run.
   int steps(const TfliteBuilder& model) {
     const auto path = folder_.write("model.tflite", model.bytes());
     const auto own = opened(path), other = lowered(path);
@@ -107,7 +107,7 @@ class LoweredOperators : public LoweringTest {
     if (!out) ADD_FAILURE() << out.error().message();
     return out ? (*out)[0].values<uint8_t>() : std::vector<uint8_t>{};
   }
-  // What the log says of a model that stays with TensorFlow Lite.
+  // The log text for a model that stays with TensorFlow Lite.
   std::string fallback(const TfliteBuilder& model) {
     take_log();
     (void)open(model.bytes(), kLowered);
@@ -269,8 +269,8 @@ TEST_F(LoweredOperators, CurvesAreAStepApartAtMost) {
   }
 }
 
-// By hand: x / 2 - 5, of 0, 10, 11, 255 at scale 0.5 and zero point 10.
-TEST_F(LoweredOperators, QuantizeAndDequantizeGoThereAndBack) {
+// Expected values: x / 2 - 5 for 0, 10, 11, 255 at scale 0.5 and zero point 10.
+TEST_F(LoweredOperators, QuantizeAndDequantizeRoundTrip) {
   auto model = TfliteBuilder().input("x", kTfFloat, {4});
   model.tensor("q", kTfInt8, {4}).quantized({{0.5f}, {-118}});
   model.tensor("r", kTfUint8, {4}).quantized({{0.25f}, {20}});
@@ -283,11 +283,11 @@ TEST_F(LoweredOperators, QuantizeAndDequantizeGoThereAndBack) {
   const auto y =
       other->invoke({make_tensor<float>(WEIR_FLOAT32, {4}, {-9.0f, 0.6f, 1.1f, 1000.0f})});
   ASSERT_TRUE(y) << y.error().message();
-  // int8 ends at -5 and 122.5, uint8 of scale 0.25 at -5 and 58.75.
+  // The range of int8 is -5 to 122.5; that of uint8 with scale 0.25 is -5 to 58.75.
   EXPECT_EQ((*y)[0].values<float>(), (std::vector<float>{-5.0f, 0.5f, 1.0f, 58.75f}));
 }
 
-TEST_F(LoweredOperators, MovesMoveTheValues) {
+TEST_F(LoweredOperators, MovesKeepTheValues) {
   auto pad = picture(kTfUint8, {1, 2, 2, 1}, 0.5f, 9);
   pad.constant<int32_t>("p", kTfInt32, {4, 2}, {0, 0, 1, 0, 0, 2, 0, 0});
   result(&pad, kTfUint8, {1, 3, 4, 1}, 0.5f, 9).node(kPad, {"x", "p"}, {"y"});
@@ -328,7 +328,7 @@ TEST_F(LoweredOperators, NearestNeighboursAreTheSame) {
     }
 }
 
-TEST_F(LoweredOperators, WhatIsNotLoweredIsNamedWithItsReason) {
+TEST_F(LoweredOperators, UnsupportedUsesAreReportedWithTheirReason) {
   const auto tanh = fallback(convolution_of_uint8(1, kSame, 1, 11, 0.03f, 128, kTanh));
   EXPECT_SAYS(tanh, "the operator CONV_2D (number 1) is not lowered");
   EXPECT_SAYS(tanh, "fused activation number 4");

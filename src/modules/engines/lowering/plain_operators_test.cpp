@@ -1,15 +1,15 @@
-// Operators that pick and join values, casts, and numbers that are not quantised: the lowered graph
-// gives what TensorFlow Lite gives, and what it cannot is refused.
+// Tests of operators that gather and join values, of casts, and of values without quantisation: the
+// lowered graph equals TensorFlow Lite, and unsupported operators are rejected.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <limits>
 
-#include "lowering/lowering_fixture.hpp"
+#include "lowering/lowering_test_support.hpp"
 #include "says.hpp"
 
 namespace weir::engine_test {
 namespace {
 
-// Numbers of BuiltinOperator and of BuiltinOptions.
+// Values of BuiltinOperator and BuiltinOptions.
 enum : int32_t {
   kMultiply = 18,
   kBilinear = 23,
@@ -42,7 +42,7 @@ FlatValue number(int32_t value) {
 
 class LoweredPlainOperators : public LoweringTest {
  protected:
-  // Both give the same bytes; they are returned.
+  // Expects both to give the same bytes, and returns them.
   std::vector<TestTensor> same(const TfliteBuilder& model, const std::vector<TestTensor>& inputs) {
     const auto path = folder_.write("model.tflite", model.bytes());
     const auto own = opened(path), other = lowered(path);
@@ -69,7 +69,7 @@ class LoweredPlainOperators : public LoweringTest {
 TestTensor floats(const std::vector<float>& values) {
   return make_tensor<float>(WEIR_FLOAT32, {static_cast<int64_t>(values.size())}, values);
 }
-TestTensor words(const std::vector<int32_t>& values) {
+TestTensor int32_tensor(const std::vector<int32_t>& values) {
   return make_tensor<int32_t>(WEIR_INT32, {static_cast<int64_t>(values.size())}, values);
 }
 
@@ -91,11 +91,12 @@ TEST_F(LoweredPlainOperators, CastsGoTowardsZero) {
       (std::vector<uint8_t>{0, 0, 2, 255}));
 }
 
-// Whole numbers keep their low bits, real ones are the nearest that there are.
+// Integers keep their low bits; floats become the nearest representable value.
 TEST_F(LoweredPlainOperators, CastsOfWholeNumbersKeepTheirLowBits) {
   constexpr int32_t kLeast = std::numeric_limits<int32_t>::min(),
                     kMost = std::numeric_limits<int32_t>::max();
-  const auto given = words({0, 1, 127, 128, 255, 256, -1, -128, -129, kLeast, kMost, 16777217});
+  const auto given =
+      int32_tensor({0, 1, 127, 128, 255, 256, -1, -128, -129, kLeast, kMost, 16777217});
   EXPECT_EQ(same(cast(kTfInt32, kTfUint8, 12), {given})[0].values<uint8_t>(),
             (std::vector<uint8_t>{0, 1, 127, 128, 255, 0, 255, 128, 127, 0, 255, 1}));
   EXPECT_EQ(same(cast(kTfInt32, kTfInt64, 12), {given})[0].values<int64_t>()[9], kLeast);
@@ -105,7 +106,7 @@ TEST_F(LoweredPlainOperators, CastsOfWholeNumbersKeepTheirLowBits) {
             (std::vector<int32_t>{-1, 7, 5}));
 }
 
-TEST_F(LoweredPlainOperators, CastsOf8BitValuesTakeTheStoredNumbers) {
+TEST_F(LoweredPlainOperators, CastsOf8BitValuesUseTheStoredNumbers) {
   std::vector<uint8_t> all(256);
   for (size_t i = 0; i < all.size(); ++i) all[i] = static_cast<uint8_t>(i);
   auto from_uint8 = TfliteBuilder().input("x", kTfUint8, {256}).quantized({{0.5f}, {7}});
@@ -122,12 +123,12 @@ TEST_F(LoweredPlainOperators, CastsOf8BitValuesTakeTheStoredNumbers) {
 
   auto to_int8 = TfliteBuilder().input("x", kTfInt32, {6});
   to_int8.output("y", kTfInt8, {6}).quantized({{1.0f}, {0}}).node(kOpCast, {"x"}, {"y"});
-  const auto w = same(to_int8, {words({0, -128, 127, 128, 200, -129})});
+  const auto w = same(to_int8, {int32_tensor({0, -128, 127, 128, 200, -129})});
   ASSERT_EQ(w.size(), 1u);
   EXPECT_EQ(w[0].values<int8_t>(), (std::vector<int8_t>{0, -128, 127, -128, -56, 127}));
 }
 
-TEST_F(LoweredPlainOperators, GatherTakesWholeSlicesOfOneAxis) {
+TEST_F(LoweredPlainOperators, GatherReadsWholeSlicesOfOneAxis) {
   std::vector<float> given(24);
   for (size_t i = 0; i < given.size(); ++i) given[i] = static_cast<float>(i) + 0.25f;
   const auto x = make_tensor<float>(WEIR_FLOAT32, {2, 3, 4}, given);
@@ -144,18 +145,18 @@ TEST_F(LoweredPlainOperators, GatherTakesWholeSlicesOfOneAxis) {
   }
 }
 
-TEST_F(LoweredPlainOperators, GatherTakesPlacesThatTheGraphComputes) {
+TEST_F(LoweredPlainOperators, GatherReadsIndicesThatTheGraphComputes) {
   auto model = TfliteBuilder().input("x", kTfInt8, {4}).quantized({{0.5f}, {-3}});
   model.input("at", kTfInt32, {3});
   model.output("y", kTfInt8, {3}).quantized({{0.5f}, {-3}});
   model.node(kGather, {"x", "at"}, {"y"}).options(kGatherOptions, FlatValue::table({}));
-  const auto y =
-      same(model, {make_tensor<int8_t>(WEIR_INT8, {4}, {-128, -1, 5, 127}), words({3, 0, 2})});
+  const auto y = same(
+      model, {make_tensor<int8_t>(WEIR_INT8, {4}, {-128, -1, 5, 127}), int32_tensor({3, 0, 2})});
   ASSERT_EQ(y.size(), 1u);
   EXPECT_EQ(y[0].values<int8_t>(), (std::vector<int8_t>{127, -128, 5}));
 }
 
-TEST_F(LoweredPlainOperators, GatherNdTakesSinglePlaces) {
+TEST_F(LoweredPlainOperators, GatherNdReadsSingleElements) {
   auto model = TfliteBuilder().input("x", kTfUint8, {2, 3, 2}).quantized({{0.5f}, {9}});
   model.input("at", kTfInt32, {3, 2});
   model.output("y", kTfUint8, {3, 2}).quantized({{0.5f}, {9}});
@@ -194,7 +195,7 @@ TEST_F(LoweredPlainOperators, PackAndUnpackUndoEachOther) {
   }
 }
 
-TEST_F(LoweredPlainOperators, ArgMaxTakesTheFirstOfEqualValues) {
+TEST_F(LoweredPlainOperators, ArgMaxReturnsTheFirstOfEqualValues) {
   for (const int8_t type : {int8_t{kTfUint8}, int8_t{kTfInt8}}) {
     auto model = TfliteBuilder().input("x", type, {2, 4}).quantized({{0.5f}, {3}});
     model.constant<int32_t>("axis", kTfInt32, {}, {1})
@@ -209,13 +210,13 @@ TEST_F(LoweredPlainOperators, ArgMaxTakesTheFirstOfEqualValues) {
   }
 }
 
-TEST_F(LoweredPlainOperators, FloorDivisionGoesDown) {
+TEST_F(LoweredPlainOperators, FloorDivisionRoundsDown) {
   auto model = TfliteBuilder().input("x", kTfInt32, {8});
   model.constant<int32_t>("by", kTfInt32, {}, {48})
       .output("y", kTfInt32, {8})
       .node(kFloorDivide, {"x", "by"}, {"y"});
-  const auto y =
-      same(model, {words({0, 47, 48, 2303, -1, -48, -49, std::numeric_limits<int32_t>::max()})});
+  const auto y = same(
+      model, {int32_tensor({0, 47, 48, 2303, -1, -48, -49, std::numeric_limits<int32_t>::max()})});
   ASSERT_EQ(y.size(), 1u);
   EXPECT_EQ(y[0].values<int32_t>(), (std::vector<int32_t>{0, 0, 1, 47, -1, -1, -2, 44739242}));
 }
@@ -262,7 +263,7 @@ TEST_F(LoweredPlainOperators, WholeNumbersAreJoined) {
   EXPECT_EQ(y[0].values<int32_t>(), (std::vector<int32_t>{1, 3, 4, 2, 5, 6}));
 }
 
-// Every value less every other; scales of a half and a whole make all of them ties.
+// Every value minus every other; scales of a half and a whole make all of them ties.
 TEST_F(LoweredPlainOperators, DifferencesOfUint8AreTheSame) {
   const struct {
     float first, second, out;
@@ -285,7 +286,7 @@ TEST_F(LoweredPlainOperators, DifferencesOfUint8AreTheSame) {
   }
 }
 
-// Steps of one: each of three libraries rounds in its own way.
+// Allows one step: each of the three libraries rounds differently.
 TEST_F(LoweredPlainOperators, DifferencesAndLargerPicturesAreAStepApartAtMost) {
   std::vector<TfliteBuilder> models;
   for (const auto& [type, zero] : {std::pair{kTfUint8, 90}, {kTfInt8, -20}}) {
@@ -294,7 +295,7 @@ TEST_F(LoweredPlainOperators, DifferencesAndLargerPicturesAreAStepApartAtMost) {
     difference.output("y", type, {5, 8}).quantized({{0.07f}, {zero + 3}});
     difference.node(kOpSub, {"x", "z"}, {"y"})
         .options(kSubOptions, FlatValue::table({{0, FlatValue::scalar<int8_t>(kRelu)}}));
-    if (type == kTfInt8) models.push_back(difference);  // XNNPACK's
+    if (type == kTfInt8) models.push_back(difference);  // this one runs in XNNPACK
     for (const bool half : {false, true}) {
       auto larger = TfliteBuilder().input("x", type, {1, 6, 5, 3}).quantized({{0.03f}, {zero}});
       larger.constant<int32_t>("size", kTfInt32, {2}, {12, 13});
@@ -315,7 +316,7 @@ TEST_F(LoweredPlainOperators, DifferencesAndLargerPicturesAreAStepApartAtMost) {
   }
 }
 
-TEST_F(LoweredPlainOperators, WhatWouldFailOrDifferStaysWithTensorFlowLite) {
+TEST_F(LoweredPlainOperators, OperatorsThatWouldFailOrDifferStayWithTensorFlowLite) {
   const auto divided = [](int32_t by) {
     return TfliteBuilder()
         .input("x", kTfInt32, {2})
@@ -334,16 +335,16 @@ TEST_F(LoweredPlainOperators, WhatWouldFailOrDifferStaysWithTensorFlowLite) {
         .options(kGatherOptions, FlatValue::table({{1, number(batch)}}));
   };
   EXPECT_SAYS(refused(gathered({0, 3}, 0)), "GATHER (number 1) is not lowered");
-  EXPECT_SAYS(refused(gathered({0, 3}, 0)), "a place outside of the tensor: 3");
-  EXPECT_SAYS(refused(gathered({-1, 0}, 0)), "a place outside of the tensor: -1");
-  EXPECT_SAYS(refused(gathered({1, 0}, 1)), "places for each part of a batch");
+  EXPECT_SAYS(refused(gathered({0, 3}, 0)), "an index outside the tensor: 3");
+  EXPECT_SAYS(refused(gathered({-1, 0}, 0)), "an index outside the tensor: -1");
+  EXPECT_SAYS(refused(gathered({1, 0}, 1)), "indices for each part of a batch");
   auto whole = TfliteBuilder()
                    .input("x", kTfInt32, {2})
                    .input("z", kTfInt32, {2})
                    .output("y", kTfInt32, {2})
                    .node(kDivide, {"x", "z"}, {"y"})
                    .options(kDivOptions, FlatValue::table({}));
-  EXPECT_SAYS(refused(whole), "a quotient of other than float32");
+  EXPECT_SAYS(refused(whole), "a quotient that is not float32");
   auto narrow = TfliteBuilder().input("x", kTfFloat, {2}).tensor("m", kTfInt16, {2});
   narrow.output("y", kTfFloat, {2}).node(kOpCast, {"x"}, {"m"}).node(kOpCast, {"m"}, {"y"});
   EXPECT_SAYS(refused(narrow), "CAST (number 1) is not lowered");

@@ -1,4 +1,4 @@
-// Pools over pictures, colours last. They leave the quantisation as it is.
+// Lowers pooling, channels last. Pooling keeps the quantisation.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "lowering/operator_parts.hpp"
 #include "lowering/operators.hpp"
@@ -35,12 +35,12 @@ OnnxAttributes permutation(const std::array<int64_t, 4>& axes) {
 
 }  // namespace
 
-// Halves go away from zero in TensorFlow Lite, for uint8 upwards. A mean of n whole numbers is a
-// half or at least 1/n away from it, so a quarter of that does it.
+// TensorFlow Lite rounds half away from zero, for uint8 up. A mean of n integers is a half or
+// differs from it by at least 1/n, so adding a quarter of that rounds halves correctly.
 Status lower_average_pool(LoweredGraph& graph, const TfliteGraphOperator& op) {
   const auto pool = pool_of(graph, op);
   if (!pool) return pool.error();
-  if (!graph.is_8bit(op.inputs[0])) return refuse("a pool over other than 8-bit values");
+  if (!graph.is_8bit(op.inputs[0])) return refuse("a pool over values that are not 8-bit");
   const auto& input = graph.tensor(op.inputs[0]).shape;
   const auto& size = pool->window.size;
   const bool is_signed = graph.tensor(op.inputs[0]).type == TfliteType::kInt8;
@@ -72,7 +72,7 @@ Status lower_average_pool(LoweredGraph& graph, const TfliteGraphOperator& op) {
 Status lower_max_pool(LoweredGraph& graph, const TfliteGraphOperator& op) {
   const auto pool = pool_of(graph, op);
   if (!pool) return pool.error();
-  if (!graph.is_8bit(op.inputs[0])) return refuse("a pool over other than 8-bit values");
+  if (!graph.is_8bit(op.inputs[0])) return refuse("a pool over values that are not 8-bit");
   return node_with_activation(graph, "NhwcMaxPool", kMicrosoft, {pool->data}, op.outputs[0],
                               OnnxAttributes()
                                   .numbers("kernel_shape", pool->window.size)

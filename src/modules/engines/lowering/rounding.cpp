@@ -1,4 +1,5 @@
-// The sums at which the output makes a step, as TensorFlow Lite has them and in single precision.
+// Finds the sums at which the output changes in TensorFlow Lite, and matches them in single
+// precision.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "lowering/rounding.hpp"
 
@@ -11,11 +12,11 @@ namespace {
 
 constexpr int kSteps = 255;
 constexpr float kFinest = 1.0f / 256;
-constexpr int kNeighbours = 16;  // how far is tried, to either side
+constexpr int kNeighbours = 16;  // tries per direction
 
 using Sums = std::array<double, kSteps>;
 
-// The first sum of value i + 1 - zero_point. The multiplier has 31 bits there.
+// The first sum of value i + 1 - zero_point. The multiplier has 31 bits in TensorFlow Lite.
 Sums first_sums(double multiplier, uint8_t zero_point) {
   int exponent = 0;
   const double mantissa = std::round(std::ldexp(std::frexp(multiplier, &exponent), 31));
@@ -28,14 +29,15 @@ Sums first_sums(double multiplier, uint8_t zero_point) {
   return out;
 }
 
-// The finest of which every multiple up to `most` is a float.
+// The finest grain of which every multiple up to `most` is exact as a float.
 float grain_for(int64_t most) {
   float grain = kFinest;
   while (static_cast<float>(most) >= std::ldexp(grain, 24)) grain *= 2;
   return grain;
 }
 
-// With it, each first sum is beyond the middle between two values, and the sum before is not.
+// Returns the offset with which each first sum is above the middle between two values and the sum
+// before it is not.
 float middle_of_added(const Sums& sums, uint8_t zero_point, float scale, float grain) {
   double least = -HUGE_VAL, most = HUGE_VAL;
   for (int i = 0; i < kSteps; ++i) {
@@ -46,7 +48,7 @@ float middle_of_added(const Sums& sums, uint8_t zero_point, float scale, float g
   return grain * std::round(static_cast<float>((least + most) / 2) / grain);
 }
 
-// As ONNX Runtime's QuantizeLinear has it: divided, and rounded with halves to the even number.
+// Computes as ONNX Runtime's QuantizeLinear does: divides, then rounds half to even.
 float value_at(double sum, float added, float scale) {
   return std::nearbyint((static_cast<float>(sum) + added) / scale);
 }
@@ -68,7 +70,7 @@ Rounding rounding_of(double multiplier, uint8_t zero_point, int64_t largest_bias
   const auto sums = first_sums(multiplier, zero_point);
   const auto exact = static_cast<float>(1 / multiplier);
   Rounding best{0, exact, kSteps + 1};
-  // Outwards from the middle: 0, 1, -1, 2, -2, ...
+  // From the middle outwards: 0, 1, -1, 2, -2, ...
   for (int i = 0; i <= 2 * kNeighbours && best.differing > 0; ++i) {
     float scale = exact;
     for (int step = 0; step < (i + 1) / 2; ++step)

@@ -1,22 +1,22 @@
-// How TensorFlow Lite rounds sums of products of uint8, in terms of real numbers.
+// Reproduces in floating point how TensorFlow Lite rounds sums of uint8 products.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <cstdint>
 
 namespace weir::engine {
 
-// TensorFlow Lite rounds twice: the sum times a multiplier from 0.5 to 1 to a whole number, and
-// that, shifted to the right, once more, halves upwards. So it comes to the next step sooner than
-// round(sum * multiplier), by 0.5 to 1 of the sum. round((sum + added) / scale) is the same.
+// TensorFlow Lite rounds twice, half up: the sum times a multiplier from 0.5 to 1, and that value
+// shifted right. It therefore reaches the next step earlier than round(sum * multiplier), by 0.5 to
+// 1 of the sum. round((sum + added) / scale) gives the same steps.
 struct Rounding {
   float added = 0, scale = 1;
-  int differing = 0;  // of the 255 steps of the output, those that begin at another sum
+  int differing = 0;  // how many of the output's 255 steps start at another sum
 };
 
-// `multiplier`: from sums to values of the output, whose zero point is given. In single precision
-// some scales about 1 / multiplier are tried, each with the middle of what may be added. That is a
-// multiple of 1/256, or of more where a bias is larger than 65536: what is added joins the bias,
-// and their sum must be a float without error.
+// `multiplier` converts sums to output values with this zero point. Tries single-precision scales
+// near 1 / multiplier, each with the middle of the possible offsets. The offset is a multiple of
+// 1/256, or of more for a bias above 65536: it is added to the bias, and their sum must be exact as
+// a float.
 Rounding rounding_of(double multiplier, uint8_t zero_point, int64_t largest_bias = 0);
 
 }  // namespace weir::engine

@@ -1,4 +1,4 @@
-// Rounding in single precision against TensorFlow Lite's in whole numbers, sum by sum.
+// Compares rounding in single precision with TensorFlow Lite's integer rounding, sum by sum.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "lowering/rounding.hpp"
 
@@ -11,7 +11,7 @@
 namespace weir::engine {
 namespace {
 
-// The multiplier as 31 bits and a shift; two roundings, halves upwards.
+// The multiplier as 31 bits and a shift; rounds twice, half up.
 int value_of(int64_t sum, double multiplier, int zero_point) {
   int exponent = 0;
   const auto mantissa =
@@ -36,7 +36,7 @@ int64_t differing_sums(double multiplier, uint8_t zero_point, const Rounding& ro
   return out;
 }
 
-TEST(Rounding, IsThatOfTensorFlowLiteForEverySum) {
+TEST(Rounding, EqualsTensorFlowLiteForEverySum) {
   std::mt19937 random(3);
   std::uniform_real_distribution<double> exponent(-10, 0.5);
   int perfect = 0;
@@ -46,7 +46,7 @@ TEST(Rounding, IsThatOfTensorFlowLiteForEverySum) {
     const auto zero_point = static_cast<uint8_t>(i % 3 == 0 ? 0 : random() % 256);
     const auto rounding = rounding_of(multiplier, zero_point);
     const auto differing = differing_sums(multiplier, zero_point, rounding);
-    // A step that begins at another sum, begins one sum too early or too late.
+    // A differing step starts exactly one sum early or late.
     EXPECT_LE(differing, rounding.differing) << multiplier;
     EXPECT_LE(rounding.differing, 3) << multiplier;
     perfect += differing == 0;
@@ -60,7 +60,7 @@ TEST(Rounding, OnceOnlyIsNotEnough) {
   EXPECT_EQ(differing_sums(0.3437, 0, rounding_of(0.3437, 0)), 0);
 }
 
-// A posenet's layer: 167331 + 0.8086 is no float, and the step came a sum too late.
+// A layer of PoseNet: 167331 + 0.8086 is not exact as a float, so a step started one sum late.
 TEST(Rounding, WhatIsAddedToALargeBiasIsNotRoundedAway) {
   for (const int64_t bias : {0, 65000, 70000, 167331, 300000, 1000000}) {
     const auto rounding = rounding_of(0.00482966558, 0, bias);

@@ -1,4 +1,4 @@
-// One block of 64 bytes after the other; constants and steps as FIPS 180-4, 4.2.2 and 6.2.2.
+// Hashes blocks of 64 bytes; constants and steps as in FIPS 180-4, 4.2.2 and 6.2.2.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "lowering/sha256.hpp"
 
@@ -54,7 +54,7 @@ Digest sha256(std::span<const std::byte> bytes) {
               0x510e527f, 0x9b05688c, 0x1f83d9ab, 0x5be0cd19};
   size_t at = 0;
   for (; bytes.size() - at >= 64; at += 64) take_block(&state, bytes.data() + at);
-  std::array<std::byte, 128> rest{};  // what is left, a bit of 1, zeros, the length in bits
+  std::array<std::byte, 128> rest{};  // the last bytes, a 1 bit, zeros, the length in bits
   const size_t left = bytes.size() - at, room = left < 56 ? 64 : 128;
   if (left > 0) std::memcpy(rest.data(), bytes.data() + at, left);
   rest[left] = std::byte{0x80};

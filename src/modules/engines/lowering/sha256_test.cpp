@@ -1,4 +1,4 @@
-// SHA-256 against the examples of FIPS 180 and lengths about the ends of blocks.
+// Tests SHA-256 with the examples of FIPS 180 and with lengths near block boundaries.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "lowering/sha256.hpp"
 
@@ -11,7 +11,7 @@ std::string digest(const std::string& text) {
   return hexadecimal(sha256(std::as_bytes(std::span(text))));
 }
 
-TEST(Sha256, IsThatOfTheStandard) {
+TEST(Sha256, AgreesWithTheStandard) {
   EXPECT_EQ(digest(""), "e3b0c44298fc1c149afbf4c8996fb92427ae41e4649b934ca495991b7852b855");
   EXPECT_EQ(digest("abc"), "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad");
   EXPECT_EQ(digest("abcdbcdecdefdefgefghfghighijhijkijkljklmklmnlmnomnopnopq"),
@@ -20,8 +20,8 @@ TEST(Sha256, IsThatOfTheStandard) {
             "cdc76e5c9914fb9281a1c7e284d73e67f1809a48a497200e046d39ccc7112cd0");
 }
 
-// Python's hashlib, of so many letters x.
-TEST(Sha256, AgreesAboutTheEndsOfBlocks) {
+// From Python's hashlib, for strings of the letter x.
+TEST(Sha256, AgreesAtBlockBoundaries) {
   EXPECT_EQ(digest(std::string(55, 'x')),
             "d5e285683cd4efc02d021a5c62014694958901005d6f71e89e0989fac77e4072");
   EXPECT_EQ(digest(std::string(56, 'x')),

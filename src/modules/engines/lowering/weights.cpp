@@ -1,4 +1,4 @@
-// Reading weights, biases.
+// Reads the weights and biases of a layer.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "lowering/weights.hpp"
 
@@ -9,7 +9,7 @@
 
 namespace weir::engine {
 
-// `channel_axis`: the one along which scales may differ, `channels` long.
+// `channel_axis`: the axis of length `channels` along which scales may differ.
 Result<Weights> weights_of(const LoweredGraph& graph, int32_t index, int32_t channel_axis,
                            int64_t channels) {
   const auto& tensor = graph.tensor(index);
@@ -20,7 +20,7 @@ Result<Weights> weights_of(const LoweredGraph& graph, int32_t index, int32_t cha
     return refuse("weights with scales along another axis").error();
   const bool is_signed = tensor.type == TfliteType::kInt8;
   const int64_t given = tensor.zero_point.empty() ? 0 : tensor.zero_point[0];
-  const int64_t moved = is_signed ? 128 : 0;  // from int8 to uint8
+  const int64_t moved = is_signed ? 128 : 0;  // offset from int8 to uint8
   if (std::any_of(tensor.zero_point.begin(), tensor.zero_point.end(),
                   [&](int64_t z) { return z != given; }) ||
       given < -moved || given > 255 - moved)
@@ -35,7 +35,7 @@ Result<Weights> weights_of(const LoweredGraph& graph, int32_t index, int32_t cha
   return out;
 }
 
-// Zeros where there is none.
+// Zeros without a bias.
 Result<std::vector<int32_t>> bias_of(const LoweredGraph& graph, const TfliteGraphOperator& op,
                                      size_t at, int64_t channels) {
   std::vector<int32_t> out(static_cast<size_t>(channels));

@@ -11,18 +11,18 @@ namespace weir::engine {
 
 struct Weights {
   std::string data;          // as uint8
-  std::vector<float> scale;  // one, or one for each channel
+  std::vector<float> scale;  // one, or one per channel
   uint8_t zero_point = 0;
-  // int8 in the file. XNNPACK runs those and rounds once, as QLinear operators do; uint8 is rounded
+  // int8 in the file. XNNPACK runs int8 and rounds once, as QLinear operators do; uint8 is rounded
   // twice (rounding.hpp).
   bool is_signed = false;
 };
 
-// In the file's order. `channel_axis`: the one along which scales may differ, `channels` long.
-// MODEL_UNSUPPORTED for what is not a quantised constant.
+// In the file's order. `channel_axis`: the axis of length `channels` along which scales may differ.
+// MODEL_UNSUPPORTED for anything but a quantised constant.
 Result<Weights> weights_of(const LoweredGraph& graph, int32_t index, int32_t channel_axis,
                            int64_t channels);
-// Of input number `at`; zeros where there is none.
+// The bias in input `at`; zeros when there is none.
 Result<std::vector<int32_t>> bias_of(const LoweredGraph& graph, const TfliteGraphOperator& op,
                                      size_t at, int64_t channels);
 

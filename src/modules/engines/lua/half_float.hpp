@@ -1,4 +1,4 @@
-// IEEE 754 half precision to and from single precision.
+// Converts IEEE 754 half precision to and from single precision.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <bit>
@@ -15,15 +15,16 @@ constexpr float half_to_float(uint16_t half) noexcept {
   return sign ? -small : small;
 }
 
-// To the nearest, ties to even; beyond 65504 infinity; NaN stays NaN.
+// Rounds to nearest, ties to even. Magnitudes that round above 65504 become infinity; NaN stays
+// NaN.
 constexpr uint16_t float_to_half(float value) noexcept {
   const uint32_t bits = std::bit_cast<uint32_t>(value);
   const auto sign = static_cast<uint16_t>(bits >> 16 & 0x8000);
   const uint32_t magnitude = bits & 0x7FFFFFFF;
   if (magnitude > 0x7F800000) return sign | 0x7E00;
-  if (magnitude >= 0x47800000) return sign | 0x7C00;  // from 65536 on
+  if (magnitude >= 0x47800000) return sign | 0x7C00;  // 65536 and above
   if (magnitude < 0x38800000) {                       // below 2^-14: steps of 2^-24
-    // The sum's last fraction bit is worth 2^-24: the addition rounds.
+    // The last fraction bit of the sum is worth 2^-24, so the addition rounds.
     const float sum = std::bit_cast<float>(magnitude) + 0.5f;
     return sign | static_cast<uint16_t>(std::bit_cast<uint32_t>(sum) - 0x3F000000);
   }

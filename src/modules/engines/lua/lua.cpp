@@ -1,4 +1,4 @@
-// The module of the engine Lua.
+// Lua engine: the module's entry point.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "engine_table.hpp"
 #include "lua/lua_model.hpp"
@@ -9,12 +9,13 @@ namespace {
 
 struct LuaEngine {
   static constexpr const char *kName = "lua", *kAliases = "", *kEndings = "lua", *kLibrary = "Lua";
-  static constexpr uint64_t kFlags = WEIR_ENGINE_MODEL_IS_NO_FILE;  // it may be the script itself
+  static constexpr uint64_t kFlags =
+      WEIR_ENGINE_MODEL_IS_NO_FILE;  // model= may be the script itself
   static constexpr const char* kOptions = R"([
     {"name": "Libraries", "type": "text", "default": "",
-     "help": "libraries that the script gets too, with + between them: jit, ffi; in a sandbox also io, os, package, debug"},
+     "help": "additional libraries for the script, separated by +: jit, ffi; in a sandbox also io, os, package, debug"},
     {"name": "Sandbox", "type": "boolean", "default": "false", "setting": "lua/sandbox",
-     "help": "the script gets no io, os, package, debug, dofile, loadfile; default: [lua] sandbox of weir.ini"},
+     "help": "no io, os, package, debug, dofile, loadfile for the script; default: [lua] sandbox of weir.ini"},
     {"name": "MemoryLimit", "type": "integer", "default": "256",
      "help": "MiB that Lua may allocate for one worker"}])";
   using Model = LuaModel;

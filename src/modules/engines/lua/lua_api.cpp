@@ -1,4 +1,4 @@
-// Opening LuaJIT.
+// Loads LuaJIT with dlopen and checks its version.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "lua/lua_api.hpp"
 
@@ -13,15 +13,14 @@ namespace {
 constexpr char kLibrary[] = "libluajit-5.1.so.2";
 
 Error not_installed(std::string what, std::string offered) {
-  return {Code::ENGINE_NOT_INSTALLED,
-          std::move(what),
-          std::move(offered),
-          std::string(kLibrary) + ", LuaJIT 2.1 with FFI",
-          "",
-          "apt-get install libluajit-5.1-2"};
+  return {.code = Code::ENGINE_NOT_INSTALLED,
+          .what = std::move(what),
+          .offered = std::move(offered),
+          .needed = std::string(kLibrary) + ", LuaJIT 2.1 with FFI",
+          .fix = "apt-get install libluajit-5.1-2"};
 }
 
-// What the library says of itself; jit.version_num is 20100 for 2.1.0.
+// The version that the library reports; jit.version_num is 20100 for 2.1.0.
 struct Version {
   std::string text;
   double number = 0;

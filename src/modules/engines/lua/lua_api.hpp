@@ -1,5 +1,5 @@
-// LuaApi: the functions of LuaJIT that scripts need, found at run time. No header of Lua is wanted
-// to build: these are the signatures of Lua 5.1's manual, and what LuaJIT adds.
+// LuaApi: the LuaJIT functions that the engine calls, loaded at run time. Building needs no Lua
+// header: these are the signatures of the Lua 5.1 manual and LuaJIT's extensions.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <cstddef>
@@ -60,18 +60,19 @@ struct LuaApi {
 #define WEIR_LUA_POINTER(result, name, arguments) result(*name) arguments = nullptr;
   WEIR_LUA_FUNCTIONS(WEIR_LUA_POINTER)
 #undef WEIR_LUA_POINTER
-  std::string path;     // of the library
-  std::string version;  // as it says itself: "LuaJIT 2.1.0-beta3"
+  std::string path;     // path of the library
+  std::string version;  // as the library reports it: "LuaJIT 2.1.0-beta3"
 
-  // Opened once for the process; a missing library is looked for again at the next call.
-  // ENGINE_NOT_INSTALLED when it is not there or not LuaJIT 2.1 with FFI.
+  // Loads the library once per process; after a failure the next call tries again.
+  // ENGINE_NOT_INSTALLED when the library is missing or is not LuaJIT 2.1 with FFI.
   static Result<const LuaApi*> instance();
 };
 
-// Of lua.h, the same in every Lua 5.1.
+// Constants of lua.h, the same in every Lua 5.1.
 inline constexpr int kLuaRegistry = -10000, kLuaGlobals = -10002, kLuaAllResults = -1;
-inline constexpr int kLuaOutOfMemory = 4;  // of lua_pcall
+inline constexpr int kLuaOutOfMemory = 4;  // result of lua_pcall
 inline constexpr int kLuaNil = 0, kLuaBoolean = 1, kLuaString = 4, kLuaTable = 5;
-inline constexpr int kLuaCountKibibytes = 3, kLuaCountRest = 4, kLuaSetStep = 7;  // of lua_gc
+inline constexpr int kLuaCountKibibytes = 3, kLuaCountRest = 4,
+                     kLuaSetStep = 7;  // commands of lua_gc
 
 }  // namespace weir::engine

@@ -1,4 +1,4 @@
-// Lua's standard libraries, which scripts have unless they run in a sandbox.
+// Tests of the standard Lua libraries, which scripts get unless they run in a sandbox.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <ctime>
 #include <fstream>
@@ -16,7 +16,7 @@ class LuaLibraries : public LuaTest {
   }
 };
 
-TEST_F(LuaLibraries, OsTellsTheTime) {
+TEST_F(LuaLibraries, OsReturnsTheTime) {
   const auto before = std::time(nullptr);
   const auto y = result("y[1] = math.floor(os.time() / 65536)  y[2] = os.time() % 65536");
   const auto after = std::time(nullptr);
@@ -61,7 +61,7 @@ TEST_F(LuaLibraries, OtherScriptsCanBeRun) {
   EXPECT_SAYS(failure("dofile('/nowhere/a.lua')").message(), "/nowhere/a.lua");
 }
 
-TEST_F(LuaLibraries, ByteCodeIsRefusedHereToo) {
+TEST_F(LuaLibraries, ByteCodeIsRejectedOutsideTheSandbox) {
   const auto path = file("code.luac", "\x1BLJ\x02");
   EXPECT_EQ(result("y[1] = loadfile('" + path + "') and 1 or 2  y[2] = pcall(dofile, '" + path +
                    "') and 1 or 2  y[3] = load('\\27LJ\\2') and 1 or 2\n"
@@ -69,7 +69,7 @@ TEST_F(LuaLibraries, ByteCodeIsRefusedHereToo) {
             (std::vector<float>{2, 2, 2, 2}));
 }
 
-TEST_F(LuaLibraries, FfiAndJitHaveToBeAskedFor) {
+TEST_F(LuaLibraries, FfiAndJitMustBeRequested) {
   for (const char* name : {"ffi", "jit"}) {
     const Error error = failure(std::string(name) + ".off()");
     EXPECT_SAYS(error.message(), "global '" + std::string(name) + "' (a nil value)");
@@ -79,7 +79,7 @@ TEST_F(LuaLibraries, FfiAndJitHaveToBeAskedFor) {
   EXPECT_EQ(result("y[1] = require('ffi').sizeof('int')", {{"Libraries", "ffi"}})[0], 4);
 }
 
-TEST_F(LuaLibraries, TheLastWordOfSandboxCounts) {
+TEST_F(LuaLibraries, TheLastValueOfSandboxCounts) {
   for (const char* off : {"false", "no", "0", "off"})
     EXPECT_EQ(result("y[1] = os and 1 or 2", {{"sandbox", off}})[0], 1) << off;
   for (const char* on : {"true", "yes", "1", "ON"})

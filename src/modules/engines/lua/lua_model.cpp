@@ -1,4 +1,4 @@
-// Opening a script.
+// Loads a script, runs it once and reads its tensor tables.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "lua/lua_model.hpp"
 
@@ -7,8 +7,9 @@
 #include <nlohmann/json.hpp>
 
 #include "model_bytes.hpp"
-#include "module_host.hpp"
 #include "tensor_check.hpp"
+#include "weir/engine_tools.hpp"
+#include "weir/join.hpp"
 
 namespace weir::engine {
 namespace {
@@ -16,21 +17,18 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr uint64_t kMostSource = uint64_t{64} << 20;
-constexpr char kSourceName[] = "model";  // "model:3: ..." in messages
+constexpr char kSourceName[] = "model";  // appears in messages: "model:3: ..."
 
 struct Source {
   std::string text, name;
 };
 
-// model= as the user wrote it, but for blanks beside commas.
+// Joins model= at its commas again; only blanks next to commas are lost.
 std::string joined(const weir_open& request) {
-  std::string out;
-  for (uint32_t i = 0; request.paths && i < request.n_models; ++i)
-    out += (i > 0 ? "," : "") + std::string(request.paths[i] ? request.paths[i] : "");
-  return out;
+  return join(std::span(request.paths, request.paths ? request.n_models : 0), ",", text_or_empty);
 }
 
-// A script assigns tables: what assigns nothing was meant as the name of a file.
+// A script assigns tables, so a text without an assignment was meant as a file name.
 bool looks_like_a_path(const std::string& text) {
   return text.find('=') == std::string::npos && text.find('\n') == std::string::npos;
 }
@@ -41,12 +39,11 @@ Result<Source> read_source(const weir_open& request) {
   const bool file = request.n_models == 1 && fs::exists(text, failed);
   if (!file && request.n_models > 0) {
     if (looks_like_a_path(text))
-      return Error{Code::MODEL_NOT_FOUND,
-                   "the script is not there",
-                   text,
-                   "a file with Lua's source text, or the text itself",
-                   "",
-                   "model=/path/to/script.lua"};
+      return Error{.code = Code::MODEL_NOT_FOUND,
+                   .what = "the script does not exist",
+                   .offered = text,
+                   .needed = "a file with Lua's source text, or the text itself",
+                   .fix = "model=/path/to/script.lua"};
     return Source{text, kSourceName};
   }
   const auto model = read_model(request, {.most = kMostSource});
@@ -109,12 +106,11 @@ Result<std::unique_ptr<LuaState>> LuaModel::state() const {
   auto out = new_state(&tensors);
   if (!out) return out.error();
   if (!same_tensors(tensors.inputs, inputs()) || !same_tensors(tensors.outputs, outputs()))
-    return Error{Code::MODEL_INVALID,
-                 "the script names other tensors each time it runs",
-                 engine::describe(tensors.inputs) + " -> " + engine::describe(tensors.outputs),
-                 engine::describe(inputs()) + " -> " + engine::describe(outputs()),
-                 "",
-                 ""};
+    return Error{
+        .code = Code::MODEL_INVALID,
+        .what = "the script declares different tensors each time it runs",
+        .offered = engine::describe(tensors.inputs) + " -> " + engine::describe(tensors.outputs),
+        .needed = engine::describe(inputs()) + " -> " + engine::describe(outputs())};
   return out;
 }
 
@@ -125,7 +121,7 @@ void LuaModel::describe(weir_model_info* info) const {
   info->outputs = outputs().data();
   info->alignment = sizeof(double);
   info->memory_kinds = uint64_t{1} << WEIR_MEMORY_HOST;
-  info->max_sessions = 0;  // as many as wanted
+  info->max_sessions = 0;  // no limit
   info->max_in_flight = info->preferred_batch = 1;
   info->weight_bytes = state_bytes_;
   info->metadata_json = metadata_.c_str();

@@ -1,4 +1,4 @@
-// LuaModel: a script that has run once, with the tensors that its tables name.
+// LuaModel: a script that has run once, with the tensors that its tables declare.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <memory>
@@ -13,7 +13,7 @@ namespace weir::engine {
 
 class LuaModel {
  public:
-  // The file that model= names; or, where there is none, what model= says as the source itself.
+  // Opens the file that model= names; without such a file, model= is the source itself.
   static Result<std::unique_ptr<LuaModel>> open(const weir_open& request);
   LuaModel(const LuaModel&) = delete;
   LuaModel& operator=(const LuaModel&) = delete;
@@ -21,8 +21,8 @@ class LuaModel {
   void describe(weir_model_info* info) const;
   const std::vector<weir_tensor_info>& inputs() const noexcept { return tensors_.inputs; }
   const std::vector<weir_tensor_info>& outputs() const noexcept { return tensors_.outputs; }
-  // A state in which the script has run, with these tensors; thread-safe. MODEL_INVALID when it
-  // names others than at first.
+  // Returns a new state in which the script has run. Thread-safe. MODEL_INVALID when this run
+  // declares other tensors than the first.
   Result<std::unique_ptr<LuaState>> state() const;
 
  private:
@@ -35,11 +35,11 @@ class LuaModel {
   ScriptTensors tensors_;
   uint64_t state_bytes_ = 0;
   mutable std::mutex mutex_;                 // guards first_
-  mutable std::unique_ptr<LuaState> first_;  // the state that told the tensors, until it is taken
+  mutable std::unique_ptr<LuaState> first_;  // state of the first run, until it is taken
   std::string metadata_;
 };
 
-// 0 to 100: how surely this is a script of this engine.
+// Returns 0 to 100: the confidence that the file is a script for this engine.
 int lua_score(const std::string& path, std::span<const unsigned char> head);
 
 }  // namespace weir::engine

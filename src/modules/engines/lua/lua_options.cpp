@@ -1,24 +1,19 @@
-// Reading custom=.
+// Parses the custom= options of the Lua engine.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "lua/lua_options.hpp"
 
 #include <algorithm>
 #include <array>
 
-#include "engine_options.hpp"
+#include "weir/engine_tools.hpp"
+#include "weir/join.hpp"
 
 namespace weir::engine {
 namespace {
 
 constexpr int kMostMebibytes = 1 << 20;
 
-std::string joined(const std::vector<std::string>& words) {
-  std::string out;
-  for (const auto& word : words) out += (out.empty() ? "" : ", ") + word;
-  return out;
-}
-
-// "io+os"; also with blanks or semicolons, for commas are between options.
+// Splits "io+os". Blanks and semicolons also separate; commas already separate options.
 Result<std::vector<std::string>> read_libraries(std::string_view text) {
   std::vector<std::string> out;
   const auto& known = withheld_libraries();
@@ -28,12 +23,11 @@ Result<std::vector<std::string>> read_libraries(std::string_view text) {
     text.remove_prefix(std::min(end + 1, text.size()));
     if (name.empty()) continue;
     if (std::find(known.begin(), known.end(), name) == known.end())
-      return Error{Code::OPTION_VALUE,
-                   "the option Libraries names a library that there is not",
-                   name,
-                   "of " + joined(known) + ", with + between them",
-                   "",
-                   "custom=Libraries:io+os"};
+      return Error{.code = Code::OPTION_VALUE,
+                   .what = "the option Libraries names an unknown library",
+                   .offered = name,
+                   .needed = "of " + join(known, ", ") + ", separated by +",
+                   .fix = "custom=Libraries:io+os"};
     out.push_back(name);
   }
   return out;
@@ -58,15 +52,15 @@ Result<LuaOptions> LuaOptions::read(const weir_open& request) {
   for (uint32_t i = 0; request.options && i < request.n_options; ++i) {
     const auto key = text_or_empty(request.options[i].key);
     const auto value = text_or_empty(request.options[i].value);
-    if (same_word(key, "Libraries")) {
+    if (equals_ignoring_case(key, "Libraries")) {
       auto libraries = read_libraries(value);
       if (!libraries) return libraries.error();
       out.libraries = *std::move(libraries);
-    } else if (same_word(key, "Sandbox")) {
+    } else if (equals_ignoring_case(key, "Sandbox")) {
       const auto sandbox = switch_option(key, value);
       if (!sandbox) return sandbox.error();
       out.sandbox = *sandbox;
-    } else if (same_word(key, "MemoryLimit")) {
+    } else if (equals_ignoring_case(key, "MemoryLimit")) {
       const auto limit = number_option(key, value, 1);
       if (!limit) return limit.error();
       out.memory_limit = static_cast<uint64_t>(std::min(*limit, kMostMebibytes));

@@ -1,4 +1,4 @@
-// What custom= says to the engine Lua.
+// LuaOptions: the custom= options of the Lua engine.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <cstdint>
@@ -11,16 +11,16 @@
 namespace weir::engine {
 
 struct LuaOptions {
-  std::vector<std::string> libraries;  // that custom= gives the script besides
-  bool sandbox = false;                // only the harmless standard libraries
-  uint64_t memory_limit = 256;         // MiB of Lua's own memory, for each session
+  std::vector<std::string> libraries;  // granted by custom= in addition to the defaults
+  bool sandbox = false;                // load only the harmless standard libraries
+  uint64_t memory_limit = 256;         // MiB of Lua's own memory per session
 
-  // OPTION_VALUE for values that cannot be used; a warning in the log for unknown keys.
+  // OPTION_VALUE for invalid values; unknown keys log a warning.
   static Result<LuaOptions> read(const weir_open& request);
   bool opens(const char* library) const;
 };
 
-// What has to be asked for: "io" and so on in a sandbox, "jit" and "ffi" always.
+// Libraries that must be requested: `jit` and `ffi` always; `io` and others in a sandbox.
 const std::vector<std::string>& withheld_libraries();
 
 }  // namespace weir::engine

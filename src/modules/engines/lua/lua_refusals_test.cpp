@@ -1,15 +1,15 @@
-// What the engine Lua refuses, and in which words.
+// Tests of what the Lua engine rejects, and of the error texts.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <algorithm>
 
 #include "lua/lua_test_support.hpp"
-#include "memory_law.hpp"
+#include "out_of_memory_test_support.hpp"
 #include "says.hpp"
 
 namespace weir::engine_test {
 namespace {
 
-class LuaRefuses : public LuaTest {};
+class LuaRejects : public LuaTest {};
 
 constexpr char kOutput[] = "outputTensorsInfo = {num = 1, dim = {{2}}, type = {'uint8'}}\n";
 constexpr char kInvoke[] = "function nnstreamer_invoke() end\n";
@@ -23,9 +23,9 @@ struct TableCase {
   const char* table;
   const char* words;
 };
-class LuaRefusesTables : public LuaTest, public ::testing::WithParamInterface<TableCase> {};
+class LuaRejectsTables : public LuaTest, public ::testing::WithParamInterface<TableCase> {};
 
-TEST_P(LuaRefusesTables, AndNamesTheField) {
+TEST_P(LuaRejectsTables, WithTheNameOfTheField) {
   const Error error = refusal(with_input(GetParam().table));
   EXPECT_EQ(error.code, Code::MODEL_INVALID) << error.message();
   EXPECT_SAYS(error.message(), GetParam().words);
@@ -33,97 +33,97 @@ TEST_P(LuaRefusesTables, AndNamesTheField) {
   EXPECT_FALSE(error.needed.empty());
 }
 INSTANTIATE_TEST_SUITE_P(
-    All, LuaRefusesTables,
+    All, LuaRejectsTables,
     ::testing::Values(
         TableCase{"NoTable", "nil", "the script has no table inputTensorsInfo"},
         TableCase{"Text", "'3:4'", "the script has no table inputTensorsInfo"},
         TableCase{"NoNum", "{dim = {{2}}, type = {'uint8'}}",
-                  "inputTensorsInfo.num is no number of tensors"},
-        TableCase{"NumZero", "{num = 0, dim = {}, type = {}}", "a whole number from 1 to 256"},
+                  "inputTensorsInfo.num is not a number of tensors"},
+        TableCase{"NumZero", "{num = 0, dim = {}, type = {}}", "an integer from 1 to 256"},
         TableCase{"NumText", "{num = '1', dim = {{2}}, type = {'uint8'}}", "\"1\""},
         TableCase{"NumFraction", "{num = 1.5, dim = {{2}}, type = {'uint8'}}", "1.5"},
         TableCase{"NumBeyond", "{num = 257, dim = {{2}}, type = {'uint8'}}", "257"},
-        TableCase{"NoDim", "{num = 1, type = {'uint8'}}", "inputTensorsInfo.dim is no list"},
+        TableCase{"NoDim", "{num = 1, type = {'uint8'}}", "inputTensorsInfo.dim is not a list"},
         TableCase{"DimText", "{num = 1, dim = '2', type = {'uint8'}}",
-                  "inputTensorsInfo.dim is no list"},
+                  "inputTensorsInfo.dim is not a list"},
         TableCase{"NumBeyondDim", "{num = 2, dim = {{2}}, type = {'uint8', 'uint8'}}",
-                  "inputTensorsInfo.dim has another length than inputTensorsInfo.num says"},
+                  "inputTensorsInfo.dim and inputTensorsInfo.num have different lengths"},
         TableCase{"NumBeyondType", "{num = 2, dim = {{2}, {3}}, type = {'uint8'}}",
-                  "inputTensorsInfo.type has another length than inputTensorsInfo.num says"},
+                  "inputTensorsInfo.type and inputTensorsInfo.num have different lengths"},
         TableCase{"DimBeyondNum", "{num = 1, dim = {{2}, {2}}, type = {'uint8'}}", "2 in the list"},
         TableCase{"FlatDim", "{num = 1, dim = {2}, type = {'uint8'}}",
-                  "inputTensorsInfo.dim[1] is no list"},
+                  "inputTensorsInfo.dim[1] is not a list"},
         TableCase{"NoDimensions", "{num = 1, dim = {{}}, type = {'uint8'}}",
                   "inputTensorsInfo.dim[1] has a number of dimensions"},
         TableCase{"SeventeenDimensions",
                   "{num = 1, dim = {{1,1,1,1,1,1,1,1,1,1,1,1,1,1,1,1,1}}, type = {'uint8'}}", "17"},
         TableCase{"NegativeDimension", "{num = 1, dim = {{2, -1}}, type = {'uint8'}}",
-                  "inputTensorsInfo.dim[1][2] is no dimension"},
+                  "inputTensorsInfo.dim[1][2] is not a dimension"},
         TableCase{"ZeroWithin", "{num = 1, dim = {{2, 0, 3}}, type = {'uint8'}}",
-                  "inputTensorsInfo.dim[1][2] is no dimension"},
+                  "inputTensorsInfo.dim[1][2] is not a dimension"},
         TableCase{"TextDimension", "{num = 1, dim = {{'2'}}, type = {'uint8'}}", "\"2\""},
         TableCase{"NotANumber", "{num = 1, dim = {{0/0}}, type = {'uint8'}}",
-                  "inputTensorsInfo.dim[1][1] is no dimension"},
+                  "inputTensorsInfo.dim[1][1] is not a dimension"},
         TableCase{"TooLarge", "{num = 1, dim = {{65536, 65536}}, type = {'uint8'}}",
                   "inputTensorsInfo.dim[1] is too large for a script"},
-        TableCase{"NoType", "{num = 1, dim = {{2}}}", "inputTensorsInfo.type is no list"},
+        TableCase{"NoType", "{num = 1, dim = {{2}}}", "inputTensorsInfo.type is not a list"},
         TableCase{"UnknownType", "{num = 1, dim = {{2}}, type = {'uint9'}}",
-                  "inputTensorsInfo.type[1] is no element type"},
+                  "inputTensorsInfo.type[1] is not an element type"},
         TableCase{"TypeNumber", "{num = 1, dim = {{2}}, type = {5}}", "float16"},
         TableCase{"ATrap", "setmetatable({}, {__index = function() error('no') end})",
                   "the tables of the script cannot be read"}),
     [](const auto& info) { return info.param.name; });
 
-TEST_F(LuaRefuses, TablesOfOutputsToo) {
+TEST_F(LuaRejects, TablesOfOutputs) {
   const std::string input = "inputTensorsInfo = {num = 1, dim = {{2}}, type = {'uint8'}}\n";
   EXPECT_SAYS(refusal(input + kInvoke).message(), "the script has no table outputTensorsInfo");
   EXPECT_SAYS(
       refusal(input + "outputTensorsInfo = {num = 1, dim = {{2}}, type = {'half'}}\n" + kInvoke)
           .message(),
-      "outputTensorsInfo.type[1] is no element type");
+      "outputTensorsInfo.type[1] is not an element type");
 }
 
-TEST_F(LuaRefuses, AScriptWithoutItsFunction) {
+TEST_F(LuaRejects, AScriptWithoutItsFunction) {
   const std::string tables =
       "inputTensorsInfo = {num = 1, dim = {{2}}, type = {'uint8'}}\n" + std::string(kOutput);
   EXPECT_SAYS(refusal(tables).message(), "the script has no function nnstreamer_invoke");
   EXPECT_SAYS(refusal(tables + "nnstreamer_invoke = 5").message(), "offered: ");
 }
 
-TEST_F(LuaRefuses, AFileThatIsNotThere) {
+TEST_F(LuaRejects, AFileThatDoesNotExist) {
   const auto model = OpenEngine::open(*engine(), folder_.path("none.lua"));
   ASSERT_FALSE(model);
   EXPECT_EQ(model.error().code, Code::MODEL_NOT_FOUND);
   EXPECT_SAYS(model.error().message(), "none.lua");
 }
 
-TEST_F(LuaRefuses, AFolder) {
+TEST_F(LuaRejects, AFolder) {
   const auto model = OpenEngine::open(*engine(), folder_.path(""));
   ASSERT_FALSE(model);
   EXPECT_EQ(model.error().code, Code::MODEL_NOT_FOUND);
 }
 
-TEST_F(LuaRefuses, AnEmptyFile) {
+TEST_F(LuaRejects, AnEmptyFile) {
   EXPECT_EQ(refusal("").code, Code::MODEL_INVALID);
 }
 
-TEST_F(LuaRefuses, WhatIsNoLua) {
+TEST_F(LuaRejects, TextThatIsNotLua) {
   const Error error = refusal("inputTensorsInfo = {num = 1\n\nfunction (");
   EXPECT_EQ(error.code, Code::MODEL_INVALID);
-  EXPECT_SAYS(error.message(), "the script is no Lua");
+  EXPECT_SAYS(error.message(), "the script is not valid Lua");
   EXPECT_SAYS(error.message(), "model.bin:3:");
 }
 
-TEST_F(LuaRefuses, ByteCode) {
+TEST_F(LuaRejects, ByteCode) {
   for (const char* text : {"\x1BLJ\x02", "\x1BLua", "# a line\n\x1BLJ\x02"}) {
     const Error error = refusal(text);
     EXPECT_EQ(error.code, Code::MODEL_INVALID);
     EXPECT_FALSE(error.offered.empty());
   }
-  EXPECT_SAYS(refusal("\x1BLJ\x02").message(), "byte code of Lua is not run");
+  EXPECT_SAYS(refusal("\x1BLJ\x02").message(), "Lua byte code is not run");
 }
 
-TEST_F(LuaRefuses, AScriptThatFailsWhenItIsOpened) {
+TEST_F(LuaRejects, AScriptThatFailsWhenItIsOpened) {
   const Error error = refusal("local function deep() error('no camera') end\n\ndeep()");
   EXPECT_EQ(error.code, Code::MODEL_INVALID);
   EXPECT_SAYS(error.message(), "model.bin:1: no camera");
@@ -132,7 +132,7 @@ TEST_F(LuaRefuses, AScriptThatFailsWhenItIsOpened) {
   EXPECT_LACKS(error.message(), "weir:") << "no line of ours";
 }
 
-TEST_F(LuaRefuses, AScriptThatFailsOnAFrame) {
+TEST_F(LuaRejects, AScriptThatFailsOnAFrame) {
   const Error error = failure("local t = nil  y[1] = t.x");
   EXPECT_EQ(error.code, Code::INVOKE_FAILED);
   EXPECT_SAYS(error.message(), "the script failed on a frame");
@@ -141,12 +141,12 @@ TEST_F(LuaRefuses, AScriptThatFailsOnAFrame) {
   EXPECT_LACKS(error.message(), "weir:") << "no line of ours";
 }
 
-TEST_F(LuaRefuses, ErrorsThatAreNoText) {
-  EXPECT_SAYS(failure("error({})").message(), "the error is no text");
-  EXPECT_SAYS(failure("error()").message(), "the error is no text");
+TEST_F(LuaRejects, ErrorsThatAreNotText) {
+  EXPECT_SAYS(failure("error({})").message(), "the error is not text");
+  EXPECT_SAYS(failure("error()").message(), "the error is not text");
 }
 
-TEST_F(LuaRefuses, PlacesOutsideATensor) {
+TEST_F(LuaRejects, IndicesOutsideATensor) {
   for (const char* key : {"0", "5", "-1", "1.5", "1/0", "0/0", "2^40"}) {
     const Error error = failure("y[1] = x[" + std::string(key) + "]");
     EXPECT_EQ(error.code, Code::INVOKE_FAILED) << key;
@@ -157,7 +157,7 @@ TEST_F(LuaRefuses, PlacesOutsideATensor) {
   EXPECT_SAYS(failure("y[1] = x[5]").message(), "input_tensor(1)[5] is out of range");
 }
 
-TEST_F(LuaRefuses, PlacesOutsideATensorInACompiledLoop) {
+TEST_F(LuaRejects, IndicesOutsideATensorInACompiledLoop) {
   const auto model =
       script(script_text("for i = 1, 10001 do y[i] = x[i] end", "uint8", "uint8", 10000));
   ASSERT_NE(model, nullptr);
@@ -169,46 +169,46 @@ TEST_F(LuaRefuses, PlacesOutsideATensorInACompiledLoop) {
   }
 }
 
-TEST_F(LuaRefuses, WhatIsNoPlace) {
+TEST_F(LuaRejects, InvalidIndices) {
   EXPECT_SAYS(failure("y[1] = x.data").message(),
               "input_tensor(1)[data]: tensors have elements only, counted from 1");
   EXPECT_SAYS(failure("x.count = 1e9").message(), "input_tensor(1)[count]: tensors have elements");
   EXPECT_SAYS(failure("y[x] = 1").message(), "tensors have elements only");
 }
 
-TEST_F(LuaRefuses, WhatIsNoNumber) {
+TEST_F(LuaRejects, InvalidNumbers) {
   for (const char* value : {"nil", "{}", "true", "'a'", "x", "print"})
     EXPECT_SAYS(failure("y[2] = " + std::string(value)).message(), "a number is needed");
   EXPECT_SAYS(failure("y[2] = nil").message(), "output_tensor(1)[2] = nil: a number is needed");
 }
 
-TEST_F(LuaRefuses, TensorsThatThereAreNot) {
+TEST_F(LuaRejects, TensorsThatDoNotExist) {
   EXPECT_SAYS(failure("y[1] = input_tensor(2)[1]").message(),
               "input_tensor(2): the script has 1 inputs, counted from 1");
   EXPECT_SAYS(failure("output_tensor(0)[1] = 1").message(), "output_tensor(0): the script has 1");
   EXPECT_SAYS(failure("output_tensor()[1] = 1").message(), "output_tensor(nil): the script has 1");
 }
 
-TEST_F(LuaRefuses, TensorsBeforeAFrame) {
+TEST_F(LuaRejects, TensorsBeforeAFrame) {
   EXPECT_SAYS(refusal("local x = input_tensor(1)\n" + script_text("")).message(),
               "model.bin:1: input_tensor(): the tensors are known when the script has run");
 }
 
-TEST_F(LuaRefuses, AFunctionThatWentAway) {
+TEST_F(LuaRejects, AFunctionThatWasRemoved) {
   const auto model = script(script_text("nnstreamer_invoke = nil"));
   ASSERT_NE(model, nullptr);
   ASSERT_TRUE(model->invoke({make_tensor(WEIR_FLOAT32, {4})}));
   const auto y = model->invoke({make_tensor(WEIR_FLOAT32, {4})});
   ASSERT_FALSE(y);
-  EXPECT_SAYS(y.error().message(), "nnstreamer_invoke is no function any more");
+  EXPECT_SAYS(y.error().message(), "nnstreamer_invoke is no longer a function");
 }
 
-TEST_F(LuaRefuses, RecursionWithoutEnd) {
+TEST_F(LuaRejects, RecursionWithoutEnd) {
   EXPECT_SAYS(failure("local function f() return 1 + f() end  y[1] = f()").message(),
               "stack overflow");
 }
 
-TEST_F(LuaRefuses, MoreMemoryThanItMayHave) {
+TEST_F(LuaRejects, MemoryBeyondItsLimit) {
   const char* const hogs[] = {"local t = {}  for i = 1, 1e9 do t[i] = {i} end",
                               "local s = 'x'  while true do s = s .. s end",
                               "hog = string.rep('x', 2^30)"};
@@ -220,7 +220,7 @@ TEST_F(LuaRefuses, MoreMemoryThanItMayHave) {
   }
 }
 
-TEST_F(LuaRefuses, MemoryThatWasFreedCountsNoMore) {
+TEST_F(LuaRejects, FreedMemoryDoesNotCount) {
   for (const char* sandbox : {"true", "false"})
     EXPECT_EQ(result("for i = 1, 200 do local s = string.rep('x', 2^20) .. i end  y[1] = 1",
                      {{"MemoryLimit", "16"}, {"Sandbox", sandbox}}),
@@ -228,13 +228,13 @@ TEST_F(LuaRefuses, MemoryThatWasFreedCountsNoMore) {
         << sandbox;
 }
 
-TEST_F(LuaRefuses, ToRunWithoutMemoryAndGoesOnWhenThereIsSome) {
+TEST_F(LuaRejects, ToRunWithoutMemoryAndRecovers) {
   const auto text = script_text("for i = 1, #x do y[i] = -x[i] end", "float32", "float32", 1 << 22);
   expect_errors_without_memory(
       {*engine(), folder_.write("model.lua", bytes_of(text)), {1 << 22}, folder_.path("")});
 }
 
-TEST_F(LuaRefuses, InputsThatDoNotFit) {
+TEST_F(LuaRejects, InputsThatDoNotFit) {
   const auto model = script(script_text("y[1] = 1"));
   ASSERT_NE(model, nullptr);
   for (const auto& [input, words] : std::vector<std::pair<TestTensor, const char*>>{
@@ -249,7 +249,7 @@ TEST_F(LuaRefuses, InputsThatDoNotFit) {
   EXPECT_FALSE(model->invoke({}));
 }
 
-TEST_F(LuaRefuses, FramesOfAnotherSizeThanTheySay) {
+TEST_F(LuaRejects, FramesWhoseSizeIsInconsistent) {
   const auto model = script(script_text("y[1] = x[4]"));
   ASSERT_NE(model, nullptr);
   float x[2] = {};
@@ -261,8 +261,8 @@ TEST_F(LuaRefuses, FramesOfAnotherSizeThanTheySay) {
   EXPECT_EQ(out.data, nullptr);
 }
 
-TEST_F(LuaRefuses, AScriptThatSaysSomethingElseEachTime) {
-  // This differs from one run to the next even in a sandbox.
+TEST_F(LuaRejects, AScriptThatDeclaresDifferentTensorsEachTime) {
+  // The address differs from run to run, even in a sandbox.
   const auto model = script(
       "local n = tonumber(tostring({}):match('0x(%x+)'), 16) % 2^20 + 1\n"
       "inputTensorsInfo = {num = 1, dim = {{n}}, type = {'uint8'}}\n" +
@@ -271,10 +271,10 @@ TEST_F(LuaRefuses, AScriptThatSaysSomethingElseEachTime) {
   Status status = ok();
   for (int i = 0; status && i < 10; ++i) status = model->control(WEIR_RESET_STATE);
   ASSERT_FALSE(status);
-  EXPECT_SAYS(status.error().message(), "the script names other tensors each time it runs");
+  EXPECT_SAYS(status.error().message(), "the script declares different tensors each time it runs");
 }
 
-TEST_F(LuaRefuses, OptionsThatCannotBeUsed) {
+TEST_F(LuaRejects, OptionsThatCannotBeUsed) {
   const std::string text = script_text("");
   for (const char* value : {"0", "-1", "much", ""}) {
     const Error error = refusal(text, {{"MemoryLimit", value}});
@@ -287,7 +287,7 @@ TEST_F(LuaRefuses, OptionsThatCannotBeUsed) {
   EXPECT_SAYS(error.message(), "io, os, package, debug, jit, ffi");
 }
 
-TEST_F(LuaRefuses, LogsOptionsThatItDoesNotKnow) {
+TEST_F(LuaRejects, LogsUnknownOptions) {
   ASSERT_NE(script(script_text(""), {{"Librarys", "io"}}), nullptr);
   const auto lines = take_log();
   EXPECT_TRUE(std::any_of(lines.begin(), lines.end(), [](const auto& line) {
@@ -296,7 +296,7 @@ TEST_F(LuaRefuses, LogsOptionsThatItDoesNotKnow) {
   }));
 }
 
-TEST_F(LuaRefuses, OrdersThatItDoesNotTake) {
+TEST_F(LuaRejects, UnsupportedControlCalls) {
   const auto model = script(script_text(""));
   ASSERT_NE(model, nullptr);
   EXPECT_TRUE(model->control(WEIR_WARM));

@@ -1,12 +1,12 @@
-// Frames into slots, and the script's function called.
+// Binds the tensors of a frame to slots and calls the script's function.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "lua/lua_runner.hpp"
 
 #include <algorithm>
 #include <cstring>
 
-#include "module_host.hpp"
 #include "tensor_check.hpp"
+#include "weir/engine_tools.hpp"
 
 namespace weir::engine {
 namespace {

@@ -1,4 +1,4 @@
-// LuaRunner: frames through a script, with a state and globals of its own.
+// LuaRunner: runs a script on frames, with its own Lua state and globals.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <memory>
@@ -9,17 +9,17 @@
 
 namespace weir::engine {
 
-// Used by one thread at a time.
+// One thread at a time.
 class LuaRunner {
  public:
   static Result<std::unique_ptr<LuaRunner>> create(const LuaModel& model,
                                                    std::span<const weir_option> options);
 
-  // The shapes are those that the script's tables say: SPEC_MISMATCH for others.
+  // SPEC_MISMATCH for shapes other than those that the script's tables declare.
   Status resolve(std::span<const weir_tensor_info> in, std::span<weir_tensor_info> out);
-  // Elements that the script does not write are 0. An output without data gets memory of the host.
+  // Elements that the script does not write are 0. The host allocates outputs without data.
   Status invoke(const weir_frame& in, weir_frame& out);
-  Status reset_state() { return start(); }  // runs the script anew
+  Status reset_state() { return start(); }  // runs the script again
 
  private:
   explicit LuaRunner(const LuaModel& model);
@@ -29,7 +29,7 @@ class LuaRunner {
   void let_go() noexcept;
 
   const LuaModel& model_;
-  std::vector<TensorSlot> inputs_, outputs_;  // before the state that reads them
+  std::vector<TensorSlot> inputs_, outputs_;  // declared before the state that reads them
   std::unique_ptr<LuaState> state_;
 };
 

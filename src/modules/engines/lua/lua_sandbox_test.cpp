@@ -1,4 +1,4 @@
-// custom=Sandbox:true: what scripts cannot reach unless it is given to them.
+// Tests of custom=Sandbox:true: what scripts cannot reach unless it is granted.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <fstream>
 
@@ -56,7 +56,7 @@ TEST_F(LuaSandbox, LoadsText) {
             (std::vector<float>{5, 7, 9, 1}));
 }
 
-// Each ends with true where the script got hold of something.
+// Each expression is true if the script gained access.
 TEST_F(LuaSandbox, KeepsFfiOutOfReach) {
   for (const char* way : {
            "type(getmetatable(x)) == 'table'",
@@ -80,7 +80,7 @@ TEST_F(LuaSandbox, KeepsFfiOutOfReach) {
     EXPECT_EQ(result("y[1] = (" + std::string(way) + ") and 1 or 2")[0], 2) << way;
 }
 
-// What a script puts in the place of library functions does not run with our closures.
+// Our closures do not call the functions with which a script replaces library functions.
 TEST_F(LuaSandbox, ReplacedFunctionsAreNotOurs) {
   EXPECT_EQ(result(R"lua(
     local seen = 0
@@ -96,7 +96,7 @@ TEST_F(LuaSandbox, ReplacedFunctionsAreNotOurs) {
             (std::vector<float>{2, 7, 0, 0}));
 }
 
-TEST_F(LuaSandbox, GivesLibrariesThatAreAskedFor) {
+TEST_F(LuaSandbox, ProvidesRequestedLibraries) {
   const auto path = folder_.path("written.txt");
   EXPECT_EQ(result("local f = io.open('" + path +
                        "', 'w')  f:write('hello')  f:close()  y[1] = os.time()",
@@ -112,15 +112,15 @@ TEST_F(LuaSandbox, GivesLibrariesThatAreAskedFor) {
   EXPECT_EQ(result("y[1] = debug.getinfo(1).currentline", {{"libraries", "debug io"}})[0], 5);
 }
 
-TEST_F(LuaSandbox, PackagesGetNoFfiUnlessItIsAskedForToo) {
+TEST_F(LuaSandbox, PackagesGetNoFfiUnlessItIsRequested) {
   EXPECT_EQ(result("y[1] = package.loaded.ffi == nil and not pcall(require, 'ffi') and 1 or 2",
                    {{"Libraries", "package"}})[0],
             1);
   EXPECT_EQ(result("y[1] = require('ffi').sizeof('int')", {{"Libraries", "package+ffi"}})[0], 4);
 }
 
-// changing(table, a, b, c): a field that the table lacks is a at its first read, then b, and c from
-// then on. ones(...): dimensions of 16 elements, of which 14 are such fields.
+// changing(table, a, b, c): a missing field reads as a the first time, then as b, and as c from
+// then on. ones(...): 16 dimensions, 14 of which are such fields.
 constexpr char kChanging[] = R"lua(
   local function changing(table, ...)
     local values, reads = {...}, {}
@@ -134,7 +134,7 @@ constexpr char kChanging[] = R"lua(
   end
 )lua";
 
-// The table of a tensor of 16 elements, for its first read and its second.
+// A table that declares a tensor of 16 elements, and differs between its first and second read.
 struct ChangingCase {
   const char* name;
   const char* table;
@@ -149,7 +149,7 @@ class LuaChangingTable : public LuaTest, public ::testing::WithParamInterface<Ch
 
 constexpr char kSixteen[] = "{num = 1, dim = {{16}}, type = {'uint8'}}";
 
-TEST_P(LuaChangingTable, BoundsOfAnInputAreThoseOfItsMemory) {
+TEST_P(LuaChangingTable, BoundsOfAnInputFollowItsMemory) {
   const auto model = script(tables(GetParam().table, kSixteen) +
                             "function nnstreamer_invoke() local x = input_tensor(1)\n"
                             "output_tensor(1)[1] = #x  output_tensor(1)[2] = x[#x + 1] end");
@@ -160,7 +160,7 @@ TEST_P(LuaChangingTable, BoundsOfAnInputAreThoseOfItsMemory) {
   EXPECT_SAYS(y.error().message(), "input_tensor(1)[17] is out of range: it has 16 elements");
 }
 
-TEST_P(LuaChangingTable, BoundsOfAnOutputAreThoseOfItsMemory) {
+TEST_P(LuaChangingTable, BoundsOfAnOutputFollowItsMemory) {
   const auto model = script(tables(kSixteen, GetParam().table) +
                             "function nnstreamer_invoke() local y = output_tensor(1)\n"
                             "for i = 1, 16 do y[i] = i end  y[17] = 1 end");
@@ -182,14 +182,14 @@ INSTANTIATE_TEST_SUITE_P(
         ChangingCase{"ListOfTypes", "changing({num = 1, dim = {{16}}}, {'uint8'}, {'float64'})"}),
     [](const auto& info) { return info.param.name; });
 
-TEST_F(LuaSandbox, AFractionInATableIsRefusedWhereverAMetamethodReturnsIt) {
+TEST_F(LuaSandbox, AFractionFromAMetamethodIsRejectedInEveryTable) {
   const Error error =
       refusal(std::string(kChanging) +
               "inputTensorsInfo = {num = 1, dim = {ones(1.9999)}, type = {'uint8'}}\n"
               "outputTensorsInfo = " +
               kSixteen + "\nfunction nnstreamer_invoke() end");
   EXPECT_EQ(error.code, Code::MODEL_INVALID);
-  EXPECT_SAYS(error.message(), "inputTensorsInfo.dim[1][15] is no dimension");
+  EXPECT_SAYS(error.message(), "inputTensorsInfo.dim[1][15] is not a dimension");
   EXPECT_SAYS(error.message(), "1.9999");
 }
 

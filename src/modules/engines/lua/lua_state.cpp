@@ -1,5 +1,5 @@
-// Calling Lua. What may raise an error of Lua runs in a protected call, in functions that own
-// nothing: such an error leaves them by a jump.
+// Calls Lua. Code that may raise a Lua error runs in a protected call, in functions that own
+// nothing, because the error leaves them by longjmp.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "lua/lua_state.hpp"
 
@@ -11,20 +11,20 @@
 #include "lua/half_float.hpp"
 #include "lua/prelude.hpp"
 #include "tensor_check.hpp"
+#include "weir/engine_tools.hpp"
 
 namespace weir::engine {
 namespace {
 
-// Set before the first state is made: functions that Lua calls get at it no other way.
+// Set before the first state is created; functions that Lua calls have no other access to it.
 const LuaApi* lua = nullptr;
 
 constexpr ptrdiff_t kMebibyte = 1 << 20;
-// Percent of 1 KiB that the collector looks at with each allocation while a cycle runs. With
-// LuaJIT's own 200 a script that builds large texts reaches the limit before the first cycle has
-// ended.
+// Collector work per allocation while a cycle runs, in percent of 1 KiB. With LuaJIT's default of
+// 200, a script that builds long strings reaches the limit before the first cycle ends.
 constexpr int kCollectorStep = 10000;
 
-// ---- What the script's side calls ------------------------------------------------------------
+// ---- Functions that the script's side calls --------------------------------------------------
 
 float read_half(uint16_t half) noexcept {
   return half_to_float(half);
@@ -32,7 +32,7 @@ float read_half(uint16_t half) noexcept {
 uint16_t write_half(float value) noexcept {
   return float_to_half(value);
 }
-// 0 when memory ran out.
+// Returns 0 when memory runs out.
 int unshare(void* given) noexcept {
   auto& slot = *static_cast<TensorSlot*>(given);
   try {
@@ -48,7 +48,7 @@ int unshare(void* given) noexcept {
 
 int add_traceback(lua_State* state) {
   const bool text = lua->lua_type(state, 1) == kLuaString;
-  if (!text) lua->lua_pushstring(state, "the error is no text");
+  if (!text) lua->lua_pushstring(state, "the error is not text");
   lua->luaL_traceback(state, state, lua->lua_tolstring(state, text ? 1 : -1, nullptr), 1);
   return 1;
 }
@@ -66,8 +66,8 @@ void open_library(lua_State* state, const char* name, LuaFunction open, int resu
 
 // ---- Messages --------------------------------------------------------------------------------
 
-// Lines of ours, and what stands above every script.
-bool tells_nothing(std::string_view line) {
+// Lines of our prelude, and the frame at the bottom of every script's traceback.
+bool is_uninformative(std::string_view line) {
   return line.starts_with("\tweir:") || line.starts_with("\t[C]: in ?");
 }
 
@@ -77,7 +77,7 @@ std::string for_people(std::string_view text) {
     const size_t end = std::min(text.find('\n'), text.size());
     const auto line = text.substr(0, end);
     text.remove_prefix(std::min(end + 1, text.size()));
-    if (tells_nothing(line)) continue;
+    if (is_uninformative(line)) continue;
     out += out.empty() ? "" : "\n    ";
     out += line.starts_with('\t') ? "  " + std::string(line.substr(1)) : std::string(line);
   }
@@ -86,7 +86,7 @@ std::string for_people(std::string_view text) {
   return out;
 }
 
-// The line that mends it, where the message shows one.
+// The fix, if the message suggests one.
 std::string fix_for(const std::string& message, const LuaOptions& options, int status) {
   if (status == kLuaOutOfMemory || message.find("not enough memory") != message.npos)
     return "custom=MemoryLimit:" + std::to_string(options.memory_limit * 2);
@@ -94,7 +94,7 @@ std::string fix_for(const std::string& message, const LuaOptions& options, int s
     const bool loads = library == "package" && message.find("global 'require'") != message.npos;
     if (!options.opens(library.c_str()) &&
         (loads || message.find("global '" + library + "' (a nil value)") != message.npos))
-      return "custom=Libraries:" + library + ", where the script may be trusted with it";
+      return "custom=Libraries:" + library + ", if you trust the script";
   }
   return "";
 }
@@ -104,12 +104,11 @@ bool is_byte_code(std::string_view text) {
 }
 
 Error byte_code(const std::string& name) {
-  return {Code::MODEL_INVALID,
-          "byte code of Lua is not run, for it can do anything",
-          name,
-          "the script's source text",
-          "",
-          "model=SCRIPT.lua"};
+  return {.code = Code::MODEL_INVALID,
+          .what = "Lua byte code is not run, because it can bypass the sandbox",
+          .offered = name,
+          .needed = "the script's source text",
+          .fix = "model=SCRIPT.lua"};
 }
 
 }  // namespace
@@ -130,20 +129,20 @@ Result<std::unique_ptr<LuaState>> LuaState::create(const LuaApi& api, const LuaO
   std::unique_ptr<LuaState> out(new LuaState(api, options));
   out->state_ = api.luaL_newstate();
   if (!out->state_)
-    return Error{Code::OUT_OF_MEMORY, "LuaJIT has no memory for another script", "", "", "", ""};
+    return Error{.code = Code::OUT_OF_MEMORY, .what = "LuaJIT has no memory for another script"};
   auto& budget = out->budget_;
   budget.limit = static_cast<ptrdiff_t>(options.memory_limit) * kMebibyte;
   budget.allocate = api.lua_getallocf(out->state_, &budget.data);
   api.lua_setallocf(out->state_, within_budget, &budget);
   api.lua_gc(out->state_, kLuaSetStep, kCollectorStep);
   if (const int status = api.lua_cpcall(out->state_, prepare, out.get()))
-    return out->failure(Code::INTERNAL, "a script cannot be prepared", status);
+    return out->failure(Code::INTERNAL, "a script cannot be loaded", status);
   return out;
 }
 
 LuaState::~LuaState() {
   if (!state_) return;
-  // Its own allocator gives all memory back at once.
+  // lua_close() with the original allocator frees all memory at once.
   api_.lua_setallocf(state_, budget_.allocate, budget_.data);
   api_.lua_close(state_);
 }
@@ -160,7 +159,7 @@ int LuaState::prepare(lua_State* state) {
       {"string", lua->luaopen_string, true},
       {"math", lua->luaopen_math, true},
       {"bit", lua->luaopen_bit, true},
-      {"jit", lua->luaopen_jit, true},  // starts the compiler
+      {"jit", lua->luaopen_jit, true},  // starts the JIT compiler
       {"io", lua->luaopen_io, self.options_.opens("io")},
       {"os", lua->luaopen_os, self.options_.opens("os")},
       {"debug", lua->luaopen_debug, self.options_.opens("debug")},
@@ -170,13 +169,13 @@ int LuaState::prepare(lua_State* state) {
     if (library.given) open_library(state, library.name, library.open, 0);
   lua->luaL_loadbufferx(state, kPrelude, std::strlen(kPrelude), "=weir", "t");
   open_library(state, "ffi", lua->luaopen_ffi, 1);
-  lua->lua_pushvalue(state, -1);  // its tables, metatypes among them, would be collected otherwise
+  lua->lua_pushvalue(state, -1);  // keeps its tables, including metatypes, from being collected
   lua->luaL_ref(state, kLuaRegistry);
   if (self.options_.opens("ffi")) {
     lua->lua_pushvalue(state, -1);
     lua->lua_setfield(state, kLuaGlobals, "ffi");
   }
-  lua->lua_getfield(state, kLuaRegistry, "_LOADED");  // what require() would find
+  lua->lua_getfield(state, kLuaRegistry, "_LOADED");  // the modules that require() finds
   for (const char* name : {"ffi", "jit", "jit.util", "jit.opt"}) {
     if (self.options_.opens(std::strncmp(name, "jit", 3) == 0 ? "jit" : name)) continue;
     lua->lua_pushnil(state);
@@ -205,9 +204,12 @@ Error LuaState::failure(Code code, std::string what, int status) {
   size_t size = 0;
   const char* text =
       api_.lua_type(state_, -1) == kLuaString ? api_.lua_tolstring(state_, -1, &size) : nullptr;
-  const std::string message = text ? for_people({text, size}) : "an error that is no text";
+  const std::string message = text ? for_people({text, size}) : "an error that is not text";
   api_.lua_settop(state_, 0);
-  return {code, std::move(what), message, "", "", fix_for(message, options_, status)};
+  return {.code = code,
+          .what = std::move(what),
+          .offered = message,
+          .fix = fix_for(message, options_, status)};
 }
 
 Status LuaState::run(std::string_view text, const std::string& name) {
@@ -216,7 +218,7 @@ Status LuaState::run(std::string_view text, const std::string& name) {
   api_.lua_rawgeti(state_, kLuaRegistry, traceback_);
   if (const int status =
           api_.luaL_loadbufferx(state_, text.data(), text.size(), chunk.c_str(), "t"))
-    return failure(Code::MODEL_INVALID, "the script is no Lua", status);
+    return failure(Code::MODEL_INVALID, "the script is not valid Lua", status);
   if (const int status = api_.lua_pcall(state_, 0, 0, 1))
     return failure(Code::MODEL_INVALID, "the script failed before the first frame", status);
   api_.lua_settop(state_, 0);
@@ -234,7 +236,8 @@ Result<ScriptTensors> LuaState::describe() {
                              : nullptr;
       return std::string(text ? text : "");
     };
-    Error error{Code::MODEL_INVALID, part(2), part(3), part(4), "", ""};
+    Error error{
+        .code = Code::MODEL_INVALID, .what = part(2), .offered = part(3), .needed = part(4)};
     api_.lua_settop(state_, 0);
     return error;
   }
@@ -258,18 +261,18 @@ Result<ScriptTensors> LuaState::read_flat_list() {
   for (auto* list : {&out.inputs, &out.outputs}) {
     list->resize(static_cast<size_t>(next(1, WEIR_TENSOR_LIMIT)));
     for (auto& info : *list) {
+      info = open_tensor_info();
       info.type = static_cast<uint32_t>(next(0, WEIR_TYPE_END - 1));
       info.rank = static_cast<uint32_t>(next(1, WEIR_RANK_LIMIT));
       for (uint32_t i = 0; i < info.rank; ++i) info.shape[i] = next(1, INT32_MAX);
-      info.batch_axis = WEIR_NO_BATCH_AXIS;
       good = good && tensor_bytes(info).has_value();
     }
   }
   if (!good)
     return Error{.code = Code::MODEL_INVALID,
-                 .what = "the tables of the script hold a number that no tensor has",
+                 .what = "the tables of the script contain a number that is out of range",
                  .offered = {},
-                 .needed = "whole numbers in range",
+                 .needed = "integers in range",
                  .difference = {},
                  .fix = {}};
   return out;
@@ -290,7 +293,7 @@ int LuaState::bind_slots(lua_State* state) {
 Status LuaState::bind(std::vector<TensorSlot>* inputs, std::vector<TensorSlot>* outputs) {
   Binding binding{bind_, inputs, outputs};
   if (const int status = api_.lua_cpcall(state_, bind_slots, &binding))
-    return failure(Code::INTERNAL, "the tensors of a script cannot be made", status);
+    return failure(Code::INTERNAL, "the tensors of a script cannot be created", status);
   return ok();
 }
 

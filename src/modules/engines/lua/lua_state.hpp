@@ -1,4 +1,4 @@
-// LuaState: one script in a state of its own, with its tensors.
+// LuaState: a Lua state that runs one script, with the script's tensors.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <cstddef>
@@ -13,14 +13,14 @@
 
 namespace weir::engine {
 
-// Where the elements of one tensor of the current frame are. prelude.lua declares the same struct
-// down to `elements`. It reads `type` and `elements` once, in bind(), and `data` and `shared` on
-// each access.
+// The elements of one tensor of the current frame. prelude.lua declares the same struct up to
+// `elements`; it reads `type` and `elements` once, in bind(), and `data` and `shared` on each
+// access.
 struct TensorSlot {
   void* data = nullptr;
-  int32_t shared = 0;   // nonzero: others read this memory, a script that writes gets `own` first
+  int32_t shared = 0;   // nonzero: others read this memory; the first write copies it to `own`
   uint32_t type = 0;    // weir_type
-  double elements = 0;  // the bounds of each access
+  double elements = 0;  // bounds of each access
   size_t bytes = 0;
   std::vector<std::byte> own;
 };
@@ -29,31 +29,30 @@ struct ScriptTensors {
   std::vector<weir_tensor_info> inputs, outputs;
 };
 
-// Used by one thread at a time. Whatever a script does in Lua ends in an error, but a loop without
-// an end.
+// One thread at a time. Every failure of a script becomes an error, except an endless loop.
 class LuaState {
  public:
-  // OUT_OF_MEMORY or INTERNAL when no state can be made.
+  // OUT_OF_MEMORY or INTERNAL when the state cannot be created.
   static Result<std::unique_ptr<LuaState>> create(const LuaApi& api, const LuaOptions& options);
   ~LuaState();
   LuaState(const LuaState&) = delete;
   LuaState& operator=(const LuaState&) = delete;
 
-  // Runs the script's text; `name` is for messages. MODEL_INVALID with the script's file, line and
-  // traceback; byte code is refused.
+  // Runs the source text; `name` appears in messages. MODEL_INVALID with file, line and traceback,
+  // and for byte code.
   Status run(std::string_view text, const std::string& name);
-  // What its tables say. MODEL_INVALID with the name of the field.
+  // Reads the tensors that the script's tables declare. MODEL_INVALID names the invalid field.
   Result<ScriptTensors> describe();
-  // One slot for each tensor of describe(), with its type and number of elements. They outlive the
-  // state.
+  // Fills one slot per tensor of describe() with its type and number of elements. The slots must
+  // outlive the state.
   Status bind(std::vector<TensorSlot>* inputs, std::vector<TensorSlot>* outputs);
   // Calls nnstreamer_invoke(). INVOKE_FAILED with file, line and traceback.
   Status invoke();
 
-  uint64_t bytes() const;  // that Lua has allocated
+  uint64_t bytes() const;  // currently allocated by Lua
 
  private:
-  // Counts what the state allocates, and refuses what would be too much.
+  // Counts the state's allocations and fails those beyond the limit.
   struct Budget {
     LuaAllocator allocate;
     void* data;
@@ -67,17 +66,17 @@ class LuaState {
   LuaState(const LuaApi& api, const LuaOptions& options) : api_(api), options_(options) {}
   static void* within_budget(void* budget, void* block, size_t old_bytes, size_t bytes);
   static int prepare(lua_State* state);
-  // Of prelude.lua's describe(), which lies at place 1 of the stack.
+  // Reads the result of prelude.lua's describe() at stack index 1.
   Result<ScriptTensors> read_flat_list();
   static int bind_slots(lua_State* state);
-  // Of what lies on top of the stack, which it takes away.
+  // Makes an error from the value on top of the stack and pops it.
   Error failure(Code code, std::string what, int status);
 
   const LuaApi& api_;
   const LuaOptions options_;
   lua_State* state_ = nullptr;
   Budget budget_{};
-  int traceback_ = 0, describe_ = 0, bind_ = 0, invoke_ = 0;  // of the registry
+  int traceback_ = 0, describe_ = 0, bind_ = 0, invoke_ = 0;  // references in the registry
 };
 
 }  // namespace weir::engine

@@ -1,4 +1,5 @@
-// Scripts through the C table: the functions and tables of the specification, types, globals.
+// Tests of scripts through the C ABI: the functions and tables of docs/compatibility/filter.md
+// 4.14, element types, globals.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <cmath>
 #include <cstring>
@@ -53,7 +54,7 @@ end
   EXPECT_EQ((*out)[2].values<float>(), (std::vector<float>{0.5f, -2, 1e6f}));
 }
 
-TEST_F(Lua, ZerosBehindTheDimensionsAreNoDimensions) {
+TEST_F(Lua, ZerosAfterTheDimensionsAreIgnored) {
   const auto model = script(R"lua(
 inputTensorsInfo = {num = 1, dim = {{3, 2, 0, 0}}, type = {'uint8'}}
 outputTensorsInfo = {num = 1, dim = {{1}}, type = {'uint8'}}
@@ -63,8 +64,8 @@ function nnstreamer_invoke() end
   EXPECT_EQ(text_of(model->inputs()[0]), "uint8[2, 3]");
 }
 
-// Assigned: 1.75, -1.75, 300.5 and 2^31 + 5, each as the type takes it: cut to a whole number, and
-// that modulo 2 to the power of its bits.
+// The results of assigning 1.75, -1.75, 300.5 and 2^31 + 5: truncated to a whole number, then taken
+// modulo 2 to the power of the type's bits.
 template <class T>
 std::vector<T> cut_and_wrapped() {
   const auto wrapped = [](int64_t value) {
@@ -93,7 +94,7 @@ using Integers =
     ::testing::Types<int8_t, uint8_t, int16_t, uint16_t, int32_t, uint32_t, int64_t, uint64_t>;
 TYPED_TEST_SUITE(LuaIntegers, Integers);
 
-TYPED_TEST(LuaIntegers, AreCutAndWrapped) {
+TYPED_TEST(LuaIntegers, AreTruncatedAndWrapped) {
   const auto model = this->script(script_text(kAwkward, "uint8", TestFixture::name()));
   ASSERT_NE(model, nullptr);
   const auto y = model->invoke({make_tensor(WEIR_UINT8, {4})});
@@ -101,7 +102,7 @@ TYPED_TEST(LuaIntegers, AreCutAndWrapped) {
   EXPECT_EQ((*y)[0].template values<TypeParam>(), cut_and_wrapped<TypeParam>());
 }
 
-// The compiled loop and the interpreter must agree: ten thousand elements, and the first four.
+// The compiled loop (ten thousand elements) and the interpreter (the first four) must agree.
 TYPED_TEST(LuaIntegers, AreTheSameWhenCompiled) {
   constexpr int kElements = 10000;
   const auto model = this->script(script_text("for i = 1, #y do y[i] = (i - 5000) * 3.7 end",
@@ -117,9 +118,9 @@ TYPED_TEST(LuaIntegers, AreTheSameWhenCompiled) {
   }
 }
 
-TYPED_TEST(LuaIntegers, GoThroughUnchangedAtTheirLimits) {
+TYPED_TEST(LuaIntegers, AreUnchangedAtTheirLimits) {
   using Limits = std::numeric_limits<TypeParam>;
-  // 64 bits: what a number of Lua holds exactly.
+  // For 64 bits: the largest power of two up to which a Lua number is exact.
   const auto most =
       sizeof(TypeParam) == 8 ? static_cast<TypeParam>(int64_t{1} << 53) : Limits::max();
   const auto least = std::is_signed_v<TypeParam> ? static_cast<TypeParam>(-most) : TypeParam{0};
@@ -132,7 +133,7 @@ TYPED_TEST(LuaIntegers, GoThroughUnchangedAtTheirLimits) {
   EXPECT_EQ((*y)[0].template values<TypeParam>(), x);
 }
 
-TEST_F(Lua, ReadsAsNumbersWhateverTheType) {
+TEST_F(Lua, ReadsEveryTypeAsNumbers) {
   for (const char* type : {"int8", "uint8", "int16", "uint16", "int32", "uint32", "int64", "uint64",
                            "float16", "float32", "float64"}) {
     const auto model = script(script_text(
@@ -144,7 +145,7 @@ TEST_F(Lua, ReadsAsNumbersWhateverTheType) {
   }
 }
 
-TEST_F(Lua, LargeIntegersAreExactWhenTheyAreWrittenAsSuch) {
+TEST_F(Lua, LargeIntegerLiteralsAreExact) {
   const auto model = script(script_text(
       "y[1] = 9007199254740993LL  y[2] = -1LL  y[3] = 0xFFFFFFFFFFFFFFFFULL  y[4] = x[1]", "uint64",
       "uint64"));
@@ -152,7 +153,7 @@ TEST_F(Lua, LargeIntegersAreExactWhenTheyAreWrittenAsSuch) {
   const auto y =
       model->invoke({make_tensor<uint64_t>(WEIR_UINT64, {4}, {9007199254740993u, 0, 0, 0})});
   ASSERT_TRUE(y) << y.error().message();
-  // A number of Lua has 53 bits: what is read is the nearest one.
+  // A Lua number has 53 bits: reading gives the nearest one.
   EXPECT_EQ((*y)[0].values<uint64_t>(),
             (std::vector<uint64_t>{9007199254740993u, UINT64_MAX, UINT64_MAX, 9007199254740992u}));
 }
@@ -181,12 +182,12 @@ TEST_F(Lua, HalfFloats) {
   const auto h = back->invoke({make_tensor<float>(
       WEIR_FLOAT32, {6}, {1, -2.5f, 65520, 0x1p-25f, 1.0f + 0x1p-11f, 1.0f + 3 * 0x1p-11f})});
   ASSERT_TRUE(h) << h.error().message();
-  // To the nearest, ties to even.
+  // Rounded to nearest, ties to even.
   EXPECT_EQ((*h)[0].values<uint16_t>(),
             (std::vector<uint16_t>{0x3C00, 0xC100, 0x7C00, 0x0000, 0x3C00, 0x3C02}));
 }
 
-TEST_F(Lua, EachHalfFloatComesBack) {
+TEST_F(Lua, EachHalfFloatRoundTrips) {
   const auto model =
       script(script_text("for i = 1, #x do y[i] = x[i] end", "float16", "float16", 65536));
   ASSERT_NE(model, nullptr);
@@ -204,11 +205,11 @@ TEST_F(Lua, EachHalfFloatComesBack) {
   }
 }
 
-TEST_F(Lua, WhatIsNotWrittenIsZero) {
+TEST_F(Lua, UnwrittenElementsAreZero) {
   EXPECT_EQ(result("y[2] = 5"), (std::vector<float>{0, 5, 0, 0}));
 }
 
-TEST_F(Lua, AScriptMayWriteIntoItsInputAndTheStreamKeepsItsOwn) {
+TEST_F(Lua, AScriptCanWriteItsInputWithoutChangingTheStream) {
   const auto model = script(script_text("for i = 1, 4 do x[i] = x[i] * 2  y[i] = x[i] + 1 end"));
   ASSERT_NE(model, nullptr);
   const auto x = make_tensor<float>(WEIR_FLOAT32, {4}, {1, 2, 3, 4});
@@ -220,7 +221,7 @@ TEST_F(Lua, AScriptMayWriteIntoItsInputAndTheStreamKeepsItsOwn) {
   }
 }
 
-TEST_F(Lua, GlobalsStayFromFrameToFrameAndAResetForgetsThem) {
+TEST_F(Lua, GlobalsPersistUntilAReset) {
   const auto model = script("count = 0\n" + script_text("count = count + 1  y[1] = count"));
   ASSERT_NE(model, nullptr);
   const auto frame = make_tensor(WEIR_FLOAT32, {4});
@@ -235,7 +236,7 @@ TEST_F(Lua, GlobalsStayFromFrameToFrameAndAResetForgetsThem) {
   EXPECT_EQ((*y)[0].values<float>()[0], 1);
 }
 
-TEST_F(Lua, ATensorThatAScriptKeepsIsThatOfThePresentFrame) {
+TEST_F(Lua, AKeptTensorRefersToTheCurrentFrame) {
   const auto model = script(script_text("kept = kept or x  y[1] = kept[1]"));
   ASSERT_NE(model, nullptr);
   for (const float value : {3.0f, 4.0f}) {
@@ -245,7 +246,7 @@ TEST_F(Lua, ATensorThatAScriptKeepsIsThatOfThePresentFrame) {
   }
 }
 
-TEST_F(Lua, ACollectionOfGarbageTakesNoTensorAway) {
+TEST_F(Lua, GarbageCollectionKeepsTensors) {
   const auto model = script(script_text("collectgarbage()  y[1] = x[1] + #y  collectgarbage()"));
   ASSERT_NE(model, nullptr);
   for (const float value : {3.0f, 4.0f, 5.0f}) {
@@ -255,7 +256,7 @@ TEST_F(Lua, ACollectionOfGarbageTakesNoTensorAway) {
   }
 }
 
-TEST_F(Lua, AFailedFrameIsNotTheLast) {
+TEST_F(Lua, FramesAfterAFailureSucceed) {
   const auto model = script(script_text("if x[1] < 0 then error('negative') end  y[1] = x[1]"));
   ASSERT_NE(model, nullptr);
   ASSERT_FALSE(model->invoke({make_tensor<float>(WEIR_FLOAT32, {4}, {-1, 0, 0, 0})}));
@@ -264,7 +265,7 @@ TEST_F(Lua, AFailedFrameIsNotTheLast) {
   EXPECT_EQ((*y)[0].values<float>()[0], 2);
 }
 
-TEST_F(Lua, TensorsTellWhatTheyAre) {
+TEST_F(Lua, TensorsReportTheirTypeAndShape) {
   EXPECT_EQ(result("y[1] = #x  y[2] = tostring(x) == 'input_tensor(1): float32 4' and 1 or 0"),
             (std::vector<float>{4, 1, 0, 0}));
 }
@@ -273,7 +274,7 @@ TEST_F(Lua, TextThatIsANumberIsOne) {
   EXPECT_EQ(result("y[1] = '2.5'"), (std::vector<float>{2.5f, 0, 0, 0}));
 }
 
-TEST_F(Lua, HarmlessLibrariesAreThere) {
+TEST_F(Lua, HarmlessLibrariesAreAvailable) {
   EXPECT_EQ(result(R"lua(
     y[1] = math.floor(2.5)
     y[2] = #string.rep('a', 3)
@@ -283,8 +284,8 @@ TEST_F(Lua, HarmlessLibrariesAreThere) {
             (std::vector<float>{2, 3, 4, 2}));
 }
 
-TEST_F(Lua, TheModelMayBeTheScriptItself) {
-  // As the element hands it over: cut at its commas.
+TEST_F(Lua, TheModelCanBeTheScriptText) {
+  // The element passes model= split at its commas.
   std::string text = script_text("y[1] = x[4], x[3]");
   std::vector<std::string> parts;
   for (size_t at = 0; at != std::string::npos;) {
@@ -309,7 +310,7 @@ TEST_F(Lua, TheModelMayBeTheScriptItself) {
   engine()->close(model);
 }
 
-TEST_F(Lua, SessionsHaveGlobalsOfTheirOwnAndRunAtOnce) {
+TEST_F(Lua, SessionsHaveTheirOwnGlobalsAndRunConcurrently) {
   const auto path = folder_.write(
       "count.lua", bytes_of("count = 0\n" + script_text("count = count + 1  y[1] = count")));
   std::vector<std::thread> threads;
@@ -326,7 +327,7 @@ TEST_F(Lua, SessionsHaveGlobalsOfTheirOwnAndRunAtOnce) {
   EXPECT_EQ(last, (std::vector<float>{200, 200, 200, 200}));
 }
 
-TEST_F(Lua, AnOutputWithoutMemoryGetsSome) {
+TEST_F(Lua, AllocatesAnOutputWithoutMemory) {
   const auto model = script(script_text("y[4] = 9"));
   ASSERT_NE(model, nullptr);
   float x[4] = {};
@@ -338,7 +339,7 @@ TEST_F(Lua, AnOutputWithoutMemoryGetsSome) {
   out.release(out.owner);
 }
 
-TEST_F(Lua, KnowsItsScripts) {
+TEST_F(Lua, RecognisesScripts) {
   const auto score = [](const char* path, const std::string& head) {
     int out = -1;
     weir_error error;

@@ -1,14 +1,14 @@
-// Scripts for tests of the engine Lua.
+// Fixture with scripts for tests of the Lua engine.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <string>
 
-#include "engine_fixture.hpp"
+#include "engine_test_support.hpp"
 #include "says.hpp"
 
 namespace weir::engine_test {
 
-// The tables for one input and one output of `elements` each, and `body` as nnstreamer_invoke.
+// A script with one input and one output of `elements` each, and `body` in nnstreamer_invoke.
 inline std::string script_text(const std::string& body, const std::string& in = "float32",
                                const std::string& out = "float32", int elements = 4) {
   const auto table = [&](const std::string& name, const std::string& type) {
@@ -32,14 +32,14 @@ class LuaTest : public EngineTest {
   Error refusal(const std::string& text, const Options& options = {}) {
     return error_of(bytes_of(text), options);
   }
-  // Of the first frame, four zeros of float32.
+  // The error of the first frame: four zeros of float32.
   Error failure(const std::string& body, const Options& options = {}) {
     const auto model = open(bytes_of(script_text(body)), options);
     if (!model) return model.error();
     const auto out = (*model)->invoke({make_tensor(WEIR_FLOAT32, {4})});
-    return out ? Error{Code::INTERNAL, "it ran", "", "", "", ""} : out.error();
+    return out ? Error{.code = Code::INTERNAL, .what = "it ran"} : out.error();
   }
-  // y of four float32 x = 1, 2, 3, 4.
+  // The four float32 elements of y for x = 1, 2, 3, 4.
   std::vector<float> result(const std::string& body, const Options& options = {}) {
     const auto model = script(script_text(body), options);
     if (!model) return {};

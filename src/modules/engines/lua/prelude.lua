@@ -1,6 +1,6 @@
--- Runs before a script, in the script's state: makes the tensors that scripts see, and reads the
--- script's tables. Scripts reach the functions made here and never what these close over: neither
--- `ffi` nor an address. Functions of libraries are kept in locals, for scripts may replace them.
+-- Runs before a script, in the script's state: creates the tensors that scripts see and reads the
+-- script's tables. Scripts can reach the functions made here but not their upvalues: neither `ffi`
+-- nor an address. Library functions are kept in locals because scripts may replace them.
 local ffi, globals, half_to_float, float_to_half, unshare, sandbox = ...
 local error, ipairs, load, loadfile, pcall, rawget = error, ipairs, load, loadfile, pcall, rawget
 local select, tonumber, tostring, type = select, tonumber, tostring, type
@@ -20,7 +20,7 @@ unshare = cast('int (*)(void *)', unshare)
 
 -- ---- What scripts may call --------------------------------------------------------------------
 
--- `newproxy`: without it no code of a script runs outside a call, where tensors have no memory.
+-- Without `newproxy`, no script code runs outside a call, when tensors have no memory.
 globals.newproxy = nil
 string.dump = nil
 
@@ -48,7 +48,7 @@ end
 
 -- ---- Tensors ----------------------------------------------------------------------------------
 
-local described  -- {input = {...}, output = {...}}, of each tensor its text: 'uint8 3:224:224'
+local described  -- {input = {...}, output = {...}}: a text such as 'uint8 3:224:224' per tensor
 
 -- Level 3: the line of the script that indexed the tensor.
 local function refuse_key(title, count, text, key)
@@ -59,7 +59,7 @@ local function refuse_key(title, count, text, key)
                count, text), 3)
 end
 
--- What is no number of Lua: text of a number, a 64-bit integer; all else is an error.
+-- Accepts text of a number and 64-bit integers; any other value is an error.
 local function to_number(title, key, value)
   local number = tonumber(value)
   if number and type(value) == 'cdata' then return value end
@@ -69,12 +69,12 @@ local function to_number(title, key, value)
   return number
 end
 
--- A TensorSlot of the host. The bounds of each access are the host's number of elements.
+-- A TensorSlot of the host. Each access checks its index against the host's number of elements.
 local function slot_type(c_type)
   return typeof('$ *', typeof('struct {' .. c_type .. ' *data; int32_t shared; uint32_t type; double elements; }'))
 end
 
--- `shared`: others may read the memory, and a write needs a copy first.
+-- `shared`: others may read the memory, so the first write copies it.
 local function make_tensor(title, text, address, shared)
   local slot = cast(slot_type('void'), address)
   local kind, count = slot.type + 1, slot.elements
@@ -136,7 +136,7 @@ local function make_tensor(title, text, address, shared)
       if shared and slot.shared ~= 0 then own_memory() end
       slot.data[key - 1] = value
     end
-  else  -- through 64 bits: the same wherever it runs, interpreted or compiled
+  else  -- via int64, so that interpreted and compiled code agree
     function meta.__newindex(_, key, value)
       if type(key) ~= 'number' or key < 1 or key > count or key ~= floor(key) then
         refuse_key(title, count, text, key)
@@ -164,7 +164,7 @@ for _, role in ipairs({'input', 'output'}) do
   end
 end
 
--- `first`: the first of the `count` slots that the host fills for each frame.
+-- `first`: the first of `count` slots, which the host fills for each frame.
 local function bind_role(role, first, count, slot_bytes)
   for i = 1, count do
     local address = cast('char *', first) + (i - 1) * slot_bytes
@@ -201,10 +201,10 @@ local function copy(list, count)
   return out
 end
 
--- {3, 224, 224} -> {224, 224, 3}: the host counts from the outermost one.
+-- {3, 224, 224} -> {224, 224, 3}: the host orders dimensions outermost first.
 local function read_dimensions(field, given)
   if type(given) ~= 'table' then
-    fault(field .. ' is no list', show(given), 'a list of dimensions, innermost first: {3, 224, 224, 1}')
+    fault(field .. ' is not a list', show(given), 'a list of dimensions, innermost first: {3, 224, 224, 1}')
   end
   local rank = #given
   local list = copy(given, rank)
@@ -215,7 +215,7 @@ local function read_dimensions(field, given)
   local out, elements = {}, 1
   for i = rank, 1, -1 do
     if not whole(list[i], 1, most_elements) then
-      fault(format('%s[%d] is no dimension', field, i), show(list[i]), 'a whole number from 1 on')
+      fault(format('%s[%d] is not a dimension', field, i), show(list[i]), 'an integer of at least 1')
     end
     elements = elements * list[i]
     out[#out + 1] = list[i]
@@ -230,7 +230,7 @@ local function read_type(field, name)
   for i, known in ipairs(names) do
     if type(name) == 'string' and lower(name) == known then return i end
   end
-  fault(field .. ' is no element type', show(name), concat(names, ', '))
+  fault(field .. ' is not an element type', show(name), concat(names, ', '))
 end
 
 local function read_tensors(name)
@@ -241,16 +241,16 @@ local function read_tensors(name)
   end
   local num = info.num
   if not whole(num, least_tensors, most_tensors) then
-    fault(name .. '.num is no number of tensors', show(num), 'a whole number from 1 to 256')
+    fault(name .. '.num is not a number of tensors', show(num), 'an integer from 1 to 256')
   end
   local lists = {}
   for _, field in ipairs({'dim', 'type'}) do
     local list = info[field]
     if type(list) ~= 'table' then
-      fault(name .. '.' .. field .. ' is no list', show(list),
+      fault(name .. '.' .. field .. ' is not a list', show(list),
             'a list with one entry for each of the ' .. num .. ' tensors')
     elseif #list ~= num then
-      fault(format('%s.%s has another length than %s.num says', name, field, name),
+      fault(format('%s.%s and %s.num have different lengths', name, field, name),
             format('%d in the list', #list), tostring(num))
     end
     lists[field] = copy(list, num)
@@ -266,8 +266,9 @@ local function read_tensors(name)
   return out
 end
 
--- A flat list for the host: for inputs and then outputs their number, and for each its type (of
--- weir_type), rank and dimensions. Or false, what is wrong, what came and what was needed.
+-- Returns a flat list for the host: the number of inputs, then each one's type (a weir_type), rank
+-- and dimensions; the same for outputs. On failure: false, what is wrong, what came, what is
+-- needed.
 local function describe()
   local good, result = pcall(function()
     local read = {input = read_tensors('inputTensorsInfo'), output = read_tensors('outputTensorsInfo')}
@@ -295,7 +296,7 @@ end
 
 local function invoke()
   local call = rawget(globals, 'nnstreamer_invoke')
-  if type(call) ~= 'function' then error('nnstreamer_invoke is no function any more', 0) end
+  if type(call) ~= 'function' then error('nnstreamer_invoke is no longer a function', 0) end
   call()
 end
 

@@ -1,4 +1,4 @@
-// Walking an ONNX file.
+// Parses an ONNX file.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "onnxruntime/onnx_file.hpp"
 
@@ -11,25 +11,24 @@
 namespace weir::engine {
 namespace {
 
-constexpr int kDepthLimit = 32;  // of graphs within graphs
+constexpr int kDepthLimit = 32;  // nesting of graphs
 
 Error invalid(const std::string& offered) {
-  return Error{Code::MODEL_INVALID,
-               "the file is truncated, damaged or not an ONNX model",
-               offered,
-               "a complete ONNX model",
-               "",
-               "fetch or export the model again; weir inspect MODEL"};
+  return Error{.code = Code::MODEL_INVALID,
+               .what = "the file is truncated, damaged or not an ONNX model",
+               .offered = offered,
+               .needed = "a complete ONNX model",
+               .fix = "fetch or export the model again; weir inspect MODEL"};
 }
 
 Error damage(const ProtobufReader& reader, const char* part) {
   if (reader.missing() > 0)
     return invalid("the " + std::string(part) + " ends at least " +
                    std::to_string(reader.missing()) + " bytes too early");
-  return invalid("the " + std::string(part) + " is no sequence of ONNX fields");
+  return invalid("the " + std::string(part) + " is not a sequence of ONNX fields");
 }
 
-// ONNX Runtime's own format, a FlatBuffer.
+// Detects ONNX Runtime's own format, a FlatBuffer.
 bool is_ort_format(std::span<const std::byte> head) {
   return head.size() >= 8 && std::memcmp(head.data() + 4, "ORTM", 4) == 0;
 }
@@ -75,7 +74,7 @@ class Walker {
   }
 
   Status graph(std::span<const std::byte> bytes, int depth) {
-    if (depth > kDepthLimit) return invalid("graphs within graphs without end");
+    if (depth > kDepthLimit) return invalid("graphs are nested too deeply");
     ProtobufReader reader(bytes);
     for (ProtobufReader::Field field; reader.next(&field);) {
       Status status = ok();
@@ -156,7 +155,8 @@ bool OnnxSummary::shapes_depend_on_data() const {
 
 int onnx_score(std::span<const unsigned char> head) noexcept {
   if (head.size() >= 8 && std::memcmp(head.data() + 4, "ORTM", 4) == 0) return 100;
-  // Field 1, ir_version: 1 to 127 so far; then as a rule field 2 (producer) to 8 (opset).
+  // Field 1, ir_version: 1 to 127 so far; usually followed by a field from 2 (producer) to 8
+  // (opset).
   if (head.size() < 3 || head[0] != 0x08 || head[1] == 0 || head[1] > 0x7F) return 0;
   const unsigned number = head[2] >> 3, kind = head[2] & 7;
   const bool plausible = (number == 5 && kind == 0) || (number >= 2 && number <= 8 && kind == 2);
@@ -165,7 +165,7 @@ int onnx_score(std::span<const unsigned char> head) noexcept {
 
 Status check_onnx_head(std::span<const std::byte> head) {
   if (is_ort_format(head) || can_begin_message(head)) return ok();
-  return invalid("the file is no sequence of ONNX fields");
+  return invalid("the file is not a sequence of ONNX fields");
 }
 
 Result<OnnxSummary> read_onnx(std::span<const std::byte> file) {

@@ -1,10 +1,10 @@
-// Reading ONNX files without ONNX Runtime.
+// Tests of reading ONNX files without ONNX Runtime.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "onnxruntime/onnx_file.hpp"
 
 #include <gtest/gtest.h>
 
-#include "onnxruntime/onnx_builder.hpp"
+#include "onnxruntime/onnx_builder_test_support.hpp"
 #include "says.hpp"
 
 namespace weir::engine {
@@ -26,7 +26,7 @@ int score(std::vector<unsigned char> head) {
   return onnx_score(head);
 }
 
-TEST(OnnxFile, TellsProducerOperatorsAndShapes) {
+TEST(OnnxFile, ReportsProducerOperatorsAndShapes) {
   const auto summary = read_onnx(small_model().bytes());
   ASSERT_TRUE(summary) << summary.error().message();
   EXPECT_EQ(summary->ir_version, 7);
@@ -45,7 +45,7 @@ TEST(OnnxFile, ScalarsHaveAShape) {
   EXPECT_FALSE(summary->shapes_depend_on_data());
 }
 
-TEST(OnnxFile, RefusesACutWithinTheGraphAndSaysHowMuchIsMissing) {
+TEST(OnnxFile, RejectsATruncatedGraphAndReportsTheMissingBytes) {
   auto bytes = small_model().bytes();
   bytes.resize(60);
   const auto summary = read_onnx(bytes);
@@ -54,7 +54,7 @@ TEST(OnnxFile, RefusesACutWithinTheGraphAndSaysHowMuchIsMissing) {
   EXPECT_SAYS(summary.error().offered, "bytes too early");
 }
 
-TEST(OnnxFile, EveryCutAndEveryFlippedBitEndsInAnAnswer) {
+TEST(OnnxFile, EveryTruncationAndFlippedBitIsHandled) {
   const auto whole = small_model().bytes();
   for (size_t size = 0; size < whole.size(); ++size) (void)read_onnx({whole.data(), size});
   for (size_t bit = 0; bit < whole.size() * 8; ++bit) {
@@ -64,14 +64,14 @@ TEST(OnnxFile, EveryCutAndEveryFlippedBitEndsInAnAnswer) {
   }
 }
 
-TEST(OnnxFile, RefusesAFileWithoutAGraph) {
+TEST(OnnxFile, RejectsAFileWithoutAGraph) {
   const std::vector<std::byte> only_version{std::byte{8}, std::byte{7}};
   EXPECT_FALSE(read_onnx(only_version));
   EXPECT_FALSE(read_onnx({}));
 }
 
-TEST(OnnxFile, RefusesGraphsWithinGraphsWithoutEnd) {
-  // Attribute 5 of node 1 of a graph holds a graph 6: wrapped far beyond the limit.
+TEST(OnnxFile, RejectsGraphsNestedTooDeeply) {
+  // Attribute 5 of node 1 holds graph 6: nested far deeper than the limit.
   std::string graph;
   const auto wrap = [](int field, const std::string& content) {
     std::string size;
@@ -85,10 +85,10 @@ TEST(OnnxFile, RefusesGraphsWithinGraphsWithoutEnd) {
   const auto* data = reinterpret_cast<const std::byte*>(model.data());
   const auto summary = read_onnx({data, model.size()});
   ASSERT_FALSE(summary);
-  EXPECT_SAYS(summary.error().offered, "graphs within graphs");
+  EXPECT_SAYS(summary.error().offered, "graphs are nested too deeply");
 }
 
-TEST(OnnxFile, KnowsAnOnnxFileByItsFirstBytes) {
+TEST(OnnxFile, RecognisesAnOnnxFileByItsFirstBytes) {
   EXPECT_GE(score({0x08, 0x07, 0x12, 0x07, 'p', 'y', 't'}), 80);
   EXPECT_GE(score({0x1C, 0, 0, 0, 'O', 'R', 'T', 'M'}), 80);
   EXPECT_EQ(score({0x1C, 0, 0, 0, 'T', 'F', 'L', '3'}), 0);

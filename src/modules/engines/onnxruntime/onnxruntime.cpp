@@ -1,4 +1,4 @@
-// The module of the engine ONNX Runtime.
+// ONNX Runtime engine: the module's entry point.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "engine_table.hpp"
 #include "onnxruntime/ort_model.hpp"
@@ -12,19 +12,19 @@ struct OnnxRuntimeEngine {
   static constexpr const char *kName = "onnxruntime", *kAliases = "onnx", *kEndings = "onnx,ort",
                               *kLibrary = "ONNX Runtime";
   static constexpr const char* kOptions = R"([
-    {"name": "NumThreads", "type": "integer", "default": "all cores for the only filter of the process, else its share", "help": "threads of one invoke"},
+    {"name": "NumThreads", "type": "integer", "default": "all cores for the only filter of the process, otherwise its part of them", "help": "threads of one invoke"},
     {"name": "GraphOptimization", "type": "none|basic|extended|all", "default": "all",
-     "help": "how far ONNX Runtime rewrites the graph"},
-    {"name": "Spinning", "type": "boolean", "default": "true for the only filter of the process, else false",
-     "help": "between two operators threads wait without sleeping"},
+     "help": "graph optimization level of ONNX Runtime"},
+    {"name": "Spinning", "type": "boolean", "default": "true for the only filter of the process, otherwise false",
+     "help": "threads busy-wait between two operators"},
     {"name": "LoweringCache", "type": "boolean", "default": "true",
-     "help": "graphs of .tflite models, once translated, are kept in ~/.cache/weir"},
-    {"name": "session.*", "type": "text", "default": "", "help": "an entry of the session's configuration"}])";
+     "help": "translated graphs of .tflite models are cached in ~/.cache/weir"},
+    {"name": "session.*", "type": "text", "default": "", "help": "an entry of the session configuration"}])";
   using Model = OrtModel;
   using Session = OrtRunner;
 
   static int probe(const std::string&, std::span<const unsigned char> head) {
-    constexpr int kLowered = 40;  // less than the engine that such files are made for
+    constexpr int kLowered = 40;  // less than TensorFlow Lite, for which such files are made
     return tflite_score(head) > 0 ? kLowered : onnx_score(head);
   }
   static Result<LibraryFacts> library() {

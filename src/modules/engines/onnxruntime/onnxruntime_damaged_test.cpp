@@ -1,14 +1,14 @@
-// Damaged ONNX models: nothing crashes, nothing hangs.
+// Tests damaged ONNX models: none crashes or hangs.
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "damaged_model.hpp"
-#include "onnxruntime/onnx_builder.hpp"
+#include "damaged_model_test_support.hpp"
+#include "onnxruntime/onnx_builder_test_support.hpp"
 
 namespace weir::engine_test {
 namespace {
 
 class OnnxRuntimeDamaged : public EngineTest {};
 
-TEST_F(OnnxRuntimeDamaged, VersionsOfASmallModelAreRefusedOrRun) {
+TEST_F(OnnxRuntimeDamaged, VersionsOfASmallModelAreRejectedOrRun) {
   const auto whole = OnnxBuilder()
                          .input("x", kFloat, {"2", "3"})
                          .output("y", kFloat, {"3", "2"})
@@ -21,7 +21,7 @@ TEST_F(OnnxRuntimeDamaged, VersionsOfASmallModelAreRefusedOrRun) {
   EXPECT_GT(counts.refused, kDamagedVersions / 3) << "what was cut, at least";
 }
 
-TEST_F(OnnxRuntimeDamaged, VersionsOfARealModelAreRefusedOrRun) {
+TEST_F(OnnxRuntimeDamaged, VersionsOfARealModelAreRejectedOrRun) {
   const auto path = shared_file("models/sensor/point_history_classifier_lstm.onnx");
   if (path.empty()) GTEST_SKIP() << "../shared/models/sensor is not there";
   const auto counts = run_damaged(*engine(), read_bytes(path), folder_);

@@ -1,8 +1,8 @@
-// Real ONNX models, held against ../shared/MANIFEST.md and published results.
+// Tests real ONNX models against ../shared/MANIFEST.md and published results.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <cmath>
 
-#include "engine_fixture.hpp"
+#include "engine_test_support.hpp"
 #include "says.hpp"
 
 namespace weir::engine_test {
@@ -10,7 +10,7 @@ namespace {
 
 class OnnxRuntimeModels : public EngineTest {};
 
-// Sizes for the names that the models give their open dimensions.
+// Sizes for the open dimensions of the models, by name.
 const std::map<std::string, int64_t> kSizes{{"n", 2},      {"N", 2},   {"batch", 1}, {"h", 40},
                                             {"w", 50},     {"M1", 40}, {"M2", 50},   {"height", 64},
                                             {"width", 96}, {"1", 1}};
@@ -50,8 +50,8 @@ TEST_F(OnnxRuntimeModels, AllOpenWithTheListedTensorsAndRun) {
   }
 }
 
-// Its 200 weights are inputs of the graph too, and ONNX Runtime warns of each.
-TEST_F(OnnxRuntimeModels, AWarningOfEachWeightIsOneWarning) {
+// The model's 200 weights are also graph inputs, and ONNX Runtime warns about each.
+TEST_F(OnnxRuntimeModels, WarningsAboutEachWeightAreCombined) {
   const auto path = shared_file("models/face/ultraface_RFB-320.onnx");
   if (path.empty()) GTEST_SKIP() << "../shared/models/face is not there";
   take_log();
@@ -74,7 +74,7 @@ TEST_F(OnnxRuntimeModels, MnistReadsTheNine) {
   EXPECT_EQ(argmax((*out)[0].values<float>()), 9u);
 }
 
-// MANIFEST: P-Net's map is ceil((H-2)/2) - 4 high and as wide by the same rule.
+// MANIFEST: P-Net's map is ceil((H-2)/2) - 4 high; the same rule gives the width.
 TEST_F(OnnxRuntimeModels, PnetFollowsTheSizeOfThePicture) {
   const auto path = shared_file("models/face/mtcnn/onnx/pnet.onnx");
   if (path.empty()) GTEST_SKIP() << "../shared/models/face/mtcnn/onnx/pnet.onnx is not there";
@@ -94,7 +94,7 @@ TEST_F(OnnxRuntimeModels, PnetFollowsTheSizeOfThePicture) {
   }
 }
 
-TEST_F(OnnxRuntimeModels, PnetRefusesAPictureThatIsTooSmall) {
+TEST_F(OnnxRuntimeModels, PnetRejectsAPictureThatIsTooSmall) {
   const auto path = shared_file("models/face/mtcnn/onnx/pnet.onnx");
   if (path.empty()) GTEST_SKIP() << "../shared/models/face/mtcnn/onnx/pnet.onnx is not there";
   const auto model = opened(path);
@@ -126,7 +126,7 @@ TEST_F(OnnxRuntimeModels, TwoExportsOfRnetAgree) {
   for (size_t i = 0; i < 2; ++i) EXPECT_NEAR(p_a[i], p_b[i], 1e-5);
 }
 
-// MANIFEST: 98.11 % of every 4th labelled row is classified as its label says.
+// MANIFEST: classifies 98.11 % of every 4th labelled row correctly.
 TEST_F(OnnxRuntimeModels, PointHistoryAgreesWithTheLabels) {
   const auto path = shared_file("models/sensor/point_history_classifier_lstm.onnx");
   const auto rows = read_csv(shared_file("media/sensor/point_history.csv"));
@@ -150,7 +150,7 @@ TEST_F(OnnxRuntimeModels, PointHistoryAgreesWithTheLabels) {
   EXPECT_NEAR(100 * right / static_cast<double>(count), 98.11, 0.1);
 }
 
-TEST_F(OnnxRuntimeModels, PointHistoryTakesAScalarAsItsSecondInput) {
+TEST_F(OnnxRuntimeModels, PointHistoryAcceptsAScalarAsItsSecondInput) {
   const auto path = shared_file("models/sensor/point_history_classifier_lstm.onnx");
   if (path.empty()) GTEST_SKIP() << path << " is not there";
   const auto model = opened(path);
@@ -161,7 +161,7 @@ TEST_F(OnnxRuntimeModels, PointHistoryTakesAScalarAsItsSecondInput) {
   ASSERT_TRUE(out) << out.error().message();
   EXPECT_EQ(text_of((*out)[0].info), "int64[3]");
   for (const auto id : (*out)[0].values<int64_t>()) EXPECT_TRUE(id >= 0 && id < 4) << id;
-  // A rank-1 tensor of one element is no scalar.
+  // A rank-1 tensor of one element is not a scalar.
   EXPECT_FALSE(model->invoke({rows, make_tensor<float>(WEIR_FLOAT32, {1}, {0.5f})}));
 }
 

@@ -1,10 +1,10 @@
-// What the ONNX Runtime engine refuses, and in which words.
+// Tests of what the ONNX Runtime engine rejects, and of the error texts.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <cstdlib>
 #include <filesystem>
 
-#include "engine_fixture.hpp"
-#include "onnxruntime/onnx_builder.hpp"
+#include "engine_test_support.hpp"
+#include "onnxruntime/onnx_builder_test_support.hpp"
 #include "says.hpp"
 
 namespace weir::engine_test {
@@ -17,41 +17,41 @@ OnnxBuilder negation(const std::vector<std::string>& shape = {"2", "3"}) {
       .node("Neg", {"x"}, {"y"});
 }
 
-class OnnxRuntimeRefuses : public EngineTest {
+class OnnxRuntimeRejects : public EngineTest {
  protected:
   std::unique_ptr<OpenEngine> opened(const OnnxBuilder& model) {
     return EngineTest::opened(model.bytes());
   }
 };
 
-TEST_F(OnnxRuntimeRefuses, AModelThatIsNotThere) {
+TEST_F(OnnxRuntimeRejects, AModelThatDoesNotExist) {
   const auto model = OpenEngine::open(*engine(), folder_.path("none.onnx"));
   ASSERT_FALSE(model);
   EXPECT_EQ(model.error().code, Code::MODEL_NOT_FOUND);
   EXPECT_SAYS(model.error().offered, "none.onnx");
 }
 
-TEST_F(OnnxRuntimeRefuses, AFolder) {
+TEST_F(OnnxRuntimeRejects, AFolder) {
   const auto model = OpenEngine::open(*engine(), folder_.path(""));
   ASSERT_FALSE(model);
   EXPECT_EQ(model.error().code, Code::MODEL_NOT_FOUND);
 }
 
-TEST_F(OnnxRuntimeRefuses, AnEmptyFile) {
+TEST_F(OnnxRuntimeRejects, AnEmptyFile) {
   EXPECT_EQ(error_of({}).code, Code::MODEL_INVALID);
 }
 
-TEST_F(OnnxRuntimeRefuses, AModelCutAnywhere) {
+TEST_F(OnnxRuntimeRejects, ATruncatedModel) {
   const auto whole = negation().bytes();
   for (size_t size = 1; size < whole.size(); ++size) {
     const Error error = error_of({whole.begin(), whole.begin() + static_cast<ptrdiff_t>(size)});
-    // A cut between two fields leaves a file that is whole but lacks something.
+    // A file cut between two fields is well-formed but incomplete.
     EXPECT_TRUE(error.code == Code::MODEL_INVALID || error.code == Code::MODEL_UNSUPPORTED)
         << size << ": " << error.message();
   }
 }
 
-TEST_F(OnnxRuntimeRefuses, ARealModelCutAnywhere) {
+TEST_F(OnnxRuntimeRejects, ATruncatedRealModel) {
   const auto path = shared_file("models/classification/mnist.onnx");
   if (path.empty()) GTEST_SKIP() << "../shared/models/classification/mnist.onnx is not there";
   const auto whole = read_bytes(path);
@@ -61,7 +61,7 @@ TEST_F(OnnxRuntimeRefuses, ARealModelCutAnywhere) {
   }
 }
 
-TEST_F(OnnxRuntimeRefuses, FilesThatAreNoModel) {
+TEST_F(OnnxRuntimeRejects, FilesThatAreNotAModel) {
   std::vector<std::byte> noise(4096);
   uint32_t state = 1;
   for (auto& byte : noise) byte = std::byte((state = state * 1664525 + 1013904223) >> 24);
@@ -72,7 +72,7 @@ TEST_F(OnnxRuntimeRefuses, FilesThatAreNoModel) {
   EXPECT_SAYS(error.message(), "not an ONNX model");
 }
 
-TEST_F(OnnxRuntimeRefuses, AnUnknownOperatorByItsName) {
+TEST_F(OnnxRuntimeRejects, AnUnknownOperatorByItsName) {
   const Error error = error_of(OnnxBuilder()
                                    .input("x", kFloat, {"2"})
                                    .output("y", kFloat, {"2"})
@@ -83,7 +83,7 @@ TEST_F(OnnxRuntimeRefuses, AnUnknownOperatorByItsName) {
   EXPECT_SAYS(error.message(), "Frobnicate");
 }
 
-TEST_F(OnnxRuntimeRefuses, AnOperatorWithoutAKernelForItsType) {
+TEST_F(OnnxRuntimeRejects, AnOperatorWithoutAKernelForItsType) {
   const Error error = error_of(OnnxBuilder()
                                    .input("x", kUint64, {"2"})
                                    .output("y", kUint64, {"2"})
@@ -93,7 +93,7 @@ TEST_F(OnnxRuntimeRefuses, AnOperatorWithoutAKernelForItsType) {
   EXPECT_SAYS(error.message(), "Relu");
 }
 
-TEST_F(OnnxRuntimeRefuses, TensorsOfText) {
+TEST_F(OnnxRuntimeRejects, TensorsOfText) {
   const Error error = error_of(OnnxBuilder()
                                    .input("words", kString, {"2"})
                                    .output("y", kString, {"2"})
@@ -104,7 +104,7 @@ TEST_F(OnnxRuntimeRefuses, TensorsOfText) {
   EXPECT_SAYS(error.message(), "string");
 }
 
-TEST_F(OnnxRuntimeRefuses, Sequences) {
+TEST_F(OnnxRuntimeRejects, Sequences) {
   const Error error = error_of(OnnxBuilder()
                                    .input("x", kFloat, {"2"})
                                    .sequence_output("y", kFloat)
@@ -113,7 +113,7 @@ TEST_F(OnnxRuntimeRefuses, Sequences) {
   EXPECT_EQ(error.code, Code::MODEL_UNSUPPORTED) << error.message();
 }
 
-TEST_F(OnnxRuntimeRefuses, OptionsWithValuesThatCannotBe) {
+TEST_F(OnnxRuntimeRejects, InvalidOptionValues) {
   for (const auto& [key, value] : OpenEngine::Options{{"NumThreads", "0"},
                                                       {"NumThreads", "many"},
                                                       {"NumThreads", "2x"},
@@ -126,8 +126,8 @@ TEST_F(OnnxRuntimeRefuses, OptionsWithValuesThatCannotBe) {
   }
 }
 
-// x[n] -> y[m]: only a run says that m is n.
-TEST_F(OnnxRuntimeRefuses, ADryRunOnMoreThanALimitWhateverTheCapsSay) {
+// x[n] -> y[m]: only a run shows that m equals n.
+TEST_F(OnnxRuntimeRejects, ADryRunAboveTheLimitForAnyCaps) {
   const auto model = opened(OnnxBuilder()
                                 .input("x", kFloat, {"n"})
                                 .output("y", kFloat, {"m"})
@@ -150,18 +150,18 @@ TEST_F(OnnxRuntimeRefuses, ADryRunOnMoreThanALimitWhateverTheCapsSay) {
   EXPECT_LT(peak_resident_bytes(), before + (uint64_t{1} << 28));
 }
 
-TEST_F(OnnxRuntimeRefuses, ALargeFileOfAnotherFormatUnread) {
+TEST_F(OnnxRuntimeRejects, ALargeFileOfADifferentFormatWithoutReadingIt) {
   const auto path = folder_.write("zeros.onnx", {std::byte{0}});
   std::filesystem::resize_file(path, (uint64_t{1} << 31) - 1);
   const uint64_t before = peak_resident_bytes();
   const auto model = OpenEngine::open(*engine(), path);
   ASSERT_FALSE(model);
   EXPECT_EQ(model.error().code, Code::MODEL_INVALID);
-  EXPECT_SAYS(model.error().message(), "zeros.onnx: the file is no sequence of ONNX fields");
+  EXPECT_SAYS(model.error().message(), "zeros.onnx: the file is not a sequence of ONNX fields");
   EXPECT_LT(peak_resident_bytes(), before + (uint64_t{1} << 28));
 }
 
-TEST_F(OnnxRuntimeRefuses, InputsThatDoNotFit) {
+TEST_F(OnnxRuntimeRejects, InputsThatDoNotFit) {
   const auto model = opened(negation());
   ASSERT_NE(model, nullptr);
   const auto code = [&](const std::vector<TestTensor>& inputs) {
@@ -181,7 +181,7 @@ TEST_F(OnnxRuntimeRefuses, InputsThatDoNotFit) {
   EXPECT_SAYS(out.error().needed, "float32 3:2 (x)");
 }
 
-TEST_F(OnnxRuntimeRefuses, FramesThatLie) {
+TEST_F(OnnxRuntimeRejects, InconsistentFrames) {
   const auto model = opened(negation());
   ASSERT_NE(model, nullptr);
   std::vector<float> x(6), y(6);
@@ -205,7 +205,7 @@ TEST_F(OnnxRuntimeRefuses, FramesThatLie) {
   in.stride[1] = 4;
   EXPECT_EQ(code(), Code::FORMAT_UNSUPPORTED);
   in.stride[0] = 12;
-  EXPECT_EQ(code(), Code::INTERNAL);  // dense strides are as good as none
+  EXPECT_EQ(code(), Code::INTERNAL);  // no error: dense strides are the same as none
   in.info.shape[0] = -1;
   EXPECT_EQ(code(), Code::FRAME_SIZE);
   in.info.shape[0] = INT64_MAX;
@@ -214,8 +214,8 @@ TEST_F(OnnxRuntimeRefuses, FramesThatLie) {
   EXPECT_EQ(code(), Code::SPEC_MISMATCH);
 }
 
-// The first frame shows that the shape was believed in vain: an error, not a write past the end.
-TEST_F(OnnxRuntimeRefuses, OutputMemoryOfAnotherShape) {
+// The first frame shows that the assumed shape is wrong: an error, not a write past the end.
+TEST_F(OnnxRuntimeRejects, OutputMemoryOfADifferentShape) {
   const auto model = opened(
       OnnxBuilder().input("x", kFloat, {"n"}).output("y", kFloat, {"m"}).node("Neg", {"x"}, {"y"}));
   ASSERT_NE(model, nullptr);

@@ -1,12 +1,12 @@
-// ONNX Runtime through the C table: types, shapes, memory, options.
+// Tests of ONNX Runtime through the C table: types, shapes, memory, options.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <cmath>
 #include <limits>
 #include <nlohmann/json.hpp>
 
-#include "engine_laws.hpp"
+#include "engine_contract_test_support.hpp"
 #include "engine_library.hpp"
-#include "onnxruntime/onnx_builder.hpp"
+#include "onnxruntime/onnx_builder_test_support.hpp"
 #include "says.hpp"
 #include "usable_cores.hpp"
 
@@ -33,7 +33,7 @@ TEST_P(OnnxRuntimeTypes, PassThroughUnchanged) {
                         .node("Transpose", {"x"}, {"y"}));
   ASSERT_TRUE(model) << model.error().message();
   auto x = make_tensor(GetParam().weir, {2, 3});
-  for (size_t i = 0; i < x.bytes.size(); ++i) x.bytes[i] = std::byte(i % 2);  // also good as bool
+  for (size_t i = 0; i < x.bytes.size(); ++i) x.bytes[i] = std::byte(i % 2);  // valid as bool too
   const auto y = (*model)->invoke({x});
   ASSERT_TRUE(y) << y.error().message();
   EXPECT_EQ((*y)[0].info.type, GetParam().weir);
@@ -76,7 +76,7 @@ TEST_F(OnnxRuntime, HalfFloatsKeepTheirBits) {
   EXPECT_EQ((*y)[0].values<float>(), (std::vector<float>{1.0f, -2.5f, 65504.0f}));
 }
 
-TEST_F(OnnxRuntime, WhatIsNoNumberIsAValueLikeOthers) {
+TEST_F(OnnxRuntime, NotANumberIsAValueLikeOthers) {
   auto model = open(OnnxBuilder()
                         .input("x", kFloat, {"4"})
                         .output("y", kFloat, {"4"})
@@ -178,7 +178,7 @@ TEST_F(OnnxRuntime, AnOutputWithoutAShapeHasUnknownRank) {
   EXPECT_EQ(shape_of((*y)[0].info), (std::vector<int64_t>{3, 1, 2}));
 }
 
-// The memory of an input that the model passes through must not leave as an output's.
+// The memory of an input that the model passes through must not be handed over as an output.
 TEST_F(OnnxRuntime, AnInputThatIsAnOutputIsCopied) {
   auto model = open(OnnxBuilder()
                         .input("x", kFloat, {"2"})
@@ -196,7 +196,7 @@ TEST_F(OnnxRuntime, AnInputThatIsAnOutputIsCopied) {
   out.release(out.owner);
 }
 
-TEST_F(OnnxRuntime, WithoutMemoryGivesErrorsAndGoesOnWhenThereIsSome) {
+TEST_F(OnnxRuntime, ReportsMissingMemoryAndRecovers) {
   const auto bytes = OnnxBuilder()
                          .input("x", kFloat, {"n"})
                          .output("y", kFloat, {"n"})
@@ -241,7 +241,7 @@ TEST_F(OnnxRuntime, MemoryOfAnOutputOutlivesModelAndSession) {
   frames.out.release(frames.out.owner);
 }
 
-TEST_F(OnnxRuntime, SessionsOfOneModelRunAtOnce) {
+TEST_F(OnnxRuntime, SessionsOfOneModelRunConcurrently) {
   const auto bytes = OnnxBuilder()
                          .input("x", kFloat, {"n"})
                          .output("y", kFloat, {"n"})
@@ -261,7 +261,7 @@ TEST_F(OnnxRuntime, WarmRunsWithoutAFrame) {
   EXPECT_FALSE((*model)->control(WEIR_SET_OPTION));
 }
 
-TEST_F(OnnxRuntime, SaysWhereTheModelComesFrom) {
+TEST_F(OnnxRuntime, ReportsTheOriginOfTheModel) {
   auto model = open(OnnxBuilder()
                         .input("x", kFloat, {"2"})
                         .output("y", kFloat, {"2"})
@@ -277,14 +277,14 @@ TEST_F(OnnxRuntime, SaysWhereTheModelComesFrom) {
   EXPECT_TRUE(json["custom_metadata_map"].contains("odd"));
 }
 
-TEST_F(OnnxRuntime, TakesItsOptions) {
+TEST_F(OnnxRuntime, AppliesItsOptions) {
   const auto model =
       OnnxBuilder().input("x", kFloat, {"2"}).output("y", kFloat, {"2"}).node("Neg", {"x"}, {"y"});
   EXPECT_TRUE(open(model, {{"numthreads", "2"},
                            {"GraphOptimization", "Basic"},
                            {"Spinning", "true"},
                            {"session.set_denormal_as_zero", "1"}}));
-  // The engine itself may tell that denormals are off now.
+  // The engine may log that denormals are off.
   for (const auto& line : take_log()) EXPECT_LACKS(line, "not known");
   EXPECT_TRUE(open(model, {{"NumThread", "2"}}));
   const auto log = take_log();
@@ -292,7 +292,7 @@ TEST_F(OnnxRuntime, TakesItsOptions) {
   EXPECT_SAYS(log[0], "NumThread is not known");
 }
 
-TEST_F(OnnxRuntime, TheOnlyModelGetsAllCoresAndSpins) {
+TEST_F(OnnxRuntime, ASingleModelUsesAllCoresAndSpins) {
   const auto model =
       OnnxBuilder().input("x", kFloat, {"2"}).output("y", kFloat, {"2"}).node("Neg", {"x"}, {"y"});
   const auto cores = static_cast<uint32_t>(usable_cores());

@@ -1,4 +1,4 @@
-// Opening libonnxruntime.
+// Loads libonnxruntime and forwards its log.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "onnxruntime/ort_api.hpp"
 
@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "environment_variable.hpp"
-#include "module_host.hpp"
+#include "weir/engine_tools.hpp"
 
 namespace weir::engine {
 namespace {
@@ -27,7 +27,8 @@ weir_log_level level_of(OrtLoggingLevel severity) {
 
 thread_local FoldedWarnings* folded = nullptr;
 
-// Errors come back as values too, with more words: here they are for those who debug.
+// Errors are also returned as values, in more detail, so the log repeats them at INFO for
+// debugging.
 void ORT_API_CALL forward_log(void*, OrtLoggingLevel severity, const char*, const char*,
                               const char* place, const char* message) {
   const auto level = level_of(severity);
@@ -35,10 +36,10 @@ void ORT_API_CALL forward_log(void*, OrtLoggingLevel severity, const char*, cons
   log(level == WEIR_LOG_ERROR ? WEIR_LOG_INFO : level, message ? message : "");
 }
 
-// The vendor's builds from 1.29 on report to Microsoft which models a process opens, and keep a
-// number for the machine in the user's cache, from the moment that an OrtEnv exists: too early for
-// OrtApi::DisableTelemetryEvents. They read this variable when the first one is created; a value
-// that the user has set stays.
+// From 1.29 on, the vendor's builds report to Microsoft which models a process opens, and store a
+// machine number in the user's cache, as soon as an OrtEnv exists: too early for
+// OrtApi::DisableTelemetryEvents. They read this variable when the first OrtEnv is created. A value
+// that the user has set is kept.
 void disable_telemetry() {
   add_environment_variable("ORT_DISABLE_TELEMETRY=1");
 }
@@ -88,7 +89,7 @@ Result<std::shared_ptr<const OrtRuntime>> OrtRuntime::instance() {
   static std::shared_ptr<const OrtRuntime> runtime;
   const std::lock_guard lock(mutex);
   if (runtime) return runtime;
-  auto loaded = load();  // a missing library is looked for again: it may be installed meanwhile
+  auto loaded = load();  // retries a missing library: it may have been installed since
   if (loaded) runtime = *loaded;
   return loaded;
 }
@@ -98,12 +99,11 @@ Result<std::shared_ptr<const OrtRuntime>> OrtRuntime::load() {
                                      {"libonnxruntime.so.1", "libonnxruntime.so"});
   if (!library) return library.error();
   const auto unusable = [&](const std::string& offered) {
-    return Error{Code::ENGINE_NOT_INSTALLED,
-                 "the library of ONNX Runtime cannot be used",
-                 library->path() + ": " + offered,
-                 "ONNX Runtime with C API " + std::to_string(ORT_API_VERSION),
-                 "",
-                 "tools/setup --engine onnxruntime"};
+    return Error{.code = Code::ENGINE_NOT_INSTALLED,
+                 .what = "the library of ONNX Runtime cannot be used",
+                 .offered = library->path() + ": " + offered,
+                 .needed = "ONNX Runtime with C API " + std::to_string(ORT_API_VERSION),
+                 .fix = "tools/setup --engine onnxruntime"};
   };
   using GetBase = const OrtApiBase*(ORT_API_CALL*)();
   const auto get_base = library->symbol<GetBase>("OrtGetApiBase");

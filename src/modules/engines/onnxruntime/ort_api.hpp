@@ -1,4 +1,4 @@
-// ONNX Runtime's C API: the library opened once, its objects owned, its errors turned into values.
+// OrtRuntime: ONNX Runtime's C API, with owned objects and errors as values.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <onnxruntime_c_api.h>
@@ -10,10 +10,10 @@
 
 namespace weir::engine {
 
-// One for the process; ends after the last model.
+// One per process; destroyed after the last model.
 class OrtRuntime {
  public:
-  // Opens the library on first use. ENGINE_NOT_INSTALLED as EngineLibrary says.
+  // Loads the library on first use. ENGINE_NOT_INSTALLED as for EngineLibrary::open().
   static Result<std::shared_ptr<const OrtRuntime>> instance();
   ~OrtRuntime();
   OrtRuntime(const OrtRuntime&) = delete;
@@ -22,7 +22,9 @@ class OrtRuntime {
   const OrtApi& api() const noexcept { return *api_; }
   OrtEnv* environment() const noexcept { return environment_; }
   const OrtMemoryInfo* host_memory() const noexcept { return memory_; }
-  OrtAllocator* allocator() const noexcept { return allocator_; }  // the library's default one
+  OrtAllocator* allocator() const noexcept {
+    return allocator_;
+  }  // the library's default allocator
   const std::string& version() const noexcept { return version_; }
   const std::string& path() const noexcept { return path_; }
 
@@ -37,18 +39,18 @@ class OrtRuntime {
   std::string version_, path_;
 };
 
-// The message of a status, which is released; "" = success.
+// The code and message of a status, which is released; message "" = success.
 struct OrtFailure {
   OrtErrorCode code = ORT_OK;
   std::string text;
   explicit operator bool() const noexcept { return code != ORT_OK; }
 };
 OrtFailure take(const OrtApi& api, OrtStatus* status);
-// ONNX Runtime has no code for it: memory, or a thread, that the system refused.
+// Whether the system refused memory or a thread, for which ONNX Runtime has no error code.
 bool is_out_of_memory(const OrtFailure& failure);
 
-// While it lives: what ONNX Runtime warns of on this thread from one place of its code, for each
-// weight of a model say, is logged once, with the number of the others behind it.
+// While it exists, repeated warnings of ONNX Runtime on this thread from one place in its code,
+// such as one per weight of a model, are logged once, with the number of repetitions.
 class FoldedWarnings {
  public:
   FoldedWarnings();
@@ -56,7 +58,7 @@ class FoldedWarnings {
   FoldedWarnings(const FoldedWarnings&) = delete;
   FoldedWarnings& operator=(const FoldedWarnings&) = delete;
 
-  // Whether the warning is another one from the place of the last.
+  // Returns true if the warning comes from the same place as the previous one.
   bool folds(const char* place);
 
  private:
@@ -67,7 +69,7 @@ class FoldedWarnings {
   size_t repeated_ = 0;
 };
 
-// unique_ptr of an ORT object; the deleter knows the API it came from.
+// unique_ptr for an ORT object; the deleter comes from the API that created it.
 template <class T>
 using OrtOwner = std::unique_ptr<T, void(ORT_API_CALL*)(T*)>;
 

@@ -1,4 +1,4 @@
-// Registers an arena with ONNX Runtime's environment, and takes it back.
+// Registers an arena with ONNX Runtime's environment and unregisters it.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "onnxruntime/ort_arena.hpp"
 
@@ -7,7 +7,7 @@
 namespace weir::engine {
 
 std::shared_ptr<const OrtArena> OrtArena::shared(std::shared_ptr<const OrtRuntime> runtime) {
-  static std::mutex mutex;  // guards `living`
+  static std::mutex mutex;  // guards the weak reference to the current arena
   static std::weak_ptr<const OrtArena> living;
   const std::lock_guard lock(mutex);
   auto arena = living.lock();
@@ -23,7 +23,7 @@ OrtArena::OrtArena(std::shared_ptr<const OrtRuntime> runtime)
   const OrtApi& api = runtime_->api();
   OrtMemoryInfo* memory = nullptr;
   if (take(api, api.CreateCpuMemoryInfo(OrtArenaAllocator, OrtMemTypeDefault, &memory))) return;
-  memory_.reset(memory);  // stays while the arena is registered
+  memory_.reset(memory);  // must exist while the arena is registered
   if (take(api, api.CreateAndRegisterAllocator(runtime_->environment(), memory, nullptr)))
     memory_.reset();
 }

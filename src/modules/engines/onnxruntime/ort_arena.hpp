@@ -1,4 +1,4 @@
-// OrtArena: the memory that all sessions of the process take for what they compute.
+// OrtArena: the memory arena that all sessions of the process share for computation.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <memory>
@@ -7,15 +7,15 @@
 
 namespace weir::engine {
 
-// ONNX Runtime gives each session an arena of its own, which keeps what its largest invoke needed.
-// With this one, models that run one after the other have the memory of the largest once. Sessions
-// that are made while it lives use it when they are told to (kSharedArenaKey); they, and values
-// that they gave away, may live longer. Thread-safe.
+// ONNX Runtime gives each session its own arena, which keeps what its largest invoke needed. With a
+// shared arena, models that run in turn use only the memory of the largest. Sessions created while
+// it exists use it if they set kSharedArenaKey; these sessions and their output values may outlive
+// it. Thread-safe.
 class OrtArena {
  public:
-  // The one that lives, or a new one. Where there can be none, sessions have their own.
+  // Returns the existing arena or creates one. If that fails, sessions use their own.
   static std::shared_ptr<const OrtArena> shared(std::shared_ptr<const OrtRuntime> runtime);
-  ~OrtArena();  // what no session and no value holds any more is given back to the system
+  ~OrtArena();  // returns memory that no session or value uses to the system
   OrtArena(const OrtArena&) = delete;
   OrtArena& operator=(const OrtArena&) = delete;
 
@@ -25,8 +25,8 @@ class OrtArena {
   OrtOwner<OrtMemoryInfo> memory_;
 };
 
-// Of onnxruntime_session_options_config_keys.h. Weights stay out of the arena: a model that is
-// closed frees them.
+// From onnxruntime_session_options_config_keys.h. Weights stay out of the arena, so that closing a
+// model frees them.
 inline constexpr const char* kSharedArenaKey = "session.use_env_allocators";
 inline constexpr const char* kWeightsApartKey = "session.use_device_allocator_for_initializers";
 

@@ -1,12 +1,12 @@
-// The arena that sessions share: one at a time, and what outlives it.
+// Tests of the arena that sessions share: only one exists at a time, and what may outlive it.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "onnxruntime/ort_arena.hpp"
 
 #include <algorithm>
 #include <fstream>
 
-#include "engine_fixture.hpp"
-#include "onnxruntime/onnx_builder.hpp"
+#include "engine_test_support.hpp"
+#include "onnxruntime/onnx_builder_test_support.hpp"
 
 namespace weir::engine_test {
 namespace {
@@ -23,7 +23,7 @@ class Arena : public ::testing::Test {
     ASSERT_TRUE(runtime) << runtime.error().message();
     runtime_ = *runtime;
   }
-  // Whether the environment has an arena; it has none afterwards.
+  // Whether the environment had an arena; this removes it.
   bool taken_away() const {
     const OrtApi& api = runtime_->api();
     OrtMemoryInfo* raw = nullptr;
@@ -34,7 +34,7 @@ class Arena : public ::testing::Test {
   std::shared_ptr<const OrtRuntime> runtime_;
 };
 
-TEST_F(Arena, IsThereAsLongAsSomebodyHoldsIt) {
+TEST_F(Arena, LivesUntilTheLastReferenceIsReleased) {
   ASSERT_FALSE(taken_away());
   auto one = OrtArena::shared(runtime_);
   auto other = OrtArena::shared(runtime_);
@@ -47,12 +47,12 @@ TEST_F(Arena, IsThereAsLongAsSomebodyHoldsIt) {
   EXPECT_FALSE(taken_away());
 }
 
-TEST_F(Arena, ThatSomebodyElseTookAwayEndsQuietly) {
+TEST_F(Arena, RemovedByOthersIsHandled) {
   const auto arena = OrtArena::shared(runtime_);
   EXPECT_TRUE(taken_away());
 }
 
-// y = x * x + x, with a value between that takes memory.
+// y = x * x + x, with an intermediate value that needs memory.
 OnnxBuilder square_and_itself() {
   return OnnxBuilder()
       .input("x", kFloat, {"n"})
@@ -85,7 +85,7 @@ class SharedArena : public EngineTest {
   }
 };
 
-TEST_F(SharedArena, HoldsOnceWhatArenasOfTheirOwnHoldForEachModel) {
+TEST_F(SharedArena, UsesLessMemoryThanSeparateArenas) {
   constexpr size_t kNumbers = size_t{4} << 20, kModels = 8;  // 16 MiB between the operators
   const auto kept_by = [&](const Options& options) {
     const size_t before = resident_bytes();
@@ -111,7 +111,7 @@ TEST_F(SharedArena, OutlivesTheModelsThatUseIt) {
   run(first, 5);
 }
 
-TEST_F(SharedArena, ModelsMayHaveTheirOwn) {
+TEST_F(SharedArena, ModelsCanHaveTheirOwn) {
   const auto own = open({{"session.use_env_allocators", "0"}});
   const auto shared = open();
   run(own, 1000);

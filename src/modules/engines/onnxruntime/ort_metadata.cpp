@@ -1,4 +1,4 @@
-// Reading the metadata of an opened model.
+// Reads the metadata of an open model.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "onnxruntime/ort_metadata.hpp"
 
@@ -73,13 +73,14 @@ std::string ort_metadata_json(const OrtRuntime& runtime, const OrtSession* sessi
     put(&out, "graph", reader.text(api.ModelMetadataGetGraphName));
     put(&out, "domain", reader.text(api.ModelMetadataGetDomain));
     put(&out, "description", reader.text(api.ModelMetadataGetDescription));
-    constexpr int64_t kNone = std::numeric_limits<int64_t>::max();  // the library's word for it
+    constexpr int64_t kNone =
+        std::numeric_limits<int64_t>::max();  // the library's value for "none"
     int64_t version = kNone;
     if (!take(api, api.ModelMetadataGetVersion(metadata.get(), &version)) && version != kNone)
       out["model_version"] = version;
     out["custom_metadata_map"] = reader.custom();
   }
-  // Texts come from the file and may be no UTF-8: such bytes are replaced, not refused.
+  // Texts come from the file: replaces bytes that are not UTF-8 instead of failing.
   return out.dump(-1, ' ', false, json::error_handler_t::replace);
 }
 

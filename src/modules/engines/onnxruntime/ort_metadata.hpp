@@ -1,4 +1,4 @@
-// What an ONNX model says of where it comes from, as JSON.
+// Returns the origin and metadata of an ONNX model as JSON.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <string>
@@ -10,7 +10,7 @@ namespace weir::engine {
 
 // {"producer":..., "producer_version":..., "graph":..., "domain":..., "description":...,
 //  "model_version":N, "ir_version":N, "opset":{"ai.onnx":N}, "custom_metadata_map":{...}};
-// texts that are empty are left out.
+// empty texts are omitted.
 std::string ort_metadata_json(const OrtRuntime& runtime, const OrtSession* session,
                               const OnnxSummary& summary);
 

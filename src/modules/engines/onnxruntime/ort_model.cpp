@@ -1,4 +1,4 @@
-// Opening a model and reading its inputs and outputs.
+// Opens a model and reads its inputs and outputs.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "onnxruntime/ort_model.hpp"
 
@@ -7,10 +7,10 @@
 
 #include "lowering/lowered_facts.hpp"
 #include "model_bytes.hpp"
-#include "module_host.hpp"
 #include "onnxruntime/ort_metadata.hpp"
 #include "onnxruntime/ort_types.hpp"
 #include "tflite-file/tflite_file.hpp"
+#include "weir/engine_tools.hpp"
 
 namespace weir::engine {
 namespace {
@@ -20,8 +20,8 @@ bool mentions(const std::string& text, std::initializer_list<const char*> words)
                      [&](const char* word) { return text.find(word) != std::string::npos; });
 }
 
-// ONNX Runtime's codes tell little apart (an unknown operator is an INVALID_GRAPH or a FAIL): its
-// words, which name the operator, decide together with them.
+// ONNX Runtime's codes are ambiguous (an unknown operator is INVALID_GRAPH or FAIL), so its
+// message, which names the operator, is evaluated too.
 Error load_error(const OrtFailure& failure, const std::string& model) {
   if (is_out_of_memory(failure))
     return Error{.code = Code::OUT_OF_MEMORY,
@@ -35,8 +35,10 @@ Error load_error(const OrtFailure& failure, const std::string& model) {
       mentions(failure.text, {"is not a registered function/op", "Could not find an implementation",
                               "Unsupported model IR version", "is under development",
                               "No Op registered", "Opset"});
-  Error error{
-      Code::MODEL_INVALID, "ONNX Runtime cannot load the model", model, failure.text, "", ""};
+  Error error{.code = Code::MODEL_INVALID,
+              .what = "ONNX Runtime cannot load the model",
+              .offered = model,
+              .needed = failure.text};
   if (unsupported) {
     error.code = Code::MODEL_UNSUPPORTED;
     error.what = "the model needs something that this ONNX Runtime lacks";
@@ -44,31 +46,24 @@ Error load_error(const OrtFailure& failure, const std::string& model) {
   } else {
     error.fix = "fetch or export the model again; weir inspect MODEL";
   }
-  return Error{error.code, error.what, model + ": " + failure.text, "", "", error.fix};
+  return Error{.code = error.code,
+               .what = error.what,
+               .offered = model + ": " + failure.text,
+               .fix = error.fix};
 }
 
 template <class T, class Create, class Release>
 Result<OrtOwner<T>> make(const OrtApi& api, Release release, Create create) {
   T* raw = nullptr;
   if (auto bad = take(api, create(&raw)))
-    return Error{Code::INTERNAL, "ONNX Runtime refused a call", bad.text, "", "", ""};
+    return Error{
+        .code = Code::INTERNAL, .what = "ONNX Runtime rejected a call", .offered = bad.text};
   return OrtOwner<T>(raw, release);
 }
 
-weir_tensor_info blank_info() {
-  weir_tensor_info info{};
-  info.layout = WEIR_LAYOUT_ANY;
-  info.batch_axis = WEIR_NO_BATCH_AXIS;
-  return info;
-}
-
 Error unsupported_port(const std::string& name, const std::string& offered) {
-  return Error{Code::MODEL_UNSUPPORTED,
-               "the model's tensor " + name + " is of a kind that streams lack",
-               offered,
-               "numbers of 8 to 64 bits, or bool",
-               "",
-               "export the model without it, or convert it within the model (Cast)"};
+  return unsupported_type("the model's tensor " + name, offered,
+                          "export the model without it, or convert it within the model (Cast)");
 }
 
 }  // namespace
@@ -88,13 +83,13 @@ Status check_head(std::span<const std::byte> head) {
   return is_tflite(head) ? ok() : check_onnx_head(head);
 }
 
-// What the file of a model that was lowered says of it.
+// Properties of a lowered model from its source file.
 struct LoweredFacts {
   std::vector<PortQuantization> inputs, outputs;
   std::string metadata;
 };
 
-// A TensorFlow Lite model becomes the ONNX model that is opened instead.
+// Replaces a TensorFlow Lite model with the lowered ONNX model, which is then opened.
 Result<LoweredFacts> lower(ModelBytes* file, const OrtRuntime& runtime, OrtOptions* options) {
   auto lowered = lower_tflite(file->bytes, {options->lowering_cache, runtime.version()});
   if (!lowered) {
@@ -109,7 +104,7 @@ Result<LoweredFacts> lower(ModelBytes* file, const OrtRuntime& runtime, OrtOptio
   file->owned.assign(bytes, bytes + lowered->onnx.size());
   file->bytes = file->owned;
   file->path.clear();
-  // What the lowered graph computes in real numbers must not be quantised anew.
+  // ONNX Runtime must not requantise what the lowered graph computes in floats.
   options->config.insert_or_assign("session.disable_quant_qdq", std::string("1"));
   return facts;
 }
@@ -138,7 +133,7 @@ Result<std::unique_ptr<OrtModel>> OrtModel::open(const weir_open& request) {
   std::unique_ptr<OrtModel> model(new OrtModel(*runtime));
   if (options->optimization == ORT_ENABLE_ALL && summary->operators.contains("PRelu"))
     if (auto status = model->take_own_operators(&*file); !status) return status.error();
-  // ONNX Runtime reads a file itself, for weights may lie in other files beside it.
+  // ONNX Runtime opens the file itself, because weights may be in other files next to it.
   if (!model->own_ && !file->path.empty()) file->owned = {};
 
   if (auto status = model->create_session(*file, *options); !status) return status.error();
@@ -178,7 +173,10 @@ Status OrtModel::create_session(const ModelBytes& file, const OrtOptions& option
   auto settings = make<OrtSessionOptions>(api, api.ReleaseSessionOptions, api.CreateSessionOptions);
   if (!settings) return settings.error();
   const auto refused = [](const OrtFailure& bad, const std::string& option) {
-    return Error{Code::OPTION_VALUE, "ONNX Runtime refuses an option", option, bad.text, "", ""};
+    return Error{.code = Code::OPTION_VALUE,
+                 .what = "ONNX Runtime rejects an option",
+                 .offered = option,
+                 .needed = bad.text};
   };
   if (auto bad = take(api, api.SetIntraOpNumThreads(settings->get(), options.threads)))
     return refused(bad, "NumThreads:" + std::to_string(options.threads));
@@ -191,8 +189,9 @@ Status OrtModel::create_session(const ModelBytes& file, const OrtOptions& option
       return refused(bad, key + ":" + value);
   if (own_)
     if (auto bad = take(api, api.AddCustomOpDomain(settings->get(), own_->domain())))
-      return Error{
-          Code::INTERNAL, "ONNX Runtime refuses an operator of Weir", bad.text, "", "", ""};
+      return Error{.code = Code::INTERNAL,
+                   .what = "ONNX Runtime rejects an operator of Weir",
+                   .offered = bad.text};
   const FoldedWarnings folded;
   OrtSession* session = nullptr;
   OrtStatus* status = file.path.empty() || own_
@@ -211,13 +210,15 @@ Result<OrtPorts> OrtModel::read_ports(bool inputs, const OnnxSummary& summary) c
   take(api, inputs ? api.SessionGetInputCount(session(), &count)
                    : api.SessionGetOutputCount(session(), &count));
   OrtPorts ports;
-  ports.names.reserve(count);  // infos point into the strings
+  ports.names.reserve(count);  // the names in infos point into these strings
   for (size_t i = 0; i < count; ++i) {
     OrtAllocator* allocator = runtime_->allocator();
     char* name = nullptr;
     if (auto bad = take(api, inputs ? api.SessionGetInputName(session(), i, allocator, &name)
                                     : api.SessionGetOutputName(session(), i, allocator, &name)))
-      return Error{Code::INTERNAL, "ONNX Runtime gives no name of a tensor", bad.text, "", "", ""};
+      return Error{.code = Code::INTERNAL,
+                   .what = "ONNX Runtime returns no name for a tensor",
+                   .offered = bad.text};
     ports.names.emplace_back(name);
     take(api, api.AllocatorFree(allocator, name));
     auto type = make<OrtTypeInfo>(api, api.ReleaseTypeInfo, [&](OrtTypeInfo** out) {
@@ -240,15 +241,15 @@ Status OrtModel::read_port(const OrtTypeInfo& type, const OnnxSummary& summary,
   const std::string& name = ports->names.back();
   ONNXType kind = ONNX_TYPE_UNKNOWN;
   take(api, api.GetOnnxTypeFromTypeInfo(&type, &kind));
-  const OrtTensorTypeAndShapeInfo* tensor = nullptr;  // belongs to `type`
+  const OrtTensorTypeAndShapeInfo* tensor = nullptr;  // owned by `type`
   if (kind == ONNX_TYPE_TENSOR) take(api, api.CastTypeInfoToTensorInfo(&type, &tensor));
-  if (!tensor) return unsupported_port(name, "no tensor but a sequence, map or optional value");
+  if (!tensor) return unsupported_port(name, "a sequence, map or optional value, not a tensor");
   ONNXTensorElementDataType element = ONNX_TENSOR_ELEMENT_DATA_TYPE_UNDEFINED;
   take(api, api.GetTensorElementType(tensor, &element));
   const auto known = from_ort(element);
   if (!known)
     return unsupported_port(name, std::string("elements of type ") + ort_type_name(element));
-  weir_tensor_info info = blank_info();
+  weir_tensor_info info = open_tensor_info();
   info.type = *known;
   std::vector<std::string> symbols;
   if (auto status = read_shape(*tensor, summary.shapeless.contains(name), &info, &symbols); !status)
@@ -265,13 +266,8 @@ Status OrtModel::read_shape(const OrtTensorTypeAndShapeInfo& tensor, bool shapel
   size_t rank = 0;
   take(api, api.GetDimensionsCount(&tensor, &rank));
   if (rank > WEIR_RANK_LIMIT)
-    return Error{Code::MODEL_UNSUPPORTED,
-                 "the model has a tensor of too many dimensions",
-                 "rank " + std::to_string(rank),
-                 "rank 16 at most",
-                 "",
-                 ""};
-  // ONNX Runtime says rank 0 of a scalar and of a tensor without a shape alike.
+    return unsupported_rank("a tensor of the model", static_cast<long long>(rank));
+  // ONNX Runtime reports rank 0 for scalars and for tensors without a shape.
   info->rank = rank == 0 && shapeless ? WEIR_RANK_UNKNOWN : static_cast<uint32_t>(rank);
   if (rank == 0) return ok();
   std::vector<const char*> names(rank, "");
@@ -284,7 +280,7 @@ Status OrtModel::read_shape(const OrtTensorTypeAndShapeInfo& tensor, bool shapel
   return ok();
 }
 
-// The first axis is the batch when it is open, and by the same name, on every input and output.
+// The first axis is the batch if it is open, with the same name, in every input and output.
 void OrtModel::mark_batch_axis() {
   std::string name;
   for (const auto* ports : {&inputs_, &outputs_})
@@ -307,9 +303,9 @@ void OrtModel::describe(weir_model_info* info) const {
   info->n_outputs = static_cast<uint32_t>(outputs_.infos.size());
   info->inputs = inputs_.infos.data();
   info->outputs = outputs_.infos.data();
-  info->alignment = info->input_padding = 0;  // its kernels load from any address
+  info->alignment = info->input_padding = 0;  // the kernels accept any address
   info->memory_kinds = uint64_t{1} << WEIR_MEMORY_HOST;
-  info->max_sessions = 0;  // as many as wanted
+  info->max_sessions = 0;  // no limit
   info->max_in_flight = 1;
   info->preferred_batch = 1;
   info->weight_bytes = weight_bytes_;

@@ -1,4 +1,4 @@
-// OrtModel: an ONNX model opened by ONNX Runtime, with what it says of its inputs and outputs.
+// OrtModel: an ONNX model opened by ONNX Runtime, with its inputs and outputs.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <memory>
@@ -17,7 +17,7 @@
 
 namespace weir::engine {
 
-// One side of a model: the inputs or the outputs, in the model's order.
+// The inputs or the outputs of a model, in the model's order.
 struct OrtPorts {
   std::vector<std::string> names;
   std::vector<weir_tensor_info> infos;  // their names point into `names`
@@ -54,9 +54,10 @@ class OrtModel {
                     std::vector<std::string>* symbols) const;
   void mark_batch_axis();
 
-  std::shared_ptr<const OrtRuntime> runtime_;  // outlives the session
-  std::shared_ptr<const OrtArena> arena_;      // likewise
-  std::shared_ptr<const OwnOperators> own_;    // likewise; null where the model has none of them
+  std::shared_ptr<const OrtRuntime> runtime_;  // must outlive the session
+  std::shared_ptr<const OrtArena> arena_;      // must outlive the session
+  std::shared_ptr<const OwnOperators>
+      own_;  // must outlive the session; null without such operators
   OrtOwner<OrtSession> session_;
   OrtPorts inputs_, outputs_;
   bool shapes_depend_on_data_ = false;

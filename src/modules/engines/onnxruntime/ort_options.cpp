@@ -1,12 +1,12 @@
-// Reading the options of the ONNX Runtime engine.
+// Parses the options of the ONNX Runtime engine.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "onnxruntime/ort_options.hpp"
 
 #include <algorithm>
 #include <cstdio>
 
-#include "engine_options.hpp"
 #include "usable_cores.hpp"
+#include "weir/engine_tools.hpp"
 
 namespace weir::engine {
 namespace {
@@ -22,13 +22,8 @@ Result<GraphOptimizationLevel> optimization_option(std::string_view text) {
       {"extended", ORT_ENABLE_EXTENDED},
       {"all", ORT_ENABLE_ALL}};
   for (const auto& [word, level] : kLevels)
-    if (same_word(text, word)) return level;
-  return Error{Code::OPTION_VALUE,
-               "the option GraphOptimization has a value that cannot be used",
-               "GraphOptimization:" + std::string(text),
-               "none, basic, extended or all",
-               "",
-               "custom=GraphOptimization:all"};
+    if (equals_ignoring_case(text, word)) return level;
+  return bad_option("GraphOptimization", text, "none, basic, extended or all", "all");
 }
 
 void set_spinning(bool spins, OrtOptions* out) {
@@ -36,8 +31,8 @@ void set_spinning(bool spins, OrtOptions* out) {
   out->config.insert_or_assign(kAllowSpinning, std::string(spins ? "1" : "0"));
 }
 
-// ONNX Runtime spins for some 20 ms before it sleeps, a whole core of a live stream, and lets users
-// say how long from 1.26 on; before that, spinning can only end with each invoke.
+// ONNX Runtime spins for about 20 ms before it sleeps, which costs a live stream a whole core. The
+// duration can be set from 1.26 on; older versions can only stop spinning after each invoke.
 void bound_spinning(const std::string& version, OrtOptions* out) {
   int major = 0, minor = 0;
   const bool known = std::sscanf(version.c_str(), "%d.%d", &major, &minor) == 2;
@@ -49,19 +44,19 @@ void bound_spinning(const std::string& version, OrtOptions* out) {
 
 Status apply(const weir_option& option, OrtOptions* out) {
   const auto key = text_or_empty(option.key), value = text_or_empty(option.value);
-  if (same_word(key, "NumThreads")) {
+  if (equals_ignoring_case(key, "NumThreads")) {
     const auto threads = number_option(key, value, 1);
     if (!threads) return threads.error();
     out->threads = std::min(*threads, kThreadLimit);
-  } else if (same_word(key, "GraphOptimization")) {
+  } else if (equals_ignoring_case(key, "GraphOptimization")) {
     const auto level = optimization_option(value);
     if (!level) return level.error();
     out->optimization = *level;
-  } else if (same_word(key, "Spinning")) {
+  } else if (equals_ignoring_case(key, "Spinning")) {
     const auto spins = switch_option(key, value);
     if (!spins) return spins.error();
     set_spinning(*spins, out);
-  } else if (same_word(key, "LoweringCache")) {
+  } else if (equals_ignoring_case(key, "LoweringCache")) {
     const auto on = switch_option(key, value);
     if (!on) return on.error();
     out->lowering_cache = *on;

@@ -1,4 +1,4 @@
-// The options of the ONNX Runtime engine.
+// OrtOptions: the options of the ONNX Runtime engine.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <onnxruntime_c_api.h>
@@ -13,21 +13,21 @@
 namespace weir::engine {
 
 struct OrtOptions {
-  int threads = 1;     // within one operator
-  bool spins = false;  // its threads wait for the next operator without sleeping
+  int threads = 1;     // per operator
+  bool spins = false;  // threads spin while they wait for the next operator
   GraphOptimizationLevel optimization = ORT_ENABLE_ALL;
-  bool lowering_cache = true;  // of TensorFlow Lite models that are lowered
-  // Keys of onnxruntime_session_options_config_keys.h, set as they are.
+  bool lowering_cache = true;  // cache lowered TensorFlow Lite models
+  // Keys of onnxruntime_session_options_config_keys.h, passed on unchanged.
   std::map<std::string, std::string> config;
 
   // NumThreads:N, GraphOptimization:{none,basic,extended,all}, Spinning:{true,false},
-  // LoweringCache:{true,false}, and every key with a dot in it as ONNX Runtime has it. Unknown keys
-  // are logged; a value that cannot be used is OPTION_VALUE.
+  // LoweringCache:{true,false}, and every ONNX Runtime key that contains a dot. Unknown keys are
+  // logged; OPTION_VALUE for an invalid value.
   //
-  // Where nobody says how many threads (weir_open::threads is 0: the model is the only one of the
-  // process, and runs one frame at a time) it gets all cores, and its threads spin for up to
-  // kSpinMicroseconds: long enough from one operator to the next, short enough to leave the cores
-  // to others between two frames. `version` is the library's.
+  // If no thread count is set (weir_open::threads is 0: the only model of the process, one frame at
+  // a time), the model gets all cores. Its threads then spin for up to kSpinMicroseconds: enough to
+  // bridge two operators, and short enough to free the cores between two frames. `version` is the
+  // library's.
   static Result<OrtOptions> read(const weir_open& request, const std::string& version);
 };
 

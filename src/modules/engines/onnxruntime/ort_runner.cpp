@@ -1,4 +1,4 @@
-// Binding memory, running, handing over what ONNX Runtime allocated.
+// Binds memory, runs the model and hands over what ONNX Runtime allocated.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "onnxruntime/ort_runner.hpp"
 
@@ -6,9 +6,9 @@
 #include <cstring>
 
 #include "dry_run.hpp"
-#include "module_host.hpp"
 #include "onnxruntime/symbolic_shapes.hpp"
 #include "tensor_check.hpp"
+#include "weir/engine_tools.hpp"
 
 namespace weir::engine {
 namespace {
@@ -22,24 +22,23 @@ Error invoke_error(const OrtFailure& failure) {
                  .difference = {},
                  .fix = {}};
   const bool shapes = failure.code == ORT_INVALID_ARGUMENT;
-  return Error{shapes ? Code::SPEC_MISMATCH : Code::INVOKE_FAILED,
-               shapes ? "ONNX Runtime refuses the shape or type of a tensor"
-                      : "ONNX Runtime failed on a frame",
-               failure.text,
-               "",
-               "",
-               ""};
+  return Error{.code = shapes ? Code::SPEC_MISMATCH : Code::INVOKE_FAILED,
+               .what = shapes ? "ONNX Runtime rejects the shape or type of a tensor"
+                              : "ONNX Runtime failed on a frame",
+               .offered = failure.text};
 }
 
-bool lies_within(const void* data, const weir_tensor& tensor) {
+bool is_within(const void* data, const weir_tensor& tensor) {
   const auto* at = static_cast<const std::byte*>(data);
   const auto* begin = static_cast<const std::byte*>(tensor.data);
   return begin && at >= begin && at < begin + tensor.bytes;
 }
 
-// Owner of memory that left with an output: freed by whoever consumes the output, any time later.
+// Owns memory that was handed over with an output; freed by the output's consumer at any later
+// time.
 struct LentValue {
-  std::shared_ptr<const OrtRuntime> runtime;  // keeps the environment; destroyed after the value
+  std::shared_ptr<const OrtRuntime>
+      runtime;  // keeps the environment alive; destroyed after the value
   OrtOwner<OrtValue> value;
 };
 void release_value(void* owner) {
@@ -118,7 +117,7 @@ Status OrtRunner::run() {
                                model_.outputs().name_pointers.data(), output_pointers_.size(),
                                output_pointers_.data());
   const auto bad = take(api_, status);
-  // What Run allocated is ours, also after a failure.
+  // Also after a failure, we own what Run allocated.
   for (size_t i = 0; i < outputs_.size(); ++i)
     if (outputs_[i].get() != output_pointers_[i]) outputs_[i].reset(output_pointers_[i]);
   return bad ? Status(invoke_error(bad)) : ok();
@@ -130,13 +129,7 @@ Status OrtRunner::shape_of(const OrtValue* value, weir_tensor_info* info) const 
   const OrtOwner<OrtTensorTypeAndShapeInfo> type(raw, api_.ReleaseTensorTypeAndShapeInfo);
   size_t rank = 0;
   take(api_, api_.GetDimensionsCount(type.get(), &rank));
-  if (rank > WEIR_RANK_LIMIT)
-    return Error{Code::MODEL_UNSUPPORTED,
-                 "an output has too many dimensions",
-                 "rank " + std::to_string(rank),
-                 "rank 16 at most",
-                 "",
-                 ""};
+  if (rank > WEIR_RANK_LIMIT) return unsupported_rank("an output", static_cast<long long>(rank));
   info->rank = static_cast<uint32_t>(rank);
   std::fill(std::begin(info->shape), std::end(info->shape), 0);
   if (rank > 0) take(api_, api_.GetDimensions(type.get(), info->shape, rank));
@@ -148,7 +141,7 @@ Status OrtRunner::hand_over(const weir_frame& in, size_t index, weir_tensor* ten
   if (auto bad = take(api_, api_.GetTensorMutableData(outputs_[index].get(), &data)))
     return invoke_error(bad);
   if (tensor->data) {
-    // Written in place, but where the model passes an input or a constant through.
+    // Written in place, unless the model passes an input or a constant through.
     if (data != tensor->data) std::memcpy(tensor->data, data, tensor->bytes);
     return ok();
   }
@@ -157,7 +150,7 @@ Status OrtRunner::hand_over(const weir_frame& in, size_t index, weir_tensor* ten
   tensor->bytes = tensor->capacity = tensor_bytes(tensor->info).value_or(0);
   const auto given = tensors_of(in);
   if (std::any_of(given.begin(), given.end(),
-                  [data](const weir_tensor& input) { return lies_within(data, input); })) {
+                  [data](const weir_tensor& input) { return is_within(data, input); })) {
     return write_output(weir_tensor_info(tensor->info), data, index, tensor);
   }
   auto lent =
@@ -225,7 +218,7 @@ Status OrtRunner::resolve(std::span<const weir_tensor_info> in, std::span<weir_t
   std::vector<weir_tensor_info> found(out.begin(), out.end());
   if (auto status = dry_run(in, found); !status) {
     if (status.error().code == Code::OUT_OF_MEMORY) return status;
-    // Too large, or zeros are values that this model refuses: the first frame decides the shapes.
+    // Too large, or the model fails on zeros: the first frame determines the shapes.
     log(WEIR_LOG_INFO, "a dry run finds no output shapes: " + status.error().message());
     return ok();
   }

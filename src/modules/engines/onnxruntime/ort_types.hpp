@@ -1,4 +1,4 @@
-// Element types of ONNX Runtime and of Weir.
+// Maps element types of ONNX Runtime to those of Weir.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <onnxruntime_c_api.h>
@@ -14,7 +14,7 @@ struct OrtTypePair {
   ONNXTensorElementDataType onnx;
   weir_type weir;
 };
-// Bool comes last: Weir has no bool, a byte of 0 or 1 stands for it.
+// Bool is last: Weir has no bool and uses a byte of 0 or 1.
 inline constexpr std::array<OrtTypePair, 12> kOrtTypes{
     {{ONNX_TENSOR_ELEMENT_DATA_TYPE_FLOAT, WEIR_FLOAT32},
      {ONNX_TENSOR_ELEMENT_DATA_TYPE_UINT8, WEIR_UINT8},
@@ -35,7 +35,7 @@ inline std::optional<weir_type> from_ort(ONNXTensorElementDataType type) noexcep
   return std::nullopt;
 }
 
-// The name that the ONNX standard uses, for messages.
+// The ONNX standard's name, for messages.
 inline const char* ort_type_name(ONNXTensorElementDataType type) noexcept {
   static constexpr std::array kNames{
       "undefined",      "float",      "uint8",          "int8",       "uint16",   "int16",

@@ -1,4 +1,4 @@
-// PReLU as an operator of the domain "weir", through ONNX Runtime's C API.
+// Implements PReLU as an operator of the domain "weir" through ONNX Runtime's C API.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "onnxruntime/own_prelu.hpp"
 
@@ -11,8 +11,8 @@ namespace {
 
 constexpr ONNXTensorElementDataType kFloat = ONNX_TENSOR_ELEMENT_DATA_TYPE_FLOAT;
 
-// A loop for each of the two ways in which the memories may lie, so that the compiler makes vectors
-// of both: `in` and `out` are the same numbers, or have none in common.
+// `in` and `out` are either the same memory or disjoint. One loop for each case lets the compiler
+// vectorise both.
 template <class Slope>
 void scale_negative(Slope slope, const float* in, size_t count, float* out) {
   if (in == out) {
@@ -30,11 +30,11 @@ void scale_negative(Slope slope, const float* in, size_t count, float* out) {
   }
 }
 
-// The slopes' axis has `inner` numbers behind each of its places.
+// `inner`: the elements per index of the slopes' axis.
 void prelu(const float* in, std::span<const float> slopes, size_t outer, size_t inner, float* out) {
   const size_t channels = slopes.size();
   for (size_t o = 0; o < outer; ++o) {
-    if (inner == 1) {  // channels lie beside each other
+    if (inner == 1) {  // channels are contiguous
       const float* each = slopes.data();
       scale_negative([each](size_t i) { return each[i]; }, in, channels, out);
       in += channels, out += channels;
@@ -93,17 +93,17 @@ OrtStatus* compute(Call call) {
   if (!call.status)
     call.good(call.api.KernelContext_GetOutput(call.context, 0, shape.data(), shape.size(), &y));
   if (call.status) return call.status;
-  // The slopes' last axis is the numbers' last; at most one of them is longer than 1.
+  // The slopes' last axis aligns with the last axis of x; at most one of them is longer than 1.
   const size_t count = product(of_slopes);
   size_t axis = of_slopes.size();
   for (size_t i = 0; i < of_slopes.size(); ++i)
     if (of_slopes[i] != 1) axis = i;
   size_t inner = product(shape), outer = 1;
   if (axis < of_slopes.size()) {
-    const size_t behind = of_slopes.size() - axis;  // the axis itself included
+    const size_t behind = of_slopes.size() - axis;  // includes the axis itself
     if (behind > shape.size() || shape[shape.size() - behind] != of_slopes[axis])
-      return call.api.CreateStatus(ORT_INVALID_ARGUMENT,
-                                   "PRelu: slopes of another number than the channels");
+      return call.api.CreateStatus(
+          ORT_INVALID_ARGUMENT, "PRelu: the number of slopes differs from the number of channels");
     const std::span all(shape);
     outer = product(all.first(all.size() - behind));
     inner = product(all.last(behind - 1));
@@ -113,10 +113,10 @@ OrtStatus* compute(Call call) {
   return call.status;
 }
 
-// As large as the numbers. Sizes that are open in the file stay unsaid: ONNX Runtime would take its
-// own -1 for what they are, and warn of each frame.
+// The output has the shape of x. Open sizes are not reported: ONNX Runtime would take its own -1 as
+// a size and warn about each frame.
 OrtStatus* infer(Call call, OrtShapeInferContext* context) {
-  OrtTensorTypeAndShapeInfo* info = nullptr;  // belongs to `context`
+  OrtTensorTypeAndShapeInfo* info = nullptr;  // owned by `context`
   size_t rank = 0;
   if (!call.good(call.api.ShapeInferContext_GetInputTypeShape(context, 0, &info)) ||
       !call.good(call.api.GetDimensionsCount(info, &rank)))
@@ -128,7 +128,7 @@ OrtStatus* infer(Call call, OrtShapeInferContext* context) {
   return call.api.ShapeInferContext_SetOutputTypeShape(context, 0, info);
 }
 
-// The kernel has no state: what stands for it is the API.
+// The kernel has no state, so the API pointer takes its place.
 struct OwnPrelu : OrtCustomOp {
   OwnPrelu() : OrtCustomOp{} {
     version = ORT_API_VERSION;
@@ -153,7 +153,7 @@ struct OwnPrelu : OrtCustomOp {
     InferOutputShapeFn = [](const OrtCustomOp* op, OrtShapeInferContext* context) -> OrtStatusPtr {
       return infer({*static_cast<const OwnPrelu*>(op)->api, nullptr}, context);
     };
-    // The result may take the memory of the numbers.
+    // The result may be computed in place.
     GetMayInplace = [](int** input, int** output) -> size_t {
       static int first = 0;
       *input = *output = &first;
@@ -177,7 +177,9 @@ Result<std::shared_ptr<const OwnOperators>> OwnOperators::shared(
   prelu.api = &api;
   OrtCustomOpDomain* domain = nullptr;
   const auto refused = [](const OrtFailure& bad) {
-    return Error{Code::INTERNAL, "ONNX Runtime refuses an operator of Weir", bad.text, "", "", ""};
+    return Error{.code = Code::INTERNAL,
+                 .what = "ONNX Runtime rejects an operator of Weir",
+                 .offered = bad.text};
   };
   if (auto bad = take(api, api.CreateCustomOpDomain("weir", &domain))) return refused(bad);
   std::shared_ptr<const OwnOperators> out(new OwnOperators(runtime, domain));

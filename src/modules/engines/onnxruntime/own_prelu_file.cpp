@@ -1,4 +1,4 @@
-// PRelu nodes of an ONNX file get another domain (onnx.proto3 of the ONNX project).
+// Changes the domain of PRelu nodes in an ONNX file (onnx.proto3 of the ONNX project).
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <algorithm>
 #include <set>
@@ -29,11 +29,11 @@ Bytes bytes_of(std::string_view text) {
   return std::as_bytes(std::span(text.data(), text.size()));
 }
 
-// dims 1, data_type 2, name 8, data_location 14.
+// TensorProto: dims 1, data_type 2, name 8, data_location 14.
 struct Constant {
   std::string name;
   uint64_t type = 0, location = 0;
-  int long_axes = 0;  // of more than one number
+  int long_axes = 0;  // axes longer than 1
   explicit Constant(Bytes tensor) {
     ProtobufReader reader(tensor);
     for (ProtobufReader::Field field; reader.next(&field);) {
@@ -45,7 +45,7 @@ struct Constant {
     }
   }
   bool are_slopes() const { return type == kFloat && long_axes <= 1; }
-  // Of dims that are packed: each ends with a byte below 128.
+  // For packed dims: each value ends with a byte below 128.
   static int long_ones(Bytes dims) {
     int count = 0;
     size_t begin = 0;
@@ -68,13 +68,13 @@ class Graph {
         external_ = external_ || one.location == kExternal;
         if (one.are_slopes()) slopes_.insert(one.name);
       }
-      // An input of the same name may take a constant's place.
+      // An input with the same name may override a constant.
       if (field.number == 11) inputs_.insert(name_of(field.bytes));
     }
     good_ = reader.good();
   }
 
-  // The graph with other nodes; empty where none changes.
+  // The graph with renamed nodes; empty when none changes.
   std::vector<std::byte> changed() const {
     std::vector<std::byte> out;
     if (!good_ || external_) return out;
@@ -82,7 +82,7 @@ class Graph {
     ProtobufReader reader(graph_);
     out.reserve(graph_.size() + 1024);
     for (ProtobufReader::Field field; reader.next(&field);) {
-      if (!field.delimited) return {};  // a graph has no such field
+      if (!field.delimited) return {};  // not a field of a graph
       if (field.number == 1 && is_ours(field.bytes)) {
         changes = true;
         std::vector<std::byte> node(field.bytes.begin(), field.bytes.end());
@@ -105,7 +105,7 @@ class Graph {
     return name;
   }
 
-  // input 1, op_type 4, domain 7.
+  // NodeProto: input 1, op_type 4, domain 7.
   bool is_ours(Bytes node) const {
     ProtobufReader reader(node);
     std::vector<std::string> inputs;
@@ -124,8 +124,8 @@ class Graph {
   bool external_ = false, good_ = false;
 };
 
-// OperatorSetIdProto, domain 1, version 2: whether it is of ONNX's own operators before version 7,
-// when slopes of one axis were the channels' wherever that lay.
+// OperatorSetIdProto: domain 1, version 2. Whether it is ONNX's default domain before version 7,
+// when slopes with one axis applied to the channels at any position.
 bool has_old_slopes(Bytes operators) {
   ProtobufReader reader(operators);
   std::string domain;
@@ -145,7 +145,7 @@ std::optional<std::vector<std::byte>> with_own_prelu(Bytes file) {
   bool changes = false;
   for (ProtobufReader::Field field; reader.next(&field);) {
     if (!field.delimited) {
-      if (field.number != 1 && field.number != 5) return std::nullopt;  // the versions
+      if (field.number != 1 && field.number != 5) return std::nullopt;  // operator sets
       varint(&out, uint64_t{field.number} << 3);
       varint(&out, field.value);
       continue;

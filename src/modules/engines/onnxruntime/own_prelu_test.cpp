@@ -1,12 +1,13 @@
-// PReLU of our own gives what the definition says, wherever the slopes' axis lies, and is left
-// alone where it cannot stand for ONNX Runtime's.
+// Tests our PReLU: it follows the definition for every slopes' axis, and is not used where it
+// cannot replace ONNX Runtime's.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "onnxruntime/own_prelu.hpp"
 
 #include <limits>
+#include <span>
 
-#include "engine_fixture.hpp"
-#include "onnxruntime/onnx_builder.hpp"
+#include "engine_test_support.hpp"
+#include "onnxruntime/onnx_builder_test_support.hpp"
 #include "says.hpp"
 
 namespace weir::engine_test {
@@ -16,7 +17,7 @@ using engine::with_own_prelu;
 
 class OwnPrelu : public EngineTest {
  protected:
-  // x and y: float32 of any extents, named.
+  // x and y: float32 with the given shape; open extents have names.
   static OnnxBuilder model(const std::vector<std::string>& shape,
                            const std::vector<int64_t>& slopes_shape,
                            const std::vector<float>& slopes) {
@@ -39,27 +40,27 @@ class OwnPrelu : public EngineTest {
 
 constexpr float kInf = std::numeric_limits<float>::infinity();
 
-TEST_F(OwnPrelu, HasASlopeForEachChannelInPlanes) {
+TEST_F(OwnPrelu, AppliesASlopePerChannelInPlanes) {
   const auto file = model({"n", "2", "w"}, {2, 1}, {0.5f, -2.f});
   ASSERT_TRUE(with_own_prelu(file.bytes()));
   EXPECT_EQ(run(file, {2, 2, 3}, {1, -2, 0, -1, 3, -4, -6, 7, -8, 9, -10, 11}),
             (std::vector<float>{1, -1, 0, 2, 3, 8, -3, 7, -4, 9, 20, 11}));
 }
 
-TEST_F(OwnPrelu, HasASlopeForEachChannelBesideTheOthers) {
-  const auto file = model({"n", "3"}, {3}, {2.f, 0.f, -1.f});  // more than 1, none, less than none
+TEST_F(OwnPrelu, AppliesASlopePerInterleavedChannel) {
+  const auto file = model({"n", "3"}, {3}, {2.f, 0.f, -1.f});  // slopes above 1, zero and negative
   ASSERT_TRUE(with_own_prelu(file.bytes()));
   EXPECT_EQ(run(file, {2, 3}, {-1, -1, -1, 1, kInf, -kInf}),
             (std::vector<float>{-2, 0, 1, 1, kInf, kInf}));
 }
 
-TEST_F(OwnPrelu, HasOneSlopeForAll) {
+TEST_F(OwnPrelu, AppliesOneSlopeToAllChannels) {
   const auto file = model({"n"}, {1}, {0.25f});
   ASSERT_TRUE(with_own_prelu(file.bytes()));
   EXPECT_EQ(run(file, {3}, {-4, 4, -8}), (std::vector<float>{-1, 4, -2}));
 }
 
-TEST_F(OwnPrelu, GivesWhatOnnxRuntimesOwnGives) {
+TEST_F(OwnPrelu, AgreesWithOnnxRuntimesOperator) {
   std::vector<float> x, slopes;
   for (int i = 0; i < 5 * 7 * 33; ++i) x.push_back(0.01f * static_cast<float>(i * 37 % 201 - 100));
   for (int i = 0; i < 7; ++i) slopes.push_back(0.3f * static_cast<float>(i - 3));
@@ -67,7 +68,7 @@ TEST_F(OwnPrelu, GivesWhatOnnxRuntimesOwnGives) {
   EXPECT_EQ(run(file, {5, 7, 33}, x), run(file, {5, 7, 33}, x, {{"GraphOptimization", "basic"}}));
 }
 
-TEST_F(OwnPrelu, BetweenOtherOperatorsMayWorkInTheirMemory) {
+TEST_F(OwnPrelu, CanWorkInPlaceBetweenOtherOperators) {
   const auto file = OnnxBuilder()
                         .input("x", kFloat, {"n", "2"})
                         .output("y", kFloat, {"n", "2"})
@@ -89,7 +90,7 @@ TEST_F(OwnPrelu, KeepsOpenSizesOpenWithoutAWarning) {
   EXPECT_EQ(take_log(), std::vector<std::string>());
 }
 
-TEST_F(OwnPrelu, TakesNothingElsesPlace) {
+TEST_F(OwnPrelu, ReplacesNoOtherOperator) {
   const auto relu =
       OnnxBuilder().input("x", kFloat, {"3"}).output("y", kFloat, {"3"}).node("Relu", {"x"}, {"y"});
   EXPECT_FALSE(with_own_prelu(relu.bytes()));
@@ -113,20 +114,21 @@ TEST_F(OwnPrelu, TakesNothingElsesPlace) {
   EXPECT_FALSE(with_own_prelu(replaced.bytes())) << "a constant that an input may replace";
 }
 
-TEST_F(OwnPrelu, LeavesDamagedFilesToTheReader) {
+TEST_F(OwnPrelu, DoesNotChangeDamagedFiles) {
   auto bytes = model({"n"}, {1}, {0.25f}).bytes();
   for (size_t size = 0; size < bytes.size(); ++size)
-    with_own_prelu(std::span(bytes).first(size));  // nothing is read behind the end
+    with_own_prelu(std::span(bytes).first(size));  // must not read past the end
   bytes.resize(bytes.size() - 1);
   EXPECT_FALSE(with_own_prelu(bytes));
 }
 
-TEST_F(OwnPrelu, OfAnotherNumberOfChannelsIsRefused) {
+TEST_F(OwnPrelu, WithAWrongNumberOfSlopesIsRejected) {
   auto opened = EngineTest::open(model({"n", "c"}, {3}, {1, 2, 3}).bytes(), {});
   ASSERT_TRUE(opened) << opened.error().message();
   const auto y = (*opened)->invoke({make_tensor<float>(WEIR_FLOAT32, {1, 2}, {1, 2})});
   ASSERT_FALSE(y);
-  EXPECT_SAYS(y.error().message(), "PRelu: slopes of another number than the channels");
+  EXPECT_SAYS(y.error().message(),
+              "PRelu: the number of slopes differs from the number of channels");
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-// Binding names to sizes.
+// Binds the names of open dimensions to sizes.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "onnxruntime/symbolic_shapes.hpp"
 
@@ -8,7 +8,7 @@
 namespace weir::engine {
 namespace {
 
-constexpr int64_t kAmbiguous = -2;  // the model uses the name for different sizes: believe none
+constexpr int64_t kAmbiguous = -2;  // the model uses the name for different sizes: ignore it
 
 template <class Info, class Visit>
 void for_each_named(std::span<Info> infos, const DimensionNames& names, Visit visit) {

@@ -1,4 +1,4 @@
-// Output shapes by the names of open dimensions.
+// Tests of output shapes from the names of open dimensions.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "onnxruntime/symbolic_shapes.hpp"
 
@@ -14,7 +14,7 @@ weir_tensor_info shaped(const std::vector<int64_t>& shape) {
   return info;
 }
 
-TEST(SymbolicShapes, NamesTakeTheSizesOfTheInputs) {
+TEST(SymbolicShapes, NamesGetTheSizesOfTheInputs) {
   const std::vector inputs{shaped({8, 3, 32, 64}), shaped({5})};
   std::vector outputs{shaped({-1, -1, 2}), shaped({-1})};
   substitute_symbols(inputs, {{"n", "", "h", "w"}, {"k"}}, outputs, {{"w", "n", ""}, {"k"}});
@@ -31,7 +31,7 @@ TEST(SymbolicShapes, UnknownNamesStayOpen) {
   EXPECT_EQ(outputs[0].shape[1], -1);
 }
 
-TEST(SymbolicShapes, ANameWithTwoSizesIsNotBelieved) {
+TEST(SymbolicShapes, ANameWithTwoSizesIsIgnored) {
   std::vector outputs{shaped({-1})};
   substitute_symbols(std::vector{shaped({8}), shaped({9})}, {{"n"}, {"n"}}, outputs, {{"n"}});
   EXPECT_EQ(outputs[0].shape[0], -1);
@@ -43,13 +43,13 @@ TEST(SymbolicShapes, AFixedDimensionIsNotChanged) {
   EXPECT_EQ(outputs[0].shape[0], 4);
 }
 
-TEST(SymbolicShapes, OpenInputsSayNothing) {
+TEST(SymbolicShapes, OpenInputsDefineNoSizes) {
   std::vector outputs{shaped({-1})};
   substitute_symbols(std::vector{shaped({-1})}, {{"n"}}, outputs, {{"n"}});
   EXPECT_EQ(outputs[0].shape[0], -1);
 }
 
-TEST(SymbolicShapes, UnknownRanksAndMissingNamesAreLeftAlone) {
+TEST(SymbolicShapes, UnknownRanksAndMissingNamesStayOpen) {
   auto unknown = shaped({});
   unknown.rank = WEIR_RANK_UNKNOWN;
   std::vector outputs{unknown, shaped({-1})};

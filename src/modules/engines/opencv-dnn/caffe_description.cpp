@@ -1,4 +1,4 @@
-// Caffe's two files.
+// Parses the two files of a Caffe network.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <limits>
 
@@ -10,12 +10,11 @@ namespace weir::engine {
 namespace {
 
 Error damaged(const std::string& offered) {
-  return Error{Code::MODEL_INVALID,
-               "the file of weights is truncated, damaged or not Caffe's",
-               offered,
-               "a complete .caffemodel",
-               "",
-               "fetch the .caffemodel again"};
+  return Error{.code = Code::MODEL_INVALID,
+               .what = "the weights file is truncated, damaged or not a Caffe file",
+               .offered = offered,
+               .needed = "a complete .caffemodel",
+               .fix = "fetch the .caffemodel again"};
 }
 
 DeclaredTensor input_of(std::string name, std::vector<int64_t> shape) {
@@ -29,7 +28,7 @@ DeclaredTensor input_of(std::string name, std::vector<int64_t> shape) {
   return out;
 }
 
-// input: "data" with input_shape { dim: ... } or four input_dim each.
+// Reads `input: "data"` with input_shape { dim: ... } or four input_dim each.
 void old_inputs(const TextMessage& net, DnnDescription* out) {
   const auto shapes = net.messages("input_shape");
   const auto dims = net.numbers("input_dim");
@@ -47,7 +46,7 @@ void old_inputs(const TextMessage& net, DnnDescription* out) {
   }
 }
 
-// What a blob says in shape { dim }, or in num, channels, height, width; -1 = nothing.
+// The shape of a blob, from shape { dim } or from num, channels, height, width; -1 = not given.
 class Blob {
  public:
   Status read(std::span<const std::byte> bytes) {
@@ -55,14 +54,14 @@ class Blob {
     for (ProtobufReader::Field field; reader.next(&field);) {
       if (field.number >= 1 && field.number <= 4 && !field.delimited)
         multiply(static_cast<int64_t>(field.value));
-      if (field.number == 5)  // floats, packed or one by one
+      if (field.number == 5)  // floats, packed or separate
         values_ += field.delimited ? field.bytes.size() / sizeof(float) : 1;
       if (field.number == 7 && field.delimited)
         if (auto status = shape(field.bytes); !status) return status;
     }
-    if (!reader.good()) return damaged("a blob that is no sequence of fields");
-    if (says_ && values_ > 0 && product_ != static_cast<int64_t>(values_))
-      return damaged("a blob of " + std::to_string(values_) + " values whose shape says " +
+    if (!reader.good()) return damaged("a blob that is not a sequence of fields");
+    if (has_shape_ && values_ > 0 && product_ != static_cast<int64_t>(values_))
+      return damaged("a blob of " + std::to_string(values_) + " values whose shape requires " +
                      std::to_string(product_));
     return ok();
   }
@@ -70,10 +69,10 @@ class Blob {
  private:
   void multiply(int64_t extent) {
     constexpr int64_t kMost = int64_t{1} << 31;
-    says_ = true;
+    has_shape_ = true;
     product_ =
         extent < 0 || extent > kMost || product_ * extent > kMost ? kMost + 1 : product_ * extent;
-    if (product_ > kMost) product_ = kMost;  // stays beyond what a file can hold
+    if (product_ > kMost) product_ = kMost;  // stays larger than any file
   }
   Status shape(std::span<const std::byte> bytes) {
     ProtobufReader reader(bytes);
@@ -98,7 +97,7 @@ class Blob {
 
   int64_t product_ = 1;
   uint64_t values_ = 0;
-  bool says_ = false;
+  bool has_shape_ = false;
 };
 
 Status check_layer(std::span<const std::byte> bytes, uint32_t blobs) {
@@ -106,7 +105,7 @@ Status check_layer(std::span<const std::byte> bytes, uint32_t blobs) {
   for (ProtobufReader::Field field; reader.next(&field);)
     if (field.number == blobs && field.delimited)
       if (auto status = Blob().read(field.bytes); !status) return status;
-  return reader.good() ? ok() : damaged("a layer that is no sequence of fields");
+  return reader.good() ? ok() : damaged("a layer that is not a sequence of fields");
 }
 
 }  // namespace
@@ -136,30 +135,28 @@ Result<DnnDescription> describe_caffe(std::string_view prototxt) {
         }
     }
   if (out.operators.empty())
-    return Error{Code::MODEL_INVALID,
-                 "the description of the network names no layer",
-                 "",
-                 "",
-                 "",
-                 "model=net.prototxt,net.caffemodel"};
+    return Error{.code = Code::MODEL_INVALID,
+                 .what = "the description of the network has no layer",
+                 .fix = "model=net.prototxt,net.caffemodel"};
   return out;
 }
 
-// NetParameter: layers of version 1 are field 2, of today 100; their blobs are 6 and 7.
+// NetParameter: field 2 holds layers of version 1, field 100 current ones; blobs are fields 6 and
+// 7.
 Status check_caffe_weights(std::span<const std::byte> caffemodel) {
   ProtobufReader reader(caffemodel);
   size_t layers = 0;
   for (ProtobufReader::Field field; reader.next(&field);) {
     if (field.number != 2 && field.number != 100) continue;
-    if (!field.delimited) return damaged("a layer that is none");
+    if (!field.delimited) return damaged("an invalid layer");
     ++layers;
     if (auto status = check_layer(field.bytes, field.number == 2 ? 6 : 7); !status) return status;
   }
   if (!reader.good())
     return damaged(reader.missing() > 0 ? "the file ends at least " +
                                               std::to_string(reader.missing()) + " bytes too early"
-                                        : "the file is no sequence of fields");
-  return layers > 0 ? ok() : damaged("no layer in it");
+                                        : "the file is not a sequence of fields");
+  return layers > 0 ? ok() : damaged("it contains no layer");
 }
 
 }  // namespace weir::engine

@@ -1,4 +1,4 @@
-// The .cfg of a Darknet network.
+// Parses the .cfg file of a Darknet network.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <charconv>
 
@@ -15,12 +15,12 @@ std::string_view stripped(std::string_view text) {
 }
 
 Error invalid(const std::string& offered) {
-  return Error{Code::MODEL_INVALID,
-               "the description of the network cannot be read",
-               offered,
-               "a .cfg of Darknet: [net] with width, height and channels, then its layers",
-               "",
-               "model=net.cfg,net.weights"};
+  return Error{
+      .code = Code::MODEL_INVALID,
+      .what = "the description of the network cannot be read",
+      .offered = offered,
+      .needed = "a .cfg of Darknet: [net] with width, height and channels, then its layers",
+      .fix = "model=net.cfg,net.weights"};
 }
 
 }  // namespace
@@ -37,7 +37,7 @@ Result<DnnDescription> describe_darknet(std::string_view cfg) {
     if (line.empty() || line.front() == '#' || line.front() == ';') continue;
     const auto where = [&] { return "line " + std::to_string(line_number + 1) + ": "; };
     if (line.front() == '[') {
-      if (line.back() != ']') return invalid(where() + "a section without its end");
+      if (line.back() != ']') return invalid(where() + "a section that is not closed");
       section = line.substr(1, line.size() - 2);
       if (section != "net" && section != "network") out.operators.insert(section);
       continue;

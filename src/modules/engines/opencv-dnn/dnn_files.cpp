@@ -1,12 +1,12 @@
-// Telling files apart by their endings.
+// Identifies the files of a network by their extensions.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "opencv-dnn/dnn_files.hpp"
 
 #include <filesystem>
 
-#include "engine_options.hpp"
 #include "model_bytes.hpp"
 #include "protobuf_reader.hpp"
+#include "weir/engine_tools.hpp"
 
 namespace weir::engine {
 namespace {
@@ -14,19 +14,18 @@ namespace {
 namespace fs = std::filesystem;
 
 bool ends_in(const std::string& path, const std::string& ending) {
-  return same_word(fs::path(path).extension().string(), "." + ending);
+  return equals_ignoring_case(fs::path(path).extension().string(), "." + ending);
 }
 
 Error wrong_files(const std::string& offered) {
-  const std::string weights = dnn_engine.weights_ending, text = dnn_engine.description_ending;
+  const std::string weights = dnn_engine.weights_ending, text = dnn_engine.description_extension;
   const bool one = dnn_engine.format == DnnFormat::Tensorflow;
-  return Error{Code::SPEC_MISMATCH,
-               std::string("the engine ") + dnn_engine.name + " takes other files",
-               offered,
-               one ? "a frozen graph (.pb), and a .pbtxt where OpenCV wants one"
-                   : "one ." + text + " and one ." + weights,
-               "",
-               one ? "model=graph.pb" : "model=net." + text + ",net." + weights};
+  return Error{.code = Code::SPEC_MISMATCH,
+               .what = std::string("the engine ") + dnn_engine.name + " needs different files",
+               .offered = offered,
+               .needed = one ? "a frozen graph (.pb), and a .pbtxt if OpenCV needs one"
+                             : "one ." + text + " and one ." + weights,
+               .fix = one ? "model=graph.pb" : "model=net." + text + ",net." + weights};
 }
 
 Status check_graph_head(std::span<const std::byte> head) {
@@ -36,7 +35,7 @@ Status check_caffe_head(std::span<const std::byte> head) {
   return can_begin_message(head) ? ok() : check_caffe_weights(head);
 }
 
-// What the weights' first bytes must be; null where any can be.
+// The check of the first bytes of the weights; null when the format has none.
 decltype(ModelLimits::check_head) weights_head() {
   if (dnn_engine.format == DnnFormat::Tensorflow) return check_graph_head;
   return dnn_engine.format == DnnFormat::Caffe ? check_caffe_head : nullptr;
@@ -63,7 +62,7 @@ Result<Paths> paths_of(const weir_open& request) {
   for (uint32_t i = 0; request.paths && i < request.n_models; ++i) {
     const std::string path = request.paths[i] ? request.paths[i] : "";
     all += (all.empty() ? "" : ", ") + path;
-    const bool description = ends_in(path, dnn_engine.description_ending);
+    const bool description = ends_in(path, dnn_engine.description_extension);
     std::string& place = description ? out.description : out.weights;
     if (!place.empty()) return wrong_files(all);
     place = path;
@@ -74,7 +73,7 @@ Result<Paths> paths_of(const weir_open& request) {
   for (auto* missing : {&out.description, &out.weights}) {
     if (!missing->empty()) continue;
     fs::path beside = missing == &out.description ? out.weights : out.description;
-    beside.replace_extension(missing == &out.description ? dnn_engine.description_ending
+    beside.replace_extension(missing == &out.description ? dnn_engine.description_extension
                                                          : dnn_engine.weights_ending);
     std::error_code ignored;
     if (!fs::is_regular_file(beside, ignored))

@@ -1,4 +1,4 @@
-// The files of a network: which of those given is which, and where the other lies.
+// Finds the files of a network: the role of each given file, and where a missing one is.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include "opencv-dnn/dnn_model.hpp"
@@ -10,8 +10,8 @@ struct DnnSource {
   DnnDescription description;
 };
 
-// One file names the other where that lies beside it and differs in its ending only. Everything is
-// checked that can be checked before OpenCV reads it.
+// One file is enough if the other has the same path with its own extension. Checks everything that
+// can be checked before OpenCV reads the files.
 Result<DnnSource> read_dnn_files(const weir_open& request);
 
 }  // namespace weir::engine

@@ -1,48 +1,46 @@
-// Opening a network; the user's words where the files are silent or another size is wanted.
+// Opens a network. The user's options complete what the files do not declare, and override sizes.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "opencv-dnn/dnn_model.hpp"
 
 #include <algorithm>
 #include <nlohmann/json.hpp>
+#include <span>
 
 #include "dry_run.hpp"
-#include "engine_options.hpp"
 #include "opencv-dnn/dnn_files.hpp"
 #include "tensor_check.hpp"
 #include "usable_cores.hpp"
+#include "weir/engine_tools.hpp"
+#include "weir/join.hpp"
 
 namespace weir::engine {
 namespace {
 
 std::string list(const std::vector<std::string>& names) {
   constexpr size_t kMost = 12;
-  std::string out;
-  for (size_t i = 0; i < std::min(names.size(), kMost); ++i) out += (i > 0 ? ", " : "") + names[i];
+  const std::string out = join(std::span(names).first(std::min(names.size(), kMost)), ", ");
   return names.size() > kMost ? out + " and " + std::to_string(names.size() - kMost) + " more"
                               : out;
 }
 
 Error no_such_name(const char* property, const std::string& name,
                    const std::vector<std::string>& known) {
-  return Error{Code::SPEC_MISMATCH,
-               std::string(property) + " names what the network lacks",
-               name,
-               "one of: " + list(known),
-               "",
-               known.empty() ? "" : std::string(property) + "=" + known.back()};
+  return Error{.code = Code::SPEC_MISMATCH,
+               .what = std::string(property) + " names a layer that the network lacks",
+               .offered = name,
+               .needed = "one of: " + list(known),
+               .fix = known.empty() ? "" : std::string(property) + "=" + known.back()};
 }
 
-// "input:0" of TensorFlow's own interface is the node "input".
+// The tensor "input:0" of TensorFlow's own interface is the node "input".
 std::string node_name(const std::string& name) {
   return dnn_engine.format == DnnFormat::Tensorflow ? name.substr(0, name.find(':')) : name;
 }
 
 weir_tensor_info info_of(const DeclaredTensor& tensor) {
-  weir_tensor_info info{};
+  weir_tensor_info info = open_tensor_info();
   info.type = tensor.type == WEIR_TYPE_END ? uint32_t{WEIR_FLOAT32} : tensor.type;
-  info.rank = tensor.has_shape ? static_cast<uint32_t>(tensor.shape.size()) : WEIR_RANK_UNKNOWN;
-  info.batch_axis = WEIR_NO_BATCH_AXIS;
-  std::copy(tensor.shape.begin(), tensor.shape.end(), info.shape);
+  if (tensor.has_shape) set_shape(&info, tensor.shape.begin(), tensor.shape.size());
   return info;
 }
 
@@ -54,7 +52,7 @@ Status DnnModel::read_options(const weir_open& request) {
   for (uint32_t i = 0; request.options && i < request.n_options; ++i) {
     const auto key = text_or_empty(request.options[i].key);
     const auto value = text_or_empty(request.options[i].value);
-    if (same_word(key, "NumThreads")) {
+    if (equals_ignoring_case(key, "NumThreads")) {
       const auto threads = number_option(key, value, 1);
       if (!threads) return threads.error();
       threads_ = std::min(*threads, kThreadLimit);
@@ -85,7 +83,7 @@ Result<std::unique_ptr<DnnModel>> DnnModel::open(const weir_open& request) {
   return model;
 }
 
-// The network's inputs, in the order that the user names them, with the sizes that the user says.
+// The network's inputs, in the order and with the sizes that the user gives.
 Status DnnModel::read_inputs(const DnnDescription& description) {
   std::vector<DeclaredTensor> found = description.inputs;
   const auto& declared = declared_.inputs();
@@ -103,12 +101,11 @@ Status DnnModel::read_inputs(const DnnDescription& description) {
   }
   chosen.insert(chosen.end(), found.begin(), found.end());
   if (chosen.empty() || chosen.size() > WEIR_TENSOR_LIMIT || declared.size() > chosen.size())
-    return Error{Code::SPEC_MISMATCH,
-                 "the network has another number of inputs",
-                 std::to_string(chosen.size()) + ": " + list(known),
-                 std::to_string(std::max<size_t>(declared.size(), 1)),
-                 "number of tensors",
-                 ""};
+    return Error{.code = Code::SPEC_MISMATCH,
+                 .what = "the network has a different number of inputs",
+                 .offered = std::to_string(chosen.size()) + ": " + list(known),
+                 .needed = std::to_string(std::max<size_t>(declared.size(), 1)),
+                 .difference = "number of tensors"};
   for (size_t i = 0; i < chosen.size(); ++i) {
     if (i < declared.size()) {
       if (declared[i].type != WEIR_TYPE_END) chosen[i].type = declared[i].type;
@@ -136,24 +133,19 @@ Status DnnModel::read_outputs(const DnnDescription& description) {
     if (!is_layer()) return no_such_name("outputname", node_name(output.name), layers);
     output_names_.push_back(name);
   }
-  // OpenCV's own layers between TensorFlow's are not the graph's.
+  // Layers that OpenCV inserts are not in TensorFlow's graph.
   if (output_names_.empty())
     for (const auto& name : net_->ends())
       if (description.nodes.empty() || description.nodes.contains(name))
         output_names_.push_back(name);
   if (output_names_.empty() || output_names_.size() > WEIR_TENSOR_LIMIT)
-    return Error{Code::SPEC_MISMATCH,
-                 "the network's outputs are not to be found",
-                 list(net_->ends()),
-                 "their names",
-                 "",
-                 "outputname=" + (layers.empty() ? std::string("NAME") : layers.back())};
+    return Error{.code = Code::SPEC_MISMATCH,
+                 .what = "the network's outputs cannot be found",
+                 .offered = list(net_->ends()),
+                 .needed = "their names",
+                 .fix = "outputname=" + (layers.empty() ? std::string("NAME") : layers.back())};
   pictures_ = std::make_unique<bool[]>(output_names_.size());
-  weir_tensor_info open{};
-  open.type = WEIR_TYPE_END;
-  open.rank = WEIR_RANK_UNKNOWN;
-  open.batch_axis = WEIR_NO_BATCH_AXIS;
-  outputs_.assign(output_names_.size(), open);
+  outputs_.assign(output_names_.size(), open_tensor_info());
   for (size_t i = 0; i < outputs_.size(); ++i) {
     pictures_[i] = description.pictures.contains(output_names_[i]);
     outputs_[i].name = output_names_[i].c_str();
@@ -168,7 +160,7 @@ Status DnnModel::read_outputs(const DnnDescription& description) {
 Result<std::vector<DnnOutput>> DnnModel::run(std::span<const weir_tensor> in) const {
   std::vector<DnnInput> inputs(in.size());
   for (size_t i = 0; i < in.size(); ++i) {
-    // Darknet's only input has no name in OpenCV.
+    // OpenCV has no name for Darknet's only input.
     inputs[i].name = in.size() == 1 ? "" : input_names_[i];
     inputs[i].data = in[i].data;
     inputs[i].info = in[i].info;
@@ -184,13 +176,13 @@ Result<std::vector<weir_tensor_info>> DnnModel::dry_run(
   const auto made = run(inputs->tensors());
   if (!made) {
     if (made.error().code != Code::INVOKE_FAILED) return made.error();
-    return Error{Code::SPEC_MISMATCH,
-                 "the network does not take inputs of these shapes",
-                 engine::describe(in),
-                 "",
-                 made.error().offered +
-                     (made.error().difference.empty() ? "" : " at " + made.error().difference),
-                 "set input= to the sizes that the network was made for"};
+    return Error{
+        .code = Code::SPEC_MISMATCH,
+        .what = "the network does not accept inputs of these shapes",
+        .offered = engine::describe(in),
+        .difference = made.error().offered +
+                      (made.error().difference.empty() ? "" : " at " + made.error().difference),
+        .fix = "set input= to the sizes that the network was built for"};
   }
   std::vector<weir_tensor_info> out;
   for (size_t i = 0; i < made->size(); ++i) {
@@ -208,7 +200,7 @@ void DnnModel::describe(weir_model_info* info) const {
   info->outputs = outputs_.data();
   info->alignment = info->input_padding = 0;  // inputs are copied
   info->memory_kinds = uint64_t{1} << WEIR_MEMORY_HOST;
-  info->max_sessions = 1;  // a network has one set of layers' memory
+  info->max_sessions = 1;  // the network has one set of layer memory
   info->max_in_flight = 1;
   info->preferred_batch = 1;
   info->weight_bytes = weight_bytes_;

@@ -1,4 +1,4 @@
-// DnnModel: a Caffe, TensorFlow or Darknet network opened by OpenCV, with its inputs and outputs.
+// DnnModel: a Caffe, TensorFlow or Darknet network that OpenCV opened, with its inputs and outputs.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <memory>
@@ -9,10 +9,10 @@
 
 namespace weir::engine {
 
-// Of this module; its entry says which.
+// The engine of this module, defined next to its entry point.
 struct DnnEngine {
   DnnFormat format;
-  const char *name, *description_ending, *weights_ending;
+  const char *name, *description_extension, *weights_ending;
 };
 extern const DnnEngine dnn_engine;
 
@@ -26,9 +26,10 @@ class DnnModel {
 
   const std::vector<weir_tensor_info>& inputs() const noexcept { return inputs_; }
   const std::vector<weir_tensor_info>& outputs() const noexcept { return outputs_; }
-  // One run on this memory. Used by one thread at a time: the model has one session.
+  // Runs the network once and returns outputs in its memory. One thread at a time: the model has
+  // only one session.
   Result<std::vector<DnnOutput>> run(std::span<const weir_tensor> in) const;
-  // The outputs for inputs of these shapes, by a run on zeros.
+  // Finds the outputs for inputs of these shapes by running on zeros.
   Result<std::vector<weir_tensor_info>> dry_run(std::span<const weir_tensor_info> in) const;
 
  private:
@@ -42,7 +43,7 @@ class DnnModel {
   std::unique_ptr<DnnNet> net_;
   std::vector<std::string> input_names_, output_names_;
   std::vector<weir_tensor_info> inputs_, outputs_;
-  std::unique_ptr<bool[]> pictures_;  // of outputs: NHWC
+  std::unique_ptr<bool[]> pictures_;  // per output: is it NHWC
   bool nhwc_ = false;
   uint64_t weight_bytes_ = 0;
   std::string metadata_;

@@ -1,4 +1,4 @@
-// OpenCV's DNN module, in this file alone.
+// Calls OpenCV's DNN module; the only file that includes OpenCV.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "opencv-dnn/dnn_net.hpp"
 
@@ -12,13 +12,13 @@
 #include <opencv2/dnn.hpp>
 #include <optional>
 
-#include "module_host.hpp"
 #include "tensor_check.hpp"
+#include "weir/engine_tools.hpp"
 
 namespace weir::engine {
 namespace {
 
-// OpenCV prints what it throws too; the error says it better. Its log level is the process's.
+// OpenCV also prints what it throws, and our error is clearer. OpenCV's log level is per process.
 class Quiet {
  public:
   Quiet() {
@@ -94,8 +94,7 @@ std::optional<uint32_t> from_opencv(int depth) {
   return std::nullopt;
 }
 
-// Axes 0, 3, 1, 2 of `from` or, back, 0, 2, 3, 1: planes in front of the rows, or behind the
-// columns.
+// Permutes axes to 0, 3, 1, 2 (NHWC to NCHW) or, without `to_planes`, to 0, 2, 3, 1.
 void permute(const float* from, const int* extents, bool to_planes, float* to) {
   const int batch = extents[0];
   const size_t rows = static_cast<size_t>(to_planes ? extents[1] * extents[2] : extents[1]);
@@ -109,12 +108,11 @@ Result<cv::Mat> to_mat(const DnnInput& input) {
   const auto type = to_opencv(input.info.type);
   const auto bytes = tensor_bytes(input.info);
   if (!type || !bytes || *bytes > INT32_MAX)
-    return Error{Code::SPEC_MISMATCH,
-                 "OpenCV takes no input of this type or size",
-                 describe(input.info),
-                 "float32, or 8 to 64 bits that become float32; less than 2 GiB",
-                 "",
-                 "tensor_transform mode=typecast option=float32 ! tensor_filter"};
+    return Error{.code = Code::SPEC_MISMATCH,
+                 .what = "OpenCV does not accept an input of this type or size",
+                 .offered = describe(input.info),
+                 .needed = "float32, or 8 to 64 bits converted to float32; less than 2 GiB",
+                 .fix = "tensor_transform mode=typecast option=float32 ! tensor_filter"};
   std::vector<int> extents(input.info.shape, input.info.shape + input.info.rank);
   if (extents.empty()) extents = {1};
   cv::Mat mat(static_cast<int>(extents.size()), extents.data(), *type,
@@ -131,25 +129,24 @@ Result<cv::Mat> to_mat(const DnnInput& input) {
   return out;
 }
 
-// OpenCV has no code for it, only words.
-bool tells_of_a_lack(const std::string& reason) {
-  for (const char* words : {"an't create layer", "nknown layer type", "ot implemented",
-                            "ot supported", "nsupported"})  // large or small in front
+// OpenCV has no error code for this, only messages.
+bool is_missing_feature(const std::string& reason) {
+  for (const char* words :
+       {"an't create layer", "nknown layer type", "ot implemented", "ot supported",
+        "nsupported"})  // the first letter may be upper or lower case
     if (reason.find(words) != std::string::npos) return true;
   return false;
 }
 
 Error load_error(const std::string& model, const std::string& reason) {
-  Error error{Code::MODEL_INVALID,
-              "OpenCV cannot load the network",
-              model + ": " + reason,
-              "",
-              "",
-              "fetch the files again; both must be of the same network"};
-  if (!tells_of_a_lack(reason)) return error;
+  Error error{.code = Code::MODEL_INVALID,
+              .what = "OpenCV cannot load the network",
+              .offered = model + ": " + reason,
+              .fix = "fetch the files again; both must belong to the same network"};
+  if (!is_missing_feature(reason)) return error;
   error.code = Code::MODEL_UNSUPPORTED;
   error.what = "the network has a layer that OpenCV lacks";
-  error.fix = "export the network to ONNX or TensorFlow Lite, whose engines know more layers";
+  error.fix = "export the network to ONNX or TensorFlow Lite, whose engines support more layers";
   return error;
 }
 
@@ -175,8 +172,8 @@ struct DnnNet::Parts {
                                            text(files.weights), files.weights.size());
     }
   }
-  // Bytes of numbers that the layers of Darknet read. OpenCV fills those that a file lacks with
-  // what lies in memory.
+  // The bytes of weights that the Darknet layers read. For a shorter file OpenCV leaves the rest of
+  // the weights uninitialised.
   size_t darknet_bytes() {
     size_t values = 0;
     for (const auto& name : net.getLayerNames()) {
@@ -187,7 +184,7 @@ struct DnnNet::Parts {
     }
     return values * sizeof(float);
   }
-  // The first layer that does not run on the inputs that are set, "" when there is none.
+  // Returns the first layer that fails on the current inputs, "" when none does.
   std::string culprit() {
     for (const auto& name : net.getLayerNames()) try {
         net.forward(name);
@@ -208,10 +205,10 @@ Result<std::unique_ptr<DnnNet>> DnnNet::read(const DnnFiles& files) {
       [&]() -> Read {
         auto parts = std::make_unique<Parts>();
         parts->net = parts->load(files);
-        if (parts->net.empty()) return load_error(files.name, "no layer is left of it");
+        if (parts->net.empty()) return load_error(files.name, "it contains no layer");
         parts->net.setPreferableBackend(cv::dnn::DNN_BACKEND_OPENCV);
         parts->net.setPreferableTarget(cv::dnn::DNN_TARGET_CPU);
-        // Layers are made when they are asked for: those that OpenCV lacks are known now.
+        // getLayer() creates a layer, so this fails now for layers that OpenCV lacks.
         for (const auto& name : parts->net.getLayerNames())
           parts->net.getLayer(parts->net.getLayerId(name));
         constexpr size_t kShortHead = 16;
@@ -260,27 +257,23 @@ Result<std::vector<DnnOutput>> DnnNet::run(std::span<const DnnInput> inputs,
             permute(mat.ptr<float>(), mat.size.p, false, turned.ptr<float>());
             mat = turned;
           }
-          parts_->turned[i] = mat;  // keeps the memory
+          parts_->turned[i] = mat;  // keeps the memory alive
           const auto type = from_opencv(mat.depth());
           if (!type || mat.dims > WEIR_RANK_LIMIT)
-            return Error{Code::MODEL_UNSUPPORTED,
-                         "an output is of a kind that streams lack",
-                         outputs[i],
-                         "numbers, rank 16 at most",
-                         "",
-                         ""};
+            return unsupported_type("an output", outputs[i], "", "numbers, rank 16 at most");
+          out[i].info = open_tensor_info();
           out[i].info.type = *type;
-          out[i].info.rank = static_cast<uint32_t>(mat.dims);
-          std::copy_n(mat.size.p, mat.dims, out[i].info.shape);
-          out[i].info.batch_axis = WEIR_NO_BATCH_AXIS;
+          set_shape(&out[i].info, mat.size.p, static_cast<size_t>(mat.dims));
           out[i].data = mat.data;
         }
         return out;
       },
       [&](const std::string& reason) -> Outputs {
         const Quiet quiet;
-        return Error{
-            Code::INVOKE_FAILED, "OpenCV failed on a frame", reason, "", parts_->culprit(), ""};
+        return Error{.code = Code::INVOKE_FAILED,
+                     .what = "OpenCV failed on a frame",
+                     .offered = reason,
+                     .difference = parts_->culprit()};
       });
 }
 

@@ -1,4 +1,4 @@
-// Checking what comes, running, copying.
+// Checks the inputs of a frame, runs the network and copies the outputs.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "opencv-dnn/dnn_runner.hpp"
 
@@ -28,7 +28,7 @@ Status DnnRunner::resolve(std::span<const weir_tensor_info> in, std::span<weir_t
   std::copy(model_.outputs().begin(), model_.outputs().end(), out.begin());
   if (!std::all_of(in.begin(), in.end(), is_fixed)) return ok();
   last_inputs_.assign(in.begin(), in.end());
-  if (same_shapes(in, model_.inputs())) return ok();  // tried when it was opened
+  if (same_shapes(in, model_.inputs())) return ok();  // already run when the model was opened
   auto found = model_.dry_run(in);
   if (!found) return found.error();
   std::copy(found->begin(), found->end(), out.begin());

@@ -1,4 +1,5 @@
-// The module of one of the engines caffe, tensorflow and darknet: WEIR_DNN_FORMAT says which.
+// Engine caffe, tensorflow or darknet: the module's entry point; WEIR_DNN_FORMAT selects the
+// format.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "engine_table.hpp"
 #include "opencv-dnn/dnn_model.hpp"
@@ -29,16 +30,16 @@ struct OpencvEngine {
     {"name": "inputtype", "type": "text", "default": "the property inputtype",
      "help": "types of the stream: converted to float32"},
     {"name": "inputname", "type": "text", "default": "the property inputname", "help": "inputs in the stream's order"},
-    {"name": "outputname", "type": "text", "default": "the property outputname", "help": "layers that are wanted"}])";
+    {"name": "outputname", "type": "text", "default": "the property outputname", "help": "output layers"}])";
   using Model = DnnModel;
   using Session = DnnRunner;
 
-  // None of the formats begins with anything of its own: the names of the files decide.
+  // No format has a signature at its beginning, so the file name decides.
   static int probe(const std::string& path, std::span<const unsigned char>) {
     const auto ends = [&path](const char* ending) {
       return path.ends_with(std::string(".") + ending);
     };
-    return ends(dnn_engine.weights_ending) || ends(dnn_engine.description_ending) ? 50 : 0;
+    return ends(dnn_engine.weights_ending) || ends(dnn_engine.description_extension) ? 50 : 0;
   }
   static Result<LibraryFacts> library() { return LibraryFacts{DnnNet::path(), DnnNet::version()}; }
 };

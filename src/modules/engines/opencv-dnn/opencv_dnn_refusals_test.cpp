@@ -1,15 +1,15 @@
-// What the engines of OpenCV refuse, and in which words.
+// Tests of what the OpenCV engines reject, and of the error texts.
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "memory_law.hpp"
-#include "opencv-dnn/dnn_fixture.hpp"
+#include "opencv-dnn/dnn_test_support.hpp"
+#include "out_of_memory_test_support.hpp"
 #include "says.hpp"
 
 namespace weir::engine_test {
 namespace {
 
-class OpencvDnnRefuses : public DnnTest {};
+class OpencvDnnRejects : public DnnTest {};
 
-TEST_F(OpencvDnnRefuses, FilesThatAreNotThere) {
+TEST_F(OpencvDnnRejects, FilesThatDoNotExist) {
   const Error both = error_of(OpenEngine::open(engine("caffe"), folder_.path("none.caffemodel")));
   EXPECT_EQ(both.code, Code::SPEC_MISMATCH);
   EXPECT_SAYS(both.offered, "none.prototxt is not there");
@@ -20,7 +20,7 @@ TEST_F(OpencvDnnRefuses, FilesThatAreNotThere) {
   EXPECT_SAYS(cfg.offered, "a.weights is not there");
 }
 
-TEST_F(OpencvDnnRefuses, ToRunWithoutMemoryAndGoesOnWhenThereIsSome) {
+TEST_F(OpencvDnnRejects, ToRunWithoutMemoryAndRecovers) {
   write("net.caffemodel", caffemodel({caffe_layer("none", "Power", {})}));
   const auto path = write(
       "net.prototxt",
@@ -30,7 +30,7 @@ TEST_F(OpencvDnnRefuses, ToRunWithoutMemoryAndGoesOnWhenThereIsSome) {
   expect_errors_without_memory({engine("caffe"), path, {1, 1, 2048, 2048}, folder_.path("")});
 }
 
-TEST_F(OpencvDnnRefuses, ALayerThatOpencvLacksByName) {
+TEST_F(OpencvDnnRejects, ALayerThatOpencvLacksByName) {
   const Error caffe = error_of(
       open_caffe("input: \"data\" input_shape { dim: 1 dim: 3 }\n"
                  "layer { name: \"odd\" type: \"Frobnicate\" bottom: \"data\" top: \"odd\" }\n",
@@ -47,7 +47,7 @@ TEST_F(OpencvDnnRefuses, ALayerThatOpencvLacksByName) {
   EXPECT_SAYS(darknet.message(), "frobnicate");
 }
 
-TEST_F(OpencvDnnRefuses, AnActivationThatOpencvLacksByName) {
+TEST_F(OpencvDnnRejects, AnActivationThatOpencvLacksByName) {
   const Error error = error_of(
       open_darknet("[net]\nbatch=1\nwidth=3\nheight=2\nchannels=2\n"
                    "[convolutional]\nfilters=1\nsize=1\nstride=1\npad=0\nactivation=frobnicate\n",
@@ -57,7 +57,7 @@ TEST_F(OpencvDnnRefuses, AnActivationThatOpencvLacksByName) {
   EXPECT_SAYS(error.fix, "export the network to ONNX");
 }
 
-TEST_F(OpencvDnnRefuses, InputsOfTextByTheirKind) {
+TEST_F(OpencvDnnRejects, InputsOfTextByTheirKind) {
   for (const char* name : {"models/tf/DS_CNN_S.pb", "models/audio/conv_actions_frozen.pb"}) {
     const auto path = shared_file(name);
     if (path.empty()) GTEST_SKIP() << "../shared/models is not there";
@@ -68,13 +68,13 @@ TEST_F(OpencvDnnRefuses, InputsOfTextByTheirKind) {
   }
 }
 
-TEST_F(OpencvDnnRefuses, DescriptionsThatCannotBeReadByTheirLine) {
+TEST_F(OpencvDnnRejects, DescriptionsThatCannotBeReadByTheirLine) {
   const std::pair<const char*, const char*> texts[]{
-      {"layer {\n name: \"a\"\n", "line 3: a message without its end"},
-      {"layer {\n name: \"a\n }", "line 2: a text without its end"},
-      {"name: \"a\"\n}", "line 2: no name of a field"},
-      {"name \"a\"", "line 1: no value of name"},
-      {"name: {", "line 1: a message without its end"},
+      {"layer {\n name: \"a\"\n", "line 3: a message that is not closed"},
+      {"layer {\n name: \"a\n }", "line 2: a string that is not closed"},
+      {"name: \"a\"\n}", "line 2: a field name is missing"},
+      {"name \"a\"", "line 1: no value for name"},
+      {"name: {", "line 1: a message that is not closed"},
       {"dim: [1, 2", "line 1: no value"}};
   for (const auto& [text, words] : texts) {
     const Error error = error_of(open_caffe(text, product_weights()));
@@ -85,10 +85,10 @@ TEST_F(OpencvDnnRefuses, DescriptionsThatCannotBeReadByTheirLine) {
   std::string deep;
   for (int i = 0; i < 100; ++i) deep += "a {";
   EXPECT_SAYS(error_of(open_caffe(deep, product_weights())).offered, "without end");
-  EXPECT_SAYS(error_of(open_caffe("name: \"a\"", product_weights())).what, "names no layer");
+  EXPECT_SAYS(error_of(open_caffe("name: \"a\"", product_weights())).what, "has no layer");
   for (const auto& [text, words] : std::vector<std::pair<std::string, std::string>>{
            {"width=3\n", "line 1"},
-           {"[net\n", "a section without its end"},
+           {"[net\n", "a section that is not closed"},
            {"[net]\nwidth=many\n", "line 2: width=many"},
            {"[net]\nwidth=0\n", "line 2"},
            {"[net]\nwidth=3\n[convolutional]\nsize=1\n", "no height"}}) {
@@ -98,7 +98,7 @@ TEST_F(OpencvDnnRefuses, DescriptionsThatCannotBeReadByTheirLine) {
   }
 }
 
-TEST_F(OpencvDnnRefuses, WeightsThatWereCutOrLie) {
+TEST_F(OpencvDnnRejects, TruncatedOrInconsistentWeights) {
   const auto whole = product_weights();
   for (size_t size = 1; size < whole.size(); ++size) {
     const Error error = error_of(open_caffe(kProduct, whole.substr(0, size)));
@@ -107,16 +107,16 @@ TEST_F(OpencvDnnRefuses, WeightsThatWereCutOrLie) {
   }
   const Error lie = error_of(open_caffe(
       kProduct, caffemodel({caffe_layer("fc", "InnerProduct", {{{2, 3000000}, {1, 2, 3}}})})));
-  EXPECT_SAYS(lie.offered, "a blob of 3 values whose shape says 6000000");
+  EXPECT_SAYS(lie.offered, "a blob of 3 values whose shape requires 6000000");
   const Error huge = error_of(open_caffe(
       kProduct,
       caffemodel({caffe_layer("fc", "InnerProduct", {{{1ull << 40, 1ull << 40}, {1}}})})));
   EXPECT_EQ(huge.code, Code::MODEL_INVALID) << huge.message();
   const Error none = error_of(open_caffe(kProduct, MessageBuilder().bytes(1, "a").text()));
-  EXPECT_SAYS(none.offered, "no layer in it");
+  EXPECT_SAYS(none.offered, "it contains no layer");
 }
 
-TEST_F(OpencvDnnRefuses, DarknetsWeightsThatWereCut) {
+TEST_F(OpencvDnnRejects, TruncatedDarknetWeights) {
   const char* const cfg =
       "[net]\nwidth=3\nheight=2\nchannels=2\n"
       "[convolutional]\nbatch_normalize=1\nfilters=2\nsize=1\nstride=1\nactivation=leaky\n";
@@ -129,12 +129,12 @@ TEST_F(OpencvDnnRefuses, DarknetsWeightsThatWereCut) {
   }
 }
 
-TEST_F(OpencvDnnRefuses, GraphsThatWereCut) {
+TEST_F(OpencvDnnRejects, TruncatedGraphs) {
   const auto whole =
       graph({placeholder("x", {1, 3}), TensorflowNode("y", "Relu", {"x"}).type("T")});
   for (size_t size = 1; size < whole.size(); ++size) {
     const auto model = open_tensorflow(whole.substr(0, size));
-    if (model) continue;  // between two nodes
+    if (model) continue;  // cut between two nodes, which is a valid graph
     EXPECT_TRUE(model.error().code == Code::MODEL_INVALID ||
                 model.error().code == Code::MODEL_UNSUPPORTED ||
                 model.error().code == Code::SPEC_MISMATCH)
@@ -143,7 +143,7 @@ TEST_F(OpencvDnnRefuses, GraphsThatWereCut) {
   }
 }
 
-TEST_F(OpencvDnnRefuses, NamesThatTheNetworkLacks) {
+TEST_F(OpencvDnnRejects, NamesThatTheNetworkLacks) {
   const Error input = error_of(open_caffe(kProduct, product_weights(), {{"inputname", "dota"}}));
   EXPECT_EQ(input.code, Code::SPEC_MISMATCH);
   EXPECT_SAYS(input.what, "inputname");
@@ -155,7 +155,7 @@ TEST_F(OpencvDnnRefuses, NamesThatTheNetworkLacks) {
   EXPECT_SAYS(count.what, "another number of inputs");
 }
 
-TEST_F(OpencvDnnRefuses, ShapesThatTheNetworkDoesNotTake) {
+TEST_F(OpencvDnnRejects, ShapesThatTheNetworkDoesNotAccept) {
   const auto model = open_caffe(kProduct, product_weights());
   ASSERT_TRUE(model);
   const auto rank = (*model)->resolve({make_tensor(WEIR_FLOAT32, {3}).info});
@@ -170,8 +170,8 @@ TEST_F(OpencvDnnRefuses, ShapesThatTheNetworkDoesNotTake) {
   EXPECT_SAYS(wish.difference, "fc");
 }
 
-// Weights of another network: R-Net's behind P-Net's description.
-TEST_F(OpencvDnnRefuses, TheWeightsOfAnotherNetwork) {
+// The weights of R-Net with the description of P-Net.
+TEST_F(OpencvDnnRejects, TheWeightsOfAnotherNetwork) {
   const Error error = error_of(open_caffe(
       kProduct,
       caffemodel({caffe_layer("fc", "InnerProduct", {{{4, 5}, std::vector<float>(20, 1)}})})));
@@ -183,7 +183,7 @@ TEST_F(OpencvDnnRefuses, TheWeightsOfAnotherNetwork) {
       << none.message();
 }
 
-TEST_F(OpencvDnnRefuses, FramesThatLieAndGoesOn) {
+TEST_F(OpencvDnnRejects, InconsistentFramesAndContinues) {
   const auto model = open_caffe(kProduct, product_weights());
   ASSERT_TRUE(model);
   std::vector<float> x{1, 1, 1}, y(2);
@@ -206,7 +206,7 @@ TEST_F(OpencvDnnRefuses, FramesThatLieAndGoesOn) {
   EXPECT_EQ(code(), Code::INTERNAL) << "and goes on";
 }
 
-TEST_F(OpencvDnnRefuses, OptionsWithValuesThatCannotBe) {
+TEST_F(OpencvDnnRejects, InvalidOptionValues) {
   for (const auto& [key, value] : Options{{"NumThreads", "0"}, {"NumThreads", "two"}}) {
     const Error error = error_of(open_caffe(kProduct, product_weights(), {{key, value}}));
     EXPECT_EQ(error.code, Code::OPTION_VALUE);

@@ -1,8 +1,8 @@
-// Caffe, TensorFlow and Darknet networks through OpenCV, against closed forms and plain loops.
+// Tests Caffe, TensorFlow and Darknet networks in OpenCV against closed forms and plain loops.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <cmath>
 
-#include "opencv-dnn/dnn_fixture.hpp"
+#include "opencv-dnn/dnn_test_support.hpp"
 #include "says.hpp"
 
 namespace weir::engine_test {
@@ -22,7 +22,7 @@ TEST_F(OpencvDnn, CaffeComputesAProduct) {
   EXPECT_EQ(out[0].values<float>(), (std::vector<float>{8, 18}));
 }
 
-TEST_F(OpencvDnn, EitherFileOfCaffeNamesTheOther) {
+TEST_F(OpencvDnn, EitherCaffeFileLocatesTheOther) {
   ASSERT_TRUE(open_caffe(kProduct, product_weights()));
   for (const char* name : {"net.prototxt", "net.caffemodel"}) {
     const auto model = OpenEngine::open(engine("caffe"), folder_.path(name));
@@ -85,7 +85,7 @@ TEST_F(OpencvDnn, TensorflowComputesAProductOfAnyBatch) {
   EXPECT_EQ(out[0].values<float>(), (std::vector<float>{8, 18, 16, 35}));
 }
 
-// Pictures go in and come out as TensorFlow has them, rows, columns, channels.
+// TensorFlow pictures keep their order: rows, columns, channels.
 TEST_F(OpencvDnn, TensorflowsPicturesStayInItsOrder) {
   constexpr int64_t kRows = 4, kColumns = 5, kIn = 2, kOut = 3;
   std::vector<float> weights, pixels;  // of [2, 2, kIn, kOut], of [1, kRows, kColumns, kIn]
@@ -121,7 +121,7 @@ TEST_F(OpencvDnn, TensorflowsPicturesStayInItsOrder) {
       }
 }
 
-// A convolution of 1x1: two planes become one, and a bias.
+// A 1x1 convolution of two planes to one, with a bias.
 TEST_F(OpencvDnn, DarknetComputesAConvolution) {
   const char* const cfg =
       "# two channels\n[net]\nbatch=1\nwidth=3\nheight=2\nchannels=2\n\n"
@@ -141,15 +141,15 @@ TEST_F(OpencvDnn, MnistReadsTheNine) {
   auto pixels = read_png(shared_file("media/image/9.png"));
   ASSERT_EQ(pixels.size(), 28u * 28u);
   for (auto& pixel : pixels) pixel /= 255;
-  const auto model = OpenEngine::open(engine("tensorflow"), path);  // names live as long as it
+  const auto model = OpenEngine::open(engine("tensorflow"), path);  // owns the names
   const auto out = invoke(model, {floats({1, 784}, pixels)});
   ASSERT_EQ(out.size(), 1u);
   EXPECT_EQ(text_of(out[0].info), "float32[1, 10]");
   EXPECT_EQ(argmax(out[0].values<float>()), 9u);
 }
 
-// MANIFEST: P-Net's map is ceil((H-2)/2) - 4 high and as wide by the same rule.
-TEST_F(OpencvDnn, PnetFollowsTheSizeThatTheUserSays) {
+// MANIFEST: P-Net's map is ceil((H-2)/2) - 4 high; the same rule gives the width.
+TEST_F(OpencvDnn, PnetFollowsTheSizeThatTheUserSets) {
   const auto path = shared_file("models/face/mtcnn/caffe/det1.caffemodel");
   if (path.empty()) GTEST_SKIP() << "../shared/models/face/mtcnn is not there";
   const auto model = OpenEngine::open(engine("caffe"), path, {{"input", "51:37:3:1"}});
@@ -161,7 +161,7 @@ TEST_F(OpencvDnn, PnetFollowsTheSizeThatTheUserSays) {
   for (size_t i = 0; i < p.size() / 2; ++i) EXPECT_NEAR(p[i] + p[p.size() / 2 + i], 1, 1e-5);
 }
 
-TEST_F(OpencvDnn, SaysWhatItIs) {
+TEST_F(OpencvDnn, ReportsItsProperties) {
   for (const char* name : {"caffe", "tensorflow", "darknet"}) {
     EXPECT_STREQ(engine(name).name, name);
     const auto* library = static_cast<const char* const*>(engine(name).extension("weir.library/1"));

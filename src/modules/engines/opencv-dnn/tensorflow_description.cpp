@@ -1,4 +1,4 @@
-// A frozen graph of TensorFlow.
+// Parses a frozen TensorFlow graph.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <algorithm>
 #include <array>
@@ -14,29 +14,28 @@ namespace {
 using Field = ProtobufReader::Field;
 
 Error invalid(const std::string& offered) {
-  return Error{Code::MODEL_INVALID,
-               "the file is truncated, damaged or not a frozen TensorFlow graph",
-               offered,
-               "a complete GraphDef (.pb) whose variables are constants",
-               "",
-               "fetch or freeze the graph again"};
+  return Error{.code = Code::MODEL_INVALID,
+               .what = "the file is truncated, damaged or not a frozen TensorFlow graph",
+               .offered = offered,
+               .needed = "a complete GraphDef (.pb) whose variables are constants",
+               .fix = "fetch or freeze the graph again"};
 }
 
 Error invalid(const ProtobufReader& reader, const std::string& part) {
   return invalid(reader.missing() > 0 ? "the " + part + " ends at least " +
                                             std::to_string(reader.missing()) + " bytes too early"
-                                      : "the " + part + " is no sequence of fields");
+                                      : "the " + part + " is not a sequence of fields");
 }
 
 struct Node {
   std::string name, op;
   std::vector<std::string> inputs;
-  uint64_t type = 0;  // of a placeholder
+  uint64_t type = 0;  // type of a placeholder
   std::optional<std::vector<int64_t>> shape;
   std::string data_format;
 };
 
-// types.proto: DT_FLOAT and on.
+// types.proto: DT_FLOAT and up.
 std::optional<uint32_t> type_of_number(uint64_t number) {
   static constexpr std::pair<uint64_t, uint32_t> kTypes[]{
       {1, WEIR_FLOAT32},  {2, WEIR_FLOAT64}, {3, WEIR_INT32}, {4, WEIR_UINT8},
@@ -110,12 +109,12 @@ bool is_one_of(const std::string& op, std::span<const char* const> list) {
 constexpr std::array kSpatial{"Conv2D",         "DepthwiseConv2dNative", "MaxPool",
                               "AvgPool",        "FusedBatchNorm",        "FusedBatchNormV3",
                               "ResizeBilinear", "ResizeNearestNeighbor", "Conv2DBackpropInput"};
-// Of the layout of what they read.
+// Operators whose output has the layout of their input.
 constexpr std::array kAsTheirInput{
     "BiasAdd", "Relu", "Relu6", "LeakyRelu", "Elu",     "Sigmoid", "Tanh", "Identity", "Add",
     "AddV2",   "Sub",  "Mul",   "Maximum",   "Minimum", "RealDiv", "Pad",  "ConcatV2", "Softmax"};
 
-// The nodes come in the order of their computing, as freezing writes them.
+// Freezing writes nodes in execution order.
 void mark_pictures(const std::vector<Node>& nodes, DnnDescription* out) {
   const auto plain = [](const std::string& input) { return input.substr(0, input.find(':')); };
   for (const auto& node : nodes) {
@@ -139,26 +138,26 @@ Result<DnnDescription> describe_tensorflow(std::span<const std::byte> graph) {
   ProtobufReader reader(graph);
   for (Field field; reader.next(&field);) {
     if (field.number != 1) continue;
-    if (!field.delimited) return invalid("a node that is none");
+    if (!field.delimited) return invalid("an invalid node");
     auto node = read_node(field.bytes);
     if (!node) return node.error();
     nodes.push_back(*std::move(node));
   }
   if (!reader.good()) return invalid(reader, "file");
-  if (nodes.empty()) return invalid("no node in the graph");
+  if (nodes.empty()) return invalid("the graph has no node");
   for (const auto& node : nodes) {
     out.nodes.insert(node.name);
     out.operators.insert(node.op);
     if (!node.op.starts_with("Placeholder")) continue;
     const auto type = type_of_number(node.type);
     if (!type)
-      return Error{Code::MODEL_UNSUPPORTED,
-                   "the model's input " + node.name + " is of a kind that streams lack",
-                   "elements of TensorFlow's type number " + std::to_string(node.type) +
-                       (node.type == 7 ? " (string)" : ""),
-                   "numbers",
-                   "",
-                   "freeze the graph behind that input"};
+      return Error{
+          .code = Code::MODEL_UNSUPPORTED,
+          .what = "the model's input " + node.name + " has a type that streams do not support",
+          .offered = "elements of TensorFlow's type number " + std::to_string(node.type) +
+                     (node.type == 7 ? " (string)" : ""),
+          .needed = "numbers",
+          .fix = "freeze the graph after that input"};
     DeclaredTensor input{node.name, *type, node.shape && !node.shape->empty(), {}};
     if (node.shape) input.shape = *node.shape;
     out.inputs.push_back(std::move(input));

@@ -1,4 +1,4 @@
-// Words, marks and nesting of the text format.
+// Tokenises and nests the protobuf text format.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "opencv-dnn/text_message.hpp"
 
@@ -15,11 +15,11 @@ class Parser {
   explicit Parser(std::string_view text) : text_(text) {}
 
   Status message(TextMessage* out, char end, int depth) {
-    if (depth > kDepthLimit) return error("messages within messages without end");
+    if (depth > kDepthLimit) return error("messages are nested too deeply");
     for (skip(); at_ < text_.size() && text_[at_] != end; skip())
       if (auto status = field(out, depth); !status) return status;
     if (end == '\0') return ok();
-    if (at_ == text_.size()) return error("a message without its end");
+    if (at_ == text_.size()) return error("a message that is not closed");
     ++at_;
     return ok();
   }
@@ -28,7 +28,7 @@ class Parser {
   Status field(TextMessage* out, int depth) {
     TextMessage::Field field;
     field.name = word();
-    if (field.name.empty()) return error("no name of a field");
+    if (field.name.empty()) return error("a field name is missing");
     skip();
     const bool colon = take(':');
     skip();
@@ -38,7 +38,7 @@ class Parser {
       if (auto status = message(field.message.get(), end, depth + 1); !status) return status;
       out->fields.push_back(std::move(field));
     } else if (!colon) {
-      return error("no value of " + field.name);
+      return error("no value for " + field.name);
     } else if (take('[')) {
       if (auto status = list(field.name, out); !status) return status;
     } else {
@@ -69,7 +69,7 @@ class Parser {
         if (text_[at_] == '\\' && at_ + 1 < text_.size()) ++at_;
         *out += text_[at_];
       }
-      return take(quote) ? ok() : error("a text without its end");
+      return take(quote) ? ok() : error("a string that is not closed");
     }
     *out = word();
     return out->empty() ? error("no value") : ok();
@@ -103,12 +103,10 @@ class Parser {
   Error error(const std::string& what) const {
     const auto line =
         1 + std::count(text_.begin(), text_.begin() + static_cast<ptrdiff_t>(at_), '\n');
-    return Error{Code::MODEL_INVALID,
-                 "the description of the network cannot be read",
-                 "line " + std::to_string(line) + ": " + what,
-                 "protobuf's text format, as Caffe writes it",
-                 "",
-                 ""};
+    return Error{.code = Code::MODEL_INVALID,
+                 .what = "the description of the network cannot be read",
+                 .offered = "line " + std::to_string(line) + ": " + what,
+                 .needed = "protobuf's text format, as Caffe writes it"};
   }
 
   std::string_view text_;

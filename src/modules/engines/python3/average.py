@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: LGPL-2.1-or-later
-"""An example of a filter that says its tensors: the mean of each channel of a picture; custom="CHANNELS WIDTH HEIGHT"."""
+"""Example filter that declares its tensors: the mean of each channel of a picture; custom="CHANNELS WIDTH HEIGHT"."""
 
 import numpy
 from nnstreamer_python import TensorShape

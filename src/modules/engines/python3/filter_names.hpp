@@ -1,11 +1,11 @@
-// The half of the engine that is written in Python: what a script says of its tensors, and words
-// for what it gave.
+// The part of the engine that is written in Python: reads the tensors that a script declares and
+// describes errors in its output.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 
 namespace weir::engine {
 
-// Of tensors here: (type by its number in abi.h, dimensions innermost first).
+// A tensor here is (the number of its type in abi.h, dimensions innermost first).
 inline constexpr char kFilterNames[] = R"py(
 import gc, sys
 import numpy
@@ -17,7 +17,7 @@ def has(script, name):
     return callable(getattr(script, name, None))
 
 # Is the script told its inputs (setInputDim), or does it say them?
-def is_told(script):
+def is_reported(script):
     if not has(script, "invoke"):
         raise AttributeError("the class CustomFilter has no method invoke(self, input_array)")
     if has(script, "setInputDim"):
@@ -29,24 +29,24 @@ def is_told(script):
 
 def tensors_of(method, shapes):
     if not is_a((list, tuple), shapes):
-        raise TypeError(f"{method} returns a list of TensorShape, not {type(shapes).__name__}")
+        raise TypeError(f"{method} must return a list of TensorShape, not {type(shapes).__name__}")
     shapes = list(shapes)  # read once: a subclass may have another length the next time
     if not 1 <= len(shapes) <= MOST_TENSORS:
         raise ValueError(f"{method} returned {len(shapes)} TensorShapes: 1 to {MOST_TENSORS} can be")
     for i, shape in enumerate(shapes):
         if not (has(shape, "getDims") and has(shape, "getType")):
-            raise TypeError(f"{method}: entry {i} of its list is no TensorShape but "
+            raise TypeError(f"{method}: entry {i} of its list is not a TensorShape but "
                             f"{type(shape).__name__}")
     return tuple(tensor_of(shape) for shape in shapes)
 
-def told_by(script, method):
+def declared_by(script, method):
     return tensors_of(method, getattr(script, method)())
 
 def tell(script, *tensors):
     shapes = [TensorShape(list(dims), DTYPES[number]) for number, dims in tensors]
     return tensors_of("setInputDim", script.setInputDim(shapes))
 
-def words(tensor):
+def describe(tensor):
     number, dims = tensor
     return f"{DTYPES[number]} {':'.join(map(str, dims))}"
 
@@ -54,28 +54,28 @@ def words(tensor):
 def dense(i, array, tensor):
     number, dims = tensor
     if not is_a(numpy.ndarray, array):
-        raise TypeError(f"output {i} is no NumPy array but {type(array).__name__}, needed is "
-                        f"{words(tensor)}")
+        raise TypeError(f"output {i} is not a NumPy array but {type(array).__name__}, needed is "
+                        f"{describe(tensor)}")
     array = numpy.asarray(array)  # a subclass may report another type or size than its memory has
     if array.dtype != DTYPES[number]:
-        raise TypeError(f"output {i} is an array of {array.dtype}, needed is {words(tensor)}: "
+        raise TypeError(f"output {i} is an array of {array.dtype}, needed is {describe(tensor)}: "
                         f"array.astype(numpy.{DTYPES[number]})")
     needed = DTYPES[number].itemsize
     for dim in dims:
         needed *= dim
     if array.nbytes != needed:
         raise ValueError(f"output {i} has {array.nbytes} bytes, shape {array.shape}, needed are "
-                         f"{needed}: {words(tensor)}")
+                         f"{needed}: {describe(tensor)}")
     return numpy.ascontiguousarray(array, DTYPES[number])
 
 # What invoke returned, as a tuple of dense arrays.
 def checked(made, *tensors):
     if not is_a((list, tuple), made):
-        raise TypeError(f"invoke returns a list of NumPy arrays, not {type(made).__name__}")
+        raise TypeError(f"invoke must return a list of NumPy arrays, not {type(made).__name__}")
     made = list(made)
     if len(made) != len(tensors):
         raise ValueError(f"invoke returned {len(made)} arrays, needed are {len(tensors)}: "
-                         f"{', '.join(map(words, tensors))}")
+                         f"{', '.join(map(describe, tensors))}")
     return tuple(dense(i, *pair) for i, pair in enumerate(zip(made, tensors)))
 
 def fresh():

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: LGPL-2.1-or-later
-"""An example of a filter: frames of any kind pass as they are."""
+"""Example filter: passes frames of any kind unchanged."""
 
 
 class CustomFilter:

@@ -1,4 +1,4 @@
-// The module of filters that are scripts of Python.
+// python3 engine: the module's entry point; models are Python scripts.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <dlfcn.h>
 
@@ -13,7 +13,7 @@ struct Python3Engine {
                               *kLibrary = "Python";
   static constexpr const char* kOptions = R"([
     {"name": "custom", "type": "text", "default": "",
-     "help": "all of custom=: words for the constructor of CustomFilter, one blank between two"}])";
+     "help": "all of custom=: arguments for the constructor of CustomFilter, separated by one blank"}])";
   using Model = PythonModel;
   using Session = PythonSession;
 

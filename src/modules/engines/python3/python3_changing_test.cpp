@@ -1,5 +1,5 @@
-// Scripts whose objects report one thing and hold another: subclasses of list and of numpy.ndarray
-// with methods of their own. Such a script gets an error or its data is copied.
+// Tests of scripts whose objects misreport their contents: subclasses of list and numpy.ndarray
+// with their own methods. Such a script gets an error, or its data is copied.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "script_filter_test_support.hpp"
 
@@ -27,42 +27,42 @@ class Python3Changing : public Python3 {
     return write(name, "import numpy as np\nfrom nnstreamer_python import TensorShape\n" +
                            kClasses + "class CustomFilter:\n" + methods);
   }
-  // A filter of a float32 vector of 4 that returns this.
+  // A filter of a float32 vector of 4 that returns `value`.
   std::string returning(const std::string& name, const std::string& value) const {
     return script(name, kFour + "  def invoke(self, input_array):\n    " + value + "\n");
   }
 };
 
-TEST_F(Python3Changing, AListThatIteratesOverFewerArraysThanItHasIsRefused) {
+TEST_F(Python3Changing, AListThatIteratesOverFewerArraysThanItHasIsRejected) {
   auto filter = opened(returning("fewer", "return listed()"));
   EXPECT_SAYS(filter.error_of({floats({1, 2, 3, 4})}),
               "invoke returned 0 arrays, needed are 1: float32 4");
 }
 
-TEST_F(Python3Changing, AListThatIteratesOverMoreArraysThanItHasIsRefused) {
+TEST_F(Python3Changing, AListThatIteratesOverMoreArraysThanItHasIsRejected) {
   auto filter = opened(returning("more", "return listed(*input_array, *input_array)"));
   EXPECT_SAYS(filter.error_of({floats({1, 2, 3, 4})}),
               "invoke returned 2 arrays, needed are 1: float32 4");
 }
 
-TEST_F(Python3Changing, AnArrayThatReportsAnotherSizeIsRefused) {
+TEST_F(Python3Changing, AnArrayThatReportsAnotherSizeIsRejected) {
   auto filter = opened(returning("size", "return [np.zeros(2, np.float32).view(Array)]"));
   EXPECT_SAYS(filter.error_of({floats({1, 2, 3, 4})}),
               "output 0 has 8 bytes, shape (2,), needed are 16: float32 4");
 }
 
-TEST_F(Python3Changing, AnArrayThatReportsAnotherTypeIsRefused) {
+TEST_F(Python3Changing, AnArrayThatReportsAnotherTypeIsRejected) {
   auto filter = opened(returning("type", "return [np.zeros(2, np.float64).view(Array)]"));
   EXPECT_SAYS(filter.error_of({floats({1, 2, 3, 4})}), "output 0 is an array of float64");
 }
 
-TEST_F(Python3Changing, AnObjectThatReportsToBeAnArrayIsRefused) {
+TEST_F(Python3Changing, AnObjectThatReportsToBeAnArrayIsRejected) {
   auto filter = opened(returning("impostor", "return [Impostor(16)]"));
   EXPECT_SAYS(filter.error_of({floats({1, 2, 3, 4})}),
-              "output 0 is no NumPy array but Impostor, needed is float32 4");
+              "output 0 is not a NumPy array but Impostor, needed is float32 4");
 }
 
-TEST_F(Python3Changing, AnObjectThatEmptiesTheListWhileItIsReadIsRefused) {
+TEST_F(Python3Changing, AnObjectThatEmptiesTheListWhileItIsReadIsRejected) {
   auto filter = opened(returning("emptied",
                                  "made = []\n"
                                  "    class Emptying:\n"
@@ -75,7 +75,7 @@ TEST_F(Python3Changing, AnObjectThatEmptiesTheListWhileItIsReadIsRefused) {
   EXPECT_SAYS(filter.error_of({floats({1, 2, 3, 4})}), "output 0 is no NumPy array");
 }
 
-TEST_F(Python3Changing, AListOfShapesThatIteratesOverTooManyIsRefused) {
+TEST_F(Python3Changing, AListOfShapesThatIteratesOverTooManyIsRejected) {
   const auto error =
       open_error(script("shapes",
                         "  def invoke(self, input_array): return input_array\n"
@@ -84,7 +84,7 @@ TEST_F(Python3Changing, AListOfShapesThatIteratesOverTooManyIsRefused) {
   EXPECT_SAYS(error, "getInputDim returned 300 TensorShapes: 1 to 256 can be");
 }
 
-TEST_F(Python3Changing, DimensionsThatAreNoWholeNumbersAreRefused) {
+TEST_F(Python3Changing, DimensionsThatAreNotIntegersAreRejected) {
   const auto error = open_error(script("fraction",
                                        "  def invoke(self, input_array): return input_array\n"
                                        "  def getInputDim(self): return [TensorShape([4])]\n"
@@ -92,7 +92,7 @@ TEST_F(Python3Changing, DimensionsThatAreNoWholeNumbersAreRefused) {
                                        "    shape = TensorShape([4])\n"
                                        "    shape.getDims = lambda: [1.9999, 4]\n"
                                        "    return [shape]\n"));
-  EXPECT_SAYS(error, "a dimension is a whole number, not 1.9999");
+  EXPECT_SAYS(error, "a dimension is an integer, not 1.9999");
 }
 
 }  // namespace

@@ -1,6 +1,6 @@
-// A script without memory: errors, and it runs again when there is some.
+// Tests a script that runs out of memory: it gets errors, and runs again once memory is available.
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "memory_law.hpp"
+#include "out_of_memory_test_support.hpp"
 #include "script_filter_test_support.hpp"
 
 namespace weir::python_test {
@@ -8,7 +8,7 @@ namespace {
 
 class Python3Memory : public Python3 {};
 
-// In its own process the module gets the host of the engine tests.
+// Runs in a child process, so that the module gets the host of the engine tests.
 void run_and_exit(const std::string& path) {
   const std::vector<int64_t> shape{1 << 22};
   const weir_engine* engine = engine_test::load_module(WEIR_MODULE_FILE);
@@ -17,7 +17,7 @@ void run_and_exit(const std::string& path) {
   engine_test::run_without_memory_and_exit({*engine, path, shape, folder.string()});
 }
 
-TEST_F(Python3Memory, WithoutItAScriptGivesErrorsAndGoesOnWhenThereIsSome) {
+TEST_F(Python3Memory, AScriptReportsMissingMemoryAndRecovers) {
   if (!engine_test::kCanLimitAddressSpace) GTEST_SKIP() << "sanitizers use the address space up";
   GTEST_FLAG_SET(death_test_style, "threadsafe");
   const auto path = write("negative", kHead +

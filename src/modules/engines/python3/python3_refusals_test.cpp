@@ -1,11 +1,11 @@
-// Scripts that are wrong, each named in words; and what they may not do to the frames.
+// Tests of the errors for invalid scripts, and of what scripts may not do to frames.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "script_filter_test_support.hpp"
 
 namespace weir::python_test {
 namespace {
 
-TEST_F(Python3, TellsWhereAScriptFails) {
+TEST_F(Python3, ReportsWhereAScriptFails) {
   const auto text = invoke_error("x = 1\nreturn x / 0");
   EXPECT_SAYS(text, "WEIR-3006: the script failed: ZeroDivisionError: division by zero");
   EXPECT_SAYS(text, ".py:10 in invoke: return x / 0");
@@ -15,7 +15,7 @@ TEST_F(Python3, TellsWhereAScriptFails) {
   EXPECT_SAYS(deep, "in inner: raise KeyError('lost')");
 }
 
-TEST_F(Python3, GoesOnAfterAFrameThatFailed) {
+TEST_F(Python3, ContinuesAfterAFailedFrame) {
   auto filter = opened(invoking("assert input_array[0][0] < 9\nreturn input_array"));
   EXPECT_SAYS(filter.error_of({floats({9, 0, 0, 0})}), "AssertionError");
   EXPECT_EQ(filter.error_of({floats({8, 0, 0, 0})}), "");
@@ -28,21 +28,22 @@ std::ostream& operator<<(std::ostream& out, const Fault& fault) {
   return out << fault.lines;
 }
 class Python3Fault : public Python3, public testing::WithParamInterface<Fault> {};
-TEST_P(Python3Fault, IsNamed) {
+TEST_P(Python3Fault, IsReported) {
   EXPECT_SAYS(invoke_error(GetParam().lines), GetParam().words);
 }
 INSTANTIATE_TEST_SUITE_P(
     Each, Python3Fault,
     testing::Values(
-        Fault{"pass", "invoke returns a list of NumPy arrays, not NoneType"},
+        Fault{"pass", "invoke must return a list of NumPy arrays, not NoneType"},
         Fault{"return input_array[0]", "a list of NumPy arrays, not ndarray"},
         Fault{"return {'a': 1}", "a list of NumPy arrays, not dict"},
         Fault{"return 'abcd'", "a list of NumPy arrays, not str"},
         Fault{"return []", "invoke returned 0 arrays, needed are 1: float32 4"},
         Fault{"return input_array * 2", "invoke returned 2 arrays, needed are 1: float32 4"},
-        Fault{"return [[1, 2, 3, 4]]", "output 0 is no NumPy array but list, needed is float32 4"},
-        Fault{"return [bytes(16)]", "output 0 is no NumPy array but bytes"},
-        Fault{"return [None]", "output 0 is no NumPy array but NoneType"},
+        Fault{"return [[1, 2, 3, 4]]",
+              "output 0 is not a NumPy array but list, needed is float32 4"},
+        Fault{"return [bytes(16)]", "output 0 is not a NumPy array but bytes"},
+        Fault{"return [None]", "output 0 is not a NumPy array but NoneType"},
         Fault{"return [np.zeros(4)]",
               "an array of float64, needed is float32 4: array.astype(numpy.float32)"},
         Fault{"return [np.zeros(16, np.uint8)]", "an array of uint8, needed is float32 4"},
@@ -54,7 +55,7 @@ INSTANTIATE_TEST_SUITE_P(
               "output 0 has 12 bytes, shape (3,), needed are 16: float32 4"},
         Fault{"return [np.zeros((2, 4), np.float32)]",
               "output 0 has 32 bytes, shape (2, 4), needed are 16"},
-        Fault{"return [np.float32(1)]", "output 0 is no NumPy array but float32"},
+        Fault{"return [np.float32(1)]", "output 0 is not a NumPy array but float32"},
         Fault{"input_array[0][0] = 1\nreturn input_array", "read-only"},
         Fault{"import sys\nsys.exit(3)", "the script failed: SystemExit: 3"},
         Fault{"exit()", "the script failed"},
@@ -82,7 +83,7 @@ TEST_F(Python3, MustNotKeepItsInput) {
       << "what nobody can reach is no keeping";
 }
 
-TEST_F(Python3, MayRaiseAndHoldTheFrameInTheException) {
+TEST_F(Python3, CanRaiseAnExceptionThatHoldsTheFrame) {
   auto filter =
       opened(invoking("try:\n  raise ValueError(input_array)\nexcept ValueError as e:\n"
                       "  raise RuntimeError('second') from e"));
@@ -91,7 +92,7 @@ TEST_F(Python3, MayRaiseAndHoldTheFrameInTheException) {
       << "the exception is gone, and the arrays with it";
 }
 
-// What is wrong with a script is said when it is opened.
+// Scripts that fail when they are opened.
 struct BadScript {
   const char *name, *text, *words;
 };
@@ -99,7 +100,7 @@ std::ostream& operator<<(std::ostream& out, const BadScript& bad) {
   return out << bad.name;
 }
 class Python3Script : public Python3, public testing::WithParamInterface<BadScript> {};
-TEST_P(Python3Script, IsRefusedInWords) {
+TEST_P(Python3Script, IsRejectedWithAMessage) {
   const auto text = open_error(write(GetParam().name, kHead + GetParam().text));
   EXPECT_SAYS(text, GetParam().words);
   EXPECT_SAYS(text, "WEIR-3007");
@@ -122,11 +123,11 @@ INSTANTIATE_TEST_SUITE_P(
         BadScript{"none",
                   "  def invoke(self, a): pass\n  def getInputDim(self): pass\n  def "
                   "getOutputDim(self): pass\n",
-                  "getInputDim returns a list of TensorShape, not NoneType"},
+                  "getInputDim must return a list of TensorShape, not NoneType"},
         BadScript{"lone",
                   "  def invoke(self, a): pass\n  def getInputDim(self): return TensorShape([1])\n"
                   "  def getOutputDim(self): pass\n",
-                  "getInputDim returns a list of TensorShape, not TensorShape"},
+                  "getInputDim must return a list of TensorShape, not TensorShape"},
         BadScript{
             "empty",
             "  def invoke(self, a): pass\n  def getInputDim(self): return [TensorShape([1])]\n"
@@ -140,7 +141,7 @@ INSTANTIATE_TEST_SUITE_P(
         BadScript{"tuples",
                   "  def invoke(self, a): pass\n  def getInputDim(self): return [(3, 4)]\n"
                   "  def getOutputDim(self): return []\n",
-                  "entry 0 of its list is no TensorShape but tuple"},
+                  "entry 0 of its list is not a TensorShape but tuple"},
         BadScript{"nothing",
                   "  def invoke(self, a): pass\n  def getInputDim(self): return [TensorShape([])]\n"
                   "  def getOutputDim(self): return []\n",
@@ -163,10 +164,10 @@ INSTANTIATE_TEST_SUITE_P(
                   "  def invoke(self, a): pass\n  def getInputDim(self): return [TensorShape([1], "
                   "np.complex64)]\n"
                   "  def getOutputDim(self): return []\n",
-                  "complex64 is no type of a tensor"}));
+                  "complex64 is not a tensor type"}));
 
-TEST_F(Python3, SaysWhatIsWrongWithAFile) {
-  EXPECT_SAYS(open_error("/nonexistent/x.py"), "WEIR-3003: the model file is not there");
+TEST_F(Python3, ReportsWhatIsWrongWithAFile) {
+  EXPECT_SAYS(open_error("/nonexistent/x.py"), "WEIR-3003: the model file does not exist");
   const auto nothing = write("weir_nothing", "");
   EXPECT_SAYS(open_error(nothing), "the script has no class CustomFilter\n  offered: " + nothing);
   EXPECT_SAYS(open_error(write("weir_bytes", std::string("\xff\xfe\0\1", 4))), "the script failed");
@@ -174,7 +175,7 @@ TEST_F(Python3, SaysWhatIsWrongWithAFile) {
               "WEIR-3007: the script failed: TypeError");
 }
 
-TEST_F(Python3, SaysWhatIsWrongWithWhatItIsTold) {
+TEST_F(Python3, ReportsWhatIsWrongWithItsArguments) {
   const auto error = [&](const std::string& lines) {
     static int number = 0;
     auto filter =
@@ -184,13 +185,13 @@ TEST_F(Python3, SaysWhatIsWrongWithWhatItIsTold) {
   };
   EXPECT_SAYS(error("raise ValueError('too small')"),
               "WEIR-2001: the script failed: ValueError: too small");
-  EXPECT_SAYS(error("pass"), "setInputDim returns a list of TensorShape, not NoneType");
+  EXPECT_SAYS(error("pass"), "setInputDim must return a list of TensorShape, not NoneType");
   EXPECT_SAYS(error("return []"), "setInputDim returned 0 TensorShapes");
   EXPECT_SAYS(error("return [TensorShape([0])]"), "dimensions of at least 1");
 }
 
-// In a process of its own: Python is opened once.
-TEST(Python3Missing, IsNamedWithTheCommandThatBringsIt) {
+// Runs in a child process because the Python library is loaded once per process.
+TEST(Python3Missing, IsReportedWithTheCommandThatInstallsIt) {
   GTEST_FLAG_SET(death_test_style, "threadsafe");
   const std::string path = testing::TempDir() + "weir_python_missing.py";
   std::ofstream(path) << "x = 1\n";
@@ -205,7 +206,7 @@ TEST(Python3Missing, IsNamedWithTheCommandThatBringsIt) {
       "WEIR-3002: Python is not installed as a library(.|\n)*apt-get install libpython3.11");
 }
 
-TEST(Python3WithoutNumpy, IsNamedWithTheCommandThatBringsIt) {
+TEST(Python3WithoutNumpy, IsReportedWithTheCommandThatInstallsIt) {
   GTEST_FLAG_SET(death_test_style, "threadsafe");
   const std::string folder = testing::TempDir() + "weir-no-numpy";
   std::filesystem::create_directories(folder + "/numpy");

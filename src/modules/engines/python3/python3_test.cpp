@@ -1,4 +1,4 @@
-// Filters in Python by the protocol, and what memory their arrays are.
+// Tests of filters in Python: the protocol, and the memory behind their arrays.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <atomic>
 #include <thread>
@@ -11,7 +11,7 @@ namespace {
 using Floats = std::vector<float>;
 using Bytes = std::vector<uint8_t>;
 
-// As a user would write one: dimensions innermost first, arguments by custom=.
+// A script as a user writes it: dimensions innermost first, arguments in custom=.
 const char* const kHalver = R"py(
 import numpy as np
 from nnstreamer_python import TensorShape
@@ -35,7 +35,7 @@ class CustomFilter(object):
         return [image[::2, ::2].copy(), np.array([image.mean()])]
 )py";
 
-TEST_F(Python3, SaysItsTensorsAndMakesOthers) {
+TEST_F(Python3, ReportsItsTensorsAndReturnsOthers) {
   auto filter = opened(write("halver", kHalver), "4 2");
   ASSERT_EQ(filter.model().inputs().size(), 1u);
   const auto& in = filter.model().inputs()[0];
@@ -52,7 +52,7 @@ TEST_F(Python3, SaysItsTensorsAndMakesOthers) {
   EXPECT_EQ((*made)[1].as<double>(), (std::vector<double>{11.5}));
 }
 
-TEST_F(Python3, IsToldItsInputsAndSaysItsOutputs) {
+TEST_F(Python3, ReceivesItsInputsAndReportsItsOutputs) {
   auto filter = opened(write(
       "sums", kHead +
                   "  def getInputDim(self): raise AssertionError('setInputDim goes first')\n"
@@ -73,7 +73,7 @@ TEST_F(Python3, IsToldItsInputsAndSaysItsOutputs) {
   EXPECT_EQ((*made)[0].as<float>(), (Floats{15, 17, 19}));
 }
 
-TEST_F(Python3, KnowsEveryType) {
+TEST_F(Python3, SupportsEveryType) {
   auto filter = opened(write("same", kHead + kSame +
                                          "  def invoke(self, input_array):\n"
                                          "    a = input_array[0]\n"
@@ -111,7 +111,7 @@ TEST_F(Python3, HasTheShapeClassThatUsersKnow) {
   EXPECT_EQ(opened(path).error_of({floats({1, 2, 3, 4})}), "");
 }
 
-TEST_F(Python3, ShapesKeepListsOfTheirOwn) {
+TEST_F(Python3, ShapesCopyTheirLists) {
   const auto path =
       write("lists", kHead + kFour +
                          "  def invoke(self, input_array):\n"
@@ -131,7 +131,7 @@ TEST_F(Python3, ShapesKeepListsOfTheirOwn) {
   EXPECT_EQ(opened(path).error_of({floats({1, 2, 3, 4})}), "");
 }
 
-TEST_F(Python3, BothArgumentsOfAShapeMayBeLeftOut) {
+TEST_F(Python3, BothArgumentsOfAShapeAreOptional) {
   const auto path = write(
       "defaults", kHead + kFour +
                       "  def invoke(self, input_array):\n"
@@ -144,7 +144,7 @@ TEST_F(Python3, BothArgumentsOfAShapeMayBeLeftOut) {
   EXPECT_EQ(opened(path).error_of({floats({1, 2, 3, 4})}), "");
 }
 
-TEST_F(Python3, ReadsTheMemoryOfTheFrameItself) {
+TEST_F(Python3, ReadsTheFrameWithoutACopy) {
   auto filter = opened(write(
       "where",
       kHead + "  def getInputDim(self): return [TensorShape([4], np.float32)]\n"
@@ -159,7 +159,7 @@ TEST_F(Python3, ReadsTheMemoryOfTheFrameItself) {
   EXPECT_EQ((*made)[0].as<uint64_t>()[0], reinterpret_cast<uint64_t>(frame[0].bytes.data()));
 }
 
-TEST_F(Python3, MayGiveItsInputOnOrPartsOfIt) {
+TEST_F(Python3, CanReturnItsInputOrPartsOfIt) {
   for (const char* lines :
        {"return input_array", "return [input_array[0]]", "return [input_array[0][:]]",
         "return [input_array[0].reshape(2, 2)]", "return tuple(input_array)"}) {
@@ -171,7 +171,7 @@ TEST_F(Python3, MayGiveItsInputOnOrPartsOfIt) {
   }
 }
 
-TEST_F(Python3, WritesSeveralOutputsOfWhichSomeAreNotDense) {
+TEST_F(Python3, WritesSeveralOutputsIncludingStridedOnes) {
   auto filter = opened(write(
       "several", kHead +
                      "  def setInputDim(self, dims): return dims * 3\n"
@@ -186,7 +186,7 @@ TEST_F(Python3, WritesSeveralOutputsOfWhichSomeAreNotDense) {
   }
 }
 
-TEST_F(Python3, TakesArraysOfAnyLayoutAndShape) {
+TEST_F(Python3, AcceptsArraysOfAnyLayoutAndShape) {
   const auto made = [&](const std::string& lines) {
     const auto all = opened(invoking(lines)).invoke({floats({1, 2, 3, 4})});
     return all ? (*all)[0].as<float>() : Floats{};
@@ -197,7 +197,7 @@ TEST_F(Python3, TakesArraysOfAnyLayoutAndShape) {
   EXPECT_EQ(made("return [np.ma.masked_array(input_array[0].copy())]"), (Floats{1, 2, 3, 4}));
 }
 
-// Outputs: the values, and where the script had them.
+// Tests where output memory comes from: outputs have the values and the script's address.
 class Python3Giving : public Python3 {
  protected:
   Filter giving(const std::string& lines) {
@@ -213,7 +213,7 @@ class Python3Giving : public Python3 {
                   "  def invoke(self, input_array):\n" +
                   lines));
   }
-  // Whether the memory of the script itself came, for frame after frame with the right values.
+  // Whether outputs are the script's own memory, with the right values in every frame.
   static bool gives_its_memory(Filter filter) {
     bool same = true;
     for (float i = 0; i < 5; ++i) {
@@ -227,11 +227,11 @@ class Python3Giving : public Python3 {
   }
 };
 
-TEST_F(Python3Giving, HandsOverWhatNothingElseHas) {
+TEST_F(Python3Giving, TransfersArraysWithoutOtherReferences) {
   EXPECT_TRUE(gives_its_memory(giving("    a = input_array[0] * 2\n    return [a, self.at(a)]\n")));
 }
 
-TEST_F(Python3Giving, CopiesWhatTheScriptMayStillWrite) {
+TEST_F(Python3Giving, CopiesArraysThatTheScriptCanStillWrite) {
   for (const char* lines :
        {"    np.multiply(input_array[0], 2, out=self.own)\n    return [self.own, "
         "self.at(self.own)]\n",
@@ -241,7 +241,7 @@ TEST_F(Python3Giving, CopiesWhatTheScriptMayStillWrite) {
         "    a = np.zeros(8, np.float32)\n    a[4:] = input_array[0] * 2\n"
         "    return [a[4:], self.at(a[4:])]\n",
         "    a = input_array[0] * 2\n    return (a, self.at(a))\n",
-        // A subclass that reports to own the memory of another array.
+        // A subclass that claims to own the memory of another array.
         "    class Flags:\n      owndata = True\n"
         "    class Array(np.ndarray):\n      base = None\n      flags = Flags()\n"
         "    np.multiply(input_array[0], 2, out=self.own)\n"
@@ -249,7 +249,7 @@ TEST_F(Python3Giving, CopiesWhatTheScriptMayStillWrite) {
     EXPECT_FALSE(gives_its_memory(giving(lines))) << lines;
 }
 
-TEST_F(Python3, KeepsScriptsOfOneNameApartAndTheirState) {
+TEST_F(Python3, SeparatesScriptsOfTheSameNameAndTheirState) {
   std::vector<Filter> both;
   for (const std::string start : {"10", "20"})
     both.push_back(
@@ -267,7 +267,7 @@ TEST_F(Python3, KeepsScriptsOfOneNameApartAndTheirState) {
   EXPECT_EQ(first(both[0]), 12);
 }
 
-TEST_F(Python3, FindsWhatLiesBesideTheScript) {
+TEST_F(Python3, ImportsModulesBesideTheScript) {
   write("weir_beside_the_script", "FACTOR = 3\n", "beside");
   const auto path =
       write("script",
@@ -279,7 +279,7 @@ TEST_F(Python3, FindsWhatLiesBesideTheScript) {
   EXPECT_EQ((*made)[0].as<float>(), (Floats{3, 6, 9, 12}));
 }
 
-TEST_F(Python3, HandsItsArgumentsOn) {
+TEST_F(Python3, PassesItsArguments) {
   const auto path = write("words",
                           "import numpy as np\nfrom nnstreamer_python import TensorShape\n"
                           "class CustomFilter:\n"
@@ -287,13 +287,13 @@ TEST_F(Python3, HandsItsArgumentsOn) {
                           "  def setInputDim(self, dims):\n"
                           "    raise ValueError('|'.join(self.words))\n"
                           "  def invoke(self, input_array): pass\n");
-  const auto words = [&](const std::string& custom) {
+  const auto error_of_arguments = [&](const std::string& custom) {
     auto filter = opened(path, custom);
     return filter.error_of({floats({1})});
   };
-  EXPECT_SAYS(words("one"), "ValueError: one");
-  EXPECT_SAYS(words("640 480 x=2.5"), "ValueError: 640|480|x=2.5");
-  EXPECT_SAYS(words("a  b"), "ValueError: a||b");
+  EXPECT_SAYS(error_of_arguments("one"), "ValueError: one");
+  EXPECT_SAYS(error_of_arguments("640 480 x=2.5"), "ValueError: 640|480|x=2.5");
+  EXPECT_SAYS(error_of_arguments("a  b"), "ValueError: a||b");
 }
 
 TEST_F(Python3, RunsOnManyThreads) {
@@ -330,7 +330,7 @@ TEST_F(Python3, LetsThreadsOfTheScriptRunBetweenFrames) {
   EXPECT_EQ((*made)[0].as<float>(), (Floats{2, 3, 4, 5}));
 }
 
-// Blocks of Python's memory after so many frames, beyond those of a few frames.
+// The growth in blocks allocated by Python after `frames` frames, beyond those of a few frames.
 double growth(Filter filter, int frames) {
   const auto blocks = [&] { return (*filter.invoke({floats({1})}))[0].as<double>()[0]; };
   double first = 0;
@@ -338,7 +338,7 @@ double growth(Filter filter, int frames) {
   for (int i = 0; i < frames; ++i) blocks();
   return blocks() - first;
 }
-TEST_F(Python3, LeaksNoReference) {
+TEST_F(Python3, DoesNotLeakReferences) {
   const auto counting = [&](const std::string& name, const std::string& line) {
     return opened(
         write(name, "import gc, sys\n" + kHead +

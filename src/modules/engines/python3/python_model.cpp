@@ -1,4 +1,4 @@
-// Loading a script and asking it.
+// Loads a script and queries its tensors.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "python3/python_model.hpp"
 
@@ -11,8 +11,8 @@ namespace {
 using python::Locked;
 using python::Object;
 
-// One blank between two.
-std::vector<Object> words_of(std::string_view text) {
+// Splits at single blanks.
+std::vector<Object> split_arguments(std::string_view text) {
   std::vector<Object> words;
   while (!text.empty()) {
     const size_t end = std::min(text.find(' '), text.size());
@@ -23,12 +23,11 @@ std::vector<Object> words_of(std::string_view text) {
 }
 
 Error one_script(const weir_open& request) {
-  return {Code::MODEL_UNSUPPORTED,
-          "a filter in Python is one script",
-          std::to_string(request.n_models) + " files",
-          "one",
-          "",
-          "tensor_filter framework=python3 model=filter.py"};
+  return {.code = Code::MODEL_UNSUPPORTED,
+          .what = "a filter in Python is one script",
+          .offered = std::to_string(request.n_models) + " files",
+          .needed = "one",
+          .fix = "tensor_filter framework=python3 model=filter.py"};
 }
 
 }  // namespace
@@ -54,32 +53,32 @@ Status PythonModel::load(std::string_view arguments) {
   const auto names = python::module_of_ours("weir_filtering", kFilterNames);
   if (!names) return names.error();
   names_ = *names;
-  auto script = python::load_script(path_, "CustomFilter", words_of(arguments));
+  auto script = python::load_script(path_, "CustomFilter", split_arguments(arguments));
   if (!script) return script.error();
   script_ = *std::move(script);
   std::vector<Object> self;
   self.push_back(Object::share(script_.get()));
-  const auto told = call("is_told", std::move(self), Code::MODULE_REFUSED);
+  const auto told = call("is_reported", std::move(self), Code::MODULE_REFUSED);
   if (!told) return told.error();
-  is_told_ = api_.PyObject_IsTrue(told->get()) == 1;
+  is_reported_ = api_.PyObject_IsTrue(told->get()) == 1;
   invoke_ = Object::adopt(api_.PyObject_GetAttrString(script_.get(), "invoke"));
   if (!invoke_) return python::take_exception(Code::MODULE_REFUSED);
   if (auto status = measure(); !status) return status;
-  if (is_told_) return ok();
+  if (is_reported_) return ok();
   for (const bool input : {true, false}) {
-    auto infos = told_by(input ? "getInputDim" : "getOutputDim");
+    auto infos = declared_by(input ? "getInputDim" : "getOutputDim");
     if (!infos) return infos.error();
     (input ? inputs_ : outputs_) = *std::move(infos);
   }
   return ok();
 }
 
-// How many references there are differs from one Python to the next, so it is asked.
+// The reference counts differ between versions of Python, so they are measured.
 Status PythonModel::measure() {
   const auto fresh = call("fresh", {}, Code::INTERNAL);
   if (!fresh) return fresh.error();
   list_references_ = count("references_of_list", fresh->get());
-  // Held as PythonSession::write() holds it.
+  // Held in the same way as in PythonSession::write().
   const Object array = Object::share(api_.PyList_GetItem(fresh->get(), 0));
   const python::HeldBuffer buffer(array.get(), python::kDenseWithFormat);
   array_references_ = count("references", array.get());
@@ -115,7 +114,7 @@ void PythonModel::describe(weir_model_info* info) const {
   info->n_inputs = static_cast<uint32_t>(inputs_.size());
   info->outputs = outputs_.data();
   info->n_outputs = static_cast<uint32_t>(outputs_.size());
-  info->alignment = 8;  // of the largest element
+  info->alignment = 8;  // size of the largest element type
   info->memory_kinds = uint64_t{1} << WEIR_MEMORY_HOST;
   info->max_sessions = info->max_in_flight = info->preferred_batch = 1;
 }
@@ -125,11 +124,11 @@ Result<Object> PythonModel::call(const char* function, std::vector<Object> argum
   return python::call(names_, function, std::move(arguments), code);
 }
 
-Result<PythonModel::Infos> PythonModel::told_by(const char* method) {
+Result<PythonModel::Infos> PythonModel::declared_by(const char* method) {
   std::vector<Object> arguments;
   arguments.push_back(Object::share(script_.get()));
   arguments.push_back(python::text_of(method));
-  const auto tensors = call("told_by", std::move(arguments), Code::MODULE_REFUSED);
+  const auto tensors = call("declared_by", std::move(arguments), Code::MODULE_REFUSED);
   if (!tensors) return tensors.error();
   return infos_of(*tensors);
 }
@@ -161,7 +160,7 @@ Result<Object> PythonModel::checked(const Object& made,
 }
 
 void PythonModel::collect_garbage() const {
-  // What fails here is a destructor of the script, and Python has said so.
+  // Only a destructor of the script can fail here, and Python has already reported it.
   if (const auto done = call("collect", {}, Code::INVOKE_FAILED); !done) return;
 }
 
@@ -181,16 +180,15 @@ void PythonModel::add_tensors(std::span<const weir_tensor_info> infos,
   for (const auto& info : infos) arguments->push_back(tensor_of(info));
 }
 
-// ((type, dimensions innermost first), ...), as tensors_of has checked it.
+// `tensors` is ((type, dimensions innermost first), ...), already checked by tensors_of().
 Result<PythonModel::Infos> PythonModel::infos_of(const Object& tensors) const {
   Infos infos(static_cast<size_t>(api_.PyTuple_Size(tensors.get())));
   for (size_t t = 0; t < infos.size(); ++t) {
-    auto& info = infos[t];
+    auto& info = infos[t] = open_tensor_info();
     python::PyObject* tensor = api_.PyTuple_GetItem(tensors.get(), static_cast<ptrdiff_t>(t));
     python::PyObject* dims = api_.PyTuple_GetItem(tensor, 1);
     info.type = static_cast<uint32_t>(api_.PyLong_AsLongLong(api_.PyTuple_GetItem(tensor, 0)));
     info.rank = static_cast<uint32_t>(api_.PyTuple_Size(dims));
-    info.batch_axis = WEIR_NO_BATCH_AXIS;
     for (uint32_t i = 0; i < info.rank; ++i)
       info.shape[info.rank - 1 - i] = api_.PyLong_AsLongLong(api_.PyTuple_GetItem(dims, i));
   }

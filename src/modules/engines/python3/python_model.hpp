@@ -1,4 +1,4 @@
-// PythonModel: an object of a script's class CustomFilter, and what it says of its tensors.
+// PythonModel: an instance of a script's class CustomFilter, and the tensors that it declares.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <memory>
@@ -8,36 +8,37 @@
 #include <utility>
 #include <vector>
 
-#include "module_host.hpp"
 #include "numpy_api.hpp"
+#include "weir/engine_tools.hpp"
 
 namespace weir::engine {
 
-// Its functions are called under Locked, but for open, describe and the destructor.
+// Call its functions under Locked, except open, describe and the destructor.
 class PythonModel {
  public:
-  // MODULE_REFUSED when the script fails or is no filter; ENGINE_NOT_INSTALLED without Python.
+  // MODULE_REFUSED when the script fails or is not a filter; ENGINE_NOT_INSTALLED without Python.
   static Result<std::unique_ptr<PythonModel>> open(const weir_open& request);
   PythonModel(const PythonModel&) = delete;
   PythonModel& operator=(const PythonModel&) = delete;
   ~PythonModel();
 
-  // A script with setInputDim has no tensors here: their number is the stream's.
+  // For a script with setInputDim there are no tensors yet: the stream determines them.
   void describe(weir_model_info* info) const;
 
   const python::PythonApi& api() const noexcept { return api_; }
   const python::Numpy& numpy() const noexcept { return numpy_; }
-  bool is_told() const noexcept { return is_told_; }
+  bool is_reported() const noexcept { return is_reported_; }
   const std::vector<weir_tensor_info>& outputs() const noexcept { return outputs_; }
-  // Of setInputDim.
+  // Calls setInputDim.
   Result<std::vector<weir_tensor_info>> tell(std::span<const weir_tensor_info> inputs);
-  // script.invoke(arrays)
+  // Calls script.invoke(arrays).
   Result<python::Object> invoke(python::Object arrays);
-  // A tuple of dense arrays for these outputs; INVOKE_FAILED names what is wrong with `made`.
+  // Returns a tuple of dense arrays for these outputs; INVOKE_FAILED describes the error in `made`.
   Result<python::Object> checked(const python::Object& made,
                                  std::span<const weir_tensor_info> outputs) const;
-  // Of what invoke returned: whether nothing else has the list, or the array in such a list with
-  // its memory, apart from one reference and one buffer of ours; then it is made read-only.
+  // is_only_list: whether only we refer to the list that invoke returned. give_away: whether only
+  // one reference and one buffer of ours refer to an array of such a list and its memory; then the
+  // array becomes read-only.
   bool is_only_list(const python::Object& made) const;
   bool give_away(python::PyObject* array) const;
   void collect_garbage() const;
@@ -47,7 +48,7 @@ class PythonModel {
   PythonModel(const python::PythonApi& api, std::string path) : api_(api), path_(std::move(path)) {}
   Status load(std::string_view arguments);
   Status measure();
-  Result<Infos> told_by(const char* method);
+  Result<Infos> declared_by(const char* method);
   Result<python::Object> call(const char* function, std::vector<python::Object> arguments,
                               Code code) const;
   long long count(const char* function, python::PyObject* object) const;
@@ -59,10 +60,12 @@ class PythonModel {
   const python::PythonApi& api_;
   const std::string path_;
   python::Numpy numpy_;
-  python::PyObject* names_ = nullptr;  // of filter_names.hpp; live until the process ends
+  python::PyObject* names_ =
+      nullptr;  // the filter_names.hpp module; exists until the process exits
   python::Object script_, invoke_;
-  bool is_told_ = false;
-  long long list_references_ = 0, array_references_ = 0;  // of what nothing else has
+  bool is_reported_ = false;
+  long long list_references_ = 0,
+            array_references_ = 0;  // reference counts of an unshared list and array
   Infos inputs_, outputs_;
 };
 

@@ -1,11 +1,11 @@
-// Arrays over the memory of frames, in and out.
+// Exchanges frames with a script as NumPy arrays.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "python3/python_session.hpp"
 
 #include <algorithm>
 
-#include "engine_options.hpp"
 #include "tensor_check.hpp"
+#include "weir/engine_tools.hpp"
 
 namespace weir::engine {
 namespace {
@@ -17,7 +17,7 @@ using python::Locked;
 using python::Object;
 using python::PyObject;
 
-// The characters of module struct for a type, by kind; how many bytes one has is the machine's.
+// The format characters of Python's module struct, by kind; the machine determines their size.
 std::string_view formats_of(uint32_t type) {
   switch (type) {
     case WEIR_INT8:
@@ -47,12 +47,11 @@ bool needs_memory(const weir_frame& out) {
 }
 
 Error kept_its_input() {
-  return {Code::INVOKE_FAILED,
-          "the script keeps an array of its input, whose memory is gone after invoke here",
-          "",
-          "a copy",
-          "",
-          "array.copy()"};
+  return {
+      .code = Code::INVOKE_FAILED,
+      .what = "the script keeps an array of its input, whose memory is only valid during invoke",
+      .needed = "a copy",
+      .fix = "array.copy()"};
 }
 
 }  // namespace
@@ -67,17 +66,15 @@ Result<std::unique_ptr<PythonSession>> PythonSession::create(PythonModel& model,
 
 Status PythonSession::resolve(std::span<const weir_tensor_info> in,
                               std::span<weir_tensor_info> out) {
-  if (!model_.is_told()) return ok();
+  if (!model_.is_reported()) return ok();
   const Locked lock;
   auto outputs = model_.tell(in);
   if (!outputs) return outputs.error();
   if (out.size() < outputs->size())
-    return Error{Code::MODEL_DIFFERS,
-                 "setInputDim returned more tensors than there is room for",
-                 std::to_string(outputs->size()),
-                 "at most " + std::to_string(out.size()),
-                 "",
-                 ""};
+    return Error{.code = Code::MODEL_DIFFERS,
+                 .what = "setInputDim returned more tensors than there is room for",
+                 .offered = std::to_string(outputs->size()),
+                 .needed = "at most " + std::to_string(out.size())};
   outputs_ = *std::move(outputs);
   std::copy(outputs_.begin(), outputs_.end(), out.begin());
   return ok();
@@ -86,14 +83,14 @@ Status PythonSession::resolve(std::span<const weir_tensor_info> in,
 Status PythonSession::invoke(const weir_frame& in, weir_frame& out) {
   if (kept_) return *kept_;
   if (out.n_tensors != outputs_.size())
-    return Error{
-        Code::SPEC_MISMATCH,           "the frame has another number of outputs than the script",
-        std::to_string(out.n_tensors), std::to_string(outputs_.size()),
-        "number of tensors",           ""};
+    return Error{.code = Code::SPEC_MISMATCH,
+                 .what = "the frame and the script have different numbers of outputs",
+                 .offered = std::to_string(out.n_tensors),
+                 .needed = std::to_string(outputs_.size()),
+                 .difference = "number of tensors"};
   for (uint32_t i = 0; i < in.n_tensors; ++i)
     if (element_bytes(in.tensors[i].info.type) == 0)
-      return Error{
-          Code::FORMAT_UNSUPPORTED, "an input has a type that is not known", "", "", "", ""};
+      return Error{.code = Code::FORMAT_UNSUPPORTED, .what = "an input has an unknown type"};
     else if (auto status = check_memory(in.tensors[i], i, "input"); !status)
       return status;
   const Locked lock;
@@ -101,7 +98,7 @@ Status PythonSession::invoke(const weir_frame& in, weir_frame& out) {
   if (!hold.owner()) return python::take_exception(Code::OUT_OF_MEMORY);
   const Status status = run(in, out, hold.owner());
   if (hold.let_go() || hold.keep(in)) return status;
-  model_.collect_garbage();  // what holds it may be a cycle
+  model_.collect_garbage();  // a reference cycle may hold the array
   if (hold.is_gone()) return status;
   kept_ = kept_its_input();
   return *kept_;
@@ -128,8 +125,8 @@ Result<Object> PythonSession::arrays_of(const weir_frame& in, const Object& owne
   return list;
 }
 
-// Arrays that are right and dense go straight into the frame; for all others Python finds what is
-// wrong with them, or makes them so.
+// Valid dense arrays are written straight into the frame; Python converts all others or finds their
+// error.
 Status PythonSession::write(const Object& made, weir_frame& out) const {
   const auto count = static_cast<ptrdiff_t>(out.n_tensors);
   const auto write_one = [&](PyObject* array, bool ours, ptrdiff_t i) {
@@ -137,7 +134,7 @@ Status PythonSession::write(const Object& made, weir_frame& out) const {
   };
   const bool counted = api_.PyList_Size(made.get()) == count;
   const bool ours = counted && needs_memory(out) && model_.is_only_list(made);
-  ptrdiff_t first = 0;  // that is not written
+  ptrdiff_t first = 0;  // first output that is not yet written
   for (; counted && first < count; ++first) {
     const auto done = write_one(api_.PyList_GetItem(made.get(), first), ours, first);
     if (!done) return done.error();
@@ -155,7 +152,7 @@ Status PythonSession::write(const Object& made, weir_frame& out) const {
   return ok();
 }
 
-// False: it is no dense array of that type and size.
+// Returns false when it is not a dense array of that type and size.
 Result<bool> PythonSession::write(const Object& array, bool ours, size_t index,
                                   weir_tensor* tensor) const {
   const auto& info = outputs_[index];
@@ -176,21 +173,21 @@ Result<bool> PythonSession::write(const Object& array, bool ours, size_t index,
   return true;
 }
 
-// By its real type: the property __class__ of an object is the script's.
+// Checks the real type: a script can define the property __class__ of an object.
 bool PythonSession::is_array(const Object& object) const {
   if (!object) return false;
   const Object type = Object::adopt(api_.PyObject_Type(object.get()));
   return api_.PyType_IsSubtype(type.get(), model_.numpy().array_type()) != 0;
 }
 
-// The frame keeps the array until its memory is freed, on whatever thread.
+// The frame keeps the array until its memory is freed, on any thread.
 bool PythonSession::hand_over(const Object& array, void* data, weir_tensor* tensor) const {
   if (!model_.give_away(array.get())) return false;
   tensor->data = data;
   tensor->owner = Object::share(array.get()).release();
   tensor->release = [](void* kept) {
-    const python::PythonApi& api = **python::interpreter();  // it ran: it made the array
-    if (!api.Py_IsInitialized()) return;                     // the program is ending
+    const python::PythonApi& api = **python::interpreter();  // never fails: Python made the array
+    if (!api.Py_IsInitialized()) return;                     // the process is exiting
     const Locked lock;
     const Object last = Object::adopt(static_cast<PyObject*>(kept));
   };

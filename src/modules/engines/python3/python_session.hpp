@@ -1,4 +1,4 @@
-// PythonSession: frames through a script.
+// PythonSession: runs a script on frames.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <memory>
@@ -11,14 +11,14 @@
 
 namespace weir::engine {
 
-// Of the model's only script; one thread at a time uses it.
+// For the only script of the model. One thread at a time.
 class PythonSession {
  public:
   static Result<std::unique_ptr<PythonSession>> create(PythonModel& model,
                                                        std::span<const weir_option> options);
   Status resolve(std::span<const weir_tensor_info> in, std::span<weir_tensor_info> out);
-  // Inputs are read where they are. Outputs are copied once into the memory that is given; where
-  // none is, an array that is the script's no longer is handed over as it is.
+  // Inputs are read in place. Outputs are copied once into the given memory; without given memory,
+  // an array that the script no longer refers to is handed over without a copy.
   Status invoke(const weir_frame& in, weir_frame& out);
 
  private:
@@ -26,7 +26,7 @@ class PythonSession {
   Status run(const weir_frame& in, weir_frame& out, const python::Object& owner);
   Result<python::Object> arrays_of(const weir_frame& in, const python::Object& owner) const;
   Status write(const python::Object& made, weir_frame& out) const;
-  // `ours`: nothing else has the list that the array came in.
+  // `ours`: only we refer to the list that holds the array.
   Result<bool> write(const python::Object& array, bool ours, size_t index,
                      weir_tensor* tensor) const;
   bool is_array(const python::Object& object) const;
@@ -35,7 +35,7 @@ class PythonSession {
   PythonModel& model_;
   const python::PythonApi& api_;
   std::vector<weir_tensor_info> outputs_;
-  std::optional<Error> kept_;  // set once the script kept what it must not keep
+  std::optional<Error> kept_;  // set once the script keeps an array of its input after invoke
 };
 
 }  // namespace weir::engine

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: LGPL-2.1-or-later
-"""An example of a filter: RGB pictures of any size to a size of one's own, nearest pixel; custom="WIDTH HEIGHT"."""
+"""Example filter: scales RGB pictures of any size to a given size, nearest pixel; custom="WIDTH HEIGHT"."""
 
 import numpy
 from nnstreamer_python import TensorShape

@@ -1,4 +1,5 @@
-// For tests: scripts in a folder of their own, opened and invoked by Weir's core, as elements do.
+// Test fixture that writes scripts into its own folder and opens and invokes them through Weir's
+// core.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <gtest/gtest.h>
@@ -9,8 +10,8 @@
 #include <string>
 #include <vector>
 
-#include "core/infer/model.hpp"
-#include "core/infer/module_library.hpp"
+#include "core/infer/model/model.hpp"
+#include "core/infer/module/module_library.hpp"
 #include "says.hpp"
 
 namespace weir::python_test {
@@ -24,7 +25,7 @@ inline weir_tensor_info info_of(weir_type type, std::vector<int64_t> shape) {
   return info;
 }
 
-// A tensor of one dimension, or of more.
+// The values of one tensor, with one dimension or more.
 struct Values {
   weir_tensor_info info{};
   std::vector<std::byte> bytes;
@@ -113,7 +114,7 @@ class Filter {
     if (!filled) return filled.error();
     return made;
   }
-  // Where the outputs of the last invoke were that the engine allocated.
+  // The addresses of the outputs of the last invoke that the engine allocated.
   const std::vector<uint64_t>& places() const { return places_; }
   std::string error_of(const std::vector<Values>& inputs) {
     const auto made = invoke(inputs);
@@ -144,7 +145,7 @@ class Python3 : public testing::Test {
   }
   ~Python3() override { std::filesystem::remove_all(folder_); }
 
-  // A script of that name; another folder keeps scripts of one name apart.
+  // Writes a script; use `folder` for scripts with the same name.
   std::string write(const std::string& name, const std::string& text,
                     const std::string& folder = ".") const {
     std::filesystem::create_directories(folder_ + "/" + folder);
@@ -152,7 +153,7 @@ class Python3 : public testing::Test {
     std::ofstream(path) << text;
     return path;
   }
-  // A filter of a float32 vector of 4 whose invoke has these lines.
+  // A filter of a float32 vector of 4 whose invoke() has these lines.
   std::string invoking(const std::string& lines) const {
     std::string text = kHead + kFour + "  def invoke(self, input_array):\n";
     for (size_t at = 0; at < lines.size();) {
@@ -176,7 +177,7 @@ class Python3 : public testing::Test {
     return opened(invoking(lines)).error_of({floats({1, 2, 3, 4})});
   }
 
-  // Starts of scripts.
+  // The first lines of scripts.
   inline static const std::string kHead =
       "import numpy as np\nfrom nnstreamer_python import TensorShape\n"
       "class CustomFilter(object):\n";

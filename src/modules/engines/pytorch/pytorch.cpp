@@ -1,4 +1,4 @@
-// The module of the engine libtorch.
+// libtorch engine: the module's entry point.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "engine_table.hpp"
 #include "pytorch/torch_file.hpp"
@@ -12,16 +12,16 @@ struct PytorchEngine {
   static constexpr const char *kName = "pytorch", *kAliases = "torch,libtorch",
                               *kEndings = "pt,pth,torchscript", *kLibrary = "libtorch";
   static constexpr const char* kOptions = R"([
-    {"name": "NumThreads", "type": "integer", "default": "by the work of a frame", "help": "threads of one invoke"},
+    {"name": "NumThreads", "type": "integer", "default": "by the work per frame", "help": "threads of one invoke"},
     {"name": "Freeze", "type": "boolean", "default": "true",
-     "help": "weights become constants of the graph, which is simplified"},
+     "help": "weights become constants of the graph, which is then simplified"},
     {"name": "Optimize", "type": "boolean", "default": "true",
-     "help": "optimize_for_inference: layers become one, weights are laid out for oneDNN; needs Freeze"},
+     "help": "optimize_for_inference: fuses layers and lays weights out for oneDNN; needs Freeze"},
     {"name": "input", "type": "text", "default": "the property input", "help": "dimensions of the inputs"},
     {"name": "inputtype", "type": "text", "default": "the property inputtype", "help": "types of the inputs"},
     {"name": "inputname", "type": "text", "default": "the property inputname", "help": "names of the inputs"},
     {"name": "output", "type": "text", "default": "the property output",
-     "help": "dimensions of the outputs: their number, where the model decides it as it runs"}])";
+     "help": "dimensions of the outputs; gives their number if the model decides it at run time"}])";
   using Model = TorchModel;
   using Session = TorchRunner;
 

@@ -1,8 +1,8 @@
-// Real TorchScript models, held against ../shared/MANIFEST.md and what their code says.
+// Tests real TorchScript models against ../shared/MANIFEST.md and their code.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <cmath>
 
-#include "engine_fixture.hpp"
+#include "engine_test_support.hpp"
 #include "says.hpp"
 #include "usable_cores.hpp"
 
@@ -20,7 +20,7 @@ class PytorchModels : public EngineTest {
   }
 };
 
-// A smooth picture of the closed form v(i) = sin(i / 7) / 2.
+// A smooth picture: v(i) = sin(i / 7) / 2.
 TestTensor wave(const std::vector<int64_t>& shape) {
   auto tensor = make_tensor(WEIR_FLOAT32, shape);
   auto* at = reinterpret_cast<float*>(tensor.bytes.data());
@@ -44,7 +44,7 @@ TEST_F(PytorchModels, LenetReadsTheNine) {
   for (size_t i = 0; i < 9; ++i) EXPECT_LE(scores[i], 1) << i;
 }
 
-TEST_F(PytorchModels, LenetRefusesOtherShapesInWords) {
+TEST_F(PytorchModels, LenetRejectsOtherShapesWithAMessage) {
   const auto path = shared_file("models/torchscript/pytorch_lenet5.pt");
   if (path.empty()) GTEST_SKIP() << "../shared/models/torchscript is not there";
   for (int i = 0; i < 4; ++i) {
@@ -58,7 +58,7 @@ TEST_F(PytorchModels, LenetRefusesOtherShapesInWords) {
   }
 }
 
-// P-Net runs on pictures of any size, so the stream's shape decides.
+// P-Net accepts pictures of any size, so the stream's shape decides.
 TEST_F(PytorchModels, ThreadsFollowTheWorkOfAFrame) {
   struct Case {
     const char* name;
@@ -78,7 +78,7 @@ TEST_F(PytorchModels, ThreadsFollowTheWorkOfAFrame) {
   }
 }
 
-TEST_F(PytorchModels, ThreadsThatAreAskedForStay) {
+TEST_F(PytorchModels, RequestedThreadsAreUsed) {
   const auto path = shared_file("models/torchscript/pytorch_lenet5.pt");
   if (path.empty()) GTEST_SKIP() << "models/torchscript is not there";
   const auto model = OpenEngine::open(*engine(), path, {}, 2);
@@ -87,7 +87,7 @@ TEST_F(PytorchModels, ThreadsThatAreAskedForStay) {
   EXPECT_EQ((*model)->execution().threads, 2u);
 }
 
-// Their code: (x + 1, h + 2), and x + y.
+// Their code returns (x + 1, h + 2), and x + y.
 TEST_F(PytorchModels, SamplesOfTwoInputs) {
   const auto two = shared_file("models/torchscript/sample_3x4_two_input_two_output.pt");
   const auto one = shared_file("models/torchscript/sample_4x4x4x4x4_two_input_one_output.pt");
@@ -109,8 +109,8 @@ TEST_F(PytorchModels, SamplesOfTwoInputs) {
   for (size_t i = 0; i < values.size(); ++i) EXPECT_EQ(sums[i], values[i] + values[i]);
 }
 
-// MANIFEST: P-Net's map is ceil((H-2)/2) - 4 high and as wide by the same rule; channel 0 and 1 of
-// the first output are a softmax.
+// MANIFEST: P-Net's map is ceil((H-2)/2) - 4 high; the same rule gives the width. Channels 0 and 1
+// of the first output are a softmax.
 TEST_F(PytorchModels, PnetFollowsTheSizeOfThePicture) {
   const auto path = shared_file("models/face/mtcnn/torchscript/pnet.pt");
   if (path.empty()) GTEST_SKIP() << "../shared/models/face/mtcnn is not there";
@@ -152,7 +152,7 @@ TEST_F(PytorchModels, FreezingAndOptimisingChangeNothingButTheLastBits) {
   }
 }
 
-TEST_F(PytorchModels, StateDictsAreRefusedByName) {
+TEST_F(PytorchModels, StateDictsAreRejectedByName) {
   for (const char* name : {"pnet", "rnet", "onet"}) {
     const auto path = shared_file(std::string("models/face/mtcnn/") + name + ".pt");
     if (path.empty()) GTEST_SKIP() << "../shared/models/face/mtcnn is not there";

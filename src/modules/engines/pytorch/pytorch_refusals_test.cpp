@@ -1,13 +1,13 @@
-// What the libtorch engine refuses, and in which words.
+// Tests of what the libtorch engine rejects, and of the error texts.
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "engine_laws.hpp"
-#include "pytorch/torchscript_builder.hpp"
+#include "engine_contract_test_support.hpp"
+#include "pytorch/torchscript_builder_test_support.hpp"
 #include "says.hpp"
 
 namespace weir::engine_test {
 namespace {
 
-class PytorchRefuses : public EngineTest {
+class PytorchRejects : public EngineTest {
  protected:
   Error error_of(const std::string& methods, const Options& options = {}) {
     return EngineTest::error_of(torchscript(methods), options);
@@ -17,14 +17,14 @@ class PytorchRefuses : public EngineTest {
 
 const char* const kIdentity = "def forward(self, x: Tensor) -> Tensor:\n  return torch.neg(x)";
 
-TEST_F(PytorchRefuses, AModelThatIsNotThere) {
+TEST_F(PytorchRejects, AModelThatDoesNotExist) {
   const auto model = OpenEngine::open(*engine(), folder_.path("none.pt"));
   ASSERT_FALSE(model);
   EXPECT_EQ(model.error().code, Code::MODEL_NOT_FOUND);
   EXPECT_SAYS(model.error().offered, "none.pt");
 }
 
-TEST_F(PytorchRefuses, AModelCutAnywhere) {
+TEST_F(PytorchRejects, ATruncatedModel) {
   const auto whole = torchscript(kIdentity);
   for (size_t size = 0; size < whole.size(); ++size) {
     const Error error =
@@ -33,7 +33,7 @@ TEST_F(PytorchRefuses, AModelCutAnywhere) {
   }
 }
 
-TEST_F(PytorchRefuses, ZipArchivesOfOtherThings) {
+TEST_F(PytorchRejects, OtherZipArchives) {
   const Error state = error_of_entries({{"m/data.pkl", "\x80\x02}."}, {"m/version", "3\n"}});
   EXPECT_EQ(state.code, Code::MODEL_UNSUPPORTED);
   EXPECT_SAYS(state.offered, "a state dict or Python object");
@@ -43,7 +43,7 @@ TEST_F(PytorchRefuses, ZipArchivesOfOtherThings) {
   EXPECT_SAYS(other.offered, "without data.pkl and code");
 }
 
-TEST_F(PytorchRefuses, AnEntryThatItsChecksumDoesNotFit) {
+TEST_F(PytorchRejects, AnEntryWithAWrongChecksum) {
   auto bytes = torchscript(kIdentity);
   const std::string whole(reinterpret_cast<const char*>(bytes.data()), bytes.size());
   const size_t at = whole.find("torch.neg");
@@ -51,30 +51,30 @@ TEST_F(PytorchRefuses, AnEntryThatItsChecksumDoesNotFit) {
   bytes[at] = std::byte{'T'};
   const Error error = EngineTest::error_of(bytes);
   EXPECT_EQ(error.code, Code::MODEL_INVALID);
-  EXPECT_SAYS(error.offered, "code/__torch__.py has another checksum");
+  EXPECT_SAYS(error.offered, "code/__torch__.py has a wrong checksum");
 }
 
-TEST_F(PytorchRefuses, AnOperatorThatLibtorchLacksByItsName) {
+TEST_F(PytorchRejects, AnOperatorThatLibtorchLacksByItsName) {
   const Error error =
       error_of("def forward(self, x: Tensor) -> Tensor:\n  return ops.torchvision.nms(x, x, 0.5)");
   EXPECT_EQ(error.code, Code::MODEL_UNSUPPORTED) << error.message();
   EXPECT_SAYS(error.offered, "torchvision::nms");
 }
 
-TEST_F(PytorchRefuses, AFileOfANewerPyTorch) {
+TEST_F(PytorchRejects, AFileOfANewerPyTorch) {
   const Error error = EngineTest::error_of(torchscript(kIdentity, "9999"));
   EXPECT_EQ(error.code, Code::MODEL_UNSUPPORTED) << error.message();
   EXPECT_SAYS(error.what, "newer PyTorch");
   EXPECT_SAYS(error.offered, "9999");
 }
 
-TEST_F(PytorchRefuses, CodeThatIsNoTorchScript) {
+TEST_F(PytorchRejects, CodeThatIsNotTorchScript) {
   const Error error = error_of("def forward(self, x: Tensor) -> Tensor:\n  return )");
   EXPECT_EQ(error.code, Code::MODEL_INVALID) << error.message();
   EXPECT_LT(error.message().size(), 600u) << "one line of libtorch's pages";
 }
 
-TEST_F(PytorchRefuses, InputsAndOutputsThatAreNoTensors) {
+TEST_F(PytorchRejects, InputsAndOutputsThatAreNotTensors) {
   const Error input = error_of(
       "def forward(self, x: Tensor, y: List[Tensor]) -> Tensor:\n  return torch.add(x, y[0])");
   EXPECT_EQ(input.code, Code::MODEL_UNSUPPORTED) << input.message();
@@ -93,7 +93,7 @@ const char* const kProduct =
     "  w = torch.ones([3, 5])\n"
     "  return torch.matmul(x, w)";
 
-TEST_F(PytorchRefuses, ShapesThatTheModelDoesNotTakeInLibtorchsWords) {
+TEST_F(PytorchRejects, UnsuitableShapesWithLibtorchsMessage) {
   const auto model = opened(torchscript(kProduct));
   ASSERT_NE(model, nullptr);
   const auto good = model->resolve({make_tensor(WEIR_FLOAT32, {2, 3}).info});
@@ -110,8 +110,8 @@ TEST_F(PytorchRefuses, ShapesThatTheModelDoesNotTakeInLibtorchsWords) {
   ASSERT_FALSE(frame);
 }
 
-// Freezing throws away the methods that libtorch's trace of an error names.
-TEST_F(PytorchRefuses, ShapesThatAMethodOfTheModelDoesNotTake) {
+// Freezing deletes the methods that libtorch's error trace refers to.
+TEST_F(PytorchRejects, ShapesThatAMethodOfTheModelDoesNotAccept) {
   const auto model =
       opened(torchscript("def forward(self, x: Tensor) -> Tensor:\n"
                          "  return torch.relu((self).second((self).first(x)))\n"
@@ -132,7 +132,7 @@ TEST_F(PytorchRefuses, ShapesThatAMethodOfTheModelDoesNotTake) {
   }
 }
 
-TEST_F(PytorchRefuses, AWrongRank) {
+TEST_F(PytorchRejects, AWrongRank) {
   const auto model =
       opened(torchscript("def forward(self, x: Tensor) -> Tensor:\n"
                          "  w = torch.ones([4, 3, 1, 1])\n"
@@ -150,7 +150,7 @@ TEST_F(PytorchRefuses, AWrongRank) {
   EXPECT_SAYS(type.error().difference, "type uint8 instead of float32");
 }
 
-TEST_F(PytorchRefuses, ElementTypesThatLibtorchLacks) {
+TEST_F(PytorchRejects, ElementTypesThatLibtorchLacks) {
   const auto model = opened(torchscript(kIdentity));
   ASSERT_NE(model, nullptr);
   for (const uint32_t type : {WEIR_UINT16, WEIR_UINT32, WEIR_UINT64}) {
@@ -161,7 +161,7 @@ TEST_F(PytorchRefuses, ElementTypesThatLibtorchLacks) {
   }
 }
 
-TEST_F(PytorchRefuses, AFrameOnWhichTheModelRaises) {
+TEST_F(PytorchRejects, AFrameOnWhichTheModelRaises) {
   const auto model =
       opened(torchscript("def forward(self, x: Tensor) -> Tensor:\n"
                          "  if bool(torch.gt(torch.sum(x), 100)):\n"
@@ -178,7 +178,7 @@ TEST_F(PytorchRefuses, AFrameOnWhichTheModelRaises) {
   EXPECT_TRUE(model->invoke({make_tensor<float>(WEIR_FLOAT32, {1}, {7})})) << "and goes on";
 }
 
-TEST_F(PytorchRefuses, AnInputTooLargeForAnyMemory) {
+TEST_F(PytorchRejects, AnInputTooLargeForAnyMemory) {
   const auto model =
       opened(torchscript("def forward(self, x: Tensor) -> Tensor:\n"
                          "  return torch.zeros([1000000, 1000000, 1000])"));
@@ -188,7 +188,7 @@ TEST_F(PytorchRefuses, AnInputTooLargeForAnyMemory) {
   EXPECT_EQ(shapes.error().code, Code::OUT_OF_MEMORY) << shapes.error().message();
 }
 
-TEST_F(PytorchRefuses, ADryRunOnMoreThanALimitWhateverTheCapsSay) {
+TEST_F(PytorchRejects, ADryRunAboveTheLimitForAnyCaps) {
   const auto model =
       opened(torchscript("def forward(self, x: Tensor) -> Tensor:\n  return x[0:2]"));
   ASSERT_NE(model, nullptr);
@@ -202,13 +202,13 @@ TEST_F(PytorchRefuses, ADryRunOnMoreThanALimitWhateverTheCapsSay) {
   EXPECT_LT(peak_resident_bytes(), before + (uint64_t{1} << 28));
 }
 
-TEST_F(PytorchRefuses, ToRunWithoutMemoryAndGoesOnWhenThereIsSome) {
+TEST_F(PytorchRejects, ToRunWithoutMemoryAndRecovers) {
   const auto bytes = torchscript("def forward(self, x: Tensor) -> Tensor:\n  return -x");
   expect_errors_without_memory(
       {*engine(), folder_.write("model.pt", bytes), {1 << 22}, folder_.path("")});
 }
 
-TEST_F(PytorchRefuses, OptionsWithValuesThatCannotBe) {
+TEST_F(PytorchRejects, InvalidOptionValues) {
   for (const auto& [key, value] : Options{
            {"NumThreads", "0"}, {"NumThreads", "many"}, {"Freeze", "maybe"}, {"Optimize", "2"}}) {
     const Error error = error_of(kIdentity, {{key, value}});
@@ -223,7 +223,7 @@ TEST_F(PytorchRefuses, OptionsWithValuesThatCannotBe) {
   EXPECT_SAYS(two.what, "number of inputs");
 }
 
-TEST_F(PytorchRefuses, FramesThatLie) {
+TEST_F(PytorchRejects, InconsistentFrames) {
   const auto model = opened(torchscript(kIdentity));
   ASSERT_NE(model, nullptr);
   std::vector<float> x(6), y(6);

@@ -1,14 +1,14 @@
-// The libtorch engine on small models: shapes, types, kinds of output, options, memory.
+// Tests of the libtorch engine on small models: shapes, types, kinds of output, options, memory.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <cstring>
 
-#include "engine_fixture.hpp"
-#include "pytorch/torchscript_builder.hpp"
+#include "engine_test_support.hpp"
+#include "pytorch/torchscript_builder_test_support.hpp"
 #include "says.hpp"
 #include "usable_cores.hpp"
 
 #if defined(__SANITIZE_ADDRESS__)
-// LeakSanitizer ends in a fault of its own when it looks through libtorch's thread-local memory.
+// LeakSanitizer crashes when it scans libtorch's thread-local memory.
 extern "C" __attribute__((visibility("default"))) const char* __asan_default_options() {
   return "detect_leaks=0";
 }
@@ -37,7 +37,7 @@ TestTensor floats(const std::vector<int64_t>& shape, const std::vector<float>& v
 
 const char* const kDouble = "def forward(self, x: Tensor) -> Tensor:\n  return torch.mul(x, 2)";
 
-TEST_F(Pytorch, AModelThatSaysNoShapeTakesTheStreams) {
+TEST_F(Pytorch, AModelWithoutAShapeUsesTheStreams) {
   const auto model = opened(kDouble);
   ASSERT_NE(model, nullptr);
   ASSERT_EQ(model->inputs().size(), 1u);
@@ -52,7 +52,7 @@ TEST_F(Pytorch, AModelThatSaysNoShapeTakesTheStreams) {
   EXPECT_EQ(out[0].values<float>(), (std::vector<float>{2, 4, 6, 8, 10, 12}));
 }
 
-TEST_F(Pytorch, EveryElementTypeOfLibtorchGoesThrough) {
+TEST_F(Pytorch, EveryElementTypeOfLibtorchIsSupported) {
   const auto model = opened("def forward(self, x: Tensor) -> Tensor:\n  return torch.clone(x)");
   for (const uint32_t type : {WEIR_INT8, WEIR_UINT8, WEIR_INT16, WEIR_INT32, WEIR_INT64,
                               WEIR_FLOAT16, WEIR_FLOAT32, WEIR_FLOAT64}) {
@@ -84,7 +84,7 @@ TEST_F(Pytorch, TuplesAndListsWithinEachOtherAreFlattened) {
 const char* const kChunks =
     "def forward(self, x: Tensor) -> List[Tensor]:\n  return torch.chunk(x, 3)";
 
-TEST_F(Pytorch, AListWhoseLengthTheModelDecidesIsTriedOnTheInputThatTheUserSays) {
+TEST_F(Pytorch, ADryRunFindsTheLengthOfAListForTheUsersInput) {
   const auto model = opened(kChunks, {{"input", "2:6"}, {"inputtype", "float32"}});
   ASSERT_NE(model, nullptr);
   EXPECT_EQ(model->outputs().size(), 3u);
@@ -97,15 +97,15 @@ TEST_F(Pytorch, AListWhoseLengthTheModelDecidesIsTriedOnTheInputThatTheUserSays)
   EXPECT_EQ(told->outputs().size(), 3u);
 }
 
-TEST_F(Pytorch, AListOfUnknownLengthIsRefusedWithALineToPaste) {
+TEST_F(Pytorch, AListOfUnknownLengthIsRejectedWithAFix) {
   const Error error = error_of(torchscript(kChunks));
   EXPECT_EQ(error.code, Code::SPEC_MISMATCH) << error.message();
-  EXPECT_SAYS(error.what, "how many tensors");
+  EXPECT_SAYS(error.what, "the number of outputs is decided at run time");
   EXPECT_SAYS(error.fix, "framework=pytorch");
   EXPECT_SAYS(error.fix, "inputtype=float32");
 }
 
-TEST_F(Pytorch, BoolsComeOutAsBytes) {
+TEST_F(Pytorch, BoolsBecomeBytes) {
   const auto model = opened("def forward(self, x: Tensor) -> Tensor:\n  return torch.gt(x, 0)");
   const auto out = invoke(model, {floats({3}, {-1, 0, 1})});
   ASSERT_EQ(out.size(), 1u);
@@ -121,8 +121,8 @@ TEST_F(Pytorch, AScalarHasRankZero) {
   EXPECT_EQ(out[0].values<float>(), std::vector<float>{10});
 }
 
-// What lies in memory in another order than its shape says comes out in the shape's order.
-TEST_F(Pytorch, ATransposedViewIsPutInOrder) {
+// A tensor whose memory order differs from its shape is output in the order of the shape.
+TEST_F(Pytorch, ATransposedViewIsMadeDense) {
   const auto model =
       opened("def forward(self, x: Tensor) -> Tensor:\n  return torch.transpose(x, 0, 1)");
   const auto out = invoke(model, {floats({2, 3}, {1, 2, 3, 4, 5, 6})});
@@ -131,8 +131,8 @@ TEST_F(Pytorch, ATransposedViewIsPutInOrder) {
   EXPECT_EQ(out[0].values<float>(), (std::vector<float>{1, 4, 2, 5, 3, 6}));
 }
 
-// A convolution's weights tell the rank, the channels and the type of the input.
-TEST_F(Pytorch, WeightsOfAConvolutionTellTheInput) {
+// The weights of a convolution determine the input's rank, channels and type.
+TEST_F(Pytorch, WeightsOfAConvolutionDefineTheInput) {
   const auto model = opened(
       "def forward(self, x: Tensor) -> Tensor:\n"
       "  w = torch.ones([4, 3, 1, 1])\n"
@@ -142,8 +142,8 @@ TEST_F(Pytorch, WeightsOfAConvolutionTellTheInput) {
   EXPECT_EQ(model->inputs()[0].layout, uint32_t{WEIR_LAYOUT_NCHW});
 }
 
-// Four invokes, for libtorch profiles the first and compiles for the second.
-TEST_F(Pytorch, ShapesMayChangeFromFrameToFrame) {
+// Four invokes, because libtorch profiles the first and compiles for the second.
+TEST_F(Pytorch, ShapesCanChangeFromFrameToFrame) {
   const auto model = opened(
       "def forward(self, x: Tensor) -> Tensor:\n  return torch.relu(torch.sub(torch.mul(x, x), "
       "1))");
@@ -154,7 +154,7 @@ TEST_F(Pytorch, ShapesMayChangeFromFrameToFrame) {
   }
 }
 
-TEST_F(Pytorch, ASizeThatDependsOnDataIsSaidFrameByFrame) {
+TEST_F(Pytorch, ASizeThatDependsOnDataIsReportedPerFrame) {
   const auto model = opened("def forward(self, x: Tensor) -> Tensor:\n  return torch.nonzero(x)");
   ASSERT_NE(model, nullptr);
   EXPECT_TRUE(model->info().flags & WEIR_MODEL_DYNAMIC_OUTPUT);
@@ -166,7 +166,7 @@ TEST_F(Pytorch, ASizeThatDependsOnDataIsSaidFrameByFrame) {
   EXPECT_EQ(out[0].values<int64_t>(), (std::vector<int64_t>{1, 3}));
 }
 
-TEST_F(Pytorch, AModelThatWritesItsInputDoesNotWriteTheStreams) {
+TEST_F(Pytorch, AModelThatWritesItsInputDoesNotChangeTheStream) {
   const auto model = opened(
       "def forward(self, x: Tensor) -> Tensor:\n"
       "  y = torch.view(x, [-1])\n"
@@ -181,8 +181,8 @@ TEST_F(Pytorch, AModelThatWritesItsInputDoesNotWriteTheStreams) {
   frames.out.release(frames.out.owner);
 }
 
-// The result is libtorch's own memory, given away; an input that is passed through is not.
-TEST_F(Pytorch, OutputsAreGivenAwayAndInputsAreNot) {
+// A result in libtorch's own memory is handed over; an input passed through is not.
+TEST_F(Pytorch, OutputsAreTransferredAndInputsAreNot) {
   const auto model =
       opened("def forward(self, x: Tensor) -> Tuple[Tensor, Tensor]:\n  return (x, torch.neg(x))");
   ASSERT_NE(model, nullptr);
@@ -234,7 +234,7 @@ TEST_F(Pytorch, OptionsTurnFreezingAndOptimisingOff) {
   EXPECT_SAYS(log[0], "Frezze is not known");
 }
 
-// A module that returns the frame before, which it keeps as an attribute.
+// A module that returns the previous frame, kept in an attribute.
 std::vector<std::byte> frame_before() {
   auto entries = torchscript_entries(
       "last : Optional[Tensor]\n"
@@ -258,7 +258,7 @@ TEST_F(Pytorch, AnInputThatAModelKeepsIsItsOwnCopy) {
   OneToOne first({2}, x);
   ASSERT_TRUE(first.through(*model));
   first.out.release(first.out.owner);
-  x = {8, 9};  // the frame is gone, and its memory another's
+  x = {8, 9};  // the frame is gone, and its memory is reused
   std::vector<float> next{3, 4};
   OneToOne second({2}, next);
   const auto status = second.through(*model);

@@ -1,4 +1,4 @@
-// SourceBuffer: a model file as what std::istream reads, without a copy of it in memory.
+// SourceBuffer: lets std::istream read a model file without a copy of it in memory.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <array>
@@ -10,7 +10,7 @@ namespace weir::engine {
 
 class SourceBuffer : public std::streambuf {
  public:
-  // `source` outlives it.
+  // `source` must outlive it.
   explicit SourceBuffer(const ModelSource& source) : source_(source) {}
 
  protected:
@@ -51,7 +51,7 @@ class SourceBuffer : public std::streambuf {
   }
 
   const ModelSource& source_;
-  uint64_t begin_ = 0;  // where in the source the buffer begins
+  uint64_t begin_ = 0;  // offset in the source at which the buffer starts
   std::array<char, 1 << 16> buffer_{};
 };
 

@@ -1,4 +1,4 @@
-// Reading the texts of libtorch's exceptions.
+// Extracts the reason from the texts of libtorch's exceptions.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "pytorch/torch_errors.hpp"
 
@@ -21,8 +21,8 @@ std::string_view stripped(std::string_view text) {
   return text;
 }
 
-// The interpreter's own traces end in a line such as "RuntimeError: ..."; elsewhere the first line
-// says it.
+// Traces of the interpreter end in a line such as "RuntimeError: ..."; in other texts the first
+// line has the reason.
 std::string_view reason_line(std::string_view text) {
   for (size_t at = text.rfind("Error: "); at != std::string_view::npos && at > 0;
        at = text.rfind("Error: ", at - 1)) {
@@ -37,7 +37,7 @@ std::string_view reason_line(std::string_view text) {
   return line_at(text, 0);
 }
 
-// The call in the line of source that the trace points at.
+// The call in the source line to which the trace points.
 std::string_view failed_call(std::string_view text) {
   const size_t here = text.rfind("<--- HERE");
   if (here == std::string_view::npos) return {};
@@ -53,8 +53,8 @@ std::string_view failed_call(std::string_view text) {
   return open == std::string_view::npos ? std::string_view{} : stripped(call.substr(0, open));
 }
 
-// The word behind `before`, up to white space or a quote.
-std::string_view word_after(std::string_view text, std::string_view before) {
+// The word after `before`, up to white space or a quote.
+std::string_view name_after(std::string_view text, std::string_view before) {
   const size_t at = text.find(before);
   if (at == std::string_view::npos) return {};
   auto word = text.substr(at + before.size());
@@ -76,36 +76,36 @@ Error torch_load_error(const std::string& model, std::string_view text) {
   for (const auto before :
        {"Unknown builtin op: ", "Could not find schema for ", "Unknown type name '",
         "Couldn't find an operator for ", "No such operator "}) {
-    const auto missing = word_after(text, before);
+    const auto missing = name_after(text, before);
     if (missing.empty()) continue;
-    return Error{Code::MODEL_UNSUPPORTED,
-                 "the model uses an operator or class that this libtorch lacks",
-                 model + ": " + std::string(missing),
-                 "operators of libtorch itself",
-                 "",
-                 "export the model without it: torchvision's and other packages' operators live in "
-                 "Python libraries"};
+    return Error{
+        .code = Code::MODEL_UNSUPPORTED,
+        .what = "the model uses an operator or class that this libtorch lacks",
+        .offered = model + ": " + std::string(missing),
+        .needed = "operators of libtorch itself",
+        .fix =
+            "export the model without it: operators of torchvision and other packages are in "
+            "Python libraries"};
   }
   if (contains(text, "maximum supported version"))
-    return Error{Code::MODEL_UNSUPPORTED,
-                 "the model was saved by a newer PyTorch than this libtorch",
-                 model + ": " + torch_reason(text),
-                 "",
-                 "",
-                 "save it with an older PyTorch, or export it to ONNX"};
-  return Error{Code::MODEL_INVALID,
-               "libtorch cannot load the model",
-               model + ": " + torch_reason(text),
-               "",
-               "",
-               "save the model again; weir inspect MODEL"};
+    return Error{.code = Code::MODEL_UNSUPPORTED,
+                 .what = "the model was saved by a newer PyTorch than this libtorch",
+                 .offered = model + ": " + torch_reason(text),
+                 .fix = "save it with an older PyTorch, or export it to ONNX"};
+  return Error{.code = Code::MODEL_INVALID,
+               .what = "libtorch cannot load the model",
+               .offered = model + ": " + torch_reason(text),
+               .fix = "save the model again; weir inspect MODEL"};
 }
 
 Error torch_run_error(std::string_view text) {
   if (contains(text, "can't allocate memory"))
-    return Error{
-        Code::OUT_OF_MEMORY, "libtorch has no memory for a frame", torch_reason(text), "", "", ""};
-  return Error{Code::INVOKE_FAILED, "libtorch failed on a frame", torch_reason(text), "", "", ""};
+    return Error{.code = Code::OUT_OF_MEMORY,
+                 .what = "libtorch has no memory for a frame",
+                 .offered = torch_reason(text)};
+  return Error{.code = Code::INVOKE_FAILED,
+               .what = "libtorch failed on a frame",
+               .offered = torch_reason(text)};
 }
 
 }  // namespace weir::engine

@@ -1,4 +1,4 @@
-// From libtorch's exceptions, which hold pages, to one line and the operator that failed.
+// Shortens libtorch's exceptions, which fill pages, to one line with the operator that failed.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <string>
@@ -10,9 +10,9 @@ namespace weir::engine {
 
 // "RuntimeError: mat1 and mat2 shapes cannot be multiplied (1x4 and 5x2) (in torch.linear)".
 std::string torch_reason(std::string_view text);
-// What failed while a file was loaded.
+// The error when loading a file fails.
 Error torch_load_error(const std::string& model, std::string_view text);
-// What failed while it ran.
+// The error when running fails.
 Error torch_run_error(std::string_view text);
 
 }  // namespace weir::engine

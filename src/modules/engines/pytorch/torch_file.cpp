@@ -1,4 +1,4 @@
-// Checking the directory of a zip archive and the checksums of its entries.
+// Checks the directory of a zip archive and the checksums of its entries.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "pytorch/torch_file.hpp"
 
@@ -13,14 +13,14 @@
 namespace weir::engine {
 namespace {
 
-// torch.save() before version 1.6: a pickle of protocol 2 that begins with this long integer.
+// torch.save() before version 1.6: a protocol 2 pickle that begins with this long integer.
 constexpr unsigned char kOldPickle[] = {0x80, 0x02, 0x8a, 0x0a, 0x6c, 0xfc, 0x9c,
                                         0x46, 0xf9, 0x20, 0x6a, 0xa8, 0x50, 0x19};
 constexpr uint32_t kLocal = 0x04034b50, kCentral = 0x02014b50, kEnd = 0x06054b50;
 constexpr uint32_t kEnd64 = 0x06064b50, kEnd64Locator = 0x07064b50;
 constexpr size_t kEndBytes = 22, kLocatorBytes = 20, kEnd64Bytes = 56, kCentralBytes = 46,
                  kLocalBytes = 30;
-constexpr uint64_t kMostDeflated = 1032;  // bytes that one byte of DEFLATE can become
+constexpr uint64_t kMostDeflated = 1032;  // the most bytes to which one byte of DEFLATE can expand
 constexpr uint64_t kPieceBytes = 1 << 20;
 
 const char* const kSaveAsScript =
@@ -28,27 +28,25 @@ const char* const kSaveAsScript =
     "Python";
 
 Error invalid(const std::string& offered) {
-  return Error{Code::MODEL_INVALID,
-               "the file is truncated, damaged or not a TorchScript model",
-               offered,
-               "a complete TorchScript archive",
-               "",
-               kSaveAsScript};
+  return Error{.code = Code::MODEL_INVALID,
+               .what = "the file is truncated, damaged or not a TorchScript model",
+               .offered = offered,
+               .needed = "a complete TorchScript archive",
+               .fix = kSaveAsScript};
 }
 
 Error python_only(const std::string& offered) {
-  return Error{Code::MODEL_UNSUPPORTED,
-               "the file holds no program that can be run, only what Python needs beside one",
-               offered,
-               "a TorchScript archive, which holds code and weights",
-               "",
-               kSaveAsScript};
+  return Error{.code = Code::MODEL_UNSUPPORTED,
+               .what = "the file contains no program, only Python objects",
+               .offered = offered,
+               .needed = "a TorchScript archive, which contains code and weights",
+               .fix = kSaveAsScript};
 }
 
-// A piece of the file in memory, with numbers in it. Little-endian.
+// A part of the file in memory, with access to little-endian numbers.
 class Record {
  public:
-  // False when the file has not so many bytes at that place.
+  // False when the file has fewer than `count` bytes at `at`.
   bool read(const ModelSource& file, uint64_t at, size_t count) {
     bytes_.resize(count);
     return file.read(at, bytes_);
@@ -73,7 +71,7 @@ struct Directory {
   uint64_t entries = 0, at = 0;
 };
 
-// The record at the end, behind which there may be a comment of up to 64 KiB.
+// Finds the record at the end, which a comment of up to 64 KiB may follow.
 std::optional<Directory> find_directory(const ModelSource& file) {
   constexpr size_t kMostComment = 0xFFFF;
   const auto tail = static_cast<size_t>(
@@ -93,7 +91,7 @@ std::optional<Directory> find_directory(const ModelSource& file) {
   return std::nullopt;
 }
 
-// Where the bytes of an entry lie, its header among them.
+// The bytes of an entry, including its header.
 struct Extent {
   uint64_t begin = 0, end = 0;
 };
@@ -105,13 +103,13 @@ struct Contents {
   std::vector<Extent> extents;
 };
 
-// "name/data.pkl" -> "data.pkl": every entry lies in a folder that bears the model's name.
+// "name/data.pkl" -> "data.pkl": every entry is in a folder with the model's name.
 std::string_view inside(std::string_view name) {
   const size_t slash = name.find('/');
   return slash == std::string_view::npos ? name : name.substr(slash + 1);
 }
 
-// A stored entry, whose checksum is compared once all entries are known.
+// A stored entry; checksums are compared once all entries are known.
 struct StoredEntry {
   std::string name;
   Extent data;
@@ -127,14 +125,14 @@ class DirectoryReader {
     for (uint64_t i = 0; i < directory.entries; ++i) {
       Record entry;
       if (!entry.read(file_, at, kCentralBytes) || entry.number<uint32_t>(0) != kCentral)
-        return invalid("entry " + std::to_string(i) + " of the archive is not where it should be");
+        return invalid("entry " + std::to_string(i) + " of the archive is at the wrong offset");
       const auto name_bytes = entry.number<uint16_t>(28);
       const uint64_t rest =
           uint64_t{name_bytes} + entry.number<uint16_t>(30) + entry.number<uint16_t>(32);
       Record name;
       if (rest > file_.size() - at - kCentralBytes ||
           !name.read(file_, at + kCentralBytes, name_bytes))
-        return invalid("the archive's directory is cut");
+        return invalid("the archive's directory is truncated");
       if (auto status = take(entry, std::string(name.text())); !status) return status.error();
       at += kCentralBytes + rest;
     }
@@ -147,7 +145,7 @@ class DirectoryReader {
  private:
   Status take(const Record& entry, const std::string& name) {
     const std::string part(inside(name));
-    if (!out_.names.insert(part).second) return invalid(name + " is twice in the archive");
+    if (!out_.names.insert(part).second) return invalid(name + " is in the archive twice");
     out_.code = out_.code || part.starts_with("code/");
     out_.data = out_.data || part == "data.pkl";
     out_.constants = out_.constants || part == "constants.pkl";
@@ -155,7 +153,7 @@ class DirectoryReader {
     const auto crc = entry.number<uint32_t>(16);
     const uint64_t packed = entry.number<uint32_t>(20), bytes = entry.number<uint32_t>(24);
     const uint64_t local = entry.number<uint32_t>(42);
-    // Longer numbers lie in an extra field of ZIP64: libtorch checks those entries itself.
+    // Larger numbers are in a ZIP64 extra field: libtorch checks those entries itself.
     if (packed == UINT32_MAX || local == UINT32_MAX) return ok();
     Record header;
     if (!header.read(file_, local, kLocalBytes) || header.number<uint32_t>(0) != kLocal)
@@ -167,16 +165,16 @@ class DirectoryReader {
     out_.extents.push_back({local, begin + packed});
     if (method == 8) {
       if (bytes / kMostDeflated > packed)
-        return invalid(part + " has a size that no compression reaches");
+        return invalid(part + " has an impossible compressed size");
       out_.compressed.push_back({part, crc});
       return ok();
     }
-    if (method != 0 || packed != bytes) return invalid(part + " is packed in no known way");
+    if (method != 0 || packed != bytes) return invalid(part + " has an unknown compression method");
     stored_.push_back({part, {begin, begin + bytes}, crc});
     return ok();
   }
 
-  // Entries that share bytes make an archive that is larger than its file, to any extent.
+  // Entries that share bytes could make the content arbitrarily larger than the file.
   Status check_extents() {
     auto& extents = out_.extents;
     std::sort(extents.begin(), extents.end(),
@@ -192,10 +190,10 @@ class DirectoryReader {
     uint32_t crc = 0;
     for (uint64_t at = entry.data.begin; at < entry.data.end; at += piece_.size()) {
       piece_.resize(static_cast<size_t>(std::min<uint64_t>(kPieceBytes, entry.data.end - at)));
-      if (!file_.read(at, piece_)) return invalid(entry.name + " was cut while it was read");
+      if (!file_.read(at, piece_)) return invalid(entry.name + " was truncated while it was read");
       crc = crc32(piece_, crc);
     }
-    return crc == entry.crc ? ok() : Status(invalid(entry.name + " has another checksum"));
+    return crc == entry.crc ? ok() : Status(invalid(entry.name + " has a wrong checksum"));
   }
 
   const ModelSource& file_;
@@ -245,9 +243,9 @@ Result<std::vector<CompressedEntry>> check_torch_file(const ModelSource& file) {
   if (begins_with({reinterpret_cast<const unsigned char*>(start.data()), start.size()}, kOldPickle))
     return python_only("a state dict or Python object, as torch.save() wrote it before 1.6");
   if (start.size() < 4 || std::memcmp(start.data(), "PK\3\4", 4) != 0)
-    return invalid("no zip archive");
+    return invalid("not a zip archive");
   const auto directory = find_directory(file);
-  if (!directory) return invalid("a zip archive that was cut: its directory is missing");
+  if (!directory) return invalid("a truncated zip archive: its directory is missing");
   auto contents = DirectoryReader(file).read(*directory);
   if (!contents) return contents.error();
   if (contents->code && contents->data && contents->constants)

@@ -1,4 +1,4 @@
-// What kind of file a .pt is, told from its bytes before libtorch sees it.
+// Determines the kind of a .pt file from its bytes before libtorch reads it.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <cstddef>
@@ -12,23 +12,24 @@
 
 namespace weir::engine {
 
-// How sure the first bytes make one that libtorch writes such files: 0 to 100.
+// Returns 0 to 100: the confidence that libtorch writes files with these first bytes.
 int torch_score(std::span<const unsigned char> head) noexcept;
 
-// The checksum of zip archives: of these bytes, after others that have the checksum `before`.
+// The checksum of zip archives; `before` is the checksum of the preceding bytes.
 uint32_t crc32(std::span<const std::byte> bytes, uint32_t before = 0) noexcept;
 
-// An entry that is compressed: its checksum is to be held against what comes out of it.
+// A compressed entry: its checksum must be compared with the decompressed content.
 struct CompressedEntry {
-  std::string name;  // without the folder that bears the model's name
+  std::string name;  // without the folder with the model's name
   uint32_t crc = 0;
 };
 
-// The compressed entries of a whole zip archive with TorchScript's code in it. MODEL_UNSUPPORTED
-// names a state dict or a pickled Python object; MODEL_INVALID what is cut, damaged or of another
-// format, or has entries that share a name or bytes, which no writer makes: each byte is read at
-// most once. The archive is the zip of PKWARE's appnote, ZIP64 too; the checksums of stored entries
-// are compared: libtorch 1.13 does not look at checksums, and its parser ends the process over some
+// Checks a zip archive with TorchScript code and returns its compressed entries. MODEL_UNSUPPORTED
+// names a state dict or a pickled Python object. MODEL_INVALID for an archive that is truncated,
+// damaged, of another format, or has entries that share a name or bytes, which no writer produces:
+// so each byte is read at most once. Reads the zip format of PKWARE's appnote, with ZIP64, and
+// compares the checksums of stored entries, because libtorch 1.13 ignores checksums and its parser
+// aborts the process on some damaged code.
 // damaged code.
 Result<std::vector<CompressedEntry>> check_torch_file(const ModelSource& file);
 

@@ -1,4 +1,4 @@
-// Zip archives that no writer makes: each byte of a file is read once, whatever its directory says.
+// Tests zip archives that no writer produces: each byte is read once, whatever the directory says.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "pytorch/torch_file.hpp"
 
@@ -7,16 +7,16 @@
 #include <istream>
 
 #include "pytorch/source_buffer.hpp"
-#include "pytorch/torchscript_builder.hpp"
+#include "pytorch/torchscript_builder_test_support.hpp"
 #include "says.hpp"
 
 namespace weir::engine {
 namespace {
 
-// An archive of stored or compressed data, of which the directory says what a test wants.
+// An archive of stored or compressed data with an arbitrary directory.
 class CraftedZip {
  public:
-  // The place of its header.
+  // Returns the offset of the entry's header.
   uint32_t add_data(const std::string& name, const std::string& data) {
     const auto at = static_cast<uint32_t>(bytes_.size());
     number(0x04034b50, 4).number(20, 2).number(0, 8);
@@ -41,7 +41,7 @@ class CraftedZip {
     number(0x06054b50, 4).number(0, 4).number(entries_, 2).number(entries_, 2);
     number(size, 4).number(at, 4).number(0, 2);
     const auto found = check_torch_file(ModelSource(std::as_bytes(std::span(bytes_))));
-    return found ? Error{Code::INTERNAL, "it is good", "", "", "", ""} : found.error();
+    return found ? Error{.code = Code::INTERNAL, .what = "it is good"} : found.error();
   }
 
  private:
@@ -57,24 +57,24 @@ class CraftedZip {
   uint16_t entries_ = 0;
 };
 
-TEST(TorchFile, ChecksumsGoOnFromPieceToPiece) {
-  const std::string text = "123456789";  // the check value of CRC-32/ISO-HDLC
+TEST(TorchFile, ChecksumsContinueAcrossPieces) {
+  const std::string text = "123456789";  // the check input of CRC-32/ISO-HDLC
   const auto bytes = std::as_bytes(std::span(text));
   EXPECT_EQ(crc32(bytes), 0xCBF43926u);
   EXPECT_EQ(crc32(bytes.subspan(4), crc32(bytes.first(4))), 0xCBF43926u);
 }
 
-TEST(TorchFile, OneNameTwiceIsRefused) {
+TEST(TorchFile, ADuplicateNameIsRejected) {
   CraftedZip zip;
   const std::string data(1 << 20, '\0');
   const uint32_t at = zip.add_data("m/code/x", data);
   for (int i = 0; i < 60000; ++i) zip.add_entry("m/code/x", data.substr(0, 0), at);
   const Error error = zip.error();
   EXPECT_EQ(error.code, Code::MODEL_INVALID);
-  EXPECT_SAYS(error.message(), "m/code/x is twice in the archive");
+  EXPECT_SAYS(error.message(), "m/code/x is in the archive twice");
 }
 
-TEST(TorchFile, EntriesThatShareBytesAreRefused) {
+TEST(TorchFile, EntriesThatShareBytesAreRejected) {
   CraftedZip zip;
   const std::string data(1000, 'x');
   const uint32_t at = zip.add_data("m/code/a", data);
@@ -85,7 +85,7 @@ TEST(TorchFile, EntriesThatShareBytesAreRefused) {
   EXPECT_SAYS(error.message(), "two entries of the archive share bytes at 0");
 }
 
-TEST(TorchFile, AnEntryWithinAnotherIsRefused) {
+TEST(TorchFile, ANestedEntryIsRejected) {
   CraftedZip zip;
   const std::string header("PK\3\4", 4);
   const std::string data = std::string(100, 'x') + header + std::string(26, '\0') + "tail";
@@ -95,12 +95,12 @@ TEST(TorchFile, AnEntryWithinAnotherIsRefused) {
   EXPECT_SAYS(zip.error().message(), "two entries of the archive share bytes");
 }
 
-TEST(TorchFile, ASizeThatNoCompressionReachesIsRefused) {
+TEST(TorchFile, AnImpossibleCompressedSizeIsRejected) {
   CraftedZip zip;
   const std::string data(10, 'x');
   const uint32_t at = zip.add_data("m/code/a", data);
   zip.add_entry("m/code/a", data, at, 8, 1 << 30);
-  EXPECT_SAYS(zip.error().message(), "code/a has a size that no compression reaches");
+  EXPECT_SAYS(zip.error().message(), "code/a has an impossible compressed size");
 }
 
 TEST(TorchFile, SeparateEntriesAreRead) {

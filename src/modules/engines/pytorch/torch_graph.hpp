@@ -1,4 +1,4 @@
-// What the graph of forward says. Only torch_program.cpp includes this.
+// Reads the model's interface from the graph of forward. Only torch_program.cpp includes this.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <torch/csrc/jit/ir/alias_analysis.h>
@@ -10,20 +10,18 @@
 
 #include "pytorch/torch_program.hpp"
 #include "pytorch/torch_tensors.hpp"
+#include "weir/engine_tools.hpp"
 
 namespace weir::engine {
 
 inline Error unsupported_value(const std::string& role, const std::string& type) {
-  return Error{Code::MODEL_UNSUPPORTED,
-               "the model's " + role + " is of a kind that streams lack",
-               type,
-               "Tensor, or a tuple or list of tensors as output",
-               "",
-               "wrap the model: a module whose forward takes and returns tensors"};
+  return unsupported_type("the model's " + role, type,
+                          "wrap the model: a module whose forward takes and returns tensors",
+                          "Tensor, or a tuple or list of tensors as output");
 }
 
-// How many tensors a value of this type is; 0 for None, nothing where a list decides as it is made.
-// `value` may be null: the type alone is known.
+// The number of tensors in a value of this type: 0 for None, empty for a list whose length is set
+// at run time. `value` may be null when only the type is known.
 inline Result<std::optional<size_t>> count_tensors(const torch::jit::Value* value,
                                                    const c10::TypePtr& type) {
   using Count = std::optional<size_t>;
@@ -58,10 +56,7 @@ class GraphReader {
     std::string name = value.hasDebugName() ? value.debugName() : "";
     name = name.substr(0, std::min(name.find('.'), name.size()));
     facts_.input_names.push_back(name);
-    weir_tensor_info info{};
-    info.type = WEIR_TYPE_END;
-    info.rank = WEIR_RANK_UNKNOWN;
-    info.batch_axis = WEIR_NO_BATCH_AXIS;
+    weir_tensor_info info = open_tensor_info();
     if (const auto tensor = value.type()->cast<c10::TensorType>()) from_type(*tensor, &info);
     for (const auto& use : value.uses())
       if (info.rank == WEIR_RANK_UNKNOWN) from_convolution(*use.user, value, &info);
@@ -77,7 +72,7 @@ class GraphReader {
     info->rank = static_cast<uint32_t>(*rank);
     for (size_t i = 0; i < *rank; ++i) info->shape[i] = type.sizes()[i].value_or(-1);
   }
-  // Weights of [out, in / groups, ...] read an input of [batch, in, ...] and of their own type.
+  // Weights [out, in / groups, ...] imply an input [batch, in, ...] of the same type.
   static void from_convolution(const torch::jit::Node& node, const torch::jit::Value& value,
                                weir_tensor_info* info) {
     static constexpr std::array kNames{"aten::conv1d", "aten::conv2d", "aten::conv3d",
@@ -140,7 +135,7 @@ class GraphReader {
   TorchFacts& facts_;
 };
 
-// In-place operators on an input, or on what may be a view of it.
+// Whether an in-place operator may write to an input or a view of one.
 inline bool writes_any_input(const std::shared_ptr<torch::jit::Graph>& graph) {
   const torch::jit::AliasDb aliases(graph, /*isFrozen=*/true);
   for (size_t i = 1; i < graph->inputs().size(); ++i)

@@ -1,27 +1,19 @@
-// Opening a TorchScript file; what the user says fills what the graph leaves open.
+// Opens a TorchScript file; the user's declarations complete what the graph leaves open.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "pytorch/torch_model.hpp"
 
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
-#include "module_host.hpp"
 #include "pytorch/torch_file.hpp"
 #include "tensor_check.hpp"
 #include "usable_cores.hpp"
+#include "weir/engine_tools.hpp"
 
 namespace weir::engine {
 namespace {
 
-weir_tensor_info open_info() {
-  weir_tensor_info info{};
-  info.type = WEIR_TYPE_END;
-  info.rank = WEIR_RANK_UNKNOWN;
-  info.batch_axis = WEIR_NO_BATCH_AXIS;
-  return info;
-}
-
-// Only what is open: where the graph says another thing, the host tells the user.
+// Sets only what is open: where the graph contradicts the user, the host reports it.
 void lay_over(const DeclaredTensor& declared, weir_tensor_info* info) {
   if (info->type == WEIR_TYPE_END) info->type = declared.type;
   if (!declared.has_shape) return;
@@ -44,9 +36,9 @@ std::string example_line(const std::string& name, size_t inputs) {
          " inputtype=" + types;
 }
 
-// By 20 models of 1 to 1800 million multiplications on two cores, libtorch 1.13 (README.md): one
-// thread computes 40 000 million a second, to wake a second one for an operator and wait for it
-// takes some 40 us, and weights come from memory at 8 GB a second.
+// Measured with 20 models of 1 to 1800 million multiplications on two cores, libtorch 1.13
+// (README.md): one thread computes 40 000 million per second, waking a second thread for an
+// operator and waiting for it takes about 40 us, and weights load from memory at 8 GB per second.
 constexpr ThreadCosts kThreadCosts{.of_operator = 1.3e6, .of_invoke = 20e6, .of_weight = 20};
 
 void warn_of_slow_blas() {
@@ -97,12 +89,11 @@ Status TorchModel::read_inputs(const std::string& name) {
   const auto& facts = program_->facts();
   const auto& declared = options_.declared.inputs();
   if (facts.inputs.size() > WEIR_TENSOR_LIMIT || declared.size() > facts.inputs.size())
-    return Error{Code::SPEC_MISMATCH,
-                 "the model has another number of inputs",
-                 name + ": " + std::to_string(facts.inputs.size()),
-                 std::to_string(std::min<size_t>(declared.size(), WEIR_TENSOR_LIMIT)),
-                 "number of tensors",
-                 ""};
+    return Error{.code = Code::SPEC_MISMATCH,
+                 .what = "the model has a different number of inputs",
+                 .offered = name + ": " + std::to_string(facts.inputs.size()),
+                 .needed = std::to_string(std::min<size_t>(declared.size(), WEIR_TENSOR_LIMIT)),
+                 .difference = "number of tensors"};
   inputs_ = facts.inputs;
   names_ = facts.input_names;
   for (size_t i = 0; i < inputs_.size(); ++i) {
@@ -127,20 +118,18 @@ Status TorchModel::read_outputs(const std::string& name) {
     count = found->size();
   }
   if (!count)
-    return Error{Code::SPEC_MISMATCH,
-                 "how many tensors the model gives is decided as it runs",
-                 name + ": " + engine::describe(std::span<const weir_tensor_info>(inputs_)),
-                 "the inputs' dimensions and types, to try it with",
-                 "",
-                 example_line(name, inputs_.size())};
+    return Error{
+        .code = Code::SPEC_MISMATCH,
+        .what = "the number of outputs is decided at run time",
+        .offered = name + ": " + engine::describe(std::span<const weir_tensor_info>(inputs_)),
+        .needed = "the inputs' dimensions and types, for a dry run",
+        .fix = example_line(name, inputs_.size())};
   if (*count == 0 || *count > WEIR_TENSOR_LIMIT)
-    return Error{Code::MODEL_UNSUPPORTED,
-                 "the model gives a number of tensors that streams cannot carry",
-                 name + ": " + std::to_string(*count),
-                 "1 to 256",
-                 "",
-                 ""};
-  outputs_.assign(*count, open_info());
+    return Error{.code = Code::MODEL_UNSUPPORTED,
+                 .what = "the model has more outputs than a stream can carry",
+                 .offered = name + ": " + std::to_string(*count),
+                 .needed = "1 to 256"};
+  outputs_.assign(*count, open_tensor_info());
   return ok();
 }
 
@@ -153,9 +142,9 @@ void TorchModel::describe(weir_model_info* info) const {
   info->n_outputs = static_cast<uint32_t>(outputs_.size());
   info->inputs = inputs_.data();
   info->outputs = outputs_.data();
-  info->alignment = info->input_padding = 0;  // its kernels load from any address
+  info->alignment = info->input_padding = 0;  // the kernels accept any address
   info->memory_kinds = uint64_t{1} << WEIR_MEMORY_HOST;
-  info->max_sessions = facts.has_state ? 1 : 0;  // attributes are the module's
+  info->max_sessions = facts.has_state ? 1 : 0;  // attributes belong to the module
   info->max_in_flight = 1;
   info->preferred_batch = 1;
   info->weight_bytes = facts.weight_bytes;

@@ -1,4 +1,4 @@
-// TorchModel: a TorchScript model opened by libtorch, with what it says of its inputs and outputs.
+// TorchModel: a TorchScript model opened by libtorch, with its inputs and outputs.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <algorithm>
@@ -25,9 +25,9 @@ class TorchModel {
   const TorchProgram& program() const noexcept { return *program_; }
   const std::vector<weir_tensor_info>& inputs() const noexcept { return inputs_; }
   const std::vector<weir_tensor_info>& outputs() const noexcept { return outputs_; }
-  // Of one invoke: what was asked for, or the choice of choose_threads(); 1 before that.
+  // Threads of one invoke: the requested number or the choice of choose_threads(); 1 until then.
   int threads() const noexcept { return std::max(threads_.load(), 1); }
-  // For inputs of these shapes, by what the model computes for them.
+  // Chooses by the work of the model on inputs of these shapes.
   void choose_threads(std::span<const weir_tensor_info> inputs) const;
   weir_execution execution() const noexcept {
     return {sizeof(weir_execution), static_cast<uint32_t>(threads_.load()), 0};
@@ -41,7 +41,7 @@ class TorchModel {
   TorchOptions options_;
   mutable std::atomic<int> threads_{0};  // 0 = not chosen yet
   std::unique_ptr<TorchProgram> program_;
-  std::vector<std::string> names_;  // of inputs
+  std::vector<std::string> names_;  // names of inputs
   std::vector<weir_tensor_info> inputs_, outputs_;
   std::string metadata_;
 };

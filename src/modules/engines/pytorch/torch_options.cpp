@@ -1,10 +1,10 @@
-// Reading the options of the libtorch engine.
+// Parses the options of the libtorch engine.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "pytorch/torch_options.hpp"
 
 #include <algorithm>
 
-#include "engine_options.hpp"
+#include "weir/engine_tools.hpp"
 
 namespace weir::engine {
 namespace {
@@ -13,7 +13,7 @@ constexpr int kThreadLimit = 1024;  // a typo must not start a million threads
 
 Status apply(const weir_option& option, TorchOptions* out) {
   const auto key = text_or_empty(option.key), value = text_or_empty(option.value);
-  if (same_word(key, "NumThreads")) {
+  if (equals_ignoring_case(key, "NumThreads")) {
     const auto threads = number_option(key, value, 1);
     if (!threads) return threads.error();
     out->threads = std::min(*threads, kThreadLimit);
@@ -22,7 +22,7 @@ Status apply(const weir_option& option, TorchOptions* out) {
   const std::pair<const char*, bool*> switches[]{{"Freeze", &out->freeze},
                                                  {"Optimize", &out->optimize}};
   for (const auto& [name, target] : switches)
-    if (same_word(key, name)) {
+    if (equals_ignoring_case(key, name)) {
       const auto on = switch_option(key, value);
       if (!on) return on.error();
       *target = *on;

@@ -6,12 +6,12 @@
 namespace weir::engine {
 
 struct TorchOptions {
-  int threads = 0;  // within one operator; 0 = by the size of the model and its inputs
+  int threads = 0;  // per operator; 0 = by the size of the model and its inputs
   bool freeze = true, optimize = true;
   DeclaredTensors declared;
 
-  // NumThreads:N, Freeze:{true,false}, Optimize:{true,false} and what DeclaredTensors takes.
-  // Unknown keys are logged; a value that cannot be used is OPTION_VALUE.
+  // NumThreads:N, Freeze:{true,false}, Optimize:{true,false} and the keys of DeclaredTensors.
+  // Unknown keys are logged; OPTION_VALUE for an invalid value.
   static Result<TorchOptions> read(const weir_open& request);
 };
 

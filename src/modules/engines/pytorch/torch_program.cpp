@@ -1,4 +1,4 @@
-// libtorch, in this file alone: loading, freezing, looking into the graph, running.
+// Calls libtorch, in this file only: loads, freezes, inspects the graph and runs it.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "pytorch/torch_program.hpp"
 
@@ -28,7 +28,7 @@ namespace {
 
 using torch::jit::IValue;
 
-// libtorch's own exceptions, those of its interpreter, and what the standard library throws in it.
+// Catches exceptions of libtorch, of its interpreter and of the standard library.
 template <class Body, class Say>
 auto caught(Body&& body, Say&& say) -> decltype(body()) {
   try {
@@ -42,14 +42,14 @@ auto caught(Body&& body, Say&& say) -> decltype(body()) {
   }
 }
 
-// The BLAS that Debian's alternatives chose for libtorch; it stays open with libtorch.
+// The BLAS that Debian's alternatives select for libtorch; it stays loaded with libtorch.
 void* blas() {
   static void* const handle = dlopen("libblas.so.3", RTLD_LAZY | RTLD_NOLOAD);
   return handle;
 }
 
-// OpenMP counts threads for each thread that calls it, OpenBLAS for the process. The threads are
-// started here, where it is known that they can be: libpthreadpool's and those of OpenMP.
+// OpenMP sets the thread count per calling thread, OpenBLAS per process. Threads of libpthreadpool
+// and OpenMP start here, after checking that they can.
 Status use_threads(int threads) {
   thread_local int set_here = 0, started_here = 1;
   if (threads > started_here)
@@ -86,7 +86,7 @@ uint64_t bytes_of_weights(const torch::jit::Module& module) {
   return bytes;
 }
 
-// What comes out of compressed entries, against their checksums.
+// Compares the decompressed content of entries with their checksums.
 Status check_entries(std::istream* stream, std::span<const CompressedEntry> entries,
                      const std::string& name) {
   if (entries.empty()) return ok();
@@ -94,17 +94,16 @@ Status check_entries(std::istream* stream, std::span<const CompressedEntry> entr
   for (const auto& entry : entries) {
     const auto [data, bytes] = reader.getRecord(entry.name);
     if (crc32({static_cast<const std::byte*>(data.get()), bytes}) != entry.crc)
-      return Error{Code::MODEL_INVALID,
-                   "the file is truncated, damaged or not a TorchScript model",
-                   name + ": " + entry.name + " has another checksum",
-                   "a complete TorchScript archive",
-                   "",
-                   "fetch or save the model again"};
+      return Error{.code = Code::MODEL_INVALID,
+                   .what = "the file is truncated, damaged or not a TorchScript model",
+                   .offered = name + ": " + entry.name + " has a wrong checksum",
+                   .needed = "a complete TorchScript archive",
+                   .fix = "fetch or save the model again"};
   }
   return ok();
 }
 
-// Inlined and apart from the module's own, which runs.
+// An inlined copy; the module runs its own graph.
 std::shared_ptr<torch::jit::Graph> graph_of(const torch::jit::Module& module) {
   auto graph = module.get_method("forward").graph()->copy();
   torch::jit::Inline(*graph);
@@ -118,7 +117,7 @@ Status read_interface(const torch::jit::Module& module, TorchFacts* facts) {
   GraphReader reader(*graph, facts);
   for (size_t i = 1; i < arguments.size(); ++i) {
     const bool tensor = arguments[i].type()->isSubtypeOf(c10::TensorType::get());
-    if (!tensor && arguments[i].default_value()) break;  // left to its default
+    if (!tensor && arguments[i].default_value()) break;  // keeps its default value
     if (!tensor)
       return unsupported_value("input " + arguments[i].name(),
                                arguments[i].type()->annotation_str());
@@ -135,9 +134,9 @@ Status read_interface(const torch::jit::Module& module, TorchFacts* facts) {
 }  // namespace
 
 struct TorchProgram::Parts {
-  std::shared_ptr<torch::jit::CompilationUnit> classes;  // as loaded: load() says why
+  std::shared_ptr<torch::jit::CompilationUnit> classes;  // as loaded; see load()
   torch::jit::Module module;
-  std::optional<torch::jit::Method> method;  // forward of it, when it is as it runs
+  std::optional<torch::jit::Method> method;  // the forward that runs
   TorchFacts facts;
 
   Result<std::vector<at::Tensor>> forward(std::vector<IValue> inputs, int threads) const {
@@ -170,18 +169,15 @@ Result<std::unique_ptr<TorchProgram>> TorchProgram::load(
         module = torch::jit::load(stream, at::kCPU);
         module.eval();
         if (!module.find_method("forward"))
-          return Error{Code::MODEL_UNSUPPORTED,
-                       "the model has no method forward",
-                       name,
-                       "",
-                       "",
-                       "save a module with a method forward"};
+          return Error{.code = Code::MODEL_UNSUPPORTED,
+                       .what = "the model has no method forward",
+                       .offered = name,
+                       .fix = "save a module with a method forward"};
         parts->facts.weight_bytes = bytes_of_weights(module);
         if (freeze) {
-          // What is inlined refers to the method that it comes from, for the traces of errors.
-          // freeze() inlines in a copy of the class and then throws methods of the copy away: a
-          // trace would read freed memory. Inlined before, all refers to the methods of the class
-          // that was loaded.
+          // Inlined nodes refer to their original method for error traces. freeze() inlines in a
+          // copy of the class and then deletes methods of that copy, so a trace would read freed
+          // memory. Inlining first makes the nodes refer to methods of the loaded class.
           parts->classes = module._ivalue()->compilation_unit();
           torch::jit::Inline(*module.get_method("forward").graph());
           module = torch::jit::freeze(module);
@@ -208,7 +204,7 @@ Result<std::vector<weir_tensor_info>> TorchProgram::dry_run(
   using Infos = Result<std::vector<weir_tensor_info>>;
   auto created = DryRunInputs::create(inputs);
   if (!created) return created.error();
-  // Shared with the tensors: a model with state may keep one.
+  // Shared with the tensors, because a model with state may keep one.
   const auto zeros = std::make_shared<DryRunInputs>(*std::move(created));
   const auto attempt = [&](bool ones) {
     return caught(
@@ -257,12 +253,10 @@ Status TorchProgram::run(std::span<const weir_tensor> in, std::span<weir_tensor>
         auto tensors = parts_->forward(std::move(values), threads);
         if (!tensors) return tensors.error();
         if (tensors->size() != out.size())
-          return Error{Code::INVOKE_FAILED,
-                       "the model gave another number of tensors than before",
-                       std::to_string(tensors->size()),
-                       std::to_string(out.size()),
-                       "",
-                       ""};
+          return Error{.code = Code::INVOKE_FAILED,
+                       .what = "the model returned a different number of tensors than before",
+                       .offered = std::to_string(tensors->size()),
+                       .needed = std::to_string(out.size())};
         for (size_t i = 0; i < out.size(); ++i)
           if (auto status = hand_over((*tensors)[i], i, in, &out[i]); !status) return status;
         return ok();

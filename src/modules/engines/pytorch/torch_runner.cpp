@@ -1,4 +1,4 @@
-// Checking inputs, dry runs, running.
+// Checks inputs, resolves shapes by dry runs, and runs frames.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "pytorch/torch_runner.hpp"
 
@@ -26,13 +26,14 @@ Status TorchRunner::resolve(std::span<const weir_tensor_info> in, std::span<weir
   if (!found) {
     if (found.error().code == Code::LIMIT_EXCEEDED) return ok();  // the first frame decides
     if (found.error().code != Code::INVOKE_FAILED) return found.error();
-    return Error{
-        Code::SPEC_MISMATCH,
-        "the model does not take inputs of these shapes and types",
-        describe(in),
-        describe(model_.inputs()),
-        found.error().offered,
-        "set input= and inputtype= to what the model was made for, and bring the stream to it"};
+    return Error{.code = Code::SPEC_MISMATCH,
+                 .what = "the model does not accept inputs of these shapes and types",
+                 .offered = describe(in),
+                 .needed = describe(model_.inputs()),
+                 .difference = found.error().offered,
+                 .fix =
+                     "set input= and inputtype= to what the model was built for, and convert the "
+                     "stream to it"};
   }
   if (auto status = check_count(model_.outputs(), found->size(), "output"); !status) return status;
   for (size_t i = 0; i < out.size(); ++i) {
@@ -53,17 +54,15 @@ Status TorchRunner::invoke(const weir_frame& in, weir_frame& out) {
 
 Status TorchRunner::reset_state() {
   if (!model_.program().facts().has_state) return ok();
-  return Error{Code::MODEL_UNSUPPORTED,
-               "the state of this model cannot be reset",
-               "reset",
-               "a model without state; open it again",
-               "",
-               ""};
+  return Error{.code = Code::MODEL_UNSUPPORTED,
+               .what = "the state of this model cannot be reset",
+               .offered = "reset",
+               .needed = "a model without state; open it again"};
 }
 
 Status TorchRunner::warm() {
   if (last_inputs_.empty()) return ok();
-  // libtorch looks at the first run and compiles for the second.
+  // libtorch profiles the first run and compiles for the second.
   for (int i = 0; i < 2; ++i)
     if (const auto found = model_.program().dry_run(last_inputs_, model_.threads()); !found)
       return found.error().code == Code::LIMIT_EXCEEDED ? ok() : Status(found.error());

@@ -1,4 +1,4 @@
-// TorchRunner: shapes and frames through an opened TorchScript model.
+// TorchRunner: resolves shapes and runs frames on an open TorchScript model.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <memory>
@@ -9,14 +9,14 @@
 
 namespace weir::engine {
 
-// Used by one thread at a time; several may share a model.
+// One thread at a time; several runners may share a model.
 class TorchRunner {
  public:
   static Result<std::unique_ptr<TorchRunner>> create(const TorchModel& model,
                                                      std::span<const weir_option> options);
 
-  // Output shapes by a dry run. Inputs that the model does not take are a SPEC_MISMATCH in
-  // libtorch's words.
+  // Resolves output shapes by a dry run. SPEC_MISMATCH, with libtorch's message, for inputs that
+  // the model rejects.
   Status resolve(std::span<const weir_tensor_info> in, std::span<weir_tensor_info> out);
   Status invoke(const weir_frame& in, weir_frame& out);
   Status warm();
@@ -26,7 +26,7 @@ class TorchRunner {
   explicit TorchRunner(const TorchModel& model) : model_(model) {}
 
   const TorchModel& model_;
-  std::vector<weir_tensor_info> last_inputs_;  // of the last resolve, for WARM
+  std::vector<weir_tensor_info> last_inputs_;  // inputs of the last resolve, for WEIR_WARM
 };
 
 }  // namespace weir::engine

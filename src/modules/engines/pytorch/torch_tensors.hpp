@@ -1,4 +1,4 @@
-// Tensors of Weir and of libtorch. Only torch_program.cpp includes this.
+// Converts between tensors of Weir and libtorch. Only torch_program.cpp includes this.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <ATen/ATen.h>
@@ -11,10 +11,11 @@
 #include <vector>
 
 #include "tensor_check.hpp"
+#include "weir/engine_tools.hpp"
 
 namespace weir::engine {
 
-// libtorch 1.13 has no unsigned integers of more than 8 bits.
+// libtorch 1.13 has no unsigned integers wider than 8 bits.
 inline std::optional<at::ScalarType> to_torch(uint32_t type) noexcept {
   switch (type) {
     case WEIR_INT32:
@@ -41,45 +42,32 @@ inline std::optional<at::ScalarType> to_torch(uint32_t type) noexcept {
 inline std::optional<uint32_t> from_torch(at::ScalarType type) noexcept {
   for (uint32_t weir = 0; weir < WEIR_TYPE_END; ++weir)
     if (to_torch(weir) == type) return weir;
-  if (type == at::kBool) return WEIR_UINT8;  // a byte of 0 or 1 each
+  if (type == at::kBool) return WEIR_UINT8;  // one byte per value, 0 or 1
   return std::nullopt;
 }
 
 inline Error no_such_type(const weir_tensor_info& info) {
-  return Error{Code::SPEC_MISMATCH,
-               "libtorch has no tensors of this element type",
-               describe(info),
-               "int8, uint8, int16, int32, int64, float16, float32 or float64",
-               "",
-               "tensor_transform mode=typecast option=float32 ! tensor_filter"};
+  return Error{.code = Code::SPEC_MISMATCH,
+               .what = "libtorch has no tensors of this element type",
+               .offered = describe(info),
+               .needed = "int8, uint8, int16, int32, int64, float16, float32 or float64",
+               .fix = "tensor_transform mode=typecast option=float32 ! tensor_filter"};
 }
 
-// What a tensor of libtorch is; its layout must be strided.
+// Describes a libtorch tensor, whose layout must be strided.
 inline Result<weir_tensor_info> torch_info(const at::Tensor& tensor) {
-  weir_tensor_info info{};
-  info.batch_axis = WEIR_NO_BATCH_AXIS;
+  weir_tensor_info info = open_tensor_info();
   const auto type = from_torch(tensor.scalar_type());
   if (!type)
-    return Error{Code::MODEL_UNSUPPORTED,
-                 "an output is of a type that streams lack",
-                 c10::toString(tensor.scalar_type()),
-                 "numbers of 8 to 64 bits, or bool",
-                 "",
-                 "convert it within the model: y.to(torch.float32)"};
-  if (tensor.dim() > WEIR_RANK_LIMIT)
-    return Error{Code::MODEL_UNSUPPORTED,
-                 "an output has too many dimensions",
-                 "rank " + std::to_string(tensor.dim()),
-                 "rank 16 at most",
-                 "",
-                 ""};
+    return unsupported_type("an output", c10::toString(tensor.scalar_type()),
+                            "convert it within the model: y.to(torch.float32)");
+  if (tensor.dim() > WEIR_RANK_LIMIT) return unsupported_rank("an output", tensor.dim());
   info.type = *type;
-  info.rank = static_cast<uint32_t>(tensor.dim());
-  std::copy(tensor.sizes().begin(), tensor.sizes().end(), info.shape);
+  set_shape(&info, tensor.sizes().begin(), static_cast<size_t>(tensor.dim()));
   return info;
 }
 
-// Dense in memory; oneDNN's layouts, sparse and quantised tensors become plain numbers.
+// Makes a tensor dense; oneDNN layouts, sparse and quantised tensors become plain values.
 inline at::Tensor dense(const at::Tensor& given) {
   at::Tensor tensor = given.is_quantized() ? given.dequantize() : given;
   if (tensor.layout() != at::kStrided) tensor = tensor.to_dense();
@@ -87,7 +75,7 @@ inline at::Tensor dense(const at::Tensor& given) {
   return tensor.contiguous();
 }
 
-inline bool lies_within(const void* data, std::span<const weir_tensor> tensors) {
+inline bool is_within(const void* data, std::span<const weir_tensor> tensors) {
   const auto* at = static_cast<const std::byte*>(data);
   return std::any_of(tensors.begin(), tensors.end(), [at](const weir_tensor& tensor) {
     const auto* begin = static_cast<const std::byte*>(tensor.data);
@@ -95,15 +83,15 @@ inline bool lies_within(const void* data, std::span<const weir_tensor> tensors) 
   });
 }
 
-// Writes into the memory that is there, or gives libtorch's away: copied where it is an input's, a
-// weight's or another output's too.
+// Writes into the given memory, or hands over libtorch's. The latter is copied if it also belongs
+// to an input, a weight or another output.
 inline Status hand_over(const at::Tensor& tensor, size_t index, std::span<const weir_tensor> inputs,
                         weir_tensor* out) {
   auto info = torch_info(tensor);
   if (!info) return info.error();
   const uint64_t bytes = tensor.nbytes();
   const bool only_ours = tensor.has_storage() && tensor.storage().use_count() == 1 &&
-                         !lies_within(tensor.data_ptr(), inputs);
+                         !is_within(tensor.data_ptr(), inputs);
   if (out->data || !only_ours || bytes == 0)
     return write_output(*info, tensor.data_ptr(), index, out);
   info->name = out->info.name;

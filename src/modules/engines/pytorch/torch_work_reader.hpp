@@ -1,4 +1,4 @@
-// Reads a TorchWork off a frozen graph, whose weights are constants. Only torch_program.cpp
+// Builds a TorchWork from a frozen graph, whose weights are constants. Only torch_program.cpp
 // includes this.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
@@ -35,7 +35,7 @@ class TorchWorkReader {
     if (!constant || !constant->isTensor() || !constant->toTensor().defined()) return std::nullopt;
     return constant->toTensor();
   }
-  // The product of a constant list of whole numbers (a stride, a kernel); 0 for an empty one.
+  // The product of a constant list of integers (a stride, a kernel); 0 for an empty list.
   static double product_at(const Node& node, size_t index, double otherwise = 1) {
     if (index >= node.inputs().size()) return otherwise;
     const auto constant = torch::jit::toIValue(node.input(index));
@@ -52,7 +52,8 @@ class TorchWorkReader {
     return constant && constant->isBool() && constant->toBool();
   }
 
-  // Weights are [out, in / groups, kernel...], of a transposed convolution [in, out / groups, ...].
+  // Weights are [out, in / groups, kernel...]; for a transposed convolution [in, out / groups,
+  // ...].
   static void convolution(const Node& node, bool transposed, size_t groups_at,
                           TorchWork::Step* step) {
     const auto weights = tensor_at(node, 1);
@@ -69,7 +70,7 @@ class TorchWorkReader {
     step->multiplications = numbers / step->channels / (transposed ? stride : 1);
     step->weights = numbers;
   }
-  // `weights` are the matrix [out, in], or [in, out] where `in_first`.
+  // `weights` is a matrix [out, in], or [in, out] if `in_first`.
   static void product(const at::Tensor& weights, bool in_first, TorchWork::Step* step) {
     if (weights.dim() != 2 || weights.numel() == 0) return;
     const auto in = static_cast<double>(weights.size(in_first ? 0 : 1)),
@@ -99,14 +100,14 @@ class TorchWorkReader {
       step->positions = std::max(product_at(node, 1), 1.0);
     } else if (name == "aten::mean" && node.inputs().size() > 1 && product_at(node, 1, 0) > 0) {
       step->positions = 1;
-    } else if (name == "prim::ListConstruct") {  // of tensors: what aten::cat takes
+    } else if (name == "prim::ListConstruct") {  // of tensors: the argument of aten::cat
       step->joins = true;
-    } else if (name == "prim::ListUnpack") {  // of aten::chunk and aten::split
+    } else if (name == "prim::ListUnpack") {  // from aten::chunk and aten::split
       step->growth = 1.0 / static_cast<double>(node.outputs().size());
     }
   }
 
-  // Whole numbers, sizes among them, are no numbers of a tensor.
+  // False for integers, such as sizes, which are not tensors.
   static bool has_tensors(const Value& value) {
     const auto& type = value.type();
     return type->kind() == c10::TypeKind::TensorType ||
@@ -126,7 +127,7 @@ class TorchWorkReader {
       for (const auto* input : node->inputs()) take(input);
       for (const auto* inner : node->blocks())
         for (const auto* output : inner->outputs()) take(output);
-      if (step.from.empty()) continue;  // made of constants alone
+      if (step.from.empty()) continue;  // only constants as inputs
       const uint32_t made = work_.add(std::move(step));
       for (const auto* output : node->outputs()) values_[output] = made;
     }

@@ -1,4 +1,4 @@
-// The module of the engine TensorFlow Lite.
+// TensorFlow Lite engine: the module's entry point.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "engine_table.hpp"
 #include "tensorflow-lite/tflite_choice.hpp"
@@ -16,11 +16,11 @@ struct TensorflowLiteEngine {
     {"name": "NumThreads", "type": "integer", "default": "by the size of the model", "help": "threads of one invoke"},
     {"name": "Delegate", "type": "XNNPACK|None", "default": "XNNPACK", "help": "what runs the operators"},
     {"name": "Resize", "type": "boolean", "default": "false",
-     "help": "inputs have the stream's shape, where the file says a fixed one"},
+     "help": "inputs have the stream's shape even if the file has a fixed one"},
     {"name": "Lowering", "type": "onnxruntime|None", "default": "None",
      "help": "a quantised graph is translated for ONNX Runtime; results differ by a few steps"},
     {"name": "LoweringCache", "type": "boolean", "default": "true",
-     "help": "translated graphs are kept in ~/.cache/weir"}])";
+     "help": "translated graphs are cached in ~/.cache/weir"}])";
   using Model = TfliteModel;
   using Session = TfliteRunner;
 

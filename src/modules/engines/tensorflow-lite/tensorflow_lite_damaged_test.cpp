@@ -1,20 +1,20 @@
-// Damaged TensorFlow Lite models: nothing crashes, nothing hangs.
+// Tests damaged TensorFlow Lite models: none crashes or hangs.
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "damaged_model.hpp"
-#include "tensorflow-lite/tflite_builder.hpp"
+#include "damaged_model_test_support.hpp"
+#include "tensorflow-lite/tflite_builder_test_support.hpp"
 
 namespace weir::engine_test {
 namespace {
 
 class TensorflowLiteDamaged : public EngineTest {};
 
-TEST_F(TensorflowLiteDamaged, VersionsOfASmallModelAreRefusedOrRun) {
+TEST_F(TensorflowLiteDamaged, VersionsOfASmallModelAreRejectedOrRun) {
   const auto counts = run_damaged(*engine(), tflite_negation().bytes(), folder_);
   EXPECT_EQ(counts.refused + counts.failed + counts.ran + counts.large, kDamagedVersions);
   EXPECT_GT(counts.refused, kDamagedVersions / 3) << "what was cut, at least";
 }
 
-TEST_F(TensorflowLiteDamaged, VersionsOfRealModelsAreRefusedOrRun) {
+TEST_F(TensorflowLiteDamaged, VersionsOfRealModelsAreRejectedOrRun) {
   for (const char* file :
        {"models/misc/add.tflite", "models/sensor/point_history_classifier.tflite"}) {
     const auto path = shared_file(file);

@@ -1,9 +1,9 @@
-// Real TensorFlow Lite models, held against ../shared/MANIFEST.md and labelled data.
+// Tests real TensorFlow Lite models against ../shared/MANIFEST.md and labelled data.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <cstring>
 #include <nlohmann/json.hpp>
 
-#include "engine_fixture.hpp"
+#include "engine_test_support.hpp"
 #include "says.hpp"
 #include "usable_cores.hpp"
 
@@ -23,7 +23,7 @@ TEST_F(TensorflowLiteModels, AllOpenWithTheListedTensorsAndRun) {
     ASSERT_FALSE(listed.inputs.empty());
     const auto model = opened(path);
     ASSERT_NE(model, nullptr);
-    // The list breaks off where a model has very many.
+    // The manifest truncates very long lists.
     ASSERT_GE(model->inputs().size(), listed.inputs.size());
     ASSERT_GE(model->outputs().size(), listed.outputs.size());
     for (size_t i = 0; i < listed.inputs.size(); ++i) {
@@ -31,7 +31,7 @@ TEST_F(TensorflowLiteModels, AllOpenWithTheListedTensorsAndRun) {
       EXPECT_EQ(model->inputs()[i].rank, listed.inputs[i].shape.size());
     }
     auto inputs = zero_inputs(*model);
-    for (auto& input : inputs)  // speech commands: the rate of the sound comes as a tensor
+    for (auto& input : inputs)  // speech commands: the sample rate is an input tensor
       if (input.info.type == WEIR_INT32 && input.bytes.size() == sizeof kSoundRate)
         std::memcpy(input.bytes.data(), &kSoundRate, sizeof kSoundRate);
     const auto outputs = model->invoke(inputs);
@@ -41,11 +41,12 @@ TEST_F(TensorflowLiteModels, AllOpenWithTheListedTensorsAndRun) {
 }
 
 // 41 and 726 million multiplications.
-TEST_F(TensorflowLiteModels, LargeOnesGetSeveralThreads) {
+TEST_F(TensorflowLiteModels, LargeModelsUseSeveralThreads) {
   const std::pair<const char*, int> cases[] = {
       {"models/classification/mobilenet_v1_0.25_224_float.tflite", 1},
       {"models/segmentation/deeplabv3_257_mv_gpu.tflite", 14},
-      {"models/classification/mobilenet_v2_1.0_224_quant.tflite", 1}};  // uint8: not by XNNPACK
+      {"models/classification/mobilenet_v2_1.0_224_quant.tflite",
+       1}};  // uint8 does not run in XNNPACK
   for (const auto& [file, most] : cases) {
     const auto path = shared_file(file);
     if (path.empty()) GTEST_SKIP() << file << " is not there";
@@ -55,7 +56,7 @@ TEST_F(TensorflowLiteModels, LargeOnesGetSeveralThreads) {
   }
 }
 
-// The share of labelled rows that the model gives their label.
+// The fraction of labelled rows that the model classifies correctly.
 double share_right(OpenEngine* model, const std::vector<std::vector<float>>& rows, size_t step) {
   double right = 0, count = 0;
   for (size_t i = 0; i < rows.size(); i += step) {
@@ -84,8 +85,8 @@ TEST_F(TensorflowLiteModels, AgreeWithLabelledGestures) {
   }
 }
 
-// As the metadata of these files were read with Python's struct and unzip.
-TEST_F(TensorflowLiteModels, TellTheirPictureAndLabels) {
+// Expected values: the metadata as read with Python's struct and unzip.
+TEST_F(TensorflowLiteModels, ReportTheirPictureAndLabels) {
   const auto path = shared_file("models/classification/mobilenet_v1_0.75_192_quant.tflite");
   if (path.empty()) GTEST_SKIP() << "../shared/models/classification is not there";
   const auto model = opened(path);

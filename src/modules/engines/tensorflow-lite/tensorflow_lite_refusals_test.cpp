@@ -1,15 +1,16 @@
-// What the TensorFlow Lite engine refuses, and in which words; that damage is never a crash.
+// Tests of what the TensorFlow Lite engine rejects, of the error texts, and that damage never
+// crashes.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <algorithm>
 
-#include "engine_fixture.hpp"
+#include "engine_test_support.hpp"
 #include "says.hpp"
-#include "tensorflow-lite/tflite_builder.hpp"
+#include "tensorflow-lite/tflite_builder_test_support.hpp"
 
 namespace weir::engine_test {
 namespace {
 
-// y = x, in another shape.
+// y = x with another shape.
 std::vector<std::byte> reshaping(int8_t type) {
   return TfliteBuilder()
       .input("x", type, {2, 3})
@@ -19,16 +20,16 @@ std::vector<std::byte> reshaping(int8_t type) {
       .bytes();
 }
 
-class TensorflowLiteRefuses : public EngineTest {};
+class TensorflowLiteRejects : public EngineTest {};
 
-TEST_F(TensorflowLiteRefuses, AModelThatIsNotThere) {
+TEST_F(TensorflowLiteRejects, AModelThatDoesNotExist) {
   const auto model = OpenEngine::open(*engine(), folder_.path("none.tflite"));
   ASSERT_FALSE(model);
   EXPECT_EQ(model.error().code, Code::MODEL_NOT_FOUND);
   EXPECT_SAYS(model.error().message(), "none.tflite");
 }
 
-TEST_F(TensorflowLiteRefuses, WhatIsNoModel) {
+TEST_F(TensorflowLiteRejects, FilesThatAreNotAModel) {
   for (const std::string text : {"", "x", "not a model at all", "12345678TFL3"}) {
     const auto* bytes = reinterpret_cast<const std::byte*>(text.data());
     const Error error = error_of({bytes, bytes + text.size()});
@@ -37,7 +38,7 @@ TEST_F(TensorflowLiteRefuses, WhatIsNoModel) {
   }
 }
 
-TEST_F(TensorflowLiteRefuses, AModelCutAnywhere) {
+TEST_F(TensorflowLiteRejects, ATruncatedModel) {
   const auto whole = reshaping(kTfFloat);
   for (size_t size = 0; size + 4 < whole.size(); ++size)
     EXPECT_EQ(error_of({whole.begin(), whole.begin() + static_cast<ptrdiff_t>(size)}).code,
@@ -45,8 +46,8 @@ TEST_F(TensorflowLiteRefuses, AModelCutAnywhere) {
         << size;
 }
 
-// Whatever a changed byte makes of the model, nothing crashes: it is refused, or it runs.
-TEST_F(TensorflowLiteRefuses, SurvivesEachChangedByte) {
+// A changed byte never causes a crash: the model is rejected, or it runs.
+TEST_F(TensorflowLiteRejects, HandlesEachChangedByte) {
   const auto whole = reshaping(kTfFloat);
   size_t refused = 0;
   for (size_t at = 0; at < whole.size(); ++at)
@@ -66,7 +67,7 @@ TEST_F(TensorflowLiteRefuses, SurvivesEachChangedByte) {
   EXPECT_GT(refused, whole.size() / 4);
 }
 
-TEST_F(TensorflowLiteRefuses, OperatorsThatItLacks) {
+TEST_F(TensorflowLiteRejects, OperatorsThatItLacks) {
   const Error error = error_of(TfliteBuilder()
                                    .input("x", kTfFloat, {2})
                                    .output("y", kTfFloat, {2})
@@ -76,13 +77,13 @@ TEST_F(TensorflowLiteRefuses, OperatorsThatItLacks) {
   EXPECT_SAYS(error.message(), "MyOperator");
 }
 
-TEST_F(TensorflowLiteRefuses, Strings) {
+TEST_F(TensorflowLiteRejects, Strings) {
   const Error error = error_of(reshaping(kTfString));
   EXPECT_TRUE(error.code == Code::MODEL_UNSUPPORTED || error.code == Code::MODEL_INVALID)
       << error.message();
 }
 
-TEST_F(TensorflowLiteRefuses, InputsThatDoNotFit) {
+TEST_F(TensorflowLiteRejects, InputsThatDoNotFit) {
   const auto model = opened(tflite_negation().bytes());
   ASSERT_NE(model, nullptr);
   const auto wrong_type = model->invoke({make_tensor(WEIR_UINT8, {2, 3})});
@@ -97,7 +98,7 @@ TEST_F(TensorflowLiteRefuses, InputsThatDoNotFit) {
   EXPECT_SAYS(wrong_count.error().message(), "input");
 }
 
-TEST_F(TensorflowLiteRefuses, ThreadsThatAreNoNumber) {
+TEST_F(TensorflowLiteRejects, ThreadsThatAreNotANumber) {
   for (const char* value : {"0", "-1", "two", ""}) {
     const Error error = error_of(tflite_negation().bytes(), {{"NumThreads", value}});
     EXPECT_EQ(error.code, Code::OPTION_VALUE) << value;
@@ -105,7 +106,7 @@ TEST_F(TensorflowLiteRefuses, ThreadsThatAreNoNumber) {
   }
 }
 
-TEST_F(TensorflowLiteRefuses, LogsOptionsThatItDoesNotKnow) {
+TEST_F(TensorflowLiteRejects, LogsUnknownOptions) {
   ASSERT_NE(opened(tflite_negation().bytes(), {{"NumTreads", "1"}, {"Delegate", "GPU"}}), nullptr);
   const auto lines = take_log();
   const auto says = [&](const char* words) {

@@ -1,24 +1,24 @@
-// Sessions of one TensorFlow Lite model: at once, and each with a state of its own.
+// Tests sessions of one TensorFlow Lite model: concurrent, and each with its own state.
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "engine_laws.hpp"
-#include "tensorflow-lite/tflite_builder.hpp"
+#include "engine_contract_test_support.hpp"
+#include "tensorflow-lite/tflite_builder_test_support.hpp"
 
 namespace weir::engine_test {
 namespace {
 
 class TensorflowLiteSessions : public EngineTest {};
 
-TEST_F(TensorflowLiteSessions, SessionsOfOneModelRunAtOnce) {
+TEST_F(TensorflowLiteSessions, SessionsOfOneModelRunConcurrently) {
   const auto path = folder_.write("model.tflite", tflite_negation({-1}).bytes());
   expect_threads_to_run_at_once(path);
 }
 
-TEST_F(TensorflowLiteSessions, WithoutMemoryGiveErrorsAndGoOnWhenThereIsSome) {
+TEST_F(TensorflowLiteSessions, ReportMissingMemoryAndRecover) {
   const auto path = folder_.write("model.tflite", tflite_negation({-1}).bytes());
   expect_errors_without_memory({*engine(), path, {1 << 22}, folder_.path("")});
 }
 
-// x + state, where the state that an SVDF keeps is its last inputs.
+// x + state, where the state kept by an SVDF is its last inputs.
 TfliteBuilder summing() {
   const auto svdf_options = FlatValue::table({{0, FlatValue::scalar(int32_t{1})}});
   return TfliteBuilder()
@@ -45,12 +45,13 @@ TEST_F(TensorflowLiteSessions, StateLastsUntilItIsReset) {
   EXPECT_EQ(run(8), 14);  // the first has left the window
   EXPECT_TRUE((*model)->control(WEIR_RESET_STATE));
   EXPECT_EQ(run(1), 1);
-  EXPECT_TRUE((*model)->control(WEIR_WARM));  // leaves no trace
+  EXPECT_TRUE((*model)->control(WEIR_WARM));  // does not change the state
   EXPECT_EQ(run(1), 1);
 }
 
-// The first session runs the interpreter that opening the model needed, the others have their own.
-TEST_F(TensorflowLiteSessions, SessionsHaveStateOfTheirOwn) {
+// The first session takes the interpreter created when the model was opened; the others create
+// theirs.
+TEST_F(TensorflowLiteSessions, SessionsHaveTheirOwnState) {
   const auto path = folder_.write("model.tflite", summing().bytes());
   const char* const paths[] = {path.c_str()};
   weir_open request{};

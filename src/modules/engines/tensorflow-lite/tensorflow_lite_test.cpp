@@ -1,10 +1,10 @@
-// TensorFlow Lite through the C table: types, shapes, memory, options.
+// Tests of TensorFlow Lite through the C table: types, shapes, memory, options.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <nlohmann/json.hpp>
 
-#include "engine_laws.hpp"
+#include "engine_contract_test_support.hpp"
 #include "says.hpp"
-#include "tensorflow-lite/tflite_builder.hpp"
+#include "tensorflow-lite/tflite_builder_test_support.hpp"
 #include "usable_cores.hpp"
 
 namespace weir::engine_test {
@@ -33,7 +33,7 @@ TEST_P(TensorflowLiteTypes, PassThroughUnchanged) {
                         .node(kOpReshape, {"x", "shape"}, {"y"}));
   ASSERT_TRUE(model) << model.error().message();
   auto x = make_tensor(GetParam().weir, {2, 3});
-  for (size_t i = 0; i < x.bytes.size(); ++i) x.bytes[i] = std::byte(i % 2);  // also good as bool
+  for (size_t i = 0; i < x.bytes.size(); ++i) x.bytes[i] = std::byte(i % 2);  // valid as bool too
   const auto y = (*model)->invoke({x});
   ASSERT_TRUE(y) << y.error().message();
   EXPECT_EQ((*y)[0].info.type, GetParam().weir);
@@ -72,8 +72,8 @@ TEST_F(TensorflowLite, HalfFloatsKeepTheirBits) {
   EXPECT_EQ((*y)[0].values<float>(), (std::vector<float>{1.0f, -2.5f, 65504.0f}));
 }
 
-// real = scale * (q - zero point): (q - 2) / 2 twice, summed, and back at steps of 1 from -10.
-TEST_F(TensorflowLite, QuantisedTensorsTellScaleAndZeroPointAndComeAsTheyAre) {
+// real = scale * (q - zero point): (q - 2) / 2, twice, summed, requantised in steps of 1 from -10.
+TEST_F(TensorflowLite, QuantisedTensorsReportScaleAndZeroPointAndStayQuantised) {
   auto model = open(TfliteBuilder()
                         .input("x", kTfInt8, {4})
                         .quantized({{0.5f}, {2}})
@@ -90,7 +90,7 @@ TEST_F(TensorflowLite, QuantisedTensorsTellScaleAndZeroPointAndComeAsTheyAre) {
   EXPECT_EQ((*y)[0].values<int8_t>(), (std::vector<int8_t>{-10, 0, -20, 115}));
 }
 
-TEST_F(TensorflowLite, Uint8IsQuantisedToo) {
+TEST_F(TensorflowLite, Uint8CanBeQuantised) {
   auto model = open(TfliteBuilder()
                         .input("x", kTfUint8, {3})
                         .quantized({{0.25f}, {128}})
@@ -133,7 +133,7 @@ TEST_F(TensorflowLite, InputsAndOutputsKeepTheModelsOrderAndNames) {
   expect_order_and_names(**model);
 }
 
-TEST_F(TensorflowLite, OpenDimensionsAreMinusOneAndTakeTheStreamsSizes) {
+TEST_F(TensorflowLite, OpenDimensionsAreMinusOneAndFollowTheStream) {
   auto model = open(tflite_negation({-1, 3}));
   ASSERT_TRUE(model) << model.error().message();
   expect_rows_of_the_stream(**model);
@@ -153,7 +153,7 @@ TEST_F(TensorflowLite, AFixedShapeIsResizedAndBackAgain) {
   }
 }
 
-TEST_F(TensorflowLite, AFixedShapeIsOpenWhereTheUserSaysSo) {
+TEST_F(TensorflowLite, AFixedShapeIsOpenIfTheUserRequestsIt) {
   auto model = EngineTest::open(tflite_negation({2, 3}).bytes(), {{"resize", "true"}});
   ASSERT_TRUE(model) << model.error().message();
   EXPECT_EQ(text_of((*model)->inputs()[0]), "float32[-1, -1]");
@@ -166,8 +166,8 @@ TEST_F(TensorflowLite, AFixedShapeIsOpenWhereTheUserSaysSo) {
   EXPECT_SAYS(refused.error().message(), "true or false");
 }
 
-// A refused shape leaves the session as it was.
-TEST_F(TensorflowLite, RunsOnAfterAShapeThatItsLayersRefuse) {
+// A rejected shape leaves the session unchanged.
+TEST_F(TensorflowLite, ContinuesAfterAShapeThatItsLayersReject) {
   auto model = open(TfliteBuilder()
                         .input("x", kTfFloat, {2, 3})
                         .constant<float>("c", kTfFloat, {3}, {1, 2, 3})
@@ -233,14 +233,14 @@ TEST_F(TensorflowLite, WarmRunsWithoutAFrame) {
     EXPECT_TRUE((*model)->control(op)) << op;
   const auto suspended = (*model)->control(WEIR_SUSPEND);
   ASSERT_FALSE(suspended) << "nothing to free: the host closes the model";
-  EXPECT_EQ(suspended.error().what, "TensorFlow Lite frees no memory of an open model");
+  EXPECT_EQ(suspended.error().what, "TensorFlow Lite cannot free the memory of an open model");
   const auto option = (*model)->control(WEIR_SET_OPTION);
   ASSERT_FALSE(option);
-  EXPECT_EQ(option.error().what, "TensorFlow Lite takes options only when a model is opened");
+  EXPECT_EQ(option.error().what, "TensorFlow Lite accepts options only when a model is opened");
   EXPECT_EQ(option.error().needed, "custom= at the start");
 }
 
-// Each interpreter with XNNPACK has packed weights of its own.
+// Each interpreter with XNNPACK has its own packed weights.
 TEST_F(TensorflowLite, OneSessionHoldsThePackedWeights) {
   for (const auto& [delegate, most] : {std::pair{"XNNPACK", 1u}, {"None", 0u}}) {
     auto model = EngineTest::open(tflite_negation({2}).bytes(), {{"Delegate", delegate}});
@@ -249,7 +249,7 @@ TEST_F(TensorflowLite, OneSessionHoldsThePackedWeights) {
   }
 }
 
-TEST_F(TensorflowLite, SaysWhereTheModelComesFrom) {
+TEST_F(TensorflowLite, ReportsTheOriginOfTheModel) {
   auto model = open(tflite_negation().description("made by \xFF hand"));
   ASSERT_TRUE(model) << model.error().message();
   const auto json = nlohmann::json::parse((*model)->info().metadata_json);
@@ -258,7 +258,7 @@ TEST_F(TensorflowLite, SaysWhereTheModelComesFrom) {
   EXPECT_EQ(json["xnnpack"], true);
 }
 
-TEST_F(TensorflowLite, RunsAlikeWithTheDelegateAndWithout) {
+TEST_F(TensorflowLite, RunsEquallyWithAndWithoutTheDelegate) {
   for (const auto& [delegate, used] :
        std::vector<std::pair<std::string, bool>>{{"XNNPACK", true}, {"none", false}}) {
     auto model = open(tflite_negation({3}), {{"delegate", delegate}});
@@ -271,8 +271,8 @@ TEST_F(TensorflowLite, RunsAlikeWithTheDelegateAndWithout) {
   EXPECT_TRUE(take_log().empty());
 }
 
-TEST_F(TensorflowLite, TakesThreadsFromTheOptionAndFromTheHost) {
-  for (const auto* threads : {"1", "2", "999"}) {  // never more than there are cores
+TEST_F(TensorflowLite, UsesThreadsOfTheOptionAndOfTheHost) {
+  for (const auto* threads : {"1", "2", "999"}) {  // never more than the number of cores
     auto model = open(tflite_negation({4}), {{"numthreads", threads}});
     ASSERT_TRUE(model) << model.error().message();
     EXPECT_EQ((*model)->execution().threads,
@@ -286,7 +286,7 @@ TEST_F(TensorflowLite, TakesThreadsFromTheOptionAndFromTheHost) {
   EXPECT_TRUE(take_log().empty());
 }
 
-TEST_F(TensorflowLite, WarnsOfOptionsThatItDoesNotKnow) {
+TEST_F(TensorflowLite, WarnsAboutUnknownOptions) {
   EXPECT_TRUE(open(tflite_negation(), {{"NumThread", "2"}}));
   auto log = take_log();
   ASSERT_EQ(log.size(), 1u);
@@ -298,7 +298,7 @@ TEST_F(TensorflowLite, WarnsOfOptionsThatItDoesNotKnow) {
   EXPECT_SAYS(log[0], "delegate GPU is not available");
 }
 
-TEST_F(TensorflowLite, OpensAModelGivenAsBytesThatGoAtOnce) {
+TEST_F(TensorflowLite, OpensAModelFromTemporaryBytes) {
   auto bytes = tflite_negation({2}).bytes();
   weir_open request{};
   request.struct_size = sizeof request;

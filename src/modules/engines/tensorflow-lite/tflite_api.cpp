@@ -1,16 +1,16 @@
-// Opening libtensorflowlite_c.
+// Loads libtensorflowlite_c.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "tensorflow-lite/tflite_api.hpp"
 
 #include <charconv>
 #include <mutex>
 
-#include "engine_options.hpp"
+#include "weir/engine_tools.hpp"
 
 namespace weir::engine {
 namespace {
 
-// "2.9.0": whether that is 2.9 or a later 2. Before, XNNPACK's options had another layout.
+// Whether "2.9.0" is 2.9 or a later 2.x. Earlier versions have another layout of XNNPACK's options.
 bool is_recent(std::string_view version) {
   int numbers[2]{};
   const char* end = version.data() + version.size();
@@ -21,12 +21,11 @@ bool is_recent(std::string_view version) {
 }
 
 Error not_usable(std::string offered) {
-  return {Code::ENGINE_NOT_INSTALLED,
-          "the library of TensorFlow Lite cannot be used",
-          std::move(offered),
-          "the C library of TensorFlow Lite 2.9 or a later 2",
-          "",
-          "tools/setup --engine tensorflow-lite"};
+  return {.code = Code::ENGINE_NOT_INSTALLED,
+          .what = "the library of TensorFlow Lite cannot be used",
+          .offered = std::move(offered),
+          .needed = "the C library of TensorFlow Lite 2.9 or a later 2",
+          .fix = "tools/setup --engine tensorflow-lite"};
 }
 
 }  // namespace
@@ -36,7 +35,7 @@ Result<const TfliteApi*> TfliteApi::instance() {
   static std::unique_ptr<const TfliteApi> api;
   const std::lock_guard lock(mutex);
   if (api) return api.get();
-  auto loaded = load();  // a missing library is looked for again: it may be installed meanwhile
+  auto loaded = load();  // retries a missing library: it may have been installed since
   if (!loaded) return loaded.error();
   api = *std::move(loaded);
   return api.get();
@@ -73,7 +72,7 @@ Result<std::unique_ptr<const TfliteApi>> TfliteApi::load() {
   if (!missing.empty()) return not_usable(library->path() + ": no symbol " + missing);
   if (!is_recent(text_or_empty(api->version())))
     return not_usable(library->path() + ": version " + std::string(text_or_empty(api->version())) +
-                      " is another one");
+                      " is a different version");
   want(&api->modify_graph, "TfLiteInterpreterModifyGraphWithDelegate");
   want(&api->reset_variables, "TfLiteInterpreterResetVariableTensors");
   want(&api->xnnpack_create, "TfLiteXNNPackDelegateCreate");

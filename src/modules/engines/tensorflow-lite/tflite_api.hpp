@@ -1,4 +1,4 @@
-// The C API of TensorFlow Lite, opened at run time.
+// TfliteApi: the C API of TensorFlow Lite, loaded at run time.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <tensorflow/lite/c/c_api.h>
@@ -11,8 +11,8 @@
 
 namespace weir::engine {
 
-// As in tensorflow/lite/delegates/xnnpack/xnnpack_delegate.h, which no package brings; what follows
-// the first fields differs between versions and stays zero.
+// As in tensorflow/lite/delegates/xnnpack/xnnpack_delegate.h, which no package contains. Members
+// after the first ones differ between versions and stay zero.
 struct XnnpackOptions {
   int32_t num_threads = 0;
   uint32_t flags = 0;
@@ -20,9 +20,9 @@ struct XnnpackOptions {
 };
 constexpr uint32_t kXnnpackSignedInt8 = 1;  // TFLITE_XNNPACK_DELEGATE_FLAG_QS8
 
-// The functions that are used; one table for the process.
+// The functions that the engine calls; one table per process.
 struct TfliteApi {
-  // Opens the library on first use. ENGINE_NOT_INSTALLED as EngineLibrary says.
+  // Loads the library on first use. ENGINE_NOT_INSTALLED as for EngineLibrary::open().
   static Result<const TfliteApi*> instance();
 
   decltype(&TfLiteVersion) version;
@@ -43,7 +43,7 @@ struct TfliteApi {
   decltype(&TfLiteInterpreterInvoke) invoke;
   decltype(&TfLiteTensorCopyFromBuffer) copy_from;
   decltype(&TfLiteTensorQuantizationParams) quantization;
-  // Of c_api_experimental.h; null where the library lacks them.
+  // From c_api_experimental.h; null if the library lacks them.
   TfLiteStatus (*modify_graph)(const TfLiteInterpreter*, TfLiteDelegate*);
   TfLiteStatus (*reset_variables)(TfLiteInterpreter*);
   TfLiteDelegate* (*xnnpack_create)(const XnnpackOptions*);

@@ -1,4 +1,4 @@
-// Opening a model here or there, and passing every later call on to whoever has it.
+// Opens a model in one of the two engines and forwards every later call to that engine.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "tensorflow-lite/tflite_choice.hpp"
 
@@ -6,11 +6,11 @@
 #include <nlohmann/json.hpp>
 #include <vector>
 
-#include "engine_options.hpp"
 #include "lowering/lowered_facts.hpp"
 #include "lowering/lowering.hpp"
 #include "model_bytes.hpp"
 #include "tflite-file/tflite_file.hpp"
+#include "weir/engine_tools.hpp"
 #include "weir/execution.h"
 #include "weir/find_engine.h"
 
@@ -26,7 +26,8 @@ struct ChosenModel {
   std::vector<weir_tensor_info> inputs, outputs;  // of a lowered model, with their quantisation
   std::vector<PortQuantization> input_scales, output_scales;
   std::string metadata;
-  std::string stays;  // why TensorFlow Lite runs what was to be lowered
+  std::string
+      stays;  // the reason why a model stays with TensorFlow Lite although lowering was requested
 
   ChosenModel() = default;
   ChosenModel(const ChosenModel&) = delete;
@@ -48,12 +49,12 @@ ChosenSession& of(weir_session* session) {
   return *reinterpret_cast<ChosenSession*>(session);
 }
 
-// ONNX Runtime must not quantise anew what the lowered graph computes in real numbers.
+// ONNX Runtime must not requantise what the lowered graph computes in floats.
 constexpr weir_option kAsWritten{"session.disable_quant_qdq", "1"};
 
 struct LoweringChoice {
   bool wanted = false, cache = true;
-  std::vector<weir_option> others;  // what the other engine gets
+  std::vector<weir_option> others;  // options for the other engine
 };
 
 Result<LoweringChoice> lowering_choice(const weir_open& request) {
@@ -62,25 +63,20 @@ Result<LoweringChoice> lowering_choice(const weir_open& request) {
   for (uint32_t i = 0; request.options && i < request.n_options; ++i) {
     const auto key = text_or_empty(request.options[i].key);
     const auto value = text_or_empty(request.options[i].value);
-    if (same_word(key, "Delegate")) continue;
-    if (same_word(key, "LoweringCache")) {
+    if (equals_ignoring_case(key, "Delegate")) continue;
+    if (equals_ignoring_case(key, "LoweringCache")) {
       const auto on = switch_option(key, value);
       if (!on) return on.error();
       out.cache = *on;
       continue;
     }
-    if (!same_word(key, "Lowering")) {
+    if (!equals_ignoring_case(key, "Lowering")) {
       out.others.push_back(request.options[i]);
       continue;
     }
-    out.wanted = same_word(value, "onnxruntime");
-    if (!out.wanted && !same_word(value, "None"))
-      return Error{Code::OPTION_VALUE,
-                   "the option Lowering has a value that cannot be used",
-                   "Lowering:" + std::string(value),
-                   "onnxruntime or None",
-                   "",
-                   "custom=Lowering:onnxruntime"};
+    out.wanted = equals_ignoring_case(value, "onnxruntime");
+    if (!out.wanted && !equals_ignoring_case(value, "None"))
+      return bad_option("Lowering", value, "onnxruntime or None", "onnxruntime");
   }
   return out;
 }
@@ -97,7 +93,7 @@ int open_own(const weir_open& request, ChosenModel* out, weir_error* error) {
   return own_engine->open(&request, &out->model, error);
 }
 
-// Of its library; "" where that is not installed.
+// The version of the engine's library; "" when it is not installed.
 std::string version_of(const weir_engine& engine) {
   const auto* library = static_cast<const char* const*>(engine.extension("weir.library/1"));
   return library ? library[1] : "";
@@ -116,8 +112,11 @@ int open_lowered(const weir_open& request, const LoweringChoice& choice, ChosenM
   const auto* finder =
       static_cast<const weir_engine_finder*>(module_host->extension(WEIR_FIND_ENGINE));
   if (!finder)
-    return fail(error, {Code::ENGINE_NOT_INSTALLED, "this host lets no engine find another",
-                        "Lowering:onnxruntime", "a newer Weir", "", "custom=Lowering:None"});
+    return fail(error, {.code = Code::ENGINE_NOT_INSTALLED,
+                        .what = "this host does not let an engine find another",
+                        .offered = "Lowering:onnxruntime",
+                        .needed = "a newer Weir",
+                        .fix = "custom=Lowering:None"});
   const auto file = read_model(request, {.check_head = check_tflite_head});
   if (!file) return fail(error, file.error());
   const weir_engine* other = nullptr;
@@ -145,7 +144,7 @@ int open_lowered(const weir_open& request, const LoweringChoice& choice, ChosenM
                             result == -static_cast<int>(Code::MODEL_UNSUPPORTED);
   if (of_the_model)
     return open_instead(request, file->name(),
-                        "ONNX Runtime refuses the lowered graph, error " + std::to_string(-result),
+                        "ONNX Runtime rejects the lowered graph, error " + std::to_string(-result),
                         out, error);
   if (result < 0) return result;
   out->engine = other;

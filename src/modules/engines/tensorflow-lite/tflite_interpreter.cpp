@@ -1,13 +1,13 @@
-// Making an interpreter, with the delegate and without.
+// Creates an interpreter, with or without the delegate.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "tensorflow-lite/tflite_interpreter.hpp"
 
 #include <cstdarg>
 #include <cstdio>
 
-#include "module_host.hpp"
 #include "tensor_check.hpp"
 #include "thread_room.hpp"
+#include "weir/engine_tools.hpp"
 
 namespace weir::engine {
 namespace {
@@ -22,18 +22,16 @@ Error load_error(const std::string& complaints) {
   if (mentions(complaints,
                {"unresolved custom op", "Didn't find op", "Op builtin_code out of range",
                 "Registration failed", "unsupported data type", "Flex ops"}))
-    return Error{Code::MODEL_UNSUPPORTED,
-                 "the model needs something that TensorFlow Lite lacks",
-                 complaints,
-                 "builtin operators of TensorFlow Lite 2.9",
-                 "",
-                 "convert the model with builtin operators only"};
-  return Error{Code::MODEL_INVALID,
-               "TensorFlow Lite cannot load the model",
-               complaints.empty() ? "no reason given" : complaints,
-               "a model that it can run",
-               "",
-               "fetch or export the model again; weir inspect MODEL"};
+    return Error{.code = Code::MODEL_UNSUPPORTED,
+                 .what = "the model needs something that TensorFlow Lite lacks",
+                 .offered = complaints,
+                 .needed = "builtin operators of TensorFlow Lite 2.9",
+                 .fix = "convert the model with builtin operators only"};
+  return Error{.code = Code::MODEL_INVALID,
+               .what = "TensorFlow Lite cannot load the model",
+               .offered = complaints.empty() ? "no reason given" : complaints,
+               .needed = "a model that it can run",
+               .fix = "fetch or export the model again; weir inspect MODEL"};
 }
 
 }  // namespace
@@ -60,7 +58,7 @@ Result<std::unique_ptr<TfliteInterpreter>> TfliteInterpreter::create(
     const auto status = out->build(model, options, true, shapes);
     if (status) return out;
     if (status.error().code == Code::OUT_OF_MEMORY) return status.error();
-    log(WEIR_LOG_INFO, "XNNPACK does not take this model: " + out->complaints_);
+    log(WEIR_LOG_INFO, "XNNPACK does not accept this model: " + out->complaints_);
     out.reset(new TfliteInterpreter(api));
   }
   if (auto status = out->build(model, options, false, shapes); !status) return status.error();
@@ -86,7 +84,7 @@ Status TfliteInterpreter::build(const TfLiteModel* model, const TfliteOptions& o
     error.code = Code::SPEC_MISMATCH;
     error.what = "the model does not work with inputs of these shapes";
     error.offered = describe(shapes) + ": " + complaints_;
-    error.needed = "shapes that all its layers can take";
+    error.needed = "shapes that all its layers accept";
     error.fix.clear();
   }
   return error;
@@ -98,12 +96,9 @@ Status TfliteInterpreter::resize(std::span<const weir_tensor_info> shapes) {
     std::vector<int> extents(info.shape, info.shape + info.rank);
     if (api_.resize_input(interpreter_.get(), static_cast<int32_t>(i), extents.data(),
                           static_cast<int32_t>(extents.size())) != kTfLiteOk)
-      return Error{Code::SPEC_MISMATCH,
-                   "the model does not take an input of this shape",
-                   describe(info) + ": " + complaints_,
-                   "",
-                   "",
-                   ""};
+      return Error{.code = Code::SPEC_MISMATCH,
+                   .what = "the model does not accept an input of this shape",
+                   .offered = describe(info) + ": " + complaints_};
   }
   return ok();
 }
@@ -132,7 +127,9 @@ const TfLiteTensor* TfliteInterpreter::output(size_t index) const {
 Status TfliteInterpreter::invoke() {
   complaints_.clear();
   if (api_.invoke(interpreter_.get()) == kTfLiteOk) return ok();
-  return Error{Code::INVOKE_FAILED, "TensorFlow Lite failed on a frame", complaints_, "", "", ""};
+  return Error{.code = Code::INVOKE_FAILED,
+               .what = "TensorFlow Lite failed on a frame",
+               .offered = complaints_};
 }
 
 void TfliteInterpreter::reset_state() {

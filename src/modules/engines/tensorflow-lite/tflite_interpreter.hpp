@@ -14,10 +14,10 @@ namespace weir::engine {
 
 class TfliteInterpreter {
  public:
-  // Shapes of all inputs; none = the model's own. The XNNPACK delegate is tried where it is wanted
-  // and left out where it does not take the graph. `model` must outlive this.
-  // MODEL_UNSUPPORTED for operators that the library lacks; SPEC_MISMATCH for shapes that the model
-  // refuses; MODEL_INVALID else.
+  // `shapes`: those of all inputs; empty = the model's own. Uses the XNNPACK delegate if it is
+  // requested and accepts the graph. `model` must outlive this. MODEL_UNSUPPORTED for operators
+  // that the library lacks; SPEC_MISMATCH for shapes that the model rejects; MODEL_INVALID
+  // otherwise.
   static Result<std::unique_ptr<TfliteInterpreter>> create(
       const TfliteApi& api, const TfLiteModel* model, const TfliteOptions& options,
       std::span<const weir_tensor_info> shapes);
@@ -45,8 +45,8 @@ class TfliteInterpreter {
   static void report(void* self, const char* format, va_list arguments);
 
   const TfliteApi& api_;
-  std::string complaints_;  // what the library reported since it was cleared
-  Delegate delegate_;       // outlives the interpreter
+  std::string complaints_;  // messages of the library since it was cleared
+  Delegate delegate_;       // must outlive the interpreter
   Interpreter interpreter_;
 };
 

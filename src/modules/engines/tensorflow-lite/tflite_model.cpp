@@ -1,4 +1,4 @@
-// Opening a TensorFlow Lite model.
+// Opens a TensorFlow Lite model.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "tensorflow-lite/tflite_model.hpp"
 
@@ -6,19 +6,20 @@
 #include <nlohmann/json.hpp>
 
 #include "model_bytes.hpp"
-#include "module_host.hpp"
 #include "tensorflow-lite/tflite_types.hpp"
 #include "tflite-file/tflite_metadata.hpp"
 #include "tflite-file/tflite_work.hpp"
 #include "usable_cores.hpp"
+#include "weir/engine_tools.hpp"
 
 namespace weir::engine {
 namespace {
 
-// The walk reads to the end of each table; an option of up to 8 bytes may lie at a table's end.
+// Readable bytes after the file: tables are validated up to their end, at which an option of up to
+// 8 bytes may be read.
 constexpr size_t kReadableBehindFile = 64;
 
-// Where the model leaves a dimension to the stream.
+// Marks the dimensions that the model leaves to the stream.
 void open_dimensions(const TfLiteTensor& tensor, weir_tensor_info* info) {
   const TfLiteIntArray* signature = tensor.dims_signature;
   if (!signature || static_cast<uint32_t>(signature->size) != info->rank) return;
@@ -26,7 +27,7 @@ void open_dimensions(const TfLiteTensor& tensor, weir_tensor_info* info) {
     if (signature->data[i] < 0) info->shape[i] = -1;
 }
 
-// Colours last is TensorFlow's way; converters from elsewhere leave them in front of the rows.
+// TensorFlow puts channels last; models converted from elsewhere have them before the rows.
 uint32_t layout_of(const weir_tensor_info& info) {
   const auto colours = [](int64_t extent) { return extent == 1 || extent == 3 || extent == 4; };
   if (info.rank != 4) return WEIR_LAYOUT_ANY;
@@ -34,15 +35,15 @@ uint32_t layout_of(const weir_tensor_info& info) {
   return colours(info.shape[1]) ? WEIR_LAYOUT_NCHW : WEIR_LAYOUT_ANY;
 }
 
-// XNNPACK's threads spin for some 9 ms after each invoke, and an invoke waits for all of them at
-// each operator, whoever else needs their cores: beside two busy threads on two cores MobileNet v1
-// 0.25 (41 million multiplications) takes ten times as long with two threads as with one, DeepLab
-// v3 (726 million) 2.2 times. Alone on the machine two threads save a third to two fifths of
-// either. So several threads are for models whose frames take milliseconds.
+// XNNPACK's threads spin for about 9 ms after each invoke, and an invoke waits for all of them at
+// each operator even if others use their cores. Next to two busy threads on two cores, MobileNet v1
+// 0.25 (41 million multiplications) takes ten times as long with two threads as with one, and
+// DeepLab v3 (726 million) 2.2 times. On an idle machine two threads save a third to two fifths. So
+// only models whose frames take milliseconds get several threads.
 constexpr ThreadCosts kThreadCosts{.of_operator = 1, .of_invoke = 50e6, .of_weight = 0};
 
 int threads_by_size(std::span<const std::byte> file, const TfliteOptions& options) {
-  if (!options.xnnpack) return 1;  // TensorFlow Lite's own kernels gain nothing
+  if (!options.xnnpack) return 1;  // TensorFlow Lite's own kernels do not benefit
   const auto graph = read_tflite_graph(file);
   return graph ? threads_for(tflite_work(*graph), kThreadCosts, usable_cores()) : 1;
 }
@@ -54,28 +55,18 @@ bool is_unallocated(const TfLiteTensor& tensor) noexcept {
 }
 
 Result<weir_tensor_info> tflite_tensor_info(const TfliteApi& api, const TfLiteTensor& tensor) {
-  weir_tensor_info info{};
-  info.batch_axis = WEIR_NO_BATCH_AXIS;
+  weir_tensor_info info = open_tensor_info();
   const std::string name = tensor.name ? tensor.name : "";
   const auto type = from_tflite(tensor.type);
   if (!type)
-    return Error{Code::MODEL_UNSUPPORTED,
-                 "the model's tensor " + name + " is of a kind that streams lack",
-                 std::string("elements of type ") + tflite_type_name(tensor.type),
-                 "numbers of 8 to 64 bits, or bool",
-                 "",
-                 "export the model without it"};
+    return unsupported_type("the model's tensor " + name,
+                            std::string("elements of type ") + tflite_type_name(tensor.type),
+                            "export the model without it");
   const int rank = tensor.dims ? tensor.dims->size : 0;
   if (rank < 0 || rank > WEIR_RANK_LIMIT)
-    return Error{Code::MODEL_UNSUPPORTED,
-                 "the model's tensor " + name + " has too many dimensions",
-                 "rank " + std::to_string(rank),
-                 "rank 16 at most",
-                 "",
-                 ""};
+    return unsupported_rank("the model's tensor " + name, rank);
   info.type = *type;
-  info.rank = static_cast<uint32_t>(rank);
-  std::copy_n(tensor.dims ? tensor.dims->data : nullptr, rank, info.shape);
+  set_shape(&info, tensor.dims ? tensor.dims->data : nullptr, static_cast<size_t>(rank));
   const auto quantization = api.quantization(&tensor);
   info.scale = quantization.scale;
   info.zero_point = quantization.zero_point;
@@ -106,11 +97,11 @@ Result<std::unique_ptr<TfliteModel>> TfliteModel::open(const weir_open& request)
   model->options_ = *options;
   if (model->options_.threads == 0)
     model->options_.threads = threads_by_size({model->bytes_.data(), size}, model->options_);
-  // The delegate of 2.9 writes through a null pointer where no operator makes an output.
+  // The delegate of 2.9 writes through a null pointer when no operator computes an output.
   if (model->summary_.passes_through) model->options_.xnnpack = false;
   model->model_.reset((*api)->model_create(model->bytes_.data(), size));
   if (!model->model_)
-    return named({Code::MODEL_INVALID, "TensorFlow Lite cannot load the model", "", "", "", ""});
+    return named({.code = Code::MODEL_INVALID, .what = "TensorFlow Lite cannot load the model"});
   auto interpreter = model->interpreter({});
   if (!interpreter) return named(interpreter.error());
   if (auto status = model->read_tensors(**interpreter); !status) return named(status.error());
@@ -171,8 +162,9 @@ void TfliteModel::describe(weir_model_info* info) const {
   info->outputs = outputs_.data();
   info->alignment = info->input_padding = 0;  // inputs are copied
   info->memory_kinds = uint64_t{1} << WEIR_MEMORY_HOST;
-  // XNNPACK packs the weights again for each interpreter, so users of a model share one. Without it
-  // there are as many as wanted, and for a model with state, which is each interpreter's own.
+  // XNNPACK packs the weights again for each interpreter, so users of a model share one session.
+  // Without packed weights there is no limit, nor for a model with state, which belongs to the
+  // interpreter.
   info->max_sessions = packs_weights_ && !summary_.has_state ? 1 : 0;
   info->max_in_flight = 1;
   info->preferred_batch = 1;

@@ -1,4 +1,4 @@
-// TfliteModel: a TensorFlow Lite model, checked and opened, with its inputs and outputs.
+// TfliteModel: a TensorFlow Lite model, validated and opened, with its inputs and outputs.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <memory>
@@ -26,10 +26,10 @@ class TfliteModel {
   const std::vector<weir_tensor_info>& inputs() const noexcept { return inputs_; }
   const std::vector<weir_tensor_info>& outputs() const noexcept { return outputs_; }
   const TfliteSummary& summary() const noexcept { return summary_; }
-  // For the model's own shapes when `shapes` is empty.
+  // An empty `shapes` means the model's own shapes.
   Result<std::unique_ptr<TfliteInterpreter>> interpreter(
       std::span<const weir_tensor_info> shapes) const;
-  // For a session, of the model's own shapes: the first gets the one that opening needed.
+  // For a session with the model's own shapes: the first gets the one created by open().
   Result<std::unique_ptr<TfliteInterpreter>> session_interpreter() const;
 
  private:
@@ -38,7 +38,7 @@ class TfliteModel {
 
   const TfliteApi& api_;
   std::vector<std::byte>
-      bytes_;  // the file; TensorFlow Lite reads weights there as long as it lives
+      bytes_;  // the file; TensorFlow Lite reads weights there until it is closed
   std::unique_ptr<TfLiteModel, void (*)(TfLiteModel*)> model_;
   TfliteOptions options_;
   TfliteSummary summary_;
@@ -50,9 +50,9 @@ class TfliteModel {
   mutable std::unique_ptr<TfliteInterpreter> first_;  // until a session takes it
 };
 
-// What an interpreter says of a tensor now. MODEL_UNSUPPORTED for types that streams lack.
+// The interpreter's current description of a tensor. MODEL_UNSUPPORTED for types that streams lack.
 Result<weir_tensor_info> tflite_tensor_info(const TfliteApi& api, const TfLiteTensor& tensor);
-// Its size is not known before an invoke.
+// True when the tensor's size is unknown before an invoke.
 bool is_unallocated(const TfLiteTensor& tensor) noexcept;
 
 }  // namespace weir::engine

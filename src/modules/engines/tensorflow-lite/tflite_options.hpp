@@ -1,4 +1,4 @@
-// The options of the TensorFlow Lite engine (specification 4.15).
+// TfliteOptions: the options of the TensorFlow Lite engine (docs/compatibility/filter.md 4.15).
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include "weir/abi.h"
@@ -7,12 +7,12 @@
 namespace weir::engine {
 
 struct TfliteOptions {
-  int threads = 0;  // of one invoke; 0 = by the size of the model
+  int threads = 0;  // per invoke; 0 = by the size of the model
   bool xnnpack = true;
-  bool resize = false;  // the stream says the inputs' shapes, whatever the file says
+  bool resize = false;  // the stream sets the inputs' shapes, even against the file
 
-  // NumThreads:N (no more than there are cores), Delegate:{XNNPACK,None}, Resize:{true,false}.
-  // Other delegates and unknown keys are logged; what cannot be read is OPTION_VALUE.
+  // NumThreads:N (at most the number of cores), Delegate:{XNNPACK,None}, Resize:{true,false}. Other
+  // delegates and unknown keys are logged; OPTION_VALUE for an invalid value.
   static Result<TfliteOptions> read(const weir_open& request);
 };
 

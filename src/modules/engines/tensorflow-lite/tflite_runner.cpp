@@ -1,4 +1,4 @@
-// Shapes in, shapes out, frames through.
+// Resolves shapes and runs frames.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "tensorflow-lite/tflite_runner.hpp"
 
@@ -6,8 +6,8 @@
 #include <cstring>
 
 #include "dry_run.hpp"
-#include "module_host.hpp"
 #include "tensor_check.hpp"
+#include "weir/engine_tools.hpp"
 
 namespace weir::engine {
 TfliteRunner::TfliteRunner(const TfliteModel& model, const TfliteApi& api,
@@ -23,7 +23,7 @@ Result<std::unique_ptr<TfliteRunner>> TfliteRunner::create(const TfliteModel& mo
   return std::unique_ptr<TfliteRunner>(new TfliteRunner(model, **api, *std::move(interpreter)));
 }
 
-// Any extents of the right rank: models whose file says a fixed shape can often be resized too.
+// Accepts any extents of the right rank: models with a fixed shape can often be resized too.
 Status TfliteRunner::check(std::span<const weir_tensor_info> in) const {
   auto any = model_.inputs();
   for (auto& info : any) std::fill_n(info.shape, info.rank, -1);
@@ -42,12 +42,10 @@ Status TfliteRunner::reshape(std::span<const weir_tensor_info> in) {
     same = same && shaped_as(i, in[i]);
     const auto bytes = tensor_bytes(in[i]);
     if (!bytes || *bytes > INT32_MAX || *bytes == 0)
-      return Error{Code::SPEC_MISMATCH,
-                   "TensorFlow Lite takes no input of this size",
-                   describe(in[i]),
-                   "1 byte to 2 GiB",
-                   "",
-                   ""};
+      return Error{.code = Code::SPEC_MISMATCH,
+                   .what = "TensorFlow Lite does not accept an input of this size",
+                   .offered = describe(in[i]),
+                   .needed = "1 byte to 2 GiB"};
   }
   if (same) return ok();
   auto interpreter = model_.interpreter(in);
@@ -89,7 +87,7 @@ Status TfliteRunner::resolve(std::span<const weir_tensor_info> in,
   bool any_open = false;
   for (size_t i = 0; i < out.size(); ++i) any_open = any_open || open(i);
   if (any_open && !dry_ran_ && !model_.summary().shapes_depend_on_data) {
-    // Too large, or zeros are values that this model refuses: the first frame decides the shapes.
+    // Too large, or the model fails on zeros: the first frame determines the shapes.
     const auto status = dry_run();
     dry_ran_ = bool(status);
     if (!status)
@@ -117,12 +115,10 @@ Status TfliteRunner::copy_in(const weir_tensor& tensor, size_t index) {
     from = bools_.data();
   }
   if (!to->data.raw || api_.copy_from(to, from, tensor.bytes) != kTfLiteOk)
-    return Error{Code::INVOKE_FAILED,
-                 "TensorFlow Lite does not take the data of an input",
-                 std::to_string(tensor.bytes) + " bytes",
-                 std::to_string(to->bytes) + " bytes",
-                 "",
-                 ""};
+    return Error{.code = Code::INVOKE_FAILED,
+                 .what = "TensorFlow Lite does not accept the data of an input",
+                 .offered = std::to_string(tensor.bytes) + " bytes",
+                 .needed = std::to_string(to->bytes) + " bytes"};
   return ok();
 }
 
@@ -131,12 +127,9 @@ Status TfliteRunner::copy_out(size_t index, weir_tensor* tensor) {
   auto info = tflite_tensor_info(api_, *from);
   if (!info) return info.error();
   if ((!from->data.raw && from->bytes > 0) || tensor_bytes(*info) != from->bytes)
-    return Error{Code::INVOKE_FAILED,
-                 "TensorFlow Lite gave no data for an output",
-                 "output " + std::to_string(index),
-                 "",
-                 "",
-                 ""};
+    return Error{.code = Code::INVOKE_FAILED,
+                 .what = "TensorFlow Lite returned no data for an output",
+                 .offered = "output " + std::to_string(index)};
   info->name = model_.outputs()[index].name;
   return write_output(*info, from->data.raw, index, tensor);
 }
@@ -163,7 +156,7 @@ Status TfliteRunner::invoke(const weir_frame& in, weir_frame& out) {
 }
 
 Status TfliteRunner::warm() {
-  const Status ignored = dry_run();  // a model that refuses zeros is warm enough
+  const Status ignored = dry_run();  // a model that fails on zeros is warm enough
   return ignored ? ok() : ok();
 }
 

@@ -1,4 +1,4 @@
-// TfliteRunner: frames through a TensorFlow Lite model.
+// TfliteRunner: runs a TensorFlow Lite model on frames.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <memory>
@@ -9,17 +9,17 @@
 
 namespace weir::engine {
 
-// An interpreter of its own; used by one thread at a time.
+// Owns an interpreter; one thread at a time.
 class TfliteRunner {
  public:
   static Result<std::unique_ptr<TfliteRunner>> create(const TfliteModel& model,
                                                       std::span<const weir_option> options);
 
-  // Resizes the inputs; outputs whose size the graph computes are learned by a run on zeros, and
-  // stay open when they depend on values.
+  // Resizes the inputs. Output sizes that the graph computes are found by a run on zeros, and stay
+  // open if they depend on values.
   Status resolve(std::span<const weir_tensor_info> in, std::span<weir_tensor_info> out);
-  // Copies in and out: this library keeps its tensors in memory of its own. An output without data
-  // gets memory of the host.
+  // Copies inputs and outputs, because this library keeps tensors in its own memory. An output
+  // without data gets memory of the host.
   Status invoke(const weir_frame& in, weir_frame& out);
   Status warm();
   Status reset_state();
@@ -37,7 +37,7 @@ class TfliteRunner {
   const TfliteModel& model_;
   const TfliteApi& api_;
   std::unique_ptr<TfliteInterpreter> interpreter_;
-  bool dry_ran_ = false;  // outputs that the graph sizes are known for the present shapes
+  bool dry_ran_ = false;  // the sizes of computed outputs are known for the current shapes
   std::vector<uint8_t> bools_;
 };
 

@@ -1,4 +1,4 @@
-// Element types of TensorFlow Lite and of Weir.
+// Maps element types of TensorFlow Lite to those of Weir.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <tensorflow/lite/c/c_api_types.h>
@@ -11,7 +11,7 @@
 
 namespace weir::engine {
 
-// Bool comes last: Weir has no bool, a byte of 0 or 1 stands for it.
+// Bool is last: Weir has no bool and uses a byte of 0 or 1.
 inline constexpr std::array<std::pair<TfLiteType, weir_type>, 11> kTfliteTypes{
     {{kTfLiteFloat32, WEIR_FLOAT32},
      {kTfLiteInt32, WEIR_INT32},

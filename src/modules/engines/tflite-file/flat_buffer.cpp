@@ -1,4 +1,4 @@
-// Bounded steps through a FlatBuffers file.
+// Reads a FlatBuffers file with bounds checks.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "tflite-file/flat_buffer.hpp"
 
@@ -27,7 +27,7 @@ bool FlatTable::read_vtable(FlatFile* file, uint64_t at, uint64_t vtable) noexce
   if (vtable_bytes_ < 4 || vtable_bytes_ % 2 != 0 || table_bytes_ < 4 ||
       !file->holds(vtable, vtable_bytes_) || !file->holds(at, table_bytes_))
     return false;
-  // Readers that know more fields than we do must not be led out of the table either.
+  // Also checks fields that we do not know: other readers follow them and must stay in the table.
   for (uint32_t entry = 4; entry < vtable_bytes_; entry += 2)
     if (file->read<uint16_t>(vtable + entry) >= table_bytes_) return false;
   return !file->damaged();

@@ -1,4 +1,4 @@
-// FlatFile, FlatTable, FlatVector: a FlatBuffers file read without ever leaving its bytes.
+// FlatFile, FlatTable, FlatVector: read a FlatBuffers file with every access bounds-checked.
 // Layout: the FlatBuffers internals page; offsets are little-endian and relative.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
@@ -12,7 +12,7 @@ namespace weir::engine {
 
 class FlatTable;
 
-// What lies outside the bytes reads as absent and marks the file as damaged.
+// A read outside the bytes returns an absent value and marks the file as damaged.
 class FlatFile {
  public:
   explicit FlatFile(std::span<const std::byte> bytes) noexcept : bytes_(bytes) {}
@@ -20,7 +20,7 @@ class FlatFile {
   bool damaged() const noexcept { return damaged_; }
   FlatTable root() noexcept;
 
-  // For tables and vectors.
+  // For FlatTable and FlatVector.
   bool holds(uint64_t at, uint64_t count) const noexcept {
     return at <= bytes_.size() && count <= bytes_.size() - at;
   }
@@ -33,8 +33,8 @@ class FlatFile {
       damaged_ = true;
     return value;
   }
-  // Counts what is visited: offsets may all point to one place, so that a small file could be
-  // endless work.
+  // Counts visited objects: offsets may all point to the same place, so a small file could
+  // otherwise cause endless work.
   void visit(uint64_t count) noexcept {
     visited_ += count;
     if (visited_ > kVisitLimit) damaged_ = true;
@@ -57,16 +57,16 @@ class FlatVector {
 
   explicit operator bool() const noexcept { return file_ != nullptr; }
   uint32_t size() const noexcept { return size_; }
-  // Only below size().
+  // Precondition: index < size().
   template <class T>
   T scalar(uint32_t index) const noexcept {
     return file_->read<T>(at_ + uint64_t{index} * sizeof(T));
   }
   FlatTable table(uint32_t index) const noexcept;
-  std::span<const std::byte> bytes() const noexcept {  // of a vector of bytes
+  std::span<const std::byte> bytes() const noexcept {  // only for a vector of bytes
     return file_ ? std::span(file_->data() + at_, size_) : std::span<const std::byte>();
   }
-  std::string_view text() const noexcept {  // of a vector of bytes
+  std::string_view text() const noexcept {  // only for a vector of bytes
     return file_ ? std::string_view(reinterpret_cast<const char*>(file_->data()) + at_, size_)
                  : std::string_view();
   }
@@ -77,7 +77,7 @@ class FlatVector {
   uint32_t size_ = 0;
 };
 
-// False when absent or damaged; its fields are all absent then.
+// Converts to false, with all fields absent, when the table is absent or damaged.
 class FlatTable {
  public:
   FlatTable() = default;
@@ -90,9 +90,9 @@ class FlatTable {
     return at ? file_->read<T>(at) : otherwise;
   }
   FlatTable table(uint32_t field) const noexcept;
-  // Elements of `element_bytes` each; 4 for offsets.
+  // A vector of elements of `element_bytes` each; 4 for offsets.
   FlatVector vector(uint32_t field, uint32_t element_bytes) const noexcept;
-  // A vector of bytes that ends in a zero, as its readers expect.
+  // A vector of bytes with the terminating zero that readers expect.
   FlatVector string(uint32_t field) const noexcept;
 
  private:

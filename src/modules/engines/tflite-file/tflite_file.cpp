@@ -1,4 +1,4 @@
-// Walking a TensorFlow Lite file along its schema.
+// Validates a TensorFlow Lite file against its schema.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "tflite-file/tflite_file.hpp"
 
@@ -15,7 +15,7 @@ namespace {
 
 constexpr uint32_t kSchemaVersion = 3;
 
-// Numbers of BuiltinOperator.
+// Values of BuiltinOperator.
 enum Operator : int32_t {
   kCustom = 32,
   kUnique = 103,
@@ -27,7 +27,7 @@ enum Operator : int32_t {
   kReadVariable = 143,
   kAssignVariable = 144
 };
-// Numbers of the union BuiltinOptions: those tables that hold more than scalars.
+// Values of the union BuiltinOptions, for tables that hold more than scalars.
 enum Options : uint8_t {
   kConcatEmbeddingsOptions = 3,
   kCallOptions = 16,
@@ -117,12 +117,12 @@ class Walker {
 
   Status operation(const FlatTable& op, uint32_t graph) {
     const auto code = op.scalar<uint32_t>(0, 0);
-    if (file_.damaged() || code >= codes_.size()) return damage("an operator of no known kind");
+    if (file_.damaged() || code >= codes_.size()) return damage("an operator of unknown kind");
     const FlatVector inputs = op.vector(1, 4), outputs = op.vector(2, 4), inner = op.vector(8, 4);
     op.vector(5, 1);
     op.vector(7, 1);
     if (!indices_good(inputs, -1) || !indices_good(outputs, -1) || !indices_good(inner, -1))
-      return damage("an operator names a tensor that is not there");
+      return damage("an operator names a tensor that does not exist");
     for (uint32_t i = 0; i < inputs.size(); ++i)
       if (!is_available(inputs.scalar<int32_t>(i)))
         return damage("an operator uses a tensor before it is made");
@@ -146,7 +146,7 @@ class Walker {
       case kSqueezeOptions:
       case kBucketizeOptions:
         if (table.vector(0, 4).size() > kTfliteRankLimit && kind != kBucketizeOptions)
-          return damage("an operator with a shape of too many dimensions");
+          return damage("an operator with a shape that has too many dimensions");
         break;
       case kVarHandleOptions:
         table.string(0);
@@ -154,11 +154,13 @@ class Walker {
         break;
       case kIfOptions:
       case kWhileOptions:
-        if (!calls(graph, table.scalar<int32_t>(1, 0))) return damage("a call of no subgraph");
+        if (!calls(graph, table.scalar<int32_t>(1, 0)))
+          return damage("a call of a subgraph that does not exist");
         [[fallthrough]];
       case kCallOptions:
       case kCallOnceOptions:
-        if (!calls(graph, table.scalar<int32_t>(0, 0))) return damage("a call of no subgraph");
+        if (!calls(graph, table.scalar<int32_t>(0, 0)))
+          return damage("a call of a subgraph that does not exist");
         break;
       default:
         break;
@@ -198,7 +200,7 @@ class Walker {
     calls_.emplace_back(from, static_cast<uint32_t>(to));
     return to >= 0 && static_cast<uint32_t>(to) < out_.subgraphs;
   }
-  // Subgraphs that none calls are taken away, until none is left or the rest lies on circles.
+  // Removes subgraphs without callers until none is left or the rest form cycles.
   bool calls_itself() {
     std::sort(calls_.begin(), calls_.end());
     std::vector<uint32_t> callers(out_.subgraphs);
@@ -224,11 +226,11 @@ class Walker {
     }
     return true;
   }
-  // Only after indices_good(); -1 stands for an input that is left out.
+  // Call after indices_good(); -1 is an omitted input.
   bool is_available(int32_t index) const {
     return index < 0 || tensors_[static_cast<size_t>(index)].is_available();
   }
-  // Also only then; false when one has a value already.
+  // Call after indices_good(); false when a tensor already has a value.
   bool make(const FlatVector& list) {
     for (uint32_t i = 0; i < list.size(); ++i) {
       const auto index = list.scalar<int32_t>(i);
@@ -244,9 +246,9 @@ class Walker {
   TfliteSummary& out_;
   std::vector<int32_t> codes_;
   std::vector<FlatVector> buffers_;
-  std::vector<TfliteTensor> tensors_;  // of the subgraph that is walked
+  std::vector<TfliteTensor> tensors_;  // of the current subgraph
   std::vector<uint32_t> tensor_counts_;
-  std::vector<std::pair<uint32_t, uint32_t>> calls_;  // from subgraph to subgraph
+  std::vector<std::pair<uint32_t, uint32_t>> calls_;  // caller and callee subgraphs
 };
 
 }  // namespace
@@ -257,7 +259,7 @@ int tflite_score(std::span<const unsigned char> head) noexcept {
 
 Status check_tflite_head(std::span<const std::byte> head) {
   if (tflite_score({reinterpret_cast<const unsigned char*>(head.data()), head.size()}) == 0)
-    return tflite_damage(FlatFile({}), "no mark TFL3 behind the first 4 bytes");
+    return tflite_damage(FlatFile({}), "no identifier TFL3 after the first 4 bytes");
   return ok();
 }
 

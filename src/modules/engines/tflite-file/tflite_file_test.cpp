@@ -1,4 +1,4 @@
-// Reading TensorFlow Lite files without TensorFlow Lite: what it must never be given.
+// Tests the TensorFlow Lite file checks, without TensorFlow Lite: which files it must never open.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "tflite-file/tflite_file.hpp"
 
@@ -7,7 +7,7 @@
 #include <limits>
 
 #include "says.hpp"
-#include "tensorflow-lite/tflite_builder.hpp"
+#include "tensorflow-lite/tflite_builder_test_support.hpp"
 
 namespace weir::engine {
 namespace {
@@ -28,7 +28,7 @@ int score(std::vector<unsigned char> head) {
   return tflite_score(head);
 }
 
-// What is said of a model that is refused; "" for one that is taken.
+// The error text for a rejected model; "" for an accepted one.
 std::string refusal(const TfliteBuilder& model) {
   const auto summary = read_tflite(model.bytes());
   if (summary) return "";
@@ -37,7 +37,7 @@ std::string refusal(const TfliteBuilder& model) {
   return summary.error().offered;
 }
 
-TEST(TfliteFile, TellsWhatIsInside) {
+TEST(TfliteFile, ReportsItsContents) {
   const auto summary = read_tflite(small_model().bytes());
   ASSERT_TRUE(summary) << summary.error().message();
   EXPECT_EQ(summary->description, "weir tests");
@@ -48,7 +48,7 @@ TEST(TfliteFile, TellsWhatIsInside) {
   EXPECT_FALSE(summary->shapes_depend_on_data);
 }
 
-TEST(TfliteFile, KnowsStateAndShapesThatDependOnData) {
+TEST(TfliteFile, DetectsStateAndShapesThatDependOnData) {
   const auto found = read_tflite(TfliteBuilder()
                                      .input("x", kTfBool, {4})
                                      .variable("state", kTfFloat, {4})
@@ -60,7 +60,7 @@ TEST(TfliteFile, KnowsStateAndShapesThatDependOnData) {
   EXPECT_TRUE(found->has_state);
 }
 
-TEST(TfliteFile, KnowsATensorFlowLiteFileByItsFirstBytes) {
+TEST(TfliteFile, RecognisesATensorFlowLiteFileByItsFirstBytes) {
   EXPECT_EQ(score({0x1C, 0, 0, 0, 'T', 'F', 'L', '3'}), 100);
   EXPECT_EQ(score({0x1C, 0, 0, 0, 'O', 'R', 'T', 'M'}), 0);
   EXPECT_EQ(score({0x1C, 0, 0, 0, 'T', 'F', 'L'}), 0);
@@ -68,8 +68,8 @@ TEST(TfliteFile, KnowsATensorFlowLiteFileByItsFirstBytes) {
   EXPECT_EQ(score({}), 0);
 }
 
-// Bytes at the end that nothing refers to may go; the text of a refusal is always there.
-TEST(TfliteFile, RefusesAFileThatIsCut) {
+// Bytes at the end without references may be missing; a rejection always has a text.
+TEST(TfliteFile, RejectsATruncatedFile) {
   const auto whole = small_model().bytes();
   for (size_t size = 0; size < whole.size(); ++size) {
     const std::vector<std::byte> cut(whole.begin(), whole.begin() + static_cast<ptrdiff_t>(size));
@@ -81,15 +81,15 @@ TEST(TfliteFile, RefusesAFileThatIsCut) {
   EXPECT_TRUE(read_tflite(whole));
 }
 
-TEST(TfliteFile, SaysThatAFileWasCut) {
+TEST(TfliteFile, ReportsATruncatedFile) {
   auto bytes = small_model().bytes();
   bytes.resize(bytes.size() / 2);
   const auto summary = read_tflite(bytes);
   ASSERT_FALSE(summary);
-  EXPECT_SAYS(summary.error().offered, "it was cut or changed") << summary.error().message();
+  EXPECT_SAYS(summary.error().offered, "it was truncated or changed") << summary.error().message();
 }
 
-TEST(TfliteFile, EveryByteThatIsChangedEndsInAnAnswer) {
+TEST(TfliteFile, EveryChangedByteIsHandled) {
   const auto whole = small_model().bytes();
   size_t refused = 0;
   for (size_t at = 0; at < whole.size(); ++at)
@@ -101,21 +101,21 @@ TEST(TfliteFile, EveryByteThatIsChangedEndsInAnAnswer) {
   EXPECT_GT(refused, whole.size() / 4);
 }
 
-TEST(TfliteFile, RefusesWhatIsNoModel) {
+TEST(TfliteFile, RejectsFilesThatAreNotAModel) {
   EXPECT_FALSE(read_tflite({}));
   const auto error = read_tflite(std::vector<std::byte>(64)).error();
-  EXPECT_SAYS(error.offered, "no mark TFL3") << error.message();
+  EXPECT_SAYS(error.offered, "no identifier TFL3") << error.message();
 }
 
-TEST(TfliteFile, RefusesAnotherVersionOfTheSchema) {
+TEST(TfliteFile, RejectsAnUnknownVersionOfTheSchema) {
   EXPECT_SAYS(refusal(small_model().version(2)), "version is 2, not 3");
 }
 
-TEST(TfliteFile, RefusesAModelWithoutOperators) {
+TEST(TfliteFile, RejectsAModelWithoutOperators) {
   EXPECT_SAYS(refusal(TfliteBuilder().input("x", kTfFloat, {1})), "no operators");
 }
 
-TEST(TfliteFile, RefusesAGraphWithoutAnOutput) {
+TEST(TfliteFile, RejectsAGraphWithoutAnOutput) {
   EXPECT_SAYS(refusal(TfliteBuilder()
                           .input("x", kTfFloat, {1})
                           .tensor("y", kTfFloat, {1})
@@ -123,7 +123,7 @@ TEST(TfliteFile, RefusesAGraphWithoutAnOutput) {
               "no output");
 }
 
-TEST(TfliteFile, RefusesATensorThatIsUsedBeforeItIsMade) {
+TEST(TfliteFile, RejectsATensorUsedBeforeItIsWritten) {
   EXPECT_SAYS(refusal(TfliteBuilder()
                           .input("x", kTfFloat, {1})
                           .tensor("never", kTfFloat, {1})
@@ -132,7 +132,7 @@ TEST(TfliteFile, RefusesATensorThatIsUsedBeforeItIsMade) {
               "before it is made");
 }
 
-TEST(TfliteFile, TakesATensorOfNoElementsThatNothingMakes) {
+TEST(TfliteFile, AcceptsAnEmptyTensorThatNoOperatorWrites) {
   const auto summary = read_tflite(TfliteBuilder()
                                        .input("x", kTfFloat, {1})
                                        .tensor("nothing", kTfFloat, {0})
@@ -144,11 +144,11 @@ TEST(TfliteFile, TakesATensorOfNoElementsThatNothingMakes) {
   EXPECT_TRUE(summary->passes_through) << "no operator computes it";
 }
 
-TEST(TfliteFile, RefusesAnOutputThatNothingMakes) {
+TEST(TfliteFile, RejectsAnOutputThatNoOperatorWrites) {
   EXPECT_SAYS(refusal(tflite_negation().output("z", kTfFloat, {1})), "made by no operator");
 }
 
-TEST(TfliteFile, RefusesATensorThatIsNotThere) {
+TEST(TfliteFile, RejectsATensorThatDoesNotExist) {
   EXPECT_SAYS(refusal(TfliteBuilder()
                           .input("x", kTfFloat, {1})
                           .output("y", kTfFloat, {1})
@@ -156,13 +156,13 @@ TEST(TfliteFile, RefusesATensorThatIsNotThere) {
               "a tensor that is not there");
 }
 
-TEST(TfliteFile, RefusesImpossibleShapes) {
+TEST(TfliteFile, RejectsImpossibleShapes) {
   EXPECT_SAYS(refusal(tflite_negation({-5})), "impossible shape");
   EXPECT_SAYS(refusal(tflite_negation({1 << 20, 1 << 20, 1 << 20})), "impossible shape");
   EXPECT_SAYS(refusal(tflite_negation(std::vector<int32_t>(17, 1))), "rank 17");
 }
 
-TEST(TfliteFile, RefusesAnElementTypeThatIsNone) {
+TEST(TfliteFile, RejectsAnInvalidElementType) {
   EXPECT_SAYS(refusal(TfliteBuilder()
                           .input("x", 99, {1})
                           .output("y", kTfFloat, {1})
@@ -170,7 +170,7 @@ TEST(TfliteFile, RefusesAnElementTypeThatIsNone) {
               "element type 99");
 }
 
-TEST(TfliteFile, RefusesAConstantThatIsShorterThanItsShape) {
+TEST(TfliteFile, RejectsAConstantThatIsShorterThanItsShape) {
   EXPECT_SAYS(refusal(TfliteBuilder()
                           .input("x", kTfFloat, {4})
                           .constant<float>("c", kTfFloat, {4}, {1, 2, 3})
@@ -179,7 +179,7 @@ TEST(TfliteFile, RefusesAConstantThatIsShorterThanItsShape) {
               "12 bytes instead of 16");
 }
 
-TEST(TfliteFile, RefusesScalesThatAreNone) {
+TEST(TfliteFile, RejectsInvalidScales) {
   const auto scaled = [](const TfliteQuantization& quantization) {
     return refusal(TfliteBuilder()
                        .input("x", kTfInt8, {2, 3})
@@ -197,7 +197,7 @@ TEST(TfliteFile, RefusesScalesThatAreNone) {
   EXPECT_SAYS(scaled({{1, 1}, {3}, 0}), "quantisation");
 }
 
-TEST(TfliteFile, RefusesASubgraphThatCallsItself) {
+TEST(TfliteFile, RejectsASubgraphThatCallsItself) {
   const auto branches = [](int32_t first, int32_t second) {
     return FlatValue::table({{0, FlatValue::scalar(first)}, {1, FlatValue::scalar(second)}});
   };
@@ -210,11 +210,11 @@ TEST(TfliteFile, RefusesASubgraphThatCallsItself) {
         .options(92, options);
   };
   EXPECT_SAYS(refusal(model(branches(0, 0))), "calls itself");
-  EXPECT_SAYS(refusal(model(branches(1, 1))), "no subgraph");
-  EXPECT_SAYS(refusal(model(branches(-1, 0))), "no subgraph");
+  EXPECT_SAYS(refusal(model(branches(1, 1))), "a subgraph that does not exist");
+  EXPECT_SAYS(refusal(model(branches(-1, 0))), "a subgraph that does not exist");
 }
 
-TEST(TfliteFile, RefusesACustomOperatorWithoutAName) {
+TEST(TfliteFile, RejectsACustomOperatorWithoutAName) {
   EXPECT_SAYS(refusal(TfliteBuilder()
                           .input("x", kTfFloat, {1})
                           .output("y", kTfFloat, {1})

@@ -1,4 +1,4 @@
-// Taking the graph out of a file that was checked.
+// Extracts the graph from a validated file.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "tflite-file/tflite_graph.hpp"
 
@@ -28,7 +28,7 @@ TfliteGraphTensor tensor_of(const FlatTable& table, const FlatVector& buffers) {
   out.scale = list<float>(quantization.vector(2, 4));
   out.zero_point = list<int64_t>(quantization.vector(3, 8));
   out.axis = quantization.scalar<int32_t>(6, 0);
-  if (!table.table(6))  // sparse ones are no plain bytes
+  if (!table.table(6))  // a sparse tensor is not plain bytes
     out.data = buffers.table(table.scalar<uint32_t>(2, 0)).vector(0, 1).bytes();
   return out;
 }

@@ -1,4 +1,4 @@
-// Walking metadata and the archive behind a model, never out of their bytes.
+// Reads metadata and the ZIP archive appended to a model, with bounds checks.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "tflite-file/tflite_metadata.hpp"
 
@@ -49,12 +49,12 @@ std::string label_file_of(const FlatTable& output) {
   return "";
 }
 
-// Little-endian numbers of the archive; 0 outside of the bytes.
+// Reads little-endian numbers of the archive; 0 outside the bytes.
 class Archive {
  public:
   explicit Archive(std::span<const std::byte> bytes) : bytes_(bytes) {}
 
-  // The content of a stored entry; empty when there is none of this name.
+  // The content of the stored entry with this name; empty when there is none.
   std::string entry(std::string_view name) const {
     constexpr uint32_t kEntry = 0x02014b50, kEnd = 0x06054b50;
     constexpr size_t kEndBytes = 22, kCommentLimit = 65535;
@@ -63,7 +63,8 @@ class Archive {
     const size_t last = end > kCommentLimit ? end - kCommentLimit : 0;
     while (read<uint32_t>(end) != kEnd)
       if (end-- == last) return "";
-    // Offsets count from the archive's beginning, which lies behind the model or is the file's.
+    // Offsets count from the start of the archive, which follows the model or is the start of the
+    // file.
     const uint64_t directory_bytes = read<uint32_t>(end + 12), directory = read<uint32_t>(end + 16);
     if (directory_bytes > end || directory > end - directory_bytes) return "";
     const uint64_t begin = end - directory_bytes - directory;

@@ -1,4 +1,4 @@
-// What TensorFlow Lite metadata say of a model's picture and labels.
+// Reads picture and label information from TensorFlow Lite metadata.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <cstddef>
@@ -8,11 +8,11 @@
 
 namespace weir::engine {
 
-// `metadata`: the buffer TFLITE_METADATA of `file`. Keys, each only where the metadata say it:
-// tflite.color_space (RGB or GRAYSCALE), tflite.mean and tflite.std (numbers with commas) of the
-// first input; tflite.labels (lines) of the first output, out of the files that are packed behind
-// the model. Damaged metadata say nothing. Fields: metadata_schema.fbs of TensorFlow Lite Support;
-// the archive: APPNOTE of the ZIP format, entries that are stored and not compressed.
+// `metadata`: the buffer TFLITE_METADATA of `file`. Keys, each only if the metadata have it:
+// tflite.color_space (RGB or GRAYSCALE), tflite.mean and tflite.std (comma-separated numbers) of
+// the first input; tflite.labels (lines) of the first output, from the files archived after the
+// model. Damaged metadata give no keys. Fields: metadata_schema.fbs of TensorFlow Lite Support.
+// Archive: APPNOTE of the ZIP format, only entries that are stored without compression.
 std::map<std::string, std::string> tflite_properties(std::span<const std::byte> file,
                                                      std::span<const std::byte> metadata);
 

@@ -1,4 +1,4 @@
-// Shapes, buffers, quantisation and sparsity of tensors.
+// Checks the shapes, buffers, quantisation and sparsity of tensors.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "tflite-file/tflite_tensor.hpp"
 
@@ -13,10 +13,10 @@ namespace {
 
 constexpr uint64_t kTensorBytesLimit = uint64_t{1} << 31;
 
-// Bytes per element in the order of TensorType; 0: of no fixed size.
+// Bytes per element in the order of TensorType; 0: no fixed size.
 constexpr std::array<uint8_t, 18> kElementBytes{4, 2, 4,  1, 8, 0, 1, 2, 8,
                                                 1, 8, 16, 8, 0, 0, 4, 2, 1};
-constexpr uint8_t kInt4 = 17;  // two elements a byte
+constexpr uint8_t kInt4 = 17;  // two elements per byte
 
 using Shape = std::vector<int32_t>;
 
@@ -57,7 +57,7 @@ bool sparsity_fits(const FlatTable& table, const Shape& shape) {
   return true;
 }
 
-// Nothing for a shape whose tensor would be beyond the limit.
+// Empty when the tensor would exceed the limit.
 std::optional<uint64_t> bytes_of(uint8_t type, const Shape& shape) {
   uint64_t bytes = std::max<uint64_t>(kElementBytes[type], 1);
   for (const int32_t extent : shape) {
@@ -71,13 +71,13 @@ std::optional<uint64_t> bytes_of(uint8_t type, const Shape& shape) {
 }  // namespace
 
 Error tflite_damage(const FlatFile& file, const std::string& finding) {
-  return {
-      Code::MODEL_INVALID,
-      "the file is truncated, damaged or not a TensorFlow Lite model",
-      file.damaged() ? "an offset or length leads out of the file: it was cut or changed" : finding,
-      "a complete .tflite model",
-      "",
-      "fetch or export the model again; weir inspect MODEL"};
+  return {.code = Code::MODEL_INVALID,
+          .what = "the file is truncated, damaged or not a TensorFlow Lite model",
+          .offered = file.damaged()
+                         ? "an offset or length is outside the file: it was truncated or changed"
+                         : finding,
+          .needed = "a complete .tflite model",
+          .fix = "fetch or export the model again; weir inspect MODEL"};
 }
 
 Result<TfliteTensor> check_tflite_tensor(FlatFile* file, const FlatTable& tensor,
@@ -89,7 +89,7 @@ Result<TfliteTensor> check_tflite_tensor(FlatFile* file, const FlatTable& tensor
   const auto damage = [file](const std::string& finding) { return tflite_damage(*file, finding); };
   if (file->damaged()) return damage("");
   if (type >= kElementBytes.size()) return damage("element type " + std::to_string(type));
-  if (buffer >= buffers.size()) return damage("a tensor names a buffer that is not there");
+  if (buffer >= buffers.size()) return damage("a tensor names a buffer that does not exist");
   if (extents.size() > kTfliteRankLimit || signature.size() > kTfliteRankLimit)
     return damage("a tensor of rank " + std::to_string(std::max(extents.size(), signature.size())));
   if (signature.size() > 0 && signature.size() != extents.size())
@@ -97,7 +97,7 @@ Result<TfliteTensor> check_tflite_tensor(FlatFile* file, const FlatTable& tensor
   Shape shape;
   for (uint32_t i = 0; i < extents.size(); ++i) shape.push_back(extents.scalar<int32_t>(i));
   const auto bytes = bytes_of(type, shape);
-  if (!bytes) return damage("a tensor of impossible shape");
+  if (!bytes) return damage("a tensor with an impossible shape");
   const FlatTable sparsity = tensor.table(6);
   const uint32_t stored = buffers[buffer].size();
   const bool of_fixed_size = kElementBytes[type] > 0 && type != kInt4 && !sparsity;

@@ -1,5 +1,5 @@
-// Counting multiplications by the shapes of weights and outputs. Numbers of operators: schema.fbs
-// (version 3) of TensorFlow, BuiltinOperator.
+// Counts multiplications from the shapes of weights and outputs. Operator numbers: BuiltinOperator
+// in schema.fbs (version 3) of TensorFlow.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "tflite-file/tflite_work.hpp"
 
@@ -10,7 +10,7 @@ namespace {
 
 constexpr int32_t kConv2d = 3, kDepthwiseConv2d = 4, kFullyConnected = 9, kTransposeConv = 67;
 
-// The product of the extents; nothing where one is open.
+// The product of the extents; empty when one is open.
 std::optional<double> numbers_of(const TfliteGraphTensor& tensor) {
   double numbers = 1;
   for (const int64_t extent : tensor.shape) {
@@ -20,7 +20,7 @@ std::optional<double> numbers_of(const TfliteGraphTensor& tensor) {
   return numbers;
 }
 
-// Weights are [out, height, width, in], of a depthwise convolution [1, height, width, out], of a
+// Weights are [out, height, width, in]; for a depthwise convolution [1, height, width, out]; for a
 // matrix product [out, in].
 double for_each_output(int32_t code, const TfliteGraphTensor& weights, double numbers) {
   const size_t outputs_at = code == kDepthwiseConv2d ? weights.shape.size() - 1 : 0;

@@ -1,4 +1,4 @@
-// What one invoke of a TensorFlow Lite graph computes.
+// Estimates the work of one invoke of a TensorFlow Lite graph.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include "tflite-file/tflite_graph.hpp"
@@ -6,8 +6,8 @@
 
 namespace weir::engine {
 
-// Convolutions and matrix products of float32 and int8 numbers, which XNNPACK runs on several
-// threads; others, and tensors whose shape is open, do not count.
+// Counts float32 and int8 convolutions and matrix products, which XNNPACK runs on several threads;
+// other operators and tensors with open shapes do not count.
 Work tflite_work(const TfliteGraph& graph);
 
 }  // namespace weir::engine

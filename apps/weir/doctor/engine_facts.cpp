@@ -1,0 +1,112 @@
+// Opens every engine module once, after a trial in a forked process.
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include "doctor/engine_facts.hpp"
+
+#include <filesystem>
+
+#include "core/infer/module/known_engines.hpp"
+#include "core/infer/module/module_library.hpp"
+#include "doctor/trial.hpp"
+
+namespace weir::app {
+namespace {
+
+namespace fs = std::filesystem;
+
+// Path and version of the engine's library ("weir.library/1"); null when the module does not report
+// them or the library is unusable.
+const char* const* library_of(const weir_engine& engine) {
+  if (!engine.extension) return nullptr;
+  return static_cast<const char* const*>(engine.extension("weir.library/1"));
+}
+
+// The library's problem and the command that fixes it ("weir.library-problem/1"); null without a
+// problem.
+const char* const* library_problem_of(const weir_engine& engine) {
+  if (!engine.extension) return nullptr;
+  return static_cast<const char* const*>(engine.extension("weir.library-problem/1"));
+}
+
+void look_at(EngineFact* fact) {
+  fact->file = module_file(fact->name);
+  if (!fact->file.empty())
+    fact->problem =
+        ending_of([&] { static_cast<void>(infer::ModuleLibrary::instance().engine(fact->name)); });
+  if (!fact->problem.empty()) {
+    fact->state = EngineState::Refused;
+    fact->problem = "the module cannot be loaded: " + fact->problem;
+    return;
+  }
+  const auto engine = infer::ModuleLibrary::instance().engine(fact->name);
+  if (engine) {
+    fact->version = engine_version(**engine);
+    const auto* library = library_of(**engine);
+    if (library) fact->library = library[0];
+    const auto* problem = library ? nullptr : library_problem_of(**engine);
+    fact->state = problem ? EngineState::NotInstalled : EngineState::Usable;
+    if (!problem) return;
+    fact->problem = problem[0];
+    fact->install = problem[1];
+    return;
+  }
+  if (fact->file.empty()) {
+    fact->state = fact->install.empty() ? EngineState::NotAvailable : EngineState::NotInstalled;
+    return;
+  }
+  fact->state = EngineState::Refused;
+  const Error& error = engine.error();
+  fact->problem = error.what + (error.offered.empty() ? "" : ": " + error.offered);
+  if (fact->install.empty()) fact->install = error.fix;
+}
+
+}  // namespace
+
+const char* name_of(EngineState state) noexcept {
+  switch (state) {
+    case EngineState::Usable:
+      return "usable";
+    case EngineState::Refused:
+      return "refused";
+    case EngineState::NotInstalled:
+      return "not installed";
+    case EngineState::NotAvailable:
+      return "not available";
+  }
+  return "";
+}
+
+std::string engine_version(const weir_engine& engine) {
+  if (const auto* library = library_of(engine)) return library[1];
+  return engine.version ? engine.version : "";
+}
+
+std::string module_file(const std::string& name, const std::string& kind) {
+  for (const auto& folder : infer::ModuleLibrary::search_path()) {
+    std::error_code ignored;
+    const fs::path path = fs::path(folder) / ("libweir-" + kind + "-" + name + ".so");
+    if (fs::is_regular_file(path, ignored)) return path.string();
+  }
+  return "";
+}
+
+std::vector<EngineFact> engine_facts() {
+  std::vector<EngineFact> out;
+  for (const auto& known : infer::known_engines()) {
+    EngineFact fact;
+    fact.name = known.name;
+    fact.aliases = known.aliases;
+    fact.extensions = known.extensions;
+    if (!known.install.empty()) fact.install = std::string(known.install) + " && make build";
+    out.push_back(std::move(fact));
+  }
+  for (const auto& name : infer::ModuleLibrary::instance().engine_names()) {
+    if (infer::known_engine(name)) continue;
+    EngineFact fact;
+    fact.name = name;
+    out.push_back(std::move(fact));
+  }
+  for (auto& fact : out) look_at(&fact);
+  return out;
+}
+
+}  // namespace weir::app

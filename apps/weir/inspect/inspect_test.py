@@ -1,0 +1,197 @@
+#!/usr/bin/python3
+# SPDX-License-Identifier: LGPL-2.1-or-later
+"""Tests of `weir inspect`: its output for people and for programs."""
+
+import json
+import os
+import pathlib
+import unittest
+
+import tap_runner
+from weir_case import HAS_ONNX, MODEL, SOURCE, WITHOUT_LEAKS, Case, weir
+
+SHARED = pathlib.Path(os.environ.get("WEIR_DATA") or SOURCE / "../shared")
+LENET = SHARED / "models/torchscript/pytorch_lenet5.pt"
+
+
+class Inspect(Case):
+    @unittest.skipUnless(HAS_ONNX, "the engine onnxruntime is not built")
+    def test_it_describes_the_model_in_both_orders(self):
+        said = self.good(weir("inspect", MODEL))
+        for words in ("1:192:32:1", "(1, 32, 192, 1)", "13:12:1", "(1, 12, 13)", "float32", "onnxruntime"):
+            self.assertIn(words, said)
+
+    @unittest.skipUnless(HAS_ONNX, "the engine onnxruntime is not built")
+    def test_json_and_the_line_it_gives_runs(self):
+        told = json.loads(self.good(weir("inspect", "--json", MODEL)))
+        self.assertEqual(told["inputs"][0]["shape"], [1, 32, 192, 1])
+        self.assertEqual(told["inputs"][0]["dimension"], "1:192:32:1")
+        self.assertEqual(told["engine"]["name"], "onnxruntime")
+        self.assertIn(".onnx", told["engine"]["reason"])
+        self.assertTrue(told["launch"].startswith("gst-launch-1.0 "))
+        self.assertIn("option=typecast:float32,add:-127.5,mul:0.00784313725", told["launch"])  # as in the model's card
+        self.assertEqual((pathlib.Path(told["card"]["path"]).name, told["notes"]), ("clock_digits.card.json", []))
+        self.assertEqual((told["metadata"]["opset"], told["metadata"].get("model_version")), ({"ai.onnx": 11}, None))
+        self.runs(told["launch"])
+
+    def test_an_engine_by_name(self):
+        model = self.folder / "model.bin"
+        model.write_text("x")
+        said = self.good(weir("inspect", "-f", "fake", model))
+        self.assertIn("--framework fake", said)
+        self.assertIn("4:?", said)
+
+    def inspected(self, name):
+        """The text and the JSON output for a model of the engine fake-models, whose pipeline must run."""
+        model = self.folder / name
+        model.write_text("the engine looks at the name alone")
+        told = json.loads(self.good(weir("inspect", "--json", "-f", "fake-models", model)))
+        self.assertIn("framework=fake-models", told["launch"])
+        self.runs(told["launch"])
+        return self.good(weir("inspect", "-f", "fake-models", model)), told
+
+    def test_a_quantised_picture_of_any_size(self):
+        said, told = self.inspected("quantised.bin")
+        self.assertRegex(said, r"0 +picture +uint8 +3:\?:\?:1 +\(1, \?, \?, 3\) +NHWC +0\.0078125 \* \(value - 128\)\n")
+        self.assertRegex(said, r"0 +classes +uint8 +5:1 +\(1, 5\) +none +the value\n")
+        self.assertIn("note: the model leaves sizes open, and the line uses --input 3:224:224:1 --inputtype uint8; "
+                      f"others: weir inspect --input DIMENSIONS --inputtype TYPES {told['model']}\n", said)
+        self.assertFalse(any("does not take" in note for note in told["notes"]))
+        self.assertEqual(told["inputs"][0], {
+            "name": "picture", "type": "uint8", "dimension": "3:?:?:1", "shape": [1, None, None, 3], "layout": "NHWC",
+            "quantisation": {"scale": 0.0078125, "zero_point": 128}})
+        self.assertIsNone(told["outputs"][0]["quantisation"])
+        self.assertEqual(told["engine"]["version"], "3.1")
+
+    @unittest.skipUnless(LENET.is_file() and "pytorch" in os.environ["WEIR_MODULE_PATH"], "pytorch is not built, or ../shared is not there")
+    def test_what_a_line_chose_and_the_model_does_not_take_is_reported(self):
+        told = json.loads(self.good(weir("inspect", "--json", LENET, **WITHOUT_LEAKS)))
+        self.assertIn(f"the model leaves sizes open, and the line uses --input 1 --inputtype float32; others: weir inspect --input "
+                      f"DIMENSIONS --inputtype TYPES {LENET}", told["notes"])
+        refused = [note for note in told["notes"] if note.startswith("the model was tried and rejects the sizes of this line: ")]
+        self.assertRegex(" ".join(refused), "Dimension out of range")
+        told = json.loads(self.good(weir("inspect", "--json", "--input", "1:28:28:1", "--inputtype", "uint8", LENET, **WITHOUT_LEAKS)))
+        self.assertFalse(any("chose" in note for note in told["notes"]))
+        self.runs(told["launch"], **WITHOUT_LEAKS)
+
+    def test_what_the_file_says_of_itself_is_shown(self):
+        said, told = self.inspected("quantised.bin")
+        block = said.partition("The file says\n")[2].partition("\n\n")[0]
+        self.assertRegex(block, r"description +made for tests \[31m\n")
+        self.assertRegex(block, r"classes +\[1,2\]\n")
+        self.assertRegex(block, r"licence +a{120} \.\.\.$")
+        self.assertNotIn("author", block)
+        self.assertTrue(told["metadata"]["licence"].endswith("a end"))
+        self.assertEqual(told["metadata"]["description"], "made for\ttests\033[31m")
+
+    def test_metadata_that_are_none_are_left_out(self):
+        said, told = self.inspected("planar.bin")
+        self.assertNotIn("The file says", said)
+        self.assertIsNone(told["metadata"])
+
+    def test_pictures_of_other_layouts_and_types_get_lines_that_run(self):
+        said, told = self.inspected("planar.bin")
+        self.assertRegex(said, r"picture +float32 +24:16:3:1 +\(1, 3, 16, 24\) +NCHW")
+        self.assertIn("option=1:2:0:3", told["launch"])
+        said, told = self.inspected("signed.bin")
+        self.assertRegex(said, r"0 +- +int8 +1:8:8:2 +\(2, 8, 8, 1\)")
+        self.assertIn("frames-per-tensor=2", told["launch"])
+        self.assertTrue(any("how pixels become numbers" in note for note in told["notes"]))
+
+    def script(self, name, *words):
+        """The text and the JSON output for a script of the engine python3."""
+        done = weir("inspect", "--json", *words, f"src/modules/engines/python3/{name}.py")
+        if done.returncode == 1 and "WEIR-3002" in done.stdout:
+            self.skipTest(json.loads(done.stdout)["error"]["what"])
+        return self.good(weir("inspect", *words, f"src/modules/engines/python3/{name}.py")), json.loads(self.good(done))
+
+    def test_a_script_that_takes_any_tensors_gets_a_line_that_runs(self):
+        said, told = self.script("passthrough")
+        self.assertIn("Inputs\n  depend on the stream\n\nOutputs\n  depend on the stream\n", said)
+        self.assertEqual((told["inputs"], told["outputs"], told["engine"]["name"]), ([], [], "python3"))
+        self.assertTrue(any("the model accepts any tensors" in note for note in told["notes"]))
+        self.runs(told["launch"])
+
+    def test_a_script_that_fails_says_where(self):
+        script = self.folder / "fails.py"
+        script.write_text("class CustomFilter:\n    raise ValueError('not today')\n")
+        done = weir("inspect", script)
+        if "WEIR-3002" in done.stderr:
+            self.skipTest("Python is not installed as a library")
+        self.refused(done, 1, "the script failed: ValueError: not today", f"{script}:2 in CustomFilter")
+
+    def test_several_inputs_get_a_line_that_runs(self):
+        said, told = self.inspected("several.bin")
+        self.assertRegex(said, r"1 +weights +float64 +4 +\(4,\)")
+        self.assertIn("input-dim=3:2,4 input-type=int16,float64", told["launch"])
+        self.assertTrue(any("zeros" in note for note in told["notes"]))
+
+    def test_a_model_that_takes_what_the_stream_has(self):
+        script = SOURCE / "src/modules/engines/python3/passthrough.py"
+        done = weir("inspect", script)
+        if "WEIR-3002" in done.stderr:
+            self.skipTest("Python or NumPy is not installed")
+        said = self.good(done)
+        self.assertIn("Inputs\n  depend on the stream\n", said)
+        self.assertIn("weir inspect --input 3:224:224:1 --inputtype uint8", said)
+        told = json.loads(self.good(weir("inspect", "--json", "--input", "3:8:8:1,5", "--inputtype", "uint8,int32", script)))
+        self.assertEqual([t["dimension"] for t in told["outputs"]], ["3:8:8:1", "5"])
+        self.assertEqual([t["type"] for t in told["outputs"]], ["uint8", "int32"])
+        self.assertIn("input=3:8:8:1,5 inputtype=uint8,int32", told["launch"])
+        self.runs(told["launch"])
+        self.refused(weir("inspect", "--input", "x:8", script), 1, "WEIR-1002", 'at "x" of "x:8"')
+
+    def test_a_script_in_lua(self):
+        script = SOURCE / "src/modules/engines/lua/halves.lua"
+        done = weir("inspect", "--json", script)
+        if "WEIR-3002" in done.stdout:
+            self.skipTest("LuaJIT is not installed")
+        told = json.loads(self.good(done))
+        self.assertEqual(([t["dimension"] for t in told["inputs"]], told["outputs"][0]["type"]), (["3:8:8:1"], "float32"))
+        self.assertEqual((told["engine"]["name"], told["metadata"]["language"]), ("lua", "Lua"))
+        self.runs(told["launch"])
+        broken = self.folder / "broken.lua"
+        broken.write_text("inputTensorsInfo = {num = 2, dim = {{1}}, type = {'uint8'}}")
+        self.refused(weir("inspect", broken), 1, "WEIR-3004", "inputTensorsInfo.dim and inputTensorsInfo.num have different lengths")
+
+    def test_a_name_that_a_shell_would_take_apart_is_quoted(self):
+        _, told = self.inspected("a quantised \"one\" isn't $HOME.bin")
+        self.assertIn("model='", told["launch"])
+
+    @unittest.skipUnless(HAS_ONNX, "the engine onnxruntime is not built")
+    def test_options_of_the_engine_open_the_model_and_stand_in_the_line(self):
+        told = json.loads(self.good(weir("inspect", "--json", "--custom", "NumThreads:1,GraphOptimization:none", MODEL)))
+        self.assertIn("custom=NumThreads:1,GraphOptimization:none", told["launch"])
+        self.refused(weir("inspect", "--custom", "GraphOptimization:much", MODEL), 1, "GraphOptimization")
+
+    @unittest.skipUnless(HAS_ONNX, "the engine onnxruntime is not built")
+    def test_a_damaged_model_is_refused(self):
+        damaged = self.folder / "damaged.onnx"
+        damaged.write_bytes(MODEL.read_bytes()[:5000])
+        self.refused(weir("inspect", damaged), 1, "WEIR-3004", "damaged.onnx")
+        self.assertEqual(json.loads(weir("inspect", "--json", damaged).stdout)["error"]["id"], "WEIR-3004")
+
+    def test_an_engine_of_no_known_name_is_refused_with_a_guess(self):
+        self.refused(weir("inspect", "-f", "onnxruntme", MODEL), 1, "WEIR-3001", "did you mean onnxruntime?")
+
+    def test_a_missing_model_is_refused_with_a_guess(self):
+        self.refused(weir("inspect", "-f", "fake", SOURCE / "models" / "clock_digit.onnx"), 1, "WEIR-3003",
+                     "did you mean clock_digits.onnx?")
+
+    def test_what_is_no_model_is_refused(self):
+        self.refused(weir("inspect", SOURCE / "README.md"), 1, "WEIR-3001", "no engine claims")
+        self.refused(weir("inspect", ""), 1, "WEIR-3003")
+
+    def test_a_missing_engine_is_refused_with_its_command(self):
+        self.refused(weir("inspect", MODEL, WEIR_MODULE_PATH=str(self.folder)), 1, "WEIR-3002",
+                     "tools/setup --engine onnxruntime")
+
+    def test_errors_are_json_too(self):
+        done = weir("inspect", "--json", MODEL, WEIR_MODULE_PATH=str(self.folder))
+        error = json.loads(done.stdout)["error"]
+        self.assertEqual((done.returncode, error["id"]), (1, "WEIR-3002"))
+        self.assertIn("fix", error)
+
+
+if __name__ == "__main__":
+    tap_runner.main()

@@ -1,0 +1,92 @@
+// Finds the card of a model.
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include "inspect/model_card.hpp"
+
+#include <glib.h>
+
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <vector>
+
+#include "core/card/find.hpp"
+#include "core/card/metadata.hpp"
+#include "gstcpp/element/ref.hpp"
+
+namespace weir::app {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::string sha256_of(const std::string& path) {
+  const gst::Unique<GChecksum, g_checksum_free> sum(g_checksum_new(G_CHECKSUM_SHA256));
+  std::ifstream file(path, std::ios::binary);
+  std::vector<char> block(1 << 16);
+  while (file.read(block.data(), static_cast<std::streamsize>(block.size())) || file.gcount() > 0)
+    g_checksum_update(sum.get(), reinterpret_cast<const guchar*>(block.data()), file.gcount());
+  return g_checksum_get_string(sum.get());
+}
+
+// The model's inputs that have the shape of pictures; open sizes become 224.
+std::vector<card::ImageInput> pictures_of(const infer::Model& model) {
+  constexpr int64_t kOpenSide = 224;
+  std::vector<card::ImageInput> out;
+  for (const auto& info : model.inputs()) {
+    if (info.rank != 3 && info.rank != 4) continue;
+    card::ImageInput input;
+    input.name = info.name ? info.name : "";
+    input.type =
+        info.type < WEIR_TYPE_END ? static_cast<ElementType>(info.type) : ElementType::Float32;
+    input.shape.assign(info.shape, info.shape + info.rank);
+    if (info.rank == 4 && input.shape[0] < 0) input.shape[0] = 1;
+    for (auto& extent : input.shape)
+      if (extent < 0) extent = kOpenSide;
+    const auto colors = [](int64_t extent) { return extent == 1 || extent == 3; };
+    const bool last = colors(input.shape.back());
+    input.layout =
+        info.layout == WEIR_LAYOUT_NCHW || !last ? card::Layout::Nchw : card::Layout::Nhwc;
+    out.push_back(std::move(input));
+  }
+  return out;
+}
+
+std::map<std::string, std::string> properties_of(const infer::Model& model) {
+  std::map<std::string, std::string> out;
+  const char* text = model.info().metadata_json;
+  const auto metadata = Json::parse(text ? text : "", nullptr, false);
+  if (!metadata.is_object() || !metadata.contains("custom_metadata_map")) return out;
+  for (const auto& [key, value] : metadata["custom_metadata_map"].items())
+    if (value.is_string()) out[key] = value.get<std::string>();
+  return out;
+}
+
+}  // namespace
+
+Result<card::Card> card_of(const std::string& model_path, const infer::Model& model) {
+  card::Search search;
+  search.model = model_path;
+  search.sha256 = [digest = std::string(), model_path]() mutable {
+    if (digest.empty()) digest = sha256_of(model_path);
+    return digest;
+  };
+  search.folders = card::card_folders();
+  search.asked = pictures_of(model);
+  const auto properties = properties_of(model);
+  if (search.asked.size() == 1)
+    if (const auto input = card::input_from_metadata(properties, search.asked[0]))
+      search.from_model = {*input};
+  search.labels_from_model = card::labels_from_metadata(properties);
+  return card::find(search);
+}
+
+Json to_json(const card::Card& card, const std::string& model_path) {
+  Json out{
+      {"name", card.name}, {"path", card.path}, {"task", card.task}, {"decoder", card.decoder}};
+  const auto labels = card::labels_of(card, model_path, {});
+  out["labels"] = labels ? Json(*labels) : Json(nullptr);
+  if (!labels) out["problem"] = labels.error().message();
+  out["preparation"] = card::preparation(card.inputs[0]);
+  return out;
+}
+
+}  // namespace weir::app

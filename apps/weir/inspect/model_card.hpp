@@ -1,0 +1,18 @@
+// Finds the card of an open model and formats it as JSON.
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#pragma once
+#include "core/card/card.hpp"
+#include "core/infer/model/model.hpp"
+#include "report.hpp"
+
+namespace weir::app {
+
+// As in core/card/find.hpp. Computes the model's digest.
+Result<card::Card> card_of(const std::string& model_path, const infer::Model& model);
+
+// {"name", "path", "task", "decoder", "labels", "preparation"}; the last is the elements between a
+// video stream and tensor_filter. `labels` is a list, or null with the reason in "problem" when
+// they cannot be loaded.
+Json to_json(const card::Card& card, const std::string& model_path);
+
+}  // namespace weir::app

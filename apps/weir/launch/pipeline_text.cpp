@@ -1,0 +1,209 @@
+// Parses with GStreamer's parser. Its error has no position, but its log names the last token read.
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include "launch/pipeline_text.hpp"
+
+#include <algorithm>
+#include <optional>
+
+#include "core/text/place.hpp"
+#include "core/text/text.hpp"
+#include "gstcpp/element/property_text.hpp"
+#include "launch/launch_tokens.hpp"
+#include "weir/join.hpp"
+
+namespace weir::app {
+namespace {
+
+constexpr char kParserCategory[] = "GST_PIPELINE";
+
+std::string text_of(const char* text) {
+  return text ? text : "";
+}
+
+std::string nearest_element(const std::string& word) {
+  std::vector<std::string> names;
+  GList* list = gst_registry_get_feature_list(gst_registry_get(), GST_TYPE_ELEMENT_FACTORY);
+  for (GList* item = list; item; item = item->next)
+    names.push_back(text_of(gst_plugin_feature_get_name(GST_PLUGIN_FEATURE(item->data))));
+  gst_plugin_feature_list_free(list);
+  return nearest(word, names);
+}
+
+// Returns null or a floating reference. After a syntax error the parser continues and logs a
+// critical about its own leftovers, which is suppressed: the error is sufficient.
+GstElement* parse_words(const std::vector<std::string>& words, GstParseContext* context,
+                        GError** error) {
+  const guint quiet = g_log_set_handler(
+      "GStreamer", G_LOG_LEVEL_CRITICAL, +[](const char*, GLogLevelFlags, const char*, gpointer) {},
+      nullptr);
+  std::vector<const char*> arguments;
+  for (const auto& word : words) arguments.push_back(word.c_str());
+  arguments.push_back(nullptr);
+  GstElement* parsed =
+      words.size() == 1
+          ? gst_parse_launch_full(arguments[0], context, GST_PARSE_FLAG_FATAL_ERRORS, error)
+          : gst_parse_launchv_full(arguments.data(), context, GST_PARSE_FLAG_FATAL_ERRORS, error);
+  g_log_remove_handler("GStreamer", quiet);
+  return parsed;
+}
+
+struct Token {
+  size_t begin = 0, end = 0;
+};
+
+// Tracks the parser's position in the text. Its lexer logs "flex: KIND: TEXT" for each token that
+// has a text.
+struct Follower {
+  const std::string& text;
+  std::optional<Token> last = {};
+  bool failed = false;
+
+  void handle_message(const std::string& said) {
+    constexpr std::string_view kLexer = "flex: ";
+    failed = failed || said.find("syntax error") != std::string::npos;
+    const size_t colon = said.find(": ", kLexer.size());
+    if (failed || !said.starts_with(kLexer) || colon == std::string::npos) return;
+    const std::string token(strip(std::string_view(said).substr(colon + 2)));
+    const size_t begin = text.find(token, last ? last->end : 0);
+    if (begin != std::string::npos && !said.starts_with("flex: SPACE"))
+      last = Token{begin, begin + token.size()};
+  }
+};
+
+void on_log(GstDebugCategory* category, GstDebugLevel, const char*, const char*, gint, GObject*,
+            GstDebugMessage* message, gpointer follower) {
+  if (g_strcmp0(gst_debug_category_get_name(category), kParserCategory) == 0)
+    static_cast<Follower*>(follower)->handle_message(text_of(gst_debug_message_get(message)));
+}
+
+// The token at which the parser stopped; empty if GStreamer was built without logging.
+std::optional<Token> last_token_read(const std::string& text) {
+  GstDebugCategory* category = nullptr;
+  GST_DEBUG_CATEGORY_GET(category, kParserCategory);
+  Follower follower{text};
+  const bool to_stderr = (gst_debug_remove_log_function)(gst_debug_log_default) > 0;
+  const GstDebugLevel level = gst_debug_category_get_threshold(category);
+  (gst_debug_add_log_function)(on_log, &follower, nullptr);
+  gst_debug_category_set_threshold(category, GST_LEVEL_DEBUG);
+  if (GstElement* parsed = parse_words({text}, nullptr, nullptr))
+    gst_object_unref(gst_object_ref_sink(parsed));
+  gst_debug_category_set_threshold(category, level);
+  gst_debug_remove_log_function_by_data(&follower);
+  if (to_stderr) (gst_debug_add_log_function)(gst_debug_log_default, nullptr, nullptr);
+  return follower.failed ? follower.last : std::nullopt;
+}
+
+// The position in `text` of the first word in double quotes in `message`.
+std::optional<Token> quoted_word(const std::string& message, const std::string& text) {
+  const auto parts = split(message, "\"", 3);
+  if (parts.size() < 3 || parts[1].empty()) return std::nullopt;
+  const size_t begin = text.find(parts[1]);
+  if (begin == std::string::npos) return std::nullopt;
+  return Token{begin, begin + parts[1].size()};
+}
+
+// The position in `text` of the word that sets this property.
+std::optional<Token> assignment(const gst::RefusedProperty& of, const std::string& text) {
+  const auto words = launch_tokens(text);
+  if (!words) return std::nullopt;
+  const std::string begin = of.property + "=";
+  for (const auto& word : *words)
+    if (of.value ? word.text == begin + *of.value : word.text.starts_with(begin))
+      return Token{word.at, word.at + word.text.size()};
+  return std::nullopt;
+}
+
+// Adds the text with a caret below the place; this replaces `offered`.
+void show_place(const std::string& text, const std::optional<Token>& place, Error* error) {
+  if (!place) return;
+  if (!error->difference.empty()) error->difference += " ";
+  error->difference += place_in(text, place->begin);
+  error->offered.clear();
+}
+
+Error missing_element(const std::string& name) {
+  const std::string close = nearest_element(name);
+  return {
+      .code = Code::OPTION_SYNTAX,
+      .what = "the pipeline has an element that is not installed",
+      .needed = "an element that gst-inspect-1.0 lists",
+      .difference = "no element \"" + name + "\"",
+      .fix = close.empty() ? "weir doctor" : close + " in place of " + name + ", or weir doctor"};
+}
+
+Error property_error(gst::RefusedProperty refused, const std::string& text) {
+  show_place(text, assignment(refused, text), &refused.error);
+  refused.error.offered = refused.property + (refused.value ? "=" + *refused.value : "");
+  return std::move(refused.error);
+}
+
+// Parses "could not link A to B, B can't handle caps CAPS" and returns elements that convert such a
+// stream to caps that B may accept; "" if the caps are not those of A's stream.
+std::string converter_of(const std::string& said) {
+  constexpr std::string_view kTo = " to ", kCaps = " can't handle caps ";
+  const size_t to = said.find(kTo), comma = said.find(", "), caps_at = said.find(kCaps);
+  if (to == std::string::npos || comma == std::string::npos || caps_at == std::string::npos)
+    return "";
+  const std::string target = said.substr(to + kTo.size(), comma - to - kTo.size());
+  if (said.substr(comma + 2, caps_at - comma - 2) != target) return "";
+  const auto caps =
+      gst::Ref<GstCaps>::adopt(gst_caps_from_string(said.c_str() + caps_at + kCaps.size()));
+  if (!caps || gst_caps_is_any(caps.get()) || gst_caps_is_empty(caps.get())) return "";
+  const std::string name = gst_structure_get_name(gst_caps_get_structure(caps.get(), 0));
+  const char* converter = name == "video/x-raw"   ? "videoconvert ! videoscale"
+                          : name == "audio/x-raw" ? "audioconvert ! audioresample"
+                                                  : "";
+  return *converter ? std::string(converter) + " between these caps and " + target : "";
+}
+
+Error parse_error(const std::string& text, const GError* error, GstParseContext* context) {
+  if (auto refused = error ? gst::refused_property(*error) : std::nullopt)
+    return property_error(*std::move(refused), text);
+  const auto is = [error](GstParseError kind) {
+    return g_error_matches(error, GST_PARSE_ERROR, static_cast<gint>(kind)) != FALSE;
+  };
+  Error out{.code = Code::OPTION_SYNTAX, .what = "the pipeline cannot be read"};
+  out.difference = error ? text_of(error->message) : "GStreamer gives no reason";
+  const gst::Unique<char*, g_strfreev> missing(gst_parse_context_get_missing_elements(context));
+  if (is(GST_PARSE_ERROR_NO_SUCH_ELEMENT) && missing && *missing)
+    out = missing_element(*missing);
+  else if (is(GST_PARSE_ERROR_LINK))
+    out.fix = converter_of(out.difference);
+  else if (is(GST_PARSE_ERROR_SYNTAX))
+    out.needed = "elements with ! between them, as for gst-launch-1.0";
+  out.offered = text;
+  if (is(GST_PARSE_ERROR_SYNTAX))
+    show_place(text, last_token_read(text), &out);
+  else
+    show_place(text, quoted_word(out.difference, text), &out);
+  return out;
+}
+
+}  // namespace
+
+Result<gst::Ref<GstElement>> read_pipeline(const std::vector<std::string>& words) {
+  const std::string text = join(words, " ");
+  if (strip(text).empty())
+    return Error{.code = Code::OPTION_SYNTAX,
+                 .what = "the pipeline is empty",
+                 .offered = "\"" + text + "\"",
+                 .needed = "elements with ! between them",
+                 .fix = "weir run 'videotestsrc num-buffers=30 ! fakesink'"};
+  gst::Unique<GstParseContext, gst_parse_context_free> context(gst_parse_context_new());
+  GError* error = nullptr;
+  GstElement* floating = parse_words(words, context.get(), &error);
+  if (floating) gst_object_ref_sink(floating);
+  auto parsed = gst::Ref<GstElement>::adopt(floating);
+  if (!parsed || error) {
+    auto failure = parse_error(text, error, context.get());
+    g_clear_error(&error);
+    return failure;
+  }
+  if (GST_IS_PIPELINE(parsed.get())) return parsed;
+  auto pipeline =
+      gst::Ref<GstElement>::adopt(GST_ELEMENT(gst_object_ref_sink(gst_pipeline_new(nullptr))));
+  gst_bin_add(GST_BIN(pipeline.get()), parsed.get());
+  return pipeline;
+}
+
+}  // namespace weir::app

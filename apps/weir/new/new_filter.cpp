@@ -1,0 +1,130 @@
+// `weir new filter`: creates a folder with a filter that builds, runs and has a test.
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include <algorithm>
+#include <cctype>
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+
+#include "commands.hpp"
+#include "core/text/text.hpp"
+#include "new/templates.hpp"
+#include "report.hpp"
+#include "weir/join.hpp"
+#include "weir/result.hpp"
+
+namespace weir::app {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::string_view kName = "my-filter", kClass = "MyFilter";
+constexpr size_t kLongestName = 64;
+
+Status check_language(const std::string& language) {
+  std::vector<std::string> known;
+  for (const auto& part : filter_templates())
+    if (known.empty() || known.back() != part.language) known.emplace_back(part.language);
+  if (std::find(known.begin(), known.end(), language) != known.end()) return ok();
+  const std::string close = language == "cpp" ? "c++" : nearest(language, known);
+  return Error{.code = Code::OPTION_VALUE,
+               .what = "there is no template for this language",
+               .offered = "--language " + language,
+               .needed = "one of: " + join(known, ", "),
+               .difference = close.empty() ? "" : "did you mean " + close + "?",
+               .fix = "weir new filter --language " + (close.empty() ? "c++" : close) + " NAME"};
+}
+
+// The name is used in pipelines, as the folder and in code: letters, digits, - and _.
+Status check_name(const std::string& name) {
+  const auto plain = [](unsigned char c) {
+    return c < 128 && (std::islower(c) || std::isdigit(c) || c == '-' || c == '_');
+  };
+  const bool good = !name.empty() && name.size() <= kLongestName && name[0] >= 'a' &&
+                    name[0] <= 'z' && std::all_of(name.begin(), name.end(), plain) &&
+                    name != "auto" && name != "any";
+  if (good) return ok();
+  return Error{
+      .code = Code::OPTION_VALUE,
+      .what = "this cannot be the name of a filter",
+      .offered = '"' + name + '"',
+      .needed = "a small letter, then small letters, digits, - or _, 64 at most; not auto or any",
+      .fix = "weir new filter --language c++ brightness"};
+}
+
+// "brightness-of-sky" -> "BrightnessOfSky".
+std::string class_name(const std::string& name) {
+  std::string out;
+  bool begins = true;
+  for (const char c : name) {
+    if (c == '-' || c == '_') {
+      begins = true;
+      continue;
+    }
+    out += begins ? static_cast<char>(std::toupper(static_cast<unsigned char>(c))) : c;
+    begins = false;
+  }
+  return out;
+}
+
+void replace_all(std::string* text, std::string_view from, const std::string& to) {
+  for (size_t at = text->find(from); at != std::string::npos; at = text->find(from, at + to.size()))
+    text->replace(at, from.size(), to);
+}
+
+Error not_written(const fs::path& path, const std::string& why, const std::string& fix) {
+  return Error{.code = Code::FILE_NOT_WRITTEN,
+               .what = "a file of the new filter cannot be written",
+               .offered = path.string() + ": " + why,
+               .needed = "a writable folder",
+               .fix = fix};
+}
+
+Status write(const fs::path& path, const Template& part, const std::string& name) {
+  std::string text(part.text);
+  replace_all(&text, kName, name);
+  replace_all(&text, kClass, class_name(name));
+  std::ofstream file(path, std::ios::binary);
+  file << text;
+  file.close();
+  return file ? ok() : Status(not_written(path, "it cannot be written", ""));
+}
+
+Result<std::vector<std::string>> write_folder(const NewFilterOptions& options) {
+  const fs::path folder = options.name;
+  std::error_code failed;
+  if (!fs::create_directory(folder, failed)) {
+    if (failed) return not_written(folder, failed.message(), "");
+    return Error{
+        .code = Code::FILE_NOT_WRITTEN,
+        .what = "a file or folder with this name exists already",
+        .offered = folder.string(),
+        .needed = "an unused name in this folder",
+        .fix = "weir new filter --language " + options.language + " " + options.name + "-2"};
+  }
+  std::vector<std::string> files;
+  for (const auto& part : filter_templates()) {
+    if (part.language != options.language) continue;
+    const fs::path path = folder / part.file;
+    if (auto status = write(path, part, options.name); !status) {
+      fs::remove_all(folder, failed);
+      return status.error();
+    }
+    files.push_back(path.string());
+  }
+  return files;
+}
+
+}  // namespace
+
+int new_filter(const NewFilterOptions& options) {
+  for (const Status& status : {check_language(options.language), check_name(options.name)})
+    if (!status) return report(status.error(), false);
+  const auto files = write_folder(options);
+  if (!files) return report(files.error(), false);
+  for (const auto& file : *files) std::printf("%s\n", file.c_str());
+  std::printf("\ncd %s && make test\n", options.name.c_str());
+  return kExitGood;
+}
+
+}  // namespace weir::app

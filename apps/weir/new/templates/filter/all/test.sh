@@ -1,0 +1,15 @@
+#!/bin/sh
+# Runs the filter on one frame, in the pipeline's process and in a worker process: sh test.sh FILE
+set -eu
+folder=$(mktemp -d)
+trap 'rm -rf "$folder"' EXIT
+printf '\000\001\177\377' > "$folder/in"
+printf '\377\376\200\000' > "$folder/expected"
+for place in none process; do
+  rm -f "$folder/out"
+  "${WEIR_COMMAND:-weir}" run "filesrc location=$folder/in blocksize=4 ! application/octet-stream !
+    tensor_converter input-dim=4 input-type=uint8 ! tensor_filter model=\"$1\" isolate=$place !
+    filesink location=$folder/out" > "$folder/said" 2>&1 || { cat "$folder/said" && exit 1; }
+  cmp "$folder/expected" "$folder/out"
+done
+echo "my-filter works"

@@ -1,0 +1,111 @@
+// Reads the property "stats" of each element of Weir's plug-in.
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include "run/ledger_table.hpp"
+
+#include <algorithm>
+
+#include "gstcpp/element/ref.hpp"
+
+namespace weir::app {
+namespace {
+
+Json value_of(const GValue* value) {
+  if (G_VALUE_HOLDS_UINT64(value)) return g_value_get_uint64(value);
+  if (G_VALUE_HOLDS_INT64(value)) return g_value_get_int64(value);
+  if (G_VALUE_HOLDS_UINT(value)) return g_value_get_uint(value);
+  if (G_VALUE_HOLDS_INT(value)) return g_value_get_int(value);
+  if (G_VALUE_HOLDS_DOUBLE(value)) return g_value_get_double(value);
+  if (G_VALUE_HOLDS_BOOLEAN(value)) return g_value_get_boolean(value) != FALSE;
+  const gst::UniqueText text(gst_value_serialize(value));
+  return text ? Json(text.get()) : Json(nullptr);
+}
+
+Json stats_of(GstElement* element) {
+  Json out = Json::object();
+  GstStructure* stats = nullptr;
+  g_object_get(element, "stats", &stats, nullptr);
+  if (!stats) return out;
+  for (int i = 0; i < gst_structure_n_fields(stats); ++i) {
+    const char* name = gst_structure_nth_field_name(stats, static_cast<guint>(i));
+    out[name] = value_of(gst_structure_get_value(stats, name));
+  }
+  gst_structure_free(stats);
+  return out;
+}
+
+// The element's factory name; "" if it is not Weir's or has no ledger.
+std::string weir_element(GstElement* element) {
+  GstElementFactory* factory = gst_element_get_factory(element);
+  if (!factory) return "";
+  const char* plugin = gst_plugin_feature_get_plugin_name(GST_PLUGIN_FEATURE(factory));
+  GParamSpec* stats = g_object_class_find_property(G_OBJECT_GET_CLASS(element), "stats");
+  if (g_strcmp0(plugin, "weir") != 0 || !stats || stats->value_type != GST_TYPE_STRUCTURE)
+    return "";
+  return gst_plugin_feature_get_name(GST_PLUGIN_FEATURE(factory));
+}
+
+std::string number(const Json& stats, const char* name) {
+  return stats.contains(name) ? stats[name].dump() : "-";
+}
+
+std::string reasons(const Json& stats) {
+  constexpr std::string_view kPrefix = "dropped-";
+  std::string out;
+  for (const auto& [name, value] : stats.items())
+    if (name.starts_with(kPrefix) && value.is_number() && value != 0)
+      out += (out.empty() ? "" : ", ") + name.substr(kPrefix.size()) + " " + value.dump();
+  return out;
+}
+
+// Frames that were processed together with other elements: here, or in the next element.
+std::string fusion(const Json& stats) {
+  std::string out;
+  for (const auto& [name, words] :
+       {std::pair{"fused-frames", " fused"}, {"deferred-frames", " deferred to the next element"}})
+    if (stats.value(name, uint64_t{0}) > 0)
+      out += (out.empty() ? "" : ", ") + stats[name].dump() + words;
+  return out;
+}
+
+}  // namespace
+
+Json ledgers(GstElement* pipeline) {
+  Json out = Json::array();
+  // Iterates from sinks to sources; the list is reversed below.
+  gst::Unique<GstIterator, gst_iterator_free> sorted(gst_bin_iterate_sorted(GST_BIN(pipeline)));
+  gst_iterator_foreach(
+      sorted.get(),
+      [](const GValue* item, gpointer user) {
+        auto* list = static_cast<Json*>(user);
+        auto* element = GST_ELEMENT(g_value_get_object(item));
+        if (GST_IS_BIN(element))
+          for (const auto& inner : ledgers(element)) list->push_back(inner);
+        const std::string factory = weir_element(element);
+        if (factory.empty()) return;
+        const gst::UniqueText name(gst_element_get_name(element));
+        list->push_back({{"name", name.get()}, {"element", factory}, {"stats", stats_of(element)}});
+      },
+      &out);
+  std::reverse(out.begin(), out.end());
+  return out;
+}
+
+std::string ledger_table(const Json& ledgers) {
+  if (ledgers.empty()) return "";
+  std::vector<std::vector<std::string>> rows{
+      {"element", "received", "consumed", "held", "pushed", "dropped", "bytes copied", "why"}};
+  std::vector<std::string> fusions{"in one pass"};
+  for (const auto& ledger : ledgers) {
+    const Json& stats = ledger["stats"];
+    rows.push_back({ledger["name"].get<std::string>(), number(stats, "received"),
+                    number(stats, "consumed"), number(stats, "held"), number(stats, "pushed"),
+                    number(stats, "dropped"), number(stats, "bytes-copied"), reasons(stats)});
+    fusions.push_back(fusion(stats));
+  }
+  const bool any =
+      std::any_of(fusions.begin() + 1, fusions.end(), [](const auto& f) { return !f.empty(); });
+  for (size_t i = 0; any && i < rows.size(); ++i) rows[i].push_back(fusions[i]);
+  return table(rows, "  ");
+}
+
+}  // namespace weir::app

@@ -1,0 +1,17 @@
+// Reads the ledgers of Weir's elements in a pipeline: the fate of every frame.
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#pragma once
+#include <gst/gst.h>
+
+#include <string>
+
+#include "report.hpp"
+
+namespace weir::app {
+
+// [{"name": ..., "element": ..., "stats": {...}}], in stream order.
+Json ledgers(GstElement* pipeline);
+// The same as text; "" when there is none.
+std::string ledger_table(const Json& ledgers);
+
+}  // namespace weir::app

@@ -1,0 +1,217 @@
+#!/usr/bin/python3
+# SPDX-License-Identifier: LGPL-2.1-or-later
+"""Tests of `weir run --report`: the page against the ledger of the same run, and in a browser."""
+
+import html.parser
+import json
+import re
+import shutil
+import signal
+import subprocess
+import tempfile
+import unittest
+
+import tap_runner
+from weir_case import COMMAND, Case, weir
+
+VOID = {"meta", "br", "link", "img", "input", "hr"}
+CHROMIUM = shutil.which("chromium")
+
+
+class Page(html.parser.HTMLParser):
+    """Collects tables by id, names in the picture, and all text; raises for mismatched tags."""
+
+    def __init__(self, text):
+        super().__init__()
+        self.open, self.tables, self.names, self.tags, self.text, self.addresses = [], {}, [], set(), "", []
+        self.feed(text)
+        self.close()
+        assert not self.open, self.open
+
+    def handle_starttag(self, tag, attrs):
+        attrs = dict(attrs)
+        self.tags.add(tag)
+        self.addresses += [value for name, value in attrs.items() if name in ("href", "src", "xlink:href")]
+        if tag not in VOID:
+            self.open.append((tag, attrs.get("class")))
+        if tag == "table":
+            self.rows = self.tables.setdefault(attrs["id"], [])
+        elif tag == "tr":
+            self.rows.append([])
+        elif tag in ("td", "th"):
+            self.rows[-1].append("")
+        elif (tag, attrs.get("class")) == ("text", "name"):
+            self.names.append("")
+
+    def handle_startendtag(self, tag, attrs):
+        self.handle_starttag(tag, attrs)
+        self.handle_endtag(tag)
+
+    def handle_endtag(self, tag):
+        opened, _ = self.open.pop()
+        assert opened == tag, f"</{tag}> closes <{opened}>"
+
+    def handle_data(self, data):
+        self.text += data
+        if self.open and self.open[-1][0] in ("td", "th"):
+            self.rows[-1][-1] += data
+        elif self.open and self.open[-1] == ("text", "name"):
+            self.names[-1] += data
+
+    def table(self, name):
+        """The rows as dictionaries with the headings as keys."""
+        heading, *rows = self.tables[name]
+        return [dict(zip(heading, row)) for row in rows]
+
+
+class Report(Case):
+    FRAMES = 40
+    BRANCHES = (f"videotestsrc name=source num-buffers={FRAMES}"
+                " ! video/x-raw,format=RGB,width=16,height=8,framerate=30/1 ! tee name=t"
+                " t. ! queue name=first ! tensor_converter name=converter"
+                " ! tensor_transform name=cast mode=typecast option=float32 ! tensor_sink name=tensors"
+                " t. ! queue name=second ! fakesink name=pictures")
+
+    def setUp(self):
+        super().setUp()
+        self.file = self.folder / "report.html"
+
+    def page(self):
+        text = self.file.read_text()
+        self.assertNotRegex(text, "https?://")
+        page = Page(text)
+        self.assertEqual(page.addresses, [])
+        self.assertFalse(page.tags & {"script", "link", "iframe", "img", "object"})
+        return page
+
+    def reported(self, pipeline, code=0):
+        done = weir("run", "--json", "--report", self.file, pipeline)
+        self.assertEqual(done.returncode, code, done.stderr)
+        return json.loads(done.stdout), self.page()
+
+    def test_the_page_agrees_with_the_ledger(self):
+        told, page = self.reported(self.BRANCHES)
+        rows = {row["element"]: row for row in page.table("elements")}
+        self.assertEqual(len(told["ledger"]), 3)
+        for entry in told["ledger"]:
+            row, stats = rows[entry["name"]], entry["stats"]
+            self.assertEqual((int(row["frames in"]), int(row["out"]), int(row["bytes copied"]), int(row["dropped"])),
+                             (stats["received"], stats["pushed"], stats["bytes-copied"], stats["dropped"]))
+            self.assertEqual(row["is a"], entry["element"])
+        for sink in told["sinks"]:
+            self.assertEqual(int(rows[sink["name"]]["frames in"]), sink["frames"])
+        self.assertEqual((rows["t"]["frames in"], rows["t"]["out"]), (str(self.FRAMES), str(2 * self.FRAMES)))
+
+    def test_links_have_frames_and_bytes(self):
+        _, page = self.reported(self.BRANCHES)
+        links = {(row["from"].split(".")[0], row["to"]): row for row in page.table("links")}
+        sizes = {("converter", "cast.sink"): 16 * 8 * 3, ("cast", "tensors.sink"): 4 * 16 * 8 * 3}
+        for ends, size in sizes.items():
+            self.assertEqual((links[ends]["frames"], links[ends]["bytes"]),
+                             (str(self.FRAMES), f"{self.FRAMES * size / 1000:.1f} kB"))
+
+    def test_the_picture_shows_each_element_once(self):
+        _, page = self.reported(self.BRANCHES)
+        self.assertEqual(sorted(page.names), sorted(row["element"] for row in page.table("elements")))
+        self.assertLessEqual({"source", "t", "first", "second", "converter", "cast", "tensors", "pictures"},
+                             set(page.names))
+        order = page.names.index
+        for before, after in (("source", "t"), ("t", "first"), ("first", "converter"), ("converter", "cast"),
+                              ("cast", "tensors"), ("second", "pictures")):
+            self.assertLess(order(before), order(after))
+
+    def test_latency_goes_to_each_sink_and_counts_each_frame(self):
+        _, page = self.reported(self.BRANCHES)
+        rows = {(row["from"], row["to"]): row for row in page.table("latencies")}
+        self.assertEqual(set(rows), {("source", "tensors"), ("source", "pictures")})
+        for row in rows.values():
+            self.assertEqual((row["frames"], row["not matched"]), (str(self.FRAMES), "0"))
+        counted = sum(int(n) for n in re.findall(r": (\d+) frames</title></rect>", self.file.read_text()))
+        self.assertEqual(counted, 2 * self.FRAMES)
+
+    def test_queues_show_what_they_lost(self):
+        told, page = self.reported("videotestsrc num-buffers=50 ! queue name=leak leaky=downstream max-size-buffers=3"
+                                   " ! identity sleep-time=2000 ! fakesink name=out")
+        queue = page.table("queues")[0]
+        frames = {sink["name"]: sink["frames"] for sink in told["sinks"]}["out"]
+        self.assertEqual((queue["queue"], int(queue["not passed on"])), ("leak", 50 - frames))
+        self.assertLessEqual(int(queue["most frames"]), 4)
+        self.assertIn('class="levels"', self.file.read_text())
+
+    def test_names_cannot_change_the_page(self):
+        name = '<script>alert("1")</script>&amp;\'<b>'
+        quoted = name.replace('"', '\\"')
+        _, page = self.reported(f'videotestsrc num-buffers=2 ! identity name="{quoted}" ! fakesink')
+        self.assertIn(name, [row["element"] for row in page.table("elements")])
+        self.assertTrue(any(page_name.startswith("<script>alert(") for page_name in page.names))
+
+    def test_an_error_is_reported_with_its_fix(self):
+        told, page = self.reported("videotestsrc num-buffers=1 ! tensor_converter"
+                                   " ! tensor_transform name=cast mode=typecast option=flot32 ! fakesink", code=1)
+        self.assertEqual(told["result"], "error")
+        for words in ("Failed", "cast: WEIR-1001", "flot32", "fix: "):
+            self.assertIn(words, page.text)
+
+    def test_an_interrupted_run_is_reported(self):
+        frames = self.folder / "frames"
+        pipeline = ("videotestsrc is-live=true ! video/x-raw,format=GRAY8,width=8,height=8,framerate=100/1"
+                    f" ! filesink buffer-mode=unbuffered location={frames}")
+        running = subprocess.Popen([COMMAND, "run", "--report", self.file, pipeline], stdout=subprocess.PIPE,
+                                   stderr=subprocess.PIPE, text=True)
+        while running.poll() is None and not (frames.exists() and frames.stat().st_size > 20 * 8 * 8):
+            pass
+        running.send_signal(signal.SIGINT)
+        said, errors = running.communicate(timeout=30)
+        self.assertEqual(running.returncode, 130, errors)
+        self.assertIn(f"Report: {self.file}\n", said)
+        self.assertIn("Interrupted", self.page().text)
+
+    def test_the_tracer_that_runs_already_is_taken(self):
+        trace = self.folder / "trace.json"
+        done = weir("run", "--report", self.file, self.BRANCHES, GST_TRACERS=f"weir(file={trace})")
+        self.good(done)
+        pushes = [e for e in json.loads(trace.read_text())["traceEvents"] if e.get("cat") == "push"]
+        self.assertEqual(sum(e["name"] == "tensors" for e in pushes), self.FRAMES)
+        rows = {row["element"]: row for row in self.page().table("elements")}
+        self.assertEqual(rows["tensors"]["frames in"], str(self.FRAMES))
+
+    def test_lost_records_are_reported(self):
+        self.good(weir("run", "--report", self.file, "videotestsrc num-buffers=5000 ! video/x-raw,width=8,height=8"
+                       " ! fakesink", GST_TRACERS="weir(file=,limit=1000)"))
+        self.assertIn("records are missing", self.page().text)
+
+    def test_a_place_that_cannot_be_written_is_refused_before_the_run(self):
+        place = self.folder / "none" / "report.html"
+        self.refused(weir("run", "--report", place, "videotestsrc ! fakesink"), 1,  # would never end
+                     "WEIR-4010: the report cannot be written", "No such file or directory", "fix: weir run --report")
+        told = json.loads(weir("run", "--json", "--report", place, "videotestsrc ! fakesink").stdout)
+        self.assertEqual((told["error"]["id"], told["error"]["offered"]), ("WEIR-4010", str(place)))
+
+    def test_without_the_plugin_there_is_no_report(self):
+        self.refused(weir("run", "--report", self.file, "fakesrc num-buffers=1 ! fakesink", GST_PLUGIN_PATH="",
+                          GST_PLUGIN_SYSTEM_PATH_1_0=str(self.folder / "none"),
+                          GST_REGISTRY=str(self.folder / "registry")), 1, "the tracer weir is not found", "fix: weir doctor")
+        self.assertFalse(self.file.exists())
+
+    @unittest.skipUnless(CHROMIUM, "chromium is not installed (apt-get install chromium)")
+    def test_a_browser_shows_it_and_runs_nothing_of_it(self):
+        pipeline = self.BRANCHES + ' t. ! queue ! fakesink name="<script>document.title=1</script>"'
+        self.reported(pipeline)
+        picture = self.folder / "picture.png"
+        with tempfile.TemporaryDirectory() as profile:
+            options = [CHROMIUM, "--headless", "--no-sandbox", "--disable-gpu", f"--user-data-dir={profile}",
+                       "--host-resolver-rules=MAP * ~NOTFOUND", "--window-size=1400,1800"]
+            shown = subprocess.run([*options, "--dump-dom", self.file.as_uri()], capture_output=True, text=True,
+                                   timeout=120)
+            self.assertEqual(shown.returncode, 0, shown.stderr)
+            subprocess.run([*options, f"--screenshot={picture}", self.file.as_uri()], capture_output=True, check=True,
+                           timeout=120)
+        self.assertIn("<title>Pipeline report</title>", shown.stdout)
+        names = Page(shown.stdout.replace("<!DOCTYPE html>", "")).names
+        self.assertIn("converter", names)
+        self.assertTrue(picture.read_bytes().startswith(b"\x89PNG"))
+        self.assertGreater(picture.stat().st_size, 20000)  # an empty page of this size has a few thousand bytes
+
+
+if __name__ == "__main__":
+    tap_runner.main()

@@ -1,0 +1,179 @@
+// ml_pipeline_custom_easy_filter_* and ml_pipeline_tensor_if_custom_*.
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include <mutex>
+#include <vector>
+
+#include "answer.hpp"
+#include "capi-nnstreamer/nnstreamer.h"
+#include "core/infer/queue/call_gate.hpp"
+#include "tensors_data.hpp"
+#include "weir/c_error.hpp"
+#include "weir/custom_condition.h"
+#include "weir/custom_filter.h"
+
+namespace {
+
+using namespace weir;
+using namespace weir::application;
+
+// The state that Weir calls: streams may hold it after the program's handle is destroyed.
+template <class Function>
+struct Callback {
+  std::string name;
+  Function function;
+  void* data;
+  infer::CallGate gate;
+};
+using FilterCallback = Callback<ml_custom_easy_invoke_cb>;
+using ConditionCallback = Callback<ml_pipeline_if_custom_cb>;
+
+template <class Callback>
+class Registered : public Object {
+ public:
+  static constexpr const char* kKind = "registered callback";
+  explicit Registered(std::shared_ptr<Callback> callback) : callback_(std::move(callback)) {}
+  const char* kind() const noexcept override { return kKind; }
+  Callback& callback() const noexcept { return *callback_; }
+
+ private:
+  const std::shared_ptr<Callback> callback_;
+};
+using RegisteredFilter = Registered<FilterCallback>;
+using RegisteredCondition = Registered<ConditionCallback>;
+
+int refuse(const weir_host* host, weir_error* error, const std::string& what) {
+  host->fail(error, WEIR_CALLBACK_FAILED, what.c_str(), nullptr, nullptr, nullptr, nullptr);
+  return -WEIR_CALLBACK_FAILED;
+}
+
+// Runs `body`, which calls the program, if the callback is still registered.
+template <class Callback, class Body>
+int call(Callback& callback, const weir_host* host, weir_error* error, Body&& body) noexcept {
+  try {
+    const infer::CallGate::Visit visit(callback.gate);
+    if (!visit) return refuse(host, error, callback.name + " is no longer registered");
+    const int result = body();
+    if (result >= 0) return result;
+    return refuse(host, error,
+                  "the callback of " + callback.name + " returned " + std::to_string(result));
+  } catch (const std::exception& e) {
+    return refuse(host, error, e.what());
+  }
+}
+
+std::shared_ptr<TensorsData> lend(const weir_frame& frame, TensorsData::Access access) {
+  return data_of({frame.tensors, frame.n_tensors}, nullptr, access);
+}
+
+int invoke(const weir_host* host, const weir_frame* in, weir_frame* out, void* data,
+           weir_error* error) {
+  auto& callback = **static_cast<std::shared_ptr<FilterCallback>*>(data);
+  return call(callback, host, error, [&] {
+    const LentHandle inputs(lend(*in, TensorsData::Access::ReadOnly));
+    const LentHandle outputs(lend(*out, TensorsData::Access::ReadWrite));
+    return callback.function(inputs.get(), outputs.get(), callback.data);
+  });
+}
+
+int decide(const weir_host* host, const weir_frame* in, int* result, void* data,
+           weir_error* error) {
+  auto& callback = *static_cast<ConditionCallback*>(data);
+  return call(callback, host, error, [&] {
+    const auto frame = lend(*in, TensorsData::Access::ReadOnly);
+    const LentHandle tensors(frame);
+    const LentHandle info(std::make_shared<TensorsInfo>(frame->tensors()));
+    return callback.function(tensors.get(), info.get(), result, callback.data);
+  });
+}
+
+Status register_filter(const std::shared_ptr<FilterCallback>& callback, const TensorSpecs& in,
+                       const TensorSpecs& out) {
+  const auto inputs = c_infos(in), outputs = c_infos(out);
+  auto held = std::make_unique<std::shared_ptr<FilterCallback>>(callback);
+  weir_filter filter{};
+  filter.struct_size = sizeof filter;
+  filter.n_inputs = static_cast<uint32_t>(inputs.size());
+  filter.n_outputs = static_cast<uint32_t>(outputs.size());
+  filter.inputs = inputs.data();
+  filter.outputs = outputs.data();
+  filter.invoke = invoke;
+  filter.data = held.get();
+  filter.release = [](void* data) { delete static_cast<std::shared_ptr<FilterCallback>*>(data); };
+  CError error;
+  const int result = weir_filter_register(callback->name.c_str(), &filter, error.place());
+  if (result < 0) return error.take(result);
+  (void)held.release();
+  return ok();
+}
+
+// Elements keep conditions and never release them: these stay until the process ends.
+void keep(std::shared_ptr<ConditionCallback> callback) {
+  static std::mutex mutex;
+  static auto* kept = new std::vector<std::shared_ptr<ConditionCallback>>;
+  std::lock_guard lock(mutex);
+  kept->push_back(std::move(callback));
+}
+
+template <class Registered, class Free>
+int unregister(void* handle, const char* what, Free&& free_name) {
+  return guarded([&] {
+    const auto taken = Handles::all().take<Registered>(handle, what);
+    if (!taken) return fail(taken.error());
+    free_name((*taken)->callback().name.c_str());
+    (*taken)->callback().gate.close();
+    return static_cast<int>(ML_ERROR_NONE);
+  });
+}
+
+}  // namespace
+
+int ml_pipeline_custom_easy_filter_register(const char* name, const ml_tensors_info_h in,
+                                            const ml_tensors_info_h out,
+                                            ml_custom_easy_invoke_cb cb, void* user_data,
+                                            ml_custom_easy_filter_h* custom) {
+  return guarded([&] {
+    if (!custom) return fail(null_pointer("custom"));
+    *custom = nullptr;
+    if (!name || !cb || !in || !out) return fail(null_pointer("name, cb, in or out"));
+    const auto inputs = tensors_or_none(in, "in"), outputs = tensors_or_none(out, "out");
+    if (!inputs) return fail(inputs.error());
+    if (!outputs) return fail(outputs.error());
+    const auto callback = std::make_shared<FilterCallback>();
+    callback->name = name;
+    callback->function = cb;
+    callback->data = user_data;
+    if (auto status = register_filter(callback, *inputs, *outputs); !status)
+      return fail(status.error());
+    *custom = Handles::all().add(std::make_shared<RegisteredFilter>(callback));
+    return static_cast<int>(ML_ERROR_NONE);
+  });
+}
+
+int ml_pipeline_custom_easy_filter_unregister(ml_custom_easy_filter_h custom) {
+  return unregister<RegisteredFilter>(custom, "custom", weir_filter_unregister);
+}
+
+int ml_pipeline_tensor_if_custom_register(const char* name, ml_pipeline_if_custom_cb cb,
+                                          void* user_data, ml_pipeline_if_h* if_custom) {
+  return guarded([&] {
+    if (!if_custom) return fail(null_pointer("if_custom"));
+    *if_custom = nullptr;
+    if (!name || !cb) return fail(null_pointer("name or cb"));
+    const auto callback = std::make_shared<ConditionCallback>();
+    callback->name = name;
+    callback->function = cb;
+    callback->data = user_data;
+    if (weir_condition_register(name, decide, callback.get()) < 0)
+      return fail(Error{.code = Code::OPTION_VALUE,
+                        .what = "a condition cannot be registered under this name",
+                        .offered = "\"" + callback->name + "\"",
+                        .needed = "an unused name that is not empty"});
+    keep(callback);
+    *if_custom = Handles::all().add(std::make_shared<RegisteredCondition>(callback));
+    return static_cast<int>(ML_ERROR_NONE);
+  });
+}
+
+int ml_pipeline_tensor_if_custom_unregister(ml_pipeline_if_h if_custom) {
+  return unregister<RegisteredCondition>(if_custom, "if_custom", weir_condition_unregister);
+}

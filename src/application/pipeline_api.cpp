@@ -1,0 +1,185 @@
+// ml_pipeline_construct to ml_pipeline_destroy; sinks and sources.
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include "pipeline_part.hpp"
+#include "tensors_data.hpp"
+
+namespace {
+
+using namespace weir;
+using namespace weir::application;
+
+class Source : public PipelinePart {
+ public:
+  static constexpr const char* kKind = "source";
+  using PipelinePart::PipelinePart;
+  const char* kind() const noexcept override { return kKind; }
+};
+
+class Sink : public PipelinePart {
+ public:
+  static constexpr const char* kKind = "sink";
+  Sink(std::weak_ptr<Pipeline> pipeline, std::string name, std::shared_ptr<SinkCallback> callback)
+      : PipelinePart(std::move(pipeline), std::move(name)), callback_(std::move(callback)) {}
+  const char* kind() const noexcept override { return kKind; }
+  const std::shared_ptr<SinkCallback>& callback() const noexcept { return callback_; }
+
+ private:
+  const std::shared_ptr<SinkCallback> callback_;
+};
+
+using StateCall = int (*)(weir_pipeline*, weir_error**);
+
+Status call(const Pipeline::Use& pipeline, StateCall function) {
+  CError error;
+  return error.status(function(pipeline.get(), error.place()));
+}
+
+// Runs `body`, which returns a Status, with the pipeline; fails in its own callbacks.
+template <class Body>
+int change(ml_pipeline_h pipe, Body&& body) {
+  return guarded([&] {
+    const auto pipeline = use_pipeline(pipe);
+    if (!pipeline) return fail(pipeline.error());
+    if (auto status = (*pipeline)->not_from_its_callback(); !status) return fail(status.error());
+    return answer(body(*pipeline));
+  });
+}
+
+Error no_policy(int policy) {
+  return Error{.code = Code::OPTION_VALUE,
+               .what = "policy is not a value of ml_pipeline_buf_policy_e",
+               .offered = std::to_string(policy),
+               .needed = "ML_PIPELINE_BUF_POLICY_AUTO_FREE or ML_PIPELINE_BUF_POLICY_DO_NOT_FREE"};
+}
+
+bool stopped(const Pipeline::Use& pipeline) {
+  return weir_pipeline_get_state(pipeline.get()) == WEIR_PIPELINE_STOPPED;
+}
+
+ml_pipeline_state_e state_of(const Pipeline::Use& pipeline) {
+  const int state = weir_pipeline_get_state(pipeline.get());
+  if (state == WEIR_PIPELINE_PLAYING) return ML_PIPELINE_STATE_PLAYING;
+  return state == WEIR_PIPELINE_PAUSED ? ML_PIPELINE_STATE_PAUSED : ML_PIPELINE_STATE_NULL;
+}
+
+}  // namespace
+
+int ml_pipeline_construct(const char* pipeline_description, ml_pipeline_state_cb cb,
+                          void* user_data, ml_pipeline_h* pipe) {
+  return guarded([&] {
+    if (!pipe) return fail(null_pointer("pipe"));
+    *pipe = nullptr;
+    if (!pipeline_description) return fail(null_pointer("pipeline_description"));
+    auto made = Pipeline::construct(pipeline_description, {cb, user_data});
+    if (const auto* refused = std::get_if<Refusal>(&made)) return fail(*refused);
+    *pipe = Handles::all().add(std::get<0>(std::move(made)));
+    return static_cast<int>(ML_ERROR_NONE);
+  });
+}
+
+int ml_pipeline_destroy(ml_pipeline_h pipe) {
+  return guarded([&] {
+    const auto found = Handles::all().find<Pipeline>(pipe, "pipe");
+    if (!found) return fail(found.error());
+    if (auto status = (*found)->not_from_its_callback(); !status) return fail(status.error());
+    if (auto status = (*found)->stop(); !status) return fail(status.error());
+    const auto taken = Handles::all().take<Pipeline>(pipe, "pipe");
+    if (!taken) return fail(taken.error());
+    (*taken)->close();
+    return static_cast<int>(ML_ERROR_NONE);
+  });
+}
+
+int ml_pipeline_start(ml_pipeline_h pipe) {
+  return change(pipe, [](const auto& pipeline) { return call(pipeline, weir_pipeline_start); });
+}
+
+int ml_pipeline_stop(ml_pipeline_h pipe) {
+  return change(pipe, [](const auto& pipeline) {
+    return stopped(pipeline) ? ok() : call(pipeline, weir_pipeline_pause);
+  });
+}
+
+int ml_pipeline_flush(ml_pipeline_h pipe, bool start) {
+  return change(pipe, [start](const auto& pipeline) {
+    if (auto status = call(pipeline, weir_pipeline_stop); !status) return status;
+    return start ? call(pipeline, weir_pipeline_start) : ok();
+  });
+}
+
+int ml_pipeline_get_state(ml_pipeline_h pipe, ml_pipeline_state_e* state) {
+  return guarded([&] {
+    if (!state) return fail(null_pointer("state"));
+    *state = ML_PIPELINE_STATE_UNKNOWN;
+    const auto pipeline = use_pipeline(pipe);
+    if (!pipeline) return fail(pipeline.error());
+    *state = state_of(*pipeline);
+    CError error;
+    const int result = weir_pipeline_wait(pipeline->get(), 0, error.place());
+    return result < 0 ? fail(Refusal{ML_ERROR_STREAMS_PIPE, error.take(result)})
+                      : static_cast<int>(ML_ERROR_NONE);
+  });
+}
+
+int ml_pipeline_sink_register(ml_pipeline_h pipe, const char* sink_name, ml_pipeline_sink_cb cb,
+                              void* user_data, ml_pipeline_sink_h* sink_handle) {
+  return guarded([&] {
+    if (!sink_handle) return fail(null_pointer("sink_handle"));
+    *sink_handle = nullptr;
+    if (!sink_name || !cb) return fail(null_pointer("sink_name or cb"));
+    const auto pipeline = use_pipeline(pipe);
+    if (!pipeline) return fail(pipeline.error());
+    if (auto status = check_kind(*pipeline, sink_name, "tensor_sink or appsink"); !status)
+      return fail(status.error());
+    const auto callback = std::make_shared<SinkCallback>();
+    callback->function = cb;
+    callback->data = user_data;
+    *sink_handle = Handles::all().add(
+        std::make_shared<Sink>((**pipeline).weak_from_this(), sink_name, callback));
+    (*pipeline)->sink(sink_name)->add(callback);
+    return static_cast<int>(ML_ERROR_NONE);
+  });
+}
+
+int ml_pipeline_sink_unregister(ml_pipeline_sink_h sink_handle) {
+  return guarded([&] {
+    const auto sink = Handles::all().take<Sink>(sink_handle, "sink_handle");
+    if (!sink) return fail(sink.error());
+    if (const auto pipeline = (*sink)->use())
+      (*pipeline)->sink((*sink)->name())->remove((*sink)->callback());
+    (*sink)->callback()->gate.close();
+    return static_cast<int>(ML_ERROR_NONE);
+  });
+}
+
+int ml_pipeline_src_get_handle(ml_pipeline_h pipe, const char* src_name,
+                               ml_pipeline_src_h* src_handle) {
+  return get_part<Source>(pipe, src_name, "appsrc", src_handle);
+}
+
+int ml_pipeline_src_release_handle(ml_pipeline_src_h src_handle) {
+  return release_part<Source>(src_handle, "src_handle");
+}
+
+int ml_pipeline_src_input_data(ml_pipeline_src_h src_handle, ml_tensors_data_h data,
+                               ml_pipeline_buf_policy_e policy) {
+  return guarded([&] {
+    if (policy != ML_PIPELINE_BUF_POLICY_AUTO_FREE && policy != ML_PIPELINE_BUF_POLICY_DO_NOT_FREE)
+      return fail(no_policy(policy));
+    const auto found = Handles::all().find<TensorsData>(data, "data");
+    if (!found) return fail(found.error());
+    const auto push = [&](weir_pipeline* pipeline, const char* name, weir_error** error) {
+      const auto tensors = (*found)->c_tensors();
+      return weir_pipeline_push(pipeline, name, tensors.data(),
+                                static_cast<uint32_t>(tensors.size()), -1, -1, error);
+    };
+    const int result = with_part<Source>(src_handle, "src_handle", push);
+    if (result == ML_ERROR_NONE && policy == ML_PIPELINE_BUF_POLICY_AUTO_FREE)
+      (void)Handles::all().take<TensorsData>(data, "data");
+    return result;
+  });
+}
+
+int ml_pipeline_src_input_data_eos(ml_pipeline_src_h src_handle) {
+  return with_part<Source>(src_handle, "src_handle", weir_pipeline_end);
+}

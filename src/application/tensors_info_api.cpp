@@ -1,0 +1,181 @@
+// ml_tensors_info_*.
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include <cstdlib>
+#include <cstring>
+#include <span>
+
+#include "answer.hpp"
+#include "tensors_info.hpp"
+#include "weir/join.hpp"
+
+namespace {
+
+using namespace weir;
+using namespace weir::application;
+
+Result<std::shared_ptr<TensorsInfo>> find(void* info, const char* what = "info") {
+  return Handles::all().find<TensorsInfo>(info, what);
+}
+
+// Runs `body` with tensor `index` of `info`.
+template <class Body>
+int with(void* info, size_t index, Body&& body) {
+  const auto found = find(info);
+  return found ? answer((*found)->with(index, body)) : fail(found.error());
+}
+
+Error bad_type(int type) {
+  return Error{.code = Code::TYPE_SYNTAX,
+               .what = "this is not a tensor type",
+               .offered = std::to_string(type),
+               .needed = "ML_TENSOR_TYPE_INT32 to ML_TENSOR_TYPE_FLOAT16"};
+}
+
+Result<Shape> shape_of(const unsigned* dimension) {
+  const Shape shape(std::span<const uint32_t>(dimension, ML_TENSOR_RANK_LIMIT));
+  if (shape.valid()) return shape;
+  return Error{.code = Code::DIMENSION_SYNTAX,
+               .what = "these are not dimensions of a tensor",
+               .offered = join(std::span(dimension, ML_TENSOR_RANK_LIMIT), ":",
+                               [](unsigned extent) { return std::to_string(extent); }),
+               .needed = "one or more non-zero entries, followed by zeros only",
+               .fix = "ml_tensor_dimension dimension = {3, 224, 224};"};
+}
+
+}  // namespace
+
+int ml_tensors_info_create(ml_tensors_info_h* info) {
+  return guarded([&] {
+    if (!info) return fail(null_pointer("info"));
+    *info = nullptr;
+    *info = new_info({});
+    return static_cast<int>(ML_ERROR_NONE);
+  });
+}
+
+int ml_tensors_info_destroy(ml_tensors_info_h info) {
+  return guarded([&] {
+    const auto taken = Handles::all().take<TensorsInfo>(info, "info");
+    return taken ? static_cast<int>(ML_ERROR_NONE) : fail(taken.error());
+  });
+}
+
+int ml_tensors_info_validate(const ml_tensors_info_h info, bool* valid) {
+  return guarded([&] {
+    if (!valid) return fail(null_pointer("valid"));
+    *valid = false;
+    const auto found = find(info);
+    if (!found) return fail(found.error());
+    *valid = static_cast<bool>(check_complete((*found)->tensors(), "info"));
+    return static_cast<int>(ML_ERROR_NONE);
+  });
+}
+
+int ml_tensors_info_clone(ml_tensors_info_h dest, const ml_tensors_info_h src) {
+  return guarded([&] {
+    const auto to = find(dest, "dest"), from = find(src, "src");
+    if (!to) return fail(to.error());
+    if (!from) return fail(from.error());
+    (*to)->set((*from)->tensors());
+    return static_cast<int>(ML_ERROR_NONE);
+  });
+}
+
+int ml_tensors_info_set_count(ml_tensors_info_h info, unsigned int count) {
+  return guarded([&] {
+    const auto found = find(info);
+    if (!found) return fail(found.error());
+    if (count < 1 || count > kTensorLimit)
+      return fail(Error{.code = Code::LIMIT_EXCEEDED,
+                        .what = "a frame holds 1 to 256 tensors",
+                        .offered = std::to_string(count),
+                        .needed = "1 to 256"});
+    (*found)->set_count(count);
+    return static_cast<int>(ML_ERROR_NONE);
+  });
+}
+
+int ml_tensors_info_get_count(ml_tensors_info_h info, unsigned int* count) {
+  return guarded([&] {
+    if (!count) return fail(null_pointer("count"));
+    *count = 0;
+    const auto found = find(info);
+    if (!found) return fail(found.error());
+    *count = static_cast<unsigned>((*found)->tensors().size());
+    return static_cast<int>(ML_ERROR_NONE);
+  });
+}
+
+int ml_tensors_info_set_tensor_name(ml_tensors_info_h info, unsigned int index, const char* name) {
+  return guarded(
+      [&] { return with(info, index, [&](TensorSpec& t) { t.name = name ? name : ""; }); });
+}
+
+int ml_tensors_info_get_tensor_name(ml_tensors_info_h info, unsigned int index, char** name) {
+  return guarded([&] {
+    if (!name) return fail(null_pointer("name"));
+    *name = nullptr;
+    return with(info, index, [&](const TensorSpec& t) {
+      if (!t.name.empty() && !(*name = strdup(t.name.c_str()))) throw std::bad_alloc();
+    });
+  });
+}
+
+int ml_tensors_info_set_tensor_type(ml_tensors_info_h info, unsigned int index,
+                                    ml_tensor_type_e type) {
+  return guarded([&] {
+    const auto number = static_cast<unsigned>(type);
+    if (number >= ML_TENSOR_TYPE_UNKNOWN) return fail(bad_type(static_cast<int>(type)));
+    return with(info, index, [&](TensorSpec& t) { t.type = static_cast<ElementType>(number); });
+  });
+}
+
+int ml_tensors_info_get_tensor_type(ml_tensors_info_h info, unsigned int index,
+                                    ml_tensor_type_e* type) {
+  return guarded([&] {
+    if (!type) return fail(null_pointer("type"));
+    *type = ML_TENSOR_TYPE_UNKNOWN;
+    return with(info, index,
+                [&](const TensorSpec& t) { *type = static_cast<ml_tensor_type_e>(t.type); });
+  });
+}
+
+int ml_tensors_info_set_tensor_dimension(ml_tensors_info_h info, unsigned int index,
+                                         const ml_tensor_dimension dimension) {
+  return guarded([&] {
+    if (!dimension) return fail(null_pointer("dimension"));
+    const auto shape = shape_of(dimension);
+    if (!shape) return fail(shape.error());
+    return with(info, index, [&](TensorSpec& t) { t.shape = *shape; });
+  });
+}
+
+int ml_tensors_info_get_tensor_dimension(ml_tensors_info_h info, unsigned int index,
+                                         ml_tensor_dimension dimension) {
+  return guarded([&] {
+    if (!dimension) return fail(null_pointer("dimension"));
+    std::fill_n(dimension, ML_TENSOR_RANK_LIMIT, 0U);
+    return with(info, index, [&](const TensorSpec& t) {
+      std::copy(t.shape.dims().begin(), t.shape.dims().end(), dimension);
+    });
+  });
+}
+
+int ml_tensors_info_get_tensor_size(ml_tensors_info_h info, int index, size_t* data_size) {
+  return guarded([&] {
+    if (!data_size) return fail(null_pointer("data_size"));
+    *data_size = 0;
+    const auto found = find(info);
+    if (!found) return fail(found.error());
+    auto tensors = (*found)->tensors();
+    const auto at = static_cast<size_t>(index);
+    if (index < -1 || (index >= 0 && at >= tensors.size()))
+      return fail(no_such_tensor(at, tensors.size()));
+    if (index >= 0) tensors = {tensors[at]};
+    if (auto status = check_complete(tensors, "info"); !status) return fail(status.error());
+    size_t sum = 0;
+    for (const auto& tensor : tensors) sum += *tensor.bytes();
+    *data_size = sum;
+    return static_cast<int>(ML_ERROR_NONE);
+  });
+}

@@ -1,0 +1,19 @@
+// Install paths: the folders and files that `make install` fills, and the version of this build.
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#pragma once
+
+namespace weir::config {
+
+// Absolute, below the prefix of the build. install_paths.cpp alone depends on the prefix, so that
+// another prefix compiles one file and links. Core looks at these places last, after those that the
+// environment and weir.ini name.
+extern const char* const kInstalledModules;     // folder of engines, decoders and converters
+extern const char* const kInstalledFilters;     // folder of custom filters
+extern const char* const kInstalledCards;       // folder of model cards
+extern const char* const kInstalledSettings;    // folder of weir.ini and nnstreamer.ini
+extern const char* const kInstalledWorker;      // the program weir-worker
+extern const char* const kInstalledNnstreamer;  // libnnstreamer.so
+
+extern const char* const kVersion;  // "3.0.0"
+
+}  // namespace weir::config

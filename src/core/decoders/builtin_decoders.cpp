@@ -1,0 +1,29 @@
+// The module table of the built-in decoders.
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include "core/decoders/builtin_decoders.hpp"
+
+#include "core/decoders/bounding_boxes.hpp"
+#include "core/decoders/image_segment.hpp"
+#include "core/decoders/pose_estimation.hpp"
+#include "core/decoders/tensor_region.hpp"
+#include "core/infer/module/host.hpp"
+#include "weir/module.hpp"
+
+namespace weir::decoders {
+
+const weir_module& builtin_decoders() {
+  module_host = &infer::host();
+  static const weir_decoder_type* const decoders[] = {
+      &bounding_boxes(), &image_segment(), &pose_estimation(), &tensor_region(), nullptr};
+  static const weir_module module{sizeof(weir_module),
+                                  WEIR_ABI_MAJOR,
+                                  WEIR_ABI_MINOR,
+                                  nullptr,
+                                  decoders,
+                                  nullptr,
+                                  nullptr,
+                                  nullptr};
+  return module;
+}
+
+}  // namespace weir::decoders

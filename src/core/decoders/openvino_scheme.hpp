@@ -1,0 +1,12 @@
+// The scheme of bounding_boxes for OpenVINO's person and face detectors.
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#pragma once
+#include <memory>
+
+#include "core/decoders/box_scheme.hpp"
+
+namespace weir::decoders {
+
+std::unique_ptr<BoxScheme> open_openvino(const SchemeOptions& options);
+
+}  // namespace weir::decoders

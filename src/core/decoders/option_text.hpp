@@ -1,0 +1,26 @@
+// Readers of option texts that several decoders share. They throw Failure with the option's name.
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#pragma once
+#include <cstdint>
+#include <string>
+#include <string_view>
+
+#include "weir/module.hpp"
+
+namespace weir::decoders {
+
+struct FrameSize {
+  uint32_t width = 0, height = 0;  // pixels, at least 1
+  bool operator==(const FrameSize&) const = default;
+};
+
+// Reads "W:H". `meaning` is the option's purpose for errors: "the size of the output". A missing or
+// empty option is an error too.
+FrameSize read_size(const Options& options, const char* option, const char* meaning);
+// Reads "0" or "1"; false if the option is missing or empty.
+bool read_switch(const Options& options, const char* option);
+// The content of a text file of at most 16 MiB that `option` names. Throws Failure (FILE_NOT_FOUND)
+// with the reason that the system gives.
+std::string read_text_file(const std::string& option, const std::string& path);
+
+}  // namespace weir::decoders

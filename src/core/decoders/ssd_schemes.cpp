@@ -1,0 +1,192 @@
+// Reads the options and tensors of SSD models.
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include "core/decoders/ssd_schemes.hpp"
+
+#include <array>
+#include <limits>
+
+#include "core/decoders/option_text.hpp"
+#include "core/decoders/scheme_checks.hpp"
+#include "core/decoders/tensor_values.hpp"
+#include "core/detection/pixel_suppression.hpp"
+#include "core/detection/ssd_postprocessed.hpp"
+#include "core/detection/ssd_priors.hpp"
+#include "core/text/text.hpp"
+
+namespace weir::decoders {
+namespace {
+
+// Models that end in TFLite_Detection_PostProcess.
+class MobilenetSsdPostprocess final : public BoxScheme {
+ public:
+  explicit MobilenetSsdPostprocess(const SchemeOptions& options) : options_(options) {
+    if (!options.parameters.empty()) read_parameters();
+  }
+
+  void check(std::span<const weir_tensor_info* const> tensors) override {
+    const std::string needed =
+        "4 tensors of one type: boxes 4:N, classes N, scores N, count 1, with N up to 100, in the "
+        "order that option3 gives";
+    check_count_and_type(options_, tensors, kTensors, needed);
+    const int64_t rows = dimension(*tensors[index_[kScores]], 0);
+    const bool good = rows > 0 && rows <= kMostRows &&
+                      has_dimensions(*tensors[index_[kBoxes]], {4, rows}) &&
+                      has_dimensions(*tensors[index_[kClasses]], {rows}) &&
+                      has_dimensions(*tensors[index_[kScores]], {rows}) &&
+                      has_dimensions(*tensors[index_[kCount]], {1});
+    if (!good) throw wrong_tensors(options_, tensors, needed, "option3=0:1:2:3,50");
+  }
+
+  detection::PixelBoxes find(std::span<const weir_tensor> tensors) override {
+    std::array<std::span<const float>, kTensors> values;
+    for (size_t i = 0; i < kTensors; ++i) values[i] = values_[i].read(tensors[index_[i]]);
+    const auto found = detection::decode({.boxes = values[kBoxes],
+                                          .classes = values[kClasses],
+                                          .scores = values[kScores],
+                                          .count = values[kCount][0]},
+                                         threshold_, options_.input);
+    return detection::to_pixels(found, detection::Limits::None, options_.input);
+  }
+
+ private:
+  enum Role : size_t { kBoxes, kClasses, kScores, kCount, kTensors };
+  static constexpr int64_t kMostRows = 100;
+
+  void read_parameters() {
+    const auto failure = [this](std::string offered) {
+      return Failure({.code = Code::OPTION_SYNTAX,
+                      .what = "option3 is not what option1=" + options_.name + " takes",
+                      .offered = std::move(offered),
+                      .needed = "BOXES:CLASSES:SCORES:COUNT,THRESHOLD: four different indices of "
+                                "tensors from 0 to 3 and a percentage",
+                      .fix = "option3=0:1:2:3,50"});
+    };
+    const std::string offered = "option3=" + options_.parameters;
+    const auto halves = split(options_.parameters, ",");
+    const auto indices = split(halves[0], ":");
+    if (halves.size() != 2 || indices.size() != kTensors || strip(halves[1]).empty())
+      throw failure(offered);
+    std::array<bool, kTensors> seen{};
+    for (size_t i = 0; i < kTensors; ++i) {
+      const auto index = parse_unsigned(strip(indices[i]));
+      if (!index || *index >= kTensors || seen[*index]) throw failure(offered);
+      seen[*index] = true;
+      index_[i] = static_cast<size_t>(*index);
+    }
+    std::string_view percent = strip(halves[1]);
+    if (percent.ends_with('%')) percent.remove_suffix(1);
+    const float value = read_number(options_, percent, "threshold", 0);
+    if (value >= 0 && value <= 100) {
+      threshold_ = value / 100;
+      return;
+    }
+    // Pipelines with such a threshold have always run, with the default one.
+    const std::string text =
+        "the threshold of " + offered + " is not from 0 to 100 percent and has no effect";
+    module_host->log(WEIR_LOG_ERROR, "bounding_boxes", text.c_str());
+  }
+
+  SchemeOptions options_;
+  std::array<size_t, kTensors> index_{3, 1, 2, 0};  // of the tensor with each role
+  float threshold_ = std::numeric_limits<float>::min();
+  std::array<TensorValues, kTensors> values_;
+};
+
+// Models whose boxes are relative to the prior boxes of a file.
+class MobilenetSsd final : public BoxScheme {
+ public:
+  MobilenetSsd(const SchemeOptions& options, detection::SsdClass choice)
+      : options_(options), choice_(choice) {
+    constexpr size_t kMostParameters = 7;
+    const auto parts = split_parameters(
+        options_, kMostParameters,
+        "PRIORS_FILE[:THRESHOLD[:Y_SCALE[:X_SCALE[:H_SCALE[:W_SCALE[:IOU_THRESHOLD]]]]]]");
+    read_priors(std::string(parts[0]));
+    threshold_ = read_number(options_, parts[1], "threshold", threshold_);
+    scales_.y = read_scale(parts[2], "y scale", scales_.y);
+    scales_.x = read_scale(parts[3], "x scale", scales_.x);
+    scales_.height = read_scale(parts[4], "height scale", scales_.height);
+    scales_.width = read_scale(parts[5], "width scale", scales_.width);
+    most_overlap_ = read_number(options_, parts[6], "threshold of the overlap", most_overlap_);
+  }
+
+  void check(std::span<const weir_tensor_info* const> tensors) override {
+    const std::string needed =
+        "2 tensors of one type: boxes 4:1:N and scores CLASSES:N, with N up to " +
+        std::to_string(kMostAnchors);
+    check_count_and_type(options_, tensors, 2, needed);
+    const weir_tensor_info &boxes = *tensors[0], &scores = *tensors[1];
+    const int64_t classes = dimension(scores, 0), anchors = dimension(scores, 1);
+    const bool good =
+        classes > 0 && anchors > 0 && anchors <= kMostAnchors &&
+        has_dimensions(scores, {classes, anchors}) &&
+        (has_dimensions(boxes, {4, 1, anchors}) || has_dimensions(boxes, {4, anchors}));
+    if (!good) throw wrong_tensors(options_, tensors, needed);
+    check_labels(options_, classes, LabelCount::AtLeast, scores);
+    if (static_cast<size_t>(anchors) > priors_.size())
+      throw wrong_tensors(options_, tensors,
+                          "at most as many anchors as the file of option3 has prior boxes: " +
+                              std::to_string(priors_.size()));
+    classes_ = static_cast<size_t>(classes);
+  }
+
+  detection::PixelBoxes find(std::span<const weir_tensor> tensors) override {
+    const auto found = detection::decode(
+        {.boxes = boxes_.read(tensors[0]), .scores = scores_.read(tensors[1]), .classes = classes_},
+        priors_, scales_, threshold_, options_.input, choice_);
+    return detection::suppress(
+        detection::to_pixels(found, detection::Limits::Corner, options_.input), most_overlap_);
+  }
+
+ private:
+  static constexpr int64_t kMostAnchors = 2034;
+
+  void read_priors(const std::string& path) {
+    if (path.empty())
+      throw Failure(
+          {.code = Code::FILE_NOT_FOUND,
+           .what = options_.setting() + " needs a file of prior boxes",
+           .offered = options_.parameters.empty() ? "no option3" : "option3=" + options_.parameters,
+           .needed = "a text file with 4 lines: y and x of the centres, heights, widths",
+           .fix = "option3=/path/to/box_priors.txt"});
+    auto priors = detection::parse_box_priors(read_text_file("option3", path));
+    if (!priors) {
+      Error error = priors.error();
+      error.offered = "option3=" + path;
+      throw Failure(std::move(error));
+    }
+    priors_ = *std::move(priors);
+  }
+  float read_scale(std::string_view text, const char* meaning, float otherwise) const {
+    const float scale = read_number(options_, text, meaning, otherwise);
+    if (scale != 0) return scale;
+    throw Failure({.code = Code::OPTION_VALUE,
+                   .what = std::string("the ") + meaning + " of option3 is 0",
+                   .offered = "option3=" + options_.parameters,
+                   .needed = "a number other than 0, since values are divided by it"});
+  }
+
+  SchemeOptions options_;
+  detection::SsdClass choice_;
+  detection::BoxPriors priors_;
+  float threshold_ = 0.5f, most_overlap_ = 0.5f;
+  detection::SsdScales scales_;
+  size_t classes_ = 0;
+  TensorValues boxes_, scores_;
+};
+
+}  // namespace
+
+std::unique_ptr<BoxScheme> open_mobilenet_ssd(const SchemeOptions& options) {
+  return std::make_unique<MobilenetSsd>(options, detection::SsdClass::Best);
+}
+
+std::unique_ptr<BoxScheme> open_mobilenet_ssd_of_first_class(const SchemeOptions& options) {
+  return std::make_unique<MobilenetSsd>(options, detection::SsdClass::First);
+}
+
+std::unique_ptr<BoxScheme> open_mobilenet_ssd_postprocess(const SchemeOptions& options) {
+  return std::make_unique<MobilenetSsdPostprocess>(options);
+}
+
+}  // namespace weir::decoders

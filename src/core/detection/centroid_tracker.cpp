@@ -1,0 +1,74 @@
+// Matches boxes with objects, nearest first.
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include "core/detection/centroid_tracker.hpp"
+
+#include <algorithm>
+#include <limits>
+
+namespace weir::detection {
+namespace {
+
+constexpr size_t kMostObjects = 100;
+constexpr uint32_t kMostMissing = 100;  // frames
+
+}  // namespace
+
+struct CentroidTracker::Pair {
+  double distance = std::numeric_limits<double>::infinity();  // squared
+  size_t box = 0;
+  bool exists() const noexcept { return distance < std::numeric_limits<double>::infinity(); }
+};
+
+CentroidTracker::Pair CentroidTracker::nearest_box(const Object& object,
+                                                   std::span<const PixelBox> boxes,
+                                                   std::span<const uint64_t> numbers) const {
+  Pair nearest;
+  for (size_t i = 0; i < boxes.size(); ++i) {
+    if (numbers[i] != 0) continue;
+    const double dx = 2.0 * boxes[i].x + boxes[i].width - static_cast<double>(object.x);
+    const double dy = 2.0 * boxes[i].y + boxes[i].height - static_cast<double>(object.y);
+    const double distance = dx * dx + dy * dy;
+    if (distance < nearest.distance) nearest = {distance, i};
+  }
+  return nearest;
+}
+
+std::vector<uint64_t> CentroidTracker::follow(std::span<const PixelBox> boxes) {
+  std::vector<uint64_t> numbers(boxes.size());
+  std::vector<Pair> nearest;
+  for (const Object& object : objects_) nearest.push_back(nearest_box(object, boxes, numbers));
+  std::vector<bool> is_matched(objects_.size());
+  for (;;) {
+    size_t best = objects_.size();
+    for (size_t i = 0; i < objects_.size(); ++i)
+      if (!is_matched[i] && nearest[i].exists() &&
+          (best == objects_.size() || nearest[i].distance < nearest[best].distance))
+        best = i;
+    if (best == objects_.size()) break;
+    if (numbers[nearest[best].box] != 0) {  // another object has it by now
+      nearest[best] = nearest_box(objects_[best], boxes, numbers);
+      continue;
+    }
+    numbers[nearest[best].box] = objects_[best].number;
+    is_matched[best] = true;
+    objects_[best].missing = 0;
+  }
+  for (size_t i = 0; i < objects_.size(); ++i)
+    if (!is_matched[i]) ++objects_[i].missing;
+  std::erase_if(objects_, [](const Object& object) { return object.missing >= kMostMissing; });
+  for (size_t i = 0; i < boxes.size() && objects_.size() < kMostObjects; ++i) {
+    if (numbers[i] != 0) continue;
+    numbers[i] = ++last_;
+    objects_.push_back({.number = last_,
+                        .x = 2 * int64_t{boxes[i].x} + boxes[i].width,
+                        .y = 2 * int64_t{boxes[i].y} + boxes[i].height});
+  }
+  return numbers;
+}
+
+void CentroidTracker::reset() noexcept {
+  objects_.clear();
+  last_ = 0;
+}
+
+}  // namespace weir::detection

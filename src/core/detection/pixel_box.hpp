@@ -1,0 +1,33 @@
+// PixelBox: a detection in whole pixels of the model's input, as the mode bounding_boxes has it.
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#pragma once
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "core/detection/candidate.hpp"
+
+namespace weir::detection {
+
+struct PixelBox {
+  int32_t x = 0, y = 0, width = 0, height = 0;
+  int32_t class_index = -1;
+  float probability = 0;
+  float angle = 0;  // radians; boxes with an angle have their centre at x, y
+  bool operator==(const PixelBox&) const = default;
+};
+using PixelBoxes = std::vector<PixelBox>;
+
+// Which values a scheme limits when it converts to pixels (docs/compatibility/decoder.md 5.3). The
+// size does not change when the corner is moved into the picture.
+enum class Limits {
+  None,
+  Corner,        // x and y are at least 0
+  CornerAndSize  // and the box is not larger than the picture
+};
+
+// Truncates towards zero; values beyond 32 bits become the nearest that fits. Precondition: finite.
+PixelBox to_pixels(const Candidate& candidate, Limits limits, PictureSize picture) noexcept;
+PixelBoxes to_pixels(std::span<const Candidate> candidates, Limits limits, PictureSize picture);
+
+}  // namespace weir::detection

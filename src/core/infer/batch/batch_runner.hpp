@@ -1,0 +1,70 @@
+// BatchRunner: runs collected frames as one invoke and distributes the outputs.
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#pragma once
+#include <chrono>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "core/infer/batch/batch_axis.hpp"
+#include "core/infer/batch/batch_layout.hpp"
+#include "core/infer/queue/batch_job.hpp"
+#include "core/infer/queue/block_pool.hpp"
+
+namespace weir::infer {
+
+// The number of frames to run for a partial batch: either the number present, or the full batch
+// size with padding. Padding costs the invoke time of the missing frames; running fewer costs the
+// engine two changes of shape.
+size_t frames_to_run(size_t there, const BatchShapes& shapes, std::chrono::nanoseconds reshape,
+                     std::optional<std::chrono::nanoseconds> full_invoke) noexcept;
+
+// The model's requirements for input memory, from weir_model_info, in bytes.
+struct InputMemory {
+  size_t alignment = 1, padding = 0;
+};
+
+class BatchRunner {
+ public:
+  // Session::invoke; true: filled, false: dropped.
+  using Invoke = std::function<Result<bool>(const weir_frame&, weir_frame&)>;
+
+  // `reshape`: the measured time of a shape change in the engine.
+  BatchRunner(BatchShapes shapes, InputMemory memory, std::chrono::nanoseconds reshape,
+              Invoke invoke);
+
+  // Runs 1 to batch_size jobs, whose inputs have the shapes of one frame, and ends every job. A
+  // batch that is padded, or whose length the model fixes, is filled with copies of the last frame,
+  // whose outputs are discarded. The frames have no common time, so pts is -1.
+  void run(BatchJobs& jobs);
+
+  const BatchShapes& shapes() const noexcept { return shapes_; }
+
+ private:
+  void refuse_wrong_sizes(BatchJobs& jobs);
+  Status describe_inputs(const BatchJobs& jobs, size_t slots);
+  Status describe_input(const BatchJobs& jobs, size_t index, size_t slots);
+  Status describe_outputs(size_t slots);
+  Result<bool> invoke(size_t slots);
+  Status hand_out(BatchJobs& jobs, size_t slots);
+  Result<uint64_t> slice(size_t slot, size_t slots, std::shared_ptr<void>* owner);
+  void run_checked(BatchJobs& jobs);
+
+  const BatchShapes shapes_;
+  const InputMemory memory_;
+  const std::chrono::nanoseconds reshape_;
+  const Invoke invoke_;
+  std::vector<BatchLayout> input_layouts_, output_layouts_;
+  std::vector<BlockPool> input_pools_;
+  std::vector<size_t> output_offsets_, piece_offsets_;  // of each output within a block
+  std::optional<BlockPool> output_pool_, piece_pool_;   // whole batches; frames cut out of them
+  std::vector<weir_tensor> inputs_, outputs_, slices_;
+  std::vector<std::shared_ptr<std::byte>> input_blocks_;  // the memory of inputs_
+  std::shared_ptr<std::byte> output_block_;               // the memory of outputs_
+  uint64_t copied_ = 0;                                   // bytes copied per frame into the batch
+  BatchRun run_;
+  std::optional<std::chrono::nanoseconds> full_invoke_;  // of the last full batch
+};
+
+}  // namespace weir::infer

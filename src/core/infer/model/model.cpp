@@ -1,0 +1,161 @@
+// Owns the handles of an engine's C table.
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include "core/infer/model/model.hpp"
+#include "core/infer/model/async_invoke.hpp"
+
+#include <algorithm>
+#include <bit>
+#include <cstddef>
+
+#include "core/infer/model/declared_options.hpp"
+#include "core/infer/module/engine_functions.hpp"
+#include "core/infer/module/host.hpp"
+#include "core/infer/module/model_file.hpp"
+
+namespace weir::infer {
+namespace {
+
+weir_tensor_info unknown_tensor() {
+  weir_tensor_info info{};
+  info.type = WEIR_TYPE_END;
+  info.rank = WEIR_RANK_UNKNOWN;
+  info.batch_axis = WEIR_NO_BATCH_AXIS;
+  return info;
+}
+
+}  // namespace
+
+Result<std::shared_ptr<Model>> Model::open(const weir_engine& engine, const OpenOptions& options) {
+  std::vector<const char*> paths;
+  for (const auto& path : options.paths) {
+    if (!(engine.flags & WEIR_ENGINE_MODEL_IS_NO_FILE))
+      if (auto status = check_model_file(path); !status) return status.error();
+    paths.push_back(path.c_str());
+  }
+  std::vector<weir_option> pairs;
+  const auto given = options_for(engine, options);
+  pairs.reserve(given.size());
+  for (const auto& [key, value] : given) pairs.push_back({key.c_str(), value.c_str()});
+  weir_open request{};
+  request.struct_size = sizeof request;
+  request.n_models = static_cast<uint32_t>(paths.size());
+  request.paths = paths.data();
+  request.options = pairs.data();
+  request.n_options = static_cast<uint32_t>(pairs.size());
+  request.accelerator = options.accelerator.c_str();
+  request.threads = options.threads;
+  request.host_ctx = const_cast<void*>(options.host_context.get());
+  weir_error error;
+  weir_model* handle = nullptr;
+  const int result = engine.open(&request, &handle, &error);
+  if (result < 0 || !handle)
+    return take_error(&error, result < 0 ? result : -WEIR_MODEL_INVALID,
+                      "the model cannot be opened");
+  std::shared_ptr<Model> model(new Model(engine, handle));
+  if (auto status = model->read_info(); !status) return status.error();
+  return model;
+}
+
+Status Model::read_info() {
+  weir_error error;
+  info_.struct_size = sizeof info_;
+  const int result = engine_.info(handle_, &info_, &error);
+  if (result < 0) return take_error(&error, result, "the engine cannot describe the model");
+  if (info_.n_inputs > WEIR_TENSOR_LIMIT || info_.n_outputs > WEIR_TENSOR_LIMIT)
+    return Error{.code = Code::MODEL_UNSUPPORTED,
+                 .what = "the model has too many tensors",
+                 .offered = std::to_string(info_.n_inputs) + " inputs, " +
+                            std::to_string(info_.n_outputs) + " outputs",
+                 .needed = "at most 256 each"};
+  if ((info_.n_inputs > 0 && !info_.inputs) || (info_.n_outputs > 0 && !info_.outputs))
+    return Error{.code = Code::MODEL_INVALID,
+                 .what = "the engine counts tensors without describing them",
+                 .offered = "a null list",
+                 .needed = "a description of each tensor"};
+  constexpr uint32_t kMostAlignment = 4096, kMostPadding = 65536;
+  if (info_.alignment == 0) info_.alignment = 1;
+  if (!std::has_single_bit(info_.alignment) || info_.alignment > kMostAlignment ||
+      info_.input_padding > kMostPadding)
+    return Error{.code = Code::MODEL_UNSUPPORTED,
+                 .what = "the engine requires memory that cannot be allocated",
+                 .offered = "alignment " + std::to_string(info_.alignment) + ", padding " +
+                            std::to_string(info_.input_padding),
+                 .needed = "a power of two up to 4096, padding up to 65536"};
+  inputs_.assign(info_.inputs, info_.inputs + info_.n_inputs);
+  outputs_.assign(info_.outputs, info_.outputs + info_.n_outputs);
+  for (const auto* list : {&inputs_, &outputs_})
+    for (const auto& info : *list)
+      if (info.type > WEIR_TYPE_END ||
+          (info.rank > WEIR_RANK_LIMIT && info.rank != WEIR_RANK_UNKNOWN))
+        return Error{.code = Code::MODEL_UNSUPPORTED,
+                     .what = "a tensor of the model has a rank or type beyond limits",
+                     .offered = info.name ? info.name : "",
+                     .needed = "rank at most 16"};
+  return ok();
+}
+
+std::optional<weir_execution> Model::execution() const {
+  if (!engine_.extension) return std::nullopt;
+  const auto* calls = static_cast<const weir_execution_calls*>(engine_.extension(WEIR_EXECUTION));
+  weir_execution out{sizeof out, 0, 0};
+  if (!calls || calls->describe(handle_, &out) < 0) return std::nullopt;
+  return out;
+}
+
+Model::~Model() {
+  engine_.close(handle_);
+}
+
+Result<std::unique_ptr<Session>> Session::create(std::shared_ptr<Model> model,
+                                                 const std::shared_ptr<std::mutex>& turn) {
+  const auto lock = turn ? std::unique_lock(*turn) : std::unique_lock<std::mutex>();
+  weir_error error;
+  weir_session* handle = nullptr;
+  const int result = model->engine().session_new(model->handle(), nullptr, 0, &handle, &error);
+  if (result < 0 || !handle)
+    return take_error(&error, result < 0 ? result : -WEIR_INTERNAL, "no session could be created");
+  return std::unique_ptr<Session>(new Session(std::move(model), handle, turn));
+}
+
+Session::~Session() {
+  abandon(*this);
+  requests_.wait_until_quiet();
+  const auto lock = take_turn();
+  model_->engine().session_free(handle_);
+}
+
+Result<std::vector<weir_tensor_info>> Session::resolve(
+    const std::vector<weir_tensor_info>& inputs) {
+  std::vector<weir_tensor_info> outputs = model_->outputs();
+  if (!model_->engine().resolve) return outputs;
+  const bool counted = !outputs.empty();
+  if (!counted) outputs.assign(WEIR_TENSOR_LIMIT, unknown_tensor());
+  const auto lock = take_turn();
+  weir_error error;
+  const int result =
+      model_->engine().resolve(handle_, inputs.data(), static_cast<uint32_t>(inputs.size()),
+                               outputs.data(), static_cast<uint32_t>(outputs.size()), &error);
+  if (result < 0) return take_error(&error, result, "the engine rejects these input shapes");
+  if (!counted) {
+    const auto untouched = [](const auto& info) {
+      return info.type == WEIR_TYPE_END && info.rank == WEIR_RANK_UNKNOWN;
+    };
+    outputs.erase(std::find_if(outputs.begin(), outputs.end(), untouched), outputs.end());
+  }
+  return outputs;
+}
+
+Result<bool> Session::invoke(const weir_frame& in, weir_frame& out) {
+  const auto lock = take_turn();
+  weir_error error;
+  const int result = model_->engine().invoke(handle_, &in, &out, &error);
+  if (result < 0) return take_error(&error, result, "the engine failed on a frame");
+  return result == 0;
+}
+
+Status Session::control(weir_control op) {
+  const auto lock = take_turn();
+  return give_order(model_->engine(), handle_, op, nullptr);
+}
+
+}  // namespace weir::infer

@@ -1,0 +1,94 @@
+// Model and Session: an open model of any engine, and one of its invocation contexts.
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#pragma once
+#include <algorithm>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "core/infer/module/async_request.hpp"
+#include "weir/abi.h"
+#include "weir/execution.h"
+#include "weir/result.hpp"
+
+namespace weir::infer {
+
+struct OpenOptions {
+  std::vector<std::string> paths;
+  std::vector<std::pair<std::string, std::string>> options;  // key and value; the engine's own
+  // The properties input, inputtype, inputname, output... by name; passed to engines whose
+  // options_json lists them.
+  std::vector<std::pair<std::string, std::string>> declared;
+  std::string accelerator;
+  int threads = 0;                           // 0 = the engine's own choice
+  std::shared_ptr<const void> host_context;  // weir_open::host_ctx; kept while the engine opens
+};
+
+class Model {
+ public:
+  // MODEL_NOT_FOUND if a path is not a regular file; otherwise errors of the engine.
+  static Result<std::shared_ptr<Model>> open(const weir_engine& engine, const OpenOptions& options);
+  ~Model();
+  Model(const Model&) = delete;
+  Model& operator=(const Model&) = delete;
+
+  const weir_engine& engine() const noexcept { return engine_; }
+  weir_model* handle() const noexcept { return handle_; }
+  const weir_model_info& info() const noexcept { return info_; }
+  // Valid as long as the model.
+  const std::vector<weir_tensor_info>& inputs() const noexcept { return inputs_; }
+  const std::vector<weir_tensor_info>& outputs() const noexcept { return outputs_; }
+  // How the engine currently runs the model; nullopt if it does not report that. Any thread.
+  std::optional<weir_execution> execution() const;
+
+ private:
+  Model(const weir_engine& engine, weir_model* handle) : engine_(engine), handle_(handle) {}
+  Status read_info();
+
+  const weir_engine& engine_;
+  weir_model* handle_;
+  weir_model_info info_{};
+  std::vector<weir_tensor_info> inputs_, outputs_;
+};
+
+class Session {
+ public:
+  // Sessions with the same `turn` are serialised; null: used by one thread at a time.
+  static Result<std::unique_ptr<Session>> create(std::shared_ptr<Model> model,
+                                                 const std::shared_ptr<std::mutex>& turn = nullptr);
+  ~Session();
+  Session(const Session&) = delete;
+  Session& operator=(const Session&) = delete;
+
+  const Model& model() const noexcept { return *model_; }
+  // The outputs' shapes for these inputs, -1 = unknown. Also the only source of the number of
+  // outputs for a model that describes none.
+  Result<std::vector<weir_tensor_info>> resolve(const std::vector<weir_tensor_info>& inputs);
+  // True: the frame is filled; false: the engine drops it.
+  Result<bool> invoke(const weir_frame& in, weir_frame& out);
+  // MODEL_UNSUPPORTED if the engine has no control; otherwise its result.
+  Status control(weir_control op);
+  // For asynchronous engines (async_request.hpp).
+  Requests& requests() noexcept { return requests_; }
+  weir_session* handle() const noexcept { return handle_; }
+
+ private:
+  Session(std::shared_ptr<Model> model, weir_session* handle, std::shared_ptr<std::mutex> turn)
+      : model_(std::move(model)),
+        handle_(handle),
+        turn_(std::move(turn)),
+        requests_(std::max<size_t>(model_->info().max_in_flight, 1)) {}
+  std::unique_lock<std::mutex> take_turn() const {
+    return turn_ ? std::unique_lock(*turn_) : std::unique_lock<std::mutex>();
+  }
+
+  std::shared_ptr<Model> model_;
+  weir_session* handle_;
+  std::shared_ptr<std::mutex> turn_;  // held while the engine uses this session; may be null
+  Requests requests_;
+};
+
+}  // namespace weir::infer

@@ -1,0 +1,205 @@
+// Opens, replaces and closes a model while users hold it.
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include "core/infer/model/shared_model.hpp"
+
+#include <algorithm>
+#include <filesystem>
+#include <optional>
+#include <utility>
+
+#include "core/infer/model/declared_options.hpp"
+#include "weir/join.hpp"
+
+namespace weir::infer {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::vector<std::string> resolved(const std::vector<std::string>& paths) {
+  std::vector<std::string> out;
+  for (const auto& path : paths) {
+    std::error_code failed;
+    const auto whole = fs::weakly_canonical(path, failed);
+    out.push_back(failed ? path : whole.string());
+  }
+  return out;
+}
+
+std::vector<std::pair<std::string, std::string>> sorted(
+    std::vector<std::pair<std::string, std::string>> options) {
+  std::sort(options.begin(), options.end());
+  return options;
+}
+
+// How long a replacement waits for frames in progress, so that the old model is closed on its
+// thread and not on a streaming thread.
+constexpr std::chrono::milliseconds kPatience{1000};
+
+}  // namespace
+
+bool ModelSource::same_as(const ModelSource& other) const {
+  return engine && engine == other.engine && options.accelerator == other.options.accelerator &&
+         sorted(identity_of(*engine, options)) == sorted(identity_of(*engine, other.options)) &&
+         resolved(options.paths) == resolved(other.options.paths);
+}
+
+std::string ModelSource::to_string() const {
+  std::string out = "model=" + join(options.paths, ",");
+  if (engine && engine->name) out += std::string(" framework=") + engine->name;
+  for (const auto& [key, value] : options.options)
+    out += (out.find(" custom=") == std::string::npos ? " custom=" : ",") + key + ":" + value;
+  if (!options.accelerator.empty()) out += " accelerator=" + options.accelerator;
+  return out;
+}
+
+ModelSource SharedModel::source() const {
+  std::lock_guard lock(mutex_);
+  return source_;
+}
+
+size_t SharedModel::users() const {
+  std::lock_guard lock(mutex_);
+  return static_cast<size_t>(std::count_if(uses_.begin(), uses_.end(), [](const ModelLease* use) {
+    return use->user_ == ModelLease::For::Itself;
+  }));
+}
+
+uint64_t SharedModel::reloads() const {
+  std::lock_guard lock(mutex_);
+  return reloads_;
+}
+
+std::shared_ptr<Model> SharedModel::model() const {
+  std::lock_guard lock(mutex_);
+  return pool_ ? pool_->model() : nullptr;
+}
+
+Status SharedModel::open() {
+  std::lock_guard opening(opening_);
+  const auto pool = opened_pool();
+  return pool ? ok() : Status(pool.error());
+}
+
+Result<std::shared_ptr<SessionPool>> SharedModel::opened_pool() {
+  ModelSource source;
+  {
+    std::lock_guard lock(mutex_);
+    if (pool_) return pool_;
+    source = source_;
+  }
+  auto pool = open_candidate(source);
+  if (!pool) return pool.error();
+  std::lock_guard lock(mutex_);
+  const Model& model = *(*pool)->model();
+  inputs_ = model_shapes(model.inputs());
+  outputs_ = model_shapes(model.outputs());
+  known_ = true;
+  pool_ = *pool;
+  return pool;
+}
+
+Result<std::shared_ptr<SessionPool>> SharedModel::open_candidate(const ModelSource& source) const {
+  auto model = Model::open(*source.engine, source.options);
+  if (!model) return model.error();
+  if (auto status = check_same(**model, source); !status) return status.error();
+  return std::make_shared<SessionPool>(*std::move(model), source.options);
+}
+
+Status SharedModel::check_same(const Model& candidate, const ModelSource& source) const {
+  const auto inputs = model_shapes(candidate.inputs()), outputs = model_shapes(candidate.outputs());
+  std::lock_guard lock(mutex_);
+  if (!known_) return ok();
+  auto difference = first_difference(inputs, inputs_, "input");
+  if (difference.empty()) difference = first_difference(outputs, outputs_, "output");
+  if (difference.empty()) return ok();
+  const auto both = [](const auto& in, const auto& out) {
+    return "in " + list_shapes(in) + "; out " + list_shapes(out);
+  };
+  return Error{
+      .code = Code::MODEL_DIFFERS,
+      .what = "the new model cannot replace the one that runs",
+      .offered = join(source.options.paths, ",") + ": " + both(inputs, outputs),
+      .needed = join(source_.options.paths, ",") + ": " + both(inputs_, outputs_),
+      .difference = difference,
+      .fix =
+          "use a model with the same inputs and outputs, or set it while the element is stopped"};
+}
+
+Status SharedModel::replace(const ModelSource& source) {
+  std::lock_guard opening(opening_);
+  auto pool = open_candidate(source);
+  if (!pool) return pool.error();
+  struct Prepared {
+    ModelLease* use;  // compared only: may be dangling
+    uint64_t version;
+    std::shared_ptr<SessionSet> set;
+  };
+  std::vector<Prepared> prepared;
+  std::vector<std::shared_ptr<SessionSet>> old_sets;
+  std::shared_ptr<SessionPool> old_pool;
+  // Users may come, go and change their shapes while sessions are created for the others.
+  for (;;) {
+    std::unique_lock lock(mutex_);
+    struct Wanted {
+      ModelLease* use;
+      size_t sessions;
+      ModelLease::Shapes shapes;
+    };
+    std::optional<Wanted> wanted;
+    std::vector<std::unique_lock<std::mutex>> users;
+    for (ModelLease* use : uses_) {
+      users.emplace_back(use->mutex_);
+      if (!use->set_ || use->asleep_) continue;
+      const auto found = std::find_if(prepared.begin(), prepared.end(),
+                                      [use](const auto& p) { return p.use == use; });
+      if (found != prepared.end() && found->version == use->shapes_.version) continue;
+      if (found != prepared.end()) prepared.erase(found);
+      wanted = {use, use->sessions_, use->shapes_};
+      break;
+    }
+    if (!wanted) {
+      for (ModelLease* use : uses_) {
+        old_sets.push_back(std::move(use->set_));
+        use->set_ = nullptr;  // suspended users open the new model when they resume
+        use->asleep_ = false;
+        for (auto& p : prepared)
+          if (p.use == use) use->set_ = std::move(p.set);
+      }
+      old_pool = std::exchange(pool_, *pool);
+      source_ = source;
+      ++reloads_;
+      break;
+    }
+    users.clear();
+    lock.unlock();
+    auto set = ModelLease::prepared(*pool, wanted->sessions, wanted->shapes, true);
+    if (!set) return set.error();
+    prepared.push_back({wanted->use, wanted->shapes.version, *std::move(set)});
+  }
+  for (const auto& set : old_sets)
+    if (set) set->wait_until_free(kPatience);
+  close_if_unused();
+  return ok();
+}
+
+void SharedModel::remove(ModelLease* use) {
+  {
+    std::lock_guard lock(mutex_);
+    std::erase(uses_, use);
+  }
+  close_if_unused();
+}
+
+// Closes the model if no lease has sessions; `closing` outlives the lock.
+void SharedModel::close_if_unused() {
+  std::shared_ptr<SessionPool> closing;
+  std::lock_guard lock(mutex_);
+  for (const ModelLease* use : uses_) {
+    std::lock_guard user(use->mutex_);
+    if (use->set_) return;
+  }
+  closing = std::move(pool_);
+  pool_ = nullptr;
+}
+
+}  // namespace weir::infer

@@ -1,0 +1,82 @@
+// Tests the grammar of accelerator and the choice made (docs/compatibility/filter.md 4.4).
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include "core/infer/module/accelerator.hpp"
+
+#include <gtest/gtest.h>
+
+#include "says.hpp"
+
+namespace weir::infer {
+namespace {
+
+using Names = std::vector<std::string>;
+using Kind = AcceleratorRequest::Kind;
+
+std::string chosen(std::string_view text, const Names& supported) {
+  return choose_accelerator(parse_accelerator(text), supported);
+}
+
+TEST(Accelerator, NothingSetIsTheEnginesDefault) {
+  EXPECT_EQ(parse_accelerator("").kind, Kind::EngineDefault);
+  EXPECT_EQ(chosen("", {"gpu", "cpu"}), "");
+}
+
+TEST(Accelerator, FalseDisablesAllListedAccelerators) {
+  EXPECT_EQ(chosen("false", {"gpu"}), "none");
+  EXPECT_EQ(chosen("FALSE:gpu", {"gpu"}), "none");
+}
+
+TEST(Accelerator, TheFirstListedNameThatTheEngineSupportsWins) {
+  EXPECT_EQ(chosen("true:npu,gpu,cpu", {"cpu", "gpu"}), "gpu");
+  EXPECT_EQ(chosen("True:(NPU, Gpu)", {"cpu", "gpu"}), "gpu");
+  EXPECT_EQ(chosen("true:cpu.neon", {"cpu", "cpu.simd"}), "cpu.neon") << "the same hardware";
+}
+
+TEST(Accelerator, WithoutASupportedNameTheEngineChooses) {
+  EXPECT_EQ(chosen("true", {"gpu", "cpu"}), "gpu") << "its first";
+  EXPECT_EQ(chosen("true:npu.edgetpu", {"gpu", "cpu"}), "gpu");
+  EXPECT_EQ(chosen("true:auto,cpu", {"gpu", "cpu"}), "gpu");
+  EXPECT_EQ(chosen("true:none", {"gpu"}), "none");
+  EXPECT_EQ(chosen("true:default", {"gpu"}), "");
+}
+
+TEST(Accelerator, NamesWithAnExclamationMarkAreLeftOut) {
+  EXPECT_EQ(chosen("true:!gpu", {"gpu", "cpu"}), "cpu");
+  EXPECT_EQ(chosen("true:gpu,!gpu", {"gpu", "cpu"}), "cpu");
+  EXPECT_EQ(chosen("true:!gpu,!cpu", {"gpu", "cpu"}), "none");
+}
+
+TEST(Accelerator, AnEngineThatListsNothingReceivesAllNames) {
+  EXPECT_EQ(chosen("true:npu,gpu,!cpu", {}), "npu,gpu");
+  EXPECT_EQ(chosen("true", {}), "auto");
+}
+
+TEST(Accelerator, AnInvalidTextDisablesAccelerationAndReportsThePlace) {
+  const std::pair<const char*, const char*> faults[] = {
+      {"yes", "at \"yes\""},        {"true:cpu,gqu", "at \"gqu\", did you mean gpu?"},
+      {"true:", "at \"\""},         {"true:cpu,,gpu", "at \"\""},
+      {"true:(cpu", "at \"(cpu\""}, {"tru:cpu", "at \"tru\", did you mean true?"},
+      {"true:!", "at \"!\""},
+  };
+  for (const auto& [text, words] : faults) {
+    std::optional<Error> warning;
+    EXPECT_EQ(choose_accelerator(parse_accelerator(text, &warning), {"cpu"}), "none") << text;
+    ASSERT_TRUE(warning) << text;
+    EXPECT_EQ(warning->code, Code::OPTION_VALUE);
+    EXPECT_SAYS(warning->message(), words);
+    EXPECT_SAYS(warning->message(), text);
+  }
+  std::optional<Error> warning;
+  parse_accelerator("true:(cpu,!npu)", &warning);
+  EXPECT_FALSE(warning);
+}
+
+TEST(Accelerator, NamesHaveTheDocumentedNumbers) {
+  EXPECT_EQ(accelerator_number("cpu"), 0x1000u);
+  EXPECT_EQ(accelerator_number("cpu.simd"), accelerator_number("cpu.neon"));
+  EXPECT_EQ(accelerator_number("npu.sr"), 0x4100u);
+  EXPECT_EQ(accelerator_number("tpu"), std::nullopt);
+}
+
+}  // namespace
+}  // namespace weir::infer

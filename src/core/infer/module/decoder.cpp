@@ -1,0 +1,69 @@
+// Owns the handle of a decoder's C table.
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include "core/infer/module/decoder.hpp"
+
+#include <cstddef>
+
+namespace weir::infer {
+namespace {
+
+const weir_decoder_stream* stream_of(const weir_decoder_type& type) {
+  const bool extensible =
+      type.struct_size >= offsetof(weir_decoder_type, extension) + sizeof type.extension;
+  if (!extensible || !type.extension) return nullptr;
+  const auto* table = static_cast<const weir_decoder_stream*>(type.extension(WEIR_DECODER_STREAM));
+  return table && table->struct_size >= sizeof *table && table->set_stream ? table : nullptr;
+}
+
+}  // namespace
+
+Decoder::Decoder(const weir_decoder_type& type, weir_decoder* handle)
+    : type_(type), handle_(handle), stream_(stream_of(type)) {}
+
+void Decoder::set_stream(const Fraction& rate, Format format) noexcept {
+  const Fraction given = rate.valid() ? rate : Fraction{0, 1};
+  if (stream_)
+    stream_->set_stream(handle_, given.numerator, given.denominator, format == Format::Flexible);
+}
+
+bool Decoder::needs_headers() const noexcept {
+  return stream_ && (stream_->flags & WEIR_DECODER_WITH_HEADERS) != 0;
+}
+
+Result<std::unique_ptr<Decoder>> Decoder::open(const weir_decoder_type& type,
+                                               const Options& options) {
+  std::vector<weir_option> pairs;
+  for (const auto& [key, value] : options) pairs.push_back({key.c_str(), value.c_str()});
+  weir_error error;
+  weir_decoder* handle = nullptr;
+  const int result =
+      type.open(pairs.data(), static_cast<uint32_t>(pairs.size()), nullptr, &handle, &error);
+  if (result < 0 || !handle)
+    return take_error(&error, result < 0 ? result : -WEIR_INTERNAL, "the decoder cannot be opened");
+  return std::unique_ptr<Decoder>(new Decoder(type, handle));
+}
+
+Decoder::~Decoder() {
+  type_.close(handle_);
+}
+
+Status Decoder::configure(const std::vector<weir_tensor_info>& inputs, weir_sink* sink) {
+  weir_error error;
+  const int result = type_.configure(handle_, inputs.data(), static_cast<uint32_t>(inputs.size()),
+                                     "", sink, &error);
+  if (result < 0) return take_error(&error, result, "the decoder rejects these tensors");
+  return ok();
+}
+
+Result<bool> Decoder::decode(const weir_frame& frame, weir_sink* sink) {
+  weir_error error;
+  const int result = type_.decode(handle_, &frame, sink, &error);
+  if (result < 0) return take_error(&error, result, "the decoder failed on a frame");
+  return result == 0;
+}
+
+void Decoder::reset() noexcept {
+  if (type_.reset) type_.reset(handle_);
+}
+
+}  // namespace weir::infer

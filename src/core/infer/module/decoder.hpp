@@ -1,0 +1,44 @@
+// Decoder: an open decoder of any module.
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#pragma once
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "core/infer/module/host.hpp"
+#include "core/tensor/frame_spec.hpp"
+#include "weir/abi.h"
+#include "weir/decoder_stream.h"
+#include "weir/result.hpp"
+
+namespace weir::infer {
+
+class Decoder {
+ public:
+  using Options = std::vector<std::pair<std::string, std::string>>;  // "option1", value
+  static Result<std::unique_ptr<Decoder>> open(const weir_decoder_type& type,
+                                               const Options& options);
+  ~Decoder();
+  Decoder(const Decoder&) = delete;
+  Decoder& operator=(const Decoder&) = delete;
+
+  // Passes the frame rate and the format of the input; call it before configure().
+  void set_stream(const Fraction& rate, Format format) noexcept;
+  // Whether tensors of flexible streams are passed with their headers.
+  bool needs_headers() const noexcept;
+  // Passes the input tensors; the decoder sets its output caps through the sink.
+  Status configure(const std::vector<weir_tensor_info>& inputs, weir_sink* sink);
+  // True: the sink holds the output; false: the frame is dropped.
+  Result<bool> decode(const weir_frame& frame, weir_sink* sink);
+  // The next frame does not continue the previous ones.
+  void reset() noexcept;
+
+ private:
+  Decoder(const weir_decoder_type& type, weir_decoder* handle);
+  const weir_decoder_type& type_;
+  weir_decoder* handle_;
+  const weir_decoder_stream* stream_;  // null: the decoder does not have the extension
+};
+
+}  // namespace weir::infer

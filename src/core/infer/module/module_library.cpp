@@ -1,0 +1,301 @@
+// Opens module files and explains loader errors.
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include "core/infer/module/module_library.hpp"
+
+#include <dlfcn.h>
+
+#include <algorithm>
+#include <cstddef>
+#include <filesystem>
+#include <set>
+
+#include "core/config/install_paths.hpp"
+#include "core/infer/module/configured.hpp"
+#include "core/infer/module/engine_functions.hpp"
+#include "core/infer/module/host.hpp"
+#include "core/infer/module/known_engines.hpp"
+#include "core/infer/module/module_check.hpp"
+#include "core/text/text.hpp"
+#include "weir/join.hpp"
+
+namespace weir::infer {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::string file_name(const std::string& kind, const std::string& name) {
+  return "libweir-" + kind + "-" + name + ".so";
+}
+
+std::string list(const std::vector<std::string>& words) {
+  const std::string out = join(words, ", ");
+  return out.empty() ? "none" : out;
+}
+
+template <class T>
+const T* find_in(const T* const* tables, std::string_view name) {
+  for (; tables && *tables; ++tables) {
+    if ((*tables)->name == name) return *tables;
+    const std::string_view aliases = (*tables)->aliases ? (*tables)->aliases : "";
+    for (const auto alias : split(aliases, ","))
+      if (!name.empty() && strip(alias) == name) return *tables;
+  }
+  return nullptr;
+}
+
+// Adds the install command if the module exists but a library it links is missing or has another
+// version.
+Error with_install_line(Error error, const KnownEngine& known) {
+  const auto says = [&](const char* words) {
+    return error.offered.find(words) != std::string::npos;
+  };
+  const bool is_missing = says("cannot open shared object file");
+  const bool is_other = says("undefined symbol") || says("version `");
+  if (known.install.empty() || (!is_missing && !is_other)) return error;
+  return Error{.code = Code::ENGINE_NOT_INSTALLED,
+               .what = "a library of the engine " + std::string(known.name) +
+                       (is_missing ? " is not installed"
+                                   : " differs from the one the module was built with"),
+               .offered = error.offered,
+               .needed = "that library, in that version",
+               .fix = std::string(known.install) + " && make build"};
+}
+
+// Other names for `framework=word` if no engine has that one (docs/compatibility/filter.md 4.2).
+std::vector<std::string> engines_meant_by(std::string_view word) {
+  const auto nnstreamer = nnstreamer_configuration();
+  std::vector<std::string> out;
+  const auto add = [&](std::string_view group, std::string_view key) {
+    const auto setting = nnstreamer.find(group, key);
+    if (!setting) return;
+    for (const auto part : split(setting->value, " ,;"))
+      if (const auto name = strip(part); !name.empty()) out.emplace_back(name);
+  };
+  add(word, "subplugin_priority");
+  add("filter-aliases", word);
+  return out;
+}
+
+}  // namespace
+
+std::vector<std::string> ModuleLibrary::search_path() {
+  std::vector<std::string> out;
+  if (const auto folders = configuration().find("module", "path"))
+    for (const auto part : split(folders->value, ":"))
+      if (!part.empty()) out.emplace_back(part);
+  out.emplace_back(config::kInstalledModules);
+  return out;
+}
+
+void ModuleLibrary::add_builtin(const weir_module* module) {
+  std::lock_guard lock(mutex_);
+  builtins_.push_back(module);
+}
+
+void ModuleLibrary::add_source(EngineSource source) {
+  std::lock_guard lock(mutex_);
+  sources_.push_back(source);
+}
+
+std::vector<EngineSource> ModuleLibrary::sources() const {
+  std::lock_guard lock(mutex_);
+  return sources_;
+}
+
+// Returns null without an error if there is no such file.
+Result<const weir_module*> ModuleLibrary::open(const std::string& kind, const std::string& name) {
+  for (const auto& folder : search_path()) {
+    const std::string path = (fs::path(folder) / file_name(kind, name)).string();
+    std::error_code ignored;
+    if (!fs::is_regular_file(path, ignored)) continue;
+    std::lock_guard lock(mutex_);
+    const auto known = opened_.find(path);
+    if (known != opened_.end()) return &known->second->module();
+    void* handle = dlopen(path.c_str(), RTLD_NOW | RTLD_LOCAL);
+    if (!handle) {
+      const char* reason = dlerror();
+      return module_refused(path, reason ? reason : "dlopen failed",
+                            "a shared object for this machine");
+    }
+    using Entry = const weir_module* (*)(const weir_host*);
+    const auto entry = reinterpret_cast<Entry>(dlsym(handle, "weir_module_entry"));
+    if (!entry) return module_refused(path, "no symbol weir_module_entry", "that symbol, exported");
+    auto tables = ModuleTables::copy(entry(&host()), path);
+    if (!tables) return tables.error();
+    return &opened_.emplace(path, *std::move(tables)).first->second->module();
+  }
+  return nullptr;
+}
+
+std::vector<std::string> ModuleLibrary::engine_names() const {
+  std::vector<std::string> out = names("engine");
+  for (const auto& source : sources())
+    for (auto& name : source.names()) out.push_back(std::move(name));
+  std::sort(out.begin(), out.end());
+  out.erase(std::unique(out.begin(), out.end()), out.end());
+  return out;
+}
+
+std::vector<std::string> ModuleLibrary::names(const std::string& kind) const {
+  std::set<std::string> out;
+  const std::string prefix = "libweir-" + kind + "-";
+  for (const auto& folder : search_path()) {
+    std::error_code ignored;
+    for (const auto& entry : fs::directory_iterator(folder, ignored)) {
+      const std::string file = entry.path().filename().string();
+      if (file.starts_with(prefix) && file.ends_with(".so"))
+        out.insert(file.substr(prefix.size(), file.size() - prefix.size() - 3));
+    }
+  }
+  const auto add = [&out](auto tables) {
+    for (; tables && *tables; ++tables) out.insert((*tables)->name);
+  };
+  std::lock_guard lock(mutex_);
+  for (const auto* module : builtins_) {
+    if (kind == "engine") add(module->engines);
+    if (kind == "decoder") add(module->decoders);
+    if (kind == "converter") add(module->converters);
+  }
+  return {out.begin(), out.end()};
+}
+
+// Returns null without an error if no engine has this name.
+Result<const weir_engine*> ModuleLibrary::named_engine(std::string_view word) {
+  {
+    std::lock_guard lock(mutex_);
+    for (const auto* module : builtins_)
+      if (const auto* table = find_in(module->engines, word)) return table;
+  }
+  const KnownEngine* known = known_engine(word);
+  const std::string name(known ? known->name : word);
+  const bool plain = name.find('/') == std::string::npos && !name.empty();
+  auto module = plain ? open("engine", name) : Result<const weir_module*>(nullptr);
+  if (!module) return known ? with_install_line(module.error(), *known) : module.error();
+  if (*module) {
+    if (const auto* table = find_in((*module)->engines, word)) return table;
+    if ((*module)->engines && (*module)->engines[0]) return (*module)->engines[0];
+    return module_refused(file_name("engine", name), "it contains no engine", "one");
+  }
+  for (const auto& source : sources()) {
+    auto found = source.engine(word);
+    if (!found || *found) return found;
+  }
+  return nullptr;
+}
+
+Result<const weir_engine*> ModuleLibrary::engine(std::string_view word) {
+  auto found = named_engine(word);
+  if (!found || *found) return found;
+  const KnownEngine* known = known_engine(word);
+  for (const auto& other : engines_meant_by(word)) {
+    found = named_engine(other);
+    if (!found || *found) return found;
+  }
+  const std::string name(known ? known->name : word);
+  if (known)
+    return Error{.code = Code::ENGINE_NOT_INSTALLED,
+                 .what = "the engine " + name + " is not installed",
+                 .offered = "framework=" + std::string(word),
+                 .needed = "one of: " + list(engine_names()),
+                 .fix = known->install.empty() ? "this version of Weir has no module for " + name
+                                               : std::string(known->install) + " && make build"};
+  std::vector<std::string> candidates = engine_names();
+  for (const auto& engine : known_engines()) {
+    candidates.emplace_back(engine.name);
+    for (const auto alias : split(engine.aliases, ",")) candidates.emplace_back(alias);
+  }
+  const std::string close = nearest(word, candidates);
+  return Error{.code = Code::ENGINE_UNKNOWN,
+               .what = "no engine has this name",
+               .offered = "framework=" + std::string(word),
+               .needed = "one of: " + list(engine_names()),
+               .difference = close.empty() ? "" : "did you mean " + close + "?",
+               .fix = close.empty() ? "framework=auto" : "framework=" + close};
+}
+
+Result<const weir_engine*> ModuleLibrary::engine_for_model(std::span<const std::string> paths) {
+  const auto choice = choose_engine(paths);
+  return choice ? engine(choice->engine) : Result<const weir_engine*>(choice.error());
+}
+
+Result<EngineChoice> ModuleLibrary::choose_engine(std::span<const std::string> paths) const {
+  const auto nnstreamer = nnstreamer_configuration();
+  return infer::choose_engine(paths, engine_names(), configuration(), &nnstreamer);
+}
+
+Result<const weir_decoder_type*> ModuleLibrary::decoder(std::string_view name) {
+  {
+    std::lock_guard lock(mutex_);
+    for (const auto* module : builtins_)
+      if (const auto* table = find_in(module->decoders, name)) return table;
+  }
+  const bool plain = !name.empty() && name.find('/') == std::string_view::npos;
+  auto module = plain ? open("decoder", std::string(name)) : Result<const weir_module*>(nullptr);
+  if (!module) return module.error();
+  if (*module)
+    if (const auto* table = find_in((*module)->decoders, name)) return table;
+  const auto available = decoder_names();
+  const std::string close = nearest(name, available);
+  return Error{.code = Code::DECODER_UNKNOWN,
+               .what = "no decoder has this name",
+               .offered = "mode=" + std::string(name),
+               .needed = "one of: " + list(available),
+               .difference = close.empty() ? "" : "did you mean " + close + "?",
+               .fix = close.empty() ? "gst-inspect-1.0 tensor_decoder" : "mode=" + close};
+}
+
+Result<const weir_converter_type*> ModuleLibrary::converter(std::string_view name) {
+  {
+    std::lock_guard lock(mutex_);
+    for (const auto* module : builtins_)
+      if (const auto* table = find_in(module->converters, name)) return table;
+  }
+  const bool plain = !name.empty() && name.find('/') == std::string_view::npos;
+  auto module = plain ? open("converter", std::string(name)) : Result<const weir_module*>(nullptr);
+  if (!module) return module.error();
+  if (*module)
+    if (const auto* table = find_in((*module)->converters, name)) return table;
+  return Error{.code = Code::CONVERTER_UNKNOWN,
+               .what = "no converter has this name",
+               .offered = std::string(name),
+               .needed = "one of: " + list(converter_names()),
+               .fix = "gst-inspect-1.0 tensor_converter"};
+}
+
+std::vector<const weir_converter_type*> ModuleLibrary::converters() {
+  std::vector<const weir_converter_type*> out;
+  const auto add_all = [&out](const weir_module* module) {
+    for (auto* table = module->converters; table && *table; ++table) out.push_back(*table);
+  };
+  std::vector<const weir_module*> builtins;
+  {
+    std::lock_guard lock(mutex_);
+    builtins = builtins_;
+  }
+  for (const auto* module : builtins) add_all(module);
+  const auto built_in = [&out](const std::string& name) {
+    return std::any_of(out.begin(), out.end(), [&](const auto* t) { return t->name == name; });
+  };
+  for (const auto& name : converter_names()) {
+    if (built_in(name)) continue;
+    const auto module = open("converter", name);
+    if (!module)
+      host().log(WEIR_LOG_WARNING, file_name("converter", name).c_str(),
+                 module.error().message().c_str());
+    else if (*module)
+      add_all(*module);
+  }
+  return out;
+}
+
+std::vector<std::string> accelerators_of(const weir_engine& engine) {
+  std::vector<std::string> out;
+  const auto extension = function_of(engine, &weir_engine::extension);
+  if (!extension) return out;
+  const auto* list = static_cast<const char*>(extension("weir.accelerators/1"));
+  for (const auto name : split(list ? list : "", ","))
+    if (const auto word = strip(name); !word.empty()) out.emplace_back(word);
+  return out;
+}
+
+}  // namespace weir::infer

@@ -1,0 +1,179 @@
+// Tests finding modules and rejecting unusable ones, with files of tests/support.
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include "core/infer/module/module_library.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+
+#include "says.hpp"
+
+namespace weir::infer {
+namespace {
+
+namespace fs = std::filesystem;
+
+class ModuleLibraryTest : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    const char* modules = std::getenv("WEIR_TEST_MODULES");
+    if (!modules) GTEST_SKIP() << "WEIR_TEST_MODULES is not set: run it with meson test";
+    folder_ = fs::path(testing::TempDir()) / "weir-module-library-test";
+    fs::remove_all(folder_);
+    fs::create_directories(folder_);
+    search(folder_.string() + ":" + modules);
+  }
+  void TearDown() override {
+    unsetenv("WEIR_MODULE_PATH");
+    fs::remove_all(folder_);
+  }
+  static void search(const std::string& path) { setenv("WEIR_MODULE_PATH", path.c_str(), 1); }
+  void write(const std::string& name, const std::string& text) {
+    std::ofstream(folder_ / name) << text;
+  }
+  // The error text, "" without an error.
+  std::string refusal(const std::string& name, Code code) {
+    const auto engine = library_.engine(name);
+    if (engine) return "";
+    EXPECT_EQ(engine.error().code, code) << engine.error().message();
+    return engine.error().message();
+  }
+
+  fs::path folder_;
+  ModuleLibrary library_;
+};
+
+TEST_F(ModuleLibraryTest, OpensAnEngineOnce) {
+  const auto first = library_.engine("fake"), second = library_.engine("fake");
+  ASSERT_TRUE(first && second);
+  EXPECT_STREQ((*first)->name, "fake");
+  EXPECT_EQ(*first, *second);
+}
+
+TEST_F(ModuleLibraryTest, ListsModulesWithoutLoadingThem) {
+  write("libweir-engine-zzz.so", "not opened");
+  write("libweir-decoder-yyy.so", "not opened");
+  write("libweir-engine-no-ending", "");
+  const auto engines = library_.engine_names();
+  EXPECT_TRUE(std::count(engines.begin(), engines.end(), "fake"));
+  EXPECT_TRUE(std::count(engines.begin(), engines.end(), "zzz"));
+  EXPECT_FALSE(std::count(engines.begin(), engines.end(), "no-ending"));
+  EXPECT_TRUE(std::is_sorted(engines.begin(), engines.end()));
+  EXPECT_EQ(library_.decoder_names(), std::vector<std::string>{"yyy"});
+}
+
+TEST_F(ModuleLibraryTest, PrefersTheFirstFolderOfThePath) {
+  write("libweir-engine-fake.so", "hides the good one");
+  EXPECT_SAYS(refusal("fake", Code::MODULE_REFUSED), (folder_ / "libweir-engine-fake.so").string());
+}
+
+// The loader's message, with the command that fixes it.
+TEST_F(ModuleLibraryTest, NamesALibraryThatTheModuleOfAKnownEngineLacks) {
+  std::ifstream in(std::string(std::getenv("WEIR_TEST_MODULES")) + "/libweir-engine-fake.so",
+                   std::ios::binary);
+  std::string module{std::istreambuf_iterator<char>(in), {}};
+  const std::string linked = "libc.so.6";
+  const size_t at = module.find(linked);
+  ASSERT_NE(at, std::string::npos);
+  module[at + linked.size() - 1] = '9';
+  write("libweir-engine-pytorch.so", module);
+  const auto text = refusal("pytorch", Code::ENGINE_NOT_INSTALLED);
+  EXPECT_SAYS(text, "a library of the engine pytorch is not installed");
+  EXPECT_SAYS(text, "libc.so.9: cannot open shared object file");
+  EXPECT_SAYS(text, "fix: apt-get install libtorch-dev");
+  write("libweir-engine-own.so", module);
+  EXPECT_SAYS(refusal("own", Code::MODULE_REFUSED), "libc.so.9");
+}
+
+TEST_F(ModuleLibraryTest, RejectsFaultyModulesWithTheReason) {
+  const std::pair<const char*, const char*> faults[] = {
+      {"symbol", "no symbol weir_module_entry"},
+      {"nothing", "weir_module_entry returned NULL"},
+      {"version", "ABI version 1"},
+      {"size", "a table of 8 bytes"},
+      {"empty", "it contains no engine"},
+      {"engine-size", "an engine with a table of 16 bytes"},
+      {"engine-name", "an engine without a name"},
+      {"engine-functions", "without all of its functions"},
+  };
+  for (const auto& [kind, words] : faults) {
+    const std::string text = refusal(std::string("bad-") + kind, Code::MODULE_REFUSED);
+    EXPECT_SAYS(text, words);
+    EXPECT_SAYS(text, std::string("libweir-engine-bad-") + kind + ".so");
+    EXPECT_SAYS(text, "fix: ");
+  }
+}
+
+TEST_F(ModuleLibraryTest, RejectsFilesThatAreNotSharedObjects) {
+  write("libweir-engine-text.so", "hello");
+  write("libweir-engine-nil.so", "");
+  write("libweir-engine-header.so", std::string("\x7f"
+                                                "ELF\2\1\1\0",
+                                                8) +
+                                        std::string(100, '\0'));
+  for (const char* name : {"text", "nil", "header"})
+    EXPECT_SAYS(refusal(name, Code::MODULE_REFUSED), "a shared object for this machine");
+}
+
+TEST_F(ModuleLibraryTest, SkipsFoldersAndDanglingLinks) {
+  fs::create_directory(folder_ / "libweir-engine-fake.so");
+  EXPECT_TRUE(library_.engine("fake")) << "the good one lies behind it";
+  fs::create_symlink("/nowhere", folder_ / "libweir-engine-gone.so");
+  EXPECT_SAYS(refusal("gone", Code::ENGINE_UNKNOWN), "no engine has this name");
+}
+
+TEST_F(ModuleLibraryTest, ReportsTheCommandThatInstallsAKnownEngine) {
+  search(folder_.string());
+  for (const char* word : {"onnxruntime", "onnx"})
+    EXPECT_SAYS(refusal(word, Code::ENGINE_NOT_INSTALLED), "tools/setup --engine onnxruntime");
+  for (const char* word : {"tensorflow-lite", "tensorflow2-lite", "tflite"})
+    EXPECT_SAYS(refusal(word, Code::ENGINE_NOT_INSTALLED), "tools/setup --engine tensorflow-lite");
+  EXPECT_SAYS(refusal("openvino", Code::ENGINE_NOT_INSTALLED), "has no module for openvino");
+}
+
+TEST_F(ModuleLibraryTest, SuggestsTheNearestName) {
+  EXPECT_SAYS(refusal("onnxruntme", Code::ENGINE_UNKNOWN), "did you mean onnxruntime?");
+  EXPECT_SAYS(refusal("fke", Code::ENGINE_UNKNOWN), "framework=fake");
+}
+
+TEST_F(ModuleLibraryTest, NeverLeavesItsFolders) {
+  for (const char* name : {"../fake", "/etc/passwd", "", "a/b"})
+    EXPECT_NE(refusal(name, Code::ENGINE_UNKNOWN), "") << name;
+}
+
+// docs/compatibility/filter.md 4.2; if no module is installed the error names the chosen engine.
+TEST_F(ModuleLibraryTest, ChoosesTheEngineByTheModelsName) {
+  search(folder_.string());
+  const auto chosen = [&](std::vector<std::string> paths) {
+    const auto engine = library_.engine_for_model(paths);
+    return engine ? std::string() : engine.error().message();
+  };
+  EXPECT_SAYS(chosen({"a.onnx"}), "the engine onnxruntime is not installed");
+  EXPECT_SAYS(chosen({"dir.x/A.TFLITE"}), "the engine tensorflow-lite is not installed");
+  EXPECT_SAYS(chosen({"a.pt"}), "the engine pytorch is not installed");
+  EXPECT_SAYS(chosen({"a.so", "b.nb"}), "the engine vivante is not installed");
+  EXPECT_SAYS(chosen({"a.prototxt", "b.caffemodel"}), "the engine caffe is not installed");
+  EXPECT_SAYS(chosen({"a.caffemodel"}), "the engine caffe is not installed");
+  EXPECT_SAYS(chosen({"a.cfg", "a.weights"}), "the engine darknet is not installed");
+  EXPECT_SAYS(chosen({"a.weights"}), "fix: apt-get install libopencv-dnn-dev && make build");
+  EXPECT_SAYS(chosen({"a.pb"}), "the engine tensorflow is not installed");
+  EXPECT_SAYS(chosen({"a.pb", "b.pb"}), "the engine caffe2 is not installed");
+  EXPECT_SAYS(chosen({folder_.string()}), "the engine nnfw is not installed");
+  for (const auto& paths : std::vector<std::vector<std::string>>{
+           {}, {"model"}, {"model."}, {"a.jpg"}, {"a.onnx", "b.onnx"}, {"a.so", "b.nb", "c.nb"}})
+    EXPECT_SAYS(chosen(paths), "no engine claims this model file");
+}
+
+TEST_F(ModuleLibraryTest, ListsTheDecoders) {
+  search(folder_.string());
+  write("libweir-decoder-image_labeling.so", "");
+  const auto decoder = library_.decoder("image_labelling");
+  ASSERT_FALSE(decoder);
+  EXPECT_EQ(decoder.error().code, Code::DECODER_UNKNOWN);
+  EXPECT_SAYS(decoder.error().message(), "mode=image_labeling");
+}
+
+}  // namespace
+}  // namespace weir::infer

@@ -1,0 +1,41 @@
+// FallingBehind: detects that frames of a live source arrive later and later. The caller passes the
+// time.
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#pragma once
+#include <chrono>
+
+namespace weir::infer {
+
+class FallingBehind {
+ public:
+  using Duration = std::chrono::nanoseconds;
+  static constexpr Duration kLate = std::chrono::seconds(1);
+  static constexpr Duration kPatience = std::chrono::seconds(2);
+
+  // Records a frame that arrived at `now`, `lag` after its own time. Returns true if all frames
+  // were later than kLate for kPatience and the last lag is not below the first, which excludes a
+  // slow start that is being caught up.
+  bool observe(Duration now, Duration lag) noexcept {
+    if (lag < kLate) {
+      late_ = false;
+      return false;
+    }
+    if (!late_) {
+      late_ = true;
+      since_ = now;
+      lag_then_ = lag;
+    }
+    if (now - since_ < kPatience) return false;
+    const bool later = lag >= lag_then_;
+    since_ = now;
+    lag_then_ = lag;
+    return later;
+  }
+  void reset() noexcept { late_ = false; }
+
+ private:
+  bool late_ = false;
+  Duration since_{}, lag_then_{};  // while late_
+};
+
+}  // namespace weir::infer

@@ -1,0 +1,264 @@
+// Opens a model with the element's settings and plans frames for caps.
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include "elements/tensor_filter/open_model.hpp"
+
+#include <algorithm>
+
+#include "core/custom/custom_easy.hpp"
+#include "core/infer/model/async_invoke.hpp"
+#include "core/isolate/isolated_engine.hpp"
+#include "elements/tensor_filter/model_source.hpp"
+#include "gstcpp/buffer/shared_allocator.hpp"
+
+namespace weir {
+namespace {
+
+// Worker processes are not shared between filters.
+std::string shared_key(const FilterSettings& s, std::vector<Error>* warnings) {
+  if (s.isolate == IsolateChoice::None) return s.shared_tensor_filter_key.value_or("");
+  if (s.shared_tensor_filter_key)
+    warnings->push_back(
+        {.code = Code::OPTION_VALUE,
+         .what = "a model in a separate process is not shared",
+         .offered = "isolate=process shared-tensor-filter-key=" + *s.shared_tensor_filter_key,
+         .needed = "isolate=none, to share it"});
+  return "";
+}
+
+// Rejects settings with which a frame's batch cannot run in parts.
+Status check_parts(const FilterSettings& s) {
+  const auto other = [&](const std::string& what) {
+    return Error{.code = Code::OPTION_VALUE,
+                 .what = "these properties cannot be combined",
+                 .offered = what + " with invoke-rows=" + std::to_string(s.invoke_rows) +
+                            " invoke-threads=" + std::to_string(s.invoke_threads),
+                 .needed = "one of them",
+                 .fix = "tensor_filter invoke-rows=0 invoke-threads=1"};
+  };
+  if (s.batch_size > 1) return other("batch-size=" + std::to_string(s.batch_size));
+  if (s.invoke_async) return other("invoke-async=true");
+  if (s.isolate != IsolateChoice::None) return other("isolate=process");
+  return ok();
+}
+
+// Batches have one session for all filters that share the model.
+size_t sessions_of(const FilterSettings& s, std::vector<Error>* warnings) {
+  if (s.batch_size > 1) return 0;
+  if (!s.invoke_async) return size_t{s.workers} * s.invoke_threads;
+  if (s.workers > 1)
+    warnings->push_back(
+        {.code = Code::OPTION_VALUE,
+         .what = "workers has no effect, because the engine uses its own threads",
+         .offered = "workers=" + std::to_string(s.workers) + " with invoke-async=true",
+         .needed = "workers=1: the model decides how many frames may be in progress",
+         .fix = "tensor_filter invoke-async=true workers=1"});
+  return 1;
+}
+
+}  // namespace
+
+Result<std::unique_ptr<OpenModel>> OpenModel::open(const FilterSettings& s,
+                                                   std::shared_ptr<isolate::Monitor> monitor,
+                                                   std::vector<Error>* warnings) {
+  const auto warn = [warnings](const std::optional<Error>& warning) {
+    if (warning) warnings->push_back(*warning);
+  };
+  const infer::RowLimits rows{s.invoke_rows, s.invoke_threads};
+  if (!rows.none())
+    if (auto status = check_parts(s); !status) return status.error();
+  std::optional<Error> warning;
+  const auto source = model_source(s, monitor, &warning);
+  if (!source) return source.error();
+  warn(warning);
+  auto opened = std::make_unique<OpenModel>();
+  opened->monitor_ = std::move(monitor);
+  auto found = infer::ModelTable::instance().find(shared_key(s, warnings), *source);
+  warn(found.not_shared);
+  auto use = infer::ModelLease::create(std::move(found.model), sessions_of(s, warnings));
+  if (!use) return use.error();
+  opened->use_ = *std::move(use);
+  const auto frame = opened->begin();
+  if (!frame) return frame.error();
+  const infer::Model& model = frame->model();
+  opened->engine_ = source->engine->name;
+  if (auto arena = isolate::arena_of(model)) {
+    opened->engine_ = isolate::engine_in(model);
+    opened->shared_memory_ = gst::shared_allocator(std::move(arena));
+  }
+  if (auto status =
+          custom::check_invocation(model.engine(), model.info(), s.model, s.invoke_dynamic);
+      !status)
+    return status.error();
+  auto tensors = opened->read_tensors(model, s);
+  if (!tensors) return tensors.error();
+  if (!rows.none())
+    if (auto status = infer::check_rows(model.info().flags, model.inputs(), model.outputs());
+        !status)
+      return status.error();
+  opened->rows_ = rows;
+  auto description = describe_model(*std::move(tensors), s, warnings);
+  if (!description) return description.error();
+  opened->description_ = *std::move(description);
+  opened->asynchronous_ = s.invoke_async;
+  opened->decides_sizes_ = (model.info().flags & WEIR_MODEL_DYNAMIC_OUTPUT) != 0;
+  // Worker processes do not pass on memory, and batches need memory for several frames.
+  opened->allocates_ = (model.info().flags & WEIR_MODEL_ALLOCATES_OUTPUT) != 0 &&
+                       !opened->monitor_ && s.batch_size == 1 &&
+                       opened->outputs().size() <= kMemoryLimit;
+  if (!s.invoke_async) return opened;
+  if (auto status = opened->read_invocation(frame->session()); !status) return status.error();
+  return opened;
+}
+
+// The spec of one frame and, for batches, the batch group.
+Result<ModelTensors> OpenModel::read_tensors(const infer::Model& model, const FilterSettings& s) {
+  const auto &inputs = model.inputs(), &outputs = model.outputs();
+  batch_size_ = s.batch_size;
+  if (batch_size_ == 1) return ModelTensors{model_shapes(inputs), model_shapes(outputs)};
+  if (s.invoke_async)
+    return Error{
+        .code = Code::BATCH_UNSUPPORTED,
+        .what = "frames cannot be batched for an engine that answers asynchronously",
+        .offered = "batch-size=" + std::to_string(s.batch_size) + " with invoke-async=true",
+        .needed = "one of them",
+        .fix = "tensor_filter invoke-async=true batch-size=1"};
+  if (s.workers > 1)
+    return Error{
+        .code = Code::OPTION_VALUE,
+        .what = "batches run one at a time, in one session",
+        .offered = "workers=" + std::to_string(s.workers) +
+                   " with batch-size=" + std::to_string(batch_size_),
+        .needed = "workers=1, and more threads of the engine for each batch; or batch-size=1",
+        .fix = "tensor_filter batch-size=" + std::to_string(batch_size_) + " workers=1 threads=" +
+               std::to_string(static_cast<int>(s.workers) * std::max(s.threads, 1))};
+  auto axes = infer::find_batch_axes(model.info().flags, inputs, outputs, batch_size_);
+  if (!axes) return axes.error();
+  batch_axes_ = *std::move(axes);
+  return ModelTensors{model_shapes(infer::of_one_frame(inputs, batch_axes_.inputs, batch_size_)),
+                      model_shapes(infer::of_one_frame(outputs, batch_axes_.outputs, batch_size_))};
+}
+
+Status OpenModel::plan_batch(const FrameSpec& input, FilterPlan* plan) const {
+  const auto open = std::find_if(plan->model_inputs.begin(), plan->model_inputs.end(),
+                                 [](const auto& shape) { return !shape.fixed(); });
+  if (input.format != Format::Static && open != plan->model_inputs.end())
+    return Error{
+        .code = Code::BATCH_UNSUPPORTED,
+        .what = "frames whose shapes may change from one to the next cannot be batched",
+        .offered = input.to_string() + ", for a model of " + list_shapes(plan->model_inputs),
+        .needed = "a static stream, or one shape for all frames",
+        .fix =
+            "tensor_filter input=... inputtype=..., tensor_converter ! tensor_filter, or set "
+            "batch-size=1"};
+  auto batch =
+      infer::join_model_batch(use_->shared(), batch_axes_, batch_size_, plan->model_inputs);
+  if (!batch) return batch.error();
+  auto agreed = with_user_settings(std::move(batch->outputs), description_.declared.output,
+                                   description_.declared.outputtype, "output");
+  if (!agreed) return agreed.error();
+  plan->batch = std::move(batch->group);
+  plan->model_outputs = *std::move(agreed);
+  for (size_t i = 0; i < plan->model_outputs.size(); ++i)
+    plan->model_outputs[i].name = outputs()[i].name;
+  return ok();
+}
+
+Status OpenModel::read_invocation(const infer::Session& session) const {
+  if (!infer::answers_asynchronously(session))
+    return Error{.code = Code::MODEL_UNSUPPORTED,
+                 .what = "the engine supports only synchronous invokes of this model",
+                 .offered = "invoke-async=true with framework=" + engine_,
+                 .needed = "an engine with submit(), and a model for which it can be used",
+                 .fix = "tensor_filter invoke-async=false"};
+  if (!description_.output_choice.inputs.empty())
+    return Error{
+        .code = Code::OPTION_VALUE,
+        .what = "output-combination cannot contain inputs when the engine answers asynchronously",
+        .offered = "i" + std::to_string(description_.output_choice.inputs[0]),
+        .needed = "outputs only: a frame may have any number of them",
+        .fix = "tensor_filter invoke-async=true output-combination=o0"};
+  return ok();
+}
+
+gst::Allocation OpenModel::allocation() const noexcept {
+  gst::Allocation out;
+  out.allocator = shared_memory_;
+  const auto model = use_->shared()->model();  // null while the model is suspended
+  if (!model) return out;
+  out.alignment = std::max<size_t>(out.alignment, model->info().alignment);
+  out.padding = model->info().input_padding;
+  return out;
+}
+
+Result<FilterPlan> OpenModel::plan_for_shapes(FilterPlan plan,
+                                              const infer::ModelLease::Frame& frame, size_t session,
+                                              std::vector<ModelShape> inputs) const {
+  auto resolved = use_->resolve(frame, session, inputs);
+  if (!resolved) return resolved.error();
+  auto outputs = description_.complete_outputs(*std::move(resolved));
+  if (!outputs) return outputs.error();
+  plan.model_inputs = std::move(inputs);
+  plan.model_outputs = *std::move(outputs);
+  plan.outputs_fixed = all_fixed(plan.model_outputs);
+  return plan;
+}
+
+Status OpenModel::replace(const FilterSettings& settings) const {
+  const auto source = model_source(settings, monitor_, nullptr);
+  if (!source) return source.error();
+  return use_->shared()->replace(*source);
+}
+
+void OpenModel::add_stats(GstStructure* stats) const {
+  const auto& shared = *use_->shared();
+  const auto model = shared.model();
+  gst_structure_set(stats, "weights-bytes", G_TYPE_UINT64,
+                    model ? guint64{model->info().weight_bytes} : guint64{0}, "shared-by",
+                    G_TYPE_UINT64, guint64{shared.users()}, "reloads", G_TYPE_UINT64,
+                    guint64{shared.reloads()}, "suspended", G_TYPE_BOOLEAN,
+                    gboolean{use_->suspended()}, "accelerator", G_TYPE_STRING,
+                    shared.source().options.accelerator.c_str(), nullptr);
+  const auto execution = model ? model->execution() : std::nullopt;
+  if (!execution) return;
+  gst_structure_set(stats, "threads", G_TYPE_INT, static_cast<int>(execution->threads), "spinning",
+                    G_TYPE_BOOLEAN, gboolean{execution->spins != 0}, nullptr);
+}
+
+Result<FilterPlan> OpenModel::plan_for(const FrameSpec& input) const {
+  FilterPlan plan;
+  if (const auto model = use_->shared()->model()) {  // each frame uses the model that runs it
+    plan.alignment = model->info().alignment;
+    plan.padding = model->info().input_padding;
+  }
+  plan.input = input;
+  plan.input_choice = description_.input_choice;
+  plan.output_choice = description_.output_choice;
+  plan.dynamic = is_dynamic();
+  plan.rows = rows_;
+  plan.engine_allocates = asynchronous_ || allocates_ || (is_dynamic() && decides_sizes_);
+  plan.declared_inputs = plan.model_inputs = inputs();
+  plan.model_outputs = outputs();
+  if (input.format == Format::Static) {
+    auto chosen = choose_tensors(input.tensors, plan.input_choice, "input-combination");
+    if (!chosen) return chosen.error();
+    auto fitted = fit(inputs(), *chosen);
+    if (!fitted) return fitted.error();
+    plan.model_inputs = *std::move(fitted);
+  }
+  if (batch_size_ == 1 && all_fixed(plan.model_inputs)) {
+    auto resolved = use_->resolve(plan.model_inputs);
+    if (!resolved) return resolved.error();
+    auto complete = description_.complete_outputs(*std::move(resolved));
+    if (!complete) return complete.error();
+    plan.model_outputs = *std::move(complete);
+  }
+  if (batch_size_ > 1)
+    if (auto status = plan_batch(input, &plan); !status) return status.error();
+  plan.outputs_fixed = all_fixed(plan.model_outputs) && all_fixed(plan.model_inputs);
+  auto output = description_.source_spec(input, plan.model_outputs, plan.outputs_fixed);
+  if (!output) return output.error();
+  plan.output = *std::move(output);
+  return plan;
+}
+
+}  // namespace weir

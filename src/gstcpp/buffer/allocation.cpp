@@ -1,0 +1,100 @@
+// Allocates aligned, padded memory and reads and writes ALLOCATION queries.
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include "gstcpp/buffer/allocation.hpp"
+
+#include <algorithm>
+#include <bit>
+#include <cstdlib>
+
+#include "gstcpp/buffer/frame_errors.hpp"
+#include "gstcpp/buffer/shared_allocator.hpp"
+#include "gstcpp/element/own_thread_query.hpp"
+
+namespace weir::gst {
+namespace {
+
+constexpr size_t kMostAlignment = 4096, kMostPadding = 65536;  // the limits that abi.h sets
+// Smaller blocks come from GStreamer's allocator, which is faster but aborts when memory runs out.
+// A process that cannot get a page cannot get a GstBuffer either.
+constexpr size_t kAlwaysThere = 4096;
+
+// Returns null when memory runs out.
+GstMemory* allocate_aligned(size_t bytes, size_t alignment, size_t padding) {
+  size_t capacity = 0, rounded = 0;
+  if (__builtin_add_overflow(bytes, padding, &capacity) ||
+      __builtin_add_overflow(capacity, alignment - 1, &rounded))
+    return nullptr;
+  void* data = std::aligned_alloc(alignment, rounded / alignment * alignment);
+  if (!data) return nullptr;
+  return gst_memory_new_wrapped(GstMemoryFlags(0), data, capacity, 0, bytes, data, std::free);
+}
+
+}  // namespace
+
+GstAllocationParams Allocation::params() const noexcept {
+  GstAllocationParams out;
+  gst_allocation_params_init(&out);
+  out.align = alignment - 1;  // a mask
+  out.padding = padding;
+  return out;
+}
+
+Result<Ref<GstMemory>> allocate_memory(size_t bytes, const Allocation& allocation) {
+  GstMemory* memory = nullptr;
+  if (allocation.allocator || bytes < kAlwaysThere) {
+    auto params = allocation.params();
+    memory = gst_allocator_alloc(allocation.allocator.get(), bytes, &params);
+  } else {
+    // gst_memory_alignment is a mask; a program may raise it for all memory.
+    const size_t alignment =
+        std::max(allocation.alignment, std::bit_ceil(gst_memory_alignment + 1));
+    memory = allocate_aligned(bytes, alignment, allocation.padding);
+  }
+  if (!memory) return memory_ran_out(bytes);
+  return Ref<GstMemory>::adopt(memory);
+}
+
+Result<Ref<GstBuffer>> allocate_buffer(size_t bytes, const Allocation& allocation) {
+  auto memory = allocate_memory(bytes, allocation);
+  if (!memory) return memory.error();
+  auto buffer = Ref<GstBuffer>::adopt(gst_buffer_new());
+  gst_buffer_append_memory(buffer.get(), memory->release());
+  return buffer;
+}
+
+Allocation allocation_of(GstQuery* answered, const Allocation& unasked) {
+  const guint preferences = gst_query_get_n_allocation_params(answered);
+  if (preferences == 0) return unasked;
+  Allocation out;
+  for (guint i = 0; i < preferences; ++i) {
+    GstAllocationParams params;
+    GstAllocator* allocator = nullptr;
+    gst_query_parse_nth_allocation_param(answered, i, &allocator, &params);
+    auto owned = Ref<GstAllocator>::adopt(allocator);
+    if (owned && !out.allocator && is_shared_allocator(owned.get())) out.allocator = owned;
+    if (params.align < kMostAlignment)
+      out.alignment = std::max(out.alignment, std::bit_ceil(params.align + 1));
+    if (params.padding <= kMostPadding) out.padding = std::max(out.padding, params.padding);
+  }
+  return out;
+}
+
+Ref<GstQuery> ask_peer(GstPad* source, GstCaps* caps, const Ledger& ledger) {
+  auto query = Ref<GstQuery>::adopt(gst_query_new_allocation(caps, FALSE));
+  const bool answered = frames_flow(ledger) ? query_on_own_thread(source, query.get())
+                                            : gst_pad_peer_query(source, query.get());
+  return answered ? query : Ref<GstQuery>();
+}
+
+Allocation wanted_by_peer(GstPad* source, GstCaps* caps, const Ledger& ledger,
+                          const Allocation& unasked) {
+  const auto answer = ask_peer(source, caps, ledger);
+  return answer ? allocation_of(answer.get(), unasked) : unasked;
+}
+
+void offer(GstQuery* query, const Allocation& allocation) {
+  const auto params = allocation.params();
+  gst_query_add_allocation_param(query, allocation.allocator.get(), &params);
+}
+
+}  // namespace weir::gst

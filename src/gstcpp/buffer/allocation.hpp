@@ -1,0 +1,41 @@
+// Allocation: the alignment, padding and allocator that a peer requests by the ALLOCATION query.
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#pragma once
+#include <gst/gst.h>
+
+#include "core/ledger/ledger.hpp"
+#include "gstcpp/element/ref.hpp"
+#include "weir/result.hpp"
+
+namespace weir::gst {
+
+// Sizes in bytes. Memory starts at a multiple of `alignment`, a power of two, and is followed by
+// `padding` readable bytes.
+struct Allocation {
+  size_t alignment = 64, padding = 0;  // a cache line
+  Ref<GstAllocator> allocator;         // null = GStreamer's own
+
+  bool operator==(const Allocation&) const = default;
+  GstAllocationParams params() const noexcept;
+};
+
+// Allocates memory as `allocation` specifies. Use it for every size that comes from data, caps or
+// properties: GStreamer's own allocator aborts the process when memory runs out.
+// Errors: OUT_OF_MEMORY.
+Result<Ref<GstMemory>> allocate_memory(size_t bytes, const Allocation& allocation = {});
+// The same, as a buffer with one memory.
+Result<Ref<GstBuffer>> allocate_buffer(size_t bytes, const Allocation& allocation = {});
+
+// Returns the largest values that an answered query requests, at least the defaults; `unasked` when
+// it requests none.
+Allocation allocation_of(GstQuery* answered, const Allocation& unasked = {});
+// Sends an ALLOCATION query with `caps` to the peer of `source`; null when it is not answered.
+// Streaming thread. Once frames flow (see `ledger`) the query enters no other thread.
+Ref<GstQuery> ask_peer(GstPad* source, GstCaps* caps, const Ledger& ledger);
+// allocation_of() the peer's answer; `unasked` without an answer.
+Allocation wanted_by_peer(GstPad* source, GstCaps* caps, const Ledger& ledger,
+                          const Allocation& unasked = {});
+// Adds `allocation` to the answer of a query.
+void offer(GstQuery* query, const Allocation& allocation);
+
+}  // namespace weir::gst

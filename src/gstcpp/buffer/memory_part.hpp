@@ -1,0 +1,26 @@
+// Parts of memories, and whether the memories of a buffer can be mapped.
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#pragma once
+#include <gst/gst.h>
+
+#include <cstddef>
+
+#include "gstcpp/element/ref.hpp"
+#include "weir/result.hpp"
+
+namespace weir::gst {
+
+// Shares the part if the memory allows it, otherwise copies it and sets `copied`. The whole range
+// returns the memory itself. Errors: MAP_FAILED, OUT_OF_MEMORY.
+Result<Ref<GstMemory>> part_of(GstMemory* memory, size_t offset, size_t size, bool* copied);
+
+// Returns the memory of a buffer that has only one, otherwise a copy of all bytes in one memory.
+// Errors: MAP_FAILED, OUT_OF_MEMORY.
+Result<Ref<GstMemory>> one_memory(GstBuffer* buffer);
+
+// Whether every memory can be mapped for reading; memory other than system memory is tried.
+bool can_be_read(GstBuffer* buffer);
+// Whether the buffer and its memories are writable and can also be mapped for writing.
+bool can_be_written(GstBuffer* buffer);
+
+}  // namespace weir::gst

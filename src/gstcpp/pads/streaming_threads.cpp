@@ -1,0 +1,158 @@
+// Walks upstream over links between elements and inside them to the threads that feed a pad.
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include "gstcpp/pads/streaming_threads.hpp"
+
+#include <algorithm>
+
+#include "gstcpp/element/internal_links.hpp"
+
+namespace weir::gst {
+namespace {
+
+std::string name_of(gpointer object) {
+  const UniqueText text{gst_object_get_name(GST_OBJECT_CAST(object))};
+  return text ? text.get() : "";
+}
+
+struct Walk {
+  Feed feed;
+  std::vector<GstPad*> seen;  // borrowed: links of a playing graph
+
+  void source(GstPad* pad) {
+    const auto parent = Ref<GstElement>::adopt(gst_pad_get_parent_element(pad));
+    if (parent) feed.path.push_back(name_of(parent.get()));
+    const bool task = has_task(pad);
+    if (task) return feed.threads.push_back(Ref<GstPad>::share(pad));
+    const auto sinks = linked_inside(pad);
+    if (sinks.empty()) feed.known = false;
+    for (const auto& sink : sinks) up(sink.get());
+  }
+  void up(GstPad* sink) {
+    if (std::find(seen.begin(), seen.end(), sink) != seen.end()) return;
+    seen.push_back(sink);
+    const auto peer = Ref<GstPad>::adopt(gst_pad_get_peer(sink));
+    if (peer) return source(peer.get());
+    feed.known = false;
+  }
+};
+
+GQuark waits_for_all_quark() {
+  static const GQuark quark = g_quark_from_static_string("weir-waits-for-all-pads");
+  return quark;
+}
+
+// Whether data can reach a pad before `element` has sent any. A stream whose origin is not visible
+// counts as fed: a source, or a pad that may be linked later.
+struct Start {
+  GstElement* element;
+  std::vector<GstPad*> asked, known;  // visited on this path; known to be fed; borrowed
+
+  bool is_fed(GstPad* sink) {
+    if (std::find(known.begin(), known.end(), sink) != known.end()) return true;
+    const bool fed = has_start(sink);
+    if (fed) known.push_back(sink);
+    return fed;
+  }
+  bool has_start(GstPad* sink) {
+    const auto peer = Ref<GstPad>::adopt(gst_pad_get_peer(sink));
+    if (!peer) return true;
+    const auto parent = Ref<GstElement>::adopt(gst_pad_get_parent_element(peer.get()));
+    if (parent.get() == element || std::find(asked.begin(), asked.end(), sink) != asked.end())
+      return false;
+    const auto sinks = linked_inside(peer.get());
+    if (sinks.empty()) return true;
+    asked.push_back(sink);
+    const auto fed = [this](const auto& one) { return is_fed(one.get()); };
+    const bool all =
+        parent && g_object_get_qdata(G_OBJECT(parent.get()), waits_for_all_quark()) != nullptr;
+    const bool out = all ? std::all_of(sinks.begin(), sinks.end(), fed)
+                         : std::any_of(sinks.begin(), sinks.end(), fed);
+    asked.pop_back();
+    return out;
+  }
+};
+
+// The sink pads that all data to `sink` passes through, up to the start of a thread or a junction:
+// a thread that pushes into `sink` holds the stream lock of each of them.
+std::vector<Ref<GstPad>> only_way(GstPad* sink) {
+  std::vector<Ref<GstPad>> out;
+  for (auto at = Ref<GstPad>::share(sink);;) {
+    const auto peer = Ref<GstPad>::adopt(gst_pad_get_peer(at.get()));
+    if (!peer || has_task(peer.get())) return out;
+    const auto before = linked_inside(peer.get());
+    if (before.size() != 1 || std::find(out.begin(), out.end(), before[0]) != out.end()) return out;
+    out.push_back(at = before[0]);
+  }
+}
+
+bool meet(const std::vector<Ref<GstPad>>& a, const std::vector<Ref<GstPad>>& b) {
+  return std::any_of(a.begin(), a.end(), [&b](const auto& pad) {
+    return std::find(b.begin(), b.end(), pad) != b.end();
+  });
+}
+
+std::string branch(const Feed& feed, const std::string& tee, const std::string& pad) {
+  std::string text;
+  for (const std::string& name : feed.path) {
+    if (name == tee) break;
+    text = name + " ! " + text;
+  }
+  return tee + ". ! queue ! " + text + pad;
+}
+
+std::string meeting(const Feed& a, const Feed& b) {
+  for (const std::string& name : a.path)
+    if (std::find(b.path.begin(), b.path.end(), name) != b.path.end()) return name;
+  return "";
+}
+
+Error loop(const std::string& element, const std::string& pad) {
+  return Error{
+      .code = Code::GRAPH_STALLS,
+      .what = "an element waits for its own output",
+      .offered =
+          pad + " of " + element + " receives nothing before " + element + " has sent something",
+      .needed = "the loop is broken, so that its first frame exists",
+      .difference = pad,
+      .fix = "... ! tensor_reposink slot-index=0   tensor_reposrc slot-index=0 caps=... ! " +
+             element + "." + pad};
+}
+
+}  // namespace
+
+void mark_waits_for_all(GstElement* element) {
+  g_object_set_qdata(G_OBJECT(element), waits_for_all_quark(), element);
+}
+
+Feed feed_of(GstPad* sink) {
+  Walk walk;
+  walk.up(sink);
+  return walk.feed;
+}
+
+Status can_be_fed(GstElement* element, GstPad* sink) {
+  Start start{element, {}, {}};
+  return start.is_fed(sink) ? ok() : Status(loop(name_of(element), name_of(sink)));
+}
+
+Status can_wait(GstElement* element, GstPad* waiting, GstPad* empty) {
+  const std::string name = name_of(element), first = name_of(waiting), second = name_of(empty);
+  const Feed other = feed_of(empty);
+  const Feed own = feed_of(waiting);
+  const bool one_thread = own.known && other.known && own.threads.size() == 1 &&
+                          other.threads.size() == 1 &&
+                          own.threads[0].get() == other.threads[0].get();
+  // Also stalls where several threads push one at a time: downstream of another muxer.
+  if (!one_thread && !meet(only_way(waiting), only_way(empty))) return ok();
+  const std::string tee = meeting(own, other);
+  return Error{.code = Code::GRAPH_STALLS,
+               .what = "one thread feeds two pads that wait for each other",
+               .offered = first + " and " + second + " of " + name + ", both fed through " + tee +
+                          " with no queue in between",
+               .needed = "a queue in each branch",
+               .difference = second + " cannot receive data while " + first + " waits for it",
+               .fix = branch(own, tee, name + "." + first) + "   " +
+                      branch(other, tee, name + "." + second)};
+}
+
+}  // namespace weir::gst

@@ -1,0 +1,45 @@
+// TimedTensors: a sink pad whose tensors are used with the pictures of another pad, not forwarded.
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#pragma once
+#include <gst/gst.h>
+
+#include <vector>
+
+#include "core/tensor/frame_spec.hpp"
+#include "gstcpp/buffer/frame_reader.hpp"
+
+namespace weir::gst {
+
+// None for a buffer without a time or outside the segment, and in segments not in TIME format.
+GstClockTime running_time(const GstSegment& segment, GstClockTime time);
+
+// Reads the data of the pad; a subclass decides what is accepted and stores it. Threads of the pad.
+class TimedTensors {
+ public:
+  virtual ~TimedTensors() = default;
+  // Errors: spec_from_caps(), accept().
+  Status handle(GstEvent* event);
+  // Errors: NOT_NEGOTIATED before caps, FrameReader::read(), bring().
+  Status receive(GstBuffer* buffer);
+  // Call while the pad is inactive: clears its caps and segment for the next stream.
+  void forget_stream();
+
+ protected:
+  TimedTensors();
+  // New caps; they apply to the frames that follow.
+  virtual Status accept(const FrameSpec& spec) = 0;
+  // `tensors` are mapped during the call. `time` is a running time; INT64_MIN: none.
+  virtual Status bring(GstBuffer* buffer, const std::vector<TensorView>& tensors, int64_t time) = 0;
+  virtual void advance(int64_t time) = 0;  // no data before this running time follows
+  virtual void end() = 0;                  // no data follows until a flush
+  virtual void flush(bool on) = 0;         // off: a new stream starts
+
+ private:
+  void gap(GstEvent* event);
+
+  FrameSpec spec_;
+  GstSegment segment_;
+  FrameReader reader_;
+};
+
+}  // namespace weir::gst

@@ -1,0 +1,130 @@
+// Parses ONNX files field by field.
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include "onnx_graph.hpp"
+
+#include <cmath>
+#include <cstring>
+
+#include "protobuf_reader.hpp"
+
+namespace mtcnn::kernels {
+namespace {
+
+using weir::engine::ProtobufReader;
+using Bytes = std::span<const std::byte>;
+
+std::string text_of(const ProtobufReader::Field& field) {
+  return std::string(field.text());
+}
+
+// Repeated numbers are packed or separate.
+bool append_whole(const ProtobufReader::Field& field, std::vector<int64_t>* out) {
+  if (!field.delimited) {
+    out->push_back(static_cast<int64_t>(field.value));
+    return true;
+  }
+  Bytes rest = field.bytes;
+  while (!rest.empty()) {
+    uint64_t value = 0;
+    size_t i = 0;
+    for (unsigned shift = 0;; shift += 7, ++i) {
+      if (i == rest.size() || shift > 63) return false;
+      value |= (static_cast<uint64_t>(rest[i]) & 0x7F) << shift;
+      if (static_cast<uint8_t>(rest[i]) < 0x80) break;
+    }
+    out->push_back(static_cast<int64_t>(value));
+    rest = rest.subspan(i + 1);
+  }
+  return true;
+}
+
+// TensorProto: dims 1, data_type 2, float_data 4 (packed), name 8, raw_data 9.
+bool read_tensor(Bytes bytes, OnnxGraph* out) {
+  constexpr uint64_t kFloat = 1;
+  ProtobufReader reader(bytes);
+  OnnxTensor tensor;
+  std::string name;
+  uint64_t type = 0;
+  Bytes data;
+  for (ProtobufReader::Field field; reader.next(&field);) {
+    if (field.number == 1 && !append_whole(field, &tensor.shape)) return false;
+    if (field.number == 2) type = field.value;
+    if (field.number == 8) name = text_of(field);
+    if ((field.number == 4 || field.number == 9) && field.delimited) data = field.bytes;
+  }
+  if (!reader.good()) return false;
+  if (type != kFloat) return true;
+  size_t left = data.size() / sizeof(float);
+  for (const int64_t extent : tensor.shape) {  // the product, checked for overflow
+    if (extent <= 0 || static_cast<uint64_t>(extent) > left) return false;
+    if (left % static_cast<size_t>(extent) != 0) return false;
+    left /= static_cast<size_t>(extent);
+  }
+  if (left != 1 || data.size() % sizeof(float) != 0) return false;
+  tensor.numbers.resize(data.size() / sizeof(float));
+  std::memcpy(tensor.numbers.data(), data.data(), data.size());
+  for (const float number : tensor.numbers)
+    if (!std::isfinite(number)) return false;
+  out->constants[name] = std::move(tensor);
+  return true;
+}
+
+// NodeProto: input 1, output 2, op_type 4, attribute 5 (AttributeProto: name 1, ints 8).
+bool read_node(Bytes bytes, OnnxGraph* out) {
+  ProtobufReader reader(bytes);
+  OnnxNode node;
+  std::string order;
+  for (ProtobufReader::Field field; reader.next(&field);) {
+    if (field.number == 1) node.inputs.push_back(text_of(field));
+    if (field.number == 2 && node.output.empty()) node.output = text_of(field);
+    if (field.number == 4) node.type = text_of(field);
+    if (field.number != 5 || !field.delimited) continue;
+    ProtobufReader attribute(field.bytes);
+    std::string name;
+    std::vector<int64_t> whole;
+    for (ProtobufReader::Field part; attribute.next(&part);) {
+      if (part.number == 1) name = text_of(part);
+      if (part.number == 8 && !append_whole(part, &whole)) return false;
+    }
+    if (!attribute.good()) return false;
+    if (name == "perm")
+      for (const auto axis : whole) order += std::to_string(axis);
+  }
+  if (node.type == "Transpose") node.type += "_" + order;
+  out->nodes.push_back(std::move(node));
+  return reader.good();
+}
+
+// GraphProto: node 1, initializer 5.
+bool walk_graph(Bytes bytes, OnnxGraph* out) {
+  ProtobufReader reader(bytes);
+  for (ProtobufReader::Field field; reader.next(&field);) {
+    if (field.number == 1 && !read_node(field.bytes, out)) return false;
+    if (field.number == 5 && !read_tensor(field.bytes, out)) return false;
+  }
+  return reader.good();
+}
+
+}  // namespace
+
+weir::Result<OnnxGraph> read_graph(std::span<const std::byte> file, const std::string& name) {
+  OnnxGraph out;
+  ProtobufReader reader(file);  // ModelProto: graph 7
+  bool good = true, found = false;
+  for (ProtobufReader::Field field; good && reader.next(&field);)
+    if (field.number == 7 && field.delimited) {
+      found = true;
+      good = walk_graph(field.bytes, &out);
+    }
+  if (good && found && reader.good()) return out;
+  return weir::Error{
+      .code = weir::Code::MODEL_INVALID,
+      .what = "the file of a network is damaged",
+      .offered = name + ", " + std::to_string(file.size()) + " bytes",
+      .needed = "an ONNX file with all its weights",
+      .difference =
+          found ? "a node or a tensor ends early, or its data does not match its shape" : "",
+      .fix = "examples/mtcnn/fetch"};
+}
+
+}  // namespace mtcnn::kernels

@@ -1,0 +1,182 @@
+// FlexBuffers messages. The library builds everything but the bytes of the tensors, which stand in
+// front as blobs that the vectors then point to: each byte is copied once, to its place.
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include "messages/flexbuf_message.hpp"
+
+#include <flatbuffers/flexbuffers.h>
+
+#include <charconv>
+#include <cstring>
+#include <string_view>
+
+#include "messages/flex_value.hpp"
+
+namespace weir::messages {
+namespace {
+
+constexpr size_t kAlignment = 64;   // of each tensor in a message
+constexpr size_t kLengthBytes = 4;  // in front of a blob; the width of offsets, too
+constexpr uint8_t kBlobType =
+    static_cast<uint8_t>(flexbuffers::FBT_BLOB << 2 | flexbuffers::BIT_WIDTH_32);
+constexpr size_t kParts = 4;  // of a tensor: name, type, dimensions, data
+
+size_t data_after(size_t at) {
+  return (at + kLengthBytes + kAlignment - 1) / kAlignment * kAlignment;
+}
+
+std::string key_of(size_t index) {
+  return "tensor_" + std::to_string(index);
+}
+
+void build(const TensorMessage& message, flexbuffers::Builder* builder) {
+  builder->Clear();
+  builder->ForceMinimumBitWidth(flexbuffers::BIT_WIDTH_32);  // room for offsets to the tensors
+  builder->Map([&] {
+    builder->UInt("num_tensors", message.tensors.size());
+    builder->Int("rate_n", message.rate_n);
+    builder->Int("rate_d", message.rate_d);
+    builder->Int("format", message.format);
+    for (size_t i = 0; i < message.tensors.size(); ++i) {
+      const auto& tensor = message.tensors[i];
+      builder->Vector(key_of(i).c_str(), [&] {
+        builder->String("");
+        builder->Int(tensor.type);
+        builder->Vector(tensor.dimensions.data(), tensor.dimensions.size());
+        builder->Blob(nullptr, 0);  // replaced
+      });
+    }
+  });
+  builder->Finish();
+}
+
+// The elements of a vector as they lie in memory.
+struct Elements : flexbuffers::Vector {
+  explicit Elements(const flexbuffers::Vector& vector) : flexbuffers::Vector(vector) {}
+  uint8_t* data() const { return const_cast<uint8_t*>(data_); }
+  size_t width() const { return byte_width_; }
+};
+
+// Lets the last element of tensor vector `index` refer to the blob at `data`.
+void point_to(const uint8_t* data, size_t index, const flexbuffers::Map& map) {
+  const Elements parts(map[key_of(index).c_str()].AsVector());
+  uint8_t* const element = parts.data() + (kParts - 1) * parts.width();
+  flatbuffers::WriteScalar(element, static_cast<uint32_t>(element - data));
+  parts.data()[kParts * parts.width() + kParts - 1] = kBlobType;
+}
+
+Error not_flexbuf(std::string what, size_t bytes) {
+  return damaged_message(FlexbufMessage::kName, std::move(what), std::to_string(bytes) + " bytes",
+                         "one map of num_tensors, rate_n, rate_d, format and tensor_0, "
+                         "tensor_1, ... in each buffer");
+}
+
+// "tensor_12" is 12.
+std::optional<uint32_t> index_of(std::string_view key) {
+  constexpr std::string_view kPrefix = "tensor_";
+  if (!key.starts_with(kPrefix)) return {};
+  key.remove_prefix(kPrefix.size());
+  if (key.empty() || (key[0] == '0' && key.size() > 1)) return {};
+  uint32_t index = 0;  // unsigned: takes no sign
+  const auto [end, error] = std::from_chars(key.data(), key.data() + key.size(), index);
+  if (end != key.data() + key.size() || error == std::errc::invalid_argument) return {};
+  return error == std::errc() ? index : uint32_t{UINT32_MAX};
+}
+
+bool read_tensor(const FlexValue& value, MessageTensor* tensor) {
+  const auto parts = value.elements();
+  if (value.is_map() || !parts || parts->size() < kParts) return false;
+  const auto type = parts->at(1).integer();
+  const auto vector = parts->at(2);
+  const auto dimensions = vector.elements();
+  const auto data = parts->at(3).blob();
+  if (!type || vector.is_map() || !dimensions || !data ||
+      dimensions->size() > tensor->dimensions.size())
+    return false;
+  tensor->type =
+      *type < 0 || *type > WEIR_TYPE_END ? uint32_t{WEIR_TYPE_END} : static_cast<uint32_t>(*type);
+  for (size_t i = 0; i < dimensions->size(); ++i) {
+    const auto dimension = dimensions->at(i).integer();
+    if (!dimension || *dimension < 0 || *dimension > UINT32_MAX) return false;
+    tensor->dimensions[i] = static_cast<uint32_t>(*dimension);
+  }
+  tensor->data = *data;
+  return true;
+}
+
+bool read_int32(const FlexValue& value, int32_t* out) {
+  const auto number = value.integer();
+  if (!number || *number < INT32_MIN || *number > INT32_MAX) return false;
+  *out = static_cast<int32_t>(*number);
+  return true;
+}
+
+}  // namespace
+
+struct FlexbufMessage::Room {
+  flexbuffers::Builder builder;
+};
+
+FlexbufMessage::FlexbufMessage() : room_(std::make_unique<Room>()) {}
+FlexbufMessage::FlexbufMessage(FlexbufMessage&&) noexcept = default;
+FlexbufMessage::~FlexbufMessage() = default;
+
+Status FlexbufMessage::write(const TensorMessage& message, const ReserveBytes& reserve) {
+  build(message, &room_->builder);
+  const auto& rest = room_->builder.GetBuffer();
+  uint64_t total = 0;
+  for (const auto& tensor : message.tensors) {
+    total = data_after(total) + tensor.data.size();
+    if (auto status = check_size(kName, total); !status) return status;
+  }
+  const auto rest_at = static_cast<size_t>((total + 7) / 8 * 8);
+  if (auto status = check_size(kName, rest_at + rest.size()); !status) return status;
+  auto* const out = reinterpret_cast<uint8_t*>(reserve(rest_at + rest.size()));
+  std::memcpy(out + rest_at, rest.data(), rest.size());
+  const auto map = flexbuffers::GetRoot(out + rest_at, rest.size()).AsMap();
+  size_t at = 0;
+  for (size_t i = 0; i < message.tensors.size(); ++i) {
+    const auto data = message.tensors[i].data;
+    const size_t begin = data_after(at), length_at = begin - kLengthBytes;
+    std::memset(out + at, 0, length_at - at);
+    flatbuffers::WriteScalar(out + length_at, static_cast<uint32_t>(data.size()));
+    if (!data.empty()) std::memcpy(out + begin, data.data(), data.size());
+    point_to(out + begin, i, map);
+    at = begin + data.size();
+  }
+  std::memset(out + at, 0, rest_at - at);
+  return ok();
+}
+
+Status FlexbufMessage::parse(std::span<const std::byte> bytes, TensorMessage* message) {
+  message->clear();
+  if (auto status = check_size(kName, bytes.size()); !status) return status;
+  const auto map = FlexValue::root(bytes);
+  const auto entries = map && map->is_map() ? map->elements() : std::nullopt;
+  if (!entries) return not_flexbuf("its map cannot be read", bytes.size());
+  int32_t count = 0, format = 0;
+  size_t found = 0;
+  for (size_t i = 0; i < entries->size(); ++i) {
+    const auto key = entries->key_at(i);
+    if (!key) return not_flexbuf("a key cannot be read", bytes.size());
+    const FlexValue value = entries->at(i);
+    const auto index = index_of(*key);
+    bool good = true;
+    if (*key == "num_tensors") good = read_int32(value, &count);
+    if (*key == "rate_n") good = read_int32(value, &message->rate_n);
+    if (*key == "rate_d") good = read_int32(value, &message->rate_d);
+    if (*key == "format") good = read_int32(value, &format);
+    if (index && *index >= WEIR_TENSOR_LIMIT) return too_many_tensors(kName, uint64_t{*index} + 1);
+    if (index) {
+      if (message->tensors.size() <= *index) message->tensors.resize(size_t{*index} + 1);
+      good = read_tensor(value, &message->tensors[*index]);
+      ++found;
+    }
+    if (!good) return not_flexbuf(std::string(*key) + " cannot be read", bytes.size());
+  }
+  if (found != message->tensors.size())
+    return not_flexbuf("its tensors are not numbered from 0", bytes.size());
+  message->format = static_cast<uint32_t>(format);
+  return check_message(kName, static_cast<uint32_t>(count), bytes.size(), *message);
+}
+
+}  // namespace weir::messages

@@ -1,0 +1,177 @@
+#!/usr/bin/python3
+# SPDX-License-Identifier: LGPL-2.1-or-later
+"""Tests of tools/lint and tools/checks, which look at the sources, in folders of their own. The last line is
+`N passed, N failed`.
+"""
+
+import json
+import os
+import pathlib
+import shutil
+import subprocess
+import sys
+import tempfile
+import unittest
+
+from tools_test import TOOLS, main, write_program
+
+
+class Lint(unittest.TestCase):
+    """With stand-ins for ninja, which knows who includes what, and for clang-tidy, which finds `bad` in every file it reads."""
+
+    SOURCES = {"src/one.cpp": '#include "one.hpp"\n', "src/one.hpp": "", "src/two.cpp": "bad\n", "src/deep.hpp": "bad\n",
+               "src/one_test.cpp": "bad\n", "src/tests/harness.hpp": "bad\n", "benchmarks/cost.cpp": "bad\n", "src/off.cpp": ""}
+    NINJA = """#!/bin/bash
+printf 'one.o: #deps 2\\n    ../src/one.hpp\\n    ../src/deep.hpp\\n\\ntwo.o: #deps 1\\n    /usr/include/x.h\\n'
+"""
+    CLANG_TIDY = """#!/bin/bash
+file=${@: -1} folder=$(dirname "${@: -1}")
+echo "$(basename "$file") $*" >> "$FAKE/calls"
+for each in "$file" $([[ $file != */one.cpp ]] || echo "$folder/one.hpp $folder/deep.hpp"); do
+  ! grep -q bad "$each" || echo "../src/$(basename "$each"):1:1: warning: bad [bugprone-bad]"
+done
+"""
+
+    def setUp(self):
+        self.root = pathlib.Path(self.enterContext(tempfile.TemporaryDirectory(prefix="weir-lint-")))
+        for name, text in self.SOURCES.items():
+            (self.root / name).parent.mkdir(exist_ok=True)
+            (self.root / name).write_text(text)
+        for name in ("lint", "sources"):
+            (self.root / "tools").mkdir(exist_ok=True)
+            shutil.copy(TOOLS / name, self.root / "tools")
+        build = self.root / "build"
+        build.mkdir()
+        entries = [{"directory": str(build), "file": f"../src/{name}.cpp", "output": f"{name}.o",
+                    "command": f"c++ -fvect-cost-model=dynamic -o {name}.o -c ../src/{name}.cpp"} for name in ("one", "two", "one_test")]
+        (build / "compile_commands.json").write_text(json.dumps(entries))
+        programs = self.root / "programs"
+        programs.mkdir()
+        write_program(programs / "ninja", self.NINJA)
+        write_program(programs / "clang-tidy", self.CLANG_TIDY)
+        self.environment = dict(os.environ, PATH=f"{programs}:/usr/bin:/bin", FAKE=str(self.root))
+        (self.root / ".gitignore").write_text("build\nprograms\ncalls\n")
+        self.git("init", "-q")
+
+    def git(self, *arguments, where=None):
+        subprocess.run(["git", "-c", "user.name=a", "-c", "user.email=a@b", *arguments], cwd=where or self.root, check=True,
+                       capture_output=True)
+
+    def commit(self, *names):
+        self.git("add", *names)
+        self.git("commit", "-q", "-m", "more")
+
+    def lint(self, *options):
+        done = subprocess.run([self.root / "tools" / "lint", *options, "build"], cwd=self.root, env=self.environment, text=True,
+                              capture_output=True, check=False)
+        return done.returncode, done.stdout.splitlines() + done.stderr.splitlines()
+
+    def test_checks_the_product_without_its_tests(self):
+        status, lines = self.lint()
+        self.assertEqual((status, lines[-1]), (1, "2 passed, 2 failed"), lines)
+        self.assertEqual([line for line in lines if line.startswith("FAILED")], ["FAILED src/deep.hpp", "FAILED src/two.cpp"])
+        self.assertIn("   src/two.cpp:1:1: bad [bugprone-bad]", lines)
+        self.assertIn("not compiled in build: src/off.cpp", lines)
+
+    def test_a_header_is_checked_once_with_a_source_that_includes_it(self):
+        self.lint()
+        calls = (self.root / "calls").read_text()
+        self.assertEqual(sorted(call.split()[0] for call in calls.splitlines()), ["one.cpp", "two.cpp"])
+        self.assertIn("-clang-analyzer-*", calls)
+
+    def test_changed_files_are_those_of_the_last_commits_and_of_no_commit(self):
+        self.commit(".")
+        for name in ("two.cpp", "one.hpp", "one_test.cpp"):
+            (self.root / "src" / name).write_text("// changed\n")
+            self.commit("src")
+        self.assertEqual(self.lint("--changed", "2"), (0, ["1 passed, 0 failed"]))
+        self.assertEqual(self.lint("--changed", "3"), (0, ["2 passed, 0 failed"]))
+        (self.root / "src" / "one.cpp").write_text("bad\n")
+        self.assertEqual(self.lint("--changed", "2")[1][-1], "1 passed, 1 failed")
+
+    def test_of_many_changed_files_the_newest_are_checked(self):
+        self.commit(".")
+        (self.root / "src" / "one.cpp").write_text("// changed\n")
+        self.commit("src")
+        self.assertEqual(self.lint("--changed", "9", "--most", "1", "--list")[1],
+                         ["not compiled in build: src/off.cpp", "3 of 4 files are left out: --most 1", "src/one.cpp"])
+
+    def test_a_shallow_clone_is_checked_as_far_as_git_knows_it(self):
+        self.commit(".")
+        for _ in range(2):
+            with (self.root / "src" / "one.cpp").open("a") as file:
+                file.write("// changed\n")
+            self.commit("src")
+        clone = self.root.parent / (self.root.name + "-clone")
+        self.addCleanup(shutil.rmtree, clone, ignore_errors=True)
+        self.git("clone", "-q", "--depth", "2", f"file://{self.root}", str(clone))
+        shutil.copytree(self.root / "build", clone / "build")
+        commands = clone / "build" / "compile_commands.json"
+        commands.write_text(commands.read_text().replace(str(self.root), str(clone)))
+        self.root = clone
+        self.assertEqual(self.lint("--changed", "1"), (0, ["1 passed, 0 failed"]))
+        self.assertEqual(self.lint("--changed", "30")[1][-1], "2 passed, 2 failed")
+
+    def test_a_source_that_clang_tidy_cannot_read_fails(self):
+        write_program(self.root / "programs" / "clang-tidy", "#!/bin/bash\necho 'Error while processing' >&2\nexit 1\n")
+        status, lines = self.lint()
+        self.assertEqual(status, 1)
+        self.assertIn("   src/two.cpp: Error while processing", lines)
+
+
+class Compatibility(unittest.TestCase):
+    """tools/checks compatibility, over a tree with one page."""
+
+    PAGE = "docs/" + "compatibility/muxing.md"  # written apart: it is no page of this checkout
+    TEXT = ("# 6. Muxing\n\n## 6.1 Time `sync-mode`\n\nSee [6.2](#62-pads).\n\n## 6.2 Pads\n\n"
+            "```text\n## 6.3 no heading\n```\n")
+
+    def check(self, name, text):
+        """The exit status and what is found where the tree has a file of this name and text."""
+        with tempfile.TemporaryDirectory(prefix="weir checks ") as folder:
+            root = pathlib.Path(folder)
+            for path, content in ((self.PAGE, self.TEXT), (name, text)):
+                (root / path).parent.mkdir(parents=True, exist_ok=True)
+                (root / path).write_text(content)
+            (root / "tools").mkdir(exist_ok=True)
+            for tool in ("checks", "sources"):
+                shutil.copy(TOOLS / tool, root / "tools")
+            result = subprocess.run([root / "tools/checks", "compatibility"], text=True, capture_output=True, check=False)
+        self.assertEqual(result.stderr, "")
+        return result.returncode, [line.strip() for line in result.stdout.splitlines() if line.startswith("   ")]
+
+    def test_pages_and_headings_that_exist_are_no_finding(self):
+        for text in (f"// {self.PAGE} 6.1: pads.\n", f"// Rules ({self.PAGE} 6.1, 6.2 and 6.1).\n", f"// {self.PAGE}\n",
+                     f"// By {self.PAGE}\n// 6.2.\n", "int x = 6.9;\n"):
+            with self.subTest(text):
+                self.assertEqual(self.check("src/mux.cpp", text), (0, []))
+
+    def test_a_page_that_is_missing_is_reported_with_its_place(self):
+        text = "\n// " + self.PAGE.replace("muxing", "mixing") + " 6.1\n"
+        self.assertEqual(self.check("src/mux.cpp", text),
+                         (1, ["src/mux.cpp:2: docs/compatibility has no page mixing.md"]))
+
+    def test_a_heading_that_is_missing_is_reported_with_its_place(self):
+        for text in (f"// {self.PAGE} 6.4\n", f"// {self.PAGE} 6.1, 6.4 and 6.2\n", f"// {self.PAGE} 6.1 and 6.4\n",
+                     f"// {self.PAGE}\n// 6.4\n", f"# {self.PAGE}\n# 6.4\n"):
+            with self.subTest(text):
+                self.assertEqual(self.check("include/mux.h", text),
+                                 (1, [f"include/mux.h:1: {self.PAGE} has no heading 6.4"]))
+
+    def test_a_heading_in_a_code_block_is_none(self):
+        self.assertEqual(self.check("a.py", f"# {self.PAGE} 6.3\n"), (1, [f"a.py:1: {self.PAGE} has no heading 6.3"]))
+
+    def test_links_to_headings_that_exist_are_no_finding(self):
+        for link in ("../compatibility/muxing.md#61-time-sync-mode", "../compatibility/muxing.md", "mux.md#anything"):
+            with self.subTest(link):
+                self.assertEqual(self.check("docs/guide/mux.md", f"[6.1]({link})\n"), (0, []))
+
+    def test_a_link_to_a_heading_that_is_missing_is_reported_with_its_place(self):
+        self.assertEqual(self.check("docs/guide/mux.md", "\n\n[6.1](../compatibility/muxing.md#61-time)\n"),
+                         (1, [f"docs/guide/mux.md:3: {self.PAGE} has no heading #61-time"]))
+        self.assertEqual(self.check(self.PAGE.replace("muxing", "loops"), "[6.1](muxing.md#61-time)\n"),
+                         (1, [f"{self.PAGE.replace('muxing', 'loops')}:1: {self.PAGE} has no heading #61-time"]))
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.modules[__name__]))
