@@ -75,7 +75,7 @@ class ConverterOutput {
         bytes = 0;
     if (bytes == 0 || bytes > INT64_MAX || info.rank > WEIR_RANK_LIMIT)
       throw Failure({.code = Code::LIMIT_EXCEEDED,
-                     .what = "a converter describes a tensor that cannot be",
+                     .what = "a converter describes an invalid tensor",
                      .offered = describe(info),
                      .needed = "a type, and dimensions of at least 1"});
     bytes += header_bytes;

@@ -210,7 +210,7 @@ static void texts_and_names_are_refused(void) {
                 "null pointer");
   OK(ml_pipeline_src_get_handle(pipe, "in", &src));
   CHECK_REFUSED(ml_pipeline_src_input_data(src, data, ML_PIPELINE_BUF_POLICY_AUTO_FREE),
-                ML_ERROR_TRY_AGAIN, "it is stopped");
+                ML_ERROR_TRY_AGAIN, "the pipeline is stopped");
   CHECK_REFUSED(ml_pipeline_src_input_data(src, data, (ml_pipeline_buf_policy_e)9),
                 ML_ERROR_INVALID_PARAMETER, "policy is not a value");
   CHECK_REFUSED(ml_pipeline_src_input_data(data, data, ML_PIPELINE_BUF_POLICY_AUTO_FREE),

@@ -116,7 +116,7 @@ static void data_is_zero_and_takes_copies(void) {
   CHECK(values && values[0] == 3 && values[1] == 2);
   CHECK_REFUSED(ml_tensors_data_set_tensor_data(data, 0, given, sizeof given + 1),
                 ML_ERROR_INVALID_PARAMETER,
-                "tensor 0 has another size\n  offered: 17 bytes\n  needed: 1 to 16 bytes");
+                "tensor 0 has the wrong size\n  offered: 17 bytes\n  needed: 1 to 16 bytes");
   CHECK_REFUSED(ml_tensors_data_set_tensor_data(data, 0, given, 0), ML_ERROR_INVALID_PARAMETER,
                 "offered: 0 bytes");
   CHECK_REFUSED(ml_tensors_data_set_tensor_data(data, 1, given, 4), ML_ERROR_INVALID_PARAMETER,

@@ -123,15 +123,15 @@ TEST(SubPluginDecoder, IsRejectedWithAMessage) {
         << "the second time";
   EXPECT_SAYS(refusal("renamed"), "needed: the decoder renamed");
   EXPECT_SAYS(refusal("nameless"),
-              "a decoder was refused: the decoder without a name lacks required parts (without "
+              "a decoder was rejected: the decoder without a name lacks required parts (without "
               "modename)");
   EXPECT_SAYS(refusal("halved"),
               "the decoder halved lacks required parts (without getOutCaps, decode)");
-  EXPECT_SAYS(refusal("auto"), "a decoder was refused: this name is reserved (auto)");
-  EXPECT_SAYS(refusal("reserved"), "a decoder was refused: this name is reserved (Auto)");
+  EXPECT_SAYS(refusal("auto"), "a decoder was rejected: this name is reserved (auto)");
+  EXPECT_SAYS(refusal("reserved"), "a decoder was rejected: this name is reserved (Auto)");
   harness("mode=bare", kThree);
   EXPECT_SAYS(refusal("copied"),
-              "a decoder was refused: another decoder has this name already (bare)");
+              "a decoder was rejected: another decoder has this name already (bare)");
 }
 
 TEST(SubPluginDecoder, IsSearchedInItsFoldersOnly) {

@@ -42,7 +42,7 @@ TEST(SubPluginTrainer, IsListed) {
 TEST(SubPluginTrainer, IsRejectedWithAMessage) {
   for (int i = 0; i < 2; ++i) {
     EXPECT_SAYS(refusal("unnamed"),
-                "a trainer was refused: the trainer's getFrameworkInfo returns no name (NULL)");
+                "a trainer was rejected: the trainer's getFrameworkInfo returns no name (NULL)");
     EXPECT_SAYS(refusal("later"), "the trainer has another interface version (0xDEAFDEAD00020000)");
     EXPECT_SAYS(refusal("partly"),
                 "the trainer partly lacks required parts (without stop, push_data)");

@@ -151,8 +151,9 @@ TEST(PipelineControl, RejectsElementsOfADifferentKind) {
 TEST(PipelineControl, RejectsInvalidDescriptions) {
   EXPECT_REFUSED(Pipeline::parse("tensor_filtre ! fakesink"), OPTION_VALUE,
                  "first difference: did you mean tensor_filter?");
-  EXPECT_REFUSED(Pipeline::parse("fakesrc ! "), OPTION_SYNTAX, "the text of the pipeline");
-  EXPECT_REFUSED(Pipeline::parse(""), OPTION_SYNTAX, "the text of the pipeline");
+  EXPECT_REFUSED(Pipeline::parse("fakesrc ! "), OPTION_SYNTAX,
+                 "a description that gst-launch-1.0 accepts");
+  EXPECT_REFUSED(Pipeline::parse(""), OPTION_SYNTAX, "a description that gst-launch-1.0 accepts");
   EXPECT_REFUSED(Pipeline::parse("fakesrc nothing=1 ! fakesink"), OPTION_VALUE,
                  "fakesrc has no such property\n  offered: nothing");
   EXPECT_REFUSED(Pipeline::parse("videotestsrc patern=ball ! fakesink"), OPTION_VALUE,
@@ -162,7 +163,7 @@ TEST(PipelineControl, RejectsInvalidDescriptions) {
                  "  needed: one of: no, upstream, downstream\n"
                  "  first difference: did you mean upstream?");
   EXPECT_REFUSED(Pipeline::parse("fakesrc ! ! fakesink"), OPTION_SYNTAX,
-                 "the text of the pipeline");
+                 "a description that gst-launch-1.0 accepts");
 }
 
 TEST(PipelineControl, RejectsIncompleteFrames) {
@@ -177,7 +178,7 @@ TEST(PipelineControl, RejectsIncompleteFrames) {
                  "an extent of -1");
   EXPECT_REFUSED(p.push("in", std::span<const weir::TensorView>()), LIMIT_EXCEEDED, "1 to 256");
   const std::vector<weir::TensorView> odd{weir::TensorView(x.data(), 8, 77, {2})};
-  EXPECT_REFUSED(p.push("in", odd), TYPE_SYNTAX, "a type that is not known");
+  EXPECT_REFUSED(p.push("in", odd), TYPE_SYNTAX, "an unknown type");
 }
 
 TEST(PipelineControl, ErrorsOfElementsFailEveryCallUntilStop) {

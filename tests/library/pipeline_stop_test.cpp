@@ -205,7 +205,7 @@ TEST(PipelineWait, EndsWhenThePipelineIsStopped) {
     ASSERT_TRUE(p.stop());
     ASSERT_TRUE(p.start());
   }
-  EXPECT_REFUSED(waits.get(), CANCELLED, "it is stopped");
+  EXPECT_REFUSED(waits.get(), CANCELLED, "the pipeline is stopped and processes no frames");
 }
 
 constexpr char kOwn[] = "a callback cannot change the state of its own pipeline";

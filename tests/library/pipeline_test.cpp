@@ -257,7 +257,7 @@ TEST(Pipeline, StartsAgainAfterAStop) {
     EXPECT_EQ(p.state(), PipelineState::Stopped);
   }
   EXPECT_REFUSED(p.push("in", span({1}), {.shape = {1}}), CANCELLED, "fix: pipeline.start()");
-  EXPECT_REFUSED(p.pull("out", 1ms), CANCELLED, "it is stopped");
+  EXPECT_REFUSED(p.pull("out", 1ms), CANCELLED, "the pipeline is stopped and processes no frames");
 }
 
 // The plug-in and this program share one registry of conditions.

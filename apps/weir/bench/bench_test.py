@@ -60,7 +60,7 @@ class Bench(Case):
         self.assertEqual([c["custom"] for c in told["cases"]], ["rows:2,drop-at:1"])
         self.assertIn("custom=rows:2,drop-at:1", told["launch"])
         self.assertIn("batch-size=2", told["launch"])
-        self.assertTrue(any("gathers" in note for note in told["notes"]))
+        self.assertTrue(any("collects" in note for note in told["notes"]))
 
     @unittest.skipUnless(HAS_ONNX, "the engine onnxruntime is not built")
     def test_engines_are_found_by_the_file(self):

@@ -26,7 +26,7 @@ TEST_F(DirectTest, RejectsADifferentType) {
                  "input 0 (x) has a different type than the model's\n  offered: int32\n"
                  "  needed: float32");
   input.info.type = 99;
-  EXPECT_REFUSED(model->invoke(std::array{input}), TYPE_SYNTAX, "has a type that is not known");
+  EXPECT_REFUSED(model->invoke(std::array{input}), TYPE_SYNTAX, "has an unknown type");
 }
 
 TEST_F(DirectTest, RejectsAShapeThatTheModelDoesNotHave) {
@@ -62,7 +62,8 @@ TEST_F(DirectTest, RejectsUnsuitableOutputMemory) {
   Values small(1), right(2);
   std::array input{lend(kTwo, {1, 2})};
   std::array into{lend(small)};
-  EXPECT_REFUSED(model->invoke(input, into), FRAME_SIZE, "output 0 (y) has another size");
+  EXPECT_REFUSED(model->invoke(input, into), FRAME_SIZE,
+                 "output 0 (y) has a size that does not match its shape");
   std::array two{lend(right), lend(right)};
   EXPECT_REFUSED(model->invoke(input, two), SPEC_MISMATCH,
                  "the model has a different number of outputs");

@@ -96,7 +96,7 @@ TEST_F(TimeoutTest, DoesNotAccessTheMemoryOfACallerThatTimedOut) {
     auto x = std::make_unique<Values>(Values{5, 6});
     auto y = std::make_unique<Values>(Values{0, 0});
     std::array into{lend(*y)};
-    EXPECT_REFUSED(model->invoke(std::array{lend(*x, {1, 2})}, into), WORKER_TIMEOUT, "in time");
+    EXPECT_REFUSED(model->invoke(std::array{lend(*x, {1, 2})}, into), WORKER_TIMEOUT, "timed out");
     (*x)[0] = 99;
   }  // freed: AddressSanitizer reports later accesses
   model.reset();

@@ -73,14 +73,14 @@ Result<Canvas> Canvas::make(const preprocess::Picture& picture, const Planes& pl
     const int64_t row_bytes = samples(picture.width, lane.halved) * lane.step;
     if (!holds(planes[i], samples(picture.height, lane.halved), row_bytes))
       return Error{.code = Code::FRAME_SIZE,
-                   .what = "a picture is shorter than its size says",
+                   .what = "a picture is shorter than its size requires",
                    .offered = "plane " + std::to_string(i) + " of " +
                               std::to_string(planes[i].memory.size()) + " bytes, offset " +
                               std::to_string(planes[i].offset) + ", stride " +
                               std::to_string(planes[i].stride),
                    .needed = std::string(picture.format.name) + " " +
                              std::to_string(picture.width) + "x" + std::to_string(picture.height),
-                   .fix = "check the element before"};
+                   .fix = "check the upstream element"};
   }
   return out;
 }

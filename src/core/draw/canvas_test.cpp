@@ -110,7 +110,7 @@ TEST(Canvas, RefusesPlanesThatAreTooShort) {
       const auto canvas = Canvas::make(picture.picture, picture.planes);
       ASSERT_FALSE(canvas) << format << " " << what;
       EXPECT_EQ(canvas.error().code, Code::FRAME_SIZE);
-      EXPECT_SAYS(canvas.error().message(), "shorter than its size says");
+      EXPECT_SAYS(canvas.error().message(), "shorter than its size requires");
       picture.planes[last] = whole;
     };
     picture.planes[last].memory = whole.memory.first(whole.memory.size() - 6);

@@ -296,7 +296,7 @@ TEST(Plan, RejectsMemoryThatIsTooShort) {
     const auto status = plan->run(planes, out, &workspace);
     ASSERT_FALSE(status) << format;
     EXPECT_EQ(status.error().code, Code::FRAME_SIZE);
-    EXPECT_SAYS(status.error().message(), "shorter than its size says");
+    EXPECT_SAYS(status.error().message(), "shorter than its size requires");
     planes = pixels.planes;
     planes[0].stride = -1;
     EXPECT_FALSE(plan->run(planes, out, &workspace));

@@ -63,7 +63,7 @@ Result<TensorGroups> parse_tensor_groups(std::string_view property, std::string_
 Error index_beyond(std::string_view property, std::string_view things, size_t index, size_t count) {
   return Error{
       .code = Code::OPTION_VALUE,
-      .what = std::string(property) + " names a " + std::string(things) + " that is not there",
+      .what = std::string(property) + " names a " + std::string(things) + " that does not exist",
       .offered = "index " + std::to_string(index),
       .needed = "an index below " + std::to_string(count) + ": there are " + std::to_string(count) +
                 " " + std::string(things) + "s",

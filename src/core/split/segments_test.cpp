@@ -211,7 +211,7 @@ TEST(Split, RejectsImpossibleSegments) {
   EXPECT_SAYS(refused({{Shape{1}}, {}, 16, 0}, input), "split-dim is not a dimension");
   auto picks = line("1:4,2:4");
   picks.picks = {1, 2};
-  EXPECT_SAYS(refused(picks, input), "tensorpick names a segment that is not there");
+  EXPECT_SAYS(refused(picks, input), "tensorpick names a segment that does not exist");
   EXPECT_SAYS(refused(picks, input), "there are 2 segments");
 }
 

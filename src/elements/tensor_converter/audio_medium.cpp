@@ -51,7 +51,7 @@ Result<StreamPlan> AudioMedium::configure(const GstCaps* caps, const Preferences
 }
 
 Result<MediumFrames> AudioMedium::frames(gst::Ref<GstBuffer> buffer, Ledger*) {
-  if (auto status = whole_frames(buffer.get(), plan_, "check the element before"); !status)
+  if (auto status = whole_frames(buffer.get(), plan_, "check the upstream element"); !status)
     return status.error();
   return MediumFrames{std::move(buffer), {}, {}};
 }

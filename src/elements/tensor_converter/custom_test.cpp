@@ -130,7 +130,7 @@ TEST(ConverterCustomCode, ThatCheatsIsNamed) {
       text,
       "WEIR-5003: the function cheating produced a tensor whose size differs from its description");
   EXPECT_SAYS(text, "offered: 1 bytes\n  needed: 3 bytes for uint8 3");
-  EXPECT_SAYS(text, "fix: mend the function cheating");
+  EXPECT_SAYS(text, "fix: correct the function cheating");
 }
 
 TEST(ConverterCustomCode, OfAnUnknownNameIsAnErrorAtTheFirstFrame) {

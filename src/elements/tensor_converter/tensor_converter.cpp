@@ -388,7 +388,7 @@ class TensorConverter : public gst::Element<TensorConverter, gst::PlainElement> 
                    .what = "a buffer is empty",
                    .offered = "0 bytes",
                    .needed = "at least one frame",
-                   .fix = "check the element before"};
+                   .fix = "check the upstream element"};
     auto frames = medium_->frames(std::move(buffer), &ledger_);
     if (!frames || frames->tensors.empty()) return frames;
     const Format format = frames->is_flexible ? Format::Flexible : planned_format_;

@@ -29,7 +29,7 @@ void* BufferSink::reserve(uint64_t bytes) {
 Status BufferSink::share_input(uint32_t index) {
   if (!out_ || index >= reader_->tensors().size())
     return Error{.code = Code::CALLBACK_FAILED,
-                 .what = "a decoder shares a tensor that is not there",
+                 .what = "a decoder shares a tensor that does not exist",
                  .offered = std::to_string(index)};
   const auto& view = reader_->tensors()[index];
   if (view.memory < 0) {

@@ -85,7 +85,7 @@ TEST_F(DecoderScript, WhoseCapsCannotBeReadIsRefused) {
 TEST_F(DecoderScript, ThatIsNotThereIsNamed) {
   EXPECT_SAYS(error_of("mode=python3"), "WEIR-1004: mode=python3 has no script");
   const auto error = error_of("mode=python3 option1=/nonexistent/x.py");
-  EXPECT_SAYS(error, "WEIR-4001: the script is not there");
+  EXPECT_SAYS(error, "WEIR-4001: the script does not exist");
   EXPECT_SAYS(error, "offered: /nonexistent/x.py");
 }
 

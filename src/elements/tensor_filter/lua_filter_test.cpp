@@ -182,7 +182,7 @@ TEST_F(LuaFilter, WithholdsLibrariesIfTheConfigurationIsInvalid) {
       {"[lua\nsandbox = true\n", ":1: the group name cannot be read"},
       {"[lua]\nsandbox true\n", ":2: the line is neither"},
       {std::string((1 << 20) + 1, '\n'), ": the file is too long"},
-      {"", " cannot be read: it is not there"},  // no file
+      {"", " cannot be read: it does not exist"},  // no file
   };
   for (const auto& [text, what] : cases) {
     std::remove(path.c_str());

@@ -90,7 +90,7 @@ TEST(TensorFilterRows, AlignmentAppliesToEachPart) {
 
 TEST(TensorFilterRows, ReportsBatchesThatCannotBeSplit) {
   const std::string fixed = start_error(line("invoke-rows=2 custom=rows:4"));
-  EXPECT_SAYS(fixed, "WEIR-3013: the model's batch cannot be cut into parts");
+  EXPECT_SAYS(fixed, "WEIR-3013: the model's batch cannot be split");
   EXPECT_SAYS(fixed, "offered: 4 rows");
   EXPECT_SAYS(fixed, "first difference: input 0");
   EXPECT_SAYS(fixed, "fix: tensor_filter invoke-rows=0 invoke-threads=1");

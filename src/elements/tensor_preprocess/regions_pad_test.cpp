@@ -176,7 +176,7 @@ TEST(RegionsPad, RejectsInvalidBoxes) {
           (std::string("other/tensors,format=static,num_tensors=1,framerate=10/1,") + tensor)
               .c_str());
     });
-    EXPECT_SAYS(text, "the stream of regions is not of boxes");
+    EXPECT_SAYS(text, "the stream of regions does not contain boxes");
     EXPECT_SAYS(text, "x, y, width and height of each box");
   }
   auto b = both("");

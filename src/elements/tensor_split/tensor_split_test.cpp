@@ -236,7 +236,7 @@ TEST(TensorSplitRejects, SegmentsBeyondTheTensor) {
               "segments 0 to 1 = 5 along dimension 1 of 4");
   EXPECT_SAYS(caps_refused("split-dim=1 split-parts=3", one("3:4")), "4 / 3 leaves 1");
   EXPECT_SAYS(caps_refused("tensorseg=3:4 tensorpick=1", one("3:4")),
-              "tensorpick names a segment that is not there");
+              "tensorpick names a segment that does not exist");
 }
 
 TEST(TensorSplitRejects, TyposAtTheStart) {

@@ -68,7 +68,7 @@ TEST(SplitPropertyChange, ASecondWriteCompletesTheFirst) {
   g_object_set(split.element(), "tensorseg", "4", nullptr);
   ASSERT_EQ(split.push(frame_of({{1, 2, 3, 4}})), GST_FLOW_OK);
   EXPECT_EQ(content(split.take("src_0").get(), 0), (Bytes{2, 3, 4}));
-  EXPECT_SAYS(split.warning(), "tensorpick names a segment that is not there");
+  EXPECT_SAYS(split.warning(), "tensorpick names a segment that does not exist");
   EXPECT_EQ(read(split, "tensorseg"), "1,3");
   g_object_set(split.element(), "tensorpick", "0", nullptr);
   ASSERT_EQ(split.push(frame_of({{1, 2, 3, 4}})), GST_FLOW_OK);

@@ -73,7 +73,7 @@ TEST(ConverterStream, TellsFlexibleFramesFromStaticOnes) {
   flexible = 1;
   bytes_made = kTensorHeaderBytes + 8;
   EXPECT_EQ(converted(), "flexible");
-  EXPECT_SAYS((flexible = 0, converted()), "another size than it says");
+  EXPECT_SAYS((flexible = 0, converted()), "whose size differs from its description");
   bytes_made = 8;
   EXPECT_EQ(converted(), "static");
 }

@@ -260,8 +260,8 @@ TEST_F(Python3, SaysWhatIsWrongWithAScript) {
     const auto opened = open_path(path);
     return opened ? "" : opened.error().message();
   };
-  EXPECT_SAYS(error_of("/nonexistent/x.py"), "WEIR-4001: the script is not there");
-  EXPECT_SAYS(error_of(testing::TempDir()), "WEIR-4001: the script is not there");
+  EXPECT_SAYS(error_of("/nonexistent/x.py"), "WEIR-4001: the script does not exist");
+  EXPECT_SAYS(error_of(testing::TempDir()), "WEIR-4001: the script does not exist");
   EXPECT_SAYS(error_of(script("weir_empty", "")), "the script has no class CustomConverter");
   EXPECT_SAYS(error_of(script("weir_syntax", "class:\n")), "WEIR-3007: the script failed");
   EXPECT_SAYS(error_of(script("weir_syntax", "class:\n")), "SyntaxError");

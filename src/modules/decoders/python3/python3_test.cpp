@@ -172,7 +172,7 @@ TEST_F(Python3Decoder, MustNotKeepItsInput) {
 TEST_F(Python3Decoder, SaysWhatIsWrongWithAScript) {
   EXPECT_SAYS(decode_with("").error, "WEIR-1004: mode=python3 has no script");
   EXPECT_SAYS(decode_with("").error, "fix: tensor_decoder mode=python3 option1=/path/to/script.py");
-  EXPECT_SAYS(decode_with("/nonexistent/x.py").error, "WEIR-4001: the script is not there");
+  EXPECT_SAYS(decode_with("/nonexistent/x.py").error, "WEIR-4001: the script does not exist");
   EXPECT_SAYS(decode_with(script("")).error, "the script has no class CustomDecoder");
   EXPECT_SAYS(decode_with(script("class:\n")).error, "SyntaxError");
   EXPECT_SAYS(decode_with(script("class CustomDecoder:\n  pass\n")).error, "AttributeError");

@@ -289,7 +289,7 @@ TEST_F(OnnxRuntime, AppliesItsOptions) {
   EXPECT_TRUE(open(model, {{"NumThread", "2"}}));
   const auto log = take_log();
   ASSERT_EQ(log.size(), 1u);
-  EXPECT_SAYS(log[0], "NumThread is not known");
+  EXPECT_SAYS(log[0], "NumThread is unknown");
 }
 
 TEST_F(OnnxRuntime, ASingleModelUsesAllCoresAndSpins) {

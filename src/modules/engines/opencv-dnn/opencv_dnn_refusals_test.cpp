@@ -84,7 +84,7 @@ TEST_F(OpencvDnnRejects, DescriptionsThatCannotBeReadByTheirLine) {
   }
   std::string deep;
   for (int i = 0; i < 100; ++i) deep += "a {";
-  EXPECT_SAYS(error_of(open_caffe(deep, product_weights())).offered, "without end");
+  EXPECT_SAYS(error_of(open_caffe(deep, product_weights())).offered, "nested too deeply");
   EXPECT_SAYS(error_of(open_caffe("name: \"a\"", product_weights())).what, "has no layer");
   for (const auto& [text, words] : std::vector<std::pair<std::string, std::string>>{
            {"width=3\n", "line 1"},
@@ -152,7 +152,7 @@ TEST_F(OpencvDnnRejects, NamesThatTheNetworkLacks) {
   EXPECT_EQ(output.code, Code::SPEC_MISMATCH);
   EXPECT_SAYS(output.needed, "one of: fc");
   const Error count = error_of(open_caffe(kProduct, product_weights(), {{"input", "3:1,3:1"}}));
-  EXPECT_SAYS(count.what, "another number of inputs");
+  EXPECT_SAYS(count.what, "a different number of inputs");
 }
 
 TEST_F(OpencvDnnRejects, ShapesThatTheNetworkDoesNotAccept) {

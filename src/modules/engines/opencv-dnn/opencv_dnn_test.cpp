@@ -174,7 +174,7 @@ TEST_F(OpencvDnn, ReportsItsProperties) {
   EXPECT_SAYS(std::string((*model)->info().metadata_json), R"("operators":["InnerProduct"])");
   const auto log = take_log();
   ASSERT_EQ(log.size(), 1u);
-  EXPECT_SAYS(log[0], "NumThread is not known");
+  EXPECT_SAYS(log[0], "NumThread is unknown");
 }
 
 }  // namespace

@@ -72,7 +72,7 @@ TEST_F(Python3Changing, AnObjectThatEmptiesTheListWhileItIsReadIsRejected) {
                                  "        return np.ndarray\n"
                                  "    made.append(Emptying())\n"
                                  "    return made"));
-  EXPECT_SAYS(filter.error_of({floats({1, 2, 3, 4})}), "output 0 is no NumPy array");
+  EXPECT_SAYS(filter.error_of({floats({1, 2, 3, 4})}), "output 0 is not a NumPy array");
 }
 
 TEST_F(Python3Changing, AListOfShapesThatIteratesOverTooManyIsRejected) {

@@ -231,7 +231,7 @@ TEST_F(Pytorch, OptionsTurnFreezingAndOptimisingOff) {
   opened(kDouble, {{"Frezze", "false"}});
   const auto log = take_log();
   ASSERT_EQ(log.size(), 1u);
-  EXPECT_SAYS(log[0], "Frezze is not known");
+  EXPECT_SAYS(log[0], "Frezze is unknown");
 }
 
 // A module that returns the previous frame, kept in an attribute.

@@ -290,7 +290,7 @@ TEST_F(TensorflowLite, WarnsAboutUnknownOptions) {
   EXPECT_TRUE(open(tflite_negation(), {{"NumThread", "2"}}));
   auto log = take_log();
   ASSERT_EQ(log.size(), 1u);
-  EXPECT_SAYS(log[0], "NumThread is not known");
+  EXPECT_SAYS(log[0], "NumThread is unknown");
   EXPECT_SAYS(log[0], "NumThreads, Delegate");
   EXPECT_TRUE(open(tflite_negation(), {{"Delegate", "GPU"}}));
   log = take_log();

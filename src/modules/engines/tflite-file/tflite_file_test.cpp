@@ -153,7 +153,7 @@ TEST(TfliteFile, RejectsATensorThatDoesNotExist) {
                           .input("x", kTfFloat, {1})
                           .output("y", kTfFloat, {1})
                           .node(kOpAdd, {"x", "nobody"}, {"y"})),
-              "a tensor that is not there");
+              "a tensor that does not exist");
 }
 
 TEST(TfliteFile, RejectsImpossibleShapes) {
