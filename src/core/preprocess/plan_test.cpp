@@ -317,7 +317,7 @@ struct Refused {
 
 TEST(Plan, RejectsImpossibleRequests) {
   const Refused cases[] = {
-      {"size of the tensor is not known", [](auto* p) { p->width = 0; }},
+      {"size of the tensor is unknown", [](auto* p) { p->width = 0; }},
       {"the tensor is too large", [](auto* p) { p->height = 65537; }},
       {"the picture is empty or too large", [](auto* p) { p->source.height = 0; }},
       {"the picture is empty or too large", [](auto* p) { p->source.width = 1u << 20; }},
