@@ -16,7 +16,7 @@
   X(FRAME_SIZE, 2004, "A frame's size does not match its format")                         \
   X(HEADER_INVALID, 2005, "A tensor header is damaged or inconsistent")                   \
   X(LIMIT_EXCEEDED, 2006, "A size or count is beyond the limits of the stream type")      \
-  X(MAP_FAILED, 2007, "Memory cannot be mapped")                                          \
+  X(MAPPING_FAILED, 2007, "Memory cannot be mapped")                                      \
   X(TIME_INVALID, 2008, "A time-stamp is missing or goes backwards")                      \
   X(ENGINE_UNKNOWN, 3001, "No engine of this name is known")                              \
   X(ENGINE_NOT_INSTALLED, 3002, "The engine is known but not installed")                  \

@@ -8,8 +8,6 @@
 
 #include "fuzz_input.hpp"
 
-#undef MAP_FAILED  // from sys/mman.h: weir/codes.h has a code with this name
-
 namespace weir::fuzz {
 
 class GuardedMemory {
@@ -18,7 +16,7 @@ class GuardedMemory {
       : size_(bytes), mapped_((bytes / kPage + 1) * kPage + kGuard) {
     void* const at =
         mmap(nullptr, mapped_, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
-    require(at != reinterpret_cast<void*>(-1), "memory can be mapped");
+    require(at != MAP_FAILED, "memory can be mapped");
     begin_ = static_cast<std::byte*>(at);
     require(mprotect(begin_ + mapped_ - kGuard, kGuard, PROT_NONE) == 0, "memory can be guarded");
   }

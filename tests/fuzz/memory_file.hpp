@@ -9,8 +9,6 @@
 
 #include "fuzz_input.hpp"
 
-#undef MAP_FAILED  // from sys/mman.h: weir/codes.h has a code with this name
-
 namespace weir::fuzz {
 
 class MemoryFile {

@@ -6,6 +6,7 @@
 #include <sched.h>
 #include <signal.h>
 #include <sys/ioctl.h>
+#include <sys/mman.h>
 #include <sys/personality.h>
 #include <sys/prctl.h>
 #include <sys/ptrace.h>
@@ -20,8 +21,6 @@
 #include <cstdio>
 
 #include "core/isolate/isolated_test_support.hpp"
-// Last: the error code MAP_FAILED is also a macro of this header.
-#include <sys/mman.h>
 
 namespace weir::isolate {
 namespace {

@@ -30,7 +30,7 @@ class WindowStream {
  public:
   explicit WindowStream(std::shared_ptr<WindowSetup> setup);
 
-  // FRAME_SIZE and MAP_FAILED; the buffer is rejected then.
+  // FRAME_SIZE and MAPPING_FAILED; the buffer is rejected then.
   Status push(gst::Ref<GstBuffer> buffer, Ledger* ledger);
   // Returns the next window, or null when frames are missing. Counts buffers that are used up.
   Result<gst::Ref<GstBuffer>> next(Ledger* ledger);

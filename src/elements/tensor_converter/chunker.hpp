@@ -31,9 +31,9 @@ class Chunker {
   void stamp(GstBuffer* buffer, uint64_t frames, GstClockTime fallback);
 
   // Accepts a buffer. If it holds exactly the frames of one output and none wait, next() returns it
-  // unchanged; otherwise its frames are split or collected. The buffer is rejected with MAP_FAILED
-  // when it cannot be read, or LIMIT_EXCEEDED when an output collected from several buffers is
-  // larger than `limit`.
+  // unchanged; otherwise its frames are split or collected. The buffer is rejected with
+  // MAPPING_FAILED when it cannot be read, or LIMIT_EXCEEDED when an output collected from several
+  // buffers is larger than `limit`.
   Status push(gst::Ref<GstBuffer> buffer, const BufferLimit& limit);
   // Null when frames are missing. OUT_OF_MEMORY; the frames are kept then.
   Result<gst::Ref<GstBuffer>> next();

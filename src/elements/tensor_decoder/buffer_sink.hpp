@@ -27,7 +27,7 @@ class BufferSink final : public weir_sink {
   void* reserve(uint64_t bytes) override;
   Status share_input(uint32_t index) override;
   // Appends the reserved and shared parts to the buffer in order: one memory each; of more than 16,
-  // the 16th and all later ones share one. LIMIT_EXCEEDED, OUT_OF_MEMORY, MAP_FAILED.
+  // the 16th and all later ones share one. LIMIT_EXCEEDED, OUT_OF_MEMORY, MAPPING_FAILED.
   Status finish();
   const std::string& caps() const noexcept { return caps_; }
   // Why reserve() returned null: LIMIT_EXCEEDED or OUT_OF_MEMORY.

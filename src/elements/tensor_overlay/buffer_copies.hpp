@@ -10,7 +10,7 @@ namespace weir {
 
 class BufferCopies {
  public:
-  // Copies all bytes into one memory, with times, flags and metas. OUT_OF_MEMORY, MAP_FAILED.
+  // Copies all bytes into one memory, with times, flags and metas. OUT_OF_MEMORY, MAPPING_FAILED.
   Result<gst::Ref<GstBuffer>> copy_of(GstBuffer* buffer);
   void clear() { pool_ = {}; }
 

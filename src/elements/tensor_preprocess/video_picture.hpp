@@ -28,7 +28,7 @@ Status narrow(PictureSize* picture, const std::optional<preprocess::Rect>& part)
 class MappedPicture {
  public:
   // Call it once. FRAME_SIZE when the buffer is shorter than its metadata or caps require,
-  // FORMAT_UNSUPPORTED when its metadata describes another picture, MAP_FAILED, OUT_OF_MEMORY.
+  // FORMAT_UNSUPPORTED when its metadata describes another picture, MAPPING_FAILED, OUT_OF_MEMORY.
   Status map(const GstVideoInfo& video, GstBuffer* buffer, GstMapFlags flags = GST_MAP_READ);
   const preprocess::Planes& planes() const noexcept { return planes_; }
   // All mapped bytes of a plane; also after map() with GST_MAP_WRITE.

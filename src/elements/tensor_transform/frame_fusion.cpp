@@ -11,7 +11,7 @@ namespace weir {
 namespace {
 
 Error source_not_mapped(guint memory) {
-  return Error{.code = Code::MAP_FAILED,
+  return Error{.code = Code::MAPPING_FAILED,
                .what = "the input memory of the upstream tensor_transform cannot be mapped",
                .offered = "memory " + std::to_string(memory),
                .needed = "system memory",

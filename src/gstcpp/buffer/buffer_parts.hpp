@@ -22,7 +22,7 @@ using AllocateBytes = std::function<Result<Ref<GstMemory>>(size_t bytes)>;
 
 // Appends the parts in order, one memory each. Of more than 16 parts, the 16th and all later ones
 // share one memory: GStreamer would otherwise merge, and therefore map, memories automatically.
-// Errors: MAP_FAILED, those of `allocate`. Precondition: `out` has no memory.
+// Errors: MAPPING_FAILED, those of `allocate`. Precondition: `out` has no memory.
 Status append_parts(std::span<const BufferPart> parts, GstBuffer* out,
                     const AllocateBytes& allocate);
 

@@ -54,14 +54,15 @@ inline Error buffer_is_empty() {
 }
 
 inline Error memory_not_mapped() {
-  return Error{.code = Code::MAP_FAILED,
+  return Error{.code = Code::MAPPING_FAILED,
                .what = "the memory of a buffer cannot be mapped",
                .needed = "system memory",
                .fix = "insert the element that downloads from the device, for example gldownload"};
 }
 
 inline Error output_not_writable() {
-  return Error{.code = Code::MAP_FAILED, .what = "an output buffer cannot be mapped for writing"};
+  return Error{.code = Code::MAPPING_FAILED,
+               .what = "an output buffer cannot be mapped for writing"};
 }
 
 inline Error memory_ran_out(uint64_t bytes) {

@@ -41,7 +41,7 @@ class FrameParts {
 // Returns the bytes of `buffer` as one memory: the buffer's own or a part of it, by reference.
 // Copies, and counts it in `copied`, when they span several memories or the memory cannot be
 // shared.
-// Errors: MAP_FAILED, OUT_OF_MEMORY.
+// Errors: MAPPING_FAILED, OUT_OF_MEMORY.
 Result<Ref<GstMemory>> share_bytes(GstBuffer* buffer, size_t offset, size_t size, uint64_t* copied);
 
 // Makes a buffer of the `chosen` tensors (indices into parts.parts()) with the metadata of `in`.

@@ -31,7 +31,7 @@ class MappedVideo {
   // Preconditions: check_video_meta() accepts the buffer's GstVideoMeta and its planes begin within
   // the buffer, or check_video_size() accepts a buffer without it. Callers check that each row that
   // they read is within `bytes`.
-  // Errors: MAP_FAILED, OUT_OF_MEMORY.
+  // Errors: MAPPING_FAILED, OUT_OF_MEMORY.
   Status map(const GstVideoInfo& video, GstBuffer* buffer, GstMapFlags flags);
 
   // One for each plane of the format.

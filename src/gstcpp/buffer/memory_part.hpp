@@ -11,11 +11,11 @@
 namespace weir::gst {
 
 // Shares the part if the memory allows it, otherwise copies it and sets `copied`. The whole range
-// returns the memory itself. Errors: MAP_FAILED, OUT_OF_MEMORY.
+// returns the memory itself. Errors: MAPPING_FAILED, OUT_OF_MEMORY.
 Result<Ref<GstMemory>> part_of(GstMemory* memory, size_t offset, size_t size, bool* copied);
 
 // Returns the memory of a buffer that has only one, otherwise a copy of all bytes in one memory.
-// Errors: MAP_FAILED, OUT_OF_MEMORY.
+// Errors: MAPPING_FAILED, OUT_OF_MEMORY.
 Result<Ref<GstMemory>> one_memory(GstBuffer* buffer);
 
 // Whether every memory can be mapped for reading; memory other than system memory is tried.

@@ -20,7 +20,7 @@ int64_t abi_time(GstClockTime time);
 weir_tensor byte_tensor(const MappedMemory& memory);
 // Wraps the memory of a tensor that a converter made. Memory without a release function belongs to
 // the converter and is copied; `ledger` (may be null) counts the copy. Errors: OUT_OF_MEMORY,
-// MAP_FAILED.
+// MAPPING_FAILED.
 Result<Ref<GstMemory>> memory_of(infer::ConvertedTensor& tensor, Ledger* ledger);
 // Parses the caps that a decoder gave as text and adds the frame rate if it is valid.
 // CALLBACK_FAILED when the text is not caps, or is EMPTY or ANY.

@@ -20,7 +20,7 @@ struct TensorPiece {
 
 // Appends the tensors of `buffer`, whose caps give `spec`. A static stream with one memory per
 // tensor is not mapped. Copies (merged memories) are counted in `ledger`.
-// Errors: FRAME_SIZE, HEADER_INVALID, MAP_FAILED, OUT_OF_MEMORY.
+// Errors: FRAME_SIZE, HEADER_INVALID, MAPPING_FAILED, OUT_OF_MEMORY.
 Status append_pieces(GstBuffer* buffer, const FrameSpec& spec, Ledger* ledger,
                      std::vector<TensorPiece>* pieces);
 
@@ -34,7 +34,7 @@ Status append_tensors(std::span<TensorPiece> pieces, GstBuffer* buffer, Ledger* 
 
 // Allocates and appends memories for these tensors in the same layout. `fill` writes the n-th
 // tensor into `bytes` (with a header if the stream has headers).
-// Errors: MAP_FAILED, OUT_OF_MEMORY.
+// Errors: MAPPING_FAILED, OUT_OF_MEMORY.
 Status append_filled(std::span<const TensorSpec> specs, std::span<const uint64_t> sizes,
                      GstBuffer* buffer,
                      const std::function<Status(size_t n, std::span<std::byte> bytes)>& fill);

@@ -11,10 +11,10 @@ thread_local const weir_frame* frame = nullptr;
 thread_local FrameOwner* owner = nullptr;
 
 int hold(const weir_frame* in, void (**release)(void*), void** kept) {
-  if (!owner || in != frame || !release || !kept) return -WEIR_MAP_FAILED;
+  if (!owner || in != frame || !release || !kept) return -WEIR_MAPPING_FAILED;
   try {
     auto held = owner->hold();
-    if (!held) return -WEIR_MAP_FAILED;
+    if (!held) return -WEIR_MAPPING_FAILED;
     *kept = new std::shared_ptr<const void>(std::move(held));
     *release = [](void* given) { delete static_cast<std::shared_ptr<const void>*>(given); };
     return WEIR_OK;
