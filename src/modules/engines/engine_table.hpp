@@ -20,9 +20,8 @@
 #pragma once
 #include <malloc.h>
 
-#include <algorithm>
 #include <array>
-#include <cstring>
+#include <cstddef>
 #include <memory>
 #include <span>
 #include <string>
@@ -126,9 +125,10 @@ struct EngineTable {
     });
   }
   static int execution(weir_model* model, weir_execution* out) {
-    weir_execution found = of(model).execution();
-    found.struct_size = std::min<uint32_t>(out->struct_size, sizeof found);
-    std::memcpy(out, &found, found.struct_size);
+    const weir_execution found = of(model).execution();
+    const auto fits = [out](size_t end) { return out->struct_size >= end; };
+    if (fits(offsetof(weir_execution, spins))) out->threads = found.threads;
+    if (fits(offsetof(weir_execution, spins) + sizeof found.spins)) out->spins = found.spins;
     return WEIR_OK;
   }
   // "weir.library/1": const char* const[2] = path and version of the engine's library; null when it

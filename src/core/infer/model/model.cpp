@@ -98,7 +98,8 @@ std::optional<weir_execution> Model::execution() const {
   if (!engine_.extension) return std::nullopt;
   const auto* calls = static_cast<const weir_execution_calls*>(engine_.extension(WEIR_EXECUTION));
   weir_execution out{sizeof out, 0, 0};
-  if (!calls || calls->describe(handle_, &out) < 0) return std::nullopt;
+  if (!calls || calls->struct_size < sizeof *calls || calls->describe(handle_, &out) < 0)
+    return std::nullopt;
   return out;
 }
 

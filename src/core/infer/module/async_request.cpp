@@ -67,8 +67,21 @@ class Registry {
   uintptr_t last_ = 0;
 };
 
+// Whether the frame has the members that receivers read.
+bool has_tensors(const weir_frame& frame) noexcept {
+  return frame.struct_size >= offsetof(weir_frame, pts);
+}
+
+Error short_frame(const weir_frame& frame) {
+  return Error{.code = Code::CALLBACK_FAILED,
+               .what = "the engine completed a request with an incomplete weir_frame",
+               .offered = "struct_size " + std::to_string(frame.struct_size),
+               .needed = "at least " + std::to_string(offsetof(weir_frame, pts)),
+               .fix = "frame.struct_size = sizeof frame;"};
+}
+
 void release_memory(weir_frame* frame) noexcept {
-  if (!frame || frame->struct_size < offsetof(weir_frame, pts) || !frame->tensors) return;
+  if (!frame || !has_tensors(*frame) || !frame->tensors) return;
   for (uint32_t i = 0; i < std::min<uint32_t>(frame->n_tensors, WEIR_TENSOR_LIMIT); ++i) {
     weir_tensor& tensor = frame->tensors[i];
     if (auto* release = std::exchange(tensor.release, nullptr)) release(tensor.owner);
@@ -208,7 +221,8 @@ void complete_request(weir_request* handle, int status, weir_frame* frame, bool 
   const auto request = Registry::instance().find(number_of(handle));
   if (request) {
     auto& state = *request->state;
-    const bool final = status < 0 || !more;
+    const bool is_short = status == 0 && frame && !has_tensors(*frame);
+    const bool final = status < 0 || !more || is_short;
     std::shared_ptr<RequestReceiver> receiver;
     {
       std::lock_guard lock(state.mutex);
@@ -219,8 +233,10 @@ void complete_request(weir_request* handle, int status, weir_frame* frame, bool 
       }
     }
     if (receiver) {
-      if (status == 0 && frame) receiver->output(*frame);
-      if (final)
+      if (status == 0 && frame && !is_short) receiver->output(*frame);
+      if (is_short)
+        receiver->end(short_frame(*frame));
+      else if (final)
         receiver->end(
             status < 0 ? Status(take_error(&request->error, status, "the engine failed on a frame"))
                        : ok());

@@ -3,6 +3,7 @@
 #include "core/infer/module/module_tables.hpp"
 
 #include <algorithm>
+#include <cstddef>
 #include <cstring>
 
 #include "core/infer/module/module_check.hpp"
@@ -10,13 +11,20 @@
 namespace weir::infer {
 namespace {
 
+// check_module() requires every member before the optional ones, which are all pointers: a table
+// that ends within one of them does not have it.
 template <class Table>
 Table as_long_as_ours(const Table& theirs) {
   Table ours{};
-  std::memcpy(&ours, &theirs, std::min<size_t>(theirs.struct_size, sizeof ours));
+  const size_t whole_members = theirs.struct_size / sizeof(void*) * sizeof(void*);
+  std::memcpy(&ours, &theirs, std::min(whole_members, sizeof ours));
   ours.struct_size = sizeof ours;
   return ours;
 }
+static_assert(offsetof(weir_engine, submit) % sizeof(void*) == 0 &&
+              offsetof(weir_decoder_type, extension) % sizeof(void*) == 0 &&
+              offsetof(weir_converter_type, extension) % sizeof(void*) == 0 &&
+              offsetof(weir_module, trainers) % sizeof(void*) == 0);
 
 }  // namespace
 

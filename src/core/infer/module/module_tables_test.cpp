@@ -79,6 +79,25 @@ TEST(ModuleTables, OfAnOlderModuleEndInNulls) {
   EXPECT_EQ((*tables)->module().extension, nullptr);
 }
 
+TEST(ModuleTables, DoNotHaveAMemberWithinWhichTheyEnd) {
+  auto whole = engine("cut");
+  whole.submit = [](auto...) { return 0; };
+  whole.cancel = [](auto...) {};
+  auto whole_module = module_of(nullptr);
+  whole_module.extension = [](const char*) -> const void* { return nullptr; };
+  for (size_t cut = 1; cut < sizeof(void*); ++cut) {
+    const ShortTable<weir_engine> engine(whole, offsetof(weir_engine, cancel) + cut);
+    const weir_engine* const engines[] = {engine.get(), nullptr};
+    whole_module.engines = engines;
+    const ShortTable<weir_module> module(whole_module, offsetof(weir_module, extension) + cut);
+    const auto tables = ModuleTables::copy(module.get(), "cut.so");
+    ASSERT_TRUE(tables) << tables.error().message();
+    EXPECT_EQ((*tables)->module().engines[0]->submit, whole.submit);
+    EXPECT_EQ((*tables)->module().engines[0]->cancel, nullptr) << cut;
+    EXPECT_EQ((*tables)->module().extension, nullptr) << cut;
+  }
+}
+
 TEST(ModuleTables, OfANewerModuleAreReadAsFarAsTheyAreKnown) {
   struct Newer {
     weir_engine known;
