@@ -131,6 +131,56 @@ TEST(ModelBytes, AFifoWithoutAWriterIsRejectedAtOnce) {
   EXPECT_EQ(code_of(read({folder.path("fifo")})), Code::MODEL_NOT_FOUND);
 }
 
+TEST(ModelSource, ReturnsTheBytesOfASmallFileThatItKeptAfterTheFileHasChanged) {
+  const engine_test::TemporaryFolder folder;
+  const std::vector<std::byte> before(3, std::byte{1}), after(3, std::byte{2});
+  const std::string path = folder.write("model", before);
+  const char* paths[] = {path.c_str()};
+  weir_open request{};
+  request.n_models = 1;
+  request.paths = paths;
+  auto read_twice = ModelSource::open(request), kept = ModelSource::open(request);
+  ASSERT_TRUE(read_twice && kept);
+  ASSERT_TRUE(kept->keep_small());
+  folder.write("model", after);
+  std::vector<std::byte> bytes(3);
+  ASSERT_TRUE(kept->read(0, bytes));
+  EXPECT_EQ(bytes, before);
+  EXPECT_EQ(kept->name(), path);
+  const ModelSource moved(*std::move(kept));
+  ASSERT_TRUE(moved.read(1, std::span(bytes).first(2)));
+  EXPECT_EQ(bytes, before);
+  ASSERT_TRUE(read_twice->read(0, bytes));
+  EXPECT_EQ(bytes, after);
+}
+
+TEST(ModelSource, ReportsThatASmallFileWasTruncatedBeforeItWasKept) {
+  const engine_test::TemporaryFolder folder;
+  const std::string path = folder.write("model", std::vector<std::byte>(3));
+  const char* paths[] = {path.c_str()};
+  weir_open request{};
+  request.n_models = 1;
+  request.paths = paths;
+  auto source = ModelSource::open(request);
+  ASSERT_TRUE(source);
+  folder.write("model", std::vector<std::byte>(2));
+  EXPECT_FALSE(source->keep_small());
+}
+
+TEST(ModelSource, DoesNotKeepALargeFile) {
+  const engine_test::TemporaryFolder folder;
+  const std::string path = folder.write("model", std::vector<std::byte>(1));
+  std::filesystem::resize_file(path, ModelSource::kKeptBytes + 1);
+  const char* paths[] = {path.c_str()};
+  weir_open request{};
+  request.n_models = 1;
+  request.paths = paths;
+  auto source = ModelSource::open(request);
+  ASSERT_TRUE(source);
+  EXPECT_TRUE(source->keep_small());
+  EXPECT_TRUE(source->memory().empty());
+}
+
 TEST(ModelSource, ReadsOnlyWithinTheFile) {
   const engine_test::TemporaryFolder folder;
   const auto path = folder.write("ten", std::vector<std::byte>(10, std::byte{7}));

@@ -57,11 +57,22 @@ Result<ModelSource> ModelSource::open(const weir_open& request) {
 ModelSource::ModelSource(ModelSource&& other) noexcept
     : path_(std::move(other.path_)),
       file_(std::exchange(other.file_, -1)),
+      kept_(std::move(other.kept_)),
       bytes_(other.bytes_),
       size_(other.size_) {}
 
 ModelSource::~ModelSource() {
   if (file_ >= 0) close(file_);
+}
+
+bool ModelSource::keep_small() {
+  if (file_ < 0 || size_ > kKeptBytes) return true;
+  std::vector<std::byte> content(size_);
+  if (!read(0, content)) return false;
+  kept_ = std::move(content);
+  bytes_ = kept_;
+  close(std::exchange(file_, -1));
+  return true;
 }
 
 bool ModelSource::read(uint64_t at, std::span<std::byte> out) const noexcept {

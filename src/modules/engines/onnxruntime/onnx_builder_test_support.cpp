@@ -92,6 +92,15 @@ OnnxBuilder& OnnxBuilder::constant(const std::string& name, const std::vector<in
                             part(8, name) + part(9, raw));
   return *this;
 }
+OnnxBuilder& OnnxBuilder::constant_in_file(const std::string& name,
+                                           const std::vector<int64_t>& shape,
+                                           const std::string& file) {
+  std::string whole;
+  for (const int64_t extent : shape) whole += number(1, extent);
+  constants_ += part(5, whole + number(2, kFloat) + part(8, name) +
+                            part(13, part(1, "location") + part(2, file)) + number(14, 1));
+  return *this;
+}
 OnnxBuilder& OnnxBuilder::metadata(const std::string& key, const std::string& value) {
   metadata_ += part(14, part(1, key) + part(2, value));
   return *this;

@@ -42,6 +42,9 @@ class OnnxBuilder {
   OnnxBuilder& constant(const std::string& name, const std::vector<int64_t>& values);
   OnnxBuilder& constant(const std::string& name, const std::vector<int64_t>& shape,
                         const std::vector<float>& values);
+  // A constant of floats with its values in a file next to the model.
+  OnnxBuilder& constant_in_file(const std::string& name, const std::vector<int64_t>& shape,
+                                const std::string& file);
   OnnxBuilder& metadata(const std::string& key, const std::string& value);
   OnnxBuilder& opset(int64_t version) { return opset_ = version, *this; }
   OnnxBuilder& also_uses(const std::string& domain) { return domains_.push_back(domain), *this; }

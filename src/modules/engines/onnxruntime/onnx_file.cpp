@@ -81,7 +81,9 @@ class Walker {
       if (field.number == 1)
         status = node(field.bytes, depth);
       else if (field.number == 5)
-        out_->weight_bytes += field.bytes.size();
+        out_->weight_bytes += field.bytes.size(), tensor(field.bytes);
+      else if (field.number == 15)
+        out_->may_need_other_files = true;  // sparse; none is known
       else if ((field.number == 11 || field.number == 12) && depth == 0)
         status = value(field.bytes);
       if (!status) return status;
@@ -109,10 +111,22 @@ class Walker {
 
   Status attribute(std::span<const std::byte> bytes, int depth) {
     ProtobufReader reader(bytes);
-    for (ProtobufReader::Field field; reader.next(&field);)
-      if ((field.number == 6 || field.number == 11) && field.delimited)
+    for (ProtobufReader::Field field; reader.next(&field);) {
+      if (!field.delimited) continue;
+      if (field.number == 6 || field.number == 11)
         if (auto status = graph(field.bytes, depth + 1); !status) return status;
+      if (field.number == 5 || field.number == 10) tensor(field.bytes);
+      if (field.number == 22 || field.number == 23) out_->may_need_other_files = true;  // sparse
+    }
     return reader.good() ? ok() : damage(reader, "attribute");
+  }
+
+  // TensorProto: external_data 13, data_location 14.
+  void tensor(std::span<const std::byte> bytes) {
+    ProtobufReader reader(bytes);
+    for (ProtobufReader::Field field; reader.next(&field);)
+      if (field.number == 13 || (field.number == 14 && field.value != 0))
+        out_->may_need_other_files = true;
   }
 
   // ValueInfoProto: name 1, type 2; TypeProto: tensor_type 1; its shape is field 2.
@@ -170,6 +184,7 @@ Status check_onnx_head(std::span<const std::byte> head) {
 
 Result<OnnxSummary> read_onnx(std::span<const std::byte> file) {
   OnnxSummary out;
+  out.may_need_other_files = is_ort_format(file);
   if (is_ort_format(file)) return out;
   if (auto status = Walker(&out).model(file); !status) return status.error();
   return out;

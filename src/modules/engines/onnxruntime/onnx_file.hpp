@@ -19,6 +19,7 @@ struct OnnxSummary {
   std::set<std::string> operators;        // of the graph, its subgraphs and its functions
   std::set<std::string> shapeless;        // inputs and outputs without a rank in the file
   uint64_t weight_bytes = 0;              // of the initialisers in the file
+  bool may_need_other_files = false;      // tensors may have their data in files next to it
 
   // Whether an operator's output shape depends on the values of a frame, not only on shapes.
   bool shapes_depend_on_data() const;

@@ -70,20 +70,41 @@ TEST(OnnxFile, RejectsAFileWithoutAGraph) {
   EXPECT_FALSE(read_onnx({}));
 }
 
+// A protobuf field with this content.
+std::string wrap(int field, const std::string& content) {
+  std::string size;
+  size_t rest = content.size();
+  for (; rest >= 0x80; rest >>= 7) size += static_cast<char>((rest & 0x7F) | 0x80);
+  return std::string(1, static_cast<char>(field << 3 | 2)) + size + static_cast<char>(rest) +
+         content;
+}
+Result<OnnxSummary> read_graph(const std::string& graph) {
+  const std::string model = wrap(7, graph);
+  return read_onnx({reinterpret_cast<const std::byte*>(model.data()), model.size()});
+}
+
+TEST(OnnxFile, ReportsThatWeightsMayBeInOtherFiles) {
+  EXPECT_FALSE(read_onnx(small_model().bytes())->may_need_other_files);
+  EXPECT_TRUE(
+      read_onnx(small_model().constant_in_file("w", {1}, "w.bin").bytes())->may_need_other_files);
+  const std::string here = wrap(8, "name"), elsewhere = here + "\x70\x01";  // data_location 14: 1
+  const auto in_an_attribute = [](int field, const std::string& value) {
+    return wrap(1, wrap(5, wrap(field, value)));
+  };
+  for (const int field : {5, 10}) {  // a tensor, a list of tensors
+    EXPECT_FALSE(read_graph(in_an_attribute(field, here))->may_need_other_files);
+    EXPECT_TRUE(read_graph(in_an_attribute(field, elsewhere))->may_need_other_files);
+  }
+  EXPECT_TRUE(read_graph(in_an_attribute(6, wrap(5, elsewhere)))->may_need_other_files)
+      << "in a subgraph";
+  EXPECT_TRUE(read_graph(wrap(15, ""))->may_need_other_files) << "sparse";
+}
+
 TEST(OnnxFile, RejectsGraphsNestedTooDeeply) {
   // Attribute 5 of node 1 holds graph 6: nested far deeper than the limit.
   std::string graph;
-  const auto wrap = [](int field, const std::string& content) {
-    std::string size;
-    size_t rest = content.size();
-    for (; rest >= 0x80; rest >>= 7) size += static_cast<char>((rest & 0x7F) | 0x80);
-    return std::string(1, static_cast<char>(field << 3 | 2)) + size + static_cast<char>(rest) +
-           content;
-  };
   for (int i = 0; i < 200; ++i) graph = wrap(1, wrap(5, wrap(6, graph)));
-  const std::string model = wrap(7, graph);
-  const auto* data = reinterpret_cast<const std::byte*>(model.data());
-  const auto summary = read_onnx({data, model.size()});
+  const auto summary = read_graph(graph);
   ASSERT_FALSE(summary);
   EXPECT_SAYS(summary.error().offered, "graphs are nested too deeply");
 }

@@ -318,6 +318,47 @@ TEST_F(OnnxRuntime, ASingleModelUsesAllCoresAndSpins) {
   EXPECT_TRUE(take_log().empty()) << "no key of the configuration is set twice";
 }
 
+TEST_F(OnnxRuntime, FindsWeightsInAFileNextToTheModel) {
+  const float weights[] = {3, -2};
+  const auto* bytes = reinterpret_cast<const std::byte*>(weights);
+  folder_.write("weights.bin", {bytes, bytes + sizeof weights});
+  const auto model = open(OnnxBuilder()
+                              .input("x", kFloat, {"2"})
+                              .output("y", kFloat, {"2"})
+                              .constant_in_file("w", {2}, "weights.bin")
+                              .node("Mul", {"x", "w"}, {"y"}));
+  ASSERT_TRUE(model) << model.error().message();
+  const auto y = (*model)->invoke({make_tensor<float>(WEIR_FLOAT32, {2}, {5, 7})});
+  ASSERT_TRUE(y) << y.error().message();
+  EXPECT_EQ((*y)[0].values<float>(), (std::vector<float>{15, -14}));
+}
+
+TEST_F(OnnxRuntime, ReportsItsThreadsToAnOlderHostAsFarAsItKnows) {
+  const auto path = folder_.write("model.onnx", OnnxBuilder()
+                                                    .input("x", kFloat, {"2"})
+                                                    .output("y", kFloat, {"2"})
+                                                    .node("Neg", {"x"}, {"y"})
+                                                    .bytes());
+  const char* const paths[] = {path.c_str()};
+  weir_open request{};
+  request.struct_size = sizeof request;
+  request.n_models = 1;
+  request.paths = paths;
+  request.threads = 3;
+  weir_model* model = nullptr;
+  weir_error error;
+  ASSERT_EQ(engine()->open(&request, &model, &error), 0) << error.error.message();
+  const auto* calls = static_cast<const weir_execution_calls*>(engine()->extension(WEIR_EXECUTION));
+  for (uint32_t size = 0; size <= sizeof(weir_execution); ++size) {
+    weir_execution out{size, 77, 88};
+    EXPECT_EQ(calls->describe(model, &out), 0);
+    EXPECT_EQ(out.struct_size, size);
+    EXPECT_EQ(out.threads, size >= offsetof(weir_execution, spins) ? 3u : 77u) << size;
+    EXPECT_EQ(out.spins, size == sizeof out ? 0u : 88u) << size;
+  }
+  engine()->close(model);
+}
+
 TEST_F(OnnxRuntime, OpensAModelGivenAsBytes) {
   const auto bytes = OnnxBuilder()
                          .input("x", kFloat, {"2"})

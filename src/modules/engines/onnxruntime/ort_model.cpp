@@ -7,6 +7,7 @@
 
 #include "lowering/lowered_facts.hpp"
 #include "model_bytes.hpp"
+#include "model_source.hpp"
 #include "onnxruntime/ort_metadata.hpp"
 #include "onnxruntime/ort_types.hpp"
 #include "tflite-file/tflite_file.hpp"
@@ -133,9 +134,11 @@ Result<std::unique_ptr<OrtModel>> OrtModel::open(const weir_open& request) {
   std::unique_ptr<OrtModel> model(new OrtModel(*runtime));
   if (options->optimization == ORT_ENABLE_ALL && summary->operators.contains("PRelu"))
     if (auto status = model->take_own_operators(&*file); !status) return status.error();
-  // ONNX Runtime opens the file itself, because weights may be in other files next to it.
-  if (!model->own_ && !file->path.empty()) file->owned = {};
-
+  // ONNX Runtime opens the file itself if weights may be in other files next to it, or if a copy
+  // would cost too much memory. Otherwise it reads the bytes that were checked.
+  const bool by_path =
+      summary->may_need_other_files || file->owned.size() > ModelSource::kKeptBytes;
+  if (!model->own_ && !file->path.empty() && by_path) file->owned = {};
   if (auto status = model->create_session(*file, *options); !status) return status.error();
   model->threads_ = options->threads;
   model->spins_ = options->spins && options->threads > 1;
@@ -194,7 +197,8 @@ Status OrtModel::create_session(const ModelBytes& file, const OrtOptions& option
                    .offered = bad.text};
   const FoldedWarnings folded;
   OrtSession* session = nullptr;
-  OrtStatus* status = file.path.empty() || own_
+  const bool by_path = !file.path.empty() && file.owned.empty();
+  OrtStatus* status = !by_path
                           ? api.CreateSessionFromArray(runtime_->environment(), file.bytes.data(),
                                                        file.bytes.size(), settings->get(), &session)
                           : api.CreateSession(runtime_->environment(), file.path.c_str(),

@@ -30,7 +30,6 @@ struct CompressedEntry {
 // so each byte is read at most once. Reads the zip format of PKWARE's appnote, with ZIP64, and
 // compares the checksums of stored entries, because libtorch 1.13 ignores checksums and its parser
 // aborts the process on some damaged code.
-// damaged code.
 Result<std::vector<CompressedEntry>> check_torch_file(const ModelSource& file);
 
 }  // namespace weir::engine

@@ -56,8 +56,15 @@ Result<std::unique_ptr<TorchModel>> TorchModel::open(const weir_open& request) {
   if (!options) return options.error();
   model->options_ = *std::move(options);
   model->threads_ = model->options_.threads;
-  const auto file = ModelSource::open(request);
+  auto file = ModelSource::open(request);
   if (!file) return file.error();
+  // libtorch then reads the bytes that were checked. Larger files are read twice.
+  if (!file->keep_small())
+    return Error{.code = Code::MODEL_INVALID,
+                 .what = "the model file was truncated while it was read",
+                 .offered = file->name(),
+                 .needed = std::to_string(file->size()) + " bytes",
+                 .fix = "open the model after it is completely written"};
   const auto compressed = check_torch_file(*file);
   if (!compressed) {
     Error error = compressed.error();
