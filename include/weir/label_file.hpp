@@ -46,20 +46,24 @@ constexpr bool is_text(std::string_view text) noexcept {
   return true;
 }
 
+inline constexpr size_t kMostLabelBytes = size_t{16} << 20;
+
 // Reads the labels of the file at `path`, the value of `option` ("option1"). Keeps empty lines;
 // removes carriage returns at line ends and a byte order mark. Throws Failure: FILE_NOT_FOUND when
-// the file cannot be read, LABELS_INVALID when it is empty or not UTF-8 text.
+// the file cannot be read, LABELS_INVALID when it is empty, larger than 16 MiB or not UTF-8 text.
 inline std::vector<std::string> read_label_file(const std::string& option,
                                                 const std::string& path) {
   const auto failure = [&](Code code, std::string what, std::string needed, std::string fix) {
     return Failure(
         {code, std::move(what), option + "=" + path, std::move(needed), "", std::move(fix)});
   };
-  errno = 0;
-  std::ifstream file(path, std::ios::binary);
-  const int open_error = errno;
   std::error_code reason;
   const auto kind = std::filesystem::status(path, reason).type();
+  errno = 0;
+  std::ifstream file;
+  // Opening a FIFO would wait for its writer.
+  if (kind != std::filesystem::file_type::fifo) file.open(path, std::ios::binary);
+  const int open_error = errno;
   if (!file.is_open() || kind != std::filesystem::file_type::regular) {
     const std::string text = !file.is_open() && open_error != 0
                                  ? std::generic_category().message(open_error)
@@ -69,7 +73,14 @@ inline std::vector<std::string> read_label_file(const std::string& option,
     throw failure(Code::FILE_NOT_FOUND, "the label file cannot be read: " + text,
                   "a text file with one label a line", option + "=/path/to/labels.txt");
   }
-  std::string text{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
+  std::string text;
+  for (char piece[4096]; file && text.size() <= kMostLabelBytes;) {
+    file.read(piece, sizeof piece);
+    text.append(piece, static_cast<size_t>(file.gcount()));
+  }
+  if (text.size() > kMostLabelBytes)
+    throw failure(Code::LABELS_INVALID, "the label file is too large", "at most 16 MiB",
+                  option + "=/path/to/labels.txt");
   if (text.starts_with("\xEF\xBB\xBF")) text.erase(0, 3);
   if (text.ends_with('\n')) text.pop_back();
   if (text.empty())

@@ -16,6 +16,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
+constexpr uintmax_t kMostLabelBytes = uintmax_t{16} << 20;
+
 std::vector<std::string> cards_in(const std::string& folder) {
   std::vector<std::string> out;
   std::error_code ignored;
@@ -106,6 +108,11 @@ Result<std::vector<std::string>> labels_of(const Card& card, const std::string& 
     std::error_code ignored;
     const fs::path path = place / card.labels.file;
     if (!fs::is_regular_file(path, ignored)) continue;
+    if (fs::file_size(path, ignored) > kMostLabelBytes)
+      return Error{.code = Code::LABELS_INVALID,
+                   .what = "the label file that the card names is too large",
+                   .offered = path.string(),
+                   .needed = "at most 16 MiB"};
     std::ifstream file(path);
     std::vector<std::string> labels;
     for (std::string line; std::getline(file, line);) {

@@ -119,6 +119,11 @@ TEST_F(FindCard, ReadsLabelsBesideTheModel) {
   const auto labels = labels_of(*card, search().model, {});
   ASSERT_TRUE(labels);
   EXPECT_EQ(*labels, (std::vector<std::string>{"cat", "dog"}));
+  fs::resize_file(folder_ / "labels.txt", (size_t{16} << 20) + 1);
+  const auto too_large = labels_of(*card, search().model, {});
+  ASSERT_FALSE(too_large);
+  EXPECT_SAYS(too_large.error().message(), "the label file that the card names is too large");
+  EXPECT_SAYS(too_large.error().message(), (folder_ / "labels.txt").string());
 }
 
 // ONNX, docs/MetadataProps.md: the category Image.

@@ -3,6 +3,7 @@
 #include "weir/label_file.hpp"
 
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 
 namespace weir {
 namespace {
@@ -54,6 +55,45 @@ TEST(Text, HasNoZeroBytes) {
   EXPECT_FALSE(is_text(std::string_view("a\0b", 3)));
   EXPECT_FALSE(is_text("caf\xE9"));
   EXPECT_FALSE(is_text("caf\xC3"));
+}
+
+Error label_error(const std::string& path) {
+  try {
+    read_label_file("option1", path);
+  } catch (const Failure& failure) {
+    return failure.error();
+  }
+  return {};
+}
+
+class LabelFile : public ::testing::Test {
+ protected:
+  LabelFile() : path_(testing::TempDir() + "weir-label-file-test") {
+    std::filesystem::remove(path_);
+  }
+  ~LabelFile() override { std::filesystem::remove(path_); }
+  const std::string path_;
+};
+
+TEST_F(LabelFile, IsReadUpTo16MiB) {
+  std::ofstream(path_) << std::string(kMostLabelBytes - 3, 'x') << "\ny\n";
+  const auto labels = read_label_file("option1", path_);
+  ASSERT_EQ(labels.size(), 2u);
+  EXPECT_EQ(labels[0].size(), kMostLabelBytes - 3);
+  EXPECT_EQ(labels[1], "y");
+  std::filesystem::resize_file(path_, uintmax_t{1} << 40);  // sparse: uses no space
+  const Error error = label_error(path_);
+  EXPECT_EQ(error.code, Code::LABELS_INVALID);
+  EXPECT_EQ(error.what, "the label file is too large");
+  EXPECT_EQ(error.offered, "option1=" + path_);
+  EXPECT_EQ(error.needed, "at most 16 MiB");
+}
+
+TEST_F(LabelFile, AFifoWithoutAWriterIsRejectedAtOnce) {
+  ASSERT_EQ(mkfifo(path_.c_str(), 0600), 0);
+  const Error error = label_error(path_);
+  EXPECT_EQ(error.code, Code::FILE_NOT_FOUND);
+  EXPECT_EQ(error.what, "the label file cannot be read: not a regular file");
 }
 
 }  // namespace
