@@ -2,6 +2,7 @@
  * concurrent threads.
  *
  * SPDX-License-Identifier: LGPL-2.1-or-later */
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include "check.h"
@@ -220,6 +221,43 @@ static const char* state_at_construction(void) {
   return text;
 }
 
+/* Runs as another user if the test runs as root, who may read every file. */
+static void elements_with_a_configuration_out_of_reach(void) {
+  char folder[] = "/tmp/weir-closed-XXXXXX", path[64], open_path[64];
+  const char* home = getenv("HOME");
+  const int root = geteuid() == 0;
+  ml_pipeline_h pipe = NULL;
+  CHECK(mkdtemp(folder) != NULL);
+  snprintf(path, sizeof path, "%s/nnstreamer.ini", folder);
+  snprintf(open_path, sizeof open_path, "%s.ini", folder);
+  write_configuration(path,
+                      "[element-restriction]\nenable_element_restriction=1\n"
+                      "restricted_elements=videotestsrc,fakesink\n");
+  write_configuration(open_path, "[common]\nenable_envvar=no\n");
+  CHECK(chmod(open_path, 0644) == 0 && chmod(folder, 0) == 0);
+  CHECK(!root || seteuid(65534) == 0);
+  setenv("WEIR_NNSTREAMER_ENABLE", "yes", 1);
+  setenv("NNSTREAMER_CONF", path, 1);
+  CHECK_REFUSED(ml_pipeline_construct("videotestsrc ! fakesink", NULL, NULL, &pipe),
+                ML_ERROR_PERMISSION_DENIED,
+                "a pipeline cannot be checked against [element-restriction]");
+  CHECK(strstr(ml_error(), "Permission denied"));
+  /* A home folder out of reach holds no restriction. */
+  setenv("NNSTREAMER_CONF", open_path, 1);
+  setenv("HOME", folder, 1);
+  unsetenv("WEIR_CONFIG");
+  OK(ml_pipeline_construct("videotestsrc ! identity ! fakesink", NULL, NULL, &pipe));
+  OK(ml_pipeline_destroy(pipe));
+  CHECK(!root || seteuid(0) == 0);
+  CHECK(chmod(folder, 0700) == 0);
+  unlink(path);
+  unlink(open_path);
+  rmdir(folder);
+  if (home) setenv("HOME", home, 1);
+  setenv("WEIR_CONFIG", "", 1);
+  unsetenv("NNSTREAMER_CONF");
+}
+
 static void only_elements_that_are_allowed(void) {
   char path[] = "/tmp/weir-restriction-XXXXXX";
   const int descriptor = mkstemp(path);
@@ -316,6 +354,7 @@ int main(void) {
   a_filter_cannot_destroy_its_pipeline();
   a_condition_of_the_program_decides();
   only_elements_that_are_allowed();
+  elements_with_a_configuration_out_of_reach();
   a_pipeline_is_destroyed_under_busy_threads();
   return result_of_checks();
 }

@@ -4,6 +4,7 @@
 #include "core/config/nnstreamer.hpp"
 
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <filesystem>
 #include <fstream>
@@ -89,6 +90,49 @@ TEST_F(NnstreamerConfigurationTest, NeedsNoFile) {
   EXPECT_SAYS(folders(c, FolderKind::Decoders), "/usr/lib/nnstreamer/decoders from hard-coded");
   const auto unset = of({});
   EXPECT_EQ(unset.candidates().front().source, "built for");
+}
+
+// What a process of another user reads, if the test runs as root; root itself may read every file.
+NnstreamerConfiguration as_other_user(const Variables& variables) {
+  constexpr uid_t kNobody = 65534;
+  const bool root = geteuid() == 0;
+  EXPECT_TRUE(!root || seteuid(kNobody) == 0) << "there is no other user here";
+  NnstreamerConfiguration out([&](const char* name) -> const char* {
+    const auto found = variables.find(name);
+    return found == variables.end() ? nullptr : found->second.c_str();
+  });
+  EXPECT_TRUE(!root || seteuid(0) == 0);
+  return out;
+}
+
+TEST_F(NnstreamerConfigurationTest, ReportsAFileThatCannotBeReachedAsUnread) {
+  const auto closed = folder_ / "closed";
+  fs::create_directory(closed);
+  const std::string hidden = write("closed/nns.ini", "[element-restriction]\n");
+  const std::string names_it = write("open.ini", "[common]\nextra_config_path=" + hidden + "\n");
+  fs::permissions(closed, fs::perms::none);
+  const auto direct = as_other_user({{"NNSTREAMER_CONF", hidden}, {"WEIR_CONFIG", ""}});
+  const auto extra = as_other_user({{"NNSTREAMER_CONF", names_it}, {"WEIR_CONFIG", ""}});
+  fs::permissions(closed, fs::perms::owner_all);
+  EXPECT_EQ(direct.path(), hidden) << "no other candidate takes its place";
+  for (const auto* c : {&direct, &extra}) {
+    ASSERT_TRUE(c->unread());
+    EXPECT_SAYS(c->unread()->message(), "offered: " + hidden);
+    EXPECT_SAYS(c->unread()->message(), "Permission denied");
+    EXPECT_EQ(state(*c, hidden).substr(state(*c, hidden).find(':')), ": cannot be read");
+  }
+}
+
+TEST_F(NnstreamerConfigurationTest, ReadsItsFilesWhenTheHomeFolderCannotBeReached) {
+  fs::create_directories(folder_ / "home/.config/weir");
+  write("home/.config/weir/weir.ini", "[nnstreamer]\nenable=no\n");
+  const std::string path = write("nns.ini", "[filter]\nfilters=/a\n");
+  fs::permissions(folder_ / "home", fs::perms::none);
+  const auto c = as_other_user({{"NNSTREAMER_CONF", path}, {"HOME", (folder_ / "home").string()}});
+  fs::permissions(folder_ / "home", fs::perms::owner_all);
+  EXPECT_TRUE(c.enabled());
+  EXPECT_EQ(found(c, "filter", "filters"), "/a from " + path + ":2");
+  EXPECT_FALSE(c.unread()) << c.unread()->message();
 }
 
 TEST_F(NnstreamerConfigurationTest, DoesNotReadAFolderAsItsFile) {
