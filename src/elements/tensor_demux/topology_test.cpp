@@ -1,7 +1,9 @@
 // Branches that are added, removed and stopped while tensor_demux plays; their upstream events.
 // SPDX-License-Identifier: LGPL-2.1-or-later
+#include <future>
 #include <thread>
 
+#include "becomes.hpp"
 #include "elements/tests/branches_test_support.hpp"
 
 namespace weir::testing {
@@ -120,6 +122,26 @@ TEST(TensorDemuxTopology, FlushesWhilePadsAreMade) {
   }
 }
 
+// Passes once a segment event has arrived at the pad.
+class SegmentSeen {
+ public:
+  explicit SegmentSeen(GstPad* pad) {
+    gst_pad_add_probe(
+        pad, GST_PAD_PROBE_TYPE_EVENT_DOWNSTREAM,
+        [](GstPad*, GstPadProbeInfo* info, gpointer to) {
+          if (GST_EVENT_TYPE(GST_PAD_PROBE_INFO_EVENT(info)) != GST_EVENT_SEGMENT)
+            return GST_PAD_PROBE_OK;
+          static_cast<SegmentSeen*>(to)->seen_.set_value();
+          return GST_PAD_PROBE_REMOVE;
+        },
+        this, nullptr);
+  }
+  bool wait() { return seen_.get_future().wait_for(kLongestWait) == std::future_status::ready; }
+
+ private:
+  std::promise<void> seen_;
+};
+
 // Delayed links of gst_parse_launch() work once: a new pipeline for each round.
 TEST(TensorDemuxTopology, PipelinesCanStopAtAnyTime) {
   for (int round = 0; round < 20; ++round) {
@@ -130,7 +152,12 @@ TEST(TensorDemuxTopology, PipelinesCanStopAtAnyTime) {
         "compared-value-option=0,0 operator=GE supplied-value=0 i.src_0 ! fakesink",
         nullptr))));
     const auto d = Ref<GstElement>::adopt(gst_bin_get_by_name(GST_BIN(pipeline.get()), "d"));
+    SegmentSeen segment(Ref<GstPad>::adopt(gst_element_get_static_pad(d.get(), "sink")).get());
     ASSERT_NE(gst_element_set_state(pipeline.get(), GST_STATE_PLAYING), GST_STATE_CHANGE_FAILURE);
+    // GStreamer's: a GstBaseTransform that stops between the deactivation of its source pad and
+    // that of its sink pad rejects a sticky event, and its source then posts an error (-5). The
+    // segment is the last one before the first frame.
+    ASSERT_TRUE(segment.wait());
     // Every other round does not wait for the first frame.
     if (round % 2 == 0) {
       ASSERT_EQ(gst_element_get_state(pipeline.get(), nullptr, nullptr, 20 * GST_SECOND),
