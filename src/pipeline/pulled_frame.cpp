@@ -3,6 +3,7 @@
 #include "pipeline/pulled_frame.hpp"
 
 #include "gstcpp/buffer/frame_errors.hpp"
+#include "gstcpp/buffer/memory_part.hpp"
 #include "gstcpp/buffer/tensor_caps.hpp"
 
 namespace weir::pipeline {
@@ -52,12 +53,16 @@ Status PulledFrame::read_tensors(const FrameSpec& spec) {
 }
 
 Status PulledFrame::read_bytes() {
-  bytes_ = std::make_unique<gst::Mapped>(buffer_.get(), GST_MAP_READ);
-  if (!*bytes_) return gst::memory_not_mapped();
+  // Mapping several memories at once would end the process if their copy cannot be allocated.
+  auto memory = gst::one_memory(buffer_.get());
+  if (!memory) return memory.error();
+  memory_ = *std::move(memory);
+  bytes_ = gst::MappedMemory(memory_.get(), GST_MAP_READ);
+  if (!bytes_) return gst::memory_not_mapped();
   TensorSpec spec{ElementType::UInt8, Shape{1}, ""};
-  add(spec, bytes_->bytes());
+  add(spec, bytes_.bytes());
   tensors_[0].info.rank = 1;
-  tensors_[0].info.shape[0] = static_cast<int64_t>(bytes_->bytes().size());
+  tensors_[0].info.shape[0] = static_cast<int64_t>(bytes_.bytes().size());
   return ok();
 }
 

@@ -37,7 +37,9 @@ class PulledFrame {
 
   gst::Ref<GstBuffer> buffer_;
   gst::FrameReader reader_;
-  std::unique_ptr<gst::Mapped> bytes_;  // for a stream without tensor caps
+  // For a stream without tensor caps:
+  gst::Ref<GstMemory> memory_;
+  gst::MappedMemory bytes_;
   std::string caps_;
   std::vector<weir_tensor> tensors_;
 };

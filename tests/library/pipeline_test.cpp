@@ -95,6 +95,23 @@ TEST(Pipeline, PushesFramesOfManyTensors) {
   }
 }
 
+TEST(Pipeline, PullsTheBytesOfSeveralMemoriesWithoutTensorCaps) {
+  Pipeline p = started("appsrc name=in ! tensor_decoder mode=octet_stream ! appsink name=out");
+  const std::array<uint8_t, 3> first{1, 2, 3};
+  const std::array<uint8_t, 2> second{4, 5};
+  std::vector<TensorView> views;
+  views.emplace_back(first, TensorShape{3});
+  views.emplace_back(second, TensorShape{2});
+  ASSERT_TRUE(p.push("in", views));
+  const auto frame = p.pull<uint8_t>("out", kLong);
+  ASSERT_TRUE(frame) << frame.error().message();
+  ASSERT_EQ((*frame)->size(), 1u);
+  EXPECT_EQ((**frame)[0].info().shape, (TensorShape{5}));
+  const auto bytes = *(**frame)[0].as<uint8_t>();
+  EXPECT_EQ(std::vector<uint8_t>(bytes.begin(), bytes.end()),
+            (std::vector<uint8_t>{1, 2, 3, 4, 5}));
+}
+
 TEST(Pipeline, WritesNewCapsWhenShapesChange) {
   Pipeline p = started("appsrc name=in ! tensor_sink name=out");
   const Values x{1, 2, 3, 4, 5, 6};
