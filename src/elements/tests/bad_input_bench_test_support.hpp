@@ -72,6 +72,23 @@ class Bench {
     if (gst_pad_send_event(sink_.get(), gst_event_new_caps(caps.get()))) return "";
     return message_text(GST_MESSAGE_ERROR, "rejected the caps");
   }
+  // Queries all pads about these caps; returns "" or the error that the element posted.
+  std::string query(const std::string& text) {
+    const auto caps = Ref<GstCaps>::adopt(gst_caps_from_string(text.c_str()));
+    EXPECT_TRUE(caps) << text;
+    for (const auto* list : {element_.get()->sinkpads, element_.get()->srcpads})
+      for (; list; list = list->next) {
+        auto* const pad = static_cast<GstPad*>(list->data);
+        const auto found = Ref<GstCaps>::adopt(gst_pad_query_caps(pad, caps.get()));
+        if (!gst_caps_is_fixed(caps.get())) continue;
+        gst_pad_query_accept_caps(pad, caps.get());
+        if (!GST_PAD_IS_SINK(pad)) continue;
+        const Unique<GstQuery, gst_query_unref> allocation(
+            gst_query_new_allocation(caps.get(), TRUE));
+        gst_pad_query(pad, allocation.get());
+      }
+    return message_text(GST_MESSAGE_ERROR, "");
+  }
   // Returns "" when the buffer was accepted.
   std::string push(GstBuffer* buffer) {
     for (auto& companion : companions_)
