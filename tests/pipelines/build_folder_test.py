@@ -13,7 +13,8 @@ import unittest
 import tap_runner
 
 SOURCE = pathlib.Path(os.environ["WEIR_SOURCE"])
-NAMES = ("GST_PLUGIN_PATH", "GST_REGISTRY", "PYTHONPATH", "WEIR_COMMAND", "WEIR_MODULE_PATH", "WEIR_WORKER")
+NAMES = ("GST_PLUGIN_PATH", "GST_REGISTRY", "PYTHONPATH", "WEIR_COMMAND", "WEIR_MODULE_PATH", "WEIR_NNSTREAMER_LIBRARY",
+         "WEIR_WORKER")
 
 
 class BuildFolder(unittest.TestCase):
@@ -35,6 +36,15 @@ class BuildFolder(unittest.TestCase):
                               "model=src/modules/engines/lua/halves.lua ! fakesink")
         if "apt-get install libluajit" in done.stderr:
             self.skipTest("LuaJIT is missing")
+        self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+
+    def test_a_custom_filter_that_calls_the_library_runs(self):
+        custom = pathlib.Path(os.environ["WEIR_BUILD"]) / "tests/compat/filters/scaler.so"
+        if not custom.exists():
+            self.skipTest("built without compat")
+        done = self.run_there("weir", "run", "videotestsrc num-buffers=2 ! video/x-raw,format=RGB,width=8,height=8 ! tensor_converter ! "
+                              f"tensor_filter framework=custom model={custom} custom=4x4 ! "
+                              "other/tensor,dimension=3:4:4:1,type=uint8 ! fakesink")
         self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
 
 

@@ -56,13 +56,6 @@ Result<Preferences> preferences(const ConverterSettings& settings, GstPad* sourc
   return out;
 }
 
-bool is_taken(GstPad* source, const FrameSpec& spec) {
-  const auto caps = gst::choose_caps(source, spec);
-  if (!caps) return false;
-  const auto taken = Ref<GstCaps>::adopt(gst_pad_peer_query_caps(source, caps.get()));
-  return !gst_caps_is_empty(taken.get());
-}
-
 Ref<GstCaps> offered_caps(GstPad* sink, GstPad* source, const GstCaps* filter, bool any_media) {
   // Converters registered after the class was initialised are not in the template.
   auto all = Ref<GstCaps>::adopt(gst_caps_merge(gst_pad_get_pad_template_caps(sink),

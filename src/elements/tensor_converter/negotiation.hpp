@@ -9,9 +9,6 @@ namespace weir {
 // DIMENSION_SYNTAX, TYPE_SYNTAX, or OPTION_VALUE when the two lists have different lengths.
 Result<Preferences> preferences(const ConverterSettings& settings, GstPad* source);
 
-// Whether downstream accepts caps of `spec`.
-bool is_taken(GstPad* source, const FrameSpec& spec);
-
 // The caps of the sink pad: first those that fit the peer (docs/compatibility/converter.md 2.3),
 // then the rest of the template, because the error of the element that rejects them explains more
 // than a failed link. For the same reason, if none of them intersect `filter` (may be null), media

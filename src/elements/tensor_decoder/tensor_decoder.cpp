@@ -175,12 +175,10 @@ class TensorDecoder : public gst::CountedTransform<TensorDecoder> {
     // GstBaseTransform does not set unchanged caps again, so the decoder is configured here.
     const auto caps = opened->decoder->configure(input_);
     if (!caps) return caps.error();
-    GstPad* pad = GST_BASE_TRANSFORM_SRC_PAD(self());
-    const auto theirs = Ref<GstCaps>::adopt(gst_pad_peer_query_caps(pad, nullptr));
-    if (!gst_caps_can_intersect(caps->get(), theirs.get()))
-      return gst::downstream_mismatch(pad, theirs.get(),
-                                      gst::UniqueText(gst_caps_to_string(caps->get())).get(),
-                                      "another mode= of tensor_decoder");
+    if (auto status = gst::check_downstream(GST_BASE_TRANSFORM_SRC_PAD(self()), caps->get(),
+                                            "another mode= of tensor_decoder");
+        !status)
+      return status;
     if (auto probed = opened->probe->configure(input_); !probed) return probed.error();
     picture_bytes_ = bytes_of_picture(caps->get());
     use(*std::move(opened));
@@ -215,17 +213,13 @@ class TensorDecoder : public gst::CountedTransform<TensorDecoder> {
     const auto output = output_for(caps);
     if (!output) return gst::post_error(element(), output.error());
     const auto& ours = *output;
-    GstPad* pad = GST_BASE_TRANSFORM_SRC_PAD(self());
-    const auto theirs = Ref<GstCaps>::adopt(gst_pad_peer_query_caps(pad, nullptr));
-    if (gst_caps_can_intersect(ours.get(), theirs.get())) return;
     const bool picture =
         !gst_caps_is_any(ours.get()) && !gst_caps_is_empty(ours.get()) &&
         gst_structure_has_name(gst_caps_get_structure(ours.get(), 0), "video/x-raw");
-    gst::post_error(element(),
-                    gst::downstream_mismatch(pad, theirs.get(),
-                                             gst::UniqueText(gst_caps_to_string(ours.get())).get(),
-                                             picture ? "tensor_decoder ! videoconvert ! videoscale"
-                                                     : "another mode= of tensor_decoder"));
+    const Status status = gst::check_downstream(
+        GST_BASE_TRANSFORM_SRC_PAD(self()), ours.get(),
+        picture ? "tensor_decoder ! videoconvert ! videoscale" : "another mode= of tensor_decoder");
+    if (!status) gst::post_error(element(), status.error());
   }
 
   Result<bool> decode(GstBuffer* in, GstBuffer* out) {

@@ -8,14 +8,23 @@
 
 namespace weir {
 bool requires_reopen(std::string_view property) {
-  static constexpr std::string_view kNames[] = {"framework",          "input",
-                                                "inputtype",          "inputname",
-                                                "inputlayout",        "output",
-                                                "outputtype",         "outputname",
-                                                "outputlayout",       "custom",
-                                                "accelerator",        "input-combination",
-                                                "output-combination", "shared-tensor-filter-key",
-                                                "invoke-dynamic",     "suspend"};
+  static constexpr std::string_view kNames[] = {"framework",
+                                                "input",
+                                                "inputtype",
+                                                "inputname",
+                                                "inputlayout",
+                                                "output",
+                                                "outputtype",
+                                                "outputname",
+                                                "outputlayout",
+                                                "custom",
+                                                "accelerator",
+                                                "input-combination",
+                                                "output-combination",
+                                                "shared-tensor-filter-key",
+                                                "invoke-dynamic",
+                                                "invoke-async",
+                                                "suspend"};
   return std::ranges::find(kNames, property) != std::end(kNames);
 }
 

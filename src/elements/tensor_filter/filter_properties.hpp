@@ -96,7 +96,8 @@ inline constexpr std::tuple kFilterProperties{
                   "frame",
                   gst::Changeable::WhilePlaying},
     gst::Property{"invoke-async", &FilterSettings::invoke_async,
-                  "The engine answers on its own threads, with any number of outputs for a frame"},
+                  "The engine answers on its own threads, with any number of outputs for a frame",
+                  gst::Changeable::WhilePlaying},
     gst::Property{"async-timeout", &FilterSettings::async_timeout,
                   "With invoke-async: maximum time in milliseconds without an answer from the "
                   "engine while frames are in progress; 0 = no limit"},

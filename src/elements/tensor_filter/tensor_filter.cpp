@@ -15,6 +15,7 @@
 #include "elements/tensor_filter/model_source.hpp"
 #include "elements/tensor_filter/output_caps.hpp"
 #include "elements/tensor_filter/reported_properties.hpp"
+#include "elements/tensor_filter/running_flow.hpp"
 #include "elements/tensor_filter/running_model.hpp"
 #include "gstcpp/buffer/tensor_caps.hpp"
 #include "gstcpp/element/base_classes.hpp"
@@ -79,7 +80,7 @@ class TensorFilter : public gst::Element<TensorFilter, gst::PlainElement>,
         gst::post_error(element(), status.error());
         return GST_STATE_CHANGE_FAILURE;
       }
-      flow_->resume();
+      flow_.start();
     }
     if (change == GST_STATE_CHANGE_PAUSED_TO_READY) stop();
     const auto result = parent_class()->change_state(element(), change);
@@ -132,11 +133,11 @@ class TensorFilter : public gst::Element<TensorFilter, gst::PlainElement>,
         lag_.set_segment(event);
         break;
       case GST_EVENT_FLUSH_START:
-        flow()->flush();
+        flow_.flush();
         break;
       case GST_EVENT_FLUSH_STOP:
         placeholder_.flush();
-        flow()->resume();
+        flow_.resume();
         admission_.restart();
         return gst_pad_event_default(pad, GST_OBJECT_CAST(self()), event);
       case GST_EVENT_CUSTOM_DOWNSTREAM:
@@ -168,7 +169,7 @@ class TensorFilter : public gst::Element<TensorFilter, gst::PlainElement>,
 
   gboolean on_sink_query(GstPad* pad, GstQuery* query) {
     if (answer_caps_query(pad, opened().get(), query)) return TRUE;
-    if (GST_QUERY_TYPE(query) == GST_QUERY_DRAIN) flow()->drain();
+    if (GST_QUERY_TYPE(query) == GST_QUERY_DRAIN) flow_->drain();
     if (GST_QUERY_TYPE(query) == GST_QUERY_ALLOCATION) {
       const auto model = opened();
       if (!model) return FALSE;
@@ -181,14 +182,14 @@ class TensorFilter : public gst::Element<TensorFilter, gst::PlainElement>,
   gboolean on_source_query(GstPad* pad, GstQuery* query) {
     if (answer_caps_query(pad, opened().get(), query)) return TRUE;
     if (GST_QUERY_TYPE(query) == GST_QUERY_LATENCY) {
-      const auto delay = flow()->report_latency();
+      const auto delay = flow_->report_latency();
       return gst::answer_latency(sink_, query, delay.least, delay.most);
     }
     return gst_pad_query_default(pad, GST_OBJECT_CAST(self()), query);
   }
 
   void add_stats(GstStructure* stats) const {
-    flow()->add_stats(stats);
+    flow_->add_stats(stats);
     gst_structure_set(stats, "threads", G_TYPE_INT, engine_threads_.load(), nullptr);
     if (const auto monitor = model_.monitor()) add_worker_stats(*monitor, stats);
     if (const auto model = model_.get()) model->add_stats(stats);
@@ -206,19 +207,16 @@ class TensorFilter : public gst::Element<TensorFilter, gst::PlainElement>,
   // Called without active pads; all counters start at 0.
   void start_flow(const Settings& s) {
     statistics_.reset();
-    std::shared_ptr made = FrameFlow::make({element(), source_, &ledger_, &statistics_}, s);
-    std::lock_guard lock(flow_mutex_);
-    flow_.swap(made);
+    flow_.set(make_flow(s));
   }
-  std::shared_ptr<FrameFlow> flow() const {
-    std::lock_guard lock(flow_mutex_);
-    return flow_;
+  std::shared_ptr<FrameFlow> make_flow(const Settings& s) {
+    return FrameFlow::make({element(), source_, &ledger_, &statistics_}, s);
   }
 
   void configure() {
     const auto s = settings();
     admission_.configure(s);
-    flow()->configure(s);
+    flow_->configure(s);
   }
 
   Status open() {
@@ -256,7 +254,7 @@ class TensorFilter : public gst::Element<TensorFilter, gst::PlainElement>,
   }
   // Ends all waiting, for frames in progress and for worker processes.
   void stop() {
-    flow_->stop();
+    flow_.stop();
     model_.stop();
   }
   // Call after streaming has ended, with inactive pads.
@@ -337,6 +335,7 @@ class TensorFilter : public gst::Element<TensorFilter, gst::PlainElement>,
   Status open_again(GstCaps* caps, const Settings& properties) {
     const auto input = gst::fixed_spec_from_caps(caps);
     if (!input) return input.error();
+    const bool was_async = in_force_.invoke_async;
     Settings wanted = in_force_;
     gst::each_setting(kProperties, [&](const auto& p, size_t) {
       if (requires_reopen(p.name)) wanted.*p.field = properties.*p.field;
@@ -349,7 +348,14 @@ class TensorFilter : public gst::Element<TensorFilter, gst::PlainElement>,
       return out ? ok() : Status(out.error());
     });
     // A stop is not an error of the properties: the next start opens the model.
-    return model_.stopped() ? ok() : status;
+    if (model_.stopped()) return ok();
+    if (status && wanted.invoke_async != was_async)
+      flow_.replace([&] {
+        auto made = make_flow(wanted);
+        made->configure(settings());
+        return made;
+      });
+    return status;
   }
 
   // `begins`: caps arrived; otherwise downstream already has the current caps.
@@ -397,8 +403,7 @@ class TensorFilter : public gst::Element<TensorFilter, gst::PlainElement>,
   gst::FollowedSettings<Settings> followed_;  // likewise
   gst::PropertyFile config_file_;
   LagWatch lag_;
-  mutable std::mutex flow_mutex_;    // guards flow_; only open() replaces it
-  std::shared_ptr<FrameFlow> flow_;  // never null
+  RunningFlow flow_;
   Admission admission_{&statistics_};
   gst::PlaceholderWait placeholder_;
   ModelLifecycle lifecycle_;

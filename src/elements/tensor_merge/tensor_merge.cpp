@@ -67,7 +67,8 @@ class TensorMerge : public SyncElement<TensorMerge> {
     }
     const auto judge = [&](const Settings& wanted) -> Status {
       if (auto status = plan(wanted, tensors, &out); !status) return status;
-      return check_downstream(out);
+      const auto pad = Ref<GstPad>::adopt(gst_element_get_static_pad(element(), "src"));
+      return gst::check_downstream(pad.get(), out, "another option=");
     };
     if (follow_settings(&followed_, judge)) return out;
     if (auto status = plan(followed_.in_force, tensors, &out); !status) return status.error();
@@ -126,16 +127,6 @@ class TensorMerge : public SyncElement<TensorMerge> {
     plan_ = *std::move(plan);
     out->tensors = {plan_.output()};
     return ok();
-  }
-
-  Status check_downstream(const FrameSpec& spec) const {
-    const auto pad = Ref<GstPad>::adopt(gst_element_get_static_pad(element(), "src"));
-    const auto caps = gst::choose_caps(pad.get(), spec);
-    if (!gst_pad_is_linked(pad.get()) ||
-        (caps && gst_pad_peer_query_accept_caps(pad.get(), caps.get())))
-      return ok();
-    const auto peer = Ref<GstCaps>::adopt(gst_pad_peer_query_caps(pad.get(), nullptr));
-    return gst::downstream_mismatch(pad.get(), peer.get(), spec.to_string(), "another option=");
   }
 
   // Inputs and output stay mapped.

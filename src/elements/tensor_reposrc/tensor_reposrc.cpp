@@ -252,16 +252,12 @@ class TensorReposrc : public gst::Element<TensorReposrc, gst::PushSource> {
     const auto spec = gst::fixed_spec_from_caps(settings().caps.get());
     if (!spec || !difference_of(frame, *spec).empty()) return;
     follow_settings(&followed_, [&](const Settings& wanted) -> Status {
-      if (auto status = check_downstream(wanted.caps, *spec); !status) return status;
+      if (auto status = gst::check_downstream(pad(), wanted.caps.get(), "another caps="); !status)
+        return status;
       if (auto status = plan(wanted.caps); !status) return status;
       gst_base_src_set_caps(GST_BASE_SRC(self()), wanted.caps.get());
       return ok();
     });
-  }
-  Status check_downstream(const Ref<GstCaps>& caps, const FrameSpec& spec) const {
-    if (!gst_pad_is_linked(pad()) || gst_pad_peer_query_accept_caps(pad(), caps.get())) return ok();
-    const auto peer = Ref<GstCaps>::adopt(gst_pad_peer_query_caps(pad(), nullptr));
-    return gst::downstream_mismatch(pad(), peer.get(), spec.to_string(), "another caps=");
   }
 
   Status check(const Ref<GstCaps>& caps) {

@@ -287,15 +287,11 @@ class TensorTransform : public gst::CountedTransform<TensorTransform> {
               transformed((*options)->operation, (*options)->choice, input->tensors);
           !computed)
         return gst::post_error(element(), computed.error());
-    GstPad* pad = GST_BASE_TRANSFORM_SRC_PAD(self());
     const auto ours = Ref<GstCaps>::adopt(transform_caps(GST_PAD_SINK, caps, nullptr));
-    const auto theirs = Ref<GstCaps>::adopt(gst_pad_peer_query_caps(pad, nullptr));
-    if (gst_caps_can_intersect(ours.get(), theirs.get())) return;
-    gst::post_error(element(),
-                    gst::downstream_mismatch(
-                        pad, theirs.get(), gst::UniqueText(gst_caps_to_string(ours.get())).get(),
-                        "tensor_transform mode=typecast option=TYPE changes the "
-                        "type"));
+    const Status status =
+        gst::check_downstream(GST_BASE_TRANSFORM_SRC_PAD(self()), ours.get(),
+                              "tensor_transform mode=typecast option=TYPE changes the type");
+    if (!status) gst::post_error(element(), status.error());
   }
 
   // Until mode and option are set, holds caps and the events after them.
@@ -368,10 +364,8 @@ class TensorTransform : public gst::CountedTransform<TensorTransform> {
     GstPad* pad = GST_BASE_TRANSFORM_SRC_PAD(self());
     const auto theirs = Ref<GstCaps>::adopt(gst_pad_peer_query_caps(pad, nullptr));
     const auto ours = converted(GST_PAD_SINK, in.get(), theirs.get(), &options);
-    if (gst_caps_can_intersect(ours.get(), theirs.get())) return ok();
-    return gst::downstream_mismatch(pad, theirs.get(),
-                                    gst::UniqueText(gst_caps_to_string(ours.get())).get(),
-                                    "a mode and an option whose output downstream accepts");
+    return gst::check_downstream(pad, ours.get(),
+                                 "a mode and an option whose output downstream accepts");
   }
   // Parsed from the properties.
   using SharedOptions = std::shared_ptr<const Result<Options>>;

@@ -103,25 +103,45 @@ bool same_shapes(const char* text, const FrameSpec& spec) {
   return true;
 }
 
-// The peer's own spelling of an equal dimension; the last one wins. "" if there is none.
-std::string peer_spelling(Name name, const FrameSpec& spec, const GstCaps* peer) {
+bool same_types(const char* text, const FrameSpec& spec) {
+  const auto parsed = parse_type_list(text);
+  return parsed &&
+         std::equal(parsed->begin(), parsed->end(), spec.tensors.begin(), spec.tensors.end(),
+                    [](ElementType type, const auto& t) { return type == t.type; });
+}
+
+const char* dimensions_field(Name name) {
+  return name == Name::Tensor ? "dimension" : "dimensions";
+}
+const char* types_field(Name name) {
+  return name == Name::Tensor ? "type" : "types";
+}
+
+// The peer's own spelling of an equal list; the last one wins. "" if there is none.
+std::string peer_spelling(Name name, const char* field, const FrameSpec& spec, const GstCaps* peer,
+                          bool (*same)(const char*, const FrameSpec&)) {
   std::string found;
   if (!peer || gst_caps_is_any(peer)) return found;
   const char* media = name == Name::Tensor ? "other/tensor" : "other/tensors";
-  const char* field = name == Name::Tensor ? "dimension" : "dimensions";
   for (guint i = 0; i < gst_caps_get_size(peer); ++i) {
     const GstStructure* s = gst_caps_get_structure(peer, i);
     if (!gst_structure_has_name(s, media)) continue;
     const char* text = gst_structure_get_string(s, field);
-    if (text && same_shapes(text, spec)) found = text;
+    if (text && same(text, spec)) found = text;
   }
   return found;
+}
+
+std::string types_text(Name name, const FrameSpec& spec, const GstCaps* peer) {
+  const std::string spelled = peer_spelling(name, types_field(name), spec, peer, same_types);
+  return spelled.empty() ? join_types(spec.tensors) : spelled;
 }
 
 void append_static(GstCaps* caps, Name name, const FrameSpec& spec, const GstCaps* peer) {
   std::vector<std::string> texts;
   if (all_shapes_known(spec)) {
-    const std::string spelled = peer_spelling(name, spec, peer);
+    const std::string spelled =
+        peer_spelling(name, dimensions_field(name), spec, peer, same_shapes);
     texts = spelled.empty() ? spellings(spec) : std::vector{spelled};
   } else {
     texts.emplace_back();
@@ -138,11 +158,10 @@ void append_static(GstCaps* caps, Name name, const FrameSpec& spec, const GstCap
                           nullptr);
     }
     if (!dims.empty())
-      gst_structure_set(s, name == Name::Tensor ? "dimension" : "dimensions", G_TYPE_STRING,
-                        dims.c_str(), nullptr);
+      gst_structure_set(s, dimensions_field(name), G_TYPE_STRING, dims.c_str(), nullptr);
     if (all_types_known(spec))
-      gst_structure_set(s, name == Name::Tensor ? "type" : "types", G_TYPE_STRING,
-                        join_types(spec.tensors).c_str(), nullptr);
+      gst_structure_set(s, types_field(name), G_TYPE_STRING, types_text(name, spec, peer).c_str(),
+                        nullptr);
     set_rate(s, spec.rate);
     gst_caps_append_structure(caps, s);
   }
@@ -335,6 +354,30 @@ Error downstream_mismatch(GstPad* source_pad, const GstCaps* peer, std::string o
                                    : nullptr;
   return downstream_mismatch(factory ? GST_OBJECT_NAME(factory) : "this one", peer,
                              std::move(offered), std::move(fix));
+}
+
+bool downstream_accepts(GstPad* source_pad, GstCaps* caps) {
+  if (!caps) return false;
+  if (!gst_pad_is_linked(source_pad)) return true;
+  // The two queries differ: tensor_filter answers one for caps that do not fit its model with its
+  // template, and tensor_transform leaves the dimensions open without a filter.
+  const auto all = Ref<GstCaps>::adopt(gst_pad_peer_query_caps(source_pad, nullptr));
+  const auto some = Ref<GstCaps>::adopt(gst_pad_peer_query_caps(source_pad, caps));
+  return gst_caps_can_intersect(caps, all.get()) && gst_caps_can_intersect(caps, some.get()) &&
+         (!gst_caps_is_fixed(caps) || gst_pad_peer_query_accept_caps(source_pad, caps));
+}
+
+Status check_downstream(GstPad* source_pad, GstCaps* caps, std::string fix) {
+  if (downstream_accepts(source_pad, caps)) return ok();
+  const auto peer = Ref<GstCaps>::adopt(gst_pad_peer_query_caps(source_pad, nullptr));
+  return downstream_mismatch(source_pad, peer.get(), UniqueText(gst_caps_to_string(caps)).get(),
+                             std::move(fix));
+}
+
+Status check_downstream(GstPad* source_pad, const FrameSpec& spec, std::string fix) {
+  if (downstream_accepts(source_pad, choose_caps(source_pad, spec).get())) return ok();
+  const auto peer = Ref<GstCaps>::adopt(gst_pad_peer_query_caps(source_pad, nullptr));
+  return downstream_mismatch(source_pad, peer.get(), spec.to_string(), std::move(fix));
 }
 
 Status send_caps(GstPad* source_pad, const FrameSpec& spec, GstCaps* caps) {

@@ -24,7 +24,7 @@ Result<FrameSpec> fixed_spec_from_caps(const GstCaps* caps);
 
 // All caps for this spec that intersect the pad's template, in order: other/tensor (static, at most
 // one tensor), other/tensors static, other/tensors flexible. Unknown parts stay open: an invalid
-// rate, a tensor without type or shape. If `peer` (may be null) spells an equal dimension
+// rate, a tensor without type or shape. If `peer` (may be null) spells equal dimensions or types
 // differently, its spelling is used.
 Ref<GstCaps> possible_caps(GstPad* pad, const FrameSpec& spec, const GstCaps* peer);
 
@@ -38,6 +38,13 @@ Ref<GstCaps> choose_caps(GstPad* source_pad, const FrameSpec& spec);
 // Pushes `caps`, made for `spec`. SPEC_MISMATCH with both sides when downstream does not accept
 // them and no downstream element posts its own error; `caps` may be null.
 Status send_caps(GstPad* source_pad, const FrameSpec& spec, GstCaps* caps);
+// Whether nothing is linked, or the downstream element accepts `caps`: one of its structures, or
+// the whole if it is fixed. False for null.
+bool downstream_accepts(GstPad* source_pad, GstCaps* caps);
+// The same as an error, SPEC_MISMATCH with both sides.
+Status check_downstream(GstPad* source_pad, GstCaps* caps, std::string fix);
+// The same for the caps that choose_caps() returns for `spec`.
+Status check_downstream(GstPad* source_pad, const FrameSpec& spec, std::string fix);
 // The spec as caps for a pipeline description; lists are quoted.
 std::string caps_to_paste(const FrameSpec& spec);
 // SPEC_MISMATCH: the downstream element accepts only `peer` and not the result `offered`.

@@ -167,8 +167,7 @@ Status SometimesPads::takes(size_t index, const FrameSpec& spec) const {
   if (index >= outputs_.size() || !outputs_[index] || !is_linked(*outputs_[index])) return ok();
   GstPad* pad = outputs_[index]->pad.get();
   const auto caps = choose_caps(pad, spec);
-  if (!caps) return mismatch(pad, spec, nullptr);
-  if (gst_pad_peer_query_accept_caps(pad, caps.get())) return ok();
+  if (downstream_accepts(pad, caps.get())) return ok();
   return mismatch(pad, spec, caps.get());
 }
 

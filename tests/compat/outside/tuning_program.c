@@ -46,6 +46,9 @@ static const Tuning kTunings[] = {
     {TENSORS "tensor_split name=it tensorseg=3:4:1,3:4:1 it.src_0", "tensorpick", "1", 1},
     {TENSORS "tensor_split name=it tensorseg=3:4:1,3:4:1 it.src_0", "tensorseg", "3:2,3:6", 1},
     {TENSORS "tensor_split name=it tensorseg=3:4:1,3:4:1 it.src_0", "tensorseg", "3:99", 0},
+    {TENSORS "tensor_split name=it tensorseg=3:4:2 it.src_0 ! tensor_filter framework=custom-easy "
+             "model=same",
+     "tensorseg", "3:2:2,3:2:2", 0},
     {TENSORS "tensor_merge name=it", "option", "1", 1},
     {TENSORS "tensor_merge name=it", "option", "17", 0},
     {TENSORS "tensor_merge name=it", "mode", "stacked", 0},

@@ -1,0 +1,55 @@
+// PyTorch models in pipelines: properties that contradict the model. Skipped without libtorch.
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include "pytorch/torchscript_builder_test_support.hpp"
+
+#include <fstream>
+
+#include "elements/tests/element_test_support.hpp"
+
+namespace {
+
+using namespace weir::test;
+
+class PytorchFilter : public testing::Test {
+ protected:
+  void SetUp() override {
+    const auto bytes = weir::engine_test::torchscript(
+        "def forward(self, x: Tensor) -> Tensor:\n  return torch.neg(x)");
+    std::ofstream(path_, std::ios::binary)
+        .write(reinterpret_cast<const char*>(bytes.data()),
+               static_cast<std::streamsize>(bytes.size()));
+    const auto error = start_error(filter("output=4:2 outputtype=float32"), caps_);
+    if (error.find("WEIR-3002") != std::string::npos) GTEST_SKIP() << error;
+    ASSERT_EQ(error, "");
+  }
+  std::string filter(const std::string& output) const {
+    return "tensor_filter framework=pytorch model=" + path_ + " input=4:2 inputtype=float32 " +
+           output;
+  }
+
+  const std::string path_ = testing::TempDir() + "weir_negative.pt";
+  const std::string caps_ = tensors("float32", "4:2");
+};
+
+// docs/compatibility/filter.md 4.3: an error for every framework.
+TEST_F(PytorchFilter, RejectsOutputPropertiesThatContradictTheModel) {
+  for (const char* wrong : {"output=4:3 outputtype=float32", "output=4:2 outputtype=uint8",
+                            "outputtype=int8", "output=4 outputtype=float32", "output=8"})
+    EXPECT_SAYS(start_error(filter(wrong), caps_), "WEIR-2001: output contradicts the model")
+        << wrong;
+  EXPECT_SAYS(start_error(filter("output=4:2,4:2 outputtype=float32,float32"), caps_),
+              "WEIR-2001: output and the model have different numbers of tensors");
+}
+
+TEST_F(PytorchFilter, AcceptsOutputPropertiesThatMatchTheModel) {
+  for (const char* right : {"", "output=4:2", "output=4:2:1:1 outputtype=float32"}) {
+    auto h = harness_of(filter(right), caps_);
+    const auto out = Ref<GstBuffer>::adopt(
+        gst_harness_push_and_pull(h.get(), frame<float>({1, -2, 3, 4, 5, 6, 7, 8})));
+    ASSERT_TRUE(out) << right;
+    EXPECT_EQ(values<float>(out.get()), (std::vector<float>{-1, 2, -3, -4, -5, -6, -7, -8}));
+    EXPECT_SAYS(caps_text(h), "dimension=(string)4:2");
+  }
+}
+
+}  // namespace
