@@ -90,9 +90,9 @@ TEST(BoundingBoxesRefusals, LabelFilesMustBeReadable) {
   EXPECT_SAYS(missing, "WEIR-4001: the label file cannot be read: No such file or directory");
   EXPECT_SAYS(missing, "offered: option2=/nowhere/labels.txt");
   EXPECT_SAYS(error_with(good(), "option2", testing::TempDir()),
-              "WEIR-4001: the label file cannot be read: not a regular file");
+              "WEIR-4001: the label file cannot be read: Is a directory");
   EXPECT_SAYS(error_with(good(), "option2", "/dev/null"),
-              "WEIR-4001: the label file cannot be read: it is not a regular file");
+              "WEIR-4001: the label file cannot be read: not a regular file");
   EXPECT_SAYS(error_with(good(), "option2", file_with("empty.txt", "")), "WEIR-4002");
 }
 
