@@ -349,7 +349,8 @@ class TensorConverter : public gst::Element<TensorConverter, gst::PlainElement> 
     set_timestamp_ = s.set_timestamp;
     times_.decide(s.on_backwards_time);
     // Downstream need not accept a placeholder.
-    if (!keeps) waits_for_frame_ = plan_.first_frame_decides && !is_taken(source_, plan_.spec);
+    const bool may_differ = plan_.first_frame_decides || plan_.frames_have_rates;
+    if (!keeps) waits_for_frame_ = may_differ && !is_taken(source_, plan_.spec);
     if (!keeps && !waits_for_frame_)
       if (auto status = announce(); !status) return status;
     if (plan_.frame_bytes > 0)
