@@ -3,6 +3,8 @@
 
 import numpy as np
 
+from drawing_reference import RED, RISE, Frame
+
 f4 = np.float32
 
 
@@ -15,8 +17,10 @@ def overlap(a, b):
     across = max(0, min(a[0] + a[2], b[0] + b[2]) - max(a[0], b[0]) + 1)
     down = max(0, min(a[1] + a[3], b[1] + b[3]) - max(a[1], b[1]) + 1)
     both = across * down
+    if not both:
+        return 0.0
     union = a[2] * a[3] + b[2] * b[3] - both
-    return max(0.0, both / union) if union else 0.0
+    return max(0.0, both / union) if union else float("inf")
 
 
 def rotated_overlap(a, b):
@@ -42,13 +46,15 @@ def suppress(boxes, threshold, how=overlap):
 
 # Each scheme returns boxes of x, y, width, height, class, probability and angle.
 
-def mobilenet_ssd(boxes, scores, priors, size, threshold=0.5, scales=(10, 10, 5, 5), most=0.5):
+def mobilenet_ssd(boxes, scores, priors, size, threshold=0.5, scales=(10, 10, 5, 5), most=0.5, first=False):
+    """With `first` the first class over the threshold, as tensor_region takes it; otherwise the best."""
     width, height = size
     found = []
     for b, s, (py, px, ph, pw) in zip(boxes.reshape(-1, 4), scores, priors.T):
-        best = 1 + s[1:].argmax()
-        if s[best] < np.log(threshold / (1 - threshold)):
+        over = s[1:] >= np.log(threshold / (1 - threshold))
+        if not over.any():
             continue
+        best = 1 + (over if first else s[1:]).argmax()
         yc, xc = b[0] / f4(scales[0]) * ph + py, b[1] / f4(scales[1]) * pw + px
         h, w = np.exp(b[2] / f4(scales[2])) * ph, np.exp(b[3] / f4(scales[3])) * pw
         found.append((max(0, whole((xc - w / 2) * width)), max(0, whole((yc - h / 2) * height)), whole(w * width),
@@ -169,23 +175,10 @@ class Tracker:
         return numbers
 
 
-def line(frame, x1, y1, x2, y2):
-    """The nearest pixel at each step of the longer side; a half goes away from the start."""
-    steps = max(abs(x2 - x1), abs(y2 - y1))
-    for i in range(steps + 1):
-        def at(start, end):
-            away = (2 * i * abs(end - start) + steps) // (2 * steps) if steps else 0
-            return start + (away if end > start else -away)
-        x, y = at(x1, x2), at(y1, y2)
-        if 0 <= x < frame.shape[1] and 0 <= y < frame.shape[0]:
-            frame[y, x] = 255, 0, 0, 255
-
-
 def draw(boxes, output, size, labels=None, numbers=None):
-    """The frame, and which of its pixels are cells of text, where only the geometry is known."""
+    """The frame on which the boxes and their labels are."""
     (ow, oh), (iw, ih) = output, size
-    frame, cells = np.zeros((oh, ow, 4), np.uint8), np.zeros((oh, ow), bool)
-    red = np.array([255, 0, 0, 255], np.uint8)
+    frame = Frame(output)
     for i, (x, y, w, h, c, _, angle) in enumerate(boxes):
         if labels and not 0 <= c < len(labels):
             continue
@@ -194,23 +187,11 @@ def draw(boxes, output, size, labels=None, numbers=None):
             corners = [(whole((x + dx * cos - dy * sin) * ow / iw), whole((y + dx * sin + dy * cos) * oh / ih))
                        for dx, dy in ((-w / 2, -h / 2), (w / 2, -h / 2), (w / 2, h / 2), (-w / 2, h / 2))]
             for start, end in zip(corners, corners[1:] + corners[:1]):
-                line(frame, *start, *end)
+                frame.line(*start, *end, RED)
             continue
         x1, x2 = whole(ow * x / iw), min(ow - 1, whole(ow * (x + w) / iw))
         y1, y2 = whole(oh * y / ih), min(oh - 1, whole(oh * (y + h) / ih))
-        for row in (y1, y2):
-            if 0 <= row < oh:
-                frame[row, max(0, x1):max(0, x2 + 1)] = red
-        for column in (x1, x2):
-            if 0 <= column < ow:
-                frame[max(0, y1 + 1):max(0, y2), column] = red
-        if not labels:
-            continue
-        text = labels[c] + (f"-{numbers[i]}" if numbers else "")
-        left, top = x1, max(0, y1 - 14)
-        for _ in text.encode():
-            if left + 8 > ow:
-                break
-            cells[top:top + 13, max(0, left):left + 8] = True
-            left += 9
-    return frame, cells
+        frame.outline(x1, y1, x2, y2, RED)
+        if labels:
+            frame.text(x1, max(0, y1 - RISE), labels[c] + (f"-{numbers[i]}" if numbers else ""))
+    return frame

@@ -8,6 +8,7 @@ The classes are those that protoc and flatc make of the schemas in src/modules/m
 import importlib.util
 import os
 import pathlib
+import re
 import shutil
 import struct
 import subprocess
@@ -267,6 +268,28 @@ class Messages(unittest.TestCase):
                 got, said = self.converted(name, [library.write(Message(f, fmt=1)) for f in frames])
                 self.assertEqual(got, b"".join(header(f[0]) + f[0].tobytes() for f in frames))
                 self.assertIn("format=(string)flexible", said)
+
+    def test_caps_with_what_the_messages_hold_are_met_after_the_first(self):
+        for name, library in self.formats():
+            with self.subTest(name):
+                frames = self.frames(((2, 3), np.uint8))
+                caps = "other/tensors,format=static,num_tensors=1,dimensions=(string)3:2,types=(string)uint8,framerate=25/1"
+                got, said = self.converted(name, [library.write(Message(f, rate=(25, 1))) for f in frames], f"! {caps}")
+                self.assertEqual(got, b"".join(f[0].tobytes() for f in frames))
+                self.assertNotIn("dimensions=(string)1:1:1:1", said, "the placeholder is refused here")
+
+    def test_only_the_modules_of_a_format_need_its_library(self):
+        build = pathlib.Path(os.environ["WEIR_BUILD"])
+        needs = {}
+        for path in build.glob("src/**/lib*.so*"):
+            if path.is_file() and re.fullmatch(r"lib(gst)?weir[\w-]*\.so[.\d]*", path.name):
+                table = subprocess.run(["readelf", "-d", str(path)], capture_output=True, text=True, check=True).stdout
+                needs[path.name] = "libprotobuf" in table or "libflatbuffers" in table
+        self.assertGreater(len(needs), 10)
+        formats = {f"libweir-{kind}-{name}.so" for kind in ("decoder", "converter") for name, _ in self.formats()}
+        self.assertLessEqual({name for name, needed in needs.items() if needed}, formats)
+        for name in formats & {"libweir-decoder-protobuf.so", "libweir-converter-protobuf.so"}:
+            self.assertTrue(needs[name], name)
 
     def test_shapes_may_change_from_message_to_message(self):
         for name, library in self.formats():

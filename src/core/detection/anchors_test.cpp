@@ -86,6 +86,7 @@ TEST(SsdHead, ThresholdsAtTheEndsAcceptAllOrNothing) {
 
 TEST(SsdHead, LeavesOutWhatIsNotFinite) {
   EXPECT_TRUE(decode_one({0, 0, 0, 0}, {0, kNan}).empty());
+  EXPECT_TRUE(decode_one({0, 0, 0, 0}, {0, kNan}, 0).empty()) << "a threshold that numbers reach";
   EXPECT_TRUE(decode_one({0, 0, 0, 0}, {9}).empty()) << "only background";
   EXPECT_TRUE(decode_one({kNan, 0, 0, 0}, {0, 1}).empty());
   EXPECT_TRUE(decode_one({0, 0, 1e4f, 0}, {0, 1}).empty()) << "exp(2000)";

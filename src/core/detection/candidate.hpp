@@ -23,7 +23,7 @@ struct Candidate {
 
   bool is_finite() const noexcept {
     return std::isfinite(x) && std::isfinite(y) && std::isfinite(width) && std::isfinite(height) &&
-           std::isfinite(angle);
+           std::isfinite(angle) && std::isfinite(score);
   }
   bool operator==(const Candidate&) const = default;
 };

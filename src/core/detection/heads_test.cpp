@@ -67,6 +67,7 @@ TEST(SsdPostprocessed, LeavesOutRowsThatAreNotFinite) {
     EXPECT_TRUE(postprocessed({0, 0, 1, 1}, {bad}, {1}, 1).empty());
   }
   EXPECT_TRUE(postprocessed({0, 0, 1, 1}, {0}, {kNan}, 1).empty());
+  EXPECT_TRUE(postprocessed({0, 0, 1, 1}, {0}, {kInfinity}, 1).empty());
   EXPECT_TRUE(postprocessed({0, 0, 1, 1}, {0}, {0.49f}, 1).empty());
 }
 
@@ -105,6 +106,21 @@ TEST(YoloV5, LeavesOutRowsThatAreNotFinite) {
   EXPECT_TRUE(
       decode_yolov5(std::vector<float>{0, 0, 1, 1, kNan, 1}, 1, 0.25f, YoloUnit::Picture, kPicture)
           .empty());
+}
+
+// Scores that are not numbers are less than every number, and a negative objectness turns that
+// around.
+TEST(YoloV5, LeavesOutProbabilitiesThatAreNotFinite) {
+  const std::vector<std::pair<float, float>> pairs{
+      {-1, kNan}, {1, kInfinity}, {kInfinity, 1}, {-1, -kInfinity}};
+  for (const auto& [objectness, score] : pairs) {
+    const std::vector<float> row{0.5f, 0.5f, 0.5f, 0.5f, objectness, score};
+    EXPECT_TRUE(decode_yolov5(row, 1, 0.25f, YoloUnit::Picture, kPicture).empty()) << objectness;
+  }
+  const std::vector<float> row{0.5f, 0.5f, 0.5f, 0.5f, kInfinity, 0};
+  EXPECT_TRUE(
+      decode_yolov8(std::span(row).first(5), 1, 0.25f, YoloUnit::Picture, kPicture).empty());
+  EXPECT_TRUE(decode_yolov8_obb(row, 1, 0.25f, YoloUnit::Picture, kPicture).empty());
 }
 
 TEST(YoloRows, AreThoseOfThreeGrids) {

@@ -22,16 +22,13 @@ void classes_from_scores(std::span<const float> scores, size_t classes, float th
 std::optional<size_t> classes_from_numbers(std::span<const float> numbers, size_t classes,
                                            std::span<uint16_t> out) noexcept {
   const auto limit = static_cast<float>(classes);
-  // The comparison is false for NaN. Values above -1 are rounded to 0.
-  const auto valid = [limit](float number) { return number > -1 && number < limit; };
-  bool all_valid = true;
   for (size_t i = 0; i < numbers.size(); ++i) {
-    const bool good = valid(numbers[i]);
-    out[i] = static_cast<uint16_t>(static_cast<int32_t>(good ? numbers[i] : 0));
-    all_valid &= good;
+    const float number = numbers[i];
+    // False for NaN. Values above -1 are rounded to 0.
+    if (!(number > -1 && number < limit)) return i;
+    out[i] = static_cast<uint16_t>(static_cast<int32_t>(number));
   }
-  if (all_valid) return std::nullopt;
-  return std::find_if_not(numbers.begin(), numbers.end(), valid) - numbers.begin();
+  return std::nullopt;
 }
 
 GreatestDepth greatest_depth(std::span<const float> depths) noexcept {

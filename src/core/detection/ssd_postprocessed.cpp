@@ -15,7 +15,9 @@ Candidates decode(const PostprocessedSsd& head, float threshold, PictureSize pic
           : 0;
   Candidates found;
   for (size_t i = 0; i < rows; ++i) {
-    if (!(head.scores[i] >= threshold) || !(std::abs(head.classes[i]) < 1 << 24)) continue;
+    const float score = head.scores[i];
+    if (!(score >= threshold && std::isfinite(score)) || !(std::abs(head.classes[i]) < 1 << 24))
+      continue;
     const auto box = head.boxes.subspan(4 * i, 4);
     if (!std::all_of(box.begin(), box.end(), [](float value) { return std::isfinite(value); }))
       continue;
@@ -25,7 +27,7 @@ Candidates decode(const PostprocessedSsd& head, float threshold, PictureSize pic
                      .y = top * height,
                      .width = (right - left) * width,
                      .height = (bottom - top) * height,
-                     .score = head.scores[i],
+                     .score = score,
                      .class_index = static_cast<int32_t>(head.classes[i]),
                      .row = static_cast<uint32_t>(i)});
   }

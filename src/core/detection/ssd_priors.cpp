@@ -42,7 +42,9 @@ Found find_class(std::span<const float> row, float threshold, SsdClass choice) {
   }
   const float best = best_score(scores);
   if (!(best >= threshold) || scores.empty()) return {};
-  return {class_with(scores, best) + 1, best};
+  const int32_t found = class_with(scores, best);
+  if (scores[static_cast<size_t>(found)] != best) return {};  // no score is a number
+  return {found + 1, best};
 }
 
 }  // namespace

@@ -14,7 +14,7 @@ enum class YoloUnit {
 };
 
 // Returns the rows whose probability (best class times objectness) is above `threshold`, in their
-// order. Boxes that are not finite are left out.
+// order. Boxes and probabilities that are not finite are left out.
 Candidates decode_yolov5(std::span<const float> rows, size_t classes, float threshold,
                          YoloUnit unit, PictureSize picture);
 // Rows that a YOLOv5 or YOLOv8 model of this input size has: `anchors` (3 or 1) of each cell of

@@ -8,8 +8,8 @@
 
 namespace weir::detection {
 
-// Returns the rows whose best class is above `threshold`, in their order. Boxes that are not finite
-// are left out.
+// Returns the rows whose best class is above `threshold`, in their order. Boxes and scores that are
+// not finite are left out.
 Candidates decode_yolov8(std::span<const float> rows, size_t classes, float threshold,
                          YoloUnit unit, PictureSize picture);
 // The same for oriented boxes: x and y of the candidates are the centre.

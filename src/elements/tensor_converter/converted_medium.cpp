@@ -63,6 +63,7 @@ Result<StreamPlan> ConvertedMedium::configure(const GstCaps* caps, const Prefere
   plan.spec.format = Format::Static;
   plan.spec.rate = rate_of(caps);
   plan.frames_out = frames_per_tensor_;
+  plan.frames_have_rates = true;
   user_ = preferences.tensors;
   plan_before_the_first(preferences, &plan);
   if (!plan.first_frame_decides) return plan;

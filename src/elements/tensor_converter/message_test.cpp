@@ -105,6 +105,28 @@ TEST_P(ConverterMessage, WaitsForTheFirstBufferWhenThePlaceholderIsRefused) {
   EXPECT_EQ(content(out.get()), (Bytes{1, 2, 3}));
 }
 
+// Downstream fixes the tensors and the rate of the messages, and the stream has caps of another
+// rate.
+TEST_P(ConverterMessage, WaitsForTheFirstBufferWhenTheRateIsRefused) {
+  for (const char* rate : {"0/1", "10/1"}) {
+    Harness h{gst_harness_new_parse("tensor_converter")};
+    gst_harness_set_sink_caps_str(h.get(), static_caps("3", "uint8", 1, 25).c_str());
+    gst_harness_set_src_caps_str(h.get(), (media() + ",framerate=" + rate).c_str());
+    const auto out = converted(h, message(static_caps("3", "uint8", 1, 25), {{1, 2, 3}}));
+    EXPECT_EQ(content(out.get()), (Bytes{1, 2, 3})) << rate;
+    EXPECT_SAYS(caps_text(h), "framerate=(fraction)25/1");
+  }
+}
+
+TEST_P(ConverterMessage, MustHaveTheRateThatDownstreamFixes) {
+  Harness h{gst_harness_new_parse("tensor_converter")};
+  gst_harness_set_sink_caps_str(h.get(), static_caps("3", "uint8", 1, 25).c_str());
+  gst_harness_set_src_caps_str(h.get(), (media() + ",framerate=10/1").c_str());
+  const auto error = error_of(h, message(static_caps("3", "uint8", 1, 30), {{1, 2, 3}}));
+  EXPECT_SAYS(error, "WEIR-2001: the element downstream of tensor_converter does not accept");
+  EXPECT_SAYS(error, "framerate=(fraction)25/1");
+}
+
 TEST_P(ConverterMessage, MustMakeWhatTheUserSaid) {
   auto h = converter("input-dim=2 input-type=uint8");
   const auto error = error_of(h, message(static_caps("3", "uint8", 1), {{1, 2, 3}}));

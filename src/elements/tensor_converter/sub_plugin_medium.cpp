@@ -134,6 +134,7 @@ Result<StreamPlan> SubPluginMedium::configure(const GstCaps* caps, const Prefere
   plan.spec.format = Format::Static;
   plan.spec.rate = rate_;
   plan.frames_out = frames_per_tensor_;
+  plan.frames_have_rates = true;
   plan.spec.tensors = !user_.empty() ? user_ : preferences.peer;
   if (!plan.spec.tensors.empty()) return plan;
   auto spec = first_spec(caps);

@@ -351,7 +351,7 @@ class TensorConverter : public gst::Element<TensorConverter, gst::PlainElement> 
     // Downstream need not accept a placeholder.
     if (!keeps)
       waits_for_frame_ =
-          plan_.first_frame_decides &&
+          (plan_.first_frame_decides || plan_.frames_have_rates) &&
           !gst::downstream_accepts(source_, gst::choose_caps(source_, plan_.spec).get());
     if (!keeps && !waits_for_frame_)
       if (auto status = announce(); !status) return status;

@@ -5,9 +5,12 @@
 #include "messages/flatbuf_message.hpp"
 
 #include <algorithm>
+#include <bit>
 #include <cstring>
 
 #include "tensors_generated.h"
+
+static_assert(std::endian::native == std::endian::little, "FlatBuffers are little-endian");
 
 namespace weir::messages {
 namespace {
@@ -108,14 +111,17 @@ Status FlatbufMessage::parse(std::span<const std::byte> bytes, TensorMessage* me
   }
   message->format = static_cast<uint32_t>(root->format());
   for (const auto* from : *tensors) {
-    auto& tensor = message->tensors.emplace_back();
+    auto& tensor = message->tensors.emplace_back(kNoTensor);
     tensor.type = static_cast<uint32_t>(from->type());
     const auto* dimensions = from->dimension();
-    if (dimensions && dimensions->size() > tensor.dimensions.size())
-      return damaged_message(kName, "a tensor has too many dimensions",
-                             std::to_string(dimensions->size()), "at most 16");
-    for (flatbuffers::uoffset_t i = 0; dimensions && i < dimensions->size(); ++i)
-      tensor.dimensions[i] = dimensions->Get(i);
+    const size_t rank = dimensions ? dimensions->size() : 0;
+    if (rank > tensor.dimensions.size())
+      return damaged_message(kName, "a tensor has too many dimensions", std::to_string(rank),
+                             "at most 16");
+    if (rank == tensor.dimensions.size())  // as most writers have it: a copy without a loop
+      std::memcpy(tensor.dimensions.data(), dimensions->Data(), sizeof tensor.dimensions);
+    else if (rank > 0)
+      std::copy(dimensions->begin(), dimensions->end(), tensor.dimensions.begin());
     if (const auto* content = from->data())
       tensor.data = std::as_bytes(std::span(content->data(), content->size()));
   }

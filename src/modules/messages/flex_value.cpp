@@ -35,6 +35,12 @@ size_t fixed_length(uint8_t type) {
   if (type == kVectorInt3 || type == kVectorUInt3) return 3;
   return type == kVectorInt4 || type == kVectorUInt4 ? 4 : 0;
 }
+template <class T>
+uint64_t load(const std::byte* from) {
+  T value;
+  std::memcpy(&value, from, sizeof value);
+  return value;
+}
 bool is_signed_vector(uint8_t type) {
   return type == kVectorInt || type == kVectorInt2 || type == kVectorInt3 || type == kVectorInt4;
 }
@@ -52,9 +58,17 @@ std::optional<FlexValue> FlexValue::root(std::span<const std::byte> buffer) noex
 
 std::optional<uint64_t> FlexValue::number(size_t at, size_t width) const noexcept {
   if (!has(at, width)) return {};
-  uint64_t value = 0;
-  std::memcpy(&value, buffer_.data() + at, width);
-  return value;
+  const std::byte* from = buffer_.data() + at;
+  switch (width) {  // a copy of a size that is not known is a call
+    case 1:
+      return load<uint8_t>(from);
+    case 2:
+      return load<uint16_t>(from);
+    case 4:
+      return load<uint32_t>(from);
+    default:
+      return load<uint64_t>(from);
+  }
 }
 
 std::optional<int64_t> FlexValue::signed_number(size_t at, size_t width) const noexcept {
@@ -104,6 +118,20 @@ FlexValue FlexElements::at(size_t index) const noexcept {
   const uint8_t type =
       type_ != 0 ? type_ : static_cast<uint8_t>(of_.buffer_[first_ + count_ * width + index]);
   return FlexValue(of_.buffer_, first_ + index * width, width, type);
+}
+
+bool FlexElements::copy_to(std::span<uint32_t> out) const noexcept {
+  // As writers make vectors of 32-bit numbers.
+  if (type_ == kUInt << 2 && of_.width() == sizeof(uint32_t)) {
+    std::memcpy(out.data(), of_.buffer_.data() + first_, count_ * sizeof(uint32_t));
+    return true;
+  }
+  for (size_t i = 0; i < count_; ++i) {
+    const auto number = at(i).integer();
+    if (!number || *number < 0 || *number > UINT32_MAX) return false;
+    out[i] = static_cast<uint32_t>(*number);
+  }
+  return true;
 }
 
 void FlexElements::find_keys() noexcept {

@@ -56,6 +56,9 @@ class FlexElements {
   // The key of an element of a map, without its terminating zero; its first 32 bytes if it is
   // longer. Nullopt for vectors and damaged keys.
   std::optional<std::string_view> key_at(size_t index) const noexcept;
+  // Copies the elements; false unless all are integers from 0 to 2^32 - 1. Precondition: `out` has
+  // at least size() elements.
+  bool copy_to(std::span<uint32_t> out) const noexcept;
 
  private:
   friend class FlexValue;

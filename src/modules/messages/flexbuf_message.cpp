@@ -94,13 +94,8 @@ bool read_tensor(const FlexValue& value, MessageTensor* tensor) {
     return false;
   tensor->type =
       *type < 0 || *type > WEIR_TYPE_END ? uint32_t{WEIR_TYPE_END} : static_cast<uint32_t>(*type);
-  for (size_t i = 0; i < dimensions->size(); ++i) {
-    const auto dimension = dimensions->at(i).integer();
-    if (!dimension || *dimension < 0 || *dimension > UINT32_MAX) return false;
-    tensor->dimensions[i] = static_cast<uint32_t>(*dimension);
-  }
   tensor->data = *data;
-  return true;
+  return dimensions->copy_to(tensor->dimensions);
 }
 
 bool read_int32(const FlexValue& value, int32_t* out) {
@@ -167,7 +162,7 @@ Status FlexbufMessage::parse(std::span<const std::byte> bytes, TensorMessage* me
     if (*key == "format") good = read_int32(value, &format);
     if (index && *index >= WEIR_TENSOR_LIMIT) return too_many_tensors(kName, uint64_t{*index} + 1);
     if (index) {
-      if (message->tensors.size() <= *index) message->tensors.resize(size_t{*index} + 1);
+      if (message->tensors.size() <= *index) message->tensors.resize(size_t{*index} + 1, kNoTensor);
       good = read_tensor(value, &message->tensors[*index]);
       ++found;
     }

@@ -201,7 +201,7 @@ Status ProtobufMessage::parse(std::span<const std::byte> bytes, TensorMessage* m
       case kTensor: {
         const auto tensor = fields.bytes();
         if (++seen > WEIR_TENSOR_LIMIT) break;  // counted for the error
-        good = read_tensor(tensor, &message->tensors.emplace_back());
+        good = read_tensor(tensor, &message->tensors.emplace_back(kNoTensor));
         break;
       }
       case kFormat:

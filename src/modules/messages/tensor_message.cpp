@@ -14,12 +14,18 @@ std::string written_by(const char* format_name) {
          format_name + " writes such messages";
 }
 
-// The rank: entries before the first 0. Nullopt for rank 0 and for values after a 0.
-std::optional<uint32_t> rank_of(const MessageTensor& tensor) {
+// The bytes of all elements, UINT64_MAX beyond 64 bits; nullopt without a dimension and for values
+// after a 0.
+std::optional<uint64_t> bytes_of(const MessageTensor& tensor) {
   const auto& d = tensor.dimensions;
-  const auto end = std::find(d.begin(), d.end(), 0u);
-  if (end == d.begin() || std::any_of(end, d.end(), [](uint32_t v) { return v != 0; })) return {};
-  return static_cast<uint32_t>(end - d.begin());
+  uint64_t bytes = element_bytes(tensor.type);
+  size_t rank = 0;
+  for (; rank < d.size() && d[rank] != 0; ++rank)
+    if (__builtin_mul_overflow(bytes, uint64_t{d[rank]}, &bytes)) bytes = UINT64_MAX;
+  uint32_t after = 0;
+  for (size_t i = rank; i < d.size(); ++i) after |= d[i];
+  if (rank == 0 || after != 0) return {};
+  return bytes;
 }
 
 std::string text_of(const std::array<uint32_t, WEIR_RANK_LIMIT>& dimensions) {
@@ -36,13 +42,11 @@ Status check_tensor(const char* format_name, size_t index, uint32_t format,
   if (tensor.type >= WEIR_TYPE_END)
     return damaged_message(format_name, has("no known element type"),
                            "type " + std::to_string(tensor.type), "0 (int32) to 10 (float16)");
-  const auto rank = rank_of(tensor);
-  if (!rank)
+  const auto known = bytes_of(tensor);
+  if (!known)
     return damaged_message(format_name, has("dimensions that cannot be"),
                            text_of(tensor.dimensions), "1 to 16 dimensions of at least 1, then 0");
-  uint64_t bytes = element_bytes(tensor.type);
-  for (uint32_t i = 0; i < *rank; ++i)
-    if (__builtin_mul_overflow(bytes, uint64_t{tensor.dimensions[i]}, &bytes)) bytes = UINT64_MAX;
+  const uint64_t bytes = *known;
   const uint64_t header = format == kFlexible ? kHeaderBytes : 0;
   if (bytes == tensor.data.size() - header && tensor.data.size() >= header) return ok();
   return damaged_message(

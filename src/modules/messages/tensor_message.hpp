@@ -26,6 +26,10 @@ struct MessageTensor {
   std::span<const std::byte> data;                     // flexible: with the header
 };
 
+// Copied for each tensor that is read: at -O2, GCC clears a new one with an instruction that takes
+// longer than all of the reading.
+inline const MessageTensor kNoTensor;
+
 struct TensorMessage {
   int32_t rate_n = 0, rate_d = 0;  // 0/0 or -1/-1: the message has no frame rate
   uint32_t format = kStatic;
