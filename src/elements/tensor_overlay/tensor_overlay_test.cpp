@@ -235,7 +235,8 @@ TEST(TensorOverlay, SurvivesAnyCoordinates) {
   uint32_t state = 7;
   const auto random = [&state] { return state = state * 1664525u + 1013904223u; };
   constexpr int kRows = 10000;
-  for (const char* format : {"RGB", "BGRx", "GRAY8", "NV12", "I420"}) {
+  for (const char* format :
+       {"RGB", "BGRx", "GRAY8", "NV12", "NV21", "I420", "YV12", "YUY2", "UYVY"}) {
     const Both b("line-width=9 point-size=30", video(format, 33, 17), floats(10, kRows));
     GstVideoInfo info;
     gst_video_info_set_format(&info, gst_video_format_from_string(format), 33, 17);
