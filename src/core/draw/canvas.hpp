@@ -39,6 +39,9 @@ class Canvas {
   // Whether pixels share chroma; masks must then begin at an even column and row.
   bool halved() const noexcept { return halved_; }
   void fill(const Area& area, const Paint& paint) noexcept;
+  // Mixes `opacity` / 255 of the colour into the pixels. Shared chroma is mixed where its pixel of
+  // an even row and column is; two pixels of a packed 4:2:2 format are mixed together.
+  void tint(const Area& area, uint8_t opacity, const Paint& paint) noexcept;
   // Blends the colour by the mask's coverage. x and y are at least 0.
   void blend(int64_t x, int64_t y, const PlaneMask& mask, const Paint& paint) noexcept;
 
