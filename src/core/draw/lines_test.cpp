@@ -55,7 +55,7 @@ TEST(DrawLine, HasItsWidthInEveryDirection) {
       for (int64_t y = 0; y < 101; ++y)
         for (int64_t x = 0; x < 101; ++x) painted += is_painted(&picture, x, y);
       const double steeper = std::max(std::abs(std::cos(angle)), std::abs(std::sin(angle)));
-      EXPECT_NEAR(painted, 40 * std::max(width, steeper), 6) << degrees << " degrees";
+      EXPECT_NEAR(painted, 40 * std::max(width, steeper), 10) << degrees << " degrees";
     }
 }
 
