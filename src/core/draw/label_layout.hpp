@@ -20,8 +20,11 @@ class LabelLayout {
   // Returns the place of a label of this size; an empty area where none is free. `step`: places are
   // multiples of it (2 where pixels share chroma).
   Area place(const Area& box, int64_t width, int64_t height, int64_t step);
+  // The same for labels that are written one below the other inside `box`, from its top on.
+  Area place_in_list(const Area& box, int64_t width, int64_t height, int64_t step);
 
  private:
+  Area take(int64_t x, int64_t top, int64_t width, int64_t height);
   bool is_free(const Area& area) const;
 
   Area picture_;

@@ -54,6 +54,15 @@ TEST(LabelLayout, RandomLabelsNeverMeet) {
   }
 }
 
+TEST(LabelLayout, AListGoesDownFromTheTopOfItsBox) {
+  LabelLayout layout(kPicture);
+  EXPECT_EQ(layout.place_in_list(kPicture, 30, 10, 1), (Area{0, 0, 30, 10}));
+  EXPECT_EQ(layout.place_in_list(kPicture, 40, 10, 1), (Area{0, 10, 40, 20}));
+  EXPECT_EQ(layout.place({0, 20, 50, 90}, 30, 10, 1), (Area{0, 20, 30, 30}));
+  EXPECT_EQ(layout.place_in_list(kPicture, 40, 10, 1), (Area{0, 30, 40, 40}));
+  EXPECT_TRUE(LabelLayout(kPicture).place_in_list({300, 0, 320, 50}, 40, 10, 1).empty());
+}
+
 TEST(LabelLayout, BoxesOutsideHaveNoLabel) {
   EXPECT_TRUE(LabelLayout(kPicture).place({300, 50, 340, 80}, 30, 10, 1).empty());
   EXPECT_TRUE(LabelLayout(kPicture).place({50, 30, 50, 30}, 30, 10, 1).empty());

@@ -63,8 +63,8 @@ TEST(OverlayRejects, ResultsWithoutASourceMap) {
   gst::set_source_maps(three, std::vector<SourceMap>(3), gst::MapsOf::Regions);
   EXPECT_EQ(gst_harness_push(b.results.get(), three), GST_FLOW_ERROR);
   text = errors.next();
-  EXPECT_SAYS(text, "another number of ways back to the picture than rows");
-  EXPECT_SAYS(text, "3 ways back");
+  EXPECT_SAYS(text, "a number of source maps that is neither 1 nor the number of rows");
+  EXPECT_SAYS(text, "3 source maps");
 }
 
 TEST(OverlayRejects, AFormatItCannotDrawInto) {

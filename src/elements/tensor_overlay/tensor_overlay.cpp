@@ -117,7 +117,7 @@ class TensorOverlay : public gst::CountedTransform<TensorOverlay> {
   }
 
   Status set_caps(GstCaps* in, GstCaps*) {
-    auto video = OverlayVideo::make(in, names_, settings().show_scores, painter_);
+    auto video = OverlayVideo::make(in, {names_}, settings().show_scores, painter_);
     if (!video) return video.error();
     video_ = *std::move(video);
     return ok();

@@ -124,7 +124,7 @@ TEST(TensorOverlay, PassesPicturesWithoutResults) {
   b.bring({0, 0, 0, 0, 0, 0}, 0);
   passes();
   EXPECT_EQ(b.stat("bytes-copied"), 0u);
-  EXPECT_EQ(b.stat("rows-nobody"), 1u);
+  EXPECT_EQ(b.stat("rows-background"), 1u);
   EXPECT_EQ(b.stat("results-drawn"), 1u);  // results without detections
   EXPECT_EQ(b.stat("pictures-drawn"), 0u);
 }
