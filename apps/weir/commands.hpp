@@ -41,6 +41,15 @@ struct InspectOptions {
 };
 int inspect(const InspectOptions& options);
 
+enum class ModelsAction { List, Info, Get };
+struct ModelsOptions {
+  ModelsAction action = ModelsAction::List;
+  std::string name;  // of Info and Get
+  bool json = false;
+};
+// Shows the catalogue of public models, or one of them, or fetches it.
+int models(const ModelsOptions& options);
+
 struct BenchOptions {
   std::string model;                 // a path; comma-separated for several files
   std::vector<std::string> engines;  // empty: all that accept the model
