@@ -21,6 +21,7 @@ struct CommandLine {
   BenchCaseOptions bench_case;
   InspectOptions inspect;
   ModelsOptions models;
+  TryOptions attempt;
   RunOptions run;
   NewFilterOptions filter;
   CustomClassOptions custom_class;
@@ -82,6 +83,29 @@ void add_bench_case(CLI::App* app, BenchCaseOptions* one) {
   add_tensor_options(command, &one->tensors);
 }
 
+void add_try(CLI::App* app, TryOptions* options) {
+  auto* command = app->add_subcommand(
+      "try", "Run a model on a photo, video, camera or stream, show the results");
+  command->add_option("MODEL", options->model, "A model file, or a name of weir models list")
+      ->required();
+  command
+      ->add_option("INPUT", options->input,
+                   "A photo or video, /dev/video0, rtsp://..., or test for a test picture")
+      ->required();
+  command->add_flag("--json", options->json, "Print a JSON object for each frame");
+  command
+      ->add_option("--output,-o", options->output,
+                   "Write the input with the results drawn on it: .jpg, .png, .webm, .mkv, .avi")
+      ->type_name("FILE");
+  command->add_flag("--show", options->show, "Show it in a window");
+  command->add_option("--labels", options->labels, "Names of classes, one a line")
+      ->type_name("FILE");
+  command->add_option(
+      "--mode", options->mode,
+      "detection, classification, segmentation, pose, depth or text; default: by card or outputs");
+  command->add_option("--head", options->head, "The head of docs/heads.md; default: recognised");
+}
+
 void add_models(CLI::App* app, ModelsOptions* models) {
   auto* command = app->add_subcommand("models", "List, show and fetch public models");
   command->require_subcommand(1);
@@ -113,6 +137,7 @@ void add_subcommands(CLI::App* app, CommandLine* line) {
       &line->pbtxt);
   add_bench(app, &line->bench);
   add_models(app, &line->models);
+  add_try(app, &line->attempt);
   add_bench_case(app, &line->bench_case);
   auto* doctor = app->add_subcommand(
       "doctor", "Show what is installed, what is missing and how to install it");
@@ -190,7 +215,7 @@ int main(int argc, char** argv) {
   app.set_version_flag("--version", std::string("weir ") + weir::config::kVersion);
   app.footer(
       "Manual pages: weir(1), weir-bench(1), weir-check(1), weir-doctor(1), weir-inspect(1), "
-      "weir-models(1), weir-new(1), weir-pbtxt(1), weir-run(1)");
+      "weir-models(1), weir-new(1), weir-pbtxt(1), weir-run(1), weir-try(1)");
   add_subcommands(&app, &line);
   try {
     app.parse(argc, argv);
@@ -209,6 +234,7 @@ int main(int argc, char** argv) {
   if (app.got_subcommand("bench-case")) return bench_case(line.bench_case);
   if (app.got_subcommand("pbtxt")) return pbtxt(line.pbtxt);
   gst_init(nullptr, nullptr);
+  if (app.got_subcommand("try")) return try_model_on_input(line.attempt);
   if (app.got_subcommand("check")) return check();
   if (app.got_subcommand("doctor")) return doctor(line.doctor_json);
   return run(line.run);
