@@ -41,6 +41,27 @@ struct InspectOptions {
 };
 int inspect(const InspectOptions& options);
 
+enum class ModelsAction { List, Info, Get };
+struct ModelsOptions {
+  ModelsAction action = ModelsAction::List;
+  std::string name;  // of Info and Get
+  bool json = false;
+};
+// Shows the catalogue of public models, or one of them, or fetches it.
+int models(const ModelsOptions& options);
+
+struct TryOptions {
+  std::string model;   // a path, or a name of the catalogue
+  std::string input;   // a photo, a video, a camera, an address, or "test"
+  std::string output;  // a file for the picture with results; "": none
+  std::string labels;  // path of a label file; "": those of the card or the model
+  std::string mode;    // of tensor_decoder; "": chosen
+  std::string head;    // of the mode; "": recognised
+  bool json = false, show = false;
+};
+// Runs the model on the input; prints results, and the pipeline on standard error.
+int try_model_on_input(const TryOptions& options);
+
 struct BenchOptions {
   std::string model;                 // a path; comma-separated for several files
   std::vector<std::string> engines;  // empty: all that accept the model

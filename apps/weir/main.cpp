@@ -20,6 +20,8 @@ struct CommandLine {
   BenchOptions bench;
   BenchCaseOptions bench_case;
   InspectOptions inspect;
+  ModelsOptions models;
+  TryOptions attempt;
   RunOptions run;
   NewFilterOptions filter;
   CustomClassOptions custom_class;
@@ -81,6 +83,44 @@ void add_bench_case(CLI::App* app, BenchCaseOptions* one) {
   add_tensor_options(command, &one->tensors);
 }
 
+void add_try(CLI::App* app, TryOptions* options) {
+  auto* command = app->add_subcommand(
+      "try", "Run a model on a photo, video, camera or stream, show the results");
+  command->add_option("MODEL", options->model, "A model file, or a name of weir models list")
+      ->required();
+  command
+      ->add_option("INPUT", options->input,
+                   "A photo or video, /dev/video0, rtsp://..., or test for a test picture")
+      ->required();
+  command->add_flag("--json", options->json, "Print a JSON object for each frame");
+  command
+      ->add_option("--output,-o", options->output,
+                   "Write the input with the results drawn on it: .jpg, .png, .webm, .mkv, .avi")
+      ->type_name("FILE");
+  command->add_flag("--show", options->show, "Show it in a window");
+  command->add_option("--labels", options->labels, "Names of classes, one a line")
+      ->type_name("FILE");
+  command->add_option(
+      "--mode", options->mode,
+      "detection, classification, segmentation, pose, depth or text; default: by card or outputs");
+  command->add_option("--head", options->head, "The head of docs/heads.md; default: recognised");
+}
+
+void add_models(CLI::App* app, ModelsOptions* models) {
+  auto* command = app->add_subcommand("models", "List, show and fetch public models");
+  command->require_subcommand(1);
+  const auto add = [&](const char* name, const char* help, ModelsAction action) {
+    auto* one = command->add_subcommand(name, help);
+    one->add_flag("--json", models->json, "Print JSON");
+    if (action != ModelsAction::List)
+      one->add_option("NAME", models->name, "A name of the list")->required();
+    one->callback([models, action] { models->action = action; });
+  };
+  add("list", "List the models: name, task, size, licence", ModelsAction::List);
+  add("info", "Show where a model comes from, its digest, card and command", ModelsAction::Info);
+  add("get", "Fetch a model and check its digest", ModelsAction::Get);
+}
+
 void add_pbtxt(CLI::App* command, PbtxtOptions* pbtxt) {
   command->add_flag("--from-pbtxt,-p", pbtxt->from_pbtxt, "The other direction; not implemented");
   command->add_flag("--verbose,-v", pbtxt->verbose, "Print elements and links on standard error");
@@ -96,6 +136,8 @@ void add_subcommands(CLI::App* app, CommandLine* line) {
           "pbtxt", "Convert a pipeline to MediaPipe's text format; elements need not be installed"),
       &line->pbtxt);
   add_bench(app, &line->bench);
+  add_models(app, &line->models);
+  add_try(app, &line->attempt);
   add_bench_case(app, &line->bench_case);
   auto* doctor = app->add_subcommand(
       "doctor", "Show what is installed, what is missing and how to install it");
@@ -173,7 +215,7 @@ int main(int argc, char** argv) {
   app.set_version_flag("--version", std::string("weir ") + weir::config::kVersion);
   app.footer(
       "Manual pages: weir(1), weir-bench(1), weir-check(1), weir-doctor(1), weir-inspect(1), "
-      "weir-new(1), weir-pbtxt(1), weir-run(1)");
+      "weir-models(1), weir-new(1), weir-pbtxt(1), weir-run(1), weir-try(1)");
   add_subcommands(&app, &line);
   try {
     app.parse(argc, argv);
@@ -187,10 +229,12 @@ int main(int argc, char** argv) {
                : new_custom_class(line.custom_class);
   }
   if (app.got_subcommand("inspect")) return inspect(line.inspect);
+  if (app.got_subcommand("models")) return models(line.models);
   if (app.got_subcommand("bench")) return bench(line.bench);
   if (app.got_subcommand("bench-case")) return bench_case(line.bench_case);
   if (app.got_subcommand("pbtxt")) return pbtxt(line.pbtxt);
   gst_init(nullptr, nullptr);
+  if (app.got_subcommand("try")) return try_model_on_input(line.attempt);
   if (app.got_subcommand("check")) return check();
   if (app.got_subcommand("doctor")) return doctor(line.doctor_json);
   return run(line.run);

@@ -38,6 +38,7 @@
   X(FILE_NOT_FOUND, 4001, "A file does not exist or cannot be read")                      \
   X(LABELS_INVALID, 4002, "A label file is empty or does not fit the model")              \
   X(FILE_NOT_WRITTEN, 4010, "A file cannot be written")                                   \
+  X(DOWNLOAD_FAILED, 4011, "A file cannot be fetched, or is not the expected one")        \
   X(GRAPH_STALLS, 5001, "Elements of a pipeline wait for each other (deadlock)")          \
   X(CALLBACK_UNKNOWN, 5002, "No callback of this name is registered")                     \
   X(CALLBACK_FAILED, 5003, "A callback of the application failed")                        \

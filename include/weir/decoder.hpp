@@ -7,6 +7,7 @@
 //     bool decode(const weir_frame& frame, weir::DecoderOutput& output);
 //     void reset() noexcept;
 //     void set_stream(const weir::DecoderStream& stream) noexcept;
+//     void set_model(const weir_stream_model* model) noexcept;
 //     static constexpr bool kWithHeaders = false;
 //   };
 //   WEIR_DECODER(Brightness, "brightness", "", "[]")
@@ -14,16 +15,17 @@
 // The host calls configure before the first frame and when the stream's format changes. `inputs` is
 // empty for flexible streams, whose frames carry their own shapes. decode returns false to drop a
 // frame. The optional reset runs after a flush or a seek and discards what was kept of earlier
-// frames. The optional set_stream runs before each configure. With the optional kWithHeaders,
-// tensors of flexible streams begin with their 128-byte headers (decoder_stream.h). The other
-// functions may throw weir::Failure or any exception, which becomes an error on the bus. An object
-// is used by one thread at a time. Shapes in weir_tensor_info are
+// frames. The optional set_stream and set_model (decoder_model.h) run before each configure. With
+// the optional kWithHeaders, tensors of flexible streams begin with their 128-byte headers
+// (decoder_stream.h). The other functions may throw weir::Failure or any exception, which becomes
+// an error on the bus. An object is used by one thread at a time. Shapes in weir_tensor_info are
 // outermost-first (abi.h, rule C).
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <memory>
 #include <utility>
 
+#include "weir/decoder_model.h"
 #include "weir/decoder_stream.h"
 #include "weir/module.hpp"
 
@@ -88,6 +90,16 @@ const weir_decoder_stream* stream_table() {
   return &table;
 }
 
+// The table of the extension weir.decoder-model/1 for the class `Decoder`.
+template <class Decoder>
+const weir_decoder_model* model_table() {
+  static const weir_decoder_model table{sizeof(weir_decoder_model), 0,
+                                        [](weir_decoder* decoder, const weir_stream_model* model) {
+                                          reinterpret_cast<Decoder*>(decoder)->set_model(model);
+                                        }};
+  return &table;
+}
+
 // The C table for the class `Decoder`.
 template <class Decoder>
 weir_decoder_type decoder_table(const char* name, const char* aliases, const char* options_json) {
@@ -127,13 +139,19 @@ weir_decoder_type decoder_table(const char* name, const char* aliases, const cha
     static_assert(noexcept(std::declval<Decoder&>().reset()), "reset must not fail");
     table.reset = [](weir_decoder* decoder) { reinterpret_cast<Decoder*>(decoder)->reset(); };
   }
-  if constexpr (requires(Decoder & decoder) { decoder.set_stream(DecoderStream{}); }) {
-    static_assert(noexcept(std::declval<Decoder&>().set_stream(DecoderStream{})),
-                  "set_stream has no way to fail");
-    table.extension = [](const char* id) -> const void* {
-      return std::string_view(id) == WEIR_DECODER_STREAM ? stream_table<Decoder>() : nullptr;
-    };
-  }
+  table.extension = [](const char* id) -> const void* {
+    if constexpr (requires(Decoder & decoder) { decoder.set_stream(DecoderStream{}); }) {
+      static_assert(noexcept(std::declval<Decoder&>().set_stream(DecoderStream{})),
+                    "set_stream has no way to fail");
+      if (std::string_view(id) == WEIR_DECODER_STREAM) return stream_table<Decoder>();
+    }
+    if constexpr (requires(Decoder & decoder) { decoder.set_model(nullptr); }) {
+      static_assert(noexcept(std::declval<Decoder&>().set_model(nullptr)),
+                    "set_model has no way to fail");
+      if (std::string_view(id) == WEIR_DECODER_MODEL) return model_table<Decoder>();
+    }
+    return nullptr;
+  };
   return table;
 }
 

@@ -54,7 +54,7 @@ void draw_on_picture(const draw::Detections& detections, FuzzInput* input) {
     return;
   }
   draw::Style style{input->below(12), input->below(12), input->take<float>()};
-  draw::Labels labels({"cat", "a dog", ""}, input->flag(), std::make_shared<BoxPainter>(),
+  draw::Labels labels({{"cat", "a dog", ""}}, input->flag(), std::make_shared<BoxPainter>(),
                       picture.format);
   const auto drawn = draw::draw(detections, style, input->flag() ? &labels : nullptr, &*canvas);
   require(drawn.boxes + drawn.outside + drawn.below_score == detections.rows.size(),
@@ -90,10 +90,10 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   const auto detections = draw::read_detections(spec, bytes, maps);
   if (!detections) return 0;
   const auto& out = detections->left_out;
-  require(
-      detections->rows.size() + out.nobody + out.not_finite + out.without_area + out.beyond_limit ==
-          bytes.size() / (spec.shape[0] * sizeof(float)),
-      "every row is counted once");
+  require(detections->rows.size() + out.background + out.not_finite + out.without_area +
+                  out.beyond_limit ==
+              bytes.size() / (spec.shape[0] * sizeof(float)),
+          "every row is counted once");
   require(detections->points.size() == detections->rows.size() * detections->points_per_row,
           "every row has its key points");
   FuzzInput again(data, size);  // the same bytes select the picture

@@ -2,30 +2,18 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "inspect/model_card.hpp"
 
-#include <glib.h>
-
 #include <filesystem>
-#include <fstream>
 #include <map>
 #include <vector>
 
 #include "core/card/find.hpp"
 #include "core/card/metadata.hpp"
-#include "gstcpp/element/ref.hpp"
+#include "digest.hpp"
 
 namespace weir::app {
 namespace {
 
 namespace fs = std::filesystem;
-
-std::string sha256_of(const std::string& path) {
-  const gst::Unique<GChecksum, g_checksum_free> sum(g_checksum_new(G_CHECKSUM_SHA256));
-  std::ifstream file(path, std::ios::binary);
-  std::vector<char> block(1 << 16);
-  while (file.read(block.data(), static_cast<std::streamsize>(block.size())) || file.gcount() > 0)
-    g_checksum_update(sum.get(), reinterpret_cast<const guchar*>(block.data()), file.gcount());
-  return g_checksum_get_string(sum.get());
-}
 
 // The model's inputs that have the shape of pictures; open sizes become 224.
 std::vector<card::ImageInput> pictures_of(const infer::Model& model) {

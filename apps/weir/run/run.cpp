@@ -12,6 +12,7 @@
 #include "commands.hpp"
 #include "launch/pipeline_text.hpp"
 #include "report.hpp"
+#include "run/complaints.hpp"
 #include "run/ledger_table.hpp"
 #include "run/pipeline_run.hpp"
 #include "run/report_page.hpp"
@@ -80,35 +81,8 @@ Json to_json(const std::vector<Complaint>& complaints) {
   return out;
 }
 
-void print_complaint(const char* kind, const Complaint& complaint) {
-  std::string text = kind;
-  if (!complaint.element.empty()) text += " from " + complaint.element;
-  text += ": " + (complaint.id.empty() ? "" : complaint.id + ": ") + complaint.what + "\n";
-  const auto add = [&text](const char* name, const std::string& part) {
-    if (!part.empty()) text += std::string("  ") + name + ": " + part + "\n";
-  };
-  add("offered", complaint.offered);
-  add("needed", complaint.needed);
-  add("first difference", complaint.difference);
-  add("fix", complaint.fix);
-  // Weir's errors are complete without it; GStreamer's own elements put the useful part there.
-  if (complaint.id.empty()) add("details", complaint.debug);
-  std::fputs(text.c_str(), stderr);
-}
-
-// If one of Weir's elements reports the cause, the errors of others only follow from it. A source
-// that retries, such as with other caps, repeats the same error.
-void print_errors(const std::vector<Complaint>& errors) {
-  const auto ours = [](const Complaint& complaint) { return !complaint.id.empty(); };
-  const bool any_ours = std::any_of(errors.begin(), errors.end(), ours);
-  for (auto error = errors.begin(); error != errors.end(); ++error)
-    if ((!any_ours || ours(*error)) && std::find(errors.begin(), error, *error) == error)
-      print_complaint("error", *error);
-}
-
 void print_text(const PipelineRun& run, Ending ending) {
-  for (const auto& warning : run.warnings()) print_complaint("warning", warning);
-  print_errors(run.errors());
+  print_complaints(run);
   std::printf("%s after %.3f s: %llu frames, %.1f frames/s\n",
               ending == Ending::Eos     ? "Ended"
               : ending == Ending::Error ? "Failed"

@@ -100,7 +100,7 @@ class Fields {
 
 ImageInput input_from(const Json& json, const std::string& where, std::optional<Error>* fault) {
   Fields fields(json, where, fault);
-  fields.only({"name", "type", "shape", "layout", "color", "mean", "scale", "resize"});
+  fields.only({"name", "type", "shape", "layout", "color", "mean", "scale", "resize", "padding"});
   ImageInput input;
   input.name = fields.text("name", false);
   input.type = parse_element_type(fields.text("type", true));
@@ -113,7 +113,16 @@ ImageInput input_from(const Json& json, const std::string& where, std::optional<
       "color", {{"RGB", Color::Rgb}, {"BGR", Color::Bgr}, {"GRAY8", Color::Gray}}, Color::Rgb,
       true);
   input.resize = fields.one_of<Resize>(
-      "resize", {{"stretch", Resize::Stretch}, {"crop", Resize::Crop}}, Resize::Stretch, false);
+      "resize",
+      {{"stretch", Resize::Stretch}, {"crop", Resize::Crop}, {"letterbox", Resize::Letterbox}},
+      Resize::Stretch, false);
+  if (const Json* padding = fields.find("padding", false)) {
+    if (padding->is_number_unsigned() && *padding <= 255)
+      input.padding = padding->get<uint8_t>();
+    else
+      fields.fail("padding", "a pixel value from 0 to 255");
+    if (input.resize != Resize::Letterbox) fields.fail("padding", "\"resize\": \"letterbox\"");
+  }
   input.mean = fields.numbers("mean");
   input.scale = fields.numbers("scale");
   const bool picture =
@@ -157,10 +166,26 @@ Labels labels_from(Fields* fields, std::optional<Error>* fault) {
   return out;
 }
 
+std::vector<std::pair<std::string, std::string>> decoder_options_from(Fields* fields,
+                                                                      std::optional<Error>* fault) {
+  std::vector<std::pair<std::string, std::string>> out;
+  const Json* value = fields->find("decoder_options", false);
+  if (!value) return out;
+  Fields options(*value, fields->where("decoder_options"), fault);
+  if (!value->is_object()) return out;
+  for (const auto& [name, option] : value->items()) {
+    if (option.is_string())
+      out.emplace_back(name, option.get<std::string>());
+    else
+      options.fail(name, "a text: the value of this property of tensor_decoder");
+  }
+  return out;
+}
+
 Card card_from(const Json& json, const std::string& place, std::optional<Error>* fault) {
   Fields fields(json, place, fault);
-  fields.only(
-      {"name", "model", "sha256", "task", "inputs", "outputs", "labels", "decoder", "provenance"});
+  fields.only({"name", "model", "sha256", "task", "inputs", "outputs", "labels", "decoder",
+               "decoder_options", "provenance"});
   Card card;
   card.name = fields.text("name", true);
   card.model = fields.text("model", true);
@@ -170,6 +195,7 @@ Card card_from(const Json& json, const std::string& place, std::optional<Error>*
       card.sha256.find_first_not_of("0123456789abcdef") != std::string::npos)
     fields.fail("sha256", "64 hexadecimal digits: sha256sum MODEL");
   card.decoder = fields.text("decoder", false);
+  card.decoder_options = decoder_options_from(&fields, fault);
   card.labels = labels_from(&fields, fault);
   const Json* provenance = fields.find("provenance", true);
   if (provenance && !provenance->is_object())

@@ -6,6 +6,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "core/tensor/element_type.hpp"
@@ -15,7 +16,9 @@ namespace weir::card {
 
 enum class Layout { Nhwc, Nchw };
 enum class Color { Gray, Rgb, Bgr };
-enum class Resize { Stretch, Crop };  // Crop: the largest centred part with the model's proportions
+// Crop: the largest centred part with the model's proportions. Letterbox: the whole picture in its
+// own proportions, with a border around it.
+enum class Resize { Stretch, Crop, Letterbox };
 
 // An input picture of the model. Number = (pixel - mean) * scale, per channel or for all.
 struct ImageInput {
@@ -27,6 +30,7 @@ struct ImageInput {
   std::vector<double> mean;   // empty = 0; one number, or one for each channel
   std::vector<double> scale;  // empty = 1
   Resize resize = Resize::Stretch;
+  uint8_t padding = 0;  // pixel value of the border of a letterbox
 
   int64_t width() const noexcept;
   int64_t height() const noexcept;
@@ -48,7 +52,9 @@ struct Card {
   std::vector<ImageInput> inputs;  // at least one
   Labels labels;
   std::string decoder;  // a mode of tensor_decoder, "" = none
-  std::string path;     // the file that the card was read from, or ""
+  // Properties of tensor_decoder for this model: names and values.
+  std::vector<std::pair<std::string, std::string>> decoder_options;
+  std::string path;  // the file that the card was read from, or ""
 };
 
 // CARD_INVALID with the field, the value and what is needed. `place` names the card.
@@ -62,7 +68,8 @@ Result<std::vector<std::string>> labels_of(const Card& card, const std::string& 
                                            const std::vector<std::string>& folders);
 
 // The elements that turn raw video into the model's input:
-// "videoconvert ! videoscale ... ! tensor_converter ! tensor_transform ...".
+// "videoconvert ! videoscale ... ! tensor_converter ! tensor_transform ...", or tensor_preprocess
+// with the properties for a letterbox.
 std::string preparation(const ImageInput& input);
 
 }  // namespace weir::card

@@ -53,6 +53,35 @@ TEST(Card, ReadsEachField) {
   EXPECT_EQ(input.channels(), 3);
 }
 
+TEST(Card, ReadsALetterboxAndTheDecodersOptions) {
+  Json json = good();
+  json["inputs"][0].update({{"resize", "letterbox"}, {"padding", 114}});
+  json["decoder"] = "detection";
+  json["decoder_options"] = {{"custom", "head:yolox"}, {"threshold", "0.3"}};
+  const auto card = parsed(json);
+  ASSERT_TRUE(card) << card.error().message();
+  EXPECT_EQ(card->inputs[0].resize, Resize::Letterbox);
+  EXPECT_EQ(card->inputs[0].padding, 114);
+  const std::vector<std::pair<std::string, std::string>> options{{"custom", "head:yolox"},
+                                                                 {"threshold", "0.3"}};
+  EXPECT_EQ(card->decoder_options, options);
+}
+
+TEST(Card, RefusesPaddingWithoutALetterboxAndOptionsThatAreNoTexts) {
+  Json json = good();
+  json["inputs"][0]["padding"] = 114;
+  EXPECT_SAYS(error_of(json), "\"resize\": \"letterbox\"");
+  for (const Json& padding : {Json(256), Json(-1), Json(1.5), Json("0")}) {
+    json["inputs"][0].update({{"resize", "letterbox"}, {"padding", padding}});
+    EXPECT_SAYS(error_of(json), "a pixel value from 0 to 255");
+  }
+  json = good();
+  json["decoder_options"] = {{"threshold", 0.3}};
+  EXPECT_SAYS(error_of(json), "decoder_options/threshold");
+  json["decoder_options"] = {1, 2};
+  EXPECT_SAYS(error_of(json), "decoder_options");
+}
+
 TEST(Card, NeedsNeitherLabelsNorDecoder) {
   Json json = good();
   json["decoder"] = nullptr;
@@ -168,6 +197,12 @@ TEST(Preparation, CastsToOtherTypes) {
 TEST(Preparation, CropsTheCentre) {
   EXPECT_TRUE(prepared({{"resize", "crop"}})
                   .starts_with("videoconvert ! aspectratiocrop aspect-ratio=192/224 ! videoscale"));
+}
+
+TEST(Preparation, LetterboxesByTensorPreprocess) {
+  EXPECT_EQ(prepared({{"resize", "letterbox"}, {"padding", 114}}),
+            "tensor_preprocess width=192 height=224 fit=letterbox padding-value=114 mean=127.5 "
+            "scale=0.5 type=float32");
 }
 
 TEST(Preparation, ConvertsToGrayAndBgr) {

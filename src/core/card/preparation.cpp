@@ -3,6 +3,7 @@
 #include <charconv>
 
 #include "core/card/card.hpp"
+#include "weir/join.hpp"
 
 namespace weir::card {
 namespace {
@@ -56,9 +57,27 @@ std::string arithmetic(const ImageInput& input) {
   return out;
 }
 
+std::string numbers(const std::vector<double>& values) {
+  return join(values, ",", decimal);
+}
+
+// Classic elements letterbox with black borders only.
+std::string letterbox(const ImageInput& input) {
+  const char* order = input.color == Color::Bgr ? " channel-order=BGR" : "";
+  if (input.color == Color::Gray) order = " channel-order=GRAY";
+  std::string out = "tensor_preprocess width=" + std::to_string(input.width()) +
+                    " height=" + std::to_string(input.height()) +
+                    " fit=letterbox padding-value=" + std::to_string(input.padding) + order;
+  if (input.layout == Layout::Nchw) out += " layout=NCHW";
+  if (!input.mean.empty()) out += " mean=" + numbers(input.mean);
+  if (!input.scale.empty()) out += " scale=" + numbers(input.scale);
+  return out + " type=" + std::string(name_of(input.type));
+}
+
 }  // namespace
 
 std::string preparation(const ImageInput& input) {
+  if (input.resize == Resize::Letterbox) return letterbox(input);
   const char* format = input.color == Color::Gray  ? "GRAY8"
                        : input.color == Color::Rgb ? "RGB"
                                                    : "BGR";

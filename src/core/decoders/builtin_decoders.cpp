@@ -2,6 +2,9 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/decoders/builtin_decoders.hpp"
 
+#include <vector>
+
+#include "core/decoders/answer_decoder.hpp"
 #include "core/decoders/bounding_boxes.hpp"
 #include "core/decoders/image_segment.hpp"
 #include "core/decoders/pose_estimation.hpp"
@@ -13,16 +16,16 @@ namespace weir::decoders {
 
 const weir_module& builtin_decoders() {
   module_host = &infer::host();
-  static const weir_decoder_type* const decoders[] = {
-      &bounding_boxes(), &image_segment(), &pose_estimation(), &tensor_region(), nullptr};
-  static const weir_module module{sizeof(weir_module),
-                                  WEIR_ABI_MAJOR,
-                                  WEIR_ABI_MINOR,
-                                  nullptr,
-                                  decoders,
-                                  nullptr,
-                                  nullptr,
-                                  nullptr};
+  static const auto decoders = [] {
+    std::vector<const weir_decoder_type*> out{&bounding_boxes(), &image_segment(),
+                                              &pose_estimation(), &tensor_region()};
+    const auto answers = answer_decoders();
+    out.insert(out.end(), answers.begin(), answers.end());
+    out.push_back(nullptr);
+    return out;
+  }();
+  static const weir_module module{sizeof(weir_module), WEIR_ABI_MAJOR, WEIR_ABI_MINOR, nullptr,
+                                  decoders.data(),     nullptr,        nullptr,        nullptr};
   return module;
 }
 

@@ -28,7 +28,7 @@ struct Area {
 };
 Area common_part(const Area& a, const Area& b) noexcept;
 
-// A 4:2:0 chroma sample gets the colour if any of its four pixels does.
+// A chroma sample of 4:2:0 or 4:2:2 gets the colour if any of its pixels does.
 class Canvas {
  public:
   // FRAME_SIZE if a plane is shorter than the picture.
@@ -39,16 +39,24 @@ class Canvas {
   // Whether pixels share chroma; masks must then begin at an even column and row.
   bool halved() const noexcept { return halved_; }
   void fill(const Area& area, const Paint& paint) noexcept;
+  // Mixes `opacity` / 255 of the colour into the pixels. Shared chroma is mixed where its pixel of
+  // an even row and column is; two pixels of a packed 4:2:2 format are mixed together.
+  void tint(const Area& area, uint8_t opacity, const Paint& paint) noexcept;
   // Blends the colour by the mask's coverage. x and y are at least 0.
   void blend(int64_t x, int64_t y, const PlaneMask& mask, const Paint& paint) noexcept;
 
  private:
   Canvas(const preprocess::Picture& picture, const Planes& planes);
-  std::byte* at(size_t plane, int64_t x, int64_t y) const noexcept;  // in samples of the plane
+  std::byte* at(size_t plane, int64_t x, int64_t y) const noexcept;  // in units of the plane
+  void fill_plane(size_t plane, const Area& part, const Paint& paint) noexcept;
+  void fill_lane(const preprocess::Lane& lane, const Area& part, uint8_t sample) noexcept;
 
   preprocess::Picture picture_;
   Planes planes_;
-  std::array<preprocess::Lane, 3> lanes_;  // the first lane of each plane
+  // The coarsest lane of each plane: its step is the plane's unit.
+  std::array<preprocess::Lane, 3> lanes_;
+  // Whether a plane has lanes of different steps (YUY2).
+  std::array<bool, 3> mixed_{};
   bool halved_ = false;
 };
 

@@ -61,13 +61,14 @@ Mask random_mask(uint32_t width, uint32_t height) {
 uint8_t mixed(unsigned ground, unsigned color, unsigned coverage) {
   return static_cast<uint8_t>((2 * (ground * (255 - coverage) + color * coverage) + 255) / 510);
 }
-// The mean of the four pixels of a chroma sample; pixels beyond the mask count as 0.
-unsigned coverage_at(const Mask& mask, int64_t x, int64_t y, bool halved) {
+// The mean of the pixels of a sample; pixels beyond the mask count as 0.
+unsigned coverage_at(const Mask& mask, int64_t x, int64_t y, const preprocess::Lane& lane) {
   const auto at = [&](int64_t column, int64_t row) -> unsigned {
     if (column >= mask.width || row >= mask.height) return 0;
     return mask.coverage[static_cast<size_t>(row * mask.width + column)];
   };
-  if (!halved) return at(x, y);
+  if (!lane.halved_columns) return at(x, y);
+  if (!lane.halved_rows) return (at(x, y) + at(x + 1, y) + 1) / 2;
   return (at(x, y) + at(x + 1, y) + at(x, y + 1) + at(x + 1, y + 1) + 2) / 4;
 }
 
@@ -83,12 +84,12 @@ TEST(Canvas, MixesAMaskIn) {
         TestPicture expected(format, 40, 20);
         const auto samples = samples_of(picture.picture, color);
         for (size_t lane = 0; lane < expected.lanes().size(); ++lane) {
-          const bool halved = expected.lanes()[lane].halved;
-          for (int64_t row = 0; row < 20; row += halved ? 2 : 1)
-            for (int64_t column = 0; column < 40; column += halved ? 2 : 1) {
+          const preprocess::Lane& grid = expected.lanes()[lane];
+          for (int64_t row = 0; row < 20; row += grid.halved_rows ? 2 : 1)
+            for (int64_t column = 0; column < 40; column += grid.halved_columns ? 2 : 1) {
               if (column < x || row < y) continue;
               uint8_t* sample = expected.sample(lane, column, row);
-              *sample = mixed(7, samples[lane], coverage_at(mask, column - x, row - y, halved));
+              *sample = mixed(7, samples[lane], coverage_at(mask, column - x, row - y, grid));
             }
         }
         for (size_t lane = 0; lane < expected.lanes().size(); ++lane)

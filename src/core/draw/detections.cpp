@@ -50,7 +50,11 @@ Detection detection_of(std::span<const float> numbers) {
   std::copy_n(numbers.begin(), std::min<size_t>(numbers.size(), kFixed), fixed);
   const Row row(fixed);
   const Box box = row.box();
-  return {box.x1, box.y1, box.x2, box.y2, row.score(), class_of(row.class_index())};
+  Detection out;
+  out.x1 = box.x1, out.y1 = box.y1, out.x2 = box.x2, out.y2 = box.y2;
+  out.score = row.score();
+  out.class_index = class_of(row.class_index());
+  return out;
 }
 
 void add_points(const Row& row, const SourceMap* map, Detections* out) {
@@ -65,7 +69,7 @@ void add_points(const Row& row, const SourceMap* map, Detections* out) {
 // The counter for a rejected row; null for a detection.
 uint64_t* left_out(std::span<const float> row, const SourceMap* map, Detection* found,
                    LeftOut* counts) {
-  if (row.size() > kScore && row[kScore] <= 0) return &counts->nobody;
+  if (row.size() > kScore && row[kScore] <= 0) return &counts->background;
   if (!finite(row.first(std::min<size_t>(row.size(), kFixed)))) return &counts->not_finite;
   *found = detection_of(row);
   if (row[0] >= row[2] || row[1] >= row[3]) return &counts->without_area;
@@ -86,11 +90,12 @@ void add_row(std::span<const float> row, const SourceMap* map, Detections* out) 
 }
 
 Error wrong_number_of_maps(size_t maps, uint64_t rows) {
-  return Error{.code = Code::SPEC_MISMATCH,
-               .what = "results have another number of ways back to the picture than rows",
-               .offered = std::to_string(maps) + " ways back",
-               .needed = "one, or one for each of " + std::to_string(rows) + " rows",
-               .fix = "tensor_overlay coordinates=picture"};
+  return Error{
+      .code = Code::SPEC_MISMATCH,
+      .what = "results have a number of source maps that is neither 1 nor the number of rows",
+      .offered = std::to_string(maps) + " source maps",
+      .needed = "one, or one for each of " + std::to_string(rows) + " rows",
+      .fix = "tensor_overlay coordinates=picture"};
 }
 
 }  // namespace

@@ -8,6 +8,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "core/tensor/frame_spec.hpp"
@@ -22,11 +23,30 @@ struct Detection {
   double x1 = 0, y1 = 0, x2 = 0, y2 = 0;
   float score = 1;
   uint32_t class_index = 0;
+  uint32_t source = 0;    // which list of names its class belongs to
+  uint32_t track = 0;     // 0 = none
+  float rotation = 0;     // of the box about its centre, clockwise, in radians
+  int32_t mask = -1;      // index in Detections::masks; -1 = none
+  int32_t text = -1;      // index in Detections::texts, written instead of a class name; -1 = none
+  bool is_label = false;  // of the whole picture, or of the box of another row: only written
+};
+
+// Probabilities 0 to 255 over the box of a detection, row after row.
+struct DetectionMask {
+  uint32_t width = 0, height = 0;
+  std::vector<uint8_t> values;
+};
+
+// The class of each element of a grid over a box of the picture; class 0 is background.
+struct ClassMap {
+  double x1 = 0, y1 = 0, x2 = 0, y2 = 0;
+  uint32_t width = 0, height = 0;
+  std::vector<uint16_t> classes;
 };
 
 // Counts rows of one tensor that are not detections, and key points that are not finite.
 struct LeftOut {
-  uint64_t nobody = 0;
+  uint64_t background = 0;
   uint64_t not_finite = 0;    // a number of box, score or class
   uint64_t without_area = 0;  // x2 <= x1 or y2 <= y1
   uint64_t beyond_limit = 0;
@@ -38,6 +58,10 @@ struct Detections {
   // points_per_row for each row; points that are not finite keep their place.
   std::vector<Point> points;
   size_t points_per_row = 0;
+  std::vector<float> point_scores;  // as many as points, or none: all are 1
+  std::vector<DetectionMask> masks;
+  std::vector<std::string> texts;
+  std::vector<ClassMap> class_maps;
   bool scored = false;
   // The size of the picture that coordinates refer to; 0: the picture that is drawn on.
   uint32_t picture_width = 0, picture_height = 0;

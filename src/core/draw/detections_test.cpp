@@ -42,7 +42,7 @@ TEST(Detections, HaveWhatTheirRowsHave) {
 
 TEST(Detections, OfZerosIsNobody) {
   EXPECT_TRUE(read(6, {0, 0, 0, 0, 0, 0})->rows.empty());
-  EXPECT_EQ(read(6, {1, 1, 2, 2, -1, 0})->left_out.nobody, 1u);
+  EXPECT_EQ(read(6, {1, 1, 2, 2, -1, 0})->left_out.background, 1u);
   EXPECT_EQ(read(4, {0, 0, 0, 0})->left_out.without_area, 1u);
 }
 
@@ -110,7 +110,7 @@ TEST(Detections, HaveOneWayBackEachOrOneForAll) {
   const auto wrong = read(4, {0, 0, 1, 1, 0, 0, 1, 1, 0, 0, 1, 1}, {first, second});
   ASSERT_FALSE(wrong);
   EXPECT_EQ(wrong.error().code, Code::SPEC_MISMATCH);
-  EXPECT_SAYS(wrong.error().message(), "2 ways back");
+  EXPECT_SAYS(wrong.error().message(), "2 source maps");
   EXPECT_SAYS(wrong.error().message(), "one for each of 3 rows");
 }
 

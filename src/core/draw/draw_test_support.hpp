@@ -11,8 +11,9 @@
 namespace weir::draw {
 
 inline const std::vector<std::string>& every_format() {
-  static const std::vector<std::string> all{"RGB",  "BGR",  "RGBx", "BGRx",  "xRGB", "xBGR", "RGBA",
-                                            "BGRA", "ARGB", "ABGR", "GRAY8", "NV12", "I420"};
+  static const std::vector<std::string> all{"RGB",  "BGR",  "RGBx", "BGRx", "xRGB",  "xBGR",
+                                            "RGBA", "BGRA", "ARGB", "ABGR", "GRAY8", "NV12",
+                                            "NV21", "I420", "YV12", "YUY2", "UYVY"};
   return all;
 }
 
@@ -29,8 +30,8 @@ struct TestPicture {
     picture.height = height;
     picture.range = preprocess::Range::Limited;
     for (const preprocess::Lane& lane : lanes()) {
-      const size_t rows = lane.halved ? (height + 1) / 2 : height;
-      const size_t stride = (lane.halved ? (width + 1) / 2 : width) * lane.step + 5;
+      const size_t rows = lane.halved_rows ? (height + 1) / 2 : height;
+      const size_t stride = (lane.halved_columns ? (width + 1) / 2 : width) * lane.step + 5;
       memory[lane.plane].assign(3 + rows * stride, std::byte{7});
       planes[lane.plane] = {memory[lane.plane], 3, static_cast<ptrdiff_t>(stride)};
       if (!bottom_up) continue;
@@ -46,7 +47,8 @@ struct TestPicture {
   Canvas canvas() const { return *Canvas::make(picture, planes); }
   uint8_t* sample(size_t lane_index, int64_t x, int64_t y) {
     const preprocess::Lane& lane = picture.format.lanes[lane_index];
-    if (lane.halved) x /= 2, y /= 2;
+    if (lane.halved_columns) x /= 2;
+    if (lane.halved_rows) y /= 2;
     const Plane& plane = planes[lane.plane];
     return reinterpret_cast<uint8_t*>(plane.memory.data() + plane.offset + y * plane.stride +
                                       x * lane.step + lane.offset);

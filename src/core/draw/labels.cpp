@@ -8,11 +8,11 @@
 namespace weir::draw {
 namespace {
 
-constexpr size_t kKept = 4096;  // names; a stream with ever new class numbers clears the cache
+constexpr size_t kKept = 4096;  // texts; a stream with ever new ones clears the cache
 
 }  // namespace
 
-Labels::Labels(std::vector<std::string> names, bool scores, std::shared_ptr<TextPainter> painter,
+Labels::Labels(ClassNames names, bool scores, std::shared_ptr<TextPainter> painter,
                const preprocess::PictureFormat& format)
     : names_(std::move(names)), painter_(std::move(painter)), format_(format) {
   if (!scores) return;
@@ -25,14 +25,20 @@ PlaneMask Labels::paint(const std::string& text) {
   return for_planes(painter_->paint(text), format_);
 }
 
-const PlaneMask* Labels::name(uint32_t class_index) {
-  if (names_.empty()) return nullptr;
-  if (const auto known = by_class_.find(class_index); known != by_class_.end())
-    return &known->second;
-  if (by_class_.size() == kKept) by_class_.clear();
-  const bool named = class_index < names_.size();
-  auto mask = paint(named ? names_[class_index] : std::to_string(class_index));
-  return &by_class_.emplace(class_index, std::move(mask)).first->second;
+void Labels::begin_picture() {
+  if (by_text_.size() > kKept) by_text_.clear();
+}
+
+const PlaneMask* Labels::text(const std::string& text) {
+  const auto known = by_text_.find(text);
+  return known != by_text_.end() ? &known->second
+                                 : &by_text_.emplace(text, paint(text)).first->second;
+}
+
+const PlaneMask* Labels::name(uint32_t source, uint32_t class_index) {
+  if (source >= names_.size() || names_[source].empty()) return nullptr;
+  const auto& names = names_[source];
+  return text(class_index < names.size() ? names[class_index] : std::to_string(class_index));
 }
 
 const PlaneMask* Labels::score(float score) const {

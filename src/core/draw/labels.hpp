@@ -18,26 +18,34 @@ class TextPainter {
   virtual Mask paint(const std::string& text) = 0;
 };
 
+// Names of classes, of each source of results.
+using ClassNames = std::vector<std::vector<std::string>>;
+
 class Labels {
  public:
-  // `names` are indexed by class; empty means that classes have no names. A class beyond a
-  // non-empty list is labelled with its number. Paints the scores now and each name on first use.
-  Labels(std::vector<std::string> names, bool scores, std::shared_ptr<TextPainter> painter,
+  // Names are indexed by source, then by class; without names for a source, its classes have none.
+  // A class beyond a non-empty list is labelled with its number. Paints the scores now and each
+  // other text on first use.
+  Labels(ClassNames names, bool scores, std::shared_ptr<TextPainter> painter,
          const preprocess::PictureFormat& format);
 
-  // Null if there is nothing to show. Valid until the next call.
-  const PlaneMask* name(uint32_t class_index);
+  // Masks stay valid until the next call of this function, which bounds the cache: call it before
+  // each picture.
+  void begin_picture();
+  // Null if there is nothing to show.
+  const PlaneMask* name(uint32_t source, uint32_t class_index);
   const PlaneMask* score(float score) const;  // in per cent, 0 to 100
+  const PlaneMask* text(const std::string& text);
   uint64_t painted() const noexcept { return painted_; }
 
  private:
   PlaneMask paint(const std::string& text);
 
-  std::vector<std::string> names_;
+  ClassNames names_;
   std::shared_ptr<TextPainter> painter_;
   preprocess::PictureFormat format_;
   std::vector<PlaneMask> scores_;
-  std::unordered_map<uint32_t, PlaneMask> by_class_;
+  std::unordered_map<std::string, PlaneMask> by_text_;
   uint64_t painted_ = 0;
 };
 

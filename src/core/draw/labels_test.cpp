@@ -22,7 +22,7 @@ class LengthPainter : public TextPainter {
 };
 
 Labels labels(std::vector<std::string> names, bool scores, std::vector<std::string>* texts) {
-  return Labels(std::move(names), scores, std::make_unique<LengthPainter>(texts),
+  return Labels({std::move(names)}, scores, std::make_unique<LengthPainter>(texts),
                 *preprocess::picture_format("GRAY8"));
 }
 
@@ -31,8 +31,8 @@ TEST(Labels, AreNamesOfClassesPaintedOnce) {
   auto l = labels({"cat", "horse"}, false, &texts);
   EXPECT_TRUE(texts.empty());
   for (int i = 0; i < 3; ++i) {
-    EXPECT_EQ(l.name(1)->width, 5u);
-    EXPECT_EQ(l.name(0)->planes[0].coverage[0], 'c');
+    EXPECT_EQ(l.name(0, 1)->width, 5u);
+    EXPECT_EQ(l.name(0, 0)->planes[0].coverage[0], 'c');
   }
   EXPECT_EQ(texts, (std::vector<std::string>{"horse", "cat"}));
   EXPECT_EQ(l.score(0.5f), nullptr);
@@ -41,12 +41,35 @@ TEST(Labels, AreNamesOfClassesPaintedOnce) {
 TEST(Labels, OfClassesWithoutANameAreNumbers) {
   std::vector<std::string> texts;
   auto l = labels({"cat"}, false, &texts);
-  l.name(12);
+  l.name(0, 12);
   EXPECT_EQ(texts, (std::vector<std::string>{"12"}));
-  for (uint32_t i = 0; i < 10000; ++i) EXPECT_EQ(l.name(i)->height, 1u);
-  EXPECT_EQ(l.name(UINT32_MAX)->width, 10u);
+  for (uint32_t i = 0; i < 10000; ++i) {
+    l.begin_picture();
+    EXPECT_EQ(l.name(0, i)->height, 1u);
+  }
+  EXPECT_EQ(l.name(0, UINT32_MAX)->width, 10u);
   std::vector<std::string> none;
-  EXPECT_EQ(labels({}, true, &none).name(0), nullptr);
+  EXPECT_EQ(labels({}, true, &none).name(0, 0), nullptr);
+}
+
+TEST(Labels, OfEachSourceHaveTheirOwnNames) {
+  std::vector<std::string> texts;
+  Labels l({{"cat"}, {}, {"tabby", "lion"}}, false, std::make_unique<LengthPainter>(&texts),
+           *preprocess::picture_format("GRAY8"));
+  EXPECT_EQ(l.name(0, 0)->width, 3u);
+  EXPECT_EQ(l.name(1, 0), nullptr);
+  EXPECT_EQ(l.name(2, 1)->width, 4u);
+  EXPECT_EQ(l.name(3, 0), nullptr);
+}
+
+TEST(Labels, TextsStayValidWithinAPicture) {
+  std::vector<std::string> texts;
+  auto l = labels({}, false, &texts);
+  l.begin_picture();
+  const PlaneMask* first = l.text("first");
+  for (int i = 0; i < 10000; ++i) l.text(std::to_string(i));
+  EXPECT_EQ(l.text("first"), first);
+  EXPECT_EQ(first->width, 5u);
 }
 
 TEST(Labels, ShowScoresInPerCent) {

@@ -2,15 +2,43 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/draw/mask.hpp"
 
+#include <algorithm>
+
 namespace weir::draw {
 namespace {
 
-uint8_t mean_of_four(const Mask& mask, uint32_t x, uint32_t y) {
-  unsigned sum = 2;
-  for (uint32_t row = y; row < y + 2 && row < mask.height; ++row)
-    for (uint32_t column = x; column < x + 2 && column < mask.width; ++column)
+// The mean of the pixels of one sample; pixels beyond the mask count as 0.
+uint8_t mean_of(const Mask& mask, uint32_t x, uint32_t y, uint32_t columns, uint32_t rows) {
+  unsigned sum = columns * rows / 2;
+  for (uint32_t row = y; row < y + rows && row < mask.height; ++row)
+    for (uint32_t column = x; column < x + columns && column < mask.width; ++column)
       sum += mask.coverage[size_t{row} * mask.width + column];
-  return static_cast<uint8_t>(sum / 4);
+  return static_cast<uint8_t>(sum / (columns * rows));
+}
+
+uint32_t pixels(bool is_halved) {
+  return is_halved ? 2 : 1;
+}
+
+// The lane of the plane with the greatest step.
+const preprocess::Lane& coarsest(const preprocess::PictureFormat& format, uint8_t plane) {
+  const preprocess::Lane* out = nullptr;
+  for (size_t i = 0; i < format.lane_count(); ++i) {
+    const preprocess::Lane& lane = format.lanes[i];
+    if (lane.plane == plane && (!out || lane.step > out->step)) out = &lane;
+  }
+  return *out;
+}
+
+// Writes the coverage of one lane's bytes; a plane of one grid has a single coverage for all bytes
+// of its unit, alpha included.
+void write_lane(const Mask& mask, const preprocess::Lane& lane, size_t first, size_t bytes,
+                PlaneMask::Plane* plane) {
+  const uint32_t columns = pixels(lane.halved_columns), rows = pixels(lane.halved_rows);
+  uint8_t* row = plane->coverage.data();
+  for (uint32_t y = 0; y < mask.height; y += rows, row += plane->row_bytes)
+    for (size_t at = first, x = 0; at < plane->row_bytes; at += lane.step, x += columns)
+      std::fill_n(row + at, bytes, mean_of(mask, static_cast<uint32_t>(x), y, columns, rows));
 }
 
 }  // namespace
@@ -21,16 +49,18 @@ PlaneMask for_planes(const Mask& mask, const preprocess::PictureFormat& format) 
   out.height = mask.height;
   for (size_t i = 0; i < format.lane_count(); ++i) {
     const preprocess::Lane& lane = format.lanes[i];
+    const preprocess::Lane& unit = coarsest(format, lane.plane);
     PlaneMask::Plane& plane = out.planes[lane.plane];
-    if (!plane.coverage.empty()) continue;  // the lanes of a plane are equal
-    const uint32_t every = lane.halved ? 2 : 1;
-    plane.row_bytes = size_t{(mask.width + every - 1) / every} * lane.step;
-    for (uint32_t y = 0; y < mask.height; y += every)
-      for (uint32_t x = 0; x < mask.width; x += every) {
-        const uint8_t covered =
-            lane.halved ? mean_of_four(mask, x, y) : mask.coverage[size_t{y} * mask.width + x];
-        plane.coverage.insert(plane.coverage.end(), lane.step, covered);
-      }
+    const bool is_first = plane.coverage.empty();
+    if (is_first) {
+      const uint32_t columns = pixels(unit.halved_columns), rows = pixels(unit.halved_rows);
+      plane.row_bytes = size_t{(mask.width + columns - 1) / columns} * unit.step;
+      plane.coverage.resize(plane.row_bytes * ((mask.height + rows - 1) / rows));
+    }
+    if (!lane.same_grid(unit) || unit.halved_columns != unit.halved_rows)
+      write_lane(mask, lane, lane.offset, 1, &plane);
+    else if (is_first)
+      write_lane(mask, lane, 0, lane.step, &plane);
   }
   return out;
 }

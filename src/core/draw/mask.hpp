@@ -16,7 +16,8 @@ struct Mask {
 };
 
 // The same for each byte of each plane, so that its rows align with the picture's. The coverage of
-// a halved sample is the mean of its four pixels, the first of which has an even column and row.
+// a halved sample is the mean of its two or four pixels, the first of which has an even column and
+// row.
 struct PlaneMask {
   struct Plane {
     size_t row_bytes = 0;

@@ -4,9 +4,17 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
+
+#include "core/draw/label_layout.hpp"
+#include "core/draw/lines.hpp"
+#include "core/draw/skeletons.hpp"
+#include "core/draw/tint.hpp"
 
 namespace weir::draw {
 namespace {
+
+constexpr float kLeastPointScore = 0.3f;  // of key points that are drawn
 
 // The nearest pixel boundary.
 int64_t edge(double at) {
@@ -17,7 +25,11 @@ int64_t edge(double at) {
 class Drawing {
  public:
   Drawing(const Detections& detections, const Style& style, Canvas* canvas)
-      : detections_(detections), style_(style), canvas_(*canvas), all_(canvas->all()) {
+      : detections_(detections),
+        style_(style),
+        canvas_(*canvas),
+        all_(canvas->all()),
+        layout_(all_) {
     if (detections.picture_width > 0) x_scale_ = double(all_.right) / detections.picture_width;
     if (detections.picture_height > 0) y_scale_ = double(all_.bottom) / detections.picture_height;
     const int64_t size = style.point_size;
@@ -29,15 +41,52 @@ class Drawing {
     }
   }
 
-  Area area_of(const Detection& d) const {
-    const int64_t left = edge(d.x1 * x_scale_), top = edge(d.y1 * y_scale_);
-    return {left, top, std::max(edge(d.x2 * x_scale_), left + 1),
-            std::max(edge(d.y2 * y_scale_), top + 1)};
+  template <class Box>
+  Area upright(const Box& b) const {
+    const int64_t left = edge(b.x1 * x_scale_), top = edge(b.y1 * y_scale_);
+    return {left, top, std::max(edge(b.x2 * x_scale_), left + 1),
+            std::max(edge(b.y2 * y_scale_), top + 1)};
   }
 
-  void box(const Area& a, const Paint& paint) {
+  // The upright area around the box.
+  Area area_of(const Detection& d) const {
+    if (d.rotation == 0) return upright(d);
+    Detection around;
+    around.x1 = around.y1 = INFINITY, around.x2 = around.y2 = -INFINITY;
+    for (const Point& corner : corners_of(d)) {
+      around.x1 = std::min(around.x1, corner.x), around.x2 = std::max(around.x2, corner.x);
+      around.y1 = std::min(around.y1, corner.y), around.y2 = std::max(around.y2, corner.y);
+    }
+    return upright(around);
+  }
+
+  void class_map(const ClassMap& map) {
+    std::map<uint16_t, Paint> paints;
+    const auto paint = [&](uint16_t c) -> const Paint* {
+      if (c == 0) return nullptr;
+      const auto known = paints.find(c);
+      if (known != paints.end()) return &known->second;
+      return &paints.emplace(c, paint_of(canvas_.picture(), class_color(c))).first->second;
+    };
+    tint_classes(upright(map), map.width, map.height, map.classes, style_.mask_opacity, paint,
+                 &canvas_);
+  }
+
+  void mask(const Detection& d, const Area& area, const Paint& paint) {
+    if (d.mask < 0 || style_.mask_opacity == 0) return;
+    const DetectionMask& mask = detections_.masks[static_cast<size_t>(d.mask)];
+    tinter_.tint(area, {mask.width, mask.height, mask.values}, style_.mask_opacity, paint,
+                 &canvas_);
+  }
+
+  void box(const Detection& d, const Area& a, const Paint& paint) {
     const int64_t line = style_.line_width;
     if (line == 0) return;
+    if (d.rotation != 0) {
+      auto corners = corners_of(d);
+      for (Point& corner : corners) corner = on_canvas(corner);
+      return draw_outline(corners, static_cast<double>(line), paint, &canvas_);
+    }
     if (a.right - a.left <= 2 * line || a.bottom - a.top <= 2 * line) {
       canvas_.fill(a, paint);
       return;
@@ -49,40 +98,69 @@ class Drawing {
   }
 
   void points(size_t row, const Paint& paint) {
-    for (size_t i = 0; i < detections_.points_per_row; ++i) {
-      const Point& point = detections_.points[row * detections_.points_per_row + i];
-      if (std::isfinite(point.x) && std::isfinite(point.y))
-        disc(point.x * x_scale_, point.y * y_scale_, paint);
-    }
+    const size_t count = detections_.points_per_row;
+    for (const auto& [from, to] : connections_of(count))
+      if (is_found(row, from) && is_found(row, to))
+        draw_line(on_canvas(point(row, from)), on_canvas(point(row, to)), style_.line_width, paint,
+                  &canvas_);
+    for (size_t i = 0; i < count; ++i)
+      if (is_found(row, i)) disc(on_canvas(point(row, i)), paint);
   }
 
-  void label(const Detection& found, const Area& box, Labels* labels, Rgb color,
-             const Paint& paint) {
-    const PlaneMask* name = labels->name(found.class_index);
-    const PlaneMask* score = detections_.scored ? labels->score(found.score) : nullptr;
-    if (!name && !score) return;
-    const int64_t height = name ? name->height : score->height;
+  // Draws a label with a free place at `box`, or in the list of the picture.
+  void label(const Detection& found, const Area& box, Labels* labels) {
+    const PlaneMask* const parts[] = {
+        found.text >= 0 ? labels->text(detections_.texts[static_cast<size_t>(found.text)])
+                        : labels->name(found.source, found.class_index),
+        found.track > 0 ? labels->text("#" + std::to_string(found.track)) : nullptr,
+        detections_.scored ? labels->score(found.score) : nullptr};
+    int64_t width = 0, height = 0;
+    for (const PlaneMask* part : parts)
+      if (part) height = std::max<int64_t>(height, part->height);
+    if (height == 0) return;
     const int64_t gap = even(height / 4);
-    int64_t width = gap;
-    for (const PlaneMask* part : {name, score})
+    for (const PlaneMask* part : parts)
       if (part) width += even(part->width) + gap;
-    const Area seen = common_part(box, all_);
-    int64_t x = even_before(std::max<int64_t>(std::min(seen.left, all_.right - width), 0));
-    const int64_t y = even_before(box.top >= height ? box.top - height : seen.top);
-    canvas_.fill({x, y, x + width, y + height}, paint);
+    const int64_t step = canvas_.halved() ? 2 : 1;
+    const Area place = found.is_label ? layout_.place_in_list(box, width + gap, height, step)
+                                      : layout_.place(box, width + gap, height, step);
+    if (place.empty()) return;
+    const Rgb color = class_color(found.class_index);
+    canvas_.fill(place, paint_of(canvas_.picture(), color));
     const Paint ink = paint_of(canvas_.picture(), text_color(color));
-    for (const PlaneMask* part : {name, score})
+    int64_t x = place.left;
+    for (const PlaneMask* part : parts)
       if (part) {
-        canvas_.blend(x + gap, y, *part, ink);
+        canvas_.blend(x + gap, place.top, *part, ink);
         x += gap + even(part->width);
       }
   }
 
  private:
-  void disc(double x, double y, const Paint& paint) {
+  Point on_canvas(const Point& p) const { return {p.x * x_scale_, p.y * y_scale_}; }
+  const Point& point(size_t row, size_t i) const {
+    return detections_.points[row * detections_.points_per_row + i];
+  }
+  bool is_found(size_t row, size_t i) const {
+    const Point& p = point(row, i);
+    if (!std::isfinite(p.x) || !std::isfinite(p.y)) return false;
+    return detections_.point_scores.empty() ||
+           detections_.point_scores[row * detections_.points_per_row + i] >= kLeastPointScore;
+  }
+
+  static std::array<Point, 4> corners_of(const Detection& d) {
+    const double c = std::cos(double{d.rotation}), s = std::sin(double{d.rotation});
+    const double x = (d.x1 + d.x2) / 2, y = (d.y1 + d.y2) / 2;
+    const double w = (d.x2 - d.x1) / 2, h = (d.y2 - d.y1) / 2;
+    std::array<Point, 4> out{{{-w, -h}, {w, -h}, {w, h}, {-w, h}}};
+    for (Point& p : out) p = {x + p.x * c - p.y * s, y + p.x * s + p.y * c};
+    return out;
+  }
+
+  void disc(const Point& centre, const Paint& paint) {
     const int64_t size = style_.point_size;
-    const int64_t left = edge(x - static_cast<double>(size) / 2);
-    const int64_t top = edge(y - static_cast<double>(size) / 2);
+    const int64_t left = edge(centre.x - static_cast<double>(size) / 2);
+    const int64_t top = edge(centre.y - static_cast<double>(size) / 2);
     for (int64_t row = 0; row < size; ++row) {
       const int64_t out = disc_[static_cast<size_t>(row)];
       canvas_.fill({left + out, top + row, left + size - out, top + row + 1}, paint);
@@ -90,12 +168,13 @@ class Drawing {
   }
   // Masks begin at even columns and rows if pixels share chroma.
   int64_t even(int64_t length) const { return canvas_.halved() ? (length + 1) / 2 * 2 : length; }
-  int64_t even_before(int64_t place) const { return canvas_.halved() ? place / 2 * 2 : place; }
 
   const Detections& detections_;
   const Style& style_;
   Canvas& canvas_;
   const Area all_;
+  LabelLayout layout_;
+  MaskTinter tinter_;
   double x_scale_ = 1, y_scale_ = 1;
   std::vector<int64_t> disc_;  // for each row, the pixels at both ends outside the disc
 };
@@ -108,27 +187,36 @@ Drawn draw(const Detections& detections, const Style& style, Labels* labels, Can
   const auto paint = [&](const Detection& found) {
     return paint_of(canvas->picture(), class_color(found.class_index));
   };
-  std::vector<size_t> seen;
+  if (style.mask_opacity > 0)
+    for (const ClassMap& map : detections.class_maps) drawing.class_map(map);
+  std::vector<size_t> seen, written;
   for (size_t i = 0; i < detections.rows.size(); ++i) {
     const Detection& found = detections.rows[i];
-    const Area area = drawing.area_of(found);
     if (found.score < style.min_score) {
       ++out.below_score;
-    } else if (common_part(area, canvas->all()).empty()) {
+    } else if (common_part(drawing.area_of(found), canvas->all()).empty()) {
       ++out.outside;
     } else {
-      seen.push_back(i);
-      drawing.box(area, paint(found));
-      drawing.points(i, paint(found));
+      written.push_back(i);
+      if (!found.is_label) seen.push_back(i);
     }
+  }
+  for (const size_t i : seen)
+    drawing.mask(detections.rows[i], drawing.area_of(detections.rows[i]),
+                 paint(detections.rows[i]));
+  for (const size_t i : seen) {
+    const Detection& found = detections.rows[i];
+    drawing.box(found, drawing.area_of(found), paint(found));
+    drawing.points(i, paint(found));
   }
   out.boxes = seen.size();
   if (!labels) return out;
-  for (const size_t i : seen) {
-    const Detection& found = detections.rows[i];
-    drawing.label(found, drawing.area_of(found), labels, class_color(found.class_index),
-                  paint(found));
-  }
+  labels->begin_picture();
+  std::stable_sort(written.begin(), written.end(), [&](size_t a, size_t b) {
+    return detections.rows[a].score > detections.rows[b].score;
+  });
+  for (const size_t i : written)
+    drawing.label(detections.rows[i], drawing.area_of(detections.rows[i]), labels);
   return out;
 }
 

@@ -1,10 +1,15 @@
-// Draws the boxes, key points and labels of detections on a picture.
+// Draws results on a picture: masks, boxes, key points and labels.
 //
-// Edges are rounded to the nearest pixel boundary. A box's line is inside the box; a box less than
-// twice as wide as its line is filled. A key point of diameter d is a disc: in the square of d
-// pixels centred nearest to the point, the pixels whose centre is at most d / 2 away. A label is a
-// filled area above the box, or inside it if there is no room above, moved into the picture. Labels
-// are drawn last. Each class has its own colour.
+// Edges of upright boxes are rounded to the nearest pixel boundary. A box's line is inside the box;
+// a box less than twice as wide as its line is filled. Rotated boxes are lines along their edges. A
+// key point of diameter d is a disc: in the square of d pixels centred nearest to the point, the
+// pixels whose centre is at most d / 2 away. Key points of bodies and hands are connected
+// (skeletons.hpp). Each class has its own colour.
+//
+// Class maps are drawn first, then masks, boxes and points, then labels, the best score first: a
+// label takes the first free place around its box (label_layout.hpp), and is left out where there
+// is none. Labels without a box of their own are a list in the upper left corner of the picture or
+// of their parent's box.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include "core/draw/canvas.hpp"
@@ -16,6 +21,7 @@ namespace weir::draw {
 struct Style {
   uint32_t line_width = 2, point_size = 5;  // pixels; 0 = none
   float min_score = 0;
+  uint8_t mask_opacity = 115;  // of 255; 0 = no masks
 };
 
 struct Drawn {

@@ -129,7 +129,7 @@ void expect_label(const Detection& box, const Area& ground, std::vector<Area> in
   auto d = boxes({box});
   d.scored = true;
   TestPicture drawn(format, 80, 40), expected(format, 80, 40);
-  Labels labels({"cat"}, scores, std::make_unique<Block>(), drawn.picture.format);
+  Labels labels({{"cat"}}, scores, std::make_unique<Block>(), drawn.picture.format);
   auto canvas = drawn.canvas();
   draw(d, {1, 0, 0}, &labels, &canvas);
   reference(d, {1, 0, 0}, &expected);
@@ -170,7 +170,7 @@ TEST(Overlay, BeginsLabelsAtEvenPlacesWhereChromaIsShared) {
 TEST(Overlay, CutsLabelsThatAreWiderThanThePicture) {
   for (const auto& format : every_format()) {
     TestPicture picture(format, 9, 7);
-    Labels labels({"a long name"}, true, std::make_unique<Block>(), picture.picture.format);
+    Labels labels({{"a long name"}}, true, std::make_unique<Block>(), picture.picture.format);
     auto canvas = picture.canvas();
     auto d = boxes({{1, 1, 5, 5, 1, 0}, {-3, 6, 4, 90, 1, 77}});
     d.scored = true;

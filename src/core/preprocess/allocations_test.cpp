@@ -53,7 +53,7 @@ using testing::Pixels;
 // Regions in different places, each with its own columns, so that no sums are shared.
 TEST(Runner, AllocatesForTheFirstFramesOnly) {
   constexpr uint32_t kRegions = 20, kPlaces = 3;
-  for (const char* format : {"RGB", "NV12", "I420"})
+  for (const char* format : {"RGB", "NV12", "I420", "YUY2"})
     for (const bool cosited : {false, true}) {
       Pixels pixels(format, 1024, 256, 1);
       pixels.picture.cosited_columns = cosited;

@@ -9,24 +9,37 @@ namespace {
 
 constexpr PictureFormat packed(std::string_view name, uint8_t step, uint8_t r, uint8_t g,
                                uint8_t b) {
-  return {
-      name, ColorModel::Rgb, {Lane{0, r, step, false}, {0, g, step, false}, {0, b, step, false}}};
+  return {name, ColorModel::Rgb, {Lane{0, r, step}, {0, g, step}, {0, b, step}}};
 }
 
-constexpr std::array kFormats{
-    packed("RGB", 3, 0, 1, 2),
-    packed("BGR", 3, 2, 1, 0),
-    packed("RGBx", 4, 0, 1, 2),
-    packed("BGRx", 4, 2, 1, 0),
-    packed("xRGB", 4, 1, 2, 3),
-    packed("xBGR", 4, 3, 2, 1),
-    packed("RGBA", 4, 0, 1, 2),
-    packed("BGRA", 4, 2, 1, 0),
-    packed("ARGB", 4, 1, 2, 3),
-    packed("ABGR", 4, 3, 2, 1),
-    PictureFormat{"GRAY8", ColorModel::Gray, {}},
-    PictureFormat{"NV12", ColorModel::Yuv, {Lane{}, {1, 0, 2, true}, {1, 1, 2, true}}},
-    PictureFormat{"I420", ColorModel::Yuv, {Lane{}, {1, 0, 1, true}, {2, 0, 1, true}}}};
+// Y'CbCr with one chroma sample for each 2 x 2 pixels.
+constexpr PictureFormat halved(std::string_view name, Lane blue, Lane red) {
+  blue.halved_columns = blue.halved_rows = red.halved_columns = red.halved_rows = true;
+  return {name, ColorModel::Yuv, {Lane{}, blue, red}};
+}
+
+// Y'CbCr in one plane, two pixels in four bytes.
+constexpr PictureFormat pairs(std::string_view name, uint8_t y, uint8_t cb, uint8_t cr) {
+  return {name, ColorModel::Yuv, {Lane{0, y, 2}, {0, cb, 4, true}, {0, cr, 4, true}}};
+}
+
+constexpr std::array kFormats{packed("RGB", 3, 0, 1, 2),
+                              packed("BGR", 3, 2, 1, 0),
+                              packed("RGBx", 4, 0, 1, 2),
+                              packed("BGRx", 4, 2, 1, 0),
+                              packed("xRGB", 4, 1, 2, 3),
+                              packed("xBGR", 4, 3, 2, 1),
+                              packed("RGBA", 4, 0, 1, 2),
+                              packed("BGRA", 4, 2, 1, 0),
+                              packed("ARGB", 4, 1, 2, 3),
+                              packed("ABGR", 4, 3, 2, 1),
+                              PictureFormat{"GRAY8", ColorModel::Gray, {}},
+                              halved("NV12", {1, 0, 2}, {1, 1, 2}),
+                              halved("NV21", {1, 1, 2}, {1, 0, 2}),
+                              halved("I420", {1, 0, 1}, {2, 0, 1}),
+                              halved("YV12", {2, 0, 1}, {1, 0, 1}),
+                              pairs("YUY2", 0, 1, 3),
+                              pairs("UYVY", 1, 0, 2)};
 
 }  // namespace
 

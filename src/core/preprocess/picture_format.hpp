@@ -1,6 +1,7 @@
 // PictureFormat: where the samples of a pixel are in the memory of a decoded picture.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <span>
@@ -15,7 +16,14 @@ enum class ColorModel : uint8_t { Gray, Rgb, Yuv };
 // One kind of sample: byte `offset` of every `step` bytes in a row of `plane`.
 struct Lane {
   uint8_t plane = 0, offset = 0, step = 1;
-  bool halved = false;  // one sample for two columns and two rows (4:2:0 chroma)
+  // One sample for two columns (4:2:2 and 4:2:0 chroma), for two rows (4:2:0).
+  bool halved_columns = false, halved_rows = false;
+
+  // Whether the samples of both are placed alike.
+  bool same_grid(const Lane& other) const noexcept {
+    return step == other.step && halved_columns == other.halved_columns &&
+           halved_rows == other.halved_rows;
+  }
 };
 
 struct PictureFormat {
@@ -24,10 +32,15 @@ struct PictureFormat {
   std::array<Lane, 3> lanes;  // Gray: only the first; R, G, B; Y, Cb, Cr
 
   size_t lane_count() const noexcept { return model == ColorModel::Gray ? 1 : 3; }
-  size_t plane_count() const noexcept { return size_t{lanes[lane_count() - 1].plane} + 1; }
+  size_t plane_count() const noexcept {
+    size_t last = 0;
+    for (size_t i = 0; i < lane_count(); ++i) last = std::max<size_t>(last, lanes[i].plane);
+    return last + 1;
+  }
 };
 
-// RGB, BGR, RGBx, BGRx, xRGB, xBGR, RGBA, BGRA, ARGB, ABGR, GRAY8, NV12, I420. Alpha is not read.
+// RGB, BGR, RGBx, BGRx, xRGB, xBGR, RGBA, BGRA, ARGB, ABGR, GRAY8, NV12, NV21, I420, YV12, YUY2,
+// UYVY. Alpha is not read.
 std::span<const PictureFormat> picture_formats() noexcept;
 // FORMAT_UNSUPPORTED if the format is unknown; the error lists the known formats.
 Result<PictureFormat> picture_format(std::string_view name);

@@ -182,6 +182,13 @@ class PlanRun {
     float* const blended = w_.blended.data();
     blend_sums(blend, 1, grid.bytes / block, &blended);
     gather(grid, band);
+    // A single weight is not applied when pixels are gathered.
+    if (grid.taps == 1) scale_last(grid, lanes_of(band));
+  }
+
+  void scale_last(const Grid& grid, const std::array<float*, 4>& lanes) const noexcept {
+    if (grid.sums.last_scale == 1) return;
+    for (size_t l = 0; l < grid.sampling.step; ++l) lanes[l][count() - 1] *= grid.sums.last_scale;
   }
 
   void add_few(const Grid& grid, const SummedRows& rows, int16_t* out) noexcept {
@@ -194,10 +201,8 @@ class PlanRun {
 
   void blend_whole(const Grid& grid, const SumBlend& blend,
                    const std::array<float*, 4>& lanes) noexcept {
-    const size_t step = grid.sampling.step;
-    blend_sums(blend, step, count(), lanes.data());
-    if (grid.sums.last_scale == 1) return;
-    for (size_t l = 0; l < step; ++l) lanes[l][count() - 1] *= grid.sums.last_scale;
+    blend_sums(blend, grid.sampling.step, count(), lanes.data());
+    scale_last(grid, lanes);
   }
 
   void resize_taps(const Grid& grid, size_t band, uint32_t target) noexcept {

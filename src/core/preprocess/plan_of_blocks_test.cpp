@@ -71,7 +71,7 @@ TEST(PlanOfBlocks, TallPicturesDoNotDependOnOtherLayersOrThreads) {
 }
 
 TEST(PlanOfBlocks, AgreesWithTheFormulas) {
-  for (const char* format : {"GRAY8", "RGB", "NV12", "I420"})
+  for (const char* format : {"GRAY8", "RGB", "NV12", "I420", "UYVY"})
     for (const uint32_t height : {21u, 32u, 64u}) {
       Pixels pixels(format, 384, height, 5, 3);
       const double most = pixels.picture.format.model == ColorModel::Yuv ? 1.0 / 16 : 1.0 / 64;
@@ -119,7 +119,7 @@ TEST(PlanOfBlocks, RandomLayersAndPartsOfPicturesAgree) {
     const auto any = [&](uint32_t from, uint32_t to) {
       return from + static_cast<uint32_t>(random() % (to - from + 1));
     };
-    const char* const formats[] = {"GRAY8", "NV12", "I420", "RGB", "RGBA"};
+    const char* const formats[] = {"GRAY8", "NV12", "I420", "RGB", "RGBA", "YUY2", "UYVY", "NV21"};
     const uint32_t width = any(4, 40) * 8, height = any(1, 150);
     Pixels pixels(formats[seed % 5], width, height, seed, any(0, 9));
     pixels.picture.cosited_columns = any(0, 1);

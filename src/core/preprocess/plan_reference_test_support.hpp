@@ -28,11 +28,15 @@ struct Pixels {
     std::array<size_t, 3> offsets{}, strides{};
     size_t end = gap;
     for (size_t i = 0; i < picture.format.plane_count(); ++i) {
-      const Lane& lane = lane_of_plane(i);
-      const uint32_t columns = lane.halved ? (width + 1) / 2 : width;
-      strides[i] = size_t{columns} * lane.step + gap;
+      uint32_t rows = height;
+      for (const Lane& lane : lanes()) {
+        if (lane.plane != i) continue;
+        const uint32_t columns = lane.halved_columns ? (width + 1) / 2 : width;
+        strides[i] = std::max(strides[i], size_t{columns} * lane.step + gap);
+        if (lane.halved_rows) rows = (height + 1) / 2;
+      }
       offsets[i] = end;
-      end += strides[i] * (lane.halved ? (height + 1) / 2 : height);
+      end += strides[i] * rows;
     }
     memory.resize(end - gap);
     std::mt19937 random(seed);
@@ -41,9 +45,8 @@ struct Pixels {
       planes[i] = {memory, offsets[i], static_cast<ptrdiff_t>(strides[i])};
   }
 
-  const Lane& lane_of_plane(size_t plane) const {
-    return *std::find_if(picture.format.lanes.begin(), picture.format.lanes.end(),
-                         [&](const Lane& lane) { return lane.plane == plane; });
+  std::span<const Lane> lanes() const {
+    return std::span(picture.format.lanes).first(picture.format.lane_count());
   }
   double sample(size_t lane, int64_t x, int64_t y) const {
     const Lane& l = picture.format.lanes[lane];
@@ -85,18 +88,19 @@ inline double share(Resize resize, const AxisWhole& whole, double from_pixel, do
 // The value of sample `lane` at the target pixel (x, y) of the content.
 inline double resized(const Preparation& p, const Placement& place, const Pixels& pixels,
                       size_t lane, uint32_t x, uint32_t y) {
-  const bool halved = p.source.format.lanes[lane].halved;
-  const uint32_t columns = halved ? (p.source.width + 1) / 2 : p.source.width;
-  const uint32_t rows = halved ? (p.source.height + 1) / 2 : p.source.height;
+  const auto [halved_columns, halved_rows] = std::pair{p.source.format.lanes[lane].halved_columns,
+                                                       p.source.format.lanes[lane].halved_rows};
+  const uint32_t columns = halved_columns ? (p.source.width + 1) / 2 : p.source.width;
+  const uint32_t rows = halved_rows ? (p.source.height + 1) / 2 : p.source.height;
   const Rect &part = place.source, &content = place.content;
   const AxisWhole across = place.columns.value_or(AxisWhole{part.x, part.width, content.width, 0});
   const AxisWhole down = place.rows.value_or(AxisWhole{part.y, part.height, content.height, 0});
   double sum = 0;
   for (uint32_t j = 0; j < rows; ++j) {
-    const double wy =
-        share(p.resize, down, part.y, part.y + part.height, y, halved, p.source.cosited_rows, j);
+    const double wy = share(p.resize, down, part.y, part.y + part.height, y, halved_rows,
+                            p.source.cosited_rows, j);
     for (uint32_t i = 0; wy > 0 && i < columns; ++i) {
-      const double wx = share(p.resize, across, part.x, part.x + part.width, x, halved,
+      const double wx = share(p.resize, across, part.x, part.x + part.width, x, halved_columns,
                               p.source.cosited_columns, i);
       if (wx > 0) sum += wy * wx * pixels.sample(lane, i, j);
     }

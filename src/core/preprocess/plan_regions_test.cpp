@@ -102,7 +102,8 @@ TEST(RegionPlan, AgreesWithTheFormulas) {
   const auto below = [&](uint32_t bound) { return static_cast<uint32_t>(random() % bound); };
   int outside = 0;
   for (int i = 0; i < 400; ++i) {
-    constexpr const char* kFormats[] = {"RGB", "BGRx", "GRAY8", "NV12", "I420"};
+    constexpr const char* kFormats[] = {"RGB",  "BGRx", "GRAY8", "NV12", "NV21",
+                                        "I420", "YV12", "YUY2",  "UYVY"};
     const Pixels pixels(kFormats[below(5)], 1 + below(40), 1 + below(40), random(), below(5));
     auto p = preparation(pixels.picture, 1 + below(50), 1 + below(30));
     p.source.range = static_cast<Range>(below(2));

@@ -69,10 +69,10 @@ void lay_taps(Grid* grid) {
 // The largest block of which the target's columns consist, 1 for none. Used only if the target
 // covers at least half of the row, because the sums cover whole rows for all layers.
 size_t block_of(const Preparation& p, const Placement& place, const Lane& lane) {
-  const uint32_t pixels = lane.halved ? 2 : 1;
+  const uint32_t pixels = lane.halved_columns ? 2 : 1;
   const auto [x, y, width, height] = place.source;
   const uint32_t targets = place.content.width;
-  const bool cosited = lane.halved && p.source.cosited_columns;
+  const bool cosited = lane.halved_columns && p.source.cosited_columns;
   if (p.resize != Resize::Area || place.columns || x % pixels != 0 ||
       width % (pixels * targets) != 0 || width < p.source.width / 2)
     return 1;
@@ -85,9 +85,9 @@ size_t block_of(const Preparation& p, const Placement& place, const Lane& lane) 
 // The number of source rows of each target row if they have equal weights and the number is a power
 // of two, else 0.
 size_t like_rows_of(const Preparation& p, const Placement& place, const Lane& lane) {
-  const uint32_t pixels = lane.halved ? 2 : 1;
+  const uint32_t pixels = lane.halved_rows ? 2 : 1;
   const uint32_t y = place.source.y, height = place.source.height, targets = place.content.height;
-  const bool between = lane.halved && p.source.cosited_rows;
+  const bool between = lane.halved_rows && p.source.cosited_rows;
   if (between || y % pixels != 0 || height % (pixels * targets) != 0) return 0;
   const size_t rows = height / pixels / targets;
   return std::has_single_bit(rows) ? rows : 0;
@@ -97,7 +97,7 @@ size_t like_rows_of(const Preparation& p, const Placement& place, const Lane& la
 // many as the largest power of two that divides the first row and the number of rows.
 void lay_sums(Grid* grid, const Preparation& p, const Placement& place, const Lane& lane) {
   const size_t rows = like_rows_of(p, place, lane), block = grid->sums.block;
-  const size_t first = place.source.y / (lane.halved ? 2 : 1);
+  const size_t first = place.source.y / (lane.halved_rows ? 2 : 1);
   grid->sums.rows =
       rows == 0 ? 1 : std::min(std::gcd(first, rows), most_rows(block, grid->cosited));
   grid->sums.whole = grid->columns.most_weights() == 1 && lane.step <= 2;
@@ -113,13 +113,13 @@ void lay_sums(Grid* grid, const Preparation& p, const Placement& place, const La
 
 void lay(Grid* grid, const Preparation& p, const Placement& place, const Lane& lane) {
   Axis& x = grid->columns;
-  const Sampling columns{lane.halved, p.source.cosited_columns};
+  const Sampling columns{lane.halved_columns, p.source.cosited_columns};
   x.lay(p.resize, {place.source.x, place.source.width, place.content.width, place.columns},
         columns);
   grid->low = x.low();
   grid->high = x.high();
   grid->rows.lay(p.resize, {place.source.y, place.source.height, place.content.height, place.rows},
-                 {lane.halved, p.source.cosited_rows});
+                 {lane.halved_rows, p.source.cosited_rows});
   grid->sampling = lane;
   grid->first_byte = size_t{x.low()} * lane.step;
   grid->bytes = size_t{x.high() - x.low()} * lane.step;
@@ -232,7 +232,7 @@ void PlanTables::set_crop(const Rect& crop) {
 // Returns the matching one of the first `known` grids, or else adds a new one.
 size_t PlanTables::grid_of(const Lane& lane, size_t known) {
   for (size_t i = 0; i < known; ++i)
-    if (grids[i].sampling.step == lane.step && grids[i].sampling.halved == lane.halved) return i;
+    if (grids[i].sampling.same_grid(lane)) return i;
   if (grids.size() == known) grids.emplace_back();
   lay(&grids[known], preparation, placement, lane);
   return known;
@@ -249,7 +249,9 @@ void PlanTables::lay_bands() {
   lanes.clear();
   for (size_t i = 0; i < used; ++i) {
     const Lane& lane = format.lanes[i];
-    if (i == 0 || format.lanes[i - 1].plane != lane.plane) {
+    const bool shares_band =
+        i > 0 && format.lanes[i - 1].plane == lane.plane && format.lanes[i - 1].same_grid(lane);
+    if (!shares_band) {
       bands.push_back({lane.plane, grid_of(lane, known)});
       known = std::max(known, bands.back().grid + 1);
     }

@@ -41,8 +41,9 @@ double most_off(const Preparation& p) {
   return p.source.format.model == ColorModel::Yuv ? 1.0 / 16 : 1.0 / 64;
 }
 
-constexpr const char* kFormats[] = {"RGB",  "BGR",  "RGBx", "BGRx",  "xRGB", "xBGR", "RGBA",
-                                    "BGRA", "ARGB", "ABGR", "GRAY8", "NV12", "I420"};
+constexpr const char* kFormats[] = {"RGB",  "BGR",  "RGBx", "BGRx", "xRGB",  "xBGR",
+                                    "RGBA", "BGRA", "ARGB", "ABGR", "GRAY8", "NV12",
+                                    "NV21", "I420", "YV12", "YUY2", "UYVY"};
 constexpr Resize kResizes[] = {Resize::Nearest, Resize::Bilinear, Resize::Area};
 
 TEST(Plan, ResizesEachFormatLikeTheFormulas) {
@@ -61,7 +62,8 @@ TEST(Plan, ResizesEachFormatLikeTheFormulas) {
 TEST(Plan, AppliesANewCropLikeANewPlan) {
   std::mt19937 random(11);
   const auto below = [&](uint32_t bound) { return static_cast<uint32_t>(random() % bound); };
-  for (const char* format : {"RGB", "RGBx", "GRAY8", "NV12", "I420"})
+  for (const char* format :
+       {"RGB", "RGBx", "GRAY8", "NV12", "NV21", "I420", "YV12", "YUY2", "UYVY"})
     for (const Resize resize : kResizes)
       for (const Fit fit : {Fit::Stretch, Fit::Letterbox, Fit::CentreCrop}) {
         const Pixels pixels(format, 61, 47, 5, 3);
@@ -115,7 +117,7 @@ TEST(Plan, ResizesAnyPartLikeTheFormulas) {
 // Luma of four samples and chroma of two, which take different code paths, at a width where the
 // lanes of one vector come from two windows of a row.
 TEST(Plan, MixesLanesOfDifferentKinds) {
-  for (const char* format : {"NV12", "I420"}) {
+  for (const char* format : {"NV12", "NV21", "I420", "YV12", "YUY2", "UYVY"}) {
     const Pixels pixels(format, 40, 32, 5, 3);
     auto p = preparation(pixels, 8, 8);
     p.resize = Resize::Area;
@@ -284,7 +286,7 @@ TEST(Plan, WritesTheSameNumbersWithStreamingStores) {
 }
 
 TEST(Plan, RejectsMemoryThatIsTooShort) {
-  for (const char* format : {"RGB", "NV12", "I420"}) {
+  for (const char* format : {"RGB", "NV12", "NV21", "I420", "YV12", "YUY2", "UYVY"}) {
     Pixels pixels(format, 30, 20);
     const auto plan = Plan::make(preparation(pixels, 8, 8));
     auto workspace = plan->workspace();

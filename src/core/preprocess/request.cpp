@@ -91,6 +91,18 @@ ChannelOrder order_of(card::Color color) noexcept {
   return ChannelOrder::Rgb;
 }
 
+Fit fit_of(card::Resize resize) noexcept {
+  switch (resize) {
+    case card::Resize::Crop:
+      return Fit::CentreCrop;
+    case card::Resize::Letterbox:
+      return Fit::Letterbox;
+    case card::Resize::Stretch:
+      break;
+  }
+  return Fit::Stretch;
+}
+
 }  // namespace
 
 Result<std::vector<double>> parse_numbers(std::string_view name, std::string_view text) {
@@ -179,7 +191,9 @@ Result<Request> with_card(Request r, const card::Card& card, std::string_view na
   const card::ImageInput& input = card.inputs[*chosen];
   if (r.sizes.empty() && r.width == 0) r.width = static_cast<uint32_t>(input.width());
   if (r.sizes.empty() && r.height == 0) r.height = static_cast<uint32_t>(input.height());
-  r.fit = r.fit.value_or(input.resize == card::Resize::Crop ? Fit::CentreCrop : Fit::Stretch);
+  // The border belongs to the card's letterbox.
+  if (!r.fit && r.padding == 0) r.padding = input.padding;
+  r.fit = r.fit.value_or(fit_of(input.resize));
   r.order = r.order.value_or(order_of(input.color));
   r.mean = r.mean.value_or(input.mean);
   r.scale = r.scale.value_or(input.scale);

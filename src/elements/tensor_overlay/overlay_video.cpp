@@ -39,7 +39,7 @@ Status check_drawable(const GstCaps* caps) {
   return overlay_error(known.error());
 }
 
-Result<OverlayVideo> OverlayVideo::make(const GstCaps* caps, std::vector<std::string> names,
+Result<OverlayVideo> OverlayVideo::make(const GstCaps* caps, draw::ClassNames names,
                                         bool show_scores,
                                         std::shared_ptr<draw::TextPainter> painter) {
   GstVideoInfo video;

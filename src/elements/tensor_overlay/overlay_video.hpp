@@ -17,8 +17,8 @@ Status check_drawable(const GstCaps* caps);
 class OverlayVideo {
  public:
   // A null `painter` draws no text. FORMAT_UNSUPPORTED.
-  static Result<OverlayVideo> make(const GstCaps* caps, std::vector<std::string> names,
-                                   bool show_scores, std::shared_ptr<draw::TextPainter> painter);
+  static Result<OverlayVideo> make(const GstCaps* caps, draw::ClassNames names, bool show_scores,
+                                   std::shared_ptr<draw::TextPainter> painter);
 
   // `buffer` is writable; bytes copied for mapping are counted in `ledger`.
   // Errors: MappedPicture::map(), Canvas::make().

@@ -13,7 +13,7 @@ void ResultsPad::start(ResultsSync sync, Coordinates coordinates) {
   queue_.clear();
   queue_.flush(false);
   unused_before_ = queue_.unused();
-  for (auto* count : {&received_, &refused_, &found_, &late_, &nobody_, &not_finite_,
+  for (auto* count : {&received_, &refused_, &found_, &late_, &background_, &not_finite_,
                       &without_area_, &beyond_limit_, &points_not_finite_})
     *count = 0;
 }
@@ -79,7 +79,7 @@ Result<ResultsPad::Results> ResultsPad::read(GstBuffer* buffer, const gst::Tenso
 }
 
 void ResultsPad::count(const draw::LeftOut& left_out) {
-  nobody_ += left_out.nobody;
+  background_ += left_out.background;
   not_finite_ += left_out.not_finite;
   without_area_ += left_out.without_area;
   beyond_limit_ += left_out.beyond_limit;
@@ -114,7 +114,7 @@ void ResultsPad::add_stats(GstStructure* stats) const {
   add("results-refused", refused_);
   add("results-held", newest.waiting + queue_.waiting());
   add("results-late", late_);
-  add("rows-nobody", nobody_);
+  add("rows-background", background_);
   add("rows-not-finite", not_finite_);
   add("rows-without-area", without_area_);
   add("rows-beyond-limit", beyond_limit_);

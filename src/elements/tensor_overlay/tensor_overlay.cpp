@@ -19,9 +19,10 @@ namespace {
 
 using gst::Ref;
 
-#define WEIR_OVERLAY_VIDEO                                                                   \
-  "video/x-raw, format=(string){ RGB, BGR, RGBx, BGRx, xRGB, xBGR, RGBA, BGRA, ARGB, ABGR, " \
-  "GRAY8, NV12, I420 }, width=(int)[ 1, 65536 ], height=(int)[ 1, 65536 ], " WEIR_CAPS_RATE
+#define WEIR_OVERLAY_VIDEO                                                                        \
+  "video/x-raw, format=(string){ RGB, BGR, RGBx, BGRx, xRGB, xBGR, RGBA, BGRA, ARGB, ABGR, "      \
+  "GRAY8, NV12, NV21, I420, YV12, YUY2, UYVY }, width=(int)[ 1, 65536 ], height=(int)[ 1, 65536 " \
+  "], " WEIR_CAPS_RATE
 
 class TensorOverlay : public gst::CountedTransform<TensorOverlay> {
  public:
@@ -116,7 +117,7 @@ class TensorOverlay : public gst::CountedTransform<TensorOverlay> {
   }
 
   Status set_caps(GstCaps* in, GstCaps*) {
-    auto video = OverlayVideo::make(in, names_, settings().show_scores, painter_);
+    auto video = OverlayVideo::make(in, {names_}, settings().show_scores, painter_);
     if (!video) return video.error();
     video_ = *std::move(video);
     return ok();

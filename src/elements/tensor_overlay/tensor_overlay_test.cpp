@@ -124,7 +124,7 @@ TEST(TensorOverlay, PassesPicturesWithoutResults) {
   b.bring({0, 0, 0, 0, 0, 0}, 0);
   passes();
   EXPECT_EQ(b.stat("bytes-copied"), 0u);
-  EXPECT_EQ(b.stat("rows-nobody"), 1u);
+  EXPECT_EQ(b.stat("rows-background"), 1u);
   EXPECT_EQ(b.stat("results-drawn"), 1u);  // results without detections
   EXPECT_EQ(b.stat("pictures-drawn"), 0u);
 }
@@ -235,7 +235,8 @@ TEST(TensorOverlay, SurvivesAnyCoordinates) {
   uint32_t state = 7;
   const auto random = [&state] { return state = state * 1664525u + 1013904223u; };
   constexpr int kRows = 10000;
-  for (const char* format : {"RGB", "BGRx", "GRAY8", "NV12", "I420"}) {
+  for (const char* format :
+       {"RGB", "BGRx", "GRAY8", "NV12", "NV21", "I420", "YV12", "YUY2", "UYVY"}) {
     const Both b("line-width=9 point-size=30", video(format, 33, 17), floats(10, kRows));
     GstVideoInfo info;
     gst_video_info_set_format(&info, gst_video_format_from_string(format), 33, 17);

@@ -59,7 +59,9 @@ std::vector<ReadCard> cards() {
     const std::string path = entry.path().string();
     if (!path.ends_with(".card.json")) continue;
     const auto card = weir::card::read(path);
-    if (card) out.push_back({path, card->inputs[0]});
+    // A letterbox has no classic chain.
+    if (card && card->inputs[0].resize != weir::card::Resize::Letterbox)
+      out.push_back({path, card->inputs[0]});
   }
   return out;
 }

@@ -92,12 +92,12 @@ TEST(TensorPreprocess, ReportsTheFirstDifferenceToDownstreamCaps) {
 TEST(TensorPreprocess, ReportsAnUnsupportedFormat) {
   Harness h{gst_harness_new_parse("tensor_preprocess width=4 height=4")};
   const auto text = error_of(h, [&] {
-    gst_harness_set_src_caps_str(h.get(), video("YUY2", 4, 4).c_str());
+    gst_harness_set_src_caps_str(h.get(), video("Y42B", 4, 4).c_str());
     EXPECT_EQ(gst_harness_push(h.get(), frame(ramp(32))), GST_FLOW_NOT_NEGOTIATED);
   });
   EXPECT_SAYS(text, "WEIR-2002: pictures of this format cannot be preprocessed");
-  EXPECT_SAYS(text, "offered: YUY2");
-  EXPECT_SAYS(text, "GRAY8, NV12, I420");
+  EXPECT_SAYS(text, "offered: Y42B");
+  EXPECT_SAYS(text, "GRAY8, NV12, NV21, I420");
   EXPECT_SAYS(text, "fix: videoconvert ! tensor_preprocess");
   EXPECT_EQ(stat(h, "consumed"), 0u);
 }
@@ -115,20 +115,20 @@ TEST(TensorPreprocess, RejectsAnUnsupportedFormatMidStream) {
 }
 
 TEST(TensorPreprocess, ReportsTheFixedFormatOfASource) {
-  const std::string source = "videotestsrc num-buffers=2 ! video/x-raw,format=YUY2 ! ";
+  const std::string source = "videotestsrc num-buffers=2 ! video/x-raw,format=Y42B ! ";
   const std::string downstream = "tensor_preprocess width=4 height=4 ! fakesink";
   EXPECT_SAYS(error_of_pipeline(source + downstream), "fix: videoconvert ! tensor_preprocess");
   EXPECT_EQ(error_of_pipeline(source + "videoconvert ! " + downstream), "");
   // A source with a free choice does not choose rejected caps.
   EXPECT_EQ(error_of_pipeline("videotestsrc num-buffers=2 ! " + downstream), "");
   EXPECT_EQ(error_of_pipeline("videotestsrc num-buffers=2 ! "
-                              "video/x-raw,format={YUY2,AYUV,NV12} ! " +
+                              "video/x-raw,format={Y42B,AYUV,NV12} ! " +
                               downstream),
             "");
 }
 
 TEST(TensorPreprocess, LinksToAnIncompatibleSourceToReportTheError) {
-  const std::string source = "videotestsrc num-buffers=2 ! video/x-raw,format=YUY2 ! ";
+  const std::string source = "videotestsrc num-buffers=2 ! video/x-raw,format=Y42B ! ";
   const std::string downstream = "tensor_preprocess width=4 height=4 ! ";
   for (const char* rest : {"queue ! fakesink", "other/tensors,format=static ! fakesink",
                            "tensor_transform mode=typecast option=float32 ! tensor_sink"})

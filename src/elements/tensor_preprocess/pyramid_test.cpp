@@ -17,7 +17,7 @@ std::vector<Bytes> memories(GstBuffer* buffer) {
 }
 
 TEST(Pyramid, EachLayerEqualsASeparateConversion) {
-  for (const std::string format : {"RGB", "NV12", "I420"})
+  for (const std::string format : {"RGB", "NV12", "I420", "YUY2"})
     for (const std::string more :
          {" method=area", " fit=letterbox mean=3 layout=NCHW", " threads=3 method=nearest"}) {
       const auto caps = video(format, 64, 36);

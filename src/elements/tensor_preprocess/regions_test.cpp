@@ -46,7 +46,7 @@ Bytes single(const std::string& properties, const std::string& caps, GstBuffer* 
 TEST(Regions, MatchTheirPartsConvertedSeparately) {
   const Box boxes[] = {
       {0, 0, 64, 36}, {5, 7, 31, 13}, {63, 35, 1, 1}, {2, 3, 9, 33}, {10, 1, 7, 5}};
-  for (const std::string format : {"RGB", "GRAY8", "NV12", "I420"})
+  for (const std::string format : {"RGB", "GRAY8", "NV12", "NV21", "I420", "YV12", "YUY2", "UYVY"})
     for (const std::string more : {" method=area", " fit=letterbox mean=3 layout=NCHW",
                                    " threads=3 method=nearest fit=centre-crop"}) {
       const std::string size = "width=7 height=5" + more;

@@ -29,7 +29,8 @@ class TensorPreprocess : public gst::CountedTransform<TensorPreprocess> {
       GST_STATIC_PAD_TEMPLATE(
           "sink", GST_PAD_SINK, GST_PAD_ALWAYS,
           GST_STATIC_CAPS("video/x-raw, format=(string){ RGB, BGR, RGBx, BGRx, xRGB, xBGR, RGBA, "
-                          "BGRA, ARGB, ABGR, GRAY8, NV12, I420 }, width=(int)[ 1, 65536 ], "
+                          "BGRA, ARGB, ABGR, GRAY8, NV12, NV21, I420, YV12, YUY2, UYVY }, "
+                          "width=(int)[ 1, 65536 ], "
                           "height=(int)[ 1, 65536 ], " WEIR_CAPS_RATE
                           ", interlace-mode=(string)progressive")),
       GST_STATIC_PAD_TEMPLATE(

@@ -107,14 +107,14 @@ class PictureSize : public testing::TestWithParam<Size> {};
 TEST_P(PictureSize, IsAcceptedInEveryFormat) {
   const auto [width, height] = GetParam();
   for (const char* format : {"RGB", "BGR", "RGBx", "xBGR", "RGBA", "ABGR", "GRAY8", "GRAY16_LE",
-                             "RGBP", "NV12", "I420"}) {
+                             "RGBP", "NV12", "NV21", "I420", "YV12", "YUY2", "UYVY"}) {
     GstVideoInfo info;
     gst_video_info_set_format(&info, gst_video_format_from_string(format),
                               static_cast<guint>(width), static_cast<guint>(height));
     for (const std::string line : {"tensor_converter", "tensor_preprocess width=5 height=3",
                                    "tensor_preprocess width=5 height=3 method=area",
                                    "tensor_preprocess width=1 height=1 fit=letterbox"}) {
-      const bool yuv = std::string(format) == "NV12" || std::string(format) == "I420";
+      const bool yuv = GST_VIDEO_INFO_IS_YUV(&info);
       const bool other = std::string(format) == "RGBP" || std::string(format) == "GRAY16_LE";
       if (line == "tensor_converter" ? yuv : other) continue;
       Bench bench(line);

@@ -7,22 +7,31 @@
 namespace weir::infer {
 namespace {
 
-const weir_decoder_stream* stream_of(const weir_decoder_type& type) {
+// The decoder's table of the extension `id`; null if it does not have it.
+template <class Table>
+const Table* extension_of(const weir_decoder_type& type, const char* id) {
   const bool extensible =
       type.struct_size >= offsetof(weir_decoder_type, extension) + sizeof type.extension;
   if (!extensible || !type.extension) return nullptr;
-  const auto* table = static_cast<const weir_decoder_stream*>(type.extension(WEIR_DECODER_STREAM));
-  return table && table->struct_size >= sizeof *table && table->set_stream ? table : nullptr;
+  const auto* table = static_cast<const Table*>(type.extension(id));
+  return table && table->struct_size >= sizeof *table ? table : nullptr;
 }
 
 }  // namespace
 
 Decoder::Decoder(const weir_decoder_type& type, weir_decoder* handle)
-    : type_(type), handle_(handle), stream_(stream_of(type)) {}
+    : type_(type),
+      handle_(handle),
+      stream_(extension_of<weir_decoder_stream>(type, WEIR_DECODER_STREAM)),
+      model_(extension_of<weir_decoder_model>(type, WEIR_DECODER_MODEL)) {}
+
+void Decoder::set_model(const weir_stream_model* model) noexcept {
+  if (model_ && model_->set_model) model_->set_model(handle_, model);
+}
 
 void Decoder::set_stream(const Fraction& rate, Format format) noexcept {
   const Fraction given = rate.valid() ? rate : Fraction{0, 1};
-  if (stream_)
+  if (stream_ && stream_->set_stream)
     stream_->set_stream(handle_, given.numerator, given.denominator, format == Format::Flexible);
 }
 

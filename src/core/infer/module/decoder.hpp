@@ -9,6 +9,7 @@
 #include "core/infer/module/host.hpp"
 #include "core/tensor/frame_spec.hpp"
 #include "weir/abi.h"
+#include "weir/decoder_model.h"
 #include "weir/decoder_stream.h"
 #include "weir/result.hpp"
 
@@ -25,6 +26,8 @@ class Decoder {
 
   // Passes the frame rate and the format of the input; call it before configure().
   void set_stream(const Fraction& rate, Format format) noexcept;
+  // Passes the model whose outputs the stream has, or null; call it before configure().
+  void set_model(const weir_stream_model* model) noexcept;
   // Whether tensors of flexible streams are passed with their headers.
   bool needs_headers() const noexcept;
   // Passes the input tensors; the decoder sets its output caps through the sink.
@@ -39,6 +42,7 @@ class Decoder {
   const weir_decoder_type& type_;
   weir_decoder* handle_;
   const weir_decoder_stream* stream_;  // null: the decoder does not have the extension
+  const weir_decoder_model* model_;    // likewise
 };
 
 }  // namespace weir::infer

@@ -1,0 +1,11 @@
+// The SHA-256 digest of a file.
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#pragma once
+#include <string>
+
+namespace weir::app {
+
+// 64 lower-case hexadecimal digits. A file that cannot be read has the digest of an empty one.
+std::string sha256_of(const std::string& path);
+
+}  // namespace weir::app

@@ -1,0 +1,128 @@
+// Reads catalogue.json.
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include "models/catalogue.hpp"
+
+#include <glib.h>
+
+#include <algorithm>
+#include <fstream>
+#include <iterator>
+
+#include "core/card/find.hpp"
+#include "core/text/text.hpp"
+#include "machine/environment.hpp"
+#include "report.hpp"
+#include "weir/join.hpp"
+
+namespace weir::app {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::string text_of(const Json& object, const char* key) {
+  const auto at = object.find(key);
+  return at != object.end() && at->is_string() ? at->get<std::string>() : "";
+}
+
+CatalogueFile file_from(const Json& json) {
+  CatalogueFile out{.name = text_of(json, "name"),
+                    .url = text_of(json, "url"),
+                    .npm = text_of(json, "npm"),
+                    .path = text_of(json, "path"),
+                    .sha256 = text_of(json, "sha256")};
+  if (json.contains("bytes") && json["bytes"].is_number_unsigned())
+    out.bytes = json["bytes"].get<uint64_t>();
+  return out;
+}
+
+bool is_complete(const CatalogueFile& file) {
+  const bool is_plain = !file.name.empty() && file.name.find('/') == std::string::npos &&
+                        file.name != "." && file.name != "..";
+  return is_plain && file.sha256.size() == 64 && (!file.url.empty() || !file.path.empty());
+}
+
+Error invalid(const fs::path& path, const std::string& offered) {
+  return Error{.code = Code::CARD_INVALID,
+               .what = "the catalogue of models cannot be used",
+               .offered = path.string() + ": " + offered,
+               .needed = "an object with a list \"models\", each with name and files",
+               .fix = "install Weir again: make install"};
+}
+
+Result<std::vector<CatalogueModel>> read_from(const fs::path& path) {
+  std::ifstream stream(path, std::ios::binary);
+  const std::string text{std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
+  const Json json = Json::parse(text, nullptr, false);
+  if (!json.is_object() || !json.contains("models") || !json["models"].is_array())
+    return invalid(path, "not a catalogue");
+  std::vector<CatalogueModel> out;
+  for (const Json& item : json["models"]) {
+    CatalogueModel model{.name = text_of(item, "name"),
+                         .task = text_of(item, "task"),
+                         .about = text_of(item, "about"),
+                         .licence = text_of(item, "licence"),
+                         .card = text_of(item, "card"),
+                         .line = text_of(item, "line"),
+                         .files = {}};
+    if (item.contains("files") && item["files"].is_array())
+      for (const Json& file : item["files"]) model.files.push_back(file_from(file));
+    const bool is_plain =
+        !model.name.empty() && model.name.find('/') == std::string::npos && model.name[0] != '.';
+    if (!is_plain || model.files.empty() ||
+        !std::all_of(model.files.begin(), model.files.end(), is_complete))
+      return invalid(path, "model '" + model.name + "'");
+    out.push_back(std::move(model));
+  }
+  return out;
+}
+
+}  // namespace
+
+Result<std::vector<CatalogueModel>> read_catalogue() {
+  const auto folders = card::card_folders();
+  for (const auto& folder : folders) {
+    const fs::path path = fs::path(folder).parent_path() / "catalogue.json";
+    std::error_code ignored;
+    if (fs::is_regular_file(path, ignored)) return read_from(path);
+  }
+  return Error{.code = Code::FILE_NOT_FOUND,
+               .what = "the catalogue of models cannot be found",
+               .offered = "beside " + join(folders, ", "),
+               .needed = "catalogue.json",
+               .fix = "make install, or WEIR_CARD_PATH=/path/to/models/cards"};
+}
+
+Result<CatalogueModel> model_of(const std::vector<CatalogueModel>& models,
+                                const std::string& name) {
+  std::vector<std::string> names;
+  for (const auto& model : models) {
+    if (model.name == name) return model;
+    names.push_back(model.name);
+  }
+  const std::string close = nearest(name, names);
+  return Error{.code = Code::FILE_NOT_FOUND,
+               .what = "the catalogue has no such model",
+               .offered = name,
+               .needed = "a name that weir models list prints",
+               .difference = close.empty() ? "" : "did you mean " + close + "?",
+               .fix = close.empty() ? "weir models list" : "weir models info " + close};
+}
+
+fs::path models_folder() {
+  if (const char* chosen = environment_variable("WEIR_MODELS"); chosen && *chosen) return chosen;
+  return fs::path(g_get_user_data_dir()) / "weir" / "models";
+}
+
+fs::path folder_of(const CatalogueModel& model) {
+  return models_folder() / model.name;
+}
+
+bool is_fetched(const CatalogueModel& model) {
+  return std::all_of(model.files.begin(), model.files.end(), [&](const CatalogueFile& file) {
+    std::error_code failed;
+    const auto bytes = fs::file_size(folder_of(model) / file.name, failed);
+    return !failed && bytes == file.bytes;
+  });
+}
+
+}  // namespace weir::app

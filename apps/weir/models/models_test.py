@@ -1,0 +1,143 @@
+#!/usr/bin/python3
+# SPDX-License-Identifier: LGPL-2.1-or-later
+"""weir models: the catalogue, and files that are fetched from a server of this test."""
+
+import functools
+import hashlib
+import http.server
+import json
+import os
+import shutil
+import threading
+
+import tap_runner
+from weir_case import SOURCE, Case, weir
+
+CATALOGUE = json.loads((SOURCE / "models" / "catalogue.json").read_text())
+CARDS = SOURCE / "models" / "cards"
+
+
+class Quiet(http.server.SimpleHTTPRequestHandler):
+    def log_message(self, *_):
+        pass
+
+
+class Catalogue(Case):
+    def run_models(self, *words, cards=CARDS):
+        return weir("models", *words, WEIR_CARD_PATH=str(cards), WEIR_MODELS=str(self.folder / "models"))
+
+    def test_lists_every_model_with_task_size_and_licence(self):
+        text = self.good(self.run_models("list"))
+        for model in CATALOGUE["models"]:
+            line = next(line for line in text.splitlines() if line.startswith(model["name"] + " "))
+            self.assertIn(model["task"], line)
+            self.assertIn(model["licence"], line)
+            self.assertNotIn("fetched", line)
+
+    def test_has_at_least_25_models_without_copyleft(self):
+        self.assertGreaterEqual(len(CATALOGUE["models"]), 25)
+        names = [model["name"] for model in CATALOGUE["models"]]
+        self.assertEqual(len(names), len(set(names)))
+        for model in CATALOGUE["models"]:
+            self.assertNotRegex(model["licence"], "GPL")
+            for file in model["files"]:
+                self.assertRegex(file["sha256"], "^[0-9a-f]{64}$")
+                self.assertTrue(file.get("url", "").startswith("https://") or file.get("npm"))
+
+    def test_cards_belong_to_the_files(self):
+        for model in CATALOGUE["models"]:
+            if "card" in model:
+                card = json.loads((CARDS / model["card"]).read_text())
+                self.assertIn(card["sha256"], [file["sha256"] for file in model["files"]], model["name"])
+                self.assertEqual(card["model"], model["files"][0]["name"], model["name"])
+
+    def test_info_shows_address_and_digest(self):
+        text = self.good(self.run_models("info", "yolox-nano"))
+        file = next(m for m in CATALOGUE["models"] if m["name"] == "yolox-nano")["files"][0]
+        self.assertIn(file["url"], text)
+        self.assertIn(file["sha256"], text)
+        self.assertIn("weir try yolox-nano", text)
+        told = json.loads(self.good(self.run_models("info", "--json", "yolox-nano")))
+        self.assertEqual(told["files"][0]["sha256"], file["sha256"])
+        self.assertFalse(told["fetched"])
+
+    def test_an_unknown_name_gets_the_nearest(self):
+        self.refused(self.run_models("info", "yolox-nan"), 1, "WEIR-4001", "did you mean yolox-nano?")
+        self.refused(self.run_models("get", "zzz"), 1, "weir models list")
+        self.refused(self.run_models(), 2)
+
+    def test_a_missing_or_damaged_catalogue_is_an_error(self):
+        cards = self.folder / "cards"
+        cards.mkdir()
+        for text in ("", "[]", '{"models": [{"name": "x"}]}', '{"models": [{"name": "../x", "files": [{}]}]}',
+                     '{"models": [{"name": "x", "files": [{"name": "../y", "url": "http://x", "sha256": "%s"}]}]}' % ("0" * 64)):
+            (self.folder / "catalogue.json").write_text(text)
+            self.refused(self.run_models("list", cards=cards), 1, "WEIR-3009", "catalogue.json")
+
+
+class Fetching(Case):
+    def setUp(self):
+        super().setUp()
+        if not shutil.which("curl"):
+            self.skipTest("curl is not installed")
+        served = self.folder / "served"
+        served.mkdir()
+        (served / "net.onnx").write_bytes(b"the model" * 1000)
+        server = http.server.ThreadingHTTPServer(("127.0.0.1", 0), functools.partial(Quiet, directory=str(served)))
+        threading.Thread(target=server.serve_forever, daemon=True).start()
+        self.addCleanup(server.server_close)
+        self.addCleanup(server.shutdown)
+        self.address = f"http://127.0.0.1:{server.server_port}"
+        self.served = served
+
+    def catalogue_of(self, path="net.onnx", digest=None, size=9000):
+        digest = digest or hashlib.sha256(b"the model" * 1000).hexdigest()
+        cards = self.folder / "cards"
+        cards.mkdir(exist_ok=True)
+        (self.folder / "catalogue.json").write_text(json.dumps({"version": 1, "models": [
+            {"name": "net", "task": "test", "about": "a test", "licence": "MIT",
+             "files": [{"name": "net.onnx", "url": f"{self.address}/{path}", "sha256": digest, "bytes": size}]}]}))
+        return cards
+
+    def get(self, cards, **environment):
+        environment = {"no_proxy": "127.0.0.1", **environment}
+        return weir("models", "get", "net", WEIR_CARD_PATH=str(cards), WEIR_MODELS=str(self.folder / "models"), **environment)
+
+    def test_fetches_once_and_checks_the_digest(self):
+        cards = self.catalogue_of()
+        file = self.folder / "models" / "net" / "net.onnx"
+        self.assertIn(str(file), self.good(self.get(cards)))
+        self.assertEqual(file.read_bytes(), b"the model" * 1000)
+        (self.served / "net.onnx").unlink()
+        self.assertIn("already there", self.good(self.get(cards)))
+        listed = self.good(weir("models", "list", WEIR_CARD_PATH=str(cards), WEIR_MODELS=str(self.folder / "models")))
+        self.assertRegex(listed, "net .*fetched")
+        self.assertEqual(os.listdir(file.parent), ["net.onnx"])
+
+    def test_replaces_a_damaged_file(self):
+        cards = self.catalogue_of()
+        file = self.folder / "models" / "net" / "net.onnx"
+        file.parent.mkdir(parents=True)
+        file.write_bytes(b"half")
+        self.good(self.get(cards))
+        self.assertEqual(file.stat().st_size, 9000)
+
+    def test_another_digest_is_an_error_and_leaves_nothing(self):
+        cards = self.catalogue_of(digest="0" * 64)
+        self.refused(self.get(cards), 1, "WEIR-4011", "another file", "sha256 " + hashlib.sha256(b"the model" * 1000).hexdigest())
+        self.assertEqual(os.listdir(self.folder / "models" / "net"), [])
+
+    def test_a_missing_file_shows_what_curl_says(self):
+        self.refused(self.get(self.catalogue_of(path="nothing.onnx")), 1, "WEIR-4011", "curl failed", "404", self.address)
+
+    def test_a_missing_program_names_its_package(self):
+        self.refused(self.get(self.catalogue_of(), PATH=str(self.folder)), 1, "WEIR-4011", "apt-get install curl")
+
+    def test_a_folder_that_cannot_be_made_is_an_error(self):
+        cards = self.catalogue_of()
+        (self.folder / "models").write_text("a file")
+        self.refused(self.get(cards), 1, "WEIR-4010", str(self.folder / "models"))
+
+
+if __name__ == "__main__":
+    tap_runner.main()

@@ -1,0 +1,44 @@
+// Formats the parts of bus messages.
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include "run/complaints.hpp"
+
+#include <algorithm>
+#include <cstdio>
+
+namespace weir::app {
+namespace {
+
+void print_complaint(const char* kind, const Complaint& complaint) {
+  std::string text = kind;
+  if (!complaint.element.empty()) text += " from " + complaint.element;
+  text += ": " + (complaint.id.empty() ? "" : complaint.id + ": ") + complaint.what + "\n";
+  const auto add = [&text](const char* name, const std::string& part) {
+    if (!part.empty()) text += std::string("  ") + name + ": " + part + "\n";
+  };
+  add("offered", complaint.offered);
+  add("needed", complaint.needed);
+  add("first difference", complaint.difference);
+  add("fix", complaint.fix);
+  // Weir's errors are complete without it; GStreamer's own elements put the useful part there.
+  if (complaint.id.empty()) add("details", complaint.debug);
+  std::fputs(text.c_str(), stderr);
+}
+
+// If one of Weir's elements reports the cause, the errors of others only follow from it. A source
+// that retries, such as with other caps, repeats the same error.
+void print_errors(const std::vector<Complaint>& errors) {
+  const auto ours = [](const Complaint& complaint) { return !complaint.id.empty(); };
+  const bool any_ours = std::any_of(errors.begin(), errors.end(), ours);
+  for (auto error = errors.begin(); error != errors.end(); ++error)
+    if ((!any_ours || ours(*error)) && std::find(errors.begin(), error, *error) == error)
+      print_complaint("error", *error);
+}
+
+}  // namespace
+
+void print_complaints(const PipelineRun& run) {
+  for (const auto& warning : run.warnings()) print_complaint("warning", warning);
+  print_errors(run.errors());
+}
+
+}  // namespace weir::app

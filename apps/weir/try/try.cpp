@@ -1,0 +1,104 @@
+// `weir try MODEL INPUT`: runs a model on a photo, video, camera or stream and shows the results.
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include <cstdio>
+
+#include "commands.hpp"
+#include "launch/pipeline_text.hpp"
+#include "report.hpp"
+#include "run/complaints.hpp"
+#include "run/pipeline_run.hpp"
+#include "try/try_model.hpp"
+#include "try/try_pipeline.hpp"
+
+namespace weir::app {
+namespace {
+
+constexpr char kTextSink[] = "fakesink name=weir-try-text sync=false";
+
+// "person 93 %  12,30 to 200,400".
+std::string line_of(const Json& object, const char* name_key) {
+  const auto text = [&](const char* key) {
+    return object.contains(key) && object[key].is_string() ? object[key].get<std::string>() : "";
+  };
+  std::string name = text(name_key);
+  if (name.empty() && object.contains("index")) name = "class " + object["index"].dump();
+  char number[64] = "";
+  if (object.contains("score"))
+    std::snprintf(number, sizeof number, " %.0f %%", object["score"].get<double>() * 100);
+  std::string out = name + number;
+  if (object.contains("track")) out += " #" + object["track"].dump();
+  if (object.contains("box") && object["box"].size() == 4) {
+    const auto& box = object["box"];
+    std::snprintf(number, sizeof number, "  %.0f,%.0f to %.0f,%.0f", box[0].get<double>(),
+                  box[1].get<double>(), box[2].get<double>(), box[3].get<double>());
+    out += number;
+  }
+  return out;
+}
+
+void print_frame(const std::string& text) {
+  const Json frame = Json::parse(text, nullptr, false);
+  if (!frame.is_object()) return;
+  char time[32] = "";
+  if (frame.contains("time") && frame["time"].is_number())
+    std::snprintf(time, sizeof time, "%.2f s", frame["time"].get<double>());
+  std::printf("%s\n", time);
+  bool is_empty = true;
+  for (const auto& [list, name] :
+       {std::pair{"labels", "label"}, {"detections", "label"}, {"text", "text"}}) {
+    if (!frame.contains(list)) continue;
+    for (const Json& object : frame[list]) {
+      std::printf("  %s\n", line_of(object, name).c_str());
+      is_empty = false;
+    }
+  }
+  if (is_empty) std::puts("  nothing");
+  std::fflush(stdout);
+}
+
+GstPadProbeReturn on_results(GstPad*, GstPadProbeInfo* info, gpointer user) {
+  GstMapInfo map;
+  GstBuffer* buffer = GST_PAD_PROBE_INFO_BUFFER(info);
+  if (!gst_buffer_map(buffer, &map, GST_MAP_READ)) return GST_PAD_PROBE_OK;
+  const std::string text(reinterpret_cast<const char*>(map.data), map.size);
+  gst_buffer_unmap(buffer, &map);
+  if (*static_cast<const bool*>(user)) {
+    std::fwrite(text.data(), 1, text.size(), stdout);
+    std::fflush(stdout);
+  } else {
+    print_frame(text);
+  }
+  return GST_PAD_PROBE_OK;
+}
+
+}  // namespace
+
+int try_model_on_input(const TryOptions& options) {
+  const auto model = try_model(options);
+  if (!model) return report(model.error(), false);
+  const auto shown = try_pipeline(options, *model, "fdsink fd=1");
+  if (!shown) return report(shown.error(), false);
+  const auto played = try_pipeline(options, *model, kTextSink);
+  auto pipeline = read_pipeline({*played});
+  if (!pipeline) return report(pipeline.error(), false);
+  for (const auto& note : model->notes) std::fprintf(stderr, "%s\n", note.c_str());
+  std::fprintf(stderr, "gst-launch-1.0 %s\n\n", shown->c_str());
+  {
+    const auto sink =
+        gst::Ref<GstElement>::adopt(gst_bin_get_by_name(GST_BIN(pipeline->get()), "weir-try-text"));
+    const auto pad = gst::Ref<GstPad>::adopt(gst_element_get_static_pad(sink.get(), "sink"));
+    gst_pad_add_probe(pad.get(), GST_PAD_PROBE_TYPE_BUFFER, on_results,
+                      const_cast<bool*>(&options.json), nullptr);
+  }
+  PipelineRun run(*std::move(pipeline));
+  const Ending ending =
+      run.play([](const PipelineRun&) {},
+               [](const std::string& text) { std::fprintf(stderr, "%s\n", text.c_str()); });
+  print_complaints(run);
+  if (!options.output.empty() && ending == Ending::Eos)
+    std::fprintf(stderr, "%s\n", options.output.c_str());
+  if (ending == Ending::Eos) return kExitGood;
+  return ending == Ending::Error ? kExitError : kExitInterrupted;
+}
+
+}  // namespace weir::app

@@ -1,0 +1,218 @@
+// Chooses the preparation and the mode of a model.
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include "try/try_model.hpp"
+
+#include <glib.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+
+#include "core/card/card.hpp"
+#include "core/card/find.hpp"
+#include "core/decoders/model_facts.hpp"
+#include "core/heads/families.hpp"
+#include "core/infer/model/model.hpp"
+#include "core/infer/module/module_library.hpp"
+#include "core/text/pasted.hpp"
+#include "digest.hpp"
+#include "inspect/model_card.hpp"
+#include "models/catalogue.hpp"
+#include "try/usual_pixels.hpp"
+#include "weir/join.hpp"
+#include "weir/label_file.hpp"
+
+namespace weir::app {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::pair<const char*, heads::Task> kModes[] = {
+    {"detection", heads::kDetection},
+    {"pose", heads::kPose},
+    {"segmentation", heads::kSegmentation},
+    {"classification", heads::kClassification},
+    {"text", heads::kText},
+    {"depth", heads::kDepth}};
+
+// The file of a path or of a name of the catalogue.
+Result<std::string> path_of(const std::string& model) {
+  std::error_code ignored;
+  if (fs::exists(model, ignored) || model.find('/') != std::string::npos) return model;
+  const auto all = read_catalogue();
+  if (!all) return model;  // the engine reports that there is no such file
+  const auto known = model_of(*all, model);
+  if (!known) return fs::path(model).has_extension() ? Result<std::string>(model) : known.error();
+  if (!is_fetched(*known))
+    return Error{.code = Code::MODEL_NOT_FOUND,
+                 .what = "the model has not been fetched",
+                 .offered = model,
+                 .needed = folder_of(*known).string() + "/" + known->files[0].name,
+                 .fix = "weir models get " + model};
+  return (folder_of(*known) / known->files[0].name).string();
+}
+
+Result<std::shared_ptr<infer::Model>> open(const std::string& path) {
+  infer::OpenOptions request;
+  request.paths = {path};
+  const auto engine = infer::ModuleLibrary::instance().engine_for_model(request.paths);
+  if (!engine) return engine.error();
+  return infer::Model::open(**engine, request);
+}
+
+decoders::StreamModel facts_of(const infer::Model& model, const std::string& path) {
+  const auto inputs = model.inputs();
+  const auto outputs = model.outputs();
+  const weir_stream_model facts{.struct_size = sizeof facts,
+                                .n_inputs = static_cast<uint32_t>(inputs.size()),
+                                .n_outputs = static_cast<uint32_t>(outputs.size()),
+                                .inputs = inputs.data(),
+                                .outputs = outputs.data(),
+                                .path = path.c_str(),
+                                .metadata_json = model.info().metadata_json};
+  decoders::StreamModel out;
+  out.set(&facts);
+  return out;
+}
+
+struct Reading {
+  std::string mode;
+  const heads::Family* family = nullptr;
+};
+
+Error several(const std::vector<Reading>& readings, const heads::ModelFacts& facts) {
+  return {.code = Code::SPEC_MISMATCH,
+          .what = "the outputs can be read as " + join(readings, " or as ",
+                                                       [](const Reading& r) {
+                                                         return r.mode + " (" +
+                                                                std::string(r.family->name) + ")";
+                                                       }),
+          .offered = facts.describe_outputs(),
+          .needed = "the mode",
+          .fix = join(readings, " or ", [](const Reading& r) { return "--mode " + r.mode; })};
+}
+
+// The mode and family for the model's outputs. A family that several modes show counts once.
+Result<Reading> reading_of(const heads::ModelFacts& facts, const std::string& mode,
+                           const std::string& head) {
+  std::vector<Reading> readings;
+  std::optional<Error> ambiguous;
+  uint32_t tasks = 0;
+  for (const auto& [name, task] : kModes) {
+    if (!mode.empty() && mode != name) continue;
+    tasks |= task;
+    try {
+      const auto& family =
+          head.empty() ? heads::recognise(facts, task) : heads::family_named(head, task);
+      const bool is_known =
+          std::any_of(readings.begin(), readings.end(),
+                      [&](const Reading& other) { return other.family == &family; });
+      if (!is_known) readings.push_back({name, &family});
+    } catch (const Failure& failure) {
+      // Several heads of one mode; none at all is reported below.
+      if (failure.error().what.find("several heads") != std::string::npos)
+        ambiguous = failure.error();
+    }
+  }
+  if (readings.size() == 1) return readings[0];
+  if (readings.size() > 1) return several(readings, facts);
+  if (ambiguous) return *ambiguous;
+  try {
+    head.empty() ? heads::recognise(facts, tasks) : heads::family_named(head, tasks);
+  } catch (const Failure& failure) {
+    return failure.error();
+  }
+  return Error{.code = Code::INTERNAL, .what = "a head was found by no mode"};
+}
+
+// A label file for names that do not lie in one: kept in the user's cache, so that the printed
+// pipeline can be pasted later.
+Result<std::string> kept_labels(const std::vector<std::string>& names, const std::string& model) {
+  const fs::path folder = fs::path(g_get_user_cache_dir()) / "weir" / "labels";
+  std::error_code failed;
+  fs::create_directories(folder, failed);
+  const fs::path path = folder / (fs::path(model).stem().string() + ".txt");
+  std::ofstream file(path, std::ios::binary);
+  for (const auto& name : names) file << name << '\n';
+  file.close();
+  if (!failed && file) return path.string();
+  return Error{.code = Code::FILE_NOT_WRITTEN,
+               .what = "the labels cannot be stored",
+               .offered = path.string(),
+               .needed = "a folder that can be written to",
+               .fix = "XDG_CACHE_HOME=/path/to/folder weir try ..."};
+}
+
+Result<std::string> labels_of(const TryOptions& options, const Result<card::Card>& card,
+                              const decoders::StreamModel& model, const std::string& path) {
+  if (!options.labels.empty()) return options.labels;
+  if (card && !card->labels.file.empty() && card->labels.skip == 0) {
+    const fs::path file = fs::path(path).parent_path() / card->labels.file;
+    std::error_code ignored;
+    if (fs::is_regular_file(file, ignored)) return file.string();
+  }
+  std::vector<std::string> names = model.labels();
+  if (card) {
+    const auto of_card = card::labels_of(*card, path, card::card_folders());
+    if (of_card && !of_card->empty()) names = *of_card;
+  }
+  return names.empty() ? Result<std::string>(std::string()) : kept_labels(names, path);
+}
+
+}  // namespace
+
+Result<TryModel> try_model(const TryOptions& options) {
+  TryModel out;
+  auto path = path_of(options.model);
+  if (!path) return path.error();
+  out.path = *path;
+  const auto model = open(out.path);
+  if (!model) return model.error();
+  const auto card = card_of(out.path, **model);
+  const auto facts = facts_of(**model, out.path);
+  auto labels = labels_of(options, card, facts, out.path);
+  if (!labels) return labels.error();
+  out.labels = *labels;
+
+  const bool card_reads =
+      card && !card->decoder.empty() && options.mode.empty() && options.head.empty();
+  std::string family;
+  if (card_reads && card->decoder != "image_labeling") {
+    out.mode = card->decoder;
+    for (const auto& [name, value] : card->decoder_options)
+      out.decoder += " " + name + "=" + launch_value(value);
+  } else {
+    size_t count = 0;
+    try {
+      if (!out.labels.empty()) count = read_label_file("--labels", out.labels).size();
+      const auto described = facts.facts(std::span<const weir_tensor_info>(), {}, count);
+      const auto reading =
+          reading_of(described, card_reads ? "classification" : options.mode, options.head);
+      if (!reading) return reading.error();
+      out.mode = reading->mode;
+      family = reading->family->name;
+    } catch (const Failure& failure) {
+      return failure.error();
+    }
+    if (!options.head.empty()) out.decoder += " custom=head:" + launch_value(options.head);
+    out.notes.push_back("read as " + out.mode + " by the head " + family);
+  }
+
+  if (card && !card->path.empty()) {
+    out.preparation = "card=" + launch_value(card->path);
+    return out;
+  }
+  if (card) {
+    out.preparation = preprocess_properties(card->inputs[0]);
+    return out;
+  }
+  std::string note;
+  const auto inputs = (*model)->inputs();
+  const auto pixels = inputs.size() == 1 ? usual_pixels(family, inputs[0], &note) : std::nullopt;
+  if (!pixels) return card.error();
+  out.preparation = preprocess_properties(*pixels);
+  out.notes.push_back(note);
+  return out;
+}
+
+}  // namespace weir::app

@@ -1,0 +1,26 @@
+// What `weir try` knows of a model: how its pixels are prepared and its outputs are read.
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#pragma once
+#include <string>
+#include <vector>
+
+#include "commands.hpp"
+#include "weir/result.hpp"
+
+namespace weir::app {
+
+struct TryModel {
+  std::string path;         // of the model file
+  std::string preparation;  // properties of tensor_preprocess
+  std::string mode;         // of tensor_decoder
+  std::string decoder;      // further properties of tensor_decoder, each with a space before it
+  std::string labels;       // path of a label file; "" = none
+  std::vector<std::string> notes;  // what was assumed, for people
+};
+
+// Opens the model, which is a path or a name of the catalogue, and chooses by its card, its
+// metadata and its outputs. Errors: those of opening a model; SPEC_MISMATCH when no mode or several
+// modes can read the outputs; CARD_MISSING for a model that does not take a picture.
+Result<TryModel> try_model(const TryOptions& options);
+
+}  // namespace weir::app

@@ -1,0 +1,90 @@
+// Chooses the source, the encoder and the branches.
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include "try/try_pipeline.hpp"
+
+#include <algorithm>
+#include <filesystem>
+
+#include "core/text/pasted.hpp"
+#include "core/text/text.hpp"
+
+namespace weir::app {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::string extension_of(const std::string& path) {
+  return lower(fs::path(path).extension().string());
+}
+
+bool is_photo(const std::string& path) {
+  constexpr const char* kPhotos[] = {".jpg", ".jpeg", ".png", ".bmp", ".webp", ".tif", ".tiff"};
+  const std::string extension = extension_of(path);
+  return std::any_of(std::begin(kPhotos), std::end(kPhotos),
+                     [&](const char* known) { return extension == known; });
+}
+
+Result<std::string> source_of(const std::string& input) {
+  if (input.find("://") != std::string::npos)
+    return "uridecodebin uri=" + launch_value(input) + " ! videoconvert";
+  if (input.starts_with("/dev/video"))
+    return "v4l2src device=" + launch_value(input) + " ! decodebin ! videoconvert";
+  std::error_code ignored;
+  if (fs::is_regular_file(input, ignored)) {
+    const std::string file = "filesrc location=" + launch_value(input) + " ! decodebin ! ";
+    // A picture of its own has no time.
+    return file + (is_photo(input) ? "imagefreeze num-buffers=1 ! videoconvert" : "videoconvert");
+  }
+  if (input == "test") return std::string("videotestsrc num-buffers=100");
+  return Error{
+      .code = Code::FILE_NOT_FOUND,
+      .what =
+          fs::is_directory(input, ignored) ? "the input is a folder" : "the input does not exist",
+      .offered = input,
+      .needed = "a photo, a video, a camera (/dev/video0), an address (rtsp://...) or test",
+      .fix = "weir try MODEL photo.jpg"};
+}
+
+Result<std::string> encoder_of(const std::string& output) {
+  const std::string extension = extension_of(output),
+                    file = "filesink location=" + launch_value(output);
+  if (extension == ".jpg" || extension == ".jpeg") return "jpegenc quality=92 ! " + file;
+  if (extension == ".png") return "pngenc ! " + file;
+  if (extension == ".webm") return "vp8enc deadline=1 cpu-used=8 ! webmmux ! " + file;
+  if (extension == ".mkv") return "jpegenc ! matroskamux ! " + file;
+  if (extension == ".avi") return "jpegenc ! avimux ! " + file;
+  return Error{.code = Code::OPTION_VALUE,
+               .what = "the kind of the output file is not known",
+               .offered = "--output " + output,
+               .needed = "a name that ends in .jpg, .png, .webm, .mkv or .avi",
+               .fix = "--output result.jpg for a photo, --output result.webm for a video"};
+}
+
+}  // namespace
+
+Result<std::string> try_pipeline(const TryOptions& options, const TryModel& model,
+                                 const std::string& text_sink) {
+  auto source = source_of(options.input);
+  if (!source) return source;
+  const std::string labels = model.labels.empty() ? "" : " labels=" + launch_value(model.labels);
+  const std::string results = "tensor_preprocess " + model.preparation +
+                              " ! tensor_filter model=" + launch_value(model.path) +
+                              " ! tensor_decoder mode=" + model.mode + model.decoder + labels;
+  const std::string text = "tensor_decoder mode=json" + labels + " ! " + text_sink;
+  if (options.output.empty() && !options.show) return *source + " ! " + results + " ! " + text;
+
+  std::string picture = "tensor_overlay name=drawn sync=same-time" + labels + " ! videoconvert ! ";
+  if (!options.output.empty()) {
+    auto encoder = encoder_of(options.output);
+    if (!encoder) return encoder;
+    picture += options.show
+                   ? "tee name=seen ! queue ! " + *encoder + " seen. ! queue ! autovideosink"
+                   : *encoder;
+  } else {
+    picture += "autovideosink";
+  }
+  return *source + " ! tee name=video ! queue ! " + picture + " video. ! queue ! " + results +
+         " ! tee name=results ! queue ! drawn.results results. ! queue ! " + text;
+}
+
+}  // namespace weir::app

@@ -1,0 +1,17 @@
+// Builds the pipeline of `weir try` as text.
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#pragma once
+#include <string>
+
+#include "commands.hpp"
+#include "try/try_model.hpp"
+#include "weir/result.hpp"
+
+namespace weir::app {
+
+// Where results go as text: `fdsink fd=1` in a pipeline to paste.
+// FILE_NOT_FOUND for an input that does not exist, OPTION_VALUE for an output of an unknown kind.
+Result<std::string> try_pipeline(const TryOptions& options, const TryModel& model,
+                                 const std::string& text_sink);
+
+}  // namespace weir::app

@@ -1,0 +1,158 @@
+// The table of usual pixels.
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include "try/usual_pixels.hpp"
+
+#include "weir/module.hpp"
+
+namespace weir::app {
+namespace {
+
+constexpr int64_t kOpenSide = 640;
+
+enum class Numbers {
+  Bytes,     // 0 to 255
+  Unit,      // 0 to 1
+  Signed,    // -1 to 1
+  ImageNet,  // 0 to 1, less the mean of ImageNet, divided by its deviation
+  Centred    // (pixel - 127) / 128
+};
+
+struct Usual {
+  std::string_view begin;  // of the family's name
+  Numbers numbers;
+  card::Resize resize;
+  card::Color color = card::Color::Rgb;
+  uint8_t padding = 0;
+};
+
+// As the authors' own code prepares pictures; the first row that fits counts.
+constexpr Usual kUsual[] = {
+    {"yolox", Numbers::Bytes, card::Resize::Letterbox, card::Color::Bgr, 114},
+    {"yolo", Numbers::Unit, card::Resize::Letterbox, card::Color::Rgb, 114},
+    {"fastestdet", Numbers::Unit, card::Resize::Stretch, card::Color::Bgr},
+    {"ssd", Numbers::Signed, card::Resize::Stretch},
+    {"detr", Numbers::ImageNet, card::Resize::Stretch},
+    {"rtdetr", Numbers::Unit, card::Resize::Stretch},
+    {"yunet", Numbers::Bytes, card::Resize::Letterbox, card::Color::Bgr},
+    {"ultraface", Numbers::Centred, card::Resize::Stretch},
+    {"blazeface", Numbers::Signed, card::Resize::Letterbox},
+    {"palm", Numbers::Unit, card::Resize::Letterbox},
+    {"blazepose-detection", Numbers::Signed, card::Resize::Letterbox},
+    {"blazepose", Numbers::Unit, card::Resize::Letterbox},
+    {"hand", Numbers::Unit, card::Resize::Letterbox},
+    {"face-landmarks", Numbers::Unit, card::Resize::Letterbox},
+    {"movenet", Numbers::Bytes, card::Resize::Letterbox},
+    {"posenet", Numbers::Signed, card::Resize::Stretch},
+    {"deeplab", Numbers::Signed, card::Resize::Stretch},
+    {"db", Numbers::ImageNet, card::Resize::Letterbox, card::Color::Bgr},
+    {"ctc", Numbers::Signed, card::Resize::Letterbox, card::Color::Bgr, 127},
+    {"", Numbers::ImageNet, card::Resize::Stretch}};
+
+const Usual& usual_of(std::string_view family) {
+  for (const Usual& usual : kUsual)
+    if (family.starts_with(usual.begin)) return usual;
+  return kUsual[std::size(kUsual) - 1];
+}
+
+void set_numbers(Numbers numbers, card::ImageInput* input) {
+  switch (numbers) {
+    case Numbers::Bytes:
+      return;
+    case Numbers::Unit:
+      input->scale = {1 / 255.0};
+      return;
+    case Numbers::Signed:
+      input->mean = {127.5}, input->scale = {1 / 127.5};
+      return;
+    case Numbers::Centred:
+      input->mean = {127}, input->scale = {1 / 128.0};
+      return;
+    case Numbers::ImageNet:
+      input->mean = {123.675, 116.28, 103.53};
+      input->scale = {1 / 58.395, 1 / 57.12, 1 / 57.375};
+      return;
+  }
+}
+
+const char* words_of(Numbers numbers) {
+  switch (numbers) {
+    case Numbers::Bytes:
+      return "0 to 255";
+    case Numbers::Unit:
+      return "0 to 1";
+    case Numbers::Signed:
+      return "-1 to 1";
+    case Numbers::Centred:
+      return "(pixel - 127) / 128";
+    case Numbers::ImageNet:
+      return "the mean and deviation of ImageNet";
+  }
+  return "";
+}
+
+bool are_channels(int64_t extent) {
+  return extent == 1 || extent == 3;
+}
+
+std::string number_text(double value) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.9g", value);
+  return text;
+}
+
+std::string list_of(const char* name, const std::vector<double>& values) {
+  std::string out;
+  for (const double value : values)
+    out += (out.empty() ? std::string(" ") + name + "=" : ",") + number_text(value);
+  return out;
+}
+
+}  // namespace
+
+std::optional<card::ImageInput> usual_pixels(std::string_view family, const weir_tensor_info& info,
+                                             std::string* note) {
+  if (info.rank != 3 && info.rank != 4) return std::nullopt;
+  const int64_t* const shape = info.shape + (info.rank - 3);
+  const bool is_packed = are_channels(shape[2]);
+  if (!is_packed && !are_channels(shape[0])) return std::nullopt;
+  const Usual& usual = usual_of(family);
+  card::ImageInput out;
+  out.name = info.name ? info.name : "";
+  out.type = info.type < WEIR_TYPE_END ? static_cast<ElementType>(info.type) : ElementType::Float32;
+  out.layout = is_packed ? card::Layout::Nhwc : card::Layout::Nchw;
+  out.shape = {1, shape[0], shape[1], shape[2]};
+  for (int64_t& extent : out.shape)
+    if (extent <= 0) extent = kOpenSide;
+  out.color = out.channels() == 1 ? card::Color::Gray : usual.color;
+  out.resize = usual.resize;
+  out.padding = usual.padding;
+  // Whole numbers are those of the pixels.
+  const bool is_byte = out.type == ElementType::UInt8 || out.type == ElementType::Int8;
+  if (!is_byte && !(out.channels() == 1 && usual.numbers == Numbers::ImageNet))
+    set_numbers(usual.numbers, &out);
+  if (out.type == ElementType::Int8) out.mean = {128}, out.scale = {1};
+  *note = std::string("assumed: pixels as ") + (is_byte ? "bytes" : words_of(usual.numbers)) +
+          ", " +
+          (out.color == card::Color::Bgr    ? "BGR"
+           : out.color == card::Color::Gray ? "gray"
+                                            : "RGB") +
+          (out.resize == card::Resize::Letterbox ? ", letterboxed" : ", stretched") +
+          ", as models of this kind usually are. If the results are wrong, write a card "
+          "(docs/cards.md)";
+  return out;
+}
+
+std::string preprocess_properties(const card::ImageInput& input) {
+  std::string out =
+      "width=" + std::to_string(input.width()) + " height=" + std::to_string(input.height());
+  if (input.resize == card::Resize::Letterbox)
+    out += " fit=letterbox padding-value=" + std::to_string(input.padding);
+  if (input.resize == card::Resize::Crop) out += " fit=centre-crop";
+  if (input.color == card::Color::Bgr) out += " channel-order=BGR";
+  if (input.color == card::Color::Gray) out += " channel-order=GRAY";
+  if (input.layout == card::Layout::Nchw) out += " layout=NCHW";
+  out += list_of("mean", input.mean) + list_of("scale", input.scale);
+  return out + " type=" + std::string(name_of(input.type));
+}
+
+}  // namespace weir::app

@@ -1,0 +1,14 @@
+// The modes that write results (weir/results.h): detection, classification, segmentation, pose,
+// depth and text.
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#pragma once
+#include <span>
+
+#include "weir/abi.h"
+
+namespace weir::decoders {
+
+// One decoder for each mode.
+std::span<const weir_decoder_type* const> answer_decoders();
+
+}  // namespace weir::decoders

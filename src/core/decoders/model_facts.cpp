@@ -1,0 +1,218 @@
+// Reads what the stream and tensor_filter say about a model.
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include "core/decoders/model_facts.hpp"
+
+#include <algorithm>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <utility>
+
+namespace weir::decoders {
+namespace {
+
+using heads::ModelFacts;
+using heads::OutputFacts;
+
+Shape shape_of(const int64_t* outermost_first, size_t rank) {
+  Shape out;
+  for (size_t i = 0; i < rank && i < kRankLimit; ++i) {
+    const int64_t extent = outermost_first[rank - 1 - i];
+    // A batch of unknown size is read picture by picture.
+    out[i] = extent > 0 && extent <= UINT32_MAX ? static_cast<uint32_t>(extent) : 1;
+  }
+  return rank == 0 ? Shape{1} : out;
+}
+
+OutputFacts facts_of(const weir_tensor_info& info) {
+  return {.type = static_cast<ElementType>(info.type),
+          .shape = shape_of(info.shape, std::min<size_t>(info.rank, WEIR_RANK_LIMIT)),
+          .name = info.name ? info.name : "",
+          .scale = info.scale,
+          .zero_point = info.zero_point};
+}
+
+// {0: 'person', 1: "traffic light"}: a dict of Python, which is not JSON.
+std::vector<std::string> labels_of_dict(const std::string& text) {
+  std::vector<std::string> out;
+  for (size_t at = text.find(':'); at != std::string::npos; at = text.find(':', at)) {
+    const size_t begin = text.find_first_of("'\"", at);
+    if (begin == std::string::npos) break;
+    const size_t end = text.find(text[begin], begin + 1);
+    if (end == std::string::npos) break;
+    out.push_back(text.substr(begin + 1, end - begin - 1));
+    at = end + 1;
+  }
+  return out;
+}
+
+std::vector<std::string> lines_of(const std::string& text) {
+  std::vector<std::string> out;
+  for (size_t begin = 0; begin < text.size();) {
+    const size_t end = std::min(text.find('\n', begin), text.size());
+    out.push_back(text.substr(begin, end - begin));
+    begin = end + 1;
+  }
+  return out;
+}
+
+std::map<std::string, std::string> metadata_of(const char* text) {
+  std::map<std::string, std::string> out;
+  const auto json = nlohmann::json::parse(text ? text : "", nullptr, false);
+  const auto add = [&](const nlohmann::json& object) {
+    if (!object.is_object()) return;
+    for (const auto& [key, value] : object.items())
+      if (value.is_string()) out[key] = value.template get<std::string>();
+  };
+  add(json);
+  if (json.is_object() && json.contains("custom_metadata_map")) add(json["custom_metadata_map"]);
+  return out;
+}
+
+}  // namespace
+
+std::vector<StreamModel::Tensor> StreamModel::tensors_of(const weir_tensor_info* infos,
+                                                         uint32_t count) {
+  std::vector<Tensor> out;
+  for (uint32_t i = 0; infos && i < count; ++i) {
+    const weir_tensor_info& info = infos[i];
+    const uint32_t rank = std::min<uint32_t>(info.rank, WEIR_RANK_LIMIT);
+    out.push_back({.type = info.type,
+                   .shape = {info.shape, info.shape + rank},
+                   .name = info.name ? info.name : "",
+                   .scale = info.scale,
+                   .zero_point = info.zero_point});
+  }
+  return out;
+}
+
+void StreamModel::set(const weir_stream_model* model) noexcept try {
+  *this = StreamModel();
+  if (!model) return;
+  inputs_ = tensors_of(model->inputs, model->n_inputs);
+  outputs_ = tensors_of(model->outputs, model->n_outputs);
+  metadata_ = metadata_of(model->metadata_json);
+  if (model->path) name_ = std::filesystem::path(model->path).stem().string();
+  if (const auto names = metadata_.find("names"); names != metadata_.end())
+    labels_ = labels_of_dict(names->second);
+  if (const auto lines = metadata_.find("tflite.labels"); lines != metadata_.end())
+    labels_ = lines_of(lines->second);
+} catch (const std::exception&) {
+  *this = StreamModel();  // out of memory: as if the model were not known
+}
+
+// C:W:H or W:H:C, innermost first, by the dimension that can be a number of channels.
+detection::PictureSize StreamModel::input_size() const noexcept {
+  if (inputs_.empty() || inputs_[0].shape.size() < 3) return {};
+  const auto& shape = inputs_[0].shape;
+  const auto at = [&](size_t from_inner) { return shape[shape.size() - 1 - from_inner]; };
+  const auto size = [](int64_t width, int64_t height) {
+    const bool known = width > 0 && height > 0 && width <= 65536 && height <= 65536;
+    return known
+               ? detection::PictureSize{static_cast<uint32_t>(width), static_cast<uint32_t>(height)}
+               : detection::PictureSize{};
+  };
+  const bool is_planar = at(2) == 1 || at(2) == 3 || at(2) == 4;
+  const bool is_packed = at(0) == 1 || at(0) == 3 || at(0) == 4;
+  return is_planar && !is_packed ? size(at(0), at(1)) : is_packed ? size(at(1), at(2)) : size(0, 0);
+}
+
+ModelFacts StreamModel::facts(std::span<const weir_tensor_info> tensors,
+                              detection::PictureSize input, size_t labels) const {
+  ModelFacts out;
+  out.metadata = metadata_;
+  out.labels = labels > 0 ? labels : labels_.size();
+  out.input = input.width > 0 ? input : input_size();
+  for (const weir_tensor_info& info : tensors) out.outputs.push_back(facts_of(info));
+  if (tensors.empty())
+    for (const Tensor& output : outputs_)
+      out.outputs.push_back({.type = static_cast<ElementType>(output.type),
+                             .shape = shape_of(output.shape.data(), output.shape.size()),
+                             .name = {}});
+  if (out.outputs.empty())
+    throw Failure({.code = Code::SPEC_MISMATCH,
+                   .what = "the stream does not say what the model's outputs are",
+                   .offered = "a flexible stream that does not come from tensor_filter",
+                   .needed = "the outputs of tensor_filter, or a static stream",
+                   .fix = "tensor_filter ... ! tensor_decoder ..."});
+  // Names and quantisation are not in caps.
+  for (size_t i = 0; i < out.outputs.size() && out.outputs.size() == outputs_.size(); ++i) {
+    out.outputs[i].name = outputs_[i].name;
+    out.outputs[i].scale = outputs_[i].scale;
+    out.outputs[i].zero_point = outputs_[i].zero_point;
+  }
+  return out;
+}
+
+ModelFacts StreamModel::facts(std::span<const weir_tensor> tensors, detection::PictureSize input,
+                              size_t labels) const {
+  std::vector<weir_tensor_info> infos;
+  for (const weir_tensor& tensor : tensors) infos.push_back(tensor.info);
+  return facts(infos, input, labels);
+}
+
+std::span<const weir_tensor> StreamModel::with_quantisation(std::span<const weir_tensor> tensors) {
+  if (outputs_.size() != tensors.size()) return tensors;
+  described_.assign(tensors.begin(), tensors.end());
+  for (size_t i = 0; i < tensors.size(); ++i) {
+    if (described_[i].info.type != outputs_[i].type) continue;
+    described_[i].info.scale = outputs_[i].scale;
+    described_[i].info.zero_point = outputs_[i].zero_point;
+  }
+  return described_;
+}
+
+bool has_shapes(const ModelFacts& facts, std::span<const weir_tensor> tensors) noexcept {
+  return std::equal(facts.outputs.begin(), facts.outputs.end(), tensors.begin(), tensors.end(),
+                    [](const OutputFacts& output, const weir_tensor& tensor) {
+                      return static_cast<uint32_t>(output.type) == tensor.info.type &&
+                             output.shape == facts_of(tensor.info).shape;
+                    });
+}
+
+std::optional<ModelFacts> without_batch(ModelFacts facts) {
+  uint32_t batch = 0;
+  for (OutputFacts& output : facts.outputs) {
+    uint32_t& outermost = output.shape[output.shape.rank() - 1];
+    if (outermost <= 1 || (batch != 0 && outermost != batch)) return std::nullopt;
+    batch = std::exchange(outermost, 1);
+  }
+  return batch == 0 ? std::nullopt : std::optional(std::move(facts));
+}
+
+FrameRegions::FrameRegions(const weir_frame& frame) : frame_(frame) {
+  constexpr uint32_t kNeeded = offsetof(weir_frame, maps) + sizeof frame.maps;
+  if (frame.struct_size < kNeeded || frame.maps_of != WEIR_MAPS_OF_REGIONS) return;
+  are_regions_ = true;
+  count_ = frame.n_maps;
+  for (uint32_t i = 0; i < frame.n_tensors; ++i) {
+    const weir_tensor_info& info = frame.tensors[i].info;
+    if (info.rank > 0 && info.shape[0] >= count_) continue;
+    throw Failure({.code = Code::SPEC_MISMATCH,
+                   .what = "a tensor of a batch has fewer parts than there are regions",
+                   .offered = describe(info),
+                   .needed = std::to_string(count_) + " in the outermost dimension"});
+  }
+}
+
+std::span<const weir_tensor> FrameRegions::tensors(uint32_t region) {
+  const std::span<const weir_tensor> all(frame_.tensors, frame_.n_tensors);
+  if (!are_regions_) return all;
+  slices_.assign(all.begin(), all.end());
+  for (weir_tensor& tensor : slices_) {
+    const uint64_t bytes = tensor.bytes / static_cast<uint64_t>(tensor.info.shape[0]);
+    tensor.data = static_cast<std::byte*>(tensor.data) + bytes * region;
+    tensor.bytes = bytes;
+    tensor.info.shape[0] = 1;
+  }
+  return slices_;
+}
+
+std::optional<SourceMap> FrameRegions::map(uint32_t region) const noexcept {
+  return source_map(frame_, region);
+}
+
+int32_t FrameRegions::row(uint32_t region) const noexcept {
+  return static_cast<int32_t>(region);
+}
+
+}  // namespace weir::decoders

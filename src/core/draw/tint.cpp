@@ -1,0 +1,88 @@
+// Finds the runs of pixels that are inside a mask.
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include "core/draw/tint.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace weir::draw {
+namespace {
+
+constexpr int kOne = 256;                      // weights of rows sum to it
+constexpr int kLimit = 127 * kOne + kOne / 2;  // above: inside
+
+// The elements around the centre of pixel `i` of `pixels`, and the weight of the second one.
+struct Between {
+  uint32_t first = 0, second = 0;
+  int weight = 0;  // of kOne
+};
+Between elements_at(int64_t pixel, int64_t pixels, uint32_t elements) {
+  const double at =
+      (static_cast<double>(pixel) + 0.5) * elements / static_cast<double>(pixels) - 0.5;
+  const double clamped = std::clamp(at, 0.0, static_cast<double>(elements - 1));
+  const auto first = static_cast<uint32_t>(clamped);
+  return {first, std::min(first + 1, elements - 1),
+          static_cast<int>((clamped - first) * kOne + 0.5)};
+}
+
+// The first pixel whose centre is at or after the place `element` + `part` of the mask's row, where
+// 0 is the centre of the first element.
+int64_t pixel_from(double element, int64_t pixels, uint32_t elements) {
+  return static_cast<int64_t>(
+      std::ceil((element + 0.5) * static_cast<double>(pixels) / elements - 0.5));
+}
+
+}  // namespace
+
+void MaskTinter::tint(const Area& area, const AreaMask& mask, uint8_t opacity, const Paint& paint,
+                      Canvas* canvas) {
+  const Area seen = common_part(area, canvas->all());
+  if (seen.empty()) return;
+  const int64_t width = area.right - area.left, height = area.bottom - area.top;
+  row_.resize(mask.width);
+  for (int64_t y = seen.top; y < seen.bottom; ++y) {
+    const Between rows = elements_at(y - area.top, height, mask.height);
+    const uint8_t* const above = mask.values.data() + size_t{rows.first} * mask.width;
+    const uint8_t* const below = mask.values.data() + size_t{rows.second} * mask.width;
+    for (size_t x = 0; x < mask.width; ++x)
+      row_[x] = above[x] * (kOne - rows.weight) + below[x] * rows.weight - kLimit;
+    // Between two centres the value is linear, so each change of sign is one end of a run.
+    int64_t begin = row_[0] > 0 ? area.left : area.right;
+    for (uint32_t x = 0; x + 1 < mask.width; ++x) {
+      const int a = row_[x], b = row_[x + 1];
+      if ((a > 0) == (b > 0)) continue;
+      const double place = x + static_cast<double>(a) / (a - b);
+      const int64_t pixel = area.left + pixel_from(place, width, mask.width);
+      if (b > 0)
+        begin = pixel;
+      else
+        canvas->tint({begin, y, pixel, y + 1}, opacity, paint);
+    }
+    if (row_[mask.width - 1] > 0) canvas->tint({begin, y, area.right, y + 1}, opacity, paint);
+  }
+}
+
+void tint_classes(const Area& area, uint32_t width, uint32_t height,
+                  std::span<const uint16_t> classes, uint8_t opacity,
+                  const std::function<const Paint*(uint16_t)>& paint_of_class, Canvas* canvas) {
+  const Area seen = common_part(area, canvas->all());
+  if (seen.empty()) return;
+  const int64_t across = area.right - area.left, down = area.bottom - area.top;
+  for (int64_t y = seen.top; y < seen.bottom; ++y) {
+    const auto row = static_cast<size_t>((2 * (y - area.top) + 1) * height / (2 * down));
+    const uint16_t* const of_row = classes.data() + row * width;
+    for (uint32_t x = 0; x < width;) {
+      uint32_t end = x + 1;
+      while (end < width && of_row[end] == of_row[x]) ++end;
+      if (const Paint* paint = paint_of_class(of_row[x])) {
+        // Pixels whose nearest element is from x to end - 1.
+        const int64_t left = (2 * int64_t{x} * across + width - 1) / (2 * int64_t{width});
+        const int64_t right = (2 * int64_t{end} * across + width - 1) / (2 * int64_t{width});
+        canvas->tint({area.left + left, y, area.left + right, y + 1}, opacity, *paint);
+      }
+      x = end;
+    }
+  }
+}
+
+}  // namespace weir::draw

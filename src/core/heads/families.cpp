@@ -1,0 +1,100 @@
+// Chooses the family of a model's outputs.
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include "core/heads/families.hpp"
+
+#include <algorithm>
+
+#include "core/heads/yolo_heads.hpp"
+#include "core/text/text.hpp"
+#include "weir/join.hpp"
+
+namespace weir::heads {
+namespace {
+
+constexpr const Family* kFamilies[] = {&kYolov8};
+
+std::vector<std::string> words_of(const Family& family) {
+  std::vector<std::string> out{std::string(family.name)};
+  for (const auto& alias : parse_name_list(family.aliases)) out.push_back(alias);
+  return out;
+}
+
+std::vector<const Family*> families_of(uint32_t tasks) {
+  std::vector<const Family*> out;
+  for (const Family* family : kFamilies)
+    if (family->tasks & tasks) out.push_back(family);
+  return out;
+}
+
+std::string names_of(const std::vector<const Family*>& families, const char* before,
+                     const char* between) {
+  std::string out;
+  for (const Family* family : families)
+    out += (out.empty() ? "" : between) + std::string(before) + std::string(family->name);
+  return out;
+}
+
+Error nothing_fits(const ModelFacts& model, const std::vector<const Family*>& families) {
+  std::string needed;
+  for (const Family* family : families)
+    needed += (needed.empty() ? "" : "; ") + std::string(family->name) + ": " +
+              std::string(family->outputs);
+  return {.code = Code::SPEC_MISMATCH,
+          .what = "no head that this mode knows has such outputs",
+          .offered = model.describe_outputs(),
+          .needed = needed,
+          .fix = "tensor_decoder custom=head:NAME, or another mode"};
+}
+
+}  // namespace
+
+std::string ModelFacts::describe_outputs() const {
+  std::string out;
+  for (const auto& output : outputs) {
+    out += (out.empty() ? "" : ", ") +
+           TensorSpec{.type = output.type, .shape = output.shape, .name = {}}.to_string();
+    if (!output.name.empty()) out += " '" + output.name + "'";
+  }
+  return out;
+}
+
+std::span<const Family* const> all_families() {
+  return kFamilies;
+}
+
+const Family& family_named(std::string_view name, uint32_t tasks) {
+  const auto families = families_of(tasks);
+  std::vector<std::string> words;
+  for (const Family* family : families)
+    for (const auto& word : words_of(*family)) {
+      if (equal_ignoring_case(word, name)) return *family;
+      words.push_back(word);
+    }
+  const std::string close = nearest(std::string(name), words);
+  throw Failure({.code = Code::OPTION_VALUE,
+                 .what = "this mode has no such head",
+                 .offered = "custom=head:" + std::string(name),
+                 .needed = "one of: " + join(words, ", "),
+                 .difference = close.empty() ? "" : "did you mean " + close + "?",
+                 .fix = close.empty() ? "" : "custom=head:" + close});
+}
+
+const Family& recognise(const ModelFacts& model, uint32_t tasks) {
+  const auto families = families_of(tasks);
+  std::vector<const Family*> possible, certain;
+  for (const Family* family : families) {
+    const Fit fit = family->fit(model);
+    if (fit != Fit::No) possible.push_back(family);
+    if (fit == Fit::Certain) certain.push_back(family);
+  }
+  const auto& fitting = certain.empty() ? possible : certain;
+  if (fitting.empty()) throw Failure(nothing_fits(model, families));
+  if (fitting.size() == 1) return *fitting[0];
+  throw Failure({.code = Code::SPEC_MISMATCH,
+                 .what = "the outputs fit several heads: " + names_of(fitting, "", ", "),
+                 .offered = model.describe_outputs(),
+                 .needed = "the name of the head",
+                 .fix = names_of(fitting, "tensor_decoder custom=head:", " or ")});
+}
+
+}  // namespace weir::heads

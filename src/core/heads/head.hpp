@@ -1,0 +1,108 @@
+// Head: reads the outputs of one family of models as an answer (core/results).
+//
+// A frame is read in two steps, so that what is expensive is done for objects that are kept only:
+// find() returns candidates, the caller removes those that overlap better ones, and complete()
+// adds key points, masks, maps and texts.
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#pragma once
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "core/detection/candidate.hpp"
+#include "core/heads/output_values.hpp"
+#include "core/results/answer.hpp"
+#include "core/tensor/frame_spec.hpp"
+#include "weir/module.hpp"
+
+namespace weir::heads {
+
+// One output of a model. Dimensions are innermost first.
+struct OutputFacts {
+  ElementType type = ElementType::End;
+  Shape shape{};
+  std::string name{};      // "" = unknown
+  float scale = 0;         // real = scale * (value - zero_point); 0 = not quantised
+  int32_t zero_point = 0;  //
+};
+
+// What is known of a model before its first frame.
+struct ModelFacts {
+  std::vector<OutputFacts> outputs;             // in the order of the stream
+  detection::PictureSize input;                 // of its input picture; 0 x 0 = unknown
+  std::map<std::string, std::string> metadata;  // of the model file
+  size_t labels = 0;                            // names of classes that are given; 0 = none
+
+  // "float32 84:8400, ...", for errors.
+  std::string describe_outputs() const;
+};
+
+// What a decoder is set to, as far as heads need it.
+struct HeadOptions {
+  float threshold = 0;  // least score of a candidate
+  // Settings that a family declares: key and value of custom=.
+  std::map<std::string, std::string> custom{};
+};
+
+// How candidates that overlap are removed.
+enum class Suppression {
+  None,      // the model has done it
+  ByClass,   // candidates of the same class
+  AnyClass,  // of any class
+  Rotated    // of the same class, by the overlap of rotated boxes
+};
+
+// Used by one thread at a time.
+class Head {
+ public:
+  virtual ~Head() = default;
+  virtual results::Features features() const = 0;
+  virtual Suppression suppression() const noexcept { return Suppression::None; }
+  // Reads the outputs of a frame. Returns the candidates with at least the threshold's score, in
+  // pixels of the model's input, with `row` set so that complete() finds their other values.
+  // Candidates that are not finite are left out. Throws Failure (SPEC_MISMATCH) when shapes differ
+  // from those it was opened for. Heads whose answers are not objects return none.
+  virtual detection::Candidates find(OutputValues& outputs, detection::PictureSize input) = 0;
+  // Adds what belongs to the candidates that were kept, in their order: key points (pixels of the
+  // model's input), masks, class scores, texts; and maps. `answer->objects` stand already.
+  virtual void complete(OutputValues& outputs, std::span<const detection::Candidate> kept,
+                        detection::PictureSize input, results::Answer* answer) {
+    (void)outputs, (void)kept, (void)input, (void)answer;
+  }
+};
+
+// The modes of tensor_decoder, as bits.
+enum Task : uint32_t {
+  kDetection = 1,
+  kClassification = 2,
+  kSegmentation = 4,
+  kPose = 8,
+  kDepth = 16,
+  kText = 32
+};
+
+enum class Fit {
+  No,
+  Possible,  // shapes and types fit
+  Certain    // names or metadata of the model say so too
+};
+
+// One family of models. Objects of this type are constants.
+struct Family {
+  std::string_view name;     // the word that selects it: custom=head:NAME
+  std::string_view aliases;  // further words, separated by commas
+  uint32_t tasks;            // Task bits: the modes that can show its answers
+  std::string_view outputs;  // of models of this family, for people
+  std::string_view custom;   // settings that it declares, separated by commas
+  float threshold;           // default of the least score
+  Fit (*fit)(const ModelFacts&);
+  // Throws Failure (SPEC_MISMATCH, OPTION_VALUE) for outputs or settings that it cannot use.
+  std::unique_ptr<Head> (*open)(const ModelFacts&, const HeadOptions&);
+};
+
+}  // namespace weir::heads

@@ -1,0 +1,146 @@
+// Writes rows and tables behind tensor headers.
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include "core/results/answer_writer.hpp"
+
+#include <algorithm>
+#include <cstring>
+
+#include "core/tensor/tensor_header.hpp"
+
+namespace weir::results {
+namespace {
+
+// The columns before the key points; rows without boxes lack the first four and the rotation.
+constexpr char kBoxColumns[] = "x1,y1,x2,y2,score,class,track,parent,rotation";
+constexpr char kPlainColumns[] = "score,class,track,parent";
+constexpr size_t kBoxNumbers = 9, kPlainNumbers = 4, kPointNumbers = 3;
+
+size_t row_length(const Features& features) {
+  return (features.has_boxes ? kBoxNumbers : kPlainNumbers) +
+         kPointNumbers * features.points_per_object;
+}
+
+// Calls `visit` with the name of each table.
+template <class Visit>
+void for_each_table(const Features& features, Visit visit) {
+  if (features.has_masks) visit("masks");
+  if (features.has_class_scores) visit("scores");
+  if (features.has_texts) visit("text");
+  if (features.has_class_map) visit("class-map");
+  if (features.has_depth) visit("depth");
+}
+
+// Reserves a tensor and writes its header; returns the payload.
+std::span<std::byte> begin_tensor(ElementType type, const Shape& shape, size_t element,
+                                  const Reserve& reserve) {
+  TensorHeader header;
+  header.format = Format::Flexible;
+  header.spec = {.type = type, .shape = shape, .name = {}};
+  const auto bytes =
+      reserve(kTensorHeaderBytes + static_cast<size_t>(shape.count().value_or(0)) * element);
+  write_tensor_header(header, bytes.first<kTensorHeaderBytes>());
+  return bytes.subspan(kTensorHeaderBytes);
+}
+
+template <class T>
+void write_values(ElementType type, const Shape& shape, std::span<const T> values,
+                  const Reserve& reserve) {
+  const auto to = begin_tensor(type, shape, sizeof(T), reserve);
+  const size_t bytes = std::min(to.size(), values.size_bytes());
+  if (bytes > 0) std::memcpy(to.data(), values.data(), bytes);
+  std::fill(to.begin() + static_cast<ptrdiff_t>(bytes), to.end(), std::byte{});
+}
+
+uint32_t narrow(size_t number) {
+  return static_cast<uint32_t>(number);
+}
+
+void write_row(const Object& object, const Features& features, const KeyPoint* points,
+               std::byte* to) {
+  const auto put = [&](float number) {
+    std::memcpy(to, &number, sizeof number);
+    to += sizeof number;
+  };
+  if (features.has_boxes)
+    for (const float edge : {object.box.x1, object.box.y1, object.box.x2, object.box.y2}) put(edge);
+  put(object.score);
+  put(static_cast<float>(object.class_index));
+  put(static_cast<float>(object.track));
+  put(static_cast<float>(object.parent));
+  if (features.has_boxes) put(object.rotation);
+  for (size_t i = 0; i < features.points_per_object; ++i)
+    for (const float number : {points[i].x, points[i].y, points[i].score}) put(number);
+}
+
+void write_rows(const Answer& answer, const Features& features, const Reserve& reserve) {
+  const size_t length = row_length(features), rows = std::max<size_t>(1, answer.objects.size());
+  const auto to =
+      begin_tensor(ElementType::Float32, {narrow(length), narrow(rows)}, sizeof(float), reserve);
+  if (answer.objects.empty()) std::fill(to.begin(), to.end(), std::byte{});
+  for (size_t i = 0; i < answer.objects.size(); ++i)
+    write_row(answer.objects[i], features, answer.points.data() + i * features.points_per_object,
+              to.data() + i * length * sizeof(float));
+}
+
+void write_texts(const Answer& answer, uint32_t rows, const Reserve& reserve) {
+  size_t longest = 1;
+  for (const auto& text : answer.texts) longest = std::max(longest, text.size());
+  const auto to = begin_tensor(ElementType::UInt8, {narrow(longest), rows}, 1, reserve);
+  std::fill(to.begin(), to.end(), std::byte{});
+  for (size_t i = 0; i < answer.texts.size(); ++i)
+    std::memcpy(to.data() + i * longest, answer.texts[i].data(), answer.texts[i].size());
+}
+
+}  // namespace
+
+void Answer::clear() noexcept {
+  objects.clear();
+  points.clear();
+  masks.clear();
+  class_scores.clear();
+  texts.clear();
+  class_map.clear();
+  depth.clear();
+}
+
+std::string columns_of(const Features& features) {
+  std::string out = features.has_boxes ? kBoxColumns : kPlainColumns;
+  if (features.points_per_object > 0) out += ",xys:" + std::to_string(features.points_per_object);
+  for_each_table(features, [&](const char* name) { out += std::string(";") + name; });
+  return out;
+}
+
+size_t tensor_count(const Features& features) {
+  size_t count = 1;
+  for_each_table(features, [&](const char*) { ++count; });
+  return count;
+}
+
+std::string caps_of(const Features& features, const std::string& source) {
+  std::string sources, name = source;
+  // The separator of the list, and what ends a quoted text.
+  std::replace_if(
+      name.begin(), name.end(), [](char c) { return c == ';' || c == '"' || c == '\\'; }, '_');
+  for (size_t i = 0; i < tensor_count(features); ++i) sources += (i > 0 ? ";" : "") + name;
+  return "other/tensors,format=(string)flexible,weir-columns=(string)\"" + columns_of(features) +
+         "\",weir-source=(string)\"" + sources + "\"";
+}
+
+void write(const Answer& answer, const Features& features, const Reserve& reserve) {
+  const uint32_t rows = narrow(std::max<size_t>(1, answer.objects.size()));
+  write_rows(answer, features, reserve);
+  if (features.has_masks)
+    write_values<uint8_t>(ElementType::UInt8,
+                          {std::max(1u, answer.mask_width), std::max(1u, answer.mask_height), rows},
+                          answer.masks, reserve);
+  if (features.has_class_scores)
+    write_values<float>(ElementType::Float32, {narrow(std::max<size_t>(1, answer.n_classes)), rows},
+                        answer.class_scores, reserve);
+  if (features.has_texts) write_texts(answer, rows, reserve);
+  const Shape map{std::max(1u, answer.map_width), std::max(1u, answer.map_height)};
+  if (features.has_class_map)
+    write_values<uint16_t>(ElementType::UInt16, map, answer.class_map, reserve);
+  if (features.has_depth) write_values<float>(ElementType::Float32, map, answer.depth, reserve);
+}
+
+}  // namespace weir::results
