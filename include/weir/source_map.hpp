@@ -23,6 +23,7 @@ struct SourceMap {
   uint32_t source_width = 0, source_height = 0;  // of the picture, in pixels
   uint32_t width = 0, height = 0;                // of the tensor, in pixels
   uint8_t x_dimension = 1, y_dimension = 2;      // of the tensor, 0 = innermost
+  uint64_t row = 0;  // of the results that the region was cut out for, plus 1; 0 = not known
 
   Point to_source(Point tensor) const noexcept {
     return {xx * tensor.x + xy * tensor.y + x0, yx * tensor.x + yy * tensor.y + y0};
@@ -55,7 +56,7 @@ inline weir_source_map abi_map(const SourceMap& map) noexcept {
   return {map.xx,    map.xy,     map.x0,           map.yx,
           map.yy,    map.y0,     map.source_width, map.source_height,
           map.width, map.height, map.x_dimension,  map.y_dimension,
-          {}};
+          {map.row}};
 }
 inline SourceMap source_map(const weir_source_map& map) noexcept {
   return {map.xx,
@@ -69,7 +70,8 @@ inline SourceMap source_map(const weir_source_map& map) noexcept {
           map.width,
           map.height,
           static_cast<uint8_t>(map.x_dimension),
-          static_cast<uint8_t>(map.y_dimension)};
+          static_cast<uint8_t>(map.y_dimension),
+          map.reserved[0]};
 }
 // The map of tensor `index` of a frame, or of region `index` if the maps are per region; a single
 // map applies to all. nullopt if the frame does not come from a picture.

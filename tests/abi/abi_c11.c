@@ -7,10 +7,12 @@
 #include "weir/custom_condition.h"
 #include "weir/custom_converter.h"
 #include "weir/custom_filter.h"
+#include "weir/decoder_model.h"
 #include "weir/decoder_stream.h"
 #include "weir/error.h"
 #include "weir/model.h"
 #include "weir/pipeline.h"
+#include "weir/results.h"
 
 #define HAS(type, member, offset) \
   _Static_assert(offsetof(type, member) == (offset), #type "." #member)
@@ -52,6 +54,11 @@ BEGINS(weir_converter_type);
 BEGINS(weir_module);
 
 /* Members are only appended: these keep their offsets. */
+HAS(weir_stream_model, inputs, 16);
+HAS(weir_stream_model, path, 32);
+HAS(weir_decoder_model, set_model, 8);
+HAS(weir_result_columns, length, 4);
+HAS(weir_result_columns, points, 32);
 HAS(weir_frame, tensors, 8);
 HAS(weir_frame, deadline, 32);
 HAS(weir_frame, flags, 56);

@@ -10,6 +10,7 @@
 #include "weir/custom_converter.h"
 #include "weir/custom_filter.hpp"
 #include "weir/decoder.hpp"
+#include "weir/decoder_model.h"
 #include "weir/decoder_stream.h"
 #include "weir/engine.hpp"
 #include "weir/engine_tools.hpp"
@@ -20,6 +21,8 @@
 #include "weir/module.hpp"
 #include "weir/pipeline.h"
 #include "weir/result.hpp"
+#include "weir/results.h"
+#include "weir/results.hpp"
 #include "weir/source_map.hpp"
 #include "weir/tensor_info.hpp"
 

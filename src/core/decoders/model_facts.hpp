@@ -67,7 +67,8 @@ class FrameRegions {
   bool are_regions() const noexcept { return are_regions_; }
   std::span<const weir_tensor> tensors(uint32_t region);  // valid until the next call
   std::optional<SourceMap> map(uint32_t region) const noexcept;
-  // The row of the results that region `region` was cut out for.
+  // The row of the results that region `region` was cut out for; its own number if that is not
+  // known.
   int32_t row(uint32_t region) const noexcept;
 
  private:

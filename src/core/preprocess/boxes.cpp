@@ -6,6 +6,8 @@
 #include <cmath>
 #include <cstring>
 
+#include "weir/results.hpp"
+
 namespace weir::preprocess {
 namespace {
 
@@ -27,6 +29,17 @@ Box box_of(const float (&n)[kNumbers]) {
   const int64_t width = edge(double{n[0]} + n[2]) - x, height = edge(double{n[1]} + n[3]) - y;
   if (width <= 0 || height <= 0) return {};
   return {x, y, width, height};
+}
+
+// The upright box around `box`, rotated about its centre.
+weir::Box around(const weir::Box& box, float rotation) {
+  if (rotation == 0 || !std::isfinite(rotation)) return box;
+  const float cosine = std::abs(std::cos(rotation)), sine = std::abs(std::sin(rotation));
+  const float width = box.x2 - box.x1, height = box.y2 - box.y1;
+  const float x = box.x1 + width / 2, y = box.y1 + height / 2;
+  const float half_width = (width * cosine + height * sine) / 2;
+  const float half_height = (width * sine + height * cosine) / 2;
+  return {x - half_width, y - half_height, x + half_width, y + half_height};
 }
 
 std::pair<uint32_t, uint32_t> common(uint32_t begin, uint32_t length, int64_t from, int64_t size) {
@@ -62,6 +75,34 @@ void read_boxes(const TensorSpec& spec, std::span<const std::byte> bytes, std::v
     }
     const auto at = [&](size_t i) { return int64_t{number_at<uint32_t>(of, i)}; };
     out->push_back({at(0), at(1), at(2), at(3)});
+  }
+}
+
+Status check_result_rows(const TensorSpec& spec, const weir_result_columns& columns) {
+  bool flat = spec.shape.valid() && spec.shape[0] == columns.length;
+  for (size_t i = 2; i < spec.shape.rank(); ++i) flat = flat && spec.shape[i] == 1;
+  if (flat && spec.type == ElementType::Float32) return ok();
+  return Error{.code = Code::SPEC_MISMATCH,
+               .what = "the tensor of results is not of the columns in its caps",
+               .offered = spec.to_string(),
+               .needed = "float32 " + std::to_string(columns.length) + ":N, as weir-columns says"};
+}
+
+void read_result_boxes(const weir_result_columns& columns, std::span<const std::byte> bytes,
+                       uint64_t first_row, std::vector<Box>* out) {
+  if (columns.box < 0) return;
+  const size_t rows = bytes.size() / (size_t{columns.length} * sizeof(float));
+  std::vector<float> numbers(columns.length);
+  for (size_t i = 0; i < rows; ++i) {
+    std::memcpy(numbers.data(), bytes.data() + i * columns.length * sizeof(float),
+                columns.length * sizeof(float));
+    const ResultRow row(columns, numbers.data());
+    if (row.is_background()) continue;
+    const weir::Box upright = around(row.box(), row.rotation());
+    const float corner[kNumbers] = {upright.x1, upright.y1, upright.x2 - upright.x1,
+                                    upright.y2 - upright.y1};
+    out->push_back(box_of(corner));
+    out->back().row = first_row + i + 1;
   }
 }
 

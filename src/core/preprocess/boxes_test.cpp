@@ -61,5 +61,57 @@ TEST(Boxes, OfOtherTypesOrShapesAreRejected) {
   EXPECT_TRUE(check_boxes({ElementType::UInt32, {4}, ""}));
 }
 
+weir_result_columns columns_of(const char* text) {
+  weir_result_columns out;
+  EXPECT_TRUE(weir_results_parse(text, 0, &out)) << text;
+  return out;
+}
+std::vector<Box> of_rows(const char* columns, const std::vector<float>& numbers,
+                         uint64_t first_row = 0) {
+  std::vector<Box> out;
+  read_result_boxes(columns_of(columns), std::as_bytes(std::span(numbers)), first_row, &out);
+  return out;
+}
+
+TEST(ResultBoxes, HaveTheNumbersOfTheirRows) {
+  EXPECT_EQ(of_rows("score,x1,y1,x2,y2", {0.5f, 1, 2, 4, 8, 0, 1, 1, 9, 9, 0.1f, -3, 0, 3, 1}),
+            (std::vector<Box>{{1, 2, 3, 6, 1}, {-3, 0, 6, 1, 3}}))
+      << "the second row is background";
+  EXPECT_EQ(of_rows("x1,y1,x2,y2", {1, 2, 4, 8}, 7), (std::vector<Box>{{1, 2, 3, 6, 8}}));
+}
+
+TEST(ResultBoxes, OfRotatedObjectsAreUpright) {
+  const float quarter = 1.57079633f;
+  EXPECT_EQ(of_rows("x1,y1,x2,y2,rotation", {10, 10, 30, 14, quarter}),
+            (std::vector<Box>{{18, 2, 4, 20, 1}}));
+  constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
+  EXPECT_EQ(of_rows("x1,y1,x2,y2,rotation", {10, 10, 30, 14, kNan}),
+            (std::vector<Box>{{10, 10, 20, 4, 1}}));
+}
+
+TEST(ResultBoxes, ThatAreNoneAreEmptyOrLeftOut) {
+  constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
+  EXPECT_TRUE(of_rows("score,class", {0.5f, 3}).empty()) << "rows of the whole picture";
+  EXPECT_TRUE(of_rows("x1,y1,x2,y2,score", {0, 0, 1, 1, kNan}).empty());
+  const auto boxes = of_rows("x1,y1,x2,y2", {kNan, 0, 1, 1, 5, 5, 5, 9, 5, 5, 4, 9});
+  ASSERT_EQ(boxes.size(), 3u) << "regions that show nothing are counted later";
+  for (const Box& box : boxes) EXPECT_EQ(box.width, 0);
+  EXPECT_TRUE(of_rows("x1,y1,x2,y2", {1, 2, 3}).empty()) << "less than a row";
+}
+
+TEST(ResultBoxes, NeedTensorsOfTheirColumns) {
+  const auto columns = columns_of("x1,y1,x2,y2,score");
+  EXPECT_TRUE(check_result_rows({ElementType::Float32, {5, 9}, ""}, columns));
+  EXPECT_TRUE(check_result_rows({ElementType::Float32, {5, 9, 1, 1}, ""}, columns));
+  for (const TensorSpec& other :
+       {TensorSpec{ElementType::Float32, {4, 9}, ""}, TensorSpec{ElementType::Float64, {5, 9}, ""},
+        TensorSpec{ElementType::Float32, {5, 9, 2}, ""}, TensorSpec{}}) {
+    const auto status = check_result_rows(other, columns);
+    ASSERT_FALSE(status);
+    EXPECT_SAYS(status.error().message(), "not of the columns in its caps");
+    EXPECT_SAYS(status.error().message(), "needed: float32 5:N");
+  }
+}
+
 }  // namespace
 }  // namespace weir::preprocess

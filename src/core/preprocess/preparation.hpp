@@ -59,6 +59,7 @@ struct Rect {
 // In pixels of the source picture; may exceed it.
 struct Box {
   int64_t x = 0, y = 0, width = 0, height = 0;
+  uint64_t row = 0;  // of the results that it comes from, plus 1; 0 = not known
   bool operator==(const Box&) const = default;
 };
 

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "core/tensor/element_type.hpp"
+#include "core/tensor/result_roles.hpp"
 #include "core/tensor/shape.hpp"
 #include "weir/result.hpp"
 
@@ -65,6 +66,7 @@ struct FrameSpec {
   Format format = Format::End;
   std::vector<TensorSpec> tensors;  // empty unless static
   Fraction rate;
+  ResultRoles roles = {};  // not compared: results are tensors like others
 
   // docs/compatibility/types-and-caps.md 1.5 says when they are valid and when equal.
   bool valid() const noexcept;

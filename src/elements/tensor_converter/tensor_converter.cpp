@@ -16,6 +16,7 @@
 #include "gstcpp/buffer/tensor_meta.hpp"
 #include "gstcpp/element/backwards_time.hpp"
 #include "gstcpp/element/base_classes.hpp"
+#include "gstcpp/element/model_event.hpp"
 
 namespace weir {
 namespace {
@@ -168,6 +169,10 @@ class TensorConverter : public gst::Element<TensorConverter, gst::PlainElement> 
         gst_segment_init(&segment_, GST_FORMAT_TIME);
         held_segment_ = {};
         break;
+      case GST_EVENT_CUSTOM_DOWNSTREAM_STICKY:
+        if (!gst::is_model_event(event)) break;
+        gst_event_unref(event);  // the output has other tensors
+        return TRUE;
       case GST_EVENT_GAP:
         if (!waits_for_frame_) break;
         gst_event_unref(event);

@@ -104,6 +104,7 @@ class TensorCrop : public gst::Element<TensorCrop, gst::PlainElement>, public gs
     out.format = Format::Flexible;
     out.rate = {std::min(inputs[0]->rate.numerator, inputs[1]->rate.numerator),
                 std::min(inputs[0]->rate.denominator, inputs[1]->rate.denominator)};
+    out.roles = pick_roles(inputs[0]->roles, std::vector<size_t>{0});  // of raw
     return out;
   }
   Status configure(const FrameSpec&) override {

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "core/infer/module/decoder.hpp"
 #include "core/infer/module/module_library.hpp"
 #include "core/subplugin/loader.hpp"
 #include "core/text/text.hpp"
@@ -19,13 +20,26 @@ std::string list(const std::vector<std::string>& names) {
   return out.empty() ? "none" : out;
 }
 
-Result<OpenDecoder> of_module(const weir_decoder_type& type, const DecoderOptions& options) {
+Result<OpenDecoder> of_module(const weir_decoder_type& type, const std::string& mode,
+                              DecoderOptions options) {
+  auto warnings = remove_undeclared(mode, infer::option_names(type), &options);
   auto decoder = ModuleDecoder::open(type, options);
   if (!decoder) return decoder.error();
   auto probe = ModuleDecoder::open(type, options);
   if (!probe) return probe.error();
-  return OpenDecoder{*std::move(decoder), *std::move(probe), {}};
+  return OpenDecoder{*std::move(decoder), *std::move(probe), std::move(warnings)};
 }
+
+Result<OpenDecoder> with_warnings(Result<OpenDecoder> opened, std::vector<Error> warnings) {
+  if (opened)
+    for (auto& warning : warnings) opened->warnings.push_back(std::move(warning));
+  return opened;
+}
+
+const std::vector<std::string> kFirstOption{"option1"};
+const std::vector<std::string> kNumberedOptions{"option1", "option2", "option3",
+                                                "option4", "option5", "option6",
+                                                "option7", "option8", "option9"};
 
 // The error of the module library, extended by the other names.
 Error unknown(Error error, const std::string& mode) {
@@ -40,7 +54,7 @@ Error unknown(Error error, const std::string& mode) {
 
 }  // namespace
 
-Result<OpenDecoder> open_decoder(const std::string& mode, const DecoderOptions& options) {
+Result<OpenDecoder> open_decoder(const std::string& mode, DecoderOptions options) {
   if (mode.empty())
     return Error{.code = Code::DECODER_UNKNOWN,
                  .what = "no mode is set",
@@ -48,14 +62,18 @@ Result<OpenDecoder> open_decoder(const std::string& mode, const DecoderOptions& 
                  .needed = "one of: " + list(decoder_names()),
                  .fix = "tensor_decoder mode=octet_stream"};
   if (equal_ignoring_case(mode, "custom-code"))
-    return CustomCodeDecoder::open(options[0].value_or(""));
+    return with_warnings(CustomCodeDecoder::open(options.numbered[0].value_or("")),
+                         remove_undeclared(mode, kFirstOption, &options));
   const auto type = infer::ModuleLibrary::instance().decoder(mode);
-  if (type) return of_module(**type, options);
+  if (type) return of_module(**type, mode, std::move(options));
   if (type.error().code != Code::DECODER_UNKNOWN) return type.error();
   const auto descriptor = subplugin::open(subplugin::Kind::Decoder, mode);
   if (!descriptor) return descriptor.error();
   if (!*descriptor) return unknown(type.error(), mode);
-  return SubPluginDecoder::open(*static_cast<const GstTensorDecoderDef*>(*descriptor), options);
+  auto warnings = remove_undeclared(mode, kNumberedOptions, &options);
+  return with_warnings(
+      SubPluginDecoder::open(*static_cast<const GstTensorDecoderDef*>(*descriptor), options),
+      std::move(warnings));
 }
 
 std::vector<std::string> decoder_names() {

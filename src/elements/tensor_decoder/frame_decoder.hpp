@@ -4,15 +4,15 @@
 #pragma once
 #include <gst/gst.h>
 
-#include <array>
 #include <memory>
-#include <optional>
 #include <string>
 #include <vector>
 
+#include "core/filter/described_model.hpp"
 #include "core/ledger/ledger.hpp"
 #include "core/limit/buffer_limit.hpp"
 #include "core/tensor/frame_spec.hpp"
+#include "elements/tensor_decoder/decoder_options.hpp"
 #include "gstcpp/buffer/frame_reader.hpp"
 #include "gstcpp/element/ref.hpp"
 #include "weir/result.hpp"
@@ -22,6 +22,10 @@ namespace weir {
 class FrameDecoder {
  public:
   virtual ~FrameDecoder() = default;
+  // The model whose outputs the stream has, or null; takes effect with configure(). uses_model():
+  // whether that matters.
+  virtual void set_model(std::shared_ptr<const DescribedModel>) {}
+  virtual bool uses_model() const noexcept { return false; }
   // Returns the output caps for the input's tensors; adds the stream's frame rate if the decoder
   // leaves it open.
   virtual Result<gst::Ref<GstCaps>> configure(const FrameSpec& input) = 0;
@@ -34,8 +38,6 @@ class FrameDecoder {
   virtual void reset() noexcept {}
 };
 
-using DecoderOptions = std::array<std::optional<std::string>, 9>;  // option1 to option9
-
 struct OpenDecoder {
   std::shared_ptr<FrameDecoder> decoder;
   std::shared_ptr<FrameDecoder> probe;  // answers caps queries on any thread; may be the same
@@ -44,7 +46,8 @@ struct OpenDecoder {
 
 // Opens the decoder of `mode`: a Weir module, else an NNStreamer sub-plugin; custom-code: the
 // registered function named by option1. DECODER_UNKNOWN, CALLBACK_UNKNOWN, listing the names.
-Result<OpenDecoder> open_decoder(const std::string& mode, const DecoderOptions& options);
+// Options that it does not use are warnings.
+Result<OpenDecoder> open_decoder(const std::string& mode, DecoderOptions options);
 // Valid names for mode=, sorted; opens none.
 std::vector<std::string> decoder_names();
 

@@ -12,8 +12,10 @@ using gst::Ref;
 Result<std::shared_ptr<FrameDecoder>> ModuleDecoder::open(const weir_decoder_type& type,
                                                           const DecoderOptions& options) {
   infer::Decoder::Options given;
-  for (size_t i = 0; i < options.size(); ++i)
-    if (options[i]) given.emplace_back("option" + std::to_string(i + 1), *options[i]);
+  for (size_t i = 0; i < options.numbered.size(); ++i)
+    if (const auto& value = options.numbered[i])
+      given.emplace_back("option" + std::to_string(i + 1), *value);
+  for (const auto& option : options.named) given.emplace_back(option.key, option.value);
   auto decoder = infer::Decoder::open(type, given);
   if (!decoder) return decoder.error();
   return std::shared_ptr<FrameDecoder>(std::make_shared<ModuleDecoder>(*std::move(decoder)));
@@ -25,6 +27,8 @@ Result<Ref<GstCaps>> ModuleDecoder::configure(const FrameSpec& input) {
     for (const auto& tensor : input.tensors) infos.push_back(gst::tensor_info(tensor));
   BufferSink sink;
   decoder_->set_stream(input.rate, input.format);
+  AbiModel model;
+  decoder_->set_model(model_ && has_outputs(*model_, input) ? &model.fill(*model_) : nullptr);
   if (auto status = decoder_->configure(infos, &sink); !status) return status.error();
   return gst::caps_of_decoder(sink.caps(), input.rate);
 }

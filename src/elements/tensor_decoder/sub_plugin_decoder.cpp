@@ -58,14 +58,15 @@ Result<OpenDecoder> SubPluginDecoder::open(const GstTensorDecoderDef& type,
                  .fix = "its own lines in the log say why: GST_DEBUG=weir*:5"};
   const std::shared_ptr<SubPluginDecoder> decoder(new SubPluginDecoder(type, priv));
   OpenDecoder out{decoder, decoder, {}};
-  for (size_t i = 0; i < options.size(); ++i) {
-    if (!options[i]) continue;
-    if (type.setOption && type.setOption(&decoder->priv_, static_cast<int>(i), options[i]->c_str()))
+  for (size_t i = 0; i < options.numbered.size(); ++i) {
+    const auto& value = options.numbered[i];
+    if (!value) continue;
+    if (type.setOption && type.setOption(&decoder->priv_, static_cast<int>(i), value->c_str()))
       continue;
     out.warnings.push_back(
         {.code = Code::OPTION_VALUE,
          .what = decoder->name_ + " does not take an option and goes on without it",
-         .offered = "option" + std::to_string(i + 1) + "=" + *options[i],
+         .offered = "option" + std::to_string(i + 1) + "=" + *value,
          .needed = type.setOption ? "a value that it takes" : "no options: it has none"});
   }
   return out;

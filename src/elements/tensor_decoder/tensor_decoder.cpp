@@ -6,9 +6,12 @@
 #include <memory>
 
 #include "elements/tensor_decoder/frame_decoder.hpp"
+#include "elements/tensor_decoder/result_output.hpp"
 #include "gstcpp/buffer/tensor_caps.hpp"
 #include "gstcpp/element/counted_transform.hpp"
+#include "gstcpp/element/model_event.hpp"
 #include "gstcpp/element/property_file.hpp"
+#include "gstcpp/pads/early_events.hpp"
 
 namespace weir {
 namespace {
@@ -36,13 +39,7 @@ class TensorDecoder : public gst::CountedTransform<TensorDecoder> {
       GST_STATIC_PAD_TEMPLATE("src", GST_PAD_SRC, GST_PAD_ALWAYS, GST_STATIC_CAPS_ANY),
   };
 
-  struct Settings {
-    bool silent = true;
-    std::string mode;
-    std::optional<std::string> option1, option2, option3, option4, option5, option6, option7,
-        option8, option9;
-    std::string config_file;
-  };
+  using Settings = DecoderSettings;
   std::string sub_plugins() const {
     std::string out;
     for (const auto& name : decoder_names()) out += (out.empty() ? "" : ",") + name;
@@ -63,6 +60,22 @@ class TensorDecoder : public gst::CountedTransform<TensorDecoder> {
       gst::Property{"option7", &Settings::option7, kOption, kPlaying},
       gst::Property{"option8", &Settings::option8, kOption, kPlaying},
       gst::Property{"option9", &Settings::option9, kOption, kPlaying},
+      gst::Property{"threshold", &Settings::threshold,
+                    "Least score of a result, 0 to 1; -1 = the default of the mode", kPlaying,
+                    -1.0f, 1.0f},
+      gst::Property{"iou", &Settings::iou,
+                    "Overlap, 0 to 1, beyond which the weaker of two results is removed; -1 = the "
+                    "default of the mode",
+                    kPlaying, -1.0f, 1.0f},
+      gst::Property{"labels", &Settings::labels,
+                    "Label file: one label for each class, a line each", kPlaying},
+      gst::Property{"max-results", &Settings::max_results,
+                    "Maximum number of results of a frame; 0 = the default of the mode", kPlaying,
+                    0u, 65536u},
+      gst::Property{"classes", &Settings::classes,
+                    "Classes to keep: labels or numbers, separated by ','; unset = all", kPlaying},
+      gst::Property{"custom", &Settings::custom,
+                    "More options that the mode declares: key:value, separated by ','", kPlaying},
       gst::Property{"config-file", &Settings::config_file,
                     "File with lines of property=value, read when this is set", kPlaying},
       gst::ReadOnly{"sub-plugins", &TensorDecoder::sub_plugins, "Decoders that are installed"},
@@ -78,6 +91,8 @@ class TensorDecoder : public gst::CountedTransform<TensorDecoder> {
     if (auto status = config_file_.report(element()); !status) return status;
     auto opened = open_as(take_settings(&followed_));
     if (!opened) return opened.error();
+    model_.reset();
+    waiting_ = false;
     use(*std::move(opened));
     return ok();
   }
@@ -85,6 +100,9 @@ class TensorDecoder : public gst::CountedTransform<TensorDecoder> {
     std::lock_guard lock(probe_mutex_);
     decoder_.reset();
     probe_.reset();
+    input_ = {};
+    results_.configure(nullptr);
+    early_.clear();
     return true;
   }
 
@@ -100,6 +118,7 @@ class TensorDecoder : public gst::CountedTransform<TensorDecoder> {
     input_ = *std::move(spec);
     auto caps = decoder_->configure(input_);
     picture_bytes_ = bytes_of_picture(out);
+    results_.configure(out);
     return caps ? ok() : Status(caps.error());
   }
 
@@ -120,19 +139,36 @@ class TensorDecoder : public gst::CountedTransform<TensorDecoder> {
   }
 
   gboolean sink_event(GstEvent* event) {
-    const bool flushed = GST_EVENT_TYPE(event) == GST_EVENT_FLUSH_STOP;
-    if (flushed && decoder_) decoder_->reset();
-    if (GST_EVENT_TYPE(event) != GST_EVENT_CAPS) return parent_class()->sink_event(self(), event);
-    GstCaps* caps = nullptr;
-    gst_event_parse_caps(event, &caps);
-    const auto held = Ref<GstCaps>::share(caps);
-    const uint64_t told = gst::errors_posted_by_this_thread();
-    if (parent_class()->sink_event(self(), event)) return TRUE;
-    if (told == gst::errors_posted_by_this_thread()) report_refusal(held.get());
-    return FALSE;
+    if (gst::is_model_event(event)) {
+      follow_model(Ref<GstEvent>::adopt(event));
+      return TRUE;
+    }
+    if (hold(event)) return TRUE;
+    switch (GST_EVENT_TYPE(event)) {
+      case GST_EVENT_STREAM_START:
+        set_model(nullptr);
+        break;
+      case GST_EVENT_FLUSH_STOP:
+        if (decoder_) decoder_->reset();
+        break;
+      case GST_EVENT_GAP:
+        if (push_frame_of_gap(event)) return gst_event_unref(event), TRUE;
+        break;
+      case GST_EVENT_CAPS:
+        return take_caps(event);
+      default:
+        break;
+    }
+    return parent_class()->sink_event(self(), event);
   }
 
   GstFlowReturn submit_input_buffer(gboolean discont, GstBuffer* buffer) {
+    if (waiting_ && !begin()) {
+      ledger_.received();
+      gst_buffer_unref(buffer);
+      ledger_.dropped(DropReason::Error);
+      return GST_FLOW_NOT_NEGOTIATED;
+    }
     if (decoder_ && input_.valid() && is_written()) follow_properties();
     return gst::CountedTransform<TensorDecoder>::submit_input_buffer(discont, buffer);
   }
@@ -154,14 +190,102 @@ class TensorDecoder : public gst::CountedTransform<TensorDecoder> {
 
  private:
   static Result<OpenDecoder> open_as(const Settings& s) {
-    return open_decoder(s.mode, {s.option1, s.option2, s.option3, s.option4, s.option5, s.option6,
-                                 s.option7, s.option8, s.option9});
+    auto options = options_of(s);
+    if (!options) return options.error();
+    return open_decoder(s.mode, *std::move(options));
   }
   void use(OpenDecoder opened) {
     for (const auto& warning : opened.warnings) gst::post_warning(element(), warning);
     std::lock_guard lock(probe_mutex_);
     decoder_ = std::move(opened.decoder);
     probe_ = std::move(opened.probe);
+  }
+
+  gboolean take_caps(GstEvent* event) {
+    GstCaps* caps = nullptr;
+    gst_event_parse_caps(event, &caps);
+    const auto held = Ref<GstCaps>::share(caps);
+    const uint64_t told = gst::errors_posted_by_this_thread();
+    if (parent_class()->sink_event(self(), event)) return replay(), TRUE;
+    if (told == gst::errors_posted_by_this_thread()) report_refusal(held.get());
+    return FALSE;
+  }
+
+  // A model event may follow the caps, as from a capsfilter. Caps that the decoder rejects without
+  // it wait for it, and so do the events after them, until the first frame.
+  bool hold(GstEvent* event) {
+    const auto type = GST_EVENT_TYPE(event);
+    if (type == GST_EVENT_CAPS) {
+      GstCaps* caps = nullptr;
+      gst_event_parse_caps(event, &caps);
+      waiting_ = may_wait_for_model(caps);
+      if (waiting_) gst_event_unref(event);  // they stay on the sink pad
+      return waiting_;
+    }
+    if (type == GST_EVENT_FLUSH_STOP || type == GST_EVENT_STREAM_START) early_.clear();
+    const bool is_serialized = (gst_event_type_get_flags(type) & GST_EVENT_TYPE_SERIALIZED) != 0;
+    if (!waiting_ || !is_serialized || type == GST_EVENT_FLUSH_STOP ||
+        type == GST_EVENT_STREAM_START)
+      return false;
+    if (type == GST_EVENT_EOS) return replay(), false;
+    early_.push(Ref<GstEvent>::adopt(event));
+    return true;
+  }
+  bool may_wait_for_model(GstCaps* caps) {
+    if (!decoder_ || !decoder_->uses_model()) return false;
+    const auto spec = gst::fixed_spec_from_caps(caps);
+    if (!spec || (model_ && has_outputs(*model_, *spec))) return false;
+    std::lock_guard lock(probe_mutex_);
+    return !probe_->configure(*spec);
+  }
+  // Called at the first frame, or with the model: takes the caps that wait.
+  bool begin() {
+    const auto caps =
+        Ref<GstCaps>::adopt(gst_pad_get_current_caps(GST_BASE_TRANSFORM_SINK_PAD(self())));
+    waiting_ = false;
+    return caps && take_caps(gst_event_new_caps(caps.get()));
+  }
+  void replay() {
+    for (auto& event : early_.take()) sink_event(event.release());
+  }
+
+  void set_model(std::shared_ptr<const DescribedModel> model) {
+    model_ = std::move(model);
+    std::lock_guard lock(probe_mutex_);
+    if (decoder_) decoder_->set_model(model_);
+    if (probe_) probe_->set_model(model_);
+  }
+  // Between two frames: a decoder that has read the stream without this model is opened again.
+  void follow_model(Ref<GstEvent> event) {
+    auto described = gst::parse_model_event(event.get());
+    if (!described) {
+      GST_CAT_WARNING_OBJECT(category(), self(),
+                             "ignored an event that describes no model: %" GST_PTR_FORMAT,
+                             static_cast<void*>(event.get()));
+      return;
+    }
+    if (model_ && *model_ == *described) return;
+    set_model(std::make_shared<const DescribedModel>(*std::move(described)));
+    if (waiting_) return static_cast<void>(begin());
+    if (!decoder_ || !decoder_->uses_model() || !input_.valid()) return;
+    if (!has_outputs(*model_, input_)) return;  // their caps follow
+    if (const Status status = follow(followed_.in_force); !status)
+      return gst::post_error(element(), status.error());
+    gst_base_transform_reconfigure_src(self());
+  }
+
+  // Without it, an element that joins results with other streams would wait.
+  bool push_frame_of_gap(GstEvent* gap) {
+    if (!results_.is_results()) return false;
+    auto frame = results_.frame_of_gap(gap, buffer_limit_, &ledger_);
+    if (!frame) {
+      gst::post_error(element(), frame.error());
+      return true;
+    }
+    if (!*frame) return false;
+    ledger_.pushed();
+    gst_pad_push(GST_BASE_TRANSFORM_SRC_PAD(self()), frame->release());
+    return true;
   }
 
   // Called between two frames: replaces the decoder if the stream can continue with the new one.
@@ -172,6 +296,8 @@ class TensorDecoder : public gst::CountedTransform<TensorDecoder> {
   Status follow(const Settings& wanted) {
     auto opened = open_as(wanted);
     if (!opened) return opened.error();
+    opened->decoder->set_model(model_);
+    opened->probe->set_model(model_);
     // GstBaseTransform does not set unchanged caps again, so the decoder is configured here.
     const auto caps = opened->decoder->configure(input_);
     if (!caps) return caps.error();
@@ -181,6 +307,7 @@ class TensorDecoder : public gst::CountedTransform<TensorDecoder> {
       return status;
     if (auto probed = opened->probe->configure(input_); !probed) return probed.error();
     picture_bytes_ = bytes_of_picture(caps->get());
+    results_.configure(caps->get());
     use(*std::move(opened));
     return ok();
   }
@@ -232,6 +359,8 @@ class TensorDecoder : public gst::CountedTransform<TensorDecoder> {
                    .offered = std::to_string(gst_buffer_get_size(out)) + " bytes",
                    .needed = std::to_string(picture_bytes_) + " bytes",
                    .fix = "mend the decoder " + settings().mode};
+    if (kept && *kept && results_.is_results())
+      if (auto status = results_.place(out); !status) return status.error();
     return kept;
   }
 
@@ -240,7 +369,11 @@ class TensorDecoder : public gst::CountedTransform<TensorDecoder> {
   std::shared_ptr<FrameDecoder> decoder_;  // streaming thread
   FrameSpec input_;                        // streaming thread
   size_t picture_bytes_ = 0;               // streaming thread; of the output; 0: not raw video
-  gst::FrameReader reader_;                // streaming thread
+  ResultOutput results_;                   // streaming thread
+  std::shared_ptr<const DescribedModel> model_;  // of the stream; null: not known; streaming thread
+  bool waiting_ = false;                         // caps wait for the model; streaming thread
+  gst::EarlyEvents early_;                       // what came after them
+  gst::FrameReader reader_;                      // streaming thread
   gst::PropertyFile config_file_;
   gst::FollowedSettings<Settings> followed_;  // the settings of decoder_; streaming thread
 };

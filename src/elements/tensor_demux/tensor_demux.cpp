@@ -125,7 +125,7 @@ class TensorDemux : public gst::OneToMany<TensorDemux> {
   // The spec of the pad for these tensors.
   FrameSpec spec_of(const std::vector<size_t>& tensors) const {
     const FrameSpec& whole = parts_.spec();
-    FrameSpec spec{whole.format, {}, whole.rate};
+    FrameSpec spec{whole.format, {}, whole.rate, pick_roles(whole.roles, tensors)};
     for (const size_t index : tensors)
       if (index < whole.tensors.size()) spec.tensors.push_back(whole.tensors[index]);
     return spec;

@@ -55,6 +55,22 @@ size_t sessions_of(const FilterSettings& s, std::vector<Error>* warnings) {
   return 1;
 }
 
+// Tensors with the shapes and names of `shapes` and the quantisation of the model's `infos`.
+std::vector<DescribedTensor> described_tensors(const std::vector<ModelShape>& shapes,
+                                               const std::vector<weir_tensor_info>& infos) {
+  std::vector<DescribedTensor> out;
+  for (size_t i = 0; i < shapes.size(); ++i) {
+    DescribedTensor tensor{
+        .type = shapes[i].type, .shape = shapes[i].shape, .name = shapes[i].name};
+    if (i < infos.size() && infos[i].type == static_cast<uint32_t>(tensor.type)) {
+      tensor.scale = infos[i].scale;
+      tensor.zero_point = infos[i].zero_point;
+    }
+    out.push_back(std::move(tensor));
+  }
+  return out;
+}
+
 }  // namespace
 
 Result<std::unique_ptr<OpenModel>> OpenModel::open(const FilterSettings& s,
@@ -201,6 +217,34 @@ Result<FilterPlan> OpenModel::plan_for_shapes(FilterPlan plan,
   plan.model_outputs = *std::move(outputs);
   plan.outputs_fixed = all_fixed(plan.model_outputs);
   return plan;
+}
+
+Result<DescribedModel> OpenModel::described(const FilterPlan& plan) const {
+  auto model = use_->shared()->model();
+  if (!model) {
+    const auto frame = begin();
+    if (!frame) return frame.error();
+    model = use_->shared()->model();
+  }
+  DescribedModel out;
+  if (!model) return out;
+  out.inputs = described_tensors(plan.model_inputs, model->inputs());
+  out.outputs = described_tensors(plan.model_outputs, model->outputs());
+  const OutputCombination& choice = plan.output_choice;
+  if (!choice.empty()) {
+    std::vector<DescribedTensor> pushed;
+    for (const size_t index : choice.inputs)
+      pushed.push_back(index < plan.input.tensors.size()
+                           ? weir::described(plan.input.tensors[index])
+                           : DescribedTensor{});
+    for (const size_t index : choice.outputs)
+      if (index < out.outputs.size()) pushed.push_back(out.outputs[index]);
+    out.outputs = std::move(pushed);
+  }
+  const auto paths = use_->shared()->source().options.paths;
+  if (!paths.empty()) out.path = paths[0];
+  if (const char* metadata = model->info().metadata_json) out.metadata_json = metadata;
+  return out;
 }
 
 Status OpenModel::replace(const FilterSettings& settings) const {

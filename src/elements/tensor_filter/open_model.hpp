@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "core/filter/described_model.hpp"
 #include "core/infer/batch/model_batches.hpp"
 #include "core/infer/model/model_table.hpp"
 #include "core/isolate/isolation.hpp"
@@ -41,6 +42,10 @@ class OpenModel {
   Result<FilterPlan> plan_for_shapes(FilterPlan plan, const infer::ModelLease::Frame& frame,
                                      size_t session, std::vector<ModelShape> inputs) const;
 
+  // What is said downstream of the model, and how often it was replaced by then. Opens a suspended
+  // model again.
+  Result<DescribedModel> described(const FilterPlan& plan) const;
+  uint64_t reloads() const { return use_->shared()->reloads(); }
   // Replaces the model by that of `settings` for all filters that share it. Any thread.
   Status replace(const FilterSettings& settings) const;
   // Suspends the model, unless it runs batches. False while a frame is in progress.

@@ -19,6 +19,7 @@
 #include "elements/tensor_filter/running_model.hpp"
 #include "gstcpp/buffer/tensor_caps.hpp"
 #include "gstcpp/element/base_classes.hpp"
+#include "gstcpp/element/model_event.hpp"
 #include "gstcpp/element/property_file.hpp"
 #include "gstcpp/pads/latency.hpp"
 #include "gstcpp/pads/placeholder_wait.hpp"
@@ -148,6 +149,10 @@ class TensorFilter : public gst::Element<TensorFilter, gst::PlainElement>,
           return TRUE;
         }
         break;
+      case GST_EVENT_CUSTOM_DOWNSTREAM_STICKY:
+        if (!gst::is_model_event(event)) break;
+        gst_event_unref(event);  // of a model upstream, whose outputs end here
+        return TRUE;
       default:
         break;
     }
@@ -262,6 +267,8 @@ class TensorFilter : public gst::Element<TensorFilter, gst::PlainElement>,
     lifecycle_.stop();
     flow_->close();
     report_.forget();
+    described_.reset();
+    plan_.reset();
     model_.close();
   }
 
@@ -318,6 +325,8 @@ class TensorFilter : public gst::Element<TensorFilter, gst::PlainElement>,
   // Called between two frames: handles changed properties and reconfigure requests from downstream.
   GstFlowReturn follow() {
     const bool asked = gst_pad_check_reconfigure(source_);
+    if (described_ && described_->reloads() != described_reloads_)
+      describe(described_, plan_, false);
     if (!asked && !is_written()) return GST_FLOW_OK;
     const auto caps = Ref<GstCaps>::adopt(gst_pad_get_current_caps(sink_));
     if (!caps) return GST_FLOW_OK;
@@ -382,8 +391,9 @@ class TensorFilter : public gst::Element<TensorFilter, gst::PlainElement>,
     const auto chosen = gst::spec_from_caps(caps->get());
     if (!chosen) return chosen.error();
     plan->output = *chosen;
-    if (auto status = flow_->begin(model, std::make_shared<const FilterPlan>(*plan)); !status)
-      return status;
+    const auto begun = std::make_shared<const FilterPlan>(*plan);
+    if (auto status = flow_->begin(model, begun); !status) return status;
+    describe(model, begun, begins);
     report_.negotiated({plan->model_inputs, plan->model_outputs});
     const auto before = Ref<GstCaps>::adopt(gst_pad_get_current_caps(source_));
     if (!begins && before && gst_caps_is_equal(before.get(), caps->get())) return ok();
@@ -391,6 +401,18 @@ class TensorFilter : public gst::Element<TensorFilter, gst::PlainElement>,
     gst::log_output_caps(source_, caps->get());
     flow_->send(Ref<GstEvent>::adopt(gst_event_new_caps(caps->get())));
     return ok();
+  }
+
+  // Says downstream what is known of the model: before the caps of a stream, and when it changes.
+  void describe(std::shared_ptr<const OpenModel> model, std::shared_ptr<const FilterPlan> plan,
+                bool begins) {
+    described_ = std::move(model);
+    plan_ = std::move(plan);
+    described_reloads_ = described_->reloads();
+    auto description = described_->described(*plan_);
+    if (!description || (!begins && *description == description_)) return;
+    description_ = *std::move(description);
+    flow_->send(gst::make_model_event(description_));
   }
 
   GstPad* sink_ = nullptr;      // owned by the element
@@ -406,6 +428,11 @@ class TensorFilter : public gst::Element<TensorFilter, gst::PlainElement>,
   RunningFlow flow_;
   Admission admission_{&statistics_};
   gst::PlaceholderWait placeholder_;
+  // Of the last model event; streaming thread.
+  std::shared_ptr<const OpenModel> described_;
+  std::shared_ptr<const FilterPlan> plan_;
+  uint64_t described_reloads_ = 0;
+  DescribedModel description_;
   ModelLifecycle lifecycle_;
 };
 

@@ -42,6 +42,7 @@ Result<IfBranch> branch_of(const Way& way, const FrameSpec& input) {
                           input.tensors.size());
     branch.spec.tensors.push_back(input.tensors[index]);
   }
+  branch.spec.roles = pick_roles(input.roles, branch.tensors);
   return branch;
 }
 

@@ -25,6 +25,7 @@ class TensorIf : public gst::OneToMany<TensorIf> {
       "WeirTensorIf", "tensor_if", "TensorIf", "Filter/Tensor",
       "Sends each frame to one of two pads, depending on its values"};
   static constexpr const char* kSourceTemplate = "src";
+  static constexpr bool kPassesTensors = true;
   static constexpr bool kKeepsPads = true;  // a pipeline from gst_parse_launch() can be restarted
   static inline GstStaticPadTemplate kPads[] = {
       GST_STATIC_PAD_TEMPLATE("sink", GST_PAD_SINK, GST_PAD_ALWAYS,

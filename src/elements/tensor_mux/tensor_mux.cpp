@@ -1,6 +1,7 @@
 // tensor_mux: combines the tensors of several streams into one frame.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <algorithm>
+#include <optional>
 
 #include "elements/tensor_mux/sync_element.hpp"
 #include "gstcpp/buffer/frame_errors.hpp"
@@ -36,10 +37,14 @@ class TensorMux : public SyncElement<TensorMux> {
     FrameSpec out;
     out.format = Format::Static;
     out.rate = inputs[0]->rate;
+    std::optional<size_t> before = 0;  // tensors of the earlier inputs; nullopt: not known
     for (const FrameSpec* input : inputs) {
       if (input->format != Format::Static) out.format = Format::Flexible;
       out.rate.numerator = std::min(out.rate.numerator, input->rate.numerator);
       out.rate.denominator = std::min(out.rate.denominator, input->rate.denominator);
+      const auto tensors = tensors_of(*input);
+      if (before && tensors) append_roles(input->roles, *tensors, *before, &out.roles);
+      before = before && tensors ? std::optional(*before + *tensors) : std::nullopt;
       out.tensors.insert(out.tensors.end(), input->tensors.begin(), input->tensors.end());
     }
     if (out.tensors.size() > kTensorLimit)
@@ -59,11 +64,13 @@ class TensorMux : public SyncElement<TensorMux> {
   Result<Ref<GstBuffer>> combine(const gst::Inputs& inputs) override {
     std::vector<gst::TensorPiece> pieces;
     std::vector<GstBuffer*> owners;
+    std::vector<size_t> counts;  // tensors of each input
     for (const gst::Input& input : inputs.frames) {
       owners.push_back(input.buffer.get());
       const size_t first = pieces.size();
       auto status = gst::append_pieces(input.buffer.get(), *input.spec, &ledger_, &pieces);
       if (!status) return gst::on_pad(status.error(), "pad " + std::to_string(owners.size() - 1));
+      counts.push_back(pieces.size() - first);
       if (format_ == Format::Static || input.spec->format != Format::Static) continue;
       for (size_t i = first; i < pieces.size(); ++i) {
         auto piece = gst::with_header(pieces[i], &ledger_);
@@ -76,7 +83,7 @@ class TensorMux : public SyncElement<TensorMux> {
                          GST_BUFFER_COPY_METADATA, 0, static_cast<gsize>(-1));
     if (auto status = gst::append_tensors(pieces, out.get(), &ledger_); !status)
       return status.error();
-    if (auto maps = maps_of(inputs); !maps.empty())
+    if (auto maps = maps_of(inputs, counts); !maps.empty())
       gst::set_source_maps(out.get(), std::move(maps));
     return out;
   }
@@ -85,13 +92,22 @@ class TensorMux : public SyncElement<TensorMux> {
   Ledger ledger_;
 
  private:
+  // The number of tensors in a frame. Flexible streams say it if they are results.
+  static std::optional<size_t> tensors_of(const FrameSpec& input) {
+    if (input.format == Format::Static) return input.tensors.size();
+    return input.roles.empty() ? std::nullopt : std::optional(input.roles.size());
+  }
+
   // One source map per tensor if every input has them; else those of the deciding frame stay.
-  static std::vector<SourceMap> maps_of(const gst::Inputs& inputs) {
+  static std::vector<SourceMap> maps_of(const gst::Inputs& inputs,
+                                        const std::vector<size_t>& counts) {
     std::vector<SourceMap> out;
-    for (const gst::Input& input : inputs.frames) {
-      const auto maps = gst::source_maps(input.buffer.get());
-      const size_t tensors = input.spec->tensors.size();
-      if (tensors == 0 || (maps.size() != 1 && maps.size() != tensors)) return {};
+    for (size_t input = 0; input < inputs.frames.size(); ++input) {
+      GstBuffer* const buffer = inputs.frames[input].buffer.get();
+      const auto maps = gst::source_maps(buffer);
+      const size_t tensors = counts[input];
+      const bool of_regions = gst::maps_of(buffer) == gst::MapsOf::Regions && maps.size() != 1;
+      if (of_regions || (maps.size() != 1 && maps.size() != tensors)) return {};
       for (size_t i = 0; i < tensors; ++i) out.push_back(maps[maps.size() == 1 ? 0 : i]);
     }
     return out;

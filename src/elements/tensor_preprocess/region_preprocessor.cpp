@@ -125,8 +125,10 @@ Status RegionPreprocessor::run(GstBuffer* in, GstBuffer* out) {
 
 std::vector<SourceMap> RegionPreprocessor::source_maps() const {
   std::vector<SourceMap> out;
-  for (size_t i = 0; i < regions_.size(); ++i)
+  for (size_t i = 0; i < regions_.size(); ++i) {
     out.push_back(preprocess::source_map_of(plans_[i].preparation()));
+    out.back().row = regions_[i].row;
+  }
   return out;
 }
 

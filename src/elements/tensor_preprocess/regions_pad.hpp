@@ -7,8 +7,9 @@
 
 namespace weir {
 
-// Queues boxes at their running time and forwards nothing. Errors of caps and buffers:
-// check_boxes().
+// Takes plain boxes, or results: then those of all rows with a box that are not background. Queues
+// boxes at their running time and forwards nothing. Errors of caps and buffers:
+// check_boxes(), check_result_rows().
 class RegionsPad final : public gst::TimedTensors {
  public:
   void end() override { queue_.end(); }
@@ -22,12 +23,16 @@ class RegionsPad final : public gst::TimedTensors {
   uint64_t unused() const { return queue_.unused(); }
 
  private:
+  Status accept_results(const FrameSpec& spec);
+  Status read_results(const std::vector<gst::TensorView>& tensors,
+                      std::vector<preprocess::Box>* boxes) const;
   Status accept(const FrameSpec& spec) override;
   Status bring(GstBuffer* buffer, const std::vector<gst::TensorView>& tensors,
                int64_t time) override;
   void advance(int64_t time) override { queue_.advance(time); }
   void flush(bool on) override;
 
+  std::vector<weir_result_columns> columns_;  // of the tensors of results; empty: plain boxes
   sync::TimedQueue<std::vector<preprocess::Box>> queue_;
 };
 

@@ -5,6 +5,7 @@
 
 #include "core/tensor/tensor_header.hpp"
 #include "elements/tensor_preprocess/preprocess_test_support.hpp"
+#include "gstcpp/buffer/tensor_meta.hpp"
 
 namespace weir::preprocess_test {
 namespace {
@@ -189,6 +190,52 @@ TEST(RegionsPad, RejectsInvalidBoxes) {
 TEST(RegionsPad, RequiresItsProperty) {
   EXPECT_SAYS(error_of_start("regions=pad"), "there is no stream of boxes");
   EXPECT_SAYS(error_of_start("name=p fakesrc ! p.regions"), "the stream of boxes is not used");
+}
+
+// A stream of results with these columns, a frame of one tensor of float32 rows.
+std::string results_caps(const std::string& columns, const std::string& dimensions) {
+  return "other/tensors,format=static,num_tensors=1,dimensions=(string)\"" + dimensions +
+         "\",types=(string)float32,framerate=10/1,weir-columns=(string)\"" + columns + "\"";
+}
+
+TEST(RegionsPad, TakesTheBoxesOfResultsWithTheNumbersOfTheirRows) {
+  auto b = both("max-regions=2", results_caps("x1,y1,x2,y2,score", "5:3").c_str());
+  ASSERT_EQ(gst_harness_push(b.regions.get(),
+                             boxes<float>({1, 1, 3, 2, 0.5f, 0, 0, 4, 3, 0, 0, 2, 2, 3, 0.9f}, 0)),
+            GST_FLOW_OK);
+  ASSERT_EQ(gst_harness_push(b.pictures.get(), timed(frame(ramp(12)), 0)), GST_FLOW_OK);
+  const auto out = Ref<GstBuffer>::adopt(gst_harness_try_pull(b.pictures.get()));
+  ASSERT_TRUE(out);
+  EXPECT_EQ(values<uint8_t>(out.get()), (Bytes{5, 6, 8, 9}));
+  const auto maps = gst::source_maps(out.get());
+  ASSERT_EQ(maps.size(), 2u);
+  EXPECT_EQ(maps[0].row, 1u);
+  EXPECT_EQ(maps[1].row, 3u) << "the second row is background";
+}
+
+TEST(RegionsPad, OfResultsWithoutObjectsMakesAGap) {
+  auto b = both("max-regions=2", results_caps("x1,y1,x2,y2,score", "5:1").c_str());
+  ASSERT_EQ(gst_harness_push(b.regions.get(), boxes<float>({0, 0, 0, 0, 0}, 0)), GST_FLOW_OK);
+  ASSERT_EQ(gst_harness_push(b.pictures.get(), timed(frame(ramp(12)), 0)), GST_FLOW_OK);
+  EXPECT_TRUE(pulled(b.pictures).empty());
+  EXPECT_EQ(stat(b.pictures, "regions-empty"), 0u);
+  EXPECT_EQ(stat(b.pictures, "dropped-policy"), 1u);
+}
+
+TEST(RegionsPad, SaysWhatResultsLack) {
+  const auto error = [](const std::string& columns, const std::string& dimensions) {
+    auto b = both("max-regions=2", kBoxes);
+    Errors errors(b.pictures);
+    gst_harness_set_src_caps_str(b.regions.get(), results_caps(columns, dimensions).c_str());
+    return errors.next();
+  };
+  EXPECT_EQ(error("x1,y1,x2,y2,score", "5:1"), "");
+  EXPECT_SAYS(error("x1,y1,x2,y2,score", "6:1"), "needed: float32 5:N, as weir-columns says");
+  const std::string boxless = error("score,class", "2:1");
+  EXPECT_SAYS(boxless, "the stream of regions has results without boxes");
+  EXPECT_SAYS(boxless, "offered: weir-columns=\"score,class\"");
+  EXPECT_SAYS(boxless, "fix: tensor_decoder mode=detection");
+  EXPECT_SAYS(error("x1,y1,x2,score", "4:1"), "the columns of a stream of results cannot be read");
 }
 
 }  // namespace

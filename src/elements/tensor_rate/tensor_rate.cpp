@@ -20,9 +20,10 @@ class TensorRate : public gst::CountedTransform<TensorRate> {
   static constexpr gst::ElementInfo kInfo{"WeirTensorRate", "tensor_rate", "TensorRate",
                                           "Filter/Tensor",
                                           "Drops and repeats frames for a fixed frame rate"};
-#define WEIR_RATE_CAPS \
-  WEIR_CAPS_TENSOR     \
-  "; other/tensors, format=(string)static, num_tensors=(int)[ 1, 256 ], " WEIR_CAPS_RATE
+#define WEIR_RATE_CAPS                                                                   \
+  WEIR_CAPS_TENSOR                                                                       \
+  "; other/tensors, format=(string)static, num_tensors=(int)[ 1, 256 ], " WEIR_CAPS_RATE \
+  "; " WEIR_CAPS_TENSORS("flexible")
   static inline GstStaticPadTemplate kPads[] = {
       GST_STATIC_PAD_TEMPLATE("src", GST_PAD_SRC, GST_PAD_ALWAYS, GST_STATIC_CAPS(WEIR_RATE_CAPS)),
       GST_STATIC_PAD_TEMPLATE("sink", GST_PAD_SINK, GST_PAD_ALWAYS,

@@ -11,6 +11,7 @@
 #include "gstcpp/buffer/tensor_caps.hpp"
 #include "gstcpp/element/counted_transform.hpp"
 #include "gstcpp/element/derived_setting.hpp"
+#include "gstcpp/element/model_event.hpp"
 #include "gstcpp/pads/early_events.hpp"
 
 namespace weir::gst {
@@ -125,6 +126,10 @@ class TensorTransform : public gst::CountedTransform<TensorTransform> {
   }
 
   gboolean sink_event(GstEvent* event) {
+    if (gst::is_model_event(event)) {  // the output has other tensors
+      gst_event_unref(event);
+      return TRUE;
+    }
     if (hold(event)) return TRUE;
     if (GST_EVENT_TYPE(event) != GST_EVENT_CAPS) return parent_class()->sink_event(self(), event);
     GstCaps* caps = nullptr;

@@ -10,6 +10,7 @@
 
 #include "gstcpp/element/error.hpp"
 #include "gstcpp/element/log.hpp"
+#include "weir/results.h"
 
 namespace weir::gst {
 namespace {
@@ -182,6 +183,14 @@ Ref<GstCaps> with_format(Format format, const Fraction& rate) {
   return caps;
 }
 
+// Caps of a stream of results.
+Ref<GstCaps> with_roles(Ref<GstCaps> caps, const ResultRoles& roles) {
+  if (roles.empty()) return caps;
+  gst_caps_set_simple(caps.get(), WEIR_RESULTS_COLUMNS, G_TYPE_STRING, columns_text(roles).c_str(),
+                      WEIR_RESULTS_SOURCE, G_TYPE_STRING, sources_text(roles).c_str(), nullptr);
+  return caps;
+}
+
 struct PeerPreference {
   Ref<GstCaps> caps;
   bool tensor = false;    // accepts other/tensor
@@ -276,6 +285,14 @@ Result<FrameSpec> fixed_spec_from_caps(const GstCaps* caps) {
   return spec;
 }
 
+ResultRoles roles_from_caps(const GstCaps* caps) {
+  if (!caps || gst_caps_is_any(caps) || gst_caps_is_empty(caps)) return {};
+  const GstStructure* s = gst_caps_get_structure(caps, 0);
+  const char* columns = gst_structure_get_string(s, WEIR_RESULTS_COLUMNS);
+  const char* sources = gst_structure_get_string(s, WEIR_RESULTS_SOURCE);
+  return parse_roles(columns ? columns : "", sources ? sources : "");
+}
+
 Ref<GstCaps> possible_caps(GstPad* pad, const FrameSpec& spec, const GstCaps* peer) {
   auto all = Ref<GstCaps>::adopt(gst_caps_new_empty());
   const auto template_caps = Ref<GstCaps>::adopt(gst_pad_get_pad_template_caps(pad));
@@ -294,7 +311,7 @@ Ref<GstCaps> possible_caps(GstPad* pad, const FrameSpec& spec, const GstCaps* pe
     add(with_format(Format::Sparse, spec.rate));
   else
     add(with_format(Format::Flexible, spec.rate));
-  return all;
+  return with_roles(std::move(all), spec.roles);
 }
 
 Ref<GstCaps> without_dimensions(Ref<GstCaps> caps) {
@@ -407,7 +424,7 @@ Ref<GstCaps> choose_caps(GstPad* source_pad, const FrameSpec& spec) {
   }
   auto meet = Ref<GstCaps>::adopt(gst_caps_intersect(caps.get(), template_caps.get()));
   if (gst_caps_is_empty(meet.get())) return {};
-  return Ref<GstCaps>::adopt(gst_caps_truncate(meet.release()));
+  return with_roles(Ref<GstCaps>::adopt(gst_caps_truncate(meet.release())), spec.roles);
 }
 
 }  // namespace weir::gst

@@ -22,6 +22,10 @@ Result<FrameSpec> spec_from_caps(const GstCaps* caps);
 // The same for fixed caps with a valid spec; anything else is an error.
 Result<FrameSpec> fixed_spec_from_caps(const GstCaps* caps);
 
+// What the tensors are, by the fields of weir/results.h; empty for streams without results. The
+// functions above leave it out of the spec: only elements that pass tensors on as they are keep it.
+ResultRoles roles_from_caps(const GstCaps* caps);
+
 // All caps for this spec that intersect the pad's template, in order: other/tensor (static, at most
 // one tensor), other/tensors static, other/tensors flexible. Unknown parts stay open: an invalid
 // rate, a tensor without type or shape. If `peer` (may be null) spells equal dimensions or types

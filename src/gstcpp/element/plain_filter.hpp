@@ -9,6 +9,7 @@
 #pragma once
 #include "core/ledger/ledger.hpp"
 #include "gstcpp/element/base_classes.hpp"
+#include "gstcpp/element/model_event.hpp"
 #include "gstcpp/element/ref.hpp"
 
 namespace weir::gst {
@@ -52,6 +53,10 @@ class PlainFilter : public Element<Impl, PlainElement> {
       const Status status = impl()->take_caps(caps);
       if (!status) post_error(this->element(), status.error());
       return status.has_value();
+    }
+    if (is_model_event(event)) {  // the output has other tensors
+      gst_event_unref(event);
+      return TRUE;
     }
     if (GST_EVENT_TYPE(event) == GST_EVENT_EOS) impl()->drop_held(DropReason::Eos);
     if (GST_EVENT_TYPE(event) == GST_EVENT_FLUSH_STOP) impl()->drop_held(DropReason::Flush);

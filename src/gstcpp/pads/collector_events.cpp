@@ -4,6 +4,7 @@
 
 #include "gstcpp/buffer/tensor_caps.hpp"
 #include "gstcpp/element/element.hpp"
+#include "gstcpp/element/model_event.hpp"
 #include "gstcpp/pads/collector_pads.hpp"
 
 namespace weir::gst {
@@ -73,6 +74,7 @@ gboolean CollectorPads::sink_event(Pad& pad, Ref<GstEvent> event) {
       gst_segment_init(&pad.segment, GST_FORMAT_UNDEFINED);
       return !collector_.flush_stop(pad.queue) || send_flush(std::move(event));
     default:
+      if (is_model_event(event.get())) return TRUE;  // the output has other tensors
       return pass_on(pad, std::move(event));
   }
 }
@@ -92,6 +94,7 @@ gboolean CollectorPads::caps(Pad& pad, GstEvent* event) {
     post_error(element_, spec.error());
     return FALSE;
   }
+  spec->roles = roles_from_caps(caps);
   pad.spec = std::make_shared<const FrameSpec>(*std::move(spec));
   return TRUE;
 }

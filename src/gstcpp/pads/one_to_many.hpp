@@ -11,6 +11,8 @@
 //                                                         properties; an error is posted as a
 //                                                         warning, and they read back as before
 //   static constexpr bool kKeepsPads = true               pads and links stay in READY
+//   static constexpr bool kPassesTensors = true           frames are pushed as they are: the event
+//                                                         of the model that made them is too
 // A frame with an error counts as dropped, and the error is posted.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
@@ -20,6 +22,7 @@
 #include "gstcpp/buffer/tensor_caps.hpp"
 #include "gstcpp/element/base_classes.hpp"
 #include "gstcpp/element/error.hpp"
+#include "gstcpp/element/model_event.hpp"
 #include "gstcpp/pads/sometimes_pads.hpp"
 
 namespace weir::gst {
@@ -41,7 +44,7 @@ class OneToMany : public Element<Impl, PlainElement> {
         gst_element_class_get_pad_template(GST_ELEMENT_GET_CLASS(element), "sink"), "sink");
     gst_pad_set_chain_function(sink_, (Base::template chain<&Impl::on_buffer>));
     gst_pad_set_event_function(sink_, (Base::template pad_event<&Impl::on_event>));
-    outputs_.attach(element, sink_, Impl::kSourceTemplate);
+    outputs_.attach(element, sink_, Impl::kSourceTemplate, passes_model());
     gst_element_add_pad(element, sink_);
   }
 
@@ -92,6 +95,7 @@ class OneToMany : public Element<Impl, PlainElement> {
 
   gboolean on_event(GstPad*, GstEvent* raw) {
     auto event = Ref<GstEvent>::adopt(raw);
+    if (!passes_model() && is_model_event(raw)) return TRUE;
     switch (GST_EVENT_TYPE(raw)) {
       case GST_EVENT_CAPS: {
         GstCaps* caps = nullptr;
@@ -131,6 +135,10 @@ class OneToMany : public Element<Impl, PlainElement> {
   SometimesPads outputs_;
 
  private:
+  static constexpr bool passes_model() {
+    if constexpr (requires { Impl::kPassesTensors; }) return Impl::kPassesTensors;
+    return false;
+  }
   Impl* impl() { return static_cast<Impl*>(this); }
 
   void fail(const Error& error) {
@@ -153,6 +161,7 @@ class OneToMany : public Element<Impl, PlainElement> {
     spec_.reset();
     auto spec = fixed_spec_from_caps(caps);
     if (!spec) return spec.error();
+    spec->roles = roles_from_caps(caps);
     if (auto status = impl()->configure(*spec); !status) return status;
     spec_ = *std::move(spec);
     outputs_.unsettle();

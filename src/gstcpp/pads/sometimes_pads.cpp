@@ -6,6 +6,7 @@
 
 #include "gstcpp/buffer/tensor_caps.hpp"
 #include "gstcpp/element/log.hpp"
+#include "gstcpp/element/model_event.hpp"
 
 namespace weir::gst {
 namespace {
@@ -26,7 +27,9 @@ Error mismatch(GstPad* pad, const FrameSpec& spec, const GstCaps* caps) {
 
 }  // namespace
 
-void SometimesPads::attach(GstElement* element, GstPad* sink, const char* source_template) {
+void SometimesPads::attach(GstElement* element, GstPad* sink, const char* source_template,
+                           bool passes_model) {
+  passes_model_ = passes_model;
   element_ = element;
   sink_ = sink;
   template_ = gst_element_class_get_pad_template(GST_ELEMENT_GET_CLASS(element), source_template);
@@ -123,15 +126,21 @@ Ref<GstEvent> SometimesPads::stream_start(GstPad* pad, GstEvent* upstream) const
 }
 
 void SometimesPads::send_sticky_events(GstPad* pad) const {
+  struct Target {
+    GstPad* pad;
+    bool passes_model;
+  } target{pad, passes_model_};
   gst_pad_sticky_events_foreach(
       sink_,
-      [](GstPad*, GstEvent** event, gpointer to) -> gboolean {
+      [](GstPad*, GstEvent** event, gpointer user) -> gboolean {
+        const auto& to = *static_cast<Target*>(user);
         const auto type = GST_EVENT_TYPE(*event);
-        if (type != GST_EVENT_STREAM_START && type != GST_EVENT_CAPS && type != GST_EVENT_EOS)
-          gst_pad_push_event(static_cast<GstPad*>(to), gst_event_ref(*event));
+        if (type != GST_EVENT_STREAM_START && type != GST_EVENT_CAPS && type != GST_EVENT_EOS &&
+            (to.passes_model || !is_model_event(*event)))
+          gst_pad_push_event(to.pad, gst_event_ref(*event));
         return TRUE;
       },
-      pad);
+      &target);
 }
 
 void SometimesPads::unsettle() noexcept {

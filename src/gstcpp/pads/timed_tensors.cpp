@@ -23,6 +23,7 @@ Status TimedTensors::handle(GstEvent* event) {
       gst_event_parse_caps(event, &caps);
       auto spec = spec_from_caps(caps);
       if (!spec) return spec.error();
+      spec->roles = roles_from_caps(caps);
       if (auto status = accept(*spec); !status) return status;
       spec_ = *std::move(spec);
       break;

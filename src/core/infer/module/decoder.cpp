@@ -3,6 +3,7 @@
 #include "core/infer/module/decoder.hpp"
 
 #include <cstddef>
+#include <nlohmann/json.hpp>
 
 namespace weir::infer {
 namespace {
@@ -19,6 +20,17 @@ const Table* extension_of(const weir_decoder_type& type, const char* id) {
 
 }  // namespace
 
+std::vector<std::string> option_names(const weir_decoder_type& type) {
+  std::vector<std::string> out;
+  const auto list =
+      nlohmann::json::parse(type.options_json ? type.options_json : "", nullptr, false);
+  if (!list.is_array()) return out;
+  for (const auto& option : list)
+    if (option.is_object() && option.contains("name") && option["name"].is_string())
+      out.push_back(option["name"].get<std::string>());
+  return out;
+}
+
 Decoder::Decoder(const weir_decoder_type& type, weir_decoder* handle)
     : type_(type),
       handle_(handle),
@@ -26,7 +38,7 @@ Decoder::Decoder(const weir_decoder_type& type, weir_decoder* handle)
       model_(extension_of<weir_decoder_model>(type, WEIR_DECODER_MODEL)) {}
 
 void Decoder::set_model(const weir_stream_model* model) noexcept {
-  if (model_ && model_->set_model) model_->set_model(handle_, model);
+  if (uses_model()) model_->set_model(handle_, model);
 }
 
 void Decoder::set_stream(const Fraction& rate, Format format) noexcept {

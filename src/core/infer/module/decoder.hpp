@@ -15,6 +15,9 @@
 
 namespace weir::infer {
 
+// The names of the options that a decoder declares, in order.
+std::vector<std::string> option_names(const weir_decoder_type& type);
+
 class Decoder {
  public:
   using Options = std::vector<std::pair<std::string, std::string>>;  // "option1", value
@@ -30,6 +33,8 @@ class Decoder {
   void set_model(const weir_stream_model* model) noexcept;
   // Whether tensors of flexible streams are passed with their headers.
   bool needs_headers() const noexcept;
+  // Whether set_model() has an effect.
+  bool uses_model() const noexcept { return model_ && model_->set_model; }
   // Passes the input tensors; the decoder sets its output caps through the sink.
   Status configure(const std::vector<weir_tensor_info>& inputs, weir_sink* sink);
   // True: the sink holds the output; false: the frame is dropped.

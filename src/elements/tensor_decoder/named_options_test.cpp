@@ -1,0 +1,127 @@
+// The properties threshold, iou, labels, max-results, classes and custom of tensor_decoder.
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include <fstream>
+
+#include "elements/tensor_decoder/result_test_support.hpp"
+#include "elements/tests/tuning_test_support.hpp"
+
+namespace weir::testing_tensor_decoder {
+namespace {
+
+const std::string kHead = "custom=head:yolov8,input:32:32";
+const std::string kFirst = "1:0.9@14,5,18,11^-1", kSecond = "0:0.5@6,19,14,21^-1";
+
+Tuned detector(const std::string& properties) {
+  return {"tensor_decoder", "tensor_decoder mode=detection " + properties, kYoloCaps};
+}
+Rows rows(Tuned& t) {
+  if (gst_harness_push(t.harness.get(), frame(yolo(kTwo))) != GST_FLOW_OK) return {"failed"};
+  const auto out = Ref<GstBuffer>::adopt(gst_harness_try_pull(t.harness.get()));
+  return out ? rows_of(t.harness, out.get()) : Rows{"nothing"};
+}
+std::string file(const std::string& name, const std::string& text) {
+  const std::string path = testing::TempDir() + "weir-" + name;
+  std::ofstream(path) << text;
+  return path;
+}
+
+TEST(NamedOptions, AreUnsetAtFirst) {
+  Tuned t("tensor_decoder", "tensor_decoder mode=octet_stream", "");
+  EXPECT_EQ(t.get("threshold"), "-1");
+  EXPECT_EQ(t.get("iou"), "-1");
+  EXPECT_EQ(t.get("max-results"), "0");
+  for (const char* name : {"labels", "classes", "custom"}) EXPECT_EQ(t.get(name), "NULL") << name;
+}
+
+TEST(NamedOptions, ReachTheDecoder) {
+  const auto labels = file("three-labels.txt", "disc\nsquare\nstar\n");
+  const auto with = [&](const std::string& properties) {
+    auto t = detector(kHead + " " + properties);
+    const auto out = rows(t);
+    EXPECT_EQ(t.messages.next_warning(), "") << properties;
+    return out;
+  };
+  EXPECT_EQ(with(""), (Rows{kFirst, kSecond}));
+  EXPECT_EQ(with("threshold=0.6"), (Rows{kFirst}));
+  EXPECT_EQ(with("threshold=0"), with("threshold=0.0"));
+  EXPECT_EQ(with("max-results=1"), (Rows{kFirst}));
+  EXPECT_EQ(with("classes=0"), (Rows{kSecond}));
+  EXPECT_EQ(with("labels=" + labels + " classes=square,star"), (Rows{kFirst}));
+  EXPECT_EQ(with("iou=0.3"), (Rows{kFirst, kSecond}));
+}
+
+TEST(NamedOptions, MayChangeBetweenFrames) {
+  auto t = detector(kHead);
+  EXPECT_EQ(rows(t), (Rows{kFirst, kSecond}));
+  t.set("threshold", "0.6");
+  EXPECT_EQ(rows(t), (Rows{kFirst}));
+  t.set("threshold", "-1");
+  t.set("classes", "0");
+  EXPECT_EQ(rows(t), (Rows{kSecond}));
+  t.set("custom", "head:yolov8,input:32:32,name:a:b");
+  EXPECT_EQ(rows(t), (Rows{kSecond}));
+  EXPECT_SAYS(t.caps(), "weir-source=(string)a:b") << "a value may contain colons";
+  EXPECT_EQ(t.messages.next_warning(), "");
+}
+
+TEST(NamedOptions, ThatCannotBeUsedWhilePlayingReadBackAsBefore) {
+  auto t = detector(kHead);
+  EXPECT_EQ(rows(t), (Rows{kFirst, kSecond}));
+  t.set("classes", "circle");
+  EXPECT_EQ(rows(t), (Rows{kFirst, kSecond}));
+  EXPECT_SAYS(t.messages.next_warning(), "a class is neither a label nor a number");
+  EXPECT_EQ(t.get("classes"), "NULL");
+  t.set("custom", "head");
+  EXPECT_EQ(rows(t), (Rows{kFirst, kSecond}));
+  EXPECT_SAYS(t.messages.next_warning(), "custom is not a list of options");
+  EXPECT_EQ(t.get("custom"), "head:yolov8,input:32:32");
+  EXPECT_EQ(t.messages.next(), "");
+}
+
+TEST(NamedOptions, ThatTheModeDoesNotUseAreWarnings) {
+  const auto warning = [](const std::string& properties) {
+    const auto element = lone_element("tensor_decoder " + properties);
+    Errors messages(element.get());
+    gst_element_set_state(element.get(), GST_STATE_PAUSED);
+    EXPECT_EQ(messages.next(), "") << properties;
+    const std::string first = messages.next_warning();
+    gst_element_set_state(element.get(), GST_STATE_NULL);
+    return first;
+  };
+  const std::string labels = file("one-label.txt", "one\n");
+  EXPECT_EQ(warning("mode=image_labeling option1=" + labels), "");
+  const std::string of_threshold = warning("mode=image_labeling threshold=0.5 option1=" + labels);
+  EXPECT_SAYS(of_threshold, "WEIR-1004: the mode does not use this option, so it has no effect");
+  EXPECT_SAYS(of_threshold, "offered: threshold=0.5 with mode=image_labeling");
+  EXPECT_SAYS(of_threshold, "needed: one of: option1");
+  EXPECT_SAYS(warning("mode=octet_stream max-results=3"), "takes none");
+  EXPECT_SAYS(warning("mode=octet_stream iou=0.5"), "iou=0.5 with mode=octet_stream");
+  EXPECT_SAYS(warning("mode=octet_stream labels=a.txt"), "labels=a.txt");
+  EXPECT_SAYS(warning("mode=octet_stream classes=1"), "classes=1");
+  const std::string of_custom = warning("mode=detection custom=haed:yolov8");
+  EXPECT_SAYS(of_custom, "custom=haed:yolov8 with mode=detection");
+  EXPECT_SAYS(of_custom, "did you mean head?");
+  EXPECT_SAYS(warning("mode=detection threshold=0.4 custom=threshold:0.9"),
+              "an option is set twice; the first value counts");
+}
+
+TEST(NamedOptions, OfOneOptionCustomMustHaveAValue) {
+  for (const char* custom : {"head", ":yolov8", "head:yolov8,input"}) {
+    const std::string error = error_of("mode=detection custom=" + std::string(custom));
+    EXPECT_SAYS(error, "WEIR-1001: custom is not a list of options") << custom;
+    EXPECT_SAYS(error, "needed: key:value for each option, separated by commas");
+    EXPECT_SAYS(error, "fix: custom=head:yolov8");
+  }
+  EXPECT_EQ(error_of("mode=octet_stream custom=,"), "");
+}
+
+TEST(NamedOptions, MayComeFromAFile) {
+  const auto path =
+      file("decoder.conf", "threshold=0.6\nmax-results=5\ncustom=head:yolov8,input:32:32\n");
+  auto t = detector("config-file=" + path);
+  EXPECT_EQ(rows(t), (Rows{kFirst}));
+  EXPECT_EQ(t.messages.next_warning(), "");
+}
+
+}  // namespace
+}  // namespace weir::testing_tensor_decoder

@@ -1,0 +1,35 @@
+// ResultOutput: what tensor_decoder adds to the frames of modes that write results: their place in
+// the source picture, and frames without results in place of GAP events.
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#pragma once
+#include <gst/gst.h>
+
+#include "core/ledger/ledger.hpp"
+#include "core/limit/buffer_limit.hpp"
+#include "core/tensor/result_roles.hpp"
+#include "gstcpp/buffer/frame_reader.hpp"
+#include "gstcpp/element/ref.hpp"
+#include "weir/result.hpp"
+
+namespace weir {
+
+// Used on the streaming thread.
+class ResultOutput {
+ public:
+  // The output caps; null or without weir-columns: the output is no results.
+  void configure(const GstCaps* caps);
+  bool is_results() const noexcept { return !roles_.empty(); }
+  // Replaces the source maps of the network's tensors, which `out` has: results are in pixels of
+  // the picture, class maps and depths cover what the network saw.
+  Status place(GstBuffer* out);
+  // A frame without results with the time of a GAP event; null if the event has no time, or the
+  // columns are not valid. LIMIT_EXCEEDED.
+  Result<gst::Ref<GstBuffer>> frame_of_gap(GstEvent* gap, const BufferLimit& limit,
+                                           Ledger* ledger) const;
+
+ private:
+  ResultRoles roles_;
+  gst::FrameReader reader_;
+};
+
+}  // namespace weir

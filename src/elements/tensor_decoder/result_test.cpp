@@ -1,0 +1,174 @@
+// tensor_decoder in modes that write results: the model of the stream, source maps, GAP events.
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include "elements/tensor_decoder/result_test_support.hpp"
+
+namespace weir::testing_tensor_decoder {
+namespace {
+
+const Rows kBoth{"1:0.9@14,5,18,11^-1", "0:0.5@6,19,14,21^-1"};
+
+Rows decoded_rows(const Harness& h, GstBuffer* in) {
+  if (gst_harness_push(h.get(), in) != GST_FLOW_OK) return {"not accepted"};
+  const auto out = Ref<GstBuffer>::adopt(gst_harness_try_pull(h.get()));
+  return out ? rows_of(h, out.get()) : Rows{"nothing"};
+}
+void send_model(const Harness& h, const DescribedModel& model) {
+  EXPECT_TRUE(gst_harness_push_event(h.get(), gst::make_model_event(model).release()));
+}
+// Sends the events of a stream as upstream elements do when they link late.
+void begin(const Harness& h, const std::string& caps) {
+  gst_harness_push_event(h.get(), gst_event_new_stream_start("test"));
+  gst_harness_push_event(
+      h.get(), gst_event_new_caps(Ref<GstCaps>::adopt(gst_caps_from_string(caps.c_str())).get()));
+  gst_harness_push_event(h.get(), time_segment());
+}
+std::string named(const std::string& head) {
+  return "tensor_decoder mode=detection custom=head:" + head;
+}
+
+TEST(ResultDecoder, NamesTheModelOfTheStream) {
+  const auto h = harness_of("tensor_decoder mode=detection");
+  send_model(h, yolo_model());
+  begin(h, kYoloCaps);
+  EXPECT_SAYS(caps_text(h), "weir-source=(string)shapes");
+  EXPECT_SAYS(caps_text(h), "weir-columns=(string)\"x1\\,y1\\,x2\\,y2\\,score\\,class");
+  EXPECT_SAYS(caps_text(h), "framerate=(fraction)30/1");
+  EXPECT_EQ(decoded_rows(h, frame(yolo(kTwo))), kBoth);
+}
+
+TEST(ResultDecoder, TakesTheModelOfAFlexibleStreamBeforeOrAfterItsCaps) {
+  for (const bool before : {true, false}) {
+    const auto h = harness_of("tensor_decoder mode=detection");
+    Errors errors(h);
+    if (before) send_model(h, yolo_model());
+    begin(h, kFlexible);
+    if (!before) {
+      EXPECT_EQ(caps_text(h), "");
+      send_model(h, yolo_model());
+    }
+    EXPECT_SAYS(caps_text(h), "weir-source=(string)shapes");
+    EXPECT_EQ(decoded_rows(h, with_header(yolo(kTwo), {21, 7})), kBoth);
+    EXPECT_EQ(errors.next(), "");
+    EXPECT_EQ(stat(h, "received"), 1u);
+    EXPECT_EQ(stat(h, "pushed"), 1u);
+  }
+}
+
+TEST(ResultDecoder, SaysWithTheFirstFrameWhatAStreamWithoutAModelLacks) {
+  const auto h = harness_of("tensor_decoder mode=detection");
+  Errors errors(h);
+  begin(h, kFlexible);
+  EXPECT_EQ(errors.next(), "") << "the model may follow";
+  EXPECT_EQ(decoded_rows(h, with_header(yolo(kTwo), {21, 7})), (Rows{"not accepted"}));
+  EXPECT_SAYS(errors.next(), "the stream does not say what the model's outputs are");
+  EXPECT_EQ(stat(h, "received"), 1u);
+  EXPECT_EQ(stat(h, "dropped"), 1u);
+}
+
+TEST(ResultDecoder, IgnoresTheModelOfOtherTensors) {
+  DescribedModel other = yolo_model("other");
+  other.outputs[0].shape = {1, 7, 84};
+  const auto h = harness_of(named("yolov8,input:32:32"));
+  send_model(h, other);
+  begin(h, kYoloCaps);
+  EXPECT_LACKS(caps_text(h), "other.onnx");
+  EXPECT_LACKS(caps_text(h), "weir-source=(string)other");
+  EXPECT_EQ(decoded_rows(h, frame(yolo(kTwo))), kBoth);
+}
+
+TEST(ResultDecoder, FollowsAModelThatChangesBetweenFrames) {
+  const auto h = harness_of("tensor_decoder mode=detection");
+  Errors errors(h);
+  send_model(h, yolo_model());
+  begin(h, kYoloCaps);
+  EXPECT_EQ(decoded_rows(h, frame(yolo(kTwo))), kBoth);
+  send_model(h, yolo_model());
+  EXPECT_EQ(decoded_rows(h, frame(yolo(kTwo))), kBoth);
+  EXPECT_SAYS(caps_text(h), "weir-source=(string)shapes");
+  send_model(h, yolo_model("newer"));
+  EXPECT_EQ(decoded_rows(h, frame(yolo(kTwo))), kBoth);
+  EXPECT_SAYS(caps_text(h), "weir-source=(string)newer");
+  EXPECT_EQ(errors.next(), "");
+}
+
+TEST(ResultDecoder, ForgetsTheModelWithItsStream) {
+  const auto h = harness_of(named("yolov8,input:32:32"));
+  send_model(h, yolo_model());
+  begin(h, kYoloCaps);
+  EXPECT_SAYS(caps_text(h), "weir-source=(string)shapes");
+  gst_harness_push_event(h.get(), gst_event_new_stream_start("another"));
+  begin(h, tensor("float32", "7:21:1"));
+  EXPECT_LACKS(caps_text(h), "shapes");
+}
+
+TEST(ResultDecoder, IgnoresEventsThatDescribeNoModel) {
+  const auto h = harness_of(named("yolov8,input:32:32"));
+  Errors errors(h);
+  const auto send = [&](GstStructure* s) {
+    gst_harness_push_event(h.get(), gst_event_new_custom(GST_EVENT_CUSTOM_DOWNSTREAM_STICKY, s));
+  };
+  send(gst_structure_new_empty("weir-model"));
+  begin(h, kYoloCaps);
+  send(gst_structure_new("weir-model", "version", G_TYPE_UINT, 1u, "outputs", G_TYPE_STRING, "?",
+                         nullptr));
+  EXPECT_EQ(decoded_rows(h, frame(yolo(kTwo))), kBoth);
+  EXPECT_EQ(errors.next(), "");
+  EXPECT_EQ(errors.next_warning(), "");
+}
+
+TEST(ResultDecoder, DoesNotPassTheModelOnBecauseResultsAreNotItsOutputs) {
+  const auto h = harness_of("tensor_decoder mode=detection");
+  send_model(h, yolo_model());
+  begin(h, kYoloCaps);
+  EXPECT_EQ(decoded_rows(h, frame(yolo(kTwo))), kBoth);
+  EXPECT_FALSE(Ref<GstEvent>::adopt(
+      gst_pad_get_sticky_event(h->sinkpad, GST_EVENT_CUSTOM_DOWNSTREAM_STICKY, 0)));
+}
+
+TEST(ResultDecoder, ResultsAreInPixelsOfTheSourcePicture) {
+  const auto h = harness_of("tensor_decoder mode=detection");
+  send_model(h, yolo_model());
+  begin(h, kYoloCaps);
+  SourceMap map;
+  map.xx = map.yy = 10, map.x0 = -5, map.y0 = 7;
+  map.width = map.height = 32;
+  map.source_width = 640, map.source_height = 480;
+  GstBuffer* in = frame(yolo({kTwo[0]}));
+  gst::set_source_maps(in, {map});
+  ASSERT_EQ(gst_harness_push(h.get(), in), GST_FLOW_OK);
+  const auto out = Ref<GstBuffer>::adopt(gst_harness_pull(h.get()));
+  EXPECT_EQ(rows_of(h, out.get()), (Rows{"1:0.9@135,57,175,117^-1"}));
+  const auto maps = gst::source_maps(out.get());
+  ASSERT_EQ(maps.size(), 1u);
+  EXPECT_EQ(maps[0].to_source({3, 4}).x, 3) << "the identity";
+  EXPECT_EQ(maps[0].to_source({3, 4}).y, 4);
+  EXPECT_EQ(maps[0].source_width, 640u);
+  EXPECT_EQ(maps[0].height, 480u);
+}
+
+TEST(ResultDecoder, AGapBecomesAFrameWithoutResults) {
+  const auto h = harness_of("tensor_decoder mode=detection");
+  send_model(h, yolo_model());
+  begin(h, kYoloCaps);
+  ASSERT_TRUE(gst_harness_push_event(h.get(), gst_event_new_gap(50, 7)));
+  const auto out = Ref<GstBuffer>::adopt(gst_harness_try_pull(h.get()));
+  ASSERT_TRUE(out);
+  EXPECT_EQ(rows_of(h, out.get()), (Rows{"background"}));
+  EXPECT_EQ(GST_BUFFER_PTS(out.get()), 50u);
+  EXPECT_EQ(GST_BUFFER_DURATION(out.get()), 7u);
+  EXPECT_EQ(stat(h, "pushed"), 1u);
+  EXPECT_EQ(stat(h, "received"), 0u);
+}
+
+TEST(ResultDecoder, AGapOfOtherModesStaysAGap) {
+  const auto h = harness_of("tensor_decoder mode=octet_stream", kYoloCaps);
+  ASSERT_TRUE(gst_harness_push_event(h.get(), gst_event_new_gap(50, 7)));
+  EXPECT_FALSE(Ref<GstBuffer>::adopt(gst_harness_try_pull(h.get())));
+  bool found = false;
+  while (const auto event = Ref<GstEvent>::adopt(gst_harness_try_pull_event(h.get())))
+    found = found || GST_EVENT_TYPE(event.get()) == GST_EVENT_GAP;
+  EXPECT_TRUE(found);
+}
+
+}  // namespace
+}  // namespace weir::testing_tensor_decoder
