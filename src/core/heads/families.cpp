@@ -4,6 +4,13 @@
 
 #include <algorithm>
 
+#include "core/heads/classification_heads.hpp"
+#include "core/heads/depth_heads.hpp"
+#include "core/heads/detr_heads.hpp"
+#include "core/heads/end_to_end_heads.hpp"
+#include "core/heads/grid_detectors.hpp"
+#include "core/heads/segmentation_heads.hpp"
+#include "core/heads/ssd_heads.hpp"
 #include "core/heads/yolo_heads.hpp"
 #include "core/text/text.hpp"
 #include "weir/join.hpp"
@@ -11,7 +18,31 @@
 namespace weir::heads {
 namespace {
 
-constexpr const Family* kFamilies[] = {&kYolov8};
+// clang-format off
+constexpr const Family* kFamilies[] = {
+    &kClassMap,
+    &kClassifier,
+    &kDeepLab,
+    &kDepthMap,
+    &kDetectionOutput,
+    &kDetr,
+    &kFastestDet,
+    &kLabelsBoxesScores,
+    &kNanoDet,
+    &kRtDetr,
+    &kSsd,
+    &kSsdPostprocess,
+    &kYolov10,
+    &kYolov5,
+    &kYolov5Segmentation,
+    &kYolov7EndToEnd,
+    &kYolov8,
+    &kYolov8Obb,
+    &kYolov8Pose,
+    &kYolov8Segmentation,
+    &kYolox,
+};
+// clang-format on
 
 std::vector<std::string> words_of(const Family& family) {
   std::vector<std::string> out{std::string(family.name)};
