@@ -175,7 +175,9 @@ Fit fit_rt_detr(const ModelFacts& model) {
   }
   constexpr size_t kUsualQueries = 300;
   const auto joined = find_joined_queries(model);
-  return joined && joined->count == kUsualQueries ? Fit::Possible : Fit::No;
+  // Rows of 6 numbers are more likely x1, y1, x2, y2, score, class.
+  const bool is_likely = joined && (joined->classes > 2 || model.labels == joined->classes);
+  return is_likely && joined->count == kUsualQueries ? Fit::Possible : Fit::No;
 }
 
 std::unique_ptr<Head> open_detr(const ModelFacts& model, const HeadOptions& options) {

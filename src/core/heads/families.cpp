@@ -11,6 +11,7 @@
 #include "core/heads/grid_detectors.hpp"
 #include "core/heads/segmentation_heads.hpp"
 #include "core/heads/ssd_heads.hpp"
+#include "core/heads/yolo_grids.hpp"
 #include "core/heads/yolo_heads.hpp"
 #include "core/text/text.hpp"
 #include "weir/join.hpp"
@@ -33,9 +34,12 @@ constexpr const Family* kFamilies[] = {
     &kSsd,
     &kSsdPostprocess,
     &kYolov10,
+    &kYolov3Grids,
     &kYolov5,
+    &kYolov5Grids,
     &kYolov5Segmentation,
     &kYolov7EndToEnd,
+    &kYolov7Grids,
     &kYolov8,
     &kYolov8Obb,
     &kYolov8Pose,
@@ -74,7 +78,9 @@ Error nothing_fits(const ModelFacts& model, const std::vector<const Family*>& fa
           .what = "no head that this mode knows has such outputs",
           .offered = model.describe_outputs(),
           .needed = needed,
-          .fix = "tensor_decoder custom=head:NAME, or another mode"};
+          .fix = model.input.width > 0
+                     ? "tensor_decoder custom=head:NAME, or another mode"
+                     : "tensor_decoder custom=input:640:640, the size of the model's input"};
 }
 
 }  // namespace
