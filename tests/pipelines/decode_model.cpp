@@ -2,6 +2,8 @@
 //   decode_model MODEL INPUT MODE SOURCE_WIDTH:SOURCE_HEIGHT SCALE_X:SCALE_Y [KEY=VALUE...]
 // A pixel of the input is SCALE_X x SCALE_Y pixels of the source picture, whose top left corner is
 // that of the input. Prints each result tensor as a line of JSON: columns, shape, numbers.
+//   decode_model --heads
+// Prints the name, the aliases and the settings of each head.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <cstdio>
 #include <cstring>
@@ -12,6 +14,7 @@
 
 #include "core/decoders/builtin_decoders.hpp"
 #include "core/direct/direct_model.hpp"
+#include "core/heads/families.hpp"
 #include "core/infer/module/decoder.hpp"
 #include "core/infer/module/module_library.hpp"
 #include "core/tensor/element_type.hpp"
@@ -77,6 +80,12 @@ void print(const Bytes& memory, std::string_view columns) {
 }  // namespace
 
 int main(int argc, char** argv) {
+  if (argc == 2 && std::string_view(argv[1]) == "--heads") {
+    for (const heads::Family* family : heads::all_families())
+      std::printf("%s|%s|%s|%g\n", family->name.data(), family->aliases.data(),
+                  family->custom.data(), double{family->threshold});
+    return 0;
+  }
   if (argc < 6) return 2;
   const std::string path = argv[1];
   infer::OpenOptions request;
@@ -88,6 +97,8 @@ int main(int argc, char** argv) {
   const auto inputs = model->inputs(), described = model->outputs();
   weir_tensor input{};
   input.info = inputs.at(0);
+  for (uint32_t i = 0; i < input.info.rank; ++i)  // a batch of one where it is open
+    if (input.info.shape[i] < 1) input.info.shape[i] = 1;
   input.data = pixels.data();
   input.bytes = input.capacity = pixels.size();
   const auto outcome = check(model->invoke({&input, 1}));

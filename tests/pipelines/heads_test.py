@@ -10,7 +10,7 @@ import unittest
 import numpy
 
 import tap_runner
-from reference_models import MEDIA, MODELS, ReferenceCase, overlap, planes, results, stretched
+from reference_models import MODELS, SOURCE, ReferenceCase, overlap, planes, results, stretched
 from built_modules import has_engine
 
 # MANIFEST.md allows 10 px for models of 8 bits, whose boxes move with the resampler. Networks of
@@ -160,6 +160,25 @@ class Classification(HeadCase):
                         self.assertAlmostEqual(numpy.log(of[0] / of[1]), (best[0][2] - best[1][2]) * 0.0988925, delta=0.5)
 
 
+    def test_a_nine_is_a_nine(self):
+        pixels = planes(self.picture("image/9.png")[:, :, :1])
+        rows = self.decode("classification/mnist.onnx", pixels, "classification", (28, 28), (1, 1))["score,class,track,parent"]
+        self.assertEqual(rows[0, 1], 9)
+        self.assertGreater(rows[0, 0], 0.9)
+
+    def test_persons_are_seen_by_a_network_of_int8(self):
+        for photo, is_person in (("image/bus.jpg", 1), ("face/three_people.jpg", 1), ("image/burger.jpg", 0)):
+            with self.subTest(photo):
+                picture = self.picture(photo)
+                side, (height, width) = min(picture.shape[:2]), picture.shape[:2]
+                square = picture[(height - side) // 2:][:side, (width - side) // 2:][:, :side]
+                pixels = (stretched(square, 96, 96).astype("i2") - 128).astype("i1")[None]
+                rows = self.decode("classification/vww_96_int8.tflite", pixels, "classification", (96, 96), (1, 1),
+                                   "threshold=0")["score,class,track,parent"]
+                self.assertEqual(rows[0, 1], is_person)
+                self.assertAlmostEqual(rows[:, 0].sum(), 1, delta=0.02)
+
+
 class Segmentation(HeadCase):
     def test_the_class_map_is_the_published_one(self):
         picture = self.picture("image/segmentation_input.jpg")
@@ -169,7 +188,23 @@ class Segmentation(HeadCase):
         found = tables["class-map"]
         golden = self.picture("image/segmentation_golden.png")[:, :, 0] // 10
         self.assertEqual(found.shape, golden.shape)
-        self.assertGreater((found == golden).mean(), 0.995)
+        self.assertGreater((found == golden).mean(), 0.999)
+
+
+class Documentation(unittest.TestCase):
+    def test_each_head_has_a_row(self):
+        text = (SOURCE / "docs/heads.md").read_text()
+        rows = [line for line in text.splitlines() if line.startswith("| `")]
+        names = subprocess.run([os.environ["WEIR_DECODE_MODEL"], "--heads"], capture_output=True, text=True, check=True).stdout
+        for name, aliases, settings, threshold in (line.split("|") for line in names.splitlines()):
+            row = next((row.split("|") for row in rows if row.startswith(f"| `{name}` |")), None)
+            self.assertIsNotNone(row, f"docs/heads.md has no row for {name}")
+            of = [", ".join(f"`{word}`" for word in words.split(",") if word) for words in (aliases, settings)]
+            self.assertEqual([row[2].strip(), row[6].strip()], of, name)
+            if row[7].strip():
+                self.assertEqual(row[7].strip().split(",")[0], threshold, name)
+            for setting in filter(None, settings.split(",")):
+                self.assertIn(f"| `{setting}` |", text, f"the settings lack {setting}")
 
 
 if __name__ == "__main__":
