@@ -151,7 +151,7 @@ TEST(AnswerDecoder, RefusesOptionsThatCannotBeUsed) {
   for (const char* value : {"0", "-1", "65537", "many"})
     EXPECT_SAYS(error("max-results", value), "a whole number from 1 to 65536");
   EXPECT_SAYS(error("labels", "/nowhere/labels.txt"), "labels=/nowhere/labels.txt");
-  EXPECT_SAYS(error("head", "yolov7"), "this mode has no such head");
+  EXPECT_SAYS(error("head", "hourglass"), "this mode has no such head");
   EXPECT_SAYS(error("head", "yolov"), "did you mean yolov");
   EXPECT_SAYS(error("input", "640"), "input=640");
 }

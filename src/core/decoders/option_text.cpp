@@ -2,18 +2,12 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/decoders/option_text.hpp"
 
-#include <cerrno>
-#include <cstdio>
-#include <cstring>
-#include <memory>
-
 #include "core/text/text.hpp"
 
 namespace weir::decoders {
 namespace {
 
-constexpr uint64_t kLongestSide = 32767;   // pixels
-constexpr size_t kLongestFile = 16 << 20;  // bytes
+constexpr uint64_t kLongestSide = 32767;  // pixels
 
 }  // namespace
 
@@ -47,27 +41,6 @@ bool read_switch(const Options& options, const char* option) {
                  .offered = option + ("=" + std::string(text)),
                  .needed = "0 for off or 1 for on",
                  .fix = std::string(option) + "=1"});
-}
-
-std::string read_text_file(const std::string& option, const std::string& path) {
-  const auto failure = [&](const std::string& reason) {
-    return Failure({.code = Code::FILE_NOT_FOUND,
-                    .what = "the file of " + option + " cannot be read: " + reason,
-                    .offered = path.empty() ? "an empty path" : path,
-                    .needed = "a readable text file of at most 16 MiB",
-                    .fix = "ls -l " + path});
-  };
-  const std::unique_ptr<std::FILE, int (*)(std::FILE*)> file(std::fopen(path.c_str(), "rb"),
-                                                             std::fclose);
-  if (!file) throw failure(std::strerror(errno));
-  std::string text;
-  char block[4096];
-  while (const size_t read = std::fread(block, 1, sizeof block, file.get())) {
-    text.append(block, read);
-    if (text.size() > kLongestFile) throw failure("it is too long");
-  }
-  if (std::ferror(file.get())) throw failure(std::strerror(errno));
-  return text;
 }
 
 }  // namespace weir::decoders

@@ -19,8 +19,5 @@ struct FrameSize {
 FrameSize read_size(const Options& options, const char* option, const char* meaning);
 // Reads "0" or "1"; false if the option is missing or empty.
 bool read_switch(const Options& options, const char* option);
-// The content of a text file of at most 16 MiB that `option` names. Throws Failure (FILE_NOT_FOUND)
-// with the reason that the system gives.
-std::string read_text_file(const std::string& option, const std::string& path);
 
 }  // namespace weir::decoders

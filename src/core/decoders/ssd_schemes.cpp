@@ -12,6 +12,7 @@
 #include "core/detection/ssd_postprocessed.hpp"
 #include "core/detection/ssd_priors.hpp"
 #include "core/text/text.hpp"
+#include "core/text/text_file.hpp"
 
 namespace weir::decoders {
 namespace {

@@ -3,6 +3,7 @@
 #include "core/detection/segmentation.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 
@@ -16,6 +17,24 @@ void classes_from_scores(std::span<const float> scores, size_t classes, float th
     const auto row = scores.subspan(i * classes, classes);
     const float best = best_score(row);
     out[i] = best > threshold ? static_cast<uint16_t>(class_with(row, best)) : 0;
+  }
+}
+
+void classes_from_planes(std::span<const float> scores, size_t classes, std::span<uint16_t> out) {
+  constexpr size_t kBlock = 1024;  // pixels whose greatest scores stay in the cache
+  std::array<float, kBlock> best;
+  for (size_t first = 0; first < out.size(); first += kBlock) {
+    const size_t count = std::min(kBlock, out.size() - first);
+    std::fill_n(best.begin(), count, -std::numeric_limits<float>::infinity());
+    std::fill_n(out.begin() + static_cast<ptrdiff_t>(first), count, uint16_t{0});
+    for (size_t c = 0; c < classes; ++c) {
+      const float* plane = scores.data() + c * out.size() + first;
+      for (size_t i = 0; i < count; ++i) {
+        const bool is_better = plane[i] > best[i];
+        best[i] = is_better ? plane[i] : best[i];
+        out[first + i] = is_better ? static_cast<uint16_t>(c) : out[first + i];
+      }
+    }
   }
 }
 

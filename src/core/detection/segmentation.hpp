@@ -9,13 +9,17 @@
 namespace weir::detection {
 
 // All functions work pixel by pixel, so that a caller may pass a picture in parts, except for
-// greatest_depth, which needs all of it.
+// classes_from_planes and greatest_depth, which need all of it.
 
 // The class of each pixel is that of its greatest score if this is above `threshold`, otherwise 0.
 // `scores` holds `classes` numbers for each element of `out`. The first of equal scores wins;
 // not-a-number never does.
 void classes_from_scores(std::span<const float> scores, size_t classes, float threshold,
                          std::span<uint16_t> out) noexcept;
+
+// The same for scores that are one plane for each class, without a threshold: the class of the
+// greatest score, the first of equal ones; 0 where no score is a number.
+void classes_from_planes(std::span<const float> scores, size_t classes, std::span<uint16_t> out);
 
 // Converts class numbers to integers, rounding toward zero. Returns the index of the first value
 // that is not from 0 to `classes` - 1; the contents of `out` are then undefined. `out` has as many

@@ -4,6 +4,14 @@
 
 #include <algorithm>
 
+#include "core/heads/classification_heads.hpp"
+#include "core/heads/depth_heads.hpp"
+#include "core/heads/detr_heads.hpp"
+#include "core/heads/end_to_end_heads.hpp"
+#include "core/heads/grid_detectors.hpp"
+#include "core/heads/segmentation_heads.hpp"
+#include "core/heads/ssd_heads.hpp"
+#include "core/heads/yolo_grids.hpp"
 #include "core/heads/yolo_heads.hpp"
 #include "core/text/text.hpp"
 #include "weir/join.hpp"
@@ -11,7 +19,34 @@
 namespace weir::heads {
 namespace {
 
-constexpr const Family* kFamilies[] = {&kYolov8};
+// clang-format off
+constexpr const Family* kFamilies[] = {
+    &kClassMap,
+    &kClassifier,
+    &kDeepLab,
+    &kDepthMap,
+    &kDetectionOutput,
+    &kDetr,
+    &kFastestDet,
+    &kLabelsBoxesScores,
+    &kNanoDet,
+    &kRtDetr,
+    &kSsd,
+    &kSsdPostprocess,
+    &kYolov10,
+    &kYolov3Grids,
+    &kYolov5,
+    &kYolov5Grids,
+    &kYolov5Segmentation,
+    &kYolov7EndToEnd,
+    &kYolov7Grids,
+    &kYolov8,
+    &kYolov8Obb,
+    &kYolov8Pose,
+    &kYolov8Segmentation,
+    &kYolox,
+};
+// clang-format on
 
 std::vector<std::string> words_of(const Family& family) {
   std::vector<std::string> out{std::string(family.name)};
@@ -43,7 +78,9 @@ Error nothing_fits(const ModelFacts& model, const std::vector<const Family*>& fa
           .what = "no head that this mode knows has such outputs",
           .offered = model.describe_outputs(),
           .needed = needed,
-          .fix = "tensor_decoder custom=head:NAME, or another mode"};
+          .fix = model.input.width > 0
+                     ? "tensor_decoder custom=head:NAME, or another mode"
+                     : "tensor_decoder custom=input:640:640, the size of the model's input"};
 }
 
 }  // namespace

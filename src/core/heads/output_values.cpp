@@ -7,6 +7,7 @@
 #include <string>
 
 #include "core/tensor/element_type.hpp"
+#include "core/transform/float16_bits.hpp"
 
 namespace weir::heads {
 namespace {
@@ -32,7 +33,10 @@ void convert(const void* data, float scale, float zero_point, std::span<float> t
   for (size_t i = 0; i < to.size(); ++i) {
     T value;
     std::memcpy(&value, from + i * sizeof value, sizeof value);
-    to[i] = scale * (static_cast<float>(value) - zero_point);
+    if constexpr (std::is_same_v<T, float16>)
+      to[i] = scale * (transform::widen(value) - zero_point);
+    else
+      to[i] = scale * (static_cast<float>(value) - zero_point);
   }
 }
 

@@ -1,97 +1,252 @@
-// Reads boxes and class scores of YOLO models.
+// Tells the YOLO families apart and opens them.
+//
+// Rows of one family are rows of another with other classes: 85 numbers are a box and 81 classes,
+// or a box, an objectness and 80 classes. What decides is the task in the model's metadata, then
+// the number of labels, then what is usual: models of the 80 classes of COCO, and planes (all cells
+// of a number together) of v8 and later. Where these contradict, both families are certain, and the
+// user is asked.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/heads/yolo_heads.hpp"
 
-#include "core/detection/best_class.hpp"
+#include "core/heads/yolo_facts.hpp"
+#include "core/text/text.hpp"
 
 namespace weir::heads {
 namespace {
 
-constexpr size_t kBox = 4;
+constexpr size_t kWithObjectness = kBoxValues + 1, kAngle = 1;
+constexpr size_t kCocoPoints = 3 * 17, kDotaClasses = 15;
 
-// Cells of the three grids, of 8, 16 and 32 pixels.
-size_t cells_of(detection::PictureSize input) {
-  size_t cells = 0;
-  for (const uint32_t stride : {8u, 16u, 32u})
-    cells += size_t{input.width / stride} * (input.height / stride);
-  return cells;
+// `usual`: what decides if neither metadata nor labels do.
+Fit fit_of(const ModelFacts& model, std::string_view task, size_t classes, bool usual) {
+  if (const auto is_for = is_for_task(model, task)) return *is_for ? Fit::Certain : Fit::No;
+  if (model.labels > 0 && model.labels == classes) return Fit::Certain;
+  return usual ? Fit::Certain : Fit::Possible;
 }
 
-// The dimension of the only output that counts cells: 0 or 1; nullopt if neither does.
-std::optional<size_t> cell_dimension(const ModelFacts& model) {
-  if (model.outputs.size() != 1 || model.outputs[0].shape.min_rank() != 2) return std::nullopt;
-  const Shape& shape = model.outputs[0].shape;
-  const size_t cells = cells_of(model.input);
-  for (const size_t dimension : {0u, 1u})
-    if (cells > 0 && shape[dimension] == cells && shape[1 - dimension] > kBox) return dimension;
+// Whether the labels fit a reading of the row other than box and classes.
+bool labels_name_another(const ModelFacts& model, size_t values) {
+  return model.labels > 0 && (model.labels + kWithObjectness == values ||
+                              model.labels + kBoxValues + kCocoPoints == values);
+}
+
+Fit fit_yolov8(const ModelFacts& model) {
+  const auto outputs = find_yolo_outputs(model, 1, false);
+  if (!outputs || outputs->layout.values <= kBoxValues) return Fit::No;
+  const size_t classes = outputs->layout.values - kBoxValues;
+  const bool is_usual = outputs->layout.rows_are_inner || classes == kCocoClasses;
+  return fit_of(model, "detect", classes,
+                is_usual && !labels_name_another(model, outputs->layout.values));
+}
+
+Fit fit_yolov8_obb(const ModelFacts& model) {
+  const auto outputs = find_yolo_outputs(model, 1, false);
+  if (!outputs || outputs->layout.values <= kBoxValues + kAngle) return Fit::No;
+  const size_t classes = outputs->layout.values - kBoxValues - kAngle;
+  const bool is_usual = model.labels == 0 && classes == kDotaClasses;
+  const Fit fit = fit_of(model, "obb", classes, is_usual);
+  // Labels cannot tell an angle from an objectness; the order of dimensions can.
+  const bool is_named = is_for_task(model, "obb").has_value();
+  return fit == Fit::Certain && !is_named && !outputs->layout.rows_are_inner ? Fit::Possible : fit;
+}
+
+Fit fit_yolox(const ModelFacts& model) {
+  const auto outputs = find_yolo_outputs(model, 1, false);
+  if (!outputs || outputs->layout.values <= kWithObjectness) return Fit::No;
+  if (!metadata(model, "task").empty()) return Fit::No;
+  const size_t classes = outputs->layout.values - kWithObjectness;
+  const Fit fit = fit_of(model, "", classes, model.labels == 0 && classes == kCocoClasses);
+  const bool are_labels = model.labels > 0 && fit == Fit::Certain;
+  return are_labels && outputs->layout.rows_are_inner ? Fit::Possible : fit;
+}
+
+// Numbers of key points in a row; nullopt if they do not fit.
+std::optional<PointShape> points_in(const ModelFacts& model, size_t values) {
+  if (const auto shape = point_shape(model))
+    return shape->points * shape->length + kBoxValues < values ? shape : std::nullopt;
+  for (const size_t classes : {model.labels, size_t{1}}) {
+    if (classes == 0 || values <= kBoxValues + classes) continue;
+    const size_t numbers = values - kBoxValues - classes;
+    if (numbers % 3 == 0) return PointShape{numbers / 3, 3};
+  }
   return std::nullopt;
 }
 
-class Yolov8 final : public Head {
- public:
-  Yolov8(const ModelFacts& model, const HeadOptions& options, size_t cell_dimension)
-      : threshold_(options.threshold),
-        cells_(model.outputs[0].shape[cell_dimension]),
-        values_(model.outputs[0].shape[1 - cell_dimension]),
-        cells_are_inner_(cell_dimension == 0) {}
-
-  results::Features features() const override { return {}; }
-  Suppression suppression() const noexcept override { return Suppression::ByClass; }
-
-  detection::Candidates find(OutputValues& outputs, detection::PictureSize) override {
-    const auto all = outputs.read(0);
-    const auto at = [&](size_t cell, size_t value) {
-      return cells_are_inner_ ? all[value * cells_ + cell] : all[cell * values_ + value];
-    };
-    detection::Candidates found;
-    for (size_t cell = 0; cell < cells_; ++cell) {
-      size_t best = kBox;
-      for (size_t value = kBox + 1; value < values_; ++value)
-        if (at(cell, value) > at(cell, best)) best = value;
-      const float score = at(cell, best);
-      if (!(score >= threshold_)) continue;
-      const float width = at(cell, 2), height = at(cell, 3);
-      const detection::Candidate candidate{.x = at(cell, 0) - width / 2,
-                                           .y = at(cell, 1) - height / 2,
-                                           .width = width,
-                                           .height = height,
-                                           .score = score,
-                                           .class_index = static_cast<int32_t>(best - kBox),
-                                           .row = static_cast<uint32_t>(cell)};
-      if (candidate.is_finite()) found.push_back(candidate);
-    }
-    return found;
-  }
-
- private:
-  float threshold_;
-  size_t cells_, values_;
-  bool cells_are_inner_;
-};
-
-Fit fit(const ModelFacts& model) {
-  return cell_dimension(model) ? Fit::Possible : Fit::No;
+Fit fit_yolov8_pose(const ModelFacts& model) {
+  const auto outputs = find_yolo_outputs(model, 1, false);
+  if (!outputs) return Fit::No;
+  const auto shape = points_in(model, outputs->layout.values);
+  if (!shape) return Fit::No;
+  if (const auto is_for = is_for_task(model, "pose")) return *is_for ? Fit::Certain : Fit::No;
+  const size_t numbers = shape->points * shape->length;
+  const size_t classes = outputs->layout.values - kBoxValues - numbers;
+  const bool are_labels = model.labels == 0 || model.labels == classes;
+  return numbers == kCocoPoints && are_labels ? Fit::Certain : Fit::Possible;
 }
 
-std::unique_ptr<Head> open(const ModelFacts& model, const HeadOptions& options) {
-  const auto dimension = cell_dimension(model);
-  if (!dimension)
-    throw Failure({.code = Code::SPEC_MISMATCH,
-                   .what = "the outputs are not those of YOLOv8",
-                   .offered = model.describe_outputs(),
-                   .needed = std::string(kYolov8.outputs)});
-  return std::make_unique<Yolov8>(model, options, *dimension);
+Fit fit_yolov5(const ModelFacts& model) {
+  const auto outputs = find_yolo_outputs(model, 3, false);
+  return outputs && outputs->layout.values > kWithObjectness ? Fit::Possible : Fit::No;
+}
+
+// Rows with weights of prototypes.
+Fit fit_segmentation(const ModelFacts& model, size_t anchors, size_t fixed) {
+  const auto outputs = find_yolo_outputs(model, anchors, true);
+  return outputs && outputs->layout.values > fixed + outputs->prototypes->count ? Fit::Possible
+                                                                                : Fit::No;
+}
+Fit fit_yolov8_segmentation(const ModelFacts& model) {
+  return fit_segmentation(model, 1, kBoxValues);
+}
+Fit fit_yolov5_segmentation(const ModelFacts& model) {
+  return fit_segmentation(model, 3, kWithObjectness);
+}
+
+// The outputs, with the exact layout where there is one.
+YoloOutputs outputs_of(const ModelFacts& model, const Family& family, size_t anchors,
+                       bool has_prototypes) {
+  auto outputs = find_yolo_outputs(model, anchors, has_prototypes);
+  if (!outputs) outputs = any_yolo_outputs(model, has_prototypes);
+  if (!outputs) throw wrong_outputs(model, family);
+  return *outputs;
+}
+
+// `extra`: numbers of a row after the classes.
+std::unique_ptr<Head> open(const ModelFacts& model, const HeadOptions& options,
+                           const Family& family, const YoloOutputs& outputs, DenseSpec spec,
+                           size_t extra) {
+  const size_t before = kBoxValues + (spec.has_objectness ? 1 : 0);
+  if (outputs.layout.values <= before + extra) throw wrong_outputs(model, family);
+  spec.layout = outputs.layout;
+  spec.output = outputs.output;
+  spec.prototypes = outputs.prototypes;
+  spec.classes = outputs.layout.values - before - extra;
+  if (!spec.may_be_cells) spec.unit = unit_setting(options);
+  return std::make_unique<DenseHead>(std::move(spec), options.threshold);
+}
+
+std::unique_ptr<Head> open_yolov8(const ModelFacts& model, const HeadOptions& options) {
+  return open(model, options, kYolov8, outputs_of(model, kYolov8, 1, false), {}, 0);
+}
+
+std::unique_ptr<Head> open_yolov8_obb(const ModelFacts& model, const HeadOptions& options) {
+  return open(model, options, kYolov8Obb, outputs_of(model, kYolov8Obb, 1, false),
+              {.has_angle = true}, kAngle);
+}
+
+std::unique_ptr<Head> open_yolov8_pose(const ModelFacts& model, const HeadOptions& options) {
+  const YoloOutputs outputs = outputs_of(model, kYolov8Pose, 1, false);
+  std::optional<PointShape> shape;
+  if (const auto points = number_setting(options, "keypoints", 1, 1024)) {
+    shape = {static_cast<size_t>(*points), 3};
+    if (outputs.layout.values <= kBoxValues + shape->points * 3) shape->length = 2;
+    if (outputs.layout.values <= kBoxValues + shape->points * 2)
+      throw wrong_setting(options, "keypoints",
+                          "key points of 2 or 3 numbers that fit into a row of " +
+                              std::to_string(outputs.layout.values),
+                          "17");
+  } else {
+    shape = points_in(model, outputs.layout.values);
+  }
+  if (!shape) throw wrong_outputs(model, kYolov8Pose);
+  return open(model, options, kYolov8Pose, outputs,
+              {.points = shape->points, .point_length = shape->length},
+              shape->points * shape->length);
+}
+
+std::unique_ptr<Head> open_yolov8_segmentation(const ModelFacts& model,
+                                               const HeadOptions& options) {
+  const YoloOutputs outputs = outputs_of(model, kYolov8Segmentation, 1, true);
+  return open(model, options, kYolov8Segmentation, outputs, {}, outputs.prototypes->count);
+}
+
+std::unique_ptr<Head> open_yolov5(const ModelFacts& model, const HeadOptions& options) {
+  return open(model, options, kYolov5, outputs_of(model, kYolov5, 3, false),
+              {.has_objectness = true}, 0);
+}
+
+std::unique_ptr<Head> open_yolov5_segmentation(const ModelFacts& model,
+                                               const HeadOptions& options) {
+  const YoloOutputs outputs = outputs_of(model, kYolov5Segmentation, 3, true);
+  return open(model, options, kYolov5Segmentation, outputs, {.has_objectness = true},
+              outputs.prototypes->count);
+}
+
+std::unique_ptr<Head> open_yolox(const ModelFacts& model, const HeadOptions& options) {
+  const auto word = word_setting(options, "unit", {"pixels", "picture", "cells"});
+  constexpr Unit kUnits[] = {Unit::Pixels, Unit::Picture, Unit::Cells};
+  return open(model, options, kYolox, outputs_of(model, kYolox, 1, false),
+              {.has_objectness = true,
+               .unit = word ? kUnits[*word] : Unit::Automatic,
+               .may_be_cells = true},
+              0);
 }
 
 }  // namespace
 
 const Family kYolov8{.name = "yolov8",
-                     .aliases = "yolov9,yolov11,yolov12",
+                     .aliases = "yolov9,yolov11,yolov12,yolo11,yolo12",
                      .tasks = kDetection,
                      .outputs = "1 tensor N:4+CLASSES or 4+CLASSES:N",
-                     .custom = "",
+                     .custom = "unit",
                      .threshold = 0.25f,
-                     .fit = fit,
-                     .open = open};
+                     .fit = fit_yolov8,
+                     .open = open_yolov8};
+
+const Family kYolov8Segmentation{
+    .name = "yolov8-seg",
+    .aliases = "yolov9-seg,yolov11-seg,yolov12-seg,yolo11-seg,yolo12-seg",
+    .tasks = kDetection | kSegmentation,
+    .outputs = "N:4+CLASSES+M or 4+CLASSES+M:N, and prototypes W:H:M or M:W:H",
+    .custom = "unit",
+    .threshold = 0.25f,
+    .fit = fit_yolov8_segmentation,
+    .open = open_yolov8_segmentation};
+
+const Family kYolov8Pose{.name = "yolov8-pose",
+                         .aliases = "yolov11-pose,yolov12-pose,yolo11-pose,yolo12-pose",
+                         .tasks = kDetection | kPose,
+                         .outputs = "1 tensor N:4+CLASSES+3*POINTS or 4+CLASSES+3*POINTS:N",
+                         .custom = "unit,keypoints",
+                         .threshold = 0.25f,
+                         .fit = fit_yolov8_pose,
+                         .open = open_yolov8_pose};
+
+const Family kYolov8Obb{.name = "yolov8-obb",
+                        .aliases = "yolov11-obb,yolov12-obb,yolo11-obb,yolo12-obb",
+                        .tasks = kDetection,
+                        .outputs = "1 tensor N:4+CLASSES+1 or 4+CLASSES+1:N, the angle last",
+                        .custom = "unit",
+                        .threshold = 0.25f,
+                        .fit = fit_yolov8_obb,
+                        .open = open_yolov8_obb};
+
+const Family kYolov5{.name = "yolov5",
+                     .aliases = "yolov3,yolov7",
+                     .tasks = kDetection,
+                     .outputs = "1 tensor 5+CLASSES:N or N:5+CLASSES, three rows a cell",
+                     .custom = "unit",
+                     .threshold = 0.25f,
+                     .fit = fit_yolov5,
+                     .open = open_yolov5};
+
+const Family kYolov5Segmentation{
+    .name = "yolov5-seg",
+    .aliases = "yolov7-seg",
+    .tasks = kDetection | kSegmentation,
+    .outputs = "5+CLASSES+M:N or N:5+CLASSES+M, and prototypes W:H:M or M:W:H",
+    .custom = "unit",
+    .threshold = 0.25f,
+    .fit = fit_yolov5_segmentation,
+    .open = open_yolov5_segmentation};
+
+const Family kYolox{.name = "yolox",
+                    .aliases = "yolov6",
+                    .tasks = kDetection,
+                    .outputs = "1 tensor 5+CLASSES:N or N:5+CLASSES, one row a cell",
+                    .custom = "unit",
+                    .threshold = 0.25f,
+                    .fit = fit_yolox,
+                    .open = open_yolox};
 
 }  // namespace weir::heads

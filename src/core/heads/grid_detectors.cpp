@@ -1,0 +1,239 @@
+// Reads FastestDet (one grid) and NanoDet (distributions of the distances to the edges).
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include "core/heads/grid_detectors.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/detection/dense_scores.hpp"
+#include "core/heads/coordinates.hpp"
+#include "core/heads/dense_layout.hpp"
+
+namespace weir::heads {
+namespace {
+
+using detection::Candidate;
+using detection::Candidates;
+using detection::PictureSize;
+
+constexpr size_t kCocoClasses = 80;
+
+float sigmoid(float x) noexcept {
+  return 1 / (1 + std::exp(-x));
+}
+
+Failure other_size(size_t offered, size_t needed) {
+  return Failure({.code = Code::SPEC_MISMATCH,
+                  .what = "the frame has another size than the head was opened for",
+                  .offered = std::to_string(offered) + " numbers",
+                  .needed = std::to_string(needed)});
+}
+
+// ---- FastestDet: planes of objectness, 4 values of the box, probabilities of classes ----
+
+constexpr size_t kBeforeClasses = 5;
+constexpr uint32_t kFastestDetStride = 16;  // pixels of a cell
+
+struct Grid {
+  size_t columns = 0, rows = 0, values = 0;
+};
+
+std::optional<Grid> find_grid(const ModelFacts& model) {
+  if (model.outputs.size() != 1) return std::nullopt;
+  const Shape& shape = model.outputs[0].shape;
+  if (shape.min_rank() != 3 || shape[2] <= kBeforeClasses) return std::nullopt;
+  return Grid{shape[0], shape[1], shape[2]};
+}
+
+class FastestDet final : public Head {
+ public:
+  FastestDet(const Grid& grid, PictureSize input, float threshold)
+      : grid_(grid), input_(input), threshold_(threshold) {}
+
+  results::Features features() const override { return {}; }
+  Suppression suppression() const noexcept override { return Suppression::ByClass; }
+
+  Candidates find(OutputValues& outputs, PictureSize frame_input) override {
+    const PictureSize input = frame_input.width > 0 ? frame_input : input_;
+    const auto numbers = outputs.read(0);
+    const size_t cells = grid_.columns * grid_.rows;
+    if (numbers.size() != cells * grid_.values)
+      throw other_size(numbers.size(), cells * grid_.values);
+    best_.clear();
+    const detection::DenseScores classes{.cells = cells,
+                                         .values = grid_.values,
+                                         .cells_are_inner = true,
+                                         .first_class = kBeforeClasses,
+                                         .classes = grid_.values - kBeforeClasses};
+    detection::find_scored_cells(numbers, classes, 0, &best_);
+    const auto width = static_cast<float>(input.width), height = static_cast<float>(input.height);
+    const float step_x = width / static_cast<float>(grid_.columns);
+    const float step_y = height / static_cast<float>(grid_.rows);
+    Candidates found;
+    for (const auto& best : best_) {
+      const auto number = [&](size_t value) { return numbers[value * cells + best.cell]; };
+      const float score = std::pow(number(0), 0.6f) * std::pow(best.score, 0.4f);
+      if (!reaches(score, threshold_)) continue;
+      const auto column = static_cast<float>(best.cell % grid_.columns);
+      const auto row = static_cast<float>(best.cell / grid_.columns);
+      const float box_width = sigmoid(number(3)) * width, box_height = sigmoid(number(4)) * height;
+      const Candidate candidate{.x = (column + std::tanh(number(1))) * step_x - box_width / 2,
+                                .y = (row + std::tanh(number(2))) * step_y - box_height / 2,
+                                .width = box_width,
+                                .height = box_height,
+                                .score = score,
+                                .class_index = best.class_index,
+                                .row = best.cell};
+      if (candidate.is_finite()) found.push_back(candidate);
+    }
+    return found;
+  }
+
+ private:
+  Grid grid_;
+  PictureSize input_;
+  float threshold_;
+  std::vector<detection::ScoredCell> best_;
+};
+
+PictureSize fastest_det_input(const ModelFacts& model, const Grid& grid) {
+  if (model.input.width > 0) return model.input;
+  return {static_cast<uint32_t>(grid.columns) * kFastestDetStride,
+          static_cast<uint32_t>(grid.rows) * kFastestDetStride};
+}
+
+Fit fit_fastest_det(const ModelFacts& model) {
+  const auto grid = find_grid(model);
+  if (!grid) return Fit::No;
+  const PictureSize input = fastest_det_input(model, *grid);
+  return grid->columns * kFastestDetStride == input.width &&
+                 grid->rows * kFastestDetStride == input.height
+             ? Fit::Possible
+             : Fit::No;
+}
+
+std::unique_ptr<Head> open_fastest_det(const ModelFacts& model, const HeadOptions& options) {
+  const auto grid = find_grid(model);
+  if (!grid) throw wrong_outputs(model, kFastestDet);
+  return std::make_unique<FastestDet>(*grid, fastest_det_input(model, *grid), options.threshold);
+}
+
+// ---- NanoDet: rows of probabilities of classes, then 8 logits for each edge ----
+
+constexpr size_t kBins = 8, kEdges = 4, kDistances = kBins * kEdges;
+
+struct NanoDetOutput {
+  DenseLayout layout;
+  size_t classes = 0;
+};
+
+std::optional<NanoDetOutput> find_nano_det(const ModelFacts& model) {
+  if (model.outputs.size() != 1) return std::nullopt;
+  const auto layout = find_dense_layout(model.outputs[0].shape, model.input);
+  if (!layout || layout->anchors != 1 || layout->values <= kDistances) return std::nullopt;
+  return NanoDetOutput{*layout, layout->values - kDistances};
+}
+
+class NanoDet final : public Head {
+ public:
+  NanoDet(const NanoDetOutput& output, float threshold)
+      : layout_(output.layout),
+        scores_{.cells = output.layout.rows,
+                .values = output.layout.values,
+                .cells_are_inner = output.layout.rows_are_inner,
+                .first_class = 0,
+                .classes = output.classes},
+        // The grids of the smaller model begin at the centres of cells.
+        offset_(layout_.strides.size() == 3 ? 0.5f : 0.0f),
+        places_(cell_places(layout_, layout_.input)),
+        threshold_(threshold) {}
+
+  results::Features features() const override { return {}; }
+  Suppression suppression() const noexcept override { return Suppression::ByClass; }
+
+  Candidates find(OutputValues& outputs, PictureSize) override {
+    const auto numbers = outputs.read(0);
+    if (numbers.size() != scores_.cells * scores_.values)
+      throw other_size(numbers.size(), scores_.cells * scores_.values);
+    found_.clear();
+    detection::find_scored_cells(numbers, scores_, threshold_, &found_);
+    Candidates candidates;
+    for (const auto& found : found_) {
+      const CellPlace& place = places_[found.cell];
+      const auto stride = static_cast<float>(place.stride);
+      float edges[kEdges];
+      for (size_t edge = 0; edge < kEdges; ++edge)
+        edges[edge] = stride * distance(numbers, found.cell, scores_.classes + edge * kBins);
+      const float x = (static_cast<float>(place.column) + offset_) * stride;
+      const float y = (static_cast<float>(place.row) + offset_) * stride;
+      const Candidate candidate{.x = x - edges[0],
+                                .y = y - edges[1],
+                                .width = edges[0] + edges[2],
+                                .height = edges[1] + edges[3],
+                                .score = found.score,
+                                .class_index = found.class_index,
+                                .row = found.cell};
+      if (candidate.is_finite()) candidates.push_back(candidate);
+    }
+    return candidates;
+  }
+
+ private:
+  // The mean of the bins, weighted by the softmax of their logits.
+  float distance(std::span<const float> numbers, size_t cell, size_t first) const {
+    float greatest = -INFINITY, sum = 0, weighted = 0;
+    for (size_t i = 0; i < kBins; ++i)
+      greatest = std::max(greatest, numbers[scores_.at(cell, first + i)]);
+    for (size_t i = 0; i < kBins; ++i) {
+      const float weight = std::exp(numbers[scores_.at(cell, first + i)] - greatest);
+      sum += weight;
+      weighted += weight * static_cast<float>(i);
+    }
+    return weighted / sum;
+  }
+
+  DenseLayout layout_;
+  detection::DenseScores scores_;
+  float offset_;
+  std::vector<CellPlace> places_;
+  float threshold_;
+  std::vector<detection::ScoredCell> found_;
+};
+
+Fit fit_nano_det(const ModelFacts& model) {
+  const auto output = find_nano_det(model);
+  if (!output || !metadata(model, "task").empty()) return Fit::No;
+  const bool is_usual = !output->layout.rows_are_inner && output->classes == kCocoClasses;
+  if (model.labels > 0 ? model.labels == output->classes : is_usual) return Fit::Certain;
+  // Four or more classes beside 32 numbers for the edges also fit other families; without a sign
+  // of NanoDet they are more likely.
+  return Fit::No;
+}
+
+std::unique_ptr<Head> open_nano_det(const ModelFacts& model, const HeadOptions& options) {
+  const auto output = find_nano_det(model);
+  if (!output) throw wrong_outputs(model, kNanoDet);
+  return std::make_unique<NanoDet>(*output, options.threshold);
+}
+
+}  // namespace
+
+const Family kFastestDet{.name = "fastestdet",
+                         .aliases = "",
+                         .tasks = kDetection,
+                         .outputs = "1 tensor W:H:5+CLASSES, cells of 16 pixels",
+                         .custom = "",
+                         .threshold = 0.5f,
+                         .fit = fit_fastest_det,
+                         .open = open_fastest_det};
+
+const Family kNanoDet{.name = "nanodet",
+                      .aliases = "nanodet-plus",
+                      .tasks = kDetection,
+                      .outputs = "1 tensor CLASSES+32:N or N:CLASSES+32",
+                      .custom = "",
+                      .threshold = 0.35f,
+                      .fit = fit_nano_det,
+                      .open = open_nano_det};
+
+}  // namespace weir::heads

@@ -1,0 +1,92 @@
+// Tests of which family is recognised by what is known of a model, and of the errors where two fit.
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include "core/heads/head_test_support.hpp"
+
+namespace weir::heads {
+namespace {
+
+constexpr detection::PictureSize k640{640, 640};
+
+TestOutput zeros(const char* shape, const char* name = "") {
+  return TestOutput(shape, Floats(static_cast<size_t>(Shape::parse(shape).count().value_or(0))),
+                    name);
+}
+std::string family(const std::vector<TestOutput>& outputs, size_t labels = 0,
+                   uint32_t tasks = kDetection, std::map<std::string, std::string> metadata = {}) {
+  return recognised(
+      outputs, {.tasks = tasks, .input = k640, .labels = labels, .metadata = std::move(metadata)});
+}
+
+TEST(Recognition, KnowsTheUsualExports) {
+  EXPECT_EQ(family({zeros("8400:84:1")}), "yolov8");
+  EXPECT_EQ(family({zeros("84:8400:1")}), "yolov8");
+  EXPECT_EQ(family({zeros("8400:7:1")}), "yolov8");
+  EXPECT_EQ(family({zeros("85:25200:1")}), "yolov5");
+  EXPECT_EQ(family({zeros("85:8400:1")}), "yolox");
+  EXPECT_EQ(family({zeros("112:8400:1")}), "nanodet");
+  EXPECT_EQ(family({zeros("6:300:1")}), "yolov10");
+  EXPECT_EQ(family({zeros("84:300:1")}), "rtdetr");
+  EXPECT_EQ(family({zeros("8400:116:1"), zeros("160:160:32:1")}), "yolov8-seg");
+  EXPECT_EQ(family({zeros("117:25200:1"), zeros("160:160:32:1")}, 0, kSegmentation), "yolov5-seg");
+  EXPECT_EQ(family({zeros("8400:56:1")}, 0, kPose), "yolov8-pose");
+  EXPECT_EQ(family({zeros("92:100:1"), zeros("4:100:1")}), "detr");
+  EXPECT_EQ(family({zeros("80:300:1"), zeros("4:300:1")}), "rtdetr");
+  EXPECT_EQ(family({zeros("40:40:85:1")}), "fastestdet");
+  EXPECT_EQ(family({zeros("1000:1")}, 0, kClassification), "classifier");
+  EXPECT_EQ(family({zeros("21:257:257:1")}, 0, kSegmentation), "deeplab");
+  EXPECT_EQ(family({zeros("256:256:1")}, 0, kDepth), "depth");
+}
+
+TEST(Recognition, LabelsDecideBetweenFamilies) {
+  EXPECT_EQ(family({zeros("12:8400:1")}, 8), "yolov8");
+  EXPECT_EQ(family({zeros("12:8400:1")}, 7), "yolox");
+  EXPECT_EQ(family({zeros("85:8400:1")}, 81), "yolov8");
+  EXPECT_EQ(family({zeros("8400:20:1")}, 15), "yolov8-obb");
+  EXPECT_EQ(family({zeros("8400:20:1")}, 16), "yolov8");
+  EXPECT_EQ(family({zeros("8400:56:1")}, 1), "yolov8-pose");
+  EXPECT_EQ(family({zeros("8400:56:1")}, 52), "yolov8");
+  EXPECT_EQ(family({zeros("12:100:1"), zeros("4:100:1")}, 11), "detr");
+  EXPECT_EQ(family({zeros("12:100:1"), zeros("4:100:1")}, 12), "rtdetr");
+}
+
+TEST(Recognition, TheTaskInTheMetadataDecides) {
+  const auto of_task = [](const char* task) {
+    return family({zeros("8400:56:1")}, 0, kDetection, {{"task", task}});
+  };
+  EXPECT_EQ(of_task("detect"), "yolov8");
+  EXPECT_EQ(of_task("pose"), "yolov8-pose");
+  EXPECT_EQ(of_task("obb"), "yolov8-obb");
+  EXPECT_SAYS(of_task("classify"), "no head that this mode knows has such outputs");
+}
+
+TEST(Recognition, FewerLabelsThanClassesChangeNothing) {
+  EXPECT_EQ(family({zeros("8400:84:1")}, 3), "yolov8");
+  EXPECT_EQ(family({zeros("85:25200:1")}, 3), "yolov5");
+}
+
+TEST(Recognition, TwoReadingsAreAnErrorThatNamesBoth) {
+  // 81 classes, or an objectness and 80.
+  const std::string error = family({zeros("8400:85:1")});
+  EXPECT_SAYS(error, "the outputs fit several heads: yolov8, yolox");
+  EXPECT_SAYS(error, "float32 8400:85");
+  EXPECT_SAYS(error, "custom=head:yolov8 or tensor_decoder custom=head:yolox");
+  EXPECT_SAYS(family({zeros("12:8400:1")}), "yolov8");
+  EXPECT_SAYS(family({zeros("12:8400:1")}), "yolox");
+  EXPECT_SAYS(family({zeros("12:100:1"), zeros("4:100:1")}), "detr, rtdetr");
+  EXPECT_SAYS(family({zeros("7:100:1")}), "detection-output, yolov7-end2end");
+  EXPECT_SAYS(family({zeros("8400:56:1")}), "yolov8, yolov8-pose");
+}
+
+TEST(Recognition, APictureThatContradictsTheCellsFitsNothing) {
+  const std::string error = recognised({zeros("8400:84:1")}, {.input = {320, 320}, .labels = 80});
+  EXPECT_SAYS(error, "no head that this mode knows has such outputs");
+}
+
+TEST(Recognition, AnotherModeHasOtherFamilies) {
+  EXPECT_SAYS(family({zeros("8400:84:1")}, 0, kClassification),
+              "no head that this mode knows has such outputs");
+  EXPECT_SAYS(family({zeros("1000:1")}, 0, kDetection), "needed: ");
+}
+
+}  // namespace
+}  // namespace weir::heads

@@ -1,0 +1,241 @@
+// Decodes grids of cells with anchors.
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include "core/heads/yolo_grids.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numeric>
+
+#include "core/heads/coordinates.hpp"
+
+namespace weir::heads {
+namespace {
+
+using detection::Candidate;
+using detection::Candidates;
+using detection::PictureSize;
+
+constexpr size_t kFixed = 5, kAnchors = 3;  // numbers before the classes; anchors of a cell
+constexpr uint32_t kLargestStride = 32;     // pixels of a cell of the smallest grid
+constexpr char kExample[] = "10/13/16/30/33/23/30/61/62/45/59/119/116/90/156/198/373/326";
+
+// Width and height of the anchors in pixels, of the grid of the smallest cells first.
+using Anchors = std::span<const float>;
+constexpr std::array kOfVersion3And5{10.f, 13.f, 16.f,  30.f,  33.f, 23.f,  30.f,  61.f,  62.f,
+                                     45.f, 59.f, 119.f, 116.f, 90.f, 156.f, 198.f, 373.f, 326.f};
+constexpr std::array kOfVersion7{12.f, 16.f, 19.f,  36.f,  40.f,  28.f,  36.f,  75.f,  76.f,
+                                 55.f, 72.f, 146.f, 142.f, 110.f, 192.f, 243.f, 459.f, 401.f};
+
+// One grid, and the steps from one number to the next along each dimension.
+struct Grid {
+  size_t output = 0, columns = 0, rows = 0, values = 0;
+  size_t anchor_step = 0, value_step = 0, row_step = 0, column_step = 0;
+
+  size_t count() const noexcept { return columns * rows * values * kAnchors; }
+  size_t at(size_t anchor, size_t row, size_t column, size_t value) const noexcept {
+    return anchor * anchor_step + row * row_step + column * column_step + value * value_step;
+  }
+};
+
+// 3*V:W:H, W:H:3*V or V:W:H:3 with V = 5 + classes.
+std::optional<Grid> grid_of(const Shape& shape, size_t output) {
+  const size_t a = shape[0], b = shape[1], c = shape[2], d = shape[3];
+  if (shape.min_rank() == 4 && d == kAnchors && a > kFixed)
+    return Grid{output, b, c, a, a * b * c, 1, a * b, a};
+  if (shape.min_rank() != 3) return std::nullopt;
+  const auto has_values = [](size_t extent) {
+    return extent % kAnchors == 0 && extent / kAnchors > kFixed;
+  };
+  // The numbers of a cell are the dimension that leaves a grid of the same aspect.
+  const bool is_planar = has_values(c) && (a == b || !has_values(a));
+  if (is_planar) return Grid{output, a, b, c / kAnchors, a * b * c / kAnchors, a * b, a, 1};
+  if (has_values(a)) return Grid{output, b, c, a / kAnchors, a / kAnchors, 1, a * b, a};
+  return std::nullopt;
+}
+
+// Two or three grids, each of half the size of the one before; empty if they are not.
+std::vector<Grid> find_grids(const ModelFacts& model) {
+  std::vector<Grid> grids;
+  if (model.outputs.size() < 2 || model.outputs.size() > 3) return {};
+  for (size_t i = 0; i < model.outputs.size(); ++i) {
+    const auto grid = grid_of(model.outputs[i].shape, i);
+    if (!grid) return {};
+    grids.push_back(*grid);
+  }
+  std::sort(grids.begin(), grids.end(),
+            [](const Grid& a, const Grid& b) { return a.columns > b.columns; });
+  for (size_t i = 1; i < grids.size(); ++i) {
+    const Grid &large = grids[i - 1], &small = grids[i];
+    if (large.columns != 2 * small.columns || large.rows != 2 * small.rows ||
+        large.values != small.values)
+      return {};
+  }
+  return grids;
+}
+
+enum class Version { Three, FiveOrSeven };
+
+float sigmoid(float x) noexcept {
+  return 1 / (1 + std::exp(-x));
+}
+
+class YoloGrids final : public Head {
+ public:
+  YoloGrids(std::vector<Grid> grids, std::vector<float> anchors, PictureSize input, Version version,
+            ScoreKind kind, float threshold)
+      : grids_(std::move(grids)),
+        anchors_(std::move(anchors)),
+        input_(input),
+        version_(version),
+        kind_(kind),
+        threshold_(threshold) {}
+
+  results::Features features() const override { return {}; }
+  Suppression suppression() const noexcept override { return Suppression::ByClass; }
+
+  Candidates find(OutputValues& outputs, PictureSize frame_input) override {
+    const PictureSize input = frame_input.width > 0 ? frame_input : input_;
+    for (const Grid& grid : grids_) {
+      const auto numbers = outputs.read(grid.output);
+      if (numbers.size() != grid.count())
+        throw Failure({.code = Code::SPEC_MISMATCH,
+                       .what = "a grid has another size than the head was opened for",
+                       .offered = std::to_string(numbers.size()) + " numbers",
+                       .needed = std::to_string(grid.count())});
+      if (kind_ == ScoreKind::Automatic && are_logits(numbers)) kind_ = ScoreKind::Logits;
+    }
+    Candidates found;
+    uint32_t row = 0;
+    for (size_t i = 0; i < grids_.size(); ++i) {
+      const auto numbers = outputs.read(grids_[i].output);
+      for (size_t anchor = 0; anchor < kAnchors; ++anchor)
+        add(grids_[i], numbers, anchor, std::span(anchors_).subspan((i * kAnchors + anchor) * 2, 2),
+            input, &row, &found);
+    }
+    return found;
+  }
+
+ private:
+  float activated(float number) const noexcept {
+    return kind_ == ScoreKind::Logits ? sigmoid(number) : number;
+  }
+
+  void add(const Grid& grid, std::span<const float> numbers, size_t anchor,
+           std::span<const float> size, PictureSize input, uint32_t* row, Candidates* found) const {
+    for (size_t y = 0; y < grid.rows; ++y)
+      for (size_t x = 0; x < grid.columns; ++x, ++*row) {
+        const auto number = [&](size_t value) { return numbers[grid.at(anchor, y, x, value)]; };
+        const float objectness = activated(number(4));
+        if (!(objectness >= threshold_)) continue;
+        size_t best = kFixed;
+        for (size_t value = kFixed + 1; value < grid.values; ++value)
+          if (number(value) > number(best) || std::isnan(number(best))) best = value;
+        const float score = objectness * activated(number(best));
+        if (!reaches(score, threshold_)) continue;
+        const float step_x = static_cast<float>(input.width) / static_cast<float>(grid.columns);
+        const float step_y = static_cast<float>(input.height) / static_cast<float>(grid.rows);
+        const float right = activated(number(0)), down = activated(number(1));
+        float centre_x = static_cast<float>(x), centre_y = static_cast<float>(y), width, height;
+        if (version_ == Version::Three) {
+          centre_x += right, centre_y += down;
+          width = std::exp(number(2)) * size[0];
+          height = std::exp(number(3)) * size[1];
+        } else {
+          centre_x += 2 * right - 0.5f, centre_y += 2 * down - 0.5f;
+          width = 4 * activated(number(2)) * activated(number(2)) * size[0];
+          height = 4 * activated(number(3)) * activated(number(3)) * size[1];
+        }
+        const Candidate candidate{.x = centre_x * step_x - width / 2,
+                                  .y = centre_y * step_y - height / 2,
+                                  .width = width,
+                                  .height = height,
+                                  .score = score,
+                                  .class_index = static_cast<int32_t>(best - kFixed),
+                                  .row = *row};
+        if (candidate.is_finite()) found->push_back(candidate);
+      }
+  }
+
+  std::vector<Grid> grids_;
+  std::vector<float> anchors_;
+  PictureSize input_;
+  Version version_;
+  ScoreKind kind_;  // logits, once one was seen
+  float threshold_;
+};
+
+Fit fit_grids(const ModelFacts& model) {
+  const auto grids = find_grids(model);
+  if (grids.empty()) return Fit::No;
+  const Grid& smallest = grids.back();
+  const bool has_size = model.input.width > 0;
+  return !has_size || (smallest.columns * kLargestStride == model.input.width &&
+                       smallest.rows * kLargestStride == model.input.height)
+             ? Fit::Possible
+             : Fit::No;
+}
+
+std::unique_ptr<Head> open_grids(const ModelFacts& model, const HeadOptions& options,
+                                 const Family& family, Version version, Anchors usual) {
+  auto grids = find_grids(model);
+  if (grids.empty()) throw wrong_outputs(model, family);
+  const size_t needed = grids.size() * kAnchors * 2;
+  std::vector<float> anchors = numbers_setting(options, "anchors", kExample);
+  if (anchors.empty() && usual.size() == needed) anchors.assign(usual.begin(), usual.end());
+  if (anchors.size() != needed)
+    throw wrong_setting(options, "anchors",
+                        std::to_string(needed) +
+                            " numbers: width/height of 3 anchors of each grid in pixels, the grid "
+                            "of the smallest cells first",
+                        kExample);
+  const PictureSize input =
+      model.input.width > 0
+          ? model.input
+          : PictureSize{static_cast<uint32_t>(grids.back().columns) * kLargestStride,
+                        static_cast<uint32_t>(grids.back().rows) * kLargestStride};
+  return std::make_unique<YoloGrids>(std::move(grids), std::move(anchors), input, version,
+                                     score_kind(options), options.threshold);
+}
+
+constexpr char kOutputs[] = "2 or 3 tensors 3*V:W:H, W:H:3*V or V:W:H:3 with V = 5+CLASSES";
+
+}  // namespace
+
+const Family kYolov3Grids{.name = "yolov3-grids",
+                          .aliases = "yolov4-grids",
+                          .tasks = kDetection,
+                          .outputs = kOutputs,
+                          .custom = "anchors,scores",
+                          .threshold = 0.25f,
+                          .fit = fit_grids,
+                          .open = [](const ModelFacts& model, const HeadOptions& options) {
+                            return open_grids(model, options, kYolov3Grids, Version::Three,
+                                              kOfVersion3And5);
+                          }};
+
+const Family kYolov5Grids{.name = "yolov5-grids",
+                          .aliases = "",
+                          .tasks = kDetection,
+                          .outputs = kOutputs,
+                          .custom = "anchors,scores",
+                          .threshold = 0.25f,
+                          .fit = fit_grids,
+                          .open = [](const ModelFacts& model, const HeadOptions& options) {
+                            return open_grids(model, options, kYolov5Grids, Version::FiveOrSeven,
+                                              kOfVersion3And5);
+                          }};
+
+const Family kYolov7Grids{.name = "yolov7-grids",
+                          .aliases = "",
+                          .tasks = kDetection,
+                          .outputs = kOutputs,
+                          .custom = "anchors,scores",
+                          .threshold = 0.25f,
+                          .fit = fit_grids,
+                          .open = [](const ModelFacts& model, const HeadOptions& options) {
+                            return open_grids(model, options, kYolov7Grids, Version::FiveOrSeven,
+                                              kOfVersion7);
+                          }};
+
+}  // namespace weir::heads

@@ -1,0 +1,12 @@
+// Reads a text file that an option names.
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#pragma once
+#include <string>
+
+namespace weir {
+
+// The content of a text file of at most 16 MiB that `option` names. Throws Failure (FILE_NOT_FOUND)
+// with the reason that the system gives.
+std::string read_text_file(const std::string& option, const std::string& path);
+
+}  // namespace weir
