@@ -4,6 +4,13 @@
 
 #include <algorithm>
 
+#include "core/heads/face_heads.hpp"
+#include "core/heads/heat_map_head.hpp"
+#include "core/heads/landmark_heads.hpp"
+#include "core/heads/mediapipe_detectors.hpp"
+#include "core/heads/pose_heads.hpp"
+#include "core/heads/posenet_head.hpp"
+#include "core/heads/text_heads.hpp"
 #include "core/heads/yolo_heads.hpp"
 #include "core/text/text.hpp"
 #include "weir/join.hpp"
@@ -11,7 +18,24 @@
 namespace weir::heads {
 namespace {
 
-constexpr const Family* kFamilies[] = {&kYolov8};
+constexpr const Family* kFamilies[] = {
+    &kBlazeface,           //
+    &kBlazepose,           //
+    &kBlazeposeDetection,  //
+    &kCtc,                 //
+    &kDb,                  //
+    &kFaceLandmarks,       //
+    &kHandLandmarks,       //
+    &kHeatMaps,            //
+    &kMovenet,             //
+    &kMovenetMultipose,    //
+    &kPalmDetection,       //
+    &kPosenet,             //
+    &kUltraface,           //
+    &kUltrafaceRaw,        //
+    &kYolov8,              //
+    &kYunet,
+};
 
 std::vector<std::string> words_of(const Family& family) {
   std::vector<std::string> out{std::string(family.name)};
