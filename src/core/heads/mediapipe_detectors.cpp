@@ -5,8 +5,8 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/heads/mediapipe_detectors.hpp"
 
+#include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include "core/heads/output_shapes.hpp"
 #include "core/heads/points_head.hpp"
@@ -151,6 +151,10 @@ class AnchorHead final : public Head {
                                 .row = static_cast<uint32_t>(i)};
       if (candidate.is_finite()) found.push_back(candidate);
     }
+    // Probabilities of good candidates are all 1; the logits say which is the best.
+    std::stable_sort(found.begin(), found.end(), [&](const Candidate& a, const Candidate& b) {
+      return scores[a.row] > scores[b.row];
+    });
     return found;
   }
 
