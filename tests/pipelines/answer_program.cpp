@@ -71,12 +71,11 @@ int main(int argc, char** argv) {
   const auto info = TestTensor(type, dimensions, bytes).info();
   const weir::TensorShape shape(info.shape, info.shape + info.rank);
   if (const auto status = model->reshape({shape}); !status) return fail(status.error().message());
-  const auto outputs = model->invoke({weir::TensorView(
-      bytes.data(), bytes.size(), static_cast<uint32_t>(type), shape)});
+  const auto outputs = model->invoke(
+      {weir::TensorView(bytes.data(), bytes.size(), static_cast<uint32_t>(type), shape)});
   if (!outputs) return fail(outputs.error().message());
 
-  weir::decoders::TestModel facts{
-      .path = path, .metadata = model->metadata(), .input = dimensions};
+  weir::decoders::TestModel facts{.path = path, .metadata = model->metadata(), .input = dimensions};
   std::vector<TestTensor> tensors;
   for (size_t i = 0; i < outputs->size(); ++i) {
     const auto output = (*outputs)[i];

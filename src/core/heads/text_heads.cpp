@@ -105,7 +105,8 @@ struct StepsLayout {
 
 // CLASSES:STEPS, or CLASSES:1:STEPS where a batch is the middle dimension.
 std::optional<StepsLayout> steps_of(const ModelFacts& model) {
-  if (model.outputs.size() != 1 || map_of(model)) return std::nullopt;
+  const bool is_map = model.input.width > 0 && map_of(model);
+  if (model.outputs.size() != 1 || is_map) return std::nullopt;
   const Shape& shape = model.outputs[0].shape;
   const size_t classes = shape[0];
   const bool batch_is_inside = shape[1] == 1 && shape.min_rank() == 3;
