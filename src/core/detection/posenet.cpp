@@ -61,8 +61,9 @@ size_t cell_at(const PoseNetMaps& maps, const Point& point) noexcept {
 // The position and score of key point `index` by the values of `cell`.
 Point point_of(const PoseNetMaps& maps, size_t cell, size_t index) noexcept {
   const float* offsets = maps.offsets.data() + cell * 2 * kPoseNetPoints;
-  return {static_cast<float>(cell % maps.width) * maps.stride_x + offsets[kPoseNetPoints + index],
-          static_cast<float>(cell / maps.width) * maps.stride_y + offsets[index],
+  const size_t column = cell % maps.width, row = cell / maps.width;
+  return {static_cast<float>(column) * maps.stride_x + offsets[kPoseNetPoints + index],
+          static_cast<float>(row) * maps.stride_y + offsets[index],
           probability(maps.heat[cell * kPoseNetPoints + index])};
 }
 

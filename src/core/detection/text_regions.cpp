@@ -5,8 +5,8 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <limits>
 #include <numbers>
-#include <numeric>
 
 namespace weir::detection {
 namespace {
@@ -115,7 +115,8 @@ struct RotatedBox {
 
 RotatedBox box_along(const std::vector<Pixel>& hull, double angle) {
   const double c = std::cos(angle), s = std::sin(angle);
-  double least_u = INFINITY, most_u = -INFINITY, least_v = INFINITY, most_v = -INFINITY;
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  double least_u = kInfinity, most_u = -kInfinity, least_v = kInfinity, most_v = -kInfinity;
   for (const auto& [x, y] : hull) {
     const double u = x * c + y * s, v = y * c - x * s;
     least_u = std::min(least_u, u), most_u = std::max(most_u, u);

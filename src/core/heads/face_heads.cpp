@@ -73,16 +73,16 @@ class Yunet final : public Head {
         const float score = std::sqrt(probability_of(first[cell]) * probability_of(second[cell]));
         if (!(score >= threshold_) || score == 0) continue;
         const float* box = outputs.read(grid.box).data() + 4 * cell;
+        const size_t cell_x = cell % columns, cell_y = cell / columns;
         const auto stride = static_cast<float>(grid.stride);
         const float width = std::exp(box[2]) * stride, height = std::exp(box[3]) * stride;
-        const Candidate candidate{
-            .x = (static_cast<float>(cell % columns) + box[0]) * stride - width / 2,
-            .y = (static_cast<float>(cell / columns) + box[1]) * stride - height / 2,
-            .width = width,
-            .height = height,
-            .score = score,
-            .class_index = 0,
-            .row = row};
+        const Candidate candidate{.x = (static_cast<float>(cell_x) + box[0]) * stride - width / 2,
+                                  .y = (static_cast<float>(cell_y) + box[1]) * stride - height / 2,
+                                  .width = width,
+                                  .height = height,
+                                  .score = score,
+                                  .class_index = 0,
+                                  .row = row};
         if (candidate.is_finite()) found.push_back(candidate);
       }
     }
@@ -96,12 +96,13 @@ class Yunet final : public Head {
       auto grid = grids_.begin();
       for (; cell >= grid->cells; ++grid) cell -= grid->cells;
       const size_t columns = columns_of(*grid, input);
+      const size_t cell_x = cell % columns, cell_y = cell / columns;
       const float* points = outputs.read(grid->points).data() + 2 * kYunetPoints * cell;
       const auto stride = static_cast<float>(grid->stride);
       for (size_t i = 0; i < kYunetPoints; ++i)
-        answer->points.push_back(key_point(
-            (static_cast<float>(cell % columns) + points[2 * i]) * stride,
-            (static_cast<float>(cell / columns) + points[2 * i + 1]) * stride, candidate.score));
+        answer->points.push_back(
+            key_point((static_cast<float>(cell_x) + points[2 * i]) * stride,
+                      (static_cast<float>(cell_y) + points[2 * i + 1]) * stride, candidate.score));
     }
   }
 

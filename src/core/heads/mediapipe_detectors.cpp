@@ -84,18 +84,22 @@ struct Layout {
 };
 
 // Of variants with as many anchors, the one whose input is the model's, or else the first.
+const Variant* variant_of(const Detector& detector, size_t anchors, PictureSize input) {
+  const Variant* found = nullptr;
+  for (const Variant& variant : detector.variants) {
+    if (variant.anchors() != anchors) continue;
+    if (!found || input == PictureSize{variant.input, variant.input}) found = &variant;
+  }
+  return found;
+}
+
 std::optional<Layout> layout_of(const Detector& detector, const ModelFacts& model) {
   if (model.outputs.size() != 2) return std::nullopt;
-  const size_t columns = kBox + 2 * detector.points;
-  const Variant* found = nullptr;
   for (const size_t boxes : {0u, 1u}) {
-    const size_t count = matrix_rows(model.outputs[boxes], columns);
+    const size_t count = matrix_rows(model.outputs[boxes], kBox + 2 * detector.points);
     if (count == 0 || matrix_rows(model.outputs[1 - boxes], 1) != count) continue;
-    for (const Variant& variant : detector.variants) {
-      if (variant.anchors() != count) continue;
-      if (!found || model.input == PictureSize{variant.input, variant.input}) found = &variant;
-    }
-    if (found) return Layout{boxes, 1 - boxes, found};
+    if (const Variant* variant = variant_of(detector, count, model.input))
+      return Layout{boxes, 1 - boxes, variant};
   }
   return std::nullopt;
 }
@@ -106,9 +110,9 @@ std::vector<results::KeyPoint> make_anchors(const Variant& variant) {
   for (const auto& [stride, per_cell] : variant.grids) {
     const uint32_t cells = variant.input / stride;
     for (uint32_t i = 0; i < cells * cells * per_cell; ++i) {
-      const uint32_t cell = i / per_cell;
-      anchors.push_back({(static_cast<float>(cell % cells) + 0.5f) / static_cast<float>(cells),
-                         (static_cast<float>(cell / cells) + 0.5f) / static_cast<float>(cells), 1});
+      const uint32_t cell = i / per_cell, column = cell % cells, row = cell / cells;
+      anchors.push_back({(static_cast<float>(column) + 0.5f) / static_cast<float>(cells),
+                         (static_cast<float>(row) + 0.5f) / static_cast<float>(cells), 1});
     }
   }
   return anchors;
