@@ -84,7 +84,8 @@ class AnswerDecoder {
   void open_head(heads::ModelFacts facts) {
     const heads::Family& family = named_ ? *named_ : heads::recognise(facts, tasks_);
     head_ = family.open(facts, {.threshold = settings_.threshold.value_or(family.threshold),
-                                .custom = settings_.custom});
+                                .custom = settings_.custom,
+                                .labels = with_labels().labels});
     features_ = head_->features();
     facts_ = std::move(facts);
   }
@@ -114,7 +115,7 @@ class AnswerDecoder {
     part_.points_per_object = features_.points_per_object;
     head_->complete(values_, kept, input, &part_);
     if (!map) return;
-    if (features_.has_boxes) results::move_to_picture(*map, is_rotated, &part_);
+    if (features_.has_boxes) results::move_to_picture(*map, head_->has_rotation(), &part_);
   }
 
   // Opens the head again when the shapes of a flexible stream change.

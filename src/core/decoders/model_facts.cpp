@@ -96,6 +96,8 @@ void StreamModel::set(const weir_stream_model* model) noexcept try {
     labels_ = labels_of_dict(names->second);
   if (const auto lines = metadata_.find("tflite.labels"); lines != metadata_.end())
     labels_ = lines_of(lines->second);
+  if (const auto characters = metadata_.find("character"); characters != metadata_.end())
+    labels_ = lines_of(characters->second);
 } catch (const std::exception&) {
   *this = StreamModel();  // out of memory: as if the model were not known
 }

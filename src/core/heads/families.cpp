@@ -8,9 +8,16 @@
 #include "core/heads/depth_heads.hpp"
 #include "core/heads/detr_heads.hpp"
 #include "core/heads/end_to_end_heads.hpp"
+#include "core/heads/face_heads.hpp"
 #include "core/heads/grid_detectors.hpp"
+#include "core/heads/heat_map_head.hpp"
+#include "core/heads/landmark_heads.hpp"
+#include "core/heads/mediapipe_detectors.hpp"
+#include "core/heads/pose_heads.hpp"
+#include "core/heads/posenet_head.hpp"
 #include "core/heads/segmentation_heads.hpp"
 #include "core/heads/ssd_heads.hpp"
+#include "core/heads/text_heads.hpp"
 #include "core/heads/yolo_grids.hpp"
 #include "core/heads/yolo_heads.hpp"
 #include "core/text/text.hpp"
@@ -21,18 +28,32 @@ namespace {
 
 // clang-format off
 constexpr const Family* kFamilies[] = {
+    &kBlazeface,
+    &kBlazepose,
+    &kBlazeposeDetection,
     &kClassMap,
     &kClassifier,
+    &kCtc,
+    &kDb,
     &kDeepLab,
     &kDepthMap,
     &kDetectionOutput,
     &kDetr,
+    &kFaceLandmarks,
     &kFastestDet,
+    &kHandLandmarks,
+    &kHeatMaps,
     &kLabelsBoxesScores,
+    &kMovenet,
+    &kMovenetMultipose,
     &kNanoDet,
+    &kPalmDetection,
+    &kPosenet,
     &kRtDetr,
     &kSsd,
     &kSsdPostprocess,
+    &kUltraface,
+    &kUltrafaceRaw,
     &kYolov10,
     &kYolov3Grids,
     &kYolov5,
@@ -45,6 +66,7 @@ constexpr const Family* kFamilies[] = {
     &kYolov8Pose,
     &kYolov8Segmentation,
     &kYolox,
+    &kYunet,
 };
 // clang-format on
 

@@ -47,6 +47,7 @@ struct HeadOptions {
   float threshold = 0;  // least score of a candidate
   // Settings that a family declares: key and value of custom=.
   std::map<std::string, std::string> custom{};
+  std::vector<std::string> labels{};  // of the user, or else of the model
 };
 
 // How candidates that overlap are removed.
@@ -63,6 +64,8 @@ class Head {
   virtual ~Head() = default;
   virtual results::Features features() const = 0;
   virtual Suppression suppression() const noexcept { return Suppression::None; }
+  // Whether objects have a rotation: their boxes turn with the picture.
+  virtual bool has_rotation() const noexcept { return suppression() == Suppression::Rotated; }
   // Reads the outputs of a frame. Returns the candidates with at least the threshold's score, in
   // pixels of the model's input, with `row` set so that complete() finds their other values.
   // Candidates that are not finite are left out. Throws Failure (SPEC_MISMATCH) when shapes differ

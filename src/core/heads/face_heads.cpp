@@ -1,0 +1,296 @@
+// Reads boxes and key points of YuNet and UltraFace.
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include "core/heads/face_heads.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "core/heads/output_shapes.hpp"
+#include "core/heads/points_head.hpp"
+
+namespace weir::heads {
+namespace {
+
+using detection::Candidate;
+using detection::Candidates;
+using detection::PictureSize;
+
+// YuNet: Wu, Peng, Yu, "YuNet: A Tiny Millisecond-level Face Detector", 2023.
+
+constexpr std::array<uint32_t, 3> kYunetStrides{8, 16, 32};
+constexpr size_t kYunetPoints = 5, kYunetOutputs = 12;
+
+// The outputs of one grid. The two scores are multiplied, so their order does not matter.
+struct YunetGrid {
+  uint32_t stride = 0;
+  size_t cells = 0;
+  std::vector<size_t> scores;
+  size_t box = 0, points = 0;
+};
+
+// The outputs by grid; empty if they are not those of YuNet.
+std::vector<YunetGrid> yunet_grids(const ModelFacts& model) {
+  if (model.outputs.size() != kYunetOutputs) return {};
+  std::map<size_t, YunetGrid, std::greater<>> by_cells;
+  size_t boxes = 0, points = 0;
+  for (size_t i = 0; i < model.outputs.size(); ++i) {
+    const OutputFacts& output = model.outputs[i];
+    if (const size_t rows = matrix_rows(output, 4); rows > 0)
+      by_cells[rows].box = i, ++boxes;
+    else if (const size_t with_points = matrix_rows(output, 2 * kYunetPoints); with_points > 0)
+      by_cells[with_points].points = i, ++points;
+    else
+      by_cells[matrix_rows(output, 1)].scores.push_back(i);
+  }
+  std::vector<YunetGrid> grids;
+  for (auto& [cells, grid] : by_cells) {
+    if (grids.size() == kYunetStrides.size() || cells == 0 || grid.scores.size() != 2) return {};
+    grid.cells = cells;
+    grid.stride = kYunetStrides[grids.size()];
+    grids.push_back(grid);
+  }
+  const bool complete = grids.size() == 3 && boxes == 3 && points == 3;
+  return complete ? grids : std::vector<YunetGrid>{};
+}
+
+class Yunet final : public Head {
+ public:
+  Yunet(std::vector<YunetGrid> grids, float threshold)
+      : grids_(std::move(grids)), threshold_(threshold) {}
+
+  results::Features features() const override { return {.points_per_object = kYunetPoints}; }
+  Suppression suppression() const noexcept override { return Suppression::AnyClass; }
+
+  Candidates find(OutputValues& outputs, PictureSize input) override {
+    need_input_size(input);
+    Candidates found;
+    uint32_t row = 0;
+    for (const YunetGrid& grid : grids_) {
+      const size_t columns = columns_of(grid, input);
+      const auto first = outputs.read(grid.scores[0]), second = outputs.read(grid.scores[1]);
+      for (size_t cell = 0; cell < grid.cells; ++cell, ++row) {
+        const float score = std::sqrt(probability_of(first[cell]) * probability_of(second[cell]));
+        if (!(score >= threshold_) || score == 0) continue;
+        const float* box = outputs.read(grid.box).data() + 4 * cell;
+        const size_t cell_x = cell % columns, cell_y = cell / columns;
+        const auto stride = static_cast<float>(grid.stride);
+        const float width = std::exp(box[2]) * stride, height = std::exp(box[3]) * stride;
+        const Candidate candidate{.x = (static_cast<float>(cell_x) + box[0]) * stride - width / 2,
+                                  .y = (static_cast<float>(cell_y) + box[1]) * stride - height / 2,
+                                  .width = width,
+                                  .height = height,
+                                  .score = score,
+                                  .class_index = 0,
+                                  .row = row};
+        if (candidate.is_finite()) found.push_back(candidate);
+      }
+    }
+    return found;
+  }
+
+  void complete(OutputValues& outputs, std::span<const Candidate> kept, PictureSize input,
+                results::Answer* answer) override {
+    for (const Candidate& candidate : kept) {
+      size_t cell = candidate.row;
+      auto grid = grids_.begin();
+      for (; cell >= grid->cells; ++grid) cell -= grid->cells;
+      const size_t columns = columns_of(*grid, input);
+      const size_t cell_x = cell % columns, cell_y = cell / columns;
+      const float* points = outputs.read(grid->points).data() + 2 * kYunetPoints * cell;
+      const auto stride = static_cast<float>(grid->stride);
+      for (size_t i = 0; i < kYunetPoints; ++i)
+        answer->points.push_back(
+            key_point((static_cast<float>(cell_x) + points[2 * i]) * stride,
+                      (static_cast<float>(cell_y) + points[2 * i + 1]) * stride, candidate.score));
+    }
+  }
+
+ private:
+  static size_t columns_of(const YunetGrid& grid, PictureSize input) {
+    const size_t columns = input.width / grid.stride, rows = input.height / grid.stride;
+    if (columns * rows == grid.cells) return columns;
+    throw Failure({.code = Code::SPEC_MISMATCH,
+                   .what = "the outputs of YuNet are of another picture size",
+                   .offered = std::to_string(grid.cells) + " cells of " +
+                              std::to_string(grid.stride) + " pixels for an input of " +
+                              std::to_string(input.width) + " x " + std::to_string(input.height),
+                   .needed = std::to_string(columns * rows) + " cells",
+                   .fix = "tensor_decoder custom=input:640:480"});
+  }
+
+  std::vector<YunetGrid> grids_;
+  float threshold_;
+};
+
+Fit fit_yunet(const ModelFacts& model) {
+  if (yunet_grids(model).empty()) return Fit::No;
+  return any_name_has(model, "cls_8") && any_name_has(model, "kps_8") ? Fit::Certain
+                                                                      : Fit::Possible;
+}
+
+std::unique_ptr<Head> open_yunet(const ModelFacts& model, const HeadOptions& options) {
+  auto grids = yunet_grids(model);
+  if (grids.empty()) refuse_outputs(model, kYunet);
+  return std::make_unique<Yunet>(std::move(grids), options.threshold);
+}
+
+// UltraFace: the prior boxes and variances that its authors publish
+// (Ultra-Light-Fast-Generic-Face-Detector-1MB).
+
+struct PriorLayer {
+  uint32_t stride;
+  std::vector<float> sides;  // pixels
+};
+const std::array<PriorLayer, 4>& prior_layers() {
+  static const std::array<PriorLayer, 4> layers{
+      {{8, {10, 16, 24}}, {16, {32, 48}}, {32, {64, 96}}, {64, {128, 192, 256}}}};
+  return layers;
+}
+
+uint32_t cells_along(uint32_t pixels, uint32_t stride) {
+  return pixels / stride + (pixels % stride != 0 ? 1 : 0);
+}
+
+size_t prior_count(PictureSize input) {
+  size_t count = 0;
+  for (const auto& [stride, sides] : prior_layers())
+    count +=
+        size_t{cells_along(input.width, stride)} * cells_along(input.height, stride) * sides.size();
+  return count;
+}
+
+struct Prior {
+  float x, y, width, height;  // centre and size, as parts of the picture
+};
+
+std::vector<Prior> make_priors(PictureSize input) {
+  const auto part = [](float value) { return std::clamp(value, 0.0f, 1.0f); };
+  const auto picture_width = static_cast<float>(input.width);
+  const auto picture_height = static_cast<float>(input.height);
+  std::vector<Prior> priors;
+  for (const auto& [stride, sides] : prior_layers())
+    for (uint32_t y = 0; y < cells_along(input.height, stride); ++y)
+      for (uint32_t x = 0; x < cells_along(input.width, stride); ++x)
+        for (const float side : sides)
+          priors.push_back(
+              {part((static_cast<float>(x) + 0.5f) * static_cast<float>(stride) / picture_width),
+               part((static_cast<float>(y) + 0.5f) * static_cast<float>(stride) / picture_height),
+               part(side / picture_width), part(side / picture_height)});
+  return priors;
+}
+
+struct UltrafaceOutputs {
+  size_t scores, boxes, count;
+  PictureSize input;
+};
+
+// The published sizes of the input count where it is not known.
+std::optional<UltrafaceOutputs> ultraface_outputs(const ModelFacts& model) {
+  if (model.outputs.size() != 2) return std::nullopt;
+  for (const size_t boxes : {0u, 1u}) {
+    const size_t count = matrix_rows(model.outputs[boxes], 4);
+    if (count == 0 || matrix_rows(model.outputs[1 - boxes], 2) != count) continue;
+    for (const PictureSize input : {model.input, PictureSize{320, 240}, PictureSize{640, 480}}) {
+      if (prior_count(input) == count) return UltrafaceOutputs{1 - boxes, boxes, count, input};
+      if (model.input.width > 0) break;
+    }
+  }
+  return std::nullopt;
+}
+
+class Ultraface final : public Head {
+ public:
+  Ultraface(const UltrafaceOutputs& outputs, float threshold, bool is_raw)
+      : outputs_(outputs),
+        threshold_(threshold),
+        priors_(is_raw ? make_priors(outputs.input) : std::vector<Prior>{}) {}
+
+  results::Features features() const override { return {}; }
+  Suppression suppression() const noexcept override { return Suppression::AnyClass; }
+
+  Candidates find(OutputValues& outputs, PictureSize input) override {
+    if (input.width == 0) input = outputs_.input;
+    const auto scores = outputs.read(outputs_.scores);
+    Candidates found;
+    for (size_t i = 0; i < outputs_.count; ++i) {
+      const float score = scores[2 * i + 1];  // after the background's
+      if (!(score >= threshold_ && score > 0)) continue;
+      const Box box = box_at(i, outputs.read(outputs_.boxes).data() + 4 * i);
+      const Candidate candidate{.x = box.x1 * static_cast<float>(input.width),
+                                .y = box.y1 * static_cast<float>(input.height),
+                                .width = box.width() * static_cast<float>(input.width),
+                                .height = box.height() * static_cast<float>(input.height),
+                                .score = probability_of(score),
+                                .class_index = 0,
+                                .row = static_cast<uint32_t>(i)};
+      if (candidate.is_finite()) found.push_back(candidate);
+    }
+    return found;
+  }
+
+ private:
+  Box box_at(size_t index, const float* values) const {
+    if (priors_.empty()) return {values[0], values[1], values[2], values[3]};
+    constexpr float kCentreVariance = 0.1f, kSizeVariance = 0.2f;
+    const Prior& prior = priors_[index];
+    const float x = prior.x + values[0] * kCentreVariance * prior.width;
+    const float y = prior.y + values[1] * kCentreVariance * prior.height;
+    const float width = prior.width * std::exp(values[2] * kSizeVariance);
+    const float height = prior.height * std::exp(values[3] * kSizeVariance);
+    return {x - width / 2, y - height / 2, x + width / 2, y + height / 2};
+  }
+
+  UltrafaceOutputs outputs_;
+  float threshold_;
+  std::vector<Prior> priors_;  // empty: the boxes are decoded
+};
+
+// Only the model with decoded boxes names its outputs.
+Fit fit_ultraface(const ModelFacts& model) {
+  if (!ultraface_outputs(model)) return Fit::No;
+  return any_name_has(model, "scores") && any_name_has(model, "boxes") ? Fit::Certain
+                                                                       : Fit::Possible;
+}
+
+Fit fit_ultraface_raw(const ModelFacts& model) {
+  return ultraface_outputs(model) ? Fit::Possible : Fit::No;
+}
+
+template <bool kIsRaw>
+std::unique_ptr<Head> open_ultraface(const ModelFacts& model, const HeadOptions& options) {
+  const auto outputs = ultraface_outputs(model);
+  if (!outputs) refuse_outputs(model, kIsRaw ? kUltrafaceRaw : kUltraface);
+  return std::make_unique<Ultraface>(*outputs, options.threshold, kIsRaw);
+}
+
+}  // namespace
+
+const Family kYunet{.name = "yunet",
+                    .aliases = "",
+                    .tasks = kDetection | kPose,
+                    .outputs = "12 tensors: for strides 8, 16 and 32 two 1:N, one 4:N, one 10:N",
+                    .custom = "",
+                    .threshold = 0.6f,
+                    .fit = fit_yunet,
+                    .open = open_yunet};
+
+const Family kUltraface{.name = "ultraface",
+                        .aliases = "",
+                        .tasks = kDetection,
+                        .outputs = "2 tensors 2:N and 4:N (corners) for the N priors of the input",
+                        .custom = "",
+                        .threshold = 0.7f,
+                        .fit = fit_ultraface,
+                        .open = open_ultraface<false>};
+
+const Family kUltrafaceRaw{.name = "ultraface-raw",
+                           .aliases = "",
+                           .tasks = kDetection,
+                           .outputs = "2 tensors 2:N and 4:N (relative to N priors of the input)",
+                           .custom = "",
+                           .threshold = 0.7f,
+                           .fit = fit_ultraface_raw,
+                           .open = open_ultraface<true>};
+
+}  // namespace weir::heads

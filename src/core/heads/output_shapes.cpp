@@ -1,0 +1,58 @@
+// Compares shapes and names of outputs.
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include "core/heads/output_shapes.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/text/text.hpp"
+
+namespace weir::heads {
+
+size_t element_count(const OutputFacts& output) noexcept {
+  return static_cast<size_t>(output.shape.count().value_or(0));
+}
+
+size_t matrix_rows(const OutputFacts& output, size_t columns) noexcept {
+  const Shape& shape = output.shape;
+  const size_t count = element_count(output);
+  if (columns == 0 || count == 0) return 0;
+  if (columns == 1 && shape[0] == count) return count;
+  const size_t rows = count / columns;
+  return shape[0] == columns && shape[1] == rows ? rows : 0;
+}
+
+bool has_name_with(const OutputFacts& output, std::string_view part) {
+  return lower(output.name).find(lower(part)) != std::string::npos;
+}
+
+bool any_name_has(const ModelFacts& model, std::string_view part) {
+  return std::any_of(model.outputs.begin(), model.outputs.end(),
+                     [&](const OutputFacts& output) { return has_name_with(output, part); });
+}
+
+void refuse_outputs(const ModelFacts& model, const Family& family) {
+  throw Failure({.code = Code::SPEC_MISMATCH,
+                 .what = "the outputs are not those of the head " + std::string(family.name),
+                 .offered = model.outputs.empty() ? "no outputs" : model.describe_outputs(),
+                 .needed = std::string(family.outputs)});
+}
+
+void need_input_size(detection::PictureSize input) {
+  if (input.width > 0 && input.height > 0) return;
+  throw Failure({.code = Code::SPEC_MISMATCH,
+                 .what = "the size of the model's input is not known",
+                 .offered = "a stream without source map, a model without fixed input",
+                 .needed = "width and height in pixels",
+                 .fix = "tensor_decoder custom=input:640:480"});
+}
+
+float probability_of(float value) noexcept {
+  return value > 0 ? std::min(value, 1.0f) : 0;
+}
+
+float sigmoid(float logit) noexcept {
+  return probability_of(1 / (1 + std::exp(-logit)));
+}
+
+}  // namespace weir::heads

@@ -1,0 +1,29 @@
+// Helpers that find a head's tensors among the outputs of a model.
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#pragma once
+#include <optional>
+#include <string_view>
+
+#include "core/heads/head.hpp"
+
+namespace weir::heads {
+
+// The rows of an output COLUMNS:ROWS; a matrix of one column may also be written ROWS. 0 if the
+// output has another shape.
+size_t matrix_rows(const OutputFacts& output, size_t columns) noexcept;
+// Number of elements; 0 if it is not known.
+size_t element_count(const OutputFacts& output) noexcept;
+// Whether an output's name contains `part`, in any case.
+bool has_name_with(const OutputFacts& output, std::string_view part);
+bool any_name_has(const ModelFacts& model, std::string_view part);
+
+// For Family::open: the outputs are not those of `family`. Throws Failure (SPEC_MISMATCH).
+[[noreturn]] void refuse_outputs(const ModelFacts& model, const Family& family);
+// Throws Failure (SPEC_MISMATCH) if the size of the model's input is not known.
+void need_input_size(detection::PictureSize input);
+
+// A probability from a value that may be anything: 0 for NaN.
+float probability_of(float value) noexcept;
+float sigmoid(float logit) noexcept;  // 0 for NaN
+
+}  // namespace weir::heads
