@@ -90,10 +90,10 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   const auto detections = draw::read_detections(spec, bytes, maps);
   if (!detections) return 0;
   const auto& out = detections->left_out;
-  require(
-      detections->rows.size() + out.nobody + out.not_finite + out.without_area + out.beyond_limit ==
-          bytes.size() / (spec.shape[0] * sizeof(float)),
-      "every row is counted once");
+  require(detections->rows.size() + out.background + out.not_finite + out.without_area +
+                  out.beyond_limit ==
+              bytes.size() / (spec.shape[0] * sizeof(float)),
+          "every row is counted once");
   require(detections->points.size() == detections->rows.size() * detections->points_per_row,
           "every row has its key points");
   FuzzInput again(data, size);  // the same bytes select the picture

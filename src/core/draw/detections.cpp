@@ -65,7 +65,7 @@ void add_points(const Row& row, const SourceMap* map, Detections* out) {
 // The counter for a rejected row; null for a detection.
 uint64_t* left_out(std::span<const float> row, const SourceMap* map, Detection* found,
                    LeftOut* counts) {
-  if (row.size() > kScore && row[kScore] <= 0) return &counts->nobody;
+  if (row.size() > kScore && row[kScore] <= 0) return &counts->background;
   if (!finite(row.first(std::min<size_t>(row.size(), kFixed)))) return &counts->not_finite;
   *found = detection_of(row);
   if (row[0] >= row[2] || row[1] >= row[3]) return &counts->without_area;
@@ -87,8 +87,8 @@ void add_row(std::span<const float> row, const SourceMap* map, Detections* out) 
 
 Error wrong_number_of_maps(size_t maps, uint64_t rows) {
   return Error{.code = Code::SPEC_MISMATCH,
-               .what = "results have another number of ways back to the picture than rows",
-               .offered = std::to_string(maps) + " ways back",
+               .what = "the number of source maps differs from the number of rows",
+               .offered = std::to_string(maps) + " source maps",
                .needed = "one, or one for each of " + std::to_string(rows) + " rows",
                .fix = "tensor_overlay coordinates=picture"};
 }

@@ -26,7 +26,7 @@ struct Detection {
 
 // Counts rows of one tensor that are not detections, and key points that are not finite.
 struct LeftOut {
-  uint64_t nobody = 0;
+  uint64_t background = 0;
   uint64_t not_finite = 0;    // a number of box, score or class
   uint64_t without_area = 0;  // x2 <= x1 or y2 <= y1
   uint64_t beyond_limit = 0;

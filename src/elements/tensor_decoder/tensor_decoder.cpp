@@ -26,7 +26,7 @@ class TensorDecoder : public gst::CountedTransform<TensorDecoder> {
  public:
   static constexpr gst::ElementInfo kInfo{
       "WeirTensorDecoder", "tensor_decoder", "TensorDecoder", "Converter/Tensor",
-      "Turns the results of a network into labels, pictures or bytes"};
+      "Converts the results of a network to labels, pictures or bytes"};
   static inline GstStaticPadTemplate kPads[] = {
       GST_STATIC_PAD_TEMPLATE(
           "sink", GST_PAD_SINK, GST_PAD_ALWAYS,
@@ -126,9 +126,9 @@ class TensorDecoder : public gst::CountedTransform<TensorDecoder> {
     GstCaps* caps = nullptr;
     gst_event_parse_caps(event, &caps);
     const auto held = Ref<GstCaps>::share(caps);
-    const uint64_t told = gst::errors_posted_by_this_thread();
+    const uint64_t errors_before = gst::errors_posted_by_this_thread();
     if (parent_class()->sink_event(self(), event)) return TRUE;
-    if (told == gst::errors_posted_by_this_thread()) report_refusal(held.get());
+    if (errors_before == gst::errors_posted_by_this_thread()) report_refusal(held.get());
     return FALSE;
   }
 
@@ -234,10 +234,10 @@ class TensorDecoder : public gst::CountedTransform<TensorDecoder> {
     auto kept = decoder_->decode(input_, in, reader_, out, buffer_limit_, &ledger_);
     if (kept && *kept && gst_buffer_get_size(out) < picture_bytes_)
       return Error{.code = Code::FRAME_SIZE,
-                   .what = "the decoder made less than a picture of its caps",
+                   .what = "the output of the decoder is smaller than a picture of its caps",
                    .offered = std::to_string(gst_buffer_get_size(out)) + " bytes",
                    .needed = std::to_string(picture_bytes_) + " bytes",
-                   .fix = "mend the decoder " + settings().mode};
+                   .fix = "correct the decoder " + settings().mode};
     return kept;
   }
 

@@ -13,7 +13,7 @@ void ResultsPad::start(ResultsSync sync, Coordinates coordinates) {
   queue_.clear();
   queue_.flush(false);
   unused_before_ = queue_.unused();
-  for (auto* count : {&received_, &refused_, &found_, &late_, &nobody_, &not_finite_,
+  for (auto* count : {&received_, &refused_, &found_, &late_, &background_, &not_finite_,
                       &without_area_, &beyond_limit_, &points_not_finite_})
     *count = 0;
 }
@@ -47,17 +47,17 @@ Status ResultsPad::receive_counted(GstBuffer* buffer) {
 }
 
 // A frame without tensors has no results.
-Status ResultsPad::bring(GstBuffer* buffer, const std::vector<gst::TensorView>& tensors,
-                         int64_t time) {
+Status ResultsPad::push(GstBuffer* buffer, const std::vector<gst::TensorView>& tensors,
+                        int64_t time) {
   Result<Results> results = std::make_shared<const draw::Detections>();
   if (tensors.size() > 1) return draw::check_detections(TensorSpec{});
   if (tensors.size() == 1) results = read(buffer, tensors[0]);
   if (!results) return results.error();
   count((*results)->left_out);
   if (sync_ == ResultsSync::Newest)
-    newest_.bring(time, *std::move(results));
+    newest_.push(time, *std::move(results));
   else
-    queue_.bring(time, *std::move(results));
+    queue_.push(time, *std::move(results));
   return ok();
 }
 
@@ -79,7 +79,7 @@ Result<ResultsPad::Results> ResultsPad::read(GstBuffer* buffer, const gst::Tenso
 }
 
 void ResultsPad::count(const draw::LeftOut& left_out) {
-  nobody_ += left_out.nobody;
+  background_ += left_out.background;
   not_finite_ += left_out.not_finite;
   without_area_ += left_out.without_area;
   beyond_limit_ += left_out.beyond_limit;
@@ -114,7 +114,7 @@ void ResultsPad::add_stats(GstStructure* stats) const {
   add("results-refused", refused_);
   add("results-held", newest.waiting + queue_.waiting());
   add("results-late", late_);
-  add("rows-nobody", nobody_);
+  add("rows-background", background_);
   add("rows-not-finite", not_finite_);
   add("rows-without-area", without_area_);
   add("rows-beyond-limit", beyond_limit_);

@@ -37,8 +37,8 @@ class ResultsPad final : public gst::TimedTensors {
 
  private:
   Status accept(const FrameSpec& spec) override;
-  Status bring(GstBuffer* buffer, const std::vector<gst::TensorView>& tensors,
-               int64_t time) override;
+  Status push(GstBuffer* buffer, const std::vector<gst::TensorView>& tensors,
+              int64_t time) override;
   void advance(int64_t time) override { queue_.advance(time); }
   void end() override { queue_.end(); }
   void flush(bool on) override;
@@ -51,7 +51,7 @@ class ResultsPad final : public gst::TimedTensors {
   sync::TimedQueue<Results> queue_;  // used by ResultsSync::SameTime
   std::atomic<uint64_t> received_{0}, refused_{0}, found_{0}, late_{0};
   std::atomic<uint64_t> unused_before_{0};  // of previous streams
-  std::atomic<uint64_t> nobody_{0}, not_finite_{0}, without_area_{0}, beyond_limit_{0};
+  std::atomic<uint64_t> background_{0}, not_finite_{0}, without_area_{0}, beyond_limit_{0};
   std::atomic<uint64_t> points_not_finite_{0};
 };
 

@@ -30,14 +30,14 @@ Status RegionsPad::accept(const FrameSpec& spec) {
 
 // A frame without tensors has no boxes. Boxes without a time match no picture; before the first
 // picture they count as unused.
-Status RegionsPad::bring(GstBuffer*, const std::vector<gst::TensorView>& tensors, int64_t time) {
+Status RegionsPad::push(GstBuffer*, const std::vector<gst::TensorView>& tensors, int64_t time) {
   std::vector<Box> boxes;
   if (tensors.size() > 1) return preprocess::check_boxes(TensorSpec{});
   if (!tensors.empty()) {
     if (auto status = preprocess::check_boxes(tensors[0].spec); !status) return status;
     preprocess::read_boxes(tensors[0].spec, tensors[0].payload, &boxes);
   }
-  queue_.bring(time, std::move(boxes));
+  queue_.push(time, std::move(boxes));
   return ok();
 }
 
